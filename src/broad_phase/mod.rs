@@ -1,0 +1,13 @@
+//! Which tetrahedra of two bodies may touch: one R\*-tree of boxes per mesh, built once in the
+//! body's frame and never again, however the poses change (the paper, §IV-C).
+//!
+//! For a relative pose, [`TetTree::visit_near`] walks B's tree down to the tetrahedra that come
+//! near A as a whole, and [`TetTree::visit_overlapping`] asks A's tree for the partners of each.
+//! All boxes are inflated by the round-off of a transformed coordinate, so no pair that touches is
+//! missed. Everything here is `f64`: it looks at real parts and never at a derivative.
+
+mod projections;
+mod tree;
+
+pub use projections::Projections;
+pub use tree::TetTree;

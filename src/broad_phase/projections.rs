@@ -1,0 +1,53 @@
+use crate::geometry::Tetrahedron;
+use nalgebra::Vector3;
+use std::sync::LazyLock;
+
+/// The fractional parts of multiples of these two numbers spread evenly over a square (powers of
+/// the plastic number), so the directions are spread over the sphere and the same in every run.
+const SPREAD: [f64; 2] = [0.754_877_666_246_692_7, 0.569_840_290_998_053_2];
+
+static DIRECTIONS: LazyLock<[Vector3<f64>; Projections::COUNT]> = LazyLock::new(|| {
+    std::array::from_fn(|k| {
+        let [u, v] = SPREAD.map(|step| ((k + 1) as f64 * step).fract());
+        let (z, angle) = (2.0 * u - 1.0, std::f64::consts::TAU * v);
+        let across = (1.0 - z * z).sqrt();
+        Vector3::new(across * angle.cos(), across * angle.sin(), z)
+    })
+});
+
+/// A tetrahedron's shadow on each of a few fixed directions: the separating-direction test of the
+/// paper, §IV-D. The directions belong to one frame, so the shadows of that frame's own mesh are
+/// computed once; a tetrahedron from elsewhere is projected once for all its partners.
+#[derive(Debug, Clone, Copy)]
+pub struct Projections([[f64; 2]; Self::COUNT]);
+
+impl Projections {
+    /// Number of directions.
+    pub const COUNT: usize = 16;
+
+    /// Projects a tetrahedron.
+    #[must_use]
+    pub fn of(tetrahedron: &Tetrahedron) -> Self {
+        Self(DIRECTIONS.each_ref().map(|direction| {
+            let limits = [f64::INFINITY, f64::NEG_INFINITY];
+            tetrahedron
+                .corners
+                .iter()
+                .fold(limits, |[low, high], corner| {
+                    let x = corner.dot(direction);
+                    [low.min(x), high.max(x)]
+                })
+        }))
+    }
+
+    /// Whether along one of the first `count` directions a gap wider than `margin` (m) separates
+    /// the two.
+    #[inline]
+    #[must_use]
+    pub fn separate(&self, other: &Self, count: usize, margin: f64) -> bool {
+        let pairs = self.0.iter().zip(&other.0).take(count);
+        pairs.into_iter().any(|([low_a, high_a], [low_b, high_b])| {
+            *low_a > high_b + margin || *low_b > high_a + margin
+        })
+    }
+}

@@ -1,0 +1,72 @@
+use super::Shape;
+use crate::scalar::{Scalar, lift, real_part};
+use crate::spatial::{Pose, PoseError, Twist};
+
+/// Why a shape, a pose and a modulus are not a body.
+#[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum BodyError {
+    /// The pose is not finite or not rigid.
+    #[error(transparent)]
+    Pose(#[from] PoseError),
+    /// The hydroelastic modulus is not a positive number.
+    #[error("the hydroelastic modulus must be positive and finite, but is {0} Pa")]
+    Modulus(f64),
+}
+
+/// A shape somewhere in the world, with the modulus that turns its extents into pressures.
+#[derive(Debug, Clone, Copy)]
+pub struct ContactBody<'a, T = f64> {
+    shape: &'a Shape,
+    pose: Pose<T>,
+    modulus: T,
+}
+
+impl<'a, T: Scalar> ContactBody<'a, T> {
+    /// From the pose of the body frame in the world and the hydroelastic modulus (Pa).
+    ///
+    /// # Errors
+    /// If the pose is not finite, its rotation not orthonormal, or the modulus not positive.
+    pub fn new(shape: &'a Shape, pose: Pose<T>, modulus: T) -> Result<Self, BodyError> {
+        let pose = pose.checked()?;
+        let value = real_part(modulus);
+        if !(value > 0.0 && value.is_finite()) {
+            return Err(BodyError::Modulus(value));
+        }
+        Ok(Self {
+            shape,
+            pose,
+            modulus,
+        })
+    }
+
+    /// The shape.
+    #[must_use]
+    pub fn shape(&self) -> &'a Shape {
+        self.shape
+    }
+
+    /// Pose of the body frame in the world.
+    #[must_use]
+    pub fn pose(&self) -> &Pose<T> {
+        &self.pose
+    }
+
+    /// Hydroelastic modulus (Pa).
+    #[must_use]
+    pub fn modulus(&self) -> T {
+        self.modulus
+    }
+}
+
+impl<'a> ContactBody<'a> {
+    /// The body after a motion by a twist (see [`Pose::moved_by`]) and a change of its modulus
+    /// (Pa), both with real part zero: a seed for derivatives, which leaves the values as they are.
+    pub(crate) fn perturbed<T: Scalar>(&self, twist: &Twist<T>, change: T) -> ContactBody<'a, T> {
+        ContactBody {
+            shape: self.shape,
+            pose: Pose::lifted(&self.pose).moved_by(twist),
+            modulus: lift::<T>(self.modulus) + change,
+        }
+    }
+}

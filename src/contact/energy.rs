@@ -1,0 +1,77 @@
+use super::narrow_phase::{NarrowPhase, TetOfB};
+use crate::geometry::{AffineField, Tetrahedron, snapped};
+use crate::mesh::FieldTet;
+use crate::scalar::{Scalar, lift, lift_vector};
+
+impl<T: Scalar> NarrowPhase<T> {
+    /// ∫ min(p_A, p_B) dV (J) over what two tetrahedra have in common.
+    ///
+    /// A's tetrahedron is cut by B's faces into tetrahedra; over each of them
+    /// ∫ min(p_A, p_B) = ∫ p_A − ∫ over {p_A > p_B} of (p_A − p_B).
+    pub fn energy<'a>(&'a self, a: &FieldTet, b: &TetOfB<'a, T>) -> T {
+        if a.tetrahedron.is_beyond(b.real.faces()) || b.tetrahedron.is_beyond(&a.barycentric) {
+            return lift(0.0);
+        }
+        let fields_b = self.fields_of_b(b);
+        let pressure_a = a.extent.lifted().scaled(self.modulus_a);
+        let pressure_b = fields_b.pressure;
+        let excess = AffineField {
+            gradient: pressure_a.gradient - pressure_b.gradient,
+            offset: pressure_a.offset - pressure_b.offset,
+        };
+        let margin = self.round_off.margin();
+        let whole = Tetrahedron {
+            corners: a.tetrahedron.corners.each_ref().map(lift_vector),
+        };
+        let mut energy = lift(0.0);
+        whole.for_each_part_inside(fields_b.faces(), margin, &mut |part: &Tetrahedron<T>| {
+            energy += part.integral(&pressure_a);
+            let above = part.clipped(&part.values(&excess, margin));
+            energy -= above
+                .as_slice()
+                .iter()
+                .map(|p| p.integral(&excess))
+                .sum::<T>();
+        });
+        energy
+    }
+}
+
+impl Tetrahedron<f64> {
+    /// Whether one of the faces has the whole tetrahedron on its outer side.
+    fn is_beyond(&self, faces: &[AffineField; 4]) -> bool {
+        let beyond = |face: &AffineField| self.corners.iter().all(|corner| face.at(corner) <= 0.0);
+        faces.iter().any(beyond)
+    }
+}
+
+impl<T: Scalar> Tetrahedron<T> {
+    /// Visits tetrahedra that make up the part of this one where all the fields are ≥ 0.
+    fn for_each_part_inside(
+        &self,
+        fields: &[AffineField<T>],
+        margin: f64,
+        visit: &mut impl FnMut(&Self),
+    ) {
+        let Some((field, others)) = fields.split_first() else {
+            return visit(self);
+        };
+        for part in self.clipped(&self.values(field, margin)).as_slice() {
+            part.for_each_part_inside(others, margin, visit);
+        }
+    }
+
+    /// The field's values at the corners; those within the round-off of a coordinate (m) are zero.
+    fn values(&self, field: &AffineField<T>, margin: f64) -> [T; 4] {
+        let tolerance = margin * field.real().gradient.norm();
+        self.corners
+            .each_ref()
+            .map(|corner| snapped(field.at(corner), tolerance))
+    }
+
+    /// The integral of an affine field over the tetrahedron: its volume times the mean value.
+    fn integral(&self, field: &AffineField<T>) -> T {
+        let sum: T = self.corners.iter().map(|corner| field.at(corner)).sum();
+        self.signed_volume() * (sum / 4.0)
+    }
+}

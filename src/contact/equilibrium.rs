@@ -1,0 +1,69 @@
+use crate::geometry::AffineField;
+use crate::scalar::Scalar;
+use nalgebra::Vector3;
+
+/// Values below this fraction of (length × pressure gradient) are round-off: about a hundred times
+/// the rounding of one transformed coordinate.
+pub(super) const SNAP: f64 = 3e-14;
+
+/// A difference of pressure gradients below this fraction of the steepest gradient of the meshes
+/// is round-off: the two fields are equal over a volume.
+const EQUAL_FIELDS: f64 = 1e-12;
+
+/// The plane p_A = p_B of a pair of tetrahedra.
+///
+/// Both pressures are affine, so p_A − p_B has the constant gradient g = ∇p_A − ∇p_B. The plane is
+/// normal to g, and g points to where A's pressure is higher: out of B into A.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct EquilibriumPlane<T> {
+    /// n = g/|g|.
+    pub normal: Vector3<T>,
+    /// |g| (Pa/m).
+    pub steepness: T,
+}
+
+impl<T: Scalar> EquilibriumPlane<T> {
+    pub fn between(pressure_a: &AffineField<T>, pressure_b: &AffineField<T>) -> Self {
+        let gradient = pressure_a.gradient - pressure_b.gradient;
+        let steepness = gradient.dot(&gradient).sqrt();
+        Self {
+            normal: gradient / steepness,
+            steepness,
+        }
+    }
+}
+
+/// What counts as zero for a pair of bodies.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct RoundOff {
+    /// Size of the coordinates involved (m): how far the bodies reach from their frames' origins.
+    pub length: f64,
+    /// The steepest pressure gradient in either mesh (Pa/m).
+    pub steepest: f64,
+}
+
+impl RoundOff {
+    /// Error of a transformed coordinate (m).
+    pub fn margin(&self) -> f64 {
+        SNAP * self.length
+    }
+
+    /// Whether fields with this difference of pressure gradients (Pa/m) are equal over a volume:
+    /// they have no plane there.
+    ///
+    /// Measured by the steepest gradient of the whole meshes: where all extents of a tetrahedron
+    /// are alike its gradient is itself round-off, and no measure.
+    pub fn is_equal_field(&self, gradient: &Vector3<f64>) -> bool {
+        gradient.norm_squared() <= (EQUAL_FIELDS * self.steepest).powi(2)
+    }
+}
+
+/// Whether the equilibrium plane counts as passing through a tetrahedron with these (snapped)
+/// values of p_A − p_B at its corners.
+///
+/// Half-open: zero counts as above. A polygon that lies in a face shared by two tetrahedra is thus
+/// counted once if the sign changes there, and otherwise never, or twice with opposite normals,
+/// which is nothing.
+pub(super) fn straddles(values: &[f64; 4]) -> bool {
+    values.iter().any(|&value| value < 0.0) && values.iter().any(|&value| value >= 0.0)
+}

@@ -1,0 +1,198 @@
+use super::ContactWrench;
+use super::narrow_phase::PairPolygon;
+use crate::scalar::{Scalar, lift};
+use crate::spatial::{Pose, Wrench, skew};
+use nalgebra::{Matrix3, Matrix6, SMatrix, Vector3, Vector6};
+
+/// The derivatives of one body's wrench (rows: torque, force) by both poses and both moduli.
+///
+/// A pose moves by a twist (columns: angular, linear) in world axes: the body turns by `angular`
+/// (rad) about its own origin, which moves by `linear` (m); see [`Pose::moved_by`]. The torque is
+/// about the body's own origin wherever that moves.
+#[derive(Debug, Clone, Copy)]
+pub struct WrenchJacobian<T = f64> {
+    /// By the pose of A (N m/rad, N/m, …).
+    pub by_pose_a: Matrix6<T>,
+    /// By the pose of B.
+    pub by_pose_b: Matrix6<T>,
+    /// By the modulus of A (N m/Pa, N/Pa).
+    pub by_modulus_a: Vector6<T>,
+    /// By the modulus of B.
+    pub by_modulus_b: Vector6<T>,
+}
+
+/// The derivatives of both wrenches of a pair.
+#[derive(Debug, Clone, Copy)]
+pub struct ContactJacobian<T = f64> {
+    /// Of the wrench on A, about A's origin.
+    pub on_a: WrenchJacobian<T>,
+    /// Of the wrench on B, about B's origin.
+    pub on_b: WrenchJacobian<T>,
+}
+
+impl<T: Scalar> WrenchJacobian<T> {
+    /// The 6×14 matrix: rows torque, force; columns pose A, pose B (angular, linear each),
+    /// modulus A, modulus B.
+    #[must_use]
+    pub fn matrix(&self) -> SMatrix<T, 6, 14> {
+        SMatrix::from_fn(|row, column| match column {
+            0..6 => self.by_pose_a[(row, column)],
+            6..12 => self.by_pose_b[(row, column - 6)],
+            12 => self.by_modulus_a[row],
+            _ => self.by_modulus_b[row],
+        })
+    }
+
+    /// From the 6×14 matrix of [`Self::matrix`].
+    #[must_use]
+    pub fn from_matrix(matrix: &SMatrix<T, 6, 14>) -> Self {
+        Self {
+            by_pose_a: matrix.fixed_view::<6, 6>(0, 0).into_owned(),
+            by_pose_b: matrix.fixed_view::<6, 6>(0, 6).into_owned(),
+            by_modulus_a: matrix.column(12).into_owned(),
+            by_modulus_b: matrix.column(13).into_owned(),
+        }
+    }
+}
+
+/// Wrench on A and its derivatives as B moves relative to A, all in A's axes about A's origin.
+///
+/// For a pressure field p(x) = ∇p·x + c write s(x) = (x × ∇p, ∇p), so that the wrench is
+/// W = Σ ∫ p (s_A − s_B)/|g| dA. Moving B by the twist ξ adds s_B·ξ to p_A − p_B, which moves the
+/// plane by s_B·ξ/|g| along its normal; what that does to the polygons' borders cancels between
+/// neighbours, because p and the borders are shared (and p = 0 at the rim). With p_B growing by
+/// p_B/E_B instead, the same argument gives the derivative by the modulus:
+///
+/// ∂W/∂ξ = −Σ 1/|g| ∫ s_A s_Bᵀ dA,  E_B ∂W/∂E_B = Σ 1/|g| ∫ p s_A dA,
+/// E_A ∂W/∂E_A = −Σ 1/|g| ∫ p s_B dA.
+///
+/// All integrands are quadratic, so areas and moments give the exact values; nothing is
+/// differentiated through a clip.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct RelativeJacobian<T> {
+    by_motion_of_b: Matrix6<T>,
+    /// E_A ∂W/∂E_A, with the sign changed.
+    push_of_b: Vector6<T>,
+    /// E_B ∂W/∂E_B.
+    push_of_a: Vector6<T>,
+}
+
+impl<T: Scalar> RelativeJacobian<T> {
+    pub fn zero() -> Self {
+        Self {
+            by_motion_of_b: Matrix6::from_element(lift(0.0)),
+            push_of_a: Vector6::from_element(lift(0.0)),
+            push_of_b: Vector6::from_element(lift(0.0)),
+        }
+    }
+
+    /// Wrench on A, about A's origin in A's axes.
+    pub fn wrench(&self) -> Wrench<T> {
+        let w = self.push_of_a - self.push_of_b;
+        Wrench {
+            torque: Vector3::new(w[0], w[1], w[2]),
+            force: Vector3::new(w[3], w[4], w[5]),
+        }
+    }
+
+    /// The derivatives of the world-frame wrenches by the world-frame poses.
+    pub fn in_world(
+        &self,
+        wrench: &ContactWrench<T>,
+        pose_wa: &Pose<T>,
+        pose_ab: &Pose<T>,
+        moduli: [T; 2],
+    ) -> ContactJacobian<T> {
+        let rotation = block_diagonal(pose_wa.rotation());
+        let from_a_to_b = pose_wa.rotation() * pose_ab.translation();
+        let by_motion = rotation * self.by_motion_of_b * rotation.transpose();
+        // Turning B about its own origin moves the point of B at A's origin by r × ω.
+        let mut lever = Matrix6::identity();
+        add_block(&mut lever, [3, 0], skew(&from_a_to_b));
+        let by_pose_b = by_motion * lever;
+        // Moving A is moving B back, and turning the wrench with A.
+        let mut by_pose_a = -by_motion;
+        add_block(&mut by_pose_a, [0, 0], -skew(&wrench.on_a.torque));
+        add_block(&mut by_pose_a, [3, 0], -skew(&wrench.on_a.force));
+        let on_a = WrenchJacobian {
+            by_pose_a,
+            by_pose_b,
+            by_modulus_a: rotation * self.push_of_b * (-moduli[0].recip()),
+            by_modulus_b: rotation * self.push_of_a * moduli[1].recip(),
+        };
+        let on_b = on_a.of_reaction(&from_a_to_b, &wrench.on_a.force);
+        ContactJacobian { on_a, on_b }
+    }
+}
+
+impl<T: Scalar> WrenchJacobian<T> {
+    /// The Jacobian of the reaction: force −F, torque −(τ − r × F) about a point r away, which
+    /// moves with B against A.
+    fn of_reaction(&self, r: &Vector3<T>, force: &Vector3<T>) -> Self {
+        let mut shift = Matrix6::identity() * lift::<T>(-1.0);
+        add_block(&mut shift, [0, 3], skew(r));
+        let mut by_pose_a = shift * self.by_pose_a;
+        let mut by_pose_b = shift * self.by_pose_b;
+        // δr × F = −F × δr with δr = δp_B − δp_A.
+        add_block(&mut by_pose_a, [0, 3], skew(force));
+        add_block(&mut by_pose_b, [0, 3], -skew(force));
+        Self {
+            by_pose_a,
+            by_pose_b,
+            by_modulus_a: shift * self.by_modulus_a,
+            by_modulus_b: shift * self.by_modulus_b,
+        }
+    }
+}
+
+impl<T: Scalar> PairPolygon<T> {
+    /// The polygon's share of the wrench on A and of its derivatives.
+    pub fn add_to(&self, sum: &mut RelativeJacobian<T>) {
+        let inverse = self.plane.steepness.recip();
+        let (grad_a, grad_b) = (&self.pressure_a.gradient, &self.pressure_b.gradient);
+        let area = self.moments.area * inverse;
+        let first = self.moments.first_about_origin() * inverse;
+        let second = self.moments.second_about_origin() * inverse;
+        // ∫ (x × a)(x × b)ᵀ = [a]ₓ (∫ x xᵀ) [b]ₓᵀ, since x × a = −[a]ₓ x.
+        let torque_torque = skew(grad_a) * second * skew(grad_b).transpose();
+        let arm_a = first.cross(grad_a);
+        let arm_b = first.cross(grad_b);
+        add_block(&mut sum.by_motion_of_b, [0, 0], -torque_torque);
+        add_block(
+            &mut sum.by_motion_of_b,
+            [0, 3],
+            -(arm_a * grad_b.transpose()),
+        );
+        add_block(
+            &mut sum.by_motion_of_b,
+            [3, 0],
+            -(grad_a * arm_b.transpose()),
+        );
+        add_block(
+            &mut sum.by_motion_of_b,
+            [3, 3],
+            -(grad_a * grad_b.transpose() * area),
+        );
+        let (total, weighted) = self.pressure_integrals();
+        let (total, weighted) = (total * inverse, weighted * inverse);
+        sum.push_of_a += stacked(&weighted.cross(grad_a), &(grad_a * total));
+        sum.push_of_b += stacked(&weighted.cross(grad_b), &(grad_b * total));
+    }
+}
+
+fn block_diagonal<T: Scalar>(rotation: &Matrix3<T>) -> Matrix6<T> {
+    let mut matrix = Matrix6::from_element(lift(0.0));
+    add_block(&mut matrix, [0, 0], *rotation);
+    add_block(&mut matrix, [3, 3], *rotation);
+    matrix
+}
+
+/// Adds a 3×3 block at the given row and column.
+fn add_block<T: Scalar>(matrix: &mut Matrix6<T>, [row, column]: [usize; 2], block: Matrix3<T>) {
+    let mut view = matrix.fixed_view_mut::<3, 3>(row, column);
+    view += block;
+}
+
+fn stacked<T: Scalar>(torque: &Vector3<T>, force: &Vector3<T>) -> Vector6<T> {
+    Vector6::new(torque.x, torque.y, torque.z, force.x, force.y, force.z)
+}

@@ -1,0 +1,49 @@
+//! The narrow phase: from candidate tetrahedra to the contact surface, the wrench, its Jacobian,
+//! and the potential energy.
+//!
+//! Two bodies press where their tetrahedra overlap. In a pair of tetrahedra the two pressures are
+//! equal on a plane; its part inside both is a convex *contact polygon*, and the polygons of a
+//! body pair make up the *contact surface* (the paper, §III). The wrench is the exact integral of
+//! pressure times normal over it.
+//!
+//! **Sign convention**, here and everywhere: the normal of a contact polygon points out of B into
+//! A, the way the pressure pushes A.
+//!
+//! ```
+//! use hydroelastic::contact::{ContactBody, ContactPair, Shape};
+//! use hydroelastic::mesh::shapes;
+//! use hydroelastic::spatial::Pose;
+//! use nalgebra::Vector3;
+//!
+//! let ball = Shape::new(shapes::icosphere(0.1, 2)?);
+//! let block = Shape::new(shapes::cuboid([0.4, 0.4, 0.2])?);
+//! let on_top = Pose::from_translation(Vector3::new(0.0, 0.0, 0.195));
+//! let pair = ContactPair::new(
+//!     ContactBody::new(&ball, on_top, 1e5)?,
+//!     ContactBody::new(&block, Pose::identity(), 1e6)?,
+//! );
+//! let (wrench, jacobian) = pair.wrench_and_jacobian();
+//! assert!(wrench.on_a.force.z > 0.0);
+//! // Lifting the ball lessens the force: row and column 5 are the z force and z translation.
+//! assert!(jacobian.on_a.by_pose_a[(5, 5)] < 0.0);
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
+
+mod body;
+mod culling;
+mod energy;
+mod equilibrium;
+mod jacobian;
+mod narrow_phase;
+mod pair;
+mod shape;
+mod surface;
+mod wrench;
+
+pub use body::{BodyError, ContactBody};
+pub use culling::Culling;
+pub use jacobian::{ContactJacobian, WrenchJacobian};
+pub use pair::{ContactPair, WorkCount};
+pub use shape::Shape;
+pub use surface::{ContactPolygon, ContactSurface};
+pub use wrench::ContactWrench;

@@ -1,0 +1,232 @@
+use super::equilibrium::{EquilibriumPlane, RoundOff, straddles};
+use crate::geometry::{AffineField, ConvexPolygon, FACES, PolygonMoments, Tetrahedron, snapped};
+use crate::mesh::FieldTet;
+use crate::scalar::{Scalar, carries_derivatives, real_part};
+use crate::spatial::Pose;
+use std::cell::OnceCell;
+
+/// Bounds on how far p_A may miss the pressure of a level face of B, relative to that pressure,
+/// and the face still be left out: the rounding of modulus × extent, with room.
+const LEVEL_SLACK: f64 = 1e-13;
+
+/// The narrow phase of one body pair: everything that is the same for all its tetrahedra. All
+/// geometry is in A's frame.
+pub(super) struct NarrowPhase<T> {
+    pub modulus_a: T,
+    pub modulus_b: T,
+    pub pose_ab: Pose<T>,
+    pub real_pose_ab: Pose<f64>,
+    pub round_off: RoundOff,
+    /// Whether to stop before slicing where the plane misses a tetrahedron.
+    pub plane_check: bool,
+}
+
+/// The contact polygon of a pair of tetrahedra, in A's frame.
+pub(super) struct PairPolygon<T> {
+    pub polygon: ConvexPolygon<T>,
+    pub plane: EquilibriumPlane<T>,
+    pub moments: PolygonMoments<T>,
+    pub pressure_a: AffineField<T>,
+    pub pressure_b: AffineField<T>,
+}
+
+/// A tetrahedron of B as A sees it: its real part at once, its derivatives once they are needed.
+pub(super) struct TetOfB<'a, T> {
+    pub tetrahedron: Tetrahedron,
+    pub real: PosedTet<'a, f64>,
+    /// Pressure at each corner (Pa).
+    pressures: [f64; 4],
+    /// Norm of the pressure gradient (Pa/m).
+    steepness: f64,
+    dual: OnceCell<PosedTet<'a, T>>,
+}
+
+/// The fields of a tetrahedron of B in A's frame.
+pub(super) struct PosedTet<'a, T> {
+    field_tet: &'a FieldTet,
+    pose_ab: &'a Pose<T>,
+    pub pressure: AffineField<T>,
+    faces: OnceCell<[AffineField<T>; 4]>,
+}
+
+impl<'a, T: Scalar> PosedTet<'a, T> {
+    fn new(field_tet: &'a FieldTet, pose_ab: &'a Pose<T>, modulus: T) -> Self {
+        Self {
+            field_tet,
+            pose_ab,
+            pressure: field_tet.extent.posed(pose_ab).scaled(modulus),
+            faces: OnceCell::new(),
+        }
+    }
+
+    /// The barycentric coordinates: field k is 0 on the face opposite to corner k, positive inside.
+    pub fn faces(&self) -> &[AffineField<T>; 4] {
+        self.faces.get_or_init(|| {
+            let barycentric = &self.field_tet.barycentric;
+            barycentric
+                .each_ref()
+                .map(|field| field.posed(self.pose_ab))
+        })
+    }
+}
+
+/// How the equilibrium plane meets a pair of tetrahedra; decided on real parts.
+struct Crossing {
+    /// Whether it passes through both, by the half-open rule.
+    straddled: bool,
+    /// Where |p_A − p_B| (Pa) counts as zero.
+    tolerance: f64,
+    /// Error of a coordinate (m).
+    margin: f64,
+    /// The faces of B that bound the polygon.
+    clipping_faces: [bool; 4],
+}
+
+impl<T: Scalar> NarrowPhase<T> {
+    pub fn tet_of_b<'a>(&'a self, field_tet: &'a FieldTet) -> TetOfB<'a, T> {
+        let corners = &field_tet.tetrahedron.corners;
+        let modulus_b = real_part(self.modulus_b);
+        TetOfB {
+            tetrahedron: Tetrahedron {
+                corners: corners
+                    .each_ref()
+                    .map(|c| self.real_pose_ab.transformed_point(c)),
+            },
+            real: PosedTet::new(field_tet, &self.real_pose_ab, modulus_b),
+            pressures: field_tet.extents.map(|extent| extent * modulus_b),
+            steepness: field_tet.steepness * modulus_b,
+            dual: OnceCell::new(),
+        }
+    }
+
+    /// The part of the equilibrium plane inside both tetrahedra; `None` where there is none.
+    ///
+    /// Whether there is one, and which edges and faces make it, is decided in `f64`; only what
+    /// survives is evaluated in `T`.
+    pub fn polygon<'a>(&'a self, a: &FieldTet, b: &TetOfB<'a, T>) -> Option<PairPolygon<T>> {
+        let crossing = self.crossing(a, b)?;
+        let outline = crossing.outline(a, real_part(self.modulus_a), &b.real);
+        if outline.is_empty() || !crossing.straddled {
+            return None;
+        }
+        let fields_b = self.fields_of_b(b);
+        let polygon = if carries_derivatives::<T>() {
+            crossing.outline(a, self.modulus_a, fields_b)
+        } else {
+            outline.lifted()
+        };
+        let pressure_a = a.extent.lifted().scaled(self.modulus_a);
+        let plane = EquilibriumPlane::between(&pressure_a, &fields_b.pressure);
+        let moments = polygon.moments(&plane.normal);
+        // Nothing but round-off is left of a polygon that does not turn about its normal.
+        (real_part(moments.area) > 0.0).then_some(PairPolygon {
+            polygon,
+            plane,
+            moments,
+            pressure_a,
+            pressure_b: fields_b.pressure,
+        })
+    }
+
+    /// `None` where the fields are equal over a volume or, with the plane check, where the plane
+    /// misses one of the tetrahedra.
+    fn crossing(&self, a: &FieldTet, b: &TetOfB<T>) -> Option<Crossing> {
+        let modulus_a = real_part(self.modulus_a);
+        let steepness = modulus_a * a.steepness + b.steepness;
+        let tolerance = self.round_off.margin() * steepness;
+        let at_a = excess_at_corners_of_a(a, modulus_a, &b.real, tolerance);
+        if self.plane_check && !straddles(&at_a) {
+            return None;
+        }
+        let at_b = self.excess_at_corners_of_b(a, b, tolerance);
+        let straddled = straddles(&at_a) && straddles(&at_b);
+        let gradient = a.extent.gradient * modulus_a - b.real.pressure.gradient;
+        if (self.plane_check && !straddled) || self.round_off.is_equal_field(&gradient) {
+            return None;
+        }
+        let pressures_a = a.extents.map(|extent| extent * modulus_a);
+        Some(Crossing {
+            straddled,
+            tolerance,
+            margin: self.round_off.margin(),
+            clipping_faces: std::array::from_fn(|face| {
+                // A face in the plane itself does not bound the polygon: the half-open rule has
+                // decided on which side of it the polygon lies.
+                let in_plane = FACES[face].iter().all(|&corner| at_b[corner] == 0.0);
+                !in_plane && !b.implies_face(face, &pressures_a)
+            }),
+        })
+    }
+
+    /// p_A − p_B (Pa) at B's corners, A's field extended beyond its tetrahedron.
+    fn excess_at_corners_of_b(&self, a: &FieldTet, b: &TetOfB<T>, tolerance: f64) -> [f64; 4] {
+        let modulus_a = real_part(self.modulus_a);
+        std::array::from_fn(|i| {
+            let pressure_a = modulus_a * a.extent.at(&b.tetrahedron.corners[i]);
+            snapped(pressure_a - b.pressures[i], tolerance)
+        })
+    }
+
+    /// B's fields with their derivatives.
+    pub fn fields_of_b<'a, 'b>(&'a self, b: &'b TetOfB<'a, T>) -> &'b PosedTet<'a, T> {
+        b.dual
+            .get_or_init(|| PosedTet::new(b.real.field_tet, &self.pose_ab, self.modulus_b))
+    }
+}
+
+impl<T> TetOfB<'_, T> {
+    /// Whether every point of the plane inside A's tetrahedron lies on the inner side of a face of
+    /// B because of the pressures alone.
+    ///
+    /// On a *level* face p_B is constant; at the surface it is 0. Inside the face p_B is above (or
+    /// below) that level, and on the plane p_B = p_A. So where all of A's corner pressures are on
+    /// that side already, clipping would cut nothing; and it must not be tried, because A's own
+    /// level face often cuts the plane in the very same line, and which of two equal lines
+    /// round-off prefers decides over the derivative.
+    fn implies_face(&self, face: usize, pressures_a: &[f64; 4]) -> bool {
+        if !self.real.field_tet.level_faces[face] {
+            return false;
+        }
+        let (level, inner) = (self.pressures[FACES[face][0]], self.pressures[face]);
+        if inner > level {
+            pressures_a
+                .iter()
+                .all(|&p| p >= level * (1.0 - LEVEL_SLACK))
+        } else {
+            pressures_a
+                .iter()
+                .all(|&p| p <= level * (1.0 + LEVEL_SLACK))
+        }
+    }
+}
+
+impl Crossing {
+    /// Slices A by the plane and clips the slice by B's faces.
+    fn outline<T: Scalar>(&self, a: &FieldTet, modulus_a: T, b: &PosedTet<T>) -> ConvexPolygon<T> {
+        let excess = excess_at_corners_of_a(a, modulus_a, b, self.tolerance);
+        let mut polygon = a.tetrahedron.sliced(&excess);
+        for (face, field) in b.faces().iter().enumerate() {
+            if self.clipping_faces[face] && !polygon.is_empty() {
+                let steepness = b.field_tet.barycentric_steepness[face];
+                polygon = polygon.clipped(field, self.margin * steepness);
+            }
+        }
+        polygon
+    }
+}
+
+/// p_A − p_B (Pa) at A's corners.
+fn excess_at_corners_of_a<T: Scalar>(
+    a: &FieldTet,
+    modulus_a: T,
+    b: &PosedTet<T>,
+    tolerance: f64,
+) -> [T; 4] {
+    std::array::from_fn(|i| {
+        let corner = &a.tetrahedron.corners[i];
+        snapped(
+            modulus_a * a.extents[i] - b.pressure.at_constant(corner),
+            tolerance,
+        )
+    })
+}

@@ -1,0 +1,32 @@
+use crate::broad_phase::TetTree;
+use crate::mesh::PressureField;
+
+/// What a body is made of for contact: a pressure field and the R\*-tree over its tetrahedra.
+///
+/// A shape has no pose and no modulus; any number of bodies may share one.
+#[derive(Debug, Clone)]
+pub struct Shape {
+    field: PressureField,
+    tree: TetTree,
+}
+
+impl Shape {
+    /// Builds the tree over the field's tetrahedra.
+    #[must_use]
+    pub fn new(field: PressureField) -> Self {
+        let tree = TetTree::new(&field);
+        Self { field, tree }
+    }
+
+    /// The pressure field.
+    #[must_use]
+    pub fn field(&self) -> &PressureField {
+        &self.field
+    }
+
+    /// The tree over the tetrahedra.
+    #[must_use]
+    pub fn tree(&self) -> &TetTree {
+        &self.tree
+    }
+}

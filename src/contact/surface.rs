@@ -1,0 +1,101 @@
+use super::narrow_phase::PairPolygon;
+use crate::geometry::ConvexPolygon;
+use crate::scalar::{Scalar, lift, real_part};
+use crate::spatial::Pose;
+use nalgebra::Vector3;
+
+/// The part of the contact surface in one pair of tetrahedra, in the world frame.
+#[derive(Debug, Clone)]
+pub struct ContactPolygon<T = f64> {
+    /// Its corners (m), counter-clockwise about the normal.
+    pub outline: ConvexPolygon<T>,
+    /// Unit normal, out of B into A.
+    pub normal: Vector3<T>,
+    /// Area (m²), positive.
+    pub area: T,
+    /// Centroid (m).
+    pub centroid: Vector3<T>,
+    /// Mean pressure (Pa): the pressure at the centroid.
+    pub pressure: T,
+    /// Gradient of the pressure of A (Pa/m); along the polygon, B's is the same.
+    pub pressure_gradient: Vector3<T>,
+    /// The point (m) through which the polygon's force acts: ∫ p x dA / ∫ p dA.
+    pub center_of_pressure: Vector3<T>,
+}
+
+/// The contact surface of a body pair, in the world frame: empty where the bodies do not touch.
+#[derive(Debug, Clone)]
+pub struct ContactSurface<T = f64> {
+    /// The polygons, one for each pair of tetrahedra that touch.
+    pub polygons: Vec<ContactPolygon<T>>,
+}
+
+impl<T: Scalar> ContactPolygon<T> {
+    pub(super) fn from_pair(pair: &PairPolygon<T>, pose_wa: &Pose<T>) -> Self {
+        let moments = &pair.moments;
+        let centroid = moments.centroid();
+        let pressure = pair.pressure_a.at(&centroid);
+        let gradient = &pair.pressure_a.gradient;
+        // About the centroid c: ∫ p (x − c) dA = (∫ (x − c)(x − c)ᵀ dA)·∇p.
+        let offset = moments.first / moments.area;
+        let moment = moments.second * gradient - offset * moments.first.dot(gradient);
+        let total = pressure * moments.area;
+        let center_of_pressure = if real_part(total) > 0.0 {
+            centroid + moment / total
+        } else {
+            centroid
+        };
+        Self {
+            outline: pair.polygon.transformed(pose_wa),
+            normal: pose_wa.rotation() * pair.plane.normal,
+            area: moments.area,
+            centroid: pose_wa.transformed_point(&centroid),
+            pressure,
+            pressure_gradient: pose_wa.rotation() * gradient,
+            center_of_pressure: pose_wa.transformed_point(&center_of_pressure),
+        }
+    }
+
+    /// Pressure (Pa) at a point of the polygon (m, world frame).
+    #[must_use]
+    pub fn pressure_at(&self, point: &Vector3<T>) -> T {
+        self.pressure + self.pressure_gradient.dot(&(point - self.centroid))
+    }
+
+    /// The force on A (N): ∫ p n dA.
+    #[must_use]
+    pub fn force(&self) -> Vector3<T> {
+        self.normal * (self.pressure * self.area)
+    }
+}
+
+impl<T: Scalar> ContactSurface<T> {
+    /// Whether the bodies do not touch.
+    #[must_use]
+    pub fn is_empty(&self) -> bool {
+        self.polygons.is_empty()
+    }
+
+    /// Total area (m²).
+    #[must_use]
+    pub fn area(&self) -> T {
+        self.sum(|polygon| polygon.area)
+    }
+
+    /// The pressure-weighted mean position (m), or `None` where nothing presses.
+    #[must_use]
+    pub fn center_of_pressure(&self) -> Option<Vector3<T>> {
+        let total = self.sum(|polygon| polygon.pressure * polygon.area);
+        (real_part(total) > 0.0).then(|| {
+            let zero = Vector3::from_element(lift(0.0));
+            let weighted = self.polygons.iter().fold(zero, |sum, polygon| {
+                sum + polygon.center_of_pressure * (polygon.pressure * polygon.area)
+            });
+            weighted / total
+        })
+    }
+
+    fn sum(&self, term: impl Fn(&ContactPolygon<T>) -> T) -> T {
+        self.polygons.iter().map(term).sum()
+    }
+}

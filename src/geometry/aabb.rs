@@ -1,0 +1,69 @@
+use crate::spatial::Pose;
+use nalgebra::Vector3;
+
+/// Axis-aligned box, closed.
+#[derive(Debug, Clone, Copy)]
+pub struct Aabb {
+    /// Smallest coordinates (m).
+    pub lower: Vector3<f64>,
+    /// Largest coordinates (m).
+    pub upper: Vector3<f64>,
+}
+
+impl Aabb {
+    /// The smallest box around the points; an inside-out box around none.
+    #[must_use]
+    pub fn around<'a>(points: impl IntoIterator<Item = &'a Vector3<f64>>) -> Self {
+        let empty = Self {
+            lower: Vector3::repeat(f64::INFINITY),
+            upper: Vector3::repeat(f64::NEG_INFINITY),
+        };
+        points.into_iter().fold(empty, |aabb, point| Self {
+            lower: aabb.lower.inf(point),
+            upper: aabb.upper.sup(point),
+        })
+    }
+
+    /// The box grown by `margin` (m) on every side.
+    #[must_use]
+    pub fn inflated(&self, margin: f64) -> Self {
+        Self {
+            lower: self.lower.add_scalar(-margin),
+            upper: self.upper.add_scalar(margin),
+        }
+    }
+
+    /// Whether the boxes share a point.
+    #[inline]
+    #[must_use]
+    pub fn overlaps(&self, other: &Self) -> bool {
+        (0..3).all(|i| self.lower[i] <= other.upper[i] && other.lower[i] <= self.upper[i])
+    }
+
+    /// Centre of the box (m).
+    #[must_use]
+    pub fn center(&self) -> Vector3<f64> {
+        (self.lower + self.upper) * 0.5
+    }
+
+    /// Half the edge lengths (m).
+    #[must_use]
+    pub fn half_extents(&self) -> Vector3<f64> {
+        (self.upper - self.lower) * 0.5
+    }
+
+    /// Whether no face of either box separates them, `self` in A and `other` in B. The nine
+    /// edge-edge directions are not tried, so some pairs that do not overlap pass.
+    #[must_use]
+    pub fn may_overlap_posed(&self, other: &Self, pose_ab: &Pose<f64>, margin: f64) -> bool {
+        let rotation = pose_ab.rotation();
+        let reach = rotation.abs();
+        let (half_a, half_b) = (self.half_extents(), other.half_extents());
+        let between_a = pose_ab.transformed_point(&other.center()) - self.center();
+        let between_b = rotation.tr_mul(&between_a);
+        let (reach_a, reach_b) = (half_a + reach * half_b, half_b + reach.tr_mul(&half_a));
+        (0..3).all(|i| {
+            between_a[i].abs() <= reach_a[i] + margin && between_b[i].abs() <= reach_b[i] + margin
+        })
+    }
+}

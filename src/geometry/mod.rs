@@ -1,0 +1,18 @@
+//! Shapes without physics: [`AffineField`], [`Tetrahedron`], [`ConvexPolygon`] and its
+//! [`PolygonMoments`], boxes, and the distance to a triangle.
+
+mod aabb;
+mod affine_field;
+mod moments;
+mod polygon;
+mod tetrahedron;
+mod triangle;
+
+pub use aabb::Aabb;
+pub use affine_field::AffineField;
+pub use moments::PolygonMoments;
+pub(crate) use polygon::snapped;
+pub use polygon::{ConvexPolygon, POLYGON_CAPACITY};
+pub(crate) use tetrahedron::FACES;
+pub use tetrahedron::Tetrahedron;
+pub(crate) use triangle::distance_to_triangle;

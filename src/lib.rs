@@ -1,0 +1,37 @@
+//! Differentiable pressure-field (hydroelastic) contact between soft-skinned rigid bodies.
+//!
+//! Each body is a tetrahedral mesh with a pressure that grows from 0 on its surface to a maximum
+//! inside. Where two bodies overlap, the surface on which their pressures are equal carries the
+//! contact: the force is the integral of pressure times normal over it. Such forces are
+//! continuous and have derivatives, and this library computes both exactly.
+//!
+//! The modules are the stages of one route, each using only those before it:
+//!
+//! [`scalar`] → [`spatial`] → [`geometry`] → [`mesh`] → [`broad_phase`] → [`contact`] →
+//! [`gradient`], with [`io`] for files. Start at [`contact`].
+//!
+//! # Conventions
+//!
+//! - SI units throughout.
+//! - **Sign**: the contact normal points out of B into A; the wrench on B is the negative of the
+//!   wrench on A about the same point.
+//! - 6-vectors have the angular part first: (torque, force), (angular, linear).
+//! - `pose_ab` maps coordinates in B to coordinates in A, so `pose_wb = pose_wa * pose_ab`.
+//! - Shapes are `f64`; poses, moduli and results are generic over [`scalar::Scalar`].
+//!
+//! # References
+//!
+//! - *The paper*: "An Efficient Implementation of Pressure Field Models", whose system (in Julia,
+//!   Hydroelastics.jl) this library rebuilds, with the derivatives it could not have.
+//! - \[Elandt 2019\] R. Elandt, E. Drumwright, M. Sherman, A. Ruina, "A pressure field model for
+//!   fast, robust approximation of net contact force and moment between nominally rigid objects",
+//!   IROS 2019.
+
+pub mod broad_phase;
+pub mod contact;
+pub mod geometry;
+pub mod gradient;
+pub mod io;
+pub mod mesh;
+pub mod scalar;
+pub mod spatial;

@@ -1,0 +1,126 @@
+/// Why numbers do not make a tetrahedral mesh or a pressure field.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum MeshError {
+    /// There is no tetrahedron.
+    #[error("a mesh needs at least one tetrahedron")]
+    Empty,
+    /// More tetrahedra or vertices than 32-bit indices can name.
+    #[error("a mesh holds at most {limit} vertices and tetrahedra, but {count} were given")]
+    TooLarge {
+        /// What was given.
+        count: usize,
+        /// What fits.
+        limit: usize,
+    },
+    /// A coordinate is NaN or infinite.
+    #[error("vertex {vertex} has the coordinate {value}, but coordinates must be finite")]
+    NonFiniteCoordinate {
+        /// Index of the vertex.
+        vertex: usize,
+        /// The coordinate.
+        value: f64,
+    },
+    /// A tetrahedron names a vertex that does not exist.
+    #[error(
+        "tetrahedron {tet} refers to vertex {vertex}, but the mesh has {vertex_count} vertices"
+    )]
+    VertexOutOfRange {
+        /// Index of the tetrahedron.
+        tet: usize,
+        /// The index it refers to.
+        vertex: usize,
+        /// How many vertices there are.
+        vertex_count: usize,
+    },
+    /// A tetrahedron names a vertex twice.
+    #[error("tetrahedron {tet} refers to vertex {vertex} twice, but needs four different corners")]
+    RepeatedVertex {
+        /// Index of the tetrahedron.
+        tet: usize,
+        /// The vertex.
+        vertex: usize,
+    },
+    /// A tetrahedron is flat to round-off.
+    #[error(
+        "tetrahedron {tet} has the volume {volume:e} m³ over a longest edge of {longest_edge:e} m, which is flat to round-off"
+    )]
+    ZeroVolume {
+        /// Index of the tetrahedron.
+        tet: usize,
+        /// Its volume (m³).
+        volume: f64,
+        /// Its longest edge (m).
+        longest_edge: f64,
+    },
+    /// A vertex belongs to no tetrahedron.
+    #[error("vertex {vertex} belongs to no tetrahedron")]
+    UnusedVertex {
+        /// Index of the vertex.
+        vertex: usize,
+    },
+    /// More than two tetrahedra meet in a face, or two lie on the same side of it.
+    #[error(
+        "tetrahedra {first} and {second} overlap: they share the face of vertices {face:?}, but lie on the same side of it or share it with a third"
+    )]
+    OverlappingTets {
+        /// Index of one tetrahedron.
+        first: usize,
+        /// Index of another.
+        second: usize,
+        /// The vertices of the face.
+        face: [usize; 3],
+    },
+    /// The number of extents is not the number of vertices.
+    #[error("a pressure field needs one extent per vertex: {vertex_count}, but has {extent_count}")]
+    ExtentCount {
+        /// How many vertices there are.
+        vertex_count: usize,
+        /// How many extents were given.
+        extent_count: usize,
+    },
+    /// An extent is negative, NaN or infinite.
+    #[error("vertex {vertex} has the extent {value}, but extents must be finite and not negative")]
+    InvalidExtent {
+        /// Index of the vertex.
+        vertex: usize,
+        /// The extent.
+        value: f64,
+    },
+    /// A vertex of the surface has an extent other than zero.
+    #[error("vertex {vertex} lies on the surface, where the extent must be 0, but has {value}")]
+    SurfaceExtent {
+        /// Index of the vertex.
+        vertex: usize,
+        /// The extent.
+        value: f64,
+    },
+    /// All four extents of a tetrahedron are zero: no pressure would ever rise there.
+    #[error(
+        "tetrahedron {tet} has extent 0 at all four corners, so it would carry no pressure; TetMesh::with_inner_vertices puts a vertex inside each tetrahedron whose corners all lie on the surface"
+    )]
+    ZeroField {
+        /// Index of the tetrahedron.
+        tet: usize,
+    },
+    /// A dimension of a ready-made shape is not a positive length.
+    #[error("the {name} of a shape must be positive and finite, but is {value}")]
+    InvalidDimension {
+        /// Which dimension.
+        name: &'static str,
+        /// The value.
+        value: f64,
+    },
+    /// A ready-made shape was asked for with an unusable number of subdivisions or segments.
+    #[error("a shape takes {lowest} to {highest} {name}, not {found}")]
+    InvalidResolution {
+        /// What is counted.
+        name: &'static str,
+        /// The count.
+        found: usize,
+        /// Smallest usable count.
+        lowest: usize,
+        /// Largest usable count.
+        highest: usize,
+    },
+}

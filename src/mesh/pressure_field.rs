@@ -1,0 +1,153 @@
+use super::{MeshError, TetMesh, distance};
+use crate::geometry::{AffineField, FACES, Tetrahedron};
+
+/// Extents that differ by less than this fraction of the largest one around are the same: the
+/// rounding of computed distances.
+const LEVEL: f64 = 1e-13;
+
+/// A tetrahedral mesh with an extent on every vertex: 0 on the surface, positive inside.
+///
+/// The pressure is the hydroelastic modulus (Pa) times the extent, linear in each tetrahedron.
+/// Where extents are normalised to a largest value of 1, the modulus is the largest pressure.
+#[derive(Debug, Clone)]
+pub struct PressureField {
+    mesh: TetMesh,
+    extents: Vec<f64>,
+    tets: Vec<FieldTet>,
+    steepest: f64,
+    reach: f64,
+}
+
+/// What the contact kernel needs of one tetrahedron, computed once per mesh.
+#[derive(Debug, Clone)]
+pub struct FieldTet {
+    /// The corners (m).
+    pub tetrahedron: Tetrahedron,
+    /// Extent at each corner.
+    pub extents: [f64; 4],
+    /// The extent as a function of position.
+    pub extent: AffineField,
+    /// The barycentric coordinates as functions of position.
+    pub barycentric: [AffineField; 4],
+    /// Norm of the extent's gradient (1/m).
+    pub steepness: f64,
+    /// Norms of the gradients of the barycentric coordinates (1/m): one over each height.
+    pub barycentric_steepness: [f64; 4],
+    /// For each face (opposite to its corner) whether the extent is the same all over it.
+    pub level_faces: [bool; 4],
+}
+
+impl PressureField {
+    /// From the extent of each vertex (any unit: pressure = modulus × extent).
+    ///
+    /// # Errors
+    /// If an extent is negative or not finite, is not 0 on the surface, or if a tetrahedron has
+    /// extent 0 at all corners.
+    pub fn new(mesh: TetMesh, extents: Vec<f64>) -> Result<Self, MeshError> {
+        check_extents(&mesh, &extents)?;
+        let tets: Vec<FieldTet> = (0..mesh.tet_count())
+            .map(|tet| FieldTet::new(mesh.tetrahedron(tet), mesh.tets()[tet].map(|v| extents[v])))
+            .collect();
+        let steepest = tets.iter().map(|tet| tet.steepness).fold(0.0, f64::max);
+        let reach = mesh
+            .vertices()
+            .iter()
+            .map(nalgebra::Matrix::norm)
+            .fold(0.0, f64::max);
+        Ok(Self {
+            mesh,
+            extents,
+            tets,
+            steepest,
+            reach,
+        })
+    }
+
+    /// With the distance to the surface, divided by the largest one, as extent. Tetrahedra (and
+    /// inner edges and faces) whose corners all lie on the surface are split first
+    /// ([`TetMesh::with_inner_vertices`]), so that the field rises everywhere inside.
+    ///
+    /// # Errors
+    /// As [`Self::new`].
+    pub fn from_distance(mesh: &TetMesh) -> Result<Self, MeshError> {
+        let mesh = mesh.with_inner_vertices()?;
+        let extents = distance::normalised_distances(&mesh);
+        Self::new(mesh, extents)
+    }
+
+    /// The mesh.
+    #[must_use]
+    pub fn mesh(&self) -> &TetMesh {
+        &self.mesh
+    }
+
+    /// Extent of each vertex.
+    #[must_use]
+    pub fn extents(&self) -> &[f64] {
+        &self.extents
+    }
+
+    /// The tetrahedra with their fields.
+    #[must_use]
+    pub fn tets(&self) -> &[FieldTet] {
+        &self.tets
+    }
+
+    /// Largest norm of the extent's gradient over the mesh (1/m for normalised extents).
+    #[must_use]
+    pub fn steepest(&self) -> f64 {
+        self.steepest
+    }
+
+    /// Largest distance (m) of a vertex from the origin of the body frame.
+    #[must_use]
+    pub fn reach(&self) -> f64 {
+        self.reach
+    }
+}
+
+impl FieldTet {
+    fn new(tetrahedron: Tetrahedron, extents: [f64; 4]) -> Self {
+        let barycentric = tetrahedron.barycentric_fields();
+        let weighted = barycentric.iter().zip(extents);
+        let extent = AffineField {
+            gradient: weighted.clone().map(|(field, e)| field.gradient * e).sum(),
+            offset: weighted.map(|(field, e)| field.offset * e).sum(),
+        };
+        let slack = LEVEL * extents.iter().copied().fold(0.0, f64::max);
+        let differ = |a: usize, b: usize| (extents[a] - extents[b]).abs() > slack;
+        let is_level = |[a, b, c]: [usize; 3]| !differ(a, b) && !differ(b, c);
+        Self {
+            tetrahedron,
+            extents,
+            extent,
+            steepness: extent.gradient.norm(),
+            barycentric_steepness: barycentric.each_ref().map(|field| field.gradient.norm()),
+            barycentric,
+            level_faces: FACES.map(is_level),
+        }
+    }
+}
+
+fn check_extents(mesh: &TetMesh, extents: &[f64]) -> Result<(), MeshError> {
+    let (vertex_count, extent_count) = (mesh.vertex_count(), extents.len());
+    if vertex_count != extent_count {
+        return Err(MeshError::ExtentCount {
+            vertex_count,
+            extent_count,
+        });
+    }
+    for (vertex, &value) in extents.iter().enumerate() {
+        if !(value >= 0.0 && value.is_finite()) {
+            return Err(MeshError::InvalidExtent { vertex, value });
+        }
+        if mesh.is_on_surface(vertex) && value != 0.0 {
+            return Err(MeshError::SurfaceExtent { vertex, value });
+        }
+    }
+    let is_zero = |tet: &[usize; 4]| tet.iter().all(|&vertex| extents[vertex] == 0.0);
+    match mesh.tets().iter().position(is_zero) {
+        Some(tet) => Err(MeshError::ZeroField { tet }),
+        None => Ok(()),
+    }
+}

@@ -1,0 +1,87 @@
+use crate::mesh::{MeshError, PressureField, TetMesh};
+use nalgebra::Vector3;
+use std::collections::HashMap;
+
+/// A core this much smaller than the shape is taken for a point or a segment: the tetrahedra along
+/// it would be flat. The field departs from the true distance by as much.
+const SMALLEST_CORE: f64 = 1e-9;
+
+/// A shape filled from its surface to its *core*, the set of points farthest from the surface:
+/// a point, a segment or a flat polygon.
+pub(super) struct CoredSurface {
+    /// Vertices of the surface (m).
+    pub vertices: Vec<Vector3<f64>>,
+    /// Triangles of the surface, counter-clockwise seen from outside.
+    pub triangles: Vec<[usize; 3]>,
+    /// For each vertex of the surface the point of the core (m) that it is joined to.
+    pub core_points: Vec<Vector3<f64>>,
+}
+
+/// The size of a core in one direction (m), 0 where it is negligible beside the shape's.
+pub(super) fn core_size(size: f64, shape_size: f64) -> f64 {
+    if size > SMALLEST_CORE * shape_size {
+        size
+    } else {
+        0.0
+    }
+}
+
+impl CoredSurface {
+    /// The field with extent 0 on the surface and 1 on the core.
+    ///
+    /// Between a surface triangle and its image in the core lies a prism, which may have lost
+    /// edges where core vertices coincide. It falls into tetrahedra along the staircase that
+    /// climbs from the surface to the core vertex by vertex in the order of the indices; both
+    /// prisms at a common side climb alike, so the mesh fits together.
+    pub fn field(self) -> Result<PressureField, MeshError> {
+        let surface_count = self.vertices.len();
+        let (core, core_of) = distinct(&self.core_points);
+        let mut tets = Vec::new();
+        for triangle in &self.triangles {
+            let mut low = *triangle;
+            low.sort_unstable();
+            let high = low.map(|vertex| surface_count + core_of[vertex]);
+            for climbed in (0..3).rev() {
+                let tet = staircase_step(low, high, climbed);
+                if !has_repeats(tet) {
+                    tets.push(tet);
+                }
+            }
+        }
+        let mut extents = vec![0.0; surface_count];
+        extents.resize(surface_count + core.len(), 1.0);
+        let vertices = [self.vertices, core].concat();
+        PressureField::new(TetMesh::new(vertices, tets)?, extents)
+    }
+}
+
+/// The distinct points, and for each point its place among them.
+fn distinct(points: &[Vector3<f64>]) -> (Vec<Vector3<f64>>, Vec<usize>) {
+    let mut known = Vec::new();
+    let mut places = HashMap::new();
+    let place_of = points.iter().map(|point| {
+        // Adding 0 makes one number of the two zeros.
+        let key: [u64; 3] = std::array::from_fn(|axis| (point[axis] + 0.0).to_bits());
+        *places.entry(key).or_insert_with(|| {
+            known.push(*point);
+            known.len() - 1
+        })
+    });
+    let place_of = place_of.collect();
+    (known, place_of)
+}
+
+/// The tetrahedron low[0..=climbed], high[climbed..3].
+fn staircase_step(low: [usize; 3], high: [usize; 3], climbed: usize) -> [usize; 4] {
+    std::array::from_fn(|place| {
+        if place <= climbed {
+            low[place]
+        } else {
+            high[place - 1]
+        }
+    })
+}
+
+fn has_repeats(tet: [usize; 4]) -> bool {
+    (1..4).any(|place| tet[..place].contains(&tet[place]))
+}

@@ -1,0 +1,102 @@
+use super::cored::CoredSurface;
+use super::{check_resolution, checked_lengths};
+use crate::mesh::{MeshError, PressureField};
+use nalgebra::Vector3;
+use std::collections::HashMap;
+
+/// Subdivisions allowed: ten give 21 million tetrahedra, about 8 GB.
+const SUBDIVISIONS: [usize; 2] = [0, 10];
+
+/// The corners of an icosahedron are the cyclic permutations of (0, ±1, ±φ).
+const ICOSAHEDRON: [[usize; 3]; 20] = [
+    [0, 11, 5],
+    [0, 5, 1],
+    [0, 1, 7],
+    [0, 7, 10],
+    [0, 10, 11],
+    [1, 5, 9],
+    [5, 11, 4],
+    [11, 10, 2],
+    [10, 7, 6],
+    [7, 1, 8],
+    [3, 9, 4],
+    [3, 4, 2],
+    [3, 2, 6],
+    [3, 6, 8],
+    [3, 8, 9],
+    [4, 9, 5],
+    [2, 4, 11],
+    [6, 2, 10],
+    [8, 6, 7],
+    [9, 8, 1],
+];
+
+/// A ball of the given radius (m): an icosahedron, each triangle split into four at the edge
+/// midpoints `subdivisions` times, then projected to the sphere, every triangle joined to a
+/// centre vertex of extent 1 (the paper, §V): 20·4ᵏ tetrahedra.
+///
+/// # Errors
+/// If the radius is not positive and finite, or there are more than 10 subdivisions.
+pub fn icosphere(radius: f64, subdivisions: usize) -> Result<PressureField, MeshError> {
+    let [radius] = checked_lengths([("radius", radius)])?;
+    ellipsoid([radius; 3], subdivisions)
+}
+
+/// An ellipsoid with the given semi-axes (m): an icosphere stretched, with extent 1 at its centre.
+///
+/// # Errors
+/// If a semi-axis is not positive and finite, or there are more than 10 subdivisions.
+pub fn ellipsoid(semi_axes: [f64; 3], subdivisions: usize) -> Result<PressureField, MeshError> {
+    let semi_axes = checked_lengths(semi_axes.map(|length| ("semi-axis", length)))?;
+    check_resolution("subdivisions", subdivisions, SUBDIVISIONS)?;
+    let (corners, triangles) = (0..subdivisions).fold(icosahedron(), subdivided);
+    let stretch = Vector3::from(semi_axes);
+    let vertices: Vec<_> = corners
+        .iter()
+        .map(|corner| corner.normalize().component_mul(&stretch))
+        .collect();
+    CoredSurface {
+        core_points: vec![Vector3::zeros(); vertices.len()],
+        vertices,
+        triangles,
+    }
+    .field()
+}
+
+type Triangulation = (Vec<Vector3<f64>>, Vec<[usize; 3]>);
+
+fn icosahedron() -> Triangulation {
+    let golden = f64::midpoint(1.0, 5.0_f64.sqrt());
+    let sides = [
+        (-1.0, golden),
+        (1.0, golden),
+        (-1.0, -golden),
+        (1.0, -golden),
+    ];
+    let corners = [[0, 1, 2], [2, 0, 1], [1, 2, 0]]
+        .iter()
+        .flat_map(|axes| {
+            sides.map(|(short, long)| Vector3::from(axes.map(|i| [short, long, 0.0][i])))
+        })
+        .collect();
+    (corners, ICOSAHEDRON.to_vec())
+}
+
+/// Every triangle split into four at the midpoints of its edges.
+fn subdivided((mut corners, triangles): Triangulation, _: usize) -> Triangulation {
+    let mut midpoints = HashMap::new();
+    let mut midpoint = |a: usize, b: usize| {
+        *midpoints.entry((a.min(b), a.max(b))).or_insert_with(|| {
+            corners.push((corners[a] + corners[b]) * 0.5);
+            corners.len() - 1
+        })
+    };
+    let quarters = triangles
+        .iter()
+        .flat_map(|&[a, b, c]| {
+            let (ab, bc, ca) = (midpoint(a, b), midpoint(b, c), midpoint(c, a));
+            [[a, ab, ca], [ab, b, bc], [ca, bc, c], [ab, bc, ca]]
+        })
+        .collect();
+    (corners, quarters)
+}

@@ -1,0 +1,41 @@
+//! Ready-made pressure fields, centred on the origin of the body frame, extents in [0, 1].
+
+mod cored;
+mod cuboid;
+mod cylinder;
+mod icosphere;
+
+pub use cuboid::{cuboid, distance_cuboid};
+pub use cylinder::cylinder;
+pub use icosphere::{ellipsoid, icosphere};
+
+use super::MeshError;
+
+/// The lengths, if all are positive and finite.
+fn checked_lengths<const N: usize>(
+    lengths: [(&'static str, f64); N],
+) -> Result<[f64; N], MeshError> {
+    for (name, value) in lengths {
+        if !(value > 0.0 && value.is_finite()) {
+            return Err(MeshError::InvalidDimension { name, value });
+        }
+    }
+    Ok(lengths.map(|(_, value)| value))
+}
+
+/// Nothing, if the count lies within the limits.
+fn check_resolution(
+    name: &'static str,
+    found: usize,
+    [lowest, highest]: [usize; 2],
+) -> Result<(), MeshError> {
+    if (lowest..=highest).contains(&found) {
+        return Ok(());
+    }
+    Err(MeshError::InvalidResolution {
+        name,
+        found,
+        lowest,
+        highest,
+    })
+}

@@ -1,0 +1,71 @@
+use super::MeshError;
+use crate::geometry::FACES;
+
+/// The faces that belong to one tetrahedron only, and the vertices on them.
+#[derive(Debug, Clone)]
+pub(super) struct Surface {
+    /// Vertex indices, counter-clockwise seen from outside, in the order of the tetrahedra.
+    pub triangles: Vec<[usize; 3]>,
+    /// For each vertex whether it lies on the surface.
+    pub has_vertex: Vec<bool>,
+}
+
+/// A face of a tetrahedron: `sorted` tells which it is, `even` on which side the tetrahedron lies.
+struct Face {
+    sorted: [usize; 3],
+    even: bool,
+    tet: usize,
+    outward: [usize; 3],
+}
+
+impl Surface {
+    /// The surface of positively oriented tetrahedra.
+    pub fn of(tets: &[[usize; 4]], vertex_count: usize) -> Result<Self, MeshError> {
+        let mut faces: Vec<Face> = (0..tets.len())
+            .flat_map(|tet| FACES.map(|corners| Face::new(tet, corners.map(|c| tets[tet][c]))))
+            .collect();
+        faces.sort_by_key(|face| (face.sorted, face.tet));
+        let mut outer: Vec<&Face> = Vec::new();
+        for group in faces.chunk_by(|a, b| a.sorted == b.sorted) {
+            match group {
+                [face] => outer.push(face),
+                [a, b] if a.even != b.even => {}
+                [.., a, b] => return Err(a.overlap_with(b)),
+                [] => {}
+            }
+        }
+        outer.sort_by_key(|face| (face.tet, face.outward));
+        let triangles: Vec<[usize; 3]> = outer.iter().map(|face| face.outward).collect();
+        let mut has_vertex = vec![false; vertex_count];
+        for &vertex in triangles.iter().flatten() {
+            has_vertex[vertex] = true;
+        }
+        Ok(Self {
+            triangles,
+            has_vertex,
+        })
+    }
+}
+
+impl Face {
+    fn new(tet: usize, outward: [usize; 3]) -> Self {
+        let mut sorted = outward;
+        sorted.sort_unstable();
+        let [a, b, c] = outward;
+        let even = [[a, b, c], [b, c, a], [c, a, b]].contains(&sorted);
+        Self {
+            sorted,
+            even,
+            tet,
+            outward,
+        }
+    }
+
+    fn overlap_with(&self, other: &Self) -> MeshError {
+        MeshError::OverlappingTets {
+            first: self.tet,
+            second: other.tet,
+            face: self.sorted,
+        }
+    }
+}

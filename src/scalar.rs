@@ -1,0 +1,70 @@
+//! The number every quantity is generic over: `f64`, or a dual number over `f64`.
+//!
+//! Shapes are `f64`; poses, moduli and everything computed from them are `T: Scalar`. The two
+//! worlds meet at two doors only: [`lift`] takes a constant into `T`, [`real_part`] looks at the
+//! value of a `T` to decide something. Decisions (culling, signs, which polygon corner is cut) are
+//! made on real parts, so they never touch a derivative.
+//!
+//! ```
+//! use hydroelastic::scalar::{Scalar, lift, real_part};
+//!
+//! fn spring_energy<T: Scalar>(stretch: T) -> T {
+//!     stretch * stretch * lift::<T>(0.5)
+//! }
+//! let (energy, force) = num_dual::first_derivative(spring_energy, 3.0);
+//! assert_eq!((energy, force), (4.5, 3.0));
+//! assert_eq!(real_part(spring_energy(3.0)), 4.5);
+//! ```
+
+use nalgebra::Vector3;
+use num_dual::DualNum;
+
+/// A real number, or a dual number over `f64` of any kind and order.
+///
+/// Implemented for `f64`, and for num-dual's `Dual64`, `DualSVec64<N>`, `Dual2_64`,
+/// `Dual2SVec64<N>`, `Dual3_64`, hyper-dual and nested dual types.
+pub trait Scalar: DualNum<Primitive = f64> + Copy + Send + Sync {}
+
+impl<T: DualNum<Primitive = f64> + Copy + Send + Sync> Scalar for T {}
+
+/// A constant: the value, with all derivatives zero.
+#[inline]
+#[must_use]
+pub fn lift<T: Scalar>(value: f64) -> T {
+    T::from(value)
+}
+
+/// The value without its derivatives.
+#[inline]
+#[must_use]
+pub fn real_part<T: Scalar>(value: T) -> f64 {
+    value.re()
+}
+
+/// A constant vector: [`lift`] for each component.
+#[inline]
+#[must_use]
+pub fn lift_vector<T: Scalar>(vector: &Vector3<f64>) -> Vector3<T> {
+    vector.map(lift)
+}
+
+/// The vector without its derivatives: [`real_part`] for each component.
+#[inline]
+#[must_use]
+pub fn real_vector<T: Scalar>(vector: &Vector3<T>) -> Vector3<f64> {
+    vector.map(real_part)
+}
+
+/// Whether `T` has derivatives to carry: false for `f64` alone.
+#[inline]
+#[must_use]
+pub(crate) const fn carries_derivatives<T: Scalar>() -> bool {
+    T::NDERIV > 0
+}
+
+/// Scalar product with a constant vector: three products `T * f64` instead of `T * T`.
+#[inline]
+#[must_use]
+pub(crate) fn dot_constant<T: Scalar>(vector: &Vector3<T>, constant: &Vector3<f64>) -> T {
+    vector.x * constant.x + vector.y * constant.y + vector.z * constant.z
+}

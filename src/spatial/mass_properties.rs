@@ -1,0 +1,12 @@
+use nalgebra::{Matrix3, Vector3};
+
+/// Mass, centre of mass and inertia of a rigid body.
+#[derive(Debug, Clone, Copy)]
+pub struct MassProperties {
+    /// Mass (kg).
+    pub mass: f64,
+    /// Centre of mass (m), in the body frame.
+    pub center_of_mass: Vector3<f64>,
+    /// Inertia tensor (kg m²) about the centre of mass, in the axes of the body frame.
+    pub inertia: Matrix3<f64>,
+}

@@ -1,0 +1,17 @@
+//! Rigid-body quantities: [`Pose`], the exponential map, [`Twist`], [`Wrench`], [`MassProperties`].
+//!
+//! Poses are written in monogram notation: `pose_ab` maps coordinates in B to coordinates in A, so
+//! that `pose_wb = pose_wa * pose_ab` cancels by eye. Angular parts come first in every 6-vector:
+//! a twist is (angular, linear), a wrench is (torque, force).
+
+mod mass_properties;
+mod pose;
+mod rotation;
+mod twist;
+mod wrench;
+
+pub use mass_properties::MassProperties;
+pub use pose::{Pose, PoseError};
+pub use rotation::{rotation_from_vector, skew};
+pub use twist::Twist;
+pub use wrench::Wrench;

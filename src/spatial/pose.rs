@@ -1,0 +1,173 @@
+use super::{Twist, rotation_from_vector};
+use crate::scalar::{Scalar, lift, lift_vector, real_part, real_vector};
+use nalgebra::{Isometry3, Matrix3, Vector3};
+use std::ops::Mul;
+
+/// How far RᵀR may be from the identity, entry by entry, for R to count as a rotation: the
+/// round-off of a few thousand products, far above that of one normalised quaternion.
+const ORTHONORMALITY: f64 = 1e-9;
+
+/// Why a rotation matrix and a translation are not a pose.
+#[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
+pub enum PoseError {
+    /// A component is NaN or infinite.
+    #[error("a pose must be finite, but a component of its rotation or translation is {0}")]
+    NotFinite(f64),
+    /// The matrix is not orthonormal, or it mirrors.
+    #[error(
+        "a rotation must be orthonormal with determinant 1, but the matrix is {deviation:e} away from it"
+    )]
+    NotARotation {
+        /// Largest entry of |RᵀR − I|, or |det R − 1| where that is larger.
+        deviation: f64,
+    },
+}
+
+/// Position and orientation of a frame: `pose_ab` maps coordinates in B to coordinates in A.
+#[derive(Debug, Clone, Copy)]
+pub struct Pose<T = f64> {
+    rotation: Matrix3<T>,
+    translation: Vector3<T>,
+}
+
+impl<T: Scalar> Pose<T> {
+    /// From a rotation matrix and the position (m) of the frame's origin.
+    ///
+    /// # Errors
+    /// If a number is not finite, or the matrix is not a rotation to 1e-9.
+    pub fn new(rotation: Matrix3<T>, translation: Vector3<T>) -> Result<Self, PoseError> {
+        let pose = Self {
+            rotation,
+            translation,
+        };
+        pose.checked()
+    }
+
+    /// The frame itself.
+    #[must_use]
+    pub fn identity() -> Self {
+        Self::from_translation(Vector3::from_element(lift(0.0)))
+    }
+
+    /// A frame with parallel axes, its origin at `translation` (m).
+    #[must_use]
+    pub fn from_translation(translation: Vector3<T>) -> Self {
+        Self {
+            rotation: Matrix3::identity(),
+            translation,
+        }
+    }
+
+    /// A frame turned by `rotation_vector` (rad, axis times angle), its origin at `translation` (m).
+    #[must_use]
+    pub fn from_rotation_vector(rotation_vector: &Vector3<T>, translation: Vector3<T>) -> Self {
+        Self {
+            rotation: rotation_from_vector(rotation_vector),
+            translation,
+        }
+    }
+
+    /// A constant pose: all derivatives zero.
+    #[must_use]
+    pub fn lifted(pose: &Pose<f64>) -> Self {
+        Self {
+            rotation: pose.rotation.map(lift),
+            translation: lift_vector(&pose.translation),
+        }
+    }
+
+    /// The pose without its derivatives.
+    #[must_use]
+    pub fn real(&self) -> Pose<f64> {
+        Pose {
+            rotation: self.rotation.map(real_part),
+            translation: real_vector(&self.translation),
+        }
+    }
+
+    /// Rotation matrix: the axes of the inner frame as columns.
+    #[must_use]
+    pub fn rotation(&self) -> &Matrix3<T> {
+        &self.rotation
+    }
+
+    /// Origin of the inner frame (m).
+    #[must_use]
+    pub fn translation(&self) -> &Vector3<T> {
+        &self.translation
+    }
+
+    /// `pose_ba` from `pose_ab`.
+    #[must_use]
+    pub fn inverse(&self) -> Self {
+        let rotation = self.rotation.transpose();
+        Self {
+            rotation,
+            translation: -(rotation * self.translation),
+        }
+    }
+
+    /// The point's coordinates (m) in the outer frame.
+    #[must_use]
+    pub fn transformed_point(&self, point: &Vector3<T>) -> Vector3<T> {
+        self.rotation * point + self.translation
+    }
+
+    /// The pose after a small motion in the axes of the outer frame: the origin moves by
+    /// `twist.linear`, and the frame turns about its own origin by `twist.angular`.
+    #[must_use]
+    pub fn moved_by(&self, twist: &Twist<T>) -> Self {
+        Self {
+            rotation: rotation_from_vector(&twist.angular) * self.rotation,
+            translation: self.translation + twist.linear,
+        }
+    }
+
+    /// A constant direction in the axes of the outer frame.
+    #[inline]
+    pub(crate) fn rotated_constant(&self, direction: &Vector3<f64>) -> Vector3<T> {
+        let row = |i: usize| {
+            self.rotation[(i, 0)] * direction.x
+                + self.rotation[(i, 1)] * direction.y
+                + self.rotation[(i, 2)] * direction.z
+        };
+        Vector3::new(row(0), row(1), row(2))
+    }
+
+    /// The pose, if its real part is one.
+    pub(crate) fn checked(self) -> Result<Self, PoseError> {
+        let Pose {
+            rotation,
+            translation,
+        } = self.real();
+        let mut entries = rotation.iter().chain(translation.iter());
+        if let Some(&value) = entries.find(|value| !value.is_finite()) {
+            return Err(PoseError::NotFinite(value));
+        }
+        let gram = (rotation.transpose() * rotation - Matrix3::identity()).amax();
+        let deviation = gram.max((rotation.determinant() - 1.0).abs());
+        if deviation > ORTHONORMALITY {
+            return Err(PoseError::NotARotation { deviation });
+        }
+        Ok(self)
+    }
+}
+
+impl<T: Scalar> Mul for Pose<T> {
+    type Output = Self;
+    fn mul(self, inner: Self) -> Self {
+        Self {
+            rotation: self.rotation * inner.rotation,
+            translation: self.transformed_point(&inner.translation),
+        }
+    }
+}
+
+impl From<Isometry3<f64>> for Pose<f64> {
+    fn from(isometry: Isometry3<f64>) -> Self {
+        Self {
+            rotation: isometry.rotation.to_rotation_matrix().into_inner(),
+            translation: isometry.translation.vector,
+        }
+    }
+}

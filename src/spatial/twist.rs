@@ -1,0 +1,33 @@
+use crate::scalar::{Scalar, lift_vector};
+use nalgebra::{Vector3, Vector6};
+
+/// Angular and linear velocity of a rigid body, or a small rigid motion.
+///
+/// The frame and the point the linear part belongs to are named where a twist is used.
+#[derive(Debug, Clone, Copy)]
+pub struct Twist<T = f64> {
+    /// Angular velocity (rad/s), or rotation vector (rad).
+    pub angular: Vector3<T>,
+    /// Linear velocity (m/s), or translation (m).
+    pub linear: Vector3<T>,
+}
+
+impl<T: Scalar> Twist<T> {
+    /// No motion.
+    #[must_use]
+    pub fn zero() -> Self {
+        Self {
+            angular: lift_vector(&Vector3::zeros()),
+            linear: lift_vector(&Vector3::zeros()),
+        }
+    }
+
+    /// From the 6-vector (angular, linear).
+    #[must_use]
+    pub fn from_vector(vector: &Vector6<T>) -> Self {
+        Self {
+            angular: Vector3::new(vector[0], vector[1], vector[2]),
+            linear: Vector3::new(vector[3], vector[4], vector[5]),
+        }
+    }
+}
