@@ -31,11 +31,12 @@ impl RTreeObject for TetBox {
 }
 
 impl TetTree {
-    /// Bulk-loads the tree: O(n log n), once per mesh.
+    /// Bulk-loads the tree: O(n log n), once per mesh. Inert tetrahedra are left out.
     #[must_use]
     pub fn new(field: &PressureField) -> Self {
         let tets = field.tets();
-        let boxes = (0_u32..).zip(tets).map(|(tet, field_tet)| {
+        let active = (0_u32..).zip(tets).filter(|(_, tet)| !tet.is_inert());
+        let boxes = active.map(|(tet, field_tet)| {
             let Aabb { lower, upper } = field_tet.tetrahedron.aabb();
             TetBox {
                 lower: lower.into(),

@@ -230,3 +230,59 @@ fn excess_at_corners_of_a<T: Scalar>(
         )
     })
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use nalgebra::Vector3;
+
+    /// Round-off of one polygon.
+    const EXACT: f64 = 1e-12;
+
+    fn field_tet(corners: [[f64; 3]; 4], extents: [f64; 4]) -> FieldTet {
+        let corners = corners.map(Vector3::from);
+        FieldTet::new(Tetrahedron { corners }, extents)
+    }
+
+    /// The pair of the unit tests of the paper's code, which no mesh can hold: a corner of the
+    /// surface has pressure.
+    #[test]
+    fn the_papers_pair_of_tetrahedra_meets_in_its_triangle() {
+        let base = [
+            [0.0, 0.0, 0.0],
+            [1.0, 0.0, 0.0],
+            [0.0, 1.0, 0.0],
+            [0.0, 0.0, 1.0],
+        ];
+        let a = field_tet(base, [0.0, 0.0, 0.0, 1.0]);
+        // Swapped corners: the mirror image of A is turned to positive orientation.
+        let top = [
+            [1.0, 0.0, 1.8],
+            [0.0, 0.0, 1.8],
+            [0.0, 1.0, 1.8],
+            [0.0, 0.0, 0.8],
+        ];
+        let b = field_tet(top, [0.0, 0.0, 0.0, 1.0]);
+        let narrow_phase = NarrowPhase {
+            modulus_a: 1.0,
+            modulus_b: 1.0,
+            pose_ab: Pose::identity(),
+            real_pose_ab: Pose::identity(),
+            round_off: RoundOff {
+                length: 3.0,
+                steepest: 1.0,
+            },
+            plane_check: true,
+        };
+        let found = narrow_phase
+            .polygon(&a, &narrow_phase.tet_of_b(&b))
+            .unwrap();
+        let expected = [[0.0, 0.0, 0.9], [0.1, 0.0, 0.9], [0.0, 0.1, 0.9]].map(Vector3::from);
+        for corner in expected {
+            let is_near = |c: &&Vector3<f64>| (*c - corner).amax() <= EXACT;
+            assert_eq!(found.polygon.corners().iter().filter(is_near).count(), 1);
+        }
+        assert_eq!(found.polygon.corners().len(), 3);
+        assert!((found.wrench().force.norm() - 0.0045).abs() <= EXACT);
+    }
+}

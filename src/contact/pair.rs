@@ -176,6 +176,7 @@ impl<'a, T: Scalar> ContactPair<'a, T> {
             } else {
                 let boxes = self.culling.bounding_boxes;
                 (0..tets_a.len())
+                    .filter(|&a| !tets_a[a].is_inert())
                     .filter(|&a| !boxes || tets_a[a].tetrahedron.aabb().overlaps(&query))
                     .for_each(visit_partner);
             }
@@ -186,7 +187,9 @@ impl<'a, T: Scalar> ContactPair<'a, T> {
                 .tree()
                 .visit_near(&region, pose_ab, margin, visit_partners);
         } else {
-            (0..tets_b.len()).for_each(visit_partners);
+            (0..tets_b.len())
+                .filter(|&b| !tets_b[b].is_inert())
+                .for_each(visit_partners);
         }
     }
 }

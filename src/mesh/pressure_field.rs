@@ -44,6 +44,19 @@ impl PressureField {
     /// If an extent is negative or not finite, is not 0 on the surface, or if a tetrahedron has
     /// extent 0 at all corners.
     pub fn new(mesh: TetMesh, extents: Vec<f64>) -> Result<Self, MeshError> {
+        let field = Self::with_inert_tets(mesh, extents)?;
+        match field.tets.iter().position(FieldTet::is_inert) {
+            Some(tet) => Err(MeshError::ZeroField { tet }),
+            None => Ok(field),
+        }
+    }
+
+    /// As [`Self::new`], for fields made elsewhere in which some tetrahedra have extent 0 at all
+    /// corners: they are part of the body's mass, but nothing that enters them is pushed back.
+    ///
+    /// # Errors
+    /// If an extent is negative or not finite, or is not 0 on the surface.
+    pub fn with_inert_tets(mesh: TetMesh, extents: Vec<f64>) -> Result<Self, MeshError> {
         check_extents(&mesh, &extents)?;
         let tets: Vec<FieldTet> = (0..mesh.tet_count())
             .map(|tet| FieldTet::new(mesh.tetrahedron(tet), mesh.tets()[tet].map(|v| extents[v])))
@@ -107,7 +120,13 @@ impl PressureField {
 }
 
 impl FieldTet {
-    fn new(tetrahedron: Tetrahedron, extents: [f64; 4]) -> Self {
+    /// Whether the extent is 0 at all corners: the tetrahedron takes no part in any contact.
+    #[must_use]
+    pub fn is_inert(&self) -> bool {
+        self.extents == [0.0; 4]
+    }
+
+    pub(crate) fn new(tetrahedron: Tetrahedron, extents: [f64; 4]) -> Self {
         let barycentric = tetrahedron.barycentric_fields();
         let weighted = barycentric.iter().zip(extents);
         let extent = AffineField {
@@ -145,9 +164,5 @@ fn check_extents(mesh: &TetMesh, extents: &[f64]) -> Result<(), MeshError> {
             return Err(MeshError::SurfaceExtent { vertex, value });
         }
     }
-    let is_zero = |tet: &[usize; 4]| tet.iter().all(|&vertex| extents[vertex] == 0.0);
-    match mesh.tets().iter().position(is_zero) {
-        Some(tet) => Err(MeshError::ZeroField { tet }),
-        None => Ok(()),
-    }
+    Ok(())
 }

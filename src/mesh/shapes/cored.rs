@@ -31,15 +31,16 @@ impl CoredSurface {
     ///
     /// Between a surface triangle and its image in the core lies a prism, which may have lost
     /// edges where core vertices coincide. It falls into tetrahedra along the staircase that
-    /// climbs from the surface to the core vertex by vertex in the order of the indices; both
-    /// prisms at a common side climb alike, so the mesh fits together.
+    /// climbs from the surface to the core vertex by vertex, in one order for the whole surface;
+    /// both prisms at a common side climb alike, so the mesh fits together. Vertices with the same
+    /// core vertex follow each other, or a flat tetrahedron would be left between them.
     pub fn field(self) -> Result<PressureField, MeshError> {
         let surface_count = self.vertices.len();
         let (core, core_of) = distinct(&self.core_points);
         let mut tets = Vec::new();
         for triangle in &self.triangles {
             let mut low = *triangle;
-            low.sort_unstable();
+            low.sort_unstable_by_key(|&vertex| (core_of[vertex], vertex));
             let high = low.map(|vertex| surface_count + core_of[vertex]);
             for climbed in (0..3).rev() {
                 let tet = staircase_step(low, high, climbed);

@@ -1,0 +1,371 @@
+//! The rooms of the house: which module may use which, which may open the doors to the outside.
+//!
+//! The checker takes (path below `src`, text) pairs, so that it is tried on bad houses too.
+
+use std::fs;
+use std::path::Path;
+
+/// Lowest first: a module uses only modules before it.
+const MODULES: [&str; 9] = [
+    "scalar",
+    "spatial",
+    "geometry",
+    "mesh",
+    "broad_phase",
+    "contact",
+    "dynamics",
+    "gradient",
+    "io",
+];
+
+/// Outside libraries, and the modules that may use them.
+const DOORS: [(&str, &[&str]); 4] = [
+    ("rstar", &["broad_phase"]),
+    ("num_dual", &["scalar", "gradient"]),
+    ("vtkio", &["io"]),
+    ("mshio", &["io"]),
+];
+
+/// Ways between `f64` and the scalar that go round `lift` and `real_part`.
+const BACK_DOORS: [&str; 2] = [".re()", "T::from("];
+
+/// Names that say nothing.
+const EMPTY_NAMES: [&str; 3] = ["utils", "common", "helpers"];
+
+/// Lines of code before the tests.
+const LONGEST_FILE: usize = 300;
+
+/// What is wrong with the source files, one message each.
+fn violations(files: &[(String, String)]) -> Vec<String> {
+    let of_file = |(path, text): &(String, String)| {
+        let code = code_of(text);
+        let mut found = file_violations(path, text);
+        found.extend(uphill_imports(path, &code));
+        found.extend(wrong_doors(path, &code));
+        found
+            .into_iter()
+            .map(|message| format!("{path} {message}"))
+            .collect::<Vec<_>>()
+    };
+    files.iter().flat_map(of_file).collect()
+}
+
+fn file_violations(path: &str, text: &str) -> Vec<String> {
+    let mut found = Vec::new();
+    let module = module_of(path);
+    if module != "lib" && !MODULES.contains(&module) {
+        found.push(format!(
+            "belongs to {module}, which is not on the list of modules"
+        ));
+    }
+    for name in path.trim_end_matches(".rs").split('/') {
+        if EMPTY_NAMES.contains(&name) {
+            found.push(format!("is named {name}"));
+        }
+    }
+    let length = lines_before_tests(text).count();
+    if length > LONGEST_FILE {
+        found.push(format!(
+            "has {length} lines of code, more than {LONGEST_FILE}"
+        ));
+    }
+    found
+}
+
+fn uphill_imports(path: &str, code: &str) -> Vec<String> {
+    let mut found = Vec::new();
+    if code.contains("super::super") {
+        found.push("climbs by super::super".to_owned());
+    }
+    let Some(own) = rank(module_of(path)) else {
+        return found;
+    };
+    let mut targets = names_after("crate::", code);
+    if is_module_root(path) {
+        targets.extend(
+            names_after("super::", code)
+                .into_iter()
+                .filter(|name| rank(name).is_some()),
+        );
+    }
+    for target in targets {
+        match rank(&target) {
+            None => found.push(format!(
+                "uses crate::{target}, which is not on the list of modules"
+            )),
+            Some(other) if other > own => {
+                found.push(format!("uses {target}, which comes after it"));
+            }
+            Some(_) => {}
+        }
+    }
+    found
+}
+
+fn wrong_doors(path: &str, code: &str) -> Vec<String> {
+    let module = module_of(path);
+    let libraries = DOORS
+        .iter()
+        .filter(|(library, rooms)| !rooms.contains(&module) && has_word(code, library))
+        .map(|(library, _)| format!("uses {library}"));
+    let back_doors = BACK_DOORS
+        .iter()
+        .filter(|back_door| module != "scalar" && code.contains(**back_door))
+        .map(|back_door| format!("has {back_door}: use lift or real_part"));
+    libraries.chain(back_doors).collect()
+}
+
+/// The top-level module of a file: `mesh` for `mesh/tet_mesh.rs`, `scalar` for `scalar.rs`.
+fn module_of(path: &str) -> &str {
+    path.split('/')
+        .next()
+        .unwrap_or(path)
+        .trim_end_matches(".rs")
+}
+
+/// Whether `super` is the crate itself in this file.
+fn is_module_root(path: &str) -> bool {
+    let parts: Vec<&str> = path.split('/').collect();
+    matches!(parts[..], [_] | [_, "mod.rs"])
+}
+
+fn rank(module: &str) -> Option<usize> {
+    MODULES.iter().position(|name| *name == module)
+}
+
+fn lines_before_tests(text: &str) -> impl Iterator<Item = &str> {
+    text.lines()
+        .take_while(|line| !line.trim_start().starts_with("#[cfg(test)]"))
+}
+
+/// The text without comments (documentation may link anywhere) and unit tests.
+fn code_of(text: &str) -> String {
+    lines_before_tests(text)
+        .map(|line| line.split("//").next().unwrap_or(line))
+        .fold(String::new(), |code, line| code + line + "\n")
+}
+
+/// The first names of all paths that start with `prefix`, each in a group like
+/// `crate::{mesh::TetMesh, scalar}` too.
+fn names_after(prefix: &str, code: &str) -> Vec<String> {
+    code.match_indices(prefix)
+        .filter(|(start, _)| !code[..*start].ends_with(is_word_character))
+        .flat_map(|(start, _)| path_heads(&code[start + prefix.len()..]))
+        .collect()
+}
+
+fn path_heads(rest: &str) -> Vec<String> {
+    let Some(group) = rest.strip_prefix('{') else {
+        return vec![first_word(rest)];
+    };
+    let mut depth = 0;
+    let mut heads = vec![first_word(group)];
+    for (place, character) in group.char_indices() {
+        match character {
+            '{' => depth += 1,
+            '}' if depth == 0 => break,
+            '}' => depth -= 1,
+            ',' if depth == 0 => heads.push(first_word(&group[place + 1..])),
+            _ => {}
+        }
+    }
+    // A comma may trail.
+    heads.retain(|head| !head.is_empty());
+    heads
+}
+
+fn first_word(text: &str) -> String {
+    text.trim_start()
+        .chars()
+        .take_while(|character| is_word_character(*character))
+        .collect()
+}
+
+fn has_word(code: &str, word: &str) -> bool {
+    code.match_indices(word).any(|(start, _)| {
+        !code[..start].ends_with(is_word_character)
+            && !code[start + word.len()..].starts_with(is_word_character)
+    })
+}
+
+fn is_word_character(character: char) -> bool {
+    character.is_alphanumeric() || character == '_'
+}
+
+/// All files below the folder, with '/' in their paths.
+fn source_files(folder: &Path, below: &str) -> Vec<(String, String)> {
+    let mut files = Vec::new();
+    for entry in fs::read_dir(folder).unwrap() {
+        let path = entry.unwrap().path();
+        let name = below.to_owned() + path.file_name().unwrap().to_str().unwrap();
+        if path.is_dir() {
+            files.extend(source_files(&path, &(name + "/")));
+        } else {
+            files.push((name, fs::read_to_string(&path).unwrap()));
+        }
+    }
+    files.sort();
+    files
+}
+
+#[test]
+fn the_source_keeps_to_its_architecture() {
+    let files = source_files(&Path::new(env!("CARGO_MANIFEST_DIR")).join("src"), "");
+    // A checker that finds no files finds no fault.
+    for expected in ["lib.rs", "scalar.rs", "mesh/mod.rs", "contact/pair.rs"] {
+        assert!(files.iter().any(|(path, _)| path == expected), "{expected}");
+    }
+    let found = violations(&files);
+    assert!(found.is_empty(), "{}", found.join("\n"));
+}
+
+fn violations_of(path: &str, text: &str) -> Vec<String> {
+    violations(&[(path.to_owned(), text.to_owned())])
+}
+
+#[test]
+fn downhill_imports_are_allowed() {
+    let text =
+        "use super::TetMesh;\nuse crate::geometry::Aabb;\nuse crate::{mesh, scalar::lift};\n";
+    assert_eq!(violations_of("mesh/shapes/box.rs", text), [""; 0]);
+    assert_eq!(
+        violations_of("io/mod.rs", "use crate::gradient::X;\n"),
+        [""; 0]
+    );
+    assert_eq!(violations_of("lib.rs", "pub use crate::io::X;\n"), [""; 0]);
+}
+
+#[test]
+fn uphill_imports_are_found() {
+    let uphill = ["mesh/surface.rs uses contact, which comes after it"];
+    for text in [
+        "use crate::contact::Shape;",
+        "fn f(_: &crate::contact::Shape) {}",
+        "pub(in crate::contact) fn f() {}",
+        "use crate::{geometry::{Aabb, FACES}, contact::Shape};",
+        "use crate::{\n    geometry::Aabb,\n    contact,\n};",
+    ] {
+        assert_eq!(violations_of("mesh/surface.rs", text), uphill, "{text}");
+    }
+}
+
+#[test]
+fn uphill_imports_through_super_are_found() {
+    assert_eq!(
+        violations_of("mesh/shapes/cuboid.rs", "use super::super::super::io::X;"),
+        ["mesh/shapes/cuboid.rs climbs by super::super"]
+    );
+    assert_eq!(
+        violations_of("scalar.rs", "use super::{spatial, scalar};"),
+        ["scalar.rs uses spatial, which comes after it"]
+    );
+    assert_eq!(
+        violations_of("mesh/mod.rs", "use super::io;"),
+        ["mesh/mod.rs uses io, which comes after it"]
+    );
+    assert_eq!(
+        violations_of("mesh/io.rs", "use super::io;"),
+        [""; 0],
+        "here super is mesh"
+    );
+}
+
+#[test]
+fn everything_is_downhill_of_io_alone() {
+    for (place, module) in MODULES.iter().enumerate() {
+        let path = format!("{module}/x.rs");
+        for (other, target) in MODULES.iter().enumerate() {
+            let found = violations_of(&path, &format!("use crate::{target}::X;"));
+            assert_eq!(found.is_empty(), other <= place, "{found:?}");
+        }
+    }
+}
+
+#[test]
+fn modules_off_the_list_are_found() {
+    assert_eq!(
+        violations_of("rendering/mod.rs", ""),
+        ["rendering/mod.rs belongs to rendering, which is not on the list of modules"]
+    );
+    assert_eq!(
+        violations_of("rendering.rs", ""),
+        ["rendering.rs belongs to rendering, which is not on the list of modules"]
+    );
+    assert_eq!(
+        violations_of("mesh/mod.rs", "use crate::Everything;"),
+        ["mesh/mod.rs uses crate::Everything, which is not on the list of modules"]
+    );
+}
+
+#[test]
+fn libraries_in_the_wrong_room_are_found() {
+    for (path, text, library) in [
+        ("contact/pair.rs", "use rstar::RTree;", "rstar"),
+        ("contact/pair.rs", "use num_dual::Dual64;", "num_dual"),
+        ("mesh/tet_mesh.rs", "let x = vtkio::load();", "vtkio"),
+        ("lib.rs", "pub use mshio;", "mshio"),
+    ] {
+        assert_eq!(
+            violations_of(path, text),
+            [format!("{path} uses {library}")]
+        );
+    }
+    for (path, text) in [
+        ("broad_phase/tree.rs", "use rstar::RTree;"),
+        ("gradient/wrench.rs", "use num_dual::Dual64;"),
+        ("scalar.rs", "use num_dual::DualNum;"),
+        ("io/vtk.rs", "use vtkio::Vtk;"),
+        ("contact/pair.rs", "let first_rstar_box = 1;"),
+    ] {
+        assert_eq!(violations_of(path, text), [""; 0]);
+    }
+}
+
+#[test]
+fn back_doors_between_the_worlds_are_found() {
+    for back_door in BACK_DOORS {
+        let text = format!("let y = x{back_door};");
+        let message = format!("contact/pair.rs has {back_door}: use lift or real_part");
+        assert_eq!(violations_of("contact/pair.rs", &text), [message]);
+        assert_eq!(violations_of("scalar.rs", &text), [""; 0]);
+    }
+}
+
+#[test]
+fn empty_names_are_found() {
+    assert_eq!(
+        violations_of("mesh/utils.rs", ""),
+        ["mesh/utils.rs is named utils"]
+    );
+    assert_eq!(
+        violations_of("mesh/helpers/sort.rs", ""),
+        ["mesh/helpers/sort.rs is named helpers"]
+    );
+    assert_eq!(violations_of("mesh/common_edge.rs", ""), [""; 0]);
+}
+
+#[test]
+fn long_files_are_found_but_their_tests_do_not_count() {
+    let code = "let x = 1;\n".repeat(LONGEST_FILE);
+    let tests = "#[cfg(test)]\nmod tests {}\n".to_owned() + &code;
+    assert_eq!(
+        violations_of("mesh/long.rs", &(code.clone() + &tests)),
+        [""; 0]
+    );
+    assert_eq!(
+        violations_of("mesh/long.rs", &(code + "\n" + &tests)),
+        ["mesh/long.rs has 301 lines of code, more than 300"]
+    );
+}
+
+#[test]
+fn comments_and_unit_tests_may_name_anything() {
+    let text =
+        "//! See [`crate::contact`].\n/// As rstar and [`super::super`]\nfn f() {} // .re()\n";
+    let tests =
+        "#[cfg(test)]\nmod tests {\n    use crate::contact::Shape;\n    use num_dual::Dual64;\n}\n";
+    assert_eq!(
+        violations_of("mesh/surface.rs", &(text.to_owned() + tests)),
+        [""; 0]
+    );
+}

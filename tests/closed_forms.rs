@@ -1,0 +1,216 @@
+//! Wrenches against values that can be written down.
+
+mod support;
+
+use hydroelastic::contact::{ContactPair, Culling, Shape};
+use hydroelastic::mesh::shapes;
+use hydroelastic::spatial::Pose;
+use nalgebra::{Vector3, vector};
+use std::f64::consts::PI;
+use support::scenes::pair;
+
+/// Round-off of a sum over some hundred polygons.
+const EXACT: f64 = 1e-12;
+
+/// The table's rest depth comes from a root finder; the digits it prints.
+const REST_DEPTH: f64 = 1e-9;
+
+/// The nine digits the table prints of the frequency.
+const FREQUENCY: f64 = 2e-9;
+
+/// Each printed digit of the table of relative errors.
+const PRINTED: f64 = 6e-4;
+
+fn at(x: f64, y: f64, z: f64) -> Pose {
+    Pose::from_translation(vector![x, y, z])
+}
+
+fn icospheres_of_the_paper(shape: &Shape) -> ContactPair<'_> {
+    pair(
+        (shape, at(0.031, -0.5, 0.052), 1.0),
+        (shape, at(0.0, 0.5, 0.0), 1.0),
+    )
+}
+
+#[test]
+fn icosphere_pairs_have_the_force_of_three_independent_codes() {
+    let expected = [
+        (
+            1,
+            vector![0.013362484175243, -0.441277152337403, 0.023269900431408],
+        ),
+        (
+            2,
+            vector![0.015412652420915, -0.50032786805884, 0.026029548602807],
+        ),
+    ];
+    for (subdivisions, force) in expected {
+        let shape = Shape::new(shapes::icosphere(1.0, subdivisions).unwrap());
+        let found = icospheres_of_the_paper(&shape).wrench().on_a.force;
+        assert!((found - force).amax() <= EXACT, "{found:?}");
+    }
+}
+
+#[test]
+fn work_counts_of_the_papers_scene_stay_as_they_are() {
+    let shape = Shape::new(shapes::icosphere(1.0, 2).unwrap());
+    let count = icospheres_of_the_paper(&shape).work_count();
+    assert_eq!(count.polygons, 427);
+    assert_eq!(count.candidate_pairs, 4_566);
+}
+
+/// A cube of 0.2 m and 1 MPa pressed 1 cm into a box of 3 MPa: κ is the pressure gradient.
+mod cube_on_box {
+    use super::*;
+
+    const EDGE: f64 = 0.2;
+    const MODULI: [f64; 2] = [1e6, 3e6];
+    const KAPPA: [f64; 2] = [MODULI[0] / (EDGE / 2.0), MODULI[1] / 0.5];
+
+    fn shapes_and<R>(depth: f64, read: impl Fn(&ContactPair) -> R) -> R {
+        let cube = Shape::new(shapes::cuboid([EDGE; 3]).unwrap());
+        let ground = Shape::new(shapes::cuboid([2.0, 2.0, 1.0]).unwrap());
+        let above = at(0.013, -0.007, 0.5 + EDGE / 2.0 - depth);
+        read(&pair(
+            (&cube, above, MODULI[0]),
+            (&ground, Pose::identity(), MODULI[1]),
+        ))
+    }
+
+    fn force(depth: f64) -> f64 {
+        let delta = KAPPA[1] * depth / (KAPPA[0] + KAPPA[1]);
+        let (a, d) = (EDGE, delta);
+        KAPPA[0] * (a * a * d - 2.0 * a * d * d + 4.0 * d.powi(3) / 3.0)
+    }
+
+    #[test]
+    fn force_and_derivatives_are_the_closed_ones() {
+        let (wrench, jacobian) = shapes_and(0.01, |pair| pair.wrench_and_jacobian());
+        let close = |found: f64, expected: f64| (found - expected).abs() <= EXACT * expected.abs();
+        assert!(close(force(0.01), 1444.453125));
+        assert!(close(wrench.on_a.force.z, 1444.453125));
+        assert!(close(jacobian.on_a.by_pose_a[(5, 5)], -138_960.937_5));
+        assert!(close(
+            jacobian.on_a.by_modulus_a[5] * MODULI[0],
+            575.947_265_625
+        ));
+        assert!(close(
+            jacobian.on_a.by_modulus_b[5] * MODULI[1],
+            868.505_859_375
+        ));
+        let lateral = wrench.on_a.force.xy().amax();
+        assert!(lateral <= EXACT * wrench.on_a.force.z, "{lateral:e}");
+    }
+
+    #[test]
+    fn energy_is_the_integral_of_the_force() {
+        // Simpson's rule is exact: the force is a cubic in the depth.
+        let depth = 0.01;
+        let integral = (force(0.0) + 4.0 * force(depth / 2.0) + force(depth)) * depth / 6.0;
+        let energy = shapes_and(depth, |pair| pair.potential_energy());
+        assert!(
+            (energy - integral).abs() <= EXACT * integral,
+            "{energy} {integral}"
+        );
+    }
+
+    #[test]
+    fn rest_depth_under_gravity_is_found_by_newtons_method_on_the_wrench() {
+        let (mut depth, weight) = (1e-4, 9.81);
+        for _ in 0..8 {
+            let (wrench, jacobian) = shapes_and(depth, |pair| pair.wrench_and_jacobian());
+            depth += (weight - wrench.on_a.force.z) / -jacobian.on_a.by_pose_a[(5, 5)];
+        }
+        assert!(
+            (depth - 6.541_604_590_930e-5).abs() <= REST_DEPTH * depth,
+            "{depth:e}"
+        );
+        let stiffness = shapes_and(depth, |pair| {
+            -pair.wrench_and_jacobian().1.on_a.by_pose_a[(5, 5)]
+        });
+        assert!((stiffness.sqrt() / 387.203_326 - 1.0).abs() <= FREQUENCY);
+    }
+}
+
+#[test]
+fn cubes_offset_along_an_axis_have_the_force_of_the_papers_figure_3() {
+    for (edge, modulus) in [(1.0, 0.5), (0.2, 1e6)] {
+        let cube = Shape::new(shapes::cuboid([edge; 3]).unwrap());
+        for axis in 0..3 {
+            for step in (-40..=40).filter(|&step| step != 0) {
+                let s = f64::from(step) / 40.0;
+                let offset = Vector3::ith(axis, s * edge);
+                let moved = (&cube, Pose::from_translation(offset), modulus);
+                let pair = pair(moved, (&cube, Pose::identity(), modulus));
+                let force = pair.wrench().on_a.force;
+                let magnitude = modulus * edge * edge * (1.0 - s.abs().powi(3)) / 3.0;
+                let expected = Vector3::ith(axis, magnitude * s.signum());
+                assert!(
+                    (force - expected).amax() <= EXACT * modulus * edge * edge,
+                    "{s} {force:?}"
+                );
+            }
+        }
+    }
+}
+
+#[test]
+fn coincident_cubes_have_no_force() {
+    let cube = Shape::new(shapes::cuboid([1.0; 3]).unwrap());
+    let there = (&cube, Pose::identity(), 0.5);
+    let pair = pair(there, there);
+    assert_eq!(pair.wrench().on_a.force, Vector3::zeros());
+    // The energy is the integral of the field: a pyramid over each face.
+    assert!((pair.potential_energy() - 0.5 / 4.0).abs() <= EXACT);
+}
+
+#[test]
+fn mirrored_icospheres_approach_the_force_of_spheres_at_second_order() {
+    let overlap: f64 = 0.2;
+    // Each sphere is pressed half the overlap deep by the mirror plane between them.
+    let depth = overlap / 2.0;
+    let smooth = PI * depth * depth * (1.0 - 2.0 * depth / 3.0);
+    assert!((smooth / 0.029_321_531_43 - 1.0).abs() < 1e-9);
+    let errors = [-0.694, -0.214, -0.0561, -0.0144, -0.0036];
+    for (subdivisions, expected) in (1..).zip(errors) {
+        let sphere = Shape::new(shapes::icosphere(1.0, subdivisions).unwrap());
+        let force = pair(
+            (&sphere, Pose::identity(), 1.0),
+            (&sphere, at(0.0, 0.0, 2.0 - overlap), 1.0),
+        )
+        .wrench()
+        .on_a
+        .force
+        .norm();
+        let error = force / smooth - 1.0;
+        assert!(
+            (error - expected).abs() < PRINTED,
+            "{subdivisions}: {error}"
+        );
+    }
+}
+
+#[test]
+fn every_culling_gives_the_same_wrench() {
+    let (sphere, block) = (
+        Shape::new(shapes::icosphere(1.0, 1).unwrap()),
+        Shape::new(shapes::distance_cuboid([1.0, 1.5, 0.8]).unwrap()),
+    );
+    let turned = Pose::from_rotation_vector(&vector![0.3, -0.7, 0.4], vector![0.4, 0.3, 0.6]);
+    let pair = pair((&sphere, turned, 2.0), (&block, Pose::identity(), 3.0));
+    let expected = pair.with_culling(Culling::NONE).wrench().on_a.to_vector();
+    assert!(expected.norm() > 0.1);
+    for bits in 0..16 {
+        let culling = Culling {
+            bounding_boxes: bits & 1 != 0,
+            plane_check: bits & 2 != 0,
+            tree: bits & 4 != 0,
+            projections: if bits & 8 != 0 { 5 } else { 0 },
+        };
+        let found = pair.with_culling(culling).wrench().on_a.to_vector();
+        assert!(
+            (found - expected).amax() <= EXACT * expected.amax(),
+            "{culling:?}"
+        );
+    }
+}

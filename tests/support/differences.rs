@@ -1,0 +1,41 @@
+//! Central differences of contact wrenches.
+
+use hydroelastic::contact::{ContactBody, ContactPair};
+use hydroelastic::spatial::Twist;
+use nalgebra::{SMatrix, SVector, Vector6};
+
+/// A motion of a pair: twist of A, twist of B, relative changes of the moduli.
+pub type Motion = SVector<f64, 14>;
+
+/// The pair after a motion.
+pub fn moved<'a>(pair: &ContactPair<'a>, motion: &Motion) -> ContactPair<'a> {
+    let body = |body: &ContactBody<'a>, row: usize, modulus_row: usize| {
+        let twist: Vector6<f64> = motion.fixed_rows::<6>(row).into_owned();
+        let pose = body.pose().moved_by(&Twist::from_vector(&twist));
+        let modulus = body.modulus() * (1.0 + motion[modulus_row]);
+        ContactBody::new(body.shape(), pose, modulus).unwrap()
+    };
+    ContactPair::new(body(pair.a(), 0, 12), body(pair.b(), 6, 13))
+}
+
+/// Central difference of the wrench on A: 6×14, columns as in a motion (moduli: logarithmic).
+pub fn central_difference(pair: &ContactPair, step: f64) -> SMatrix<f64, 6, 14> {
+    let columns: Vec<Vector6<f64>> = (0..14)
+        .map(|column| {
+            let mut motion = Motion::zeros();
+            motion[column] = step;
+            let ahead = moved(pair, &motion).wrench().on_a.to_vector();
+            let behind = moved(pair, &-motion).wrench().on_a.to_vector();
+            (ahead - behind) / (2.0 * step)
+        })
+        .collect();
+    SMatrix::from_columns(&columns)
+}
+
+/// The Jacobian of the wrench on A by a motion, from the one by moduli.
+pub fn by_motion(matrix: &SMatrix<f64, 6, 14>, pair: &ContactPair) -> SMatrix<f64, 6, 14> {
+    let mut matrix = *matrix;
+    matrix.column_mut(12).scale_mut(pair.a().modulus());
+    matrix.column_mut(13).scale_mut(pair.b().modulus());
+    matrix
+}

@@ -1,0 +1,8 @@
+//! What the tests share: reference data, random poses, finite differences, and slow, independent
+//! twins of the contact kernel.
+#![allow(dead_code, reason = "each test file uses its own part of the support")]
+
+pub mod differences;
+pub mod half_planes;
+pub mod reference;
+pub mod scenes;

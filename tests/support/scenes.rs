@@ -1,0 +1,130 @@
+//! Random and deliberately degenerate scenes, the same in every run.
+
+use hydroelastic::contact::{ContactBody, ContactPair, Shape};
+use hydroelastic::mesh::{PressureField, TetMesh, shapes};
+use hydroelastic::spatial::Pose;
+use nalgebra::Vector3;
+use proptest::test_runner::{RngAlgorithm, TestRng};
+use rand::RngExt;
+
+/// A source of random numbers with a seed of its own.
+pub struct Random(TestRng);
+
+impl Random {
+    pub fn new(seed: u8) -> Self {
+        Self(TestRng::from_seed(RngAlgorithm::ChaCha, &[seed; 32]))
+    }
+
+    /// Uniform in [low, high).
+    pub fn between(&mut self, low: f64, high: f64) -> f64 {
+        self.0.random_range(low..high)
+    }
+
+    pub fn below(&mut self, count: usize) -> usize {
+        self.0.random_range(0..count)
+    }
+
+    /// Uniform in the cube [−1, 1)³.
+    pub fn vector(&mut self) -> Vector3<f64> {
+        Vector3::from_fn(|_, _| self.between(-1.0, 1.0))
+    }
+
+    pub fn direction(&mut self) -> Vector3<f64> {
+        loop {
+            let vector = self.vector();
+            if (0.1..1.0).contains(&vector.norm()) {
+                return vector.normalize();
+            }
+        }
+    }
+
+    /// A rotation by up to half a turn.
+    pub fn rotation_vector(&mut self) -> Vector3<f64> {
+        self.direction() * self.between(0.0, std::f64::consts::PI)
+    }
+}
+
+/// Shapes of about radius 1: stars, layered and non-convex ones.
+pub fn mixed_shapes() -> Vec<Shape> {
+    let fields = [
+        shapes::icosphere(1.0, 0),
+        shapes::icosphere(1.0, 1),
+        shapes::icosphere(1.0, 2),
+        shapes::ellipsoid([0.6, 0.8, 1.1], 1),
+        shapes::cuboid([1.2, 1.4, 1.0]),
+        shapes::distance_cuboid([1.0, 1.3, 1.7]),
+        shapes::cylinder(0.8, 1.5, 7),
+        shapes::cylinder(0.9, 0.7, 9),
+        grid(&[3, 3, 3], 0.45, |_| true),
+        grid(&[3, 3, 2], 0.6, |[i, j, _]| i == 0 || j == 0),
+    ];
+    fields.map(|field| Shape::new(field.unwrap())).into()
+}
+
+/// Cubes of the given edge in a grid centred on the origin, those for which `keep` holds, six
+/// tetrahedra each, with the distance to the surface as field.
+pub fn grid(
+    counts: &[usize; 3],
+    edge: f64,
+    keep: impl Fn([usize; 3]) -> bool,
+) -> Result<PressureField, hydroelastic::mesh::MeshError> {
+    let [nx, ny, nz] = *counts;
+    let index = |i: usize, j: usize, k: usize| (i * (ny + 1) + j) * (nz + 1) + k;
+    let mut tets = Vec::new();
+    for (i, j, k) in cells([nx, ny, nz]).filter(|&(i, j, k)| keep([i, j, k])) {
+        // Kuhn's triangulation: one tetrahedron for each order in which the axes are walked.
+        for [first, second] in [[0, 1], [0, 2], [1, 0], [1, 2], [2, 0], [2, 1]] {
+            let (mut at, mut tet) = ([i, j, k], vec![index(i, j, k)]);
+            for axis in [first, second, 3 - first - second] {
+                at[axis] += 1;
+                tet.push(index(at[0], at[1], at[2]));
+            }
+            tets.push([tet[0], tet[1], tet[2], tet[3]]);
+        }
+    }
+    let corner = |(i, j, k): (usize, usize, usize)| {
+        let half = Vector3::new(nx as f64, ny as f64, nz as f64) * 0.5;
+        (Vector3::new(i as f64, j as f64, k as f64) - half) * edge
+    };
+    let vertices: Vec<_> = cells([nx + 1, ny + 1, nz + 1]).map(corner).collect();
+    let (vertices, tets) = without_unused(&vertices, &tets);
+    PressureField::from_distance(&TetMesh::new(vertices, tets)?)
+}
+
+fn cells([nx, ny, nz]: [usize; 3]) -> impl Iterator<Item = (usize, usize, usize)> {
+    (0..nx).flat_map(move |i| (0..ny).flat_map(move |j| (0..nz).map(move |k| (i, j, k))))
+}
+
+fn without_unused(
+    vertices: &[Vector3<f64>],
+    tets: &[[usize; 4]],
+) -> (Vec<Vector3<f64>>, Vec<[usize; 4]>) {
+    let mut used: Vec<usize> = tets.iter().flatten().copied().collect();
+    used.sort_unstable();
+    used.dedup();
+    let place = |vertex: usize| used.binary_search(&vertex).unwrap();
+    let kept = used.iter().map(|&vertex| vertices[vertex]).collect();
+    (kept, tets.iter().map(|tet| tet.map(place)).collect())
+}
+
+/// A random pair that overlaps well: generic poses, moduli within a factor of a hundred.
+pub fn random_pair<'a>(shapes: &'a [Shape], random: &mut Random) -> ContactPair<'a> {
+    let (a, b) = (random.below(shapes.len()), random.below(shapes.len()));
+    let pose_wa = Pose::from_rotation_vector(&random.rotation_vector(), random.vector());
+    let apart = random.direction() * random.between(0.3, 1.3);
+    let position = pose_wa.translation() + apart;
+    let pose_wb = Pose::from_rotation_vector(&random.rotation_vector(), position);
+    let moduli = [random.between(0.0, 2.0), random.between(0.0, 2.0)].map(|x| 10_f64.powf(x));
+    pair(
+        (&shapes[a], pose_wa, moduli[0]),
+        (&shapes[b], pose_wb, moduli[1]),
+    )
+}
+
+/// A pair of bodies (shape, pose, modulus).
+pub fn pair<'a>(a: (&'a Shape, Pose, f64), b: (&'a Shape, Pose, f64)) -> ContactPair<'a> {
+    ContactPair::new(
+        ContactBody::new(a.0, a.1, a.2).unwrap(),
+        ContactBody::new(b.0, b.1, b.2).unwrap(),
+    )
+}
