@@ -35,3 +35,8 @@ pub mod io;
 pub mod mesh;
 pub mod scalar;
 pub mod spatial;
+
+/// Compiles and runs the README's program.
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+struct Readme;
