@@ -2,7 +2,7 @@
 
 mod support;
 
-use hydroelastic::contact::{ContactPair, Culling, Shape};
+use hydroelastic::contact::{ContactPair, Shape};
 use hydroelastic::mesh::shapes;
 use hydroelastic::spatial::Pose;
 use nalgebra::{Vector3, vector};
@@ -186,31 +186,6 @@ fn mirrored_icospheres_approach_the_force_of_spheres_at_second_order() {
         assert!(
             (error - expected).abs() < PRINTED,
             "{subdivisions}: {error}"
-        );
-    }
-}
-
-#[test]
-fn every_culling_gives_the_same_wrench() {
-    let (sphere, block) = (
-        Shape::new(shapes::icosphere(1.0, 1).unwrap()),
-        Shape::new(shapes::distance_cuboid([1.0, 1.5, 0.8]).unwrap()),
-    );
-    let turned = Pose::from_rotation_vector(&vector![0.3, -0.7, 0.4], vector![0.4, 0.3, 0.6]);
-    let pair = pair((&sphere, turned, 2.0), (&block, Pose::identity(), 3.0));
-    let expected = pair.with_culling(Culling::NONE).wrench().on_a.to_vector();
-    assert!(expected.norm() > 0.1);
-    for bits in 0..16 {
-        let culling = Culling {
-            bounding_boxes: bits & 1 != 0,
-            plane_check: bits & 2 != 0,
-            tree: bits & 4 != 0,
-            projections: if bits & 8 != 0 { 5 } else { 0 },
-        };
-        let found = pair.with_culling(culling).wrench().on_a.to_vector();
-        assert!(
-            (found - expected).amax() <= EXACT * expected.amax(),
-            "{culling:?}"
         );
     }
 }

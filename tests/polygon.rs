@@ -1,0 +1,137 @@
+//! Slicing and clipping on the inputs that broke the paper's half-plane intersection.
+
+use hydroelastic::geometry::{AffineField, ConvexPolygon, Tetrahedron};
+use nalgebra::{Vector3, vector};
+
+/// Round-off of areas of size one.
+const EXACT: f64 = 1e-14;
+
+/// What a clip takes for zero in these tests.
+const TOLERANCE: f64 = 1e-14;
+
+/// The triangle (0,0), (1,0), (0,1) at z = ½, counter-clockwise about z.
+fn triangle() -> ConvexPolygon {
+    let corners = [
+        [0.0, 0.0, 0.0],
+        [2.0, 0.0, 0.0],
+        [0.0, 2.0, 0.0],
+        [0.0, 0.0, 1.0],
+    ];
+    let tetrahedron = Tetrahedron {
+        corners: corners.map(Vector3::from),
+    };
+    tetrahedron.sliced(&[-0.5, -0.5, -0.5, 0.5])
+}
+
+/// The half-plane a·x + b·y + c ≥ 0.
+fn half_plane(a: f64, b: f64, c: f64) -> AffineField {
+    AffineField {
+        gradient: vector![a, b, 0.0],
+        offset: c,
+    }
+}
+
+fn area(polygon: &ConvexPolygon) -> f64 {
+    polygon.moments(&Vector3::z()).area
+}
+
+#[test]
+fn every_slice_of_a_tetrahedron_turns_about_the_gradient_of_its_values() {
+    let corners = [
+        [0.1, 0.0, 0.2],
+        [1.3, 0.1, 0.0],
+        [0.0, 1.1, 0.3],
+        [0.2, 0.3, 0.9],
+    ];
+    let tetrahedron = Tetrahedron {
+        corners: corners.map(Vector3::from),
+    };
+    assert!(tetrahedron.signed_volume() > 0.0);
+    for mask in 1..15_u32 {
+        let values: [f64; 4] =
+            std::array::from_fn(|i| (if mask >> i & 1 == 1 { -1.0 } else { 1.0 }) + 0.1 * i as f64);
+        let gradient: Vector3<f64> = tetrahedron
+            .barycentric_fields()
+            .iter()
+            .zip(values)
+            .map(|(field, value)| field.gradient * value)
+            .sum();
+        let slice = tetrahedron.sliced(&values);
+        let fan = slice.corners().windows(2).skip(1);
+        let turns = fan.map(|pair| {
+            let [a, b] = [pair[0] - slice.corners()[0], pair[1] - slice.corners()[0]];
+            a.cross(&b).dot(&gradient)
+        });
+        assert!(
+            turns.into_iter().all(|turn| turn > 0.0),
+            "corners below: {mask:04b}"
+        );
+    }
+}
+
+#[test]
+fn nearly_parallel_half_planes_that_meet_nowhere_leave_nothing() {
+    // The paper's Figure 4: two borders a hair apart, facing away from each other, and a third.
+    for gap in [1e-3, 1e-9, 1e-13] {
+        for tilt in [0.0, 1e-12, 1e-16] {
+            let above = half_plane(tilt, 1.0, -0.25 - gap);
+            let below = half_plane(tilt, -1.0, 0.25);
+            let left = triangle()
+                .clipped(&above, TOLERANCE)
+                .clipped(&below, TOLERANCE);
+            assert!(
+                left.is_empty() || area(&left).abs() <= EXACT,
+                "{gap:e} {tilt:e}"
+            );
+        }
+    }
+}
+
+#[test]
+fn clipping_twice_by_the_same_or_nearly_the_same_border_changes_nothing() {
+    let once = triangle().clipped(&half_plane(0.3, -1.0, 0.2), TOLERANCE);
+    for nudge in [0.0, 1e-16, 1e-15, -1e-15] {
+        let twice = once.clipped(&half_plane(0.3 + nudge, -1.0, 0.2 + nudge), TOLERANCE);
+        assert!((area(&twice) - area(&once)).abs() <= EXACT);
+    }
+}
+
+#[test]
+fn a_border_through_corners_and_along_edges_keeps_what_is_inside() {
+    let whole = area(&triangle());
+    assert!((whole - 0.5).abs() <= EXACT);
+    // Along an edge from either side, through one corner, through a corner and an edge's middle.
+    let cases = [
+        (half_plane(0.0, 1.0, 0.0), 0.5),
+        (half_plane(0.0, -1.0, 0.0), 0.0),
+        (half_plane(1.0, 1.0, -1.0), 0.0),
+        (half_plane(-1.0, -1.0, 1.0), 0.5),
+        (half_plane(1.0, 0.0, -1.0), 0.0),
+        (half_plane(1.0, -1.0, 0.0), 0.25),
+    ];
+    for (border, expected) in cases {
+        let left = triangle().clipped(&border, TOLERANCE);
+        assert!((area(&left) - expected).abs() <= EXACT, "{border:?}");
+    }
+}
+
+#[test]
+fn moments_integrate_quadratic_polynomials_exactly() {
+    // Over the triangle with legs of 1: ∫x = 1/6, ∫x² = 1/12, ∫xy = 1/24.
+    let moments = triangle()
+        .clipped(&half_plane(1.0, 1.0, 1.0), TOLERANCE)
+        .moments(&Vector3::z());
+    let (first, second) = (moments.first_about_origin(), moments.second_about_origin());
+    let found = [
+        first.x,
+        first.y,
+        second[(0, 0)],
+        second[(0, 1)],
+        second[(2, 2)],
+    ];
+    let expected = [1.0 / 6.0, 1.0 / 6.0, 1.0 / 12.0, 1.0 / 24.0, 0.125];
+    for (found, expected) in found.iter().zip(expected) {
+        assert!((found - expected).abs() <= EXACT, "{found} {expected}");
+    }
+    assert!((moments.centroid() - vector![1.0 / 3.0, 1.0 / 3.0, 0.5]).amax() <= EXACT);
+}
