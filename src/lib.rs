@@ -8,7 +8,7 @@
 //! The modules are the stages of one route, each using only those before it:
 //!
 //! [`scalar`] → [`spatial`] → [`geometry`] → [`mesh`] → [`broad_phase`] → [`contact`] →
-//! [`gradient`], with [`io`] for files. Start at [`contact`].
+//! [`dynamics`] → [`gradient`], with [`io`] for files. Start at [`contact`].
 //!
 //! # Conventions
 //!
@@ -26,9 +26,12 @@
 //! - \[Elandt 2019\] R. Elandt, E. Drumwright, M. Sherman, A. Ruina, "A pressure field model for
 //!   fast, robust approximation of net contact force and moment between nominally rigid objects",
 //!   IROS 2019.
+//! - \[Hunt 1975\] K. Hunt, F. Crossley, "Coefficient of restitution interpreted as damping in
+//!   vibroimpact", Journal of Applied Mechanics 42(2), 1975.
 
 pub mod broad_phase;
 pub mod contact;
+pub mod dynamics;
 pub mod geometry;
 pub mod gradient;
 pub mod io;

@@ -133,9 +133,13 @@ fn rank(module: &str) -> Option<usize> {
     MODULES.iter().position(|name| *name == module)
 }
 
+/// The lines above the module of unit tests; a test-only item elsewhere hides nothing.
 fn lines_before_tests(text: &str) -> impl Iterator<Item = &str> {
+    let following = text.lines().skip(1).chain([""]);
     text.lines()
-        .take_while(|line| !line.trim_start().starts_with("#[cfg(test)]"))
+        .zip(following)
+        .take_while(|(line, next)| !(*line == "#[cfg(test)]" && next.starts_with("mod ")))
+        .map(|(line, _)| line)
 }
 
 /// The text without comments (documentation may link anywhere) and unit tests.
@@ -200,7 +204,7 @@ fn source_files(folder: &Path, below: &str) -> Vec<(String, String)> {
         let name = below.to_owned() + path.file_name().unwrap().to_str().unwrap();
         if path.is_dir() {
             files.extend(source_files(&path, &(name + "/")));
-        } else {
+        } else if path.extension().is_some_and(|extension| extension == "rs") {
             files.push((name, fs::read_to_string(&path).unwrap()));
         }
     }
@@ -355,6 +359,15 @@ fn long_files_are_found_but_their_tests_do_not_count() {
     assert_eq!(
         violations_of("mesh/long.rs", &(code + "\n" + &tests)),
         ["mesh/long.rs has 301 lines of code, more than 300"]
+    );
+}
+
+#[test]
+fn a_test_only_item_hides_nothing_below_it() {
+    let text = "#[cfg(test)]\nuse std::fs;\nuse crate::contact::Shape;\n";
+    assert_eq!(
+        violations_of("mesh/surface.rs", text),
+        ["mesh/surface.rs uses contact, which comes after it"]
     );
 }
 

@@ -40,6 +40,15 @@ impl<'a, T: Scalar> ContactBody<'a, T> {
         })
     }
 
+    /// From a pose and a modulus that were checked where they came in.
+    pub(crate) fn from_valid(shape: &'a Shape, pose: Pose<T>, modulus: T) -> Self {
+        Self {
+            shape,
+            pose,
+            modulus,
+        }
+    }
+
     /// The shape.
     #[must_use]
     pub fn shape(&self) -> &'a Shape {

@@ -38,6 +38,7 @@ mod narrow_phase;
 mod pair;
 mod shape;
 mod surface;
+mod surface_law;
 mod wrench;
 
 pub use body::{BodyError, ContactBody};
@@ -46,4 +47,5 @@ pub use jacobian::{ContactJacobian, WrenchJacobian};
 pub use pair::{ContactPair, WorkCount};
 pub use shape::Shape;
 pub use surface::{ContactPolygon, ContactSurface};
+pub use surface_law::SurfaceLaw;
 pub use wrench::ContactWrench;

@@ -23,6 +23,8 @@ pub(super) struct NarrowPhase<T> {
 
 /// The contact polygon of a pair of tetrahedra, in A's frame.
 pub(super) struct PairPolygon<T> {
+    /// The tetrahedra, of A and of B.
+    pub tets: [usize; 2],
     pub polygon: ConvexPolygon<T>,
     pub plane: EquilibriumPlane<T>,
     pub moments: PolygonMoments<T>,
@@ -120,6 +122,7 @@ impl<T: Scalar> NarrowPhase<T> {
         let moments = polygon.moments(&plane.normal);
         // Nothing but round-off is left of a polygon that does not turn about its normal.
         (real_part(moments.area) > 0.0).then_some(PairPolygon {
+            tets: [a.index, b.real.field_tet.index],
             polygon,
             plane,
             moments,
@@ -241,7 +244,7 @@ mod tests {
 
     fn field_tet(corners: [[f64; 3]; 4], extents: [f64; 4]) -> FieldTet {
         let corners = corners.map(Vector3::from);
-        FieldTet::new(Tetrahedron { corners }, extents)
+        FieldTet::new(0, Tetrahedron { corners }, extents)
     }
 
     /// The pair of the unit tests of the paper's code, which no mesh can hold: a corner of the

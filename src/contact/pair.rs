@@ -105,6 +105,14 @@ impl<'a, T: Scalar> ContactPair<'a, T> {
         energy
     }
 
+    /// The pairs of tetrahedra (of A, of B) that have a contact polygon, in no special order.
+    #[must_use]
+    pub fn touching_tets(&self) -> Vec<[usize; 2]> {
+        let mut touching = Vec::new();
+        self.visit_polygons(|polygon| touching.push(polygon.tets));
+        touching
+    }
+
     /// Counts the work the wrench takes.
     #[must_use]
     pub fn work_count(&self) -> WorkCount {
@@ -120,7 +128,7 @@ impl<'a, T: Scalar> ContactPair<'a, T> {
         }
     }
 
-    fn pose_ab(&self) -> Pose<T> {
+    pub(super) fn pose_ab(&self) -> Pose<T> {
         self.a.pose().inverse() * *self.b.pose()
     }
 
@@ -142,7 +150,7 @@ impl<'a, T: Scalar> ContactPair<'a, T> {
         }
     }
 
-    fn visit_polygons(&self, mut visit: impl FnMut(&PairPolygon<T>)) {
+    pub(super) fn visit_polygons(&self, mut visit: impl FnMut(&PairPolygon<T>)) {
         let narrow_phase = self.narrow_phase();
         self.visit_candidates(&narrow_phase, |tet_a, tet_b| {
             if let Some(polygon) = narrow_phase.polygon(tet_a, tet_b) {

@@ -1,6 +1,9 @@
 use crate::spatial::Pose;
 use nalgebra::Vector3;
 
+/// Rounding of a transformed coordinate, relative to its size, with room.
+const ROUNDING: f64 = 1e-14;
+
 /// Axis-aligned box, closed.
 #[derive(Debug, Clone, Copy)]
 pub struct Aabb {
@@ -38,6 +41,19 @@ impl Aabb {
     #[must_use]
     pub fn overlaps(&self, other: &Self) -> bool {
         (0..3).all(|i| self.lower[i] <= other.upper[i] && other.lower[i] <= self.upper[i])
+    }
+
+    /// A box around this one in the outer frame.
+    #[must_use]
+    pub fn posed(&self, pose: &Pose<f64>) -> Self {
+        let center = pose.transformed_point(&self.center());
+        let reach = pose.rotation().abs() * self.half_extents();
+        // The rounding of both, so that boxes which touch still do.
+        let margin = Vector3::repeat(ROUNDING * (center.amax() + reach.amax()));
+        Self {
+            lower: center - reach - margin,
+            upper: center + reach + margin,
+        }
     }
 
     /// Centre of the box (m).

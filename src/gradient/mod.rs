@@ -1,5 +1,26 @@
 //! Derivatives by dual numbers: seed the inputs, run the pipeline, read the derivatives.
 //!
+//! An [`Experiment`] differentiates a rollout: any [`Outcome`] by any selection of named
+//! [`Parameter`]s, and [`Experiment::difference_check`] holds the result against differences.
+//!
+//! ```
+//! use hydroelastic::contact::Shape;
+//! use hydroelastic::dynamics::{Body, Mass, Material, World};
+//! use hydroelastic::gradient::{Experiment, FinalPosition, Parameter};
+//! use hydroelastic::mesh::shapes;
+//! use nalgebra::Vector3;
+//! use std::sync::Arc;
+//!
+//! let ball = Arc::new(Shape::new(shapes::icosphere(0.1, 1)?));
+//! let world = World::new(vec![Body::dynamic("ball", ball, Material::elastic(1e5), Mass::Total(1.0))?])?
+//!     .with_gravity(Vector3::new(0.0, 0.0, -9.81))?;
+//! let experiment = Experiment::new(&world, 1e-3, 500)?;
+//! let outcome = FinalPosition { body: world.index_of("ball")? };
+//! let by_velocity = experiment.jacobian(&[Parameter::InitialVelocity("ball")], &outcome)?;
+//! assert!((by_velocity.jacobian[(0, 0)] - 0.5).abs() < 1e-12); // half a second of flight
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
+//!
 //! [`dual_wrench_jacobian`] is the reference that the closed form of
 //! [`ContactPair::wrench_and_jacobian`](crate::contact::ContactPair::wrench_and_jacobian) is
 //! checked against: the same numbers by an independent way, differentiating through every slice
@@ -24,6 +45,16 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
+mod check;
+mod error;
+mod experiment;
+mod outcome;
+mod parameter;
 mod wrench_jacobian;
 
+pub use check::DifferenceCheck;
+pub use error::GradientError;
+pub use experiment::{Experiment, OutcomeJacobian};
+pub use outcome::{FinalPosition, FinalState, Outcome, RecordedStates};
+pub use parameter::Parameter;
 pub use wrench_jacobian::dual_wrench_jacobian;

@@ -21,6 +21,8 @@ pub struct PressureField {
 /// What the contact kernel needs of one tetrahedron, computed once per mesh.
 #[derive(Debug, Clone)]
 pub struct FieldTet {
+    /// Index of the tetrahedron in its mesh.
+    pub index: usize,
     /// The corners (m).
     pub tetrahedron: Tetrahedron,
     /// Extent at each corner.
@@ -59,7 +61,10 @@ impl PressureField {
     pub fn with_inert_tets(mesh: TetMesh, extents: Vec<f64>) -> Result<Self, MeshError> {
         check_extents(&mesh, &extents)?;
         let tets: Vec<FieldTet> = (0..mesh.tet_count())
-            .map(|tet| FieldTet::new(mesh.tetrahedron(tet), mesh.tets()[tet].map(|v| extents[v])))
+            .map(|tet| {
+                let corner_extents = mesh.tets()[tet].map(|vertex| extents[vertex]);
+                FieldTet::new(tet, mesh.tetrahedron(tet), corner_extents)
+            })
             .collect();
         let steepest = tets.iter().map(|tet| tet.steepness).fold(0.0, f64::max);
         let reach = mesh
@@ -123,10 +128,10 @@ impl FieldTet {
     /// Whether the extent is 0 at all corners: the tetrahedron takes no part in any contact.
     #[must_use]
     pub fn is_inert(&self) -> bool {
-        self.extents == [0.0; 4]
+        self.extents.iter().all(|&extent| extent == 0.0)
     }
 
-    pub(crate) fn new(tetrahedron: Tetrahedron, extents: [f64; 4]) -> Self {
+    pub(crate) fn new(index: usize, tetrahedron: Tetrahedron, extents: [f64; 4]) -> Self {
         let barycentric = tetrahedron.barycentric_fields();
         let weighted = barycentric.iter().zip(extents);
         let extent = AffineField {
@@ -137,6 +142,7 @@ impl FieldTet {
         let differ = |a: usize, b: usize| (extents[a] - extents[b]).abs() > slack;
         let is_level = |[a, b, c]: [usize; 3]| !differ(a, b) && !differ(b, c);
         Self {
+            index,
             tetrahedron,
             extents,
             extent,

@@ -97,6 +97,27 @@ impl<T: Scalar> Pose<T> {
         &self.translation
     }
 
+    /// A frame at the origin with a rotation that products have taken a little away from
+    /// orthonormality: one Newton step towards the nearest rotation, R·(3·I − RᵀR)/2, which squares
+    /// the deviation.
+    pub(crate) fn from_drifted_rotation(rotation: &Matrix3<T>) -> Self {
+        let three = Matrix3::identity() * lift::<T>(3.0);
+        let gram = rotation.transpose() * rotation;
+        Self {
+            rotation: rotation * (three - gram) * lift::<T>(0.5),
+            translation: Vector3::from_element(lift(0.0)),
+        }
+    }
+
+    /// The same orientation with the origin elsewhere (m).
+    #[must_use]
+    pub fn with_translation(self, translation: Vector3<T>) -> Self {
+        Self {
+            translation,
+            ..self
+        }
+    }
+
     /// `pose_ba` from `pose_ab`.
     #[must_use]
     pub fn inverse(&self) -> Self {

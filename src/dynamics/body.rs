@@ -1,0 +1,245 @@
+use super::{BodyState, Inertia, Material, WorldError};
+use crate::contact::{ContactBody, Shape};
+use crate::scalar::Scalar;
+use crate::spatial::{MassProperties, Pose, Twist};
+use nalgebra::Vector3;
+use std::fmt;
+use std::sync::Arc;
+
+/// A path through time: pose and twist at a time (s).
+pub type Path = dyn Fn(f64) -> BodyState + Send + Sync;
+
+/// How a body comes by its motion.
+#[derive(Clone)]
+pub enum Motion<T = f64> {
+    /// By forces.
+    Dynamic(Inertia<T>),
+    /// Not at all.
+    Fixed,
+    /// Along a given path, whatever pushes it. The path carries no derivatives.
+    Prescribed(Arc<Path>),
+}
+
+/// What a dynamic body weighs.
+#[derive(Debug, Clone, Copy)]
+pub enum Mass {
+    /// A uniform density (kg/m³).
+    Density(f64),
+    /// A total mass (kg), spread uniformly over the mesh.
+    Total(f64),
+    /// Mass, centre of mass and inertia as given.
+    Given(MassProperties),
+}
+
+/// A shape with a name, a material, a motion and an initial state.
+#[derive(Debug, Clone)]
+pub struct Body<T = f64> {
+    pub(super) name: String,
+    pub(super) shape: Arc<Shape>,
+    pub(crate) material: Material<T>,
+    pub(crate) motion: Motion<T>,
+    pub(crate) initial: BodyState<T>,
+}
+
+impl Body<f64> {
+    /// A body that forces move, at rest at the origin.
+    ///
+    /// # Errors
+    /// If the material or the mass is out of range.
+    pub fn dynamic(
+        name: &str,
+        shape: Arc<Shape>,
+        material: Material,
+        mass: Mass,
+    ) -> Result<Self, WorldError> {
+        let properties = mass.properties(name, &shape)?;
+        let motion = Motion::Dynamic(Inertia::new(&properties));
+        Self::new(name, shape, material, motion)
+    }
+
+    /// A body that never moves, at the origin.
+    ///
+    /// # Errors
+    /// If the material is out of range.
+    pub fn fixed(name: &str, shape: Arc<Shape>, material: Material) -> Result<Self, WorldError> {
+        Self::new(name, shape, material, Motion::Fixed)
+    }
+
+    /// A body that follows a path: its pose and its twist, which must be the pose's derivative (the
+    /// linear part being the velocity of the origin of the body frame).
+    ///
+    /// # Errors
+    /// If the material is out of range.
+    pub fn prescribed(
+        name: &str,
+        shape: Arc<Shape>,
+        material: Material,
+        path: Arc<Path>,
+    ) -> Result<Self, WorldError> {
+        Self::new(name, shape, material, Motion::Prescribed(path))
+    }
+
+    fn new(
+        name: &str,
+        shape: Arc<Shape>,
+        material: Material,
+        motion: Motion,
+    ) -> Result<Self, WorldError> {
+        material.check(name)?;
+        let initial = match &motion {
+            Motion::Prescribed(path) => path(0.0),
+            Motion::Dynamic(_) | Motion::Fixed => BodyState {
+                pose: Pose::identity(),
+                twist: Twist::zero(),
+            },
+        };
+        Ok(Self {
+            name: name.to_owned(),
+            shape,
+            material,
+            motion,
+            initial,
+        })
+    }
+
+    /// The same body, starting at a pose.
+    #[must_use]
+    pub fn at(mut self, pose: Pose) -> Self {
+        self.initial.pose = pose;
+        self
+    }
+
+    /// The same body, its centre of mass starting with a velocity (m/s, world axes).
+    #[must_use]
+    pub fn with_velocity(mut self, velocity: Vector3<f64>) -> Self {
+        self.initial.twist.linear = velocity;
+        self
+    }
+
+    /// The same body, starting with a spin (rad/s, world axes).
+    #[must_use]
+    pub fn with_spin(mut self, spin: Vector3<f64>) -> Self {
+        self.initial.twist.angular = spin;
+        self
+    }
+
+    /// The constant body.
+    pub(super) fn lifted<T: Scalar>(&self) -> Body<T> {
+        Body {
+            name: self.name.clone(),
+            shape: Arc::clone(&self.shape),
+            material: self.material.lifted(),
+            motion: match &self.motion {
+                Motion::Dynamic(inertia) => Motion::Dynamic(inertia.lifted()),
+                Motion::Fixed => Motion::Fixed,
+                Motion::Prescribed(path) => Motion::Prescribed(Arc::clone(path)),
+            },
+            initial: self.initial.lifted(),
+        }
+    }
+
+    /// Nothing, if the initial state is usable.
+    pub(super) fn check_initial(&self) -> Result<(), WorldError> {
+        ContactBody::new(&self.shape, self.initial.pose, self.material.modulus)
+            .map_err(|error| WorldError::from_body(&self.name, error))?;
+        let twist = &self.initial.twist;
+        for (quantity, vector) in [("velocity", &twist.linear), ("spin", &twist.angular)] {
+            if let Some(&value) = vector.iter().find(|value| !value.is_finite()) {
+                return Err(WorldError::Velocity {
+                    body: self.name.clone(),
+                    quantity,
+                    value,
+                });
+            }
+        }
+        Ok(())
+    }
+}
+
+impl<T: Scalar> Body<T> {
+    /// Name.
+    #[must_use]
+    pub fn name(&self) -> &str {
+        &self.name
+    }
+
+    /// Shape.
+    #[must_use]
+    pub fn shape(&self) -> &Arc<Shape> {
+        &self.shape
+    }
+
+    /// Material.
+    #[must_use]
+    pub fn material(&self) -> &Material<T> {
+        &self.material
+    }
+
+    /// Mass and inertia of a dynamic body.
+    #[must_use]
+    pub fn inertia(&self) -> Option<&Inertia<T>> {
+        match &self.motion {
+            Motion::Dynamic(inertia) => Some(inertia),
+            Motion::Fixed | Motion::Prescribed(_) => None,
+        }
+    }
+
+    /// The state the body starts in.
+    #[must_use]
+    pub fn initial(&self) -> &BodyState<T> {
+        &self.initial
+    }
+
+    /// The twist at the origin of the body frame instead of the centre of mass.
+    pub(super) fn twist_at_origin(&self, state: &BodyState<T>) -> Twist<T> {
+        let Some(inertia) = self.inertia() else {
+            return state.twist;
+        };
+        let to_center = state.pose.rotated_constant(&inertia.center_of_mass);
+        Twist {
+            angular: state.twist.angular,
+            linear: state.twist.linear - state.twist.angular.cross(&to_center),
+        }
+    }
+}
+
+impl Mass {
+    fn properties(&self, body: &str, shape: &Shape) -> Result<MassProperties, WorldError> {
+        let mesh = shape.field().mesh();
+        let (quantity, value, properties) = match *self {
+            Self::Density(density) => ("density", density, mesh.mass_properties(density)),
+            Self::Total(mass) => ("mass", mass, mesh.mass_properties(mass / mesh.volume())),
+            Self::Given(properties) => ("mass", properties.mass, properties),
+        };
+        check_positive(body, quantity, value)?;
+        check_positive(body, "mass", properties.mass)?;
+        let inertia = properties.inertia;
+        if let Some(&value) = inertia.iter().find(|value| !value.is_finite()) {
+            check_positive(body, "inertia", value)?;
+        }
+        let moments = ((inertia + inertia.transpose()) / 2.0).symmetric_eigenvalues();
+        check_positive(body, "smallest principal moment of inertia", moments.min())?;
+        Ok(properties)
+    }
+}
+
+fn check_positive(body: &str, quantity: &'static str, value: f64) -> Result<(), WorldError> {
+    if value > 0.0 && value.is_finite() {
+        return Ok(());
+    }
+    Err(WorldError::Mass {
+        body: body.to_owned(),
+        quantity,
+        value,
+    })
+}
+
+impl<T: fmt::Debug> fmt::Debug for Motion<T> {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Dynamic(inertia) => formatter.debug_tuple("Dynamic").field(inertia).finish(),
+            Self::Fixed => formatter.write_str("Fixed"),
+            Self::Prescribed(_) => formatter.write_str("Prescribed"),
+        }
+    }
+}

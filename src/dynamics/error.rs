@@ -1,0 +1,104 @@
+use crate::contact::BodyError;
+use crate::spatial::PoseError;
+
+/// Why bodies do not make a world.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum WorldError {
+    /// A material's number is out of range.
+    #[error(
+        "the {quantity} of body {body:?} is {value}: a modulus must be positive, dissipation and friction not negative, and all finite"
+    )]
+    Material {
+        /// Name of the body.
+        body: String,
+        /// Which number.
+        quantity: &'static str,
+        /// Its value.
+        value: f64,
+    },
+    /// Mass, density or inertia are not those of a solid.
+    #[error("the {quantity} of body {body:?} is {value}, but must be positive and finite")]
+    Mass {
+        /// Name of the body.
+        body: String,
+        /// Which number.
+        quantity: &'static str,
+        /// Its value.
+        value: f64,
+    },
+    /// An initial pose is not rigid or not finite.
+    #[error("the pose of body {body:?} is unusable: {source}")]
+    Pose {
+        /// Name of the body.
+        body: String,
+        /// Why.
+        source: PoseError,
+    },
+    /// An initial velocity is not finite.
+    #[error("the {quantity} of body {body:?} has the component {value}, but must be finite")]
+    Velocity {
+        /// Name of the body.
+        body: String,
+        /// Velocity or spin.
+        quantity: &'static str,
+        /// The component.
+        value: f64,
+    },
+    /// Two bodies have the same name.
+    #[error("two bodies are named {0:?}, but names must differ")]
+    DuplicateName(String),
+    /// A name belongs to no body.
+    #[error("no body is named {name:?}; there are {known:?}")]
+    UnknownBody {
+        /// The name asked for.
+        name: String,
+        /// The names there are.
+        known: Vec<String>,
+    },
+    /// A number of the world itself is out of range.
+    #[error("the {quantity} is {value}, but must be {expected}")]
+    Setting {
+        /// Which number.
+        quantity: &'static str,
+        /// Its value.
+        value: f64,
+        /// What it must be.
+        expected: &'static str,
+    },
+}
+
+/// Why a rollout ended.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum RolloutError {
+    /// A state is no longer finite.
+    #[error(
+        "step {step} (t = {time} s) took body {body:?} to a state that is not finite: the time step may be too long for its stiffness"
+    )]
+    NotFinite {
+        /// The step that gave the state, counted from 1.
+        step: usize,
+        /// The time of the state (s).
+        time: f64,
+        /// Name of the body.
+        body: String,
+    },
+}
+
+impl WorldError {
+    /// A body's shape, pose and modulus were refused.
+    pub(super) fn from_body(body: &str, error: BodyError) -> Self {
+        match error {
+            BodyError::Pose(source) => Self::Pose {
+                body: body.to_owned(),
+                source,
+            },
+            BodyError::Modulus(value) => Self::Material {
+                body: body.to_owned(),
+                quantity: "hydroelastic modulus",
+                value,
+            },
+        }
+    }
+}

@@ -1,0 +1,83 @@
+use super::{BodyState, ExternalForces, World};
+use crate::contact::{ContactBody, ContactPair};
+use crate::geometry::Aabb;
+use crate::scalar::{Scalar, carries_derivatives, real_part};
+use crate::spatial::{Pose, Wrench};
+
+impl<T: Scalar, F: ExternalForces> World<T, F> {
+    /// Net contact wrench on each body, about its centre of mass, in world axes.
+    pub(super) fn contact_wrenches(&self, states: &[BodyState<T>]) -> Vec<Wrench<T>> {
+        let mut wrenches = vec![Wrench::zero(); states.len()];
+        for (i, j) in self.close_pairs(states) {
+            let [on_i, on_j] = self.pair_wrench(states, i, j);
+            wrenches[i] += on_i;
+            wrenches[j] += on_j;
+        }
+        for (index, wrench) in wrenches.iter_mut().enumerate() {
+            if let Some(inertia) = self.bodies[index].inertia() {
+                let to_center = states[index].pose.rotated_constant(&inertia.center_of_mass);
+                *wrench = wrench.about(&to_center);
+            }
+        }
+        wrenches
+    }
+
+    /// The pairs that may touch: not ignored, not both without forces, and with boxes around the
+    /// bodies that overlap in the world.
+    pub(super) fn close_pairs(&self, states: &[BodyState<T>]) -> Vec<(usize, usize)> {
+        let boxes: Vec<Aabb> = (0..states.len())
+            .map(|index| {
+                let bounds = self.bodies[index].shape.tree().bounds();
+                bounds.posed(&states[index].pose.real())
+            })
+            .collect();
+        let moves = |index: usize| self.bodies[index].inertia().is_some();
+        let mut pairs = Vec::new();
+        for i in 0..states.len() {
+            for j in i + 1..states.len() {
+                let may_touch = (moves(i) || moves(j)) && boxes[i].overlaps(&boxes[j]);
+                if may_touch && !self.ignored.contains(&(i, j)) {
+                    pairs.push((i, j));
+                }
+            }
+        }
+        pairs
+    }
+
+    /// The contact of two bodies.
+    pub(super) fn contact_pair(
+        &self,
+        states: &[BodyState<T>],
+        i: usize,
+        j: usize,
+    ) -> ContactPair<'_, T> {
+        let body = |index: usize| {
+            let body = &self.bodies[index];
+            let pose: Pose<T> = states[index].pose;
+            ContactBody::from_valid(&body.shape, pose, body.material.modulus)
+        };
+        ContactPair::new(body(i), body(j))
+    }
+
+    fn pair_wrench(&self, states: &[BodyState<T>], i: usize, j: usize) -> [Wrench<T>; 2] {
+        let (body_i, body_j) = (&self.bodies[i], &self.bodies[j]);
+        let law = body_i
+            .material
+            .law_with(&body_j.material, self.slip_tolerance);
+        let pair = self.contact_pair(states, i, j);
+        // A dissipation or friction of zero may still have derivatives.
+        let is_elastic = !carries_derivatives::<T>()
+            && real_part(law.dissipation) == 0.0
+            && real_part(law.friction) == 0.0;
+        let wrench = if is_elastic {
+            pair.wrench()
+        } else {
+            let twists = [
+                body_i.twist_at_origin(&states[i]),
+                body_j.twist_at_origin(&states[j]),
+            ];
+            pair.wrench_in_motion(&law, twists)
+        };
+        [wrench.on_a, wrench.on_b]
+    }
+}

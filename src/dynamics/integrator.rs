@@ -1,0 +1,176 @@
+use super::{Acceleration, Body, BodyState, ExternalForces, Inertia, Situation, State, World};
+use crate::scalar::{Scalar, lift};
+use crate::spatial::{Pose, Twist, rotation_from_vector};
+use nalgebra::{Matrix3, Vector3};
+
+/// How a state is taken one time step further.
+///
+/// Both schemes alternate between two exact parts of the motion. A *kick* changes the velocities by
+/// the accelerations at fixed poses; a *drift* moves the bodies freely. Forces in pairs balance in
+/// a kick and momenta stay in a drift, so momentum and angular momentum are conserved to round-off.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Integrator {
+    /// Kick, then drift: the paper's scheme (§V), first order, symplectic. Bodies turn about their
+    /// centres of mass by the exponential map.
+    SymplecticEuler,
+    /// Half a drift, kick, half a drift: second order and symplectic, and, as long as forces do not
+    /// depend on velocities, time-reversible. Bodies turn freely by rotations about their principal
+    /// axes in a symmetric order, which conserve the angular momentum. The same cost: one
+    /// evaluation of the contacts per step.
+    #[default]
+    Leapfrog,
+}
+
+impl Integrator {
+    /// The state one time step (s) later.
+    pub(super) fn step<T: Scalar, F: ExternalForces>(
+        self,
+        world: &World<T, F>,
+        state: &State<T>,
+        time_step: f64,
+    ) -> State<T> {
+        match self {
+            Self::SymplecticEuler => {
+                let kicked = world.kicked(state, time_step);
+                world.drifted(&kicked, time_step, turned_by_spin)
+            }
+            Self::Leapfrog => {
+                let half = time_step / 2.0;
+                let middle = world.drifted(state, half, turned_by_axes);
+                let kicked = world.kicked(&middle, time_step);
+                world.drifted(&kicked, half, turned_by_axes)
+            }
+        }
+    }
+}
+
+/// A way to turn a free body: orientation and spin after a time (s).
+type Turning<T> = fn(&Inertia<T>, &Matrix3<T>, &Vector3<T>, f64) -> (Matrix3<T>, Vector3<T>);
+
+impl<T: Scalar, F: ExternalForces> World<T, F> {
+    /// The state after the accelerations have acted for a time (s) at fixed poses.
+    fn kicked(&self, state: &State<T>, duration: f64) -> State<T> {
+        let wrenches = self.contact_wrenches(&state.bodies);
+        let bodies = (self.bodies.iter().zip(&state.bodies).zip(wrenches))
+            .map(|((body, body_state), wrench)| {
+                let Some(inertia) = body.inertia() else {
+                    return *body_state;
+                };
+                let rotation = body_state.pose.rotation();
+                let contact = Acceleration {
+                    angular: inertia.angular_velocity(rotation, &wrench.torque),
+                    linear: wrench.force / inertia.mass,
+                };
+                let situation = self.situation(body, inertia, body_state, state.time);
+                let true_one = self.external.acceleration(&situation, contact);
+                let duration = lift::<T>(duration);
+                let Twist { angular, linear } = body_state.twist;
+                BodyState {
+                    pose: body_state.pose,
+                    twist: Twist {
+                        angular: angular + true_one.angular * duration,
+                        linear: linear + true_one.linear * duration,
+                    },
+                }
+            })
+            .collect();
+        State { bodies, ..*state }
+    }
+
+    fn situation<'a>(
+        &'a self,
+        body: &'a Body<T>,
+        inertia: &Inertia<T>,
+        state: &'a BodyState<T>,
+        time: f64,
+    ) -> Situation<'a, T> {
+        Situation {
+            time,
+            body: body.name(),
+            mass: inertia.mass,
+            state,
+            gravity: &self.gravity,
+        }
+    }
+
+    /// The state after all bodies have moved freely, or as prescribed, for a time (s).
+    fn drifted(&self, state: &State<T>, duration: f64, turning: Turning<T>) -> State<T> {
+        let time = state.time + duration;
+        let bodies = (0..self.bodies.len())
+            .map(|index| {
+                let before = &state.bodies[index];
+                match self.bodies[index].inertia() {
+                    Some(inertia) => free_motion(inertia, before, duration, turning),
+                    None => self.driven_state(index, time).unwrap_or(*before),
+                }
+            })
+            .collect();
+        State { time, bodies }
+    }
+}
+
+/// The centre of mass moves straight on; the body turns about it.
+fn free_motion<T: Scalar>(
+    inertia: &Inertia<T>,
+    state: &BodyState<T>,
+    duration: f64,
+    turning: Turning<T>,
+) -> BodyState<T> {
+    let Twist { angular, linear } = &state.twist;
+    let (rotation, spin) = turning(inertia, state.pose.rotation(), angular, duration);
+    let turned = Pose::from_drifted_rotation(&rotation);
+    let center_before = state.pose.rotated_constant(&inertia.center_of_mass);
+    let center_after = turned.rotated_constant(&inertia.center_of_mass);
+    let origin =
+        state.pose.translation() + center_before + linear * lift::<T>(duration) - center_after;
+    BodyState {
+        pose: turned.with_translation(origin),
+        twist: Twist {
+            angular: spin,
+            linear: *linear,
+        },
+    }
+}
+
+/// By the exponential of the spin at the start; the spin at the end follows from the angular
+/// momentum, which stays.
+fn turned_by_spin<T: Scalar>(
+    inertia: &Inertia<T>,
+    rotation: &Matrix3<T>,
+    spin: &Vector3<T>,
+    duration: f64,
+) -> (Matrix3<T>, Vector3<T>) {
+    let turned = rotation_from_vector(&(spin * lift::<T>(duration))) * rotation;
+    if inertia.is_isotropic() {
+        return (turned, *spin);
+    }
+    let momentum = inertia.angular_momentum(rotation, spin);
+    let spin_after = inertia.angular_velocity(&turned, &momentum);
+    (turned, spin_after)
+}
+
+/// By rotations about the principal axes in the order 1 2 3 2 1, half the time for each but the
+/// third: each is the exact motion of a body with one finite moment. A body of equal moments turns
+/// steadily, which is exact.
+fn turned_by_axes<T: Scalar>(
+    inertia: &Inertia<T>,
+    rotation: &Matrix3<T>,
+    spin: &Vector3<T>,
+    duration: f64,
+) -> (Matrix3<T>, Vector3<T>) {
+    if inertia.is_isotropic() {
+        return turned_by_spin(inertia, rotation, spin, duration);
+    }
+    let mut frame = inertia.principal_frame(rotation);
+    let momentum = inertia.angular_momentum(rotation, spin);
+    for (axis, share) in [(0, 0.5), (1, 0.5), (2, 1.0), (1, 0.5), (0, 0.5)] {
+        let moment = inertia.mass * inertia.unit_moments[axis];
+        let along: T = frame.column(axis).dot(&momentum);
+        let angle = along / moment * (share * duration);
+        let turn = rotation_from_vector(&(Vector3::ith(axis, lift::<T>(1.0)) * angle));
+        frame *= turn;
+    }
+    let turned = frame * inertia.principal_axes.transpose().map(lift::<T>);
+    let spin_after = inertia.angular_velocity(&turned, &momentum);
+    (turned, spin_after)
+}

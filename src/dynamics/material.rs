@@ -1,0 +1,81 @@
+use super::WorldError;
+use crate::contact::SurfaceLaw;
+use crate::scalar::{Scalar, lift, real_part};
+
+/// The skin of a body.
+#[derive(Debug, Clone, Copy)]
+pub struct Material<T = f64> {
+    /// Hydroelastic modulus (Pa), positive: pressure is modulus × extent.
+    pub modulus: T,
+    /// Hunt–Crossley dissipation (s/m), not negative.
+    pub dissipation: T,
+    /// Coefficient of friction, not negative.
+    pub friction: T,
+}
+
+impl Material<f64> {
+    /// Without dissipation and friction.
+    #[must_use]
+    pub fn elastic(modulus: f64) -> Self {
+        Self {
+            modulus,
+            dissipation: 0.0,
+            friction: 0.0,
+        }
+    }
+
+    /// The constant material.
+    #[must_use]
+    pub fn lifted<T: Scalar>(&self) -> Material<T> {
+        Material {
+            modulus: lift(self.modulus),
+            dissipation: lift(self.dissipation),
+            friction: lift(self.friction),
+        }
+    }
+}
+
+impl<T: Scalar> Material<T> {
+    /// The law of two surfaces. Each body dissipates in the measure in which it gives way, so the
+    /// dissipations are weighted with the *other* body's modulus; the coefficients of friction enter
+    /// by their harmonic mean. A body without friction makes the pair frictionless.
+    #[must_use]
+    pub fn law_with(&self, other: &Self, slip_tolerance: f64) -> SurfaceLaw<T> {
+        let stiffness = self.modulus + other.modulus;
+        let dissipated = self.dissipation * other.modulus + other.dissipation * self.modulus;
+        let friction_sum = self.friction + other.friction;
+        let friction = if real_part(friction_sum) > 0.0 {
+            self.friction * other.friction * 2.0 / friction_sum
+        } else {
+            lift(0.0)
+        };
+        SurfaceLaw {
+            dissipation: dissipated / stiffness,
+            friction,
+            slip_tolerance,
+        }
+    }
+
+    /// Nothing, if the numbers make a material.
+    pub(super) fn check(&self, body: &str) -> Result<(), WorldError> {
+        let invalid = |quantity, value| WorldError::Material {
+            body: body.to_owned(),
+            quantity,
+            value,
+        };
+        let modulus = real_part(self.modulus);
+        if !(modulus > 0.0 && modulus.is_finite()) {
+            return Err(invalid("hydroelastic modulus", modulus));
+        }
+        let others = [
+            ("dissipation", self.dissipation),
+            ("friction", self.friction),
+        ];
+        for (quantity, value) in others.map(|(name, value)| (name, real_part(value))) {
+            if !(value >= 0.0 && value.is_finite()) {
+                return Err(invalid(quantity, value));
+            }
+        }
+        Ok(())
+    }
+}

@@ -1,0 +1,55 @@
+//! Bodies that move: a [`World`] of them, stepped forward in time.
+//!
+//! A [`Body`] is a shape with a material, a mass and an initial state; a [`World`] is a list of
+//! bodies with gravity and other external forces; a [`Rollout`] is an iterator over its states.
+//! All of it is generic over the scalar, so a rollout on dual numbers carries the derivatives of
+//! every later state by whatever was seeded ([`crate::gradient`] does the seeding).
+//!
+//! ```
+//! use hydroelastic::contact::Shape;
+//! use hydroelastic::dynamics::{Body, Integrator, Mass, Material, World};
+//! use hydroelastic::mesh::shapes;
+//! use hydroelastic::spatial::Pose;
+//! use nalgebra::Vector3;
+//! use std::sync::Arc;
+//!
+//! let ball = Arc::new(Shape::new(shapes::icosphere(0.1, 1)?));
+//! let floor = Arc::new(Shape::new(shapes::cuboid([1.0, 1.0, 0.2])?));
+//! let skin = Material::elastic(1e5);
+//! let world = World::new(vec![
+//!     Body::dynamic("ball", ball, skin, Mass::Total(1.0))?
+//!         .at(Pose::from_translation(Vector3::new(0.0, 0.0, 0.3))),
+//!     Body::fixed("floor", floor, skin)?,
+//! ])?
+//! .with_gravity(Vector3::new(0.0, 0.0, -9.81))?;
+//!
+//! let trajectory = world.rollout(1e-3, Integrator::Leapfrog)?.recorded(400, 1)?;
+//! let lowest = trajectory.states().iter().map(|s| s.bodies[0].pose.translation().z);
+//! assert!(lowest.fold(f64::INFINITY, f64::min) < 0.2);
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
+
+mod body;
+mod error;
+mod external;
+mod forces;
+mod inertia;
+mod integrator;
+mod material;
+mod report;
+mod rollout;
+mod state;
+mod trajectory;
+mod world;
+
+pub use body::{Body, Mass, Motion};
+pub use error::{RolloutError, WorldError};
+pub use external::{Acceleration, ExternalForces, Gravity, Situation};
+pub use inertia::Inertia;
+pub use integrator::Integrator;
+pub use material::Material;
+pub use report::{Momentum, Report, Topology};
+pub use rollout::Rollout;
+pub use state::{BodyState, State};
+pub use trajectory::{Interrupted, Trajectory};
+pub use world::World;

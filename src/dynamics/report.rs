@@ -1,0 +1,106 @@
+use super::{ExternalForces, State, World};
+use crate::scalar::{Scalar, lift, lift_vector};
+use nalgebra::Vector3;
+
+/// Energies and momentum of a state. Only dynamic bodies have kinetic energy, weight and momentum.
+#[derive(Debug, Clone, Copy)]
+pub struct Report<T = f64> {
+    /// ½ m v² + ½ ω·I·ω (J).
+    pub kinetic_energy: T,
+    /// −m g·x (J), x the centre of mass from the origin of the world.
+    pub gravitational_energy: T,
+    /// Potential energy of all contacts (J).
+    pub contact_energy: T,
+    /// Momentum.
+    pub momentum: Momentum<T>,
+}
+
+/// Linear and angular momentum of all dynamic bodies.
+#[derive(Debug, Clone, Copy)]
+pub struct Momentum<T = f64> {
+    /// Linear momentum (kg m/s).
+    pub linear: Vector3<T>,
+    /// Angular momentum (kg m²/s) about the origin of the world.
+    pub angular: Vector3<T>,
+}
+
+/// Which tetrahedra touch in a state. Where it changes from one state to the next, a derivative may
+/// be one-sided.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Topology {
+    /// Body, body, tetrahedron of the first, tetrahedron of the second: sorted.
+    touching: Vec<[usize; 4]>,
+}
+
+impl Topology {
+    /// Number of contact polygons.
+    #[must_use]
+    pub fn polygon_count(&self) -> usize {
+        self.touching.len()
+    }
+
+    /// Number of pairs of tetrahedra that touch in one of two states and not in the other.
+    #[must_use]
+    pub fn changes_since(&self, before: &Self) -> usize {
+        let missing = |from: &Self, in_other: &Self| {
+            let is_missing = |pair: &&[usize; 4]| in_other.touching.binary_search(pair).is_err();
+            from.touching.iter().filter(is_missing).count()
+        };
+        missing(self, before) + missing(before, self)
+    }
+}
+
+impl<T: Scalar> Report<T> {
+    /// Total energy (J).
+    #[must_use]
+    pub fn total_energy(&self) -> T {
+        self.kinetic_energy + self.gravitational_energy + self.contact_energy
+    }
+}
+
+impl<T: Scalar, F: ExternalForces> World<T, F> {
+    /// Energies and momentum of a state.
+    #[must_use]
+    pub fn report(&self, state: &State<T>) -> Report<T> {
+        let zero = lift_vector(&Vector3::zeros());
+        let mut report = Report {
+            kinetic_energy: lift(0.0),
+            gravitational_energy: lift(0.0),
+            contact_energy: lift(0.0),
+            momentum: Momentum {
+                linear: zero,
+                angular: zero,
+            },
+        };
+        for (body, body_state) in self.bodies.iter().zip(&state.bodies) {
+            let Some(inertia) = body.inertia() else {
+                continue;
+            };
+            let (pose, twist) = (&body_state.pose, &body_state.twist);
+            let center = pose.translation() + pose.rotated_constant(&inertia.center_of_mass);
+            let linear = twist.linear * inertia.mass;
+            let spin = inertia.angular_momentum(pose.rotation(), &twist.angular);
+            let doubled = linear.dot(&twist.linear) + spin.dot(&twist.angular);
+            report.kinetic_energy += doubled * 0.5;
+            report.gravitational_energy -= self.gravity.dot(&center) * inertia.mass;
+            report.momentum.linear += linear;
+            report.momentum.angular += spin + center.cross(&linear);
+        }
+        for (i, j) in self.close_pairs(&state.bodies) {
+            report.contact_energy += self.contact_pair(&state.bodies, i, j).potential_energy();
+        }
+        report
+    }
+
+    /// Which tetrahedra touch in a state.
+    #[must_use]
+    pub fn topology(&self, state: &State<T>) -> Topology {
+        let mut touching = Vec::new();
+        for (i, j) in self.close_pairs(&state.bodies) {
+            let tets = self.contact_pair(&state.bodies, i, j).touching_tets();
+            touching.extend(tets.into_iter().map(|[a, b]| [i, j, a, b]));
+        }
+        touching.sort_unstable();
+        Topology { touching }
+    }
+}

@@ -1,0 +1,93 @@
+use super::{
+    ExternalForces, Gravity, Integrator, Interrupted, RolloutError, State, Trajectory, World,
+};
+use crate::scalar::Scalar;
+
+/// An endless iterator over the states that follow a world's initial state, one a time step.
+///
+/// Each item is the next state. A state that is not finite is given as an error, and after it
+/// nothing.
+#[derive(Debug)]
+pub struct Rollout<'w, T = f64, F = Gravity> {
+    world: &'w World<T, F>,
+    state: State<T>,
+    time_step: f64,
+    integrator: Integrator,
+    steps: usize,
+    has_failed: bool,
+}
+
+impl<'w, T: Scalar, F: ExternalForces> Rollout<'w, T, F> {
+    pub(super) fn new(world: &'w World<T, F>, time_step: f64, integrator: Integrator) -> Self {
+        Self {
+            world,
+            state: world.initial_state(),
+            time_step,
+            integrator,
+            steps: 0,
+            has_failed: false,
+        }
+    }
+
+    /// The same rollout from another state.
+    #[must_use]
+    pub fn starting_from(mut self, state: State<T>) -> Self {
+        self.state = state;
+        self.steps = 0;
+        self
+    }
+
+    /// The state last given, or the initial one.
+    #[must_use]
+    pub fn state(&self) -> &State<T> {
+        &self.state
+    }
+
+    /// Takes a number of steps and keeps the initial state and every `every`th after it.
+    ///
+    /// # Errors
+    /// If a state is not finite; the error holds the trajectory up to there.
+    pub fn recorded(mut self, steps: usize, every: usize) -> Result<Trajectory<T>, Interrupted<T>> {
+        let mut trajectory = Trajectory::starting_with(self.state.clone());
+        for step in 1..=steps {
+            match self.advanced() {
+                Ok(()) if step % every.max(1) == 0 => trajectory.push(self.state.clone()),
+                Ok(()) => {}
+                Err(error) => return Err(Interrupted { error, trajectory }),
+            }
+        }
+        Ok(trajectory)
+    }
+
+    /// Takes a step.
+    fn advanced(&mut self) -> Result<(), RolloutError> {
+        let start = self.state.time - self.steps as f64 * self.time_step;
+        let mut next = self
+            .integrator
+            .step(self.world, &self.state, self.time_step);
+        self.steps += 1;
+        // From the count of steps: a sum of 10⁶ time steps would have drifted.
+        next.time = start + self.steps as f64 * self.time_step;
+        if let Some(index) = next.bodies.iter().position(|body| !body.is_finite()) {
+            self.has_failed = true;
+            return Err(RolloutError::NotFinite {
+                step: self.steps,
+                time: next.time,
+                body: self.world.bodies()[index].name().to_owned(),
+            });
+        }
+        self.state = next;
+        Ok(())
+    }
+}
+
+impl<T: Scalar, F: ExternalForces> Iterator for Rollout<'_, T, F> {
+    type Item = Result<State<T>, RolloutError>;
+
+    fn next(&mut self) -> Option<Self::Item> {
+        if self.has_failed {
+            return None;
+        }
+        Some(self.advanced().map(|()| self.state.clone()))
+    }
+}

@@ -1,0 +1,67 @@
+use crate::scalar::{Scalar, real_vector};
+use crate::spatial::{Pose, Twist};
+
+/// Where a body is and how it moves, in the world frame.
+#[derive(Debug, Clone, Copy)]
+pub struct BodyState<T = f64> {
+    /// Pose of the body frame.
+    pub pose: Pose<T>,
+    /// Spin (rad/s), and the velocity of the **centre of mass** (m/s), both in world axes.
+    pub twist: Twist<T>,
+}
+
+/// All bodies at one time.
+#[derive(Debug, Clone)]
+pub struct State<T = f64> {
+    /// Time (s).
+    pub time: f64,
+    /// The bodies, in the order of the world's.
+    pub bodies: Vec<BodyState<T>>,
+}
+
+impl<T: Scalar> BodyState<T> {
+    /// Whether no component is NaN or infinite.
+    #[must_use]
+    pub fn is_finite(&self) -> bool {
+        let real = self.real();
+        let pose = real.pose.rotation().iter().chain(real.pose.translation());
+        let twist = real.twist.angular.iter().chain(&real.twist.linear);
+        pose.chain(twist).all(|value| value.is_finite())
+    }
+
+    /// The state without its derivatives.
+    #[must_use]
+    pub fn real(&self) -> BodyState<f64> {
+        BodyState {
+            pose: self.pose.real(),
+            twist: Twist {
+                angular: real_vector(&self.twist.angular),
+                linear: real_vector(&self.twist.linear),
+            },
+        }
+    }
+}
+
+impl BodyState<f64> {
+    /// The constant state.
+    pub(super) fn lifted<T: Scalar>(&self) -> BodyState<T> {
+        BodyState {
+            pose: Pose::lifted(&self.pose),
+            twist: Twist {
+                angular: crate::scalar::lift_vector(&self.twist.angular),
+                linear: crate::scalar::lift_vector(&self.twist.linear),
+            },
+        }
+    }
+}
+
+impl<T: Scalar> State<T> {
+    /// The state without its derivatives.
+    #[must_use]
+    pub fn real(&self) -> State<f64> {
+        State {
+            time: self.time,
+            bodies: self.bodies.iter().map(BodyState::real).collect(),
+        }
+    }
+}

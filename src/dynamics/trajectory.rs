@@ -1,0 +1,57 @@
+use super::{RolloutError, State};
+use crate::scalar::Scalar;
+
+/// Recorded states in the order of time.
+#[derive(Debug, Clone)]
+pub struct Trajectory<T = f64> {
+    states: Vec<State<T>>,
+}
+
+/// A rollout that ended early, with what it had recorded.
+#[derive(Debug, Clone, thiserror::Error)]
+#[error("{error}")]
+pub struct Interrupted<T> {
+    /// Why it ended.
+    pub error: RolloutError,
+    /// The states before that.
+    pub trajectory: Trajectory<T>,
+}
+
+impl<T: Scalar> Trajectory<T> {
+    pub(super) fn starting_with(state: State<T>) -> Self {
+        Self {
+            states: vec![state],
+        }
+    }
+
+    pub(super) fn push(&mut self, state: State<T>) {
+        self.states.push(state);
+    }
+
+    /// The states; the first is the initial one.
+    #[must_use]
+    pub fn states(&self) -> &[State<T>] {
+        &self.states
+    }
+
+    /// The last state.
+    #[must_use]
+    pub fn last(&self) -> &State<T> {
+        &self.states[self.states.len() - 1]
+    }
+
+    /// Every `every`th state, from the first.
+    #[must_use]
+    pub fn thinned(&self, every: usize) -> Self {
+        let states = self.states.iter().step_by(every.max(1)).cloned().collect();
+        Self { states }
+    }
+
+    /// The trajectory without its derivatives.
+    #[must_use]
+    pub fn real(&self) -> Trajectory<f64> {
+        Trajectory {
+            states: self.states.iter().map(State::real).collect(),
+        }
+    }
+}

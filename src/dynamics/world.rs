@@ -1,0 +1,171 @@
+use super::{
+    Body, BodyState, ExternalForces, Gravity, Integrator, Motion, Rollout, State, WorldError,
+};
+use crate::scalar::{Scalar, lift_vector};
+use nalgebra::Vector3;
+use std::collections::BTreeSet;
+use std::sync::Arc;
+
+/// Slip tolerance (m/s) of a new world.
+const SLIP_TOLERANCE: f64 = 1e-3;
+
+/// Bodies, what acts on them, and where they start.
+#[derive(Debug)]
+pub struct World<T = f64, F = Gravity> {
+    pub(crate) bodies: Vec<Body<T>>,
+    pub(crate) gravity: Vector3<T>,
+    pub(super) external: Arc<F>,
+    pub(super) ignored: BTreeSet<(usize, usize)>,
+    pub(super) slip_tolerance: f64,
+}
+
+impl World {
+    /// A world without gravity, in which any two bodies may touch.
+    ///
+    /// # Errors
+    /// If two bodies have the same name, or an initial state is not usable.
+    pub fn new(bodies: Vec<Body>) -> Result<Self, WorldError> {
+        let mut names = BTreeSet::new();
+        for body in &bodies {
+            body.check_initial()?;
+            if !names.insert(body.name()) {
+                return Err(WorldError::DuplicateName(body.name().to_owned()));
+            }
+        }
+        Ok(Self {
+            bodies,
+            gravity: Vector3::zeros(),
+            external: Arc::new(Gravity),
+            ignored: BTreeSet::new(),
+            slip_tolerance: SLIP_TOLERANCE,
+        })
+    }
+}
+
+impl<F: ExternalForces> World<f64, F> {
+    /// The same world with gravity (m/s²).
+    ///
+    /// # Errors
+    /// If a component is not finite.
+    pub fn with_gravity(mut self, gravity: Vector3<f64>) -> Result<Self, WorldError> {
+        if let Some(&value) = gravity.iter().find(|value| !value.is_finite()) {
+            return Err(setting("gravity", value, "finite"));
+        }
+        self.gravity = gravity;
+        Ok(self)
+    }
+
+    /// The same world with other external forces; [`Gravity`] no longer acts by itself.
+    #[must_use]
+    pub fn with_external<G: ExternalForces>(self, external: G) -> World<f64, G> {
+        World {
+            bodies: self.bodies,
+            gravity: self.gravity,
+            external: Arc::new(external),
+            ignored: self.ignored,
+            slip_tolerance: self.slip_tolerance,
+        }
+    }
+
+    /// The same world, in which two bodies pass through each other.
+    ///
+    /// # Errors
+    /// If there is no body of one of the names.
+    pub fn ignoring(mut self, first: &str, second: &str) -> Result<Self, WorldError> {
+        let (a, b) = (self.index_of(first)?, self.index_of(second)?);
+        self.ignored.insert((a.min(b), a.max(b)));
+        Ok(self)
+    }
+
+    /// The same world with another slip tolerance (m/s): see
+    /// [`SurfaceLaw`](crate::contact::SurfaceLaw).
+    ///
+    /// # Errors
+    /// If it is not positive.
+    pub fn with_slip_tolerance(mut self, slip_tolerance: f64) -> Result<Self, WorldError> {
+        if !(slip_tolerance > 0.0 && slip_tolerance.is_finite()) {
+            return Err(setting("slip tolerance", slip_tolerance, "positive"));
+        }
+        self.slip_tolerance = slip_tolerance;
+        Ok(self)
+    }
+
+    /// The constant world: a world in `T` whose numbers have no derivatives.
+    #[must_use]
+    pub fn lifted<T: Scalar>(&self) -> World<T, F> {
+        World {
+            bodies: self.bodies.iter().map(Body::lifted).collect(),
+            gravity: lift_vector(&self.gravity),
+            external: Arc::clone(&self.external),
+            ignored: self.ignored.clone(),
+            slip_tolerance: self.slip_tolerance,
+        }
+    }
+}
+
+impl<T: Scalar, F: ExternalForces> World<T, F> {
+    /// The bodies.
+    #[must_use]
+    pub fn bodies(&self) -> &[Body<T>] {
+        &self.bodies
+    }
+
+    /// Gravity (m/s²).
+    #[must_use]
+    pub fn gravity(&self) -> &Vector3<T> {
+        &self.gravity
+    }
+
+    /// The place of the body of that name, in [`Self::bodies`] and in every state.
+    ///
+    /// # Errors
+    /// If there is none.
+    pub fn index_of(&self, name: &str) -> Result<usize, WorldError> {
+        let place = self.bodies.iter().position(|body| body.name() == name);
+        place.ok_or_else(|| WorldError::UnknownBody {
+            name: name.to_owned(),
+            known: self.bodies.iter().map(|b| b.name().to_owned()).collect(),
+        })
+    }
+
+    /// The state at time 0.
+    #[must_use]
+    pub fn initial_state(&self) -> State<T> {
+        State {
+            time: 0.0,
+            bodies: self.bodies.iter().map(|body| body.initial).collect(),
+        }
+    }
+
+    /// Steps of `time_step` (s) from the initial state.
+    ///
+    /// # Errors
+    /// If the time step is not positive and finite.
+    pub fn rollout(
+        &self,
+        time_step: f64,
+        integrator: Integrator,
+    ) -> Result<Rollout<'_, T, F>, WorldError> {
+        if !(time_step > 0.0 && time_step.is_finite()) {
+            return Err(setting("time step", time_step, "positive and finite"));
+        }
+        Ok(Rollout::new(self, time_step, integrator))
+    }
+
+    /// The state of a body that forces do not move.
+    pub(super) fn driven_state(&self, index: usize, time: f64) -> Option<BodyState<T>> {
+        match &self.bodies[index].motion {
+            Motion::Dynamic(_) => None,
+            Motion::Fixed => Some(self.bodies[index].initial),
+            Motion::Prescribed(path) => Some(path(time).lifted()),
+        }
+    }
+}
+
+fn setting(quantity: &'static str, value: f64, expected: &'static str) -> WorldError {
+    WorldError::Setting {
+        quantity,
+        value,
+        expected,
+    }
+}

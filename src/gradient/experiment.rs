@@ -1,0 +1,203 @@
+use super::{GradientError, Outcome, Parameter};
+use crate::dynamics::{ExternalForces, Gravity, Integrator, Trajectory, World};
+use crate::scalar::{Scalar, lift};
+use nalgebra::{Const, DMatrix, DVector};
+use num_dual::{Derivative, DualSVec64};
+
+/// Widths of the dual numbers that parameters are seeded in: the wide one as long as it is filled
+/// by more than the narrow one would be.
+const WIDE: usize = 12;
+const NARROW: usize = 6;
+
+/// A world rolled out for a number of steps, to be differentiated.
+#[derive(Debug)]
+pub struct Experiment<'w, F = Gravity> {
+    world: &'w World<f64, F>,
+    time_step: f64,
+    steps: usize,
+    integrator: Integrator,
+    record_every: usize,
+}
+
+/// What an outcome is, and its derivatives.
+#[derive(Debug, Clone)]
+pub struct OutcomeJacobian {
+    /// The outcome.
+    pub value: DVector<f64>,
+    /// Its derivatives: a row for each number of the outcome, a column for each number of the
+    /// parameters, in the order given.
+    pub jacobian: DMatrix<f64>,
+}
+
+impl<'w, F: ExternalForces> Experiment<'w, F> {
+    /// Leapfrog steps of `time_step` (s) from the world's initial state, all of them recorded.
+    ///
+    /// # Errors
+    /// If the time step is not positive and finite.
+    pub fn new(
+        world: &'w World<f64, F>,
+        time_step: f64,
+        steps: usize,
+    ) -> Result<Self, GradientError> {
+        world.rollout(time_step, Integrator::default())?;
+        Ok(Self {
+            world,
+            time_step,
+            steps,
+            integrator: Integrator::default(),
+            record_every: 1,
+        })
+    }
+
+    /// The same experiment with another integrator.
+    #[must_use]
+    pub fn with_integrator(self, integrator: Integrator) -> Self {
+        Self { integrator, ..self }
+    }
+
+    /// The same experiment, recording the initial state and every `every`th after it: outcomes see
+    /// no others. The last state is among them only if the number of steps is a multiple.
+    #[must_use]
+    pub fn recording_every(self, every: usize) -> Self {
+        Self {
+            record_every: every,
+            ..self
+        }
+    }
+
+    /// The outcome without derivatives.
+    ///
+    /// # Errors
+    /// If the rollout ends early.
+    pub fn value(&self, outcome: &impl Outcome) -> Result<Vec<f64>, GradientError> {
+        let trajectory = self.trajectory(self.world)?;
+        Ok(outcome.of(&trajectory))
+    }
+
+    /// The outcome and its derivatives by the parameters: forward mode, as many at a time as a dual
+    /// number is wide.
+    ///
+    /// # Errors
+    /// If a parameter is not one of the world's, or the rollout ends early.
+    pub fn jacobian(
+        &self,
+        parameters: &[Parameter],
+        outcome: &impl Outcome,
+    ) -> Result<OutcomeJacobian, GradientError> {
+        let count = self.checked_dimension(parameters)?;
+        let value = DVector::from_vec(self.value(outcome)?);
+        let mut jacobian = DMatrix::zeros(value.len(), count);
+        let mut first = 0;
+        while first < count {
+            let seeded = if count - first > NARROW { WIDE } else { NARROW };
+            let columns = if seeded == WIDE {
+                self.derivatives::<WIDE>(parameters, first, outcome)?
+            } else {
+                self.derivatives::<NARROW>(parameters, first, outcome)?
+            };
+            let filled = seeded.min(count - first);
+            jacobian
+                .columns_mut(first, filled)
+                .copy_from(&columns.columns(0, filled));
+            first += filled;
+        }
+        Ok(OutcomeJacobian { value, jacobian })
+    }
+
+    /// A loss and its gradient.
+    ///
+    /// # Errors
+    /// As [`Self::jacobian`], and if the outcome is not one number.
+    pub fn gradient(
+        &self,
+        parameters: &[Parameter],
+        loss: &impl Outcome,
+    ) -> Result<(f64, DVector<f64>), GradientError> {
+        let OutcomeJacobian { value, jacobian } = self.jacobian(parameters, loss)?;
+        if value.len() != 1 {
+            return Err(GradientError::NotALoss { count: value.len() });
+        }
+        Ok((value[0], jacobian.row(0).transpose()))
+    }
+
+    /// The outcome after changes of the parameters.
+    ///
+    /// # Errors
+    /// As [`Self::jacobian`].
+    pub fn value_after(
+        &self,
+        parameters: &[Parameter],
+        changes: &[f64],
+        outcome: &impl Outcome,
+    ) -> Result<Vec<f64>, GradientError> {
+        self.checked_dimension(parameters)?;
+        let trajectory = self.trajectory(&self.changed(parameters, changes))?;
+        Ok(outcome.of(&trajectory))
+    }
+
+    /// Number of numbers in the parameters, if the world has them.
+    pub(super) fn checked_dimension(
+        &self,
+        parameters: &[Parameter],
+    ) -> Result<usize, GradientError> {
+        parameters
+            .iter()
+            .try_for_each(|parameter| parameter.check(self.world))?;
+        Ok(parameters.iter().map(Parameter::dimension).sum())
+    }
+
+    /// For each number of the parameters, a typical change.
+    pub(super) fn scales(&self, parameters: &[Parameter]) -> Vec<f64> {
+        let scale = |parameter: &Parameter| {
+            std::iter::repeat_n(parameter.scale(self.world), parameter.dimension())
+        };
+        parameters.iter().flat_map(scale).collect()
+    }
+
+    /// The derivatives of the outcome by `WIDTH` numbers of the parameters from the `first` on.
+    fn derivatives<const WIDTH: usize>(
+        &self,
+        parameters: &[Parameter],
+        first: usize,
+        outcome: &impl Outcome,
+    ) -> Result<DMatrix<f64>, GradientError> {
+        let (rows, columns) = (Const::<WIDTH>, Const::<1>);
+        let count: usize = parameters.iter().map(Parameter::dimension).sum();
+        let seeds: Vec<DualSVec64<WIDTH>> = (0..count)
+            .map(|number| {
+                if (first..first + WIDTH).contains(&number) {
+                    let direction = Derivative::derivative_generic(rows, columns, number - first);
+                    DualSVec64::new(0.0, direction)
+                } else {
+                    lift(0.0)
+                }
+            })
+            .collect();
+        let trajectory = self.trajectory(&self.changed(parameters, &seeds))?;
+        let gradients: Vec<_> = outcome
+            .of(&trajectory)
+            .into_iter()
+            .map(|number| number.eps.unwrap_generic(rows, columns).transpose())
+            .collect();
+        Ok(DMatrix::from_fn(gradients.len(), WIDTH, |i, j| {
+            gradients[i][j]
+        }))
+    }
+
+    fn changed<T: Scalar>(&self, parameters: &[Parameter], changes: &[T]) -> World<T, F> {
+        let mut world = self.world.lifted();
+        let mut rest = changes;
+        for parameter in parameters {
+            let (own, others) = rest.split_at(parameter.dimension());
+            parameter.change(&mut world, own);
+            rest = others;
+        }
+        world
+    }
+
+    fn trajectory<T: Scalar>(&self, world: &World<T, F>) -> Result<Trajectory<T>, GradientError> {
+        let rollout = world.rollout(self.time_step, self.integrator)?;
+        let recorded = rollout.recorded(self.steps, self.record_every);
+        recorded.map_err(|interrupted| interrupted.error.into())
+    }
+}

@@ -1,0 +1,82 @@
+use crate::dynamics::{State, Trajectory};
+use crate::scalar::Scalar;
+
+/// What is read from a trajectory: a loss (one number), residuals, or a state.
+///
+/// Generic over the scalar, so that derivatives flow through it.
+///
+/// ```
+/// use hydroelastic::dynamics::Trajectory;
+/// use hydroelastic::gradient::Outcome;
+/// use hydroelastic::scalar::{Scalar, lift_vector};
+/// use nalgebra::Vector3;
+///
+/// /// Squared distance (m²) of a body's last position from a target.
+/// struct Miss {
+///     body: usize,
+///     target: Vector3<f64>,
+/// }
+///
+/// impl Outcome for Miss {
+///     fn of<T: Scalar>(&self, trajectory: &Trajectory<T>) -> Vec<T> {
+///         let position = trajectory.last().bodies[self.body].pose.translation();
+///         let miss = position - lift_vector::<T>(&self.target);
+///         vec![miss.dot(&miss)]
+///     }
+/// }
+/// ```
+pub trait Outcome: Sync {
+    /// The numbers of interest.
+    fn of<T: Scalar>(&self, trajectory: &Trajectory<T>) -> Vec<T>;
+}
+
+/// A body's last position (m): 3 numbers.
+#[derive(Debug, Clone, Copy)]
+pub struct FinalPosition {
+    /// Place of the body in the world's list.
+    pub body: usize,
+}
+
+/// A body's state at the end: 18 numbers, the position (m), the columns of the rotation matrix, the
+/// velocity of the centre of mass (m/s) and the spin (rad/s).
+#[derive(Debug, Clone, Copy)]
+pub struct FinalState {
+    /// Place of the body in the world's list.
+    pub body: usize,
+}
+
+/// A body's states at all recorded times but the first, 18 numbers each, as in [`FinalState`].
+#[derive(Debug, Clone, Copy)]
+pub struct RecordedStates {
+    /// Place of the body in the world's list.
+    pub body: usize,
+}
+
+impl Outcome for FinalPosition {
+    fn of<T: Scalar>(&self, trajectory: &Trajectory<T>) -> Vec<T> {
+        let position = trajectory.last().bodies[self.body].pose.translation();
+        position.iter().copied().collect()
+    }
+}
+
+impl Outcome for FinalState {
+    fn of<T: Scalar>(&self, trajectory: &Trajectory<T>) -> Vec<T> {
+        numbers(trajectory.last(), self.body).collect()
+    }
+}
+
+impl Outcome for RecordedStates {
+    fn of<T: Scalar>(&self, trajectory: &Trajectory<T>) -> Vec<T> {
+        let recorded = trajectory.states()[1..].iter();
+        recorded
+            .flat_map(|state| numbers(state, self.body))
+            .collect()
+    }
+}
+
+fn numbers<T: Scalar>(state: &State<T>, body: usize) -> impl Iterator<Item = T> {
+    let body = &state.bodies[body];
+    let pose = body.pose.translation().iter().chain(body.pose.rotation());
+    let twist = body.twist.linear.iter().chain(&body.twist.angular);
+    pose.chain(twist).copied()
+}
