@@ -158,6 +158,16 @@ fn a_mesh_without_tetrahedra_is_empty() {
     );
 }
 
+/// The message only: a mesh of this size would take 100 GB.
+#[test]
+fn the_message_of_too_large_a_mesh_names_count_and_limit() {
+    let (count, limit) = (5_000_000_000, 4_294_967_295);
+    assert_eq!(
+        MeshError::TooLarge { count, limit }.to_string(),
+        "a mesh holds at most 4294967295 vertices and tetrahedra, but 5000000000 were given"
+    );
+}
+
 #[test]
 fn coordinates_that_are_not_finite_are_named() {
     for bad in [f64::NAN, f64::INFINITY, f64::NEG_INFINITY] {
@@ -718,6 +728,55 @@ fn grids_have_the_distance_to_the_box_as_extent() {
         // The largest distance is half the shortest edge, 1/2.
         let distance = position.min().min((upper - position).min());
         assert!((extent - 2.0 * distance).abs() <= ROUND_OFF, "{position}");
+    }
+}
+
+#[test]
+fn stretched_grids_have_the_distance_to_the_box_as_extent() {
+    // Long thin triangles: the nearest one need not have the nearest centre.
+    for stretch in [
+        vector![1.0, 9.0, 1.0],
+        vector![1.0, 0.2, 13.0],
+        vector![7.0, 5.0, 1.0],
+    ] {
+        let upper = stretch * 5.0;
+        let straight = transformed(&grid([5, 5, 5], 1.0, |_| true), |v| {
+            v.component_mul(&stretch)
+        });
+        // Bent inside, so that the vertices lie anywhere above the triangles.
+        let mesh = transformed(&straight, |v| {
+            let bubble = v
+                .component_mul(&(upper - v))
+                .component_div(&upper.component_mul(&upper));
+            v + bubble.product() * 20.0 * vector![v.y, v.x, -v.z].sup(&-stretch).inf(&stretch)
+        });
+        let field = PressureField::from_distance(&mesh).unwrap();
+        let vertices = field.mesh().vertices();
+        let distances = vertices.iter().map(|v| v.min().min((upper - v).min()));
+        let distances: Vec<f64> = distances.collect();
+        let largest = distances.iter().copied().fold(0.0, f64::max);
+        for (extent, distance) in field.extents().iter().zip(distances) {
+            assert!(
+                (extent - distance / largest).abs() <= ROUND_OFF,
+                "{stretch:?}"
+            );
+        }
+    }
+}
+
+#[test]
+fn notched_cube_has_the_distance_to_its_inward_corner_as_extent() {
+    // A cube of edge 2 less one octant: the nearest point may lie on a wall, an edge or a corner.
+    let keeps = |cell: [usize; 3]| cell.iter().any(|&step| step < 3);
+    let field = PressureField::from_distance(&grid([6, 6, 6], 1.0 / 3.0, keeps)).unwrap();
+    let distance = |p: &Vector3<f64>| {
+        let notch = p.map(|x| (1.0 - x).max(0.0)).norm();
+        notch.min(p.min()).min(p.map(|x| 2.0 - x).min())
+    };
+    let distances: Vec<f64> = field.mesh().vertices().iter().map(distance).collect();
+    let largest = distances.iter().copied().fold(0.0, f64::max);
+    for (extent, distance) in field.extents().iter().zip(distances) {
+        assert!((extent * largest - distance).abs() <= ROUND_OFF);
     }
 }
 

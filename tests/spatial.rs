@@ -497,6 +497,9 @@ fn scalars_of_many_variables_carry_gradients_and_hessians() {
     assert_near(curvature.as_slice(), expected_hessian.as_slice());
 }
 
+/// Two variables for the first derivative, one for the second.
+type Mixed = HyperDualSVec64<2, 1>;
+
 #[test]
 fn hyper_dual_scalars_carry_mixed_derivatives() {
     let in_x_and_y = |(x, y): (HyperDual64, HyperDual64)| product_and_sine(&vector![x, y, lift(X)]);
@@ -505,7 +508,6 @@ fn hyper_dual_scalars_carry_mixed_derivatives() {
         &[value, by_x, by_y, by_both],
         &[18.0 + X.sin(), 9.0, -12.0, -6.0],
     );
-    type Mixed = HyperDualSVec64<2, 1>;
     let in_xz_and_y = |(xz, y): (SVector<Mixed, 2>, SVector<Mixed, 1>)| {
         product_and_sine(&vector![xz[0], y[0], xz[1]])
     };

@@ -3,13 +3,15 @@ use nalgebra::Vector3;
 /// Distance (m) from a point to the closed triangle.
 pub(crate) fn distance_to_triangle(point: &Vector3<f64>, triangle: &[Vector3<f64>; 3]) -> f64 {
     let [a, b, c] = triangle;
-    let normal = (b - a).cross(&(c - a));
+    // Of length one from the start: products of four lengths would leave the range of f64 long
+    // before the lengths do. A flat triangle has no normal (NaN), and nothing lies above it.
+    let normal = (b - a).normalize().cross(&(c - a).normalize()).normalize();
     let edges = [(a, b), (b, c), (c, a)];
     let above_all = edges
         .iter()
         .all(|(from, to)| (*to - *from).cross(&(point - *from)).dot(&normal) >= 0.0);
-    if above_all && normal.norm() > 0.0 {
-        return ((point - a).dot(&normal) / normal.norm()).abs();
+    if above_all {
+        return (point - a).dot(&normal).abs();
     }
     edges
         .iter()

@@ -2,9 +2,10 @@ use crate::mesh::{MeshError, PressureField, TetMesh};
 use nalgebra::Vector3;
 use std::collections::HashMap;
 
-/// A core this much smaller than the shape is taken for a point or a segment: the tetrahedra along
-/// it would be flat. The field departs from the true distance by as much.
-const SMALLEST_CORE: f64 = 1e-9;
+/// A tetrahedron along an edge of the core must have six times its volume above this fraction of
+/// the shape's size cubed: ten times what counts as flat, because tetrahedra are longer than the
+/// shape is wide.
+const SLIMMEST: f64 = 1e-11;
 
 /// A shape filled from its surface to its *core*, the set of points farthest from the surface:
 /// a point, a segment or a flat polygon.
@@ -17,9 +18,11 @@ pub(super) struct CoredSurface {
     pub core_points: Vec<Vector3<f64>>,
 }
 
-/// The size of a core in one direction (m), 0 where it is negligible beside the shape's.
-pub(super) fn core_size(size: f64, shape_size: f64) -> f64 {
-    if size > SMALLEST_CORE * shape_size {
+/// The size of a core in one direction (m), or 0 where the tetrahedra along it would be flat: those
+/// with six times the volume `size` × `across` (m²), in a shape of `shape_size` (m). Without that
+/// direction of the core the field departs from the true distance by up to `size`.
+pub(super) fn core_size(size: f64, across: f64, shape_size: f64) -> f64 {
+    if size * across > SLIMMEST * shape_size.powi(3) {
         size
     } else {
         0.0

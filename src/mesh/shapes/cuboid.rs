@@ -26,7 +26,8 @@ const TRIANGLES: [[usize; 3]; 12] = [
 /// the far faces than from the near ones, and [`distance_cuboid`] has the true distance.
 ///
 /// # Errors
-/// If a length is not positive and finite.
+/// If a length is not positive and finite, or the box so slender (a rod of 1 : 10⁶) that
+/// tetrahedra are flat to round-off.
 pub fn cuboid(lengths: [f64; 3]) -> Result<PressureField, MeshError> {
     filled(lengths, Vector3::zeros())
 }
@@ -38,7 +39,8 @@ pub fn cuboid(lengths: [f64; 3]) -> Result<PressureField, MeshError> {
 /// point (a cube); each face is joined to its part of it.
 ///
 /// # Errors
-/// If a length is not positive and finite.
+/// If a length is not positive and finite, or the box so slender (a rod of 1 : 10⁶) that
+/// tetrahedra are flat to round-off.
 pub fn distance_cuboid(lengths: [f64; 3]) -> Result<PressureField, MeshError> {
     let half = Vector3::from(lengths) * 0.5;
     filled(lengths, half.add_scalar(-half.min()))
@@ -52,9 +54,26 @@ fn filled(lengths: [f64; 3], core_half: Vector3<f64>) -> Result<PressureField, M
     CoredSurface {
         vertices: corners(half),
         triangles: TRIANGLES.to_vec(),
-        core_points: corners(core_half.zip_map(&half, core_size)),
+        core_points: corners(solid_core(core_half, half)),
     }
     .field()
+}
+
+/// The half edges of the core without those along which tetrahedra would be flat.
+///
+/// The slimmest tetrahedra along the longest core edge 2c₁ have an edge of the surface, at least
+/// twice the depth d, at the distance d across it: six times their volume is 2c₁·2d·d. Along the
+/// next one, 2c₂, there are some with both core edges: 2c₂·2c₁·d.
+fn solid_core(core_half: Vector3<f64>, half: Vector3<f64>) -> Vector3<f64> {
+    let (depth, longest) = (half.min(), 2.0 * half.max());
+    let (first, last) = (core_half.imax(), core_half.imin());
+    let mut solid = Vector3::zeros();
+    solid[first] = core_size(core_half[first], 4.0 * depth * depth, longest);
+    if first != last {
+        let second = 3 - first - last;
+        solid[second] = core_size(core_half[second], 4.0 * solid[first] * depth, longest);
+    }
+    solid
 }
 
 /// The octant of a corner.

@@ -15,14 +15,23 @@ const SEGMENTS: [usize; 2] = [3, 100_000];
 /// across it (a short one) or a point, and each face is joined to its part of them.
 ///
 /// # Errors
-/// If a dimension is not positive and finite, or there are fewer than 3 segments or over 100,000.
+/// If a dimension is not positive and finite, there are fewer than 3 segments or over 100,000, or
+/// the shape is so slender that tetrahedra are flat to round-off.
 pub fn cylinder(radius: f64, length: f64, segments: usize) -> Result<PressureField, MeshError> {
     let [radius, length] = checked_lengths([("radius", radius), ("length", length)])?;
     check_resolution("segments", segments, SEGMENTS)?;
     let inscribed = radius * (PI / segments as f64).cos();
     let depth = inscribed.min(length / 2.0);
-    let core_radius = core_size(radius * (1.0 - depth / inscribed), radius);
-    let core_half_length = core_size(length / 2.0 - depth, length);
+    // The slimmest tetrahedra stand on a triangle of the core polygon, or join an edge of the ring
+    // to the core segment.
+    let (edge, longest) = (
+        2.0 * radius * (PI / segments as f64).sin(),
+        radius.max(length),
+    );
+    let core_radius = radius * (1.0 - depth / inscribed);
+    let core_triangle = core_radius * (TAU / segments as f64).sin();
+    let core_radius = core_size(core_radius, core_triangle * depth, longest);
+    let core_half_length = core_size(length / 2.0 - depth, 2.0 * edge * inscribed, longest);
     CoredSurface {
         vertices: prism_vertices(radius, length / 2.0, segments),
         triangles: prism_triangles(segments),

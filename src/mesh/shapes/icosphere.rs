@@ -45,7 +45,8 @@ pub fn icosphere(radius: f64, subdivisions: usize) -> Result<PressureField, Mesh
 /// An ellipsoid with the given semi-axes (m): an icosphere stretched, with extent 1 at its centre.
 ///
 /// # Errors
-/// If a semi-axis is not positive and finite, or there are more than 10 subdivisions.
+/// If a semi-axis is not positive and finite, there are more than 10 subdivisions, or the shape is
+/// so slender that tetrahedra are flat to round-off.
 pub fn ellipsoid(semi_axes: [f64; 3], subdivisions: usize) -> Result<PressureField, MeshError> {
     let semi_axes = checked_lengths(semi_axes.map(|length| ("semi-axis", length)))?;
     check_resolution("subdivisions", subdivisions, SUBDIVISIONS)?;
