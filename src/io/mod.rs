@@ -1,1 +1,44 @@
-//! Files.
+//! Files: tetrahedral meshes in, contact surfaces out.
+//!
+//! [`read_mesh`] reads the files of a mesher (Gmsh `.msh`, VTK `.vtk` and `.vtu`) into a
+//! [`MeshFile`]: a mesh, and whatever numbers the file has for each vertex. Extents can be among
+//! them ([`MeshFile::pressure_field`]); else they come from the distance to the surface
+//! ([`PressureField::from_distance`](crate::mesh::PressureField::from_distance)).
+//! [`write_surface`] writes a contact surface for ParaView and its like. Files are taken to be in
+//! metres.
+//!
+//! Nothing in a file is trusted: damaged ones end in a [`FileError`], never in a panic.
+//!
+//! ```
+//! use hydroelastic::io::{read_mesh, write_surface};
+//! use hydroelastic::contact::{ContactBody, ContactPair, Shape};
+//! use hydroelastic::mesh::{PressureField, shapes};
+//! use hydroelastic::spatial::Pose;
+//! use nalgebra::Vector3;
+//!
+//! let file = read_mesh("tests/data/meshes_from_mesher/bracket.msh")?;
+//! let bracket = Shape::new(PressureField::from_distance(&file.mesh)?);
+//! let ball = Shape::new(shapes::icosphere(0.03, 2)?);
+//!
+//! let on_foot = Pose::from_translation(Vector3::new(0.12, 0.05, 0.095));
+//! let pair = ContactPair::new(
+//!     ContactBody::new(&ball, on_foot, 1e5)?,
+//!     ContactBody::new(&bracket, Pose::identity(), 1e6)?,
+//! );
+//! let path = std::env::temp_dir().join("ball_on_bracket.vtp");
+//! write_surface(&path, &pair.surface())?;
+//! # std::fs::remove_file(path)?;
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
+
+mod contact_surface;
+mod error;
+mod gmsh;
+mod gmsh_headers;
+mod mesh_file;
+mod vtk;
+mod vtu_lengths;
+
+pub use contact_surface::write_surface;
+pub use error::FileError;
+pub use mesh_file::{MeshFile, read_mesh};

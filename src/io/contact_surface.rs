@@ -1,0 +1,104 @@
+use super::{
+    FileError,
+    mesh_file::{extension, unknown_extension},
+};
+use crate::contact::{ContactPolygon, ContactSurface};
+use nalgebra::Vector3;
+use std::path::Path;
+use vtkio::Vtk;
+use vtkio::model::{
+    Attribute, Attributes, ByteOrder, DataArray, DataSet, PolyDataPiece, Version, VertexNumbers,
+};
+
+/// What the name of a surface file can end in.
+const EXTENSIONS: &[&str] = &["vtk", "vtp"];
+
+/// Writes a contact surface (m, world frame) as VTK PolyData, in the format that the extension of
+/// the file's name tells: `.vtk` (legacy, binary) or `.vtp` (XML).
+///
+/// Each contact polygon is a cell with points of its own. The points have the data `pressure`
+/// (Pa); the cells have `pressure` (the mean, Pa), `area` (m²) and `normal` (out of B into A).
+///
+/// # Errors
+/// If the extension is another one, or the file cannot be written.
+pub fn write_surface(path: impl AsRef<Path>, surface: &ContactSurface) -> Result<(), FileError> {
+    let path = path.as_ref();
+    let mut bytes = Vec::new();
+    let written = match extension(path).as_str() {
+        "vtk" => vtk(surface).write_legacy(&mut bytes),
+        "vtp" => vtk(surface)
+            .write_xml(&mut bytes)
+            .inspect(|()| add_zero_counts(&mut bytes)),
+        _ => return Err(unknown_extension(path, EXTENSIONS)),
+    };
+    let written = written.map_err(std::io::Error::from);
+    let written = written.and_then(|()| std::fs::write(path, bytes));
+    written.map_err(|source| FileError::Write {
+        path: path.into(),
+        source,
+    })
+}
+
+/// Adds the counts of an empty surface, which vtkio leaves out, but VTK asks for.
+fn add_zero_counts(xml: &mut Vec<u8>) {
+    let text = String::from_utf8_lossy(xml);
+    let counted = "<Piece NumberOfPoints=\"0\" NumberOfPolys=\"0\">";
+    *xml = text.replacen("<Piece>", counted, 1).into_bytes();
+}
+
+fn vtk(surface: &ContactSurface) -> Vtk {
+    let polygons = &surface.polygons;
+    let corners = || polygons.iter().flat_map(|p| p.outline.corners());
+    let corner_pressures = polygons.iter().flat_map(|polygon| {
+        let corners = polygon.outline.corners().iter();
+        corners.map(|corner| polygon.pressure_at(corner))
+    });
+    Vtk {
+        version: Version::new_legacy(3, 0),
+        title: "contact surface".into(),
+        byte_order: ByteOrder::BigEndian,
+        file_path: None,
+        data: DataSet::inline(PolyDataPiece {
+            points: components(corners()).into(),
+            // VTK takes a legacy file with a list of no polygons for damaged.
+            polys: (!surface.is_empty()).then(|| cells(polygons)),
+            data: Attributes {
+                point: vec![scalars("pressure", corner_pressures)],
+                cell: vec![
+                    scalars("pressure", polygons.iter().map(|p| p.pressure)),
+                    scalars("area", polygons.iter().map(|p| p.area)),
+                    vectors("normal", polygons.iter().map(|p| &p.normal)),
+                ],
+            },
+            ..PolyDataPiece::default()
+        }),
+    }
+}
+
+/// The polygons as consecutive points.
+fn cells(polygons: &[ContactPolygon]) -> VertexNumbers {
+    let counts = polygons.iter().map(|p| p.outline.corners().len() as u64);
+    let offsets: Vec<u64> = counts
+        .scan(0, |end, count| {
+            *end += count;
+            Some(*end)
+        })
+        .collect();
+    VertexNumbers::XML {
+        connectivity: (0..offsets.last().copied().unwrap_or(0)).collect(),
+        offsets,
+    }
+}
+
+fn scalars(name: &str, values: impl Iterator<Item = f64>) -> Attribute {
+    let values: Vec<f64> = values.collect();
+    Attribute::DataArray(DataArray::scalars(name, 1).with_vec(values))
+}
+
+fn vectors<'a>(name: &str, values: impl Iterator<Item = &'a Vector3<f64>>) -> Attribute {
+    Attribute::DataArray(DataArray::vectors(name).with_vec(components(values)))
+}
+
+fn components<'a>(vectors: impl Iterator<Item = &'a Vector3<f64>>) -> Vec<f64> {
+    vectors.flat_map(|v| v.iter().copied()).collect()
+}

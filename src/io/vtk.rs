@@ -1,0 +1,208 @@
+use super::{FileError, mesh_file::FileContents, vtu_lengths};
+use nalgebra::Vector3;
+use std::collections::BTreeMap;
+use std::error::Error;
+use std::path::Path;
+use vtkio::model::{
+    Attribute, CellType, Cells, DataSet, Piece, UnstructuredGridPiece, VertexNumbers,
+};
+use vtkio::{IOBuffer, Vtk, parser, xml::VTKFile};
+
+/// Reads a legacy file.
+pub(super) fn read_legacy(path: &Path, bytes: &[u8]) -> Result<FileContents, FileError> {
+    let (rest, vtk) = parser::parse_be(bytes)
+        .map_err(|error| syntax_error(path, "legacy VTK", error.map(|cause| cause.code)))?;
+    // vtkio leaves out what it does not understand, and takes what is before it for all there is.
+    if !rest.trim_ascii().is_empty() {
+        let found = String::from_utf8_lossy(rest.trim_ascii());
+        return Err(FileError::Unread {
+            path: path.into(),
+            offset: bytes.len() - rest.len(),
+            found: found.chars().take(40).collect(),
+        });
+    }
+    contents(path, vtk.data)
+}
+
+/// Reads an XML file.
+pub(super) fn read_xml(path: &Path, bytes: &[u8]) -> Result<FileContents, FileError> {
+    const FORMAT: &str = "VTK XML";
+    // Raw data is no XML, so this comes first.
+    vtu_lengths::check_inline(path, bytes)?;
+    let file = VTKFile::parse(bytes).map_err(|error| syntax_error(path, FORMAT, error))?;
+    vtu_lengths::check(path, &file)?;
+    let vtk = Vtk::try_from(file).map_err(|error| syntax_error(path, FORMAT, error))?;
+    contents(path, vtk.data)
+}
+
+fn syntax_error(
+    path: &Path,
+    format: &'static str,
+    source: impl Error + Send + Sync + 'static,
+) -> FileError {
+    FileError::Syntax {
+        path: path.into(),
+        format,
+        source: Box::new(source),
+    }
+}
+
+fn contents(path: &Path, data: DataSet) -> Result<FileContents, FileError> {
+    let unsupported = |found: String| FileError::Unsupported {
+        path: path.into(),
+        found,
+        expected: "an unstructured grid of one piece",
+    };
+    let DataSet::UnstructuredGrid { pieces, .. } = data else {
+        return Err(unsupported("another kind of data set".into()));
+    };
+    let piece_count = pieces.len();
+    match <[Piece<UnstructuredGridPiece>; 1]>::try_from(pieces) {
+        Ok([Piece::Inline(grid)]) => contents_of_grid(path, &grid),
+        Ok(_) => Err(unsupported("a reference to another file".into())),
+        Err(_) => Err(unsupported(format!("{piece_count} pieces"))),
+    }
+}
+
+fn contents_of_grid(path: &Path, grid: &UnstructuredGridPiece) -> Result<FileContents, FileError> {
+    let vertices = vertices(path, &grid.points)?;
+    let point_data = point_data(&grid.data.point, vertices.len());
+    Ok(FileContents {
+        tets: tets(path, &grid.cells)?,
+        vertices,
+        point_data,
+    })
+}
+
+fn vertices(path: &Path, points: &IOBuffer) -> Result<Vec<Vector3<f64>>, FileError> {
+    let coordinates: Vec<f64> = points.cast_into().unwrap_or_default();
+    let (vertices, rest) = coordinates.as_chunks::<3>();
+    if !rest.is_empty() {
+        return Err(FileError::TooShort {
+            path: path.into(),
+            part: "last point".into(),
+            found: rest.len(),
+            expected: 3,
+        });
+    }
+    Ok(vertices.iter().map(|&vertex| vertex.into()).collect())
+}
+
+/// The arrays of point data that have one number per vertex.
+fn point_data(attributes: &[Attribute], vertex_count: usize) -> BTreeMap<String, Vec<f64>> {
+    let mut point_data = BTreeMap::new();
+    let mut add = |name: &str, component_count: usize, data: &IOBuffer| {
+        if component_count == 1
+            && data.len() == vertex_count
+            && let Some(values) = data.cast_into()
+        {
+            point_data.insert(name.into(), values);
+        }
+    };
+    for attribute in attributes {
+        match attribute {
+            Attribute::DataArray(array) => add(&array.name, array.num_comp(), &array.data),
+            Attribute::Field { data_array, .. } => {
+                for array in data_array {
+                    add(&array.name, array.num_comp(), &array.data);
+                }
+            }
+        }
+    }
+    point_data
+}
+
+/// The tetrahedra, if there are no other solid cells.
+fn tets(path: &Path, cells: &Cells) -> Result<Vec<[u64; 4]>, FileError> {
+    let corners = cell_corners(path, cells)?;
+    let mut tets = Vec::new();
+    for (cell, (&kind, corners)) in cells.types.iter().zip(corners).enumerate() {
+        if is_tet(path, kind)? {
+            let found = corners.len();
+            tets.push(corners.try_into().map_err(|_| FileError::TooShort {
+                path: path.into(),
+                part: format!("list of corners of cell {cell}"),
+                found,
+                expected: 4,
+            })?);
+        }
+    }
+    Ok(tets)
+}
+
+/// Whether a cell is a linear tetrahedron, if it is no other solid.
+fn is_tet(path: &Path, kind: CellType) -> Result<bool, FileError> {
+    use CellType as C;
+    let (path, found) = (path.into(), format!("{kind:?}"));
+    match kind {
+        C::Tetra => Ok(true),
+        C::Vertex
+        | C::PolyVertex
+        | C::Line
+        | C::PolyLine
+        | C::Triangle
+        | C::TriangleStrip
+        | C::Polygon
+        | C::Pixel
+        | C::Quad
+        | C::QuadraticEdge
+        | C::QuadraticTriangle
+        | C::QuadraticQuad => Ok(false),
+        C::QuadraticTetra
+        | C::ParametricTetraRegion
+        | C::HigherOrderTetrahedron
+        | C::LagrangeTetrahedron
+        | C::BezierTetrahedron => Err(FileError::HigherOrder { path, found }),
+        _ => Err(FileError::OtherSolid { path, found }),
+    }
+}
+
+/// The vertex indices of each cell.
+fn cell_corners(path: &Path, cells: &Cells) -> Result<Vec<Vec<u64>>, FileError> {
+    let cell_count = cells.types.len();
+    let corners = match &cells.cell_verts {
+        VertexNumbers::Legacy { vertices, .. } => counted_corners(vertices),
+        VertexNumbers::XML {
+            connectivity,
+            offsets,
+        } => {
+            // Legacy files of version 5.1 begin the list of ends with a 0.
+            let begins_with_zero = offsets.len() == cell_count + 1;
+            sliced_corners(connectivity, &offsets[usize::from(begins_with_zero)..])
+        }
+    };
+    if corners.len() < cell_count {
+        return Err(FileError::TooShort {
+            path: path.into(),
+            part: "list of cells".into(),
+            found: corners.len(),
+            expected: cell_count,
+        });
+    }
+    Ok(corners)
+}
+
+/// From a list in which each cell begins with the number of its corners, as far as it is whole.
+fn counted_corners(mut list: &[u32]) -> Vec<Vec<u64>> {
+    let mut cells = Vec::new();
+    while let Some((&count, rest)) = list.split_first() {
+        let Some((corners, rest)) = rest.split_at_checked(count as usize) else {
+            break;
+        };
+        cells.push(corners.iter().copied().map(u64::from).collect());
+        list = rest;
+    }
+    cells
+}
+
+/// From a list of corners and, for each cell, where its corners end; as far as it is whole.
+fn sliced_corners(connectivity: &[u64], ends: &[u64]) -> Vec<Vec<u64>> {
+    let mut start = 0;
+    let slice = ends.iter().map_while(|&end| {
+        let end = usize::try_from(end).ok()?;
+        let corners = connectivity.get(start..end)?;
+        start = end;
+        Some(corners.to_vec())
+    });
+    slice.collect()
+}
