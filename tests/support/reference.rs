@@ -83,6 +83,32 @@ pub struct JacobianCase {
     pub jacobian: Vec<Vec<f64>>,
 }
 
+/// A scene of `trajectory.json`: a ball thrown on a fixed unit cube.
+#[derive(Deserialize)]
+pub struct Scene {
+    pub mesh: String,
+    pub scale: f64,
+    pub mass: f64,
+    pub unit_inertia: f64,
+    #[serde(rename = "E_ball")]
+    pub modulus_ball: f64,
+    #[serde(rename = "E_box")]
+    pub modulus_box: f64,
+    pub rows: Vec<Row>,
+}
+
+/// A state: quaternion w x y z, position, spin, velocity.
+#[derive(Deserialize)]
+pub struct Row {
+    pub t: f64,
+    pub x: [f64; 13],
+}
+
+#[derive(Deserialize)]
+struct Scenes {
+    scenes: Vec<Scene>,
+}
+
 #[derive(Deserialize)]
 struct Cases<C> {
     cases: Vec<C>,
@@ -103,13 +129,22 @@ pub fn wrench_cases() -> Vec<WrenchCase> {
     read::<Cases<WrenchCase>>("wrenches.json").cases
 }
 
+pub fn scenes() -> Vec<Scene> {
+    read::<Scenes>("trajectory.json").scenes
+}
+
 pub fn jacobian_cases() -> Vec<JacobianCase> {
     read::<Cases<JacobianCase>>("jacobians.json").cases
 }
 
 pub fn shape(mesh: &str) -> Shape {
+    scaled_shape(mesh, 1.0)
+}
+
+pub fn scaled_shape(mesh: &str, scale: f64) -> Shape {
     let file: MeshFile = read(&format!("meshes/{mesh}.json"));
-    let vertices = file.vertices.into_iter().map(Vector3::from).collect();
+    let scaled = |vertex| Vector3::from(vertex) * scale;
+    let vertices = file.vertices.into_iter().map(scaled).collect();
     let mesh = TetMesh::new(vertices, file.tets).unwrap();
     Shape::new(PressureField::with_inert_tets(mesh, file.unit_pressure).unwrap())
 }

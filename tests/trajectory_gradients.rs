@@ -1,0 +1,176 @@
+//! Gradients of whole rollouts against central differences, and the real parts of dual rollouts
+//! against rollouts in `f64`.
+
+mod support;
+
+use hydroelastic::contact::Shape;
+use hydroelastic::dynamics::{Body, Integrator, Mass, Material, World};
+use hydroelastic::gradient::{Experiment, FinalState, Parameter, RecordedStates};
+use hydroelastic::mesh::shapes;
+use hydroelastic::spatial::{Pose, Twist};
+use nalgebra::{Vector6, vector};
+use num_dual::DualSVec64;
+use std::sync::Arc;
+
+/// Agreement with differences, of the largest entry of a column, without and with friction.
+const ELASTIC: f64 = 1e-7;
+const RUBBING: f64 = 1e-6;
+
+/// Dual division rounds otherwise than division in `f64`, a thousand steps long.
+const REAL_PARTS: f64 = 1e-11;
+
+const EVERYTHING: [Parameter<'static>; 8] = [
+    Parameter::InitialPosition("ball"),
+    Parameter::InitialOrientation("ball"),
+    Parameter::InitialVelocity("ball"),
+    Parameter::InitialSpin("ball"),
+    Parameter::Modulus("ball"),
+    Parameter::Modulus("slab"),
+    Parameter::Mass("ball"),
+    Parameter::Gravity,
+];
+
+/// An ellipsoid thrown on a slab, to bounce at least once in 0.4 s.
+fn thrown(dissipation: f64, friction: f64) -> World {
+    let ball = Arc::new(Shape::new(shapes::ellipsoid([0.1, 0.11, 0.09], 2).unwrap()));
+    let slab = Arc::new(Shape::new(shapes::cuboid([1.0; 3]).unwrap()));
+    let skin = |modulus| Material {
+        modulus,
+        dissipation,
+        friction,
+    };
+    let ball = Body::dynamic("ball", ball, skin(1e5), Mass::Density(240.0)).unwrap();
+    let slab = Body::fixed("slab", slab, skin(4e5)).unwrap();
+    World::new(vec![
+        ball.at(Pose::from_translation(vector![0.05, 0.02, 0.15]))
+            .with_velocity(vector![0.3, 0.1, 0.0])
+            .with_spin(vector![1.0, 2.0, 0.5]),
+        slab.at(Pose::from_translation(vector![0.0, 0.0, -0.5])),
+    ])
+    .unwrap()
+    .with_gravity(vector![0.0, 0.0, -9.81])
+    .unwrap()
+}
+
+fn experiment(world: &World) -> Experiment<'_> {
+    Experiment::new(world, 4e-4, 1_000)
+        .unwrap()
+        .recording_every(1_000)
+}
+
+#[test]
+fn without_friction_every_gradient_over_a_thousand_steps_equals_differences() {
+    let world = thrown(0.0, 0.0);
+    let check = experiment(&world).difference_check(&EVERYTHING, &FinalState { body: 0 });
+    let check = check.unwrap();
+    assert!(check.best() <= ELASTIC, "{check}");
+}
+
+#[test]
+fn with_friction_and_dissipation_every_gradient_equals_differences() {
+    let world = thrown(0.4, 0.3);
+    let mut parameters = EVERYTHING.to_vec();
+    parameters.extend([
+        Parameter::Friction("ball"),
+        Parameter::Friction("slab"),
+        Parameter::Dissipation("ball"),
+        Parameter::Dissipation("slab"),
+    ]);
+    let check = experiment(&world).difference_check(&parameters, &FinalState { body: 0 });
+    let check = check.unwrap();
+    assert!(check.best() <= RUBBING, "{check}");
+}
+
+#[test]
+fn the_papers_scheme_has_gradients_too() {
+    let world = thrown(0.4, 0.3);
+    let experiment = experiment(&world).with_integrator(Integrator::SymplecticEuler);
+    let parameters = [
+        Parameter::InitialVelocity("ball"),
+        Parameter::Friction("ball"),
+    ];
+    let check = experiment
+        .difference_check(&parameters, &FinalState { body: 0 })
+        .unwrap();
+    assert!(check.best() <= RUBBING, "{check}");
+}
+
+#[test]
+fn recorded_states_have_the_derivatives_of_shorter_rollouts() {
+    let world = thrown(0.0, 0.0);
+    let parameters = [
+        Parameter::InitialVelocity("ball"),
+        Parameter::InitialSpin("ball"),
+    ];
+    let recorded = Experiment::new(&world, 4e-4, 600)
+        .unwrap()
+        .recording_every(200);
+    let all = recorded
+        .jacobian(&parameters, &RecordedStates { body: 0 })
+        .unwrap();
+    assert_eq!(all.jacobian.shape(), (3 * 18, 6));
+    let short = Experiment::new(&world, 4e-4, 400).unwrap();
+    let short = short
+        .jacobian(&parameters, &FinalState { body: 0 })
+        .unwrap();
+    assert_eq!(all.value.rows(18, 18), short.value);
+    assert_eq!(all.jacobian.rows(18, 18), short.jacobian);
+}
+
+#[test]
+fn chunks_of_parameters_give_what_each_parameter_gives_alone() {
+    let world = thrown(0.4, 0.3);
+    let experiment = Experiment::new(&world, 1e-3, 300).unwrap();
+    let outcome = FinalState { body: 0 };
+    let together = experiment.jacobian(&EVERYTHING, &outcome).unwrap().jacobian;
+    let mut first = 0;
+    for parameter in EVERYTHING {
+        let alone = experiment
+            .jacobian(&[parameter], &outcome)
+            .unwrap()
+            .jacobian;
+        let columns = together.columns(first, parameter.dimension());
+        let error = (columns - &alone).amax();
+        assert!(
+            error <= REAL_PARTS * alone.amax(),
+            "{parameter:?}: {error:e}"
+        );
+        first += parameter.dimension();
+    }
+    assert_eq!(first, together.ncols());
+}
+
+#[test]
+fn real_parts_of_a_dual_rollout_are_the_rollout() {
+    for (dissipation, friction) in [(0.0, 0.0), (0.4, 0.3)] {
+        let world = thrown(dissipation, friction);
+        let lifted = world.lifted::<DualSVec64<6>>();
+        let mut start = lifted.initial_state();
+        let seeds = Vector6::from_fn(|i, _| {
+            let direction = nalgebra::SVector::<f64, 6>::ith(i, 1.0);
+            DualSVec64::<6>::new(0.0, num_dual::Derivative::some(direction))
+        });
+        let ball = &mut start.bodies[0];
+        ball.pose = ball.pose.moved_by(&Twist::from_vector(&seeds));
+        let dual = lifted
+            .rollout(4e-4, Integrator::Leapfrog)
+            .unwrap()
+            .starting_from(start);
+        let dual = dual.recorded(1_000, 100).unwrap().real();
+        let real = world
+            .rollout(4e-4, Integrator::Leapfrog)
+            .unwrap()
+            .recorded(1_000, 100)
+            .unwrap();
+        for (a, b) in dual.states().iter().zip(real.states()) {
+            let (a, b) = (&a.bodies[0], &b.bodies[0]);
+            let pose = (a.pose.translation() - b.pose.translation()).amax();
+            let turn = (a.pose.rotation() - b.pose.rotation()).amax();
+            let speed = (a.twist.linear - b.twist.linear).amax();
+            assert!(
+                pose.max(turn).max(speed) <= REAL_PARTS,
+                "{pose:e} {turn:e} {speed:e}"
+            );
+        }
+    }
+}
