@@ -65,13 +65,13 @@ fn contact(criterion: &mut Criterion) {
                 b.iter(|| black_box(&real).wrench_and_jacobian());
             });
             group.bench_function(id("dual 6"), |b| {
-                b.iter(|| dual_wrench::<6>(&shape, distance))
+                b.iter(|| dual_wrench::<6>(&shape, distance));
             });
             group.bench_function(id("dual 8"), |b| {
-                b.iter(|| dual_wrench::<8>(&shape, distance))
+                b.iter(|| dual_wrench::<8>(&shape, distance));
             });
             group.bench_function(id("dual 14"), |b| {
-                b.iter(|| dual_wrench::<14>(&shape, distance))
+                b.iter(|| dual_wrench::<14>(&shape, distance));
             });
         }
         group.finish();

@@ -37,11 +37,11 @@ fn icosphere_pairs_have_the_force_of_three_independent_codes() {
     let expected = [
         (
             1,
-            vector![0.013362484175243, -0.441277152337403, 0.023269900431408],
+            vector![0.013_362_484_175_243, -0.441_277_152_337_403, 0.023_269_900_431_408],
         ),
         (
             2,
-            vector![0.015412652420915, -0.50032786805884, 0.026029548602807],
+            vector![0.015_412_652_420_915, -0.500_327_868_058_84, 0.026_029_548_602_807],
         ),
     ];
     for (subdivisions, force) in expected {
@@ -87,8 +87,8 @@ mod cube_on_box {
     fn force_and_derivatives_are_the_closed_ones() {
         let (wrench, jacobian) = shapes_and(0.01, |pair| pair.wrench_and_jacobian());
         let close = |found: f64, expected: f64| (found - expected).abs() <= EXACT * expected.abs();
-        assert!(close(force(0.01), 1444.453125));
-        assert!(close(wrench.on_a.force.z, 1444.453125));
+        assert!(close(force(0.01), 1_444.453_125));
+        assert!(close(wrench.on_a.force.z, 1_444.453_125));
         assert!(close(jacobian.on_a.by_pose_a[(5, 5)], -138_960.937_5));
         assert!(close(
             jacobian.on_a.by_modulus_a[5] * MODULI[0],
