@@ -1,4 +1,8 @@
 //! Wrenches against values that can be written down.
+#![allow(
+    clippy::redundant_closure_for_method_calls,
+    reason = "a method's path is not general enough in its lifetimes"
+)]
 
 mod support;
 
