@@ -74,6 +74,7 @@ fn work_counts_of_the_papers_scene_stay_as_they_are() {
 /// A cube of 0.2 m and 1 MPa pressed 1 cm into a box of 3 MPa: κ is the pressure gradient.
 mod cube_on_box {
     use super::*;
+    use approx::assert_relative_eq;
 
     const EDGE: f64 = 0.2;
     const MODULI: [f64; 2] = [1e6, 3e6];
@@ -98,18 +99,13 @@ mod cube_on_box {
     #[test]
     fn force_and_derivatives_are_the_closed_ones() {
         let (wrench, jacobian) = shapes_and(0.01, |pair| pair.wrench_and_jacobian());
-        let close = |found: f64, expected: f64| (found - expected).abs() <= EXACT * expected.abs();
-        assert!(close(force(0.01), 1_444.453_125));
-        assert!(close(wrench.on_a.force.z, 1_444.453_125));
-        assert!(close(jacobian.on_a.by_pose_a[(5, 5)], -138_960.937_5));
-        assert!(close(
-            jacobian.on_a.by_modulus_a[5] * MODULI[0],
-            575.947_265_625
-        ));
-        assert!(close(
-            jacobian.on_a.by_modulus_b[5] * MODULI[1],
-            868.505_859_375
-        ));
+        let [by_a, by_b] = [jacobian.on_a.by_modulus_a, jacobian.on_a.by_modulus_b];
+        assert_relative_eq!(force(0.01), 1_444.453_125, max_relative = EXACT);
+        assert_relative_eq!(wrench.on_a.force.z, 1_444.453_125, max_relative = EXACT);
+        let stiffness = jacobian.on_a.by_pose_a[(5, 5)];
+        assert_relative_eq!(stiffness, -138_960.937_5, max_relative = EXACT);
+        assert_relative_eq!(by_a[5] * MODULI[0], 575.947_265_625, max_relative = EXACT);
+        assert_relative_eq!(by_b[5] * MODULI[1], 868.505_859_375, max_relative = EXACT);
         let lateral = wrench.on_a.force.xy().amax();
         assert!(lateral <= EXACT * wrench.on_a.force.z, "{lateral:e}");
     }

@@ -121,9 +121,7 @@ fn a_ball_swings_about_its_rest_depth_with_the_period_of_the_linear_stiffness() 
 /// Final position of the named body by its initial position and velocity along an axis.
 fn by_start(world: &World, body: &str, axis: usize, time_step: f64, steps: usize) -> [f64; 2] {
     let experiment = Experiment::new(world, time_step, steps).unwrap();
-    let outcome = FinalPosition {
-        body: world.index_of(body).unwrap(),
-    };
+    let outcome = FinalPosition::of_body(world, body).unwrap();
     let parameters = [
         Parameter::InitialPosition(body),
         Parameter::InitialVelocity(body),
@@ -216,7 +214,10 @@ fn by_starts_of_two_balls(modulus: f64, steps: usize) -> [f64; 4] {
     ];
     let experiment = experiment.recording_every(steps);
     let jacobian = experiment
-        .jacobian(&parameters, &FinalPosition { body: 1 })
+        .jacobian(
+            &parameters,
+            &FinalPosition::of_body(&world, "second").unwrap(),
+        )
         .unwrap();
     [2, 5, 8, 11].map(|column| jacobian.jacobian[(2, column)])
 }

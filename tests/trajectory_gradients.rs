@@ -61,7 +61,8 @@ fn experiment(world: &World) -> Experiment<'_> {
 #[test]
 fn without_friction_every_gradient_over_a_thousand_steps_equals_differences() {
     let world = thrown(0.0, 0.0);
-    let check = experiment(&world).difference_check(&EVERYTHING, &FinalState { body: 0 });
+    let check = experiment(&world)
+        .difference_check(&EVERYTHING, &FinalState::of_body(&world, "ball").unwrap());
     let check = check.unwrap();
     assert!(check.best() <= ELASTIC, "{check}");
 }
@@ -76,7 +77,8 @@ fn with_friction_and_dissipation_every_gradient_equals_differences() {
         Parameter::Dissipation("ball"),
         Parameter::Dissipation("slab"),
     ]);
-    let check = experiment(&world).difference_check(&parameters, &FinalState { body: 0 });
+    let check = experiment(&world)
+        .difference_check(&parameters, &FinalState::of_body(&world, "ball").unwrap());
     let check = check.unwrap();
     assert!(check.best() <= RUBBING, "{check}");
 }
@@ -90,7 +92,7 @@ fn the_papers_scheme_has_gradients_too() {
         Parameter::Friction("ball"),
     ];
     let check = experiment
-        .difference_check(&parameters, &FinalState { body: 0 })
+        .difference_check(&parameters, &FinalState::of_body(&world, "ball").unwrap())
         .unwrap();
     assert!(check.best() <= RUBBING, "{check}");
 }
@@ -106,12 +108,15 @@ fn recorded_states_have_the_derivatives_of_shorter_rollouts() {
         .unwrap()
         .recording_every(200);
     let all = recorded
-        .jacobian(&parameters, &RecordedStates { body: 0 })
+        .jacobian(
+            &parameters,
+            &RecordedStates::of_body(&world, "ball").unwrap(),
+        )
         .unwrap();
     assert_eq!(all.jacobian.shape(), (3 * 18, 6));
     let short = Experiment::new(&world, 4e-4, 400).unwrap();
     let short = short
-        .jacobian(&parameters, &FinalState { body: 0 })
+        .jacobian(&parameters, &FinalState::of_body(&world, "ball").unwrap())
         .unwrap();
     assert_eq!(all.value.rows(18, 18), short.value);
     assert_eq!(all.jacobian.rows(18, 18), short.jacobian);
@@ -121,7 +126,7 @@ fn recorded_states_have_the_derivatives_of_shorter_rollouts() {
 fn chunks_of_parameters_give_what_each_parameter_gives_alone() {
     let world = thrown(0.4, 0.3);
     let experiment = Experiment::new(&world, 1e-3, 300).unwrap();
-    let outcome = FinalState { body: 0 };
+    let outcome = FinalState::of_body(&world, "ball").unwrap();
     let together = experiment.jacobian(&EVERYTHING, &outcome).unwrap().jacobian;
     let mut first = 0;
     for parameter in EVERYTHING {
@@ -155,7 +160,8 @@ fn real_parts_of_a_dual_rollout_are_the_rollout() {
         let dual = lifted
             .rollout(4e-4, Integrator::Leapfrog)
             .unwrap()
-            .starting_from(start);
+            .starting_from(start)
+            .unwrap();
         let dual = dual.recorded(1_000, 100).unwrap().real();
         let real = world
             .rollout(4e-4, Integrator::Leapfrog)

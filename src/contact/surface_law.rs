@@ -11,6 +11,8 @@ use nalgebra::Vector3;
 /// normal (positive when separating) and v_t the rest: the pressure becomes p·max(0, 1 − d·v_n)
 /// with the dissipation d \[Hunt 1975\], and drags A with μ·p·v_t/√(|v_t|² + v_s²), Coulomb friction
 /// made smooth at rest by the slip tolerance v_s.
+///
+/// Dissipation resists rolling too: skin that is pressed in pushes back more than skin that is let go.
 #[derive(Debug, Clone, Copy)]
 pub struct SurfaceLaw<T = f64> {
     /// Hunt–Crossley dissipation d (s/m), not negative.

@@ -32,6 +32,8 @@ pub enum Mass {
 }
 
 /// A shape with a name, a material, a motion and an initial state.
+///
+/// A shape goes in as `Shape`, or as `Arc<Shape>` to be shared by several bodies.
 #[derive(Debug, Clone)]
 pub struct Body<T = f64> {
     pub(super) name: String,
@@ -48,10 +50,11 @@ impl Body<f64> {
     /// If the material or the mass is out of range.
     pub fn dynamic(
         name: &str,
-        shape: Arc<Shape>,
+        shape: impl Into<Arc<Shape>>,
         material: Material,
         mass: Mass,
     ) -> Result<Self, WorldError> {
+        let shape = shape.into();
         let properties = mass.properties(name, &shape)?;
         let motion = Motion::Dynamic(Inertia::new(&properties));
         Self::new(name, shape, material, motion)
@@ -61,8 +64,12 @@ impl Body<f64> {
     ///
     /// # Errors
     /// If the material is out of range.
-    pub fn fixed(name: &str, shape: Arc<Shape>, material: Material) -> Result<Self, WorldError> {
-        Self::new(name, shape, material, Motion::Fixed)
+    pub fn fixed(
+        name: &str,
+        shape: impl Into<Arc<Shape>>,
+        material: Material,
+    ) -> Result<Self, WorldError> {
+        Self::new(name, shape.into(), material, Motion::Fixed)
     }
 
     /// A body that follows a path: its pose and its twist, which must be the pose's derivative (the
@@ -72,11 +79,11 @@ impl Body<f64> {
     /// If the material is out of range.
     pub fn prescribed(
         name: &str,
-        shape: Arc<Shape>,
+        shape: impl Into<Arc<Shape>>,
         material: Material,
         path: Arc<Path>,
     ) -> Result<Self, WorldError> {
-        Self::new(name, shape, material, Motion::Prescribed(path))
+        Self::new(name, shape.into(), material, Motion::Prescribed(path))
     }
 
     fn new(
@@ -138,8 +145,12 @@ impl Body<f64> {
         }
     }
 
-    /// Nothing, if the initial state is usable.
-    pub(super) fn check_initial(&self) -> Result<(), WorldError> {
+    /// Nothing, if material, mass and initial state are usable.
+    pub(crate) fn check(&self) -> Result<(), WorldError> {
+        self.material.check(&self.name)?;
+        if let Some(inertia) = self.inertia() {
+            check_positive(&self.name, "mass", inertia.mass)?;
+        }
         ContactBody::new(&self.shape, self.initial.pose, self.material.modulus)
             .map_err(|error| WorldError::from_body(&self.name, error))?;
         let twist = &self.initial.twist;

@@ -56,6 +56,14 @@ pub enum WorldError {
         /// The names there are.
         known: Vec<String>,
     },
+    /// A state does not fit the world.
+    #[error("a state of {found} bodies does not fit a world of {expected}")]
+    StateSize {
+        /// Bodies in the state.
+        found: usize,
+        /// Bodies in the world.
+        expected: usize,
+    },
     /// A number of the world itself is out of range.
     #[error("the {quantity} is {value}, but must be {expected}")]
     Setting {

@@ -1,4 +1,4 @@
-use super::{BodyState, ExternalForces, World};
+use super::{BodyState, ExternalForces, State, World, WorldError};
 use crate::contact::{ContactBody, ContactPair};
 use crate::geometry::Aabb;
 use crate::scalar::{Scalar, carries_derivatives, real_part};
@@ -42,6 +42,20 @@ impl<T: Scalar, F: ExternalForces> World<T, F> {
             }
         }
         pairs
+    }
+
+    /// The contact of two bodies by name, in a state: its surface, its elastic wrench, its Jacobian.
+    ///
+    /// # Errors
+    /// If there is no body of one of the names.
+    pub fn contact_between(
+        &self,
+        state: &State<T>,
+        first: &str,
+        second: &str,
+    ) -> Result<ContactPair<'_, T>, WorldError> {
+        let (i, j) = (self.index_of(first)?, self.index_of(second)?);
+        Ok(self.contact_pair(&state.bodies, i, j))
     }
 
     /// The contact of two bodies.

@@ -24,6 +24,21 @@ impl Material<f64> {
         }
     }
 
+    /// The same material with a dissipation (s/m).
+    #[must_use]
+    pub fn with_dissipation(self, dissipation: f64) -> Self {
+        Self {
+            dissipation,
+            ..self
+        }
+    }
+
+    /// The same material with a coefficient of friction.
+    #[must_use]
+    pub fn with_friction(self, friction: f64) -> Self {
+        Self { friction, ..self }
+    }
+
     /// The constant material.
     #[must_use]
     pub fn lifted<T: Scalar>(&self) -> Material<T> {

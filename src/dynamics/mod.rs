@@ -11,10 +11,9 @@
 //! use hydroelastic::mesh::shapes;
 //! use hydroelastic::spatial::Pose;
 //! use nalgebra::Vector3;
-//! use std::sync::Arc;
 //!
-//! let ball = Arc::new(Shape::new(shapes::icosphere(0.1, 1)?));
-//! let floor = Arc::new(Shape::new(shapes::cuboid([1.0, 1.0, 0.2])?));
+//! let ball = Shape::new(shapes::icosphere(0.1, 1)?);
+//! let floor = Shape::new(shapes::cuboid([1.0, 1.0, 0.2])?);
 //! let skin = Material::elastic(1e5);
 //! let world = World::new(vec![
 //!     Body::dynamic("ball", ball, skin, Mass::Total(1.0))?
@@ -24,7 +23,7 @@
 //! .with_gravity(Vector3::new(0.0, 0.0, -9.81))?;
 //!
 //! let trajectory = world.rollout(1e-3, Integrator::Leapfrog)?.recorded(400, 1)?;
-//! let lowest = trajectory.states().iter().map(|s| s.bodies[0].pose.translation().z);
+//! let lowest = trajectory.states().iter().map(|s| s.bodies[0].position().z);
 //! assert!(lowest.fold(f64::INFINITY, f64::min) < 0.2);
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```

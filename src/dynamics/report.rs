@@ -39,6 +39,13 @@ impl Topology {
         self.touching.len()
     }
 
+    /// Whether two bodies, by their places in the world's list, touch.
+    #[must_use]
+    pub fn touches(&self, first: usize, second: usize) -> bool {
+        let bodies = [first.min(second), first.max(second)];
+        self.touching.iter().any(|pair| pair[..2] == bodies)
+    }
+
     /// Number of pairs of tetrahedra that touch in one of two states and not in the other.
     #[must_use]
     pub fn changes_since(&self, before: &Self) -> usize {

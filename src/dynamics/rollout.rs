@@ -1,5 +1,6 @@
 use super::{
     ExternalForces, Gravity, Integrator, Interrupted, RolloutError, State, Trajectory, World,
+    WorldError,
 };
 use crate::scalar::Scalar;
 
@@ -29,12 +30,18 @@ impl<'w, T: Scalar, F: ExternalForces> Rollout<'w, T, F> {
         }
     }
 
-    /// The same rollout from another state.
-    #[must_use]
-    pub fn starting_from(mut self, state: State<T>) -> Self {
+    /// The same rollout from another state of the world.
+    ///
+    /// # Errors
+    /// If the state has another number of bodies.
+    pub fn starting_from(mut self, state: State<T>) -> Result<Self, WorldError> {
+        let (found, expected) = (state.bodies.len(), self.world.bodies().len());
+        if found != expected {
+            return Err(WorldError::StateSize { found, expected });
+        }
         self.state = state;
         self.steps = 0;
-        self
+        Ok(self)
     }
 
     /// The state last given, or the initial one.

@@ -1,5 +1,6 @@
-use crate::scalar::{Scalar, real_vector};
+use crate::scalar::{Scalar, lift_vector, real_vector};
 use crate::spatial::{Pose, Twist};
+use nalgebra::Vector3;
 
 /// Where a body is and how it moves, in the world frame.
 #[derive(Debug, Clone, Copy)]
@@ -20,6 +21,18 @@ pub struct State<T = f64> {
 }
 
 impl<T: Scalar> BodyState<T> {
+    /// Position (m) of the body's origin.
+    #[must_use]
+    pub fn position(&self) -> &Vector3<T> {
+        self.pose.translation()
+    }
+
+    /// Velocity (m/s) of the centre of mass.
+    #[must_use]
+    pub fn velocity(&self) -> &Vector3<T> {
+        &self.twist.linear
+    }
+
     /// Whether no component is NaN or infinite.
     #[must_use]
     pub fn is_finite(&self) -> bool {
@@ -48,8 +61,8 @@ impl BodyState<f64> {
         BodyState {
             pose: Pose::lifted(&self.pose),
             twist: Twist {
-                angular: crate::scalar::lift_vector(&self.twist.angular),
-                linear: crate::scalar::lift_vector(&self.twist.linear),
+                angular: lift_vector(&self.twist.angular),
+                linear: lift_vector(&self.twist.linear),
             },
         }
     }

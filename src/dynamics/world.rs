@@ -27,7 +27,7 @@ impl World {
     pub fn new(bodies: Vec<Body>) -> Result<Self, WorldError> {
         let mut names = BTreeSet::new();
         for body in &bodies {
-            body.check_initial()?;
+            body.check()?;
             if !names.insert(body.name()) {
                 return Err(WorldError::DuplicateName(body.name().to_owned()));
             }

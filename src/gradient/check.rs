@@ -19,6 +19,8 @@ const PLATEAU: f64 = 10.0;
 pub struct DifferenceCheck {
     /// Steps, in typical changes of a parameter: its value for materials and masses, else 1 SI unit.
     pub steps: Vec<f64>,
+    /// What each column is by: a parameter, and which of its numbers.
+    pub numbers: Vec<String>,
     /// For each step (row) and number of the parameters (column) the relative error.
     pub errors: DMatrix<f64>,
 }
@@ -61,10 +63,14 @@ impl fmt::Display for DifferenceCheck {
     fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
         for (number, best) in self.best_by_parameter().iter().enumerate() {
             let (low, high) = self.plateau(number);
-            writeln!(
+            let name = &self.numbers[number];
+            write!(
                 formatter,
-                "number {number}: {best:.1e} (plateau {low:.0e} to {high:.0e})"
+                "{name}: {best:.1e} (steps {low:.0e} to {high:.0e})"
             )?;
+            if number + 1 < self.numbers.len() {
+                writeln!(formatter)?;
+            }
         }
         Ok(())
     }
@@ -100,6 +106,10 @@ impl<F: ExternalForces> Experiment<'_, F> {
         }
         Ok(DifferenceCheck {
             steps: STEPS.to_vec(),
+            numbers: parameters
+                .iter()
+                .flat_map(Parameter::number_names)
+                .collect(),
             errors,
         })
     }
@@ -112,8 +122,8 @@ impl<F: ExternalForces> Experiment<'_, F> {
         outcome: &impl Outcome,
     ) -> Result<DVector<f64>, GradientError> {
         let opposite: Vec<f64> = change.iter().map(|number| -number).collect();
-        let ahead = DVector::from_vec(self.value_after(parameters, change, outcome)?);
-        let behind = DVector::from_vec(self.value_after(parameters, &opposite, outcome)?);
+        let ahead = DVector::from_vec(self.value_beside(parameters, change, outcome)?);
+        let behind = DVector::from_vec(self.value_beside(parameters, &opposite, outcome)?);
         Ok((ahead - behind) / 2.0)
     }
 }

@@ -18,6 +18,14 @@ pub enum GradientError {
         /// The parameter.
         parameter: String,
     },
+    /// Changes and the numbers of the parameters do not pair up.
+    #[error("{expected} numbers of parameters need as many changes, but got {found}")]
+    ChangeCount {
+        /// How many changes were given.
+        found: usize,
+        /// How many the parameters have.
+        expected: usize,
+    },
     /// A gradient was asked of an outcome that is not one number.
     #[error("a gradient needs an outcome of one number, but it has {count}: use a Jacobian")]
     NotALoss {

@@ -1,5 +1,5 @@
 use super::{GradientError, Outcome, Parameter};
-use crate::dynamics::{ExternalForces, Gravity, Integrator, Trajectory, World};
+use crate::dynamics::{Body, ExternalForces, Gravity, Integrator, Trajectory, World};
 use crate::scalar::{Scalar, lift};
 use nalgebra::{Const, DMatrix, DVector};
 use num_dual::{Derivative, DualSVec64};
@@ -65,13 +65,20 @@ impl<'w, F: ExternalForces> Experiment<'w, F> {
         }
     }
 
+    /// The recorded states.
+    ///
+    /// # Errors
+    /// If the rollout ends early.
+    pub fn trajectory(&self) -> Result<Trajectory, GradientError> {
+        self.recorded(self.world)
+    }
+
     /// The outcome without derivatives.
     ///
     /// # Errors
     /// If the rollout ends early.
     pub fn value(&self, outcome: &impl Outcome) -> Result<Vec<f64>, GradientError> {
-        let trajectory = self.trajectory(self.world)?;
-        Ok(outcome.of(&trajectory))
+        Ok(outcome.of(&self.trajectory()?))
     }
 
     /// The outcome and its derivatives by the parameters: forward mode, as many at a time as a dual
@@ -84,7 +91,7 @@ impl<'w, F: ExternalForces> Experiment<'w, F> {
         parameters: &[Parameter],
         outcome: &impl Outcome,
     ) -> Result<OutcomeJacobian, GradientError> {
-        let count = self.checked_dimension(parameters)?;
+        let count = checked_dimension(self.world, parameters)?;
         let value = DVector::from_vec(self.value(outcome)?);
         let mut jacobian = DMatrix::zeros(value.len(), count);
         let mut first = 0;
@@ -120,30 +127,30 @@ impl<'w, F: ExternalForces> Experiment<'w, F> {
         Ok((value[0], jacobian.row(0).transpose()))
     }
 
-    /// The outcome after changes of the parameters.
+    /// The outcome after changes of the parameters, as a line search asks for it.
     ///
     /// # Errors
-    /// As [`Self::jacobian`].
+    /// As [`World::changed`], and if the rollout ends early.
     pub fn value_after(
         &self,
         parameters: &[Parameter],
         changes: &[f64],
         outcome: &impl Outcome,
     ) -> Result<Vec<f64>, GradientError> {
-        self.checked_dimension(parameters)?;
-        let trajectory = self.trajectory(&self.changed(parameters, changes))?;
+        let trajectory = self.recorded(&self.world.changed(parameters, changes)?)?;
         Ok(outcome.of(&trajectory))
     }
 
-    /// Number of numbers in the parameters, if the world has them.
-    pub(super) fn checked_dimension(
+    /// The outcome beside the world's own parameters, where a material's number may have left its
+    /// range by a difference's step.
+    pub(super) fn value_beside(
         &self,
         parameters: &[Parameter],
-    ) -> Result<usize, GradientError> {
-        parameters
-            .iter()
-            .try_for_each(|parameter| parameter.check(self.world))?;
-        Ok(parameters.iter().map(Parameter::dimension).sum())
+        changes: &[f64],
+        outcome: &impl Outcome,
+    ) -> Result<Vec<f64>, GradientError> {
+        let trajectory = self.recorded(&changed(self.world, parameters, changes))?;
+        Ok(outcome.of(&trajectory))
     }
 
     /// For each number of the parameters, a typical change.
@@ -173,7 +180,7 @@ impl<'w, F: ExternalForces> Experiment<'w, F> {
                 }
             })
             .collect();
-        let trajectory = self.trajectory(&self.changed(parameters, &seeds))?;
+        let trajectory = self.recorded(&changed(self.world, parameters, &seeds))?;
         let gradients: Vec<_> = outcome
             .of(&trajectory)
             .into_iter()
@@ -184,20 +191,57 @@ impl<'w, F: ExternalForces> Experiment<'w, F> {
         }))
     }
 
-    fn changed<T: Scalar>(&self, parameters: &[Parameter], changes: &[T]) -> World<T, F> {
-        let mut world = self.world.lifted();
-        let mut rest = changes;
-        for parameter in parameters {
-            let (own, others) = rest.split_at(parameter.dimension());
-            parameter.change(&mut world, own);
-            rest = others;
-        }
-        world
-    }
-
-    fn trajectory<T: Scalar>(&self, world: &World<T, F>) -> Result<Trajectory<T>, GradientError> {
+    fn recorded<T: Scalar>(&self, world: &World<T, F>) -> Result<Trajectory<T>, GradientError> {
         let rollout = world.rollout(self.time_step, self.integrator)?;
         let recorded = rollout.recorded(self.steps, self.record_every);
         recorded.map_err(|interrupted| interrupted.error.into())
     }
+}
+
+impl<F: ExternalForces> World<f64, F> {
+    /// The world after changes of the parameters, one number for each number of theirs: what an
+    /// optimiser's step makes of it. Shapes are shared, not built again.
+    ///
+    /// # Errors
+    /// If a parameter is not one of the world's, or the count of changes is not that of its numbers,
+    /// or a number is out of its range after the change.
+    pub fn changed(
+        &self,
+        parameters: &[Parameter],
+        changes: &[f64],
+    ) -> Result<Self, GradientError> {
+        let (found, expected) = (changes.len(), checked_dimension(self, parameters)?);
+        if found != expected {
+            return Err(GradientError::ChangeCount { found, expected });
+        }
+        let world = changed(self, parameters, changes);
+        world.bodies.iter().try_for_each(Body::check)?;
+        Ok(world)
+    }
+}
+
+/// Number of numbers in the parameters, if the world has them.
+fn checked_dimension<F: ExternalForces>(
+    world: &World<f64, F>,
+    parameters: &[Parameter],
+) -> Result<usize, GradientError> {
+    parameters
+        .iter()
+        .try_for_each(|parameter| parameter.check(world))?;
+    Ok(parameters.iter().map(Parameter::dimension).sum())
+}
+
+fn changed<T: Scalar, F: ExternalForces>(
+    world: &World<f64, F>,
+    parameters: &[Parameter],
+    changes: &[T],
+) -> World<T, F> {
+    let mut world = world.lifted();
+    let mut rest = changes;
+    for parameter in parameters {
+        let (own, others) = rest.split_at(parameter.dimension());
+        parameter.change(&mut world, own);
+        rest = others;
+    }
+    world
 }

@@ -1,9 +1,11 @@
-use crate::dynamics::{State, Trajectory};
+use crate::dynamics::{ExternalForces, State, Trajectory, World, WorldError};
 use crate::scalar::Scalar;
 
 /// What is read from a trajectory: a loss (one number), residuals, or a state.
 ///
-/// Generic over the scalar, so that derivatives flow through it.
+/// Generic over the scalar, so that derivatives flow through it. Constants mix freely with a `T` on
+/// its right (`x * 2.0`), and become vectors of `T` through
+/// [`lift_vector`](crate::scalar::lift_vector).
 ///
 /// ```
 /// use hydroelastic::dynamics::Trajectory;
@@ -19,7 +21,7 @@ use crate::scalar::Scalar;
 ///
 /// impl Outcome for Miss {
 ///     fn of<T: Scalar>(&self, trajectory: &Trajectory<T>) -> Vec<T> {
-///         let position = trajectory.last().bodies[self.body].pose.translation();
+///         let position = trajectory.last().bodies[self.body].position();
 ///         let miss = position - lift_vector::<T>(&self.target);
 ///         vec![miss.dot(&miss)]
 ///     }
@@ -33,35 +35,74 @@ pub trait Outcome: Sync {
 /// A body's last position (m): 3 numbers.
 #[derive(Debug, Clone, Copy)]
 pub struct FinalPosition {
-    /// Place of the body in the world's list.
-    pub body: usize,
+    body: usize,
 }
 
 /// A body's state at the end: 18 numbers, the position (m), the columns of the rotation matrix, the
 /// velocity of the centre of mass (m/s) and the spin (rad/s).
 #[derive(Debug, Clone, Copy)]
 pub struct FinalState {
-    /// Place of the body in the world's list.
-    pub body: usize,
+    body: usize,
 }
 
 /// A body's states at all recorded times but the first, 18 numbers each, as in [`FinalState`].
 #[derive(Debug, Clone, Copy)]
 pub struct RecordedStates {
-    /// Place of the body in the world's list.
-    pub body: usize,
+    body: usize,
+}
+
+impl FinalPosition {
+    /// Of the named body.
+    ///
+    /// # Errors
+    /// If there is none.
+    pub fn of_body<F: ExternalForces>(
+        world: &World<f64, F>,
+        body: &str,
+    ) -> Result<Self, WorldError> {
+        let body = world.index_of(body)?;
+        Ok(Self { body })
+    }
 }
 
 impl Outcome for FinalPosition {
     fn of<T: Scalar>(&self, trajectory: &Trajectory<T>) -> Vec<T> {
-        let position = trajectory.last().bodies[self.body].pose.translation();
+        let position = trajectory.last().bodies[self.body].position();
         position.iter().copied().collect()
+    }
+}
+
+impl FinalState {
+    /// Of the named body.
+    ///
+    /// # Errors
+    /// If there is none.
+    pub fn of_body<F: ExternalForces>(
+        world: &World<f64, F>,
+        body: &str,
+    ) -> Result<Self, WorldError> {
+        let body = world.index_of(body)?;
+        Ok(Self { body })
     }
 }
 
 impl Outcome for FinalState {
     fn of<T: Scalar>(&self, trajectory: &Trajectory<T>) -> Vec<T> {
         numbers(trajectory.last(), self.body).collect()
+    }
+}
+
+impl RecordedStates {
+    /// Of the named body.
+    ///
+    /// # Errors
+    /// If there is none.
+    pub fn of_body<F: ExternalForces>(
+        world: &World<f64, F>,
+        body: &str,
+    ) -> Result<Self, WorldError> {
+        let body = world.index_of(body)?;
+        Ok(Self { body })
     }
 }
 

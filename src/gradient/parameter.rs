@@ -42,6 +42,16 @@ impl Parameter<'_> {
         }
     }
 
+    /// A name for each of its numbers, for messages.
+    pub(super) fn number_names(&self) -> Vec<String> {
+        match self.dimension() {
+            1 => vec![format!("{self:?}")],
+            _ => ["x", "y", "z"]
+                .map(|axis| format!("{self:?} {axis}"))
+                .into(),
+        }
+    }
+
     /// Name of the body it belongs to.
     fn body(&self) -> Option<&str> {
         match self {

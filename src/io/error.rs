@@ -139,6 +139,19 @@ pub enum FileError {
         /// The names of the arrays there are.
         found: Vec<String>,
     },
+    /// A trajectory and a world that it is not of: nothing is written.
+    #[error(
+        "nothing was written to {}: the trajectory has {found} bodies, but the world has {expected}",
+        path.display()
+    )]
+    OtherWorld {
+        /// The file.
+        path: PathBuf,
+        /// Number of bodies in a state of the trajectory.
+        found: usize,
+        /// Number of bodies in the world.
+        expected: usize,
+    },
     /// The numbers in the file are no mesh or no pressure field. Vertices are counted without
     /// those that no tetrahedron uses.
     #[error("{} does not hold a usable mesh", path.display())]

@@ -1,11 +1,11 @@
-//! Files: tetrahedral meshes in, contact surfaces out.
+//! Files: tetrahedral meshes in, contact surfaces and trajectories out.
 //!
 //! [`read_mesh`] reads the files of a mesher (Gmsh `.msh`, VTK `.vtk` and `.vtu`) into a
 //! [`MeshFile`]: a mesh, and whatever numbers the file has for each vertex. Extents can be among
 //! them ([`MeshFile::pressure_field`]); else they come from the distance to the surface
 //! ([`PressureField::from_distance`](crate::mesh::PressureField::from_distance)).
-//! [`write_surface`] writes a contact surface for ParaView and its like. Files are taken to be in
-//! metres.
+//! [`write_surface`] writes a contact surface for ParaView and its like, [`write_trajectory`] the
+//! motion of all bodies as a table. Files are taken to be in metres.
 //!
 //! Nothing in a file is trusted: damaged ones end in a [`FileError`], never in a panic.
 //!
@@ -36,9 +36,11 @@ mod error;
 mod gmsh;
 mod gmsh_headers;
 mod mesh_file;
+mod trajectory;
 mod vtk;
 mod vtu_lengths;
 
 pub use contact_surface::write_surface;
 pub use error::FileError;
 pub use mesh_file::{MeshFile, read_mesh};
+pub use trajectory::write_trajectory;

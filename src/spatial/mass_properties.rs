@@ -10,3 +10,15 @@ pub struct MassProperties {
     /// Inertia tensor (kg m²) about the centre of mass, in the axes of the body frame.
     pub inertia: Matrix3<f64>,
 }
+
+impl MassProperties {
+    /// Those of a solid ball around the origin: mass (kg), radius (m).
+    #[must_use]
+    pub fn solid_ball(mass: f64, radius: f64) -> Self {
+        Self {
+            mass,
+            center_of_mass: Vector3::zeros(),
+            inertia: Matrix3::identity() * (0.4 * mass * radius * radius),
+        }
+    }
+}

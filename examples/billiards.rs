@@ -1,0 +1,71 @@
+//! How much does the aim of a shot matter after three collisions?
+//!
+//! `cargo run --example billiards`
+//!
+//! The first ball hits the second, that the third, and that the last, each off centre. The
+//! derivative of where the last ball gets by the first one's velocity is held against differences.
+
+use hydroelastic::contact::Shape;
+use hydroelastic::dynamics::{Body, Mass, Material, World, WorldError};
+use hydroelastic::gradient::{Experiment, FinalPosition, OutcomeJacobian, Parameter};
+use hydroelastic::mesh::shapes;
+use hydroelastic::spatial::Pose;
+use nalgebra::vector;
+use std::error::Error;
+use std::sync::Arc;
+
+/// Where the balls lie (m), in the order in which they are hit.
+const PLACES: [[f64; 2]; 4] = [[0.0, 0.0], [0.2, 0.02], [0.35, 0.06], [0.5, 0.05]];
+const NAMES: [&str; 4] = ["first", "second", "third", "last"];
+const LAST: &str = NAMES[3];
+
+/// Radius (m) and mass (kg) of the balls, speed of the shot (m/s).
+const RADIUS: f64 = 0.03;
+const MASS: f64 = 0.2;
+const SPEED: f64 = 2.0;
+
+/// Time step (s) and steps.
+const TIME_STEP: f64 = 1e-4;
+const STEPS: usize = 6_000;
+
+/// Deviation from central differences at the best step, relative to the largest derivative by the
+/// same number: round-off grows in the collisions, and facets that meet or part bend the function.
+const TOLERANCE: f64 = 1e-6;
+
+/// A ball that was hit is faster (m/s).
+const HIT: f64 = 0.1;
+
+fn main() -> Result<(), Box<dyn Error>> {
+    let world = table()?;
+    let experiment = Experiment::new(&world, TIME_STEP, STEPS)?.recording_every(STEPS);
+    let by_shot = [Parameter::InitialVelocity(NAMES[0])];
+    let place = FinalPosition::of_body(&world, LAST)?;
+    let OutcomeJacobian { value, jacobian } = experiment.jacobian(&by_shot, &place)?;
+    println!("place of the last ball (m): {:.4?}", value.as_slice());
+    println!("by the shot's velocity (m per m/s): {jacobian:.4}");
+    let by_aim = jacobian.column(1).norm() * SPEED;
+    println!("a shot turned by 1 mrad takes it {by_aim:.1} mm elsewhere");
+    let check = experiment.difference_check(&by_shot, &place)?;
+    println!("relative deviation from differences:\n{check}");
+
+    let end = experiment.trajectory()?;
+    // All but the first were at rest: each that moves was hit.
+    let mut struck = end.last().bodies[1..].iter();
+    assert!(struck.all(|ball| ball.velocity().norm() > HIT));
+    assert!(check.best() < TOLERANCE);
+    Ok(())
+}
+
+/// Equal balls in a plane, without gravity and friction.
+fn table() -> Result<World, Box<dyn Error>> {
+    let shape = Arc::new(Shape::new(shapes::icosphere(RADIUS, 2)?));
+    let ball = |(name, [x, y]): (&str, [f64; 2])| {
+        let (shape, skin) = (Arc::clone(&shape), Material::elastic(1e7));
+        let ball = Body::dynamic(name, shape, skin, Mass::Total(MASS))?;
+        Ok(ball.at(Pose::from_translation(vector![x, y, 0.0])))
+    };
+    let balls = NAMES.into_iter().zip(PLACES).map(ball);
+    let mut balls = balls.collect::<Result<Vec<Body>, WorldError>>()?;
+    balls[0] = balls[0].clone().with_velocity(vector![SPEED, 0.0, 0.0]);
+    Ok(World::new(balls)?)
+}
