@@ -1,4 +1,4 @@
-use super::{FileError, gmsh_headers, mesh_file::FileContents};
+use super::{FileError, file_contents::FileContents, gmsh_headers};
 use mshio::mshfile::{ElementType, MshFile, NodeBlock};
 use nalgebra::Vector3;
 use std::collections::HashMap;

@@ -1,6 +1,5 @@
 use super::{FileError, gmsh, vtk};
 use crate::mesh::{PressureField, TetMesh};
-use nalgebra::Vector3;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
@@ -15,17 +14,6 @@ pub struct MeshFile {
     /// The point-data arrays with one number per vertex, by name (VTK only).
     pub point_data: BTreeMap<String, Vec<f64>>,
     path: PathBuf,
-}
-
-/// The vertices, tetrahedra and point data as they are in a file.
-#[derive(Debug, Default)]
-pub(super) struct FileContents {
-    /// Positions of the vertices (m).
-    pub vertices: Vec<Vector3<f64>>,
-    /// Indices of vertices, each perhaps out of range.
-    pub tets: Vec<[u64; 4]>,
-    /// One number per vertex, by name.
-    pub point_data: BTreeMap<String, Vec<f64>>,
 }
 
 /// Reads a tetrahedral mesh (m), in the format that the extension of the file's name tells, in
@@ -58,7 +46,12 @@ pub fn read_mesh(path: impl AsRef<Path>) -> Result<MeshFile, FileError> {
         "vtk" => vtk::read_legacy(path, &bytes)?,
         _ => vtk::read_xml(path, &bytes)?,
     };
-    contents.into_mesh_file(path)
+    let (mesh, point_data) = contents.into_mesh(path)?;
+    Ok(MeshFile {
+        mesh,
+        point_data,
+        path: path.into(),
+    })
 }
 
 /// The extension of a file's name, in lower case; empty if there is none.
@@ -94,63 +87,4 @@ impl MeshFile {
             source,
         })
     }
-}
-
-impl FileContents {
-    fn into_mesh_file(self, path: &Path) -> Result<MeshFile, FileError> {
-        if self.tets.is_empty() {
-            return Err(FileError::NoTetrahedra { path: path.into() });
-        }
-        let tets = self.checked_tets(path)?;
-        let is_used = self.used_vertices(&tets);
-        let mut new_indices = vec![0; is_used.len()];
-        for (new, old) in (0..is_used.len()).filter(|&v| is_used[v]).enumerate() {
-            new_indices[old] = new;
-        }
-        let tets = tets.iter().map(|tet| tet.map(|v| new_indices[v])).collect();
-        let mesh = TetMesh::new(kept(self.vertices, &is_used), tets);
-        let kept_data = |(name, values)| (name, kept(values, &is_used));
-        Ok(MeshFile {
-            mesh: mesh.map_err(|source| FileError::Mesh {
-                path: path.into(),
-                source,
-            })?,
-            point_data: self.point_data.into_iter().map(kept_data).collect(),
-            path: path.into(),
-        })
-    }
-
-    /// The tetrahedra, with all indices in range.
-    fn checked_tets(&self, path: &Path) -> Result<Vec<[usize; 4]>, FileError> {
-        let vertex_count = self.vertices.len();
-        let mut tets = Vec::with_capacity(self.tets.len());
-        for (tet, corners) in self.tets.iter().enumerate() {
-            let mut indices = [0; 4];
-            for (index, &vertex) in indices.iter_mut().zip(corners) {
-                *index = usize::try_from(vertex)
-                    .ok()
-                    .filter(|&index| index < vertex_count)
-                    .ok_or_else(|| FileError::UnknownVertex {
-                        path: path.into(),
-                        tet,
-                        vertex,
-                    })?;
-            }
-            tets.push(indices);
-        }
-        Ok(tets)
-    }
-
-    fn used_vertices(&self, tets: &[[usize; 4]]) -> Vec<bool> {
-        let mut is_used = vec![false; self.vertices.len()];
-        for &vertex in tets.iter().flatten() {
-            is_used[vertex] = true;
-        }
-        is_used
-    }
-}
-
-fn kept<T>(values: Vec<T>, is_kept: &[bool]) -> Vec<T> {
-    let marked = values.into_iter().zip(is_kept);
-    marked.filter(|(_, kept)| **kept).map(|(v, _)| v).collect()
 }

@@ -33,6 +33,7 @@
 
 mod contact_surface;
 mod error;
+mod file_contents;
 mod gmsh;
 mod gmsh_headers;
 mod mesh_file;

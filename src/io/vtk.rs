@@ -1,4 +1,4 @@
-use super::{FileError, mesh_file::FileContents, vtu_lengths};
+use super::{FileError, file_contents::FileContents, vtu_lengths};
 use nalgebra::Vector3;
 use std::collections::BTreeMap;
 use std::error::Error;
