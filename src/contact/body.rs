@@ -12,6 +12,16 @@ pub enum BodyError {
     /// The hydroelastic modulus is not a positive number.
     #[error("the hydroelastic modulus must be positive and finite, but is {0} Pa")]
     Modulus(f64),
+    /// A number of a surface law is out of range.
+    #[error(
+        "the {quantity} of a surface law is {value}, but dissipation and friction must not be negative, the slip tolerance must be positive, and all finite"
+    )]
+    SurfaceLaw {
+        /// Which number.
+        quantity: &'static str,
+        /// Its value.
+        value: f64,
+    },
 }
 
 /// A shape somewhere in the world, with the modulus that turns its extents into pressures.

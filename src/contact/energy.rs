@@ -20,13 +20,14 @@ impl<T: Scalar> NarrowPhase<T> {
             offset: pressure_a.offset - pressure_b.offset,
         };
         let margin = self.round_off.margin();
+        let tolerance = self.excess_tolerance(a, b);
         let whole = Tetrahedron {
             corners: a.tetrahedron.corners.each_ref().map(lift_vector),
         };
         let mut energy = lift(0.0);
         whole.for_each_part_inside(fields_b.faces(), margin, &mut |part: &Tetrahedron<T>| {
             energy += part.integral(&pressure_a);
-            let above = part.clipped(&part.values(&excess, margin));
+            let above = part.clipped(&part.values(&excess, tolerance));
             energy -= above
                 .as_slice()
                 .iter()
@@ -56,14 +57,14 @@ impl<T: Scalar> Tetrahedron<T> {
         let Some((field, others)) = fields.split_first() else {
             return visit(self);
         };
-        for part in self.clipped(&self.values(field, margin)).as_slice() {
+        let tolerance = margin * field.real().gradient.norm();
+        for part in self.clipped(&self.values(field, tolerance)).as_slice() {
             part.for_each_part_inside(others, margin, visit);
         }
     }
 
-    /// The field's values at the corners; those within the round-off of a coordinate (m) are zero.
-    fn values(&self, field: &AffineField<T>, margin: f64) -> [T; 4] {
-        let tolerance = margin * field.real().gradient.norm();
+    /// The field's values at the corners; those within the tolerance of zero are zero.
+    fn values(&self, field: &AffineField<T>, tolerance: f64) -> [T; 4] {
         self.corners
             .each_ref()
             .map(|corner| snapped(field.at(corner), tolerance))

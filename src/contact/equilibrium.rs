@@ -7,8 +7,9 @@ use nalgebra::Vector3;
 pub(super) const SNAP: f64 = 3e-14;
 
 /// A difference of pressure gradients below this fraction of the steepest gradient of the meshes
-/// is round-off: the two fields are equal over a volume.
-const EQUAL_FIELDS: f64 = 1e-12;
+/// is none: the two fields are equal over a volume. The plane of fields that differ by more is placed
+/// to SNAP/EQUAL_FIELDS = 3e-5 of the bodies' size, or better.
+const EQUAL_FIELDS: f64 = 1e-9;
 
 /// The plane p_A = p_B of a pair of tetrahedra.
 ///

@@ -11,9 +11,9 @@ use nalgebra::{Matrix3, Matrix6, SMatrix, Vector3, Vector6};
 /// about the body's own origin wherever that moves.
 #[derive(Debug, Clone, Copy)]
 pub struct WrenchJacobian<T = f64> {
-    /// By the pose of A (N m/rad, N/m, …).
+    /// By the pose of A: torques (N m/rad, N m/m), forces (N/rad, N/m).
     pub by_pose_a: Matrix6<T>,
-    /// By the pose of B.
+    /// By the pose of B: the same units.
     pub by_pose_b: Matrix6<T>,
     /// By the modulus of A (N m/Pa, N/Pa).
     pub by_modulus_a: Vector6<T>,
@@ -57,11 +57,15 @@ impl<T: Scalar> WrenchJacobian<T> {
 
 /// Wrench on A and its derivatives as B moves relative to A, all in A's axes about A's origin.
 ///
-/// For a pressure field p(x) = ∇p·x + c write s(x) = (x × ∇p, ∇p), so that the wrench is
-/// W = Σ ∫ p (s_A − s_B)/|g| dA. Moving B by the twist ξ adds s_B·ξ to p_A − p_B, which moves the
-/// plane by s_B·ξ/|g| along its normal; what that does to the polygons' borders cancels between
-/// neighbours, because p and the borders are shared (and p = 0 at the rim). With p_B growing by
-/// p_B/E_B instead, the same argument gives the derivative by the modulus:
+/// For a pressure field p(x) = ∇p·x + c write s(x) = (x × ∇p, ∇p). A is pushed where its pressure
+/// is the lower one: by the divergence theorem, with p = 0 at A's rim,
+///
+/// W = ∫ over {p_A < p_B} of s_A dV.
+///
+/// The integrand does not move with B, the region does. Moving B by the twist ξ takes s_B·ξ from p_B
+/// at a fixed point, so the surface p_A = p_B moves by h = −s_B·ξ/|g| along its normal, and
+/// dW = ∫ s_A h dA over it. Where p_B grows by p·δE_B/E_B instead, h = p/|g|·δE_B/E_B. With A and B
+/// exchanged, and W_B = −W_A:
 ///
 /// ∂W/∂ξ = −Σ 1/|g| ∫ s_A s_Bᵀ dA,  E_B ∂W/∂E_B = Σ 1/|g| ∫ p s_A dA,
 /// E_A ∂W/∂E_A = −Σ 1/|g| ∫ p s_B dA.
@@ -70,25 +74,26 @@ impl<T: Scalar> WrenchJacobian<T> {
 /// differentiated through a clip.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct RelativeJacobian<T> {
+    /// ∂W/∂ξ.
     by_motion_of_b: Matrix6<T>,
-    /// E_A ∂W/∂E_A, with the sign changed.
-    push_of_b: Vector6<T>,
-    /// E_B ∂W/∂E_B.
-    push_of_a: Vector6<T>,
+    /// Σ 1/|g| ∫ p s_A dA.
+    pressed_a: Vector6<T>,
+    /// Σ 1/|g| ∫ p s_B dA.
+    pressed_b: Vector6<T>,
 }
 
 impl<T: Scalar> RelativeJacobian<T> {
     pub fn zero() -> Self {
         Self {
             by_motion_of_b: Matrix6::from_element(lift(0.0)),
-            push_of_a: Vector6::from_element(lift(0.0)),
-            push_of_b: Vector6::from_element(lift(0.0)),
+            pressed_a: Vector6::from_element(lift(0.0)),
+            pressed_b: Vector6::from_element(lift(0.0)),
         }
     }
 
     /// Wrench on A, about A's origin in A's axes.
     pub fn wrench(&self) -> Wrench<T> {
-        let w = self.push_of_a - self.push_of_b;
+        let w = self.pressed_a - self.pressed_b;
         Wrench {
             torque: Vector3::new(w[0], w[1], w[2]),
             force: Vector3::new(w[3], w[4], w[5]),
@@ -117,8 +122,8 @@ impl<T: Scalar> RelativeJacobian<T> {
         let on_a = WrenchJacobian {
             by_pose_a,
             by_pose_b,
-            by_modulus_a: rotation * self.push_of_b * (-moduli[0].recip()),
-            by_modulus_b: rotation * self.push_of_a * moduli[1].recip(),
+            by_modulus_a: rotation * self.pressed_b * (-moduli[0].recip()),
+            by_modulus_b: rotation * self.pressed_a * moduli[1].recip(),
         };
         let on_b = on_a.of_reaction(&from_a_to_b, &wrench.on_a.force);
         ContactJacobian { on_a, on_b }
@@ -175,8 +180,8 @@ impl<T: Scalar> PairPolygon<T> {
         );
         let (total, weighted) = self.pressure_integrals();
         let (total, weighted) = (total * inverse, weighted * inverse);
-        sum.push_of_a += stacked(&weighted.cross(grad_a), &(grad_a * total));
-        sum.push_of_b += stacked(&weighted.cross(grad_b), &(grad_b * total));
+        sum.pressed_a += stacked(&weighted.cross(grad_a), &(grad_a * total));
+        sum.pressed_b += stacked(&weighted.cross(grad_b), &(grad_b * total));
     }
 }
 

@@ -135,8 +135,7 @@ impl<T: Scalar> NarrowPhase<T> {
     /// misses one of the tetrahedra.
     fn crossing(&self, a: &FieldTet, b: &TetOfB<T>) -> Option<Crossing> {
         let modulus_a = real_part(self.modulus_a);
-        let steepness = modulus_a * a.steepness + b.steepness;
-        let tolerance = self.round_off.margin() * steepness;
+        let tolerance = self.excess_tolerance(a, b);
         let at_a = excess_at_corners_of_a(a, modulus_a, &b.real, tolerance);
         if self.plane_check && !straddles(&at_a) {
             return None;
@@ -159,6 +158,11 @@ impl<T: Scalar> NarrowPhase<T> {
                 !in_plane && !b.implies_face(face, &pressures_a)
             }),
         })
+    }
+
+    /// Below which |p_A − p_B| (Pa) is round-off: what both gradients make of a coordinate's.
+    pub fn excess_tolerance(&self, a: &FieldTet, b: &TetOfB<T>) -> f64 {
+        self.round_off.margin() * (real_part(self.modulus_a) * a.steepness + b.steepness)
     }
 
     /// p_A − p_B (Pa) at B's corners, A's field extended beyond its tetrahedron.
@@ -191,14 +195,14 @@ impl<T> TetOfB<'_, T> {
             return false;
         }
         let (level, inner) = (self.pressures[FACES[face][0]], self.pressures[face]);
-        if inner > level {
-            pressures_a
-                .iter()
-                .all(|&p| p >= level * (1.0 - LEVEL_SLACK))
+        let slack = LEVEL_SLACK * level.max(inner);
+        if (inner - level).abs() <= slack {
+            // A plateau: p_B is the same on both sides of the face, and tells nothing of it.
+            false
+        } else if inner > level {
+            pressures_a.iter().all(|&p| p >= level - slack)
         } else {
-            pressures_a
-                .iter()
-                .all(|&p| p <= level * (1.0 + LEVEL_SLACK))
+            pressures_a.iter().all(|&p| p <= level + slack)
         }
     }
 }

@@ -7,6 +7,8 @@ use nalgebra::Vector3;
 /// The part of the contact surface in one pair of tetrahedra, in the world frame.
 #[derive(Debug, Clone)]
 pub struct ContactPolygon<T = f64> {
+    /// The tetrahedra it lies in, of A and of B.
+    pub tets: [usize; 2],
     /// Its corners (m), counter-clockwise about the normal.
     pub outline: ConvexPolygon<T>,
     /// Unit normal, out of B into A.
@@ -46,6 +48,7 @@ impl<T: Scalar> ContactPolygon<T> {
             centroid
         };
         Self {
+            tets: pair.tets,
             outline: pair.polygon.transformed(pose_wa),
             normal: pose_wa.rotation() * pair.plane.normal,
             area: moments.area,

@@ -1,6 +1,5 @@
-use super::ContactPair;
 use super::narrow_phase::PairPolygon;
-use crate::contact::ContactWrench;
+use super::{BodyError, ContactPair, ContactWrench};
 use crate::scalar::{Scalar, lift, lift_vector, real_part};
 use crate::spatial::{Twist, Wrench};
 use nalgebra::Vector3;
@@ -8,19 +7,42 @@ use nalgebra::Vector3;
 /// What the surfaces of a pair add to the elastic pressure when they move against each other.
 ///
 /// With v the velocity of A relative to B at a point of the contact surface, v_n its part along the
-/// normal (positive when separating) and v_t the rest: the pressure becomes p·max(0, 1 − d·v_n)
-/// with the dissipation d \[Hunt 1975\], and drags A with μ·p·v_t/√(|v_t|² + v_s²), Coulomb friction
-/// made smooth at rest by the slip tolerance v_s.
+/// normal (positive when separating) and v_t the rest, the pressure becomes
+/// p' = p·max(0, 1 − d·v_n) with the dissipation d \[Hunt 1975\], and friction pulls A with the
+/// traction −μ·p'·v_t/√(|v_t|² + v_s²): Coulomb's law made smooth at rest by the slip tolerance v_s.
 ///
 /// Dissipation resists rolling too: skin that is pressed in pushes back more than skin that is let go.
 #[derive(Debug, Clone, Copy)]
 pub struct SurfaceLaw<T = f64> {
-    /// Hunt–Crossley dissipation d (s/m), not negative.
-    pub dissipation: T,
-    /// Coefficient of friction μ, not negative.
-    pub friction: T,
-    /// Slip tolerance v_s (m/s), positive: the speed at which friction has 71 % of its full value.
-    pub slip_tolerance: f64,
+    pub(crate) dissipation: T,
+    pub(crate) friction: T,
+    pub(crate) slip_tolerance: f64,
+}
+
+impl<T: Scalar> SurfaceLaw<T> {
+    /// From the Hunt–Crossley dissipation d (s/m), the coefficient of friction μ, and the slip
+    /// tolerance v_s (m/s): the speed at which friction has 71 % of its full value.
+    ///
+    /// # Errors
+    /// If dissipation or friction is negative, the slip tolerance is not positive, or one of them is
+    /// not finite.
+    pub fn new(dissipation: T, friction: T, slip_tolerance: f64) -> Result<Self, BodyError> {
+        let numbers = [
+            ("dissipation", real_part(dissipation), 0.0),
+            ("friction", real_part(friction), 0.0),
+            ("slip tolerance", slip_tolerance, f64::MIN_POSITIVE),
+        ];
+        for (quantity, value, least) in numbers {
+            if !(value >= least && value.is_finite()) {
+                return Err(BodyError::SurfaceLaw { quantity, value });
+            }
+        }
+        Ok(Self {
+            dissipation,
+            friction,
+            slip_tolerance,
+        })
+    }
 }
 
 impl<T: Scalar> ContactPair<'_, T> {
@@ -31,9 +53,9 @@ impl<T: Scalar> ContactPair<'_, T> {
     #[must_use]
     pub fn wrench_in_motion(&self, law: &SurfaceLaw<T>, twists: [Twist<T>; 2]) -> ContactWrench<T> {
         let pose_wa = self.a().pose();
-        let slip = RelativeMotion::of(self, twists);
+        let motion = RelativeMotion::of(self, twists);
         let mut wrench_a = Wrench::zero();
-        self.visit_polygons(|polygon| wrench_a += polygon.wrench_in_motion(law, &slip));
+        self.visit_polygons(|polygon| wrench_a += polygon.wrench_in_motion(law, &motion));
         ContactWrench::from_wrench_a(wrench_a, pose_wa, &self.pose_ab())
     }
 }

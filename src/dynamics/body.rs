@@ -1,7 +1,8 @@
-use super::{BodyState, Inertia, Material, WorldError};
-use crate::contact::{ContactBody, Shape};
+use super::mass::check_positive;
+use super::{BodyState, Inertia, Mass, Material, WorldError};
+use crate::contact::Shape;
 use crate::scalar::Scalar;
-use crate::spatial::{MassProperties, Pose, Twist};
+use crate::spatial::{Pose, Twist};
 use nalgebra::Vector3;
 use std::fmt;
 use std::sync::Arc;
@@ -18,17 +19,6 @@ pub enum Motion<T = f64> {
     Fixed,
     /// Along a given path, whatever pushes it. The path carries no derivatives.
     Prescribed(Arc<Path>),
-}
-
-/// What a dynamic body weighs.
-#[derive(Debug, Clone, Copy)]
-pub enum Mass {
-    /// A uniform density (kg/m³).
-    Density(f64),
-    /// A total mass (kg), spread uniformly over the mesh.
-    Total(f64),
-    /// Mass, centre of mass and inertia as given.
-    Given(MassProperties),
 }
 
 /// A shape with a name, a material, a motion and an initial state.
@@ -109,21 +99,22 @@ impl Body<f64> {
         })
     }
 
-    /// The same body, starting at a pose.
+    /// The same body, starting at a pose; not for a body on a path.
     #[must_use]
     pub fn at(mut self, pose: Pose) -> Self {
         self.initial.pose = pose;
         self
     }
 
-    /// The same body, its centre of mass starting with a velocity (m/s, world axes).
+    /// The same body, its centre of mass starting with a velocity (m/s, world axes); only for a
+    /// body that forces move.
     #[must_use]
     pub fn with_velocity(mut self, velocity: Vector3<f64>) -> Self {
         self.initial.twist.linear = velocity;
         self
     }
 
-    /// The same body, starting with a spin (rad/s, world axes).
+    /// The same body, starting with a spin (rad/s, world axes); only for a body that forces move.
     #[must_use]
     pub fn with_spin(mut self, spin: Vector3<f64>) -> Self {
         self.initial.twist.angular = spin;
@@ -151,8 +142,13 @@ impl Body<f64> {
         if let Some(inertia) = self.inertia() {
             check_positive(&self.name, "mass", inertia.mass)?;
         }
-        ContactBody::new(&self.shape, self.initial.pose, self.material.modulus)
-            .map_err(|error| WorldError::from_body(&self.name, error))?;
+        self.initial
+            .pose
+            .checked()
+            .map_err(|source| WorldError::Pose {
+                body: self.name.clone(),
+                source,
+            })?;
         let twist = &self.initial.twist;
         for (quantity, vector) in [("velocity", &twist.linear), ("spin", &twist.angular)] {
             if let Some(&value) = vector.iter().find(|value| !value.is_finite()) {
@@ -163,7 +159,36 @@ impl Body<f64> {
                 });
             }
         }
-        Ok(())
+        self.check_own_start()
+    }
+
+    /// Nothing, if the body starts as it goes on: a fixed one at rest, one with a path on it.
+    fn check_own_start(&self) -> Result<(), WorldError> {
+        let start = match &self.motion {
+            Motion::Dynamic(_) => return Ok(()),
+            Motion::Fixed => BodyState {
+                pose: self.initial.pose,
+                twist: Twist::zero(),
+            },
+            Motion::Prescribed(path) => path(0.0),
+        };
+        let (given, twist) = (&self.initial, &self.initial.twist);
+        let keeps = [
+            (
+                "pose",
+                given.pose.translation() == start.pose.translation()
+                    && given.pose.rotation() == start.pose.rotation(),
+            ),
+            ("velocity", twist.linear == start.twist.linear),
+            ("spin", twist.angular == start.twist.angular),
+        ];
+        match keeps.into_iter().find(|(_, kept)| !kept) {
+            None => Ok(()),
+            Some((quantity, _)) => Err(WorldError::NotDynamic {
+                body: self.name.clone(),
+                quantity,
+            }),
+        }
     }
 }
 
@@ -212,37 +237,6 @@ impl<T: Scalar> Body<T> {
             linear: state.twist.linear - state.twist.angular.cross(&to_center),
         }
     }
-}
-
-impl Mass {
-    fn properties(&self, body: &str, shape: &Shape) -> Result<MassProperties, WorldError> {
-        let mesh = shape.field().mesh();
-        let (quantity, value, properties) = match *self {
-            Self::Density(density) => ("density", density, mesh.mass_properties(density)),
-            Self::Total(mass) => ("mass", mass, mesh.mass_properties(mass / mesh.volume())),
-            Self::Given(properties) => ("mass", properties.mass, properties),
-        };
-        check_positive(body, quantity, value)?;
-        check_positive(body, "mass", properties.mass)?;
-        let inertia = properties.inertia;
-        if let Some(&value) = inertia.iter().find(|value| !value.is_finite()) {
-            check_positive(body, "inertia", value)?;
-        }
-        let moments = ((inertia + inertia.transpose()) / 2.0).symmetric_eigenvalues();
-        check_positive(body, "smallest principal moment of inertia", moments.min())?;
-        Ok(properties)
-    }
-}
-
-fn check_positive(body: &str, quantity: &'static str, value: f64) -> Result<(), WorldError> {
-    if value > 0.0 && value.is_finite() {
-        return Ok(());
-    }
-    Err(WorldError::Mass {
-        body: body.to_owned(),
-        quantity,
-        value,
-    })
 }
 
 impl<T: fmt::Debug> fmt::Debug for Motion<T> {

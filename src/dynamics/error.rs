@@ -1,4 +1,3 @@
-use crate::contact::BodyError;
 use crate::spatial::PoseError;
 
 /// Why bodies do not make a world.
@@ -26,6 +25,34 @@ pub enum WorldError {
         quantity: &'static str,
         /// Its value.
         value: f64,
+    },
+    /// An inertia matrix is not symmetric.
+    #[error(
+        "the inertia of body {body:?} differs from its transpose by {difference} kg m², but must be symmetric"
+    )]
+    AsymmetricInertia {
+        /// Name of the body.
+        body: String,
+        /// Largest difference of two entries that should be equal (kg m²).
+        difference: f64,
+    },
+    /// A centre of mass is not finite.
+    #[error("the centre of mass of body {body:?} has the component {value}, but must be finite")]
+    CenterOfMass {
+        /// Name of the body.
+        body: String,
+        /// The component.
+        value: f64,
+    },
+    /// A body that is fixed or on a path was given a start of its own.
+    #[error(
+        "body {body:?} cannot start with a {quantity} of its own: it is fixed or follows a path"
+    )]
+    NotDynamic {
+        /// Name of the body.
+        body: String,
+        /// Pose, velocity or spin.
+        quantity: &'static str,
     },
     /// An initial pose is not rigid or not finite.
     #[error("the pose of body {body:?} is unusable: {source}")]
@@ -92,21 +119,4 @@ pub enum RolloutError {
         /// Name of the body.
         body: String,
     },
-}
-
-impl WorldError {
-    /// A body's shape, pose and modulus were refused.
-    pub(super) fn from_body(body: &str, error: BodyError) -> Self {
-        match error {
-            BodyError::Pose(source) => Self::Pose {
-                body: body.to_owned(),
-                source,
-            },
-            BodyError::Modulus(value) => Self::Material {
-                body: body.to_owned(),
-                quantity: "hydroelastic modulus",
-                value,
-            },
-        }
-    }
 }

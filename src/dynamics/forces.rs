@@ -95,3 +95,52 @@ impl<T: Scalar, F: ExternalForces> World<T, F> {
         [wrench.on_a, wrench.on_b]
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use crate::contact::Shape;
+    use crate::dynamics::{Body, Mass, Material, World};
+    use crate::mesh::shapes;
+    use crate::spatial::Pose;
+    use nalgebra::Vector3;
+    use std::sync::Arc;
+
+    fn pairs(world: &World) -> Vec<(usize, usize)> {
+        world.close_pairs(&world.initial_state().bodies)
+    }
+
+    #[test]
+    fn pairs_with_boxes_apart_are_not_evaluated() {
+        let cube = Arc::new(Shape::new(shapes::cuboid([0.2; 3]).unwrap()));
+        let skin = Material::elastic(1e5);
+        // On a line: two fixed cubes, and three dynamic ones, of which the middle one is turned.
+        let place = |body: Body, x: f64, turn: f64| {
+            let rotation_vector = Vector3::z() * turn;
+            body.at(Pose::from_rotation_vector(
+                &rotation_vector,
+                Vector3::x() * x,
+            ))
+        };
+        let fixed = |name| Body::fixed(name, Arc::clone(&cube), skin).unwrap();
+        let falling = |name| {
+            let shape = Arc::clone(&cube);
+            Body::dynamic(name, shape, skin, Mass::Total(1.0)).unwrap()
+        };
+        let world = |turn| {
+            World::new(vec![
+                place(fixed("a"), 0.0, 0.0),
+                place(fixed("b"), 0.1, 0.0),
+                place(falling("c"), 0.15, 0.0),
+                place(falling("d"), 0.36, turn),
+                place(falling("e"), 0.5, 0.0),
+            ])
+            .unwrap()
+        };
+        assert_eq!(pairs(&world(0.0)), [(0, 2), (1, 2), (3, 4)]);
+        // The box around an eighth of a turn is 0.28 wide.
+        let turned = world(std::f64::consts::FRAC_PI_4);
+        assert_eq!(pairs(&turned), [(0, 2), (1, 2), (2, 3), (3, 4)]);
+        let ignoring = turned.ignoring("c", "a").unwrap();
+        assert_eq!(pairs(&ignoring), [(1, 2), (2, 3), (3, 4)]);
+    }
+}

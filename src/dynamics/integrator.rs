@@ -13,10 +13,11 @@ pub enum Integrator {
     /// Kick, then drift: the paper's scheme (§V), first order, symplectic. Bodies turn about their
     /// centres of mass by the exponential map.
     SymplecticEuler,
-    /// Half a drift, kick, half a drift: second order and symplectic, and, as long as forces do not
-    /// depend on velocities, time-reversible. Bodies turn freely by rotations about their principal
-    /// axes in a symmetric order, which conserve the angular momentum. The same cost: one
-    /// evaluation of the contacts per step.
+    /// Half a drift, kick, half a drift: second order, symplectic and time-reversible as long as
+    /// forces do not depend on velocities. Those that do (dissipation, friction, drag) are taken at
+    /// the velocities before the kick, which is first order. Bodies turn freely by rotations about
+    /// their principal axes in a symmetric order, which conserve the angular momentum. The same
+    /// cost: one evaluation of the contacts per step.
     #[default]
     Leapfrog,
 }

@@ -12,8 +12,11 @@ use crate::scalar::Scalar;
 pub struct Rollout<'w, T = f64, F = Gravity> {
     world: &'w World<T, F>,
     state: State<T>,
+    /// Time (s) of the state that steps are counted from.
+    start: f64,
     time_step: f64,
     integrator: Integrator,
+    /// Steps taken since then.
     steps: usize,
     has_failed: bool,
 }
@@ -23,6 +26,7 @@ impl<'w, T: Scalar, F: ExternalForces> Rollout<'w, T, F> {
         Self {
             world,
             state: world.initial_state(),
+            start: 0.0,
             time_step,
             integrator,
             steps: 0,
@@ -39,8 +43,10 @@ impl<'w, T: Scalar, F: ExternalForces> Rollout<'w, T, F> {
         if found != expected {
             return Err(WorldError::StateSize { found, expected });
         }
+        self.start = state.time;
         self.state = state;
         self.steps = 0;
+        self.has_failed = false;
         Ok(self)
     }
 
@@ -68,22 +74,22 @@ impl<'w, T: Scalar, F: ExternalForces> Rollout<'w, T, F> {
 
     /// Takes a step.
     fn advanced(&mut self) -> Result<(), RolloutError> {
-        let start = self.state.time - self.steps as f64 * self.time_step;
         let mut next = self
             .integrator
             .step(self.world, &self.state, self.time_step);
-        self.steps += 1;
+        let step = self.steps + 1;
         // From the count of steps: a sum of 10⁶ time steps would have drifted.
-        next.time = start + self.steps as f64 * self.time_step;
+        next.time = self.start + step as f64 * self.time_step;
         if let Some(index) = next.bodies.iter().position(|body| !body.is_finite()) {
             self.has_failed = true;
             return Err(RolloutError::NotFinite {
-                step: self.steps,
+                step,
                 time: next.time,
                 body: self.world.bodies()[index].name().to_owned(),
             });
         }
         self.state = next;
+        self.steps = step;
         Ok(())
     }
 }

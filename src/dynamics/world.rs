@@ -24,13 +24,16 @@ impl World {
     ///
     /// # Errors
     /// If two bodies have the same name, or an initial state is not usable.
-    pub fn new(bodies: Vec<Body>) -> Result<Self, WorldError> {
+    pub fn new(mut bodies: Vec<Body>) -> Result<Self, WorldError> {
         let mut names = BTreeSet::new();
         for body in &bodies {
             body.check()?;
             if !names.insert(body.name()) {
                 return Err(WorldError::DuplicateName(body.name().to_owned()));
             }
+        }
+        for body in &mut bodies {
+            body.initial.pose = body.initial.pose.orthonormalised();
         }
         Ok(Self {
             bodies,
@@ -81,10 +84,14 @@ impl<F: ExternalForces> World<f64, F> {
     /// [`SurfaceLaw`](crate::contact::SurfaceLaw).
     ///
     /// # Errors
-    /// If it is not positive.
+    /// If it is not positive and finite.
     pub fn with_slip_tolerance(mut self, slip_tolerance: f64) -> Result<Self, WorldError> {
         if !(slip_tolerance > 0.0 && slip_tolerance.is_finite()) {
-            return Err(setting("slip tolerance", slip_tolerance, "positive"));
+            return Err(setting(
+                "slip tolerance",
+                slip_tolerance,
+                "positive and finite",
+            ));
         }
         self.slip_tolerance = slip_tolerance;
         Ok(self)

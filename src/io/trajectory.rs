@@ -77,8 +77,16 @@ pub fn write_trajectory<F: ExternalForces>(
     }
     write_rows(path, world, trajectory).map_err(|error| FileError::Write {
         path: path.into(),
-        source: error.into(),
+        source: system_error(error),
     })
+}
+
+/// What the system says; csv's own conversion would hide it in an error of another kind.
+fn system_error(error: csv::Error) -> std::io::Error {
+    match error.into_kind() {
+        csv::ErrorKind::Io(error) => error,
+        other => std::io::Error::other(format!("{other:?}")),
+    }
 }
 
 fn write_rows<F: ExternalForces>(
@@ -99,12 +107,16 @@ fn write_rows<F: ExternalForces>(
 }
 
 /// Position, orientation, velocity, spin.
-fn numbers(state: &BodyState) -> [f64; 13] {
+fn numbers(state: &BodyState) -> Vec<f64> {
     let rotation = Rotation3::from_matrix_unchecked(*state.pose.rotation());
     let orientation = UnitQuaternion::from_rotation_matrix(&rotation);
-    let [x, y, z] = (*state.pose.translation()).into();
-    let [vx, vy, vz] = state.twist.linear.into();
-    let [wx, wy, wz] = state.twist.angular.into();
-    let (w, i, j, k) = (orientation.w, orientation.i, orientation.j, orientation.k);
-    [x, y, z, w, i, j, k, vx, vy, vz, wx, wy, wz]
+    let [position, velocity, spin] = [state.position(), state.velocity(), &state.twist.angular];
+    let [i, j, k, w] = orientation.coords.into();
+    let parts = [
+        position.as_slice(),
+        &[w, i, j, k],
+        velocity.as_slice(),
+        spin.as_slice(),
+    ];
+    parts.concat()
 }

@@ -15,7 +15,7 @@ pub enum PoseError {
     NotFinite(f64),
     /// The matrix is not orthonormal, or it mirrors.
     #[error(
-        "a rotation must be orthonormal with determinant 1, but the matrix is {deviation:e} away from it"
+        "a rotation must be orthonormal with determinant 1 to 1e-9, but the matrix is {deviation:e} away from it"
     )]
     NotARotation {
         /// Largest entry of |RᵀR − I|, or |det R − 1| where that is larger.
@@ -24,6 +24,9 @@ pub enum PoseError {
 }
 
 /// Position and orientation of a frame: `pose_ab` maps coordinates in B to coordinates in A.
+///
+/// [`Self::new`] checks its numbers; the other constructors and products take them as they are, and a
+/// pose that is not finite is refused where a body is made of it.
 #[derive(Debug, Clone, Copy)]
 pub struct Pose<T = f64> {
     rotation: Matrix3<T>,
@@ -31,7 +34,8 @@ pub struct Pose<T = f64> {
 }
 
 impl<T: Scalar> Pose<T> {
-    /// From a rotation matrix and the position (m) of the frame's origin.
+    /// From a rotation matrix and the position (m) of the frame's origin. A rotation that products
+    /// have taken a little from orthonormality is put right.
     ///
     /// # Errors
     /// If a number is not finite, or the matrix is not a rotation to 1e-9.
@@ -43,7 +47,7 @@ impl<T: Scalar> Pose<T> {
         pose.checked()
     }
 
-    /// The frame itself.
+    /// The pose of a frame in itself.
     #[must_use]
     pub fn identity() -> Self {
         Self::from_translation(Vector3::from_element(lift(0.0)))
@@ -56,6 +60,15 @@ impl<T: Scalar> Pose<T> {
             rotation: Matrix3::identity(),
             translation,
         }
+    }
+
+    /// A frame at the origin with a rotation that a few products may have taken from orthonormality.
+    pub(crate) fn from_drifted_rotation(rotation: &Matrix3<T>) -> Self {
+        let pose = Self {
+            rotation: *rotation,
+            translation: Vector3::from_element(lift(0.0)),
+        };
+        pose.orthonormalised()
     }
 
     /// A frame turned by `rotation_vector` (rad, axis times angle), its origin at `translation` (m).
@@ -97,15 +110,15 @@ impl<T: Scalar> Pose<T> {
         &self.translation
     }
 
-    /// A frame at the origin with a rotation that products have taken a little away from
-    /// orthonormality: one Newton step towards the nearest rotation, R·(3·I − RᵀR)/2, which squares
-    /// the deviation.
-    pub(crate) fn from_drifted_rotation(rotation: &Matrix3<T>) -> Self {
+    /// The pose with its rotation, which products have taken a little away from orthonormality, put
+    /// right by one Newton step towards the nearest rotation, R·(3·I − RᵀR)/2: it squares the
+    /// deviation.
+    pub(crate) fn orthonormalised(self) -> Self {
         let three = Matrix3::identity() * lift::<T>(3.0);
-        let gram = rotation.transpose() * rotation;
+        let gram = self.rotation.transpose() * self.rotation;
         Self {
-            rotation: rotation * (three - gram) * lift::<T>(0.5),
-            translation: Vector3::from_element(lift(0.0)),
+            rotation: self.rotation * (three - gram) * lift::<T>(0.5),
+            ..self
         }
     }
 
@@ -155,7 +168,8 @@ impl<T: Scalar> Pose<T> {
         Vector3::new(row(0), row(1), row(2))
     }
 
-    /// The pose, if its real part is one.
+    /// The pose, if its real part is one, with the rotation made orthonormal to round-off: the
+    /// contact decides on signs at 1e-14, where a rotation off by 1e-10 would contradict itself.
     pub(crate) fn checked(self) -> Result<Self, PoseError> {
         let Pose {
             rotation,
@@ -170,7 +184,7 @@ impl<T: Scalar> Pose<T> {
         if deviation > ORTHONORMALITY {
             return Err(PoseError::NotARotation { deviation });
         }
-        Ok(self)
+        Ok(self.orthonormalised())
     }
 }
 

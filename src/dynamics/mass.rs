@@ -1,0 +1,80 @@
+use super::WorldError;
+use crate::contact::Shape;
+use crate::spatial::MassProperties;
+use nalgebra::{Matrix3, Vector3};
+
+/// Round-off that a turned inertia matrix may have between its two halves, of its largest entry.
+const SYMMETRY: f64 = 1e-9;
+
+/// What a dynamic body weighs.
+#[derive(Debug, Clone, Copy)]
+pub enum Mass {
+    /// A uniform density (kg/m³).
+    Density(f64),
+    /// A total mass (kg), spread uniformly over the mesh.
+    Total(f64),
+    /// Mass, centre of mass and inertia as given.
+    Given(MassProperties),
+}
+
+impl Mass {
+    /// Mass properties for the shape, if they are those of a solid.
+    pub(super) fn properties(
+        &self,
+        body: &str,
+        shape: &Shape,
+    ) -> Result<MassProperties, WorldError> {
+        let mesh = shape.field().mesh();
+        let (quantity, value, properties) = match *self {
+            Self::Density(density) => ("density", density, mesh.mass_properties(density)),
+            Self::Total(mass) => ("mass", mass, mesh.mass_properties(mass / mesh.volume())),
+            Self::Given(properties) => ("mass", properties.mass, properties),
+        };
+        check_positive(body, quantity, value)?;
+        check_positive(body, "mass", properties.mass)?;
+        check_center(body, &properties.center_of_mass)?;
+        check_inertia(body, &properties.inertia)?;
+        Ok(properties)
+    }
+}
+
+fn check_center(body: &str, center_of_mass: &Vector3<f64>) -> Result<(), WorldError> {
+    match center_of_mass.iter().find(|value| !value.is_finite()) {
+        None => Ok(()),
+        Some(&value) => Err(WorldError::CenterOfMass {
+            body: body.to_owned(),
+            value,
+        }),
+    }
+}
+
+fn check_inertia(body: &str, inertia: &Matrix3<f64>) -> Result<(), WorldError> {
+    if let Some(&value) = inertia.iter().find(|value| !value.is_finite()) {
+        check_positive(body, "inertia", value)?;
+    }
+    let difference = (inertia - inertia.transpose()).amax();
+    if difference > SYMMETRY * inertia.amax() {
+        return Err(WorldError::AsymmetricInertia {
+            body: body.to_owned(),
+            difference,
+        });
+    }
+    let moments = ((inertia + inertia.transpose()) / 2.0).symmetric_eigenvalues();
+    check_positive(body, "smallest principal moment of inertia", moments.min())
+}
+
+/// Nothing, if a body's mass, density or moment is positive and finite.
+pub(super) fn check_positive(
+    body: &str,
+    quantity: &'static str,
+    value: f64,
+) -> Result<(), WorldError> {
+    if value > 0.0 && value.is_finite() {
+        return Ok(());
+    }
+    Err(WorldError::Mass {
+        body: body.to_owned(),
+        quantity,
+        value,
+    })
+}
