@@ -6,8 +6,7 @@
 //! differences. A Jacobian takes one rollout in `f64` and one on duals, 6 or 12 wide. Run
 //! `cargo bench --bench rollout`; throughput is in steps, and ratios are good within one run.
 //!
-//! `elastic` has neither dissipation nor friction, of which `f64` takes a shorter way than duals;
-//! `rubbing` has both.
+//! `elastic` has neither dissipation nor friction, `rubbing` has both.
 
 use criterion::{BenchmarkId, Criterion, Throughput, criterion_group, criterion_main};
 use hydroelastic::contact::Shape;

@@ -19,11 +19,12 @@ const MODULES: [&str; 9] = [
 ];
 
 /// Outside libraries, and the modules that may use them.
-const DOORS: [(&str, &[&str]); 4] = [
+const DOORS: [(&str, &[&str]); 5] = [
     ("rstar", &["broad_phase"]),
     ("num_dual", &["scalar", "gradient"]),
     ("vtkio", &["io"]),
     ("mshio", &["io"]),
+    ("csv", &["io"]),
 ];
 
 /// Ways between `f64` and the scalar that go round `lift` and `real_part`.

@@ -100,6 +100,19 @@ impl<T: Scalar> RelativeJacobian<T> {
         }
     }
 
+    /// ∂W/∂ξ.
+    pub fn by_motion_of_b(&self) -> &Matrix6<T> {
+        &self.by_motion_of_b
+    }
+
+    /// ∂W/∂E_A and ∂W/∂E_B at the given moduli.
+    pub fn by_moduli(&self, [modulus_a, modulus_b]: [T; 2]) -> [Vector6<T>; 2] {
+        [
+            self.pressed_b * (-modulus_a.recip()),
+            self.pressed_a * modulus_b.recip(),
+        ]
+    }
+
     /// The derivatives of the world-frame wrenches by the world-frame poses.
     pub fn in_world(
         &self,
@@ -119,11 +132,12 @@ impl<T: Scalar> RelativeJacobian<T> {
         let mut by_pose_a = -by_motion;
         add_block(&mut by_pose_a, [0, 0], -skew(&wrench.on_a.torque));
         add_block(&mut by_pose_a, [3, 0], -skew(&wrench.on_a.force));
+        let [by_modulus_a, by_modulus_b] = self.by_moduli(moduli);
         let on_a = WrenchJacobian {
             by_pose_a,
             by_pose_b,
-            by_modulus_a: rotation * self.pressed_b * (-moduli[0].recip()),
-            by_modulus_b: rotation * self.pressed_a * moduli[1].recip(),
+            by_modulus_a: rotation * by_modulus_a,
+            by_modulus_b: rotation * by_modulus_b,
         };
         let on_b = on_a.of_reaction(&from_a_to_b, &wrench.on_a.force);
         ContactJacobian { on_a, on_b }

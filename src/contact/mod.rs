@@ -30,6 +30,7 @@
 //! ```
 
 mod body;
+mod carried;
 mod culling;
 mod energy;
 mod equilibrium;

@@ -25,6 +25,10 @@ pub(super) struct NarrowPhase<T> {
 pub(super) struct PairPolygon<T> {
     /// The tetrahedra, of A and of B.
     pub tets: [usize; 2],
+    /// Whether it lies in flush surfaces of both bodies: there is no pressure on it, but there will be
+    /// on one side or the other as soon as a body moves. It counts by half in the derivatives, which
+    /// makes them the mean of the two one-sided ones; these are equal where opposite faces are flush.
+    pub flush: bool,
     pub polygon: ConvexPolygon<T>,
     pub plane: EquilibriumPlane<T>,
     pub moments: PolygonMoments<T>,
@@ -38,8 +42,8 @@ pub(super) struct TetOfB<'a, T> {
     pub real: PosedTet<'a, f64>,
     /// Pressure at each corner (Pa).
     pressures: [f64; 4],
-    /// Norm of the pressure gradient (Pa/m).
-    steepness: f64,
+    /// What the rounding of a coordinate can make of the pressure (Pa/m).
+    sensitivity: f64,
     dual: OnceCell<PosedTet<'a, T>>,
 }
 
@@ -49,6 +53,19 @@ pub(super) struct PosedTet<'a, T> {
     pose_ab: &'a Pose<T>,
     pub pressure: AffineField<T>,
     faces: OnceCell<[AffineField<T>; 4]>,
+}
+
+impl<T: Scalar> PairPolygon<T> {
+    /// The pressure on the polygon (Pa) as a function of position: both bodies' fields are the same
+    /// there, and the one of the smaller gradient is rounded less.
+    pub fn pressure(&self) -> &AffineField<T> {
+        let steepness = |field: &AffineField<T>| field.real().gradient.norm_squared();
+        if steepness(&self.pressure_a) <= steepness(&self.pressure_b) {
+            &self.pressure_a
+        } else {
+            &self.pressure_b
+        }
+    }
 }
 
 impl<'a, T: Scalar> PosedTet<'a, T> {
@@ -76,7 +93,11 @@ impl<'a, T: Scalar> PosedTet<'a, T> {
 struct Crossing {
     /// Whether it passes through both, by the half-open rule.
     straddled: bool,
-    /// Where |p_A − p_B| (Pa) counts as zero.
+    /// Whether it is the common plane of two flush surfaces.
+    flush: bool,
+    /// Whether it is reached by slicing A from above instead of below.
+    from_above: bool,
+    /// Where |p_A − p_B| (Pa) counts as zero at A's corners.
     tolerance: f64,
     /// Error of a coordinate (m).
     margin: f64,
@@ -96,7 +117,7 @@ impl<T: Scalar> NarrowPhase<T> {
             },
             real: PosedTet::new(field_tet, &self.real_pose_ab, modulus_b),
             pressures: field_tet.extents.map(|extent| extent * modulus_b),
-            steepness: field_tet.steepness * modulus_b,
+            sensitivity: field_tet.sensitivity * modulus_b,
             dual: OnceCell::new(),
         }
     }
@@ -119,10 +140,14 @@ impl<T: Scalar> NarrowPhase<T> {
         };
         let pressure_a = a.extent.lifted().scaled(self.modulus_a);
         let plane = EquilibriumPlane::between(&pressure_a, &fields_b.pressure);
-        let moments = polygon.moments(&plane.normal);
+        let mut moments = polygon.moments(&plane.normal);
+        if crossing.flush {
+            moments = moments.scaled(0.5);
+        }
         // Nothing but round-off is left of a polygon that does not turn about its normal.
         (real_part(moments.area) > 0.0).then_some(PairPolygon {
             tets: [a.index, b.real.field_tet.index],
+            flush: crossing.flush,
             polygon,
             plane,
             moments,
@@ -135,13 +160,20 @@ impl<T: Scalar> NarrowPhase<T> {
     /// misses one of the tetrahedra.
     fn crossing(&self, a: &FieldTet, b: &TetOfB<T>) -> Option<Crossing> {
         let modulus_a = real_part(self.modulus_a);
-        let tolerance = self.excess_tolerance(a, b);
+        // A corner's own pressure is exact; the other field is off by what its gradient makes of the
+        // rounding of a coordinate.
+        let margin = self.round_off.margin();
+        let tolerance = margin * b.sensitivity;
         let at_a = excess_at_corners_of_a(a, modulus_a, &b.real, tolerance);
-        if self.plane_check && !straddles(&at_a) {
+        let may_be_flush = has_surface_face_in_plane(a, &at_a);
+        if self.plane_check && !straddles(&at_a) && !may_be_flush {
             return None;
         }
-        let at_b = self.excess_at_corners_of_b(a, b, tolerance);
-        let straddled = straddles(&at_a) && straddles(&at_b);
+        let at_b = self.excess_at_corners_of_b(a, b, margin * modulus_a * a.sensitivity);
+        let flush = may_be_flush
+            && has_surface_face_in_plane(b.real.field_tet, &at_b)
+            && a.extent.gradient.dot(&b.real.pressure.gradient) > 0.0;
+        let straddled = flush || straddles(&at_a) && straddles(&at_b);
         let gradient = a.extent.gradient * modulus_a - b.real.pressure.gradient;
         if (self.plane_check && !straddled) || self.round_off.is_equal_field(&gradient) {
             return None;
@@ -149,8 +181,10 @@ impl<T: Scalar> NarrowPhase<T> {
         let pressures_a = a.extents.map(|extent| extent * modulus_a);
         Some(Crossing {
             straddled,
+            flush,
+            from_above: flush && !straddles(&at_a),
             tolerance,
-            margin: self.round_off.margin(),
+            margin,
             clipping_faces: std::array::from_fn(|face| {
                 // A face in the plane itself does not bound the polygon: the half-open rule has
                 // decided on which side of it the polygon lies.
@@ -160,9 +194,9 @@ impl<T: Scalar> NarrowPhase<T> {
         })
     }
 
-    /// Below which |p_A − p_B| (Pa) is round-off: what both gradients make of a coordinate's.
+    /// Below which |p_A − p_B| (Pa) is round-off anywhere: what both gradients make of a coordinate's.
     pub fn excess_tolerance(&self, a: &FieldTet, b: &TetOfB<T>) -> f64 {
-        self.round_off.margin() * (real_part(self.modulus_a) * a.steepness + b.steepness)
+        self.round_off.margin() * (real_part(self.modulus_a) * a.sensitivity + b.sensitivity)
     }
 
     /// p_A − p_B (Pa) at B's corners, A's field extended beyond its tetrahedron.
@@ -211,7 +245,11 @@ impl Crossing {
     /// Slices A by the plane and clips the slice by B's faces.
     fn outline<T: Scalar>(&self, a: &FieldTet, modulus_a: T, b: &PosedTet<T>) -> ConvexPolygon<T> {
         let excess = excess_at_corners_of_a(a, modulus_a, b, self.tolerance);
-        let mut polygon = a.tetrahedron.sliced(&excess);
+        let mut polygon = if self.from_above {
+            a.tetrahedron.sliced(&excess.map(|value| -value)).reversed()
+        } else {
+            a.tetrahedron.sliced(&excess)
+        };
         for (face, field) in b.faces().iter().enumerate() {
             if self.clipping_faces[face] && !polygon.is_empty() {
                 let steepness = b.field_tet.barycentric_steepness[face];
@@ -220,6 +258,12 @@ impl Crossing {
         }
         polygon
     }
+}
+
+/// Whether one of a tetrahedron's faces is part of the surface (extent 0) and lies in the plane.
+fn has_surface_face_in_plane(tet: &FieldTet, excess: &[f64; 4]) -> bool {
+    let in_plane = |&corner: &usize| tet.extents[corner] == 0.0 && excess[corner] == 0.0;
+    excess.contains(&0.0) && FACES.iter().any(|face| face.iter().all(in_plane))
 }
 
 /// p_A − p_B (Pa) at A's corners.

@@ -71,8 +71,7 @@ impl<'a, T: Scalar> ContactPair<'a, T> {
     /// would be lost in round-off.
     #[must_use]
     pub fn wrench_and_jacobian(&self) -> (ContactWrench<T>, ContactJacobian<T>) {
-        let mut relative = RelativeJacobian::zero();
-        self.visit_polygons(|polygon| polygon.add_to(&mut relative));
+        let relative = self.relative_jacobian();
         let (pose_wa, pose_ab) = (self.a.pose(), self.pose_ab());
         let wrench = ContactWrench::from_wrench_a(relative.wrench(), pose_wa, &pose_ab);
         let moduli = [self.a.modulus(), self.b.modulus()];
@@ -80,12 +79,20 @@ impl<'a, T: Scalar> ContactPair<'a, T> {
         (wrench, jacobian)
     }
 
+    pub(super) fn relative_jacobian(&self) -> RelativeJacobian<T> {
+        let mut relative = RelativeJacobian::zero();
+        self.visit_polygons(|polygon| polygon.add_to(&mut relative));
+        relative
+    }
+
     /// The contact surface, polygon by polygon.
     #[must_use]
     pub fn surface(&self) -> ContactSurface<T> {
         let mut polygons = Vec::new();
         self.visit_polygons(|polygon| {
-            polygons.push(ContactPolygon::from_pair(polygon, self.a.pose()));
+            if !polygon.flush {
+                polygons.push(ContactPolygon::from_pair(polygon, self.a.pose()));
+            }
         });
         ContactSurface { polygons }
     }
@@ -109,7 +116,11 @@ impl<'a, T: Scalar> ContactPair<'a, T> {
     #[must_use]
     pub fn touching_tets(&self) -> Vec<[usize; 2]> {
         let mut touching = Vec::new();
-        self.visit_polygons(|polygon| touching.push(polygon.tets));
+        self.visit_polygons(|polygon| {
+            if !polygon.flush {
+                touching.push(polygon.tets);
+            }
+        });
         touching
     }
 

@@ -1,10 +1,11 @@
 use crate::broad_phase::TetTree;
 use crate::mesh::PressureField;
+use std::fmt;
 
 /// What a body is made of for contact: a pressure field and the R\*-tree over its tetrahedra.
 ///
 /// A shape has no pose and no modulus; any number of bodies may share one.
-#[derive(Debug, Clone)]
+#[derive(Clone)]
 pub struct Shape {
     field: PressureField,
     tree: TetTree,
@@ -28,5 +29,16 @@ impl Shape {
     #[must_use]
     pub fn tree(&self) -> &TetTree {
         &self.tree
+    }
+}
+
+impl fmt::Debug for Shape {
+    /// The number of tetrahedra stands for the mesh, which would fill pages.
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let tets = self.field.tets().len();
+        formatter
+            .debug_struct("Shape")
+            .field("tets", &tets)
+            .finish_non_exhaustive()
     }
 }

@@ -19,7 +19,7 @@ pub struct ContactPolygon<T = f64> {
     pub centroid: Vector3<T>,
     /// Mean pressure (Pa): the pressure at the centroid.
     pub pressure: T,
-    /// Gradient of the pressure of A (Pa/m); along the polygon, B's is the same.
+    /// Gradient of the softer body's pressure (Pa/m); along the polygon, the other's is the same.
     pub pressure_gradient: Vector3<T>,
     /// The point (m) through which the polygon's force acts: ∫ p x dA / ∫ p dA.
     pub center_of_pressure: Vector3<T>,
@@ -36,8 +36,9 @@ impl<T: Scalar> ContactPolygon<T> {
     pub(super) fn from_pair(pair: &PairPolygon<T>, pose_wa: &Pose<T>) -> Self {
         let moments = &pair.moments;
         let centroid = moments.centroid();
-        let pressure = pair.pressure_a.at(&centroid);
-        let gradient = &pair.pressure_a.gradient;
+        let field = pair.pressure();
+        let pressure = field.at(&centroid);
+        let gradient = &field.gradient;
         // About the centroid c: ∫ p (x − c) dA = (∫ (x − c)(x − c)ᵀ dA)·∇p.
         let offset = moments.first / moments.area;
         let moment = moments.second * gradient - offset * moments.first.dot(gradient);

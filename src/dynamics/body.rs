@@ -29,6 +29,8 @@ pub struct Body<T = f64> {
     pub(super) name: String,
     pub(super) shape: Arc<Shape>,
     pub(crate) material: Material<T>,
+    /// Whether dissipation or friction take part: they are not zero, or are differentiated by.
+    pub(crate) rubs: bool,
     pub(crate) motion: Motion<T>,
     pub(crate) initial: BodyState<T>,
 }
@@ -94,6 +96,7 @@ impl Body<f64> {
             name: name.to_owned(),
             shape,
             material,
+            rubs: material.dissipation > 0.0 || material.friction > 0.0,
             motion,
             initial,
         })
@@ -127,6 +130,7 @@ impl Body<f64> {
             name: self.name.clone(),
             shape: Arc::clone(&self.shape),
             material: self.material.lifted(),
+            rubs: self.rubs,
             motion: match &self.motion {
                 Motion::Dynamic(inertia) => Motion::Dynamic(inertia.lifted()),
                 Motion::Fixed => Motion::Fixed,

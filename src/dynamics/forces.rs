@@ -1,7 +1,7 @@
 use super::{BodyState, ExternalForces, State, World, WorldError};
 use crate::contact::{ContactBody, ContactPair};
 use crate::geometry::Aabb;
-use crate::scalar::{Scalar, carries_derivatives, real_part};
+use crate::scalar::Scalar;
 use crate::spatial::{Pose, Wrench};
 
 impl<T: Scalar, F: ExternalForces> World<T, F> {
@@ -47,7 +47,7 @@ impl<T: Scalar, F: ExternalForces> World<T, F> {
     /// The contact of two bodies by name, in a state: its surface, its elastic wrench, its Jacobian.
     ///
     /// # Errors
-    /// If there is no body of one of the names.
+    /// If there is no body of one of the names, both are the same, or the state is of another world.
     pub fn contact_between(
         &self,
         state: &State<T>,
@@ -55,6 +55,13 @@ impl<T: Scalar, F: ExternalForces> World<T, F> {
         second: &str,
     ) -> Result<ContactPair<'_, T>, WorldError> {
         let (i, j) = (self.index_of(first)?, self.index_of(second)?);
+        if i == j {
+            return Err(WorldError::DuplicateName(first.to_owned()));
+        }
+        let (found, expected) = (state.bodies.len(), self.bodies.len());
+        if found != expected {
+            return Err(WorldError::StateSize { found, expected });
+        }
         Ok(self.contact_pair(&state.bodies, i, j))
     }
 
@@ -75,22 +82,18 @@ impl<T: Scalar, F: ExternalForces> World<T, F> {
 
     fn pair_wrench(&self, states: &[BodyState<T>], i: usize, j: usize) -> [Wrench<T>; 2] {
         let (body_i, body_j) = (&self.bodies[i], &self.bodies[j]);
-        let law = body_i
-            .material
-            .law_with(&body_j.material, self.slip_tolerance);
         let pair = self.contact_pair(states, i, j);
-        // A dissipation or friction of zero may still have derivatives.
-        let is_elastic = !carries_derivatives::<T>()
-            && real_part(law.dissipation) == 0.0
-            && real_part(law.friction) == 0.0;
-        let wrench = if is_elastic {
-            pair.wrench()
-        } else {
+        let wrench = if body_i.rubs || body_j.rubs {
+            let law = body_i
+                .material
+                .law_with(&body_j.material, self.slip_tolerance);
             let twists = [
                 body_i.twist_at_origin(&states[i]),
                 body_j.twist_at_origin(&states[j]),
             ];
             pair.wrench_in_motion(&law, twists)
+        } else {
+            pair.wrench_carried()
         };
         [wrench.on_a, wrench.on_b]
     }

@@ -45,6 +45,13 @@ impl<T: Scalar> ConvexPolygon<T> {
         }
     }
 
+    /// The same polygon, turning the other way.
+    #[must_use]
+    pub fn reversed(mut self) -> Self {
+        self.corners[..self.len].reverse();
+        self
+    }
+
     /// The part of the polygon where `field` ≥ 0. Values within `tolerance` of zero count as zero.
     ///
     /// Where an edge crosses from below to zero, the corner at zero comes out twice, with the same

@@ -216,7 +216,8 @@ impl<F: ExternalForces> World<f64, F> {
         }
         let world = changed(self, parameters, changes);
         world.bodies.iter().try_for_each(Body::check)?;
-        Ok(world)
+        let gravity = world.gravity;
+        Ok(world.with_gravity(gravity)?)
     }
 }
 

@@ -138,8 +138,14 @@ impl Parameter<'_> {
         };
         match self {
             Self::Modulus(_) => body.material.modulus += change[0],
-            Self::Dissipation(_) => body.material.dissipation += change[0],
-            Self::Friction(_) => body.material.friction += change[0],
+            Self::Dissipation(_) => {
+                body.material.dissipation += change[0];
+                body.rubs = true;
+            }
+            Self::Friction(_) => {
+                body.material.friction += change[0];
+                body.rubs = true;
+            }
             Self::Mass(_) => change_mass(body, change[0]),
             Self::InitialVelocity(_) => body.initial.twist.linear += vector(),
             Self::InitialSpin(_) => body.initial.twist.angular += vector(),

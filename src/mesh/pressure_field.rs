@@ -33,6 +33,9 @@ pub struct FieldTet {
     pub barycentric: [AffineField; 4],
     /// Norm of the extent's gradient (1/m).
     pub steepness: f64,
+    /// Σ eᵢ·|∇λᵢ| (1/m): what the rounding of a coordinate can make of the extent. On a plateau the
+    /// gradient is nothing but rounding, and this is not.
+    pub sensitivity: f64,
     /// Norms of the gradients of the barycentric coordinates (1/m): one over each height.
     pub barycentric_steepness: [f64; 4],
     /// For each face (opposite to its corner) whether the extent is the same all over it.
@@ -138,6 +141,8 @@ impl FieldTet {
             gradient: weighted.clone().map(|(field, e)| field.gradient * e).sum(),
             offset: weighted.map(|(field, e)| field.offset * e).sum(),
         };
+        let summands = barycentric.iter().zip(extents);
+        let sensitivity = summands.map(|(field, e)| field.gradient.norm() * e).sum();
         let slack = LEVEL * extents.iter().copied().fold(0.0, f64::max);
         let differ = |a: usize, b: usize| (extents[a] - extents[b]).abs() > slack;
         let is_level = |[a, b, c]: [usize; 3]| !differ(a, b) && !differ(b, c);
@@ -147,6 +152,7 @@ impl FieldTet {
             extents,
             extent,
             steepness: extent.gradient.norm(),
+            sensitivity,
             barycentric_steepness: barycentric.each_ref().map(|field| field.gradient.norm()),
             barycentric,
             level_faces: FACES.map(is_level),

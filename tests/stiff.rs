@@ -1,0 +1,32 @@
+//! Wildly unequal moduli: a body ever stiffer becomes rigid, and contact is not lost.
+
+mod support;
+
+use hydroelastic::contact::Shape;
+use hydroelastic::mesh::shapes;
+use hydroelastic::spatial::Pose;
+use nalgebra::vector;
+use support::scenes::pair;
+
+/// What is left of the stiff body's give at the ratio of 1e8 compared with.
+const RIGID: f64 = 1e-8;
+
+#[test]
+fn contact_with_an_ever_stiffer_ball_tends_to_that_with_a_rigid_one() {
+    let ball = Shape::new(shapes::icosphere(1.0, 2).unwrap());
+    let above = Pose::from_rotation_vector(&vector![0.3, 0.2, 0.1], vector![0.1, 0.2, 1.6]);
+    let force = |modulus| {
+        let stiff = pair((&ball, above, modulus), (&ball, Pose::identity(), 1.0));
+        let soft = pair((&ball, Pose::identity(), 1.0), (&ball, above, modulus));
+        (stiff.wrench().on_a.force, soft.wrench().on_b.force)
+    };
+    let (limit, _) = force(1e8);
+    assert!(limit.norm() > 0.1);
+    for exponent in 9..=17 {
+        let (on_stiff, exchanged) = force(10_f64.powi(exponent));
+        for found in [on_stiff, exchanged] {
+            let error = (found - limit).norm() / limit.norm();
+            assert!(error <= RIGID, "1e{exponent}: {error:e}");
+        }
+    }
+}
