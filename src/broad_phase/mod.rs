@@ -3,8 +3,9 @@
 //!
 //! For a relative pose, [`TetTree::visit_near`] walks B's tree down to the tetrahedra that come
 //! near A as a whole, and [`TetTree::visit_overlapping`] asks A's tree for the partners of each.
-//! All boxes are inflated by the round-off of a transformed coordinate, so no pair that touches is
-//! missed. Everything here is `f64`: it looks at real parts and never at a derivative.
+//! Boxes are closed; whoever asks inflates the query by the round-off of the coordinates it
+//! transformed, and then no pair that touches is missed. Everything here is `f64`: it looks at real
+//! parts and never at a derivative.
 
 mod projections;
 mod tree;

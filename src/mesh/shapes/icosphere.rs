@@ -4,8 +4,8 @@ use crate::mesh::{MeshError, PressureField};
 use nalgebra::Vector3;
 use std::collections::HashMap;
 
-/// Subdivisions allowed: ten give 21 million tetrahedra, about 8 GB.
-const SUBDIVISIONS: [usize; 2] = [0, 10];
+/// Subdivisions allowed: eight give 1.3 million tetrahedra, the best part of a gigabyte.
+const SUBDIVISIONS: [usize; 2] = [0, 8];
 
 /// The corners of an icosahedron are the cyclic permutations of (0, ±1, ±φ).
 const ICOSAHEDRON: [[usize; 3]; 20] = [
@@ -36,7 +36,7 @@ const ICOSAHEDRON: [[usize; 3]; 20] = [
 /// centre vertex of extent 1 (the paper, §V): 20·4ᵏ tetrahedra.
 ///
 /// # Errors
-/// If the radius is not positive and finite, or there are more than 10 subdivisions.
+/// If the radius is not positive and finite, or there are more than 8 subdivisions.
 pub fn icosphere(radius: f64, subdivisions: usize) -> Result<PressureField, MeshError> {
     let [radius] = checked_lengths([("radius", radius)])?;
     ellipsoid([radius; 3], subdivisions)
@@ -45,7 +45,7 @@ pub fn icosphere(radius: f64, subdivisions: usize) -> Result<PressureField, Mesh
 /// An ellipsoid with the given semi-axes (m): an icosphere stretched, with extent 1 at its centre.
 ///
 /// # Errors
-/// If a semi-axis is not positive and finite, there are more than 10 subdivisions, or the shape is
+/// If a semi-axis is not positive and finite, there are more than 8 subdivisions, or the shape is
 /// so slender that tetrahedra are flat to round-off.
 pub fn ellipsoid(semi_axes: [f64; 3], subdivisions: usize) -> Result<PressureField, MeshError> {
     let semi_axes = checked_lengths(semi_axes.map(|length| ("semi-axis", length)))?;
