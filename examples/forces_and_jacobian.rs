@@ -47,7 +47,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     println!("Force on the ball (N): {force:.4?}");
     println!("Torque about its centre (N m): {torque:.6?}");
     println!("Potential energy (J): {:.6}", pair.potential_energy());
-    println!("Wrench by the ball's pose: {:.2e}", jacobian.on_a.by_pose_a);
+    println!("By poses and moduli: {:.1e}", jacobian.on_a.matrix());
 
     let mut differences = Jacobian::zeros();
     for (column, mut slope) in differences.column_iter_mut().enumerate() {

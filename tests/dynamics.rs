@@ -88,7 +88,7 @@ fn a_dropped_ball_reaches_the_depth_and_the_force_of_the_energy_balance() {
     // The force from the change of velocity over one step at the turning point.
     let next = rollout.next().unwrap().unwrap();
     let force = (upward(&next) - upward(&lowest)) / time_step + GRAVITY;
-    assert!((force / 845.045 - 1.0).abs() < 2.0 * TABLE, "{force}");
+    assert!((force / 845.045 - 1.0).abs() < TABLE, "{force}");
 }
 
 #[test]

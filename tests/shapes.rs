@@ -506,7 +506,7 @@ fn bad_resolutions_are_named_with_their_limits() {
         highest,
     };
     for found in [11, usize::MAX] {
-        let expected = error("subdivisions", found, 0, 10);
+        let expected = error("subdivisions", found, 0, 8);
         assert_eq!(shapes::icosphere(1.0, found).unwrap_err(), expected);
         assert_eq!(shapes::ellipsoid([1.0; 3], found).unwrap_err(), expected);
     }
