@@ -183,10 +183,11 @@ impl<'a, T: Scalar> ContactPair<'a, T> {
         let visit_partners = |index_b: usize| {
             let tet_b = narrow_phase.tet_of_b(&tets_b[index_b]);
             let query = tet_b.tetrahedron.aabb().inflated(margin);
-            let shadows = Projections::of(&tet_b.tetrahedron);
+            let shadows = (directions > 0).then(|| Projections::of(&tet_b.tetrahedron));
             let visit_partner = |index_a: usize| {
                 let own = shape_a.tree().projections(index_a);
-                if !own.separate(&shadows, directions, margin) {
+                let apart = |shadows| own.separate(shadows, directions, margin);
+                if !shadows.as_ref().is_some_and(apart) {
                     visit(&tets_a[index_a], &tet_b);
                 }
             };
