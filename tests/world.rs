@@ -1028,3 +1028,24 @@ fn a_wingnut_flips_about_its_intermediate_axis_and_no_other() {
         "{low} {high}"
     );
 }
+
+#[test]
+fn a_world_with_a_body_on_a_turning_path_can_be_changed() {
+    let path = |time: f64| BodyState {
+        pose: Pose::from_rotation_vector(&vector![0.3, 0.7 + time, -0.4], vector![3.0, 0.0, 0.0]),
+        twist: Twist::zero(),
+    };
+    // Many starts: for some the rounding of the path's rotation happens to be left as it is.
+    for start in 0..50 {
+        let turning = Arc::new(move |time: f64| path(time + 0.1 * f64::from(start)));
+        let skin = Material::elastic(1e5);
+        let world = World::new(vec![
+            Body::dynamic("ball", ball_shape(), skin, Mass::Total(1.0)).unwrap(),
+            Body::prescribed("arm", ball_shape(), skin, turning).unwrap(),
+        ]);
+        let world = world.unwrap();
+        let by = [Parameter::InitialVelocity("ball")];
+        let changed = world.changed(&by, &[1.0, 0.0, 0.0]).unwrap();
+        assert!((changed.bodies()[0].initial().velocity().x - 1.0).abs() <= 0.0);
+    }
+}

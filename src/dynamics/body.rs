@@ -86,7 +86,7 @@ impl Body<f64> {
     ) -> Result<Self, WorldError> {
         material.check(name)?;
         let initial = match &motion {
-            Motion::Prescribed(path) => path(0.0),
+            Motion::Prescribed(path) => state_on(&**path, 0.0),
             Motion::Dynamic(_) | Motion::Fixed => BodyState {
                 pose: Pose::identity(),
                 twist: Twist::zero(),
@@ -174,7 +174,7 @@ impl Body<f64> {
                 pose: self.initial.pose,
                 twist: Twist::zero(),
             },
-            Motion::Prescribed(path) => path(0.0),
+            Motion::Prescribed(path) => state_on(&**path, 0.0),
         };
         let (given, twist) = (&self.initial, &self.initial.twist);
         let keeps = [
@@ -240,6 +240,16 @@ impl<T: Scalar> Body<T> {
             angular: state.twist.angular,
             linear: state.twist.linear - state.twist.angular.cross(&to_center),
         }
+    }
+}
+
+/// The state a path gives at a time (s), its rotation orthonormal to round-off: the only place that
+/// asks a path.
+pub(super) fn state_on(path: &Path, time: f64) -> BodyState {
+    let state = path(time);
+    BodyState {
+        pose: state.pose.orthonormalised(),
+        ..state
     }
 }
 

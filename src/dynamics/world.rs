@@ -1,3 +1,4 @@
+use super::body::state_on;
 use super::{
     Body, BodyState, ExternalForces, Gravity, Integrator, Motion, Rollout, State, WorldError,
 };
@@ -32,8 +33,11 @@ impl World {
                 return Err(WorldError::DuplicateName(body.name().to_owned()));
             }
         }
+        // A body on a path has its pose from there, orthonormal already.
         for body in &mut bodies {
-            body.initial.pose = body.initial.pose.orthonormalised();
+            if !matches!(body.motion, Motion::Prescribed(_)) {
+                body.initial.pose = body.initial.pose.orthonormalised();
+            }
         }
         Ok(Self {
             bodies,
@@ -164,7 +168,7 @@ impl<T: Scalar, F: ExternalForces> World<T, F> {
         match &self.bodies[index].motion {
             Motion::Dynamic(_) => None,
             Motion::Fixed => Some(self.bodies[index].initial),
-            Motion::Prescribed(path) => Some(path(time).lifted()),
+            Motion::Prescribed(path) => Some(state_on(&**path, time).lifted()),
         }
     }
 }
