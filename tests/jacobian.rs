@@ -22,6 +22,12 @@ const PLATEAU: f64 = 2e-8;
 /// and clips that are well conditioned, as generic ones are.
 const TWO_WAYS: f64 = 1e-10;
 
+/// Round-off of a wrench summed from other integrals.
+const SAME_WRENCH: f64 = 1e-12;
+
+/// Round-off of sums of second moments about the other body's origin.
+const EXCHANGED: f64 = 1e-11;
+
 /// Steps (m, rad, relative modulus) from the largest, where the third derivative shows, to the
 /// smallest, where the rounding of the wrench does.
 const STEPS: [f64; 4] = [1e-5, 1e-6, 1e-7, 1e-8];
@@ -81,7 +87,7 @@ fn the_wrench_that_comes_with_a_jacobian_is_the_wrench() {
         let (alone, (together, _)) = (pair.wrench(), pair.wrench_and_jacobian());
         for (a, b) in [(alone.on_a, together.on_a), (alone.on_b, together.on_b)] {
             let (a, b) = (a.to_vector(), b.to_vector());
-            assert!((a - b).amax() <= 1e-12 * a.amax(), "{a} {b}");
+            assert!((a - b).amax() <= SAME_WRENCH * a.amax(), "{a} {b}");
         }
     }
 }
@@ -102,7 +108,7 @@ fn the_jacobian_of_the_wrench_on_b_is_the_one_of_exchanged_bodies() {
             (found.on_b.by_modulus_a - expected.on_a.by_modulus_b).amax(),
         ];
         assert!(
-            differences.iter().all(|&d| d <= 1e-11 * scale),
+            differences.iter().all(|&d| d <= EXCHANGED * scale),
             "{differences:?} of {scale}"
         );
     }

@@ -17,6 +17,12 @@ const BALANCE: f64 = 1e-13;
 /// Round-off of sums of second moments, of the largest entry.
 const SYMMETRY: f64 = 1e-11;
 
+/// Round-off of a wrench summed in another order or frame.
+const SAME: f64 = 1e-12;
+
+/// Round-off of a unit vector's length.
+const UNIT: f64 = 1e-14;
+
 /// Round-off of the derivatives by the moduli.
 const HOMOGENEITY: f64 = 1e-12;
 
@@ -61,7 +67,7 @@ fn exchanging_the_bodies_exchanges_the_wrenches() {
             ContactPair::new(*pair.b(), *pair.a()).wrench(),
         );
         let error = (found.on_a.to_vector() - exchanged.on_b.to_vector()).amax();
-        assert!(error <= 1e-12 * found.on_a.to_vector().amax(), "{error:e}");
+        assert!(error <= SAME * found.on_a.to_vector().amax(), "{error:e}");
     });
 }
 
@@ -75,7 +81,7 @@ fn moving_the_world_turns_the_wrench_with_it() {
         let moved = ContactPair::new(a, b).wrench().on_a;
         let expected = pair.wrench().on_a.rotated(motion.rotation());
         let error = (moved.to_vector() - expected.to_vector()).amax();
-        assert!(error <= 1e-12 * expected.to_vector().amax(), "{error:e}");
+        assert!(error <= SAME * expected.to_vector().amax(), "{error:e}");
     });
 }
 
@@ -160,8 +166,8 @@ fn the_surface_adds_up_to_the_wrench() {
             let torque = (polygon.center_of_pressure - origin_a).cross(&polygon.force());
             let force = polygon.force();
             sum += Vector6::from_iterator(torque.iter().chain(force.iter()).copied());
-            assert!((polygon.normal.norm() - 1.0).abs() < 1e-14 && polygon.area > 0.0);
+            assert!((polygon.normal.norm() - 1.0).abs() < UNIT && polygon.area > 0.0);
         }
-        assert!((sum - wrench.on_a.to_vector()).amax() <= 1e-12 * sum.amax());
+        assert!((sum - wrench.on_a.to_vector()).amax() <= SAME * sum.amax());
     });
 }

@@ -194,8 +194,12 @@ impl<T: Scalar> PairPolygon<T> {
         );
         let (total, weighted) = self.pressure_integrals();
         let (total, weighted) = (total * inverse, weighted * inverse);
-        sum.pressed_a += stacked(&weighted.cross(grad_a), &(grad_a * total));
-        sum.pressed_b += stacked(&weighted.cross(grad_b), &(grad_b * total));
+        let pressed = |gradient: &Vector3<T>| Wrench {
+            torque: weighted.cross(gradient),
+            force: gradient * total,
+        };
+        sum.pressed_a += pressed(grad_a).to_vector();
+        sum.pressed_b += pressed(grad_b).to_vector();
     }
 }
 
@@ -210,8 +214,4 @@ fn block_diagonal<T: Scalar>(rotation: &Matrix3<T>) -> Matrix6<T> {
 fn add_block<T: Scalar>(matrix: &mut Matrix6<T>, [row, column]: [usize; 2], block: Matrix3<T>) {
     let mut view = matrix.fixed_view_mut::<3, 3>(row, column);
     view += block;
-}
-
-fn stacked<T: Scalar>(torque: &Vector3<T>, force: &Vector3<T>) -> Vector6<T> {
-    Vector6::new(torque.x, torque.y, torque.z, force.x, force.y, force.z)
 }

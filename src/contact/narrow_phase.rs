@@ -34,6 +34,9 @@ pub(super) struct PairPolygon<T> {
     pub moments: PolygonMoments<T>,
     pub pressure_a: AffineField<T>,
     pub pressure_b: AffineField<T>,
+    /// The pressure on the polygon (Pa): both bodies' fields are the same there, and this is the one
+    /// of the smaller gradient, which is rounded less.
+    pub pressure: AffineField<T>,
 }
 
 /// A tetrahedron of B as A sees it: its real part at once, its derivatives once they are needed.
@@ -53,19 +56,6 @@ pub(super) struct PosedTet<'a, T> {
     pose_ab: &'a Pose<T>,
     pub pressure: AffineField<T>,
     faces: OnceCell<[AffineField<T>; 4]>,
-}
-
-impl<T: Scalar> PairPolygon<T> {
-    /// The pressure on the polygon (Pa) as a function of position: both bodies' fields are the same
-    /// there, and the one of the smaller gradient is rounded less.
-    pub fn pressure(&self) -> &AffineField<T> {
-        let steepness = |field: &AffineField<T>| field.real().gradient.norm_squared();
-        if steepness(&self.pressure_a) <= steepness(&self.pressure_b) {
-            &self.pressure_a
-        } else {
-            &self.pressure_b
-        }
-    }
 }
 
 impl<'a, T: Scalar> PosedTet<'a, T> {
@@ -139,7 +129,10 @@ impl<T: Scalar> NarrowPhase<T> {
             outline.lifted()
         };
         let pressure_a = a.extent.lifted().scaled(self.modulus_a);
-        let plane = EquilibriumPlane::between(&pressure_a, &fields_b.pressure);
+        let pressure_b = fields_b.pressure;
+        let is_a_softer = real_part(self.modulus_a) * a.steepness
+            <= real_part(self.modulus_b) * b.real.field_tet.steepness;
+        let plane = EquilibriumPlane::between(&pressure_a, &pressure_b);
         let mut moments = polygon.moments(&plane.normal);
         if crossing.flush {
             moments = moments.scaled(0.5);
@@ -152,7 +145,8 @@ impl<T: Scalar> NarrowPhase<T> {
             plane,
             moments,
             pressure_a,
-            pressure_b: fields_b.pressure,
+            pressure_b,
+            pressure: if is_a_softer { pressure_a } else { pressure_b },
         })
     }
 

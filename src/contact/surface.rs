@@ -36,9 +36,8 @@ impl<T: Scalar> ContactPolygon<T> {
     pub(super) fn from_pair(pair: &PairPolygon<T>, pose_wa: &Pose<T>) -> Self {
         let moments = &pair.moments;
         let centroid = moments.centroid();
-        let field = pair.pressure();
-        let pressure = field.at(&centroid);
-        let gradient = &field.gradient;
+        let pressure = pair.pressure.at(&centroid);
+        let gradient = &pair.pressure.gradient;
         // About the centroid c: ∫ p (x − c) dA = (∫ (x − c)(x − c)ᵀ dA)·∇p.
         let offset = moments.first / moments.area;
         let moment = moments.second * gradient - offset * moments.first.dot(gradient);

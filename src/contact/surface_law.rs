@@ -118,7 +118,7 @@ impl<T: Scalar> PairPolygon<T> {
         if real_part(damping) <= 0.0 {
             return lift_vector(&Vector3::zeros());
         }
-        let pressure = self.pressure().at(point) * damping;
+        let pressure = self.pressure.at(point) * damping;
         let slip = velocity - normal * separating;
         let speed = (slip.dot(&slip) + lift::<T>(law.slip_tolerance.powi(2))).sqrt();
         normal * pressure - slip * (law.friction * pressure / speed)

@@ -40,9 +40,8 @@ impl<T: Scalar> PairPolygon<T> {
     /// ∫ p dA = p(r)·area + ∇p·∫y, ∫ p x dA = r·∫p dA + p(r)·∫y + (∫y yᵀ)·∇p.
     pub fn pressure_integrals(&self) -> (T, Vector3<T>) {
         let moments = &self.moments;
-        let pressure = self.pressure();
-        let pressure_at_reference = pressure.at(&moments.reference);
-        let gradient = &pressure.gradient;
+        let pressure_at_reference = self.pressure.at(&moments.reference);
+        let gradient = &self.pressure.gradient;
         let total = pressure_at_reference * moments.area + gradient.dot(&moments.first);
         let weighted = moments.reference * total
             + moments.first * pressure_at_reference
