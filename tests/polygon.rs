@@ -9,6 +9,9 @@ const EXACT: f64 = 1e-14;
 /// What a clip takes for zero in these tests.
 const TOLERANCE: f64 = 1e-14;
 
+/// The bit of a half-plane that clips, beside the four of the sliced tetrahedron.
+const SIDE: u8 = 0b1_0000;
+
 /// The triangle (0,0), (1,0), (0,1) at z = ½, counter-clockwise about z.
 fn triangle() -> ConvexPolygon {
     let corners = [
@@ -77,8 +80,8 @@ fn nearly_parallel_half_planes_that_meet_nowhere_leave_nothing() {
             let above = half_plane(tilt, 1.0, -0.25 - gap);
             let below = half_plane(tilt, -1.0, 0.25);
             let left = triangle()
-                .clipped(&above, TOLERANCE)
-                .clipped(&below, TOLERANCE);
+                .clipped(&above, TOLERANCE, SIDE)
+                .clipped(&below, TOLERANCE, SIDE);
             // Where the tilt outweighs the gap a sliver of that height is truly there.
             assert!(area(&left).abs() <= tilt + EXACT, "{gap:e} {tilt:e}");
         }
@@ -87,9 +90,9 @@ fn nearly_parallel_half_planes_that_meet_nowhere_leave_nothing() {
 
 #[test]
 fn clipping_twice_by_the_same_or_nearly_the_same_border_changes_nothing() {
-    let once = triangle().clipped(&half_plane(0.3, -1.0, 0.2), TOLERANCE);
+    let once = triangle().clipped(&half_plane(0.3, -1.0, 0.2), TOLERANCE, SIDE);
     for nudge in [0.0, 1e-16, 1e-15, -1e-15] {
-        let twice = once.clipped(&half_plane(0.3 + nudge, -1.0, 0.2 + nudge), TOLERANCE);
+        let twice = once.clipped(&half_plane(0.3 + nudge, -1.0, 0.2 + nudge), TOLERANCE, SIDE);
         assert!((area(&twice) - area(&once)).abs() <= EXACT);
     }
 }
@@ -108,7 +111,7 @@ fn a_border_through_corners_and_along_edges_keeps_what_is_inside() {
         (half_plane(1.0, -1.0, 0.0), 0.25),
     ];
     for (border, expected) in cases {
-        let left = triangle().clipped(&border, TOLERANCE);
+        let left = triangle().clipped(&border, TOLERANCE, SIDE);
         assert!((area(&left) - expected).abs() <= EXACT, "{border:?}");
     }
 }
@@ -117,7 +120,7 @@ fn a_border_through_corners_and_along_edges_keeps_what_is_inside() {
 fn moments_integrate_quadratic_polynomials_exactly() {
     // Over the triangle with legs of 1: ∫x = 1/6, ∫x² = 1/12, ∫xy = 1/24.
     let moments = triangle()
-        .clipped(&half_plane(1.0, 1.0, 1.0), TOLERANCE)
+        .clipped(&half_plane(1.0, 1.0, 1.0), TOLERANCE, SIDE)
         .moments(&Vector3::z());
     let (first, second) = (moments.first_about_origin(), moments.second_about_origin());
     let found = [

@@ -7,8 +7,11 @@
 //! transformed, and then no pair that touches is missed. Everything here is `f64`: it looks at real
 //! parts and never at a derivative.
 
+mod box_tree;
 mod projections;
-mod tree;
+mod seeds;
+mod tet_tree;
 
 pub use projections::Projections;
-pub use tree::TetTree;
+pub(crate) use seeds::{Seeds, SurfaceFace};
+pub use tet_tree::TetTree;

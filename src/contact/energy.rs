@@ -1,31 +1,34 @@
-use super::narrow_phase::{NarrowPhase, TetOfB};
+use super::narrow_phase::NarrowPhase;
+use super::shadow::PosedTet;
 use crate::geometry::{AffineField, Tetrahedron, snapped};
 use crate::mesh::FieldTet;
 use crate::scalar::{Scalar, lift, lift_vector};
 
-impl<T: Scalar> NarrowPhase<T> {
+impl<T: Scalar> NarrowPhase<'_, T> {
     /// ∫ min(p_A, p_B) dV (J) over what two tetrahedra have in common.
     ///
     /// A's tetrahedron is cut by B's faces into tetrahedra; over each of them
     /// ∫ min(p_A, p_B) = ∫ p_A − ∫ over {p_A > p_B} of (p_A − p_B).
-    pub fn energy<'a>(&'a self, a: &FieldTet, b: &TetOfB<'a, T>) -> T {
-        if a.tetrahedron.is_beyond(b.real.faces()) || b.tetrahedron.is_beyond(&a.barycentric) {
+    pub fn energy(&self, a: &FieldTet, b: &PosedTet) -> T {
+        if a.tetrahedron.is_beyond(&b.faces) || b.tetrahedron.is_beyond(&a.barycentric) {
             return lift(0.0);
         }
-        let fields_b = self.fields_of_b(b);
+        let tet_b = self.shadow.tet_b(b.index);
+        let faces_b = tet_b.barycentric.each_ref().map(|face| face.posed(&self.pose_ab));
         let pressure_a = a.extent.lifted().scaled(self.modulus_a);
-        let pressure_b = fields_b.pressure;
+        let pressure_b = tet_b.extent.posed(&self.pose_ab).scaled(self.modulus_b);
         let excess = AffineField {
             gradient: pressure_a.gradient - pressure_b.gradient,
             offset: pressure_a.offset - pressure_b.offset,
         };
-        let margin = self.round_off.margin();
-        let tolerance = self.excess_tolerance(a, b);
+        let margin = self.shadow.margin();
+        // What both gradients make of a coordinate's rounding.
+        let tolerance = margin * (self.shadow.moduli[0] * a.sensitivity + b.sensitivity);
         let whole = Tetrahedron {
             corners: a.tetrahedron.corners.each_ref().map(lift_vector),
         };
         let mut energy = lift(0.0);
-        whole.for_each_part_inside(fields_b.faces(), margin, &mut |part: &Tetrahedron<T>| {
+        whole.for_each_part_inside(&faces_b, margin, &mut |part: &Tetrahedron<T>| {
             energy += part.integral(&pressure_a);
             let above = part.clipped(&part.values(&excess, tolerance));
             energy -= above

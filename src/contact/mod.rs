@@ -31,21 +31,23 @@
 
 mod body;
 mod carried;
-mod culling;
 mod energy;
 mod equilibrium;
 mod jacobian;
+mod meeting;
 mod narrow_phase;
 mod pair;
+mod search;
+mod shadow;
 mod shape;
 mod surface;
 mod surface_law;
 mod wrench;
 
 pub use body::{BodyError, ContactBody};
-pub use culling::Culling;
 pub use jacobian::{ContactJacobian, WrenchJacobian};
 pub use pair::{ContactPair, WorkCount};
+pub use search::{Culling, Search};
 pub use shape::Shape;
 pub use surface::{ContactPolygon, ContactSurface};
 pub use surface_law::SurfaceLaw;

@@ -1,10 +1,8 @@
-use super::equilibrium::RoundOff;
 use super::jacobian::RelativeJacobian;
-use super::narrow_phase::{NarrowPhase, PairPolygon, TetOfB};
-use super::{ContactBody, ContactJacobian, ContactPolygon, ContactSurface, ContactWrench, Culling};
-use crate::broad_phase::Projections;
-use crate::mesh::FieldTet;
-use crate::scalar::{Scalar, lift, real_part};
+use super::narrow_phase::{NarrowPhase, PairPolygon};
+use super::shadow::PairShadow;
+use super::{ContactBody, ContactJacobian, ContactPolygon, ContactSurface, ContactWrench, Search};
+use crate::scalar::{Scalar, lift};
 use crate::spatial::{Pose, Wrench};
 
 /// Two bodies that may touch: the wrench, the contact surface, the potential energy and the
@@ -17,33 +15,33 @@ use crate::spatial::{Pose, Wrench};
 pub struct ContactPair<'a, T = f64> {
     a: ContactBody<'a, T>,
     b: ContactBody<'a, T>,
-    culling: Culling,
+    search: Search,
 }
 
 /// How much work a contact took: the same for the same bodies in every run.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct WorkCount {
-    /// Pairs of tetrahedra that the broad phase left over.
+    /// Pairs of tetrahedra that were looked at.
     pub candidate_pairs: usize,
     /// Contact polygons.
     pub polygons: usize,
 }
 
 impl<'a, T: Scalar> ContactPair<'a, T> {
-    /// A pair with the default culling.
+    /// A pair with the default search.
     #[must_use]
     pub fn new(a: ContactBody<'a, T>, b: ContactBody<'a, T>) -> Self {
         Self {
             a,
             b,
-            culling: Culling::default(),
+            search: Search::default(),
         }
     }
 
-    /// The same pair with other culling: other times, the same results.
+    /// The same pair with another search: other times, the same results.
     #[must_use]
-    pub fn with_culling(self, culling: Culling) -> Self {
-        Self { culling, ..self }
+    pub fn with_search(self, search: Search) -> Self {
+        Self { search, ..self }
     }
 
     /// Body A.
@@ -105,9 +103,10 @@ impl<'a, T: Scalar> ContactPair<'a, T> {
     #[must_use]
     pub fn potential_energy(&self) -> T {
         let narrow_phase = self.narrow_phase();
+        let shadow = &narrow_phase.shadow;
         let mut energy = lift(0.0);
-        self.visit_candidates(&narrow_phase, |tet_a, tet_b| {
-            energy += narrow_phase.energy(tet_a, tet_b);
+        shadow.visit_overlapping(|tet_a, tet_b| {
+            energy += narrow_phase.energy(shadow.tet_a(tet_a), tet_b);
         });
         energy
     }
@@ -128,10 +127,9 @@ impl<'a, T: Scalar> ContactPair<'a, T> {
     #[must_use]
     pub fn work_count(&self) -> WorkCount {
         let narrow_phase = self.narrow_phase();
-        let (mut candidate_pairs, mut polygons) = (0, 0);
-        self.visit_candidates(&narrow_phase, |tet_a, tet_b| {
-            candidate_pairs += 1;
-            polygons += usize::from(narrow_phase.polygon(tet_a, tet_b).is_some());
+        let mut polygons = 0;
+        let candidate_pairs = narrow_phase.shadow.visit_meetings(self.search, |meeting| {
+            polygons += usize::from(narrow_phase.polygon(meeting).is_some());
         });
         WorkCount {
             candidate_pairs,
@@ -143,73 +141,22 @@ impl<'a, T: Scalar> ContactPair<'a, T> {
         self.a.pose().inverse() * *self.b.pose()
     }
 
-    fn narrow_phase(&self) -> NarrowPhase<T> {
-        let (field_a, field_b) = (self.a.shape().field(), self.b.shape().field());
-        let steepest_a = real_part(self.a.modulus()) * field_a.steepest();
-        let steepest_b = real_part(self.b.modulus()) * field_b.steepest();
+    fn narrow_phase(&self) -> NarrowPhase<'a, T> {
         let pose_ab = self.pose_ab();
         NarrowPhase {
+            shadow: PairShadow::of(&self.a, &self.b, &pose_ab),
             modulus_a: self.a.modulus(),
             modulus_b: self.b.modulus(),
-            real_pose_ab: pose_ab.real(),
             pose_ab,
-            round_off: RoundOff {
-                length: field_a.reach() + field_b.reach(),
-                steepest: steepest_a.max(steepest_b),
-            },
-            plane_check: self.culling.plane_check,
         }
     }
 
     pub(super) fn visit_polygons(&self, mut visit: impl FnMut(&PairPolygon<T>)) {
         let narrow_phase = self.narrow_phase();
-        self.visit_candidates(&narrow_phase, |tet_a, tet_b| {
-            if let Some(polygon) = narrow_phase.polygon(tet_a, tet_b) {
+        narrow_phase.shadow.visit_meetings(self.search, |meeting| {
+            if let Some(polygon) = narrow_phase.polygon(meeting) {
                 visit(&polygon);
             }
         });
-    }
-
-    /// Visits the pairs of tetrahedra that culling leaves over.
-    fn visit_candidates<'n>(
-        &'n self,
-        narrow_phase: &'n NarrowPhase<T>,
-        mut visit: impl FnMut(&FieldTet, &TetOfB<'n, T>),
-    ) {
-        let (shape_a, shape_b) = (self.a.shape(), self.b.shape());
-        let (tets_a, tets_b) = (shape_a.field().tets(), shape_b.field().tets());
-        let margin = narrow_phase.round_off.margin();
-        let directions = self.culling.projections;
-        let visit_partners = |index_b: usize| {
-            let tet_b = narrow_phase.tet_of_b(&tets_b[index_b]);
-            let query = tet_b.tetrahedron.aabb().inflated(margin);
-            let shadows = (directions > 0).then(|| Projections::of(&tet_b.tetrahedron));
-            let visit_partner = |index_a: usize| {
-                let own = shape_a.tree().projections(index_a);
-                let apart = |shadows| own.separate(shadows, directions, margin);
-                if !shadows.as_ref().is_some_and(apart) {
-                    visit(&tets_a[index_a], &tet_b);
-                }
-            };
-            if self.culling.tree {
-                shape_a.tree().visit_overlapping(&query, visit_partner);
-            } else {
-                let boxes = self.culling.bounding_boxes;
-                (0..tets_a.len())
-                    .filter(|&a| !tets_a[a].is_inert())
-                    .filter(|&a| !boxes || tets_a[a].tetrahedron.aabb().overlaps(&query))
-                    .for_each(visit_partner);
-            }
-        };
-        if self.culling.tree {
-            let (region, pose_ab) = (shape_a.tree().bounds(), &narrow_phase.real_pose_ab);
-            shape_b
-                .tree()
-                .visit_near(&region, pose_ab, margin, visit_partners);
-        } else {
-            (0..tets_b.len())
-                .filter(|&b| !tets_b[b].is_inert())
-                .for_each(visit_partners);
-        }
     }
 }

@@ -1,22 +1,26 @@
-use crate::broad_phase::TetTree;
+use crate::broad_phase::{Seeds, TetTree};
 use crate::mesh::PressureField;
 use std::fmt;
 
-/// What a body is made of for contact: a pressure field and the R\*-tree over its tetrahedra.
+/// What a body is made of for contact: a pressure field and the R\*-trees over its tetrahedra.
 ///
 /// A shape has no pose and no modulus; any number of bodies may share one.
 #[derive(Clone)]
 pub struct Shape {
     field: PressureField,
     tree: TetTree,
+    seeds: Option<Seeds>,
 }
 
 impl Shape {
-    /// Builds the tree over the field's tetrahedra.
+    /// Builds the trees over the field's tetrahedra and surface.
     #[must_use]
     pub fn new(field: PressureField) -> Self {
-        let tree = TetTree::new(&field);
-        Self { field, tree }
+        if std::env::var_os("DBG").is_some() {
+            match crate::mesh::Landscape::of(&field) { None => eprintln!("{} tets: no landscape", field.tets().len()), Some(l) => eprintln!("{} tets, {} creased, {} escapes", field.tets().len(), l.creased.len(), l.escapes.len()) }
+        }
+        let (tree, seeds) = (TetTree::new(&field), Seeds::of(&field));
+        Self { field, tree, seeds }
     }
 
     /// The pressure field.
@@ -29,6 +33,11 @@ impl Shape {
     #[must_use]
     pub fn tree(&self) -> &TetTree {
         &self.tree
+    }
+
+    /// Where contact surfaces can be entered, if they can be followed.
+    pub(super) fn seeds(&self) -> Option<&Seeds> {
+        self.seeds.as_ref()
     }
 }
 

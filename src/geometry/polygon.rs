@@ -8,9 +8,13 @@ use nalgebra::Vector3;
 pub const POLYGON_CAPACITY: usize = 12;
 
 /// A planar convex polygon in space, on the stack; empty where nothing is left of it.
+///
+/// Each corner knows on which *sides* it lies: one bit for each plane that bounds the polygon, up to
+/// eight of them. Two corners that share a bit are joined by an edge in that plane.
 #[derive(Debug, Clone, Copy)]
 pub struct ConvexPolygon<T = f64> {
     corners: [Vector3<T>; POLYGON_CAPACITY],
+    sides: [u8; POLYGON_CAPACITY],
     len: usize,
 }
 
@@ -20,6 +24,7 @@ impl<T: Scalar> ConvexPolygon<T> {
     pub fn empty() -> Self {
         Self {
             corners: [Vector3::from_element(lift(0.0)); POLYGON_CAPACITY],
+            sides: [0; POLYGON_CAPACITY],
             len: 0,
         }
     }
@@ -30,6 +35,12 @@ impl<T: Scalar> ConvexPolygon<T> {
         &self.corners[..self.len]
     }
 
+    /// The sides that at least one corner lies on.
+    #[must_use]
+    pub fn sides(&self) -> u8 {
+        self.sides[..self.len].iter().fold(0, |all, own| all | own)
+    }
+
     /// Whether fewer than three corners are left.
     #[must_use]
     pub fn is_empty(&self) -> bool {
@@ -38,9 +49,10 @@ impl<T: Scalar> ConvexPolygon<T> {
 
     /// Appends a corner. A full polygon drops it: convex polygons never fill the capacity, so such
     /// a corner is a copy, by round-off, of one that is there.
-    pub(crate) fn push(&mut self, corner: Vector3<T>) {
+    pub(crate) fn push(&mut self, corner: Vector3<T>, sides: u8) {
         if self.len < POLYGON_CAPACITY {
             self.corners[self.len] = corner;
+            self.sides[self.len] = sides;
             self.len += 1;
         }
     }
@@ -49,35 +61,52 @@ impl<T: Scalar> ConvexPolygon<T> {
     #[must_use]
     pub fn reversed(mut self) -> Self {
         self.corners[..self.len].reverse();
+        self.sides[..self.len].reverse();
         self
     }
 
-    /// The part of the polygon where `field` ≥ 0. Values within `tolerance` of zero count as zero.
+    /// The part of the polygon where `field` ≥ 0; corners where it is 0 lie on `side` (one bit).
+    /// Values within `tolerance` of zero count as zero.
     ///
     /// Where an edge crosses from below to zero, the corner at zero comes out twice, with the same
     /// place but two derivatives: its own and the crossing's. Both are needed: together they give
     /// the polygon's area the derivative it has on the side where the field grows.
+    #[inline]
     #[must_use]
-    pub fn clipped(&self, field: &AffineField<T>, tolerance: f64) -> Self {
-        let mut clipped = Self::empty();
-        let Some(last) = self.corners().last() else {
-            return clipped;
-        };
-        let mut previous = *last;
-        let mut value_before = snapped(field.at(&previous), tolerance);
-        for corner in self.corners() {
-            let value = snapped(field.at(corner), tolerance);
+    pub fn clipped(&self, field: &AffineField<T>, tolerance: f64, side: u8) -> Self {
+        let mut values = [lift(0.0); POLYGON_CAPACITY];
+        let (mut is_cut, mut is_touched) = (false, false);
+        for (value, corner) in values.iter_mut().zip(self.corners()) {
+            *value = snapped(field.at(corner), tolerance);
+            is_cut |= real_part(*value) < 0.0;
+            is_touched |= real_part(*value) == 0.0;
+        }
+        if !is_cut && !is_touched {
+            return *self;
+        }
+        self.cut(&values, side)
+    }
+
+    /// The part of the polygon where the values at its corners are ≥ 0.
+    fn cut(&self, values: &[T; POLYGON_CAPACITY], side: u8) -> Self {
+        let mut cut = Self::empty();
+        let mut before = self.len.saturating_sub(1);
+        for now in 0..self.len {
+            let (value_before, value) = (values[before], values[now]);
             let (was_inside, is_inside) = (real_part(value_before) >= 0.0, real_part(value) >= 0.0);
+            let (previous, corner) = (self.corners[before], self.corners[now]);
             if was_inside != is_inside {
                 let t = value_before / (value_before - value);
-                clipped.push(previous + (corner - previous) * t);
+                let shared = self.sides[before] & self.sides[now];
+                cut.push(previous + (corner - previous) * t, shared | side);
             }
             if is_inside {
-                clipped.push(*corner);
+                let on_side = if real_part(value) == 0.0 { side } else { 0 };
+                cut.push(corner, self.sides[now] | on_side);
             }
-            (previous, value_before) = (*corner, value);
+            before = now;
         }
-        clipped
+        cut
     }
 
     /// Area and moments, about the first corner. The area is positive where the corners turn
@@ -110,6 +139,7 @@ impl<T: Scalar> ConvexPolygon<T> {
     pub fn real(&self) -> ConvexPolygon<f64> {
         ConvexPolygon {
             corners: self.corners.each_ref().map(real_vector),
+            sides: self.sides,
             len: self.len,
         }
     }
@@ -121,6 +151,7 @@ impl ConvexPolygon<f64> {
     pub fn lifted<T: Scalar>(&self) -> ConvexPolygon<T> {
         ConvexPolygon {
             corners: self.corners.each_ref().map(|corner| corner.map(lift)),
+            sides: self.sides,
             len: self.len,
         }
     }

@@ -1,5 +1,6 @@
 use super::{Aabb, AffineField, ConvexPolygon};
 use crate::scalar::{Scalar, lift, real_part, real_vector};
+use crate::spatial::Pose;
 use nalgebra::Vector3;
 
 /// The corners of the face opposite to each corner, counter-clockwise seen from outside.
@@ -92,6 +93,15 @@ impl Tetrahedron<f64> {
         Aabb::around(&self.corners)
     }
 
+    /// The tetrahedron in the outer frame.
+    #[must_use]
+    pub fn posed(&self, pose: &Pose<f64>) -> Self {
+        let corners = self.corners.each_ref();
+        Self {
+            corners: corners.map(|corner| pose.transformed_point(corner)),
+        }
+    }
+
     /// The barycentric coordinates λᵢ(q) = gᵢ·q + cᵢ: 1 at corner i, 0 on the face opposite.
     /// Not finite where the volume is zero.
     #[must_use]
@@ -109,14 +119,21 @@ impl Tetrahedron<f64> {
     /// The polygon in which the zero plane of a field with the given corner values cuts the
     /// tetrahedron, counter-clockwise about the field's gradient. Corners at zero count as above,
     /// so corners may come out doubled, and a tetrahedron that only touches the plane from above
-    /// gives nothing.
+    /// gives nothing. Bit i of a corner's sides stands for the face opposite to corner i.
+    #[inline]
     #[must_use]
     pub fn sliced<T: Scalar>(&self, values: &[T; 4]) -> ConvexPolygon<T> {
         let mut polygon = ConvexPolygon::empty();
-        for &(i, j) in CUT_EDGES[below_mask(&values.map(real_part))] {
+        let real = values.map(real_part);
+        for &(i, j) in CUT_EDGES[below_mask(&real)] {
             let t = values[i] / (values[i] - values[j]);
             let (from, edge) = (self.corners[i], self.corners[j] - self.corners[i]);
-            polygon.push(Vector3::from_fn(|k, _| t * edge[k] + lift::<T>(from[k])));
+            let corner = Vector3::from_fn(|k, _| t * edge[k] + lift::<T>(from[k]));
+            // An edge lies on the faces opposite to the corners it does not join; one of its ends
+            // lies on the face opposite to the other end too.
+            let on_end = |end: usize, other: usize| u8::from(real[end] == 0.0) << other;
+            let sides = 0b1111 & !(1 << i) & !(1 << j) | on_end(i, j) | on_end(j, i);
+            polygon.push(corner, sides);
         }
         polygon
     }

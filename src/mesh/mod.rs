@@ -19,6 +19,7 @@
 
 mod distance;
 mod error;
+mod landscape;
 mod mass;
 mod pressure_field;
 pub mod shapes;
@@ -27,5 +28,6 @@ mod surface;
 mod tet_mesh;
 
 pub use error::MeshError;
+pub(crate) use landscape::{Escape, Landscape};
 pub use pressure_field::{FieldTet, PressureField};
 pub use tet_mesh::TetMesh;

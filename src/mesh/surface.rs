@@ -1,20 +1,27 @@
 use super::MeshError;
 use crate::geometry::FACES;
 
-/// The faces that belong to one tetrahedron only, and the vertices on them.
+/// A tetrahedron's neighbour across a face that belongs to no other.
+pub(super) const OUTSIDE: u32 = u32::MAX;
+
+/// Which tetrahedra meet in a face; the faces that belong to one only, and the vertices on them.
 #[derive(Debug, Clone)]
 pub(super) struct Surface {
+    /// For each tetrahedron the one across the face opposite to each corner, or [`OUTSIDE`].
+    pub neighbours: Vec<[u32; 4]>,
     /// Vertex indices, counter-clockwise seen from outside, in the order of the tetrahedra.
     pub triangles: Vec<[usize; 3]>,
     /// For each vertex whether it lies on the surface.
     pub has_vertex: Vec<bool>,
 }
 
-/// A face of a tetrahedron: `sorted` tells which it is, `even` on which side the tetrahedron lies.
+/// A face of a tetrahedron: `sorted` tells which it is, `even` on which side the tetrahedron lies,
+/// `corner` which corner of the tetrahedron is opposite.
 struct Face {
     sorted: [usize; 3],
     even: bool,
     tet: usize,
+    corner: usize,
     outward: [usize; 3],
 }
 
@@ -22,14 +29,18 @@ impl Surface {
     /// The surface of positively oriented tetrahedra.
     pub fn of(tets: &[[usize; 4]], vertex_count: usize) -> Result<Self, MeshError> {
         let mut faces: Vec<Face> = (0..tets.len())
-            .flat_map(|tet| FACES.map(|corners| Face::new(tet, corners.map(|c| tets[tet][c]))))
+            .flat_map(|tet| (0..4).map(move |corner| Face::new(tets, tet, corner)))
             .collect();
         faces.sort_by_key(|face| (face.sorted, face.tet));
+        let mut neighbours = vec![[OUTSIDE; 4]; tets.len()];
         let mut outer: Vec<&Face> = Vec::new();
         for group in faces.chunk_by(|a, b| a.sorted == b.sorted) {
             match group {
                 [face] => outer.push(face),
-                [a, b] if a.even != b.even => {}
+                [a, b] if a.even != b.even => {
+                    neighbours[a.tet][a.corner] = b.tet as u32;
+                    neighbours[b.tet][b.corner] = a.tet as u32;
+                }
                 [.., a, b] => return Err(a.overlap_with(b)),
                 [] => {}
             }
@@ -41,6 +52,7 @@ impl Surface {
             has_vertex[vertex] = true;
         }
         Ok(Self {
+            neighbours,
             triangles,
             has_vertex,
         })
@@ -48,7 +60,8 @@ impl Surface {
 }
 
 impl Face {
-    fn new(tet: usize, outward: [usize; 3]) -> Self {
+    fn new(tets: &[[usize; 4]], tet: usize, corner: usize) -> Self {
+        let outward = FACES[corner].map(|c| tets[tet][c]);
         let mut sorted = outward;
         sorted.sort_unstable();
         let [a, b, c] = outward;
@@ -57,6 +70,7 @@ impl Face {
             sorted,
             even,
             tet,
+            corner,
             outward,
         }
     }

@@ -1,4 +1,5 @@
-use super::{MeshError, mass, splitting, surface::Surface};
+use super::surface::{OUTSIDE, Surface};
+use super::{MeshError, mass, splitting};
 use crate::geometry::{Aabb, Tetrahedron};
 use crate::spatial::MassProperties;
 use nalgebra::Vector3;
@@ -73,6 +74,15 @@ impl TetMesh {
     #[must_use]
     pub fn surface_triangles(&self) -> &[[usize; 3]] {
         &self.surface.triangles
+    }
+
+    /// The tetrahedron that shares the face opposite to a corner (0..4) of a tetrahedron, or `None`
+    /// where that face is part of the surface.
+    #[inline]
+    #[must_use]
+    pub fn neighbour(&self, tet: usize, corner: usize) -> Option<usize> {
+        let neighbour = self.surface.neighbours[tet][corner];
+        (neighbour != OUTSIDE).then_some(neighbour as usize)
     }
 
     /// Whether the vertex lies on the surface.

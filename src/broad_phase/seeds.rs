@@ -1,0 +1,93 @@
+use super::box_tree::BoxTree;
+use crate::geometry::{Aabb, FACES};
+use crate::mesh::{Escape, Landscape, PressureField};
+use crate::spatial::Pose;
+
+/// Where more than one in so many tetrahedra are at convex creases, contact surfaces are not followed.
+const MOST_CREASED: usize = 3;
+
+/// Where every component of a contact surface shows: the triangles of a body's surface, where its rim
+/// lies, and what a component without a rim cannot avoid (see [`Landscape`]). In the body frame.
+#[derive(Debug, Clone)]
+pub(crate) struct Seeds {
+    surface: BoxTree<SurfaceFace>,
+    creased: BoxTree<u32>,
+    escapes: Vec<Escape>,
+}
+
+/// A triangle of the surface, as a face of its tetrahedron.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct SurfaceFace {
+    tet: u32,
+    face: u8,
+}
+
+impl SurfaceFace {
+    /// The tetrahedron.
+    pub fn tet(self) -> usize {
+        self.tet as usize
+    }
+
+    /// The corner opposite.
+    pub fn face(self) -> usize {
+        self.face.into()
+    }
+}
+
+impl Seeds {
+    /// `None` for a field in which a component may show nowhere, or in so many places that looking for
+    /// them is no better than looking everywhere.
+    pub fn of(field: &PressureField) -> Option<Self> {
+        let landscape = Landscape::of(field)?;
+        let tets = field.tets();
+        if landscape.creased.len() > tets.len() / MOST_CREASED {
+            return None;
+        }
+        let faces = (0_u32..).zip(tets).flat_map(|(index, tet)| {
+            let is_surface = move |face: &u8| field.mesh().neighbour(index as usize, (*face).into()).is_none();
+            (0_u8..4).filter(is_surface).map(move |face| {
+                let corners = FACES[usize::from(face)].map(|corner| tet.tetrahedron.corners[corner]);
+                (SurfaceFace { tet: index, face }, Aabb::around(&corners))
+            })
+        });
+        let creased = landscape.creased.iter();
+        Some(Self {
+            surface: BoxTree::new(faces),
+            creased: BoxTree::new(creased.map(|&tet| (tet as u32, tets[tet].tetrahedron.aabb()))),
+            escapes: landscape.escapes,
+        })
+    }
+
+    /// Visits the triangles of the surface whose boxes overlap `query`.
+    pub fn visit_surface(&self, query: &Aabb, visit: impl FnMut(SurfaceFace)) {
+        self.surface.visit_overlapping(query, visit);
+    }
+
+    /// Visits the triangles of the surface (of B) that may overlap the box `region` in A.
+    pub fn visit_surface_near(
+        &self,
+        region: &Aabb,
+        pose_ab: &Pose<f64>,
+        margin: f64,
+        visit: impl FnMut(SurfaceFace),
+    ) {
+        self.surface.visit_near(region, pose_ab, margin, visit);
+    }
+
+    /// Visits the tetrahedra at convex creases (of B) that may overlap the box `region` in A.
+    pub fn visit_creased_near(
+        &self,
+        region: &Aabb,
+        pose_ab: &Pose<f64>,
+        margin: f64,
+        mut visit: impl FnMut(usize),
+    ) {
+        self.creased
+            .visit_near(region, pose_ab, margin, |tet| visit(tet as usize));
+    }
+
+    /// Edges on the ways from peaks and creases to the surface.
+    pub fn escapes(&self) -> &[Escape] {
+        &self.escapes
+    }
+}

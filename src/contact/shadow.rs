@@ -1,0 +1,73 @@
+use super::equilibrium::RoundOff;
+use super::{ContactBody, Shape};
+use crate::geometry::{AffineField, Tetrahedron};
+use crate::mesh::FieldTet;
+use crate::scalar::{Scalar, real_part};
+use crate::spatial::Pose;
+
+/// The `f64` shadow of a body pair, in A's frame: what every decision is made on.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct PairShadow<'a> {
+    pub shapes: [&'a Shape; 2],
+    /// Hydroelastic moduli (Pa).
+    pub moduli: [f64; 2],
+    pub pose_ab: Pose<f64>,
+    pub round_off: RoundOff,
+}
+
+/// A tetrahedron of B in A's frame.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct PosedTet {
+    pub index: usize,
+    pub tetrahedron: Tetrahedron,
+    /// Pressure at each corner (Pa).
+    pub pressures: [f64; 4],
+    pub pressure: AffineField,
+    /// What the rounding of a coordinate can make of the pressure (Pa/m).
+    pub sensitivity: f64,
+    /// The barycentric coordinates: field k is 0 on the face opposite to corner k, positive inside.
+    pub faces: [AffineField; 4],
+}
+
+impl<'a> PairShadow<'a> {
+    pub fn of<T: Scalar>(a: &ContactBody<'a, T>, b: &ContactBody<'a, T>, pose_ab: &Pose<T>) -> Self {
+        let moduli = [a, b].map(|body| real_part(body.modulus()));
+        let (field_a, field_b) = (a.shape().field(), b.shape().field());
+        let steepest = (moduli[0] * field_a.steepest()).max(moduli[1] * field_b.steepest());
+        Self {
+            shapes: [a.shape(), b.shape()],
+            moduli,
+            pose_ab: pose_ab.real(),
+            round_off: RoundOff {
+                length: field_a.reach() + field_b.reach(),
+                steepest,
+            },
+        }
+    }
+
+    pub fn tet_a(&self, index: usize) -> &'a FieldTet {
+        &self.shapes[0].field().tets()[index]
+    }
+
+    pub fn tet_b(&self, index: usize) -> &'a FieldTet {
+        &self.shapes[1].field().tets()[index]
+    }
+
+    /// Error of a transformed coordinate (m).
+    pub fn margin(&self) -> f64 {
+        self.round_off.margin()
+    }
+
+    /// A tetrahedron of B as A sees it.
+    pub fn posed_tet(&self, index: usize) -> PosedTet {
+        let (tet, modulus, pose_ab) = (self.tet_b(index), self.moduli[1], &self.pose_ab);
+        PosedTet {
+            index,
+            tetrahedron: tet.tetrahedron.posed(pose_ab),
+            pressures: tet.extents.map(|extent| extent * modulus),
+            pressure: tet.extent.posed(pose_ab).scaled(modulus),
+            sensitivity: tet.sensitivity * modulus,
+            faces: tet.barycentric.each_ref().map(|field| field.posed(pose_ab)),
+        }
+    }
+}

@@ -1,0 +1,217 @@
+use super::PressureField;
+use crate::geometry::FACES;
+use nalgebra::Vector3;
+use rustc_hash::FxHashSet;
+
+/// A change of gradient below this fraction of the steepest one is none. Fields that differ by less than
+/// ten times as much count as equal when two bodies meet.
+const FLATNESS: f64 = 1e-10;
+
+/// Where to look for the parts of a contact surface that have no rim.
+///
+/// A contact surface is part of {f = 0}, f = p_A − p_B. A component with a rim shows at the surfaces of the
+/// bodies: on the rim both pressures are 0, so it lies on both surfaces. A component without a rim
+/// encloses a region inside both bodies (if the surface of each is connected) where f, 0 on the
+/// border, is not 0 all over: say it has a maximum there, on a compact set M.
+///
+/// Let x be an extreme point of M, so that no segment around x lies in M, and let x not be on a *convex
+/// crease* of p_B, a face across which its slope grows. Then p_B is concave around x. Along a line
+/// through x on which p_A is linear, f is convex with a maximum at x, so constant: a segment in M, which
+/// cannot be. So there is no such line: x is a vertex of A at which the gradients of p_A span all
+/// directions, a *peak*. For a minimum, A and B change places.
+///
+/// So M holds a peak of one body or meets a convex crease of the other. An *escape* is a path of edges
+/// from there to the body's own surface: it leaves the region and crosses the component on its way. (From
+/// a crease the way to the path's first vertex is along the crease itself; the tetrahedra at creases are
+/// looked through as a whole.)
+#[derive(Debug, Clone)]
+pub(crate) struct Landscape {
+    /// The edges of paths from all peaks and creases to the surface.
+    pub escapes: Vec<Escape>,
+    /// Tetrahedra that have all convex creases among their faces.
+    pub creased: Vec<usize>,
+}
+
+/// An edge of a tetrahedron, on the way to the surface.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Escape {
+    /// One of the tetrahedra it belongs to.
+    pub tet: usize,
+    /// The two corners it joins.
+    pub corners: [usize; 2],
+}
+
+impl Landscape {
+    /// `None` where the above does not hold: the surface is not connected, or the field is 0 somewhere
+    /// inside.
+    pub fn of(field: &PressureField) -> Option<Self> {
+        if !is_surface_connected(field) || !is_positive_inside(field) {
+            return None;
+        }
+        let creases = convex_creases(field);
+        let corners_on = |&(tet, face): &(usize, usize)| FACES[face].map(|c| field.mesh().tets()[tet][c]);
+        let at_creases = creases.iter().map(|crease| {
+            let vertices = corners_on(crease);
+            let on_surface = |&&vertex: &&usize| field.mesh().is_on_surface(vertex);
+            vertices.iter().find(on_surface).copied().unwrap_or(vertices[0])
+        });
+        let starts: Vec<usize> = peaks(field).into_iter().chain(at_creases).collect();
+        Some(Self {
+            escapes: escapes(field, &starts),
+            creased: one_side_each(field, &creases),
+        })
+    }
+}
+
+fn is_surface_connected(field: &PressureField) -> bool {
+    let triangles = field.mesh().surface_triangles();
+    let mut parent: Vec<usize> = (0..field.mesh().vertex_count()).collect();
+    for [a, b, c] in triangles {
+        for other in [b, c] {
+            let (root, other) = (root_of(&mut parent, *a), root_of(&mut parent, *other));
+            parent[other] = root;
+        }
+    }
+    let root = root_of(&mut parent, triangles[0][0]);
+    triangles.iter().all(|triangle| root_of(&mut parent, triangle[0]) == root)
+}
+
+/// The representative of a vertex's set; halves the way there for the next time.
+fn root_of(parent: &mut [usize], mut vertex: usize) -> usize {
+    while parent[vertex] != vertex {
+        parent[vertex] = parent[parent[vertex]];
+        vertex = parent[vertex];
+    }
+    vertex
+}
+
+/// Whether the field is 0 on the surface only: on no vertex, edge or face inside.
+fn is_positive_inside(field: &PressureField) -> bool {
+    let mesh = field.mesh();
+    let mut surface_edges = FxHashSet::default();
+    for &[a, b, c] in mesh.surface_triangles() {
+        surface_edges.extend([[a, b], [b, c], [c, a]].map(|[p, q]| [p.min(q), p.max(q)]));
+    }
+    (0..mesh.tet_count()).all(|tet| {
+        let vertices = mesh.tets()[tet];
+        let is_zero = |corner: usize| field.extents()[vertices[corner]] == 0.0;
+        let inner = (0..4).filter(|&corner| !mesh.is_on_surface(vertices[corner]));
+        let has_inner_zero = inner.into_iter().any(is_zero);
+        let has_flat_edge = EDGES.iter().any(|&[i, j]| {
+            let (a, b) = (vertices[i], vertices[j]);
+            is_zero(i) && is_zero(j) && !surface_edges.contains(&[a.min(b), a.max(b)])
+        });
+        let has_flat_face = (0..4).any(|face| {
+            FACES[face].iter().all(|&corner| is_zero(corner)) && mesh.neighbour(tet, face).is_some()
+        });
+        !(has_inner_zero || has_flat_edge || has_flat_face)
+    })
+}
+
+/// The edges of a tetrahedron, by its corners.
+const EDGES: [[usize; 2]; 6] = [[0, 1], [0, 2], [0, 3], [1, 2], [1, 3], [2, 3]];
+
+/// The faces (tetrahedron, opposite corner) across which the slope of the extent grows.
+fn convex_creases(field: &PressureField) -> Vec<(usize, usize)> {
+    let least = FLATNESS * field.steepest();
+    let mut creases = Vec::new();
+    for (index, tet) in field.tets().iter().enumerate() {
+        for corner in 0..4 {
+            let neighbour = field.mesh().neighbour(index, corner);
+            let Some(neighbour) = neighbour.filter(|&other| other > index) else {
+                continue;
+            };
+            let jump = field.tets()[neighbour].extent.gradient - tet.extent.gradient;
+            let outward = -tet.barycentric[corner].gradient / tet.barycentric_steepness[corner];
+            if jump.dot(&outward) > least {
+                creases.push((index, corner));
+            }
+        }
+    }
+    creases
+}
+
+/// Tetrahedra, each only once, that have all the faces among theirs.
+fn one_side_each(field: &PressureField, faces: &[(usize, usize)]) -> Vec<usize> {
+    let mut chosen = vec![false; field.tets().len()];
+    for &(tet, corner) in faces {
+        let other = field.mesh().neighbour(tet, corner);
+        chosen[tet] |= !other.is_some_and(|other| chosen[other]);
+    }
+    (0..chosen.len()).filter(|&tet| chosen[tet]).collect()
+}
+
+/// The inner vertices through which there is no line along which the field is linear.
+fn peaks(field: &PressureField) -> Vec<usize> {
+    let mesh = field.mesh();
+    let mut gradients: Vec<Vec<Vector3<f64>>> = vec![Vec::new(); mesh.vertex_count()];
+    for (tet, vertices) in mesh.tets().iter().enumerate() {
+        for &vertex in vertices.iter().filter(|&&vertex| !mesh.is_on_surface(vertex)) {
+            gradients[vertex].push(field.tets()[tet].extent.gradient);
+        }
+    }
+    let least = FLATNESS * field.steepest();
+    (0..mesh.vertex_count())
+        .filter(|&vertex| !gradients[vertex].is_empty() && span_space(&gradients[vertex], least))
+        .collect()
+}
+
+/// Whether the differences of the vectors have components above `least` in all directions.
+fn span_space(vectors: &[Vector3<f64>], least: f64) -> bool {
+    let mut differences: Vec<Vector3<f64>> = vectors.iter().map(|v| v - vectors[0]).collect();
+    for _ in 0..3 {
+        let longest = differences.iter().copied().max_by(|a, b| a.norm().total_cmp(&b.norm()));
+        let Some(direction) = longest.and_then(|vector| vector.try_normalize(least)) else {
+            return false;
+        };
+        for difference in &mut differences {
+            *difference -= direction * difference.dot(&direction);
+        }
+    }
+    true
+}
+
+/// The edges of shortest paths from the vertices to the surface, each only once.
+fn escapes(field: &PressureField, starts: &[usize]) -> Vec<Escape> {
+    let toward_surface = steps_to_surface(field);
+    let mut is_done = vec![false; toward_surface.len()];
+    let mut edges = Vec::new();
+    for &start in starts {
+        let mut vertex = start;
+        while let Some(escape) = toward_surface[vertex].filter(|_| !is_done[vertex]) {
+            is_done[vertex] = true;
+            edges.push(escape);
+            vertex = field.mesh().tets()[escape.tet][escape.corners[1]];
+        }
+    }
+    edges
+}
+
+/// For each inner vertex the first edge of a shortest path to the surface.
+fn steps_to_surface(field: &PressureField) -> Vec<Option<Escape>> {
+    let mesh = field.mesh();
+    let mut tets_at: Vec<Vec<u32>> = vec![Vec::new(); mesh.vertex_count()];
+    for (tet, vertices) in (0_u32..).zip(mesh.tets()) {
+        for &vertex in vertices {
+            tets_at[vertex].push(tet);
+        }
+    }
+    let mut steps = vec![None; mesh.vertex_count()];
+    let mut reached: Vec<usize> = (0..mesh.vertex_count()).filter(|&v| mesh.is_on_surface(v)).collect();
+    let mut next = 0;
+    while let Some(&vertex) = reached.get(next) {
+        next += 1;
+        for tet in tets_at[vertex].iter().map(|&tet| tet as usize) {
+            let vertices = mesh.tets()[tet];
+            let place = vertices.iter().position(|&other| other == vertex);
+            for corner in 0..4 {
+                let other = vertices[corner];
+                if steps[other].is_none() && !mesh.is_on_surface(other) {
+                    steps[other] = place.map(|to| Escape { tet, corners: [corner, to] });
+                    reached.push(other);
+                }
+            }
+        }
+    }
+    steps
+}
