@@ -6,8 +6,8 @@
 
 mod support;
 
-use hydroelastic::contact::{ContactPair, Shape};
-use hydroelastic::mesh::shapes;
+use hydroelastic::contact::{ContactPair, Culling, Search, Shape};
+use hydroelastic::mesh::{PressureField, TetMesh, shapes};
 use hydroelastic::spatial::Pose;
 use nalgebra::{Vector3, vector};
 use std::f64::consts::PI;
@@ -66,9 +66,48 @@ fn icosphere_pairs_have_the_force_of_three_independent_codes() {
 #[test]
 fn work_counts_of_the_papers_scene_stay_as_they_are() {
     let shape = Shape::new(shapes::icosphere(1.0, 2).unwrap());
-    let count = icospheres_of_the_paper(&shape).work_count();
-    assert_eq!(count.polygons, 427);
-    assert_eq!(count.candidate_pairs, 4_566);
+    let pair = icospheres_of_the_paper(&shape);
+    let followed = pair.work_count();
+    let culled = pair
+        .with_search(Search::Culling(Culling::default()))
+        .work_count();
+    assert_eq!([followed.polygons, culled.polygons], [427; 2]);
+    assert_eq!(followed.candidate_pairs, 673);
+    assert_eq!(culled.candidate_pairs, 4_566);
+}
+
+/// The pair of tetrahedra of the unit tests of the paper's code: as a mesh of its own a surface corner
+/// would have pressure, so each is one of four around its apex.
+#[test]
+fn the_papers_pair_of_tetrahedra_meets_in_its_triangle() {
+    let body = |upward: f64, base: f64| {
+        let vertices = [
+            [0.0, 0.0, 0.0],
+            [1.0, 0.0, 0.0],
+            [0.0, 1.0, 0.0],
+            [0.0, 0.0, 1.0],
+            [-0.5, -0.5, 3.0],
+        ];
+        let vertices = vertices.map(|[x, y, z]| vector![x, y, base + upward * z]);
+        let tets = vec![[0, 1, 2, 3], [4, 1, 2, 3], [0, 4, 2, 3], [0, 1, 4, 3]];
+        let mesh = TetMesh::new(vertices.into(), tets).unwrap();
+        Shape::new(PressureField::new(mesh, vec![0.0, 0.0, 0.0, 1.0, 0.0]).unwrap())
+    };
+    let (below, above) = (body(1.0, 0.0), body(-1.0, 1.8));
+    let pair = pair(
+        (&below, Pose::identity(), 1.0),
+        (&above, Pose::identity(), 1.0),
+    );
+    let surface = pair.surface();
+    let found = surface.polygons.iter().find(|p| p.tets == [0, 0]).unwrap();
+    let corners = found.outline.corners();
+    let expected = [[0.0, 0.0, 0.9], [0.1, 0.0, 0.9], [0.0, 0.1, 0.9]].map(Vector3::from);
+    for corner in expected {
+        let is_near = |c: &&Vector3<f64>| (*c - corner).amax() <= EXACT;
+        assert_eq!(corners.iter().filter(is_near).count(), 1);
+    }
+    assert_eq!(corners.len(), 3);
+    assert!((found.force().norm() - 0.0045).abs() <= EXACT);
 }
 
 /// A cube of 0.2 m and 1 MPa pressed 1 cm into a box of 3 MPa: κ is the pressure gradient.

@@ -1,9 +1,9 @@
-//! Culling changes the time a wrench takes, never the wrench.
+//! The search changes the time a wrench takes, never the wrench.
 
 mod support;
 
 use hydroelastic::broad_phase::Projections;
-use hydroelastic::contact::{ContactPair, Culling, Shape};
+use hydroelastic::contact::{ContactPair, Culling, Search, Shape};
 use hydroelastic::mesh::shapes;
 use hydroelastic::spatial::Pose;
 use nalgebra::vector;
@@ -22,11 +22,12 @@ fn all_combinations() -> impl Iterator<Item = Culling> {
 }
 
 fn assert_all_equal(pair: &ContactPair) {
-    let expected = pair.with_culling(Culling::NONE).wrench().on_a.to_vector();
-    for culling in all_combinations() {
-        let found = pair.with_culling(culling).wrench().on_a.to_vector();
-        let error = (found - expected).amax();
-        assert!(error <= SAME * expected.amax(), "{culling:?}: {error:e}");
+    let wrench = |search| pair.with_search(search).wrench().on_a.to_vector();
+    let expected = wrench(Search::Culling(Culling::NONE));
+    let searches = all_combinations().map(Search::Culling);
+    for search in searches.chain([Search::Following]) {
+        let error = (wrench(search) - expected).amax();
+        assert!(error <= SAME * expected.amax(), "{search:?}: {error:e}");
     }
 }
 
@@ -66,7 +67,7 @@ fn each_step_of_the_default_leaves_fewer_candidates() {
         projections: Projections::COUNT,
         ..boxes
     };
-    let count = |culling| pair.with_culling(culling).work_count();
+    let count = |culling| pair.with_search(Search::Culling(culling)).work_count();
     let counts = [Culling::NONE, boxes, projected].map(count);
     assert_eq!(counts.map(|c| c.candidate_pairs), [102_400, 3_227, 683]);
     assert!(counts.iter().all(|c| c.polygons == counts[0].polygons));

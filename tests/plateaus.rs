@@ -3,7 +3,7 @@
 
 mod support;
 
-use hydroelastic::contact::{ContactPair, Culling, Shape};
+use hydroelastic::contact::{ContactPair, Culling, Search, Shape};
 use hydroelastic::mesh::{PressureField, TetMesh};
 use hydroelastic::scalar::lift;
 use hydroelastic::spatial::{Pose, Twist};
@@ -38,12 +38,12 @@ fn for_generic_pairs(count: usize, seed: u8, check: impl Fn(&ContactPair)) {
 }
 
 #[test]
-fn plateaus_give_one_wrench_whatever_the_culling_and_the_order() {
+fn plateaus_give_one_wrench_whatever_the_search_and_the_order() {
     for_generic_pairs(12, 61, |pair| {
         let found = pair.wrench();
         let scale = found.on_a.to_vector().amax();
         let exchanged = ContactPair::new(*pair.b(), *pair.a()).wrench();
-        let unculled = pair.with_culling(Culling::NONE).wrench();
+        let unculled = pair.with_search(Search::Culling(Culling::NONE)).wrench();
         for other in [exchanged.on_b, unculled.on_a] {
             let error = (found.on_a.to_vector() - other.to_vector()).amax();
             assert!(error <= SAME * scale, "{error:e} of {scale:e}");

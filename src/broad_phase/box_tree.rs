@@ -1,6 +1,6 @@
 use crate::geometry::Aabb;
 use crate::spatial::Pose;
-use nalgebra::Vector3;
+use arrayvec::ArrayVec;
 use rstar::{AABB, ParentNode, RTree, RTreeNode, RTreeObject};
 use std::ops::ControlFlow;
 
@@ -46,6 +46,22 @@ impl<K: Copy> BoxTree<K> {
             });
     }
 
+    /// Visits the pairs of keys, of this tree's boxes (in A) and of the other's (in B), that may
+    /// overlap: to within `margin` (m), the one box overlaps a box in A around the other.
+    pub fn visit_pairs<L: Copy>(
+        &self,
+        other: &BoxTree<L>,
+        pose_ab: &Pose<f64>,
+        margin: f64,
+        mut visit: impl FnMut(K, L),
+    ) {
+        let descent = PairDescent { pose_ab, margin };
+        let partners = self.0.root().children().iter().collect();
+        for node_b in other.0.root().children() {
+            descent.descend(node_b, &partners, &mut visit);
+        }
+    }
+
     /// Visits the keys of the boxes (in B) that may overlap the box `region` in the frame of A, given
     /// to within `margin` (m): all those that are not separated from the region by a face of either,
     /// nor is a box around them in the tree.
@@ -56,30 +72,109 @@ impl<K: Copy> BoxTree<K> {
         margin: f64,
         mut visit: impl FnMut(K),
     ) {
-        let is_near = |envelope: &AABB<[f64; 3]>| {
-            let own = Aabb {
-                lower: Vector3::from(envelope.lower()),
-                upper: Vector3::from(envelope.upper()),
-            };
-            region.may_overlap_posed(&own, pose_ab, margin)
-        };
+        let is_near =
+            |node: &RTreeNode<Keyed<K>>| region.may_overlap_posed(&aabb_of(node), pose_ab, margin);
         descend(self.0.root(), &is_near, &mut visit);
+    }
+}
+
+/// A descent into the tree of A and the tree of B at once: down the tree of B, with the part of the tree
+/// of A that each of its boxes overlaps.
+struct PairDescent<'d> {
+    pose_ab: &'d Pose<f64>,
+    margin: f64,
+}
+
+/// Nodes of A's tree. There is room for what a box of like size overlaps; where it does not do, nodes
+/// stay undivided.
+type Partners<'t, K> = ArrayVec<&'t RTreeNode<Keyed<K>>, 48>;
+
+impl PairDescent<'_> {
+    /// Visits the pairs of leaves, below a node of B and below its partners, whose boxes overlap.
+    fn descend<K: Copy, L: Copy>(
+        &self,
+        node_b: &RTreeNode<Keyed<L>>,
+        partners: &Partners<K>,
+        visit: &mut impl FnMut(K, L),
+    ) {
+        let box_b = aabb_of(node_b).posed(self.pose_ab).inflated(self.margin);
+        let near = partners
+            .iter()
+            .filter(|node_a| aabb_of(node_a).overlaps(&box_b));
+        match node_b {
+            RTreeNode::Leaf(leaf_b) => {
+                for node_a in near {
+                    visit_leaves(node_a, &box_b, &mut |key| visit(key, leaf_b.key));
+                }
+            }
+            RTreeNode::Parent(parent_b) => {
+                let divided = divided(near, &box_b);
+                if !divided.is_empty() {
+                    for child_b in parent_b.children() {
+                        self.descend(child_b, &divided, visit);
+                    }
+                }
+            }
+        }
+    }
+}
+
+/// The children of the nodes that overlap the box, and undivided nodes where there is no room.
+fn divided<'t, K: Copy>(
+    nodes: impl Iterator<Item = &'t &'t RTreeNode<Keyed<K>>>,
+    region: &Aabb,
+) -> Partners<'t, K> {
+    let mut divided = Partners::new();
+    let mut undivided: ArrayVec<_, 48> = nodes.collect();
+    while let Some(node) = undivided.pop() {
+        match node {
+            RTreeNode::Parent(parent)
+                if parent.children().len() + undivided.len() + divided.len()
+                    <= divided.capacity() =>
+            {
+                let children = parent.children().iter();
+                divided.extend(children.filter(|child| aabb_of(child).overlaps(region)));
+            }
+            _ => divided.push(node),
+        }
+    }
+    divided
+}
+
+/// Visits the leaves below a node that overlap the box.
+fn visit_leaves<K: Copy>(node: &RTreeNode<Keyed<K>>, region: &Aabb, visit: &mut impl FnMut(K)) {
+    match node {
+        RTreeNode::Leaf(leaf) => visit(leaf.key),
+        RTreeNode::Parent(parent) => {
+            let children = parent.children().iter();
+            for child in children.filter(|child| aabb_of(child).overlaps(region)) {
+                visit_leaves(child, region, visit);
+            }
+        }
+    }
+}
+
+fn aabb_of<K>(node: &RTreeNode<Keyed<K>>) -> Aabb {
+    let (lower, upper) = match node {
+        RTreeNode::Leaf(leaf) => (leaf.lower, leaf.upper),
+        RTreeNode::Parent(parent) => (parent.envelope().lower(), parent.envelope().upper()),
+    };
+    Aabb {
+        lower: lower.into(),
+        upper: upper.into(),
     }
 }
 
 /// Visits the leaves below a node that are near, entering near nodes only.
 fn descend<K: Copy>(
     node: &ParentNode<Keyed<K>>,
-    is_near: &impl Fn(&AABB<[f64; 3]>) -> bool,
+    is_near: &impl Fn(&RTreeNode<Keyed<K>>) -> bool,
     visit: &mut impl FnMut(K),
 ) {
-    for child in node.children() {
+    for child in node.children().iter().filter(|child| is_near(child)) {
         match child {
-            RTreeNode::Leaf(leaf) if is_near(&leaf.envelope()) => visit(leaf.key),
-            RTreeNode::Parent(parent) if is_near(&parent.envelope()) => {
-                descend(parent, is_near, visit);
-            }
-            _ => {}
+            RTreeNode::Leaf(leaf) => visit(leaf.key),
+            RTreeNode::Parent(parent) => descend(parent, is_near, visit),
         }
     }
 }

@@ -44,9 +44,15 @@ impl Seeds {
             return None;
         }
         let faces = (0_u32..).zip(tets).flat_map(|(index, tet)| {
-            let is_surface = move |face: &u8| field.mesh().neighbour(index as usize, (*face).into()).is_none();
+            let is_surface = move |face: &u8| {
+                field
+                    .mesh()
+                    .neighbour(index as usize, (*face).into())
+                    .is_none()
+            };
             (0_u8..4).filter(is_surface).map(move |face| {
-                let corners = FACES[usize::from(face)].map(|corner| tet.tetrahedron.corners[corner]);
+                let corners =
+                    FACES[usize::from(face)].map(|corner| tet.tetrahedron.corners[corner]);
                 (SurfaceFace { tet: index, face }, Aabb::around(&corners))
             })
         });
@@ -58,20 +64,17 @@ impl Seeds {
         })
     }
 
-    /// Visits the triangles of the surface whose boxes overlap `query`.
-    pub fn visit_surface(&self, query: &Aabb, visit: impl FnMut(SurfaceFace)) {
-        self.surface.visit_overlapping(query, visit);
-    }
-
-    /// Visits the triangles of the surface (of B) that may overlap the box `region` in A.
-    pub fn visit_surface_near(
+    /// Visits the pairs of triangles of both surfaces, this one's in A and the other's in B, whose boxes
+    /// overlap.
+    pub fn visit_surface_pairs(
         &self,
-        region: &Aabb,
+        other: &Self,
         pose_ab: &Pose<f64>,
         margin: f64,
-        visit: impl FnMut(SurfaceFace),
+        visit: impl FnMut(SurfaceFace, SurfaceFace),
     ) {
-        self.surface.visit_near(region, pose_ab, margin, visit);
+        self.surface
+            .visit_pairs(&other.surface, pose_ab, margin, visit);
     }
 
     /// Visits the tetrahedra at convex creases (of B) that may overlap the box `region` in A.

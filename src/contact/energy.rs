@@ -14,7 +14,10 @@ impl<T: Scalar> NarrowPhase<'_, T> {
             return lift(0.0);
         }
         let tet_b = self.shadow.tet_b(b.index);
-        let faces_b = tet_b.barycentric.each_ref().map(|face| face.posed(&self.pose_ab));
+        let faces_b = tet_b
+            .barycentric
+            .each_ref()
+            .map(|face| face.posed(&self.pose_ab));
         let pressure_a = a.extent.lifted().scaled(self.modulus_a);
         let pressure_b = tet_b.extent.posed(&self.pose_ab).scaled(self.modulus_b);
         let excess = AffineField {

@@ -59,12 +59,46 @@ impl RoundOff {
     }
 }
 
-/// Whether the equilibrium plane counts as passing through a tetrahedron with these (snapped)
-/// values of p_A − p_B at its corners.
-///
-/// Half-open: zero counts as above. A polygon that lies in a face shared by two tetrahedra is thus
-/// counted once if the sign changes there, and otherwise never, or twice with opposite normals,
-/// which is nothing.
-pub(super) fn straddles(values: &[f64; 4]) -> bool {
-    values.iter().any(|&value| value < 0.0) && values.iter().any(|&value| value >= 0.0)
+/// How the equilibrium plane lies to a tetrahedron: the signs of the (snapped) values of p_A − p_B at
+/// its corners, bit i for corner i.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct CornerSigns {
+    below: u8,
+    zero: u8,
+}
+
+const ALL_CORNERS: u8 = 0b1111;
+
+impl CornerSigns {
+    #[inline]
+    pub fn of(values: &[f64; 4]) -> Self {
+        let bits = |is_set: fn(f64) -> bool| (0..4).map(|i| u8::from(is_set(values[i])) << i).sum();
+        Self {
+            below: bits(|value| value < 0.0),
+            zero: bits(|value| value == 0.0),
+        }
+    }
+
+    /// Whether the plane passes through the tetrahedron or touches it.
+    pub fn are_met(self) -> bool {
+        self.below != ALL_CORNERS && self.below | self.zero != 0
+    }
+
+    /// Whether the plane counts as passing through the tetrahedron.
+    ///
+    /// Half-open: zero counts as above. A polygon that lies in a face shared by two tetrahedra is thus
+    /// counted once if the sign changes there, and otherwise never, or twice with opposite normals,
+    /// which is nothing.
+    pub fn straddle(self) -> bool {
+        self.below != ALL_CORNERS && self.below != 0
+    }
+
+    /// The faces that lie in the plane: bit k for the face opposite to corner k.
+    pub fn faces_in_plane(self) -> u8 {
+        match ALL_CORNERS & !self.zero {
+            0 => ALL_CORNERS,
+            opposite if opposite.is_power_of_two() => opposite,
+            _ => 0,
+        }
+    }
 }

@@ -1,5 +1,6 @@
 use super::ContactWrench;
 use super::narrow_phase::PairPolygon;
+use super::search::PartialSum;
 use crate::scalar::{Scalar, lift};
 use crate::spatial::{Pose, Wrench, skew};
 use nalgebra::{Matrix3, Matrix6, SMatrix, Vector3, Vector6};
@@ -82,8 +83,8 @@ pub(super) struct RelativeJacobian<T> {
     pressed_b: Vector6<T>,
 }
 
-impl<T: Scalar> RelativeJacobian<T> {
-    pub fn zero() -> Self {
+impl<T: Scalar> PartialSum for RelativeJacobian<T> {
+    fn empty() -> Self {
         Self {
             by_motion_of_b: Matrix6::from_element(lift(0.0)),
             pressed_a: Vector6::from_element(lift(0.0)),
@@ -91,6 +92,14 @@ impl<T: Scalar> RelativeJacobian<T> {
         }
     }
 
+    fn merge(&mut self, next: Self) {
+        self.by_motion_of_b += next.by_motion_of_b;
+        self.pressed_a += next.pressed_a;
+        self.pressed_b += next.pressed_b;
+    }
+}
+
+impl<T: Scalar> RelativeJacobian<T> {
     /// Wrench on A, about A's origin in A's axes.
     pub fn wrench(&self) -> Wrench<T> {
         let w = self.pressed_a - self.pressed_b;

@@ -1,53 +1,57 @@
-use super::equilibrium::straddles;
+use super::equilibrium::CornerSigns;
 use super::shadow::{PairShadow, PosedTet};
 use crate::geometry::{AffineField, ConvexPolygon, FACES, snapped};
 use crate::mesh::FieldTet;
 use crate::scalar::Scalar;
+use crate::spatial::Pose;
 
 /// Bounds on how far p_A may miss the pressure of a level face of B, relative to that pressure,
 /// and the face still be left out: the rounding of modulus × extent, with room.
 const LEVEL_SLACK: f64 = 1e-13;
 
+const ALL_FACES: u8 = 0b1111;
+
 /// What the equilibrium plane has to do with a pair of tetrahedra.
 pub(super) enum Encounter {
-    /// Nothing: it misses one of them, or they have no part of it in common.
+    /// Nothing: it misses one of them.
     Apart,
     /// There is none, because the fields are equal over a volume.
     EqualFields,
-    /// It passes through both at the same place, or touches them there.
-    Meeting(Meeting),
+    /// It passes through both, or touches them, though not always at the same place.
+    Crossing(Crossing),
 }
 
-/// Where the equilibrium plane passes through both tetrahedra, in A's frame, decided in `f64`.
-#[derive(Debug, Clone, Copy)]
+/// Where the equilibrium plane passes through both tetrahedra at the same place, in A's frame and
+/// decided in `f64`.
 pub(super) struct Meeting {
     /// The tetrahedra, of A and of B.
     pub tets: [usize; 2],
     pub crossing: Crossing,
     /// What is common to the plane and both tetrahedra: a polygon, or less where it only touches.
     pub outline: ConvexPolygon,
-    /// The faces that the outline reaches, and over which the surface may go on: bit i for the face of
-    /// A opposite to corner i, bit 4 + k for the face of B opposite to corner k.
-    pub sides: u8,
     /// B's pressure (Pa).
     pub pressure_b: AffineField,
-    /// Whether the outline is a contact polygon.
-    pub is_polygon: bool,
 }
 
 /// How the polygon of a meeting is made, so that it can be made again in another scalar.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Crossing {
+    /// p_A − p_B (Pa) at A's corners.
+    at_a: [f64; 4],
     /// Whether it lies in flush surfaces of both bodies.
     pub flush: bool,
+    /// Whether it counts as a contact polygon, by the half-open rule; else the plane only touches.
+    counts: bool,
     /// Whether it is reached by slicing A from above instead of below.
     from_above: bool,
     /// Where |p_A − p_B| (Pa) counts as zero at A's corners.
     tolerance: f64,
     /// Error of a coordinate (m).
     margin: f64,
-    /// The faces of B that bound the polygon: bit k for the face opposite to corner k.
+    /// The faces of B that may bound the polygon: bit k for the face opposite to corner k.
     bounding_faces: u8,
+    /// The faces of B that it is not clipped by, and may reach all the same.
+    touched_faces: u8,
 }
 
 impl PairShadow<'_> {
@@ -59,49 +63,49 @@ impl PairShadow<'_> {
         // rounding of a coordinate.
         let tolerance = margin * b.sensitivity;
         let at_a = excess_at_corners_of_a(a, modulus_a, &b.pressure, tolerance);
-        if plane_check && !is_met(&at_a) {
+        let signs_a = CornerSigns::of(&at_a);
+        if plane_check && !signs_a.are_met() {
             return Encounter::Apart;
         }
         let at_b = self.excess_at_corners_of_b(a, b, margin * modulus_a * a.sensitivity);
-        if plane_check && !is_met(&at_b) {
+        let signs_b = CornerSigns::of(&at_b);
+        if plane_check && !signs_b.are_met() {
             return Encounter::Apart;
         }
         let gradient = a.extent.gradient * modulus_a - b.pressure.gradient;
         if self.round_off.is_equal_field(&gradient) {
             return Encounter::EqualFields;
         }
-        let flush = has_surface_face_in_plane(a, &at_a)
-            && has_surface_face_in_plane(self.tet_b(b.index), &at_b)
+        let tet_b = self.tet_b(b.index);
+        let flush = has_surface_face(a, signs_a.faces_in_plane())
+            && has_surface_face(tet_b, signs_b.faces_in_plane())
             && a.extent.gradient.dot(&b.pressure.gradient) > 0.0;
-        let crossing = Crossing {
+        // A face in the plane itself does not bound the polygon: the half-open rule has decided on
+        // which side of it the polygon lies.
+        let unbounding = signs_b.faces_in_plane() | self.implied_faces(a, b);
+        Encounter::Crossing(Crossing {
+            at_a,
             flush,
-            from_above: !straddles(&at_a),
+            counts: flush || signs_a.straddle() && signs_b.straddle(),
+            from_above: !signs_a.straddle(),
             tolerance,
             margin,
-            bounding_faces: self.clipping_faces(a, b, &at_b),
-        };
-        let straddled = straddles(&at_a) && straddles(&at_b);
-        self.meeting(a, b, crossing, &at_b).map_or(Encounter::Apart, |meeting| {
-            let is_polygon = (flush || straddled) && !meeting.outline.is_empty();
-            Encounter::Meeting(Meeting { is_polygon, ..meeting })
+            bounding_faces: ALL_FACES & !unbounding,
+            // Behind a face of zero pressure there is nothing.
+            touched_faces: unbounding & !tet_b.zero_faces,
         })
     }
 
-    fn meeting(&self, a: &FieldTet, b: &PosedTet, crossing: Crossing, at_b: &[f64; 4]) -> Option<Meeting> {
+    /// The common part of the plane and both tetrahedra, which may be nothing.
+    #[inline]
+    pub fn meeting(&self, a: &FieldTet, b: &PosedTet, crossing: Crossing) -> Meeting {
         let steepness = &self.tet_b(b.index).barycentric_steepness;
-        let outline = crossing.outline(a, self.moduli[0], &b.pressure, steepness, |face| b.faces[face]);
-        let sides = outline.sides();
-        (!outline.corners().is_empty()).then(|| Meeting {
+        Meeting {
             tets: [a.index, b.index],
-            crossing: Crossing {
-                bounding_faces: crossing.bounding_faces & (sides >> 4),
-                ..crossing
-            },
-            outline,
-            sides: sides | self.touched_faces(b, crossing, &outline, at_b) << 4,
+            outline: crossing.outline(a, &crossing.at_a, steepness, |face| b.faces[face]),
+            crossing,
             pressure_b: b.pressure,
-            is_polygon: false,
-        })
+        }
     }
 
     /// p_A − p_B (Pa) at B's corners, A's field extended beyond its tetrahedron.
@@ -112,32 +116,61 @@ impl PairShadow<'_> {
         })
     }
 
-    /// The faces of B that the polygon must be clipped by.
-    fn clipping_faces(&self, a: &FieldTet, b: &PosedTet, at_b: &[f64; 4]) -> u8 {
+    /// The faces of B on whose inner side all of the plane lies because of the pressures alone.
+    fn implied_faces(&self, a: &FieldTet, b: &PosedTet) -> u8 {
+        let FieldTet {
+            level_faces,
+            zero_faces,
+            ..
+        } = *self.tet_b(b.index);
+        if level_faces == 0 {
+            return zero_faces;
+        }
         let pressures_a = a.extents.map(|extent| extent * self.moduli[0]);
-        let level_faces = &self.tet_b(b.index).level_faces;
-        let is_clipping = |face: usize| {
-            // A face in the plane itself does not bound the polygon: the half-open rule has
-            // decided on which side of it the polygon lies.
-            let is_implied = level_faces[face] && b.implies_face(face, &pressures_a);
-            !is_in_plane(face, at_b) && !is_implied
-        };
-        (0..4).map(|face| u8::from(is_clipping(face)) << face).sum()
+        let implied = (0..4)
+            .filter(|face| level_faces & 1 << face != 0)
+            .filter(|&face| b.implies_face(face, &pressures_a));
+        implied.fold(zero_faces, |faces, face| faces | 1 << face)
     }
 
-    /// The inner faces of B that the outline reaches without being clipped by them.
-    fn touched_faces(&self, b: &PosedTet, crossing: Crossing, outline: &ConvexPolygon, at_b: &[f64; 4]) -> u8 {
-        let mesh = self.shapes[1].field().mesh();
-        let touches = |face: usize| {
-            let tolerance = crossing.margin * self.tet_b(b.index).barycentric_steepness[face];
+    /// The faces that a meeting's outline reaches, and over which the surface may go on: bit i for the
+    /// face of A opposite to corner i, bit 4 + k for the face of B opposite to corner k.
+    #[inline]
+    pub fn reached_faces(&self, meeting: &Meeting, b: &PosedTet) -> u8 {
+        let mut sides = meeting.outline.sides();
+        for face in (0..4).filter(|face| meeting.crossing.touched_faces & 1 << face != 0) {
+            let tolerance = self.margin() * self.tet_b(b.index).barycentric_steepness[face];
             let reaches = |corner| b.faces[face].at(corner).abs() <= tolerance;
-            is_in_plane(face, at_b) || outline.corners().iter().any(reaches)
+            if meeting.outline.corners().iter().any(reaches) {
+                sides |= 1 << (4 + face);
+            }
+        }
+        sides
+    }
+}
+
+impl Meeting {
+    /// The outline, made again in another scalar by the same cuts. Faces of B that the outline does not
+    /// reach do not bound it, and are left out.
+    pub fn outline_in<T: Scalar>(
+        &self,
+        [a, b]: [&FieldTet; 2],
+        modulus_a: T,
+        pressure_b: &AffineField<T>,
+        pose_ab: &Pose<T>,
+    ) -> ConvexPolygon<T> {
+        let crossing = Crossing {
+            bounding_faces: self.crossing.bounding_faces & (self.outline.sides() >> 4),
+            ..self.crossing
         };
-        (0..4)
-            .filter(|&face| crossing.bounding_faces & 1 << face == 0)
-            .filter(|&face| mesh.neighbour(b.index, face).is_some())
-            .map(|face| u8::from(touches(face)) << face)
-            .sum()
+        let excess = excess_at_corners_of_a(a, modulus_a, pressure_b, crossing.tolerance);
+        let face_of_b = |face: usize| b.barycentric[face].posed(pose_ab);
+        crossing.outline(a, &excess, &b.barycentric_steepness, face_of_b)
+    }
+
+    /// Whether the outline is a contact polygon.
+    pub fn is_polygon(&self) -> bool {
+        self.crossing.counts && !self.outline.is_empty()
     }
 }
 
@@ -147,9 +180,9 @@ impl PosedTet {
     ///
     /// On a *level* face p_B is constant; at the surface it is 0. Inside the face p_B is above (or
     /// below) that level, and on the plane p_B = p_A. So where all of A's corner pressures are on
-    /// that side already, clipping would cut nothing; and it must not be tried, because A's own
-    /// level face often cuts the plane in the very same line, and which of two equal lines
-    /// round-off prefers decides over the derivative.
+    /// that side already (above 0, always), clipping would cut nothing; and it must not be tried,
+    /// because A's own level face often cuts the plane in the very same line, and which of two equal
+    /// lines round-off prefers decides over the derivative.
     fn implies_face(&self, face: usize, pressures_a: &[f64; 4]) -> bool {
         let (level, inner) = (self.pressures[FACES[face][0]], self.pressures[face]);
         let slack = LEVEL_SLACK * level.max(inner);
@@ -166,44 +199,33 @@ impl PosedTet {
 
 impl Crossing {
     /// Slices A by the plane and clips the slice by B's faces.
-    pub fn outline<T: Scalar>(
+    #[inline]
+    fn outline<T: Scalar>(
         &self,
         a: &FieldTet,
-        modulus_a: T,
-        pressure_b: &AffineField<T>,
+        excess: &[T; 4],
         steepness: &[f64; 4],
         face_of_b: impl Fn(usize) -> AffineField<T>,
     ) -> ConvexPolygon<T> {
-        let excess = excess_at_corners_of_a(a, modulus_a, pressure_b, self.tolerance);
-        let mut polygon = if self.from_above {
-            a.tetrahedron.sliced(&excess.map(|value| -value)).reversed()
-        } else {
-            a.tetrahedron.sliced(&excess)
-        };
+        let upward = if self.from_above { -1.0 } else { 1.0 };
+        let mut polygon = a.tetrahedron.sliced(&excess.map(|value| value * upward));
+        if self.from_above {
+            polygon.reverse();
+        }
         for face in 0..4 {
             if self.bounding_faces & 1 << face != 0 && !polygon.corners().is_empty() {
                 let tolerance = self.margin * steepness[face];
-                polygon = polygon.clipped(&face_of_b(face), tolerance, 1 << (4 + face));
+                polygon.clip(&face_of_b(face), tolerance, 1 << (4 + face));
             }
         }
         polygon
     }
 }
 
-/// Whether the plane passes through a tetrahedron with these (snapped) values of p_A − p_B at its
-/// corners, or touches it.
-fn is_met(values: &[f64; 4]) -> bool {
-    values.iter().any(|&value| value <= 0.0) && values.iter().any(|&value| value >= 0.0)
-}
-
-fn is_in_plane(face: usize, excess: &[f64; 4]) -> bool {
-    FACES[face].iter().all(|&corner| excess[corner] == 0.0)
-}
-
-/// Whether one of a tetrahedron's faces is part of the surface (extent 0) and lies in the plane.
-fn has_surface_face_in_plane(tet: &FieldTet, excess: &[f64; 4]) -> bool {
-    let in_plane = |&corner: &usize| tet.extents[corner] == 0.0 && excess[corner] == 0.0;
-    excess.contains(&0.0) && FACES.iter().any(|face| face.iter().all(in_plane))
+/// Whether one of these faces of a tetrahedron is part of the surface: the extent is 0 on it.
+fn has_surface_face(tet: &FieldTet, faces: u8) -> bool {
+    let is_surface = |face: usize| FACES[face].iter().all(|&corner| tet.extents[corner] == 0.0);
+    faces != 0 && (0..4).any(|face| faces & 1 << face != 0 && is_surface(face))
 }
 
 /// p_A − p_B (Pa) at A's corners.
@@ -215,6 +237,9 @@ fn excess_at_corners_of_a<T: Scalar>(
 ) -> [T; 4] {
     std::array::from_fn(|i| {
         let corner = &a.tetrahedron.corners[i];
-        snapped(modulus_a * a.extents[i] - pressure_b.at_constant(corner), tolerance)
+        snapped(
+            modulus_a * a.extents[i] - pressure_b.at_constant(corner),
+            tolerance,
+        )
     })
 }

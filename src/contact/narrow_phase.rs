@@ -33,39 +33,45 @@ pub(super) struct PairPolygon<T> {
 }
 
 impl<T: Scalar> NarrowPhase<'_, T> {
-    /// The contact polygon of two tetrahedra that meet; `None` where it has no area.
+    /// The contact polygon of two tetrahedra that meet.
     ///
     /// For an `f64` it is there already; with derivatives it is made again, by the same cuts.
-    pub fn polygon(&self, meeting: &Meeting) -> Option<PairPolygon<T>> {
-        let [tet_a, tet_b] = [self.shadow.tet_a(meeting.tets[0]), self.shadow.tet_b(meeting.tets[1])];
-        let pressure_a = tet_a.extent.lifted().scaled(self.modulus_a);
+    pub fn polygon(&self, meeting: &Meeting) -> PairPolygon<T> {
+        let tets = [
+            self.shadow.tet_a(meeting.tets[0]),
+            self.shadow.tet_b(meeting.tets[1]),
+        ];
+        let pressure_a = tets[0].extent.lifted().scaled(self.modulus_a);
         let (polygon, pressure_b) = if carries_derivatives::<T>() {
-            let pressure_b = tet_b.extent.posed(&self.pose_ab).scaled(self.modulus_b);
-            let face = |face: usize| tet_b.barycentric[face].posed(&self.pose_ab);
-            let steepness = &tet_b.barycentric_steepness;
-            let crossing = &meeting.crossing;
-            let outline = crossing.outline(tet_a, self.modulus_a, &pressure_b, steepness, face);
+            let pressure_b = tets[1].extent.posed(&self.pose_ab).scaled(self.modulus_b);
+            let outline = meeting.outline_in(tets, self.modulus_a, &pressure_b, &self.pose_ab);
             (outline, pressure_b)
         } else {
             (meeting.outline.lifted(), meeting.pressure_b.lifted())
         };
         let plane = EquilibriumPlane::between(&pressure_a, &pressure_b);
-        let mut moments = polygon.moments(&plane.normal);
-        if meeting.crossing.flush {
-            moments = moments.scaled(0.5);
-        }
-        let is_a_softer = self.shadow.moduli[0] * tet_a.steepness
-            <= self.shadow.moduli[1] * tet_b.steepness;
-        // Nothing but round-off is left of a polygon that does not turn about its normal.
-        (real_part(moments.area) > 0.0).then_some(PairPolygon {
+        let weight = if meeting.crossing.flush { 0.5 } else { 1.0 };
+        let [gradient_a, gradient_b] = [0, 1].map(|i| self.shadow.moduli[i] * tets[i].steepness);
+        PairPolygon {
             tets: meeting.tets,
             flush: meeting.crossing.flush,
+            moments: polygon.moments(&plane.normal).scaled(weight),
             polygon,
             plane,
-            moments,
             pressure_a,
             pressure_b,
-            pressure: if is_a_softer { pressure_a } else { pressure_b },
-        })
+            pressure: if gradient_a <= gradient_b {
+                pressure_a
+            } else {
+                pressure_b
+            },
+        }
+    }
+}
+
+impl<T: Scalar> PairPolygon<T> {
+    /// Whether it turns about its normal: else nothing but round-off is left of it.
+    pub fn has_area(&self) -> bool {
+        real_part(self.moments.area) > 0.0
     }
 }

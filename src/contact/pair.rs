@@ -1,5 +1,7 @@
 use super::jacobian::RelativeJacobian;
+use super::meeting::Meeting;
 use super::narrow_phase::{NarrowPhase, PairPolygon};
+use super::search::PartialSum;
 use super::shadow::PairShadow;
 use super::{ContactBody, ContactJacobian, ContactPolygon, ContactSurface, ContactWrench, Search};
 use crate::scalar::{Scalar, lift};
@@ -59,8 +61,8 @@ impl<'a, T: Scalar> ContactPair<'a, T> {
     /// The exact contact wrenches (the paper, §III-C and §III-D).
     #[must_use]
     pub fn wrench(&self) -> ContactWrench<T> {
-        let mut wrench_a = Wrench::zero();
-        self.visit_polygons(|polygon| wrench_a += polygon.wrench());
+        let add = |sum: &mut Wrench<T>, polygon: &PairPolygon<T>| *sum += polygon.wrench();
+        let wrench_a = self.sum_polygons(add);
         ContactWrench::from_wrench_a(wrench_a, self.a.pose(), &self.pose_ab())
     }
 
@@ -78,16 +80,13 @@ impl<'a, T: Scalar> ContactPair<'a, T> {
     }
 
     pub(super) fn relative_jacobian(&self) -> RelativeJacobian<T> {
-        let mut relative = RelativeJacobian::zero();
-        self.visit_polygons(|polygon| polygon.add_to(&mut relative));
-        relative
+        self.sum_polygons(|sum, polygon| polygon.add_to(sum))
     }
 
     /// The contact surface, polygon by polygon.
     #[must_use]
     pub fn surface(&self) -> ContactSurface<T> {
-        let mut polygons = Vec::new();
-        self.visit_polygons(|polygon| {
+        let polygons = self.sum_polygons(|polygons: &mut Vec<_>, polygon| {
             if !polygon.flush {
                 polygons.push(ContactPolygon::from_pair(polygon, self.a.pose()));
             }
@@ -114,26 +113,24 @@ impl<'a, T: Scalar> ContactPair<'a, T> {
     /// The pairs of tetrahedra (of A, of B) that have a contact polygon, in no special order.
     #[must_use]
     pub fn touching_tets(&self) -> Vec<[usize; 2]> {
-        let mut touching = Vec::new();
-        self.visit_polygons(|polygon| {
+        self.sum_polygons(|touching: &mut Vec<_>, polygon| {
             if !polygon.flush {
                 touching.push(polygon.tets);
             }
-        });
-        touching
+        })
     }
 
     /// Counts the work the wrench takes.
     #[must_use]
     pub fn work_count(&self) -> WorkCount {
         let narrow_phase = self.narrow_phase();
-        let mut polygons = 0;
-        let candidate_pairs = narrow_phase.shadow.visit_meetings(self.search, |meeting| {
-            polygons += usize::from(narrow_phase.polygon(meeting).is_some());
-        });
+        let add = |polygons: &mut usize, meeting: &Meeting| {
+            *polygons += usize::from(narrow_phase.polygon(meeting).has_area());
+        };
+        let found = narrow_phase.shadow.sum_meetings(self.search, add);
         WorkCount {
-            candidate_pairs,
-            polygons,
+            candidate_pairs: found.candidates,
+            polygons: found.sum,
         }
     }
 
@@ -151,12 +148,21 @@ impl<'a, T: Scalar> ContactPair<'a, T> {
         }
     }
 
-    pub(super) fn visit_polygons(&self, mut visit: impl FnMut(&PairPolygon<T>)) {
+    /// Adds up the contact polygons.
+    pub(super) fn sum_polygons<S: PartialSum>(
+        &self,
+        add: impl Fn(&mut S, &PairPolygon<T>) + Sync,
+    ) -> S {
         let narrow_phase = self.narrow_phase();
-        narrow_phase.shadow.visit_meetings(self.search, |meeting| {
-            if let Some(polygon) = narrow_phase.polygon(meeting) {
-                visit(&polygon);
+        let add_polygon = |sum: &mut S, meeting: &Meeting| {
+            let polygon = narrow_phase.polygon(meeting);
+            if polygon.has_area() {
+                add(sum, &polygon);
             }
-        });
+        };
+        narrow_phase
+            .shadow
+            .sum_meetings(self.search, add_polygon)
+            .sum
     }
 }

@@ -30,7 +30,11 @@ pub(super) struct PosedTet {
 }
 
 impl<'a> PairShadow<'a> {
-    pub fn of<T: Scalar>(a: &ContactBody<'a, T>, b: &ContactBody<'a, T>, pose_ab: &Pose<T>) -> Self {
+    pub fn of<T: Scalar>(
+        a: &ContactBody<'a, T>,
+        b: &ContactBody<'a, T>,
+        pose_ab: &Pose<T>,
+    ) -> Self {
         let moduli = [a, b].map(|body| real_part(body.modulus()));
         let (field_a, field_b) = (a.shape().field(), b.shape().field());
         let steepest = (moduli[0] * field_a.steepest()).max(moduli[1] * field_b.steepest());

@@ -16,9 +16,6 @@ impl Shape {
     /// Builds the trees over the field's tetrahedra and surface.
     #[must_use]
     pub fn new(field: PressureField) -> Self {
-        if std::env::var_os("DBG").is_some() {
-            match crate::mesh::Landscape::of(&field) { None => eprintln!("{} tets: no landscape", field.tets().len()), Some(l) => eprintln!("{} tets, {} creased, {} escapes", field.tets().len(), l.creased.len(), l.escapes.len()) }
-        }
         let (tree, seeds) = (TetTree::new(&field), Seeds::of(&field));
         Self { field, tree, seeds }
     }

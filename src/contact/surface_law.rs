@@ -54,8 +54,9 @@ impl<T: Scalar> ContactPair<'_, T> {
     pub fn wrench_in_motion(&self, law: &SurfaceLaw<T>, twists: [Twist<T>; 2]) -> ContactWrench<T> {
         let pose_wa = self.a().pose();
         let motion = RelativeMotion::of(self, twists);
-        let mut wrench_a = Wrench::zero();
-        self.visit_polygons(|polygon| wrench_a += polygon.wrench_in_motion(law, &motion));
+        let wrench_a = self.sum_polygons(|sum: &mut Wrench<T>, polygon| {
+            *sum += polygon.wrench_in_motion(law, &motion);
+        });
         ContactWrench::from_wrench_a(wrench_a, pose_wa, &self.pose_ab())
     }
 }

@@ -1,4 +1,5 @@
 use super::narrow_phase::PairPolygon;
+use super::search::PartialSum;
 use crate::scalar::Scalar;
 use crate::spatial::{Pose, Wrench};
 use nalgebra::Vector3;
@@ -20,6 +21,16 @@ impl<T: Scalar> ContactWrench<T> {
             on_a: wrench_a.rotated(pose_wa.rotation()),
             on_b: wrench_b.rotated(pose_wa.rotation()),
         }
+    }
+}
+
+impl<T: Scalar> PartialSum for Wrench<T> {
+    fn empty() -> Self {
+        Self::zero()
+    }
+
+    fn merge(&mut self, next: Self) {
+        *self += next;
     }
 }
 

@@ -1,5 +1,5 @@
 use super::{AffineField, PolygonMoments};
-use crate::scalar::{Scalar, lift, real_part, real_vector};
+use crate::scalar::{Scalar, lift, lift_vector, real_part, real_vector};
 use crate::spatial::Pose;
 use nalgebra::Vector3;
 
@@ -57,56 +57,58 @@ impl<T: Scalar> ConvexPolygon<T> {
         }
     }
 
-    /// The same polygon, turning the other way.
-    #[must_use]
-    pub fn reversed(mut self) -> Self {
+    /// Makes the polygon turn the other way.
+    pub(crate) fn reverse(&mut self) {
         self.corners[..self.len].reverse();
         self.sides[..self.len].reverse();
-        self
     }
 
-    /// The part of the polygon where `field` ≥ 0; corners where it is 0 lie on `side` (one bit).
-    /// Values within `tolerance` of zero count as zero.
+    /// The part of the polygon where `field` ≥ 0; corners where it is 0 lie on `side` (one bit). Values
+    /// within `tolerance` of zero count as zero.
     ///
     /// Where an edge crosses from below to zero, the corner at zero comes out twice, with the same
     /// place but two derivatives: its own and the crossing's. Both are needed: together they give
     /// the polygon's area the derivative it has on the side where the field grows.
-    #[inline]
     #[must_use]
-    pub fn clipped(&self, field: &AffineField<T>, tolerance: f64, side: u8) -> Self {
-        let mut values = [lift(0.0); POLYGON_CAPACITY];
-        let (mut is_cut, mut is_touched) = (false, false);
-        for (value, corner) in values.iter_mut().zip(self.corners()) {
-            *value = snapped(field.at(corner), tolerance);
-            is_cut |= real_part(*value) < 0.0;
-            is_touched |= real_part(*value) == 0.0;
-        }
-        if !is_cut && !is_touched {
-            return *self;
-        }
-        self.cut(&values, side)
+    pub fn clipped(mut self, field: &AffineField<T>, tolerance: f64, side: u8) -> Self {
+        self.clip(field, tolerance, side);
+        self
     }
 
-    /// The part of the polygon where the values at its corners are ≥ 0.
-    fn cut(&self, values: &[T; POLYGON_CAPACITY], side: u8) -> Self {
-        let mut cut = Self::empty();
-        let mut before = self.len.saturating_sub(1);
-        for now in 0..self.len {
+    /// [`Self::clipped`] in place: most faces do not cut, and a polygon is large to hand on.
+    #[inline]
+    pub(crate) fn clip(&mut self, field: &AffineField<T>, tolerance: f64, side: u8) {
+        let mut values = [lift(0.0); POLYGON_CAPACITY];
+        let mut is_inside = true;
+        for (value, corner) in values.iter_mut().zip(self.corners()) {
+            *value = field.at(corner);
+            is_inside &= real_part(*value) > tolerance;
+        }
+        if !is_inside {
+            self.cut(&values.map(|value| snapped(value, tolerance)), side);
+        }
+    }
+
+    /// Leaves the part of the polygon where the values at its corners are ≥ 0.
+    fn cut(&mut self, values: &[T; POLYGON_CAPACITY], side: u8) {
+        let whole = *self;
+        self.len = 0;
+        let mut before = whole.len.saturating_sub(1);
+        for now in 0..whole.len {
             let (value_before, value) = (values[before], values[now]);
             let (was_inside, is_inside) = (real_part(value_before) >= 0.0, real_part(value) >= 0.0);
-            let (previous, corner) = (self.corners[before], self.corners[now]);
+            let (previous, corner) = (&whole.corners[before], &whole.corners[now]);
             if was_inside != is_inside {
                 let t = value_before / (value_before - value);
-                let shared = self.sides[before] & self.sides[now];
-                cut.push(previous + (corner - previous) * t, shared | side);
+                let shared = whole.sides[before] & whole.sides[now];
+                self.push(previous + (corner - previous) * t, shared | side);
             }
             if is_inside {
                 let on_side = if real_part(value) == 0.0 { side } else { 0 };
-                cut.push(corner, self.sides[now] | on_side);
+                self.push(*corner, whole.sides[now] | on_side);
             }
             before = now;
         }
-        cut
     }
 
     /// Area and moments, about the first corner. The area is positive where the corners turn
@@ -127,21 +129,24 @@ impl<T: Scalar> ConvexPolygon<T> {
     /// The polygon in the outer frame.
     #[must_use]
     pub fn transformed(&self, pose: &Pose<T>) -> Self {
-        let mut transformed = *self;
-        for corner in &mut transformed.corners[..self.len] {
-            *corner = pose.transformed_point(corner);
-        }
-        transformed
+        self.mapped(|corner| pose.transformed_point(corner))
     }
 
     /// The polygon without its derivatives.
     #[must_use]
     pub fn real(&self) -> ConvexPolygon<f64> {
-        ConvexPolygon {
-            corners: self.corners.each_ref().map(real_vector),
-            sides: self.sides,
-            len: self.len,
+        self.mapped(real_vector)
+    }
+
+    /// The polygon with each corner elsewhere.
+    #[inline]
+    fn mapped<U: Scalar>(&self, corner: impl Fn(&Vector3<T>) -> Vector3<U>) -> ConvexPolygon<U> {
+        let mut mapped = ConvexPolygon::empty();
+        for (place, own) in mapped.corners.iter_mut().zip(self.corners()) {
+            *place = corner(own);
         }
+        (mapped.sides, mapped.len) = (self.sides, self.len);
+        mapped
     }
 }
 
@@ -149,11 +154,7 @@ impl ConvexPolygon<f64> {
     /// The constant polygon.
     #[must_use]
     pub fn lifted<T: Scalar>(&self) -> ConvexPolygon<T> {
-        ConvexPolygon {
-            corners: self.corners.each_ref().map(|corner| corner.map(lift)),
-            sides: self.sides,
-            len: self.len,
-        }
+        self.mapped(lift_vector)
     }
 }
 

@@ -49,11 +49,16 @@ impl Landscape {
             return None;
         }
         let creases = convex_creases(field);
-        let corners_on = |&(tet, face): &(usize, usize)| FACES[face].map(|c| field.mesh().tets()[tet][c]);
+        let corners_on =
+            |&(tet, face): &(usize, usize)| FACES[face].map(|c| field.mesh().tets()[tet][c]);
         let at_creases = creases.iter().map(|crease| {
             let vertices = corners_on(crease);
             let on_surface = |&&vertex: &&usize| field.mesh().is_on_surface(vertex);
-            vertices.iter().find(on_surface).copied().unwrap_or(vertices[0])
+            vertices
+                .iter()
+                .find(on_surface)
+                .copied()
+                .unwrap_or(vertices[0])
         });
         let starts: Vec<usize> = peaks(field).into_iter().chain(at_creases).collect();
         Some(Self {
@@ -73,7 +78,9 @@ fn is_surface_connected(field: &PressureField) -> bool {
         }
     }
     let root = root_of(&mut parent, triangles[0][0]);
-    triangles.iter().all(|triangle| root_of(&mut parent, triangle[0]) == root)
+    triangles
+        .iter()
+        .all(|triangle| root_of(&mut parent, triangle[0]) == root)
 }
 
 /// The representative of a vertex's set; halves the way there for the next time.
@@ -146,7 +153,10 @@ fn peaks(field: &PressureField) -> Vec<usize> {
     let mesh = field.mesh();
     let mut gradients: Vec<Vec<Vector3<f64>>> = vec![Vec::new(); mesh.vertex_count()];
     for (tet, vertices) in mesh.tets().iter().enumerate() {
-        for &vertex in vertices.iter().filter(|&&vertex| !mesh.is_on_surface(vertex)) {
+        for &vertex in vertices
+            .iter()
+            .filter(|&&vertex| !mesh.is_on_surface(vertex))
+        {
             gradients[vertex].push(field.tets()[tet].extent.gradient);
         }
     }
@@ -160,7 +170,10 @@ fn peaks(field: &PressureField) -> Vec<usize> {
 fn span_space(vectors: &[Vector3<f64>], least: f64) -> bool {
     let mut differences: Vec<Vector3<f64>> = vectors.iter().map(|v| v - vectors[0]).collect();
     for _ in 0..3 {
-        let longest = differences.iter().copied().max_by(|a, b| a.norm().total_cmp(&b.norm()));
+        let longest = differences
+            .iter()
+            .copied()
+            .max_by(|a, b| a.norm().total_cmp(&b.norm()));
         let Some(direction) = longest.and_then(|vector| vector.try_normalize(least)) else {
             return false;
         };
@@ -197,7 +210,9 @@ fn steps_to_surface(field: &PressureField) -> Vec<Option<Escape>> {
         }
     }
     let mut steps = vec![None; mesh.vertex_count()];
-    let mut reached: Vec<usize> = (0..mesh.vertex_count()).filter(|&v| mesh.is_on_surface(v)).collect();
+    let mut reached: Vec<usize> = (0..mesh.vertex_count())
+        .filter(|&v| mesh.is_on_surface(v))
+        .collect();
     let mut next = 0;
     while let Some(&vertex) = reached.get(next) {
         next += 1;
@@ -207,7 +222,10 @@ fn steps_to_surface(field: &PressureField) -> Vec<Option<Escape>> {
             for corner in 0..4 {
                 let other = vertices[corner];
                 if steps[other].is_none() && !mesh.is_on_surface(other) {
-                    steps[other] = place.map(|to| Escape { tet, corners: [corner, to] });
+                    steps[other] = place.map(|to| Escape {
+                        tet,
+                        corners: [corner, to],
+                    });
                     reached.push(other);
                 }
             }

@@ -38,8 +38,11 @@ pub struct FieldTet {
     pub sensitivity: f64,
     /// Norms of the gradients of the barycentric coordinates (1/m): one over each height.
     pub barycentric_steepness: [f64; 4],
-    /// For each face (opposite to its corner) whether the extent is the same all over it.
-    pub level_faces: [bool; 4],
+    /// The faces all over which the extent is the same, and not 0: bit k for the face opposite to corner
+    /// k.
+    pub level_faces: u8,
+    /// The faces all over which the extent is 0, unless it is 0 at the corner opposite too.
+    pub zero_faces: u8,
 }
 
 impl PressureField {
@@ -145,7 +148,13 @@ impl FieldTet {
         let sensitivity = summands.map(|(field, e)| field.gradient.norm() * e).sum();
         let slack = LEVEL * extents.iter().copied().fold(0.0, f64::max);
         let differ = |a: usize, b: usize| (extents[a] - extents[b]).abs() > slack;
-        let is_level = |[a, b, c]: [usize; 3]| !differ(a, b) && !differ(b, c);
+        let is_zero = |face: usize| {
+            extents[face] > 0.0 && FACES[face].iter().all(|&corner| extents[corner] == 0.0)
+        };
+        let is_level = |face: usize| {
+            let [a, b, c] = FACES[face];
+            !is_zero(face) && !differ(a, b) && !differ(b, c)
+        };
         Self {
             index,
             tetrahedron,
@@ -155,9 +164,15 @@ impl FieldTet {
             sensitivity,
             barycentric_steepness: barycentric.each_ref().map(|field| field.gradient.norm()),
             barycentric,
-            level_faces: FACES.map(is_level),
+            level_faces: faces_that(is_level),
+            zero_faces: faces_that(is_zero),
         }
     }
+}
+
+/// Bit k for each face, by its opposite corner k, of which the statement is true.
+fn faces_that(is_true: impl Fn(usize) -> bool) -> u8 {
+    (0..4).map(|face| u8::from(is_true(face)) << face).sum()
 }
 
 fn check_extents(mesh: &TetMesh, extents: &[f64]) -> Result<(), MeshError> {

@@ -3,12 +3,13 @@
 mod culling;
 mod following;
 mod scratch;
+mod seeding;
 mod trees;
 
 pub use culling::Culling;
 
-use super::meeting::{Encounter, Meeting};
-use super::shadow::{PairShadow, PosedTet};
+use super::meeting::Meeting;
+use super::shadow::PairShadow;
 
 /// How the pairs of tetrahedra that touch are found. It changes the time a wrench takes, never the
 /// wrench.
@@ -22,30 +23,54 @@ pub enum Search {
     Culling(Culling),
 }
 
-impl PairShadow<'_> {
-    /// Visits the pairs of tetrahedra with a contact polygon, each once. Returns the number of pairs
-    /// that were looked at.
-    pub fn visit_meetings(&self, search: Search, mut visit: impl FnMut(&Meeting)) -> usize {
-        match search {
-            Search::Following => self.follow(&mut visit),
-            Search::Culling(culling) => {
-                let mut count = 0;
-                self.visit_candidates(culling, |tet_a, tet_b: &PosedTet| {
-                    count += 1;
-                    let encounter = self.encounter(self.tet_a(tet_a), tet_b, culling.plane_check);
-                    if let Encounter::Meeting(meeting) = encounter
-                        && meeting.is_polygon
-                    {
-                        visit(&meeting);
-                    }
-                });
-                count
-            }
-        }
+/// Something that is added up over a contact surface: pieces of it are summed by themselves, and
+/// merged in their order.
+pub(super) trait PartialSum: Send {
+    /// The sum of nothing.
+    fn empty() -> Self;
+
+    /// Adds the next piece.
+    fn merge(&mut self, next: Self);
+}
+
+impl<U: Send> PartialSum for Vec<U> {
+    fn empty() -> Self {
+        Vec::new()
     }
 
-    /// As [`Self::visit_candidates`], for the pairs whose boxes overlap.
-    pub fn visit_overlapping(&self, visit: impl FnMut(usize, &PosedTet)) {
-        self.visit_candidates(Culling::default(), visit);
+    fn merge(&mut self, mut next: Self) {
+        self.append(&mut next);
+    }
+}
+
+impl PartialSum for usize {
+    fn empty() -> Self {
+        0
+    }
+
+    fn merge(&mut self, next: Self) {
+        *self += next;
+    }
+}
+
+/// What a search came to.
+pub(super) struct Found<S> {
+    pub sum: S,
+    /// Number of pairs of tetrahedra that were looked at.
+    pub candidates: usize,
+}
+
+impl PairShadow<'_> {
+    /// Adds up the pairs of tetrahedra that have a contact polygon, each once and always in the same
+    /// order.
+    pub fn sum_meetings<S: PartialSum>(
+        &self,
+        search: Search,
+        add: impl Fn(&mut S, &Meeting) + Sync,
+    ) -> Found<S> {
+        match search {
+            Search::Following => self.follow(add),
+            Search::Culling(culling) => self.cull(culling, add),
+        }
     }
 }

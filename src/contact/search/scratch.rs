@@ -11,26 +11,43 @@ thread_local! {
 #[derive(Default)]
 pub(super) struct Scratch {
     pub posed_tets: PosedTets,
-    /// The pairs of tetrahedra that were looked at.
-    pub visited: FxHashSet<[u32; 2]>,
-    /// Those among them whose neighbours were not.
-    pub queue: Vec<[u32; 2]>,
+    /// The pairs of tetrahedra that were looked at or are about to be.
+    pub visited: FxHashSet<u64>,
+    /// The pairs to look at next.
+    pub wave: Vec<[u32; 2]>,
+    /// The pairs to look at after those.
+    pub next_wave: Vec<[u32; 2]>,
+    /// For each pair of the wave, over which faces the surface may go on.
+    pub ways_on: Vec<WayOn>,
+}
+
+/// Where a contact surface may go on from a pair of tetrahedra.
+#[derive(Debug, Clone, Copy, Default)]
+pub(super) struct WayOn {
+    /// Bit i for the face of A opposite to corner i, bit 4 + k for the face of B opposite to corner k.
+    pub faces: u8,
+    /// Whether the fields are equal over a volume, and it may go on beyond.
+    pub has_gap: bool,
+}
+
+impl WayOn {
+    /// Perhaps beyond.
+    pub const GAP: Self = Self {
+        faces: 0,
+        has_gap: true,
+    };
 }
 
 impl Scratch {
     /// Lends the thread's scratch memory. A search within a search gets memory of its own.
     pub fn lent<R>(search: impl FnOnce(&mut Self) -> R) -> R {
         let mut scratch = SCRATCH.take().unwrap_or_default();
-        scratch.clear();
+        scratch.posed_tets.clear();
+        scratch.visited.clear();
+        scratch.next_wave.clear();
         let result = search(&mut scratch);
         SCRATCH.set(Some(scratch));
         result
-    }
-
-    fn clear(&mut self) {
-        self.posed_tets.clear();
-        self.visited.clear();
-        self.queue.clear();
     }
 }
 
@@ -53,19 +70,24 @@ impl PosedTets {
         }
     }
 
-    /// The tetrahedron of B as A sees it.
+    /// Transforms a tetrahedron of B, unless it has been.
     #[inline]
-    pub fn of(&mut self, shadow: &PairShadow, index: usize) -> &PosedTet {
+    pub fn add(&mut self, shadow: &PairShadow, index: u32) {
+        let index = index as usize;
         if self.places.len() <= index {
             let count = shadow.shapes[1].field().tets().len();
             self.places.resize(count, [0; 2]);
         }
-        let [round, place] = self.places[index];
-        if round == self.round {
-            return &self.tets[place as usize];
+        if self.places[index][0] != self.round {
+            self.places[index] = [self.round, self.tets.len() as u32];
+            self.tets.push(shadow.posed_tet(index));
         }
-        self.places[index] = [self.round, self.tets.len() as u32];
-        self.tets.push(shadow.posed_tet(index));
-        &self.tets[self.tets.len() - 1]
+    }
+
+    /// A tetrahedron of B that was added.
+    #[inline]
+    pub fn get(&self, index: u32) -> &PosedTet {
+        let [_, place] = self.places[index as usize];
+        &self.tets[place as usize]
     }
 }

@@ -1,8 +1,35 @@
-use super::Culling;
+use super::{Culling, Found, PartialSum};
 use crate::broad_phase::Projections;
+use crate::contact::meeting::{Encounter, Meeting};
 use crate::contact::shadow::{PairShadow, PosedTet};
 
 impl PairShadow<'_> {
+    /// Adds up the meetings among the pairs that culling leaves over.
+    pub(super) fn cull<S: PartialSum>(
+        &self,
+        culling: Culling,
+        add: impl Fn(&mut S, &Meeting),
+    ) -> Found<S> {
+        let (mut sum, mut candidates) = (S::empty(), 0);
+        self.visit_candidates(culling, |tet_a, tet_b| {
+            candidates += 1;
+            let tet_a = self.tet_a(tet_a);
+            let encounter = self.encounter(tet_a, tet_b, culling.plane_check);
+            if let Encounter::Crossing(crossing) = encounter {
+                let meeting = self.meeting(tet_a, tet_b, crossing);
+                if meeting.is_polygon() {
+                    add(&mut sum, &meeting);
+                }
+            }
+        });
+        Found { sum, candidates }
+    }
+
+    /// Visits the pairs of tetrahedra whose boxes overlap.
+    pub fn visit_overlapping(&self, visit: impl FnMut(usize, &PosedTet)) {
+        self.visit_candidates(Culling::default(), visit);
+    }
+
     /// Visits the pairs of tetrahedra that culling leaves over.
     pub fn visit_candidates(&self, culling: Culling, mut visit: impl FnMut(usize, &PosedTet)) {
         let [shape_a, shape_b] = self.shapes;
