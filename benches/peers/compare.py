@@ -1,0 +1,122 @@
+#!/usr/bin/env python3
+"""Contact here beside contact in Drake: the same meshes, fields and poses, one thread each.
+
+Serves the decision whether to use this library or Drake where contact must be fast or its
+derivatives right: how many times as long Drake takes, and what its answers are worth. Run
+
+    python3 benches/peers/compare.py            # under five minutes after the first run
+    python3 benches/peers/compare.py --quick    # about a minute
+    python3 benches/peers/compare.py --orders 1 2 --poses 100
+
+The first run downloads Drake into a virtual environment in cargo's target directory. The two
+programs stay up side by side and are asked by turns; what is timed says README.md. Output: Markdown.
+"""
+
+import argparse
+import json
+import os
+import pathlib
+import subprocess
+import sys
+import venv
+
+sys.dont_write_bytecode = True
+HERE = pathlib.Path(__file__).resolve().parent
+REPOSITORY = HERE.parent.parent
+REQUIREMENTS = ["drake==1.51.1", "numpy"]
+
+
+def main():
+    options = parsed_options()
+    target = target_directory()
+    enter_virtual_environment(target / "peers_environment")
+    # These need numpy, which the virtual environment has.
+    import contacts
+    import steps
+
+    files = written_meshes(target / "peers_meshes", options.orders, steps.BALLS)
+    drake_side = [sys.executable, HERE / "drake_side.py"]
+    with Program([built_ours(), "--serve"]) as ours, Program(drake_side) as drake:
+        programs = {"drake": drake, "ours": ours}
+        contacts.compare(programs, files, options)
+        steps.compare(programs, files)
+
+
+def parsed_options():
+    options = argparse.ArgumentParser(description=__doc__.split("\n\n")[0])
+    options.add_argument("--orders", type=int, nargs="+", default=[1, 2, 3, 4], help="of icospheres")
+    options.add_argument("--poses", type=int, help="per scene (default: more where they are cheap)")
+    options.add_argument("--quick", action="store_true", help="orders up to 3 and few poses")
+    options = options.parse_args()
+    if options.quick:
+        options.orders = [order for order in options.orders if order < 4]
+        options.poses = options.poses or 5
+    return options
+
+
+def target_directory():
+    command = ["cargo", "metadata", "--no-deps", "--format-version", "1"]
+    metadata = subprocess.run(command, cwd=REPOSITORY, check=True, capture_output=True).stdout
+    return pathlib.Path(json.loads(metadata)["target_directory"])
+
+
+def enter_virtual_environment(folder):
+    """Starts this script again inside the virtual environment, made if it is not there."""
+    python = folder / "bin" / "python"
+    if folder.exists() and os.path.samefile(sys.prefix, folder):
+        return
+    if not (folder / "installed").exists():
+        venv.create(folder, with_pip=True, clear=True)
+        subprocess.run([python, "-m", "pip", "install", "--quiet", *REQUIREMENTS], check=True)
+        (folder / "installed").touch()
+    os.execv(python, [python, *sys.argv])
+
+
+def built_ours():
+    """The path of our side, built in release mode and without threads."""
+    command = ["cargo", "bench", "--no-run", "--bench", "peers_ours", "--no-default-features"]
+    command += ["--message-format", "json-render-diagnostics"]
+    build = subprocess.run(command, cwd=REPOSITORY, check=True, stdout=subprocess.PIPE)
+    messages = [json.loads(line) for line in build.stdout.splitlines()]
+    return next(message["executable"] for message in messages if message.get("executable"))
+
+
+class Program:
+    """A child process that answers questions, a JSON line each."""
+
+    def __init__(self, command):
+        pipes = {"stdin": subprocess.PIPE, "stdout": subprocess.PIPE, "text": True}
+        self.process = subprocess.Popen(command, **pipes)
+
+    def __enter__(self):
+        return self
+
+    def __exit__(self, *_):
+        self.process.stdin.close()
+        self.process.wait()
+
+    def ask(self, **question):
+        self.process.stdin.write(json.dumps(question) + "\n")
+        self.process.stdin.flush()
+        answer = self.process.stdout.readline()
+        if not answer:
+            sys.exit(f"{self.process.args[0]} ended without an answer")
+        return json.loads(answer)
+
+
+def written_meshes(folder, orders, balls):
+    """Paths of the mesh files, by name."""
+    import meshes
+
+    folder.mkdir(exist_ok=True)
+    wanted = {f"sphere {order}": meshes.icosphere(1.0, order) for order in orders}
+    wanted |= {f"ball {order}": meshes.icosphere(0.1, order) for order in balls}
+    wanted |= {"grid": meshes.layered_cube(1.0, 8), "box": meshes.cube(1.0)}
+    paths = {name: folder / f"{name.replace(' ', '_')}.vtk" for name in wanted}
+    for name, path in paths.items():
+        meshes.write_vtk(path, wanted[name])
+    return {name: str(path) for name, path in paths.items()}
+
+
+if __name__ == "__main__":
+    main()
