@@ -1,6 +1,6 @@
 use super::equilibrium::CornerSigns;
 use super::shadow::{PairShadow, PosedTet};
-use crate::geometry::{AffineField, ConvexPolygon, FACES, snapped};
+use crate::geometry::{AffineField, ConvexPolygon, FACES, is_doubtful, snapped};
 use crate::mesh::FieldTet;
 use crate::scalar::Scalar;
 use crate::spatial::Pose;
@@ -38,6 +38,9 @@ pub(super) struct Meeting {
 pub(super) struct Crossing {
     /// p_A − p_B (Pa) at A's corners.
     at_a: [f64; 4],
+    /// Whether the plane comes so close to a corner, without meeting it, that round-off may have a part
+    /// in where it cuts.
+    is_doubtful: bool,
     /// Whether it lies in flush surfaces of both bodies.
     pub flush: bool,
     /// Whether it counts as a contact polygon, by the half-open rule; else the plane only touches.
@@ -50,6 +53,8 @@ pub(super) struct Crossing {
     margin: f64,
     /// The faces of B that may bound the polygon: bit k for the face opposite to corner k.
     bounding_faces: u8,
+    /// The faces of B that lie in the plane.
+    faces_in_plane: u8,
     /// The faces of B that it is not clipped by, and may reach all the same.
     touched_faces: u8,
 }
@@ -67,7 +72,8 @@ impl PairShadow<'_> {
         if plane_check && !signs_a.are_met() {
             return Encounter::Apart;
         }
-        let at_b = self.excess_at_corners_of_b(a, b, margin * modulus_a * a.sensitivity);
+        let tolerance_b = margin * modulus_a * a.sensitivity;
+        let at_b = self.excess_at_corners_of_b(a, b, tolerance_b);
         let signs_b = CornerSigns::of(&at_b);
         if plane_check && !signs_b.are_met() {
             return Encounter::Apart;
@@ -82,17 +88,20 @@ impl PairShadow<'_> {
             && a.extent.gradient.dot(&b.pressure.gradient) > 0.0;
         // A face in the plane itself does not bound the polygon: the half-open rule has decided on
         // which side of it the polygon lies.
-        let unbounding = signs_b.faces_in_plane() | self.implied_faces(a, b);
+        let (in_plane, implied) = (signs_b.faces_in_plane(), self.implied_faces(a, b));
         Encounter::Crossing(Crossing {
+            is_doubtful: at_a.iter().any(|&value| is_doubtful(value, tolerance))
+                || at_b.iter().any(|&value| is_doubtful(value, tolerance_b)),
             at_a,
             flush,
             counts: flush || signs_a.straddle() && signs_b.straddle(),
             from_above: !signs_a.straddle(),
             tolerance,
             margin,
-            bounding_faces: ALL_FACES & !unbounding,
+            bounding_faces: ALL_FACES & !in_plane & !implied,
+            faces_in_plane: in_plane,
             // Behind a face of zero pressure there is nothing.
-            touched_faces: unbounding & !tet_b.zero_faces,
+            touched_faces: implied & !in_plane & !tet_b.zero_faces,
         })
     }
 
@@ -137,7 +146,10 @@ impl PairShadow<'_> {
     /// face of A opposite to corner i, bit 4 + k for the face of B opposite to corner k.
     #[inline]
     pub fn reached_faces(&self, meeting: &Meeting, b: &PosedTet) -> u8 {
-        let mut sides = meeting.outline.sides();
+        if meeting.outline.corners().is_empty() {
+            return 0;
+        }
+        let mut sides = meeting.outline.sides() | meeting.crossing.faces_in_plane << 4;
         for face in (0..4).filter(|face| meeting.crossing.touched_faces & 1 << face != 0) {
             let tolerance = self.margin() * self.tet_b(b.index).barycentric_steepness[face];
             let reaches = |corner| b.faces[face].at(corner).abs() <= tolerance;
@@ -166,6 +178,11 @@ impl Meeting {
         let excess = excess_at_corners_of_a(a, modulus_a, pressure_b, crossing.tolerance);
         let face_of_b = |face: usize| b.barycentric[face].posed(pose_ab);
         crossing.outline(a, &excess, &b.barycentric_steepness, face_of_b)
+    }
+
+    /// Whether round-off may have decided over a piece of the outline.
+    pub fn is_doubtful(&self) -> bool {
+        self.crossing.is_doubtful || self.outline.is_doubtful()
     }
 
     /// Whether the outline is a contact polygon.

@@ -16,6 +16,7 @@ pub struct ConvexPolygon<T = f64> {
     corners: [Vector3<T>; POLYGON_CAPACITY],
     sides: [u8; POLYGON_CAPACITY],
     len: usize,
+    is_doubtful: bool,
 }
 
 impl<T: Scalar> ConvexPolygon<T> {
@@ -26,6 +27,7 @@ impl<T: Scalar> ConvexPolygon<T> {
             corners: [Vector3::from_element(lift(0.0)); POLYGON_CAPACITY],
             sides: [0; POLYGON_CAPACITY],
             len: 0,
+            is_doubtful: false,
         }
     }
 
@@ -39,6 +41,14 @@ impl<T: Scalar> ConvexPolygon<T> {
     #[must_use]
     pub fn sides(&self) -> u8 {
         self.sides[..self.len].iter().fold(0, |all, own| all | own)
+    }
+
+    /// Whether a corner came so close to a plane that clipped, without lying on it, that round-off may
+    /// have had a part in how: if two planes are nearly the same, the corners where they meet are
+    /// placed much worse than any coordinate is rounded.
+    #[must_use]
+    pub fn is_doubtful(&self) -> bool {
+        self.is_doubtful
     }
 
     /// Whether fewer than three corners are left.
@@ -80,11 +90,15 @@ impl<T: Scalar> ConvexPolygon<T> {
     pub(crate) fn clip(&mut self, field: &AffineField<T>, tolerance: f64, side: u8) {
         let mut values = [lift(0.0); POLYGON_CAPACITY];
         let mut is_inside = true;
-        for (value, corner) in values.iter_mut().zip(self.corners()) {
+        for (value, corner) in values.iter_mut().zip(&self.corners[..self.len]) {
             *value = field.at(corner);
-            is_inside &= real_part(*value) > tolerance;
+            is_inside &= real_part(*value) > DOUBT * tolerance;
         }
         if !is_inside {
+            let own = values[..self.len].iter();
+            self.is_doubtful |= own
+                .into_iter()
+                .any(|value| is_doubtful(real_part(*value), tolerance));
             self.cut(&values.map(|value| snapped(value, tolerance)), side);
         }
     }
@@ -146,6 +160,7 @@ impl<T: Scalar> ConvexPolygon<T> {
             *place = corner(own);
         }
         (mapped.sides, mapped.len) = (self.sides, self.len);
+        mapped.is_doubtful = self.is_doubtful;
         mapped
     }
 }
@@ -156,6 +171,16 @@ impl ConvexPolygon<f64> {
     pub fn lifted<T: Scalar>(&self) -> ConvexPolygon<T> {
         self.mapped(lift_vector)
     }
+}
+
+/// Values within so many tolerances of zero are doubtful. Planes that are further apart, over a body, meet in
+/// lines that are placed to one part in DOUBT.
+const DOUBT: f64 = 1e4;
+
+/// Whether a value is not zero, but nearly.
+#[inline]
+pub(crate) fn is_doubtful(value: f64, tolerance: f64) -> bool {
+    (tolerance..=DOUBT * tolerance).contains(&value.abs())
 }
 
 /// The value, its real part set to zero where that is within `tolerance` of zero; the derivatives

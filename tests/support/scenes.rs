@@ -91,6 +91,36 @@ pub fn grid(
     PressureField::from_distance(&TetMesh::new(vertices, tets)?)
 }
 
+/// An icosphere with a shell of vertices halfway in; the extents of its centre and of the shell. With
+/// less at the centre, the field has a dent there.
+pub fn dented_ball(radius: f64, order: usize, extents: [f64; 2]) -> PressureField {
+    let ball = shapes::icosphere(radius, order).unwrap();
+    let (mesh, mut vertices) = (ball.mesh(), ball.mesh().vertices().to_vec());
+    let count = vertices.len();
+    let center = (0..count).find(|&v| !mesh.is_on_surface(v)).unwrap();
+    vertices.extend(mesh.vertices().iter().map(|vertex| vertex * 0.5));
+    let mut tets = Vec::new();
+    for triangle in mesh.surface_triangles() {
+        let mut outer = *triangle;
+        // Both prisms at a face are divided alike: by the order of their vertices.
+        outer.sort_unstable();
+        let [a, b, c] = outer.map(|vertex| vertex + count);
+        tets.push([center, a, b, c]);
+        tets.push([a, b, c, outer[2]]);
+        tets.push([a, b, outer[1], outer[2]]);
+        tets.push([a, outer[0], outer[1], outer[2]]);
+    }
+    let (vertices, tets) = without_unused(&vertices, &tets);
+    let mesh = TetMesh::new(vertices, tets).unwrap();
+    let extent = |v: usize| match mesh.vertices()[v].norm() {
+        0.0 => extents[0],
+        _ if mesh.is_on_surface(v) => 0.0,
+        _ => extents[1],
+    };
+    let extents = (0..mesh.vertex_count()).map(extent).collect();
+    PressureField::new(mesh, extents).unwrap()
+}
+
 fn cells([nx, ny, nz]: [usize; 3]) -> impl Iterator<Item = (usize, usize, usize)> {
     (0..nx).flat_map(move |i| (0..ny).flat_map(move |j| (0..nz).map(move |k| (i, j, k))))
 }

@@ -35,9 +35,9 @@ impl PairShadow<'_> {
             };
             let mut sum = S::empty();
             walk.enter_at_seeds(seeds_a, seeds_b);
-            if walk.finds_gap(&mut sum, &add) {
+            if walk.loses_track(&mut sum, &add) {
                 walk.enter_everywhere();
-                walk.finds_gap(&mut sum, &add);
+                walk.loses_track(&mut sum, &add);
             }
             let candidates = walk.scratch.visited.len();
             Found { sum, candidates }
@@ -50,7 +50,7 @@ impl PairShadow<'_> {
         let tet_a = self.tet_a(tet_a);
         let crossing = match self.encounter(tet_a, tet_b, true) {
             Encounter::Apart => return WayOn::default(),
-            Encounter::EqualFields => return WayOn::GAP,
+            Encounter::EqualFields => return WayOn::UNKNOWN,
             Encounter::Crossing(crossing) => crossing,
         };
         let meeting = self.meeting(tet_a, tet_b, crossing);
@@ -59,7 +59,7 @@ impl PairShadow<'_> {
         }
         WayOn {
             faces: self.reached_faces(&meeting, tet_b),
-            has_gap: false,
+            is_uncertain: meeting.is_doubtful(),
         }
     }
 }
@@ -74,14 +74,14 @@ impl Walk<'_, '_> {
         }
     }
 
-    /// Follows the surface from the pairs that were entered. Returns whether it met a place where the
-    /// fields are equal over a volume, beyond which it may go on.
-    fn finds_gap<S: PartialSum>(
+    /// Follows the surface from the pairs that were entered. Returns whether it met a place where it may
+    /// go on unseen: where the fields are equal over a volume, or round-off decided.
+    fn loses_track<S: PartialSum>(
         &mut self,
         sum: &mut S,
         add: &(impl Fn(&mut S, &Meeting) + Sync),
     ) -> bool {
-        let mut finds_gap = false;
+        let mut loses_track = false;
         while !self.scratch.next_wave.is_empty() {
             let scratch = &mut *self.scratch;
             std::mem::swap(&mut scratch.wave, &mut scratch.next_wave);
@@ -91,11 +91,11 @@ impl Walk<'_, '_> {
             }
             self.look_around(sum, add);
             for index in 0..self.scratch.wave.len() {
-                finds_gap |= self.scratch.ways_on[index].has_gap;
+                loses_track |= self.scratch.ways_on[index].is_uncertain;
                 self.go_on(index);
             }
         }
-        finds_gap
+        loses_track
     }
 
     /// Looks at all pairs of the wave: adds up the polygons and notes the ways on.

@@ -26,15 +26,15 @@ pub(super) struct Scratch {
 pub(super) struct WayOn {
     /// Bit i for the face of A opposite to corner i, bit 4 + k for the face of B opposite to corner k.
     pub faces: u8,
-    /// Whether the fields are equal over a volume, and it may go on beyond.
-    pub has_gap: bool,
+    /// Whether it may go on elsewhere too.
+    pub is_uncertain: bool,
 }
 
 impl WayOn {
-    /// Perhaps beyond.
-    pub const GAP: Self = Self {
+    /// Anywhere.
+    pub const UNKNOWN: Self = Self {
         faces: 0,
-        has_gap: true,
+        is_uncertain: true,
     };
 }
 
