@@ -1,3 +1,4 @@
+use super::workspace::Workspace;
 use super::{Acceleration, Body, BodyState, ExternalForces, Inertia, Situation, State, World};
 use crate::scalar::{Scalar, lift};
 use crate::spatial::{Pose, Twist, rotation_from_vector};
@@ -23,23 +24,24 @@ pub enum Integrator {
 }
 
 impl Integrator {
-    /// The state one time step (s) later.
+    /// Takes a state one time step (s) further.
     pub(super) fn step<T: Scalar, F: ExternalForces>(
         self,
         world: &World<T, F>,
-        state: &State<T>,
+        state: &mut State<T>,
         time_step: f64,
-    ) -> State<T> {
+        workspace: &mut Workspace<T>,
+    ) {
         match self {
             Self::SymplecticEuler => {
-                let kicked = world.kicked(state, time_step);
-                world.drifted(&kicked, time_step, turned_by_spin)
+                world.kick(state, time_step, workspace);
+                world.drift(state, time_step, turned_by_spin);
             }
             Self::Leapfrog => {
                 let half = time_step / 2.0;
-                let middle = world.drifted(state, half, turned_by_axes);
-                let kicked = world.kicked(&middle, time_step);
-                world.drifted(&kicked, half, turned_by_axes)
+                world.drift(state, half, turned_by_axes);
+                world.kick(state, time_step, workspace);
+                world.drift(state, half, turned_by_axes);
             }
         }
     }
@@ -49,33 +51,25 @@ impl Integrator {
 type Turning<T> = fn(&Inertia<T>, &Matrix3<T>, &Vector3<T>, f64) -> (Matrix3<T>, Vector3<T>);
 
 impl<T: Scalar, F: ExternalForces> World<T, F> {
-    /// The state after the accelerations have acted for a time (s) at fixed poses.
-    fn kicked(&self, state: &State<T>, duration: f64) -> State<T> {
-        let wrenches = self.contact_wrenches(&state.bodies);
-        let bodies = (self.bodies.iter().zip(&state.bodies).zip(wrenches))
-            .map(|((body, body_state), wrench)| {
-                let Some(inertia) = body.inertia() else {
-                    return *body_state;
-                };
-                let rotation = body_state.pose.rotation();
-                let contact = Acceleration {
-                    angular: inertia.angular_velocity(rotation, &wrench.torque),
-                    linear: wrench.force / inertia.mass,
-                };
-                let situation = self.situation(body, inertia, body_state, state.time);
-                let true_one = self.external.acceleration(&situation, contact);
-                let duration = lift::<T>(duration);
-                let Twist { angular, linear } = body_state.twist;
-                BodyState {
-                    pose: body_state.pose,
-                    twist: Twist {
-                        angular: angular + true_one.angular * duration,
-                        linear: linear + true_one.linear * duration,
-                    },
-                }
-            })
-            .collect();
-        State { bodies, ..*state }
+    /// Lets the accelerations act for a time (s) at fixed poses.
+    fn kick(&self, state: &mut State<T>, duration: f64, workspace: &mut Workspace<T>) {
+        let wrenches = self.contact_wrenches(&state.bodies, workspace);
+        let bodies = self.bodies.iter().zip(&mut state.bodies);
+        for ((body, body_state), wrench) in bodies.zip(wrenches) {
+            let Some(inertia) = body.inertia() else {
+                continue;
+            };
+            let rotation = body_state.pose.rotation();
+            let contact = Acceleration {
+                angular: inertia.angular_velocity(rotation, &wrench.torque),
+                linear: wrench.force / inertia.mass,
+            };
+            let situation = self.situation(body, inertia, body_state, state.time);
+            let true_one = self.external.acceleration(&situation, contact);
+            let duration = lift::<T>(duration);
+            body_state.twist.angular += true_one.angular * duration;
+            body_state.twist.linear += true_one.linear * duration;
+        }
     }
 
     fn situation<'a>(
@@ -94,19 +88,15 @@ impl<T: Scalar, F: ExternalForces> World<T, F> {
         }
     }
 
-    /// The state after all bodies have moved freely, or as prescribed, for a time (s).
-    fn drifted(&self, state: &State<T>, duration: f64, turning: Turning<T>) -> State<T> {
-        let time = state.time + duration;
-        let bodies = (0..self.bodies.len())
-            .map(|index| {
-                let before = &state.bodies[index];
-                match self.bodies[index].inertia() {
-                    Some(inertia) => free_motion(inertia, before, duration, turning),
-                    None => self.driven_state(index, time).unwrap_or(*before),
-                }
-            })
-            .collect();
-        State { time, bodies }
+    /// Lets all bodies move freely, or as prescribed, for a time (s).
+    fn drift(&self, state: &mut State<T>, duration: f64, turning: Turning<T>) {
+        state.time += duration;
+        for (index, body_state) in state.bodies.iter_mut().enumerate() {
+            *body_state = match self.bodies[index].inertia() {
+                Some(inertia) => free_motion(inertia, body_state, duration, turning),
+                None => self.driven_state(index, state.time).unwrap_or(*body_state),
+            };
+        }
     }
 }
 

@@ -39,7 +39,10 @@ mod material;
 mod report;
 mod rollout;
 mod state;
+mod sweep;
+mod threads;
 mod trajectory;
+mod workspace;
 mod world;
 
 pub use body::{Body, Motion};

@@ -1,0 +1,80 @@
+//! Rollouts: their ways forward agree, and what is left after a failure.
+
+use hydroelastic::contact::Shape;
+use hydroelastic::dynamics::{Body, Integrator, Mass, Material, Rollout, State, World};
+use hydroelastic::mesh::shapes;
+use hydroelastic::spatial::Pose;
+use nalgebra::vector;
+
+const TIME_STEP: f64 = 1e-3;
+
+/// A ball that falls on a floor.
+fn scene(skin: Material) -> World {
+    let ball = Shape::new(shapes::icosphere(0.1, 1).unwrap());
+    let floor = Shape::new(shapes::cuboid([1.0, 1.0, 0.2]).unwrap());
+    let ball = Body::dynamic("ball", ball, skin, Mass::Total(1.0)).unwrap();
+    World::new(vec![
+        ball.at(Pose::from_translation(vector![0.0, 0.0, 0.21])),
+        Body::fixed("floor", floor, skin).unwrap(),
+    ])
+    .unwrap()
+    .with_gravity(vector![0.0, 0.0, -9.81])
+    .unwrap()
+}
+
+fn rollout(world: &World) -> Rollout<'_> {
+    world.rollout(TIME_STEP, Integrator::Leapfrog).unwrap()
+}
+
+/// The time, and every number of every body, to the last bit.
+fn bits(state: &State) -> Vec<u64> {
+    let numbers = state.bodies.iter().flat_map(|body| {
+        let pose = body.pose.rotation().iter().chain(body.pose.translation());
+        let twist = body.twist.angular.iter().chain(&body.twist.linear);
+        pose.chain(twist).copied()
+    });
+    let numbers = std::iter::once(state.time).chain(numbers);
+    numbers.map(f64::to_bits).collect()
+}
+
+#[test]
+fn advancing_leads_through_the_states_of_the_iterator() {
+    let world = scene(Material::elastic(1e5).with_friction(0.4));
+    let (mut advanced, recorded) = (rollout(&world), rollout(&world).recorded(100, 1).unwrap());
+    for (state, recorded) in rollout(&world).zip(&recorded.states()[1..]) {
+        let state = bits(&state.unwrap());
+        assert_eq!(bits(advanced.advance().unwrap()), state);
+        assert_eq!(bits(advanced.state()), state);
+        assert_eq!(bits(recorded), state);
+    }
+}
+
+#[test]
+fn passing_over_states_changes_none() {
+    let world = scene(Material::elastic(1e5));
+    let all: Vec<_> = rollout(&world).take(90).map(Result::unwrap).collect();
+    let thinned = rollout(&world).step_by(7).map(Result::unwrap);
+    for (index, state) in thinned.take(12).enumerate() {
+        assert_eq!(bits(&state), bits(&all[7 * index]));
+    }
+}
+
+#[test]
+fn a_failed_rollout_keeps_its_last_finite_state_and_ends() {
+    // So stiff that the first contact throws the ball to where its pose overflows.
+    let world = scene(Material::elastic(1e150).with_dissipation(1e150));
+    let mut failing = rollout(&world);
+    let finite = (failing.by_ref().take(1_000))
+        .take_while(Result::is_ok)
+        .count();
+    assert!((1..1_000).contains(&finite), "{finite}");
+    let last = bits(failing.state());
+    assert_eq!(failing.state().time, finite as f64 * TIME_STEP);
+    assert!(failing.next().is_none());
+    assert!(failing.nth(3).is_none());
+    let error = failing.advance().unwrap_err();
+    assert_eq!(failing.advance().unwrap_err(), error);
+    assert_eq!(bits(failing.state()), last);
+    assert!(rollout(&world).nth(finite + 1).is_none());
+    assert!(rollout(&world).nth(finite).unwrap().is_err());
+}
