@@ -70,10 +70,7 @@ impl<T: Scalar, F: ExternalForces> World<T, F> {
         if i == j {
             return Err(WorldError::DuplicateName(first.to_owned()));
         }
-        let (found, expected) = (state.bodies.len(), self.bodies.len());
-        if found != expected {
-            return Err(WorldError::StateSize { found, expected });
-        }
+        state.check_fits(self)?;
         Ok(self.contact_pair(&state.bodies, i, j))
     }
 

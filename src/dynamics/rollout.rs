@@ -1,7 +1,7 @@
 use super::workspace::Workspace;
 use super::{
-    ExternalForces, Gravity, Integrator, Interrupted, RolloutError, State, Trajectory, World,
-    WorldError,
+    ExternalForces, Gravity, Integrator, Interrupted, Recorded, RolloutError, State, Trajectory,
+    World, WorldError,
 };
 use crate::scalar::Scalar;
 use std::mem;
@@ -46,16 +46,20 @@ impl<'w, T: Scalar, F: ExternalForces> Rollout<'w, T, F> {
     ///
     /// # Errors
     /// If the state has another number of bodies.
-    pub fn starting_from(mut self, state: State<T>) -> Result<Self, WorldError> {
-        let (found, expected) = (state.bodies.len(), self.world.bodies().len());
-        if found != expected {
-            return Err(WorldError::StateSize { found, expected });
+    pub fn starting_from(self, state: State<T>) -> Result<Self, WorldError> {
+        state.check_fits(self.world)?;
+        Ok(self.starting_from_fitting(state))
+    }
+
+    /// The same rollout from a state that fits the world.
+    pub(super) fn starting_from_fitting(self, state: State<T>) -> Self {
+        Self {
+            start: state.time,
+            state,
+            steps: 0,
+            has_failed: false,
+            ..self
         }
-        self.start = state.time;
-        self.state = state;
-        self.steps = 0;
-        self.has_failed = false;
-        Ok(self)
     }
 
     /// The state last given, or the initial one.
@@ -68,7 +72,7 @@ impl<'w, T: Scalar, F: ExternalForces> Rollout<'w, T, F> {
     ///
     /// # Errors
     /// If a state is not finite; the error holds the trajectory up to there.
-    pub fn recorded(mut self, steps: usize, every: usize) -> Result<Trajectory<T>, Interrupted<T>> {
+    pub fn recorded(mut self, steps: usize, every: usize) -> Recorded<T> {
         let mut trajectory = Trajectory::starting_with(self.state.clone());
         match self.record(&mut trajectory, steps, every) {
             Ok(()) => Ok(trajectory),
@@ -92,8 +96,9 @@ impl<'w, T: Scalar, F: ExternalForces> Rollout<'w, T, F> {
         Ok(())
     }
 
-    /// Takes a step and shows the state it led to: [`Iterator::next`] without a copy, so that steps
-    /// allocate nothing once the rollout has the room it needs.
+    /// Takes a step and shows the state it led to: [`Iterator::next`] without a copy. Steps allocate
+    /// nothing once the rollout has the room it needs, unless their contacts are so many that they
+    /// are spread over threads.
     ///
     /// # Errors
     /// If the state is not finite; [`Self::state`] is then still the one before.

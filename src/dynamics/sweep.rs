@@ -70,7 +70,7 @@ mod tests {
     proptest! {
         #[test]
         fn pairs_are_those_of_all_tests_of_two_boxes(first in boxes(), second in boxes()) {
-            let may_touch = |i: usize, j: usize| (i + j) % 5 != 0;
+            let may_touch = |i: usize, j: usize| i % 5 != j % 4;
             // The second search finds what the first has left behind.
             let mut sweep = Sweep::default();
             for boxes in [first, second] {
