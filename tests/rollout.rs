@@ -5,6 +5,7 @@ use hydroelastic::dynamics::{Body, Integrator, Mass, Material, Rollout, State, W
 use hydroelastic::mesh::shapes;
 use hydroelastic::spatial::Pose;
 use nalgebra::vector;
+use num_dual::Dual64;
 
 const TIME_STEP: f64 = 1e-3;
 
@@ -78,4 +79,31 @@ fn a_failed_rollout_keeps_its_last_finite_state_and_ends() {
     assert_eq!(bits(failing.state()), last);
     assert!(rollout(&world).nth(finite + 1).is_none());
     assert!(rollout(&world).nth(finite).unwrap().is_err());
+}
+
+/// Round-off of 20,000 steps in the derivatives of a rotation, relative to these.
+const TANGENT: f64 = 1e-10;
+
+#[test]
+fn derivatives_of_a_rotation_stay_those_of_rotations_over_many_steps() {
+    let brick = Shape::new(shapes::cuboid([0.1, 0.2, 0.3]).unwrap());
+    let brick = Body::dynamic("brick", brick, Material::elastic(1e5), Mass::Total(1.0)).unwrap();
+    let world = World::new(vec![brick.with_spin(vector![1.0, 5.0, -3.0])]).unwrap();
+    let world = world.lifted::<Dual64>();
+    for integrator in [Integrator::Leapfrog, Integrator::SymplecticEuler] {
+        let mut start = world.initial_state();
+        start.bodies[0].twist.angular.x.eps = 1.0;
+        let mut rollout = world.rollout(TIME_STEP, integrator).unwrap();
+        rollout = rollout.starting_from(start).unwrap();
+        let last = rollout.nth(19_999).unwrap().unwrap();
+        // RᵀR = I, so that its derivative is zero.
+        let rotation = last.bodies[0].pose.rotation();
+        let gram = rotation.transpose() * rotation;
+        let size = rotation.map(|entry| entry.eps).amax();
+        let error = gram.map(|entry| entry.eps).amax();
+        assert!(
+            size > 1.0 && error <= TANGENT * size,
+            "{error:e} of {size:e}"
+        );
+    }
 }

@@ -1,7 +1,7 @@
 use super::workspace::Workspace;
 use super::{Acceleration, Body, BodyState, ExternalForces, Inertia, Situation, State, World};
-use crate::scalar::{Scalar, lift};
-use crate::spatial::{Pose, Twist, rotation_from_vector};
+use crate::scalar::Scalar;
+use crate::spatial::{Pose, Twist, rotation_from_vector, turned_about_own_axis};
 use nalgebra::{Matrix3, Vector3};
 
 /// How a state is taken one time step further.
@@ -66,9 +66,9 @@ impl<T: Scalar, F: ExternalForces> World<T, F> {
             };
             let situation = self.situation(body, inertia, body_state, state.time);
             let true_one = self.external.acceleration(&situation, contact);
-            let duration = lift::<T>(duration);
-            body_state.twist.angular += true_one.angular * duration;
-            body_state.twist.linear += true_one.linear * duration;
+            let twist = &mut body_state.twist;
+            twist.angular += true_one.angular.map(|component| component * duration);
+            twist.linear += true_one.linear.map(|component| component * duration);
         }
     }
 
@@ -112,8 +112,8 @@ fn free_motion<T: Scalar>(
     let turned = Pose::from_drifted_rotation(&rotation);
     let center_before = state.pose.rotated_constant(&inertia.center_of_mass);
     let center_after = turned.rotated_constant(&inertia.center_of_mass);
-    let origin =
-        state.pose.translation() + center_before + linear * lift::<T>(duration) - center_after;
+    let moved = linear.map(|component| component * duration);
+    let origin = state.pose.translation() + center_before + moved - center_after;
     BodyState {
         pose: turned.with_translation(origin),
         twist: Twist {
@@ -131,12 +131,12 @@ fn turned_by_spin<T: Scalar>(
     spin: &Vector3<T>,
     duration: f64,
 ) -> (Matrix3<T>, Vector3<T>) {
-    let turned = rotation_from_vector(&(spin * lift::<T>(duration))) * rotation;
+    let turned = rotation_from_vector(&spin.map(|rate| rate * duration)) * rotation;
     if inertia.is_isotropic() {
         return (turned, *spin);
     }
-    let momentum = inertia.angular_momentum(rotation, spin);
-    let spin_after = inertia.angular_velocity(&turned, &momentum);
+    let momentum = inertia.unit_momentum(&inertia.principal_frame(rotation), spin);
+    let spin_after = inertia.velocity_of_unit(&inertia.principal_frame(&turned), &momentum);
     (turned, spin_after)
 }
 
@@ -153,15 +153,13 @@ fn turned_by_axes<T: Scalar>(
         return turned_by_spin(inertia, rotation, spin, duration);
     }
     let mut frame = inertia.principal_frame(rotation);
-    let momentum = inertia.angular_momentum(rotation, spin);
+    // Free motion is the same whatever the mass.
+    let momentum = inertia.unit_momentum(&frame, spin);
     for (axis, share) in [(0, 0.5), (1, 0.5), (2, 1.0), (1, 0.5), (0, 0.5)] {
-        let moment = inertia.mass * inertia.unit_moments[axis];
         let along: T = frame.column(axis).dot(&momentum);
-        let angle = along / moment * (share * duration);
-        let turn = rotation_from_vector(&(Vector3::ith(axis, lift::<T>(1.0)) * angle));
-        frame *= turn;
+        let angle = along * (share * duration / inertia.unit_moments[axis]);
+        frame = turned_about_own_axis(&frame, axis, angle);
     }
-    let turned = frame * inertia.principal_axes.transpose().map(lift::<T>);
-    let spin_after = inertia.angular_velocity(&turned, &momentum);
-    (turned, spin_after)
+    let spin_after = inertia.velocity_of_unit(&frame, &momentum);
+    (inertia.rotation_of(&frame), spin_after)
 }
