@@ -19,9 +19,10 @@ const MODULES: [&str; 9] = [
 ];
 
 /// Outside libraries, and the modules that may use them.
-const DOORS: [(&str, &[&str]); 5] = [
+const DOORS: [(&str, &[&str]); 6] = [
     ("rstar", &["broad_phase"]),
     ("num_dual", &["scalar", "gradient"]),
+    ("rayon", &["dynamics"]),
     ("vtkio", &["io"]),
     ("mshio", &["io"]),
     ("csv", &["io"]),
@@ -307,6 +308,7 @@ fn libraries_in_the_wrong_room_are_found() {
     for (path, text, library) in [
         ("contact/pair.rs", "use rstar::RTree;", "rstar"),
         ("contact/pair.rs", "use num_dual::Dual64;", "num_dual"),
+        ("gradient/batch.rs", "use rayon::prelude::*;", "rayon"),
         ("mesh/tet_mesh.rs", "let x = vtkio::load();", "vtkio"),
         ("lib.rs", "pub use mshio;", "mshio"),
     ] {

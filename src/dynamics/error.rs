@@ -119,4 +119,10 @@ pub enum RolloutError {
         /// Name of the body.
         body: String,
     },
+    /// A function that was passed in panicked in one rollout of a [`Batch`](super::Batch).
+    #[error("an external force, a path or an outcome panicked: {message}")]
+    Panicked {
+        /// What it said.
+        message: String,
+    },
 }

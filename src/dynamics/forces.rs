@@ -1,15 +1,32 @@
+use super::sweep::Sweep;
+use super::threads::mapped_into;
+use super::workspace::Workspace;
 use super::{BodyState, ExternalForces, State, World, WorldError};
 use crate::contact::{ContactBody, ContactPair};
-use crate::geometry::Aabb;
 use crate::scalar::Scalar;
 use crate::spatial::{Pose, Wrench};
 
 impl<T: Scalar, F: ExternalForces> World<T, F> {
     /// Net contact wrench on each body, about its centre of mass, in world axes.
-    pub(super) fn contact_wrenches(&self, states: &[BodyState<T>]) -> Vec<Wrench<T>> {
-        let mut wrenches = vec![Wrench::zero(); states.len()];
-        for (i, j) in self.close_pairs(states) {
-            let [on_i, on_j] = self.pair_wrench(states, i, j);
+    pub(super) fn contact_wrenches<'s>(
+        &self,
+        states: &[BodyState<T>],
+        workspace: &'s mut Workspace<T>,
+    ) -> &'s [Wrench<T>] {
+        let Workspace {
+            sweep,
+            pair_wrenches,
+            wrenches,
+        } = workspace;
+        let pairs = self.close_pairs(states, sweep);
+        mapped_into(pair_wrenches, pairs, |&(i, j)| {
+            self.pair_wrench(states, i, j)
+        });
+        wrenches.clear();
+        wrenches.resize(states.len(), Wrench::zero());
+        // In the order of the pairs, whichever thread was first: a sum in another order is rounded
+        // otherwise.
+        for (&(i, j), &[on_i, on_j]) in pairs.iter().zip(&*pair_wrenches) {
             wrenches[i] += on_i;
             wrenches[j] += on_j;
         }
@@ -24,24 +41,19 @@ impl<T: Scalar, F: ExternalForces> World<T, F> {
 
     /// The pairs that may touch: not ignored, not both without forces, and with boxes around the
     /// bodies that overlap in the world.
-    pub(super) fn close_pairs(&self, states: &[BodyState<T>]) -> Vec<(usize, usize)> {
-        let boxes: Vec<Aabb> = (0..states.len())
-            .map(|index| {
-                let bounds = self.bodies[index].shape.tree().bounds();
-                bounds.posed(&states[index].pose.real())
-            })
-            .collect();
+    pub(super) fn close_pairs<'s>(
+        &self,
+        states: &[BodyState<T>],
+        sweep: &'s mut Sweep,
+    ) -> &'s [(usize, usize)] {
+        let boxes = self.bodies.iter().zip(states).map(|(body, state)| {
+            let bounds = body.shape.tree().bounds();
+            bounds.posed(&state.pose.real())
+        });
         let moves = |index: usize| self.bodies[index].inertia().is_some();
-        let mut pairs = Vec::new();
-        for i in 0..states.len() {
-            for j in i + 1..states.len() {
-                let may_touch = (moves(i) || moves(j)) && boxes[i].overlaps(&boxes[j]);
-                if may_touch && !self.ignored.contains(&(i, j)) {
-                    pairs.push((i, j));
-                }
-            }
-        }
-        pairs
+        sweep.overlapping(boxes, |i, j| {
+            (moves(i) || moves(j)) && !self.ignored.contains(&(i, j))
+        })
     }
 
     /// The contact of two bodies by name, in a state: its surface, its elastic wrench, its Jacobian.
@@ -58,10 +70,7 @@ impl<T: Scalar, F: ExternalForces> World<T, F> {
         if i == j {
             return Err(WorldError::DuplicateName(first.to_owned()));
         }
-        let (found, expected) = (state.bodies.len(), self.bodies.len());
-        if found != expected {
-            return Err(WorldError::StateSize { found, expected });
-        }
+        state.check_fits(self)?;
         Ok(self.contact_pair(&state.bodies, i, j))
     }
 
@@ -102,6 +111,7 @@ impl<T: Scalar, F: ExternalForces> World<T, F> {
 #[cfg(test)]
 mod tests {
     use crate::contact::Shape;
+    use crate::dynamics::sweep::Sweep;
     use crate::dynamics::{Body, Mass, Material, World};
     use crate::mesh::shapes;
     use crate::spatial::Pose;
@@ -109,7 +119,8 @@ mod tests {
     use std::sync::Arc;
 
     fn pairs(world: &World) -> Vec<(usize, usize)> {
-        world.close_pairs(&world.initial_state().bodies)
+        let states = world.initial_state().bodies;
+        world.close_pairs(&states, &mut Sweep::default()).to_vec()
     }
 
     #[test]

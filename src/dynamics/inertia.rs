@@ -1,5 +1,5 @@
-use crate::scalar::{Scalar, lift, lift_vector};
-use crate::spatial::MassProperties;
+use crate::scalar::{Scalar, lift};
+use crate::spatial::{MassProperties, times_constant};
 use nalgebra::{Matrix3, SymmetricEigen, Vector3};
 
 /// Moments that differ by less than this fraction of the largest are the same: a body of such
@@ -78,7 +78,30 @@ impl<T: Scalar> Inertia<T> {
 
     /// The principal axes in the world, as columns.
     pub(super) fn principal_frame(&self, rotation: &Matrix3<T>) -> Matrix3<T> {
-        rotation * self.principal_axes.map(lift::<T>)
+        times_constant(rotation, &self.principal_axes)
+    }
+
+    /// The orientation of a body whose principal axes in the world are the columns.
+    pub(super) fn rotation_of(&self, principal_frame: &Matrix3<T>) -> Matrix3<T> {
+        times_constant(principal_frame, &self.principal_axes.transpose())
+    }
+
+    /// I·ω/m (m²/s), given the principal axes in the world as columns.
+    pub(super) fn unit_momentum(
+        &self,
+        principal_frame: &Matrix3<T>,
+        angular: &Vector3<T>,
+    ) -> Vector3<T> {
+        self.scaled_in_frame(principal_frame, angular, |moment| moment)
+    }
+
+    /// The inverse of [`Self::unit_momentum`].
+    pub(super) fn velocity_of_unit(
+        &self,
+        principal_frame: &Matrix3<T>,
+        unit_momentum: &Vector3<T>,
+    ) -> Vector3<T> {
+        self.scaled_in_frame(principal_frame, unit_momentum, f64::recip)
     }
 
     fn scaled_by_moments(
@@ -88,10 +111,19 @@ impl<T: Scalar> Inertia<T> {
         factor: impl Fn(f64) -> f64,
     ) -> Vector3<T> {
         if self.is_isotropic() {
-            return vector * lift::<T>(factor(self.unit_moments.x));
+            let factor = factor(self.unit_moments.x);
+            return vector.map(|component| component * factor);
         }
-        let frame = self.principal_frame(rotation);
-        let factors: Vector3<T> = lift_vector(&self.unit_moments.map(factor));
-        frame * (frame.transpose() * vector).component_mul(&factors)
+        self.scaled_in_frame(&self.principal_frame(rotation), vector, factor)
+    }
+
+    fn scaled_in_frame(
+        &self,
+        principal_frame: &Matrix3<T>,
+        vector: &Vector3<T>,
+        factor: impl Fn(f64) -> f64,
+    ) -> Vector3<T> {
+        let along_axes = principal_frame.transpose() * vector;
+        principal_frame * along_axes.zip_map(&self.unit_moments, |along, m| along * factor(m))
     }
 }

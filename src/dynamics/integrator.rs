@@ -1,6 +1,7 @@
+use super::workspace::Workspace;
 use super::{Acceleration, Body, BodyState, ExternalForces, Inertia, Situation, State, World};
-use crate::scalar::{Scalar, lift};
-use crate::spatial::{Pose, Twist, rotation_from_vector};
+use crate::scalar::Scalar;
+use crate::spatial::{Pose, Twist, rotation_from_vector, turned_about_own_axis};
 use nalgebra::{Matrix3, Vector3};
 
 /// How a state is taken one time step further.
@@ -23,23 +24,24 @@ pub enum Integrator {
 }
 
 impl Integrator {
-    /// The state one time step (s) later.
+    /// Takes a state one time step (s) further.
     pub(super) fn step<T: Scalar, F: ExternalForces>(
         self,
         world: &World<T, F>,
-        state: &State<T>,
+        state: &mut State<T>,
         time_step: f64,
-    ) -> State<T> {
+        workspace: &mut Workspace<T>,
+    ) {
         match self {
             Self::SymplecticEuler => {
-                let kicked = world.kicked(state, time_step);
-                world.drifted(&kicked, time_step, turned_by_spin)
+                world.kick(state, time_step, workspace);
+                world.drift(state, time_step, turned_by_spin);
             }
             Self::Leapfrog => {
                 let half = time_step / 2.0;
-                let middle = world.drifted(state, half, turned_by_axes);
-                let kicked = world.kicked(&middle, time_step);
-                world.drifted(&kicked, half, turned_by_axes)
+                world.drift(state, half, turned_by_axes);
+                world.kick(state, time_step, workspace);
+                world.drift(state, half, turned_by_axes);
             }
         }
     }
@@ -49,33 +51,25 @@ impl Integrator {
 type Turning<T> = fn(&Inertia<T>, &Matrix3<T>, &Vector3<T>, f64) -> (Matrix3<T>, Vector3<T>);
 
 impl<T: Scalar, F: ExternalForces> World<T, F> {
-    /// The state after the accelerations have acted for a time (s) at fixed poses.
-    fn kicked(&self, state: &State<T>, duration: f64) -> State<T> {
-        let wrenches = self.contact_wrenches(&state.bodies);
-        let bodies = (self.bodies.iter().zip(&state.bodies).zip(wrenches))
-            .map(|((body, body_state), wrench)| {
-                let Some(inertia) = body.inertia() else {
-                    return *body_state;
-                };
-                let rotation = body_state.pose.rotation();
-                let contact = Acceleration {
-                    angular: inertia.angular_velocity(rotation, &wrench.torque),
-                    linear: wrench.force / inertia.mass,
-                };
-                let situation = self.situation(body, inertia, body_state, state.time);
-                let true_one = self.external.acceleration(&situation, contact);
-                let duration = lift::<T>(duration);
-                let Twist { angular, linear } = body_state.twist;
-                BodyState {
-                    pose: body_state.pose,
-                    twist: Twist {
-                        angular: angular + true_one.angular * duration,
-                        linear: linear + true_one.linear * duration,
-                    },
-                }
-            })
-            .collect();
-        State { bodies, ..*state }
+    /// Lets the accelerations act for a time (s) at fixed poses.
+    fn kick(&self, state: &mut State<T>, duration: f64, workspace: &mut Workspace<T>) {
+        let wrenches = self.contact_wrenches(&state.bodies, workspace);
+        let bodies = self.bodies.iter().zip(&mut state.bodies);
+        for ((body, body_state), wrench) in bodies.zip(wrenches) {
+            let Some(inertia) = body.inertia() else {
+                continue;
+            };
+            let rotation = body_state.pose.rotation();
+            let contact = Acceleration {
+                angular: inertia.angular_velocity(rotation, &wrench.torque),
+                linear: wrench.force / inertia.mass,
+            };
+            let situation = self.situation(body, inertia, body_state, state.time);
+            let true_one = self.external.acceleration(&situation, contact);
+            let twist = &mut body_state.twist;
+            twist.angular += true_one.angular.map(|component| component * duration);
+            twist.linear += true_one.linear.map(|component| component * duration);
+        }
     }
 
     fn situation<'a>(
@@ -94,19 +88,15 @@ impl<T: Scalar, F: ExternalForces> World<T, F> {
         }
     }
 
-    /// The state after all bodies have moved freely, or as prescribed, for a time (s).
-    fn drifted(&self, state: &State<T>, duration: f64, turning: Turning<T>) -> State<T> {
-        let time = state.time + duration;
-        let bodies = (0..self.bodies.len())
-            .map(|index| {
-                let before = &state.bodies[index];
-                match self.bodies[index].inertia() {
-                    Some(inertia) => free_motion(inertia, before, duration, turning),
-                    None => self.driven_state(index, time).unwrap_or(*before),
-                }
-            })
-            .collect();
-        State { time, bodies }
+    /// Lets all bodies move freely, or as prescribed, for a time (s).
+    fn drift(&self, state: &mut State<T>, duration: f64, turning: Turning<T>) {
+        state.time += duration;
+        for (index, body_state) in state.bodies.iter_mut().enumerate() {
+            *body_state = match self.bodies[index].inertia() {
+                Some(inertia) => free_motion(inertia, body_state, duration, turning),
+                None => self.driven_state(index, state.time).unwrap_or(*body_state),
+            };
+        }
     }
 }
 
@@ -122,8 +112,8 @@ fn free_motion<T: Scalar>(
     let turned = Pose::from_drifted_rotation(&rotation);
     let center_before = state.pose.rotated_constant(&inertia.center_of_mass);
     let center_after = turned.rotated_constant(&inertia.center_of_mass);
-    let origin =
-        state.pose.translation() + center_before + linear * lift::<T>(duration) - center_after;
+    let moved = linear.map(|component| component * duration);
+    let origin = state.pose.translation() + center_before + moved - center_after;
     BodyState {
         pose: turned.with_translation(origin),
         twist: Twist {
@@ -141,12 +131,12 @@ fn turned_by_spin<T: Scalar>(
     spin: &Vector3<T>,
     duration: f64,
 ) -> (Matrix3<T>, Vector3<T>) {
-    let turned = rotation_from_vector(&(spin * lift::<T>(duration))) * rotation;
+    let turned = rotation_from_vector(&spin.map(|rate| rate * duration)) * rotation;
     if inertia.is_isotropic() {
         return (turned, *spin);
     }
-    let momentum = inertia.angular_momentum(rotation, spin);
-    let spin_after = inertia.angular_velocity(&turned, &momentum);
+    let momentum = inertia.unit_momentum(&inertia.principal_frame(rotation), spin);
+    let spin_after = inertia.velocity_of_unit(&inertia.principal_frame(&turned), &momentum);
     (turned, spin_after)
 }
 
@@ -163,15 +153,13 @@ fn turned_by_axes<T: Scalar>(
         return turned_by_spin(inertia, rotation, spin, duration);
     }
     let mut frame = inertia.principal_frame(rotation);
-    let momentum = inertia.angular_momentum(rotation, spin);
+    // Free motion is the same whatever the mass.
+    let momentum = inertia.unit_momentum(&frame, spin);
     for (axis, share) in [(0, 0.5), (1, 0.5), (2, 1.0), (1, 0.5), (0, 0.5)] {
-        let moment = inertia.mass * inertia.unit_moments[axis];
         let along: T = frame.column(axis).dot(&momentum);
-        let angle = along / moment * (share * duration);
-        let turn = rotation_from_vector(&(Vector3::ith(axis, lift::<T>(1.0)) * angle));
-        frame *= turn;
+        let angle = along * (share * duration / inertia.unit_moments[axis]);
+        frame = turned_about_own_axis(&frame, axis, angle);
     }
-    let turned = frame * inertia.principal_axes.transpose().map(lift::<T>);
-    let spin_after = inertia.angular_velocity(&turned, &momentum);
-    (turned, spin_after)
+    let spin_after = inertia.velocity_of_unit(&frame, &momentum);
+    (inertia.rotation_of(&frame), spin_after)
 }

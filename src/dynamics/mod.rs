@@ -1,7 +1,8 @@
 //! Bodies that move: a [`World`] of them, stepped forward in time.
 //!
 //! A [`Body`] is a shape with a material, a mass and an initial state; a [`World`] is a list of
-//! bodies with gravity and other external forces; a [`Rollout`] is an iterator over its states.
+//! bodies with gravity and other external forces; a [`Rollout`] is an iterator over its states, and a
+//! [`Batch`] many rollouts at once.
 //! All of it is generic over the scalar, so a rollout on dual numbers carries the derivatives of
 //! every later state by whatever was seeded ([`crate::gradient`] does the seeding).
 //!
@@ -28,6 +29,7 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
+mod batch;
 mod body;
 mod error;
 mod external;
@@ -39,9 +41,13 @@ mod material;
 mod report;
 mod rollout;
 mod state;
+mod sweep;
+mod threads;
 mod trajectory;
+mod workspace;
 mod world;
 
+pub use batch::{Batch, Progress};
 pub use body::{Body, Motion};
 pub use error::{RolloutError, WorldError};
 pub use external::{Acceleration, ExternalForces, Gravity, Situation};
@@ -52,5 +58,7 @@ pub use material::Material;
 pub use report::{Momentum, Report, Topology};
 pub use rollout::Rollout;
 pub use state::{BodyState, State};
-pub use trajectory::{Interrupted, Trajectory};
+pub use trajectory::{Interrupted, Recorded, Trajectory};
 pub use world::World;
+
+pub(crate) use threads::contained;

@@ -1,3 +1,4 @@
+use super::sweep::Sweep;
 use super::{ExternalForces, State, World};
 use crate::scalar::{Scalar, lift, lift_vector};
 use nalgebra::Vector3;
@@ -93,7 +94,7 @@ impl<T: Scalar, F: ExternalForces> World<T, F> {
             report.momentum.linear += linear;
             report.momentum.angular += spin + center.cross(&linear);
         }
-        for (i, j) in self.close_pairs(&state.bodies) {
+        for &(i, j) in self.close_pairs(&state.bodies, &mut Sweep::default()) {
             report.contact_energy += self.contact_pair(&state.bodies, i, j).potential_energy();
         }
         report
@@ -103,7 +104,7 @@ impl<T: Scalar, F: ExternalForces> World<T, F> {
     #[must_use]
     pub fn topology(&self, state: &State<T>) -> Topology {
         let mut touching = Vec::new();
-        for (i, j) in self.close_pairs(&state.bodies) {
+        for &(i, j) in self.close_pairs(&state.bodies, &mut Sweep::default()) {
             let tets = self.contact_pair(&state.bodies, i, j).touching_tets();
             touching.extend(tets.into_iter().map(|[a, b]| [i, j, a, b]));
         }

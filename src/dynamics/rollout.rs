@@ -1,8 +1,10 @@
+use super::workspace::Workspace;
 use super::{
-    ExternalForces, Gravity, Integrator, Interrupted, RolloutError, State, Trajectory, World,
-    WorldError,
+    ExternalForces, Gravity, Integrator, Interrupted, Recorded, RolloutError, State, Trajectory,
+    World, WorldError,
 };
 use crate::scalar::Scalar;
+use std::mem;
 
 /// An endless iterator over the states that follow a world's initial state, one a time step.
 ///
@@ -12,6 +14,9 @@ use crate::scalar::Scalar;
 pub struct Rollout<'w, T = f64, F = Gravity> {
     world: &'w World<T, F>,
     state: State<T>,
+    /// Where the next state comes about; `state` stays until that one is known to be finite.
+    next: State<T>,
+    workspace: Workspace<T>,
     /// Time (s) of the state that steps are counted from.
     start: f64,
     time_step: f64,
@@ -23,9 +28,12 @@ pub struct Rollout<'w, T = f64, F = Gravity> {
 
 impl<'w, T: Scalar, F: ExternalForces> Rollout<'w, T, F> {
     pub(super) fn new(world: &'w World<T, F>, time_step: f64, integrator: Integrator) -> Self {
+        let state = world.initial_state();
         Self {
             world,
-            state: world.initial_state(),
+            next: state.clone(),
+            state,
+            workspace: Workspace::default(),
             start: 0.0,
             time_step,
             integrator,
@@ -38,16 +46,20 @@ impl<'w, T: Scalar, F: ExternalForces> Rollout<'w, T, F> {
     ///
     /// # Errors
     /// If the state has another number of bodies.
-    pub fn starting_from(mut self, state: State<T>) -> Result<Self, WorldError> {
-        let (found, expected) = (state.bodies.len(), self.world.bodies().len());
-        if found != expected {
-            return Err(WorldError::StateSize { found, expected });
+    pub fn starting_from(self, state: State<T>) -> Result<Self, WorldError> {
+        state.check_fits(self.world)?;
+        Ok(self.starting_from_fitting(state))
+    }
+
+    /// The same rollout from a state that fits the world.
+    pub(super) fn starting_from_fitting(self, state: State<T>) -> Self {
+        Self {
+            start: state.time,
+            state,
+            steps: 0,
+            has_failed: false,
+            ..self
         }
-        self.start = state.time;
-        self.state = state;
-        self.steps = 0;
-        self.has_failed = false;
-        Ok(self)
     }
 
     /// The state last given, or the initial one.
@@ -60,37 +72,60 @@ impl<'w, T: Scalar, F: ExternalForces> Rollout<'w, T, F> {
     ///
     /// # Errors
     /// If a state is not finite; the error holds the trajectory up to there.
-    pub fn recorded(mut self, steps: usize, every: usize) -> Result<Trajectory<T>, Interrupted<T>> {
+    pub fn recorded(mut self, steps: usize, every: usize) -> Recorded<T> {
         let mut trajectory = Trajectory::starting_with(self.state.clone());
-        for step in 1..=steps {
-            match self.advanced() {
-                Ok(()) if step % every.max(1) == 0 => trajectory.push(self.state.clone()),
-                Ok(()) => {}
-                Err(error) => return Err(Interrupted { error, trajectory }),
-            }
+        match self.record(&mut trajectory, steps, every) {
+            Ok(()) => Ok(trajectory),
+            Err(error) => Err(Interrupted { error, trajectory }),
         }
-        Ok(trajectory)
     }
 
-    /// Takes a step.
-    fn advanced(&mut self) -> Result<(), RolloutError> {
-        let mut next = self
-            .integrator
-            .step(self.world, &self.state, self.time_step);
+    /// Takes a number of steps and adds every `every`th state to a trajectory.
+    pub(super) fn record(
+        &mut self,
+        trajectory: &mut Trajectory<T>,
+        steps: usize,
+        every: usize,
+    ) -> Result<(), RolloutError> {
+        for step in 1..=steps {
+            let state = self.advance()?;
+            if step % every.max(1) == 0 {
+                trajectory.push(state.clone());
+            }
+        }
+        Ok(())
+    }
+
+    /// Takes a step and shows the state it led to: [`Iterator::next`] without a copy. Steps allocate
+    /// nothing once the rollout has the room it needs, unless their contacts are so many that they
+    /// are spread over threads.
+    ///
+    /// # Errors
+    /// If the state is not finite; [`Self::state`] is then still the one before.
+    pub fn advance(&mut self) -> Result<&State<T>, RolloutError> {
         let step = self.steps + 1;
+        self.next.time = self.state.time;
+        self.next.bodies.clone_from(&self.state.bodies);
+        self.integrator.step(
+            self.world,
+            &mut self.next,
+            self.time_step,
+            &mut self.workspace,
+        );
         // From the count of steps: a sum of 10⁶ time steps would have drifted.
-        next.time = self.start + step as f64 * self.time_step;
-        if let Some(index) = next.bodies.iter().position(|body| !body.is_finite()) {
+        self.next.time = self.start + step as f64 * self.time_step;
+        let mut bodies = self.next.bodies.iter();
+        if let Some(index) = bodies.position(|body| !body.is_finite()) {
             self.has_failed = true;
             return Err(RolloutError::NotFinite {
                 step,
-                time: next.time,
+                time: self.next.time,
                 body: self.world.bodies()[index].name().to_owned(),
             });
         }
-        self.state = next;
+        mem::swap(&mut self.state, &mut self.next);
         self.steps = step;
-        Ok(())
+        Ok(&self.state)
     }
 }
 
@@ -101,6 +136,16 @@ impl<T: Scalar, F: ExternalForces> Iterator for Rollout<'_, T, F> {
         if self.has_failed {
             return None;
         }
-        Some(self.advanced().map(|()| self.state.clone()))
+        Some(self.advance().cloned())
+    }
+
+    /// Without copies of the states that are passed over.
+    fn nth(&mut self, count: usize) -> Option<Self::Item> {
+        for _ in 0..count {
+            if self.has_failed || self.advance().is_err() {
+                return None;
+            }
+        }
+        self.next()
     }
 }

@@ -1,3 +1,4 @@
+use super::{ExternalForces, World, WorldError};
 use crate::scalar::{Scalar, lift_vector, real_vector};
 use crate::spatial::{Pose, Twist};
 use nalgebra::Vector3;
@@ -69,6 +70,19 @@ impl BodyState<f64> {
 }
 
 impl<T: Scalar> State<T> {
+    /// Nothing, if the state has as many bodies as the world.
+    pub(super) fn check_fits<F: ExternalForces>(
+        &self,
+        world: &World<T, F>,
+    ) -> Result<(), WorldError> {
+        let (found, expected) = (self.bodies.len(), world.bodies().len());
+        if found == expected {
+            Ok(())
+        } else {
+            Err(WorldError::StateSize { found, expected })
+        }
+    }
+
     /// The state without its derivatives.
     #[must_use]
     pub fn real(&self) -> State<f64> {

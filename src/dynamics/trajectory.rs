@@ -17,6 +17,9 @@ pub struct Interrupted<T> {
     pub trajectory: Trajectory<T>,
 }
 
+/// What a rollout has recorded: all it should, or an error with what there was before.
+pub type Recorded<T = f64> = Result<Trajectory<T>, Interrupted<T>>;
+
 impl<T: Scalar> Trajectory<T> {
     pub(super) fn starting_with(state: State<T>) -> Self {
         Self {

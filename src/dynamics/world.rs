@@ -157,9 +157,7 @@ impl<T: Scalar, F: ExternalForces> World<T, F> {
         time_step: f64,
         integrator: Integrator,
     ) -> Result<Rollout<'_, T, F>, WorldError> {
-        if !(time_step > 0.0 && time_step.is_finite()) {
-            return Err(setting("time step", time_step, "positive and finite"));
-        }
+        check_time_step(time_step)?;
         Ok(Rollout::new(self, time_step, integrator))
     }
 
@@ -171,6 +169,14 @@ impl<T: Scalar, F: ExternalForces> World<T, F> {
             Motion::Prescribed(path) => Some(state_on(&**path, time).lifted()),
         }
     }
+}
+
+/// Nothing, if a time step (s) is positive and finite.
+pub(super) fn check_time_step(time_step: f64) -> Result<(), WorldError> {
+    if time_step > 0.0 && time_step.is_finite() {
+        return Ok(());
+    }
+    Err(setting("time step", time_step, "positive and finite"))
 }
 
 fn setting(quantity: &'static str, value: f64, expected: &'static str) -> WorldError {

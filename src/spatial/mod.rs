@@ -13,5 +13,6 @@ mod wrench;
 pub use mass_properties::MassProperties;
 pub use pose::{Pose, PoseError};
 pub use rotation::{rotation_from_vector, skew};
+pub(crate) use rotation::{times_constant, turned_about_own_axis};
 pub use twist::Twist;
 pub use wrench::Wrench;

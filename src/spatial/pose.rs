@@ -1,4 +1,4 @@
-use super::{Twist, rotation_from_vector};
+use super::{Twist, rotation_from_vector, times_constant};
 use crate::scalar::{Scalar, lift, lift_vector, real_part, real_vector};
 use nalgebra::{Isometry3, Matrix3, Vector3};
 use std::ops::Mul;
@@ -63,12 +63,16 @@ impl<T: Scalar> Pose<T> {
     }
 
     /// A frame at the origin with a rotation that a few products may have taken from orthonormality.
+    ///
+    /// The Newton step of [`Self::orthonormalised`] as a constant factor: derivatives of a product of
+    /// rotations are those of a rotation to round-off, and have nothing that it would put right.
     pub(crate) fn from_drifted_rotation(rotation: &Matrix3<T>) -> Self {
-        let pose = Self {
-            rotation: *rotation,
+        let real = rotation.map(real_part);
+        let correction = Matrix3::from_diagonal_element(3.0) - real.transpose() * real;
+        Self {
+            rotation: times_constant(rotation, &correction).map(|entry| entry * 0.5),
             translation: Vector3::from_element(lift(0.0)),
-        };
-        pose.orthonormalised()
+        }
     }
 
     /// A frame turned by `rotation_vector` (rad, axis times angle), its origin at `translation` (m).
@@ -114,10 +118,10 @@ impl<T: Scalar> Pose<T> {
     /// right by one Newton step towards the nearest rotation, R·(3·I − RᵀR)/2: it squares the
     /// deviation.
     pub(crate) fn orthonormalised(self) -> Self {
-        let three = Matrix3::identity() * lift::<T>(3.0);
+        let three = Matrix3::from_diagonal_element(lift::<T>(3.0));
         let gram = self.rotation.transpose() * self.rotation;
         Self {
-            rotation: self.rotation * (three - gram) * lift::<T>(0.5),
+            rotation: (self.rotation * (three - gram)).map(|entry| entry * 0.5),
             ..self
         }
     }

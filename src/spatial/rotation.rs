@@ -1,5 +1,5 @@
 use crate::scalar::{Scalar, lift, real_part};
-use nalgebra::{Matrix3, Vector3};
+use nalgebra::{Matrix3, RowVector3, Vector3};
 
 /// Below this squared angle (rad²) the exponential map is evaluated by its series.
 const SERIES_LIMIT: f64 = 0.25;
@@ -23,12 +23,49 @@ pub fn skew<T: Scalar>(vector: &Vector3<T>) -> Matrix3<T> {
 ///
 /// Both coefficients are series in θ² near zero, so all derivatives exist there. Nothing else in
 /// the library makes a rotation from a vector.
+///
+/// With v the vector, S² = v vᵀ − θ²·I: twelve products instead of those of a matrix product.
 #[must_use]
 pub fn rotation_from_vector<T: Scalar>(rotation_vector: &Vector3<T>) -> Matrix3<T> {
-    let angle_squared = rotation_vector.dot(rotation_vector);
-    let (sine_term, cosine_term) = exponential_coefficients(angle_squared);
-    let s = skew(rotation_vector);
-    Matrix3::identity() + s * sine_term + s * s * cosine_term
+    let v = rotation_vector;
+    let (sine_term, cosine_term) = exponential_coefficients(v.dot(v));
+    let (sine, cosine) = (v * sine_term, v * cosine_term);
+    let [xx, yy, zz] = [cosine.x * v.x, cosine.y * v.y, cosine.z * v.z];
+    let [xy, xz, yz] = [cosine.x * v.y, cosine.x * v.z, cosine.y * v.z];
+    let one: T = lift(1.0);
+    let [x, y, z] = [one - (yy + zz), one - (xx + zz), one - (xx + yy)];
+    Matrix3::from_rows(&[
+        RowVector3::new(x, xy - sine.z, xz + sine.y),
+        RowVector3::new(xy + sine.z, y, yz - sine.x),
+        RowVector3::new(xz - sine.y, yz + sine.x, z),
+    ])
+}
+
+/// A frame, the axes as columns, turned about one of its own axes by an angle (rad).
+pub(crate) fn turned_about_own_axis<T: Scalar>(
+    frame: &Matrix3<T>,
+    axis: usize,
+    angle: T,
+) -> Matrix3<T> {
+    let (sine, cosine) = angle.sin_cos();
+    let (next, last) = ((axis + 1) % 3, (axis + 2) % 3);
+    let (first, second) = (frame.column(next), frame.column(last));
+    let mut turned = *frame;
+    turned.set_column(next, &(first * cosine + second * sine));
+    turned.set_column(last, &(second * cosine - first * sine));
+    turned
+}
+
+/// The product with a constant matrix: 27 products `T * f64` instead of `T * T`.
+pub(crate) fn times_constant<T: Scalar>(
+    matrix: &Matrix3<T>,
+    constant: &Matrix3<f64>,
+) -> Matrix3<T> {
+    Matrix3::from_fn(|i, j| {
+        matrix[(i, 0)] * constant[(0, j)]
+            + matrix[(i, 1)] * constant[(1, j)]
+            + matrix[(i, 2)] * constant[(2, j)]
+    })
 }
 
 /// (sin θ/θ, (1 − cos θ)/θ²) as functions of θ².
@@ -50,7 +87,7 @@ fn exponential_coefficients<T: Scalar>(angle_squared: T) -> (T, T) {
 fn alternating_series<T: Scalar>(x: T, first: u32) -> T {
     let one: T = lift(1.0);
     let sum = (1..=SERIES_TERMS).rev().fold(one, |tail, n| {
-        one - x * tail / f64::from((2 * n + first - 1) * (2 * n + first))
+        one - x * tail * f64::from((2 * n + first - 1) * (2 * n + first)).recip()
     });
-    sum / f64::from(first)
+    sum * f64::from(first).recip()
 }

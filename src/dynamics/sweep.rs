@@ -1,0 +1,86 @@
+use crate::geometry::Aabb;
+use nalgebra::Vector3;
+
+/// A search for the boxes that overlap: sorted along one axis, each is held only against those that
+/// begin before it ends. Its room is used again from one search to the next.
+#[derive(Debug, Default)]
+pub(super) struct Sweep {
+    boxes: Vec<Aabb>,
+    /// The boxes in the order of their lower ends along the axis.
+    order: Vec<usize>,
+    pairs: Vec<(usize, usize)>,
+}
+
+impl Sweep {
+    /// The pairs (i, j), i < j, of boxes that overlap and that `may_touch` lets pass, sorted.
+    pub fn overlapping(
+        &mut self,
+        boxes: impl Iterator<Item = Aabb>,
+        may_touch: impl Fn(usize, usize) -> bool,
+    ) -> &[(usize, usize)] {
+        self.boxes.clear();
+        self.boxes.extend(boxes);
+        let (boxes, axis) = (&self.boxes, widest_axis(&self.boxes));
+        let begin = |index: usize| boxes[index].lower[axis];
+        let end = |index: usize| boxes[index].upper[axis];
+        self.order.clear();
+        self.order.extend(0..boxes.len());
+        self.order
+            .sort_unstable_by(|&i, &j| begin(i).total_cmp(&begin(j)));
+        self.pairs.clear();
+        for (place, &i) in self.order.iter().enumerate() {
+            let following = self.order[place + 1..].iter();
+            let reached = following.take_while(|&&j| begin(j) <= end(i));
+            let overlapping = reached
+                .filter(|&&j| boxes[i].overlaps(&boxes[j]) && may_touch(i.min(j), i.max(j)))
+                .map(|&j| (i.min(j), i.max(j)));
+            self.pairs.extend(overlapping);
+        }
+        self.pairs.sort_unstable();
+        &self.pairs
+    }
+}
+
+/// The axis along which the boxes' centres spread most.
+fn widest_axis(boxes: &[Aabb]) -> usize {
+    let count = boxes.len() as f64;
+    let centers = || boxes.iter().map(Aabb::center);
+    let mean = centers().sum::<Vector3<f64>>() / count;
+    let squares = |center: Vector3<f64>| (center - mean).map(|x| x * x);
+    centers().map(squares).sum::<Vector3<f64>>().imax()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    /// Boxes on a coarse grid, so that many ends coincide.
+    fn boxes() -> impl Strategy<Value = Vec<Aabb>> {
+        let number = |size| (0..size).prop_map(f64::from);
+        let vector = move |size| [number(size), number(size), number(size)];
+        let aabb = (vector(12), vector(4)).prop_map(|(lower, lengths)| {
+            let lower = Vector3::from(lower);
+            let upper = lower + Vector3::from(lengths);
+            Aabb { lower, upper }
+        });
+        prop::collection::vec(aabb, 0..40)
+    }
+
+    proptest! {
+        #[test]
+        fn pairs_are_those_of_all_tests_of_two_boxes(first in boxes(), second in boxes()) {
+            let may_touch = |i: usize, j: usize| i % 5 != j % 4;
+            // The second search finds what the first has left behind.
+            let mut sweep = Sweep::default();
+            for boxes in [first, second] {
+                let all = (0..boxes.len()).flat_map(|j| (0..j).map(move |i| (i, j)));
+                let mut expected: Vec<_> = all
+                    .filter(|&(i, j)| boxes[i].overlaps(&boxes[j]) && may_touch(i, j))
+                    .collect();
+                expected.sort_unstable();
+                prop_assert_eq!(sweep.overlapping(boxes.into_iter(), may_touch), expected);
+            }
+        }
+    }
+}

@@ -1,0 +1,77 @@
+//! All that knows of threads: the values of many items at once, in the order of the items. Without
+//! the feature `parallel` the same values come one after another.
+
+use super::RolloutError;
+#[cfg(feature = "parallel")]
+use rayon::prelude::*;
+use std::any::Any;
+use std::cell::Cell;
+use std::panic::{AssertUnwindSafe, catch_unwind};
+
+/// So many short values are worth other threads. To wake these took about 20 µs; the contact of two
+/// coarse bodies takes a few if they do not touch, and some ten if they do (`cargo bench --bench
+/// crowd`, with this at 1 and at its value, 4 and 9 bodies).
+const WORTH_THREADS: usize = 16;
+
+thread_local! {
+    /// Whether this thread works on a job, one of many, that it must not wait in.
+    static HAS_JOB: Cell<bool> = const { Cell::new(false) };
+}
+
+/// The short values of many items, into room that is used again: by several threads where that
+/// pays.
+pub(super) fn mapped_into<I: Sync, O: Send>(
+    values: &mut Vec<O>,
+    items: &[I],
+    value: impl Fn(&I) -> O + Sync,
+) {
+    if items.len() >= WORTH_THREADS && !HAS_JOB.get() {
+        spread_into(values, items, value);
+    } else {
+        values.clear();
+        values.extend(items.iter().map(value));
+    }
+}
+
+/// The results of many long jobs.
+pub(super) fn results_of<I: Sync, O: Send>(items: &[I], job: impl Fn(&I) -> O + Sync) -> Vec<O> {
+    let mut results = Vec::with_capacity(items.len());
+    spread_into(&mut results, items, job);
+    results
+}
+
+/// Does one of many jobs on this thread alone, and makes an error of a panic.
+///
+/// A thread that waited for help in a job would be given other jobs to do meanwhile, whole ones, one
+/// on top of the other on its stack.
+pub(crate) fn contained<O, E: From<RolloutError>>(
+    job: impl FnOnce() -> Result<O, E>,
+) -> Result<O, E> {
+    let had_job = HAS_JOB.replace(true);
+    // What the job has left behind half done is dropped with it.
+    let result = catch_unwind(AssertUnwindSafe(job));
+    HAS_JOB.set(had_job);
+    result.unwrap_or_else(|payload| {
+        let message = panic_message(&*payload);
+        Err(RolloutError::Panicked { message }.into())
+    })
+}
+
+fn panic_message(payload: &(dyn Any + Send)) -> String {
+    let formatted = payload.downcast_ref::<String>().map(String::as_str);
+    let message = formatted.or_else(|| payload.downcast_ref::<&str>().copied());
+    message.unwrap_or("something that is no text").to_owned()
+}
+
+/// An item at a time for each thread: items differ widely in what they take.
+#[cfg(feature = "parallel")]
+fn spread_into<I: Sync, O: Send>(values: &mut Vec<O>, items: &[I], value: impl Fn(&I) -> O + Sync) {
+    let singly = items.par_iter().with_max_len(1);
+    singly.map(&value).collect_into_vec(values);
+}
+
+#[cfg(not(feature = "parallel"))]
+fn spread_into<I, O>(values: &mut Vec<O>, items: &[I], value: impl Fn(&I) -> O) {
+    values.clear();
+    values.extend(items.iter().map(value));
+}

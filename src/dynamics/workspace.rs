@@ -1,0 +1,26 @@
+use super::sweep::Sweep;
+use crate::spatial::Wrench;
+
+/// Room for what a step works out and no state keeps.
+///
+/// A rollout has one, so that its steps allocate nothing once all room is there. Every step fills it
+/// anew: no result depends on what was in it.
+#[derive(Debug)]
+pub(super) struct Workspace<T> {
+    /// The search for close pairs.
+    pub sweep: Sweep,
+    /// Contact wrenches on the two bodies of each close pair, in the order of the pairs.
+    pub pair_wrenches: Vec<[Wrench<T>; 2]>,
+    /// Net contact wrench on each body.
+    pub wrenches: Vec<Wrench<T>>,
+}
+
+impl<T> Default for Workspace<T> {
+    fn default() -> Self {
+        Self {
+            sweep: Sweep::default(),
+            pair_wrenches: Vec::new(),
+            wrenches: Vec::new(),
+        }
+    }
+}

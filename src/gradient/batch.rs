@@ -1,0 +1,68 @@
+use super::{Experiment, GradientError, Outcome, OutcomeJacobian, Parameter};
+use crate::dynamics::{Batch, ExternalForces, World, contained};
+use nalgebra::DVector;
+
+/// A batch of a world after many changes of its parameters: each sample has a number for each number
+/// of the parameters, as in [`World::changed`].
+///
+/// Errors belong to samples: one that makes no world, or whose rollout ends early, leaves the others
+/// as they are.
+impl Batch<'_> {
+    /// For each sample the outcome.
+    pub fn values_after<F: ExternalForces>(
+        &self,
+        world: &World<f64, F>,
+        parameters: &[Parameter],
+        samples: &[impl AsRef<[f64]> + Sync],
+        outcome: &impl Outcome,
+    ) -> Vec<Result<Vec<f64>, GradientError>> {
+        self.after(world, parameters, samples, |experiment| {
+            experiment.value(outcome)
+        })
+    }
+
+    /// For each sample the outcome and its derivatives by the parameters.
+    pub fn jacobians_after<F: ExternalForces>(
+        &self,
+        world: &World<f64, F>,
+        parameters: &[Parameter],
+        samples: &[impl AsRef<[f64]> + Sync],
+        outcome: &impl Outcome,
+    ) -> Vec<Result<OutcomeJacobian, GradientError>> {
+        self.after(world, parameters, samples, |experiment| {
+            experiment.jacobian(parameters, outcome)
+        })
+    }
+
+    /// For each sample a loss and its gradient.
+    pub fn gradients_after<F: ExternalForces>(
+        &self,
+        world: &World<f64, F>,
+        parameters: &[Parameter],
+        samples: &[impl AsRef<[f64]> + Sync],
+        loss: &impl Outcome,
+    ) -> Vec<Result<(f64, DVector<f64>), GradientError>> {
+        self.after(world, parameters, samples, |experiment| {
+            experiment.gradient(parameters, loss)
+        })
+    }
+
+    /// What is read from the experiment on the world after each sample's changes.
+    fn after<F: ExternalForces, O: Send>(
+        &self,
+        world: &World<f64, F>,
+        parameters: &[Parameter],
+        samples: &[impl AsRef<[f64]> + Sync],
+        read: impl Fn(&Experiment<F>) -> Result<O, GradientError> + Sync,
+    ) -> Vec<Result<O, GradientError>> {
+        self.results(samples, |sample| {
+            contained(|| {
+                let world = world.changed(parameters, sample.as_ref())?;
+                let experiment = Experiment::new(&world, self.time_step, self.steps)?
+                    .with_integrator(self.integrator)
+                    .recording_every(self.record_every);
+                read(&experiment)
+            })
+        })
+    }
+}

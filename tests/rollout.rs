@@ -1,0 +1,109 @@
+//! Rollouts: their ways forward agree, and what is left after a failure.
+
+use hydroelastic::contact::Shape;
+use hydroelastic::dynamics::{Body, Integrator, Mass, Material, Rollout, State, World};
+use hydroelastic::mesh::shapes;
+use hydroelastic::spatial::Pose;
+use nalgebra::vector;
+use num_dual::Dual64;
+
+const TIME_STEP: f64 = 1e-3;
+
+/// A ball that falls on a floor.
+fn scene(skin: Material) -> World {
+    let ball = Shape::new(shapes::icosphere(0.1, 1).unwrap());
+    let floor = Shape::new(shapes::cuboid([1.0, 1.0, 0.2]).unwrap());
+    let ball = Body::dynamic("ball", ball, skin, Mass::Total(1.0)).unwrap();
+    World::new(vec![
+        ball.at(Pose::from_translation(vector![0.0, 0.0, 0.21])),
+        Body::fixed("floor", floor, skin).unwrap(),
+    ])
+    .unwrap()
+    .with_gravity(vector![0.0, 0.0, -9.81])
+    .unwrap()
+}
+
+fn rollout(world: &World) -> Rollout<'_> {
+    world.rollout(TIME_STEP, Integrator::Leapfrog).unwrap()
+}
+
+/// The time, and every number of every body, to the last bit.
+fn bits(state: &State) -> Vec<u64> {
+    let numbers = state.bodies.iter().flat_map(|body| {
+        let pose = body.pose.rotation().iter().chain(body.pose.translation());
+        let twist = body.twist.angular.iter().chain(&body.twist.linear);
+        pose.chain(twist).copied()
+    });
+    let numbers = std::iter::once(state.time).chain(numbers);
+    numbers.map(f64::to_bits).collect()
+}
+
+#[test]
+fn advancing_leads_through_the_states_of_the_iterator() {
+    let world = scene(Material::elastic(1e5).with_friction(0.4));
+    let (mut advanced, recorded) = (rollout(&world), rollout(&world).recorded(100, 1).unwrap());
+    for (state, recorded) in rollout(&world).zip(&recorded.states()[1..]) {
+        let state = bits(&state.unwrap());
+        assert_eq!(bits(advanced.advance().unwrap()), state);
+        assert_eq!(bits(advanced.state()), state);
+        assert_eq!(bits(recorded), state);
+    }
+}
+
+#[test]
+fn passing_over_states_changes_none() {
+    let world = scene(Material::elastic(1e5));
+    let all: Vec<_> = rollout(&world).take(90).map(Result::unwrap).collect();
+    let thinned = rollout(&world).step_by(7).map(Result::unwrap);
+    for (index, state) in thinned.take(12).enumerate() {
+        assert_eq!(bits(&state), bits(&all[7 * index]));
+    }
+}
+
+#[test]
+fn a_failed_rollout_keeps_its_last_finite_state_and_ends() {
+    // So stiff that the first contact throws the ball to where its pose overflows.
+    let world = scene(Material::elastic(1e150).with_dissipation(1e150));
+    let mut failing = rollout(&world);
+    let finite = (failing.by_ref().take(1_000))
+        .take_while(Result::is_ok)
+        .count();
+    assert!((1..1_000).contains(&finite), "{finite}");
+    let last = bits(failing.state());
+    let time = finite as f64 * TIME_STEP;
+    assert_eq!(failing.state().time.to_bits(), time.to_bits());
+    assert!(failing.next().is_none());
+    assert!(failing.nth(3).is_none());
+    let error = failing.advance().unwrap_err();
+    assert_eq!(failing.advance().unwrap_err(), error);
+    assert_eq!(bits(failing.state()), last);
+    assert!(rollout(&world).nth(finite + 1).is_none());
+    assert!(rollout(&world).nth(finite).unwrap().is_err());
+}
+
+/// Round-off of 20,000 steps in the derivatives of a rotation, relative to these.
+const TANGENT: f64 = 1e-10;
+
+#[test]
+fn derivatives_of_a_rotation_stay_those_of_rotations_over_many_steps() {
+    let brick = Shape::new(shapes::cuboid([0.1, 0.2, 0.3]).unwrap());
+    let brick = Body::dynamic("brick", brick, Material::elastic(1e5), Mass::Total(1.0)).unwrap();
+    let world = World::new(vec![brick.with_spin(vector![1.0, 5.0, -3.0])]).unwrap();
+    let world = world.lifted::<Dual64>();
+    for integrator in [Integrator::Leapfrog, Integrator::SymplecticEuler] {
+        let mut start = world.initial_state();
+        start.bodies[0].twist.angular.x.eps = 1.0;
+        let mut rollout = world.rollout(TIME_STEP, integrator).unwrap();
+        rollout = rollout.starting_from(start).unwrap();
+        let last = rollout.nth(19_999).unwrap().unwrap();
+        // RᵀR = I, so that its derivative is zero.
+        let rotation = last.bodies[0].pose.rotation();
+        let gram = rotation.transpose() * rotation;
+        let size = rotation.map(|entry| entry.eps).amax();
+        let error = gram.map(|entry| entry.eps).amax();
+        assert!(
+            size > 1.0 && error <= TANGENT * size,
+            "{error:e} of {size:e}"
+        );
+    }
+}

@@ -1,0 +1,287 @@
+//! Threads change no bit: of a step of many contacts, of a batch, of a batch of gradients. Without
+//! the feature `parallel` all of it runs on one thread, and the same tests hold.
+
+use hydroelastic::contact::Shape;
+use hydroelastic::dynamics::{
+    Acceleration, Batch, Body, ExternalForces, Gravity, Integrator, Mass, Material, Progress,
+    RolloutError, Situation, State, World, WorldError,
+};
+use hydroelastic::gradient::{FinalPosition, FinalState, GradientError, Parameter};
+use hydroelastic::mesh::shapes;
+use hydroelastic::scalar::{Scalar, real_part};
+use hydroelastic::spatial::Pose;
+use nalgebra::{Vector3, vector};
+use std::collections::BTreeSet;
+use std::sync::{Arc, Mutex};
+
+const THREADS: [usize; 4] = [1, 2, 3, 8];
+const TIME_STEP: f64 = 5e-4;
+
+/// A body on its own, of a skin that rubs.
+fn falling(name: &str, shape: &Arc<Shape>, at: Vector3<f64>) -> Body {
+    let skin = Material::elastic(1e5)
+        .with_dissipation(0.3)
+        .with_friction(0.4);
+    let body = Body::dynamic(name, Arc::clone(shape), skin, Mass::Total(1.0)).unwrap();
+    let pose = Pose::from_rotation_vector(&(at * 3.0), at);
+    body.at(pose).with_spin(vector![2.0, -1.0, 0.5])
+}
+
+fn floor() -> Body {
+    let floor = Shape::new(shapes::cuboid([2.0, 2.0, 0.2]).unwrap());
+    let floor = Body::fixed("floor", floor, Material::elastic(1e6).with_friction(0.5)).unwrap();
+    floor.at(Pose::from_translation(vector![0.0, 0.0, -0.1]))
+}
+
+fn with_gravity(bodies: Vec<Body>) -> World {
+    let world = World::new(bodies).unwrap();
+    world.with_gravity(vector![0.0, 0.0, -9.81]).unwrap()
+}
+
+/// Eggs in three layers of nine, pressed into one another and into the floor.
+fn heap() -> World {
+    let egg = Arc::new(Shape::new(shapes::ellipsoid([0.1, 0.11, 0.12], 1).unwrap()));
+    let place = |index: u32| {
+        let cell = [index % 3, index / 3 % 3, index / 9].map(f64::from);
+        Vector3::from(cell) * 0.19 + vector![0.0, 0.0, 0.09]
+    };
+    let eggs = (0..27).map(|index| falling(&format!("egg {index}"), &egg, place(index)));
+    with_gravity(eggs.chain([floor()]).collect())
+}
+
+/// A ball that falls on the floor.
+fn drop() -> World {
+    let ball = Arc::new(Shape::new(shapes::icosphere(0.1, 1).unwrap()));
+    let ball = falling("ball", &ball, vector![0.0, 0.0, 0.11]);
+    with_gravity(vec![ball, floor()])
+}
+
+/// Every number of every body, to the last bit.
+fn bits(state: &State) -> Vec<u64> {
+    let numbers = state.bodies.iter().flat_map(|body| {
+        let pose = body.pose.rotation().iter().chain(body.pose.translation());
+        let twist = body.twist.angular.iter().chain(&body.twist.linear);
+        pose.chain(twist).copied()
+    });
+    numbers.map(f64::to_bits).collect()
+}
+
+/// That something has the same bits in pools of so many threads.
+fn assert_same_for_any_number_of_threads(bits: impl Fn() -> Vec<u64> + Sync) {
+    let expected = bits();
+    assert!(!expected.is_empty());
+    for threads in THREADS {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads);
+        let found = pool.build().unwrap().install(&bits);
+        assert!(found == expected, "{threads} threads");
+    }
+}
+
+/// How many pairs of bodies touch at the start.
+fn touching_pairs(world: &World) -> usize {
+    let (topology, count) = (world.topology(&world.initial_state()), world.bodies().len());
+    let pairs = (0..count).flat_map(|i| (0..i).map(move |j| (i, j)));
+    pairs.filter(|&(i, j)| topology.touches(i, j)).count()
+}
+
+#[test]
+fn a_step_of_many_contacts_has_the_same_bits_whatever_the_number_of_threads() {
+    let world = heap();
+    // Enough to be spread over threads.
+    assert!(touching_pairs(&world) > 40, "{}", touching_pairs(&world));
+    let last = || {
+        let mut rollout = world.rollout(TIME_STEP, Integrator::Leapfrog).unwrap();
+        bits(&rollout.nth(39).unwrap().unwrap())
+    };
+    assert_same_for_any_number_of_threads(last);
+    // In a batch a rollout keeps to one thread.
+    let batch = Batch::new(TIME_STEP, 40).unwrap();
+    let alone = batch.starting_from(&world, &[world.initial_state()]);
+    assert!(bits(alone.unwrap()[0].as_ref().unwrap().last()) == last());
+}
+
+/// Starts of the ball at so many heights (m).
+fn heights(world: &World, count: usize) -> Vec<State> {
+    let start = |index: usize| {
+        let mut state = world.initial_state();
+        let height = vector![0.0, 0.0, 0.1 + 1e-3 * index as f64];
+        state.bodies[0].pose = state.bodies[0].pose.with_translation(height);
+        state
+    };
+    (0..count).map(start).collect()
+}
+
+#[test]
+fn a_batch_has_the_trajectories_of_its_rollouts_one_by_one_in_their_order() {
+    let world = drop();
+    let starts = heights(&world, 20);
+    let one_by_one: Vec<u64> = (starts.iter())
+        .flat_map(|start| {
+            let rollout = world
+                .rollout(TIME_STEP, Integrator::SymplecticEuler)
+                .unwrap();
+            let rollout = rollout.starting_from(start.clone()).unwrap();
+            let recorded = rollout.recorded(100, 50).unwrap();
+            recorded.states().iter().flat_map(bits).collect::<Vec<_>>()
+        })
+        .collect();
+    let batch = Batch::new(TIME_STEP, 100).unwrap();
+    let batch = batch
+        .with_integrator(Integrator::SymplecticEuler)
+        .recording_every(50);
+    let together = || {
+        let trajectories = batch.starting_from(&world, &starts).unwrap();
+        let states = trajectories
+            .iter()
+            .flat_map(|t| t.as_ref().unwrap().states());
+        states.flat_map(bits).collect()
+    };
+    assert!(together() == one_by_one);
+    assert_same_for_any_number_of_threads(together);
+}
+
+#[test]
+fn a_batch_of_worlds_has_the_trajectories_of_the_worlds() {
+    let moduli = [0.0, 1e5, 2e5, 3e5];
+    let worlds = moduli.map(|change| {
+        let parameters = [Parameter::Modulus("ball")];
+        drop().changed(&parameters, &[change]).unwrap()
+    });
+    let batch = Batch::new(TIME_STEP, 60).unwrap();
+    let found = batch.of_worlds(&worlds);
+    assert_eq!(found.len(), worlds.len());
+    for (world, found) in worlds.iter().zip(found) {
+        let rollout = world.rollout(TIME_STEP, Integrator::Leapfrog).unwrap();
+        let expected = rollout.recorded(60, 1).unwrap();
+        assert!(bits(found.unwrap().last()) == bits(expected.last()));
+    }
+}
+
+const BY: [Parameter; 2] = [
+    Parameter::InitialVelocity("ball"),
+    Parameter::Friction("ball"),
+];
+
+/// Changes of velocity and friction.
+fn samples() -> Vec<[f64; 4]> {
+    let sample = |i: u32| [0.1, -0.2, 0.05, 0.01].map(|x| x * f64::from(i));
+    (0..12).map(sample).collect()
+}
+
+#[test]
+fn values_and_jacobians_after_changes_have_the_same_bits_whatever_the_number_of_threads() {
+    let (world, samples) = (drop(), samples());
+    let outcome = FinalState::of_body(&world, "ball").unwrap();
+    let batch = Batch::new(TIME_STEP, 80).unwrap().recording_every(80);
+    let read = || {
+        let values = batch.values_after(&world, &BY, &samples, &outcome);
+        let jacobians = batch.jacobians_after(&world, &BY, &samples, &outcome);
+        let mut numbers = Vec::new();
+        for (value, jacobian) in values.into_iter().zip(jacobians) {
+            let (value, jacobian) = (value.unwrap(), jacobian.unwrap());
+            assert_eq!(value, jacobian.value.as_slice());
+            numbers.extend(value);
+            numbers.extend(jacobian.jacobian.iter());
+        }
+        numbers.into_iter().map(f64::to_bits).collect()
+    };
+    assert_same_for_any_number_of_threads(read);
+}
+
+#[test]
+fn a_sample_that_makes_no_world_is_an_error_among_the_others() {
+    let world = drop();
+    let outcome = FinalPosition::of_body(&world, "ball").unwrap();
+    let batch = Batch::new(TIME_STEP, 10).unwrap();
+    let samples = [vec![0.0], vec![-1.0], vec![0.0, 0.0], vec![0.1]];
+    let values = batch.values_after(&world, &[Parameter::Friction("ball")], &samples, &outcome);
+    assert!(values[0].is_ok() && values[3].is_ok());
+    let range = values[1].as_ref().unwrap_err();
+    assert!(matches!(
+        range,
+        GradientError::World(WorldError::Material { .. })
+    ));
+    let (found, expected) = (2, 1);
+    let count = GradientError::ChangeCount { found, expected };
+    assert_eq!(values[2].as_ref().unwrap_err(), &count);
+    let losses = batch.gradients_after(&world, &BY[1..], &[[0.0]], &outcome);
+    let count = 3;
+    assert_eq!(losses[0], Err(GradientError::NotALoss { count }));
+}
+
+#[test]
+fn progress_counts_every_rollout_once_and_ends_at_the_total() {
+    let world = drop();
+    let counts = Mutex::new(BTreeSet::new());
+    let note = |progress: Progress| {
+        assert_eq!(progress.total, 20);
+        assert!(counts.lock().unwrap().insert(progress.finished));
+    };
+    let batch = Batch::new(TIME_STEP, 10).unwrap().with_progress(note);
+    batch.starting_from(&world, &heights(&world, 20)).unwrap();
+    assert!(counts.lock().unwrap().iter().copied().eq(1..=20));
+}
+
+/// Gravity, and a floor that forces refuse to enter.
+struct Touchy;
+
+/// Height of the ball's centre (m) below which [`Touchy`] panics.
+const LOWEST: f64 = 0.1045;
+
+impl ExternalForces for Touchy {
+    fn acceleration<T: Scalar>(
+        &self,
+        situation: &Situation<T>,
+        contact: Acceleration<T>,
+    ) -> Acceleration<T> {
+        let height = real_part(situation.state.position().z);
+        assert!(height > LOWEST, "{} is at {height:.2} m", situation.body);
+        Gravity.acceleration(situation, contact)
+    }
+}
+
+#[test]
+fn a_panic_in_one_rollout_is_its_error_and_the_others_go_on() {
+    let world = drop().with_external(Touchy);
+    let starts = heights(&drop(), 12);
+    let batch = Batch::new(TIME_STEP, 50).unwrap();
+    let results = batch.starting_from(&world, &starts).unwrap();
+    for (index, result) in results.into_iter().enumerate() {
+        // In 25 ms the ball falls 3.1 mm, from 100 mm and a millimetre more each time.
+        if index > 7 {
+            assert_eq!(result.unwrap().states().len(), 51);
+            continue;
+        }
+        let interrupted = result.unwrap_err();
+        let message = "ball is at 0.10 m".to_owned();
+        assert_eq!(interrupted.error, RolloutError::Panicked { message });
+        let reached = interrupted.trajectory.states().len();
+        assert!((1..=50).contains(&reached), "{reached}");
+        assert_eq!(reached == 1, index < 5);
+    }
+    let outcome = FinalPosition::of_body(&world, "ball").unwrap();
+    let by = [Parameter::InitialPosition("ball")];
+    let samples = [[0.0, 0.0, 0.1], [0.0, 0.0, -0.01]];
+    let values = batch.values_after(&world, &by, &samples, &outcome);
+    assert!(values[0].is_ok());
+    let error = values[1].as_ref().unwrap_err();
+    assert!(matches!(
+        error,
+        GradientError::Rollout(RolloutError::Panicked { .. })
+    ));
+}
+
+#[test]
+fn a_batch_refuses_what_a_rollout_refuses() {
+    let error = Batch::new(0.0, 10).unwrap_err();
+    assert!(matches!(error, WorldError::Setting { .. }));
+    let (world, mut other) = (drop(), heap().initial_state());
+    other.bodies.truncate(5);
+    let batch = Batch::new(TIME_STEP, 10).unwrap();
+    let error = batch.starting_from(&world, &[world.initial_state(), other]);
+    let (found, expected) = (5, 2);
+    assert_eq!(
+        error.unwrap_err(),
+        WorldError::StateSize { found, expected }
+    );
+}
