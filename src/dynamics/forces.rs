@@ -91,7 +91,7 @@ impl<T: Scalar, F: ExternalForces> World<T, F> {
                 body_i.twist_at_origin(&states[i]),
                 body_j.twist_at_origin(&states[j]),
             ];
-            pair.wrench_in_motion(&law, twists)
+            pair.wrench_in_motion_carried(&law, twists)
         } else {
             pair.wrench_carried()
         };
