@@ -1,5 +1,7 @@
 //! The dense dual number against num-dual's, against `f64` and against differences, operation by
 //! operation.
+#![allow(clippy::float_cmp, reason = "constants and exact operations are exact")]
+#![allow(clippy::op_ref, reason = "operators by reference are tested too")]
 
 use hydroelastic::scalar::{DenseDual, lift, lift_vector, real_part};
 use nalgebra::{SVector, Vector3};

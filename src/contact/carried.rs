@@ -1,11 +1,10 @@
 use super::surface_law::RelativeMotion;
 use super::{ContactBody, ContactPair, ContactWrench, SurfaceLaw};
 use crate::scalar::{
-    DenseDual, Order, Scalar, change, constant_times, cross_constant, dot_constant, lift,
-    real_part, real_vector,
+    DenseDual, Order, Scalar, change, constant_times, cross_constant, lift, real_part, real_vector,
 };
-use crate::spatial::{Pose, Twist, Wrench};
-use nalgebra::{Matrix3, SMatrix, Vector3, Vector6};
+use crate::spatial::{Pose, Twist, Wrench, turn_from_real};
+use nalgebra::{SMatrix, Vector3, Vector6};
 
 /// A number with derivatives by what the polygons of a pair depend on: the motion of B relative to A
 /// (angular, linear, in A's axes about A's origin) and the moduli.
@@ -104,7 +103,7 @@ impl<T: Scalar> ContactPair<'_, T> {
     /// about A's origin), and how the moduli have changed.
     fn changes(&self) -> [T; 8] {
         let (pose_wa, pose_wb) = (self.a().pose(), self.b().pose());
-        let (turn_a, turn_b) = (turn_from_real(pose_wa), turn_from_real(pose_wb));
+        let [turn_a, turn_b] = [pose_wa, pose_wb].map(|pose| turn_from_real(pose.rotation()));
         let from_a_to_b = pose_wb.translation() - pose_wa.translation();
         // Of the points of both bodies at A's origin: a turn about B's origin moves the one of B too.
         let shift = from_a_to_b.map(change) - cross_constant(&turn_b, &real_vector(&from_a_to_b));
@@ -162,18 +161,6 @@ impl<const K: usize> Slopes<K> {
             force: Vector3::from_fn(|i, _| number(3 + i)),
         }
     }
-}
-
-/// The small turn (rad, in the axes of the outer frame) that takes the real part of a pose's rotation
-/// to the rotation, with a real part of zero.
-fn turn_from_real<T: Scalar>(pose: &Pose<T>) -> Vector3<T> {
-    // R = (I + [ω]ₓ)·R₀ to first order, and so [ω]ₓ = (R − R₀)·R₀ᵀ.
-    let (rotation, real): (_, Matrix3<f64>) = (pose.rotation(), *pose.real().rotation());
-    let entry = |i: usize, j: usize| {
-        let row = Vector3::from_fn(|k, _| rotation[(i, k)]);
-        change(dot_constant(&row, &real.row(j).transpose()))
-    };
-    Vector3::new(entry(2, 1), entry(0, 2), entry(1, 0))
 }
 
 /// A pose with the derivatives by a motion about the outer frame's origin: numbers 0..6.

@@ -96,9 +96,9 @@ impl<const N: usize> DenseDual<N> {
     }
 }
 
-/// An operator between two numbers, by value and by reference, and with assignment.
+/// An operator between two numbers, by value and by reference.
 macro_rules! operator {
-    ($Trait:ident::$method:ident, $Assign:ident::$assign:ident, $function:ident) => {
+    ($Trait:ident::$method:ident, $function:ident) => {
         impl<const N: usize> $Trait for DenseDual<N> {
             type Output = Self;
             #[inline]
@@ -114,7 +114,18 @@ macro_rules! operator {
                 self.$function(other)
             }
         }
+    };
+}
 
+operator!(Add::add, sum);
+operator!(Sub::sub, difference);
+operator!(Mul::mul, product);
+operator!(Div::div, quotient);
+operator!(Rem::rem, remainder);
+
+/// An operator with assignment by the one without.
+macro_rules! assignment {
+    ($Assign:ident::$assign:ident, $function:ident) => {
         impl<const N: usize> $Assign for DenseDual<N> {
             #[inline]
             fn $assign(&mut self, other: Self) {
@@ -124,11 +135,29 @@ macro_rules! operator {
     };
 }
 
-operator!(Add::add, AddAssign::add_assign, sum);
-operator!(Sub::sub, SubAssign::sub_assign, difference);
-operator!(Mul::mul, MulAssign::mul_assign, product);
-operator!(Div::div, DivAssign::div_assign, quotient);
-operator!(Rem::rem, RemAssign::rem_assign, remainder);
+assignment!(MulAssign::mul_assign, product);
+assignment!(DivAssign::div_assign, quotient);
+assignment!(RemAssign::rem_assign, remainder);
+
+impl<const N: usize> AddAssign for DenseDual<N> {
+    #[inline]
+    fn add_assign(&mut self, other: Self) {
+        self.re += other.re;
+        for (own, eps) in self.eps.iter_mut().zip(&other.eps) {
+            *own += eps;
+        }
+    }
+}
+
+impl<const N: usize> SubAssign for DenseDual<N> {
+    #[inline]
+    fn sub_assign(&mut self, other: Self) {
+        self.re -= other.re;
+        for (own, eps) in self.eps.iter_mut().zip(&other.eps) {
+            *own -= eps;
+        }
+    }
+}
 
 /// An operator with a constant on the right, and with assignment.
 macro_rules! constant_operator {
