@@ -235,3 +235,25 @@ fn gradients_of_whole_trajectories_are_those_of_the_generic_pipeline() {
         }
     }
 }
+
+#[test]
+fn many_numbers_take_several_passes_and_give_what_few_give() {
+    let world = thrown(Material::elastic(1e5));
+    let experiment = Experiment::new(&world, 5e-4, 100).unwrap();
+    let outcome = FinalState::of_body(&world, "ball").unwrap();
+    let value = nalgebra::DVector::from_vec(experiment.value(&outcome).unwrap());
+    let alone = experiment.jacobian(&START[3..], &outcome).unwrap();
+    // 3, 12, 36, 96 and 99 numbers: a pass of each width, a full one, and two.
+    for count in [1, 4, 12, 32, 33] {
+        let parameters = vec![START[3]; count];
+        let many = experiment.jacobian(&parameters, &outcome).unwrap();
+        assert_eq!(many.jacobian.ncols(), 3 * count);
+        assert!((&many.value - &value).amax() <= SAME_VALUE * value.amax());
+        for block in 0..count {
+            let error = many.jacobian.columns(3 * block, 3) - &alone.jacobian;
+            assert!(error.amax() <= TRAJECTORIES * alone.jacobian.amax());
+        }
+    }
+    let none = experiment.jacobian(&[], &outcome).unwrap();
+    assert_eq!((none.value, none.jacobian.shape()), (value, (18, 0)));
+}
