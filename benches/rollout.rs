@@ -1,19 +1,25 @@
-//! Rollouts in `f64`, and with their derivatives by 6 and 12 numbers: 100 steps of a ball (0.1 m,
-//! 1 kg) that stays in contact with a box, by the leapfrog.
+//! Rollouts in `f64`, and with their derivatives by 6, 12 and 96 numbers: 100 steps of a ball (0.1 m,
+//! 1 kg) that stays in contact with a box, and of eight balls on it, by the leapfrog.
 //!
 //! Serves the decision whether a gradient of a rollout is affordable: the time of `Jacobian by n`
 //! over that of `f64` is the price of n derivatives, to hold against n + 1 rollouts for
-//! differences. A Jacobian takes one rollout in `f64` and one on duals, 6 or 12 wide. Run
+//! differences. A Jacobian takes one rollout on duals, 6, 12 or 96 wide. Run
 //! `cargo bench --bench rollout`; throughput is in steps, and ratios are good within one run.
 //!
-//! `elastic` has neither dissipation nor friction, `rubbing` has both.
+//! `elastic` has neither dissipation nor friction, `rubbing` has both; `eight` are elastic. `generic`
+//! is the wrench of the first ball and the box by the generic pipeline, in `f64` and in duals of 8
+//! numbers.
 
-use criterion::{BenchmarkId, Criterion, Throughput, criterion_group, criterion_main};
-use hydroelastic::contact::Shape;
+use criterion::measurement::WallTime;
+use criterion::{
+    BenchmarkGroup, BenchmarkId, Criterion, Throughput, criterion_group, criterion_main,
+};
+use hydroelastic::contact::{ContactBody, ContactPair, ContactWrench, Shape};
 use hydroelastic::dynamics::{Body, Integrator, Mass, Material, State, World};
 use hydroelastic::gradient::{Experiment, FinalState, Parameter};
 use hydroelastic::mesh::shapes;
-use hydroelastic::spatial::Pose;
+use hydroelastic::scalar::{DenseDual, Scalar};
+use hydroelastic::spatial::{Pose, Twist};
 use nalgebra::Vector3;
 use std::hint::black_box;
 use std::sync::Arc;
@@ -49,18 +55,25 @@ const START: [Parameter<'static>; 4] = [
     Parameter::InitialOrientation("ball"),
 ];
 
-/// A ball about as deep in the box as it rests there, sinking, sliding and spinning.
-fn ball_on_box(order: usize, skin: Material) -> World {
-    let ball = Arc::new(Shape::new(shapes::icosphere(0.1, order).unwrap()));
+const EIGHT: [&str; 8] = ["ball", "b", "c", "d", "e", "f", "g", "h"];
+
+/// Balls about as deep in the box as they rest there, sinking, sliding and spinning.
+fn balls_on_box(names: &[&str], order: usize, skin: Material) -> World {
+    let shape = Arc::new(Shape::new(shapes::icosphere(0.1, order).unwrap()));
     let slab = Arc::new(Shape::new(shapes::cuboid([1.0, 1.0, 0.5]).unwrap()));
     let at = |x, y, z| Pose::from_translation(Vector3::new(x, y, z));
-    let ball = Body::dynamic("ball", ball, skin, Mass::Total(1.0)).unwrap();
+    let ball = |(place, name): (usize, &&str)| {
+        let (column, row) = ((place % 3) as f64, (place / 3) as f64);
+        Body::dynamic(name, Arc::clone(&shape), skin, Mass::Total(1.0))
+            .unwrap()
+            .at(at(0.02 - 0.25 * column, 0.05 - 0.25 * row, 0.095))
+            .with_velocity(Vector3::new(0.2, 0.1, -0.1))
+            .with_spin(Vector3::new(1.0, 2.0, 0.5))
+    };
+    let mut bodies: Vec<Body> = names.iter().enumerate().map(ball).collect();
     let slab = Body::fixed("slab", slab, skin).unwrap();
-    let ball = ball
-        .at(at(0.02, 0.05, 0.095))
-        .with_velocity(Vector3::new(0.2, 0.1, -0.1))
-        .with_spin(Vector3::new(1.0, 2.0, 0.5));
-    let world = World::new(vec![ball, slab.at(at(0.0, 0.0, -0.25))]).unwrap();
+    bodies.push(slab.at(at(0.0, 0.0, -0.25)));
+    let world = World::new(bodies).unwrap();
     world.with_gravity(Vector3::new(0.0, 0.0, -9.81)).unwrap()
 }
 
@@ -77,34 +90,102 @@ fn assert_touches_throughout(world: &World) {
     }
 }
 
+fn group<'c>(criterion: &'c mut Criterion, name: &str) -> BenchmarkGroup<'c, WallTime> {
+    let mut group = criterion.benchmark_group(name);
+    group
+        .sample_size(10)
+        .warm_up_time(Duration::from_millis(300))
+        .measurement_time(Duration::from_secs(2))
+        .throughput(Throughput::Elements(STEPS as u64));
+    group
+}
+
+/// The rollout in `f64`, and its Jacobians by each list of parameters.
+fn compare(
+    group: &mut BenchmarkGroup<WallTime>,
+    order: usize,
+    world: &World,
+    lists: &[(&str, &[Parameter])],
+) {
+    assert_touches_throughout(world);
+    let id = |name: &str| BenchmarkId::new(name, order);
+    group.bench_function(id("f64"), |b| b.iter(|| final_state(black_box(world))));
+    let experiment = Experiment::new(world, TIME_STEP, STEPS).unwrap();
+    let experiment = experiment.recording_every(STEPS);
+    let outcome = FinalState::of_body(world, "ball").unwrap();
+    for (name, parameters) in lists {
+        let jacobian = || experiment.jacobian(black_box(parameters), &outcome);
+        group.bench_function(id(name), |b| b.iter(|| jacobian().unwrap()));
+    }
+}
+
 fn rollout(criterion: &mut Criterion) {
     for (name, skin) in MATERIALS {
-        let mut group = criterion.benchmark_group(name);
-        group
-            .sample_size(10)
-            .warm_up_time(Duration::from_millis(300))
-            .measurement_time(Duration::from_secs(2))
-            .throughput(Throughput::Elements(STEPS as u64));
+        let mut group = group(criterion, name);
         for order in ORDERS {
-            let world = ball_on_box(order, skin);
-            assert_touches_throughout(&world);
-            let id = |name: &str| BenchmarkId::new(name, order);
-            group.bench_function(id("f64"), |b| b.iter(|| final_state(black_box(&world))));
-            let experiment = Experiment::new(&world, TIME_STEP, STEPS).unwrap();
-            let experiment = experiment.recording_every(STEPS);
-            for (name, parameters) in [("Jacobian by 6", &START[..2]), ("Jacobian by 12", &START)] {
-                let jacobian = || {
-                    experiment.jacobian(
-                        black_box(parameters),
-                        &FinalState::of_body(&world, "ball").unwrap(),
-                    )
-                };
-                group.bench_function(id(name), |b| b.iter(|| jacobian().unwrap()));
-            }
+            let world = balls_on_box(&EIGHT[..1], order, skin);
+            let lists: [(&str, &[Parameter]); 2] =
+                [("Jacobian by 6", &START[..2]), ("Jacobian by 12", &START)];
+            compare(&mut group, order, &world, &lists);
         }
         group.finish();
     }
 }
 
-criterion_group!(benches, rollout);
+fn eight(criterion: &mut Criterion) {
+    let starts = |name| {
+        [
+            Parameter::InitialVelocity(name),
+            Parameter::InitialSpin(name),
+            Parameter::InitialPosition(name),
+            Parameter::InitialOrientation(name),
+        ]
+    };
+    let parameters: Vec<Parameter> = EIGHT.into_iter().flat_map(starts).collect();
+    let mut group = group(criterion, "eight");
+    for order in ORDERS {
+        let world = balls_on_box(&EIGHT, order, Material::elastic(1e5));
+        compare(
+            &mut group,
+            order,
+            &world,
+            &[("Jacobian by 96", &parameters)],
+        );
+    }
+    group.finish();
+}
+
+/// The wrench after a motion of the ball, and changes of both moduli.
+fn wrench_after<T: Scalar>(pair: &ContactPair, changes: [T; 8]) -> ContactWrench<T> {
+    let [angular, linear] =
+        [0, 3].map(|first| Vector3::new(changes[first], changes[first + 1], changes[first + 2]));
+    let pose_a = Pose::<T>::lifted(pair.a().pose()).moved_by(&Twist { angular, linear });
+    let pose_b = Pose::lifted(pair.b().pose());
+    let a = ContactBody::new(pair.a().shape(), pose_a, changes[6] + pair.a().modulus()).unwrap();
+    let b = ContactBody::new(pair.b().shape(), pose_b, changes[7] + pair.b().modulus()).unwrap();
+    ContactPair::new(a, b).wrench()
+}
+
+fn generic(criterion: &mut Criterion) {
+    let mut group = criterion.benchmark_group("generic");
+    group
+        .warm_up_time(Duration::from_millis(300))
+        .measurement_time(Duration::from_secs(2));
+    for order in ORDERS {
+        let world = balls_on_box(&EIGHT[..1], order, Material::elastic(1e5));
+        let pair = world.contact_between(&world.initial_state(), "ball", "slab");
+        let pair = pair.unwrap();
+        let id = |name: &str| BenchmarkId::new(name, order);
+        group.bench_function(id("f64"), |b| {
+            b.iter(|| wrench_after(black_box(&pair), [0.0; 8]));
+        });
+        group.bench_function(id("dual 8"), |b| {
+            let variables = std::array::from_fn(|number| DenseDual::<8>::variable(0.0, number));
+            b.iter(|| wrench_after(black_box(&pair), variables));
+        });
+    }
+    group.finish();
+}
+
+criterion_group!(benches, rollout, eight, generic);
 criterion_main!(benches);

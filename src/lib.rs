@@ -38,6 +38,7 @@ pub mod io;
 pub mod mesh;
 pub mod scalar;
 pub mod spatial;
+mod threads;
 
 /// Compiles and runs the README's program.
 #[cfg(doctest)]

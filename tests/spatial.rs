@@ -528,3 +528,24 @@ fn lifted_numbers_come_back_with_no_derivative() {
     assert_eq!(real_vector(&lift_vector::<Dual2_64>(&vector)), vector);
     assert_near(&[real_part(Dual64::new(X, 5.0))], &[X]);
 }
+
+#[test]
+fn poses_of_first_order_have_the_first_derivatives_of_second_order() {
+    let change = Matrix3::new(0.3, -0.7, 0.2, 0.5, 0.1, -0.4, 0.9, -0.2, 0.6);
+    for v in rotation_vectors() {
+        let real = rotation_from_vector(&v);
+        let entry = |i: usize, j: usize| (real[(i, j)], change[(i, j)]);
+        // The derivative of the matrix is no turn: what a pose makes of it is.
+        let first = Matrix3::from_fn(|i, j| Dual64::new(entry(i, j).0, entry(i, j).1));
+        let second = Matrix3::from_fn(|i, j| Dual2_64::new(entry(i, j).0, entry(i, j).1, 0.0));
+        let first = Pose::new(first, Vector3::zeros()).unwrap();
+        let second = Pose::new(second, Vector3::zeros()).unwrap();
+        let (found, expected) = (first.rotation(), second.rotation());
+        let error = found.map(|n| n.eps) - expected.map(|n| n.v1);
+        assert!(error.amax() <= EXACT, "{:e}", error.amax());
+        let no_turn = real.transpose() * found.map(|n| n.eps);
+        assert!((no_turn + no_turn.transpose()).amax() <= EXACT);
+        let error = found.map(|n| n.re) - expected.map(|n| n.re);
+        assert!(error.amax() <= ROUND_OFF, "{:e}", error.amax());
+    }
+}

@@ -11,7 +11,7 @@ const MOST_CREASED: usize = 3;
 #[derive(Debug, Clone)]
 pub(crate) struct Seeds {
     surface: BoxTree<SurfaceFace>,
-    creased: BoxTree<u32>,
+    creased: BoxTree<usize>,
     escapes: Vec<Escape>,
 }
 
@@ -59,7 +59,7 @@ impl Seeds {
         let creased = landscape.creased.iter();
         Some(Self {
             surface: BoxTree::new(faces),
-            creased: BoxTree::new(creased.map(|&tet| (tet as u32, tets[tet].tetrahedron.aabb()))),
+            creased: BoxTree::new(creased.map(|&tet| (tet, tets[tet].tetrahedron.aabb()))),
             escapes: landscape.escapes,
         })
     }
@@ -83,10 +83,9 @@ impl Seeds {
         region: &Aabb,
         pose_ab: &Pose<f64>,
         margin: f64,
-        mut visit: impl FnMut(usize),
+        visit: impl FnMut(usize),
     ) {
-        self.creased
-            .visit_near(region, pose_ab, margin, |tet| visit(tet as usize));
+        self.creased.visit_near(region, pose_ab, margin, visit);
     }
 
     /// Edges on the ways from peaks and creases to the surface.

@@ -33,6 +33,17 @@ pub(super) struct Meeting {
     pub pressure_b: AffineField,
 }
 
+/// How the plane passes a pair of tetrahedra.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Passage {
+    /// Through both, by the half-open rule.
+    Through,
+    /// In flush surfaces of both bodies.
+    Flush,
+    /// It only touches one of them.
+    Touching,
+}
+
 /// How the polygon of a meeting is made, so that it can be made again in another scalar.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Crossing {
@@ -41,10 +52,7 @@ pub(super) struct Crossing {
     /// Whether the plane comes so close to a corner, without meeting it, that round-off may have a part
     /// in where it cuts.
     is_doubtful: bool,
-    /// Whether it lies in flush surfaces of both bodies.
-    pub flush: bool,
-    /// Whether it counts as a contact polygon, by the half-open rule; else the plane only touches.
-    counts: bool,
+    passage: Passage,
     /// Whether it is reached by slicing A from above instead of below.
     from_above: bool,
     /// Where |p_A − p_B| (Pa) counts as zero at A's corners.
@@ -93,8 +101,13 @@ impl PairShadow<'_> {
             is_doubtful: at_a.iter().any(|&value| is_doubtful(value, tolerance))
                 || at_b.iter().any(|&value| is_doubtful(value, tolerance_b)),
             at_a,
-            flush,
-            counts: flush || signs_a.straddle() && signs_b.straddle(),
+            passage: if flush {
+                Passage::Flush
+            } else if signs_a.straddle() && signs_b.straddle() {
+                Passage::Through
+            } else {
+                Passage::Touching
+            },
             from_above: !signs_a.straddle(),
             tolerance,
             margin,
@@ -187,7 +200,12 @@ impl Meeting {
 
     /// Whether the outline is a contact polygon.
     pub fn is_polygon(&self) -> bool {
-        self.crossing.counts && !self.outline.is_empty()
+        self.crossing.passage != Passage::Touching && !self.outline.is_empty()
+    }
+
+    /// Whether the outline lies in flush surfaces of both bodies.
+    pub fn is_flush(&self) -> bool {
+        self.crossing.passage == Passage::Flush
     }
 }
 
@@ -229,9 +247,9 @@ impl Crossing {
         if self.from_above {
             polygon.reverse();
         }
-        for face in 0..4 {
+        for (face, steepness) in steepness.iter().enumerate() {
             if self.bounding_faces & 1 << face != 0 && !polygon.corners().is_empty() {
-                let tolerance = self.margin * steepness[face];
+                let tolerance = self.margin * steepness;
                 polygon.clip(&face_of_b(face), tolerance, 1 << (4 + face));
             }
         }

@@ -50,11 +50,11 @@ impl<T: Scalar> NarrowPhase<'_, T> {
             (meeting.outline.lifted(), meeting.pressure_b.lifted())
         };
         let plane = EquilibriumPlane::between(&pressure_a, &pressure_b);
-        let weight = if meeting.crossing.flush { 0.5 } else { 1.0 };
+        let weight = if meeting.is_flush() { 0.5 } else { 1.0 };
         let [gradient_a, gradient_b] = [0, 1].map(|i| self.shadow.moduli[i] * tets[i].steepness);
         PairPolygon {
             tets: meeting.tets,
-            flush: meeting.crossing.flush,
+            flush: meeting.is_flush(),
             moments: polygon.moments(&plane.normal).scaled(weight),
             polygon,
             plane,

@@ -1,8 +1,8 @@
 use super::narrow_phase::PairPolygon;
 use super::{BodyError, ContactPair, ContactWrench};
-use crate::scalar::{Scalar, lift, lift_vector, real_part};
-use crate::spatial::{Twist, Wrench};
-use nalgebra::Vector3;
+use crate::scalar::{DenseDual, Scalar, lift, lift_vector, real_part, real_vector};
+use crate::spatial::{Twist, Wrench, skew};
+use nalgebra::{SMatrix, Vector3};
 
 /// What the surfaces of a pair add to the elastic pressure when they move against each other.
 ///
@@ -62,13 +62,14 @@ impl<T: Scalar> ContactPair<'_, T> {
 }
 
 /// The velocity of A relative to B as a field, in A's axes about A's origin.
-struct RelativeMotion<T> {
-    angular: Vector3<T>,
-    at_origin: Vector3<T>,
+#[derive(Clone, Copy)]
+pub(super) struct RelativeMotion<T> {
+    pub angular: Vector3<T>,
+    pub at_origin: Vector3<T>,
 }
 
 impl<T: Scalar> RelativeMotion<T> {
-    fn of(pair: &ContactPair<T>, [twist_a, twist_b]: [Twist<T>; 2]) -> Self {
+    pub fn of(pair: &ContactPair<T>, [twist_a, twist_b]: [Twist<T>; 2]) -> Self {
         let (pose_wa, pose_wb) = (pair.a().pose(), pair.b().pose());
         let to_origin_a = pose_wa.translation() - pose_wb.translation();
         let velocity_of_b = twist_b.linear + twist_b.angular.cross(&to_origin_a);
@@ -82,46 +83,134 @@ impl<T: Scalar> RelativeMotion<T> {
     fn at(&self, point: &Vector3<T>) -> Vector3<T> {
         self.at_origin + self.angular.cross(point)
     }
+
+    pub fn real(&self) -> RelativeMotion<f64> {
+        RelativeMotion {
+            angular: real_vector(&self.angular),
+            at_origin: real_vector(&self.at_origin),
+        }
+    }
 }
 
-impl<T: Scalar> PairPolygon<T> {
-    /// Wrench on A about A's origin in A's axes, by the rule of the edge midpoints on each triangle
-    /// of the fan: exact where pressure alone acts, second order where the slip varies.
-    fn wrench_in_motion(&self, law: &SurfaceLaw<T>, motion: &RelativeMotion<T>) -> Wrench<T> {
-        let corners = self.polygon.corners();
-        let mut wrench = Wrench::zero();
-        for pair in corners[1..].windows(2) {
-            let [a, b, c] = [corners[0], pair[0], pair[1]];
-            let double_area = self.plane.normal.dot(&(b - a).cross(&(c - a)));
-            let weight = double_area / 6.0;
-            for midpoint in [a + b, b + c, c + a] {
-                let point = midpoint * lift::<T>(0.5);
-                let force = self.traction(law, &motion.at(&point), &point) * weight;
-                wrench.torque += point.cross(&force);
-                wrench.force += force;
-            }
+impl RelativeMotion<f64> {
+    pub fn lifted<T: Scalar>(&self) -> RelativeMotion<T> {
+        RelativeMotion {
+            angular: lift_vector(&self.angular),
+            at_origin: lift_vector(&self.at_origin),
         }
-        wrench
+    }
+}
+
+impl<T: Scalar> SurfaceLaw<T> {
+    pub(super) fn real(&self) -> SurfaceLaw<f64> {
+        SurfaceLaw {
+            dissipation: real_part(self.dissipation),
+            friction: real_part(self.friction),
+            slip_tolerance: self.slip_tolerance,
+        }
     }
 
-    /// Force per area on A (Pa) at a point that A passes with the velocity relative to B.
-    fn traction(
-        &self,
-        law: &SurfaceLaw<T>,
-        velocity: &Vector3<T>,
-        point: &Vector3<T>,
-    ) -> Vector3<T> {
-        let normal = &self.plane.normal;
+    /// Force per area on A (Pa) at a point of the surface with a normal and an elastic pressure,
+    /// which A passes with a velocity relative to B.
+    fn traction(&self, normal: &Vector3<T>, pressure: T, velocity: &Vector3<T>) -> Vector3<T> {
         let separating = velocity.dot(normal);
-        let damping = -law.dissipation * separating + lift::<T>(1.0);
+        let damping = -self.dissipation * separating + lift::<T>(1.0);
         // Surfaces that part faster than the skin recovers do not pull. Beyond the kink the pressure
         // is zero, and so are its derivatives.
         if real_part(damping) <= 0.0 {
             return lift_vector(&Vector3::zeros());
         }
-        let pressure = self.pressure.at(point) * damping;
+        let pressure = pressure * damping;
         let slip = velocity - normal * separating;
-        let speed = (slip.dot(&slip) + lift::<T>(law.slip_tolerance.powi(2))).sqrt();
-        normal * pressure - slip * (law.friction * pressure / speed)
+        let speed = (slip.dot(&slip) + lift::<T>(self.slip_tolerance.powi(2))).sqrt();
+        normal * pressure - slip * (self.friction * pressure / speed)
+    }
+}
+
+impl SurfaceLaw<f64> {
+    pub(super) fn lifted<T: Scalar>(&self) -> SurfaceLaw<T> {
+        SurfaceLaw {
+            dissipation: lift(self.dissipation),
+            friction: lift(self.friction),
+            slip_tolerance: self.slip_tolerance,
+        }
+    }
+
+    /// The derivatives of the traction by velocity (columns 0..3), dissipation and friction.
+    fn traction_slopes(
+        &self,
+        normal: &Vector3<f64>,
+        pressure: f64,
+        velocity: &Vector3<f64>,
+    ) -> SMatrix<f64, 3, 5> {
+        let law = SurfaceLaw {
+            dissipation: DenseDual::<5>::variable(self.dissipation, 3),
+            friction: DenseDual::variable(self.friction, 4),
+            slip_tolerance: self.slip_tolerance,
+        };
+        let velocity = Vector3::from_fn(|i, _| DenseDual::variable(velocity[i], i));
+        let traction = law.traction(&lift_vector(normal), lift(pressure), &velocity);
+        SMatrix::from_fn(|row, column| traction[row].eps[column])
+    }
+}
+
+impl<T: Scalar> PairPolygon<T> {
+    /// Wrench on A about A's origin in A's axes, by the rule of the edge midpoints on each triangle
+    /// of the fan: exact where pressure alone acts, second order where the slip varies.
+    pub(super) fn wrench_in_motion(
+        &self,
+        law: &SurfaceLaw<T>,
+        motion: &RelativeMotion<T>,
+    ) -> Wrench<T> {
+        let mut wrench = Wrench::zero();
+        self.visit_midpoints(|point, weight| {
+            let (normal, pressure) = (&self.plane.normal, self.pressure.at(point));
+            let force = law.traction(normal, pressure, &motion.at(point)) * weight;
+            wrench.torque += point.cross(&force);
+            wrench.force += force;
+        });
+        wrench
+    }
+
+    /// Adds the derivatives of [`Self::wrench_in_motion`] by the relative motion (angular, at A's
+    /// origin), dissipation and friction, on the polygon as it is.
+    pub(super) fn add_slopes(
+        &self,
+        law: &SurfaceLaw,
+        motion: &RelativeMotion<f64>,
+        sum: &mut SMatrix<f64, 6, 8>,
+    ) {
+        let normal = real_vector(&self.plane.normal);
+        self.visit_midpoints(|point, weight| {
+            let pressure = real_part(self.pressure.at(point));
+            let point = real_vector(point);
+            let by_traction = law.traction_slopes(&normal, pressure, &motion.at(&point));
+            let slopes = by_traction * real_part(weight);
+            let arm = skew(&point);
+            // v = v₀ + ω × x, and ω × x = −[x]ₓ ω.
+            let by_velocity = slopes.fixed_columns::<3>(0).into_owned();
+            let mut force = SMatrix::<f64, 3, 8>::zeros();
+            force
+                .fixed_columns_mut::<3>(0)
+                .copy_from(&(by_velocity * -arm));
+            force.fixed_columns_mut::<5>(3).copy_from(&slopes);
+            let (torque, total) = (arm * force, force);
+            let mut torques = sum.fixed_rows_mut::<3>(0);
+            torques += torque;
+            let mut forces = sum.fixed_rows_mut::<3>(3);
+            forces += total;
+        });
+    }
+
+    /// Visits the edge midpoints of each triangle of the fan, with a third of its area as weight.
+    fn visit_midpoints(&self, mut visit: impl FnMut(&Vector3<T>, T)) {
+        let corners = self.polygon.corners();
+        for pair in corners[1..].windows(2) {
+            let [a, b, c] = [corners[0], pair[0], pair[1]];
+            let double_area = self.plane.normal.dot(&(b - a).cross(&(c - a)));
+            for midpoint in [a + b, b + c, c + a] {
+                visit(&(midpoint * lift::<T>(0.5)), double_area / 6.0);
+            }
+        }
     }
 }

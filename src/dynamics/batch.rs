@@ -1,10 +1,10 @@
-use super::threads::{contained, results_of};
 use super::world::check_time_step;
 use super::{
     ExternalForces, Integrator, Interrupted, Recorded, Rollout, RolloutError, State, Trajectory,
     World, WorldError,
 };
 use crate::scalar::Scalar;
+use crate::threads::{contained, results_of};
 use std::fmt;
 use std::sync::atomic::{AtomicUsize, Ordering};
 

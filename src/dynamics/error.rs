@@ -1,4 +1,5 @@
 use crate::spatial::PoseError;
+use crate::threads::Panicked;
 
 /// Why bodies do not make a world.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
@@ -125,4 +126,10 @@ pub enum RolloutError {
         /// What it said.
         message: String,
     },
+}
+
+impl From<Panicked> for RolloutError {
+    fn from(Panicked(message): Panicked) -> Self {
+        Self::Panicked { message }
+    }
 }

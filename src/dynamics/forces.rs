@@ -1,10 +1,10 @@
 use super::sweep::Sweep;
-use super::threads::mapped_into;
 use super::workspace::Workspace;
 use super::{BodyState, ExternalForces, State, World, WorldError};
 use crate::contact::{ContactBody, ContactPair};
 use crate::scalar::Scalar;
 use crate::spatial::{Pose, Wrench};
+use crate::threads::mapped_into;
 
 impl<T: Scalar, F: ExternalForces> World<T, F> {
     /// Net contact wrench on each body, about its centre of mass, in world axes.
@@ -100,7 +100,7 @@ impl<T: Scalar, F: ExternalForces> World<T, F> {
                 body_i.twist_at_origin(&states[i]),
                 body_j.twist_at_origin(&states[j]),
             ];
-            pair.wrench_in_motion(&law, twists)
+            pair.wrench_in_motion_carried(&law, twists)
         } else {
             pair.wrench_carried()
         };

@@ -42,7 +42,6 @@ mod report;
 mod rollout;
 mod state;
 mod sweep;
-mod threads;
 mod trajectory;
 mod workspace;
 mod world;
@@ -60,5 +59,3 @@ pub use rollout::Rollout;
 pub use state::{BodyState, State};
 pub use trajectory::{Interrupted, Recorded, Trajectory};
 pub use world::World;
-
-pub(crate) use threads::contained;

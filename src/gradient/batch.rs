@@ -1,5 +1,6 @@
 use super::{Experiment, GradientError, Outcome, OutcomeJacobian, Parameter};
-use crate::dynamics::{Batch, ExternalForces, World, contained};
+use crate::dynamics::{Batch, ExternalForces, World};
+use crate::threads::contained;
 use nalgebra::DVector;
 
 /// A batch of a world after many changes of its parameters: each sample has a number for each number

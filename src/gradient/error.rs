@@ -1,4 +1,5 @@
 use crate::dynamics::{RolloutError, WorldError};
+use crate::threads::Panicked;
 
 /// Why a gradient could not be computed.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
@@ -32,4 +33,10 @@ pub enum GradientError {
         /// How many numbers it has.
         count: usize,
     },
+}
+
+impl From<Panicked> for GradientError {
+    fn from(panicked: Panicked) -> Self {
+        RolloutError::from(panicked).into()
+    }
 }

@@ -1,13 +1,15 @@
 use super::{GradientError, Outcome, Parameter};
 use crate::dynamics::{Body, ExternalForces, Gravity, Integrator, Trajectory, World};
-use crate::scalar::{Scalar, lift};
-use nalgebra::{Const, DMatrix, DVector};
-use num_dual::{Derivative, DualSVec64};
+use crate::scalar::{DenseDual, Scalar, lift};
+use nalgebra::{DMatrix, DVector};
+use std::ops::Range;
 
-/// Widths of the dual numbers that parameters are seeded in: the wide one as long as it is filled
-/// by more than the narrow one would be.
-const WIDE: usize = 12;
+/// Widths of the dual numbers that parameters are seeded in: the narrowest that holds them all, or
+/// the widest several times. Contacts are evaluated once a pass, so a wide pass is cheaper than
+/// several; but each width is compiled, so they are few.
 const NARROW: usize = 6;
+const MIDDLE: usize = 12;
+const WIDE: usize = 96;
 
 /// A world rolled out for a number of steps, to be differentiated.
 #[derive(Debug)]
@@ -81,8 +83,8 @@ impl<'w, F: ExternalForces> Experiment<'w, F> {
         Ok(outcome.of(&self.trajectory()?))
     }
 
-    /// The outcome and its derivatives by the parameters: forward mode, as many at a time as a dual
-    /// number is wide.
+    /// The outcome and its derivatives by the parameters: forward mode, all in one rollout on dual
+    /// numbers if they are no more than 96 numbers, else 96 at a time.
     ///
     /// # Errors
     /// If a parameter is not one of the world's, or the rollout ends early.
@@ -92,22 +94,22 @@ impl<'w, F: ExternalForces> Experiment<'w, F> {
         outcome: &impl Outcome,
     ) -> Result<OutcomeJacobian, GradientError> {
         let count = checked_dimension(self.world, parameters)?;
-        let value = DVector::from_vec(self.value(outcome)?);
-        let mut jacobian = DMatrix::zeros(value.len(), count);
-        let mut first = 0;
-        while first < count {
-            let seeded = if count - first > NARROW { WIDE } else { NARROW };
-            let columns = if seeded == WIDE {
-                self.derivatives::<WIDE>(parameters, first, outcome)?
-            } else {
-                self.derivatives::<NARROW>(parameters, first, outcome)?
-            };
-            let filled = seeded.min(count - first);
-            jacobian
-                .columns_mut(first, filled)
-                .copy_from(&columns.columns(0, filled));
-            first += filled;
-        }
+        let passes = (0..count)
+            .step_by(WIDE)
+            .map(|first| self.pass(parameters, first, outcome))
+            .collect::<Result<Vec<_>, _>>()?;
+        // Real parts of dual numbers are the rollout in `f64`, so its value comes with the first pass.
+        let Some(OutcomeJacobian { value, .. }) = passes.first() else {
+            let value = DVector::from_vec(self.value(outcome)?);
+            let jacobian = DMatrix::zeros(value.len(), 0);
+            return Ok(OutcomeJacobian { value, jacobian });
+        };
+        let columns: Vec<_> = passes
+            .iter()
+            .flat_map(|pass| pass.jacobian.column_iter())
+            .collect();
+        let jacobian = DMatrix::from_columns(&columns);
+        let value = value.clone();
         Ok(OutcomeJacobian { value, jacobian })
     }
 
@@ -161,34 +163,45 @@ impl<'w, F: ExternalForces> Experiment<'w, F> {
         parameters.iter().flat_map(scale).collect()
     }
 
-    /// The derivatives of the outcome by `WIDTH` numbers of the parameters from the `first` on.
-    fn derivatives<const WIDTH: usize>(
+    /// The outcome and its derivatives by up to [`WIDE`] numbers of the parameters, from the `first`
+    /// on.
+    fn pass(
         &self,
         parameters: &[Parameter],
         first: usize,
         outcome: &impl Outcome,
-    ) -> Result<DMatrix<f64>, GradientError> {
-        let (rows, columns) = (Const::<WIDTH>, Const::<1>);
+    ) -> Result<OutcomeJacobian, GradientError> {
         let count: usize = parameters.iter().map(Parameter::dimension).sum();
-        let seeds: Vec<DualSVec64<WIDTH>> = (0..count)
-            .map(|number| {
-                if (first..first + WIDTH).contains(&number) {
-                    let direction = Derivative::derivative_generic(rows, columns, number - first);
-                    DualSVec64::new(0.0, direction)
-                } else {
-                    lift(0.0)
-                }
-            })
-            .collect();
+        let range = first..count.min(first + WIDE);
+        if range.len() <= NARROW {
+            self.pass_of::<NARROW>(parameters, range, outcome)
+        } else if range.len() <= MIDDLE {
+            self.pass_of::<MIDDLE>(parameters, range, outcome)
+        } else {
+            self.pass_of::<WIDE>(parameters, range, outcome)
+        }
+    }
+
+    /// The outcome and its derivatives by the numbers of the parameters in a range, at most `WIDTH`.
+    fn pass_of<const WIDTH: usize>(
+        &self,
+        parameters: &[Parameter],
+        range: Range<usize>,
+        outcome: &impl Outcome,
+    ) -> Result<OutcomeJacobian, GradientError> {
+        let count = parameters.iter().map(Parameter::dimension).sum();
+        let seed = |number: usize| match number.checked_sub(range.start) {
+            Some(index) => DenseDual::variable(0.0, index),
+            None => lift(0.0),
+        };
+        let seeds: Vec<DenseDual<WIDTH>> = (0..count).map(seed).collect();
         let trajectory = self.recorded(&changed(self.world, parameters, &seeds))?;
-        let gradients: Vec<_> = outcome
-            .of(&trajectory)
-            .into_iter()
-            .map(|number| number.eps.unwrap_generic(rows, columns).transpose())
-            .collect();
-        Ok(DMatrix::from_fn(gradients.len(), WIDTH, |i, j| {
-            gradients[i][j]
-        }))
+        let numbers = outcome.of(&trajectory);
+        let derivative = |row: usize, column: usize| numbers[row].eps[column];
+        Ok(OutcomeJacobian {
+            value: DVector::from_iterator(numbers.len(), numbers.iter().map(|number| number.re)),
+            jacobian: DMatrix::from_fn(numbers.len(), range.len(), derivative),
+        })
     }
 
     fn recorded<T: Scalar>(&self, world: &World<T, F>) -> Result<Trajectory<T>, GradientError> {

@@ -219,8 +219,7 @@ fn steps_to_surface(field: &PressureField) -> Vec<Option<Escape>> {
         for tet in tets_at[vertex].iter().map(|&tet| tet as usize) {
             let vertices = mesh.tets()[tet];
             let place = vertices.iter().position(|&other| other == vertex);
-            for corner in 0..4 {
-                let other = vertices[corner];
+            for (corner, &other) in vertices.iter().enumerate() {
                 if steps[other].is_none() && !mesh.is_on_surface(other) {
                     steps[other] = place.map(|to| Escape {
                         tet,

@@ -27,6 +27,10 @@ struct Face {
 
 impl Surface {
     /// The surface of positively oriented tetrahedra.
+    #[expect(
+        clippy::cast_possible_truncation,
+        reason = "a mesh has no more tetrahedra than a u32 counts"
+    )]
     pub fn of(tets: &[[usize; 4]], vertex_count: usize) -> Result<Self, MeshError> {
         let mut faces: Vec<Face> = (0..tets.len())
             .flat_map(|tet| (0..4).map(move |corner| Face::new(tets, tet, corner)))

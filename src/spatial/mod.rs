@@ -12,6 +12,7 @@ mod wrench;
 
 pub use mass_properties::MassProperties;
 pub use pose::{Pose, PoseError};
+pub(crate) use rotation::turn_from_real;
 pub use rotation::{rotation_from_vector, skew};
 pub(crate) use rotation::{times_constant, turned_about_own_axis};
 pub use twist::Twist;

@@ -1,5 +1,6 @@
+use super::rotation::{turn_from_real, turned_real};
 use super::{Twist, rotation_from_vector, times_constant};
-use crate::scalar::{Scalar, lift, lift_vector, real_part, real_vector};
+use crate::scalar::{Order, Scalar, lift, lift_vector, real_part, real_vector};
 use nalgebra::{Isometry3, Matrix3, Vector3};
 use std::ops::Mul;
 
@@ -117,7 +118,14 @@ impl<T: Scalar> Pose<T> {
     /// The pose with its rotation, which products have taken a little away from orthonormality, put
     /// right by one Newton step towards the nearest rotation, R·(3·I − RᵀR)/2: it squares the
     /// deviation.
+    ///
+    /// To first order in the derivatives, that step takes out of them what is no turn.
     pub(crate) fn orthonormalised(self) -> Self {
+        if Order::<T>::IS_FIRST {
+            let real = self.real().orthonormalised();
+            let rotation = turned_real(real.rotation(), &turn_from_real(&self.rotation));
+            return Self { rotation, ..self };
+        }
         let three = Matrix3::from_diagonal_element(lift::<T>(3.0));
         let gram = self.rotation.transpose() * self.rotation;
         Self {

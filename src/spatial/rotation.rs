@@ -1,4 +1,6 @@
-use crate::scalar::{Scalar, lift, real_part};
+use crate::scalar::{
+    Order, Scalar, constant_times, cross_constant, dot_constant, lift, real_part, real_vector,
+};
 use nalgebra::{Matrix3, RowVector3, Vector3};
 
 /// Below this squared angle (rad²) the exponential map is evaluated by its series.
@@ -27,6 +29,14 @@ pub fn skew<T: Scalar>(vector: &Vector3<T>) -> Matrix3<T> {
 /// With v the vector, S² = v vᵀ − θ²·I: twelve products instead of those of a matrix product.
 #[must_use]
 pub fn rotation_from_vector<T: Scalar>(rotation_vector: &Vector3<T>) -> Matrix3<T> {
+    if Order::<T>::IS_FIRST {
+        let real = real_vector(rotation_vector);
+        let turn = constant_times(
+            &left_jacobian(&real),
+            &(rotation_vector - real.map(lift::<T>)),
+        );
+        return turned_real(&rotation_from_vector(&real), &turn);
+    }
     let v = rotation_vector;
     let (sine_term, cosine_term) = exponential_coefficients(v.dot(v));
     let (sine, cosine) = (v * sine_term, v * cosine_term);
@@ -68,6 +78,48 @@ pub(crate) fn times_constant<T: Scalar>(
     })
 }
 
+/// The matrix J of exp([v + dv]ₓ) = (I + [J·dv]ₓ)·exp([v]ₓ) to first order:
+/// J = I + ((1 − cos θ)/θ²)·[v]ₓ + ((1 − sin θ/θ)/θ²)·[v]ₓ².
+fn left_jacobian(rotation_vector: &Vector3<f64>) -> Matrix3<f64> {
+    let angle_squared = rotation_vector.norm_squared();
+    let (sine_term, cosine_term) = exponential_coefficients(angle_squared);
+    let cubic_term = if angle_squared < SERIES_LIMIT {
+        alternating_series(angle_squared, 3)
+    } else {
+        (1.0 - sine_term) / angle_squared
+    };
+    let s = skew(rotation_vector);
+    Matrix3::identity() + s * cosine_term + s * s * cubic_term
+}
+
+/// A rotation with the derivatives of a small turn (rad, in the axes of the outer frame) whose real
+/// part is zero: (I + [turn]ₓ)·R.
+pub(crate) fn turned_real<T: Scalar>(rotation: &Matrix3<f64>, turn: &Vector3<T>) -> Matrix3<T> {
+    let column = |k: usize| {
+        let axis = rotation.column(k).into_owned();
+        let change = cross_constant(turn, &axis);
+        Vector3::new(change.x + axis.x, change.y + axis.y, change.z + axis.z)
+    };
+    Matrix3::from_columns(&[column(0), column(1), column(2)])
+}
+
+/// The small turn (rad, in the axes of the outer frame) that takes a rotation's real part to the
+/// rotation, with a real part of zero. Derivatives that would take the matrix out of the rotations
+/// are left out.
+pub(crate) fn turn_from_real<T: Scalar>(rotation: &Matrix3<T>) -> Vector3<T> {
+    // R = (I + [ω]ₓ)·R₀ to first order, and so [ω]ₓ is the skew part of (R − R₀)·R₀ᵀ.
+    let real = rotation.map(real_part);
+    let entry = |i: usize, j: usize| {
+        let row = rotation.row(i).transpose();
+        dot_constant(&row, &real.row(j).transpose())
+    };
+    let half_skew = |i: usize, j: usize| {
+        let twice = entry(i, j) - entry(j, i);
+        (twice - real_part(twice)) * 0.5
+    };
+    Vector3::new(half_skew(2, 1), half_skew(0, 2), half_skew(1, 0))
+}
+
 /// (sin θ/θ, (1 − cos θ)/θ²) as functions of θ².
 fn exponential_coefficients<T: Scalar>(angle_squared: T) -> (T, T) {
     if real_part(angle_squared) < SERIES_LIMIT {
@@ -83,11 +135,12 @@ fn exponential_coefficients<T: Scalar>(angle_squared: T) -> (T, T) {
     )
 }
 
-/// Σₙ (−x)ⁿ/(2n + first)! by Horner's rule: sin θ/θ for `first` = 1, (1 − cos θ)/θ² for 2.
+/// Σₙ (−x)ⁿ/(2n + first)! by Horner's rule: sin θ/θ for `first` = 1, (1 − cos θ)/θ² for 2,
+/// (θ − sin θ)/θ³ for 3.
 fn alternating_series<T: Scalar>(x: T, first: u32) -> T {
     let one: T = lift(1.0);
     let sum = (1..=SERIES_TERMS).rev().fold(one, |tail, n| {
         one - x * tail * f64::from((2 * n + first - 1) * (2 * n + first)).recip()
     });
-    sum * f64::from(first).recip()
+    sum * f64::from((1..=first).product::<u32>()).recip()
 }

@@ -1,14 +1,12 @@
 use super::scratch::{Scratch, WayOn};
 use super::{Culling, Found, PartialSum};
+use crate::contact::Shape;
 use crate::contact::meeting::{Encounter, Meeting};
 use crate::contact::shadow::{PairShadow, PosedTet};
+use crate::threads;
 
 /// Pairs of tetrahedra that are summed by themselves, in one thread: some 20 µs of work in `f64`.
 const PIECE: usize = 64;
-
-/// A wave of fewer pairs is not worth handing to other threads.
-#[cfg(feature = "parallel")]
-const PARALLEL_WAVE: usize = 4 * PIECE;
 
 /// A walk over the contact surface.
 pub(super) struct Walk<'w, 'a> {
@@ -25,7 +23,7 @@ impl PairShadow<'_> {
     /// both, what is next may be behind several faces; so a pair that is only touched is a step on the
     /// way too.
     pub(super) fn follow<S: PartialSum>(&self, add: impl Fn(&mut S, &Meeting) + Sync) -> Found<S> {
-        let [Some(seeds_a), Some(seeds_b)] = self.shapes.map(|shape| shape.seeds()) else {
+        let [Some(seeds_a), Some(seeds_b)] = self.shapes.map(Shape::seeds) else {
             return self.cull(Culling::default(), add);
         };
         Scratch::lent(|scratch| {
@@ -122,15 +120,7 @@ impl Walk<'_, '_> {
             }
             piece
         };
-        #[cfg(feature = "parallel")]
-        if wave.len() >= PARALLEL_WAVE && rayon::current_num_threads() > 1 {
-            use rayon::prelude::*;
-            let pieces = wave.par_chunks(PIECE).zip(ways_on.par_chunks_mut(PIECE));
-            let pieces: Vec<S> = pieces.map(look).collect();
-            return pieces.into_iter().for_each(|piece| sum.merge(piece));
-        }
-        let pieces = wave.chunks(PIECE).zip(ways_on.chunks_mut(PIECE));
-        pieces.map(look).for_each(|piece| sum.merge(piece));
+        threads::for_pieces((wave, ways_on), PIECE, look, |piece| sum.merge(piece));
     }
 
     /// Enters the pairs over the faces that a pair of the wave reaches.

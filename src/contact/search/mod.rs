@@ -1,5 +1,10 @@
 //! Which pairs of tetrahedra meet: by following the contact surface, or by culling all pairs.
 
+#![expect(
+    clippy::cast_possible_truncation,
+    reason = "a mesh has no more tetrahedra than a u32 counts"
+)]
+
 mod culling;
 mod following;
 mod scratch;

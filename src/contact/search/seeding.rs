@@ -1,6 +1,7 @@
 use super::Culling;
 use super::following::Walk;
 use crate::broad_phase::{Seeds, SurfaceFace};
+use crate::contact::Shape;
 use crate::contact::shadow::PairShadow;
 use crate::geometry::{Aabb, FACES};
 use crate::mesh::Escape;
@@ -40,11 +41,11 @@ impl Walk<'_, '_> {
     /// At the tetrahedra with convex creases, of either body.
     fn enter_at_creases(&mut self, seeds_a: &Seeds, seeds_b: &Seeds) {
         let (shadow, margin) = (self.shadow, self.shadow.margin());
-        let [tree_a, tree_b] = shadow.shapes.map(|shape| shape.tree());
+        let [tree_a, tree_b] = shadow.shapes.map(Shape::tree);
         seeds_b.visit_creased_near(&tree_a.bounds(), &shadow.pose_ab, margin, |tet_b| {
             let posed_b = shadow.posed_tet(tet_b);
             shadow.visit_partners(Culling::default(), &posed_b, |tet_a| {
-                self.enter_pair(tet_a, tet_b)
+                self.enter_pair(tet_a, tet_b);
             });
         });
         let pose_ba = shadow.pose_ab.inverse();
@@ -59,7 +60,7 @@ impl Walk<'_, '_> {
     fn enter_at_escapes(&mut self, seeds_a: &Seeds, seeds_b: &Seeds) {
         let (shadow, margin) = (self.shadow, self.shadow.margin());
         let ([modulus_a, modulus_b], pose_ba) = (shadow.moduli, shadow.pose_ab.inverse());
-        let [tree_a, tree_b] = shadow.shapes.map(|shape| shape.tree());
+        let [tree_a, tree_b] = shadow.shapes.map(Shape::tree);
         for Escape { tet, corners } in seeds_a.escapes() {
             let tet_a = shadow.tet_a(*tet);
             let ends = corners.map(|c| pose_ba.transformed_point(&tet_a.tetrahedron.corners[c]));

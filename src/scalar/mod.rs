@@ -16,12 +16,19 @@
 //! assert_eq!(real_part(spring_energy(3.0)), 4.5);
 //! ```
 
-use nalgebra::Vector3;
+mod dense_dual;
+mod elementary;
+mod number_traits;
+
+pub use dense_dual::DenseDual;
+
+use nalgebra::{Matrix3, Vector3};
 use num_dual::DualNum;
+use std::marker::PhantomData;
 
 /// A real number, or a dual number over `f64` of any kind and order.
 ///
-/// Implemented for `f64`, and for num-dual's `Dual64`, `DualSVec64<N>`, `Dual2_64`,
+/// Implemented for `f64`, for [`DenseDual`], and for num-dual's `Dual64`, `DualSVec64<N>`, `Dual2_64`,
 /// `Dual2SVec64<N>`, `Dual3_64`, hyper-dual and nested dual types.
 pub trait Scalar: DualNum<Primitive = f64> + Copy + Send + Sync {}
 
@@ -67,4 +74,47 @@ pub(crate) const fn carries_derivatives<T: Scalar>() -> bool {
 #[must_use]
 pub(crate) fn dot_constant<T: Scalar>(vector: &Vector3<T>, constant: &Vector3<f64>) -> T {
     vector.x * constant.x + vector.y * constant.y + vector.z * constant.z
+}
+
+/// Vector product with a constant vector: six products `T * f64`.
+#[inline]
+#[must_use]
+pub(crate) fn cross_constant<T: Scalar>(
+    vector: &Vector3<T>,
+    constant: &Vector3<f64>,
+) -> Vector3<T> {
+    Vector3::new(
+        vector.y * constant.z - vector.z * constant.y,
+        vector.z * constant.x - vector.x * constant.z,
+        vector.x * constant.y - vector.y * constant.x,
+    )
+}
+
+/// Product of a constant matrix with a vector: nine products `T * f64`.
+#[inline]
+#[must_use]
+pub(crate) fn constant_times<T: Scalar>(
+    constant: &Matrix3<f64>,
+    vector: &Vector3<T>,
+) -> Vector3<T> {
+    let row = |i: usize| dot_constant(vector, &constant.row(i).transpose());
+    Vector3::new(row(0), row(1), row(2))
+}
+
+/// The change of a number from its real part: the same derivatives, and a value of zero.
+#[inline]
+#[must_use]
+pub(crate) fn change<T: Scalar>(value: T) -> T {
+    value - real_part(value)
+}
+
+/// What is known of a scalar when it is compiled.
+///
+/// A branch on such a constant leaves the other side uncompiled: the whole contact at the width of
+/// a trajectory's gradient, for one.
+pub(crate) struct Order<T>(PhantomData<T>);
+
+impl<T: Scalar> Order<T> {
+    /// Whether `T` has first derivatives and no others, so that the chain rule is linear in them.
+    pub(crate) const IS_FIRST: bool = T::NDERIV == 1;
 }

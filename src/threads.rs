@@ -1,7 +1,6 @@
 //! All that knows of threads: the values of many items at once, in the order of the items. Without
 //! the feature `parallel` the same values come one after another.
 
-use super::RolloutError;
 #[cfg(feature = "parallel")]
 use rayon::prelude::*;
 use std::any::Any;
@@ -13,6 +12,10 @@ use std::panic::{AssertUnwindSafe, catch_unwind};
 /// crowd`, with this at 1 and at its value, 4 and 9 bodies).
 const WORTH_THREADS: usize = 16;
 
+/// So many pieces are: of contact polygons in `f64`, each is some 20 µs of work.
+#[cfg(feature = "parallel")]
+const WORTH_PIECES: usize = 4;
+
 thread_local! {
     /// Whether this thread works on a job, one of many, that it must not wait in.
     static HAS_JOB: Cell<bool> = const { Cell::new(false) };
@@ -20,7 +23,7 @@ thread_local! {
 
 /// The short values of many items, into room that is used again: by several threads where that
 /// pays.
-pub(super) fn mapped_into<I: Sync, O: Send>(
+pub(crate) fn mapped_into<I: Sync, O: Send>(
     values: &mut Vec<O>,
     items: &[I],
     value: impl Fn(&I) -> O + Sync,
@@ -34,27 +37,44 @@ pub(super) fn mapped_into<I: Sync, O: Send>(
 }
 
 /// The results of many long jobs.
-pub(super) fn results_of<I: Sync, O: Send>(items: &[I], job: impl Fn(&I) -> O + Sync) -> Vec<O> {
+pub(crate) fn results_of<I: Sync, O: Send>(items: &[I], job: impl Fn(&I) -> O + Sync) -> Vec<O> {
     let mut results = Vec::with_capacity(items.len());
     spread_into(&mut results, items, job);
     results
 }
 
+/// Why a job has no result: it panicked, with this message.
+#[derive(Debug)]
+pub(crate) struct Panicked(pub String);
+
 /// Does one of many jobs on this thread alone, and makes an error of a panic.
 ///
 /// A thread that waited for help in a job would be given other jobs to do meanwhile, whole ones, one
 /// on top of the other on its stack.
-pub(crate) fn contained<O, E: From<RolloutError>>(
-    job: impl FnOnce() -> Result<O, E>,
-) -> Result<O, E> {
+pub(crate) fn contained<O, E: From<Panicked>>(job: impl FnOnce() -> Result<O, E>) -> Result<O, E> {
     let had_job = HAS_JOB.replace(true);
     // What the job has left behind half done is dropped with it.
     let result = catch_unwind(AssertUnwindSafe(job));
     HAS_JOB.set(had_job);
-    result.unwrap_or_else(|payload| {
-        let message = panic_message(&*payload);
-        Err(RolloutError::Panicked { message }.into())
-    })
+    result.unwrap_or_else(|payload| Err(Panicked(panic_message(&*payload)).into()))
+}
+
+/// Hands on, in order, a value for each piece of `length` items, which also writes to outputs beside
+/// them: by several threads where so many items pay.
+pub(crate) fn for_pieces<I: Sync, O: Send, S: Send>(
+    (items, outputs): (&[I], &mut [O]),
+    length: usize,
+    value: impl Fn((&[I], &mut [O])) -> S + Sync + Send,
+    take: impl FnMut(S),
+) {
+    #[cfg(feature = "parallel")]
+    if items.len() >= WORTH_PIECES * length && !HAS_JOB.get() && rayon::current_num_threads() > 1 {
+        let pieces = items.par_chunks(length).zip(outputs.par_chunks_mut(length));
+        let values: Vec<S> = pieces.map(value).collect();
+        return values.into_iter().for_each(take);
+    }
+    let pieces = items.chunks(length).zip(outputs.chunks_mut(length));
+    pieces.map(value).for_each(take);
 }
 
 fn panic_message(payload: &(dyn Any + Send)) -> String {

@@ -1,0 +1,259 @@
+//! Contact carried into dual numbers by the chain rule, against the generic pipeline and against
+//! differences.
+
+mod support;
+
+use hydroelastic::contact::{ContactBody, ContactPair, ContactWrench, Shape, SurfaceLaw};
+use hydroelastic::dynamics::{Body, Integrator, Mass, Material, State, World};
+use hydroelastic::gradient::{Experiment, FinalState, Outcome, Parameter};
+use hydroelastic::mesh::shapes;
+use hydroelastic::scalar::{DenseDual, Scalar, lift};
+use hydroelastic::spatial::{Pose, Twist};
+use nalgebra::{SMatrix, SVector, vector};
+use num_dual::Dual2_64;
+use support::scenes::{Random, mixed_shapes, random_pair};
+
+/// Round-off of derivatives through slices and clips of generic pairs, of the largest entry.
+const TWO_WAYS: f64 = 1e-10;
+
+/// Rounding of values that are rotated into the world in another order.
+const SAME_VALUE: f64 = 1e-12;
+
+/// Differences with the best of three steps: where a step straddles a polygon's change of topology,
+/// or its wrench is rounded, another does not.
+const DIFFERENCES: f64 = 1e-6;
+const STEPS: [f64; 3] = [1e-5, 1e-6, 1e-7];
+
+/// Hundreds of steps multiply the round-off of each.
+const TRAJECTORIES: f64 = 1e-11;
+
+/// Twists of A and B that move the poses, changes of the moduli, changes of the velocities of A and B
+/// (twists), of dissipation and friction.
+const INPUTS: usize = 28;
+type Wide = DenseDual<INPUTS>;
+
+/// A pair in motion, in plain numbers.
+struct Scene<'a> {
+    pair: ContactPair<'a>,
+    twists: [SVector<f64, 6>; 2],
+    dissipation: f64,
+    friction: f64,
+}
+
+fn random_scene<'a>(shapes: &'a [Shape], random: &mut Random) -> Scene<'a> {
+    let mut number = || random.between(-0.5, 0.5);
+    let twists = [0, 1].map(|_| SVector::from_fn(|_, _| number()));
+    Scene {
+        twists,
+        dissipation: random.between(0.0, 0.8),
+        friction: random.between(0.0, 1.0),
+        pair: random_pair(shapes, random),
+    }
+}
+
+/// The pair, its law and its velocities after changes.
+fn changed<'a, T: Scalar>(
+    scene: &Scene<'a>,
+    changes: &SVector<T, INPUTS>,
+) -> (ContactPair<'a, T>, SurfaceLaw<T>, [Twist<T>; 2]) {
+    let twist = |row| Twist::from_vector(&changes.fixed_rows::<6>(row).into_owned());
+    let body = |body: &ContactBody<'a>, row, change: T| {
+        let pose = Pose::<T>::lifted(body.pose()).moved_by(&twist(row));
+        ContactBody::new(body.shape(), pose, change + body.modulus()).unwrap()
+    };
+    let pair = ContactPair::new(
+        body(scene.pair.a(), 0, changes[12]),
+        body(scene.pair.b(), 6, changes[13]),
+    );
+    let dissipation = changes[26] + scene.dissipation;
+    let law = SurfaceLaw::new(dissipation, changes[27] + scene.friction, 0.05).unwrap();
+    let velocity = |of: usize| {
+        let change = changes.fixed_rows::<6>(14 + 6 * of).into_owned();
+        Twist::from_vector(&(change + scene.twists[of].map(lift::<T>)))
+    };
+    (pair, law, [velocity(0), velocity(1)])
+}
+
+fn numbers<T: Scalar>(wrench: &ContactWrench<T>) -> SVector<T, 12> {
+    let (on_a, on_b) = (wrench.on_a.to_vector(), wrench.on_b.to_vector());
+    SVector::from_fn(|i, _| if i < 6 { on_a[i] } else { on_b[i - 6] })
+}
+
+fn seeds() -> SVector<Wide, INPUTS> {
+    SVector::from_fn(|i, _| Wide::variable(0.0, i))
+}
+
+fn jacobian(wrench: &ContactWrench<Wide>) -> SMatrix<f64, 12, INPUTS> {
+    let rows = numbers(wrench);
+    SMatrix::from_fn(|i, j| rows[i].eps[j])
+}
+
+fn assert_same(carried: &ContactWrench<Wide>, whole: &ContactWrench<Wide>) -> f64 {
+    let (found, expected) = (numbers(carried), numbers(whole));
+    let largest = expected.map(|number| number.re).amax();
+    let error = (found.map(|n| n.re) - expected.map(|n| n.re)).amax();
+    assert!(error <= SAME_VALUE * largest, "{error:e} of {largest:e}");
+    let (found, expected) = (jacobian(carried), jacobian(whole));
+    let error = (found - expected).amax() / expected.amax();
+    assert!(error <= TWO_WAYS, "{error:e}");
+    error
+}
+
+/// Generic poses in contact.
+fn for_scenes(count: usize, seed: u8, mut check: impl FnMut(&Scene, &mut Random)) {
+    let (shapes, mut random) = (mixed_shapes(), Random::new(seed));
+    let mut checked = 0;
+    while checked < count {
+        let scene = random_scene(&shapes, &mut random);
+        if !scene.pair.surface().is_empty() {
+            check(&scene, &mut random);
+            checked += 1;
+        }
+    }
+}
+
+#[test]
+fn carried_wrenches_have_the_derivatives_of_the_generic_pipeline() {
+    let mut worst = [0.0_f64; 2];
+    for_scenes(200, 31, |scene, _| {
+        let (pair, law, twists) = changed(scene, &seeds());
+        let elastic = assert_same(&pair.wrench_carried(), &pair.wrench());
+        let carried = pair.wrench_in_motion_carried(&law, twists);
+        let rubbing = assert_same(&carried, &pair.wrench_in_motion(&law, twists));
+        worst = [worst[0].max(elastic), worst[1].max(rubbing)];
+    });
+    println!("worst: elastic {:.1e}, rubbing {:.1e}", worst[0], worst[1]);
+}
+
+#[test]
+fn carried_derivatives_of_a_pair_in_motion_are_differences() {
+    let mut worst = 0.0_f64;
+    for_scenes(200, 32, |scene, random| {
+        let (pair, law, twists) = changed(scene, &seeds());
+        let by_inputs = jacobian(&pair.wrench_in_motion_carried(&law, twists));
+        let direction = SVector::<f64, INPUTS>::from_fn(|_, _| random.between(-1.0, 1.0));
+        let expected = by_inputs * direction;
+        let value = |step: f64| {
+            let (pair, law, twists) = changed(scene, &(direction * step));
+            numbers(&pair.wrench_in_motion(&law, twists))
+        };
+        let error = |step: f64| {
+            let difference = (value(step) - value(-step)) / (2.0 * step);
+            (difference - expected).amax() / expected.amax()
+        };
+        worst = STEPS
+            .map(error)
+            .into_iter()
+            .fold(f64::INFINITY, f64::min)
+            .max(worst);
+        assert!(worst <= DIFFERENCES, "{worst:e}");
+    });
+    println!("worst: {worst:.1e}");
+}
+
+#[test]
+fn bodies_that_are_apart_have_a_carried_wrench_of_zero() {
+    let ball = Shape::new(shapes::icosphere(0.1, 1).unwrap());
+    let at =
+        |x| Pose::<Wide>::from_translation(vector![Wide::variable(x, 0), lift(0.0), lift(0.0)]);
+    let body = |x| ContactBody::new(&ball, at(x), lift(1e5)).unwrap();
+    let pair = ContactPair::new(body(0.0), body(1.0));
+    let law = SurfaceLaw::new(lift(0.5), lift(0.5), 0.01).unwrap();
+    for wrench in [
+        pair.wrench_carried(),
+        pair.wrench_in_motion_carried(&law, [Twist::zero(); 2]),
+    ] {
+        assert!(numbers(&wrench).iter().all(|n| n.re == 0.0));
+        assert!(jacobian(&wrench).iter().all(|&slope| slope == 0.0));
+    }
+}
+
+/// An ellipsoid thrown on a slab, in contact for a part of the way.
+fn thrown(skin: Material) -> World {
+    let ball = Shape::new(shapes::ellipsoid([0.1, 0.11, 0.09], 1).unwrap());
+    let slab = Shape::new(shapes::cuboid([1.0; 3]).unwrap());
+    let ball = Body::dynamic("ball", ball, skin, Mass::Total(1.0)).unwrap();
+    let slab = Body::fixed("slab", slab, skin).unwrap();
+    World::new(vec![
+        ball.at(Pose::from_translation(vector![0.05, 0.02, 0.1]))
+            .with_velocity(vector![0.3, 0.1, -0.5])
+            .with_spin(vector![1.0, 2.0, 0.5]),
+        slab.at(Pose::from_translation(vector![0.0, 0.0, -0.5])),
+    ])
+    .unwrap()
+    .with_gravity(vector![0.0, 0.0, -9.81])
+    .unwrap()
+}
+
+const START: [Parameter<'static>; 4] = [
+    Parameter::InitialOrientation("ball"),
+    Parameter::InitialPosition("ball"),
+    Parameter::InitialSpin("ball"),
+    Parameter::InitialVelocity("ball"),
+];
+
+/// The derivative of where the ball ends along a direction, by numbers of second order, for which the
+/// contact goes through the generic pipeline.
+fn by_generic_pipeline(world: &World, direction: &SVector<f64, 12>, steps: usize) -> Vec<f64> {
+    let lifted = world.lifted::<Dual2_64>();
+    let mut start: State<Dual2_64> = lifted.initial_state();
+    let seeds = direction.map(|slope| Dual2_64::new(0.0, slope, 0.0));
+    let twist = |row| Twist::from_vector(&seeds.fixed_rows::<6>(row).into_owned());
+    let ball = &mut start.bodies[0];
+    ball.pose = ball.pose.moved_by(&twist(0));
+    ball.twist.angular += twist(6).angular;
+    ball.twist.linear += twist(6).linear;
+    let rollout = lifted.rollout(5e-4, Integrator::Leapfrog).unwrap();
+    let trajectory = rollout
+        .starting_from(start)
+        .unwrap()
+        .recorded(steps, steps)
+        .unwrap();
+    let end = FinalState::of_body(world, "ball").unwrap().of(&trajectory);
+    end.into_iter().map(|number| number.v1).collect()
+}
+
+#[test]
+fn gradients_of_whole_trajectories_are_those_of_the_generic_pipeline() {
+    let rubbing = Material::elastic(1e5)
+        .with_dissipation(0.4)
+        .with_friction(0.3);
+    let mut random = Random::new(33);
+    for skin in [Material::elastic(1e5), rubbing] {
+        let (world, steps) = (thrown(skin), 300);
+        let experiment = Experiment::new(&world, 5e-4, steps).unwrap();
+        let outcome = FinalState::of_body(&world, "ball").unwrap();
+        let jacobian = experiment.jacobian(&START, &outcome).unwrap().jacobian;
+        for _ in 0..3 {
+            let direction = SVector::<f64, 12>::from_fn(|_, _| random.between(-1.0, 1.0));
+            let found = &jacobian * direction;
+            let expected = by_generic_pipeline(&world, &direction, steps);
+            let expected = nalgebra::DVector::from_vec(expected);
+            let error = (found - &expected).amax() / expected.amax();
+            println!("{error:.1e}");
+            assert!(error <= TRAJECTORIES, "{error:e}");
+        }
+    }
+}
+
+#[test]
+fn many_numbers_take_several_passes_and_give_what_few_give() {
+    let world = thrown(Material::elastic(1e5));
+    let experiment = Experiment::new(&world, 5e-4, 100).unwrap();
+    let outcome = FinalState::of_body(&world, "ball").unwrap();
+    let value = nalgebra::DVector::from_vec(experiment.value(&outcome).unwrap());
+    let alone = experiment.jacobian(&START[3..], &outcome).unwrap();
+    // 3, 12, 36, 96 and 99 numbers: a pass of each width, a full one, and two.
+    for count in [1, 4, 12, 32, 33] {
+        let parameters = vec![START[3]; count];
+        let many = experiment.jacobian(&parameters, &outcome).unwrap();
+        assert_eq!(many.jacobian.ncols(), 3 * count);
+        assert!((&many.value - &value).amax() <= SAME_VALUE * value.amax());
+        for block in 0..count {
+            let error = many.jacobian.columns(3 * block, 3) - &alone.jacobian;
+            assert!(error.amax() <= TRAJECTORIES * alone.jacobian.amax());
+        }
+    }
+    let none = experiment.jacobian(&[], &outcome).unwrap();
+    assert_eq!((none.value, none.jacobian.shape()), (value, (18, 0)));
+}
