@@ -122,10 +122,15 @@ impl PairShadow<'_> {
     #[inline]
     pub fn meeting(&self, a: &FieldTet, b: &PosedTet, crossing: Crossing) -> Meeting {
         let steepness = &self.tet_b(b.index).barycentric_steepness;
+        let (outline, bounding_faces) =
+            crossing.outline(a, &crossing.at_a, steepness, |face| b.faces[face]);
         Meeting {
             tets: [a.index, b.index],
-            outline: crossing.outline(a, &crossing.at_a, steepness, |face| b.faces[face]),
-            crossing,
+            outline,
+            crossing: Crossing {
+                bounding_faces,
+                ..crossing
+            },
             pressure_b: b.pressure,
         }
     }
@@ -175,8 +180,7 @@ impl PairShadow<'_> {
 }
 
 impl Meeting {
-    /// The outline, made again in another scalar by the same cuts. Faces of B that the outline does not
-    /// reach do not bound it, and are left out.
+    /// The outline, made again in another scalar by the same cuts.
     pub fn outline_in<T: Scalar>(
         &self,
         [a, b]: [&FieldTet; 2],
@@ -184,13 +188,10 @@ impl Meeting {
         pressure_b: &AffineField<T>,
         pose_ab: &Pose<T>,
     ) -> ConvexPolygon<T> {
-        let crossing = Crossing {
-            bounding_faces: self.crossing.bounding_faces & (self.outline.sides() >> 4),
-            ..self.crossing
-        };
-        let excess = excess_at_corners_of_a(a, modulus_a, pressure_b, crossing.tolerance);
+        let excess = excess_at_corners_of_a(a, modulus_a, pressure_b, self.crossing.tolerance);
         let face_of_b = |face: usize| b.barycentric[face].posed(pose_ab);
-        crossing.outline(a, &excess, &b.barycentric_steepness, face_of_b)
+        let steepness = &b.barycentric_steepness;
+        self.crossing.outline(a, &excess, steepness, face_of_b).0
     }
 
     /// Whether round-off may have decided over a piece of the outline.
@@ -233,7 +234,7 @@ impl PosedTet {
 }
 
 impl Crossing {
-    /// Slices A by the plane and clips the slice by B's faces.
+    /// Slices A by the plane and clips the slice by B's faces. Says which of them came near it.
     #[inline]
     fn outline<T: Scalar>(
         &self,
@@ -241,19 +242,21 @@ impl Crossing {
         excess: &[T; 4],
         steepness: &[f64; 4],
         face_of_b: impl Fn(usize) -> AffineField<T>,
-    ) -> ConvexPolygon<T> {
+    ) -> (ConvexPolygon<T>, u8) {
         let upward = if self.from_above { -1.0 } else { 1.0 };
         let mut polygon = a.tetrahedron.sliced(&excess.map(|value| value * upward));
         if self.from_above {
             polygon.reverse();
         }
+        let mut near_faces = 0;
         for (face, steepness) in steepness.iter().enumerate() {
             if self.bounding_faces & 1 << face != 0 && !polygon.corners().is_empty() {
                 let tolerance = self.margin * steepness;
-                polygon.clip(&face_of_b(face), tolerance, 1 << (4 + face));
+                let is_near = polygon.clip(&face_of_b(face), tolerance, 1 << (4 + face));
+                near_faces |= u8::from(is_near) << face;
             }
         }
-        polygon
+        (polygon, near_faces)
     }
 }
 

@@ -85,9 +85,10 @@ impl<T: Scalar> ConvexPolygon<T> {
         self
     }
 
-    /// [`Self::clipped`] in place: most faces do not cut, and a polygon is large to hand on.
+    /// [`Self::clipped`] in place: most faces do not cut, and a polygon is large to hand on. Returns
+    /// whether the side came near the polygon at all.
     #[inline]
-    pub(crate) fn clip(&mut self, field: &AffineField<T>, tolerance: f64, side: u8) {
+    pub(crate) fn clip(&mut self, field: &AffineField<T>, tolerance: f64, side: u8) -> bool {
         let mut values = [lift(0.0); POLYGON_CAPACITY];
         let mut is_inside = true;
         for (value, corner) in values.iter_mut().zip(&self.corners[..self.len]) {
@@ -101,6 +102,7 @@ impl<T: Scalar> ConvexPolygon<T> {
                 .any(|value| is_doubtful(real_part(*value), tolerance));
             self.cut(&values.map(|value| snapped(value, tolerance)), side);
         }
+        !is_inside
     }
 
     /// Leaves the part of the polygon where the values at its corners are ≥ 0.
