@@ -151,7 +151,7 @@ fn with_factor(time: &str, factor: f64) -> String {
     match factor {
         1.0 => time.to_owned(),
         f if f < 100.0 => format!("{time} ({f:.1}×)"),
-        f => format!("{time} ({}×)", count(f.round() as usize)),
+        f => format!("{time} ({}×)", count(f)),
     }
 }
 

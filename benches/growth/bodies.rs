@@ -41,7 +41,7 @@ pub fn measured(is_quick: bool) -> Panel {
         );
     }
     Panel {
-        title: "bodies",
+        title: "Bodies",
         x_label: "balls in a heap",
         y_label: "time of a step",
         y_tick: time_tick,

@@ -37,14 +37,13 @@ impl Ranged for LogAxis {
     type FormatOption = DefaultFormatting;
     type ValueType = f64;
 
+    #[expect(clippy::cast_possible_truncation, reason = "a pixel in the picture")]
     fn map(&self, value: &f64, (first, last): (i32, i32)) -> i32 {
         let across = (value / self.limits.start).ln() / (self.limits.end / self.limits.start).ln();
         first + (across * f64::from(last - first)).round() as i32
     }
 
-    fn key_points<H: KeyPointHint>(&self, hint: H) -> Vec<f64> {
-        // Light lines are asked for by weight; there are none between the ticks.
-        let _ = hint;
+    fn key_points<H: KeyPointHint>(&self, _: H) -> Vec<f64> {
         self.ticks.clone()
     }
 

@@ -44,7 +44,7 @@ fn wanted() -> Result<Wanted, String> {
 }
 
 fn print_exponents(panels: &[Panel]) {
-    println!("\n| time grows with | | exponent | fitted from |");
+    println!("\n| time grows with | of a | exponent | fitted from |");
     println!("| --- | --- | --- | --- |");
     for panel in panels {
         for curve in panel.curves.iter().filter(|curve| curve.is_measured) {

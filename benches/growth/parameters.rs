@@ -73,8 +73,12 @@ pub fn measured(is_quick: bool) -> Panel {
         differences.push(count as f64, 2.0 * count as f64);
         println!("| {count} | {} | {:.1} |", time(seconds), seconds / rollout);
     }
+    let fitted = curve.fitted();
+    let ((first, least), (last, most)) = (fitted[0], fitted[fitted.len() - 1]);
+    let further = (most - least) / (last - first) * 12.0;
+    println!("\na further twelve parameters take {further:.1} rollouts");
     Panel {
-        title: "parameters",
+        title: "Parameters",
         x_label: "parameters",
         y_label: "time (rollouts without derivatives)",
         y_tick: number_tick,

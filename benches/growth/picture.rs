@@ -2,6 +2,7 @@
 
 use super::log_axis::LogAxis;
 use super::panel::{Curve, Panel};
+use super::timing::count;
 use plotters::prelude::*;
 use std::error::Error;
 use std::path::Path;
@@ -32,7 +33,7 @@ pub fn draw(path: &Path, panels: &[Panel]) -> Answer {
 fn draw_panel(area: &Area, panel: &Panel) -> Answer {
     let points = || panel.curves.iter().flat_map(|curve| &curve.points);
     let mut chart = ChartBuilder::on(area)
-        .caption(title(panel), ("sans-serif", 17))
+        .caption(title(panel), ("sans-serif", 18))
         .margin(10)
         .margin_right(22)
         .x_label_area_size(44)
@@ -55,13 +56,16 @@ fn draw_panel(area: &Area, panel: &Panel) -> Answer {
     for (curve, color) in panel.curves.iter().zip(COLORS) {
         draw_curve(&mut chart, curve, color)?;
     }
-    chart
-        .configure_series_labels()
-        .position(SeriesLabelPosition::UpperLeft)
-        .label_font(("sans-serif", 13))
-        .background_style(WHITE)
-        .border_style(TRANSPARENT)
-        .draw()?;
+    if panel.curves.len() > 1 {
+        chart
+            .configure_series_labels()
+            .position(SeriesLabelPosition::UpperLeft)
+            .label_font(("sans-serif", 13))
+            .legend_area_size(22)
+            .background_style(TRANSPARENT)
+            .border_style(TRANSPARENT)
+            .draw()?;
+    }
     Ok(())
 }
 
@@ -91,12 +95,17 @@ fn title(panel: &Panel) -> String {
     let exponents: Vec<_> = measured
         .map(|curve| format!("{:.2}", curve.exponent()))
         .collect();
-    format!("{}: exponent {}", panel.title, exponents.join(", "))
+    let plural = if exponents.len() > 1 { "s" } else { "" };
+    format!(
+        "{}: exponent{plural} {}",
+        panel.title,
+        exponents.join(" and ")
+    )
 }
 
-/// A round number with a tick.
+/// A whole number.
 pub fn number_tick(number: f64) -> String {
-    super::timing::count(number.round() as usize)
+    count(number)
 }
 
 /// A round time (s) with its unit.

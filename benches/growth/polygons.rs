@@ -73,7 +73,7 @@ pub fn measured(is_quick: bool) -> Panel {
             jacobian.push(cost.polygons, cost.jacobian);
             println!(
                 "| {order}, {distance:.1} | {} | {} | {:.0} ns | {} |",
-                count(cost.polygons as usize),
+                count(cost.polygons),
                 time(cost.wrench),
                 cost.wrench / cost.polygons * 1e9,
                 time(cost.jacobian),
@@ -81,9 +81,9 @@ pub fn measured(is_quick: bool) -> Panel {
         }
     }
     Panel {
-        title: "contact polygons",
+        title: "Contact polygons",
         x_label: "contact polygons",
-        y_label: "time",
+        y_label: "time of one contact",
         y_tick: time_tick,
         curves: vec![wrench, jacobian],
     }

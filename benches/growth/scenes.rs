@@ -39,6 +39,20 @@ pub fn heap(counts: [usize; 3], skin: Material) -> World {
         let body = Body::dynamic(&name, Arc::clone(&ball), skin, Mass::Total(1.0)).unwrap();
         bodies.push(body.at(Pose::from_rotation_vector(&turn, place + off)));
     }
+    under_gravity(bodies)
+}
+
+/// One ball where it lies still on the box, so that every step has the same contact.
+pub fn resting_ball(skin: Material) -> World {
+    let damped = heap([1; 3], skin.with_dissipation(20.0));
+    let rest = final_state(&damped, 20_000);
+    let world = heap([1; 3], skin);
+    let bodies = world.bodies().iter().zip(&rest.bodies);
+    let at_rest = bodies.map(|(body, state)| body.clone().at(state.pose));
+    under_gravity(at_rest.collect())
+}
+
+fn under_gravity(bodies: Vec<Body>) -> World {
     let world = World::new(bodies).unwrap();
     world.with_gravity(Vector3::new(0.0, 0.0, -9.81)).unwrap()
 }

@@ -2,7 +2,7 @@
 
 use super::panel::{Curve, Panel};
 use super::picture::time_tick;
-use super::scenes::{TIME_STEP, final_state, heap};
+use super::scenes::{TIME_STEP, final_state, resting_ball};
 use super::timing::{count, median_seconds, time};
 use hydroelastic::dynamics::{Material, World};
 use hydroelastic::gradient::{Experiment, FinalPosition, Parameter};
@@ -31,7 +31,7 @@ fn jacobian_seconds(world: &World, steps: usize) -> f64 {
 pub fn measured(is_quick: bool) -> Panel {
     println!("\n| steps | rollout | a step | Jacobian by 12 |");
     println!("| --- | --- | --- | --- |");
-    let world = heap([1; 3], Material::elastic(1e5));
+    let world = resting_ball(Material::elastic(1e5));
     let mut rollouts = Curve::new("rollout", 0.0);
     let mut jacobians = Curve::new("Jacobian by 12", 0.0);
     let counts: &[usize] = if is_quick {
@@ -55,9 +55,9 @@ pub fn measured(is_quick: bool) -> Panel {
         );
     }
     Panel {
-        title: "steps",
+        title: "Steps",
         x_label: "steps of a ball on a box",
-        y_label: "time",
+        y_label: "time of all steps",
         y_tick: time_tick,
         curves: vec![rollouts, jacobians],
     }

@@ -1,5 +1,6 @@
 //! Median times, and how they are written.
 
+use std::fmt::Display;
 use std::time::{Duration, Instant};
 
 /// A sample takes at least this long, so that the clock's own steps do not show.
@@ -56,12 +57,15 @@ pub fn time(seconds: f64) -> String {
     format!("{number:.digits$} {unit}")
 }
 
-/// A count with commas between thousands.
-pub fn count(number: usize) -> String {
-    let (rest, last) = (number / 1000, number % 1000);
-    if rest == 0 {
-        last.to_string()
-    } else {
-        format!("{},{last:03}", count(rest))
+/// A whole number with commas between thousands.
+pub fn count(number: impl Display) -> String {
+    let digits = format!("{number:.0}");
+    let mut grouped = String::new();
+    for (index, digit) in digits.chars().enumerate() {
+        if index > 0 && (digits.len() - index) % 3 == 0 {
+            grouped.push(',');
+        }
+        grouped.push(digit);
     }
+    grouped
 }
