@@ -6,9 +6,10 @@
 //! should be the default. Run `cargo bench --bench ablation`, or with `-- --quick` without order 4.
 //! Median times on one thread; factors are against row (a).
 //!
-//! The scene is that of the paper's own bench and unit test: radius 1, centre pressure 1, centres
-//! (0.031, −0.5, 0.052) and (0, 0.5, 0). The paper says "many" projections; here they are 16. Its
-//! times are those it prints, from its Julia program on its authors' machine.
+//! The paper names neither its scene nor its number of projections. The scene here is that of its
+//! authors' bench and unit test: radius 1, centre pressure 1, centres (0.031, −0.5, 0.052) and
+//! (0, 0.5, 0); the projections are 16. The paper's times are those it prints, of its Julia program
+//! on its authors' machine.
 
 mod timing;
 
@@ -132,7 +133,7 @@ fn print_times(orders: &[usize], columns: &[Vec<Measured>]) {
 
 fn print_counts(orders: &[usize], columns: &[Vec<Measured>]) {
     let title = |order: &usize| format!("order {order} ({} tets each)", count(20 << (2 * order)));
-    print_header("pairs looked at", orders.iter().map(title));
+    print_header("", orders.iter().map(title));
     for (index, row) in rows().iter().enumerate() {
         let pairs = columns.iter().map(|column| count(column[index].pairs));
         print_row(row.name, pairs);
@@ -174,7 +175,7 @@ fn main() {
     let orders: &[usize] = if is_quick { &[1, 2, 3] } else { &[1, 2, 3, 4] };
     let columns: Vec<_> = orders.iter().map(|&order| column(order)).collect();
     print_times(orders, &columns);
-    println!();
+    println!("\npairs of tetrahedra looked at\n");
     print_counts(orders, &columns);
     println!("\nall rows give the same wrench to {SAME:e}");
 }

@@ -16,6 +16,8 @@ const FAINT: RGBColor = RGBColor(225, 225, 225);
 
 type Answer = Result<(), Box<dyn Error>>;
 type Area<'a> = DrawingArea<SVGBackend<'a>, plotters::coord::Shift>;
+/// Radius in pixels and style.
+type Mark = (i32, ShapeStyle);
 type Chart<'a, 'b> = ChartContext<'a, SVGBackend<'b>, Cartesian2d<LogAxis, LogAxis>>;
 
 /// Draws the panels in two columns.
@@ -53,8 +55,10 @@ fn draw_panel(area: &Area, panel: &Panel) -> Answer {
         .bold_line_style(FAINT)
         .light_line_style(TRANSPARENT)
         .draw()?;
-    for (curve, color) in panel.curves.iter().zip(COLORS) {
-        draw_curve(&mut chart, curve, color)?;
+    // The second curve is drawn in rings, through which dots below can be seen.
+    let marks = [(4, COLORS[0].filled()), (6, COLORS[1].stroke_width(2))];
+    for (curve, mark) in panel.curves.iter().zip(marks) {
+        draw_curve(&mut chart, curve, mark)?;
     }
     if panel.curves.len() > 1 {
         chart
@@ -70,7 +74,7 @@ fn draw_panel(area: &Area, panel: &Panel) -> Answer {
 }
 
 /// Points and the fit through those that count in it; a law to compare with is only a line.
-fn draw_curve(chart: &mut Chart, curve: &Curve, color: RGBColor) -> Answer {
+fn draw_curve(chart: &mut Chart, curve: &Curve, (radius, style): Mark) -> Answer {
     if !curve.is_measured {
         let line = LineSeries::new(curve.points.iter().copied(), GREY.stroke_width(1));
         let drawn = chart.draw_series(line)?.label(&curve.name);
@@ -82,11 +86,11 @@ fn draw_curve(chart: &mut Chart, curve: &Curve, color: RGBColor) -> Answer {
         .into_iter()
         .flatten()
         .map(|(x, _)| (*x, curve.fit_at(*x)));
-    chart.draw_series(LineSeries::new(fit, color.stroke_width(1)))?;
+    chart.draw_series(LineSeries::new(fit, style.stroke_width(1)))?;
     let points = curve.points.iter().copied();
-    let dots = points.map(|point| Circle::new(point, 4, color.filled()));
+    let dots = points.map(|point| Circle::new(point, radius, style));
     let drawn = chart.draw_series(dots)?.label(&curve.name);
-    drawn.legend(move |(x, y)| Circle::new((x + 7, y), 4, color.filled()));
+    drawn.legend(move |(x, y)| Circle::new((x + 7, y), radius, style));
     Ok(())
 }
 
