@@ -1,0 +1,87 @@
+//! Growth with the parameters of a derivative: eight balls on a box, which touch their neighbours,
+//! and where and how fast they start.
+
+use super::panel::{Curve, Panel};
+use super::picture::number_tick;
+use super::scenes::{TIME_STEP, final_state, heap};
+use super::timing::{median_seconds, time};
+use hydroelastic::dynamics::{Material, World};
+use hydroelastic::gradient::{Experiment, FinalPosition, Parameter};
+use std::hint::black_box;
+use std::time::Duration;
+
+const BALLS: [&str; 8] = [
+    "ball 0", "ball 1", "ball 2", "ball 3", "ball 4", "ball 5", "ball 6", "ball 7",
+];
+const STEPS: usize = 100;
+const BUDGET: Duration = Duration::from_secs(1);
+
+/// A dual number carries twelve derivatives: fewer cost nearly the same.
+const FITTED_FROM: f64 = 12.0;
+
+/// As many numbers of the start, twelve a ball; or one, which no start is: a mass.
+fn parameters(count: usize) -> Vec<Parameter<'static>> {
+    if count == 1 {
+        return vec![Parameter::Mass(BALLS[0])];
+    }
+    let start = |ball| {
+        [
+            Parameter::InitialPosition(ball),
+            Parameter::InitialOrientation(ball),
+            Parameter::InitialVelocity(ball),
+            Parameter::InitialSpin(ball),
+        ]
+    };
+    let all = BALLS.into_iter().flat_map(start);
+    all.take(count / 3).collect()
+}
+
+fn jacobian_seconds(world: &World, count: usize) -> f64 {
+    let experiment = Experiment::new(world, TIME_STEP, STEPS).unwrap();
+    let experiment = experiment.recording_every(STEPS);
+    let (by, end) = (
+        parameters(count),
+        FinalPosition::of_body(world, BALLS[0]).unwrap(),
+    );
+    median_seconds(BUDGET, || {
+        black_box(experiment.jacobian(black_box(&by), &end).unwrap());
+    })
+}
+
+/// Prints a line for each number of parameters.
+pub fn measured(is_quick: bool) -> Panel {
+    let world = heap([4, 2, 1], Material::elastic(1e5));
+    let rollout = median_seconds(BUDGET, || {
+        black_box(final_state(black_box(&world), STEPS));
+    });
+    let (duration, steps) = (time(rollout), STEPS);
+    println!("\n| parameters | Jacobian | in rollouts ({steps} steps: {duration}) |");
+    println!("| --- | --- | --- |");
+    let mut curve = Curve::new("Jacobian", FITTED_FROM);
+    let mut differences = Curve {
+        is_measured: false,
+        ..Curve::new("central differences", 1.0)
+    };
+    let counts: &[usize] = if is_quick {
+        &[1, 12, 48, 96]
+    } else {
+        &[1, 3, 6, 12, 24, 48, 96]
+    };
+    for &count in counts {
+        let seconds = jacobian_seconds(&world, count);
+        curve.push(count as f64, seconds / rollout);
+        differences.push(count as f64, 2.0 * count as f64);
+        println!("| {count} | {} | {:.1} |", time(seconds), seconds / rollout);
+    }
+    let fitted = curve.fitted();
+    let ((first, least), (last, most)) = (fitted[0], fitted[fitted.len() - 1]);
+    let further = (most - least) / (last - first) * 12.0;
+    println!("\na further twelve parameters take {further:.1} rollouts");
+    Panel {
+        title: "Parameters",
+        x_label: "parameters",
+        y_label: "time (rollouts without derivatives)",
+        y_tick: number_tick,
+        curves: vec![curve, differences],
+    }
+}

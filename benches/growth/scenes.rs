@@ -1,0 +1,81 @@
+//! Worlds of balls on a box.
+
+use hydroelastic::contact::Shape;
+use hydroelastic::dynamics::{Body, Integrator, Mass, Material, State, World};
+use hydroelastic::mesh::shapes;
+use hydroelastic::spatial::Pose;
+use nalgebra::Vector3;
+use rand::{RngExt, SeedableRng, rngs::StdRng};
+use std::sync::Arc;
+
+/// Time step (s).
+pub const TIME_STEP: f64 = 2e-4;
+
+/// Radius (m) of a ball of 1 kg.
+const RADIUS: f64 = 0.1;
+
+/// Subdivisions of a ball.
+const ORDER: usize = 2;
+
+/// From a ball's centre to its neighbours' (m): they are slightly pressed into each other.
+const SPACING: f64 = 0.19;
+
+/// From the floor to the lowest centres (m): where one ball rests.
+const LOWEST: f64 = 0.088;
+
+/// How far (m) a ball is off its place in the lattice, along each axis.
+const JITTER: f64 = 0.001;
+
+/// A lattice of so many balls along x, y and z, slightly pressed into each other and a fixed box
+/// below, all at rest.
+pub fn heap(counts: [usize; 3], skin: Material) -> World {
+    let mut random = StdRng::seed_from_u64(2);
+    let ball = Arc::new(Shape::new(shapes::icosphere(RADIUS, ORDER).unwrap()));
+    let mut bodies = vec![floor(counts, skin)];
+    for place in places(counts) {
+        let off = Vector3::from_fn(|_, _| random.random_range(-JITTER..JITTER));
+        let turn = Vector3::from_fn(|_, _| random.random_range(-3.0..3.0));
+        let name = format!("ball {}", bodies.len() - 1);
+        let body = Body::dynamic(&name, Arc::clone(&ball), skin, Mass::Total(1.0)).unwrap();
+        bodies.push(body.at(Pose::from_rotation_vector(&turn, place + off)));
+    }
+    under_gravity(bodies)
+}
+
+/// One ball where it lies still on the box, so that every step has the same contact.
+pub fn resting_ball(skin: Material) -> World {
+    let damped = heap([1; 3], skin.with_dissipation(20.0));
+    let rest = final_state(&damped, 20_000);
+    let world = heap([1; 3], skin);
+    let bodies = world.bodies().iter().zip(&rest.bodies);
+    let at_rest = bodies.map(|(body, state)| body.clone().at(state.pose));
+    under_gravity(at_rest.collect())
+}
+
+fn under_gravity(bodies: Vec<Body>) -> World {
+    let world = World::new(bodies).unwrap();
+    world.with_gravity(Vector3::new(0.0, 0.0, -9.81)).unwrap()
+}
+
+/// The places of a lattice whose corner is above the origin.
+fn places([nx, ny, nz]: [usize; 3]) -> impl Iterator<Item = Vector3<f64>> {
+    (0..nx * ny * nz).map(move |index| {
+        let place = Vector3::new(index % nx, index / nx % ny, index / (nx * ny));
+        place.map(|n| n as f64) * SPACING + Vector3::z() * LOWEST
+    })
+}
+
+/// A box under the lattice, with a margin.
+fn floor([nx, ny, _]: [usize; 3], skin: Material) -> Body {
+    let [x, y] = [nx, ny].map(|n| (n - 1) as f64 * SPACING);
+    let shape = Shape::new(shapes::cuboid([x + 1.0, y + 1.0, 0.5]).unwrap());
+    let center = Vector3::new(x / 2.0, y / 2.0, -0.25);
+    let body = Body::fixed("floor", shape, skin).unwrap();
+    body.at(Pose::from_translation(center))
+}
+
+/// The state after so many steps.
+pub fn final_state(world: &World, steps: usize) -> State {
+    let rollout = world.rollout(TIME_STEP, Integrator::Leapfrog).unwrap();
+    rollout.recorded(steps, steps).unwrap().last().clone()
+}

@@ -1,0 +1,71 @@
+//! Median times, and how they are written.
+
+use std::fmt::Display;
+use std::time::{Duration, Instant};
+
+/// A sample takes at least this long, so that the clock's own steps do not show.
+const SHORTEST_SAMPLE: f64 = 1e-4;
+
+const FEWEST_SAMPLES: usize = 3;
+
+/// Keeps to one thread: what grows is work, and threads would hide some of it.
+pub fn use_one_thread() {
+    #[cfg(feature = "parallel")]
+    rayon::ThreadPoolBuilder::new()
+        .num_threads(1)
+        .build_global()
+        .unwrap();
+}
+
+/// Median time (s) of the work, over as many samples as the budget allows, and over three in any
+/// case. A first run, which fills caches and buffers, does not count.
+pub fn median_seconds(budget: Duration, mut work: impl FnMut()) -> f64 {
+    let mut seconds_for = |runs: usize| {
+        let start = Instant::now();
+        (0..runs).for_each(|_| work());
+        start.elapsed().as_secs_f64() / runs as f64
+    };
+    let mut runs = 1;
+    while seconds_for(runs) * (runs as f64) < SHORTEST_SAMPLE {
+        runs *= 2;
+    }
+    let (start, mut samples) = (Instant::now(), Vec::new());
+    while samples.len() < FEWEST_SAMPLES || start.elapsed() < budget {
+        samples.push(seconds_for(runs));
+    }
+    median(samples)
+}
+
+/// The middle one, the upper of two.
+pub fn median(mut samples: Vec<f64>) -> f64 {
+    samples.sort_by(f64::total_cmp);
+    samples[samples.len() / 2]
+}
+
+/// A time (s) with three digits and its unit.
+pub fn time(seconds: f64) -> String {
+    let (number, unit) = match seconds {
+        s if s < 1e-3 => (s * 1e6, "µs"),
+        s if s < 1.0 => (s * 1e3, "ms"),
+        s => (s, "s"),
+    };
+    let digits = match number {
+        n if n < 10.0 => 2,
+        n if n < 100.0 => 1,
+        _ => 0,
+    };
+    format!("{number:.digits$} {unit}")
+}
+
+/// A whole number with commas between thousands.
+pub fn count(number: impl Display) -> String {
+    let digits = format!("{number:.0}");
+    let mut grouped = String::new();
+    for (index, digit) in digits.chars().enumerate() {
+        if index > 0 && (digits.len() - index) % 3 == 0 {
+            grouped.push(',');
+        }
+        grouped.push(digit);
+    }
+    grouped
+}
