@@ -47,7 +47,7 @@ impl<K: Copy> BoxTree<K> {
     }
 
     /// Visits the pairs of keys, of this tree's boxes (in A) and of the other's (in B), that may
-    /// overlap: to within `margin` (m), the one box overlaps a box in A around the other.
+    /// overlap: that no face of either separates by more than `margin` (m).
     pub fn visit_pairs<L: Copy>(
         &self,
         other: &BoxTree<L>,
@@ -55,7 +55,7 @@ impl<K: Copy> BoxTree<K> {
         margin: f64,
         mut visit: impl FnMut(K, L),
     ) {
-        let descent = PairDescent { pose_ab, margin };
+        let descent = PairDescent::new(pose_ab, margin);
         let partners = self.0.root().children().iter().collect();
         for node_b in other.0.root().children() {
             descent.descend(node_b, &partners, &mut visit);
@@ -79,9 +79,10 @@ impl<K: Copy> BoxTree<K> {
 }
 
 /// A descent into the tree of A and the tree of B at once: down the tree of B, with the part of the tree
-/// of A that each of its boxes overlaps.
+/// of A that each of its boxes may overlap.
 struct PairDescent<'d> {
     pose_ab: &'d Pose<f64>,
+    pose_ba: Pose<f64>,
     margin: f64,
 }
 
@@ -89,66 +90,104 @@ struct PairDescent<'d> {
 /// stay undivided.
 type Partners<'t, K> = ArrayVec<&'t RTreeNode<Keyed<K>>, 48>;
 
-impl PairDescent<'_> {
-    /// Visits the pairs of leaves, below a node of B and below its partners, whose boxes overlap.
+/// A box of B as both see it.
+struct BoxOfB {
+    in_a: Aabb,
+    /// A flat box is a thick one where it is seen turned, so that its own frame must be asked too. For
+    /// others that is not worth its time.
+    in_b: Option<Aabb>,
+}
+
+impl BoxOfB {
+    /// Longest edge over shortest from which a box is flat.
+    const FLAT: f64 = 4.0;
+
+    fn new(own: &Aabb, pose_ab: &Pose<f64>, margin: f64) -> Self {
+        let edges = own.half_extents();
+        let is_flat = edges.max() > Self::FLAT * edges.min();
+        Self {
+            in_a: own.posed(pose_ab).inflated(margin),
+            in_b: is_flat.then(|| own.inflated(margin)),
+        }
+    }
+}
+
+impl<'d> PairDescent<'d> {
+    fn new(pose_ab: &'d Pose<f64>, margin: f64) -> Self {
+        Self {
+            pose_ab,
+            pose_ba: pose_ab.inverse(),
+            margin,
+        }
+    }
+
+    /// Visits the pairs of leaves, below a node of B and below its partners, whose boxes may overlap.
     fn descend<K: Copy, L: Copy>(
         &self,
         node_b: &RTreeNode<Keyed<L>>,
         partners: &Partners<K>,
         visit: &mut impl FnMut(K, L),
     ) {
-        let box_b = aabb_of(node_b).posed(self.pose_ab).inflated(self.margin);
-        let near = partners
-            .iter()
-            .filter(|node_a| aabb_of(node_a).overlaps(&box_b));
+        let box_b = BoxOfB::new(&aabb_of(node_b), self.pose_ab, self.margin);
+        let near = partners.iter().copied();
+        let near: Partners<K> = near.filter(|node| self.may_overlap(node, &box_b)).collect();
         match node_b {
             RTreeNode::Leaf(leaf_b) => {
                 for node_a in near {
-                    visit_leaves(node_a, &box_b, &mut |key| visit(key, leaf_b.key));
+                    self.visit_leaves(node_a, &box_b, &mut |key| visit(key, leaf_b.key));
                 }
             }
             RTreeNode::Parent(parent_b) => {
-                let divided = divided(near, &box_b);
-                if !divided.is_empty() {
-                    for child_b in parent_b.children() {
+                let divided = self.divided(near, &box_b);
+                for child_b in parent_b.children() {
+                    if !divided.is_empty() {
                         self.descend(child_b, &divided, visit);
                     }
                 }
             }
         }
     }
-}
 
-/// The children of the nodes that overlap the box, and undivided nodes where there is no room.
-fn divided<'t, K: Copy>(
-    nodes: impl Iterator<Item = &'t &'t RTreeNode<Keyed<K>>>,
-    region: &Aabb,
-) -> Partners<'t, K> {
-    let mut divided = Partners::new();
-    let mut undivided: ArrayVec<_, 48> = nodes.collect();
-    while let Some(node) = undivided.pop() {
-        match node {
-            RTreeNode::Parent(parent)
-                if parent.children().len() + undivided.len() + divided.len()
-                    <= divided.capacity() =>
-            {
-                let children = parent.children().iter();
-                divided.extend(children.filter(|child| aabb_of(child).overlaps(region)));
-            }
-            _ => divided.push(node),
-        }
+    /// Whether no face of either box separates a node of A from a box of B.
+    fn may_overlap<K>(&self, node_a: &RTreeNode<Keyed<K>>, box_b: &BoxOfB) -> bool {
+        let own = aabb_of(node_a);
+        let overlaps_in_b = |in_b: &Aabb| own.posed(&self.pose_ba).overlaps(in_b);
+        own.overlaps(&box_b.in_a) && box_b.in_b.as_ref().is_none_or(overlaps_in_b)
     }
-    divided
-}
 
-/// Visits the leaves below a node that overlap the box.
-fn visit_leaves<K: Copy>(node: &RTreeNode<Keyed<K>>, region: &Aabb, visit: &mut impl FnMut(K)) {
-    match node {
-        RTreeNode::Leaf(leaf) => visit(leaf.key),
-        RTreeNode::Parent(parent) => {
-            let children = parent.children().iter();
-            for child in children.filter(|child| aabb_of(child).overlaps(region)) {
-                visit_leaves(child, region, visit);
+    /// The children of the nodes that a box of B may overlap; undivided nodes where there is no room.
+    fn divided<'t, K: Copy>(&self, nodes: Partners<'t, K>, box_b: &BoxOfB) -> Partners<'t, K> {
+        let (mut divided, mut left) = (Partners::new(), nodes.len());
+        for node in nodes {
+            left -= 1;
+            match node {
+                RTreeNode::Parent(parent)
+                    if divided.len() + parent.children().len() + left <= divided.capacity() =>
+                {
+                    let children = parent.children().iter();
+                    divided.extend(children.filter(|child| self.may_overlap(child, box_b)));
+                }
+                _ => divided.push(node),
+            }
+        }
+        divided
+    }
+
+    /// Visits the leaves below a node of A that a box of B may overlap.
+    fn visit_leaves<K: Copy>(
+        &self,
+        node_a: &RTreeNode<Keyed<K>>,
+        box_b: &BoxOfB,
+        visit: &mut impl FnMut(K),
+    ) {
+        match node_a {
+            RTreeNode::Leaf(leaf) => visit(leaf.key),
+            RTreeNode::Parent(parent) => {
+                for child in parent.children() {
+                    if self.may_overlap(child, box_b) {
+                        self.visit_leaves(child, box_b, visit);
+                    }
+                }
             }
         }
     }

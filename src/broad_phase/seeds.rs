@@ -16,7 +16,7 @@ pub(crate) struct Seeds {
 }
 
 /// A triangle of the surface, as a face of its tetrahedron.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) struct SurfaceFace {
     tet: u32,
     face: u8,

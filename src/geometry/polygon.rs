@@ -90,19 +90,19 @@ impl<T: Scalar> ConvexPolygon<T> {
     #[inline]
     pub(crate) fn clip(&mut self, field: &AffineField<T>, tolerance: f64, side: u8) -> bool {
         let mut values = [lift(0.0); POLYGON_CAPACITY];
-        let mut is_inside = true;
+        let (mut is_near, mut is_doubtful) = (false, false);
         for (value, corner) in values.iter_mut().zip(&self.corners[..self.len]) {
             *value = field.at(corner);
-            is_inside &= real_part(*value) > DOUBT * tolerance;
+            let real = real_part(*value);
+            is_near |= real <= tolerance;
+            is_doubtful |= (tolerance..=DOUBT * tolerance).contains(&real.abs());
+            *value = snapped(*value, tolerance);
         }
-        if !is_inside {
-            let own = values[..self.len].iter();
-            self.is_doubtful |= own
-                .into_iter()
-                .any(|value| is_doubtful(real_part(*value), tolerance));
-            self.cut(&values.map(|value| snapped(value, tolerance)), side);
+        self.is_doubtful |= is_doubtful;
+        if is_near {
+            self.cut(&values, side);
         }
-        !is_inside
+        is_near
     }
 
     /// Leaves the part of the polygon where the values at its corners are ≥ 0.

@@ -2,9 +2,10 @@ use super::Culling;
 use super::following::Walk;
 use crate::broad_phase::{Seeds, SurfaceFace};
 use crate::contact::Shape;
-use crate::contact::shadow::PairShadow;
-use crate::geometry::{Aabb, FACES};
-use crate::mesh::Escape;
+use crate::geometry::{Aabb, AffineField, FACES};
+use crate::mesh::{Escape, FieldTet};
+use crate::spatial::Pose;
+use nalgebra::Vector3;
 
 impl Walk<'_, '_> {
     /// Enters where every component of the contact surface must show: at its rim, where surface
@@ -31,8 +32,16 @@ impl Walk<'_, '_> {
     /// At the pairs of surface triangles that intersect.
     fn enter_at_rims(&mut self, seeds_a: &Seeds, seeds_b: &Seeds) {
         let (shadow, margin) = (self.shadow, self.shadow.margin());
+        // The pairs of one triangle of B come one after the other.
+        let mut triangle_b: Option<(SurfaceFace, Triangle)> = None;
         seeds_a.visit_surface_pairs(seeds_b, &shadow.pose_ab, margin, |face_a, face_b| {
-            if shadow.may_cross(face_a, face_b) {
+            if triangle_b.as_ref().is_none_or(|(face, _)| *face != face_b) {
+                let tet_b = shadow.tet_b(face_b.tet());
+                triangle_b = Some((face_b, Triangle::of(tet_b, face_b.face(), &shadow.pose_ab)));
+            }
+            let tet_a = shadow.tet_a(face_a.tet());
+            let may_cross = |b: &Triangle| b.may_cross(tet_a, face_a.face(), margin);
+            if triangle_b.as_ref().is_some_and(|(_, b)| may_cross(b)) {
                 self.enter_pair(face_a.tet(), face_b.tet());
             }
         });
@@ -98,16 +107,34 @@ fn changes_sign(first: [f64; 2], second: [f64; 2], tolerance: f64) -> bool {
     differences.iter().any(|&d| d <= tolerance) && differences.iter().any(|&d| d >= -tolerance)
 }
 
-impl PairShadow<'_> {
-    /// Whether the plane of a surface triangle of A does not have one of B all on one side.
-    fn may_cross(&self, face_a: SurfaceFace, face_b: SurfaceFace) -> bool {
-        let (tet_a, tet_b) = (self.tet_a(face_a.tet()), self.tet_b(face_b.tet()));
-        let plane = &tet_a.barycentric[face_a.face()];
-        let tolerance = self.margin() * tet_a.barycentric_steepness[face_a.face()];
-        let heights = FACES[face_b.face()].map(|corner| {
-            let corner = &tet_b.tetrahedron.corners[corner];
-            plane.at(&self.pose_ab.transformed_point(corner))
-        });
-        heights.iter().any(|&h| h <= tolerance) && heights.iter().any(|&h| h >= -tolerance)
+/// A surface triangle of B in A's frame.
+struct Triangle {
+    corners: [Vector3<f64>; 3],
+    /// 0 on its plane.
+    plane: AffineField,
+    steepness: f64,
+}
+
+impl Triangle {
+    fn of(tet_b: &FieldTet, face: usize, pose_ab: &Pose<f64>) -> Self {
+        let corners = &tet_b.tetrahedron.corners;
+        Self {
+            corners: FACES[face].map(|corner| pose_ab.transformed_point(&corners[corner])),
+            plane: tet_b.barycentric[face].posed(pose_ab),
+            steepness: tet_b.barycentric_steepness[face],
+        }
+    }
+
+    /// Whether neither this plane nor that of a face of A has all of the other triangle on one side,
+    /// further than the margin (m).
+    fn may_cross(&self, tet_a: &FieldTet, face: usize, margin: f64) -> bool {
+        let is_cut = |plane: &AffineField, tolerance: f64, corners: [&Vector3<f64>; 3]| {
+            let heights = corners.map(|corner| plane.at(corner));
+            heights.iter().any(|&h| h <= tolerance) && heights.iter().any(|&h| h >= -tolerance)
+        };
+        let corners_a = FACES[face].map(|corner| &tet_a.tetrahedron.corners[corner]);
+        let tolerance_a = margin * tet_a.barycentric_steepness[face];
+        is_cut(&tet_a.barycentric[face], tolerance_a, self.corners.each_ref())
+            && is_cut(&self.plane, margin * self.steepness, corners_a)
     }
 }
