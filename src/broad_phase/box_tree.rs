@@ -1,6 +1,7 @@
 use crate::geometry::Aabb;
 use crate::spatial::Pose;
 use arrayvec::ArrayVec;
+use nalgebra::Matrix3;
 use rstar::{AABB, ParentNode, RTree, RTreeNode, RTreeObject};
 use std::ops::ControlFlow;
 
@@ -83,6 +84,8 @@ impl<K: Copy> BoxTree<K> {
 struct PairDescent<'d> {
     pose_ab: &'d Pose<f64>,
     pose_ba: Pose<f64>,
+    /// |R| of `pose_ba`, entry by entry: half the edges of a box of A to those of the box around it in B.
+    reach_ba: Matrix3<f64>,
     margin: f64,
 }
 
@@ -107,16 +110,19 @@ impl BoxOfB {
         let is_flat = edges.max() > Self::FLAT * edges.min();
         Self {
             in_a: own.posed(pose_ab).inflated(margin),
-            in_b: is_flat.then(|| own.inflated(margin)),
+            // Twice, for the rounding of both boxes.
+            in_b: is_flat.then(|| own.inflated(2.0 * margin)),
         }
     }
 }
 
 impl<'d> PairDescent<'d> {
     fn new(pose_ab: &'d Pose<f64>, margin: f64) -> Self {
+        let pose_ba = pose_ab.inverse();
         Self {
             pose_ab,
-            pose_ba: pose_ab.inverse(),
+            reach_ba: pose_ba.rotation().abs(),
+            pose_ba,
             margin,
         }
     }
@@ -151,8 +157,12 @@ impl<'d> PairDescent<'d> {
     /// Whether no face of either box separates a node of A from a box of B.
     fn may_overlap<K>(&self, node_a: &RTreeNode<Keyed<K>>, box_b: &BoxOfB) -> bool {
         let own = aabb_of(node_a);
-        let overlaps_in_b = |in_b: &Aabb| own.posed(&self.pose_ba).overlaps(in_b);
-        own.overlaps(&box_b.in_a) && box_b.in_b.as_ref().is_none_or(overlaps_in_b)
+        own.overlaps(&box_b.in_a)
+            && box_b.in_b.as_ref().is_none_or(|in_b| {
+                let apart = self.pose_ba.transformed_point(&own.center()) - in_b.center();
+                let reach = self.reach_ba * own.half_extents() + in_b.half_extents();
+                (0..3).all(|i| apart[i].abs() <= reach[i])
+            })
     }
 
     /// The children of the nodes that a box of B may overlap; undivided nodes where there is no room.

@@ -134,7 +134,10 @@ impl Triangle {
         };
         let corners_a = FACES[face].map(|corner| &tet_a.tetrahedron.corners[corner]);
         let tolerance_a = margin * tet_a.barycentric_steepness[face];
-        is_cut(&tet_a.barycentric[face], tolerance_a, self.corners.each_ref())
-            && is_cut(&self.plane, margin * self.steepness, corners_a)
+        is_cut(
+            &tet_a.barycentric[face],
+            tolerance_a,
+            self.corners.each_ref(),
+        ) && is_cut(&self.plane, margin * self.steepness, corners_a)
     }
 }
