@@ -72,7 +72,7 @@ fn work_counts_of_the_papers_scene_stay_as_they_are() {
         .with_search(Search::Culling(Culling::default()))
         .work_count();
     assert_eq!([followed.polygons, culled.polygons], [427; 2]);
-    assert_eq!(followed.candidate_pairs, 673);
+    assert_eq!(followed.candidate_pairs, 597);
     assert_eq!(culled.candidate_pairs, 4_566);
 }
 

@@ -1,7 +1,7 @@
-//! Threads change no bit: of a step of many contacts, of a batch, of a batch of gradients. Without
+//! Threads change no bit: of one large contact, of a step of many contacts, of a batch, of a batch of gradients. Without
 //! the feature `parallel` all of it runs on one thread, and the same tests hold.
 
-use hydroelastic::contact::Shape;
+use hydroelastic::contact::{ContactBody, ContactPair, Shape};
 use hydroelastic::dynamics::{
     Acceleration, Batch, Body, ExternalForces, Gravity, Integrator, Mass, Material, Progress,
     RolloutError, Situation, State, World, WorldError,
@@ -75,6 +75,31 @@ fn assert_same_for_any_number_of_threads(bits: impl Fn() -> Vec<u64> + Sync) {
         let found = pool.build().unwrap().install(&bits);
         assert!(found == expected, "{threads} threads");
     }
+}
+
+#[test]
+fn the_contact_of_a_large_pair_has_the_same_bits_whatever_the_number_of_threads() {
+    let ball = Shape::new(shapes::icosphere(1.0, 4).unwrap());
+    let turned = Pose::from_rotation_vector(&vector![0.3, -0.5, 0.2], vector![0.9, 0.1, 0.2]);
+    let pair = ContactPair::new(
+        ContactBody::new(&ball, turned, 1.0).unwrap(),
+        ContactBody::new(&ball, Pose::identity(), 2.0).unwrap(),
+    );
+    // Waves of some hundred polygons, which are spread over threads.
+    assert!(pair.work_count().polygons > 5_000);
+    let contact = || {
+        let (wrench, jacobian) = pair.wrench_and_jacobian();
+        let areas = pair
+            .surface()
+            .polygons
+            .into_iter()
+            .map(|polygon| polygon.area);
+        let entries = jacobian.on_a.matrix();
+        let numbers = wrench.on_a.to_vector();
+        let all = numbers.iter().chain(entries.iter()).copied().chain(areas);
+        all.map(f64::to_bits).collect()
+    };
+    assert_same_for_any_number_of_threads(contact);
 }
 
 /// How many pairs of bodies touch at the start.

@@ -161,7 +161,7 @@ impl<'d> PairDescent<'d> {
             && box_b.in_b.as_ref().is_none_or(|in_b| {
                 let apart = self.pose_ba.transformed_point(&own.center()) - in_b.center();
                 let reach = self.reach_ba * own.half_extents() + in_b.half_extents();
-                (0..3).all(|i| apart[i].abs() <= reach[i])
+                (0..3).fold(true, |overlap, i| overlap & (apart[i].abs() <= reach[i]))
             })
     }
 

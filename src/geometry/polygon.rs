@@ -1,5 +1,5 @@
 use super::{AffineField, PolygonMoments};
-use crate::scalar::{Scalar, lift, lift_vector, real_part, real_vector};
+use crate::scalar::{Scalar, carries_derivatives, lift, lift_vector, real_part, real_vector};
 use crate::spatial::Pose;
 use nalgebra::Vector3;
 
@@ -67,6 +67,21 @@ impl<T: Scalar> ConvexPolygon<T> {
         }
     }
 
+    /// Appends a corner if it `is_kept`.
+    ///
+    /// Without derivatives it is made first and then kept or not: a branch that is guessed wrong, as
+    /// these are half the time, takes longer.
+    #[inline]
+    fn push_if(&mut self, is_kept: bool, corner: impl FnOnce() -> Vector3<T>, sides: u8) {
+        let is_worth_a_branch = carries_derivatives::<T>();
+        if (is_worth_a_branch && !is_kept) || self.len == POLYGON_CAPACITY {
+            return;
+        }
+        self.corners[self.len] = corner();
+        self.sides[self.len] = sides;
+        self.len += usize::from(is_kept);
+    }
+
     /// Makes the polygon turn the other way.
     pub(crate) fn reverse(&mut self) {
         self.corners[..self.len].reverse();
@@ -114,15 +129,12 @@ impl<T: Scalar> ConvexPolygon<T> {
             let (value_before, value) = (values[before], values[now]);
             let (was_inside, is_inside) = (real_part(value_before) >= 0.0, real_part(value) >= 0.0);
             let (previous, corner) = (&whole.corners[before], &whole.corners[now]);
-            if was_inside != is_inside {
-                let t = value_before / (value_before - value);
-                let shared = whole.sides[before] & whole.sides[now];
-                self.push(previous + (corner - previous) * t, shared | side);
-            }
-            if is_inside {
-                let on_side = if real_part(value) == 0.0 { side } else { 0 };
-                self.push(*corner, whole.sides[now] | on_side);
-            }
+            let on_side = if real_part(value) == 0.0 { side } else { 0 };
+            let shared = whole.sides[before] & whole.sides[now];
+            let crossing =
+                || previous + (corner - previous) * (value_before / (value_before - value));
+            self.push_if(was_inside != is_inside, crossing, shared | side);
+            self.push_if(is_inside, || *corner, whole.sides[now] | on_side);
             before = now;
         }
     }

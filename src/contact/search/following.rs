@@ -128,15 +128,25 @@ impl Walk<'_, '_> {
     fn go_on(&mut self, index: usize) {
         let ([tet_a, tet_b], faces) = (self.scratch.wave[index], self.scratch.ways_on[index].faces);
         let [mesh_a, mesh_b] = self.shadow.shapes.map(|shape| shape.field().mesh());
-        for face in (0..4).filter(|face| faces & 1 << face != 0) {
-            if let Some(next) = mesh_a.neighbour(tet_a as usize, face) {
-                self.enter(next as u32, tet_b);
-            }
-        }
-        for face in (0..4).filter(|face| faces & 1 << (4 + face) != 0) {
-            if let Some(next) = mesh_b.neighbour(tet_b as usize, face) {
+        for face in faces_in(faces) {
+            if face < 4 {
+                if let Some(next) = mesh_a.neighbour(tet_a as usize, face) {
+                    self.enter(next as u32, tet_b);
+                }
+            } else if let Some(next) = mesh_b.neighbour(tet_b as usize, face - 4) {
                 self.enter(tet_a, next as u32);
             }
         }
     }
+}
+
+/// The places of the bits that are set.
+fn faces_in(mut bits: u8) -> impl Iterator<Item = usize> {
+    std::iter::from_fn(move || {
+        let place = bits.trailing_zeros() as usize;
+        (bits != 0).then(|| {
+            bits &= bits - 1;
+            place
+        })
+    })
 }
