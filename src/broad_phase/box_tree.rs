@@ -1,6 +1,5 @@
 use crate::geometry::Aabb;
 use crate::spatial::Pose;
-use arrayvec::ArrayVec;
 use nalgebra::Matrix3;
 use rstar::{AABB, ParentNode, RTree, RTreeNode, RTreeObject};
 use std::ops::ControlFlow;
@@ -57,7 +56,13 @@ impl<K: Copy> BoxTree<K> {
         mut visit: impl FnMut(K, L),
     ) {
         let descent = PairDescent::new(pose_ab, margin);
-        let partners = self.0.root().children().iter().collect();
+        let Some(first) = self.0.root().children().first() else {
+            return;
+        };
+        let mut partners = Partners::none(first);
+        for node_a in self.0.root().children() {
+            partners.push_if(true, node_a);
+        }
         for node_b in other.0.root().children() {
             descent.descend(node_b, &partners, &mut visit);
         }
@@ -89,9 +94,42 @@ struct PairDescent<'d> {
     margin: f64,
 }
 
-/// Nodes of A's tree. There is room for what a box of like size overlaps; where it does not do, nodes
-/// stay undivided.
-type Partners<'t, K> = ArrayVec<&'t RTreeNode<Keyed<K>>, 48>;
+/// Nodes of A's tree for one box of B.
+const ROOM: usize = 48;
+
+/// Nodes of A's tree that a box of B may overlap. There is room for what a box of like size overlaps;
+/// where it does not do, nodes stay undivided.
+#[derive(Clone, Copy)]
+struct Partners<'t, K: Copy> {
+    nodes: [&'t RTreeNode<Keyed<K>>; ROOM],
+    len: usize,
+}
+
+impl<'t, K: Copy + 't> Partners<'t, K> {
+    /// Of no nodes; the one given is a filler.
+    fn none(filler: &'t RTreeNode<Keyed<K>>) -> Self {
+        Self {
+            nodes: [filler; ROOM],
+            len: 0,
+        }
+    }
+
+    fn nodes(&self) -> &[&'t RTreeNode<Keyed<K>>] {
+        &self.nodes[..self.len]
+    }
+
+    fn has_room_for(&self, count: usize) -> bool {
+        self.len + count <= ROOM
+    }
+
+    /// Appends a node, for which there must be room, if it `is_near`: written first and then kept or
+    /// not, because whether it is cannot be guessed.
+    #[inline]
+    fn push_if(&mut self, is_near: bool, node: &'t RTreeNode<Keyed<K>>) {
+        self.nodes[self.len.min(ROOM - 1)] = node;
+        self.len += usize::from(is_near);
+    }
+}
 
 /// A box of B as both see it.
 struct BoxOfB {
@@ -135,49 +173,56 @@ impl<'d> PairDescent<'d> {
         visit: &mut impl FnMut(K, L),
     ) {
         let box_b = BoxOfB::new(&aabb_of(node_b), self.pose_ab, self.margin);
-        let near = partners.iter().copied();
-        let near: Partners<K> = near.filter(|node| self.may_overlap(node, &box_b)).collect();
+        let mut near = *partners;
+        near.len = 0;
+        for node_a in partners.nodes() {
+            near.push_if(self.may_overlap(node_a, &box_b), node_a);
+        }
         match node_b {
             RTreeNode::Leaf(leaf_b) => {
-                for node_a in near {
+                for node_a in near.nodes() {
                     self.visit_leaves(node_a, &box_b, &mut |key| visit(key, leaf_b.key));
                 }
             }
-            RTreeNode::Parent(parent_b) => {
-                let divided = self.divided(near, &box_b);
+            RTreeNode::Parent(parent_b) if near.len > 0 => {
+                let divided = self.divided(&near, &box_b);
                 for child_b in parent_b.children() {
-                    if !divided.is_empty() {
-                        self.descend(child_b, &divided, visit);
-                    }
+                    self.descend(child_b, &divided, visit);
                 }
             }
+            RTreeNode::Parent(_) => {}
         }
     }
 
     /// Whether no face of either box separates a node of A from a box of B.
     fn may_overlap<K>(&self, node_a: &RTreeNode<Keyed<K>>, box_b: &BoxOfB) -> bool {
         let own = aabb_of(node_a);
-        own.overlaps(&box_b.in_a)
-            && box_b.in_b.as_ref().is_none_or(|in_b| {
-                let apart = self.pose_ba.transformed_point(&own.center()) - in_b.center();
-                let reach = self.reach_ba * own.half_extents() + in_b.half_extents();
-                (0..3).fold(true, |overlap, i| overlap & (apart[i].abs() <= reach[i]))
-            })
+        let is_near = own.overlaps(&box_b.in_a);
+        let Some(in_b) = &box_b.in_b else {
+            return is_near;
+        };
+        let apart = self.pose_ba.transformed_point(&own.center()) - in_b.center();
+        let reach = self.reach_ba * own.half_extents() + in_b.half_extents();
+        is_near
+            & (apart.x.abs() <= reach.x)
+            & (apart.y.abs() <= reach.y)
+            & (apart.z.abs() <= reach.z)
     }
 
     /// The children of the nodes that a box of B may overlap; undivided nodes where there is no room.
-    fn divided<'t, K: Copy>(&self, nodes: Partners<'t, K>, box_b: &BoxOfB) -> Partners<'t, K> {
-        let (mut divided, mut left) = (Partners::new(), nodes.len());
-        for node in nodes {
-            left -= 1;
+    fn divided<'t, K: Copy>(&self, nodes: &Partners<'t, K>, box_b: &BoxOfB) -> Partners<'t, K> {
+        let mut divided = Partners { len: 0, ..*nodes };
+        for (place, node) in nodes.nodes().iter().enumerate() {
+            let left = nodes.len - place - 1;
             match node {
                 RTreeNode::Parent(parent)
-                    if divided.len() + parent.children().len() + left <= divided.capacity() =>
+                    if divided.has_room_for(parent.children().len() + left) =>
                 {
-                    let children = parent.children().iter();
-                    divided.extend(children.filter(|child| self.may_overlap(child, box_b)));
+                    for child in parent.children() {
+                        divided.push_if(self.may_overlap(child, box_b), child);
+                    }
                 }
-                _ => divided.push(node),
+                _ => divided.push_if(true, node),
             }
         }
         divided

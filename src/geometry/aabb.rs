@@ -41,9 +41,11 @@ impl Aabb {
     #[must_use]
     pub fn overlaps(&self, other: &Self) -> bool {
         // All six comparisons and one branch: where boxes are near, each by itself is a coin toss.
-        (0..3).fold(true, |overlap, i| {
-            overlap & (self.lower[i] <= other.upper[i]) & (other.lower[i] <= self.upper[i])
-        })
+        let (own, others) = ((&self.lower, &self.upper), (&other.lower, &other.upper));
+        let x = (own.0.x <= others.1.x) & (others.0.x <= own.1.x);
+        let y = (own.0.y <= others.1.y) & (others.0.y <= own.1.y);
+        let z = (own.0.z <= others.1.z) & (others.0.z <= own.1.z);
+        x & y & z
     }
 
     /// A box around this one in the outer frame.
