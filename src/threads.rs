@@ -7,12 +7,12 @@ use std::any::Any;
 use std::cell::Cell;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 
-/// So many short values are worth other threads. To wake these took about 20 µs; the contact of two
+/// From so many short values on, they are shared out among threads. To wake these took about 20 µs; the contact of two
 /// coarse bodies takes a few if they do not touch, and some ten if they do (`cargo bench --bench
 /// crowd`, with this at 1 and at its value, 4 and 9 bodies).
 const WORTH_THREADS: usize = 16;
 
-/// So many pieces are: of contact polygons in `f64`, each is some 20 µs of work.
+/// From so many pieces on, they are shared out: of contact polygons in `f64`, each is some 20 µs of work.
 #[cfg(feature = "parallel")]
 const WORTH_PIECES: usize = 4;
 
@@ -29,7 +29,7 @@ pub(crate) fn mapped_into<I: Sync, O: Send>(
     value: impl Fn(&I) -> O + Sync,
 ) {
     if items.len() >= WORTH_THREADS && !HAS_JOB.get() {
-        spread_into(values, items, value);
+        spread_into(values, items, |item| alone(|| value(item)));
     } else {
         values.clear();
         values.extend(items.iter().map(value));
@@ -43,14 +43,22 @@ pub(crate) fn results_of<I: Sync, O: Send>(items: &[I], job: impl Fn(&I) -> O + 
     results
 }
 
+/// Does one of many jobs on this thread alone.
+///
+/// A thread that waited for help in a job would be given other jobs to do meanwhile, whole ones, one
+/// on top of the other on its stack.
+fn alone<O>(job: impl FnOnce() -> O) -> O {
+    let had_job = HAS_JOB.replace(true);
+    let result = job();
+    HAS_JOB.set(had_job);
+    result
+}
+
 /// Why a job has no result: it panicked, with this message.
 #[derive(Debug)]
 pub(crate) struct Panicked(pub String);
 
-/// Does one of many jobs on this thread alone, and makes an error of a panic.
-///
-/// A thread that waited for help in a job would be given other jobs to do meanwhile, whole ones, one
-/// on top of the other on its stack.
+/// As [`alone`], and makes an error of a panic.
 pub(crate) fn contained<O, E: From<Panicked>>(job: impl FnOnce() -> Result<O, E>) -> Result<O, E> {
     let had_job = HAS_JOB.replace(true);
     // What the job has left behind half done is dropped with it.

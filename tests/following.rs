@@ -3,7 +3,7 @@
 mod support;
 
 use hydroelastic::contact::{ContactPair, Culling, Search, Shape};
-use hydroelastic::mesh::shapes;
+use hydroelastic::mesh::{PressureField, TetMesh, shapes};
 use hydroelastic::spatial::Pose;
 use nalgebra::{Vector3, vector};
 use std::f64::consts::FRAC_PI_4;
@@ -74,6 +74,8 @@ impl Tally {
             "{name}: {touching} of {poses} poses touch, {polygons} polygons; looked at {followed} pairs, {culled} by culling"
         );
         assert!(touching * 100 >= poses * touching_percent);
+        // Where nothing could be followed, both would look at the same pairs.
+        assert!(followed < culled);
     }
 }
 
@@ -89,6 +91,25 @@ fn at_generic_poses() {
         tally.compare(&random_pair(&shapes, &mut random));
     }
     tally.assert_told_something("generic", 90);
+}
+
+#[test]
+fn a_body_without_pressure_has_no_contact_surface() {
+    let corners = [
+        [-1.0, -1.0, -1.0],
+        [1.0, 0.0, 0.0],
+        [0.0, 1.0, 0.0],
+        [0.0, 0.0, 1.0],
+    ];
+    let mesh = TetMesh::new(corners.map(Vector3::from).into(), vec![[0, 1, 2, 3]]).unwrap();
+    let inert = Shape::new(PressureField::with_inert_tets(mesh, vec![0.0; 4]).unwrap());
+    let cube = Shape::new(shapes::cuboid([1.0; 3]).unwrap());
+    for pair in [[&inert, &cube], [&cube, &inert]] {
+        let pair = support::scenes::pair(at_origin(pair[0], 1.0), at_origin(pair[1], 1.0));
+        for search in [Search::Following, Search::Culling(Culling::default())] {
+            assert!(pair.with_search(search).touching_tets().is_empty());
+        }
+    }
 }
 
 /// Offsets on a lattice and turns by eighths: planes through vertices, edges and faces, edges on edges,

@@ -12,7 +12,7 @@ const MOST_CREASED: usize = 3;
 pub(crate) struct Seeds {
     surface: BoxTree<SurfaceFace>,
     creased: BoxTree<usize>,
-    escapes: Vec<Escape>,
+    escapes: BoxTree<Escape>,
 }
 
 /// A triangle of the surface, as a face of its tetrahedron.
@@ -56,11 +56,18 @@ impl Seeds {
                 (SurfaceFace { tet: index, face }, Aabb::around(&corners))
             })
         });
+        let box_of_escape = |escape: Escape| {
+            let corners = &tets[escape.tet].tetrahedron.corners;
+            (
+                escape,
+                Aabb::around(&escape.corners.map(|corner| corners[corner])),
+            )
+        };
         let creased = landscape.creased.iter();
         Some(Self {
             surface: BoxTree::new(faces),
             creased: BoxTree::new(creased.map(|&tet| (tet, tets[tet].tetrahedron.aabb()))),
-            escapes: landscape.escapes,
+            escapes: BoxTree::new(landscape.escapes.into_iter().map(box_of_escape)),
         })
     }
 
@@ -88,8 +95,15 @@ impl Seeds {
         self.creased.visit_near(region, pose_ab, margin, visit);
     }
 
-    /// Edges on the ways from peaks and creases to the surface.
-    pub fn escapes(&self) -> &[Escape] {
-        &self.escapes
+    /// Visits the edges (of B) on the ways from peaks and creases to the surface that may overlap the box
+    /// `region` in A.
+    pub fn visit_escapes_near(
+        &self,
+        region: &Aabb,
+        pose_ab: &Pose<f64>,
+        margin: f64,
+        visit: impl FnMut(Escape),
+    ) {
+        self.escapes.visit_near(region, pose_ab, margin, visit);
     }
 }

@@ -1,11 +1,11 @@
 use super::equilibrium::CornerSigns;
 use super::shadow::{PairShadow, PosedTet};
-use crate::geometry::{AffineField, ConvexPolygon, FACES, is_doubtful, snapped};
+use crate::geometry::{AffineField, ConvexPolygon, FACES, is_doubtful_value, snapped};
 use crate::mesh::FieldTet;
 use crate::scalar::Scalar;
 use crate::spatial::Pose;
 
-/// Bounds on how far p_A may miss the pressure of a level face of B, relative to that pressure,
+/// Bound on how far p_A may miss the pressure of a level face of B, relative to that pressure,
 /// and the face still be left out: the rounding of modulus × extent, with room.
 const LEVEL_SLACK: f64 = 1e-13;
 
@@ -98,8 +98,12 @@ impl PairShadow<'_> {
         // which side of it the polygon lies.
         let (in_plane, implied) = (signs_b.faces_in_plane(), self.implied_faces(a, b));
         Encounter::Crossing(Crossing {
-            is_doubtful: at_a.iter().any(|&value| is_doubtful(value, tolerance))
-                || at_b.iter().any(|&value| is_doubtful(value, tolerance_b)),
+            is_doubtful: at_a
+                .iter()
+                .any(|&value| is_doubtful_value(value, tolerance))
+                || at_b
+                    .iter()
+                    .any(|&value| is_doubtful_value(value, tolerance_b)),
             at_a,
             passage: if flush {
                 Passage::Flush

@@ -1,4 +1,4 @@
-//! The narrow phase: from candidate tetrahedra to the contact surface, the wrench, its Jacobian,
+//! The search for tetrahedra that meet, and the narrow phase: from there to the contact surface, the wrench, its Jacobian,
 //! and the potential energy.
 //!
 //! Two bodies press where their tetrahedra overlap. In a pair of tetrahedra the two pressures are

@@ -39,8 +39,11 @@ impl Aabb {
     /// Whether the boxes share a point.
     #[inline]
     #[must_use]
+    #[expect(
+        clippy::needless_bitwise_bool,
+        reason = "one branch for all six comparisons: where boxes are near, each is a coin toss"
+    )]
     pub fn overlaps(&self, other: &Self) -> bool {
-        // All six comparisons and one branch: where boxes are near, each by itself is a coin toss.
         let (own, others) = ((&self.lower, &self.upper), (&other.lower, &other.upper));
         let x = (own.0.x <= others.1.x) & (others.0.x <= own.1.x);
         let y = (own.0.y <= others.1.y) & (others.0.y <= own.1.y);

@@ -10,7 +10,7 @@ pub const POLYGON_CAPACITY: usize = 12;
 /// A planar convex polygon in space, on the stack; empty where nothing is left of it.
 ///
 /// Each corner knows on which *sides* it lies: one bit for each plane that bounds the polygon, up to
-/// eight of them. Two corners that share a bit are joined by an edge in that plane.
+/// eight of them. An edge lies on the sides that its two corners share.
 #[derive(Debug, Clone, Copy)]
 pub struct ConvexPolygon<T = f64> {
     corners: [Vector3<T>; POLYGON_CAPACITY],
@@ -110,7 +110,7 @@ impl<T: Scalar> ConvexPolygon<T> {
             *value = field.at(corner);
             let real = real_part(*value);
             is_near |= real <= tolerance;
-            is_doubtful |= (tolerance..=DOUBT * tolerance).contains(&real.abs());
+            is_doubtful |= is_doubtful_value(real, tolerance);
             *value = snapped(*value, tolerance);
         }
         self.is_doubtful |= is_doubtful;
@@ -193,7 +193,7 @@ const DOUBT: f64 = 1e4;
 
 /// Whether a value is not zero, but nearly.
 #[inline]
-pub(crate) fn is_doubtful(value: f64, tolerance: f64) -> bool {
+pub(crate) fn is_doubtful_value(value: f64, tolerance: f64) -> bool {
     (tolerance..=DOUBT * tolerance).contains(&value.abs())
 }
 

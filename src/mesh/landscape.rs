@@ -3,8 +3,9 @@ use crate::geometry::FACES;
 use nalgebra::Vector3;
 use rustc_hash::FxHashSet;
 
-/// A change of gradient below this fraction of the steepest one is none. Fields that differ by less than
-/// ten times as much count as equal when two bodies meet.
+/// A change of gradient below this fraction of the steepest one is none. Two bodies' fields count as equal
+/// up to a difference ten times as large, so that what it hides has no contact polygons, unless many such
+/// changes follow one another.
 const FLATNESS: f64 = 1e-10;
 
 /// Where to look for the parts of a contact surface that have no rim.
@@ -28,7 +29,7 @@ const FLATNESS: f64 = 1e-10;
 pub(crate) struct Landscape {
     /// The edges of paths from all peaks and creases to the surface.
     pub escapes: Vec<Escape>,
-    /// Tetrahedra that have all convex creases among their faces.
+    /// Tetrahedra that together have every convex crease among their faces.
     pub creased: Vec<usize>,
 }
 
@@ -100,6 +101,9 @@ fn is_positive_inside(field: &PressureField) -> bool {
         surface_edges.extend([[a, b], [b, c], [c, a]].map(|[p, q]| [p.min(q), p.max(q)]));
     }
     (0..mesh.tet_count()).all(|tet| {
+        if field.tets()[tet].is_inert() {
+            return false;
+        }
         let vertices = mesh.tets()[tet];
         let is_zero = |corner: usize| field.extents()[vertices[corner]] == 0.0;
         let inner = (0..4).filter(|&corner| !mesh.is_on_surface(vertices[corner]));
@@ -138,7 +142,7 @@ fn convex_creases(field: &PressureField) -> Vec<(usize, usize)> {
     creases
 }
 
-/// Tetrahedra, each only once, that have all the faces among theirs.
+/// Tetrahedra, each only once, that together have all the faces among theirs.
 fn one_side_each(field: &PressureField, faces: &[(usize, usize)]) -> Vec<usize> {
     let mut chosen = vec![false; field.tets().len()];
     for &(tet, corner) in faces {

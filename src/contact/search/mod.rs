@@ -16,12 +16,13 @@ pub use culling::Culling;
 use super::meeting::Meeting;
 use super::shadow::PairShadow;
 
-/// How the pairs of tetrahedra that touch are found. It changes the time a wrench takes, never the
-/// wrench.
+/// How the pairs of tetrahedra that touch are found. It changes the time a wrench takes, and the wrench by
+/// no more than round-off.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Search {
-    /// From where the contact surface shows on the surfaces of the bodies, from each polygon to its
-    /// neighbours; where the meshes or the pose do not allow it, by culling as well.
+    /// From where every component of the contact surface must show (at its rim, or on the way from the
+    /// peaks and creases of a field to the body's surface), from each polygon to its neighbours; where
+    /// the meshes or the pose do not allow it, by culling as well.
     #[default]
     Following,
     /// By leaving out pairs of tetrahedra that cannot touch, as the paper does (§IV).

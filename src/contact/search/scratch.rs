@@ -6,6 +6,12 @@ thread_local! {
     static SCRATCH: Cell<Option<Box<Scratch>>> = const { Cell::new(None) };
 }
 
+/// Memory is given back where the last search used less than one part in so many of it,
+const MOST_SPARE: usize = 64;
+
+/// but not below what so many pairs of tetrahedra take.
+const LEAST_KEPT: usize = 1024;
+
 /// Memory that one search leaves to the next in the same thread, so that a search allocates nothing
 /// once its like has been made. It carries no information from one to the next.
 #[derive(Default)]
@@ -42,6 +48,9 @@ impl Scratch {
     /// Lends the thread's scratch memory. A search within a search gets memory of its own.
     pub fn lent<R>(search: impl FnOnce(&mut Self) -> R) -> R {
         let mut scratch = SCRATCH.take().unwrap_or_default();
+        if scratch.visited.capacity() > MOST_SPARE * scratch.visited.len().max(LEAST_KEPT) {
+            *scratch = Self::default();
+        }
         scratch.posed_tets.clear();
         scratch.visited.clear();
         scratch.next_wave.clear();

@@ -2,6 +2,7 @@ use super::Culling;
 use super::following::Walk;
 use crate::broad_phase::{Seeds, SurfaceFace};
 use crate::contact::Shape;
+use crate::contact::shadow::PairShadow;
 use crate::geometry::{Aabb, AffineField, FACES};
 use crate::mesh::{Escape, FieldTet};
 use crate::spatial::Pose;
@@ -67,37 +68,46 @@ impl Walk<'_, '_> {
 
     /// Where the pressures become equal on an escape of either body.
     fn enter_at_escapes(&mut self, seeds_a: &Seeds, seeds_b: &Seeds) {
-        let (shadow, margin) = (self.shadow, self.shadow.margin());
-        let ([modulus_a, modulus_b], pose_ba) = (shadow.moduli, shadow.pose_ab.inverse());
-        let [tree_a, tree_b] = shadow.shapes.map(Shape::tree);
-        for Escape { tet, corners } in seeds_a.escapes() {
-            let tet_a = shadow.tet_a(*tet);
-            let ends = corners.map(|c| pose_ba.transformed_point(&tet_a.tetrahedron.corners[c]));
-            let pressures = corners.map(|c| tet_a.extents[c] * modulus_a);
-            tree_b.visit_overlapping(&Aabb::around(&ends).inflated(margin), |tet_b| {
-                let field_b = shadow.tet_b(tet_b).extent.scaled(modulus_b);
-                let tolerance = margin * modulus_b * shadow.tet_b(tet_b).sensitivity;
-                if changes_sign(pressures, ends.map(|end| field_b.at(&end)), tolerance) {
-                    self.enter_pair(*tet, tet_b);
+        let shadow = self.shadow;
+        shadow.visit_escapes([1, 0], seeds_b, &shadow.pose_ab, |tet_b, tet_a| {
+            self.enter_pair(tet_a, tet_b);
+        });
+        shadow.visit_escapes(
+            [0, 1],
+            seeds_a,
+            &shadow.pose_ab.inverse(),
+            |tet_a, tet_b| {
+                self.enter_pair(tet_a, tet_b);
+            },
+        );
+    }
+}
+
+impl PairShadow<'_> {
+    /// Visits the tetrahedra of `own` body at an escape, and of the `other`, in which the pressures become
+    /// equal on it. Bodies are 0 for A and 1 for B; `pose` is that of the own one in the other.
+    fn visit_escapes(
+        &self,
+        [own, other]: [usize; 2],
+        seeds: &Seeds,
+        pose: &Pose<f64>,
+        mut visit: impl FnMut(usize, usize),
+    ) {
+        let (margin, tree) = (self.margin(), self.shapes[other].tree());
+        let field = |body: usize| (self.shapes[body].field().tets(), self.moduli[body]);
+        let ((own_tets, own_modulus), (other_tets, other_modulus)) = (field(own), field(other));
+        seeds.visit_escapes_near(&tree.bounds(), pose, margin, |Escape { tet, corners }| {
+            let own_tet = &own_tets[tet];
+            let ends = corners.map(|c| pose.transformed_point(&own_tet.tetrahedron.corners[c]));
+            let pressures = corners.map(|c| own_tet.extents[c] * own_modulus);
+            tree.visit_overlapping(&Aabb::around(&ends).inflated(margin), |partner| {
+                let other_field = other_tets[partner].extent.scaled(other_modulus);
+                let tolerance = margin * other_modulus * other_tets[partner].sensitivity;
+                if changes_sign(pressures, ends.map(|end| other_field.at(&end)), tolerance) {
+                    visit(tet, partner);
                 }
             });
-        }
-        for Escape { tet, corners } in seeds_b.escapes() {
-            let tet_b = shadow.tet_b(*tet);
-            let ends = corners.map(|c| {
-                shadow
-                    .pose_ab
-                    .transformed_point(&tet_b.tetrahedron.corners[c])
-            });
-            let pressures = corners.map(|c| tet_b.extents[c] * modulus_b);
-            tree_a.visit_overlapping(&Aabb::around(&ends).inflated(margin), |tet_a| {
-                let field_a = shadow.tet_a(tet_a).extent.scaled(modulus_a);
-                let tolerance = margin * modulus_a * shadow.tet_a(tet_a).sensitivity;
-                if changes_sign(pressures, ends.map(|end| field_a.at(&end)), tolerance) {
-                    self.enter_pair(tet_a, *tet);
-                }
-            });
-        }
+        });
     }
 }
 
