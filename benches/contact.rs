@@ -1,8 +1,9 @@
-//! The contact wrench in `f64` and with 6-, 8- and 14-wide dual numbers, and the closed-form
+//! The contact wrench in `f64` and with 6-, 8- and 14-wide dense dual numbers, and the closed-form
 //! Jacobian, for two icospheres of radius 1 at centre distances 1.0 (deep) and 1.7 (light).
 //!
 //! Serves two decisions: whether differentiating through the generic pipeline is affordable, and
-//! what the closed form saves. Run `cargo bench --bench contact`; compare within one run.
+//! what the closed form saves. Run `RAYON_NUM_THREADS=1 cargo bench --bench contact` for one thread, and
+//! compare within one run.
 //!
 //! The duals carry derivatives by: 6, the pose of A; 8, the pose of A and both moduli; 14, both
 //! poses and both moduli.
@@ -10,10 +11,9 @@
 use criterion::{BenchmarkId, Criterion, criterion_group, criterion_main};
 use hydroelastic::contact::{ContactBody, ContactPair, Shape};
 use hydroelastic::mesh::shapes;
-use hydroelastic::scalar::{Scalar, lift};
+use hydroelastic::scalar::{DenseDual, Scalar, lift};
 use hydroelastic::spatial::{Pose, Twist};
-use nalgebra::{SVector, Vector3, Vector6};
-use num_dual::{DualSVec64, jacobian};
+use nalgebra::{Vector3, Vector6};
 use std::hint::black_box;
 use std::time::Duration;
 
@@ -31,21 +31,22 @@ fn pair<T: Scalar>(shape: &Shape, poses: [Pose<T>; 2], moduli: [T; 2]) -> Contac
     ContactPair::new(body(0), body(1))
 }
 
-/// The derivatives of the wrench on A by the first N of: pose A, moduli, pose B.
-fn dual_wrench<const N: usize>(shape: &Shape, distance: f64) -> nalgebra::SMatrix<f64, 6, N> {
-    let wrench = |x: SVector<DualSVec64<N>, N>| {
-        let at = |i: usize| if i < N { x[i] } else { lift(0.0) };
-        let twist = |first: usize| Twist::from_vector(&Vector6::from_fn(|i, _| at(first + i)));
-        let pose_a = Pose::lifted(&pose_a(distance)).moved_by(&twist(0));
-        let pose_b = Pose::identity().moved_by(&twist(8));
-        let moduli = [
-            at(6) + lift::<DualSVec64<N>>(1.0),
-            at(7) + lift::<DualSVec64<N>>(1.0),
-        ];
-        let wrench = pair(shape, [pose_a, pose_b], moduli).wrench();
-        wrench.on_a.to_vector()
+/// The wrench on A with its derivatives by the first N of: pose A, moduli, pose B.
+fn dual_wrench<const N: usize>(shape: &Shape, distance: f64) -> Vector6<DenseDual<N>> {
+    let seed = |value: f64, place: usize| {
+        if place < N {
+            DenseDual::<N>::variable(value, place)
+        } else {
+            lift(value)
+        }
     };
-    jacobian(wrench, &SVector::zeros()).1
+    let twist =
+        |first: usize| Twist::from_vector(&Vector6::from_fn(|row, _| seed(0.0, first + row)));
+    let pose_a = Pose::lifted(&pose_a(distance)).moved_by(&twist(0));
+    let pose_b = Pose::identity().moved_by(&twist(8));
+    let moduli = [seed(1.0, 6), seed(1.0, 7)];
+    let wrench = pair(shape, [pose_a, pose_b], moduli).wrench();
+    wrench.on_a.to_vector()
 }
 
 fn contact(criterion: &mut Criterion) {

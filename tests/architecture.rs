@@ -22,7 +22,7 @@ const MODULES: [&str; 10] = [
 /// Outside libraries, and the modules that may use them.
 const DOORS: [(&str, &[&str]); 7] = [
     ("rstar", &["broad_phase"]),
-    ("num_dual", &["scalar", "gradient"]),
+    ("num_dual", &["scalar"]),
     ("rayon", &["threads"]),
     ("num_traits", &["scalar"]),
     ("vtkio", &["io"]),

@@ -16,7 +16,7 @@ const BALLS: [&str; 8] = [
 const STEPS: usize = 100;
 const BUDGET: Duration = Duration::from_secs(1);
 
-/// A dual number carries twelve derivatives: fewer cost nearly the same.
+/// Fewer numbers than these are carried by narrower dual numbers.
 const FITTED_FROM: f64 = 12.0;
 
 /// As many numbers of the start, twelve a ball; or one, which no start is: a mass.

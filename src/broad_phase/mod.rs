@@ -1,5 +1,6 @@
-//! Which tetrahedra of two bodies may touch: one R\*-tree of boxes per mesh, built once in the
-//! body's frame and never again, however the poses change (the paper, §IV-C).
+//! Which tetrahedra of two bodies may touch: R\*-trees of the boxes of a mesh's tetrahedra, of its
+//! surface triangles and of its creases, built once in the body's frame and never again, however the
+//! poses change (the paper, §IV-C).
 //!
 //! For a relative pose, [`TetTree::visit_near`] walks B's tree down to the tetrahedra that come
 //! near A as a whole, and [`TetTree::visit_overlapping`] asks A's tree for the partners of each.

@@ -65,10 +65,10 @@ impl<T: Scalar, F: ExternalForces> World<T, F> {
                 linear: wrench.force / inertia.mass,
             };
             let situation = self.situation(body, inertia, body_state, state.time);
-            let true_one = self.external.acceleration(&situation, contact);
+            let acceleration = self.external.acceleration(&situation, contact);
             let twist = &mut body_state.twist;
-            twist.angular += true_one.angular.map(|component| component * duration);
-            twist.linear += true_one.linear.map(|component| component * duration);
+            twist.angular += acceleration.angular.map(|component| component * duration);
+            twist.linear += acceleration.linear.map(|component| component * duration);
         }
     }
 

@@ -97,8 +97,8 @@ impl<'w, T: Scalar, F: ExternalForces> Rollout<'w, T, F> {
     }
 
     /// Takes a step and shows the state it led to: [`Iterator::next`] without a copy. Steps allocate
-    /// nothing once the rollout has the room it needs, unless their contacts are so many that they
-    /// are spread over threads.
+    /// nothing once the rollout has the room it needs, unless their contacts are so many, or one is so
+    /// large, that they are spread over threads.
     ///
     /// # Errors
     /// If the state is not finite; [`Self::state`] is then still the one before.
@@ -139,7 +139,8 @@ impl<T: Scalar, F: ExternalForces> Iterator for Rollout<'_, T, F> {
         Some(self.advance().cloned())
     }
 
-    /// Without copies of the states that are passed over.
+    /// Without copies of the states that are passed over. An error among these ends the iteration;
+    /// [`Self::recorded`] tells of it.
     fn nth(&mut self, count: usize) -> Option<Self::Item> {
         for _ in 0..count {
             if self.has_failed || self.advance().is_err() {
