@@ -310,6 +310,7 @@ fn libraries_in_the_wrong_room_are_found() {
     for (path, text, library) in [
         ("contact/pair.rs", "use rstar::RTree;", "rstar"),
         ("contact/pair.rs", "use num_dual::Dual64;", "num_dual"),
+        ("gradient/wrench.rs", "use num_dual::Dual64;", "num_dual"),
         ("gradient/batch.rs", "use rayon::prelude::*;", "rayon"),
         ("mesh/tet_mesh.rs", "let x = vtkio::load();", "vtkio"),
         ("lib.rs", "pub use mshio;", "mshio"),
@@ -321,7 +322,6 @@ fn libraries_in_the_wrong_room_are_found() {
     }
     for (path, text) in [
         ("broad_phase/tree.rs", "use rstar::RTree;"),
-        ("gradient/wrench.rs", "use num_dual::Dual64;"),
         ("scalar.rs", "use num_dual::DualNum;"),
         ("io/vtk.rs", "use vtkio::Vtk;"),
         ("contact/pair.rs", "let first_rstar_box = 1;"),
