@@ -128,15 +128,6 @@ impl<T: Scalar> ContactPair<'_, T> {
             _ => change(law.friction),
         })
     }
-
-    /// Both wrenches in the world, from the one on A about A's origin in A's axes.
-    fn wrench_from_a(&self, wrench_a: &Wrench<T>) -> ContactWrench<T> {
-        let (pose_wa, pose_wb) = (self.a().pose(), self.b().pose());
-        let on_a = wrench_a.rotated(pose_wa.rotation());
-        let from_a_to_b = pose_wb.translation() - pose_wa.translation();
-        let on_b = -on_a.about(&from_a_to_b);
-        ContactWrench { on_a, on_b }
-    }
 }
 
 /// A wrench with its derivatives by what the polygons depend on, and those by velocities and law.

@@ -63,7 +63,7 @@ impl<'a, T: Scalar> ContactPair<'a, T> {
     pub fn wrench(&self) -> ContactWrench<T> {
         let add = |sum: &mut Wrench<T>, polygon: &PairPolygon<T>| *sum += polygon.wrench();
         let wrench_a = self.sum_polygons(add);
-        ContactWrench::from_wrench_a(wrench_a, self.a.pose(), &self.pose_ab())
+        self.wrench_from_a(&wrench_a)
     }
 
     /// The wrenches and their derivatives by both poses and both moduli, in closed form from the
@@ -73,7 +73,7 @@ impl<'a, T: Scalar> ContactPair<'a, T> {
     pub fn wrench_and_jacobian(&self) -> (ContactWrench<T>, ContactJacobian<T>) {
         let relative = self.relative_jacobian();
         let (pose_wa, pose_ab) = (self.a.pose(), self.pose_ab());
-        let wrench = ContactWrench::from_wrench_a(relative.wrench(), pose_wa, &pose_ab);
+        let wrench = self.wrench_from_a(&relative.wrench());
         let moduli = [self.a.modulus(), self.b.modulus()];
         let jacobian = relative.in_world(&wrench, pose_wa, &pose_ab, moduli);
         (wrench, jacobian)

@@ -52,12 +52,11 @@ impl<T: Scalar> ContactPair<'_, T> {
     /// Without dissipation and friction this is [`Self::wrench`].
     #[must_use]
     pub fn wrench_in_motion(&self, law: &SurfaceLaw<T>, twists: [Twist<T>; 2]) -> ContactWrench<T> {
-        let pose_wa = self.a().pose();
         let motion = RelativeMotion::of(self, twists);
         let wrench_a = self.sum_polygons(|sum: &mut Wrench<T>, polygon| {
             *sum += polygon.wrench_in_motion(law, &motion);
         });
-        ContactWrench::from_wrench_a(wrench_a, pose_wa, &self.pose_ab())
+        self.wrench_from_a(&wrench_a)
     }
 }
 

@@ -1,7 +1,8 @@
+use super::ContactPair;
 use super::narrow_phase::PairPolygon;
 use super::search::PartialSum;
 use crate::scalar::Scalar;
-use crate::spatial::{Pose, Wrench};
+use crate::spatial::Wrench;
 use nalgebra::Vector3;
 
 /// The contact wrenches on two bodies, in world axes, each about the origin of its own body frame.
@@ -13,14 +14,14 @@ pub struct ContactWrench<T = f64> {
     pub on_b: Wrench<T>,
 }
 
-impl<T: Scalar> ContactWrench<T> {
-    /// From the wrench on A about A's origin, in A's axes.
-    pub(super) fn from_wrench_a(wrench_a: Wrench<T>, pose_wa: &Pose<T>, pose_ab: &Pose<T>) -> Self {
-        let wrench_b = -wrench_a.about(pose_ab.translation());
-        Self {
-            on_a: wrench_a.rotated(pose_wa.rotation()),
-            on_b: wrench_b.rotated(pose_wa.rotation()),
-        }
+impl<T: Scalar> ContactPair<'_, T> {
+    /// Both wrenches in the world, from the one on A about A's origin in A's axes.
+    pub(super) fn wrench_from_a(&self, wrench_a: &Wrench<T>) -> ContactWrench<T> {
+        let (pose_wa, pose_wb) = (self.a().pose(), self.b().pose());
+        let on_a = wrench_a.rotated(pose_wa.rotation());
+        let from_a_to_b = pose_wb.translation() - pose_wa.translation();
+        let on_b = -on_a.about(&from_a_to_b);
+        ContactWrench { on_a, on_b }
     }
 }
 

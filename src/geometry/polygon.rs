@@ -60,11 +60,7 @@ impl<T: Scalar> ConvexPolygon<T> {
     /// Appends a corner. A full polygon drops it: convex polygons never fill the capacity, so such
     /// a corner is a copy, by round-off, of one that is there.
     pub(crate) fn push(&mut self, corner: Vector3<T>, sides: u8) {
-        if self.len < POLYGON_CAPACITY {
-            self.corners[self.len] = corner;
-            self.sides[self.len] = sides;
-            self.len += 1;
-        }
+        self.push_if(true, || corner, sides);
     }
 
     /// Appends a corner if it `is_kept`.

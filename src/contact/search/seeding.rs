@@ -103,7 +103,8 @@ impl PairShadow<'_> {
             tree.visit_overlapping(&Aabb::around(&ends).inflated(margin), |partner| {
                 let other_field = other_tets[partner].extent.scaled(other_modulus);
                 let tolerance = margin * other_modulus * other_tets[partner].sensitivity;
-                if changes_sign(pressures, ends.map(|end| other_field.at(&end)), tolerance) {
+                let excess = [0, 1].map(|end| pressures[end] - other_field.at(&ends[end]));
+                if may_be_zero(&excess, tolerance) {
                     visit(tet, partner);
                 }
             });
@@ -111,10 +112,10 @@ impl PairShadow<'_> {
     }
 }
 
-/// Whether the difference of two affine functions, given at both ends of an edge, is zero on it.
-fn changes_sign(first: [f64; 2], second: [f64; 2], tolerance: f64) -> bool {
-    let differences = [first[0] - second[0], first[1] - second[1]];
-    differences.iter().any(|&d| d <= tolerance) && differences.iter().any(|&d| d >= -tolerance)
+/// Whether an affine function with these values, each to within the tolerance, may be zero between them.
+fn may_be_zero(values: &[f64], tolerance: f64) -> bool {
+    values.iter().any(|&value| value <= tolerance)
+        && values.iter().any(|&value| value >= -tolerance)
 }
 
 /// A surface triangle of B in A's frame.
@@ -139,8 +140,7 @@ impl Triangle {
     /// further than the margin (m).
     fn may_cross(&self, tet_a: &FieldTet, face: usize, margin: f64) -> bool {
         let is_cut = |plane: &AffineField, tolerance: f64, corners: [&Vector3<f64>; 3]| {
-            let heights = corners.map(|corner| plane.at(corner));
-            heights.iter().any(|&h| h <= tolerance) && heights.iter().any(|&h| h >= -tolerance)
+            may_be_zero(&corners.map(|corner| plane.at(corner)), tolerance)
         };
         let corners_a = FACES[face].map(|corner| &tet_a.tetrahedron.corners[corner]);
         let tolerance_a = margin * tet_a.barycentric_steepness[face];
