@@ -89,7 +89,12 @@ impl<T: Scalar, F: ExternalForces> World<T, F> {
         ContactPair::new(body(i), body(j))
     }
 
-    fn pair_wrench(&self, states: &[BodyState<T>], i: usize, j: usize) -> [Wrench<T>; 2] {
+    pub(super) fn pair_wrench(
+        &self,
+        states: &[BodyState<T>],
+        i: usize,
+        j: usize,
+    ) -> [Wrench<T>; 2] {
         let (body_i, body_j) = (&self.bodies[i], &self.bodies[j]);
         let pair = self.contact_pair(states, i, j);
         let wrench = if body_i.rubs || body_j.rubs {

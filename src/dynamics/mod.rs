@@ -31,6 +31,7 @@
 
 mod batch;
 mod body;
+mod contacts;
 mod error;
 mod external;
 mod forces;
@@ -48,6 +49,7 @@ mod world;
 
 pub use batch::{Batch, Progress};
 pub use body::{Body, Motion};
+pub use contacts::Contact;
 pub use error::{RolloutError, WorldError};
 pub use external::{Acceleration, ExternalForces, Gravity, Situation};
 pub use inertia::Inertia;

@@ -1,0 +1,37 @@
+use super::sweep::Sweep;
+use super::{ExternalForces, State, World};
+use crate::contact::{ContactSurface, ContactWrench};
+use crate::scalar::Scalar;
+
+/// Two bodies of a world that touch.
+#[derive(Debug, Clone)]
+pub struct Contact<T = f64> {
+    /// The places of the bodies in the world's list, the smaller first: A and B.
+    pub bodies: [usize; 2],
+    /// The contact surface, in the world frame.
+    pub surface: ContactSurface<T>,
+    /// The wrench on each body about the origin of its frame, in world axes, with friction and
+    /// dissipation.
+    pub wrench: ContactWrench<T>,
+}
+
+impl<T: Scalar, F: ExternalForces> World<T, F> {
+    /// The contacts of a state, in the order of the bodies. Those of two bodies that both do not move
+    /// by forces are left out, as are ignored ones.
+    #[must_use]
+    pub fn contacts(&self, state: &State<T>) -> Vec<Contact<T>> {
+        let mut sweep = Sweep::default();
+        let pairs = self.close_pairs(&state.bodies, &mut sweep).iter();
+        let contacts = pairs.map(|&(i, j)| {
+            let [on_a, on_b] = self.pair_wrench(&state.bodies, i, j);
+            Contact {
+                bodies: [i, j],
+                surface: self.contact_pair(&state.bodies, i, j).surface(),
+                wrench: ContactWrench { on_a, on_b },
+            }
+        });
+        let mut touching: Vec<_> = contacts.filter(|c| !c.surface.is_empty()).collect();
+        touching.sort_by_key(|contact| contact.bodies);
+        touching
+    }
+}

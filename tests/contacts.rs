@@ -1,0 +1,78 @@
+//! The contacts of a state: which bodies touch, and what they do to each other.
+
+use hydroelastic::contact::Shape;
+use hydroelastic::dynamics::{Body, Integrator, Mass, Material, World};
+use hydroelastic::mesh::shapes;
+use hydroelastic::spatial::Pose;
+use nalgebra::{Vector3, vector};
+use std::sync::Arc;
+
+/// Relative rounding of a velocity after one step, from its forces.
+const ROUNDING: f64 = 1e-12;
+
+const MASS: f64 = 0.5;
+const GRAVITY: f64 = 9.81;
+
+/// Two balls that rub, one on the floor and one on top, and a third one far away.
+fn pile() -> World {
+    let skin = Material::elastic(1e5)
+        .with_dissipation(0.2)
+        .with_friction(0.5);
+    let shape = Arc::new(Shape::new(shapes::icosphere(0.1, 2).unwrap()));
+    let ball = |name, place| {
+        Body::dynamic(name, Arc::clone(&shape), skin, Mass::Total(MASS))
+            .unwrap()
+            .at(Pose::from_translation(place))
+    };
+    let floor = Shape::new(shapes::cuboid([2.0, 2.0, 0.2]).unwrap());
+    World::new(vec![
+        ball("upper", vector![0.0, 0.0, 0.285]).with_velocity(vector![0.3, 0.1, -0.2]),
+        ball("lower", vector![0.0, 0.0, 0.095]),
+        Body::fixed("floor", floor, skin)
+            .unwrap()
+            .at(Pose::from_translation(vector![0.0, 0.0, -0.1])),
+        ball("away", vector![0.7, 0.0, 0.5]),
+    ])
+    .unwrap()
+    .with_gravity(vector![0.0, 0.0, -GRAVITY])
+    .unwrap()
+}
+
+#[test]
+fn contacts_are_those_of_bodies_that_touch() {
+    let world = pile();
+    let contacts = world.contacts(&world.initial_state());
+    let bodies: Vec<_> = contacts.iter().map(|contact| contact.bodies).collect();
+    assert_eq!(bodies, [[0, 1], [1, 2]]);
+    assert!(contacts.iter().all(|contact| contact.surface.area() > 0.0));
+
+    let ignoring = pile().ignoring("floor", "lower").unwrap();
+    let contacts = ignoring.contacts(&ignoring.initial_state());
+    assert_eq!(contacts.len(), 1);
+}
+
+#[test]
+fn forces_of_contacts_are_those_that_a_step_feels() {
+    let world = pile();
+    let start = world.initial_state();
+    let time_step = 1e-4;
+    let mut rollout = world
+        .rollout(time_step, Integrator::SymplecticEuler)
+        .unwrap();
+    let after = rollout.next().unwrap().unwrap();
+
+    let mut forces = [Vector3::zeros(); 4];
+    for contact in world.contacts(&start) {
+        let [a, b] = contact.bodies;
+        forces[a] += contact.wrench.on_a.force;
+        forces[b] += contact.wrench.on_b.force;
+    }
+    for body in [0, 1, 3] {
+        let gained = after.bodies[body].velocity() - start.bodies[body].velocity();
+        let expected = (forces[body] / MASS - Vector3::z() * GRAVITY) * time_step;
+        let error = (gained - expected).norm();
+        assert!(error < ROUNDING * start.bodies[0].velocity().norm());
+    }
+    // The upper ball slides over the lower one, so friction is among them.
+    assert!(forces[0].x < 0.0 && forces[0].norm() > MASS * GRAVITY);
+}
