@@ -22,6 +22,12 @@ pub enum FileError {
         /// What the system says.
         source: std::io::Error,
     },
+    /// A number to be written is not finite, or not in single precision.
+    #[error("a number for {} is NaN, infinite or beyond single precision", path.display())]
+    NotFinite {
+        /// The file.
+        path: PathBuf,
+    },
     /// The name of the file does not end in a format that is known.
     #[error("the name of {} ends in {found:?}, but has to end in one of {expected:?}", path.display())]
     UnknownExtension {

@@ -5,7 +5,7 @@
 //! them ([`MeshFile::pressure_field`]); else they come from the distance to the surface
 //! ([`PressureField::from_distance`](crate::mesh::PressureField::from_distance)).
 //! [`write_surface`] writes a contact surface for ParaView and its like, [`write_trajectory`] the
-//! motion of all bodies as a table. Files are taken to be in metres.
+//! motion of all bodies as a table; a [`Recording`] shows it in any 3-D viewer. Files are taken to be in metres.
 //!
 //! Nothing in a file is trusted: damaged ones end in a [`FileError`], never in a panic.
 //!
@@ -37,6 +37,7 @@ mod file_contents;
 mod gmsh;
 mod gmsh_headers;
 mod mesh_file;
+mod recording;
 mod trajectory;
 mod vtk;
 mod vtu_lengths;
@@ -44,4 +45,5 @@ mod vtu_lengths;
 pub use contact_surface::write_surface;
 pub use error::FileError;
 pub use mesh_file::{MeshFile, read_mesh};
+pub use recording::Recording;
 pub use trajectory::write_trajectory;

@@ -66,6 +66,19 @@ pub fn write_trajectory<F: ExternalForces>(
     if !EXTENSIONS.contains(&extension(path).as_str()) {
         return Err(unknown_extension(path, EXTENSIONS));
     }
+    check_fits(path, world, trajectory)?;
+    write_rows(path, world, trajectory).map_err(|error| FileError::Write {
+        path: path.into(),
+        source: system_error(error),
+    })
+}
+
+/// Nothing, if all states have as many bodies as the world.
+pub(super) fn check_fits<F: ExternalForces>(
+    path: &Path,
+    world: &World<f64, F>,
+    trajectory: &Trajectory,
+) -> Result<(), FileError> {
     let expected = world.bodies().len();
     let mut counts = trajectory.states().iter().map(|state| state.bodies.len());
     if let Some(found) = counts.find(|&count| count != expected) {
@@ -75,10 +88,7 @@ pub fn write_trajectory<F: ExternalForces>(
             expected,
         });
     }
-    write_rows(path, world, trajectory).map_err(|error| FileError::Write {
-        path: path.into(),
-        source: system_error(error),
-    })
+    Ok(())
 }
 
 /// What the system says; csv's own conversion would hide it in an error of another kind.

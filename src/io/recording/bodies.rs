@@ -1,0 +1,162 @@
+//! The bodies: their surfaces, and their poses over time.
+
+use super::document::Document;
+use super::drawing::{Triangles, primitive, quaternion, single};
+use super::frames::Frame;
+use super::materials::{self, lit, unlit};
+use crate::contact::Shape;
+use crate::dynamics::{Body, BodyState};
+use gltf_json::animation::{Interpolation, Property};
+use gltf_json::mesh::{Mesh, Mode};
+use gltf_json::scene::UnitQuaternion;
+use gltf_json::{Accessor, Index, Material, Node};
+use nalgebra::Vector3;
+use rustc_hash::FxHashMap;
+use std::sync::Arc;
+
+/// How much of the light bodies hold back: the contact surface inside must show.
+const OPACITY: f32 = 0.5;
+const SCENERY_OPACITY: f32 = 0.35;
+const EDGE_OPACITY: f32 = 0.3;
+
+/// No edge shows between triangles whose normals have a cosine above this: that of 15 degrees.
+const SMOOTH: f64 = 0.966;
+
+/// The accessors of a shape's surface: bodies of one shape share them.
+#[derive(Clone, Copy)]
+struct Outline {
+    points: Index<Accessor>,
+    triangles: Index<Accessor>,
+    /// If there are any.
+    edges: Option<Index<Accessor>>,
+}
+
+/// Adds the bodies, those that forces move in colours of their own.
+pub(super) fn add(document: &mut Document, bodies: &[Body], frames: &[Frame]) {
+    let edge = document.material(unlit(materials::EDGES, EDGE_OPACITY));
+    let times: Vec<f64> = frames.iter().map(|frame| frame.time).collect();
+    let times = document.data.times(&times);
+    let mut outlines = Vec::new();
+    let mut colors = materials::BODIES.into_iter().cycle();
+    for (place, body) in bodies.iter().enumerate() {
+        let skin = match body.inertia().and_then(|_| colors.next()) {
+            Some(color) => lit(color, OPACITY),
+            None => lit(materials::SCENERY, SCENERY_OPACITY),
+        };
+        let skin = document.material(skin);
+        let mesh = mesh(document, &mut outlines, body, [skin, edge]);
+        let states: Vec<_> = frames
+            .iter()
+            .map(|frame| frame.state.bodies[place])
+            .collect();
+        let node = document.node(Node {
+            mesh: Some(mesh),
+            name: Some(body.name().to_owned()),
+            translation: Some(single((*states[0].position()).into())),
+            rotation: Some(UnitQuaternion(single(quaternion(&states[0].pose)))),
+            ..Node::default()
+        });
+        animate(document, node, times, &states);
+    }
+}
+
+fn mesh<'b>(
+    document: &mut Document,
+    outlines: &mut Vec<(&'b Arc<Shape>, Outline)>,
+    body: &'b Body,
+    [skin, edge]: [Index<Material>; 2],
+) -> Index<Mesh> {
+    let known = outlines
+        .iter()
+        .find(|(shape, _)| Arc::ptr_eq(shape, body.shape()));
+    let outline = known.map_or_else(
+        || Outline::of(body.shape(), document),
+        |(_, outline)| *outline,
+    );
+    outlines.push((body.shape(), outline));
+    let Outline {
+        points,
+        triangles,
+        edges,
+    } = outline;
+    let skin = primitive(Mode::Triangles, points, triangles, skin);
+    let edges = edges.map(|edges| primitive(Mode::Lines, points, edges, edge));
+    let primitives = [skin].into_iter().chain(edges).collect();
+    document.mesh(body.name(), primitives)
+}
+
+/// Moves the node of a body from frame to frame, if the body moves.
+fn animate(
+    document: &mut Document,
+    node: Index<Node>,
+    times: Index<Accessor>,
+    states: &[BodyState],
+) {
+    let positions: Vec<[f64; 3]> = states
+        .iter()
+        .map(|state| (*state.position()).into())
+        .collect();
+    let mut turns: Vec<[f64; 4]> = states.iter().map(|state| quaternion(&state.pose)).collect();
+    if moves(&positions) {
+        let way = (Property::Translation, Interpolation::Linear);
+        document.animate(node, way, times, &positions);
+    }
+    if moves(&turns) {
+        turn_the_short_way(&mut turns);
+        let way = (Property::Rotation, Interpolation::Linear);
+        document.animate(node, way, times, &turns);
+    }
+}
+
+/// Whether any of the numbers changes, by however little.
+fn moves<const N: usize>(numbers: &[[f64; N]]) -> bool {
+    let bits = |numbers: &[f64; N]| numbers.map(f64::to_bits);
+    numbers.iter().any(|key| bits(key) != bits(&numbers[0]))
+}
+
+/// Of the two quaternions of a rotation takes that nearer to the one before.
+fn turn_the_short_way(turns: &mut [[f64; 4]]) {
+    for place in 1..turns.len() {
+        let cosine: f64 = (0..4).map(|i| turns[place][i] * turns[place - 1][i]).sum();
+        if cosine < 0.0 {
+            turns[place] = turns[place].map(|part| -part);
+        }
+    }
+}
+
+impl Outline {
+    fn of(shape: &Shape, document: &mut Document) -> Self {
+        let surface = Triangles::of_surface(shape.field().mesh());
+        let edges = edges(&surface);
+        let edges = edges.as_flattened();
+        Self {
+            points: document.data.positions(&surface.points),
+            triangles: document.data.indices(surface.triangles.as_flattened()),
+            edges: (!edges.is_empty()).then(|| document.data.indices(edges)),
+        }
+    }
+}
+
+/// The edges between triangles that meet at an angle, sorted.
+fn edges(surface: &Triangles) -> Vec<[u32; 2]> {
+    let mut normals: FxHashMap<[u32; 2], Vec<Vector3<f64>>> = FxHashMap::default();
+    for &[a, b, c] in &surface.triangles {
+        let [p_a, p_b, p_c] = [a, b, c].map(|i| surface.points[i as usize]);
+        let normal = (p_b - p_a).cross(&(p_c - p_a)).normalize();
+        for [i, j] in [[a, b], [b, c], [c, a]] {
+            normals
+                .entry([i.min(j), i.max(j)])
+                .or_default()
+                .push(normal);
+        }
+    }
+    let shows = |normals: &[Vector3<f64>]| {
+        normals
+            .windows(2)
+            .all(|pair| pair[0].dot(&pair[1]) < SMOOTH)
+    };
+    normals.retain(|_, normals| shows(normals));
+    let mut edges: Vec<_> = normals.into_keys().collect();
+    edges.sort_unstable();
+    edges
+}

@@ -1,0 +1,206 @@
+//! The numbers of a glTF document: accessors and the binary buffer behind them.
+
+use gltf_json::accessor::{ComponentType, GenericComponentType, Type};
+use gltf_json::buffer::{Buffer, Stride, Target, View};
+use gltf_json::validation::{Checked, USize64};
+use gltf_json::{Accessor, Extras, Index, Root, Value};
+use nalgebra::Vector3;
+
+/// What the parts of the buffer hold.
+#[derive(Clone, Copy)]
+enum Part {
+    Positions,
+    Colors,
+    Indices,
+    Keys,
+}
+
+/// Bytes in the four parts, and which accessors see which of them.
+pub(super) struct Data {
+    parts: [Vec<u8>; 4],
+    accessors: Vec<Accessor>,
+    /// Whether every number was finite in single precision.
+    pub is_finite: bool,
+}
+
+impl Data {
+    pub fn new() -> Self {
+        Self {
+            parts: [const { Vec::new() }; 4],
+            accessors: Vec::new(),
+            is_finite: true,
+        }
+    }
+
+    /// Points of a mesh (m).
+    pub fn positions(&mut self, points: &[Vector3<f64>]) -> Index<Accessor> {
+        let points: Vec<[f64; 3]> = points.iter().map(|&point| point.into()).collect();
+        self.floats(Part::Positions, Type::Vec3, &points)
+    }
+
+    /// Colours of the points of a mesh: linear red, green, blue and alpha.
+    pub fn colors(&mut self, colors: &[[u8; 4]]) -> Index<Accessor> {
+        let (kind, count) = ((ComponentType::U8, Type::Vec4), colors.len());
+        let offset = self.append(Part::Colors, colors.concat());
+        let accessor = accessor(Part::Colors, offset, count, kind);
+        self.push(Accessor {
+            normalized: true,
+            ..accessor
+        })
+    }
+
+    /// Which points make lines or triangles.
+    pub fn indices(&mut self, indices: &[u32]) -> Index<Accessor> {
+        let short: Option<Vec<u16>> = indices.iter().map(|&index| short(index)).collect();
+        let (bytes, component): (Vec<u8>, _) = if let Some(short) = short {
+            let bytes = short.iter().flat_map(|index| index.to_le_bytes());
+            (bytes.collect(), ComponentType::U16)
+        } else {
+            let bytes = indices.iter().flat_map(|index| index.to_le_bytes());
+            (bytes.collect(), ComponentType::U32)
+        };
+        let offset = self.append(Part::Indices, bytes);
+        let kind = (component, Type::Scalar);
+        self.push(accessor(Part::Indices, offset, indices.len(), kind))
+    }
+
+    /// Times (s) of keys, in increasing order.
+    pub fn times(&mut self, times: &[f64]) -> Index<Accessor> {
+        let times: Vec<[f64; 1]> = times.iter().map(|&time| [time]).collect();
+        self.floats(Part::Keys, Type::Scalar, &times)
+    }
+
+    /// What keys say: translations, scales, or quaternions x y z w.
+    pub fn keys<const N: usize>(&mut self, values: &[[f64; N]]) -> Index<Accessor> {
+        let kind = if N == 4 { Type::Vec4 } else { Type::Vec3 };
+        self.floats(Part::Keys, kind, values)
+    }
+
+    /// Moves accessors, views and buffer into a document; the bytes of the buffer.
+    pub fn moved_into(mut self, root: &mut Root) -> Vec<u8> {
+        let mut offset = 0;
+        for (part, bytes) in PARTS.into_iter().zip(&self.parts) {
+            if !bytes.is_empty() {
+                let view = root.push(view(part, offset, bytes.len()));
+                let alike = self.accessors.iter_mut();
+                alike
+                    .filter(|accessor| accessor.buffer_view == Some(placeholder(part)))
+                    .for_each(|accessor| accessor.buffer_view = Some(view));
+                offset += bytes.len();
+            }
+        }
+        if offset > 0 {
+            root.push(buffer(offset));
+        }
+        root.accessors = self.accessors;
+        self.parts.concat()
+    }
+
+    #[expect(
+        clippy::cast_possible_truncation,
+        reason = "glTF has numbers of single precision"
+    )]
+    fn floats<const N: usize>(
+        &mut self,
+        part: Part,
+        kind: Type,
+        values: &[[f64; N]],
+    ) -> Index<Accessor> {
+        let values: Vec<[f32; N]> = values.iter().map(|v| v.map(|x| x as f32)).collect();
+        self.is_finite &= values.iter().flatten().all(|number| number.is_finite());
+        let bound = |start, extreme: fn(f32, f32) -> f32| {
+            let along = |axis: usize| values.iter().map(|v| v[axis]).fold(start, extreme);
+            let bound: [f32; N] = std::array::from_fn(along);
+            Some(Value::from(bound.to_vec()))
+        };
+        let (min, max) = (
+            bound(f32::INFINITY, f32::min),
+            bound(f32::NEG_INFINITY, f32::max),
+        );
+        let bytes = values.iter().flatten().flat_map(|x| x.to_le_bytes());
+        let offset = self.append(part, bytes.collect());
+        let accessor = accessor(part, offset, values.len(), (ComponentType::F32, kind));
+        self.push(Accessor {
+            min,
+            max,
+            ..accessor
+        })
+    }
+
+    /// Where the bytes begin in their part. Numbers are aligned to 4 bytes.
+    fn append(&mut self, part: Part, bytes: Vec<u8>) -> usize {
+        let all = &mut self.parts[part as usize];
+        let offset = all.len();
+        all.extend(bytes);
+        all.resize(all.len().next_multiple_of(4), 0);
+        offset
+    }
+
+    fn push(&mut self, accessor: Accessor) -> Index<Accessor> {
+        Index::push(&mut self.accessors, accessor)
+    }
+}
+
+const PARTS: [Part; 4] = [Part::Positions, Part::Colors, Part::Indices, Part::Keys];
+
+/// The number in 16 bits; the largest of these is reserved.
+fn short(index: u32) -> Option<u16> {
+    u16::try_from(index).ok().filter(|&short| short != u16::MAX)
+}
+
+/// Stands for the view of a part until it is known which parts there are.
+fn placeholder(part: Part) -> Index<View> {
+    Index::new(part as u32)
+}
+
+fn accessor(
+    part: Part,
+    offset: usize,
+    count: usize,
+    (component, kind): (ComponentType, Type),
+) -> Accessor {
+    Accessor {
+        buffer_view: Some(placeholder(part)),
+        byte_offset: Some(USize64::from(offset)),
+        count: USize64::from(count),
+        component_type: Checked::Valid(GenericComponentType(component)),
+        type_: Checked::Valid(kind),
+        min: None,
+        max: None,
+        name: None,
+        normalized: false,
+        sparse: None,
+        extensions: None,
+        extras: Extras::default(),
+    }
+}
+
+/// A part of the buffer.
+fn view(part: Part, offset: usize, length: usize) -> View {
+    let (target, stride) = match part {
+        Part::Positions => (Some(Target::ArrayBuffer), Some(12)),
+        Part::Colors => (Some(Target::ArrayBuffer), Some(4)),
+        Part::Indices => (Some(Target::ElementArrayBuffer), None),
+        Part::Keys => (None, None),
+    };
+    View {
+        buffer: Index::new(0),
+        byte_length: USize64::from(length),
+        byte_offset: Some(USize64::from(offset)),
+        byte_stride: stride.map(Stride),
+        target: target.map(Checked::Valid),
+        name: None,
+        extensions: None,
+        extras: Extras::default(),
+    }
+}
+
+fn buffer(length: usize) -> Buffer {
+    Buffer {
+        byte_length: USize64::from(length),
+        uri: None,
+        name: None,
+        extensions: None,
+        extras: Extras::default(),
+    }
+}

@@ -1,0 +1,101 @@
+//! The contact forces and torques of all frames, and where they act.
+
+use super::frames::Frame;
+use crate::dynamics::{Body, Contact};
+use nalgebra::Vector3;
+use std::collections::BTreeMap;
+
+/// A vector and where it acts (m).
+#[derive(Clone, Copy)]
+pub(super) struct Load {
+    pub point: Vector3<f64>,
+    pub vector: Vector3<f64>,
+}
+
+/// A load with its name, in each frame or not.
+pub(super) struct Loads {
+    pub name: String,
+    pub by_frame: Vec<Option<Load>>,
+}
+
+/// The force (N) between two bodies, on the first of them that moves by forces, at the centre of
+/// pressure; for all pairs that touch in any frame.
+pub(super) fn forces(bodies: &[Body], frames: &[Frame]) -> Vec<Loads> {
+    let of_frame = |frame: &Frame| {
+        let forces = frame.contacts.iter();
+        forces
+            .filter_map(|contact| Some((contact.bodies, force(contact, bodies)?)))
+            .collect()
+    };
+    let name = |[a, b]: &[usize; 2]| {
+        format!(
+            "force between {} and {}",
+            bodies[*a].name(),
+            bodies[*b].name()
+        )
+    };
+    by_frame(frames, of_frame, name)
+}
+
+/// The torque (N m) of all contacts on a body about its centre of mass, for all bodies that touch in
+/// any frame.
+pub(super) fn torques(bodies: &[Body], frames: &[Frame]) -> Vec<Loads> {
+    let name = |place: &usize| format!("contact torque on {}", bodies[*place].name());
+    by_frame(frames, |frame| torques_of(frame, bodies), name)
+}
+
+fn force(contact: &Contact, bodies: &[Body]) -> Option<Load> {
+    let is_first = bodies[contact.bodies[0]].inertia().is_some();
+    let wrench = if is_first {
+        contact.wrench.on_a
+    } else {
+        contact.wrench.on_b
+    };
+    let point = contact.surface.center_of_pressure()?;
+    Some(Load {
+        point,
+        vector: wrench.force,
+    })
+}
+
+fn torques_of(frame: &Frame, bodies: &[Body]) -> BTreeMap<usize, Load> {
+    let mut torques: BTreeMap<usize, Load> = BTreeMap::new();
+    for contact in &frame.contacts {
+        let wrenches = [contact.wrench.on_a, contact.wrench.on_b];
+        for (place, wrench) in contact.bodies.into_iter().zip(wrenches) {
+            let Some(inertia) = bodies[place].inertia() else {
+                continue;
+            };
+            let pose = &frame.state.bodies[place].pose;
+            let to_center = pose.rotation() * inertia.center_of_mass;
+            let load = torques.entry(place).or_insert(Load {
+                point: pose.translation() + to_center,
+                vector: Vector3::zeros(),
+            });
+            load.vector += wrench.about(&to_center).torque;
+        }
+    }
+    torques
+}
+
+/// Gathers what the frames say of each key.
+fn by_frame<K: Ord>(
+    frames: &[Frame],
+    of_frame: impl Fn(&Frame) -> BTreeMap<K, Load>,
+    name: impl Fn(&K) -> String,
+) -> Vec<Loads> {
+    let mut gathered: BTreeMap<K, Vec<Option<Load>>> = BTreeMap::new();
+    for (place, frame) in frames.iter().enumerate() {
+        for (key, load) in of_frame(frame) {
+            let loads = gathered
+                .entry(key)
+                .or_insert_with(|| vec![None; frames.len()]);
+            loads[place] = Some(load);
+        }
+    }
+    let named = gathered.into_iter().map(|(key, by_frame)| Loads {
+        name: name(&key),
+        by_frame,
+    });
+    named.collect()
+}

@@ -1,0 +1,183 @@
+//! A rollout as an animated glTF file, which opens in any browser viewer, in Blender, on a phone.
+
+mod arrows;
+mod bodies;
+mod data;
+mod document;
+mod drawing;
+mod frames;
+mod loads;
+mod marks;
+mod materials;
+mod surfaces;
+mod view;
+
+use super::FileError;
+use super::mesh_file::{extension, unknown_extension};
+use super::trajectory::check_fits;
+use crate::dynamics::{ExternalForces, Gravity, Trajectory, World};
+use document::{Document, Unwritable};
+use marks::{Path as MarkedPath, Target};
+use nalgebra::Vector3;
+use std::path::Path;
+use view::Camera;
+
+/// Radius of a path's tube, as a part of the longest arrow's length.
+const TUBE: f64 = 0.025;
+
+/// What the name of a recording can end in.
+const EXTENSIONS: &[&str] = &["glb"];
+
+/// A trajectory of a world to be written as one animated glTF file (`.glb`), which opens in any glTF
+/// viewer, in Blender, in a browser.
+///
+/// It shows the bodies, seen through, at most 60 poses for each second; their contact surfaces,
+/// coloured by pressure; for each pair of bodies an arrow for the force on the first of them that
+/// moves, at the centre of pressure; an arrow with two heads for the torque of the contacts on each
+/// body about its centre of mass. The names of these say what the brightest colour and the longest
+/// arrow stand for. Up is against gravity, or z without it.
+///
+/// A contact surface has other polygons at any time, so each shown has a mesh of its own: some 40 bytes
+/// for each polygon, and 700 bytes. A recording has no more than 240 of them; where more frames have
+/// contacts, one stands for several.
+///
+/// ```
+/// use hydroelastic::contact::Shape;
+/// use hydroelastic::dynamics::{Body, Integrator, Mass, Material, World};
+/// use hydroelastic::io::Recording;
+/// use hydroelastic::mesh::shapes;
+/// use hydroelastic::spatial::Pose;
+/// use nalgebra::vector;
+///
+/// let skin = Material::elastic(1e5);
+/// let ball = Shape::new(shapes::icosphere(0.1, 2)?);
+/// let floor = Shape::new(shapes::cuboid([1.0, 1.0, 0.2])?);
+/// let world = World::new(vec![
+///     Body::dynamic("ball", ball, skin, Mass::Total(1.0))?
+///         .at(Pose::from_translation(vector![0.0, 0.0, 0.4])),
+///     Body::fixed("floor", floor, skin)?,
+/// ])?
+/// .with_gravity(vector![0.0, 0.0, -9.81])?;
+/// let trajectory = world.rollout(5e-4, Integrator::Leapfrog)?.recorded(2_000, 1)?;
+///
+/// let path = std::env::temp_dir().join("bouncing_ball.glb");
+/// Recording::new(&world, &trajectory).slowed(4.0).write(&path)?;
+/// # std::fs::remove_file(path)?;
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+#[derive(Debug)]
+pub struct Recording<'a, F = Gravity> {
+    world: &'a World<f64, F>,
+    trajectory: &'a Trajectory,
+    slowdown: f64,
+    camera: Option<Camera>,
+    targets: Vec<Target>,
+    paths: Vec<MarkedPath>,
+}
+
+impl<'a, F: ExternalForces> Recording<'a, F> {
+    /// In real time, without marks.
+    #[must_use]
+    pub fn new(world: &'a World<f64, F>, trajectory: &'a Trajectory) -> Self {
+        Self {
+            world,
+            trajectory,
+            slowdown: 1.0,
+            camera: None,
+            targets: Vec::new(),
+            paths: Vec::new(),
+        }
+    }
+
+    /// The same recording in slow motion, with as many more frames, if the trajectory has them: a second
+    /// lasts `slowdown` seconds.
+    #[must_use]
+    pub fn slowed(self, slowdown: f64) -> Self {
+        Self { slowdown, ..self }
+    }
+
+    /// The same recording with a ball of some radius (m) that marks a point (m, world frame).
+    #[must_use]
+    pub fn with_target(mut self, name: &str, point: Vector3<f64>, radius: f64) -> Self {
+        let name = name.to_owned();
+        self.targets.push(Target {
+            name,
+            point,
+            radius,
+        });
+        self
+    }
+
+    /// The same recording with a line through points (m, world frame); not shown if there are fewer than
+    /// two. Paths are coloured from pale to strong in the order in which they are added.
+    #[must_use]
+    pub fn with_path(mut self, name: &str, points: impl IntoIterator<Item = Vector3<f64>>) -> Self {
+        let (name, points) = (name.to_owned(), Vec::from_iter(points));
+        self.paths.push(MarkedPath { name, points });
+        self
+    }
+
+    /// The same recording with a camera at `eye` that looks at `point` (m, world frame). Most viewers
+    /// begin with a view of their own, and offer this one.
+    #[must_use]
+    pub fn seen_from(self, eye: Vector3<f64>, point: Vector3<f64>) -> Self {
+        let camera = Some(Camera { eye, point });
+        Self { camera, ..self }
+    }
+
+    /// Writes the file.
+    ///
+    /// # Errors
+    /// If the extension is not `.glb`, the trajectory is of another world, a number is not finite in
+    /// single precision, the file would be larger than 4 GiB, or it cannot be written.
+    pub fn write(&self, path: impl AsRef<Path>) -> Result<(), FileError> {
+        let path = path.as_ref();
+        if !EXTENSIONS.contains(&extension(path).as_str()) {
+            return Err(unknown_extension(path, EXTENSIONS));
+        }
+        check_fits(path, self.world, self.trajectory)?;
+        let glb = self.glb().map_err(|why| unwritable(path, why))?;
+        std::fs::write(path, glb).map_err(|source| FileError::Write {
+            path: path.into(),
+            source,
+        })
+    }
+
+    fn glb(&self) -> Result<Vec<u8>, Unwritable> {
+        let bodies = self.world.bodies();
+        let frames = frames::frames(self.world, self.trajectory, self.slowdown);
+        let mut document = Document::new();
+        bodies::add(&mut document, bodies, &frames);
+        surfaces::add(&mut document, &frames);
+        let length = view::arrow_length(bodies);
+        let (forces, torques) = (
+            loads::forces(bodies, &frames),
+            loads::torques(bodies, &frames),
+        );
+        arrows::add(&mut document, (&arrows::FORCES, &forces), &frames, length);
+        arrows::add(&mut document, (&arrows::TORQUES, &torques), &frames, length);
+        marks::add_targets(&mut document, &self.targets);
+        marks::add_paths(&mut document, &self.paths, TUBE * length);
+        let up = view::up(self.world.gravity());
+        if let Some(camera) = &self.camera {
+            camera.add_to(&mut document, &up);
+        }
+        document.into_glb(view::to_y_up(&up))
+    }
+}
+
+fn unwritable(path: &Path, why: Unwritable) -> FileError {
+    match why {
+        Unwritable::NotFinite => FileError::NotFinite { path: path.into() },
+        Unwritable::TooLong(found) => FileError::TooLong {
+            path: path.into(),
+            part: "recording".to_owned(),
+            found,
+            limit: u32::MAX as usize,
+        },
+        Unwritable::Json(error) => FileError::Write {
+            path: path.into(),
+            source: error.into(),
+        },
+    }
+}

@@ -1,0 +1,86 @@
+//! Up, sizes and the camera.
+
+use super::document::Document;
+use super::drawing::single;
+use crate::dynamics::Body;
+use gltf_json::camera::{Camera as GltfCamera, Perspective, Type};
+use gltf_json::scene::UnitQuaternion as GltfQuaternion;
+use gltf_json::validation::Checked;
+use gltf_json::{Extras, Node};
+use nalgebra::{UnitQuaternion, Vector3};
+
+/// Vertical angle of view (rad).
+const VIEW: f32 = 0.7;
+/// The nearest distance seen, as a part of that to the point looked at.
+const NEAREST: f64 = 1e-2;
+
+/// Where the scene is seen from, and the point looked at (m).
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Camera {
+    pub eye: Vector3<f64>,
+    pub point: Vector3<f64>,
+}
+
+impl Camera {
+    /// Adds the camera, upright.
+    pub fn add_to(&self, document: &mut Document, up: &Vector3<f64>) {
+        // A camera of glTF looks against its z axis; y is up.
+        let backwards = self.eye - self.point;
+        let turn = UnitQuaternion::face_towards(&backwards, up);
+        let [near] = single([NEAREST * backwards.norm()]);
+        let camera = document.camera(GltfCamera {
+            name: None,
+            type_: Checked::Valid(Type::Perspective),
+            perspective: Some(Perspective {
+                aspect_ratio: None,
+                yfov: VIEW,
+                zfar: None,
+                znear: near,
+                extensions: None,
+                extras: Extras::default(),
+            }),
+            orthographic: None,
+            extensions: None,
+            extras: Extras::default(),
+        });
+        document.node(Node {
+            camera: Some(camera),
+            name: Some("camera".to_owned()),
+            translation: Some(single(self.eye.into())),
+            rotation: Some(GltfQuaternion(single(turn.coords.into()))),
+            ..Node::default()
+        });
+    }
+}
+
+/// Against gravity, or z without it.
+pub(super) fn up(gravity: &Vector3<f64>) -> Vector3<f64> {
+    (-gravity).try_normalize(0.0).unwrap_or_else(Vector3::z)
+}
+
+/// The quaternion (x y z w) that turns a direction into y.
+pub(super) fn to_y_up(up: &Vector3<f64>) -> [f32; 4] {
+    single(turn_between(up, &Vector3::y()).coords.into())
+}
+
+/// The shortest turn from one direction to another.
+pub(super) fn turn_between(from: &Vector3<f64>, to: &Vector3<f64>) -> UnitQuaternion<f64> {
+    UnitQuaternion::rotation_between(from, to).unwrap_or_else(|| {
+        // Opposite directions: half a turn about any axis across.
+        let across = from.cross(&Vector3::x());
+        let across = across
+            .try_normalize(f64::EPSILON)
+            .unwrap_or_else(Vector3::y);
+        UnitQuaternion::from_scaled_axis(across * std::f64::consts::PI)
+    })
+}
+
+/// Length of the longest arrow (m): the diagonal of the box around the largest body that forces move.
+pub(super) fn arrow_length(bodies: &[Body]) -> f64 {
+    let moving = bodies.iter().filter(|body| body.inertia().is_some());
+    let diagonals = moving.map(|body| {
+        let bounds = body.shape().field().mesh().aabb();
+        2.0 * bounds.half_extents().norm()
+    });
+    diagonals.fold(0.0, f64::max)
+}
