@@ -27,7 +27,7 @@ const TIMES: Range<f64> = -0.12..1.92;
 const NAMES: u32 = 360;
 
 /// Change of the total energy, relative to it: while ball and block press, a leapfrog step is off by
-/// the square of the time step over the time of contact, which is about a hundred steps.
+/// the square of the time step over the time of contact, which is 168 steps.
 const SAME_ENERGY: f64 = 1e-3;
 
 pub fn draw(path: &Path) -> Answer<String> {
