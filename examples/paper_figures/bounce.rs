@@ -1,0 +1,34 @@
+//! A ball over a block.
+
+use super::Answer;
+use hydroelastic::contact::Shape;
+use hydroelastic::dynamics::{Body, Integrator, Mass, Material, Trajectory, World};
+use hydroelastic::mesh::shapes;
+use hydroelastic::spatial::Pose;
+use nalgebra::vector;
+
+/// Radius of the ball, and height of its centre over the block at the start (m).
+pub const RADIUS: f64 = 0.05;
+const HEIGHT: f64 = 0.4;
+
+/// Hydroelastic modulus of ball and block (Pa).
+const MODULUS: f64 = 3e6;
+
+/// Time step (s) and steps.
+const TIME_STEP: f64 = 1e-4;
+const STEPS: usize = 18_000;
+
+/// A ball of 1 kg dropped on a block whose upper face is z = 0, and every state; the dissipation (s/m)
+/// is that of both.
+pub fn drop_with(dissipation: f64) -> Answer<(World, Trajectory)> {
+    let skin = Material::elastic(MODULUS).with_dissipation(dissipation);
+    let ball = Shape::new(shapes::icosphere(RADIUS, 3)?);
+    let block = Shape::new(shapes::cuboid([0.4, 0.4, 0.2])?);
+    let at_height = |z| Pose::from_translation(vector![0.0, 0.0, z]);
+    let ball = Body::dynamic("ball", ball, skin, Mass::Total(1.0))?.at(at_height(HEIGHT));
+    let block = Body::fixed("block", block, skin)?.at(at_height(-0.1));
+    let world = World::new(vec![ball, block])?.with_gravity(vector![0.0, 0.0, -9.81])?;
+    let rollout = world.rollout(TIME_STEP, Integrator::Leapfrog)?;
+    let trajectory = rollout.recorded(STEPS, 1)?;
+    Ok((world, trajectory))
+}

@@ -1,0 +1,37 @@
+//! A ball as under a stroboscope.
+
+use super::Answer;
+use super::chart::Chart;
+use super::style::{BLUE, INK};
+use super::view::whole;
+use plotters::prelude::*;
+
+/// Where a ball's mark is, in radii from its centre.
+const MARK: f64 = 0.75;
+
+/// A ball at one time: where its centre is drawn, and how far it has turned in the picture's plane
+/// (rad, clockwise).
+pub struct Flash {
+    pub center: (f64, f64),
+    pub turn: f64,
+}
+
+/// Draws balls of a radius in pixels, later ones stronger, each with a mark near its rim that shows
+/// how it is turned.
+pub fn draw(chart: &mut Chart, flashes: &[Flash], radius: f64) -> Answer {
+    let count = flashes.len() as f64;
+    for (index, flash) in flashes.iter().enumerate() {
+        let strength = 0.08 + 0.3 * index as f64 / count;
+        let toward_mark = (flash.turn.sin(), -flash.turn.cos());
+        let mark = (
+            whole(MARK * radius * toward_mark.0),
+            whole(MARK * radius * toward_mark.1),
+        );
+        let ball = EmptyElement::at(flash.center)
+            + Circle::new((0, 0), whole(radius), BLUE.mix(strength).filled())
+            + Circle::new((0, 0), whole(radius), BLUE.stroke_width(2))
+            + Circle::new(mark, 4, INK.filled());
+        chart.draw_series([ball])?;
+    }
+    Ok(())
+}
