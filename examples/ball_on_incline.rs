@@ -1,13 +1,16 @@
 //! Does a ball on a slope roll or slide with the accelerations of the textbook?
 //!
-//! `cargo run --example ball_on_incline`
+//! `cargo run --example ball_on_incline [-- --record FILE.glb --plot FILE.svg]`
 //!
 //! A solid ball that rolls gains (5/7)·g·sin θ; one with too little friction for that slides and
 //! gains g·(sin θ − μ·cos θ). Both are means of the contact force, whatever its course, so they hold
 //! for a ball that was dropped and still bounces a little.
 
+mod show;
+
 use hydroelastic::contact::Shape;
-use hydroelastic::dynamics::{Body, BodyState, Integrator, Mass, Material, World};
+use hydroelastic::dynamics::{Body, BodyState, Integrator, Mass, Material, Trajectory, World};
+use hydroelastic::io::Recording;
 use hydroelastic::mesh::shapes;
 use hydroelastic::spatial::{MassProperties, Pose};
 use nalgebra::{Vector3, vector};
@@ -43,8 +46,10 @@ fn main() -> Result<(), Box<dyn Error>> {
         (GRIPPING, 5.0 / 7.0 * down_pull),
         (SLIPPING, down_pull - SLIPPING * GRAVITY * SLOPE.cos()),
     ];
+    let wanted = show::wanted()?;
     for (friction, expected) in textbook {
-        let [settled, end] = rolled_down(friction)?;
+        let (world, trajectory) = rolled_down(friction)?;
+        let [settled, end] = [SETTLED, END].map(|step| trajectory.states()[step].bodies[0]);
         let speed = |ball: &BodyState| ball.velocity().dot(&downhill());
         let duration = (END - SETTLED) as f64 * TIME_STEP;
         let acceleration = (speed(&end) - speed(&settled)) / duration;
@@ -53,6 +58,11 @@ fn main() -> Result<(), Box<dyn Error>> {
         println!("  slip at the end: {:.1} % of the speed", 100.0 * slip);
         assert!((acceleration / expected - 1.0).abs() < TOLERANCE);
         assert_eq!(slip.abs() < NO_SLIP, friction == GRIPPING);
+        if friction == GRIPPING {
+            wanted.record(|| Ok(Recording::new(&world, &trajectory)))?;
+            let shown = trajectory.thinned(10);
+            wanted.plot(|| vec![show::energies(&world, &shown)])?;
+        }
     }
     Ok(())
 }
@@ -62,8 +72,8 @@ fn downhill() -> Vector3<f64> {
     vector![SLOPE.cos(), 0.0, -SLOPE.sin()]
 }
 
-/// The ball after it has settled and at the end.
-fn rolled_down(friction: f64) -> Result<[BodyState; 2], Box<dyn Error>> {
+/// The ball and the slope, and every state of the ball's way.
+fn rolled_down(friction: f64) -> Result<(World, Trajectory), Box<dyn Error>> {
     let elastic = Material::elastic(3e7);
     let skin = elastic.with_dissipation(0.5).with_friction(friction);
     let ball = Shape::new(shapes::icosphere(RADIUS, 3)?);
@@ -78,6 +88,6 @@ fn rolled_down(friction: f64) -> Result<[BodyState; 2], Box<dyn Error>> {
     ])?
     .with_gravity(vector![0.0, 0.0, -GRAVITY])?;
     let rollout = world.rollout(TIME_STEP, Integrator::Leapfrog)?;
-    let trajectory = rollout.recorded(END, SETTLED)?;
-    Ok([1, 2].map(|place| trajectory.states()[place].bodies[0]))
+    let trajectory = rollout.recorded(END, 1)?;
+    Ok((world, trajectory))
 }

@@ -1,13 +1,16 @@
 //! How much does the aim of a shot matter after three collisions?
 //!
-//! `cargo run --example billiards`
+//! `cargo run --example billiards [-- --record FILE.glb --plot FILE.svg]`
 //!
 //! The first ball hits the second, that the third, and that the last, each off centre. The
 //! derivative of where the last ball gets by the first one's velocity is held against differences.
 
+mod show;
+
 use hydroelastic::contact::Shape;
 use hydroelastic::dynamics::{Body, Mass, Material, World, WorldError};
 use hydroelastic::gradient::{Experiment, FinalPosition, OutcomeJacobian, Parameter};
+use hydroelastic::io::Recording;
 use hydroelastic::mesh::shapes;
 use hydroelastic::spatial::Pose;
 use nalgebra::vector;
@@ -48,9 +51,24 @@ fn main() -> Result<(), Box<dyn Error>> {
     let check = experiment.difference_check(&by_shot, &place)?;
     println!("relative deviation from differences:\n{check}");
 
-    let end = experiment.trajectory()?;
+    let shot = experiment.recording_every(10).trajectory()?;
+    let wanted = show::wanted()?;
+    wanted.record(|| {
+        let paths = NAMES.into_iter().enumerate();
+        let recording = Recording::new(&world, &shot).slowed(8.0);
+        Ok(paths.fold(recording, |recording, (ball, name)| {
+            recording.with_path(name, show::path(&shot, ball))
+        }))
+    })?;
+    wanted.plot(|| {
+        vec![
+            show::energies(&world, &shot),
+            show::contact_force(&world, &shot, 2),
+        ]
+    })?;
+
     // All but the first were at rest: each that moves was hit.
-    let mut struck = end.last().bodies[1..].iter();
+    let mut struck = shot.last().bodies[1..].iter();
     assert!(struck.all(|ball| ball.velocity().norm() > HIT));
     assert!(check.best() < TOLERANCE);
     Ok(())

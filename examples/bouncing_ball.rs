@@ -1,9 +1,12 @@
 //! Does a ball come back to the height it was dropped from (the paper's first video)?
 //!
-//! `cargo run --example bouncing_ball`
+//! `cargo run --example bouncing_ball [-- --record FILE.glb --plot FILE.svg]`
+
+mod show;
 
 use hydroelastic::contact::Shape;
 use hydroelastic::dynamics::{Body, Integrator, Mass, Material, State, Trajectory, World};
+use hydroelastic::io::Recording;
 use hydroelastic::mesh::shapes;
 use hydroelastic::spatial::Pose;
 use nalgebra::vector;
@@ -16,18 +19,15 @@ const DROP_HEIGHT: f64 = 0.4;
 /// Hydroelastic modulus (Pa) of ball and block, and the dissipation (s/m) of the lossy ones.
 const MODULUS: f64 = 2e5;
 const DISSIPATION: f64 = 0.1;
-
 /// Time step (s), and steps: three lossless bounces.
 const TIME_STEP: f64 = 2e-4;
 const STEPS: usize = 9_000;
 const BOUNCES: usize = 3;
 
-/// How far an apex may be from the height of the drop (m): the highest state lies up to half a time
-/// step beside it, g·Δt²/8 = 5e-8 lower, and the bounces before it begin within a step.
+/// How far an apex may be from the height of the drop (m): half a step lies between, g·Δt²/8 = 5e-8.
 const SAME_HEIGHT: f64 = 1e-6;
-
-/// Change of the total energy, relative to it: while ball and block press, a leapfrog step is off by
-/// the square of Δt over the time of contact, which is two hundred steps.
+/// Change of the total energy, relative to it: a leapfrog step is off by the square of Δt over the
+/// time of contact, which is two hundred steps.
 const SAME_ENERGY: f64 = 1e-4;
 
 /// Each lossy bounce must cost so much of the height (m).
@@ -44,6 +44,16 @@ fn main() -> Result<(), Box<dyn Error>> {
         largest.max((energy_of(state) / energy - 1.0).abs())
     });
     println!("largest relative change of the energy: {change:.1e}");
+
+    let wanted = show::wanted()?;
+    wanted.record(|| Ok(Recording::new(&world, &trajectory).slowed(4.0)))?;
+    wanted.plot(|| {
+        let shown = trajectory.thinned(10);
+        vec![
+            show::energies(&world, &shown),
+            show::contact_force(&world, &shown, 0),
+        ]
+    })?;
 
     let (_, trajectory) = drop_with(DISSIPATION)?;
     let lossy_heights = apexes(&trajectory);

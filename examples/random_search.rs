@@ -1,20 +1,21 @@
 //! Which of 1,000 random throws ends nearest to a target, and does Newton's method meet it from the
 //! best eight?
 //!
-//! `cargo run --release --example random_search`
+//! `cargo run --release --example random_search [-- --record FILE.glb --plot FILE.svg]`
 
-use hydroelastic::contact::Shape;
-use hydroelastic::dynamics::{Batch, Body, Mass, Material, World};
-use hydroelastic::gradient::{FinalPosition, Parameter};
-use hydroelastic::mesh::shapes;
-use hydroelastic::spatial::Pose;
+mod room;
+mod show;
+
+use hydroelastic::dynamics::Batch;
+use hydroelastic::gradient::{Experiment, FinalPosition, Parameter};
+use hydroelastic::io::Recording;
 use indicatif::ProgressBar;
-use nalgebra::{Vector3, vector};
+use nalgebra::Vector3;
 use rand::{RngExt, SeedableRng, rngs::StdRng};
+use show::{Curve, Panel};
 use std::error::Error;
 
-/// Where the ball starts, and where it should be at the end (m).
-const START: Vector3<f64> = Vector3::new(0.0, 0.0, 0.5);
+/// Where the ball should be at the end (m).
 const TARGET: Vector3<f64> = Vector3::new(0.6, 0.4, 0.3);
 /// Time step (s) and steps.
 const TIME_STEP: f64 = 1e-3;
@@ -29,7 +30,10 @@ const NEWTON_STEPS: usize = 12;
 const HIT: f64 = 1e-6;
 
 fn main() -> Result<(), Box<dyn Error>> {
-    let (world, by_velocity) = (room()?, [Parameter::InitialVelocity("ball")]);
+    let (world, by_velocity) = (
+        room::with_ball(2, Vector3::zeros())?,
+        [Parameter::InitialVelocity("ball")],
+    );
     let end = FinalPosition::of_body(&world, "ball")?;
     let bar = ProgressBar::new(THROWS as u64);
     let batch = Batch::new(TIME_STEP, STEPS)?
@@ -40,7 +44,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     let mut throw = |_| Vector3::from_fn(|_, _| random.random_range(-FASTEST..FASTEST));
     let mut throws: Vec<Vector3<f64>> = (0..THROWS).map(&mut throw).collect();
     let ends = batch.values_after(&world, &by_velocity, &throws, &end);
-    let misses: Vec<f64> = ends
+    let mut misses: Vec<f64> = ends
         .into_iter()
         .map(|end| Ok((Vector3::from_vec(end?) - TARGET).norm()))
         .collect::<Result<_, Box<dyn Error>>>()?;
@@ -61,30 +65,31 @@ fn main() -> Result<(), Box<dyn Error>> {
         }
     }
     let ends = batch.values_after(&world, &by_velocity, &throws, &end);
-    let hits = (ends.into_iter().flatten())
-        .filter(|end| (Vector3::from_column_slice(end) - TARGET).norm() < HIT)
-        .count();
+    let ends = ends.into_iter().collect::<Result<Vec<_>, _>>()?;
+    let is_hit = |end: &[f64]| (Vector3::from_column_slice(end) - TARGET).norm() < HIT;
+    let hits = throws.into_iter().zip(ends).filter(|(_, end)| is_hit(end));
+    let hits: Vec<_> = hits.map(|(throw, _)| throw).collect();
     bar.finish_and_clear();
-    println!("from {hits} of the best {BEST} Newton's method meets the target");
-    assert!(nearest > HIT && hits >= BEST / 2);
-    Ok(())
-}
+    let count = hits.len();
+    println!("from {count} of the best {BEST} Newton's method meets the target");
+    assert!(nearest > HIT && count >= BEST / 2);
 
-/// A ball of 0.1 kg above the floor z = 0 and in front of the wall x = 1 m.
-fn room() -> Result<World, Box<dyn Error>> {
-    let skin = Material::elastic(1e5)
-        .with_dissipation(0.05)
-        .with_friction(0.3);
-    let ball = Shape::new(shapes::icosphere(0.05, 2)?);
-    let ball = Body::dynamic("ball", ball, skin, Mass::Total(0.1))?;
-    let slab = |name, lengths, [x, z]: [f64; 2]| {
-        let slab = Body::fixed(name, Shape::new(shapes::cuboid(lengths)?), skin)?;
-        Ok::<_, Box<dyn Error>>(slab.at(Pose::from_translation(vector![x, 0.0, z])))
-    };
-    let bodies = vec![
-        ball.at(Pose::from_translation(START)),
-        slab("floor", [8.0, 8.0, 0.5], [0.0, -0.25])?,
-        slab("wall", [0.5, 8.0, 4.0], [1.25, 1.5])?,
-    ];
-    Ok(World::new(bodies)?.with_gravity(vector![0.0, 0.0, -9.81])?)
+    let flights = hits.iter().map(|throw| {
+        let world = world.changed(&by_velocity, throw.as_slice())?;
+        Ok(Experiment::new(&world, TIME_STEP, STEPS)?.trajectory()?)
+    });
+    let flights = flights.collect::<Result<Vec<_>, Box<dyn Error>>>()?;
+    let wanted = show::wanted()?;
+    wanted.record(|| {
+        let recording = Recording::new(&world, &flights[0]).slowed(4.0);
+        let recording = recording.with_target("target", TARGET, room::RADIUS);
+        Ok(room::seen(
+            flights.iter().fold(recording, |recording, flight| {
+                recording.with_path("throw", show::path(&flight.thinned(5), 0))
+            }),
+        ))
+    })?;
+    misses.sort_by(|a, b| b.total_cmp(a));
+    let misses = Panel::of_iterations(vec![Curve::counted("miss (m)", misses.into_iter())]);
+    wanted.plot(|| vec![misses, show::energies(&world, &flights[0])])
 }

@@ -1,19 +1,20 @@
 //! Can gradient descent find the throw that meets a target after bouncing off floor and wall?
 //!
-//! `cargo run --example throw_to_target`
+//! `cargo run --release --example throw_to_target [-- --record FILE.glb --plot FILE.svg]`
 
-use hydroelastic::contact::Shape;
-use hydroelastic::dynamics::{Body, Mass, Material, State, Trajectory, World};
+mod room;
+mod show;
+
+use hydroelastic::dynamics::{State, Trajectory, World};
 use hydroelastic::gradient::{Experiment, Outcome, Parameter};
-use hydroelastic::mesh::shapes;
+use hydroelastic::io::Recording;
 use hydroelastic::scalar::{Scalar, lift_vector};
-use hydroelastic::spatial::Pose;
 use indicatif::ProgressBar;
-use nalgebra::{Vector3, vector};
+use nalgebra::Vector3;
+use show::{Curve, Panel};
 use std::error::Error;
 
-/// Where the ball starts, and where it should be at the end (m); the velocity to begin with (m/s).
-const START: Vector3<f64> = Vector3::new(0.0, 0.0, 0.5);
+/// Where the ball should be at the end (m), and the velocity to begin with (m/s).
 const TARGET: Vector3<f64> = Vector3::new(0.5, 0.3, 0.5);
 const GUESS: Vector3<f64> = Vector3::new(3.0, 0.0, -2.0);
 /// Time step (s) and steps.
@@ -37,16 +38,50 @@ impl Outcome for SquaredMiss {
     }
 }
 
+/// A throw, its flight, how far it misses (m) and the slope of the squared miss (m² per m/s).
+type Iteration = (World, Trajectory, f64, f64);
+
 fn main() -> Result<(), Box<dyn Error>> {
+    let (wanted, descent) = (show::wanted()?, descent()?);
+    let (count, first) = (descent.len() - 1, descent[0].2);
+    let (world, flight, last, _) = &descent[count];
+    println!("miss (m): {first:.3}, after {count} iterations {last:.1e}");
+
+    wanted.record(|| {
+        let recording = Recording::new(world, flight).slowed(4.0);
+        let recording = recording.with_target("target", TARGET, room::RADIUS);
+        Ok(room::seen(
+            descent.iter().fold(recording, |recording, throw| {
+                recording.with_path("throw", show::path(&throw.1.thinned(10), 0))
+            }),
+        ))
+    })?;
+    let misses = Curve::counted("miss (m)", descent.iter().map(|throw| throw.2));
+    let slopes = Curve::counted("slope (m²/(m/s))", descent.iter().map(|throw| throw.3));
+    let descent = Panel::of_iterations(vec![misses, slopes]);
+    wanted.plot(|| vec![descent, show::energies(world, flight)])?;
+
+    assert!(first > FAR && *last < HIT);
+    let meets = |state: &State, other| world.topology(state).touches(0, other);
+    assert!(flight.states().iter().any(|state| meets(state, 1)), "floor");
+    assert!(flight.states().iter().any(|state| meets(state, 2)), "wall");
+    Ok(())
+}
+
+fn descent() -> Result<Vec<Iteration>, Box<dyn Error>> {
     let (by_velocity, loss) = ([Parameter::InitialVelocity("ball")], SquaredMiss);
-    let (mut world, mut rate, mut misses) = (room()?, 1.0, Vec::new());
+    let (mut world, mut rate, mut descent) = (room::with_ball(3, GUESS)?, 1.0, Vec::new());
     let bar = ProgressBar::new(ITERATIONS as u64);
-    for _ in 0..=ITERATIONS {
-        let throw = Experiment::new(&world, TIME_STEP, STEPS)?.recording_every(STEPS);
+    loop {
+        let throw = Experiment::new(&world, TIME_STEP, STEPS)?;
+        let flight = throw.trajectory()?;
+        let throw = throw.recording_every(STEPS);
         let (value, slope) = throw.gradient(&by_velocity, &loss)?;
-        misses.push(value.sqrt());
-        if value.sqrt() < HIT {
-            break;
+        let (miss, steepness) = (value.sqrt(), slope.norm());
+        if miss < HIT || descent.len() == ITERATIONS {
+            bar.finish_and_clear();
+            descent.push((world, flight, miss, steepness));
+            return Ok(descent);
         }
         let value_at = |rate: f64| {
             let change = &slope * -rate;
@@ -56,36 +91,8 @@ fn main() -> Result<(), Box<dyn Error>> {
         while value_at(rate)?[0] > value - SHARE * rate * slope.norm_squared() {
             rate /= 2.0;
         }
-        world = world.changed(&by_velocity, (slope * -rate).as_slice())?;
+        let next = world.changed(&by_velocity, (slope * -rate).as_slice())?;
+        descent.push((std::mem::replace(&mut world, next), flight, miss, steepness));
         bar.inc(1);
     }
-    bar.finish_and_clear();
-    let (count, first, last) = (misses.len() - 1, misses[0], misses[misses.len() - 1]);
-    println!("miss (m): {first:.3}, after {count} iterations {last:.1e}");
-    assert!(first > FAR && last < HIT);
-
-    let flight = Experiment::new(&world, TIME_STEP, STEPS)?.trajectory()?;
-    let meets = |state: &State, other| world.topology(state).touches(0, other);
-    assert!(flight.states().iter().any(|state| meets(state, 1)), "floor");
-    assert!(flight.states().iter().any(|state| meets(state, 2)), "wall");
-    Ok(())
-}
-
-/// A ball of 0.1 kg in a room with the floor z = 0 and the wall x = 1 m.
-fn room() -> Result<World, Box<dyn Error>> {
-    let skin = Material::elastic(1e5)
-        .with_dissipation(0.05)
-        .with_friction(0.3);
-    let ball = Shape::new(shapes::icosphere(0.05, 3)?);
-    let ball = Body::dynamic("ball", ball, skin, Mass::Total(0.1))?
-        .at(Pose::from_translation(START))
-        .with_velocity(GUESS);
-    let slab = |name, lengths, [x, z]: [f64; 2]| {
-        let shape = Shape::new(shapes::cuboid(lengths)?);
-        let slab = Body::fixed(name, shape, skin)?;
-        Ok::<_, Box<dyn Error>>(slab.at(Pose::from_translation(vector![x, 0.0, z])))
-    };
-    let floor = slab("floor", [3.0, 3.0, 0.5], [0.0, -0.25])?;
-    let wall = slab("wall", [0.5, 3.0, 3.0], [1.25, 1.5])?;
-    Ok(World::new(vec![ball, floor, wall])?.with_gravity(vector![0.0, 0.0, -9.81])?)
 }

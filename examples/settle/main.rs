@@ -1,24 +1,23 @@
 //! How does a block with its weight off centre come to rest on a soft slab?
 //!
-//! `cargo run --example settle`
+//! `cargo run --example settle [-- --record FILE.glb --plot FILE.svg]`
 //!
 //! At rest the contact wrench balances the weight. Newton's method finds that pose from the exact
 //! Jacobian, without a step in time; a rollout from there then shows that nothing moves.
 
+mod block;
+#[path = "../show/mod.rs"]
+mod show;
+
+use block::{CENTER_OF_MASS, GRAVITY, MASS, MODULI};
 use hydroelastic::contact::{ContactBody, ContactPair, Shape};
-use hydroelastic::dynamics::{Body, Integrator, Mass, Material, World};
+use hydroelastic::io::Recording;
 use hydroelastic::mesh::shapes;
-use hydroelastic::spatial::{MassProperties, Pose, Twist, Wrench, skew};
-use nalgebra::{Matrix3, Matrix6, Vector3, Vector6, vector};
+use hydroelastic::spatial::{Pose, Twist, Wrench, skew};
+use nalgebra::{Matrix6, Vector6, vector};
+use show::{Curve, Panel};
 use std::error::Error;
 use std::sync::Arc;
-
-/// Moduli (Pa) of block and slab.
-const MODULI: [f64; 2] = [2e5, 5e4];
-/// Gravity (m/s²); mass of the block (kg), and its centre of mass (m) from the middle.
-const GRAVITY: Vector3<f64> = Vector3::new(0.0, 0.0, -9.81);
-const MASS: f64 = 2.0;
-const CENTER_OF_MASS: Vector3<f64> = Vector3::new(0.02, -0.01, -0.01);
 
 /// Newton's method ends where the net wrench (N, N m) is below this share of the weight (N).
 const BALANCED: f64 = 1e-9;
@@ -34,7 +33,8 @@ fn main() -> Result<(), Box<dyn Error>> {
     let slab = Arc::new(Shape::new(shapes::cuboid([1.0, 1.0, 0.2])?));
     // Tilted so that one edge is lifted off.
     let tilt = vector![0.02, -0.03, 0.3];
-    let mut pose = Pose::from_rotation_vector(&tilt, vector![0.1, 0.05, 0.149]);
+    let tilted = Pose::from_rotation_vector(&tilt, vector![0.1, 0.05, 0.149]);
+    let mut pose = tilted;
     let mut residuals = Vec::new();
     for _ in 0..=ITERATIONS {
         let a = ContactBody::new(&block, pose, MODULI[0])?;
@@ -60,10 +60,19 @@ fn main() -> Result<(), Box<dyn Error>> {
     let last = &residuals[residuals.len() - 3..];
     assert!(last.windows(2).all(|pair| pair[1] < pair[0] * pair[0]));
     assert!(last[2] < BALANCED);
-    let motion = motion_from(pose, block, slab)?;
-    println!("motion in 0.2 s: {motion:.1e} m");
+    let (_, resting) = block::released(&block, &slab, pose)?;
+    let motion = (resting.last().bodies[0].position() - pose.translation()).norm();
+    println!("motion in 1 s: {motion:.1e} m");
     assert!(motion < AT_REST);
-    Ok(())
+
+    let (world, settling) = block::released(&block, &slab, tilted)?;
+    let wanted = show::wanted()?;
+    wanted.record(|| Ok(Recording::new(&world, &settling)))?;
+    wanted.plot(|| {
+        let residuals = Curve::counted("net wrench/weight", residuals.into_iter());
+        let newton = Panel::of_iterations(vec![residuals]);
+        vec![newton, show::contact_force(&world, &settling, 0)]
+    })
 }
 
 /// Contact and weight about the block's origin, and the derivatives by the block's pose.
@@ -78,22 +87,4 @@ fn net_wrench(pair: &ContactPair) -> (Vector6<f64>, Matrix6<f64>) {
     let mut by_turn = by_pose.fixed_view_mut::<3, 3>(0, 0);
     by_turn += skew(&force) * skew(&arm);
     (wrench.to_vector(), by_pose)
-}
-
-/// How far (m) a block started at rest moves.
-fn motion_from(pose: Pose, block: Arc<Shape>, slab: Arc<Shape>) -> Result<f64, Box<dyn Error>> {
-    let solid = MassProperties {
-        mass: MASS,
-        center_of_mass: CENTER_OF_MASS,
-        inertia: Matrix3::identity() * 0.01,
-    };
-    let [skin, floor] = MODULI.map(Material::elastic);
-    let world = World::new(vec![
-        Body::dynamic("block", block, skin, Mass::Given(solid))?.at(pose),
-        Body::fixed("slab", slab, floor)?,
-    ])?
-    .with_gravity(GRAVITY)?;
-    let rollout = world.rollout(1e-3, Integrator::Leapfrog)?;
-    let end = rollout.recorded(200, 200)?;
-    Ok((end.last().bodies[0].position() - pose.translation()).norm())
 }

@@ -1,0 +1,41 @@
+//! A room with a ball to be thrown.
+
+use hydroelastic::contact::Shape;
+use hydroelastic::dynamics::{Body, Mass, Material, World};
+use hydroelastic::io::Recording;
+use hydroelastic::mesh::shapes;
+use hydroelastic::spatial::Pose;
+use nalgebra::{Vector3, vector};
+use std::error::Error;
+
+/// Where the ball starts (m), its radius (m) and mass (kg).
+const START: Vector3<f64> = Vector3::new(0.0, 0.0, 0.5);
+pub const RADIUS: f64 = 0.05;
+const MASS: f64 = 0.1;
+/// From where a recording is seen, and what is in its middle (m).
+const EYE: Vector3<f64> = Vector3::new(-0.6, -2.0, 1.0);
+const MIDDLE: Vector3<f64> = Vector3::new(0.45, 0.1, 0.25);
+
+/// A ball of some subdivisions and velocity (m/s) between the floor z = 0 and the wall x = 1 m.
+pub fn with_ball(subdivisions: usize, velocity: Vector3<f64>) -> Result<World, Box<dyn Error>> {
+    let skin = Material::elastic(1e5)
+        .with_dissipation(0.05)
+        .with_friction(0.3);
+    let ball = Shape::new(shapes::icosphere(RADIUS, subdivisions)?);
+    let ball = Body::dynamic("ball", ball, skin, Mass::Total(MASS))?
+        .at(Pose::from_translation(START))
+        .with_velocity(velocity);
+    let slab = |name, lengths, [x, z]: [f64; 2]| {
+        let shape = Shape::new(shapes::cuboid(lengths)?);
+        let slab = Body::fixed(name, shape, skin)?;
+        Ok::<_, Box<dyn Error>>(slab.at(Pose::from_translation(vector![x, 0.0, z])))
+    };
+    let floor = slab("floor", [2.5, 2.5, 0.5], [-0.25, -0.25])?;
+    let wall = slab("wall", [0.5, 2.5, 2.0], [1.25, 0.5])?;
+    Ok(World::new(vec![ball, floor, wall])?.with_gravity(vector![0.0, 0.0, -9.81])?)
+}
+
+/// A recording with a camera.
+pub fn seen(recording: Recording<'_>) -> Recording<'_> {
+    recording.seen_from(EYE, MIDDLE)
+}

@@ -1,0 +1,40 @@
+//! A block with its weight off centre, and the slab it lies on.
+
+use hydroelastic::contact::Shape;
+use hydroelastic::dynamics::{Body, Integrator, Mass, Material, Trajectory, World};
+use hydroelastic::spatial::{MassProperties, Pose};
+use nalgebra::{Matrix3, Vector3};
+use std::error::Error;
+use std::sync::Arc;
+
+/// Moduli (Pa) of block and slab, and their dissipation (s/m).
+pub const MODULI: [f64; 2] = [2e5, 5e4];
+const DISSIPATION: f64 = 5.0;
+/// Gravity (m/s²); mass of the block (kg), and its centre of mass (m) from the middle.
+pub const GRAVITY: Vector3<f64> = Vector3::new(0.0, 0.0, -9.81);
+pub const MASS: f64 = 2.0;
+pub const CENTER_OF_MASS: Vector3<f64> = Vector3::new(0.02, -0.01, -0.01);
+/// Time step (s) and steps.
+const TIME_STEP: f64 = 1e-3;
+const STEPS: usize = 1_000;
+
+/// What the block does when it is let go.
+pub fn released(
+    block: &Arc<Shape>,
+    slab: &Arc<Shape>,
+    pose: Pose,
+) -> Result<(World, Trajectory), Box<dyn Error>> {
+    let solid = MassProperties {
+        mass: MASS,
+        center_of_mass: CENTER_OF_MASS,
+        inertia: Matrix3::identity() * 0.01,
+    };
+    let skin = |modulus| Material::elastic(modulus).with_dissipation(DISSIPATION);
+    let [block_skin, slab_skin] = MODULI.map(skin);
+    let block = Body::dynamic("block", Arc::clone(block), block_skin, Mass::Given(solid))?;
+    let slab = Body::fixed("slab", Arc::clone(slab), slab_skin)?;
+    let world = World::new(vec![block.at(pose), slab])?.with_gravity(GRAVITY)?;
+    let rollout = world.rollout(TIME_STEP, Integrator::Leapfrog)?;
+    let trajectory = rollout.recorded(STEPS, 1)?;
+    Ok((world, trajectory))
+}

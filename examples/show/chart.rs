@@ -1,0 +1,89 @@
+//! Charts of curves, as SVG.
+
+use super::Panel;
+use plotters::coord::Shift;
+use plotters::prelude::*;
+use std::error::Error;
+use std::ops::Range;
+use std::path::Path;
+
+/// Size of a panel in pixels.
+const SIZE: (u32, u32) = (840, 240);
+/// Room for the names of the curves, right of them (pixels).
+const LEGEND: i32 = 130;
+/// Told apart by colour-blind eyes too [Okabe 2008].
+const COLORS: [RGBColor; 4] = [
+    RGBColor(0, 114, 178),
+    RGBColor(230, 159, 0),
+    RGBColor(0, 158, 115),
+    RGBColor(40, 40, 40),
+];
+/// Room around the curves, as a part of what they span.
+const ROOM: f64 = 0.05;
+
+/// Draws panels, one below the other.
+pub fn draw(path: &Path, panels: &[Panel]) -> Result<(), Box<dyn Error>> {
+    let size = (SIZE.0, SIZE.1 * u32::try_from(panels.len())?);
+    let area = SVGBackend::new(path, size).into_drawing_area();
+    area.fill(&WHITE)?;
+    for (area, panel) in area.split_evenly((panels.len(), 1)).iter().zip(panels) {
+        draw_panel(area, panel)?;
+    }
+    Ok(area.present()?)
+}
+
+type Area<'a> = DrawingArea<SVGBackend<'a>, Shift>;
+
+fn draw_panel(area: &Area, panel: &Panel) -> Result<(), Box<dyn Error>> {
+    // A logarithmic axis is a linear one of the logarithms.
+    let height = |y: f64| if panel.is_log { y.log10() } else { y };
+    let at = |&(x, y): &(f64, f64)| (x, height(y));
+    let points = || panel.curves.iter().flat_map(|c| &c.points).map(at);
+    let label = |y: &f64| match panel.is_log {
+        true => format!("{:.0e}", 10_f64.powf(*y)),
+        false => decimal(y),
+    };
+    let (x, y) = (span(points().map(|p| p.0)), span(points().map(|p| p.1)));
+    let mut chart = ChartBuilder::on(area)
+        .margin(12)
+        .margin_right(LEGEND)
+        .x_label_area_size(40)
+        .y_label_area_size(72)
+        .build_cartesian_2d(x, y)?;
+    let mut mesh = chart.configure_mesh();
+    mesh.x_desc(panel.x_label)
+        .x_label_formatter(&decimal)
+        .y_desc(panel.y_label)
+        .y_label_formatter(&label);
+    mesh.light_line_style(TRANSPARENT).draw()?;
+    for (place, (curve, color)) in panel.curves.iter().zip(COLORS).enumerate() {
+        let line = LineSeries::new(curve.points.iter().map(at), color.stroke_width(2));
+        chart.draw_series(line)?;
+        let (x, y) = (
+            SIZE.0.cast_signed() - LEGEND + 12,
+            24 + 20 * i32::try_from(place)?,
+        );
+        let dash = PathElement::new([(x, y), (x + 16, y)], color.stroke_width(2));
+        area.draw(&dash)?;
+        area.draw(&Text::new(
+            curve.name.clone(),
+            (x + 22, y - 6),
+            ("sans-serif", 13),
+        ))?;
+    }
+    Ok(())
+}
+
+/// The range of some values, with room around them.
+fn span(values: impl Iterator<Item = f64> + Clone) -> Range<f64> {
+    let low = values.clone().fold(f64::INFINITY, f64::min);
+    let high = values.fold(f64::NEG_INFINITY, f64::max);
+    let room = (ROOM * (high - low)).max(f64::MIN_POSITIVE);
+    low - room..high + room
+}
+
+/// A number without the rounding of ticks' sums, and without zeros at its end.
+fn decimal(number: &f64) -> String {
+    // Adding 0 takes the sign from −0.
+    format!("{}", (number * 1e6).round() / 1e6 + 0.0)
+}

@@ -1,0 +1,62 @@
+//! What an example leaves behind if asked: `--record FILE.glb` and `--plot FILE.svg`.
+
+#![allow(dead_code, unused_imports, reason = "each example uses a part")]
+
+mod chart;
+mod panel;
+mod series;
+
+pub use panel::{Curve, Panel};
+pub use series::{contact_force, energies, path};
+
+use hydroelastic::io::Recording;
+use std::error::Error;
+use std::path::PathBuf;
+
+/// The files asked for on the command line.
+pub struct Wanted {
+    record: Option<PathBuf>,
+    plot: Option<PathBuf>,
+}
+
+/// Reads the command line.
+pub fn wanted() -> Result<Wanted, Box<dyn Error>> {
+    let mut wanted = Wanted {
+        record: None,
+        plot: None,
+    };
+    let mut arguments = std::env::args_os().skip(1);
+    while let Some(name) = arguments.next() {
+        let place = match name.to_str() {
+            Some("--record") => &mut wanted.record,
+            Some("--plot") => &mut wanted.plot,
+            _ => return Err("only --record FILE.glb and --plot FILE.svg are known".into()),
+        };
+        let file = arguments.next();
+        *place = Some(file.ok_or("a file is missing")?.into());
+    }
+    Ok(wanted)
+}
+
+impl Wanted {
+    /// Writes the recording if it was asked for.
+    pub fn record<'a>(
+        &self,
+        recording: impl FnOnce() -> Result<Recording<'a>, Box<dyn Error>>,
+    ) -> Result<(), Box<dyn Error>> {
+        if let Some(path) = &self.record {
+            recording()?.write(path)?;
+            println!("recording: {}", path.display());
+        }
+        Ok(())
+    }
+
+    /// Draws the panels, one below the other, if a picture was asked for.
+    pub fn plot(&self, panels: impl FnOnce() -> Vec<Panel>) -> Result<(), Box<dyn Error>> {
+        if let Some(path) = &self.plot {
+            chart::draw(path, &panels())?;
+            println!("plot: {}", path.display());
+        }
+        Ok(())
+    }
+}

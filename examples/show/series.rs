@@ -1,0 +1,58 @@
+//! Time series of a trajectory.
+
+use super::{Curve, Panel};
+use hydroelastic::dynamics::{Report, State, Trajectory, World};
+use nalgebra::Vector3;
+
+/// Kinetic, gravitational, contact and total energy.
+pub fn energies(world: &World, trajectory: &Trajectory) -> Panel {
+    let reports: Vec<(f64, Report)> = (trajectory.states().iter())
+        .map(|state| (state.time, world.report(state)))
+        .collect();
+    let curve = |name, energy: fn(&Report) -> f64| {
+        let points = reports.iter().map(|(time, report)| (*time, energy(report)));
+        Curve::new(name, points)
+    };
+    Panel {
+        x_label: "time (s)",
+        y_label: "energy (J)",
+        is_log: false,
+        curves: vec![
+            curve("kinetic", |report| report.kinetic_energy),
+            curve("gravitational", |report| report.gravitational_energy),
+            curve("contact", |report| report.contact_energy),
+            curve("total", Report::total_energy),
+        ],
+    }
+}
+
+/// Magnitude of the net contact force on a body, by its place in the world.
+pub fn contact_force(world: &World, trajectory: &Trajectory, body: usize) -> Panel {
+    let force = |state: &State| {
+        let mut force = Vector3::zeros();
+        for contact in world.contacts(state) {
+            let wrenches = [contact.wrench.on_a, contact.wrench.on_b];
+            let both = contact.bodies.iter().zip(wrenches);
+            let on_body = both.filter(|(place, _)| **place == body);
+            force += on_body
+                .map(|(_, wrench)| wrench.force)
+                .sum::<Vector3<f64>>();
+        }
+        (state.time, force.norm())
+    };
+    Panel {
+        x_label: "time (s)",
+        y_label: "contact force (N)",
+        is_log: false,
+        curves: vec![Curve::new(
+            world.bodies()[body].name(),
+            trajectory.states().iter().map(force),
+        )],
+    }
+}
+
+/// The positions (m) of a body, by its place in the world.
+pub fn path(trajectory: &Trajectory, body: usize) -> impl Iterator<Item = Vector3<f64>> {
+    let states = trajectory.states().iter();
+    states.map(move |state| *state.bodies[body].position())
+}
