@@ -564,3 +564,20 @@ fn where_a_bodys_frame_has_its_origin_does_not_matter() {
     });
     assert_close(limits[0], limits[1], FOUND);
 }
+
+#[test]
+fn friction_beyond_its_limit_chatters_and_does_not_blow_up() {
+    let world = cube_on_slab(Material::elastic(1e6).with_friction(0.5), REST);
+    let time_step = 6.0 * limit(&world);
+    let mut state = world.initial_state();
+    state.bodies[0].twist.linear.x = DISTURBANCE;
+    let rollout = world.rollout(time_step, Integrator::Leapfrog).unwrap();
+    let states = rollout.starting_from(state).unwrap().take(STEPS);
+    let fastest = states
+        .map(|state| speed(&state.unwrap()))
+        .fold(0.0, f64::max);
+    // What the largest friction changes of the velocity in a step.
+    let kick = 0.5 * GRAVITY * time_step;
+    println!("{} of a kick", fastest / kick);
+    assert!(fastest > 0.1 * kick && fastest < 3.0 * kick);
+}

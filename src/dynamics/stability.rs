@@ -43,7 +43,7 @@ impl<T: Scalar, F: ExternalForces> World<T, F> {
     /// - The growth that a time step makes. What is unstable by nature, like a pencil on its tip, stays
     ///   so at any step.
     /// - Friction beyond its limit does not blow up, since its force is bounded: bodies at rest
-    ///   chatter with about hμF/(2m) instead (m/s).
+    ///   chatter instead, at speeds of the order of hμF/m (m/s).
     /// - Derivatives of the state play no part.
     ///
     /// Evaluates each contact once with its Jacobian; with friction once more in dual numbers, with dissipation
