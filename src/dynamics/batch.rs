@@ -49,6 +49,7 @@ pub struct Batch<'p> {
     pub(crate) steps: usize,
     pub(crate) integrator: Integrator,
     pub(crate) record_every: usize,
+    pub(crate) check_every: Option<usize>,
     progress: Option<Box<dyn Fn(Progress) + Sync + 'p>>,
 }
 
@@ -64,6 +65,7 @@ impl<'p> Batch<'p> {
             steps,
             integrator: Integrator::default(),
             record_every: 1,
+            check_every: None,
             progress: None,
         })
     }
@@ -80,6 +82,16 @@ impl<'p> Batch<'p> {
     pub fn recording_every(self, every: usize) -> Self {
         Self {
             record_every: every,
+            ..self
+        }
+    }
+
+    /// The same batch, every rollout of it
+    /// [with a stability check](Rollout::with_stability_check).
+    #[must_use]
+    pub fn with_stability_check(self, every: usize) -> Self {
+        Self {
+            check_every: Some(every),
             ..self
         }
     }
@@ -143,7 +155,7 @@ impl<'p> Batch<'p> {
         &self,
         world: &'w World<T, F>,
     ) -> Rollout<'w, T, F> {
-        Rollout::new(world, self.time_step, self.integrator)
+        Rollout::new(world, self.time_step, self.integrator).checked_every(self.check_every)
     }
 
     /// What a rollout records until it ends or fails.
@@ -169,6 +181,7 @@ impl fmt::Debug for Batch<'_> {
             .field("steps", &self.steps)
             .field("integrator", &self.integrator)
             .field("record_every", &self.record_every)
+            .field("check_every", &self.check_every)
             .finish_non_exhaustive()
     }
 }

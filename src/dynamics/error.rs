@@ -120,6 +120,24 @@ pub enum RolloutError {
         /// Name of the body.
         body: String,
     },
+    /// The time step is too long for the contacts of a state: a rollout
+    /// [with a stability check](super::Rollout::with_stability_check) ends before it blows up.
+    #[error(
+        "step {step} (from t = {time} s) was not taken: {time_step} s is too long where the contacts allow {limit} s, stiffest that of bodies {:?} and {:?}",
+        .bodies[0], .bodies[1]
+    )]
+    TimeStepTooLong {
+        /// The step that was not taken, counted from 1.
+        step: usize,
+        /// The time of the state it would have started from (s).
+        time: f64,
+        /// The time step (s).
+        time_step: f64,
+        /// [`World::largest_stable_step`](super::World::largest_stable_step) at that state (s).
+        limit: f64,
+        /// Names of the two bodies whose contact, by itself, allows the shortest step.
+        bodies: [String; 2],
+    },
     /// A function that was passed in panicked in one rollout of a [`Batch`](super::Batch).
     #[error("an external force, a path or an outcome panicked: {message}")]
     Panicked {

@@ -8,8 +8,8 @@ use std::mem;
 
 /// An endless iterator over the states that follow a world's initial state, one a time step.
 ///
-/// Each item is the next state. A state that is not finite is given as an error, and after it
-/// nothing.
+/// Each item is the next state. A state that is not finite, or a time step that fails a
+/// [stability check](Self::with_stability_check), is given as an error, and after it nothing.
 #[derive(Debug)]
 pub struct Rollout<'w, T = f64, F = Gravity> {
     world: &'w World<T, F>,
@@ -21,6 +21,8 @@ pub struct Rollout<'w, T = f64, F = Gravity> {
     start: f64,
     time_step: f64,
     integrator: Integrator,
+    /// Every how many steps the time step is held against the stability limit, if at all.
+    check_every: Option<usize>,
     /// Steps taken since then.
     steps: usize,
     has_failed: bool,
@@ -37,8 +39,27 @@ impl<'w, T: Scalar, F: ExternalForces> Rollout<'w, T, F> {
             start: 0.0,
             time_step,
             integrator,
+            check_every: None,
             steps: 0,
             has_failed: false,
+        }
+    }
+
+    /// The same rollout, holding the time step against [`World::largest_stable_step`] before the first
+    /// step and every `every`th after it. Where it is longer, the rollout ends with
+    /// [`RolloutError::TimeStepTooLong`], at a state that is still good.
+    ///
+    /// A check takes the time of some steps, and allocates.
+    #[must_use]
+    pub fn with_stability_check(self, every: usize) -> Self {
+        self.checked_every(Some(every))
+    }
+
+    /// The same rollout with a stability check every so many steps, or none.
+    pub(crate) fn checked_every(self, check_every: Option<usize>) -> Self {
+        Self {
+            check_every,
+            ..self
         }
     }
 
@@ -71,7 +92,8 @@ impl<'w, T: Scalar, F: ExternalForces> Rollout<'w, T, F> {
     /// Takes a number of steps and keeps the initial state and every `every`th after it.
     ///
     /// # Errors
-    /// If a state is not finite; the error holds the trajectory up to there.
+    /// If a state is not finite or fails the stability check; the error holds the trajectory up to
+    /// there.
     pub fn recorded(mut self, steps: usize, every: usize) -> Recorded<T> {
         let mut trajectory = Trajectory::starting_with(self.state.clone());
         match self.record(&mut trajectory, steps, every) {
@@ -101,9 +123,11 @@ impl<'w, T: Scalar, F: ExternalForces> Rollout<'w, T, F> {
     /// large, that they are spread over threads.
     ///
     /// # Errors
-    /// If the state is not finite; [`Self::state`] is then still the one before.
+    /// If the state is not finite, or the one before fails the stability check; [`Self::state`] is then
+    /// still the one before.
     pub fn advance(&mut self) -> Result<&State<T>, RolloutError> {
         let step = self.steps + 1;
+        self.check_stability(step)?;
         self.next.time = self.state.time;
         self.next.bodies.clone_from(&self.state.bodies);
         self.integrator.step(
@@ -126,6 +150,28 @@ impl<'w, T: Scalar, F: ExternalForces> Rollout<'w, T, F> {
         mem::swap(&mut self.state, &mut self.next);
         self.steps = step;
         Ok(&self.state)
+    }
+
+    /// Nothing, if no check is due before a step, or the time step passes it.
+    fn check_stability(&mut self, step: usize) -> Result<(), RolloutError> {
+        let is_due = |every: usize| (step - 1).is_multiple_of(every.max(1));
+        if !self.check_every.is_some_and(is_due) {
+            return Ok(());
+        }
+        let exceeded = self
+            .world
+            .exceeded_limit(&self.state.bodies, self.time_step);
+        let Some((limit, bodies)) = exceeded else {
+            return Ok(());
+        };
+        self.has_failed = true;
+        Err(RolloutError::TimeStepTooLong {
+            step,
+            time: self.state.time,
+            time_step: self.time_step,
+            limit,
+            bodies,
+        })
     }
 }
 

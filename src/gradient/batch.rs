@@ -61,7 +61,8 @@ impl Batch<'_> {
                 let world = world.changed(parameters, sample.as_ref())?;
                 let experiment = Experiment::new(&world, self.time_step, self.steps)?
                     .with_integrator(self.integrator)
-                    .recording_every(self.record_every);
+                    .recording_every(self.record_every)
+                    .checked_every(self.check_every);
                 read(&experiment)
             })
         })

@@ -19,6 +19,7 @@ pub struct Experiment<'w, F = Gravity> {
     steps: usize,
     integrator: Integrator,
     record_every: usize,
+    check_every: Option<usize>,
 }
 
 /// What an outcome is, and its derivatives.
@@ -48,6 +49,7 @@ impl<'w, F: ExternalForces> Experiment<'w, F> {
             steps,
             integrator: Integrator::default(),
             record_every: 1,
+            check_every: None,
         })
     }
 
@@ -63,6 +65,21 @@ impl<'w, F: ExternalForces> Experiment<'w, F> {
     pub fn recording_every(self, every: usize) -> Self {
         Self {
             record_every: every,
+            ..self
+        }
+    }
+
+    /// The same experiment, every rollout of it
+    /// [with a stability check](crate::dynamics::Rollout::with_stability_check).
+    #[must_use]
+    pub fn with_stability_check(self, every: usize) -> Self {
+        self.checked_every(Some(every))
+    }
+
+    /// The same experiment with a stability check every so many steps, or none.
+    pub(super) fn checked_every(self, check_every: Option<usize>) -> Self {
+        Self {
+            check_every,
             ..self
         }
     }
@@ -206,6 +223,7 @@ impl<'w, F: ExternalForces> Experiment<'w, F> {
 
     fn recorded<T: Scalar>(&self, world: &World<T, F>) -> Result<Trajectory<T>, GradientError> {
         let rollout = world.rollout(self.time_step, self.integrator)?;
+        let rollout = rollout.checked_every(self.check_every);
         let recorded = rollout.recorded(self.steps, self.record_every);
         recorded.map_err(|interrupted| interrupted.error.into())
     }

@@ -1,0 +1,101 @@
+use super::stability_limit::{stability_limit, stiffest};
+use super::stability_pair::{PairRates, RealBody};
+use super::sweep::Sweep;
+use super::{BodyState, ExternalForces, State, World};
+use crate::scalar::Scalar;
+use crate::threads::mapped_into;
+
+impl<T: Scalar, F: ExternalForces> World<T, F> {
+    /// The longest time step (s) with which the contacts of a state are stepped stably; `None` where
+    /// nothing touches.
+    ///
+    /// # The formula
+    ///
+    /// Take one mode with the stiffness rate k (stiffness over mass, 1/s²) and the damping rate c
+    /// (damping over mass, 1/s). A kick of the step h takes v to (1 − hc)v − h²k·x/h, a drift takes x
+    /// to x + hv. Kick and drift have, in either order and however the drift is split, the
+    /// determinant 1 − hc and the trace 2 − hc − h²k. Both eigenvalues are in the unit circle iff
+    /// |trace| ≤ 1 + determinant and |determinant| ≤ 1, that is
+    ///
+    /// h²k + 2hc ≤ 4, h ≤ 4/(c + √(c² + 4k)):
+    ///
+    /// 2/√k without damping, 2/c without stiffness, and for both integrators the same. For many modes
+    /// with symmetric matrices K and C over the masses, an eigenvector x obeys the same quadratic
+    /// equation with k = x·Kx and c = x·Cx, so h is stable iff no eigenvalue of h²K + 2hC
+    /// exceeds 4: beyond it a mode changes sign and grows with every step.
+    ///
+    /// # By hand
+    ///
+    /// A contact of the area A (m²) between fields with the pressure gradients κ_A and κ_B (modulus
+    /// times gradient of the extent, Pa/m) has the stiffness κA with κ = κ_Aκ_B/(κ_A + κ_B). Pressed
+    /// with the force F, dissipation d damps it with dF and friction μ with μF/v_s across, at slip
+    /// below the slip tolerance v_s. With the effective mass m, 1/m = 1/m_A + 1/m_B, the rates are
+    /// k = κA/m and c = dF/m. Friction turns bodies too: at the distance r from their centres, 1/m is
+    /// the larger by r²/I of each (3.5/m_A in all for a ball, 2.5/m_A for a cube), and c = μF/(m v_s).
+    ///
+    /// # What it knows
+    ///
+    /// - Only this state: deeper contact is stiffer, and so is contact to come. Ask at the deepest
+    ///   state, or along the way: [`Rollout::with_stability_check`](super::Rollout::with_stability_check).
+    /// - Contacts alone: drag or springs among the external forces are not included.
+    /// - The symmetric parts of stiffness and damping, and no stiffness of friction. Where contacts slide
+    ///   this changes the limit by a per cent or so (`cargo test --test stability -- --nocapture`).
+    /// - The growth that a time step makes. What is unstable by nature, like a pencil on its tip, stays
+    ///   so at any step.
+    /// - Friction beyond its limit does not blow up, since its force is bounded: bodies at rest
+    ///   chatter instead, at speeds of the order of hμF/m (m/s).
+    /// - Derivatives of the state play no part.
+    ///
+    /// Evaluates each contact once with its Jacobian; with friction once more in dual numbers, with dissipation
+    /// twice.
+    ///
+    /// ```
+    /// use hydroelastic::contact::Shape;
+    /// use hydroelastic::dynamics::{Body, Mass, Material, World};
+    /// use hydroelastic::mesh::shapes;
+    /// use hydroelastic::spatial::Pose;
+    /// use nalgebra::vector;
+    ///
+    /// let skin = Material::elastic(1e6);
+    /// let cube = Shape::new(shapes::cuboid([0.2, 0.2, 0.2])?);
+    /// let slab = Shape::new(shapes::cuboid([2.0, 2.0, 0.2])?);
+    /// let world = World::new(vec![
+    ///     Body::dynamic("cube", cube, skin, Mass::Total(1.0))?
+    ///         .at(Pose::from_translation(vector![0.0, 0.0, 0.1999])),
+    ///     Body::fixed("slab", slab, skin)?,
+    /// ])?;
+    /// let limit = world.largest_stable_step(&world.initial_state());
+    /// // Both gradients are 1e6 Pa/0.1 m, the area is (0.2 m)², the mass 1 kg.
+    /// let by_hand = 2.0 / (0.5e7_f64 * 0.04).sqrt();
+    /// assert!((limit.ok_or("apart")? / by_hand - 1.0).abs() < 1e-3);
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
+    #[must_use]
+    pub fn largest_stable_step(&self, state: &State<T>) -> Option<f64> {
+        stability_limit(&self.rates(&state.bodies), state.bodies.len())
+    }
+
+    /// Whether a time step is too long for the contacts of a state: if so the limit (s), and the
+    /// names of the two bodies in the stiffest contact.
+    pub(super) fn exceeded_limit(
+        &self,
+        states: &[BodyState<T>],
+        time_step: f64,
+    ) -> Option<(f64, [String; 2])> {
+        let rates = self.rates(states);
+        let limit = stability_limit(&rates, states.len()).filter(|&limit| time_step > limit)?;
+        let names = |bodies: [usize; 2]| bodies.map(|index| self.bodies[index].name().to_owned());
+        stiffest(&rates).map(|pair| (limit, names(pair.bodies)))
+    }
+
+    /// All contacts of a state, linearised.
+    pub(super) fn rates(&self, states: &[BodyState<T>]) -> Vec<PairRates> {
+        let (mut sweep, mut rates) = (Sweep::default(), Vec::new());
+        let pairs = self.close_pairs(states, &mut sweep);
+        mapped_into(&mut rates, pairs, |&(i, j)| {
+            let bodies = [i, j].map(|index| RealBody::of(&self.bodies[index], &states[index]));
+            PairRates::of([i, j], &bodies, self.slip_tolerance)
+        });
+        rates.into_iter().flatten().collect()
+    }
+}
