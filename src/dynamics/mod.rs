@@ -42,8 +42,6 @@ mod material;
 mod report;
 mod rollout;
 mod stability;
-mod stability_limit;
-mod stability_pair;
 mod state;
 mod sweep;
 mod trajectory;

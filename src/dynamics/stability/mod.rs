@@ -1,9 +1,14 @@
-use super::stability_limit::{stability_limit, stiffest};
-use super::stability_pair::{PairRates, RealBody};
+//! How long a time step may be.
+
+mod limit;
+mod pair;
+
 use super::sweep::Sweep;
 use super::{BodyState, ExternalForces, State, World};
 use crate::scalar::Scalar;
 use crate::threads::mapped_into;
+use limit::{stability_limit, stiffest};
+use pair::{PairRates, RealBody};
 
 impl<T: Scalar, F: ExternalForces> World<T, F> {
     /// The longest time step (s) with which the contacts of a state are stepped stably; `None` where
@@ -89,7 +94,7 @@ impl<T: Scalar, F: ExternalForces> World<T, F> {
     }
 
     /// All contacts of a state, linearised.
-    pub(super) fn rates(&self, states: &[BodyState<T>]) -> Vec<PairRates> {
+    fn rates(&self, states: &[BodyState<T>]) -> Vec<PairRates> {
         let (mut sweep, mut rates) = (Sweep::default(), Vec::new());
         let pairs = self.close_pairs(states, &mut sweep);
         mapped_into(&mut rates, pairs, |&(i, j)| {

@@ -1,5 +1,5 @@
-use super::{Body, BodyState, Material};
 use crate::contact::{ContactBody, ContactPair, ContactWrench, SurfaceLaw};
+use crate::dynamics::{Body, BodyState, Material};
 use crate::scalar::{DenseDual, Scalar, lift, lift_vector, real_part, real_vector};
 use crate::spatial::{Pose, Twist, Wrench, skew};
 use nalgebra::{Matrix3, Matrix6, SMatrix, Vector3};

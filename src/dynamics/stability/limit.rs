@@ -1,4 +1,4 @@
-use super::stability_pair::PairRates;
+use super::pair::PairRates;
 use nalgebra::{DVector, SMatrix, Vector6};
 
 /// What is left of a direction's change, relative to its length, when it counts as found: far less
@@ -16,7 +16,7 @@ const GOLDEN: f64 = 0.618_033_988_749_894_9;
 /// The largest stable step (s) of bodies under these contacts; none if nothing resists.
 ///
 /// The step h is stable as long as x·(h²K + 2hC)x ≤ 4 for all unit motions x (see
-/// [`World::largest_stable_step`](super::World::largest_stable_step)), so the limit is the smallest of
+/// [`World::largest_stable_step`](crate::dynamics::World::largest_stable_step)), so the limit is the smallest of
 /// the steps at which a single x reaches 4. Power iteration with h²K + 2hC, h being the step of the
 /// present x, turns x towards the one that does. Some eigenvalue is within the residual of 4; as much
 /// is taken off the step, so that a search that ends early errs towards a shorter one.
@@ -160,7 +160,7 @@ mod tests {
                 pairs.len(),
                 bound_by_norms(&matrix)
             );
-            assert!(largest <= 4.0 * (1.0 + LARGEST) && largest >= 4.0 * (1.0 - LARGEST));
+            assert!((largest / 4.0 - 1.0).abs() <= LARGEST);
         }
     }
 }
