@@ -39,9 +39,12 @@ fn draw_panel(area: &Area, panel: &Panel) -> Result<(), Box<dyn Error>> {
     let height = |y: f64| if panel.is_log { y.log10() } else { y };
     let at = |&(x, y): &(f64, f64)| (x, height(y));
     let points = || panel.curves.iter().flat_map(|c| &c.points).map(at);
-    let label = |y: &f64| match panel.is_log {
-        true => format!("{:.0e}", 10_f64.powf(*y)),
-        false => decimal(y),
+    let y_tick = |y: &f64| {
+        if panel.is_log {
+            format!("{:.0e}", 10_f64.powf(*y))
+        } else {
+            decimal(*y)
+        }
     };
     let (x, y) = (span(points().map(|p| p.0)), span(points().map(|p| p.1)));
     let mut chart = ChartBuilder::on(area)
@@ -52,9 +55,9 @@ fn draw_panel(area: &Area, panel: &Panel) -> Result<(), Box<dyn Error>> {
         .build_cartesian_2d(x, y)?;
     let mut mesh = chart.configure_mesh();
     mesh.x_desc(panel.x_label)
-        .x_label_formatter(&decimal)
+        .x_label_formatter(&|x| decimal(*x))
         .y_desc(panel.y_label)
-        .y_label_formatter(&label);
+        .y_label_formatter(&y_tick);
     mesh.light_line_style(TRANSPARENT).draw()?;
     for (place, (curve, color)) in panel.curves.iter().zip(COLORS).enumerate() {
         let line = LineSeries::new(curve.points.iter().map(at), color.stroke_width(2));
@@ -83,7 +86,7 @@ fn span(values: impl Iterator<Item = f64> + Clone) -> Range<f64> {
 }
 
 /// A number without the rounding of ticks' sums, and without zeros at its end.
-fn decimal(number: &f64) -> String {
+fn decimal(number: f64) -> String {
     // Adding 0 takes the sign from −0.
     format!("{}", (number * 1e6).round() / 1e6 + 0.0)
 }
