@@ -20,7 +20,7 @@ const MODULES: [&str; 10] = [
 ];
 
 /// Outside libraries, and the modules that may use them.
-const DOORS: [(&str, &[&str]); 7] = [
+const DOORS: [(&str, &[&str]); 8] = [
     ("rstar", &["broad_phase"]),
     ("num_dual", &["scalar"]),
     ("rayon", &["threads"]),
@@ -28,6 +28,7 @@ const DOORS: [(&str, &[&str]); 7] = [
     ("vtkio", &["io"]),
     ("mshio", &["io"]),
     ("csv", &["io"]),
+    ("serde", &["spatial", "dynamics"]),
 ];
 
 /// Ways between `f64` and the scalar that go round `lift` and `real_part`.

@@ -48,6 +48,15 @@ impl<T: Scalar> Pose<T> {
         pose.checked()
     }
 
+    /// From a rotation and a translation that were checked where they came in.
+    #[cfg(feature = "serde")]
+    pub(super) fn from_valid(rotation: Matrix3<T>, translation: Vector3<T>) -> Self {
+        Self {
+            rotation,
+            translation,
+        }
+    }
+
     /// The pose of a frame in itself.
     #[must_use]
     pub fn identity() -> Self {
