@@ -3,7 +3,7 @@ use super::{
     mesh_file::{extension, unknown_extension},
 };
 use crate::dynamics::{BodyState, ExternalForces, Trajectory, World};
-use nalgebra::{Rotation3, UnitQuaternion};
+use nalgebra::Isometry3;
 use std::path::Path;
 
 /// What the name of a trajectory file can end in.
@@ -108,8 +108,7 @@ fn write_rows<F: ExternalForces>(
 
 /// Position, orientation, velocity, spin.
 fn numbers(state: &BodyState) -> Vec<f64> {
-    let rotation = Rotation3::from_matrix_unchecked(*state.pose.rotation());
-    let orientation = UnitQuaternion::from_rotation_matrix(&rotation);
+    let orientation = Isometry3::from(state.pose).rotation;
     let [position, velocity, spin] = [state.position(), state.velocity(), &state.twist.angular];
     let [i, j, k, w] = orientation.coords.into();
     let parts = [

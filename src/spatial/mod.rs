@@ -16,6 +16,7 @@
 //! further off is put right. With `serde_json`, take its feature `float_roundtrip`, or the last digit of
 //! some numbers changes.
 
+mod isometry;
 mod mass_properties;
 mod pose;
 mod rotation;

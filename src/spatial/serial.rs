@@ -61,7 +61,7 @@ impl PoseLayout {
         let gram = rotation.transpose() * rotation;
         let is_exact = (gram - Matrix3::identity()).amax() <= ROUND_OFF;
         Ok(if is_exact {
-            Pose::from_valid(rotation, translation)
+            Pose::from_parts(rotation, translation)
         } else {
             righted
         })
