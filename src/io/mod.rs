@@ -5,7 +5,7 @@
 //! them ([`MeshFile::pressure_field`]); else they come from the distance to the surface
 //! ([`PressureField::from_distance`](crate::mesh::PressureField::from_distance)).
 //! [`write_surface`] writes a contact surface for ParaView and its like, [`write_trajectory`] the
-//! motion of all bodies as a table. Files are taken to be in metres.
+//! motion of all bodies as a table (CSV, or Parquet with the feature `parquet`). Files are taken to be in metres.
 //!
 //! Nothing in a file is trusted: damaged ones end in a [`FileError`], never in a panic.
 //!
@@ -38,6 +38,9 @@ mod gmsh;
 mod gmsh_headers;
 mod mesh_file;
 mod trajectory;
+mod trajectory_csv;
+#[cfg(feature = "parquet")]
+mod trajectory_parquet;
 mod vtk;
 mod vtu_lengths;
 

@@ -1,16 +1,23 @@
+#[cfg(feature = "parquet")]
+use super::trajectory_parquet;
 use super::{
     FileError,
     mesh_file::{extension, unknown_extension},
+    trajectory_csv,
 };
 use crate::dynamics::{BodyState, ExternalForces, Trajectory, World};
 use nalgebra::Isometry3;
 use std::path::Path;
 
 /// What the name of a trajectory file can end in.
-const EXTENSIONS: &[&str] = &["csv"];
+const EXTENSIONS: &[&str] = if cfg!(feature = "parquet") {
+    &["csv", "parquet"]
+} else {
+    &["csv"]
+};
 
-/// The names of the columns.
-const HEADER: [&str; 15] = [
+/// The names of the columns: those of a row's time, body and numbers.
+pub(super) const COLUMNS: [&str; 15] = [
     "time",
     "body",
     "position_x",
@@ -28,12 +35,24 @@ const HEADER: [&str; 15] = [
     "spin_z",
 ];
 
-/// Writes a trajectory of a world as CSV, a row for each state and body, in the order of the states.
+/// A body at a time.
+pub(super) struct Row<'a> {
+    /// Time (s).
+    pub time: f64,
+    /// Name of the body.
+    pub body: &'a str,
+    /// Position, orientation, velocity, spin.
+    pub numbers: [f64; 13],
+}
+
+/// Writes a trajectory of a world as a table, a row for each state and body, in the order of the states:
+/// CSV if the name of the file ends in `.csv`, or Apache Parquet if it ends in `.parquet` (with the
+/// feature `parquet`; plain doubles and UTF-8 strings, not compressed).
 ///
 /// The columns, all in the world frame: time (s), name of the body, position of its origin (m),
 /// orientation as a unit quaternion (w x y z; its sign has no meaning), velocity of its centre of
-/// mass (m/s; for a body on a prescribed path, of its origin), spin (rad/s). Numbers have as many
-/// digits as it takes to read back the same `f64`.
+/// mass (m/s; for a body on a prescribed path, of its origin), spin (rad/s). CSV has as many digits
+/// as it takes to read back the same `f64`.
 ///
 /// ```
 /// use hydroelastic::contact::Shape;
@@ -55,7 +74,7 @@ const HEADER: [&str; 15] = [
 /// ```
 ///
 /// # Errors
-/// If the extension is not `.csv`, a state has more or fewer bodies than the world, or the file
+/// If the extension is not one of these, a state has more or fewer bodies than the world, or the file
 /// cannot be written.
 pub fn write_trajectory<F: ExternalForces>(
     path: impl AsRef<Path>,
@@ -63,9 +82,12 @@ pub fn write_trajectory<F: ExternalForces>(
     trajectory: &Trajectory,
 ) -> Result<(), FileError> {
     let path = path.as_ref();
-    if !EXTENSIONS.contains(&extension(path).as_str()) {
-        return Err(unknown_extension(path, EXTENSIONS));
-    }
+    let write = match extension(path).as_str() {
+        "csv" => trajectory_csv::write,
+        #[cfg(feature = "parquet")]
+        "parquet" => trajectory_parquet::write,
+        _ => return Err(unknown_extension(path, EXTENSIONS)),
+    };
     let expected = world.bodies().len();
     let mut counts = trajectory.states().iter().map(|state| state.bodies.len());
     if let Some(found) = counts.find(|&count| count != expected) {
@@ -75,47 +97,34 @@ pub fn write_trajectory<F: ExternalForces>(
             expected,
         });
     }
-    write_rows(path, world, trajectory).map_err(|error| FileError::Write {
+    write(path, &mut rows(world, trajectory)).map_err(|source| FileError::Write {
         path: path.into(),
-        source: system_error(error),
+        source,
     })
 }
 
-/// What the system says; csv's own conversion would hide it in an error of another kind.
-fn system_error(error: csv::Error) -> std::io::Error {
-    match error.into_kind() {
-        csv::ErrorKind::Io(error) => error,
-        other => std::io::Error::other(format!("{other:?}")),
-    }
+/// The rows of the table: all bodies of the first state, then those of the next.
+fn rows<'a, F: ExternalForces>(
+    world: &'a World<f64, F>,
+    trajectory: &'a Trajectory,
+) -> impl Iterator<Item = Row<'a>> {
+    trajectory.states().iter().flat_map(|state| {
+        let bodies = world.bodies().iter().zip(&state.bodies);
+        bodies.map(|(body, body_state)| Row {
+            time: state.time,
+            body: body.name(),
+            numbers: numbers(body_state),
+        })
+    })
 }
 
-fn write_rows<F: ExternalForces>(
-    path: &Path,
-    world: &World<f64, F>,
-    trajectory: &Trajectory,
-) -> Result<(), csv::Error> {
-    let mut writer = csv::WriterBuilder::new()
-        .has_headers(false)
-        .from_path(path)?;
-    writer.write_record(HEADER)?;
-    for state in trajectory.states() {
-        for (body, body_state) in world.bodies().iter().zip(&state.bodies) {
-            writer.serialize((state.time, body.name(), numbers(body_state)))?;
-        }
-    }
-    Ok(writer.flush()?)
-}
-
-/// Position, orientation, velocity, spin.
-fn numbers(state: &BodyState) -> Vec<f64> {
+fn numbers(state: &BodyState) -> [f64; 13] {
     let orientation = Isometry3::from(state.pose).rotation;
-    let [position, velocity, spin] = [state.position(), state.velocity(), &state.twist.angular];
-    let [i, j, k, w] = orientation.coords.into();
-    let parts = [
-        position.as_slice(),
-        &[w, i, j, k],
-        velocity.as_slice(),
-        spin.as_slice(),
-    ];
-    parts.concat()
+    let mut numbers = [0.0; 13];
+    numbers[..3].copy_from_slice(state.position().as_slice());
+    numbers[3] = orientation.w;
+    numbers[4..7].copy_from_slice(orientation.imag().as_slice());
+    numbers[7..10].copy_from_slice(state.velocity().as_slice());
+    numbers[10..].copy_from_slice(state.twist.angular.as_slice());
+    numbers
 }
