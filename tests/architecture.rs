@@ -6,7 +6,7 @@ use std::fs;
 use std::path::Path;
 
 /// Lowest first: a module uses only modules before it.
-const MODULES: [&str; 9] = [
+const MODULES: [&str; 10] = [
     "threads",
     "scalar",
     "spatial",
@@ -20,7 +20,7 @@ const MODULES: [&str; 9] = [
 ];
 
 /// Outside libraries, and the modules that may use them.
-const DOORS: [(&str, &[&str]); 9] = [
+const DOORS: [(&str, &[&str]); 10] = [
     ("rstar", &["broad_phase"]),
     ("num_dual", &["scalar"]),
     ("rayon", &["threads"]),
@@ -28,6 +28,7 @@ const DOORS: [(&str, &[&str]); 9] = [
     ("vtkio", &["io"]),
     ("mshio", &["io"]),
     ("csv", &["io"]),
+    ("parry3d_f64", &["io"]),
     ("parquet", &["io"]),
     ("serde", &["spatial", "dynamics"]),
 ];
