@@ -1,3 +1,4 @@
+use super::cored::place_key;
 use crate::geometry::Aabb;
 use crate::mesh::MeshError;
 use crate::mesh::tet_mesh::{FLATNESS, check_coordinates};
@@ -76,9 +77,7 @@ fn check_indices(triangles: &[[usize; 3]], vertex_count: usize) -> Result<(), Me
 fn first_at_place(vertices: &[Vector3<f64>]) -> Vec<usize> {
     let mut first = HashMap::new();
     let first_at = |(vertex, position): (usize, &Vector3<f64>)| {
-        // Adding 0 makes one number of the two zeros.
-        let key: [u64; 3] = std::array::from_fn(|axis| (position[axis] + 0.0).to_bits());
-        *first.entry(key).or_insert(vertex)
+        *first.entry(place_key(position)).or_insert(vertex)
     };
     vertices.iter().enumerate().map(first_at).collect()
 }
