@@ -20,7 +20,7 @@ const MODULES: [&str; 10] = [
 ];
 
 /// Outside libraries, and the modules that may use them.
-const DOORS: [(&str, &[&str]); 8] = [
+const DOORS: [(&str, &[&str]); 11] = [
     ("rstar", &["broad_phase"]),
     ("num_dual", &["scalar"]),
     ("rayon", &["threads"]),
@@ -29,6 +29,9 @@ const DOORS: [(&str, &[&str]); 8] = [
     ("mshio", &["io"]),
     ("csv", &["io"]),
     ("gltf_json", &["io"]),
+    ("parry3d_f64", &["io"]),
+    ("parquet", &["io"]),
+    ("serde", &["spatial", "dynamics"]),
 ];
 
 /// Ways between `f64` and the scalar that go round `lift` and `real_part`.

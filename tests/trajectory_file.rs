@@ -146,6 +146,13 @@ fn a_shorter_file_replaces_a_longer_one() {
     assert_eq!([first, second], [2 * 101, 2 * 3]);
 }
 
+/// The formats there are.
+const FORMATS: &[&str] = if cfg!(feature = "parquet") {
+    &["csv", "parquet"]
+} else {
+    &["csv"]
+};
+
 #[test]
 fn a_trajectory_goes_to_no_other_format() {
     let world = world();
@@ -159,10 +166,22 @@ fn a_trajectory_goes_to_no_other_format() {
         else {
             panic!("{error}")
         };
-        assert_eq!((found.as_str(), expected), (extension, ["csv"].as_slice()));
+        assert_eq!((found.as_str(), expected), (extension, FORMATS));
         assert!(!path.exists());
     }
     write_trajectory(file("upper_case.CSV"), &world, &trajectory).unwrap();
+}
+
+#[cfg(not(feature = "parquet"))]
+#[test]
+fn without_the_feature_parquet_is_no_format() {
+    let world = world();
+    let path = file("motion.parquet");
+    let error = write_trajectory(&path, &world, &trajectory(&world)).unwrap_err();
+    let message = error.to_string();
+    let expected = r#"ends in "parquet", but has to end in one of ["csv"]"#;
+    assert!(message.ends_with(expected), "{message}");
+    assert!(!path.exists());
 }
 
 #[test]

@@ -73,24 +73,29 @@ impl<T: Scalar> Material<T> {
 
     /// Nothing, if the numbers make a material.
     pub(super) fn check(&self, body: &str) -> Result<(), WorldError> {
-        let invalid = |quantity, value| WorldError::Material {
-            body: body.to_owned(),
-            quantity,
-            value,
-        };
+        match self.number_out_of_range() {
+            None => Ok(()),
+            Some((quantity, value)) => Err(WorldError::Material {
+                body: body.to_owned(),
+                quantity,
+                value,
+            }),
+        }
+    }
+
+    /// The first number that no material has, by its name.
+    pub(super) fn number_out_of_range(&self) -> Option<(&'static str, f64)> {
         let modulus = real_part(self.modulus);
         if !(modulus > 0.0 && modulus.is_finite()) {
-            return Err(invalid("hydroelastic modulus", modulus));
+            return Some(("hydroelastic modulus", modulus));
         }
         let others = [
             ("dissipation", self.dissipation),
             ("friction", self.friction),
         ];
-        for (quantity, value) in others.map(|(name, value)| (name, real_part(value))) {
-            if !(value >= 0.0 && value.is_finite()) {
-                return Err(invalid(quantity, value));
-            }
-        }
-        Ok(())
+        let mut values = others
+            .map(|(name, value)| (name, real_part(value)))
+            .into_iter();
+        values.find(|(_, value)| !(*value >= 0.0 && value.is_finite()))
     }
 }

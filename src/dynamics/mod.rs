@@ -28,6 +28,12 @@
 //! assert!(lowest.fold(f64::INFINITY, f64::min) < 0.2);
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
+//!
+//! With the feature `serde`, [`BodyState`], [`State`], [`Material`] and [`Trajectory`] (`T = f64`) are saved
+//! by the names of their fields, a trajectory as `{ "states": [...] }`, poses and twists as
+//! [`crate::spatial`] says. What is loaded is checked: a trajectory has at least one state, as many bodies
+//! in each, and keeps the order of time; materials are in range; every number is finite. A rollout that
+//! goes on from a loaded state ([`Rollout::starting_from`]) has the bits of one from the state itself.
 
 mod batch;
 mod body;
@@ -41,6 +47,8 @@ mod mass;
 mod material;
 mod report;
 mod rollout;
+#[cfg(feature = "serde")]
+mod serial;
 mod stability;
 mod state;
 mod sweep;

@@ -27,6 +27,12 @@ impl<T: Scalar> Trajectory<T> {
         }
     }
 
+    /// From states in the order of time, at least one, all of the same bodies.
+    #[cfg(feature = "serde")]
+    pub(super) fn from_sequence(states: Vec<State<T>>) -> Self {
+        Self { states }
+    }
+
     pub(super) fn push(&mut self, state: State<T>) {
         self.states.push(state);
     }

@@ -5,7 +5,11 @@
 //! them ([`MeshFile::pressure_field`]); else they come from the distance to the surface
 //! ([`PressureField::from_distance`](crate::mesh::PressureField::from_distance)).
 //! [`write_surface`] writes a contact surface for ParaView and its like, [`write_trajectory`] the
-//! motion of all bodies as a table; a [`Recording`] shows it in any 3-D viewer. Files are taken to be in metres.
+//! motion of all bodies as a table (CSV, or Parquet with the feature `parquet`); a [`Recording`] shows
+//! it in any 3-D viewer. Files are taken to be in metres.
+//!
+//! With the feature `parry`, shapes of the collision library of that name (`parry3d-f64`) become pressure
+//! fields: convex polyhedra, triangle meshes and the convex hulls of points. Poses go both ways.
 //!
 //! Nothing in a file is trusted: damaged ones end in a [`FileError`], never in a panic.
 //!
@@ -37,6 +41,8 @@ mod file_contents;
 mod gmsh;
 mod gmsh_headers;
 mod mesh_file;
+#[cfg(feature = "parry")]
+mod parry;
 mod recording;
 mod trajectory;
 mod vtk;
@@ -45,5 +51,7 @@ mod vtu_lengths;
 pub use contact_surface::write_surface;
 pub use error::FileError;
 pub use mesh_file::{MeshFile, read_mesh};
+#[cfg(feature = "parry")]
+pub use parry::{HullError, field_from_hull, field_from_polyhedron, field_from_trimesh};
 pub use recording::Recording;
 pub use trajectory::write_trajectory;

@@ -103,6 +103,84 @@ pub enum MeshError {
         /// Index of the tetrahedron.
         tet: usize,
     },
+    /// A triangle names a vertex that does not exist.
+    #[error("triangle {triangle} refers to vertex {vertex}, but there are {vertex_count} vertices")]
+    TriangleVertexOutOfRange {
+        /// Index of the triangle.
+        triangle: usize,
+        /// The index it refers to.
+        vertex: usize,
+        /// How many vertices there are.
+        vertex_count: usize,
+    },
+    /// A triangle has two corners at the same place.
+    #[error(
+        "triangle {triangle} has vertex {vertex}, or its place, twice, but needs three corners"
+    )]
+    RepeatedTriangleVertex {
+        /// Index of the triangle.
+        triangle: usize,
+        /// The vertex, or the first one at its place.
+        vertex: usize,
+    },
+    /// Two triangles that meet in an edge are turned different ways, or more than two meet there.
+    #[error(
+        "triangles {first} and {second} both run along the edge from vertex {} to vertex {}: one of them is turned the wrong way round, or more than two meet there",
+        edge[0],
+        edge[1]
+    )]
+    InconsistentTriangles {
+        /// Index of one triangle.
+        first: usize,
+        /// Index of another.
+        second: usize,
+        /// The vertices of the edge (of several at the same place, the first).
+        edge: [usize; 2],
+    },
+    /// An edge belongs to one triangle only: the surface has a hole.
+    #[error(
+        "the surface is not closed: the edge from vertex {} to vertex {} of triangle {triangle} belongs to no other triangle",
+        edge[0],
+        edge[1]
+    )]
+    OpenSurface {
+        /// Index of the triangle.
+        triangle: usize,
+        /// The vertices of the edge (of several at the same place, the first).
+        edge: [usize; 2],
+    },
+    /// A closed surface encloses no positive volume, to round-off.
+    #[error(
+        "the triangles enclose a volume of {volume:e} m³ in a box of diagonal {diagonal:e} m: they are turned inwards if that is negative, and else the solid is flat to round-off"
+    )]
+    EnclosedVolume {
+        /// The volume (m³).
+        volume: f64,
+        /// Diagonal (m) of the smallest box around the vertices.
+        diagonal: f64,
+    },
+    /// The inner point of a star-shaped solid is NaN or infinite.
+    #[error("the inner point of a solid has the coordinate {value}, but must be finite")]
+    NonFiniteInnerPoint {
+        /// The coordinate.
+        value: f64,
+    },
+    /// The inner point of a star-shaped solid does not see a triangle from inside.
+    #[error(
+        "triangle {triangle} cannot be seen from the inner point, which is {distance:e} m outside its plane: the solid is not star-shaped about that point"
+    )]
+    HiddenTriangle {
+        /// Index of the triangle.
+        triangle: usize,
+        /// How far (m) outside the triangle's plane the point lies.
+        distance: f64,
+    },
+    /// The surface of a star-shaped solid surrounds the inner point more than once.
+    #[error("the surface surrounds the inner point {layers} times, but must do so once")]
+    RepeatedSurface {
+        /// How many times.
+        layers: f64,
+    },
     /// A dimension of a ready-made shape is not a positive length.
     #[error("the {name} of a shape must be positive and finite, but is {value}")]
     InvalidDimension {

@@ -6,7 +6,7 @@ use nalgebra::Vector3;
 
 /// A tetrahedron counts as flat where six times its volume is below this fraction of its longest
 /// edge cubed: its barycentric gradients would have fewer than four correct digits left.
-const FLATNESS: f64 = 1e-12;
+pub(super) const FLATNESS: f64 = 1e-12;
 
 /// A tetrahedral mesh, validated: finite vertices, positively oriented tetrahedra of real volume
 /// that meet in whole faces, every vertex in use.
@@ -143,7 +143,7 @@ fn check_size(vertex_count: usize, tet_count: usize) -> Result<(), MeshError> {
     }
 }
 
-fn check_coordinates(vertices: &[Vector3<f64>]) -> Result<(), MeshError> {
+pub(super) fn check_coordinates(vertices: &[Vector3<f64>]) -> Result<(), MeshError> {
     for (vertex, position) in vertices.iter().enumerate() {
         if let Some(&value) = position.iter().find(|value| !value.is_finite()) {
             return Err(MeshError::NonFiniteCoordinate { vertex, value });
@@ -178,20 +178,25 @@ fn orient(
         corners: corners.map(|vertex| vertices[vertex]),
     };
     let volume = tetrahedron.signed_volume();
-    let longest_edge = longest_edge(&tetrahedron);
-    // Not `<=`: a volume that overflowed or is NaN must not pass.
-    let solid = 6.0 * volume.abs() > FLATNESS * longest_edge.powi(3);
-    if !(solid && volume.is_finite()) {
+    if is_flat(&tetrahedron) {
         return Err(MeshError::ZeroVolume {
             tet,
             volume,
-            longest_edge,
+            longest_edge: longest_edge(&tetrahedron),
         });
     }
     if volume < 0.0 {
         corners.swap(0, 1);
     }
     Ok(())
+}
+
+/// Whether the tetrahedron is flat to round-off, or too large for its volume to be a number.
+pub(super) fn is_flat(tetrahedron: &Tetrahedron) -> bool {
+    let volume = tetrahedron.signed_volume();
+    // Not `<=`: a volume that overflowed or is NaN must not pass.
+    let solid = 6.0 * volume.abs() > FLATNESS * longest_edge(tetrahedron).powi(3);
+    !(solid && volume.is_finite())
 }
 
 fn longest_edge(tetrahedron: &Tetrahedron) -> f64 {

@@ -3,10 +3,25 @@
 //! Poses are written in monogram notation: `pose_ab` maps coordinates in B to coordinates in A, so
 //! that `pose_wb = pose_wa * pose_ab` cancels by eye. Angular parts come first in every 6-vector:
 //! a twist is (angular, linear), a wrench is (torque, force).
+//!
+//! With the feature `serde`, [`Pose`] and [`Twist`] (`T = f64`) are saved as
+//!
+//! ```json
+//! { "rotation": [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]], "translation": [0.0, 0.0, 0.3] }
+//! { "angular": [0.0, 0.0, 0.0], "linear": [0.5, 0.0, 0.0] }
+//! ```
+//!
+//! the rotation by the rows of its matrix, so that no bit is lost. Loading checks a pose as [`Pose::new`]
+//! does. A rotation that is orthonormal to 1e-14, as every one in a rollout is, keeps its bits; one that is
+//! further off is put right. With `serde_json`, take its feature `float_roundtrip`, or the last digit of
+//! some numbers changes.
 
+mod isometry;
 mod mass_properties;
 mod pose;
 mod rotation;
+#[cfg(feature = "serde")]
+mod serial;
 mod twist;
 mod wrench;
 

@@ -1,7 +1,7 @@
 use super::rotation::{turn_from_real, turned_real};
 use super::{Twist, rotation_from_vector, times_constant};
 use crate::scalar::{Order, Scalar, lift, lift_vector, real_part, real_vector};
-use nalgebra::{Isometry3, Matrix3, Vector3};
+use nalgebra::{Matrix3, Vector3};
 use std::ops::Mul;
 
 /// How far RᵀR may be from the identity, entry by entry, for R to count as a rotation: the
@@ -46,6 +46,14 @@ impl<T: Scalar> Pose<T> {
             translation,
         };
         pose.checked()
+    }
+
+    /// From a rotation and a translation as they are.
+    pub(super) fn from_parts(rotation: Matrix3<T>, translation: Vector3<T>) -> Self {
+        Self {
+            rotation,
+            translation,
+        }
     }
 
     /// The pose of a frame in itself.
@@ -206,15 +214,6 @@ impl<T: Scalar> Mul for Pose<T> {
         Self {
             rotation: self.rotation * inner.rotation,
             translation: self.transformed_point(&inner.translation),
-        }
-    }
-}
-
-impl From<Isometry3<f64>> for Pose<f64> {
-    fn from(isometry: Isometry3<f64>) -> Self {
-        Self {
-            rotation: isometry.rotation.to_rotation_matrix().into_inner(),
-            translation: isometry.translation.vector,
         }
     }
 }

@@ -64,15 +64,19 @@ fn distinct(points: &[Vector3<f64>]) -> (Vec<Vector3<f64>>, Vec<usize>) {
     let mut known = Vec::new();
     let mut places = HashMap::new();
     let place_of = points.iter().map(|point| {
-        // Adding 0 makes one number of the two zeros.
-        let key: [u64; 3] = std::array::from_fn(|axis| (point[axis] + 0.0).to_bits());
-        *places.entry(key).or_insert_with(|| {
+        *places.entry(place_key(point)).or_insert_with(|| {
             known.push(*point);
             known.len() - 1
         })
     });
     let place_of = place_of.collect();
     (known, place_of)
+}
+
+/// The same for points at the same place, and no others.
+pub(super) fn place_key(point: &Vector3<f64>) -> [u64; 3] {
+    // Adding 0 makes one number of the two zeros.
+    std::array::from_fn(|axis| (point[axis] + 0.0).to_bits())
 }
 
 /// The tetrahedron low[0..=climbed], high[climbed..3].

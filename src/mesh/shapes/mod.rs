@@ -1,13 +1,17 @@
-//! Ready-made pressure fields, centred on the origin of the body frame, extents in [0, 1].
+//! Ready-made pressure fields, centred on the origin of the body frame, and solids inside triangles,
+//! where those are. Extents are in [0, 1].
 
+mod closed_surface;
 mod cored;
 mod cuboid;
 mod cylinder;
 mod icosphere;
+mod star_shaped;
 
 pub use cuboid::{cuboid, distance_cuboid};
 pub use cylinder::cylinder;
 pub use icosphere::{ellipsoid, icosphere};
+pub use star_shaped::{star_shaped, star_shaped_about};
 
 use super::MeshError;
 

@@ -1,0 +1,168 @@
+//! States, materials and trajectories, saved and loaded by serde.
+
+use super::{BodyState, Material, State, Trajectory};
+use crate::spatial::{Pose, Twist};
+use serde::de::{Deserialize, Deserializer, Error};
+use serde::ser::{Serialize, Serializer};
+use std::borrow::Cow;
+
+/// The state of a body as it is saved.
+#[derive(serde::Serialize, serde::Deserialize)]
+#[serde(rename = "BodyState", deny_unknown_fields)]
+struct BodyStateLayout {
+    pose: Pose,
+    twist: Twist,
+}
+
+/// A state as it is saved.
+#[derive(serde::Serialize, serde::Deserialize)]
+#[serde(rename = "State", deny_unknown_fields)]
+struct StateLayout<'a> {
+    time: f64,
+    bodies: Cow<'a, [BodyState]>,
+}
+
+/// A material as it is saved.
+#[derive(serde::Serialize, serde::Deserialize)]
+#[serde(rename = "Material", deny_unknown_fields)]
+struct MaterialLayout {
+    modulus: f64,
+    dissipation: f64,
+    friction: f64,
+}
+
+/// A trajectory as it is saved.
+#[derive(serde::Serialize, serde::Deserialize)]
+#[serde(rename = "Trajectory", deny_unknown_fields)]
+struct TrajectoryLayout<'a> {
+    states: Cow<'a, [State]>,
+}
+
+/// Why what was loaded is no state, material or trajectory.
+#[derive(Debug, thiserror::Error)]
+enum LoadError {
+    #[error("the time of a state is {0} s, but must be finite")]
+    Time(f64),
+    #[error(
+        "the {quantity} of a material is {value}: a modulus must be positive, dissipation and friction not negative, and all finite"
+    )]
+    Material { quantity: &'static str, value: f64 },
+    #[error("a trajectory needs at least one state")]
+    NoState,
+    #[error("state {state} of a trajectory has {found} bodies, but the first has {expected}")]
+    BodyCount {
+        state: usize,
+        found: usize,
+        expected: usize,
+    },
+    #[error("state {state} of a trajectory is at {time} s, but the one before it at {previous} s")]
+    Order {
+        state: usize,
+        time: f64,
+        previous: f64,
+    },
+}
+
+impl Serialize for BodyState {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        let Self { pose, twist } = *self;
+        BodyStateLayout { pose, twist }.serialize(serializer)
+    }
+}
+
+impl<'de> Deserialize<'de> for BodyState {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        let BodyStateLayout { pose, twist } = BodyStateLayout::deserialize(deserializer)?;
+        Ok(Self { pose, twist })
+    }
+}
+
+impl Serialize for State {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        let layout = StateLayout {
+            time: self.time,
+            bodies: Cow::Borrowed(&self.bodies),
+        };
+        layout.serialize(serializer)
+    }
+}
+
+impl<'de> Deserialize<'de> for State {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        let StateLayout { time, bodies } = StateLayout::deserialize(deserializer)?;
+        if !time.is_finite() {
+            return Err(D::Error::custom(LoadError::Time(time)));
+        }
+        Ok(Self {
+            time,
+            bodies: bodies.into_owned(),
+        })
+    }
+}
+
+impl Serialize for Material {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        let layout = MaterialLayout {
+            modulus: self.modulus,
+            dissipation: self.dissipation,
+            friction: self.friction,
+        };
+        layout.serialize(serializer)
+    }
+}
+
+impl<'de> Deserialize<'de> for Material {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        let layout = MaterialLayout::deserialize(deserializer)?;
+        let material = Self {
+            modulus: layout.modulus,
+            dissipation: layout.dissipation,
+            friction: layout.friction,
+        };
+        match material.number_out_of_range() {
+            None => Ok(material),
+            Some((quantity, value)) => {
+                Err(D::Error::custom(LoadError::Material { quantity, value }))
+            }
+        }
+    }
+}
+
+impl Serialize for Trajectory {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        let states = Cow::Borrowed(self.states());
+        TrajectoryLayout { states }.serialize(serializer)
+    }
+}
+
+impl<'de> Deserialize<'de> for Trajectory {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        let TrajectoryLayout { states } = TrajectoryLayout::deserialize(deserializer)?;
+        check_sequence(&states).map_err(D::Error::custom)?;
+        Ok(Self::from_sequence(states.into_owned()))
+    }
+}
+
+/// Nothing, if these are states of the same bodies in the order of time, at least one.
+fn check_sequence(states: &[State]) -> Result<(), LoadError> {
+    let expected = states.first().ok_or(LoadError::NoState)?.bodies.len();
+    for (state, pair) in (1..).zip(states.windows(2)) {
+        let found = pair[1].bodies.len();
+        if found != expected {
+            return Err(LoadError::BodyCount {
+                state,
+                found,
+                expected,
+            });
+        }
+        let [previous, time] = [pair[0].time, pair[1].time];
+        if time < previous {
+            return Err(LoadError::Order {
+                state,
+                time,
+                previous,
+            });
+        }
+    }
+    Ok(())
+}

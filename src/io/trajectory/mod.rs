@@ -1,0 +1,141 @@
+//! Trajectories as tables.
+
+mod csv_file;
+#[cfg(feature = "parquet")]
+mod parquet_file;
+
+use super::FileError;
+use super::mesh_file::{extension, unknown_extension};
+use crate::dynamics::{BodyState, ExternalForces, Trajectory, World};
+use nalgebra::Isometry3;
+use std::path::Path;
+
+/// What the name of a trajectory file can end in.
+const EXTENSIONS: &[&str] = if cfg!(feature = "parquet") {
+    &["csv", "parquet"]
+} else {
+    &["csv"]
+};
+
+/// The names of the columns: those of a row's time, body and numbers.
+const COLUMNS: [&str; 15] = [
+    "time",
+    "body",
+    "position_x",
+    "position_y",
+    "position_z",
+    "orientation_w",
+    "orientation_x",
+    "orientation_y",
+    "orientation_z",
+    "velocity_x",
+    "velocity_y",
+    "velocity_z",
+    "spin_x",
+    "spin_y",
+    "spin_z",
+];
+
+/// A body at a time.
+struct Row<'a> {
+    /// Time (s).
+    time: f64,
+    /// Name of the body.
+    body: &'a str,
+    /// Position, orientation, velocity, spin.
+    numbers: [f64; 13],
+}
+
+/// Writes a trajectory of a world as a table, a row for each state and body, in the order of the states:
+/// CSV if the name of the file ends in `.csv`, or Apache Parquet if it ends in `.parquet` (with the
+/// feature `parquet`; plain doubles and UTF-8 strings, not compressed).
+///
+/// The columns, all in the world frame: time (s), name of the body, position of its origin (m),
+/// orientation as a unit quaternion (w x y z; its sign has no meaning), velocity of its centre of
+/// mass (m/s; for a body on a prescribed path, of its origin), spin (rad/s). CSV has as many digits
+/// as it takes to read back the same `f64`.
+///
+/// ```
+/// use hydroelastic::contact::Shape;
+/// use hydroelastic::dynamics::{Body, Integrator, Mass, Material, World};
+/// use hydroelastic::io::write_trajectory;
+/// use hydroelastic::mesh::shapes;
+/// use nalgebra::Vector3;
+/// use std::sync::Arc;
+///
+/// let ball = Arc::new(Shape::new(shapes::icosphere(0.1, 1)?));
+/// let ball = Body::dynamic("ball", ball, Material::elastic(1e5), Mass::Total(1.0))?;
+/// let world = World::new(vec![ball])?.with_gravity(Vector3::new(0.0, 0.0, -9.81))?;
+/// let trajectory = world.rollout(1e-3, Integrator::Leapfrog)?.recorded(400, 100)?;
+/// let path = std::env::temp_dir().join("falling_ball.csv");
+/// write_trajectory(&path, &world, &trajectory)?;
+/// assert_eq!(std::fs::read_to_string(&path)?.lines().count(), 1 + 5);
+/// # std::fs::remove_file(path)?;
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+///
+/// # Errors
+/// If the extension is not one of these, a state has more or fewer bodies than the world, or the file
+/// cannot be written.
+pub fn write_trajectory<F: ExternalForces>(
+    path: impl AsRef<Path>,
+    world: &World<f64, F>,
+    trajectory: &Trajectory,
+) -> Result<(), FileError> {
+    let path = path.as_ref();
+    let write = match extension(path).as_str() {
+        "csv" => csv_file::write,
+        #[cfg(feature = "parquet")]
+        "parquet" => parquet_file::write,
+        _ => return Err(unknown_extension(path, EXTENSIONS)),
+    };
+    check_fits(path, world, trajectory)?;
+    write(path, &mut rows(world, trajectory)).map_err(|source| FileError::Write {
+        path: path.into(),
+        source,
+    })
+}
+
+/// Nothing, if all states have as many bodies as the world.
+pub(super) fn check_fits<F: ExternalForces>(
+    path: &Path,
+    world: &World<f64, F>,
+    trajectory: &Trajectory,
+) -> Result<(), FileError> {
+    let expected = world.bodies().len();
+    let mut counts = trajectory.states().iter().map(|state| state.bodies.len());
+    if let Some(found) = counts.find(|&count| count != expected) {
+        return Err(FileError::OtherWorld {
+            path: path.into(),
+            found,
+            expected,
+        });
+    }
+    Ok(())
+}
+
+/// The rows of the table: all bodies of the first state, then those of the next.
+fn rows<'a, F: ExternalForces>(
+    world: &'a World<f64, F>,
+    trajectory: &'a Trajectory,
+) -> impl Iterator<Item = Row<'a>> {
+    trajectory.states().iter().flat_map(|state| {
+        let bodies = world.bodies().iter().zip(&state.bodies);
+        bodies.map(|(body, body_state)| Row {
+            time: state.time,
+            body: body.name(),
+            numbers: numbers(body_state),
+        })
+    })
+}
+
+fn numbers(state: &BodyState) -> [f64; 13] {
+    let orientation = Isometry3::from(state.pose).rotation;
+    let mut numbers = [0.0; 13];
+    numbers[..3].copy_from_slice(state.position().as_slice());
+    numbers[3] = orientation.w;
+    numbers[4..7].copy_from_slice(orientation.imag().as_slice());
+    numbers[7..10].copy_from_slice(state.velocity().as_slice());
+    numbers[10..].copy_from_slice(state.twist.angular.as_slice());
+    numbers
+}

@@ -1,0 +1,153 @@
+use super::cored::place_key;
+use crate::geometry::Aabb;
+use crate::mesh::MeshError;
+use crate::mesh::tet_mesh::{FLATNESS, check_coordinates};
+use nalgebra::Vector3;
+use std::collections::HashMap;
+use std::collections::hash_map::Entry;
+
+/// Triangles that close in on a volume, all turned outwards; vertices at the same place are one.
+pub(super) struct ClosedSurface {
+    /// The vertices (m), as they were given.
+    pub vertices: Vec<Vector3<f64>>,
+    /// The triangles, counter-clockwise seen from outside; a vertex of several at the same place is
+    /// referred to by the first of them.
+    pub triangles: Vec<[usize; 3]>,
+    /// Centre of the volume (m).
+    pub center: Vector3<f64>,
+}
+
+impl ClosedSurface {
+    /// From vertices (m) and triangles, if they are such a surface.
+    pub fn new(
+        vertices: Vec<Vector3<f64>>,
+        mut triangles: Vec<[usize; 3]>,
+    ) -> Result<Self, MeshError> {
+        if triangles.is_empty() {
+            return Err(MeshError::Empty);
+        }
+        check_coordinates(&vertices)?;
+        check_indices(&triangles, vertices.len())?;
+        let first_at_place = first_at_place(&vertices);
+        for (index, triangle) in triangles.iter_mut().enumerate() {
+            *triangle = triangle.map(|vertex| first_at_place[vertex]);
+            check_corners(index, *triangle)?;
+        }
+        check_edges(&triangles)?;
+        let (volume, center) = volume_and_center(&vertices, &triangles);
+        check_volume(volume, &Aabb::around(&vertices))?;
+        Ok(Self {
+            vertices,
+            triangles,
+            center,
+        })
+    }
+
+    /// Vertices and triangles without the vertices that no triangle uses.
+    pub fn compact(self) -> (Vec<Vector3<f64>>, Vec<[usize; 3]>) {
+        let mut used = vec![false; self.vertices.len()];
+        for &vertex in self.triangles.iter().flatten() {
+            used[vertex] = true;
+        }
+        let mut place_of = vec![0; used.len()];
+        let mut vertices = Vec::new();
+        for vertex in (0..used.len()).filter(|&vertex| used[vertex]) {
+            place_of[vertex] = vertices.len();
+            vertices.push(self.vertices[vertex]);
+        }
+        let renumbered = |triangle: &[usize; 3]| triangle.map(|vertex| place_of[vertex]);
+        (vertices, self.triangles.iter().map(renumbered).collect())
+    }
+}
+
+fn check_indices(triangles: &[[usize; 3]], vertex_count: usize) -> Result<(), MeshError> {
+    for (triangle, corners) in triangles.iter().enumerate() {
+        if let Some(&vertex) = corners.iter().find(|&&vertex| vertex >= vertex_count) {
+            return Err(MeshError::TriangleVertexOutOfRange {
+                triangle,
+                vertex,
+                vertex_count,
+            });
+        }
+    }
+    Ok(())
+}
+
+/// For each vertex the first one at its place.
+fn first_at_place(vertices: &[Vector3<f64>]) -> Vec<usize> {
+    let mut first = HashMap::new();
+    let first_at = |(vertex, position): (usize, &Vector3<f64>)| {
+        *first.entry(place_key(position)).or_insert(vertex)
+    };
+    vertices.iter().enumerate().map(first_at).collect()
+}
+
+/// Nothing, if the corners are three.
+fn check_corners(triangle: usize, [a, b, c]: [usize; 3]) -> Result<(), MeshError> {
+    for (one, other) in [(a, b), (b, c), (c, a)] {
+        if one == other {
+            return Err(MeshError::RepeatedTriangleVertex {
+                triangle,
+                vertex: one,
+            });
+        }
+    }
+    Ok(())
+}
+
+/// Nothing, if every edge belongs to two triangles that run along it in opposite directions.
+fn check_edges(triangles: &[[usize; 3]]) -> Result<(), MeshError> {
+    let mut along = HashMap::with_capacity(3 * triangles.len());
+    for (triangle, edge) in directed_edges(triangles) {
+        match along.entry(edge) {
+            Entry::Vacant(entry) => entry.insert(triangle),
+            Entry::Occupied(entry) => {
+                return Err(MeshError::InconsistentTriangles {
+                    first: *entry.get(),
+                    second: triangle,
+                    edge,
+                });
+            }
+        };
+    }
+    let mut edges = directed_edges(triangles);
+    match edges.find(|(_, [from, to])| !along.contains_key(&[*to, *from])) {
+        Some((triangle, edge)) => Err(MeshError::OpenSurface { triangle, edge }),
+        None => Ok(()),
+    }
+}
+
+/// The edges with their triangles, in the direction in which those run round.
+fn directed_edges(triangles: &[[usize; 3]]) -> impl Iterator<Item = (usize, [usize; 2])> {
+    let edges_of = |(index, &[a, b, c]): (usize, &[usize; 3])| {
+        [[a, b], [b, c], [c, a]].map(|edge| (index, edge))
+    };
+    triangles.iter().enumerate().flat_map(edges_of)
+}
+
+/// Nothing, if the volume (m³) in a box is positive, and more than what would be flat for a tetrahedron:
+/// of less the centre would be round-off.
+fn check_volume(volume: f64, aabb: &Aabb) -> Result<(), MeshError> {
+    let diagonal = (aabb.upper - aabb.lower).norm();
+    // Not `<=`: a volume that overflowed or is NaN must not pass.
+    let solid = 6.0 * volume > FLATNESS * diagonal.powi(3);
+    if solid && volume.is_finite() {
+        Ok(())
+    } else {
+        Err(MeshError::EnclosedVolume { volume, diagonal })
+    }
+}
+
+/// The volume (m³) inside and its centre (m), by the divergence theorem: sums over the signed
+/// tetrahedra between the triangles and the middle of the box, so that little cancels.
+fn volume_and_center(vertices: &[Vector3<f64>], triangles: &[[usize; 3]]) -> (f64, Vector3<f64>) {
+    let middle = Aabb::around(vertices).center();
+    let (mut six_volumes, mut moment) = (0.0, Vector3::zeros());
+    for triangle in triangles {
+        let [a, b, c] = triangle.map(|vertex| vertices[vertex] - middle);
+        let part = a.dot(&b.cross(&c));
+        six_volumes += part;
+        moment += (a + b + c) * part;
+    }
+    (six_volumes / 6.0, middle + moment / (4.0 * six_volumes))
+}

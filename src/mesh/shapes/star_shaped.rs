@@ -1,0 +1,105 @@
+use super::closed_surface::ClosedSurface;
+use super::cored::CoredSurface;
+use crate::geometry::Tetrahedron;
+use crate::mesh::tet_mesh::is_flat;
+use crate::mesh::{MeshError, PressureField};
+use nalgebra::Vector3;
+use std::f64::consts::PI;
+
+/// The solid inside a closed surface of triangles, all of which can be seen from the centre of its
+/// volume; convex solids are such. Its field has extent 1 at that centre.
+///
+/// As [`star_shaped_about`] does, this takes vertices (m) and triangles counter-clockwise seen from
+/// outside. It makes a tetrahedron of each triangle and the centre. Vertices at exactly the same place
+/// become one, so that triangles may come each with corners of its own, and vertices that no triangle
+/// uses are left out.
+///
+/// In the solid whose faces are all at the same distance from the centre, such as a cube, the field is
+/// the distance to the surface; in others it rises more slowly from the far faces than from the near ones.
+///
+/// ```
+/// use hydroelastic::mesh::shapes;
+/// use nalgebra::vector;
+///
+/// // The corner of a cube, cut off.
+/// let vertices = vec![
+///     vector![0.0, 0.0, 0.0], vector![0.1, 0.0, 0.0], vector![0.0, 0.1, 0.0], vector![0.0, 0.0, 0.1],
+/// ];
+/// let triangles = vec![[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]];
+/// let corner = shapes::star_shaped(vertices, triangles)?;
+/// assert_eq!(corner.mesh().tet_count(), 4);
+/// # Ok::<(), hydroelastic::mesh::MeshError>(())
+/// ```
+///
+/// # Errors
+/// If a coordinate is not finite, an index out of range or repeated; if the surface is open, or its
+/// triangles are turned different ways or inwards; if a triangle cannot be seen from the centre, or is so
+/// flat or so close to it that the tetrahedron on it (of the same index) is flat to round-off.
+pub fn star_shaped(
+    vertices: Vec<Vector3<f64>>,
+    triangles: Vec<[usize; 3]>,
+) -> Result<PressureField, MeshError> {
+    let surface = ClosedSurface::new(vertices, triangles)?;
+    let center = surface.center;
+    filled(surface, center)
+}
+
+/// As [`star_shaped`], seen from a point (m) of one's choice, which has extent 1.
+///
+/// # Errors
+/// As [`star_shaped`], or if the point is not finite.
+pub fn star_shaped_about(
+    inner_point: Vector3<f64>,
+    vertices: Vec<Vector3<f64>>,
+    triangles: Vec<[usize; 3]>,
+) -> Result<PressureField, MeshError> {
+    if let Some(&value) = inner_point.iter().find(|value| !value.is_finite()) {
+        return Err(MeshError::NonFiniteInnerPoint { value });
+    }
+    filled(ClosedSurface::new(vertices, triangles)?, inner_point)
+}
+
+fn filled(surface: ClosedSurface, inner_point: Vector3<f64>) -> Result<PressureField, MeshError> {
+    check_seen_once(&surface, &inner_point)?;
+    let (vertices, triangles) = surface.compact();
+    CoredSurface {
+        core_points: vec![inner_point; vertices.len()],
+        vertices,
+        triangles,
+    }
+    .field()
+}
+
+/// Nothing, if the point sees each triangle from inside, and in every direction one of them.
+///
+/// A closed surface whose triangles are all seen from inside covers the sphere of directions equally
+/// often everywhere, so that the sum of their solid angles, over 4π, is the number of layers.
+fn check_seen_once(surface: &ClosedSurface, point: &Vector3<f64>) -> Result<(), MeshError> {
+    let mut solid_angle = 0.0;
+    for (triangle, vertices) in surface.triangles.iter().enumerate() {
+        let [a, b, c] = vertices.map(|vertex| surface.vertices[vertex]);
+        let corners = [*point, a, b, c];
+        // A flat one is left to the mesh, which names it.
+        if !is_flat(&Tetrahedron { corners }) {
+            let distance = (point - a).dot(&(b - a).cross(&(c - a)).normalize());
+            if distance > 0.0 {
+                return Err(MeshError::HiddenTriangle { triangle, distance });
+            }
+        }
+        solid_angle += solid_angle_of([a - point, b - point, c - point]);
+    }
+    let layers = (solid_angle / (4.0 * PI)).round();
+    if layers > 1.0 {
+        return Err(MeshError::RepeatedSurface { layers });
+    }
+    Ok(())
+}
+
+/// The solid angle of a triangle seen from the origin, positive from inside, by the formula of van
+/// Oosterom and Strackee: tan(Ω/2) = a·(b×c)/(|a||b||c| + (a·b)|c| + (b·c)|a| + (c·a)|b|).
+fn solid_angle_of(corners: [Vector3<f64>; 3]) -> f64 {
+    // Of length one, or products of lengths would leave the range of f64.
+    let [a, b, c] = corners.map(|corner| corner.normalize());
+    let numerator = a.dot(&b.cross(&c));
+    2.0 * numerator.atan2(1.0 + a.dot(&b) + b.dot(&c) + c.dot(&a))
+}

@@ -1,0 +1,295 @@
+//! Shapes and poses of parry.
+#![cfg(feature = "parry")]
+
+use hydroelastic::contact::{ContactBody, ContactPair, Shape};
+use hydroelastic::io::{HullError, field_from_hull, field_from_polyhedron, field_from_trimesh};
+use hydroelastic::mesh::{MeshError, PressureField, shapes};
+use hydroelastic::spatial::{MassProperties, Pose};
+use nalgebra::{Matrix3, Vector3, vector};
+use parry3d_f64::math::{Pose3, Vec3};
+use parry3d_f64::shape::{Cone, ConvexPolyhedron, Cuboid, Cylinder, TriMesh};
+use proptest::prelude::*;
+use std::f64::consts::{PI, TAU};
+
+/// Sums over some thousand tetrahedra, relative to the result.
+const SUM_ROUND_OFF: f64 = 1e-12;
+
+/// Wrenches of the same fields, whose centres differ by a rounding, relative to their largest part.
+const SAME_WRENCH: f64 = 1e-12;
+
+/// A rotation matrix to a quaternion and back.
+const ROTATION: f64 = 2e-15;
+
+fn assert_relative(found: f64, expected: f64, tolerance: f64) {
+    let error = (found - expected).abs();
+    assert!(
+        error <= tolerance * expected.abs(),
+        "{found:e} is not {expected:e}"
+    );
+}
+
+fn to_parry(point: &Vector3<f64>) -> Vec3 {
+    Vec3::new(point.x, point.y, point.z)
+}
+
+fn from_parry(point: Vec3) -> Vector3<f64> {
+    vector![point.x, point.y, point.z]
+}
+
+fn trimesh((vertices, triangles): (Vec<Vec3>, Vec<[u32; 3]>)) -> TriMesh {
+    TriMesh::new(vertices, triangles).unwrap()
+}
+
+const EDGES: [f64; 3] = [0.3, 0.2, 0.1];
+
+/// A box of parry with these edges.
+fn parry_box() -> (Vec<Vec3>, Vec<[u32; 3]>) {
+    let [x, y, z] = EDGES;
+    Cuboid::new(Vec3::new(x, y, z) / 2.0).to_trimesh()
+}
+
+/// Force and torque on the block when a ball is pressed into it from above.
+fn wrench_on(block: &PressureField, turn: &Vector3<f64>) -> [Vector3<f64>; 2] {
+    let ball = Shape::new(shapes::icosphere(0.1, 2).unwrap());
+    let above = Pose::from_translation(vector![0.02, 0.01, 0.13]);
+    let ball = ContactBody::new(&ball, above, 1e5).unwrap();
+    let block = Shape::new(block.clone());
+    let turned = Pose::from_rotation_vector(turn, Vector3::zeros());
+    let block = ContactBody::new(&block, turned, 1e6).unwrap();
+    let wrench = ContactPair::new(ball, block).wrench().on_a;
+    [wrench.force, wrench.torque]
+}
+
+#[test]
+fn a_box_of_parry_is_pressed_as_our_box() {
+    let (vertices, triangles) = parry_box();
+    let points: Vec<_> = vertices.iter().copied().map(from_parry).collect();
+    let polyhedron = ConvexPolyhedron::from_convex_mesh(vertices.clone(), &triangles).unwrap();
+    let of_hull = ConvexPolyhedron::from_convex_hull(&vertices).unwrap();
+    let expected = shapes::cuboid(EDGES).unwrap();
+    for field in [
+        field_from_trimesh(&trimesh((vertices, triangles))).unwrap(),
+        field_from_polyhedron(&polyhedron).unwrap(),
+        field_from_polyhedron(&of_hull).unwrap(),
+        field_from_hull(&points).unwrap(),
+    ] {
+        assert_eq!(field.mesh().tet_count(), 12);
+        for turn in [
+            vector![0.0, 0.0, 0.0],
+            vector![0.3, -0.2, 0.5],
+            vector![1.0, 1.0, -2.0],
+        ] {
+            let [found, expected] = [&field, &expected].map(|block| wrench_on(block, &turn));
+            let largest = expected[0].amax();
+            assert!(largest > 1.0, "no contact at {turn}");
+            for (found, expected) in found.iter().zip(&expected) {
+                assert!((found - expected).amax() <= SAME_WRENCH * largest);
+            }
+        }
+    }
+}
+
+fn assert_same_mass(found: &MassProperties, expected: &MassProperties) {
+    assert_relative(found.mass, expected.mass, SUM_ROUND_OFF);
+    let size = expected.inertia.amax() / expected.mass;
+    let apart = (found.center_of_mass - expected.center_of_mass).amax();
+    assert!(apart <= SUM_ROUND_OFF * size.sqrt(), "{apart:e}");
+    let inertia = (found.inertia - expected.inertia).amax();
+    assert!(inertia <= SUM_ROUND_OFF * expected.inertia.amax());
+}
+
+#[test]
+fn the_hull_of_the_vertices_of_an_icosphere_is_the_icosphere() {
+    let ball = shapes::icosphere(0.3, 3).unwrap();
+    let vertices = ball.mesh().vertices();
+    // The centre is one of the points.
+    let hull = field_from_hull(vertices).unwrap();
+    assert_eq!(hull.mesh().tet_count(), ball.mesh().tet_count());
+    assert_eq!(hull.mesh().vertex_count(), ball.mesh().vertex_count());
+    let [found, expected] = [&hull, &ball].map(|field| field.mesh().mass_properties(1000.0));
+    assert_same_mass(&found, &expected);
+}
+
+/// Points spread over a sphere by the golden angle.
+fn points_on_sphere(radius: f64, count: usize) -> Vec<Vector3<f64>> {
+    let golden_angle = PI * (3.0 - 5.0_f64.sqrt());
+    let point = |k: usize| {
+        let z = 1.0 - (2.0 * k as f64 + 1.0) / count as f64;
+        let (sine, cosine) = (golden_angle * k as f64).sin_cos();
+        let across = (1.0 - z * z).sqrt();
+        vector![across * cosine, across * sine, z] * radius
+    };
+    (0..count).map(point).collect()
+}
+
+#[test]
+fn hulls_of_points_on_a_sphere_approach_the_ball() {
+    let ball = 4.0 / 3.0 * PI * 0.5_f64.powi(3);
+    let missing = |count: usize| {
+        let hull = field_from_hull(&points_on_sphere(0.5, count)).unwrap();
+        // Euler: V − E + F = 2 on the surface.
+        assert_eq!(hull.mesh().tet_count(), 2 * count - 4);
+        1.0 - hull.mesh().volume() / ball
+    };
+    let [few, many] = [250, 1000].map(missing);
+    assert!(many > 0.0 && many < 0.01, "{many}");
+    // A quarter of the area a point, a quarter of the height under the sphere.
+    assert!((3.5..4.5).contains(&(few / many)), "{}", few / many);
+}
+
+proptest! {
+    #[test]
+    fn hulls_have_the_mass_that_parry_gives_them(
+        points in prop::collection::vec(prop::array::uniform3(-1.0..1.0), 8..60),
+    ) {
+        let points: Vec<Vector3<f64>> = points.into_iter().map(Vector3::from).collect();
+        let field = field_from_hull(&points).unwrap();
+        let mass = field.mesh().mass_properties(1000.0);
+        let parry_points: Vec<Vec3> = points.iter().map(to_parry).collect();
+        let (vertices, triangles) = parry3d_f64::transformation::convex_hull(&parry_points);
+        let properties = parry3d_f64::mass_properties::MassProperties::from_convex_polyhedron(
+            1000.0, &vertices, &triangles,
+        );
+        let columns = properties.reconstruct_inertia_matrix().to_cols_array();
+        let expected = MassProperties {
+            mass: properties.mass(),
+            center_of_mass: from_parry(properties.local_com),
+            inertia: Matrix3::from_column_slice(&columns),
+        };
+        assert_same_mass(&mass, &expected);
+    }
+}
+
+#[test]
+fn cylinders_and_cones_of_parry_have_their_prisms_and_pyramids_volumes() {
+    let segments = 24;
+    let base = 0.5 * f64::from(segments) * 0.1_f64.powi(2) * (TAU / f64::from(segments)).sin();
+    let cylinder = trimesh(Cylinder::new(0.2, 0.1).to_trimesh(segments));
+    let field = field_from_trimesh(&cylinder).unwrap();
+    assert_relative(field.mesh().volume(), base * 0.4, SUM_ROUND_OFF);
+    let cone = trimesh(Cone::new(0.2, 0.1).to_trimesh(segments));
+    let field = field_from_trimesh(&cone).unwrap();
+    assert_relative(field.mesh().volume(), base * 0.4 / 3.0, SUM_ROUND_OFF);
+    // A quarter of the height above the base, which parry puts at y = −0.2.
+    let center = field.mesh().mass_properties(1.0).center_of_mass;
+    assert!((center - vector![0.0, -0.1, 0.0]).amax() <= SUM_ROUND_OFF);
+}
+
+#[test]
+fn a_soup_of_triangles_is_welded() {
+    let (vertices, triangles) = parry_box();
+    let soup = triangles.iter().flatten().map(|&v| vertices[v as usize]);
+    let separate = (0..12).map(|t| [3 * t, 3 * t + 1, 3 * t + 2]);
+    let field = field_from_trimesh(&trimesh((soup.collect(), separate.collect()))).unwrap();
+    assert_eq!(field.mesh().vertex_count(), 9);
+    assert_relative(field.mesh().volume(), EDGES.iter().product(), SUM_ROUND_OFF);
+}
+
+#[test]
+fn an_open_mesh_is_refused() {
+    let (vertices, mut triangles) = parry_box();
+    triangles.pop();
+    let error = field_from_trimesh(&trimesh((vertices, triangles))).unwrap_err();
+    assert!(matches!(error, MeshError::OpenSurface { .. }), "{error}");
+}
+
+#[test]
+fn a_mesh_that_is_not_star_shaped_is_refused() {
+    // The letter U, 3 by 3 and 1 deep; the centre of its volume lies between the arms.
+    let outline = [
+        [0.0, 0.0],
+        [3.0, 0.0],
+        [3.0, 3.0],
+        [2.0, 3.0],
+        [2.0, 1.0],
+        [1.0, 1.0],
+        [1.0, 3.0],
+        [0.0, 3.0],
+    ];
+    let front = [
+        [0, 1, 4],
+        [0, 4, 5],
+        [1, 2, 4],
+        [2, 3, 4],
+        [0, 5, 7],
+        [5, 6, 7],
+    ];
+    let level = |z: f64| outline.map(|[x, y]| Vec3::new(x, y, z));
+    let sides = (0..8).flat_map(|k| {
+        let next = (k + 1) % 8;
+        [[k, next, 8 + next], [k, 8 + next, 8 + k]]
+    });
+    let back = front.map(|[a, b, c]| [a, c, b]);
+    let triangles = back.into_iter().chain(front.map(|t| t.map(|v| 8 + v)));
+    let mesh = trimesh((
+        [level(0.0), level(1.0)].concat(),
+        triangles.chain(sides).collect(),
+    ));
+    let error = field_from_trimesh(&mesh).unwrap_err();
+    let MeshError::HiddenTriangle { triangle, distance } = error else {
+        panic!("{error}")
+    };
+    // The inner sides of the arms are 0.5 m from the centre, which is on their outer side, and the floor
+    // between them is 0.357… m below it: 9.5/7 − 1.
+    let normal = mesh.triangle(u32::try_from(triangle).unwrap()).normal();
+    let expected = if normal.unwrap().y > 0.5 {
+        9.5 / 7.0 - 1.0
+    } else {
+        0.5
+    };
+    assert_relative(distance, expected, SUM_ROUND_OFF);
+}
+
+#[test]
+fn points_without_a_hull_are_refused() {
+    let corner = vector![1.0, 2.0, 3.0];
+    let bad = [corner, vector![0.0, f64::INFINITY, 0.0]];
+    assert_eq!(
+        field_from_hull(&bad).unwrap_err().to_string(),
+        "point 1 has the coordinate inf, but coordinates must be finite"
+    );
+    for too_few in [vec![], vec![corner], vec![corner; 2], vec![corner; 50]] {
+        let error = field_from_hull(&too_few).unwrap_err();
+        assert!(
+            matches!(error, HullError::NoHull { point_count, .. } if point_count == too_few.len())
+        );
+    }
+    let mut in_a_plane = points_on_sphere(1.0, 50);
+    for point in &mut in_a_plane {
+        point.z = 0.25;
+    }
+    let error = field_from_hull(&in_a_plane).unwrap_err();
+    assert!(
+        matches!(
+            error,
+            HullError::Mesh {
+                point_count: 50,
+                source: MeshError::EnclosedVolume { .. }
+            }
+        ),
+        "{error:?}"
+    );
+}
+
+// Poses.
+
+fn poses() -> impl Strategy<Value = Pose> {
+    let vectors = || prop::array::uniform3(-3.0..3.0).prop_map(Vector3::from);
+    (vectors(), vectors()).prop_map(|(turn, origin)| Pose::from_rotation_vector(&turn, origin))
+}
+
+proptest! {
+    #[test]
+    fn poses_of_both_libraries_map_points_alike(
+        pose_ab in poses(),
+        p_bq in prop::array::uniform3(-1.0..1.0),
+    ) {
+        let p_bq = Vector3::from(p_bq);
+        let p_aq = Pose3::from(pose_ab).transform_point(to_parry(&p_bq));
+        let expected = pose_ab.transformed_point(&p_bq);
+        prop_assert!((from_parry(p_aq) - expected).amax() <= 4.0 * ROTATION);
+        let back = Pose::from(Pose3::from(pose_ab));
+        prop_assert!((back.rotation() - pose_ab.rotation()).amax() <= ROTATION);
+        prop_assert_eq!(back.translation(), pose_ab.translation());
+    }
+}
