@@ -6,7 +6,7 @@ use hydroelastic::dynamics::{Body, State, World};
 use hydroelastic::mesh::TetMesh;
 use hydroelastic::spatial::Pose;
 use nalgebra::Vector3;
-use rerun::{Color, Mesh3D, RecordingStream, RecordingStreamResult, Transform3D, ViewCoordinates};
+use rerun::{Mesh3D, RecordingStream, RecordingStreamResult, Rgba32, Transform3D, ViewCoordinates};
 
 /// Logs which way is up, and the surface of every body in the body's frame.
 pub fn log_shapes(recording: &RecordingStream, world: &World) -> RecordingStreamResult<()> {
@@ -48,6 +48,7 @@ fn mesh(body: &Body) -> Mesh3D {
     Mesh3D::new(corners)
         .with_vertex_normals(normals)
         .with_vertex_colors(colors)
+        .with_albedo_factor(palette::GLASS)
 }
 
 /// The corners (m) of the surface triangles, counter-clockwise seen from outside.
@@ -57,7 +58,7 @@ fn triangles(mesh: &TetMesh) -> impl Iterator<Item = [Vector3<f64>; 3]> {
 }
 
 /// Octants of a body that moves have two colours in turn: its spin shows.
-fn color(center: &Vector3<f64>, moves: bool) -> Color {
+fn color(center: &Vector3<f64>, moves: bool) -> Rgba32 {
     match (moves, center.product() > 0.0) {
         (false, _) => palette::FIXED,
         (true, false) => palette::MOVING[0],

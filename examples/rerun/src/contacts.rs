@@ -1,16 +1,19 @@
 //! What bodies do to each other: surfaces and arrows in space, forces in a plot.
 
 use crate::layout::{FORCES, WORLD};
-use crate::{force, surface};
+use crate::{force, palette, surface};
 use hydroelastic::dynamics::{Contact, State, World};
 use rerun::{RecordingStream, RecordingStreamResult, Scalars, SeriesLines};
 
-/// Logs the names of the lines in the plot.
+/// Logs the names and colours of the lines in the plot.
 pub fn log_styles(recording: &RecordingStream, world: &World) -> RecordingStreamResult<()> {
+    let mut colors = palette::LINES.into_iter().cycle();
     for bodies in pairs(world) {
         let name = name(world, bodies);
         let names = ["normal", "friction"].map(|part| format!("{name} {part}"));
-        let lines = SeriesLines::new().with_names(names);
+        let lines = SeriesLines::new()
+            .with_colors(colors.by_ref().take(names.len()))
+            .with_names(names);
         recording.log_static(format!("{FORCES}/{name}"), &lines)?;
     }
     Ok(())

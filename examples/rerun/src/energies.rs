@@ -1,14 +1,16 @@
 //! The energies of a state, as lines in a plot.
 
 use crate::layout::ENERGIES;
+use crate::palette;
 use hydroelastic::dynamics::Report;
 use rerun::{RecordingStream, RecordingStreamResult, Scalars, SeriesLines};
 
 const NAMES: [&str; 4] = ["kinetic", "gravitational", "contact", "total"];
 
-/// Logs the names of the lines.
+/// Logs the names and colours of the lines.
 pub fn log_styles(recording: &RecordingStream) -> RecordingStreamResult<()> {
-    recording.log_static(ENERGIES, &SeriesLines::new().with_names(NAMES))
+    let lines = SeriesLines::new().with_names(NAMES);
+    recording.log_static(ENERGIES, &lines.with_colors(palette::LINES))
 }
 
 /// Logs the energies (J).

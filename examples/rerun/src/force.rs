@@ -11,13 +11,15 @@ use rerun::Arrows3D;
 const LENGTH: f64 = 3e-3;
 const RADIUS: f32 = 6e-3;
 
-/// An arrow; without a contact, none.
+/// An arrow; where nothing presses, none.
 pub fn arrow(contact: Option<&Contact>) -> Arrows3D {
-    let center = contact.and_then(|contact| contact.surface.center_of_pressure());
-    let force = contact.map(|contact| contact.wrench.on_a.force * LENGTH);
-    let arrows = Arrows3D::from_vectors(force.iter().map(single));
-    arrows
-        .with_origins(center.iter().map(single))
+    let at_center = contact.and_then(|contact| {
+        let center = contact.surface.center_of_pressure()?;
+        Some((center, contact.wrench.on_a.force * LENGTH))
+    });
+    let vectors = at_center.iter().map(|(_, vector)| single(vector));
+    Arrows3D::from_vectors(vectors)
+        .with_origins(at_center.iter().map(|(center, _)| single(center)))
         .with_radii([RADIUS])
         .with_colors([palette::FORCE])
 }

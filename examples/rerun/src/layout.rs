@@ -16,7 +16,7 @@ pub const FORCES: &str = "force";
 /// Seconds of simulation shown in a second: a bounce takes a few hundredths.
 const SPEED: f64 = 0.1;
 /// Width of the scene beside that of the plots.
-const SHARES: [f32; 2] = [3.0, 2.0];
+const SHARES: [f32; 2] = [2.0, 1.0];
 
 /// The scene, and beside it the plots.
 pub fn blueprint() -> Blueprint {

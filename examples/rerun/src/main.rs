@@ -18,13 +18,25 @@ use hydroelastic::dynamics::Integrator;
 use std::env;
 use std::error::Error;
 use std::iter;
+use std::process::ExitCode;
 
 /// Time step (s), the steps from one frame to the next, and the frames after the first: one second.
-const TIME_STEP: f64 = 2e-4;
-const STEPS_A_FRAME: usize = 10;
+const TIME_STEP: f64 = 1e-4;
+const STEPS_A_FRAME: usize = 20;
 const FRAMES: usize = 500;
 
-fn main() -> Result<(), Box<dyn Error>> {
+fn main() -> ExitCode {
+    match log() {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(error) => {
+            eprintln!("{error}");
+            ExitCode::FAILURE
+        }
+    }
+}
+
+/// Logs what stays once, then what changes, frame by frame.
+fn log() -> Result<(), Box<dyn Error>> {
     let recording = Destination::from_arguments(env::args().skip(1))?.recording()?;
     let world = scene::world()?;
     bodies::log_shapes(&recording, &world)?;

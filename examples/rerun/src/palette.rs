@@ -1,17 +1,27 @@
 //! Colours.
 
 use nalgebra::Vector3;
-use rerun::{Color, Rgba32};
+use rerun::Rgba32;
 
-/// Bodies that never move: seen through.
-pub const FIXED: Color = Color(Rgba32::from_unmultiplied_rgba(150, 155, 165, 110));
-/// The two colours of bodies that move: seen through as well.
-pub const MOVING: [Color; 2] = [
-    Color(Rgba32::from_unmultiplied_rgba(225, 230, 240, 110)),
-    Color(Rgba32::from_unmultiplied_rgba(90, 140, 220, 110)),
+/// Bodies that never move.
+pub const FIXED: Rgba32 = Rgba32::from_rgb(150, 155, 165);
+/// The two colours of bodies that move.
+pub const MOVING: [Rgba32; 2] = [
+    Rgba32::from_rgb(225, 230, 240),
+    Rgba32::from_rgb(90, 140, 220),
 ];
+/// What bodies let through: contact surfaces lie inside them.
+pub const GLASS: Rgba32 = Rgba32::from_unmultiplied_rgba(255, 255, 255, 60);
 /// Forces.
-pub const FORCE: Color = Color(Rgba32::from_rgb(60, 220, 120));
+pub const FORCE: Rgba32 = Rgba32::from_rgb(60, 220, 120);
+
+/// Lines of a plot, in turn.
+pub const LINES: [Rgba32; 4] = [
+    Rgba32::from_rgb(80, 160, 255),
+    Rgba32::from_rgb(255, 180, 60),
+    Rgba32::from_rgb(255, 80, 140),
+    Rgba32::from_rgb(235, 235, 235),
+];
 
 /// Colours of no pressure, of the highest, and of equal steps between: red, green, blue of 255.
 const PRESSURE: [[f64; 3]; 4] = [
@@ -22,10 +32,15 @@ const PRESSURE: [[f64; 3]; 4] = [
 ];
 
 /// The colour of a share, from 0 to 1, of the highest pressure.
-pub fn pressure(share: f64) -> Color {
+#[expect(
+    clippy::cast_possible_truncation,
+    clippy::cast_sign_loss,
+    reason = "from 0 to 3, and from 0 to 255"
+)]
+pub fn pressure(share: f64) -> Rgba32 {
     let place = share.clamp(0.0, 1.0) * (PRESSURE.len() - 1) as f64;
     let below = (place as usize).min(PRESSURE.len() - 2);
     let [low, high] = [below, below + 1].map(|stop| Vector3::from(PRESSURE[stop]));
     let [r, g, b] = low.lerp(&high, place - below as f64).into();
-    Color::from_rgb(r as u8, g as u8, b as u8)
+    Rgba32::from_rgb(r as u8, g as u8, b as u8)
 }

@@ -3,10 +3,10 @@
 use crate::bodies::single;
 use crate::palette;
 use hydroelastic::contact::{ContactPolygon, ContactSurface};
-use rerun::Mesh3D;
+use rerun::{Mesh3D, Rgba32};
 
-/// Pressure (Pa) of the last colour.
-const HIGHEST: f64 = 1e4;
+/// Pressure (Pa) of the last colour: about that of the first bounce.
+const HIGHEST: f64 = 1.6e4;
 
 /// The polygons of a surface (m, world frame); without one, nothing.
 pub fn mesh(surface: Option<&ContactSurface>) -> Mesh3D {
@@ -22,11 +22,15 @@ pub fn mesh(surface: Option<&ContactSurface>) -> Mesh3D {
 }
 
 /// Triangles from the first of a convex polygon's corners to all the others.
+#[expect(
+    clippy::cast_possible_truncation,
+    reason = "a surface has far fewer than 2³² corners"
+)]
 fn fan(first: usize, count: usize) -> impl Iterator<Item = [u32; 3]> {
     (first + 2..first + count).map(move |corner| [first, corner - 1, corner].map(|i| i as u32))
 }
 
-fn corner_colors(polygon: &ContactPolygon) -> impl Iterator<Item = rerun::Color> {
+fn corner_colors(polygon: &ContactPolygon) -> impl Iterator<Item = Rgba32> {
     let corners = polygon.outline.corners().iter();
     corners.map(|corner| palette::pressure(polygon.pressure_at(corner) / HIGHEST))
 }
