@@ -997,6 +997,21 @@ fn numbers_that_single_precision_does_not_have_are_refused() {
 }
 
 #[test]
+fn a_state_that_is_not_finite_is_refused() {
+    let world = tumbling(ELASTIC);
+    let mut timeless = world.initial_state();
+    timeless.time = f64::NAN;
+    let mut lost = world.initial_state();
+    lost.bodies[1].pose = Pose::from_translation(vector![f64::NAN, 0.0, 1.0]);
+    for state in [timeless, lost] {
+        let rollout = world.rollout(TIME_STEP, Integrator::Leapfrog).unwrap();
+        let trajectory = rollout.starting_from(state).unwrap().recorded(0, 1);
+        let error = refused("lost.glb", &Recording::new(&world, &trajectory.unwrap()));
+        assert!(matches!(error, FileError::NotFinite { .. }), "{error}");
+    }
+}
+
+#[test]
 fn times_that_single_precision_does_not_have_are_refused() {
     let world = tumbling(ELASTIC);
     let trajectory = rollout(&world);

@@ -114,15 +114,14 @@ impl Data {
     /// Moves accessors, views and buffer into a document; the bytes of the buffer.
     pub fn moved_into(mut self, root: &mut Root) -> Vec<u8> {
         let mut offset = 0;
-        for (part, bytes) in PARTS.into_iter().zip(&self.parts) {
-            if !bytes.is_empty() {
-                let view = root.push(view(part, offset, bytes.len()));
-                let alike = self.accessors.iter_mut();
-                alike
-                    .filter(|accessor| accessor.buffer_view == Some(placeholder(part)))
-                    .for_each(|accessor| accessor.buffer_view = Some(view));
-                offset += bytes.len();
-            }
+        let views = PARTS.map(|part| {
+            let (start, length) = (offset, self.parts[part as usize].len());
+            offset += length;
+            (length > 0).then(|| root.push(view(part, start, length)))
+        });
+        for accessor in &mut self.accessors {
+            let part = accessor.buffer_view;
+            accessor.buffer_view = part.and_then(|part| views[part.value()]);
         }
         if offset > 0 {
             root.push(buffer(offset));

@@ -17,6 +17,7 @@ use super::mesh_file::{extension, unknown_extension};
 use super::trajectory::check_fits;
 use crate::dynamics::{ExternalForces, Gravity, Trajectory, World};
 use document::{Document, Unwritable};
+use drawing::single;
 use marks::{Path as MarkedPath, Target};
 use nalgebra::Vector3;
 use std::path::Path;
@@ -157,6 +158,8 @@ impl<'a, F: ExternalForces> Recording<'a, F> {
         let bodies = self.world.bodies();
         let frames = frames::frames(self.world, self.trajectory, self.slowdown);
         let mut document = Document::new();
+        let times = frames.iter().flat_map(|frame| single([frame.time]));
+        document.data.check(times);
         bodies::add(&mut document, bodies, &frames);
         surfaces::add(&mut document, &frames);
         let length = view::arrow_length(bodies);

@@ -1,7 +1,7 @@
 //! The contact surfaces, coloured by pressure.
 //!
-//! A contact surface has other polygons in every frame, so each frame that shows one has a mesh of
-//! its own, visible (at scale 1 instead of 0) until the next one takes its place.
+//! A contact surface has other polygons in every frame, so each that is shown has a mesh of its own,
+//! visible (at scale 1 instead of 0) in the frames that it stands for.
 
 use super::document::Document;
 use super::drawing::{Triangles, index, single};
@@ -50,15 +50,14 @@ fn shown(frames: &[Frame]) -> Vec<Vec<usize>> {
     let touching: Vec<usize> = (0..frames.len())
         .filter(|&place| !frames[place].contacts.is_empty())
         .collect();
-    let runs: Vec<&[usize]> = touching.chunk_by(|a, b| a + 1 == *b).collect();
-    let cut = |every: usize| runs.iter().flat_map(move |run| run.chunks(every));
-    let every = (1..=touching.len()).find(|&every| cut(every).count() <= LARGEST_COUNT);
-    if let Some(every) = every {
-        return cut(every).map(<[usize]>::to_vec).collect();
+    let mut touches: Vec<&[usize]> = touching.chunk_by(|a, b| a + 1 == *b).collect();
+    if touches.len() > LARGEST_COUNT {
+        // One surface has to stand for several touches.
+        touches = vec![&touching];
     }
-    // Bodies touch more often than that, so a surface stands for several touches.
-    let every = touching.len().div_ceil(LARGEST_COUNT).max(1);
-    touching.chunks(every).map(<[usize]>::to_vec).collect()
+    let cut = |every: usize| touches.iter().flat_map(move |touch| touch.chunks(every));
+    let every = (1..=touching.len()).find(|&every| cut(every).count() <= LARGEST_COUNT);
+    cut(every.unwrap_or(1)).map(<[usize]>::to_vec).collect()
 }
 
 /// Adds a mesh that is visible in some frames.
