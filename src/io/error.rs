@@ -28,6 +28,17 @@ pub enum FileError {
         /// The file.
         path: PathBuf,
     },
+    /// A recording cannot be slowed down so.
+    #[error(
+        "nothing was written to {}: it was to be {found} times slower, but that has to be a positive, finite number",
+        path.display()
+    )]
+    Slowdown {
+        /// The file.
+        path: PathBuf,
+        /// How many times slower it was to be.
+        found: f64,
+    },
     /// The name of the file does not end in a format that is known.
     #[error("the name of {} ends in {found:?}, but has to end in one of {expected:?}", path.display())]
     UnknownExtension {

@@ -4,6 +4,7 @@
 
 pub mod balls;
 pub mod differences;
+pub mod glb;
 pub mod half_planes;
 pub mod reference;
 pub mod scenes;

@@ -33,9 +33,11 @@ struct Outline {
 
 /// Adds the bodies, those that forces move in colours of their own.
 pub(super) fn add(document: &mut Document, bodies: &[Body], frames: &[Frame]) {
+    if bodies.is_empty() {
+        return;
+    }
     let edge = document.material(unlit(materials::EDGES, EDGE_OPACITY));
     let times: Vec<f64> = frames.iter().map(|frame| frame.time).collect();
-    let times = document.data.times(&times);
     let mut outlines = Vec::new();
     let mut colors = materials::BODIES.into_iter().cycle();
     for (place, body) in bodies.iter().enumerate() {
@@ -56,7 +58,7 @@ pub(super) fn add(document: &mut Document, bodies: &[Body], frames: &[Frame]) {
             rotation: Some(UnitQuaternion(single(quaternion(&states[0].pose)))),
             ..Node::default()
         });
-        animate(document, node, times, &states);
+        animate(document, node, &times, &states);
     }
 }
 
@@ -66,32 +68,34 @@ fn mesh<'b>(
     body: &'b Body,
     [skin, edge]: [Index<Material>; 2],
 ) -> Index<Mesh> {
-    let known = outlines
-        .iter()
-        .find(|(shape, _)| Arc::ptr_eq(shape, body.shape()));
-    let outline = known.map_or_else(
-        || Outline::of(body.shape(), document),
-        |(_, outline)| *outline,
-    );
-    outlines.push((body.shape(), outline));
     let Outline {
         points,
         triangles,
         edges,
-    } = outline;
+    } = outline(document, outlines, body.shape());
     let skin = primitive(Mode::Triangles, points, triangles, skin);
     let edges = edges.map(|edges| primitive(Mode::Lines, points, edges, edge));
     let primitives = [skin].into_iter().chain(edges).collect();
-    document.mesh(body.name(), primitives)
+    document.mesh(primitives)
+}
+
+/// The outline of a shape, new or known.
+fn outline<'b>(
+    document: &mut Document,
+    outlines: &mut Vec<(&'b Arc<Shape>, Outline)>,
+    shape: &'b Arc<Shape>,
+) -> Outline {
+    let known = outlines.iter().find(|(other, _)| Arc::ptr_eq(other, shape));
+    if let Some((_, outline)) = known {
+        return *outline;
+    }
+    let outline = Outline::of(shape, document);
+    outlines.push((shape, outline));
+    outline
 }
 
 /// Moves the node of a body from frame to frame, if the body moves.
-fn animate(
-    document: &mut Document,
-    node: Index<Node>,
-    times: Index<Accessor>,
-    states: &[BodyState],
-) {
+fn animate(document: &mut Document, node: Index<Node>, times: &[f64], states: &[BodyState]) {
     let positions: Vec<[f64; 3]> = states
         .iter()
         .map(|state| (*state.position()).into())

@@ -1,10 +1,12 @@
 //! The numbers of a glTF document: accessors and the binary buffer behind them.
 
+use super::drawing::single;
 use gltf_json::accessor::{ComponentType, GenericComponentType, Type};
 use gltf_json::buffer::{Buffer, Stride, Target, View};
 use gltf_json::validation::{Checked, USize64};
 use gltf_json::{Accessor, Extras, Index, Root, Value};
 use nalgebra::Vector3;
+use rustc_hash::FxHashMap;
 
 /// What the parts of the buffer hold.
 #[derive(Clone, Copy)]
@@ -19,8 +21,9 @@ enum Part {
 pub(super) struct Data {
     parts: [Vec<u8>; 4],
     accessors: Vec<Accessor>,
-    /// Whether every number was finite in single precision.
-    pub is_finite: bool,
+    /// The accessors of keys, by numbers in a value and the bits of all of them.
+    shared: FxHashMap<(usize, Vec<u64>), Index<Accessor>>,
+    is_finite: bool,
 }
 
 impl Data {
@@ -28,14 +31,25 @@ impl Data {
         Self {
             parts: [const { Vec::new() }; 4],
             accessors: Vec::new(),
+            shared: FxHashMap::default(),
             is_finite: true,
         }
+    }
+
+    /// Whether all numbers so far were finite in single precision.
+    pub fn is_finite(&self) -> bool {
+        self.is_finite
+    }
+
+    /// Remembers if one of these is not finite.
+    pub fn check(&mut self, numbers: impl IntoIterator<Item = f32>) {
+        self.is_finite &= numbers.into_iter().all(f32::is_finite);
     }
 
     /// Points of a mesh (m).
     pub fn positions(&mut self, points: &[Vector3<f64>]) -> Index<Accessor> {
         let points: Vec<[f64; 3]> = points.iter().map(|&point| point.into()).collect();
-        self.floats(Part::Positions, Type::Vec3, &points)
+        self.bounded_floats(Part::Positions, Type::Vec3, &points)
     }
 
     /// Colours of the points of a mesh: linear red, green, blue and alpha.
@@ -67,27 +81,47 @@ impl Data {
     /// Times (s) of keys, in increasing order.
     pub fn times(&mut self, times: &[f64]) -> Index<Accessor> {
         let times: Vec<[f64; 1]> = times.iter().map(|&time| [time]).collect();
-        self.floats(Part::Keys, Type::Scalar, &times)
+        self.shared(&times, |data| {
+            data.bounded_floats(Part::Keys, Type::Scalar, &times)
+        })
     }
 
     /// What keys say: translations, scales, or quaternions x y z w.
     pub fn keys<const N: usize>(&mut self, values: &[[f64; N]]) -> Index<Accessor> {
         let kind = if N == 4 { Type::Vec4 } else { Type::Vec3 };
-        self.floats(Part::Keys, kind, values)
+        self.shared(values, |data| {
+            let accessor = data.floats(Part::Keys, kind, &singles(values));
+            data.push(accessor)
+        })
+    }
+
+    /// One accessor for the same times or values, however often they are asked for.
+    fn shared<const N: usize>(
+        &mut self,
+        values: &[[f64; N]],
+        new: impl Fn(&mut Self) -> Index<Accessor>,
+    ) -> Index<Accessor> {
+        let bits = values.iter().flatten().map(|number| number.to_bits());
+        let key = (N, bits.collect());
+        if let Some(known) = self.shared.get(&key) {
+            return *known;
+        }
+        let accessor = new(self);
+        self.shared.insert(key, accessor);
+        accessor
     }
 
     /// Moves accessors, views and buffer into a document; the bytes of the buffer.
     pub fn moved_into(mut self, root: &mut Root) -> Vec<u8> {
         let mut offset = 0;
-        for (part, bytes) in PARTS.into_iter().zip(&self.parts) {
-            if !bytes.is_empty() {
-                let view = root.push(view(part, offset, bytes.len()));
-                let alike = self.accessors.iter_mut();
-                alike
-                    .filter(|accessor| accessor.buffer_view == Some(placeholder(part)))
-                    .for_each(|accessor| accessor.buffer_view = Some(view));
-                offset += bytes.len();
-            }
+        let views = PARTS.map(|part| {
+            let (start, length) = (offset, self.parts[part as usize].len());
+            offset += length;
+            (length > 0).then(|| root.push(view(part, start, length)))
+        });
+        for accessor in &mut self.accessors {
+            let part = accessor.buffer_view;
+            accessor.buffer_view = part.and_then(|part| views[part.value()]);
         }
         if offset > 0 {
             root.push(buffer(offset));
@@ -96,35 +130,35 @@ impl Data {
         self.parts.concat()
     }
 
-    #[expect(
-        clippy::cast_possible_truncation,
-        reason = "glTF has numbers of single precision"
-    )]
-    fn floats<const N: usize>(
+    /// Numbers with the least and the largest of each component, which glTF asks of points and times.
+    fn bounded_floats<const N: usize>(
         &mut self,
         part: Part,
         kind: Type,
         values: &[[f64; N]],
     ) -> Index<Accessor> {
-        let values: Vec<[f32; N]> = values.iter().map(|v| v.map(|x| x as f32)).collect();
-        self.is_finite &= values.iter().flatten().all(|number| number.is_finite());
-        let bound = |start, extreme: fn(f32, f32) -> f32| {
-            let along = |axis: usize| values.iter().map(|v| v[axis]).fold(start, extreme);
-            let bound: [f32; N] = std::array::from_fn(along);
-            Some(Value::from(bound.to_vec()))
+        let values = singles(values);
+        let bound = |extreme: fn(f32, f32) -> f32| {
+            let bound = values.iter().copied().reduce(|bound, value| {
+                std::array::from_fn(|component| extreme(bound[component], value[component]))
+            });
+            bound.map(|bound| Value::from(bound.to_vec()))
         };
-        let (min, max) = (
-            bound(f32::INFINITY, f32::min),
-            bound(f32::NEG_INFINITY, f32::max),
-        );
-        let bytes = values.iter().flatten().flat_map(|x| x.to_le_bytes());
-        let offset = self.append(part, bytes.collect());
-        let accessor = accessor(part, offset, values.len(), (ComponentType::F32, kind));
+        let [min, max] = [bound(f32::min), bound(f32::max)];
+        let accessor = self.floats(part, kind, &values);
         self.push(Accessor {
             min,
             max,
             ..accessor
         })
+    }
+
+    fn floats<const N: usize>(&mut self, part: Part, kind: Type, values: &[[f32; N]]) -> Accessor {
+        let numbers = values.as_flattened();
+        self.check(numbers.iter().copied());
+        let bytes = numbers.iter().flat_map(|number| number.to_le_bytes());
+        let offset = self.append(part, bytes.collect());
+        accessor(part, offset, values.len(), (ComponentType::F32, kind))
     }
 
     /// Where the bytes begin in their part. Numbers are aligned to 4 bytes.
@@ -142,6 +176,10 @@ impl Data {
 }
 
 const PARTS: [Part; 4] = [Part::Positions, Part::Colors, Part::Indices, Part::Keys];
+
+fn singles<const N: usize>(values: &[[f64; N]]) -> Vec<[f32; N]> {
+    values.iter().map(|&value| single(value)).collect()
+}
 
 /// The number in 16 bits; the largest of these is reserved.
 fn short(index: u32) -> Option<u16> {

@@ -5,13 +5,15 @@ use gltf_json::animation::{Animation, Channel, Interpolation, Property, Sampler,
 use gltf_json::mesh::{Mesh, Primitive};
 use gltf_json::scene::{Scene, UnitQuaternion};
 use gltf_json::validation::Checked;
-use gltf_json::{Accessor, Camera, Extras, Index, Material, Node, Root};
+use gltf_json::{Camera, Extras, Index, Material, Node, Root};
 
 /// Bytes of the header of a `.glb` file, and of that of a chunk.
 const HEADER: usize = 12;
 const CHUNK_HEADER: usize = 8;
 /// Version of glTF.
 const VERSION: u32 = 2;
+/// The extension of glTF by which materials are the same in any light.
+const UNLIT: &str = "KHR_materials_unlit";
 
 /// Meshes, nodes and their animation.
 pub(super) struct Document {
@@ -36,7 +38,6 @@ impl Document {
     pub fn new() -> Self {
         let mut root = Root::default();
         root.asset.generator = Some("hydroelastic".to_owned());
-        root.extensions_used = vec!["KHR_materials_unlit".to_owned()];
         Self {
             root,
             data: Data::new(),
@@ -47,16 +48,23 @@ impl Document {
     }
 
     pub fn material(&mut self, material: Material) -> Index<Material> {
+        let used = &mut self.root.extensions_used;
+        if material.extensions.is_some() && used.is_empty() {
+            used.push(UNLIT.to_owned());
+        }
         self.root.push(material)
     }
 
     pub fn camera(&mut self, camera: Camera) -> Index<Camera> {
+        let perspective = camera.perspective.iter();
+        self.data
+            .check(perspective.map(|perspective| perspective.znear));
         self.root.push(camera)
     }
 
-    pub fn mesh(&mut self, name: &str, primitives: Vec<Primitive>) -> Index<Mesh> {
+    pub fn mesh(&mut self, primitives: Vec<Primitive>) -> Index<Mesh> {
         self.root.push(Mesh {
-            name: Some(name.to_owned()),
+            name: None,
             primitives,
             weights: None,
             extensions: None,
@@ -71,23 +79,27 @@ impl Document {
             .into_iter()
             .flatten()
             .flatten();
-        let mut numbers = vectors.chain(rotation.into_iter().flatten());
-        self.data.is_finite &= numbers.all(f32::is_finite);
+        self.data
+            .check(vectors.chain(rotation.into_iter().flatten()));
         let index = self.root.push(node);
         self.top.push(index);
         index
     }
 
-    /// Moves a node by keys at these times: 4 numbers each for a rotation, otherwise 3.
+    /// Moves a node by keys at these times: 4 numbers each for a rotation, otherwise 3. With one key
+    /// alone it stays as it is.
     pub fn animate<const N: usize>(
         &mut self,
         node: Index<Node>,
         (property, interpolation): (Property, Interpolation),
-        times: Index<Accessor>,
+        times: &[f64],
         values: &[[f64; N]],
     ) {
+        if times.len() < 2 {
+            return;
+        }
         let sampler = Sampler {
-            input: times,
+            input: self.data.times(times),
             interpolation: Checked::Valid(interpolation),
             output: self.data.keys(values),
             extensions: None,
@@ -109,7 +121,7 @@ impl Document {
 
     /// The file, with the world turned by a quaternion (x y z w) so that y is up.
     pub fn into_glb(mut self, to_y_up: [f32; 4]) -> Result<Vec<u8>, Unwritable> {
-        if !self.data.is_finite {
+        if !self.data.is_finite() {
             return Err(Unwritable::NotFinite);
         }
         let world = self.root.push(Node {
@@ -143,12 +155,14 @@ impl Document {
 /// The `.glb` container of the two chunks.
 fn container(mut json: Vec<u8>, binary: Vec<u8>) -> Result<Vec<u8>, Unwritable> {
     json.resize(json.len().next_multiple_of(4), b' ');
-    let length = HEADER + 2 * CHUNK_HEADER + json.len() + binary.len();
+    let mut chunks = vec![(b"JSON", json), (b"BIN\0", binary)];
+    chunks.retain(|(_, chunk)| !chunk.is_empty());
+    let lengths = chunks.iter().map(|(_, chunk)| CHUNK_HEADER + chunk.len());
+    let length = HEADER + lengths.sum::<usize>();
     let size = |bytes: usize| u32::try_from(bytes).map_err(|_| Unwritable::TooLong(length));
     let mut glb = b"glTF".to_vec();
     glb.extend([VERSION, size(length)?].map(u32::to_le_bytes).concat());
-    let chunks = [(b"JSON", json), (b"BIN\0", binary)];
-    for (kind, chunk) in chunks.into_iter().filter(|(_, chunk)| !chunk.is_empty()) {
+    for (kind, chunk) in chunks {
         glb.extend(size(chunk.len())?.to_le_bytes());
         glb.extend(kind);
         glb.extend(chunk);

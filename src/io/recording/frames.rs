@@ -15,7 +15,8 @@ pub(super) struct Frame<'a> {
     pub contacts: Vec<Contact>,
 }
 
-/// The states no nearer to each other than the frame rate allows, time passing so many times slower.
+/// The first state, and then those no nearer to each other than the frame rate allows, time passing so
+/// many times slower.
 pub(super) fn frames<'a, F: ExternalForces>(
     world: &World<f64, F>,
     trajectory: &'a Trajectory,
@@ -26,7 +27,7 @@ pub(super) fn frames<'a, F: ExternalForces>(
     let mut frames = Vec::new();
     for state in trajectory.states() {
         let time = (state.time - start) * slowdown;
-        if time >= due {
+        if time >= due || frames.is_empty() {
             due = time + (1.0 - ROUNDING) / RATE;
             frames.push(Frame {
                 time,

@@ -18,12 +18,18 @@ pub(super) struct Loads {
     pub by_frame: Vec<Option<Load>>,
 }
 
+/// The norm of the largest vector.
+pub(super) fn largest(loads: &[Loads]) -> f64 {
+    let all = loads.iter().flat_map(|loads| &loads.by_frame).flatten();
+    all.map(|load| load.vector.norm()).fold(0.0, f64::max)
+}
+
 /// The force (N) between two bodies, on the first of them that moves by forces, at the centre of
 /// pressure; for all pairs that touch in any frame.
 pub(super) fn forces(bodies: &[Body], frames: &[Frame]) -> Vec<Loads> {
     let of_frame = |frame: &Frame| {
-        let forces = frame.contacts.iter();
-        forces
+        let contacts = frame.contacts.iter();
+        contacts
             .filter_map(|contact| Some((contact.bodies, force(contact, bodies)?)))
             .collect()
     };

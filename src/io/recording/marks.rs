@@ -2,8 +2,9 @@
 
 use super::document::Document;
 use super::drawing::{Triangles, single};
-use super::materials::{PATHS, TARGET, lit, mixed};
-use gltf_json::Node;
+use super::materials::{Color, PATHS, TARGET, lit, mixed};
+use super::view::square_to;
+use gltf_json::{Material, Node};
 use nalgebra::Vector3;
 
 /// A point that is marked by a ball.
@@ -21,8 +22,6 @@ pub(super) struct Path {
     pub points: Vec<Vector3<f64>>,
 }
 
-/// A vector that has less than this across a direction is along it.
-const ALONG: f64 = 1e-6;
 /// Segments of a marking ball from pole to pole.
 const SEGMENTS: usize = 8;
 const OPACITY: f32 = 0.6;
@@ -36,7 +35,7 @@ pub(super) fn add_targets(document: &mut Document, targets: &[Target]) {
     for target in targets {
         let material = document.material(lit(TARGET, OPACITY));
         let primitive = ball.primitive(document, material);
-        let mesh = document.mesh(&target.name, vec![primitive]);
+        let mesh = document.mesh(vec![primitive]);
         document.node(Node {
             mesh: Some(mesh),
             name: Some(target.name.clone()),
@@ -49,44 +48,65 @@ pub(super) fn add_targets(document: &mut Document, targets: &[Target]) {
 
 /// Adds paths as tubes of some radius (m), in colours from that of the first to that of the last.
 pub(super) fn add_paths(document: &mut Document, paths: &[Path], radius: f64) {
-    let lines = paths.iter().enumerate();
-    for (place, path) in lines.filter(|(_, path)| path.points.len() > 1) {
+    for (place, path) in paths.iter().enumerate() {
         let color = mixed(PATHS[0], PATHS[1], (place + 1) as f64 / paths.len() as f64);
-        let material = document.material(lit(color, 1.0));
-        let tube = tube(&path.points, radius).primitive(document, material);
-        let mesh = document.mesh(&path.name, vec![tube]);
-        document.node(Node {
-            mesh: Some(mesh),
-            name: Some(path.name.clone()),
-            ..Node::default()
-        });
+        add_path(document, path, color, radius);
     }
 }
 
-/// A tube around a line, with open ends.
+fn add_path(document: &mut Document, path: &Path, color: Color, radius: f64) {
+    let points = path.points.iter();
+    document
+        .data
+        .check(points.flat_map(|&point| single(point.into())));
+    let line = without_stays(&path.points);
+    if line.len() < 2 {
+        return;
+    }
+    let material = document.material(Material {
+        double_sided: true,
+        ..lit(color, 1.0)
+    });
+    let tube = tube(&line, radius).primitive(document, material);
+    let mesh = document.mesh(vec![tube]);
+    document.node(Node {
+        mesh: Some(mesh),
+        name: Some(path.name.clone()),
+        ..Node::default()
+    });
+}
+
+/// The points that differ from the one before.
+fn without_stays(points: &[Vector3<f64>]) -> Vec<Vector3<f64>> {
+    let mut line = points.to_vec();
+    line.dedup_by(|next, point| (*next - *point).norm() == 0.0);
+    line
+}
+
+/// A tube around a line, with open ends; no point is the one before. Its spokes change as little as they can
+/// from point to point, so it is inside out where the line goes back.
 fn tube(line: &[Vector3<f64>], radius: f64) -> Triangles {
-    let mut across = Vector3::zeros();
+    let [mut across, mut third] = [Vector3::zeros(); 2];
     let mut rings = Vec::new();
     for (place, point) in line.iter().enumerate() {
-        let [before, after] = [place.saturating_sub(1), (place + 1).min(line.len() - 1)];
-        let along = (line[after] - line[before]).try_normalize(0.0);
-        let along = along.unwrap_or_else(Vector3::x);
+        let along = direction(line, place);
         across = square_to(&along, &across);
-        let third = along.cross(&across);
+        let beside = along.cross(&across);
+        third = if beside.dot(&third) < 0.0 {
+            -beside
+        } else {
+            beside
+        };
         rings.push([across, third, -across, -third].map(|spoke| point + spoke * radius));
     }
     Triangles::between_rings(&rings)
 }
 
-/// The direction across `along` that is nearest to `before`.
-fn square_to(along: &Vector3<f64>, before: &Vector3<f64>) -> Vector3<f64> {
-    let rejected = |vector: &Vector3<f64>| {
-        let across = vector - along * along.dot(vector);
-        across.try_normalize(ALONG)
-    };
-    let directions = [*before, Vector3::z(), Vector3::x()];
-    directions
-        .iter()
-        .find_map(rejected)
-        .unwrap_or_else(Vector3::y)
+/// The direction of a line at one of its points: from the one before to the one after, or, where it turns
+/// back, from the one before to it.
+fn direction(line: &[Vector3<f64>], place: usize) -> Vector3<f64> {
+    let [before, after] = [place.saturating_sub(1), (place + 1).min(line.len() - 1)];
+    let chords = [line[after] - line[before], line[place] - line[before]];
+    let directions = chords.iter().find_map(|chord| chord.try_normalize(0.0));
+    directions.unwrap_or_else(Vector3::x)
 }

@@ -1,20 +1,19 @@
 //! The contact surfaces, coloured by pressure.
 //!
-//! A contact surface has other polygons in every frame, so each frame that shows one has a mesh of
-//! its own, visible (at scale 1 instead of 0) until the next one takes its place.
+//! A contact surface has other polygons in every frame, so each that is shown has a mesh of its own,
+//! visible (at scale 1 instead of 0) in the frames that it stands for.
 
 use super::document::Document;
-use super::drawing::{Triangles, index};
+use super::drawing::{Triangles, index, single};
 use super::frames::Frame;
 use super::materials::{pressure_color, unlit};
 use crate::contact::ContactPolygon;
 use gltf_json::animation::{Interpolation, Property};
-use gltf_json::mesh::Semantic;
+use gltf_json::mesh::{Mesh, Semantic};
 use gltf_json::validation::Checked;
 use gltf_json::{Index, Material, Node};
 use nalgebra::Vector3;
 use rustc_hash::FxHashMap;
-use std::ops::Range;
 
 /// So many contact surfaces at most; each then stands for several frames.
 const LARGEST_COUNT: usize = 240;
@@ -29,46 +28,63 @@ struct Colored {
     colors: Vec<[u8; 4]>,
 }
 
-/// Adds the contact surfaces of all frames.
+/// Adds the contact surfaces of all frames; not those too small for single precision.
 pub(super) fn add(document: &mut Document, frames: &[Frame]) {
     let peak = frames.iter().flat_map(polygons).map(peak_pressure);
     let peak = peak.fold(f64::MIN_POSITIVE, f64::max);
-    let material = document.material(unlit([255; 3], 1.0));
-    for shown in shown(frames) {
-        let colored = Colored::of(&frames[shown.start], peak);
-        let name = format!("contact surface, brightest at {peak:.3e} Pa");
-        let node = colored.add_to(document, &name, material);
-        show(document, node, frames, &shown);
+    let name = format!("contact surface, brightest at {peak:.3e} Pa");
+    let mut material = None;
+    for places in shown(frames) {
+        let colored = Colored::of(&frames[places[0]], peak);
+        if !colored.surface.triangles.is_empty() {
+            let white = || document.material(unlit([255; 3], 1.0));
+            let material = *material.get_or_insert_with(white);
+            let mesh = colored.mesh(document, material);
+            show(document, (mesh, &name), frames, &places);
+        }
     }
 }
 
 /// For each contact surface the frames it is shown in, the first of them its own.
-fn shown(frames: &[Frame]) -> Vec<Range<usize>> {
+fn shown(frames: &[Frame]) -> Vec<Vec<usize>> {
     let touching: Vec<usize> = (0..frames.len())
         .filter(|&place| !frames[place].contacts.is_empty())
         .collect();
-    let every = touching.len().div_ceil(LARGEST_COUNT).max(1);
-    let runs = touching.chunk_by(|place, next| *next == place + 1);
-    runs.flat_map(|run| run.chunks(every))
-        .map(|places| places[0]..places[places.len() - 1] + 1)
-        .collect()
+    let mut touches: Vec<&[usize]> = touching.chunk_by(|a, b| a + 1 == *b).collect();
+    if touches.len() > LARGEST_COUNT {
+        // One surface has to stand for several touches.
+        touches = vec![&touching];
+    }
+    let cut = |every: usize| touches.iter().flat_map(move |touch| touch.chunks(every));
+    let every = (1..=touching.len()).find(|&every| cut(every).count() <= LARGEST_COUNT);
+    cut(every.unwrap_or(1)).map(<[usize]>::to_vec).collect()
 }
 
-/// Makes a node visible in some frames.
-fn show(document: &mut Document, node: Index<Node>, frames: &[Frame], shown: &Range<usize>) {
-    let mut keys = vec![(frames[shown.start].time, 1.0)];
-    if shown.start > 0 {
-        keys.insert(0, (frames[0].time, 0.0));
+/// Adds a mesh that is visible in some frames.
+fn show(
+    document: &mut Document,
+    (mesh, name): (Index<Mesh>, &str),
+    frames: &[Frame],
+    places: &[usize],
+) {
+    let mut keys: Vec<(f64, bool)> = Vec::new();
+    for (place, frame) in frames.iter().enumerate() {
+        let is_visible = places.binary_search(&place).is_ok();
+        if keys.last().is_none_or(|key| key.1 != is_visible) {
+            keys.push((frame.time, is_visible));
+        }
     }
-    if let Some(after) = frames.get(shown.end) {
-        keys.push((after.time, 0.0));
-    }
-    let (times, scales): (Vec<f64>, Vec<[f64; 3]>) = keys
-        .into_iter()
-        .map(|(time, scale)| (time, [scale; 3]))
-        .unzip();
-    let times = document.data.times(&times);
-    document.animate(node, (Property::Scale, Interpolation::Step), times, &scales);
+    let scale = |key: &(f64, bool)| [f64::from(u8::from(key.1)); 3];
+    let scales: Vec<_> = keys.iter().map(scale).collect();
+    let times: Vec<_> = keys.iter().map(|key| key.0).collect();
+    let node = document.node(Node {
+        mesh: Some(mesh),
+        name: Some(name.to_owned()),
+        scale: Some(single(scales[0])),
+        ..Node::default()
+    });
+    let way = (Property::Scale, Interpolation::Step);
+    document.animate(node, way, &times, &scales);
 }
 
 fn polygons<'a>(frame: &'a Frame) -> impl Iterator<Item = &'a ContactPolygon> {
@@ -101,7 +117,8 @@ impl Colored {
         let mut places = FxHashMap::default();
         for polygon in polygons(frame) {
             let place = |corner: &Vector3<f64>| {
-                let near = corner.map(|coordinate| (coordinate / cell).round().to_bits());
+                // Plus zero: there are two zeros.
+                let near = corner.map(|x| ((x / cell).round() + 0.0).to_bits());
                 *places.entry(near).or_insert_with(|| {
                     let pressure = polygon.pressure_at(corner) / peak;
                     colored.push(*corner, pressure_color(pressure))
@@ -129,23 +146,11 @@ impl Colored {
             .extend(fan.filter(|triangle| !is_flat(triangle)));
     }
 
-    /// Invisible where nothing is animated.
-    fn add_to(
-        &self,
-        document: &mut Document,
-        name: &str,
-        material: Index<Material>,
-    ) -> Index<Node> {
+    fn mesh(&self, document: &mut Document, material: Index<Material>) -> Index<Mesh> {
         let colors = document.data.colors(&self.colors);
         let mut primitive = self.surface.primitive(document, material);
         let semantic = Checked::Valid(Semantic::Colors(0));
         primitive.attributes.insert(semantic, colors);
-        let mesh = document.mesh(name, vec![primitive]);
-        document.node(Node {
-            mesh: Some(mesh),
-            name: Some(name.to_owned()),
-            scale: Some([0.0; 3]),
-            ..Node::default()
-        })
+        document.mesh(vec![primitive])
     }
 }

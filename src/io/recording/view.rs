@@ -13,6 +13,8 @@ use nalgebra::{UnitQuaternion, Vector3};
 const VIEW: f32 = 0.7;
 /// The nearest distance seen, as a part of that to the point looked at.
 const NEAREST: f64 = 1e-2;
+/// A unit vector that has less than this across a direction is along it.
+const ALONG: f64 = 1e-6;
 
 /// Where the scene is seen from, and the point looked at (m).
 #[derive(Debug, Clone, Copy)]
@@ -22,11 +24,12 @@ pub(super) struct Camera {
 }
 
 impl Camera {
-    /// Adds the camera, upright.
+    /// Adds the camera, upright, or with y up in its picture if it looks along `up`.
     pub fn add_to(&self, document: &mut Document, up: &Vector3<f64>) {
         // A camera of glTF looks against its z axis; y is up.
         let backwards = self.eye - self.point;
-        let turn = UnitQuaternion::face_towards(&backwards, up);
+        let upwards = square_to(&backwards.normalize(), up);
+        let turn = UnitQuaternion::face_towards(&backwards, &upwards);
         let [near] = single([NEAREST * backwards.norm()]);
         let camera = document.camera(GltfCamera {
             name: None,
@@ -75,12 +78,29 @@ pub(super) fn turn_between(from: &Vector3<f64>, to: &Vector3<f64>) -> UnitQuater
     })
 }
 
-/// Length of the longest arrow (m): the diagonal of the box around the largest body that forces move.
+/// The direction across `along` that is nearest to `wanted`, or to y or z if `wanted` is along it.
+pub(super) fn square_to(along: &Vector3<f64>, wanted: &Vector3<f64>) -> Vector3<f64> {
+    let rejected = |vector: &Vector3<f64>| {
+        let across = vector - along * along.dot(vector);
+        across.try_normalize(ALONG)
+    };
+    let candidates = [*wanted, Vector3::y(), Vector3::z()];
+    let across = candidates.iter().find_map(rejected);
+    across.unwrap_or_else(Vector3::x)
+}
+
+/// Length of the longest arrow (m): the diagonal of the box around the largest body that forces move; of
+/// the largest of all if there is none, or 1 without bodies.
 pub(super) fn arrow_length(bodies: &[Body]) -> f64 {
-    let moving = bodies.iter().filter(|body| body.inertia().is_some());
-    let diagonals = moving.map(|body| {
-        let bounds = body.shape().field().mesh().aabb();
-        2.0 * bounds.half_extents().norm()
-    });
-    diagonals.fold(0.0, f64::max)
+    let largest = |moves: bool| {
+        let bodies = bodies.iter();
+        let bodies = bodies.filter(|body| body.inertia().is_some() == moves);
+        bodies.map(diagonal).reduce(f64::max)
+    };
+    largest(true).or_else(|| largest(false)).unwrap_or(1.0)
+}
+
+fn diagonal(body: &Body) -> f64 {
+    let bounds = body.shape().field().mesh().aabb();
+    2.0 * bounds.half_extents().norm()
 }
