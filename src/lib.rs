@@ -28,6 +28,8 @@
 //!   IROS 2019.
 //! - \[Hunt 1975\] K. Hunt, F. Crossley, "Coefficient of restitution interpreted as damping in
 //!   vibroimpact", Journal of Applied Mechanics 42(2), 1975.
+//! - \[Okabe 2008\] M. Okabe, K. Ito, "Color Universal Design: how to make figures and presentations
+//!   that are friendly to colorblind people", 2008.
 
 pub mod broad_phase;
 pub mod contact;

@@ -15,8 +15,8 @@ use rustc_hash::FxHashMap;
 use std::sync::Arc;
 
 /// How much of the light bodies hold back: the contact surface inside must show.
-const OPACITY: f32 = 0.5;
-const SCENERY_OPACITY: f32 = 0.35;
+const OPACITY: f32 = 0.45;
+const SCENERY_OPACITY: f32 = 0.3;
 const EDGE_OPACITY: f32 = 0.3;
 
 /// No edge shows between triangles whose normals have a cosine above this: that of 15 degrees.

@@ -26,8 +26,9 @@ use view::Camera;
 /// Radius of a path's tube, as a part of the longest arrow's length.
 const TUBE: f64 = 0.025;
 
-/// Torques below this part of the largest force at the longest arrow's length are round-off.
-const NO_TORQUE: f64 = 1e-9;
+/// Torques with a lever arm below this part of the longest arrow's length, to the largest force, are
+/// left out: those of facets that stand for a sphere, and round-off.
+const NO_TORQUE: f64 = 1e-2;
 
 /// What the name of a recording can end in.
 const EXTENSIONS: &[&str] = &["glb"];
@@ -38,7 +39,7 @@ const EXTENSIONS: &[&str] = &["glb"];
 /// It shows the bodies, seen through, at most 60 poses for each second; their contact surfaces,
 /// coloured by pressure; for each pair of bodies an arrow for the force on the first of them that
 /// moves, at the centre of pressure; an arrow with two heads for the torque of the contacts on each
-/// body about its centre of mass. The names of these say what the brightest colour and the longest
+/// body about its centre of mass, if any torque is worth an arrow beside the forces. The names of these say what the brightest colour and the longest
 /// arrow stand for. Up is against gravity, or z without it. What is not animated shows the first state.
 ///
 /// A contact surface has other polygons at any time, so each shown has a mesh of its own: some 25 bytes

@@ -1,0 +1,21 @@
+#!/usr/bin/env bash
+# Makes the pictures of docs/pictures: the examples' recordings at some time (s of the recording).
+set -euo pipefail
+cd "$(dirname "$0")"
+recordings=$(mktemp -d)
+made() { # example, time, further options
+    local example=$1 time=$2
+    shift 2
+    (cd ../.. && cargo run --release --quiet --example "$example" -- \
+        --record "$recordings/$example.glb" --plot "$recordings/$example.svg")
+    npm run --silent validate -- "$recordings/$example.glb"
+    npm run --silent picture -- "$recordings/$example.glb" "../pictures/$example.png" --time "$time" "$@"
+}
+made throw_to_target 0.7 --width 1200 --height 640
+made random_search 1.2 --width 480 --height 300
+made bouncing_ball 1.08 --width 480 --height 300
+made ball_on_incline 1.2 --width 480 --height 300
+made billiards 0.6 --width 480 --height 300
+made settle 0.3 --width 480 --height 300
+cp "$recordings/throw_to_target.svg" ../pictures/
+rm -r "$recordings"
