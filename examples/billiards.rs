@@ -56,6 +56,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     wanted.record(|| {
         let paths = NAMES.into_iter().enumerate();
         let recording = Recording::new(&world, &shot).slowed(8.0);
+        let recording = recording.seen_from(vector![0.35, -0.7, 0.5], vector![0.35, 0.0, 0.0]);
         Ok(paths.fold(recording, |recording, (ball, name)| {
             recording.with_path(name, show::path(&shot, ball))
         }))

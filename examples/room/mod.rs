@@ -13,8 +13,8 @@ const START: Vector3<f64> = Vector3::new(0.0, 0.0, 0.5);
 pub const RADIUS: f64 = 0.05;
 const MASS: f64 = 0.1;
 /// From where a recording is seen, and what is in its middle (m).
-const EYE: Vector3<f64> = Vector3::new(-0.6, -2.0, 1.0);
-const MIDDLE: Vector3<f64> = Vector3::new(0.45, 0.1, 0.25);
+const EYE: Vector3<f64> = Vector3::new(-0.15, -1.25, 0.62);
+const MIDDLE: Vector3<f64> = Vector3::new(0.42, 0.1, 0.27);
 
 /// A ball of some subdivisions and velocity (m/s) between the floor z = 0 and the wall x = 1 m.
 pub fn with_ball(subdivisions: usize, velocity: Vector3<f64>) -> Result<World, Box<dyn Error>> {

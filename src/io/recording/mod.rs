@@ -24,7 +24,7 @@ use std::path::Path;
 use view::Camera;
 
 /// Radius of a path's tube, as a part of the longest arrow's length.
-const TUBE: f64 = 0.025;
+const TUBE: f64 = 0.015;
 
 /// Torques with a lever arm below this part of the longest arrow's length, to the largest force, are
 /// left out: those of facets that stand for a sphere, and round-off.
@@ -39,8 +39,8 @@ const EXTENSIONS: &[&str] = &["glb"];
 /// It shows the bodies, seen through, at most 60 poses for each second; their contact surfaces,
 /// coloured by pressure; for each pair of bodies an arrow for the force on the first of them that
 /// moves, at the centre of pressure; an arrow with two heads for the torque of the contacts on each
-/// body about its centre of mass, if any torque is worth an arrow beside the forces. The names of these say what the brightest colour and the longest
-/// arrow stand for. Up is against gravity, or z without it. What is not animated shows the first state.
+/// body about its centre of mass, if any torque is worth an arrow beside the forces. The names of
+/// these say what the brightest colour and the longest arrow stand for. Up is against gravity, or z without it. What is not animated shows the first state.
 ///
 /// A contact surface has other polygons at any time, so each shown has a mesh of its own: some 25 bytes
 /// for each polygon, and 860 bytes (`cargo test --test recording`). A recording has no more than 240 of
