@@ -8,7 +8,8 @@
 //! The modules are the stages of one route, each using only those before it:
 //!
 //! [`scalar`] → [`spatial`] → [`geometry`] → [`mesh`] → [`broad_phase`] → [`contact`] →
-//! [`dynamics`] → [`gradient`], with [`io`] for files. Start at [`contact`].
+//! [`dynamics`] → [`gradient`], with [`io`] for files. Start at [`contact`], or with the [`guide`], five short
+//! chapters on how to use it all.
 //!
 //! # Conventions
 //!
@@ -36,6 +37,7 @@ pub mod contact;
 pub mod dynamics;
 pub mod geometry;
 pub mod gradient;
+pub mod guide;
 pub mod io;
 pub mod mesh;
 pub mod scalar;
