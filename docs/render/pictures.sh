@@ -12,7 +12,7 @@ made() { # example, time, further options
     npm run --silent picture -- "$recordings/$example.glb" "../pictures/$example.png" --time "$time" "$@"
 }
 made throw_to_target 0.7 --width 1200 --height 640
-made random_search 1.2 --width 480 --height 300
+made random_search 1.0 --width 480 --height 300
 made bouncing_ball 1.08 --width 480 --height 300
 made ball_on_incline 1.2 --width 480 --height 300
 made billiards 0.6 --width 480 --height 300
