@@ -61,10 +61,11 @@ fn main() -> Result<(), Box<dyn Error>> {
             recording.with_path(name, show::path(&shot, ball))
         }))
     })?;
+    let last = world.index_of(LAST)?;
     wanted.plot(|| {
         vec![
             show::energies(&world, &shot),
-            show::contact_force(&world, &shot, 2),
+            show::contact_force(&world, &shot, last),
         ]
     })?;
 

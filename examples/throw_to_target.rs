@@ -58,7 +58,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     })?;
     let misses = Curve::counted("miss (m)", descent.iter().map(|throw| throw.2));
     let slopes = Curve::counted("slope (m²/(m/s))", descent.iter().map(|throw| throw.3));
-    let descent = Panel::of_iterations(vec![misses, slopes]);
+    let descent = Panel::counted("iteration", vec![misses, slopes]);
     wanted.plot(|| vec![descent, show::energies(world, flight)])?;
 
     assert!(first > FAR && *last < HIT);

@@ -1,4 +1,4 @@
-//! No code: the guide, in five chapters that can be read in any order.
+//! No code: the guide, in five chapters.
 //!
 //! 1. [`pressure_fields`]: shapes, meshes of one's own, and how to choose a modulus.
 //! 2. [`contact`]: from two posed bodies to wrench, surface, energy and Jacobian.

@@ -2,7 +2,7 @@
 
 use hydroelastic::contact::Shape;
 use hydroelastic::dynamics::{
-    Acceleration, Body, BodyState, ExternalForces, Integrator, Mass, Material, Rollout,
+    Acceleration, Batch, Body, BodyState, ExternalForces, Integrator, Mass, Material, Rollout,
     RolloutError, Situation, State, World, WorldError,
 };
 use hydroelastic::gradient::{
@@ -11,7 +11,7 @@ use hydroelastic::gradient::{
 use hydroelastic::mesh::shapes;
 use hydroelastic::scalar::{Scalar, lift};
 use hydroelastic::spatial::{MassProperties, Pose, PoseError, Twist, rotation_from_vector};
-use nalgebra::{Matrix3, Vector3, vector};
+use nalgebra::{Isometry3, Matrix3, Quaternion, Translation3, UnitQuaternion, Vector3, vector};
 use std::sync::Arc;
 
 const GRAVITY: f64 = 9.81;
@@ -457,7 +457,7 @@ fn a_blow_up_ends_the_rollout_with_its_step_time_and_body() {
     assert_eq!(
         error.to_string(),
         "step 5 (t = 0.5 s) took body \"falling\" to a state that is not finite: the time step \
-         may be too long for its stiffness"
+         may be too long for its stiffness (see World::largest_stable_step)"
     );
     assert!(rollout.next().is_none() && rollout.next().is_none());
     assert_eq!(rollout.state().time.to_bits(), last.time.to_bits());
@@ -531,6 +531,33 @@ fn a_state_of_another_world_is_no_start() {
     let error = rollout.starting_from(small.initial_state()).unwrap_err();
     let (found, expected) = (1, 3);
     assert_eq!(error, WorldError::StateSize { found, expected });
+}
+
+#[test]
+fn a_rollout_does_not_start_from_a_state_that_is_not_usable() {
+    let world = World::new(vec![ball("a"), ball("b").at(at(1.0, 0.0, 0.0))]).unwrap();
+    let changed = |change: fn(&mut BodyState)| {
+        let mut state = world.initial_state();
+        change(&mut state.bodies[1]);
+        let rollout = world.rollout(1e-3, Integrator::Leapfrog).unwrap();
+        let error = rollout.starting_from(state.clone()).unwrap_err();
+        let batch = Batch::new(1e-3, 10).unwrap();
+        let errors = batch.starting_from(&world, &[state]).unwrap_err();
+        assert_eq!(error.to_string(), errors.to_string());
+        error.to_string()
+    };
+    let spin = changed(|body| body.twist.angular.y = f64::NAN);
+    assert!(spin.contains("the spin of body \"b\""), "{spin}");
+    let velocity = changed(|body| body.twist.linear.x = f64::INFINITY);
+    assert!(
+        velocity.contains("the velocity of body \"b\""),
+        "{velocity}"
+    );
+    let stretched = changed(|body| {
+        let quaternion = UnitQuaternion::new_unchecked(Quaternion::new(2.0, 0.0, 0.0, 0.0));
+        body.pose = Isometry3::from_parts(Translation3::identity(), quaternion).into();
+    });
+    assert!(stretched.contains("the pose of body \"b\""), "{stretched}");
 }
 
 #[test]

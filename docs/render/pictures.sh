@@ -14,8 +14,10 @@ made() { # example, time, further options
 made throw_to_target 0.7 --width 1200 --height 640
 made random_search 1.0 --width 480 --height 300
 made bouncing_ball 1.08 --width 480 --height 300
-made ball_on_incline 1.2 --width 480 --height 300
+made ball_on_incline 1.25 --width 480 --height 300
 made billiards 0.6 --width 480 --height 300
-made settle 0.3 --width 480 --height 300
-cp "$recordings/throw_to_target.svg" ../pictures/
+made settle 0.0 --width 480 --height 300
+made identify_material 1.0 --width 480 --height 300
+rm ../pictures/identify_material.png
+cp "$recordings"/{throw_to_target,identify_material}.svg ../pictures/
 rm -r "$recordings"

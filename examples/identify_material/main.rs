@@ -51,7 +51,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     wanted.plot(|| {
         let both = ["clean", "noisy"].into_iter().zip(misfits);
         let curves = both.map(|(name, norms)| Curve::counted(name, norms.into_iter()));
-        let misfits = Panel::of_iterations(curves.collect());
+        let misfits = Panel::counted("iteration", curves.collect());
         vec![
             misfits,
             show::contact_force(&world, &bounce.thinned(RECORD_EVERY), 0),

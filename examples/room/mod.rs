@@ -12,6 +12,9 @@ use std::error::Error;
 const START: Vector3<f64> = Vector3::new(0.0, 0.0, 0.5);
 pub const RADIUS: f64 = 0.05;
 const MASS: f64 = 0.1;
+/// Slip (m/s) below which friction is less than full: with a tenth of it, steps of half a
+/// millisecond are too long for a ball that ceases to slide.
+const SLIP_TOLERANCE: f64 = 1e-2;
 /// From where a recording is seen, and what is in its middle (m).
 const EYE: Vector3<f64> = Vector3::new(-0.15, -1.25, 0.62);
 const MIDDLE: Vector3<f64> = Vector3::new(0.42, 0.1, 0.27);
@@ -32,7 +35,8 @@ pub fn with_ball(subdivisions: usize, velocity: Vector3<f64>) -> Result<World, B
     };
     let floor = slab("floor", [2.5, 2.5, 0.5], [-0.25, -0.25])?;
     let wall = slab("wall", [0.5, 2.5, 2.0], [1.25, 0.5])?;
-    Ok(World::new(vec![ball, floor, wall])?.with_gravity(vector![0.0, 0.0, -9.81])?)
+    let room = World::new(vec![ball, floor, wall])?.with_gravity(vector![0.0, 0.0, -9.81])?;
+    Ok(room.with_slip_tolerance(SLIP_TOLERANCE)?)
 }
 
 /// A recording with a camera.

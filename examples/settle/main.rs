@@ -70,7 +70,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     wanted.record(|| Ok(Recording::new(&world, &settling)))?;
     wanted.plot(|| {
         let residuals = Curve::counted("net wrench/weight", residuals.into_iter());
-        let newton = Panel::of_iterations(vec![residuals]);
+        let newton = Panel::counted("iteration", vec![residuals]);
         vec![newton, show::contact_force(&world, &settling, 0)]
     })
 }

@@ -33,9 +33,9 @@ impl Curve {
 }
 
 impl Panel {
-    /// Positive numbers against the iterations that gave them.
-    pub fn of_iterations(curves: Vec<Curve>) -> Self {
-        let (x_label, y_label, is_log) = ("iteration", "", true);
+    /// Positive numbers against the count of iterations, or of what else they belong to.
+    pub fn counted(x_label: &'static str, curves: Vec<Curve>) -> Self {
+        let (y_label, is_log) = ("", true);
         Self {
             x_label,
             y_label,

@@ -111,7 +111,8 @@ impl<'p> Batch<'p> {
     /// The trajectory of a world from each state; counted from the state's own time.
     ///
     /// # Errors
-    /// If a state has another number of bodies than the world; no rollout is begun then.
+    /// If a state has another number of bodies than the world, a pose that is not rigid, or a number that is
+    /// not finite; no rollout is begun then.
     pub fn starting_from<T: Scalar, F: ExternalForces>(
         &self,
         world: &World<T, F>,

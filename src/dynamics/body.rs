@@ -146,23 +146,7 @@ impl Body<f64> {
         if let Some(inertia) = self.inertia() {
             check_positive(&self.name, "mass", inertia.mass)?;
         }
-        self.initial
-            .pose
-            .checked()
-            .map_err(|source| WorldError::Pose {
-                body: self.name.clone(),
-                source,
-            })?;
-        let twist = &self.initial.twist;
-        for (quantity, vector) in [("velocity", &twist.linear), ("spin", &twist.angular)] {
-            if let Some(&value) = vector.iter().find(|value| !value.is_finite()) {
-                return Err(WorldError::Velocity {
-                    body: self.name.clone(),
-                    quantity,
-                    value,
-                });
-            }
-        }
+        self.initial.check(&self.name)?;
         self.check_own_start()
     }
 

@@ -2,6 +2,7 @@ use super::sweep::Sweep;
 use super::{ExternalForces, State, World};
 use crate::contact::{ContactSurface, ContactWrench};
 use crate::scalar::Scalar;
+use crate::threads::mapped_into;
 
 /// Two bodies of a world that touch.
 #[derive(Debug, Clone)]
@@ -16,13 +17,13 @@ pub struct Contact<T = f64> {
 }
 
 impl<T: Scalar, F: ExternalForces> World<T, F> {
-    /// The contacts of a state, in the order of the bodies. Those of two bodies that both do not move
+    /// The contacts of a state, sorted by the bodies' places in the world. Those of two bodies that both do not move
     /// by forces are left out, as are ignored ones.
     #[must_use]
     pub fn contacts(&self, state: &State<T>) -> Vec<Contact<T>> {
-        let mut sweep = Sweep::default();
-        let pairs = self.close_pairs(&state.bodies, &mut sweep).iter();
-        let contacts = pairs.map(|&(i, j)| {
+        let (mut sweep, mut contacts) = (Sweep::default(), Vec::new());
+        let pairs = self.close_pairs(&state.bodies, &mut sweep);
+        mapped_into(&mut contacts, pairs, |&(i, j)| {
             let [on_a, on_b] = self.pair_wrench(&state.bodies, i, j);
             Contact {
                 bodies: [i, j],
@@ -30,8 +31,8 @@ impl<T: Scalar, F: ExternalForces> World<T, F> {
                 wrench: ContactWrench { on_a, on_b },
             }
         });
-        let mut touching: Vec<_> = contacts.filter(|c| !c.surface.is_empty()).collect();
-        touching.sort_by_key(|contact| contact.bodies);
-        touching
+        contacts.retain(|contact| !contact.surface.is_empty());
+        contacts.sort_by_key(|contact| contact.bodies);
+        contacts
     }
 }

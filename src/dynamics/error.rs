@@ -110,7 +110,7 @@ pub enum WorldError {
 pub enum RolloutError {
     /// A state is no longer finite.
     #[error(
-        "step {step} (t = {time} s) took body {body:?} to a state that is not finite: the time step may be too long for its stiffness"
+        "step {step} (t = {time} s) took body {body:?} to a state that is not finite: the time step may be too long for its stiffness (see World::largest_stable_step)"
     )]
     NotFinite {
         /// The step that gave the state, counted from 1.

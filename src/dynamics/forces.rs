@@ -59,7 +59,8 @@ impl<T: Scalar, F: ExternalForces> World<T, F> {
     /// The contact of two bodies by name, in a state: its surface, its elastic wrench, its Jacobian.
     ///
     /// # Errors
-    /// If there is no body of one of the names, both are the same, or the state is of another world.
+    /// If there is no body of one of the names, both are the same, or the state is of another
+    /// world or not usable.
     pub fn contact_between(
         &self,
         state: &State<T>,

@@ -49,7 +49,7 @@ impl<'w, T: Scalar, F: ExternalForces> Rollout<'w, T, F> {
     /// step and every `every`th after it. Where it is longer, the rollout ends with
     /// [`RolloutError::TimeStepTooLong`], at a state that is still good.
     ///
-    /// A check takes the time of some steps, and allocates.
+    /// A check takes the time of some steps, and allocates. As elsewhere, 0 counts as 1: every step.
     #[must_use]
     pub fn with_stability_check(self, every: usize) -> Self {
         self.checked_every(Some(every))
@@ -63,10 +63,11 @@ impl<'w, T: Scalar, F: ExternalForces> Rollout<'w, T, F> {
         }
     }
 
-    /// The same rollout from another state of the world.
+    /// The same rollout from another state of the world. Bodies that forces do not move are where they belong
+    /// from the first step on.
     ///
     /// # Errors
-    /// If the state has another number of bodies.
+    /// If the state has another number of bodies, a pose that is not rigid, or a number that is not finite.
     pub fn starting_from(self, state: State<T>) -> Result<Self, WorldError> {
         state.check_fits(self.world)?;
         Ok(self.starting_from_fitting(state))
@@ -89,7 +90,7 @@ impl<'w, T: Scalar, F: ExternalForces> Rollout<'w, T, F> {
         &self.state
     }
 
-    /// Takes a number of steps and keeps the initial state and every `every`th after it.
+    /// Takes a number of steps and keeps the initial state and every `every`th after it (0 counts as 1).
     ///
     /// # Errors
     /// If a state is not finite or fails the stability check; the error holds the trajectory up to

@@ -12,7 +12,8 @@ pub struct BodyState<T = f64> {
     pub twist: Twist<T>,
 }
 
-/// All bodies at one time.
+/// All bodies at one time. Methods of a world that take a state expect as many bodies as the world has,
+/// in the same order.
 #[derive(Debug, Clone)]
 pub struct State<T = f64> {
     /// Time (s).
@@ -43,6 +44,26 @@ impl<T: Scalar> BodyState<T> {
         pose.chain(twist).all(|value| value.is_finite())
     }
 
+    /// Nothing, if the pose is one and the twist finite, of the body of this name.
+    pub(super) fn check(&self, body: &str) -> Result<(), WorldError> {
+        let pose = self.pose.checked().map(|_| ());
+        pose.map_err(|source| WorldError::Pose {
+            body: body.to_owned(),
+            source,
+        })?;
+        let twist = self.real().twist;
+        for (quantity, vector) in [("velocity", twist.linear), ("spin", twist.angular)] {
+            if let Some(&value) = vector.iter().find(|value| !value.is_finite()) {
+                return Err(WorldError::Velocity {
+                    body: body.to_owned(),
+                    quantity,
+                    value,
+                });
+            }
+        }
+        Ok(())
+    }
+
     /// The state without its derivatives.
     #[must_use]
     pub fn real(&self) -> BodyState<f64> {
@@ -70,17 +91,17 @@ impl BodyState<f64> {
 }
 
 impl<T: Scalar> State<T> {
-    /// Nothing, if the state has as many bodies as the world.
+    /// Nothing, if the state has as many bodies as the world, in poses and twists that can be.
     pub(super) fn check_fits<F: ExternalForces>(
         &self,
         world: &World<T, F>,
     ) -> Result<(), WorldError> {
         let (found, expected) = (self.bodies.len(), world.bodies().len());
-        if found == expected {
-            Ok(())
-        } else {
-            Err(WorldError::StateSize { found, expected })
+        if found != expected {
+            return Err(WorldError::StateSize { found, expected });
         }
+        let mut bodies = self.bodies.iter().zip(world.bodies());
+        bodies.try_for_each(|(state, body)| state.check(body.name()))
     }
 
     /// The state without its derivatives.

@@ -12,12 +12,12 @@ use pair::{PairRates, RealBody};
 
 impl<T: Scalar, F: ExternalForces> World<T, F> {
     /// The longest time step (s) with which the contacts of a state are stepped stably; `None` where
-    /// nothing touches.
+    /// nothing touches, or no motion is resisted.
     ///
     /// # The formula
     ///
     /// Take one mode with the stiffness rate k (stiffness over mass, 1/s²) and the damping rate c
-    /// (damping over mass, 1/s). A kick of the step h takes v to (1 − hc)v − h²k·x/h, a drift takes x
+    /// (damping over mass, 1/s). A kick of the step h takes v to (1 − hc)v − hk·x, a drift takes x
     /// to x + hv. Kick and drift have, in either order and however the drift is split, the
     /// determinant 1 − hc and the trace 2 − hc − h²k. Both eigenvalues are in the unit circle iff
     /// |trace| ≤ 1 + determinant and |determinant| ≤ 1, that is
@@ -48,11 +48,11 @@ impl<T: Scalar, F: ExternalForces> World<T, F> {
     /// - The growth that a time step makes. What is unstable by nature, like a pencil on its tip, stays
     ///   so at any step.
     /// - Friction beyond its limit does not blow up, since its force is bounded: bodies at rest
-    ///   chatter instead, at speeds of the order of hμF/m (m/s).
+    ///   chatter instead, at speeds of about hμF/(2m) (m/s).
     /// - Derivatives of the state play no part.
     ///
-    /// Evaluates each contact once with its Jacobian; with friction once more in dual numbers, with dissipation
-    /// twice.
+    /// Evaluates an elastic contact once with its Jacobian, one with friction once more in 12 dual numbers,
+    /// one with dissipation twice in these.
     ///
     /// ```
     /// use hydroelastic::contact::Shape;
