@@ -1,5 +1,7 @@
 //! Do the closed-form derivatives of the forces on a non-convex part agree with differences?
 //!
+//! `cargo run --release --example forces_and_jacobian [FILE.vtk]`
+//!
 //! A ball is pressed into the inner corner of a bracket meshed by Gmsh. The contact surface is
 //! written for ParaView, to the path given or to the folder for temporary files.
 

@@ -433,7 +433,7 @@ fn a_rollout_whose_step_is_too_long_ends_at_the_first_state_that_shows_it() {
     assert!(limit < TOO_LONG);
     assert!(rollout.next().is_none());
     let message = rollout.advance().unwrap_err().to_string();
-    assert!(message.contains("0.006 s is too long"), "{message}");
+    assert!(message.contains("6.000e-3 s is too long"), "{message}");
     assert!(message.contains("\"cube\" and \"slab\""), "{message}");
 }
 

@@ -1,6 +1,6 @@
 //! How does a block with its weight off centre come to rest on a soft slab?
 //!
-//! `cargo run --example settle [-- --record FILE.glb --plot FILE.svg]`
+//! `cargo run --release --example settle [-- --record FILE.glb --plot FILE.svg]`
 //!
 //! At rest the contact wrench balances the weight. Newton's method finds that pose from the exact
 //! Jacobian, without a step in time; a rollout from there then shows that nothing moves.
@@ -19,6 +19,8 @@ use show::{Curve, Panel};
 use std::error::Error;
 use std::sync::Arc;
 
+/// Height (m) of the middle of the block over that of the slab where they touch.
+const TOUCHING: f64 = 0.15;
 /// Newton's method ends where the net wrench (N, N m) is below this share of the weight (N).
 const BALANCED: f64 = 1e-9;
 const ITERATIONS: usize = 8;
@@ -51,15 +53,14 @@ fn main() -> Result<(), Box<dyn Error>> {
         let step = svd.solve(&-wrench, FREE * svd.singular_values.max())?;
         pose = pose.moved_by(&Twist::from_vector(&step));
     }
-    println!(
-        "it sinks in by {:.3} mm",
-        1e3 * (0.15 - pose.translation().z)
-    );
+    let depth = TOUCHING - pose.translation().z;
+    println!("it sinks in by {:.3} mm", 1e3 * depth);
 
     // Quadratic: the last residuals are below the squares of those before.
-    let last = &residuals[residuals.len() - 3..];
-    assert!(last.windows(2).all(|pair| pair[1] < pair[0] * pair[0]));
-    assert!(last[2] < BALANCED);
+    let [.., first, second, third] = residuals[..] else {
+        return Err("balanced at once".into());
+    };
+    assert!(second < first * first && third < second * second && third < BALANCED);
     let (_, resting) = block::released(&block, &slab, pose)?;
     let motion = (resting.last().bodies[0].position() - pose.translation()).norm();
     println!("motion in 1 s: {motion:.1e} m");

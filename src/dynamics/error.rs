@@ -123,7 +123,7 @@ pub enum RolloutError {
     /// The time step is too long for the contacts of a state: a rollout
     /// [with a stability check](super::Rollout::with_stability_check) ends before it blows up.
     #[error(
-        "step {step} (from t = {time} s) was not taken: {time_step} s is too long where the contacts allow {limit} s, stiffest that of bodies {:?} and {:?}",
+        "step {step} (from t = {time:.6} s) was not taken: {time_step:.3e} s is too long where the contacts allow {limit:.3e} s, stiffest that of bodies {:?} and {:?}",
         .bodies[0], .bodies[1]
     )]
     TimeStepTooLong {
