@@ -185,7 +185,8 @@ fn a_body_that_stays_has_no_animation() {
     assert_eq!(animated.collect::<Vec<_>>(), [false, true, true, true]);
 }
 
-/// Every state that comes at least a frame after the one shown before is shown, from the first.
+/// Every state that comes at least a frame after the one shown before is shown, from the first; then the
+/// last, instead of one less than a frame before it.
 fn assert_times(trajectory: &Trajectory, times: &[f32], slowdown: f64) {
     let start = trajectory.states()[0].time;
     let mut expected: Vec<f64> = Vec::new();
@@ -198,6 +199,13 @@ fn assert_times(trajectory: &Trajectory, times: &[f32], slowdown: f64) {
         {
             expected.push(time);
         }
+    }
+    let end = (trajectory.last().time - start) * slowdown;
+    if expected.len() > 1 {
+        expected.pop_if(|last| (end - *last) * RATE <= 1.0 - 1e-9);
+    }
+    if expected.last() != Some(&end) {
+        expected.push(end);
     }
     assert_eq!(times.len(), expected.len());
     for (time, expected) in times.iter().zip(expected) {
@@ -218,11 +226,72 @@ fn frames_are_as_many_as_60_in_a_second() {
         ("slow", &whole, SLOWDOWN),
         ("slower_than_the_states", &whole, 100.0),
         ("faster", &whole, 0.25),
+        // Within a frame.
+        ("in_a_moment", &whole, 0.01),
         ("from_0_5_s", &later, 1.0),
     ] {
         let glb = read_back(name, &Recording::new(&world, trajectory).slowed(slowdown));
         assert_times(trajectory, &times(&glb, "block"), slowdown);
     }
+}
+
+/// Where the last key of a body that moves has it.
+fn last_position(glb: &Glb, body: &str) -> Vector3<f64> {
+    let keys = glb.keys::<3>(glb.node(body), Property::Translation);
+    support::glb::vector(*keys.unwrap().values.last().unwrap())
+}
+
+#[test]
+fn a_recording_ends_with_the_last_state() {
+    let world = tumbling(rubbing());
+    for steps in [1, 33, 34, 35, 77] {
+        let rollout = world.rollout(TIME_STEP, Integrator::Leapfrog).unwrap();
+        let trajectory = rollout.recorded(steps, 1).unwrap();
+        let name = format!("{steps}_steps");
+        let glb = read_back(&name, &Recording::new(&world, &trajectory));
+        let end = trajectory.last().bodies[1].position();
+        assert_near(&last_position(&glb, "block"), end, SINGLE * end.amax());
+    }
+}
+
+/// Of the keys of all animations, if there are any.
+fn assert_times_increase(glb: &Glb) {
+    for animation in &glb.root.animations {
+        for sampler in &animation.samplers {
+            let times = glb.floats::<1>(sampler.input);
+            let increase = times.windows(2).all(|pair| pair[0][0] < pair[1][0]);
+            assert!(increase, "{times:?}");
+        }
+    }
+}
+
+#[test]
+fn states_that_are_at_once_in_single_precision_have_one_frame() {
+    let world = tumbling(rubbing());
+    // 0.5 s become a time that single precision does not tell from 0.
+    let trajectory = rollout(&world);
+    let recording = Recording::new(&world, &trajectory).slowed(1e-60);
+    let glb = read_back("at_once", &recording);
+    assert!(glb.root.animations.is_empty());
+    assert_times_increase(&glb);
+}
+
+#[cfg(feature = "serde")]
+#[test]
+fn times_increase_in_single_precision_after_a_long_time() {
+    let world = tumbling(rubbing());
+    let rollout = world.rollout(TIME_STEP, Integrator::Leapfrog).unwrap();
+    let mut saved = serde_json::to_value(rollout.recorded(5, 1).unwrap()).unwrap();
+    // Single precision has every quarter of a second there.
+    let times = [0.0, 3e6, 3e6 + 0.05, 3e6 + 0.15, 3e6 + 0.25, 3e6 + 0.3];
+    for (place, time) in times.into_iter().enumerate() {
+        saved["states"][place]["time"] = time.into();
+    }
+    let trajectory: Trajectory = serde_json::from_value(saved).unwrap();
+    let glb = read_back("long_time", &Recording::new(&world, &trajectory));
+    assert_times_increase(&glb);
+    let found = self::times(&glb, "block").into_iter().map(f64::from);
+    assert_eq!(found.collect::<Vec<_>>(), [0.0, 3e6, 3e6 + 0.25]);
 }
 
 #[test]
@@ -236,9 +305,8 @@ fn slow_motion_lasts_longer_and_has_more_frames() {
     );
     let [real, slow] = [real, slow].map(|glb| times(&glb, "block"));
     let lasts = |times: &[f32]| f64::from(times[times.len() - 1]);
-    // Each ends less than a frame before the rollout does.
-    assert!((lasts(&real) - 0.5).abs() < 1.0 / RATE);
-    assert!((lasts(&slow) - 2.0).abs() < 1.0 / RATE);
+    assert!((lasts(&real) - 0.5).abs() <= SINGLE * 0.5);
+    assert!((lasts(&slow) - 2.0).abs() <= SINGLE * 2.0);
     assert!(slow.len() > 3 * real.len());
 }
 

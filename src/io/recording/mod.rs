@@ -1,4 +1,4 @@
-//! A rollout as an animated glTF file, which opens in any browser viewer, in Blender, on a phone.
+//! A rollout as an animated glTF file.
 
 mod arrows;
 mod bodies;
@@ -33,14 +33,23 @@ const NO_TORQUE: f64 = 1e-2;
 /// What the name of a recording can end in.
 const EXTENSIONS: &[&str] = &["glb"];
 
-/// A trajectory of a world to be written as one animated glTF file (`.glb`), which opens in any glTF
-/// viewer, in Blender, in a browser.
+/// A trajectory of a world to be written as one animated glTF file (`.glb`), which opens in Blender and in
+/// any other viewer of glTF.
 ///
-/// It shows the bodies, seen through, at most 60 poses for each second; their contact surfaces,
-/// coloured by pressure; for each pair of bodies an arrow for the force on the first of them that
-/// moves, at the centre of pressure; an arrow with two heads for the torque of the contacts on each
-/// body about its centre of mass, if any torque is worth an arrow beside the forces. The names of
-/// these say what the brightest colour and the longest arrow stand for. Up is against gravity, or z without it. What is not animated shows the first state.
+/// It shows
+/// - the bodies, seen through;
+/// - their contact surfaces, coloured by pressure;
+/// - for each pair of bodies an arrow for the force, at the centre of pressure, on the first of the two
+///   that moves;
+/// - for each body an arrow with two heads for the torque of its contacts about its centre of mass, if any
+///   torque is worth an arrow beside the forces.
+///
+/// Names say what the brightest colour and the longest arrows stand for. Up is against gravity, or z
+/// without it.
+///
+/// The first state and the last are always shown, and of those between them at most 60 for each second;
+/// states that single precision puts at one time are one. Viewers that play no animation show the first
+/// state.
 ///
 /// A contact surface has other polygons at any time, so each shown has a mesh of its own: some 25 bytes
 /// for each polygon, and 860 bytes (`cargo test --test recording`). A recording has no more than 240 of
