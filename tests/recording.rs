@@ -1045,22 +1045,51 @@ fn numbers_that_single_precision_does_not_have_are_refused() {
     let good = vector![0.1, 0.2, 0.3];
     for number in [f64::NAN, f64::INFINITY, -1e300] {
         let bad = vector![0.0, number, 0.0];
-        for recording in [
-            plain().with_target("target", bad, 0.1),
-            plain().with_target("target", good, number),
-            plain().with_path("path", [good, bad]),
-            plain().with_path("path", [bad, bad]),
-            plain().with_path("path", [bad]),
-            plain().seen_from(bad, good),
-            plain().seen_from(good, bad),
-            plain().slowed(1e300).with_target("target", bad, 0.1),
+        for (recording, culprit) in [
+            (plain().with_target("cup", bad, 0.1), "target \"cup\""),
+            (plain().with_path("throw", [good, bad]), "path \"throw\""),
+            (plain().with_path("throw", [bad, bad]), "path \"throw\""),
+            (plain().with_path("throw", [bad]), "path \"throw\""),
+            (plain().seen_from(bad, good), "the camera"),
+            (plain().seen_from(good, bad), "the camera"),
         ] {
-            let error = refused("not_finite.glb", &recording);
-            assert!(matches!(error, FileError::NotFinite { .. }), "{error}");
+            assert_not_finite(&refused("not_finite.glb", &recording), culprit);
         }
     }
-    let error = refused("no_direction.glb", &plain().seen_from(good, good));
-    assert!(matches!(error, FileError::NotFinite { .. }), "{error}");
+}
+
+fn assert_not_finite(error: &FileError, culprit: &str) {
+    let FileError::NotFinite { part, .. } = error else {
+        panic!("{error}")
+    };
+    assert_eq!(part, culprit);
+}
+
+#[test]
+fn a_camera_that_is_where_it_looks_is_refused() {
+    let world = tumbling(ELASTIC);
+    let trajectory = standing(&world);
+    for distance in [0.0, 1e-200, 1e-44, 1e-37] {
+        let eye = Vector3::x() * distance;
+        let recording = Recording::new(&world, &trajectory).seen_from(eye, Vector3::zeros());
+        let error = refused("no_direction.glb", &recording);
+        assert!(matches!(error, FileError::CameraTooNear { .. }), "{error}");
+    }
+}
+
+#[test]
+fn a_target_whose_radius_is_no_positive_number_is_refused() {
+    let world = tumbling(ELASTIC);
+    let trajectory = standing(&world);
+    for bad in [0.0, -0.1, 1e-60, 1e60, f64::NAN, f64::INFINITY] {
+        let recording = Recording::new(&world, &trajectory);
+        let recording = recording.with_target("cup", Vector3::zeros(), bad);
+        let error = refused("radius.glb", &recording);
+        let FileError::TargetRadius { target, radius, .. } = error else {
+            panic!("{error}")
+        };
+        assert_eq!((target.as_str(), radius.to_bits()), ("cup", bad.to_bits()));
+    }
 }
 
 #[test]
@@ -1070,11 +1099,11 @@ fn a_state_that_is_not_finite_is_refused() {
     timeless.time = f64::NAN;
     let mut lost = world.initial_state();
     lost.bodies[1].pose = Pose::from_translation(vector![f64::NAN, 0.0, 1.0]);
-    for state in [timeless, lost] {
+    for (state, culprit) in [(timeless, "the times"), (lost, "body \"block\"")] {
         let rollout = world.rollout(TIME_STEP, Integrator::Leapfrog).unwrap();
         let trajectory = rollout.starting_from(state).unwrap().recorded(0, 1);
         let error = refused("lost.glb", &Recording::new(&world, &trajectory.unwrap()));
-        assert!(matches!(error, FileError::NotFinite { .. }), "{error}");
+        assert_not_finite(&error, culprit);
     }
 }
 
@@ -1083,8 +1112,7 @@ fn times_that_single_precision_does_not_have_are_refused() {
     let world = tumbling(ELASTIC);
     let trajectory = rollout(&world);
     let recording = Recording::new(&world, &trajectory).slowed(1e300);
-    let error = refused("endless.glb", &recording);
-    assert!(matches!(error, FileError::NotFinite { .. }), "{error}");
+    assert_not_finite(&refused("endless.glb", &recording), "the times");
 }
 
 #[test]
