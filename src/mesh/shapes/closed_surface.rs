@@ -20,15 +20,15 @@ impl ClosedSurface {
     /// From vertices (m) and triangles, if they are such a surface. A vertex of several at the same place
     /// is stood for by the first of them, and one of no triangle by nothing, whatever its numbers.
     pub fn new(
-        vertices: &[Vector3<f64>],
+        vertices: Vec<Vector3<f64>>,
         mut triangles: Vec<[usize; 3]>,
     ) -> Result<Self, MeshError> {
         if triangles.is_empty() {
             return Err(MeshError::NoTriangles);
         }
         check_indices(&triangles, vertices.len())?;
-        check_coordinates(vertices, &triangles)?;
-        let first_at_place = first_at_place(vertices);
+        check_coordinates(&vertices, &triangles)?;
+        let first_at_place = first_at_place(&vertices);
         for (index, triangle) in triangles.iter_mut().enumerate() {
             *triangle = triangle.map(|vertex| first_at_place[vertex]);
             check_corners(index, *triangle)?;
@@ -47,7 +47,7 @@ impl ClosedSurface {
 
 /// Vertices and triangles without the vertices that no triangle uses.
 fn compact(
-    vertices: &[Vector3<f64>],
+    vertices: Vec<Vector3<f64>>,
     triangles: &[[usize; 3]],
 ) -> (Vec<Vector3<f64>>, Vec<[usize; 3]>) {
     let mut used = vec![false; vertices.len()];
@@ -56,9 +56,11 @@ fn compact(
     }
     let mut place_of = vec![0; used.len()];
     let mut kept = Vec::new();
-    for vertex in (0..used.len()).filter(|&vertex| used[vertex]) {
-        place_of[vertex] = kept.len();
-        kept.push(vertices[vertex]);
+    for (vertex, position) in vertices.into_iter().enumerate() {
+        if used[vertex] {
+            place_of[vertex] = kept.len();
+            kept.push(position);
+        }
     }
     let renumbered = |triangle: &[usize; 3]| triangle.map(|vertex| place_of[vertex]);
     (kept, triangles.iter().map(renumbered).collect())
