@@ -185,7 +185,8 @@ fn a_body_that_stays_has_no_animation() {
     assert_eq!(animated.collect::<Vec<_>>(), [false, true, true, true]);
 }
 
-/// Every state that comes at least a frame after the one shown before is shown, from the first.
+/// Every state that comes at least a frame after the one shown before is shown, from the first; then the
+/// last, instead of one less than a frame before it.
 fn assert_times(trajectory: &Trajectory, times: &[f32], slowdown: f64) {
     let start = trajectory.states()[0].time;
     let mut expected: Vec<f64> = Vec::new();
@@ -198,6 +199,13 @@ fn assert_times(trajectory: &Trajectory, times: &[f32], slowdown: f64) {
         {
             expected.push(time);
         }
+    }
+    let end = (trajectory.last().time - start) * slowdown;
+    if expected.len() > 1 {
+        expected.pop_if(|last| (end - *last) * RATE <= 1.0 - 1e-9);
+    }
+    if expected.last() != Some(&end) {
+        expected.push(end);
     }
     assert_eq!(times.len(), expected.len());
     for (time, expected) in times.iter().zip(expected) {
@@ -218,11 +226,72 @@ fn frames_are_as_many_as_60_in_a_second() {
         ("slow", &whole, SLOWDOWN),
         ("slower_than_the_states", &whole, 100.0),
         ("faster", &whole, 0.25),
+        // Within a frame.
+        ("in_a_moment", &whole, 0.01),
         ("from_0_5_s", &later, 1.0),
     ] {
         let glb = read_back(name, &Recording::new(&world, trajectory).slowed(slowdown));
         assert_times(trajectory, &times(&glb, "block"), slowdown);
     }
+}
+
+/// Where the last key of a body that moves has it.
+fn last_position(glb: &Glb, body: &str) -> Vector3<f64> {
+    let keys = glb.keys::<3>(glb.node(body), Property::Translation);
+    support::glb::vector(*keys.unwrap().values.last().unwrap())
+}
+
+#[test]
+fn a_recording_ends_with_the_last_state() {
+    let world = tumbling(rubbing());
+    for steps in [1, 33, 34, 35, 77] {
+        let rollout = world.rollout(TIME_STEP, Integrator::Leapfrog).unwrap();
+        let trajectory = rollout.recorded(steps, 1).unwrap();
+        let name = format!("{steps}_steps");
+        let glb = read_back(&name, &Recording::new(&world, &trajectory));
+        let end = trajectory.last().bodies[1].position();
+        assert_near(&last_position(&glb, "block"), end, SINGLE * end.amax());
+    }
+}
+
+/// Of the keys of all animations, if there are any.
+fn assert_times_increase(glb: &Glb) {
+    for animation in &glb.root.animations {
+        for sampler in &animation.samplers {
+            let times = glb.floats::<1>(sampler.input);
+            let increase = times.windows(2).all(|pair| pair[0][0] < pair[1][0]);
+            assert!(increase, "{times:?}");
+        }
+    }
+}
+
+#[test]
+fn states_that_are_at_once_in_single_precision_have_one_frame() {
+    let world = tumbling(rubbing());
+    // 0.5 s become a time that single precision does not tell from 0.
+    let trajectory = rollout(&world);
+    let recording = Recording::new(&world, &trajectory).slowed(1e-60);
+    let glb = read_back("at_once", &recording);
+    assert!(glb.root.animations.is_empty());
+    assert_times_increase(&glb);
+}
+
+#[cfg(feature = "serde")]
+#[test]
+fn times_increase_in_single_precision_after_a_long_time() {
+    let world = tumbling(rubbing());
+    let rollout = world.rollout(TIME_STEP, Integrator::Leapfrog).unwrap();
+    let mut saved = serde_json::to_value(rollout.recorded(5, 1).unwrap()).unwrap();
+    // Single precision has every quarter of a second there.
+    let times = [0.0, 3e6, 3e6 + 0.05, 3e6 + 0.15, 3e6 + 0.25, 3e6 + 0.3];
+    for (place, time) in times.into_iter().enumerate() {
+        saved["states"][place]["time"] = time.into();
+    }
+    let trajectory: Trajectory = serde_json::from_value(saved).unwrap();
+    let glb = read_back("long_time", &Recording::new(&world, &trajectory));
+    assert_times_increase(&glb);
+    let found = self::times(&glb, "block").into_iter().map(f64::from);
+    assert_eq!(found.collect::<Vec<_>>(), [0.0, 3e6, 3e6 + 0.25]);
 }
 
 #[test]
@@ -236,9 +305,8 @@ fn slow_motion_lasts_longer_and_has_more_frames() {
     );
     let [real, slow] = [real, slow].map(|glb| times(&glb, "block"));
     let lasts = |times: &[f32]| f64::from(times[times.len() - 1]);
-    // Each ends less than a frame before the rollout does.
-    assert!((lasts(&real) - 0.5).abs() < 1.0 / RATE);
-    assert!((lasts(&slow) - 2.0).abs() < 1.0 / RATE);
+    assert!((lasts(&real) - 0.5).abs() <= SINGLE * 0.5);
+    assert!((lasts(&slow) - 2.0).abs() <= SINGLE * 2.0);
     assert!(slow.len() > 3 * real.len());
 }
 
@@ -977,22 +1045,51 @@ fn numbers_that_single_precision_does_not_have_are_refused() {
     let good = vector![0.1, 0.2, 0.3];
     for number in [f64::NAN, f64::INFINITY, -1e300] {
         let bad = vector![0.0, number, 0.0];
-        for recording in [
-            plain().with_target("target", bad, 0.1),
-            plain().with_target("target", good, number),
-            plain().with_path("path", [good, bad]),
-            plain().with_path("path", [bad, bad]),
-            plain().with_path("path", [bad]),
-            plain().seen_from(bad, good),
-            plain().seen_from(good, bad),
-            plain().slowed(1e300).with_target("target", bad, 0.1),
+        for (recording, culprit) in [
+            (plain().with_target("cup", bad, 0.1), "target \"cup\""),
+            (plain().with_path("throw", [good, bad]), "path \"throw\""),
+            (plain().with_path("throw", [bad, bad]), "path \"throw\""),
+            (plain().with_path("throw", [bad]), "path \"throw\""),
+            (plain().seen_from(bad, good), "the camera"),
+            (plain().seen_from(good, bad), "the camera"),
         ] {
-            let error = refused("not_finite.glb", &recording);
-            assert!(matches!(error, FileError::NotFinite { .. }), "{error}");
+            assert_not_finite(&refused("not_finite.glb", &recording), culprit);
         }
     }
-    let error = refused("no_direction.glb", &plain().seen_from(good, good));
-    assert!(matches!(error, FileError::NotFinite { .. }), "{error}");
+}
+
+fn assert_not_finite(error: &FileError, culprit: &str) {
+    let FileError::NotFinite { part, .. } = error else {
+        panic!("{error}")
+    };
+    assert_eq!(part, culprit);
+}
+
+#[test]
+fn a_camera_that_is_where_it_looks_is_refused() {
+    let world = tumbling(ELASTIC);
+    let trajectory = standing(&world);
+    for distance in [0.0, 1e-200, 1e-44, 1e-37] {
+        let eye = Vector3::x() * distance;
+        let recording = Recording::new(&world, &trajectory).seen_from(eye, Vector3::zeros());
+        let error = refused("no_direction.glb", &recording);
+        assert!(matches!(error, FileError::CameraTooNear { .. }), "{error}");
+    }
+}
+
+#[test]
+fn a_target_whose_radius_is_no_positive_number_is_refused() {
+    let world = tumbling(ELASTIC);
+    let trajectory = standing(&world);
+    for bad in [0.0, -0.1, 1e-60, 1e60, f64::NAN, f64::INFINITY] {
+        let recording = Recording::new(&world, &trajectory);
+        let recording = recording.with_target("cup", Vector3::zeros(), bad);
+        let error = refused("radius.glb", &recording);
+        let FileError::TargetRadius { target, radius, .. } = error else {
+            panic!("{error}")
+        };
+        assert_eq!((target.as_str(), radius.to_bits()), ("cup", bad.to_bits()));
+    }
 }
 
 #[test]
@@ -1002,11 +1099,11 @@ fn a_state_that_is_not_finite_is_refused() {
     timeless.time = f64::NAN;
     let mut lost = world.initial_state();
     lost.bodies[1].pose = Pose::from_translation(vector![f64::NAN, 0.0, 1.0]);
-    for state in [timeless, lost] {
+    for (state, culprit) in [(timeless, "the times"), (lost, "body \"block\"")] {
         let rollout = world.rollout(TIME_STEP, Integrator::Leapfrog).unwrap();
         let trajectory = rollout.starting_from(state).unwrap().recorded(0, 1);
         let error = refused("lost.glb", &Recording::new(&world, &trajectory.unwrap()));
-        assert!(matches!(error, FileError::NotFinite { .. }), "{error}");
+        assert_not_finite(&error, culprit);
     }
 }
 
@@ -1015,8 +1112,7 @@ fn times_that_single_precision_does_not_have_are_refused() {
     let world = tumbling(ELASTIC);
     let trajectory = rollout(&world);
     let recording = Recording::new(&world, &trajectory).slowed(1e300);
-    let error = refused("endless.glb", &recording);
-    assert!(matches!(error, FileError::NotFinite { .. }), "{error}");
+    assert_not_finite(&refused("endless.glb", &recording), "the times");
 }
 
 #[test]

@@ -201,7 +201,34 @@ fn vertices_of_no_triangle_are_left_out() {
     assert_relative(field.reach(), 0.75_f64.sqrt(), SUM_ROUND_OFF);
 }
 
+#[test]
+fn vertices_of_no_triangle_decide_nothing() {
+    let (vertices, triangles) = cube();
+    let plain = shapes::star_shaped(vertices.clone(), triangles.clone()).unwrap();
+    for stray in [vector![1e4, 0.0, 0.0], Vector3::repeat(f64::NAN)] {
+        let mut vertices = vertices.clone();
+        vertices.push(stray);
+        let field = shapes::star_shaped(vertices, triangles.clone()).unwrap();
+        assert_eq!(field.mesh().vertices(), plain.mesh().vertices());
+    }
+}
+
 // What it refuses.
+
+#[test]
+fn a_surface_beyond_double_precision_is_refused_as_too_large() {
+    for size in [1e90, 1e120, 1e200] {
+        let (mut vertices, triangles) = cube();
+        for vertex in &mut vertices {
+            *vertex *= size;
+        }
+        let error = refusal((vertices, triangles));
+        let MeshError::SurfaceTooLarge { diagonal } = error else {
+            panic!("{error}")
+        };
+        assert!(diagonal > size);
+    }
+}
 
 #[test]
 fn numbers_and_indices_that_make_no_triangles_are_named() {
@@ -224,7 +251,10 @@ fn numbers_and_indices_that_make_no_triangles_are_named() {
         refusal((vertices, triangles)).to_string(),
         "triangle 4 has vertex 1, or its place, twice, but needs three corners"
     );
-    assert_eq!(refusal((cube().0, vec![])), MeshError::Empty);
+    assert_eq!(
+        refusal((cube().0, vec![])).to_string(),
+        "a surface needs at least one triangle"
+    );
 }
 
 #[test]
@@ -290,15 +320,15 @@ fn a_hidden_triangle_is_named_with_its_distance() {
 }
 
 #[test]
-fn an_inner_point_in_the_plane_of_a_triangle_makes_a_flat_tetrahedron() {
+fn an_inner_point_in_the_plane_of_a_triangle_is_named_with_it() {
     let (vertices, triangles) = cube();
     let on_top = vector![0.0, 0.0, 0.5];
     let error = shapes::star_shaped_about(on_top, vertices.clone(), triangles.clone());
-    let Err(MeshError::ZeroVolume { tet, .. }) = error else {
-        panic!("expected ZeroVolume")
+    let Err(MeshError::TriangleSeenEdgeOn { triangle, volume }) = error else {
+        panic!("expected TriangleSeenEdgeOn")
     };
-    // The tetrahedron has the index of its triangle.
-    let top = triangles[tet].map(|vertex| vertices[vertex].z);
+    assert!(volume.abs() <= SUM_ROUND_OFF);
+    let top = triangles[triangle].map(|vertex| vertices[vertex].z);
     assert_eq!(top.map(f64::to_bits), [0.5_f64.to_bits(); 3]);
 }
 

@@ -23,10 +23,39 @@ pub enum FileError {
         source: std::io::Error,
     },
     /// A number to be written is not finite, or not in single precision.
-    #[error("a number for {} is NaN, infinite or beyond single precision", path.display())]
+    #[error(
+        "nothing was written to {}: a number of {part} is NaN, infinite or beyond single precision",
+        path.display()
+    )]
     NotFinite {
         /// The file.
         path: PathBuf,
+        /// What the number belongs to.
+        part: String,
+    },
+    /// The camera of a recording is where it looks, or too near to that for single precision.
+    #[error(
+        "nothing was written to {}: the camera is {distance:.3e} m from the point it looks at, which is too near",
+        path.display()
+    )]
+    CameraTooNear {
+        /// The file.
+        path: PathBuf,
+        /// The distance (m).
+        distance: f64,
+    },
+    /// The radius of a target of a recording is not positive and finite in single precision.
+    #[error(
+        "nothing was written to {}: target {target:?} has the radius {radius:e} m, which has to be positive and finite in single precision",
+        path.display()
+    )]
+    TargetRadius {
+        /// The file.
+        path: PathBuf,
+        /// Name of the target.
+        target: String,
+        /// Its radius (m).
+        radius: f64,
     },
     /// A recording cannot be slowed down so.
     #[error(

@@ -40,7 +40,7 @@ pub enum HullError {
         source: MeshError,
     },
     /// parry's hull leaves a point out.
-    #[error("the convex hull that was found leaves point {point} outside, by {distance:e} m")]
+    #[error("the convex hull that was found leaves point {point} outside, by {distance:.3e} m")]
     Outside {
         /// Index of the point.
         point: usize,
@@ -70,8 +70,8 @@ pub fn field_from_trimesh(mesh: &TriMesh) -> Result<PressureField, MeshError> {
 
 /// The field of the convex hull of points (m), which parry computes, by [`shapes::star_shaped`].
 ///
-/// That the hull contains all points, to a millionth of their extent, is checked, point by point and
-/// triangle by triangle.
+/// That the hull contains all points, to a millionth of their extent, is checked: each point against each
+/// triangle, which takes a time as their numbers multiplied.
 ///
 /// # Errors
 /// If a coordinate is not finite, the points span no volume, or parry's hull is not right. Rows of points

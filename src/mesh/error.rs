@@ -103,6 +103,9 @@ pub enum MeshError {
         /// Index of the tetrahedron.
         tet: usize,
     },
+    /// A surface has no triangle.
+    #[error("a surface needs at least one triangle")]
+    NoTriangles,
     /// A triangle names a vertex that does not exist.
     #[error("triangle {triangle} refers to vertex {vertex}, but there are {vertex_count} vertices")]
     TriangleVertexOutOfRange {
@@ -151,12 +154,20 @@ pub enum MeshError {
     },
     /// A closed surface encloses no positive volume, to round-off.
     #[error(
-        "the triangles enclose a volume of {volume:e} m³ in a box of diagonal {diagonal:e} m: they are turned inwards if that is negative, and else the solid is flat to round-off"
+        "the triangles enclose a volume of {volume:.3e} m³ in a box of diagonal {diagonal:.3e} m: they are turned inwards if that is negative, and else the solid is flat to round-off"
     )]
     EnclosedVolume {
         /// The volume (m³).
         volume: f64,
-        /// Diagonal (m) of the smallest box around the vertices.
+        /// Diagonal (m) of the smallest box around the triangles.
+        diagonal: f64,
+    },
+    /// A closed surface is so large that its volume, or the centre of it, is beyond double precision.
+    #[error(
+        "the triangles lie in a box of diagonal {diagonal:e} m, and the volume in them or its centre is beyond double precision"
+    )]
+    SurfaceTooLarge {
+        /// Diagonal (m) of the smallest box around the triangles.
         diagonal: f64,
     },
     /// The inner point of a star-shaped solid is NaN or infinite.
@@ -167,13 +178,23 @@ pub enum MeshError {
     },
     /// The inner point of a star-shaped solid does not see a triangle from inside.
     #[error(
-        "triangle {triangle} cannot be seen from the inner point, which is {distance:e} m outside its plane: the solid is not star-shaped about that point"
+        "triangle {triangle} cannot be seen from the inner point, which is {distance:.3e} m outside its plane: the solid is not star-shaped about that point"
     )]
     HiddenTriangle {
         /// Index of the triangle.
         triangle: usize,
         /// How far (m) outside the triangle's plane the point lies.
         distance: f64,
+    },
+    /// The inner point of a star-shaped solid sees a triangle from the side, to round-off.
+    #[error(
+        "triangle {triangle} and the inner point span a volume of {volume:.3e} m³, which is flat to round-off: the triangle has no area, or the point lies in its plane"
+    )]
+    TriangleSeenEdgeOn {
+        /// Index of the triangle.
+        triangle: usize,
+        /// Volume (m³) of the tetrahedron of the triangle and the point.
+        volume: f64,
     },
     /// The surface of a star-shaped solid surrounds the inner point more than once.
     #[error("the surface surrounds the inner point {layers} times, but must do so once")]

@@ -53,7 +53,8 @@ type Placement = ([f64; 3], [f64; 4], [f64; 3]);
 /// Adds an arrow for each load, the largest vector of them as long as given (m).
 pub(super) fn add(
     document: &mut Document,
-    (style, loads): (&Style, &[Loads]),
+    style: &Style,
+    loads: &[Loads],
     frames: &[Frame],
     length: f64,
 ) {
@@ -65,11 +66,12 @@ pub(super) fn add(
     let arrow = Triangles::turned(style.profile).primitive(document, material);
     let mesh = document.mesh(vec![arrow]);
     for Loads { name, by_frame } in loads {
+        document.data.begin(format!("the arrow {name:?}"));
         let name = format!("{name}, {length:.3e} m for {largest:.3e} {}", style.unit);
         let keys = keys(by_frame, frames, |vector| {
             length * (vector.norm() / largest)
         });
-        add_arrow(document, (mesh, name), &keys);
+        add_arrow(document, mesh, name, &keys);
     }
 }
 
@@ -106,11 +108,7 @@ fn hidden(last: Option<Placement>) -> Placement {
     (translation, rotation, [0.0; 3])
 }
 
-fn add_arrow(
-    document: &mut Document,
-    (mesh, name): (Index<Mesh>, String),
-    keys: &[(f64, Placement)],
-) {
+fn add_arrow(document: &mut Document, mesh: Index<Mesh>, name: String, keys: &[(f64, Placement)]) {
     let translations: Vec<_> = keys.iter().map(|key| key.1.0).collect();
     let rotations: Vec<_> = keys.iter().map(|key| key.1.1).collect();
     let scales: Vec<_> = keys.iter().map(|key| key.1.2).collect();

@@ -41,6 +41,7 @@ pub(super) fn add(document: &mut Document, bodies: &[Body], frames: &[Frame]) {
     let mut outlines = Vec::new();
     let mut colors = materials::BODIES.into_iter().cycle();
     for (place, body) in bodies.iter().enumerate() {
+        document.data.begin(format!("body {:?}", body.name()));
         let skin = match body.inertia().and_then(|_| colors.next()) {
             Some(color) => lit(color, OPACITY),
             None => lit(materials::SCENERY, SCENERY_OPACITY),
@@ -62,6 +63,7 @@ pub(super) fn add(document: &mut Document, bodies: &[Body], frames: &[Frame]) {
     }
 }
 
+/// The mesh of a body: its skin, and its edges if there are any.
 fn mesh<'b>(
     document: &mut Document,
     outlines: &mut Vec<(&'b Arc<Shape>, Outline)>,

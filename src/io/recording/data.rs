@@ -23,7 +23,10 @@ pub(super) struct Data {
     accessors: Vec<Accessor>,
     /// The accessors of keys, by numbers in a value and the bits of all of them.
     shared: FxHashMap<(usize, Vec<u64>), Index<Accessor>>,
-    is_finite: bool,
+    /// What is being written.
+    subject: String,
+    /// What was being written when the first number was not finite in single precision.
+    not_finite: Option<String>,
 }
 
 impl Data {
@@ -32,18 +35,26 @@ impl Data {
             parts: [const { Vec::new() }; 4],
             accessors: Vec::new(),
             shared: FxHashMap::default(),
-            is_finite: true,
+            subject: String::new(),
+            not_finite: None,
         }
     }
 
-    /// Whether all numbers so far were finite in single precision.
-    pub fn is_finite(&self) -> bool {
-        self.is_finite
+    /// From now on numbers belong to this, as an error would name it.
+    pub fn begin(&mut self, subject: impl Into<String>) {
+        self.subject = subject.into();
     }
 
-    /// Remembers if one of these is not finite.
+    /// What the first number belongs to that was not finite in single precision, if there was one.
+    pub fn not_finite(&self) -> Option<&str> {
+        self.not_finite.as_deref()
+    }
+
+    /// Remembers what is being written if one of these is not finite.
     pub fn check(&mut self, numbers: impl IntoIterator<Item = f32>) {
-        self.is_finite &= numbers.into_iter().all(f32::is_finite);
+        if !numbers.into_iter().all(f32::is_finite) {
+            self.not_finite.get_or_insert_with(|| self.subject.clone());
+        }
     }
 
     /// Points of a mesh (m).

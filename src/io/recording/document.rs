@@ -26,8 +26,8 @@ pub(super) struct Document {
 
 /// Why a document has no file.
 pub(super) enum Unwritable {
-    /// A number is not finite in single precision.
-    NotFinite,
+    /// A number of this is not finite in single precision.
+    NotFinite(String),
     /// It is longer (bytes) than its header can tell.
     TooLong(usize),
     /// It has no JSON.
@@ -121,8 +121,8 @@ impl Document {
 
     /// The file, with the world turned by a quaternion (x y z w) so that y is up.
     pub fn into_glb(mut self, to_y_up: [f32; 4]) -> Result<Vec<u8>, Unwritable> {
-        if !self.data.is_finite() {
-            return Err(Unwritable::NotFinite);
+        if let Some(part) = self.data.not_finite() {
+            return Err(Unwritable::NotFinite(part.to_owned()));
         }
         let world = self.root.push(Node {
             name: Some("world".to_owned()),

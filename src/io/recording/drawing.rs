@@ -6,7 +6,7 @@ use crate::spatial::Pose;
 use gltf_json::mesh::{Mode, Primitive, Semantic};
 use gltf_json::validation::Checked;
 use gltf_json::{Accessor, Extras, Index, Material};
-use nalgebra::{Rotation3, UnitQuaternion, Vector3};
+use nalgebra::{Isometry3, Vector3};
 use rustc_hash::FxHashMap;
 use std::f64::consts::TAU;
 
@@ -100,10 +100,7 @@ pub(super) fn index(place: usize) -> u32 {
 
 /// The rotation of a pose as a quaternion (x y z w).
 pub(super) fn quaternion(pose: &Pose) -> [f64; 4] {
-    let rotation = Rotation3::from_matrix_unchecked(*pose.rotation());
-    UnitQuaternion::from_rotation_matrix(&rotation)
-        .coords
-        .into()
+    Isometry3::from(*pose).rotation.coords.into()
 }
 
 #[expect(clippy::cast_possible_truncation, reason = "glTF has single precision")]

@@ -33,6 +33,7 @@ pub(super) fn add_targets(document: &mut Document, targets: &[Target]) {
         .collect();
     let ball = Triangles::turned(&meridian);
     for target in targets {
+        document.data.begin(format!("target {:?}", target.name));
         let material = document.material(lit(TARGET, OPACITY));
         let primitive = ball.primitive(document, material);
         let mesh = document.mesh(vec![primitive]);
@@ -55,6 +56,7 @@ pub(super) fn add_paths(document: &mut Document, paths: &[Path], radius: f64) {
 }
 
 fn add_path(document: &mut Document, path: &Path, color: Color, radius: f64) {
+    document.data.begin(format!("path {:?}", path.name));
     let points = path.points.iter();
     document
         .data

@@ -1,4 +1,4 @@
-//! A rollout as an animated glTF file, which opens in any browser viewer, in Blender, on a phone.
+//! A rollout as an animated glTF file.
 
 mod arrows;
 mod bodies;
@@ -33,14 +33,23 @@ const NO_TORQUE: f64 = 1e-2;
 /// What the name of a recording can end in.
 const EXTENSIONS: &[&str] = &["glb"];
 
-/// A trajectory of a world to be written as one animated glTF file (`.glb`), which opens in any glTF
-/// viewer, in Blender, in a browser.
+/// A trajectory of a world to be written as one animated glTF file (`.glb`), which opens in Blender and in
+/// any other viewer of glTF.
 ///
-/// It shows the bodies, seen through, at most 60 poses for each second; their contact surfaces,
-/// coloured by pressure; for each pair of bodies an arrow for the force on the first of them that
-/// moves, at the centre of pressure; an arrow with two heads for the torque of the contacts on each
-/// body about its centre of mass, if any torque is worth an arrow beside the forces. The names of
-/// these say what the brightest colour and the longest arrow stand for. Up is against gravity, or z without it. What is not animated shows the first state.
+/// It shows
+/// - the bodies, seen through;
+/// - their contact surfaces, coloured by pressure;
+/// - for each pair of bodies an arrow for the force, at the centre of pressure, on the first of the two
+///   that moves;
+/// - for each body an arrow with two heads for the torque of its contacts about its centre of mass, if any
+///   torque is worth an arrow beside the forces.
+///
+/// Names say what the brightest colour and the longest arrows stand for. Up is against gravity, or z
+/// without it.
+///
+/// The first state and the last are always shown, and of those between them at most 60 for each second;
+/// states that single precision puts at one time are one. Viewers that play no animation show the first
+/// state.
 ///
 /// A contact surface has other polygons at any time, so each shown has a mesh of its own: some 25 bytes
 /// for each polygon, and 860 bytes (`cargo test --test recording`). A recording has no more than 240 of
@@ -101,7 +110,7 @@ impl<'a, F: ExternalForces> Recording<'a, F> {
         Self { slowdown, ..self }
     }
 
-    /// The same recording with a ball of some radius (m) that marks a point (m, world frame).
+    /// The same recording with a ball of some positive radius (m) that marks a point (m, world frame).
     #[must_use]
     pub fn with_target(mut self, name: &str, point: Vector3<f64>, radius: f64) -> Self {
         let name = name.to_owned();
@@ -122,7 +131,7 @@ impl<'a, F: ExternalForces> Recording<'a, F> {
         self
     }
 
-    /// The same recording with a camera at `eye` that looks at `point` (m, world frame). Most viewers
+    /// The same recording with a camera at `eye` that looks at `point` (m, world frame), which is another. Most viewers
     /// begin with a view of their own, and offer this one.
     #[must_use]
     pub fn seen_from(self, eye: Vector3<f64>, point: Vector3<f64>) -> Self {
@@ -134,7 +143,8 @@ impl<'a, F: ExternalForces> Recording<'a, F> {
     ///
     /// # Errors
     /// If the extension is not `.glb`, the slowdown is no positive, finite number, the trajectory is of
-    /// another world, a number is not finite in single precision, the file would be larger than 4 GiB, or
+    /// another world, a radius is not positive, the camera is where it looks, a number is not finite in
+    /// single precision, the file would be larger than 4 GiB, or
     /// it cannot be written.
     pub fn write(&self, path: impl AsRef<Path>) -> Result<(), FileError> {
         let path = path.as_ref();
@@ -148,6 +158,7 @@ impl<'a, F: ExternalForces> Recording<'a, F> {
             });
         }
         check_fits(path, self.world, self.trajectory)?;
+        self.check_marks(path)?;
         let glb = self.glb().map_err(|why| unwritable(path, why))?;
         std::fs::write(path, glb).map_err(|source| FileError::Write {
             path: path.into(),
@@ -155,11 +166,33 @@ impl<'a, F: ExternalForces> Recording<'a, F> {
         })
     }
 
+    /// Nothing, if the targets can be seen and the camera looks in a direction.
+    fn check_marks(&self, path: &Path) -> Result<(), FileError> {
+        for target in &self.targets {
+            let [radius] = single([target.radius]);
+            if !(radius > 0.0 && radius.is_finite()) {
+                return Err(FileError::TargetRadius {
+                    path: path.into(),
+                    target: target.name.clone(),
+                    radius: target.radius,
+                });
+            }
+        }
+        match self.camera.and_then(|camera| camera.too_near()) {
+            Some(distance) => Err(FileError::CameraTooNear {
+                path: path.into(),
+                distance,
+            }),
+            None => Ok(()),
+        }
+    }
+
     fn glb(&self) -> Result<Vec<u8>, Unwritable> {
         let bodies = self.world.bodies();
         let frames = frames::frames(self.world, self.trajectory, self.slowdown);
         let mut document = Document::new();
         let times = frames.iter().flat_map(|frame| single([frame.time]));
+        document.data.begin("the times");
         document.data.check(times);
         bodies::add(&mut document, bodies, &frames);
         surfaces::add(&mut document, &frames);
@@ -168,9 +201,9 @@ impl<'a, F: ExternalForces> Recording<'a, F> {
             loads::forces(bodies, &frames),
             loads::torques(bodies, &frames),
         );
-        arrows::add(&mut document, (&arrows::FORCES, &forces), &frames, length);
+        arrows::add(&mut document, &arrows::FORCES, &forces, &frames, length);
         if loads::largest(&torques) > NO_TORQUE * length * loads::largest(&forces) {
-            arrows::add(&mut document, (&arrows::TORQUES, &torques), &frames, length);
+            arrows::add(&mut document, &arrows::TORQUES, &torques, &frames, length);
         }
         marks::add_targets(&mut document, &self.targets);
         marks::add_paths(&mut document, &self.paths, TUBE * length);
@@ -184,7 +217,10 @@ impl<'a, F: ExternalForces> Recording<'a, F> {
 
 fn unwritable(path: &Path, why: Unwritable) -> FileError {
     match why {
-        Unwritable::NotFinite => FileError::NotFinite { path: path.into() },
+        Unwritable::NotFinite(part) => FileError::NotFinite {
+            path: path.into(),
+            part,
+        },
         Unwritable::TooLong(found) => FileError::TooLong {
             path: path.into(),
             part: "recording".to_owned(),

@@ -30,6 +30,7 @@ struct Colored {
 
 /// Adds the contact surfaces of all frames; not those too small for single precision.
 pub(super) fn add(document: &mut Document, frames: &[Frame]) {
+    document.data.begin("the contact surfaces");
     let peak = frames.iter().flat_map(polygons).map(peak_pressure);
     let peak = peak.fold(f64::MIN_POSITIVE, f64::max);
     let name = format!("contact surface, brightest at {peak:.3e} Pa");
@@ -40,7 +41,7 @@ pub(super) fn add(document: &mut Document, frames: &[Frame]) {
             let white = || document.material(unlit([255; 3], 1.0));
             let material = *material.get_or_insert_with(white);
             let mesh = colored.mesh(document, material);
-            show(document, (mesh, &name), frames, &places);
+            show(document, mesh, &name, frames, &places);
         }
     }
 }
@@ -63,7 +64,8 @@ fn shown(frames: &[Frame]) -> Vec<Vec<usize>> {
 /// Adds a mesh that is visible in some frames.
 fn show(
     document: &mut Document,
-    (mesh, name): (Index<Mesh>, &str),
+    mesh: Index<Mesh>,
+    name: &str,
     frames: &[Frame],
     places: &[usize],
 ) {
@@ -146,6 +148,7 @@ impl Colored {
             .extend(fan.filter(|triangle| !is_flat(triangle)));
     }
 
+    /// The mesh of one material.
     fn mesh(&self, document: &mut Document, material: Index<Material>) -> Index<Mesh> {
         let colors = document.data.colors(&self.colors);
         let mut primitive = self.surface.primitive(document, material);

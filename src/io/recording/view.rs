@@ -24,8 +24,17 @@ pub(super) struct Camera {
 }
 
 impl Camera {
+    /// How far (m) the camera is from the point, if that is so near that single precision does not have the
+    /// nearest distance seen, as it has to be positive.
+    pub fn too_near(&self) -> Option<f64> {
+        let distance = (self.eye - self.point).norm();
+        let [nearest] = single([NEAREST * distance]);
+        (nearest < f32::MIN_POSITIVE).then_some(distance)
+    }
+
     /// Adds the camera, upright, or with y up in its picture if it looks along `up`.
     pub fn add_to(&self, document: &mut Document, up: &Vector3<f64>) {
+        document.data.begin("the camera");
         // A camera of glTF looks against its z axis; y is up.
         let backwards = self.eye - self.point;
         let upwards = square_to(&backwards.normalize(), up);
@@ -100,6 +109,7 @@ pub(super) fn arrow_length(bodies: &[Body]) -> f64 {
     largest(true).or_else(|| largest(false)).unwrap_or(1.0)
 }
 
+/// Diagonal (m) of the box around a body.
 fn diagonal(body: &Body) -> f64 {
     let bounds = body.shape().field().mesh().aabb();
     2.0 * bounds.half_extents().norm()

@@ -1,63 +1,80 @@
 use super::cored::place_key;
 use crate::geometry::Aabb;
 use crate::mesh::MeshError;
-use crate::mesh::tet_mesh::{FLATNESS, check_coordinates};
+use crate::mesh::tet_mesh::FLATNESS;
 use nalgebra::Vector3;
 use std::collections::HashMap;
 use std::collections::hash_map::Entry;
 
 /// Triangles that close in on a volume, all turned outwards; vertices at the same place are one.
 pub(super) struct ClosedSurface {
-    /// The vertices (m), as they were given.
+    /// The vertices (m) of the triangles, and no others.
     pub vertices: Vec<Vector3<f64>>,
-    /// The triangles, counter-clockwise seen from outside; a vertex of several at the same place is
-    /// referred to by the first of them.
+    /// The triangles, counter-clockwise seen from outside.
     pub triangles: Vec<[usize; 3]>,
     /// Centre of the volume (m).
     pub center: Vector3<f64>,
 }
 
 impl ClosedSurface {
-    /// From vertices (m) and triangles, if they are such a surface.
+    /// From vertices (m) and triangles, if they are such a surface. A vertex of several at the same place
+    /// is stood for by the first of them, and one of no triangle by nothing, whatever its numbers.
     pub fn new(
         vertices: Vec<Vector3<f64>>,
         mut triangles: Vec<[usize; 3]>,
     ) -> Result<Self, MeshError> {
         if triangles.is_empty() {
-            return Err(MeshError::Empty);
+            return Err(MeshError::NoTriangles);
         }
-        check_coordinates(&vertices)?;
         check_indices(&triangles, vertices.len())?;
+        check_coordinates(&vertices, &triangles)?;
         let first_at_place = first_at_place(&vertices);
         for (index, triangle) in triangles.iter_mut().enumerate() {
             *triangle = triangle.map(|vertex| first_at_place[vertex]);
             check_corners(index, *triangle)?;
         }
         check_edges(&triangles)?;
+        let (vertices, triangles) = compact(vertices, &triangles);
         let (volume, center) = volume_and_center(&vertices, &triangles);
-        check_volume(volume, &Aabb::around(&vertices))?;
+        check_volume(volume, &center, &Aabb::around(&vertices))?;
         Ok(Self {
             vertices,
             triangles,
             center,
         })
     }
+}
 
-    /// Vertices and triangles without the vertices that no triangle uses.
-    pub fn compact(self) -> (Vec<Vector3<f64>>, Vec<[usize; 3]>) {
-        let mut used = vec![false; self.vertices.len()];
-        for &vertex in self.triangles.iter().flatten() {
-            used[vertex] = true;
-        }
-        let mut place_of = vec![0; used.len()];
-        let mut vertices = Vec::new();
-        for vertex in (0..used.len()).filter(|&vertex| used[vertex]) {
-            place_of[vertex] = vertices.len();
-            vertices.push(self.vertices[vertex]);
-        }
-        let renumbered = |triangle: &[usize; 3]| triangle.map(|vertex| place_of[vertex]);
-        (vertices, self.triangles.iter().map(renumbered).collect())
+/// Vertices and triangles without the vertices that no triangle uses.
+fn compact(
+    vertices: Vec<Vector3<f64>>,
+    triangles: &[[usize; 3]],
+) -> (Vec<Vector3<f64>>, Vec<[usize; 3]>) {
+    let mut used = vec![false; vertices.len()];
+    for &vertex in triangles.iter().flatten() {
+        used[vertex] = true;
     }
+    let mut place_of = vec![0; used.len()];
+    let mut kept = Vec::new();
+    for (vertex, position) in vertices.into_iter().enumerate() {
+        if used[vertex] {
+            place_of[vertex] = kept.len();
+            kept.push(position);
+        }
+    }
+    let renumbered = |triangle: &[usize; 3]| triangle.map(|vertex| place_of[vertex]);
+    (kept, triangles.iter().map(renumbered).collect())
+}
+
+/// Nothing, if the vertices of the triangles are finite.
+fn check_coordinates(vertices: &[Vector3<f64>], triangles: &[[usize; 3]]) -> Result<(), MeshError> {
+    for &vertex in triangles.iter().flatten() {
+        let mut coordinates = vertices[vertex].iter();
+        if let Some(&value) = coordinates.find(|value| !value.is_finite()) {
+            return Err(MeshError::NonFiniteCoordinate { vertex, value });
+        }
+    }
+    Ok(())
 }
 
 fn check_indices(triangles: &[[usize; 3]], vertex_count: usize) -> Result<(), MeshError> {
@@ -125,16 +142,19 @@ fn directed_edges(triangles: &[[usize; 3]]) -> impl Iterator<Item = (usize, [usi
     triangles.iter().enumerate().flat_map(edges_of)
 }
 
-/// Nothing, if the volume (m³) in a box is positive, and more than what would be flat for a tetrahedron:
-/// of less the centre would be round-off.
-fn check_volume(volume: f64, aabb: &Aabb) -> Result<(), MeshError> {
+/// Nothing, if the volume (m³) in a box and its centre (m) are finite, and the volume is positive and more
+/// than what would be flat for a tetrahedron: of less the centre would be round-off.
+fn check_volume(volume: f64, center: &Vector3<f64>, aabb: &Aabb) -> Result<(), MeshError> {
     let diagonal = (aabb.upper - aabb.lower).norm();
-    // Not `<=`: a volume that overflowed or is NaN must not pass.
-    let solid = 6.0 * volume > FLATNESS * diagonal.powi(3);
-    if solid && volume.is_finite() {
+    let flat = FLATNESS * diagonal.powi(3);
+    if 6.0 * volume <= flat && flat.is_finite() {
+        return Err(MeshError::EnclosedVolume { volume, diagonal });
+    }
+    let numbers = [volume, flat, center.x, center.y, center.z];
+    if numbers.iter().all(|number| number.is_finite()) {
         Ok(())
     } else {
-        Err(MeshError::EnclosedVolume { volume, diagonal })
+        Err(MeshError::SurfaceTooLarge { diagonal })
     }
 }
 

@@ -12,10 +12,10 @@ use std::f64::consts::PI;
 /// As [`star_shaped_about`] does, this takes vertices (m) and triangles counter-clockwise seen from
 /// outside. It makes a tetrahedron of each triangle and the centre. Vertices at exactly the same place
 /// become one, so that triangles may come each with corners of its own, and vertices that no triangle
-/// uses are left out.
+/// uses are left out, whatever their numbers.
 ///
 /// In the solid whose faces are all at the same distance from the centre, such as a cube, the field is
-/// the distance to the surface; in others it rises more slowly from the far faces than from the near ones.
+/// proportional to the distance to the surface; in others it rises more slowly from the far faces than from the near ones.
 ///
 /// ```
 /// use hydroelastic::mesh::shapes;
@@ -34,7 +34,8 @@ use std::f64::consts::PI;
 /// # Errors
 /// If a coordinate is not finite, an index out of range or repeated; if the surface is open, or its
 /// triangles are turned different ways or inwards; if a triangle cannot be seen from the centre, or is so
-/// flat or so close to it that the tetrahedron on it (of the same index) is flat to round-off.
+/// flat or so nearly in a plane with the centre that the tetrahedron between them is flat to round-off; or if
+/// the solid is so large that its volume is beyond double precision.
 pub fn star_shaped(
     vertices: Vec<Vector3<f64>>,
     triangles: Vec<[usize; 3]>,
@@ -60,8 +61,13 @@ pub fn star_shaped_about(
 }
 
 fn filled(surface: ClosedSurface, inner_point: Vector3<f64>) -> Result<PressureField, MeshError> {
-    check_seen_once(&surface, &inner_point)?;
-    let (vertices, triangles) = surface.compact();
+    check_seen_from_inside(&surface, &inner_point)?;
+    check_layers(&surface, &inner_point)?;
+    let ClosedSurface {
+        vertices,
+        triangles,
+        ..
+    } = surface;
     CoredSurface {
         core_points: vec![inner_point; vertices.len()],
         vertices,
@@ -70,25 +76,36 @@ fn filled(surface: ClosedSurface, inner_point: Vector3<f64>) -> Result<PressureF
     .field()
 }
 
-/// Nothing, if the point sees each triangle from inside, and in every direction one of them.
-///
-/// A closed surface whose triangles are all seen from inside covers the sphere of directions equally
-/// often everywhere, so that the sum of their solid angles, over 4π, is the number of layers.
-fn check_seen_once(surface: &ClosedSurface, point: &Vector3<f64>) -> Result<(), MeshError> {
-    let mut solid_angle = 0.0;
+/// Nothing, if the point sees each triangle from inside.
+fn check_seen_from_inside(surface: &ClosedSurface, point: &Vector3<f64>) -> Result<(), MeshError> {
+    let mut edge_on = None;
     for (triangle, vertices) in surface.triangles.iter().enumerate() {
         let [a, b, c] = vertices.map(|vertex| surface.vertices[vertex]);
         let corners = [*point, a, b, c];
-        // A flat one is left to the mesh, which names it.
-        if !is_flat(&Tetrahedron { corners }) {
-            let distance = (point - a).dot(&(b - a).cross(&(c - a)).normalize());
-            if distance > 0.0 {
-                return Err(MeshError::HiddenTriangle { triangle, distance });
-            }
+        let tetrahedron = Tetrahedron { corners };
+        if is_flat(&tetrahedron) {
+            let volume = tetrahedron.signed_volume().abs();
+            edge_on.get_or_insert(MeshError::TriangleSeenEdgeOn { triangle, volume });
+            continue;
         }
-        solid_angle += solid_angle_of([a - point, b - point, c - point]);
+        let distance = (point - a).dot(&(b - a).cross(&(c - a)).normalize());
+        if distance > 0.0 {
+            return Err(MeshError::HiddenTriangle { triangle, distance });
+        }
     }
-    let layers = (solid_angle / (4.0 * PI)).round();
+    edge_on.map_or(Ok(()), Err)
+}
+
+/// Nothing, if the point sees one triangle in every direction.
+///
+/// A closed surface whose triangles are all seen from inside covers the sphere of directions equally
+/// often everywhere, so that the sum of their solid angles, over 4π, is the number of layers.
+fn check_layers(surface: &ClosedSurface, point: &Vector3<f64>) -> Result<(), MeshError> {
+    let solid_angle = |vertices: &[usize; 3]| {
+        solid_angle_of(vertices.map(|vertex| surface.vertices[vertex] - point))
+    };
+    let solid_angles = surface.triangles.iter().map(solid_angle);
+    let layers = (solid_angles.sum::<f64>() / (4.0 * PI)).round();
     if layers > 1.0 {
         return Err(MeshError::RepeatedSurface { layers });
     }
