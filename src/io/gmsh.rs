@@ -1,3 +1,4 @@
+use super::stopped::stopped_at;
 use super::{FileError, file_contents::FileContents, gmsh_headers};
 use mshio::mshfile::{ElementType, MshFile, NodeBlock};
 use nalgebra::Vector3;
@@ -11,13 +12,11 @@ pub(super) fn read(path: &Path, mut bytes: Vec<u8>) -> Result<FileContents, File
     gmsh_headers::prepare(path, &mut bytes)?;
     let file = mshio::parse_msh_bytes(&bytes).map_err(|error| {
         // The first cause only: the error itself would print the rest of the file.
-        let cause = error.first_msh_error();
-        let source = cause.map_or_else(|| "unexpected text".into(), Into::into);
-        FileError::Syntax {
-            path: path.into(),
-            format: FORMAT,
-            source,
-        }
+        let (rest, cause) = match error.begin_msh_errors().next() {
+            Some((rest, kind)) => (*rest, kind.to_string()),
+            None => (&bytes[bytes.len()..], "unexpected text".into()),
+        };
+        stopped_at(rest, cause, (path, FORMAT, &bytes))
     })?;
     contents(path, &file)
 }

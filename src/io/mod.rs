@@ -44,6 +44,7 @@ mod mesh_file;
 #[cfg(feature = "parry")]
 mod parry;
 mod recording;
+mod stopped;
 mod trajectory;
 mod vtk;
 mod vtu_lengths;

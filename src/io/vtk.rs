@@ -1,3 +1,4 @@
+use super::stopped::{beginning, stopped_at};
 use super::{FileError, file_contents::FileContents, vtu_lengths};
 use nalgebra::Vector3;
 use std::collections::BTreeMap;
@@ -10,15 +11,20 @@ use vtkio::{IOBuffer, Vtk, parser, xml::VTKFile};
 
 /// Reads a legacy file.
 pub(super) fn read_legacy(path: &Path, bytes: &[u8]) -> Result<FileContents, FileError> {
-    let (rest, vtk) = parser::parse_be(bytes)
-        .map_err(|error| syntax_error(path, "legacy VTK", error.map(|cause| cause.code)))?;
+    let (rest, vtk) = parser::parse_be(bytes).map_err(|error| {
+        let mut rest = &bytes[bytes.len()..];
+        let cause = error.map(|cause| {
+            rest = cause.input;
+            cause.code
+        });
+        stopped_at(rest, cause.to_string(), (path, "legacy VTK", bytes))
+    })?;
     // vtkio leaves out what it does not understand, and takes what is before it for all there is.
     if !rest.trim_ascii().is_empty() {
-        let found = String::from_utf8_lossy(rest.trim_ascii());
         return Err(FileError::Unread {
             path: path.into(),
             offset: bytes.len() - rest.len(),
-            found: found.chars().take(40).collect(),
+            found: beginning(rest.trim_ascii()),
         });
     }
     contents(path, vtk.data)

@@ -1,0 +1,4 @@
+//! Gmsh files of any bytes hold a mesh or are refused.
+#![no_main]
+
+libfuzzer_sys::fuzz_target!(|bytes: &[u8]| fuzzing::read("msh", bytes));

@@ -1,0 +1,42 @@
+//! What the fuzz targets share: bytes read as a mesh file.
+
+use hydroelastic::io::{FileError, MeshFile, read_mesh};
+use hydroelastic::mesh::PressureField;
+use std::path::PathBuf;
+
+/// Reads the bytes as a mesh file with that extension. A mesh that is accepted must be one: with a volume,
+/// and extents by distance that make a field or are refused.
+///
+/// # Panics
+/// If the file of the bytes cannot be written, or an accepted mesh is none.
+pub fn read(extension: &str, bytes: &[u8]) {
+    let path = file_of(extension);
+    std::fs::write(&path, bytes).expect("the file for the bytes can be written");
+    match read_mesh(&path) {
+        Ok(file) => check(&file),
+        Err(error) => check_error(&path, &error),
+    }
+}
+
+/// One file for each process: targets run side by side.
+fn file_of(extension: &str) -> PathBuf {
+    let name = format!("hydroelastic_fuzz_{}.{extension}", std::process::id());
+    std::env::temp_dir().join(name)
+}
+
+fn check(file: &MeshFile) {
+    assert!(file.mesh.tet_count() > 0);
+    assert!(file.mesh.volume() > 0.0);
+    for values in file.point_data.values() {
+        assert_eq!(values.len(), file.mesh.vertex_count());
+    }
+    if let Ok(field) = PressureField::from_distance(&file.mesh) {
+        assert!(field.extents().iter().all(|extent| extent.is_finite()));
+    }
+}
+
+fn check_error(path: &std::path::Path, error: &FileError) {
+    let message = error.to_string();
+    let name = path.display().to_string();
+    assert!(message.contains(&name), "no file is named by: {message}");
+}

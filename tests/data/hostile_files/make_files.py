@@ -1,0 +1,225 @@
+"""Writes the hostile mesh files beside itself: python3 make_files.py"""
+
+import base64
+import struct
+from pathlib import Path
+
+HERE = Path(__file__).parent
+TRILLION = 10**12
+# As many as a u32 can hold, if barely.
+BILLIONS = 4 * 10**9
+U64 = 2**64 - 1
+
+MSH = """$MeshFormat
+4.1 0 8
+$EndMeshFormat
+$Nodes
+1 4 1 4
+3 1 0 4
+1
+2
+3
+4
+0 0 0
+1 0 0
+0 1 0
+0 0 1
+$EndNodes
+$Elements
+1 1 1 1
+3 1 4 1
+1 1 2 3 4
+$EndElements
+"""
+
+VTK = """# vtk DataFile Version 3.0
+one tetrahedron
+ASCII
+DATASET UNSTRUCTURED_GRID
+POINTS 4 double
+0 0 0
+1 0 0
+0 1 0
+0 0 1
+CELLS 1 5
+4 0 1 2 3
+CELL_TYPES 1
+10
+"""
+
+VTK_5 = """# vtk DataFile Version 5.1
+one tetrahedron
+ASCII
+DATASET UNSTRUCTURED_GRID
+POINTS 4 double
+0 0 0
+1 0 0
+0 1 0
+0 0 1
+CELLS 2 4
+OFFSETS vtktypeint64
+0 4
+CONNECTIVITY vtktypeint64
+0 1 2 3
+CELL_TYPES 1
+10
+"""
+
+VTU = """<?xml version="1.0"?>
+<VTKFile type="UnstructuredGrid" version="1.0" byte_order="LittleEndian" header_type="UInt64">
+<UnstructuredGrid>
+<Piece NumberOfPoints="4" NumberOfCells="1">
+<Points>
+<DataArray type="Float64" NumberOfComponents="3" format="ascii">0 0 0 1 0 0 0 1 0 0 0 1</DataArray>
+</Points>
+<Cells>
+<DataArray type="Int64" Name="connectivity" format="ascii">0 1 2 3</DataArray>
+<DataArray type="Int64" Name="offsets" format="ascii">4</DataArray>
+<DataArray type="UInt8" Name="types" format="ascii">10</DataArray>
+</Cells>
+</Piece>
+</UnstructuredGrid>
+</VTKFile>
+"""
+
+POINTS = 'format="ascii">0 0 0 1 0 0 0 1 0 0 0 1<'
+
+
+def write(name, text, *changes):
+    """The text with each (from, to) replaced once."""
+    for old, new in changes:
+        assert old in text, (name, old)
+        text = text.replace(old, str(new), 1)
+    data = text if isinstance(text, bytes) else text.encode()
+    (HERE / name).write_bytes(data)
+
+
+def binary_msh(vertex=0.0, nodes=4, elements=1):
+    """A binary file; one coordinate, and what two headers claim, can be changed."""
+    head = b"$MeshFormat\n4.1 1 8\n" + struct.pack("<i", 1) + b"\n$EndMeshFormat\n"
+    points = [vertex, 0, 0, 1, 0, 0, 0, 1, 0, 0, 0, 1]
+    node_block = struct.pack("<3iQ4Q12d", 3, 1, 0, nodes, 1, 2, 3, 4, *points)
+    tet_block = struct.pack("<3iQ5Q", 3, 1, 4, elements, 1, 1, 2, 3, 4)
+    node_section = struct.pack("<4Q", 1, nodes, 1, nodes) + node_block
+    tet_section = struct.pack("<4Q", 1, elements, 1, elements) + tet_block
+    nodes_text = b"$Nodes\n" + node_section + b"\n$EndNodes\n"
+    return head + nodes_text + b"$Elements\n" + tet_section + b"\n$EndElements\n"
+
+
+def binary_vtk(points=4, version="3.0"):
+    head = f"# vtk DataFile Version {version}\none\nBINARY\nDATASET UNSTRUCTURED_GRID\nPOINTS {points} double\n"
+    coordinates = struct.pack(">12d", 0, 0, 0, 1, 0, 0, 0, 1, 0, 0, 0, 1)
+    cells = b"\nCELLS 1 5\n" + struct.pack(">5i", 4, 0, 1, 2, 3)
+    return head.encode() + coordinates + cells + b"\nCELL_TYPES 1\n" + struct.pack(">i", 10) + b"\n"
+
+
+def base64_of(layout, *numbers):
+    return base64.b64encode(struct.pack(layout, *numbers)).decode()
+
+
+def write_sound():
+    """What the others are made of, which can be read."""
+    write("sound.msh", MSH)
+    write("sound_binary.msh", binary_msh())
+    write("sound.vtk", VTK)
+    write("sound_5_1.vtk", VTK_5)
+    write("sound_binary.vtk", binary_vtk())
+    write("sound.vtu", VTU)
+    coordinates = [0, 0, 0, 1, 0, 0, 0, 1, 0, 0, 0, 1]
+    data = f'format="binary">{base64_of("<Q12d", 96, *coordinates)}<'
+    write("sound_binary.vtu", VTU, (POINTS, data))
+
+
+def write_msh():
+    one_tet, header = "3 1 4 1\n1 1 2 3 4", "1 1 1 1\n3 1 4 1"
+    write("trillion_tets.msh", MSH, (header, f"1 {TRILLION} 1 {TRILLION}\n3 1 4 {TRILLION}"))
+    write("trillion_nodes.msh", MSH, ("1 4 1 4\n3 1 0 4", f"1 {TRILLION} 1 4\n3 1 0 {TRILLION}"))
+    write("most_blocks.msh", MSH, ("1 1 1 1", f"{U64} 1 1 1"))
+    write("trillion_points.msh", MSH, ("$Nodes", f"$Entities\n{TRILLION} 0 0 0\n1 0 0 0 0\n$EndEntities\n$Nodes"))
+    write("number_beyond_all.msh", MSH, ("1 1 2 3 4", "1 1 2 3 99999999999999999999999"))
+    write("negative_count.msh", MSH, ("3 1 4 1\n", "3 1 4 -1\n"))
+    write("unknown_element_type.msh", MSH, ("3 1 4 1\n", "3 1 9999 1\n"))
+    write("missing_node.msh", MSH, ("1 1 2 3 4", "1 1 2 3 5"))
+    write("corner_twice.msh", MSH, ("1 1 2 3 4", "1 1 2 3 3"))
+    write("tet_twice.msh", MSH, ("1 1 1 1\n" + one_tet, "1 2 1 2\n3 1 4 2\n1 1 2 3 4\n2 1 2 3 4"))
+    write("word_for_a_number.msh", MSH, ("0 1 0", "0 one 0"))
+    write("cut_in_elements.msh", MSH[: MSH.index("3 4\n$EndElements")])
+    write("nan_vertex_binary.msh", binary_msh(vertex=float("nan")))
+    write("infinite_vertex_binary.msh", binary_msh(vertex=float("inf")))
+    write("most_nodes_binary.msh", binary_msh(nodes=U64))
+    write("most_tets_binary.msh", binary_msh(elements=2**63))
+
+
+def write_vtk():
+    write("trillion_points.vtk", VTK, ("POINTS 4", f"POINTS {TRILLION}"))
+    write("most_points.vtk", VTK, ("POINTS 4", f"POINTS {U64}"))
+    write("most_points_binary.vtk", binary_vtk(points=2**62))
+    write("billions_of_points.vtk", VTK, ("POINTS 4", f"POINTS {BILLIONS}"))
+    write("billions_of_points_binary.vtk", binary_vtk(points=BILLIONS))
+    write("billions_of_cells.vtk", VTK, ("CELLS 1 5", f"CELLS {BILLIONS} {BILLIONS}"))
+    write("billions_of_cell_types.vtk", VTK, ("CELL_TYPES 1", f"CELL_TYPES {BILLIONS}"))
+    write("trillion_cells.vtk", VTK, ("CELLS 1 5", f"CELLS {TRILLION} {5 * TRILLION}"))
+    write("trillion_cell_types.vtk", VTK, ("CELL_TYPES 1", f"CELL_TYPES {TRILLION}"))
+    write("most_corners.vtk", VTK, ("4 0 1 2 3", f"{2**32 - 1} 0 1 2 3"))
+    write("missing_point.vtk", VTK, ("4 0 1 2 3", f"4 0 1 2 {2**32 - 1}"))
+    write("nan_vertex.vtk", VTK, ("0 1 0", "0 nan 0"))
+    write("huge_coordinates.vtk", VTK, ("0 0 1", "0 0 1e308"), ("0 1 0", "0 1e308 0"))
+    write("word_for_a_number.vtk", VTK, ("4 0 1 2 3", "4 0 1 two 3"))
+    write("unknown_cell_type.vtk", VTK, ("\n10\n", "\n250\n"))
+    data = "POINT_DATA 4\n"
+    write("most_field_numbers.vtk", VTK + data + f"FIELD f 1\na {2**62} 8 double\n0 1 2 3\n")
+    write("trillion_field_arrays.vtk", VTK + data + f"FIELD f {TRILLION}\na 1 4 double\n0 1 2 3\n")
+    write("billions_of_field_numbers.vtk", VTK + data + f"FIELD f 1\na {BILLIONS} {BILLIONS} double\n0 1 2 3\n")
+    write("billions_of_field_arrays.vtk", VTK + data + f"FIELD f {BILLIONS}\na 1 4 double\n0 1 2 3\n")
+    write("billions_of_lookup_entries.vtk", VTK + data + f"LOOKUP_TABLE t {BILLIONS}\n0 0 0 0\n")
+    write("billions_of_tensors.vtk", VTK + f"POINT_DATA {BILLIONS}\nTENSORS t double\n0 0 0 0\n")
+    write("most_lookup_entries.vtk", VTK + data + f"LOOKUP_TABLE t {2**62}\n0 0 0 0\n")
+    write("most_color_numbers.vtk", VTK + data + f"COLOR_SCALARS c {2**62}\n0 0 0 0\n")
+    write("most_tensor_numbers.vtk", VTK + f"POINT_DATA {2**62}\nTENSORS t double\n0 0 0 0\n")
+    most = f"{2**32 - 1} {2**32 - 1} {2**32 - 1}"
+    grid = f"DATASET STRUCTURED_POINTS\nDIMENSIONS {most}\nORIGIN 0 0 0\nSPACING 1 1 1\n"
+    write("most_grid_points.vtk", VTK[: VTK.index("DATASET")] + grid)
+    write("end_beyond_all.vtk", VTK_5, ("\n0 4\n", f"\n0 {2**63 - 1}\n"))
+    write("trillion_ends.vtk", VTK_5, ("CELLS 2 4", f"CELLS {TRILLION} {4 * TRILLION}"))
+    write("no_ends.vtk", VTK_5, ("CELLS 2 4", "CELLS 0 4"), ("\n0 4\n", "\n"))
+    write("cut_in_points_binary.vtk", binary_vtk()[:150])
+
+
+def write_vtu():
+    write("trillion_points.vtu", VTU, ('NumberOfPoints="4"', f'NumberOfPoints="{TRILLION}"'))
+    write("billions_of_points.vtu", VTU, ('NumberOfPoints="4"', f'NumberOfPoints="{BILLIONS}"'))
+    write("billions_of_cells.vtu", VTU, ('NumberOfCells="1"', f'NumberOfCells="{BILLIONS}"'))
+    write("trillion_cells.vtu", VTU, ('NumberOfCells="1"', f'NumberOfCells="{TRILLION}"'))
+    write("end_beyond_all.vtu", VTU, (">4<", f">{2**63 - 1}<"))
+    write("negative_end.vtu", VTU, (">4<", ">-4<"))
+    write("negative_corner.vtu", VTU, (">0 1 2 3<", ">0 1 2 -1<"))
+    write("unknown_cell_type.vtu", VTU, (">10<", ">250<"))
+    write("cell_type_beyond_all.vtu", VTU, (">10<", ">4000<"))
+    write("no_cell_types.vtu", VTU, ('<DataArray type="UInt8" Name="types" format="ascii">10</DataArray>\n', ""))
+    write("infinite_vertex.vtu", VTU, ("1 0 0 0 1<", "1 0 0 0 inf<"))
+    write("most_components.vtu", VTU, ('NumberOfComponents="3"', f'NumberOfComponents="{U64}"'))
+    binary = 'format="binary">'
+    write("too_few_bytes.vtu", VTU, (POINTS, f"{binary}{base64_of('<Q2d', 96, 0, 0)}<"))
+    write("no_base64.vtu", VTU, (POINTS, f"{binary}****$$$$<"))
+    compressed = ('version="1.0" ', 'version="1.0" compressor="vtkZLibDataCompressor" ')
+    blocks = base64_of("<4Q", U64, U64, U64, U64)
+    write("most_blocks_zlib.vtu", VTU, compressed, (POINTS, f"{binary}{blocks}<"))
+    no_zlib = base64_of("<4Q", 1, 96, 96, 12) + base64_of("<12B", *range(12))
+    write("no_zlib_stream.vtu", VTU, compressed, (POINTS, f"{binary}{no_zlib}<"))
+    appended = (POINTS, f'format="appended" offset="{U64}"><')
+    data = '</UnstructuredGrid>\n<AppendedData encoding="base64">_AAAA</AppendedData>'
+    write("appended_offset_beyond_all.vtu", VTU, appended, ("</UnstructuredGrid>", data))
+    write("appended_to_nothing.vtu", VTU, appended)
+    depth = 5000
+    write("deep.vtu", VTU, ("<Points>", "<a>" * depth + "</a>" * depth + "<Points>"))
+    write("entities.vtu", VTU, ('?>', '?><!DOCTYPE a [<!ENTITY b "1 1 1 1 1 1 1 1"><!ENTITY c "&b;&b;&b;&b;">]>'), ("0 0 0 1 0", "0 0 &c; 1 0"))
+    write("cut_in_cells.vtu", VTU[: VTU.index('Name="offsets"')])
+    write("empty.vtu", "")
+    write("empty.msh", "")
+    write("empty.vtk", "")
+
+
+write_sound()
+write_msh()
+write_vtk()
+write_vtu()

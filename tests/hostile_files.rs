@@ -1,0 +1,195 @@
+//! Mesh files that are wrong on purpose: each is refused in words that name the culprit, at once, and with
+//! hardly more memory than the file takes, however much it claims to hold.
+//!
+//! One test: all threads of a program share the allocator that counts.
+
+use hydroelastic::io::read_mesh;
+use std::collections::BTreeSet;
+use std::error::Error;
+use std::ffi::OsStr;
+use std::fs;
+use std::path::PathBuf;
+use std::time::{Duration, Instant};
+
+#[global_allocator]
+static ALLOCATOR: dhat::Alloc = dhat::Alloc;
+
+/// Most bytes at a time for each byte of the file, and for the least file: vtkio copies XML several times,
+/// nom makes room for 64 KiB of numbers at once, zlib has a window of 32 KiB.
+const BYTES_PER_BYTE: usize = 16;
+const BYTES: usize = 1 << 18;
+
+/// For all files together. They took 0.04 s when last seen; a loop over 10¹² entries would take hours.
+const TIME: Duration = Duration::from_secs(10);
+
+/// Files, and what the message or one of its causes says besides the name of the file.
+const REFUSED: &[(&str, &str)] = &[
+    ("appended_offset_beyond_all.vtu", "appended data"),
+    ("appended_to_nothing.vtu", "number too large to fit"),
+    ("billions_of_cell_types.vtk", "line 14"),
+    ("billions_of_cells.vtk", r#"line 12, "CELL_TYPES"#),
+    (
+        "billions_of_cells.vtu",
+        r#"Data array "types" has 1 elements, but should have 4000000000"#,
+    ),
+    ("billions_of_field_arrays.vtk", "line 18"),
+    ("billions_of_field_numbers.vtk", "line 1"),
+    ("billions_of_lookup_entries.vtk", "line 1"),
+    ("billions_of_points.vtk", r#"line 10, "CELLS 1 5"#),
+    (
+        "billions_of_points.vtu",
+        r#"Data array "" has 12 elements, but should have 12000000000"#,
+    ),
+    ("billions_of_points_binary.vtk", "line 1"),
+    ("billions_of_tensors.vtk", "line 1"),
+    (
+        "cell_type_beyond_all.vtu",
+        "Failed to parse an int: number too large",
+    ),
+    ("corner_twice.msh", "tetrahedron 0 refers"),
+    ("cut_in_cells.vtu", "tag not closed"),
+    ("cut_in_elements.msh", r#"line 19, "1 1 2"#),
+    ("cut_in_points_binary.vtk", "line 1"),
+    ("empty.msh", r#"the header """#),
+    ("empty.vtk", "line 1"),
+    ("empty.vtu", "Unexpected `Event::Eof`"),
+    ("end_beyond_all.vtk", "list of cells"),
+    (
+        "end_beyond_all.vtu",
+        r#"Data array "connectivity" has 4 elements, but should have 9223372036854775807"#,
+    ),
+    ("entities.vtu", "unrecognized entity `c`"),
+    ("huge_coordinates.vtk", "tetrahedron 0 has"),
+    ("infinite_vertex.vtu", "vertex 3 has the coordinate inf"),
+    (
+        "infinite_vertex_binary.msh",
+        "vertex 0 has the coordinate inf",
+    ),
+    ("missing_node.msh", "tetrahedron 0 of"),
+    ("missing_point.vtk", "tetrahedron 0 of"),
+    ("most_blocks.msh", r#"line 20, "$EndElemen"#),
+    ("most_blocks_zlib.vtu", r#"data array """#),
+    ("most_color_numbers.vtk", r#"line 15, "4611686018"#),
+    ("most_components.vtu", "number too large to fit"),
+    ("most_corners.vtk", "list of cells"),
+    ("most_field_numbers.vtk", r#"line 16, "4611686018"#),
+    ("most_grid_points.vtk", "another kind of data set"),
+    ("most_lookup_entries.vtk", r#"line 15, "4611686018"#),
+    ("most_nodes_binary.msh", r#"line 10, "ements"#),
+    ("most_points.vtk", r#"line 5, "1844674407"#),
+    ("most_points_binary.vtk", r#"line 5, "4611686018"#),
+    ("most_tensor_numbers.vtk", r#"line 14, "4611686018"#),
+    ("most_tets_binary.msh", r#"line 10, "$EndElemen"#),
+    ("nan_vertex.vtk", r#"line 8, "nan 0"#),
+    ("nan_vertex_binary.msh", "vertex 0 has the coordinate NaN"),
+    ("negative_corner.vtu", "Invalid data format"),
+    ("negative_count.msh", r#"line 18, "-1"#),
+    ("negative_end.vtu", "Invalid data format"),
+    ("no_base64.vtu", r#"data array """#),
+    (
+        "no_cell_types.vtu",
+        r#"named "connectivity", "offsets" and "types""#,
+    ),
+    ("no_ends.vtk", "list of cells"),
+    ("no_zlib_stream.vtu", "corrupt deflate stream"),
+    ("number_beyond_all.msh", r#"line 20, "$EndElemen"#),
+    ("tet_twice.msh", "tetrahedra 0 and 1"),
+    (
+        "too_few_bytes.vtu",
+        r#"Data array "" has 2 elements, but should have 12"#,
+    ),
+    ("trillion_cell_types.vtk", r#"line 12, "1000000000"#),
+    ("trillion_cells.vtk", r#"line 10, "1000000000"#),
+    ("trillion_cells.vtu", "number too large to fit"),
+    ("trillion_ends.vtk", r#"line 10, "1000000000"#),
+    ("trillion_field_arrays.vtk", r#"line 15, "1000000000"#),
+    ("trillion_nodes.msh", r#"line 15, "$EndNodes"#),
+    ("trillion_points.msh", r#"line 7, "$EndEntiti"#),
+    ("trillion_points.vtk", r#"line 5, "1000000000"#),
+    ("trillion_points.vtu", "number too large to fit"),
+    ("trillion_tets.msh", r#"line 20, "$EndElemen"#),
+    ("unknown_cell_type.vtk", r#"line 13, "250"#),
+    ("unknown_cell_type.vtu", "Invalid cell type: 250"),
+    ("unknown_element_type.msh", r#"line 18, "9999 1"#),
+    ("word_for_a_number.msh", r#"line 13, "one 0"#),
+    ("word_for_a_number.vtk", r#"line 11, "two 3"#),
+];
+
+/// Files that hold a tetrahedron: what the others are made of, and one that only looks odd.
+const ACCEPTED: &[&str] = &[
+    "deep.vtu",
+    "sound.msh",
+    "sound_binary.msh",
+    "sound.vtk",
+    "sound_5_1.vtk",
+    "sound_binary.vtk",
+    "sound.vtu",
+    "sound_binary.vtu",
+];
+
+fn folder() -> PathBuf {
+    PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("tests/data/hostile_files")
+}
+
+/// The message of an error and of all its causes.
+fn messages(error: &dyn Error) -> String {
+    let (mut text, mut next) = (error.to_string(), error.source());
+    while let Some(cause) = next {
+        text = format!("{text}: {cause}");
+        next = cause.source();
+    }
+    text
+}
+
+/// What reading a file ends in: the number of tetrahedra, or messages without the folder's name. Asserts
+/// that no more memory was used than is due.
+fn read(name: &str) -> Result<usize, String> {
+    let path = folder().join(name);
+    let length = usize::try_from(fs::metadata(&path).unwrap().len()).unwrap();
+    let profiler = dhat::Profiler::builder().testing().build();
+    let outcome = read_mesh(&path);
+    let most = dhat::HeapStats::get().max_bytes;
+    drop(profiler);
+    let due = BYTES + BYTES_PER_BYTE * length;
+    assert!(most <= due, "{name} of {length} bytes took {most}");
+    let folder = format!("{}/", folder().display());
+    let counted = outcome.map(|file| file.mesh.tet_count());
+    counted.map_err(|error| messages(&error).replace(&folder, ""))
+}
+
+/// The names of the mesh files in the folder.
+fn files() -> BTreeSet<String> {
+    let entries = fs::read_dir(folder()).unwrap();
+    let paths = entries.map(|entry| entry.unwrap().path());
+    let meshes = paths.filter(|path| {
+        ["msh", "vtk", "vtu"]
+            .map(OsStr::new)
+            .contains(&path.extension().unwrap())
+    });
+    meshes
+        .map(|path| path.file_name().unwrap().to_str().unwrap().to_owned())
+        .collect()
+}
+
+#[test]
+fn hostile_files_are_refused_by_name_at_once_and_without_the_memory_they_claim() {
+    let start = Instant::now();
+    let mut wrong = Vec::new();
+    for (name, culprit) in REFUSED {
+        let outcome = read(name);
+        let named = |message: &String| message.contains(name) && message.contains(culprit);
+        if !outcome.as_ref().is_err_and(named) {
+            wrong.push(format!("{name}: {outcome:?}, but {culprit:?} was expected"));
+        }
+    }
+    assert!(wrong.is_empty(), "{wrong:#?}");
+    for name in ACCEPTED {
+        assert_eq!(read(name), Ok(1), "{name}");
+    }
+    assert!(start.elapsed() < TIME, "{:?}", start.elapsed());
+    let listed = REFUSED
+        .iter()
+        .map(|(name, _)| *name)
+        .chain(ACCEPTED.iter().copied());
+    assert_eq!(files(), listed.map(ToOwned::to_owned).collect());
+}
