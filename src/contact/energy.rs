@@ -7,8 +7,9 @@ use crate::scalar::{Scalar, lift, lift_vector};
 impl<T: Scalar> NarrowPhase<'_, T> {
     /// ∫ min(p_A, p_B) dV (J) over what two tetrahedra have in common.
     ///
-    /// A's tetrahedron is cut by B's faces into tetrahedra; over each of them
-    /// ∫ min(p_A, p_B) = ∫ p_A − ∫ over {p_A > p_B} of (p_A − p_B).
+    /// A's tetrahedron is cut by B's faces into tetrahedra; over each of them, for the softer body S and
+    /// the stiffer one H, ∫ min(p_S, p_H) = ∫ p_S − ∫ over {p_S > p_H} of (p_S − p_H). The other way round
+    /// it would be a small difference of large integrals.
     pub fn energy(&self, a: &FieldTet, b: &PosedTet) -> T {
         if a.tetrahedron.is_beyond(&b.faces) || b.tetrahedron.is_beyond(&a.barycentric) {
             return lift(0.0);
@@ -20,9 +21,14 @@ impl<T: Scalar> NarrowPhase<'_, T> {
             .map(|face| face.posed(&self.pose_ab));
         let pressure_a = a.extent.lifted().scaled(self.modulus_a);
         let pressure_b = tet_b.extent.posed(&self.pose_ab).scaled(self.modulus_b);
+        let (soft, hard) = if self.is_softer(a, b) {
+            (pressure_a, pressure_b)
+        } else {
+            (pressure_b, pressure_a)
+        };
         let excess = AffineField {
-            gradient: pressure_a.gradient - pressure_b.gradient,
-            offset: pressure_a.offset - pressure_b.offset,
+            gradient: soft.gradient - hard.gradient,
+            offset: soft.offset - hard.offset,
         };
         let margin = self.shadow.margin();
         // What both gradients make of a coordinate's rounding.
@@ -32,7 +38,7 @@ impl<T: Scalar> NarrowPhase<'_, T> {
         };
         let mut energy = lift(0.0);
         whole.for_each_part_inside(&faces_b, margin, &mut |part: &Tetrahedron<T>| {
-            energy += part.integral(&pressure_a);
+            energy += part.integral(&soft);
             let above = part.clipped(&part.values(&excess, tolerance));
             energy -= above
                 .as_slice()
@@ -41,6 +47,12 @@ impl<T: Scalar> NarrowPhase<'_, T> {
                 .sum::<T>();
         });
         energy
+    }
+
+    /// Whether A's highest pressure in its tetrahedron is at most B's.
+    fn is_softer(&self, a: &FieldTet, b: &PosedTet) -> bool {
+        let highest = |numbers: &[f64; 4]| numbers.iter().copied().fold(0.0, f64::max);
+        self.shadow.moduli[0] * highest(&a.extents) <= highest(&b.pressures)
     }
 }
 

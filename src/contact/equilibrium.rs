@@ -6,9 +6,9 @@ use nalgebra::Vector3;
 /// the rounding of one transformed coordinate.
 pub(super) const SNAP: f64 = 3e-14;
 
-/// A difference of pressure gradients below this fraction of the steepest gradient of the meshes
-/// is none: the two fields are equal over a volume. The plane of fields that differ by more is placed
-/// to SNAP/EQUAL_FIELDS = 3e-5 of the bodies' size, or better.
+/// A difference of pressure gradients below this fraction of what the rounding of a coordinate can make of
+/// the pressures is none: the two fields are equal over a volume. The plane of fields that differ by more
+/// is placed to about SNAP/EQUAL_FIELDS = 3e-5 of the bodies' size, or better.
 const EQUAL_FIELDS: f64 = 1e-9;
 
 /// The plane p_A = p_B of a pair of tetrahedra.
@@ -34,29 +34,15 @@ impl<T: Scalar> EquilibriumPlane<T> {
     }
 }
 
-/// What counts as zero for a pair of bodies.
-#[derive(Debug, Clone, Copy)]
-pub(super) struct RoundOff {
-    /// Size of the coordinates involved (m): how far the bodies reach from their frames' origins.
-    pub length: f64,
-    /// The steepest pressure gradient in either mesh (Pa/m).
-    pub steepest: f64,
-}
-
-impl RoundOff {
-    /// Error of a transformed coordinate (m).
-    pub fn margin(&self) -> f64 {
-        SNAP * self.length
-    }
-
-    /// Whether fields with this difference of pressure gradients (Pa/m) are equal over a volume:
-    /// they have no plane there.
-    ///
-    /// Measured by the steepest gradient of the whole meshes: where all extents of a tetrahedron
-    /// are alike its gradient is itself round-off, and no measure.
-    pub fn is_equal_field(&self, gradient: &Vector3<f64>) -> bool {
-        gradient.norm_squared() <= (EQUAL_FIELDS * self.steepest).powi(2)
-    }
+/// Whether the fields of two tetrahedra with this difference of pressure gradients (Pa/m) are equal over a
+/// volume: they have no plane there.
+///
+/// Measured by the larger of their sensitivities (Pa/m): where all extents of a tetrahedron are alike
+/// its gradient is itself round-off, and no measure; nor is the steepest gradient elsewhere in the mesh,
+/// where one sliver can make it as large as it likes.
+pub(super) fn is_equal_field(gradient: &Vector3<f64>, sensitivities: [f64; 2]) -> bool {
+    let [a, b] = sensitivities;
+    gradient.norm_squared() <= (EQUAL_FIELDS * a.max(b)).powi(2)
 }
 
 /// How the equilibrium plane lies to a tetrahedron: the signs of the (snapped) values of p_A − p_B at

@@ -1,4 +1,4 @@
-use super::equilibrium::CornerSigns;
+use super::equilibrium::{CornerSigns, is_equal_field};
 use super::shadow::{PairShadow, PosedTet};
 use crate::geometry::{AffineField, ConvexPolygon, FACES, is_doubtful_value, snapped};
 use crate::mesh::FieldTet;
@@ -87,7 +87,7 @@ impl PairShadow<'_> {
             return Encounter::Apart;
         }
         let gradient = a.extent.gradient * modulus_a - b.pressure.gradient;
-        if self.round_off.is_equal_field(&gradient) {
+        if is_equal_field(&gradient, [modulus_a * a.sensitivity, b.sensitivity]) {
             return Encounter::EqualFields;
         }
         let tet_b = self.tet_b(b.index);

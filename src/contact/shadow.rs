@@ -1,4 +1,4 @@
-use super::equilibrium::RoundOff;
+use super::equilibrium::SNAP;
 use super::{ContactBody, Shape};
 use crate::geometry::{AffineField, Tetrahedron};
 use crate::mesh::FieldTet;
@@ -12,7 +12,8 @@ pub(super) struct PairShadow<'a> {
     /// Hydroelastic moduli (Pa).
     pub moduli: [f64; 2],
     pub pose_ab: Pose<f64>,
-    pub round_off: RoundOff,
+    /// Size of the coordinates involved (m): how far the bodies reach from their frames' origins.
+    length: f64,
 }
 
 /// A tetrahedron of B in A's frame.
@@ -36,16 +37,11 @@ impl<'a> PairShadow<'a> {
         pose_ab: &Pose<T>,
     ) -> Self {
         let moduli = [a, b].map(|body| real_part(body.modulus()));
-        let (field_a, field_b) = (a.shape().field(), b.shape().field());
-        let steepest = (moduli[0] * field_a.steepest()).max(moduli[1] * field_b.steepest());
         Self {
             shapes: [a.shape(), b.shape()],
             moduli,
             pose_ab: pose_ab.real(),
-            round_off: RoundOff {
-                length: field_a.reach() + field_b.reach(),
-                steepest,
-            },
+            length: a.shape().field().reach() + b.shape().field().reach(),
         }
     }
 
@@ -59,7 +55,7 @@ impl<'a> PairShadow<'a> {
 
     /// Error of a transformed coordinate (m).
     pub fn margin(&self) -> f64 {
-        self.round_off.margin()
+        SNAP * self.length
     }
 
     /// A tetrahedron of B as A sees it.

@@ -3,9 +3,9 @@ use crate::geometry::FACES;
 use nalgebra::Vector3;
 use rustc_hash::FxHashSet;
 
-/// A change of gradient below this fraction of the steepest one is none. Two bodies' fields count as equal
-/// up to a difference ten times as large, so that what it hides has no contact polygons, unless many such
-/// changes follow one another.
+/// A change of gradient below this fraction of the sensitivities around is none. Two bodies' fields count as
+/// equal up to a difference ten times as large, so that what it hides has no contact polygons, unless many
+/// such changes follow one another.
 const FLATNESS: f64 = 1e-10;
 
 /// Where to look for the parts of a contact surface that have no rim.
@@ -124,7 +124,6 @@ const EDGES: [[usize; 2]; 6] = [[0, 1], [0, 2], [0, 3], [1, 2], [1, 3], [2, 3]];
 
 /// The faces (tetrahedron, opposite corner) across which the slope of the extent grows.
 fn convex_creases(field: &PressureField) -> Vec<(usize, usize)> {
-    let least = FLATNESS * field.steepest();
     let mut creases = Vec::new();
     for (index, tet) in field.tets().iter().enumerate() {
         for corner in 0..4 {
@@ -132,7 +131,9 @@ fn convex_creases(field: &PressureField) -> Vec<(usize, usize)> {
             let Some(neighbour) = neighbour.filter(|&other| other > index) else {
                 continue;
             };
-            let jump = field.tets()[neighbour].extent.gradient - tet.extent.gradient;
+            let neighbour = &field.tets()[neighbour];
+            let least = FLATNESS * tet.sensitivity.min(neighbour.sensitivity);
+            let jump = neighbour.extent.gradient - tet.extent.gradient;
             let outward = -tet.barycentric[corner].gradient / tet.barycentric_steepness[corner];
             if jump.dot(&outward) > least {
                 creases.push((index, corner));
@@ -156,17 +157,20 @@ fn one_side_each(field: &PressureField, faces: &[(usize, usize)]) -> Vec<usize> 
 fn peaks(field: &PressureField) -> Vec<usize> {
     let mesh = field.mesh();
     let mut gradients: Vec<Vec<Vector3<f64>>> = vec![Vec::new(); mesh.vertex_count()];
+    let mut least = vec![f64::INFINITY; mesh.vertex_count()];
     for (tet, vertices) in mesh.tets().iter().enumerate() {
         for &vertex in vertices
             .iter()
             .filter(|&&vertex| !mesh.is_on_surface(vertex))
         {
-            gradients[vertex].push(field.tets()[tet].extent.gradient);
+            let field_tet = &field.tets()[tet];
+            gradients[vertex].push(field_tet.extent.gradient);
+            least[vertex] = least[vertex].min(FLATNESS * field_tet.sensitivity);
         }
     }
-    let least = FLATNESS * field.steepest();
     (0..mesh.vertex_count())
-        .filter(|&vertex| !gradients[vertex].is_empty() && span_space(&gradients[vertex], least))
+        .filter(|&vertex| !gradients[vertex].is_empty())
+        .filter(|&vertex| span_space(&gradients[vertex], least[vertex]))
         .collect()
 }
 

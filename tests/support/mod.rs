@@ -6,5 +6,7 @@ pub mod balls;
 pub mod differences;
 pub mod glb;
 pub mod half_planes;
+pub mod hostile;
+pub mod hostile_claims;
 pub mod reference;
 pub mod scenes;

@@ -15,6 +15,13 @@ impl Random {
         Self(TestRng::from_seed(RngAlgorithm::ChaCha, &[seed; 32]))
     }
 
+    /// One of 2⁶⁴ sources.
+    pub fn numbered(number: u64) -> Self {
+        let mut seed = [0; 32];
+        seed[..8].copy_from_slice(&number.to_le_bytes());
+        Self(TestRng::from_seed(RngAlgorithm::ChaCha, &seed))
+    }
+
     /// Uniform in [low, high).
     pub fn between(&mut self, low: f64, high: f64) -> f64 {
         self.0.random_range(low..high)

@@ -1,0 +1,377 @@
+//! Hostile pairs: contact geometry at and near every degenerate position, the same in every run.
+
+use super::scenes::{Random, pair};
+use hydroelastic::contact::{ContactPair, Shape};
+use hydroelastic::mesh::{MeshError, PressureField, TetMesh, shapes};
+use hydroelastic::spatial::Pose;
+use nalgebra::{Matrix3, Vector3};
+use std::f64::consts::{PI, TAU};
+
+/// What makes a pair hostile.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Family {
+    /// Nothing: the measure for the others.
+    Generic,
+    /// A face of one lies in the plane of a face of the other.
+    Coplanar,
+    /// The same, missed by a tilt and an offset of 1e-16 to 1e-4.
+    NearlyCoplanar,
+    /// A vertex, an edge or a face in common, exactly or missed by as little.
+    Shared,
+    /// The same mesh at the same pose, exactly or missed by as little.
+    Identical,
+    /// Tetrahedra down to the flattest that a mesh may have.
+    Sliver,
+    /// One body inside the other.
+    Nested,
+    /// Bodies of 1e-6 to 1e6 m.
+    Scaled,
+    /// Bodies up to 1e6 m from the world's origin.
+    Offset,
+    /// Moduli of 1 to 1e12 Pa, equal or unlike.
+    Moduli,
+    /// All of it.
+    Combined,
+}
+
+impl Family {
+    pub const ALL: [Self; 11] = [
+        Self::Generic,
+        Self::Coplanar,
+        Self::NearlyCoplanar,
+        Self::Shared,
+        Self::Identical,
+        Self::Sliver,
+        Self::Nested,
+        Self::Scaled,
+        Self::Offset,
+        Self::Moduli,
+        Self::Combined,
+    ];
+}
+
+/// Sizes of the shapes (m).
+const SCALES: [f64; 6] = [1e-6, 1e-3, 0.25, 1.0, 1e3, 1e6];
+
+/// The place of one metre in [`SCALES`].
+const UNIT: usize = 3;
+
+/// Shapes of one size.
+struct Pool {
+    regular: Vec<Shape>,
+    slivers: Vec<Shape>,
+}
+
+/// Shapes of all sizes, and the pairs made of them.
+pub struct Hostile(Vec<Pool>);
+
+impl Hostile {
+    /// The shapes with a number.
+    pub fn new(number: u64) -> Self {
+        let mut random = Random::numbered(number);
+        Self(SCALES.map(|size| Pool::of(size, &mut random)).into())
+    }
+
+    /// The pair with a number.
+    pub fn pair(&self, family: Family, number: u64) -> ContactPair<'_> {
+        let random = &mut Random::numbered(number);
+        let [size_a, size_b] = sizes(family, random);
+        let slivers = match family {
+            Family::Sliver => [true, random.below(2) == 0],
+            Family::Combined => [random.below(4) == 0, random.below(4) == 0],
+            _ => [false; 2],
+        };
+        let a = self.0[size_a].any(slivers[0], random);
+        let is_same = family == Family::Identical
+            || (family == Family::Combined && size_a == size_b && random.below(4) == 0);
+        let b = if is_same {
+            a
+        } else {
+            self.0[size_b].any(slivers[1], random)
+        };
+        let pose_ab = relative_pose(family, [a, b], is_same, random);
+        let pose_wa = pose_of_a(family, SCALES[size_a], random);
+        let [modulus_a, modulus_b] = moduli(family, random);
+        let (a, b) = ((a, pose_wa, modulus_a), (b, pose_wa * pose_ab, modulus_b));
+        match random.below(2) {
+            0 => pair(a, b),
+            _ => pair(b, a),
+        }
+    }
+}
+
+/// The places of both bodies' sizes in [`SCALES`].
+fn sizes(family: Family, random: &mut Random) -> [usize; 2] {
+    let any = random.below(SCALES.len());
+    match family {
+        Family::Scaled => [any; 2],
+        Family::Combined => [any, [any, random.below(SCALES.len())][random.below(2)]],
+        Family::Nested => [UNIT, random.below(UNIT)],
+        _ => [UNIT; 2],
+    }
+}
+
+fn moduli(family: Family, random: &mut Random) -> [f64; 2] {
+    let wild = match family {
+        Family::Moduli => true,
+        Family::Combined => random.below(2) == 0,
+        _ => false,
+    };
+    let largest = if wild { 12.0 } else { 1.0 };
+    let [a, b] = [0, 1].map(|_| 10_f64.powf(random.between(0.0, largest)));
+    [a, [a, b][random.below(2)]]
+}
+
+fn pose_of_a(family: Family, size: f64, random: &mut Random) -> Pose {
+    let away = match family {
+        Family::Offset => 10_f64.powf(random.between(0.0, 6.0)),
+        Family::Combined => [0.0, 10_f64.powf(random.between(0.0, 6.0))][random.below(2)],
+        _ => size * [0.0, 1.0][random.below(2)],
+    };
+    let position = random.direction() * away;
+    match random.below(2) {
+        0 => Pose::from_translation(position),
+        _ => Pose::from_rotation_vector(&random.rotation_vector(), position),
+    }
+}
+
+/// How B lies in A's frame.
+fn relative_pose(family: Family, shapes: [&Shape; 2], same: bool, random: &mut Random) -> Pose {
+    let reach = shapes.map(|shape| shape.field().reach());
+    let exact = match family {
+        Family::Coplanar | Family::NearlyCoplanar => coplanar(shapes, random),
+        Family::Shared => shared(shapes, random),
+        Family::Identical => Pose::identity(),
+        Family::Nested => nested(reach, random),
+        Family::Sliver => match random.below(3) {
+            0 => coplanar(shapes, random),
+            1 => shared(shapes, random),
+            _ => overlapping(reach, random),
+        },
+        Family::Combined => match random.below(5) {
+            0 => coplanar(shapes, random),
+            1 => shared(shapes, random),
+            2 => nested(reach, random),
+            3 if same => Pose::identity(),
+            _ => overlapping(reach, random),
+        },
+        _ => overlapping(reach, random),
+    };
+    let is_exact = family == Family::Coplanar || random.below(2) == 0;
+    if is_exact && family != Family::NearlyCoplanar {
+        exact
+    } else {
+        nudged(exact, reach[0].min(reach[1]), random)
+    }
+}
+
+/// A pose missed by 1e-16 to 1e-4 of a size (m), in angle and in place.
+fn nudged(pose: Pose, size: f64, random: &mut Random) -> Pose {
+    let [tilt, shift] = [0, 1].map(|_| 10_f64.powf(random.between(-16.0, -4.0)));
+    let nudge = Pose::from_rotation_vector(&(random.vector() * tilt), Vector3::zeros());
+    let moved = pose * nudge;
+    moved.with_translation(moved.translation() + random.vector() * (shift * size))
+}
+
+/// A generic pose at which the bodies mostly overlap.
+fn overlapping(reach: [f64; 2], random: &mut Random) -> Pose {
+    let position = random.direction() * (random.between(0.0, 0.8) * (reach[0] + reach[1]));
+    Pose::from_rotation_vector(&random.rotation_vector(), position)
+}
+
+/// The origin of the smaller body deep in the larger one.
+fn nested(reach: [f64; 2], random: &mut Random) -> Pose {
+    let depth = [0.0, random.between(0.0, 0.4)][random.below(2)];
+    let position = random.direction() * (depth * reach[0].max(reach[1]));
+    match random.below(2) {
+        0 => Pose::from_translation(position),
+        _ => Pose::from_rotation_vector(&random.rotation_vector(), position),
+    }
+}
+
+/// A surface triangle of one body in the plane of one of the other: from outside or from inside, turned
+/// and moved in the plane.
+fn coplanar(shapes: [&Shape; 2], random: &mut Random) -> Pose {
+    let [on_a, on_b] = shapes.map(|shape| triangle_frame(shape, random));
+    let size = shapes.map(|shape| shape.field().reach()).map(|r| 0.5 * r);
+    let shift = Vector3::new(random.between(-1.0, 1.0), random.between(-1.0, 1.0), 0.0);
+    let turn = Vector3::z() * [0.0, PI / 2.0, random.between(0.0, TAU)][random.below(3)];
+    let in_plane = Pose::from_rotation_vector(&turn, shift * size[0].min(size[1]));
+    on_a * in_plane * facing(random) * on_b.inverse()
+}
+
+/// A vertex, an edge or a face in common.
+fn shared(shapes: [&Shape; 2], random: &mut Random) -> Pose {
+    let [on_a, on_b] = shapes.map(|shape| triangle_frame(shape, random));
+    let about = match random.below(3) {
+        0 => random.rotation_vector(),
+        1 => Vector3::x() * random.between(0.0, TAU),
+        _ => Vector3::zeros(),
+    };
+    let turn = Pose::from_rotation_vector(&about, Vector3::zeros());
+    on_a * turn * facing(random) * on_b.inverse()
+}
+
+/// Normals alike, or opposite: half a turn about the edge.
+fn facing(random: &mut Random) -> Pose {
+    let signs = [Vector3::new(1.0, 1.0, 1.0), Vector3::new(1.0, -1.0, -1.0)][random.below(2)];
+    Pose::new(Matrix3::from_diagonal(&signs), Vector3::zeros()).unwrap()
+}
+
+/// A frame on a surface triangle: at a vertex, x along an edge, z along the normal.
+fn triangle_frame(shape: &Shape, random: &mut Random) -> Pose {
+    let mesh = shape.field().mesh();
+    let triangles = mesh.surface_triangles();
+    let triangle = triangles[random.below(triangles.len())];
+    let first = random.below(3);
+    let [start, end, opposite] = [0, 1, 2].map(|k| mesh.vertices()[triangle[(first + k) % 3]]);
+    let along = (end - start).normalize();
+    let across = (opposite - start).normalize();
+    let normal = along.cross(&across).normalize();
+    // Twice: the thinner the triangle, the less the first normal is normal to the edge.
+    let across = normal.cross(&along).normalize();
+    let normal = along.cross(&across).normalize();
+    let rotation = Matrix3::from_columns(&[along, across, normal]);
+    Pose::new(rotation, start).unwrap()
+}
+
+impl Pool {
+    fn of(size: f64, random: &mut Random) -> Self {
+        let mut lengths = || [0, 1, 2].map(|_| size * random.between(0.3, 1.5));
+        let regular = [
+            shapes::cuboid([size; 3]),
+            shapes::cuboid(lengths()),
+            shapes::distance_cuboid([size, 0.5 * size, 1.5 * size]),
+            shapes::distance_cuboid(lengths()),
+            shapes::icosphere(0.6 * size, 0),
+            shapes::icosphere(0.6 * size, 1),
+            shapes::cylinder(0.5 * size, size, 6),
+            tetrahedron(
+                [
+                    [1.0, 1.0, 1.0],
+                    [1.0, -1.0, -1.0],
+                    [-1.0, 1.0, -1.0],
+                    [-1.0, -1.0, 1.0],
+                ],
+                0.5 * size,
+            ),
+            tetrahedron(
+                [
+                    [0.0, 0.0, 0.0],
+                    [1.0, 0.0, 0.0],
+                    [0.0, 1.0, 0.0],
+                    [0.0, 0.0, 1.0],
+                ],
+                size,
+            ),
+        ];
+        let slivers = SLIVERS.map(|make| sliver(make, size, random));
+        Self {
+            regular: regular.map(|field| Shape::new(field.unwrap())).into(),
+            slivers: slivers.into_iter().map(Shape::new).collect(),
+        }
+    }
+
+    fn any(&self, is_sliver: bool, random: &mut Random) -> &Shape {
+        let shapes = if is_sliver {
+            &self.slivers
+        } else {
+            &self.regular
+        };
+        &shapes[random.below(shapes.len())]
+    }
+}
+
+/// A single tetrahedron with the distance to its surface, times a size (m).
+fn tetrahedron(corners: [[f64; 3]; 4], size: f64) -> Result<PressureField, MeshError> {
+    let corners = corners.map(|corner| Vector3::from(corner) * size).into();
+    PressureField::from_distance(&TetMesh::new(corners, vec![[0, 1, 2, 3]])?)
+}
+
+/// Makes a shape of a size (m) and a thickness, as a part of the size.
+type Sliver = fn(f64, f64) -> Result<PressureField, MeshError>;
+
+const SLIVERS: [Sliver; 6] = [
+    flat,
+    needle,
+    plate,
+    rod,
+    off_centre,
+    off_centre_with_distance,
+];
+
+/// The shape at a random thickness; where the mesh refuses that, at a larger one.
+fn sliver(make: Sliver, size: f64, random: &mut Random) -> PressureField {
+    let mut exponent = random.between(-12.0, -1.0);
+    loop {
+        match make(size, 10_f64.powf(exponent)) {
+            Ok(field) => return field,
+            Err(_) => exponent += 0.25,
+        }
+    }
+}
+
+/// A tetrahedron with one low corner.
+fn flat(size: f64, thickness: f64) -> Result<PressureField, MeshError> {
+    tetrahedron(
+        [
+            [-0.5, -0.4, 0.0],
+            [0.6, -0.3, 0.0],
+            [0.0, 0.7, 0.0],
+            [0.1, 0.1, thickness],
+        ],
+        size,
+    )
+}
+
+/// A tetrahedron with one short edge.
+fn needle(size: f64, thickness: f64) -> Result<PressureField, MeshError> {
+    tetrahedron(
+        [
+            [0.0, 0.0, 0.0],
+            [thickness, 0.0, 0.0],
+            [0.3, 1.0, 0.0],
+            [0.2, 0.1, 0.9],
+        ],
+        size,
+    )
+}
+
+fn plate(size: f64, thickness: f64) -> Result<PressureField, MeshError> {
+    shapes::distance_cuboid([size, 0.8 * size, size * thickness])
+}
+
+fn rod(size: f64, thickness: f64) -> Result<PressureField, MeshError> {
+    shapes::cuboid([size, size * thickness, 2.0 * size * thickness])
+}
+
+/// A tetrahedron of four around a vertex that nearly lies in a face, all of the pressure there.
+pub fn off_centre(size: f64, thickness: f64) -> Result<PressureField, MeshError> {
+    PressureField::new(
+        off_centre_mesh(size, thickness)?,
+        vec![0.0, 0.0, 0.0, 0.0, 1.0],
+    )
+}
+
+/// The same mesh with another extent there: the field is as steep in the sliver as beside it.
+fn off_centre_with_distance(size: f64, thickness: f64) -> Result<PressureField, MeshError> {
+    PressureField::new(
+        off_centre_mesh(size, thickness)?,
+        vec![0.0, 0.0, 0.0, 0.0, thickness],
+    )
+}
+
+fn off_centre_mesh(size: f64, thickness: f64) -> Result<TetMesh, MeshError> {
+    let corners = [
+        [-0.5, -0.4, 0.0],
+        [0.6, -0.3, 0.0],
+        [0.0, 0.7, 0.0],
+        [0.1, 0.1, 0.8],
+        [0.1, 0.0, thickness],
+    ];
+    let vertices = corners.map(|corner| Vector3::from(corner) * size).into();
+    TetMesh::new(
+        vertices,
+        vec![[0, 1, 2, 4], [0, 1, 4, 3], [0, 4, 2, 3], [4, 1, 2, 3]],
+    )
+}
