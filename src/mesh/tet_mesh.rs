@@ -143,7 +143,7 @@ fn check_size(vertex_count: usize, tet_count: usize) -> Result<(), MeshError> {
     }
 }
 
-pub(super) fn check_coordinates(vertices: &[Vector3<f64>]) -> Result<(), MeshError> {
+fn check_coordinates(vertices: &[Vector3<f64>]) -> Result<(), MeshError> {
     for (vertex, position) in vertices.iter().enumerate() {
         if let Some(&value) = position.iter().find(|value| !value.is_finite()) {
             return Err(MeshError::NonFiniteCoordinate { vertex, value });
