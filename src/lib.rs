@@ -23,8 +23,9 @@
 //! # The same bits
 //!
 //! A program gives the same bits in every run, with any number of threads: wrenches, Jacobians, rollouts,
-//! batches and files. The compiler neither fuses products with sums nor reorders them, so debug and release
-//! builds agree as well (`cargo test --test reproducible -- --nocapture` prints hashes to compare).
+//! batches and files. The compiler neither fuses products with sums nor reorders them, so builds should agree
+//! as well: those at optimisation levels 0 and 2 did (`cargo test --test reproducible -- --nocapture` prints
+//! hashes to compare).
 //!
 //! No bits are promised between platforms or versions of Rust: turning bodies takes sines and cosines, whose last
 //! bits are those of the platform's mathematical library. Nor between versions of this library, between `f64`
