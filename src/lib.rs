@@ -20,6 +20,17 @@
 //! - `pose_ab` maps coordinates in B to coordinates in A, so `pose_wb = pose_wa * pose_ab`.
 //! - Shapes are `f64`; poses, moduli and results are generic over [`scalar::Scalar`].
 //!
+//! # The same bits
+//!
+//! A program gives the same bits in every run, with any number of threads: wrenches, Jacobians, rollouts,
+//! batches and files. The compiler neither fuses products with sums nor reorders them, so builds should agree
+//! as well: those at optimisation levels 0 and 2 did (`cargo test --test reproducible -- --nocapture` prints
+//! hashes to compare).
+//!
+//! No bits are promised between platforms or versions of Rust: turning bodies takes sines and cosines, whose last
+//! bits are those of the platform's mathematical library. Nor between versions of this library, between `f64`
+//! and dual numbers, or between dual numbers of different widths: these agree to round-off.
+//!
 //! # References
 //!
 //! - *The paper*: "An Efficient Implementation of Pressure Field Models", whose system (in Julia,

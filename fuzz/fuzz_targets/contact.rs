@@ -64,7 +64,7 @@ impl Solid {
     fn field(&self) -> Result<PressureField, MeshError> {
         match *self {
             Self::Ball { radius, order } => {
-                shapes::icosphere(eighths(radius), usize::from(order % 3))
+                shapes::icosphere(eighths(radius), usize::from(order % 2))
             }
             Self::Cuboid(edges) => shapes::cuboid(edges.map(eighths)),
             Self::DistanceCuboid(edges) => shapes::distance_cuboid(edges.map(eighths)),

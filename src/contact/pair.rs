@@ -22,6 +22,7 @@ pub struct ContactPair<'a, T = f64> {
 
 /// How much work a contact took: the same for the same bodies, poses and search in every run.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[non_exhaustive]
 pub struct WorkCount {
     /// Pairs of tetrahedra that were looked at.
     pub candidate_pairs: usize,

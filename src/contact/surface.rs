@@ -6,6 +6,7 @@ use nalgebra::Vector3;
 
 /// The part of the contact surface in one pair of tetrahedra, in the world frame.
 #[derive(Debug, Clone)]
+#[non_exhaustive]
 pub struct ContactPolygon<T = f64> {
     /// The tetrahedra it lies in, of A and of B.
     pub tets: [usize; 2],

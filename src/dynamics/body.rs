@@ -12,6 +12,7 @@ pub type Path = dyn Fn(f64) -> BodyState + Send + Sync;
 
 /// How a body comes by its motion.
 #[derive(Clone)]
+#[non_exhaustive]
 pub enum Motion<T = f64> {
     /// By forces.
     Dynamic(Inertia<T>),

@@ -6,6 +6,7 @@ use crate::threads::mapped_into;
 
 /// Two bodies of a world that touch.
 #[derive(Debug, Clone)]
+#[non_exhaustive]
 pub struct Contact<T = f64> {
     /// The places of the bodies in the world's list, the smaller first: A and B.
     pub bodies: [usize; 2],

@@ -13,6 +13,7 @@ pub struct Acceleration<T = f64> {
 
 /// What external forces may depend on.
 #[derive(Debug, Clone, Copy)]
+#[non_exhaustive]
 pub struct Situation<'a, T = f64> {
     /// Time (s).
     pub time: f64,

@@ -10,6 +10,7 @@ use nalgebra::{Matrix3, Vector3};
 /// the accelerations at fixed poses; a *drift* moves the bodies freely. Forces in pairs balance in
 /// a kick and momenta stay in a drift, so momentum and angular momentum are conserved to round-off.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[non_exhaustive]
 pub enum Integrator {
     /// Kick, then drift: the paper's scheme (§V), first order, symplectic. Bodies turn about their
     /// centres of mass by the exponential map.

@@ -8,6 +8,7 @@ const SYMMETRY: f64 = 1e-9;
 
 /// What a dynamic body weighs.
 #[derive(Debug, Clone, Copy)]
+#[non_exhaustive]
 pub enum Mass {
     /// A uniform density (kg/m³).
     Density(f64),

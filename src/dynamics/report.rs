@@ -5,6 +5,7 @@ use nalgebra::Vector3;
 
 /// Energies and momentum of a state. Only dynamic bodies have kinetic energy, weight and momentum.
 #[derive(Debug, Clone, Copy)]
+#[non_exhaustive]
 pub struct Report<T = f64> {
     /// ½ m v² + ½ ω·I·ω (J).
     pub kinetic_energy: T,

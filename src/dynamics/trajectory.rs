@@ -10,6 +10,7 @@ pub struct Trajectory<T = f64> {
 /// A rollout that ended early, with what it had recorded.
 #[derive(Debug, Clone, thiserror::Error)]
 #[error("{error}")]
+#[non_exhaustive]
 pub struct Interrupted<T> {
     /// Why it ended.
     pub error: RolloutError,

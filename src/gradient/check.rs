@@ -16,6 +16,7 @@ const PLATEAU: f64 = 10.0;
 /// is small whatever the step. Errors are relative to the largest entry of a column, that is, of
 /// the derivatives by one parameter.
 #[derive(Debug, Clone)]
+#[non_exhaustive]
 pub struct DifferenceCheck {
     /// Steps, in typical changes of a parameter: its value for materials and masses, else 1 SI unit.
     pub steps: Vec<f64>,

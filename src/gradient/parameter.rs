@@ -6,6 +6,7 @@ use nalgebra::Vector3;
 
 /// Something that went into a world, and that a derivative may be taken by.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum Parameter<'a> {
     /// Initial position (m) of the named body's origin: 3 numbers.
     InitialPosition(&'a str),

@@ -20,6 +20,7 @@ pub struct PressureField {
 
 /// What the contact kernel needs of one tetrahedron, computed once per mesh.
 #[derive(Debug, Clone)]
+#[non_exhaustive]
 pub struct FieldTet {
     /// Index of the tetrahedron in its mesh.
     pub index: usize,

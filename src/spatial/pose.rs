@@ -10,6 +10,7 @@ const ORTHONORMALITY: f64 = 1e-9;
 
 /// Why a rotation matrix and a translation are not a pose.
 #[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
+#[non_exhaustive]
 pub enum PoseError {
     /// A component is NaN or infinite.
     #[error("a pose must be finite, but a component of its rotation or translation is {0}")]

@@ -19,6 +19,7 @@ use super::shadow::PairShadow;
 /// How the pairs of tetrahedra that touch are found. It changes the time a wrench takes, and the wrench by
 /// no more than round-off.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[non_exhaustive]
 pub enum Search {
     /// From where every component of the contact surface must show (at its rim, or on the way from the
     /// peaks and creases of a field to the body's surface), from each polygon to its neighbours; where
