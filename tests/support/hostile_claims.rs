@@ -69,7 +69,7 @@ pub enum Kink {
     /// Tetrahedra are so thin, or the bodies so unlike in size, that the lines where planes meet are placed
     /// worse than one part in [`ROOM`] of the smaller body.
     Blurred,
-    /// The contact surface nearly lies in a face, tilted by so little that the line where they meet is placed
+    /// The contact surface nearly, but not quite, lies in a face, tilted by so little that the line where they meet is placed
     /// by round-off.
     Grazing,
 }
@@ -357,7 +357,9 @@ fn grazing(pair: &ContactPair) -> Option<Kink> {
                 .any(|(face, steepness)| {
                     let tilt = normal.cross(&face.gradient).norm() / steepness;
                     let is_near = |corner: &Vector3<f64>| {
-                        face.at(&inverse.transformed_point(corner)).abs() <= near * steepness
+                        let distance =
+                            face.at(&inverse.transformed_point(corner)).abs() / steepness;
+                        (MARGIN * near / GRAZING_DISTANCE..=near).contains(&distance)
                     };
                     tilt <= GRAZING_TILT && polygon.outline.corners().iter().any(is_near)
                 })
