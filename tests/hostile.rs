@@ -36,6 +36,9 @@ struct Tally {
     touching: usize,
     equal_fields: usize,
     unresolved: usize,
+    ridges: usize,
+    blurred: usize,
+    grazing: usize,
     failing: usize,
     /// Number of the pair, claim, times what is allowed.
     failures: Vec<(usize, &'static str, f64)>,
@@ -49,6 +52,9 @@ impl Tally {
         self.touching += other.touching;
         self.equal_fields += other.equal_fields;
         self.unresolved += other.unresolved;
+        self.ridges += other.ridges;
+        self.blurred += other.blurred;
+        self.grazing += other.grazing;
         self.failing += other.failing;
         self.failures.extend(other.failures);
         self.failures.truncate(NAMED);
@@ -68,6 +74,9 @@ fn tried(batch: usize, numbers: std::ops::Range<usize>) -> Tallies {
         tally.touching += usize::from(verdict.touches);
         tally.equal_fields += usize::from(verdict.kink == Some(Kink::EqualFields));
         tally.unresolved += usize::from(verdict.kink == Some(Kink::Unresolved));
+        tally.ridges += usize::from(verdict.kink == Some(Kink::Ridges));
+        tally.blurred += usize::from(verdict.kink == Some(Kink::Blurred));
+        tally.grazing += usize::from(verdict.kink == Some(Kink::Grazing));
         tally.failing += usize::from(!verdict.failures.is_empty());
         let failures = verdict.failures.into_iter();
         let room = NAMED.saturating_sub(tally.failures.len());
@@ -113,15 +122,20 @@ fn merge(tallies: &mut Tallies, others: Tallies) {
 
 /// Prints what there is, and fails if any pair failed.
 fn report(tallies: &Tallies) {
-    println!("family          pairs   touching  equal fields  unresolved  failing");
+    println!(
+        "family          pairs   touching  equal fields  unresolved   ridges  blurred  grazing  failing"
+    );
     for (family, tally) in Family::ALL.iter().zip(tallies) {
         println!(
-            "{:15} {:9} {:9} {:13} {:10} {:8}",
+            "{:15} {:9} {:9} {:13} {:10} {:8} {:8} {:8} {:8}",
             format!("{family:?}"),
             tally.pairs,
             tally.touching,
             tally.equal_fields,
             tally.unresolved,
+            tally.ridges,
+            tally.blurred,
+            tally.grazing,
             tally.failing
         );
     }
