@@ -63,8 +63,8 @@ pub enum Kink {
     EqualFields,
     /// They are not, but their difference is below what the kernel resolves: one is a plateau, or nearly.
     Unresolved,
-    /// The highest pressures of both bodies are the same at the same place: between two sheets of the contact
-    /// surface that lie on such ridges, margin times sensitivity away, the kernel drops one or both.
+    /// The highest pressures of both bodies are the same at the same place: as one ridge passes the other, the
+    /// contact surface between them turns over, and its force jumps to the opposite.
     Ridges,
     /// Tetrahedra are so thin, or the bodies so unlike in size, that the lines where planes meet are placed
     /// worse than one part in [`ROOM`] of the smaller body.
@@ -380,12 +380,12 @@ fn posed_box(tet: &FieldTet, pose: &Pose) -> Aabb {
     )
 }
 
-/// Following and culling find the same wrench, up to slivers that are there or not by round-off.
+/// Following and culling find the same wrench, up to polygons that are there or not by round-off: these are
+/// no wider than the lines in which planes meet are off.
 fn search_error(pair: &ContactPair, measures: &Measures) -> f64 {
     let everywhere = pair.with_search(Search::Culling(Culling::default()));
     let [followed, culled] = [pair, &everywhere].map(|pair| measures.scaled(&pair.wrench().on_a));
-    // A tetrahedron thinner than the error of a coordinate is there or not as a whole.
-    let speck = SPECK * measures.force() * (1.0 + measures.blur(measures.error));
+    let speck = measures.force() * (SPECK + measures.blur(measures.error));
     (followed - culled).norm() / (SAME * culled.norm() + speck)
 }
 
