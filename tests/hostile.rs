@@ -6,9 +6,11 @@ mod support;
 use hydroelastic::contact::Shape;
 use hydroelastic::mesh::shapes;
 use hydroelastic::spatial::Pose;
-use nalgebra::vector;
+use nalgebra::{Vector3, vector};
+use std::f64::consts::{FRAC_PI_4, SQRT_2};
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::thread;
+use support::exact;
 use support::hostile::{Family, Hostile, off_centre};
 use support::hostile_claims::{Kink, verdict};
 use support::scenes::{Random, pair};
@@ -190,6 +192,26 @@ fn a_sliver_does_not_hide_the_contact_of_other_tetrahedra() {
     for thickness in [1e-8, 1e-9, 1e-10, 1e-11] {
         let error = (force(thickness) - plump).norm();
         assert!(error < 1e-5 * plump.norm(), "{thickness:e}: {error:e}");
+    }
+}
+
+/// A side of a small, stiff cube lies in the diagonal plane of a large, soft one, where tetrahedra of that
+/// meet; so does the contact surface, up to round-off, though only near the small cube.
+#[test]
+fn a_polygon_in_a_face_of_a_much_larger_tetrahedron_is_counted_once() {
+    let [large, small] = [1.0, 1e-3].map(|edge| Shape::new(shapes::cuboid([edge; 3]).unwrap()));
+    let (half, half_diagonal) = (0.5e-3, 0.5e-3 * SQRT_2);
+    let position = vector![0.5 - half_diagonal, -0.5, -0.5 + half];
+    let turn = Pose::from_rotation_vector(&(Vector3::z() * FRAC_PI_4), position);
+    let (large, small) = ((&large, Pose::identity(), 366.0), (&small, turn, 9e10));
+    let on_large = pair(large, small).wrench().on_a.force;
+    let exchanged = pair(small, large).wrench().on_b.force;
+    let exact = exact::contact(&pair(large, small)).wrench;
+    let exact = exact.fixed_rows::<3>(3);
+    assert!(exact.norm() > 1e-7);
+    for force in [on_large, exchanged] {
+        let error = (force - exact).norm() / exact.norm();
+        assert!(error < 1e-9, "{error:e}");
     }
 }
 

@@ -79,6 +79,12 @@ impl CornerSigns {
         self.below != ALL_CORNERS && self.below != 0
     }
 
+    /// Of these faces, those that would have the polygon on their other side, if it lay in them: bit k for the
+    /// face opposite to corner k. Half-open, as where corner signs tell that a face lies in the plane.
+    pub fn faces_of_others(self, faces: u8) -> u8 {
+        faces & !self.below
+    }
+
     /// The faces that lie in the plane: bit k for the face opposite to corner k.
     pub fn faces_in_plane(self) -> u8 {
         match ALL_CORNERS & !self.zero {

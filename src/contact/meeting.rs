@@ -61,8 +61,8 @@ pub(super) struct Crossing {
     margin: f64,
     /// The faces of B that may bound the polygon: bit k for the face opposite to corner k.
     bounding_faces: u8,
-    /// The faces of B that lie in the plane.
-    faces_in_plane: u8,
+    /// How the plane lies to B.
+    signs_b: CornerSigns,
     /// The faces of B that it is not clipped by, and may reach all the same.
     touched_faces: u8,
 }
@@ -116,7 +116,7 @@ impl PairShadow<'_> {
             tolerance,
             margin,
             bounding_faces: ALL_FACES & !in_plane & !implied,
-            faces_in_plane: in_plane,
+            signs_b,
             // Behind a face of zero pressure there is nothing.
             touched_faces: implied & !in_plane & !tet_b.zero_faces,
         })
@@ -130,11 +130,12 @@ impl PairShadow<'_> {
             crossing.outline(a, &crossing.at_a, steepness, |face| b.faces[face]);
         Meeting {
             tets: [a.index, b.index],
-            outline,
             crossing: Crossing {
+                passage: crossing.passage_of(&outline, bounding_faces),
                 bounding_faces,
                 ..crossing
             },
+            outline,
             pressure_b: b.pressure,
         }
     }
@@ -171,7 +172,7 @@ impl PairShadow<'_> {
         if meeting.outline.corners().is_empty() {
             return 0;
         }
-        let mut sides = meeting.outline.sides() | meeting.crossing.faces_in_plane << 4;
+        let mut sides = meeting.outline.sides() | meeting.crossing.signs_b.faces_in_plane() << 4;
         for face in (0..4).filter(|face| meeting.crossing.touched_faces & 1 << face != 0) {
             let tolerance = self.margin() * self.tet_b(b.index).barycentric_steepness[face];
             let reaches = |corner| b.faces[face].at(corner).abs() <= tolerance;
@@ -238,6 +239,19 @@ impl PosedTet {
 }
 
 impl Crossing {
+    /// The passage, once the outline is known: one that lies in a face of B as a whole, though the plane
+    /// leaves that face further on, belongs to one of the two tetrahedra there.
+    #[inline]
+    fn passage_of(&self, outline: &ConvexPolygon, near_faces: u8) -> Passage {
+        let lies_in = || outline.common_sides() >> 4 & near_faces;
+        let is_of_other = || self.signs_b.faces_of_others(lies_in()) != 0;
+        if near_faces != 0 && self.passage == Passage::Through && is_of_other() {
+            Passage::Touching
+        } else {
+            self.passage
+        }
+    }
+
     /// Slices A by the plane and clips the slice by B's faces. Says which of them came near it.
     #[inline]
     fn outline<T: Scalar>(

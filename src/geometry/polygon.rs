@@ -43,6 +43,13 @@ impl<T: Scalar> ConvexPolygon<T> {
         self.sides[..self.len].iter().fold(0, |all, own| all | own)
     }
 
+    /// The sides that all corners lie on: planes in which the whole polygon lies, up to round-off.
+    pub(crate) fn common_sides(&self) -> u8 {
+        self.sides[..self.len]
+            .iter()
+            .fold(u8::MAX, |all, own| all & own)
+    }
+
     /// Whether a corner came so close to a plane that clipped, without lying on it, that round-off may
     /// have had a part in how: if two planes are nearly the same, the corners where they meet are
     /// placed much worse than any coordinate is rounded.

@@ -84,13 +84,13 @@ pub struct Verdict {
 }
 
 /// The measures of a pair that errors are relative to.
-struct Measures {
+pub(super) struct Measures {
     /// Reach of the smaller body (m).
     size: f64,
     /// Reach of both bodies (m).
     reach: [f64; 2],
     /// Error of a coordinate (m).
-    error: f64,
+    pub(super) error: f64,
     /// Smallest height of a tetrahedron (m).
     thinnest: f64,
     /// The pressure that both bodies reach (Pa).
@@ -99,8 +99,8 @@ struct Measures {
 
 /// A wrench on A about A's origin with its torque divided by A's reach, and its derivatives by the motion
 /// of one body.
-struct Evaluation {
-    wrench: Vector6<f64>,
+pub(super) struct Evaluation {
+    pub(super) wrench: Vector6<f64>,
     jacobian: ContactJacobian,
 }
 
@@ -193,7 +193,7 @@ impl Verdict {
 }
 
 impl Measures {
-    fn of(pair: &ContactPair) -> Self {
+    pub(super) fn of(pair: &ContactPair) -> Self {
         let bodies = [pair.a(), pair.b()];
         let reach = bodies.map(|body| body.shape().field().reach());
         let away = bodies.map(|body| body.pose().translation().norm());
@@ -218,7 +218,7 @@ impl Measures {
     }
 
     /// Pressure times size squared (N): what forces are measured by.
-    fn force(&self) -> f64 {
+    pub(super) fn force(&self) -> f64 {
         self.pressure * self.size.powi(2)
     }
 
@@ -229,11 +229,11 @@ impl Measures {
     }
 
     /// How far lines in which planes meet may be off, relative to the smaller body.
-    fn blur(&self, error: f64) -> f64 {
+    pub(super) fn blur(&self, error: f64) -> f64 {
         error * self.reach[0].max(self.reach[1]) / (self.thinnest * self.size)
     }
 
-    fn evaluation(&self, pair: &ContactPair) -> Evaluation {
+    pub(super) fn evaluation(&self, pair: &ContactPair) -> Evaluation {
         let (wrench, jacobian) = pair.wrench_and_jacobian();
         Evaluation {
             wrench: self.scaled(&wrench.on_a),
@@ -246,7 +246,7 @@ impl Measures {
         self.scaled_vector(&wrench.to_vector())
     }
 
-    fn scaled_vector(&self, vector: &Vector6<f64>) -> Vector6<f64> {
+    pub(super) fn scaled_vector(&self, vector: &Vector6<f64>) -> Vector6<f64> {
         let mut scaled = *vector;
         scaled
             .fixed_rows_mut::<3>(0)
@@ -255,7 +255,7 @@ impl Measures {
     }
 
     /// How far the wrench changes (N) as B's coordinates change by an error (m), by the Jacobian.
-    fn explained(&self, evaluation: &Evaluation, error: f64) -> f64 {
+    pub(super) fn explained(&self, evaluation: &Evaluation, error: f64) -> f64 {
         let by_pose = &evaluation.jacobian.on_a.by_pose_b;
         let arm = self.reach[1];
         let columns = (0..6).map(|k| {
@@ -294,7 +294,12 @@ fn third_law(pair: &ContactPair, wrench: &ContactWrench) -> f64 {
     ratio(force, on_a.force.norm()).max(ratio(torque, size))
 }
 
-/// The kink a pair is at, the first of them if there are several.
+/// The kink a pair is at, if it is at one.
+pub fn kink_of(pair: &ContactPair) -> Option<Kink> {
+    first_kink(pair, &Measures::of(pair))
+}
+
+/// The first of its kinks.
 pub(super) fn first_kink(pair: &ContactPair, measures: &Measures) -> Option<Kink> {
     [
         blurred(measures),
