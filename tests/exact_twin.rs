@@ -10,6 +10,7 @@ use hydroelastic::mesh::shapes;
 use hydroelastic::spatial::Pose;
 use nalgebra::{Vector3, vector};
 use std::thread;
+use support::aligned::{aligned_pose, bodies, polygons_in_faces};
 use support::exact;
 use support::exact_claims::{Standing, compared};
 use support::hostile::{Family, Hostile};
@@ -171,6 +172,31 @@ fn hostile_pairs_have_the_exact_wrench() {
             "{family:?} is hardly compared"
         );
     }
+}
+
+/// Where polygons lie in faces that tetrahedra share, the kernel's half-open rule and the twin's mean of both
+/// sides come to the same.
+#[test]
+fn aligned_pairs_have_the_exact_wrench() {
+    let (fields, mut in_faces) = (bodies(), 0);
+    for number in 0..100 {
+        let random = &mut Random::numbered(number);
+        let shapes = [0, 1].map(|_| {
+            let field = &fields[random.below(fields.len())];
+            let division = [Division::Whole, Division::Halves][random.below(2)];
+            Shape::new(divided(field, division, random))
+        });
+        let modulus = [1.0, 2.0][random.below(2)];
+        let b = (&shapes[1], aligned_pose(random), modulus);
+        let pair = pair((&shapes[0], Pose::identity(), 1.0), b);
+        let found = compared(&pair);
+        if found.standing == Standing::Determined {
+            assert!(found.ratio <= 1.0, "pair {number}: {:e}", found.ratio);
+            in_faces += polygons_in_faces(&pair).len();
+        }
+        assert!(found.jump <= 1.0, "pair {number}: {:e}", found.jump);
+    }
+    assert!(in_faces >= 100, "{in_faces}");
 }
 
 /// Takes from EXACT_PAIRS how many, and from EXACT_FIRST the number of the first: one that failed can be

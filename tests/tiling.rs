@@ -6,9 +6,10 @@ mod support;
 use hydroelastic::contact::{ContactPair, ContactPolygon, Shape};
 use hydroelastic::mesh::{PressureField, shapes};
 use hydroelastic::spatial::Pose;
-use nalgebra::{Matrix3, Vector3, vector};
+use nalgebra::{Vector3, vector};
+use support::aligned::{aligned_pose, bodies, polygons_in_faces};
 use support::hostile_claims::kink_of;
-use support::scenes::{Random, grid, pair};
+use support::scenes::{Random, pair};
 use support::subdivisions::{Division, divided, shuffled};
 
 /// Sums over the same surface in other pieces, relative to it: the requirement. Seen: 1.2e-14.
@@ -21,8 +22,8 @@ const SPECK: f64 = 1e-15;
 /// Round-off of a closed form.
 const EXACT: f64 = 1e-12;
 
-/// A barycentric coordinate counts as zero.
-const IN_FACE: f64 = 1e-12;
+/// Centroids (m) that are the same.
+const SAME_PLACE: f64 = 1e-12;
 
 /// What the contact polygons of a pair add up to, and its energy.
 #[derive(Debug, Clone, Copy)]
@@ -90,43 +91,9 @@ fn assert_small(error: f64, scale: f64, what: &str) {
     );
 }
 
-/// Bodies on a grid of eighths, and some that are not.
-fn bodies() -> Vec<PressureField> {
-    let fields = [
-        shapes::cuboid([1.0; 3]),
-        shapes::cuboid([1.0, 0.5, 1.5]),
-        shapes::distance_cuboid([1.0; 3]),
-        shapes::distance_cuboid([1.0, 0.5, 1.5]),
-        shapes::icosphere(0.5, 0),
-        shapes::icosphere(0.5, 1),
-        shapes::cylinder(0.5, 1.0, 4),
-        shapes::cylinder(0.5, 1.0, 7),
-        grid(&[2, 2, 1], 0.5, |[i, j, _]| i == 0 || j == 0),
-        grid(&[2, 2, 2], 0.5, |_| true),
-    ];
-    fields.map(Result::unwrap).into()
-}
-
 fn generic_pose(random: &mut Random) -> Pose {
     let position = random.direction() * random.between(0.1, 0.9);
     Pose::from_rotation_vector(&random.rotation_vector(), position)
-}
-
-/// A pose that takes the axes to axes, and the origin to a grid of eighths or along one axis.
-fn aligned_pose(random: &mut Random) -> Pose {
-    let position = Vector3::from_fn(|_, _| (random.below(13) as f64 - 6.0) / 8.0);
-    match random.below(3) {
-        0 => Pose::from_translation(vector![position.x, 0.0, 0.0]),
-        1 => Pose::from_translation(position),
-        _ => {
-            let first = random.below(3);
-            let signs = [0, 1].map(|_| [1.0, -1.0][random.below(2)]);
-            let signs = [signs[0], signs[1], signs[0] * signs[1]];
-            let axes = [0, 1, 2].map(|k| Vector3::ith((first + k) % 3, signs[k]));
-            let rotation = Matrix3::from_columns(&axes);
-            Pose::new(rotation, position).unwrap()
-        }
-    }
 }
 
 /// What the pairs of a test were.
@@ -199,32 +166,14 @@ fn check_exchange(pair: &ContactPair, sums: &Sums, number: u64, seen: &mut Seen)
     }
 }
 
-fn polygons_in_faces(pair: &ContactPair) -> Vec<ContactPolygon> {
-    let mut polygons = pair.surface().polygons;
-    polygons.retain(|polygon| is_in_face(pair, polygon));
-    polygons
-}
-
 /// Whether two of the polygons are the same but for their normals: p_A − p_B is zero on a face and has one sign
 /// beside it. The two are nothing, and with the bodies exchanged there are none.
 fn has_fold(polygons: &[ContactPolygon]) -> bool {
     polygons.iter().enumerate().any(|(place, one)| {
         polygons[..place].iter().any(|other| {
             let apart = (one.centroid - other.centroid).norm();
-            apart <= IN_FACE && one.normal.dot(&other.normal) < 0.0
+            apart <= SAME_PLACE && one.normal.dot(&other.normal) < 0.0
         })
-    })
-}
-
-fn is_in_face(pair: &ContactPair, polygon: &ContactPolygon) -> bool {
-    let bodies = [pair.a(), pair.b()];
-    bodies.iter().zip(polygon.tets).any(|(body, tet)| {
-        let inverse = body.pose().inverse();
-        let faces = &body.shape().field().tets()[tet].barycentric;
-        let corners = polygon.outline.corners().iter();
-        let corners: Vec<_> = corners.map(|c| inverse.transformed_point(c)).collect();
-        let holds = |corner: &Vector3<f64>, face: usize| faces[face].at(corner).abs() <= IN_FACE;
-        (0..4).any(|face| corners.iter().all(|corner| holds(corner, face)))
     })
 }
 

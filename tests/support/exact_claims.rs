@@ -28,7 +28,8 @@ pub struct Comparison {
     pub standing: Standing,
     /// Contact polygons of the twin.
     pub polygons: usize,
-    /// The difference, as so many times what round-off explains. At most 1 where the wrench is determined.
+    /// The difference, as so many times what round-off explains. At most 1 where the wrench is determined;
+    /// the largest of 11,000 pairs is 0.42 (`cargo test --test exact_twin -- --ignored --nocapture`).
     pub ratio: f64,
     /// The difference, as so many times what the wrench may jump by. At most 1 everywhere.
     pub jump: f64,

@@ -2,6 +2,7 @@
 //! twins of the contact kernel.
 #![allow(dead_code, reason = "each test file uses its own part of the support")]
 
+pub mod aligned;
 pub mod balls;
 pub mod differences;
 pub mod exact;

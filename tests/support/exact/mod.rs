@@ -26,8 +26,8 @@ use polygon::ContactPolygon;
 use tet::exact_tets;
 use units::{Units, rounded};
 
-/// A corner of a polygon is rounded to so many bits below the unit of length. That unit is the last place of
-/// the finest coordinate or below it, so the error is less than 2⁻¹⁸⁰ of every coordinate.
+/// A corner of a polygon is rounded to so many bits below the unit of length. All coordinates are whole
+/// multiples of that unit, so the error is below 2⁻¹²⁸ of the smallest that is not zero.
 const FINE: u32 = 128;
 
 /// What the twin finds.
