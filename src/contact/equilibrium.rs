@@ -70,19 +70,26 @@ impl CornerSigns {
         self.below != ALL_CORNERS && self.below | self.zero != 0
     }
 
-    /// Whether the plane counts as passing through the tetrahedron.
-    ///
-    /// Half-open: zero counts as above. A polygon that lies in a face shared by two tetrahedra is thus
-    /// counted once if the sign changes there, and otherwise never, or twice with opposite normals,
-    /// which is nothing.
-    pub fn straddle(self) -> bool {
-        self.below != ALL_CORNERS && self.below != 0
+    /// The sides of the plane on which the tetrahedron has corners.
+    pub fn sides(self) -> Sides {
+        Sides {
+            below: self.below != 0,
+            above: self.below | self.zero != ALL_CORNERS,
+        }
     }
 
-    /// Of these faces, those that would have the polygon on their other side, if it lay in them: bit k for the
-    /// face opposite to corner k. Half-open, as where corner signs tell that a face lies in the plane.
-    pub fn faces_of_others(self, faces: u8) -> u8 {
-        faces & !self.below
+    /// Whether the plane and the tetrahedron have more in common than an edge.
+    pub fn have_section(self) -> bool {
+        self.sides().are_both() || self.faces_in_plane() != 0
+    }
+
+    /// The sides of those of its corners that are opposite to the given faces: where the tetrahedron lies if these
+    /// faces count as lying in the plane.
+    pub fn sides_beyond(self, faces: u8) -> Sides {
+        Sides {
+            below: self.below & faces != 0,
+            above: faces & !(self.below | self.zero) != 0,
+        }
     }
 
     /// The faces that lie in the plane: bit k for the face opposite to corner k.
@@ -92,5 +99,22 @@ impl CornerSigns {
             opposite if opposite.is_power_of_two() => opposite,
             _ => 0,
         }
+    }
+}
+
+/// Sides of the equilibrium plane: below, p_A < p_B.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) struct Sides {
+    pub below: bool,
+    pub above: bool,
+}
+
+impl Sides {
+    pub fn are_both(self) -> bool {
+        self.below && self.above
+    }
+
+    pub fn share_one_with(self, other: Self) -> bool {
+        (self.below && other.below) || (self.above && other.above)
     }
 }

@@ -1,4 +1,4 @@
-use super::equilibrium::{CornerSigns, is_equal_field};
+use super::equilibrium::{CornerSigns, Sides, is_equal_field};
 use super::shadow::{PairShadow, PosedTet};
 use crate::geometry::{AffineField, ConvexPolygon, FACES, is_doubtful_value, snapped};
 use crate::mesh::FieldTet;
@@ -36,8 +36,12 @@ pub(super) struct Meeting {
 /// How the plane passes a pair of tetrahedra.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Passage {
-    /// Through both, by the half-open rule.
+    /// Through both.
     Through,
+    /// In a face of one or of both that lie on the same side of it. The polygon counts by half: moved a little
+    /// to that side, the plane passes through both, and moved to the other side it does not. If the face is
+    /// shared, the tetrahedra beyond it have the rest.
+    InFace,
     /// In flush surfaces of both bodies.
     Flush,
     /// It only touches one of them.
@@ -53,16 +57,14 @@ pub(super) struct Crossing {
     /// in where it cuts.
     is_doubtful: bool,
     passage: Passage,
-    /// Whether it is reached by slicing A from above instead of below.
-    from_above: bool,
+    /// How the plane lies to A and to B.
+    signs: [CornerSigns; 2],
     /// Where |p_A − p_B| (Pa) counts as zero at A's corners.
     tolerance: f64,
     /// Error of a coordinate (m).
     margin: f64,
     /// The faces of B that may bound the polygon: bit k for the face opposite to corner k.
     bounding_faces: u8,
-    /// How the plane lies to B.
-    signs_b: CornerSigns,
     /// The faces of B that it is not clipped by, and may reach all the same.
     touched_faces: u8,
 }
@@ -94,8 +96,7 @@ impl PairShadow<'_> {
         let flush = has_surface_face(a, signs_a.faces_in_plane())
             && has_surface_face(tet_b, signs_b.faces_in_plane())
             && a.extent.gradient.dot(&b.pressure.gradient) > 0.0;
-        // A face in the plane itself does not bound the polygon: the half-open rule has decided on
-        // which side of it the polygon lies.
+        // A face in the plane itself does not bound the polygon.
         let (in_plane, implied) = (signs_b.faces_in_plane(), self.implied_faces(a, b));
         Encounter::Crossing(Crossing {
             is_doubtful: at_a
@@ -107,16 +108,13 @@ impl PairShadow<'_> {
             at_a,
             passage: if flush {
                 Passage::Flush
-            } else if signs_a.straddle() && signs_b.straddle() {
-                Passage::Through
             } else {
-                Passage::Touching
+                Passage::of([signs_a, signs_b])
             },
-            from_above: !signs_a.straddle(),
+            signs: [signs_a, signs_b],
             tolerance,
             margin,
             bounding_faces: ALL_FACES & !in_plane & !implied,
-            signs_b,
             // Behind a face of zero pressure there is nothing.
             touched_faces: implied & !in_plane & !tet_b.zero_faces,
         })
@@ -172,7 +170,7 @@ impl PairShadow<'_> {
         if meeting.outline.corners().is_empty() {
             return 0;
         }
-        let mut sides = meeting.outline.sides() | meeting.crossing.signs_b.faces_in_plane() << 4;
+        let mut sides = meeting.outline.sides() | meeting.crossing.signs[1].faces_in_plane() << 4;
         for face in (0..4).filter(|face| meeting.crossing.touched_faces & 1 << face != 0) {
             let tolerance = self.margin() * self.tet_b(b.index).barycentric_steepness[face];
             let reaches = |corner| b.faces[face].at(corner).abs() <= tolerance;
@@ -209,6 +207,15 @@ impl Meeting {
         self.crossing.passage != Passage::Touching && !self.outline.is_empty()
     }
 
+    /// How much of the outline counts as a contact polygon: half where it lies in a face.
+    pub fn weight(&self) -> f64 {
+        match self.crossing.passage {
+            Passage::Through => 1.0,
+            Passage::InFace | Passage::Flush => 0.5,
+            Passage::Touching => 0.0,
+        }
+    }
+
     /// Whether the outline lies in flush surfaces of both bodies.
     pub fn is_flush(&self) -> bool {
         self.crossing.passage == Passage::Flush
@@ -238,17 +245,41 @@ impl PosedTet {
     }
 }
 
+impl Passage {
+    fn of(signs: [CornerSigns; 2]) -> Self {
+        let sides = signs.map(CornerSigns::sides);
+        if sides.into_iter().all(Sides::are_both) {
+            Self::Through
+        } else if signs.into_iter().all(CornerSigns::have_section) {
+            Self::in_face(sides)
+        } else {
+            Self::Touching
+        }
+    }
+
+    /// In a face of tetrahedra on these sides of the plane.
+    fn in_face([a, b]: [Sides; 2]) -> Self {
+        if a.share_one_with(b) {
+            Self::InFace
+        } else {
+            Self::Touching
+        }
+    }
+}
+
 impl Crossing {
-    /// The passage, once the outline is known: one that lies in a face of B as a whole, though the plane
-    /// leaves that face further on, belongs to one of the two tetrahedra there.
+    /// The passage, once the outline is known: it may lie in a face of B as a whole, though the plane leaves
+    /// that face further on, or B.
     #[inline]
     fn passage_of(&self, outline: &ConvexPolygon, near_faces: u8) -> Passage {
-        let lies_in = || outline.common_sides() >> 4 & near_faces;
-        let is_of_other = || self.signs_b.faces_of_others(lies_in()) != 0;
-        if near_faces != 0 && self.passage == Passage::Through && is_of_other() {
-            Passage::Touching
-        } else {
-            self.passage
+        let [signs_a, signs_b] = self.signs;
+        let may_lie_in_face = near_faces != 0 && signs_a.have_section();
+        if self.passage == Passage::Flush || !may_lie_in_face {
+            return self.passage;
+        }
+        match outline.common_sides() >> 4 & near_faces {
+            0 => self.passage,
+            faces => Passage::in_face([signs_a.sides(), signs_b.sides_beyond(faces)]),
         }
     }
 
@@ -261,9 +292,10 @@ impl Crossing {
         steepness: &[f64; 4],
         face_of_b: impl Fn(usize) -> AffineField<T>,
     ) -> (ConvexPolygon<T>, u8) {
-        let upward = if self.from_above { -1.0 } else { 1.0 };
+        let is_above = !self.signs[0].sides().below;
+        let upward = if is_above { -1.0 } else { 1.0 };
         let mut polygon = a.tetrahedron.sliced(&excess.map(|value| value * upward));
-        if self.from_above {
+        if is_above {
             polygon.reverse();
         }
         let mut near_faces = 0;

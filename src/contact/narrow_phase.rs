@@ -22,8 +22,11 @@ pub(super) struct PairPolygon<T> {
     /// on one side or the other as soon as a body moves. It counts by half in the derivatives, which
     /// makes them the mean of the two one-sided ones; these are equal where opposite faces are flush.
     pub flush: bool,
+    /// How much of it counts: half where it lies in a face.
+    pub weight: f64,
     pub polygon: ConvexPolygon<T>,
     pub plane: EquilibriumPlane<T>,
+    /// With the weight.
     pub moments: PolygonMoments<T>,
     pub pressure_a: AffineField<T>,
     pub pressure_b: AffineField<T>,
@@ -50,11 +53,12 @@ impl<T: Scalar> NarrowPhase<'_, T> {
             (meeting.outline.lifted(), meeting.pressure_b.lifted())
         };
         let plane = EquilibriumPlane::between(&pressure_a, &pressure_b);
-        let weight = if meeting.is_flush() { 0.5 } else { 1.0 };
+        let weight = meeting.weight();
         let [gradient_a, gradient_b] = [0, 1].map(|i| self.shadow.moduli[i] * tets[i].steepness);
         PairPolygon {
             tets: meeting.tets,
             flush: meeting.is_flush(),
+            weight,
             moments: polygon.moments(&plane.normal).scaled(weight),
             polygon,
             plane,

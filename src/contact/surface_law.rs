@@ -201,14 +201,15 @@ impl<T: Scalar> PairPolygon<T> {
         });
     }
 
-    /// Visits the edge midpoints of each triangle of the fan, with a third of its area as weight.
+    /// Visits the edge midpoints of each triangle of the fan, with a third of its area, as far as that counts,
+    /// as weight.
     fn visit_midpoints(&self, mut visit: impl FnMut(&Vector3<T>, T)) {
-        let corners = self.polygon.corners();
+        let (corners, third) = (self.polygon.corners(), self.weight / 6.0);
         for pair in corners[1..].windows(2) {
             let [a, b, c] = [corners[0], pair[0], pair[1]];
             let double_area = self.plane.normal.dot(&(b - a).cross(&(c - a)));
             for midpoint in [a + b, b + c, c + a] {
-                visit(&(midpoint * lift::<T>(0.5)), double_area / 6.0);
+                visit(&(midpoint * lift::<T>(0.5)), double_area * third);
             }
         }
     }
