@@ -190,7 +190,7 @@ fn aligned_pairs_have_the_exact_wrench() {
         let b = (&shapes[1], aligned_pose(random), modulus);
         let pair = pair((&shapes[0], Pose::identity(), 1.0), b);
         let found = compared(&pair);
-        if found.standing == Standing::Determined {
+        if found.standing != Standing::Blurred {
             assert!(found.ratio <= 1.0, "pair {number}: {:e}", found.ratio);
             in_faces += polygons_in_faces(&pair).len();
         }

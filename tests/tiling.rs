@@ -3,7 +3,7 @@
 
 mod support;
 
-use hydroelastic::contact::{ContactPair, ContactPolygon, Shape};
+use hydroelastic::contact::{ContactPair, Shape};
 use hydroelastic::mesh::{PressureField, shapes};
 use hydroelastic::spatial::Pose;
 use nalgebra::{Vector3, vector};
@@ -21,9 +21,6 @@ const SPECK: f64 = 1e-15;
 
 /// Round-off of a closed form.
 const EXACT: f64 = 1e-12;
-
-/// Centroids (m) that are the same.
-const SAME_PLACE: f64 = 1e-12;
 
 /// What the contact polygons of a pair add up to, and its energy.
 #[derive(Debug, Clone, Copy)]
@@ -102,10 +99,10 @@ struct Seen {
     touching: usize,
     /// Contact polygons that lie in a face of a tetrahedron, of all meshes together.
     in_faces: usize,
-    /// Pairs of which all sums were compared with those of the exchanged bodies.
+    /// Pairs compared with the exchanged bodies.
     exchanged: usize,
-    /// Pairs of which all but the area were.
-    folds: usize,
+    /// Of these, how many are at kinks of the model: most where fields are equal over a volume.
+    kinks: usize,
 }
 
 /// Random pairs at such poses: all divisions of both meshes, each in another order, and the bodies exchanged.
@@ -144,50 +141,29 @@ fn posed(shapes: &[Shape; 2], pose: Pose, modulus: f64) -> ContactPair<'_> {
     )
 }
 
-/// The sums with the bodies exchanged. Where fields are equal over a volume the contact surface is not
-/// determined, nor is the force: there the energy alone is compared.
+/// The sums with the bodies exchanged.
 fn check_exchange(pair: &ContactPair, sums: &Sums, number: u64, seen: &mut Seen) {
     let exchanged = Sums::of_exchanged(pair);
-    let what = format!("pair {number}, exchanged");
-    sums.assert_same_energy(&exchanged, &what);
-    let other = ContactPair::new(*pair.b(), *pair.a());
-    let in_faces = [pair, &other].map(polygons_in_faces);
-    seen.in_faces += in_faces[0].len();
-    if kink_of(pair).is_some() {
-        return;
-    }
-    if in_faces.iter().any(|polygons| has_fold(polygons)) {
-        seen.folds += 1;
-        let area = exchanged.area;
-        Sums { area, ..*sums }.assert_same(&exchanged, &what);
-    } else {
-        seen.exchanged += 1;
-        sums.assert_same(&exchanged, &what);
-    }
-}
-
-/// Whether two of the polygons are the same but for their normals: p_A − p_B is zero on a face and has one sign
-/// beside it. The two are nothing, and with the bodies exchanged there are none.
-fn has_fold(polygons: &[ContactPolygon]) -> bool {
-    polygons.iter().enumerate().any(|(place, one)| {
-        polygons[..place].iter().any(|other| {
-            let apart = (one.centroid - other.centroid).norm();
-            apart <= SAME_PLACE && one.normal.dot(&other.normal) < 0.0
-        })
-    })
+    sums.assert_same(&exchanged, &format!("pair {number}, exchanged"));
+    seen.exchanged += 1;
+    seen.in_faces += polygons_in_faces(pair).len();
+    seen.kinks += usize::from(kink_of(pair).is_some());
 }
 
 #[test]
 fn generic_pairs_keep_their_sums() {
     let seen = for_pairs(60, generic_pose);
-    assert!(seen.touching >= 50 && seen.exchanged >= 250, "{seen:?}");
+    assert!(seen.touching >= 50 && seen.exchanged >= 240, "{seen:?}");
 }
 
 /// Many of their polygons lie in faces that tetrahedra share.
 #[test]
 fn aligned_pairs_keep_their_sums() {
     let seen = for_pairs(160, aligned_pose);
-    assert!(seen.touching >= 100 && seen.exchanged >= 400, "{seen:?}");
+    assert!(
+        seen.touching >= 100 && seen.exchanged >= 640 && seen.kinks >= 50,
+        "{seen:?}"
+    );
     assert!(seen.in_faces >= 1000, "{seen:?}");
 }
 
