@@ -139,7 +139,8 @@ pub enum RolloutError {
         bodies: [String; 2],
     },
     /// A function that was passed in panicked while a rollout was recorded, alone or in a
-    /// [`Batch`](super::Batch), or its outcome was read.
+    /// [`Batch`](super::Batch), or its outcome was read. In a program whose panics abort there is no
+    /// such error.
     #[error("an external force, a path or an outcome panicked: {message}")]
     Panicked {
         /// What it said.
