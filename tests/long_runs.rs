@@ -174,8 +174,7 @@ const SLOPE: f64 = 0.05;
 /// At its rim the brick rubs with its sides too, on a bevel as wide as it is deep, 4e-4 of its width.
 const BEVEL: f64 = 1e-3;
 
-/// Of a creep that is steady: positions are rounded to 1e-17 m of the millimetre that the first such
-/// decade creeps.
+/// Of a steady creep: each step adds 1e-8 m to a position that is rounded to 7e-18 m.
 const STEADY: f64 = 1e-9;
 
 /// Friction holds with the part r of its full value at the slip v_s·r/√(1 − r²): on a slope a brick
