@@ -36,10 +36,10 @@ pub(crate) fn mapped_into<I: Sync, O: Send>(
     }
 }
 
-/// The results of many long jobs.
+/// The results of many long jobs, each done on one thread alone.
 pub(crate) fn results_of<I: Sync, O: Send>(items: &[I], job: impl Fn(&I) -> O + Sync) -> Vec<O> {
     let mut results = Vec::with_capacity(items.len());
-    spread_into(&mut results, items, job);
+    spread_into(&mut results, items, |item| alone(|| job(item)));
     results
 }
 
@@ -48,22 +48,31 @@ pub(crate) fn results_of<I: Sync, O: Send>(items: &[I], job: impl Fn(&I) -> O + 
 /// A thread that waited for help in a job would be given other jobs to do meanwhile, whole ones, one
 /// on top of the other on its stack.
 fn alone<O>(job: impl FnOnce() -> O) -> O {
-    let had_job = HAS_JOB.replace(true);
-    let result = job();
-    HAS_JOB.set(had_job);
-    result
+    let _until_dropped = Job {
+        had_job: HAS_JOB.replace(true),
+    };
+    job()
+}
+
+/// Ends a job when dropped, after a panic too.
+struct Job {
+    had_job: bool,
+}
+
+impl Drop for Job {
+    fn drop(&mut self) {
+        HAS_JOB.set(self.had_job);
+    }
 }
 
 /// Why a job has no result: it panicked, with this message.
 #[derive(Debug)]
 pub(crate) struct Panicked(pub String);
 
-/// As [`alone`], and makes an error of a panic.
+/// Makes an error of a panic. What the job changes must be good whenever a function panics that was
+/// passed in, or be thrown away.
 pub(crate) fn contained<O, E: From<Panicked>>(job: impl FnOnce() -> Result<O, E>) -> Result<O, E> {
-    let had_job = HAS_JOB.replace(true);
-    // What the job has left behind half done is dropped with it.
     let result = catch_unwind(AssertUnwindSafe(job));
-    HAS_JOB.set(had_job);
     result.unwrap_or_else(|payload| Err(Panicked(panic_message(&*payload)).into()))
 }
 

@@ -10,7 +10,7 @@ use hydroelastic::dynamics::{
 use hydroelastic::gradient::{Experiment, FinalPosition, FinalState, GradientError, Parameter};
 use hydroelastic::mesh::{PressureField, TetMesh, shapes};
 use hydroelastic::spatial::Pose;
-use nalgebra::{DMatrix, Matrix3, Vector3, vector};
+use nalgebra::{DMatrix, Matrix3, Rotation3, Vector3, vector};
 use num_dual::Dual64;
 use std::sync::Arc;
 use support::balls::fine_ball;
@@ -384,6 +384,80 @@ fn a_cube_ruled_by_friction_blows_up_at_the_limit() {
 fn a_cube_ruled_by_nothing_alone_blows_up_at_the_limit() {
     let skin = Material::elastic(1e6).with_dissipation(30.0);
     assert_blows_up_at_the_limit(&cube_on_slab(skin.with_friction(0.01), REST));
+}
+
+/// Steps in which bodies of much dissipation come to rest to round-off.
+const SETTLING: usize = 20_000;
+
+/// A world of bodies where they come to rest.
+fn at_rest(bodies: impl Fn(Material) -> Vec<Body>, skin: Material) -> World {
+    let damped = Material::elastic(skin.modulus).with_dissipation(10.0);
+    let world = with_gravity(World::new(bodies(damped)).unwrap());
+    let rollout = world.rollout(limit(&world) / 2.0, Integrator::Leapfrog);
+    let rest = rollout.unwrap().nth(SETTLING).unwrap().unwrap();
+    assert!(speed(&rest) < 1e-3 * DISTURBANCE, "{:e}", speed(&rest));
+    let bodies = bodies(skin).into_iter().zip(&rest.bodies);
+    let placed = bodies.map(|(body, state)| body.at(state.pose));
+    with_gravity(World::new(placed.collect()).unwrap())
+}
+
+/// A coarse ball that stands on a face, and a slab. It is so light that the face's stiffness keeps it
+/// upright.
+fn ball_on_slab(skin: Material) -> Vec<Body> {
+    let field = shapes::icosphere(EDGE / 2.0, 1).unwrap();
+    // A face in the middle of an icosahedron's: its normal goes through its centroid.
+    let faces = field.mesh().surface_triangles().iter();
+    let corners = faces.map(|face| face.map(|vertex| field.mesh().vertices()[vertex]));
+    let (normal, distance) = corners
+        .map(|[a, b, c]| {
+            let normal = (b - a).cross(&(c - a)).normalize();
+            let off = (a + b + c).cross(&normal).norm();
+            (off, normal, a.dot(&normal))
+        })
+        .min_by(|one, other| one.0.total_cmp(&other.0))
+        .map(|(_, normal, distance)| (normal, distance))
+        .unwrap();
+    let turn = Rotation3::rotation_between(&normal, &-Vector3::z()).unwrap();
+    let place = vector![0.03, 0.05, distance - 1e-5];
+    let ball = Body::dynamic("ball", Shape::new(field), skin, Mass::Total(0.2)).unwrap();
+    vec![
+        ball.at(Pose::new(turn.into_inner(), place).unwrap()),
+        slab(skin),
+    ]
+}
+
+#[test]
+fn a_ball_on_a_slab_blows_up_at_the_limit() {
+    let elastic = Material::elastic(1e6);
+    for skin in [
+        elastic,
+        elastic.with_dissipation(30.0),
+        elastic.with_dissipation(30.0).with_friction(0.02),
+        elastic.with_friction(0.5),
+    ] {
+        assert_blows_up_at_the_limit(&at_rest(ball_on_slab, skin));
+    }
+}
+
+/// A cube on a larger one on a slab.
+fn two_on_slab(skin: Material) -> Vec<Body> {
+    let lower = cube("lower", EDGE, skin).at(at(0.03, 0.05, EDGE / 2.0 - 1e-4));
+    let above = EDGE + 0.08 - 2e-4;
+    let upper = cube("upper", 0.16, skin).at(at(0.03, 0.05, above));
+    vec![lower, upper, slab(skin)]
+}
+
+#[test]
+fn a_stack_of_two_blows_up_at_the_limit() {
+    let elastic = Material::elastic(1e6);
+    for skin in [
+        elastic,
+        elastic.with_dissipation(30.0),
+        elastic.with_dissipation(30.0).with_friction(0.01),
+        elastic.with_friction(0.5),
+    ] {
+        assert_blows_up_at_the_limit(&at_rest(two_on_slab, skin));
+    }
 }
 
 // The check along a rollout.

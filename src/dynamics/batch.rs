@@ -1,12 +1,9 @@
 use super::world::check_time_step;
-use super::{
-    ExternalForces, Integrator, Interrupted, Recorded, Rollout, RolloutError, State, Trajectory,
-    World, WorldError,
-};
+use super::{ExternalForces, Integrator, Recorded, Rollout, State, World, WorldError};
 use crate::scalar::Scalar;
-use crate::threads::{contained, results_of};
+use crate::threads::{Panicked, contained, results_of};
 use std::fmt;
-use std::sync::atomic::{AtomicUsize, Ordering};
+use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 
 /// How far a batch has come.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -100,7 +97,8 @@ impl<'p> Batch<'p> {
     /// The same batch, telling a function of each rollout that has ended.
     ///
     /// The function is called on the thread of that rollout: with each count once, but two of them
-    /// may come at the same time or out of order. A panic in it ends the batch.
+    /// may come at the same time or out of order. After a panic in it, it is not called again; the batch
+    /// goes on.
     #[must_use]
     pub fn with_progress(self, progress: impl Fn(Progress) + Sync + 'p) -> Self {
         Self {
@@ -143,13 +141,27 @@ impl<'p> Batch<'p> {
         job: impl Fn(&I) -> O + Sync,
     ) -> Vec<O> {
         let (finished, total) = (AtomicUsize::new(0), items.len());
+        let has_panicked = AtomicBool::new(false);
         results_of(items, |item| {
             let result = job(item);
             let finished = finished.fetch_add(1, Ordering::Relaxed) + 1;
-            if let Some(progress) = &self.progress {
-                progress(Progress { finished, total });
+            if !has_panicked.load(Ordering::Relaxed)
+                && self.tell(Progress { finished, total }).is_err()
+            {
+                has_panicked.store(true, Ordering::Relaxed);
             }
             result
+        })
+    }
+
+    /// Calls the progress function, if there is one.
+    fn tell(&self, progress: Progress) -> Result<(), Panicked> {
+        let Some(tell) = &self.progress else {
+            return Ok(());
+        };
+        contained(|| {
+            tell(progress);
+            Ok(())
         })
     }
 
@@ -161,17 +173,8 @@ impl<'p> Batch<'p> {
     }
 
     /// What a rollout records until it ends or fails.
-    fn recorded<T: Scalar, F: ExternalForces>(
-        &self,
-        mut rollout: Rollout<'_, T, F>,
-    ) -> Recorded<T> {
-        let mut trajectory = Trajectory::starting_with(rollout.state().clone());
-        let ending: Result<(), RolloutError> =
-            contained(|| rollout.record(&mut trajectory, self.steps, self.record_every));
-        match ending {
-            Ok(()) => Ok(trajectory),
-            Err(error) => Err(Interrupted { error, trajectory }),
-        }
+    fn recorded<T: Scalar, F: ExternalForces>(&self, rollout: Rollout<'_, T, F>) -> Recorded<T> {
+        rollout.recorded(self.steps, self.record_every)
     }
 }
 

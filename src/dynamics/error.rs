@@ -138,7 +138,9 @@ pub enum RolloutError {
         /// Names of the two bodies whose contact, by itself, allows the shortest step.
         bodies: [String; 2],
     },
-    /// A function that was passed in panicked in one rollout of a [`Batch`](super::Batch).
+    /// A function that was passed in panicked while a rollout was recorded, alone or in a
+    /// [`Batch`](super::Batch), or its outcome was read. In a program whose panics abort there is no
+    /// such error.
     #[error("an external force, a path or an outcome panicked: {message}")]
     Panicked {
         /// What it said.

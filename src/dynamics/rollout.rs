@@ -4,12 +4,17 @@ use super::{
     World, WorldError,
 };
 use crate::scalar::Scalar;
+use crate::threads::contained;
 use std::mem;
 
 /// An endless iterator over the states that follow a world's initial state, one a time step.
 ///
 /// Each item is the next state. A state that is not finite, or a time step that fails a
 /// [stability check](Self::with_stability_check), is given as an error, and after it nothing.
+///
+/// A panic in a function that was passed in (an external force, a path) passes through the iterator and
+/// through [`Self::advance`]. Whoever catches it finds the last good state in [`Self::state`], and
+/// may go on: the step is taken again. [`Self::recorded`] makes an error of it.
 #[derive(Debug)]
 pub struct Rollout<'w, T = f64, F = Gravity> {
     world: &'w World<T, F>,
@@ -29,7 +34,7 @@ pub struct Rollout<'w, T = f64, F = Gravity> {
 }
 
 impl<'w, T: Scalar, F: ExternalForces> Rollout<'w, T, F> {
-    pub(super) fn new(world: &'w World<T, F>, time_step: f64, integrator: Integrator) -> Self {
+    pub(crate) fn new(world: &'w World<T, F>, time_step: f64, integrator: Integrator) -> Self {
         let state = world.initial_state();
         Self {
             world,
@@ -93,18 +98,18 @@ impl<'w, T: Scalar, F: ExternalForces> Rollout<'w, T, F> {
     /// Takes a number of steps and keeps the initial state and every `every`th after it (0 counts as 1).
     ///
     /// # Errors
-    /// If a state is not finite or fails the stability check; the error holds the trajectory up to
-    /// there.
+    /// If a state is not finite or fails the stability check, or an external force or a path panics; the
+    /// error holds the trajectory up to there.
     pub fn recorded(mut self, steps: usize, every: usize) -> Recorded<T> {
         let mut trajectory = Trajectory::starting_with(self.state.clone());
-        match self.record(&mut trajectory, steps, every) {
+        match contained(|| self.record(&mut trajectory, steps, every)) {
             Ok(()) => Ok(trajectory),
             Err(error) => Err(Interrupted { error, trajectory }),
         }
     }
 
     /// Takes a number of steps and adds every `every`th state to a trajectory.
-    pub(super) fn record(
+    fn record(
         &mut self,
         trajectory: &mut Trajectory<T>,
         steps: usize,

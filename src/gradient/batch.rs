@@ -7,7 +7,8 @@ use nalgebra::DVector;
 /// of the parameters, as in [`World::changed`].
 ///
 /// Errors belong to samples: one that makes no world, or whose rollout ends early, leaves the others
-/// as they are.
+/// as they are. Of a rollout that ends early the error tells why; its states are to be had by
+/// [`Experiment::trajectory`] on the same [`World::changed`].
 impl Batch<'_> {
     /// For each sample the outcome.
     pub fn values_after<F: ExternalForces>(

@@ -1,4 +1,4 @@
-use crate::dynamics::{RolloutError, WorldError};
+use crate::dynamics::{Interrupted, RolloutError, WorldError};
 use crate::threads::Panicked;
 
 /// Why a gradient could not be computed.
@@ -33,6 +33,12 @@ pub enum GradientError {
         /// How many numbers it has.
         count: usize,
     },
+}
+
+impl<T> From<Interrupted<T>> for GradientError {
+    fn from(interrupted: Interrupted<T>) -> Self {
+        interrupted.error.into()
+    }
 }
 
 impl From<Panicked> for GradientError {

@@ -1,6 +1,7 @@
 use super::{GradientError, Outcome, Parameter};
-use crate::dynamics::{Body, ExternalForces, Gravity, Integrator, Trajectory, World};
+use crate::dynamics::{Body, ExternalForces, Gravity, Integrator, Recorded, Rollout, World};
 use crate::scalar::{DenseDual, Scalar, lift};
+use crate::threads::contained;
 use nalgebra::{DMatrix, DVector};
 use std::ops::Range;
 
@@ -12,6 +13,10 @@ const MIDDLE: usize = 12;
 const WIDE: usize = 96;
 
 /// A world rolled out for a number of steps, to be differentiated.
+///
+/// A rollout that ends early has no outcome. The error says when and why; [`Self::trajectory`] gives
+/// the states before. A panic in a function that was passed in (an external force, a path, an
+/// outcome) is such an error too.
 #[derive(Debug)]
 pub struct Experiment<'w, F = Gravity> {
     world: &'w World<f64, F>,
@@ -87,8 +92,8 @@ impl<'w, F: ExternalForces> Experiment<'w, F> {
     /// The recorded states.
     ///
     /// # Errors
-    /// If the rollout ends early.
-    pub fn trajectory(&self) -> Result<Trajectory, GradientError> {
+    /// If the rollout ends early; the error holds the trajectory up to there.
+    pub fn trajectory(&self) -> Recorded {
         self.recorded(self.world)
     }
 
@@ -97,7 +102,7 @@ impl<'w, F: ExternalForces> Experiment<'w, F> {
     /// # Errors
     /// If the rollout ends early.
     pub fn value(&self, outcome: &impl Outcome) -> Result<Vec<f64>, GradientError> {
-        Ok(outcome.of(&self.trajectory()?))
+        self.outcome_of(self.world, outcome)
     }
 
     /// The outcome and its derivatives by the parameters: forward mode, all in one rollout on dual
@@ -156,8 +161,7 @@ impl<'w, F: ExternalForces> Experiment<'w, F> {
         changes: &[f64],
         outcome: &impl Outcome,
     ) -> Result<Vec<f64>, GradientError> {
-        let trajectory = self.recorded(&self.world.changed(parameters, changes)?)?;
-        Ok(outcome.of(&trajectory))
+        self.outcome_of(&self.world.changed(parameters, changes)?, outcome)
     }
 
     /// The outcome beside the world's own parameters, where a material's number may have left its
@@ -168,8 +172,7 @@ impl<'w, F: ExternalForces> Experiment<'w, F> {
         changes: &[f64],
         outcome: &impl Outcome,
     ) -> Result<Vec<f64>, GradientError> {
-        let trajectory = self.recorded(&changed(self.world, parameters, changes))?;
-        Ok(outcome.of(&trajectory))
+        self.outcome_of(&changed(self.world, parameters, changes), outcome)
     }
 
     /// For each number of the parameters, a typical change.
@@ -212,8 +215,7 @@ impl<'w, F: ExternalForces> Experiment<'w, F> {
             None => lift(0.0),
         };
         let seeds: Vec<DenseDual<WIDTH>> = (0..count).map(seed).collect();
-        let trajectory = self.recorded(&changed(self.world, parameters, &seeds))?;
-        let numbers = outcome.of(&trajectory);
+        let numbers = self.outcome_of(&changed(self.world, parameters, &seeds), outcome)?;
         let derivative = |row: usize, column: usize| numbers[row].eps[column];
         Ok(OutcomeJacobian {
             value: DVector::from_iterator(numbers.len(), numbers.iter().map(|number| number.re)),
@@ -221,11 +223,19 @@ impl<'w, F: ExternalForces> Experiment<'w, F> {
         })
     }
 
-    fn recorded<T: Scalar>(&self, world: &World<T, F>) -> Result<Trajectory<T>, GradientError> {
-        let rollout = world.rollout(self.time_step, self.integrator)?;
-        let rollout = rollout.checked_every(self.check_every);
-        let recorded = rollout.recorded(self.steps, self.record_every);
-        recorded.map_err(|interrupted| interrupted.error.into())
+    fn outcome_of<T: Scalar>(
+        &self,
+        world: &World<T, F>,
+        outcome: &impl Outcome,
+    ) -> Result<Vec<T>, GradientError> {
+        let trajectory = self.recorded(world)?;
+        contained(|| Ok(outcome.of(&trajectory)))
+    }
+
+    fn recorded<T: Scalar>(&self, world: &World<T, F>) -> Recorded<T> {
+        Rollout::new(world, self.time_step, self.integrator)
+            .checked_every(self.check_every)
+            .recorded(self.steps, self.record_every)
     }
 }
 

@@ -1,9 +1,11 @@
 use super::{
     FileError,
     mesh_file::{extension, unknown_extension},
+    replacement::write_whole,
 };
 use crate::contact::{ContactPolygon, ContactSurface};
 use nalgebra::Vector3;
+use std::io::Write;
 use std::path::Path;
 use vtkio::Vtk;
 use vtkio::model::{
@@ -19,6 +21,8 @@ const EXTENSIONS: &[&str] = &["vtk", "vtp"];
 /// Each contact polygon is a cell with points of its own. The points have the data `pressure`
 /// (Pa); the cells have `pressure` (the mean, Pa), `area` (m²) and `normal` (out of B into A).
 ///
+/// The file takes the place of an older one all at once, when it is whole.
+///
 /// # Errors
 /// If the extension is another one, or the file cannot be written.
 pub fn write_surface(path: impl AsRef<Path>, surface: &ContactSurface) -> Result<(), FileError> {
@@ -31,11 +35,9 @@ pub fn write_surface(path: impl AsRef<Path>, surface: &ContactSurface) -> Result
             .inspect(|()| add_zero_counts(&mut bytes)),
         _ => return Err(unknown_extension(path, EXTENSIONS)),
     };
-    let written = written.map_err(std::io::Error::from);
-    let written = written.and_then(|()| std::fs::write(path, bytes));
-    written.map_err(|source| FileError::Write {
-        path: path.into(),
-        source,
+    write_whole(path, |file| {
+        written?;
+        file.write_all(&bytes)
     })
 }
 

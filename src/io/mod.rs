@@ -8,6 +8,10 @@
 //! motion of all bodies as a table (CSV, or Parquet with the feature `parquet`); a [`Recording`] shows
 //! it in any 3-D viewer. Files are taken to be in metres.
 //!
+//! These appear under their names when they are whole, each in the place of an older one; a draft named
+//! `hydroelastic-….part` beside it is what a killed process leaves. A [`TrajectoryFile`] grows with its
+//! rollout instead, for those that are not to be lost.
+//!
 //! With the feature `parry`, shapes of the collision library of that name (`parry3d-f64`) become pressure
 //! fields: convex polyhedra, triangle meshes and the convex hulls of points. Poses go both ways.
 //!
@@ -44,6 +48,7 @@ mod mesh_file;
 #[cfg(feature = "parry")]
 mod parry;
 mod recording;
+mod replacement;
 mod stopped;
 mod trajectory;
 mod vtk;
@@ -55,4 +60,4 @@ pub use mesh_file::{MeshFile, read_mesh};
 #[cfg(feature = "parry")]
 pub use parry::{HullError, field_from_hull, field_from_polyhedron, field_from_trimesh};
 pub use recording::Recording;
-pub use trajectory::write_trajectory;
+pub use trajectory::{TrajectoryFile, write_trajectory};

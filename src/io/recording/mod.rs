@@ -14,12 +14,14 @@ mod view;
 
 use super::FileError;
 use super::mesh_file::{extension, unknown_extension};
+use super::replacement::write_whole;
 use super::trajectory::check_fits;
 use crate::dynamics::{ExternalForces, Gravity, Trajectory, World};
 use document::{Document, Unwritable};
 use drawing::single;
 use marks::{Path as MarkedPath, Target};
 use nalgebra::Vector3;
+use std::io::Write;
 use std::path::Path;
 use view::Camera;
 
@@ -139,7 +141,7 @@ impl<'a, F: ExternalForces> Recording<'a, F> {
         Self { camera, ..self }
     }
 
-    /// Writes the file.
+    /// Writes the file. It takes the place of an older one all at once, when it is whole and on the disk.
     ///
     /// # Errors
     /// If the extension is not `.glb`, the slowdown is no positive, finite number, the trajectory is of
@@ -160,10 +162,7 @@ impl<'a, F: ExternalForces> Recording<'a, F> {
         check_fits(path, self.world, self.trajectory)?;
         self.check_marks(path)?;
         let glb = self.glb().map_err(|why| unwritable(path, why))?;
-        std::fs::write(path, glb).map_err(|source| FileError::Write {
-            path: path.into(),
-            source,
-        })
+        write_whole(path, |file| file.write_all(&glb))
     }
 
     /// Nothing, if the targets can be seen and the camera looks in a direction.

@@ -1,16 +1,38 @@
 use super::{COLUMNS, Row};
-use std::{io, path::Path};
+use std::fs::File;
+use std::io::{self, Write};
+use std::iter::empty;
 
-/// Writes the rows as CSV.
-pub(super) fn write(path: &Path, rows: &mut dyn Iterator<Item = Row>) -> io::Result<()> {
-    write_records(path, rows).map_err(system_error)
+/// Writes the line of the columns' names, and the rows, as CSV.
+pub(super) fn write(file: &mut File, rows: &mut dyn Iterator<Item = Row>) -> io::Result<()> {
+    write_records(file, true, rows).map_err(system_error)
 }
 
-fn write_records(path: &Path, rows: &mut dyn Iterator<Item = Row>) -> Result<(), csv::Error> {
+/// The line of the columns' names.
+pub(super) fn header() -> io::Result<Vec<u8>> {
+    let mut line = Vec::new();
+    write_records(&mut line, true, empty()).map_err(system_error)?;
+    Ok(line)
+}
+
+/// The lines of rows.
+pub(super) fn lines<'a>(rows: impl Iterator<Item = Row<'a>>) -> io::Result<Vec<u8>> {
+    let mut lines = Vec::new();
+    write_records(&mut lines, false, rows).map_err(system_error)?;
+    Ok(lines)
+}
+
+fn write_records<'a>(
+    target: impl Write,
+    with_names: bool,
+    rows: impl Iterator<Item = Row<'a>>,
+) -> Result<(), csv::Error> {
     let mut writer = csv::WriterBuilder::new()
         .has_headers(false)
-        .from_path(path)?;
-    writer.write_record(COLUMNS)?;
+        .from_writer(target);
+    if with_names {
+        writer.write_record(COLUMNS)?;
+    }
     for row in rows {
         writer.serialize((row.time, row.body, row.numbers))?;
     }

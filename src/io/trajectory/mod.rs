@@ -1,12 +1,15 @@
 //! Trajectories as tables.
 
 mod csv_file;
+mod growing;
 #[cfg(feature = "parquet")]
 mod parquet_file;
 
 use super::FileError;
 use super::mesh_file::{extension, unknown_extension};
-use crate::dynamics::{BodyState, ExternalForces, Trajectory, World};
+use super::replacement::write_whole;
+use crate::dynamics::{Body, BodyState, ExternalForces, State, Trajectory, World};
+pub use growing::TrajectoryFile;
 use nalgebra::Isometry3;
 use std::path::Path;
 
@@ -55,6 +58,10 @@ struct Row<'a> {
 /// mass (m/s; for a body on a prescribed path, of its origin), spin (rad/s). CSV has as many digits
 /// as it takes to read back the same `f64`.
 ///
+/// The file takes the place of an older one all at once, when it is whole and on the disk: what goes wrong
+/// before (a full disk, a killed process) leaves the older one as it was. A rollout that is to be on the
+/// disk as it comes about goes to a [`TrajectoryFile`].
+///
 /// ```
 /// use hydroelastic::contact::Shape;
 /// use hydroelastic::dynamics::{Body, Integrator, Mass, Material, World};
@@ -90,10 +97,7 @@ pub fn write_trajectory<F: ExternalForces>(
         _ => return Err(unknown_extension(path, EXTENSIONS)),
     };
     check_fits(path, world, trajectory)?;
-    write(path, &mut rows(world, trajectory)).map_err(|source| FileError::Write {
-        path: path.into(),
-        source,
-    })
+    write_whole(path, |file| write(file, &mut rows(world, trajectory)))
 }
 
 /// Nothing, if all states have as many bodies as the world.
@@ -102,16 +106,21 @@ pub(super) fn check_fits<F: ExternalForces>(
     world: &World<f64, F>,
     trajectory: &Trajectory,
 ) -> Result<(), FileError> {
-    let expected = world.bodies().len();
-    let mut counts = trajectory.states().iter().map(|state| state.bodies.len());
-    if let Some(found) = counts.find(|&count| count != expected) {
-        return Err(FileError::OtherWorld {
-            path: path.into(),
-            found,
-            expected,
-        });
+    let mut states = trajectory.states().iter();
+    states.try_for_each(|state| check_count(path, world.bodies(), state))
+}
+
+/// Nothing, if a state has as many bodies as the world.
+fn check_count(path: &Path, bodies: &[Body], state: &State) -> Result<(), FileError> {
+    let (found, expected) = (state.bodies.len(), bodies.len());
+    if found == expected {
+        return Ok(());
     }
-    Ok(())
+    Err(FileError::OtherWorld {
+        path: path.into(),
+        found,
+        expected,
+    })
 }
 
 /// The rows of the table: all bodies of the first state, then those of the next.
@@ -119,14 +128,20 @@ fn rows<'a, F: ExternalForces>(
     world: &'a World<f64, F>,
     trajectory: &'a Trajectory,
 ) -> impl Iterator<Item = Row<'a>> {
-    trajectory.states().iter().flat_map(|state| {
-        let bodies = world.bodies().iter().zip(&state.bodies);
-        bodies.map(|(body, body_state)| Row {
+    let states = trajectory.states().iter();
+    states.flat_map(|state| rows_of(world.bodies(), state))
+}
+
+/// The rows of a state.
+fn rows_of<'a>(bodies: &'a [Body], state: &'a State) -> impl Iterator<Item = Row<'a>> {
+    bodies
+        .iter()
+        .zip(&state.bodies)
+        .map(|(body, body_state)| Row {
             time: state.time,
             body: body.name(),
             numbers: numbers(body_state),
         })
-    })
 }
 
 fn numbers(state: &BodyState) -> [f64; 13] {

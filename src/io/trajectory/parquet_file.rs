@@ -5,7 +5,7 @@ use parquet::errors::ParquetError;
 use parquet::file::properties::WriterProperties;
 use parquet::file::writer::{SerializedFileWriter, SerializedRowGroupWriter};
 use parquet::schema::types::Type;
-use std::{fs::File, io, path::Path, sync::Arc};
+use std::{fs::File, io, sync::Arc};
 
 /// Rows that are turned into columns, and written, at a time: 15 MB of numbers.
 const ROWS_PER_GROUP: usize = 1 << 17;
@@ -14,11 +14,11 @@ const ROWS_PER_GROUP: usize = 1 << 17;
 const NAME_COLUMN: usize = 1;
 
 /// Writes the rows as Apache Parquet.
-pub(super) fn write(path: &Path, rows: &mut dyn Iterator<Item = Row>) -> io::Result<()> {
-    write_groups(File::create(path)?, rows).map_err(system_error)
+pub(super) fn write(file: &mut File, rows: &mut dyn Iterator<Item = Row>) -> io::Result<()> {
+    write_groups(file, rows).map_err(system_error)
 }
 
-fn write_groups(file: File, rows: &mut dyn Iterator<Item = Row>) -> Result<(), ParquetError> {
+fn write_groups(file: &mut File, rows: &mut dyn Iterator<Item = Row>) -> Result<(), ParquetError> {
     let properties = Arc::new(WriterProperties::new());
     let mut writer = SerializedFileWriter::new(file, Arc::new(schema()?), properties)?;
     loop {
@@ -56,7 +56,7 @@ fn schema() -> Result<Type, ParquetError> {
 
 /// Writes time, name and each number of the rows as columns.
 fn write_columns(
-    writer: &mut SerializedRowGroupWriter<File>,
+    writer: &mut SerializedRowGroupWriter<&mut File>,
     rows: &[Row],
 ) -> Result<(), ParquetError> {
     let mut column = 0;

@@ -1,0 +1,238 @@
+//! What is left of runs that fail: by a panic in what was passed in, or a blow-up. What is left of files
+//! is in `broken_writes.rs`.
+
+use hydroelastic::contact::Shape;
+use hydroelastic::dynamics::{
+    Acceleration, Batch, Body, BodyState, ExternalForces, Gravity, Integrator, Mass, Material,
+    Progress, RolloutError, Situation, State, Trajectory, World,
+};
+use hydroelastic::gradient::{Experiment, FinalPosition, GradientError, Outcome, Parameter};
+use hydroelastic::mesh::shapes;
+use hydroelastic::scalar::Scalar;
+use hydroelastic::spatial::{Pose, Twist};
+use nalgebra::{Vector3, vector};
+use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::sync::Arc;
+use std::sync::atomic::{AtomicUsize, Ordering};
+
+const TIME_STEP: f64 = 1e-3;
+
+/// A ball that falls on a floor, which it meets after some 45 steps.
+fn world_on(floor: Body, skin: Material) -> World {
+    let ball = Shape::new(shapes::icosphere(0.1, 1).unwrap());
+    let ball = Body::dynamic("ball", ball, skin, Mass::Total(1.0)).unwrap();
+    let ball = ball.at(Pose::from_translation(vector![0.0, 0.0, 0.11]));
+    let world = World::new(vec![ball, floor]).unwrap();
+    world.with_gravity(vector![0.0, 0.0, -9.81]).unwrap()
+}
+
+fn slab() -> Arc<Shape> {
+    Arc::new(Shape::new(shapes::cuboid([1.0, 1.0, 0.2]).unwrap()))
+}
+
+const DOWN: Vector3<f64> = vector![0.0, 0.0, -0.1];
+
+fn world(skin: Material) -> World {
+    let floor = Body::fixed("floor", slab(), skin).unwrap();
+    world_on(floor.at(Pose::from_translation(DOWN)), skin)
+}
+
+fn soft_world() -> World {
+    world(Material::elastic(1e5).with_friction(0.4))
+}
+
+/// Every number of a state, to the last bit.
+fn bits(state: &State) -> Vec<u64> {
+    let numbers = state.bodies.iter().flat_map(|body| {
+        let pose = body.pose.rotation().iter().chain(body.pose.translation());
+        let twist = body.twist.angular.iter().chain(&body.twist.linear);
+        pose.chain(twist).copied()
+    });
+    let numbers = std::iter::once(state.time).chain(numbers);
+    numbers.map(f64::to_bits).collect()
+}
+
+fn all_bits(trajectory: &Trajectory) -> Vec<Vec<u64>> {
+    trajectory.states().iter().map(bits).collect()
+}
+
+// Panics.
+
+/// Gravity that panics when it is asked for some time.
+struct Fragile {
+    /// How often it has been asked.
+    asked: AtomicUsize,
+    /// The question at which it panics, from 1.
+    last: usize,
+}
+
+impl Fragile {
+    fn at(last: usize) -> Self {
+        let asked = AtomicUsize::new(0);
+        Self { asked, last }
+    }
+}
+
+impl ExternalForces for Fragile {
+    fn acceleration<T: Scalar>(
+        &self,
+        situation: &Situation<T>,
+        contact: Acceleration<T>,
+    ) -> Acceleration<T> {
+        let asked = self.asked.fetch_add(1, Ordering::Relaxed) + 1;
+        assert!(asked != self.last, "no force for {}", situation.body);
+        Gravity.acceleration(situation, contact)
+    }
+}
+
+fn panicked(message: &str) -> RolloutError {
+    let message = message.to_owned();
+    RolloutError::Panicked { message }
+}
+
+#[test]
+fn a_panic_in_a_force_is_an_error_with_the_trajectory_up_to_there() {
+    for integrator in [Integrator::Leapfrog, Integrator::SymplecticEuler] {
+        let plain = soft_world();
+        let plain = plain.rollout(TIME_STEP, integrator).unwrap();
+        let whole = all_bits(&plain.recorded(80, 1).unwrap());
+        for last in [1, 2, 50, 80] {
+            // One question a step.
+            let world = soft_world().with_external(Fragile::at(last));
+            let rollout = world.rollout(TIME_STEP, integrator).unwrap();
+            let interrupted = rollout.recorded(80, 1).unwrap_err();
+            assert_eq!(interrupted.error, panicked("no force for ball"));
+            assert_eq!(all_bits(&interrupted.trajectory), whole[..last]);
+        }
+    }
+}
+
+/// A floor that sinks, on a path that ends within the fifty-first step.
+fn sinking_world() -> World {
+    let path = |time: f64| {
+        assert!(time < 50.25 * TIME_STEP, "the path ends at {time:.4} s");
+        BodyState {
+            pose: Pose::from_translation(DOWN * (1.0 + time)),
+            twist: Twist {
+                linear: DOWN,
+                ..Twist::zero()
+            },
+        }
+    };
+    let skin = Material::elastic(1e5);
+    let floor = Body::prescribed("floor", slab(), skin, Arc::new(path)).unwrap();
+    world_on(floor, skin)
+}
+
+#[test]
+fn a_panic_in_a_path_is_an_error_with_the_trajectory_up_to_there() {
+    let world = sinking_world();
+    let rollout = world.rollout(TIME_STEP, Integrator::Leapfrog).unwrap();
+    let interrupted = rollout.recorded(80, 1).unwrap_err();
+    assert_eq!(interrupted.error, panicked("the path ends at 0.0505 s"));
+    assert_eq!(interrupted.trajectory.states().len(), 1 + 50);
+    let batch = Batch::new(TIME_STEP, 80).unwrap().recording_every(10);
+    let results = batch.of_worlds(&[sinking_world(), soft_world()]);
+    let interrupted = results[0].as_ref().unwrap_err();
+    assert_eq!(interrupted.trajectory.states().len(), 1 + 5);
+    assert_eq!(results[1].as_ref().unwrap().states().len(), 1 + 8);
+}
+
+#[test]
+fn after_a_panic_a_rollout_has_its_last_state_and_can_take_the_step_again() {
+    let plain = soft_world();
+    let expected = plain.rollout(TIME_STEP, Integrator::Leapfrog).unwrap();
+    let expected: Vec<State> = expected.take(80).map(Result::unwrap).collect();
+    for last in [2, 50] {
+        let world = soft_world().with_external(Fragile::at(last));
+        let mut rollout = world.rollout(TIME_STEP, Integrator::Leapfrog).unwrap();
+        for state in &expected[..last - 1] {
+            assert_eq!(bits(rollout.advance().unwrap()), bits(state));
+        }
+        let step = AssertUnwindSafe(|| rollout.next());
+        assert!(catch_unwind(step).is_err());
+        assert_eq!(bits(rollout.state()), bits(&expected[last - 2]));
+        for state in &expected[last - 1..] {
+            assert_eq!(bits(&rollout.next().unwrap().unwrap()), bits(state));
+        }
+    }
+}
+
+/// An outcome that has a flaw.
+struct Flawed;
+
+impl Outcome for Flawed {
+    fn of<T: Scalar>(&self, trajectory: &Trajectory<T>) -> Vec<T> {
+        vec![trajectory.states()[1_000].bodies[0].position().z]
+    }
+}
+
+const BY: [Parameter; 1] = [Parameter::InitialPosition("ball")];
+
+#[test]
+fn a_panic_in_an_experiment_is_its_error_and_the_states_before_are_to_be_had() {
+    let world = || soft_world().with_external(Fragile::at(50));
+    let expected = GradientError::Rollout(panicked("no force for ball"));
+    let (first, second, third, fourth) = (world(), world(), world(), world());
+    let outcome = FinalPosition::of_body(&first, "ball").unwrap();
+    let experiment = |world| Experiment::new(world, TIME_STEP, 80).unwrap();
+    assert_eq!(experiment(&first).value(&outcome), Err(expected.clone()));
+    let jacobian = experiment(&second).jacobian(&BY, &outcome);
+    assert_eq!(jacobian.unwrap_err(), expected);
+    let value = experiment(&third).value_after(&BY, &[0.0; 3], &outcome);
+    assert_eq!(value, Err(expected));
+    let interrupted = experiment(&fourth).trajectory().unwrap_err();
+    assert_eq!(interrupted.trajectory.states().len(), 50);
+    let plain = soft_world();
+    let experiment = Experiment::new(&plain, TIME_STEP, 80).unwrap();
+    let of_value = experiment.value(&Flawed).unwrap_err().to_string();
+    let of_jacobian = experiment.jacobian(&BY, &Flawed).unwrap_err().to_string();
+    for message in [of_value, of_jacobian] {
+        assert!(message.contains("index out of bounds"), "{message}");
+    }
+}
+
+#[test]
+fn a_panic_in_progress_leaves_all_results() {
+    let world = soft_world();
+    let starts = vec![world.initial_state(); 20];
+    let told = AtomicUsize::new(0);
+    let count = |batch: Batch| {
+        let results = batch.starting_from(&world, &starts).unwrap();
+        let whole = results.iter().filter(|result| result.is_ok());
+        whole.count()
+    };
+    let batch = || Batch::new(TIME_STEP, 10).unwrap();
+    let panicking = batch().with_progress(|progress: Progress| {
+        told.fetch_add(1, Ordering::Relaxed);
+        assert!(progress.finished < 5, "enough");
+    });
+    assert_eq!(count(panicking), starts.len());
+    // On several threads some may be told at the same time.
+    let told = told.load(Ordering::Relaxed);
+    assert!((1..20).contains(&told), "{told}");
+    // The same for samples of a gradient.
+    let outcome = FinalPosition::of_body(&world, "ball").unwrap();
+    let panicking = batch().with_progress(|_| panic!("at once"));
+    let values = panicking.values_after(&world, &BY, &[[0.0; 3]; 5], &outcome);
+    assert_eq!(values.iter().filter(|value| value.is_ok()).count(), 5);
+}
+
+// Blow-ups.
+
+#[test]
+fn an_experiment_that_blows_up_gives_the_states_before() {
+    let stiff = world(Material::elastic(1e150).with_dissipation(1e150));
+    let experiment = Experiment::new(&stiff, TIME_STEP, 1_000).unwrap();
+    let interrupted = experiment.trajectory().unwrap_err();
+    let states = interrupted.trajectory.states();
+    let finite = |state: &State| state.bodies.iter().all(BodyState::is_finite);
+    assert!(states.len() > 40 && states.iter().all(finite));
+    let RolloutError::NotFinite { step, body, .. } = &interrupted.error else {
+        panic!("{}", interrupted.error)
+    };
+    assert_eq!((*step, body.as_str()), (states.len(), "ball"));
+    let outcome = FinalPosition::of_body(&stiff, "ball").unwrap();
+    let expected = GradientError::Rollout(interrupted.error);
+    assert_eq!(experiment.value(&outcome), Err(expected));
+}
