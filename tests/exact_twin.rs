@@ -174,7 +174,7 @@ fn hostile_pairs_have_the_exact_wrench() {
     }
 }
 
-/// Where polygons lie in faces that tetrahedra share, the kernel's half-open rule and the twin's mean of both
+/// Where polygons lie in faces that tetrahedra share, the kernel's halves and the twin's mean of both
 /// sides come to the same.
 #[test]
 fn aligned_pairs_have_the_exact_wrench() {

@@ -200,8 +200,6 @@ const BALANCED: f64 = 1e-3;
 /// Root mean square of the balls' speeds, of the slip tolerance: but for a few all are slower by far.
 const SLOW: f64 = 0.2;
 
-/// Drops the heap for a time (s), and holds it then.
-///
 /// Drops the heap for a time (s), and lets friction bring it to rest for another. Then it is watched.
 ///
 /// Friction bears the part r < 1 of what it can at a slip of v_s·r/√(1 − r²). So a heap that friction

@@ -14,7 +14,8 @@ pub struct ContactPolygon<T = f64> {
     pub outline: ConvexPolygon<T>,
     /// Unit normal, out of B into A.
     pub normal: Vector3<T>,
-    /// Area (m²), positive.
+    /// Area (m²), positive: that of the outline, or half of it where the polygon lies in a face of a tetrahedron; where
+    /// the face is shared, the polygon of the tetrahedron beyond it has the other half.
     pub area: T,
     /// Centroid (m).
     pub centroid: Vector3<T>,
