@@ -236,9 +236,12 @@ impl Crossing {
         if self.passage == Passage::Flush || !may_lie_in_face {
             return self.passage;
         }
-        match outline.common_sides() >> 4 & near_faces {
-            0 => self.passage,
-            faces => Passage::in_face([signs_a.sides(), signs_b.sides_beyond(faces)]),
+        // Else the tetrahedron beyond the face has nothing of it.
+        let faces = outline.common_sides() >> 4 & near_faces;
+        if (0..4).any(|face| faces & 1 << face != 0 && signs_b.cross_face(face)) {
+            Passage::in_face([signs_a.sides(), signs_b.sides_beyond(faces)])
+        } else {
+            self.passage
         }
     }
 
