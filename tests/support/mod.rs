@@ -11,6 +11,7 @@ pub mod glb;
 pub mod half_planes;
 pub mod hostile;
 pub mod hostile_claims;
+pub mod octahedra;
 pub mod reference;
 pub mod scenes;
 pub mod subdivisions;
