@@ -6,7 +6,7 @@ use hydroelastic::contact::ContactPolygon;
 use hydroelastic::spatial::Pose;
 use nalgebra::{Vector3, vector};
 use support::octahedra::{OVERLAP, fall, force, octahedron, places, slope, stacked, stage};
-use support::scenes::pair;
+use support::scenes::{Random, mixed_shapes, pair, random_pair};
 
 /// Round-off, relative to the largest number of its kind.
 const EXACT: f64 = 1e-12;
@@ -176,4 +176,35 @@ fn derivatives_of_area_and_center_by_an_approach_are_the_closed_ones() {
     let center = surface.center_of_pressure().unwrap().map(|x| x.eps);
     let expected = down * (0.5 - c / 4.0);
     assert_near((center - expected).amax(), 0.0, 1.0);
+}
+
+/// Along a polygon both fields have the same gradient; across, that of the flatter one is rounded less.
+#[test]
+fn pressure_gradient_of_a_polygon_is_that_of_the_flatter_field() {
+    let (shapes, mut random) = (mixed_shapes(), Random::new(81));
+    let mut count = 0;
+    for _ in 0..50 {
+        let pair = random_pair(&shapes, &mut random);
+        for polygon in pair.surface().polygons {
+            let gradients =
+                [(pair.a(), polygon.tets[0]), (pair.b(), polygon.tets[1])].map(|(body, tet)| {
+                    let extent = body.shape().field().tets()[tet].extent.gradient;
+                    body.pose().rotation() * extent * body.modulus()
+                });
+            let [a, b] = gradients;
+            let flatter = if a.norm() <= b.norm() { a } else { b };
+            assert_near(
+                (polygon.pressure_gradient - flatter).amax(),
+                0.0,
+                flatter.norm(),
+            );
+            count += 1;
+        }
+    }
+    assert!(count > 1_000, "{count}");
+}
+
+#[test]
+fn a_shape_is_printed_by_its_number_of_tetrahedra() {
+    assert_eq!(format!("{:?}", octahedron(0)), "Shape { tets: 8, .. }");
 }
