@@ -11,7 +11,7 @@ use hydroelastic::scalar::{DenseDual, Scalar, lift};
 use hydroelastic::spatial::{Pose, Twist};
 use nalgebra::{SMatrix, SVector, vector};
 use num_dual::Dual2_64;
-use support::scenes::{Random, mixed_shapes, random_pair};
+use support::scenes::{Random, dented_ball, mixed_shapes, pair, random_pair};
 
 /// Round-off of derivatives through slices and clips of generic pairs, of the largest entry.
 const TWO_WAYS: f64 = 1e-10;
@@ -23,6 +23,13 @@ const SAME_VALUE: f64 = 1e-12;
 /// or its wrench is rounded, another does not.
 const DIFFERENCES: f64 = 1e-6;
 const STEPS: [f64; 3] = [1e-5, 1e-6, 1e-7];
+
+/// A modulus changes by so much (Pa).
+const MODULUS_STEP: f64 = 1e-6;
+
+/// A slip tolerance (m/s) beyond all speeds: friction is nearly linear, and this is left of quadrature.
+const GENTLE: f64 = 5.0;
+const QUADRATURE: f64 = 1e-5;
 
 /// Hundreds of steps multiply the round-off of each.
 const TRAJECTORIES: f64 = 1e-11;
@@ -256,4 +263,60 @@ fn many_numbers_take_several_passes_and_give_what_few_give() {
     }
     let none = experiment.jacobian(&[], &outcome).unwrap();
     assert_eq!((none.value, none.jacobian.shape()), (value, (18, 0)));
+}
+
+/// What is [`changed`], without dissipation and with friction that is nearly linear.
+fn rubbed_gently<'a, T: Scalar>(
+    scene: &Scene<'a>,
+    changes: &SVector<T, INPUTS>,
+) -> (ContactPair<'a, T>, SurfaceLaw<T>, [Twist<T>; 2]) {
+    let (pair, _, twists) = changed(scene, changes);
+    let law = SurfaceLaw::new(lift(0.0), lift(scene.friction), GENTLE).unwrap();
+    (pair, law, twists)
+}
+
+/// A face at which the extent is the same all over meets the contact surface in the same line as that of the
+/// other body: which of them ends a polygon is chance, until one body's modulus changes.
+#[test]
+fn layers_of_equal_pressure_have_the_derivatives_of_differences_by_either_modulus() {
+    let mut random = Random::new(33);
+    let mut worst = [0.0_f64; 3];
+    for extents in [[1.0, 0.5], [1.0, 0.3], [1.0, 0.7], [0.6, 1.0]] {
+        let ball = Shape::new(dented_ball(1.0, 1, extents));
+        for _ in 0..20 {
+            let position = random.direction() * random.between(0.2, 1.2);
+            let turned = Pose::from_rotation_vector(&random.rotation_vector(), position);
+            let mut scene = random_scene(std::slice::from_ref(&ball), &mut random);
+            scene.pair = pair((&ball, turned, 2.0), (&ball, Pose::identity(), 2.0));
+            let (pair, law, twists) = rubbed_gently(&scene, &seeds());
+            let [closed, through_clips, in_motion] = [
+                pair.wrench_carried(),
+                pair.wrench(),
+                pair.wrench_in_motion_carried(&law, twists),
+            ]
+            .map(|wrench| jacobian(&wrench));
+            let two_ways = (closed - through_clips).amax() / closed.amax();
+            worst[0] = worst[0].max(two_ways);
+            for modulus in [12, 13] {
+                let values = |step: f64| {
+                    let mut changes = SVector::<f64, INPUTS>::zeros();
+                    changes[modulus] = step;
+                    let (pair, law, twists) = rubbed_gently(&scene, &changes);
+                    [pair.wrench(), pair.wrench_in_motion(&law, twists)].map(|w| numbers(&w))
+                };
+                let [ahead, behind] = [values(MODULUS_STEP), values(-MODULUS_STEP)];
+                for (way, jacobian) in [through_clips, in_motion].iter().enumerate() {
+                    let difference = (ahead[way] - behind[way]) / (2.0 * MODULUS_STEP);
+                    let expected = jacobian.column(modulus);
+                    let error = (difference - expected).amax() / expected.amax();
+                    worst[way + 1] = worst[way + 1].max(error);
+                }
+            }
+        }
+    }
+    println!(
+        "two ways {:.1e}, elastic {:.1e}, rubbing {:.1e}",
+        worst[0], worst[1], worst[2]
+    );
+    assert!(worst[0] <= TWO_WAYS && worst[1] <= DIFFERENCES && worst[2] <= QUADRATURE);
 }

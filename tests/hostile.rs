@@ -1,5 +1,5 @@
 //! Degenerate contact, systematically: hostile pairs of every family keep all the claims of
-//! `support/hostile_claims.rs`.
+//! `support/hostile/claims.rs`.
 
 mod support;
 
@@ -11,8 +11,10 @@ use std::f64::consts::{FRAC_PI_4, SQRT_2};
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::thread;
 use support::exact;
-use support::hostile::{Family, Hostile, off_centre};
-use support::hostile_claims::{Kink, verdict};
+use support::hostile::claims::verdict;
+use support::hostile::kinks::Kink;
+use support::hostile::shapes::off_centre;
+use support::hostile::{Family, Hostile};
 use support::scenes::{Random, pair};
 
 /// Pairs that share a set of shapes.

@@ -8,7 +8,7 @@ use hydroelastic::mesh::{PressureField, shapes};
 use hydroelastic::spatial::Pose;
 use nalgebra::{Vector3, vector};
 use support::aligned::{aligned_pose, bodies, polygons_in_faces};
-use support::hostile_claims::kink_of;
+use support::hostile::kinks::kink_of;
 use support::scenes::{Random, pair};
 use support::subdivisions::{Division, divided, shuffled};
 

@@ -1,13 +1,9 @@
 use super::equilibrium::{CornerSigns, Sides, is_equal_field};
 use super::shadow::{PairShadow, PosedTet};
-use crate::geometry::{AffineField, ConvexPolygon, FACES, is_doubtful_value, snapped};
+use crate::geometry::{AffineField, ConvexPolygon, FACES, OnPlane, is_doubtful_value, snapped};
 use crate::mesh::FieldTet;
 use crate::scalar::Scalar;
 use crate::spatial::Pose;
-
-/// Bound on how far p_A may miss the pressure of a level face of B, relative to that pressure,
-/// and the face still be left out: the rounding of modulus × extent, with room.
-const LEVEL_SLACK: f64 = 1e-13;
 
 const ALL_FACES: u8 = 0b1111;
 
@@ -65,8 +61,6 @@ pub(super) struct Crossing {
     margin: f64,
     /// The faces of B that may bound the polygon: bit k for the face opposite to corner k.
     bounding_faces: u8,
-    /// The faces of B that it is not clipped by, and may reach all the same.
-    touched_faces: u8,
 }
 
 impl PairShadow<'_> {
@@ -96,8 +90,6 @@ impl PairShadow<'_> {
         let flush = has_surface_face(a, signs_a.faces_in_plane())
             && has_surface_face(tet_b, signs_b.faces_in_plane())
             && a.extent.gradient.dot(&b.pressure.gradient) > 0.0;
-        // A face in the plane itself does not bound the polygon.
-        let (in_plane, implied) = (signs_b.faces_in_plane(), self.implied_faces(a, b));
         Encounter::Crossing(Crossing {
             is_doubtful: at_a
                 .iter()
@@ -114,9 +106,9 @@ impl PairShadow<'_> {
             signs: [signs_a, signs_b],
             tolerance,
             margin,
-            bounding_faces: ALL_FACES & !in_plane & !implied,
-            // Behind a face of zero pressure there is nothing.
-            touched_faces: implied & !in_plane & !tet_b.zero_faces,
+            // A face in the plane itself does not bound the polygon; nor does one at which B ends, for no
+            // pressure of A is below 0.
+            bounding_faces: ALL_FACES & !signs_b.faces_in_plane() & !tet_b.zero_faces,
         })
     }
 
@@ -124,8 +116,9 @@ impl PairShadow<'_> {
     #[inline]
     pub fn meeting(&self, a: &FieldTet, b: &PosedTet, crossing: Crossing) -> Meeting {
         let steepness = &self.tet_b(b.index).barycentric_steepness;
+        let face_of_b = |face: usize| b.faces[face];
         let (outline, bounding_faces) =
-            crossing.outline(a, &crossing.at_a, steepness, |face| b.faces[face]);
+            crossing.outline(a, &crossing.at_a, steepness, face_of_b, OnPlane::Inside);
         Meeting {
             tets: [a.index, b.index],
             crossing: Crossing {
@@ -145,47 +138,14 @@ impl PairShadow<'_> {
             snapped(pressure_a - b.pressures[i], tolerance)
         })
     }
-
-    /// The faces of B on whose inner side all of the plane lies because of the pressures alone.
-    fn implied_faces(&self, a: &FieldTet, b: &PosedTet) -> u8 {
-        let FieldTet {
-            level_faces,
-            zero_faces,
-            ..
-        } = *self.tet_b(b.index);
-        if level_faces == 0 {
-            return zero_faces;
-        }
-        let pressures_a = a.extents.map(|extent| extent * self.moduli[0]);
-        let implied = (0..4)
-            .filter(|face| level_faces & 1 << face != 0)
-            .filter(|&face| b.implies_face(face, &pressures_a));
-        implied.fold(zero_faces, |faces, face| faces | 1 << face)
-    }
-
-    /// The faces that a meeting's outline reaches, and over which the surface may go on: bit i for the
-    /// face of A opposite to corner i, bit 4 + k for the face of B opposite to corner k.
-    #[inline]
-    pub fn reached_faces(&self, meeting: &Meeting, b: &PosedTet) -> u8 {
-        if meeting.outline.corners().is_empty() {
-            return 0;
-        }
-        let mut sides = meeting.outline.sides() | meeting.crossing.signs[1].faces_in_plane() << 4;
-        for face in (0..4).filter(|face| meeting.crossing.touched_faces & 1 << face != 0) {
-            let tolerance = self.margin() * self.tet_b(b.index).barycentric_steepness[face];
-            let reaches = |corner| b.faces[face].at(corner).abs() <= tolerance;
-            if meeting.outline.corners().iter().any(reaches) {
-                sides |= 1 << (4 + face);
-            }
-        }
-        sides
-    }
 }
 
 impl Meeting {
-    /// The outline, made again in another scalar by the same cuts.
+    /// The outline, made again in another scalar by the same cuts. Corners on a face of B count as inside of
+    /// it or as outside.
     pub fn outline_in<T: Scalar>(
         &self,
+        on_face: OnPlane,
         [a, b]: [&FieldTet; 2],
         modulus_a: T,
         pressure_b: &AffineField<T>,
@@ -194,7 +154,20 @@ impl Meeting {
         let excess = excess_at_corners_of_a(a, modulus_a, pressure_b, self.crossing.tolerance);
         let face_of_b = |face: usize| b.barycentric[face].posed(pose_ab);
         let steepness = &b.barycentric_steepness;
-        self.crossing.outline(a, &excess, steepness, face_of_b).0
+        let crossing = &self.crossing;
+        crossing
+            .outline(a, &excess, steepness, face_of_b, on_face)
+            .0
+    }
+
+    /// The faces that the outline reaches, and over which the surface may go on: bit i for the face of A
+    /// opposite to corner i, bit 4 + k for the face of B opposite to corner k.
+    #[inline]
+    pub fn reached_faces(&self) -> u8 {
+        if self.outline.corners().is_empty() {
+            return 0;
+        }
+        self.outline.sides() | self.crossing.signs[1].faces_in_plane() << 4
     }
 
     /// Whether round-off may have decided over a piece of the outline.
@@ -216,32 +189,18 @@ impl Meeting {
         }
     }
 
+    /// Whether a face of B met corners that were there before, as it does where faces of both bodies have a line in
+    /// common. As a body moves or a modulus changes they leave the face, to either side: the derivative is the
+    /// mean of both, in the tetrahedron before the face and in that behind it. At the rim, where there is no
+    /// pressure, it does not matter.
+    pub fn has_coincidences(&self) -> bool {
+        let presses = |corner| self.pressure_b.at(corner) > self.crossing.tolerance;
+        self.crossing.passage == Passage::Through && self.outline.coincidences().any(presses)
+    }
+
     /// Whether the outline lies in flush surfaces of both bodies.
     pub fn is_flush(&self) -> bool {
         self.crossing.passage == Passage::Flush
-    }
-}
-
-impl PosedTet {
-    /// Whether every point of the plane inside A's tetrahedron lies on the inner side of a level face
-    /// of B because of the pressures alone.
-    ///
-    /// On a *level* face p_B is constant; at the surface it is 0. Inside the face p_B is above (or
-    /// below) that level, and on the plane p_B = p_A. So where all of A's corner pressures are on
-    /// that side already (above 0, always), clipping would cut nothing; and it must not be tried,
-    /// because A's own level face often cuts the plane in the very same line, and which of two equal
-    /// lines round-off prefers decides over the derivative.
-    fn implies_face(&self, face: usize, pressures_a: &[f64; 4]) -> bool {
-        let (level, inner) = (self.pressures[FACES[face][0]], self.pressures[face]);
-        let slack = LEVEL_SLACK * level.max(inner);
-        if (inner - level).abs() <= slack {
-            // A plateau: p_B is the same on both sides of the face, and tells nothing of it.
-            false
-        } else if inner > level {
-            pressures_a.iter().all(|&p| p >= level - slack)
-        } else {
-            pressures_a.iter().all(|&p| p <= level + slack)
-        }
     }
 }
 
@@ -291,6 +250,7 @@ impl Crossing {
         excess: &[T; 4],
         steepness: &[f64; 4],
         face_of_b: impl Fn(usize) -> AffineField<T>,
+        on_face: OnPlane,
     ) -> (ConvexPolygon<T>, u8) {
         let is_above = !self.signs[0].sides().below;
         let upward = if is_above { -1.0 } else { 1.0 };
@@ -302,7 +262,8 @@ impl Crossing {
         for (face, steepness) in steepness.iter().enumerate() {
             if self.bounding_faces & 1 << face != 0 && !polygon.corners().is_empty() {
                 let tolerance = self.margin * steepness;
-                let is_near = polygon.clip(&face_of_b(face), tolerance, 1 << (4 + face));
+                let side = 1 << (4 + face);
+                let is_near = polygon.clip(&face_of_b(face), tolerance, side, on_face);
                 near_faces |= u8::from(is_near) << face;
             }
         }

@@ -1,7 +1,7 @@
 use super::equilibrium::EquilibriumPlane;
 use super::meeting::Meeting;
 use super::shadow::PairShadow;
-use crate::geometry::{AffineField, ConvexPolygon, PolygonMoments};
+use crate::geometry::{AffineField, ConvexPolygon, OnPlane, PolygonMoments};
 use crate::scalar::{Scalar, carries_derivatives, real_part};
 use crate::spatial::Pose;
 
@@ -36,10 +36,21 @@ pub(super) struct PairPolygon<T> {
 }
 
 impl<T: Scalar> NarrowPhase<'_, T> {
-    /// The contact polygon of two tetrahedra that meet.
-    ///
+    /// Visits the contact polygon of two tetrahedra that meet. With derivatives, where corners coincide with faces
+    /// of B, it comes as two halves, with derivatives of either side.
+    pub fn visit_polygon(&self, meeting: &Meeting, mut visit: impl FnMut(&PairPolygon<T>)) {
+        let weight = meeting.weight();
+        if carries_derivatives::<T>() && meeting.has_coincidences() {
+            for on_face in [OnPlane::Inside, OnPlane::Outside] {
+                visit(&self.polygon(meeting, on_face, 0.5 * weight));
+            }
+        } else {
+            visit(&self.polygon(meeting, OnPlane::Inside, weight));
+        }
+    }
+
     /// For an `f64` it is there already; with derivatives it is made again, by the same cuts.
-    pub fn polygon(&self, meeting: &Meeting) -> PairPolygon<T> {
+    fn polygon(&self, meeting: &Meeting, on_face: OnPlane, weight: f64) -> PairPolygon<T> {
         let tets = [
             self.shadow.tet_a(meeting.tets[0]),
             self.shadow.tet_b(meeting.tets[1]),
@@ -47,13 +58,13 @@ impl<T: Scalar> NarrowPhase<'_, T> {
         let pressure_a = tets[0].extent.lifted().scaled(self.modulus_a);
         let (polygon, pressure_b) = if carries_derivatives::<T>() {
             let pressure_b = tets[1].extent.posed(&self.pose_ab).scaled(self.modulus_b);
-            let outline = meeting.outline_in(tets, self.modulus_a, &pressure_b, &self.pose_ab);
+            let modulus_a = self.modulus_a;
+            let outline = meeting.outline_in(on_face, tets, modulus_a, &pressure_b, &self.pose_ab);
             (outline, pressure_b)
         } else {
             (meeting.outline.lifted(), meeting.pressure_b.lifted())
         };
         let plane = EquilibriumPlane::between(&pressure_a, &pressure_b);
-        let weight = meeting.weight();
         let [gradient_a, gradient_b] = [0, 1].map(|i| self.shadow.moduli[i] * tets[i].steepness);
         PairPolygon {
             tets: meeting.tets,
@@ -77,5 +88,10 @@ impl<T: Scalar> PairPolygon<T> {
     /// Whether it turns about its normal: else nothing but round-off is left of it.
     pub fn has_area(&self) -> bool {
         real_part(self.moments.area) > 0.0
+    }
+
+    /// Whether it adds to an integral. A polygon without an area may come to have one.
+    pub fn counts(&self) -> bool {
+        carries_derivatives::<T>() || self.has_area()
     }
 }

@@ -88,7 +88,7 @@ impl<'a, T: Scalar> ContactPair<'a, T> {
     #[must_use]
     pub fn surface(&self) -> ContactSurface<T> {
         let polygons = self.sum_polygons(|polygons: &mut Vec<_>, polygon| {
-            if !polygon.flush {
+            if !polygon.flush && polygon.has_area() {
                 polygons.push(ContactPolygon::from_pair(polygon, self.a.pose()));
             }
         });
@@ -114,11 +114,14 @@ impl<'a, T: Scalar> ContactPair<'a, T> {
     /// The pairs of tetrahedra (of A, of B) that have a contact polygon, in no special order.
     #[must_use]
     pub fn touching_tets(&self) -> Vec<[usize; 2]> {
-        self.sum_polygons(|touching: &mut Vec<_>, polygon| {
-            if !polygon.flush {
+        let mut touching = self.sum_polygons(|touching: &mut Vec<_>, polygon| {
+            if !polygon.flush && polygon.has_area() {
                 touching.push(polygon.tets);
             }
-        })
+        });
+        // With derivatives, a polygon may come as two halves.
+        touching.dedup();
+        touching
     }
 
     /// Counts the work the wrench takes.
@@ -126,7 +129,9 @@ impl<'a, T: Scalar> ContactPair<'a, T> {
     pub fn work_count(&self) -> WorkCount {
         let narrow_phase = self.narrow_phase();
         let add = |polygons: &mut usize, meeting: &Meeting| {
-            *polygons += usize::from(narrow_phase.polygon(meeting).has_area());
+            let mut has_area = false;
+            narrow_phase.visit_polygon(meeting, |polygon| has_area |= polygon.has_area());
+            *polygons += usize::from(has_area);
         };
         let found = narrow_phase.shadow.sum_meetings(self.search, add);
         WorkCount {
@@ -156,10 +161,11 @@ impl<'a, T: Scalar> ContactPair<'a, T> {
     ) -> S {
         let narrow_phase = self.narrow_phase();
         let add_polygon = |sum: &mut S, meeting: &Meeting| {
-            let polygon = narrow_phase.polygon(meeting);
-            if polygon.has_area() {
-                add(sum, &polygon);
-            }
+            narrow_phase.visit_polygon(meeting, |polygon| {
+                if polygon.counts() {
+                    add(sum, polygon);
+                }
+            });
         };
         narrow_phase
             .shadow

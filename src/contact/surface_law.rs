@@ -153,9 +153,12 @@ impl SurfaceLaw<f64> {
     }
 }
 
+/// A polygon whose area is a smaller part of its length squared is a sliver.
+const SLIVER: f64 = 1e-9;
+
 impl<T: Scalar> PairPolygon<T> {
     /// Wrench on A about A's origin in A's axes, by the rule of the edge midpoints on each triangle
-    /// of the fan: exact where pressure alone acts, second order where the slip varies.
+    /// around the centroid: exact where pressure alone acts, second order where the slip varies.
     pub(super) fn wrench_in_motion(
         &self,
         law: &SurfaceLaw<T>,
@@ -201,16 +204,34 @@ impl<T: Scalar> PairPolygon<T> {
         });
     }
 
-    /// Visits the edge midpoints of each triangle of the fan, with a third of its area, as far as that counts,
-    /// as weight.
+    /// Visits the edge midpoints of the triangles around the centroid, with as much of the area as belongs to
+    /// each, as far as that counts, as weight. Where the outline begins does not matter.
     fn visit_midpoints(&self, mut visit: impl FnMut(&Vector3<T>, T)) {
-        let (corners, third) = (self.polygon.corners(), self.weight / 6.0);
-        for pair in corners[1..].windows(2) {
-            let [a, b, c] = [corners[0], pair[0], pair[1]];
-            let double_area = self.plane.normal.dot(&(b - a).cross(&(c - a)));
-            for midpoint in [a + b, b + c, c + a] {
-                visit(&(midpoint * lift::<T>(0.5)), double_area * third);
-            }
+        let corners = self.polygon.corners();
+        let Some(&first) = corners.first() else {
+            return;
+        };
+        let square = |corner: &Vector3<T>| real_vector(&(corner - first)).norm_squared();
+        let length_squared = corners.iter().map(square).fold(0.0, f64::max);
+        // The centroid of a sliver is round-off.
+        let center = if real_part(self.moments.area) > SLIVER * length_squared {
+            self.moments.centroid()
+        } else {
+            first
+        };
+        let (half, sixth) = (lift::<T>(0.5), self.weight / 6.0);
+        let third_of_triangle = |from: &Vector3<T>, to: &Vector3<T>| {
+            let double_area = (from - center).cross(&(to - center));
+            self.plane.normal.dot(&double_area) * sixth
+        };
+        let mut before = corners[corners.len() - 1];
+        let mut third_before =
+            third_of_triangle(&corners[corners.len().saturating_sub(2)], &before);
+        for corner in corners {
+            let third = third_of_triangle(&before, corner);
+            visit(&((before + corner) * half), third);
+            visit(&((before + center) * half), third_before + third);
+            (before, third_before) = (*corner, third);
         }
     }
 }

@@ -19,6 +19,14 @@ pub struct ConvexPolygon<T = f64> {
     is_doubtful: bool,
 }
 
+/// What corners on a plane that clips count as. Their place is the same; their derivatives are those of either
+/// side.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum OnPlane {
+    Inside,
+    Outside,
+}
+
 impl<T: Scalar> ConvexPolygon<T> {
     /// The polygon without corners.
     #[must_use]
@@ -56,6 +64,15 @@ impl<T: Scalar> ConvexPolygon<T> {
     #[must_use]
     pub fn is_doubtful(&self) -> bool {
         self.is_doubtful
+    }
+
+    /// The corners that lie on more than two sides: there, a plane that clipped met a corner that was there
+    /// before, and it is chance which of the sides made it.
+    pub(crate) fn coincidences(&self) -> impl Iterator<Item = &Vector3<T>> {
+        let corners = self.corners().iter().zip(&self.sides);
+        corners
+            .filter(|(_, sides)| sides.count_ones() > 2)
+            .map(|(corner, _)| corner)
     }
 
     /// Whether fewer than three corners are left.
@@ -99,14 +116,20 @@ impl<T: Scalar> ConvexPolygon<T> {
     /// the polygon's area the derivative it has on the side where the field grows.
     #[must_use]
     pub fn clipped(mut self, field: &AffineField<T>, tolerance: f64, side: u8) -> Self {
-        self.clip(field, tolerance, side);
+        self.clip(field, tolerance, side, OnPlane::Inside);
         self
     }
 
     /// [`Self::clipped`] in place: most faces do not cut, and a polygon is large to hand on. Returns
     /// whether the side came near the polygon at all.
     #[inline]
-    pub(crate) fn clip(&mut self, field: &AffineField<T>, tolerance: f64, side: u8) -> bool {
+    pub(crate) fn clip(
+        &mut self,
+        field: &AffineField<T>,
+        tolerance: f64,
+        side: u8,
+        on_plane: OnPlane,
+    ) -> bool {
         let mut values = [lift(0.0); POLYGON_CAPACITY];
         let (mut is_near, mut is_doubtful) = (false, false);
         for (value, corner) in values.iter_mut().zip(&self.corners[..self.len]) {
@@ -118,19 +141,24 @@ impl<T: Scalar> ConvexPolygon<T> {
         }
         self.is_doubtful |= is_doubtful;
         if is_near {
-            self.cut(&values, side);
+            match on_plane {
+                OnPlane::Inside => self.cut(&values, side, |value| value >= 0.0),
+                OnPlane::Outside => self.cut(&values, side, |value| value > 0.0),
+            }
         }
         is_near
     }
 
-    /// Leaves the part of the polygon where the values at its corners are ≥ 0.
-    fn cut(&mut self, values: &[T; POLYGON_CAPACITY], side: u8) {
+    /// Leaves the part of the polygon where the values at its corners are inside.
+    #[inline]
+    fn cut(&mut self, values: &[T; POLYGON_CAPACITY], side: u8, is_inside: impl Fn(f64) -> bool) {
         let whole = *self;
         self.len = 0;
         let mut before = whole.len.saturating_sub(1);
         for now in 0..whole.len {
             let (value_before, value) = (values[before], values[now]);
-            let (was_inside, is_inside) = (real_part(value_before) >= 0.0, real_part(value) >= 0.0);
+            let was_inside = is_inside(real_part(value_before));
+            let is_inside = is_inside(real_part(value));
             let (previous, corner) = (&whole.corners[before], &whole.corners[now]);
             let on_side = if real_part(value) == 0.0 { side } else { 0 };
             let shared = whole.sides[before] & whole.sides[now];

@@ -23,8 +23,8 @@
 //! [`dual_wrench_jacobian`] is the reference that the closed form of
 //! [`ContactPair::wrench_and_jacobian`](crate::contact::ContactPair::wrench_and_jacobian) is
 //! checked against: the same numbers by an independent way, differentiating through every slice
-//! and clip. At exactly aligned poses, where corners of polygons coincide, that way gives derivatives
-//! of one side, corner by corner, which are off by up to a few per cent of the largest. Any other derivative is a call of num-dual on the library's functions:
+//! and clip. Where a vertex of one body lies exactly in a face of the other's tetrahedra, that way may give
+//! derivatives that are off. Any other derivative is a call of num-dual on the library's functions:
 //!
 //! ```
 //! use hydroelastic::contact::{ContactBody, ContactPair, Shape};

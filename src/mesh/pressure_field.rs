@@ -1,10 +1,6 @@
 use super::{MeshError, TetMesh, distance};
 use crate::geometry::{AffineField, FACES, Tetrahedron};
 
-/// Extents that differ by less than this fraction of the largest one around are the same: the
-/// rounding of computed distances.
-const LEVEL: f64 = 1e-13;
-
 /// A tetrahedral mesh with an extent on every vertex: 0 on the surface, positive inside.
 ///
 /// The pressure is the hydroelastic modulus (Pa) times the extent, linear in each tetrahedron.
@@ -39,10 +35,8 @@ pub struct FieldTet {
     pub sensitivity: f64,
     /// Norms of the gradients of the barycentric coordinates (1/m): one over each height.
     pub barycentric_steepness: [f64; 4],
-    /// The faces all over which the extent is the same, and not 0: bit k for the face opposite to corner
-    /// k.
-    pub level_faces: u8,
-    /// The faces all over which the extent is 0, unless it is 0 at the corner opposite too.
+    /// The faces all over which the extent is 0, unless it is 0 at the corner opposite too: bit k for the
+    /// face opposite to corner k.
     pub zero_faces: u8,
 }
 
@@ -147,14 +141,8 @@ impl FieldTet {
         };
         let summands = barycentric.iter().zip(extents);
         let sensitivity = summands.map(|(field, e)| field.gradient.norm() * e).sum();
-        let slack = LEVEL * extents.iter().copied().fold(0.0, f64::max);
-        let differ = |a: usize, b: usize| (extents[a] - extents[b]).abs() > slack;
         let is_zero = |face: usize| {
             extents[face] > 0.0 && FACES[face].iter().all(|&corner| extents[corner] == 0.0)
-        };
-        let is_level = |face: usize| {
-            let [a, b, c] = FACES[face];
-            !is_zero(face) && !differ(a, b) && !differ(b, c)
         };
         Self {
             index,
@@ -165,7 +153,6 @@ impl FieldTet {
             sensitivity,
             barycentric_steepness: barycentric.each_ref().map(|field| field.gradient.norm()),
             barycentric,
-            level_faces: faces_that(is_level),
             zero_faces: faces_that(is_zero),
         }
     }

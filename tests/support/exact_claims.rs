@@ -1,7 +1,8 @@
 //! How far the wrench may be from that of the exact twin.
 
 use super::exact;
-use super::hostile_claims::{Kink, Measures, first_kink};
+use super::hostile::kinks::{Kink, first_kink};
+use super::hostile::measures::Measures;
 use hydroelastic::contact::ContactPair;
 use std::f64::consts::PI;
 

@@ -10,7 +10,6 @@ pub mod exact_claims;
 pub mod glb;
 pub mod half_planes;
 pub mod hostile;
-pub mod hostile_claims;
 pub mod octahedra;
 pub mod reference;
 pub mod scenes;

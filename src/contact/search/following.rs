@@ -56,7 +56,7 @@ impl PairShadow<'_> {
             visit(&meeting);
         }
         WayOn {
-            faces: self.reached_faces(&meeting, tet_b),
+            faces: meeting.reached_faces(),
             is_uncertain: meeting.is_doubtful(),
         }
     }

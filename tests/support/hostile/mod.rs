@@ -1,10 +1,18 @@
 //! Hostile pairs: contact geometry at and near every degenerate position, the same in every run.
+//!
+//! `shapes` makes the bodies, this file pairs them; `claims` holds what must be true of every pair, `measures`
+//! how far round-off may take it, `kinks` where the model itself has a kink.
+
+pub mod claims;
+pub mod kinks;
+pub mod measures;
+pub mod shapes;
 
 use super::scenes::{Random, pair};
 use hydroelastic::contact::{ContactPair, Shape};
-use hydroelastic::mesh::{MeshError, PressureField, TetMesh, shapes};
 use hydroelastic::spatial::Pose;
 use nalgebra::{Matrix3, Vector3};
+use shapes::Pool;
 use std::f64::consts::{PI, TAU};
 
 /// What makes a pair hostile.
@@ -55,12 +63,6 @@ const SCALES: [f64; 6] = [1e-6, 1e-3, 0.25, 1.0, 1e3, 1e6];
 
 /// The place of one metre in [`SCALES`].
 const UNIT: usize = 3;
-
-/// Shapes of one size.
-struct Pool {
-    regular: Vec<Shape>,
-    slivers: Vec<Shape>,
-}
 
 /// Shapes of all sizes, and the pairs made of them.
 pub struct Hostile(Vec<Pool>);
@@ -233,145 +235,4 @@ fn triangle_frame(shape: &Shape, random: &mut Random) -> Pose {
     let normal = along.cross(&across).normalize();
     let rotation = Matrix3::from_columns(&[along, across, normal]);
     Pose::new(rotation, start).unwrap()
-}
-
-impl Pool {
-    fn of(size: f64, random: &mut Random) -> Self {
-        let mut lengths = || [0, 1, 2].map(|_| size * random.between(0.3, 1.5));
-        let regular = [
-            shapes::cuboid([size; 3]),
-            shapes::cuboid(lengths()),
-            shapes::distance_cuboid([size, 0.5 * size, 1.5 * size]),
-            shapes::distance_cuboid(lengths()),
-            shapes::icosphere(0.6 * size, 0),
-            shapes::icosphere(0.6 * size, 1),
-            shapes::cylinder(0.5 * size, size, 6),
-            tetrahedron(
-                [
-                    [1.0, 1.0, 1.0],
-                    [1.0, -1.0, -1.0],
-                    [-1.0, 1.0, -1.0],
-                    [-1.0, -1.0, 1.0],
-                ],
-                0.5 * size,
-            ),
-            tetrahedron(
-                [
-                    [0.0, 0.0, 0.0],
-                    [1.0, 0.0, 0.0],
-                    [0.0, 1.0, 0.0],
-                    [0.0, 0.0, 1.0],
-                ],
-                size,
-            ),
-        ];
-        let slivers = SLIVERS.map(|make| sliver(make, size, random));
-        Self {
-            regular: regular.map(|field| Shape::new(field.unwrap())).into(),
-            slivers: slivers.into_iter().map(Shape::new).collect(),
-        }
-    }
-
-    fn any(&self, is_sliver: bool, random: &mut Random) -> &Shape {
-        let shapes = if is_sliver {
-            &self.slivers
-        } else {
-            &self.regular
-        };
-        &shapes[random.below(shapes.len())]
-    }
-}
-
-/// A single tetrahedron with the distance to its surface, times a size (m).
-fn tetrahedron(corners: [[f64; 3]; 4], size: f64) -> Result<PressureField, MeshError> {
-    let corners = corners.map(|corner| Vector3::from(corner) * size).into();
-    PressureField::from_distance(&TetMesh::new(corners, vec![[0, 1, 2, 3]])?)
-}
-
-/// Makes a shape of a size (m) and a thickness, as a part of the size.
-type Sliver = fn(f64, f64) -> Result<PressureField, MeshError>;
-
-const SLIVERS: [Sliver; 6] = [
-    flat,
-    needle,
-    plate,
-    rod,
-    off_centre,
-    off_centre_with_distance,
-];
-
-/// The shape at a random thickness; where the mesh refuses that, at a larger one.
-fn sliver(make: Sliver, size: f64, random: &mut Random) -> PressureField {
-    let mut exponent = random.between(-12.0, -1.0);
-    loop {
-        match make(size, 10_f64.powf(exponent)) {
-            Ok(field) => return field,
-            Err(_) => exponent += 0.25,
-        }
-    }
-}
-
-/// A tetrahedron with one low corner.
-fn flat(size: f64, thickness: f64) -> Result<PressureField, MeshError> {
-    tetrahedron(
-        [
-            [-0.5, -0.4, 0.0],
-            [0.6, -0.3, 0.0],
-            [0.0, 0.7, 0.0],
-            [0.1, 0.1, thickness],
-        ],
-        size,
-    )
-}
-
-/// A tetrahedron with one short edge.
-fn needle(size: f64, thickness: f64) -> Result<PressureField, MeshError> {
-    tetrahedron(
-        [
-            [0.0, 0.0, 0.0],
-            [thickness, 0.0, 0.0],
-            [0.3, 1.0, 0.0],
-            [0.2, 0.1, 0.9],
-        ],
-        size,
-    )
-}
-
-fn plate(size: f64, thickness: f64) -> Result<PressureField, MeshError> {
-    shapes::distance_cuboid([size, 0.8 * size, size * thickness])
-}
-
-fn rod(size: f64, thickness: f64) -> Result<PressureField, MeshError> {
-    shapes::cuboid([size, size * thickness, 2.0 * size * thickness])
-}
-
-/// A tetrahedron of four around a vertex that nearly lies in a face, all of the pressure there.
-pub fn off_centre(size: f64, thickness: f64) -> Result<PressureField, MeshError> {
-    PressureField::new(
-        off_centre_mesh(size, thickness)?,
-        vec![0.0, 0.0, 0.0, 0.0, 1.0],
-    )
-}
-
-/// The same mesh with another extent there: the field is as steep in the sliver as beside it.
-fn off_centre_with_distance(size: f64, thickness: f64) -> Result<PressureField, MeshError> {
-    PressureField::new(
-        off_centre_mesh(size, thickness)?,
-        vec![0.0, 0.0, 0.0, 0.0, thickness],
-    )
-}
-
-fn off_centre_mesh(size: f64, thickness: f64) -> Result<TetMesh, MeshError> {
-    let corners = [
-        [-0.5, -0.4, 0.0],
-        [0.6, -0.3, 0.0],
-        [0.0, 0.7, 0.0],
-        [0.1, 0.1, 0.8],
-        [0.1, 0.0, thickness],
-    ];
-    let vertices = corners.map(|corner| Vector3::from(corner) * size).into();
-    TetMesh::new(
-        vertices,
-        vec![[0, 1, 2, 4], [0, 1, 4, 3], [0, 4, 2, 3], [4, 1, 2, 3]],
-    )
 }

@@ -1,0 +1,153 @@
+//! The bodies of hostile pairs: regular ones, and slivers down to the flattest that a mesh may have.
+
+use crate::support::scenes::Random;
+use hydroelastic::contact::Shape;
+use hydroelastic::mesh::{MeshError, PressureField, TetMesh, shapes};
+use nalgebra::Vector3;
+
+/// Shapes of one size.
+pub struct Pool {
+    regular: Vec<Shape>,
+    slivers: Vec<Shape>,
+}
+
+impl Pool {
+    pub fn of(size: f64, random: &mut Random) -> Self {
+        let mut lengths = || [0, 1, 2].map(|_| size * random.between(0.3, 1.5));
+        let regular = [
+            shapes::cuboid([size; 3]),
+            shapes::cuboid(lengths()),
+            shapes::distance_cuboid([size, 0.5 * size, 1.5 * size]),
+            shapes::distance_cuboid(lengths()),
+            shapes::icosphere(0.6 * size, 0),
+            shapes::icosphere(0.6 * size, 1),
+            shapes::cylinder(0.5 * size, size, 6),
+            tetrahedron(
+                [
+                    [1.0, 1.0, 1.0],
+                    [1.0, -1.0, -1.0],
+                    [-1.0, 1.0, -1.0],
+                    [-1.0, -1.0, 1.0],
+                ],
+                0.5 * size,
+            ),
+            tetrahedron(
+                [
+                    [0.0, 0.0, 0.0],
+                    [1.0, 0.0, 0.0],
+                    [0.0, 1.0, 0.0],
+                    [0.0, 0.0, 1.0],
+                ],
+                size,
+            ),
+        ];
+        let slivers = SLIVERS.map(|make| sliver(make, size, random));
+        Self {
+            regular: regular.map(|field| Shape::new(field.unwrap())).into(),
+            slivers: slivers.into_iter().map(Shape::new).collect(),
+        }
+    }
+
+    pub fn any(&self, is_sliver: bool, random: &mut Random) -> &Shape {
+        let shapes = if is_sliver {
+            &self.slivers
+        } else {
+            &self.regular
+        };
+        &shapes[random.below(shapes.len())]
+    }
+}
+
+/// A single tetrahedron with the distance to its surface, times a size (m).
+fn tetrahedron(corners: [[f64; 3]; 4], size: f64) -> Result<PressureField, MeshError> {
+    let corners = corners.map(|corner| Vector3::from(corner) * size).into();
+    PressureField::from_distance(&TetMesh::new(corners, vec![[0, 1, 2, 3]])?)
+}
+
+/// Makes a shape of a size (m) and a thickness, as a part of the size.
+type Sliver = fn(f64, f64) -> Result<PressureField, MeshError>;
+
+const SLIVERS: [Sliver; 6] = [
+    flat,
+    needle,
+    plate,
+    rod,
+    off_centre,
+    off_centre_with_distance,
+];
+
+/// The shape at a random thickness; where the mesh refuses that, at a larger one.
+fn sliver(make: Sliver, size: f64, random: &mut Random) -> PressureField {
+    let mut exponent = random.between(-12.0, -1.0);
+    loop {
+        match make(size, 10_f64.powf(exponent)) {
+            Ok(field) => return field,
+            Err(_) => exponent += 0.25,
+        }
+    }
+}
+
+/// A tetrahedron with one low corner.
+fn flat(size: f64, thickness: f64) -> Result<PressureField, MeshError> {
+    tetrahedron(
+        [
+            [-0.5, -0.4, 0.0],
+            [0.6, -0.3, 0.0],
+            [0.0, 0.7, 0.0],
+            [0.1, 0.1, thickness],
+        ],
+        size,
+    )
+}
+
+/// A tetrahedron with one short edge.
+fn needle(size: f64, thickness: f64) -> Result<PressureField, MeshError> {
+    tetrahedron(
+        [
+            [0.0, 0.0, 0.0],
+            [thickness, 0.0, 0.0],
+            [0.3, 1.0, 0.0],
+            [0.2, 0.1, 0.9],
+        ],
+        size,
+    )
+}
+
+fn plate(size: f64, thickness: f64) -> Result<PressureField, MeshError> {
+    shapes::distance_cuboid([size, 0.8 * size, size * thickness])
+}
+
+fn rod(size: f64, thickness: f64) -> Result<PressureField, MeshError> {
+    shapes::cuboid([size, size * thickness, 2.0 * size * thickness])
+}
+
+/// A tetrahedron of four around a vertex that nearly lies in a face, all of the pressure there.
+pub fn off_centre(size: f64, thickness: f64) -> Result<PressureField, MeshError> {
+    PressureField::new(
+        off_centre_mesh(size, thickness)?,
+        vec![0.0, 0.0, 0.0, 0.0, 1.0],
+    )
+}
+
+/// The same mesh with another extent there: the field is as steep in the sliver as beside it.
+fn off_centre_with_distance(size: f64, thickness: f64) -> Result<PressureField, MeshError> {
+    PressureField::new(
+        off_centre_mesh(size, thickness)?,
+        vec![0.0, 0.0, 0.0, 0.0, thickness],
+    )
+}
+
+fn off_centre_mesh(size: f64, thickness: f64) -> Result<TetMesh, MeshError> {
+    let corners = [
+        [-0.5, -0.4, 0.0],
+        [0.6, -0.3, 0.0],
+        [0.0, 0.7, 0.0],
+        [0.1, 0.1, 0.8],
+        [0.1, 0.0, thickness],
+    ];
+    let vertices = corners.map(|corner| Vector3::from(corner) * size).into();
+    TetMesh::new(
+        vertices,
+        vec![[0, 1, 2, 4], [0, 1, 4, 3], [0, 4, 2, 3], [4, 1, 2, 3]],
+    )
+}
