@@ -30,6 +30,9 @@ const MANY_SIDED: f64 = 0.03;
 /// Derivatives are the same if they differ by no more, relative to pressure times size.
 const SAME: f64 = 1e-6;
 
+/// Round-off of a sum of areas.
+const EXACT: f64 = 1e-12;
+
 /// The Jacobian of the carried wrench by a motion.
 fn carried_jacobian(pair: &ContactPair) -> SMatrix<f64, 6, 14> {
     let wrench = |motion: SVector<DualSVec64<14>, 14>| {
@@ -107,15 +110,42 @@ fn stacked_boxes_with_true_distances_have_the_jacobian_of_differences() {
     }
 }
 
+/// Cubes of edge 1 with the upper one pressed in by a depth: the softer one is pressed in by δ. The contact surface is
+/// flat but for a rim of width δ, which leads up or down to the edges of the stiffer one.
 #[test]
 fn flush_sides_belong_to_no_contact_surface() {
     let cube = Shape::new(shapes::cuboid([1.0; 3]).unwrap());
-    let above = Pose::from_translation(vector![0.0, 0.0, 0.9]);
-    let areas = [[1.0, 2.0], [2.0, 1.0]].map(|[a, b]| {
+    let depth = 0.1;
+    let above = Pose::from_translation(vector![0.0, 0.0, 1.0 - depth]);
+    for [a, b] in [[1.0, 2.0], [2.0, 1.0], [1.0, 5.0]] {
         let pair = pair((&cube, above, a), (&cube, Pose::identity(), b));
-        pair.surface().area()
-    });
-    assert!((areas[0] - areas[1]).abs() < 1e-12, "{areas:?}");
+        let (softer, stiffer) = (f64::min(a, b), f64::max(a, b));
+        let delta = depth * stiffer / (softer + stiffer);
+        let flat = (1.0 - 2.0 * delta).powi(2);
+        // On the rim the softer pressure grows inwards as the stiffer one does down to the flat part.
+        let expected = flat + (1.0 - flat) * (1.0 + (softer / stiffer).powi(2)).sqrt();
+        let surface = pair.surface();
+        let area = surface.area();
+        assert!((area - expected).abs() <= EXACT, "{area} {expected}");
+        let touching = pair.touching_tets();
+        assert_eq!(touching.len(), surface.polygons.len());
+    }
+}
+
+/// Opposite faces in one plane: the bodies touch, and nothing presses.
+#[test]
+fn cubes_that_only_touch_have_no_contact() {
+    let cube = Shape::new(shapes::cuboid([1.0; 3]).unwrap());
+    for offset in [vector![0.0, 0.0, 1.0], vector![-1.0, 0.25, 0.0]] {
+        for [a, b] in [[1.0, 2.0], [2.0, 1.0], [1.0, 1.0]] {
+            let place = Pose::from_translation(offset);
+            let pair = pair((&cube, place, a), (&cube, Pose::identity(), b));
+            let (wrench, jacobian) = pair.wrench_and_jacobian();
+            assert!(pair.surface().is_empty() && pair.touching_tets().is_empty());
+            assert!(wrench.on_a.to_vector().amax() <= 0.0);
+            assert!(jacobian.on_a.matrix().amax() <= 0.0);
+        }
+    }
 }
 
 /// How many pairs of a family, in contact and at no kink, there are, and how many have another Jacobian through the clips

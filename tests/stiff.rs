@@ -6,10 +6,14 @@ use hydroelastic::contact::Shape;
 use hydroelastic::mesh::shapes;
 use hydroelastic::spatial::Pose;
 use nalgebra::vector;
+use support::octahedra::{OVERLAP, fall, octahedron, stacked};
 use support::scenes::pair;
 
 /// What is left of the stiff body's give at the ratio of 1e8 compared with.
 const RIGID: f64 = 1e-8;
+
+/// Round-off of a sum over some tetrahedra.
+const EXACT: f64 = 1e-12;
 
 #[test]
 fn contact_with_an_ever_stiffer_ball_tends_to_that_with_a_rigid_one() {
@@ -27,6 +31,23 @@ fn contact_with_an_ever_stiffer_ball_tends_to_that_with_a_rigid_one() {
         for found in [on_stiff, exchanged] {
             let error = (found - limit).norm() / limit.norm();
             assert!(error <= RIGID, "1e{exponent}: {error:e}");
+        }
+    }
+}
+
+/// min(p_A, p_B) is the softer body's pressure almost everywhere: a difference of the stiff one's integrals would
+/// be lost in their rounding.
+#[test]
+fn energy_of_contact_with_an_ever_stiffer_body_tends_to_that_with_a_rigid_one() {
+    let shape = octahedron(0);
+    for exponent in [8, 12, 16] {
+        let stiff = 10_f64.powi(exponent);
+        for moduli in [[1.0, stiff], [stiff, 1.0]] {
+            let energy = stacked(&shape, moduli).potential_energy();
+            // The force 2 k l³/3 does work over the way 2 dl, where k tends to twice the softer modulus.
+            let expected = fall(moduli) * OVERLAP.powi(4) / 3.0;
+            let error = (energy / expected - 1.0).abs();
+            assert!(error <= EXACT, "1e{exponent}: {error:e}");
         }
     }
 }

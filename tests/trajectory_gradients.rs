@@ -4,11 +4,14 @@
 mod support;
 
 use hydroelastic::contact::Shape;
-use hydroelastic::dynamics::{Body, Integrator, Mass, Material, World};
-use hydroelastic::gradient::{Experiment, FinalState, Parameter, RecordedStates};
+use hydroelastic::dynamics::{Body, BodyState, Integrator, Mass, Material, Trajectory, World};
+use hydroelastic::gradient::{
+    Experiment, FinalState, GradientError, Outcome, Parameter, RecordedStates,
+};
 use hydroelastic::mesh::shapes;
+use hydroelastic::scalar::{Scalar, lift, real_part};
 use hydroelastic::spatial::{Pose, Twist};
-use nalgebra::{Vector6, vector};
+use nalgebra::{DVector, Vector3, Vector6, vector};
 use num_dual::DualSVec64;
 use std::sync::Arc;
 
@@ -178,6 +181,152 @@ fn real_parts_of_a_dual_rollout_are_the_rollout() {
             assert!(
                 pose.max(turn).max(speed) <= REAL_PARTS,
                 "{pose:e} {turn:e} {speed:e}"
+            );
+        }
+    }
+}
+
+/// Free fall: the paper's scheme moves a body by g·h² after the first step, and by one more each step.
+#[test]
+fn an_experiment_takes_the_steps_of_its_integrator() {
+    let world = thrown(0.0, 0.0);
+    let (time_step, steps) = (1e-3, 20);
+    let height = |integrator| {
+        let experiment = Experiment::new(&world, time_step, steps).unwrap();
+        let outcome = FinalState::of_body(&world, "ball").unwrap();
+        experiment
+            .with_integrator(integrator)
+            .value(&outcome)
+            .unwrap()[2]
+    };
+    let fall = 9.81 * time_step * time_step;
+    let count = steps as f64;
+    let leapfrog = 0.15 - fall * count * count / 2.0;
+    let paper = 0.15 - fall * count * (count + 1.0) / 2.0;
+    assert!((height(Integrator::Leapfrog) - leapfrog).abs() <= REAL_PARTS);
+    assert!((height(Integrator::SymplecticEuler) - paper).abs() <= REAL_PARTS);
+}
+
+/// The documented steps: parts of a material's number.
+#[test]
+fn differences_by_a_material_are_taken_over_parts_of_its_number() {
+    let world = thrown(0.4, 0.3);
+    let experiment = Experiment::new(&world, 1e-3, 200).unwrap();
+    let outcome = FinalState::of_body(&world, "ball").unwrap();
+    let numbers = [
+        (Parameter::Modulus("ball"), 1e5),
+        (Parameter::Dissipation("ball"), 0.4),
+        (Parameter::Friction("slab"), 0.3),
+    ];
+    for (parameter, number) in numbers {
+        let parameters = [parameter];
+        let check = experiment.difference_check(&parameters, &outcome).unwrap();
+        let step = check.steps[0] * number;
+        let after = |change| {
+            DVector::from(
+                experiment
+                    .value_after(&parameters, &[change], &outcome)
+                    .unwrap(),
+            )
+        };
+        let difference = (after(step) - after(-step)) / (2.0 * step);
+        let derivative = experiment.jacobian(&parameters, &outcome).unwrap().jacobian;
+        let error = (&difference - derivative.column(0)).amax();
+        let expected = error / derivative.amax().max(difference.amax());
+        assert!(
+            expected > 1e-9,
+            "the step is too short to tell: {expected:e}"
+        );
+        let found = check.errors[(0, 0)];
+        assert!(
+            (found - expected).abs() <= 1e-2 * expected,
+            "{found:e} {expected:e}"
+        );
+    }
+}
+
+/// Without friction, a difference reaches over one unit of it in thousandths, not over nothing.
+#[test]
+fn a_derivative_by_friction_that_is_zero_is_checked_too() {
+    struct Forgotten;
+    impl Outcome for Forgotten {
+        fn of<T: Scalar>(&self, trajectory: &Trajectory<T>) -> Vec<T> {
+            vec![lift(real_part(trajectory.last().bodies[0].position().x))]
+        }
+    }
+    let world = thrown(0.0, 0.0);
+    let experiment = Experiment::new(&world, 1e-3, 200).unwrap();
+    let check = experiment
+        .difference_check(&[Parameter::Friction("ball")], &Forgotten)
+        .unwrap();
+    assert!((check.best() - 1.0).abs() <= REAL_PARTS, "{check}");
+}
+
+/// A path prescribes where a body is, not what it is made of.
+#[test]
+fn a_body_on_a_path_has_derivatives_by_its_material() {
+    let skin = Material::elastic(1e5).with_friction(0.3);
+    let ball = Shape::new(shapes::icosphere(0.1, 1).unwrap());
+    let table = Shape::new(shapes::cuboid([1.0, 1.0, 0.2]).unwrap());
+    let ball = Body::dynamic("ball", ball, skin, Mass::Total(1.0)).unwrap();
+    let velocity = vector![0.01, 0.0, 0.1];
+    let rising = move |time: f64| {
+        let pose = Pose::from_translation(vector![0.0, 0.0, -0.1] + velocity * time);
+        let twist = Twist {
+            angular: Vector3::zeros(),
+            linear: velocity,
+        };
+        BodyState { pose, twist }
+    };
+    let table = Body::prescribed("table", table, skin, Arc::new(rising)).unwrap();
+    let ball = ball.at(Pose::from_translation(vector![0.0, 0.0, 0.099]));
+    let world = World::new(vec![ball, table]).unwrap();
+    let experiment = Experiment::new(&world, 1e-3, 100).unwrap();
+    let parameters = [Parameter::Modulus("table"), Parameter::Friction("table")];
+    let check = experiment
+        .difference_check(&parameters, &FinalState::of_body(&world, "ball").unwrap())
+        .unwrap();
+    assert!(check.best() <= RUBBING, "{check}");
+    let start = experiment.jacobian(
+        &[Parameter::InitialPosition("table")],
+        &FinalState::of_body(&world, "ball").unwrap(),
+    );
+    assert!(matches!(start, Err(GradientError::NotDynamic { .. })));
+}
+
+/// A change adds to what a world was made of.
+#[test]
+fn a_changed_world_is_the_one_that_is_made_of_the_sums() {
+    let (modulus, dissipation, friction) = (2e4, 0.15, 0.05);
+    let changes = [
+        modulus,
+        dissipation,
+        friction,
+        modulus,
+        dissipation,
+        friction,
+    ];
+    let of = |name| {
+        [
+            Parameter::Modulus(name),
+            Parameter::Dissipation(name),
+            Parameter::Friction(name),
+        ]
+    };
+    let parameters = [of("ball"), of("slab")].concat();
+    let changed = thrown(0.4, 0.3).changed(&parameters, &changes).unwrap();
+    let made = thrown(0.4, 0.3);
+    for (body, start) in changed.bodies().iter().zip(made.bodies()) {
+        let (found, material) = (body.material(), start.material());
+        let pairs = [
+            (found.modulus, material.modulus + modulus),
+            (found.dissipation, material.dissipation + dissipation),
+            (found.friction, material.friction + friction),
+        ];
+        for (found, expected) in pairs {
+            assert!(
+                (found - expected).abs() <= REAL_PARTS * expected,
+                "{found} {expected}"
             );
         }
     }

@@ -1,0 +1,237 @@
+//! The check of derivatives by differences, held against functions whose derivatives are known, right ones
+//! and wrong ones.
+
+use hydroelastic::contact::Shape;
+use hydroelastic::dynamics::{
+    Acceleration, Body, ExternalForces, Mass, Material, Situation, Trajectory, World,
+};
+use hydroelastic::gradient::{DifferenceCheck, Experiment, Outcome, Parameter};
+use hydroelastic::mesh::shapes;
+use hydroelastic::scalar::{Scalar, lift, real_part};
+use nalgebra::{DMatrix, vector};
+
+/// Rounding of a difference over a step of 1e-3, and of 1e-9.
+const ROUNDING: f64 = 1e-12;
+const SHORTEST: f64 = 1e-6;
+
+const POSITION: Parameter = Parameter::InitialPosition("ball");
+const VELOCITY: Parameter = Parameter::InitialVelocity("ball");
+const MASS: Parameter = Parameter::Mass("ball");
+
+/// Mass (kg), force (N), duration (s).
+const KILOGRAMS: f64 = 4.0;
+const PUSH: f64 = 6.0;
+const STEPS: usize = 8;
+const TIME_STEP: f64 = 0.125;
+
+/// The same force on every body, whatever its mass.
+struct Push;
+
+impl ExternalForces for Push {
+    fn acceleration<T: Scalar>(
+        &self,
+        situation: &Situation<T>,
+        contact: Acceleration<T>,
+    ) -> Acceleration<T> {
+        let push = vector![situation.mass.recip() * PUSH, lift(0.0), lift(0.0)];
+        Acceleration {
+            linear: contact.linear + push,
+            ..contact
+        }
+    }
+}
+
+/// A ball alone, which moves by 1 s × its velocity, and by ½·F/m·(1 s)² along x.
+fn world() -> World<f64, Push> {
+    let ball = Shape::new(shapes::icosphere(0.1, 0).unwrap());
+    let skin = Material::elastic(1e5);
+    let ball = Body::dynamic("ball", ball, skin, Mass::Total(KILOGRAMS)).unwrap();
+    let ball = ball.with_velocity(vector![0.0, 2.0, 0.5]);
+    World::new(vec![ball]).unwrap().with_external(Push)
+}
+
+/// Of the ball's last position (x, y, z).
+enum Reading {
+    /// 2 x, z − 3 y: differences are right at every step.
+    Linear,
+    /// y³, and a thousand times y.
+    CubeAndMore,
+    /// y³: a difference over the step h is off by h².
+    Cube,
+    /// x, whose derivative by the mass is −x/m.
+    X,
+    /// 2 y with the derivative of y.
+    Half,
+    /// y with the derivative of −y.
+    Opposite,
+    /// 0 with the derivative of y.
+    Imagined,
+    /// y with no derivative.
+    Forgotten,
+    /// Nothing that moves.
+    Constant,
+}
+
+impl Outcome for Reading {
+    fn of<T: Scalar>(&self, trajectory: &Trajectory<T>) -> Vec<T> {
+        let position = trajectory.last().bodies[0].position();
+        let [x, y, z] = [position.x, position.y, position.z];
+        let constant_y = lift::<T>(real_part(y));
+        match self {
+            Self::Linear => vec![x * 2.0, z - y * 3.0],
+            Self::CubeAndMore => vec![y * y * y, y * 1_000.0],
+            Self::Cube => vec![y * y * y],
+            Self::X => vec![x],
+            Self::Half => vec![y + constant_y],
+            Self::Opposite => vec![constant_y * 2.0 - y],
+            Self::Imagined => vec![y - constant_y],
+            Self::Forgotten => vec![constant_y],
+            Self::Constant => vec![lift(3.0)],
+        }
+    }
+}
+
+fn checked(parameters: &[Parameter], outcome: &Reading) -> DifferenceCheck {
+    let world = world();
+    let experiment = Experiment::new(&world, TIME_STEP, STEPS).unwrap();
+    experiment.difference_check(parameters, outcome).unwrap()
+}
+
+/// The errors by the ball's y, at each step.
+fn errors_by_y(outcome: &Reading) -> Vec<f64> {
+    let check = checked(&[POSITION], outcome);
+    check.errors.column(1).iter().copied().collect()
+}
+
+#[test]
+fn right_derivatives_agree_at_every_step_but_for_rounding() {
+    let check = checked(&[POSITION, VELOCITY], &Reading::Linear);
+    assert_eq!(check.errors.shape(), (7, 6));
+    for (step, errors) in check.steps.iter().zip(check.errors.row_iter()) {
+        assert!(errors.amax() <= ROUNDING / step * 1e-3, "{errors}");
+    }
+    assert!(check.best() <= ROUNDING);
+}
+
+#[test]
+fn differences_of_a_cube_are_off_by_the_square_of_the_step() {
+    let check = checked(&[POSITION], &Reading::Cube);
+    for (step, error) in check
+        .steps
+        .iter()
+        .zip(check.errors.column(1).iter())
+        .take(2)
+    {
+        // 3 y² + h² against 3 y², at y = 2.
+        let expected = step * step / (12.0 + step * step);
+        assert!(
+            (error - expected).abs() <= ROUNDING / step * 1e-3,
+            "{error:e}"
+        );
+    }
+    let rounding_grows = check.errors[(6, 1)] > check.errors[(3, 1)];
+    assert!(rounding_grows && check.errors[(6, 1)] <= SHORTEST);
+}
+
+#[test]
+fn errors_are_relative_to_the_largest_derivative_by_the_number() {
+    let error = errors_by_y(&Reading::CubeAndMore)[0];
+    let expected = 1e-6 / 1_000.0;
+    assert!((error - expected).abs() <= ROUNDING, "{error:e}");
+}
+
+#[test]
+fn steps_by_a_mass_are_parts_of_it() {
+    let check = checked(&[MASS], &Reading::X);
+    // F/(m − h) − F/(m + h) over 2 h is F/(m² − h²).
+    for (step, error) in check
+        .steps
+        .iter()
+        .zip(check.errors.column(0).iter())
+        .take(2)
+    {
+        let expected = step * step;
+        assert!(
+            (error - expected).abs() <= ROUNDING / step * 1e-3,
+            "{error:e}"
+        );
+    }
+}
+
+#[test]
+fn wrong_derivatives_are_off_at_every_step_by_as_much_as_they_are_wrong() {
+    let wrong = [
+        (Reading::Half, 0.5),
+        (Reading::Opposite, 2.0),
+        (Reading::Imagined, 1.0),
+        (Reading::Forgotten, 1.0),
+    ];
+    for (outcome, expected) in wrong {
+        let check = checked(&[POSITION], &outcome);
+        for error in check.errors.column(1).iter() {
+            assert!((error - expected).abs() <= SHORTEST, "{error}");
+        }
+        assert!((check.best() - expected).abs() <= SHORTEST);
+        // x and z have no part in it.
+        assert!(
+            check
+                .errors
+                .column(0)
+                .amax()
+                .max(check.errors.column(2).amax())
+                <= 0.0
+        );
+    }
+}
+
+#[test]
+fn what_nothing_depends_on_has_no_error() {
+    let check = checked(&[POSITION, MASS], &Reading::Constant);
+    assert!(check.errors.amax() <= 0.0);
+    assert!(check.best() <= 0.0);
+}
+
+#[test]
+fn columns_are_named_after_the_parameters_and_their_numbers() {
+    let check = checked(&[POSITION, MASS], &Reading::Constant);
+    let expected = [
+        "InitialPosition(\"ball\") x",
+        "InitialPosition(\"ball\") y",
+        "InitialPosition(\"ball\") z",
+        "Mass(\"ball\")",
+    ];
+    assert_eq!(check.numbers, expected);
+}
+
+/// A check of two numbers at three steps, with these errors.
+fn with_errors(errors: [[f64; 2]; 3]) -> DifferenceCheck {
+    let mut check = checked(&[MASS, MASS], &Reading::Constant);
+    check.steps = vec![1e-2, 1e-4, 1e-6];
+    check.errors = DMatrix::from_fn(3, 2, |row, column| errors[row][column]);
+    check
+}
+
+#[test]
+fn the_best_is_the_worst_of_what_each_number_has_at_its_best_step() {
+    let check = with_errors([[1e-3, 2e-8], [1e-9, 5e-7], [1e-5, 3e-8]]);
+    assert_eq!(check.best_by_parameter(), [1e-9, 2e-8]);
+    assert!((check.best() - 2e-8).abs() <= 0.0);
+}
+
+#[test]
+fn the_plateau_reaches_over_the_steps_within_ten_times_the_best() {
+    let check = with_errors([[1e-3, 2e-8], [1e-9, 5e-7], [9e-9, 3e-8]]);
+    assert_eq!(check.plateau(0), (1e-6, 1e-4));
+    assert_eq!(check.plateau(1), (1e-6, 1e-2));
+    let alone = with_errors([[1.1e-8, 0.0], [1e-9, 1.0], [1.1e-8, 1.0]]);
+    assert_eq!(alone.plateau(0), (1e-4, 1e-4));
+    assert_eq!(alone.plateau(1), (1e-2, 1e-2));
+}
+
+#[test]
+fn the_check_prints_a_line_for_each_number() {
+    let check = with_errors([[1e-3, 2e-8], [1e-9, 5e-7], [9e-9, 3e-8]]);
+    let expected = "Mass(\"ball\"): 1.0e-9 (steps 1e-6 to 1e-4)\n\
+        Mass(\"ball\"): 2.0e-8 (steps 1e-6 to 1e-2)";
+    assert_eq!(check.to_string(), expected);
+}
