@@ -57,7 +57,7 @@ impl Triangle {
         self.turned(c, c, 1.0) / self.steepness()
     }
 
-    fn softer_gradient(&self) -> Vector3<f64> {
+    fn flatter_gradient(&self) -> Vector3<f64> {
         let [a, b] = self.moduli;
         let upward = if a <= b { 1.0 } else { -1.0 };
         self.turned(-1.0, -1.0, upward) * a.min(b)
@@ -98,7 +98,7 @@ fn pressure_of_a_polygon_falls_from_the_middle_to_the_rim() {
                 let found = polygon.pressure_at(&triangle.point(x, y));
                 assert_near(found, k * (OVERLAP - x - y), scale);
             }
-            let gradient = triangle.softer_gradient();
+            let gradient = triangle.flatter_gradient();
             assert_near((polygon.pressure_gradient - gradient).amax(), 0.0, k);
         }
     }

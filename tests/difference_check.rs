@@ -10,9 +10,11 @@ use hydroelastic::mesh::shapes;
 use hydroelastic::scalar::{Scalar, lift, real_part};
 use nalgebra::{DMatrix, vector};
 
-/// Rounding of a difference over a step of 1e-3, and of 1e-9.
+/// Rounding of a difference over a step of 1e-3.
 const ROUNDING: f64 = 1e-12;
-const SHORTEST: f64 = 1e-6;
+
+/// Rounding of a difference over the shortest step, of 1e-9.
+const ROUNDING_AT_SHORTEST: f64 = 1e-6;
 
 const POSITION: Parameter = Parameter::InitialPosition("ball");
 const VELOCITY: Parameter = Parameter::InitialVelocity("ball");
@@ -130,7 +132,7 @@ fn differences_of_a_cube_are_off_by_the_square_of_the_step() {
         );
     }
     let rounding_grows = check.errors[(6, 1)] > check.errors[(3, 1)];
-    assert!(rounding_grows && check.errors[(6, 1)] <= SHORTEST);
+    assert!(rounding_grows && check.errors[(6, 1)] <= ROUNDING_AT_SHORTEST);
 }
 
 #[test]
@@ -169,9 +171,9 @@ fn wrong_derivatives_are_off_at_every_step_by_as_much_as_they_are_wrong() {
     for (outcome, expected) in wrong {
         let check = checked(&[POSITION], &outcome);
         for error in check.errors.column(1).iter() {
-            assert!((error - expected).abs() <= SHORTEST, "{error}");
+            assert!((error - expected).abs() <= ROUNDING_AT_SHORTEST, "{error}");
         }
-        assert!((check.best() - expected).abs() <= SHORTEST);
+        assert!((check.best() - expected).abs() <= ROUNDING_AT_SHORTEST);
         // x and z have no part in it.
         assert!(
             check
@@ -185,7 +187,7 @@ fn wrong_derivatives_are_off_at_every_step_by_as_much_as_they_are_wrong() {
 }
 
 #[test]
-fn what_nothing_depends_on_has_no_error() {
+fn an_outcome_that_depends_on_nothing_has_no_error() {
     let check = checked(&[POSITION, MASS], &Reading::Constant);
     assert!(check.errors.amax() <= 0.0);
     assert!(check.best() <= 0.0);

@@ -21,7 +21,7 @@ fn platform() -> String {
     host.unwrap().to_owned()
 }
 
-/// The packages that this build, with its features and tests, is made of: others need not be on this machine.
+/// The packages that this build, with its features and tests, is made of: others may not have been downloaded.
 fn packages() -> Vec<Value> {
     let has_all = cfg!(all(
         feature = "parquet",

@@ -386,8 +386,8 @@ fn a_cube_ruled_by_nothing_alone_blows_up_at_the_limit() {
     assert_blows_up_at_the_limit(&cube_on_slab(skin.with_friction(0.01), REST));
 }
 
-/// Steps in which bodies of much dissipation come to rest to round-off. A stack without friction is left no longer:
-/// every 5,000 steps it slides apart 34 times as fast.
+/// Steps in which bodies of much dissipation come to rest to round-off. Not more: a stack without friction slides apart, 34 times as
+/// fast every 5,000 steps.
 const SETTLING: usize = 10_000;
 
 /// A world of bodies where they come to rest.

@@ -3,11 +3,15 @@
 
 mod support;
 
-use hydroelastic::contact::{BodyError, ContactBody, ContactPair, ContactWrench, SurfaceLaw};
+use hydroelastic::contact::{
+    BodyError, ContactBody, ContactPair, ContactWrench, Shape, SurfaceLaw,
+};
+use hydroelastic::mesh::shapes;
 use hydroelastic::spatial::{Pose, Twist, Wrench};
 use nalgebra::{Matrix3, SVector, Vector3, Vector6, vector};
 use num_dual::{Derivative, DualSVec64};
 use support::octahedra::{HEIGHT, OVERLAP, force, octahedron, places, stacked, stage};
+use support::scenes::{Random, pair};
 
 /// Modulus (Pa) of both bodies: the contact surface is the square |x| + |y| ≤ L at z = 0.
 const MODULUS: f64 = 1e5;
@@ -247,15 +251,11 @@ fn derivatives_by_velocity_and_law_are_the_closed_ones() {
                 let scale = normal_force() / LAW[2];
                 let force = to_stage * part(&found.on_a.force);
                 assert_near(&force, slope, scale);
-                // The force acts at the middle of the contact, below A's origin and above B's.
-                let torques = [&found.on_a.torque, &found.on_b.torque];
-                for (torque, arm) in torques
-                    .map(|torque| to_stage * part(torque))
-                    .iter()
-                    .zip([-HEIGHT, -HEIGHT])
-                {
-                    let arm = Vector3::z() * arm;
-                    assert_near(torque, &arm.cross(slope), scale);
+                // The force acts at the middle of the contact, as far below A's origin as above B's, where it is
+                // the opposite: the same torque.
+                let arm = Vector3::z() * -HEIGHT;
+                for torque in [&found.on_a.torque, &found.on_b.torque] {
+                    assert_near(&(to_stage * part(torque)), &arm.cross(slope), scale);
                 }
             }
         }
@@ -285,4 +285,43 @@ fn numbers_out_of_range_make_no_law() {
     }
     assert_eq!(quantity([0.4, 0.3, 0.0]), "slip tolerance");
     assert!(SurfaceLaw::new(0.0, 0.0, f64::MIN_POSITIVE).is_ok());
+}
+
+/// Two ways to the same sums.
+const SAME: f64 = 1e-10;
+
+/// The exchanged pair has the same polygons, but they begin at other corners; of metres or of half millimetres.
+#[test]
+fn friction_does_not_depend_on_where_a_polygon_begins() {
+    let law = SurfaceLaw::new(0.1, 0.4, 0.05).unwrap();
+    for size in [1.0, 5e-4] {
+        let mut random = Random::new(83);
+        let shapes = [
+            shapes::icosphere(size, 1),
+            shapes::cuboid([size, 1.5 * size, size]),
+        ]
+        .map(|field| Shape::new(field.unwrap()));
+        for number in 0..60 {
+            let turn = random.rotation_vector();
+            let apart = random.direction() * size * random.between(0.3, 1.0);
+            let pair = pair(
+                (
+                    &shapes[number % 2],
+                    Pose::from_rotation_vector(&turn, apart),
+                    1.0,
+                ),
+                (&shapes[number / 2 % 2], Pose::identity(), 3.0),
+            );
+            let exchanged = ContactPair::new(*pair.b(), *pair.a());
+            let twists = [1.0, -0.7].map(|sign| Twist {
+                angular: vector![0.3, -0.2, 0.5] * sign / size,
+                linear: vector![0.02, 0.1, -0.05] * sign,
+            });
+            let force = pair.wrench_in_motion(&law, twists).on_a.force;
+            let other = exchanged.wrench_in_motion(&law, [twists[1], twists[0]]);
+            let error = (force - other.on_b.force).norm();
+            assert!(force.norm() > 0.0);
+            assert!(error <= SAME * force.norm(), "{error:e} {:e}", force.norm());
+        }
+    }
 }

@@ -92,12 +92,6 @@ impl CornerSigns {
         }
     }
 
-    /// Whether the plane passes through one of the faces, and so through the tetrahedra on either side of it.
-    pub fn cross_face(self, face: usize) -> bool {
-        let corners = ALL_CORNERS & !(1 << face);
-        self.below & corners != 0 && corners & !(self.below | self.zero) != 0
-    }
-
     /// The faces that lie in the plane: bit k for the face opposite to corner k.
     pub fn faces_in_plane(self) -> u8 {
         match ALL_CORNERS & !self.zero {

@@ -4,6 +4,7 @@ use crate::geometry::{AffineField, ConvexPolygon, FACES, OnPlane, is_doubtful_va
 use crate::mesh::FieldTet;
 use crate::scalar::Scalar;
 use crate::spatial::Pose;
+use nalgebra::Vector3;
 
 const ALL_FACES: u8 = 0b1111;
 
@@ -116,9 +117,9 @@ impl PairShadow<'_> {
     #[inline]
     pub fn meeting(&self, a: &FieldTet, b: &PosedTet, crossing: Crossing) -> Meeting {
         let steepness = &self.tet_b(b.index).barycentric_steepness;
-        let face_of_b = |face: usize| b.faces[face];
+        let face_of_b = |face: usize| (b.faces[face], steepness[face]);
         let (outline, bounding_faces) =
-            crossing.outline(a, &crossing.at_a, steepness, face_of_b, OnPlane::Inside);
+            crossing.outline(a, &crossing.at_a, face_of_b, OnPlane::Inside);
         Meeting {
             tets: [a.index, b.index],
             crossing: Crossing {
@@ -141,23 +142,22 @@ impl PairShadow<'_> {
 }
 
 impl Meeting {
-    /// The outline, made again in another scalar by the same cuts. Corners on a face of B count as inside of
-    /// it or as outside.
+    /// The outline, made again in another scalar, from A's modulus and B's pressure, by the same cuts. Corners on
+    /// a face of B count as inside of it or as outside.
     pub fn outline_in<T: Scalar>(
         &self,
-        on_face: OnPlane,
         [a, b]: [&FieldTet; 2],
-        modulus_a: T,
-        pressure_b: &AffineField<T>,
+        (modulus_a, pressure_b): (T, &AffineField<T>),
         pose_ab: &Pose<T>,
+        on_face: OnPlane,
     ) -> ConvexPolygon<T> {
-        let excess = excess_at_corners_of_a(a, modulus_a, pressure_b, self.crossing.tolerance);
-        let face_of_b = |face: usize| b.barycentric[face].posed(pose_ab);
-        let steepness = &b.barycentric_steepness;
         let crossing = &self.crossing;
-        crossing
-            .outline(a, &excess, steepness, face_of_b, on_face)
-            .0
+        let excess = excess_at_corners_of_a(a, modulus_a, pressure_b, crossing.tolerance);
+        let face_of_b = |face: usize| {
+            let posed = b.barycentric[face].posed(pose_ab);
+            (posed, b.barycentric_steepness[face])
+        };
+        crossing.outline(a, &excess, face_of_b, on_face).0
     }
 
     /// The faces that the outline reaches, and over which the surface may go on: bit i for the face of A
@@ -191,11 +191,16 @@ impl Meeting {
 
     /// Whether a face of B met corners that were there before, as it does where faces of both bodies have a line in
     /// common. As a body moves or a modulus changes they leave the face, to either side: the derivative is the
-    /// mean of both, in the tetrahedron before the face and in that behind it. At the rim, where there is no
-    /// pressure, it does not matter.
+    /// mean of both, in the tetrahedron before the face and in that behind it. Corners at the rim are left out: the
+    /// pressure is 0 there, and the first derivatives of wrenches are the same on both sides.
     pub fn has_coincidences(&self) -> bool {
-        let presses = |corner| self.pressure_b.at(corner) > self.crossing.tolerance;
-        self.crossing.passage == Passage::Through && self.outline.coincidences().any(presses)
+        let is_met = |(corner, sides): (&Vector3<f64>, u8)| {
+            sides >> 4 != 0 && self.pressure_b.at(corner) > self.crossing.tolerance
+        };
+        let is_in_face = self.outline.common_sides() >> 4 != 0;
+        self.crossing.passage == Passage::Through
+            && !is_in_face
+            && self.outline.coincidences().any(is_met)
     }
 
     /// Whether the outline lies in flush surfaces of both bodies.
@@ -227,32 +232,28 @@ impl Passage {
 }
 
 impl Crossing {
-    /// The passage, once the outline is known: it may lie in a face of B as a whole, though the plane leaves
-    /// that face further on, or B.
+    /// The passage, once the outline is known: a line in a face of B is the beginning of a polygon on one side of
+    /// it or on the other, and counts by half.
     #[inline]
     fn passage_of(&self, outline: &ConvexPolygon, near_faces: u8) -> Passage {
         let [signs_a, signs_b] = self.signs;
-        let may_lie_in_face = near_faces != 0 && signs_a.have_section();
-        if self.passage == Passage::Flush || !may_lie_in_face {
-            return self.passage;
-        }
-        // Else the tetrahedron beyond the face has nothing of it.
-        let faces = outline.common_sides() >> 4 & near_faces;
-        if (0..4).any(|face| faces & 1 << face != 0 && signs_b.cross_face(face)) {
-            Passage::in_face([signs_a.sides(), signs_b.sides_beyond(faces)])
+        let in_faces = outline.common_sides() >> 4 & near_faces;
+        let may_count = self.passage != Passage::Flush && signs_a.have_section();
+        if may_count && in_faces != 0 && outline.is_line(self.margin) {
+            Passage::in_face([signs_a.sides(), signs_b.sides_beyond(in_faces)])
         } else {
             self.passage
         }
     }
 
-    /// Slices A by the plane and clips the slice by B's faces. Says which of them came near it.
+    /// Slices A by the plane and clips the slice by B's faces, given with their steepness. Says which of them came
+    /// near it.
     #[inline]
     fn outline<T: Scalar>(
         &self,
         a: &FieldTet,
         excess: &[T; 4],
-        steepness: &[f64; 4],
-        face_of_b: impl Fn(usize) -> AffineField<T>,
+        face_of_b: impl Fn(usize) -> (AffineField<T>, f64),
         on_face: OnPlane,
     ) -> (ConvexPolygon<T>, u8) {
         let is_above = !self.signs[0].sides().below;
@@ -262,11 +263,11 @@ impl Crossing {
             polygon.reverse();
         }
         let mut near_faces = 0;
-        for (face, steepness) in steepness.iter().enumerate() {
+        for face in 0..4 {
             if self.bounding_faces & 1 << face != 0 && !polygon.corners().is_empty() {
-                let tolerance = self.margin * steepness;
+                let (field, steepness) = face_of_b(face);
                 let side = 1 << (4 + face);
-                let is_near = polygon.clip(&face_of_b(face), tolerance, side, on_face);
+                let is_near = polygon.clip(&field, self.margin * steepness, side, on_face);
                 near_faces |= u8::from(is_near) << face;
             }
         }

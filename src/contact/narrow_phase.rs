@@ -58,8 +58,8 @@ impl<T: Scalar> NarrowPhase<'_, T> {
         let pressure_a = tets[0].extent.lifted().scaled(self.modulus_a);
         let (polygon, pressure_b) = if carries_derivatives::<T>() {
             let pressure_b = tets[1].extent.posed(&self.pose_ab).scaled(self.modulus_b);
-            let modulus_a = self.modulus_a;
-            let outline = meeting.outline_in(on_face, tets, modulus_a, &pressure_b, &self.pose_ab);
+            let pressures = (self.modulus_a, &pressure_b);
+            let outline = meeting.outline_in(tets, pressures, &self.pose_ab, on_face);
             (outline, pressure_b)
         } else {
             (meeting.outline.lifted(), meeting.pressure_b.lifted())
@@ -90,7 +90,8 @@ impl<T: Scalar> PairPolygon<T> {
         real_part(self.moments.area) > 0.0
     }
 
-    /// Whether it adds to an integral. A polygon without an area may come to have one.
+    /// Whether it adds to an integral. Without an area it does so if there are derivatives: the area may have
+    /// one.
     pub fn counts(&self) -> bool {
         carries_derivatives::<T>() || self.has_area()
     }

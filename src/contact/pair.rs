@@ -154,7 +154,7 @@ impl<'a, T: Scalar> ContactPair<'a, T> {
         }
     }
 
-    /// Adds up the contact polygons.
+    /// Adds up the contact polygons; with derivatives, also those without an area.
     pub(super) fn sum_polygons<S: PartialSum>(
         &self,
         add: impl Fn(&mut S, &PairPolygon<T>) + Sync,

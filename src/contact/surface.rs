@@ -21,7 +21,8 @@ pub struct ContactPolygon<T = f64> {
     pub centroid: Vector3<T>,
     /// Mean pressure (Pa): the pressure at the centroid.
     pub pressure: T,
-    /// Gradient of the softer body's pressure (Pa/m); along the polygon, the other's is the same.
+    /// Gradient (Pa/m) of the pressure of the body whose field is the flatter there; along the polygon, the
+    /// other's is the same.
     pub pressure_gradient: Vector3<T>,
     /// The point (m) through which the polygon's force acts: ∫ p x dA / ∫ p dA.
     pub center_of_pressure: Vector3<T>,
@@ -30,7 +31,8 @@ pub struct ContactPolygon<T = f64> {
 /// The contact surface of a body pair, in the world frame: empty where the bodies do not touch.
 #[derive(Debug, Clone)]
 pub struct ContactSurface<T = f64> {
-    /// The polygons, one for each pair of tetrahedra that touch.
+    /// The polygons, one for each pair of tetrahedra that touch. With derivatives, a polygon whose corners coincide
+    /// with faces of B is there twice, by half each: their derivatives are those of either side.
     pub polygons: Vec<ContactPolygon<T>>,
 }
 

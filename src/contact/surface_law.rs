@@ -153,7 +153,7 @@ impl SurfaceLaw<f64> {
     }
 }
 
-/// A polygon whose area is a smaller part of its length squared is a sliver.
+/// A polygon is a sliver if its area is less than this fraction of its length squared: its centroid is round-off.
 const SLIVER: f64 = 1e-9;
 
 impl<T: Scalar> PairPolygon<T> {
@@ -204,17 +204,17 @@ impl<T: Scalar> PairPolygon<T> {
         });
     }
 
-    /// Visits the edge midpoints of the triangles around the centroid, with as much of the area as belongs to
-    /// each, as far as that counts, as weight. Where the outline begins does not matter.
+    /// Visits the edge midpoints of the triangles between the centroid and the edges, each with its weight: a
+    /// third of the area of the triangles it belongs to, as far as that counts. Where the outline begins does not
+    /// matter, but for slivers.
     fn visit_midpoints(&self, mut visit: impl FnMut(&Vector3<T>, T)) {
         let corners = self.polygon.corners();
-        let Some(&first) = corners.first() else {
+        let (&[first, ..], &[.., one_but_last, last]) = (corners, corners) else {
             return;
         };
         let square = |corner: &Vector3<T>| real_vector(&(corner - first)).norm_squared();
         let length_squared = corners.iter().map(square).fold(0.0, f64::max);
-        // The centroid of a sliver is round-off.
-        let center = if real_part(self.moments.area) > SLIVER * length_squared {
+        let center = if real_part(self.moments.area) > self.weight * SLIVER * length_squared {
             self.moments.centroid()
         } else {
             first
@@ -224,9 +224,7 @@ impl<T: Scalar> PairPolygon<T> {
             let double_area = (from - center).cross(&(to - center));
             self.plane.normal.dot(&double_area) * sixth
         };
-        let mut before = corners[corners.len() - 1];
-        let mut third_before =
-            third_of_triangle(&corners[corners.len().saturating_sub(2)], &before);
+        let (mut before, mut third_before) = (last, third_of_triangle(&one_but_last, &last));
         for corner in corners {
             let third = third_of_triangle(&before, corner);
             visit(&((before + corner) * half), third);

@@ -19,8 +19,8 @@ pub struct ConvexPolygon<T = f64> {
     is_doubtful: bool,
 }
 
-/// What corners on a plane that clips count as. Their place is the same; their derivatives are those of either
-/// side.
+/// Whether a corner on the plane that clips counts as inside. Its place is the same; its derivatives are those
+/// of that side.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum OnPlane {
     Inside,
@@ -66,13 +66,10 @@ impl<T: Scalar> ConvexPolygon<T> {
         self.is_doubtful
     }
 
-    /// The corners that lie on more than two sides: there, a plane that clipped met a corner that was there
-    /// before, and it is chance which of the sides made it.
-    pub(crate) fn coincidences(&self) -> impl Iterator<Item = &Vector3<T>> {
-        let corners = self.corners().iter().zip(&self.sides);
-        corners
-            .filter(|(_, sides)| sides.count_ones() > 2)
-            .map(|(corner, _)| corner)
+    /// The corners with their sides that lie on more than two: it is chance which of the sides made them.
+    pub(crate) fn coincidences(&self) -> impl Iterator<Item = (&Vector3<T>, u8)> {
+        let corners = self.corners().iter().zip(self.sides);
+        corners.filter(|(_, sides)| sides.count_ones() > 2)
     }
 
     /// Whether fewer than three corners are left.
@@ -149,16 +146,15 @@ impl<T: Scalar> ConvexPolygon<T> {
         is_near
     }
 
-    /// Leaves the part of the polygon where the values at its corners are inside.
+    /// Leaves the part of the polygon where values are kept.
     #[inline]
-    fn cut(&mut self, values: &[T; POLYGON_CAPACITY], side: u8, is_inside: impl Fn(f64) -> bool) {
+    fn cut(&mut self, values: &[T; POLYGON_CAPACITY], side: u8, keeps: impl Fn(f64) -> bool) {
         let whole = *self;
         self.len = 0;
         let mut before = whole.len.saturating_sub(1);
         for now in 0..whole.len {
             let (value_before, value) = (values[before], values[now]);
-            let was_inside = is_inside(real_part(value_before));
-            let is_inside = is_inside(real_part(value));
+            let (was_inside, is_inside) = (keeps(real_part(value_before)), keeps(real_part(value)));
             let (previous, corner) = (&whole.corners[before], &whole.corners[now]);
             let on_side = if real_part(value) == 0.0 { side } else { 0 };
             let shared = whole.sides[before] & whole.sides[now];
@@ -211,6 +207,20 @@ impl<T: Scalar> ConvexPolygon<T> {
 }
 
 impl ConvexPolygon<f64> {
+    /// Whether it is no wider than this (m).
+    pub(crate) fn is_line(&self, width: f64) -> bool {
+        let Some((first, others)) = self.corners().split_first() else {
+            return true;
+        };
+        let arms = others.iter().map(|corner| corner - first);
+        let length = arms.map(|arm| arm.norm()).fold(0.0, f64::max);
+        let triangles = others.windows(2);
+        let double_area = triangles
+            .map(|pair| (pair[0] - first).cross(&(pair[1] - first)))
+            .sum::<Vector3<f64>>();
+        double_area.norm() <= width * length
+    }
+
     /// The constant polygon.
     #[must_use]
     pub fn lifted<T: Scalar>(&self) -> ConvexPolygon<T> {

@@ -57,8 +57,6 @@ pub fn verdict(pair: &ContactPair, with_energy: bool, random: &mut Random) -> Ve
     if verdict.kink != Some(Kink::Blurred) {
         verdict.claim_bounds(pair, &measures, &wrench);
         verdict.claim("searches agree", search_error(pair, &measures));
-    }
-    if verdict.kink != Some(Kink::Blurred) {
         let is_kink = verdict.kink.is_some();
         let error = closed_form_error(pair, &measures, &own, is_kink);
         verdict.claim("closed form", error);

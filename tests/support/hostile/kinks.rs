@@ -13,11 +13,12 @@ pub const EQUAL_FIELDS: f64 = 1e-9;
 /// Ridges are the same that differ by no more, relative to reach and pressure.
 const RIDGE: f64 = 1e-8;
 
-/// A polygon and a face graze if they are so nearly parallel,
+/// A polygon and a face that graze are so nearly parallel.
 const GRAZING_TILT: f64 = 1e-6;
 
-/// and a corner is so near to the face, relative to the reach.
-const GRAZING_DISTANCE: f64 = 1e-9;
+/// A corner of a polygon that grazes a face is so near to it, relative to the reach: the contact surface with a body
+/// 1e8 times as stiff lies no further below its faces, and tilted by no more.
+const GRAZING_DISTANCE: f64 = 1e-8;
 
 /// Where the model has a kink, so that forces jump or change faster than a step resolves.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -46,7 +47,7 @@ pub fn kink_of(pair: &ContactPair) -> Option<Kink> {
 pub fn first_kink(pair: &ContactPair, measures: &Measures) -> Option<Kink> {
     [
         blurred(measures),
-        kink(pair, measures),
+        equal_fields(pair, measures),
         ridges(pair),
         grazing(pair),
     ]
@@ -58,7 +59,7 @@ pub fn first_kink(pair: &ContactPair, measures: &Measures) -> Option<Kink> {
 /// Whether the pair is at a kink of the model. Two tetrahedra whose boxes overlap have gradients so much
 /// alike that their plane moves [`FASTEST`] times as far as the bodies, or that the kernel takes them for
 /// equal.
-fn kink(pair: &ContactPair, measures: &Measures) -> Option<Kink> {
+fn equal_fields(pair: &ContactPair, measures: &Measures) -> Option<Kink> {
     let pose_ab = pair.a().pose().inverse() * *pair.b().pose();
     let bodies = [pair.a(), pair.b()];
     let [a, b] = bodies.map(|body| (body.shape().field().tets(), body.modulus()));
