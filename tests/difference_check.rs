@@ -115,22 +115,20 @@ fn right_derivatives_agree_at_every_step_but_for_rounding() {
     assert!(check.best() <= ROUNDING);
 }
 
+/// The errors of a column at the two longest steps, which rounding hides least.
+fn assert_first_errors(check: &DifferenceCheck, column: usize, expected: impl Fn(f64) -> f64) {
+    let errors = check.errors.column(column);
+    for (&step, error) in check.steps.iter().zip(errors.iter()).take(2) {
+        let rounding = ROUNDING / step * 1e-3;
+        assert!((error - expected(step)).abs() <= rounding, "{error:e}");
+    }
+}
+
 #[test]
 fn differences_of_a_cube_are_off_by_the_square_of_the_step() {
     let check = checked(&[POSITION], &Reading::Cube);
-    for (step, error) in check
-        .steps
-        .iter()
-        .zip(check.errors.column(1).iter())
-        .take(2)
-    {
-        // 3 y² + h² against 3 y², at y = 2.
-        let expected = step * step / (12.0 + step * step);
-        assert!(
-            (error - expected).abs() <= ROUNDING / step * 1e-3,
-            "{error:e}"
-        );
-    }
+    // 3 y² + h² against 3 y², at y = 2.
+    assert_first_errors(&check, 1, |step| step * step / (12.0 + step * step));
     let rounding_grows = check.errors[(6, 1)] > check.errors[(3, 1)];
     assert!(rounding_grows && check.errors[(6, 1)] <= ROUNDING_AT_SHORTEST);
 }
@@ -146,18 +144,7 @@ fn errors_are_relative_to_the_largest_derivative_by_the_number() {
 fn steps_by_a_mass_are_parts_of_it() {
     let check = checked(&[MASS], &Reading::X);
     // F/(m − h) − F/(m + h) over 2 h is F/(m² − h²).
-    for (step, error) in check
-        .steps
-        .iter()
-        .zip(check.errors.column(0).iter())
-        .take(2)
-    {
-        let expected = step * step;
-        assert!(
-            (error - expected).abs() <= ROUNDING / step * 1e-3,
-            "{error:e}"
-        );
-    }
+    assert_first_errors(&check, 0, |step| step * step);
 }
 
 #[test]
