@@ -51,7 +51,9 @@ pub mod gradient;
 pub mod guide;
 pub mod io;
 pub mod mesh;
+mod narrow_phase;
 pub mod scalar;
+mod search;
 pub mod spatial;
 mod threads;
 

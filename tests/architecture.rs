@@ -6,7 +6,7 @@ use std::fs;
 use std::path::Path;
 
 /// Lowest first: a module uses only modules before it.
-const MODULES: [&str; 11] = [
+const MODULES: [&str; 13] = [
     "guide",
     "threads",
     "scalar",
@@ -14,6 +14,8 @@ const MODULES: [&str; 11] = [
     "geometry",
     "mesh",
     "broad_phase",
+    "narrow_phase",
+    "search",
     "contact",
     "dynamics",
     "gradient",

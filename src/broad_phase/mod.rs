@@ -9,10 +9,14 @@
 //! parts and never at a derivative.
 
 mod box_tree;
+mod landscape;
 mod projections;
 mod seeds;
+mod shape;
 mod tet_tree;
 
+pub(crate) use landscape::{Escape, Landscape};
 pub use projections::Projections;
 pub(crate) use seeds::{Seeds, SurfaceFace};
+pub use shape::Shape;
 pub use tet_tree::TetTree;

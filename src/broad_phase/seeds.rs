@@ -1,6 +1,7 @@
 use super::box_tree::BoxTree;
+use super::{Escape, Landscape};
 use crate::geometry::{Aabb, FACES};
-use crate::mesh::{Escape, Landscape, PressureField};
+use crate::mesh::PressureField;
 use crate::spatial::Pose;
 
 /// Where more than one in so many tetrahedra are at convex creases, contact surfaces are not followed.

@@ -1,7 +1,7 @@
-use super::narrow_phase::NarrowPhase;
-use super::shadow::PosedTet;
+use super::polygon::NarrowPhase;
 use crate::geometry::{AffineField, Tetrahedron, snapped};
 use crate::mesh::FieldTet;
+use crate::narrow_phase::PosedTet;
 use crate::scalar::{Scalar, lift, lift_vector};
 
 impl<T: Scalar> NarrowPhase<'_, T> {

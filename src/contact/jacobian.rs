@@ -1,7 +1,7 @@
 use super::ContactWrench;
-use super::narrow_phase::PairPolygon;
-use super::search::PartialSum;
+use super::polygon::PairPolygon;
 use crate::scalar::{Scalar, lift};
+use crate::search::PartialSum;
 use crate::spatial::{Pose, Wrench, skew};
 use nalgebra::{Matrix3, Matrix6, SMatrix, Vector3, Vector6};
 

@@ -29,26 +29,20 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
-mod body;
-mod carried;
 mod energy;
-mod equilibrium;
 mod jacobian;
-mod meeting;
-mod narrow_phase;
+mod linearised;
 mod pair;
-mod search;
-mod shadow;
-mod shape;
+mod polygon;
 mod surface;
 mod surface_law;
 mod wrench;
 
-pub use body::{BodyError, ContactBody};
+pub use crate::broad_phase::Shape;
+pub use crate::narrow_phase::{BodyError, ContactBody};
+pub use crate::search::{Culling, Search};
 pub use jacobian::{ContactJacobian, WrenchJacobian};
 pub use pair::{ContactPair, WorkCount};
-pub use search::{Culling, Search};
-pub use shape::Shape;
 pub use surface::{ContactPolygon, ContactSurface};
 pub use surface_law::SurfaceLaw;
 pub use wrench::ContactWrench;

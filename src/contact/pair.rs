@@ -1,10 +1,10 @@
 use super::jacobian::RelativeJacobian;
-use super::meeting::Meeting;
-use super::narrow_phase::{NarrowPhase, PairPolygon};
-use super::search::PartialSum;
-use super::shadow::PairShadow;
+use super::polygon::{NarrowPhase, PairPolygon};
 use super::{ContactBody, ContactJacobian, ContactPolygon, ContactSurface, ContactWrench, Search};
+use crate::narrow_phase::Meeting;
+use crate::narrow_phase::RelativePair;
 use crate::scalar::{Scalar, lift};
+use crate::search::PartialSum;
 use crate::spatial::{Pose, Wrench};
 
 /// Two bodies that may touch: the wrench, the contact surface, the potential energy and the
@@ -147,7 +147,7 @@ impl<'a, T: Scalar> ContactPair<'a, T> {
     fn narrow_phase(&self) -> NarrowPhase<'a, T> {
         let pose_ab = self.pose_ab();
         NarrowPhase {
-            shadow: PairShadow::of(&self.a, &self.b, &pose_ab),
+            shadow: RelativePair::of(&self.a, &self.b, &pose_ab),
             modulus_a: self.a.modulus(),
             modulus_b: self.b.modulus(),
             pose_ab,

@@ -1,4 +1,4 @@
-use super::narrow_phase::PairPolygon;
+use super::polygon::PairPolygon;
 use crate::geometry::ConvexPolygon;
 use crate::scalar::{Scalar, lift, real_part};
 use crate::spatial::Pose;

@@ -1,4 +1,4 @@
-use super::narrow_phase::PairPolygon;
+use super::polygon::PairPolygon;
 use super::{BodyError, ContactPair, ContactWrench};
 use crate::scalar::{DenseDual, Scalar, lift, lift_vector, real_part, real_vector};
 use crate::spatial::{Twist, Wrench, skew};

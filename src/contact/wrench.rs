@@ -1,7 +1,7 @@
 use super::ContactPair;
-use super::narrow_phase::PairPolygon;
-use super::search::PartialSum;
+use super::polygon::PairPolygon;
 use crate::scalar::Scalar;
+use crate::search::PartialSum;
 use crate::spatial::Wrench;
 use nalgebra::Vector3;
 

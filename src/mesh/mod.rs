@@ -19,7 +19,6 @@
 
 mod distance;
 mod error;
-mod landscape;
 mod mass;
 mod pressure_field;
 pub mod shapes;
@@ -28,6 +27,5 @@ mod surface;
 mod tet_mesh;
 
 pub use error::MeshError;
-pub(crate) use landscape::{Escape, Landscape};
 pub use pressure_field::{FieldTet, PressureField};
 pub use tet_mesh::TetMesh;

@@ -4,7 +4,7 @@ use nalgebra::Vector3;
 
 /// Values below this fraction of (length × pressure gradient) are round-off: about a hundred times
 /// the rounding of one transformed coordinate.
-pub(super) const SNAP: f64 = 3e-14;
+pub(crate) const SNAP: f64 = 3e-14;
 
 /// A difference of pressure gradients below this fraction of what the rounding of a coordinate can make of
 /// the pressures is none: the two fields are equal over a volume. The plane of fields that differ by more
@@ -16,7 +16,7 @@ const EQUAL_FIELDS: f64 = 1e-9;
 /// Both pressures are affine, so p_A − p_B has the constant gradient g = ∇p_A − ∇p_B. The plane is
 /// normal to g, and g points to where A's pressure is higher: out of B into A.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct EquilibriumPlane<T> {
+pub(crate) struct EquilibriumPlane<T> {
     /// n = g/|g|.
     pub normal: Vector3<T>,
     /// |g| (Pa/m).
@@ -40,7 +40,7 @@ impl<T: Scalar> EquilibriumPlane<T> {
 /// Measured by the larger of their sensitivities (Pa/m): where all extents of a tetrahedron are alike
 /// its gradient is itself round-off, and no measure; nor is the steepest gradient elsewhere in the mesh,
 /// where one sliver can make it as large as it likes.
-pub(super) fn is_equal_field(gradient: &Vector3<f64>, sensitivities: [f64; 2]) -> bool {
+pub(crate) fn is_equal_field(gradient: &Vector3<f64>, sensitivities: [f64; 2]) -> bool {
     let [a, b] = sensitivities;
     gradient.norm_squared() <= (EQUAL_FIELDS * a.max(b)).powi(2)
 }
@@ -48,7 +48,7 @@ pub(super) fn is_equal_field(gradient: &Vector3<f64>, sensitivities: [f64; 2]) -
 /// How the equilibrium plane lies to a tetrahedron: the signs of the (snapped) values of p_A − p_B at
 /// its corners, bit i for corner i.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct CornerSigns {
+pub(crate) struct CornerSigns {
     below: u8,
     zero: u8,
 }
@@ -104,7 +104,7 @@ impl CornerSigns {
 
 /// Sides of the equilibrium plane: below, p_A < p_B.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) struct Sides {
+pub(crate) struct Sides {
     pub below: bool,
     pub above: bool,
 }

@@ -1,8 +1,8 @@
 use super::scratch::{Scratch, WayOn};
 use super::{Culling, Found, PartialSum};
-use crate::contact::Shape;
-use crate::contact::meeting::{Encounter, Meeting};
-use crate::contact::shadow::{PairShadow, PosedTet};
+use crate::broad_phase::Shape;
+use crate::narrow_phase::{Encounter, Meeting};
+use crate::narrow_phase::{PosedTet, RelativePair};
 use crate::threads;
 
 /// Pairs of tetrahedra that are summed by themselves, in one thread: some 20 µs of work in `f64`.
@@ -10,11 +10,11 @@ const PIECE: usize = 64;
 
 /// A walk over the contact surface.
 pub(super) struct Walk<'w, 'a> {
-    pub shadow: &'w PairShadow<'a>,
+    pub shadow: &'w RelativePair<'a>,
     pub scratch: &'w mut Scratch,
 }
 
-impl PairShadow<'_> {
+impl RelativePair<'_> {
     /// Adds up the contact polygons: from those where a component of the contact surface must show, to
     /// their neighbours across the faces that a polygon reaches, wave by wave.
     ///

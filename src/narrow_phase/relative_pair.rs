@@ -1,5 +1,6 @@
+use super::ContactBody;
 use super::equilibrium::SNAP;
-use super::{ContactBody, Shape};
+use crate::broad_phase::Shape;
 use crate::geometry::{AffineField, Tetrahedron};
 use crate::mesh::FieldTet;
 use crate::scalar::{Scalar, real_part};
@@ -7,7 +8,7 @@ use crate::spatial::Pose;
 
 /// The `f64` shadow of a body pair, in A's frame: what every decision is made on.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct PairShadow<'a> {
+pub(crate) struct RelativePair<'a> {
     pub shapes: [&'a Shape; 2],
     /// Hydroelastic moduli (Pa).
     pub moduli: [f64; 2],
@@ -18,7 +19,7 @@ pub(super) struct PairShadow<'a> {
 
 /// A tetrahedron of B in A's frame.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct PosedTet {
+pub(crate) struct PosedTet {
     pub index: usize,
     pub tetrahedron: Tetrahedron,
     /// Pressure at each corner (Pa).
@@ -30,7 +31,7 @@ pub(super) struct PosedTet {
     pub faces: [AffineField; 4],
 }
 
-impl<'a> PairShadow<'a> {
+impl<'a> RelativePair<'a> {
     pub fn of<T: Scalar>(
         a: &ContactBody<'a, T>,
         b: &ContactBody<'a, T>,

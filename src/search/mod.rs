@@ -13,8 +13,8 @@ mod trees;
 
 pub use culling::Culling;
 
-use super::meeting::Meeting;
-use super::shadow::PairShadow;
+use crate::narrow_phase::Meeting;
+use crate::narrow_phase::RelativePair;
 
 /// How the pairs of tetrahedra that touch are found. It changes the time a wrench takes, and the wrench by
 /// no more than round-off.
@@ -32,7 +32,7 @@ pub enum Search {
 
 /// Something that is added up over a contact surface: pieces of it are summed by themselves, and
 /// merged in their order.
-pub(super) trait PartialSum: Send {
+pub(crate) trait PartialSum: Send {
     /// The sum of nothing.
     fn empty() -> Self;
 
@@ -61,13 +61,13 @@ impl PartialSum for usize {
 }
 
 /// What a search came to.
-pub(super) struct Found<S> {
+pub(crate) struct Found<S> {
     pub sum: S,
     /// Number of pairs of tetrahedra that were looked at.
     pub candidates: usize,
 }
 
-impl PairShadow<'_> {
+impl RelativePair<'_> {
     /// Adds up the pairs of tetrahedra that have a contact polygon, each once and always in the same
     /// order.
     pub fn sum_meetings<S: PartialSum>(

@@ -1,5 +1,5 @@
 use super::equilibrium::{CornerSigns, Sides, is_equal_field};
-use super::shadow::{PairShadow, PosedTet};
+use super::relative_pair::{PosedTet, RelativePair};
 use crate::geometry::{AffineField, ConvexPolygon, FACES, OnPlane, is_doubtful_value, snapped};
 use crate::mesh::FieldTet;
 use crate::scalar::Scalar;
@@ -9,7 +9,7 @@ use nalgebra::Vector3;
 const ALL_FACES: u8 = 0b1111;
 
 /// What the equilibrium plane has to do with a pair of tetrahedra.
-pub(super) enum Encounter {
+pub(crate) enum Encounter {
     /// Nothing: it misses one of them.
     Apart,
     /// There is none, because the fields are equal over a volume.
@@ -20,7 +20,7 @@ pub(super) enum Encounter {
 
 /// Where the equilibrium plane passes through both tetrahedra at the same place, in A's frame and
 /// decided in `f64`.
-pub(super) struct Meeting {
+pub(crate) struct Meeting {
     /// The tetrahedra, of A and of B.
     pub tets: [usize; 2],
     pub crossing: Crossing,
@@ -47,7 +47,7 @@ enum Passage {
 
 /// How the polygon of a meeting is made, so that it can be made again in another scalar.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Crossing {
+pub(crate) struct Crossing {
     /// p_A − p_B (Pa) at A's corners.
     at_a: [f64; 4],
     /// Whether the plane comes so close to a corner, without meeting it, that round-off may have a part
@@ -64,7 +64,7 @@ pub(super) struct Crossing {
     bounding_faces: u8,
 }
 
-impl PairShadow<'_> {
+impl RelativePair<'_> {
     /// How a tetrahedron of A and one of B meet. Without `plane_check`, they go through slicing and
     /// clipping even where the plane misses one of them.
     pub fn encounter(&self, a: &FieldTet, b: &PosedTet, plane_check: bool) -> Encounter {

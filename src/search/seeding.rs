@@ -1,17 +1,18 @@
 use super::Culling;
 use super::following::Walk;
+use crate::broad_phase::Escape;
+use crate::broad_phase::Shape;
 use crate::broad_phase::{Seeds, SurfaceFace};
-use crate::contact::Shape;
-use crate::contact::shadow::PairShadow;
 use crate::geometry::{Aabb, AffineField, FACES};
-use crate::mesh::{Escape, FieldTet};
+use crate::mesh::FieldTet;
+use crate::narrow_phase::RelativePair;
 use crate::spatial::Pose;
 use nalgebra::Vector3;
 
 impl Walk<'_, '_> {
     /// Enters where every component of the contact surface must show: at its rim, where surface
     /// triangles intersect, or else at the peaks and creases of
-    /// [`Landscape`](crate::mesh::Landscape).
+    /// [`Landscape`](crate::broad_phase::Landscape).
     pub fn enter_at_seeds(&mut self, seeds_a: &Seeds, seeds_b: &Seeds) {
         self.enter_at_rims(seeds_a, seeds_b);
         self.enter_at_creases(seeds_a, seeds_b);
@@ -83,7 +84,7 @@ impl Walk<'_, '_> {
     }
 }
 
-impl PairShadow<'_> {
+impl RelativePair<'_> {
     /// Visits the tetrahedra of `own` body at an escape, and of the `other`, in which the pressures become
     /// equal on it. Bodies are 0 for A and 1 for B; `pose` is that of the own one in the other.
     fn visit_escapes(

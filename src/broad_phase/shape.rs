@@ -1,4 +1,4 @@
-use crate::broad_phase::{Seeds, TetTree};
+use super::{Seeds, TetTree};
 use crate::mesh::PressureField;
 use std::fmt;
 
@@ -33,7 +33,7 @@ impl Shape {
     }
 
     /// Where contact surfaces can be entered, if they can be followed.
-    pub(super) fn seeds(&self) -> Option<&Seeds> {
+    pub(crate) fn seeds(&self) -> Option<&Seeds> {
         self.seeds.as_ref()
     }
 }

@@ -1,9 +1,9 @@
 use super::{Culling, Found, PartialSum};
 use crate::broad_phase::Projections;
-use crate::contact::meeting::{Encounter, Meeting};
-use crate::contact::shadow::{PairShadow, PosedTet};
+use crate::narrow_phase::{Encounter, Meeting};
+use crate::narrow_phase::{PosedTet, RelativePair};
 
-impl PairShadow<'_> {
+impl RelativePair<'_> {
     /// Adds up the meetings among the pairs that culling leaves over.
     pub(super) fn cull<S: PartialSum>(
         &self,

@@ -1,14 +1,14 @@
-use super::equilibrium::EquilibriumPlane;
-use super::meeting::Meeting;
-use super::shadow::PairShadow;
 use crate::geometry::{AffineField, ConvexPolygon, OnPlane, PolygonMoments};
+use crate::narrow_phase::EquilibriumPlane;
+use crate::narrow_phase::Meeting;
+use crate::narrow_phase::RelativePair;
 use crate::scalar::{Scalar, carries_derivatives, real_part};
 use crate::spatial::Pose;
 
 /// The narrow phase of one body pair: from where two tetrahedra meet, decided in `f64`, to their
 /// contact polygon in `T`. All geometry is in A's frame.
 pub(super) struct NarrowPhase<'a, T> {
-    pub shadow: PairShadow<'a>,
+    pub shadow: RelativePair<'a>,
     pub modulus_a: T,
     pub modulus_b: T,
     pub pose_ab: Pose<T>,

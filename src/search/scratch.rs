@@ -1,4 +1,4 @@
-use crate::contact::shadow::{PairShadow, PosedTet};
+use crate::narrow_phase::{PosedTet, RelativePair};
 use rustc_hash::FxHashSet;
 use std::cell::Cell;
 
@@ -81,7 +81,7 @@ impl PosedTets {
 
     /// Transforms a tetrahedron of B, unless it has been.
     #[inline]
-    pub fn add(&mut self, shadow: &PairShadow, index: u32) {
+    pub fn add(&mut self, shadow: &RelativePair, index: u32) {
         let index = index as usize;
         if self.places.len() <= index {
             let count = shadow.shapes[1].field().tets().len();

@@ -1,9 +1,9 @@
-use super::search::PartialSum;
 use super::surface_law::RelativeMotion;
 use super::{ContactBody, ContactPair, ContactWrench, SurfaceLaw};
 use crate::scalar::{
     DenseDual, Order, Scalar, change, constant_times, cross_constant, lift, real_part, real_vector,
 };
+use crate::search::PartialSum;
 use crate::spatial::{Pose, Twist, Wrench, turn_from_real};
 use nalgebra::{SMatrix, Vector3, Vector6};
 

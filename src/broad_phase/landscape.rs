@@ -1,5 +1,5 @@
-use super::PressureField;
 use crate::geometry::FACES;
+use crate::mesh::PressureField;
 use nalgebra::Vector3;
 use rustc_hash::FxHashSet;
 
