@@ -76,22 +76,50 @@ pub(crate) fn contained<O, E: From<Panicked>>(job: impl FnOnce() -> Result<O, E>
     result.unwrap_or_else(|payload| Err(Panicked(panic_message(&*payload)).into()))
 }
 
-/// Hands on, in order, a value for each piece of `length` items, which also writes to outputs beside
+/// Whether a long list of items is shared out in pieces of this length.
+#[cfg(feature = "parallel")]
+fn is_shared_out(items: usize, length: usize) -> bool {
+    items >= WORTH_PIECES * length && !HAS_JOB.get() && rayon::current_num_threads() > 1
+}
+
+/// Appends, in order, what is found in each piece of `length` items, which also writes to outputs beside
 /// them: by several threads where so many items pay.
-pub(crate) fn for_pieces<I: Sync, O: Send, S: Send>(
+pub(crate) fn collect_pieces<I: Sync, O: Send, C: Send>(
     (items, outputs): (&[I], &mut [O]),
     length: usize,
-    value: impl Fn((&[I], &mut [O])) -> S + Sync + Send,
+    find: impl Fn(&[I], &mut [O], &mut Vec<C>) + Sync + Send,
+    found: &mut Vec<C>,
+) {
+    #[cfg(feature = "parallel")]
+    if is_shared_out(items.len(), length) {
+        let pieces = items.par_chunks(length).zip(outputs.par_chunks_mut(length));
+        let find_in = |(items, outputs): (&[I], &mut [O])| {
+            let mut found = Vec::new();
+            find(items, outputs, &mut found);
+            found
+        };
+        let finds: Vec<Vec<C>> = pieces.map(find_in).collect();
+        return finds
+            .into_iter()
+            .for_each(|mut find| found.append(&mut find));
+    }
+    let _ = length;
+    find(items, outputs, found);
+}
+
+/// Hands on, in order, a value for each piece of `length` items: by several threads where so many items pay.
+pub(crate) fn for_pieces<I: Sync, S: Send>(
+    items: &[I],
+    length: usize,
+    value: impl Fn(&[I]) -> S + Sync + Send,
     take: impl FnMut(S),
 ) {
     #[cfg(feature = "parallel")]
-    if items.len() >= WORTH_PIECES * length && !HAS_JOB.get() && rayon::current_num_threads() > 1 {
-        let pieces = items.par_chunks(length).zip(outputs.par_chunks_mut(length));
-        let values: Vec<S> = pieces.map(value).collect();
+    if is_shared_out(items.len(), length) {
+        let values: Vec<S> = items.par_chunks(length).map(value).collect();
         return values.into_iter().for_each(take);
     }
-    let pieces = items.chunks(length).zip(outputs.chunks_mut(length));
-    pieces.map(value).for_each(take);
+    items.chunks(length).map(value).for_each(take);
 }
 
 fn panic_message(payload: &(dyn Any + Send)) -> String {

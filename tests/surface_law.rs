@@ -211,8 +211,8 @@ fn sliding_slopes(
     slopes.map(|slope| slope * normal_force())
 }
 
-/// The wrench with derivatives, carried by the chain rule or through the whole pipeline.
-fn differentiated(velocity: Vector3<f64>, is_carried: bool) -> ContactWrench<Dual> {
+/// The wrench with derivatives, from the linearised contact or through the whole pipeline.
+fn differentiated(velocity: Vector3<f64>, is_linearised: bool) -> ContactWrench<Dual> {
     let shape = octahedron(0);
     let [a, b] = places().map(|place| {
         let modulus = Dual::from_re(MODULUS);
@@ -231,10 +231,10 @@ fn differentiated(velocity: Vector3<f64>, is_carried: bool) -> ContactWrench<Dua
         let direction = SVector::from_fn(|k, _| if k < 3 { directions[(i, k)] } else { 0.0 });
         variable(twists[0].linear[i], direction)
     });
-    if is_carried {
-        pair.wrench_in_motion_carried(&law, dual)
-    } else {
+    if is_linearised {
         pair.wrench_in_motion(&law, dual)
+    } else {
+        pair.pipeline().wrench_in_motion(&law, dual)
     }
 }
 
@@ -242,8 +242,8 @@ fn differentiated(velocity: Vector3<f64>, is_carried: bool) -> ContactWrench<Dua
 fn derivatives_by_velocity_and_law_are_the_closed_ones() {
     for velocity in VELOCITIES.map(Vector3::from) {
         let slopes = sliding_slopes(LAW, velocity);
-        for is_carried in [false, true] {
-            let found = differentiated(velocity, is_carried);
+        for is_linearised in [false, true] {
+            let found = differentiated(velocity, is_linearised);
             for (number, slope) in slopes.iter().enumerate() {
                 let part = |vector: &Vector3<Dual>| vector.map(|x| derivatives(x)[number]);
                 let to_stage = stage().rotation().transpose();
@@ -264,8 +264,8 @@ fn derivatives_by_velocity_and_law_are_the_closed_ones() {
 
 #[test]
 fn parting_faster_than_the_skin_recovers_has_no_derivatives() {
-    for is_carried in [false, true] {
-        let found = differentiated(vector![0.3, 0.1, 3.0], is_carried);
+    for is_linearised in [false, true] {
+        let found = differentiated(vector![0.3, 0.1, 3.0], is_linearised);
         for number in found.on_a.force.iter().chain(&found.on_a.torque) {
             assert!(derivatives(*number).amax() <= 0.0);
         }

@@ -1,10 +1,10 @@
-use super::polygon::NarrowPhase;
+use super::polygon::PolygonSource;
 use crate::geometry::{AffineField, Tetrahedron, snapped};
 use crate::mesh::FieldTet;
 use crate::narrow_phase::PosedTet;
 use crate::scalar::{Scalar, lift, lift_vector};
 
-impl<T: Scalar> NarrowPhase<'_, T> {
+impl<T: Scalar> PolygonSource<'_, T> {
     /// ∫ min(p_A, p_B) dV (J) over what two tetrahedra have in common.
     ///
     /// A's tetrahedron is cut by B's faces into tetrahedra; over each of them, for the softer body S and
@@ -14,7 +14,7 @@ impl<T: Scalar> NarrowPhase<'_, T> {
         if a.tetrahedron.is_beyond(&b.faces) || b.tetrahedron.is_beyond(&a.barycentric) {
             return lift(0.0);
         }
-        let tet_b = self.shadow.tet_b(b.index);
+        let tet_b = self.pair.tet_b(b.index);
         let faces_b = tet_b
             .barycentric
             .each_ref()
@@ -30,9 +30,9 @@ impl<T: Scalar> NarrowPhase<'_, T> {
             gradient: soft.gradient - hard.gradient,
             offset: soft.offset - hard.offset,
         };
-        let margin = self.shadow.margin();
+        let margin = self.pair.margin();
         // What both gradients make of a coordinate's rounding.
-        let tolerance = margin * (self.shadow.moduli[0] * a.sensitivity + b.sensitivity);
+        let tolerance = margin * (self.pair.moduli[0] * a.sensitivity + b.sensitivity);
         let whole = Tetrahedron {
             corners: a.tetrahedron.corners.each_ref().map(lift_vector),
         };
@@ -52,7 +52,7 @@ impl<T: Scalar> NarrowPhase<'_, T> {
     /// Whether A's highest pressure in its tetrahedron is at most B's.
     fn is_softer(&self, a: &FieldTet, b: &PosedTet) -> bool {
         let highest = |numbers: &[f64; 4]| numbers.iter().copied().fold(0.0, f64::max);
-        self.shadow.moduli[0] * highest(&a.extents) <= highest(&b.pressures)
+        self.pair.moduli[0] * highest(&a.extents) <= highest(&b.pressures)
     }
 }
 

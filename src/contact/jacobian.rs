@@ -1,9 +1,9 @@
-use super::ContactWrench;
-use super::polygon::PairPolygon;
+use super::LinearisedContact;
+use super::linearised::{RelativeLinearisation, add_block};
+use super::polygon::{CutPolygon, PartialSum};
 use crate::scalar::{Scalar, lift};
-use crate::search::PartialSum;
-use crate::spatial::{Pose, Wrench, skew};
-use nalgebra::{Matrix3, Matrix6, SMatrix, Vector3, Vector6};
+use crate::spatial::{Wrench, skew};
+use nalgebra::{Matrix6, Matrix6x2, SMatrix, Vector3, Vector6};
 
 /// The derivatives of one body's wrench (rows: torque, force) by both poses and both moduli.
 ///
@@ -56,6 +56,31 @@ impl<T: Scalar> WrenchJacobian<T> {
     }
 }
 
+impl<T: Scalar> ContactJacobian<T> {
+    /// The derivatives by poses and moduli.
+    pub(super) fn of(contact: &LinearisedContact<T>) -> Self {
+        let of_rows = |row: usize| {
+            let block = |column| {
+                contact
+                    .by_poses
+                    .fixed_view::<6, 6>(row, column)
+                    .into_owned()
+            };
+            let column = |of: usize| contact.by_moduli.fixed_view::<6, 1>(row, of).into_owned();
+            WrenchJacobian {
+                by_pose_a: block(0),
+                by_pose_b: block(6),
+                by_modulus_a: column(0),
+                by_modulus_b: column(1),
+            }
+        };
+        Self {
+            on_a: of_rows(0),
+            on_b: of_rows(6),
+        }
+    }
+}
+
 /// Wrench on A and its derivatives as B moves relative to A, all in A's axes about A's origin.
 ///
 /// For a pressure field p(x) = ∇p·x + c write s(x) = (x × ∇p, ∇p). A is pushed where its pressure
@@ -100,80 +125,20 @@ impl<T: Scalar> PartialSum for RelativeJacobian<T> {
 }
 
 impl<T: Scalar> RelativeJacobian<T> {
-    /// Wrench on A, about A's origin in A's axes.
-    pub fn wrench(&self) -> Wrench<T> {
-        let w = self.pressed_a - self.pressed_b;
-        Wrench {
-            torque: Vector3::new(w[0], w[1], w[2]),
-            force: Vector3::new(w[3], w[4], w[5]),
-        }
-    }
-
-    /// ∂W/∂ξ.
-    pub fn by_motion_of_b(&self) -> &Matrix6<T> {
-        &self.by_motion_of_b
-    }
-
-    /// ∂W/∂E_A and ∂W/∂E_B at the given moduli.
-    pub fn by_moduli(&self, [modulus_a, modulus_b]: [T; 2]) -> [Vector6<T>; 2] {
-        [
-            self.pressed_b * (-modulus_a.recip()),
-            self.pressed_a * modulus_b.recip(),
-        ]
-    }
-
-    /// The derivatives of the world-frame wrenches by the world-frame poses.
-    pub fn in_world(
-        &self,
-        wrench: &ContactWrench<T>,
-        pose_wa: &Pose<T>,
-        pose_ab: &Pose<T>,
-        moduli: [T; 2],
-    ) -> ContactJacobian<T> {
-        let rotation = block_diagonal(pose_wa.rotation());
-        let from_a_to_b = pose_wa.rotation() * pose_ab.translation();
-        let by_motion = rotation * self.by_motion_of_b * rotation.transpose();
-        // Turning B about its own origin moves the point of B at A's origin by r × ω.
-        let mut lever = Matrix6::identity();
-        add_block(&mut lever, [3, 0], skew(&from_a_to_b));
-        let by_pose_b = by_motion * lever;
-        // Moving A is moving B back, and turning the wrench with A.
-        let mut by_pose_a = -by_motion;
-        add_block(&mut by_pose_a, [0, 0], -skew(&wrench.on_a.torque));
-        add_block(&mut by_pose_a, [3, 0], -skew(&wrench.on_a.force));
-        let [by_modulus_a, by_modulus_b] = self.by_moduli(moduli);
-        let on_a = WrenchJacobian {
-            by_pose_a,
-            by_pose_b,
-            by_modulus_a: rotation * by_modulus_a,
-            by_modulus_b: rotation * by_modulus_b,
-        };
-        let on_b = on_a.of_reaction(&from_a_to_b, &wrench.on_a.force);
-        ContactJacobian { on_a, on_b }
-    }
-}
-
-impl<T: Scalar> WrenchJacobian<T> {
-    /// The Jacobian of the reaction: force −F, torque −(τ − r × F) about a point r away, which
-    /// moves with B against A.
-    fn of_reaction(&self, r: &Vector3<T>, force: &Vector3<T>) -> Self {
-        let mut shift = Matrix6::identity() * lift::<T>(-1.0);
-        add_block(&mut shift, [0, 3], skew(r));
-        let mut by_pose_a = shift * self.by_pose_a;
-        let mut by_pose_b = shift * self.by_pose_b;
-        // δr × F = −F × δr with δr = δp_B − δp_A.
-        add_block(&mut by_pose_a, [0, 3], skew(force));
-        add_block(&mut by_pose_b, [0, 3], -skew(force));
-        Self {
-            by_pose_a,
-            by_pose_b,
-            by_modulus_a: shift * self.by_modulus_a,
-            by_modulus_b: shift * self.by_modulus_b,
+    /// The same as a linearisation that knows of no velocity, at the given moduli.
+    pub fn linearisation(&self, [modulus_a, modulus_b]: [T; 2]) -> RelativeLinearisation<T> {
+        let by_modulus_a = self.pressed_b * (-modulus_a.recip());
+        let by_modulus_b = self.pressed_a * modulus_b.recip();
+        RelativeLinearisation {
+            wrench: self.pressed_a - self.pressed_b,
+            by_motion: self.by_motion_of_b,
+            by_moduli: Matrix6x2::from_columns(&[by_modulus_a, by_modulus_b]),
+            ..RelativeLinearisation::empty()
         }
     }
 }
 
-impl<T: Scalar> PairPolygon<T> {
+impl<T: Scalar> CutPolygon<T> {
     /// The polygon's share of the wrench on A and of its derivatives.
     pub fn add_to(&self, sum: &mut RelativeJacobian<T>) {
         let inverse = self.plane.steepness.recip();
@@ -210,17 +175,4 @@ impl<T: Scalar> PairPolygon<T> {
         sum.pressed_a += pressed(grad_a).to_vector();
         sum.pressed_b += pressed(grad_b).to_vector();
     }
-}
-
-fn block_diagonal<T: Scalar>(rotation: &Matrix3<T>) -> Matrix6<T> {
-    let mut matrix = Matrix6::from_element(lift(0.0));
-    add_block(&mut matrix, [0, 0], *rotation);
-    add_block(&mut matrix, [3, 3], *rotation);
-    matrix
-}
-
-/// Adds a 3×3 block at the given row and column.
-fn add_block<T: Scalar>(matrix: &mut Matrix6<T>, [row, column]: [usize; 2], block: Matrix3<T>) {
-    let mut view = matrix.fixed_view_mut::<3, 3>(row, column);
-    view += block;
 }

@@ -1,106 +1,254 @@
+use super::polygon::PartialSum;
 use super::surface_law::RelativeMotion;
-use super::{ContactBody, ContactPair, ContactWrench, SurfaceLaw};
-use crate::scalar::{
-    DenseDual, Order, Scalar, change, constant_times, cross_constant, lift, real_part, real_vector,
-};
-use crate::search::PartialSum;
-use crate::spatial::{Pose, Twist, Wrench, turn_from_real};
-use nalgebra::{SMatrix, Vector3, Vector6};
+use super::{ContactPair, ContactWrench, SurfaceLaw};
+use crate::scalar::{Scalar, change, constant_times, cross_constant, lift, real_vector};
+use crate::spatial::{Wrench, skew, turn_from_real};
+use nalgebra::{Matrix3, Matrix6, Matrix6x2, SMatrix, SVector, Vector3, Vector6};
 
-/// A number with derivatives by what the polygons of a pair depend on: the motion of B relative to A
-/// (angular, linear, in A's axes about A's origin) and the moduli.
-type Inner = DenseDual<8>;
+/// The wrenches of a contact and all their first derivatives, in the world.
+///
+/// Wrenches are about the origins of the bodies' frames, which move with the bodies; twists are in world axes, their
+/// linear part that of the body's origin. A pose moves by a twist: the body turns by `angular` (rad) about its own
+/// origin, which moves by `linear` (m); see [`Pose::moved_by`](crate::spatial::Pose::moved_by). Rows are the wrench on A
+/// (torque, force), then that on B; units are N m and N, over those of the columns.
+///
+/// In closed form: nothing is differentiated through a clip. The elastic part needs areas and moments of the contact
+/// polygons alone; what dissipation and friction add needs the motion of the polygons' edges too, which is that of the
+/// faces they lie in. Where the wrench has a kink, as friction has where sides are flush, the derivatives are the mean
+/// of those on either side, within 3e-10 of the bodies' size.
+///
+/// ```
+/// use hydroelastic::contact::{ContactBody, ContactPair, Shape, SurfaceLaw};
+/// use hydroelastic::mesh::shapes;
+/// use hydroelastic::spatial::{Pose, Twist};
+/// use nalgebra::vector;
+///
+/// let block = Shape::new(shapes::cuboid([0.2, 0.2, 0.1])?);
+/// let above = Pose::from_translation(vector![0.0, 0.0, 0.0995]);
+/// let pair = ContactPair::new(
+///     ContactBody::new(&block, above, 1e5)?,
+///     ContactBody::new(&block, Pose::identity(), 1e5)?,
+/// );
+/// let law = SurfaceLaw::new(0.3, 0.4, 1e-2)?; // dissipation (s/m), friction, slip tolerance (m/s)
+/// let sliding = Twist { linear: vector![0.5, 0.0, 0.0], ..Twist::zero() };
+/// let contact = pair.linearised(&law, [sliding, Twist::zero()]);
+/// // The force of friction on A (row 3) by the speed of A along y (column 4), where it turns friction's direction.
+/// assert!((contact.by_twists[(4, 4)] - contact.wrench.on_a.force.x / 0.5).abs() < 1e-2);
+/// // A change of all numbers, and of the wrenches to first order.
+/// let change = contact.pushforward(&nalgebra::SVector::repeat(1e-6));
+/// assert!(change.norm() > 0.0);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+#[derive(Debug, Clone, Copy)]
+#[non_exhaustive]
+pub struct LinearisedContact<T = f64> {
+    /// The wrenches.
+    pub wrench: ContactWrench<T>,
+    /// By the poses of A and B (angular, linear each), twists in the world staying as they are.
+    pub by_poses: SMatrix<T, 12, 12>,
+    /// By the twists of A and B.
+    pub by_twists: SMatrix<T, 12, 12>,
+    /// By the hydroelastic moduli of A and B (Pa).
+    pub by_moduli: SMatrix<T, 12, 2>,
+    /// By the dissipation (s/m) and the coefficient of friction of the surface law.
+    pub by_law: SMatrix<T, 12, 2>,
+}
+
+impl<T: Scalar> LinearisedContact<T> {
+    /// The 12×28 Jacobian: columns poses of A and B, twists of A and B, moduli of A and B, dissipation, friction.
+    #[must_use]
+    pub fn jacobian(&self) -> SMatrix<T, 12, 28> {
+        SMatrix::from_fn(|row, column| match column {
+            0..12 => self.by_poses[(row, column)],
+            12..24 => self.by_twists[(row, column - 12)],
+            24..26 => self.by_moduli[(row, column - 24)],
+            _ => self.by_law[(row, column - 26)],
+        })
+    }
+
+    /// The change of the wrenches by a change of the numbers that are columns of [`Self::jacobian`]: its product with
+    /// a vector from the right.
+    #[must_use]
+    pub fn pushforward(&self, change: &SVector<T, 28>) -> SVector<T, 12> {
+        self.by_poses * change.fixed_rows::<12>(0)
+            + self.by_twists * change.fixed_rows::<12>(12)
+            + self.by_moduli * change.fixed_rows::<2>(24)
+            + self.by_law * change.fixed_rows::<2>(26)
+    }
+
+    /// The derivatives, by the columns of [`Self::jacobian`], of a number that has these derivatives by the wrenches:
+    /// the product with a vector from the left.
+    #[must_use]
+    pub fn pullback(&self, by_wrenches: &SVector<T, 12>) -> SVector<T, 28> {
+        let [poses, twists] = [self.by_poses, self.by_twists].map(|by| by.tr_mul(by_wrenches));
+        let [moduli, law] = [self.by_moduli, self.by_law].map(|by| by.tr_mul(by_wrenches));
+        SVector::from_fn(|row, _| match row {
+            0..12 => poses[row],
+            12..24 => twists[row - 12],
+            24..26 => moduli[row - 24],
+            _ => law[row - 26],
+        })
+    }
+}
+
+/// The wrench on A and its derivatives, in A's axes about A's origin.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct RelativeLinearisation<T> {
+    pub wrench: Vector6<T>,
+    /// By a motion of B (angular, linear, of the point at A's origin).
+    pub by_motion: Matrix6<T>,
+    pub by_moduli: Matrix6x2<T>,
+    /// By the velocity of A relative to B (angular, linear at A's origin).
+    pub by_twist: Matrix6<T>,
+    /// By dissipation and friction.
+    pub by_law: Matrix6x2<T>,
+}
+
+impl<T: Scalar> PartialSum for RelativeLinearisation<T> {
+    fn empty() -> Self {
+        let zero = lift::<T>(0.0);
+        Self {
+            wrench: Vector6::from_element(zero),
+            by_motion: Matrix6::from_element(zero),
+            by_moduli: Matrix6x2::from_element(zero),
+            by_twist: Matrix6::from_element(zero),
+            by_law: Matrix6x2::from_element(zero),
+        }
+    }
+
+    fn merge(&mut self, next: Self) {
+        self.wrench += next.wrench;
+        self.by_motion += next.by_motion;
+        self.by_moduli += next.by_moduli;
+        self.by_twist += next.by_twist;
+        self.by_law += next.by_law;
+    }
+}
+
+impl RelativeLinearisation<f64> {
+    /// The chain rule: the wrench after changes, with real parts of zero, of the numbers it depends on: motion of B,
+    /// moduli, and as far as there are any velocity, dissipation and friction.
+    pub fn pushforward<T: Scalar, const K: usize>(&self, changes: &[T; K]) -> Wrench<T> {
+        let number = |row: usize| {
+            let slope = |column: usize| match column {
+                0..6 => self.by_motion[(row, column)],
+                6..8 => self.by_moduli[(row, column - 6)],
+                8..14 => self.by_twist[(row, column - 8)],
+                _ => self.by_law[(row, column - 14)],
+            };
+            let mut sum = lift::<T>(self.wrench[row]);
+            for (column, change) in changes.iter().enumerate() {
+                sum += *change * slope(column);
+            }
+            sum
+        };
+        Wrench {
+            torque: Vector3::from_fn(|i, _| number(i)),
+            force: Vector3::from_fn(|i, _| number(3 + i)),
+        }
+    }
+}
+
+impl<T: Scalar> RelativeLinearisation<T> {
+    /// In the world: for bodies in motion with the velocity of A relative to B, in A's axes, and the angular velocity
+    /// of B in the world.
+    pub fn in_world(
+        &self,
+        pair: &ContactPair<T>,
+        motion: Option<(&RelativeMotion<T>, &Vector3<T>)>,
+    ) -> LinearisedContact<T> {
+        let rotation = pair.a().pose().rotation();
+        let from_a_to_b = pair.b().pose().translation() - pair.a().pose().translation();
+        let [torque, force] = [0, 3].map(|row| self.wrench.fixed_rows::<3>(row).into_owned());
+        let wrench = pair.wrench_from_a(&Wrench { torque, force });
+        let turned = block_diagonal(rotation);
+        let [by_motion, by_twist] =
+            [self.by_motion, self.by_twist].map(|by| turned * by * turned.transpose());
+        let one = Matrix6::<T>::identity();
+        // Turning B about its own origin moves the point of B at A's origin by r × ω.
+        let mut lever = one;
+        add_block(&mut lever, [3, 0], skew(&from_a_to_b));
+        // Moving A is moving B back, and turning the wrench with A.
+        let mut by_pose_a = -by_motion;
+        add_block(&mut by_pose_a, [0, 0], -skew(&wrench.on_a.torque));
+        add_block(&mut by_pose_a, [3, 0], -skew(&wrench.on_a.force));
+        let mut by_pose_b = by_motion * lever;
+        if let Some((motion, spin_b)) = motion {
+            let [turn, shift] = motion.by_pose_a(rotation, spin_b);
+            by_pose_a += by_twist * (turn - shift);
+            by_pose_b += by_twist * shift;
+        }
+        // B's velocity counts where A's origin is.
+        let by_twists = [by_twist, -(by_twist * lever)];
+        let reaction = Reaction {
+            from_a_to_b,
+            force: wrench.on_a.force,
+        };
+        LinearisedContact {
+            wrench,
+            by_poses: reaction.of_poses(&[by_pose_a, by_pose_b]),
+            by_twists: reaction.of_blocks(&by_twists),
+            by_moduli: reaction.of_columns(&(turned * self.by_moduli)),
+            by_law: reaction.of_columns(&(turned * self.by_law)),
+        }
+    }
+}
+
+/// From the wrench on A to that on B: force −F, torque −(τ − r × F) about a point r away, which moves with B against A.
+struct Reaction<T> {
+    from_a_to_b: Vector3<T>,
+    force: Vector3<T>,
+}
+
+impl<T: Scalar> Reaction<T> {
+    /// Rows of both wrenches, from those of the one on A.
+    fn of_columns<const C: usize>(&self, on_a: &SMatrix<T, 6, C>) -> SMatrix<T, 12, C> {
+        let mut shift = Matrix6::identity() * lift::<T>(-1.0);
+        add_block(&mut shift, [0, 3], skew(&self.from_a_to_b));
+        let on_b = shift * on_a;
+        SMatrix::from_fn(|row, column| {
+            if row < 6 {
+                on_a[(row, column)]
+            } else {
+                on_b[(row - 6, column)]
+            }
+        })
+    }
+
+    fn of_blocks(&self, [by_a, by_b]: &[Matrix6<T>; 2]) -> SMatrix<T, 12, 12> {
+        let [by_a, by_b] = [by_a, by_b].map(|by| self.of_columns(by));
+        SMatrix::from_fn(|row, column| match column {
+            0..6 => by_a[(row, column)],
+            _ => by_b[(row, column - 6)],
+        })
+    }
+
+    /// As the bodies move, r does: δr × F = −F × δr with δr = δp_B − δp_A.
+    fn of_poses(&self, by_poses: &[Matrix6<T>; 2]) -> SMatrix<T, 12, 12> {
+        let mut whole = self.of_blocks(by_poses);
+        add_block(&mut whole, [6, 3], skew(&self.force));
+        add_block(&mut whole, [6, 9], -skew(&self.force));
+        whole
+    }
+}
+
+impl<T: Scalar> RelativeMotion<T> {
+    /// How the velocity of A relative to B (in A's axes, given back in world axes) changes with A's axes as A turns, and
+    /// with the place of A's origin on B as B moves against it.
+    fn by_pose_a(&self, rotation: &Matrix3<T>, spin_b: &Vector3<T>) -> [Matrix6<T>; 2] {
+        let mut turn = Matrix6::from_element(lift(0.0));
+        add_block(&mut turn, [0, 0], skew(&(rotation * self.angular)));
+        add_block(&mut turn, [3, 0], skew(&(rotation * self.at_origin)));
+        let mut shift = Matrix6::from_element(lift(0.0));
+        add_block(&mut shift, [3, 3], skew(spin_b));
+        [turn, shift]
+    }
+}
 
 impl<T: Scalar> ContactPair<'_, T> {
-    /// [`Self::wrench`] with first derivatives from the closed form: the contact is evaluated once in
-    /// `f64` with its Jacobian, which the chain rule carries into however many derivatives `T` has.
-    ///
-    /// Faster than the generic pipeline, and right also where edges of polygons coincide. For a `T`
-    /// of second or higher order, and for `f64`, it is [`Self::wrench`].
-    #[must_use]
-    pub fn wrench_carried(&self) -> ContactWrench<T> {
-        if Order::<T>::IS_FIRST {
-            let slopes = self.real_slopes();
-            let wrench_a = slopes.carried(&self.changes());
-            return self.wrench_from_a(&wrench_a);
-        }
-        self.wrench()
-    }
-
-    /// [`Self::wrench_in_motion`] with first derivatives by the chain rule: the contact is evaluated
-    /// once in dual numbers of fixed width, whose derivatives are carried into however many `T` has.
-    ///
-    /// For a `T` of second or higher order, and for `f64`, it is [`Self::wrench_in_motion`].
-    #[must_use]
-    pub fn wrench_in_motion_carried(
-        &self,
-        law: &SurfaceLaw<T>,
-        twists: [Twist<T>; 2],
-    ) -> ContactWrench<T> {
-        if Order::<T>::IS_FIRST {
-            let motion = RelativeMotion::of(self, twists);
-            let slopes = self.slopes_in_motion(&law.real(), &motion.real());
-            let wrench_a = slopes.carried(&self.changes_in_motion(law, &motion));
-            return self.wrench_from_a(&wrench_a);
-        }
-        self.wrench_in_motion(law, twists)
-    }
-
-    /// Wrench on A about A's origin in A's axes, with its slopes in closed form.
-    fn real_slopes(&self) -> Slopes<8> {
-        let [a, b] = self.real_bodies();
-        let relative = ContactPair::new(a, b).relative_jacobian();
-        let [by_modulus_a, by_modulus_b] = relative.by_moduli([a.modulus(), b.modulus()]);
-        let mut slopes = SMatrix::<f64, 6, 8>::zeros();
-        let mut by_motion = slopes.fixed_columns_mut::<6>(0);
-        by_motion.copy_from(relative.by_motion_of_b());
-        slopes.set_column(6, &by_modulus_a);
-        slopes.set_column(7, &by_modulus_b);
-        let wrench = relative.wrench().to_vector();
-        Slopes { wrench, slopes }
-    }
-
-    /// Wrench on A about A's origin in A's axes, with its slopes: by what the polygons depend on in
-    /// dual numbers, by velocities and law on the polygons as they are.
-    fn slopes_in_motion(&self, law: &SurfaceLaw, motion: &RelativeMotion<f64>) -> Slopes<16> {
-        let [a, b] = self.real_bodies();
-        let pair = ContactPair::new(
-            ContactBody::from_valid(a.shape(), Pose::identity(), Inner::variable(a.modulus(), 6)),
-            ContactBody::from_valid(
-                b.shape(),
-                moved_about_origin(b.pose()),
-                Inner::variable(b.modulus(), 7),
-            ),
-        );
-        let (inner_law, inner_motion) = (law.lifted::<Inner>(), motion.lifted::<Inner>());
-        let sum: SlopesInMotion = pair.sum_polygons(|sum: &mut SlopesInMotion, polygon| {
-            sum.wrench += polygon.wrench_in_motion(&inner_law, &inner_motion);
-            polygon.add_slopes(law, motion, &mut sum.by_motion);
-        });
-        let (wrench_a, by_motion) = (sum.wrench.to_vector(), sum.by_motion);
-        let slopes = SMatrix::from_fn(|row, column| match column {
-            0..8 => wrench_a[row].eps[column],
-            _ => by_motion[(row, column - 8)],
-        });
-        Slopes {
-            wrench: wrench_a.map(real_part),
-            slopes,
-        }
-    }
-
-    /// Both bodies without derivatives, in A's frame.
-    fn real_bodies(&self) -> [ContactBody<'_, f64>; 2] {
-        let (a, b) = (self.a(), self.b());
-        let pose_ab = a.pose().real().inverse() * b.pose().real();
-        [
-            ContactBody::from_valid(a.shape(), Pose::identity(), real_part(a.modulus())),
-            ContactBody::from_valid(b.shape(), pose_ab, real_part(b.modulus())),
-        ]
-    }
-
     /// How B has moved relative to A from where the real parts are (angular, linear, in A's axes
     /// about A's origin), and how the moduli have changed.
-    fn changes(&self) -> [T; 8] {
+    pub(super) fn tangent(&self) -> [T; 8] {
         let (pose_wa, pose_wb) = (self.a().pose(), self.b().pose());
         let [turn_a, turn_b] = [pose_wa, pose_wb].map(|pose| turn_from_real(pose.rotation()));
         let from_a_to_b = pose_wb.translation() - pose_wa.translation();
@@ -115,9 +263,13 @@ impl<T: Scalar> ContactPair<'_, T> {
         ]
     }
 
-    /// [`Self::changes`], and those of the relative motion and of the law.
-    fn changes_in_motion(&self, law: &SurfaceLaw<T>, motion: &RelativeMotion<T>) -> [T; 16] {
-        let of_pair = self.changes();
+    /// [`Self::tangent`], and the changes of the relative motion and of the law.
+    pub(super) fn tangent_in_motion(
+        &self,
+        law: &SurfaceLaw<T>,
+        motion: &RelativeMotion<T>,
+    ) -> [T; 16] {
+        let of_pair = self.tangent();
         let angular = motion.angular.map(change);
         let linear = motion.at_origin.map(change);
         std::array::from_fn(|number| match number {
@@ -130,53 +282,19 @@ impl<T: Scalar> ContactPair<'_, T> {
     }
 }
 
-/// A wrench with its derivatives by what the polygons depend on, and those by velocities and law.
-struct SlopesInMotion {
-    wrench: Wrench<Inner>,
-    by_motion: SMatrix<f64, 6, 8>,
+fn block_diagonal<T: Scalar>(rotation: &Matrix3<T>) -> Matrix6<T> {
+    let mut matrix = Matrix6::from_element(lift(0.0));
+    add_block(&mut matrix, [0, 0], *rotation);
+    add_block(&mut matrix, [3, 3], *rotation);
+    matrix
 }
 
-impl PartialSum for SlopesInMotion {
-    fn empty() -> Self {
-        Self {
-            wrench: Wrench::zero(),
-            by_motion: SMatrix::zeros(),
-        }
-    }
-
-    fn merge(&mut self, next: Self) {
-        self.wrench += next.wrench;
-        self.by_motion += next.by_motion;
-    }
-}
-
-/// A wrench (torque, force) and its derivatives by `K` numbers.
-struct Slopes<const K: usize> {
-    wrench: Vector6<f64>,
-    slopes: SMatrix<f64, 6, K>,
-}
-
-impl<const K: usize> Slopes<K> {
-    /// The chain rule: the wrench after changes with real parts of zero.
-    fn carried<T: Scalar>(&self, changes: &[T; K]) -> Wrench<T> {
-        let number = |row: usize| {
-            let mut sum = lift::<T>(self.wrench[row]);
-            for (column, change) in changes.iter().enumerate() {
-                sum += *change * self.slopes[(row, column)];
-            }
-            sum
-        };
-        Wrench {
-            torque: Vector3::from_fn(|i, _| number(i)),
-            force: Vector3::from_fn(|i, _| number(3 + i)),
-        }
-    }
-}
-
-/// A pose with the derivatives by a motion about the outer frame's origin: numbers 0..6.
-fn moved_about_origin(pose: &Pose) -> Pose<Inner> {
-    let variables = |first: usize| Vector3::from_fn(|i, _| Inner::variable(0.0, first + i));
-    let start = Pose::<Inner>::lifted(pose);
-    let turned = Pose::from_rotation_vector(&variables(0), variables(3));
-    turned * start
+/// Adds a 3×3 block at the given row and column.
+pub(super) fn add_block<T: Scalar, const R: usize, const C: usize>(
+    matrix: &mut SMatrix<T, R, C>,
+    [row, column]: [usize; 2],
+    block: Matrix3<T>,
+) {
+    let mut view = matrix.fixed_view_mut::<3, 3>(row, column);
+    view += block;
 }

@@ -30,19 +30,24 @@
 //! ```
 
 mod energy;
+mod friction;
 mod jacobian;
 mod linearised;
 mod pair;
+mod plane;
 mod polygon;
 mod surface;
 mod surface_law;
+mod traction;
+mod traction_rates;
 mod wrench;
 
 pub use crate::broad_phase::Shape;
 pub use crate::narrow_phase::{BodyError, ContactBody};
 pub use crate::search::{Culling, Search};
 pub use jacobian::{ContactJacobian, WrenchJacobian};
-pub use pair::{ContactPair, WorkCount};
+pub use linearised::LinearisedContact;
+pub use pair::{ContactPair, Pipeline, WorkCount};
 pub use surface::{ContactPolygon, ContactSurface};
 pub use surface_law::SurfaceLaw;
 pub use wrench::ContactWrench;

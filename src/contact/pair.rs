@@ -1,10 +1,9 @@
 use super::jacobian::RelativeJacobian;
-use super::polygon::{NarrowPhase, PairPolygon};
+use super::linearised::RelativeLinearisation;
+use super::polygon::{PolygonSource, sum_over};
 use super::{ContactBody, ContactJacobian, ContactPolygon, ContactSurface, ContactWrench, Search};
-use crate::narrow_phase::Meeting;
-use crate::narrow_phase::RelativePair;
-use crate::scalar::{Scalar, lift};
-use crate::search::PartialSum;
+use crate::narrow_phase::Cut;
+use crate::scalar::{Order, Scalar, lift, real_part};
 use crate::spatial::{Pose, Wrench};
 
 /// Two bodies that may touch: the wrench, the contact surface, the potential energy and the
@@ -19,6 +18,14 @@ pub struct ContactPair<'a, T = f64> {
     b: ContactBody<'a, T>,
     search: Search,
 }
+
+/// A pair whose first derivatives come through the pipeline too: all geometry, clipping and integration are done in the
+/// scalar. Derivatives of higher order always do.
+///
+/// It takes longer than the [linearised contact](super::LinearisedContact), which it can be checked against, and where
+/// faces of both bodies coincide its derivatives are those of one side, or lost in round-off.
+#[derive(Debug, Clone, Copy)]
+pub struct Pipeline<'p, 'a, T>(pub(super) &'p ContactPair<'a, T>);
 
 /// How much work a contact took: the same for the same bodies, poses and search in every run.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -47,6 +54,12 @@ impl<'a, T: Scalar> ContactPair<'a, T> {
         Self { search, ..self }
     }
 
+    /// The same pair with first derivatives through the pipeline.
+    #[must_use]
+    pub fn pipeline(&self) -> Pipeline<'_, 'a, T> {
+        Pipeline(self)
+    }
+
     /// Body A.
     #[must_use]
     pub fn a(&self) -> &ContactBody<'a, T> {
@@ -62,9 +75,11 @@ impl<'a, T: Scalar> ContactPair<'a, T> {
     /// The exact contact wrenches (the paper, §III-C and §III-D).
     #[must_use]
     pub fn wrench(&self) -> ContactWrench<T> {
-        let add = |sum: &mut Wrench<T>, polygon: &PairPolygon<T>| *sum += polygon.wrench();
-        let wrench_a = self.sum_polygons(add);
-        self.wrench_from_a(&wrench_a)
+        if Order::<T>::IS_FIRST {
+            let linearisation = self.real().relative_linearisation();
+            return self.wrench_from_a(&linearisation.pushforward(&self.tangent()));
+        }
+        self.pipeline().wrench()
     }
 
     /// The wrenches and their derivatives by both poses and both moduli, in closed form from the
@@ -72,25 +87,26 @@ impl<'a, T: Scalar> ContactPair<'a, T> {
     /// would be lost in round-off.
     #[must_use]
     pub fn wrench_and_jacobian(&self) -> (ContactWrench<T>, ContactJacobian<T>) {
-        let relative = self.relative_jacobian();
-        let (pose_wa, pose_ab) = (self.a.pose(), self.pose_ab());
-        let wrench = self.wrench_from_a(&relative.wrench());
-        let moduli = [self.a.modulus(), self.b.modulus()];
-        let jacobian = relative.in_world(&wrench, pose_wa, &pose_ab, moduli);
-        (wrench, jacobian)
+        let linearised = self.relative_linearisation().in_world(self, None);
+        (linearised.wrench, ContactJacobian::of(&linearised))
     }
 
-    pub(super) fn relative_jacobian(&self) -> RelativeJacobian<T> {
-        self.sum_polygons(|sum, polygon| polygon.add_to(sum))
+    /// The elastic contact in A's axes.
+    pub(super) fn relative_linearisation(&self) -> RelativeLinearisation<T> {
+        let source = PolygonSource::of(self);
+        let found = source.pair.found(self.search);
+        let elastic: RelativeJacobian<T> = source.sum(&found, |sum, polygon| polygon.add_to(sum));
+        elastic.linearisation(self.moduli())
     }
 
     /// The contact surface, polygon by polygon.
     #[must_use]
     pub fn surface(&self) -> ContactSurface<T> {
-        let polygons = self.sum_polygons(|polygons: &mut Vec<_>, polygon| {
-            if !polygon.flush && polygon.has_area() {
-                polygons.push(ContactPolygon::from_pair(polygon, self.a.pose()));
-            }
+        let source = PolygonSource::of(self);
+        let found = source.pair.found(self.search);
+        let polygons = sum_over(&found, |polygons: &mut Vec<_>, cut| {
+            let pressed = source.pressed_polygon(cut);
+            polygons.extend(pressed.map(|p| ContactPolygon::of(cut.tets, &p, self.a.pose())));
         });
         ContactSurface { polygons }
     }
@@ -102,11 +118,10 @@ impl<'a, T: Scalar> ContactPair<'a, T> {
     /// contribute, not only those at the contact surface.
     #[must_use]
     pub fn potential_energy(&self) -> T {
-        let narrow_phase = self.narrow_phase();
-        let shadow = &narrow_phase.shadow;
+        let source = PolygonSource::of(self);
         let mut energy = lift(0.0);
-        shadow.visit_overlapping(|tet_a, tet_b| {
-            energy += narrow_phase.energy(shadow.tet_a(tet_a), tet_b);
+        source.pair.visit_overlapping(|tet_a, tet_b| {
+            energy += source.energy(source.pair.tet_a(tet_a), tet_b);
         });
         energy
     }
@@ -114,62 +129,56 @@ impl<'a, T: Scalar> ContactPair<'a, T> {
     /// The pairs of tetrahedra (of A, of B) that have a contact polygon, in no special order.
     #[must_use]
     pub fn touching_tets(&self) -> Vec<[usize; 2]> {
-        let mut touching = self.sum_polygons(|touching: &mut Vec<_>, polygon| {
-            if !polygon.flush && polygon.has_area() {
-                touching.push(polygon.tets);
-            }
-        });
-        // With derivatives, a polygon may come as two halves.
-        touching.dedup();
-        touching
+        let source = PolygonSource::of(&self.real());
+        let found = source.pair.found(self.search);
+        let pressed = found
+            .cuts()
+            .iter()
+            .filter(|cut| source.pressed_polygon(cut).is_some());
+        pressed.map(|cut| cut.tets).collect()
     }
 
     /// Counts the work the wrench takes.
     #[must_use]
     pub fn work_count(&self) -> WorkCount {
-        let narrow_phase = self.narrow_phase();
-        let add = |polygons: &mut usize, meeting: &Meeting| {
-            let mut has_area = false;
-            narrow_phase.visit_polygon(meeting, |polygon| has_area |= polygon.has_area());
-            *polygons += usize::from(has_area);
-        };
-        let found = narrow_phase.shadow.sum_meetings(self.search, add);
+        let source = PolygonSource::of(&self.real());
+        let found = source.pair.found(self.search);
+        let has_area = |cut: &&Cut| cut.weight().area > 0.0 && source.polygon(cut).has_area();
         WorkCount {
             candidate_pairs: found.candidates,
-            polygons: found.sum,
+            polygons: found.cuts().iter().filter(has_area).count(),
         }
     }
 
-    pub(super) fn pose_ab(&self) -> Pose<T> {
-        self.a.pose().inverse() * *self.b.pose()
+    pub(super) fn moduli(&self) -> [T; 2] {
+        [self.a.modulus(), self.b.modulus()]
     }
 
-    fn narrow_phase(&self) -> NarrowPhase<'a, T> {
-        let pose_ab = self.pose_ab();
-        NarrowPhase {
-            shadow: RelativePair::of(&self.a, &self.b, &pose_ab),
-            modulus_a: self.a.modulus(),
-            modulus_b: self.b.modulus(),
-            pose_ab,
+    /// The pair without derivatives, in A's frame.
+    pub(super) fn real(&self) -> ContactPair<'a> {
+        let (a, b) = (self.a(), self.b());
+        let pose_ab = a.pose().real().inverse() * b.pose().real();
+        ContactPair {
+            a: ContactBody::from_valid(a.shape(), Pose::identity(), real_part(a.modulus())),
+            b: ContactBody::from_valid(b.shape(), pose_ab, real_part(b.modulus())),
+            search: self.search,
         }
     }
 
-    /// Adds up the contact polygons; with derivatives, also those without an area.
-    pub(super) fn sum_polygons<S: PartialSum>(
-        &self,
-        add: impl Fn(&mut S, &PairPolygon<T>) + Sync,
-    ) -> S {
-        let narrow_phase = self.narrow_phase();
-        let add_polygon = |sum: &mut S, meeting: &Meeting| {
-            narrow_phase.visit_polygon(meeting, |polygon| {
-                if polygon.counts() {
-                    add(sum, polygon);
-                }
-            });
-        };
-        narrow_phase
-            .shadow
-            .sum_meetings(self.search, add_polygon)
-            .sum
+    pub(super) fn search(&self) -> Search {
+        self.search
+    }
+}
+
+impl<T: Scalar> Pipeline<'_, '_, T> {
+    /// [`ContactPair::wrench`].
+    #[must_use]
+    pub fn wrench(&self) -> ContactWrench<T> {
+        let source = PolygonSource::of(self.0);
+        let found = source.pair.found(self.0.search);
+        let wrench_a = source.sum(&found, |sum: &mut Wrench<T>, polygon| {
+            *sum += polygon.wrench();
+        });
+        self.0.wrench_from_a(&wrench_a)
     }
 }

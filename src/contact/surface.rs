@@ -1,4 +1,4 @@
-use super::polygon::PairPolygon;
+use super::polygon::CutPolygon;
 use crate::geometry::ConvexPolygon;
 use crate::scalar::{Scalar, lift, real_part};
 use crate::spatial::Pose;
@@ -31,17 +31,16 @@ pub struct ContactPolygon<T = f64> {
 /// The contact surface of a body pair, in the world frame: empty where the bodies do not touch.
 #[derive(Debug, Clone)]
 pub struct ContactSurface<T = f64> {
-    /// The polygons, one for each pair of tetrahedra that touch. With derivatives, a polygon whose corners coincide
-    /// with faces of B is there twice, by half each: their derivatives are those of either side.
+    /// The polygons, one for each pair of tetrahedra that touch.
     pub polygons: Vec<ContactPolygon<T>>,
 }
 
 impl<T: Scalar> ContactPolygon<T> {
-    pub(super) fn from_pair(pair: &PairPolygon<T>, pose_wa: &Pose<T>) -> Self {
-        let moments = &pair.moments;
+    pub(super) fn of(tets: [usize; 2], polygon: &CutPolygon<T>, pose_wa: &Pose<T>) -> Self {
+        let moments = &polygon.moments;
         let centroid = moments.centroid();
-        let pressure = pair.pressure.at(&centroid);
-        let gradient = &pair.pressure.gradient;
+        let pressure = polygon.pressure.at(&centroid);
+        let gradient = &polygon.pressure.gradient;
         // About the centroid c: ∫ p (x − c) dA = (∫ (x − c)(x − c)ᵀ dA)·∇p.
         let offset = moments.first / moments.area;
         let moment = moments.second * gradient - offset * moments.first.dot(gradient);
@@ -52,9 +51,9 @@ impl<T: Scalar> ContactPolygon<T> {
             centroid
         };
         Self {
-            tets: pair.tets,
-            outline: pair.polygon.transformed(pose_wa),
-            normal: pose_wa.rotation() * pair.plane.normal,
+            tets,
+            outline: polygon.polygon.transformed(pose_wa),
+            normal: pose_wa.rotation() * polygon.plane.normal,
             area: moments.area,
             centroid: pose_wa.transformed_point(&centroid),
             pressure,

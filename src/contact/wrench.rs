@@ -1,7 +1,6 @@
 use super::ContactPair;
-use super::polygon::PairPolygon;
+use super::polygon::{CutPolygon, PartialSum};
 use crate::scalar::Scalar;
-use crate::search::PartialSum;
 use crate::spatial::Wrench;
 use nalgebra::Vector3;
 
@@ -35,7 +34,7 @@ impl<T: Scalar> PartialSum for Wrench<T> {
     }
 }
 
-impl<T: Scalar> PairPolygon<T> {
+impl<T: Scalar> CutPolygon<T> {
     /// Wrench on A about A's origin, in A's axes: ∫ p n dA and ∫ x × p n dA, both exact (the paper
     /// approximates the second with the centroid, §III-D).
     pub fn wrench(&self) -> Wrench<T> {

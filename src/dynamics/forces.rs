@@ -106,9 +106,9 @@ impl<T: Scalar, F: ExternalForces> World<T, F> {
                 body_i.twist_at_origin(&states[i]),
                 body_j.twist_at_origin(&states[j]),
             ];
-            pair.wrench_in_motion_carried(&law, twists)
+            pair.wrench_in_motion(&law, twists)
         } else {
-            pair.wrench_carried()
+            pair.wrench()
         };
         [wrench.on_a, wrench.on_b]
     }

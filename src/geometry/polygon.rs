@@ -7,24 +7,70 @@ use nalgebra::Vector3;
 /// rest is room for corners that round-off adds.
 pub const POLYGON_CAPACITY: usize = 12;
 
+/// Values below so many times what counts as zero are ill-conditioned. Planes that are further apart, over a body, meet in
+/// lines that are placed to one part in as many.
+const ILL_CONDITIONED: f64 = 1e4;
+
+/// What counts as zero where a field decides on which side of its zero plane a point lies.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Tolerance {
+    /// Values up to this are zero.
+    pub zero: f64,
+    /// Values up to this, but above `zero`, are ill-conditioned: round-off decides where two planes meet that are so
+    /// near to each other.
+    ill_conditioned: f64,
+}
+
+impl Tolerance {
+    /// For values that are rounded by much less than this.
+    pub fn new(zero: f64) -> Self {
+        Self {
+            zero,
+            ill_conditioned: zero * ILL_CONDITIONED,
+        }
+    }
+
+    /// With so many times more that counts as zero; as much above it is ill-conditioned as before.
+    pub fn widened(self, factor: f64) -> Self {
+        let zero = self.zero * factor;
+        Self {
+            zero,
+            ill_conditioned: zero + self.ill_conditioned,
+        }
+    }
+
+    /// For values times a factor.
+    pub fn scaled(self, factor: f64) -> Self {
+        Self {
+            zero: self.zero * factor,
+            ill_conditioned: self.ill_conditioned * factor,
+        }
+    }
+
+    /// Whether a value is not zero, but nearly.
+    #[inline]
+    pub fn is_ill_conditioned(self, value: f64) -> bool {
+        (self.zero..=self.ill_conditioned).contains(&value.abs())
+    }
+
+    /// Whether one of the values is.
+    #[inline]
+    pub fn is_any_ill_conditioned(self, values: &[f64]) -> bool {
+        values.iter().any(|&value| self.is_ill_conditioned(value))
+    }
+}
+
 /// A planar convex polygon in space, on the stack; empty where nothing is left of it.
 ///
-/// Each corner knows on which *sides* it lies: one bit for each plane that bounds the polygon, up to
-/// eight of them. An edge lies on the sides that its two corners share.
+/// Each edge knows its *owners*: the planes it lies in, one bit for each of up to eight planes that bound the polygon.
+/// An edge with several owners belongs to each by an equal part.
 #[derive(Debug, Clone, Copy)]
 pub struct ConvexPolygon<T = f64> {
     corners: [Vector3<T>; POLYGON_CAPACITY],
-    sides: [u8; POLYGON_CAPACITY],
+    /// Owners of the edge from each corner to the next.
+    owners: [u8; POLYGON_CAPACITY],
     len: usize,
-    is_doubtful: bool,
-}
-
-/// Whether a corner on the plane that clips counts as inside. Its place is the same; its derivatives are those
-/// of that side.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) enum OnPlane {
-    Inside,
-    Outside,
+    is_ill_conditioned: bool,
 }
 
 impl<T: Scalar> ConvexPolygon<T> {
@@ -33,9 +79,9 @@ impl<T: Scalar> ConvexPolygon<T> {
     pub fn empty() -> Self {
         Self {
             corners: [Vector3::from_element(lift(0.0)); POLYGON_CAPACITY],
-            sides: [0; POLYGON_CAPACITY],
+            owners: [0; POLYGON_CAPACITY],
             len: 0,
-            is_doubtful: false,
+            is_ill_conditioned: false,
         }
     }
 
@@ -45,31 +91,18 @@ impl<T: Scalar> ConvexPolygon<T> {
         &self.corners[..self.len]
     }
 
-    /// The sides that at least one corner lies on.
+    /// The owners of each edge, from the corner of the same number to the next.
     #[must_use]
-    pub fn sides(&self) -> u8 {
-        self.sides[..self.len].iter().fold(0, |all, own| all | own)
-    }
-
-    /// The sides that all corners lie on: planes in which the whole polygon lies, up to round-off.
-    pub(crate) fn common_sides(&self) -> u8 {
-        self.sides[..self.len]
-            .iter()
-            .fold(u8::MAX, |all, own| all & own)
+    pub fn owners(&self) -> &[u8] {
+        &self.owners[..self.len]
     }
 
     /// Whether a corner came so close to a plane that clipped, without lying on it, that round-off may
     /// have had a part in how: if two planes are nearly the same, the corners where they meet are
     /// placed much worse than any coordinate is rounded.
     #[must_use]
-    pub fn is_doubtful(&self) -> bool {
-        self.is_doubtful
-    }
-
-    /// The corners with their sides that lie on more than two: it is chance which of the sides made them.
-    pub(crate) fn coincidences(&self) -> impl Iterator<Item = (&Vector3<T>, u8)> {
-        let corners = self.corners().iter().zip(self.sides);
-        corners.filter(|(_, sides)| sides.count_ones() > 2)
+    pub fn is_ill_conditioned(&self) -> bool {
+        self.is_ill_conditioned
     }
 
     /// Whether fewer than three corners are left.
@@ -78,10 +111,17 @@ impl<T: Scalar> ConvexPolygon<T> {
         self.len < 3
     }
 
-    /// Appends a corner. A full polygon drops it: convex polygons never fill the capacity, so such
-    /// a corner is a copy, by round-off, of one that is there.
-    pub(crate) fn push(&mut self, corner: Vector3<T>, sides: u8) {
-        self.push_if(true, || corner, sides);
+    /// Appends a corner and the edge behind it. A full polygon drops it: convex polygons never fill the capacity, so
+    /// such a corner is a copy, by round-off, of one that is there.
+    pub(crate) fn push(&mut self, corner: Vector3<T>, owners: u8) {
+        self.push_if(true, || corner, owners);
+    }
+
+    /// Gives an edge to other owners too.
+    pub(crate) fn own_edge(&mut self, edge: usize, owners: u8) {
+        if let Some(own) = self.owners[..self.len].get_mut(edge) {
+            *own |= owners;
+        }
     }
 
     /// Appends a corner if it `is_kept`.
@@ -89,79 +129,81 @@ impl<T: Scalar> ConvexPolygon<T> {
     /// Without derivatives it is made first and then kept or not: a branch that is guessed wrong, as
     /// these are half the time, takes longer.
     #[inline]
-    fn push_if(&mut self, is_kept: bool, corner: impl FnOnce() -> Vector3<T>, sides: u8) {
+    fn push_if(&mut self, is_kept: bool, corner: impl FnOnce() -> Vector3<T>, owners: u8) {
         let is_worth_a_branch = carries_derivatives::<T>();
         if (is_worth_a_branch && !is_kept) || self.len == POLYGON_CAPACITY {
             return;
         }
         self.corners[self.len] = corner();
-        self.sides[self.len] = sides;
+        self.owners[self.len] = owners;
         self.len += usize::from(is_kept);
     }
 
-    /// Makes the polygon turn the other way.
-    pub(crate) fn reverse(&mut self) {
-        self.corners[..self.len].reverse();
-        self.sides[..self.len].reverse();
-    }
-
-    /// The part of the polygon where `field` ≥ 0; corners where it is 0 lie on `side` (one bit). Values
-    /// within `tolerance` of zero count as zero.
+    /// The part of the polygon where `field` ≥ 0; values within `tolerance` of zero count as zero. Edges on which it is 0
+    /// are owned by `side` (one bit).
     ///
-    /// Where an edge crosses from below to zero, the corner at zero comes out twice, with the same
-    /// place but two derivatives: its own and the crossing's. Both are needed: together they give
-    /// the polygon's area the derivative it has on the side where the field grows.
+    /// Where an edge crosses from below to zero, the corner at zero comes out twice, with the same place and an edge
+    /// without length between: so a polygon of which only an edge is left is a line that leads forth and back, and the
+    /// owners of both ways together move it as the mean of what its width is on either side.
     #[must_use]
     pub fn clipped(mut self, field: &AffineField<T>, tolerance: f64, side: u8) -> Self {
-        self.clip(field, tolerance, side, OnPlane::Inside);
+        self.clip(field, Tolerance::new(tolerance), side);
         self
     }
 
-    /// [`Self::clipped`] in place: most faces do not cut, and a polygon is large to hand on. Returns
-    /// whether the side came near the polygon at all.
+    /// [`Self::clipped`] in place: most faces do not cut, and a polygon is large to hand on.
     #[inline]
-    pub(crate) fn clip(
-        &mut self,
-        field: &AffineField<T>,
-        tolerance: f64,
-        side: u8,
-        on_plane: OnPlane,
-    ) -> bool {
+    pub(crate) fn clip(&mut self, field: &AffineField<T>, tolerance: Tolerance, side: u8) {
         let mut values = [lift(0.0); POLYGON_CAPACITY];
-        let (mut is_near, mut is_doubtful) = (false, false);
+        let (mut is_near, mut is_ill_conditioned, mut zeros) = (false, false, 0_u32);
         for (value, corner) in values.iter_mut().zip(&self.corners[..self.len]) {
             *value = field.at(corner);
             let real = real_part(*value);
-            is_near |= real <= tolerance;
-            is_doubtful |= is_doubtful_value(real, tolerance);
-            *value = snapped(*value, tolerance);
+            is_near |= real <= tolerance.zero;
+            zeros += u32::from(real.abs() <= tolerance.zero);
+            is_ill_conditioned |= tolerance.is_ill_conditioned(real);
+            *value = snapped(*value, tolerance.zero);
         }
-        self.is_doubtful |= is_doubtful;
+        self.is_ill_conditioned |= is_ill_conditioned;
         if is_near {
-            match on_plane {
-                OnPlane::Inside => self.cut(&values, side, |value| value >= 0.0),
-                OnPlane::Outside => self.cut(&values, side, |value| value > 0.0),
+            if zeros >= 2 {
+                self.own_where_zero(&values, side);
             }
+            self.cut(&values, side);
         }
-        is_near
     }
 
-    /// Leaves the part of the polygon where values are kept.
+    /// Edges along which the values are zero belong to the side too.
+    #[cold]
+    fn own_where_zero(&mut self, values: &[T; POLYGON_CAPACITY], side: u8) {
+        for now in 0..self.len {
+            let next = if now + 1 == self.len { 0 } else { now + 1 };
+            if [now, next].iter().all(|&end| real_part(values[end]) == 0.0) {
+                self.owners[now] |= side;
+            }
+        }
+    }
+
+    /// Leaves the part of the polygon where values are ≥ 0.
     #[inline]
-    fn cut(&mut self, values: &[T; POLYGON_CAPACITY], side: u8, keeps: impl Fn(f64) -> bool) {
+    fn cut(&mut self, values: &[T; POLYGON_CAPACITY], side: u8) {
         let whole = *self;
         self.len = 0;
         let mut before = whole.len.saturating_sub(1);
         for now in 0..whole.len {
             let (value_before, value) = (values[before], values[now]);
-            let (was_inside, is_inside) = (keeps(real_part(value_before)), keeps(real_part(value)));
+            let (was_inside, is_inside) = (real_part(value_before) >= 0.0, real_part(value) >= 0.0);
             let (previous, corner) = (&whole.corners[before], &whole.corners[now]);
-            let on_side = if real_part(value) == 0.0 { side } else { 0 };
-            let shared = whole.sides[before] & whole.sides[now];
             let crossing =
                 || previous + (corner - previous) * (value_before / (value_before - value));
-            self.push_if(was_inside != is_inside, crossing, shared | side);
-            self.push_if(is_inside, || *corner, whole.sides[now] | on_side);
+            // Where the outline comes in again, the edge that was cut goes on.
+            let owners = if is_inside {
+                whole.owners[before]
+            } else {
+                side
+            };
+            self.push_if(was_inside != is_inside, crossing, owners);
+            self.push_if(is_inside, || *corner, whole.owners[now]);
             before = now;
         }
     }
@@ -200,42 +242,18 @@ impl<T: Scalar> ConvexPolygon<T> {
         for (place, own) in mapped.corners.iter_mut().zip(self.corners()) {
             *place = corner(own);
         }
-        (mapped.sides, mapped.len) = (self.sides, self.len);
-        mapped.is_doubtful = self.is_doubtful;
+        (mapped.owners, mapped.len) = (self.owners, self.len);
+        mapped.is_ill_conditioned = self.is_ill_conditioned;
         mapped
     }
 }
 
 impl ConvexPolygon<f64> {
-    /// Whether it is no wider than this (m).
-    pub(crate) fn is_line(&self, width: f64) -> bool {
-        let Some((first, others)) = self.corners().split_first() else {
-            return true;
-        };
-        let arms = others.iter().map(|corner| corner - first);
-        let length = arms.map(|arm| arm.norm()).fold(0.0, f64::max);
-        let triangles = others.windows(2);
-        let double_area = triangles
-            .map(|pair| (pair[0] - first).cross(&(pair[1] - first)))
-            .sum::<Vector3<f64>>();
-        double_area.norm() <= width * length
-    }
-
     /// The constant polygon.
     #[must_use]
     pub fn lifted<T: Scalar>(&self) -> ConvexPolygon<T> {
         self.mapped(lift_vector)
     }
-}
-
-/// Values within so many tolerances of zero are doubtful. Planes that are further apart, over a body, meet in
-/// lines that are placed to one part in DOUBT.
-const DOUBT: f64 = 1e4;
-
-/// Whether a value is not zero, but nearly.
-#[inline]
-pub(crate) fn is_doubtful_value(value: f64, tolerance: f64) -> bool {
-    (tolerance..=DOUBT * tolerance).contains(&value.abs())
 }
 
 /// The value, its real part set to zero where that is within `tolerance` of zero; the derivatives

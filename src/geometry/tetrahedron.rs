@@ -119,25 +119,68 @@ impl Tetrahedron<f64> {
     /// The polygon in which the zero plane of a field with the given corner values cuts the
     /// tetrahedron, counter-clockwise about the field's gradient. Corners at zero count as above,
     /// so corners may come out doubled, and a tetrahedron that only touches the plane from above
-    /// gives nothing. Bit i of a corner's sides stands for the face opposite to corner i.
-    #[inline]
+    /// gives nothing. Bit i of an edge's owners stands for the face opposite to corner i.
     #[must_use]
     pub fn sliced<T: Scalar>(&self, values: &[T; 4]) -> ConvexPolygon<T> {
+        self.sliced_below(below_mask(&values.map(real_part)), values)
+    }
+
+    /// [`Self::sliced`] with these corners (bit i for corner i) below, which must not be above, and the others above.
+    #[inline]
+    pub(crate) fn sliced_below<T: Scalar>(
+        &self,
+        below: usize,
+        values: &[T; 4],
+    ) -> ConvexPolygon<T> {
         let mut polygon = ConvexPolygon::empty();
-        let real = values.map(real_part);
-        for &(i, j) in CUT_EDGES[below_mask(&real)] {
+        let zero: u8 = (0..4)
+            .map(|i| u8::from(real_part(values[i]) == 0.0) << i)
+            .sum();
+        // An edge of the tetrahedron in the plane belongs to both its faces.
+        let edge = if zero.count_ones() == 2 { zero } else { 0 };
+        for (&(i, j), &face) in CUT_EDGES[below].iter().zip(&SLICE_OWNERS[below]) {
             let t = values[i] / (values[i] - values[j]);
-            let (from, edge) = (self.corners[i], self.corners[j] - self.corners[i]);
-            let corner = Vector3::from_fn(|k, _| t * edge[k] + lift::<T>(from[k]));
-            // An edge lies on the faces opposite to the corners it does not join; one of its ends
-            // lies on the face opposite to the other end too.
-            let on_end = |end: usize, other: usize| u8::from(real[end] == 0.0) << other;
-            let sides = 0b1111 & !(1 << i) & !(1 << j) | on_end(i, j) | on_end(j, i);
-            polygon.push(corner, sides);
+            let (from, along) = (self.corners[i], self.corners[j] - self.corners[i]);
+            let corner = Vector3::from_fn(|k, _| t * along[k] + lift::<T>(from[k]));
+            polygon.push(corner, face);
+        }
+        if edge != 0 {
+            polygon.own_edge(edge_of_slice(CUT_EDGES[below], edge), ALL_FACES & !edge);
         }
         polygon
     }
 }
+
+const ALL_FACES: u8 = 0b1111;
+
+/// The first edge of a slice that is the edge between these two corners of the tetrahedron.
+#[cold]
+fn edge_of_slice(cuts: &[(usize, usize)], corners: u8) -> usize {
+    let end = |cut: usize| {
+        let (i, j) = cuts[cut % cuts.len()];
+        corners & (1 << i | 1 << j)
+    };
+    let joins = |cut: &usize| end(*cut) != 0 && end(*cut) ^ end(cut + 1) == corners;
+    (0..cuts.len()).find(joins).unwrap_or(0)
+}
+
+/// For each slice the face (its bit) in which it goes on from each cut edge to the next: the one opposite to the
+/// corner that neither joins.
+const SLICE_OWNERS: [[u8; 4]; 16] = {
+    let mut owners = [[0; 4]; 16];
+    let mut below = 0;
+    while below < 16 {
+        let cuts = CUT_EDGES[below];
+        let mut cut = 0;
+        while cut < cuts.len() {
+            let ((i, j), (k, l)) = (cuts[cut], cuts[(cut + 1) % cuts.len()]);
+            owners[below][cut] = ALL_FACES & !(1 << i | 1 << j | 1 << k | 1 << l);
+            cut += 1;
+        }
+        below += 1;
+    }
+    owners
+};
 
 /// Bit i is set where value i is below zero.
 fn below_mask(values: &[f64; 4]) -> usize {

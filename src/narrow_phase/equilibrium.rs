@@ -6,6 +6,13 @@ use nalgebra::Vector3;
 /// the rounding of one transformed coordinate.
 pub(crate) const SNAP: f64 = 3e-14;
 
+/// A coincidence of faces to within so many times the margin counts as one for the slopes of friction and dissipation.
+///
+/// These have kinks where sides are flush, and steps in a corner's rate where planes nearly coincide: this close, the
+/// mean of both sides is what a difference over any longer step sees, and what the next step of a rollout may be on
+/// either side of. A polygon whose faces are further apart has its corners placed to one part in as many.
+pub(crate) const COINCIDENCE: f64 = 1e4;
+
 /// A difference of pressure gradients below this fraction of what the rounding of a coordinate can make of
 /// the pressures is none: the two fields are equal over a volume. The plane of fields that differ by more
 /// is placed to about SNAP/EQUAL_FIELDS = 3e-5 of the bodies' size, or better.
@@ -55,6 +62,10 @@ pub(crate) struct CornerSigns {
 
 const ALL_CORNERS: u8 = 0b1111;
 
+/// The sides of the plane, as bits.
+const BELOW: u8 = 1;
+const ABOVE: u8 = 2;
+
 impl CornerSigns {
     #[inline]
     pub fn of(values: &[f64; 4]) -> Self {
@@ -71,24 +82,34 @@ impl CornerSigns {
     }
 
     /// The sides of the plane on which the tetrahedron has corners.
-    pub fn sides(self) -> Sides {
-        Sides {
-            below: self.below != 0,
-            above: self.below | self.zero != ALL_CORNERS,
+    fn corner_sides(self) -> u8 {
+        let is_above = self.below | self.zero != ALL_CORNERS;
+        (if self.below == 0 { 0 } else { BELOW }) | if is_above { ABOVE } else { 0 }
+    }
+
+    /// The sides of the plane on which the tetrahedron has a section however near to the plane: both if the plane passes
+    /// through it, one if it has a face in the plane, none if the plane touches an edge or a corner.
+    fn section_sides(self) -> u8 {
+        let sides = self.corner_sides();
+        if sides == BELOW | ABOVE || self.faces_in_plane() != 0 {
+            sides
+        } else {
+            0
         }
     }
 
-    /// Whether the plane and the tetrahedron have more in common than an edge.
-    pub fn have_section(self) -> bool {
-        self.sides().are_both() || self.faces_in_plane() != 0
+    /// Whether the plane touches an edge of the tetrahedron and nothing else of it.
+    fn is_touched_at_edge(self) -> bool {
+        self.zero.count_ones() == 2 && self.corner_sides() != BELOW | ABOVE
     }
 
-    /// The sides of those of its corners that are opposite to the given faces: where the tetrahedron lies if these
-    /// faces count as lying in the plane.
-    pub fn sides_beyond(self, faces: u8) -> Sides {
-        Sides {
-            below: self.below & faces != 0,
-            above: faces & !(self.below | self.zero) != 0,
+    /// The corners that count as below when the tetrahedron is sliced: not those on the plane, unless the plane touches
+    /// it from below.
+    pub fn sliced_below(self) -> u8 {
+        if self.below == 0 {
+            self.zero
+        } else {
+            self.below
         }
     }
 
@@ -102,19 +123,26 @@ impl CornerSigns {
     }
 }
 
-/// Sides of the equilibrium plane: below, p_A < p_B.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) struct Sides {
-    pub below: bool,
-    pub above: bool,
+/// How much of a contact polygon counts: the mean of what the plane cuts just above and just below.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Weight {
+    /// In integrals over the polygon: half for each side of the plane on which both tetrahedra have a section.
+    pub area: f64,
+    /// In fluxes through its edges: the same, but 1 where the plane touches one of the tetrahedra along an edge. Moved
+    /// to one side the plane cuts a strip there, and the owners of the line's two ways add up to half its growth.
+    pub edges: f64,
 }
 
-impl Sides {
-    pub fn are_both(self) -> bool {
-        self.below && self.above
-    }
-
-    pub fn share_one_with(self, other: Self) -> bool {
-        (self.below && other.below) || (self.above && other.above)
+impl Weight {
+    pub fn of(signs: [CornerSigns; 2]) -> Self {
+        let [a, b] = signs;
+        let area = 0.5 * f64::from((a.section_sides() & b.section_sides()).count_ones());
+        let is_line = area == 0.0
+            && a.corner_sides() & b.corner_sides() != 0
+            && signs.into_iter().any(CornerSigns::is_touched_at_edge);
+        Self {
+            area,
+            edges: if is_line { 1.0 } else { area },
+        }
     }
 }

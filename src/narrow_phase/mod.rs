@@ -9,6 +9,6 @@ mod equilibrium;
 mod relative_pair;
 
 pub use body::{BodyError, ContactBody};
-pub(crate) use cut::{Encounter, Meeting};
-pub(crate) use equilibrium::EquilibriumPlane;
+pub(crate) use cut::{Cut, Encounter};
+pub(crate) use equilibrium::{EquilibriumPlane, Weight};
 pub(crate) use relative_pair::{PosedTet, RelativePair};

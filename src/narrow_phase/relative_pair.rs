@@ -1,7 +1,7 @@
 use super::ContactBody;
-use super::equilibrium::SNAP;
+use super::equilibrium::{COINCIDENCE, SNAP};
 use crate::broad_phase::Shape;
-use crate::geometry::{AffineField, Tetrahedron};
+use crate::geometry::{AffineField, Tetrahedron, Tolerance};
 use crate::mesh::FieldTet;
 use crate::scalar::{Scalar, real_part};
 use crate::spatial::Pose;
@@ -13,8 +13,8 @@ pub(crate) struct RelativePair<'a> {
     /// Hydroelastic moduli (Pa).
     pub moduli: [f64; 2],
     pub pose_ab: Pose<f64>,
-    /// Size of the coordinates involved (m): how far the bodies reach from their frames' origins.
-    length: f64,
+    /// What counts as zero as a distance (m).
+    pub tolerance: Tolerance,
 }
 
 /// A tetrahedron of B in A's frame.
@@ -38,11 +38,21 @@ impl<'a> RelativePair<'a> {
         pose_ab: &Pose<T>,
     ) -> Self {
         let moduli = [a, b].map(|body| real_part(body.modulus()));
+        // The coordinates involved are as large as the bodies reach from their frames' origins.
+        let margin = SNAP * (a.shape().field().reach() + b.shape().field().reach());
         Self {
             shapes: [a.shape(), b.shape()],
             moduli,
             pose_ab: pose_ab.real(),
-            length: a.shape().field().reach() + b.shape().field().reach(),
+            tolerance: Tolerance::new(margin),
+        }
+    }
+
+    /// The same pair, in which faces coincide that are within [`COINCIDENCE`] of it.
+    pub fn with_near_coincidences(self) -> Self {
+        Self {
+            tolerance: self.tolerance.widened(COINCIDENCE),
+            ..self
         }
     }
 
@@ -54,9 +64,9 @@ impl<'a> RelativePair<'a> {
         &self.shapes[1].field().tets()[index]
     }
 
-    /// Error of a transformed coordinate (m).
+    /// What counts as zero as a distance (m).
     pub fn margin(&self) -> f64 {
-        SNAP * self.length
+        self.tolerance.zero
     }
 
     /// A tetrahedron of B as A sees it.

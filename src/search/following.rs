@@ -1,134 +1,119 @@
-use super::scratch::{Scratch, WayOn};
-use super::{Culling, Found, PartialSum};
+use super::Culling;
+use super::scratch::{Exits, Scratch};
 use crate::broad_phase::Shape;
-use crate::narrow_phase::{Encounter, Meeting};
-use crate::narrow_phase::{PosedTet, RelativePair};
+use crate::narrow_phase::{Cut, Encounter, PosedTet, RelativePair};
 use crate::threads;
 
-/// Pairs of tetrahedra that are summed by themselves, in one thread: some 20 µs of work in `f64`.
+/// Pairs of tetrahedra that are looked at together, in one thread: some 20 µs of work.
 const PIECE: usize = 64;
 
 /// A walk over the contact surface.
 pub(super) struct Walk<'w, 'a> {
-    pub shadow: &'w RelativePair<'a>,
+    pub pair: &'w RelativePair<'a>,
     pub scratch: &'w mut Scratch,
 }
 
 impl RelativePair<'_> {
-    /// Adds up the contact polygons: from those where a component of the contact surface must show, to
-    /// their neighbours across the faces that a polygon reaches, wave by wave.
+    /// Finds the cuts: from those where a component of the contact surface must show, to their neighbors across the
+    /// faces that a polygon reaches, one frontier after the other. Returns the number of pairs looked at.
     ///
-    /// A polygon's edge lies on a face of A or of B, and behind that face the neighbour has the same
+    /// A polygon's edge lies on a face of A or of B, and behind that face the neighbor has the same
     /// edge. In a special position, where the plane only touches a pair, or an edge lies on faces of
     /// both, what is next may be behind several faces; so a pair that is only touched is a step on the
     /// way too.
-    pub(super) fn follow<S: PartialSum>(&self, add: impl Fn(&mut S, &Meeting) + Sync) -> Found<S> {
+    pub(super) fn follow(&self, scratch: &mut Scratch) -> usize {
         let [Some(seeds_a), Some(seeds_b)] = self.shapes.map(Shape::seeds) else {
-            return self.cull(Culling::default(), add);
+            return self.cull(Culling::default(), &mut scratch.cuts);
         };
-        Scratch::lent(|scratch| {
-            let mut walk = Walk {
-                shadow: self,
-                scratch,
-            };
-            let mut sum = S::empty();
-            walk.enter_at_seeds(seeds_a, seeds_b);
-            if walk.loses_track(&mut sum, &add) {
-                walk.enter_everywhere();
-                walk.loses_track(&mut sum, &add);
-            }
-            let candidates = walk.scratch.visited.len();
-            Found { sum, candidates }
-        })
+        let mut walk = Walk {
+            pair: self,
+            scratch,
+        };
+        walk.enter_at_seeds(seeds_a, seeds_b);
+        if walk.is_incomplete() {
+            walk.enter_everywhere();
+            walk.is_incomplete();
+        }
+        walk.scratch.visited.len()
     }
 
-    /// Whether a pair of tetrahedra is part of the surface, and where it goes on.
+    /// Over which faces the surface may go on from a pair of tetrahedra; takes note of its cut.
     #[inline]
-    fn way_on(&self, tet_a: usize, tet_b: &PosedTet, visit: impl FnOnce(&Meeting)) -> WayOn {
+    fn exits(&self, tet_a: usize, tet_b: &PosedTet, cuts: &mut Vec<Cut>) -> Exits {
         let tet_a = self.tet_a(tet_a);
-        let crossing = match self.encounter(tet_a, tet_b, true) {
-            Encounter::Apart => return WayOn::default(),
-            Encounter::EqualFields => return WayOn::UNKNOWN,
-            Encounter::Crossing(crossing) => crossing,
+        let decisions = match self.encounter(tet_a, tet_b, true) {
+            Encounter::Apart => return Exits::default(),
+            Encounter::EqualFields => return Exits::UNKNOWN,
+            Encounter::Met(decisions) => decisions,
         };
-        let meeting = self.meeting(tet_a, tet_b, crossing);
-        if meeting.is_polygon() {
-            visit(&meeting);
+        let cut = self.cut(tet_a, tet_b, decisions);
+        if cut.counts() {
+            cuts.push(cut);
         }
-        WayOn {
-            faces: meeting.reached_faces(),
-            is_uncertain: meeting.is_doubtful(),
+        Exits {
+            faces: cut.exits(),
+            is_uncertain: cut.is_ill_conditioned(),
         }
     }
 }
 
 impl Walk<'_, '_> {
-    /// Puts a pair of tetrahedra into the next wave, unless it was in one.
+    /// Puts a pair of tetrahedra into the next frontier, unless it was in one.
     #[inline]
     pub fn enter(&mut self, tet_a: u32, tet_b: u32) {
         let key = u64::from(tet_a) << 32 | u64::from(tet_b);
         if self.scratch.visited.insert(key) {
-            self.scratch.next_wave.push([tet_a, tet_b]);
+            self.scratch.next_frontier.push([tet_a, tet_b]);
         }
     }
 
     /// Follows the surface from the pairs that were entered. Returns whether it met a place where it may
     /// go on unseen: where the fields are equal over a volume, or round-off decided.
-    fn loses_track<S: PartialSum>(
-        &mut self,
-        sum: &mut S,
-        add: &(impl Fn(&mut S, &Meeting) + Sync),
-    ) -> bool {
-        let mut loses_track = false;
-        while !self.scratch.next_wave.is_empty() {
+    fn is_incomplete(&mut self) -> bool {
+        let mut is_incomplete = false;
+        while !self.scratch.next_frontier.is_empty() {
             let scratch = &mut *self.scratch;
-            std::mem::swap(&mut scratch.wave, &mut scratch.next_wave);
-            scratch.next_wave.clear();
-            for [_, tet_b] in &scratch.wave {
-                scratch.posed_tets.add(self.shadow, *tet_b);
+            std::mem::swap(&mut scratch.frontier, &mut scratch.next_frontier);
+            scratch.next_frontier.clear();
+            for [_, tet_b] in &scratch.frontier {
+                scratch.posed_tets.add(self.pair, *tet_b);
             }
-            self.look_around(sum, add);
-            for index in 0..self.scratch.wave.len() {
-                loses_track |= self.scratch.ways_on[index].is_uncertain;
-                self.go_on(index);
+            self.look_around();
+            for index in 0..self.scratch.frontier.len() {
+                is_incomplete |= self.scratch.exits[index].is_uncertain;
+                self.expand(index);
             }
         }
-        loses_track
+        is_incomplete
     }
 
-    /// Looks at all pairs of the wave: adds up the polygons and notes the ways on.
-    fn look_around<S: PartialSum>(
-        &mut self,
-        sum: &mut S,
-        add: &(impl Fn(&mut S, &Meeting) + Sync),
-    ) {
+    /// Looks at all pairs of the frontier: takes note of their cuts and exits.
+    fn look_around(&mut self) {
         let Scratch {
             posed_tets,
-            wave,
-            ways_on,
+            frontier,
+            exits,
+            cuts,
             ..
         } = &mut *self.scratch;
-        ways_on.clear();
-        ways_on.resize(wave.len(), WayOn::default());
-        let look = |(pairs, ways_on): (&[[u32; 2]], &mut [WayOn])| {
-            let mut piece = S::empty();
-            for ([tet_a, tet_b], way_on) in pairs.iter().zip(ways_on) {
-                let visit = |meeting: &Meeting| add(&mut piece, meeting);
-                *way_on = self
-                    .shadow
-                    .way_on(*tet_a as usize, posed_tets.get(*tet_b), visit);
+        exits.clear();
+        exits.resize(frontier.len(), Exits::default());
+        let look = |pairs: &[[u32; 2]], exits: &mut [Exits], cuts: &mut Vec<Cut>| {
+            for ([tet_a, tet_b], exits) in pairs.iter().zip(exits) {
+                *exits = self
+                    .pair
+                    .exits(*tet_a as usize, posed_tets.get(*tet_b), cuts);
             }
-            piece
         };
-        threads::for_pieces((wave, ways_on), PIECE, look, |piece| sum.merge(piece));
+        threads::collect_pieces((frontier, exits), PIECE, look, cuts);
     }
 
-    /// Enters the pairs over the faces that a pair of the wave reaches.
+    /// Enters the pairs over the faces that a pair of the frontier reaches.
     #[inline]
-    fn go_on(&mut self, index: usize) {
-        let ([tet_a, tet_b], faces) = (self.scratch.wave[index], self.scratch.ways_on[index].faces);
-        let [mesh_a, mesh_b] = self.shadow.shapes.map(|shape| shape.field().mesh());
-        for face in faces_in(faces) {
+    fn expand(&mut self, index: usize) {
+        let ([tet_a, tet_b], exits) = (self.scratch.frontier[index], self.scratch.exits[index]);
+        let [mesh_a, mesh_b] = self.pair.shapes.map(|shape| shape.field().mesh());
+        for face in faces_in(exits.faces) {
             if face < 4 {
                 if let Some(next) = mesh_a.neighbour(tet_a as usize, face) {
                     self.enter(next as u32, tet_b);

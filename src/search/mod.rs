@@ -1,4 +1,5 @@
-//! Which pairs of tetrahedra meet: by following the contact surface, or by culling all pairs.
+//! Which pairs of tetrahedra are cut by the plane of equal pressure: by following the contact surface, or by culling all
+//! pairs.
 
 #![expect(
     clippy::cast_possible_truncation,
@@ -13,8 +14,8 @@ mod trees;
 
 pub use culling::Culling;
 
-use crate::narrow_phase::Meeting;
-use crate::narrow_phase::RelativePair;
+use crate::narrow_phase::{Cut, RelativePair};
+use scratch::Scratch;
 
 /// How the pairs of tetrahedra that touch are found. It changes the time a wrench takes, and the wrench by
 /// no more than round-off.
@@ -22,7 +23,7 @@ use crate::narrow_phase::RelativePair;
 #[non_exhaustive]
 pub enum Search {
     /// From where every component of the contact surface must show (at its rim, or on the way from the
-    /// peaks and creases of a field to the body's surface), from each polygon to its neighbours; where
+    /// peaks and creases of a field to the body's surface), from each polygon to its neighbors; where
     /// the meshes or the pose do not allow it, by culling as well.
     #[default]
     Following,
@@ -30,54 +31,42 @@ pub enum Search {
     Culling(Culling),
 }
 
-/// Something that is added up over a contact surface: pieces of it are summed by themselves, and
-/// merged in their order.
-pub(crate) trait PartialSum: Send {
-    /// The sum of nothing.
-    fn empty() -> Self;
-
-    /// Adds the next piece.
-    fn merge(&mut self, next: Self);
-}
-
-impl<U: Send> PartialSum for Vec<U> {
-    fn empty() -> Self {
-        Vec::new()
-    }
-
-    fn merge(&mut self, mut next: Self) {
-        self.append(&mut next);
-    }
-}
-
-impl PartialSum for usize {
-    fn empty() -> Self {
-        0
-    }
-
-    fn merge(&mut self, next: Self) {
-        *self += next;
-    }
-}
-
-/// What a search came to.
-pub(crate) struct Found<S> {
-    pub sum: S,
+/// What a search found. Its memory goes to the thread's next search when it is dropped.
+pub(crate) struct Found {
+    scratch: Scratch,
     /// Number of pairs of tetrahedra that were looked at.
     pub candidates: usize,
 }
 
+impl Found {
+    /// The cuts that count, each once and always in the same order.
+    pub fn cuts(&self) -> &[Cut] {
+        &self.scratch.cuts
+    }
+
+    /// Whether round-off may have decided over a piece of one of them.
+    pub fn is_ill_conditioned(&self) -> bool {
+        self.cuts().iter().any(Cut::is_ill_conditioned)
+    }
+}
+
+impl Drop for Found {
+    fn drop(&mut self) {
+        std::mem::take(&mut self.scratch).left();
+    }
+}
+
 impl RelativePair<'_> {
-    /// Adds up the pairs of tetrahedra that have a contact polygon, each once and always in the same
-    /// order.
-    pub fn sum_meetings<S: PartialSum>(
-        &self,
-        search: Search,
-        add: impl Fn(&mut S, &Meeting) + Sync,
-    ) -> Found<S> {
-        match search {
-            Search::Following => self.follow(add),
-            Search::Culling(culling) => self.cull(culling, add),
+    /// Finds the pairs of tetrahedra that the plane of equal pressure cuts.
+    pub fn found(&self, search: Search) -> Found {
+        let mut scratch = Scratch::taken();
+        let candidates = match search {
+            Search::Following => self.follow(&mut scratch),
+            Search::Culling(culling) => self.cull(culling, &mut scratch.cuts),
+        };
+        Found {
+            scratch,
+            candidates,
         }
     }
 }

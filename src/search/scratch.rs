@@ -1,42 +1,45 @@
-use crate::narrow_phase::{PosedTet, RelativePair};
+use crate::narrow_phase::{Cut, PosedTet, RelativePair};
 use rustc_hash::FxHashSet;
-use std::cell::Cell;
+use std::cell::RefCell;
 
 thread_local! {
-    static SCRATCH: Cell<Option<Box<Scratch>>> = const { Cell::new(None) };
+    /// One for each search whose result was in use at the same time.
+    static SPARE: RefCell<Vec<Scratch>> = const { RefCell::new(Vec::new()) };
 }
 
-/// Memory is given back where the last search used less than one part in so many of it,
-const MOST_SPARE: usize = 64;
+/// Memory is given back where the last search used less than this fraction of it,
+const LEAST_USED: f64 = 1.0 / 64.0;
 
-/// but not below what so many pairs of tetrahedra take.
+/// but not below what this number of pairs of tetrahedra takes.
 const LEAST_KEPT: usize = 1024;
 
 /// Memory that one search leaves to the next in the same thread, so that a search allocates nothing
-/// once its like has been made. It carries no information from one to the next.
+/// once warm. It carries no information from one to the next.
 #[derive(Default)]
 pub(super) struct Scratch {
     pub posed_tets: PosedTets,
     /// The pairs of tetrahedra that were looked at or are about to be.
     pub visited: FxHashSet<u64>,
     /// The pairs to look at next.
-    pub wave: Vec<[u32; 2]>,
+    pub frontier: Vec<[u32; 2]>,
     /// The pairs to look at after those.
-    pub next_wave: Vec<[u32; 2]>,
-    /// For each pair of the wave, over which faces the surface may go on.
-    pub ways_on: Vec<WayOn>,
+    pub next_frontier: Vec<[u32; 2]>,
+    /// For each pair of the frontier, over which faces the surface may go on.
+    pub exits: Vec<Exits>,
+    /// What was found.
+    pub cuts: Vec<Cut>,
 }
 
 /// Where a contact surface may go on from a pair of tetrahedra.
 #[derive(Debug, Clone, Copy, Default)]
-pub(super) struct WayOn {
+pub(super) struct Exits {
     /// Bit i for the face of A opposite to corner i, bit 4 + k for the face of B opposite to corner k.
     pub faces: u8,
     /// Whether it may go on elsewhere too.
     pub is_uncertain: bool,
 }
 
-impl WayOn {
+impl Exits {
     /// Anywhere.
     pub const UNKNOWN: Self = Self {
         faces: 0,
@@ -45,18 +48,25 @@ impl WayOn {
 }
 
 impl Scratch {
-    /// Lends the thread's scratch memory. A search within a search gets memory of its own.
-    pub fn lent<R>(search: impl FnOnce(&mut Self) -> R) -> R {
-        let mut scratch = SCRATCH.take().unwrap_or_default();
-        if scratch.visited.capacity() > MOST_SPARE * scratch.visited.len().max(LEAST_KEPT) {
-            *scratch = Self::default();
+    /// Spare memory of the thread, emptied, or new memory.
+    pub fn taken() -> Self {
+        let spare = SPARE.with_borrow_mut(Vec::pop);
+        let mut scratch = spare.unwrap_or_default();
+        let used = scratch.visited.len().max(LEAST_KEPT) as f64;
+        if used < LEAST_USED * scratch.visited.capacity() as f64 {
+            scratch = Self::default();
         }
         scratch.posed_tets.clear();
         scratch.visited.clear();
-        scratch.next_wave.clear();
-        let result = search(&mut scratch);
-        SCRATCH.set(Some(scratch));
-        result
+        scratch.next_frontier.clear();
+        scratch.cuts.clear();
+        scratch
+    }
+
+    /// Leaves the memory to the next search.
+    pub fn left(self) {
+        // A thread that ends has no room for it.
+        let _ = SPARE.try_with(|spare| spare.borrow_mut().push(self));
     }
 }
 

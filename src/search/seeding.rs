@@ -21,8 +21,8 @@ impl Walk<'_, '_> {
 
     /// Enters at all pairs that culling leaves over.
     pub fn enter_everywhere(&mut self) {
-        let shadow = self.shadow;
-        shadow.visit_candidates(Culling::default(), |tet_a, tet_b| {
+        let pair = self.pair;
+        pair.visit_candidates(Culling::default(), |tet_a, tet_b| {
             self.enter_pair(tet_a, tet_b.index);
         });
     }
@@ -33,15 +33,15 @@ impl Walk<'_, '_> {
 
     /// At the pairs of surface triangles that intersect.
     fn enter_at_rims(&mut self, seeds_a: &Seeds, seeds_b: &Seeds) {
-        let (shadow, margin) = (self.shadow, self.shadow.margin());
+        let (pair, margin) = (self.pair, self.pair.margin());
         // The pairs of one triangle of B come one after the other.
         let mut triangle_b: Option<(SurfaceFace, Triangle)> = None;
-        seeds_a.visit_surface_pairs(seeds_b, &shadow.pose_ab, margin, |face_a, face_b| {
+        seeds_a.visit_surface_pairs(seeds_b, &pair.pose_ab, margin, |face_a, face_b| {
             if triangle_b.as_ref().is_none_or(|(face, _)| *face != face_b) {
-                let tet_b = shadow.tet_b(face_b.tet());
-                triangle_b = Some((face_b, Triangle::of(tet_b, face_b.face(), &shadow.pose_ab)));
+                let tet_b = pair.tet_b(face_b.tet());
+                triangle_b = Some((face_b, Triangle::of(tet_b, face_b.face(), &pair.pose_ab)));
             }
-            let tet_a = shadow.tet_a(face_a.tet());
+            let tet_a = pair.tet_a(face_a.tet());
             let may_cross = |b: &Triangle| b.may_cross(tet_a, face_a.face(), margin);
             if triangle_b.as_ref().is_some_and(|(_, b)| may_cross(b)) {
                 self.enter_pair(face_a.tet(), face_b.tet());
@@ -51,17 +51,17 @@ impl Walk<'_, '_> {
 
     /// At the tetrahedra with convex creases, of either body.
     fn enter_at_creases(&mut self, seeds_a: &Seeds, seeds_b: &Seeds) {
-        let (shadow, margin) = (self.shadow, self.shadow.margin());
-        let [tree_a, tree_b] = shadow.shapes.map(Shape::tree);
-        seeds_b.visit_creased_near(&tree_a.bounds(), &shadow.pose_ab, margin, |tet_b| {
-            let posed_b = shadow.posed_tet(tet_b);
-            shadow.visit_partners(Culling::default(), &posed_b, |tet_a| {
+        let (pair, margin) = (self.pair, self.pair.margin());
+        let [tree_a, tree_b] = pair.shapes.map(Shape::tree);
+        seeds_b.visit_creased_near(&tree_a.bounds(), &pair.pose_ab, margin, |tet_b| {
+            let posed_b = pair.posed_tet(tet_b);
+            pair.visit_partners(Culling::default(), &posed_b, |tet_a| {
                 self.enter_pair(tet_a, tet_b);
             });
         });
-        let pose_ba = shadow.pose_ab.inverse();
+        let pose_ba = pair.pose_ab.inverse();
         seeds_a.visit_creased_near(&tree_b.bounds(), &pose_ba, margin, |tet_a| {
-            let posed_a = shadow.tet_a(tet_a).tetrahedron.posed(&pose_ba);
+            let posed_a = pair.tet_a(tet_a).tetrahedron.posed(&pose_ba);
             let query = posed_a.aabb().inflated(margin);
             tree_b.visit_overlapping(&query, |tet_b| self.enter_pair(tet_a, tet_b));
         });
@@ -69,18 +69,13 @@ impl Walk<'_, '_> {
 
     /// Where the pressures become equal on an escape of either body.
     fn enter_at_escapes(&mut self, seeds_a: &Seeds, seeds_b: &Seeds) {
-        let shadow = self.shadow;
-        shadow.visit_escapes([1, 0], seeds_b, &shadow.pose_ab, |tet_b, tet_a| {
+        let pair = self.pair;
+        pair.visit_escapes([1, 0], seeds_b, &pair.pose_ab, |tet_b, tet_a| {
             self.enter_pair(tet_a, tet_b);
         });
-        shadow.visit_escapes(
-            [0, 1],
-            seeds_a,
-            &shadow.pose_ab.inverse(),
-            |tet_a, tet_b| {
-                self.enter_pair(tet_a, tet_b);
-            },
-        );
+        pair.visit_escapes([0, 1], seeds_a, &pair.pose_ab.inverse(), |tet_a, tet_b| {
+            self.enter_pair(tet_a, tet_b);
+        });
     }
 }
 

@@ -1,28 +1,22 @@
-use super::{Culling, Found, PartialSum};
+use super::Culling;
 use crate::broad_phase::Projections;
-use crate::narrow_phase::{Encounter, Meeting};
-use crate::narrow_phase::{PosedTet, RelativePair};
+use crate::narrow_phase::{Cut, Encounter, PosedTet, RelativePair};
 
 impl RelativePair<'_> {
-    /// Adds up the meetings among the pairs that culling leaves over.
-    pub(super) fn cull<S: PartialSum>(
-        &self,
-        culling: Culling,
-        add: impl Fn(&mut S, &Meeting),
-    ) -> Found<S> {
-        let (mut sum, mut candidates) = (S::empty(), 0);
+    /// Finds the cuts among the pairs that culling leaves over. Returns the number of these.
+    pub(super) fn cull(&self, culling: Culling, cuts: &mut Vec<Cut>) -> usize {
+        let mut candidates = 0;
         self.visit_candidates(culling, |tet_a, tet_b| {
             candidates += 1;
             let tet_a = self.tet_a(tet_a);
-            let encounter = self.encounter(tet_a, tet_b, culling.plane_check);
-            if let Encounter::Crossing(crossing) = encounter {
-                let meeting = self.meeting(tet_a, tet_b, crossing);
-                if meeting.is_polygon() {
-                    add(&mut sum, &meeting);
+            if let Encounter::Met(decisions) = self.encounter(tet_a, tet_b, culling.plane_check) {
+                let cut = self.cut(tet_a, tet_b, decisions);
+                if cut.counts() {
+                    cuts.push(cut);
                 }
             }
         });
-        Found { sum, candidates }
+        candidates
     }
 
     /// Visits the pairs of tetrahedra whose boxes overlap.

@@ -1,14 +1,11 @@
-use crate::contact::{ContactBody, ContactPair, ContactWrench, SurfaceLaw};
+use crate::contact::{ContactBody, ContactPair, LinearisedContact, SurfaceLaw};
 use crate::dynamics::{Body, BodyState, Material};
-use crate::scalar::{DenseDual, Scalar, lift, lift_vector, real_part, real_vector};
-use crate::spatial::{Pose, Twist, Wrench, skew};
+use crate::scalar::{Scalar, real_part, real_vector};
+use crate::spatial::{Pose, Twist, skew};
 use nalgebra::{Matrix3, Matrix6, SMatrix, Vector3};
 
 /// Of two bodies, A's six numbers (angular, linear) before B's.
 type PairMatrix = SMatrix<f64, 12, 12>;
-
-/// A number with derivatives by the poses of A and B, or by their twists.
-type Slope = DenseDual<12>;
 
 /// The contact of two bodies, linearised, in coordinates in which every dynamic body has unit mass
 /// and unit inertia: symmetric, and zero for bodies that forces do not move.
@@ -29,22 +26,24 @@ impl PairRates {
     /// nothing to it: its slope by the poses (more pressure, more friction) stands on one side of the
     /// diagonal only, where it hardly moves an eigenvalue, while half of it on either side would.
     pub fn of(places: [usize; 2], bodies: &[RealBody; 2], slip_tolerance: f64) -> Option<Self> {
-        let [a, b] = bodies.each_ref().map(|body| &body.material);
-        let law = a.lifted().law_with(&b.lifted(), slip_tolerance);
-        let (wrench, by_poses) = by_poses(bodies, &law);
-        if by_poses.amax() == 0.0 {
-            return None;
-        }
-        let rubs = real_part(law.dissipation) > 0.0 || real_part(law.friction) > 0.0;
-        let by_twists = if rubs {
-            by_twists(bodies, &law)
+        let [a, b] = bodies;
+        let pair = ContactPair::new(a.contact, b.contact);
+        let twists = [a.twist, b.twist];
+        let law = a.material.law_with(&b.material, slip_tolerance);
+        let contact = pair.linearised(&law, twists);
+        let by_poses = if law.friction > 0.0 {
+            let frictionless = SurfaceLaw {
+                friction: 0.0,
+                ..law
+            };
+            about_centers(bodies, &pair.linearised(&frictionless, twists))
         } else {
-            PairMatrix::zeros()
+            about_centers(bodies, &contact)
         };
-        Some(Self {
+        (by_poses.amax() > 0.0).then(|| Self {
             bodies: places,
-            stiffness: over_mass(bodies, &about_centers(bodies, &wrench, by_poses)),
-            damping: over_mass(bodies, &by_twists),
+            stiffness: over_mass(bodies, &by_poses),
+            damping: over_mass(bodies, &contact.by_twists),
         })
     }
 }
@@ -83,17 +82,6 @@ impl<'a> RealBody<'a> {
             to_center,
         }
     }
-
-    /// The body as a constant.
-    fn constant(&self) -> ContactBody<'a, Slope> {
-        self.contact.perturbed(&Twist::zero(), lift(0.0))
-    }
-
-    /// The body, to be differentiated by its pose: by six numbers from the `first` on.
-    fn by_pose(&self, first: usize) -> ContactBody<'a, Slope> {
-        self.contact
-            .perturbed(&seeded(&Twist::zero(), first), lift(0.0))
-    }
 }
 
 fn unit_motions<T: Scalar>(body: &Body<T>, pose: &Pose, to_center: &Vector3<f64>) -> Matrix6<f64> {
@@ -118,46 +106,12 @@ fn unit_motions<T: Scalar>(body: &Body<T>, pose: &Pose, to_center: &Vector3<f64>
     motions
 }
 
-/// Both wrenches, and their derivatives by both poses, friction left out.
-fn by_poses(bodies: &[RealBody; 2], law: &SurfaceLaw<Slope>) -> (ContactWrench, PairMatrix) {
-    let [a, b] = bodies;
-    if real_part(law.dissipation) > 0.0 {
-        let frictionless = SurfaceLaw {
-            friction: lift(0.0),
-            ..*law
-        };
-        let pair = ContactPair::new(a.by_pose(0), b.by_pose(6));
-        let twists = [a, b].map(|body| Twist {
-            angular: lift_vector(&body.twist.angular),
-            linear: lift_vector(&body.twist.linear),
-        });
-        let wrench = pair.wrench_in_motion_carried(&frictionless, twists);
-        return (real_wrench(&wrench), slopes(&wrench));
-    }
-    let (wrench, jacobian) = ContactPair::new(a.contact, b.contact).wrench_and_jacobian();
-    let mut by_poses = PairMatrix::zeros();
-    for (row, of_wrench) in [(0, jacobian.on_a), (6, jacobian.on_b)] {
-        let mut rows = by_poses.fixed_rows_mut::<6>(row);
-        rows.copy_from(&of_wrench.matrix().fixed_columns::<12>(0));
-    }
-    (wrench, by_poses)
-}
-
-/// The derivatives of both wrenches by both twists.
-fn by_twists([a, b]: &[RealBody; 2], law: &SurfaceLaw<Slope>) -> PairMatrix {
-    let pair = ContactPair::new(a.constant(), b.constant());
-    let twists = [seeded(&a.twist, 0), seeded(&b.twist, 6)];
-    slopes(&pair.wrench_in_motion_carried(law, twists))
-}
-
 /// Derivatives by poses, for wrenches about the centres of mass: as a body turns by θ, its centre
 /// moves by θ × r against its origin, which takes (θ × r) × F from the torque of a force F.
-fn about_centers(
-    bodies: &[RealBody; 2],
-    wrench: &ContactWrench,
-    mut by_poses: PairMatrix,
-) -> PairMatrix {
-    for (body, (place, wrench)) in bodies.iter().zip([(0, wrench.on_a), (6, wrench.on_b)]) {
+fn about_centers(bodies: &[RealBody; 2], contact: &LinearisedContact) -> PairMatrix {
+    let mut by_poses = contact.by_poses;
+    let wrenches = [contact.wrench.on_a, contact.wrench.on_b];
+    for (body, (place, wrench)) in bodies.iter().zip([0, 6].into_iter().zip(wrenches)) {
         let mut by_turn = by_poses.fixed_view_mut::<3, 3>(place, place);
         by_turn -= skew(&wrench.force) * skew(&body.to_center);
     }
@@ -173,27 +127,4 @@ fn over_mass(bodies: &[RealBody; 2], slopes: &PairMatrix) -> PairMatrix {
     }
     let resisting = -motions.transpose() * slopes * motions;
     (resisting + resisting.transpose()) / 2.0
-}
-
-/// A twist with derivatives by itself: by six numbers from the `first` on.
-fn seeded(twist: &Twist, first: usize) -> Twist<Slope> {
-    let vector = |vector: &Vector3<f64>, first: usize| {
-        Vector3::from_fn(|i, _| Slope::variable(vector[i], first + i))
-    };
-    Twist {
-        angular: vector(&twist.angular, first),
-        linear: vector(&twist.linear, first + 3),
-    }
-}
-
-fn slopes(wrench: &ContactWrench<Slope>) -> PairMatrix {
-    let rows = [wrench.on_a, wrench.on_b].map(|wrench: Wrench<Slope>| wrench.to_vector());
-    PairMatrix::from_fn(|row, column| rows[row / 6][row % 6].eps[column])
-}
-
-fn real_wrench(wrench: &ContactWrench<Slope>) -> ContactWrench {
-    ContactWrench {
-        on_a: wrench.on_a.real(),
-        on_b: wrench.on_b.real(),
-    }
 }
