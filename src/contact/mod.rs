@@ -33,6 +33,7 @@ mod body;
 mod carried;
 mod energy;
 mod equilibrium;
+mod friction;
 mod jacobian;
 mod meeting;
 mod narrow_phase;

@@ -1,0 +1,342 @@
+//! Quadrature rules: symmetric ones on the triangle, and Gauss–Legendre on an edge.
+//!
+//! The nodes on the triangle are those of H. Xiao and Z. Gimbutas, "A numerical algorithm for the
+//! construction of efficient quadrature rules in two and higher dimensions", Comput. Math. Appl. 59
+//! (2010): all inside, all weights positive. They are stored as orbits of the triangle's symmetries
+//! and expanded when the crate is compiled.
+#![expect(
+    clippy::unreadable_literal,
+    reason = "nodes and weights are compared with the source as they are"
+)]
+
+/// Two points of a rule on the triangle (first corner, b, c): the barycentric coordinates of b, those of c, and the
+/// weights, as fractions of the area. Points are taken by two so that the compiler can fill its registers.
+pub(super) type PointPair = [[f64; 2]; 3];
+
+/// A rule on the triangle, exact for polynomials up to its degree.
+pub(super) struct TriangleRule {
+    pairs: [PointPair; Self::CAPACITY],
+    len: usize,
+}
+
+impl TriangleRule {
+    /// Half the 60 points of the rule of degree 17.
+    const CAPACITY: usize = 30;
+
+    /// The points; if their number is odd, the last one has a weight of zero.
+    pub fn pairs(&self) -> &[PointPair] {
+        &self.pairs[..self.len]
+    }
+
+    /// The order of the points has no meaning, but the triangle's corners are three: each orbit comes in threes.
+    const fn expanded(orbits: &Orbits) -> Self {
+        let mut points = Points {
+            rule: Self {
+                pairs: [[[0.0; 2]; 3]; Self::CAPACITY],
+                len: 0,
+            },
+            count: 0,
+        };
+        if orbits.centroid > 0.0 {
+            points.push(1.0 / 3.0, 1.0 / 3.0, orbits.centroid);
+        }
+        let mut i = 0;
+        while i < orbits.medians.len() {
+            let [a, weight] = orbits.medians[i];
+            points.push_turned([a, a], weight);
+            i += 1;
+        }
+        i = 0;
+        while i < orbits.general.len() {
+            let [a, b, weight] = orbits.general[i];
+            points.push_turned([a, b], weight);
+            points.push_turned([b, a], weight);
+            i += 1;
+        }
+        points.rule
+    }
+}
+
+/// A rule while its points are filled in.
+struct Points {
+    rule: TriangleRule,
+    count: usize,
+}
+
+impl Points {
+    const fn push(&mut self, b: f64, c: f64, weight: f64) {
+        let (pair, lane) = (self.count / 2, self.count % 2);
+        self.rule.pairs[pair][0][lane] = b;
+        self.rule.pairs[pair][1][lane] = c;
+        self.rule.pairs[pair][2][lane] = weight;
+        self.count += 1;
+        self.rule.len = pair + 1;
+    }
+
+    /// Adds the point with the barycentric coordinates a, b and the rest, and the two that cyclic exchange makes of it.
+    const fn push_turned(&mut self, [a, b]: [f64; 2], weight: f64) {
+        let rest = 1.0 - a - b;
+        self.push(a, b, weight);
+        self.push(b, rest, weight);
+        self.push(rest, a, weight);
+    }
+}
+
+/// The points of a rule that is the same seen from each corner of the triangle.
+struct Orbits {
+    /// Weight of the centroid, 0 if it is no point of the rule.
+    centroid: f64,
+    /// Orbits of three points on the medians: the barycentric coordinate that two corners have, and the weight.
+    medians: &'static [[f64; 2]],
+    /// Orbits of six points: two barycentric coordinates and the weight.
+    general: &'static [[f64; 3]],
+}
+
+/// Gauss–Legendre quadrature: exact for polynomials of degree 2n − 1.
+pub(super) struct EdgeRule {
+    points: [[f64; 2]; Self::CAPACITY],
+    len: usize,
+}
+
+impl EdgeRule {
+    const CAPACITY: usize = 10;
+
+    /// Nodes in [−1, 1], each with its weight as a fraction of the length.
+    pub fn points(&self) -> &[[f64; 2]] {
+        &self.points[..self.len]
+    }
+
+    /// From the nodes ≥ 0.
+    const fn mirrored(half: &[[f64; 2]]) -> Self {
+        let mut rule = Self {
+            points: [[0.0; 2]; Self::CAPACITY],
+            len: 0,
+        };
+        let mut i = 0;
+        while i < half.len() {
+            let [node, weight] = half[i];
+            rule.points[rule.len] = [node, weight];
+            rule.len += 1;
+            if node > 0.0 {
+                rule.points[rule.len] = [-node, weight];
+                rule.len += 1;
+            }
+            i += 1;
+        }
+        rule
+    }
+}
+
+pub(super) static TRIANGLE_5: TriangleRule = TriangleRule::expanded(&DEGREE_5);
+pub(super) static TRIANGLE_6: TriangleRule = TriangleRule::expanded(&DEGREE_6);
+pub(super) static TRIANGLE_8: TriangleRule = TriangleRule::expanded(&DEGREE_8);
+pub(super) static TRIANGLE_12: TriangleRule = TriangleRule::expanded(&DEGREE_12);
+pub(super) static TRIANGLE_17: TriangleRule = TriangleRule::expanded(&DEGREE_17);
+
+pub(super) static EDGE_4: EdgeRule = EdgeRule::mirrored(&[
+    [0.33998104358485626, 0.3260725774312731],
+    [0.8611363115940526, 0.17392742256872692],
+]);
+pub(super) static EDGE_5: EdgeRule = EdgeRule::mirrored(&[
+    [0.0, 0.28444444444444444],
+    [0.5384693101056831, 0.23931433524968324],
+    [0.906179845938664, 0.11846344252809454],
+]);
+pub(super) static EDGE_8: EdgeRule = EdgeRule::mirrored(&[
+    [0.1834346424956498, 0.18134189168918099],
+    [0.525532409916329, 0.15685332293894363],
+    [0.7966664774136267, 0.11119051722668724],
+    [0.9602898564975363, 0.05061426814518813],
+]);
+pub(super) static EDGE_10: EdgeRule = EdgeRule::mirrored(&[
+    [0.14887433898163122, 0.14776211235737644],
+    [0.4333953941292472, 0.13463335965499818],
+    [0.6794095682990244, 0.10954318125799102],
+    [0.8650633666889845, 0.07472567457529030],
+    [0.9739065285171717, 0.03333567215434407],
+]);
+
+/// Degree 5, 7 points.
+const DEGREE_5: Orbits = Orbits {
+    centroid: 0.225,
+    medians: &[
+        [0.1012865073234564, 0.12593918054482714],
+        [0.47014206410511505, 0.1323941527885062],
+    ],
+    general: &[],
+};
+
+/// Degree 6, 12 points.
+const DEGREE_6: Orbits = Orbits {
+    centroid: 0.0,
+    medians: &[
+        [0.21942998254978302, 0.17133312415298105],
+        [0.48013796411221504, 0.08073108959303098],
+    ],
+    general: &[[
+        0.019371724361240805,
+        0.14161901592396814,
+        0.04063455979366066,
+    ]],
+};
+
+/// Degree 8, 16 points.
+const DEGREE_8: Orbits = Orbits {
+    centroid: 0.1443156076777872,
+    medians: &[
+        [0.17056930775176027, 0.10321737053471824],
+        [0.4592925882927231, 0.09509163426728463],
+        [0.05054722831703107, 0.03245849762319808],
+    ],
+    general: &[[
+        0.008394777409957675,
+        0.26311282963463806,
+        0.027230314174434996,
+    ]],
+};
+
+/// Degree 12, 33 points.
+const DEGREE_12: Orbits = Orbits {
+    centroid: 0.0,
+    medians: &[
+        [0.27146250701492614, 0.06254121319590276],
+        [0.10925782765935432, 0.02848605206887755],
+        [0.4401116486585931, 0.04991833492806095],
+        [0.4882037509455415, 0.024266838081452035],
+        [0.02464636343633564, 0.007931642509973639],
+    ],
+    general: &[
+        [0.1162960196779266, 0.25545422863851736, 0.04322736365941421],
+        [
+            0.021382490256170623,
+            0.12727971723358936,
+            0.015083677576511441,
+        ],
+        [
+            0.023034156355267166,
+            0.29165567973834094,
+            0.02178358503860756,
+        ],
+    ],
+};
+
+/// Degree 17, 60 points.
+const DEGREE_17: Orbits = Orbits {
+    centroid: 0.0,
+    medians: &[
+        [0.4171034443615992, 0.027310926528102106],
+        [0.18035811626637066, 0.026312630588017985],
+        [0.2857065024365867, 0.03771623715279528],
+        [0.06665406347959701, 0.012459000802305444],
+        [0.014755491660754072, 0.002773887577637642],
+        [0.46559787161889027, 0.02501945095049736],
+    ],
+    general: &[
+        [
+            0.011575175903180683,
+            0.07250547079900238,
+            0.004584348401735868,
+        ],
+        [
+            0.013229672760086951,
+            0.41547545929522905,
+            0.010398439955839537,
+        ],
+        [
+            0.013135870834002753,
+            0.27179187005535477,
+            0.008692214501001192,
+        ],
+        [
+            0.15750547792686992,
+            0.29921894247697034,
+            0.02617162593533699,
+        ],
+        [
+            0.06734937786736123,
+            0.3062815917461865,
+            0.022487772546691067,
+        ],
+        [
+            0.07804234056828245,
+            0.16872251349525944,
+            0.02055789832045452,
+        ],
+        [
+            0.016017642362119337,
+            0.15919228747279268,
+            0.007978300205929593,
+        ],
+    ],
+};
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Round-off of 60 products below 1.
+    const ROUND_OFF: f64 = 1e-15;
+
+    fn factorial(n: i32) -> f64 {
+        (1..=n).map(f64::from).product()
+    }
+
+    fn triangle_integral(rule: &TriangleRule, [a, b]: [i32; 2]) -> f64 {
+        let lane =
+            |pair: &PointPair, i: usize| pair[2][i] * pair[0][i].powi(a) * pair[1][i].powi(b);
+        let pairs = rule.pairs().iter();
+        pairs.map(|pair| lane(pair, 0) + lane(pair, 1)).sum()
+    }
+
+    #[test]
+    fn triangle_rules_are_exact_up_to_their_degree() {
+        for (degree, rule) in [
+            (5, &TRIANGLE_5),
+            (6, &TRIANGLE_6),
+            (8, &TRIANGLE_8),
+            (12, &TRIANGLE_12),
+            (17, &TRIANGLE_17),
+        ] {
+            for a in 0..=degree {
+                for b in 0..=degree - a {
+                    let exact = 2.0 * factorial(a) * factorial(b) / factorial(a + b + 2);
+                    let error = triangle_integral(rule, [a, b]) - exact;
+                    assert!(error.abs() < ROUND_OFF, "{degree}: {a} {b}: {error:e}");
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn points_are_inside_and_weights_are_positive() {
+        for rule in [
+            &TRIANGLE_5,
+            &TRIANGLE_6,
+            &TRIANGLE_8,
+            &TRIANGLE_12,
+            &TRIANGLE_17,
+        ] {
+            for pair in rule.pairs() {
+                for lane in 0..2 {
+                    let [b, c, weight] = [0, 1, 2].map(|i| pair[i][lane]);
+                    let is_filler = b == 0.0 && c == 0.0 && weight == 0.0;
+                    assert!(is_filler || b.min(c).min(1.0 - b - c).min(weight) > 0.0);
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn edge_rules_are_exact_to_twice_their_points() {
+        for (count, rule) in [(4, &EDGE_4), (5, &EDGE_5), (8, &EDGE_8), (10, &EDGE_10)] {
+            assert_eq!(rule.points().len(), count);
+            for power in 0..i32::try_from(2 * count).unwrap() {
+                let exact = f64::from((power + 1) % 2) / f64::from(power + 1);
+                let points = rule.points().iter();
+                let integral: f64 = points.map(|[x, weight]| weight * x.powi(power)).sum();
+                let error = integral - exact;
+                assert!(error.abs() < ROUND_OFF, "{count}: {power}: {error:e}");
+            }
+        }
+    }
+}
