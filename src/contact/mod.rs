@@ -30,6 +30,7 @@
 //! ```
 
 mod energy;
+mod equilibrium;
 mod friction;
 mod jacobian;
 mod linearised;

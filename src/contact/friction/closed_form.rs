@@ -143,9 +143,9 @@ impl<T: Scalar> ResultantSums<T> {
         let all = load[0] * m0 + load[1] * first + load[2] * second + quadratic;
         let normal = [b.place[1] - a.place[1], a.place[0] - b.place[0]];
         let radial = cross(a.place, b.place);
-        for i in 0..2 {
-            self.load[i] += normal[i] * all;
-            self.one[i] += normal[i] * m0;
+        for (i, component) in normal.into_iter().enumerate() {
+            self.load[i] += component * all;
+            self.one[i] += component * m0;
         }
         self.linear[0] += normal[0] * first;
         self.linear[1] += normal[1] * first;

@@ -67,10 +67,10 @@ impl Sums {
         let by_r = monomial_means(means);
         let radial = cross(a.place, b.place);
         let normal = [b.place[1] - a.place[1], a.place[0] - b.place[0]];
-        for k in 0..10 {
-            self.normal[0][k] += normal[0] * by_r[k];
-            self.normal[1][k] += normal[1] * by_r[k];
-            self.radial[k] += radial * by_r[k];
+        for (k, mean) in by_r.into_iter().enumerate() {
+            self.normal[0][k] += normal[0] * mean;
+            self.normal[1][k] += normal[1] * mean;
+            self.radial[k] += radial * mean;
         }
         self.radial_over_r += radial * means.over_r[0];
     }

@@ -1,12 +1,12 @@
-use super::rules::EDGE_5;
+use super::rules::EDGE_8;
 use crate::scalar::{Scalar, lift, real_part};
 
 /// A vector in the plane of the polygon.
 pub(super) type Vector<T> = [T; 2];
 
-/// An edge shorter than this fraction of its distance R is integrated by the rule of five points, to 3e-13. The closed
+/// An edge shorter than this fraction of its distance R is integrated by the rule of eight points, to 4e-15. The closed
 /// form divides by the length, which would spoil the derivatives of a short edge far away.
-const SHORT: f64 = 0.25;
+const SHORT: f64 = 0.5;
 
 /// What the integrals along an edge from a to b consist of.
 ///
@@ -92,7 +92,7 @@ impl<T: Scalar> EdgeMeans<T> {
         let direction = span.map(|component| component * 0.5);
         let base = [a[0] + direction[0], a[1] + direction[1]];
         let (mut over_r, mut by_r) = ([lift::<T>(0.0); 6], [lift::<T>(0.0); 4]);
-        for [t, weight] in EDGE_5.points() {
+        for [t, weight] in EDGE_8.points() {
             let place = [base[0] + direction[0] * *t, base[1] + direction[1] * *t];
             let squared = dot(place, place) + epsilon_squared;
             let inverse = squared.sqrt().recip();

@@ -81,10 +81,11 @@ pub(super) fn moments(
     let mut area = AreaSums::default();
     for triangle in Triangle::fan(corners) {
         for [b, c, weight] in rung.slopes.pairs() {
-            for lane in 0..2 {
+            let points = [0, 1].map(|lane| {
                 let y = triangle.at(b[lane], c[lane]);
-                area.add(slip, load, y, weight[lane] * triangle.area);
-            }
+                PointValues::new(slip, load, y, weight[lane] * triangle.area)
+            });
+            area.add(&points);
         }
     }
     let mut moments = SlipMoments::zero();
@@ -104,26 +105,44 @@ struct AreaSums {
     by_slip: [[f64; 6]; 3],
 }
 
-impl AreaSums {
+/// What a point of a rule contributes, without the monomials.
+struct PointValues {
+    monomials: [f64; 10],
+    direction: [f64; 2],
+    by_slip: [f64; 3],
+}
+
+impl PointValues {
     #[inline]
-    fn add(&mut self, slip: &Slip<f64>, load: &Load<f64>, y: Vector<f64>, weight: f64) {
+    fn new(slip: &Slip<f64>, load: &Load<f64>, y: Vector<f64>, weight: f64) -> Self {
         let (s, inverse) = slip.at(y);
         let u = s.map(|component| component * inverse);
-        let by_slip = weight * load.at(y) * inverse;
-        let factors = [
-            (u[0] * u[0] - 1.0) * by_slip,
-            u[0] * u[1] * by_slip,
-            (u[1] * u[1] - 1.0) * by_slip,
-        ];
-        let monomials = monomials(y);
-        for (sums, component) in self.direction.iter_mut().zip(u) {
-            for (sum, monomial) in sums.iter_mut().zip(monomials) {
-                *sum += weight * component * monomial;
+        let factor = weight * load.at(y) * inverse;
+        Self {
+            monomials: monomials(y),
+            direction: u.map(|component| weight * component),
+            by_slip: [
+                (u[0] * u[0] - 1.0) * factor,
+                u[0] * u[1] * factor,
+                (u[1] * u[1] - 1.0) * factor,
+            ],
+        }
+    }
+}
+
+impl AreaSums {
+    #[inline]
+    fn add(&mut self, [first, second]: &[PointValues; 2]) {
+        for (j, sums) in self.direction.iter_mut().enumerate() {
+            for (k, sum) in sums.iter_mut().enumerate() {
+                *sum += first.direction[j] * first.monomials[k]
+                    + second.direction[j] * second.monomials[k];
             }
         }
-        for (sums, factor) in self.by_slip.iter_mut().zip(factors) {
-            for (sum, monomial) in sums.iter_mut().zip(monomials) {
-                *sum += factor * monomial;
+        for (j, sums) in self.by_slip.iter_mut().enumerate() {
+            for (k, sum) in sums.iter_mut().enumerate() {
+                *sum +=
+                    first.by_slip[j] * first.monomials[k] + second.by_slip[j] * second.monomials[k];
             }
         }
     }

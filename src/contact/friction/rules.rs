@@ -127,7 +127,7 @@ impl EdgeRule {
     }
 }
 
-pub(super) static TRIANGLE_5: TriangleRule = TriangleRule::expanded(&DEGREE_5);
+pub(super) static TRIANGLE_4: TriangleRule = TriangleRule::expanded(&DEGREE_4);
 pub(super) static TRIANGLE_6: TriangleRule = TriangleRule::expanded(&DEGREE_6);
 pub(super) static TRIANGLE_8: TriangleRule = TriangleRule::expanded(&DEGREE_8);
 pub(super) static TRIANGLE_12: TriangleRule = TriangleRule::expanded(&DEGREE_12);
@@ -143,7 +143,7 @@ pub(super) static EDGE_5: EdgeRule = EdgeRule::mirrored(&[
     [0.906179845938664, 0.11846344252809454],
 ]);
 pub(super) static EDGE_8: EdgeRule = EdgeRule::mirrored(&[
-    [0.1834346424956498, 0.18134189168918099],
+    [0.1834346424956498, 0.181341891689181],
     [0.525532409916329, 0.15685332293894363],
     [0.7966664774136267, 0.11119051722668724],
     [0.9602898564975363, 0.05061426814518813],
@@ -152,16 +152,16 @@ pub(super) static EDGE_10: EdgeRule = EdgeRule::mirrored(&[
     [0.14887433898163122, 0.14776211235737644],
     [0.4333953941292472, 0.13463335965499818],
     [0.6794095682990244, 0.10954318125799102],
-    [0.8650633666889845, 0.07472567457529030],
+    [0.8650633666889845, 0.0747256745752903],
     [0.9739065285171717, 0.03333567215434407],
 ]);
 
-/// Degree 5, 7 points.
-const DEGREE_5: Orbits = Orbits {
-    centroid: 0.225,
+/// Degree 4, 6 points.
+const DEGREE_4: Orbits = Orbits {
+    centroid: 0.0,
     medians: &[
-        [0.1012865073234564, 0.12593918054482714],
-        [0.47014206410511505, 0.1323941527885062],
+        [0.4459484909159649, 0.22338158967801147],
+        [0.09157621350977085, 0.10995174365532188],
     ],
     general: &[],
 };
@@ -291,7 +291,7 @@ mod tests {
     #[test]
     fn triangle_rules_are_exact_up_to_their_degree() {
         for (degree, rule) in [
-            (5, &TRIANGLE_5),
+            (4, &TRIANGLE_4),
             (6, &TRIANGLE_6),
             (8, &TRIANGLE_8),
             (12, &TRIANGLE_12),
@@ -310,7 +310,7 @@ mod tests {
     #[test]
     fn points_are_inside_and_weights_are_positive() {
         for rule in [
-            &TRIANGLE_5,
+            &TRIANGLE_4,
             &TRIANGLE_6,
             &TRIANGLE_8,
             &TRIANGLE_12,
