@@ -1,5 +1,6 @@
 use crate::dynamics::{Interrupted, RolloutError, WorldError};
 use crate::threads::Panicked;
+use nalgebra::DVector;
 
 /// Why a gradient could not be computed.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
@@ -27,12 +28,37 @@ pub enum GradientError {
         /// How many the parameters have.
         expected: usize,
     },
+    /// An outcome of more or fewer numbers in one rollout than in another: beside the world's parameters,
+    /// or on other dual numbers.
+    #[error(
+        "the outcome has {found} numbers in one rollout and {expected} in another, but its length must not depend on values"
+    )]
+    OutcomeLength {
+        /// How many numbers it has in the later one.
+        found: usize,
+        /// How many it has in the first.
+        expected: usize,
+    },
     /// A gradient was asked of an outcome that is not one number.
     #[error("a gradient needs an outcome of one number, but it has {count}: use a Jacobian")]
     NotALoss {
         /// How many numbers it has.
         count: usize,
     },
+}
+
+/// Nothing, if outcomes have as many numbers as the first of them.
+pub(super) fn same_length<'o>(
+    outcomes: impl IntoIterator<Item = &'o DVector<f64>>,
+) -> Result<(), GradientError> {
+    let mut lengths = outcomes.into_iter().map(DVector::len);
+    let Some(expected) = lengths.next() else {
+        return Ok(());
+    };
+    match lengths.find(|&found| found != expected) {
+        None => Ok(()),
+        Some(found) => Err(GradientError::OutcomeLength { found, expected }),
+    }
 }
 
 impl<T> From<Interrupted<T>> for GradientError {

@@ -1,3 +1,4 @@
+use super::error::same_length;
 use super::{GradientError, Outcome, Parameter};
 use crate::dynamics::{Body, ExternalForces, Gravity, Integrator, Recorded, Rollout, World};
 use crate::scalar::{DenseDual, Scalar, lift};
@@ -120,6 +121,7 @@ impl<'w, F: ExternalForces> Experiment<'w, F> {
             .step_by(WIDE)
             .map(|first| self.pass(parameters, first, outcome))
             .collect::<Result<Vec<_>, _>>()?;
+        same_length(passes.iter().map(|pass| &pass.value))?;
         // Real parts of dual numbers are the rollout in `f64`, so its value comes with the first pass.
         let Some(OutcomeJacobian { value, .. }) = passes.first() else {
             let value = DVector::from_vec(self.value(outcome)?);
