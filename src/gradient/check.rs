@@ -92,7 +92,7 @@ impl<F: ExternalForces> Experiment<'_, F> {
         parameters: &[Parameter],
         outcome: &impl Outcome,
     ) -> Result<DifferenceCheck, GradientError> {
-        let expected = self.jacobian(parameters, outcome)?;
+        let (expected, _) = self.differentiated(parameters, outcome)?;
         let scales = self.scales(parameters);
         let has_value = are_finite(&expected.value);
         let mut errors = DMatrix::zeros(STEPS.len(), scales.len());

@@ -1,3 +1,4 @@
+use super::OutcomeJacobian;
 use crate::dynamics::{Interrupted, RolloutError, WorldError};
 use crate::threads::Panicked;
 use nalgebra::DVector;
@@ -27,6 +28,36 @@ pub enum GradientError {
         found: usize,
         /// How many the parameters have.
         expected: usize,
+    },
+    /// A derivative of a state is not finite, and neither is one of the outcome's by the same number.
+    #[error(
+        "step {step} (t = {time} s) took body {body:?} to a state whose derivative by {number} is not finite: an external force may take a root or a norm of zero"
+    )]
+    StateDerivativeNotFinite {
+        /// The first step that gave such a state, counted from 1.
+        step: usize,
+        /// The time of the state (s).
+        time: f64,
+        /// Name of the body.
+        body: String,
+        /// Which number of the parameters it is by, the first if there are several: a name as in
+        /// [`DifferenceCheck::numbers`](super::DifferenceCheck::numbers).
+        number: String,
+        /// What was computed. Columns that are finite are right.
+        found: Box<OutcomeJacobian>,
+    },
+    /// A derivative of the outcome is not finite, though those of all states are.
+    #[error(
+        "number {row} of the outcome, counted from 0, has a derivative by {number} that is not finite, though those of all states are: the outcome may take a root or a norm of zero"
+    )]
+    OutcomeDerivativeNotFinite {
+        /// Which number of the outcome: the row of the Jacobian.
+        row: usize,
+        /// Which number of the parameters it is by, the first if there are several: a name as in
+        /// [`DifferenceCheck::numbers`](super::DifferenceCheck::numbers).
+        number: String,
+        /// What was computed. Numbers that are finite are right.
+        found: Box<OutcomeJacobian>,
     },
     /// An outcome of more or fewer numbers in one rollout than in another: beside the world's parameters,
     /// or on other dual numbers.
