@@ -9,7 +9,9 @@ use hydroelastic::gradient::{
 };
 use hydroelastic::mesh::shapes;
 use hydroelastic::scalar::{Scalar, lift};
+use hydroelastic::spatial::Pose;
 use nalgebra::vector;
+use std::sync::Arc;
 
 const MASS: Parameter = Parameter::Mass("ball");
 const VELOCITY: Parameter = Parameter::InitialVelocity("ball");
@@ -20,6 +22,9 @@ const STEPS: usize = 8;
 
 /// Rounding of a difference over a step of 1e-3.
 const ROUNDING: f64 = 1e-12;
+
+/// Agreement with differences of a slide with friction.
+const RUBBING: f64 = 1e-6;
 
 /// A force at rest that is none, but whose derivative is lost.
 enum Lost {
@@ -229,4 +234,89 @@ fn a_sample_without_a_derivative_is_an_error_among_the_others() {
         let (step, _, number, _) = lost_in_state(error.unwrap());
         assert_eq!((step, number.as_str()), (1, "InitialVelocity(\"ball\") x"));
     }
+}
+
+/// A ball of 100 mm, with facets, its centre 70 mm above a floor and sliding, and two bodies far away, of which the fixed one has no friction.
+fn sliding(ball_friction: f64, floor_friction: f64) -> World {
+    let skin = |friction| Material::elastic(1e5).with_friction(friction);
+    let floor = Arc::new(Shape::new(shapes::cuboid([1.0, 1.0, 0.2]).unwrap()));
+    let at = |x: f64, z: f64| Pose::from_translation(vector![x, 0.0, z]);
+    let fixed = |name, friction| Body::fixed(name, Arc::clone(&floor), skin(friction)).unwrap();
+    let moving = ball("ball", skin(ball_friction)).at(at(0.0, 0.07));
+    World::new(vec![
+        moving.with_velocity(vector![0.5, 0.2, 0.0]),
+        fixed("floor", floor_friction).at(at(0.0, -0.1)),
+        ball("far", skin(0.2)).at(at(9.0, 0.0)),
+        fixed("wall", 0.0).at(at(-9.0, 0.0)),
+    ])
+    .unwrap()
+}
+
+const BOTH: [Parameter; 2] = [Parameter::Friction("ball"), Parameter::Friction("floor")];
+
+/// Where the first body of a world is after 50 steps of a millisecond.
+fn slide(world: &World) -> (Experiment<'_>, FinalPosition) {
+    let place = FinalPosition::of_body(world, "ball").unwrap();
+    (Experiment::new(world, 1e-3, 50).unwrap(), place)
+}
+
+#[test]
+fn two_bodies_without_friction_have_no_derivative_by_the_friction_of_both() {
+    let world = sliding(0.0, 0.0);
+    let (experiment, place) = slide(&world);
+    let expected = GradientError::NoFriction {
+        bodies: ["ball".into(), "floor".into()],
+    };
+    for by in [BOTH.to_vec(), vec![BOTH[1], VELOCITY, BOTH[0], BOTH[0]]] {
+        let jacobian = experiment.jacobian(&by, &place);
+        let gradient = experiment.gradient(&by, &Reading::X);
+        let check = experiment.difference_check(&by, &place);
+        assert_eq!(jacobian.unwrap_err(), expected);
+        assert_eq!(gradient.unwrap_err(), expected);
+        assert_eq!(check.unwrap_err(), expected);
+    }
+    assert_eq!(
+        expected.to_string(),
+        "bodies \"ball\" and \"floor\" both have the friction 0, where that of the pair has no derivative by both: take one alone, or begin above 0"
+    );
+    // Along (1, 1) it rises with a slope that neither has alone.
+    let x = |change: [f64; 2]| experiment.value_after(&BOTH, &change, &place).unwrap()[0];
+    let [still, one, other, both] = [[0.0; 2], [1e-3, 0.0], [0.0, 1e-3], [1e-3; 2]].map(x);
+    assert!((one - still).abs() <= 0.0 && (other - still).abs() <= 0.0);
+    assert!(still - both > 1e-6, "{:e}", still - both);
+}
+
+#[test]
+fn the_derivative_by_one_friction_of_a_pair_that_has_none_is_zero() {
+    let world = sliding(0.0, 0.0);
+    let (experiment, place) = slide(&world);
+    for by in BOTH {
+        let found = experiment.jacobian(&[by], &place).unwrap();
+        assert!(found.jacobian.amax() <= 0.0);
+        let check = experiment.difference_check(&[by], &place).unwrap();
+        assert!(check.best() <= 0.0);
+    }
+}
+
+#[test]
+fn where_one_of_two_bodies_has_friction_there_are_derivatives_by_both() {
+    for world in [sliding(0.3, 0.0), sliding(0.0, 0.3)] {
+        let (experiment, place) = slide(&world);
+        let check = experiment.difference_check(&BOTH, &place).unwrap();
+        assert!(check.best() <= RUBBING, "{check}");
+        let found = experiment.jacobian(&BOTH, &place).unwrap();
+        assert!(found.jacobian.amax() > 1e-3);
+    }
+}
+
+#[test]
+fn bodies_without_friction_that_cannot_touch_have_derivatives_by_the_friction_of_both() {
+    let fixed = sliding(0.2, 0.0);
+    let (experiment, place) = slide(&fixed);
+    let walls = ["floor", "wall"].map(Parameter::Friction);
+    assert!(experiment.jacobian(&walls, &place).is_ok());
+    let ignoring = sliding(0.0, 0.0).ignoring("floor", "ball").unwrap();
+    let (experiment, place) = slide(&ignoring);
+    let found = experiment.jacobian(&BOTH, &place).unwrap();
+    assert!(found.jacobian.amax() <= 0.0);
 }

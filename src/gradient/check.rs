@@ -15,7 +15,8 @@ const PLATEAU: f64 = 10.0;
 /// A difference over too long a step is off by the curvature (and by kinks it straddles), over too
 /// short a one by rounding; a right derivative shows as a plateau between the two, where the error
 /// is small whatever the step. Errors are relative to the largest entry of a column, that is, of
-/// the derivatives by one parameter.
+/// the derivatives by one parameter. What is not finite is an infinite error: a derivative or an outcome
+/// at every step, a difference at its own.
 #[derive(Debug, Clone)]
 #[non_exhaustive]
 pub struct DifferenceCheck {
@@ -80,13 +81,14 @@ impl fmt::Display for DifferenceCheck {
 impl<F: ExternalForces> Experiment<'_, F> {
     /// Compares the Jacobian with central differences at seven step sizes.
     ///
-    /// Where an outcome, its derivative or a difference is not finite, the error is infinite.
+    /// Derivatives that are not finite, which [`Self::jacobian`] refuses, are infinite errors here, so
+    /// that the others can be compared.
     ///
     /// A material's number should be positive: at zero a difference reaches below it, where no
     /// material is.
     ///
     /// # Errors
-    /// As [`Self::jacobian`].
+    /// As [`Self::jacobian`], but for derivatives that are not finite.
     pub fn difference_check(
         &self,
         parameters: &[Parameter],

@@ -21,6 +21,17 @@ pub enum GradientError {
         /// The parameter.
         parameter: String,
     },
+    /// Derivatives by the coefficients of friction of two bodies that may touch, both of which are 0: the
+    /// coefficient of the pair, 2ab/(a + b), has none there, only directional ones, 0 by each and not 0
+    /// by both.
+    #[error(
+        "bodies {:?} and {:?} both have the friction 0, where that of the pair has no derivative by both: take one alone, or begin above 0",
+        .bodies[0], .bodies[1]
+    )]
+    NoFriction {
+        /// Names of the two bodies, in the order of the world's.
+        bodies: [String; 2],
+    },
     /// Changes and the numbers of the parameters do not pair up.
     #[error("{expected} numbers of parameters need as many changes, but got {found}")]
     ChangeCount {

@@ -101,9 +101,14 @@ impl<'w, F: ExternalForces> Experiment<'w, F> {
     /// numbers if they are no more than 96 numbers, else 96 at a time.
     ///
     /// # Errors
-    /// If a parameter is not one of the world's, or the rollout ends early, or a derivative is not
-    /// finite: then the error tells the step, or the number of the outcome, that made it so, and holds
-    /// the others. If the outcome has another number of numbers in another rollout.
+    /// - If a parameter is not one of the world's, or the rollout ends early.
+    /// - If a derivative of the outcome is not finite. The error tells by which number of the parameters,
+    ///   and the first step that led to a state with such a derivative, or that the outcome itself has
+    ///   lost it; it holds the value and the other derivatives. To find the step takes the rollout's time
+    ///   once more.
+    /// - If two bodies that may touch both have the friction 0, and both frictions are among the
+    ///   parameters: [`GradientError::NoFriction`].
+    /// - If the outcome has another length in another of the rollouts.
     pub fn jacobian(
         &self,
         parameters: &[Parameter],

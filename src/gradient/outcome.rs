@@ -28,7 +28,7 @@ use crate::scalar::Scalar;
 /// }
 /// ```
 pub trait Outcome: Sync {
-    /// The numbers of interest.
+    /// The numbers of interest: always as many, whatever the trajectory's values.
     fn of<T: Scalar>(&self, trajectory: &Trajectory<T>) -> Vec<T>;
 }
 

@@ -1,6 +1,7 @@
 use super::breakdown::{Breakdown, columns_not_finite};
 use super::error::same_length;
 use super::experiment::{changed, checked_dimension};
+use super::parameter::check_together;
 
 use super::{Experiment, GradientError, Outcome, OutcomeJacobian, Parameter};
 use crate::dynamics::{ExternalForces, World};
@@ -27,6 +28,7 @@ impl<F: ExternalForces> Experiment<'_, F> {
         outcome: &impl Outcome,
     ) -> Result<Pass, GradientError> {
         let count = checked_dimension(self.world, parameters)?;
+        check_together(parameters, self.world)?;
         let passes = (0..count)
             .step_by(WIDE)
             .map(|first| self.pass(parameters, first..count.min(first + WIDE), outcome))
