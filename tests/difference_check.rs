@@ -5,7 +5,7 @@ use hydroelastic::contact::Shape;
 use hydroelastic::dynamics::{
     Acceleration, Body, ExternalForces, Mass, Material, Situation, Trajectory, World,
 };
-use hydroelastic::gradient::{DifferenceCheck, Experiment, Outcome, Parameter};
+use hydroelastic::gradient::{DifferenceCheck, Experiment, GradientError, Outcome, Parameter};
 use hydroelastic::mesh::shapes;
 use hydroelastic::scalar::{Scalar, lift, real_part};
 use nalgebra::{DMatrix, vector};
@@ -20,11 +20,20 @@ const POSITION: Parameter = Parameter::InitialPosition("ball");
 const VELOCITY: Parameter = Parameter::InitialVelocity("ball");
 const MASS: Parameter = Parameter::Mass("ball");
 
+/// Bend of a logarithm over a thirtieth of what it is of, and rounding of a difference over as little.
+const SHORT_STEPS: f64 = 1e-4;
+
 /// Mass (kg), force (N), duration (s).
 const KILOGRAMS: f64 = 4.0;
 const PUSH: f64 = 6.0;
 const STEPS: usize = 8;
 const TIME_STEP: f64 = 0.125;
+
+/// Where the ball ends along y (m).
+const PLACE: f64 = 2.0;
+
+/// From here (m) to the singularity of [`Reading::Logarithm`]: between the steps 1e-4 and 1e-5.
+const REACH: f64 = 3e-5;
 
 /// The same force on every body, whatever its mass.
 struct Push;
@@ -72,6 +81,18 @@ enum Reading {
     Forgotten,
     /// Nothing that moves.
     Constant,
+    /// The distance of y from its place, 2, by a root: the derivative is 0/0.
+    Distance,
+    /// y, and a constant that is not a number, without derivatives.
+    Unknown,
+    /// The logarithm of what x is beyond a place shortly before its own: not a number behind it.
+    Logarithm,
+    /// y, with its derivative, but no value where the ball ends.
+    Hole,
+    /// y, and once more beyond the place where the ball ends.
+    Growing,
+    /// As many zeros as the scalar has numbers: its value and its derivatives.
+    AsManyAsNumbers,
 }
 
 impl Outcome for Reading {
@@ -89,6 +110,13 @@ impl Outcome for Reading {
             Self::Imagined => vec![y - constant_y],
             Self::Forgotten => vec![constant_y],
             Self::Constant => vec![lift(3.0)],
+            Self::Distance => vec![((y - PLACE) * (y - PLACE)).sqrt()],
+            Self::Unknown => vec![y, lift(f64::NAN)],
+            Self::Logarithm => vec![(x - (PUSH / KILOGRAMS / 2.0 - REACH)).ln()],
+            Self::Hole if constant_y == lift::<T>(PLACE) => vec![y + f64::NAN],
+            Self::Growing if real_part(y) > PLACE => vec![y; 2],
+            Self::Hole | Self::Growing => vec![y],
+            Self::AsManyAsNumbers => vec![lift(0.0); size_of::<T>() / size_of::<f64>()],
         }
     }
 }
@@ -181,6 +209,63 @@ fn an_outcome_that_depends_on_nothing_has_no_error() {
 }
 
 #[test]
+fn a_derivative_that_is_not_finite_is_an_infinite_error_at_every_step() {
+    let check = checked(&[POSITION], &Reading::Distance);
+    assert!(check.errors.iter().all(|error| *error == f64::INFINITY));
+    assert_eq!(check.best_by_parameter(), [f64::INFINITY; 3]);
+    assert!(check.best().is_infinite());
+    assert_eq!(check.plateau(1), None);
+}
+
+#[test]
+fn an_outcome_that_is_not_finite_is_an_infinite_error() {
+    for outcome in [Reading::Unknown, Reading::Hole] {
+        let check = checked(&[POSITION], &outcome);
+        assert_eq!(check.best_by_parameter(), [f64::INFINITY; 3]);
+    }
+}
+
+#[test]
+fn an_outcome_whose_length_depends_on_values_is_refused() {
+    let world = world();
+    let experiment = Experiment::new(&world, TIME_STEP, STEPS).unwrap();
+    let (expected, found) = (1, 2);
+    let error = experiment.difference_check(&[POSITION], &Reading::Growing);
+    let lengths = GradientError::OutcomeLength { expected, found };
+    assert_eq!(error.unwrap_err(), lengths);
+    assert_eq!(
+        lengths.to_string(),
+        "the outcome has 2 numbers in one rollout and 1 in another, but its length must not depend on values"
+    );
+}
+
+#[test]
+fn an_outcome_whose_length_depends_on_the_scalar_is_refused() {
+    let world = world();
+    let experiment = Experiment::new(&world, TIME_STEP, STEPS).unwrap();
+    let outcome = Reading::AsManyAsNumbers;
+    // One number takes a dual number of six, 97 take one of 96 and one of six.
+    let error = experiment.difference_check(&[MASS], &outcome).unwrap_err();
+    let (expected, found) = (1 + 6, 1);
+    assert_eq!(error, GradientError::OutcomeLength { expected, found });
+    let error = experiment.jacobian(&[MASS; 97], &outcome).unwrap_err();
+    let (expected, found) = (1 + 96, 1 + 6);
+    assert_eq!(error, GradientError::OutcomeLength { expected, found });
+}
+
+#[test]
+fn a_difference_that_is_not_finite_is_an_infinite_error_at_its_step_alone() {
+    let check = checked(&[POSITION], &Reading::Logarithm);
+    let errors = check.errors.column(0);
+    let (reached, others) = (errors.rows(0, 2), errors.rows(2, 5));
+    assert!(reached.iter().all(|error| *error == f64::INFINITY));
+    assert!(others.iter().all(|error| error.is_finite()));
+    assert!(check.best() <= SHORT_STEPS, "{check}");
+    let (_, longest) = check.plateau(0).unwrap();
+    assert!(longest < 1e-4, "{longest:e}");
+}
+
+#[test]
 fn columns_are_named_after_the_parameters_and_their_numbers() {
     let check = checked(&[POSITION, MASS], &Reading::Constant);
     let expected = [
@@ -210,11 +295,11 @@ fn the_best_is_the_worst_of_what_each_number_has_at_its_best_step() {
 #[test]
 fn the_plateau_reaches_over_the_steps_within_ten_times_the_best() {
     let check = with_errors([[1e-3, 2e-8], [1e-9, 5e-7], [9e-9, 3e-8]]);
-    assert_eq!(check.plateau(0), (1e-6, 1e-4));
-    assert_eq!(check.plateau(1), (1e-6, 1e-2));
+    assert_eq!(check.plateau(0), Some((1e-6, 1e-4)));
+    assert_eq!(check.plateau(1), Some((1e-6, 1e-2)));
     let alone = with_errors([[1.1e-8, 0.0], [1e-9, 1.0], [1.1e-8, 1.0]]);
-    assert_eq!(alone.plateau(0), (1e-4, 1e-4));
-    assert_eq!(alone.plateau(1), (1e-2, 1e-2));
+    assert_eq!(alone.plateau(0), Some((1e-4, 1e-4)));
+    assert_eq!(alone.plateau(1), Some((1e-2, 1e-2)));
 }
 
 #[test]
@@ -222,5 +307,19 @@ fn the_check_prints_a_line_for_each_number() {
     let check = with_errors([[1e-3, 2e-8], [1e-9, 5e-7], [9e-9, 3e-8]]);
     let expected = "Mass(\"ball\"): 1.0e-9 (steps 1e-6 to 1e-4)\n\
         Mass(\"ball\"): 2.0e-8 (steps 1e-6 to 1e-2)";
+    assert_eq!(check.to_string(), expected);
+}
+
+/// A check may be made, or changed, by hand: its fields are public.
+#[test]
+fn errors_that_are_not_numbers_count_as_infinite() {
+    let [nan, inf] = [f64::NAN, f64::INFINITY];
+    let check = with_errors([[nan, nan], [1e-9, inf], [2e-9, nan]]);
+    assert_eq!(check.best_by_parameter(), [1e-9, inf]);
+    assert!(check.best().is_infinite());
+    assert_eq!(check.plateau(0), Some((1e-6, 1e-4)));
+    assert_eq!(check.plateau(1), None);
+    let expected = "Mass(\"ball\"): 1.0e-9 (steps 1e-6 to 1e-4)\n\
+        Mass(\"ball\"): inf (at no step finite)";
     assert_eq!(check.to_string(), expected);
 }

@@ -50,10 +50,7 @@ impl<T: Scalar, F: ExternalForces> World<T, F> {
             let bounds = body.shape.tree().bounds();
             bounds.posed(&state.pose.real())
         });
-        let moves = |index: usize| self.bodies[index].inertia().is_some();
-        sweep.overlapping(boxes, |i, j| {
-            (moves(i) || moves(j)) && !self.ignored.contains(&(i, j))
-        })
+        sweep.overlapping(boxes, |i, j| self.may_touch(i, j))
     }
 
     /// The contact of two bodies by name, in a state: its surface, its elastic wrench, its Jacobian.

@@ -54,6 +54,9 @@ impl<T: Scalar> Material<T> {
     /// The law of two surfaces. Each body dissipates in the measure in which it gives way, so the
     /// dissipations are weighted with the *other* body's modulus; the coefficients of friction enter
     /// by their harmonic mean. A body without friction makes the pair frictionless.
+    ///
+    /// Where both coefficients a and b are 0, the mean 2ab/(a + b) has directional derivatives, but no
+    /// derivative: dual numbers get 0, which is right by one of the two alone.
     #[must_use]
     pub fn law_with(&self, other: &Self, slip_tolerance: f64) -> SurfaceLaw<T> {
         let stiffness = self.modulus + other.modulus;

@@ -161,6 +161,12 @@ impl<T: Scalar, F: ExternalForces> World<T, F> {
         Ok(Rollout::new(self, time_step, integrator))
     }
 
+    /// Whether contacts of two bodies, i < j, count: not ignored, and not both without forces.
+    pub(crate) fn may_touch(&self, i: usize, j: usize) -> bool {
+        let moves = |index: usize| self.bodies[index].inertia().is_some();
+        (moves(i) || moves(j)) && !self.ignored.contains(&(i, j))
+    }
+
     /// The state of a body that forces do not move.
     pub(super) fn driven_state(&self, index: usize, time: f64) -> Option<BodyState<T>> {
         match &self.bodies[index].motion {

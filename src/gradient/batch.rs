@@ -23,7 +23,8 @@ impl Batch<'_> {
         })
     }
 
-    /// For each sample the outcome and its derivatives by the parameters.
+    /// For each sample the outcome and its derivatives by the parameters, as of
+    /// [`Experiment::jacobian`].
     pub fn jacobians_after<F: ExternalForces>(
         &self,
         world: &World<f64, F>,
@@ -36,7 +37,7 @@ impl Batch<'_> {
         })
     }
 
-    /// For each sample a loss and its gradient.
+    /// For each sample a loss and its gradient, as of [`Experiment::gradient`].
     pub fn gradients_after<F: ExternalForces>(
         &self,
         world: &World<f64, F>,

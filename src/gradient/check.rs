@@ -1,6 +1,7 @@
+use super::error::same_length;
 use super::{Experiment, GradientError, Outcome, Parameter};
 use crate::dynamics::ExternalForces;
-use nalgebra::{DMatrix, DVector};
+use nalgebra::{DMatrix, DVector, DVectorView};
 use std::fmt;
 
 /// Steps that differences are taken with, in typical changes of each parameter.
@@ -14,7 +15,8 @@ const PLATEAU: f64 = 10.0;
 /// A difference over too long a step is off by the curvature (and by kinks it straddles), over too
 /// short a one by rounding; a right derivative shows as a plateau between the two, where the error
 /// is small whatever the step. Errors are relative to the largest entry of a column, that is, of
-/// the derivatives by one parameter.
+/// the derivatives by one parameter. What is not finite is an infinite error: a derivative or an outcome
+/// at every step, a difference at its own.
 #[derive(Debug, Clone)]
 #[non_exhaustive]
 pub struct DifferenceCheck {
@@ -27,14 +29,11 @@ pub struct DifferenceCheck {
 }
 
 impl DifferenceCheck {
-    /// For each number of the parameters the error at the step that agrees best.
+    /// For each number of the parameters the error at the step that agrees best; infinite if none is
+    /// finite.
     #[must_use]
     pub fn best_by_parameter(&self) -> Vec<f64> {
-        let best = |column: nalgebra::DVectorView<f64>| column.min();
-        self.errors
-            .column_iter()
-            .map(|column| best(column.as_view()))
-            .collect()
+        self.errors.column_iter().map(least).collect()
     }
 
     /// The largest of [`Self::best_by_parameter`].
@@ -44,31 +43,33 @@ impl DifferenceCheck {
     }
 
     /// Shortest and longest step at which one number of the parameters agrees within ten times its
-    /// best.
+    /// best; `None` if its error is finite at no step, or if there is no such number.
     #[must_use]
-    pub fn plateau(&self, number: usize) -> (f64, f64) {
-        let column = self.errors.column(number);
-        let limit = PLATEAU * column.min();
-        let on_plateau = self
-            .steps
-            .iter()
-            .zip(column.iter())
-            .filter(|(_, error)| **error <= limit);
-        on_plateau.fold((f64::INFINITY, 0.0), |(low, high), (&step, _)| {
-            (low.min(step), high.max(step))
-        })
+    pub fn plateau(&self, number: usize) -> Option<(f64, f64)> {
+        let column = self.errors.column_iter().nth(number)?;
+        let limit = (PLATEAU * least(column)).min(f64::MAX);
+        let steps = self.steps.iter().zip(column.iter());
+        let on_plateau = steps.filter(|(_, error)| **error <= limit);
+        on_plateau
+            .map(|(&step, _)| (step, step))
+            .reduce(|(low, high), (step, _)| (low.min(step), high.max(step)))
     }
+}
+
+/// The smallest number of a column, infinite if there is none: `min` passes over those that are not
+/// numbers.
+fn least(column: DVectorView<f64>) -> f64 {
+    column.iter().copied().fold(f64::INFINITY, f64::min)
 }
 
 impl fmt::Display for DifferenceCheck {
     fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
         for (number, best) in self.best_by_parameter().iter().enumerate() {
-            let (low, high) = self.plateau(number);
-            let name = &self.numbers[number];
-            write!(
-                formatter,
-                "{name}: {best:.1e} (steps {low:.0e} to {high:.0e})"
-            )?;
+            write!(formatter, "{}: {best:.1e} ", self.numbers[number])?;
+            match self.plateau(number) {
+                Some((low, high)) => write!(formatter, "(steps {low:.0e} to {high:.0e})")?,
+                None => write!(formatter, "(at no step finite)")?,
+            }
             if number + 1 < self.numbers.len() {
                 writeln!(formatter)?;
             }
@@ -80,29 +81,36 @@ impl fmt::Display for DifferenceCheck {
 impl<F: ExternalForces> Experiment<'_, F> {
     /// Compares the Jacobian with central differences at seven step sizes.
     ///
+    /// Derivatives that are not finite, which [`Self::jacobian`] refuses, are infinite errors here, so
+    /// that the others can be compared.
+    ///
     /// A material's number should be positive: at zero a difference reaches below it, where no
     /// material is.
     ///
     /// # Errors
-    /// As [`Self::jacobian`].
+    /// As [`Self::jacobian`], but for derivatives that are not finite.
     pub fn difference_check(
         &self,
         parameters: &[Parameter],
         outcome: &impl Outcome,
     ) -> Result<DifferenceCheck, GradientError> {
-        let expected = self.jacobian(parameters, outcome)?.jacobian;
+        let (expected, _) = self.differentiated(parameters, outcome)?;
         let scales = self.scales(parameters);
+        let has_value = are_finite(&expected.value);
         let mut errors = DMatrix::zeros(STEPS.len(), scales.len());
         for (row, step) in STEPS.iter().enumerate() {
             for (column, scale) in scales.iter().enumerate() {
                 let mut change = vec![0.0; scales.len()];
                 change[column] = step * scale;
-                let difference = self.central_difference(parameters, &change, outcome)?;
-                let derivative = expected.column(column) * *scale;
-                let largest = derivative.amax().max(difference.amax() / step);
-                let error = (difference / *step - derivative).amax();
-                // A parameter without influence has no derivative, and none is right.
-                errors[(row, column)] = if largest == 0.0 { 0.0 } else { error / largest };
+                let [ahead, behind] = self.values_beside(parameters, &change, outcome)?;
+                same_length([&expected.value, &ahead, &behind])?;
+                let difference = (ahead - behind) / 2.0 / *step;
+                let derivative = expected.jacobian.column(column) * *scale;
+                errors[(row, column)] = if has_value {
+                    relative_error(&derivative, &difference)
+                } else {
+                    f64::INFINITY
+                };
             }
         }
         Ok(DifferenceCheck {
@@ -115,16 +123,35 @@ impl<F: ExternalForces> Experiment<'_, F> {
         })
     }
 
-    /// Half the difference of the outcomes after a change and after its opposite.
-    fn central_difference(
+    /// The outcomes after a change and after its opposite.
+    fn values_beside(
         &self,
         parameters: &[Parameter],
         change: &[f64],
         outcome: &impl Outcome,
-    ) -> Result<DVector<f64>, GradientError> {
+    ) -> Result<[DVector<f64>; 2], GradientError> {
         let opposite: Vec<f64> = change.iter().map(|number| -number).collect();
         let ahead = DVector::from_vec(self.value_beside(parameters, change, outcome)?);
         let behind = DVector::from_vec(self.value_beside(parameters, &opposite, outcome)?);
-        Ok((ahead - behind) / 2.0)
+        Ok([ahead, behind])
     }
+}
+
+/// The largest difference of two columns, relative to the largest number in them; infinite if a number
+/// is not finite.
+fn relative_error(derivative: &DVector<f64>, difference: &DVector<f64>) -> f64 {
+    // `amax` passes over what is not a number.
+    if !are_finite(derivative) || !are_finite(difference) {
+        return f64::INFINITY;
+    }
+    let largest = derivative.amax().max(difference.amax());
+    if largest == 0.0 {
+        // A parameter without influence has no derivative, and none is right.
+        return 0.0;
+    }
+    (difference - derivative).amax() / largest
+}
+
+fn are_finite(numbers: &DVector<f64>) -> bool {
+    numbers.iter().all(|number| number.is_finite())
 }

@@ -1,5 +1,7 @@
+use super::OutcomeJacobian;
 use crate::dynamics::{Interrupted, RolloutError, WorldError};
 use crate::threads::Panicked;
+use nalgebra::DVector;
 
 /// Why a gradient could not be computed.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
@@ -19,6 +21,17 @@ pub enum GradientError {
         /// The parameter.
         parameter: String,
     },
+    /// Derivatives by the coefficients of friction of two bodies that may touch, both of which are 0: the
+    /// coefficient of the pair, 2ab/(a + b), has none there, only directional ones, 0 by each and not 0
+    /// by both.
+    #[error(
+        "bodies {:?} and {:?} both have the friction 0, where that of the pair has no derivative by both: take one alone, or begin above 0",
+        .bodies[0], .bodies[1]
+    )]
+    NoFriction {
+        /// Names of the two bodies, in the order of the world's.
+        bodies: [String; 2],
+    },
     /// Changes and the numbers of the parameters do not pair up.
     #[error("{expected} numbers of parameters need as many changes, but got {found}")]
     ChangeCount {
@@ -27,12 +40,67 @@ pub enum GradientError {
         /// How many the parameters have.
         expected: usize,
     },
+    /// A derivative of a state is not finite, and neither is one of the outcome's by the same number.
+    #[error(
+        "step {step} (t = {time} s) took body {body:?} to a state whose derivative by {number} is not finite: an external force may take a root or a norm of zero"
+    )]
+    StateDerivativeNotFinite {
+        /// The first step that gave such a state, counted from 1.
+        step: usize,
+        /// The time of the state (s).
+        time: f64,
+        /// Name of the body.
+        body: String,
+        /// Which number of the parameters it is by, the first if there are several: a name as in
+        /// [`DifferenceCheck::numbers`](super::DifferenceCheck::numbers).
+        number: String,
+        /// What was computed. Columns that are finite are right.
+        found: Box<OutcomeJacobian>,
+    },
+    /// A derivative of the outcome is not finite, though those of all states are.
+    #[error(
+        "number {row} of the outcome, counted from 0, has a derivative by {number} that is not finite, though those of all states are: the outcome may take a root or a norm of zero"
+    )]
+    OutcomeDerivativeNotFinite {
+        /// Which number of the outcome: the row of the Jacobian.
+        row: usize,
+        /// Which number of the parameters it is by, the first if there are several: a name as in
+        /// [`DifferenceCheck::numbers`](super::DifferenceCheck::numbers).
+        number: String,
+        /// What was computed. Numbers that are finite are right.
+        found: Box<OutcomeJacobian>,
+    },
+    /// An outcome of more or fewer numbers in one rollout than in another: beside the world's parameters,
+    /// or on other dual numbers.
+    #[error(
+        "the outcome has {found} numbers in one rollout and {expected} in another, but its length must not depend on values"
+    )]
+    OutcomeLength {
+        /// How many numbers it has in the later one.
+        found: usize,
+        /// How many it has in the first.
+        expected: usize,
+    },
     /// A gradient was asked of an outcome that is not one number.
     #[error("a gradient needs an outcome of one number, but it has {count}: use a Jacobian")]
     NotALoss {
         /// How many numbers it has.
         count: usize,
     },
+}
+
+/// Nothing, if outcomes have as many numbers as the first of them.
+pub(super) fn same_length<'o>(
+    outcomes: impl IntoIterator<Item = &'o DVector<f64>>,
+) -> Result<(), GradientError> {
+    let mut lengths = outcomes.into_iter().map(DVector::len);
+    let Some(expected) = lengths.next() else {
+        return Ok(());
+    };
+    match lengths.find(|&found| found != expected) {
+        None => Ok(()),
+        Some(found) => Err(GradientError::OutcomeLength { found, expected }),
+    }
 }
 
 impl<T> From<Interrupted<T>> for GradientError {

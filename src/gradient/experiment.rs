@@ -1,16 +1,8 @@
 use super::{GradientError, Outcome, Parameter};
 use crate::dynamics::{Body, ExternalForces, Gravity, Integrator, Recorded, Rollout, World};
-use crate::scalar::{DenseDual, Scalar, lift};
+use crate::scalar::Scalar;
 use crate::threads::contained;
 use nalgebra::{DMatrix, DVector};
-use std::ops::Range;
-
-/// Widths of the dual numbers that parameters are seeded in: the narrowest that holds them all, or
-/// the widest several times. Contacts are evaluated once a pass, so a wide pass is cheaper than
-/// several; but each width is compiled, so they are few.
-const NARROW: usize = 6;
-const MIDDLE: usize = 12;
-const WIDE: usize = 96;
 
 /// A world rolled out for a number of steps, to be differentiated.
 ///
@@ -19,7 +11,7 @@ const WIDE: usize = 96;
 /// outcome) is such an error too.
 #[derive(Debug)]
 pub struct Experiment<'w, F = Gravity> {
-    world: &'w World<f64, F>,
+    pub(super) world: &'w World<f64, F>,
     time_step: f64,
     steps: usize,
     integrator: Integrator,
@@ -28,7 +20,7 @@ pub struct Experiment<'w, F = Gravity> {
 }
 
 /// What an outcome is, and its derivatives.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct OutcomeJacobian {
     /// The outcome.
     pub value: DVector<f64>,
@@ -109,30 +101,24 @@ impl<'w, F: ExternalForces> Experiment<'w, F> {
     /// numbers if they are no more than 96 numbers, else 96 at a time.
     ///
     /// # Errors
-    /// If a parameter is not one of the world's, or the rollout ends early.
+    /// - If a parameter is not one of the world's, or the rollout ends early.
+    /// - If a derivative of the outcome is not finite. The error tells by which number of the parameters,
+    ///   and the first step that led to a state with such a derivative, or that the outcome itself has
+    ///   lost it; it holds the value and the other derivatives. To find the step takes the rollout's time
+    ///   once more.
+    /// - If two bodies that may touch both have the friction 0, and both frictions are among the
+    ///   parameters: [`GradientError::NoFriction`].
+    /// - If the outcome has another length in another of the rollouts.
     pub fn jacobian(
         &self,
         parameters: &[Parameter],
         outcome: &impl Outcome,
     ) -> Result<OutcomeJacobian, GradientError> {
-        let count = checked_dimension(self.world, parameters)?;
-        let passes = (0..count)
-            .step_by(WIDE)
-            .map(|first| self.pass(parameters, first, outcome))
-            .collect::<Result<Vec<_>, _>>()?;
-        // Real parts of dual numbers are the rollout in `f64`, so its value comes with the first pass.
-        let Some(OutcomeJacobian { value, .. }) = passes.first() else {
-            let value = DVector::from_vec(self.value(outcome)?);
-            let jacobian = DMatrix::zeros(value.len(), 0);
-            return Ok(OutcomeJacobian { value, jacobian });
-        };
-        let columns: Vec<_> = passes
-            .iter()
-            .flat_map(|pass| pass.jacobian.column_iter())
-            .collect();
-        let jacobian = DMatrix::from_columns(&columns);
-        let value = value.clone();
-        Ok(OutcomeJacobian { value, jacobian })
+        let (found, breakdown) = self.differentiated(parameters, outcome)?;
+        match breakdown {
+            None => Ok(found),
+            Some(breakdown) => Err(breakdown.into_error(self.world, parameters, found)),
+        }
     }
 
     /// A loss and its gradient.
@@ -183,47 +169,8 @@ impl<'w, F: ExternalForces> Experiment<'w, F> {
         parameters.iter().flat_map(scale).collect()
     }
 
-    /// The outcome and its derivatives by up to [`WIDE`] numbers of the parameters, from the `first`
-    /// on.
-    fn pass(
-        &self,
-        parameters: &[Parameter],
-        first: usize,
-        outcome: &impl Outcome,
-    ) -> Result<OutcomeJacobian, GradientError> {
-        let count: usize = parameters.iter().map(Parameter::dimension).sum();
-        let range = first..count.min(first + WIDE);
-        if range.len() <= NARROW {
-            self.pass_of::<NARROW>(parameters, range, outcome)
-        } else if range.len() <= MIDDLE {
-            self.pass_of::<MIDDLE>(parameters, range, outcome)
-        } else {
-            self.pass_of::<WIDE>(parameters, range, outcome)
-        }
-    }
-
-    /// The outcome and its derivatives by the numbers of the parameters in a range, at most `WIDTH`.
-    fn pass_of<const WIDTH: usize>(
-        &self,
-        parameters: &[Parameter],
-        range: Range<usize>,
-        outcome: &impl Outcome,
-    ) -> Result<OutcomeJacobian, GradientError> {
-        let count = parameters.iter().map(Parameter::dimension).sum();
-        let seed = |number: usize| match number.checked_sub(range.start) {
-            Some(index) => DenseDual::variable(0.0, index),
-            None => lift(0.0),
-        };
-        let seeds: Vec<DenseDual<WIDTH>> = (0..count).map(seed).collect();
-        let numbers = self.outcome_of(&changed(self.world, parameters, &seeds), outcome)?;
-        let derivative = |row: usize, column: usize| numbers[row].eps[column];
-        Ok(OutcomeJacobian {
-            value: DVector::from_iterator(numbers.len(), numbers.iter().map(|number| number.re)),
-            jacobian: DMatrix::from_fn(numbers.len(), range.len(), derivative),
-        })
-    }
-
-    fn outcome_of<T: Scalar>(
+    /// The outcome of a rollout of the world, or of one that was made of it.
+    pub(super) fn outcome_of<T: Scalar>(
         &self,
         world: &World<T, F>,
         outcome: &impl Outcome,
@@ -233,9 +180,16 @@ impl<'w, F: ExternalForces> Experiment<'w, F> {
     }
 
     fn recorded<T: Scalar>(&self, world: &World<T, F>) -> Recorded<T> {
-        Rollout::new(world, self.time_step, self.integrator)
-            .checked_every(self.check_every)
-            .recorded(self.steps, self.record_every)
+        self.rollout(world).recorded(self.steps, self.record_every)
+    }
+
+    pub(super) fn rollout<'o, T: Scalar>(&self, world: &'o World<T, F>) -> Rollout<'o, T, F> {
+        Rollout::new(world, self.time_step, self.integrator).checked_every(self.check_every)
+    }
+
+    /// How many steps lead to the last recorded state.
+    pub(super) fn recorded_steps(&self) -> usize {
+        self.steps - self.steps % self.record_every.max(1)
     }
 }
 
@@ -263,7 +217,7 @@ impl<F: ExternalForces> World<f64, F> {
 }
 
 /// Number of numbers in the parameters, if the world has them.
-fn checked_dimension<F: ExternalForces>(
+pub(super) fn checked_dimension<F: ExternalForces>(
     world: &World<f64, F>,
     parameters: &[Parameter],
 ) -> Result<usize, GradientError> {
@@ -273,7 +227,8 @@ fn checked_dimension<F: ExternalForces>(
     Ok(parameters.iter().map(Parameter::dimension).sum())
 }
 
-fn changed<T: Scalar, F: ExternalForces>(
+/// The world after changes of the parameters, which it has.
+pub(super) fn changed<T: Scalar, F: ExternalForces>(
     world: &World<f64, F>,
     parameters: &[Parameter],
     changes: &[T],

@@ -46,11 +46,13 @@
 //! ```
 
 mod batch;
+mod breakdown;
 mod check;
 mod error;
 mod experiment;
 mod outcome;
 mod parameter;
+mod passes;
 mod wrench_jacobian;
 
 pub use check::DifferenceCheck;

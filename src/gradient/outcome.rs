@@ -28,7 +28,7 @@ use crate::scalar::Scalar;
 /// }
 /// ```
 pub trait Outcome: Sync {
-    /// The numbers of interest.
+    /// The numbers of interest: always as many, whatever the trajectory's values.
     fn of<T: Scalar>(&self, trajectory: &Trajectory<T>) -> Vec<T>;
 }
 
@@ -115,7 +115,8 @@ impl Outcome for RecordedStates {
     }
 }
 
-fn numbers<T: Scalar>(state: &State<T>, body: usize) -> impl Iterator<Item = T> {
+/// The 18 numbers of a body's state.
+pub(super) fn numbers<T: Scalar>(state: &State<T>, body: usize) -> impl Iterator<Item = T> {
     let body = &state.bodies[body];
     let pose = body.pose.translation().iter().chain(body.pose.rotation());
     let twist = body.twist.linear.iter().chain(&body.twist.angular);

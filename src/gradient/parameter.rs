@@ -157,6 +157,27 @@ impl Parameter<'_> {
     }
 }
 
+/// Nothing, if all pairs of a world have a law that can be differentiated by the parameters together.
+pub(super) fn check_together<F: ExternalForces>(
+    parameters: &[Parameter],
+    world: &World<f64, F>,
+) -> Result<(), GradientError> {
+    let without_friction = |index: &usize| {
+        let name = world.bodies()[*index].name();
+        let is_parameter = parameters.contains(&Parameter::Friction(name));
+        is_parameter && world.bodies()[*index].material.friction <= 0.0
+    };
+    let bodies: Vec<usize> = (0..world.bodies().len()).filter(without_friction).collect();
+    for (place, &i) in bodies.iter().enumerate() {
+        let mut others = bodies[place + 1..].iter();
+        if let Some(&j) = others.find(|&&j| world.may_touch(i, j)) {
+            let bodies = [i, j].map(|index| world.bodies()[index].name().to_owned());
+            return Err(GradientError::NoFriction { bodies });
+        }
+    }
+    Ok(())
+}
+
 fn change_mass<T: Scalar>(body: &mut Body<T>, change: T) {
     if let Motion::Dynamic(inertia) = &mut body.motion {
         inertia.mass += change;

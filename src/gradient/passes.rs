@@ -1,0 +1,118 @@
+use super::breakdown::{Breakdown, columns_not_finite};
+use super::error::same_length;
+use super::experiment::{changed, checked_dimension};
+use super::parameter::check_together;
+
+use super::{Experiment, GradientError, Outcome, OutcomeJacobian, Parameter};
+use crate::dynamics::{ExternalForces, World};
+use crate::scalar::{DenseDual, lift};
+use crate::threads::contained;
+use nalgebra::{DMatrix, DVector};
+use std::ops::Range;
+
+/// Widths of the dual numbers that parameters are seeded in: the narrowest that holds them all, or
+/// the widest several times. Contacts are evaluated once a pass, so a wide pass is cheaper than
+/// several; but each width is compiled, so they are few.
+const NARROW: usize = 6;
+const MIDDLE: usize = 12;
+const WIDE: usize = 96;
+
+/// The outcome, its derivatives, and where one of them stopped being finite.
+type Pass = (OutcomeJacobian, Option<Breakdown>);
+
+impl<F: ExternalForces> Experiment<'_, F> {
+    /// The outcome and its derivatives by the parameters, whether finite or not.
+    pub(super) fn differentiated(
+        &self,
+        parameters: &[Parameter],
+        outcome: &impl Outcome,
+    ) -> Result<Pass, GradientError> {
+        let count = checked_dimension(self.world, parameters)?;
+        check_together(parameters, self.world)?;
+        let passes = (0..count)
+            .step_by(WIDE)
+            .map(|first| self.pass(parameters, first..count.min(first + WIDE), outcome))
+            .collect::<Result<Vec<_>, _>>()?;
+        let (found, breakdowns): (Vec<_>, Vec<_>) = passes.into_iter().unzip();
+        same_length(found.iter().map(|pass| &pass.value))?;
+        // Real parts of dual numbers are the rollout in `f64`, so its value comes with the first pass.
+        let Some(OutcomeJacobian { value, .. }) = found.first() else {
+            let value = DVector::from_vec(self.value(outcome)?);
+            let jacobian = DMatrix::zeros(value.len(), 0);
+            return Ok((OutcomeJacobian { value, jacobian }, None));
+        };
+        let columns: Vec<_> = found
+            .iter()
+            .flat_map(|pass| pass.jacobian.column_iter())
+            .collect();
+        let jacobian = DMatrix::from_columns(&columns);
+        let value = value.clone();
+        let breakdowns = breakdowns.into_iter().flatten();
+        let earliest = breakdowns.min_by_key(Breakdown::step);
+        Ok((OutcomeJacobian { value, jacobian }, earliest))
+    }
+
+    /// The same by up to [`WIDE`] numbers of the parameters.
+    fn pass(
+        &self,
+        parameters: &[Parameter],
+        range: Range<usize>,
+        outcome: &impl Outcome,
+    ) -> Result<Pass, GradientError> {
+        if range.len() <= NARROW {
+            self.pass_of::<NARROW>(parameters, range, outcome)
+        } else if range.len() <= MIDDLE {
+            self.pass_of::<MIDDLE>(parameters, range, outcome)
+        } else {
+            self.pass_of::<WIDE>(parameters, range, outcome)
+        }
+    }
+
+    /// The same by the numbers of the parameters in a range, at most `WIDTH`.
+    fn pass_of<const WIDTH: usize>(
+        &self,
+        parameters: &[Parameter],
+        range: Range<usize>,
+        outcome: &impl Outcome,
+    ) -> Result<Pass, GradientError> {
+        let count = parameters.iter().map(Parameter::dimension).sum();
+        let seed = |number: usize| match number.checked_sub(range.start) {
+            Some(index) => DenseDual::variable(0.0, index),
+            None => lift(0.0),
+        };
+        let seeds: Vec<DenseDual<WIDTH>> = (0..count).map(seed).collect();
+        let world = changed(self.world, parameters, &seeds);
+        let numbers = self.outcome_of(&world, outcome)?;
+        let derivative = |row: usize, column: usize| numbers[row].eps[column];
+        let found = OutcomeJacobian {
+            value: DVector::from_iterator(numbers.len(), numbers.iter().map(|number| number.re)),
+            jacobian: DMatrix::from_fn(numbers.len(), range.len(), derivative),
+        };
+        let breakdown = self.breakdown(&world, &found.jacobian)?;
+        Ok((found, breakdown.map(|it| it.by_later_number(range.start))))
+    }
+
+    /// Where a derivative of the outcome stopped being finite, if one did: the same steps once more, and
+    /// a look at every state up to the last recorded one.
+    fn breakdown<const WIDTH: usize>(
+        &self,
+        world: &World<DenseDual<WIDTH>, F>,
+        jacobian: &DMatrix<f64>,
+    ) -> Result<Option<Breakdown>, GradientError> {
+        let Some(in_outcome) = Breakdown::in_outcome(jacobian) else {
+            return Ok(None);
+        };
+        let columns = columns_not_finite(jacobian);
+        let mut rollout = self.rollout(world);
+        for step in 0..=self.recorded_steps() {
+            if step > 0 {
+                contained(|| rollout.advance().map(|_| ()))?;
+            }
+            let in_state = Breakdown::in_state(step, rollout.state(), &columns);
+            if in_state.is_some() {
+                return Ok(in_state);
+            }
+        }
+        Ok(Some(in_outcome))
+    }
+}

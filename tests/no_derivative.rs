@@ -1,0 +1,350 @@
+//! Where there is no derivative, or none that is finite: experiments say so, and where it is lost.
+
+use hydroelastic::contact::Shape;
+use hydroelastic::dynamics::{
+    Acceleration, Batch, Body, ExternalForces, Mass, Material, Situation, Trajectory, World,
+};
+use hydroelastic::gradient::{
+    Experiment, FinalPosition, GradientError, Outcome, OutcomeJacobian, Parameter,
+};
+use hydroelastic::mesh::shapes;
+use hydroelastic::scalar::{Scalar, lift};
+use hydroelastic::spatial::Pose;
+use nalgebra::vector;
+use std::sync::Arc;
+
+const MASS: Parameter = Parameter::Mass("ball");
+const VELOCITY: Parameter = Parameter::InitialVelocity("ball");
+
+/// A power of two: times are exact.
+const TIME_STEP: f64 = 0.125;
+const STEPS: usize = 8;
+
+/// Rounding of a difference over a step of 1e-3.
+const ROUNDING: f64 = 1e-12;
+
+/// Agreement with differences of a slide with friction.
+const RUBBING: f64 = 1e-6;
+
+/// A force at rest that is none, but whose derivative is lost.
+enum Lost {
+    /// Nowhere.
+    Nowhere,
+    /// From this time (s) on: drag by |v|·v, with 0/0 for the derivative of |v| at rest.
+    Drag { from: f64 },
+    /// By v_y alone, within two steps, in each of which it grows by more than 1e199; of a slow body
+    /// within three, by more than 1e119.
+    Overflow,
+}
+
+impl ExternalForces for Lost {
+    fn acceleration<T: Scalar>(
+        &self,
+        situation: &Situation<T>,
+        contact: Acceleration<T>,
+    ) -> Acceleration<T> {
+        let velocity = situation.state.velocity();
+        let linear = match self {
+            Self::Drag { from } if situation.time >= *from => {
+                velocity * -velocity.dot(velocity).sqrt()
+            }
+            Self::Overflow if situation.body == "slow" => {
+                vector![lift(0.0), velocity.y * 1e120, lift(0.0)]
+            }
+            Self::Overflow => vector![lift(0.0), velocity.y * 1e200, lift(0.0)],
+            Self::Nowhere | Self::Drag { .. } => return contact,
+        };
+        Acceleration {
+            linear: contact.linear + linear,
+            ..contact
+        }
+    }
+}
+
+fn ball(name: &str, skin: Material) -> Body {
+    let ball = Shape::new(shapes::icosphere(0.1, 0).unwrap());
+    Body::dynamic(name, ball, skin, Mass::Total(4.0)).unwrap()
+}
+
+/// A ball at rest.
+fn world(external: Lost) -> World<f64, Lost> {
+    let ball = ball("ball", Material::elastic(1e5));
+    World::new(vec![ball]).unwrap().with_external(external)
+}
+
+fn experiment(world: &World<f64, Lost>) -> Experiment<'_, Lost> {
+    Experiment::new(world, TIME_STEP, STEPS).unwrap()
+}
+
+fn place(world: &World<f64, Lost>) -> FinalPosition {
+    FinalPosition::of_body(world, "ball").unwrap()
+}
+
+/// The step, time (s) and number of a state's derivative that was lost, and what was found.
+fn lost_in_state(error: GradientError) -> (usize, f64, String, OutcomeJacobian) {
+    match error {
+        GradientError::StateDerivativeNotFinite {
+            step,
+            time,
+            body,
+            number,
+            found,
+        } if body == "ball" => (step, time, number, *found),
+        error => panic!("{error}"),
+    }
+}
+
+#[test]
+fn a_derivative_that_a_force_loses_is_refused_with_the_first_step_that_lacks_it() {
+    // Leapfrog asks for forces in the middle of a step; step 5 begins at 0.5 s.
+    for (from, expected) in [(0.0, 1), (0.5, 5), (0.9, 8)] {
+        let drag = || Lost::Drag { from };
+        for every in [1, 2, STEPS] {
+            let world = world(drag());
+            let experiment = experiment(&world).recording_every(every);
+            let error = experiment.jacobian(&[MASS, VELOCITY], &place(&world));
+            let (step, time, number, _) = lost_in_state(error.unwrap_err());
+            assert_eq!((step, number.as_str()), (expected, "Mass(\"ball\")"));
+            assert!((time - expected as f64 * TIME_STEP).abs() <= 0.0);
+        }
+    }
+}
+
+#[test]
+fn an_overflow_is_named_after_the_number_it_is_by_and_the_other_columns_are_kept() {
+    let world = world(Lost::Overflow);
+    let error = experiment(&world)
+        .jacobian(&[MASS, VELOCITY], &place(&world))
+        .unwrap_err();
+    assert!(error.to_string().starts_with(
+        "step 2 (t = 0.25 s) took body \"ball\" to a state whose derivative by InitialVelocity(\"ball\") y is not finite"
+    ), "{error}");
+    let (.., found) = lost_in_state(error);
+    assert_eq!(found.value.as_slice(), [0.0; 3]);
+    assert_eq!(found.jacobian.column(1).as_slice(), [1.0, 0.0, 0.0]);
+    assert!(!found.jacobian[(1, 2)].is_finite());
+    assert_eq!(found.jacobian.column(3).as_slice(), [0.0, 0.0, 1.0]);
+}
+
+#[test]
+fn a_derivative_that_is_lost_in_the_second_pass_of_many_parameters_is_refused() {
+    let mut parameters = vec![MASS; 96];
+    parameters.push(VELOCITY);
+    let world = world(Lost::Overflow);
+    let error = experiment(&world).jacobian(&parameters, &place(&world));
+    let (step, _, number, found) = lost_in_state(error.unwrap_err());
+    assert_eq!((step, number.as_str()), (2, "InitialVelocity(\"ball\") y"));
+    assert_eq!(found.jacobian.ncols(), 96 + 3);
+}
+
+#[test]
+fn of_derivatives_that_are_lost_in_several_passes_the_earliest_is_named() {
+    let skin = Material::elastic(1e5);
+    let world = World::new(vec![ball("slow", skin), ball("ball", skin)]).unwrap();
+    let world = world.ignoring("slow", "ball").unwrap();
+    let world = world.with_external(Lost::Overflow);
+    let slow = Parameter::InitialVelocity("slow");
+    for last in [VELOCITY, slow] {
+        let first = if last == slow { VELOCITY } else { slow };
+        let mut parameters = vec![first];
+        parameters.extend(vec![MASS; 93]);
+        parameters.push(last);
+        let error = experiment(&world).jacobian(&parameters, &Reading::Sum);
+        let (step, _, number, _) = lost_in_state(error.unwrap_err());
+        assert_eq!((step, number.as_str()), (2, "InitialVelocity(\"ball\") y"));
+    }
+}
+
+#[test]
+fn a_lost_derivative_that_the_outcome_does_not_see_is_no_error() {
+    let by = [VELOCITY];
+    let overflowing = world(Lost::Overflow);
+    let x = experiment(&overflowing).jacobian(&by, &Reading::X).unwrap();
+    assert_eq!(x.jacobian.as_slice(), [1.0, 0.0, 0.0]);
+    // Of eight steps, six are recorded.
+    let late = world(Lost::Drag { from: 0.75 });
+    let experiment = experiment(&late).recording_every(6);
+    assert!(experiment.jacobian(&by, &place(&late)).is_ok());
+}
+
+/// Of the first body's last state.
+enum Reading {
+    /// y, summed over all bodies.
+    Sum,
+    /// x.
+    X,
+    /// x, and |v| by a root, with 0/0 for its derivative at rest.
+    Speed,
+    /// x, and y by 1e307.
+    Huge,
+    /// x + z, and y by more than there are numbers for.
+    TooHuge,
+}
+
+impl Outcome for Reading {
+    fn of<T: Scalar>(&self, trajectory: &Trajectory<T>) -> Vec<T> {
+        let ball = &trajectory.last().bodies[0];
+        let (position, velocity) = (ball.position(), ball.velocity());
+        match self {
+            Self::Sum => {
+                let bodies = trajectory.last().bodies.iter();
+                vec![bodies.fold(lift(0.0), |sum: T, body| sum + body.position().y)]
+            }
+            Self::X => vec![position.x],
+            Self::Speed => vec![position.x, velocity.dot(velocity).sqrt()],
+            Self::Huge => vec![position.x, position.y * 1e307],
+            Self::TooHuge => vec![position.x + position.z, position.y * 1e307 * 1e307],
+        }
+    }
+}
+
+#[test]
+fn a_derivative_that_the_outcome_itself_loses_is_refused_with_its_row() {
+    let world = world(Lost::Nowhere);
+    let error = experiment(&world)
+        .jacobian(&[VELOCITY], &Reading::Speed)
+        .unwrap_err();
+    let message = "number 1 of the outcome, counted from 0, has a derivative by InitialVelocity(\"ball\") x that is not finite, though those of all states are: the outcome may take a root or a norm of zero";
+    assert_eq!(error.to_string(), message);
+    let GradientError::OutcomeDerivativeNotFinite { row, number, found } = error else {
+        panic!("{error}")
+    };
+    assert_eq!((row, number.as_str()), (1, "InitialVelocity(\"ball\") x"));
+    assert_eq!(
+        found.jacobian.row(0).transpose().as_slice(),
+        [1.0, 0.0, 0.0]
+    );
+}
+
+#[test]
+fn derivatives_that_are_zero_or_huge_are_no_errors() {
+    let world = world(Lost::Nowhere);
+    let by = [MASS, VELOCITY];
+    let found = experiment(&world).jacobian(&by, &Reading::Huge).unwrap();
+    let expected = [0.0, 0.0, 1e307, 0.0];
+    assert_eq!(found.jacobian.row(1).transpose().as_slice(), expected);
+    assert_eq!(found.jacobian.column(0).as_slice(), [0.0, 0.0]);
+}
+
+#[test]
+fn the_check_has_infinite_errors_by_what_is_lost_and_compares_the_rest() {
+    let world = world(Lost::Nowhere);
+    let checked = |outcome| {
+        let check = experiment(&world).difference_check(&[MASS, VELOCITY], &outcome);
+        check.unwrap()
+    };
+    let check = checked(Reading::TooHuge);
+    let best = check.best_by_parameter();
+    assert!(best[0] <= 0.0 && best[1] <= ROUNDING && best[3] <= ROUNDING);
+    assert!(
+        check
+            .errors
+            .column(2)
+            .iter()
+            .all(|error| error.is_infinite())
+    );
+    assert!(check.best().is_infinite());
+    let best = checked(Reading::Speed).best_by_parameter();
+    assert!(best.iter().all(|error| error.is_infinite()));
+}
+
+#[test]
+fn a_sample_without_a_derivative_is_an_error_among_the_others() {
+    let drag = world(Lost::Drag { from: 0.0 });
+    let batch = Batch::new(TIME_STEP, STEPS).unwrap();
+    let samples = [[0.5, 0.0, 0.0], [0.0; 3], [0.0, 0.1, 0.0]];
+    let slopes = batch.gradients_after(&drag, &[VELOCITY], &samples, &Reading::X);
+    let jacobians = batch.jacobians_after(&drag, &[VELOCITY], &samples, &place(&drag));
+    assert!(slopes[0].is_ok() && slopes[2].is_ok());
+    assert!(jacobians[0].is_ok() && jacobians[2].is_ok());
+    let errors = [slopes[1].clone().err(), jacobians[1].clone().err()];
+    for error in errors {
+        let (step, _, number, _) = lost_in_state(error.unwrap());
+        assert_eq!((step, number.as_str()), (1, "InitialVelocity(\"ball\") x"));
+    }
+}
+
+/// A ball of 100 mm, with facets, its centre 70 mm above a floor and sliding, and two bodies far away, of which the fixed one has no friction.
+fn sliding(ball_friction: f64, floor_friction: f64) -> World {
+    let skin = |friction| Material::elastic(1e5).with_friction(friction);
+    let floor = Arc::new(Shape::new(shapes::cuboid([1.0, 1.0, 0.2]).unwrap()));
+    let at = |x: f64, z: f64| Pose::from_translation(vector![x, 0.0, z]);
+    let fixed = |name, friction| Body::fixed(name, Arc::clone(&floor), skin(friction)).unwrap();
+    let moving = ball("ball", skin(ball_friction)).at(at(0.0, 0.07));
+    World::new(vec![
+        moving.with_velocity(vector![0.5, 0.2, 0.0]),
+        fixed("floor", floor_friction).at(at(0.0, -0.1)),
+        ball("far", skin(0.2)).at(at(9.0, 0.0)),
+        fixed("wall", 0.0).at(at(-9.0, 0.0)),
+    ])
+    .unwrap()
+}
+
+const BOTH: [Parameter; 2] = [Parameter::Friction("ball"), Parameter::Friction("floor")];
+
+/// Where the first body of a world is after 50 steps of a millisecond.
+fn slide(world: &World) -> (Experiment<'_>, FinalPosition) {
+    let place = FinalPosition::of_body(world, "ball").unwrap();
+    (Experiment::new(world, 1e-3, 50).unwrap(), place)
+}
+
+#[test]
+fn two_bodies_without_friction_have_no_derivative_by_the_friction_of_both() {
+    let world = sliding(0.0, 0.0);
+    let (experiment, place) = slide(&world);
+    let expected = GradientError::NoFriction {
+        bodies: ["ball".into(), "floor".into()],
+    };
+    for by in [BOTH.to_vec(), vec![BOTH[1], VELOCITY, BOTH[0], BOTH[0]]] {
+        let jacobian = experiment.jacobian(&by, &place);
+        let gradient = experiment.gradient(&by, &Reading::X);
+        let check = experiment.difference_check(&by, &place);
+        assert_eq!(jacobian.unwrap_err(), expected);
+        assert_eq!(gradient.unwrap_err(), expected);
+        assert_eq!(check.unwrap_err(), expected);
+    }
+    assert_eq!(
+        expected.to_string(),
+        "bodies \"ball\" and \"floor\" both have the friction 0, where that of the pair has no derivative by both: take one alone, or begin above 0"
+    );
+    // Along (1, 1) it rises with a slope that neither has alone.
+    let x = |change: [f64; 2]| experiment.value_after(&BOTH, &change, &place).unwrap()[0];
+    let [still, one, other, both] = [[0.0; 2], [1e-3, 0.0], [0.0, 1e-3], [1e-3; 2]].map(x);
+    assert!((one - still).abs() <= 0.0 && (other - still).abs() <= 0.0);
+    assert!(still - both > 1e-6, "{:e}", still - both);
+}
+
+#[test]
+fn the_derivative_by_one_friction_of_a_pair_that_has_none_is_zero() {
+    let world = sliding(0.0, 0.0);
+    let (experiment, place) = slide(&world);
+    for by in BOTH {
+        let found = experiment.jacobian(&[by], &place).unwrap();
+        assert!(found.jacobian.amax() <= 0.0);
+        let check = experiment.difference_check(&[by], &place).unwrap();
+        assert!(check.best() <= 0.0);
+    }
+}
+
+#[test]
+fn where_one_of_two_bodies_has_friction_there_are_derivatives_by_both() {
+    for world in [sliding(0.3, 0.0), sliding(0.0, 0.3)] {
+        let (experiment, place) = slide(&world);
+        let check = experiment.difference_check(&BOTH, &place).unwrap();
+        assert!(check.best() <= RUBBING, "{check}");
+        let found = experiment.jacobian(&BOTH, &place).unwrap();
+        assert!(found.jacobian.amax() > 1e-3);
+    }
+}
+
+#[test]
+fn bodies_without_friction_that_cannot_touch_have_derivatives_by_the_friction_of_both() {
+    let fixed = sliding(0.2, 0.0);
+    let (experiment, place) = slide(&fixed);
+    let walls = ["floor", "wall"].map(Parameter::Friction);
+    assert!(experiment.jacobian(&walls, &place).is_ok());
+    let ignoring = sliding(0.0, 0.0).ignoring("floor", "ball").unwrap();
+    let (experiment, place) = slide(&ignoring);
+    let found = experiment.jacobian(&BOTH, &place).unwrap();
+    assert!(found.jacobian.amax() <= 0.0);
+}
