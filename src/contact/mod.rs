@@ -30,7 +30,6 @@
 //! ```
 
 mod energy;
-mod equilibrium;
 mod friction;
 mod jacobian;
 mod linearised;

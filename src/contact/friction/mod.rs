@@ -4,11 +4,6 @@
 //! Where u hardly changes over the polygon, quadrature of a high degree is exact; where the center of rotation is near
 //! and u turns quickly, the integrals have a closed form.
 
-#![cfg_attr(
-    not(test),
-    expect(dead_code, reason = "the surface law does not use it yet")
-)]
-
 mod closed_form;
 mod closed_moments;
 mod edge;
