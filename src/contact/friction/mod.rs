@@ -46,7 +46,8 @@ pub(super) struct SlipMoments {
     /// ∫ g·m·(u uᵀ − 1)/σ dA for the first six monomials: entries 11, 12 and 22. Minus the derivative by the slip of
     /// ∫ g·m·u dA.
     pub by_slip: [[f64; 3]; 6],
-    /// ∫ g·m·u dl for the first six monomials, along the edge from each corner to the next.
+    /// ∫ g·m·u dl for the first six monomials, along the edge from each corner to the next; zero
+    /// where these coincide.
     pub edges: [[[f64; 2]; 6]; PLANE_CAPACITY],
 }
 
@@ -127,7 +128,7 @@ enum Method {
 }
 
 impl<T: Scalar> Slip<T> {
-    /// ∫ g·u dA, and ∫ g·(y₁u₂ − y₂u₁) dA, with g = pressure·damping; corners counter-clockwise.
+    /// ∫ g·u dA, and ∫ g·(y₁u₂ − y₂u₁) dA, with g = pressure·damping. The corners turn counter-clockwise.
     pub fn resultant(
         &self,
         corners: &[[T; 2]],
@@ -173,7 +174,8 @@ impl<T: Scalar> Slip<T> {
 }
 
 impl Slip<f64> {
-    /// What the derivatives of [`Self::resultant`] are made of. Corners counter-clockwise.
+    /// What the derivatives of [`Self::resultant`] are made of. The corners turn counter-clockwise and are
+    /// [`PLANE_CAPACITY`] at most.
     pub fn moments(
         &self,
         corners: &[[f64; 2]],
@@ -275,6 +277,19 @@ mod tests {
     }
 
     impl Case {
+        /// The same with another origin.
+        fn seen_from(mut self, [o1, o2]: [f64; 2]) -> Self {
+            for y in &mut self.corners {
+                *y = [y[0] - o1, y[1] - o2];
+            }
+            for f in [&mut self.pressure, &mut self.damping] {
+                f[0] += f[1] * o1 + f[2] * o2;
+            }
+            self.slip.at_origin[0] -= self.slip.spin * o2;
+            self.slip.at_origin[1] += self.slip.spin * o1;
+            self
+        }
+
         fn field(&self, y: [f64; 2]) -> (f64, [f64; 2], f64) {
             let value = |f: &Affine<f64>| f[0] + f[1] * y[0] + f[2] * y[1];
             let s = [
@@ -548,6 +563,16 @@ mod tests {
         for theta in thetas {
             for size in [1e-9, 2e-3, 1.0, 1e3] {
                 assert_exact(&random_case(&mut rng, theta, size));
+            }
+        }
+    }
+
+    #[test]
+    fn the_origin_need_not_be_the_center_of_the_polygon() {
+        let mut rng = StdRng::seed_from_u64(11);
+        for theta in [1e-6, 1e-4, 9e-4, 0.029, 0.19, 0.47, 0.49, 1.0, 3.0, 1e3] {
+            for origin in [[2.0, 0.0], [-1.0, 1.5]] {
+                assert_exact(&random_case(&mut rng, theta, 1.0).seen_from(origin));
             }
         }
     }

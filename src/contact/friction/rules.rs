@@ -28,7 +28,6 @@ impl TriangleRule {
         &self.pairs[..self.len]
     }
 
-    /// The order of the points has no meaning, but the triangle's corners are three: each orbit comes in threes.
     const fn expanded(orbits: &Orbits) -> Self {
         let mut points = Points {
             rule: Self {
