@@ -47,21 +47,23 @@ impl<T: Scalar> PlanePolygon<T> {
         let excess = polygon.pressure_a.at(&constant) - polygon.pressure_b.at(&constant);
         let center = constant - normal * (change(excess) / *steepness);
         let axes = axes_about(normal);
-        let along = |vector: &Vector3<T>| {
-            let [e1, e2, n] = [0, 1, 2].map(|axis| axes.column(axis).dot(vector));
-            [e1, e2, n]
-        };
+        let [e1, e2] = [0, 1].map(|axis| axes.column(axis).into_owned());
+        let along = |vector: &Vector3<T>| [e1.dot(vector), e2.dot(vector), normal.dot(vector)];
         let mut outline = Outline::empty();
         for (edge, corner) in (0..).zip(polygon.polygon.corners()) {
-            let [y1, y2, _] = along(&(corner - center));
-            outline.push([y1, y2], edge);
+            let y = corner - center;
+            outline.push([e1.dot(&y), e2.dot(&y)], edge);
         }
-        let [p1, p2, _] = along(&polygon.pressure.gradient);
+        let gradient = &polygon.pressure.gradient;
         Some(Self {
             axes,
             center,
             outline,
-            pressure: [polygon.pressure.at(&center), p1, p2],
+            pressure: [
+                polygon.pressure.at(&center),
+                e1.dot(gradient),
+                e2.dot(gradient),
+            ],
             velocity: along(&motion.at(&center)),
             angular: along(&motion.angular),
         })
@@ -161,7 +163,7 @@ impl<T: Scalar> Outline<T> {
         Some(part)
     }
 
-    /// ∫ m dA for the ten monomials m of degree three at most, in the order of [`place`]: as m is homogeneous of degree
+    /// ∫ m dA for the ten monomials m of degree three at most, in the order of [`BY_AFFINE`]: as m is homogeneous of degree
     /// d, (d + 2)∫ m dA = ∮ m y·ν dl by the divergence theorem, ν being the outward normal.
     pub fn moments(&self) -> [T; 10] {
         let mut moments = [lift::<T>(0.0); 10];
@@ -175,7 +177,7 @@ impl<T: Scalar> Outline<T> {
             let half_turn = (a[0] * b[1] - a[1] * b[0]) * 0.5;
             for share in TWO_POINTS {
                 let y = [0, 1].map(|i| a[i] + (b[i] - a[i]) * share);
-                for (moment, value) in moments.iter_mut().zip(monomials(&y, half_turn)) {
+                for (moment, value) in moments.iter_mut().zip(up_to_cubic(half_turn, &y)) {
                     *moment += value;
                 }
             }
@@ -187,10 +189,18 @@ impl<T: Scalar> Outline<T> {
     }
 }
 
-/// The ten monomials of degree three at most at a point, times a factor.
-pub(super) fn monomials<T: Scalar>([y1, y2]: &[T; 2], factor: T) -> [T; 10] {
+/// The six monomials of degree two at most at a point, times a factor.
+#[inline]
+pub(super) fn up_to_quadratic<T: Scalar>(factor: T, [y1, y2]: &[T; 2]) -> [T; 6] {
     let (a, b) = (factor * *y1, factor * *y2);
-    let (aa, ab, bb) = (a * *y1, a * *y2, b * *y2);
+    [factor, a, b, a * *y1, a * *y2, b * *y2]
+}
+
+/// The ten monomials of degree three at most at a point, times a factor.
+#[inline]
+fn up_to_cubic<T: Scalar>(factor: T, y: &[T; 2]) -> [T; 10] {
+    let [y1, y2] = y;
+    let [factor, a, b, aa, ab, bb] = up_to_quadratic(factor, y);
     [
         factor,
         a,
@@ -205,13 +215,39 @@ pub(super) fn monomials<T: Scalar>([y1, y2]: &[T; 2], factor: T) -> [T; 10] {
     ]
 }
 
-/// The place of y₁ᵃy₂ᵇ among the monomials.
-pub(super) const fn place(a: usize, b: usize) -> usize {
-    (a + b) * (a + b + 1) / 2 + b
+/// The places of m, y₁m and y₂m among the monomials, for the first six m.
+const BY_AFFINE: [[usize; 3]; 6] = [
+    [0, 1, 2],
+    [1, 3, 4],
+    [2, 4, 5],
+    [3, 6, 7],
+    [4, 7, 8],
+    [5, 8, 9],
+];
+
+/// The places of m times the first six monomials, for m = 1, y₁ and y₂.
+const BY_QUADRATIC: [[usize; 6]; 3] = [[0, 1, 2, 3, 4, 5], [1, 3, 4, 6, 7, 8], [2, 4, 5, 7, 8, 9]];
+
+/// ∫ f m for an affine f and the first `N` monomials m, from the moments by monomials.
+#[inline]
+pub(super) fn affine_moments<T: Scalar, const M: usize, const N: usize>(
+    f: &Affine<T>,
+    moments: &[T; M],
+) -> [T; N] {
+    std::array::from_fn(|m| {
+        let [one, y1, y2] = BY_AFFINE[m];
+        f[0] * moments[one] + f[1] * moments[y1] + f[2] * moments[y2]
+    })
 }
 
-/// The exponents of the first six monomials.
-pub(super) const EXPONENTS: [[usize; 2]; 6] = [[0, 0], [1, 0], [0, 1], [2, 0], [1, 1], [0, 2]];
+/// ∫ f m for a quadratic f and m = 1, y₁ and y₂.
+#[inline]
+pub(super) fn quadratic_moments<T: Scalar>(f: &Quadratic<T>, moments: &[T; 10]) -> [T; 3] {
+    BY_QUADRATIC.map(|places| {
+        let term = |k: usize| f[k] * moments[places[k]];
+        (term(0) + term(1)) + (term(2) + term(3)) + (term(4) + term(5))
+    })
+}
 
 /// The value of an affine function at a point.
 pub(super) fn at<T: Scalar>(function: &Affine<T>, y: &[T; 2]) -> T {
@@ -228,13 +264,4 @@ pub(super) fn product<T: Scalar>(f: &Affine<T>, g: &Affine<T>) -> Quadratic<T> {
         f[1] * g[2] + f[2] * g[1],
         f[2] * g[2],
     ]
-}
-
-/// ∫ f m for a polynomial f of three (affine) or six coefficients and the monomial m with these exponents, from the
-/// moments by monomials.
-pub(super) fn moment_of<T: Scalar>(f: &[T], moments: &[T; 10], [a, b]: [usize; 2]) -> T {
-    let terms = f.iter().zip(EXPONENTS);
-    terms
-        .map(|(coefficient, [i, j])| *coefficient * moments[place(a + i, b + j)])
-        .sum()
 }

@@ -1,14 +1,11 @@
 use super::SurfaceLaw;
 use super::friction::{Affine, Slip};
-use super::plane::{Outline, PlanePolygon, moment_of, product};
+use super::plane::{Outline, PlanePolygon, product, quadratic_moments};
 use super::polygon::CutPolygon;
 use super::surface_law::RelativeMotion;
 use crate::scalar::{Scalar, carries_derivatives, lift, real_part};
 use crate::spatial::Wrench;
 use nalgebra::Vector3;
-
-/// The monomials 1, y₁ and y₂.
-const UP_TO_LINEAR: [[usize; 2]; 3] = [[0, 0], [1, 0], [0, 1]];
 
 impl<T: Scalar> CutPolygon<T> {
     /// Wrench on A about A's origin in A's axes, of the traction
@@ -26,8 +23,7 @@ impl<T: Scalar> CutPolygon<T> {
         let part = plane.outline.cut(&damping);
         let outline = part.as_ref().unwrap_or(&plane.outline);
         let traction = product(&plane.pressure, &damping);
-        let moments = outline.moments();
-        let [normal, by_y1, by_y2] = UP_TO_LINEAR.map(|m| moment_of(&traction, &moments, m));
+        let [normal, by_y1, by_y2] = quadratic_moments(&traction, &outline.moments());
         let [along_e1, along_e2, about_n] = plane.friction(law, outline, &damping);
         let weight = lift::<T>(self.weight.area);
         let force = plane.axes * Vector3::new(along_e1, along_e2, normal) * weight;

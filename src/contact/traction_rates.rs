@@ -19,16 +19,18 @@
 use super::friction::SlipMoments;
 use super::jacobian::RelativeJacobian;
 use super::linearised::RelativeLinearisation;
-use super::plane::{EXPONENTS, Outline, PlanePolygon, at, moment_of, monomials, place, product};
+use super::plane::{
+    Outline, PlanePolygon, affine_moments, at, product, quadratic_moments, up_to_quadratic,
+};
 use super::polygon::{CutPolygon, PartialSum, PolygonSource, sum_over};
 use super::surface_law::RelativeMotion;
 use super::{ContactPair, SurfaceLaw};
 use crate::narrow_phase::Cut;
-use crate::spatial::{Wrench, skew};
+use crate::spatial::Wrench;
 use nalgebra::{Matrix3, Matrix6, Matrix6x2, Vector3, Vector6};
 
-/// Moments of a vector along e₁, e₂ and n by the first six monomials.
-type VectorMoments = [[f64; 3]; 6];
+/// Of a vector along e₁, e₂ and n, the moments by 1, y₁, y₂, y₁², y₁y₂ and y₂².
+type VectorMoments = [[f64; 6]; 3];
 
 /// Gauss' points and weights for the mean over an edge, from its start: exact to degree five.
 const THREE_POINTS: [(f64, f64); 3] = [
@@ -129,7 +131,21 @@ impl PolygonSource<'_, f64> {
         let Some(plane) = PlanePolygon::of(polygon, motion) else {
             return;
         };
-        let traction = Traction::of(&plane, law);
+        let damping = plane.damping(law.dissipation);
+        let part = plane.outline.cut(&damping);
+        let pressed = part.as_ref().unwrap_or(&plane.outline);
+        let slip = plane
+            .slip(law)
+            .moments(pressed.corners(), &plane.pressure, &damping);
+        let traction = Traction {
+            plane: &plane,
+            friction: law.friction,
+            dissipation: law.dissipation,
+            damping,
+            pressed,
+            is_clamped: part.is_some(),
+            slip: &slip,
+        };
         let mut rates = Rates::default();
         if polygon.has_area() {
             rates.add_area(&traction, polygon);
@@ -174,7 +190,7 @@ impl PolygonSource<'_, f64> {
 
 /// 1/|m − (m·n)n|, negative if a face's normal m points into the polygon at this edge, 0 if the face lies in the plane.
 fn outwardness(along: &[f64; 2], m: &Vector3<f64>) -> f64 {
-    let sine = m.x.hypot(m.y);
+    let sine = (m.x * m.x + m.y * m.y).sqrt();
     let turn = m.x * along[1] - m.y * along[0];
     if sine == 0.0 {
         0.0
@@ -210,31 +226,13 @@ struct Traction<'p> {
     dissipation: f64,
     /// ψ = 1 − d v₃.
     damping: [f64; 3],
-    /// The part of the polygon where ψ is positive, if it is not everywhere.
-    part: Option<Outline<f64>>,
-    slip: SlipMoments,
+    /// The part of the polygon where ψ is positive, and whether that is not all of it.
+    pressed: &'p Outline<f64>,
+    is_clamped: bool,
+    slip: &'p SlipMoments,
 }
 
-impl<'p> Traction<'p> {
-    fn of(plane: &'p PlanePolygon<f64>, law: &SurfaceLaw) -> Self {
-        let damping = plane.damping(law.dissipation);
-        let part = plane.outline.cut(&damping);
-        let pressed = part.as_ref().unwrap_or(&plane.outline);
-        let slip = plane.slip(law);
-        Self {
-            slip: slip.moments(pressed.corners(), &plane.pressure, &damping),
-            plane,
-            friction: law.friction,
-            dissipation: law.dissipation,
-            damping,
-            part,
-        }
-    }
-
-    fn pressed(&self) -> &Outline<f64> {
-        self.part.as_ref().unwrap_or(&self.plane.outline)
-    }
-
+impl Traction<'_> {
     /// ψ − 1 = −d v₃.
     fn excess_damping(&self) -> [f64; 3] {
         self.plane.separating().map(|c| -self.dissipation * c)
@@ -242,50 +240,61 @@ impl<'p> Traction<'p> {
 
     /// ∫ t m dl along an edge of the contact polygon.
     fn along_edge(&self, edge: usize) -> VectorMoments {
-        let mut moments = [[0.0; 3]; 6];
-        let pressed = self.pressed().edges().iter();
+        let mut moments = [[0.0; 6]; 3];
+        let pressed = self.pressed.edges().iter();
         if let Some(part) = pressed.clone().position(|&of| usize::from(of) == edge) {
-            for (moment, friction) in moments.iter_mut().zip(&self.slip.edges[part]) {
-                moment[0] = -self.friction * friction[0];
-                moment[1] = -self.friction * friction[1];
-            }
+            let [first, second] = &self.slip.edges[part];
+            moments[0] = first.map(|moment| -self.friction * moment);
+            moments[1] = second.map(|moment| -self.friction * moment);
         }
         if self.dissipation != 0.0 {
-            self.add_normal_along_edge(edge, &mut moments);
+            moments[2] = self.normal_along_edge(edge);
         }
         moments
     }
 
-    /// Adds ∫ p (ψ − 1) m dl, with ψ = 0 where it would be negative.
-    fn add_normal_along_edge(&self, edge: usize, moments: &mut VectorMoments) {
+    /// ∫ p (ψ − 1) m dl, with ψ = 0 where it would be negative.
+    fn normal_along_edge(&self, edge: usize) -> [f64; 6] {
         let [from, to] = self.plane.ends(edge);
-        let length = (to[0] - from[0]).hypot(to[1] - from[1]);
         let excess = self.excess_damping();
-        let mut add = |[start, end]: [f64; 2], factor: &dyn Fn(&[f64; 2]) -> f64| {
-            for (place, weight) in THREE_POINTS {
-                let share = start + place * (end - start);
-                let y = [0, 1].map(|i| from[i] + share * (to[i] - from[i]));
-                let p = at(&self.plane.pressure, &y) * weight * length * (end - start);
-                let values = monomials(&y, p * factor(&y));
-                for (moment, value) in moments.iter_mut().zip(values) {
-                    moment[2] += value;
-                }
-            }
-        };
         let [start, end] = [from, to].map(|y| at(&self.damping, &y));
-        let cut = start / (start - end);
-        let (inside, outside) = match (start >= 0.0, end >= 0.0) {
-            (true, true) => ([0.0, 1.0], [0.0, 0.0]),
-            (true, false) => ([0.0, cut], [cut, 1.0]),
-            (false, true) => ([cut, 1.0], [0.0, cut]),
-            (false, false) => ([0.0, 0.0], [0.0, 1.0]),
-        };
-        add(inside, &|y| at(&excess, y));
-        if outside != [0.0, 0.0] {
-            add(outside, &|_| -1.0);
+        if start >= 0.0 && end >= 0.0 {
+            return self.edge_moments([from, to], &excess);
         }
+        if start < 0.0 && end < 0.0 {
+            return self.edge_moments([from, to], &NONE);
+        }
+        let share = start / (start - end);
+        let middle = [0, 1].map(|i| from[i] + share * (to[i] - from[i]));
+        let (inside, outside) = if start >= 0.0 {
+            ([from, middle], [middle, to])
+        } else {
+            ([middle, to], [from, middle])
+        };
+        let inside = self.edge_moments(inside, &excess);
+        let outside = self.edge_moments(outside, &NONE);
+        std::array::from_fn(|m| inside[m] + outside[m])
+    }
+
+    /// ∫ p f m dl for an affine f.
+    #[inline]
+    fn edge_moments(&self, [from, to]: [[f64; 2]; 2], f: &[f64; 3]) -> [f64; 6] {
+        let along = [to[0] - from[0], to[1] - from[1]];
+        let length = (along[0] * along[0] + along[1] * along[1]).sqrt();
+        let mut moments = [0.0; 6];
+        for (share, weight) in THREE_POINTS {
+            let y = [0, 1].map(|i| from[i] + share * along[i]);
+            let value = at(&self.plane.pressure, &y) * at(f, &y) * (weight * length);
+            for (moment, value) in moments.iter_mut().zip(up_to_quadratic(value, &y)) {
+                *moment += value;
+            }
+        }
+        moments
     }
 }
+
+/// ψ − 1 where ψ = 0.
+const NONE: [f64; 3] = [-1.0, 0.0, 0.0];
 
 /// The derivatives of one polygon's wrench, about its center along its axes.
 #[derive(Default)]
@@ -299,18 +308,18 @@ struct Rates {
     by_friction: Vector6<f64>,
 }
 
-/// The wrench of a traction from its moments by three monomials.
-fn wrench_of([x, by_y1, by_y2]: [[f64; 3]; 3]) -> Vector6<f64> {
-    Vector6::new(by_y2[2], -by_y1[2], by_y1[1] - by_y2[0], x[0], x[1], x[2])
+/// The wrench of a traction from its moments by 1, y₁ and y₂ along each axis.
+#[inline]
+fn wrench_of([t1, t2, t3]: [[f64; 3]; 3]) -> Vector6<f64> {
+    Vector6::new(t3[2], -t3[1], t2[1] - t1[2], t1[0], t2[0], t3[0])
 }
 
 /// The wrenches of a traction times 1, y₁ and y₂.
-fn wrenches(m: &VectorMoments) -> [Vector6<f64>; 3] {
-    [
-        wrench_of([m[0], m[1], m[2]]),
-        wrench_of([m[1], m[3], m[4]]),
-        wrench_of([m[2], m[4], m[5]]),
-    ]
+#[inline]
+fn wrenches([t1, t2, t3]: &VectorMoments) -> [Vector6<f64>; 3] {
+    [[0, 1, 2], [1, 3, 4], [2, 4, 5]].map(|[one, y1, y2]| {
+        Vector6::new(t3[y2], -t3[y1], t2[y1] - t1[y2], t1[one], t2[one], t3[one])
+    })
 }
 
 impl Rates {
@@ -347,16 +356,16 @@ impl Rates {
         let [v1, v2, v3] = traction.plane.velocity;
         let [w1, w2, w3] = traction.plane.angular;
         for (k, by) in [by_velocity, by_y1, by_y2].iter().enumerate() {
-            let lifted = Vector6::new(-t[k][1], t[k][0], 0.0, 0.0, 0.0, 0.0);
+            let lifted = Vector6::new(-t[1][k], t[0][k], 0.0, 0.0, 0.0, 0.0);
             self.by_speed[k] += q[k] * along_normal + by[0] * w2 - by[1] * w1 + lifted;
         }
         // The wrench of v_i times column j of T.
         let times_v1 = |j: usize| by_velocity[j] * v1 - by_y2[j] * w3;
         let times_v2 = |j: usize| by_velocity[j] * v2 + by_y1[j] * w3;
         let times_v3 = |j: usize| by_velocity[j] * v3 - by_y1[j] * w2 + by_y2[j] * w1;
-        let turned = |turn: fn([f64; 3]) -> [f64; 3]| wrench_of(t.map(turn));
-        self.by_speed[1] += turned(|t| [-t[2], 0.0, t[0]]) + times_v3(0) - times_v1(2);
-        self.by_speed[2] += turned(|t| [0.0, -t[2], t[1]]) + times_v3(1) - times_v2(2);
+        let (none, less) = ([0.0; 3], t[2].map(|moment| -moment));
+        self.by_speed[1] += wrench_of([less, none, t[0]]) + times_v3(0) - times_v1(2);
+        self.by_speed[2] += wrench_of([none, less, t[1]]) + times_v3(1) - times_v2(2);
     }
 
     /// Adds the flux through an edge of a face with the outward normal m, times `scale`; the face moves with A or with B.
@@ -420,57 +429,54 @@ fn along_normal_of(m: &Vector3<f64>, [f0, f1, f2]: &[Vector6<f64>; 3]) -> Matrix
 /// From the axes and the center of a plane to A's axes and A's origin: for wrenches, and the same way for motions.
 struct PlaneFrame {
     axes: Matrix3<f64>,
-    /// [c]ₓ.
-    lever: Matrix3<f64>,
+    center: Vector3<f64>,
 }
 
 impl PlaneFrame {
     fn of(plane: &PlanePolygon<f64>) -> Self {
         Self {
             axes: plane.axes,
-            lever: skew(&plane.center),
+            center: plane.center,
         }
     }
 
     fn of_wrench(&self, wrench: &Vector6<f64>) -> Vector6<f64> {
         let [torque, force] = [0, 3].map(|row| self.axes * wrench.fixed_rows::<3>(row));
-        let torque = torque + self.lever * force;
+        let torque = torque + self.center.cross(&force);
         Vector6::new(torque.x, torque.y, torque.z, force.x, force.y, force.z)
     }
 
     /// A matrix of wrenches by motions, or by velocities.
     fn of_matrix(&self, matrix: &Matrix6<f64>) -> Matrix6<f64> {
-        let block = |row, column| {
-            let block = matrix.fixed_view::<3, 3>(row, column);
-            self.axes * block * self.axes.transpose()
+        let column = |column: usize| self.of_wrench(&matrix.column(column).into_owned());
+        let [a1, a2, a3, l1, l2, l3] = [0, 1, 2, 3, 4, 5].map(column);
+        let turned = |axis: usize, [v1, v2, v3]: [&Vector6<f64>; 3]| {
+            let [r1, r2, r3] = [0, 1, 2].map(|from| self.axes[(axis, from)]);
+            v1 * r1 + v2 * r2 + v3 * r3
         };
-        let (torque_turn, torque_shift) = (block(0, 0), block(0, 3));
-        let (force_turn, force_shift) = (block(3, 0), block(3, 3));
-        let torque_turn = torque_turn + self.lever * force_turn;
-        let torque_shift = torque_shift + self.lever * force_shift;
-        let mut whole = Matrix6::zeros();
-        let blocks = [
-            ([0, 0], torque_turn - torque_shift * self.lever),
-            ([0, 3], torque_shift),
-            ([3, 0], force_turn - force_shift * self.lever),
-            ([3, 3], force_shift),
-        ];
-        for ([row, column], block) in blocks {
-            whole.fixed_view_mut::<3, 3>(row, column).copy_from(&block);
-        }
-        whole
+        let [x, y, z] = [0, 1, 2].map(|axis| turned(axis, [&l1, &l2, &l3]));
+        let [ax, ay, az] = [0, 1, 2].map(|axis| turned(axis, [&a1, &a2, &a3]));
+        let c = &self.center;
+        Matrix6::from_columns(&[
+            ax + z * c.y - y * c.z,
+            ay + x * c.z - z * c.x,
+            az + y * c.x - x * c.y,
+            x,
+            y,
+            z,
+        ])
     }
 }
 
 /// Moments over the area of a polygon.
 struct AreaMoments {
-    /// Of t, by 1, y₁ and y₂.
+    /// Of t along each axis, by 1, y₁ and y₂.
     traction: [[f64; 3]; 3],
     /// Of ∂t/∂p.
     by_pressure: VectorMoments,
     /// Of the columns of T.
     by_velocity: [VectorMoments; 3],
-    /// Of ∂t/∂d and ∂t/∂μ, by 1, y₁ and y₂.
+    /// Of ∂t/∂d and ∂t/∂μ along each axis, by 1, y₁ and y₂.
     by_dissipation: [[f64; 3]; 3],
     by_friction: [[f64; 3]; 3],
 }
@@ -481,54 +487,54 @@ impl AreaMoments {
     /// t = p(−μψu₁, −μψu₂, ψ − 1),  ∂t/∂(v₁, v₂) = μpψ(u uᵀ − 1)/σ,  ∂t/∂v₃ = −dp(−μu₁, −μu₂, 1),
     ///
     /// and ∂t/∂d the same as ∂t/∂v₃ with v₃ in place of d. Beyond, t = −p n.
+    #[inline]
     fn of(traction: &Traction) -> Self {
-        let (plane, slip) = (traction.plane, &traction.slip);
+        let (plane, slip) = (traction.plane, traction.slip);
         let (mu, d) = (traction.friction, traction.dissipation);
-        let moments = traction.pressed().moments();
-        let direction = [0, 1].map(|axis| slip.direction.map(|moment| moment[axis]));
-        // Of (−μu₁, −μu₂, 1) times a polynomial.
-        let pushed = |f: &[f64], m: [usize; 2]| {
-            let [u1, u2] = direction.each_ref().map(|u| moment_of(f, u, m));
-            [-mu * u1, -mu * u2, moment_of(f, &moments, m)]
-        };
-        let whole = traction.part.is_some().then(|| plane.outline.moments());
-        let excess = traction.excess_damping();
-        let by_pressure = EXPONENTS.map(|m| {
-            let [u1, u2, psi] = pushed(&traction.damping, m);
-            let normal = match &whole {
-                None => moment_of(&excess, &moments, m),
-                Some(whole) => psi - whole[place(m[0], m[1])],
-            };
-            [u1, u2, normal]
-        });
-        let by_slip = slip.by_slip.map(|entries| entries.map(|entry| mu * entry));
+        let moments = traction.pressed.moments();
+        let [u1, u2] = &slip.direction;
+        // Of (−μu₁, −μu₂, 1).
+        let pushed = [u1.map(|u| -mu * u), u2.map(|u| -mu * u), moments];
+        let by_pressure = traction.by_pressure(&pushed);
+        let [t11, t12, t22] = slip
+            .by_slip
+            .map(|moments| moments.map(|moment| mu * moment));
         let damped = plane.pressure.map(|p| -d * p);
         let parting = product(&plane.pressure, &plane.separating()).map(|c| -c);
-        let load = product(&plane.pressure, &traction.damping);
-        let linear = [[0, 0], [1, 0], [0, 1]];
+        let load = product(&plane.pressure, &traction.damping).map(|c| -c);
         Self {
-            traction: linear.map(|m| {
-                [0, 1, 2].map(|axis| {
-                    let of_axis = by_pressure.map(|moment| moment[axis]);
-                    affine_moment(&plane.pressure, &of_axis, m)
-                })
-            }),
+            traction: by_pressure
+                .each_ref()
+                .map(|q| affine_moments(&plane.pressure, q)),
             by_pressure,
             by_velocity: [
-                by_slip.map(|[t11, t12, _]| [t11, t12, 0.0]),
-                by_slip.map(|[_, t12, t22]| [t12, t22, 0.0]),
-                EXPONENTS.map(|m| pushed(&damped, m)),
+                [t11, t12, [0.0; 6]],
+                [t12, t22, [0.0; 6]],
+                pushed.each_ref().map(|of| affine_moments(&damped, of)),
             ],
-            by_dissipation: linear.map(|m| pushed(&parting, m)),
-            by_friction: linear.map(|m| {
-                let [u1, u2] = direction.each_ref().map(|u| moment_of(&load, u, m));
-                [-u1, -u2, 0.0]
-            }),
+            by_dissipation: pushed.each_ref().map(|of| quadratic_moments(&parting, of)),
+            by_friction: [
+                quadratic_moments(&load, u1),
+                quadratic_moments(&load, u2),
+                [0.0; 3],
+            ],
         }
     }
 }
 
-/// As [`moment_of`] for an affine function, from six moments.
-fn affine_moment(f: &[f64; 3], moments: &[f64; 6], [a, b]: [usize; 2]) -> f64 {
-    f[0] * moments[place(a, b)] + f[1] * moments[place(a + 1, b)] + f[2] * moments[place(a, b + 1)]
+impl Traction<'_> {
+    /// Moments of ∂t/∂p, from those of (−μu₁, −μu₂, 1).
+    #[inline]
+    fn by_pressure(&self, pushed: &[[f64; 10]; 3]) -> VectorMoments {
+        let [q1, q2, q3] = pushed
+            .each_ref()
+            .map(|of| affine_moments(&self.damping, of));
+        let normal = if self.is_clamped {
+            let whole = self.plane.outline.moments();
+            std::array::from_fn(|m| q3[m] - whole[m])
+        } else {
+            affine_moments(&self.excess_damping(), &pushed[2])
+        };
+        [q1, q2, normal]
+    }
 }

@@ -2,7 +2,7 @@
 
 use super::closed_form::{HalfSolidAngle, Rotation};
 use super::edge::{Corner, EdgeMeans, Vector, cross};
-use super::{Affine, Load, Quadratic, Slip, SlipMoments, quadratic, transposed};
+use super::{Affine, Load, Quadratic, Slip, SlipMoments, quadratic};
 
 /// A number for each monomial up to degree 3: 1, y₁, y₂, y₁², y₁y₂, y₂², y₁³, y₁²y₂, y₁y₂², y₂³.
 type Cubic = [f64; 10];
@@ -20,24 +20,24 @@ pub(super) fn moments(
     let rotation = Rotation::new(slip, size);
     let g = quadratic(load.pressure, load.damping);
     let mut moments = SlipMoments::zero();
-    let (mut sums, mut fluxes) = (Sums::default(), [[[0.0; 2]; 6]; 2]);
+    let (mut sums, mut fluxes) = (Sums::default(), [[[0.0; 6]; 2]; 2]);
     rotation.visit_edges(corners, |edge, a, b| {
         let means = EdgeMeans::new(a, b, rotation.epsilon * rotation.epsilon);
         sums.add(a, b, &means, rotation.epsilon);
         let flux = EdgeFlux::new(&rotation, &means, load).by_monomial();
         let normal = [b.place[1] - a.place[1], a.place[0] - b.place[0]];
-        for m in 0..6 {
-            for j in 0..2 {
-                fluxes[0][m][j] += normal[0] * flux[m][j];
-                fluxes[1][m][j] += normal[1] * flux[m][j];
-                moments.edges[edge][m][j] = flux[m][j] * means.length;
+        for (axis, flux) in flux.iter().enumerate() {
+            for (m, mean) in flux.iter().enumerate() {
+                fluxes[0][axis][m] += normal[0] * mean;
+                fluxes[1][axis][m] += normal[1] * mean;
+                moments.edges[edge][axis][m] = mean * means.length;
             }
         }
     });
     let [by_r1, by_r2] = sums.first_moments_over_r(rotation.epsilon);
     let direction = [by_r2.map(|x| -x), by_r1].map(|u| rotation.about_origin(u));
     moments.by_slip = by_slip(&direction, &g, &fluxes, slip.spin);
-    moments.direction = transposed(&direction, 1.0);
+    moments.direction = direction;
     moments
 }
 
@@ -156,20 +156,20 @@ impl EdgeFlux {
 
     /// The means of g·m·u for the first six monomials m in y.
     #[inline]
-    fn by_monomial(&self) -> [[f64; 2]; 6] {
+    fn by_monomial(&self) -> [[f64; 6]; 2] {
         let ([o1, o2], [e1, e2]) = (self.base, self.direction);
-        let mut flux = [[0.0; 2]; 6];
-        for (j, t) in self.means.iter().enumerate() {
+        self.means.map(|t| {
             let first = [0, 1].map(|k| o1 * t[k] + e1 * t[k + 1]);
             let second = [0, 1].map(|k| o2 * t[k] + e2 * t[k + 1]);
-            flux[0][j] = t[0];
-            flux[1][j] = first[0];
-            flux[2][j] = second[0];
-            flux[3][j] = o1 * first[0] + e1 * first[1];
-            flux[4][j] = o2 * first[0] + e2 * first[1];
-            flux[5][j] = o2 * second[0] + e2 * second[1];
-        }
-        flux
+            [
+                t[0],
+                first[0],
+                second[0],
+                o1 * first[0] + e1 * first[1],
+                o2 * first[0] + e2 * first[1],
+                o2 * second[0] + e2 * second[1],
+            ]
+        })
     }
 }
 
@@ -205,22 +205,19 @@ impl Rotation<f64> {
 fn by_slip(
     direction: &[Cubic; 2],
     g: &Quadratic<f64>,
-    fluxes: &[[[f64; 2]; 6]; 2],
+    fluxes: &[[[f64; 6]; 2]; 2],
     spin: f64,
-) -> [[f64; 3]; 6] {
+) -> [[f64; 6]; 3] {
     let inner = direction.each_ref().map(|u| load_slopes(u, g));
     let per_spin = spin.recip();
-    let mut by_slip = [[0.0; 3]; 6];
-    for (m, entries) in by_slip.iter_mut().enumerate() {
-        let d = |k: usize, j: usize| fluxes[k][m][j] - inner[j][k][m];
-        *entries = [
-            d(1, 0) * per_spin,
-            // Both are equal, as u has no divergence.
-            (d(1, 1) - d(0, 0)) * (0.5 * per_spin),
-            -d(0, 1) * per_spin,
-        ];
-    }
-    by_slip
+    let d = |k: usize, j: usize, m: usize| (fluxes[k][j][m] - inner[j][k][m]) * per_spin;
+    let monomials = [0, 1, 2, 3, 4, 5];
+    [
+        monomials.map(|m| d(1, 0, m)),
+        // Both are equal, as u has no divergence.
+        monomials.map(|m| 0.5 * (d(1, 1, m) - d(0, 0, m))),
+        monomials.map(|m| -d(0, 1, m)),
+    ]
 }
 
 /// ∫ ∂(g·m)/∂y_k·u dA for k = 1, 2 and the first six m, from ∫ m·u dA for a component of u.

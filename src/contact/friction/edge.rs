@@ -92,11 +92,15 @@ impl<T: Scalar> EdgeMeans<T> {
         let direction = span.map(|component| component * 0.5);
         let base = [a[0] + direction[0], a[1] + direction[1]];
         let (mut over_r, mut by_r) = ([lift::<T>(0.0); 6], [lift::<T>(0.0); 4]);
-        for [t, weight] in EDGE_8.points() {
-            let place = [base[0] + direction[0] * *t, base[1] + direction[1] * *t];
+        let points = EDGE_8
+            .pairs()
+            .iter()
+            .flat_map(|[t, w]| [[t[0], w[0]], [t[1], w[1]]]);
+        for [t, weight] in points {
+            let place = [base[0] + direction[0] * t, base[1] + direction[1] * t];
             let squared = dot(place, place) + epsilon_squared;
             let inverse = squared.sqrt().recip();
-            let mut powered = *weight;
+            let mut powered = weight;
             for k in 0..over_r.len() {
                 over_r[k] += inverse * powered;
                 if k < by_r.len() {

@@ -1,9 +1,10 @@
 //! The integrals by quadrature, for a slip that hardly changes over the polygon.
 
 use super::edge::Vector;
-use super::rules::{EdgeRule, TriangleRule};
-use super::{Load, Rung, Slip, SlipMoments, transposed};
+use super::rules::{EdgeRule, PointPair, TriangleRule};
+use super::{Load, Rung, Slip, SlipMoments};
 use crate::scalar::{Scalar, lift};
+use std::ops::AddAssign;
 
 /// A triangle of the fan from the polygon's first corner.
 struct Triangle<T> {
@@ -80,17 +81,21 @@ pub(super) fn moments(
 ) -> SlipMoments {
     let mut area = AreaSums::default();
     for triangle in Triangle::fan(corners) {
-        for [b, c, weight] in rung.slopes.pairs() {
-            let points = [0, 1].map(|lane| {
-                let y = triangle.at(b[lane], c[lane]);
-                PointValues::new(slip, load, y, weight[lane] * triangle.area)
-            });
-            area.add(&points);
+        for points in rung.slopes.pairs() {
+            area.add(slip, load, &triangle, points);
         }
     }
     let mut moments = SlipMoments::zero();
-    moments.direction = transposed(&area.direction, 1.0);
-    moments.by_slip = transposed(&area.by_slip, 1.0);
+    for (moments, sums) in moments.direction.iter_mut().zip(&area.direction) {
+        for (moment, sum) in moments.iter_mut().zip(sums) {
+            *moment = sum.sum();
+        }
+    }
+    for (moments, sums) in moments.by_slip.iter_mut().zip(&area.by_slip) {
+        for (moment, sum) in moments.iter_mut().zip(sums) {
+            *moment = sum.sum();
+        }
+    }
     let following = corners.iter().cycle().skip(1);
     for ((edge, a), b) in moments.edges.iter_mut().zip(corners).zip(following) {
         *edge = edge_flux(slip, load, [*a, *b], rung.edge);
@@ -98,94 +103,120 @@ pub(super) fn moments(
     moments
 }
 
+/// The same number at two points of a rule, which a processor's instruction takes together.
+#[derive(Debug, Clone, Copy, Default)]
+struct Lanes([f64; 2]);
+
+impl Lanes {
+    #[inline]
+    fn of(value: impl Fn(usize) -> f64) -> Self {
+        Self([value(0), value(1)])
+    }
+
+    #[inline]
+    fn times(self, other: Self) -> Self {
+        Self::of(|lane| self.0[lane] * other.0[lane])
+    }
+
+    #[inline]
+    fn sum(self) -> f64 {
+        self.0[0] + self.0[1]
+    }
+}
+
+impl AddAssign for Lanes {
+    #[inline]
+    fn add_assign(&mut self, other: Self) {
+        *self = Self::of(|lane| self.0[lane] + other.0[lane]);
+    }
+}
+
 /// The sums over an area rule: ∫ m·u dA, and ∫ g·m·(u uᵀ − 1)/σ dA.
 #[derive(Default)]
 struct AreaSums {
-    direction: [[f64; 10]; 2],
-    by_slip: [[f64; 6]; 3],
-}
-
-/// What a point of a rule contributes, without the monomials.
-struct PointValues {
-    monomials: [f64; 10],
-    direction: [f64; 2],
-    by_slip: [f64; 3],
-}
-
-impl PointValues {
-    #[inline]
-    fn new(slip: &Slip<f64>, load: &Load<f64>, y: Vector<f64>, weight: f64) -> Self {
-        let (s, inverse) = slip.at(y);
-        let u = s.map(|component| component * inverse);
-        let factor = weight * load.at(y) * inverse;
-        Self {
-            monomials: monomials(y),
-            direction: u.map(|component| weight * component),
-            by_slip: [
-                (u[0] * u[0] - 1.0) * factor,
-                u[0] * u[1] * factor,
-                (u[1] * u[1] - 1.0) * factor,
-            ],
-        }
-    }
+    direction: [[Lanes; 10]; 2],
+    by_slip: [[Lanes; 6]; 3],
 }
 
 impl AreaSums {
     #[inline]
-    fn add(&mut self, [first, second]: &[PointValues; 2]) {
-        for (j, sums) in self.direction.iter_mut().enumerate() {
-            for (k, sum) in sums.iter_mut().enumerate() {
-                *sum += first.direction[j] * first.monomials[k]
-                    + second.direction[j] * second.monomials[k];
+    fn add(
+        &mut self,
+        slip: &Slip<f64>,
+        load: &Load<f64>,
+        triangle: &Triangle<f64>,
+        [b, c, weight]: &PointPair,
+    ) {
+        let y = [0, 1].map(|lane| triangle.at(b[lane], c[lane]));
+        let at = [0, 1].map(|lane| slip.at(y[lane]));
+        let u = [0, 1].map(|axis| Lanes::of(|lane| at[lane].0[axis] * at[lane].1));
+        let weight = Lanes::of(|lane| weight[lane] * triangle.area);
+        let factor = Lanes::of(|lane| weight.0[lane] * load.at(y[lane]) * at[lane].1);
+        let y = [0, 1].map(|axis| Lanes::of(|lane| y[lane][axis]));
+        for (sums, u) in self.direction.iter_mut().zip(u) {
+            let quadratic = up_to_quadratic(u.times(weight), y);
+            let [.., first, mixed, second] = quadratic;
+            let cubic = [
+                first.times(y[0]),
+                first.times(y[1]),
+                mixed.times(y[1]),
+                second.times(y[1]),
+            ];
+            for (sum, value) in sums.iter_mut().zip(quadratic.into_iter().chain(cubic)) {
+                *sum += value;
             }
         }
-        for (j, sums) in self.by_slip.iter_mut().enumerate() {
-            for (k, sum) in sums.iter_mut().enumerate() {
-                *sum +=
-                    first.by_slip[j] * first.monomials[k] + second.by_slip[j] * second.monomials[k];
+        let less_one = |square: Lanes| Lanes::of(|lane| square.0[lane] - 1.0);
+        let bent = [
+            less_one(u[0].times(u[0])),
+            u[0].times(u[1]),
+            less_one(u[1].times(u[1])),
+        ];
+        for (sums, bent) in self.by_slip.iter_mut().zip(bent) {
+            for (sum, value) in sums.iter_mut().zip(up_to_quadratic(bent.times(factor), y)) {
+                *sum += value;
             }
         }
     }
 }
 
+/// A number times 1, y₁, y₂, y₁², y₁y₂ and y₂².
+#[inline]
+fn up_to_quadratic(value: Lanes, [y1, y2]: [Lanes; 2]) -> [Lanes; 6] {
+    let (first, second) = (value.times(y1), value.times(y2));
+    [
+        value,
+        first,
+        second,
+        first.times(y1),
+        first.times(y2),
+        second.times(y2),
+    ]
+}
+
 /// ∫ g·m·u dl for the first six monomials along the edge between two corners.
+#[inline]
 fn edge_flux(
     slip: &Slip<f64>,
     load: &Load<f64>,
     [a, b]: [Vector<f64>; 2],
     rule: &EdgeRule,
-) -> [[f64; 2]; 6] {
+) -> [[f64; 6]; 2] {
     let half = [0, 1].map(|i| (b[i] - a[i]) * 0.5);
     let middle = [0, 1].map(|i| a[i] + half[i]);
-    let mut sums = [[0.0; 6]; 2];
-    for [t, weight] in rule.points() {
-        let y = [0, 1].map(|i| middle[i] + half[i] * t);
-        let (s, inverse) = slip.at(y);
-        let factor = weight * load.at(y) * inverse;
-        let monomials = monomials(y);
-        for (sums, component) in sums.iter_mut().zip(s) {
-            for (sum, monomial) in sums.iter_mut().zip(monomials) {
-                *sum += factor * component * monomial;
+    let mut sums = [[Lanes::default(); 6]; 2];
+    for [t, weight] in rule.pairs() {
+        let y = [0, 1].map(|lane| [0, 1].map(|i| middle[i] + half[i] * t[lane]));
+        let at = [0, 1].map(|lane| slip.at(y[lane]));
+        let factor = Lanes::of(|lane| weight[lane] * load.at(y[lane]) * at[lane].1);
+        let axes = [0, 1].map(|axis| Lanes::of(|lane| y[lane][axis]));
+        for (axis, sums) in sums.iter_mut().enumerate() {
+            let component = Lanes::of(|lane| at[lane].0[axis]).times(factor);
+            for (sum, value) in sums.iter_mut().zip(up_to_quadratic(component, axes)) {
+                *sum += value;
             }
         }
     }
-    transposed(&sums, 2.0 * half[0].hypot(half[1]))
-}
-
-/// 1, y₁, y₂, y₁², y₁y₂, y₂², y₁³, y₁²y₂, y₁y₂², y₂³.
-#[inline]
-fn monomials([y1, y2]: Vector<f64>) -> [f64; 10] {
-    let (y11, y12, y22) = (y1 * y1, y1 * y2, y2 * y2);
-    [
-        1.0,
-        y1,
-        y2,
-        y11,
-        y12,
-        y22,
-        y11 * y1,
-        y11 * y2,
-        y1 * y22,
-        y22 * y2,
-    ]
+    let length = 2.0 * (half[0] * half[0] + half[1] * half[1]).sqrt();
+    sums.map(|sums| sums.map(|sum| sum.sum() * length))
 }
