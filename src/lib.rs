@@ -38,6 +38,8 @@
 //! - \[Elandt 2019\] R. Elandt, E. Drumwright, M. Sherman, A. Ruina, "A pressure field model for
 //!   fast, robust approximation of net contact force and moment between nominally rigid objects",
 //!   IROS 2019.
+//! - \[Duff 2017\] T. Duff et al., "Building an Orthonormal Basis, Revisited", Journal of Computer Graphics
+//!   Techniques 6(1), 2017.
 //! - \[Hunt 1975\] K. Hunt, F. Crossley, "Coefficient of restitution interpreted as damping in
 //!   vibroimpact", Journal of Applied Mechanics 42(2), 1975.
 //! - \[Okabe 2008\] M. Okabe, K. Ito, "Color Universal Design: how to make figures and presentations
