@@ -177,13 +177,13 @@ impl<T: Scalar> Outline<T> {
             let half_turn = (a[0] * b[1] - a[1] * b[0]) * 0.5;
             for share in TWO_POINTS {
                 let y = [0, 1].map(|i| a[i] + (b[i] - a[i]) * share);
-                for (moment, value) in moments.iter_mut().zip(up_to_cubic(half_turn, &y)) {
-                    *moment += value;
+                for (moment, value) in moments.iter_mut().zip(&up_to_cubic(half_turn, &y)) {
+                    *moment += *value;
                 }
             }
         }
-        for (moment, degree) in moments.iter_mut().zip([0, 1, 1, 2, 2, 2, 3, 3, 3, 3]) {
-            *moment /= f64::from(degree + 2);
+        for (moment, factor) in moments.iter_mut().zip(&PER_DEGREE) {
+            *moment *= *factor;
         }
         moments
     }
@@ -215,6 +215,20 @@ fn up_to_cubic<T: Scalar>(factor: T, y: &[T; 2]) -> [T; 10] {
     ]
 }
 
+/// 1/(d + 2) for the ten monomials.
+const PER_DEGREE: [f64; 10] = [
+    1.0 / 2.0,
+    1.0 / 3.0,
+    1.0 / 3.0,
+    1.0 / 4.0,
+    1.0 / 4.0,
+    1.0 / 4.0,
+    1.0 / 5.0,
+    1.0 / 5.0,
+    1.0 / 5.0,
+    1.0 / 5.0,
+];
+
 /// The places of m, y₁m and y₂m among the monomials, for the first six m.
 const BY_AFFINE: [[usize; 3]; 6] = [
     [0, 1, 2],
@@ -234,10 +248,11 @@ pub(super) fn affine_moments<T: Scalar, const M: usize, const N: usize>(
     f: &Affine<T>,
     moments: &[T; M],
 ) -> [T; N] {
-    std::array::from_fn(|m| {
-        let [one, y1, y2] = BY_AFFINE[m];
-        f[0] * moments[one] + f[1] * moments[y1] + f[2] * moments[y2]
-    })
+    let mut products = [lift(0.0); N];
+    for (product, [one, y1, y2]) in products.iter_mut().zip(&BY_AFFINE) {
+        *product = f[0] * moments[*one] + f[1] * moments[*y1] + f[2] * moments[*y2];
+    }
+    products
 }
 
 /// ∫ f m for a quadratic f and m = 1, y₁ and y₂.

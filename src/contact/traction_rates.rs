@@ -285,7 +285,7 @@ impl Traction<'_> {
         for (share, weight) in THREE_POINTS {
             let y = [0, 1].map(|i| from[i] + share * along[i]);
             let value = at(&self.plane.pressure, &y) * at(f, &y) * (weight * length);
-            for (moment, value) in moments.iter_mut().zip(up_to_quadratic(value, &y)) {
+            for (moment, value) in moments.iter_mut().zip(&up_to_quadratic(value, &y)) {
                 *moment += value;
             }
         }

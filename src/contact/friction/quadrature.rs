@@ -153,18 +153,8 @@ impl AreaSums {
         let weight = Lanes::of(|lane| weight[lane] * triangle.area);
         let factor = Lanes::of(|lane| weight.0[lane] * load.at(y[lane]) * at[lane].1);
         let y = [0, 1].map(|axis| Lanes::of(|lane| y[lane][axis]));
-        for (sums, u) in self.direction.iter_mut().zip(u) {
-            let quadratic = up_to_quadratic(u.times(weight), y);
-            let [.., first, mixed, second] = quadratic;
-            let cubic = [
-                first.times(y[0]),
-                first.times(y[1]),
-                mixed.times(y[1]),
-                second.times(y[1]),
-            ];
-            for (sum, value) in sums.iter_mut().zip(quadratic.into_iter().chain(cubic)) {
-                *sum += value;
-            }
+        for (sums, u) in self.direction.iter_mut().zip(&u) {
+            add_up(sums, &up_to_cubic(u.times(weight), y));
         }
         let less_one = |square: Lanes| Lanes::of(|lane| square.0[lane] - 1.0);
         let bent = [
@@ -172,11 +162,16 @@ impl AreaSums {
             u[0].times(u[1]),
             less_one(u[1].times(u[1])),
         ];
-        for (sums, bent) in self.by_slip.iter_mut().zip(bent) {
-            for (sum, value) in sums.iter_mut().zip(up_to_quadratic(bent.times(factor), y)) {
-                *sum += value;
-            }
+        for (sums, bent) in self.by_slip.iter_mut().zip(&bent) {
+            add_up(sums, &up_to_quadratic(bent.times(factor), y));
         }
+    }
+}
+
+#[inline]
+fn add_up<const N: usize>(sums: &mut [Lanes; N], values: &[Lanes; N]) {
+    for (sum, value) in sums.iter_mut().zip(values) {
+        *sum += *value;
     }
 }
 
@@ -191,6 +186,25 @@ fn up_to_quadratic(value: Lanes, [y1, y2]: [Lanes; 2]) -> [Lanes; 6] {
         first.times(y1),
         first.times(y2),
         second.times(y2),
+    ]
+}
+
+/// A number times the ten monomials.
+#[inline]
+fn up_to_cubic(value: Lanes, y: [Lanes; 2]) -> [Lanes; 10] {
+    let [y1, y2] = y;
+    let [value, first, second, a, b, c] = up_to_quadratic(value, y);
+    [
+        value,
+        first,
+        second,
+        a,
+        b,
+        c,
+        a.times(y1),
+        a.times(y2),
+        b.times(y2),
+        c.times(y2),
     ]
 }
 
@@ -212,9 +226,7 @@ fn edge_flux(
         let axes = [0, 1].map(|axis| Lanes::of(|lane| y[lane][axis]));
         for (axis, sums) in sums.iter_mut().enumerate() {
             let component = Lanes::of(|lane| at[lane].0[axis]).times(factor);
-            for (sum, value) in sums.iter_mut().zip(up_to_quadratic(component, axes)) {
-                *sum += value;
-            }
+            add_up(sums, &up_to_quadratic(component, axes));
         }
     }
     let length = 2.0 * (half[0] * half[0] + half[1] * half[1]).sqrt();
