@@ -214,8 +214,9 @@ fn assert_gradients(what: &str, world: &World, steps: usize) -> usize {
     kinks
 }
 
-/// Steps of long rollouts.
+/// Steps of long rollouts, and at most on a slope.
 const LONG: usize = 250;
+const SLOPING: usize = 100;
 
 const SLIDING: [f64; 3] = [0.5, 0.0, 0.0];
 const DIAGONAL: [f64; 3] = [0.5, 0.5, 0.0];
@@ -243,6 +244,8 @@ fn assert_gradients_of_two(steps: usize) {
         stage: slope(),
         ..two
     };
+    // A change of gravity by 1e-6 moves the boxes past a kink, later on.
+    let steps = steps.min(SLOPING);
     assert_gradients("on a slope", &sloping.moving([0.1, 0.0, 0.0]), steps);
 }
 
