@@ -97,12 +97,11 @@ impl Scene<'_> {
 const OFF: f64 = 1e-4;
 const WRONG: f64 = 1e-2;
 
-/// One derivative in so many may be off: where the kinks of one edge and another are some steps of differences apart,
-/// these settle on less than the whole.
+/// One derivative in so many may be off: differences that agree to a part of that are themselves off by as much.
 const RARE: usize = 1_000;
 
-/// At some poses of which sides are flush, one difference in so many (of those that do not vanish) settles at no step.
-const SETTLED: f64 = 0.5;
+/// At least this part of the derivatives that do not vanish has differences that agree at two steps.
+const SETTLED: f64 = 0.9;
 
 /// What has been compared.
 #[derive(Default, Debug)]

@@ -22,7 +22,7 @@ const GAUSS: [[f64; 2]; 5] = [
     [0.046_910_077_030_668, 0.118_463_442_528_094_54],
     [0.230_765_344_947_158_45, 0.239_314_335_249_683_23],
     [0.5, 0.284_444_444_444_444_44],
-    [0.769_234_655_052_841_55, 0.239_314_335_249_683_23],
+    [0.769_234_655_052_841_5, 0.239_314_335_249_683_23],
     [0.953_089_922_969_332, 0.118_463_442_528_094_54],
 ];
 
@@ -40,13 +40,13 @@ struct Subdivision<'a> {
 }
 
 impl Subdivision<'_> {
-    fn rule(&self, [a, b, c]: &[Vector3<f64>; 3]) -> Wrench {
-        let (u, v) = (b - a, c - b);
-        let twice_area = u.cross(&v).norm();
+    fn rule(&self, [first, second, third]: &[Vector3<f64>; 3]) -> Wrench {
+        let (along, across) = (second - first, third - second);
+        let twice_area = along.cross(&across).norm();
         let mut sum = Wrench::zero();
         for [s, weight_s] in GAUSS {
             for [t, weight_t] in GAUSS {
-                let point = a + u * s + v * (s * t);
+                let point = first + along * s + across * (s * t);
                 let force = (self.density)(&point) * (twice_area * s * weight_s * weight_t);
                 sum += Wrench {
                     torque: point.cross(&force),
