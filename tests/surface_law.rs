@@ -26,8 +26,8 @@ const VISCOUS: f64 = 1e8;
 /// Dissipation (s/m), friction, slip tolerance (m/s).
 const LAW: [f64; 3] = [0.4, 0.3, 0.05];
 
-/// Error of the midpoints' rule on octahedra that are not divided.
-const WHOLE: f64 = 1.1;
+/// What a slip tolerance of 1e-9 m/s, over a slip of some 0.5 m/s, leaves of Coulomb's torque.
+const COULOMB: f64 = 1e-11;
 
 /// A motion that both bodies have: it changes nothing.
 const COMMON: [f64; 6] = [0.7, -0.2, 0.5, 1.3, 0.4, -0.9];
@@ -147,15 +147,14 @@ fn slow_friction_of_a_spin_about_an_axis_beside_has_the_slip_of_the_middle() {
     }
 }
 
-/// The error of the midpoints' rule for a cubic falls at least to a quarter each time all lengths are halved.
 #[test]
-fn spinning_and_rolling_friction_approach_their_integrals_at_second_order() {
+fn spinning_and_rolling_friction_are_their_integrals() {
     let (dissipation, friction, spin) = (0.4, 0.3 * VISCOUS, 1.5);
     // ∫ p x² dA = E·4·∫∫ (L − x − y) x² dx dy over a quarter = E L⁵/15, and with y² as much.
     let integral = MODULUS * OVERLAP.powi(5) / 15.0;
     let rolling = -dissipation * spin * integral;
     let spinning = -friction * spin * 2.0 * integral / VISCOUS;
-    for times in 0..4_usize {
+    for times in 0..3_usize {
         let shape = octahedron(times);
         let pair = stacked(&shape, [MODULUS; 2]);
         let roll = twists(vector![spin, 0.0, 0.0], Vector3::zeros());
@@ -167,12 +166,27 @@ fn spinning_and_rolling_friction_approach_their_integrals_at_second_order() {
         );
         let turn = twists(vector![0.0, 0.0, spin], Vector3::zeros());
         let turned = wrench(&pair, &law([0.0, friction, VISCOUS]), turn);
-        let bound = WHOLE / (1_usize << (2 * times)) as f64;
         for (found, expected) in [(rolled.torque.x, rolling), (turned.torque.z, spinning)] {
             let error = (found / expected - 1.0).abs();
-            assert!(error <= bound, "{times}: {error}");
+            assert!(error <= EXACT, "{times}: {error:e}");
         }
     }
+}
+
+/// Coulomb's friction of a spin on the spot, by the radius: of the torque μ ∫ p r dA with p = E (L − |x| − |y|) one quarter is
+/// E ∫ r² (L − r c) dr over 0 < r < L/c, c = |cos| + |sin|, which is E L⁴/(12 c³).
+#[test]
+fn a_spin_on_the_spot_has_coulombs_torque() {
+    let shape = octahedron(0);
+    let pair = stacked(&shape, [MODULUS; 2]);
+    // ∫ (cos + sin)⁻³ over a quarter turn = ½·(1 + ln(1 + √2)/√2).
+    let root = 2.0_f64.sqrt();
+    let angles = 0.5 * (1.0 + (1.0 + root).ln() / root);
+    let expected = -0.3 * 4.0 * MODULUS * OVERLAP.powi(4) / 12.0 * angles;
+    let turn = twists(vector![0.0, 0.0, 5.0], Vector3::zeros());
+    let found = wrench(&pair, &law([0.0, 0.3, 1e-9]), turn).torque.z;
+    let error = (found / expected - 1.0).abs();
+    assert!(error <= COULOMB, "{error:e}");
 }
 
 /// Derivatives by the relative velocity (3 numbers), dissipation and friction.

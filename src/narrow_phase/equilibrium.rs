@@ -6,9 +6,9 @@ use nalgebra::Vector3;
 /// the rounding of one transformed coordinate.
 pub(crate) const SNAP: f64 = 3e-14;
 
-/// A coincidence of faces to within so many times the margin counts as one for the slopes of friction and dissipation.
+/// A coincidence of faces to within so many times the margin counts as one for the derivatives of a wrench in motion.
 ///
-/// These have kinks where sides are flush, and steps in a corner's rate where planes nearly coincide: this close, the
+/// Friction has kinks where sides are flush, and steps in a corner's rate where planes nearly coincide: this close, the
 /// mean of both sides is what a difference over any longer step sees, and what the next step of a rollout may be on
 /// either side of. A polygon whose faces are further apart has its corners placed to one part in as many.
 pub(crate) const COINCIDENCE: f64 = 1e4;
