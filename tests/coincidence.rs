@@ -59,3 +59,58 @@ fn explore() {
         println!("{family:?}: {} {counts:?}", of.len());
     }
 }
+
+#[test]
+#[ignore = "exploration"]
+fn detail() {
+    use support::moving::differences::Scaled;
+    let number: usize = std::env::var("NUMBER").unwrap().parse().unwrap();
+    let bodies = Bodies::new((number / BATCH) as u64);
+    let mut scene = scene(&bodies, Family::ALL[number % Family::ALL.len()], number as u64);
+    if let Ok(f) = std::env::var("FACTOR") {
+        let f: f64 = f.parse().unwrap();
+        let ab = scene.pair.a().pose().inverse() * *scene.pair.b().pose();
+        let r0 = ab.rotation().map(|x| x.round());
+        let w = r0.transpose() * ab.rotation();
+        let w = nalgebra::Vector3::new(w[(2, 1)] - w[(1, 2)], w[(0, 2)] - w[(2, 0)], w[(1, 0)] - w[(0, 1)]) * (0.5 * f);
+        let t = ab.translation().map(|x| if x.abs() < 1e-5 { x * f } else { x });
+        use hydroelastic::spatial::Pose;
+        let pose = Pose::new(r0, nalgebra::Vector3::zeros()).unwrap() * Pose::from_rotation_vector(&w, nalgebra::Vector3::zeros());
+        let pose = pose.with_translation(t);
+        let inv = scene.pair.a().pose().inverse();
+        for t in &mut scene.twists { t.angular = inv.rotation() * t.angular; t.linear = inv.rotation() * t.linear; }
+        if let Ok(d) = std::env::var("D") { scene.dissipation = d.parse().unwrap(); }
+        if let Ok(d) = std::env::var("MU") { scene.friction = d.parse().unwrap(); }
+        if let Ok(d) = std::env::var("EB") { scene.pair = support::scenes::pair((scene.pair.a().shape(), Pose::identity(), scene.pair.a().modulus()), (scene.pair.b().shape(), pose, d.parse().unwrap())); }
+        scene.pair = support::scenes::pair((scene.pair.a().shape(), Pose::identity(), scene.pair.a().modulus()), (scene.pair.b().shape(), pose, scene.pair.b().modulus()));
+    }
+    let scene = scene;
+    let index = |shape: &hydroelastic::contact::Shape| bodies.shapes.iter().position(|s| std::ptr::eq(s, shape)).unwrap();
+    println!("size {} shapes {} {}", bodies.size, index(scene.pair.a().shape()), index(scene.pair.b().shape()));
+    let ab = scene.pair.a().pose().inverse() * *scene.pair.b().pose();
+    println!("R {:?} t {:?}", ab.rotation().as_slice(), ab.translation().as_slice() );
+    println!("moduli {} {} d {} mu {} vs {:e}", scene.pair.a().modulus(), scene.pair.b().modulus(), scene.dissipation, scene.friction, scene.slip_tolerance);
+    let inv = scene.pair.a().pose().inverse();
+    for t in scene.twists { println!("twist in A: w {:?} v {:?}", (inv.rotation()*t.angular).as_slice(), (inv.rotation()*t.linear).as_slice()); }
+    println!("reach {} {}", scene.pair.a().shape().field().reach(), scene.pair.b().shape().field().reach());
+    let scaled = Scaled::of(&scene);
+    let found = scaled.relative(&scene.linearised());
+    println!("force {:?}", scaled.at(0, 0.0).as_slice());
+    for p in scene.pair.surface().polygons.iter().take(12) { println!("  tets {:?} area {:e} n {:.6?} p {:e} corners {}", p.tets, p.area, (inv.rotation()*p.normal).as_slice(), p.pressure, p.outline.corners().len()); }
+    let all = checked(&scene);
+    println!("{:?}", all.iter().map(|c| (c.column, c.finding)).collect::<Vec<_>>());
+    let worst = |c: &&Checked| match c.finding { Finding::Wrong(e) => e, _ => 0.0 };
+    for c in all.iter().max_by(|a, b| worst(a).total_cmp(&worst(b))) {
+        let column = found.column(c.column).into_owned();
+        println!("column {} {:?}  (largest {:e})", c.column, c.finding, column.amax());
+        for step in [1e-3, 1e-4,1e-5,1e-6,1e-7,1e-8,1e-9,1e-10] {
+            let central = scaled.central(c.column, step);
+            let e = (column - central).abs();
+            let row = e.imax();
+            let sides = scaled.sides(c.column, step);
+            if let Some(s) = sides {
+            println!("  h {step:e} off {:.3e} row {row}: J {:.9e} central {:.9e} behind {:.9e} ahead {:.9e}  jump0 {:.3e}", e[row], column[row], central[row], s.slopes[0][row], s.slopes[1][row], s.values[1][row]-s.values[0][row]);
+            } else { println!("  h {step:e} off {:.3e} row {row}", e[row]); }
+        }
+    }
+}

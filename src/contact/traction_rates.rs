@@ -24,6 +24,7 @@ use super::polygon::{CutPolygon, PartialSum, PolygonSource, sum_over};
 use super::surface_law::RelativeMotion;
 use super::{ContactPair, SurfaceLaw};
 use crate::narrow_phase::Cut;
+use crate::search::Found;
 use crate::spatial::{Wrench, skew};
 use nalgebra::{Matrix3, Matrix6, Matrix6x2, Vector3, Vector6};
 
@@ -60,9 +61,10 @@ impl PartialSum for InMotion {
 impl ContactPair<'_> {
     /// In A's axes, of a pair in A's frame.
     ///
-    /// Wrench and elastic derivatives are those of the contact polygons as they are. What the law adds has kinks where
-    /// faces coincide; within round-off of them its derivatives are those of polygons that are cut as if they did (see
-    /// [`RelativePair::with_near_coincidences`]).
+    /// The wrench is that of the contact polygons as they are. Its derivatives have kinks where faces coincide; within
+    /// round-off of them they are those of polygons that are cut as if they did (see
+    /// [`RelativePair::with_near_coincidences`]). So are the elastic ones: of two flush sides either may be the one
+    /// that has a polygon, and taken for flush are both, or neither.
     pub(super) fn linearisation_in_motion(
         &self,
         law: &SurfaceLaw,
@@ -70,29 +72,14 @@ impl ContactPair<'_> {
     ) -> RelativeLinearisation<f64> {
         let source = PolygonSource::of(self);
         let found = source.pair.found(self.search());
-        let moduli = self.moduli();
         if !found.is_ill_conditioned() {
-            let InMotion { elastic, added } = sum_over(&found, |sum: &mut InMotion, cut| {
-                let polygon = source.polygon(cut);
-                if polygon.has_area() {
-                    polygon.add_to(&mut sum.elastic);
-                }
-                source.add_traction_rates((cut, &polygon), (law, motion), &mut sum.added);
-            });
-            let mut sum = elastic.linearisation(moduli);
-            sum.merge(added.by_both_moduli(moduli));
-            return sum;
+            return source.linearisation(&found, (law, motion));
         }
-        let elastic: RelativeJacobian<f64> = source.sum(&found, |sum, polygon| polygon.add_to(sum));
         let wrench: Wrench = source.sum(&found, |sum: &mut Wrench, polygon| {
             *sum += polygon.wrench_in_motion(law, motion);
         });
         let near = source.with_near_coincidences();
-        let added = sum_over(&near.pair.found(self.search()), |sum, cut| {
-            near.add_traction_rates((cut, &near.polygon(cut)), (law, motion), sum);
-        });
-        let mut sum = elastic.linearisation(moduli);
-        sum.merge(added.by_both_moduli(moduli));
+        let mut sum = near.linearisation(&near.pair.found(self.search()), (law, motion));
         sum.wrench = wrench.to_vector();
         sum
     }
@@ -116,6 +103,25 @@ impl PolygonSource<'_, f64> {
             pair: self.pair.with_near_coincidences(),
             ..*self
         }
+    }
+
+    /// The wrench on A and its derivatives, from these cuts.
+    fn linearisation(
+        &self,
+        found: &Found,
+        (law, motion): (&SurfaceLaw, &RelativeMotion<f64>),
+    ) -> RelativeLinearisation<f64> {
+        let moduli = [self.modulus_a, self.modulus_b];
+        let InMotion { elastic, added } = sum_over(found, |sum: &mut InMotion, cut| {
+            let polygon = self.polygon(cut);
+            if polygon.has_area() {
+                polygon.add_to(&mut sum.elastic);
+            }
+            self.add_traction_rates((cut, &polygon), (law, motion), &mut sum.added);
+        });
+        let mut sum = elastic.linearisation(moduli);
+        sum.merge(added.by_both_moduli(moduli));
+        sum
     }
 
     /// Adds what dissipation and friction contribute to the wrench on A and its derivatives; of those by the moduli, only

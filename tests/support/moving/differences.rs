@@ -74,6 +74,14 @@ impl<'s, 'a> Scaled<'s, 'a> {
         relative
     }
 
+    /// The largest number of the elastic wrenches, and of their derivatives by a motion.
+    pub fn elastic(&self) -> (f64, f64) {
+        let elastic = Scene { dissipation: 0.0, friction: 0.0, ..*self.scene };
+        let wrenches = self.without_units(elastic.wrenches(&SVector::zeros()));
+        let jacobian = self.relative(&elastic.linearised());
+        (wrenches.amax(), jacobian.columns(0, 12).amax())
+    }
+
     /// The wrenches after a change of one number.
     pub fn at(&self, column: usize, change: f64) -> Wrenches {
         let mut changes = SVector::<f64, COLUMNS>::zeros();

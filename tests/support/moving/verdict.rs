@@ -8,6 +8,9 @@ use std::ops::Range;
 /// Derivatives are those of differences if they differ by no more, relative to the largest entry of their block.
 pub const DIFFERENCES: f64 = 1e-5;
 
+/// Round-off of derivatives that cancel, relative to the largest of those by a motion.
+const CANCELLED: f64 = 1e-13;
+
 /// The first step, relative to size and speed, and those that are tried where it does not do.
 pub const STEP: f64 = 1e-6;
 const OTHER_STEPS: [f64; 6] = [1e-7, 1e-5, 1e-8, 1e-4, 1e-9, 1e-3];
@@ -56,16 +59,18 @@ pub fn checked(scene: &Scene) -> Vec<Checked> {
     for column in 0..COLUMNS {
         differences.set_column(column, &scaled.central(column, STEP));
     }
-    let force = scaled.at(0, 0.0).amax();
     let mut all = Vec::new();
-    let stiffness = differences.columns(0, 12).amax();
+    // What the law takes away from the elastic wrench and its derivatives leaves their round-off.
+    let (elastic, stiffness) = scaled.elastic();
+    let force = scaled.at(0, 0.0).amax().max(elastic);
+    let stiffness = differences.columns(0, 12).amax().max(stiffness);
     for columns in BLOCKS {
         let largest = differences.columns(columns.start, columns.len()).amax();
         let block = Block { columns, largest };
         for column in block.columns.clone() {
             let own = found.column(column).into_owned();
             let allowed =
-                |step: f64| DIFFERENCES * block.largest + scaled.noise(column, step, [force, stiffness]);
+                |step: f64| DIFFERENCES * block.largest + CANCELLED * stiffness + scaled.noise(column, step, [force, stiffness]);
             let first = error(&own, &differences.column(column).into_owned());
             if first <= allowed(STEP) {
                 continue;
