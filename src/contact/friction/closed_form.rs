@@ -6,8 +6,8 @@
 //!
 //!   I\[rᵢf\] = ∮ nᵢ·f·R dl − M\[∂ᵢf\]        (d + 3)·M\[f\] = ∮ (r·n)·f·R dl + ε²·I\[f\]
 //!
-//! and the divergence of r/R and R⁻³ start the recursion with I\[1\] = ∮ (r·n)/R dl − ε·Ω, where Ω is the solid angle of
-//! the polygon seen from the height ε above y*.
+//! The recursion starts with I\[1\] = ∮ (r·n)/R dl − ε·Ω: the divergence of r/R is 1/R + ε²/R³, and Ω = ∫ ε/R³ dA is
+//! the solid angle of the polygon seen from the height ε above y*.
 
 use super::edge::{Corner, EdgeMeans, Vector, cross, dot};
 use super::{Affine, Load, Quadratic, Slip, quadratic};
@@ -57,11 +57,10 @@ impl<T: Scalar> Rotation<T> {
             let place = [y[0] - self.center[0], y[1] - self.center[1]];
             Corner::new(place, self.epsilon * self.epsilon)
         };
-        let (Some(first), Some(mut before)) =
-            (corners.first().map(corner), corners.first().map(corner))
-        else {
+        let Some(first) = corners.first().map(corner) else {
             return;
         };
+        let mut before = first;
         for (i, y) in corners.iter().enumerate().skip(1) {
             let after = corner(y);
             visit(i - 1, &before, &after);

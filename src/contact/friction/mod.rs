@@ -41,7 +41,8 @@ pub(super) struct SlipMoments {
     /// ∫ g·m·(u uᵀ − 1)/σ dA for the first six monomials: entries 11, 12 and 22. Minus the derivative by the slip of
     /// ∫ g·m·u dA.
     pub by_slip: [[f64; 3]; 6],
-    /// ∫ g·m·u dl for the first six monomials, along the edge from each corner to the next.
+    /// ∫ g·m·u dl for the first six monomials, along the edge from each corner to the next; zero
+    /// where these coincide.
     pub edges: [[[f64; 2]; 6]; PLANE_CAPACITY],
 }
 
@@ -122,7 +123,7 @@ enum Method {
 }
 
 impl<T: Scalar> Slip<T> {
-    /// ∫ g·u dA, and ∫ g·(y₁u₂ − y₂u₁) dA, with g = pressure·damping; corners counter-clockwise.
+    /// ∫ g·u dA, and ∫ g·(y₁u₂ − y₂u₁) dA, with g = pressure·damping. The corners turn counter-clockwise.
     pub fn resultant(
         &self,
         corners: &[[T; 2]],
@@ -168,7 +169,8 @@ impl<T: Scalar> Slip<T> {
 }
 
 impl Slip<f64> {
-    /// What the derivatives of [`Self::resultant`] are made of. Corners counter-clockwise.
+    /// What the derivatives of [`Self::resultant`] are made of. The corners turn counter-clockwise and are
+    /// [`PLANE_CAPACITY`] at most.
     pub fn moments(
         &self,
         corners: &[[f64; 2]],
@@ -229,6 +231,7 @@ mod tests {
     /// Resultant 3, direction 20, by_slip 18, and the integrals of the magnitudes that errors are compared with:
     /// |g|·|y|ᵏ (k = 0, 1), |y|ᵏ (k = 0..3), |g|·|y|ᵏ/σ (k = 0..2).
     type Integrals = [f64; 50];
+    type EdgeIntegrals = [f64; 15];
     type Triangle = [[f64; 2]; 3];
 
     /// A slip over a loaded polygon.
@@ -269,6 +272,19 @@ mod tests {
     }
 
     impl Case {
+        /// The same with another origin.
+        fn seen_from(mut self, [o1, o2]: [f64; 2]) -> Self {
+            for y in &mut self.corners {
+                *y = [y[0] - o1, y[1] - o2];
+            }
+            for f in [&mut self.pressure, &mut self.damping] {
+                f[0] += f[1] * o1 + f[2] * o2;
+            }
+            self.slip.at_origin[0] -= self.slip.spin * o2;
+            self.slip.at_origin[1] += self.slip.spin * o1;
+            self
+        }
+
         fn field(&self, y: [f64; 2]) -> (f64, [f64; 2], f64) {
             let value = |f: &Affine<f64>| f[0] + f[1] * y[0] + f[2] * y[1];
             let s = [
@@ -359,41 +375,31 @@ mod tests {
             sum
         }
 
-        fn edge_integrals(
-            &self,
-            a: [f64; 2],
-            b: [f64; 2],
-            depth: u32,
-        ) -> ([[f64; 2]; 6], [f64; 3]) {
+        /// ∫ g·m·u dl from a to b, and ∫ |g|·|y|ᵏ dl, k = 0, 1, 2.
+        fn edge_integrals(&self, a: [f64; 2], b: [f64; 2], depth: u32) -> EdgeIntegrals {
             let middle: [f64; 2] = array::from_fn(|k| 0.5 * (a[k] + b[k]));
             let length = (b[0] - a[0]).hypot(b[1] - a[1]);
             if depth > 0 && (self.slip.spin * length).abs() > 0.4 * self.field(middle).2 {
-                let (one, other) = (
-                    self.edge_integrals(a, middle, depth - 1),
-                    self.edge_integrals(middle, b, depth - 1),
-                );
-                return (
-                    array::from_fn(|m| array::from_fn(|j| one.0[m][j] + other.0[m][j])),
-                    array::from_fn(|k| one.1[k] + other.1[k]),
-                );
+                let parts = [[a, middle], [middle, b]];
+                let [one, other] = parts.map(|[a, b]| self.edge_integrals(a, b, depth - 1));
+                return array::from_fn(|k| one[k] + other[k]);
             }
-            let (mut sums, mut scales) = ([[0.0; 2]; 6], [0.0; 3]);
+            let mut sums = [0.0; 15];
             for [x, weight] in gauss(11) {
                 let y: [f64; 2] = array::from_fn(|k| a[k] + x * (b[k] - a[k]));
-                let (g, u, _) = self.field(y);
-                let m = [1.0, y[0], y[1], y[0] * y[0], y[0] * y[1], y[1] * y[1]];
-                for k in 0..6 {
-                    for j in 0..2 {
-                        sums[k][j] += length * weight * g * m[k] * u[j];
-                    }
+                let (load, u, _) = self.field(y);
+                let weight = length * weight * load;
+                let monomials = [1.0, y[0], y[1], y[0] * y[0], y[0] * y[1], y[1] * y[1]];
+                for (k, monomial) in monomials.into_iter().enumerate() {
+                    sums[2 * k] += weight * monomial * u[0];
+                    sums[2 * k + 1] += weight * monomial * u[1];
                 }
-                let mut scale = length * weight * g.abs();
-                for sum in &mut scales {
-                    *sum += scale;
-                    scale *= y[0].hypot(y[1]);
+                let size = y[0].hypot(y[1]);
+                for (k, power) in [1.0, size, size * size].into_iter().enumerate() {
+                    sums[12 + k] += weight.abs() * power;
                 }
             }
-            (sums, scales)
+            sums
         }
 
         /// Worst errors of resultant, direction, by_slip and edges.
@@ -438,21 +444,15 @@ mod tests {
                     }
                 }
             }
-            let edges: Vec<_> = (0..self.corners.len())
-                .map(|i| {
-                    self.edge_integrals(
-                        self.corners[i],
-                        self.corners[(i + 1) % self.corners.len()],
-                        40,
-                    )
-                })
+            let following = self.corners.iter().cycle().skip(1);
+            let edges = self.corners.iter().zip(following);
+            let edges: Vec<_> = edges
+                .map(|(a, b)| self.edge_integrals(*a, *b, 40))
                 .collect();
-            let scales: [f64; 3] = array::from_fn(|k| edges.iter().map(|edge| edge.1[k]).sum());
-            for (i, (edge, _)) in edges.iter().enumerate() {
-                for k in 0..6 {
-                    for j in 0..2 {
-                        note(3, moments.edges[i][k][j], edge[k][j], scales[DEGREES[k]]);
-                    }
+            let scales: [f64; 3] = array::from_fn(|k| edges.iter().map(|edge| edge[12 + k]).sum());
+            for (edge, exact) in moments.edges.iter().zip(edges) {
+                for (k, value) in edge.as_flattened().iter().enumerate() {
+                    note(3, *value, exact[k], scales[DEGREES[k / 2]]);
                 }
             }
             errors
@@ -558,6 +558,16 @@ mod tests {
         for theta in thetas {
             for size in [1e-9, 2e-3, 1.0, 1e3] {
                 assert_exact(&random_case(&mut rng, theta, size));
+            }
+        }
+    }
+
+    #[test]
+    fn the_origin_need_not_be_the_center_of_the_polygon() {
+        let mut rng = StdRng::seed_from_u64(11);
+        for theta in [1e-6, 1e-4, 9e-4, 0.029, 0.19, 0.47, 0.49, 1.0, 3.0, 1e3] {
+            for origin in [[2.0, 0.0], [-1.0, 1.5]] {
+                assert_exact(&random_case(&mut rng, theta, 1.0).seen_from(origin));
             }
         }
     }
@@ -681,8 +691,8 @@ mod tests {
         assert!((resultant[0] - load * u[0]).abs() < ROUND_OFF);
         assert!((resultant[1] - load * u[1]).abs() < ROUND_OFF);
         let expected = [u[0] * u[0] - 1.0, u[0] * u[1], u[1] * u[1] - 1.0];
-        for k in 0..3 {
-            assert!((moments.by_slip[0][k] - load / sigma * expected[k]).abs() < ROUND_OFF);
+        for (value, expected) in moments.by_slip[0].into_iter().zip(expected) {
+            assert!((value - load / sigma * expected).abs() < ROUND_OFF);
         }
     }
 
@@ -846,6 +856,17 @@ mod tests {
     }
 
     #[test]
+    fn dual_numbers_agree_with_differences_wherever_the_center_of_rotation_is() {
+        let mut rng = StdRng::seed_from_u64(10);
+        for center in CENTERS {
+            for spin in [1.0, -1.0] {
+                // Third derivatives are some hundreds here.
+                Line::random(&mut rng, turning_about(center, spin, 0.05)).check(1e-5, DIFFERENCES);
+            }
+        }
+    }
+
+    #[test]
     fn corners_that_coincide_may_move_apart() {
         let mut rng = StdRng::seed_from_u64(7);
         for spin in [0.1, 3.0] {
@@ -902,15 +923,12 @@ mod tests {
                     area.chain(&resultant_of(&case))
                         .all(|value| value.abs() < ROUND_OFF)
                 );
-                let ([there, none, back, end], (exact, _)) = (
-                    array::from_fn(|i| moments.edges[i]),
-                    case.edge_integrals(a, b, 40),
-                );
+                let exact = case.edge_integrals(a, b, 40);
+                let [there, none, back, end] = array::from_fn(|i| moments.edges[i]);
                 assert_eq!((none, end), ([[0.0; 2]; 6], [[0.0; 2]; 6]));
-                for k in 0..6 {
-                    for j in 0..2 {
-                        assert!((there[k][j] - exact[k][j]).abs() < TOLERANCES[3]);
-                        assert!((back[k][j] - exact[k][j]).abs() < TOLERANCES[3]);
+                for edge in [there, back] {
+                    for (value, exact) in edge.as_flattened().iter().zip(exact) {
+                        assert!((value - exact).abs() < TOLERANCES[3]);
                     }
                 }
             }

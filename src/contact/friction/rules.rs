@@ -28,7 +28,6 @@ impl TriangleRule {
         &self.pairs[..self.len]
     }
 
-    /// The order of the points has no meaning, but the triangle's corners are three: each orbit comes in threes.
     const fn expanded(orbits: &Orbits) -> Self {
         let mut points = Points {
             rule: Self {
@@ -317,8 +316,7 @@ mod tests {
             &TRIANGLE_17,
         ] {
             for pair in rule.pairs() {
-                for lane in 0..2 {
-                    let [b, c, weight] = [0, 1, 2].map(|i| pair[i][lane]);
+                for [b, c, weight] in [0, 1].map(|lane| pair.map(|numbers| numbers[lane])) {
                     let is_filler = b == 0.0 && c == 0.0 && weight == 0.0;
                     assert!(is_filler || b.min(c).min(1.0 - b - c).min(weight) > 0.0);
                 }
