@@ -77,6 +77,9 @@ fn detail() {
         use hydroelastic::spatial::Pose;
         let pose = Pose::new(r0, nalgebra::Vector3::zeros()).unwrap() * Pose::from_rotation_vector(&w, nalgebra::Vector3::zeros());
         let pose = pose.with_translation(t);
+        let pose = match std::env::var("T") { Ok(t) => { let v: Vec<f64> = t.split(',').map(|x| x.parse().unwrap()).collect(); pose.with_translation(nalgebra::Vector3::new(v[0], v[1], v[2])) } _ => pose };
+        let shapes = [[ "SA", "SB"]].map(|n| n.map(|n| std::env::var(n).ok().map(|i| &bodies.shapes[i.parse::<usize>().unwrap()])))[0];
+        scene.pair = support::scenes::pair((shapes[0].unwrap_or(scene.pair.a().shape()), *scene.pair.a().pose(), scene.pair.a().modulus()), (shapes[1].unwrap_or(scene.pair.b().shape()), *scene.pair.b().pose(), scene.pair.b().modulus()));
         let inv = scene.pair.a().pose().inverse();
         for t in &mut scene.twists { t.angular = inv.rotation() * t.angular; t.linear = inv.rotation() * t.linear; }
         if let Ok(d) = std::env::var("D") { scene.dissipation = d.parse().unwrap(); }
@@ -93,6 +96,8 @@ fn detail() {
     let inv = scene.pair.a().pose().inverse();
     for t in scene.twists { println!("twist in A: w {:?} v {:?}", (inv.rotation()*t.angular).as_slice(), (inv.rotation()*t.linear).as_slice()); }
     println!("reach {} {}", scene.pair.a().shape().field().reach(), scene.pair.b().shape().field().reach());
+    let b = |s: &hydroelastic::contact::Shape| hydroelastic::geometry::Aabb::around(s.field().mesh().vertices());
+    println!("boxes {:?} {:?}", b(scene.pair.a().shape()).upper.as_slice(), b(scene.pair.b().shape()).upper.as_slice());
     let scaled = Scaled::of(&scene);
     let found = scaled.relative(&scene.linearised());
     println!("force {:?}", scaled.at(0, 0.0).as_slice());
@@ -103,7 +108,7 @@ fn detail() {
     for c in all.iter().max_by(|a, b| worst(a).total_cmp(&worst(b))) {
         let column = found.column(c.column).into_owned();
         println!("column {} {:?}  (largest {:e})", c.column, c.finding, column.amax());
-        for step in [1e-3, 1e-4,1e-5,1e-6,1e-7,1e-8,1e-9,1e-10] {
+        for step in [1e-3, 1e-4,1e-5,1e-6,1e-7,1e-8,1e-9,1e-10,1e-11,1e-12,1e-13] {
             let central = scaled.central(c.column, step);
             let e = (column - central).abs();
             let row = e.imax();

@@ -91,12 +91,21 @@ impl<'a, T: Scalar> ContactPair<'a, T> {
         (linearised.wrench, ContactJacobian::of(&linearised))
     }
 
-    /// The elastic contact in A's axes.
+    /// The elastic contact in A's axes, with derivatives as of [`Self::linearised`].
     pub(super) fn relative_linearisation(&self) -> RelativeLinearisation<T> {
         let source = PolygonSource::of(self);
-        let found = source.pair.found(self.search);
-        let elastic: RelativeJacobian<T> = source.sum(&found, |sum, polygon| polygon.add_to(sum));
-        elastic.linearisation(self.moduli())
+        let near = source.with_near_coincidences();
+        let found = near.pair.found(self.search);
+        let elastic: RelativeJacobian<T> = near.sum(&found, |sum, polygon| polygon.add_to(sum));
+        let mut linearisation = elastic.linearisation(self.moduli());
+        if found.is_ill_conditioned() {
+            let found = source.pair.found(self.search);
+            let wrench: Wrench<T> = source.sum(&found, |sum: &mut Wrench<T>, polygon| {
+                *sum += polygon.wrench();
+            });
+            linearisation.wrench = wrench.to_vector();
+        }
+        linearisation
     }
 
     /// The contact surface, polygon by polygon.

@@ -77,6 +77,14 @@ impl<'a, T: Scalar> PolygonSource<'a, T> {
         }
     }
 
+    /// The same bodies, with polygons as [`RelativePair::with_near_coincidences`] cuts them.
+    pub fn with_near_coincidences(&self) -> Self {
+        Self {
+            pair: self.pair.with_near_coincidences(),
+            ..*self
+        }
+    }
+
     /// Adds up the contact polygons; with derivatives, also those without an area, which may have one.
     pub fn sum<S: PartialSum>(
         &self,

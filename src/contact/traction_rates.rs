@@ -71,16 +71,16 @@ impl ContactPair<'_> {
         motion: &RelativeMotion<f64>,
     ) -> RelativeLinearisation<f64> {
         let source = PolygonSource::of(self);
-        let found = source.pair.found(self.search());
-        if !found.is_ill_conditioned() {
-            return source.linearisation(&found, (law, motion));
-        }
-        let wrench: Wrench = source.sum(&found, |sum: &mut Wrench, polygon| {
-            *sum += polygon.wrench_in_motion(law, motion);
-        });
         let near = source.with_near_coincidences();
-        let mut sum = near.linearisation(&near.pair.found(self.search()), (law, motion));
-        sum.wrench = wrench.to_vector();
+        let found = near.pair.found(self.search());
+        let mut sum = near.linearisation(&found, (law, motion));
+        if found.is_ill_conditioned() {
+            let found = source.pair.found(self.search());
+            let wrench: Wrench = source.sum(&found, |sum: &mut Wrench, polygon| {
+                *sum += polygon.wrench_in_motion(law, motion);
+            });
+            sum.wrench = wrench.to_vector();
+        }
         sum
     }
 }
@@ -97,14 +97,6 @@ impl RelativeLinearisation<f64> {
 }
 
 impl PolygonSource<'_, f64> {
-    /// The same bodies, with polygons as [`RelativePair::with_near_coincidences`] cuts them.
-    fn with_near_coincidences(&self) -> Self {
-        Self {
-            pair: self.pair.with_near_coincidences(),
-            ..*self
-        }
-    }
-
     /// The wrench on A and its derivatives, from these cuts.
     fn linearisation(
         &self,

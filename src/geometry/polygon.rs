@@ -16,9 +16,8 @@ const ILL_CONDITIONED: f64 = 1e4;
 pub(crate) struct Tolerance {
     /// Values up to this are zero.
     pub zero: f64,
-    /// Values up to this, but above `zero`, are ill-conditioned: round-off decides where two planes meet that are so
-    /// near to each other.
-    ill_conditioned: f64,
+    /// Values between these are ill-conditioned: round-off decides where two planes meet that are so near to each other.
+    ill_conditioned: [f64; 2],
 }
 
 impl Tolerance {
@@ -26,16 +25,17 @@ impl Tolerance {
     pub fn new(zero: f64) -> Self {
         Self {
             zero,
-            ill_conditioned: zero * ILL_CONDITIONED,
+            ill_conditioned: [zero, zero * ILL_CONDITIONED],
         }
     }
 
-    /// With so many times more that counts as zero; as much above it is ill-conditioned as before.
+    /// With so many times more that counts as zero. What did not before is ill-conditioned, and as much above as was.
     pub fn widened(self, factor: f64) -> Self {
         let zero = self.zero * factor;
+        let [from, to] = self.ill_conditioned;
         Self {
             zero,
-            ill_conditioned: zero + self.ill_conditioned,
+            ill_conditioned: [from, zero + to],
         }
     }
 
@@ -43,14 +43,15 @@ impl Tolerance {
     pub fn scaled(self, factor: f64) -> Self {
         Self {
             zero: self.zero * factor,
-            ill_conditioned: self.ill_conditioned * factor,
+            ill_conditioned: self.ill_conditioned.map(|bound| bound * factor),
         }
     }
 
-    /// Whether a value is not zero, but nearly.
+    /// Whether a value is nearly zero, but not by round-off alone.
     #[inline]
     pub fn is_ill_conditioned(self, value: f64) -> bool {
-        (self.zero..=self.ill_conditioned).contains(&value.abs())
+        let [from, to] = self.ill_conditioned;
+        (from..=to).contains(&value.abs())
     }
 
     /// Whether one of the values is.

@@ -39,7 +39,7 @@ pub(crate) struct Found {
 }
 
 impl Found {
-    /// The cuts that count, each once and always in the same order.
+    /// The cuts that count, or would but for a little, each once and always in the same order.
     pub fn cuts(&self) -> &[Cut] {
         &self.scratch.cuts
     }
