@@ -50,6 +50,7 @@ fn explore() {
         for (number, found) in &of {
             let mut names: Vec<String> = found.iter().map(|c| match c.finding {
                 Finding::Wrong(e) => { println!("{family:?} {number} column {} wrong {e:.1e}", c.column); "Wrong".to_string() }
+                Finding::NotMean(e) => { println!("{family:?} {number} column {} notmean {e:.2}", c.column); "NotMean".to_string() }
                 other => format!("{other:?}"),
             }).collect();
             names.sort();

@@ -18,6 +18,8 @@ pub struct Scaled<'s, 'a> {
     pub scene: &'s Scene<'a>,
     size: f64,
     speed: f64,
+    /// Pressure times size squared (N).
+    pub force: f64,
     /// Reach of both bodies over the size.
     reach: f64,
 }
@@ -39,6 +41,7 @@ impl<'s, 'a> Scaled<'s, 'a> {
         Self {
             scene,
             size: measures.size,
+            force: measures.force(),
             speed: velocity.norm() + spin * measures.reach[0] + scene.slip_tolerance,
             reach: (measures.reach[0] + measures.reach[1]) / measures.size,
         }

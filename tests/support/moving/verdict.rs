@@ -3,6 +3,7 @@
 use super::differences::{BLOCKS, Scaled, Sides, Wrenches};
 use super::{COLUMNS, Jacobian, Scene};
 use crate::support::hostile::kinks::{Kink, kink_of};
+use nalgebra::Vector3;
 use std::ops::Range;
 
 /// Derivatives are those of differences if they differ by no more, relative to the largest entry of their block.
@@ -13,10 +14,23 @@ const CANCELLED: f64 = 1e-13;
 
 /// The first step, relative to size and speed, and those that are tried where it does not do.
 pub const STEP: f64 = 1e-6;
-const OTHER_STEPS: [f64; 6] = [1e-7, 1e-5, 1e-8, 1e-4, 1e-9, 1e-3];
+const OTHER_STEPS: [f64; 7] = [1e-7, 1e-5, 1e-8, 1e-4, 1e-9, 1e-3, 1e-10];
 
 /// Steps at which the two sides of a kink are looked at.
-const KINK_STEPS: [f64; 6] = [1e-4, 1e-5, 1e-6, 1e-7, 1e-8, 1e-9];
+const KINK_STEPS: [f64; 5] = [1e-8, 1e-7, 1e-6, 1e-5, 1e-4];
+
+/// The largest entry of a block by motion or moduli counts as no less than this part of pressure times size squared.
+const LEAST: f64 = 1e-2;
+
+/// Bodies touch with a force of no more than this part of pressure times size squared.
+const TOUCHING: f64 = 1e-9;
+
+/// There is no pressure where 1 − d·v_n is no more than this.
+const PARTED: f64 = 1e-9;
+
+/// A kink is coincident if it lies within this of where it is looked at, relative to the size: a third of what the kernel
+/// takes for coincident.
+const COINCIDENT: f64 = 1e-10;
 
 /// The slopes of a side at two steps are the same if they differ by no more, relative to the jump.
 const STEADY: f64 = 0.1;
@@ -30,8 +44,16 @@ pub enum Finding {
     Mean,
     /// That of one side of a kink.
     OneSide,
-    /// Something between both sides.
+    /// Something between both sides, as several kinks leave it.
     Between,
+    /// The wrench itself jumps.
+    Jump,
+    /// Bodies only just touch, or are only just apart.
+    Touching,
+    /// Surfaces part just so fast that there is no pressure over a whole polygon.
+    Clamp,
+    /// A kink that is nearer than what counts as coincidence, and the derivative is not the mean: by so much of the jump.
+    NotMean(f64),
     /// The elastic model itself has a kink.
     Elastic(Kink),
     /// Wrong, by so much relative to the largest entry of the block.
@@ -66,7 +88,8 @@ pub fn checked(scene: &Scene) -> Vec<Checked> {
     let stiffness = differences.columns(0, 12).amax().max(stiffness);
     for columns in BLOCKS {
         let largest = differences.columns(columns.start, columns.len()).amax();
-        let block = Block { columns, largest };
+        let floor = if matches!(columns.start, 0 | 24) { LEAST * scaled.force } else { 0.0 };
+        let block = Block { columns, largest: largest.max(floor) };
         for column in block.columns.clone() {
             let own = found.column(column).into_owned();
             let allowed =
@@ -76,10 +99,11 @@ pub fn checked(scene: &Scene) -> Vec<Checked> {
                 continue;
             }
             let finding = looked_at(&scaled, column, &own, allowed);
-            let finding = match (finding, kink_of(&scene.pair)) {
-                (Finding::Wrong(_), Some(kink)) => Finding::Elastic(kink),
-                (Finding::Wrong(error), None) => Finding::Wrong(error / block.largest),
-                (other, _) => other,
+            let finding = match finding {
+                Finding::Wrong(_) | Finding::NotMean(_) if elastic <= TOUCHING * scaled.force => Finding::Touching,
+                Finding::Wrong(_) | Finding::NotMean(_) if is_parted(scene) => Finding::Clamp,
+                Finding::Wrong(error) => kink_of(&scene.pair).map_or(Finding::Wrong(error / block.largest), Finding::Elastic),
+                other => other,
             };
             if finding != Finding::Right {
                 all.push(Checked { column, finding });
@@ -122,9 +146,28 @@ fn looked_at(
     Finding::Wrong(best)
 }
 
+/// Whether a polygon has no pressure all over, just so.
+fn is_parted(scene: &Scene) -> bool {
+    let [a, b] = [scene.pair.a(), scene.pair.b()];
+    let velocity = |of: usize, at: &Vector3<f64>| {
+        let twist = &scene.twists[of];
+        twist.linear + twist.angular.cross(&(at - [a, b][of].pose().translation()))
+    };
+    scene.pair.surface().polygons.iter().any(|polygon| {
+        polygon.outline.corners().iter().all(|corner| {
+            let parting = (velocity(0, corner) - velocity(1, corner)).dot(&polygon.normal);
+            (1.0 - scene.dissipation * parting).abs() <= PARTED
+        })
+    })
+}
+
 /// A kink is where slopes on either side differ by more than what is allowed, and do so no less at a tenth of the step,
 /// while those of each side are steady. The derivative has to lie between them.
 fn kink(found: &Wrenches, [wide, near]: [&Sides; 2], allowed: &impl Fn(f64) -> f64, step: f64) -> Option<Finding> {
+    let [gap, gap_near] = [wide, near].map(|sides| sides.values[1] - sides.values[0]);
+    if gap.amax() > 1e-3 * allowed(step).max(1e-6 * found.amax()) && (gap - gap_near).amax() <= STEADY * gap.amax() && gap.amax() > 1e-7 * wide.values[0].amax() {
+        return Some(Finding::Jump);
+    }
     let [jump, jump_near] = [wide, near].map(|sides| sides.slopes[1] - sides.slopes[0]);
     let tolerance = 8.0 * allowed(step);
     let is_jump = jump.amax() > tolerance && jump_near.amax() > 0.5 * jump.amax();
@@ -132,9 +175,13 @@ fn kink(found: &Wrenches, [wide, near]: [&Sides; 2], allowed: &impl Fn(f64) -> f
     if !is_jump || change > STEADY * jump.amax() + 8.0 * allowed(0.1 * step) {
         return None;
     }
+    let place = -gap.dot(&jump) / jump.norm_squared();
     let from = found - wide.slopes[0];
     let share = from.dot(&jump) / jump.norm_squared();
     let beside = (from - jump * share).amax();
+    if step <= 1e-8 && place.abs() <= COINCIDENT && (beside > tolerance + STEADY * jump.amax() || (share - 0.5).abs() > STEADY) {
+        return Some(Finding::NotMean((from - jump * 0.5).amax() / jump.amax()));
+    }
     if beside > tolerance + STEADY * jump.amax() {
         return None;
     }
