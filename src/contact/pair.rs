@@ -3,6 +3,7 @@ use super::linearised::RelativeLinearisation;
 use super::polygon::{PolygonSource, sum_over};
 use super::{ContactBody, ContactJacobian, ContactPolygon, ContactSurface, ContactWrench, Search};
 use crate::narrow_phase::Cut;
+use crate::search::Found;
 use crate::scalar::{Order, Scalar, lift, real_part};
 use crate::spatial::{Pose, Wrench};
 
@@ -96,9 +97,16 @@ impl<'a, T: Scalar> ContactPair<'a, T> {
         let source = PolygonSource::of(self);
         let near = source.with_near_coincidences();
         let found = near.pair.found(self.search);
-        let elastic: RelativeJacobian<T> = near.sum(&found, |sum, polygon| polygon.add_to(sum));
-        let mut linearisation = elastic.linearisation(self.moduli());
-        if found.is_ill_conditioned() {
+        let linearisation = |source: &PolygonSource<T>, found: &Found| {
+            let elastic: RelativeJacobian<T> =
+                source.sum(found, |sum, polygon| polygon.add_to(sum));
+            elastic.linearisation(self.moduli())
+        };
+        if found.is_mixed() {
+            return linearisation(&source, &source.pair.found(self.search));
+        }
+        let mut linearisation = linearisation(&near, &found);
+        if found.is_widened() {
             let found = source.pair.found(self.search);
             let wrench: Wrench<T> = source.sum(&found, |sum: &mut Wrench<T>, polygon| {
                 *sum += polygon.wrench();

@@ -73,8 +73,11 @@ impl ContactPair<'_> {
         let source = PolygonSource::of(self);
         let near = source.with_near_coincidences();
         let found = near.pair.found(self.search());
+        if found.is_mixed() {
+            return source.linearisation(&source.pair.found(self.search()), (law, motion));
+        }
         let mut sum = near.linearisation(&found, (law, motion));
-        if found.is_ill_conditioned() {
+        if found.is_widened() {
             let found = source.pair.found(self.search());
             let wrench: Wrench = source.sum(&found, |sum: &mut Wrench, polygon| {
                 *sum += polygon.wrench_in_motion(law, motion);

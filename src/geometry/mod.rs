@@ -12,7 +12,7 @@ pub use aabb::Aabb;
 pub use affine_field::AffineField;
 pub use moments::PolygonMoments;
 pub use polygon::{ConvexPolygon, POLYGON_CAPACITY};
-pub(crate) use polygon::{Tolerance, snapped};
+pub(crate) use polygon::{Closeness, Tolerance, snapped};
 pub(crate) use tetrahedron::FACES;
 pub use tetrahedron::Tetrahedron;
 pub(crate) use triangle::distance_to_triangle;

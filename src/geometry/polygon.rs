@@ -11,13 +11,49 @@ pub const POLYGON_CAPACITY: usize = 12;
 /// lines that are placed to one part in as many.
 const ILL_CONDITIONED: f64 = 1e4;
 
+/// Where more counts as zero than round-off, values below so many times that are beside it: a corner that is taken for zero
+/// turns a plane that is so near elsewhere by one part in as many.
+const BESIDE: f64 = 1e2;
+
 /// What counts as zero where a field decides on which side of its zero plane a point lies.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Tolerance {
     /// Values up to this are zero.
     pub zero: f64,
-    /// Values between these are ill-conditioned: round-off decides where two planes meet that are so near to each other.
-    ill_conditioned: [f64; 2],
+    /// Values up to this are zero by round-off.
+    rounding: f64,
+    /// Values up to this, but above `zero`, are beside it.
+    beside: f64,
+}
+
+/// Which values that are nearly zero, though not by round-off alone, there were: round-off decides where two planes
+/// meet that are so near to each other.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub(crate) struct Closeness(u8);
+
+impl Closeness {
+    const TAKEN_FOR_ZERO: u8 = 1;
+    const BESIDE_ZERO: u8 = 2;
+
+    /// Whether there was any.
+    pub fn is_ill_conditioned(self) -> bool {
+        self.0 != 0
+    }
+
+    /// Whether there was one that counted as zero.
+    pub fn is_widened(self) -> bool {
+        self.0 & Self::TAKEN_FOR_ZERO != 0
+    }
+
+    /// Whether some counted as zero and some did not, so that a plane is neither where it is nor where it would coincide.
+    pub fn is_mixed(self) -> bool {
+        self.0 == Self::TAKEN_FOR_ZERO | Self::BESIDE_ZERO
+    }
+
+    /// What there was in either.
+    pub fn or(self, other: Self) -> Self {
+        Self(self.0 | other.0)
+    }
 }
 
 impl Tolerance {
@@ -25,17 +61,18 @@ impl Tolerance {
     pub fn new(zero: f64) -> Self {
         Self {
             zero,
-            ill_conditioned: [zero, zero * ILL_CONDITIONED],
+            rounding: zero,
+            beside: zero * ILL_CONDITIONED,
         }
     }
 
-    /// With so many times more that counts as zero. What did not before is ill-conditioned, and as much above as was.
+    /// With so many times more that counts as zero, though not by round-off.
     pub fn widened(self, factor: f64) -> Self {
         let zero = self.zero * factor;
-        let [from, to] = self.ill_conditioned;
         Self {
             zero,
-            ill_conditioned: [from, zero + to],
+            rounding: self.rounding,
+            beside: zero * BESIDE,
         }
     }
 
@@ -43,21 +80,28 @@ impl Tolerance {
     pub fn scaled(self, factor: f64) -> Self {
         Self {
             zero: self.zero * factor,
-            ill_conditioned: self.ill_conditioned.map(|bound| bound * factor),
+            rounding: self.rounding * factor,
+            beside: self.beside * factor,
         }
     }
 
-    /// Whether a value is nearly zero, but not by round-off alone.
     #[inline]
-    pub fn is_ill_conditioned(self, value: f64) -> bool {
-        let [from, to] = self.ill_conditioned;
-        (from..=to).contains(&value.abs())
+    fn closeness(self, value: f64) -> Closeness {
+        let value = value.abs();
+        let is_close = self.rounding < value && value <= self.beside;
+        let bit = if value <= self.zero {
+            Closeness::TAKEN_FOR_ZERO
+        } else {
+            Closeness::BESIDE_ZERO
+        };
+        Closeness(if is_close { bit } else { 0 })
     }
 
-    /// Whether one of the values is.
+    /// The closeness of all the values.
     #[inline]
-    pub fn is_any_ill_conditioned(self, values: &[f64]) -> bool {
-        values.iter().any(|&value| self.is_ill_conditioned(value))
+    pub fn closeness_of(self, values: &[f64]) -> Closeness {
+        let each = values.iter().map(|&value| self.closeness(value));
+        each.fold(Closeness::default(), Closeness::or)
     }
 }
 
@@ -71,7 +115,7 @@ pub struct ConvexPolygon<T = f64> {
     /// Owners of the edge from each corner to the next.
     owners: [u8; POLYGON_CAPACITY],
     len: usize,
-    is_ill_conditioned: bool,
+    closeness: Closeness,
 }
 
 impl<T: Scalar> ConvexPolygon<T> {
@@ -82,7 +126,7 @@ impl<T: Scalar> ConvexPolygon<T> {
             corners: [Vector3::from_element(lift(0.0)); POLYGON_CAPACITY],
             owners: [0; POLYGON_CAPACITY],
             len: 0,
-            is_ill_conditioned: false,
+            closeness: Closeness::default(),
         }
     }
 
@@ -103,7 +147,12 @@ impl<T: Scalar> ConvexPolygon<T> {
     /// placed much worse than any coordinate is rounded.
     #[must_use]
     pub fn is_ill_conditioned(&self) -> bool {
-        self.is_ill_conditioned
+        self.closeness.is_ill_conditioned()
+    }
+
+    /// Of the corners to the planes that clipped.
+    pub(crate) fn closeness(&self) -> Closeness {
+        self.closeness
     }
 
     /// Whether fewer than three corners are left.
@@ -156,16 +205,16 @@ impl<T: Scalar> ConvexPolygon<T> {
     #[inline]
     pub(crate) fn clip(&mut self, field: &AffineField<T>, tolerance: Tolerance, side: u8) {
         let mut values = [lift(0.0); POLYGON_CAPACITY];
-        let (mut is_near, mut is_ill_conditioned, mut zeros) = (false, false, 0_u32);
+        let (mut is_near, mut closeness, mut zeros) = (false, Closeness::default(), 0_u32);
         for (value, corner) in values.iter_mut().zip(&self.corners[..self.len]) {
             *value = field.at(corner);
             let real = real_part(*value);
             is_near |= real <= tolerance.zero;
             zeros += u32::from(real.abs() <= tolerance.zero);
-            is_ill_conditioned |= tolerance.is_ill_conditioned(real);
+            closeness = closeness.or(tolerance.closeness(real));
             *value = snapped(*value, tolerance.zero);
         }
-        self.is_ill_conditioned |= is_ill_conditioned;
+        self.closeness = self.closeness.or(closeness);
         if is_near {
             if zeros >= 2 {
                 self.own_where_zero(&values, side);
@@ -244,7 +293,7 @@ impl<T: Scalar> ConvexPolygon<T> {
             *place = corner(own);
         }
         (mapped.owners, mapped.len) = (self.owners, self.len);
-        mapped.is_ill_conditioned = self.is_ill_conditioned;
+        mapped.closeness = self.closeness;
         mapped
     }
 }

@@ -1,7 +1,7 @@
 use super::RelativePair;
 use super::equilibrium::{CornerSigns, Weight, is_equal_field};
 use super::relative_pair::PosedTet;
-use crate::geometry::{AffineField, ConvexPolygon, Tolerance, snapped};
+use crate::geometry::{AffineField, Closeness, ConvexPolygon, Tolerance, snapped};
 use crate::mesh::FieldTet;
 use crate::scalar::Scalar;
 use crate::spatial::Pose;
@@ -33,7 +33,7 @@ pub(crate) struct Decisions {
     bounding_faces: u8,
     weight: Weight,
     is_at_ends: bool,
-    is_ill_conditioned: bool,
+    closeness: Closeness,
 }
 
 /// What the equilibrium plane has in common with two tetrahedra, in A's frame.
@@ -86,8 +86,9 @@ impl RelativePair<'_> {
             bounding_faces: ALL_FACES & !in_plane_b & !zero_faces_b,
             weight: Weight::of([signs_a, signs_b]),
             is_at_ends: in_plane_a & a.zero_faces != 0 && in_plane_b & zero_faces_b != 0,
-            is_ill_conditioned: tolerance_a.is_any_ill_conditioned(&excess_a)
-                || tolerance_b.is_any_ill_conditioned(&excess_b),
+            closeness: tolerance_a
+                .closeness_of(&excess_a)
+                .or(tolerance_b.closeness_of(&excess_b)),
         })
     }
 
@@ -148,7 +149,12 @@ impl Cut {
 
     /// Whether round-off may have decided over a piece of it.
     pub fn is_ill_conditioned(&self) -> bool {
-        self.decisions.is_ill_conditioned || self.polygon.is_ill_conditioned()
+        self.closeness().is_ill_conditioned()
+    }
+
+    /// Of corners to planes.
+    pub fn closeness(&self) -> Closeness {
+        self.decisions.closeness.or(self.polygon.closeness())
     }
 
     /// The faces that the polygon reaches, and over which the surface may go on: bits as of its edges' owners.

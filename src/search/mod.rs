@@ -44,9 +44,14 @@ impl Found {
         &self.scratch.cuts
     }
 
-    /// Whether round-off may have decided over a piece of one of them.
-    pub fn is_ill_conditioned(&self) -> bool {
-        self.cuts().iter().any(Cut::is_ill_conditioned)
+    /// Whether more counted as zero in one of them than round-off.
+    pub fn is_widened(&self) -> bool {
+        self.cuts().iter().any(|cut| cut.closeness().is_widened())
+    }
+
+    /// Whether in one of them some, but not all of what is near to zero counted as zero.
+    pub fn is_mixed(&self) -> bool {
+        self.cuts().iter().any(|cut| cut.closeness().is_mixed())
     }
 }
 
