@@ -3,7 +3,6 @@ use super::linearised::RelativeLinearisation;
 use super::polygon::{PolygonSource, sum_over};
 use super::{ContactBody, ContactJacobian, ContactPolygon, ContactSurface, ContactWrench, Search};
 use crate::narrow_phase::Cut;
-use crate::search::Found;
 use crate::scalar::{Order, Scalar, lift, real_part};
 use crate::spatial::{Pose, Wrench};
 
@@ -95,22 +94,20 @@ impl<'a, T: Scalar> ContactPair<'a, T> {
     /// The elastic contact in A's axes, with derivatives as of [`Self::linearised`].
     pub(super) fn relative_linearisation(&self) -> RelativeLinearisation<T> {
         let source = PolygonSource::of(self);
-        let near = source.with_near_coincidences();
-        let found = near.pair.found(self.search);
-        let linearisation = |source: &PolygonSource<T>, found: &Found| {
-            let elastic: RelativeJacobian<T> =
-                source.sum(found, |sum, polygon| polygon.add_to(sum));
-            elastic.linearisation(self.moduli())
-        };
-        if found.is_mixed() {
-            return linearisation(&source, &source.pair.found(self.search));
-        }
-        let mut linearisation = linearisation(&near, &found);
-        if found.is_widened() {
-            let found = source.pair.found(self.search);
-            let wrench: Wrench<T> = source.sum(&found, |sum: &mut Wrench<T>, polygon| {
-                *sum += polygon.wrench();
-            });
+        let (mut linearisation, wrench) = source.linearised(
+            self.search,
+            |source, found| {
+                let elastic: RelativeJacobian<T> =
+                    source.sum(found, |sum, polygon| polygon.add_to(sum));
+                elastic.linearisation(self.moduli())
+            },
+            |found| {
+                source.sum(found, |sum: &mut Wrench<T>, polygon| {
+                    *sum += polygon.wrench();
+                })
+            },
+        );
+        if let Some(wrench) = wrench {
             linearisation.wrench = wrench.to_vector();
         }
         linearisation

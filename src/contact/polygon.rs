@@ -1,6 +1,6 @@
-use super::ContactPair;
+use super::{ContactPair, Search};
 use crate::geometry::{AffineField, ConvexPolygon, PolygonMoments};
-use crate::narrow_phase::{Cut, EquilibriumPlane, RelativePair, Weight};
+use crate::narrow_phase::{COINCIDENCE, Cut, EquilibriumPlane, RelativePair, Weight};
 use crate::scalar::{Scalar, carries_derivatives, real_part};
 use crate::search::Found;
 use crate::spatial::Pose;
@@ -77,10 +77,33 @@ impl<'a, T: Scalar> PolygonSource<'a, T> {
         }
     }
 
-    /// The same bodies, with polygons as [`RelativePair::with_near_coincidences`] cuts them.
-    pub fn with_near_coincidences(&self) -> Self {
+    /// The derivatives of a sum over the contact polygons, and its value if that is another.
+    ///
+    /// The derivatives are those of polygons that are cut as if faces coincided that are within [`COINCIDENCE`] of it,
+    /// or less where others would be torn apart (see [`Closeness::split`](crate::geometry::Closeness)).
+    pub fn linearised<L, V>(
+        &self,
+        search: Search,
+        derivatives: impl Fn(&Self, &Found) -> L,
+        value: impl FnOnce(&Found) -> V,
+    ) -> (L, Option<V>) {
+        let near = self.with_near_coincidences(COINCIDENCE);
+        let found = near.pair.found(search);
+        let closeness = found.closeness();
+        let split = closeness.split(COINCIDENCE);
+        let sum = if split == COINCIDENCE {
+            derivatives(&near, &found)
+        } else {
+            let near = self.with_near_coincidences(split);
+            derivatives(&near, &near.pair.found(search))
+        };
+        let is_widened = closeness.is_within(COINCIDENCE);
+        (sum, is_widened.then(|| value(&self.pair.found(search))))
+    }
+
+    fn with_near_coincidences(&self, octaves: u32) -> Self {
         Self {
-            pair: self.pair.with_near_coincidences(),
+            pair: self.pair.with_near_coincidences(octaves),
             ..*self
         }
     }

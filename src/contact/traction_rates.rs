@@ -63,7 +63,7 @@ impl ContactPair<'_> {
     ///
     /// The wrench is that of the contact polygons as they are. Its derivatives have kinks where faces coincide; within
     /// round-off of them they are those of polygons that are cut as if they did (see
-    /// [`RelativePair::with_near_coincidences`]). So are the elastic ones: of two flush sides either may be the one
+    /// [`PolygonSource::linearised`]). So are the elastic ones: of two flush sides either may be the one
     /// that has a polygon, and taken for flush are both, or neither.
     pub(super) fn linearisation_in_motion(
         &self,
@@ -71,17 +71,16 @@ impl ContactPair<'_> {
         motion: &RelativeMotion<f64>,
     ) -> RelativeLinearisation<f64> {
         let source = PolygonSource::of(self);
-        let near = source.with_near_coincidences();
-        let found = near.pair.found(self.search());
-        if found.is_mixed() {
-            return source.linearisation(&source.pair.found(self.search()), (law, motion));
-        }
-        let mut sum = near.linearisation(&found, (law, motion));
-        if found.is_widened() {
-            let found = source.pair.found(self.search());
-            let wrench: Wrench = source.sum(&found, |sum: &mut Wrench, polygon| {
-                *sum += polygon.wrench_in_motion(law, motion);
-            });
+        let (mut sum, wrench) = source.linearised(
+            self.search(),
+            |source, found| source.linearisation(found, (law, motion)),
+            |found| {
+                source.sum(found, |sum: &mut Wrench, polygon| {
+                    *sum += polygon.wrench_in_motion(law, motion);
+                })
+            },
+        );
+        if let Some(wrench) = wrench {
             sum.wrench = wrench.to_vector();
         }
         sum

@@ -7,14 +7,6 @@ use nalgebra::Vector3;
 /// rest is room for corners that round-off adds.
 pub const POLYGON_CAPACITY: usize = 12;
 
-/// Values below so many times what counts as zero are ill-conditioned. Planes that are further apart, over a body, meet in
-/// lines that are placed to one part in as many.
-const ILL_CONDITIONED: f64 = 1e4;
-
-/// Where more counts as zero than round-off, values below so many times that are beside it: a corner that is taken for zero
-/// turns a plane that is so near elsewhere by one part in as many.
-const BESIDE: f64 = 1e2;
-
 /// What counts as zero where a field decides on which side of its zero plane a point lies.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Tolerance {
@@ -22,37 +14,54 @@ pub(crate) struct Tolerance {
     pub zero: f64,
     /// Values up to this are zero by round-off.
     rounding: f64,
-    /// Values up to this, but above `zero`, are beside it.
-    beside: f64,
 }
 
-/// Which values that are nearly zero, though not by round-off alone, there were: round-off decides where two planes
-/// meet that are so near to each other.
+/// How large values were that are nearly zero, though not by round-off alone: bit k for one from 2ᵏ to 2ᵏ⁺¹ times what
+/// round-off makes.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub(crate) struct Closeness(u8);
+pub(crate) struct Closeness(u32);
 
 impl Closeness {
-    const TAKEN_FOR_ZERO: u8 = 1;
-    const BESIDE_ZERO: u8 = 2;
+    /// Values of so many octaves above round-off are noted.
+    const OCTAVES: u32 = 20;
 
-    /// Whether there was any.
+    /// Those of so many are ill-conditioned. Planes that are further apart, over a body, meet in lines that are placed to
+    /// one part in 2¹⁴.
+    const ILL_CONDITIONED: u32 = 14;
+
+    /// Round-off lies so many octaves below what counts as such.
+    const CLEARANCE: u32 = 6;
+
+    /// Whether there was a value so near to zero that round-off decides where two planes meet.
     pub fn is_ill_conditioned(self) -> bool {
-        self.0 != 0
+        self.0 & ((1 << Self::ILL_CONDITIONED) - 1) != 0
     }
 
-    /// Whether there was one that counted as zero.
-    pub fn is_widened(self) -> bool {
-        self.0 & Self::TAKEN_FOR_ZERO != 0
-    }
-
-    /// Whether some counted as zero and some did not, so that a plane is neither where it is nor where it would coincide.
-    pub fn is_mixed(self) -> bool {
-        self.0 == Self::TAKEN_FOR_ZERO | Self::BESIDE_ZERO
+    /// Whether there was a value less than so many octaves above round-off.
+    pub fn is_within(self, octaves: u32) -> bool {
+        self.0 & ((1 << octaves) - 1) != 0
     }
 
     /// What there was in either.
     pub fn or(self, other: Self) -> Self {
         Self(self.0 | other.0)
+    }
+
+    /// How many octaves of values, up to so many, to take for zero: as many as possible if what remains is much larger
+    /// than what is taken for zero, by [`Self::CLEARANCE`] octaves or by as many as there are. A corner that is taken for
+    /// zero turns a plane that is not zero elsewhere by the ratio of both values.
+    pub fn split(self, most: u32) -> u32 {
+        if !self.is_within(most) {
+            return most;
+        }
+        let clearance = |split: &u32| {
+            let above = (self.0 >> split).trailing_zeros().min(Self::OCTAVES - split);
+            let below = self.0 & ((1 << split) - 1);
+            above + below.checked_ilog2().map_or(split + Self::CLEARANCE, |top| split - 1 - top)
+        };
+        let is_clear = |split: &u32| clearance(split) >= Self::CLEARANCE;
+        let splits = || (0..=most).rev();
+        splits().find(is_clear).or_else(|| splits().max_by_key(clearance)).unwrap_or(0)
     }
 }
 
@@ -62,17 +71,14 @@ impl Tolerance {
         Self {
             zero,
             rounding: zero,
-            beside: zero * ILL_CONDITIONED,
         }
     }
 
-    /// With so many times more that counts as zero, though not by round-off.
-    pub fn widened(self, factor: f64) -> Self {
-        let zero = self.zero * factor;
+    /// With values of so many octaves above round-off that count as zero.
+    pub fn widened(self, octaves: u32) -> Self {
         Self {
-            zero,
-            rounding: self.rounding,
-            beside: zero * BESIDE,
+            zero: self.rounding * f64::from(1_u32 << octaves),
+            ..self
         }
     }
 
@@ -81,20 +87,17 @@ impl Tolerance {
         Self {
             zero: self.zero * factor,
             rounding: self.rounding * factor,
-            beside: self.beside * factor,
         }
     }
 
     #[inline]
     fn closeness(self, value: f64) -> Closeness {
         let value = value.abs();
-        let is_close = self.rounding < value && value <= self.beside;
-        let bit = if value <= self.zero {
-            Closeness::TAKEN_FOR_ZERO
-        } else {
-            Closeness::BESIDE_ZERO
-        };
-        Closeness(if is_close { bit } else { 0 })
+        if value <= self.rounding || value >= self.rounding * f64::from(1_u32 << Closeness::OCTAVES) {
+            return Closeness::default();
+        }
+        let octave = (value / self.rounding).log2() as u32;
+        Closeness(1 << octave.min(Closeness::OCTAVES - 1))
     }
 
     /// The closeness of all the values.

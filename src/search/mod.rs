@@ -14,6 +14,7 @@ mod trees;
 
 pub use culling::Culling;
 
+use crate::geometry::Closeness;
 use crate::narrow_phase::{Cut, RelativePair};
 use scratch::Scratch;
 
@@ -44,14 +45,10 @@ impl Found {
         &self.scratch.cuts
     }
 
-    /// Whether more counted as zero in one of them than round-off.
-    pub fn is_widened(&self) -> bool {
-        self.cuts().iter().any(|cut| cut.closeness().is_widened())
-    }
-
-    /// Whether in one of them some, but not all of what is near to zero counted as zero.
-    pub fn is_mixed(&self) -> bool {
-        self.cuts().iter().any(|cut| cut.closeness().is_mixed())
+    /// How near to each other corners and planes are in them.
+    pub fn closeness(&self) -> Closeness {
+        let each = self.cuts().iter().map(Cut::closeness);
+        each.fold(Closeness::default(), Closeness::or)
     }
 }
 
