@@ -55,13 +55,21 @@ impl Closeness {
             return most;
         }
         let clearance = |split: &u32| {
-            let above = (self.0 >> split).trailing_zeros().min(Self::OCTAVES - split);
+            let above = (self.0 >> split)
+                .trailing_zeros()
+                .min(Self::OCTAVES - split);
             let below = self.0 & ((1 << split) - 1);
-            above + below.checked_ilog2().map_or(split + Self::CLEARANCE, |top| split - 1 - top)
+            above
+                + below
+                    .checked_ilog2()
+                    .map_or(split + Self::CLEARANCE, |top| split - 1 - top)
         };
         let is_clear = |split: &u32| clearance(split) >= Self::CLEARANCE;
         let splits = || (0..=most).rev();
-        splits().find(is_clear).or_else(|| splits().max_by_key(clearance)).unwrap_or(0)
+        splits()
+            .find(is_clear)
+            .or_else(|| splits().max_by_key(clearance))
+            .unwrap_or(0)
     }
 }
 
@@ -93,7 +101,8 @@ impl Tolerance {
     #[inline]
     fn closeness(self, value: f64) -> Closeness {
         let value = value.abs();
-        if value <= self.rounding || value >= self.rounding * f64::from(1_u32 << Closeness::OCTAVES) {
+        if value <= self.rounding || value >= self.rounding * f64::from(1_u32 << Closeness::OCTAVES)
+        {
             return Closeness::default();
         }
         let octave = (value / self.rounding).log2() as u32;

@@ -79,7 +79,11 @@ impl<'s, 'a> Scaled<'s, 'a> {
 
     /// The largest number of the elastic wrenches, and of their derivatives by a motion.
     pub fn elastic(&self) -> (f64, f64) {
-        let elastic = Scene { dissipation: 0.0, friction: 0.0, ..*self.scene };
+        let elastic = Scene {
+            dissipation: 0.0,
+            friction: 0.0,
+            ..*self.scene
+        };
         let wrenches = self.without_units(elastic.wrenches(&SVector::zeros()));
         let jacobian = self.relative(&elastic.linearised());
         (wrenches.amax(), jacobian.columns(0, 12).amax())
@@ -87,15 +91,30 @@ impl<'s, 'a> Scaled<'s, 'a> {
 
     /// The wrenches after a change of one number.
     pub fn at(&self, column: usize, change: f64) -> Wrenches {
+        self.along(&[(column, 1.0)], change)
+    }
+
+    /// The wrenches after a change along a direction.
+    fn along(&self, direction: &[(usize, f64)], change: f64) -> Wrenches {
         let mut changes = SVector::<f64, COLUMNS>::zeros();
-        changes[column] = change * self.unit(column);
+        for &(column, weight) in direction {
+            changes[column] = change * weight * self.unit(column);
+        }
         self.without_units(self.scene.wrenches(&changes))
+    }
+
+    /// The mean of the slopes on both sides along a direction.
+    pub fn mean_slope(&self, direction: &[(usize, f64)], step: f64) -> Wrenches {
+        let [one, two, three] = [1.0, 2.0, 3.0]
+            .map(|k| self.along(direction, k * step) - self.along(direction, -k * step));
+        (two * 8.0 - one * 5.0 - three * 3.0) / (4.0 * step)
     }
 
     /// Dissipation and friction are not negative: at 0 they have one side only.
     fn has_one_side(&self, column: usize, step: f64) -> bool {
         let least = 4.0 * step;
-        (column == 26 && self.scene.dissipation < least) || (column == 27 && self.scene.friction < least)
+        (column == 26 && self.scene.dissipation < least)
+            || (column == 27 && self.scene.friction < least)
     }
 
     /// The central difference; at the end of a range, the one-sided one of the same order.
@@ -128,7 +147,11 @@ impl<'s, 'a> Scaled<'s, 'a> {
     /// a motion. What is nearer to a coincidence than the kernel's margin is taken for one.
     pub fn noise(&self, column: usize, step: f64, [force, stiffness]: [f64; 2]) -> f64 {
         let is_geometry = matches!(column, 0..12 | 24 | 25);
-        let margin = if is_geometry { MARGIN * self.reach } else { 0.0 };
+        let margin = if is_geometry {
+            MARGIN * self.reach
+        } else {
+            0.0
+        };
         (ROUNDING * (force + stiffness) + margin * stiffness) / step
     }
 }

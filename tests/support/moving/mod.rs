@@ -7,6 +7,7 @@ pub mod bodies;
 pub mod differences;
 pub mod motions;
 pub mod poses;
+pub mod special;
 pub mod verdict;
 
 use hydroelastic::contact::{ContactBody, ContactPair, ContactWrench, SurfaceLaw};
@@ -29,6 +30,8 @@ pub struct Scene<'a> {
     pub friction: f64,
     /// (m/s)
     pub slip_tolerance: f64,
+    /// How far the special position is missed, in angle and relative to the size.
+    pub missed: f64,
 }
 
 impl<'a> Scene<'a> {
@@ -36,6 +39,7 @@ impl<'a> Scene<'a> {
         SurfaceLaw::new(self.dissipation, self.friction, self.slip_tolerance).unwrap()
     }
 
+    /// 12×28: see [`hydroelastic::contact::LinearisedContact::jacobian`].
     pub fn linearised(&self) -> Jacobian {
         self.pair.linearised(&self.law(), self.twists).jacobian()
     }
@@ -54,10 +58,7 @@ impl<'a> Scene<'a> {
             body(self.pair.a(), 0, changes[24]),
             body(self.pair.b(), 6, changes[25]),
         );
-        let (dissipation, friction) = (
-            changes[26] + self.dissipation,
-            changes[27] + self.friction,
-        );
+        let (dissipation, friction) = (changes[26] + self.dissipation, changes[27] + self.friction);
         let law = SurfaceLaw::new(dissipation, friction, self.slip_tolerance).unwrap();
         let velocity = |of: usize| {
             let change = changes.fixed_rows::<6>(12 + 6 * of).into_owned();

@@ -27,6 +27,7 @@ pub fn set_in_motion<'a>(
         twists: [Twist::zero(), Twist::zero()],
         dissipation: [0.0, damped, damped, damped][random.below(4)],
         friction: friction[random.below(4)],
+        missed: 0.0,
         slip_tolerance: 10_f64.powf(random.between(-5.0, -1.0)),
     };
     if random.below(2) == 0 {
@@ -39,7 +40,9 @@ pub fn set_in_motion<'a>(
         };
     }
     let [spin, velocity] = place.relative_motion(scene.dissipation, size, random);
-    let [own, lever] = [pair.a(), pair.b()].map(|body| place.point - body.pose().translation()).into();
+    let [own, lever] = [pair.a(), pair.b()]
+        .map(|body| place.point - body.pose().translation())
+        .into();
     let Twist { angular, linear } = scene.twists[1];
     let at_point = linear + angular.cross(&lever) + velocity;
     let angular = angular + spin;
@@ -53,9 +56,15 @@ pub fn set_in_motion<'a>(
 impl Place {
     fn of(pair: &ContactPair, random: &mut Random) -> Option<Self> {
         let polygons = pair.surface().polygons;
-        let force: Vector3<f64> = polygons.iter().map(|p| p.normal * (p.area * p.pressure)).sum();
+        let force: Vector3<f64> = polygons
+            .iter()
+            .map(|p| p.normal * (p.area * p.pressure))
+            .sum();
         let load: f64 = polygons.iter().map(|p| p.area * p.pressure).sum();
-        let moment: Vector3<f64> = polygons.iter().map(|p| p.centroid * (p.area * p.pressure)).sum();
+        let moment: Vector3<f64> = polygons
+            .iter()
+            .map(|p| p.centroid * (p.area * p.pressure))
+            .sum();
         if load <= 0.0 {
             return None;
         }

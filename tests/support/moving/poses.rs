@@ -46,19 +46,28 @@ impl Family {
 pub fn scene(bodies: &Bodies, family: Family, number: u64) -> Scene<'_> {
     let random = &mut Random::numbered(number);
     loop {
-        let pair = posed_pair(bodies, family, random);
+        let (pair, missed) = posed_pair(bodies, family, random);
         if let Some(scene) = set_in_motion(&pair, bodies.size, random) {
-            return scene;
+            return Scene { missed, ..scene };
         }
     }
 }
 
-fn posed_pair<'a>(bodies: &'a Bodies, family: Family, random: &mut Random) -> ContactPair<'a> {
+/// With how far it misses the special position.
+fn posed_pair<'a>(
+    bodies: &'a Bodies,
+    family: Family,
+    random: &mut Random,
+) -> (ContactPair<'a>, f64) {
     let a = bodies.any(random);
-    let b = if random.below(3) == 0 { a } else { bodies.any(random) };
+    let b = if random.below(3) == 0 {
+        a
+    } else {
+        bodies.any(random)
+    };
     let exact = relative_pose(bodies.size, family, [a, b], random);
-    let pose_ab = if random.below(3) == 0 || family == Family::Generic {
-        exact
+    let (pose_ab, missed) = if random.below(3) == 0 || family == Family::Generic {
+        (exact, 0.0)
     } else {
         nudged(exact, bodies.size, random)
     };
@@ -70,10 +79,11 @@ fn posed_pair<'a>(bodies: &'a Bodies, family: Family, random: &mut Random) -> Co
     let [modulus_a, modulus_b] = [0, 1].map(|_| 10_f64.powf(random.between(4.0, 7.0)));
     let modulus_b = [modulus_a, modulus_b, 2.0 * modulus_a][random.below(3)];
     let (a, b) = ((a, pose_wa, modulus_a), (b, pose_wa * pose_ab, modulus_b));
-    match random.below(2) {
+    let pair = match random.below(2) {
         0 => pair(a, b),
         _ => pair(b, a),
-    }
+    };
+    (pair, missed)
 }
 
 /// How B lies in A's frame.
@@ -86,9 +96,10 @@ fn relative_pose(size: f64, family: Family, shapes: [&Shape; 2], random: &mut Ra
         Family::Stacked | Family::Turned | Family::Nested => {
             let is_inside = family == Family::Nested;
             let turn = match (family, random.below(2)) {
-                (Family::Turned, _) => {
-                    Pose::from_rotation_vector(&(Vector3::z() * random.between(0.0, TAU)), Vector3::zeros())
-                }
+                (Family::Turned, _) => Pose::from_rotation_vector(
+                    &(Vector3::z() * random.between(0.0, TAU)),
+                    Vector3::zeros(),
+                ),
                 (_, 0) => Pose::identity(),
                 _ => axes_to_axes(random),
             };
@@ -135,7 +146,10 @@ fn flush(
     };
     Vector3::from_fn(|axis, _| {
         if axis == upright {
-            return [a.upper[axis] - b.lower[axis] - depth, a.lower[axis] - b.upper[axis] + depth][random.below(2)];
+            return [
+                a.upper[axis] - b.lower[axis] - depth,
+                a.lower[axis] - b.upper[axis] + depth,
+            ][random.below(2)];
         }
         match random.below(4) {
             0 => a.upper[axis] - b.upper[axis],
@@ -146,8 +160,8 @@ fn flush(
     })
 }
 
-/// A pose missed by 1e-16 to 1e-6, in angle, in place (of the size), or both.
-fn nudged(pose: Pose, size: f64, random: &mut Random) -> Pose {
+/// A pose missed by 1e-16 to 1e-6, in angle, in place (of the size), or both, and by how much.
+fn nudged(pose: Pose, size: f64, random: &mut Random) -> (Pose, f64) {
     let [mut tilt, mut shift] = [0, 1].map(|_| 10_f64.powf(random.between(-16.0, -6.0)));
     match random.below(4) {
         0 => tilt = 0.0,
@@ -156,5 +170,6 @@ fn nudged(pose: Pose, size: f64, random: &mut Random) -> Pose {
     }
     let nudge = Pose::from_rotation_vector(&(random.vector() * tilt), Vector3::zeros());
     let moved = pose * nudge;
-    moved.with_translation(moved.translation() + random.vector() * (shift * size))
+    let moved = moved.with_translation(moved.translation() + random.vector() * (shift * size));
+    (moved, tilt.max(shift))
 }
