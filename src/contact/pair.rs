@@ -91,12 +91,26 @@ impl<'a, T: Scalar> ContactPair<'a, T> {
         (linearised.wrench, ContactJacobian::of(&linearised))
     }
 
-    /// The elastic contact in A's axes.
+    /// The elastic contact in A's axes, with derivatives as of [`Self::linearised`].
     pub(super) fn relative_linearisation(&self) -> RelativeLinearisation<T> {
+        let near = PolygonSource::of(self).for_derivatives(self.search);
+        let elastic: RelativeJacobian<T> = near
+            .source
+            .sum(&near.found, |sum, polygon| polygon.add_to(sum));
+        let mut linearisation = elastic.linearisation(self.moduli());
+        if near.is_widened {
+            linearisation.wrench = self.relative_wrench().to_vector();
+        }
+        linearisation
+    }
+
+    /// The elastic wrench on A, in A's axes about A's origin.
+    fn relative_wrench(&self) -> Wrench<T> {
         let source = PolygonSource::of(self);
         let found = source.pair.found(self.search);
-        let elastic: RelativeJacobian<T> = source.sum(&found, |sum, polygon| polygon.add_to(sum));
-        elastic.linearisation(self.moduli())
+        source.sum(&found, |sum: &mut Wrench<T>, polygon| {
+            *sum += polygon.wrench();
+        })
     }
 
     /// The contact surface, polygon by polygon.
@@ -174,11 +188,6 @@ impl<T: Scalar> Pipeline<'_, '_, T> {
     /// [`ContactPair::wrench`].
     #[must_use]
     pub fn wrench(&self) -> ContactWrench<T> {
-        let source = PolygonSource::of(self.0);
-        let found = source.pair.found(self.0.search);
-        let wrench_a = source.sum(&found, |sum: &mut Wrench<T>, polygon| {
-            *sum += polygon.wrench();
-        });
-        self.0.wrench_from_a(&wrench_a)
+        self.0.wrench_from_a(&self.0.relative_wrench())
     }
 }

@@ -1,6 +1,6 @@
-use super::ContactPair;
+use super::{ContactPair, Search};
 use crate::geometry::{AffineField, ConvexPolygon, PolygonMoments};
-use crate::narrow_phase::{Cut, EquilibriumPlane, RelativePair, Weight};
+use crate::narrow_phase::{COINCIDENCE, Cut, EquilibriumPlane, RelativePair, Weight};
 use crate::scalar::{Scalar, carries_derivatives, real_part};
 use crate::search::Found;
 use crate::spatial::Pose;
@@ -51,6 +51,14 @@ pub(super) struct PolygonSource<'a, T> {
     pub pose_ab: Pose<T>,
 }
 
+/// What [`PolygonSource::for_derivatives`] finds.
+pub(super) struct ForDerivatives<'a, T> {
+    pub source: PolygonSource<'a, T>,
+    pub found: Found,
+    /// Whether faces were taken for coinciding that do not: the value of an integral is that of the pair as it is.
+    pub is_widened: bool,
+}
+
 /// The contact polygon of a cut in `T`, in A's frame.
 pub(super) struct CutPolygon<T> {
     pub polygon: ConvexPolygon<T>,
@@ -77,10 +85,34 @@ impl<'a, T: Scalar> PolygonSource<'a, T> {
         }
     }
 
-    /// The same bodies, with polygons as [`RelativePair::with_near_coincidences`] cuts them.
-    pub fn with_near_coincidences(&self) -> Self {
+    /// The cuts that derivatives are made of: those of a pair in which faces coincide that are within [`COINCIDENCE`] of
+    /// it, or less where corners would be taken for one that are not (see [`Closeness::split`]).
+    ///
+    /// [`Closeness::split`]: crate::geometry::Closeness::split
+    pub fn for_derivatives(&self, search: Search) -> ForDerivatives<'a, T> {
+        let source = self.with_near_coincidences(COINCIDENCE);
+        let found = source.pair.found(search);
+        let closeness = found.closeness();
+        let is_widened = closeness.is_within(COINCIDENCE);
+        let split = closeness.split(COINCIDENCE);
+        if split == COINCIDENCE {
+            return ForDerivatives {
+                source,
+                found,
+                is_widened,
+            };
+        }
+        let source = self.with_near_coincidences(split);
+        ForDerivatives {
+            found: source.pair.found(search),
+            source,
+            is_widened,
+        }
+    }
+
+    fn with_near_coincidences(&self, octaves: u32) -> Self {
         Self {
-            pair: self.pair.with_near_coincidences(),
+            pair: self.pair.with_near_coincidences(octaves),
             ..*self
         }
     }

@@ -6,13 +6,14 @@ mod affine_field;
 mod moments;
 mod polygon;
 mod tetrahedron;
+mod tolerance;
 mod triangle;
 
 pub use aabb::Aabb;
 pub use affine_field::AffineField;
 pub use moments::PolygonMoments;
 pub use polygon::{ConvexPolygon, POLYGON_CAPACITY};
-pub(crate) use polygon::{Tolerance, snapped};
 pub(crate) use tetrahedron::FACES;
 pub use tetrahedron::Tetrahedron;
+pub(crate) use tolerance::{Closeness, Tolerance, snapped};
 pub(crate) use triangle::distance_to_triangle;

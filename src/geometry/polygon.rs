@@ -1,3 +1,4 @@
+use super::tolerance::{Closeness, Tolerance, snapped};
 use super::{AffineField, PolygonMoments};
 use crate::scalar::{Scalar, carries_derivatives, lift, lift_vector, real_part, real_vector};
 use crate::spatial::Pose;
@@ -6,59 +7,6 @@ use nalgebra::Vector3;
 /// Corners a [`ConvexPolygon`] has room for. A plane cuts two tetrahedra in at most 8 corners; the
 /// rest is room for corners that round-off adds.
 pub const POLYGON_CAPACITY: usize = 12;
-
-/// Values below so many times what counts as zero are ill-conditioned. Planes that are further apart, over a body, meet in
-/// lines that are placed to one part in as many.
-const ILL_CONDITIONED: f64 = 1e4;
-
-/// What counts as zero where a field decides on which side of its zero plane a point lies.
-#[derive(Debug, Clone, Copy)]
-pub(crate) struct Tolerance {
-    /// Values up to this are zero.
-    pub zero: f64,
-    /// Values up to this, but above `zero`, are ill-conditioned: round-off decides where two planes meet that are so
-    /// near to each other.
-    ill_conditioned: f64,
-}
-
-impl Tolerance {
-    /// For values that are rounded by much less than this.
-    pub fn new(zero: f64) -> Self {
-        Self {
-            zero,
-            ill_conditioned: zero * ILL_CONDITIONED,
-        }
-    }
-
-    /// With so many times more that counts as zero; as much above it is ill-conditioned as before.
-    pub fn widened(self, factor: f64) -> Self {
-        let zero = self.zero * factor;
-        Self {
-            zero,
-            ill_conditioned: zero + self.ill_conditioned,
-        }
-    }
-
-    /// For values times a factor.
-    pub fn scaled(self, factor: f64) -> Self {
-        Self {
-            zero: self.zero * factor,
-            ill_conditioned: self.ill_conditioned * factor,
-        }
-    }
-
-    /// Whether a value is not zero, but nearly.
-    #[inline]
-    pub fn is_ill_conditioned(self, value: f64) -> bool {
-        (self.zero..=self.ill_conditioned).contains(&value.abs())
-    }
-
-    /// Whether one of the values is.
-    #[inline]
-    pub fn is_any_ill_conditioned(self, values: &[f64]) -> bool {
-        values.iter().any(|&value| self.is_ill_conditioned(value))
-    }
-}
 
 /// A planar convex polygon in space, on the stack; empty where nothing is left of it.
 ///
@@ -70,7 +18,7 @@ pub struct ConvexPolygon<T = f64> {
     /// Owners of the edge from each corner to the next.
     owners: [u8; POLYGON_CAPACITY],
     len: usize,
-    is_ill_conditioned: bool,
+    closeness: Closeness,
 }
 
 impl<T: Scalar> ConvexPolygon<T> {
@@ -81,7 +29,7 @@ impl<T: Scalar> ConvexPolygon<T> {
             corners: [Vector3::from_element(lift(0.0)); POLYGON_CAPACITY],
             owners: [0; POLYGON_CAPACITY],
             len: 0,
-            is_ill_conditioned: false,
+            closeness: Closeness::default(),
         }
     }
 
@@ -102,7 +50,12 @@ impl<T: Scalar> ConvexPolygon<T> {
     /// placed much worse than any coordinate is rounded.
     #[must_use]
     pub fn is_ill_conditioned(&self) -> bool {
-        self.is_ill_conditioned
+        self.closeness.is_ill_conditioned()
+    }
+
+    /// Of the corners to the planes that clipped.
+    pub(crate) fn closeness(&self) -> Closeness {
+        self.closeness
     }
 
     /// Whether fewer than three corners are left.
@@ -155,16 +108,16 @@ impl<T: Scalar> ConvexPolygon<T> {
     #[inline]
     pub(crate) fn clip(&mut self, field: &AffineField<T>, tolerance: Tolerance, side: u8) {
         let mut values = [lift(0.0); POLYGON_CAPACITY];
-        let (mut is_near, mut is_ill_conditioned, mut zeros) = (false, false, 0_u32);
+        let (mut is_near, mut closeness, mut zeros) = (false, Closeness::default(), 0_u32);
         for (value, corner) in values.iter_mut().zip(&self.corners[..self.len]) {
             *value = field.at(corner);
             let real = real_part(*value);
             is_near |= real <= tolerance.zero;
             zeros += u32::from(real.abs() <= tolerance.zero);
-            is_ill_conditioned |= tolerance.is_ill_conditioned(real);
+            closeness = closeness.or(tolerance.closeness(real));
             *value = snapped(*value, tolerance.zero);
         }
-        self.is_ill_conditioned |= is_ill_conditioned;
+        self.closeness = self.closeness.or(closeness);
         if is_near {
             if zeros >= 2 {
                 self.own_where_zero(&values, side);
@@ -243,7 +196,7 @@ impl<T: Scalar> ConvexPolygon<T> {
             *place = corner(own);
         }
         (mapped.owners, mapped.len) = (self.owners, self.len);
-        mapped.is_ill_conditioned = self.is_ill_conditioned;
+        mapped.closeness = self.closeness;
         mapped
     }
 }
@@ -253,17 +206,5 @@ impl ConvexPolygon<f64> {
     #[must_use]
     pub fn lifted<T: Scalar>(&self) -> ConvexPolygon<T> {
         self.mapped(lift_vector)
-    }
-}
-
-/// The value, its real part set to zero where that is within `tolerance` of zero; the derivatives
-/// stay.
-#[inline]
-pub(crate) fn snapped<T: Scalar>(value: T, tolerance: f64) -> T {
-    let real = real_part(value);
-    if real.abs() <= tolerance {
-        value - real
-    } else {
-        value
     }
 }

@@ -1,7 +1,7 @@
 use super::RelativePair;
 use super::equilibrium::{CornerSigns, Weight, is_equal_field};
 use super::relative_pair::PosedTet;
-use crate::geometry::{AffineField, ConvexPolygon, Tolerance, snapped};
+use crate::geometry::{AffineField, Closeness, ConvexPolygon, Tolerance, snapped};
 use crate::mesh::FieldTet;
 use crate::scalar::Scalar;
 use crate::spatial::Pose;
@@ -33,7 +33,7 @@ pub(crate) struct Decisions {
     bounding_faces: u8,
     weight: Weight,
     is_at_ends: bool,
-    is_ill_conditioned: bool,
+    closeness: Closeness,
 }
 
 /// What the equilibrium plane has in common with two tetrahedra, in A's frame.
@@ -57,13 +57,15 @@ impl RelativePair<'_> {
         // A corner's own pressure is exact; the other field is off by what its gradient makes of the
         // rounding of a coordinate.
         let tolerance_a = self.tolerance.scaled(b.sensitivity);
-        let at_a = excess_at_corners_of_a(a, modulus_a, &b.pressure, tolerance_a.zero);
+        let excess_a = excess_at_corners_of_a(a, modulus_a, &b.pressure);
+        let at_a = excess_a.map(|value| snapped(value, tolerance_a.zero));
         let signs_a = CornerSigns::of(&at_a);
         if plane_check && !signs_a.are_met() {
             return Encounter::Apart;
         }
         let tolerance_b = self.tolerance.scaled(modulus_a * a.sensitivity);
-        let at_b = self.excess_at_corners_of_b(a, b, tolerance_b.zero);
+        let excess_b = self.excess_at_corners_of_b(a, b);
+        let at_b = excess_b.map(|value| snapped(value, tolerance_b.zero));
         let signs_b = CornerSigns::of(&at_b);
         if plane_check && !signs_b.are_met() {
             return Encounter::Apart;
@@ -84,8 +86,9 @@ impl RelativePair<'_> {
             bounding_faces: ALL_FACES & !in_plane_b & !zero_faces_b,
             weight: Weight::of([signs_a, signs_b]),
             is_at_ends: in_plane_a & a.zero_faces != 0 && in_plane_b & zero_faces_b != 0,
-            is_ill_conditioned: tolerance_a.is_any_ill_conditioned(&at_a)
-                || tolerance_b.is_any_ill_conditioned(&at_b),
+            closeness: tolerance_a
+                .closeness_of(&excess_a)
+                .or(tolerance_b.closeness_of(&excess_b)),
         })
     }
 
@@ -103,10 +106,9 @@ impl RelativePair<'_> {
     }
 
     /// p_A − p_B (Pa) at B's corners, A's field extended beyond its tetrahedron.
-    fn excess_at_corners_of_b(&self, a: &FieldTet, b: &PosedTet, tolerance: f64) -> [f64; 4] {
+    fn excess_at_corners_of_b(&self, a: &FieldTet, b: &PosedTet) -> [f64; 4] {
         std::array::from_fn(|i| {
-            let pressure_a = self.moduli[0] * a.extent.at(&b.tetrahedron.corners[i]);
-            snapped(pressure_a - b.pressures[i], tolerance)
+            self.moduli[0] * a.extent.at(&b.tetrahedron.corners[i]) - b.pressures[i]
         })
     }
 
@@ -118,7 +120,8 @@ impl RelativePair<'_> {
         pose_ab: &Pose<T>,
     ) -> ConvexPolygon<T> {
         let [a, b] = [self.tet_a(cut.tets[0]), self.tet_b(cut.tets[1])];
-        let excess = excess_at_corners_of_a(a, modulus_a, pressure_b, cut.decisions.zero);
+        let excess = excess_at_corners_of_a(a, modulus_a, pressure_b)
+            .map(|value| snapped(value, cut.decisions.zero));
         let face_of_b = |face: usize| {
             let posed = b.barycentric[face].posed(pose_ab);
             (posed, b.barycentric_steepness[face])
@@ -133,9 +136,9 @@ impl Cut {
         self.decisions.weight
     }
 
-    /// Whether it adds to an integral or to its derivatives.
-    pub fn counts(&self) -> bool {
-        self.decisions.weight.edges > 0.0 && !self.polygon.is_empty()
+    /// Whether it adds to an integral or to its derivatives, or would but for a little.
+    pub fn is_noted(&self) -> bool {
+        self.decisions.weight.edges > 0.0 && !self.polygon.is_empty() || self.is_ill_conditioned()
     }
 
     /// Whether it lies where both bodies end, in flush surfaces: there is no pressure on it, but there may be as soon
@@ -146,7 +149,12 @@ impl Cut {
 
     /// Whether round-off may have decided over a piece of it.
     pub fn is_ill_conditioned(&self) -> bool {
-        self.decisions.is_ill_conditioned || self.polygon.is_ill_conditioned()
+        self.closeness().is_ill_conditioned()
+    }
+
+    /// Of corners to planes.
+    pub fn closeness(&self) -> Closeness {
+        self.decisions.closeness.or(self.polygon.closeness())
     }
 
     /// The faces that the polygon reaches, and over which the surface may go on: bits as of its edges' owners.
@@ -186,13 +194,9 @@ fn excess_at_corners_of_a<T: Scalar>(
     a: &FieldTet,
     modulus_a: T,
     pressure_b: &AffineField<T>,
-    tolerance: f64,
 ) -> [T; 4] {
     std::array::from_fn(|i| {
         let corner = &a.tetrahedron.corners[i];
-        snapped(
-            modulus_a * a.extents[i] - pressure_b.at_constant(corner),
-            tolerance,
-        )
+        modulus_a * a.extents[i] - pressure_b.at_constant(corner)
     })
 }

@@ -6,12 +6,12 @@ use nalgebra::Vector3;
 /// the rounding of one transformed coordinate.
 pub(crate) const SNAP: f64 = 3e-14;
 
-/// A coincidence of faces to within so many times the margin counts as one for the derivatives of a wrench in motion.
+/// A coincidence of faces to within 2 to this power times the margin counts as one for derivatives, 2.5e-10 of the size.
 ///
-/// Friction has kinks where sides are flush, and steps in a corner's rate where planes nearly coincide: this close, the
+/// These have kinks where sides are flush, and steps in a corner's rate where planes nearly coincide: this close, the
 /// mean of both sides is what a difference over any longer step sees, and what the next step of a rollout may be on
 /// either side of. A polygon whose faces are further apart has its corners placed to one part in as many.
-pub(crate) const COINCIDENCE: f64 = 1e4;
+pub(crate) const COINCIDENCE: u32 = 13;
 
 /// A difference of pressure gradients below this fraction of what the rounding of a coordinate can make of
 /// the pressures is none: the two fields are equal over a volume. The plane of fields that differ by more

@@ -1,5 +1,5 @@
 use super::ContactBody;
-use super::equilibrium::{COINCIDENCE, SNAP};
+use super::equilibrium::SNAP;
 use crate::broad_phase::Shape;
 use crate::geometry::{AffineField, Tetrahedron, Tolerance};
 use crate::mesh::FieldTet;
@@ -48,10 +48,10 @@ impl<'a> RelativePair<'a> {
         }
     }
 
-    /// The same pair, in which faces coincide that are within [`COINCIDENCE`] of it.
-    pub fn with_near_coincidences(self) -> Self {
+    /// The same pair, in which faces coincide that are within so many octaves of the margin of it.
+    pub fn with_near_coincidences(self, octaves: u32) -> Self {
         Self {
-            tolerance: self.tolerance.widened(COINCIDENCE),
+            tolerance: self.tolerance.widened(octaves),
             ..self
         }
     }

@@ -47,7 +47,7 @@ impl RelativePair<'_> {
             Encounter::Met(decisions) => decisions,
         };
         let cut = self.cut(tet_a, tet_b, decisions);
-        if cut.counts() {
+        if cut.is_noted() {
             cuts.push(cut);
         }
         Exits {

@@ -14,6 +14,7 @@ mod trees;
 
 pub use culling::Culling;
 
+use crate::geometry::Closeness;
 use crate::narrow_phase::{Cut, RelativePair};
 use scratch::Scratch;
 
@@ -39,14 +40,15 @@ pub(crate) struct Found {
 }
 
 impl Found {
-    /// The cuts that count, each once and always in the same order.
+    /// The cuts that count, or would but for a little, each once and always in the same order.
     pub fn cuts(&self) -> &[Cut] {
         &self.scratch.cuts
     }
 
-    /// Whether round-off may have decided over a piece of one of them.
-    pub fn is_ill_conditioned(&self) -> bool {
-        self.cuts().iter().any(Cut::is_ill_conditioned)
+    /// How near to each other corners and planes are in them.
+    pub fn closeness(&self) -> Closeness {
+        let each = self.cuts().iter().map(Cut::closeness);
+        each.fold(Closeness::default(), Closeness::or)
     }
 }
 

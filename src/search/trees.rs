@@ -11,7 +11,7 @@ impl RelativePair<'_> {
             let tet_a = self.tet_a(tet_a);
             if let Encounter::Met(decisions) = self.encounter(tet_a, tet_b, culling.plane_check) {
                 let cut = self.cut(tet_a, tet_b, decisions);
-                if cut.counts() {
+                if cut.is_noted() {
                     cuts.push(cut);
                 }
             }

@@ -101,8 +101,13 @@ pub fn grid(
 /// An icosphere with a shell of vertices halfway in; the extents of its centre and of the shell. With
 /// less at the centre, the field has a dent there.
 pub fn dented_ball(radius: f64, order: usize, extents: [f64; 2]) -> PressureField {
-    let ball = shapes::icosphere(radius, order).unwrap();
-    let (mesh, mut vertices) = (ball.mesh(), ball.mesh().vertices().to_vec());
+    layered(&shapes::icosphere(radius, order).unwrap(), extents)
+}
+
+/// A star-shaped solid about the origin with a shell of vertices halfway in; the extents of its centre and of the
+/// shell.
+pub fn layered(solid: &PressureField, extents: [f64; 2]) -> PressureField {
+    let (mesh, mut vertices) = (solid.mesh(), solid.mesh().vertices().to_vec());
     let count = vertices.len();
     let center = (0..count).find(|&v| !mesh.is_on_surface(v)).unwrap();
     vertices.extend(mesh.vertices().iter().map(|vertex| vertex * 0.5));

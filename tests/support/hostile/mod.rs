@@ -193,7 +193,7 @@ fn nested(reach: [f64; 2], random: &mut Random) -> Pose {
 
 /// A surface triangle of one body in the plane of one of the other: from outside or from inside, turned
 /// and moved in the plane.
-fn coplanar(shapes: [&Shape; 2], random: &mut Random) -> Pose {
+pub fn coplanar(shapes: [&Shape; 2], random: &mut Random) -> Pose {
     let [on_a, on_b] = shapes.map(|shape| triangle_frame(shape, random));
     let size = shapes.map(|shape| shape.field().reach()).map(|r| 0.5 * r);
     let shift = Vector3::new(random.between(-1.0, 1.0), random.between(-1.0, 1.0), 0.0);
@@ -203,7 +203,7 @@ fn coplanar(shapes: [&Shape; 2], random: &mut Random) -> Pose {
 }
 
 /// A vertex, an edge or a face in common.
-fn shared(shapes: [&Shape; 2], random: &mut Random) -> Pose {
+pub fn shared(shapes: [&Shape; 2], random: &mut Random) -> Pose {
     let [on_a, on_b] = shapes.map(|shape| triangle_frame(shape, random));
     let about = match random.below(3) {
         0 => random.rotation_vector(),

@@ -1,0 +1,249 @@
+//! First derivatives of what dissipation and friction add to the elastic pressure, polygon by polygon.
+//!
+//! Let t be the traction less p n, a function of the pressure p, the normal n and the velocity v of A relative to B, and T
+//! its derivative by v. As a body moves or a modulus changes, the equilibrium plane moves along its normal at the speed
+//! h = h₀ + h₁y₁ + h₂y₂, and turns by dn = −∇h. Then the wrench W(t) of the traction changes by h₀K₀ + h₁K₁ + h₂K₂, where
+//! for the monomials m₀ = 1, m₁ = y₁, m₂ = y₂
+//!
+//! Kᵢ = W(mᵢD) + ∫ mᵢ (n × t) dA + Gᵢ + Σ over edges ∫ mᵢ t v dl,
+//!
+//! - D = ∂t/∂p·∂p_A/∂n + T(ω × n): pressure and velocity at the moved point;
+//! - G₁ = W(θ×t) − W(T(θ×v)), θ = n × dn = e₂ for h = y₁, G₂ with −e₁: turning normal and velocity together turns the
+//!   traction, so turning the normal alone turns it too, and the velocity back;
+//! - v, the outward speed of an edge in the plane: that of the line in which the plane meets the face that owns the edge.
+//!   With the face's outward normal m, which moves at w, v = (w·m − h m·n)/|m − (m·n)n|. Owners of an edge share it
+//!   equally.
+//!
+//! Nothing divides by a length or an angle between edges, and no corner is differentiated.
+
+mod area;
+mod edges;
+mod frame;
+
+use super::friction::SlipMoments;
+use super::jacobian::RelativeJacobian;
+use super::linearised::RelativeLinearisation;
+use super::plane::{Outline, PlanePolygon};
+use super::polygon::{CutPolygon, PartialSum, PolygonSource, sum_over};
+use super::surface_law::RelativeMotion;
+use super::{ContactPair, SurfaceLaw};
+use crate::narrow_phase::Cut;
+use crate::search::Found;
+use crate::spatial::Wrench;
+use frame::PlaneFrame;
+use nalgebra::{Matrix6, Matrix6x2, Vector3, Vector6};
+
+/// Of a vector along e₁, e₂ and n, the moments by 1, y₁, y₂, y₁², y₁y₂ and y₂².
+type VectorMoments = [[f64; 6]; 3];
+
+/// The elastic contact and what the surface law adds to it.
+struct InMotion {
+    elastic: RelativeJacobian<f64>,
+    added: RelativeLinearisation<f64>,
+}
+
+impl PartialSum for InMotion {
+    fn empty() -> Self {
+        Self {
+            elastic: RelativeJacobian::empty(),
+            added: RelativeLinearisation::empty(),
+        }
+    }
+
+    fn merge(&mut self, next: Self) {
+        self.elastic.merge(next.elastic);
+        self.added.merge(next.added);
+    }
+}
+
+impl ContactPair<'_> {
+    /// In A's axes, of a pair in A's frame.
+    ///
+    /// The wrench is that of the contact polygons as they are. Its derivatives have kinks where faces coincide; within
+    /// round-off of them they are those of polygons that are cut as if they did (see
+    /// [`PolygonSource::for_derivatives`]). So are the elastic ones: of two flush sides either may be the one
+    /// that has a polygon, and taken for flush are both, or neither.
+    pub(super) fn linearisation_in_motion(
+        &self,
+        law: &SurfaceLaw,
+        motion: &RelativeMotion<f64>,
+    ) -> RelativeLinearisation<f64> {
+        let source = PolygonSource::of(self);
+        let near = source.for_derivatives(self.search());
+        let mut sum = near.source.linearisation(&near.found, (law, motion));
+        if near.is_widened {
+            let found = source.pair.found(self.search());
+            let wrench: Wrench = source.sum(&found, |sum: &mut Wrench, polygon| {
+                *sum += polygon.wrench_in_motion(law, motion);
+            });
+            sum.wrench = wrench.to_vector();
+        }
+        sum
+    }
+}
+
+impl RelativeLinearisation<f64> {
+    /// From E_B ∂W/∂E_B as the second column by the moduli to the derivatives by both: as the wrench is homogeneous of
+    /// degree one in the moduli, E_A ∂W/∂E_A + E_B ∂W/∂E_B = W.
+    fn by_both_moduli(mut self, [modulus_a, modulus_b]: [f64; 2]) -> Self {
+        let by_b = self.by_moduli.column(1).into_owned();
+        let by_a = self.wrench - by_b;
+        self.by_moduli = Matrix6x2::from_columns(&[by_a / modulus_a, by_b / modulus_b]);
+        self
+    }
+}
+
+impl PolygonSource<'_, f64> {
+    /// The wrench on A and its derivatives, from these cuts.
+    fn linearisation(
+        &self,
+        found: &Found,
+        (law, motion): (&SurfaceLaw, &RelativeMotion<f64>),
+    ) -> RelativeLinearisation<f64> {
+        let moduli = [self.modulus_a, self.modulus_b];
+        let InMotion { elastic, added } = sum_over(found, |sum: &mut InMotion, cut| {
+            let polygon = self.polygon(cut);
+            if polygon.has_area() {
+                polygon.add_to(&mut sum.elastic);
+            }
+            self.add_traction_rates((cut, &polygon), (law, motion), &mut sum.added);
+        });
+        let mut sum = elastic.linearisation(moduli);
+        sum.merge(added.by_both_moduli(moduli));
+        sum
+    }
+
+    /// Adds what dissipation and friction contribute to the wrench on A and its derivatives; of those by the moduli, only
+    /// E_B ∂W/∂E_B, in the second column.
+    fn add_traction_rates(
+        &self,
+        (cut, polygon): (&Cut, &CutPolygon<f64>),
+        (law, motion): (&SurfaceLaw, &RelativeMotion<f64>),
+        sum: &mut RelativeLinearisation<f64>,
+    ) {
+        let Some(plane) = PlanePolygon::of(polygon, motion) else {
+            return;
+        };
+        let damping = plane.damping(law.dissipation);
+        let part = plane.outline.cut(&damping);
+        let pressed = part.as_ref().unwrap_or(&plane.outline);
+        let slip = plane
+            .slip(law)
+            .moments(pressed.corners(), &plane.pressure, &damping);
+        let traction = Traction {
+            plane: &plane,
+            friction: law.friction,
+            dissipation: law.dissipation,
+            damping,
+            pressed,
+            is_clamped: part.is_some(),
+            slip: &slip,
+        };
+        let mut rates = Rates::default();
+        if polygon.has_area() {
+            rates.add_area(&traction, polygon);
+            rates.scale(cut.weight().area);
+        }
+        if !law.is_elastic() {
+            self.add_edges(cut, &traction, &mut rates);
+        }
+        rates.add_to(&plane, polygon, sum);
+    }
+}
+
+/// What the surface law adds to the pressure on a polygon.
+struct Traction<'p> {
+    plane: &'p PlanePolygon<f64>,
+    friction: f64,
+    dissipation: f64,
+    /// ψ = 1 − d v₃.
+    damping: [f64; 3],
+    /// The part of the polygon where ψ is positive, and whether that is not all of it.
+    pressed: &'p Outline<f64>,
+    is_clamped: bool,
+    slip: &'p SlipMoments,
+}
+
+impl Traction<'_> {
+    /// ψ − 1 = −d v₃.
+    fn excess_damping(&self) -> [f64; 3] {
+        self.plane.separating().map(|c| -self.dissipation * c)
+    }
+}
+
+/// The derivatives of one polygon's wrench, about its center along its axes.
+#[derive(Default)]
+struct Rates {
+    wrench: Vector6<f64>,
+    /// K₀, K₁ and K₂.
+    by_speed: [Vector6<f64>; 3],
+    by_motion: Matrix6<f64>,
+    by_twist: Matrix6<f64>,
+    by_dissipation: Vector6<f64>,
+    by_friction: Vector6<f64>,
+}
+
+/// The wrench of a traction from its moments by 1, y₁ and y₂ along each axis.
+#[inline]
+fn wrench_of([t1, t2, t3]: [[f64; 3]; 3]) -> Vector6<f64> {
+    Vector6::new(t3[2], -t3[1], t2[1] - t1[2], t1[0], t2[0], t3[0])
+}
+
+/// The wrenches of a traction times 1, y₁ and y₂.
+#[inline]
+fn wrenches([t1, t2, t3]: &VectorMoments) -> [Vector6<f64>; 3] {
+    [[0, 1, 2], [1, 3, 4], [2, 4, 5]].map(|[one, y1, y2]| {
+        Vector6::new(t3[y2], -t3[y1], t2[y1] - t1[y2], t1[one], t2[one], t3[one])
+    })
+}
+
+impl Rates {
+    fn scale(&mut self, weight: f64) {
+        self.wrench *= weight;
+        self.by_speed = self.by_speed.map(|k| k * weight);
+        self.by_twist *= weight;
+        self.by_dissipation *= weight;
+        self.by_friction *= weight;
+    }
+
+    /// Adds the rates to those in A's axes about A's origin.
+    fn add_to(
+        &self,
+        plane: &PlanePolygon<f64>,
+        polygon: &CutPolygon<f64>,
+        sum: &mut RelativeLinearisation<f64>,
+    ) {
+        // h = −s_B·ξ/|g| for a motion ξ of B, and p/|g| for δE_B/E_B.
+        let per_gradient = polygon.plane.steepness.recip();
+        let gradient_b = plane.axes.tr_mul(&polygon.pressure_b.gradient) * -per_gradient;
+        let by_motion = self.by_motion + along_normal_of(&gradient_b, &self.by_speed);
+        let [p0, p1, p2] = plane.pressure.map(|p| p * per_gradient);
+        let [k0, k1, k2] = &self.by_speed;
+        let frame = PlaneFrame::of(plane);
+        sum.wrench += frame.of_wrench(&self.wrench);
+        sum.by_motion += frame.of_matrix(&by_motion);
+        sum.by_twist += frame.of_matrix(&self.by_twist);
+        let by_modulus_b = frame.of_wrench(&(k0 * p0 + k1 * p1 + k2 * p2));
+        let mut column = sum.by_moduli.column_mut(1);
+        column += by_modulus_b;
+        let rates = [&self.by_dissipation, &self.by_friction].map(|rate| frame.of_wrench(rate));
+        for (column, rate) in rates.iter().enumerate() {
+            let mut own = sum.by_law.column_mut(column);
+            own += rate;
+        }
+    }
+}
+
+/// What the motion (θ, u) about the center contributes by moving points y with the speed m·(u + θ × y), from what speeds
+/// of 1, y₁ and y₂ contribute.
+fn along_normal_of(m: &Vector3<f64>, [f0, f1, f2]: &[Vector6<f64>; 3]) -> Matrix6<f64> {
+    // m·(θ × y) = θ·(y × m), y × m = (y₂m₃, −y₁m₃, y₁m₂ − y₂m₁).
+    Matrix6::from_columns(&[
+        f2 * m.z,
+        f1 * -m.z,
+        f1 * m.y - f2 * m.x,
+        f0 * m.x,
+        f0 * m.y,
+        f0 * m.z,
+    ])
+}

@@ -1,0 +1,108 @@
+//! Pairs of bodies in motion at special positions, and what their linearised contact is held against.
+//!
+//! `bodies` makes the shapes, `poses` puts pairs of them together, `motions` moves them; `differences` takes one-sided and
+//! central differences of the wrenches by all 28 numbers, and `verdict` compares.
+
+pub mod bodies;
+pub mod differences;
+pub mod motions;
+pub mod poses;
+pub mod special;
+pub mod verdict;
+
+use hydroelastic::contact::{ContactBody, ContactPair, ContactWrench, SurfaceLaw};
+use hydroelastic::scalar::{Scalar, lift_vector};
+use hydroelastic::spatial::{Pose, Twist};
+use nalgebra::{SMatrix, SVector};
+
+/// Poses of A and B, twists of A and B, moduli of A and B, dissipation, friction: the columns of a linearised contact.
+pub const COLUMNS: usize = 28;
+
+/// Rows: the wrench on A, then that on B. Columns as of [`COLUMNS`].
+pub type Jacobian = SMatrix<f64, 12, COLUMNS>;
+
+/// A pair in motion, in plain numbers.
+#[derive(Debug, Clone, Copy)]
+pub struct Scene<'a> {
+    pub pair: ContactPair<'a>,
+    pub twists: [Twist; 2],
+    pub dissipation: f64,
+    pub friction: f64,
+    /// (m/s)
+    pub slip_tolerance: f64,
+    /// How far the special position is missed, in angle and relative to the size.
+    pub missed: f64,
+}
+
+impl<'a> Scene<'a> {
+    pub fn law(&self) -> SurfaceLaw {
+        SurfaceLaw::new(self.dissipation, self.friction, self.slip_tolerance).unwrap()
+    }
+
+    /// 12×28: see [`hydroelastic::contact::LinearisedContact::jacobian`].
+    pub fn linearised(&self) -> Jacobian {
+        self.pair.linearised(&self.law(), self.twists).jacobian()
+    }
+
+    /// The pair, its law and its velocities after changes of the numbers.
+    pub fn changed<T: Scalar>(
+        &self,
+        changes: &SVector<T, COLUMNS>,
+    ) -> (ContactPair<'a, T>, SurfaceLaw<T>, [Twist<T>; 2]) {
+        let twist = |row| Twist::from_vector(&changes.fixed_rows::<6>(row).into_owned());
+        let body = |body: &ContactBody<'a>, row, change: T| {
+            let pose = Pose::<T>::lifted(body.pose()).moved_by(&twist(row));
+            ContactBody::new(body.shape(), pose, change + body.modulus()).unwrap()
+        };
+        let pair = ContactPair::new(
+            body(self.pair.a(), 0, changes[24]),
+            body(self.pair.b(), 6, changes[25]),
+        );
+        let (dissipation, friction) = (changes[26] + self.dissipation, changes[27] + self.friction);
+        let law = SurfaceLaw::new(dissipation, friction, self.slip_tolerance).unwrap();
+        let velocity = |of: usize| {
+            let change = changes.fixed_rows::<6>(12 + 6 * of).into_owned();
+            let Twist { angular, linear } = Twist::from_vector(&change);
+            let own = &self.twists[of];
+            Twist {
+                angular: angular + lift_vector(&own.angular),
+                linear: linear + lift_vector(&own.linear),
+            }
+        };
+        (pair, law, [velocity(0), velocity(1)])
+    }
+
+    /// The wrenches after changes.
+    pub fn wrenches(&self, changes: &SVector<f64, COLUMNS>) -> SVector<f64, 12> {
+        let (pair, law, twists) = self.changed(changes);
+        numbers(&pair.wrench_in_motion(&law, twists))
+    }
+
+    /// The same with the names of the bodies exchanged.
+    pub fn exchanged(&self) -> Self {
+        Self {
+            pair: ContactPair::new(*self.pair.b(), *self.pair.a()),
+            twists: [self.twists[1], self.twists[0]],
+            ..*self
+        }
+    }
+}
+
+/// The wrench on A, then that on B.
+pub fn numbers<T: Scalar>(wrench: &ContactWrench<T>) -> SVector<T, 12> {
+    let (on_a, on_b) = (wrench.on_a.to_vector(), wrench.on_b.to_vector());
+    SVector::from_fn(|i, _| if i < 6 { on_a[i] } else { on_b[i - 6] })
+}
+
+/// The Jacobian of the exchanged pair, put in the order of this one.
+pub fn with_names_exchanged(jacobian: &Jacobian) -> Jacobian {
+    let row = |row: usize| (row + 6) % 12;
+    let column = |column: usize| match column {
+        0..12 => (column + 6) % 12,
+        12..24 => 12 + (column - 6) % 12,
+        24 => 25,
+        25 => 24,
+        _ => column,
+    };
+    Jacobian::from_fn(|i, j| jacobian[(row(i), column(j))])
+}

@@ -1,0 +1,123 @@
+//! How bodies in contact move against each other, and by which law.
+
+use super::Scene;
+use crate::support::scenes::Random;
+use hydroelastic::contact::ContactPair;
+use hydroelastic::spatial::Twist;
+use nalgebra::Vector3;
+
+/// Where bodies touch, and in which direction they press.
+struct Place {
+    point: Vector3<f64>,
+    normal: Vector3<f64>,
+    tangent: Vector3<f64>,
+}
+
+/// The pair with twists and a law, if the bodies touch; lengths are about a size (m).
+pub fn set_in_motion<'a>(
+    pair: &ContactPair<'a>,
+    size: f64,
+    random: &mut Random,
+) -> Option<Scene<'a>> {
+    let place = Place::of(pair, random)?;
+    let friction = [0.0, 1.0, random.between(0.0, 1.0), random.between(0.0, 1.0)];
+    let damped = random.between(0.0, 2.0);
+    let mut scene = Scene {
+        pair: *pair,
+        twists: [Twist::zero(), Twist::zero()],
+        dissipation: [0.0, damped, damped, damped][random.below(4)],
+        friction: friction[random.below(4)],
+        missed: 0.0,
+        slip_tolerance: 10_f64.powf(random.between(-5.0, -1.0)),
+    };
+    if random.below(2) == 0 {
+        let [angular, linear] = [0, 1].map(|_| random.vector());
+        let speed = 10_f64.powf(random.between(-2.0, 0.0));
+        let angular = [Vector3::zeros(), angular * (speed / size)][random.below(2)];
+        scene.twists[1] = Twist {
+            angular,
+            linear: linear * speed,
+        };
+    }
+    let [spin, velocity] = place.relative_motion(scene.dissipation, size, random);
+    let [own, lever] = [pair.a(), pair.b()]
+        .map(|body| place.point - body.pose().translation())
+        .into();
+    let Twist { angular, linear } = scene.twists[1];
+    let at_point = linear + angular.cross(&lever) + velocity;
+    let angular = angular + spin;
+    scene.twists[0] = Twist {
+        angular,
+        linear: at_point - angular.cross(&own),
+    };
+    Some(scene)
+}
+
+impl Place {
+    fn of(pair: &ContactPair, random: &mut Random) -> Option<Self> {
+        let polygons = pair.surface().polygons;
+        let force: Vector3<f64> = polygons
+            .iter()
+            .map(|p| p.normal * (p.area * p.pressure))
+            .sum();
+        let load: f64 = polygons.iter().map(|p| p.area * p.pressure).sum();
+        let moment: Vector3<f64> = polygons
+            .iter()
+            .map(|p| p.centroid * (p.area * p.pressure))
+            .sum();
+        if load <= 0.0 {
+            return None;
+        }
+        let normal = if force.norm() > 1e-6 * load {
+            force.normalize()
+        } else {
+            Vector3::z()
+        };
+        let along = match random.below(2) {
+            0 => *pair.a().pose().rotation() * Vector3::ith(random.below(3), 1.0),
+            _ => random.direction(),
+        };
+        let tangent = along - normal * normal.dot(&along);
+        let tangent = if tangent.norm() > 0.1 {
+            tangent.normalize()
+        } else {
+            normal.cross(&random.direction()).normalize()
+        };
+        Some(Self {
+            point: moment / load,
+            normal,
+            tangent,
+        })
+    }
+
+    /// Spin and velocity at the place of A relative to B.
+    fn relative_motion(
+        &self,
+        dissipation: f64,
+        size: f64,
+        random: &mut Random,
+    ) -> [Vector3<f64>; 2] {
+        let speed = 10_f64.powf(random.between(-2.0, 0.0));
+        let (rest, across) = (Vector3::zeros(), self.normal.cross(&self.tangent));
+        let spinning = self.normal * (speed / size);
+        match random.below(8) {
+            0 => [rest, rest],
+            1 | 2 => [rest, self.tangent * speed],
+            3 => [spinning, rest],
+            4 => [spinning, self.tangent * (speed * random.between(0.0, 1.0))],
+            5 => [across * (speed / size), rest],
+            6 if dissipation > 0.1 => {
+                // Where 1 − d·v_n is zero in the middle, or all over.
+                let parting = self.normal * (random.between(0.5, 1.5) / dissipation);
+                let rolling = across * (random.between(0.0, 2.0) / (dissipation * size));
+                let exactly = self.normal / dissipation;
+                match random.below(8) {
+                    0 => [rest, exactly],
+                    1 => [rest, parting],
+                    _ => [rolling, parting + self.tangent * speed],
+                }
+            }
+            _ => [random.vector() * (speed / size), random.vector() * speed],
+        }
+    }
+}
