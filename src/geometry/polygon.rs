@@ -105,8 +105,10 @@ impl Tolerance {
         {
             return Closeness::default();
         }
-        let octave = (value / self.rounding).log2() as u32;
-        Closeness(1 << octave.min(Closeness::OCTAVES - 1))
+        let is_below = |octave: &u32| value < self.rounding * f64::from(2_u32 << octave);
+        (0..Closeness::OCTAVES)
+            .find(is_below)
+            .map_or(Closeness::default(), |octave| Closeness(1 << octave))
     }
 
     /// The closeness of all the values.
