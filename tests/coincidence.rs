@@ -7,8 +7,9 @@ use nalgebra::SVector;
 use std::collections::BTreeMap;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::thread;
+use support::hostile::kinks::kink_of;
 use support::moving::bodies::Bodies;
-use support::moving::differences::{BLOCKS, Scaled};
+use support::moving::differences::{BLOCKS, Scaled, Wrenches};
 use support::moving::motions::set_in_motion;
 use support::moving::poses::{Family, scene};
 use support::moving::verdict::{checked, names};
@@ -31,21 +32,28 @@ const NAMED: usize = 200;
 const GENERIC: usize = 1000;
 
 /// Steps of differences at generic poses, relative to size and speed.
-const STEPS: [f64; 6] = [1e-4, 1e-5, 1e-6, 1e-7, 1e-8, 1e-9];
+const STEPS: [f64; 5] = [1e-6, 1e-5, 1e-7, 1e-4, 1e-8];
+
+/// No other step is tried where a difference is off by no more, relative to the column.
+const GOOD: f64 = 1e-9;
 
 /// The best of differences: median, of 99 in 100, worst. Second derivatives are large where a slip is as slow as the
 /// slip tolerance.
 const DIFFERENCES: [f64; 3] = [1e-8, 1e-6, 1e-5];
 
-/// A block of a Jacobian without units counts as no less than this part of the elastic wrenches: at rest its derivative by
-/// the dissipation is round-off.
+/// A block of a Jacobian without units counts as no less than this part of the elastic wrenches (at rest the derivative
+/// by the dissipation is round-off), at special positions of pressure times size squared.
 const LEAST: f64 = 1e-3;
 
 /// Round-off through slices and clips of generic pairs, where planes may meet at a flat angle.
 const TWO_WAYS: f64 = 1e-8;
 
-/// Round-off of the same sums in other frames and another order.
-const EXCHANGED: f64 = 1e-8;
+/// Round-off of the same sums in other frames and another order: at generic poses, and at special ones, where corners
+/// that are taken for coincident are off by up to the margin times the steepest change.
+const EXCHANGED: [f64; 2] = [1e-8, 1e-6];
+
+/// Where positions are missed by so much, one of the two may be the mean of a kink's sides and the other one of them.
+const BETWEEN: std::ops::Range<f64> = 1e-11..1e-8;
 
 /// What the pairs of a family came to.
 #[derive(Debug, Default, Clone)]
@@ -149,7 +157,8 @@ fn linearised_contacts_at_special_positions_are_those_of_differences() {
 
 /// 389: sides are flush to 1e-12 of the size, and where no polygon shows it.
 /// 456, 1996: sides are flush to what counts as round-off, on one side less and on the other more.
-/// 1383, 1546: sides are flush to what counts as coincident, at one corner less and at another more.
+/// 701: sides of bodies that are pressed in elsewhere are flush to round-off.
+/// 1383: sides are flush to what counts as coincident, at one corner less and at another more.
 #[test]
 fn pairs_that_once_failed_are_those_of_differences() {
     let mut tallies = Tallies::default();
@@ -182,9 +191,8 @@ fn for_generic_scenes(mut check: impl FnMut(&Scene)) {
     }
 }
 
-/// The largest error of a block over the largest entry of it, or over [`LEAST`] of the elastic wrenches.
-fn error(scaled: &Scaled, found: &Jacobian, expected: &Jacobian) -> f64 {
-    let least = LEAST * scaled.elastic().0;
+/// The largest error of a block over the largest entry of it, or over a least one.
+fn error(least: f64, found: &Jacobian, expected: &Jacobian) -> f64 {
     let of_block = |columns: std::ops::Range<usize>| {
         let (start, count) = (columns.start, columns.len());
         let error = (found - expected).columns(start, count).amax();
@@ -208,13 +216,22 @@ fn linearised_contacts_at_generic_poses_are_those_of_differences() {
         let mut best = Jacobian::zeros();
         for column in 0..COLUMNS {
             let own = found.column(column);
-            let differences = STEPS.map(|step| scaled.central(column, step));
-            let nearest = differences
-                .iter()
-                .min_by(|a, b| (*a - own).amax().total_cmp(&(*b - own).amax()));
-            best.set_column(column, nearest.unwrap());
+            let off = |differences: &Wrenches| (differences - own).amax();
+            let mut nearest = scaled.central(column, STEPS[0]);
+            for step in &STEPS[1..] {
+                if off(&nearest) <= GOOD * own.amax() {
+                    break;
+                }
+                let other = scaled.central(column, *step);
+                nearest = if off(&other) < off(&nearest) {
+                    other
+                } else {
+                    nearest
+                };
+            }
+            best.set_column(column, &nearest);
         }
-        errors.push(error(&scaled, &found, &best));
+        errors.push(error(LEAST * scaled.elastic().0, &found, &best));
     });
     let ranked = ranked(errors);
     println!("median, 99 %, worst: {ranked:?}");
@@ -237,7 +254,7 @@ fn linearised_contacts_at_generic_poses_are_those_of_the_pipeline() {
         let scaled = Scaled::of(scene);
         let [found, expected] =
             [scene.linearised(), expected].map(|jacobian| scaled.relative(&jacobian));
-        errors.push(error(&scaled, &found, &expected));
+        errors.push(error(LEAST * scaled.elastic().0, &found, &expected));
     });
     let ranked = ranked(errors);
     println!("median, 99 %, worst: {ranked:?}");
@@ -249,11 +266,8 @@ fn bodies_exchanged_have_the_same_linearised_contact() {
     let exchanged = |scene: &Scene| {
         let scaled = Scaled::of(scene);
         let other = with_names_exchanged(&scene.exchanged().linearised());
-        error(
-            &scaled,
-            &scaled.relative(&other),
-            &scaled.relative(&scene.linearised()),
-        )
+        let ways = [other, scene.linearised()].map(|jacobian| scaled.relative(&jacobian));
+        error(LEAST * scaled.force, &ways[0], &ways[1])
     };
     let mut generic = Vec::new();
     for_generic_scenes(|scene| generic.push(exchanged(scene)));
@@ -261,24 +275,19 @@ fn bodies_exchanged_have_the_same_linearised_contact() {
     for number in 0..BATCH {
         let family = Family::ALL[number % Family::ALL.len()];
         let scene = scene(&bodies, family, number as u64);
-        if checked(&scene).is_empty() {
+        let is_between = BETWEEN.contains(&scene.missed);
+        if !is_between && kink_of(&scene.pair).is_none() && checked(&scene).is_empty() {
             special.push((exchanged(&scene), number));
         }
     }
-    let off: Vec<_> = special
-        .iter()
-        .filter(|(error, _)| *error > EXCHANGED)
-        .collect();
-    println!(
-        "special: {} beyond {EXCHANGED:e}: {:?}",
-        off.len(),
-        &off[..off.len().min(40)]
-    );
+    for (error, number) in special.iter().filter(|(error, _)| *error > EXCHANGED[1]) {
+        println!("pair {number} exchanged: off by {error:.1e}");
+    }
     let [generic, special] = [
         generic,
         special.into_iter().map(|(error, _)| error).collect(),
     ]
     .map(ranked);
     println!("median, 99 %, worst: generic {generic:?}, special {special:?}");
-    assert!(generic[2] <= EXCHANGED && special[1] <= EXCHANGED);
+    assert!(generic[2] <= EXCHANGED[0] && special[2] <= EXCHANGED[1]);
 }

@@ -243,9 +243,10 @@ impl Check<'_, '_> {
             );
         }
         let is_side = wide.slopes.iter().any(|slope| error(found, slope) <= room);
-        match is_side {
-            true => Some(Finding::OneSide),
-            false => is_between(found, &wide, room).then_some(Finding::Between),
+        if is_side {
+            Some(Finding::OneSide)
+        } else {
+            is_between(found, &wide, room).then_some(Finding::Between)
         }
     }
 
