@@ -2,7 +2,7 @@ use super::jacobian::RelativeJacobian;
 use super::linearised::RelativeLinearisation;
 use super::polygon::{PolygonSource, sum_over};
 use super::{ContactBody, ContactJacobian, ContactPolygon, ContactSurface, ContactWrench, Search};
-use crate::narrow_phase::Cut;
+use crate::narrow_phase::{Cut, ELASTIC_COINCIDENCE};
 use crate::scalar::{Order, Scalar, lift, real_part};
 use crate::spatial::{Pose, Wrench};
 
@@ -91,9 +91,9 @@ impl<'a, T: Scalar> ContactPair<'a, T> {
         (linearised.wrench, ContactJacobian::of(&linearised))
     }
 
-    /// The elastic contact in A's axes, with derivatives as of [`Self::linearised`].
+    /// The elastic contact in A's axes.
     pub(super) fn relative_linearisation(&self) -> RelativeLinearisation<T> {
-        let near = PolygonSource::of(self).for_derivatives(self.search);
+        let near = PolygonSource::of(self).for_derivatives(self.search, ELASTIC_COINCIDENCE);
         let elastic: RelativeJacobian<T> = near
             .source
             .sum(&near.found, |sum, polygon| polygon.add_to(sum));

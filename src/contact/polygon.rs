@@ -1,6 +1,6 @@
 use super::{ContactPair, Search};
 use crate::geometry::{AffineField, ConvexPolygon, PolygonMoments};
-use crate::narrow_phase::{COINCIDENCE, Cut, EquilibriumPlane, RelativePair, Weight};
+use crate::narrow_phase::{Cut, EquilibriumPlane, RelativePair, Weight};
 use crate::scalar::{Scalar, carries_derivatives, real_part};
 use crate::search::Found;
 use crate::spatial::Pose;
@@ -85,17 +85,17 @@ impl<'a, T: Scalar> PolygonSource<'a, T> {
         }
     }
 
-    /// The cuts that derivatives are made of: those of a pair in which faces coincide that are within [`COINCIDENCE`] of
-    /// it, or less where corners would be taken for one that are not (see [`Closeness::split`]).
+    /// The cuts that derivatives are made of: those of a pair in which faces coincide that are within so many octaves of
+    /// the margin of it, or fewer where corners would be taken for one that are not (see [`Closeness::split`]).
     ///
     /// [`Closeness::split`]: crate::geometry::Closeness::split
-    pub fn for_derivatives(&self, search: Search) -> ForDerivatives<'a, T> {
-        let source = self.with_near_coincidences(COINCIDENCE);
+    pub fn for_derivatives(&self, search: Search, octaves: u32) -> ForDerivatives<'a, T> {
+        let source = self.with_near_coincidences(octaves);
         let found = source.pair.found(search);
         let closeness = found.closeness();
-        let is_widened = closeness.is_within(COINCIDENCE);
-        let split = closeness.split(COINCIDENCE);
-        if split == COINCIDENCE {
+        let is_widened = closeness.is_within(octaves);
+        let split = closeness.split(octaves);
+        if split == octaves {
             return ForDerivatives {
                 source,
                 found,

@@ -13,6 +13,10 @@ pub(crate) const SNAP: f64 = 3e-14;
 /// either side of. A polygon whose faces are further apart has its corners placed to one part in as many.
 pub(crate) const COINCIDENCE: u32 = 13;
 
+/// The same for the derivatives of the elastic wrench, 2e-12 of the size. These have a kink where surfaces are flush; two
+/// opposite flush sides make up for each other if both are cut alike, which round-off must not decide.
+pub(crate) const ELASTIC_COINCIDENCE: u32 = 6;
+
 /// A difference of pressure gradients below this fraction of what the rounding of a coordinate can make of
 /// the pressures is none: the two fields are equal over a volume. The plane of fields that differ by more
 /// is placed to about SNAP/EQUAL_FIELDS = 3e-5 of the bodies' size, or better.

@@ -27,7 +27,7 @@ use super::plane::{Outline, PlanePolygon};
 use super::polygon::{CutPolygon, PartialSum, PolygonSource, sum_over};
 use super::surface_law::RelativeMotion;
 use super::{ContactPair, SurfaceLaw};
-use crate::narrow_phase::Cut;
+use crate::narrow_phase::{COINCIDENCE, Cut};
 use crate::search::Found;
 use crate::spatial::Wrench;
 use frame::PlaneFrame;
@@ -69,7 +69,7 @@ impl ContactPair<'_> {
         motion: &RelativeMotion<f64>,
     ) -> RelativeLinearisation<f64> {
         let source = PolygonSource::of(self);
-        let near = source.for_derivatives(self.search());
+        let near = source.for_derivatives(self.search(), COINCIDENCE);
         let mut sum = near.source.linearisation(&near.found, (law, motion));
         if near.is_widened {
             let found = source.pair.found(self.search());
