@@ -11,7 +11,6 @@ pub const POLYGON_CAPACITY: usize = 12;
 /// A planar convex polygon in space, on the stack; empty where nothing is left of it.
 ///
 /// Each edge knows its *owners*: the planes it lies in, one bit for each of up to eight planes that bound the polygon.
-/// An edge with several owners belongs to each by an equal part.
 #[derive(Debug, Clone, Copy)]
 pub struct ConvexPolygon<T = f64> {
     corners: [Vector3<T>; POLYGON_CAPACITY],

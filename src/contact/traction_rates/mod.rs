@@ -11,8 +11,8 @@
 //! - G₁ = W(θ×t) − W(T(θ×v)), θ = n × dn = e₂ for h = y₁, G₂ with −e₁: turning normal and velocity together turns the
 //!   traction, so turning the normal alone turns it too, and the velocity back;
 //! - v, the outward speed of an edge in the plane: that of the line in which the plane meets the face that owns the edge.
-//!   With the face's outward normal m, which moves at w, v = (w·m − h m·n)/|m − (m·n)n|. Owners of an edge share it
-//!   equally.
+//!   With the face's outward normal m, which moves at w, v = (w·m − h m·n)/|m − (m·n)n|. Of several owners the
+//!   slowest and the fastest share the edge.
 //!
 //! Nothing divides by a length or an angle between edges, and no corner is differentiated.
 
@@ -145,7 +145,7 @@ impl PolygonSource<'_, f64> {
             rates.scale(cut.weight().area);
         }
         if !law.is_elastic() {
-            self.add_edges(cut, &traction, &mut rates);
+            self.add_edges((cut, polygon), &traction, &mut rates);
         }
         rates.add_to(&plane, polygon, sum);
     }
