@@ -8,7 +8,7 @@ use nalgebra::{Matrix6, Matrix6x2, SMatrix, Vector3, Vector6};
 /// The derivatives of one body's wrench (rows: torque, force) by both poses and both moduli.
 ///
 /// A pose moves by a twist (columns: angular, linear) in world axes: the body turns by `angular`
-/// (rad) about its own origin, which moves by `linear` (m); see [`Pose::moved_by`]. The torque is
+/// (rad) about its own origin, which moves by `linear` (m); see [`Pose::moved_by`](crate::spatial::Pose::moved_by). The torque is
 /// about the body's own origin wherever that moves.
 #[derive(Debug, Clone, Copy)]
 pub struct WrenchJacobian<T = f64> {

@@ -105,7 +105,7 @@ impl Traction<'_> {
             let whole = self.plane.outline.moments();
             std::array::from_fn(|m| q3[m] - whole[m])
         } else {
-            affine_moments(&self.excess_damping(), &pushed[2])
+            affine_moments(&self.excess, &pushed[2])
         };
         [q1, q2, normal]
     }

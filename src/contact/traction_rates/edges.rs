@@ -32,62 +32,79 @@ struct Line {
 }
 
 /// The edges of a contact polygon that is moved.
-struct Edges<'e> {
+pub(super) struct Edges<'e> {
     source: &'e PolygonSource<'e, f64>,
     cut: &'e Cut,
-    traction: &'e Traction<'e>,
+    plane: &'e PlanePolygon<f64>,
     /// The speed of the plane along its normal as B is moved by [`NUDGE`], and by its pressure (m/(s Pa)).
     plane_speed: f64,
     by_pressure: f64,
 }
 
-impl PolygonSource<'_, f64> {
-    /// Adds what the motion of the edges contributes.
-    pub(super) fn add_edges(
-        &self,
-        (cut, polygon): (&Cut, &CutPolygon<f64>),
-        traction: &Traction,
-        rates: &mut Rates,
-    ) {
-        let per_gradient = polygon.plane.steepness.recip();
-        let edges = Edges {
-            source: self,
-            cut,
-            traction,
-            plane_speed: -polygon.pressure_b.gradient.dot(&NUDGE) * per_gradient,
-            by_pressure: GROWTH * per_gradient,
-        };
-        edges.add_to(rates);
-    }
-}
-
 /// An edge of a line is one of its two ways, and not what trims its ends, if it is longer than this part of the longest.
 const WAY: f64 = 1e-6;
 
-impl Edges<'_> {
-    fn add_to(&self, rates: &mut Rates) {
-        let zero_faces = self.source.pair.tet_a(self.cut.tets[0]).zero_faces;
+impl<'e> Edges<'e> {
+    pub fn of(
+        source: &'e PolygonSource<'e, f64>,
+        (cut, polygon): (&'e Cut, &CutPolygon<f64>),
+        plane: &'e PlanePolygon<f64>,
+    ) -> Self {
+        let per_gradient = polygon.plane.steepness.recip();
+        Self {
+            source,
+            cut,
+            plane,
+            plane_speed: -polygon.pressure_b.gradient.dot(&NUDGE) * per_gradient,
+            by_pressure: GROWTH * per_gradient,
+        }
+    }
+
+    /// Adds what the motion of the edges contributes to the wrench of a traction.
+    pub fn add_to(&self, traction: &Traction, rates: &mut Rates) {
         // At the rim there is no pressure.
-        let is_moved = |owners: u8| owners != 0 && owners & zero_faces == 0;
-        if let Some((edge, owners)) = self.line_way() {
-            if is_moved(owners) {
-                self.add_edge(edge, owners, rates);
+        let rim = self.source.pair.tet_a(self.cut.tets[0]).zero_faces;
+        self.visit(rim, |edge, line, share| {
+            rates.add_flux(&wrenches(&traction.along_edge(edge)), line, share);
+        });
+    }
+
+    /// Visits the edges that move, except those that lie in the faces left out: with each line that owns a part of the
+    /// edge, and how much of its flux counts.
+    fn visit(&self, left_out: u8, mut visit: impl FnMut(usize, &Line, f64)) {
+        let mut visit_edge = |edge: usize, owners: u8| {
+            if owners != 0 && owners & left_out == 0 {
+                let mut lines = [None; 8];
+                for (line, face) in lines.iter_mut().zip(faces_of(owners)) {
+                    *line = Some(self.line(face, edge));
+                }
+                let weight = self.cut.weight().edges;
+                for line in owning(&lines) {
+                    let share = if owners.is_power_of_two() {
+                        1.0
+                    } else {
+                        share_of(line, &lines)
+                    };
+                    visit(edge, line, weight * share);
+                }
             }
-            return;
+        };
+        if let Some((edge, owners)) = self.line_way() {
+            return visit_edge(edge, owners);
         }
         for (edge, &owners) in self.owners().iter().enumerate() {
-            if is_moved(owners) && self.length_squared(edge) > 0.0 {
-                self.add_edge(edge, owners, rates);
+            if self.length_squared(edge) > 0.0 {
+                visit_edge(edge, owners);
             }
         }
     }
 
     fn owners(&self) -> &[u8] {
-        &self.cut.polygon.owners()[..self.traction.plane.outline.corners().len()]
+        &self.cut.polygon.owners()[..self.plane.outline.corners().len()]
     }
 
     fn length_squared(&self, edge: usize) -> f64 {
-        let [y1, y2] = self.traction.plane.edge(edge);
+        let [y1, y2] = self.plane.edge(edge);
         y1 * y1 + y2 * y2
     }
 
@@ -112,27 +129,10 @@ impl Edges<'_> {
         Some((longest, ways().fold(0, |all, edge| all | owners[edge])))
     }
 
-    fn add_edge(&self, edge: usize, owners: u8, rates: &mut Rates) {
-        let flux = wrenches(&self.traction.along_edge(edge));
-        let weight = self.cut.weight().edges;
-        if owners.is_power_of_two() {
-            let line = self.line(owners.trailing_zeros() as usize, edge);
-            return rates.add_flux(&flux, &line, weight);
-        }
-        let mut lines = [None; 8];
-        for (line, face) in lines.iter_mut().zip(faces_of(owners)) {
-            *line = Some(self.line(face, edge));
-        }
-        for line in owning(&lines) {
-            rates.add_flux(&flux, line, weight * share_of(line, &lines));
-        }
-    }
-
     fn line(&self, face: usize, edge: usize) -> Line {
-        let plane = self.traction.plane;
-        let [from, to] = plane.ends(edge);
+        let [from, to] = self.plane.ends(edge);
         let middle = [0, 1].map(|i| 0.5 * (from[i] + to[i]));
-        let plane_speed = self.plane_speed + self.by_pressure * at(&plane.pressure, &middle);
+        let plane_speed = self.plane_speed + self.by_pressure * at(&self.plane.pressure, &middle);
         let pair = &self.source.pair;
         let outward = if face < 4 {
             let a = pair.tet_a(self.cut.tets[0]);
@@ -142,8 +142,8 @@ impl Edges<'_> {
             let in_b = b.barycentric[face].gradient * -b.barycentric_steepness[face].recip();
             self.source.pose_ab.rotation() * in_b
         };
-        let normal = plane.axes.tr_mul(&outward);
-        let outwardness = outwardness(&plane.edge(edge), &normal);
+        let normal = self.plane.axes.tr_mul(&outward);
+        let outwardness = outwardness(&self.plane.edge(edge), &normal);
         let own_speed = if face < 4 { 0.0 } else { outward.dot(&NUDGE) };
         Line {
             normal,
@@ -233,7 +233,7 @@ impl Traction<'_> {
             moments[0] = first.map(|moment| -self.friction * moment);
             moments[1] = second.map(|moment| -self.friction * moment);
         }
-        if self.dissipation != 0.0 {
+        if self.excess.iter().any(|&c| c != 0.0) {
             moments[2] = self.normal_along_edge(edge);
         }
         moments
@@ -242,10 +242,9 @@ impl Traction<'_> {
     /// ∫ p (ψ − 1) m dl, with ψ = 0 where it would be negative.
     fn normal_along_edge(&self, edge: usize) -> [f64; 6] {
         let [from, to] = self.plane.ends(edge);
-        let excess = self.excess_damping();
         let [start, end] = [from, to].map(|y| at(&self.damping, &y));
         if start >= 0.0 && end >= 0.0 {
-            return self.edge_moments([from, to], &excess);
+            return self.edge_moments([from, to], &self.excess);
         }
         if start < 0.0 && end < 0.0 {
             return self.edge_moments([from, to], &NONE);
@@ -257,7 +256,7 @@ impl Traction<'_> {
         } else {
             ([middle, to], [from, middle])
         };
-        let inside = self.edge_moments(inside, &excess);
+        let inside = self.edge_moments(inside, &self.excess);
         let outside = self.edge_moments(outside, &NONE);
         std::array::from_fn(|m| inside[m] + outside[m])
     }
@@ -289,5 +288,187 @@ impl Rates {
         if line.moves_with_b {
             self.by_motion += along_normal_of(&m, flux);
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::contact::linearised::RelativeLinearisation;
+    use crate::contact::polygon::PartialSum;
+    use crate::contact::surface_law::RelativeMotion;
+    use crate::contact::{ContactBody, ContactPair, Search, Shape, SurfaceLaw};
+    use crate::mesh::shapes;
+    use crate::spatial::Pose;
+    use nalgebra::{Matrix3, SMatrix};
+    use rand::rngs::StdRng;
+    use rand::{RngExt, SeedableRng};
+
+    /// Round-off of fluxes through edges that cancel, relative to the largest entry.
+    const EXACT: f64 = 1e-11;
+
+    /// Rounding and curvature of central differences with this step (m), relative to the largest entry.
+    const DIFFERENCES: f64 = 1e-6;
+    const STEP: f64 = 1e-5;
+
+    const REST: RelativeMotion<f64> = RelativeMotion {
+        angular: Vector3::new(0.0, 0.0, 0.0),
+        at_origin: Vector3::new(0.0, 0.0, 0.0),
+    };
+
+    /// Touching pairs at random poses, A at the world's origin.
+    fn for_pairs(count: usize, mut check: impl FnMut(&ContactPair)) {
+        let shapes = [
+            shapes::icosphere(1.0, 1),
+            shapes::ellipsoid([0.6, 0.8, 1.1], 2),
+            shapes::cuboid([1.0, 1.4, 0.8]),
+            shapes::distance_cuboid([1.2, 0.8, 1.0]),
+        ]
+        .map(|field| Shape::new(field.unwrap()));
+        let mut random = StdRng::seed_from_u64(61);
+        let mut checked = 0;
+        while checked < count {
+            let [a, b] = [0, 1].map(|_| &shapes[random.random_range(0..shapes.len())]);
+            let mut vector = |size: f64| Vector3::from_fn(|_, _| random.random_range(-size..size));
+            let pose = Pose::from_rotation_vector(&vector(1.5), vector(0.8));
+            let pair = ContactPair::new(
+                ContactBody::new(a, Pose::identity(), 1.0).unwrap(),
+                ContactBody::new(b, pose, 1.7).unwrap(),
+            );
+            if !pair.surface().is_empty() {
+                check(&pair);
+                checked += 1;
+            }
+        }
+    }
+
+    /// The elastic linearisation from moments and edges, as if the whole pressure were what a law adds.
+    fn by_edges(pair: &ContactPair) -> RelativeLinearisation<f64> {
+        let (source, law) = (
+            PolygonSource::of(pair),
+            SurfaceLaw::new(0.0, 0.0, 1.0).unwrap(),
+        );
+        let mut sum = RelativeLinearisation::empty();
+        for cut in source.pair.found(Search::default()).cuts() {
+            let polygon = source.polygon(cut);
+            let plane = PlanePolygon::of(&polygon, &REST).unwrap();
+            let all = [1.0, 0.0, 0.0];
+            let corners = plane.outline.corners();
+            let traction = Traction {
+                plane: &plane,
+                friction: 0.0,
+                dissipation: 0.0,
+                damping: all,
+                excess: all,
+                pressed: &plane.outline,
+                is_clamped: false,
+                slip: &plane.slip(&law).moments(corners, &plane.pressure, &all),
+            };
+            let mut rates = Rates::default();
+            if polygon.has_area() {
+                rates.add_area(&traction, &polygon);
+                rates.scale(cut.weight().area);
+            }
+            Edges::of(&source, (cut, &polygon), &plane).add_to(&traction, &mut rates);
+            rates.add_to(&plane, &polygon, &mut sum);
+        }
+        sum
+    }
+
+    #[test]
+    fn elastic_derivatives_with_edges_add_up_to_those_without() {
+        let mut worst = 0.0_f64;
+        for_pairs(300, |pair| {
+            let (found, expected) = (by_edges(pair), pair.relative_linearisation());
+            let by_b = expected.by_moduli.column(1) * pair.b().modulus();
+            let error = (found.by_motion - expected.by_motion).amax();
+            worst = worst.max(error / expected.by_motion.amax());
+            let error = (found.by_moduli.column(1) - by_b).amax();
+            worst = worst.max(error / by_b.amax());
+        });
+        println!("worst: {worst:.1e}");
+        assert!(worst <= EXACT, "{worst:e}");
+    }
+
+    /// Area (m²), ∫ p dA and ∫ p x dA, from the contact surface.
+    fn integrals(pair: &ContactPair) -> SMatrix<f64, 5, 1> {
+        let surface = pair.surface();
+        let center = surface.center_of_pressure().unwrap();
+        let total: f64 = surface.polygons.iter().map(|p| p.pressure * p.area).sum();
+        let weighted = center * total;
+        SMatrix::from([[surface.area(), total, weighted.x, weighted.y, weighted.z]])
+    }
+
+    /// The derivatives of these by the place of B: interior, and flux of 1, p and p x through the edges.
+    fn integral_rates(pair: &ContactPair) -> SMatrix<f64, 5, 3> {
+        let (source, mut rates) = (PolygonSource::of(pair), SMatrix::<f64, 5, 3>::zeros());
+        for cut in source.pair.found(Search::default()).cuts() {
+            let polygon = source.polygon(cut);
+            let plane = PlanePolygon::of(&polygon, &REST).unwrap();
+            let n = polygon.plane.normal;
+            let by_place = polygon.pressure_b.gradient / -polygon.plane.steepness;
+            let (total, _) = polygon.pressure_integrals();
+            let slope = polygon.pressure_a.gradient.dot(&n);
+            let weighted = polygon.moments.first_about_origin() * slope + n * total;
+            let inner = [
+                0.0,
+                slope * polygon.moments.area,
+                weighted.x,
+                weighted.y,
+                weighted.z,
+            ];
+            rates += SMatrix::<f64, 5, 1>::from([inner]) * by_place.transpose();
+            Edges::of(&source, (cut, &polygon), &plane).visit(0, |edge, line, share| {
+                let own = if line.moves_with_b { 1.0 } else { 0.0 };
+                let m = plane.axes * line.normal;
+                let speed = (m * own - by_place * line.normal.z) * (share * line.outwardness);
+                rates += flux(&plane, edge) * speed.transpose();
+            });
+        }
+        rates
+    }
+
+    /// ∫ 1, p and p x dl along an edge.
+    fn flux(plane: &PlanePolygon<f64>, edge: usize) -> SMatrix<f64, 5, 1> {
+        let [from, to] = plane.ends(edge);
+        let [d1, d2] = plane.edge(edge);
+        let mut sum = SMatrix::<f64, 5, 1>::zeros();
+        for (share, weight) in THREE_POINTS {
+            let y = [0, 1].map(|i| from[i] + share * (to[i] - from[i]));
+            let x = plane.center + plane.axes * Vector3::new(y[0], y[1], 0.0);
+            let p = at(&plane.pressure, &y);
+            let point = SMatrix::from([[1.0, p, p * x.x, p * x.y, p * x.z]]);
+            sum += point * (weight * d1.hypot(d2));
+        }
+        sum
+    }
+
+    #[test]
+    fn area_and_center_of_pressure_move_by_the_same_fluxes() {
+        let mut worst = [0.0_f64; 2];
+        for_pairs(100, |pair| {
+            let moved = |axis: usize, step: f64| {
+                let place = pair.b().pose().translation() + Matrix3::identity().column(axis) * step;
+                let pose = pair.b().pose().with_translation(place);
+                let b = ContactBody::new(pair.b().shape(), pose, pair.b().modulus()).unwrap();
+                integrals(&ContactPair::new(*pair.a(), b))
+            };
+            let (rates, here) = (integral_rates(pair), integrals(pair));
+            let center = |of: &SMatrix<f64, 5, 1>| of.fixed_rows::<3>(2) / of[1];
+            for axis in 0..3 {
+                let [ahead, behind] = [STEP, -STEP].map(|step| moved(axis, step));
+                let rate = rates.column(axis);
+                let area = (ahead - behind)[0] / (2.0 * STEP);
+                worst[0] = worst[0].max((rate[0] - area).abs() / rates.row(0).amax());
+                let found = (rate.fixed_rows::<3>(2) - center(&here) * rate[1]) / here[1];
+                let expected = (center(&ahead) - center(&behind)) / (2.0 * STEP);
+                worst[1] = worst[1].max((found - expected).amax());
+            }
+        });
+        println!(
+            "worst: area {:.1e}, center of pressure {:.1e}",
+            worst[0], worst[1]
+        );
+        assert!(worst.iter().all(|&error| error <= DIFFERENCES), "{worst:?}");
     }
 }

@@ -30,6 +30,7 @@ use super::{ContactPair, SurfaceLaw};
 use crate::narrow_phase::{COINCIDENCE, Cut};
 use crate::search::Found;
 use crate::spatial::Wrench;
+use edges::Edges;
 use frame::PlaneFrame;
 use nalgebra::{Matrix6, Matrix6x2, Vector3, Vector6};
 
@@ -135,6 +136,7 @@ impl PolygonSource<'_, f64> {
             friction: law.friction,
             dissipation: law.dissipation,
             damping,
+            excess: plane.separating().map(|c| -law.dissipation * c),
             pressed,
             is_clamped: part.is_some(),
             slip: &slip,
@@ -145,7 +147,7 @@ impl PolygonSource<'_, f64> {
             rates.scale(cut.weight().area);
         }
         if !law.is_elastic() {
-            self.add_edges((cut, polygon), &traction, &mut rates);
+            Edges::of(self, (cut, polygon), &plane).add_to(&traction, &mut rates);
         }
         rates.add_to(&plane, polygon, sum);
     }
@@ -158,17 +160,12 @@ struct Traction<'p> {
     dissipation: f64,
     /// ψ = 1 − d v₃.
     damping: [f64; 3],
+    /// ψ − 1 = −d v₃.
+    excess: [f64; 3],
     /// The part of the polygon where ψ is positive, and whether that is not all of it.
     pressed: &'p Outline<f64>,
     is_clamped: bool,
     slip: &'p SlipMoments,
-}
-
-impl Traction<'_> {
-    /// ψ − 1 = −d v₃.
-    fn excess_damping(&self) -> [f64; 3] {
-        self.plane.separating().map(|c| -self.dissipation * c)
-    }
 }
 
 /// The derivatives of one polygon's wrench, about its center along its axes.
