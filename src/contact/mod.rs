@@ -38,6 +38,7 @@ mod plane;
 mod polygon;
 mod surface;
 mod surface_law;
+mod tangent;
 mod traction;
 mod traction_rates;
 mod wrench;
