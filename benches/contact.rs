@@ -5,11 +5,13 @@
 //! what the closed form saves. Run `RAYON_NUM_THREADS=1 cargo bench --bench contact` for one thread, and
 //! compare within one run.
 //!
+//! `in motion` has the wrench of a ball on a box with friction and dissipation, alone and linearised.
+//!
 //! The duals carry derivatives by: 6, the pose of A; 8, the pose of A and both moduli; 14, both
 //! poses and both moduli.
 
 use criterion::{BenchmarkId, Criterion, criterion_group, criterion_main};
-use hydroelastic::contact::{ContactBody, ContactPair, Shape};
+use hydroelastic::contact::{ContactBody, ContactPair, Shape, SurfaceLaw};
 use hydroelastic::mesh::shapes;
 use hydroelastic::scalar::{DenseDual, Scalar, lift};
 use hydroelastic::spatial::{Pose, Twist};
@@ -45,8 +47,8 @@ fn dual_wrench<const N: usize>(shape: &Shape, distance: f64) -> Vector6<DenseDua
     let pose_a = Pose::lifted(&pose_a(distance)).moved_by(&twist(0));
     let pose_b = Pose::identity().moved_by(&twist(8));
     let moduli = [seed(1.0, 6), seed(1.0, 7)];
-    let wrench = pair(shape, [pose_a, pose_b], moduli).wrench();
-    wrench.on_a.to_vector()
+    let pair = pair(shape, [pose_a, pose_b], moduli);
+    pair.pipeline().wrench().on_a.to_vector()
 }
 
 fn contact(criterion: &mut Criterion) {
@@ -79,5 +81,40 @@ fn contact(criterion: &mut Criterion) {
     }
 }
 
-criterion_group!(benches, contact);
+/// The wrench of a ball that slides and spins on a box, with dissipation and friction, and with all its derivatives.
+fn motion(criterion: &mut Criterion) {
+    let slab = Shape::new(shapes::cuboid([0.4, 0.4, 0.2]).unwrap());
+    let pose = Pose::from_rotation_vector(
+        &Vector3::new(0.3, 0.2, 0.1),
+        Vector3::new(0.01, 0.02, -0.195),
+    );
+    let law = SurfaceLaw::new(0.3, 0.4, 1e-2).unwrap();
+    let sliding = Twist {
+        angular: Vector3::new(0.5, 0.4, 1.0),
+        linear: Vector3::new(0.3, 0.2, -0.05),
+    };
+    let mut group = criterion.benchmark_group("in motion");
+    group
+        .sample_size(10)
+        .warm_up_time(Duration::from_millis(200))
+        .measurement_time(Duration::from_secs(1));
+    for order in [2, 3] {
+        let ball = Shape::new(shapes::icosphere(0.1, order).unwrap());
+        let pair = ContactPair::new(
+            ContactBody::new(&ball, Pose::identity(), 1e5).unwrap(),
+            ContactBody::new(&slab, pose, 2e5).unwrap(),
+        );
+        let twists = [sliding, Twist::zero()];
+        let id = |name: &str| BenchmarkId::new(name, order);
+        group.bench_function(id("f64"), |b| {
+            b.iter(|| black_box(&pair).wrench_in_motion(&law, twists));
+        });
+        group.bench_function(id("linearised"), |b| {
+            b.iter(|| black_box(&pair).linearised(&law, twists));
+        });
+    }
+    group.finish();
+}
+
+criterion_group!(benches, contact, motion);
 criterion_main!(benches);

@@ -163,7 +163,7 @@ fn wrench_after<T: Scalar>(pair: &ContactPair, changes: [T; 8]) -> ContactWrench
     let pose_b = Pose::lifted(pair.b().pose());
     let a = ContactBody::new(pair.a().shape(), pose_a, changes[6] + pair.a().modulus()).unwrap();
     let b = ContactBody::new(pair.b().shape(), pose_b, changes[7] + pair.b().modulus()).unwrap();
-    ContactPair::new(a, b).wrench()
+    ContactPair::new(a, b).pipeline().wrench()
 }
 
 fn generic(criterion: &mut Criterion) {
