@@ -33,8 +33,8 @@ const SAME: f64 = 1e-6;
 /// Round-off of a sum of areas.
 const EXACT: f64 = 1e-12;
 
-/// The Jacobian of the carried wrench by a motion.
-fn carried_jacobian(pair: &ContactPair) -> SMatrix<f64, 6, 14> {
+/// The Jacobian of the wrench in numbers of first order.
+fn first_order_jacobian(pair: &ContactPair) -> SMatrix<f64, 6, 14> {
     let wrench = |motion: SVector<DualSVec64<14>, 14>| {
         let body = |body: &ContactBody<'_>, row: usize, modulus_row: usize| {
             let twist = Twist::from_vector(&motion.fixed_rows::<6>(row).into_owned());
@@ -52,12 +52,12 @@ fn carried_jacobian(pair: &ContactPair) -> SMatrix<f64, 6, 14> {
 }
 
 #[test]
-fn the_carried_wrench_has_the_derivatives_of_the_generic_pipeline() {
+fn a_wrench_of_first_order_has_the_derivatives_of_the_generic_pipeline() {
     let (shapes, mut random) = (mixed_shapes(), Random::new(71));
     for _ in 0..200 {
         let pair = random_pair(&shapes, &mut random);
         let dual = by_motion(&dual_wrench_jacobian(&pair).1.on_a.matrix(), &pair);
-        let error = (carried_jacobian(&pair) - dual).amax();
+        let error = (first_order_jacobian(&pair) - dual).amax();
         assert!(
             error <= TWO_WAYS * dual.amax(),
             "{error:e} of {:e}",
@@ -75,7 +75,7 @@ fn assert_equal_differences(shape: &Shape, pose: Pose, moduli: [f64; 2]) {
     let closed = by_motion(&pair.wrench_and_jacobian().1.on_a.matrix(), &pair);
     let ways = [
         ("closed form", closed, DIFFERENCES),
-        ("carried", carried_jacobian(&pair), DIFFERENCES),
+        ("first order", first_order_jacobian(&pair), DIFFERENCES),
     ];
     for (name, found, tolerance) in ways {
         let error: SMatrix<f64, 6, 14> = found - differences;

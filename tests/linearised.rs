@@ -1,4 +1,4 @@
-//! Contact carried into dual numbers by the chain rule, against the generic pipeline and against
+//! The linearised contact carried into dual numbers by the chain rule, against the generic pipeline and against
 //! differences.
 
 mod support;
@@ -91,12 +91,12 @@ fn jacobian(wrench: &ContactWrench<Wide>) -> SMatrix<f64, 12, INPUTS> {
     SMatrix::from_fn(|i, j| rows[i].eps[j])
 }
 
-fn assert_same(carried: &ContactWrench<Wide>, whole: &ContactWrench<Wide>) -> f64 {
-    let (found, expected) = (numbers(carried), numbers(whole));
+fn assert_same(closed: &ContactWrench<Wide>, whole: &ContactWrench<Wide>) -> f64 {
+    let (found, expected) = (numbers(closed), numbers(whole));
     let largest = expected.map(|number| number.re).amax();
     let error = (found.map(|n| n.re) - expected.map(|n| n.re)).amax();
     assert!(error <= SAME_VALUE * largest, "{error:e} of {largest:e}");
-    let (found, expected) = (jacobian(carried), jacobian(whole));
+    let (found, expected) = (jacobian(closed), jacobian(whole));
     let error = (found - expected).amax() / expected.amax();
     assert!(error <= TWO_WAYS, "{error:e}");
     error
@@ -116,7 +116,7 @@ fn for_scenes(count: usize, seed: u8, mut check: impl FnMut(&Scene, &mut Random)
 }
 
 #[test]
-fn carried_wrenches_have_the_derivatives_of_the_generic_pipeline() {
+fn wrenches_of_first_order_have_the_derivatives_of_the_generic_pipeline() {
     let mut worst = [0.0_f64; 2];
     for_scenes(200, 31, |scene, _| {
         let (pair, law, twists) = changed(scene, &seeds());
@@ -130,7 +130,7 @@ fn carried_wrenches_have_the_derivatives_of_the_generic_pipeline() {
 }
 
 #[test]
-fn carried_derivatives_of_a_pair_in_motion_are_differences() {
+fn derivatives_of_a_pair_in_motion_are_differences() {
     let mut worst = 0.0_f64;
     for_scenes(200, 32, |scene, random| {
         let (pair, law, twists) = changed(scene, &seeds());
@@ -156,7 +156,7 @@ fn carried_derivatives_of_a_pair_in_motion_are_differences() {
 }
 
 #[test]
-fn bodies_that_are_apart_have_a_carried_wrench_of_zero() {
+fn bodies_that_are_apart_have_a_wrench_of_zero() {
     let ball = Shape::new(shapes::icosphere(0.1, 1).unwrap());
     let at =
         |x| Pose::<Wide>::from_translation(vector![Wide::variable(x, 0), lift(0.0), lift(0.0)]);
