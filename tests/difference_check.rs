@@ -320,6 +320,6 @@ fn errors_that_are_not_numbers_count_as_infinite() {
     assert_eq!(check.plateau(0), Some((1e-6, 1e-4)));
     assert_eq!(check.plateau(1), None);
     let expected = "Mass(\"ball\"): 1.0e-9 (steps 1e-6 to 1e-4)\n\
-        Mass(\"ball\"): inf (at no step finite)";
+        Mass(\"ball\"): inf (finite at no step)";
     assert_eq!(check.to_string(), expected);
 }

@@ -1,4 +1,4 @@
-//! The search for tetrahedra that meet, and the narrow phase: from there to the contact surface, the wrench, its Jacobian,
+//! Integrals over the contact polygons of a body pair: contact surface, wrench, surface law, their first derivatives,
 //! and the potential energy.
 //!
 //! Two bodies press where their tetrahedra overlap. In a pair of tetrahedra the two pressures are

@@ -19,11 +19,11 @@ pub struct ContactPair<'a, T = f64> {
     search: Search,
 }
 
-/// A pair whose first derivatives come through the pipeline too: all geometry, clipping and integration are done in the
-/// scalar. Derivatives of higher order always do.
+/// The contact of a pair computed in the scalar throughout: all geometry, clipping and integration carry the derivatives.
+/// [`ContactPair::wrench`] does so only for `f64` and for derivatives of second and higher order.
 ///
-/// It takes longer than the [linearised contact](super::LinearisedContact), which it can be checked against, and where
-/// faces of both bodies coincide its derivatives are those of one side, or lost in round-off.
+/// It is slower than the [linearised contact](super::LinearisedContact), which can be checked against it. Where faces of
+/// both bodies coincide, its derivatives are those of one side, or lost in round-off.
 #[derive(Debug, Clone, Copy)]
 pub struct Pipeline<'p, 'a, T>(pub(super) &'p ContactPair<'a, T>);
 
@@ -54,7 +54,7 @@ impl<'a, T: Scalar> ContactPair<'a, T> {
         Self { search, ..self }
     }
 
-    /// The same pair with first derivatives through the pipeline.
+    /// This contact, with first derivatives taken through the clips too.
     #[must_use]
     pub fn pipeline(&self) -> Pipeline<'_, 'a, T> {
         Pipeline(self)
@@ -85,6 +85,9 @@ impl<'a, T: Scalar> ContactPair<'a, T> {
     /// The wrenches and their derivatives by both poses and both moduli, in closed form from the
     /// polygons' areas and moments: exact, and right also where a derivative through the clipping
     /// would be lost in round-off.
+    ///
+    /// Wrenches and motions are in world axes, about each body's own origin. Faces within 2e-12 of the bodies' size of each
+    /// other count as coincident in the Jacobian, which is there the mean of both sides.
     #[must_use]
     pub fn wrench_and_jacobian(&self) -> (ContactWrench<T>, ContactJacobian<T>) {
         let linearised = self.relative_linearisation().in_world(self, None);

@@ -1,12 +1,9 @@
-use super::friction::{Affine, PLANE_CAPACITY};
+use super::friction::{Affine, PLANE_CAPACITY, Quadratic};
 use super::polygon::CutPolygon;
 use super::surface_law::RelativeMotion;
 use crate::narrow_phase::EquilibriumPlane;
 use crate::scalar::{Scalar, change, lift, lift_vector, real_part, real_vector};
 use nalgebra::{Matrix3, Vector3};
-
-/// The coefficients of a polynomial of degree two, or moments by its monomials: 1, y₁, y₂, y₁², y₁y₂, y₂².
-pub(super) type Quadratic<T> = [T; 6];
 
 /// A polygon is a sliver if its area is less than this fraction of its length squared: its centroid is round-off.
 const SLIVER: f64 = 1e-9;
@@ -267,16 +264,4 @@ pub(super) fn quadratic_moments<T: Scalar>(f: &Quadratic<T>, moments: &[T; 10]) 
 /// The value of an affine function at a point.
 pub(super) fn at<T: Scalar>(function: &Affine<T>, y: &[T; 2]) -> T {
     function[0] + function[1] * y[0] + function[2] * y[1]
-}
-
-/// The product of two affine functions.
-pub(super) fn product<T: Scalar>(f: &Affine<T>, g: &Affine<T>) -> Quadratic<T> {
-    [
-        f[0] * g[0],
-        f[0] * g[1] + f[1] * g[0],
-        f[0] * g[2] + f[2] * g[0],
-        f[1] * g[1],
-        f[1] * g[2] + f[2] * g[1],
-        f[2] * g[2],
-    ]
 }

@@ -55,7 +55,7 @@ pub(super) struct PolygonSource<'a, T> {
 pub(super) struct ForDerivatives<'a, T> {
     pub source: PolygonSource<'a, T>,
     pub found: Found,
-    /// Whether faces were taken for coinciding that do not: the value of an integral is that of the pair as it is.
+    /// Whether faces that do not coincide may have been taken for coincident: values must then come from the pair as it is.
     pub is_widened: bool,
 }
 
@@ -85,28 +85,23 @@ impl<'a, T: Scalar> PolygonSource<'a, T> {
         }
     }
 
-    /// The cuts that derivatives are made of: those of a pair in which faces coincide that are within so many octaves of
-    /// the margin of it, or fewer where corners would be taken for one that are not (see [`Closeness::split`]).
+    /// The cuts that derivatives are made from: faces within 2^octaves margins of each other count as coincident, or fewer
+    /// octaves where that would merge corners that are distinct (see [`Closeness::split`]).
     ///
     /// [`Closeness::split`]: crate::geometry::Closeness::split
     pub fn for_derivatives(&self, search: Search, octaves: u32) -> ForDerivatives<'a, T> {
-        let source = self.with_near_coincidences(octaves);
-        let found = source.pair.found(search);
+        let mut source = self.with_near_coincidences(octaves);
+        let mut found = source.pair.found(search);
         let closeness = found.closeness();
-        let is_widened = closeness.is_within(octaves);
         let split = closeness.split(octaves);
-        if split == octaves {
-            return ForDerivatives {
-                source,
-                found,
-                is_widened,
-            };
+        if split < octaves {
+            source = self.with_near_coincidences(split);
+            found = source.pair.found(search);
         }
-        let source = self.with_near_coincidences(split);
         ForDerivatives {
-            found: source.pair.found(search),
             source,
-            is_widened,
+            found,
+            is_widened: closeness.is_within(split),
         }
     }
 
@@ -117,7 +112,7 @@ impl<'a, T: Scalar> PolygonSource<'a, T> {
         }
     }
 
-    /// Adds up the contact polygons; with derivatives, also those without an area, which may have one.
+    /// Adds up the contact polygons; for scalars with derivatives also those of zero area, whose area may have a derivative.
     pub fn sum<S: PartialSum>(
         &self,
         found: &Found,

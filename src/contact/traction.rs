@@ -1,6 +1,6 @@
 use super::SurfaceLaw;
-use super::friction::{Affine, Slip};
-use super::plane::{Outline, PlanePolygon, product, quadratic_moments};
+use super::friction::{Affine, Slip, product};
+use super::plane::{Outline, PlanePolygon, quadratic_moments};
 use super::polygon::CutPolygon;
 use super::surface_law::RelativeMotion;
 use crate::scalar::{Scalar, carries_derivatives, lift, real_part};

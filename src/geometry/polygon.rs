@@ -95,8 +95,8 @@ impl<T: Scalar> ConvexPolygon<T> {
     /// are owned by `side` (one bit).
     ///
     /// Where an edge crosses from below to zero, the corner at zero comes out twice, with the same place and an edge
-    /// without length between: so a polygon of which only an edge is left is a line that leads forth and back, and the
-    /// owners of both ways together move it as the mean of what its width is on either side.
+    /// without length between. A polygon reduced to one edge is thus a line traversed forth and back, and the owners of
+    /// both ways give the mean of the rates at which it opens on either side.
     #[must_use]
     pub fn clipped(mut self, field: &AffineField<T>, tolerance: f64, side: u8) -> Self {
         self.clip(field, Tolerance::new(tolerance), side);
@@ -206,4 +206,15 @@ impl ConvexPolygon<f64> {
     pub fn lifted<T: Scalar>(&self) -> ConvexPolygon<T> {
         self.mapped(lift_vector)
     }
+}
+
+/// The numbers of the planes in a set of owners, in ascending order.
+pub(crate) fn faces_in(mut owners: u8) -> impl Iterator<Item = usize> {
+    std::iter::from_fn(move || {
+        let face = owners.trailing_zeros() as usize;
+        (owners != 0).then(|| {
+            owners &= owners - 1;
+            face
+        })
+    })
 }

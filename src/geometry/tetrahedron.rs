@@ -6,6 +6,9 @@ use nalgebra::Vector3;
 /// The corners of the face opposite to each corner, counter-clockwise seen from outside.
 pub(crate) const FACES: [[usize; 3]; 4] = [[1, 2, 3], [0, 3, 2], [0, 1, 3], [0, 2, 1]];
 
+/// The set of all four faces, one bit each.
+pub(crate) const ALL_FACES: u8 = 0b1111;
+
 /// The edges in which a plane cuts a tetrahedron, by the set of its corners below the plane (bit i
 /// for corner i), in an order that turns counter-clockwise about the direction "above".
 const CUT_EDGES: [&[(usize, usize)]; 16] = [
@@ -150,8 +153,6 @@ impl Tetrahedron<f64> {
         polygon
     }
 }
-
-const ALL_FACES: u8 = 0b1111;
 
 /// The first edge of a slice that is the edge between these two corners of the tetrahedron.
 #[cold]

@@ -18,11 +18,11 @@ impl Closeness {
     /// Values of so many octaves above round-off are noted.
     const OCTAVES: u32 = 20;
 
-    /// Those of so many are ill-conditioned. Planes that are further apart, over a body, meet in lines that are placed to
-    /// one part in 2¹⁴.
+    /// A value less than this many octaves above round-off makes a cut ill-conditioned: two planes that are further apart
+    /// than that over a body meet in a line placed to one part in 2¹⁴.
     const ILL_CONDITIONED: u32 = 14;
 
-    /// Round-off lies so many octaves below what counts as such.
+    /// Actual rounding lies this many octaves below the tolerance.
     const CLEARANCE: u32 = 6;
 
     /// Whether there was a value so near to zero that round-off decides where two planes meet.
@@ -40,9 +40,9 @@ impl Closeness {
         Self(self.0 | other.0)
     }
 
-    /// How many octaves of values, up to so many, to take for zero: as many as possible if what remains is much larger
-    /// than what is taken for zero, by [`Self::CLEARANCE`] octaves or by as many as there are. A corner that is taken for
-    /// zero turns a plane that is not zero elsewhere by the ratio of both values.
+    /// How many octaves of values, up to `most`, to take for zero: the most for which the smallest value kept is at least
+    /// [`Self::CLEARANCE`] octaves above the largest one dropped; if there is no such gap, the split with the widest.
+    /// Snapping a corner turns a plane by the ratio of the two.
     pub fn split(self, most: u32) -> u32 {
         if !self.is_within(most) {
             return most;

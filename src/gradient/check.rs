@@ -13,7 +13,7 @@ const PLATEAU: f64 = 10.0;
 /// How well a Jacobian agrees with central differences.
 ///
 /// A difference over too long a step is off by the curvature (and by kinks it straddles), over too
-/// short a one by rounding; a right derivative shows as a plateau between the two, where the error
+/// short a one by rounding; a correct derivative shows as a plateau between the two, where the error
 /// is small whatever the step. Errors are relative to the largest entry of a column, that is, of
 /// the derivatives by one parameter. What is not finite is an infinite error: a derivative or an outcome
 /// at every step, a difference at its own.
@@ -68,7 +68,7 @@ impl fmt::Display for DifferenceCheck {
             write!(formatter, "{}: {best:.1e} ", self.numbers[number])?;
             match self.plateau(number) {
                 Some((low, high)) => write!(formatter, "(steps {low:.0e} to {high:.0e})")?,
-                None => write!(formatter, "(at no step finite)")?,
+                None => write!(formatter, "(finite at no step)")?,
             }
             if number + 1 < self.numbers.len() {
                 writeln!(formatter)?;
@@ -88,7 +88,8 @@ impl<F: ExternalForces> Experiment<'_, F> {
     /// material is.
     ///
     /// # Errors
-    /// As [`Self::jacobian`], but for derivatives that are not finite.
+    /// As [`Self::jacobian`], except that derivatives that are not finite are no error; also if a rollout beside the
+    /// parameters ends early.
     pub fn difference_check(
         &self,
         parameters: &[Parameter],

@@ -1,4 +1,4 @@
-//! Derivatives by dual numbers: seed the inputs, run the pipeline, read the derivatives.
+//! Derivatives by dual numbers: seed the inputs, run the same functions on them, read the derivatives.
 //!
 //! An [`Experiment`] differentiates a rollout: any [`Outcome`] by any selection of named
 //! [`Parameter`]s, and [`Experiment::difference_check`] holds the result against differences.

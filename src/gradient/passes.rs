@@ -2,7 +2,6 @@ use super::breakdown::{Breakdown, columns_not_finite};
 use super::error::same_length;
 use super::experiment::{changed, checked_dimension};
 use super::parameter::check_together;
-
 use super::{Experiment, GradientError, Outcome, OutcomeJacobian, Parameter};
 use crate::dynamics::{ExternalForces, World};
 use crate::scalar::{DenseDual, lift};
@@ -76,6 +75,7 @@ impl<F: ExternalForces> Experiment<'_, F> {
         outcome: &impl Outcome,
     ) -> Result<Pass, GradientError> {
         let count = parameters.iter().map(Parameter::dimension).sum();
+        // Numbers beyond the range have indices beyond the width, and so no derivative: only a full range has any behind it.
         let seed = |number: usize| match number.checked_sub(range.start) {
             Some(index) => DenseDual::variable(0.0, index),
             None => lift(0.0),

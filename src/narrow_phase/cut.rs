@@ -1,12 +1,10 @@
 use super::RelativePair;
 use super::equilibrium::{CornerSigns, Weight, is_equal_field};
 use super::relative_pair::PosedTet;
-use crate::geometry::{AffineField, Closeness, ConvexPolygon, Tolerance, snapped};
+use crate::geometry::{ALL_FACES, AffineField, Closeness, ConvexPolygon, Tolerance, snapped};
 use crate::mesh::FieldTet;
 use crate::scalar::Scalar;
 use crate::spatial::Pose;
-
-const ALL_FACES: u8 = 0b1111;
 
 /// What the equilibrium plane has to do with a pair of tetrahedra.
 pub(crate) enum Encounter {

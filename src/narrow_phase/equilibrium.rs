@@ -6,11 +6,11 @@ use nalgebra::Vector3;
 /// the rounding of one transformed coordinate.
 pub(crate) const SNAP: f64 = 3e-14;
 
-/// A coincidence of faces to within 2 to this power times the margin counts as one for derivatives, 2.5e-10 of the size.
+/// For derivatives, faces count as coincident if they are within 2^COINCIDENCE margins of each other: 2.5e-10 of the size.
 ///
-/// These have kinks where sides are flush, and steps in a corner's rate where planes nearly coincide: this close, the
-/// mean of both sides is what a difference over any longer step sees, and what the next step of a rollout may be on
-/// either side of. A polygon whose faces are further apart has its corners placed to one part in as many.
+/// Derivatives have kinks where sides are flush, and steps where planes nearly coincide. This close to one, the mean of
+/// both sides is what a difference over any longer step sees; the next step of a rollout may be on either side. Of faces
+/// further apart, the corners are placed to at least one part in 2^COINCIDENCE.
 pub(crate) const COINCIDENCE: u32 = 13;
 
 /// The same for the derivatives of the elastic wrench, 2e-12 of the size. These have a kink where surfaces are flush; two

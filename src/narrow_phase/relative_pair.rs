@@ -48,7 +48,7 @@ impl<'a> RelativePair<'a> {
         }
     }
 
-    /// The same pair, in which faces coincide that are within so many octaves of the margin of it.
+    /// The same pair, with faces within 2^octaves margins of each other taken for coincident.
     pub fn with_near_coincidences(self, octaves: u32) -> Self {
         Self {
             tolerance: self.tolerance.widened(octaves),

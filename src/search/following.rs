@@ -1,6 +1,7 @@
 use super::Culling;
 use super::scratch::{Exits, Scratch};
 use crate::broad_phase::Shape;
+use crate::geometry::faces_in;
 use crate::narrow_phase::{Cut, Encounter, PosedTet, RelativePair};
 use crate::threads;
 
@@ -123,15 +124,4 @@ impl Walk<'_, '_> {
             }
         }
     }
-}
-
-/// The places of the bits that are set.
-fn faces_in(mut bits: u8) -> impl Iterator<Item = usize> {
-    std::iter::from_fn(move || {
-        let place = bits.trailing_zeros() as usize;
-        (bits != 0).then(|| {
-            bits &= bits - 1;
-            place
-        })
-    })
 }

@@ -91,15 +91,15 @@ impl PosedTets {
 
     /// Transforms a tetrahedron of B, unless it has been.
     #[inline]
-    pub fn add(&mut self, shadow: &RelativePair, index: u32) {
+    pub fn add(&mut self, pair: &RelativePair, index: u32) {
         let index = index as usize;
         if self.places.len() <= index {
-            let count = shadow.shapes[1].field().tets().len();
+            let count = pair.shapes[1].field().tets().len();
             self.places.resize(count, [0; 2]);
         }
         if self.places[index][0] != self.round {
             self.places[index] = [self.round, self.tets.len() as u32];
-            self.tets.push(shadow.posed_tet(index));
+            self.tets.push(pair.posed_tet(index));
         }
     }
 

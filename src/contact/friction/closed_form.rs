@@ -10,7 +10,7 @@
 //! the solid angle of the polygon seen from the height ε above y*.
 
 use super::edge::{Corner, EdgeMeans, Vector, cross, dot};
-use super::{Affine, Load, Quadratic, Slip, quadratic};
+use super::{Affine, Load, Quadratic, Slip, product};
 use crate::scalar::{Scalar, lift, real_part};
 
 /// Where ε is a smaller fraction of the polygon's size it is taken for this one, lest its powers underflow. The
@@ -188,7 +188,7 @@ pub(super) fn resultant<T: Scalar>(
     let rotation = Rotation::new(slip, size);
     let epsilon = rotation.epsilon;
     let pressure = rotation.about_center(load.pressure);
-    let g = quadratic(&pressure, &rotation.about_center(load.damping));
+    let g = product(&pressure, &rotation.about_center(load.damping));
     let (mut sums, mut angle) = (ResultantSums::zero(), HalfSolidAngle::new());
     rotation.visit_edges(corners, |_, a, b| {
         angle.turn(a, b, epsilon);

@@ -2,7 +2,7 @@
 
 use super::closed_form::{HalfSolidAngle, Rotation};
 use super::edge::{Corner, EdgeMeans, Vector, cross};
-use super::{Affine, Load, Quadratic, Slip, SlipMoments, quadratic};
+use super::{Affine, Load, Quadratic, Slip, SlipMoments, product};
 
 /// A number for each monomial up to degree 3: 1, y₁, y₂, y₁², y₁y₂, y₂², y₁³, y₁²y₂, y₁y₂², y₂³.
 type Cubic = [f64; 10];
@@ -18,7 +18,7 @@ pub(super) fn moments(
     size: f64,
 ) -> SlipMoments {
     let rotation = Rotation::new(slip, size);
-    let g = quadratic(load.pressure, load.damping);
+    let g = product(load.pressure, load.damping);
     let mut moments = SlipMoments::zero();
     let (mut sums, mut fluxes) = (Sums::default(), [[[0.0; 6]; 2]; 2]);
     rotation.visit_edges(corners, |edge, a, b| {

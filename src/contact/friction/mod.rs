@@ -21,7 +21,7 @@ pub(super) const PLANE_CAPACITY: usize = POLYGON_CAPACITY + 1;
 pub(super) type Affine<T> = [T; 3];
 
 /// The coefficients of 1, y₁, y₂, y₁², y₁y₂, y₂².
-type Quadratic<T> = [T; 6];
+pub(super) type Quadratic<T> = [T; 6];
 
 /// The velocity (m/s) by which two surfaces slip along a plane, s(y) = at_origin + spin·(−y₂, y₁), and the slip
 /// tolerance v_s > 0 (m/s). The origin is a point near the polygon.
@@ -204,7 +204,7 @@ impl SlipMoments {
 }
 
 /// The product of two affine functions: the coefficients of 1, y₁, y₂, y₁², y₁y₂, y₂².
-fn quadratic<T: Scalar>(f: &Affine<T>, g: &Affine<T>) -> Quadratic<T> {
+pub(super) fn product<T: Scalar>(f: &Affine<T>, g: &Affine<T>) -> Quadratic<T> {
     [
         f[0] * g[0],
         f[0] * g[1] + f[1] * g[0],
@@ -760,7 +760,7 @@ mod tests {
         for theta in [1e-6, 1e-4, 1e-2, 0.1, 0.3, 0.5, 1.0, 1e3] {
             let case = random_case(&mut rng, theta, 1.0);
             let (resultant, moments) = (resultant_of(&case), moments_of(&case));
-            let g = quadratic(&case.pressure, &case.damping);
+            let g = product(&case.pressure, &case.damping);
             let load = |places: [usize; 6], j: usize| -> f64 {
                 g.iter()
                     .zip(places)

@@ -1,5 +1,6 @@
 use super::{Rates, Traction, VectorMoments, wrench_of, wrenches};
-use crate::contact::plane::{affine_moments, product, quadratic_moments};
+use crate::contact::friction::product;
+use crate::contact::plane::{affine_moments, quadratic_moments};
 use crate::contact::polygon::CutPolygon;
 use nalgebra::{Matrix6, Vector6};
 

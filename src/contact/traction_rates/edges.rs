@@ -1,6 +1,7 @@
 use super::{Rates, Traction, VectorMoments, along_normal_of, wrenches};
 use crate::contact::plane::{PlanePolygon, at, up_to_quadratic};
 use crate::contact::polygon::{CutPolygon, PolygonSource};
+use crate::geometry::faces_in;
 use crate::narrow_phase::Cut;
 use nalgebra::{Vector3, Vector6};
 
@@ -14,8 +15,9 @@ const THREE_POINTS: [(f64, f64); 3] = [
 /// ψ − 1 where ψ = 0.
 const NONE: [f64; 3] = [-1.0, 0.0, 0.0];
 
-/// A motion of B and a growth of its modulus, by this part of itself, in which faces that share a line leave it one after
-/// the other: any that are not special. Layers of equal pressure share their lines whatever the motion.
+/// A translation of B (m/s) in which faces through a common line leave it one after the other; any generic direction will
+/// do. [`GROWTH`] (1/s) is the rate at which B's modulus grows meanwhile: layers of equal pressure share their lines
+/// whatever the motion.
 const NUDGE: Vector3<f64> = Vector3::new(0.613, 0.427, -0.665);
 const GROWTH: f64 = 0.381;
 
@@ -24,7 +26,7 @@ const GROWTH: f64 = 0.381;
 struct Line {
     /// The face's outward normal, along the axes of the plane.
     normal: Vector3<f64>,
-    /// 1/|m − (m·n)n| for this normal m, negative if it points into the polygon.
+    /// 1/|ν − (ν·n)n| for this normal ν, negative if it points into the polygon.
     outwardness: f64,
     moves_with_b: bool,
     /// How fast the line leaves the middle of the edge outwards, by [`NUDGE`] and [`GROWTH`].
@@ -36,12 +38,12 @@ pub(super) struct Edges<'e> {
     source: &'e PolygonSource<'e, f64>,
     cut: &'e Cut,
     plane: &'e PlanePolygon<f64>,
-    /// The speed of the plane along its normal as B is moved by [`NUDGE`], and by its pressure (m/(s Pa)).
+    /// Normal speed of the plane due to [`NUDGE`] (m/s), and due to [`GROWTH`] per pressure (m/(s Pa)).
     plane_speed: f64,
     by_pressure: f64,
 }
 
-/// An edge of a line is one of its two ways, and not what trims its ends, if it is longer than this part of the longest.
+/// Edges of a degenerate polygon shorter than this fraction of its longest are ends of the line, not one of its two ways.
 const WAY: f64 = 1e-6;
 
 impl<'e> Edges<'e> {
@@ -75,7 +77,7 @@ impl<'e> Edges<'e> {
         let mut visit_edge = |edge: usize, owners: u8| {
             if owners != 0 && owners & left_out == 0 {
                 let mut lines = [None; 8];
-                for (line, face) in lines.iter_mut().zip(faces_of(owners)) {
+                for (line, face) in lines.iter_mut().zip(faces_in(owners)) {
                     *line = Some(self.line(face, edge));
                 }
                 let weight = self.cut.weight().edges;
@@ -123,7 +125,7 @@ impl<'e> Edges<'e> {
         let has_owner_inside = |edge: usize| {
             let owners = owners[edge];
             owners.count_ones() > 1
-                && faces_of(owners).any(|face| self.line(face, edge).outwardness < 0.0)
+                && faces_in(owners).any(|face| self.line(face, edge).outwardness < 0.0)
         };
         ways().find(|&edge| has_owner_inside(edge))?;
         Some((longest, ways().fold(0, |all, edge| all | owners[edge])))
@@ -152,11 +154,6 @@ impl<'e> Edges<'e> {
             speed: outwardness * (own_speed - plane_speed * normal.z),
         }
     }
-}
-
-/// The places of the bits that are set.
-fn faces_of(owners: u8) -> impl Iterator<Item = usize> {
-    (0..8).filter(move |face| owners & 1 << face != 0)
 }
 
 fn owning(lines: &[Option<Line>; 8]) -> impl Iterator<Item = &Line> {
@@ -192,7 +189,7 @@ fn share_of(line: &Line, lines: &[Option<Line>; 8]) -> f64 {
         .sum()
 }
 
-/// 1/|m − (m·n)n|, negative if a face's normal m points into the polygon at this edge, 0 if the face lies in the plane.
+/// 1/|ν − (ν·n)n|, negative if a face's normal ν points into the polygon at this edge, 0 if the face lies in the plane.
 fn outwardness(along: &[f64; 2], m: &Vector3<f64>) -> f64 {
     let sine = (m.x * m.x + m.y * m.y).sqrt();
     let turn = m.x * along[1] - m.y * along[0];

@@ -2,17 +2,17 @@
 //!
 //! Let t be the traction less p n, a function of the pressure p, the normal n and the velocity v of A relative to B, and T
 //! its derivative by v. As a body moves or a modulus changes, the equilibrium plane moves along its normal at the speed
-//! h = h₀ + h₁y₁ + h₂y₂, and turns by dn = −∇h. Then the wrench W(t) of the traction changes by h₀K₀ + h₁K₁ + h₂K₂, where
-//! for the monomials m₀ = 1, m₁ = y₁, m₂ = y₂
+//! h = h₀ + h₁y₁ + h₂y₂ (m/s), and turns by dn = −∇h. The wrench W(t) of the traction then changes by
+//! h₀K₀ + h₁K₁ + h₂K₂ + Σ over edges s ∫ (w·ν) W(t) dl, where for the monomials m₀ = 1, m₁ = y₁, m₂ = y₂
 //!
-//! Kᵢ = W(mᵢD) + ∫ mᵢ (n × t) dA + Gᵢ + Σ over edges ∫ mᵢ t v dl,
+//! Kᵢ = W(mᵢD) + (∫ mᵢ (n × t) dA, 0) + Gᵢ − Σ over edges s (ν·n) ∫ W(mᵢt) dl,
 //!
 //! - D = ∂t/∂p·∂p_A/∂n + T(ω × n): pressure and velocity at the moved point;
-//! - G₁ = W(θ×t) − W(T(θ×v)), θ = n × dn = e₂ for h = y₁, G₂ with −e₁: turning normal and velocity together turns the
-//!   traction, so turning the normal alone turns it too, and the velocity back;
-//! - v, the outward speed of an edge in the plane: that of the line in which the plane meets the face that owns the edge.
-//!   With the face's outward normal m, which moves at w, v = (w·m − h m·n)/|m − (m·n)n|. Of several owners the
-//!   slowest and the fastest share the edge.
+//! - G₁ = W(θ×t) − W(T(θ×v)) with θ = n × dn = −e₂, as dn = −e₁ for h = y₁; G₂ the same with θ = e₁: turning normal and
+//!   velocity together only turns the traction, so turning the normal alone turns the traction, and the velocity back;
+//! - an edge moves with the line in which the plane meets the face that owns it. With the face's outward normal ν and
+//!   s = 1/|ν − (ν·n)n|, its outward speed in the plane is s(w·ν − h ν·n); w, the velocity of the face, is zero for
+//!   faces of A. Where several faces own an edge, the slowest and the fastest share it.
 //!
 //! Nothing divides by a length or an angle between edges, and no corner is differentiated.
 
@@ -189,9 +189,8 @@ fn wrench_of([t1, t2, t3]: [[f64; 3]; 3]) -> Vector6<f64> {
 /// The wrenches of a traction times 1, y₁ and y₂.
 #[inline]
 fn wrenches([t1, t2, t3]: &VectorMoments) -> [Vector6<f64>; 3] {
-    [[0, 1, 2], [1, 3, 4], [2, 4, 5]].map(|[one, y1, y2]| {
-        Vector6::new(t3[y2], -t3[y1], t2[y1] - t1[y2], t1[one], t2[one], t3[one])
-    })
+    let moments = |places: [usize; 3]| [t1, t2, t3].map(|t| places.map(|place| t[place]));
+    [[0, 1, 2], [1, 3, 4], [2, 4, 5]].map(|places| wrench_of(moments(places)))
 }
 
 impl Rates {
