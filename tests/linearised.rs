@@ -306,3 +306,41 @@ fn layers_of_equal_pressure_have_the_derivatives_of_differences_by_either_modulu
     }
     println!("elastic {:.1e}, rubbing {:.1e}", worst[0], worst[1]);
 }
+
+/// A cube at rest on a wide floor, pressed in by less than what counts as coincident on the scale of the floor.
+#[test]
+fn faces_that_are_hardly_pressed_in_do_not_just_touch() {
+    /// Stiffness (N/m) of 0.1 m × 0.1 m between two fields of 1e11 Pa over 0.05 m.
+    const STIFFNESS: f64 = 1e10;
+    let cube = Shape::new(shapes::cuboid([0.1; 3]).unwrap());
+    for (width, depth) in [
+        (2.0, 9.81e-10),
+        (20.0, 9.81e-10),
+        (20.0, 1e-11),
+        (2000.0, 1e-9),
+    ] {
+        let slab = Shape::new(shapes::cuboid([width, width, 0.1]).unwrap());
+        let pair = pair(
+            (
+                &cube,
+                Pose::from_translation(vector![0.013, 0.021, 0.05 - depth]),
+                1e11,
+            ),
+            (
+                &slab,
+                Pose::from_translation(vector![0.0, 0.0, -0.05]),
+                1e11,
+            ),
+        );
+        let law = SurfaceLaw::new(0.0, 0.0, 1e-3).unwrap();
+        let in_motion = pair.linearised(&law, [Twist::zero(); 2]).by_poses[(5, 5)];
+        let elastic = pair.wrench_and_jacobian().1.on_a.by_pose_a[(5, 5)];
+        for found in [in_motion, elastic] {
+            // Facets of the contact's rim are of the depth.
+            assert!(
+                (found / -STIFFNESS - 1.0).abs() < 1e-6,
+                "{width} {depth}: {found}"
+            );
+        }
+    }
+}

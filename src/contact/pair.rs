@@ -4,7 +4,7 @@ use super::polygon::{PolygonSource, sum_over};
 use super::{ContactBody, ContactJacobian, ContactPolygon, ContactSurface, ContactWrench, Search};
 use crate::narrow_phase::{Cut, ELASTIC_COINCIDENCE};
 use crate::scalar::{Order, Scalar, lift, real_part};
-use crate::spatial::{Pose, Wrench};
+use crate::spatial::Pose;
 
 /// Two bodies that may touch: the wrench, the contact surface, the potential energy and the
 /// Jacobian of their contact.
@@ -96,24 +96,16 @@ impl<'a, T: Scalar> ContactPair<'a, T> {
 
     /// The elastic contact in A's axes.
     pub(super) fn relative_linearisation(&self) -> RelativeLinearisation<T> {
-        let near = PolygonSource::of(self).for_derivatives(self.search, ELASTIC_COINCIDENCE);
+        let source = PolygonSource::of(self);
+        let near = source.for_derivatives(self.search, ELASTIC_COINCIDENCE);
         let elastic: RelativeJacobian<T> = near
             .source
             .sum(&near.found, |sum, polygon| polygon.add_to(sum));
         let mut linearisation = elastic.linearisation(self.moduli());
-        if near.is_widened {
-            linearisation.wrench = self.relative_wrench().to_vector();
+        if let Some(found) = &near.exact {
+            linearisation.wrench = source.wrench(found).to_vector();
         }
         linearisation
-    }
-
-    /// The elastic wrench on A, in A's axes about A's origin.
-    fn relative_wrench(&self) -> Wrench<T> {
-        let source = PolygonSource::of(self);
-        let found = source.pair.found(self.search);
-        source.sum(&found, |sum: &mut Wrench<T>, polygon| {
-            *sum += polygon.wrench();
-        })
     }
 
     /// The contact surface, polygon by polygon.
@@ -191,6 +183,8 @@ impl<T: Scalar> Pipeline<'_, '_, T> {
     /// [`ContactPair::wrench`].
     #[must_use]
     pub fn wrench(&self) -> ContactWrench<T> {
-        self.0.wrench_from_a(&self.0.relative_wrench())
+        let source = PolygonSource::of(self.0);
+        let wrench_a = source.wrench(&source.pair.found(self.0.search));
+        self.0.wrench_from_a(&wrench_a)
     }
 }

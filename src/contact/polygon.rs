@@ -9,6 +9,12 @@ use crate::threads;
 /// Cuts that are integrated by themselves, in one thread: some 20 µs of work in `f64`.
 const PIECE: usize = 32;
 
+/// Cuts at a wider tolerance have the same load as others if it differs by no more than this fraction.
+const SAME_LOAD: f64 = 1e-6;
+
+/// If they have not, they are tried with this many octaves less.
+const NARROWER: u32 = 3;
+
 /// Something that is added up over a contact surface: pieces of it are summed by themselves, and
 /// merged in their order.
 pub(super) trait PartialSum: Send {
@@ -26,6 +32,16 @@ impl<U: Send> PartialSum for Vec<U> {
 
     fn merge(&mut self, mut next: Self) {
         self.append(&mut next);
+    }
+}
+
+impl PartialSum for f64 {
+    fn empty() -> Self {
+        0.0
+    }
+
+    fn merge(&mut self, next: Self) {
+        *self += next;
     }
 }
 
@@ -55,8 +71,8 @@ pub(super) struct PolygonSource<'a, T> {
 pub(super) struct ForDerivatives<'a, T> {
     pub source: PolygonSource<'a, T>,
     pub found: Found,
-    /// Whether faces that do not coincide may have been taken for coincident: values must then come from the pair as it is.
-    pub is_widened: bool,
+    /// The cuts of the pair as it is, if faces may have been taken for coincident that are not: values come from these.
+    pub exact: Option<Found>,
 }
 
 /// The contact polygon of a cut in `T`, in A's frame.
@@ -86,23 +102,44 @@ impl<'a, T: Scalar> PolygonSource<'a, T> {
     }
 
     /// The cuts that derivatives are made from: faces within 2^octaves margins of each other count as coincident, or fewer
-    /// octaves where that would merge corners that are distinct (see [`Closeness::split`]).
+    /// octaves where that would merge corners that are distinct (see [`Closeness::split`]), or change the load: bodies that
+    /// are pressed in by less do not just touch.
     ///
     /// [`Closeness::split`]: crate::geometry::Closeness::split
     pub fn for_derivatives(&self, search: Search, octaves: u32) -> ForDerivatives<'a, T> {
-        let mut source = self.with_near_coincidences(octaves);
-        let mut found = source.pair.found(search);
+        let found_within = |octaves: u32| {
+            let source = self.with_near_coincidences(octaves);
+            let found = source.pair.found(search);
+            (source, found)
+        };
+        let (mut source, mut found) = found_within(octaves);
         let closeness = found.closeness();
-        let split = closeness.split(octaves);
+        let mut split = closeness.split(octaves);
         if split < octaves {
-            source = self.with_near_coincidences(split);
-            found = source.pair.found(search);
+            (source, found) = found_within(split);
+        }
+        let exact = closeness
+            .is_within(octaves)
+            .then(|| self.pair.found(search));
+        if let Some(exact) = &exact {
+            let load = self.load(exact);
+            while split > 0 && (source.load(&found) - load).abs() > SAME_LOAD * load {
+                split = split.saturating_sub(NARROWER);
+                (source, found) = found_within(split);
+            }
         }
         ForDerivatives {
             source,
             found,
-            is_widened: closeness.is_within(split),
+            exact,
         }
+    }
+
+    /// ∫ p dA (N) over the contact surface.
+    fn load(&self, found: &Found) -> f64 {
+        self.sum(found, |sum: &mut f64, polygon| {
+            *sum += real_part(polygon.pressure_integrals().0);
+        })
     }
 
     fn with_near_coincidences(&self, octaves: u32) -> Self {

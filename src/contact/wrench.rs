@@ -1,6 +1,7 @@
 use super::ContactPair;
-use super::polygon::{CutPolygon, PartialSum};
+use super::polygon::{CutPolygon, PartialSum, PolygonSource};
 use crate::scalar::Scalar;
+use crate::search::Found;
 use crate::spatial::Wrench;
 use nalgebra::Vector3;
 
@@ -31,6 +32,15 @@ impl<T: Scalar> PartialSum for Wrench<T> {
 
     fn merge(&mut self, next: Self) {
         *self += next;
+    }
+}
+
+impl<T: Scalar> PolygonSource<'_, T> {
+    /// The elastic wrench on A, in A's axes about A's origin.
+    pub fn wrench(&self, found: &Found) -> Wrench<T> {
+        self.sum(found, |sum: &mut Wrench<T>, polygon| {
+            *sum += polygon.wrench();
+        })
     }
 }
 

@@ -72,9 +72,8 @@ impl ContactPair<'_> {
         let source = PolygonSource::of(self);
         let near = source.for_derivatives(self.search(), COINCIDENCE);
         let mut sum = near.source.linearisation(&near.found, (law, motion));
-        if near.is_widened {
-            let found = source.pair.found(self.search());
-            let wrench: Wrench = source.sum(&found, |sum: &mut Wrench, polygon| {
+        if let Some(found) = &near.exact {
+            let wrench: Wrench = source.sum(found, |sum: &mut Wrench, polygon| {
                 *sum += polygon.wrench_in_motion(law, motion);
             });
             sum.wrench = wrench.to_vector();
