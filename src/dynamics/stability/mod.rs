@@ -44,15 +44,15 @@ impl<T: Scalar, F: ExternalForces> World<T, F> {
     ///   state, or along the way: [`Rollout::with_stability_check`](super::Rollout::with_stability_check).
     /// - Contacts alone: drag or springs among the external forces are not included.
     /// - The symmetric parts of stiffness and damping, and no stiffness of friction. Where contacts slide
-    ///   this changes the limit by a per cent or so (`cargo test --test stability -- --nocapture`).
+    ///   this changes the limit by a per cent or so (`cargo test --test stability -- --nocapture`), where a weak contact
+    ///   slides fast by more.
     /// - The growth that a time step makes. What is unstable by nature, like a pencil on its tip, stays
     ///   so at any step.
     /// - Friction beyond its limit does not blow up, since its force is bounded: bodies at rest
     ///   chatter instead, at speeds of about hμF/(2m) (m/s).
     /// - Derivatives of the state play no part.
     ///
-    /// Evaluates an elastic contact once with its Jacobian, one with friction once more in 12 dual numbers,
-    /// one with dissipation twice in these.
+    /// Linearises each contact once, one with friction twice.
     ///
     /// ```
     /// use hydroelastic::contact::Shape;
