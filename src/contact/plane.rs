@@ -1,6 +1,7 @@
-use super::friction::{Affine, PLANE_CAPACITY, Quadratic};
+use super::friction::{Affine, Quadratic};
 use super::polygon::CutPolygon;
 use super::surface_law::RelativeMotion;
+use crate::geometry::POLYGON_CAPACITY;
 use crate::narrow_phase::EquilibriumPlane;
 use crate::scalar::{Scalar, change, lift, lift_vector, real_part, real_vector};
 use nalgebra::{Matrix3, Vector3};
@@ -10,6 +11,9 @@ const SLIVER: f64 = 1e-9;
 
 /// Where in an edge a rule of two points looks, from its start: exact for cubic polynomials.
 const TWO_POINTS: [f64; 2] = [0.211_324_865_405_187_1, 0.788_675_134_594_812_9];
+
+/// Room for the corners of a contact polygon that is cut once more.
+const PLANE_CAPACITY: usize = POLYGON_CAPACITY + 1;
 
 /// A contact polygon in coordinates y of its own plane: along the axes e₁ and e₂, n being the third, from a center.
 pub(super) struct PlanePolygon<T> {
@@ -137,11 +141,12 @@ impl<T: Scalar> Outline<T> {
 
     /// The part where an affine function is not negative; none if that is everything.
     pub fn cut(&self, function: &Affine<T>) -> Option<Self> {
-        let values = self.corners.map(|y| at(function, &y));
-        let is_inside = |corner: usize| real_part(values[corner]) >= 0.0;
-        if (0..self.len).all(is_inside) {
+        let is_in = |y: &[T; 2]| real_part(at(function, y)) >= 0.0;
+        if self.corners().iter().all(is_in) {
             return None;
         }
+        let values = self.corners.map(|y| at(function, &y));
+        let is_inside = |corner: usize| real_part(values[corner]) >= 0.0;
         let mut part = Self::empty();
         let mut before = self.len - 1;
         for now in 0..self.len {

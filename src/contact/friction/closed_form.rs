@@ -47,26 +47,27 @@ impl<T: Scalar> Rotation<T> {
         [at_center, function[1], function[2]]
     }
 
+    pub fn corner(&self, y: &Vector<T>) -> Corner<T> {
+        let place = [y[0] - self.center[0], y[1] - self.center[1]];
+        Corner::new(place, self.epsilon * self.epsilon)
+    }
+
     /// Visits the edge from each corner to the next.
     pub fn visit_edges(
         &self,
         corners: &[Vector<T>],
-        mut visit: impl FnMut(usize, &Corner<T>, &Corner<T>),
+        mut visit: impl FnMut(&Corner<T>, &Corner<T>),
     ) {
-        let corner = |y: &Vector<T>| {
-            let place = [y[0] - self.center[0], y[1] - self.center[1]];
-            Corner::new(place, self.epsilon * self.epsilon)
-        };
-        let Some(first) = corners.first().map(corner) else {
+        let mut corners = corners.iter().map(|y| self.corner(y));
+        let Some(first) = corners.next() else {
             return;
         };
         let mut before = first;
-        for (i, y) in corners.iter().enumerate().skip(1) {
-            let after = corner(y);
-            visit(i - 1, &before, &after);
+        for after in corners {
+            visit(&before, &after);
             before = after;
         }
-        visit(corners.len() - 1, &before, &first);
+        visit(&before, &first);
     }
 }
 
@@ -190,7 +191,7 @@ pub(super) fn resultant<T: Scalar>(
     let pressure = rotation.about_center(load.pressure);
     let g = product(&pressure, &rotation.about_center(load.damping));
     let (mut sums, mut angle) = (ResultantSums::zero(), HalfSolidAngle::new());
-    rotation.visit_edges(corners, |_, a, b| {
+    rotation.visit_edges(corners, |a, b| {
         angle.turn(a, b, epsilon);
         let means = EdgeMeans::new(a, b, epsilon * epsilon);
         sums.add(a, b, &means, &g);

@@ -10,12 +10,8 @@ mod edge;
 mod quadrature;
 mod rules;
 
-use crate::geometry::POLYGON_CAPACITY;
 use crate::scalar::{Scalar, carries_derivatives, real_part};
 use rules::{EdgeRule, TriangleRule};
-
-/// Room for the corners of a clipped polygon in the plane.
-pub(super) const PLANE_CAPACITY: usize = POLYGON_CAPACITY + 1;
 
 /// An affine function in the plane, c₀ + c₁y₁ + c₂y₂.
 pub(super) type Affine<T> = [T; 3];
@@ -34,16 +30,21 @@ pub(super) struct Slip<T> {
     pub tolerance: f64,
 }
 
-/// Integrals of the regularized direction of slip u, in plane coordinates, with the load g = pressure·damping.
+/// A slip over a loaded polygon: what the derivatives of [`Slip::resultant`] are made of.
+pub(super) struct LoadedSlip<'a> {
+    slip: Slip<f64>,
+    load: Load<'a, f64>,
+    corners: &'a [[f64; 2]],
+    method: Method,
+}
+
+/// Integrals over the area, in plane coordinates, of the regularized direction of slip u and the load g = pressure·damping.
 pub(super) struct SlipMoments {
     /// ∫ m·u dA for the monomials m = 1, y₁, y₂, y₁², y₁y₂, y₂², y₁³, y₁²y₂, y₁y₂², y₂³.
     pub direction: [[f64; 10]; 2],
     /// ∫ g·m·(u uᵀ − 1)/σ dA for the first six monomials: entries 11, 12 and 22. Minus the derivative by the slip of
     /// ∫ g·m·u dA.
     pub by_slip: [[f64; 6]; 3],
-    /// ∫ g·m·u dl for the first six monomials, along the edge from each corner to the next; zero
-    /// where these coincide.
-    pub edges: [[[f64; 6]; 2]; PLANE_CAPACITY],
 }
 
 /// The load g = pressure·damping.
@@ -72,37 +73,37 @@ struct Rung {
 }
 
 /// Beside each rung the worst errors just below its upper end, of 400 random polygons of 3 to 8 corners, ten times as long
-/// as wide at most: of the resultant (relative to ∫ |g| dA and ∫ |g|·|y| dA), of `direction`, `by_slip` and `edges`
+/// as wide at most: of the resultant (relative to ∫ |g| dA and ∫ |g|·|y| dA), of `direction`, `by_slip` and the fluxes
 /// (relative to ∫ |y|ᵏ dA, ∫ |g|·|y|ᵏ/σ dA and ∮ |g|·|y|ᵏ dl). The test
 /// `errors_at_the_upper_ends_of_the_rungs_are_those_noted` prints them.
 ///
 /// Above the last rung the closed form has 1e-12, 1e-11, 1e-10 and 9e-14, at θ = 2 2e-14, 5e-14, 3e-13 and 3e-15. Below,
 /// it loses like θ⁻⁵.
 const LADDER: [Rung; 6] = [
-    // 7e-13, 1e-15, 2e-15, 5e-16: a slip as good as constant, and the common case.
+    // 7e-13, 1e-15, 6e-12, 5e-16: a slip as good as constant, and the common case.
     Rung {
         below: 1e-5,
         value: &rules::TRIANGLE_4,
-        slopes: &rules::TRIANGLE_6,
+        slopes: &rules::TRIANGLE_5,
         edge: &rules::EDGE_4,
     },
-    // 1e-13, 3e-13, 3e-10, 2e-13.
+    // 1e-15, 1e-15, 1e-12, 2e-13.
     Rung {
         below: 3e-3,
-        value: &rules::TRIANGLE_6,
-        slopes: &rules::TRIANGLE_6,
+        value: &rules::TRIANGLE_7,
+        slopes: &rules::TRIANGLE_7,
         edge: &rules::EDGE_4,
     },
-    // 9e-12, 1e-15, 1e-13, 6e-16.
+    // 3e-13, 9e-13, 3e-10, 4e-16.
     Rung {
-        below: 0.01,
-        value: &rules::TRIANGLE_6,
-        slopes: &rules::TRIANGLE_8,
+        below: 0.012,
+        value: &rules::TRIANGLE_7,
+        slopes: &rules::TRIANGLE_7,
         edge: &rules::EDGE_6,
     },
-    // 8e-14, 3e-13, 3e-11, 3e-16.
+    // 5e-13, 2e-12, 1e-10, 1e-15.
     Rung {
-        below: 0.03,
+        below: 0.04,
         value: &rules::TRIANGLE_8,
         slopes: &rules::TRIANGLE_8,
         edge: &rules::EDGE_6,
@@ -176,29 +177,38 @@ impl<T: Scalar> Slip<T> {
     }
 }
 
-impl Slip<f64> {
-    /// What the derivatives of [`Self::resultant`] are made of. The corners turn counter-clockwise and are
-    /// [`PLANE_CAPACITY`] at most.
-    pub fn moments(
-        &self,
-        corners: &[[f64; 2]],
-        pressure: &Affine<f64>,
-        damping: &Affine<f64>,
-    ) -> SlipMoments {
-        let load = Load { pressure, damping };
-        match self.method(corners) {
-            Method::Rule(rung) => quadrature::moments(self, corners, &load, rung),
-            Method::ClosedForm(size) => closed_moments::moments(self, corners, &load, size),
+impl<'a> LoadedSlip<'a> {
+    /// On the polygon of these corners, which turn counter-clockwise.
+    pub fn on(
+        corners: &'a [[f64; 2]],
+        slip: Slip<f64>,
+        pressure: &'a Affine<f64>,
+        damping: &'a Affine<f64>,
+    ) -> Self {
+        Self {
+            slip,
+            load: Load { pressure, damping },
+            corners,
+            method: slip.method(corners),
         }
     }
-}
 
-impl SlipMoments {
-    fn zero() -> Self {
-        Self {
-            direction: [[0.0; 10]; 2],
-            by_slip: [[0.0; 6]; 3],
-            edges: [[[0.0; 6]; 2]; PLANE_CAPACITY],
+    pub fn moments(&self) -> SlipMoments {
+        match self.method {
+            Method::Rule(rung) => quadrature::moments(self, rung.slopes),
+            Method::ClosedForm(size) => closed_moments::moments(self, size),
+        }
+    }
+
+    /// ∫ g·m·u dl times a factor for the first six monomials, along the edge from a corner to the next; zero where these
+    /// coincide.
+    pub fn flux(&self, edge: usize, factor: f64) -> [[f64; 6]; 2] {
+        let to = edge + 1;
+        let to = if to == self.corners.len() { 0 } else { to };
+        let ends = [self.corners[edge], self.corners[to]];
+        match self.method {
+            Method::Rule(rung) => quadrature::flux(self, ends, rung.edge, factor),
+            Method::ClosedForm(size) => closed_moments::flux(self, ends, size, factor),
         }
     }
 }
@@ -280,6 +290,17 @@ mod tests {
             self.slip.at_origin[0] -= self.slip.spin * o2;
             self.slip.at_origin[1] += self.slip.spin * o1;
             self
+        }
+
+        fn loaded(&self) -> LoadedSlip<'_> {
+            LoadedSlip::on(&self.corners, self.slip, &self.pressure, &self.damping)
+        }
+
+        fn fluxes(&self) -> Vec<[[f64; 6]; 2]> {
+            let loaded = self.loaded();
+            (0..self.corners.len())
+                .map(|edge| loaded.flux(edge, 1.0))
+                .collect()
         }
 
         fn field(&self, y: [f64; 2]) -> (f64, [f64; 2], f64) {
@@ -399,15 +420,14 @@ mod tests {
             sums
         }
 
-        /// Worst errors of resultant, direction, by_slip and edges.
+        /// Worst errors of resultant, direction, by_slip and fluxes.
         fn errors(&self) -> [f64; 4] {
             let exact = self.integrals();
             let resultant = self
                 .slip
                 .resultant(&self.corners, &self.pressure, &self.damping);
-            let moments = self
-                .slip
-                .moments(&self.corners, &self.pressure, &self.damping);
+            let loaded = self.loaded();
+            let moments = loaded.moments();
             let mut errors = [0.0f64; 4];
             let mut note = |kind: usize, value: f64, exact: f64, scale: f64| {
                 let error = (value - exact).abs() / scale;
@@ -447,8 +467,8 @@ mod tests {
                 .map(|(a, b)| self.edge_integrals(*a, *b, 40))
                 .collect();
             let scales: [f64; 3] = array::from_fn(|k| edges.iter().map(|edge| edge[12 + k]).sum());
-            for (edge, exact) in moments.edges.iter().zip(edges) {
-                for (j, edge) in edge.iter().enumerate() {
+            for (edge, exact) in edges.iter().enumerate() {
+                for (j, edge) in loaded.flux(edge, 1.0).iter().enumerate() {
                     for (k, value) in edge.iter().enumerate() {
                         note(3, *value, exact[2 * k + j], scales[DEGREES[k]]);
                     }
@@ -536,7 +556,7 @@ mod tests {
         }
     }
 
-    /// Errors of resultant, direction, by_slip and edges: several times the worst of hundreds of cases. The closed form
+    /// Errors of resultant, direction, by_slip and fluxes: several times the worst of hundreds of cases. The closed form
     /// divides by_slip by a difference of edges and area, and loses more.
     const TOLERANCES: [f64; 4] = [1e-11, 3e-11, 1e-9, 1e-11];
 
@@ -656,8 +676,7 @@ mod tests {
     }
 
     fn moments_of(case: &Case) -> SlipMoments {
-        case.slip
-            .moments(&case.corners, &case.pressure, &case.damping)
+        case.loaded().moments()
     }
 
     #[test]
@@ -674,7 +693,7 @@ mod tests {
                     let mut case = case.clone();
                     case.slip.spin *= factor;
                     let moments = moments_of(&case);
-                    (resultant_of(&case), moments.by_slip, moments.edges)
+                    (resultant_of(&case), moments.by_slip, case.fluxes())
                 };
                 let (below, above) = (beside(1.0 - BESIDE), beside(1.0 + BESIDE));
                 for k in 0..3 {
@@ -948,7 +967,7 @@ mod tests {
                         .all(|value| value.abs() < ROUND_OFF)
                 );
                 let exact = case.edge_integrals(a, b, 40);
-                let [there, none, back, end] = array::from_fn(|i| moments.edges[i]);
+                let [there, none, back, end] = case.fluxes().try_into().unwrap();
                 assert_eq!((none, end), ([[0.0; 6]; 2], [[0.0; 6]; 2]));
                 for edge in [there, back] {
                     for (k, value) in edge.as_flattened().iter().enumerate() {
@@ -991,7 +1010,7 @@ mod tests {
             .chain(moments.by_slip.as_flattened());
         assert!(
             numbers
-                .chain(moments.edges.as_flattened().as_flattened())
+                .chain(case.fluxes().as_flattened().as_flattened())
                 .all(|x| x.is_finite()),
             "{case:?}"
         );

@@ -2,9 +2,11 @@
 
 use super::edge::Vector;
 use super::rules::{EdgeRule, PointPair, TriangleRule};
-use super::{Load, Rung, Slip, SlipMoments};
+use super::{Affine, Load, LoadedSlip, Slip, SlipMoments};
 use crate::scalar::{Scalar, lift};
-use std::ops::AddAssign;
+use wide::f64x2;
+
+const ONE: f64x2 = f64x2::ONE;
 
 /// A triangle of the fan from the polygon's first corner.
 struct Triangle<T> {
@@ -72,163 +74,133 @@ pub(super) fn resultant<T: Scalar>(
     total
 }
 
-/// [`Slip::moments`] by the rules of a rung.
-pub(super) fn moments(
-    slip: &Slip<f64>,
-    corners: &[Vector<f64>],
-    load: &Load<f64>,
-    rung: &Rung,
-) -> SlipMoments {
-    let mut area = AreaSums::default();
-    for triangle in Triangle::fan(corners) {
-        for points in rung.slopes.pairs() {
-            area.add(slip, load, &triangle, points);
+/// [`LoadedSlip::moments`] by a rule.
+pub(super) fn moments(loaded: &LoadedSlip, rule: &TriangleRule) -> SlipMoments {
+    let mut sums = AreaSums::default();
+    let field = Field::of(loaded);
+    for triangle in Triangle::fan(loaded.corners) {
+        for points in rule.pairs() {
+            sums.add(&field, &triangle, points);
         }
     }
-    let mut moments = SlipMoments::zero();
-    for (moments, sums) in moments.direction.iter_mut().zip(&area.direction) {
-        for (moment, sum) in moments.iter_mut().zip(sums) {
-            *moment = sum.sum();
-        }
-    }
-    for (moments, sums) in moments.by_slip.iter_mut().zip(&area.by_slip) {
-        for (moment, sum) in moments.iter_mut().zip(sums) {
-            *moment = sum.sum();
-        }
-    }
-    let following = corners.iter().cycle().skip(1);
-    for ((edge, a), b) in moments.edges.iter_mut().zip(corners).zip(following) {
-        *edge = edge_flux(slip, load, [*a, *b], rung.edge);
-    }
-    moments
-}
-
-/// The same number at two points of a rule, which a processor's instruction takes together.
-#[derive(Debug, Clone, Copy, Default)]
-struct Lanes([f64; 2]);
-
-impl Lanes {
-    #[inline]
-    fn of(value: impl Fn(usize) -> f64) -> Self {
-        Self([value(0), value(1)])
-    }
-
-    #[inline]
-    fn times(self, other: Self) -> Self {
-        Self::of(|lane| self.0[lane] * other.0[lane])
-    }
-
-    #[inline]
-    fn sum(self) -> f64 {
-        self.0[0] + self.0[1]
+    let [u1, u2] = &sums.direction;
+    let [t11, t12, t22] = &sums.by_slip;
+    SlipMoments {
+        direction: [totals(u1), totals(u2)],
+        by_slip: [totals(t11), totals(t12), totals(t22)],
     }
 }
 
-impl AddAssign for Lanes {
+fn totals<const N: usize>(sums: &[f64x2; N]) -> [f64; N] {
+    sums.map(f64x2::reduce_add)
+}
+
+/// Two points, whose numbers a processor's instruction takes together.
+type Points = [f64x2; 2];
+
+/// What is integrated, with all numbers twice.
+struct Field {
+    at_origin: Points,
+    spin: f64x2,
+    tolerance_squared: f64x2,
+    pressure: Affine<f64x2>,
+    damping: Affine<f64x2>,
+}
+
+impl Field {
+    fn of(loaded: &LoadedSlip) -> Self {
+        let LoadedSlip { slip, load, .. } = loaded;
+        Self {
+            at_origin: slip.at_origin.map(f64x2::splat),
+            spin: f64x2::splat(slip.spin),
+            tolerance_squared: f64x2::splat(slip.tolerance * slip.tolerance),
+            pressure: load.pressure.map(f64x2::splat),
+            damping: load.damping.map(f64x2::splat),
+        }
+    }
+
+    /// u, 1/σ and g.
     #[inline]
-    fn add_assign(&mut self, other: Self) {
-        *self = Self::of(|lane| self.0[lane] + other.0[lane]);
+    fn at(&self, [y1, y2]: Points) -> (Points, f64x2, f64x2) {
+        let s1 = self.at_origin[0] - self.spin * y2;
+        let s2 = self.at_origin[1] + self.spin * y1;
+        let inverse = ONE / (s1 * s1 + s2 * s2 + self.tolerance_squared).sqrt();
+        let [p, d] = [&self.pressure, &self.damping].map(|f| f[0] + f[1] * y1 + f[2] * y2);
+        ([s1 * inverse, s2 * inverse], inverse, p * d)
     }
 }
 
 /// The sums over an area rule: ∫ m·u dA, and ∫ g·m·(u uᵀ − 1)/σ dA.
 #[derive(Default)]
 struct AreaSums {
-    direction: [[Lanes; 10]; 2],
-    by_slip: [[Lanes; 6]; 3],
+    direction: [[f64x2; 10]; 2],
+    by_slip: [[f64x2; 6]; 3],
 }
 
 impl AreaSums {
     #[inline]
-    fn add(
-        &mut self,
-        slip: &Slip<f64>,
-        load: &Load<f64>,
-        triangle: &Triangle<f64>,
-        [b, c, weight]: &PointPair,
-    ) {
-        let y = [0, 1].map(|lane| triangle.at(b[lane], c[lane]));
-        let at = [0, 1].map(|lane| slip.at(y[lane]));
-        let u = [0, 1].map(|axis| Lanes::of(|lane| at[lane].0[axis] * at[lane].1));
-        let weight = Lanes::of(|lane| weight[lane] * triangle.area);
-        let factor = Lanes::of(|lane| weight.0[lane] * load.at(y[lane]) * at[lane].1);
-        let y = [0, 1].map(|axis| Lanes::of(|lane| y[lane][axis]));
-        for (sums, u) in self.direction.iter_mut().zip(&u) {
-            add_up(sums, &up_to_cubic(u.times(weight), y));
-        }
-        let less_one = |square: Lanes| Lanes::of(|lane| square.0[lane] - 1.0);
-        let bent = [
-            less_one(u[0].times(u[0])),
-            u[0].times(u[1]),
-            less_one(u[1].times(u[1])),
-        ];
-        for (sums, bent) in self.by_slip.iter_mut().zip(&bent) {
-            add_up(sums, &up_to_quadratic(bent.times(factor), y));
-        }
+    fn add(&mut self, field: &Field, triangle: &Triangle<f64>, [b, c, weight]: &PointPair) {
+        let [b, c] = [*b, *c].map(f64x2::new);
+        let y = [0, 1].map(|i| b * triangle.to[0][i] + c * triangle.to[1][i] + triangle.from[i]);
+        let ([u1, u2], inverse, g) = field.at(y);
+        let weight = f64x2::new(*weight) * triangle.area;
+        add_up_to_cubic(&mut self.direction[0], u1 * weight, y);
+        add_up_to_cubic(&mut self.direction[1], u2 * weight, y);
+        let factor = weight * g * inverse;
+        add_up_to_quadratic(&mut self.by_slip[0], (u1 * u1 - ONE) * factor, y);
+        add_up_to_quadratic(&mut self.by_slip[1], u1 * u2 * factor, y);
+        add_up_to_quadratic(&mut self.by_slip[2], (u2 * u2 - ONE) * factor, y);
     }
 }
 
+/// Adds a number times 1, y₁, y₂, y₁², y₁y₂ and y₂².
 #[inline]
-fn add_up<const N: usize>(sums: &mut [Lanes; N], values: &[Lanes; N]) {
-    for (sum, value) in sums.iter_mut().zip(values) {
-        *sum += *value;
-    }
+fn add_up_to_quadratic(sums: &mut [f64x2; 6], value: f64x2, [y1, y2]: Points) {
+    let (first, second) = (value * y1, value * y2);
+    sums[0] += value;
+    sums[1] += first;
+    sums[2] += second;
+    sums[3] += first * y1;
+    sums[4] += first * y2;
+    sums[5] += second * y2;
 }
 
-/// A number times 1, y₁, y₂, y₁², y₁y₂ and y₂².
+/// Adds a number times the ten monomials.
 #[inline]
-fn up_to_quadratic(value: Lanes, [y1, y2]: [Lanes; 2]) -> [Lanes; 6] {
-    let (first, second) = (value.times(y1), value.times(y2));
-    [
-        value,
-        first,
-        second,
-        first.times(y1),
-        first.times(y2),
-        second.times(y2),
-    ]
+fn add_up_to_cubic(sums: &mut [f64x2; 10], value: f64x2, [y1, y2]: Points) {
+    let (first, second) = (value * y1, value * y2);
+    let (squared, mixed, other) = (first * y1, first * y2, second * y2);
+    sums[0] += value;
+    sums[1] += first;
+    sums[2] += second;
+    sums[3] += squared;
+    sums[4] += mixed;
+    sums[5] += other;
+    sums[6] += squared * y1;
+    sums[7] += squared * y2;
+    sums[8] += mixed * y2;
+    sums[9] += other * y2;
 }
 
-/// A number times the ten monomials.
-#[inline]
-fn up_to_cubic(value: Lanes, y: [Lanes; 2]) -> [Lanes; 10] {
-    let [y1, y2] = y;
-    let [value, first, second, a, b, c] = up_to_quadratic(value, y);
-    [
-        value,
-        first,
-        second,
-        a,
-        b,
-        c,
-        a.times(y1),
-        a.times(y2),
-        b.times(y2),
-        c.times(y2),
-    ]
-}
-
-/// ∫ g·m·u dl for the first six monomials along the edge between two corners.
-#[inline]
-fn edge_flux(
-    slip: &Slip<f64>,
-    load: &Load<f64>,
-    [a, b]: [Vector<f64>; 2],
+/// [`LoadedSlip::flux`] by a rule.
+pub(super) fn flux(
+    loaded: &LoadedSlip,
+    [from, to]: [Vector<f64>; 2],
     rule: &EdgeRule,
+    factor: f64,
 ) -> [[f64; 6]; 2] {
-    let half = [0, 1].map(|i| (b[i] - a[i]) * 0.5);
-    let middle = [0, 1].map(|i| a[i] + half[i]);
-    let mut sums = [[Lanes::default(); 6]; 2];
-    for [t, weight] in rule.pairs() {
-        let y = [0, 1].map(|lane| [0, 1].map(|i| middle[i] + half[i] * t[lane]));
-        let at = [0, 1].map(|lane| slip.at(y[lane]));
-        let factor = Lanes::of(|lane| weight[lane] * load.at(y[lane]) * at[lane].1);
-        let axes = [0, 1].map(|axis| Lanes::of(|lane| y[lane][axis]));
-        for (axis, sums) in sums.iter_mut().enumerate() {
-            let component = Lanes::of(|lane| at[lane].0[axis]).times(factor);
-            add_up(sums, &up_to_quadratic(component, axes));
-        }
+    let field = Field::of(loaded);
+    let half = [0, 1].map(|i| (to[i] - from[i]) * 0.5);
+    let middle = [0, 1].map(|i| from[i] + half[i]);
+    let scale = 2.0 * factor * (half[0] * half[0] + half[1] * half[1]).sqrt();
+    let mut sums = [[f64x2::ZERO; 6]; 2];
+    for [node, weight] in rule.pairs() {
+        let node = f64x2::new(*node);
+        let y = [0, 1].map(|i| node * half[i] + middle[i]);
+        let ([u1, u2], _, load) = field.at(y);
+        let weight = f64x2::new(*weight) * scale * load;
+        add_up_to_quadratic(&mut sums[0], u1 * weight, y);
+        add_up_to_quadratic(&mut sums[1], u2 * weight, y);
     }
-    let length = 2.0 * (half[0] * half[0] + half[1] * half[1]).sqrt();
-    sums.map(|sums| sums.map(|sum| sum.sum() * length))
+    [totals(&sums[0]), totals(&sums[1])]
 }

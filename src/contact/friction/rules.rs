@@ -1,6 +1,6 @@
 //! Quadrature rules: symmetric ones on the triangle, and Gauss–Legendre on an edge.
 //!
-//! The nodes on the triangle are those of H. Xiao and Z. Gimbutas, "A numerical algorithm for the
+//! The nodes on the triangle are, unless noted, those of H. Xiao and Z. Gimbutas, "A numerical algorithm for the
 //! construction of efficient quadrature rules in two and higher dimensions", Comput. Math. Appl. 59
 //! (2010): all inside, all weights positive. They are stored as orbits of the triangle's symmetries
 //! and expanded when the crate is compiled.
@@ -40,6 +40,12 @@ impl TriangleRule {
             points.push(1.0 / 3.0, 1.0 / 3.0, orbits.centroid);
         }
         let mut i = 0;
+        while i < orbits.cyclic.len() {
+            let [a, b, weight] = orbits.cyclic[i];
+            points.push_turned([a, b], weight);
+            i += 1;
+        }
+        i = 0;
         while i < orbits.medians.len() {
             let [a, weight] = orbits.medians[i];
             points.push_turned([a, a], weight);
@@ -85,11 +91,20 @@ impl Points {
 struct Orbits {
     /// Weight of the centroid, 0 if it is no point of the rule.
     centroid: f64,
+    /// Orbits of three points: two barycentric coordinates and the weight.
+    cyclic: &'static [[f64; 3]],
     /// Orbits of three points on the medians: the barycentric coordinate that two corners have, and the weight.
     medians: &'static [[f64; 2]],
     /// Orbits of six points: two barycentric coordinates and the weight.
     general: &'static [[f64; 3]],
 }
+
+const NONE: Orbits = Orbits {
+    centroid: 0.0,
+    cyclic: &[],
+    medians: &[],
+    general: &[],
+};
 
 /// Gauss–Legendre quadrature: exact for polynomials of degree 2n − 1.
 pub(super) struct EdgeRule {
@@ -122,7 +137,8 @@ impl EdgeRule {
 }
 
 pub(super) static TRIANGLE_4: TriangleRule = TriangleRule::expanded(&DEGREE_4);
-pub(super) static TRIANGLE_6: TriangleRule = TriangleRule::expanded(&DEGREE_6);
+pub(super) static TRIANGLE_5: TriangleRule = TriangleRule::expanded(&DEGREE_5);
+pub(super) static TRIANGLE_7: TriangleRule = TriangleRule::expanded(&DEGREE_7);
 pub(super) static TRIANGLE_8: TriangleRule = TriangleRule::expanded(&DEGREE_8);
 pub(super) static TRIANGLE_12: TriangleRule = TriangleRule::expanded(&DEGREE_12);
 pub(super) static TRIANGLE_17: TriangleRule = TriangleRule::expanded(&DEGREE_17);
@@ -152,26 +168,41 @@ pub(super) static EDGE_10: EdgeRule = EdgeRule::mirrored(&[
 
 /// Degree 4, 6 points.
 const DEGREE_4: Orbits = Orbits {
-    centroid: 0.0,
     medians: &[
         [0.4459484909159649, 0.22338158967801147],
         [0.09157621350977085, 0.10995174365532188],
     ],
-    general: &[],
+    ..NONE
 };
 
-/// Degree 6, 12 points.
-const DEGREE_6: Orbits = Orbits {
-    centroid: 0.0,
+/// Degree 5, 7 points.
+const DEGREE_5: Orbits = Orbits {
+    centroid: 0.225,
     medians: &[
-        [0.21942998254978302, 0.17133312415298105],
-        [0.48013796411221504, 0.08073108959303098],
+        [0.10128650732345633, 0.12593918054482717],
+        [0.47014206410511505, 0.13239415278850616],
     ],
-    general: &[[
-        0.019371724361240805,
-        0.14161901592396814,
-        0.04063455979366066,
-    ]],
+    ..NONE
+};
+
+/// Degree 7, 12 points, by K. Gatermann, "The construction of symmetric cubature formulas for the square and the triangle",
+/// Computing 40 (1988).
+const DEGREE_7: Orbits = Orbits {
+    cyclic: &[
+        [
+            0.06238226509440212,
+            0.06751786707391609,
+            0.053034056314872506,
+        ],
+        [0.05522545665692661, 0.3215024938519818, 0.08776281742889211],
+        [
+            0.03432430294509715,
+            0.6609491961867356,
+            0.057550085569963175,
+        ],
+        [0.5158423343535917, 0.2777161669763918, 0.13498637401960556],
+    ],
+    ..NONE
 };
 
 /// Degree 8, 16 points.
@@ -187,11 +218,11 @@ const DEGREE_8: Orbits = Orbits {
         0.26311282963463806,
         0.027230314174434996,
     ]],
+    ..NONE
 };
 
 /// Degree 12, 33 points.
 const DEGREE_12: Orbits = Orbits {
-    centroid: 0.0,
     medians: &[
         [0.27146250701492614, 0.06254121319590276],
         [0.10925782765935432, 0.02848605206887755],
@@ -212,11 +243,11 @@ const DEGREE_12: Orbits = Orbits {
             0.02178358503860756,
         ],
     ],
+    ..NONE
 };
 
 /// Degree 17, 60 points.
 const DEGREE_17: Orbits = Orbits {
-    centroid: 0.0,
     medians: &[
         [0.4171034443615992, 0.027310926528102106],
         [0.18035811626637066, 0.026312630588017985],
@@ -262,6 +293,7 @@ const DEGREE_17: Orbits = Orbits {
             0.007978300205929593,
         ],
     ],
+    ..NONE
 };
 
 #[cfg(test)]
@@ -286,7 +318,8 @@ mod tests {
     fn triangle_rules_are_exact_up_to_their_degree() {
         for (degree, rule) in [
             (4, &TRIANGLE_4),
-            (6, &TRIANGLE_6),
+            (5, &TRIANGLE_5),
+            (7, &TRIANGLE_7),
             (8, &TRIANGLE_8),
             (12, &TRIANGLE_12),
             (17, &TRIANGLE_17),
@@ -305,7 +338,8 @@ mod tests {
     fn points_are_inside_and_weights_are_positive() {
         for rule in [
             &TRIANGLE_4,
-            &TRIANGLE_6,
+            &TRIANGLE_5,
+            &TRIANGLE_7,
             &TRIANGLE_8,
             &TRIANGLE_12,
             &TRIANGLE_17,

@@ -1,16 +1,23 @@
 use super::{Rates, Traction, VectorMoments, wrench_of, wrenches};
-use crate::contact::friction::product;
-use crate::contact::plane::{affine_moments, quadratic_moments};
+use crate::contact::plane::affine_moments;
 use crate::contact::polygon::CutPolygon;
 use nalgebra::{Matrix6, Vector6};
+
+/// Of a component of which the moments vanish.
+const NONE: [f64; 6] = [0.0; 6];
 
 impl Rates {
     /// Adds the integrals over the area: velocities, law, and K without the edges.
     pub fn add_area(&mut self, traction: &Traction, polygon: &CutPolygon<f64>) {
-        let area = AreaMoments::of(traction);
-        let [first, second, third] = area.by_velocity.each_ref().map(wrenches);
-        let columns = |k: usize| [first[k], second[k], third[k]];
-        let [by_velocity, by_y1, by_y2] = [0, 1, 2].map(columns);
+        let area = AreaMoments::of(traction, polygon.weight.area);
+        let [t11, t12, t22] = &area.by_slip;
+        let first = wrenches([t11, t12, &NONE]);
+        let second = wrenches([t12, t22, &NONE]);
+        let [p1, p2, p3] = &area.by_parting;
+        let third = wrenches([p1, p2, p3]);
+        let by_velocity = [first[0], second[0], third[0]];
+        let by_y1 = [first[1], second[1], third[1]];
+        let by_y2 = [first[2], second[2], third[2]];
         self.by_twist = Matrix6::from_columns(&[
             by_y2[2],
             -by_y1[2],
@@ -19,25 +26,26 @@ impl Rates {
             by_velocity[1],
             by_velocity[2],
         ]);
-        self.wrench = wrench_of(area.traction);
-        self.by_dissipation = wrench_of(area.by_dissipation);
-        self.by_friction = wrench_of(area.by_friction);
-        let t = area.traction;
-        let q = wrenches(&area.by_pressure);
+        let t = &area.traction;
+        self.wrench = wrench_of(t);
+        self.by_dissipation = wrench_of(&area.by_dissipation);
+        self.by_friction = wrench_of(&area.by_friction);
+        let [q1, q2, q3] = &area.by_pressure;
+        let by_pressure = wrenches([q1, q2, q3]);
         let along_normal = polygon.pressure_a.gradient.dot(&polygon.plane.normal);
         let [v1, v2, v3] = traction.plane.velocity;
         let [w1, w2, w3] = traction.plane.angular;
-        for (k, by) in [by_velocity, by_y1, by_y2].iter().enumerate() {
+        for (k, by) in [&by_velocity, &by_y1, &by_y2].into_iter().enumerate() {
             let lifted = Vector6::new(-t[1][k], t[0][k], 0.0, 0.0, 0.0, 0.0);
-            self.by_speed[k] += q[k] * along_normal + by[0] * w2 - by[1] * w1 + lifted;
+            self.by_speed[k] += by_pressure[k] * along_normal + by[0] * w2 - by[1] * w1 + lifted;
         }
         // The wrench of v_i times column j of T.
         let times_v1 = |j: usize| by_velocity[j] * v1 - by_y2[j] * w3;
         let times_v2 = |j: usize| by_velocity[j] * v2 + by_y1[j] * w3;
         let times_v3 = |j: usize| by_velocity[j] * v3 - by_y1[j] * w2 + by_y2[j] * w1;
-        let (none, less) = ([0.0; 3], t[2].map(|moment| -moment));
-        self.by_speed[1] += wrench_of([less, none, t[0]]) + times_v3(0) - times_v1(2);
-        self.by_speed[2] += wrench_of([none, less, t[1]]) + times_v3(1) - times_v2(2);
+        let (none, less) = ([0.0; 3], [-t[2][0], -t[2][1], -t[2][2]]);
+        self.by_speed[1] += wrench_of(&[less, none, t[0]]) + times_v3(0) - times_v1(2);
+        self.by_speed[2] += wrench_of(&[none, less, t[1]]) + times_v3(1) - times_v2(2);
     }
 }
 
@@ -47,67 +55,83 @@ struct AreaMoments {
     traction: [[f64; 3]; 3],
     /// Of ∂t/∂p.
     by_pressure: VectorMoments,
-    /// Of the columns of T.
-    by_velocity: [VectorMoments; 3],
+    /// Of the entries 11, 12 and 22 of T, whose other entries in the first two columns are zero.
+    by_slip: [[f64; 6]; 3],
+    /// Of ∂t/∂v₃, the third column of T.
+    by_parting: VectorMoments,
     /// Of ∂t/∂d and ∂t/∂μ along each axis, by 1, y₁ and y₂.
     by_dissipation: [[f64; 3]; 3],
     by_friction: [[f64; 3]; 3],
 }
 
 impl AreaMoments {
-    /// With ψ, u and σ as in [`Traction`] and [`SlipMoments`], on the part where ψ > 0
+    /// With ψ, u and σ as in [`Traction`] and [`LoadedSlip`], on the part where ψ > 0
     ///
     /// t = p(−μψu₁, −μψu₂, ψ − 1),  ∂t/∂(v₁, v₂) = μpψ(u uᵀ − 1)/σ,  ∂t/∂v₃ = −dp(−μu₁, −μu₂, 1),
     ///
     /// and ∂t/∂d the same as ∂t/∂v₃ with v₃ in place of d. Beyond, t = −p n.
-    #[inline]
-    fn of(traction: &Traction) -> Self {
-        let (plane, slip) = (traction.plane, traction.slip);
+    ///
+    /// [`LoadedSlip`]: crate::contact::friction::LoadedSlip
+    fn of(traction: &Traction, weight: f64) -> Self {
+        let (plane, pressure, damping) =
+            (traction.plane, &traction.plane.pressure, &traction.damping);
         let (mu, d) = (traction.friction, traction.dissipation);
-        let moments = traction.pressed.moments();
-        let [u1, u2] = &slip.direction;
-        // Of (−μu₁, −μu₂, 1).
-        let pushed = [u1.map(|u| -mu * u), u2.map(|u| -mu * u), moments];
-        let by_pressure = traction.by_pressure(&pushed);
-        let [t11, t12, t22] = slip
-            .by_slip
-            .map(|moments| moments.map(|moment| mu * moment));
-        let damped = plane.pressure.map(|p| -d * p);
-        let parting = product(&plane.pressure, &plane.separating()).map(|c| -c);
-        let load = product(&plane.pressure, &traction.damping).map(|c| -c);
+        let slip = traction.slip.moments();
+        let [u1, u2] = [
+            scaled(&slip.direction[0], weight),
+            scaled(&slip.direction[1], weight),
+        ];
+        let one = scaled(&traction.pressed.moments(), weight);
+        // ∫ p m u and ∫ p m dA.
+        let p1: [f64; 6] = affine_moments(pressure, &u1);
+        let p2: [f64; 6] = affine_moments(pressure, &u2);
+        let p3: [f64; 6] = affine_moments(pressure, &one);
+        // ∫ pψ m u dA.
+        let loaded: [[f64; 3]; 2] = [affine_moments(damping, &p1), affine_moments(damping, &p2)];
+        let (normal, normal_by_pressure) = if traction.is_clamped {
+            let whole = scaled(&plane.outline.moments(), weight);
+            let all: [f64; 6] = affine_moments(pressure, &whole);
+            (
+                less(affine_moments(damping, &p3), &all),
+                less(affine_moments(damping, &one), &whole),
+            )
+        } else {
+            let excess = &traction.excess;
+            (affine_moments(excess, &p3), affine_moments(excess, &one))
+        };
+        let parting = plane.separating();
         Self {
-            traction: by_pressure
-                .each_ref()
-                .map(|q| affine_moments(&plane.pressure, q)),
-            by_pressure,
-            by_velocity: [
-                [t11, t12, [0.0; 6]],
-                [t12, t22, [0.0; 6]],
-                pushed.each_ref().map(|of| affine_moments(&damped, of)),
+            traction: [scaled(&loaded[0], -mu), scaled(&loaded[1], -mu), normal],
+            by_pressure: [
+                scaled(&affine_moments(damping, &u1), -mu),
+                scaled(&affine_moments(damping, &u2), -mu),
+                normal_by_pressure,
             ],
-            by_dissipation: pushed.each_ref().map(|of| quadratic_moments(&parting, of)),
-            by_friction: [
-                quadratic_moments(&load, u1),
-                quadratic_moments(&load, u2),
-                [0.0; 3],
+            by_slip: [0, 1, 2].map(|entry| scaled(&slip.by_slip[entry], mu * weight)),
+            by_parting: [scaled(&p1, d * mu), scaled(&p2, d * mu), scaled(&p3, -d)],
+            by_dissipation: [
+                scaled(&affine_moments(&parting, &p1), mu),
+                scaled(&affine_moments(&parting, &p2), mu),
+                scaled(&affine_moments(&parting, &p3), -1.0),
             ],
+            by_friction: [scaled(&loaded[0], -1.0), scaled(&loaded[1], -1.0), [0.0; 3]],
         }
     }
 }
 
-impl Traction<'_> {
-    /// Moments of ∂t/∂p, from those of (−μu₁, −μu₂, 1).
-    #[inline]
-    fn by_pressure(&self, pushed: &[[f64; 10]; 3]) -> VectorMoments {
-        let [q1, q2, q3] = pushed
-            .each_ref()
-            .map(|of| affine_moments(&self.damping, of));
-        let normal = if self.is_clamped {
-            let whole = self.plane.outline.moments();
-            std::array::from_fn(|m| q3[m] - whole[m])
-        } else {
-            affine_moments(&self.excess, &pushed[2])
-        };
-        [q1, q2, normal]
+#[inline]
+fn scaled<const N: usize>(moments: &[f64; N], factor: f64) -> [f64; N] {
+    let mut scaled = *moments;
+    for moment in &mut scaled {
+        *moment *= factor;
     }
+    scaled
+}
+
+#[inline]
+fn less<const N: usize>(mut moments: [f64; N], others: &[f64]) -> [f64; N] {
+    for (moment, other) in moments.iter_mut().zip(others) {
+        *moment -= other;
+    }
+    moments
 }

@@ -1,19 +1,9 @@
-use super::{Rates, Traction, VectorMoments, along_normal_of, wrenches};
-use crate::contact::plane::{PlanePolygon, at, up_to_quadratic};
+use super::{Rates, Traction, add_along_normal};
+use crate::contact::plane::{PlanePolygon, at};
 use crate::contact::polygon::{CutPolygon, PolygonSource};
 use crate::geometry::faces_in;
 use crate::narrow_phase::Cut;
 use nalgebra::{Vector3, Vector6};
-
-/// Gauss' points and weights for the mean over an edge, from its start: exact to degree five.
-const THREE_POINTS: [(f64, f64); 3] = [
-    (0.112_701_665_379_258_31, 5.0 / 18.0),
-    (0.5, 4.0 / 9.0),
-    (0.887_298_334_620_741_7, 5.0 / 18.0),
-];
-
-/// ψ − 1 where ψ = 0.
-const NONE: [f64; 3] = [-1.0, 0.0, 0.0];
 
 /// A translation of B (m/s) in which faces through a common line leave it one after the other; any generic direction will
 /// do. [`GROWTH`] (1/s) is the rate at which B's modulus grows meanwhile: layers of equal pressure share their lines
@@ -29,8 +19,26 @@ struct Line {
     /// 1/|ν − (ν·n)n| for this normal ν, negative if it points into the polygon.
     outwardness: f64,
     moves_with_b: bool,
-    /// How fast the line leaves the middle of the edge outwards, by [`NUDGE`] and [`GROWTH`].
-    speed: f64,
+}
+
+/// How fast an edge moves outwards in its plane: by_b·w − by_plane·h, where w is the velocity of B and h the speed of the
+/// plane along its normal.
+#[derive(Default)]
+struct Drift {
+    /// Along the axes of the plane.
+    by_b: Vector3<f64>,
+    by_plane: f64,
+}
+
+impl Drift {
+    /// Adds a share of the motion of a line.
+    fn add(&mut self, line: &Line, share: f64) {
+        let m = line.normal * (share * line.outwardness);
+        self.by_plane += m.z;
+        if line.moves_with_b {
+            self.by_b += m;
+        }
+    }
 }
 
 /// The edges of a contact polygon that is moved.
@@ -66,29 +74,16 @@ impl<'e> Edges<'e> {
     pub fn add_to(&self, traction: &Traction, rates: &mut Rates) {
         // At the rim there is no pressure.
         let rim = self.source.pair.tet_a(self.cut.tets[0]).zero_faces;
-        self.visit(rim, |edge, line, share| {
-            rates.add_flux(&wrenches(&traction.along_edge(edge)), line, share);
+        self.visit(rim, |edge, drift| {
+            rates.add_flux(&traction.along_edge(edge), drift);
         });
     }
 
-    /// Visits the edges that move, except those that lie in the faces left out: with each line that owns a part of the
-    /// edge, and how much of its flux counts.
-    fn visit(&self, left_out: u8, mut visit: impl FnMut(usize, &Line, f64)) {
+    /// Visits the edges that move, except those that lie in the faces left out.
+    fn visit(&self, left_out: u8, mut visit: impl FnMut(usize, &Drift)) {
         let mut visit_edge = |edge: usize, owners: u8| {
             if owners != 0 && owners & left_out == 0 {
-                let mut lines = [None; 8];
-                for (line, face) in lines.iter_mut().zip(faces_in(owners)) {
-                    *line = Some(self.line(face, edge));
-                }
-                let weight = self.cut.weight().edges;
-                for line in owning(&lines) {
-                    let share = if owners.is_power_of_two() {
-                        1.0
-                    } else {
-                        share_of(line, &lines)
-                    };
-                    visit(edge, line, weight * share);
-                }
+                visit(edge, &self.drift(edge, owners));
             }
         };
         if let Some((edge, owners)) = self.line_way() {
@@ -99,6 +94,22 @@ impl<'e> Edges<'e> {
                 visit_edge(edge, owners);
             }
         }
+    }
+
+    /// The motion of an edge that lies in these faces, as far as its flux counts.
+    fn drift(&self, edge: usize, owners: u8) -> Drift {
+        let weight = self.cut.weight().edges;
+        let mut drift = Drift::default();
+        if owners.is_power_of_two() {
+            let face = owners.trailing_zeros() as usize;
+            drift.add(&self.line(face, edge), weight);
+        } else {
+            let lines = self.lines(edge, owners);
+            for owner in lines.iter().flatten() {
+                drift.add(&owner.line, weight * share_of(owner, &lines));
+            }
+        }
+        drift
     }
 
     fn owners(&self) -> &[u8] {
@@ -132,9 +143,6 @@ impl<'e> Edges<'e> {
     }
 
     fn line(&self, face: usize, edge: usize) -> Line {
-        let [from, to] = self.plane.ends(edge);
-        let middle = [0, 1].map(|i| 0.5 * (from[i] + to[i]));
-        let plane_speed = self.plane_speed + self.by_pressure * at(&self.plane.pressure, &middle);
         let pair = &self.source.pair;
         let outward = if face < 4 {
             let a = pair.tet_a(self.cut.tets[0]);
@@ -145,19 +153,40 @@ impl<'e> Edges<'e> {
             self.source.pose_ab.rotation() * in_b
         };
         let normal = self.plane.axes.tr_mul(&outward);
-        let outwardness = outwardness(&self.plane.edge(edge), &normal);
-        let own_speed = if face < 4 { 0.0 } else { outward.dot(&NUDGE) };
         Line {
             normal,
-            outwardness,
+            outwardness: outwardness(&self.plane.edge(edge), &normal),
             moves_with_b: face >= 4,
-            speed: outwardness * (own_speed - plane_speed * normal.z),
         }
+    }
+
+    /// The lines of the faces that an edge lies in.
+    fn lines(&self, edge: usize, owners: u8) -> [Option<Owner>; 8] {
+        let [from, to] = self.plane.ends(edge);
+        let middle = [0, 1].map(|i| 0.5 * (from[i] + to[i]));
+        let plane_speed = self.plane_speed + self.by_pressure * at(&self.plane.pressure, &middle);
+        let nudge = self.plane.axes.tr_mul(&NUDGE);
+        let mut lines = [None; 8];
+        for (owner, face) in lines.iter_mut().zip(faces_in(owners)) {
+            let line = self.line(face, edge);
+            let own_speed = if line.moves_with_b {
+                line.normal.dot(&nudge)
+            } else {
+                0.0
+            };
+            let speed = line.outwardness * (own_speed - plane_speed * line.normal.z);
+            *owner = Some(Owner { line, speed });
+        }
+        lines
     }
 }
 
-fn owning(lines: &[Option<Line>; 8]) -> impl Iterator<Item = &Line> {
-    lines.iter().flatten()
+/// One of several lines that an edge lies in.
+#[derive(Clone, Copy)]
+struct Owner {
+    line: Line,
+    /// How fast the line leaves the middle of the edge outwards, by [`NUDGE`] and [`GROWTH`].
+    speed: f64,
 }
 
 /// How much of an edge's flux is that of a line's motion: the mean of both sides of the coincidence.
@@ -165,24 +194,23 @@ fn owning(lines: &[Option<Line>; 8]) -> impl Iterator<Item = &Line> {
 /// Moved a little by [`NUDGE`], ahead or behind, the polygon ends at the innermost of the lines that bound it from
 /// outside, and begins at the outermost of those that bound it from inside, if that lies further in. So of any number of
 /// lines that bound it from outside alone, the slowest and the fastest share the edge.
-fn share_of(line: &Line, lines: &[Option<Line>; 8]) -> f64 {
-    let is_outer = |line: &&Line| line.outwardness > 0.0;
+fn share_of(owner: &Owner, lines: &[Option<Owner>; 8]) -> f64 {
+    let owning = || lines.iter().flatten();
+    let is_outer = |owner: &&Owner| owner.line.outwardness > 0.0;
     [1.0, -1.0]
         .into_iter()
         .map(|way| {
-            let speed = |line: &&Line| way * line.speed;
-            let by_speed = |one: &&Line, other: &&Line| speed(one).total_cmp(&speed(other));
-            let end = owning(lines).filter(is_outer).min_by(by_speed);
-            let start = owning(lines)
-                .filter(|line| !is_outer(line))
-                .max_by(by_speed);
+            let speed = |owner: &&Owner| way * owner.speed;
+            let by_speed = |one: &&Owner, other: &&Owner| speed(one).total_cmp(&speed(other));
+            let end = owning().filter(is_outer).min_by(by_speed);
+            let start = owning().filter(|owner| !is_outer(owner)).max_by(by_speed);
             let is_empty = end
                 .zip(start)
                 .is_some_and(|(end, start)| speed(&end) <= speed(&start));
             match (end, start) {
                 _ if is_empty => 0.0,
-                (Some(end), _) if std::ptr::eq(end, line) => 0.5,
-                (_, Some(start)) if std::ptr::eq(start, line) => -0.5,
+                (Some(end), _) if std::ptr::eq(end, owner) => 0.5,
+                (_, Some(start)) if std::ptr::eq(start, owner) => -0.5,
                 _ => 0.0,
             }
         })
@@ -207,7 +235,8 @@ impl PlanePolygon<f64> {
         [to[0] - from[0], to[1] - from[1]]
     }
 
-    fn ends(&self, edge: usize) -> [[f64; 2]; 2] {
+    /// The corners that an edge of the contact polygon joins.
+    pub fn ends(&self, edge: usize) -> [[f64; 2]; 2] {
         let corners = self.outline.corners();
         [
             corners[edge],
@@ -220,77 +249,23 @@ impl PlanePolygon<f64> {
     }
 }
 
-impl Traction<'_> {
-    /// ∫ t m dl along an edge of the contact polygon.
-    fn along_edge(&self, edge: usize) -> VectorMoments {
-        let mut moments = [[0.0; 6]; 3];
-        let pressed = self.pressed.edges().iter();
-        if let Some(part) = pressed.clone().position(|&of| usize::from(of) == edge) {
-            let [first, second] = &self.slip.edges[part];
-            moments[0] = first.map(|moment| -self.friction * moment);
-            moments[1] = second.map(|moment| -self.friction * moment);
-        }
-        if self.excess.iter().any(|&c| c != 0.0) {
-            moments[2] = self.normal_along_edge(edge);
-        }
-        moments
-    }
-
-    /// ∫ p (ψ − 1) m dl, with ψ = 0 where it would be negative.
-    fn normal_along_edge(&self, edge: usize) -> [f64; 6] {
-        let [from, to] = self.plane.ends(edge);
-        let [start, end] = [from, to].map(|y| at(&self.damping, &y));
-        if start >= 0.0 && end >= 0.0 {
-            return self.edge_moments([from, to], &self.excess);
-        }
-        if start < 0.0 && end < 0.0 {
-            return self.edge_moments([from, to], &NONE);
-        }
-        let share = start / (start - end);
-        let middle = [0, 1].map(|i| from[i] + share * (to[i] - from[i]));
-        let (inside, outside) = if start >= 0.0 {
-            ([from, middle], [middle, to])
-        } else {
-            ([middle, to], [from, middle])
-        };
-        let inside = self.edge_moments(inside, &self.excess);
-        let outside = self.edge_moments(outside, &NONE);
-        std::array::from_fn(|m| inside[m] + outside[m])
-    }
-
-    /// ∫ p f m dl for an affine f.
-    #[inline]
-    fn edge_moments(&self, [from, to]: [[f64; 2]; 2], f: &[f64; 3]) -> [f64; 6] {
-        let along = [to[0] - from[0], to[1] - from[1]];
-        let length = (along[0] * along[0] + along[1] * along[1]).sqrt();
-        let mut moments = [0.0; 6];
-        for (share, weight) in THREE_POINTS {
-            let y = [0, 1].map(|i| from[i] + share * along[i]);
-            let value = at(&self.plane.pressure, &y) * at(f, &y) * (weight * length);
-            for (moment, value) in moments.iter_mut().zip(&up_to_quadratic(value, &y)) {
-                *moment += value;
-            }
-        }
-        moments
-    }
-}
-
 impl Rates {
-    /// Adds a share of the flux through an edge that moves with a line.
-    fn add_flux(&mut self, flux: &[Vector6<f64>; 3], line: &Line, share: f64) {
-        let m = line.normal * (share * line.outwardness);
+    /// Adds the flux through an edge.
+    fn add_flux(&mut self, flux: &[Vector6<f64>; 3], drift: &Drift) {
         for (k, f) in self.by_speed.iter_mut().zip(flux) {
-            *k -= f * m.z;
+            *k -= f * drift.by_plane;
         }
-        if line.moves_with_b {
-            self.by_motion += along_normal_of(&m, flux);
+        if drift.by_b != Vector3::zeros() {
+            add_along_normal(&drift.by_b, flux, &mut self.by_motion);
         }
     }
 }
 
 #[cfg(test)]
 mod tests {
+    use super::super::flux::THREE_POINTS;
     use super::*;
+    use crate::contact::friction::LoadedSlip;
     use crate::contact::linearised::RelativeLinearisation;
     use crate::contact::polygon::PartialSum;
     use crate::contact::surface_law::RelativeMotion;
@@ -351,6 +326,7 @@ mod tests {
             let plane = PlanePolygon::of(&polygon, &REST).unwrap();
             let all = [1.0, 0.0, 0.0];
             let corners = plane.outline.corners();
+            let slip = LoadedSlip::on(corners, plane.slip(&law), &plane.pressure, &all);
             let traction = Traction {
                 plane: &plane,
                 friction: 0.0,
@@ -359,12 +335,11 @@ mod tests {
                 excess: all,
                 pressed: &plane.outline,
                 is_clamped: false,
-                slip: &plane.slip(&law).moments(corners, &plane.pressure, &all),
+                slip,
             };
             let mut rates = Rates::default();
             if polygon.has_area() {
                 rates.add_area(&traction, &polygon);
-                rates.scale(cut.weight().area);
             }
             Edges::of(&source, (cut, &polygon), &plane).add_to(&traction, &mut rates);
             rates.add_to(&plane, &polygon, &mut sum);
@@ -415,10 +390,8 @@ mod tests {
                 weighted.z,
             ];
             rates += SMatrix::<f64, 5, 1>::from([inner]) * by_place.transpose();
-            Edges::of(&source, (cut, &polygon), &plane).visit(0, |edge, line, share| {
-                let own = if line.moves_with_b { 1.0 } else { 0.0 };
-                let m = plane.axes * line.normal;
-                let speed = (m * own - by_place * line.normal.z) * (share * line.outwardness);
+            Edges::of(&source, (cut, &polygon), &plane).visit(0, |edge, drift| {
+                let speed = plane.axes * drift.by_b - by_place * drift.by_plane;
                 rates += flux(&plane, edge) * speed.transpose();
             });
         }

@@ -1,44 +1,78 @@
 use crate::contact::plane::PlanePolygon;
-use nalgebra::{Matrix3, Matrix6, Vector3, Vector6};
+use nalgebra::{Matrix6, Vector3, Vector6};
+use std::array;
+use std::ops::{Add, Mul, Sub};
+use wide::f64x2;
 
 /// From the axes and the center of a plane to A's axes and A's origin: for wrenches, and the same way for motions.
 pub(super) struct PlaneFrame {
-    axes: Matrix3<f64>,
+    /// e₁, e₂ and n.
+    axes: [Vector3<f64>; 3],
     center: Vector3<f64>,
 }
+
+/// A number, or the same number of two wrenches.
+trait Lanes: Copy + Add<Output = Self> + Sub<Output = Self> + Mul<f64, Output = Self> {}
+
+impl Lanes for f64 {}
+impl Lanes for f64x2 {}
 
 impl PlaneFrame {
     pub fn of(plane: &PlanePolygon<f64>) -> Self {
         Self {
-            axes: plane.axes,
+            axes: [0, 1, 2].map(|axis| plane.axes.column(axis).into_owned()),
             center: plane.center,
         }
     }
 
+    #[inline]
     pub fn of_wrench(&self, wrench: &Vector6<f64>) -> Vector6<f64> {
-        let [torque, force] = [0, 3].map(|row| self.axes * wrench.fixed_rows::<3>(row));
-        let torque = torque + self.center.cross(&force);
-        Vector6::new(torque.x, torque.y, torque.z, force.x, force.y, force.z)
+        let w = wrench.as_slice();
+        let [t1, t2, t3, f1, f2, f3] = self.turned([w[0], w[1], w[2], w[3], w[4], w[5]]);
+        Vector6::new(t1, t2, t3, f1, f2, f3)
     }
 
-    /// A matrix of wrenches by motions, or by velocities.
-    pub fn of_matrix(&self, matrix: &Matrix6<f64>) -> Matrix6<f64> {
-        let column = |column: usize| self.of_wrench(&matrix.column(column).into_owned());
-        let [a1, a2, a3, l1, l2, l3] = [0, 1, 2, 3, 4, 5].map(column);
-        let turned = |axis: usize, [v1, v2, v3]: [&Vector6<f64>; 3]| {
-            let [r1, r2, r3] = [0, 1, 2].map(|from| self.axes[(axis, from)]);
-            v1 * r1 + v2 * r2 + v3 * r3
-        };
-        let [x, y, z] = [0, 1, 2].map(|axis| turned(axis, [&l1, &l2, &l3]));
-        let [ax, ay, az] = [0, 1, 2].map(|axis| turned(axis, [&a1, &a2, &a3]));
-        let c = &self.center;
-        Matrix6::from_columns(&[
-            ax + z * c.y - y * c.z,
-            ay + x * c.z - z * c.x,
-            az + y * c.x - x * c.y,
-            x,
-            y,
-            z,
-        ])
+    /// Adds a matrix of wrenches by motions, or by velocities, to one in A's axes about A's origin.
+    pub fn add_matrix(&self, matrix: &Matrix6<f64>, sum: &mut Matrix6<f64>) {
+        let columns = matrix.as_slice();
+        // Two rows at a time, then two columns.
+        let rows: [[f64x2; 6]; 3] = array::from_fn(|pair| {
+            let place = |column: usize| 6 * column + 2 * pair;
+            let two = |column| f64x2::new([columns[place(column)], columns[place(column) + 1]]);
+            self.turned([two(0), two(1), two(2), two(3), two(4), two(5)])
+        });
+        let sums = sum.as_mut_slice();
+        for pair in 0..3 {
+            let two = |of: usize| f64x2::transpose([rows[of][2 * pair], rows[of][2 * pair + 1]]);
+            let ([t1, t2], [t3, f1], [f2, f3]) = (two(0), two(1), two(2));
+            let [t1, t2, t3, f1, f2, f3] = self.turned([t1, t2, t3, f1, f2, f3]);
+            let columns = [[t1, t2], [t3, f1], [f2, f3]].map(f64x2::transpose);
+            for (row, [first, second]) in columns.into_iter().enumerate() {
+                add_at(sums, 12 * pair + 2 * row, first);
+                add_at(sums, 12 * pair + 6 + 2 * row, second);
+            }
+        }
     }
+
+    #[inline]
+    fn turned<L: Lanes>(&self, [t1, t2, t3, f1, f2, f3]: [L; 6]) -> [L; 6] {
+        let [e1, e2, n] = &self.axes;
+        let [tx, ty, tz] = [0, 1, 2].map(|i| t1 * e1[i] + t2 * e2[i] + t3 * n[i]);
+        let [fx, fy, fz] = [0, 1, 2].map(|i| f1 * e1[i] + f2 * e2[i] + f3 * n[i]);
+        let c = &self.center;
+        [
+            tx + (fz * c.y - fy * c.z),
+            ty + (fx * c.z - fz * c.x),
+            tz + (fy * c.x - fx * c.y),
+            fx,
+            fy,
+            fz,
+        ]
+    }
+}
+
+#[inline]
+fn add_at(sums: &mut [f64], place: usize, values: f64x2) {
+    let sum = f64x2::new([sums[place], sums[place + 1]]) + values;
+    sums[place..place + 2].copy_from_slice(sum.as_array());
 }

@@ -18,9 +18,10 @@
 
 mod area;
 mod edges;
+mod flux;
 mod frame;
 
-use super::friction::SlipMoments;
+use super::friction::LoadedSlip;
 use super::jacobian::RelativeJacobian;
 use super::linearised::RelativeLinearisation;
 use super::plane::{Outline, PlanePolygon};
@@ -127,9 +128,12 @@ impl PolygonSource<'_, f64> {
         let damping = plane.damping(law.dissipation);
         let part = plane.outline.cut(&damping);
         let pressed = part.as_ref().unwrap_or(&plane.outline);
-        let slip = plane
-            .slip(law)
-            .moments(pressed.corners(), &plane.pressure, &damping);
+        let slip = LoadedSlip::on(
+            pressed.corners(),
+            plane.slip(law),
+            &plane.pressure,
+            &damping,
+        );
         let traction = Traction {
             plane: &plane,
             friction: law.friction,
@@ -138,12 +142,11 @@ impl PolygonSource<'_, f64> {
             excess: plane.separating().map(|c| -law.dissipation * c),
             pressed,
             is_clamped: part.is_some(),
-            slip: &slip,
+            slip,
         };
         let mut rates = Rates::default();
         if polygon.has_area() {
             rates.add_area(&traction, polygon);
-            rates.scale(cut.weight().area);
         }
         if !law.is_elastic() {
             Edges::of(self, (cut, polygon), &plane).add_to(&traction, &mut rates);
@@ -164,7 +167,7 @@ struct Traction<'p> {
     /// The part of the polygon where ψ is positive, and whether that is not all of it.
     pressed: &'p Outline<f64>,
     is_clamped: bool,
-    slip: &'p SlipMoments,
+    slip: LoadedSlip<'p>,
 }
 
 /// The derivatives of one polygon's wrench, about its center along its axes.
@@ -181,29 +184,24 @@ struct Rates {
 
 /// The wrench of a traction from its moments by 1, y₁ and y₂ along each axis.
 #[inline]
-fn wrench_of([t1, t2, t3]: [[f64; 3]; 3]) -> Vector6<f64> {
+fn wrench_of([t1, t2, t3]: &[[f64; 3]; 3]) -> Vector6<f64> {
     Vector6::new(t3[2], -t3[1], t2[1] - t1[2], t1[0], t2[0], t3[0])
 }
 
 /// The wrenches of a traction times 1, y₁ and y₂.
 #[inline]
-fn wrenches([t1, t2, t3]: &VectorMoments) -> [Vector6<f64>; 3] {
-    let moments = |places: [usize; 3]| [t1, t2, t3].map(|t| places.map(|place| t[place]));
-    [[0, 1, 2], [1, 3, 4], [2, 4, 5]].map(|places| wrench_of(moments(places)))
+fn wrenches([t1, t2, t3]: [&[f64; 6]; 3]) -> [Vector6<f64>; 3] {
+    [
+        Vector6::new(t3[2], -t3[1], t2[1] - t1[2], t1[0], t2[0], t3[0]),
+        Vector6::new(t3[4], -t3[3], t2[3] - t1[4], t1[1], t2[1], t3[1]),
+        Vector6::new(t3[5], -t3[4], t2[4] - t1[5], t1[2], t2[2], t3[2]),
+    ]
 }
 
 impl Rates {
-    fn scale(&mut self, weight: f64) {
-        self.wrench *= weight;
-        self.by_speed = self.by_speed.map(|k| k * weight);
-        self.by_twist *= weight;
-        self.by_dissipation *= weight;
-        self.by_friction *= weight;
-    }
-
     /// Adds the rates to those in A's axes about A's origin.
     fn add_to(
-        &self,
+        mut self,
         plane: &PlanePolygon<f64>,
         polygon: &CutPolygon<f64>,
         sum: &mut RelativeLinearisation<f64>,
@@ -211,34 +209,38 @@ impl Rates {
         // h = −s_B·ξ/|g| for a motion ξ of B, and p/|g| for δE_B/E_B.
         let per_gradient = polygon.plane.steepness.recip();
         let gradient_b = plane.axes.tr_mul(&polygon.pressure_b.gradient) * -per_gradient;
-        let by_motion = self.by_motion + along_normal_of(&gradient_b, &self.by_speed);
+        add_along_normal(&gradient_b, &self.by_speed, &mut self.by_motion);
         let [p0, p1, p2] = plane.pressure.map(|p| p * per_gradient);
         let [k0, k1, k2] = &self.by_speed;
         let frame = PlaneFrame::of(plane);
+        frame.add_matrix(&self.by_motion, &mut sum.by_motion);
+        frame.add_matrix(&self.by_twist, &mut sum.by_twist);
         sum.wrench += frame.of_wrench(&self.wrench);
-        sum.by_motion += frame.of_matrix(&by_motion);
-        sum.by_twist += frame.of_matrix(&self.by_twist);
-        let by_modulus_b = frame.of_wrench(&(k0 * p0 + k1 * p1 + k2 * p2));
-        let mut column = sum.by_moduli.column_mut(1);
-        column += by_modulus_b;
-        let rates = [&self.by_dissipation, &self.by_friction].map(|rate| frame.of_wrench(rate));
-        for (column, rate) in rates.iter().enumerate() {
+        let mut by_modulus_b = sum.by_moduli.column_mut(1);
+        by_modulus_b += frame.of_wrench(&(k0 * p0 + k1 * p1 + k2 * p2));
+        for (column, rate) in [&self.by_dissipation, &self.by_friction]
+            .into_iter()
+            .enumerate()
+        {
             let mut own = sum.by_law.column_mut(column);
-            own += rate;
+            own += frame.of_wrench(rate);
         }
     }
 }
 
-/// What the motion (θ, u) about the center contributes by moving points y with the speed m·(u + θ × y), from what speeds
-/// of 1, y₁ and y₂ contribute.
-fn along_normal_of(m: &Vector3<f64>, [f0, f1, f2]: &[Vector6<f64>; 3]) -> Matrix6<f64> {
+/// Adds what the motion (θ, u) about the center contributes by moving points y with the speed m·(u + θ × y), from what
+/// speeds of 1, y₁ and y₂ contribute.
+#[inline]
+fn add_along_normal(m: &Vector3<f64>, [f0, f1, f2]: &[Vector6<f64>; 3], sum: &mut Matrix6<f64>) {
     // m·(θ × y) = θ·(y × m), y × m = (y₂m₃, −y₁m₃, y₁m₂ − y₂m₁).
-    Matrix6::from_columns(&[
-        f2 * m.z,
-        f1 * -m.z,
-        f1 * m.y - f2 * m.x,
-        f0 * m.x,
-        f0 * m.y,
-        f0 * m.z,
-    ])
+    let mut add = |column: usize, value: Vector6<f64>| {
+        let mut own = sum.column_mut(column);
+        own += value;
+    };
+    add(0, f2 * m.z);
+    add(1, f1 * -m.z);
+    add(2, f1 * m.y - f2 * m.x);
+    add(3, f0 * m.x);
+    add(4, f0 * m.y);
+    add(5, f0 * m.z);
 }
