@@ -159,10 +159,18 @@ fn linearised_contacts_at_special_positions_are_those_of_differences() {
 /// 456, 1996: sides are flush to what counts as round-off, on one side less and on the other more.
 /// 701: sides of bodies that are pressed in elsewhere are flush to round-off.
 /// 1383: sides are flush to what counts as coincident, at one corner less and at another more.
+/// 9888: plateaus of both fields pass each other at the same pressure; friction jumps, and only there.
+/// 17021, 39708: moduli part faces in another order than motions do.
+/// 21535, 26057, 32721, 36214, 37089: the contact surface lies in faces inside both bodies.
+/// 25253, 28432, 29016, 33328, 39085: fields are nearly equal, and a kink as seen from afar is not one from near.
+/// 31447: edges inside both bodies coincide.
 #[test]
 fn pairs_that_once_failed_are_those_of_differences() {
     let mut tallies = Tallies::default();
-    for number in [389, 456, 701, 1383, 1996] {
+    for number in [
+        389, 456, 701, 1383, 1996, 9888, 17021, 21535, 25253, 26057, 28432, 29016, 31447, 32721,
+        33328, 36214, 37089, 39085, 39708,
+    ] {
         add_pair(&mut tallies, &Bodies::new((number / BATCH) as u64), number);
     }
     report(&tallies);

@@ -143,9 +143,10 @@ impl<T: Scalar> CutPolygon<T> {
     pub fn add_to(&self, sum: &mut RelativeJacobian<T>) {
         let inverse = self.plane.steepness.recip();
         let (grad_a, grad_b) = (&self.pressure_a.gradient, &self.pressure_b.gradient);
-        let area = self.moments.area * inverse;
-        let first = self.moments.first_about_origin() * inverse;
-        let second = self.moments.second_about_origin() * inverse;
+        let by_motion = inverse * lift::<T>(self.weights.moving.area());
+        let area = self.moments.area * by_motion;
+        let first = self.moments.first_about_origin() * by_motion;
+        let second = self.moments.second_about_origin() * by_motion;
         // ∫ (x × a)(x × b)ᵀ = [a]ₓ (∫ x xᵀ) [b]ₓᵀ, since x × a = −[a]ₓ x.
         let torque_torque = skew(grad_a) * second * skew(grad_b).transpose();
         let arm_a = first.cross(grad_a);

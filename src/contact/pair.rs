@@ -100,7 +100,7 @@ impl<'a, T: Scalar> ContactPair<'a, T> {
         let near = source.for_derivatives(self.search, ELASTIC_COINCIDENCE);
         let elastic: RelativeJacobian<T> = near
             .source
-            .sum(&near.found, |sum, polygon| polygon.add_to(sum));
+            .sum_of_derivatives(&near.found, |sum, polygon| polygon.add_to(sum));
         let mut linearisation = elastic.linearisation(self.moduli());
         if let Some(found) = &near.exact {
             linearisation.wrench = source.wrench(found).to_vector();
@@ -152,7 +152,8 @@ impl<'a, T: Scalar> ContactPair<'a, T> {
     pub fn work_count(&self) -> WorkCount {
         let source = PolygonSource::of(&self.real());
         let found = source.pair.found(self.search);
-        let has_area = |cut: &&Cut| cut.weight().area > 0.0 && source.polygon(cut).has_area();
+        let has_area =
+            |cut: &&Cut| cut.weights().still.area() > 0.0 && source.polygon(cut).has_area();
         WorkCount {
             candidate_pairs: found.candidates,
             polygons: found.cuts().iter().filter(has_area).count(),

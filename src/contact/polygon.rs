@@ -1,6 +1,6 @@
 use super::{ContactPair, Search};
 use crate::geometry::{AffineField, ConvexPolygon, PolygonMoments};
-use crate::narrow_phase::{Cut, EquilibriumPlane, RelativePair, Weight};
+use crate::narrow_phase::{Cut, EquilibriumPlane, RelativePair, Weights};
 use crate::scalar::{Scalar, carries_derivatives, real_part};
 use crate::search::Found;
 use crate::spatial::Pose;
@@ -80,8 +80,8 @@ pub(super) struct CutPolygon<T> {
     pub polygon: ConvexPolygon<T>,
     pub plane: EquilibriumPlane<T>,
     /// How much of it counts.
-    pub weight: Weight,
-    /// With the weight of the cut.
+    pub weights: Weights,
+    /// All of it, whatever counts.
     pub moments: PolygonMoments<T>,
     pub pressure_a: AffineField<T>,
     pub pressure_b: AffineField<T>,
@@ -155,8 +155,26 @@ impl<'a, T: Scalar> PolygonSource<'a, T> {
         found: &Found,
         add: impl Fn(&mut S, &CutPolygon<T>) + Sync,
     ) -> S {
+        self.sum_of(found, |weights| weights.still.area() > 0.0, add)
+    }
+
+    /// Adds up all polygons whose area counts in values or derivatives.
+    pub fn sum_of_derivatives<S: PartialSum>(
+        &self,
+        found: &Found,
+        add: impl Fn(&mut S, &CutPolygon<T>) + Sync,
+    ) -> S {
+        self.sum_of(found, Weights::have_area, add)
+    }
+
+    fn sum_of<S: PartialSum>(
+        &self,
+        found: &Found,
+        counts: impl Fn(Weights) -> bool + Sync,
+        add: impl Fn(&mut S, &CutPolygon<T>) + Sync,
+    ) -> S {
         sum_over(found, |sum, cut| {
-            if cut.weight().area > 0.0 {
+            if counts(cut.weights()) {
                 let polygon = self.polygon(cut);
                 if carries_derivatives::<T>() || polygon.has_area() {
                     add(sum, &polygon);
@@ -167,7 +185,7 @@ impl<'a, T: Scalar> PolygonSource<'a, T> {
 
     /// The polygon of a cut if it is part of the contact surface: it has an area, under pressure.
     pub fn pressed_polygon(&self, cut: &Cut) -> Option<CutPolygon<T>> {
-        let may_press = cut.weight().area > 0.0 && !cut.is_at_ends();
+        let may_press = cut.weights().still.area() > 0.0 && !cut.is_at_ends();
         may_press
             .then(|| self.polygon(cut))
             .filter(CutPolygon::has_area)
@@ -188,8 +206,8 @@ impl<'a, T: Scalar> PolygonSource<'a, T> {
         let plane = EquilibriumPlane::between(&pressure_a, &pressure_b);
         let [gradient_a, gradient_b] = [0, 1].map(|i| self.pair.moduli[i] * tets[i].steepness);
         CutPolygon {
-            weight: cut.weight(),
-            moments: polygon.moments(&plane.normal).scaled(cut.weight().area),
+            weights: cut.weights(),
+            moments: polygon.moments(&plane.normal),
             polygon,
             plane,
             pressure_a,

@@ -44,9 +44,9 @@ impl<T: Scalar> ContactPolygon<T> {
         // About the centroid c: ∫ p (x − c) dA = (∫ (x − c)(x − c)ᵀ dA)·∇p.
         let offset = moments.first / moments.area;
         let moment = moments.second * gradient - offset * moments.first.dot(gradient);
-        let total = pressure * moments.area;
-        let center_of_pressure = if real_part(total) > 0.0 {
-            centroid + moment / total
+        let area = moments.area * lift::<T>(polygon.weights.still.area());
+        let center_of_pressure = if real_part(pressure) > 0.0 {
+            centroid + moment / (pressure * moments.area)
         } else {
             centroid
         };
@@ -54,7 +54,7 @@ impl<T: Scalar> ContactPolygon<T> {
             tets,
             outline: polygon.polygon.transformed(pose_wa),
             normal: pose_wa.rotation() * polygon.plane.normal,
-            area: moments.area,
+            area,
             centroid: pose_wa.transformed_point(&centroid),
             pressure,
             pressure_gradient: pose_wa.rotation() * gradient,

@@ -25,7 +25,7 @@ impl<T: Scalar> CutPolygon<T> {
         let traction = product(&plane.pressure, &damping);
         let [normal, by_y1, by_y2] = quadratic_moments(&traction, &outline.moments());
         let [along_e1, along_e2, about_n] = plane.friction(law, outline, &damping);
-        let weight = lift::<T>(self.weight.area);
+        let weight = lift::<T>(self.weights.still.area());
         let force = plane.axes * Vector3::new(along_e1, along_e2, normal) * weight;
         let torque = plane.axes * Vector3::new(by_y2, -by_y1, about_n) * weight;
         Wrench {

@@ -1,6 +1,6 @@
 use super::ContactPair;
 use super::polygon::{CutPolygon, PartialSum, PolygonSource};
-use crate::scalar::Scalar;
+use crate::scalar::{Scalar, lift};
 use crate::search::Found;
 use crate::spatial::Wrench;
 use nalgebra::Vector3;
@@ -55,7 +55,7 @@ impl<T: Scalar> CutPolygon<T> {
         }
     }
 
-    /// ∫ p dA (N) and ∫ p x dA (N m).
+    /// ∫ p dA (N) and ∫ p x dA (N m), as far as the polygon counts in values.
     ///
     /// With x = r + y around the reference point r and p = p(r) + ∇p·y:
     /// ∫ p dA = p(r)·area + ∇p·∫y, ∫ p x dA = r·∫p dA + p(r)·∫y + (∫y yᵀ)·∇p.
@@ -67,6 +67,7 @@ impl<T: Scalar> CutPolygon<T> {
         let weighted = moments.reference * total
             + moments.first * pressure_at_reference
             + moments.second * gradient;
-        (total, weighted)
+        let weight = lift::<T>(self.weights.still.area());
+        (total * weight, weighted * weight)
     }
 }

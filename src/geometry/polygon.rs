@@ -44,6 +44,11 @@ impl<T: Scalar> ConvexPolygon<T> {
         &self.owners[..self.len]
     }
 
+    /// Whether an edge has several owners.
+    pub(crate) fn shares_edges(&self) -> bool {
+        self.owners().iter().any(|own| own.count_ones() > 1)
+    }
+
     /// Whether a corner came so close to a plane that clipped, without lying on it, that round-off may
     /// have had a part in how: if two planes are nearly the same, the corners where they meet are
     /// placed much worse than any coordinate is rounded.

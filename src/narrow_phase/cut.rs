@@ -1,5 +1,5 @@
 use super::RelativePair;
-use super::equilibrium::{CornerSigns, Weight, is_equal_field};
+use super::equilibrium::{CornerSigns, Weights, is_equal_field};
 use super::relative_pair::PosedTet;
 use crate::geometry::{ALL_FACES, AffineField, Closeness, ConvexPolygon, Tolerance, snapped};
 use crate::mesh::FieldTet;
@@ -29,7 +29,7 @@ pub(crate) struct Decisions {
     faces_in_plane: u8,
     /// The faces of B that may bound the polygon.
     bounding_faces: u8,
-    weight: Weight,
+    weights: Weights,
     is_at_ends: bool,
     closeness: Closeness,
 }
@@ -74,6 +74,17 @@ impl RelativePair<'_> {
         }
         let zero_faces_b = self.tet_b(b.index).zero_faces;
         let [in_plane_a, in_plane_b] = [signs_a, signs_b].map(CornerSigns::faces_in_plane);
+        let [ends_a, ends_b] = [in_plane_a & a.zero_faces, in_plane_b & zero_faces_b];
+        let is_at_ends = ends_a != 0 && ends_b != 0;
+        let signs = [signs_a, signs_b];
+        let weights = if is_at_ends {
+            Weights::of_touching(signs)
+        } else {
+            Weights::of(
+                signs,
+                [&(a.extent.gradient * modulus_a), &b.pressure.gradient],
+            )
+        };
         Encounter::Met(Decisions {
             at_a,
             zero: tolerance_a.zero,
@@ -82,8 +93,8 @@ impl RelativePair<'_> {
             // A face in the plane itself does not bound the polygon; nor does one at which B ends, for no
             // pressure of A is below 0.
             bounding_faces: ALL_FACES & !in_plane_b & !zero_faces_b,
-            weight: Weight::of([signs_a, signs_b]),
-            is_at_ends: in_plane_a & a.zero_faces != 0 && in_plane_b & zero_faces_b != 0,
+            weights,
+            is_at_ends,
             closeness: tolerance_a
                 .closeness_of(&excess_a)
                 .or(tolerance_b.closeness_of(&excess_b)),
@@ -130,13 +141,13 @@ impl RelativePair<'_> {
 
 impl Cut {
     /// How much of the polygon counts.
-    pub fn weight(&self) -> Weight {
-        self.decisions.weight
+    pub fn weights(&self) -> Weights {
+        self.decisions.weights
     }
 
     /// Whether it adds to an integral or to its derivatives, or would but for a little.
     pub fn is_noted(&self) -> bool {
-        self.decisions.weight.edges > 0.0 && !self.polygon.is_empty() || self.is_ill_conditioned()
+        !self.decisions.weights.are_none() && !self.polygon.is_empty() || self.is_ill_conditioned()
     }
 
     /// Whether it lies where both bodies end, in flush surfaces: there is no pressure on it, but there may be as soon

@@ -22,6 +22,10 @@ pub(crate) const ELASTIC_COINCIDENCE: u32 = 6;
 /// is placed to about SNAP/EQUAL_FIELDS = 3e-5 of the bodies' size, or better.
 const EQUAL_FIELDS: f64 = 1e-9;
 
+/// A translation of B (m/s) in which faces through a common line or plane leave it one after the other; any generic
+/// direction will do.
+pub(crate) const NUDGE: Vector3<f64> = Vector3::new(0.613, 0.427, -0.665);
+
 /// The plane p_A = p_B of a pair of tetrahedra.
 ///
 /// Both pressures are affine, so p_A − p_B has the constant gradient g = ∇p_A − ∇p_B. The plane is
@@ -91,14 +95,12 @@ impl CornerSigns {
         (if self.below == 0 { 0 } else { BELOW }) | if is_above { ABOVE } else { 0 }
     }
 
-    /// The sides of the plane on which the tetrahedron has a section however near to the plane: both if the plane passes
-    /// through it, one if it has a face in the plane, none if the plane touches an edge or a corner.
-    fn section_sides(self) -> u8 {
-        let sides = self.corner_sides();
-        if sides == BELOW | ABOVE || self.faces_in_plane() != 0 {
-            sides
-        } else {
-            0
+    /// Whether the plane cuts more than a corner of the tetrahedron, once the values that are zero are below, or above.
+    fn is_cut(self, is_zero_below: bool) -> bool {
+        match self.corner_sides() {
+            BELOW => self.zero.count_ones() > 1 && !is_zero_below,
+            ABOVE => self.zero.count_ones() > 1 && is_zero_below,
+            sides => sides != 0,
         }
     }
 
@@ -127,26 +129,111 @@ impl CornerSigns {
     }
 }
 
-/// How much of a contact polygon counts: the mean of what the plane cuts just above and just below.
-#[derive(Debug, Clone, Copy, PartialEq)]
+/// How much of a contact polygon counts: the mean of what the plane cuts ahead of a small change and behind it.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) struct Weight {
-    /// In integrals over the polygon: half for each side of the plane on which both tetrahedra have a section.
-    pub area: f64,
-    /// In fluxes through its edges: the same, but 1 where the plane touches one of the tetrahedra along an edge. Moved
-    /// to one side the plane cuts a strip there, and the owners of the line's two ways add up to half its growth.
-    pub edges: f64,
+    is_ahead: bool,
+    is_behind: bool,
+    /// Whether the plane touches one of the tetrahedra along an edge: there is no area, but moved to one side the plane cuts
+    /// a strip there.
+    is_line: bool,
 }
 
 impl Weight {
-    pub fn of(signs: [CornerSigns; 2]) -> Self {
-        let [a, b] = signs;
-        let area = 0.5 * f64::from((a.section_sides() & b.section_sides()).count_ones());
-        let is_line = area == 0.0
-            && a.corner_sides() & b.corner_sides() != 0
-            && signs.into_iter().any(CornerSigns::is_touched_at_edge);
-        Self {
-            area,
-            edges: if is_line { 1.0 } else { area },
+    const WHOLE: Self = Self {
+        is_ahead: true,
+        is_behind: true,
+        is_line: false,
+    };
+
+    /// In integrals over the polygon.
+    pub fn area(self) -> f64 {
+        if self.is_line {
+            0.0
+        } else {
+            self.mean_of_ways()
         }
+    }
+
+    /// In fluxes through the edges, half for what it is ahead, half for what it is behind.
+    pub fn ways(self) -> [f64; 2] {
+        [self.is_ahead, self.is_behind].map(|is_there| f64::from(u8::from(is_there)))
+    }
+
+    /// In the flux through an edge that moves the same ahead and behind.
+    pub fn mean_of_ways(self) -> f64 {
+        let [ahead, behind] = self.ways();
+        0.5 * (ahead + behind)
+    }
+
+    fn has_area(self) -> bool {
+        self.is_there() && !self.is_line
+    }
+
+    fn is_there(self) -> bool {
+        self.is_ahead || self.is_behind
+    }
+
+    /// Values of p_A − p_B that are zero are not zero after the change, and grow at these rates on A and on B.
+    fn of([a, b]: [CornerSigns; 2], [rate_a, rate_b]: [f64; 2]) -> Self {
+        let is_cut = |is_ahead: bool| {
+            let is_below = |rate: f64| (rate > 0.0) != is_ahead;
+            a.is_cut(is_below(rate_a)) && b.is_cut(is_below(rate_b))
+        };
+        Self {
+            is_ahead: is_cut(true),
+            is_behind: is_cut(false),
+            is_line: a.is_touched_at_edge() || b.is_touched_at_edge(),
+        }
+    }
+}
+
+/// How much of a contact polygon counts, each time as the mean of both sides of what is a coincidence.
+///
+/// Where faces of both bodies lie in the plane, it makes a difference which sides: as a modulus changes the plane leaves
+/// both faces on the same side, as a body moves it may stay between them.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) struct Weights {
+    /// In values, and in all derivatives but those by a motion.
+    pub still: Weight,
+    /// In derivatives by a motion.
+    pub moving: Weight,
+}
+
+impl Weights {
+    /// From signs of p_A − p_B at the corners of both tetrahedra, and the gradients of both pressures.
+    pub fn of(signs: [CornerSigns; 2], [gradient_a, gradient_b]: [&Vector3<f64>; 2]) -> Self {
+        let still = Weight::of(signs, [-1.0; 2]);
+        let has_zero = signs.iter().any(|signs| signs.zero != 0);
+        let moving = if has_zero {
+            // How p_A − p_B grows as B moves: A's corners stay, and B's move along.
+            Weight::of(signs, [gradient_b.dot(&NUDGE), gradient_a.dot(&NUDGE)])
+        } else {
+            still
+        };
+        Self { still, moving }
+    }
+
+    /// Where both bodies end in the plane, they may touch, and what counts is that they part.
+    pub fn of_touching(signs: [CornerSigns; 2]) -> Self {
+        let still = Weight::of(signs, [-1.0; 2]);
+        Self {
+            still,
+            moving: still,
+        }
+    }
+
+    /// Whether there is no coincidence.
+    pub fn are_whole(self) -> bool {
+        self.still == Weight::WHOLE && self.moving == Weight::WHOLE
+    }
+
+    /// Whether the area counts in anything.
+    pub fn have_area(self) -> bool {
+        self.still.has_area() || self.moving.has_area()
+    }
+
+    pub fn are_none(self) -> bool {
+        !self.still.is_there() && !self.moving.is_there()
     }
 }

@@ -10,5 +10,5 @@ mod relative_pair;
 
 pub use body::{BodyError, ContactBody};
 pub(crate) use cut::{Cut, Encounter};
-pub(crate) use equilibrium::{COINCIDENCE, ELASTIC_COINCIDENCE, EquilibriumPlane, Weight};
+pub(crate) use equilibrium::{COINCIDENCE, ELASTIC_COINCIDENCE, EquilibriumPlane, NUDGE, Weights};
 pub(crate) use relative_pair::{PosedTet, RelativePair};

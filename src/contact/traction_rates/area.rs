@@ -1,15 +1,16 @@
 use super::{Rates, Traction, VectorMoments, wrench_of, wrenches};
 use crate::contact::plane::affine_moments;
 use crate::contact::polygon::CutPolygon;
+use crate::narrow_phase::Weights;
 use nalgebra::{Matrix6, Vector6};
 
 /// Of a component of which the moments vanish.
 const NONE: [f64; 6] = [0.0; 6];
 
 impl Rates {
-    /// Adds the integrals over the area: velocities, law, and K without the edges.
-    pub fn add_area(&mut self, traction: &Traction, polygon: &CutPolygon<f64>) {
-        let area = AreaMoments::of(traction, polygon.weight.area);
+    /// Sets the integrals over the area: velocities, law, and K without the edges.
+    pub fn set_area(&mut self, traction: &Traction, polygon: &CutPolygon<f64>) {
+        let area = AreaMoments::of(traction);
         let [t11, t12, t22] = &area.by_slip;
         let first = wrenches([t11, t12, &NONE]);
         let second = wrenches([t12, t22, &NONE]);
@@ -35,17 +36,36 @@ impl Rates {
         let along_normal = polygon.pressure_a.gradient.dot(&polygon.plane.normal);
         let [v1, v2, v3] = traction.plane.velocity;
         let [w1, w2, w3] = traction.plane.angular;
-        for (k, by) in [&by_velocity, &by_y1, &by_y2].into_iter().enumerate() {
+        let by_speed = |k: usize, [first, second, _]: &[Vector6<f64>; 3]| {
             let lifted = Vector6::new(-t[1][k], t[0][k], 0.0, 0.0, 0.0, 0.0);
-            self.by_speed[k] += by_pressure[k] * along_normal + by[0] * w2 - by[1] * w1 + lifted;
-        }
+            by_pressure[k] * along_normal + first * w2 - second * w1 + lifted
+        };
         // The wrench of v_i times column j of T.
         let times_v1 = |j: usize| by_velocity[j] * v1 - by_y2[j] * w3;
         let times_v2 = |j: usize| by_velocity[j] * v2 + by_y1[j] * w3;
         let times_v3 = |j: usize| by_velocity[j] * v3 - by_y1[j] * w2 + by_y2[j] * w1;
         let (none, less) = ([0.0; 3], [-t[2][0], -t[2][1], -t[2][2]]);
-        self.by_speed[1] += wrench_of(&[less, none, t[0]]) + times_v3(0) - times_v1(2);
-        self.by_speed[2] += wrench_of(&[none, less, t[1]]) + times_v3(1) - times_v2(2);
+        let turned1 = wrench_of(&[less, none, t[0]]) + times_v3(0) - times_v1(2);
+        let turned2 = wrench_of(&[none, less, t[1]]) + times_v3(1) - times_v2(2);
+        self.by_speed = [
+            by_speed(0, &by_velocity),
+            by_speed(1, &by_y1) + turned1,
+            by_speed(2, &by_y2) + turned2,
+        ];
+        if !polygon.weights.are_whole() {
+            self.scale(polygon.weights);
+        }
+    }
+
+    /// As far as the polygon counts.
+    fn scale(&mut self, Weights { still, moving }: Weights) {
+        let more = still.area() - moving.area();
+        self.more_by_growth = self.by_speed.map(|k| k * more);
+        self.by_speed = self.by_speed.map(|k| k * moving.area());
+        self.wrench *= still.area();
+        self.by_twist *= still.area();
+        self.by_dissipation *= still.area();
+        self.by_friction *= still.area();
     }
 }
 
@@ -72,24 +92,21 @@ impl AreaMoments {
     /// and ∂t/∂d the same as ∂t/∂v₃ with v₃ in place of d. Beyond, t = −p n.
     ///
     /// [`LoadedSlip`]: crate::contact::friction::LoadedSlip
-    fn of(traction: &Traction, weight: f64) -> Self {
+    fn of(traction: &Traction) -> Self {
         let (plane, pressure, damping) =
             (traction.plane, &traction.plane.pressure, &traction.damping);
         let (mu, d) = (traction.friction, traction.dissipation);
         let slip = traction.slip.moments();
-        let [u1, u2] = [
-            scaled(&slip.direction[0], weight),
-            scaled(&slip.direction[1], weight),
-        ];
-        let one = scaled(&traction.pressed.moments(), weight);
+        let [u1, u2] = &slip.direction;
+        let one = traction.pressed.moments();
         // ∫ p m u and ∫ p m dA.
-        let p1: [f64; 6] = affine_moments(pressure, &u1);
-        let p2: [f64; 6] = affine_moments(pressure, &u2);
+        let p1: [f64; 6] = affine_moments(pressure, u1);
+        let p2: [f64; 6] = affine_moments(pressure, u2);
         let p3: [f64; 6] = affine_moments(pressure, &one);
         // ∫ pψ m u dA.
         let loaded: [[f64; 3]; 2] = [affine_moments(damping, &p1), affine_moments(damping, &p2)];
         let (normal, normal_by_pressure) = if traction.is_clamped {
-            let whole = scaled(&plane.outline.moments(), weight);
+            let whole = plane.outline.moments();
             let all: [f64; 6] = affine_moments(pressure, &whole);
             (
                 less(affine_moments(damping, &p3), &all),
@@ -103,11 +120,11 @@ impl AreaMoments {
         Self {
             traction: [scaled(&loaded[0], -mu), scaled(&loaded[1], -mu), normal],
             by_pressure: [
-                scaled(&affine_moments(damping, &u1), -mu),
-                scaled(&affine_moments(damping, &u2), -mu),
+                scaled(&affine_moments(damping, u1), -mu),
+                scaled(&affine_moments(damping, u2), -mu),
                 normal_by_pressure,
             ],
-            by_slip: [0, 1, 2].map(|entry| scaled(&slip.by_slip[entry], mu * weight)),
+            by_slip: [0, 1, 2].map(|entry| scaled(&slip.by_slip[entry], mu)),
             by_parting: [scaled(&p1, d * mu), scaled(&p2, d * mu), scaled(&p3, -d)],
             by_dissipation: [
                 scaled(&affine_moments(&parting, &p1), mu),

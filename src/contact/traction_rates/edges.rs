@@ -2,14 +2,8 @@ use super::{Rates, Traction, add_along_normal};
 use crate::contact::plane::{PlanePolygon, at};
 use crate::contact::polygon::{CutPolygon, PolygonSource};
 use crate::geometry::faces_in;
-use crate::narrow_phase::Cut;
+use crate::narrow_phase::{Cut, NUDGE, Weights};
 use nalgebra::{Vector3, Vector6};
-
-/// A translation of B (m/s) in which faces through a common line leave it one after the other; any generic direction will
-/// do. [`GROWTH`] (1/s) is the rate at which B's modulus grows meanwhile: layers of equal pressure share their lines
-/// whatever the motion.
-const NUDGE: Vector3<f64> = Vector3::new(0.613, 0.427, -0.665);
-const GROWTH: f64 = 0.381;
 
 /// The line in which the plane meets a face that owns an edge.
 #[derive(Clone, Copy)]
@@ -21,23 +15,32 @@ struct Line {
     moves_with_b: bool,
 }
 
-/// How fast an edge moves outwards in its plane: by_b·w − by_plane·h, where w is the velocity of B and h the speed of the
-/// plane along its normal.
+/// The lines of the faces that an edge lies in.
+type Lines = [Option<Line>; 8];
+
+/// How fast an edge moves outwards in its plane, where h is the speed of the plane along its normal.
 #[derive(Default)]
 struct Drift {
-    /// Along the axes of the plane.
+    /// As bodies move: by_b·w − by_plane·h, where w is the velocity of B, along the axes of the plane.
     by_b: Vector3<f64>,
     by_plane: f64,
+    /// As the modulus of B grows: −growing·h.
+    growing: f64,
 }
 
 impl Drift {
-    /// Adds a share of the motion of a line.
+    /// Adds a share of the motion of a line as bodies move.
     fn add(&mut self, line: &Line, share: f64) {
         let m = line.normal * (share * line.outwardness);
         self.by_plane += m.z;
         if line.moves_with_b {
             self.by_b += m;
         }
+    }
+
+    /// Adds a share of the motion of a line as the modulus grows.
+    fn add_growing(&mut self, line: &Line, share: f64) {
+        self.growing += line.normal.z * (share * line.outwardness);
     }
 }
 
@@ -46,7 +49,8 @@ pub(super) struct Edges<'e> {
     source: &'e PolygonSource<'e, f64>,
     cut: &'e Cut,
     plane: &'e PlanePolygon<f64>,
-    /// Normal speed of the plane due to [`NUDGE`] (m/s), and due to [`GROWTH`] per pressure (m/(s Pa)).
+    /// Normal speed of the plane as B moves by [`NUDGE`] (m/s), and as its modulus grows by all of itself in a second, per
+    /// pressure (m/(s Pa)).
     plane_speed: f64,
     by_pressure: f64,
 }
@@ -66,7 +70,7 @@ impl<'e> Edges<'e> {
             cut,
             plane,
             plane_speed: -polygon.pressure_b.gradient.dot(&NUDGE) * per_gradient,
-            by_pressure: GROWTH * per_gradient,
+            by_pressure: per_gradient,
         }
     }
 
@@ -98,16 +102,33 @@ impl<'e> Edges<'e> {
 
     /// The motion of an edge that lies in these faces, as far as its flux counts.
     fn drift(&self, edge: usize, owners: u8) -> Drift {
-        let weight = self.cut.weight().edges;
+        let Weights { still, moving } = self.cut.weights();
         let mut drift = Drift::default();
         if owners.is_power_of_two() {
-            let face = owners.trailing_zeros() as usize;
-            drift.add(&self.line(face, edge), weight);
+            let line = self.line(owners.trailing_zeros() as usize, edge);
+            drift.add(&line, moving.mean_of_ways());
+            drift.add_growing(&line, still.mean_of_ways());
         } else {
             let lines = self.lines(edge, owners);
-            for owner in lines.iter().flatten() {
-                drift.add(&owner.line, weight * share_of(owner, &lines));
-            }
+            let own_speed = |line: &Line| {
+                let normal = self.plane.axes * line.normal;
+                if line.moves_with_b {
+                    normal.dot(&NUDGE)
+                } else {
+                    0.0
+                }
+            };
+            let motion = |line: &Line| own_speed(line) - self.plane_speed * line.normal.z;
+            share_out(&lines, motion, moving.ways(), |line, share| {
+                drift.add(line, share);
+            });
+            let [from, to] = self.plane.ends(edge);
+            let middle = [0, 1].map(|i| 0.5 * (from[i] + to[i]));
+            let plane_speed = self.by_pressure * at(&self.plane.pressure, &middle);
+            let growth = |line: &Line| -plane_speed * line.normal.z;
+            share_out(&lines, growth, still.ways(), |line, share| {
+                drift.add_growing(line, share);
+            });
         }
         drift
     }
@@ -124,10 +145,10 @@ impl<'e> Edges<'e> {
     /// Of a polygon that is but a line, forth and back, one of its two ways and the owners of both. An owner of one of the
     /// ways has the polygon on its outer side.
     fn line_way(&self) -> Option<(usize, u8)> {
-        let owners = self.owners();
-        if owners.iter().all(|own| own.count_ones() < 2) {
+        if !self.cut.polygon.shares_edges() {
             return None;
         }
+        let owners = self.owners();
         let length = |edge: &usize| self.length_squared(*edge);
         let by_length = |one: &usize, other: &usize| length(one).total_cmp(&length(other));
         let longest = (0..owners.len()).max_by(by_length)?;
@@ -160,61 +181,45 @@ impl<'e> Edges<'e> {
         }
     }
 
-    /// The lines of the faces that an edge lies in.
-    fn lines(&self, edge: usize, owners: u8) -> [Option<Owner>; 8] {
-        let [from, to] = self.plane.ends(edge);
-        let middle = [0, 1].map(|i| 0.5 * (from[i] + to[i]));
-        let plane_speed = self.plane_speed + self.by_pressure * at(&self.plane.pressure, &middle);
-        let nudge = self.plane.axes.tr_mul(&NUDGE);
+    fn lines(&self, edge: usize, owners: u8) -> Lines {
         let mut lines = [None; 8];
-        for (owner, face) in lines.iter_mut().zip(faces_in(owners)) {
-            let line = self.line(face, edge);
-            let own_speed = if line.moves_with_b {
-                line.normal.dot(&nudge)
-            } else {
-                0.0
-            };
-            let speed = line.outwardness * (own_speed - plane_speed * line.normal.z);
-            *owner = Some(Owner { line, speed });
+        for (line, face) in lines.iter_mut().zip(faces_in(owners)) {
+            *line = Some(self.line(face, edge));
         }
         lines
     }
 }
 
-/// One of several lines that an edge lies in.
-#[derive(Clone, Copy)]
-struct Owner {
-    line: Line,
-    /// How fast the line leaves the middle of the edge outwards, by [`NUDGE`] and [`GROWTH`].
-    speed: f64,
-}
-
-/// How much of an edge's flux is that of a line's motion: the mean of both sides of the coincidence.
+/// Shares an edge out among its lines, so that its motion is the mean of both sides of the coincidence.
 ///
-/// Moved a little by [`NUDGE`], ahead or behind, the polygon ends at the innermost of the lines that bound it from
-/// outside, and begins at the outermost of those that bound it from inside, if that lies further in. So of any number of
-/// lines that bound it from outside alone, the slowest and the fastest share the edge.
-fn share_of(owner: &Owner, lines: &[Option<Owner>; 8]) -> f64 {
+/// After a little of a change, ahead or behind, in which the lines' faces move outwards at these speeds relative to the
+/// plane, the polygon ends at the innermost of the lines that bound it from outside, and begins at the outermost of those
+/// that bound it from inside, if that lies further in. So of any number of lines that bound it from outside alone, the
+/// slowest and the fastest share the edge. What is ahead and what is behind have their own weights.
+fn share_out(
+    lines: &Lines,
+    speed: impl Fn(&Line) -> f64,
+    ways: [f64; 2],
+    mut add: impl FnMut(&Line, f64),
+) {
     let owning = || lines.iter().flatten();
-    let is_outer = |owner: &&Owner| owner.line.outwardness > 0.0;
-    [1.0, -1.0]
-        .into_iter()
-        .map(|way| {
-            let speed = |owner: &&Owner| way * owner.speed;
-            let by_speed = |one: &&Owner, other: &&Owner| speed(one).total_cmp(&speed(other));
-            let end = owning().filter(is_outer).min_by(by_speed);
-            let start = owning().filter(|owner| !is_outer(owner)).max_by(by_speed);
-            let is_empty = end
-                .zip(start)
-                .is_some_and(|(end, start)| speed(&end) <= speed(&start));
-            match (end, start) {
-                _ if is_empty => 0.0,
-                (Some(end), _) if std::ptr::eq(end, owner) => 0.5,
-                (_, Some(start)) if std::ptr::eq(start, owner) => -0.5,
-                _ => 0.0,
-            }
-        })
-        .sum()
+    let is_outer = |line: &&Line| line.outwardness > 0.0;
+    for (way, weight) in [1.0, -1.0].into_iter().zip(ways) {
+        let speed = |line: &&Line| way * line.outwardness * speed(line);
+        let by_speed = |one: &&Line, other: &&Line| speed(one).total_cmp(&speed(other));
+        let end = owning().filter(is_outer).min_by(by_speed);
+        let start = owning().filter(|line| !is_outer(line)).max_by(by_speed);
+        let ends = end.zip(start);
+        if ends.is_some_and(|(end, start)| speed(&end) <= speed(&start)) {
+            continue;
+        }
+        if let Some(end) = end {
+            add(end, 0.5 * weight);
+        }
+        if let Some(start) = start {
+            add(start, -0.5 * weight);
+        }
+    }
 }
 
 /// 1/|ν − (ν·n)n|, negative if a face's normal ν points into the polygon at this edge, 0 if the face lies in the plane.
@@ -254,6 +259,12 @@ impl Rates {
     fn add_flux(&mut self, flux: &[Vector6<f64>; 3], drift: &Drift) {
         for (k, f) in self.by_speed.iter_mut().zip(flux) {
             *k -= f * drift.by_plane;
+        }
+        let more = drift.growing - drift.by_plane;
+        if more != 0.0 {
+            for (k, f) in self.more_by_growth.iter_mut().zip(flux) {
+                *k -= f * more;
+            }
         }
         if drift.by_b != Vector3::zeros() {
             add_along_normal(&drift.by_b, flux, &mut self.by_motion);
@@ -339,7 +350,7 @@ mod tests {
             };
             let mut rates = Rates::default();
             if polygon.has_area() {
-                rates.add_area(&traction, &polygon);
+                rates.set_area(&traction, &polygon);
             }
             Edges::of(&source, (cut, &polygon), &plane).add_to(&traction, &mut rates);
             rates.add_to(&plane, &polygon, &mut sum);

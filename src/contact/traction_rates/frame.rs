@@ -1,7 +1,6 @@
 use crate::contact::plane::PlanePolygon;
 use nalgebra::{Matrix6, Vector3, Vector6};
 use std::array;
-use std::ops::{Add, Mul, Sub};
 use wide::f64x2;
 
 /// From the axes and the center of a plane to A's axes and A's origin: for wrenches, and the same way for motions.
@@ -11,12 +10,6 @@ pub(super) struct PlaneFrame {
     center: Vector3<f64>,
 }
 
-/// A number, or the same number of two wrenches.
-trait Lanes: Copy + Add<Output = Self> + Sub<Output = Self> + Mul<f64, Output = Self> {}
-
-impl Lanes for f64 {}
-impl Lanes for f64x2 {}
-
 impl PlaneFrame {
     pub fn of(plane: &PlanePolygon<f64>) -> Self {
         Self {
@@ -25,11 +18,14 @@ impl PlaneFrame {
         }
     }
 
+    /// Two wrenches about the center along the axes, about A's origin in A's axes.
     #[inline]
-    pub fn of_wrench(&self, wrench: &Vector6<f64>) -> Vector6<f64> {
-        let w = wrench.as_slice();
-        let [t1, t2, t3, f1, f2, f3] = self.turned([w[0], w[1], w[2], w[3], w[4], w[5]]);
-        Vector6::new(t1, t2, t3, f1, f2, f3)
+    pub fn of_wrenches(&self, [one, other]: [&Vector6<f64>; 2]) -> [Vector6<f64>; 2] {
+        let both = |row: usize| f64x2::new([one[row], other[row]]);
+        let turned = self.turned([0, 1, 2, 3, 4, 5].map(both));
+        let row = |row: usize| turned[row].to_array();
+        let [t1, t2, t3, f1, f2, f3] = [row(0), row(1), row(2), row(3), row(4), row(5)];
+        [0, 1].map(|of| Vector6::new(t1[of], t2[of], t3[of], f1[of], f2[of], f3[of]))
     }
 
     /// Adds a matrix of wrenches by motions, or by velocities, to one in A's axes about A's origin.
@@ -55,7 +51,7 @@ impl PlaneFrame {
     }
 
     #[inline]
-    fn turned<L: Lanes>(&self, [t1, t2, t3, f1, f2, f3]: [L; 6]) -> [L; 6] {
+    fn turned(&self, [t1, t2, t3, f1, f2, f3]: [f64x2; 6]) -> [f64x2; 6] {
         let [e1, e2, n] = &self.axes;
         let [tx, ty, tz] = [0, 1, 2].map(|i| t1 * e1[i] + t2 * e2[i] + t3 * n[i]);
         let [fx, fy, fz] = [0, 1, 2].map(|i| f1 * e1[i] + f2 * e2[i] + f3 * n[i]);

@@ -104,7 +104,7 @@ impl PolygonSource<'_, f64> {
         let moduli = [self.modulus_a, self.modulus_b];
         let InMotion { elastic, added } = sum_over(found, |sum: &mut InMotion, cut| {
             let polygon = self.polygon(cut);
-            if polygon.has_area() {
+            if polygon.has_area() && polygon.weights.have_area() {
                 polygon.add_to(&mut sum.elastic);
             }
             self.add_traction_rates((cut, &polygon), (law, motion), &mut sum.added);
@@ -145,8 +145,8 @@ impl PolygonSource<'_, f64> {
             slip,
         };
         let mut rates = Rates::default();
-        if polygon.has_area() {
-            rates.add_area(&traction, polygon);
+        if polygon.has_area() && polygon.weights.have_area() {
+            rates.set_area(&traction, polygon);
         }
         if !law.is_elastic() {
             Edges::of(self, (cut, polygon), &plane).add_to(&traction, &mut rates);
@@ -174,8 +174,10 @@ struct Traction<'p> {
 #[derive(Default)]
 struct Rates {
     wrench: Vector6<f64>,
-    /// K₀, K₁ and K₂.
+    /// K₀, K₁ and K₂ as bodies move.
     by_speed: [Vector6<f64>; 3],
+    /// As the modulus of B grows: the same, but where polygons or edges count otherwise (see [`Weights`](crate::narrow_phase::Weights)).
+    more_by_growth: [Vector6<f64>; 3],
     by_motion: Matrix6<f64>,
     by_twist: Matrix6<f64>,
     by_dissipation: Vector6<f64>,
@@ -211,19 +213,19 @@ impl Rates {
         let gradient_b = plane.axes.tr_mul(&polygon.pressure_b.gradient) * -per_gradient;
         add_along_normal(&gradient_b, &self.by_speed, &mut self.by_motion);
         let [p0, p1, p2] = plane.pressure.map(|p| p * per_gradient);
-        let [k0, k1, k2] = &self.by_speed;
+        let [k0, k1, k2] = [0, 1, 2].map(|k| self.by_speed[k] + self.more_by_growth[k]);
         let frame = PlaneFrame::of(plane);
         frame.add_matrix(&self.by_motion, &mut sum.by_motion);
         frame.add_matrix(&self.by_twist, &mut sum.by_twist);
-        sum.wrench += frame.of_wrench(&self.wrench);
-        let mut by_modulus_b = sum.by_moduli.column_mut(1);
-        by_modulus_b += frame.of_wrench(&(k0 * p0 + k1 * p1 + k2 * p2));
-        for (column, rate) in [&self.by_dissipation, &self.by_friction]
-            .into_iter()
-            .enumerate()
-        {
+        let by_modulus_b = k0 * p0 + k1 * p1 + k2 * p2;
+        let [wrench, by_modulus_b] = frame.of_wrenches([&self.wrench, &by_modulus_b]);
+        let by_law = frame.of_wrenches([&self.by_dissipation, &self.by_friction]);
+        sum.wrench += wrench;
+        let mut of_modulus_b = sum.by_moduli.column_mut(1);
+        of_modulus_b += by_modulus_b;
+        for (column, rate) in by_law.iter().enumerate() {
             let mut own = sum.by_law.column_mut(column);
-            own += frame.of_wrench(rate);
+            own += rate;
         }
     }
 }

@@ -98,7 +98,7 @@ impl<'s, 'a> Scaled<'s, 'a> {
     fn along(&self, direction: &[(usize, f64)], change: f64) -> Wrenches {
         let mut changes = SVector::<f64, COLUMNS>::zeros();
         for &(column, weight) in direction {
-            changes[column] = change * weight * self.unit(column);
+            changes[column] += change * weight * self.unit(column);
         }
         self.without_units(self.scene.wrenches(&changes))
     }

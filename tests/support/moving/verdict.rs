@@ -4,6 +4,7 @@ use super::differences::{BLOCKS, Scaled, Sides, Wrenches};
 use super::special::{are_faces_touching, is_parted};
 use super::{COLUMNS, Jacobian, Scene};
 use crate::support::hostile::kinks::{Kink, kink_of};
+use nalgebra::Vector3;
 use std::collections::BTreeSet;
 
 /// Derivatives are those of differences if they differ by no more, relative to the largest entry of their block.
@@ -46,6 +47,12 @@ const JUMP: f64 = 1e-7;
 /// Differences of second order over three points multiply errors by so many.
 const THREE_POINTS: f64 = 8.0;
 
+/// The direction, in A's axes, in which B moves where the kernel takes the mean of both sides: any generic one would do.
+const NUDGE: Vector3<f64> = Vector3::new(0.613, 0.427, -0.665);
+
+/// Directions about it have this much of another one in them.
+const ABOUT: f64 = 0.05;
+
 /// What a column of a linearised contact came to, if not that of differences.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Finding {
@@ -55,9 +62,10 @@ pub enum Finding {
     OneSide,
     /// Something between both sides, as several kinks leave it.
     Between,
-    /// Several kinks in one place: no linear function is the mean of both sides in all directions. Between both sides.
+    /// Several kinks in one place: no linear function is the mean of both sides in all directions. It is that of all
+    /// directions about [`NUDGE`].
     Corner,
-    /// The wrench itself jumps.
+    /// The wrench itself jumps, by this number, or by another one so that what it is here is not what it is on both sides.
     Jump,
     /// Faces of both bodies touch from outside, with no pressure: the free side, without the other.
     Touching,
@@ -112,6 +120,8 @@ struct Check<'s, 'a> {
     force: f64,
     stiffness: f64,
     column: usize,
+    /// The whole linearised contact.
+    found: &'s Jacobian,
 }
 
 /// All columns that differences do not explain.
@@ -144,6 +154,7 @@ pub fn checked(scene: &Scene) -> Vec<Checked> {
                 force,
                 stiffness,
                 column,
+                found: &found,
             };
             let own: Wrenches = found.column(column).into_owned();
             if error(&own, &differences.column(column).into_owned()) <= check.allowed(STEP) {
@@ -220,6 +231,11 @@ impl Check<'_, '_> {
         if is_steady && gap.amax() > JUMP * whole {
             return Some(Finding::Jump);
         }
+        let here = self.scaled.at(self.column, 0.0);
+        let is_away = |sides: &Sides| error(&sides.values[0], &here) > JUMP * whole;
+        if is_away(&wide) && is_away(&near) && self.jumps_by_a_modulus(step) {
+            return Some(Finding::Jump);
+        }
         let [jump, jump_near] = [&wide, &near].map(|sides| sides.slopes[1] - sides.slopes[0]);
         let tolerance = THREE_POINTS * self.allowed(step);
         let is_jump = jump.amax() > tolerance && jump_near.amax() > 0.5 * jump.amax();
@@ -234,13 +250,12 @@ impl Check<'_, '_> {
             return Some(Finding::Mean);
         }
         if self.scaled.scene.missed <= COINCIDENT {
-            return Some(
-                if is_between(found, &wide, room) && !self.has_linear_mean(step) {
-                    Finding::Corner
-                } else {
-                    Finding::NotMean(from_mean / jump.amax())
-                },
-            );
+            if self.column < 12 && !self.has_linear_mean(step) && self.is_mean_about_nudge(step) {
+                return Some(Finding::Corner);
+            }
+            return self
+                .is_alone(&wide, step)
+                .then(|| Finding::NotMean(from_mean / jump.amax()));
         }
         let is_side = wide.slopes.iter().any(|slope| error(found, slope) <= room);
         if is_side {
@@ -248,6 +263,47 @@ impl Check<'_, '_> {
         } else {
             is_between(found, &wide, room).then_some(Finding::Between)
         }
+    }
+
+    /// Whether nothing else shows at shorter steps.
+    fn is_alone(&self, wide: &Sides, step: f64) -> bool {
+        let jump = error(&wide.slopes[0], &wide.slopes[1]);
+        let shorter = KINK_STEPS.into_iter().filter(|shorter| *shorter < step);
+        shorter.into_iter().all(|step| {
+            let noise = THREE_POINTS * self.allowed(step);
+            self.scaled.sides(self.column, step).is_some_and(|near| {
+                let change = |side: usize| error(&wide.slopes[side], &near.slopes[side]);
+                change(0).max(change(1)) <= STEADY * jump + noise
+            })
+        })
+    }
+
+    /// Whether the wrench jumps as a modulus changes.
+    fn jumps_by_a_modulus(&self, step: f64) -> bool {
+        let gap = |step| {
+            let sides = self.scaled.sides(24, step)?;
+            Some(sides.values[1] - sides.values[0])
+        };
+        gap(step).zip(gap(0.1 * step)).is_some_and(|(wide, near)| {
+            let is_steady = (wide - near).amax() <= STEADY * wide.amax();
+            let whole = self.scaled.at(24, 0.0).amax() + LEAST * self.scaled.force;
+            is_steady && wide.amax() > JUMP * whole
+        })
+    }
+
+    /// Whether it is the mean of both sides as B moves by [`NUDGE`], and by a little of the column's motion besides.
+    fn is_mean_about_nudge(&self, step: f64) -> bool {
+        let nudge = self.scaled.scene.pair.a().pose().rotation() * NUDGE;
+        [ABOUT, -ABOUT].into_iter().all(|about| {
+            let mut direction: Vec<_> = (0..3).map(|axis| (9 + axis, nudge[axis])).collect();
+            direction.push((self.column, about));
+            let own = direction
+                .iter()
+                .map(|&(column, weight)| self.found.column(column) * weight);
+            let own: Wrenches = own.sum();
+            let along = self.scaled.mean_slope(&direction, step);
+            error(&own, &along) <= THREE_POINTS * self.allowed(step)
+        })
     }
 
     /// Whether the mean of both sides is, along a random sum of motions, the sum of the means.
