@@ -1,6 +1,6 @@
 use super::polygon::PolygonSource;
 use super::{BodyError, ContactPair, ContactWrench, LinearisedContact, Pipeline};
-use crate::scalar::{Order, Scalar, real_part, real_vector};
+use crate::scalar::{Order, Scalar, real_part, real_vector, times};
 use crate::spatial::{Twist, Wrench};
 use nalgebra::Vector3;
 
@@ -103,8 +103,8 @@ impl<T: Scalar> RelativeMotion<T> {
         let velocity_of_b = twist_b.linear + twist_b.angular.cross(&to_origin_a);
         let in_a = pose_wa.rotation().transpose();
         Self {
-            angular: in_a * (twist_a.angular - twist_b.angular),
-            at_origin: in_a * (twist_a.linear - velocity_of_b),
+            angular: times(&in_a, &(twist_a.angular - twist_b.angular)),
+            at_origin: times(&in_a, &(twist_a.linear - velocity_of_b)),
         }
     }
 

@@ -1,7 +1,7 @@
 use super::workspace::Workspace;
 use super::{Acceleration, Body, BodyState, ExternalForces, Inertia, Situation, State, World};
 use crate::scalar::Scalar;
-use crate::spatial::{Pose, Twist, rotation_from_vector, turned_about_own_axis};
+use crate::spatial::{Pose, Twist, turned_about_own_axis, turned_by};
 use nalgebra::{Matrix3, Vector3};
 
 /// How a state is taken one time step further.
@@ -93,35 +93,34 @@ impl<T: Scalar, F: ExternalForces> World<T, F> {
     fn drift(&self, state: &mut State<T>, duration: f64, turning: Turning<T>) {
         state.time += duration;
         for (index, body_state) in state.bodies.iter_mut().enumerate() {
-            *body_state = match self.bodies[index].inertia() {
-                Some(inertia) => free_motion(inertia, body_state, duration, turning),
-                None => self.driven_state(index, state.time).unwrap_or(*body_state),
-            };
+            match self.bodies[index].inertia() {
+                Some(inertia) => move_freely(body_state, inertia, duration, turning),
+                None => {
+                    if let Some(driven) = self.driven_state(index, state.time) {
+                        *body_state = driven;
+                    }
+                }
+            }
         }
     }
 }
 
 /// The centre of mass moves straight on; the body turns about it.
-fn free_motion<T: Scalar>(
+fn move_freely<T: Scalar>(
+    state: &mut BodyState<T>,
     inertia: &Inertia<T>,
-    state: &BodyState<T>,
     duration: f64,
     turning: Turning<T>,
-) -> BodyState<T> {
-    let Twist { angular, linear } = &state.twist;
+) {
+    let Twist { angular, linear } = &mut state.twist;
+    let center_before = state.pose.rotated_constant(&inertia.center_of_mass);
+    let moved = linear.map(|component| component * duration);
     let (rotation, spin) = turning(inertia, state.pose.rotation(), angular, duration);
     let turned = Pose::from_drifted_rotation(&rotation);
-    let center_before = state.pose.rotated_constant(&inertia.center_of_mass);
     let center_after = turned.rotated_constant(&inertia.center_of_mass);
-    let moved = linear.map(|component| component * duration);
     let origin = state.pose.translation() + center_before + moved - center_after;
-    BodyState {
-        pose: turned.with_translation(origin),
-        twist: Twist {
-            angular: spin,
-            linear: *linear,
-        },
-    }
+    state.pose = turned.with_translation(origin);
+    *angular = spin;
 }
 
 /// By the exponential of the spin at the start; the spin at the end follows from the angular
@@ -132,7 +131,7 @@ fn turned_by_spin<T: Scalar>(
     spin: &Vector3<T>,
     duration: f64,
 ) -> (Matrix3<T>, Vector3<T>) {
-    let turned = rotation_from_vector(&spin.map(|rate| rate * duration)) * rotation;
+    let turned = turned_by(rotation, &spin.map(|rate| rate * duration));
     if inertia.is_isotropic() {
         return (turned, *spin);
     }

@@ -101,6 +101,16 @@ pub(crate) fn constant_times<T: Scalar>(
     Vector3::new(row(0), row(1), row(2))
 }
 
+/// Product of a matrix with a vector, without the copies that wide numbers suffer in nalgebra's.
+#[inline]
+#[must_use]
+pub(crate) fn times<T: Scalar>(matrix: &Matrix3<T>, vector: &Vector3<T>) -> Vector3<T> {
+    let row = |i: usize| {
+        matrix[(i, 0)] * vector.x + matrix[(i, 1)] * vector.y + matrix[(i, 2)] * vector.z
+    };
+    Vector3::new(row(0), row(1), row(2))
+}
+
 /// The change of a number from its real part: the same derivatives, and a value of zero.
 #[inline]
 #[must_use]

@@ -1,5 +1,6 @@
 use crate::scalar::{
-    Order, Scalar, constant_times, cross_constant, dot_constant, lift, real_part, real_vector,
+    Order, Scalar, change, constant_times, cross_constant, dot_constant, lift, real_part,
+    real_vector,
 };
 use nalgebra::{Matrix3, RowVector3, Vector3};
 
@@ -49,6 +50,21 @@ pub fn rotation_from_vector<T: Scalar>(rotation_vector: &Vector3<T>) -> Matrix3<
         RowVector3::new(xy + sine.z, y, yz - sine.x),
         RowVector3::new(xz - sine.y, yz + sine.x, z),
     ])
+}
+
+/// exp([v]ₓ)·R: a rotation, turned by the rotation vector v (rad) in the axes of the outer frame.
+pub(crate) fn turned_by<T: Scalar>(
+    rotation: &Matrix3<T>,
+    rotation_vector: &Vector3<T>,
+) -> Matrix3<T> {
+    if Order::<T>::IS_FIRST {
+        let vector = real_vector(rotation_vector);
+        let by = rotation_from_vector(&vector);
+        let turn = constant_times(&left_jacobian(&vector), &rotation_vector.map(change))
+            + constant_times(&by, &turn_from_real(rotation));
+        return turned_real(&(by * rotation.map(real_part)), &turn);
+    }
+    rotation_from_vector(rotation_vector) * rotation
 }
 
 /// A frame, the axes as columns, turned about one of its own axes by an angle (rad).

@@ -1,4 +1,4 @@
-use crate::scalar::{Scalar, lift_vector, real_vector};
+use crate::scalar::{Scalar, lift_vector, real_vector, times};
 use nalgebra::{Matrix3, Vector3, Vector6};
 use std::ops::{Add, AddAssign, Neg};
 
@@ -36,8 +36,8 @@ impl<T: Scalar> Wrench<T> {
     #[must_use]
     pub fn rotated(&self, rotation_wa: &Matrix3<T>) -> Self {
         Self {
-            torque: rotation_wa * self.torque,
-            force: rotation_wa * self.force,
+            torque: times(rotation_wa, &self.torque),
+            force: times(rotation_wa, &self.force),
         }
     }
 
