@@ -5,8 +5,7 @@ mod support;
 use hydroelastic::scalar::DenseDual;
 use nalgebra::SVector;
 use std::collections::BTreeMap;
-use std::sync::atomic::{AtomicUsize, Ordering};
-use std::thread;
+use std::ops::Range;
 use support::hostile::kinks::kink_of;
 use support::moving::bodies::Bodies;
 use support::moving::differences::{BLOCKS, Scaled, Wrenches};
@@ -15,6 +14,7 @@ use support::moving::poses::{Family, scene};
 use support::moving::verdict::{checked, names};
 use support::moving::{COLUMNS, Jacobian, Scene, numbers, with_names_exchanged};
 use support::scenes::{Random, mixed_shapes, random_pair};
+use support::sweep::in_batches;
 
 /// Pairs that share a set of shapes.
 const BATCH: usize = 512;
@@ -102,32 +102,16 @@ fn add_pair(tallies: &mut Tallies, bodies: &Bodies, number: usize) {
 
 /// Pairs with the numbers from `first`, on all threads.
 fn swept(first: usize, count: usize) -> Tallies {
-    let (end, next) = (first + count, AtomicUsize::new(first / BATCH));
-    let work = || {
-        let mut tallies = Tallies::default();
-        loop {
-            let batch = next.fetch_add(1, Ordering::Relaxed);
-            let numbers = first.max(batch * BATCH)..end.min((batch + 1) * BATCH);
-            if numbers.is_empty() {
-                return tallies;
-            }
-            let bodies = Bodies::new(batch as u64);
-            numbers.for_each(|number| add_pair(&mut tallies, &bodies, number));
+    let work = |tallies: &mut Tallies, batch, numbers: Range<usize>| {
+        let bodies = Bodies::new(batch as u64);
+        numbers.for_each(|number| add_pair(tallies, &bodies, number));
+    };
+    let merge = |total: &mut Tallies, tallies: Tallies| {
+        for (tally, other) in total.iter_mut().zip(tallies) {
+            tally.merge(other);
         }
     };
-    let threads = thread::available_parallelism().map_or(1, usize::from);
-    let mut total = Tallies::default();
-    thread::scope(|scope| {
-        let handles: Vec<_> = (0..threads).map(|_| scope.spawn(work)).collect();
-        for handle in handles {
-            let found = handle.join().unwrap();
-            total
-                .iter_mut()
-                .zip(found)
-                .for_each(|(tally, other)| tally.merge(other));
-        }
-    });
-    total
+    in_batches((first, count), BATCH, work, merge)
 }
 
 /// Prints what there is, and fails if any pair failed.

@@ -8,14 +8,13 @@ use hydroelastic::mesh::shapes;
 use hydroelastic::spatial::Pose;
 use nalgebra::{Vector3, vector};
 use std::f64::consts::{FRAC_PI_4, SQRT_2};
-use std::sync::atomic::{AtomicUsize, Ordering};
-use std::thread;
 use support::exact;
 use support::hostile::claims::verdict;
 use support::hostile::kinks::Kink;
 use support::hostile::shapes::off_centre;
 use support::hostile::{Family, Hostile};
 use support::scenes::{Random, pair};
+use support::sweep::in_batches;
 
 /// Pairs that share a set of shapes.
 const BATCH: usize = 4096;
@@ -95,27 +94,8 @@ fn tried(batch: usize, numbers: std::ops::Range<usize>) -> Tallies {
 
 /// Pairs with the numbers from `first`, on all threads.
 fn soaked(first: usize, count: usize) -> Tallies {
-    let (end, next) = (first + count, AtomicUsize::new(first / BATCH));
-    let work = || {
-        let mut tallies = Tallies::default();
-        loop {
-            let batch = next.fetch_add(1, Ordering::Relaxed);
-            let numbers = first.max(batch * BATCH)..end.min((batch + 1) * BATCH);
-            if numbers.is_empty() {
-                return tallies;
-            }
-            merge(&mut tallies, tried(batch, numbers));
-        }
-    };
-    let threads = thread::available_parallelism().map_or(1, usize::from);
-    let mut total = Tallies::default();
-    thread::scope(|scope| {
-        let handles: Vec<_> = (0..threads).map(|_| scope.spawn(work)).collect();
-        for handle in handles {
-            merge(&mut total, handle.join().unwrap());
-        }
-    });
-    total
+    let work = |tallies: &mut Tallies, batch, numbers| merge(tallies, tried(batch, numbers));
+    in_batches((first, count), BATCH, work, merge)
 }
 
 fn merge(tallies: &mut Tallies, others: Tallies) {

@@ -7,10 +7,11 @@ use hydroelastic::contact::{ContactBody, ContactPair, ContactWrench, Shape, Surf
 use hydroelastic::dynamics::{Body, Integrator, Mass, Material, State, World};
 use hydroelastic::gradient::{Experiment, FinalState, Outcome, Parameter};
 use hydroelastic::mesh::shapes;
-use hydroelastic::scalar::{DenseDual, Scalar, lift};
+use hydroelastic::scalar::{DenseDual, lift};
 use hydroelastic::spatial::{Pose, Twist};
-use nalgebra::{SMatrix, SVector, vector};
+use nalgebra::{SVector, vector};
 use num_dual::Dual2_64;
+use support::moving::{COLUMNS, Jacobian, Scene, numbers};
 use support::scenes::{Random, dented_ball, mixed_shapes, pair, random_pair};
 
 /// Round-off of derivatives through slices and clips of generic pairs, of the largest entry.
@@ -30,65 +31,28 @@ const KINK_STEPS: [f64; 3] = [1e-6, 1e-7, 1e-8];
 /// Hundreds of steps multiply the round-off of each.
 const TRAJECTORIES: f64 = 1e-11;
 
-/// Twists of A and B that move the poses, changes of the moduli, changes of the velocities of A and B
-/// (twists), of dissipation and friction.
-const INPUTS: usize = 28;
-type Wide = DenseDual<INPUTS>;
-
-/// A pair in motion, in plain numbers.
-struct Scene<'a> {
-    pair: ContactPair<'a>,
-    twists: [SVector<f64, 6>; 2],
-    dissipation: f64,
-    friction: f64,
-}
+type Wide = DenseDual<COLUMNS>;
 
 fn random_scene<'a>(shapes: &'a [Shape], random: &mut Random) -> Scene<'a> {
     let mut number = || random.between(-0.5, 0.5);
-    let twists = [0, 1].map(|_| SVector::from_fn(|_, _| number()));
+    let twists = [0, 1].map(|_| Twist::from_vector(&SVector::from_fn(|_, _| number())));
     Scene {
         twists,
         dissipation: random.between(0.0, 0.8),
         friction: random.between(0.0, 1.0),
+        slip_tolerance: 0.05,
+        missed: f64::INFINITY,
         pair: random_pair(shapes, random),
     }
 }
 
-/// The pair, its law and its velocities after changes.
-fn changed<'a, T: Scalar>(
-    scene: &Scene<'a>,
-    changes: &SVector<T, INPUTS>,
-) -> (ContactPair<'a, T>, SurfaceLaw<T>, [Twist<T>; 2]) {
-    let twist = |row| Twist::from_vector(&changes.fixed_rows::<6>(row).into_owned());
-    let body = |body: &ContactBody<'a>, row, change: T| {
-        let pose = Pose::<T>::lifted(body.pose()).moved_by(&twist(row));
-        ContactBody::new(body.shape(), pose, change + body.modulus()).unwrap()
-    };
-    let pair = ContactPair::new(
-        body(scene.pair.a(), 0, changes[12]),
-        body(scene.pair.b(), 6, changes[13]),
-    );
-    let dissipation = changes[26] + scene.dissipation;
-    let law = SurfaceLaw::new(dissipation, changes[27] + scene.friction, 0.05).unwrap();
-    let velocity = |of: usize| {
-        let change = changes.fixed_rows::<6>(14 + 6 * of).into_owned();
-        Twist::from_vector(&(change + scene.twists[of].map(lift::<T>)))
-    };
-    (pair, law, [velocity(0), velocity(1)])
-}
-
-fn numbers<T: Scalar>(wrench: &ContactWrench<T>) -> SVector<T, 12> {
-    let (on_a, on_b) = (wrench.on_a.to_vector(), wrench.on_b.to_vector());
-    SVector::from_fn(|i, _| if i < 6 { on_a[i] } else { on_b[i - 6] })
-}
-
-fn seeds() -> SVector<Wide, INPUTS> {
+fn seeds() -> SVector<Wide, COLUMNS> {
     SVector::from_fn(|i, _| Wide::variable(0.0, i))
 }
 
-fn jacobian(wrench: &ContactWrench<Wide>) -> SMatrix<f64, 12, INPUTS> {
+fn jacobian(wrench: &ContactWrench<Wide>) -> Jacobian {
     let rows = numbers(wrench);
-    SMatrix::from_fn(|i, j| rows[i].eps[j])
+    Jacobian::from_fn(|i, j| rows[i].eps[j])
 }
 
 fn assert_same(closed: &ContactWrench<Wide>, whole: &ContactWrench<Wide>) -> f64 {
@@ -119,7 +83,7 @@ fn for_scenes(count: usize, seed: u8, mut check: impl FnMut(&Scene, &mut Random)
 fn wrenches_of_first_order_have_the_derivatives_of_the_generic_pipeline() {
     let mut worst = [0.0_f64; 2];
     for_scenes(200, 31, |scene, _| {
-        let (pair, law, twists) = changed(scene, &seeds());
+        let (pair, law, twists) = scene.changed(&seeds());
         let elastic = assert_same(&pair.wrench(), &pair.pipeline().wrench());
         let closed = pair.wrench_in_motion(&law, twists);
         let through_clips = pair.pipeline().wrench_in_motion(&law, twists);
@@ -133,12 +97,12 @@ fn wrenches_of_first_order_have_the_derivatives_of_the_generic_pipeline() {
 fn derivatives_of_a_pair_in_motion_are_differences() {
     let mut worst = 0.0_f64;
     for_scenes(200, 32, |scene, random| {
-        let (pair, law, twists) = changed(scene, &seeds());
+        let (pair, law, twists) = scene.changed(&seeds());
         let by_inputs = jacobian(&pair.wrench_in_motion(&law, twists));
-        let direction = SVector::<f64, INPUTS>::from_fn(|_, _| random.between(-1.0, 1.0));
+        let direction = SVector::<f64, COLUMNS>::from_fn(|_, _| random.between(-1.0, 1.0));
         let expected = by_inputs * direction;
         let value = |step: f64| {
-            let (pair, law, twists) = changed(scene, &(direction * step));
+            let (pair, law, twists) = scene.changed(&(direction * step));
             numbers(&pair.wrench_in_motion(&law, twists))
         };
         let error = |step: f64| {
@@ -276,14 +240,14 @@ fn layers_of_equal_pressure_have_the_derivatives_of_differences_by_either_modulu
             let turned = Pose::from_rotation_vector(&random.rotation_vector(), position);
             let mut scene = random_scene(std::slice::from_ref(&ball), &mut random);
             scene.pair = pair((&ball, turned, 2.0), (&ball, Pose::identity(), 2.0));
-            let (pair, law, twists) = changed(&scene, &seeds());
+            let (pair, law, twists) = scene.changed(&seeds());
             let [elastic, in_motion] =
                 [pair.wrench(), pair.wrench_in_motion(&law, twists)].map(|w| jacobian(&w));
-            for modulus in [12, 13] {
+            for modulus in [24, 25] {
                 let values = |step: f64| {
-                    let mut changes = SVector::<f64, INPUTS>::zeros();
+                    let mut changes = SVector::<f64, COLUMNS>::zeros();
                     changes[modulus] = step;
-                    let (pair, law, twists) = changed(&scene, &changes);
+                    let (pair, law, twists) = scene.changed(&changes);
                     [pair.wrench(), pair.wrench_in_motion(&law, twists)].map(|w| numbers(&w))
                 };
                 let ways = [&elastic, &in_motion];

@@ -15,3 +15,4 @@ pub mod octahedra;
 pub mod reference;
 pub mod scenes;
 pub mod subdivisions;
+pub mod sweep;
