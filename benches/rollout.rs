@@ -6,7 +6,7 @@
 //! differences. A Jacobian takes one rollout on duals, 6, 12 or 96 wide. Run
 //! `cargo bench --bench rollout`; throughput is in steps, and ratios are good within one run.
 //!
-//! `elastic` has neither dissipation nor friction, `rubbing` has both; `eight` are elastic. `generic`
+//! `elastic` has neither dissipation nor friction, `rubbing` has both. `generic`
 //! is the wrench of the first ball and the box by the generic pipeline, in `f64` and in duals of 8
 //! numbers.
 
@@ -142,17 +142,15 @@ fn eight(criterion: &mut Criterion) {
         ]
     };
     let parameters: Vec<Parameter> = EIGHT.into_iter().flat_map(starts).collect();
-    let mut group = group(criterion, "eight");
-    for order in ORDERS {
-        let world = balls_on_box(&EIGHT, order, Material::elastic(1e5));
-        compare(
-            &mut group,
-            order,
-            &world,
-            &[("Jacobian by 96", &parameters)],
-        );
+    for (name, skin) in MATERIALS {
+        let mut group = group(criterion, &format!("eight, {name}"));
+        for order in ORDERS {
+            let world = balls_on_box(&EIGHT, order, skin);
+            let lists: [(&str, &[Parameter]); 1] = [("Jacobian by 96", &parameters)];
+            compare(&mut group, order, &world, &lists);
+        }
+        group.finish();
     }
-    group.finish();
 }
 
 /// The wrench after a motion of the ball, and changes of both moduli.
