@@ -5,7 +5,7 @@ mod support;
 use hydroelastic::contact::Shape;
 use hydroelastic::dynamics::{Body, Integrator, Mass, Material, State, World};
 use hydroelastic::mesh::shapes;
-use hydroelastic::spatial::Pose;
+use hydroelastic::spatial::{MassProperties, Pose};
 use nalgebra::{Matrix3, Vector3, vector};
 use std::sync::Arc;
 
@@ -125,6 +125,94 @@ fn assert_momentum_stays(world: &World, integrator: Integrator) {
         before = after;
     }
     assert!(touching > 20, "they touch in {touching} of 400 steps");
+}
+
+/// A body without neighbours, of the inertia of a box.
+fn free_box(lengths: [f64; 3], spin: Vector3<f64>) -> World {
+    let shape = Shape::new(shapes::cuboid(lengths).unwrap());
+    let body = Body::dynamic("box", shape, Material::elastic(1e5), Mass::Total(1.0)).unwrap();
+    let tilted = Pose::from_rotation_vector(&vector![0.5, 0.1, -0.4], Vector3::zeros());
+    World::new(vec![body.at(tilted).with_spin(spin)]).unwrap()
+}
+
+#[test]
+fn free_boxes_of_any_shape_keep_energy_and_momentum() {
+    let (rod, needle, plate) = ([0.01, 0.01, 0.3], [0.002, 0.002, 0.3], [0.3, 0.3, 0.01]);
+    let (fast, tumbling) = (vector![10.0, 0.0, 30.0], vector![0.1, 20.0, 0.1]);
+    for (lengths, spin, bound) in [
+        (rod, fast, MILLION_ROUNDINGS),
+        (needle, fast, MILLION_ROUNDINGS),
+        (plate, fast, MILLION_ROUNDINGS),
+        // Of second order in the step.
+        ([0.2, 0.1, 0.05], tumbling, 1e-5),
+        ([0.3, 0.2, 0.01], fast, 1e-4),
+    ] {
+        let world = free_box(lengths, spin);
+        let start = world.report(&world.initial_state());
+        for integrator in [Integrator::SymplecticEuler, Integrator::Leapfrog] {
+            let (mut energy, mut momentum) = (0.0_f64, 0.0_f64);
+            for state in world.rollout(1e-3, integrator).unwrap().take(30_000) {
+                let now = world.report(&state.unwrap());
+                energy = energy.max((now.total_energy() / start.total_energy() - 1.0).abs());
+                let off = (now.momentum.angular - start.momentum.angular).amax();
+                momentum = momentum.max(off / start.momentum.angular.amax());
+            }
+            println!("{lengths:?}, {integrator:?}: energy {energy:.1e}, momentum {momentum:.1e}");
+            assert!(energy < bound, "{lengths:?}: {energy:e}");
+            assert!(momentum < MILLION_ROUNDINGS, "{lengths:?}: {momentum:e}");
+        }
+    }
+}
+
+/// How a free body of these moments (kg m²) lies after a second of so many steps.
+fn orientation_of(moments: [f64; 3], steps: usize) -> Matrix3<f64> {
+    let properties = MassProperties {
+        mass: 1.0,
+        center_of_mass: Vector3::zeros(),
+        inertia: Matrix3::from_diagonal(&Vector3::from(moments)),
+    };
+    let shape = Shape::new(shapes::icosphere(0.1, 0).unwrap());
+    let mass = Mass::Given(properties);
+    let body = Body::dynamic("body", shape, Material::elastic(1e5), mass).unwrap();
+    let world = World::new(vec![body.with_spin(vector![3.0, -5.0, 2.0])]).unwrap();
+    let mut rollout = world
+        .rollout(1.0 / steps as f64, Integrator::Leapfrog)
+        .unwrap();
+    let last = rollout.nth(steps - 1).unwrap().unwrap();
+    *last.bodies[0].pose.rotation()
+}
+
+#[test]
+fn free_spheres_and_symmetric_tops_turn_exactly() {
+    /// Round-off of thousands of steps.
+    const ROUND_OFF: f64 = 1e-11;
+    for moments in [
+        [0.02; 3],
+        [0.01, 0.02, 0.02],
+        [0.02, 0.015, 0.02],
+        [0.02, 0.02, 0.03],
+    ] {
+        let off = orientation_of(moments, 2) - orientation_of(moments, 2_000);
+        assert!(off.amax() < ROUND_OFF, "{moments:?}: {:e}", off.amax());
+    }
+}
+
+#[test]
+fn free_rotation_is_continuous_in_the_moments() {
+    /// Round-off of a thousand steps.
+    const ROUND_OFF: f64 = 1e-12;
+    for steps in [10, 100, 1_000] {
+        let sphere = orientation_of([0.02; 3], steps);
+        for change in [1e-13, 1e-11, 1e-9, 1e-6, -1e-11, -1e-6] {
+            let moments = [0.02, 0.02 * (1.0 + change), 0.02 * (1.0 + 2.0 * change)];
+            let off = (orientation_of(moments, steps) - sphere).amax();
+            // Over a second, with a spin of 6 rad/s.
+            assert!(
+                off < 12.0 * change.abs() + ROUND_OFF,
+                "{steps}, {change:e}: {off:e}"
+            );
+        }
+    }
 }
 
 #[test]

@@ -39,6 +39,7 @@ pub struct WorkCount {
 
 impl<'a, T: Scalar> ContactPair<'a, T> {
     /// A pair with the default search.
+    #[inline]
     #[must_use]
     pub fn new(a: ContactBody<'a, T>, b: ContactBody<'a, T>) -> Self {
         Self {

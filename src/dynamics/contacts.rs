@@ -25,7 +25,7 @@ impl<T: Scalar, F: ExternalForces> World<T, F> {
         let (mut sweep, mut contacts) = (Sweep::default(), Vec::new());
         let pairs = self.close_pairs(&state.bodies, &mut sweep);
         mapped_into(&mut contacts, pairs, |&(i, j)| {
-            let [on_a, on_b] = self.pair_wrench(&state.bodies, i, j);
+            let ContactWrench { on_a, on_b } = self.pair_wrench(&state.bodies, i, j);
             Contact {
                 bodies: [i, j],
                 surface: self.contact_pair(&state.bodies, i, j).surface(),

@@ -1,7 +1,7 @@
 use super::sweep::Sweep;
 use super::workspace::Workspace;
 use super::{BodyState, ExternalForces, State, World, WorldError};
-use crate::contact::{ContactBody, ContactPair};
+use crate::contact::{ContactBody, ContactPair, ContactWrench};
 use crate::scalar::Scalar;
 use crate::spatial::{Pose, Wrench};
 use crate::threads::mapped_into;
@@ -26,9 +26,9 @@ impl<T: Scalar, F: ExternalForces> World<T, F> {
         wrenches.resize(states.len(), Wrench::zero());
         // In the order of the pairs, whichever thread was first: a sum in another order is rounded
         // otherwise.
-        for (&(i, j), &[on_i, on_j]) in pairs.iter().zip(&*pair_wrenches) {
-            wrenches[i] += on_i;
-            wrenches[j] += on_j;
+        for (&(i, j), contact) in pairs.iter().zip(&*pair_wrenches) {
+            wrenches[i] += contact.on_a;
+            wrenches[j] += contact.on_b;
         }
         for (index, wrench) in wrenches.iter_mut().enumerate() {
             if let Some(inertia) = self.bodies[index].inertia() {
@@ -73,6 +73,7 @@ impl<T: Scalar, F: ExternalForces> World<T, F> {
     }
 
     /// The contact of two bodies.
+    #[inline]
     pub(super) fn contact_pair(
         &self,
         states: &[BodyState<T>],
@@ -92,10 +93,10 @@ impl<T: Scalar, F: ExternalForces> World<T, F> {
         states: &[BodyState<T>],
         i: usize,
         j: usize,
-    ) -> [Wrench<T>; 2] {
+    ) -> ContactWrench<T> {
         let (body_i, body_j) = (&self.bodies[i], &self.bodies[j]);
         let pair = self.contact_pair(states, i, j);
-        let wrench = if body_i.rubs || body_j.rubs {
+        if body_i.rubs || body_j.rubs {
             let law = body_i
                 .material
                 .law_with(&body_j.material, self.slip_tolerance);
@@ -106,8 +107,7 @@ impl<T: Scalar, F: ExternalForces> World<T, F> {
             pair.wrench_in_motion(&law, twists)
         } else {
             pair.wrench()
-        };
-        [wrench.on_a, wrench.on_b]
+        }
     }
 }
 

@@ -1,10 +1,11 @@
-use crate::scalar::{Scalar, lift};
-use crate::spatial::{MassProperties, times_constant};
+use crate::scalar::{
+    Order, Scalar, change, constant_times, cross_constant, lift, real_part, real_vector,
+};
+use crate::spatial::{MassProperties, times_constant, turn_from_real};
 use nalgebra::{Matrix3, SymmetricEigen, Vector3};
 
-/// Moments that differ by less than this fraction of the largest are the same: a body of such
-/// moments turns like a sphere, to round-off.
-const ISOTROPY: f64 = 1e-12;
+/// Moments that differ by less than this fraction differ by the round-off of sums over thousands of tetrahedra.
+const SPHERE: f64 = 1e-12;
 
 /// Mass and rotational inertia of a body whose mass may carry derivatives.
 ///
@@ -15,34 +16,26 @@ pub struct Inertia<T = f64> {
     pub mass: T,
     /// Centre of mass (m), in the body frame.
     pub center_of_mass: Vector3<f64>,
-    /// Principal moments over the mass (m²), about the centre of mass.
-    pub(super) unit_moments: Vector3<f64>,
-    /// The principal axes, as columns in the body frame.
-    pub(super) principal_axes: Matrix3<f64>,
+    /// Over the mass, about the centre of mass.
+    pub(super) principal: PrincipalInertia,
+}
+
+/// Inertia per mass in its principal axes, which are ordered by their moments.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct PrincipalInertia {
+    /// Principal moments (m²), the smallest first.
+    pub moments: Vector3<f64>,
+    /// The principal axes, as columns in the body frame, right-handed.
+    pub axes: Matrix3<f64>,
 }
 
 impl Inertia<f64> {
     /// From mass properties with positive mass and principal moments.
     pub(super) fn new(properties: &MassProperties) -> Self {
-        let unit_inertia = properties.inertia / properties.mass;
-        let SymmetricEigen {
-            mut eigenvectors,
-            eigenvalues,
-        } = SymmetricEigen::new(unit_inertia);
-        if eigenvectors.determinant() < 0.0 {
-            eigenvectors.column_mut(0).neg_mut();
-        }
-        let isotropic = eigenvalues.max() - eigenvalues.min() <= ISOTROPY * eigenvalues.max();
-        let (unit_moments, principal_axes) = if isotropic {
-            (Vector3::repeat(eigenvalues.mean()), Matrix3::identity())
-        } else {
-            (eigenvalues, eigenvectors)
-        };
         Self {
             mass: properties.mass,
             center_of_mass: properties.center_of_mass,
-            unit_moments,
-            principal_axes,
+            principal: PrincipalInertia::of(properties.inertia / properties.mass),
         }
     }
 
@@ -51,79 +44,112 @@ impl Inertia<f64> {
         Inertia {
             mass: lift(self.mass),
             center_of_mass: self.center_of_mass,
-            unit_moments: self.unit_moments,
-            principal_axes: self.principal_axes,
+            principal: self.principal,
         }
     }
 }
 
 impl<T: Scalar> Inertia<T> {
-    /// Whether all principal moments are the same (the paper's scalar inertia).
-    #[must_use]
-    pub fn is_isotropic(&self) -> bool {
-        self.unit_moments.max() - self.unit_moments.min() <= ISOTROPY * self.unit_moments.max()
-    }
-
     /// I·ω for a body of the given orientation, both in world axes.
     #[must_use]
     pub fn angular_momentum(&self, rotation: &Matrix3<T>, angular: &Vector3<T>) -> Vector3<T> {
-        self.scaled_by_moments(rotation, angular, |moment| moment) * self.mass
+        let principal = &self.principal;
+        principal.times(rotation, &principal.moments, angular) * self.mass
     }
 
     /// I⁻¹·L for a body of the given orientation, both in world axes.
     #[must_use]
     pub fn angular_velocity(&self, rotation: &Matrix3<T>, momentum: &Vector3<T>) -> Vector3<T> {
-        self.scaled_by_moments(rotation, momentum, f64::recip) / self.mass
+        let per_moments = self.principal.moments.map(f64::recip);
+        self.principal.times(rotation, &per_moments, momentum) / self.mass
+    }
+}
+
+impl PrincipalInertia {
+    fn of(inertia: Matrix3<f64>) -> Self {
+        let SymmetricEigen {
+            eigenvectors,
+            eigenvalues,
+        } = SymmetricEigen::new(inertia);
+        let mut order = [0, 1, 2];
+        order.sort_by(|&i, &j| eigenvalues[i].total_cmp(&eigenvalues[j]));
+        let mut axes = Matrix3::from_columns(&order.map(|axis| eigenvectors.column(axis)));
+        if axes.determinant() < 0.0 {
+            axes.column_mut(0).neg_mut();
+        }
+        let moments = Vector3::from(order.map(|axis| eigenvalues[axis]));
+        let is_sphere = moments[2] - moments[0] <= SPHERE * moments[2];
+        Self {
+            moments: if is_sphere {
+                Vector3::repeat(moments[1])
+            } else {
+                moments
+            },
+            axes,
+        }
     }
 
-    /// The principal axes in the world, as columns.
-    pub(super) fn principal_frame(&self, rotation: &Matrix3<T>) -> Matrix3<T> {
-        times_constant(rotation, &self.principal_axes)
+    /// Whether all moments are the same, to the last bit: then no axis is needed, and nothing is left out without.
+    pub fn is_sphere(&self) -> bool {
+        self.moments[2] - self.moments[0] <= 0.0
+    }
+
+    /// The principal axes in the world, as columns, of a body of this orientation.
+    pub fn frame<T: Scalar>(&self, rotation: &Matrix3<T>) -> Matrix3<T> {
+        times_constant(rotation, &self.axes)
     }
 
     /// The orientation of a body whose principal axes in the world are the columns.
-    pub(super) fn rotation_of(&self, principal_frame: &Matrix3<T>) -> Matrix3<T> {
-        times_constant(principal_frame, &self.principal_axes.transpose())
+    pub fn rotation_of<T: Scalar>(&self, frame: &Matrix3<T>) -> Matrix3<T> {
+        times_constant(frame, &self.axes.transpose())
     }
 
-    /// I·ω/m (m²/s), given the principal axes in the world as columns.
-    pub(super) fn unit_momentum(
-        &self,
-        principal_frame: &Matrix3<T>,
-        angular: &Vector3<T>,
-    ) -> Vector3<T> {
-        self.scaled_in_frame(principal_frame, angular, |moment| moment)
-    }
-
-    /// The inverse of [`Self::unit_momentum`].
-    pub(super) fn velocity_of_unit(
-        &self,
-        principal_frame: &Matrix3<T>,
-        unit_momentum: &Vector3<T>,
-    ) -> Vector3<T> {
-        self.scaled_in_frame(principal_frame, unit_momentum, f64::recip)
-    }
-
-    fn scaled_by_moments(
+    /// The product of a vector with the matrix of these principal values, for a body of this orientation.
+    fn times<T: Scalar>(
         &self,
         rotation: &Matrix3<T>,
+        values: &Vector3<f64>,
         vector: &Vector3<T>,
-        factor: impl Fn(f64) -> f64,
     ) -> Vector3<T> {
-        if self.is_isotropic() {
-            let factor = factor(self.unit_moments.x);
-            return vector.map(|component| component * factor);
+        if self.is_sphere() {
+            return vector.map(|component| component * values[1]);
         }
-        self.scaled_in_frame(&self.principal_frame(rotation), vector, factor)
+        if Order::<T>::IS_FIRST {
+            // As the body turns by θ and the vector changes by dv: J·(v + dv − θ × v) + θ × (J·v).
+            let (frame, constant) = (self.frame(&rotation.map(real_part)), real_vector(vector));
+            let product = scaled(&frame, values, &constant);
+            let matrix = frame * Matrix3::from_diagonal(values) * frame.transpose();
+            let turn = turn_from_real(rotation);
+            let own = vector.map(change) - cross_constant(&turn, &constant);
+            let change = constant_times(&matrix, &own) + cross_constant(&turn, &product);
+            return change + product.map(lift::<T>);
+        }
+        scaled(&self.frame(rotation), values, vector)
     }
+}
 
-    fn scaled_in_frame(
-        &self,
-        principal_frame: &Matrix3<T>,
-        vector: &Vector3<T>,
-        factor: impl Fn(f64) -> f64,
-    ) -> Vector3<T> {
-        let along_axes = principal_frame.transpose() * vector;
-        principal_frame * along_axes.zip_map(&self.unit_moments, |along, m| along * factor(m))
-    }
+/// A vector whose components along the axes of a frame are scaled.
+pub(super) fn scaled<T: Scalar>(
+    frame: &Matrix3<T>,
+    factors: &Vector3<f64>,
+    vector: &Vector3<T>,
+) -> Vector3<T> {
+    let middle = factors[1];
+    vector.map(|component| component * middle) + scaled_beyond(frame, factors, vector)
+}
+
+/// What [`scaled`] makes of a vector beyond scaling all of it by the middle factor: next to nothing for a sphere, which
+/// has no axes.
+pub(super) fn scaled_beyond<T: Scalar>(
+    frame: &Matrix3<T>,
+    factors: &Vector3<f64>,
+    vector: &Vector3<T>,
+) -> Vector3<T> {
+    let along = |axis: usize| {
+        let direction = frame.column(axis);
+        let along = direction.x * vector.x + direction.y * vector.y + direction.z * vector.z;
+        let more = along * (factors[axis] - factors[1]);
+        direction.map(|component| component * more)
+    };
+    along(0) + along(2)
 }

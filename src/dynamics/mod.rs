@@ -41,6 +41,7 @@ mod contacts;
 mod error;
 mod external;
 mod forces;
+mod free_rotation;
 mod inertia;
 mod integrator;
 mod mass;

@@ -1,4 +1,5 @@
 use super::sweep::Sweep;
+use crate::contact::ContactWrench;
 use crate::spatial::Wrench;
 
 /// Room for what a step works out and no state keeps.
@@ -10,7 +11,7 @@ pub(super) struct Workspace<T> {
     /// The search for close pairs.
     pub sweep: Sweep,
     /// Contact wrenches on the two bodies of each close pair, in the order of the pairs.
-    pub pair_wrenches: Vec<[Wrench<T>; 2]>,
+    pub pair_wrenches: Vec<ContactWrench<T>>,
     /// Net contact wrench on each body.
     pub wrenches: Vec<Wrench<T>>,
 }

@@ -51,6 +51,7 @@ impl<'a, T: Scalar> ContactBody<'a, T> {
     }
 
     /// From a pose and a modulus that were checked where they came in.
+    #[inline]
     pub(crate) fn from_valid(shape: &'a Shape, pose: Pose<T>, modulus: T) -> Self {
         Self {
             shape,

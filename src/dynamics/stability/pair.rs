@@ -90,8 +90,9 @@ fn unit_motions<T: Scalar>(body: &Body<T>, pose: &Pose, to_center: &Vector3<f64>
         return motions;
     };
     let mass = real_part(inertia.mass);
-    let rates = inertia.unit_moments.map(|m| (mass * m).sqrt().recip());
-    let turns = pose.rotation() * inertia.principal_axes * Matrix3::from_diagonal(&rates);
+    let principal = &inertia.principal;
+    let rates = principal.moments.map(|m| (mass * m).sqrt().recip());
+    let turns = principal.frame(pose.rotation()) * Matrix3::from_diagonal(&rates);
     let shifts = Matrix3::from_diagonal_element(mass.sqrt().recip());
     // The origin is −r away from the centre of mass, and ω × −r = [r]ₓω.
     let blocks = [

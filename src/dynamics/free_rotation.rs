@@ -1,0 +1,75 @@
+//! The rotation of a free body, by a splitting that needs no case for equal moments.
+
+use super::inertia::{PrincipalInertia, scaled, scaled_beyond};
+use crate::scalar::{DenseDual, Order, Scalar, change, lift, real_part};
+use crate::spatial::{turn_from_real, turned_about_own_axis, turned_by, turned_real};
+use nalgebra::{Matrix3, Vector3};
+use std::array;
+
+/// Derivatives by a turn and by a change of the spin.
+type Inner = DenseDual<6>;
+
+impl PrincipalInertia {
+    /// Orientation and spin (rad/s, world axes) of a free body after a time (s).
+    ///
+    /// Its energy is that of a sphere of the middle moment M₂, which turns steadily about the momentum ℓ, and what the
+    /// other two axes have more: d₁ℓ₁²/2 + d₃ℓ₃²/2 with d = 1/M − 1/M₂. Turns about the axes, half 1, 3, half 1, and the
+    /// steady turn, which commutes with them, make a step that is symplectic, symmetric, of second order, keeps the
+    /// momentum, and is exact for spheres and symmetric tops.
+    pub fn turned_freely<T: Scalar>(
+        &self,
+        rotation: &Matrix3<T>,
+        spin: &Vector3<T>,
+        duration: f64,
+    ) -> (Matrix3<T>, Vector3<T>) {
+        if self.is_sphere() {
+            // No turns about axes, and the spin stays.
+            return (
+                turned_by(rotation, &spin.map(|rate| rate * duration)),
+                *spin,
+            );
+        }
+        if Order::<T>::IS_FIRST && size_of::<T>() > size_of::<Inner>() {
+            return self.turned_by_chain_rule(rotation, spin, duration);
+        }
+        let before = self.frame(rotation);
+        let momentum = scaled(&before, &self.moments, spin);
+        let per_moments = self.moments.map(f64::recip);
+        let mut frame = before;
+        for (axis, share) in [(0, 0.5), (2, 1.0), (0, 0.5)] {
+            let rate = share * duration * (per_moments[axis] - per_moments[1]);
+            let along: T = frame.column(axis).dot(&momentum);
+            frame = turned_about_own_axis(&frame, axis, along * rate);
+        }
+        let steady = momentum.map(|component| component * (per_moments[1] * duration));
+        let after = turned_by(&frame, &steady);
+        let faster = scaled_beyond(&after, &per_moments, &momentum)
+            - scaled_beyond(&before, &per_moments, &momentum);
+        (self.rotation_of(&after), spin + faster)
+    }
+
+    /// The same for numbers of first order with many derivatives: all depend on them through six numbers.
+    fn turned_by_chain_rule<T: Scalar>(
+        &self,
+        rotation: &Matrix3<T>,
+        spin: &Vector3<T>,
+        duration: f64,
+    ) -> (Matrix3<T>, Vector3<T>) {
+        let by = |value, place| Inner::variable(value, place);
+        let turn = Vector3::from_fn(|i, _| by(0.0, i));
+        let inner_rotation = turned_real(&rotation.map(real_part), &turn);
+        let inner_spin = Vector3::from_fn(|i, _| by(real_part(spin[i]), 3 + i));
+        let (turned, spin_after) = self.turned_freely(&inner_rotation, &inner_spin, duration);
+        let (turn, faster) = (turn_from_real(rotation), spin.map(change));
+        let changes: [T; 6] = array::from_fn(|i| if i < 3 { turn[i] } else { faster[i - 3] });
+        let chained = |inner: Inner| {
+            let terms = changes.iter().zip(inner.eps);
+            terms.fold(lift::<T>(inner.re), |sum, (change, slope)| {
+                sum + *change * slope
+            })
+        };
+        let turn = turn_from_real(&turned).map(chained);
+        let rotation = turned_real(&turned.map(real_part), &turn);
+        (rotation, spin_after.map(chained))
+    }
+}
