@@ -23,25 +23,31 @@ pub enum Integrator {
 }
 
 impl Integrator {
-    /// Takes a state one time step (s) further.
-    pub(super) fn step<T: Scalar, F: ExternalForces>(
+    /// The first part of a time step (s): takes a state to where the kick acts.
+    pub(super) fn approach<T: Scalar, F: ExternalForces>(
+        self,
+        world: &World<T, F>,
+        state: &mut State<T>,
+        time_step: f64,
+    ) {
+        match self {
+            Self::SymplecticEuler => {}
+            Self::Leapfrog => world.drift(state, time_step / 2.0),
+        }
+    }
+
+    /// The rest of the time step.
+    pub(super) fn complete<T: Scalar, F: ExternalForces>(
         self,
         world: &World<T, F>,
         state: &mut State<T>,
         time_step: f64,
         workspace: &mut Workspace<T>,
     ) {
+        world.kick(state, time_step, workspace);
         match self {
-            Self::SymplecticEuler => {
-                world.kick(state, time_step, workspace);
-                world.drift(state, time_step);
-            }
-            Self::Leapfrog => {
-                let half = time_step / 2.0;
-                world.drift(state, half);
-                world.kick(state, time_step, workspace);
-                world.drift(state, half);
-            }
+            Self::SymplecticEuler => world.drift(state, time_step),
+            Self::Leapfrog => world.drift(state, time_step / 2.0),
         }
     }
 }

@@ -50,9 +50,10 @@ impl<'w, T: Scalar, F: ExternalForces> Rollout<'w, T, F> {
         }
     }
 
-    /// The same rollout, holding the time step against [`World::largest_stable_step`] before the first
-    /// step and every `every`th after it. Where it is longer, the rollout ends with
-    /// [`RolloutError::TimeStepTooLong`], at a state that is still good.
+    /// The same rollout, holding the time step against [`World::largest_stable_step`] in the first step and every
+    /// `every`th after it, where the contacts act: by the leapfrog, half a step on. Where it is longer, the rollout ends
+    /// with [`RolloutError::TimeStepTooLong`], at a state that is still good. A fast impact happens within a step or two,
+    /// which only a check of every step sees.
     ///
     /// A check takes the time of some steps, and allocates. As elsewhere, 0 counts as 1: every step.
     #[must_use]
@@ -129,19 +130,17 @@ impl<'w, T: Scalar, F: ExternalForces> Rollout<'w, T, F> {
     /// large, that they are spread over threads.
     ///
     /// # Errors
-    /// If the state is not finite, or the one before fails the stability check; [`Self::state`] is then
-    /// still the one before.
+    /// If the state is not finite, or the step fails the stability check; [`Self::state`] is then still the one before.
     pub fn advance(&mut self) -> Result<&State<T>, RolloutError> {
         let step = self.steps + 1;
-        self.check_stability(step)?;
+        let (world, time_step) = (self.world, self.time_step);
         self.next.time = self.state.time;
         self.next.bodies.clone_from(&self.state.bodies);
-        self.integrator.step(
-            self.world,
-            &mut self.next,
-            self.time_step,
-            &mut self.workspace,
-        );
+        self.integrator.approach(world, &mut self.next, time_step);
+        self.check_stability(step)?;
+        let workspace = &mut self.workspace;
+        self.integrator
+            .complete(world, &mut self.next, time_step, workspace);
         // From the count of steps: a sum of 10⁶ time steps would have drifted.
         self.next.time = self.start + step as f64 * self.time_step;
         let mut bodies = self.next.bodies.iter();
@@ -158,15 +157,13 @@ impl<'w, T: Scalar, F: ExternalForces> Rollout<'w, T, F> {
         Ok(&self.state)
     }
 
-    /// Nothing, if no check is due before a step, or the time step passes it.
+    /// Nothing, if no check is due in a step, or the time step passes it where the kick acts.
     fn check_stability(&mut self, step: usize) -> Result<(), RolloutError> {
         let is_due = |every: usize| (step - 1).is_multiple_of(every.max(1));
         if !self.check_every.is_some_and(is_due) {
             return Ok(());
         }
-        let exceeded = self
-            .world
-            .exceeded_limit(&self.state.bodies, self.time_step);
+        let exceeded = self.world.exceeded_limit(&self.next.bodies, self.time_step);
         let Some((limit, bodies)) = exceeded else {
             return Ok(());
         };
