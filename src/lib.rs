@@ -59,6 +59,11 @@ mod search;
 pub mod spatial;
 mod threads;
 
+/// Of the version whose vectors and matrices the interfaces take and give.
+pub use nalgebra;
+/// Of the version whose dual numbers are [`scalar::Scalar`]s.
+pub use num_dual;
+
 /// Compiles and runs the README's program.
 #[cfg(doctest)]
 #[doc = include_str!("../README.md")]

@@ -176,6 +176,27 @@ fn an_inertia_that_is_not_symmetric_is_refused() {
 }
 
 #[test]
+fn an_inertia_that_no_solid_has_is_refused() {
+    let of = |moments: [f64; 3]| with_inertia(Matrix3::from_diagonal(&Vector3::from(moments)));
+    let error = Body::dynamic("cube", ball_shape(), SKIN, of([1.0, 10.0, 1.0])).unwrap_err();
+    assert!(matches!(error, WorldError::ImpossibleInertia { .. }));
+    assert_names(
+        &error,
+        "the largest principal moment of inertia of body \"cube\" is 10 kg m², but",
+    );
+    // A plate, rounded to six digits.
+    assert!(
+        Body::dynamic(
+            "plate",
+            ball_shape(),
+            SKIN,
+            of([0.333333, 0.333333, 0.666667])
+        )
+        .is_ok()
+    );
+}
+
+#[test]
 fn a_centre_of_mass_that_is_not_finite_is_refused() {
     for value in NOT_FINITE {
         let given = MassProperties {
@@ -516,7 +537,7 @@ fn a_path_that_leads_nowhere_ends_the_rollout() {
     for integrator in [Integrator::Leapfrog, Integrator::SymplecticEuler] {
         let rollout = world.rollout(0.1, integrator).unwrap();
         let error = rollout.recorded(10, 1).unwrap_err().error;
-        let RolloutError::NotFinite { step, body, .. } = error else {
+        let RolloutError::PathNotFinite { step, body, .. } = error else {
             panic!("{error}")
         };
         assert_eq!((step, body.as_str()), (3, "lost"));

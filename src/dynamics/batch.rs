@@ -74,8 +74,7 @@ impl<'p> Batch<'p> {
         Self { integrator, ..self }
     }
 
-    /// The same batch, recording the initial state and every `every`th after it. The last state is
-    /// among them only if the number of steps is a multiple.
+    /// The same batch, recording the initial state, every `every`th after it, and the last.
     #[must_use]
     pub fn recording_every(self, every: usize) -> Self {
         Self {

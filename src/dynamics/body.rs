@@ -8,7 +8,7 @@ use std::fmt;
 use std::sync::Arc;
 
 /// A path through time: pose and twist at a time (s).
-pub type Path = dyn Fn(f64) -> BodyState + Send + Sync;
+pub type PrescribedPath = dyn Fn(f64) -> BodyState + Send + Sync;
 
 /// How a body comes by its motion.
 #[derive(Clone)]
@@ -19,7 +19,7 @@ pub enum Motion<T = f64> {
     /// Not at all.
     Fixed,
     /// Along a given path, whatever pushes it. The path carries no derivatives.
-    Prescribed(Arc<Path>),
+    Prescribed(Arc<PrescribedPath>),
 }
 
 /// A shape with a name, a material, a motion and an initial state.
@@ -74,7 +74,7 @@ impl Body<f64> {
         name: &str,
         shape: impl Into<Arc<Shape>>,
         material: Material,
-        path: Arc<Path>,
+        path: Arc<PrescribedPath>,
     ) -> Result<Self, WorldError> {
         Self::new(name, shape.into(), material, Motion::Prescribed(path))
     }
@@ -230,7 +230,7 @@ impl<T: Scalar> Body<T> {
 
 /// The state a path gives at a time (s), its rotation orthonormal to round-off: the only place that
 /// asks a path.
-pub(super) fn state_on(path: &Path, time: f64) -> BodyState {
+pub(super) fn state_on(path: &PrescribedPath, time: f64) -> BodyState {
     let state = path(time);
     BodyState {
         pose: state.pose.orthonormalised(),

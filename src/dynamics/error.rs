@@ -37,6 +37,19 @@ pub enum WorldError {
         /// Largest difference of two entries that should be equal (kg m²).
         difference: f64,
     },
+    /// Principal moments that no solid has: each is the integral of the squares of two coordinates, so that none is greater
+    /// than the sum of the other two.
+    #[error(
+        "the largest principal moment of inertia of body {body:?} is {largest} kg m², but that of a solid is at most the sum of the others, {others} kg m²"
+    )]
+    ImpossibleInertia {
+        /// Name of the body.
+        body: String,
+        /// The largest principal moment (kg m²).
+        largest: f64,
+        /// The sum of the other two (kg m²).
+        others: f64,
+    },
     /// A centre of mass is not finite.
     #[error("the centre of mass of body {body:?} has the component {value}, but must be finite")]
     CenterOfMass {
@@ -120,6 +133,16 @@ pub enum RolloutError {
         /// Name of the body.
         body: String,
     },
+    /// The path of a prescribed body gives a pose or a twist that is not finite.
+    #[error("step {step} (t = {time} s): the path of body {body:?} is not finite there")]
+    PathNotFinite {
+        /// The step to that time, counted from 1.
+        step: usize,
+        /// The time (s).
+        time: f64,
+        /// Name of the body.
+        body: String,
+    },
     /// The time step is too long for the contacts of a state: a rollout
     /// [with a stability check](super::Rollout::with_stability_check) ends before it blows up.
     #[error(
@@ -133,7 +156,7 @@ pub enum RolloutError {
         time: f64,
         /// The time step (s).
         time_step: f64,
-        /// [`World::largest_stable_step`](super::World::largest_stable_step) at that state (s).
+        /// [`World::largest_stable_step`](super::World::largest_stable_step) where the contacts would have acted (s).
         limit: f64,
         /// Names of the two bodies whose contact, by itself, allows the shortest step.
         bodies: [String; 2],

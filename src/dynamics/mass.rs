@@ -6,6 +6,9 @@ use nalgebra::{Matrix3, Vector3};
 /// Round-off that a turned inertia matrix may have between its two halves, of its largest entry.
 const SYMMETRY: f64 = 1e-9;
 
+/// The moments of a plate, written to so many digits, are those of a solid.
+const ROUNDED: f64 = 1e-5;
+
 /// What a dynamic body weighs.
 #[derive(Debug, Clone, Copy)]
 #[non_exhaustive]
@@ -61,7 +64,17 @@ fn check_inertia(body: &str, inertia: &Matrix3<f64>) -> Result<(), WorldError> {
         });
     }
     let moments = ((inertia + inertia.transpose()) / 2.0).symmetric_eigenvalues();
-    check_positive(body, "smallest principal moment of inertia", moments.min())
+    check_positive(body, "smallest principal moment of inertia", moments.min())?;
+    let (largest, others) = (moments.max(), moments.sum() - moments.max());
+    if largest > others * (1.0 + ROUNDED) {
+        let body = body.to_owned();
+        return Err(WorldError::ImpossibleInertia {
+            body,
+            largest,
+            others,
+        });
+    }
+    Ok(())
 }
 
 /// Nothing, if a body's mass, density or moment is positive and finite.

@@ -58,7 +58,7 @@ mod workspace;
 mod world;
 
 pub use batch::{Batch, Progress};
-pub use body::{Body, Motion};
+pub use body::{Body, Motion, PrescribedPath};
 pub use contacts::Contact;
 pub use error::{RolloutError, WorldError};
 pub use external::{Acceleration, ExternalForces, Gravity, Situation};

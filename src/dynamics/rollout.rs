@@ -1,7 +1,7 @@
 use super::workspace::Workspace;
 use super::{
-    ExternalForces, Gravity, Integrator, Interrupted, Recorded, RolloutError, State, Trajectory,
-    World, WorldError,
+    Body, ExternalForces, Gravity, Integrator, Interrupted, Motion, Recorded, RolloutError, State,
+    Trajectory, World, WorldError,
 };
 use crate::scalar::Scalar;
 use crate::threads::contained;
@@ -96,7 +96,7 @@ impl<'w, T: Scalar, F: ExternalForces> Rollout<'w, T, F> {
         &self.state
     }
 
-    /// Takes a number of steps and keeps the initial state and every `every`th after it (0 counts as 1).
+    /// Takes a number of steps and keeps the initial state, every `every`th after it (0 counts as 1), and the last.
     ///
     /// # Errors
     /// If a state is not finite or fails the stability check, or an external force or a path panics; the
@@ -109,7 +109,7 @@ impl<'w, T: Scalar, F: ExternalForces> Rollout<'w, T, F> {
         }
     }
 
-    /// Takes a number of steps and adds every `every`th state to a trajectory.
+    /// Takes a number of steps and adds every `every`th state to a trajectory, and the last.
     fn record(
         &mut self,
         trajectory: &mut Trajectory<T>,
@@ -118,7 +118,7 @@ impl<'w, T: Scalar, F: ExternalForces> Rollout<'w, T, F> {
     ) -> Result<(), RolloutError> {
         for step in 1..=steps {
             let state = self.advance()?;
-            if step % every.max(1) == 0 {
+            if step % every.max(1) == 0 || step == steps {
                 trajectory.push(state.clone());
             }
         }
@@ -143,18 +143,28 @@ impl<'w, T: Scalar, F: ExternalForces> Rollout<'w, T, F> {
             .complete(world, &mut self.next, time_step, workspace);
         // From the count of steps: a sum of 10⁶ time steps would have drifted.
         self.next.time = self.start + step as f64 * self.time_step;
-        let mut bodies = self.next.bodies.iter();
-        if let Some(index) = bodies.position(|body| !body.is_finite()) {
+        if let Some(error) = self.not_finite(step) {
             self.has_failed = true;
-            return Err(RolloutError::NotFinite {
-                step,
-                time: self.next.time,
-                body: self.world.bodies()[index].name().to_owned(),
-            });
+            return Err(error);
         }
         mem::swap(&mut self.state, &mut self.next);
         self.steps = step;
         Ok(&self.state)
+    }
+
+    /// An error, if the next state is not finite: a path that is not comes first, as others follow from it.
+    fn not_finite(&self, step: usize) -> Option<RolloutError> {
+        let bodies = || self.world.bodies().iter().zip(&self.next.bodies);
+        let lost = || bodies().filter(|(_, state)| !state.is_finite());
+        let is_led = |(body, _): &(&Body<T>, _)| matches!(body.motion, Motion::Prescribed(_));
+        let (time, name) = (self.next.time, |body: &Body<T>| body.name().to_owned());
+        if let Some((body, _)) = lost().find(is_led) {
+            let body = name(body);
+            return Some(RolloutError::PathNotFinite { step, time, body });
+        }
+        let (body, _) = lost().next()?;
+        let body = name(body);
+        Some(RolloutError::NotFinite { step, time, body })
     }
 
     /// Nothing, if no check is due in a step, or the time step passes it where the kick acts.

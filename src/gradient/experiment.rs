@@ -56,8 +56,7 @@ impl<'w, F: ExternalForces> Experiment<'w, F> {
         Self { integrator, ..self }
     }
 
-    /// The same experiment, recording the initial state and every `every`th after it: outcomes see
-    /// no others. The last state is among them only if the number of steps is a multiple.
+    /// The same experiment, recording the initial state, every `every`th after it, and the last: outcomes see no others.
     #[must_use]
     pub fn recording_every(self, every: usize) -> Self {
         Self {
@@ -187,9 +186,8 @@ impl<'w, F: ExternalForces> Experiment<'w, F> {
         Rollout::new(world, self.time_step, self.integrator).checked_every(self.check_every)
     }
 
-    /// How many steps lead to the last recorded state.
-    pub(super) fn recorded_steps(&self) -> usize {
-        self.steps - self.steps % self.record_every.max(1)
+    pub(super) fn steps(&self) -> usize {
+        self.steps
     }
 }
 

@@ -93,7 +93,7 @@ impl<F: ExternalForces> Experiment<'_, F> {
     }
 
     /// Where a derivative of the outcome stopped being finite, if one did: the same steps once more, and
-    /// a look at every state up to the last recorded one.
+    /// a look at every state.
     fn breakdown<const WIDTH: usize>(
         &self,
         world: &World<DenseDual<WIDTH>, F>,
@@ -104,7 +104,7 @@ impl<F: ExternalForces> Experiment<'_, F> {
         };
         let columns = columns_not_finite(jacobian);
         let mut rollout = self.rollout(world);
-        for step in 0..=self.recorded_steps() {
+        for step in 0..=self.steps() {
             if step > 0 {
                 contained(|| rollout.advance().map(|_| ()))?;
             }
