@@ -9,10 +9,10 @@ use crate::threads;
 /// Cuts that are integrated by themselves, in one thread: some 20 µs of work in `f64`.
 const PIECE: usize = 32;
 
-/// Cuts at a wider tolerance have the same load as others if it differs by no more than this fraction.
-const SAME_LOAD: f64 = 1e-6;
+/// No more than this fraction of the load may be taken for zero.
+const LITTLE: f64 = 1e-6;
 
-/// If they have not, they are tried with this many octaves less.
+/// If more were, this many octaves less are taken for zero.
 const NARROWER: u32 = 3;
 
 /// Something that is added up over a contact surface: pieces of it are summed by themselves, and
@@ -102,8 +102,10 @@ impl<'a, T: Scalar> PolygonSource<'a, T> {
     }
 
     /// The cuts that derivatives are made from: faces within 2^octaves margins of each other count as coincident, or fewer
-    /// octaves where that would merge corners that are distinct (see [`Closeness::split`]), or change the load: bodies that
-    /// are pressed in by less do not just touch.
+    /// octaves where that would merge corners that are distinct (see [`Closeness::split`]), or take the load for zero: bodies
+    /// that are pressed in by less do not just touch.
+    ///
+    /// Other changes of the load are meant: where it jumps as faces pass each other, it is that of neither side.
     ///
     /// [`Closeness::split`]: crate::geometry::Closeness::split
     pub fn for_derivatives(&self, search: Search, octaves: u32) -> ForDerivatives<'a, T> {
@@ -123,7 +125,7 @@ impl<'a, T: Scalar> PolygonSource<'a, T> {
             .then(|| self.pair.found(search));
         if let Some(exact) = &exact {
             let load = self.load(exact);
-            while split > 0 && (source.load(&found) - load).abs() > SAME_LOAD * load {
+            while split > 0 && self.load_at_zero(exact, split) > LITTLE * load {
                 split = split.saturating_sub(NARROWER);
                 (source, found) = found_within(split);
             }
@@ -139,6 +141,23 @@ impl<'a, T: Scalar> PolygonSource<'a, T> {
     fn load(&self, found: &Found) -> f64 {
         self.sum(found, |sum: &mut f64, polygon| {
             *sum += real_part(polygon.pressure_integrals().0);
+        })
+    }
+
+    /// The part of it that is on polygons whose pressure would nowhere be told from zero with so many octaves.
+    fn load_at_zero(&self, found: &Found, octaves: u32) -> f64 {
+        let margin = self.pair.with_near_coincidences(octaves).margin();
+        sum_over(found, |sum: &mut f64, cut| {
+            let Some(polygon) = self.pressed_polygon(cut) else {
+                return;
+            };
+            let [a, b] = [self.pair.tet_a(cut.tets[0]), self.pair.tet_b(cut.tets[1])];
+            let [modulus_a, modulus_b] = self.pair.moduli;
+            let zero = margin * (modulus_a * a.sensitivity).min(modulus_b * b.sensitivity);
+            let is_zero = |corner| real_part(polygon.pressure.at(corner)) <= zero;
+            if polygon.polygon.corners().iter().all(is_zero) {
+                *sum += real_part(polygon.pressure_integrals().0);
+            }
         })
     }
 

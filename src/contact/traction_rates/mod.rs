@@ -30,7 +30,6 @@ use super::surface_law::RelativeMotion;
 use super::{ContactPair, SurfaceLaw};
 use crate::narrow_phase::{COINCIDENCE, Cut};
 use crate::search::Found;
-use crate::spatial::Wrench;
 use edges::Edges;
 use frame::PlaneFrame;
 use nalgebra::{Matrix6, Matrix6x2, Vector3, Vector6};
@@ -61,10 +60,10 @@ impl PartialSum for InMotion {
 impl ContactPair<'_> {
     /// In A's axes, of a pair in A's frame.
     ///
-    /// The wrench is that of the contact polygons as they are. Its derivatives have kinks where faces coincide; within
-    /// round-off of them they are those of polygons that are cut as if they did (see
-    /// [`PolygonSource::for_derivatives`]). So are the elastic ones: of two flush sides either may be the one
-    /// that has a polygon, and taken for flush are both, or neither.
+    /// The wrench and its derivatives by velocities and law are those of the contact polygons as they are. Those by motions
+    /// and moduli have kinks where faces coincide; within round-off of them they are those of polygons that are cut as if
+    /// they did (see [`PolygonSource::for_derivatives`]). So are the elastic ones: of two flush sides either may be the
+    /// one that has a polygon, and taken for flush are both, or neither.
     pub(super) fn linearisation_in_motion(
         &self,
         law: &SurfaceLaw,
@@ -74,10 +73,8 @@ impl ContactPair<'_> {
         let near = source.for_derivatives(self.search(), COINCIDENCE);
         let mut sum = near.source.linearisation(&near.found, (law, motion));
         if let Some(found) = &near.exact {
-            let wrench: Wrench = source.sum(found, |sum: &mut Wrench, polygon| {
-                *sum += polygon.wrench_in_motion(law, motion);
-            });
-            sum.wrench = wrench.to_vector();
+            let exact = source.linearisation(found, (law, motion));
+            (sum.wrench, sum.by_twist, sum.by_law) = (exact.wrench, exact.by_twist, exact.by_law);
         }
         sum
     }
