@@ -181,10 +181,15 @@ impl<'e> Edges<'e> {
         }
     }
 
+    /// The lines of several faces, but those that are placed no better than the edge is long: such a face lies in any edge
+    /// as short, and says nothing of how it moves.
     fn lines(&self, edge: usize, owners: u8) -> Lines {
+        let length = self.length_squared(edge).sqrt();
+        let margin = self.source.pair.margin();
         let mut lines = [None; 8];
-        for (line, face) in lines.iter_mut().zip(faces_in(owners)) {
-            *line = Some(self.line(face, edge));
+        for (place, face) in lines.iter_mut().zip(faces_in(owners)) {
+            let line = self.line(face, edge);
+            *place = (margin * line.outwardness.abs() <= length).then_some(line);
         }
         lines
     }
