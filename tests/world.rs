@@ -190,7 +190,7 @@ fn an_inertia_that_no_solid_has_is_refused() {
             "plate",
             ball_shape(),
             SKIN,
-            of([0.333333, 0.333333, 0.666667])
+            of([0.333_333, 0.333_333, 0.666_667])
         )
         .is_ok()
     );

@@ -204,6 +204,9 @@ impl Check<'_, '_> {
             }
             best = best.min(error);
         }
+        if KINK_STEPS.into_iter().any(|step| self.is_mean(found, step)) {
+            return Some(Finding::Mean);
+        }
         let kink = KINK_STEPS
             .into_iter()
             .find_map(|step| self.kink(found, step));
@@ -216,6 +219,16 @@ impl Check<'_, '_> {
             None => {
                 kink_of(&scene.pair).map_or(Finding::Wrong(best / self.largest), Finding::Elastic)
             }
+        })
+    }
+
+    /// Whether it is the mean of the slopes on both sides, which a jump of the wrench, however small, does not spoil as it
+    /// does a central difference.
+    fn is_mean(&self, found: &Wrenches, step: f64) -> bool {
+        let sides = self.scaled.sides(self.column, step);
+        sides.is_some_and(|sides| {
+            let mean = (sides.slopes[0] + sides.slopes[1]) * 0.5;
+            error(found, &mean) <= self.allowed(step)
         })
     }
 
