@@ -7,7 +7,7 @@ use std::any::Any;
 use std::cell::Cell;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 
-/// From so many short values on, they are shared out among threads. To wake these took about 20 µs; the contact of two
+/// The fewest short values that are worth spreading over threads. Waking these took about 20 µs; the contact of two
 /// coarse bodies takes a few if they do not touch, and some ten if they do (`cargo bench --bench
 /// crowd`, with this at 1 and at its value, 4 and 9 bodies).
 const WORTH_THREADS: usize = 16;
@@ -69,8 +69,8 @@ impl Drop for Job {
 #[derive(Debug)]
 pub(crate) struct Panicked(pub String);
 
-/// Makes an error of a panic. What the job changes must be good whenever a function panics that was
-/// passed in, or be thrown away.
+/// Turns a panic into an error. State that the job mutates must stay valid if a function panics that was passed in, or be
+/// discarded.
 pub(crate) fn contained<O, E: From<Panicked>>(job: impl FnOnce() -> Result<O, E>) -> Result<O, E> {
     let result = catch_unwind(AssertUnwindSafe(job));
     result.unwrap_or_else(|payload| Err(Panicked(panic_message(&*payload)).into()))
@@ -125,7 +125,9 @@ pub(crate) fn for_pieces<I: Sync, S: Send>(
 fn panic_message(payload: &(dyn Any + Send)) -> String {
     let formatted = payload.downcast_ref::<String>().map(String::as_str);
     let message = formatted.or_else(|| payload.downcast_ref::<&str>().copied());
-    message.unwrap_or("something that is no text").to_owned()
+    message
+        .unwrap_or("a payload that is not a string")
+        .to_owned()
 }
 
 /// An item at a time for each thread: items differ widely in what they take.

@@ -176,6 +176,18 @@ fn an_inertia_that_is_not_symmetric_is_refused() {
 }
 
 #[test]
+fn a_body_has_no_contact_with_itself() {
+    let world = World::new(vec![ball("one"), ball("two")]).unwrap();
+    let error = world
+        .contact_between(&world.initial_state(), "one", "one")
+        .unwrap_err();
+    assert_eq!(error, WorldError::SameBody("one".into()));
+    let copy = world.clone();
+    let error = copy.contact_between(&world.initial_state(), "one", "three");
+    assert!(matches!(error, Err(WorldError::UnknownBody { .. })));
+}
+
+#[test]
 fn an_inertia_that_no_solid_has_is_refused() {
     let of = |moments: [f64; 3]| with_inertia(Matrix3::from_diagonal(&Vector3::from(moments)));
     let error = Body::dynamic("cube", ball_shape(), SKIN, of([1.0, 10.0, 1.0])).unwrap_err();

@@ -134,8 +134,8 @@ impl<'t, K: Copy + 't> Partners<'t, K> {
 /// A box of B as both see it.
 struct BoxOfB {
     in_a: Aabb,
-    /// A flat box is a thick one where it is seen turned, so that its own frame must be asked too. For
-    /// others that is not worth its time.
+    /// The axis-aligned box around a thin box that is turned is thick, so such boxes are tested in B's frame too. For
+    /// others the second test costs more than it saves.
     in_b: Option<Aabb>,
 }
 

@@ -3,7 +3,7 @@ use crate::mesh::PressureField;
 use nalgebra::Vector3;
 use rustc_hash::FxHashSet;
 
-/// A change of gradient below this fraction of the sensitivities around is none. Two bodies' fields count as
+/// Jumps of the gradient below this fraction of the neighbours' sensitivities are ignored. Two bodies' fields count as
 /// equal up to a difference ten times as large, so that what it hides has no contact polygons, unless many
 /// such changes follow one another.
 const FLATNESS: f64 = 1e-10;

@@ -160,8 +160,7 @@ impl<T: Scalar> RelativeLinearisation<T> {
     ) -> LinearisedContact<T> {
         let rotation = pair.a().pose().rotation();
         let from_a_to_b = pair.b().pose().translation() - pair.a().pose().translation();
-        let [torque, force] = [0, 3].map(|row| self.wrench.fixed_rows::<3>(row).into_owned());
-        let wrench = pair.wrench_from_a(&Wrench { torque, force });
+        let wrench = pair.wrench_from_a(&Wrench::from_vector(&self.wrench));
         let turned = block_diagonal(rotation);
         let [by_motion, by_twist] =
             [self.by_motion, self.by_twist].map(|by| turned * by * turned.transpose());

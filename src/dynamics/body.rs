@@ -30,7 +30,7 @@ pub struct Body<T = f64> {
     pub(super) name: String,
     pub(super) shape: Arc<Shape>,
     pub(crate) material: Material<T>,
-    /// Whether dissipation or friction take part: they are not zero, or are differentiated by.
+    /// Whether dissipation and friction are evaluated: one of them is not zero, or is a parameter.
     pub(crate) rubs: bool,
     pub(crate) motion: Motion<T>,
     pub(crate) initial: BodyState<T>,
@@ -141,7 +141,7 @@ impl Body<f64> {
         }
     }
 
-    /// Nothing, if material, mass and initial state are usable.
+    /// Checks that material, mass and initial state are usable.
     pub(crate) fn check(&self) -> Result<(), WorldError> {
         self.material.check(&self.name)?;
         if let Some(inertia) = self.inertia() {
@@ -151,7 +151,7 @@ impl Body<f64> {
         self.check_own_start()
     }
 
-    /// Nothing, if the body starts as it goes on: a fixed one at rest, one with a path on it.
+    /// Checks that the body starts as it goes on: a fixed one at rest, one with a path on it.
     fn check_own_start(&self) -> Result<(), WorldError> {
         let start = match &self.motion {
             Motion::Dynamic(_) => return Ok(()),

@@ -89,6 +89,9 @@ pub enum WorldError {
     /// Two bodies have the same name.
     #[error("two bodies are named {0:?}, but names must differ")]
     DuplicateName(String),
+    /// The contact of a body with itself was asked for.
+    #[error("a contact is that of two bodies, and both are {0:?}")]
+    SameBody(String),
     /// A name belongs to no body.
     #[error("no body is named {name:?}; there are {known:?}")]
     UnknownBody {

@@ -66,7 +66,7 @@ impl<T: Scalar, F: ExternalForces> World<T, F> {
     ) -> Result<ContactPair<'_, T>, WorldError> {
         let (i, j) = (self.index_of(first)?, self.index_of(second)?);
         if i == j {
-            return Err(WorldError::DuplicateName(first.to_owned()));
+            return Err(WorldError::SameBody(first.to_owned()));
         }
         state.check_fits(self)?;
         Ok(self.contact_pair(&state.bodies, i, j))

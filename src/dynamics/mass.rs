@@ -77,7 +77,7 @@ fn check_inertia(body: &str, inertia: &Matrix3<f64>) -> Result<(), WorldError> {
     Ok(())
 }
 
-/// Nothing, if a body's mass, density or moment is positive and finite.
+/// Checks that a body's mass, density or moment is positive and finite.
 pub(super) fn check_positive(
     body: &str,
     quantity: &'static str,

@@ -74,7 +74,7 @@ impl<T: Scalar> Material<T> {
         }
     }
 
-    /// Nothing, if the numbers make a material.
+    /// Checks that all numbers are in range.
     pub(super) fn check(&self, body: &str) -> Result<(), WorldError> {
         match self.number_out_of_range() {
             None => Ok(()),

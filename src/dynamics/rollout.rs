@@ -19,7 +19,7 @@ use std::mem;
 pub struct Rollout<'w, T = f64, F = Gravity> {
     world: &'w World<T, F>,
     state: State<T>,
-    /// Where the next state comes about; `state` stays until that one is known to be finite.
+    /// The next state while it is computed; `state` stays until that one is known to be finite.
     next: State<T>,
     workspace: Workspace<T>,
     /// Time (s) of the state that steps are counted from.
@@ -167,7 +167,7 @@ impl<'w, T: Scalar, F: ExternalForces> Rollout<'w, T, F> {
         Some(RolloutError::NotFinite { step, time, body })
     }
 
-    /// Nothing, if no check is due in a step, or the time step passes it where the kick acts.
+    /// Checks the time step where the kick acts, if a check is due in this step.
     fn check_stability(&mut self, step: usize) -> Result<(), RolloutError> {
         let is_due = |every: usize| (step - 1).is_multiple_of(every.max(1));
         if !self.check_every.is_some_and(is_due) {

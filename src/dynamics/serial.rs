@@ -143,7 +143,7 @@ impl<'de> Deserialize<'de> for Trajectory {
     }
 }
 
-/// Nothing, if these are states of the same bodies in the order of time, at least one.
+/// Checks that these are states of the same bodies in the order of time, at least one.
 fn check_sequence(states: &[State]) -> Result<(), LoadError> {
     let expected = states.first().ok_or(LoadError::NoState)?.bodies.len();
     for (state, pair) in (1..).zip(states.windows(2)) {

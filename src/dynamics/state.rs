@@ -44,7 +44,7 @@ impl<T: Scalar> BodyState<T> {
         pose.chain(twist).all(|value| value.is_finite())
     }
 
-    /// Nothing, if the pose is one and the twist finite, of the body of this name.
+    /// Checks that the pose of the body of this name is rigid and its twist finite.
     pub(super) fn check(&self, body: &str) -> Result<(), WorldError> {
         let pose = self.pose.checked().map(|_| ());
         pose.map_err(|source| WorldError::Pose {
@@ -91,7 +91,7 @@ impl BodyState<f64> {
 }
 
 impl<T: Scalar> State<T> {
-    /// Nothing, if the state has as many bodies as the world, in poses and twists that can be.
+    /// Checks the number of bodies, their poses and twists against the world.
     pub(super) fn check_fits<F: ExternalForces>(
         &self,
         world: &World<T, F>,

@@ -2,7 +2,7 @@ use super::sweep::Sweep;
 use crate::contact::ContactWrench;
 use crate::spatial::Wrench;
 
-/// Room for what a step works out and no state keeps.
+/// Scratch memory of one step.
 ///
 /// A rollout has one, so that its steps allocate nothing once all room is there. Every step fills it
 /// anew: no result depends on what was in it.

@@ -20,6 +20,19 @@ pub struct World<T = f64, F = Gravity> {
     pub(super) slip_tolerance: f64,
 }
 
+/// Shapes and external forces are shared, not copied.
+impl<T: Clone, F> Clone for World<T, F> {
+    fn clone(&self) -> Self {
+        Self {
+            bodies: self.bodies.clone(),
+            gravity: self.gravity.clone(),
+            external: Arc::clone(&self.external),
+            ignored: self.ignored.clone(),
+            slip_tolerance: self.slip_tolerance,
+        }
+    }
+}
+
 impl World {
     /// A world without gravity, in which any two bodies may touch.
     ///
@@ -177,7 +190,7 @@ impl<T: Scalar, F: ExternalForces> World<T, F> {
     }
 }
 
-/// Nothing, if a time step (s) is positive and finite.
+/// Checks that a time step (s) is positive and finite.
 pub(super) fn check_time_step(time_step: f64) -> Result<(), WorldError> {
     if time_step > 0.0 && time_step.is_finite() {
         return Ok(());

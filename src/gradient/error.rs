@@ -89,7 +89,7 @@ pub enum GradientError {
     },
 }
 
-/// Nothing, if outcomes have as many numbers as the first of them.
+/// Checks that outcomes have as many numbers as the first of them.
 pub(super) fn same_length<'o>(
     outcomes: impl IntoIterator<Item = &'o DVector<f64>>,
 ) -> Result<(), GradientError> {

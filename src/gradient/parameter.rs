@@ -68,7 +68,7 @@ impl Parameter<'_> {
         }
     }
 
-    /// Nothing, if the world has the parameter.
+    /// Checks that the world has the parameter.
     pub(super) fn check<F: ExternalForces>(
         &self,
         world: &World<f64, F>,
@@ -157,7 +157,7 @@ impl Parameter<'_> {
     }
 }
 
-/// Nothing, if all pairs of a world have a law that can be differentiated by the parameters together.
+/// Checks that all pairs of a world have a law that can be differentiated by the parameters together.
 pub(super) fn check_together<F: ExternalForces>(
     parameters: &[Parameter],
     world: &World<f64, F>,

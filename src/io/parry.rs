@@ -97,7 +97,7 @@ pub fn field_from_hull(points: &[Vector3<f64>]) -> Result<PressureField, HullErr
     Ok(field)
 }
 
-/// Nothing, if no point lies outside the plane of a surface triangle.
+/// Checks that no point lies outside the plane of a surface triangle.
 fn check_contains(mesh: &TetMesh, points: &[Vector3<f64>]) -> Result<(), HullError> {
     let aabb = Aabb::around(points);
     let allowed = CONTAINED * (aabb.upper - aabb.lower).norm();

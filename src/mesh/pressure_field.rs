@@ -30,8 +30,8 @@ pub struct FieldTet {
     pub barycentric: [AffineField; 4],
     /// Norm of the extent's gradient (1/m).
     pub steepness: f64,
-    /// Σ eᵢ·|∇λᵢ| (1/m): what the rounding of a coordinate can make of the extent. On a plateau the
-    /// gradient is nothing but rounding, and this is not.
+    /// Σ eᵢ·|∇λᵢ| (1/m): bound of the extent's error per metre of error in a coordinate. It means something on plateaus
+    /// too, where the gradient is round-off.
     pub sensitivity: f64,
     /// Norms of the gradients of the barycentric coordinates (1/m): one over each height.
     pub barycentric_steepness: [f64; 4],

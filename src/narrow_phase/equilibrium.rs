@@ -17,9 +17,8 @@ pub(crate) const COINCIDENCE: u32 = 13;
 /// opposite flush sides make up for each other if both are cut alike, which round-off must not decide.
 pub(crate) const ELASTIC_COINCIDENCE: u32 = 6;
 
-/// A difference of pressure gradients below this fraction of what the rounding of a coordinate can make of
-/// the pressures is none: the two fields are equal over a volume. The plane of fields that differ by more
-/// is placed to about SNAP/EQUAL_FIELDS = 3e-5 of the bodies' size, or better.
+/// Pressure gradients that differ by less than this fraction of the fields' sensitivity to coordinates count as equal: the
+/// fields are equal over a volume. The plane of fields that differ by more is placed to about SNAP/EQUAL_FIELDS = 3e-5 of the bodies' size, or better.
 const EQUAL_FIELDS: f64 = 1e-9;
 
 /// A translation of B (m/s) in which faces through a common line or plane leave it one after the other; any generic

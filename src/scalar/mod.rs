@@ -1,7 +1,7 @@
 //! The number every quantity is generic over: `f64`, or a dual number over `f64`.
 //!
-//! Shapes are `f64`; poses, moduli and everything computed from them are `T: Scalar`. The two
-//! worlds meet at two doors only: [`lift`] takes a constant into `T`, [`real_part`] looks at the
+//! Shapes are `f64`; poses, moduli and everything computed from them are `T: Scalar`. There are two
+//! conversions only: [`lift`] takes a constant into `T`, [`real_part`] looks at the
 //! value of a `T` to decide something. Decisions (culling, signs, which polygon corner is cut) are
 //! made on real parts, so they never touch a derivative.
 //!

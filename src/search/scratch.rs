@@ -7,10 +7,10 @@ thread_local! {
     static SPARE: RefCell<Vec<Scratch>> = const { RefCell::new(Vec::new()) };
 }
 
-/// Memory is given back where the last search used less than this fraction of it,
+/// Memory shrinks when a search uses less than this fraction of it.
 const LEAST_USED: f64 = 1.0 / 64.0;
 
-/// but not below what this number of pairs of tetrahedra takes.
+/// It never shrinks below the room for this many pairs of tetrahedra.
 const LEAST_KEPT: usize = 1024;
 
 /// Memory that one search leaves to the next in the same thread, so that a search allocates nothing

@@ -30,4 +30,11 @@ impl<T: Scalar> Twist<T> {
             linear: Vector3::new(vector[3], vector[4], vector[5]),
         }
     }
+
+    /// The 6-vector (angular, linear).
+    #[must_use]
+    pub fn to_vector(&self) -> Vector6<T> {
+        let (a, l) = (&self.angular, &self.linear);
+        Vector6::new(a.x, a.y, a.z, l.x, l.y, l.z)
+    }
 }

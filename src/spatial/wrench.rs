@@ -41,6 +41,15 @@ impl<T: Scalar> Wrench<T> {
         }
     }
 
+    /// From the 6-vector (torque, force).
+    #[must_use]
+    pub fn from_vector(vector: &Vector6<T>) -> Self {
+        Self {
+            torque: Vector3::new(vector[0], vector[1], vector[2]),
+            force: Vector3::new(vector[3], vector[4], vector[5]),
+        }
+    }
+
     /// The 6-vector (torque, force).
     #[must_use]
     pub fn to_vector(&self) -> Vector6<T> {

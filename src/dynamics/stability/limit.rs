@@ -1,8 +1,8 @@
 use super::pair::PairRates;
 use nalgebra::{DVector, SMatrix, Vector6};
 
-/// What is left of a direction's change, relative to its length, when it counts as found: far less
-/// than the linearisation is worth.
+/// The power iteration has converged when a direction changes by less than this, relative to its length: far less than the
+/// linearisation is worth.
 const SETTLED: f64 = 1e-6;
 
 /// Where the search for the direction ends. Directions that it has not told apart by then have nearly

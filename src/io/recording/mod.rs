@@ -165,7 +165,7 @@ impl<'a, F: ExternalForces> Recording<'a, F> {
         write_whole(path, |file| file.write_all(&glb))
     }
 
-    /// Nothing, if the targets can be seen and the camera looks in a direction.
+    /// Checks that the targets can be seen and the camera looks in a direction.
     fn check_marks(&self, path: &Path) -> Result<(), FileError> {
         for target in &self.targets {
             let [radius] = single([target.radius]);

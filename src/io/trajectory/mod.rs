@@ -100,7 +100,7 @@ pub fn write_trajectory<F: ExternalForces>(
     write_whole(path, |file| write(file, &mut rows(world, trajectory)))
 }
 
-/// Nothing, if all states have as many bodies as the world.
+/// Checks that all states have as many bodies as the world.
 pub(super) fn check_fits<F: ExternalForces>(
     path: &Path,
     world: &World<f64, F>,
@@ -110,7 +110,7 @@ pub(super) fn check_fits<F: ExternalForces>(
     states.try_for_each(|state| check_count(path, world.bodies(), state))
 }
 
-/// Nothing, if a state has as many bodies as the world.
+/// Checks that a state has as many bodies as the world.
 fn check_count(path: &Path, bodies: &[Body], state: &State) -> Result<(), FileError> {
     let (found, expected) = (state.bodies.len(), bodies.len());
     if found == expected {

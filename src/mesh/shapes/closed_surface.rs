@@ -17,8 +17,8 @@ pub(super) struct ClosedSurface {
 }
 
 impl ClosedSurface {
-    /// From vertices (m) and triangles, if they are such a surface. A vertex of several at the same place
-    /// is stood for by the first of them, and one of no triangle by nothing, whatever its numbers.
+    /// From vertices (m) and triangles, if they are such a surface. Vertices at the same place are merged into the first of
+    /// them; those of no triangle are dropped without a check.
     pub fn new(
         vertices: Vec<Vector3<f64>>,
         mut triangles: Vec<[usize; 3]>,
@@ -66,7 +66,7 @@ fn compact(
     (kept, triangles.iter().map(renumbered).collect())
 }
 
-/// Nothing, if the vertices of the triangles are finite.
+/// Checks that the vertices of the triangles are finite.
 fn check_coordinates(vertices: &[Vector3<f64>], triangles: &[[usize; 3]]) -> Result<(), MeshError> {
     for &vertex in triangles.iter().flatten() {
         let mut coordinates = vertices[vertex].iter();
@@ -99,7 +99,7 @@ fn first_at_place(vertices: &[Vector3<f64>]) -> Vec<usize> {
     vertices.iter().enumerate().map(first_at).collect()
 }
 
-/// Nothing, if the corners are three.
+/// Checks that there are three corners.
 fn check_corners(triangle: usize, [a, b, c]: [usize; 3]) -> Result<(), MeshError> {
     for (one, other) in [(a, b), (b, c), (c, a)] {
         if one == other {
@@ -112,7 +112,7 @@ fn check_corners(triangle: usize, [a, b, c]: [usize; 3]) -> Result<(), MeshError
     Ok(())
 }
 
-/// Nothing, if every edge belongs to two triangles that run along it in opposite directions.
+/// Checks that every edge belongs to two triangles that run along it in opposite directions.
 fn check_edges(triangles: &[[usize; 3]]) -> Result<(), MeshError> {
     let mut along = HashMap::with_capacity(3 * triangles.len());
     for (triangle, edge) in directed_edges(triangles) {
@@ -142,7 +142,7 @@ fn directed_edges(triangles: &[[usize; 3]]) -> impl Iterator<Item = (usize, [usi
     triangles.iter().enumerate().flat_map(edges_of)
 }
 
-/// Nothing, if the volume (m³) in a box and its centre (m) are finite, and the volume is positive and more
+/// Checks that the volume (m³) in a box and its centre (m) are finite, and the volume is positive and more
 /// than what would be flat for a tetrahedron: of less the centre would be round-off.
 fn check_volume(volume: f64, center: &Vector3<f64>, aabb: &Aabb) -> Result<(), MeshError> {
     let diagonal = (aabb.upper - aabb.lower).norm();

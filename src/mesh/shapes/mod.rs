@@ -27,7 +27,7 @@ fn checked_lengths<const N: usize>(
     Ok(lengths.map(|(_, value)| value))
 }
 
-/// Nothing, if the count lies within the limits.
+/// Checks that the count lies within the limits.
 fn check_resolution(
     name: &'static str,
     found: usize,

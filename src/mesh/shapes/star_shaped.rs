@@ -76,7 +76,7 @@ fn filled(surface: ClosedSurface, inner_point: Vector3<f64>) -> Result<PressureF
     .field()
 }
 
-/// Nothing, if the point sees each triangle from inside.
+/// Checks that the point sees each triangle from inside.
 fn check_seen_from_inside(surface: &ClosedSurface, point: &Vector3<f64>) -> Result<(), MeshError> {
     let mut edge_on = None;
     for (triangle, vertices) in surface.triangles.iter().enumerate() {
@@ -96,7 +96,7 @@ fn check_seen_from_inside(surface: &ClosedSurface, point: &Vector3<f64>) -> Resu
     edge_on.map_or(Ok(()), Err)
 }
 
-/// Nothing, if the point sees one triangle in every direction.
+/// Checks that the point sees one triangle in every direction.
 ///
 /// A closed surface whose triangles are all seen from inside covers the sphere of directions equally
 /// often everywhere, so that the sum of their solid angles, over 4π, is the number of layers.
