@@ -59,9 +59,9 @@ mod search;
 pub mod spatial;
 mod threads;
 
-/// Of the version whose vectors and matrices the interfaces take and give.
+/// The version of nalgebra whose vectors and matrices are in this crate's interfaces.
 pub use nalgebra;
-/// Of the version whose dual numbers are [`scalar::Scalar`]s.
+/// The version of num-dual whose numbers implement [`scalar::Scalar`].
 pub use num_dual;
 
 /// Compiles and runs the README's program.

@@ -23,7 +23,8 @@ const MODULES: [&str; 13] = [
 ];
 
 /// Outside libraries, and the modules that may use them.
-const DOORS: [(&str, &[&str]); 11] = [
+const DOORS: [(&str, &[&str]); 12] = [
+    ("wide", &["contact"]),
     ("rstar", &["broad_phase"]),
     ("num_dual", &["scalar"]),
     ("rayon", &["threads"]),
@@ -37,7 +38,7 @@ const DOORS: [(&str, &[&str]); 11] = [
     ("serde", &["spatial", "dynamics"]),
 ];
 
-/// Libraries that users see, as the crate's interfaces have their types.
+/// Libraries whose types are in the public interfaces: the crate's root re-exports them.
 const SHOWN: [&str; 2] = ["nalgebra", "num_dual"];
 
 /// Ways between `f64` and the scalar that go round `lift` and `real_part`.

@@ -148,9 +148,9 @@ fn linearised_contacts_at_special_positions_are_those_of_differences() {
 /// 21535, 26057, 32721, 36214, 37089: the contact surface lies in faces inside both bodies.
 /// 25253, 28432, 29016, 33328, 39085: fields are nearly equal, and a kink as seen from afar is not one from near.
 /// 31447: edges inside both bodies coincide.
-/// 43108, 59074, 82545, 93929, 102834, 104668, 108979, 150063, 175003: faces inside bodies coincide, and the load jumps there.
+/// 43108, 59074, 82545, 93929, 102834, 104668, 108979, 150063, 175003: faces inside bodies coincide, and the load jumps.
 /// 59893, 68846: the wrench jumps by so little that only a central difference shows it.
-/// 144134: an edge is shorter than a face is placed that grazes the plane there.
+/// 144134: an edge is shorter than the error in placing a face that grazes the plane there.
 #[test]
 fn pairs_that_once_failed_are_those_of_differences() {
     let mut tallies = Tallies::default();

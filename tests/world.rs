@@ -546,6 +546,25 @@ fn a_path_that_leads_nowhere_ends_the_rollout() {
     let path = |time: f64| still_at(if time < 0.25 { 1.0 } else { f64::NAN });
     let lost = Body::prescribed("lost", ball_shape(), SKIN, Arc::new(path)).unwrap();
     let world = World::new(vec![ball("ball"), lost]).unwrap();
+    let between = |time: f64| {
+        still_at(if (time - 0.25).abs() < 0.01 {
+            f64::NAN
+        } else {
+            1.0
+        })
+    };
+    let between = Body::prescribed("lost", ball_shape(), SKIN, Arc::new(between)).unwrap();
+    let between = World::new(vec![ball("ball"), between]).unwrap();
+    for every in [1, 100] {
+        // The middle of the third step, where the leapfrog asks for the contacts.
+        let rollout = between.rollout(0.1, Integrator::Leapfrog).unwrap();
+        let error = rollout.with_stability_check(every).recorded(10, 1);
+        let error = error.unwrap_err().error;
+        assert!(
+            matches!(error, RolloutError::PathNotFinite { step: 3, .. }),
+            "{error}"
+        );
+    }
     for integrator in [Integrator::Leapfrog, Integrator::SymplecticEuler] {
         let rollout = world.rollout(0.1, integrator).unwrap();
         let error = rollout.recorded(10, 1).unwrap_err().error;

@@ -88,7 +88,8 @@ impl<'a, T: Scalar> ContactPair<'a, T> {
     /// would be lost in round-off.
     ///
     /// Wrenches and motions are in world axes, about each body's own origin. Faces within 2e-12 of the bodies' size of each
-    /// other count as coincident in the Jacobian, which is there the mean of both sides.
+    /// other count as coincident in the Jacobian, which is there the mean of both sides (about one generic direction where
+    /// several coincide).
     #[must_use]
     pub fn wrench_and_jacobian(&self) -> (ContactWrench<T>, ContactJacobian<T>) {
         let linearised = self.relative_linearisation().in_world(self, None);

@@ -12,7 +12,7 @@ const PIECE: usize = 32;
 /// No more than this fraction of the load may be taken for zero.
 const LITTLE: f64 = 1e-6;
 
-/// If more were, this many octaves less are taken for zero.
+/// Where more would be, the tolerance is taken this many octaves narrower.
 const NARROWER: u32 = 3;
 
 /// Something that is added up over a contact surface: pieces of it are summed by themselves, and
@@ -105,7 +105,7 @@ impl<'a, T: Scalar> PolygonSource<'a, T> {
     /// octaves where that would merge corners that are distinct (see [`Closeness::split`]), or take the load for zero: bodies
     /// that are pressed in by less do not just touch.
     ///
-    /// Other changes of the load are meant: where it jumps as faces pass each other, it is that of neither side.
+    /// The load may change otherwise: where it jumps as faces pass each other, the derivatives belong to neither side.
     ///
     /// [`Closeness::split`]: crate::geometry::Closeness::split
     pub fn for_derivatives(&self, search: Search, octaves: u32) -> ForDerivatives<'a, T> {

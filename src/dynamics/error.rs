@@ -146,7 +146,7 @@ pub enum RolloutError {
         /// Name of the body.
         body: String,
     },
-    /// The time step is too long for the contacts of a state: a rollout
+    /// The time step is too long for the contacts of a step: a rollout
     /// [with a stability check](super::Rollout::with_stability_check) ends before it blows up.
     #[error(
         "step {step} (from t = {time:.6} s) was not taken: {time_step:.3e} s is too long where the contacts allow {limit:.3e} s, stiffest that of bodies {:?} and {:?}",

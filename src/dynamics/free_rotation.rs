@@ -1,4 +1,4 @@
-//! The rotation of a free body, by a splitting that needs no case for equal moments.
+//! The rotation of a free body, by a splitting that is continuous in the moments; spheres only take a shortcut.
 
 use super::inertia::{PrincipalInertia, scaled, scaled_beyond};
 use crate::scalar::{DenseDual, Order, Scalar, change, lift, real_part};

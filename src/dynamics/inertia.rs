@@ -4,7 +4,7 @@ use crate::scalar::{
 use crate::spatial::{MassProperties, times_constant, turn_from_real};
 use nalgebra::{Matrix3, SymmetricEigen, Vector3};
 
-/// Moments that differ by less than this fraction differ by the round-off of sums over thousands of tetrahedra.
+/// Moments that agree to this fraction are made equal: sums over thousands of tetrahedra are rounded by as much.
 const SPHERE: f64 = 1e-12;
 
 /// Mass and rotational inertia of a body whose mass may carry derivatives.
@@ -89,7 +89,7 @@ impl PrincipalInertia {
         }
     }
 
-    /// Whether all moments are the same, to the last bit: then no axis is needed, and nothing is left out without.
+    /// Whether all moments are equal to the last bit: then the axes do not matter.
     pub fn is_sphere(&self) -> bool {
         self.moments[2] - self.moments[0] <= 0.0
     }
@@ -121,8 +121,8 @@ impl PrincipalInertia {
             let matrix = frame * Matrix3::from_diagonal(values) * frame.transpose();
             let turn = turn_from_real(rotation);
             let own = vector.map(change) - cross_constant(&turn, &constant);
-            let change = constant_times(&matrix, &own) + cross_constant(&turn, &product);
-            return change + product.map(lift::<T>);
+            let of_product = constant_times(&matrix, &own) + cross_constant(&turn, &product);
+            return of_product + product.map(lift::<T>);
         }
         scaled(&self.frame(rotation), values, vector)
     }

@@ -13,7 +13,7 @@ use crate::spatial::{Pose, Twist};
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 #[non_exhaustive]
 pub enum Integrator {
-    /// Kick, then drift: the paper's scheme (§V), first order, symplectic.
+    /// Kick, then drift: the paper's scheme (§V, there for equal moments), first order, symplectic.
     SymplecticEuler,
     /// Half a drift, kick, half a drift: second order, symplectic and time-reversible as long as
     /// forces do not depend on velocities. Those that do (dissipation, friction, drag) are taken at

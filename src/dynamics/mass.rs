@@ -6,7 +6,7 @@ use nalgebra::{Matrix3, Vector3};
 /// Round-off that a turned inertia matrix may have between its two halves, of its largest entry.
 const SYMMETRY: f64 = 1e-9;
 
-/// The moments of a plate, written to so many digits, are those of a solid.
+/// The largest moment of a plate is the sum of the others; numbers rounded to five digits must pass.
 const ROUNDED: f64 = 1e-5;
 
 /// What a dynamic body weighs.

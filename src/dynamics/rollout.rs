@@ -51,7 +51,7 @@ impl<'w, T: Scalar, F: ExternalForces> Rollout<'w, T, F> {
     }
 
     /// The same rollout, holding the time step against [`World::largest_stable_step`] in the first step and every
-    /// `every`th after it, where the contacts act: by the leapfrog, half a step on. Where it is longer, the rollout ends
+    /// `every`th after it, where the contacts act: by the leapfrog, in the middle of the step. Where it is longer, the rollout ends
     /// with [`RolloutError::TimeStepTooLong`], at a state that is still good. A fast impact happens within a step or two,
     /// which only a check of every step sees.
     ///
@@ -137,34 +137,46 @@ impl<'w, T: Scalar, F: ExternalForces> Rollout<'w, T, F> {
         self.next.time = self.state.time;
         self.next.bodies.clone_from(&self.state.bodies);
         self.integrator.approach(world, &mut self.next, time_step);
+        self.stop_at(self.lost_path(step))?;
         self.check_stability(step)?;
         let workspace = &mut self.workspace;
         self.integrator
             .complete(world, &mut self.next, time_step, workspace);
         // From the count of steps: a sum of 10⁶ time steps would have drifted.
         self.next.time = self.start + step as f64 * self.time_step;
-        if let Some(error) = self.not_finite(step) {
-            self.has_failed = true;
-            return Err(error);
-        }
+        let lost = self.lost_path(step).or_else(|| self.lost_body(step));
+        self.stop_at(lost)?;
         mem::swap(&mut self.state, &mut self.next);
         self.steps = step;
         Ok(&self.state)
     }
 
-    /// An error, if the next state is not finite: a path that is not comes first, as others follow from it.
-    fn not_finite(&self, step: usize) -> Option<RolloutError> {
-        let bodies = || self.world.bodies().iter().zip(&self.next.bodies);
-        let lost = || bodies().filter(|(_, state)| !state.is_finite());
-        let is_led = |(body, _): &(&Body<T>, _)| matches!(body.motion, Motion::Prescribed(_));
-        let (time, name) = (self.next.time, |body: &Body<T>| body.name().to_owned());
-        if let Some((body, _)) = lost().find(is_led) {
-            let body = name(body);
-            return Some(RolloutError::PathNotFinite { step, time, body });
-        }
-        let (body, _) = lost().next()?;
-        let body = name(body);
+    /// Ends the rollout by an error, if there is one.
+    fn stop_at(&mut self, error: Option<RolloutError>) -> Result<(), RolloutError> {
+        self.has_failed |= error.is_some();
+        error.map_or(Ok(()), Err)
+    }
+
+    /// An error, if a path is not finite at the time of the next state.
+    fn lost_path(&self, step: usize) -> Option<RolloutError> {
+        let (time, is_prescribed) = (self.next.time, |body: &Body<T>| {
+            matches!(body.motion, Motion::Prescribed(_))
+        });
+        let body = self.lost(is_prescribed)?;
+        Some(RolloutError::PathNotFinite { step, time, body })
+    }
+
+    /// An error, if the next state is not finite.
+    fn lost_body(&self, step: usize) -> Option<RolloutError> {
+        let (time, body) = (self.next.time, self.lost(|_| true)?);
         Some(RolloutError::NotFinite { step, time, body })
+    }
+
+    /// The name of the first of such bodies whose next state is not finite.
+    fn lost(&self, is_such: impl Fn(&Body<T>) -> bool) -> Option<String> {
+        let mut bodies = self.world.bodies().iter().zip(&self.next.bodies);
+        let (body, _) = bodies.find(|(body, state)| is_such(body) && !state.is_finite())?;
+        Some(body.name().to_owned())
     }
 
     /// Checks the time step where the kick acts, if a check is due in this step.

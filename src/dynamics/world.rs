@@ -20,7 +20,7 @@ pub struct World<T = f64, F = Gravity> {
     pub(super) slip_tolerance: f64,
 }
 
-/// Shapes and external forces are shared, not copied.
+/// Shapes, paths and external forces are shared, not copied.
 impl<T: Clone, F> Clone for World<T, F> {
     fn clone(&self) -> Self {
         Self {

@@ -30,18 +30,6 @@ impl<T: Scalar> PolygonMoments<T> {
         }
     }
 
-    /// The moments times a factor: of a polygon that counts as so many.
-    #[must_use]
-    pub fn scaled(&self, factor: f64) -> Self {
-        let factor = lift::<T>(factor);
-        Self {
-            reference: self.reference,
-            area: self.area * factor,
-            first: self.first * factor,
-            second: self.second * factor,
-        }
-    }
-
     /// Adds the triangle (reference, reference + b, reference + c). Its area is signed: positive
     /// where it turns counter-clockwise about `normal`. With signed areas a corner that round-off
     /// doubled or put out of place contributes what it should, in value and derivative.

@@ -68,7 +68,8 @@ impl RelativePair<'_> {
         if plane_check && !signs_b.are_met() {
             return Encounter::Apart;
         }
-        let gradient = a.extent.gradient * modulus_a - b.pressure.gradient;
+        let gradient_a = a.extent.gradient * modulus_a;
+        let gradient = gradient_a - b.pressure.gradient;
         if is_equal_field(&gradient, [modulus_a * a.sensitivity, b.sensitivity]) {
             return Encounter::EqualFields;
         }
@@ -80,10 +81,7 @@ impl RelativePair<'_> {
         let weights = if is_at_ends {
             Weights::of_touching(signs)
         } else {
-            Weights::of(
-                signs,
-                [&(a.extent.gradient * modulus_a), &b.pressure.gradient],
-            )
+            Weights::of(signs, [&gradient_a, &b.pressure.gradient])
         };
         Encounter::Met(Decisions {
             at_a,

@@ -21,8 +21,8 @@ pub(crate) const ELASTIC_COINCIDENCE: u32 = 6;
 /// fields are equal over a volume. The plane of fields that differ by more is placed to about SNAP/EQUAL_FIELDS = 3e-5 of the bodies' size, or better.
 const EQUAL_FIELDS: f64 = 1e-9;
 
-/// A translation of B (m/s) in which faces through a common line or plane leave it one after the other; any generic
-/// direction will do.
+/// Velocity of B (m/s, A's axes) by which faces through a common line or plane leave it one after the other; any generic
+/// one will do.
 pub(crate) const NUDGE: Vector3<f64> = Vector3::new(0.613, 0.427, -0.665);
 
 /// The plane p_A = p_B of a pair of tetrahedra.
@@ -147,20 +147,16 @@ impl Weight {
 
     /// In integrals over the polygon.
     pub fn area(self) -> f64 {
-        if self.is_line {
-            0.0
-        } else {
-            self.mean_of_ways()
-        }
+        if self.is_line { 0.0 } else { self.mean() }
     }
 
-    /// In fluxes through the edges, half for what it is ahead, half for what it is behind.
+    /// Whether it counts ahead and behind, as 1 or 0.
     pub fn ways(self) -> [f64; 2] {
         [self.is_ahead, self.is_behind].map(|is_there| f64::from(u8::from(is_there)))
     }
 
-    /// In the flux through an edge that moves the same ahead and behind.
-    pub fn mean_of_ways(self) -> f64 {
+    /// The mean of both.
+    pub fn mean(self) -> f64 {
         let [ahead, behind] = self.ways();
         0.5 * (ahead + behind)
     }
@@ -213,7 +209,7 @@ impl Weights {
         Self { still, moving }
     }
 
-    /// Where both bodies end in the plane, they may touch, and what counts is that they part.
+    /// Where faces on the surfaces of both bodies lie in the plane: the bodies may only touch, and motions count as moduli do.
     pub fn of_touching(signs: [CornerSigns; 2]) -> Self {
         let still = Weight::of(signs, [-1.0; 2]);
         Self {
@@ -222,7 +218,7 @@ impl Weights {
         }
     }
 
-    /// Whether there is no coincidence.
+    /// Whether the whole polygon counts in everything.
     pub fn are_whole(self) -> bool {
         self.still == Weight::WHOLE && self.moving == Weight::WHOLE
     }

@@ -119,7 +119,7 @@ impl Field {
         }
     }
 
-    /// u, 1/σ and g.
+    /// u, 1/σ and g: [`Slip::at`] and [`Load::at`] for two points at a time.
     #[inline]
     fn at(&self, [y1, y2]: Points) -> (Points, f64x2, f64x2) {
         let s1 = self.at_origin[0] - self.spin * y2;

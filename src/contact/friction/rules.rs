@@ -1,4 +1,4 @@
-//! Quadrature rules: symmetric ones on the triangle, and Gauss–Legendre on an edge.
+//! Quadrature rules: on the triangle, the same seen from each corner, and Gauss–Legendre on an edge.
 //!
 //! The nodes on the triangle are, unless noted, those of H. Xiao and Z. Gimbutas, "A numerical algorithm for the
 //! construction of efficient quadrature rules in two and higher dimensions", Comput. Math. Appl. 59
@@ -91,7 +91,7 @@ impl Points {
 struct Orbits {
     /// Weight of the centroid, 0 if it is no point of the rule.
     centroid: f64,
-    /// Orbits of three points: two barycentric coordinates and the weight.
+    /// Orbits of three points under the rotations alone: two barycentric coordinates and the weight.
     cyclic: &'static [[f64; 3]],
     /// Orbits of three points on the medians: the barycentric coordinate that two corners have, and the weight.
     medians: &'static [[f64; 2]],

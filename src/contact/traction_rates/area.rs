@@ -4,16 +4,16 @@ use crate::contact::polygon::CutPolygon;
 use crate::narrow_phase::Weights;
 use nalgebra::{Matrix6, Vector6};
 
-/// Of a component of which the moments vanish.
-const NONE: [f64; 6] = [0.0; 6];
+/// The moments of a component that is zero.
+const ZERO: [f64; 6] = [0.0; 6];
 
 impl Rates {
     /// Sets the integrals over the area: velocities, law, and K without the edges.
     pub fn set_area(&mut self, traction: &Traction, polygon: &CutPolygon<f64>) {
         let area = AreaMoments::of(traction);
         let [t11, t12, t22] = &area.by_slip;
-        let first = wrenches([t11, t12, &NONE]);
-        let second = wrenches([t12, t22, &NONE]);
+        let first = wrenches([t11, t12, &ZERO]);
+        let second = wrenches([t12, t22, &ZERO]);
         let [p1, p2, p3] = &area.by_parting;
         let third = wrenches([p1, p2, p3]);
         let by_velocity = [first[0], second[0], third[0]];

@@ -49,8 +49,8 @@ pub(super) struct Edges<'e> {
     source: &'e PolygonSource<'e, f64>,
     cut: &'e Cut,
     plane: &'e PlanePolygon<f64>,
-    /// Normal speed of the plane as B moves by [`NUDGE`] (m/s), and as its modulus grows by all of itself in a second, per
-    /// pressure (m/(s Pa)).
+    /// Normal speed of the plane as B moves by [`NUDGE`] (m/s), and, per pressure, as its modulus grows at the relative rate
+    /// of 1/s (m/(s Pa)).
     plane_speed: f64,
     by_pressure: f64,
 }
@@ -106,8 +106,8 @@ impl<'e> Edges<'e> {
         let mut drift = Drift::default();
         if owners.is_power_of_two() {
             let line = self.line(owners.trailing_zeros() as usize, edge);
-            drift.add(&line, moving.mean_of_ways());
-            drift.add_growing(&line, still.mean_of_ways());
+            drift.add(&line, moving.mean());
+            drift.add_growing(&line, still.mean());
         } else {
             let lines = self.lines(edge, owners);
             let own_speed = |line: &Line| {
@@ -181,8 +181,8 @@ impl<'e> Edges<'e> {
         }
     }
 
-    /// The lines of several faces, but those that are placed no better than the edge is long: such a face lies in any edge
-    /// as short, and says nothing of how it moves.
+    /// The lines of the faces, without those that are placed less precisely than the edge is long: such a face contains any
+    /// edge this short, and does not tell how it moves.
     fn lines(&self, edge: usize, owners: u8) -> Lines {
         let length = self.length_squared(edge).sqrt();
         let margin = self.source.pair.margin();

@@ -12,7 +12,7 @@ pub(super) const THREE_POINTS: [(f64, f64); 3] = [
 ];
 
 /// ψ − 1 where ψ = 0.
-const NONE: [f64; 3] = [-1.0, 0.0, 0.0];
+const MINUS_ONE: [f64; 3] = [-1.0, 0.0, 0.0];
 
 impl Traction<'_> {
     /// The wrenches of t, y₁t and y₂t, integrated along an edge of the contact polygon.
@@ -38,7 +38,7 @@ impl Traction<'_> {
             return self.edge_moments([from, to], &self.excess);
         }
         if start < 0.0 && end < 0.0 {
-            return self.edge_moments([from, to], &NONE);
+            return self.edge_moments([from, to], &MINUS_ONE);
         }
         let share = start / (start - end);
         let middle = [0, 1].map(|i| from[i] + share * (to[i] - from[i]));
@@ -48,7 +48,7 @@ impl Traction<'_> {
             ([middle, to], [from, middle])
         };
         let inside = self.edge_moments(inside, &self.excess);
-        let outside = self.edge_moments(outside, &NONE);
+        let outside = self.edge_moments(outside, &MINUS_ONE);
         std::array::from_fn(|m| inside[m] + outside[m])
     }
 

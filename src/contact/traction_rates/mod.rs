@@ -73,6 +73,7 @@ impl ContactPair<'_> {
         let near = source.for_derivatives(self.search(), COINCIDENCE);
         let mut sum = near.source.linearisation(&near.found, (law, motion));
         if let Some(found) = &near.exact {
+            // Its derivatives by motions and moduli are not used; near coincidences are rare.
             let exact = source.linearisation(found, (law, motion));
             (sum.wrench, sum.by_twist, sum.by_law) = (exact.wrench, exact.by_twist, exact.by_law);
         }
@@ -173,7 +174,8 @@ struct Rates {
     wrench: Vector6<f64>,
     /// K₀, K₁ and K₂ as bodies move.
     by_speed: [Vector6<f64>; 3],
-    /// As the modulus of B grows: the same, but where polygons or edges count otherwise (see [`Weights`](crate::narrow_phase::Weights)).
+    /// What to add to `by_speed` as the modulus of B grows: zero unless the polygon or an edge has another weight then (see
+    /// [`Weights`](crate::narrow_phase::Weights)).
     more_by_growth: [Vector6<f64>; 3],
     by_motion: Matrix6<f64>,
     by_twist: Matrix6<f64>,

@@ -47,7 +47,7 @@ const JUMP: f64 = 1e-7;
 /// Differences of second order over three points multiply errors by so many.
 const THREE_POINTS: f64 = 8.0;
 
-/// The direction, in A's axes, in which B moves where the kernel takes the mean of both sides: any generic one would do.
+/// The kernel's direction (`NUDGE` in `narrow_phase/equilibrium.rs`), in A's axes: both must be the same.
 const NUDGE: Vector3<f64> = Vector3::new(0.613, 0.427, -0.665);
 
 /// Directions about it have this much of another one in them.
@@ -281,8 +281,8 @@ impl Check<'_, '_> {
     /// Whether nothing else shows at shorter steps.
     fn is_alone(&self, wide: &Sides, step: f64) -> bool {
         let jump = error(&wide.slopes[0], &wide.slopes[1]);
-        let shorter = KINK_STEPS.into_iter().filter(|shorter| *shorter < step);
-        shorter.into_iter().all(|step| {
+        let mut shorter = KINK_STEPS.into_iter().filter(|other| *other < step);
+        shorter.all(|step| {
             let noise = THREE_POINTS * self.allowed(step);
             self.scaled.sides(self.column, step).is_some_and(|near| {
                 let change = |side: usize| error(&wide.slopes[side], &near.slopes[side]);
