@@ -143,6 +143,17 @@ impl<'s, 'a> Scaled<'s, 'a> {
         })
     }
 
+    /// The mean of the slopes on both sides, by cubics through one to four steps: a parabola is off by a third derivative
+    /// times the square of a step, which where faces nearly coincide is no shorter than round-off allows.
+    pub fn cubic_mean(&self, column: usize, step: f64) -> Option<Wrenches> {
+        if self.has_one_side(column, step) {
+            return None;
+        }
+        let [one, two, three, four] =
+            [1.0, 2.0, 3.0, 4.0].map(|k| self.at(column, k * step) - self.at(column, -k * step));
+        Some((two * 57.0 - one * 26.0 - three * 42.0 + four * 11.0) / (12.0 * step))
+    }
+
     /// How far a difference may be off by round-off: `force` are the wrenches and `stiffness` their largest derivative by
     /// a motion. What is nearer to a coincidence than the kernel's margin is taken for one.
     pub fn noise(&self, column: usize, step: f64, [force, stiffness]: [f64; 2]) -> f64 {

@@ -15,7 +15,7 @@ const CANCELLED: f64 = 1e-13;
 
 /// The first step, relative to size and speed, and those that are tried where it does not do.
 const STEP: f64 = 1e-6;
-const OTHER_STEPS: [f64; 7] = [1e-7, 1e-5, 1e-8, 1e-4, 1e-9, 1e-3, 1e-10];
+const OTHER_STEPS: [f64; 8] = [1e-7, 1e-5, 1e-8, 1e-4, 1e-9, 1e-3, 1e-10, 1e-2];
 
 /// The step that resolves kinks which are farther than what counts as coincident, though not by much; noise is what is
 /// left of most else.
@@ -225,11 +225,13 @@ impl Check<'_, '_> {
     /// Whether it is the mean of the slopes on both sides, which a jump of the wrench, however small, does not spoil as it
     /// does a central difference.
     fn is_mean(&self, found: &Wrenches, step: f64) -> bool {
-        let sides = self.scaled.sides(self.column, step);
-        sides.is_some_and(|sides| {
-            let mean = (sides.slopes[0] + sides.slopes[1]) * 0.5;
-            error(found, &mean) <= self.allowed(step)
-        })
+        let parabolic = self
+            .scaled
+            .sides(self.column, step)
+            .map(|sides| (sides.slopes[0] + sides.slopes[1]) * 0.5);
+        let cubic = self.scaled.cubic_mean(self.column, step);
+        let mut means = parabolic.into_iter().chain(cubic);
+        means.any(|mean| error(found, &mean) <= self.allowed(step))
     }
 
     /// A kink is where slopes on either side differ by more than what is allowed, and do so no less at a tenth of the step,
