@@ -9,13 +9,14 @@ use hydroelastic::contact::{ContactPair, Shape};
 use hydroelastic::mesh::shapes;
 use hydroelastic::spatial::Pose;
 use nalgebra::{Vector3, vector};
-use std::thread;
+use std::ops::Range;
 use support::aligned::{aligned_pose, bodies, polygons_in_faces};
 use support::exact;
 use support::exact_claims::{Standing, compared};
 use support::hostile::{Family, Hostile};
 use support::scenes::{Random, pair};
 use support::subdivisions::{Division, divided};
+use support::sweep::in_batches;
 
 /// Pairs that share a set of shapes.
 const BATCH: usize = 4096;
@@ -25,6 +26,9 @@ const SHORT: usize = 770;
 
 /// Pairs of the long form, if EXACT_PAIRS does not say: 1,000 of each family.
 const LONG: usize = 11_000;
+
+/// Pairs that a thread takes at a time.
+const SHARE: usize = 70;
 
 /// Failures that are named one by one.
 const NAMED: usize = 100;
@@ -95,8 +99,8 @@ impl Tally {
     }
 }
 
-/// Every so many of the pairs with these numbers.
-fn tried(numbers: impl Iterator<Item = usize>) -> Tallies {
+/// The pairs with these numbers.
+fn tried(numbers: Range<usize>) -> Tallies {
     let (mut batch, mut tallies) = (None, Tallies::default());
     for number in numbers {
         let own = number / BATCH;
@@ -113,20 +117,13 @@ fn tried(numbers: impl Iterator<Item = usize>) -> Tallies {
 
 /// The pairs with the numbers from `first`, on all threads.
 fn soaked(first: usize, count: usize) -> Tallies {
-    let threads = thread::available_parallelism().map_or(1, usize::from);
-    let mut total = Tallies::default();
-    thread::scope(|scope| {
-        let share = |start: usize| (first + start..first + count).step_by(threads);
-        let handles: Vec<_> = (0..threads)
-            .map(|start| scope.spawn(move || tried(share(start))))
-            .collect();
-        for handle in handles {
-            for (tally, other) in total.iter_mut().zip(handle.join().unwrap()) {
-                tally.merge(other);
-            }
+    let merge = |total: &mut Tallies, tallies: Tallies| {
+        for (tally, other) in total.iter_mut().zip(tallies) {
+            tally.merge(other);
         }
-    });
-    total
+    };
+    let work = |total: &mut Tallies, _, numbers| merge(total, tried(numbers));
+    in_batches((first, count), SHARE, work, merge)
 }
 
 /// Prints what there is, and fails if any pair failed.

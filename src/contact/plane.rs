@@ -1,4 +1,4 @@
-use super::friction::{Affine, Quadratic};
+use super::friction::{Affine, Quadratic, ends};
 use super::polygon::CutPolygon;
 use super::surface_law::RelativeMotion;
 use crate::geometry::POLYGON_CAPACITY;
@@ -170,12 +170,8 @@ impl<T: Scalar> Outline<T> {
     pub fn moments(&self) -> [T; 10] {
         let mut moments = [lift::<T>(0.0); 10];
         let corners = self.corners();
-        for (number, a) in corners.iter().enumerate() {
-            let b = &corners[if number + 1 == corners.len() {
-                0
-            } else {
-                number + 1
-            }];
+        for edge in 0..corners.len() {
+            let [a, b] = ends(corners, edge);
             let half_turn = (a[0] * b[1] - a[1] * b[0]) * 0.5;
             for share in TWO_POINTS {
                 let y = [0, 1].map(|i| a[i] + (b[i] - a[i]) * share);

@@ -203,14 +203,22 @@ impl<'a> LoadedSlip<'a> {
     /// ∫ g·m·u dl times a factor for the first six monomials, along the edge from a corner to the next; zero where these
     /// coincide.
     pub fn flux(&self, edge: usize, factor: f64) -> [[f64; 6]; 2] {
-        let to = edge + 1;
-        let to = if to == self.corners.len() { 0 } else { to };
-        let ends = [self.corners[edge], self.corners[to]];
+        let ends = ends(self.corners, edge);
         match self.method {
             Method::Rule(rung) => quadrature::flux(self, ends, rung.edge, factor),
             Method::ClosedForm(size) => closed_moments::flux(self, ends, size, factor),
         }
     }
+}
+
+/// The corners that an edge joins: its own and the next, after the last one the first.
+#[inline]
+pub(super) fn ends<C: Copy>(corners: &[C], edge: usize) -> [C; 2] {
+    let next = edge + 1;
+    [
+        corners[edge],
+        corners[if next == corners.len() { 0 } else { next }],
+    ]
 }
 
 /// The product of two affine functions: the coefficients of 1, y₁, y₂, y₁², y₁y₂, y₂².

@@ -153,33 +153,30 @@ impl AreaSums {
     }
 }
 
-/// Adds a number times 1, y₁, y₂, y₁², y₁y₂ and y₂².
+/// Adds a number times 1, y₁, y₂, y₁², y₁y₂ and y₂², and gives back the last three.
 #[inline]
-fn add_up_to_quadratic(sums: &mut [f64x2; 6], value: f64x2, [y1, y2]: Points) {
+fn add_up_to_quadratic(sums: &mut [f64x2], value: f64x2, [y1, y2]: Points) -> [f64x2; 3] {
     let (first, second) = (value * y1, value * y2);
+    let quadratic = [first * y1, first * y2, second * y2];
     sums[0] += value;
     sums[1] += first;
     sums[2] += second;
-    sums[3] += first * y1;
-    sums[4] += first * y2;
-    sums[5] += second * y2;
+    for (sum, value) in sums[3..].iter_mut().zip(quadratic) {
+        *sum += value;
+    }
+    quadratic
 }
 
-/// Adds a number times the ten monomials.
+/// Adds a number times the ten monomials: those above, and the cubic ones.
 #[inline]
-fn add_up_to_cubic(sums: &mut [f64x2; 10], value: f64x2, [y1, y2]: Points) {
-    let (first, second) = (value * y1, value * y2);
-    let (squared, mixed, other) = (first * y1, first * y2, second * y2);
-    sums[0] += value;
-    sums[1] += first;
-    sums[2] += second;
-    sums[3] += squared;
-    sums[4] += mixed;
-    sums[5] += other;
-    sums[6] += squared * y1;
-    sums[7] += squared * y2;
-    sums[8] += mixed * y2;
-    sums[9] += other * y2;
+fn add_up_to_cubic(sums: &mut [f64x2; 10], value: f64x2, y: Points) {
+    let (low, cubic) = sums.split_at_mut(6);
+    let [squared, mixed, other] = add_up_to_quadratic(low, value, y);
+    let [y1, y2] = y;
+    cubic[0] += squared * y1;
+    cubic[1] += squared * y2;
+    cubic[2] += mixed * y2;
+    cubic[3] += other * y2;
 }
 
 /// [`LoadedSlip::flux`] by a rule.

@@ -1,4 +1,5 @@
 use super::{Rates, Traction, add_along_normal};
+use crate::contact::friction::ends;
 use crate::contact::plane::{PlanePolygon, at};
 use crate::contact::polygon::{CutPolygon, PolygonSource};
 use crate::geometry::faces_in;
@@ -247,15 +248,7 @@ impl PlanePolygon<f64> {
 
     /// The corners that an edge of the contact polygon joins.
     pub fn ends(&self, edge: usize) -> [[f64; 2]; 2] {
-        let corners = self.outline.corners();
-        [
-            corners[edge],
-            corners[if edge + 1 == corners.len() {
-                0
-            } else {
-                edge + 1
-            }],
-        ]
+        ends(self.outline.corners(), edge)
     }
 }
 

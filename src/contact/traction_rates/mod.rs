@@ -191,12 +191,9 @@ fn wrench_of([t1, t2, t3]: &[[f64; 3]; 3]) -> Vector6<f64> {
 
 /// The wrenches of a traction times 1, y₁ and y₂.
 #[inline]
-fn wrenches([t1, t2, t3]: [&[f64; 6]; 3]) -> [Vector6<f64>; 3] {
-    [
-        Vector6::new(t3[2], -t3[1], t2[1] - t1[2], t1[0], t2[0], t3[0]),
-        Vector6::new(t3[4], -t3[3], t2[3] - t1[4], t1[1], t2[1], t3[1]),
-        Vector6::new(t3[5], -t3[4], t2[4] - t1[5], t1[2], t2[2], t3[2]),
-    ]
+fn wrenches(traction: [&[f64; 6]; 3]) -> [Vector6<f64>; 3] {
+    let times = |[one, y1, y2]: [usize; 3]| wrench_of(&traction.map(|t| [t[one], t[y1], t[y2]]));
+    [times([0, 1, 2]), times([1, 3, 4]), times([2, 4, 5])]
 }
 
 impl Rates {
