@@ -164,6 +164,42 @@ fn pairs_that_once_failed_are_those_of_differences() {
     report(&tallies);
 }
 
+/// Faces inside both bodies coincide, and B is turned out of that about each of A's axes. What is left is rounding over the
+/// angle.
+#[test]
+fn forces_are_continuous_where_faces_inside_bodies_part() {
+    const ANGLES: [f64; 2] = [1e-15, 1e-9];
+    const GROWTH: f64 = 1.1;
+    const MOST: f64 = 1e-4;
+    for number in [21535, 26057, 250_170] {
+        let bodies = Bodies::new((number / BATCH) as u64);
+        let scene = scene(
+            &bodies,
+            Family::ALL[number % Family::ALL.len()],
+            number as u64,
+        );
+        let force = |axis: usize, angle: f64| {
+            let mut change = SVector::zeros();
+            change[6 + axis] = angle;
+            scene.wrenches(&change).fixed_rows::<3>(3).into_owned()
+        };
+        let still = force(0, 0.0);
+        for axis in 0..3 {
+            let mut angle = ANGLES[0];
+            while angle < ANGLES[1] {
+                for turn in [-angle, angle] {
+                    let error = (force(axis, turn) - still).norm() / still.norm();
+                    assert!(
+                        error < MOST,
+                        "pair {number} turned by {turn:e} about {axis}: {error:e}"
+                    );
+                }
+                angle *= GROWTH;
+            }
+        }
+    }
+}
+
 /// Takes from COINCIDENCE_PAIRS how many, and from COINCIDENCE_FIRST the number of the first: one that failed can be
 /// looked at by itself, and a sweep taken up where it was left.
 #[test]

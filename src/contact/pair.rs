@@ -1,8 +1,8 @@
 use super::jacobian::RelativeJacobian;
 use super::linearised::RelativeLinearisation;
-use super::polygon::{PolygonSource, sum_over};
+use super::polygon::{CutSurface, PolygonSource};
 use super::{ContactBody, ContactJacobian, ContactPolygon, ContactSurface, ContactWrench, Search};
-use crate::narrow_phase::{Cut, ELASTIC_COINCIDENCE};
+use crate::narrow_phase::ELASTIC_COINCIDENCE;
 use crate::scalar::{Order, Scalar, lift, real_part};
 use crate::spatial::Pose;
 
@@ -98,14 +98,13 @@ impl<'a, T: Scalar> ContactPair<'a, T> {
 
     /// The elastic contact in A's axes.
     pub(super) fn relative_linearisation(&self) -> RelativeLinearisation<T> {
-        let source = PolygonSource::of(self);
-        let near = source.for_derivatives(self.search, ELASTIC_COINCIDENCE);
-        let elastic: RelativeJacobian<T> = near
-            .source
-            .sum_of_derivatives(&near.found, |sum, polygon| polygon.add_to(sum));
+        let (surface, finer) =
+            PolygonSource::of(self).for_derivatives(ELASTIC_COINCIDENCE, self.search);
+        let elastic: RelativeJacobian<T> =
+            surface.sum_of_derivatives(|sum, polygon| polygon.add_to(sum));
         let mut linearisation = elastic.linearisation(self.moduli());
-        if let Some(found) = &near.exact {
-            linearisation.wrench = source.wrench(found).to_vector();
+        if let Some(finer) = finer {
+            linearisation.wrench = finer.wrench().to_vector();
         }
         linearisation
     }
@@ -113,10 +112,9 @@ impl<'a, T: Scalar> ContactPair<'a, T> {
     /// The contact surface, polygon by polygon.
     #[must_use]
     pub fn surface(&self) -> ContactSurface<T> {
-        let source = PolygonSource::of(self);
-        let found = source.pair.found(self.search);
-        let polygons = sum_over(&found, |polygons: &mut Vec<_>, cut| {
-            let pressed = source.pressed_polygon(cut);
+        let surface = self.cut_surface();
+        let polygons = surface.sum_of_cuts(|polygons: &mut Vec<_>, cut| {
+            let pressed = surface.source.pressed_polygon(cut);
             polygons.extend(pressed.map(|p| ContactPolygon::of(cut.tets, &p, self.a.pose())));
         });
         ContactSurface { polygons }
@@ -140,26 +138,26 @@ impl<'a, T: Scalar> ContactPair<'a, T> {
     /// The pairs of tetrahedra (of A, of B) that have a contact polygon, in no special order.
     #[must_use]
     pub fn touching_tets(&self) -> Vec<[usize; 2]> {
-        let source = PolygonSource::of(&self.real());
-        let found = source.pair.found(self.search);
-        let pressed = found
-            .cuts()
-            .iter()
-            .filter(|cut| source.pressed_polygon(cut).is_some());
-        pressed.map(|cut| cut.tets).collect()
+        let surface = self.real().cut_surface();
+        surface.sum_of_cuts(|tets: &mut Vec<_>, cut| {
+            let is_pressed = surface.source.pressed_polygon(cut).is_some();
+            tets.extend(is_pressed.then_some(cut.tets));
+        })
     }
 
     /// Counts the work the wrench takes.
     #[must_use]
     pub fn work_count(&self) -> WorkCount {
-        let source = PolygonSource::of(&self.real());
-        let found = source.pair.found(self.search);
-        let has_area =
-            |cut: &&Cut| cut.weights().still.area() > 0.0 && source.polygon(cut).has_area();
+        let surface = self.real().cut_surface();
         WorkCount {
-            candidate_pairs: found.candidates,
-            polygons: found.cuts().iter().filter(has_area).count(),
+            candidate_pairs: surface.found.candidates,
+            polygons: surface.sum(|polygons: &mut usize, _| *polygons += 1),
         }
+    }
+
+    /// The cuts that values are made from.
+    pub(super) fn cut_surface(&self) -> CutSurface<'a, T> {
+        PolygonSource::of(self).for_values(self.search)
     }
 
     pub(super) fn moduli(&self) -> [T; 2] {
@@ -186,8 +184,6 @@ impl<T: Scalar> Pipeline<'_, '_, T> {
     /// [`ContactPair::wrench`].
     #[must_use]
     pub fn wrench(&self) -> ContactWrench<T> {
-        let source = PolygonSource::of(self.0);
-        let wrench_a = source.wrench(&source.pair.found(self.0.search));
-        self.0.wrench_from_a(&wrench_a)
+        self.0.wrench_from_a(&self.0.cut_surface().wrench())
     }
 }

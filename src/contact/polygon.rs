@@ -1,6 +1,6 @@
 use super::{ContactPair, Search};
 use crate::geometry::{AffineField, ConvexPolygon, PolygonMoments};
-use crate::narrow_phase::{Cut, EquilibriumPlane, RelativePair, Weights};
+use crate::narrow_phase::{Cut, ELASTIC_COINCIDENCE, EquilibriumPlane, RelativePair, Weights};
 use crate::scalar::{Scalar, carries_derivatives, real_part};
 use crate::search::Found;
 use crate::spatial::Pose;
@@ -13,7 +13,7 @@ const PIECE: usize = 32;
 const LITTLE: f64 = 1e-6;
 
 /// Where more would be, the tolerance is taken this many octaves narrower.
-const NARROWER: u32 = 3;
+const NARROWER: i32 = 3;
 
 /// Something that is added up over a contact surface: pieces of it are summed by themselves, and
 /// merged in their order.
@@ -45,18 +45,14 @@ impl PartialSum for f64 {
     }
 }
 
-/// Adds up what cuts contribute.
-pub(super) fn sum_over<S: PartialSum>(found: &Found, add: impl Fn(&mut S, &Cut) + Sync) -> S {
-    let piece = |cuts: &[Cut]| {
-        let mut sum = S::empty();
-        for cut in cuts {
-            add(&mut sum, cut);
-        }
-        sum
-    };
-    let mut sum = S::empty();
-    threads::for_pieces(found.cuts(), PIECE, piece, |piece| sum.merge(piece));
-    sum
+impl PartialSum for usize {
+    fn empty() -> Self {
+        0
+    }
+
+    fn merge(&mut self, next: Self) {
+        *self += next;
+    }
 }
 
 /// A pair of bodies from which contact polygons are made in `T`, in A's frame.
@@ -67,12 +63,10 @@ pub(super) struct PolygonSource<'a, T> {
     pub pose_ab: Pose<T>,
 }
 
-/// What [`PolygonSource::for_derivatives`] finds.
-pub(super) struct ForDerivatives<'a, T> {
+/// Cuts, and the source that makes polygons of them, by what counted as coincident.
+pub(super) struct CutSurface<'a, T> {
     pub source: PolygonSource<'a, T>,
     pub found: Found,
-    /// The cuts of the pair as it is, if faces may have been taken for coincident that are not: values come from these.
-    pub exact: Option<Found>,
 }
 
 /// The contact polygon of a cut in `T`, in A's frame.
@@ -101,105 +95,64 @@ impl<'a, T: Scalar> PolygonSource<'a, T> {
         }
     }
 
-    /// The cuts that derivatives are made from: faces within 2^octaves margins of each other count as coincident, or fewer
-    /// octaves where that would merge corners that are distinct (see [`Closeness::split`]), or take the load for zero: bodies
-    /// that are pressed in by less do not just touch.
+    /// The surface that values are made from.
+    pub fn for_values(&self, search: Search) -> CutSurface<'a, T> {
+        let plain = self.within(0, search);
+        if plain.found.flatness().is_within(ELASTIC_COINCIDENCE) {
+            return self.settled(ELASTIC_COINCIDENCE, search, || plain).0;
+        }
+        plain
+    }
+
+    /// The surface that derivatives are made from. That for values as well, if it may be another.
+    pub fn for_derivatives(
+        &self,
+        octaves: u32,
+        search: Search,
+    ) -> (CutSurface<'a, T>, Option<CutSurface<'a, T>>) {
+        self.settled(octaves, search, || self.for_values(search))
+    }
+
+    /// The surface where faces within 2^octaves margins of each other count as coincident, or fewer octaves where that would
+    /// merge corners that are distinct (see [`Closeness::split`]), or take the load for zero: bodies that are pressed in by
+    /// less do not just touch. The load may change otherwise: where it jumps as faces pass each other, the derivatives
+    /// belong to neither side.
     ///
-    /// The load may change otherwise: where it jumps as faces pass each other, the derivatives belong to neither side.
+    /// If there are such faces, gives the finer surface as well.
     ///
     /// [`Closeness::split`]: crate::geometry::Closeness::split
-    pub fn for_derivatives(&self, search: Search, octaves: u32) -> ForDerivatives<'a, T> {
-        let found_within = |octaves: u32| {
-            let source = self.with_near_coincidences(octaves);
-            let found = source.pair.found(search);
-            (source, found)
-        };
-        let (mut source, mut found) = found_within(octaves);
-        let closeness = found.closeness();
+    fn settled(
+        &self,
+        octaves: u32,
+        search: Search,
+        finer: impl FnOnce() -> CutSurface<'a, T>,
+    ) -> (CutSurface<'a, T>, Option<CutSurface<'a, T>>) {
+        let surface = self.within(octaves.cast_signed(), search);
+        let closeness = surface.found.closeness();
+        if !closeness.is_within(octaves) {
+            return (surface, None);
+        }
+        let finer = finer();
+        let load = finer.load();
         let mut split = closeness.split(octaves);
-        if split < octaves {
-            (source, found) = found_within(split);
+        while split > 0 && finer.load_at_zero(split) > LITTLE * load {
+            split -= NARROWER;
         }
-        let exact = closeness
-            .is_within(octaves)
-            .then(|| self.pair.found(search));
-        if let Some(exact) = &exact {
-            let load = self.load(exact);
-            while split > 0 && self.load_at_zero(exact, split) > LITTLE * load {
-                split = split.saturating_sub(NARROWER);
-                (source, found) = found_within(split);
-            }
+        if split == octaves.cast_signed() {
+            return (surface, Some(finer));
         }
-        ForDerivatives {
-            source,
-            found,
-            exact,
-        }
+        (self.within(split, search), Some(finer))
     }
 
-    /// ∫ p dA (N) over the contact surface.
-    fn load(&self, found: &Found) -> f64 {
-        self.sum(found, |sum: &mut f64, polygon| {
-            *sum += real_part(polygon.pressure_integrals().0);
-        })
-    }
-
-    /// The part of it that is on polygons whose pressure would nowhere be told from zero with so many octaves.
-    fn load_at_zero(&self, found: &Found, octaves: u32) -> f64 {
-        let margin = self.pair.with_near_coincidences(octaves).margin();
-        sum_over(found, |sum: &mut f64, cut| {
-            let Some(polygon) = self.pressed_polygon(cut) else {
-                return;
-            };
-            let [a, b] = [self.pair.tet_a(cut.tets[0]), self.pair.tet_b(cut.tets[1])];
-            let [modulus_a, modulus_b] = self.pair.moduli;
-            let zero = margin * (modulus_a * a.sensitivity).min(modulus_b * b.sensitivity);
-            let is_zero = |corner| real_part(polygon.pressure.at(corner)) <= zero;
-            if polygon.polygon.corners().iter().all(is_zero) {
-                *sum += real_part(polygon.pressure_integrals().0);
-            }
-        })
-    }
-
-    fn with_near_coincidences(&self, octaves: u32) -> Self {
-        Self {
+    fn within(&self, octaves: i32, search: Search) -> CutSurface<'a, T> {
+        let source = Self {
             pair: self.pair.with_near_coincidences(octaves),
             ..*self
+        };
+        CutSurface {
+            found: source.pair.found(search),
+            source,
         }
-    }
-
-    /// Adds up the contact polygons; for scalars with derivatives also those of zero area, whose area may have a derivative.
-    pub fn sum<S: PartialSum>(
-        &self,
-        found: &Found,
-        add: impl Fn(&mut S, &CutPolygon<T>) + Sync,
-    ) -> S {
-        self.sum_of(found, |weights| weights.still.area() > 0.0, add)
-    }
-
-    /// Adds up all polygons whose area counts in values or derivatives.
-    pub fn sum_of_derivatives<S: PartialSum>(
-        &self,
-        found: &Found,
-        add: impl Fn(&mut S, &CutPolygon<T>) + Sync,
-    ) -> S {
-        self.sum_of(found, Weights::have_area, add)
-    }
-
-    fn sum_of<S: PartialSum>(
-        &self,
-        found: &Found,
-        counts: impl Fn(Weights) -> bool + Sync,
-        add: impl Fn(&mut S, &CutPolygon<T>) + Sync,
-    ) -> S {
-        sum_over(found, |sum, cut| {
-            if counts(cut.weights()) {
-                let polygon = self.polygon(cut);
-                if carries_derivatives::<T>() || polygon.has_area() {
-                    add(sum, &polygon);
-                }
-            }
-        })
     }
 
     /// The polygon of a cut if it is part of the contact surface: it has an area, under pressure.
@@ -237,6 +190,72 @@ impl<'a, T: Scalar> PolygonSource<'a, T> {
                 pressure_b
             },
         }
+    }
+}
+
+impl<T: Scalar> CutSurface<'_, T> {
+    /// Adds up what cuts contribute.
+    pub fn sum_of_cuts<S: PartialSum>(&self, add: impl Fn(&mut S, &Cut) + Sync) -> S {
+        let piece = |cuts: &[Cut]| {
+            let mut sum = S::empty();
+            for cut in cuts {
+                add(&mut sum, cut);
+            }
+            sum
+        };
+        let mut sum = S::empty();
+        threads::for_pieces(self.found.cuts(), PIECE, piece, |piece| sum.merge(piece));
+        sum
+    }
+
+    /// Adds up the contact polygons; for scalars with derivatives also those of zero area, whose area may have a derivative.
+    pub fn sum<S: PartialSum>(&self, add: impl Fn(&mut S, &CutPolygon<T>) + Sync) -> S {
+        self.sum_where(|weights| weights.still.area() > 0.0, add)
+    }
+
+    /// Adds up all polygons whose area counts in values or derivatives.
+    pub fn sum_of_derivatives<S: PartialSum>(
+        &self,
+        add: impl Fn(&mut S, &CutPolygon<T>) + Sync,
+    ) -> S {
+        self.sum_where(Weights::have_area, add)
+    }
+
+    fn sum_where<S: PartialSum>(
+        &self,
+        counts: impl Fn(Weights) -> bool + Sync,
+        add: impl Fn(&mut S, &CutPolygon<T>) + Sync,
+    ) -> S {
+        self.sum_of_cuts(|sum, cut| {
+            if counts(cut.weights()) {
+                let polygon = self.source.polygon(cut);
+                if carries_derivatives::<T>() || polygon.has_area() {
+                    add(sum, &polygon);
+                }
+            }
+        })
+    }
+
+    /// ∫ p dA (N).
+    fn load(&self) -> f64 {
+        self.sum(|sum: &mut f64, polygon| *sum += real_part(polygon.pressure_integrals().0))
+    }
+
+    /// The part of it that is on polygons whose pressure would nowhere be told from zero with so many octaves.
+    fn load_at_zero(&self, octaves: i32) -> f64 {
+        let pair = self.source.pair.with_near_coincidences(octaves);
+        self.sum_of_cuts(|sum: &mut f64, cut| {
+            let Some(polygon) = self.source.pressed_polygon(cut) else {
+                return;
+            };
+            let tets = [pair.tet_a(cut.tets[0]), pair.tet_b(cut.tets[1])];
+            let sensitivities = [0, 1].map(|i| pair.moduli[i] * tets[i].sensitivity);
+            let zero = pair.margin() * sensitivities[0].min(sensitivities[1]);
+            let is_zero = |corner| real_part(polygon.pressure.at(corner)) <= zero;
+            if polygon.polygon.corners().iter().all(is_zero) {
+                *sum += real_part(polygon.pressure_integrals().0);
+            }
+        })
     }
 }
 

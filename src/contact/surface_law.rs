@@ -1,4 +1,3 @@
-use super::polygon::PolygonSource;
 use super::{BodyError, ContactPair, ContactWrench, LinearisedContact, Pipeline};
 use crate::scalar::{Order, Scalar, real_part, real_vector, times};
 use crate::spatial::{Twist, Wrench};
@@ -70,9 +69,8 @@ impl<T: Scalar> Pipeline<'_, '_, T> {
     #[must_use]
     pub fn wrench_in_motion(&self, law: &SurfaceLaw<T>, twists: [Twist<T>; 2]) -> ContactWrench<T> {
         let motion = RelativeMotion::of(self.0, twists);
-        let source = PolygonSource::of(self.0);
-        let found = source.pair.found(self.0.search());
-        let wrench_a = source.sum(&found, |sum: &mut Wrench<T>, polygon| {
+        let surface = self.0.cut_surface();
+        let wrench_a = surface.sum(|sum: &mut Wrench<T>, polygon| {
             *sum += polygon.wrench_in_motion(law, &motion);
         });
         self.0.wrench_from_a(&wrench_a)

@@ -1,7 +1,6 @@
 use super::ContactPair;
-use super::polygon::{CutPolygon, PartialSum, PolygonSource};
+use super::polygon::{CutPolygon, CutSurface, PartialSum};
 use crate::scalar::{Scalar, lift};
-use crate::search::Found;
 use crate::spatial::Wrench;
 use nalgebra::Vector3;
 
@@ -35,12 +34,10 @@ impl<T: Scalar> PartialSum for Wrench<T> {
     }
 }
 
-impl<T: Scalar> PolygonSource<'_, T> {
+impl<T: Scalar> CutSurface<'_, T> {
     /// The elastic wrench on A, in A's axes about A's origin.
-    pub fn wrench(&self, found: &Found) -> Wrench<T> {
-        self.sum(found, |sum: &mut Wrench<T>, polygon| {
-            *sum += polygon.wrench();
-        })
+    pub fn wrench(&self) -> Wrench<T> {
+        self.sum(|sum: &mut Wrench<T>, polygon| *sum += polygon.wrench())
     }
 }
 

@@ -16,8 +16,9 @@ pub struct ConvexPolygon<T = f64> {
     corners: [Vector3<T>; POLYGON_CAPACITY],
     /// Owners of the edge from each corner to the next.
     owners: [u8; POLYGON_CAPACITY],
-    len: usize,
+    len: u8,
     closeness: Closeness,
+    flatness: Closeness,
 }
 
 impl<T: Scalar> ConvexPolygon<T> {
@@ -29,19 +30,25 @@ impl<T: Scalar> ConvexPolygon<T> {
             owners: [0; POLYGON_CAPACITY],
             len: 0,
             closeness: Closeness::default(),
+            flatness: Closeness::default(),
         }
+    }
+
+    #[inline]
+    fn len(&self) -> usize {
+        usize::from(self.len)
     }
 
     /// The corners (m), in cyclic order.
     #[must_use]
     pub fn corners(&self) -> &[Vector3<T>] {
-        &self.corners[..self.len]
+        &self.corners[..self.len()]
     }
 
     /// The owners of each edge, from the corner of the same number to the next.
     #[must_use]
     pub fn owners(&self) -> &[u8] {
-        &self.owners[..self.len]
+        &self.owners[..self.len()]
     }
 
     /// Whether an edge has several owners.
@@ -62,6 +69,11 @@ impl<T: Scalar> ConvexPolygon<T> {
         self.closeness
     }
 
+    /// Of the farthest corners to the planes that clipped: the polygon nearly lies in such a plane.
+    pub(crate) fn flatness(&self) -> Closeness {
+        self.flatness
+    }
+
     /// Whether fewer than three corners are left.
     #[must_use]
     pub fn is_empty(&self) -> bool {
@@ -76,7 +88,7 @@ impl<T: Scalar> ConvexPolygon<T> {
 
     /// Gives an edge to other owners too.
     pub(crate) fn own_edge(&mut self, edge: usize, owners: u8) {
-        if let Some(own) = self.owners[..self.len].get_mut(edge) {
+        if let Some(own) = self.owners[..usize::from(self.len)].get_mut(edge) {
             *own |= owners;
         }
     }
@@ -88,12 +100,13 @@ impl<T: Scalar> ConvexPolygon<T> {
     #[inline]
     fn push_if(&mut self, is_kept: bool, corner: impl FnOnce() -> Vector3<T>, owners: u8) {
         let is_worth_a_branch = carries_derivatives::<T>();
-        if (is_worth_a_branch && !is_kept) || self.len == POLYGON_CAPACITY {
+        let place = self.len();
+        if (is_worth_a_branch && !is_kept) || place == POLYGON_CAPACITY {
             return;
         }
-        self.corners[self.len] = corner();
-        self.owners[self.len] = owners;
-        self.len += usize::from(is_kept);
+        self.corners[place] = corner();
+        self.owners[place] = owners;
+        self.len += u8::from(is_kept);
     }
 
     /// The part of the polygon where `field` ≥ 0; values within `tolerance` of zero count as zero. Edges on which it is 0
@@ -113,7 +126,7 @@ impl<T: Scalar> ConvexPolygon<T> {
     pub(crate) fn clip(&mut self, field: &AffineField<T>, tolerance: Tolerance, side: u8) {
         let mut values = [lift(0.0); POLYGON_CAPACITY];
         let (mut is_near, mut closeness, mut zeros) = (false, Closeness::default(), 0_u32);
-        for (value, corner) in values.iter_mut().zip(&self.corners[..self.len]) {
+        for (value, corner) in values.iter_mut().zip(&self.corners[..self.len()]) {
             *value = field.at(corner);
             let real = real_part(*value);
             is_near |= real <= tolerance.zero;
@@ -121,7 +134,9 @@ impl<T: Scalar> ConvexPolygon<T> {
             closeness = closeness.or(tolerance.closeness(real));
             *value = snapped(*value, tolerance.zero);
         }
-        self.closeness = self.closeness.or(closeness);
+        if closeness != Closeness::default() {
+            self.note(closeness, &values, tolerance);
+        }
         if is_near {
             if zeros >= 2 {
                 self.own_where_zero(&values, side);
@@ -130,11 +145,21 @@ impl<T: Scalar> ConvexPolygon<T> {
         }
     }
 
+    #[cold]
+    fn note(&mut self, closeness: Closeness, values: &[T], tolerance: Tolerance) {
+        let sizes = values[..self.len()]
+            .iter()
+            .map(|&value| real_part(value).abs());
+        let flatness = tolerance.closeness(sizes.fold(0.0, f64::max));
+        self.closeness = self.closeness.or(closeness);
+        self.flatness = self.flatness.or(flatness);
+    }
+
     /// Edges along which the values are zero belong to the side too.
     #[cold]
     fn own_where_zero(&mut self, values: &[T; POLYGON_CAPACITY], side: u8) {
-        for now in 0..self.len {
-            let next = if now + 1 == self.len { 0 } else { now + 1 };
+        for now in 0..self.len() {
+            let next = if now + 1 == self.len() { 0 } else { now + 1 };
             if [now, next].iter().all(|&end| real_part(values[end]) == 0.0) {
                 self.owners[now] |= side;
             }
@@ -146,8 +171,8 @@ impl<T: Scalar> ConvexPolygon<T> {
     fn cut(&mut self, values: &[T; POLYGON_CAPACITY], side: u8) {
         let whole = *self;
         self.len = 0;
-        let mut before = whole.len.saturating_sub(1);
-        for now in 0..whole.len {
+        let mut before = whole.len().saturating_sub(1);
+        for now in 0..whole.len() {
             let (value_before, value) = (values[before], values[now]);
             let (was_inside, is_inside) = (real_part(value_before) >= 0.0, real_part(value) >= 0.0);
             let (previous, corner) = (&whole.corners[before], &whole.corners[now]);
@@ -200,7 +225,7 @@ impl<T: Scalar> ConvexPolygon<T> {
             *place = corner(own);
         }
         (mapped.owners, mapped.len) = (self.owners, self.len);
-        mapped.closeness = self.closeness;
+        (mapped.closeness, mapped.flatness) = (self.closeness, self.flatness);
         mapped
     }
 }

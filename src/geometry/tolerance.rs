@@ -5,34 +5,34 @@ use crate::scalar::{Scalar, real_part};
 pub(crate) struct Tolerance {
     /// Values up to this are zero.
     pub zero: f64,
-    /// Values up to this are zero by round-off.
+    /// Actual rounding: [`Closeness::CLEARANCE`] octaves below what counts as zero, unless that is widened.
     rounding: f64,
 }
 
-/// How large values were that are nearly zero, though not by round-off alone: bit k for one from 2ᵏ to 2ᵏ⁺¹ times what
-/// round-off makes.
+/// How large values were that are nearly zero, though not by actual rounding alone: bit k for one from 2ᵏ to 2ᵏ⁺¹ times
+/// [`Self::CLEARANCE`] octaves below the tolerance.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub(crate) struct Closeness(u32);
 
 impl Closeness {
-    /// Values of so many octaves above round-off are noted.
-    const OCTAVES: u32 = 20;
-
-    /// A value less than this many octaves above round-off makes a cut ill-conditioned: two planes that are further apart
-    /// than that over a body meet in a line placed to one part in 2¹⁴.
-    const ILL_CONDITIONED: u32 = 14;
-
-    /// Actual rounding lies this many octaves below the tolerance.
+    /// Actual rounding lies this many octaves below the tolerance for it.
     const CLEARANCE: u32 = 6;
+
+    /// Values of so many octaves above actual rounding are noted.
+    const OCTAVES: u32 = Self::CLEARANCE + 20;
+
+    /// A value less than this many octaves above the tolerance makes a cut ill-conditioned: two planes that are further
+    /// apart than that over a body meet in a line placed to one part in 2¹⁴.
+    const ILL_CONDITIONED: u32 = 14;
 
     /// Whether there was a value so near to zero that round-off decides where two planes meet.
     pub fn is_ill_conditioned(self) -> bool {
-        self.0 & ((1 << Self::ILL_CONDITIONED) - 1) != 0
+        self.is_within(Self::ILL_CONDITIONED)
     }
 
-    /// Whether there was a value less than so many octaves above round-off.
+    /// Whether there was a value above the tolerance by less than so many octaves.
     pub fn is_within(self, octaves: u32) -> bool {
-        self.0 & ((1 << octaves) - 1) != 0
+        (self.0 >> Self::CLEARANCE) & ((1 << octaves) - 1) != 0
     }
 
     /// What there was in either.
@@ -40,45 +40,40 @@ impl Closeness {
         Self(self.0 | other.0)
     }
 
-    /// How many octaves of values, up to `most`, to take for zero: the most for which the smallest value kept is at least
-    /// [`Self::CLEARANCE`] octaves above the largest one dropped; if there is no such gap, the split with the widest.
-    /// Snapping a corner turns a plane by the ratio of the two.
-    pub fn split(self, most: u32) -> u32 {
-        if !self.is_within(most) {
-            return most;
-        }
+    /// By how many octaves to widen the tolerance: the most up to `most` for which the smallest value kept is at least
+    /// [`Self::CLEARANCE`] octaves above the largest one dropped; if there is no such gap, the next one above; failing
+    /// this, where the gap is widest. Snapping a corner turns a plane by the ratio of the two.
+    pub fn split(self, most: u32) -> i32 {
         let clearance = |split: &u32| {
             let above = (self.0 >> split)
                 .trailing_zeros()
                 .min(Self::OCTAVES - split);
             let below = self.0 & ((1 << split) - 1);
-            above
-                + below
-                    .checked_ilog2()
-                    .map_or(split + Self::CLEARANCE, |top| split - 1 - top)
+            above + below.checked_ilog2().map_or(*split, |top| split - 1 - top)
         };
-        let is_clear = |split: &u32| clearance(split) >= Self::CLEARANCE;
-        let splits = || (0..=most).rev();
-        splits()
-            .find(is_clear)
-            .or_else(|| splits().max_by_key(clearance))
-            .unwrap_or(0)
+        let (none, most) = (Self::CLEARANCE, Self::CLEARANCE + most);
+        let preferred = || (none..=most).rev().chain(most + 1..=most + Self::CLEARANCE);
+        let split = preferred()
+            .find(|split| clearance(split) >= Self::CLEARANCE)
+            .or_else(|| (0..none).chain(preferred()).max_by_key(clearance));
+        split.map_or(0, |split| split.cast_signed() - none.cast_signed())
     }
 }
 
 impl Tolerance {
     /// For values that are rounded by much less than this.
     pub fn new(zero: f64) -> Self {
+        let octaves = f64::from(1_u32 << Closeness::CLEARANCE);
         Self {
             zero,
-            rounding: zero,
+            rounding: zero / octaves,
         }
     }
 
-    /// With values of so many octaves above round-off that count as zero.
-    pub fn widened(self, octaves: u32) -> Self {
+    /// With values of so many octaves above the first tolerance that count as zero.
+    pub fn widened(self, octaves: i32) -> Self {
         Self {
-            zero: self.rounding * f64::from(1_u32 << octaves),
+            zero: self.rounding * 2_f64.powi(octaves + Closeness::CLEARANCE.cast_signed()),
             ..self
         }
     }
@@ -94,12 +89,15 @@ impl Tolerance {
     #[inline]
     pub fn closeness(self, value: f64) -> Closeness {
         let value = value.abs();
-        if value <= self.rounding || value >= self.rounding * f64::from(1_u32 << Closeness::OCTAVES)
-        {
+        let reaches = |octave: u32| value >= self.rounding * f64::from(1_u32 << octave);
+        if value < self.rounding || reaches(Closeness::OCTAVES) {
             return Closeness::default();
         }
-        let reaches = |octave: &u32| value >= self.rounding * f64::from(1_u32 << octave);
-        Closeness(1 << (1..Closeness::OCTAVES).filter(reaches).count())
+        Closeness(
+            1 << (1..Closeness::OCTAVES)
+                .filter(|&octave| reaches(octave))
+                .count(),
+        )
     }
 
     /// The closeness of all the values.

@@ -143,9 +143,14 @@ impl Cut {
         self.decisions.weights
     }
 
-    /// Whether it adds to an integral or to its derivatives, or would but for a little.
+    /// Whether it adds to an integral or to its derivatives.
+    pub fn counts(&self) -> bool {
+        !self.decisions.weights.are_none() && !self.polygon.is_empty()
+    }
+
+    /// Whether it does, or would but for a little.
     pub fn is_noted(&self) -> bool {
-        !self.decisions.weights.are_none() && !self.polygon.is_empty() || self.is_ill_conditioned()
+        self.counts() || self.is_ill_conditioned()
     }
 
     /// Whether it lies where both bodies end, in flush surfaces: there is no pressure on it, but there may be as soon
@@ -162,6 +167,11 @@ impl Cut {
     /// Of corners to planes.
     pub fn closeness(&self) -> Closeness {
         self.decisions.closeness.or(self.polygon.closeness())
+    }
+
+    /// Of the whole polygon to faces of B.
+    pub fn flatness(&self) -> Closeness {
+        self.polygon.flatness()
     }
 
     /// The faces that the polygon reaches, and over which the surface may go on: bits as of its edges' owners.

@@ -14,7 +14,9 @@ pub(crate) const SNAP: f64 = 3e-14;
 pub(crate) const COINCIDENCE: u32 = 13;
 
 /// The same for the derivatives of the elastic wrench, 2e-12 of the size. These have a kink where surfaces are flush; two
-/// opposite flush sides make up for each other if both are cut alike, which round-off must not decide.
+/// opposite flush sides make up for each other if both are cut alike, which round-off must not decide. And for values,
+/// where a whole polygon is as near as that to a face: the angle between their planes is not far above round-off, and
+/// neighbors on both sides of the face would otherwise both count a part, or neither.
 pub(crate) const ELASTIC_COINCIDENCE: u32 = 6;
 
 /// Pressure gradients that differ by less than this fraction of the fields' sensitivity to coordinates count as equal: the

@@ -49,7 +49,7 @@ impl<'a> RelativePair<'a> {
     }
 
     /// The same pair, with faces within 2^octaves margins of each other taken for coincident.
-    pub fn with_near_coincidences(self, octaves: u32) -> Self {
+    pub fn with_near_coincidences(self, octaves: i32) -> Self {
         Self {
             tolerance: self.tolerance.widened(octaves),
             ..self

@@ -47,7 +47,17 @@ impl Found {
 
     /// How near to each other corners and planes are in them.
     pub fn closeness(&self) -> Closeness {
-        let each = self.cuts().iter().map(Cut::closeness);
+        self.all(Cut::closeness)
+    }
+
+    /// How near polygons are, all over, to faces.
+    pub fn flatness(&self) -> Closeness {
+        self.all(Cut::flatness)
+    }
+
+    fn all(&self, of: fn(&Cut) -> Closeness) -> Closeness {
+        let counting = self.cuts().iter().filter(|cut| cut.counts());
+        let each = counting.map(of);
         each.fold(Closeness::default(), Closeness::or)
     }
 }

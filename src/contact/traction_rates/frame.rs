@@ -1,6 +1,5 @@
 use crate::contact::plane::PlanePolygon;
 use nalgebra::{Matrix6, Vector3, Vector6};
-use std::array;
 use wide::f64x2;
 
 /// From the axes and the center of a plane to A's axes and A's origin: for wrenches, and the same way for motions.
@@ -32,11 +31,14 @@ impl PlaneFrame {
     pub fn add_matrix(&self, matrix: &Matrix6<f64>, sum: &mut Matrix6<f64>) {
         let columns = matrix.as_slice();
         // Two rows at a time, then two columns.
-        let rows: [[f64x2; 6]; 3] = array::from_fn(|pair| {
-            let place = |column: usize| 6 * column + 2 * pair;
-            let two = |column| f64x2::new([columns[place(column)], columns[place(column) + 1]]);
-            self.turned([two(0), two(1), two(2), two(3), two(4), two(5)])
-        });
+        let mut rows = [[f64x2::ZERO; 6]; 3];
+        for (pair, row) in rows.iter_mut().enumerate() {
+            let two = |column: usize| {
+                let place = 6 * column + 2 * pair;
+                f64x2::new([columns[place], columns[place + 1]])
+            };
+            *row = self.turned([two(0), two(1), two(2), two(3), two(4), two(5)]);
+        }
         let sums = sum.as_mut_slice();
         for pair in 0..3 {
             let two = |of: usize| f64x2::transpose([rows[of][2 * pair], rows[of][2 * pair + 1]]);

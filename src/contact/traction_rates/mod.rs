@@ -25,11 +25,10 @@ use super::friction::LoadedSlip;
 use super::jacobian::RelativeJacobian;
 use super::linearised::RelativeLinearisation;
 use super::plane::{Outline, PlanePolygon};
-use super::polygon::{CutPolygon, PartialSum, PolygonSource, sum_over};
+use super::polygon::{CutPolygon, CutSurface, PartialSum, PolygonSource};
 use super::surface_law::RelativeMotion;
 use super::{ContactPair, SurfaceLaw};
 use crate::narrow_phase::{COINCIDENCE, Cut};
-use crate::search::Found;
 use edges::Edges;
 use frame::PlaneFrame;
 use nalgebra::{Matrix6, Matrix6x2, Vector3, Vector6};
@@ -69,12 +68,11 @@ impl ContactPair<'_> {
         law: &SurfaceLaw,
         motion: &RelativeMotion<f64>,
     ) -> RelativeLinearisation<f64> {
-        let source = PolygonSource::of(self);
-        let near = source.for_derivatives(self.search(), COINCIDENCE);
-        let mut sum = near.source.linearisation(&near.found, (law, motion));
-        if let Some(found) = &near.exact {
+        let (surface, finer) = PolygonSource::of(self).for_derivatives(COINCIDENCE, self.search());
+        let mut sum = surface.linearisation(law, motion);
+        if let Some(finer) = finer {
             // Its derivatives by motions and moduli are not used; near coincidences are rare.
-            let exact = source.linearisation(found, (law, motion));
+            let exact = finer.linearisation(law, motion);
             (sum.wrench, sum.by_twist, sum.by_law) = (exact.wrench, exact.by_twist, exact.by_law);
         }
         sum
@@ -92,26 +90,29 @@ impl RelativeLinearisation<f64> {
     }
 }
 
-impl PolygonSource<'_, f64> {
-    /// The wrench on A and its derivatives, from these cuts.
+impl CutSurface<'_, f64> {
+    /// The wrench on A and its derivatives.
     fn linearisation(
         &self,
-        found: &Found,
-        (law, motion): (&SurfaceLaw, &RelativeMotion<f64>),
+        law: &SurfaceLaw,
+        motion: &RelativeMotion<f64>,
     ) -> RelativeLinearisation<f64> {
-        let moduli = [self.modulus_a, self.modulus_b];
-        let InMotion { elastic, added } = sum_over(found, |sum: &mut InMotion, cut| {
-            let polygon = self.polygon(cut);
+        let source = &self.source;
+        let moduli = [source.modulus_a, source.modulus_b];
+        let InMotion { elastic, added } = self.sum_of_cuts(|sum: &mut InMotion, cut| {
+            let polygon = source.polygon(cut);
             if polygon.has_area() && polygon.weights.have_area() {
                 polygon.add_to(&mut sum.elastic);
             }
-            self.add_traction_rates((cut, &polygon), (law, motion), &mut sum.added);
+            source.add_traction_rates((cut, &polygon), (law, motion), &mut sum.added);
         });
         let mut sum = elastic.linearisation(moduli);
         sum.merge(added.by_both_moduli(moduli));
         sum
     }
+}
 
+impl PolygonSource<'_, f64> {
     /// Adds what dissipation and friction contribute to the wrench on A and its derivatives; of those by the moduli, only
     /// E_B ∂W/∂E_B, in the second column.
     fn add_traction_rates(
