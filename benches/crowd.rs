@@ -7,7 +7,7 @@
 
 use criterion::{BenchmarkId, Criterion, Throughput, criterion_group, criterion_main};
 use hydroelastic::contact::Shape;
-use hydroelastic::dynamics::{Body, Integrator, Mass, Material, World};
+use hydroelastic::dynamics::{Body, Integrator, Mass, Material, Plan, World};
 use hydroelastic::mesh::shapes;
 use hydroelastic::spatial::Pose;
 use nalgebra::Vector3;
@@ -56,7 +56,7 @@ fn crowd(criterion: &mut Criterion) {
             let world = lattice(counts, spacing);
             let count: usize = counts.iter().product();
             group.throughput(Throughput::Elements(count as u64));
-            let mut rollout = world.rollout(TIME_STEP, Integrator::Leapfrog).unwrap();
+            let mut rollout = world.rollout(&Plan::new(TIME_STEP, 0).unwrap());
             let mut time_of = |steps| {
                 let start = Instant::now();
                 (0..steps).for_each(|_| assert!(rollout.advance().is_ok()));

@@ -15,7 +15,7 @@ use criterion::{
     BenchmarkGroup, BenchmarkId, Criterion, Throughput, criterion_group, criterion_main,
 };
 use hydroelastic::contact::{ContactBody, ContactPair, ContactWrench, Shape};
-use hydroelastic::dynamics::{Body, Integrator, Mass, Material, State, World};
+use hydroelastic::dynamics::{Body, Integrator, Mass, Material, Plan, State, World};
 use hydroelastic::gradient::{Experiment, FinalState, Parameter};
 use hydroelastic::mesh::shapes;
 use hydroelastic::scalar::{DenseDual, Scalar};
@@ -49,10 +49,10 @@ const MATERIALS: [(&str, Material); 2] = [
 ];
 
 const START: [Parameter<'static>; 4] = [
-    Parameter::InitialVelocity("ball"),
-    Parameter::InitialSpin("ball"),
-    Parameter::InitialPosition("ball"),
-    Parameter::InitialOrientation("ball"),
+    Parameter::InitialVelocity("ball".into()),
+    Parameter::InitialSpin("ball".into()),
+    Parameter::InitialPosition("ball".into()),
+    Parameter::InitialOrientation("ball".into()),
 ];
 
 const EIGHT: [&str; 8] = ["ball", "b", "c", "d", "e", "f", "g", "h"];
@@ -78,13 +78,13 @@ fn balls_on_box(names: &[&str], order: usize, skin: Material) -> World {
 }
 
 fn final_state(world: &World) -> State {
-    let rollout = world.rollout(TIME_STEP, Integrator::Leapfrog).unwrap();
+    let rollout = world.rollout(&Plan::new(TIME_STEP, 0).unwrap());
     let trajectory = rollout.recorded(STEPS, STEPS).unwrap();
     trajectory.last().clone()
 }
 
 fn assert_touches_throughout(world: &World) {
-    let rollout = world.rollout(TIME_STEP, Integrator::Leapfrog).unwrap();
+    let rollout = world.rollout(&Plan::new(TIME_STEP, 0).unwrap());
     for state in rollout.take(STEPS) {
         assert!(world.topology(&state.unwrap()).polygon_count() > 0);
     }
@@ -110,7 +110,7 @@ fn compare(
     assert_touches_throughout(world);
     let id = |name: &str| BenchmarkId::new(name, order);
     group.bench_function(id("f64"), |b| b.iter(|| final_state(black_box(world))));
-    let experiment = Experiment::new(world, TIME_STEP, STEPS).unwrap();
+    let experiment = Experiment::new(world, &Plan::new(TIME_STEP, STEPS).unwrap());
     let experiment = experiment.recording_every(STEPS);
     let outcome = FinalState::of_body(world, "ball").unwrap();
     for (name, parameters) in lists {
@@ -135,10 +135,10 @@ fn rollout(criterion: &mut Criterion) {
 fn eight(criterion: &mut Criterion) {
     let starts = |name| {
         [
-            Parameter::InitialVelocity(name),
-            Parameter::InitialSpin(name),
-            Parameter::InitialPosition(name),
-            Parameter::InitialOrientation(name),
+            Parameter::InitialVelocity(name.into()),
+            Parameter::InitialSpin(name.into()),
+            Parameter::InitialPosition(name.into()),
+            Parameter::InitialOrientation(name.into()),
         ]
     };
     let parameters: Vec<Parameter> = EIGHT.into_iter().flat_map(starts).collect();

@@ -9,7 +9,9 @@
 mod show;
 
 use hydroelastic::contact::Shape;
-use hydroelastic::dynamics::{Body, BodyState, Integrator, Mass, Material, Trajectory, World};
+use hydroelastic::dynamics::{
+    Body, BodyState, Integrator, Mass, Material, Plan, Trajectory, World,
+};
 use hydroelastic::io::Recording;
 use hydroelastic::mesh::shapes;
 use hydroelastic::spatial::{MassProperties, Pose};
@@ -88,7 +90,7 @@ fn rolled_down(friction: f64) -> Result<(World, Trajectory), Box<dyn Error>> {
         Body::fixed("slope", slope, skin)?.at(at(0.0, -0.2)),
     ])?
     .with_gravity(vector![0.0, 0.0, -GRAVITY])?;
-    let rollout = world.rollout(TIME_STEP, Integrator::Leapfrog)?;
+    let rollout = world.rollout(&Plan::new(TIME_STEP, 0)?);
     let trajectory = rollout.recorded(END, 1)?;
     Ok((world, trajectory))
 }

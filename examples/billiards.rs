@@ -8,7 +8,7 @@
 mod show;
 
 use hydroelastic::contact::Shape;
-use hydroelastic::dynamics::{Body, Mass, Material, World, WorldError};
+use hydroelastic::dynamics::{Body, Mass, Material, Plan, World, WorldError};
 use hydroelastic::gradient::{Experiment, FinalPosition, OutcomeJacobian, Parameter};
 use hydroelastic::io::Recording;
 use hydroelastic::mesh::shapes;
@@ -40,7 +40,7 @@ const HIT: f64 = 0.1;
 
 fn main() -> Result<(), Box<dyn Error>> {
     let world = table()?;
-    let experiment = Experiment::new(&world, TIME_STEP, STEPS)?.recording_every(STEPS);
+    let experiment = Experiment::new(&world, &Plan::new(TIME_STEP, STEPS)?.recording_every(STEPS));
     let by_shot = [Parameter::InitialVelocity(NAMES[0])];
     let place = FinalPosition::of_body(&world, LAST)?;
     let OutcomeJacobian { value, jacobian } = experiment.jacobian(&by_shot, &place)?;

@@ -5,7 +5,7 @@
 mod room;
 mod show;
 
-use hydroelastic::dynamics::{State, Trajectory, World};
+use hydroelastic::dynamics::{Plan, State, Trajectory, World};
 use hydroelastic::gradient::{Experiment, Outcome, Parameter};
 use hydroelastic::io::Recording;
 use hydroelastic::scalar::{Scalar, lift_vector};
@@ -69,11 +69,11 @@ fn main() -> Result<(), Box<dyn Error>> {
 }
 
 fn descent() -> Result<Vec<Iteration>, Box<dyn Error>> {
-    let (by_velocity, loss) = ([Parameter::InitialVelocity("ball")], SquaredMiss);
+    let (by_velocity, loss) = ([Parameter::InitialVelocity("ball".into())], SquaredMiss);
     let (mut world, mut rate, mut descent) = (room::with_ball(3, GUESS)?, 1.0, Vec::new());
     let bar = ProgressBar::new(ITERATIONS as u64);
     loop {
-        let throw = Experiment::new(&world, TIME_STEP, STEPS)?;
+        let throw = Experiment::new(&world, &Plan::new(TIME_STEP, STEPS)?);
         let flight = throw.trajectory()?;
         let throw = throw.recording_every(STEPS);
         let (value, slope) = throw.gradient(&by_velocity, &loss)?;

@@ -3,7 +3,7 @@
 //! One test: all threads of a program share the allocator that counts.
 
 use hydroelastic::contact::Shape;
-use hydroelastic::dynamics::{Body, Integrator, Mass, Material, World};
+use hydroelastic::dynamics::{Body, Integrator, Mass, Material, Plan, World};
 use hydroelastic::mesh::shapes;
 use hydroelastic::spatial::Pose;
 use nalgebra::vector;
@@ -44,7 +44,7 @@ fn scene(skin: Material) -> World {
 
 /// In how many of the counted steps bodies touch.
 fn touching_steps(world: &World, integrator: Integrator) -> usize {
-    let rollout = world.rollout(TIME_STEP, integrator).unwrap();
+    let rollout = world.rollout(&Plan::new(TIME_STEP, 0).unwrap().with_integrator(integrator));
     let counted = rollout.skip(WARM_UP).take(COUNTED);
     let touching = |state| usize::from(world.topology(&state).polygon_count() > 0);
     counted.map(Result::unwrap).map(touching).sum()
@@ -52,7 +52,7 @@ fn touching_steps(world: &World, integrator: Integrator) -> usize {
 
 /// Blocks that the counted steps allocate.
 fn allocated_blocks(world: &World, integrator: Integrator) -> u64 {
-    let mut rollout = world.rollout(TIME_STEP, integrator).unwrap();
+    let mut rollout = world.rollout(&Plan::new(TIME_STEP, 0).unwrap().with_integrator(integrator));
     for _ in 0..WARM_UP {
         rollout.advance().unwrap();
     }

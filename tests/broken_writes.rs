@@ -2,7 +2,7 @@
 #![cfg(unix)]
 
 use hydroelastic::contact::{ContactBody, ContactPair, Shape};
-use hydroelastic::dynamics::{Body, Integrator, Mass, Material, State, Trajectory, World};
+use hydroelastic::dynamics::{Body, Integrator, Mass, Material, Plan, State, Trajectory, World};
 use hydroelastic::io::{FileError, Recording, TrajectoryFile, write_surface, write_trajectory};
 use hydroelastic::mesh::shapes;
 use hydroelastic::spatial::Pose;
@@ -77,7 +77,7 @@ const WHOLE: &[&str] = if cfg!(feature = "parquet") {
 };
 
 fn recorded(world: &World) -> Trajectory {
-    let rollout = world.rollout(TIME_STEP, Integrator::Leapfrog).unwrap();
+    let rollout = world.rollout(&Plan::new(TIME_STEP, 0).unwrap());
     rollout.recorded(300, 1).unwrap()
 }
 
@@ -165,7 +165,7 @@ fn a_process_killed_while_it_writes_leaves_a_file_as_it_was() {
 #[test]
 fn what_is_left_of_a_rollout_can_be_written() {
     let world = world(Material::elastic(1e150).with_dissipation(1e150));
-    let rollout = world.rollout(TIME_STEP, Integrator::Leapfrog).unwrap();
+    let rollout = world.rollout(&Plan::new(TIME_STEP, 0).unwrap());
     let interrupted = rollout.recorded(1_000, 1).unwrap_err();
     let folder = folder("interrupted");
     let (table, recording) = (folder.join("a.csv"), folder.join("a.glb"));
@@ -211,7 +211,7 @@ fn assert_is_table_of(file: &Path, states: &[State]) {
 
 /// The initial state and those that follow, for ever.
 fn states(world: &World) -> impl Iterator<Item = State> {
-    let rollout = world.rollout(TIME_STEP, Integrator::Leapfrog).unwrap();
+    let rollout = world.rollout(&Plan::new(TIME_STEP, 0).unwrap());
     let initial = std::iter::once(world.initial_state());
     initial.chain(rollout.map(Result::unwrap))
 }

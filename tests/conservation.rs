@@ -3,7 +3,7 @@
 mod support;
 
 use hydroelastic::contact::Shape;
-use hydroelastic::dynamics::{Body, Integrator, Mass, Material, State, World};
+use hydroelastic::dynamics::{Body, Integrator, Mass, Material, Plan, State, World};
 use hydroelastic::mesh::shapes;
 use hydroelastic::spatial::{MassProperties, Pose};
 use nalgebra::{Matrix3, Vector3, vector};
@@ -47,7 +47,9 @@ fn energy_drift(time_step: f64, steps: usize, integrator: Integrator) -> f64 {
     let start = total_energy(&world, &world.initial_state());
     // The ball falls 5 cm.
     let scale = 9.81 * 0.05;
-    let rollout = world.rollout(time_step, integrator).unwrap().take(steps);
+    let rollout = world
+        .rollout(&Plan::new(time_step, 0).unwrap().with_integrator(integrator))
+        .take(steps);
     let seen = rollout.map(Result::unwrap).step_by(97);
     seen.map(|state| (total_energy(&world, &state) - start).abs() / scale)
         .fold(0.0, f64::max)
@@ -112,7 +114,10 @@ fn assert_momentum_stays(world: &World, integrator: Integrator) {
     let mut before = world.report(&world.initial_state()).momentum;
     let exchanged = before.linear.norm() + before.angular.norm();
     let mut touching = 0;
-    for state in world.rollout(1e-3, integrator).unwrap().take(400) {
+    for state in world
+        .rollout(&Plan::new(1e-3, 0).unwrap().with_integrator(integrator))
+        .take(400)
+    {
         let state = state.unwrap();
         let after = world.report(&state).momentum;
         let linear = (after.linear - before.linear).amax();
@@ -151,7 +156,10 @@ fn free_boxes_of_any_shape_keep_energy_and_momentum() {
         let start = world.report(&world.initial_state());
         for integrator in [Integrator::SymplecticEuler, Integrator::Leapfrog] {
             let (mut energy, mut momentum) = (0.0_f64, 0.0_f64);
-            for state in world.rollout(1e-3, integrator).unwrap().take(30_000) {
+            for state in world
+                .rollout(&Plan::new(1e-3, 0).unwrap().with_integrator(integrator))
+                .take(30_000)
+            {
                 let now = world.report(&state.unwrap());
                 energy = energy.max((now.total_energy() / start.total_energy() - 1.0).abs());
                 let off = (now.momentum.angular - start.momentum.angular).amax();
@@ -175,9 +183,7 @@ fn orientation_of(moments: [f64; 3], steps: usize) -> Matrix3<f64> {
     let mass = Mass::Given(properties);
     let body = Body::dynamic("body", shape, Material::elastic(1e5), mass).unwrap();
     let world = World::new(vec![body.with_spin(vector![3.0, -5.0, 2.0])]).unwrap();
-    let mut rollout = world
-        .rollout(1.0 / steps as f64, Integrator::Leapfrog)
-        .unwrap();
+    let mut rollout = world.rollout(&Plan::new(1.0 / steps as f64, 0).unwrap());
     let last = rollout.nth(steps - 1).unwrap().unwrap();
     *last.bodies[0].pose.rotation()
 }
@@ -222,7 +228,7 @@ fn rotations_stay_orthonormal_over_a_million_steps() {
     let brick = Body::dynamic("brick", brick, skin, Mass::Total(1.0)).unwrap();
     let world = World::new(vec![brick.with_spin(vector![1.0, 5.0, -3.0])]).unwrap();
     for integrator in [Integrator::SymplecticEuler, Integrator::Leapfrog] {
-        let mut rollout = world.rollout(1e-3, integrator).unwrap();
+        let mut rollout = world.rollout(&Plan::new(1e-3, 0).unwrap().with_integrator(integrator));
         let last = rollout.nth(999_999).unwrap().unwrap();
         let rotation = last.bodies[0].pose.rotation();
         let deviation = (rotation.transpose() * rotation - Matrix3::identity()).amax();

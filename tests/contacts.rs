@@ -1,7 +1,7 @@
 //! The contacts of a state: which bodies touch, and what they do to each other.
 
 use hydroelastic::contact::Shape;
-use hydroelastic::dynamics::{Body, Integrator, Mass, Material, World};
+use hydroelastic::dynamics::{Body, Integrator, Mass, Material, Plan, World};
 use hydroelastic::mesh::shapes;
 use hydroelastic::spatial::Pose;
 use nalgebra::{Vector3, vector};
@@ -56,9 +56,11 @@ fn forces_of_contacts_are_those_that_a_step_feels() {
     let world = pile();
     let start = world.initial_state();
     let time_step = 1e-4;
-    let mut rollout = world
-        .rollout(time_step, Integrator::SymplecticEuler)
-        .unwrap();
+    let mut rollout = world.rollout(
+        &Plan::new(time_step, 0)
+            .unwrap()
+            .with_integrator(Integrator::SymplecticEuler),
+    );
     let after = rollout.next().unwrap().unwrap();
 
     let mut forces = [Vector3::zeros(); 4];

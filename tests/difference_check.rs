@@ -3,7 +3,7 @@
 
 use hydroelastic::contact::Shape;
 use hydroelastic::dynamics::{
-    Acceleration, Body, ExternalForces, Mass, Material, Situation, Trajectory, World,
+    Acceleration, Body, ExternalForces, Mass, Material, Plan, Situation, Trajectory, World,
 };
 use hydroelastic::gradient::{DifferenceCheck, Experiment, GradientError, Outcome, Parameter};
 use hydroelastic::mesh::shapes;
@@ -16,9 +16,9 @@ const ROUNDING: f64 = 1e-12;
 /// Rounding of a difference over the shortest step, of 1e-9.
 const ROUNDING_AT_SHORTEST: f64 = 1e-6;
 
-const POSITION: Parameter = Parameter::InitialPosition("ball");
-const VELOCITY: Parameter = Parameter::InitialVelocity("ball");
-const MASS: Parameter = Parameter::Mass("ball");
+const POSITION: Parameter = Parameter::InitialPosition("ball".into());
+const VELOCITY: Parameter = Parameter::InitialVelocity("ball".into());
+const MASS: Parameter = Parameter::Mass("ball".into());
 
 /// Bend of a logarithm over a thirtieth of what it is of, and rounding of a difference over as little.
 const SHORT_STEPS: f64 = 1e-4;
@@ -123,7 +123,7 @@ impl Outcome for Reading {
 
 fn checked(parameters: &[Parameter], outcome: &Reading) -> DifferenceCheck {
     let world = world();
-    let experiment = Experiment::new(&world, TIME_STEP, STEPS).unwrap();
+    let experiment = Experiment::new(&world, &Plan::new(TIME_STEP, STEPS).unwrap());
     experiment.difference_check(parameters, outcome).unwrap()
 }
 
@@ -228,7 +228,7 @@ fn an_outcome_that_is_not_finite_is_an_infinite_error() {
 #[test]
 fn an_outcome_whose_length_depends_on_values_is_refused() {
     let world = world();
-    let experiment = Experiment::new(&world, TIME_STEP, STEPS).unwrap();
+    let experiment = Experiment::new(&world, &Plan::new(TIME_STEP, STEPS).unwrap());
     let (expected, found) = (1, 2);
     let error = experiment.difference_check(&[POSITION], &Reading::Growing);
     let lengths = GradientError::OutcomeLength { expected, found };
@@ -242,7 +242,7 @@ fn an_outcome_whose_length_depends_on_values_is_refused() {
 #[test]
 fn an_outcome_whose_length_depends_on_the_scalar_is_refused() {
     let world = world();
-    let experiment = Experiment::new(&world, TIME_STEP, STEPS).unwrap();
+    let experiment = Experiment::new(&world, &Plan::new(TIME_STEP, STEPS).unwrap());
     let outcome = Reading::AsManyAsNumbers;
     // One number takes a dual number of six, 97 take one of 96 and one of six.
     let error = experiment.difference_check(&[MASS], &outcome).unwrap_err();

@@ -4,7 +4,7 @@
 use hydroelastic::contact::Shape;
 use hydroelastic::dynamics::{
     Acceleration, Batch, Body, BodyState, ExternalForces, Gravity, Integrator, Mass, Material,
-    Progress, RolloutError, Situation, State, Trajectory, World,
+    Plan, Progress, RolloutError, Situation, State, Trajectory, World,
 };
 use hydroelastic::gradient::{Experiment, FinalPosition, GradientError, Outcome, Parameter};
 use hydroelastic::mesh::shapes;
@@ -94,12 +94,13 @@ fn panicked(message: &str) -> RolloutError {
 fn a_panic_in_a_force_is_an_error_with_the_trajectory_up_to_there() {
     for integrator in [Integrator::Leapfrog, Integrator::SymplecticEuler] {
         let plain = soft_world();
-        let plain = plain.rollout(TIME_STEP, integrator).unwrap();
+        let plain = plain.rollout(&Plan::new(TIME_STEP, 0).unwrap().with_integrator(integrator));
         let whole = all_bits(&plain.recorded(80, 1).unwrap());
         for last in [1, 2, 50, 80] {
             // One question a step.
             let world = soft_world().with_external(Fragile::at(last));
-            let rollout = world.rollout(TIME_STEP, integrator).unwrap();
+            let rollout =
+                world.rollout(&Plan::new(TIME_STEP, 0).unwrap().with_integrator(integrator));
             let interrupted = rollout.recorded(80, 1).unwrap_err();
             assert_eq!(interrupted.error, panicked("no force for ball"));
             assert_eq!(all_bits(&interrupted.trajectory), whole[..last]);
@@ -127,11 +128,11 @@ fn sinking_world() -> World {
 #[test]
 fn a_panic_in_a_path_is_an_error_with_the_trajectory_up_to_there() {
     let world = sinking_world();
-    let rollout = world.rollout(TIME_STEP, Integrator::Leapfrog).unwrap();
+    let rollout = world.rollout(&Plan::new(TIME_STEP, 0).unwrap());
     let interrupted = rollout.recorded(80, 1).unwrap_err();
     assert_eq!(interrupted.error, panicked("the path ends at 0.0505 s"));
     assert_eq!(interrupted.trajectory.states().len(), 1 + 50);
-    let batch = Batch::new(TIME_STEP, 80).unwrap().recording_every(10);
+    let batch = Batch::new(&Plan::new(TIME_STEP, 80).unwrap().recording_every(10));
     let results = batch.of_worlds(&[sinking_world(), soft_world()]);
     let interrupted = results[0].as_ref().unwrap_err();
     assert_eq!(interrupted.trajectory.states().len(), 1 + 5);
@@ -141,11 +142,11 @@ fn a_panic_in_a_path_is_an_error_with_the_trajectory_up_to_there() {
 #[test]
 fn after_a_panic_a_rollout_has_its_last_state_and_can_take_the_step_again() {
     let plain = soft_world();
-    let expected = plain.rollout(TIME_STEP, Integrator::Leapfrog).unwrap();
+    let expected = plain.rollout(&Plan::new(TIME_STEP, 0).unwrap());
     let expected: Vec<State> = expected.take(80).map(Result::unwrap).collect();
     for last in [2, 50] {
         let world = soft_world().with_external(Fragile::at(last));
-        let mut rollout = world.rollout(TIME_STEP, Integrator::Leapfrog).unwrap();
+        let mut rollout = world.rollout(&Plan::new(TIME_STEP, 0).unwrap());
         for state in &expected[..last - 1] {
             assert_eq!(bits(rollout.advance().unwrap()), bits(state));
         }
@@ -167,7 +168,7 @@ impl Outcome for Flawed {
     }
 }
 
-const BY: [Parameter; 1] = [Parameter::InitialPosition("ball")];
+const BY: [Parameter; 1] = [Parameter::InitialPosition("ball".into())];
 
 #[test]
 fn a_panic_in_an_experiment_is_its_error_and_the_states_before_are_to_be_had() {
@@ -175,7 +176,7 @@ fn a_panic_in_an_experiment_is_its_error_and_the_states_before_are_to_be_had() {
     let expected = GradientError::Rollout(panicked("no force for ball"));
     let (first, second, third, fourth) = (world(), world(), world(), world());
     let outcome = FinalPosition::of_body(&first, "ball").unwrap();
-    let experiment = |world| Experiment::new(world, TIME_STEP, 80).unwrap();
+    let experiment = |world| Experiment::new(world, &Plan::new(TIME_STEP, 80).unwrap());
     assert_eq!(experiment(&first).value(&outcome), Err(expected.clone()));
     let jacobian = experiment(&second).jacobian(&BY, &outcome);
     assert_eq!(jacobian.unwrap_err(), expected);
@@ -184,7 +185,7 @@ fn a_panic_in_an_experiment_is_its_error_and_the_states_before_are_to_be_had() {
     let interrupted = experiment(&fourth).trajectory().unwrap_err();
     assert_eq!(interrupted.trajectory.states().len(), 50);
     let plain = soft_world();
-    let experiment = Experiment::new(&plain, TIME_STEP, 80).unwrap();
+    let experiment = Experiment::new(&plain, &Plan::new(TIME_STEP, 80).unwrap());
     let of_value = experiment.value(&Flawed).unwrap_err().to_string();
     let of_jacobian = experiment.jacobian(&BY, &Flawed).unwrap_err().to_string();
     for message in [of_value, of_jacobian] {
@@ -202,7 +203,7 @@ fn a_panic_in_progress_leaves_all_results() {
         let whole = results.iter().filter(|result| result.is_ok());
         whole.count()
     };
-    let batch = || Batch::new(TIME_STEP, 10).unwrap();
+    let batch = || Batch::new(&Plan::new(TIME_STEP, 10).unwrap());
     let panicking = batch().with_progress(|progress: Progress| {
         told.fetch_add(1, Ordering::Relaxed);
         assert!(progress.finished < 5, "enough");
@@ -223,7 +224,7 @@ fn a_panic_in_progress_leaves_all_results() {
 #[test]
 fn an_experiment_that_blows_up_gives_the_states_before() {
     let stiff = world(Material::elastic(1e150).with_dissipation(1e150));
-    let experiment = Experiment::new(&stiff, TIME_STEP, 1_000).unwrap();
+    let experiment = Experiment::new(&stiff, &Plan::new(TIME_STEP, 1_000).unwrap());
     let interrupted = experiment.trajectory().unwrap_err();
     let states = interrupted.trajectory.states();
     let finite = |state: &State| state.bodies.iter().all(BodyState::is_finite);

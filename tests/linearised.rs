@@ -4,7 +4,7 @@
 mod support;
 
 use hydroelastic::contact::{ContactBody, ContactPair, ContactWrench, Shape, SurfaceLaw};
-use hydroelastic::dynamics::{Body, Integrator, Mass, Material, State, World};
+use hydroelastic::dynamics::{Body, Integrator, Mass, Material, Plan, State, World};
 use hydroelastic::gradient::{Experiment, FinalState, Outcome, Parameter};
 use hydroelastic::mesh::shapes;
 use hydroelastic::scalar::{DenseDual, lift};
@@ -154,10 +154,10 @@ fn thrown(skin: Material) -> World {
 }
 
 const START: [Parameter<'static>; 4] = [
-    Parameter::InitialOrientation("ball"),
-    Parameter::InitialPosition("ball"),
-    Parameter::InitialSpin("ball"),
-    Parameter::InitialVelocity("ball"),
+    Parameter::InitialOrientation("ball".into()),
+    Parameter::InitialPosition("ball".into()),
+    Parameter::InitialSpin("ball".into()),
+    Parameter::InitialVelocity("ball".into()),
 ];
 
 /// The derivative of where the ball ends along a direction, by numbers of second order, for which the
@@ -171,7 +171,7 @@ fn by_generic_pipeline(world: &World, direction: &SVector<f64, 12>, steps: usize
     ball.pose = ball.pose.moved_by(&twist(0));
     ball.twist.angular += twist(6).angular;
     ball.twist.linear += twist(6).linear;
-    let rollout = lifted.rollout(5e-4, Integrator::Leapfrog).unwrap();
+    let rollout = lifted.rollout(&Plan::new(5e-4, 0).unwrap());
     let trajectory = rollout
         .starting_from(start)
         .unwrap()
@@ -189,7 +189,7 @@ fn gradients_of_whole_trajectories_are_those_of_the_generic_pipeline() {
     let mut random = Random::new(33);
     for skin in [Material::elastic(1e5), rubbing] {
         let (world, steps) = (thrown(skin), 300);
-        let experiment = Experiment::new(&world, 5e-4, steps).unwrap();
+        let experiment = Experiment::new(&world, &Plan::new(5e-4, steps).unwrap());
         let outcome = FinalState::of_body(&world, "ball").unwrap();
         let jacobian = experiment.jacobian(&START, &outcome).unwrap().jacobian;
         for _ in 0..3 {
@@ -207,7 +207,7 @@ fn gradients_of_whole_trajectories_are_those_of_the_generic_pipeline() {
 #[test]
 fn many_numbers_take_several_passes_and_give_what_few_give() {
     let world = thrown(Material::elastic(1e5));
-    let experiment = Experiment::new(&world, 5e-4, 100).unwrap();
+    let experiment = Experiment::new(&world, &Plan::new(5e-4, 100).unwrap());
     let outcome = FinalState::of_body(&world, "ball").unwrap();
     let value = nalgebra::DVector::from_vec(experiment.value(&outcome).unwrap());
     let alone = experiment.jacobian(&START[3..], &outcome).unwrap();

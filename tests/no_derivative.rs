@@ -2,7 +2,7 @@
 
 use hydroelastic::contact::Shape;
 use hydroelastic::dynamics::{
-    Acceleration, Batch, Body, ExternalForces, Mass, Material, Situation, Trajectory, World,
+    Acceleration, Batch, Body, ExternalForces, Mass, Material, Plan, Situation, Trajectory, World,
 };
 use hydroelastic::gradient::{
     Experiment, FinalPosition, GradientError, Outcome, OutcomeJacobian, Parameter,
@@ -13,8 +13,8 @@ use hydroelastic::spatial::Pose;
 use nalgebra::vector;
 use std::sync::Arc;
 
-const MASS: Parameter = Parameter::Mass("ball");
-const VELOCITY: Parameter = Parameter::InitialVelocity("ball");
+const MASS: Parameter = Parameter::Mass("ball".into());
+const VELOCITY: Parameter = Parameter::InitialVelocity("ball".into());
 
 /// A power of two: times are exact.
 const TIME_STEP: f64 = 0.125;
@@ -73,7 +73,7 @@ fn world(external: Lost) -> World<f64, Lost> {
 }
 
 fn experiment(world: &World<f64, Lost>) -> Experiment<'_, Lost> {
-    Experiment::new(world, TIME_STEP, STEPS).unwrap()
+    Experiment::new(world, &Plan::new(TIME_STEP, STEPS).unwrap())
 }
 
 fn place(world: &World<f64, Lost>) -> FinalPosition {
@@ -143,7 +143,7 @@ fn of_derivatives_that_are_lost_in_several_passes_the_earliest_is_named() {
     let world = World::new(vec![ball("slow", skin), ball("ball", skin)]).unwrap();
     let world = world.ignoring("slow", "ball").unwrap();
     let world = world.with_external(Lost::Overflow);
-    let slow = Parameter::InitialVelocity("slow");
+    let slow = Parameter::InitialVelocity("slow".into());
     for last in [VELOCITY, slow] {
         let first = if last == slow { VELOCITY } else { slow };
         let mut parameters = vec![first];
@@ -254,7 +254,7 @@ fn the_check_has_infinite_errors_by_what_is_lost_and_compares_the_rest() {
 #[test]
 fn a_sample_without_a_derivative_is_an_error_among_the_others() {
     let drag = world(Lost::Drag { from: 0.0 });
-    let batch = Batch::new(TIME_STEP, STEPS).unwrap();
+    let batch = Batch::new(&Plan::new(TIME_STEP, STEPS).unwrap());
     let samples = [[0.5, 0.0, 0.0], [0.0; 3], [0.0, 0.1, 0.0]];
     let slopes = batch.gradients_after(&drag, &[VELOCITY], &samples, &Reading::X);
     let jacobians = batch.jacobians_after(&drag, &[VELOCITY], &samples, &place(&drag));
@@ -283,12 +283,15 @@ fn sliding(ball_friction: f64, floor_friction: f64) -> World {
     .unwrap()
 }
 
-const BOTH: [Parameter; 2] = [Parameter::Friction("ball"), Parameter::Friction("floor")];
+const BOTH: [Parameter; 2] = [
+    Parameter::Friction("ball".into()),
+    Parameter::Friction("floor".into()),
+];
 
 /// Where the first body of a world is after 50 steps of a millisecond.
 fn slide(world: &World) -> (Experiment<'_>, FinalPosition) {
     let place = FinalPosition::of_body(world, "ball").unwrap();
-    (Experiment::new(world, 1e-3, 50).unwrap(), place)
+    (Experiment::new(world, &Plan::new(1e-3, 50).unwrap()), place)
 }
 
 #[test]

@@ -2,7 +2,7 @@
 #![cfg(feature = "parquet")]
 
 use hydroelastic::contact::Shape;
-use hydroelastic::dynamics::{Body, Integrator, Mass, Material, Trajectory, World};
+use hydroelastic::dynamics::{Body, Integrator, Mass, Material, Plan, Trajectory, World};
 use hydroelastic::io::{FileError, write_trajectory};
 use hydroelastic::mesh::shapes;
 use hydroelastic::spatial::Pose;
@@ -37,7 +37,7 @@ fn world() -> World {
 }
 
 fn trajectory(world: &World, steps: usize) -> Trajectory {
-    let rollout = world.rollout(1e-3, Integrator::Leapfrog).unwrap();
+    let rollout = world.rollout(&Plan::new(1e-3, 0).unwrap());
     rollout.recorded(steps, 1).unwrap()
 }
 

@@ -14,7 +14,7 @@
 //! platform's mathematical library, and its last bits are its own.
 
 use hydroelastic::contact::Shape;
-use hydroelastic::dynamics::{Batch, Body, Integrator, Mass, Material, State, World};
+use hydroelastic::dynamics::{Batch, Body, Integrator, Mass, Material, Plan, State, World};
 use hydroelastic::gradient::{Experiment, FinalState, Parameter};
 use hydroelastic::io::{Recording, write_trajectory};
 use hydroelastic::mesh::shapes;
@@ -97,7 +97,9 @@ fn a_rollout_with_friction_has_the_same_bits_in_every_run() {
     for integrator in [Integrator::Leapfrog, Integrator::SymplecticEuler] {
         assert_reproducible(&format!("rollout, {integrator:?}"), || {
             let world = heap();
-            let states = world.rollout(TIME_STEP, integrator).unwrap().take(STEPS);
+            let states = world
+                .rollout(&Plan::new(TIME_STEP, 0).unwrap().with_integrator(integrator))
+                .take(STEPS);
             bytes(states.flat_map(|state| numbers(&state.unwrap()).collect::<Vec<_>>()))
         });
     }
@@ -106,15 +108,15 @@ fn a_rollout_with_friction_has_the_same_bits_in_every_run() {
 #[test]
 fn the_jacobian_of_a_rollout_with_friction_has_the_same_bits_in_every_run() {
     let by = [
-        Parameter::InitialVelocity("egg 7"),
-        Parameter::Friction("egg 0"),
-        Parameter::Dissipation("egg 0"),
+        Parameter::InitialVelocity("egg 7".into()),
+        Parameter::Friction("egg 0".into()),
+        Parameter::Dissipation("egg 0".into()),
         Parameter::Gravity,
     ];
     assert_reproducible("Jacobian", || {
         let world = heap();
         let end = FinalState::of_body(&world, "egg 4").unwrap();
-        let experiment = Experiment::new(&world, TIME_STEP, STEPS / 4).unwrap();
+        let experiment = Experiment::new(&world, &Plan::new(TIME_STEP, STEPS / 4).unwrap());
         let found = experiment.jacobian(&by, &end).unwrap();
         assert!(found.jacobian.column(0).amax() > 0.0);
         bytes(found.value.iter().chain(found.jacobian.iter()).copied())
@@ -130,7 +132,7 @@ fn a_batch_has_the_same_bits_in_every_run() {
             state.bodies[7].twist.linear.x = speed;
             state
         });
-        let batch = Batch::new(TIME_STEP, STEPS).unwrap();
+        let batch = Batch::new(&Plan::new(TIME_STEP, STEPS).unwrap());
         let trajectories = batch.starting_from(&world, &starts).unwrap();
         let last = trajectories
             .iter()
@@ -144,7 +146,7 @@ fn recordings_and_tables_have_the_same_bytes_in_every_run() {
     for name in ["reproducible.glb", "reproducible.csv"] {
         assert_reproducible(name, || {
             let world = heap();
-            let rollout = world.rollout(TIME_STEP, Integrator::Leapfrog).unwrap();
+            let rollout = world.rollout(&Plan::new(TIME_STEP, 0).unwrap());
             let trajectory = rollout.recorded(STEPS, 10).unwrap();
             let path = Path::new(env!("CARGO_TARGET_TMPDIR")).join(name);
             match name {

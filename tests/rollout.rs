@@ -1,7 +1,7 @@
 //! Rollouts: their ways forward agree, and what is left after a failure.
 
 use hydroelastic::contact::Shape;
-use hydroelastic::dynamics::{Body, Integrator, Mass, Material, Rollout, State, World};
+use hydroelastic::dynamics::{Body, Integrator, Mass, Material, Plan, Rollout, State, World};
 use hydroelastic::mesh::shapes;
 use hydroelastic::spatial::Pose;
 use nalgebra::vector;
@@ -24,7 +24,7 @@ fn scene(skin: Material) -> World {
 }
 
 fn rollout(world: &World) -> Rollout<'_> {
-    world.rollout(TIME_STEP, Integrator::Leapfrog).unwrap()
+    world.rollout(&Plan::new(TIME_STEP, 0).unwrap())
 }
 
 /// The time, and every number of every body, to the last bit.
@@ -93,7 +93,8 @@ fn derivatives_of_a_rotation_stay_those_of_rotations_over_many_steps() {
     for integrator in [Integrator::Leapfrog, Integrator::SymplecticEuler] {
         let mut start = world.initial_state();
         start.bodies[0].twist.angular.x.eps = 1.0;
-        let mut rollout = world.rollout(TIME_STEP, integrator).unwrap();
+        let mut rollout =
+            world.rollout(&Plan::new(TIME_STEP, 0).unwrap().with_integrator(integrator));
         rollout = rollout.starting_from(start).unwrap();
         let last = rollout.nth(19_999).unwrap().unwrap();
         // RᵀR = I, so that its derivative is zero.

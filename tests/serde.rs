@@ -3,7 +3,7 @@
 
 use hydroelastic::contact::Shape;
 use hydroelastic::dynamics::{
-    Body, BodyState, Integrator, Mass, Material, State, Trajectory, World,
+    Body, BodyState, Integrator, Mass, Material, Plan, State, Trajectory, World,
 };
 use hydroelastic::mesh::shapes;
 use hydroelastic::spatial::{Pose, Twist};
@@ -89,7 +89,7 @@ fn world() -> World {
 
 fn trajectory(integrator: Integrator) -> Trajectory {
     let world = world();
-    let rollout = world.rollout(TIME_STEP, integrator).unwrap();
+    let rollout = world.rollout(&Plan::new(TIME_STEP, 0).unwrap().with_integrator(integrator));
     rollout.recorded(600, 1).unwrap()
 }
 
@@ -143,10 +143,11 @@ fn a_rollout_goes_on_from_a_loaded_state_with_the_same_bits() {
     for integrator in [Integrator::Leapfrog, Integrator::SymplecticEuler] {
         let uninterrupted = trajectory_bits(&trajectory(integrator));
         for stop in [0, 1, 137, 400] {
-            let rollout = world.rollout(TIME_STEP, integrator).unwrap();
+            let rollout =
+                world.rollout(&Plan::new(TIME_STEP, 0).unwrap().with_integrator(integrator));
             let first = rollout.recorded(stop, 1).unwrap();
             let loaded = reloaded(first.last());
-            let rest = world.rollout(TIME_STEP, integrator).unwrap();
+            let rest = world.rollout(&Plan::new(TIME_STEP, 0).unwrap().with_integrator(integrator));
             let rest = rest.starting_from(loaded).unwrap();
             let rest = rest.recorded(600 - stop, 1).unwrap();
             assert_eq!(trajectory_bits(&rest), uninterrupted[stop..]);

@@ -5,7 +5,7 @@ mod support;
 
 use hydroelastic::contact::Shape;
 use hydroelastic::dynamics::{
-    Batch, Body, BodyState, Integrator, Mass, Material, RolloutError, State, World,
+    Batch, Body, BodyState, Integrator, Mass, Material, Plan, RolloutError, State, World,
 };
 use hydroelastic::gradient::{Experiment, FinalPosition, FinalState, GradientError, Parameter};
 use hydroelastic::mesh::{PressureField, TetMesh, shapes};
@@ -213,12 +213,12 @@ fn a_stack_has_the_limit_of_a_chain_of_springs() {
 /// velocity, spin.
 fn step_matrix(world: &World, body: &str, time_step: f64, integrator: Integrator) -> DMatrix<f64> {
     let by = [
-        Parameter::InitialPosition(body),
-        Parameter::InitialOrientation(body),
-        Parameter::InitialVelocity(body),
-        Parameter::InitialSpin(body),
+        Parameter::InitialPosition(body.into()),
+        Parameter::InitialOrientation(body.into()),
+        Parameter::InitialVelocity(body.into()),
+        Parameter::InitialSpin(body.into()),
     ];
-    let experiment = Experiment::new(world, time_step, 1).unwrap();
+    let experiment = Experiment::new(world, &Plan::new(time_step, 1).unwrap());
     let experiment = experiment.with_integrator(integrator);
     let outcome = FinalState::of_body(world, body).unwrap();
     let found = experiment.jacobian(&by, &outcome).unwrap();
@@ -346,7 +346,7 @@ fn blows_up(world: &World, time_step: f64) -> bool {
         }
     }
     let start = speed(&state);
-    let rollout = world.rollout(time_step, Integrator::Leapfrog).unwrap();
+    let rollout = world.rollout(&Plan::new(time_step, 0).unwrap());
     let mut states = rollout.starting_from(state).unwrap().take(STEPS);
     states.any(|state| state.map_or(true, |state| speed(&state) > GROWTH * start))
 }
@@ -394,7 +394,7 @@ const SETTLING: usize = 10_000;
 fn at_rest(bodies: impl Fn(Material) -> Vec<Body>, skin: Material) -> World {
     let damped = Material::elastic(skin.modulus).with_dissipation(10.0);
     let world = with_gravity(World::new(bodies(damped)).unwrap());
-    let rollout = world.rollout(limit(&world) / 2.0, Integrator::Leapfrog);
+    let rollout = world.rollout(&Plan::new(limit(&world) / 2.0, 0));
     let rest = rollout.unwrap().nth(SETTLING).unwrap().unwrap();
     assert!(speed(&rest) < 1e-3 * DISTURBANCE, "{:e}", speed(&rest));
     let bodies = bodies(skin).into_iter().zip(&rest.bodies);
@@ -491,7 +491,7 @@ fn ended(error: &RolloutError) -> (usize, f64, f64) {
 #[test]
 fn a_rollout_whose_step_is_too_long_ends_before_the_first_kick_that_shows_it() {
     let world = falling();
-    let rollout = world.rollout(TOO_LONG, Integrator::Leapfrog).unwrap();
+    let rollout = world.rollout(&Plan::new(TOO_LONG, 0).unwrap());
     let mut rollout = rollout.with_stability_check(1);
     let states: Vec<State> = rollout.by_ref().map_while(Result::ok).collect();
     let (step, time, limit) = ended(&rollout.advance().unwrap_err());
@@ -534,7 +534,7 @@ fn impacts_that_would_make_energy_are_stopped() {
                 slab.at(Pose::from_translation(vector![0.013, 0.021, -0.2])),
             ])
             .unwrap();
-            let rollout = || world.rollout(1e-3, Integrator::Leapfrog).unwrap();
+            let rollout = || world.rollout(&Plan::new(1e-3, 0).unwrap());
             let energy = |end: &State| (end.bodies[0].twist.linear.norm() / 3.0).powi(2);
             unchecked = unchecked.max(energy(rollout().recorded(40, 40).unwrap().last()));
             match rollout().with_stability_check(1).recorded(40, 40) {
@@ -552,7 +552,7 @@ fn impacts_that_would_make_energy_are_stopped() {
 fn what_was_recorded_before_is_kept() {
     let world = falling();
     for (every, checked, step) in [(1, 1, 6), (2, 1, 6), (1, 3, 7), (4, 6, 7)] {
-        let rollout = world.rollout(TOO_LONG, Integrator::Leapfrog).unwrap();
+        let rollout = world.rollout(&Plan::new(TOO_LONG, 0).unwrap());
         let rollout = rollout.with_stability_check(checked);
         let interrupted = rollout.recorded(100, every).unwrap_err();
         assert_eq!(ended(&interrupted.error).0, step);
@@ -560,14 +560,14 @@ fn what_was_recorded_before_is_kept() {
         assert_eq!(recorded, 1 + (step - 1) / every);
     }
     // Between two checks nothing is looked at.
-    let rollout = world.rollout(TOO_LONG, Integrator::Leapfrog).unwrap();
+    let rollout = world.rollout(&Plan::new(TOO_LONG, 0).unwrap());
     assert!(rollout.with_stability_check(100).recorded(100, 1).is_ok());
 }
 
 #[test]
 fn a_rollout_whose_step_is_short_enough_goes_on_with_the_same_states() {
     let world = falling();
-    let plain = || world.rollout(SHORT_ENOUGH, Integrator::Leapfrog).unwrap();
+    let plain = || world.rollout(&Plan::new(SHORT_ENOUGH, 0).unwrap());
     let checked = plain().with_stability_check(1).recorded(200, 1).unwrap();
     let unchecked = plain().recorded(200, 1).unwrap();
     for (checked, unchecked) in checked.states().iter().zip(unchecked.states()) {
@@ -580,16 +580,16 @@ fn a_rollout_whose_step_is_short_enough_goes_on_with_the_same_states() {
 fn batches_and_experiments_check_too_and_so_do_dual_numbers() {
     let world = falling();
     let lifted = world.lifted::<Dual64>();
-    let batch = Batch::new(TOO_LONG, 100).unwrap();
+    let batch = Batch::new(&Plan::new(TOO_LONG, 100).unwrap());
     assert!(batch.of_worlds(std::slice::from_ref(&world))[0].is_ok());
     let batch = batch.with_stability_check(1);
     let results = batch.of_worlds(std::slice::from_ref(&lifted));
     assert_eq!(ended(&results[0].as_ref().unwrap_err().error).0, 6);
 
     let outcome = FinalPosition::of_body(&world, "cube").unwrap();
-    let by = [Parameter::InitialVelocity("cube")];
+    let by = [Parameter::InitialVelocity("cube".into())];
     let of_samples = batch.gradients_after(&world, &by, &[[0.0; 3]], &outcome);
-    let experiment = Experiment::new(&world, TOO_LONG, 100).unwrap();
+    let experiment = Experiment::new(&world, &Plan::new(TOO_LONG, 100).unwrap());
     let experiment = experiment.with_stability_check(1);
     let errors = [
         of_samples[0].as_ref().unwrap_err().clone(),
@@ -645,7 +645,7 @@ fn the_limit_of_many_is_that_of_the_stiffest_contact_and_names_it() {
     let world = World::new(bodies.clone()).unwrap();
     let alone = World::new(bodies[1..3].to_vec()).unwrap();
     assert_close(limit(&world), limit(&alone), FOUND);
-    let rollout = world.rollout(2.0 * limit(&world), Integrator::Leapfrog);
+    let rollout = world.rollout(&Plan::new(2.0 * limit(&world), 0));
     let ended = rollout.unwrap().with_stability_check(10).next().unwrap();
     let Err(RolloutError::TimeStepTooLong { step, bodies, .. }) = ended else {
         panic!("{ended:?}")
@@ -682,7 +682,7 @@ fn friction_beyond_its_limit_chatters_and_does_not_blow_up() {
     let time_step = 6.0 * limit(&world);
     let mut state = world.initial_state();
     state.bodies[0].twist.linear.x = DISTURBANCE;
-    let rollout = world.rollout(time_step, Integrator::Leapfrog).unwrap();
+    let rollout = world.rollout(&Plan::new(time_step, 0).unwrap());
     let states = rollout.starting_from(state).unwrap().take(STEPS);
     let fastest = states
         .map(|state| speed(&state.unwrap()))

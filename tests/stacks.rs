@@ -11,7 +11,7 @@
 mod support;
 
 use hydroelastic::contact::Shape;
-use hydroelastic::dynamics::{Body, Mass, Material, Trajectory, World};
+use hydroelastic::dynamics::{Body, Mass, Material, Plan, Trajectory, World};
 use hydroelastic::gradient::{Experiment, FinalState, Outcome, Parameter};
 use hydroelastic::mesh::{PressureField, shapes};
 use hydroelastic::scalar::Scalar;
@@ -133,17 +133,17 @@ fn columns_of(body: &Body) -> Vec<Column<'_>> {
     let (name, skin) = (body.name(), body.material());
     let column = |parameter, scale| Column { parameter, scale };
     let mut all = vec![
-        column(Parameter::Modulus(name), skin.modulus),
-        column(Parameter::Dissipation(name), skin.dissipation),
-        column(Parameter::Friction(name), skin.friction),
+        column(Parameter::Modulus(name.into()), skin.modulus),
+        column(Parameter::Dissipation(name.into()), skin.dissipation),
+        column(Parameter::Friction(name.into()), skin.friction),
     ];
     if let Some(inertia) = body.inertia() {
         all.extend([
-            column(Parameter::Mass(name), inertia.mass),
-            column(Parameter::InitialPosition(name), 1.0),
-            column(Parameter::InitialOrientation(name), 1.0),
-            column(Parameter::InitialVelocity(name), 1.0),
-            column(Parameter::InitialSpin(name), 1.0),
+            column(Parameter::Mass(name.into()), inertia.mass),
+            column(Parameter::InitialPosition(name.into()), 1.0),
+            column(Parameter::InitialOrientation(name.into()), 1.0),
+            column(Parameter::InitialVelocity(name.into()), 1.0),
+            column(Parameter::InitialSpin(name.into()), 1.0),
         ]);
     }
     all
@@ -185,7 +185,7 @@ fn error_at_kink(experiment: &Experiment, column: &Column, number: usize) -> f64
 /// Asserts that all derivatives of a rollout equal differences. Returns by how many numbers that takes more than the
 /// steps of [`Experiment::difference_check`].
 fn assert_gradients(what: &str, world: &World, steps: usize) -> usize {
-    let experiment = Experiment::new(world, TIME_STEP, steps).unwrap();
+    let experiment = Experiment::new(world, &Plan::new(TIME_STEP, steps).unwrap());
     let experiment = experiment.recording_every(steps / 2);
     let columns = all_columns(world);
     let parameters: Vec<Parameter> = columns.iter().map(|column| column.parameter).collect();
@@ -376,11 +376,12 @@ fn sideways(dissipation: f64, friction: f64) -> [f64; 2] {
         floor(Pose::identity(), skin(2e5)),
         sliding("second", 1.3e5, 0.5, 0.149),
     ]);
-    let experiment = Experiment::new(&world, TIME_STEP, 500)
-        .unwrap()
-        .recording_every(500);
+    let experiment = Experiment::new(
+        &world,
+        &Plan::new(TIME_STEP, 500).unwrap().recording_every(500),
+    );
     let outcome = FinalState::of_body(&world, "second").unwrap();
-    let parameters = [Parameter::InitialVelocity("first")];
+    let parameters = [Parameter::InitialVelocity("first".into())];
     // Rows: position, rotation, velocity.
     let row = 13;
     let derivative = experiment.jacobian(&parameters, &outcome).unwrap().jacobian[(row, 1)];

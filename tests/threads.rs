@@ -3,7 +3,7 @@
 
 use hydroelastic::contact::{ContactBody, ContactPair, Shape};
 use hydroelastic::dynamics::{
-    Acceleration, Batch, Body, ExternalForces, Gravity, Integrator, Mass, Material, Progress,
+    Acceleration, Batch, Body, ExternalForces, Gravity, Integrator, Mass, Material, Plan, Progress,
     RolloutError, Situation, State, World, WorldError,
 };
 use hydroelastic::gradient::{FinalPosition, FinalState, GradientError, Parameter};
@@ -115,12 +115,12 @@ fn a_step_of_many_contacts_has_the_same_bits_whatever_the_number_of_threads() {
     // Enough to be spread over threads.
     assert!(touching_pairs(&world) > 40, "{}", touching_pairs(&world));
     let last = || {
-        let mut rollout = world.rollout(TIME_STEP, Integrator::Leapfrog).unwrap();
+        let mut rollout = world.rollout(&Plan::new(TIME_STEP, 0).unwrap());
         bits(&rollout.nth(39).unwrap().unwrap())
     };
     assert_same_for_any_number_of_threads(last);
     // In a batch a rollout keeps to one thread.
-    let batch = Batch::new(TIME_STEP, 40).unwrap();
+    let batch = Batch::new(&Plan::new(TIME_STEP, 40).unwrap());
     let alone = batch.starting_from(&world, &[world.initial_state()]);
     assert!(bits(alone.unwrap()[0].as_ref().unwrap().last()) == last());
 }
@@ -142,15 +142,17 @@ fn a_batch_has_the_trajectories_of_its_rollouts_one_by_one_in_their_order() {
     let starts = heights(&world, 20);
     let one_by_one: Vec<u64> = (starts.iter())
         .flat_map(|start| {
-            let rollout = world
-                .rollout(TIME_STEP, Integrator::SymplecticEuler)
-                .unwrap();
+            let rollout = world.rollout(
+                &Plan::new(TIME_STEP, 0)
+                    .unwrap()
+                    .with_integrator(Integrator::SymplecticEuler),
+            );
             let rollout = rollout.starting_from(start.clone()).unwrap();
             let recorded = rollout.recorded(100, 50).unwrap();
             recorded.states().iter().flat_map(bits).collect::<Vec<_>>()
         })
         .collect();
-    let batch = Batch::new(TIME_STEP, 100).unwrap();
+    let batch = Batch::new(&Plan::new(TIME_STEP, 100).unwrap());
     let batch = batch
         .with_integrator(Integrator::SymplecticEuler)
         .recording_every(50);
@@ -169,22 +171,22 @@ fn a_batch_has_the_trajectories_of_its_rollouts_one_by_one_in_their_order() {
 fn a_batch_of_worlds_has_the_trajectories_of_the_worlds() {
     let moduli = [0.0, 1e5, 2e5, 3e5];
     let worlds = moduli.map(|change| {
-        let parameters = [Parameter::Modulus("ball")];
+        let parameters = [Parameter::Modulus("ball".into())];
         drop().changed(&parameters, &[change]).unwrap()
     });
-    let batch = Batch::new(TIME_STEP, 60).unwrap();
+    let batch = Batch::new(&Plan::new(TIME_STEP, 60).unwrap());
     let found = batch.of_worlds(&worlds);
     assert_eq!(found.len(), worlds.len());
     for (world, found) in worlds.iter().zip(found) {
-        let rollout = world.rollout(TIME_STEP, Integrator::Leapfrog).unwrap();
+        let rollout = world.rollout(&Plan::new(TIME_STEP, 0).unwrap());
         let expected = rollout.recorded(60, 1).unwrap();
         assert!(bits(found.unwrap().last()) == bits(expected.last()));
     }
 }
 
 const BY: [Parameter; 2] = [
-    Parameter::InitialVelocity("ball"),
-    Parameter::Friction("ball"),
+    Parameter::InitialVelocity("ball".into()),
+    Parameter::Friction("ball".into()),
 ];
 
 /// Changes of velocity and friction.
@@ -197,7 +199,7 @@ fn samples() -> Vec<[f64; 4]> {
 fn values_and_jacobians_after_changes_have_the_same_bits_whatever_the_number_of_threads() {
     let (world, samples) = (drop(), samples());
     let outcome = FinalState::of_body(&world, "ball").unwrap();
-    let batch = Batch::new(TIME_STEP, 80).unwrap().recording_every(80);
+    let batch = Batch::new(&Plan::new(TIME_STEP, 80).unwrap().recording_every(80));
     let read = || {
         let values = batch.values_after(&world, &BY, &samples, &outcome);
         let jacobians = batch.jacobians_after(&world, &BY, &samples, &outcome);
@@ -217,9 +219,14 @@ fn values_and_jacobians_after_changes_have_the_same_bits_whatever_the_number_of_
 fn a_sample_that_makes_no_world_is_an_error_among_the_others() {
     let world = drop();
     let outcome = FinalPosition::of_body(&world, "ball").unwrap();
-    let batch = Batch::new(TIME_STEP, 10).unwrap();
+    let batch = Batch::new(&Plan::new(TIME_STEP, 10).unwrap());
     let samples = [vec![0.0], vec![-1.0], vec![0.0, 0.0], vec![0.1]];
-    let values = batch.values_after(&world, &[Parameter::Friction("ball")], &samples, &outcome);
+    let values = batch.values_after(
+        &world,
+        &[Parameter::Friction("ball".into())],
+        &samples,
+        &outcome,
+    );
     assert!(values[0].is_ok() && values[3].is_ok());
     let range = values[1].as_ref().unwrap_err();
     assert!(matches!(
@@ -242,7 +249,7 @@ fn progress_counts_every_rollout_once_and_ends_at_the_total() {
         assert_eq!(progress.total, 20);
         assert!(counts.lock().unwrap().insert(progress.finished));
     };
-    let batch = Batch::new(TIME_STEP, 10).unwrap().with_progress(note);
+    let batch = Batch::new(&Plan::new(TIME_STEP, 10).unwrap()).with_progress(note);
     batch.starting_from(&world, &heights(&world, 20)).unwrap();
     assert!(counts.lock().unwrap().iter().copied().eq(1..=20));
 }
@@ -269,7 +276,7 @@ impl ExternalForces for Touchy {
 fn a_panic_in_one_rollout_is_its_error_and_the_others_go_on() {
     let world = drop().with_external(Touchy);
     let starts = heights(&drop(), 12);
-    let batch = Batch::new(TIME_STEP, 50).unwrap();
+    let batch = Batch::new(&Plan::new(TIME_STEP, 50).unwrap());
     let results = batch.starting_from(&world, &starts).unwrap();
     for (index, result) in results.into_iter().enumerate() {
         // In 25 ms the ball falls 3.1 mm, from 100 mm and a millimetre more each time.
@@ -285,7 +292,7 @@ fn a_panic_in_one_rollout_is_its_error_and_the_others_go_on() {
         assert_eq!(reached == 1, index < 5);
     }
     let outcome = FinalPosition::of_body(&world, "ball").unwrap();
-    let by = [Parameter::InitialPosition("ball")];
+    let by = [Parameter::InitialPosition("ball".into())];
     let samples = [[0.0, 0.0, 0.1], [0.0, 0.0, -0.01]];
     let values = batch.values_after(&world, &by, &samples, &outcome);
     assert!(values[0].is_ok());
@@ -298,11 +305,11 @@ fn a_panic_in_one_rollout_is_its_error_and_the_others_go_on() {
 
 #[test]
 fn a_batch_refuses_what_a_rollout_refuses() {
-    let error = Batch::new(0.0, 10).unwrap_err();
+    let error = Batch::new(&Plan::new(0.0, 10)).unwrap_err();
     assert!(matches!(error, WorldError::Setting { .. }));
     let (world, mut other) = (drop(), heap().initial_state());
     other.bodies.truncate(5);
-    let batch = Batch::new(TIME_STEP, 10).unwrap();
+    let batch = Batch::new(&Plan::new(TIME_STEP, 10).unwrap());
     let error = batch.starting_from(&world, &[world.initial_state(), other]);
     let (found, expected) = (5, 2);
     assert_eq!(

@@ -2,7 +2,7 @@
 
 use hydroelastic::contact::Shape;
 use hydroelastic::dynamics::{
-    Body, BodyState, Integrator, Mass, Material, State, Trajectory, World,
+    Body, BodyState, Integrator, Mass, Material, Plan, State, Trajectory, World,
 };
 use hydroelastic::io::{FileError, write_trajectory};
 use hydroelastic::mesh::shapes;
@@ -58,7 +58,7 @@ fn world() -> World {
 }
 
 fn trajectory(world: &World) -> Trajectory {
-    let rollout = world.rollout(1e-3, Integrator::Leapfrog).unwrap();
+    let rollout = world.rollout(&Plan::new(1e-3, 0).unwrap());
     rollout.recorded(300, 3).unwrap()
 }
 

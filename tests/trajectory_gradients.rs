@@ -4,7 +4,9 @@
 mod support;
 
 use hydroelastic::contact::Shape;
-use hydroelastic::dynamics::{Body, BodyState, Integrator, Mass, Material, Trajectory, World};
+use hydroelastic::dynamics::{
+    Body, BodyState, Integrator, Mass, Material, Plan, Trajectory, World,
+};
 use hydroelastic::gradient::{
     Experiment, FinalState, GradientError, Outcome, Parameter, RecordedStates,
 };
@@ -23,13 +25,13 @@ const RUBBING: f64 = 1e-6;
 const REAL_PARTS: f64 = 1e-11;
 
 const EVERYTHING: [Parameter<'static>; 8] = [
-    Parameter::InitialPosition("ball"),
-    Parameter::InitialOrientation("ball"),
-    Parameter::InitialVelocity("ball"),
-    Parameter::InitialSpin("ball"),
-    Parameter::Modulus("ball"),
-    Parameter::Modulus("slab"),
-    Parameter::Mass("ball"),
+    Parameter::InitialPosition("ball".into()),
+    Parameter::InitialOrientation("ball".into()),
+    Parameter::InitialVelocity("ball".into()),
+    Parameter::InitialSpin("ball".into()),
+    Parameter::Modulus("ball".into()),
+    Parameter::Modulus("slab".into()),
+    Parameter::Mass("ball".into()),
     Parameter::Gravity,
 ];
 
@@ -56,9 +58,10 @@ fn thrown(dissipation: f64, friction: f64) -> World {
 }
 
 fn experiment(world: &World) -> Experiment<'_> {
-    Experiment::new(world, 4e-4, 1_000)
-        .unwrap()
-        .recording_every(1_000)
+    Experiment::new(
+        world,
+        &Plan::new(4e-4, 1_000).unwrap().recording_every(1_000),
+    )
 }
 
 #[test]
@@ -76,10 +79,10 @@ fn with_friction_and_dissipation_every_gradient_equals_differences() {
     let world = thrown(0.4, 0.3);
     let mut parameters = EVERYTHING.to_vec();
     parameters.extend([
-        Parameter::Friction("ball"),
-        Parameter::Friction("slab"),
-        Parameter::Dissipation("ball"),
-        Parameter::Dissipation("slab"),
+        Parameter::Friction("ball".into()),
+        Parameter::Friction("slab".into()),
+        Parameter::Dissipation("ball".into()),
+        Parameter::Dissipation("slab".into()),
     ]);
     let check = experiment(&world)
         .difference_check(&parameters, &FinalState::of_body(&world, "ball").unwrap());
@@ -93,8 +96,8 @@ fn the_papers_scheme_has_gradients_too() {
     let world = thrown(0.4, 0.3);
     let experiment = experiment(&world).with_integrator(Integrator::SymplecticEuler);
     let parameters = [
-        Parameter::InitialVelocity("ball"),
-        Parameter::Friction("ball"),
+        Parameter::InitialVelocity("ball".into()),
+        Parameter::Friction("ball".into()),
     ];
     let check = experiment
         .difference_check(&parameters, &FinalState::of_body(&world, "ball").unwrap())
@@ -106,12 +109,10 @@ fn the_papers_scheme_has_gradients_too() {
 fn recorded_states_have_the_derivatives_of_shorter_rollouts() {
     let world = thrown(0.0, 0.0);
     let parameters = [
-        Parameter::InitialVelocity("ball"),
-        Parameter::InitialSpin("ball"),
+        Parameter::InitialVelocity("ball".into()),
+        Parameter::InitialSpin("ball".into()),
     ];
-    let recorded = Experiment::new(&world, 4e-4, 600)
-        .unwrap()
-        .recording_every(200);
+    let recorded = Experiment::new(&world, &Plan::new(4e-4, 600).unwrap().recording_every(200));
     let all = recorded
         .jacobian(
             &parameters,
@@ -119,7 +120,7 @@ fn recorded_states_have_the_derivatives_of_shorter_rollouts() {
         )
         .unwrap();
     assert_eq!(all.jacobian.shape(), (3 * 18, 6));
-    let short = Experiment::new(&world, 4e-4, 400).unwrap();
+    let short = Experiment::new(&world, &Plan::new(4e-4, 400).unwrap());
     let short = short
         .jacobian(&parameters, &FinalState::of_body(&world, "ball").unwrap())
         .unwrap();
@@ -130,7 +131,7 @@ fn recorded_states_have_the_derivatives_of_shorter_rollouts() {
 #[test]
 fn chunks_of_parameters_give_what_each_parameter_gives_alone() {
     let world = thrown(0.4, 0.3);
-    let experiment = Experiment::new(&world, 1e-3, 300).unwrap();
+    let experiment = Experiment::new(&world, &Plan::new(1e-3, 300).unwrap());
     let outcome = FinalState::of_body(&world, "ball").unwrap();
     let together = experiment.jacobian(&EVERYTHING, &outcome).unwrap().jacobian;
     let mut first = 0;
@@ -163,15 +164,13 @@ fn real_parts_of_a_dual_rollout_are_the_rollout() {
         let ball = &mut start.bodies[0];
         ball.pose = ball.pose.moved_by(&Twist::from_vector(&seeds));
         let dual = lifted
-            .rollout(4e-4, Integrator::Leapfrog)
-            .unwrap()
+            .rollout(&Plan::new(4e-4, 0).unwrap())
             .starting_from(start)
             .unwrap();
         let dual = dual.recorded(1_000, 100).unwrap().real();
         let real = world
-            .rollout(4e-4, Integrator::Leapfrog)
-            .unwrap()
-            .recorded(1_000, 100)
+            .rollout(&Plan::new(4e-4, 1_000).unwrap().recording_every(100))
+            .recorded()
             .unwrap();
         for (a, b) in dual.states().iter().zip(real.states()) {
             let (a, b) = (&a.bodies[0], &b.bodies[0]);
@@ -192,7 +191,7 @@ fn an_experiment_takes_the_steps_of_its_integrator() {
     let world = thrown(0.0, 0.0);
     let (time_step, steps) = (1e-3, 20);
     let height = |integrator| {
-        let experiment = Experiment::new(&world, time_step, steps).unwrap();
+        let experiment = Experiment::new(&world, &Plan::new(time_step, steps).unwrap());
         let outcome = FinalState::of_body(&world, "ball").unwrap();
         experiment
             .with_integrator(integrator)
@@ -211,12 +210,12 @@ fn an_experiment_takes_the_steps_of_its_integrator() {
 #[test]
 fn differences_by_a_material_are_taken_over_parts_of_its_number() {
     let world = thrown(0.4, 0.3);
-    let experiment = Experiment::new(&world, 1e-3, 200).unwrap();
+    let experiment = Experiment::new(&world, &Plan::new(1e-3, 200).unwrap());
     let outcome = FinalState::of_body(&world, "ball").unwrap();
     let numbers = [
-        (Parameter::Modulus("ball"), 1e5),
-        (Parameter::Dissipation("ball"), 0.4),
-        (Parameter::Friction("slab"), 0.3),
+        (Parameter::Modulus("ball".into()), 1e5),
+        (Parameter::Dissipation("ball".into()), 0.4),
+        (Parameter::Friction("slab".into()), 0.3),
     ];
     for (parameter, number) in numbers {
         let parameters = [parameter];
@@ -255,9 +254,9 @@ fn a_derivative_by_a_dissipation_of_zero_is_checked() {
         }
     }
     let world = thrown(0.0, 0.0);
-    let experiment = Experiment::new(&world, 1e-3, 200).unwrap();
+    let experiment = Experiment::new(&world, &Plan::new(1e-3, 200).unwrap());
     let check = experiment
-        .difference_check(&[Parameter::Dissipation("ball")], &Forgotten)
+        .difference_check(&[Parameter::Dissipation("ball".into())], &Forgotten)
         .unwrap();
     assert!((check.best() - 1.0).abs() <= REAL_PARTS, "{check}");
 }
@@ -281,14 +280,17 @@ fn a_body_on_a_path_has_derivatives_by_its_material() {
     let table = Body::prescribed("table", table, skin, Arc::new(rising)).unwrap();
     let ball = ball.at(Pose::from_translation(vector![0.0, 0.0, 0.099]));
     let world = World::new(vec![ball, table]).unwrap();
-    let experiment = Experiment::new(&world, 1e-3, 100).unwrap();
-    let parameters = [Parameter::Modulus("table"), Parameter::Friction("table")];
+    let experiment = Experiment::new(&world, &Plan::new(1e-3, 100).unwrap());
+    let parameters = [
+        Parameter::Modulus("table".into()),
+        Parameter::Friction("table".into()),
+    ];
     let check = experiment
         .difference_check(&parameters, &FinalState::of_body(&world, "ball").unwrap())
         .unwrap();
     assert!(check.best() <= RUBBING, "{check}");
     let start = experiment.jacobian(
-        &[Parameter::InitialPosition("table")],
+        &[Parameter::InitialPosition("table".into())],
         &FinalState::of_body(&world, "ball").unwrap(),
     );
     assert!(matches!(start, Err(GradientError::NotDynamic { .. })));
@@ -308,9 +310,9 @@ fn a_changed_world_is_the_one_that_is_made_of_the_sums() {
     ];
     let of = |name| {
         [
-            Parameter::Modulus(name),
-            Parameter::Dissipation(name),
-            Parameter::Friction(name),
+            Parameter::Modulus(name.into()),
+            Parameter::Dissipation(name.into()),
+            Parameter::Friction(name.into()),
         ]
     };
     let parameters = [of("ball"), of("slab")].concat();

@@ -2,8 +2,8 @@
 
 use hydroelastic::contact::Shape;
 use hydroelastic::dynamics::{
-    Acceleration, Batch, Body, BodyState, ExternalForces, Integrator, Mass, Material, Rollout,
-    RolloutError, Situation, State, World, WorldError,
+    Acceleration, Batch, Body, BodyState, ExternalForces, Integrator, Mass, Material, Plan,
+    Rollout, RolloutError, Situation, State, World, WorldError,
 };
 use hydroelastic::gradient::{
     Experiment, FinalPosition, FinalState, GradientError, Parameter, RecordedStates,
@@ -328,7 +328,7 @@ fn settings_of_the_world_out_of_range_are_refused() {
     }
     for value in NOT_POSITIVE {
         let slip = world().with_slip_tolerance(value).unwrap_err();
-        let step = world().rollout(value, Integrator::Leapfrog).unwrap_err();
+        let step = world().rollout(&Plan::new(value, 0)).unwrap_err();
         for (error, quantity) in [(slip, "slip tolerance"), (step, "time step")] {
             assert!(matches!(error, WorldError::Setting { .. }));
             let found = format!("the {quantity} is {value}, but must be positive and finite");
@@ -342,7 +342,7 @@ fn settings_of_the_world_out_of_range_are_refused() {
 #[test]
 fn an_experiment_refuses_a_time_step_that_is_not_positive() {
     let world = World::new(vec![ball("ball")]).unwrap();
-    let error = Experiment::new(&world, 0.0, 10).unwrap_err();
+    let error = Experiment::new(&world, &Plan::new(0.0, 10)).unwrap_err();
     assert!(matches!(
         error,
         GradientError::World(WorldError::Setting {
@@ -354,7 +354,7 @@ fn an_experiment_refuses_a_time_step_that_is_not_positive() {
 
 /// The error of the derivatives of the first body's position by a parameter.
 fn refused_gradient(world: &World, parameter: Parameter) -> GradientError {
-    let experiment = Experiment::new(world, 1e-3, 10).unwrap();
+    let experiment = Experiment::new(world, &Plan::new(1e-3, 10).unwrap());
     let outcome = FinalPosition::of_body(world, world.bodies()[0].name()).unwrap();
     let error = experiment.jacobian(&[parameter], &outcome).unwrap_err();
     let check = experiment.difference_check(&[parameter], &outcome);
@@ -368,9 +368,9 @@ fn refused_gradient(world: &World, parameter: Parameter) -> GradientError {
 fn a_parameter_of_no_body_of_the_world_is_refused() {
     let world = World::new(vec![ball("ball"), floor(SKIN)]).unwrap();
     for parameter in [
-        Parameter::InitialPosition("bal"),
-        Parameter::Modulus("bal"),
-        Parameter::Mass("bal"),
+        Parameter::InitialPosition("bal".into()),
+        Parameter::Modulus("bal".into()),
+        Parameter::Mass("bal".into()),
     ] {
         let unknown = WorldError::UnknownBody {
             name: "bal".into(),
@@ -388,12 +388,12 @@ fn a_parameter_without_effect_on_a_body_that_forces_do_not_move_is_refused() {
     let driven = Body::prescribed("cart", ball_shape(), SKIN, Arc::new(|_| still_at(2.0)));
     let world = World::new(vec![ball("ball"), floor(SKIN), driven.unwrap()]).unwrap();
     for (parameter, body) in [
-        (Parameter::Mass("floor"), "floor"),
-        (Parameter::InitialVelocity("floor"), "floor"),
-        (Parameter::InitialSpin("floor"), "floor"),
-        (Parameter::Mass("cart"), "cart"),
-        (Parameter::InitialPosition("cart"), "cart"),
-        (Parameter::InitialOrientation("cart"), "cart"),
+        (Parameter::Mass("floor".into()), "floor"),
+        (Parameter::InitialVelocity("floor".into()), "floor"),
+        (Parameter::InitialSpin("floor".into()), "floor"),
+        (Parameter::Mass("cart".into()), "cart"),
+        (Parameter::InitialPosition("cart".into()), "cart"),
+        (Parameter::InitialOrientation("cart".into()), "cart"),
     ] {
         let error = refused_gradient(&world, parameter);
         let expected = GradientError::NotDynamic {
@@ -402,7 +402,7 @@ fn a_parameter_without_effect_on_a_body_that_forces_do_not_move_is_refused() {
         };
         assert_eq!(error, expected);
     }
-    let error = refused_gradient(&world, Parameter::Mass("floor"));
+    let error = refused_gradient(&world, Parameter::Mass("floor".into()));
     assert_eq!(
         error.to_string(),
         "Mass(\"floor\") has no effect, because body \"floor\" is not dynamic"
@@ -424,7 +424,7 @@ fn an_outcome_of_no_body_of_the_world_is_refused() {
 #[test]
 fn a_world_is_changed_by_as_many_numbers_as_its_parameters_have_and_to_usable_ones_only() {
     let world = World::new(vec![ball("ball")]).unwrap();
-    let parameters = [Parameter::Mass("ball"), Parameter::Gravity];
+    let parameters = [Parameter::Mass("ball".into()), Parameter::Gravity];
     let error = world.changed(&parameters, &[0.0; 3]).unwrap_err();
     let (found, expected) = (3, 4);
     assert_eq!(error, GradientError::ChangeCount { found, expected });
@@ -443,7 +443,7 @@ fn a_world_is_changed_by_as_many_numbers_as_its_parameters_have_and_to_usable_on
 #[test]
 fn a_gradient_of_more_than_one_number_is_refused() {
     let world = World::new(vec![ball("ball")]).unwrap();
-    let experiment = Experiment::new(&world, 1e-3, 10).unwrap();
+    let experiment = Experiment::new(&world, &Plan::new(1e-3, 10).unwrap());
     let outcome = FinalPosition::of_body(&world, world.bodies()[0].name()).unwrap();
     let error = experiment.gradient(&[Parameter::Gravity], &outcome);
     assert_eq!(error.unwrap_err(), GradientError::NotALoss { count: 3 });
@@ -480,7 +480,7 @@ fn explosion() -> RolloutError {
 #[test]
 fn a_blow_up_ends_the_rollout_with_its_step_time_and_body() {
     let world = exploding();
-    let mut rollout = world.rollout(LONG_STEP, Integrator::Leapfrog).unwrap();
+    let mut rollout = world.rollout(&Plan::new(LONG_STEP, 0).unwrap());
     for _ in 0..4 {
         rollout.next().unwrap().unwrap();
     }
@@ -500,7 +500,7 @@ fn a_blow_up_ends_the_rollout_with_its_step_time_and_body() {
 fn a_recording_that_blows_up_gives_what_it_has_recorded() {
     let world = exploding();
     for (every, count) in [(1, 5), (2, 3), (10, 1)] {
-        let rollout = world.rollout(LONG_STEP, Integrator::Leapfrog).unwrap();
+        let rollout = world.rollout(&Plan::new(LONG_STEP, 0).unwrap());
         let interrupted = rollout.recorded(100, every).unwrap_err();
         assert_eq!(interrupted.error, explosion());
         assert_eq!(interrupted.to_string(), explosion().to_string());
@@ -514,7 +514,7 @@ fn a_recording_that_blows_up_gives_what_it_has_recorded() {
 #[test]
 fn a_rollout_that_has_blown_up_does_so_again_at_the_same_step() {
     let world = exploding();
-    let mut rollout = world.rollout(LONG_STEP, Integrator::Leapfrog).unwrap();
+    let mut rollout = world.rollout(&Plan::new(LONG_STEP, 0).unwrap());
     assert_eq!(rollout.by_ref().take(100).filter(Result::is_err).count(), 1);
     assert_eq!(rollout.recorded(1, 1).unwrap_err().error, explosion());
 }
@@ -522,7 +522,7 @@ fn a_rollout_that_has_blown_up_does_so_again_at_the_same_step() {
 #[test]
 fn a_rollout_that_has_blown_up_starts_anew_from_another_state() {
     let world = exploding();
-    let mut rollout = world.rollout(LONG_STEP, Integrator::Leapfrog).unwrap();
+    let mut rollout = world.rollout(&Plan::new(LONG_STEP, 0).unwrap());
     assert_eq!(rollout.by_ref().take(100).filter(Result::is_err).count(), 1);
     let anew = rollout.starting_from(world.initial_state()).unwrap();
     let (states, errors): (Vec<_>, Vec<_>) = anew.take(100).partition(Result::is_ok);
@@ -533,7 +533,7 @@ fn a_rollout_that_has_blown_up_starts_anew_from_another_state() {
 #[test]
 fn a_blow_up_ends_a_gradient() {
     let world = exploding();
-    let experiment = Experiment::new(&world, LONG_STEP, 20).unwrap();
+    let experiment = Experiment::new(&world, &Plan::new(LONG_STEP, 20).unwrap());
     let outcome = FinalPosition::of_body(&world, world.bodies()[0].name()).unwrap();
     let expected = GradientError::Rollout(explosion());
     let jacobian = experiment.jacobian(&[Parameter::Gravity], &outcome);
@@ -557,7 +557,7 @@ fn a_path_that_leads_nowhere_ends_the_rollout() {
     let between = World::new(vec![ball("ball"), between]).unwrap();
     for every in [1, 100] {
         // The middle of the third step, where the leapfrog asks for the contacts.
-        let rollout = between.rollout(0.1, Integrator::Leapfrog).unwrap();
+        let rollout = between.rollout(&Plan::new(0.1, 0).unwrap());
         let error = rollout.with_stability_check(every).recorded(10, 1);
         let error = error.unwrap_err().error;
         assert!(
@@ -566,7 +566,7 @@ fn a_path_that_leads_nowhere_ends_the_rollout() {
         );
     }
     for integrator in [Integrator::Leapfrog, Integrator::SymplecticEuler] {
-        let rollout = world.rollout(0.1, integrator).unwrap();
+        let rollout = world.rollout(&Plan::new(0.1, 0).unwrap().with_integrator(integrator));
         let error = rollout.recorded(10, 1).unwrap_err().error;
         let RolloutError::PathNotFinite { step, body, .. } = error else {
             panic!("{error}")
@@ -579,7 +579,7 @@ fn a_path_that_leads_nowhere_ends_the_rollout() {
 fn a_state_of_another_world_is_no_start() {
     let small = World::new(vec![ball("ball")]).unwrap();
     let large = exploding();
-    let rollout = large.rollout(LONG_STEP, Integrator::Leapfrog).unwrap();
+    let rollout = large.rollout(&Plan::new(LONG_STEP, 0).unwrap());
     let error = rollout.starting_from(small.initial_state()).unwrap_err();
     let (found, expected) = (1, 3);
     assert_eq!(error, WorldError::StateSize { found, expected });
@@ -591,9 +591,9 @@ fn a_rollout_does_not_start_from_a_state_that_is_not_usable() {
     let changed = |change: fn(&mut BodyState)| {
         let mut state = world.initial_state();
         change(&mut state.bodies[1]);
-        let rollout = world.rollout(1e-3, Integrator::Leapfrog).unwrap();
+        let rollout = world.rollout(&Plan::new(1e-3, 0).unwrap());
         let error = rollout.starting_from(state.clone()).unwrap_err();
-        let batch = Batch::new(1e-3, 10).unwrap();
+        let batch = Batch::new(&Plan::new(1e-3, 10).unwrap());
         let errors = batch.starting_from(&world, &[state]).unwrap_err();
         assert_eq!(error.to_string(), errors.to_string());
         error.to_string()
@@ -618,7 +618,7 @@ fn time_is_counted_in_steps_from_any_start() {
     for start in [0.0, 1.0 / 3.0] {
         let mut state = world.initial_state();
         state.time = start;
-        let rollout = world.rollout(1e-3, Integrator::Leapfrog).unwrap();
+        let rollout = world.rollout(&Plan::new(1e-3, 0).unwrap());
         let mut rollout = rollout.starting_from(state).unwrap();
         let last = rollout.nth(9_999).unwrap().unwrap();
         assert_eq!(last.time.to_bits(), (start + 1e4 * 1e-3_f64).to_bits());
@@ -628,7 +628,7 @@ fn time_is_counted_in_steps_from_any_start() {
 // What moves, and what does not.
 
 fn leapfrog(world: &World, time_step: f64) -> Rollout<'_> {
-    world.rollout(time_step, Integrator::Leapfrog).unwrap()
+    world.rollout(&Plan::new(time_step, 0).unwrap())
 }
 
 /// That two states of a body are the same, bit for bit.
@@ -689,7 +689,10 @@ fn fixed_bodies_never_move() {
     let start = world.initial_state();
     let mut hits = 0;
     for integrator in [Integrator::Leapfrog, Integrator::SymplecticEuler] {
-        for state in world.rollout(1e-4, integrator).unwrap().take(1_000) {
+        for state in world
+            .rollout(&Plan::new(1e-4, 0).unwrap().with_integrator(integrator))
+            .take(1_000)
+        {
             let state = state.unwrap();
             assert_same(&state.bodies[0], &start.bodies[0]);
             hits += usize::from(world.topology(&state).polygon_count() > 0);
@@ -724,7 +727,10 @@ fn pushed_ball() -> World {
 fn a_prescribed_body_follows_its_path_whatever_it_pushes() {
     let world = pushed_ball();
     for integrator in [Integrator::Leapfrog, Integrator::SymplecticEuler] {
-        for state in world.rollout(1e-3, integrator).unwrap().take(200) {
+        for state in world
+            .rollout(&Plan::new(1e-3, 0).unwrap().with_integrator(integrator))
+            .take(200)
+        {
             let state = state.unwrap();
             let pusher = &state.bodies[1];
             let off_path = pusher.pose.translation() - vector![state.time, 0.0, 0.0];
@@ -839,7 +845,7 @@ fn in_air(velocity: f64, gravity: f64) -> World<f64, ViscousAir> {
 }
 
 fn final_speed(world: &World<f64, ViscousAir>, steps: usize, duration: f64) -> f64 {
-    let rollout = world.rollout(duration / steps as f64, Integrator::Leapfrog);
+    let rollout = world.rollout(&Plan::new(duration / steps as f64, 0));
     let last = rollout.unwrap().nth(steps - 1).unwrap().unwrap();
     last.bodies[0].twist.linear.x
 }
@@ -867,10 +873,10 @@ fn drag_decays_exponentially_to_first_order_in_the_time_step() {
 fn derivatives_flow_through_forces_of_the_users_own() {
     let (speed, steps, time_step) = (3.0, 1_000, 1e-3_f64);
     let world = in_air(speed, 0.0);
-    let experiment = Experiment::new(&world, time_step, steps).unwrap();
+    let experiment = Experiment::new(&world, &Plan::new(time_step, steps).unwrap());
     let parameters = [
-        Parameter::InitialVelocity("ball"),
-        Parameter::Mass("ball"),
+        Parameter::InitialVelocity("ball".into()),
+        Parameter::Mass("ball".into()),
         Parameter::Gravity,
     ];
     let outcome = FinalState::of_body(&world, "ball").unwrap();
@@ -915,7 +921,7 @@ fn forces_of_the_users_own_know_the_time_and_the_body() {
     let world = World::new(vec![ball("ball"), rocket]).unwrap();
     let world = world.with_gravity(down()).unwrap();
     let world = world.with_external(Rocket(4.0));
-    let rollout = world.rollout(1e-2, Integrator::Leapfrog).unwrap();
+    let rollout = world.rollout(&Plan::new(1e-2, 0).unwrap());
     let last = rollout.recorded(100, 100).unwrap().last().clone();
     // Kicks are in the middle of steps, where the midpoint rule is exact for a linear force.
     let thrust = last.bodies[1].twist.linear - vector![2.0, 0.0, 0.0];
@@ -960,7 +966,10 @@ fn a_free_body_turns_about_its_centre_of_mass_which_moves_straight() {
         let [from, velocity] = [center_of_mass(&world, &start), start.bodies[0].twist.linear];
         for integrator in [Integrator::Leapfrog, Integrator::SymplecticEuler] {
             let mut origin_strayed = 0.0_f64;
-            for state in world.rollout(1e-3, integrator).unwrap().take(5_000) {
+            for state in world
+                .rollout(&Plan::new(1e-3, 0).unwrap().with_integrator(integrator))
+                .take(5_000)
+            {
                 let state = state.unwrap();
                 let straight = from + velocity * state.time;
                 let off = center_of_mass(&world, &state) - straight;
@@ -984,7 +993,9 @@ fn a_body_of_equal_moments_turns_as_the_exponential_map_says() {
     let world = tumbling(off_center_sphere(), spin);
     let start = *world.initial_state().bodies[0].pose.rotation();
     for integrator in [Integrator::Leapfrog, Integrator::SymplecticEuler] {
-        let last = world.rollout(1e-2, integrator).unwrap().nth(999);
+        let last = world
+            .rollout(&Plan::new(1e-2, 0).unwrap().with_integrator(integrator))
+            .nth(999);
         let last = last.unwrap().unwrap();
         let exact = rotation_from_vector(&(spin * 10.0)) * start;
         let off = (last.bodies[0].pose.rotation() - exact).amax();
@@ -1019,7 +1030,10 @@ fn an_asymmetric_top_keeps_its_angular_momentum() {
     let world = tumbling(asymmetric(), vector![3.0, -2.0, 5.0]);
     let start = world.report(&world.initial_state()).momentum.angular;
     for integrator in [Integrator::Leapfrog, Integrator::SymplecticEuler] {
-        for state in world.rollout(1e-3, integrator).unwrap().take(10_000) {
+        for state in world
+            .rollout(&Plan::new(1e-3, 0).unwrap().with_integrator(integrator))
+            .take(10_000)
+        {
             let now = world.report(&state.unwrap()).momentum.angular;
             let off = (now - start).amax() / start.amax();
             assert!(off <= 10.0 * ROUND_OFF, "{off:e}");
@@ -1122,7 +1136,7 @@ fn a_world_with_a_body_on_a_turning_path_can_be_changed() {
             Body::prescribed("arm", ball_shape(), skin, turning).unwrap(),
         ]);
         let world = world.unwrap();
-        let by = [Parameter::InitialVelocity("ball")];
+        let by = [Parameter::InitialVelocity("ball".into())];
         let changed = world.changed(&by, &[1.0, 0.0, 0.0]).unwrap();
         assert!((changed.bodies()[0].initial().velocity().x - 1.0).abs() <= 0.0);
     }

@@ -5,7 +5,7 @@ use super::panel::{Curve, Panel};
 use super::picture::number_tick;
 use super::scenes::{TIME_STEP, final_state, heap};
 use super::timing::{median_seconds, time};
-use hydroelastic::dynamics::{Material, World};
+use hydroelastic::dynamics::{Material, Plan, World};
 use hydroelastic::gradient::{Experiment, FinalPosition, Parameter};
 use std::hint::black_box;
 use std::time::Duration;
@@ -26,10 +26,10 @@ fn parameters(count: usize) -> Vec<Parameter<'static>> {
     }
     let start = |ball| {
         [
-            Parameter::InitialPosition(ball),
-            Parameter::InitialOrientation(ball),
-            Parameter::InitialVelocity(ball),
-            Parameter::InitialSpin(ball),
+            Parameter::InitialPosition(ball.into()),
+            Parameter::InitialOrientation(ball.into()),
+            Parameter::InitialVelocity(ball.into()),
+            Parameter::InitialSpin(ball.into()),
         ]
     };
     let all = BALLS.into_iter().flat_map(start);
@@ -37,7 +37,7 @@ fn parameters(count: usize) -> Vec<Parameter<'static>> {
 }
 
 fn jacobian_seconds(world: &World, count: usize) -> f64 {
-    let experiment = Experiment::new(world, TIME_STEP, STEPS).unwrap();
+    let experiment = Experiment::new(world, &Plan::new(TIME_STEP, STEPS).unwrap());
     let experiment = experiment.recording_every(STEPS);
     let (by, end) = (
         parameters(count),

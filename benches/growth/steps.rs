@@ -4,7 +4,7 @@ use super::panel::{Curve, Panel};
 use super::picture::time_tick;
 use super::scenes::{TIME_STEP, final_state, resting_ball};
 use super::timing::{count, median_seconds, time};
-use hydroelastic::dynamics::{Material, World};
+use hydroelastic::dynamics::{Material, Plan, World};
 use hydroelastic::gradient::{Experiment, FinalPosition, Parameter};
 use std::hint::black_box;
 use std::time::Duration;
@@ -12,14 +12,14 @@ use std::time::Duration;
 const BUDGET: Duration = Duration::from_secs(1);
 
 const START: [Parameter<'static>; 4] = [
-    Parameter::InitialPosition("ball 0"),
-    Parameter::InitialOrientation("ball 0"),
-    Parameter::InitialVelocity("ball 0"),
-    Parameter::InitialSpin("ball 0"),
+    Parameter::InitialPosition("ball 0".into()),
+    Parameter::InitialOrientation("ball 0".into()),
+    Parameter::InitialVelocity("ball 0".into()),
+    Parameter::InitialSpin("ball 0".into()),
 ];
 
 fn jacobian_seconds(world: &World, steps: usize) -> f64 {
-    let experiment = Experiment::new(world, TIME_STEP, steps).unwrap();
+    let experiment = Experiment::new(world, &Plan::new(TIME_STEP, steps).unwrap());
     let experiment = experiment.recording_every(steps);
     let end = FinalPosition::of_body(world, "ball 0").unwrap();
     median_seconds(BUDGET, || {

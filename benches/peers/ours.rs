@@ -7,7 +7,7 @@
 //! `steps` times a rollout of a ball at rest on a box, or the Jacobian of one.
 
 use hydroelastic::contact::{ContactBody, ContactPair, Shape, WrenchJacobian};
-use hydroelastic::dynamics::{Body, Integrator, Mass, Material, State, World};
+use hydroelastic::dynamics::{Body, Integrator, Mass, Material, Plan, State, World};
 use hydroelastic::gradient::{Experiment, FinalState, Parameter};
 use hydroelastic::io::read_mesh;
 use hydroelastic::mesh::PressureField;
@@ -207,21 +207,22 @@ fn world(ball: Body, slab: Body) -> Answer<World> {
 }
 
 fn last_state(world: &World, time_step: f64, steps: usize) -> Answer<State> {
-    let rollout = world.rollout(time_step, Integrator::Leapfrog)?;
+    let rollout = world.rollout(&Plan::new(time_step, 0)?);
     Ok(rollout.recorded(steps, steps)?.last().clone())
 }
 
 /// Of a rollout, or of the Jacobian of its end by as many numbers of its start.
 fn step_time(world: &World, time_step: f64, steps: usize, derivatives: usize) -> Answer<StepTime> {
     let start = [
-        Parameter::InitialVelocity("ball"),
-        Parameter::InitialSpin("ball"),
-        Parameter::InitialPosition("ball"),
-        Parameter::InitialOrientation("ball"),
+        Parameter::InitialVelocity("ball".into()),
+        Parameter::InitialSpin("ball".into()),
+        Parameter::InitialPosition("ball".into()),
+        Parameter::InitialOrientation("ball".into()),
     ];
     let (mut seconds, state) = timed(|| last_state(black_box(world), time_step, steps))?;
     if derivatives > 0 {
-        let experiment = Experiment::new(world, time_step, steps)?.recording_every(steps);
+        let experiment =
+            Experiment::new(world, &Plan::new(time_step, steps)?.recording_every(steps));
         let end = FinalState::of_body(world, "ball")?;
         let parameters = &start[..derivatives / 3];
         (seconds, _) = timed(|| Ok(experiment.jacobian(black_box(parameters), &end)?))?;

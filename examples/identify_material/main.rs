@@ -45,7 +45,7 @@ fn main() -> Result<(), Box<dyn Error>> {
         assert!(errors.amax() < allowed);
     }
     let world = bounce::world(&TRUTH)?;
-    let bounce = Experiment::new(&world, TIME_STEP, STEPS)?.trajectory()?;
+    let bounce = Experiment::new(&world, &Plan::new(TIME_STEP, STEPS)?).trajectory()?;
     let wanted = show::wanted()?;
     wanted.record(|| Ok(Recording::new(&world, &bounce).slowed(8.0)))?;
     wanted.plot(|| {
@@ -75,7 +75,10 @@ fn fitted(recorded: &DVector<f64>) -> Result<(Vector3<f64>, Vec<f64>), Box<dyn E
 /// The track and its derivatives by the logarithms of the three numbers.
 fn linearised(numbers: &Vector3<f64>) -> Result<OutcomeJacobian, Box<dyn Error>> {
     let world = bounce::world(numbers)?;
-    let throw = Experiment::new(&world, TIME_STEP, STEPS)?.recording_every(RECORD_EVERY);
+    let throw = Experiment::new(
+        &world,
+        &Plan::new(TIME_STEP, STEPS)?.recording_every(RECORD_EVERY),
+    );
     let by = [Modulus("ball"), Dissipation("ball"), Friction("ball")];
     let mut linear = throw.jacobian(&by, &Track)?;
     for (mut column, number) in linear.jacobian.column_iter_mut().zip(numbers) {

@@ -34,8 +34,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     let wanted = show::wanted()?;
     let world = room::with_ball(2, Vector3::zeros())?;
     let bar = ProgressBar::new(THROWS as u64);
-    let batch = Batch::new(TIME_STEP, STEPS)?
-        .recording_every(STEPS)
+    let batch = Batch::new(&Plan::new(TIME_STEP, STEPS)?.recording_every(STEPS))
         .with_progress(|progress| bar.set_position(progress.finished as u64));
     let mut random = StdRng::seed_from_u64(7);
     let throw = |_| Vector3::from_fn(|_, _| random.random_range(-FASTEST..FASTEST));
@@ -60,7 +59,7 @@ fn main() -> Result<(), Box<dyn Error>> {
 
     let flights = hits.iter().map(|throw| {
         let world = world.changed(&BY_VELOCITY, throw.as_slice())?;
-        Ok(Experiment::new(&world, TIME_STEP, STEPS)?.trajectory()?)
+        Ok(Experiment::new(&world, &Plan::new(TIME_STEP, STEPS)?).trajectory()?)
     });
     let flights = flights.collect::<Result<Vec<_>, Box<dyn Error>>>()?;
     wanted.record(|| {

@@ -7,7 +7,7 @@ use std::error::Error;
 
 /// Where the ball should be at the end (m).
 pub const TARGET: Vector3<f64> = Vector3::new(0.6, 0.4, 0.3);
-pub const BY_VELOCITY: [Parameter; 1] = [Parameter::InitialVelocity("ball")];
+pub const BY_VELOCITY: [Parameter; 1] = [Parameter::InitialVelocity("ball".into())];
 const NEWTON_STEPS: usize = 12;
 
 /// How far (m) throws of some velocities (m/s) end from the target.

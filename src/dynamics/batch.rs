@@ -1,8 +1,11 @@
-use super::world::check_time_step;
-use super::{ExternalForces, Integrator, Recorded, Rollout, State, World, WorldError};
+use super::{
+    Force, Interrupted, Plan, Recorded, Rollout, RolloutError, State, Trajectory, World, WorldError,
+};
 use crate::scalar::Scalar;
 use crate::threads::{Panicked, contained, results_of};
 use std::fmt;
+use std::ops::ControlFlow;
+use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 
 /// How far a batch has come.
@@ -24,17 +27,21 @@ pub struct Progress {
 ///
 /// ```
 /// # use hydroelastic::contact::Shape;
-/// # use hydroelastic::dynamics::{Batch, Body, Mass, Material, World};
+/// # use hydroelastic::dynamics::{Batch, Body, Mass, Material, Plan, World};
 /// # use hydroelastic::mesh::shapes;
 /// # let ball = Shape::new(shapes::icosphere(0.1, 1)?);
 /// # let ball = Body::dynamic("ball", ball, Material::elastic(1e5), Mass::Total(1.0))?;
 /// # let world = World::new(vec![ball])?;
+/// # use std::ops::ControlFlow;
 /// let starts = (0..10).map(|speed| {
 ///     let mut state = world.initial_state();
 ///     state.bodies[0].twist.linear.x = f64::from(speed);
 ///     state
 /// });
-/// let batch = Batch::new(1e-3, 500)?.with_progress(|p| println!("{}/{}", p.finished, p.total));
+/// let batch = Batch::new(&Plan::new(1e-3, 500)?).with_progress(|progress| {
+///     println!("{}/{}", progress.finished, progress.total);
+///     ControlFlow::Continue(()) // Break(()) would leave out the rollouts that are not begun.
+/// });
 /// let flights = batch.starting_from(&world, &starts.collect::<Vec<_>>())?;
 /// for (speed, flight) in (0..10).zip(flights) {
 ///     let x = flight?.last().bodies[0].position().x;
@@ -42,66 +49,38 @@ pub struct Progress {
 /// }
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
-pub struct Batch<'p> {
-    pub(crate) time_step: f64,
-    pub(crate) steps: usize,
-    pub(crate) integrator: Integrator,
-    pub(crate) record_every: usize,
-    pub(crate) check_every: Option<usize>,
-    progress: Option<Box<dyn Fn(Progress) + Sync + 'p>>,
+#[derive(Clone)]
+pub struct Batch {
+    pub(crate) plan: Plan,
+    progress: Option<Arc<ProgressFunction>>,
 }
 
-impl<'p> Batch<'p> {
-    /// Leapfrog steps of `time_step` (s), all of them recorded.
-    ///
-    /// # Errors
-    /// If the time step is not positive and finite.
-    pub fn new(time_step: f64, steps: usize) -> Result<Self, WorldError> {
-        check_time_step(time_step)?;
-        Ok(Self {
-            time_step,
-            steps,
-            integrator: Integrator::default(),
-            record_every: 1,
-            check_every: None,
+type ProgressFunction = dyn Fn(Progress) -> ControlFlow<()> + Send + Sync;
+
+impl Batch {
+    /// Rollouts by a plan.
+    #[must_use]
+    pub fn new(plan: &Plan) -> Self {
+        Self {
+            plan: *plan,
             progress: None,
-        })
-    }
-
-    /// The same batch with another integrator.
-    #[must_use]
-    pub fn with_integrator(self, integrator: Integrator) -> Self {
-        Self { integrator, ..self }
-    }
-
-    /// The same batch, recording the initial state, every `every`th after it, and the last.
-    #[must_use]
-    pub fn recording_every(self, every: usize) -> Self {
-        Self {
-            record_every: every,
-            ..self
         }
     }
 
-    /// The same batch, every rollout of it
-    /// [with a stability check](Rollout::with_stability_check).
-    #[must_use]
-    pub fn with_stability_check(self, every: usize) -> Self {
-        Self {
-            check_every: Some(every),
-            ..self
-        }
-    }
-
-    /// The same batch, telling a function of each rollout that has ended.
+    /// The same batch, telling a function of each rollout that has ended. Where the function returns
+    /// [`ControlFlow::Break`], the batch ends: rollouts that run go on to their end, others are not begun and have the error
+    /// [`RolloutError::Stopped`].
     ///
     /// The function is called on the thread of that rollout: with each count once, but two of them
     /// may come at the same time or out of order. After a panic in it, it is not called again; the batch
     /// goes on.
     #[must_use]
-    pub fn with_progress(self, progress: impl Fn(Progress) + Sync + 'p) -> Self {
+    pub fn with_progress(
+        self,
+        progress: impl Fn(Progress) -> ControlFlow<()> + Send + Sync + 'static,
+    ) -> Self {
         Self {
-            progress: Some(Box::new(progress)),
+            progress: Some(Arc::new(progress)),
             ..self
         }
     }
@@ -111,7 +90,7 @@ impl<'p> Batch<'p> {
     /// # Errors
     /// If a state has another number of bodies than the world, a pose that is not rigid, or a number that is
     /// not finite; no rollout is begun then.
-    pub fn starting_from<T: Scalar, F: ExternalForces>(
+    pub fn starting_from<T: Scalar, F: Force>(
         &self,
         world: &World<T, F>,
         states: &[State<T>],
@@ -119,73 +98,70 @@ impl<'p> Batch<'p> {
         states
             .iter()
             .try_for_each(|state| state.check_fits(world))?;
-        Ok(self.results(states, |state| {
-            let rollout = self.rollout(world);
-            self.recorded(rollout.starting_from_fitting(state.clone()))
-        }))
+        let world = Arc::new(world.clone());
+        let rollout = |state: &State<T>| {
+            Rollout::new(Arc::clone(&world), &self.plan).starting_from_fitting(state.clone())
+        };
+        Ok(self.results(
+            states,
+            |state| rollout(state).recorded(),
+            |state| Interrupted {
+                error: RolloutError::Stopped,
+                trajectory: Trajectory::starting_with(state.clone()),
+            },
+        ))
     }
 
     /// The trajectory of each world from its initial state.
-    pub fn of_worlds<T: Scalar, F: ExternalForces>(
-        &self,
-        worlds: &[World<T, F>],
-    ) -> Vec<Recorded<T>> {
-        self.results(worlds, |world| self.recorded(self.rollout(world)))
+    pub fn of_worlds<T: Scalar, F: Force>(&self, worlds: &[World<T, F>]) -> Vec<Recorded<T>> {
+        let job = |world: &World<T, F>| world.rollout(&self.plan).recorded();
+        self.results(worlds, job, |world| Interrupted {
+            error: RolloutError::Stopped,
+            trajectory: Trajectory::starting_with(world.initial_state()),
+        })
     }
 
-    /// The result of a job for each item, over all threads. The job contains its panics.
-    pub(crate) fn results<I: Sync, O: Send>(
+    /// The result of a job for each item, over all threads, or what it is for one that was not begun. The job contains its
+    /// panics.
+    pub(crate) fn results<I: Sync, O: Send, E: Send>(
         &self,
         items: &[I],
-        job: impl Fn(&I) -> O + Sync,
-    ) -> Vec<O> {
+        job: impl Fn(&I) -> Result<O, E> + Sync,
+        stopped: impl Fn(&I) -> E + Sync,
+    ) -> Vec<Result<O, E>> {
         let (finished, total) = (AtomicUsize::new(0), items.len());
-        let has_panicked = AtomicBool::new(false);
+        let (has_panicked, is_stopped) = (AtomicBool::new(false), AtomicBool::new(false));
         results_of(items, |item| {
+            if is_stopped.load(Ordering::Relaxed) {
+                return Err(stopped(item));
+            }
             let result = job(item);
             let finished = finished.fetch_add(1, Ordering::Relaxed) + 1;
-            if !has_panicked.load(Ordering::Relaxed)
-                && self.tell(Progress { finished, total }).is_err()
-            {
-                has_panicked.store(true, Ordering::Relaxed);
+            if !has_panicked.load(Ordering::Relaxed) {
+                match self.tell(Progress { finished, total }) {
+                    Ok(ControlFlow::Continue(())) => {}
+                    Ok(ControlFlow::Break(())) => is_stopped.store(true, Ordering::Relaxed),
+                    Err(_) => has_panicked.store(true, Ordering::Relaxed),
+                }
             }
             result
         })
     }
 
     /// Calls the progress function, if there is one.
-    fn tell(&self, progress: Progress) -> Result<(), Panicked> {
+    fn tell(&self, progress: Progress) -> Result<ControlFlow<()>, Panicked> {
         let Some(tell) = &self.progress else {
-            return Ok(());
+            return Ok(ControlFlow::Continue(()));
         };
-        contained(|| {
-            tell(progress);
-            Ok(())
-        })
-    }
-
-    fn rollout<'w, T: Scalar, F: ExternalForces>(
-        &self,
-        world: &'w World<T, F>,
-    ) -> Rollout<'w, T, F> {
-        Rollout::new(world, self.time_step, self.integrator).checked_every(self.check_every)
-    }
-
-    /// What a rollout records until it ends or fails.
-    fn recorded<T: Scalar, F: ExternalForces>(&self, rollout: Rollout<'_, T, F>) -> Recorded<T> {
-        rollout.recorded(self.steps, self.record_every)
+        contained(|| Ok(tell(progress)))
     }
 }
 
-impl fmt::Debug for Batch<'_> {
+impl fmt::Debug for Batch {
     fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
         formatter
             .debug_struct("Batch")
-            .field("time_step", &self.time_step)
-            .field("steps", &self.steps)
-            .field("integrator", &self.integrator)
-            .field("record_every", &self.record_every)
-            .field("check_every", &self.check_every)
+            .field("plan", &self.plan)
             .finish_non_exhaustive()
     }
 }

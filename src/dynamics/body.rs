@@ -215,6 +215,15 @@ impl<T: Scalar> Body<T> {
         &self.initial
     }
 
+    /// The centre of mass (m) in the world, of a body that forces do not move its origin.
+    pub(super) fn center_in(&self, state: &BodyState<T>) -> Vector3<T> {
+        let origin = *state.pose.translation();
+        match self.inertia() {
+            Some(inertia) => origin + state.pose.rotated_constant(&inertia.center_of_mass),
+            None => origin,
+        }
+    }
+
     /// The twist at the origin of the body frame instead of the centre of mass.
     pub(super) fn twist_at_origin(&self, state: &BodyState<T>) -> Twist<T> {
         let Some(inertia) = self.inertia() else {
@@ -226,6 +235,15 @@ impl<T: Scalar> Body<T> {
             linear: state.twist.linear - state.twist.angular.cross(&to_center),
         }
     }
+}
+
+/// The place of the body of a name.
+pub(super) fn place_of<T: Scalar>(name: &str, bodies: &[Body<T>]) -> Result<usize, WorldError> {
+    let place = bodies.iter().position(|body| body.name() == name);
+    place.ok_or_else(|| WorldError::UnknownBody {
+        name: name.to_owned(),
+        known: bodies.iter().map(|b| b.name().to_owned()).collect(),
+    })
 }
 
 /// The state a path gives at a time (s), its rotation orthonormal to round-off: the only place that

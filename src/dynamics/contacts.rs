@@ -1,5 +1,5 @@
 use super::sweep::Sweep;
-use super::{ExternalForces, State, World};
+use super::{Force, State, World};
 use crate::contact::{ContactSurface, ContactWrench};
 use crate::scalar::Scalar;
 use crate::threads::mapped_into;
@@ -17,7 +17,7 @@ pub struct Contact<T = f64> {
     pub wrench: ContactWrench<T>,
 }
 
-impl<T: Scalar, F: ExternalForces> World<T, F> {
+impl<T: Scalar, F: Force> World<T, F> {
     /// The contacts of a state, sorted by the bodies' places in the world. Those of two bodies that both do not move
     /// by forces are left out, as are ignored ones.
     #[must_use]

@@ -58,14 +58,12 @@ pub enum WorldError {
         /// The component.
         value: f64,
     },
-    /// A body that is fixed or on a path was given a start of its own.
-    #[error(
-        "body {body:?} cannot start with a {quantity} of its own: it is fixed or follows a path"
-    )]
+    /// A body that is fixed or on a path was given a start of its own, or a control.
+    #[error("body {body:?} cannot have a {quantity} of its own: it is fixed or follows a path")]
     NotDynamic {
         /// Name of the body.
         body: String,
-        /// Pose, velocity or spin.
+        /// Pose, velocity, spin or control.
         quantity: &'static str,
     },
     /// An initial pose is not rigid or not finite.
@@ -124,6 +122,12 @@ pub enum WorldError {
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum RolloutError {
+    /// The state that it was to start from does not fit the world.
+    #[error(transparent)]
+    State(#[from] WorldError),
+    /// The batch that it belongs to was ended before it began.
+    #[error("the batch was ended before this rollout began")]
+    Stopped,
     /// A state is no longer finite.
     #[error(
         "step {step} (t = {time} s) took body {body:?} to a state that is not finite: the time step may be too long for its stiffness (see World::largest_stable_step)"
@@ -147,7 +151,7 @@ pub enum RolloutError {
         body: String,
     },
     /// The time step is too long for the contacts of a step: a rollout
-    /// [with a stability check](super::Rollout::with_stability_check) ends before it blows up.
+    /// [with a stability check](super::Plan::with_stability_check) ends before it blows up.
     #[error(
         "step {step} (from t = {time:.6} s) was not taken: {time_step:.3e} s is too long where the contacts allow {limit:.3e} s, stiffest that of bodies {:?} and {:?}",
         .bodies[0], .bodies[1]

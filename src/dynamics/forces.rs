@@ -1,22 +1,47 @@
 use super::sweep::Sweep;
 use super::workspace::Workspace;
-use super::{BodyState, ExternalForces, State, World, WorldError};
+use super::{BodyState, Force, Situation, State, World, WorldError, Wrenches};
 use crate::contact::{ContactBody, ContactPair, ContactWrench};
 use crate::scalar::Scalar;
 use crate::spatial::{Pose, Wrench};
 use crate::threads::mapped_into;
 
-impl<T: Scalar, F: ExternalForces> World<T, F> {
-    /// Net contact wrench on each body, about its centre of mass, in world axes.
-    pub(super) fn contact_wrenches<'s>(
+impl<T: Scalar, F: Force> World<T, F> {
+    /// The wrench on each body about its centre of mass, in world axes, of all but gravity; the controls as of a time (s) of
+    /// their own.
+    pub(super) fn all_wrenches<'s>(
         &self,
-        states: &[BodyState<T>],
+        state: &State<T>,
+        control_time: f64,
         workspace: &'s mut Workspace<T>,
     ) -> &'s [Wrench<T>] {
+        self.add_contact(&state.bodies, workspace);
+        let Workspace { contact, all, .. } = workspace;
+        all.clone_from(contact);
+        let now = Situation {
+            time: state.time,
+            bodies: &self.bodies,
+            states: &state.bodies,
+            gravity: &self.gravity,
+            contact,
+        };
+        let mut wrenches = Wrenches::new(&now, all);
+        for control in &self.controls {
+            if let Some(body) = now.index_of(control.body()) {
+                wrenches.add(body, &control.wrench_at(control_time));
+            }
+        }
+        self.forces.add_to(&mut wrenches, &now);
+        all
+    }
+
+    /// Net contact wrench on each body, about its centre of mass, in world axes.
+    fn add_contact(&self, states: &[BodyState<T>], workspace: &mut Workspace<T>) {
         let Workspace {
             sweep,
             pair_wrenches,
-            wrenches,
+            contact: wrenches,
+            ..
         } = workspace;
         let pairs = self.close_pairs(states, sweep);
         mapped_into(pair_wrenches, pairs, |&(i, j)| {
@@ -36,7 +61,6 @@ impl<T: Scalar, F: ExternalForces> World<T, F> {
                 *wrench = wrench.about(&to_center);
             }
         }
-        wrenches
     }
 
     /// The pairs that may touch: not ignored, not both without forces, and with boxes around the

@@ -1,5 +1,5 @@
 use super::workspace::Workspace;
-use super::{Acceleration, Body, BodyState, ExternalForces, Inertia, Situation, State, World};
+use super::{BodyState, Force, Inertia, State, World};
 use crate::scalar::Scalar;
 use crate::spatial::{Pose, Twist};
 
@@ -24,7 +24,7 @@ pub enum Integrator {
 
 impl Integrator {
     /// The first part of a time step (s): takes a state to where the kick acts.
-    pub(super) fn approach<T: Scalar, F: ExternalForces>(
+    pub(super) fn approach<T: Scalar, F: Force>(
         self,
         world: &World<T, F>,
         state: &mut State<T>,
@@ -37,14 +37,18 @@ impl Integrator {
     }
 
     /// The rest of the time step.
-    pub(super) fn complete<T: Scalar, F: ExternalForces>(
+    pub(super) fn complete<T: Scalar, F: Force>(
         self,
         world: &World<T, F>,
         state: &mut State<T>,
         time_step: f64,
         workspace: &mut Workspace<T>,
     ) {
-        world.kick(state, time_step, workspace);
+        let middle = match self {
+            Self::SymplecticEuler => state.time + time_step / 2.0,
+            Self::Leapfrog => state.time,
+        };
+        world.kick(state, time_step, middle, workspace);
         match self {
             Self::SymplecticEuler => world.drift(state, time_step),
             Self::Leapfrog => world.drift(state, time_step / 2.0),
@@ -52,41 +56,21 @@ impl Integrator {
     }
 }
 
-impl<T: Scalar, F: ExternalForces> World<T, F> {
-    /// Lets the accelerations act for a time (s) at fixed poses.
-    fn kick(&self, state: &mut State<T>, duration: f64, workspace: &mut Workspace<T>) {
-        let wrenches = self.contact_wrenches(&state.bodies, workspace);
+impl<T: Scalar, F: Force> World<T, F> {
+    /// Lets all forces act for a time (s) at fixed poses, the controls as they are in the middle of the step.
+    fn kick(&self, state: &mut State<T>, duration: f64, middle: f64, workspace: &mut Workspace<T>) {
+        let wrenches = self.all_wrenches(state, middle, workspace);
         let bodies = self.bodies.iter().zip(&mut state.bodies);
         for ((body, body_state), wrench) in bodies.zip(wrenches) {
             let Some(inertia) = body.inertia() else {
                 continue;
             };
             let rotation = body_state.pose.rotation();
-            let contact = Acceleration {
-                angular: inertia.angular_velocity(rotation, &wrench.torque),
-                linear: wrench.force / inertia.mass,
-            };
-            let situation = self.situation(body, inertia, body_state, state.time);
-            let acceleration = self.external.acceleration(&situation, contact);
+            let angular = inertia.angular_velocity(rotation, &wrench.torque);
+            let linear = wrench.force / inertia.mass + self.gravity;
             let twist = &mut body_state.twist;
-            twist.angular += acceleration.angular.map(|component| component * duration);
-            twist.linear += acceleration.linear.map(|component| component * duration);
-        }
-    }
-
-    fn situation<'a>(
-        &'a self,
-        body: &'a Body<T>,
-        inertia: &Inertia<T>,
-        state: &'a BodyState<T>,
-        time: f64,
-    ) -> Situation<'a, T> {
-        Situation {
-            time,
-            body: body.name(),
-            mass: inertia.mass,
-            state,
-            gravity: &self.gravity,
+            twist.angular += angular.map(|component| component * duration);
+            twist.linear += linear.map(|component| component * duration);
         }
     }
 

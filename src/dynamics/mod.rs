@@ -8,7 +8,7 @@
 //!
 //! ```
 //! use hydroelastic::contact::Shape;
-//! use hydroelastic::dynamics::{Body, Integrator, Mass, Material, World};
+//! use hydroelastic::dynamics::{Body, Mass, Material, Plan, World};
 //! use hydroelastic::mesh::shapes;
 //! use hydroelastic::spatial::Pose;
 //! use nalgebra::Vector3;
@@ -23,7 +23,7 @@
 //! ])?
 //! .with_gravity(Vector3::new(0.0, 0.0, -9.81))?;
 //!
-//! let trajectory = world.rollout(1e-3, Integrator::Leapfrog)?.recorded(400, 1)?;
+//! let trajectory = world.rollout(&Plan::new(1e-3, 400)?).recorded()?;
 //! let lowest = trajectory.states().iter().map(|s| s.bodies[0].position().z);
 //! assert!(lowest.fold(f64::INFINITY, f64::min) < 0.2);
 //! # Ok::<(), Box<dyn std::error::Error>>(())
@@ -39,13 +39,14 @@ mod batch;
 mod body;
 mod contacts;
 mod error;
-mod external;
+mod force;
 mod forces;
 mod free_rotation;
 mod inertia;
 mod integrator;
 mod mass;
 mod material;
+mod plan;
 mod report;
 mod rollout;
 #[cfg(feature = "serde")]
@@ -61,11 +62,12 @@ pub use batch::{Batch, Progress};
 pub use body::{Body, Motion, PrescribedPath};
 pub use contacts::Contact;
 pub use error::{RolloutError, WorldError};
-pub use external::{Acceleration, ExternalForces, Gravity, Situation};
+pub use force::{Control, Drag, Force, Situation, Spring, Thruster, Wrenches};
 pub use inertia::Inertia;
 pub use integrator::Integrator;
 pub use mass::Mass;
 pub use material::Material;
+pub use plan::Plan;
 pub use report::{Momentum, Report, Topology};
 pub use rollout::Rollout;
 pub use state::{BodyState, State};

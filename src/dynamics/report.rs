@@ -1,5 +1,5 @@
 use super::sweep::Sweep;
-use super::{ExternalForces, State, World};
+use super::{Force, State, World};
 use crate::scalar::{Scalar, lift, lift_vector};
 use nalgebra::Vector3;
 
@@ -67,7 +67,7 @@ impl<T: Scalar> Report<T> {
     }
 }
 
-impl<T: Scalar, F: ExternalForces> World<T, F> {
+impl<T: Scalar, F: Force> World<T, F> {
     /// Energies and momentum of a state.
     #[must_use]
     pub fn report(&self, state: &State<T>) -> Report<T> {

@@ -1,4 +1,4 @@
-use super::{ExternalForces, World, WorldError};
+use super::{Force, World, WorldError};
 use crate::scalar::{Scalar, lift_vector, real_vector};
 use crate::spatial::{Pose, Twist};
 use nalgebra::Vector3;
@@ -92,10 +92,7 @@ impl BodyState<f64> {
 
 impl<T: Scalar> State<T> {
     /// Checks the number of bodies, their poses and twists against the world.
-    pub(super) fn check_fits<F: ExternalForces>(
-        &self,
-        world: &World<T, F>,
-    ) -> Result<(), WorldError> {
+    pub(super) fn check_fits<F: Force>(&self, world: &World<T, F>) -> Result<(), WorldError> {
         let (found, expected) = (self.bodies.len(), world.bodies().len());
         if found != expected {
             return Err(WorldError::StateSize { found, expected });

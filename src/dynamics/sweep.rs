@@ -3,7 +3,7 @@ use nalgebra::Vector3;
 
 /// A search for the boxes that overlap: sorted along one axis, each is held only against those that
 /// begin before it ends. Its room is used again from one search to the next.
-#[derive(Debug, Default)]
+#[derive(Debug, Clone, Default)]
 pub(super) struct Sweep {
     boxes: Vec<Aabb>,
     /// The boxes in the order of their lower ends along the axis.

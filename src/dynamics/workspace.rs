@@ -6,14 +6,16 @@ use crate::spatial::Wrench;
 ///
 /// A rollout has one, so that its steps allocate nothing once all room is there. Every step fills it
 /// anew: no result depends on what was in it.
-#[derive(Debug)]
+#[derive(Debug, Clone)]
 pub(super) struct Workspace<T> {
     /// The search for close pairs.
     pub sweep: Sweep,
     /// Contact wrenches on the two bodies of each close pair, in the order of the pairs.
     pub pair_wrenches: Vec<ContactWrench<T>>,
     /// Net contact wrench on each body.
-    pub wrenches: Vec<Wrench<T>>,
+    pub contact: Vec<Wrench<T>>,
+    /// The wrench of all forces on each body.
+    pub all: Vec<Wrench<T>>,
 }
 
 impl<T> Default for Workspace<T> {
@@ -21,7 +23,8 @@ impl<T> Default for Workspace<T> {
         Self {
             sweep: Sweep::default(),
             pair_wrenches: Vec::new(),
-            wrenches: Vec::new(),
+            contact: Vec::new(),
+            all: Vec::new(),
         }
     }
 }

@@ -1,7 +1,5 @@
-use super::body::state_on;
-use super::{
-    Body, BodyState, ExternalForces, Gravity, Integrator, Motion, Rollout, State, WorldError,
-};
+use super::body::{place_of, state_on};
+use super::{Body, BodyState, Control, Force, Motion, State, WorldError};
 use crate::scalar::{Scalar, lift_vector};
 use nalgebra::Vector3;
 use std::collections::BTreeSet;
@@ -11,25 +9,36 @@ use std::sync::Arc;
 const SLIP_TOLERANCE: f64 = 1e-3;
 
 /// Bodies, what acts on them, and where they start.
+///
+/// Besides contact and gravity act the [forces](Force) `F` and the [controls](Control) it was given.
 #[derive(Debug)]
-pub struct World<T = f64, F = Gravity> {
+pub struct World<T = f64, F = ()> {
     pub(crate) bodies: Vec<Body<T>>,
     pub(crate) gravity: Vector3<T>,
-    pub(super) external: Arc<F>,
+    pub(crate) controls: Vec<Control<T>>,
+    pub(super) forces: Arc<F>,
     pub(super) ignored: BTreeSet<(usize, usize)>,
     pub(super) slip_tolerance: f64,
 }
 
-/// Shapes, paths and external forces are shared, not copied.
+/// Shapes, paths and forces are shared, not copied.
 impl<T: Clone, F> Clone for World<T, F> {
     fn clone(&self) -> Self {
         Self {
             bodies: self.bodies.clone(),
             gravity: self.gravity.clone(),
-            external: Arc::clone(&self.external),
+            controls: self.controls.clone(),
+            forces: Arc::clone(&self.forces),
             ignored: self.ignored.clone(),
             slip_tolerance: self.slip_tolerance,
         }
+    }
+}
+
+/// A copy to be shared.
+impl<T: Clone, F> From<&World<T, F>> for Arc<World<T, F>> {
+    fn from(world: &World<T, F>) -> Self {
+        Self::new(world.clone())
     }
 }
 
@@ -55,14 +64,15 @@ impl World {
         Ok(Self {
             bodies,
             gravity: Vector3::zeros(),
-            external: Arc::new(Gravity),
+            controls: Vec::new(),
+            forces: Arc::new(()),
             ignored: BTreeSet::new(),
             slip_tolerance: SLIP_TOLERANCE,
         })
     }
 }
 
-impl<F: ExternalForces> World<f64, F> {
+impl<F: Force> World<f64, F> {
     /// The same world with gravity (m/s²).
     ///
     /// # Errors
@@ -75,16 +85,37 @@ impl<F: ExternalForces> World<f64, F> {
         Ok(self)
     }
 
-    /// The same world with other external forces; [`Gravity`] no longer acts by itself.
-    #[must_use]
-    pub fn with_external<G: ExternalForces>(self, external: G) -> World<f64, G> {
-        World {
+    /// The same world with a force besides those it has.
+    ///
+    /// # Errors
+    /// If the force [cannot act](Force::check) on its bodies.
+    pub fn with_force<G: Force>(self, force: G) -> Result<World<f64, (Arc<F>, G)>, WorldError> {
+        force.check(&self.bodies)?;
+        Ok(World {
             bodies: self.bodies,
             gravity: self.gravity,
-            external: Arc::new(external),
+            controls: self.controls,
+            forces: Arc::new((self.forces, force)),
             ignored: self.ignored,
             slip_tolerance: self.slip_tolerance,
+        })
+    }
+
+    /// The same world with a control, in place of one that its body may have had.
+    ///
+    /// # Errors
+    /// If there is no such body, or forces do not move it.
+    pub fn with_control(mut self, control: Control) -> Result<Self, WorldError> {
+        let body = &self.bodies[self.index_of(control.body())?];
+        if body.inertia().is_none() {
+            return Err(WorldError::NotDynamic {
+                body: body.name().to_owned(),
+                quantity: "control",
+            });
         }
+        self.controls.retain(|other| other.body() != control.body());
+        self.controls.push(control);
+        Ok(self)
     }
 
     /// The same world, in which two bodies pass through each other.
@@ -120,14 +151,15 @@ impl<F: ExternalForces> World<f64, F> {
         World {
             bodies: self.bodies.iter().map(Body::lifted).collect(),
             gravity: lift_vector(&self.gravity),
-            external: Arc::clone(&self.external),
+            controls: self.controls.iter().map(Control::lifted).collect(),
+            forces: Arc::clone(&self.forces),
             ignored: self.ignored.clone(),
             slip_tolerance: self.slip_tolerance,
         }
     }
 }
 
-impl<T: Scalar, F: ExternalForces> World<T, F> {
+impl<T: Scalar, F: Force> World<T, F> {
     /// The bodies.
     #[must_use]
     pub fn bodies(&self) -> &[Body<T>] {
@@ -145,11 +177,19 @@ impl<T: Scalar, F: ExternalForces> World<T, F> {
     /// # Errors
     /// If there is none.
     pub fn index_of(&self, name: &str) -> Result<usize, WorldError> {
-        let place = self.bodies.iter().position(|body| body.name() == name);
-        place.ok_or_else(|| WorldError::UnknownBody {
-            name: name.to_owned(),
-            known: self.bodies.iter().map(|b| b.name().to_owned()).collect(),
-        })
+        place_of(name, &self.bodies)
+    }
+
+    /// The controls.
+    #[must_use]
+    pub fn controls(&self) -> &[Control<T>] {
+        &self.controls
+    }
+
+    /// The forces besides contact, gravity and controls.
+    #[must_use]
+    pub fn forces(&self) -> &F {
+        &self.forces
     }
 
     /// The state at time 0.
@@ -159,19 +199,6 @@ impl<T: Scalar, F: ExternalForces> World<T, F> {
             time: 0.0,
             bodies: self.bodies.iter().map(|body| body.initial).collect(),
         }
-    }
-
-    /// Steps of `time_step` (s) from the initial state.
-    ///
-    /// # Errors
-    /// If the time step is not positive and finite.
-    pub fn rollout(
-        &self,
-        time_step: f64,
-        integrator: Integrator,
-    ) -> Result<Rollout<'_, T, F>, WorldError> {
-        check_time_step(time_step)?;
-        Ok(Rollout::new(self, time_step, integrator))
     }
 
     /// Whether contacts of two bodies, i < j, count: not ignored, and not both without forces.
@@ -188,14 +215,6 @@ impl<T: Scalar, F: ExternalForces> World<T, F> {
             Motion::Prescribed(path) => Some(state_on(&**path, time).lifted()),
         }
     }
-}
-
-/// Checks that a time step (s) is positive and finite.
-pub(super) fn check_time_step(time_step: f64) -> Result<(), WorldError> {
-    if time_step > 0.0 && time_step.is_finite() {
-        return Ok(());
-    }
-    Err(setting("time step", time_step, "positive and finite"))
 }
 
 fn setting(quantity: &'static str, value: f64, expected: &'static str) -> WorldError {

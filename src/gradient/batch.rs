@@ -1,5 +1,5 @@
 use super::{Experiment, GradientError, Outcome, OutcomeJacobian, Parameter};
-use crate::dynamics::{Batch, ExternalForces, World};
+use crate::dynamics::{Batch, Force, RolloutError, World};
 use crate::threads::contained;
 use nalgebra::DVector;
 
@@ -9,9 +9,9 @@ use nalgebra::DVector;
 /// Errors belong to samples: one that makes no world, or whose rollout ends early, leaves the others
 /// as they are. Of a rollout that ends early the error tells why; its states are to be had by
 /// [`Experiment::trajectory`] on the same [`World::changed`].
-impl Batch<'_> {
+impl Batch {
     /// For each sample the outcome.
-    pub fn values_after<F: ExternalForces>(
+    pub fn values_after<F: Force>(
         &self,
         world: &World<f64, F>,
         parameters: &[Parameter],
@@ -25,7 +25,7 @@ impl Batch<'_> {
 
     /// For each sample the outcome and its derivatives by the parameters, as of
     /// [`Experiment::jacobian`].
-    pub fn jacobians_after<F: ExternalForces>(
+    pub fn jacobians_after<F: Force>(
         &self,
         world: &World<f64, F>,
         parameters: &[Parameter],
@@ -38,7 +38,7 @@ impl Batch<'_> {
     }
 
     /// For each sample a loss and its gradient, as of [`Experiment::gradient`].
-    pub fn gradients_after<F: ExternalForces>(
+    pub fn gradients_after<F: Force>(
         &self,
         world: &World<f64, F>,
         parameters: &[Parameter],
@@ -51,22 +51,19 @@ impl Batch<'_> {
     }
 
     /// What is read from the experiment on the world after each sample's changes.
-    fn after<F: ExternalForces, O: Send>(
+    fn after<F: Force, O: Send>(
         &self,
         world: &World<f64, F>,
         parameters: &[Parameter],
         samples: &[impl AsRef<[f64]> + Sync],
         read: impl Fn(&Experiment<F>) -> Result<O, GradientError> + Sync,
     ) -> Vec<Result<O, GradientError>> {
-        self.results(samples, |sample| {
+        let job = |sample: &_| {
             contained(|| {
-                let world = world.changed(parameters, sample.as_ref())?;
-                let experiment = Experiment::new(&world, self.time_step, self.steps)?
-                    .with_integrator(self.integrator)
-                    .recording_every(self.record_every)
-                    .checked_every(self.check_every);
-                read(&experiment)
+                let world = world.changed(parameters, AsRef::as_ref(sample))?;
+                read(&Experiment::new(world, &self.plan))
             })
-        })
+        };
+        self.results(samples, job, |_| RolloutError::Stopped.into())
     }
 }

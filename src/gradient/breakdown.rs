@@ -1,6 +1,6 @@
 use super::outcome::numbers;
 use super::{GradientError, OutcomeJacobian, Parameter};
-use crate::dynamics::{ExternalForces, State, World};
+use crate::dynamics::{Force, State, World};
 use crate::scalar::DenseDual;
 use nalgebra::DMatrix;
 
@@ -62,7 +62,7 @@ impl Breakdown {
     }
 
     /// As an error, beside all that was found.
-    pub(super) fn into_error<F: ExternalForces>(
+    pub(super) fn into_error<F: Force>(
         self,
         world: &World<f64, F>,
         parameters: &[Parameter],

@@ -1,6 +1,6 @@
 use super::error::same_length;
 use super::{Experiment, GradientError, Outcome, Parameter};
-use crate::dynamics::ExternalForces;
+use crate::dynamics::Force;
 use nalgebra::{DMatrix, DVector, DVectorView};
 use std::fmt;
 
@@ -78,7 +78,7 @@ impl fmt::Display for DifferenceCheck {
     }
 }
 
-impl<F: ExternalForces> Experiment<'_, F> {
+impl<F: Force> Experiment<F> {
     /// Compares the Jacobian with central differences at seven step sizes.
     ///
     /// Derivatives that are not finite, which [`Self::jacobian`] refuses, are infinite errors here, so

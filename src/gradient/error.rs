@@ -70,6 +70,18 @@ pub enum GradientError {
         /// What was computed. Numbers that are finite are right.
         found: Box<OutcomeJacobian>,
     },
+    /// The world has no control on the body, or it has not so many intervals.
+    #[error(
+        "the control of body {body:?} has {intervals} intervals, and none with the number {interval}"
+    )]
+    NoControl {
+        /// Name of the body.
+        body: String,
+        /// The interval asked for, counted from 0.
+        interval: usize,
+        /// How many there are.
+        intervals: usize,
+    },
     /// An outcome of more or fewer numbers in one rollout than in another: beside the world's parameters,
     /// or on other dual numbers.
     #[error(

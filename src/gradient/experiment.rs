@@ -1,22 +1,19 @@
 use super::{GradientError, Outcome, Parameter};
-use crate::dynamics::{Body, ExternalForces, Gravity, Integrator, Recorded, Rollout, World};
+use crate::dynamics::{Body, Force, Plan, Recorded, Rollout, World};
 use crate::scalar::Scalar;
 use crate::threads::contained;
 use nalgebra::{DMatrix, DVector};
+use std::sync::Arc;
 
 /// A world rolled out for a number of steps, to be differentiated.
 ///
 /// A rollout that ends early has no outcome. The error says when and why; [`Self::trajectory`] gives
-/// the states before. A panic in a function that was passed in (an external force, a path, an
+/// the states before. A panic in a function that was passed in (a force, a path, an
 /// outcome) is such an error too.
-#[derive(Debug)]
-pub struct Experiment<'w, F = Gravity> {
-    pub(super) world: &'w World<f64, F>,
-    time_step: f64,
-    steps: usize,
-    integrator: Integrator,
-    record_every: usize,
-    check_every: Option<usize>,
+#[derive(Debug, Clone)]
+pub struct Experiment<F = ()> {
+    pub(super) world: Arc<World<f64, F>>,
+    plan: Plan,
 }
 
 /// What an outcome is, and its derivatives.
@@ -29,55 +26,26 @@ pub struct OutcomeJacobian {
     pub jacobian: DMatrix<f64>,
 }
 
-impl<'w, F: ExternalForces> Experiment<'w, F> {
-    /// Leapfrog steps of `time_step` (s) from the world's initial state, all of them recorded.
-    ///
-    /// # Errors
-    /// If the time step is not positive and finite.
-    pub fn new(
-        world: &'w World<f64, F>,
-        time_step: f64,
-        steps: usize,
-    ) -> Result<Self, GradientError> {
-        world.rollout(time_step, Integrator::default())?;
-        Ok(Self {
-            world,
-            time_step,
-            steps,
-            integrator: Integrator::default(),
-            record_every: 1,
-            check_every: None,
-        })
-    }
-
-    /// The same experiment with another integrator.
+impl<F: Force> Experiment<F> {
+    /// Rollouts of a world, its own or a shared one, from its initial state, by a plan.
     #[must_use]
-    pub fn with_integrator(self, integrator: Integrator) -> Self {
-        Self { integrator, ..self }
-    }
-
-    /// The same experiment, recording the initial state, every `every`th after it, and the last: outcomes see no others.
-    #[must_use]
-    pub fn recording_every(self, every: usize) -> Self {
+    pub fn new(world: impl Into<Arc<World<f64, F>>>, plan: &Plan) -> Self {
         Self {
-            record_every: every,
-            ..self
+            world: world.into(),
+            plan: *plan,
         }
     }
 
-    /// The same experiment, every rollout of it
-    /// [with a stability check](crate::dynamics::Rollout::with_stability_check).
+    /// The world.
     #[must_use]
-    pub fn with_stability_check(self, every: usize) -> Self {
-        self.checked_every(Some(every))
+    pub fn world(&self) -> &World<f64, F> {
+        &self.world
     }
 
-    /// The same experiment with a stability check every so many steps, or none.
-    pub(super) fn checked_every(self, check_every: Option<usize>) -> Self {
-        Self {
-            check_every,
-            ..self
-        }
+    /// The plan.
+    #[must_use]
+    pub fn plan(&self) -> &Plan {
+        &self.plan
     }
 
     /// The recorded states.
@@ -85,7 +53,7 @@ impl<'w, F: ExternalForces> Experiment<'w, F> {
     /// # Errors
     /// If the rollout ends early; the error holds the trajectory up to there.
     pub fn trajectory(&self) -> Recorded {
-        self.recorded(self.world)
+        Rollout::new(Arc::clone(&self.world), &self.plan).recorded()
     }
 
     /// The outcome without derivatives.
@@ -93,7 +61,7 @@ impl<'w, F: ExternalForces> Experiment<'w, F> {
     /// # Errors
     /// If the rollout ends early.
     pub fn value(&self, outcome: &impl Outcome) -> Result<Vec<f64>, GradientError> {
-        self.outcome_of(self.world, outcome)
+        self.outcome_of(Arc::clone(&self.world), outcome)
     }
 
     /// The outcome and its derivatives by the parameters: forward mode, all in one rollout on dual
@@ -116,7 +84,7 @@ impl<'w, F: ExternalForces> Experiment<'w, F> {
         let (found, breakdown) = self.differentiated(parameters, outcome)?;
         match breakdown {
             None => Ok(found),
-            Some(breakdown) => Err(breakdown.into_error(self.world, parameters, found)),
+            Some(breakdown) => Err(breakdown.into_error(&self.world, parameters, found)),
         }
     }
 
@@ -146,7 +114,7 @@ impl<'w, F: ExternalForces> Experiment<'w, F> {
         changes: &[f64],
         outcome: &impl Outcome,
     ) -> Result<Vec<f64>, GradientError> {
-        self.outcome_of(&self.world.changed(parameters, changes)?, outcome)
+        self.outcome_of(self.world.changed(parameters, changes)?, outcome)
     }
 
     /// The outcome beside the world's own parameters, where a material's number may have left its
@@ -157,13 +125,13 @@ impl<'w, F: ExternalForces> Experiment<'w, F> {
         changes: &[f64],
         outcome: &impl Outcome,
     ) -> Result<Vec<f64>, GradientError> {
-        self.outcome_of(&changed(self.world, parameters, changes), outcome)
+        self.outcome_of(changed(&self.world, parameters, changes), outcome)
     }
 
     /// For each number of the parameters, a typical change.
     pub(super) fn scales(&self, parameters: &[Parameter]) -> Vec<f64> {
         let scale = |parameter: &Parameter| {
-            std::iter::repeat_n(parameter.scale(self.world), parameter.dimension())
+            std::iter::repeat_n(parameter.scale(&self.world), parameter.dimension())
         };
         parameters.iter().flat_map(scale).collect()
     }
@@ -171,27 +139,15 @@ impl<'w, F: ExternalForces> Experiment<'w, F> {
     /// The outcome of a rollout of the world, or of one that was made of it.
     pub(super) fn outcome_of<T: Scalar>(
         &self,
-        world: &World<T, F>,
+        world: impl Into<Arc<World<T, F>>>,
         outcome: &impl Outcome,
     ) -> Result<Vec<T>, GradientError> {
-        let trajectory = self.recorded(world)?;
+        let trajectory = Rollout::new(world.into(), &self.plan).recorded()?;
         contained(|| Ok(outcome.of(&trajectory)))
-    }
-
-    fn recorded<T: Scalar>(&self, world: &World<T, F>) -> Recorded<T> {
-        self.rollout(world).recorded(self.steps, self.record_every)
-    }
-
-    pub(super) fn rollout<'o, T: Scalar>(&self, world: &'o World<T, F>) -> Rollout<'o, T, F> {
-        Rollout::new(world, self.time_step, self.integrator).checked_every(self.check_every)
-    }
-
-    pub(super) fn steps(&self) -> usize {
-        self.steps
     }
 }
 
-impl<F: ExternalForces> World<f64, F> {
+impl<F: Force> World<f64, F> {
     /// The world after changes of the parameters, one number for each number of theirs: what an
     /// optimiser's step makes of it. Shapes are shared, not built again.
     ///
@@ -215,7 +171,7 @@ impl<F: ExternalForces> World<f64, F> {
 }
 
 /// Number of numbers in the parameters, if the world has them.
-pub(super) fn checked_dimension<F: ExternalForces>(
+pub(super) fn checked_dimension<F: Force>(
     world: &World<f64, F>,
     parameters: &[Parameter],
 ) -> Result<usize, GradientError> {
@@ -226,7 +182,7 @@ pub(super) fn checked_dimension<F: ExternalForces>(
 }
 
 /// The world after changes of the parameters, which it has.
-pub(super) fn changed<T: Scalar, F: ExternalForces>(
+pub(super) fn changed<T: Scalar, F: Force>(
     world: &World<f64, F>,
     parameters: &[Parameter],
     changes: &[T],

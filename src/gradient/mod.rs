@@ -5,7 +5,7 @@
 //!
 //! ```
 //! use hydroelastic::contact::Shape;
-//! use hydroelastic::dynamics::{Body, Mass, Material, World};
+//! use hydroelastic::dynamics::{Plan, Body, Mass, Material, World};
 //! use hydroelastic::gradient::{Experiment, FinalPosition, Parameter};
 //! use hydroelastic::mesh::shapes;
 //! use nalgebra::Vector3;
@@ -13,9 +13,9 @@
 //! let ball = Shape::new(shapes::icosphere(0.1, 1)?);
 //! let world = World::new(vec![Body::dynamic("ball", ball, Material::elastic(1e5), Mass::Total(1.0))?])?
 //!     .with_gravity(Vector3::new(0.0, 0.0, -9.81))?;
-//! let experiment = Experiment::new(&world, 1e-3, 500)?;
+//! let experiment = Experiment::new(&world, &Plan::new(1e-3, 500)?);
 //! let outcome = FinalPosition::of_body(&world, "ball")?;
-//! let by_velocity = experiment.jacobian(&[Parameter::InitialVelocity("ball")], &outcome)?;
+//! let by_velocity = experiment.jacobian(&[Parameter::InitialVelocity("ball".into())], &outcome)?;
 //! assert!((by_velocity.jacobian[(0, 0)] - 0.5).abs() < 1e-12); // half a second of flight
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```

@@ -1,4 +1,4 @@
-use crate::dynamics::{ExternalForces, State, Trajectory, World, WorldError};
+use crate::dynamics::{Force, State, Trajectory, World, WorldError};
 use crate::scalar::Scalar;
 
 /// What is read from a trajectory: a loss (one number), residuals, or a state.
@@ -56,10 +56,7 @@ impl FinalPosition {
     ///
     /// # Errors
     /// If there is none.
-    pub fn of_body<F: ExternalForces>(
-        world: &World<f64, F>,
-        body: &str,
-    ) -> Result<Self, WorldError> {
+    pub fn of_body<F: Force>(world: &World<f64, F>, body: &str) -> Result<Self, WorldError> {
         let body = world.index_of(body)?;
         Ok(Self { body })
     }
@@ -77,10 +74,7 @@ impl FinalState {
     ///
     /// # Errors
     /// If there is none.
-    pub fn of_body<F: ExternalForces>(
-        world: &World<f64, F>,
-        body: &str,
-    ) -> Result<Self, WorldError> {
+    pub fn of_body<F: Force>(world: &World<f64, F>, body: &str) -> Result<Self, WorldError> {
         let body = world.index_of(body)?;
         Ok(Self { body })
     }
@@ -97,10 +91,7 @@ impl RecordedStates {
     ///
     /// # Errors
     /// If there is none.
-    pub fn of_body<F: ExternalForces>(
-        world: &World<f64, F>,
-        body: &str,
-    ) -> Result<Self, WorldError> {
+    pub fn of_body<F: Force>(world: &World<f64, F>, body: &str) -> Result<Self, WorldError> {
         let body = world.index_of(body)?;
         Ok(Self { body })
     }

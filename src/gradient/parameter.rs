@@ -1,35 +1,39 @@
 use super::GradientError;
-use crate::dynamics::{Body, ExternalForces, Motion, World};
+use crate::dynamics::{Body, Force, Motion, World};
 use crate::scalar::{Scalar, lift_vector};
 use crate::spatial::Twist;
 use nalgebra::Vector3;
+use std::sync::Arc;
 
 /// Something that went into a world, and that a derivative may be taken by.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, PartialEq, Eq)]
 #[non_exhaustive]
-pub enum Parameter<'a> {
+pub enum Parameter {
     /// Initial position (m) of the named body's origin: 3 numbers.
-    InitialPosition(&'a str),
+    InitialPosition(Arc<str>),
     /// Initial orientation of the named body: 3 numbers, a rotation vector (rad) in world axes that
     /// turns the body about its origin from where it starts.
-    InitialOrientation(&'a str),
+    InitialOrientation(Arc<str>),
     /// Initial velocity (m/s) of the named body's centre of mass: 3 numbers.
-    InitialVelocity(&'a str),
+    InitialVelocity(Arc<str>),
     /// Initial spin (rad/s) of the named body, in world axes: 3 numbers.
-    InitialSpin(&'a str),
+    InitialSpin(Arc<str>),
     /// Hydroelastic modulus (Pa) of the named body.
-    Modulus(&'a str),
+    Modulus(Arc<str>),
     /// Dissipation (s/m) of the named body.
-    Dissipation(&'a str),
+    Dissipation(Arc<str>),
     /// Coefficient of friction of the named body.
-    Friction(&'a str),
+    Friction(Arc<str>),
     /// Mass (kg) of the named body, which scales its inertia.
-    Mass(&'a str),
+    Mass(Arc<str>),
     /// Gravity (m/s²): 3 numbers.
     Gravity,
+    /// The wrench of an interval, counted from 0, of the named body's [`Control`](crate::dynamics::Control): 6 numbers, torque
+    /// (N m), then force (N).
+    Control(Arc<str>, usize),
 }
 
-impl Parameter<'_> {
+impl Parameter {
     /// How many numbers it is.
     #[must_use]
     pub fn dimension(&self) -> usize {
@@ -40,17 +44,21 @@ impl Parameter<'_> {
             | Self::InitialSpin(_)
             | Self::Gravity => 3,
             Self::Modulus(_) | Self::Dissipation(_) | Self::Friction(_) | Self::Mass(_) => 1,
+            Self::Control(..) => 6,
         }
     }
 
     /// A name for each of its numbers, for messages.
     pub(super) fn number_names(&self) -> Vec<String> {
-        match self.dimension() {
-            1 => vec![format!("{self:?}")],
-            _ => ["x", "y", "z"]
-                .map(|axis| format!("{self:?} {axis}"))
-                .into(),
-        }
+        let numbers: &[&str] = match self.dimension() {
+            1 => return vec![format!("{self:?}")],
+            3 => &["x", "y", "z"],
+            _ => &[
+                "torque x", "torque y", "torque z", "force x", "force y", "force z",
+            ],
+        };
+        let name = |number: &&str| format!("{self:?} {number}");
+        numbers.iter().map(name).collect()
     }
 
     /// Name of the body it belongs to.
@@ -63,20 +71,32 @@ impl Parameter<'_> {
             | Self::Modulus(name)
             | Self::Dissipation(name)
             | Self::Friction(name)
-            | Self::Mass(name) => Some(name),
+            | Self::Mass(name)
+            | Self::Control(name, _) => Some(name),
             Self::Gravity => None,
         }
     }
 
     /// Checks that the world has the parameter.
-    pub(super) fn check<F: ExternalForces>(
-        &self,
-        world: &World<f64, F>,
-    ) -> Result<(), GradientError> {
+    pub(super) fn check<F: Force>(&self, world: &World<f64, F>) -> Result<(), GradientError> {
         let Some(name) = self.body() else {
             return Ok(());
         };
         let body = &world.bodies()[world.index_of(name)?];
+        if let Self::Control(_, interval) = self {
+            let mut controls = world.controls().iter();
+            let control = controls.find(|control| control.body() == name);
+            let intervals = control.map_or(0, |control| control.wrenches().len());
+            return if *interval < intervals {
+                Ok(())
+            } else {
+                Err(GradientError::NoControl {
+                    body: name.to_owned(),
+                    interval: *interval,
+                    intervals,
+                })
+            };
+        }
         let needs_forces = !matches!(
             self,
             Self::InitialPosition(_)
@@ -107,7 +127,7 @@ impl Parameter<'_> {
 
     /// A typical change of the parameter, which difference steps are multiples of: the value itself
     /// for a material or a mass, 1 in SI units for all else.
-    pub(super) fn scale<F: ExternalForces>(&self, world: &World<f64, F>) -> f64 {
+    pub(super) fn scale<F: Force>(&self, world: &World<f64, F>) -> f64 {
         let body = self.body().and_then(|name| world.index_of(name).ok());
         let Some(body) = body.map(|index| &world.bodies()[index]) else {
             return 1.0;
@@ -123,17 +143,21 @@ impl Parameter<'_> {
     }
 
     /// Changes the parameter in a world that has it.
-    pub(super) fn change<T: Scalar, F: ExternalForces>(
-        &self,
-        world: &mut World<T, F>,
-        change: &[T],
-    ) {
+    pub(super) fn change<T: Scalar, F: Force>(&self, world: &mut World<T, F>, change: &[T]) {
         let zero = lift_vector(&Vector3::zeros());
         let vector = || Vector3::new(change[0], change[1], change[2]);
         let Some(name) = self.body() else {
             world.gravity += vector();
             return;
         };
+        if let Self::Control(_, interval) = self {
+            let control = world.controls.iter_mut().find(|it| it.body() == name);
+            if let Some(wrench) = control.and_then(|control| control.wrench_mut(*interval)) {
+                wrench.torque += vector();
+                wrench.force += Vector3::new(change[3], change[4], change[5]);
+            }
+            return;
+        }
         let Some(body) = world.bodies.iter_mut().find(|body| body.name() == name) else {
             return;
         };
@@ -152,19 +176,19 @@ impl Parameter<'_> {
             Self::InitialSpin(_) => body.initial.twist.angular += vector(),
             Self::InitialPosition(_) => move_start(body, zero, vector()),
             Self::InitialOrientation(_) => move_start(body, vector(), zero),
-            Self::Gravity => {}
+            Self::Gravity | Self::Control(..) => {}
         }
     }
 }
 
 /// Checks that all pairs of a world have a law that can be differentiated by the parameters together.
-pub(super) fn check_together<F: ExternalForces>(
+pub(super) fn check_together<F: Force>(
     parameters: &[Parameter],
     world: &World<f64, F>,
 ) -> Result<(), GradientError> {
     let without_friction = |index: &usize| {
         let name = world.bodies()[*index].name();
-        let is_parameter = parameters.contains(&Parameter::Friction(name));
+        let is_parameter = parameters.contains(&Parameter::Friction(name.into()));
         is_parameter && world.bodies()[*index].material.friction <= 0.0
     };
     let bodies: Vec<usize> = (0..world.bodies().len()).filter(without_friction).collect();

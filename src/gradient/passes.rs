@@ -3,11 +3,12 @@ use super::error::same_length;
 use super::experiment::{changed, checked_dimension};
 use super::parameter::check_together;
 use super::{Experiment, GradientError, Outcome, OutcomeJacobian, Parameter};
-use crate::dynamics::{ExternalForces, World};
+use crate::dynamics::{Force, Rollout, World};
 use crate::scalar::{DenseDual, lift};
 use crate::threads::contained;
 use nalgebra::{DMatrix, DVector};
 use std::ops::Range;
+use std::sync::Arc;
 
 /// Widths of the dual numbers that parameters are seeded in: the narrowest that holds them all, or
 /// the widest several times. Contacts are evaluated once a pass, so a wide pass is cheaper than
@@ -19,15 +20,15 @@ const WIDE: usize = 96;
 /// The outcome, its derivatives, and where one of them stopped being finite.
 type Pass = (OutcomeJacobian, Option<Breakdown>);
 
-impl<F: ExternalForces> Experiment<'_, F> {
+impl<F: Force> Experiment<F> {
     /// The outcome and its derivatives by the parameters, whether finite or not.
     pub(super) fn differentiated(
         &self,
         parameters: &[Parameter],
         outcome: &impl Outcome,
     ) -> Result<Pass, GradientError> {
-        let count = checked_dimension(self.world, parameters)?;
-        check_together(parameters, self.world)?;
+        let count = checked_dimension(&self.world, parameters)?;
+        check_together(parameters, &self.world)?;
         let passes = (0..count)
             .step_by(WIDE)
             .map(|first| self.pass(parameters, first..count.min(first + WIDE), outcome))
@@ -81,14 +82,14 @@ impl<F: ExternalForces> Experiment<'_, F> {
             None => lift(0.0),
         };
         let seeds: Vec<DenseDual<WIDTH>> = (0..count).map(seed).collect();
-        let world = changed(self.world, parameters, &seeds);
-        let numbers = self.outcome_of(&world, outcome)?;
+        let world = Arc::new(changed(&self.world, parameters, &seeds));
+        let numbers = self.outcome_of(Arc::clone(&world), outcome)?;
         let derivative = |row: usize, column: usize| numbers[row].eps[column];
         let found = OutcomeJacobian {
             value: DVector::from_iterator(numbers.len(), numbers.iter().map(|number| number.re)),
             jacobian: DMatrix::from_fn(numbers.len(), range.len(), derivative),
         };
-        let breakdown = self.breakdown(&world, &found.jacobian)?;
+        let breakdown = self.breakdown(world, &found.jacobian)?;
         Ok((found, breakdown.map(|it| it.by_later_number(range.start))))
     }
 
@@ -96,15 +97,15 @@ impl<F: ExternalForces> Experiment<'_, F> {
     /// a look at every state.
     fn breakdown<const WIDTH: usize>(
         &self,
-        world: &World<DenseDual<WIDTH>, F>,
+        world: Arc<World<DenseDual<WIDTH>, F>>,
         jacobian: &DMatrix<f64>,
     ) -> Result<Option<Breakdown>, GradientError> {
         let Some(in_outcome) = Breakdown::in_outcome(jacobian) else {
             return Ok(None);
         };
         let columns = columns_not_finite(jacobian);
-        let mut rollout = self.rollout(world);
-        for step in 0..=self.steps() {
+        let mut rollout = Rollout::new(world, self.plan());
+        for step in 0..=self.plan().steps() {
             if step > 0 {
                 contained(|| rollout.advance().map(|_| ()))?;
             }

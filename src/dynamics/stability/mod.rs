@@ -4,13 +4,13 @@ mod limit;
 mod pair;
 
 use super::sweep::Sweep;
-use super::{BodyState, ExternalForces, State, World};
+use super::{BodyState, Force, State, World};
 use crate::scalar::Scalar;
 use crate::threads::mapped_into;
 use limit::{stability_limit, stiffest};
 use pair::{PairRates, RealBody};
 
-impl<T: Scalar, F: ExternalForces> World<T, F> {
+impl<T: Scalar, F: Force> World<T, F> {
     /// The longest time step (s) with which the contacts of a state are stepped stably; `None` where
     /// nothing touches, or no motion is resisted.
     ///
@@ -41,7 +41,7 @@ impl<T: Scalar, F: ExternalForces> World<T, F> {
     /// # What it knows
     ///
     /// - Only this state: deeper contact is stiffer, and so is contact to come. Ask at the deepest
-    ///   state, or along the way: [`Rollout::with_stability_check`](super::Rollout::with_stability_check).
+    ///   state, or along the way: [`Plan::with_stability_check`](super::Plan::with_stability_check).
     /// - Contacts alone: drag or springs among the external forces are not included.
     /// - The symmetric parts of stiffness and damping, and no stiffness of friction. Where contacts slide
     ///   this changes the limit by a per cent or so (`cargo test --test stability -- --nocapture`), where a weak contact

@@ -1,7 +1,7 @@
 //! Which states of a trajectory are shown, and when.
 
 use super::drawing::single;
-use crate::dynamics::{Contact, ExternalForces, State, Trajectory, World};
+use crate::dynamics::{Contact, Force, State, Trajectory, World};
 
 /// Frames for each second of the recording, at most.
 const RATE: f64 = 60.0;
@@ -17,7 +17,7 @@ pub(super) struct Frame<'a> {
 }
 
 /// The states that are shown, time passing so many times slower.
-pub(super) fn frames<'a, F: ExternalForces>(
+pub(super) fn frames<'a, F: Force>(
     world: &World<f64, F>,
     trajectory: &'a Trajectory,
     slowdown: f64,

@@ -16,7 +16,7 @@ use super::FileError;
 use super::mesh_file::{extension, unknown_extension};
 use super::replacement::write_whole;
 use super::trajectory::check_fits;
-use crate::dynamics::{ExternalForces, Gravity, Trajectory, World};
+use crate::dynamics::{Force, Trajectory, World};
 use document::{Document, Unwritable};
 use drawing::single;
 use marks::{Path as MarkedPath, Target};
@@ -59,7 +59,7 @@ const EXTENSIONS: &[&str] = &["glb"];
 ///
 /// ```
 /// use hydroelastic::contact::Shape;
-/// use hydroelastic::dynamics::{Body, Integrator, Mass, Material, World};
+/// use hydroelastic::dynamics::{Body, Mass, Material, Plan, World};
 /// use hydroelastic::io::Recording;
 /// use hydroelastic::mesh::shapes;
 /// use hydroelastic::spatial::Pose;
@@ -74,30 +74,30 @@ const EXTENSIONS: &[&str] = &["glb"];
 ///     Body::fixed("floor", floor, skin)?,
 /// ])?
 /// .with_gravity(vector![0.0, 0.0, -9.81])?;
-/// let trajectory = world.rollout(5e-4, Integrator::Leapfrog)?.recorded(2_000, 1)?;
+/// let trajectory = world.rollout(&Plan::new(5e-4, 2_000)?).recorded()?;
 ///
 /// let path = std::env::temp_dir().join("bouncing_ball.glb");
 /// Recording::new(&world, &trajectory).slowed(4.0).write(&path)?;
 /// # std::fs::remove_file(path)?;
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
-#[derive(Debug)]
-pub struct Recording<'a, F = Gravity> {
-    world: &'a World<f64, F>,
-    trajectory: &'a Trajectory,
+#[derive(Debug, Clone)]
+pub struct Recording<F = ()> {
+    world: World<f64, F>,
+    trajectory: Trajectory,
     slowdown: f64,
     camera: Option<Camera>,
     targets: Vec<Target>,
     paths: Vec<MarkedPath>,
 }
 
-impl<'a, F: ExternalForces> Recording<'a, F> {
+impl<F: Force> Recording<F> {
     /// In real time, without marks.
     #[must_use]
-    pub fn new(world: &'a World<f64, F>, trajectory: &'a Trajectory) -> Self {
+    pub fn new(world: &World<f64, F>, trajectory: &Trajectory) -> Self {
         Self {
-            world,
-            trajectory,
+            world: world.clone(),
+            trajectory: trajectory.clone(),
             slowdown: 1.0,
             camera: None,
             targets: Vec::new(),
@@ -159,7 +159,7 @@ impl<'a, F: ExternalForces> Recording<'a, F> {
                 found: self.slowdown,
             });
         }
-        check_fits(path, self.world, self.trajectory)?;
+        check_fits(path, &self.world, &self.trajectory)?;
         self.check_marks(path)?;
         let glb = self.glb().map_err(|why| unwritable(path, why))?;
         write_whole(path, |file| file.write_all(&glb))
@@ -188,7 +188,7 @@ impl<'a, F: ExternalForces> Recording<'a, F> {
 
     fn glb(&self) -> Result<Vec<u8>, Unwritable> {
         let bodies = self.world.bodies();
-        let frames = frames::frames(self.world, self.trajectory, self.slowdown);
+        let frames = frames::frames(&self.world, &self.trajectory, self.slowdown);
         let mut document = Document::new();
         let times = frames.iter().flat_map(|frame| single([frame.time]));
         document.data.begin("the times");

@@ -1,5 +1,5 @@
 use super::{check_count, csv_file, rows_of};
-use crate::dynamics::{Body, ExternalForces, State, World};
+use crate::dynamics::{Body, Force, State, World};
 use crate::io::FileError;
 use crate::io::mesh_file::{extension, unknown_extension};
 use std::fs::{self, File};
@@ -22,7 +22,7 @@ const EXTENSIONS: &[&str] = &["csv"];
 ///
 /// ```
 /// use hydroelastic::contact::Shape;
-/// use hydroelastic::dynamics::{Body, Integrator, Mass, Material, World};
+/// use hydroelastic::dynamics::{Body, Mass, Material, Plan, World};
 /// use hydroelastic::io::TrajectoryFile;
 /// use hydroelastic::mesh::shapes;
 /// use nalgebra::Vector3;
@@ -34,7 +34,7 @@ const EXTENSIONS: &[&str] = &["csv"];
 /// # let _ = std::fs::remove_file(&path);
 /// let mut file = TrajectoryFile::create_new(&path, &world)?;
 /// file.push(&world.initial_state())?;
-/// let mut rollout = world.rollout(1e-3, Integrator::Leapfrog)?;
+/// let mut rollout = world.rollout(&Plan::new(1e-3, 400)?);
 /// for step in 1..=400 {
 ///     let state = rollout.advance()?;
 ///     if step % 100 == 0 {
@@ -47,23 +47,23 @@ const EXTENSIONS: &[&str] = &["csv"];
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 #[derive(Debug)]
-pub struct TrajectoryFile<'w> {
+pub struct TrajectoryFile {
     path: PathBuf,
     file: File,
-    bodies: &'w [Body],
+    bodies: Vec<Body>,
     /// Bytes up to the end of the last whole state.
     length: u64,
 }
 
-impl<'w> TrajectoryFile<'w> {
+impl TrajectoryFile {
     /// A new file without states.
     ///
     /// # Errors
     /// If the name of the file does not end in `.csv`, there is a file of that name (an earlier run is
     /// not written over), or it cannot be written.
-    pub fn create_new<F: ExternalForces>(
+    pub fn create_new<F: Force>(
         path: impl AsRef<Path>,
-        world: &'w World<f64, F>,
+        world: &World<f64, F>,
     ) -> Result<Self, FileError> {
         let path = path.as_ref();
         if !EXTENSIONS.contains(&extension(path).as_str()) {
@@ -73,7 +73,7 @@ impl<'w> TrajectoryFile<'w> {
         let mut growing = Self {
             path: path.into(),
             file,
-            bodies: world.bodies(),
+            bodies: world.bodies().to_vec(),
             length: 0,
         };
         if let Err(source) = csv_file::header().and_then(|line| growing.append(&line)) {
@@ -90,8 +90,8 @@ impl<'w> TrajectoryFile<'w> {
     /// If the state has more or fewer bodies than the world, or the file cannot be written; then it ends with
     /// the state before.
     pub fn push(&mut self, state: &State) -> Result<(), FileError> {
-        check_count(&self.path, self.bodies, state)?;
-        let lines = csv_file::lines(rows_of(self.bodies, state));
+        check_count(&self.path, &self.bodies, state)?;
+        let lines = csv_file::lines(rows_of(&self.bodies, state));
         let appended = lines.and_then(|lines| self.append(&lines));
         appended.map_err(|source| write_error(&self.path, source))
     }

@@ -8,7 +8,7 @@ mod parquet_file;
 use super::FileError;
 use super::mesh_file::{extension, unknown_extension};
 use super::replacement::write_whole;
-use crate::dynamics::{Body, BodyState, ExternalForces, State, Trajectory, World};
+use crate::dynamics::{Body, BodyState, Force, State, Trajectory, World};
 pub use growing::TrajectoryFile;
 use nalgebra::Isometry3;
 use std::path::Path;
@@ -64,7 +64,7 @@ struct Row<'a> {
 ///
 /// ```
 /// use hydroelastic::contact::Shape;
-/// use hydroelastic::dynamics::{Body, Integrator, Mass, Material, World};
+/// use hydroelastic::dynamics::{Body, Mass, Material, Plan, World};
 /// use hydroelastic::io::write_trajectory;
 /// use hydroelastic::mesh::shapes;
 /// use nalgebra::Vector3;
@@ -73,7 +73,7 @@ struct Row<'a> {
 /// let ball = Arc::new(Shape::new(shapes::icosphere(0.1, 1)?));
 /// let ball = Body::dynamic("ball", ball, Material::elastic(1e5), Mass::Total(1.0))?;
 /// let world = World::new(vec![ball])?.with_gravity(Vector3::new(0.0, 0.0, -9.81))?;
-/// let trajectory = world.rollout(1e-3, Integrator::Leapfrog)?.recorded(400, 100)?;
+/// let trajectory = world.rollout(&Plan::new(1e-3, 400)?.recording_every(100)).recorded()?;
 /// let path = std::env::temp_dir().join("falling_ball.csv");
 /// write_trajectory(&path, &world, &trajectory)?;
 /// assert_eq!(std::fs::read_to_string(&path)?.lines().count(), 1 + 5);
@@ -84,7 +84,7 @@ struct Row<'a> {
 /// # Errors
 /// If the extension is not one of these, a state has more or fewer bodies than the world, or the file
 /// cannot be written.
-pub fn write_trajectory<F: ExternalForces>(
+pub fn write_trajectory<F: Force>(
     path: impl AsRef<Path>,
     world: &World<f64, F>,
     trajectory: &Trajectory,
@@ -101,7 +101,7 @@ pub fn write_trajectory<F: ExternalForces>(
 }
 
 /// Checks that all states have as many bodies as the world.
-pub(super) fn check_fits<F: ExternalForces>(
+pub(super) fn check_fits<F: Force>(
     path: &Path,
     world: &World<f64, F>,
     trajectory: &Trajectory,
@@ -124,7 +124,7 @@ fn check_count(path: &Path, bodies: &[Body], state: &State) -> Result<(), FileEr
 }
 
 /// The rows of the table: all bodies of the first state, then those of the next.
-fn rows<'a, F: ExternalForces>(
+fn rows<'a, F: Force>(
     world: &'a World<f64, F>,
     trajectory: &'a Trajectory,
 ) -> impl Iterator<Item = Row<'a>> {

@@ -1,0 +1,138 @@
+use super::{Force, Situation, Wrenches, check_finite};
+use crate::dynamics::body::place_of;
+use crate::dynamics::{Body, WorldError};
+use crate::scalar::{Scalar, lift, real_part};
+use crate::spatial::Wrench;
+
+/// A spring and a damper between points of two bodies, along the line that joins them.
+///
+/// Points closer than a billionth of the rest length, or of a metre, have no line between them, and no force.
+#[derive(Debug, Clone, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", serde(deny_unknown_fields))]
+pub struct Spring {
+    /// Names of the bodies.
+    pub bodies: [String; 2],
+    /// A point (m) of each, in its own frame.
+    pub points: [[f64; 3]; 2],
+    /// Length (m) without force.
+    pub rest_length: f64,
+    /// Stiffness (N/m).
+    pub stiffness: f64,
+    /// Damping (N s/m).
+    pub damping: f64,
+}
+
+/// What slows a body in proportion to its velocity and its spin.
+#[derive(Debug, Clone, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", serde(deny_unknown_fields))]
+pub struct Drag {
+    /// Name of the body.
+    pub body: String,
+    /// Force over the velocity of the centre of mass (N s/m).
+    pub linear: f64,
+    /// Torque over the spin (N m s/rad).
+    pub angular: f64,
+}
+
+/// A force that is fixed to a body and turns with it.
+#[derive(Debug, Clone, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", serde(deny_unknown_fields))]
+pub struct Thruster {
+    /// Name of the body.
+    pub body: String,
+    /// Where it pushes (m), in the body frame.
+    pub point: [f64; 3],
+    /// The force (N), in the body frame.
+    pub force: [f64; 3],
+}
+
+/// A fraction of its rest length, or of a metre, below which a spring has no direction.
+const NO_LENGTH: f64 = 1e-9;
+
+impl Force for Spring {
+    fn add_to<T: Scalar>(&self, wrenches: &mut Wrenches<T>, now: &Situation<T>) {
+        let [Some(a), Some(b)] = self.bodies.each_ref().map(|name| now.index_of(name)) else {
+            return;
+        };
+        let [point_a, velocity_a] = now.point(a, &self.points[0].into());
+        let [point_b, velocity_b] = now.point(b, &self.points[1].into());
+        let line = point_b - point_a;
+        let squared = line.dot(&line);
+        let least = NO_LENGTH
+            * if self.rest_length > 0.0 {
+                self.rest_length
+            } else {
+                1.0
+            };
+        if real_part(squared) <= least * least {
+            return;
+        }
+        let length = squared.sqrt();
+        let direction = line / length;
+        let parting = (velocity_b - velocity_a).dot(&direction);
+        let tension = (length - self.rest_length) * self.stiffness + parting * self.damping;
+        let pull = direction * tension;
+        wrenches.push(a, &pull, &point_a);
+        wrenches.push(b, &-pull, &point_b);
+    }
+
+    fn check(&self, bodies: &[Body]) -> Result<(), WorldError> {
+        for name in &self.bodies {
+            place_of(name, bodies)?;
+        }
+        let numbers = [
+            ("rest length of a spring", self.rest_length),
+            ("stiffness of a spring", self.stiffness),
+            ("damping of a spring", self.damping),
+        ];
+        numbers.into_iter().try_for_each(check_not_negative)?;
+        check_finite("point of a spring", self.points.as_flattened())
+    }
+}
+
+impl Force for Drag {
+    fn add_to<T: Scalar>(&self, wrenches: &mut Wrenches<T>, now: &Situation<T>) {
+        if let Some(body) = now.index_of(&self.body) {
+            let twist = &now.states[body].twist;
+            let torque = twist.angular * lift::<T>(-self.angular);
+            let force = twist.linear * lift::<T>(-self.linear);
+            wrenches.add(body, &Wrench { torque, force });
+        }
+    }
+
+    fn check(&self, bodies: &[Body]) -> Result<(), WorldError> {
+        place_of(&self.body, bodies)?;
+        check_not_negative(("drag on the velocity", self.linear))?;
+        check_not_negative(("drag on the spin", self.angular))
+    }
+}
+
+impl Force for Thruster {
+    fn add_to<T: Scalar>(&self, wrenches: &mut Wrenches<T>, now: &Situation<T>) {
+        if let Some(body) = now.index_of(&self.body) {
+            let force = now.states[body].pose.rotated_constant(&self.force.into());
+            let [point, _] = now.point(body, &self.point.into());
+            wrenches.push(body, &force, &point);
+        }
+    }
+
+    fn check(&self, bodies: &[Body]) -> Result<(), WorldError> {
+        place_of(&self.body, bodies)?;
+        check_finite("point of a thruster", &self.point)?;
+        check_finite("force of a thruster", &self.force)
+    }
+}
+
+fn check_not_negative((quantity, value): (&'static str, f64)) -> Result<(), WorldError> {
+    if value >= 0.0 && value.is_finite() {
+        return Ok(());
+    }
+    Err(WorldError::Setting {
+        quantity,
+        value,
+        expected: "not negative and finite",
+    })
+}

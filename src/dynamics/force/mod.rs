@@ -1,0 +1,177 @@
+//! Forces other than contact and gravity.
+
+mod control;
+mod kinds;
+
+pub use control::Control;
+pub use kinds::{Drag, Spring, Thruster};
+
+use super::{Body, BodyState, WorldError};
+use crate::scalar::Scalar;
+use crate::spatial::Wrench;
+use nalgebra::Vector3;
+use std::sync::Arc;
+
+/// What a force may depend on: all bodies of a world at the time at which it acts.
+#[derive(Debug, Clone, Copy)]
+#[non_exhaustive]
+pub struct Situation<'a, T = f64> {
+    /// Time (s).
+    pub time: f64,
+    /// The bodies, in the order of the world's.
+    pub bodies: &'a [Body<T>],
+    /// Their states, in the same order.
+    pub states: &'a [BodyState<T>],
+    /// The world's gravity (m/s²), which acts on every dynamic body by itself.
+    pub gravity: &'a Vector3<T>,
+    /// The net contact wrench on each body, about its centre of mass (of a body that forces do not move, its origin), in
+    /// world axes. With it a force may depend on what contact does, as in the paper (§V).
+    pub contact: &'a [Wrench<T>],
+}
+
+/// The wrenches that forces add up, one for each body: about its centre of mass, in world axes. Those on bodies that forces
+/// do not move have no effect.
+#[derive(Debug)]
+pub struct Wrenches<'a, T = f64> {
+    bodies: &'a [Body<T>],
+    states: &'a [BodyState<T>],
+    sums: &'a mut [Wrench<T>],
+}
+
+/// Forces other than contact and gravity: what they add to the wrenches on the bodies.
+///
+/// Generic over the scalar, so that derivatives flow through it. A pair of forces is a force, and so is a list of one kind.
+///
+/// ```
+/// use hydroelastic::dynamics::{Force, Situation, Wrenches};
+/// use hydroelastic::scalar::Scalar;
+///
+/// /// A drag (N s/m) on all bodies.
+/// struct Honey(f64);
+///
+/// impl Force for Honey {
+///     fn add_to<T: Scalar>(&self, wrenches: &mut Wrenches<T>, now: &Situation<T>) {
+///         for (body, state) in now.states.iter().enumerate() {
+///             wrenches.push_center(body, &(state.twist.linear * -T::from(self.0)));
+///         }
+///     }
+/// }
+/// ```
+pub trait Force: Send + Sync {
+    /// Adds the wrenches on all bodies.
+    fn add_to<T: Scalar>(&self, wrenches: &mut Wrenches<T>, now: &Situation<T>);
+
+    /// Checks the force against the bodies of a world that it is given to: that those it acts on are there.
+    ///
+    /// # Errors
+    /// If it cannot act in this world.
+    fn check(&self, bodies: &[Body]) -> Result<(), WorldError> {
+        let _ = bodies;
+        Ok(())
+    }
+}
+
+impl<T: Scalar> Situation<'_, T> {
+    /// The place of the body of a name, if there is one.
+    #[must_use]
+    pub fn index_of(&self, name: &str) -> Option<usize> {
+        self.bodies.iter().position(|body| body.name() == name)
+    }
+
+    /// The place (m) and the velocity (m/s) in the world of a point of a body, given in the body frame.
+    #[must_use]
+    pub fn point(&self, body: usize, point: &Vector3<f64>) -> [Vector3<T>; 2] {
+        let state = &self.states[body];
+        let arm = state.pose.rotated_constant(point);
+        let twist = self.bodies[body].twist_at_origin(state);
+        [
+            state.pose.translation() + arm,
+            twist.linear + twist.angular.cross(&arm),
+        ]
+    }
+}
+
+impl<'a, T: Scalar> Wrenches<'a, T> {
+    /// Onto sums, one for each body.
+    pub(super) fn new(now: &Situation<'a, T>, sums: &'a mut [Wrench<T>]) -> Self {
+        Self {
+            bodies: now.bodies,
+            states: now.states,
+            sums,
+        }
+    }
+
+    /// Adds a wrench about the centre of mass of a body.
+    pub fn add(&mut self, body: usize, wrench: &Wrench<T>) {
+        self.sums[body] += *wrench;
+    }
+
+    /// Adds a force (N) through the centre of mass of a body.
+    pub fn push_center(&mut self, body: usize, force: &Vector3<T>) {
+        self.sums[body].force += force;
+    }
+
+    /// Adds a force (N) at a point (m) of the world.
+    pub fn push(&mut self, body: usize, force: &Vector3<T>, point: &Vector3<T>) {
+        let center = self.bodies[body].center_in(&self.states[body]);
+        let torque = (point - center).cross(force);
+        self.add(
+            body,
+            &Wrench {
+                torque,
+                force: *force,
+            },
+        );
+    }
+}
+
+/// No force.
+impl Force for () {
+    fn add_to<T: Scalar>(&self, _: &mut Wrenches<T>, _: &Situation<T>) {}
+}
+
+/// Both forces.
+impl<A: Force, B: Force> Force for (A, B) {
+    fn add_to<T: Scalar>(&self, wrenches: &mut Wrenches<T>, now: &Situation<T>) {
+        self.0.add_to(wrenches, now);
+        self.1.add_to(wrenches, now);
+    }
+
+    fn check(&self, bodies: &[Body]) -> Result<(), WorldError> {
+        self.0.check(bodies)?;
+        self.1.check(bodies)
+    }
+}
+
+/// All of them.
+impl<F: Force> Force for Vec<F> {
+    fn add_to<T: Scalar>(&self, wrenches: &mut Wrenches<T>, now: &Situation<T>) {
+        self.iter().for_each(|force| force.add_to(wrenches, now));
+    }
+
+    fn check(&self, bodies: &[Body]) -> Result<(), WorldError> {
+        self.iter().try_for_each(|force| force.check(bodies))
+    }
+}
+
+impl<F: Force> Force for Arc<F> {
+    fn add_to<T: Scalar>(&self, wrenches: &mut Wrenches<T>, now: &Situation<T>) {
+        (**self).add_to(wrenches, now);
+    }
+
+    fn check(&self, bodies: &[Body]) -> Result<(), WorldError> {
+        (**self).check(bodies)
+    }
+}
+
+/// Checks that numbers are finite.
+fn check_finite(quantity: &'static str, numbers: &[f64]) -> Result<(), WorldError> {
+    match numbers.iter().find(|number| !number.is_finite()) {
+        None => Ok(()),
+        Some(&value) => Err(WorldError::Setting {
+            quantity,
+            value,
+            expected: "finite",
+        }),
+    }
+}
