@@ -9,9 +9,7 @@
 mod show;
 
 use hydroelastic::contact::Shape;
-use hydroelastic::dynamics::{
-    Body, BodyState, Integrator, Mass, Material, Plan, Trajectory, World,
-};
+use hydroelastic::dynamics::{Body, BodyState, Mass, Material, Plan, Trajectory, World};
 use hydroelastic::io::Recording;
 use hydroelastic::mesh::shapes;
 use hydroelastic::spatial::{MassProperties, Pose};
@@ -90,7 +88,6 @@ fn rolled_down(friction: f64) -> Result<(World, Trajectory), Box<dyn Error>> {
         Body::fixed("slope", slope, skin)?.at(at(0.0, -0.2)),
     ])?
     .with_gravity(vector![0.0, 0.0, -GRAVITY])?;
-    let rollout = world.rollout(&Plan::new(TIME_STEP, 0)?);
-    let trajectory = rollout.recorded(END, 1)?;
+    let trajectory = world.rollout(&Plan::new(TIME_STEP, END)?).recorded()?;
     Ok((world, trajectory))
 }

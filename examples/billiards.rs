@@ -39,9 +39,9 @@ const TOLERANCE: f64 = 1e-6;
 const HIT: f64 = 0.1;
 
 fn main() -> Result<(), Box<dyn Error>> {
-    let world = table()?;
-    let experiment = Experiment::new(&world, &Plan::new(TIME_STEP, STEPS)?.recording_every(STEPS));
-    let by_shot = [Parameter::InitialVelocity(NAMES[0])];
+    let (world, plan) = (table()?, Plan::new(TIME_STEP, STEPS)?);
+    let experiment = Experiment::new(&world, &plan.recording_every(STEPS));
+    let by_shot = [Parameter::InitialVelocity(NAMES[0].into())];
     let place = FinalPosition::of_body(&world, LAST)?;
     let OutcomeJacobian { value, jacobian } = experiment.jacobian(&by_shot, &place)?;
     println!("place of the last ball (m): {:.4?}", value.as_slice());
@@ -51,7 +51,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     let check = experiment.difference_check(&by_shot, &place)?;
     println!("relative deviation from differences:\n{check}");
 
-    let shot = experiment.recording_every(10).trajectory()?;
+    let shot = world.rollout(&plan.recording_every(10)).recorded()?;
     let wanted = show::wanted()?;
     wanted.record(|| {
         let paths = NAMES.into_iter().enumerate();

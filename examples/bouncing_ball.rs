@@ -5,7 +5,7 @@
 mod show;
 
 use hydroelastic::contact::Shape;
-use hydroelastic::dynamics::{Body, Integrator, Mass, Material, Plan, State, Trajectory, World};
+use hydroelastic::dynamics::{Body, Mass, Material, Plan, State, Trajectory, World};
 use hydroelastic::io::Recording;
 use hydroelastic::mesh::shapes;
 use hydroelastic::spatial::Pose;
@@ -79,8 +79,7 @@ fn drop_with(dissipation: f64) -> Result<(World, Trajectory), Box<dyn Error>> {
     let ball = Body::dynamic("ball", ball, skin, Mass::Total(1.0))?.at(at_height(DROP_HEIGHT));
     let block = Body::fixed("block", block, skin)?.at(at_height(-0.2));
     let world = World::new(vec![ball, block])?.with_gravity(vector![0.0, 0.0, -9.81])?;
-    let rollout = world.rollout(&Plan::new(TIME_STEP, 0)?);
-    let trajectory = rollout.recorded(STEPS, 1)?;
+    let trajectory = world.rollout(&Plan::new(TIME_STEP, STEPS)?).recorded()?;
     Ok((world, trajectory))
 }
 

@@ -71,11 +71,11 @@ fn main() -> Result<(), Box<dyn Error>> {
 fn descent() -> Result<Vec<Iteration>, Box<dyn Error>> {
     let (by_velocity, loss) = ([Parameter::InitialVelocity("ball".into())], SquaredMiss);
     let (mut world, mut rate, mut descent) = (room::with_ball(3, GUESS)?, 1.0, Vec::new());
+    let plan = Plan::new(TIME_STEP, STEPS)?;
     let bar = ProgressBar::new(ITERATIONS as u64);
     loop {
-        let throw = Experiment::new(&world, &Plan::new(TIME_STEP, STEPS)?);
-        let flight = throw.trajectory()?;
-        let throw = throw.recording_every(STEPS);
+        let flight = world.rollout(&plan).recorded()?;
+        let throw = Experiment::new(&world, &plan.recording_every(STEPS));
         let (value, slope) = throw.gradient(&by_velocity, &loss)?;
         let (miss, steepness) = (value.sqrt(), slope.norm());
         if miss < HIT || descent.len() == ITERATIONS {

@@ -51,6 +51,7 @@ pub mod dynamics;
 pub mod geometry;
 pub mod gradient;
 pub mod guide;
+#[cfg(any(feature = "files", feature = "parry"))]
 pub mod io;
 pub mod mesh;
 mod narrow_phase;

@@ -42,9 +42,14 @@ fn scene(skin: Material) -> World {
     .unwrap()
 }
 
+fn plan(integrator: Integrator) -> Plan {
+    let plan = Plan::new(TIME_STEP, WARM_UP + COUNTED).unwrap();
+    plan.with_integrator(integrator)
+}
+
 /// In how many of the counted steps bodies touch.
 fn touching_steps(world: &World, integrator: Integrator) -> usize {
-    let rollout = world.rollout(&Plan::new(TIME_STEP, 0).unwrap().with_integrator(integrator));
+    let rollout = world.rollout(&plan(integrator));
     let counted = rollout.skip(WARM_UP).take(COUNTED);
     let touching = |state| usize::from(world.topology(&state).polygon_count() > 0);
     counted.map(Result::unwrap).map(touching).sum()
@@ -52,7 +57,7 @@ fn touching_steps(world: &World, integrator: Integrator) -> usize {
 
 /// Blocks that the counted steps allocate.
 fn allocated_blocks(world: &World, integrator: Integrator) -> u64 {
-    let mut rollout = world.rollout(&Plan::new(TIME_STEP, 0).unwrap().with_integrator(integrator));
+    let mut rollout = world.rollout(&plan(integrator));
     for _ in 0..WARM_UP {
         rollout.advance().unwrap();
     }

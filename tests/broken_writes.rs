@@ -2,7 +2,7 @@
 #![cfg(unix)]
 
 use hydroelastic::contact::{ContactBody, ContactPair, Shape};
-use hydroelastic::dynamics::{Body, Integrator, Mass, Material, Plan, State, Trajectory, World};
+use hydroelastic::dynamics::{Body, Mass, Material, Plan, State, Trajectory, World};
 use hydroelastic::io::{FileError, Recording, TrajectoryFile, write_surface, write_trajectory};
 use hydroelastic::mesh::shapes;
 use hydroelastic::spatial::Pose;
@@ -77,8 +77,8 @@ const WHOLE: &[&str] = if cfg!(feature = "parquet") {
 };
 
 fn recorded(world: &World) -> Trajectory {
-    let rollout = world.rollout(&Plan::new(TIME_STEP, 0).unwrap());
-    rollout.recorded(300, 1).unwrap()
+    let rollout = world.rollout(&Plan::new(TIME_STEP, 300).unwrap());
+    rollout.recorded().unwrap()
 }
 
 /// Writes a file of more than 16 KiB.
@@ -165,8 +165,8 @@ fn a_process_killed_while_it_writes_leaves_a_file_as_it_was() {
 #[test]
 fn what_is_left_of_a_rollout_can_be_written() {
     let world = world(Material::elastic(1e150).with_dissipation(1e150));
-    let rollout = world.rollout(&Plan::new(TIME_STEP, 0).unwrap());
-    let interrupted = rollout.recorded(1_000, 1).unwrap_err();
+    let rollout = world.rollout(&Plan::new(TIME_STEP, 1_000).unwrap());
+    let interrupted = rollout.recorded().unwrap_err();
     let folder = folder("interrupted");
     let (table, recording) = (folder.join("a.csv"), folder.join("a.glb"));
     write_trajectory(&table, &world, &interrupted.trajectory).unwrap();

@@ -57,7 +57,7 @@ fn forces_of_contacts_are_those_that_a_step_feels() {
     let start = world.initial_state();
     let time_step = 1e-4;
     let mut rollout = world.rollout(
-        &Plan::new(time_step, 0)
+        &Plan::new(time_step, 1)
             .unwrap()
             .with_integrator(Integrator::SymplecticEuler),
     );

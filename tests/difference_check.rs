@@ -3,7 +3,7 @@
 
 use hydroelastic::contact::Shape;
 use hydroelastic::dynamics::{
-    Acceleration, Body, ExternalForces, Mass, Material, Plan, Situation, Trajectory, World,
+    Body, Force, Mass, Material, Plan, Situation, Trajectory, World, Wrenches,
 };
 use hydroelastic::gradient::{DifferenceCheck, Experiment, GradientError, Outcome, Parameter};
 use hydroelastic::mesh::shapes;
@@ -15,10 +15,6 @@ const ROUNDING: f64 = 1e-12;
 
 /// Rounding of a difference over the shortest step, of 1e-9.
 const ROUNDING_AT_SHORTEST: f64 = 1e-6;
-
-const POSITION: Parameter = Parameter::InitialPosition("ball".into());
-const VELOCITY: Parameter = Parameter::InitialVelocity("ball".into());
-const MASS: Parameter = Parameter::Mass("ball".into());
 
 /// Bend of a logarithm over a thirtieth of what it is of, and rounding of a difference over as little.
 const SHORT_STEPS: f64 = 1e-4;
@@ -35,19 +31,25 @@ const PLACE: f64 = 2.0;
 /// From here (m) to the singularity of [`Reading::Logarithm`]: between the steps 1e-4 and 1e-5.
 const REACH: f64 = 3e-5;
 
+fn position() -> Parameter {
+    Parameter::InitialPosition("ball".into())
+}
+
+fn velocity() -> Parameter {
+    Parameter::InitialVelocity("ball".into())
+}
+
+fn mass() -> Parameter {
+    Parameter::Mass("ball".into())
+}
+
 /// The same force on every body, whatever its mass.
 struct Push;
 
-impl ExternalForces for Push {
-    fn acceleration<T: Scalar>(
-        &self,
-        situation: &Situation<T>,
-        contact: Acceleration<T>,
-    ) -> Acceleration<T> {
-        let push = vector![situation.mass.recip() * PUSH, lift(0.0), lift(0.0)];
-        Acceleration {
-            linear: contact.linear + push,
-            ..contact
+impl Force for Push {
+    fn add_to<T: Scalar>(&self, wrenches: &mut Wrenches<T>, now: &Situation<T>) {
+        for body in 0..now.bodies.len() {
+            wrenches.push_center(body, &vector![lift(PUSH), lift(0.0), lift(0.0)]);
         }
     }
 }
@@ -58,7 +60,7 @@ fn world() -> World<f64, Push> {
     let skin = Material::elastic(1e5);
     let ball = Body::dynamic("ball", ball, skin, Mass::Total(KILOGRAMS)).unwrap();
     let ball = ball.with_velocity(vector![0.0, 2.0, 0.5]);
-    World::new(vec![ball]).unwrap().with_external(Push)
+    World::new(vec![ball]).unwrap().with_forces(Push).unwrap()
 }
 
 /// Of the ball's last position (x, y, z).
@@ -129,13 +131,13 @@ fn checked(parameters: &[Parameter], outcome: &Reading) -> DifferenceCheck {
 
 /// The errors by the ball's y, at each step.
 fn errors_by_y(outcome: &Reading) -> Vec<f64> {
-    let check = checked(&[POSITION], outcome);
+    let check = checked(&[position()], outcome);
     check.errors.column(1).iter().copied().collect()
 }
 
 #[test]
 fn right_derivatives_agree_at_every_step_but_for_rounding() {
-    let check = checked(&[POSITION, VELOCITY], &Reading::Linear);
+    let check = checked(&[position(), velocity()], &Reading::Linear);
     assert_eq!(check.errors.shape(), (7, 6));
     for (step, errors) in check.steps.iter().zip(check.errors.row_iter()) {
         assert!(errors.amax() <= ROUNDING / step * 1e-3, "{errors}");
@@ -154,7 +156,7 @@ fn assert_first_errors(check: &DifferenceCheck, column: usize, expected: impl Fn
 
 #[test]
 fn differences_of_a_cube_are_off_by_the_square_of_the_step() {
-    let check = checked(&[POSITION], &Reading::Cube);
+    let check = checked(&[position()], &Reading::Cube);
     // 3 y² + h² against 3 y², at y = 2.
     assert_first_errors(&check, 1, |step| step * step / (12.0 + step * step));
     let rounding_grows = check.errors[(6, 1)] > check.errors[(3, 1)];
@@ -170,7 +172,7 @@ fn errors_are_relative_to_the_largest_derivative_by_the_number() {
 
 #[test]
 fn steps_by_a_mass_are_parts_of_it() {
-    let check = checked(&[MASS], &Reading::X);
+    let check = checked(&[mass()], &Reading::X);
     // F/(m − h) − F/(m + h) over 2 h is F/(m² − h²).
     assert_first_errors(&check, 0, |step| step * step);
 }
@@ -184,7 +186,7 @@ fn wrong_derivatives_are_off_at_every_step_by_as_much_as_they_are_wrong() {
         (Reading::Forgotten, 1.0),
     ];
     for (outcome, expected) in wrong {
-        let check = checked(&[POSITION], &outcome);
+        let check = checked(&[position()], &outcome);
         for error in check.errors.column(1).iter() {
             assert!((error - expected).abs() <= ROUNDING_AT_SHORTEST, "{error}");
         }
@@ -203,14 +205,14 @@ fn wrong_derivatives_are_off_at_every_step_by_as_much_as_they_are_wrong() {
 
 #[test]
 fn an_outcome_that_depends_on_nothing_has_no_error() {
-    let check = checked(&[POSITION, MASS], &Reading::Constant);
+    let check = checked(&[position(), mass()], &Reading::Constant);
     assert!(check.errors.amax() <= 0.0);
     assert!(check.best() <= 0.0);
 }
 
 #[test]
 fn a_derivative_that_is_not_finite_is_an_infinite_error_at_every_step() {
-    let check = checked(&[POSITION], &Reading::Distance);
+    let check = checked(&[position()], &Reading::Distance);
     assert!(check.errors.iter().all(|error| *error == f64::INFINITY));
     assert_eq!(check.best_by_parameter(), [f64::INFINITY; 3]);
     assert!(check.best().is_infinite());
@@ -220,7 +222,7 @@ fn a_derivative_that_is_not_finite_is_an_infinite_error_at_every_step() {
 #[test]
 fn an_outcome_that_is_not_finite_is_an_infinite_error() {
     for outcome in [Reading::Unknown, Reading::Hole] {
-        let check = checked(&[POSITION], &outcome);
+        let check = checked(&[position()], &outcome);
         assert_eq!(check.best_by_parameter(), [f64::INFINITY; 3]);
     }
 }
@@ -230,7 +232,7 @@ fn an_outcome_whose_length_depends_on_values_is_refused() {
     let world = world();
     let experiment = Experiment::new(&world, &Plan::new(TIME_STEP, STEPS).unwrap());
     let (expected, found) = (1, 2);
-    let error = experiment.difference_check(&[POSITION], &Reading::Growing);
+    let error = experiment.difference_check(&[position()], &Reading::Growing);
     let lengths = GradientError::OutcomeLength { expected, found };
     assert_eq!(error.unwrap_err(), lengths);
     assert_eq!(
@@ -245,17 +247,21 @@ fn an_outcome_whose_length_depends_on_the_scalar_is_refused() {
     let experiment = Experiment::new(&world, &Plan::new(TIME_STEP, STEPS).unwrap());
     let outcome = Reading::AsManyAsNumbers;
     // One number takes a dual number of six, 97 take one of 96 and one of six.
-    let error = experiment.difference_check(&[MASS], &outcome).unwrap_err();
+    let error = experiment
+        .difference_check(&[mass()], &outcome)
+        .unwrap_err();
     let (expected, found) = (1 + 6, 1);
     assert_eq!(error, GradientError::OutcomeLength { expected, found });
-    let error = experiment.jacobian(&[MASS; 97], &outcome).unwrap_err();
+    let error = experiment
+        .jacobian(&vec![mass(); 97], &outcome)
+        .unwrap_err();
     let (expected, found) = (1 + 96, 1 + 6);
     assert_eq!(error, GradientError::OutcomeLength { expected, found });
 }
 
 #[test]
 fn a_difference_that_is_not_finite_is_an_infinite_error_at_its_step_alone() {
-    let check = checked(&[POSITION], &Reading::Logarithm);
+    let check = checked(&[position()], &Reading::Logarithm);
     let errors = check.errors.column(0);
     let (reached, others) = (errors.rows(0, 2), errors.rows(2, 5));
     assert!(reached.iter().all(|error| *error == f64::INFINITY));
@@ -267,7 +273,7 @@ fn a_difference_that_is_not_finite_is_an_infinite_error_at_its_step_alone() {
 
 #[test]
 fn columns_are_named_after_the_parameters_and_their_numbers() {
-    let check = checked(&[POSITION, MASS], &Reading::Constant);
+    let check = checked(&[position(), mass()], &Reading::Constant);
     let expected = [
         "InitialPosition(\"ball\") x",
         "InitialPosition(\"ball\") y",
@@ -279,7 +285,7 @@ fn columns_are_named_after_the_parameters_and_their_numbers() {
 
 /// A check of two numbers at three steps, with these errors.
 fn with_errors(errors: [[f64; 2]; 3]) -> DifferenceCheck {
-    let mut check = checked(&[MASS, MASS], &Reading::Constant);
+    let mut check = checked(&[mass(), mass()], &Reading::Constant);
     check.steps = vec![1e-2, 1e-4, 1e-6];
     check.errors = DMatrix::from_fn(3, 2, |row, column| errors[row][column]);
     check

@@ -3,7 +3,7 @@
 mod support;
 
 use hydroelastic::contact::Shape;
-use hydroelastic::dynamics::{Body, Integrator, Mass, Material, Plan, State, World};
+use hydroelastic::dynamics::{Body, Mass, Material, Plan, State, World};
 use hydroelastic::gradient::{Experiment, FinalPosition, Parameter};
 use hydroelastic::mesh::shapes;
 use hydroelastic::spatial::{MassProperties, Pose};
@@ -97,7 +97,7 @@ fn a_ball_swings_about_its_rest_depth_with_the_period_of_the_linear_stiffness() 
     let start = 0.1 - rest_depth + amplitude;
     let world = with_gravity(ball_over_floor(Material::elastic(1e6), start, 0.0));
     let time_step = 5e-5;
-    let rollout = world.rollout(&Plan::new(time_step, 0).unwrap());
+    let rollout = world.rollout(&Plan::new(time_step, 3_599).unwrap());
     let states: Vec<State> = rollout.take(3_599).map(Result::unwrap).collect();
     // The mean over whole periods is the rest depth; the period is between downward crossings.
     let mut crossings = Vec::new();
@@ -185,8 +185,8 @@ fn hunt_crossley_restitution_is_that_of_the_integrated_law() {
             ..material
         };
         let world = World::new(vec![falling, floor(rigid)]).unwrap();
-        let rollout = world.rollout(&Plan::new(1e-5, 0).unwrap());
-        let trajectory = rollout.recorded(12_000, 12_000).unwrap();
+        let plan = Plan::new(1e-5, 12_000).unwrap().recording_every(12_000);
+        let trajectory = world.rollout(&plan).recorded().unwrap();
         let rebound = upward(trajectory.last());
         assert!(
             (rebound - ratio).abs() < RESTITUTION,
@@ -205,14 +205,14 @@ fn by_starts_of_two_balls(modulus: f64, steps: usize) -> [f64; 4] {
     };
     let first = body("first").with_velocity(vector![0.0, 0.0, 1.0]);
     let world = World::new(vec![first, body("second").at(at(0.0, 0.0, 0.52))]).unwrap();
-    let experiment = Experiment::new(&world, &Plan::new(1.0 / steps as f64, steps).unwrap());
+    let plan = Plan::new(1.0 / steps as f64, steps).unwrap();
+    let experiment = Experiment::new(&world, &plan.recording_every(steps));
     let parameters = [
         Parameter::InitialPosition("first".into()),
         Parameter::InitialPosition("second".into()),
         Parameter::InitialVelocity("first".into()),
         Parameter::InitialVelocity("second".into()),
     ];
-    let experiment = experiment.recording_every(steps);
     let jacobian = experiment
         .jacobian(
             &parameters,
@@ -274,9 +274,8 @@ fn a_sliding_block_stops_after_the_distance_of_coulomb_friction() {
     };
     let speed = 1.0;
     let world = sliding(&resting_block(material, 0.0), speed);
-    let last = world
-        .rollout(&Plan::new(2e-5, 20_000).unwrap().recording_every(20_000))
-        .recorded();
+    let plan = Plan::new(2e-5, 20_000).unwrap().recording_every(20_000);
+    let last = world.rollout(&plan).recorded();
     let distance = last.unwrap().last().bodies[0].pose.translation().x;
     let expected = speed * speed / (2.0 * 0.5 * GRAVITY);
     assert!(
@@ -308,8 +307,8 @@ fn a_block_slides_down_an_incline_with_the_acceleration_that_friction_leaves() {
     let world = resting_block(material, tilt)
         .with_slip_tolerance(1e-4)
         .unwrap();
-    let rollout = world.rollout(&Plan::new(2e-5, 0).unwrap());
-    let states = rollout.recorded(20_000, 10_000).unwrap();
+    let plan = Plan::new(2e-5, 20_000).unwrap().recording_every(10_000);
+    let states = world.rollout(&plan).recorded().unwrap();
     let [_, middle, end] = states.states() else {
         panic!("three states are recorded")
     };

@@ -3,14 +3,15 @@
 
 use hydroelastic::contact::Shape;
 use hydroelastic::dynamics::{
-    Acceleration, Batch, Body, BodyState, ExternalForces, Gravity, Integrator, Mass, Material,
-    Plan, Progress, RolloutError, Situation, State, Trajectory, World,
+    Batch, Body, BodyState, Force, Integrator, Mass, Material, Plan, Progress, RolloutError,
+    Situation, State, Trajectory, World, Wrenches,
 };
 use hydroelastic::gradient::{Experiment, FinalPosition, GradientError, Outcome, Parameter};
 use hydroelastic::mesh::shapes;
 use hydroelastic::scalar::Scalar;
 use hydroelastic::spatial::{Pose, Twist};
 use nalgebra::{Vector3, vector};
+use std::ops::ControlFlow;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};
@@ -58,7 +59,7 @@ fn all_bits(trajectory: &Trajectory) -> Vec<Vec<u64>> {
 
 // Panics.
 
-/// Gravity that panics when it is asked for some time.
+/// No force, which panics when it is asked for some time.
 struct Fragile {
     /// How often it has been asked.
     asked: AtomicUsize,
@@ -73,15 +74,10 @@ impl Fragile {
     }
 }
 
-impl ExternalForces for Fragile {
-    fn acceleration<T: Scalar>(
-        &self,
-        situation: &Situation<T>,
-        contact: Acceleration<T>,
-    ) -> Acceleration<T> {
+impl Force for Fragile {
+    fn add_to<T: Scalar>(&self, _: &mut Wrenches<T>, now: &Situation<T>) {
         let asked = self.asked.fetch_add(1, Ordering::Relaxed) + 1;
-        assert!(asked != self.last, "no force for {}", situation.body);
-        Gravity.acceleration(situation, contact)
+        assert!(asked != self.last, "no force for {}", now.bodies[0].name());
     }
 }
 
@@ -93,15 +89,13 @@ fn panicked(message: &str) -> RolloutError {
 #[test]
 fn a_panic_in_a_force_is_an_error_with_the_trajectory_up_to_there() {
     for integrator in [Integrator::Leapfrog, Integrator::SymplecticEuler] {
-        let plain = soft_world();
-        let plain = plain.rollout(&Plan::new(TIME_STEP, 0).unwrap().with_integrator(integrator));
-        let whole = all_bits(&plain.recorded(80, 1).unwrap());
+        let plan = Plan::new(TIME_STEP, 80).unwrap();
+        let plan = plan.with_integrator(integrator);
+        let whole = all_bits(&soft_world().rollout(&plan).recorded().unwrap());
         for last in [1, 2, 50, 80] {
             // One question a step.
-            let world = soft_world().with_external(Fragile::at(last));
-            let rollout =
-                world.rollout(&Plan::new(TIME_STEP, 0).unwrap().with_integrator(integrator));
-            let interrupted = rollout.recorded(80, 1).unwrap_err();
+            let world = soft_world().with_forces(Fragile::at(last)).unwrap();
+            let interrupted = world.rollout(&plan).recorded().unwrap_err();
             assert_eq!(interrupted.error, panicked("no force for ball"));
             assert_eq!(all_bits(&interrupted.trajectory), whole[..last]);
         }
@@ -128,11 +122,11 @@ fn sinking_world() -> World {
 #[test]
 fn a_panic_in_a_path_is_an_error_with_the_trajectory_up_to_there() {
     let world = sinking_world();
-    let rollout = world.rollout(&Plan::new(TIME_STEP, 0).unwrap());
-    let interrupted = rollout.recorded(80, 1).unwrap_err();
+    let plan = Plan::new(TIME_STEP, 80).unwrap();
+    let interrupted = world.rollout(&plan).recorded().unwrap_err();
     assert_eq!(interrupted.error, panicked("the path ends at 0.0505 s"));
     assert_eq!(interrupted.trajectory.states().len(), 1 + 50);
-    let batch = Batch::new(&Plan::new(TIME_STEP, 80).unwrap().recording_every(10));
+    let batch = Batch::new(&plan.recording_every(10));
     let results = batch.of_worlds(&[sinking_world(), soft_world()]);
     let interrupted = results[0].as_ref().unwrap_err();
     assert_eq!(interrupted.trajectory.states().len(), 1 + 5);
@@ -141,12 +135,12 @@ fn a_panic_in_a_path_is_an_error_with_the_trajectory_up_to_there() {
 
 #[test]
 fn after_a_panic_a_rollout_has_its_last_state_and_can_take_the_step_again() {
-    let plain = soft_world();
-    let expected = plain.rollout(&Plan::new(TIME_STEP, 0).unwrap());
+    let plan = Plan::new(TIME_STEP, 80).unwrap();
+    let expected = soft_world().rollout(&plan);
     let expected: Vec<State> = expected.take(80).map(Result::unwrap).collect();
     for last in [2, 50] {
-        let world = soft_world().with_external(Fragile::at(last));
-        let mut rollout = world.rollout(&Plan::new(TIME_STEP, 0).unwrap());
+        let world = soft_world().with_forces(Fragile::at(last)).unwrap();
+        let mut rollout = world.rollout(&plan);
         for state in &expected[..last - 1] {
             assert_eq!(bits(rollout.advance().unwrap()), bits(state));
         }
@@ -168,26 +162,28 @@ impl Outcome for Flawed {
     }
 }
 
-const BY: [Parameter; 1] = [Parameter::InitialPosition("ball".into())];
+fn by() -> [Parameter; 1] {
+    [Parameter::InitialPosition("ball".into())]
+}
 
 #[test]
 fn a_panic_in_an_experiment_is_its_error_and_the_states_before_are_to_be_had() {
-    let world = || soft_world().with_external(Fragile::at(50));
+    let world = || soft_world().with_forces(Fragile::at(50)).unwrap();
     let expected = GradientError::Rollout(panicked("no force for ball"));
     let (first, second, third, fourth) = (world(), world(), world(), world());
     let outcome = FinalPosition::of_body(&first, "ball").unwrap();
     let experiment = |world| Experiment::new(world, &Plan::new(TIME_STEP, 80).unwrap());
     assert_eq!(experiment(&first).value(&outcome), Err(expected.clone()));
-    let jacobian = experiment(&second).jacobian(&BY, &outcome);
+    let jacobian = experiment(&second).jacobian(&by(), &outcome);
     assert_eq!(jacobian.unwrap_err(), expected);
-    let value = experiment(&third).value_after(&BY, &[0.0; 3], &outcome);
+    let value = experiment(&third).value_after(&by(), &[0.0; 3], &outcome);
     assert_eq!(value, Err(expected));
     let interrupted = experiment(&fourth).trajectory().unwrap_err();
     assert_eq!(interrupted.trajectory.states().len(), 50);
     let plain = soft_world();
     let experiment = Experiment::new(&plain, &Plan::new(TIME_STEP, 80).unwrap());
     let of_value = experiment.value(&Flawed).unwrap_err().to_string();
-    let of_jacobian = experiment.jacobian(&BY, &Flawed).unwrap_err().to_string();
+    let of_jacobian = experiment.jacobian(&by(), &Flawed).unwrap_err().to_string();
     for message in [of_value, of_jacobian] {
         assert!(message.contains("index out of bounds"), "{message}");
     }
@@ -197,16 +193,18 @@ fn a_panic_in_an_experiment_is_its_error_and_the_states_before_are_to_be_had() {
 fn a_panic_in_progress_leaves_all_results() {
     let world = soft_world();
     let starts = vec![world.initial_state(); 20];
-    let told = AtomicUsize::new(0);
+    let told = Arc::new(AtomicUsize::new(0));
     let count = |batch: Batch| {
         let results = batch.starting_from(&world, &starts).unwrap();
         let whole = results.iter().filter(|result| result.is_ok());
         whole.count()
     };
     let batch = || Batch::new(&Plan::new(TIME_STEP, 10).unwrap());
-    let panicking = batch().with_progress(|progress: Progress| {
-        told.fetch_add(1, Ordering::Relaxed);
+    let telling = Arc::clone(&told);
+    let panicking = batch().with_progress(move |progress: Progress| {
+        telling.fetch_add(1, Ordering::Relaxed);
         assert!(progress.finished < 5, "enough");
+        ControlFlow::Continue(())
     });
     assert_eq!(count(panicking), starts.len());
     // On several threads some may be told at the same time.
@@ -215,7 +213,7 @@ fn a_panic_in_progress_leaves_all_results() {
     // The same for samples of a gradient.
     let outcome = FinalPosition::of_body(&world, "ball").unwrap();
     let panicking = batch().with_progress(|_| panic!("at once"));
-    let values = panicking.values_after(&world, &BY, &[[0.0; 3]; 5], &outcome);
+    let values = panicking.values_after(&world, &by(), &[[0.0; 3]; 5], &outcome);
     assert_eq!(values.iter().filter(|value| value.is_ok()).count(), 5);
 }
 

@@ -4,7 +4,7 @@
 mod support;
 
 use hydroelastic::contact::{ContactBody, ContactPair, Shape, SurfaceLaw};
-use hydroelastic::dynamics::{Body, Integrator, Mass, Material, Plan, State, World};
+use hydroelastic::dynamics::{Body, Mass, Material, Plan, State, World};
 use hydroelastic::mesh::shapes;
 use hydroelastic::spatial::{Pose, Twist};
 use nalgebra::{SMatrix, SVector, Vector3, vector};
@@ -177,8 +177,8 @@ fn stack(count: usize) -> World {
 }
 
 fn states(world: &World, steps: usize) -> Vec<State> {
-    let rollout = world.rollout(&Plan::new(2e-4, 0).unwrap());
-    rollout.recorded(steps, 1).unwrap().states().to_vec()
+    let rollout = world.rollout(&Plan::new(2e-4, steps).unwrap());
+    rollout.recorded().unwrap().states().to_vec()
 }
 
 #[test]

@@ -6,7 +6,7 @@
 mod support;
 
 use hydroelastic::contact::Shape;
-use hydroelastic::dynamics::{Body, BodyState, Integrator, Mass, Material, Plan, State, World};
+use hydroelastic::dynamics::{Body, BodyState, Mass, Material, Plan, State, World};
 use hydroelastic::mesh::shapes;
 use hydroelastic::spatial::Pose;
 use nalgebra::{Vector3, vector};
@@ -115,8 +115,8 @@ fn stepped(world: &World, mut state: State, time: f64, mut see: impl FnMut(&Stat
     let end = state.time + time;
     while state.time < end {
         let limit = world.largest_stable_step(&state).unwrap_or(f64::INFINITY);
-        let rollout = world.rollout(&Plan::new(LONGEST.min(SAFETY * limit), 0));
-        let mut rollout = rollout.unwrap().starting_from(state).unwrap();
+        let plan = Plan::new(LONGEST.min(SAFETY * limit), STEPS).unwrap();
+        let mut rollout = world.rollout(&plan).starting_from(state).unwrap();
         for _ in 0..STEPS {
             rollout.advance().unwrap();
         }

@@ -4,7 +4,7 @@
 mod support;
 
 use hydroelastic::contact::{ContactBody, ContactPair, ContactWrench, Shape, SurfaceLaw};
-use hydroelastic::dynamics::{Body, Integrator, Mass, Material, Plan, State, World};
+use hydroelastic::dynamics::{Body, Mass, Material, Plan, State, World};
 use hydroelastic::gradient::{Experiment, FinalState, Outcome, Parameter};
 use hydroelastic::mesh::shapes;
 use hydroelastic::scalar::{DenseDual, lift};
@@ -153,12 +153,14 @@ fn thrown(skin: Material) -> World {
     .unwrap()
 }
 
-const START: [Parameter<'static>; 4] = [
-    Parameter::InitialOrientation("ball".into()),
-    Parameter::InitialPosition("ball".into()),
-    Parameter::InitialSpin("ball".into()),
-    Parameter::InitialVelocity("ball".into()),
-];
+fn start() -> [Parameter; 4] {
+    [
+        Parameter::InitialOrientation("ball".into()),
+        Parameter::InitialPosition("ball".into()),
+        Parameter::InitialSpin("ball".into()),
+        Parameter::InitialVelocity("ball".into()),
+    ]
+}
 
 /// The derivative of where the ball ends along a direction, by numbers of second order, for which the
 /// contact goes through the generic pipeline.
@@ -171,11 +173,12 @@ fn by_generic_pipeline(world: &World, direction: &SVector<f64, 12>, steps: usize
     ball.pose = ball.pose.moved_by(&twist(0));
     ball.twist.angular += twist(6).angular;
     ball.twist.linear += twist(6).linear;
-    let rollout = lifted.rollout(&Plan::new(5e-4, 0).unwrap());
-    let trajectory = rollout
+    let plan = Plan::new(5e-4, steps).unwrap().recording_every(steps);
+    let trajectory = lifted
+        .rollout(&plan)
         .starting_from(start)
         .unwrap()
-        .recorded(steps, steps)
+        .recorded()
         .unwrap();
     let end = FinalState::of_body(world, "ball").unwrap().of(&trajectory);
     end.into_iter().map(|number| number.v1).collect()
@@ -191,7 +194,7 @@ fn gradients_of_whole_trajectories_are_those_of_the_generic_pipeline() {
         let (world, steps) = (thrown(skin), 300);
         let experiment = Experiment::new(&world, &Plan::new(5e-4, steps).unwrap());
         let outcome = FinalState::of_body(&world, "ball").unwrap();
-        let jacobian = experiment.jacobian(&START, &outcome).unwrap().jacobian;
+        let jacobian = experiment.jacobian(&start(), &outcome).unwrap().jacobian;
         for _ in 0..3 {
             let direction = SVector::<f64, 12>::from_fn(|_, _| random.between(-1.0, 1.0));
             let found = &jacobian * direction;
@@ -210,10 +213,10 @@ fn many_numbers_take_several_passes_and_give_what_few_give() {
     let experiment = Experiment::new(&world, &Plan::new(5e-4, 100).unwrap());
     let outcome = FinalState::of_body(&world, "ball").unwrap();
     let value = nalgebra::DVector::from_vec(experiment.value(&outcome).unwrap());
-    let alone = experiment.jacobian(&START[3..], &outcome).unwrap();
+    let alone = experiment.jacobian(&start()[3..], &outcome).unwrap();
     // 3, 12, 36, 96 and 99 numbers: a pass of each width, a full one, and two.
     for count in [1, 4, 12, 32, 33] {
-        let parameters = vec![START[3]; count];
+        let parameters = vec![start()[3].clone(); count];
         let many = experiment.jacobian(&parameters, &outcome).unwrap();
         assert_eq!(many.jacobian.ncols(), 3 * count);
         assert!((&many.value - &value).amax() <= SAME_VALUE * value.amax());

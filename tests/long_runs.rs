@@ -5,7 +5,7 @@
 //! `cargo test --test long_runs -- --ignored --nocapture --test-threads=1`.
 
 use hydroelastic::contact::Shape;
-use hydroelastic::dynamics::{Body, Integrator, Mass, Material, Plan, Rollout, State, World};
+use hydroelastic::dynamics::{Body, Mass, Material, Plan, Rollout, State, World};
 use hydroelastic::mesh::{PressureField, shapes};
 use hydroelastic::spatial::Pose;
 use nalgebra::{Matrix3, Vector3, vector};
@@ -88,7 +88,7 @@ fn resident() -> Option<u64> {
 fn decades(world: &World, time_step: f64, steps: usize) -> Vec<Decade> {
     let limit = world.largest_stable_step(&world.initial_state());
     assert!(limit.is_none_or(|limit| time_step < 0.6 * limit));
-    let mut rollout = world.rollout(&Plan::new(time_step, 0).unwrap());
+    let mut rollout = world.rollout(&Plan::new(time_step, steps).unwrap());
     let (mut decades, mut taken) = (Vec::new(), 0);
     for power in 3..=steps.ilog10() {
         let end = 10_usize.pow(power);

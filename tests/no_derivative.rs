@@ -2,7 +2,7 @@
 
 use hydroelastic::contact::Shape;
 use hydroelastic::dynamics::{
-    Acceleration, Batch, Body, ExternalForces, Mass, Material, Plan, Situation, Trajectory, World,
+    Batch, Body, Force, Mass, Material, Plan, Situation, Trajectory, World, Wrenches,
 };
 use hydroelastic::gradient::{
     Experiment, FinalPosition, GradientError, Outcome, OutcomeJacobian, Parameter,
@@ -12,9 +12,6 @@ use hydroelastic::scalar::{Scalar, lift};
 use hydroelastic::spatial::Pose;
 use nalgebra::vector;
 use std::sync::Arc;
-
-const MASS: Parameter = Parameter::Mass("ball".into());
-const VELOCITY: Parameter = Parameter::InitialVelocity("ball".into());
 
 /// A power of two: times are exact.
 const TIME_STEP: f64 = 0.125;
@@ -26,7 +23,15 @@ const ROUNDING: f64 = 1e-12;
 /// Agreement with differences of a slide with friction.
 const RUBBING: f64 = 1e-6;
 
-/// A force at rest that is none, but whose derivative is lost.
+fn mass() -> Parameter {
+    Parameter::Mass("ball".into())
+}
+
+fn velocity() -> Parameter {
+    Parameter::InitialVelocity("ball".into())
+}
+
+/// An acceleration at rest that is none, but whose derivative is lost.
 enum Lost {
     /// Nowhere.
     Nowhere,
@@ -37,29 +42,29 @@ enum Lost {
     Overflow,
 }
 
-impl ExternalForces for Lost {
-    fn acceleration<T: Scalar>(
-        &self,
-        situation: &Situation<T>,
-        contact: Acceleration<T>,
-    ) -> Acceleration<T> {
-        let velocity = situation.state.velocity();
-        let linear = match self {
-            Self::Drag { from } if situation.time >= *from => {
-                velocity * -velocity.dot(velocity).sqrt()
-            }
-            Self::Overflow if situation.body == "slow" => {
-                vector![lift(0.0), velocity.y * 1e120, lift(0.0)]
-            }
-            Self::Overflow => vector![lift(0.0), velocity.y * 1e200, lift(0.0)],
-            Self::Nowhere | Self::Drag { .. } => return contact,
-        };
-        Acceleration {
-            linear: contact.linear + linear,
-            ..contact
+impl Force for Lost {
+    fn add_to<T: Scalar>(&self, wrenches: &mut Wrenches<T>, now: &Situation<T>) {
+        for (index, body) in now.bodies.iter().enumerate() {
+            let Some(inertia) = body.inertia() else {
+                continue;
+            };
+            let velocity = now.states[index].velocity();
+            let linear = match self {
+                Self::Drag { from } if now.time >= *from => {
+                    velocity * -velocity.dot(velocity).sqrt()
+                }
+                Self::Overflow if body.name() == "slow" => {
+                    vector![lift(0.0), velocity.y * 1e120, lift(0.0)]
+                }
+                Self::Overflow => vector![lift(0.0), velocity.y * 1e200, lift(0.0)],
+                Self::Nowhere | Self::Drag { .. } => continue,
+            };
+            wrenches.push_center(index, &(linear * inertia.mass));
         }
     }
 }
+
+type LosingWorld = World<f64, Lost>;
 
 fn ball(name: &str, skin: Material) -> Body {
     let ball = Shape::new(shapes::icosphere(0.1, 0).unwrap());
@@ -67,16 +72,20 @@ fn ball(name: &str, skin: Material) -> Body {
 }
 
 /// A ball at rest.
-fn world(external: Lost) -> World<f64, Lost> {
+fn world(force: Lost) -> LosingWorld {
     let ball = ball("ball", Material::elastic(1e5));
-    World::new(vec![ball]).unwrap().with_external(external)
+    World::new(vec![ball]).unwrap().with_forces(force).unwrap()
 }
 
-fn experiment(world: &World<f64, Lost>) -> Experiment<'_, Lost> {
-    Experiment::new(world, &Plan::new(TIME_STEP, STEPS).unwrap())
+fn plan() -> Plan {
+    Plan::new(TIME_STEP, STEPS).unwrap()
 }
 
-fn place(world: &World<f64, Lost>) -> FinalPosition {
+fn experiment(world: &LosingWorld) -> Experiment<Lost> {
+    Experiment::new(world, &plan())
+}
+
+fn place(world: &LosingWorld) -> FinalPosition {
     FinalPosition::of_body(world, "ball").unwrap()
 }
 
@@ -101,8 +110,8 @@ fn a_derivative_that_a_force_loses_is_refused_with_the_first_step_that_lacks_it(
         let drag = || Lost::Drag { from };
         for every in [1, 2, STEPS] {
             let world = world(drag());
-            let experiment = experiment(&world).recording_every(every);
-            let error = experiment.jacobian(&[MASS, VELOCITY], &place(&world));
+            let experiment = Experiment::new(&world, &plan().recording_every(every));
+            let error = experiment.jacobian(&[mass(), velocity()], &place(&world));
             let (step, time, number, _) = lost_in_state(error.unwrap_err());
             assert_eq!((step, number.as_str()), (expected, "Mass(\"ball\")"));
             assert!((time - expected as f64 * TIME_STEP).abs() <= 0.0);
@@ -114,7 +123,7 @@ fn a_derivative_that_a_force_loses_is_refused_with_the_first_step_that_lacks_it(
 fn an_overflow_is_named_after_the_number_it_is_by_and_the_other_columns_are_kept() {
     let world = world(Lost::Overflow);
     let error = experiment(&world)
-        .jacobian(&[MASS, VELOCITY], &place(&world))
+        .jacobian(&[mass(), velocity()], &place(&world))
         .unwrap_err();
     assert!(error.to_string().starts_with(
         "step 2 (t = 0.25 s) took body \"ball\" to a state whose derivative by InitialVelocity(\"ball\") y is not finite"
@@ -128,8 +137,8 @@ fn an_overflow_is_named_after_the_number_it_is_by_and_the_other_columns_are_kept
 
 #[test]
 fn a_derivative_that_is_lost_in_the_second_pass_of_many_parameters_is_refused() {
-    let mut parameters = vec![MASS; 96];
-    parameters.push(VELOCITY);
+    let mut parameters = vec![mass(); 96];
+    parameters.push(velocity());
     let world = world(Lost::Overflow);
     let error = experiment(&world).jacobian(&parameters, &place(&world));
     let (step, _, number, found) = lost_in_state(error.unwrap_err());
@@ -142,12 +151,11 @@ fn of_derivatives_that_are_lost_in_several_passes_the_earliest_is_named() {
     let skin = Material::elastic(1e5);
     let world = World::new(vec![ball("slow", skin), ball("ball", skin)]).unwrap();
     let world = world.ignoring("slow", "ball").unwrap();
-    let world = world.with_external(Lost::Overflow);
+    let world = world.with_forces(Lost::Overflow).unwrap();
     let slow = Parameter::InitialVelocity("slow".into());
-    for last in [VELOCITY, slow] {
-        let first = if last == slow { VELOCITY } else { slow };
+    for [first, last] in [[slow.clone(), velocity()], [velocity(), slow]] {
         let mut parameters = vec![first];
-        parameters.extend(vec![MASS; 93]);
+        parameters.extend(vec![mass(); 93]);
         parameters.push(last);
         let error = experiment(&world).jacobian(&parameters, &Reading::Sum);
         let (step, _, number, _) = lost_in_state(error.unwrap_err());
@@ -157,7 +165,7 @@ fn of_derivatives_that_are_lost_in_several_passes_the_earliest_is_named() {
 
 #[test]
 fn a_lost_derivative_that_the_outcome_does_not_see_is_no_error() {
-    let by = [VELOCITY];
+    let by = [velocity()];
     let overflowing = world(Lost::Overflow);
     let x = experiment(&overflowing).jacobian(&by, &Reading::X).unwrap();
     assert_eq!(x.jacobian.as_slice(), [1.0, 0.0, 0.0]);
@@ -166,8 +174,8 @@ fn a_lost_derivative_that_the_outcome_does_not_see_is_no_error() {
 #[test]
 fn the_last_state_is_seen_whatever_is_recorded() {
     let late = world(Lost::Drag { from: 0.75 });
-    let experiment = experiment(&late).recording_every(6);
-    assert!(experiment.jacobian(&[VELOCITY], &place(&late)).is_err());
+    let experiment = Experiment::new(&late, &plan().recording_every(6));
+    assert!(experiment.jacobian(&[velocity()], &place(&late)).is_err());
 }
 
 /// Of the first body's last state.
@@ -205,7 +213,7 @@ impl Outcome for Reading {
 fn a_derivative_that_the_outcome_itself_loses_is_refused_with_its_row() {
     let world = world(Lost::Nowhere);
     let error = experiment(&world)
-        .jacobian(&[VELOCITY], &Reading::Speed)
+        .jacobian(&[velocity()], &Reading::Speed)
         .unwrap_err();
     let message = "number 1 of the outcome, counted from 0, has a derivative by InitialVelocity(\"ball\") x that is not finite, though those of all states are: the outcome may take a root or a norm of zero";
     assert_eq!(error.to_string(), message);
@@ -222,7 +230,7 @@ fn a_derivative_that_the_outcome_itself_loses_is_refused_with_its_row() {
 #[test]
 fn derivatives_that_are_zero_or_huge_are_no_errors() {
     let world = world(Lost::Nowhere);
-    let by = [MASS, VELOCITY];
+    let by = [mass(), velocity()];
     let found = experiment(&world).jacobian(&by, &Reading::Huge).unwrap();
     let expected = [0.0, 0.0, 1e307, 0.0];
     assert_eq!(found.jacobian.row(1).transpose().as_slice(), expected);
@@ -233,7 +241,7 @@ fn derivatives_that_are_zero_or_huge_are_no_errors() {
 fn the_check_has_infinite_errors_by_what_is_lost_and_compares_the_rest() {
     let world = world(Lost::Nowhere);
     let checked = |outcome| {
-        let check = experiment(&world).difference_check(&[MASS, VELOCITY], &outcome);
+        let check = experiment(&world).difference_check(&[mass(), velocity()], &outcome);
         check.unwrap()
     };
     let check = checked(Reading::TooHuge);
@@ -254,10 +262,10 @@ fn the_check_has_infinite_errors_by_what_is_lost_and_compares_the_rest() {
 #[test]
 fn a_sample_without_a_derivative_is_an_error_among_the_others() {
     let drag = world(Lost::Drag { from: 0.0 });
-    let batch = Batch::new(&Plan::new(TIME_STEP, STEPS).unwrap());
+    let batch = Batch::new(&plan());
     let samples = [[0.5, 0.0, 0.0], [0.0; 3], [0.0, 0.1, 0.0]];
-    let slopes = batch.gradients_after(&drag, &[VELOCITY], &samples, &Reading::X);
-    let jacobians = batch.jacobians_after(&drag, &[VELOCITY], &samples, &place(&drag));
+    let slopes = batch.gradients_after(&drag, &[velocity()], &samples, &Reading::X);
+    let jacobians = batch.jacobians_after(&drag, &[velocity()], &samples, &place(&drag));
     assert!(slopes[0].is_ok() && slopes[2].is_ok());
     assert!(jacobians[0].is_ok() && jacobians[2].is_ok());
     let errors = [slopes[1].clone().err(), jacobians[1].clone().err()];
@@ -283,13 +291,16 @@ fn sliding(ball_friction: f64, floor_friction: f64) -> World {
     .unwrap()
 }
 
-const BOTH: [Parameter; 2] = [
-    Parameter::Friction("ball".into()),
-    Parameter::Friction("floor".into()),
-];
+fn friction(name: &str) -> Parameter {
+    Parameter::Friction(name.into())
+}
+
+fn both() -> [Parameter; 2] {
+    ["ball", "floor"].map(friction)
+}
 
 /// Where the first body of a world is after 50 steps of a millisecond.
-fn slide(world: &World) -> (Experiment<'_>, FinalPosition) {
+fn slide(world: &World) -> (Experiment, FinalPosition) {
     let place = FinalPosition::of_body(world, "ball").unwrap();
     (Experiment::new(world, &Plan::new(1e-3, 50).unwrap()), place)
 }
@@ -301,7 +312,8 @@ fn two_bodies_without_friction_have_no_derivative_by_the_friction_of_both() {
     let expected = GradientError::NoFriction {
         bodies: ["ball".into(), "floor".into()],
     };
-    for by in [BOTH.to_vec(), vec![BOTH[1], VELOCITY, BOTH[0], BOTH[0]]] {
+    let [ball, floor] = both();
+    for by in [both().to_vec(), vec![floor, velocity(), ball.clone(), ball]] {
         let jacobian = experiment.jacobian(&by, &place);
         let gradient = experiment.gradient(&by, &Reading::X);
         let check = experiment.difference_check(&by, &place);
@@ -314,7 +326,7 @@ fn two_bodies_without_friction_have_no_derivative_by_the_friction_of_both() {
         "bodies \"ball\" and \"floor\" both have the friction 0, where that of the pair has no derivative by both: take one alone, or begin above 0"
     );
     // Along (1, 1) it rises with a slope that neither has alone.
-    let x = |change: [f64; 2]| experiment.value_after(&BOTH, &change, &place).unwrap()[0];
+    let x = |change: [f64; 2]| experiment.value_after(&both(), &change, &place).unwrap()[0];
     let [still, one, other, both] = [[0.0; 2], [1e-3, 0.0], [0.0, 1e-3], [1e-3; 2]].map(x);
     assert!((one - still).abs() <= 0.0 && (other - still).abs() <= 0.0);
     assert!(still - both > 1e-6, "{:e}", still - both);
@@ -324,10 +336,10 @@ fn two_bodies_without_friction_have_no_derivative_by_the_friction_of_both() {
 fn the_derivative_by_one_friction_of_a_pair_that_has_none_is_zero() {
     let world = sliding(0.0, 0.0);
     let (experiment, place) = slide(&world);
-    for by in BOTH {
-        let found = experiment.jacobian(&[by], &place).unwrap();
+    for by in both().map(|friction| [friction]) {
+        let found = experiment.jacobian(&by, &place).unwrap();
         assert!(found.jacobian.amax() <= 0.0);
-        let check = experiment.difference_check(&[by], &place).unwrap();
+        let check = experiment.difference_check(&by, &place).unwrap();
         assert!(check.best() <= 0.0);
     }
 }
@@ -336,9 +348,9 @@ fn the_derivative_by_one_friction_of_a_pair_that_has_none_is_zero() {
 fn where_one_of_two_bodies_has_friction_there_are_derivatives_by_both() {
     for world in [sliding(0.3, 0.0), sliding(0.0, 0.3)] {
         let (experiment, place) = slide(&world);
-        let check = experiment.difference_check(&BOTH, &place).unwrap();
+        let check = experiment.difference_check(&both(), &place).unwrap();
         assert!(check.best() <= RUBBING, "{check}");
-        let found = experiment.jacobian(&BOTH, &place).unwrap();
+        let found = experiment.jacobian(&both(), &place).unwrap();
         assert!(found.jacobian.amax() > 1e-3);
     }
 }
@@ -347,10 +359,10 @@ fn where_one_of_two_bodies_has_friction_there_are_derivatives_by_both() {
 fn bodies_without_friction_that_cannot_touch_have_derivatives_by_the_friction_of_both() {
     let fixed = sliding(0.2, 0.0);
     let (experiment, place) = slide(&fixed);
-    let walls = ["floor", "wall"].map(Parameter::Friction);
+    let walls = ["floor", "wall"].map(friction);
     assert!(experiment.jacobian(&walls, &place).is_ok());
     let ignoring = sliding(0.0, 0.0).ignoring("floor", "ball").unwrap();
     let (experiment, place) = slide(&ignoring);
-    let found = experiment.jacobian(&BOTH, &place).unwrap();
+    let found = experiment.jacobian(&both(), &place).unwrap();
     assert!(found.jacobian.amax() <= 0.0);
 }

@@ -2,7 +2,7 @@
 #![cfg(feature = "parquet")]
 
 use hydroelastic::contact::Shape;
-use hydroelastic::dynamics::{Body, Integrator, Mass, Material, Plan, Trajectory, World};
+use hydroelastic::dynamics::{Body, Mass, Material, Plan, Trajectory, World};
 use hydroelastic::io::{FileError, write_trajectory};
 use hydroelastic::mesh::shapes;
 use hydroelastic::spatial::Pose;
@@ -37,8 +37,8 @@ fn world() -> World {
 }
 
 fn trajectory(world: &World, steps: usize) -> Trajectory {
-    let rollout = world.rollout(&Plan::new(1e-3, 0).unwrap());
-    rollout.recorded(steps, 1).unwrap()
+    let rollout = world.rollout(&Plan::new(1e-3, steps).unwrap());
+    rollout.recorded().unwrap()
 }
 
 fn file(name: &str) -> PathBuf {

@@ -8,7 +8,7 @@ use gltf_json::validation::Checked;
 use gltf_json::{Index, Node};
 use hydroelastic::contact::{ContactPolygon, Shape};
 use hydroelastic::dynamics::{
-    Body, BodyState, Contact, Integrator, Mass, Material, Plan, State, Trajectory, World,
+    Body, BodyState, Contact, Mass, Material, Plan, State, Trajectory, World,
 };
 use hydroelastic::io::{FileError, Recording};
 use hydroelastic::mesh::shapes;
@@ -82,14 +82,14 @@ fn tumbling(skin: Material) -> World {
 
 /// A second of a world's motion.
 fn rollout(world: &World) -> Trajectory {
-    let rollout = world.rollout(&Plan::new(TIME_STEP, 0).unwrap());
-    rollout.recorded(1000, 1).unwrap()
+    let rollout = world.rollout(&Plan::new(TIME_STEP, 1000).unwrap());
+    rollout.recorded().unwrap()
 }
 
 /// The initial state alone.
 fn standing(world: &World) -> Trajectory {
     let rollout = world.rollout(&Plan::new(TIME_STEP, 0).unwrap());
-    rollout.recorded(0, 1).unwrap()
+    rollout.recorded().unwrap()
 }
 
 fn file(name: &str) -> PathBuf {
@@ -218,9 +218,9 @@ fn assert_times(trajectory: &Trajectory, times: &[f32], slowdown: f64) {
 fn frames_are_as_many_as_60_in_a_second() {
     let world = tumbling(rubbing());
     let whole = rollout(&world);
-    let later = world.rollout(&Plan::new(TIME_STEP, 0).unwrap());
+    let later = world.rollout(&Plan::new(TIME_STEP, 300).unwrap());
     let later = later.starting_from(whole.last().clone()).unwrap();
-    let later = later.recorded(300, 1).unwrap();
+    let later = later.recorded().unwrap();
     for (name, trajectory, slowdown) in [
         ("real_time", &whole, 1.0),
         ("slow", &whole, SLOWDOWN),
@@ -245,8 +245,8 @@ fn last_position(glb: &Glb, body: &str) -> Vector3<f64> {
 fn a_recording_ends_with_the_last_state() {
     let world = tumbling(rubbing());
     for steps in [1, 33, 34, 35, 77] {
-        let rollout = world.rollout(&Plan::new(TIME_STEP, 0).unwrap());
-        let trajectory = rollout.recorded(steps, 1).unwrap();
+        let rollout = world.rollout(&Plan::new(TIME_STEP, steps).unwrap());
+        let trajectory = rollout.recorded().unwrap();
         let name = format!("{steps}_steps");
         let glb = read_back(&name, &Recording::new(&world, &trajectory));
         let end = trajectory.last().bodies[1].position();
@@ -280,8 +280,8 @@ fn states_that_are_at_once_in_single_precision_have_one_frame() {
 #[test]
 fn times_increase_in_single_precision_after_a_long_time() {
     let world = tumbling(rubbing());
-    let rollout = world.rollout(&Plan::new(TIME_STEP, 0).unwrap());
-    let mut saved = serde_json::to_value(rollout.recorded(5, 1).unwrap()).unwrap();
+    let rollout = world.rollout(&Plan::new(TIME_STEP, 5).unwrap());
+    let mut saved = serde_json::to_value(rollout.recorded().unwrap()).unwrap();
     // Single precision has every quarter of a second there.
     let times = [0.0, 3e6, 3e6 + 0.05, 3e6 + 0.15, 3e6 + 0.25, 3e6 + 0.3];
     for (place, time) in times.into_iter().enumerate() {
@@ -564,8 +564,8 @@ fn surfaces_of_a_long_recording(body: &str, world: &World, rollout: &Trajectory)
 #[test]
 fn a_long_contact_has_no_more_surfaces_than_a_recording_may() {
     let world = resting();
-    let rollout = world.rollout(&Plan::new(1e-3, 0).unwrap());
-    let rollout = rollout.recorded(7_000, 10).unwrap();
+    let plan = Plan::new(1e-3, 7_000).unwrap().recording_every(10);
+    let rollout = world.rollout(&plan).recorded().unwrap();
     let count = surfaces_of_a_long_recording("ball", &world, &rollout);
     assert!(
         (MOST_SURFACES / 2..=MOST_SURFACES).contains(&count),
@@ -576,8 +576,8 @@ fn a_long_contact_has_no_more_surfaces_than_a_recording_may() {
 #[test]
 fn many_short_contacts_have_no_more_surfaces_than_a_recording_may() {
     let world = hammering();
-    let rollout = world.rollout(&Plan::new(1.0 / RATE, 0).unwrap());
-    let rollout = rollout.recorded(600, 1).unwrap();
+    let rollout = world.rollout(&Plan::new(1.0 / RATE, 600).unwrap());
+    let rollout = rollout.recorded().unwrap();
     let count = surfaces_of_a_long_recording("hammer", &world, &rollout);
     assert!(
         (MOST_SURFACES / 2..=MOST_SURFACES).contains(&count),
@@ -644,8 +644,8 @@ fn contact_surfaces_are_as_long_as_the_documentation_says() {
 fn bytes_of_polygons_and_surfaces(name: &str, below: impl Fn(usize) -> Shape) -> [f64; 2] {
     let sizes = [1, 3].map(|order| {
         let world = resting_on(below(order), order);
-        let trajectory = world.rollout(&Plan::new(1e-3, 0).unwrap());
-        let trajectory = trajectory.recorded(1_000, 20).unwrap();
+        let plan = Plan::new(1e-3, 1_000).unwrap().recording_every(20);
+        let trajectory = world.rollout(&plan).recorded().unwrap();
         let recording = Recording::new(&world, &trajectory);
         let glb = read_back(&format!("sizes_on_{name}_{order}"), &recording);
         let states = trajectory.states().iter();
@@ -1101,7 +1101,7 @@ fn a_state_that_is_not_finite_in_single_precision_is_refused() {
     lost.bodies[1].pose = Pose::from_translation(vector![1e300, 0.0, 1.0]);
     for (state, culprit) in [(timeless, "the times"), (lost, "body \"block\"")] {
         let rollout = world.rollout(&Plan::new(TIME_STEP, 0).unwrap());
-        let trajectory = rollout.starting_from(state).unwrap().recorded(0, 1);
+        let trajectory = rollout.starting_from(state).unwrap().recorded();
         let error = refused("lost.glb", &Recording::new(&world, &trajectory.unwrap()));
         assert_not_finite(&error, culprit);
     }

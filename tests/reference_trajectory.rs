@@ -3,7 +3,7 @@
 mod support;
 
 use hydroelastic::contact::Shape;
-use hydroelastic::dynamics::{Body, Integrator, Mass, Material, Plan, State, World};
+use hydroelastic::dynamics::{Body, Mass, Material, Plan, State, World};
 use hydroelastic::mesh::shapes;
 use hydroelastic::spatial::{MassProperties, Pose};
 use nalgebra::{Matrix3, Quaternion, UnitQuaternion, Vector3, vector};
@@ -48,8 +48,9 @@ fn world(scene: &Scene) -> World {
 }
 
 fn states(world: &World, steps: usize, count: usize) -> Vec<State> {
-    let rollout = world.rollout(&Plan::new(0.01 / steps as f64, 0).unwrap());
-    let recorded = rollout.recorded(steps * (count - 1), steps).unwrap();
+    let plan = Plan::new(0.01 / steps as f64, steps * (count - 1)).unwrap();
+    let rollout = world.rollout(&plan.recording_every(steps));
+    let recorded = rollout.recorded().unwrap();
     recorded.states().to_vec()
 }
 

@@ -97,9 +97,9 @@ fn a_rollout_with_friction_has_the_same_bits_in_every_run() {
     for integrator in [Integrator::Leapfrog, Integrator::SymplecticEuler] {
         assert_reproducible(&format!("rollout, {integrator:?}"), || {
             let world = heap();
-            let states = world
-                .rollout(&Plan::new(TIME_STEP, 0).unwrap().with_integrator(integrator))
-                .take(STEPS);
+            let plan = Plan::new(TIME_STEP, STEPS).unwrap();
+            let rollout = world.rollout(&plan.with_integrator(integrator));
+            let states = rollout.take(STEPS);
             bytes(states.flat_map(|state| numbers(&state.unwrap()).collect::<Vec<_>>()))
         });
     }
@@ -146,8 +146,8 @@ fn recordings_and_tables_have_the_same_bytes_in_every_run() {
     for name in ["reproducible.glb", "reproducible.csv"] {
         assert_reproducible(name, || {
             let world = heap();
-            let rollout = world.rollout(&Plan::new(TIME_STEP, 0).unwrap());
-            let trajectory = rollout.recorded(STEPS, 10).unwrap();
+            let plan = Plan::new(TIME_STEP, STEPS).unwrap().recording_every(10);
+            let trajectory = world.rollout(&plan).recorded().unwrap();
             let path = Path::new(env!("CARGO_TARGET_TMPDIR")).join(name);
             match name {
                 "reproducible.glb" => Recording::new(&world, &trajectory)

@@ -218,8 +218,8 @@ fn step_matrix(world: &World, body: &str, time_step: f64, integrator: Integrator
         Parameter::InitialVelocity(body.into()),
         Parameter::InitialSpin(body.into()),
     ];
-    let experiment = Experiment::new(world, &Plan::new(time_step, 1).unwrap());
-    let experiment = experiment.with_integrator(integrator);
+    let plan = Plan::new(time_step, 1).unwrap();
+    let experiment = Experiment::new(world, &plan.with_integrator(integrator));
     let outcome = FinalState::of_body(world, body).unwrap();
     let found = experiment.jacobian(&by, &outcome).unwrap();
     let rotation = Matrix3::from_column_slice(&found.value.as_slice()[3..12]);
@@ -346,7 +346,7 @@ fn blows_up(world: &World, time_step: f64) -> bool {
         }
     }
     let start = speed(&state);
-    let rollout = world.rollout(&Plan::new(time_step, 0).unwrap());
+    let rollout = world.rollout(&Plan::new(time_step, STEPS).unwrap());
     let mut states = rollout.starting_from(state).unwrap().take(STEPS);
     states.any(|state| state.map_or(true, |state| speed(&state) > GROWTH * start))
 }
@@ -394,8 +394,8 @@ const SETTLING: usize = 10_000;
 fn at_rest(bodies: impl Fn(Material) -> Vec<Body>, skin: Material) -> World {
     let damped = Material::elastic(skin.modulus).with_dissipation(10.0);
     let world = with_gravity(World::new(bodies(damped)).unwrap());
-    let rollout = world.rollout(&Plan::new(limit(&world) / 2.0, 0));
-    let rest = rollout.unwrap().nth(SETTLING).unwrap().unwrap();
+    let plan = Plan::new(limit(&world) / 2.0, SETTLING + 1).unwrap();
+    let rest = world.rollout(&plan).nth(SETTLING).unwrap().unwrap();
     assert!(speed(&rest) < 1e-3 * DISTURBANCE, "{:e}", speed(&rest));
     let bodies = bodies(skin).into_iter().zip(&rest.bodies);
     let placed = bodies.map(|(body, state)| body.at(state.pose));
@@ -491,8 +491,8 @@ fn ended(error: &RolloutError) -> (usize, f64, f64) {
 #[test]
 fn a_rollout_whose_step_is_too_long_ends_before_the_first_kick_that_shows_it() {
     let world = falling();
-    let rollout = world.rollout(&Plan::new(TOO_LONG, 0).unwrap());
-    let mut rollout = rollout.with_stability_check(1);
+    let plan = Plan::new(TOO_LONG, 0).unwrap().with_stability_check(1);
+    let mut rollout = world.rollout(&plan);
     let states: Vec<State> = rollout.by_ref().map_while(Result::ok).collect();
     let (step, time, limit) = ended(&rollout.advance().unwrap_err());
     // 5 mm take 31.9 ms: the middle of the sixth step is the first place in the slab where a kick acts.
@@ -534,10 +534,10 @@ fn impacts_that_would_make_energy_are_stopped() {
                 slab.at(Pose::from_translation(vector![0.013, 0.021, -0.2])),
             ])
             .unwrap();
-            let rollout = || world.rollout(&Plan::new(1e-3, 0).unwrap());
+            let plan = Plan::new(1e-3, 40).unwrap().recording_every(40);
             let energy = |end: &State| (end.bodies[0].twist.linear.norm() / 3.0).powi(2);
-            unchecked = unchecked.max(energy(rollout().recorded(40, 40).unwrap().last()));
-            match rollout().with_stability_check(1).recorded(40, 40) {
+            unchecked = unchecked.max(energy(world.rollout(&plan).recorded().unwrap().last()));
+            match world.rollout(&plan.with_stability_check(1)).recorded() {
                 Ok(trajectory) => worst = worst.max(energy(trajectory.last())),
                 Err(_) => stopped += 1,
             }
@@ -551,25 +551,26 @@ fn impacts_that_would_make_energy_are_stopped() {
 #[test]
 fn what_was_recorded_before_is_kept() {
     let world = falling();
+    let plan = Plan::new(TOO_LONG, 100).unwrap();
     for (every, checked, step) in [(1, 1, 6), (2, 1, 6), (1, 3, 7), (4, 6, 7)] {
-        let rollout = world.rollout(&Plan::new(TOO_LONG, 0).unwrap());
-        let rollout = rollout.with_stability_check(checked);
-        let interrupted = rollout.recorded(100, every).unwrap_err();
+        let plan = plan.recording_every(every).with_stability_check(checked);
+        let interrupted = world.rollout(&plan).recorded().unwrap_err();
         assert_eq!(ended(&interrupted.error).0, step);
         let recorded = interrupted.trajectory.states().len();
         assert_eq!(recorded, 1 + (step - 1) / every);
     }
     // Between two checks nothing is looked at.
-    let rollout = world.rollout(&Plan::new(TOO_LONG, 0).unwrap());
-    assert!(rollout.with_stability_check(100).recorded(100, 1).is_ok());
+    let rollout = world.rollout(&plan.with_stability_check(100));
+    assert!(rollout.recorded().is_ok());
 }
 
 #[test]
 fn a_rollout_whose_step_is_short_enough_goes_on_with_the_same_states() {
     let world = falling();
-    let plain = || world.rollout(&Plan::new(SHORT_ENOUGH, 0).unwrap());
-    let checked = plain().with_stability_check(1).recorded(200, 1).unwrap();
-    let unchecked = plain().recorded(200, 1).unwrap();
+    let plain = Plan::new(SHORT_ENOUGH, 200).unwrap();
+    let checked = world.rollout(&plain.with_stability_check(1));
+    let checked = checked.recorded().unwrap();
+    let unchecked = world.rollout(&plain).recorded().unwrap();
     for (checked, unchecked) in checked.states().iter().zip(unchecked.states()) {
         let [a, b] = [checked, unchecked].map(|state| state.bodies[0].position().z);
         assert_eq!(a.to_bits(), b.to_bits());
@@ -580,17 +581,17 @@ fn a_rollout_whose_step_is_short_enough_goes_on_with_the_same_states() {
 fn batches_and_experiments_check_too_and_so_do_dual_numbers() {
     let world = falling();
     let lifted = world.lifted::<Dual64>();
-    let batch = Batch::new(&Plan::new(TOO_LONG, 100).unwrap());
-    assert!(batch.of_worlds(std::slice::from_ref(&world))[0].is_ok());
-    let batch = batch.with_stability_check(1);
+    let plan = Plan::new(TOO_LONG, 100).unwrap();
+    assert!(Batch::new(&plan).of_worlds(std::slice::from_ref(&world))[0].is_ok());
+    let plan = plan.with_stability_check(1);
+    let batch = Batch::new(&plan);
     let results = batch.of_worlds(std::slice::from_ref(&lifted));
     assert_eq!(ended(&results[0].as_ref().unwrap_err().error).0, 6);
 
     let outcome = FinalPosition::of_body(&world, "cube").unwrap();
     let by = [Parameter::InitialVelocity("cube".into())];
     let of_samples = batch.gradients_after(&world, &by, &[[0.0; 3]], &outcome);
-    let experiment = Experiment::new(&world, &Plan::new(TOO_LONG, 100).unwrap());
-    let experiment = experiment.with_stability_check(1);
+    let experiment = Experiment::new(&world, &plan);
     let errors = [
         of_samples[0].as_ref().unwrap_err().clone(),
         experiment.jacobian(&by, &outcome).unwrap_err(),
@@ -645,8 +646,9 @@ fn the_limit_of_many_is_that_of_the_stiffest_contact_and_names_it() {
     let world = World::new(bodies.clone()).unwrap();
     let alone = World::new(bodies[1..3].to_vec()).unwrap();
     assert_close(limit(&world), limit(&alone), FOUND);
-    let rollout = world.rollout(&Plan::new(2.0 * limit(&world), 0));
-    let ended = rollout.unwrap().with_stability_check(10).next().unwrap();
+    let plan = Plan::new(2.0 * limit(&world), 1).unwrap();
+    let mut rollout = world.rollout(&plan.with_stability_check(10));
+    let ended = rollout.next().unwrap();
     let Err(RolloutError::TimeStepTooLong { step, bodies, .. }) = ended else {
         panic!("{ended:?}")
     };
@@ -682,7 +684,7 @@ fn friction_beyond_its_limit_chatters_and_does_not_blow_up() {
     let time_step = 6.0 * limit(&world);
     let mut state = world.initial_state();
     state.bodies[0].twist.linear.x = DISTURBANCE;
-    let rollout = world.rollout(&Plan::new(time_step, 0).unwrap());
+    let rollout = world.rollout(&Plan::new(time_step, STEPS).unwrap());
     let states = rollout.starting_from(state).unwrap().take(STEPS);
     let fastest = states
         .map(|state| speed(&state.unwrap()))

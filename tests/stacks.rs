@@ -123,13 +123,13 @@ impl Outcome for Everything {
 }
 
 /// A parameter, and what its differences are parts of.
-struct Column<'a> {
-    parameter: Parameter<'a>,
+struct Column {
+    parameter: Parameter,
     scale: f64,
 }
 
 /// What a body can be differentiated by.
-fn columns_of(body: &Body) -> Vec<Column<'_>> {
+fn columns_of(body: &Body) -> Vec<Column> {
     let (name, skin) = (body.name(), body.material());
     let column = |parameter, scale| Column { parameter, scale };
     let mut all = vec![
@@ -150,7 +150,7 @@ fn columns_of(body: &Body) -> Vec<Column<'_>> {
 }
 
 /// Everything a world can be differentiated by.
-fn all_columns(world: &World) -> Vec<Column<'_>> {
+fn all_columns(world: &World) -> Vec<Column> {
     let bodies = world.bodies().iter().flat_map(columns_of);
     let gravity = Column {
         parameter: Parameter::Gravity,
@@ -162,7 +162,7 @@ fn all_columns(world: &World) -> Vec<Column<'_>> {
 /// The least error of a derivative by one number, against central differences and such that are extrapolated from
 /// neighboring steps.
 fn error_at_kink(experiment: &Experiment, column: &Column, number: usize) -> f64 {
-    let parameters = [column.parameter];
+    let parameters = [column.parameter.clone()];
     let beside = |step: f64| {
         let mut change = vec![0.0; column.parameter.dimension()];
         change[number] = step * column.scale;
@@ -185,10 +185,13 @@ fn error_at_kink(experiment: &Experiment, column: &Column, number: usize) -> f64
 /// Asserts that all derivatives of a rollout equal differences. Returns by how many numbers that takes more than the
 /// steps of [`Experiment::difference_check`].
 fn assert_gradients(what: &str, world: &World, steps: usize) -> usize {
-    let experiment = Experiment::new(world, &Plan::new(TIME_STEP, steps).unwrap());
-    let experiment = experiment.recording_every(steps / 2);
+    let plan = Plan::new(TIME_STEP, steps).unwrap();
+    let experiment = Experiment::new(world, &plan.recording_every(steps / 2));
     let columns = all_columns(world);
-    let parameters: Vec<Parameter> = columns.iter().map(|column| column.parameter).collect();
+    let parameters: Vec<Parameter> = columns
+        .iter()
+        .map(|column| column.parameter.clone())
+        .collect();
     let check = experiment
         .difference_check(&parameters, &Everything)
         .unwrap();
@@ -376,10 +379,8 @@ fn sideways(dissipation: f64, friction: f64) -> [f64; 2] {
         floor(Pose::identity(), skin(2e5)),
         sliding("second", 1.3e5, 0.5, 0.149),
     ]);
-    let experiment = Experiment::new(
-        &world,
-        &Plan::new(TIME_STEP, 500).unwrap().recording_every(500),
-    );
+    let plan = Plan::new(TIME_STEP, 500).unwrap().recording_every(500);
+    let experiment = Experiment::new(&world, &plan);
     let outcome = FinalState::of_body(&world, "second").unwrap();
     let parameters = [Parameter::InitialVelocity("first".into())];
     // Rows: position, rotation, velocity.

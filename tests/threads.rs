@@ -3,8 +3,8 @@
 
 use hydroelastic::contact::{ContactBody, ContactPair, Shape};
 use hydroelastic::dynamics::{
-    Acceleration, Batch, Body, ExternalForces, Gravity, Integrator, Mass, Material, Plan, Progress,
-    RolloutError, Situation, State, World, WorldError,
+    Batch, Body, Force, Integrator, Mass, Material, Plan, Progress, RolloutError, Situation, State,
+    World, WorldError, Wrenches,
 };
 use hydroelastic::gradient::{FinalPosition, FinalState, GradientError, Parameter};
 use hydroelastic::mesh::shapes;
@@ -12,6 +12,7 @@ use hydroelastic::scalar::{Scalar, real_part};
 use hydroelastic::spatial::Pose;
 use nalgebra::{Vector3, vector};
 use std::collections::BTreeSet;
+use std::ops::ControlFlow;
 use std::sync::{Arc, Mutex};
 
 const THREADS: [usize; 4] = [1, 2, 3, 8];
@@ -114,13 +115,14 @@ fn a_step_of_many_contacts_has_the_same_bits_whatever_the_number_of_threads() {
     let world = heap();
     // Enough to be spread over threads.
     assert!(touching_pairs(&world) > 40, "{}", touching_pairs(&world));
+    let plan = Plan::new(TIME_STEP, 40).unwrap();
     let last = || {
-        let mut rollout = world.rollout(&Plan::new(TIME_STEP, 0).unwrap());
+        let mut rollout = world.rollout(&plan);
         bits(&rollout.nth(39).unwrap().unwrap())
     };
     assert_same_for_any_number_of_threads(last);
     // In a batch a rollout keeps to one thread.
-    let batch = Batch::new(&Plan::new(TIME_STEP, 40).unwrap());
+    let batch = Batch::new(&plan);
     let alone = batch.starting_from(&world, &[world.initial_state()]);
     assert!(bits(alone.unwrap()[0].as_ref().unwrap().last()) == last());
 }
@@ -140,22 +142,19 @@ fn heights(world: &World, count: usize) -> Vec<State> {
 fn a_batch_has_the_trajectories_of_its_rollouts_one_by_one_in_their_order() {
     let world = drop();
     let starts = heights(&world, 20);
+    let plan = Plan::new(TIME_STEP, 100).unwrap();
+    let plan = plan
+        .with_integrator(Integrator::SymplecticEuler)
+        .recording_every(50);
     let one_by_one: Vec<u64> = (starts.iter())
         .flat_map(|start| {
-            let rollout = world.rollout(
-                &Plan::new(TIME_STEP, 0)
-                    .unwrap()
-                    .with_integrator(Integrator::SymplecticEuler),
-            );
+            let rollout = world.rollout(&plan);
             let rollout = rollout.starting_from(start.clone()).unwrap();
-            let recorded = rollout.recorded(100, 50).unwrap();
+            let recorded = rollout.recorded().unwrap();
             recorded.states().iter().flat_map(bits).collect::<Vec<_>>()
         })
         .collect();
-    let batch = Batch::new(&Plan::new(TIME_STEP, 100).unwrap());
-    let batch = batch
-        .with_integrator(Integrator::SymplecticEuler)
-        .recording_every(50);
+    let batch = Batch::new(&plan);
     let together = || {
         let trajectories = batch.starting_from(&world, &starts).unwrap();
         let states = trajectories
@@ -174,20 +173,21 @@ fn a_batch_of_worlds_has_the_trajectories_of_the_worlds() {
         let parameters = [Parameter::Modulus("ball".into())];
         drop().changed(&parameters, &[change]).unwrap()
     });
-    let batch = Batch::new(&Plan::new(TIME_STEP, 60).unwrap());
-    let found = batch.of_worlds(&worlds);
+    let plan = Plan::new(TIME_STEP, 60).unwrap();
+    let found = Batch::new(&plan).of_worlds(&worlds);
     assert_eq!(found.len(), worlds.len());
     for (world, found) in worlds.iter().zip(found) {
-        let rollout = world.rollout(&Plan::new(TIME_STEP, 0).unwrap());
-        let expected = rollout.recorded(60, 1).unwrap();
+        let expected = world.rollout(&plan).recorded().unwrap();
         assert!(bits(found.unwrap().last()) == bits(expected.last()));
     }
 }
 
-const BY: [Parameter; 2] = [
-    Parameter::InitialVelocity("ball".into()),
-    Parameter::Friction("ball".into()),
-];
+fn by() -> [Parameter; 2] {
+    [
+        Parameter::InitialVelocity("ball".into()),
+        Parameter::Friction("ball".into()),
+    ]
+}
 
 /// Changes of velocity and friction.
 fn samples() -> Vec<[f64; 4]> {
@@ -201,8 +201,8 @@ fn values_and_jacobians_after_changes_have_the_same_bits_whatever_the_number_of_
     let outcome = FinalState::of_body(&world, "ball").unwrap();
     let batch = Batch::new(&Plan::new(TIME_STEP, 80).unwrap().recording_every(80));
     let read = || {
-        let values = batch.values_after(&world, &BY, &samples, &outcome);
-        let jacobians = batch.jacobians_after(&world, &BY, &samples, &outcome);
+        let values = batch.values_after(&world, &by(), &samples, &outcome);
+        let jacobians = batch.jacobians_after(&world, &by(), &samples, &outcome);
         let mut numbers = Vec::new();
         for (value, jacobian) in values.into_iter().zip(jacobians) {
             let (value, jacobian) = (value.unwrap(), jacobian.unwrap());
@@ -236,7 +236,7 @@ fn a_sample_that_makes_no_world_is_an_error_among_the_others() {
     let (found, expected) = (2, 1);
     let count = GradientError::ChangeCount { found, expected };
     assert_eq!(values[2].as_ref().unwrap_err(), &count);
-    let losses = batch.gradients_after(&world, &BY[1..], &[[0.0]], &outcome);
+    let losses = batch.gradients_after(&world, &by()[1..], &[[0.0]], &outcome);
     let count = 3;
     assert_eq!(losses[0], Err(GradientError::NotALoss { count }));
 }
@@ -244,37 +244,35 @@ fn a_sample_that_makes_no_world_is_an_error_among_the_others() {
 #[test]
 fn progress_counts_every_rollout_once_and_ends_at_the_total() {
     let world = drop();
-    let counts = Mutex::new(BTreeSet::new());
-    let note = |progress: Progress| {
+    let counts = Arc::new(Mutex::new(BTreeSet::new()));
+    let noted = Arc::clone(&counts);
+    let note = move |progress: Progress| {
         assert_eq!(progress.total, 20);
-        assert!(counts.lock().unwrap().insert(progress.finished));
+        assert!(noted.lock().unwrap().insert(progress.finished));
+        ControlFlow::Continue(())
     };
     let batch = Batch::new(&Plan::new(TIME_STEP, 10).unwrap()).with_progress(note);
     batch.starting_from(&world, &heights(&world, 20)).unwrap();
     assert!(counts.lock().unwrap().iter().copied().eq(1..=20));
 }
 
-/// Gravity, and a floor that forces refuse to enter.
+/// No force, and a floor that it refuses to enter.
 struct Touchy;
 
 /// Height of the ball's centre (m) below which [`Touchy`] panics.
 const LOWEST: f64 = 0.1045;
 
-impl ExternalForces for Touchy {
-    fn acceleration<T: Scalar>(
-        &self,
-        situation: &Situation<T>,
-        contact: Acceleration<T>,
-    ) -> Acceleration<T> {
-        let height = real_part(situation.state.position().z);
-        assert!(height > LOWEST, "{} is at {height:.2} m", situation.body);
-        Gravity.acceleration(situation, contact)
+impl Force for Touchy {
+    fn add_to<T: Scalar>(&self, _: &mut Wrenches<T>, now: &Situation<T>) {
+        let ball = now.index_of("ball").unwrap();
+        let height = real_part(now.states[ball].position().z);
+        assert!(height > LOWEST, "ball is at {height:.2} m");
     }
 }
 
 #[test]
 fn a_panic_in_one_rollout_is_its_error_and_the_others_go_on() {
-    let world = drop().with_external(Touchy);
+    let world = drop().with_forces(Touchy).unwrap();
     let starts = heights(&drop(), 12);
     let batch = Batch::new(&Plan::new(TIME_STEP, 50).unwrap());
     let results = batch.starting_from(&world, &starts).unwrap();
@@ -305,7 +303,7 @@ fn a_panic_in_one_rollout_is_its_error_and_the_others_go_on() {
 
 #[test]
 fn a_batch_refuses_what_a_rollout_refuses() {
-    let error = Batch::new(&Plan::new(0.0, 10)).unwrap_err();
+    let error = Plan::new(0.0, 10).unwrap_err();
     assert!(matches!(error, WorldError::Setting { .. }));
     let (world, mut other) = (drop(), heap().initial_state());
     other.bodies.truncate(5);

@@ -1,9 +1,7 @@
 //! The files of trajectories, read back.
 
 use hydroelastic::contact::Shape;
-use hydroelastic::dynamics::{
-    Body, BodyState, Integrator, Mass, Material, Plan, State, Trajectory, World,
-};
+use hydroelastic::dynamics::{Body, BodyState, Mass, Material, Plan, State, Trajectory, World};
 use hydroelastic::io::{FileError, write_trajectory};
 use hydroelastic::mesh::shapes;
 use hydroelastic::spatial::Pose;
@@ -58,8 +56,8 @@ fn world() -> World {
 }
 
 fn trajectory(world: &World) -> Trajectory {
-    let rollout = world.rollout(&Plan::new(1e-3, 0).unwrap());
-    rollout.recorded(300, 3).unwrap()
+    let plan = Plan::new(1e-3, 300).unwrap().recording_every(3);
+    world.rollout(&plan).recorded().unwrap()
 }
 
 fn file(name: &str) -> PathBuf {

@@ -24,16 +24,18 @@ const RUBBING: f64 = 1e-6;
 /// Dual division rounds otherwise than division in `f64`, a thousand steps long.
 const REAL_PARTS: f64 = 1e-11;
 
-const EVERYTHING: [Parameter<'static>; 8] = [
-    Parameter::InitialPosition("ball".into()),
-    Parameter::InitialOrientation("ball".into()),
-    Parameter::InitialVelocity("ball".into()),
-    Parameter::InitialSpin("ball".into()),
-    Parameter::Modulus("ball".into()),
-    Parameter::Modulus("slab".into()),
-    Parameter::Mass("ball".into()),
-    Parameter::Gravity,
-];
+fn everything() -> [Parameter; 8] {
+    [
+        Parameter::InitialPosition("ball".into()),
+        Parameter::InitialOrientation("ball".into()),
+        Parameter::InitialVelocity("ball".into()),
+        Parameter::InitialSpin("ball".into()),
+        Parameter::Modulus("ball".into()),
+        Parameter::Modulus("slab".into()),
+        Parameter::Mass("ball".into()),
+        Parameter::Gravity,
+    ]
+}
 
 /// An ellipsoid thrown on a slab, to bounce at least once in 0.4 s.
 fn thrown(dissipation: f64, friction: f64) -> World {
@@ -57,18 +59,15 @@ fn thrown(dissipation: f64, friction: f64) -> World {
     .unwrap()
 }
 
-fn experiment(world: &World) -> Experiment<'_> {
-    Experiment::new(
-        world,
-        &Plan::new(4e-4, 1_000).unwrap().recording_every(1_000),
-    )
+fn plan() -> Plan {
+    Plan::new(4e-4, 1_000).unwrap().recording_every(1_000)
 }
 
 #[test]
 fn without_friction_every_gradient_over_a_thousand_steps_equals_differences() {
     let world = thrown(0.0, 0.0);
-    let check = experiment(&world)
-        .difference_check(&EVERYTHING, &FinalState::of_body(&world, "ball").unwrap());
+    let check = Experiment::new(&world, &plan())
+        .difference_check(&everything(), &FinalState::of_body(&world, "ball").unwrap());
     let check = check.unwrap();
     println!("{check}\nworst: {:.1e}", check.best());
     assert!(check.best() <= ELASTIC, "{check}");
@@ -77,14 +76,14 @@ fn without_friction_every_gradient_over_a_thousand_steps_equals_differences() {
 #[test]
 fn with_friction_and_dissipation_every_gradient_equals_differences() {
     let world = thrown(0.4, 0.3);
-    let mut parameters = EVERYTHING.to_vec();
+    let mut parameters = everything().to_vec();
     parameters.extend([
         Parameter::Friction("ball".into()),
         Parameter::Friction("slab".into()),
         Parameter::Dissipation("ball".into()),
         Parameter::Dissipation("slab".into()),
     ]);
-    let check = experiment(&world)
+    let check = Experiment::new(&world, &plan())
         .difference_check(&parameters, &FinalState::of_body(&world, "ball").unwrap());
     let check = check.unwrap();
     println!("{check}\nworst: {:.1e}", check.best());
@@ -94,7 +93,7 @@ fn with_friction_and_dissipation_every_gradient_equals_differences() {
 #[test]
 fn the_papers_scheme_has_gradients_too() {
     let world = thrown(0.4, 0.3);
-    let experiment = experiment(&world).with_integrator(Integrator::SymplecticEuler);
+    let experiment = Experiment::new(&world, &plan().with_integrator(Integrator::SymplecticEuler));
     let parameters = [
         Parameter::InitialVelocity("ball".into()),
         Parameter::Friction("ball".into()),
@@ -133,11 +132,14 @@ fn chunks_of_parameters_give_what_each_parameter_gives_alone() {
     let world = thrown(0.4, 0.3);
     let experiment = Experiment::new(&world, &Plan::new(1e-3, 300).unwrap());
     let outcome = FinalState::of_body(&world, "ball").unwrap();
-    let together = experiment.jacobian(&EVERYTHING, &outcome).unwrap().jacobian;
+    let together = experiment
+        .jacobian(&everything(), &outcome)
+        .unwrap()
+        .jacobian;
     let mut first = 0;
-    for parameter in EVERYTHING {
+    for parameter in everything() {
         let alone = experiment
-            .jacobian(&[parameter], &outcome)
+            .jacobian(std::slice::from_ref(&parameter), &outcome)
             .unwrap()
             .jacobian;
         let columns = together.columns(first, parameter.dimension());
@@ -163,15 +165,10 @@ fn real_parts_of_a_dual_rollout_are_the_rollout() {
         });
         let ball = &mut start.bodies[0];
         ball.pose = ball.pose.moved_by(&Twist::from_vector(&seeds));
-        let dual = lifted
-            .rollout(&Plan::new(4e-4, 0).unwrap())
-            .starting_from(start)
-            .unwrap();
-        let dual = dual.recorded(1_000, 100).unwrap().real();
-        let real = world
-            .rollout(&Plan::new(4e-4, 1_000).unwrap().recording_every(100))
-            .recorded()
-            .unwrap();
+        let plan = plan().recording_every(100);
+        let dual = lifted.rollout(&plan).starting_from(start).unwrap();
+        let dual = dual.recorded().unwrap().real();
+        let real = world.rollout(&plan).recorded().unwrap();
         for (a, b) in dual.states().iter().zip(real.states()) {
             let (a, b) = (&a.bodies[0], &b.bodies[0]);
             let pose = (a.pose.translation() - b.pose.translation()).amax();
@@ -191,12 +188,10 @@ fn an_experiment_takes_the_steps_of_its_integrator() {
     let world = thrown(0.0, 0.0);
     let (time_step, steps) = (1e-3, 20);
     let height = |integrator| {
-        let experiment = Experiment::new(&world, &Plan::new(time_step, steps).unwrap());
+        let plan = Plan::new(time_step, steps).unwrap();
+        let experiment = Experiment::new(&world, &plan.with_integrator(integrator));
         let outcome = FinalState::of_body(&world, "ball").unwrap();
-        experiment
-            .with_integrator(integrator)
-            .value(&outcome)
-            .unwrap()[2]
+        experiment.value(&outcome).unwrap()[2]
     };
     let fall = 9.81 * time_step * time_step;
     let count = steps as f64;
@@ -308,7 +303,7 @@ fn a_changed_world_is_the_one_that_is_made_of_the_sums() {
         dissipation,
         friction,
     ];
-    let of = |name| {
+    let of = |name: &str| {
         [
             Parameter::Modulus(name.into()),
             Parameter::Dissipation(name.into()),

@@ -2,16 +2,17 @@
 
 use hydroelastic::contact::Shape;
 use hydroelastic::dynamics::{
-    Acceleration, Batch, Body, BodyState, ExternalForces, Integrator, Mass, Material, Plan,
-    Rollout, RolloutError, Situation, State, World, WorldError,
+    Batch, Body, BodyState, Force, Integrator, Mass, Material, Plan, Rollout, RolloutError,
+    Situation, State, World, WorldError, Wrenches,
 };
 use hydroelastic::gradient::{
     Experiment, FinalPosition, FinalState, GradientError, Parameter, RecordedStates,
 };
 use hydroelastic::mesh::shapes;
 use hydroelastic::scalar::{Scalar, lift};
-use hydroelastic::spatial::{MassProperties, Pose, PoseError, Twist, rotation_from_vector};
+use hydroelastic::spatial::{MassProperties, Pose, PoseError, Twist, Wrench, rotation_from_vector};
 use nalgebra::{Isometry3, Matrix3, Quaternion, Translation3, UnitQuaternion, Vector3, vector};
+use std::slice;
 use std::sync::Arc;
 
 const GRAVITY: f64 = 9.81;
@@ -284,7 +285,7 @@ fn a_body_that_forces_do_not_move_takes_no_start_that_it_would_not_keep() {
         assert!(matches!(error, WorldError::NotDynamic { .. }), "{error}");
         assert_names(
             &error,
-            &format!("body \"rock\" cannot start with a {quantity}"),
+            &format!("body \"rock\" cannot have a {quantity} of its own"),
         );
     }
     World::new(vec![fixed().at(at(1.0, 2.0, 3.0))]).unwrap();
@@ -328,7 +329,7 @@ fn settings_of_the_world_out_of_range_are_refused() {
     }
     for value in NOT_POSITIVE {
         let slip = world().with_slip_tolerance(value).unwrap_err();
-        let step = world().rollout(&Plan::new(value, 0)).unwrap_err();
+        let step = Plan::new(value, 0).unwrap_err();
         for (error, quantity) in [(slip, "slip tolerance"), (step, "time step")] {
             assert!(matches!(error, WorldError::Setting { .. }));
             let found = format!("the {quantity} is {value}, but must be positive and finite");
@@ -342,9 +343,12 @@ fn settings_of_the_world_out_of_range_are_refused() {
 #[test]
 fn an_experiment_refuses_a_time_step_that_is_not_positive() {
     let world = World::new(vec![ball("ball")]).unwrap();
-    let error = Experiment::new(&world, &Plan::new(0.0, 10)).unwrap_err();
+    let experiment = |time_step| -> Result<Experiment, GradientError> {
+        Ok(Experiment::new(&world, &Plan::new(time_step, 10)?))
+    };
+    experiment(1e-3).unwrap();
     assert!(matches!(
-        error,
+        experiment(0.0).unwrap_err(),
         GradientError::World(WorldError::Setting {
             quantity: "time step",
             ..
@@ -353,12 +357,13 @@ fn an_experiment_refuses_a_time_step_that_is_not_positive() {
 }
 
 /// The error of the derivatives of the first body's position by a parameter.
-fn refused_gradient(world: &World, parameter: Parameter) -> GradientError {
+fn refused_gradient(world: &World, parameter: &Parameter) -> GradientError {
+    let by = slice::from_ref(parameter);
     let experiment = Experiment::new(world, &Plan::new(1e-3, 10).unwrap());
     let outcome = FinalPosition::of_body(world, world.bodies()[0].name()).unwrap();
-    let error = experiment.jacobian(&[parameter], &outcome).unwrap_err();
-    let check = experiment.difference_check(&[parameter], &outcome);
-    let after = experiment.value_after(&[parameter], &[0.0; 3], &outcome);
+    let error = experiment.jacobian(by, &outcome).unwrap_err();
+    let check = experiment.difference_check(by, &outcome);
+    let after = experiment.value_after(by, &[0.0; 3], &outcome);
     assert_eq!(check.unwrap_err(), error);
     assert_eq!(after.unwrap_err(), error);
     error
@@ -377,7 +382,7 @@ fn a_parameter_of_no_body_of_the_world_is_refused() {
             known: vec!["ball".into(), "floor".into()],
         };
         assert_eq!(
-            refused_gradient(&world, parameter),
+            refused_gradient(&world, &parameter),
             GradientError::World(unknown)
         );
     }
@@ -395,14 +400,14 @@ fn a_parameter_without_effect_on_a_body_that_forces_do_not_move_is_refused() {
         (Parameter::InitialPosition("cart".into()), "cart"),
         (Parameter::InitialOrientation("cart".into()), "cart"),
     ] {
-        let error = refused_gradient(&world, parameter);
+        let error = refused_gradient(&world, &parameter);
         let expected = GradientError::NotDynamic {
             body: body.into(),
             parameter: format!("{parameter:?}"),
         };
         assert_eq!(error, expected);
     }
-    let error = refused_gradient(&world, Parameter::Mass("floor".into()));
+    let error = refused_gradient(&world, &Parameter::Mass("floor".into()));
     assert_eq!(
         error.to_string(),
         "Mass(\"floor\") has no effect, because body \"floor\" is not dynamic"
@@ -480,7 +485,7 @@ fn explosion() -> RolloutError {
 #[test]
 fn a_blow_up_ends_the_rollout_with_its_step_time_and_body() {
     let world = exploding();
-    let mut rollout = world.rollout(&Plan::new(LONG_STEP, 0).unwrap());
+    let mut rollout = world.rollout(&Plan::new(LONG_STEP, 5).unwrap());
     for _ in 0..4 {
         rollout.next().unwrap().unwrap();
     }
@@ -500,8 +505,8 @@ fn a_blow_up_ends_the_rollout_with_its_step_time_and_body() {
 fn a_recording_that_blows_up_gives_what_it_has_recorded() {
     let world = exploding();
     for (every, count) in [(1, 5), (2, 3), (10, 1)] {
-        let rollout = world.rollout(&Plan::new(LONG_STEP, 0).unwrap());
-        let interrupted = rollout.recorded(100, every).unwrap_err();
+        let plan = Plan::new(LONG_STEP, 100).unwrap().recording_every(every);
+        let interrupted = world.rollout(&plan).recorded().unwrap_err();
         assert_eq!(interrupted.error, explosion());
         assert_eq!(interrupted.to_string(), explosion().to_string());
         let states = interrupted.trajectory.states();
@@ -514,15 +519,15 @@ fn a_recording_that_blows_up_gives_what_it_has_recorded() {
 #[test]
 fn a_rollout_that_has_blown_up_does_so_again_at_the_same_step() {
     let world = exploding();
-    let mut rollout = world.rollout(&Plan::new(LONG_STEP, 0).unwrap());
+    let mut rollout = world.rollout(&Plan::new(LONG_STEP, 1).unwrap());
     assert_eq!(rollout.by_ref().take(100).filter(Result::is_err).count(), 1);
-    assert_eq!(rollout.recorded(1, 1).unwrap_err().error, explosion());
+    assert_eq!(rollout.recorded().unwrap_err().error, explosion());
 }
 
 #[test]
 fn a_rollout_that_has_blown_up_starts_anew_from_another_state() {
     let world = exploding();
-    let mut rollout = world.rollout(&Plan::new(LONG_STEP, 0).unwrap());
+    let mut rollout = world.rollout(&Plan::new(LONG_STEP, 100).unwrap());
     assert_eq!(rollout.by_ref().take(100).filter(Result::is_err).count(), 1);
     let anew = rollout.starting_from(world.initial_state()).unwrap();
     let (states, errors): (Vec<_>, Vec<_>) = anew.take(100).partition(Result::is_ok);
@@ -555,19 +560,19 @@ fn a_path_that_leads_nowhere_ends_the_rollout() {
     };
     let between = Body::prescribed("lost", ball_shape(), SKIN, Arc::new(between)).unwrap();
     let between = World::new(vec![ball("ball"), between]).unwrap();
+    let plan = Plan::new(0.1, 10).unwrap();
     for every in [1, 100] {
         // The middle of the third step, where the leapfrog asks for the contacts.
-        let rollout = between.rollout(&Plan::new(0.1, 0).unwrap());
-        let error = rollout.with_stability_check(every).recorded(10, 1);
-        let error = error.unwrap_err().error;
+        let rollout = between.rollout(&plan.with_stability_check(every));
+        let error = rollout.recorded().unwrap_err().error;
         assert!(
             matches!(error, RolloutError::PathNotFinite { step: 3, .. }),
             "{error}"
         );
     }
     for integrator in [Integrator::Leapfrog, Integrator::SymplecticEuler] {
-        let rollout = world.rollout(&Plan::new(0.1, 0).unwrap().with_integrator(integrator));
-        let error = rollout.recorded(10, 1).unwrap_err().error;
+        let rollout = world.rollout(&plan.with_integrator(integrator));
+        let error = rollout.recorded().unwrap_err().error;
         let RolloutError::PathNotFinite { step, body, .. } = error else {
             panic!("{error}")
         };
@@ -591,9 +596,10 @@ fn a_rollout_does_not_start_from_a_state_that_is_not_usable() {
     let changed = |change: fn(&mut BodyState)| {
         let mut state = world.initial_state();
         change(&mut state.bodies[1]);
-        let rollout = world.rollout(&Plan::new(1e-3, 0).unwrap());
+        let plan = Plan::new(1e-3, 10).unwrap();
+        let rollout = world.rollout(&plan);
         let error = rollout.starting_from(state.clone()).unwrap_err();
-        let batch = Batch::new(&Plan::new(1e-3, 10).unwrap());
+        let batch = Batch::new(&plan);
         let errors = batch.starting_from(&world, &[state]).unwrap_err();
         assert_eq!(error.to_string(), errors.to_string());
         error.to_string()
@@ -618,7 +624,7 @@ fn time_is_counted_in_steps_from_any_start() {
     for start in [0.0, 1.0 / 3.0] {
         let mut state = world.initial_state();
         state.time = start;
-        let rollout = world.rollout(&Plan::new(1e-3, 0).unwrap());
+        let rollout = world.rollout(&Plan::new(1e-3, 10_000).unwrap());
         let mut rollout = rollout.starting_from(state).unwrap();
         let last = rollout.nth(9_999).unwrap().unwrap();
         assert_eq!(last.time.to_bits(), (start + 1e4 * 1e-3_f64).to_bits());
@@ -627,7 +633,7 @@ fn time_is_counted_in_steps_from_any_start() {
 
 // What moves, and what does not.
 
-fn leapfrog(world: &World, time_step: f64) -> Rollout<'_> {
+fn leapfrog(world: &World, time_step: f64) -> Rollout {
     world.rollout(&Plan::new(time_step, 0).unwrap())
 }
 
@@ -690,7 +696,7 @@ fn fixed_bodies_never_move() {
     let mut hits = 0;
     for integrator in [Integrator::Leapfrog, Integrator::SymplecticEuler] {
         for state in world
-            .rollout(&Plan::new(1e-4, 0).unwrap().with_integrator(integrator))
+            .rollout(&Plan::new(1e-4, 1_000).unwrap().with_integrator(integrator))
             .take(1_000)
         {
             let state = state.unwrap();
@@ -728,7 +734,7 @@ fn a_prescribed_body_follows_its_path_whatever_it_pushes() {
     let world = pushed_ball();
     for integrator in [Integrator::Leapfrog, Integrator::SymplecticEuler] {
         for state in world
-            .rollout(&Plan::new(1e-3, 0).unwrap().with_integrator(integrator))
+            .rollout(&Plan::new(1e-3, 200).unwrap().with_integrator(integrator))
             .take(200)
         {
             let state = state.unwrap();
@@ -816,37 +822,33 @@ fn bodies_may_share_a_shape() {
 
 // Forces of the user's own.
 
-/// Gravity and a drag of so many N s/m.
+/// A drag of so many N s/m.
 struct ViscousAir(f64);
 
-impl ExternalForces for ViscousAir {
-    fn acceleration<T: Scalar>(
-        &self,
-        situation: &Situation<T>,
-        contact: Acceleration<T>,
-    ) -> Acceleration<T> {
-        let drag = situation.state.twist.linear * (situation.mass.recip() * self.0);
-        Acceleration {
-            linear: contact.linear + situation.gravity - drag,
-            ..contact
+impl Force for ViscousAir {
+    fn add_to<T: Scalar>(&self, wrenches: &mut Wrenches<T>, now: &Situation<T>) {
+        for (body, state) in now.states.iter().enumerate() {
+            wrenches.push_center(body, &(state.twist.linear * lift::<T>(-self.0)));
         }
     }
 }
+
+type AiryWorld = World<f64, ViscousAir>;
 
 /// Drag (N s/m) and mass (kg): velocities decay in 0.5 s.
 const DRAG: f64 = 2.0;
 const RELAXATION: f64 = 1.0 / DRAG;
 
-fn in_air(velocity: f64, gravity: f64) -> World<f64, ViscousAir> {
+fn in_air(velocity: f64, gravity: f64) -> AiryWorld {
     let thrown = ball("ball").with_velocity(vector![velocity, 0.0, 0.0]);
     let world = World::new(vec![thrown]).unwrap();
     let world = world.with_gravity(vector![-gravity, 0.0, 0.0]).unwrap();
-    world.with_external(ViscousAir(DRAG))
+    world.with_forces(ViscousAir(DRAG)).unwrap()
 }
 
-fn final_speed(world: &World<f64, ViscousAir>, steps: usize, duration: f64) -> f64 {
-    let rollout = world.rollout(&Plan::new(duration / steps as f64, 0));
-    let last = rollout.unwrap().nth(steps - 1).unwrap().unwrap();
+fn final_speed(world: &AiryWorld, steps: usize, duration: f64) -> f64 {
+    let mut rollout = world.rollout(&Plan::new(duration / steps as f64, steps).unwrap());
+    let last = rollout.nth(steps - 1).unwrap().unwrap();
     last.bodies[0].twist.linear.x
 }
 
@@ -898,20 +900,40 @@ fn derivatives_flow_through_forces_of_the_users_own() {
     assert!(check.best() < 1e-8, "{check}");
 }
 
-/// A thrust along x on the body named "rocket" that grows with time (m/s³).
+/// A thrust along x on the body named "rocket" that grows with time (m/s³), and no gravity: in the paper's form, where a
+/// body's true accelerations are a function of those that contact gives it.
 struct Rocket(f64);
 
-impl ExternalForces for Rocket {
-    fn acceleration<T: Scalar>(
-        &self,
-        situation: &Situation<T>,
-        contact: Acceleration<T>,
-    ) -> Acceleration<T> {
+impl Rocket {
+    fn true_acceleration<T: Scalar>(&self, time: f64, body: &str, contact: Twist<T>) -> Twist<T> {
         let mut linear = contact.linear;
-        if situation.body == "rocket" {
-            linear.x += lift::<T>(self.0 * situation.time);
+        if body == "rocket" {
+            linear.x += lift::<T>(self.0 * time);
         }
-        Acceleration { linear, ..contact }
+        Twist { linear, ..contact }
+    }
+}
+
+impl Force for Rocket {
+    fn add_to<T: Scalar>(&self, wrenches: &mut Wrenches<T>, now: &Situation<T>) {
+        for (index, body) in now.bodies.iter().enumerate() {
+            let Some(inertia) = body.inertia() else {
+                continue;
+            };
+            let rotation = now.states[index].pose.rotation();
+            let contact = Twist {
+                angular: inertia.angular_velocity(rotation, &now.contact[index].torque),
+                linear: now.contact[index].force / inertia.mass,
+            };
+            let wanted = self.true_acceleration(now.time, body.name(), contact);
+            let linear = wanted.linear - contact.linear - now.gravity;
+            let angular = wanted.angular - contact.angular;
+            let wrench = Wrench {
+                torque: inertia.angular_momentum(rotation, &angular),
+                force: linear * inertia.mass,
+            };
+            wrenches.add(index, &wrench);
+        }
     }
 }
 
@@ -920,16 +942,16 @@ fn forces_of_the_users_own_know_the_time_and_the_body() {
     let rocket = ball("rocket").at(at(0.0, 1.0, 0.0));
     let world = World::new(vec![ball("ball"), rocket]).unwrap();
     let world = world.with_gravity(down()).unwrap();
-    let world = world.with_external(Rocket(4.0));
-    let rollout = world.rollout(&Plan::new(1e-2, 0).unwrap());
-    let last = rollout.recorded(100, 100).unwrap().last().clone();
+    let world = world.with_forces(Rocket(4.0)).unwrap();
+    let plan = Plan::new(1e-2, 100).unwrap().recording_every(100);
+    let last = world.rollout(&plan).recorded().unwrap().last().clone();
     // Kicks are in the middle of steps, where the midpoint rule is exact for a linear force.
     let thrust = last.bodies[1].twist.linear - vector![2.0, 0.0, 0.0];
     assert!(thrust.amax() < ROUND_OFF, "{thrust}");
     assert_eq!(
         last.bodies[0].twist.linear,
         Vector3::zeros(),
-        "gravity no longer acts by itself"
+        "the force takes gravity away"
     );
 }
 
@@ -967,7 +989,7 @@ fn a_free_body_turns_about_its_centre_of_mass_which_moves_straight() {
         for integrator in [Integrator::Leapfrog, Integrator::SymplecticEuler] {
             let mut origin_strayed = 0.0_f64;
             for state in world
-                .rollout(&Plan::new(1e-3, 0).unwrap().with_integrator(integrator))
+                .rollout(&Plan::new(1e-3, 5_000).unwrap().with_integrator(integrator))
                 .take(5_000)
             {
                 let state = state.unwrap();
@@ -994,7 +1016,7 @@ fn a_body_of_equal_moments_turns_as_the_exponential_map_says() {
     let start = *world.initial_state().bodies[0].pose.rotation();
     for integrator in [Integrator::Leapfrog, Integrator::SymplecticEuler] {
         let last = world
-            .rollout(&Plan::new(1e-2, 0).unwrap().with_integrator(integrator))
+            .rollout(&Plan::new(1e-2, 1_000).unwrap().with_integrator(integrator))
             .nth(999);
         let last = last.unwrap().unwrap();
         let exact = rotation_from_vector(&(spin * 10.0)) * start;
@@ -1031,7 +1053,7 @@ fn an_asymmetric_top_keeps_its_angular_momentum() {
     let start = world.report(&world.initial_state()).momentum.angular;
     for integrator in [Integrator::Leapfrog, Integrator::SymplecticEuler] {
         for state in world
-            .rollout(&Plan::new(1e-3, 0).unwrap().with_integrator(integrator))
+            .rollout(&Plan::new(1e-3, 10_000).unwrap().with_integrator(integrator))
             .take(10_000)
         {
             let now = world.report(&state.unwrap()).momentum.angular;
@@ -1051,16 +1073,18 @@ fn the_leapfrog_run_backwards_returns_to_the_start() {
     let bounce = World::new(vec![thrown, floor(SKIN)]).unwrap();
     let bounce = bounce.with_gravity(down()).unwrap();
     for (world, touches) in [(top, false), (bounce, true)] {
-        let there = leapfrog(&world, 1e-3).recorded(400, 1).unwrap();
+        let plan = Plan::new(1e-3, 400).unwrap();
+        let there = world.rollout(&plan).recorded().unwrap();
         let mut touching = there
             .states()
             .iter()
             .filter(|state| world.topology(state).polygon_count() > 0);
         assert_eq!(touching.next().is_some(), touches);
-        let turned = leapfrog(&world, 1e-3)
+        let turned = world
+            .rollout(&plan.recording_every(400))
             .starting_from(reversed(there.last()))
             .unwrap();
-        let back = reversed(turned.recorded(400, 400).unwrap().last());
+        let back = reversed(turned.recorded().unwrap().last());
         let off = distance(&back.bodies[0], &world.initial_state().bodies[0]);
         assert!(off <= REVERSED, "{off:e}");
     }

@@ -20,11 +20,11 @@ const BUDGET: Duration = Duration::from_secs(1);
 const FITTED_FROM: f64 = 12.0;
 
 /// As many numbers of the start, twelve a ball; or one, which no start is: a mass.
-fn parameters(count: usize) -> Vec<Parameter<'static>> {
+fn parameters(count: usize) -> Vec<Parameter> {
     if count == 1 {
-        return vec![Parameter::Mass(BALLS[0])];
+        return vec![Parameter::Mass(BALLS[0].into())];
     }
-    let start = |ball| {
+    let start = |ball: &str| {
         [
             Parameter::InitialPosition(ball.into()),
             Parameter::InitialOrientation(ball.into()),
@@ -37,8 +37,8 @@ fn parameters(count: usize) -> Vec<Parameter<'static>> {
 }
 
 fn jacobian_seconds(world: &World, count: usize) -> f64 {
-    let experiment = Experiment::new(world, &Plan::new(TIME_STEP, STEPS).unwrap());
-    let experiment = experiment.recording_every(STEPS);
+    let plan = Plan::new(TIME_STEP, STEPS).unwrap();
+    let experiment = Experiment::new(world, &plan.recording_every(STEPS));
     let (by, end) = (
         parameters(count),
         FinalPosition::of_body(world, BALLS[0]).unwrap(),

@@ -1,7 +1,7 @@
 //! Worlds of balls on a box.
 
 use hydroelastic::contact::Shape;
-use hydroelastic::dynamics::{Body, Integrator, Mass, Material, Plan, State, World};
+use hydroelastic::dynamics::{Body, Mass, Material, Plan, State, World};
 use hydroelastic::mesh::shapes;
 use hydroelastic::spatial::Pose;
 use nalgebra::Vector3;
@@ -76,6 +76,6 @@ fn floor([nx, ny, _]: [usize; 3], skin: Material) -> Body {
 
 /// The state after so many steps.
 pub fn final_state(world: &World, steps: usize) -> State {
-    let rollout = world.rollout(&Plan::new(TIME_STEP, 0).unwrap());
-    rollout.recorded(steps, steps).unwrap().last().clone()
+    let plan = Plan::new(TIME_STEP, steps).unwrap().recording_every(steps);
+    world.rollout(&plan).recorded().unwrap().last().clone()
 }

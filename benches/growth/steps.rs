@@ -11,19 +11,21 @@ use std::time::Duration;
 
 const BUDGET: Duration = Duration::from_secs(1);
 
-const START: [Parameter<'static>; 4] = [
-    Parameter::InitialPosition("ball 0".into()),
-    Parameter::InitialOrientation("ball 0".into()),
-    Parameter::InitialVelocity("ball 0".into()),
-    Parameter::InitialSpin("ball 0".into()),
-];
+fn start() -> [Parameter; 4] {
+    [
+        Parameter::InitialPosition("ball 0".into()),
+        Parameter::InitialOrientation("ball 0".into()),
+        Parameter::InitialVelocity("ball 0".into()),
+        Parameter::InitialSpin("ball 0".into()),
+    ]
+}
 
 fn jacobian_seconds(world: &World, steps: usize) -> f64 {
-    let experiment = Experiment::new(world, &Plan::new(TIME_STEP, steps).unwrap());
-    let experiment = experiment.recording_every(steps);
-    let end = FinalPosition::of_body(world, "ball 0").unwrap();
+    let plan = Plan::new(TIME_STEP, steps).unwrap();
+    let experiment = Experiment::new(world, &plan.recording_every(steps));
+    let (by, end) = (start(), FinalPosition::of_body(world, "ball 0").unwrap());
     median_seconds(BUDGET, || {
-        black_box(experiment.jacobian(black_box(&START), &end).unwrap());
+        black_box(experiment.jacobian(black_box(&by), &end).unwrap());
     })
 }
 

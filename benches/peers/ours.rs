@@ -7,7 +7,7 @@
 //! `steps` times a rollout of a ball at rest on a box, or the Jacobian of one.
 
 use hydroelastic::contact::{ContactBody, ContactPair, Shape, WrenchJacobian};
-use hydroelastic::dynamics::{Body, Integrator, Mass, Material, Plan, State, World};
+use hydroelastic::dynamics::{Body, Mass, Material, Plan, State, World};
 use hydroelastic::gradient::{Experiment, FinalState, Parameter};
 use hydroelastic::io::read_mesh;
 use hydroelastic::mesh::PressureField;
@@ -207,8 +207,8 @@ fn world(ball: Body, slab: Body) -> Answer<World> {
 }
 
 fn last_state(world: &World, time_step: f64, steps: usize) -> Answer<State> {
-    let rollout = world.rollout(&Plan::new(time_step, 0)?);
-    Ok(rollout.recorded(steps, steps)?.last().clone())
+    let plan = Plan::new(time_step, steps)?.recording_every(steps);
+    Ok(world.rollout(&plan).recorded()?.last().clone())
 }
 
 /// Of a rollout, or of the Jacobian of its end by as many numbers of its start.

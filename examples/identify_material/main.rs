@@ -7,6 +7,7 @@ mod bounce;
 mod show;
 
 use bounce::Track;
+use hydroelastic::dynamics::Plan;
 use hydroelastic::gradient::Parameter::{Dissipation, Friction, Modulus};
 use hydroelastic::gradient::{Experiment, OutcomeJacobian};
 use hydroelastic::io::Recording;
@@ -52,10 +53,8 @@ fn main() -> Result<(), Box<dyn Error>> {
         let both = ["clean", "noisy"].into_iter().zip(misfits);
         let curves = both.map(|(name, norms)| Curve::counted(name, norms.into_iter()));
         let misfits = Panel::counted("iteration", curves.collect());
-        vec![
-            misfits,
-            show::contact_force(&world, &bounce.thinned(RECORD_EVERY), 0),
-        ]
+        let force = show::contact_force(&world, &bounce.thinned(RECORD_EVERY), 0);
+        vec![misfits, force]
     })
 }
 
@@ -74,12 +73,9 @@ fn fitted(recorded: &DVector<f64>) -> Result<(Vector3<f64>, Vec<f64>), Box<dyn E
 
 /// The track and its derivatives by the logarithms of the three numbers.
 fn linearised(numbers: &Vector3<f64>) -> Result<OutcomeJacobian, Box<dyn Error>> {
-    let world = bounce::world(numbers)?;
-    let throw = Experiment::new(
-        &world,
-        &Plan::new(TIME_STEP, STEPS)?.recording_every(RECORD_EVERY),
-    );
-    let by = [Modulus("ball"), Dissipation("ball"), Friction("ball")];
+    let plan = Plan::new(TIME_STEP, STEPS)?.recording_every(RECORD_EVERY);
+    let throw = Experiment::new(bounce::world(numbers)?, &plan);
+    let by = [Modulus, Dissipation, Friction].map(|of| of("ball".into()));
     let mut linear = throw.jacobian(&by, &Track)?;
     for (mut column, number) in linear.jacobian.column_iter_mut().zip(numbers) {
         column *= *number;

@@ -2,7 +2,7 @@
 
 use super::Answer;
 use hydroelastic::contact::Shape;
-use hydroelastic::dynamics::{Body, Integrator, Mass, Material, Plan, Trajectory, World};
+use hydroelastic::dynamics::{Body, Mass, Material, Plan, Trajectory, World};
 use hydroelastic::mesh::shapes;
 use hydroelastic::spatial::Pose;
 use nalgebra::vector;
@@ -28,7 +28,6 @@ pub fn drop_with(dissipation: f64) -> Answer<(World, Trajectory)> {
     let ball = Body::dynamic("ball", ball, skin, Mass::Total(1.0))?.at(at_height(HEIGHT));
     let block = Body::fixed("block", block, skin)?.at(at_height(-0.1));
     let world = World::new(vec![ball, block])?.with_gravity(vector![0.0, 0.0, -9.81])?;
-    let rollout = world.rollout(&Plan::new(TIME_STEP, 0)?);
-    let trajectory = rollout.recorded(STEPS, 1)?;
+    let trajectory = world.rollout(&Plan::new(TIME_STEP, STEPS)?).recorded()?;
     Ok((world, trajectory))
 }

@@ -2,7 +2,7 @@
 
 use super::Answer;
 use hydroelastic::contact::Shape;
-use hydroelastic::dynamics::{Body, Integrator, Mass, Material, Plan, Trajectory, World};
+use hydroelastic::dynamics::{Body, Mass, Material, Plan, Trajectory, World};
 use hydroelastic::mesh::shapes;
 use hydroelastic::spatial::{MassProperties, Pose};
 use nalgebra::{Vector3, vector};
@@ -49,7 +49,7 @@ pub fn rolled_down() -> Answer<(World, Trajectory)> {
         Body::fixed("slope", slope, skin)?.at(below),
     ])?
     .with_gravity(vector![0.0, 0.0, -GRAVITY])?;
-    let rollout = world.rollout(&Plan::new(TIME_STEP, 0)?);
-    let trajectory = rollout.recorded(STEPS, RECORDED)?;
+    let plan = Plan::new(TIME_STEP, STEPS)?.recording_every(RECORDED);
+    let trajectory = world.rollout(&plan).recorded()?;
     Ok((world, trajectory))
 }

@@ -1,5 +1,5 @@
 //! Which of 1,000 random throws ends nearest to a target, and does Newton's method meet it from the
-//! best eight?
+//! best eight? Ctrl-C ends the search with the throws that were finished.
 //!
 //! `cargo run --release --example random_search [-- --record FILE.glb --plot FILE.svg]`
 
@@ -9,15 +9,17 @@ mod room;
 mod show;
 mod throws;
 
-use hydroelastic::dynamics::Batch;
-use hydroelastic::gradient::Experiment;
+use hydroelastic::dynamics::{Batch, Plan};
 use hydroelastic::io::Recording;
 use indicatif::ProgressBar;
 use nalgebra::Vector3;
 use rand::{RngExt, SeedableRng, rngs::StdRng};
 use show::{Curve, Panel};
 use std::error::Error;
-use throws::{BY_VELOCITY, TARGET};
+use std::ops::ControlFlow;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+use throws::{TARGET, by_velocity};
 
 /// Time step (s) and steps.
 const TIME_STEP: f64 = 5e-4;
@@ -33,9 +35,19 @@ const HIT: f64 = 1e-6;
 fn main() -> Result<(), Box<dyn Error>> {
     let wanted = show::wanted()?;
     let world = room::with_ball(2, Vector3::zeros())?;
+    let plan = Plan::new(TIME_STEP, STEPS)?;
     let bar = ProgressBar::new(THROWS as u64);
-    let batch = Batch::new(&Plan::new(TIME_STEP, STEPS)?.recording_every(STEPS))
-        .with_progress(|progress| bar.set_position(progress.finished as u64));
+    let shown = bar.clone();
+    let is_stopped = Arc::new(AtomicBool::new(false));
+    let [stopping, stopped] = [0, 1].map(|_| Arc::clone(&is_stopped));
+    ctrlc::set_handler(move || stopping.store(true, Ordering::Relaxed))?;
+    let batch = Batch::new(&plan.recording_every(STEPS)).with_progress(move |progress| {
+        shown.set_position(progress.finished as u64);
+        if stopped.load(Ordering::Relaxed) {
+            return ControlFlow::Break(());
+        }
+        ControlFlow::Continue(())
+    });
     let mut random = StdRng::seed_from_u64(7);
     let throw = |_| Vector3::from_fn(|_, _| random.random_range(-FASTEST..FASTEST));
     let mut throws: Vec<Vector3<f64>> = (0..THROWS).map(throw).collect();
@@ -44,6 +56,9 @@ fn main() -> Result<(), Box<dyn Error>> {
     ranking.sort_by(|&i, &j| misses[i].total_cmp(&misses[j]));
     let nearest = misses[ranking[0]];
     println!("throw {} is nearest, {nearest:.3} m off", ranking[0]);
+    if is_stopped.load(Ordering::Relaxed) {
+        return Ok(());
+    }
 
     throws = ranking[..BEST].iter().map(|&i| throws[i]).collect();
     throws::improve(&batch, &world, &mut throws)?;
@@ -58,8 +73,8 @@ fn main() -> Result<(), Box<dyn Error>> {
     assert!(nearest > HIT && count >= BEST / 2);
 
     let flights = hits.iter().map(|throw| {
-        let world = world.changed(&BY_VELOCITY, throw.as_slice())?;
-        Ok(Experiment::new(&world, &Plan::new(TIME_STEP, STEPS)?).trajectory()?)
+        let world = world.changed(&by_velocity(), throw.as_slice())?;
+        Ok(world.rollout(&plan).recorded()?)
     });
     let flights = flights.collect::<Result<Vec<_>, Box<dyn Error>>>()?;
     wanted.record(|| {

@@ -40,6 +40,6 @@ pub fn with_ball(subdivisions: usize, velocity: Vector3<f64>) -> Result<World, B
 }
 
 /// A recording with a camera.
-pub fn seen(recording: Recording<'_>) -> Recording<'_> {
+pub fn seen(recording: Recording) -> Recording {
     recording.seen_from(EYE, MIDDLE)
 }

@@ -1,7 +1,7 @@
 //! A block with its weight off centre, and the slab it lies on.
 
 use hydroelastic::contact::Shape;
-use hydroelastic::dynamics::{Body, Integrator, Mass, Material, Plan, Trajectory, World};
+use hydroelastic::dynamics::{Body, Mass, Material, Plan, Trajectory, World};
 use hydroelastic::spatial::{MassProperties, Pose};
 use nalgebra::{Matrix3, Vector3};
 use std::error::Error;
@@ -34,7 +34,6 @@ pub fn released(
     let block = Body::dynamic("block", Arc::clone(block), block_skin, Mass::Given(solid))?;
     let slab = Body::fixed("slab", Arc::clone(slab), slab_skin)?;
     let world = World::new(vec![block.at(pose), slab])?.with_gravity(GRAVITY)?;
-    let rollout = world.rollout(&Plan::new(TIME_STEP, 0)?);
-    let trajectory = rollout.recorded(STEPS, 1)?;
+    let trajectory = world.rollout(&Plan::new(TIME_STEP, STEPS)?).recorded()?;
     Ok((world, trajectory))
 }

@@ -40,9 +40,9 @@ pub fn wanted() -> Result<Wanted, Box<dyn Error>> {
 
 impl Wanted {
     /// Writes the recording if it was asked for.
-    pub fn record<'a>(
+    pub fn record(
         &self,
-        recording: impl FnOnce() -> Result<Recording<'a>, Box<dyn Error>>,
+        recording: impl FnOnce() -> Result<Recording, Box<dyn Error>>,
     ) -> Result<(), Box<dyn Error>> {
         if let Some(path) = &self.record {
             recording()?.write(path)?;

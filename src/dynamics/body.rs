@@ -79,7 +79,7 @@ impl Body<f64> {
         Self::new(name, shape.into(), material, Motion::Prescribed(path))
     }
 
-    fn new(
+    pub(super) fn new(
         name: &str,
         shape: Arc<Shape>,
         material: Material,
@@ -141,25 +141,25 @@ impl Body<f64> {
         }
     }
 
-    /// Checks that material, mass and initial state are usable.
-    pub(crate) fn check(&self) -> Result<(), WorldError> {
+    /// Checks that material, mass and initial state, at a time (s), are usable.
+    pub(crate) fn check(&self, time: f64) -> Result<(), WorldError> {
         self.material.check(&self.name)?;
         if let Some(inertia) = self.inertia() {
             check_positive(&self.name, "mass", inertia.mass)?;
         }
         self.initial.check(&self.name)?;
-        self.check_own_start()
+        self.check_own_start(time)
     }
 
-    /// Checks that the body starts as it goes on: a fixed one at rest, one with a path on it.
-    fn check_own_start(&self) -> Result<(), WorldError> {
+    /// Checks that the body starts at a time (s) as it goes on: a fixed one at rest, one with a path on it.
+    fn check_own_start(&self, time: f64) -> Result<(), WorldError> {
         let start = match &self.motion {
             Motion::Dynamic(_) => return Ok(()),
             Motion::Fixed => BodyState {
                 pose: self.initial.pose,
                 twist: Twist::zero(),
             },
-            Motion::Prescribed(path) => state_on(&**path, 0.0),
+            Motion::Prescribed(path) => state_on(&**path, time),
         };
         let (given, twist) = (&self.initial, &self.initial.twist);
         let keeps = [

@@ -106,6 +106,14 @@ pub enum WorldError {
         /// Bodies in the world.
         expected: usize,
     },
+    /// Changes of a state are more or fewer than it has degrees of freedom.
+    #[error("{found} numbers do not change a state of {expected} local coordinates")]
+    ChangeSize {
+        /// Numbers given.
+        found: usize,
+        /// 12 for each dynamic body.
+        expected: usize,
+    },
     /// A number of the world itself is out of range.
     #[error("the {quantity} is {value}, but must be {expected}")]
     Setting {
@@ -171,7 +179,7 @@ pub enum RolloutError {
     /// A function that was passed in panicked while a rollout was recorded, alone or in a
     /// [`Batch`](super::Batch), or its outcome was read. In a program whose panics abort there is no
     /// such error.
-    #[error("an external force, a path or an outcome panicked: {message}")]
+    #[error("a force, a path or an outcome panicked: {message}")]
     Panicked {
         /// What it said.
         message: String,

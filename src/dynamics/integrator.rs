@@ -11,6 +11,7 @@ use crate::spatial::{Pose, Twist};
 /// of mass moves straight on, and the body turns about it by a splitting that is symplectic, of second order, and exact for
 /// spheres and symmetric tops.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[non_exhaustive]
 pub enum Integrator {
     /// Kick, then drift: the paper's scheme (§V, there for equal moments), first order, symplectic.

@@ -1,7 +1,7 @@
 //! Bodies that move: a [`World`] of them, stepped forward in time.
 //!
 //! A [`Body`] is a shape with a material, a mass and an initial state; a [`World`] is a list of
-//! bodies with gravity and other external forces; a [`Rollout`] is an iterator over its states, and a
+//! bodies with gravity, [forces](Force) and [controls](Control); a [`Rollout`] is an iterator over its states, and a
 //! [`Batch`] many rollouts at once.
 //! All of it is generic over the scalar, so a rollout on dual numbers carries the derivatives of
 //! every later state by whatever was seeded ([`crate::gradient`] does the seeding).
@@ -44,6 +44,7 @@ mod forces;
 mod free_rotation;
 mod inertia;
 mod integrator;
+mod local;
 mod mass;
 mod material;
 mod plan;
@@ -57,6 +58,8 @@ mod sweep;
 mod trajectory;
 mod workspace;
 mod world;
+#[cfg(feature = "serde")]
+mod world_serial;
 
 pub use batch::{Batch, Progress};
 pub use body::{Body, Motion, PrescribedPath};
@@ -65,6 +68,7 @@ pub use error::{RolloutError, WorldError};
 pub use force::{Control, Drag, Force, Situation, Spring, Thruster, Wrenches};
 pub use inertia::Inertia;
 pub use integrator::Integrator;
+pub(crate) use local::LOCAL;
 pub use mass::Mass;
 pub use material::Material;
 pub use plan::Plan;

@@ -104,6 +104,12 @@ impl Plan {
         self.integrator
     }
 
+    /// After how many steps states are recorded, and the time step is checked.
+    #[cfg(feature = "serde")]
+    pub(super) fn intervals(&self) -> (usize, Option<usize>) {
+        (self.record_every, self.check_every)
+    }
+
     /// Whether the state after so many steps is recorded.
     pub(super) fn records(&self, step: usize) -> bool {
         step.is_multiple_of(self.record_every) || step == self.steps

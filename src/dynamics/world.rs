@@ -16,6 +16,8 @@ pub struct World<T = f64, F = ()> {
     pub(crate) bodies: Vec<Body<T>>,
     pub(crate) gravity: Vector3<T>,
     pub(crate) controls: Vec<Control<T>>,
+    /// Time (s) of the initial state.
+    pub(super) start: f64,
     pub(super) forces: Arc<F>,
     pub(super) ignored: BTreeSet<(usize, usize)>,
     pub(super) slip_tolerance: f64,
@@ -28,6 +30,7 @@ impl<T: Clone, F> Clone for World<T, F> {
             bodies: self.bodies.clone(),
             gravity: self.gravity.clone(),
             controls: self.controls.clone(),
+            start: self.start,
             forces: Arc::clone(&self.forces),
             ignored: self.ignored.clone(),
             slip_tolerance: self.slip_tolerance,
@@ -50,7 +53,7 @@ impl World {
     pub fn new(mut bodies: Vec<Body>) -> Result<Self, WorldError> {
         let mut names = BTreeSet::new();
         for body in &bodies {
-            body.check()?;
+            body.check(0.0)?;
             if !names.insert(body.name()) {
                 return Err(WorldError::DuplicateName(body.name().to_owned()));
             }
@@ -65,6 +68,7 @@ impl World {
             bodies,
             gravity: Vector3::zeros(),
             controls: Vec::new(),
+            start: 0.0,
             forces: Arc::new(()),
             ignored: BTreeSet::new(),
             slip_tolerance: SLIP_TOLERANCE,
@@ -85,20 +89,36 @@ impl<F: Force> World<f64, F> {
         Ok(self)
     }
 
-    /// The same world with a force besides those it has.
+    /// The same world with these forces, in place of those it had: one, or a sum of several as a tuple or a list.
     ///
     /// # Errors
-    /// If the force [cannot act](Force::check) on its bodies.
-    pub fn with_force<G: Force>(self, force: G) -> Result<World<f64, (Arc<F>, G)>, WorldError> {
-        force.check(&self.bodies)?;
+    /// If a force [cannot act](Force::check) on the bodies.
+    pub fn with_forces<G: Force>(self, forces: G) -> Result<World<f64, G>, WorldError> {
+        forces.check(&self.bodies)?;
         Ok(World {
             bodies: self.bodies,
             gravity: self.gravity,
             controls: self.controls,
-            forces: Arc::new((self.forces, force)),
+            start: self.start,
+            forces: Arc::new(forces),
             ignored: self.ignored,
             slip_tolerance: self.slip_tolerance,
         })
+    }
+
+    /// The same world with another initial state, at its own time. Bodies that forces do not move stay as they are: a fixed
+    /// one where it was, one on a path where that is at the time.
+    ///
+    /// # Errors
+    /// If the state has another number of bodies, a pose that is not rigid, or a number that is not finite.
+    pub fn starting_from(mut self, state: &State) -> Result<Self, WorldError> {
+        state.check_fits(&self)?;
+        self.start = state.time;
+        for (index, initial) in state.bodies.iter().enumerate() {
+            let driven = self.driven_state(index, state.time);
+            self.bodies[index].initial = driven.unwrap_or(*initial);
+        }
+        Ok(self)
     }
 
     /// The same world with a control, in place of one that its body may have had.
@@ -152,6 +172,7 @@ impl<F: Force> World<f64, F> {
             bodies: self.bodies.iter().map(Body::lifted).collect(),
             gravity: lift_vector(&self.gravity),
             controls: self.controls.iter().map(Control::lifted).collect(),
+            start: self.start,
             forces: Arc::clone(&self.forces),
             ignored: self.ignored.clone(),
             slip_tolerance: self.slip_tolerance,
@@ -192,11 +213,11 @@ impl<T: Scalar, F: Force> World<T, F> {
         &self.forces
     }
 
-    /// The state at time 0.
+    /// The state from which rollouts start: at time 0, unless the world [starts from](Self::starting_from) another.
     #[must_use]
     pub fn initial_state(&self) -> State<T> {
         State {
-            time: 0.0,
+            time: self.start,
             bodies: self.bodies.iter().map(|body| body.initial).collect(),
         }
     }

@@ -42,7 +42,7 @@ pub enum GradientError {
     },
     /// A derivative of a state is not finite, and neither is one of the outcome's by the same number.
     #[error(
-        "step {step} (t = {time} s) took body {body:?} to a state whose derivative by {number} is not finite: an external force may take a root or a norm of zero"
+        "step {step} (t = {time} s) took body {body:?} to a state whose derivative by {number} is not finite: a force may take a root or a norm of zero"
     )]
     StateDerivativeNotFinite {
         /// The first step that gave such a state, counted from 1.

@@ -1,5 +1,5 @@
 use super::{GradientError, Outcome, Parameter};
-use crate::dynamics::{Body, Force, Plan, Recorded, Rollout, World};
+use crate::dynamics::{Force, Plan, Recorded, Rollout, World};
 use crate::scalar::Scalar;
 use crate::threads::contained;
 use nalgebra::{DMatrix, DVector};
@@ -18,6 +18,7 @@ pub struct Experiment<F = ()> {
 
 /// What an outcome is, and its derivatives.
 #[derive(Debug, Clone, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct OutcomeJacobian {
     /// The outcome.
     pub value: DVector<f64>,
@@ -164,7 +165,9 @@ impl<F: Force> World<f64, F> {
             return Err(GradientError::ChangeCount { found, expected });
         }
         let world = changed(self, parameters, changes);
-        world.bodies.iter().try_for_each(Body::check)?;
+        let start = world.initial_state().time;
+        let mut bodies = world.bodies.iter();
+        bodies.try_for_each(|body| body.check(start))?;
         let gravity = world.gravity;
         Ok(world.with_gravity(gravity)?)
     }

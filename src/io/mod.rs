@@ -1,4 +1,4 @@
-//! Files: tetrahedral meshes in, contact surfaces and trajectories out.
+//! Files: tetrahedral meshes in, contact surfaces and trajectories out; with the feature `files`, a default one.
 //!
 //! [`read_mesh`] reads the files of a mesher (Gmsh `.msh`, VTK `.vtk` and `.vtu`) into a
 //! [`MeshFile`]: a mesh, and whatever numbers the file has for each vertex. Extents can be among
@@ -18,6 +18,7 @@
 //! Nothing in a file is trusted: damaged ones end in a [`FileError`], never in a panic.
 //!
 //! ```
+//! # #[cfg(feature = "files")] {
 //! use hydroelastic::io::{read_mesh, write_surface};
 //! use hydroelastic::contact::{ContactBody, ContactPair, Shape};
 //! use hydroelastic::mesh::{PressureField, shapes};
@@ -36,28 +37,46 @@
 //! let path = std::env::temp_dir().join("ball_on_bracket.vtp");
 //! write_surface(&path, &pair.surface())?;
 //! # std::fs::remove_file(path)?;
+//! # }
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
+#[cfg(feature = "files")]
 mod contact_surface;
+#[cfg(feature = "files")]
 mod error;
+#[cfg(feature = "files")]
 mod file_contents;
+#[cfg(feature = "files")]
 mod gmsh;
+#[cfg(feature = "files")]
 mod gmsh_headers;
+#[cfg(feature = "files")]
 mod mesh_file;
 #[cfg(feature = "parry")]
 mod parry;
+#[cfg(feature = "files")]
 mod recording;
+#[cfg(feature = "files")]
 mod replacement;
+#[cfg(feature = "files")]
 mod stopped;
+#[cfg(feature = "files")]
 mod trajectory;
+#[cfg(feature = "files")]
 mod vtk;
+#[cfg(feature = "files")]
 mod vtu_lengths;
 
+#[cfg(feature = "files")]
 pub use contact_surface::write_surface;
+#[cfg(feature = "files")]
 pub use error::FileError;
+#[cfg(feature = "files")]
 pub use mesh_file::{MeshFile, read_mesh};
 #[cfg(feature = "parry")]
 pub use parry::{HullError, field_from_hull, field_from_polyhedron, field_from_trimesh};
+#[cfg(feature = "files")]
 pub use recording::Recording;
+#[cfg(feature = "files")]
 pub use trajectory::{TrajectoryFile, write_trajectory};

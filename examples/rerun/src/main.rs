@@ -14,7 +14,7 @@ mod scene;
 mod surface;
 
 use destination::Destination;
-use hydroelastic::dynamics::Integrator;
+use hydroelastic::dynamics::Plan;
 use std::env;
 use std::error::Error;
 use std::iter;
@@ -43,7 +43,7 @@ fn log() -> Result<(), Box<dyn Error>> {
     contacts::log_styles(&recording, &world)?;
     energies::log_styles(&recording)?;
 
-    let rollout = world.rollout(TIME_STEP, Integrator::Leapfrog)?;
+    let rollout = world.rollout(&Plan::new(TIME_STEP, STEPS_A_FRAME * FRAMES)?);
     let states = iter::once(Ok(world.initial_state())).chain(rollout);
     for state in states.step_by(STEPS_A_FRAME).take(FRAMES + 1) {
         let state = state?;

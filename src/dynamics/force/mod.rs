@@ -10,7 +10,6 @@ use super::{Body, BodyState, WorldError};
 use crate::scalar::Scalar;
 use crate::spatial::Wrench;
 use nalgebra::Vector3;
-use std::sync::Arc;
 
 /// What a force may depend on: all bodies of a world at the time at which it acts.
 #[derive(Debug, Clone, Copy)]
@@ -40,7 +39,7 @@ pub struct Wrenches<'a, T = f64> {
 
 /// Forces other than contact and gravity: what they add to the wrenches on the bodies.
 ///
-/// Generic over the scalar, so that derivatives flow through it. A pair of forces is a force, and so is a list of one kind.
+/// Generic over the scalar, so that derivatives flow through it. A tuple of forces is a force, their sum, and so is a list of forces of one kind.
 ///
 /// ```
 /// use hydroelastic::dynamics::{Force, Situation, Wrenches};
@@ -130,37 +129,39 @@ impl Force for () {
     fn add_to<T: Scalar>(&self, _: &mut Wrenches<T>, _: &Situation<T>) {}
 }
 
-/// Both forces.
-impl<A: Force, B: Force> Force for (A, B) {
-    fn add_to<T: Scalar>(&self, wrenches: &mut Wrenches<T>, now: &Situation<T>) {
-        self.0.add_to(wrenches, now);
-        self.1.add_to(wrenches, now);
-    }
+macro_rules! sums {
+    ($($names:ident)+) => {
+        /// The sum of these forces.
+        #[expect(non_snake_case, reason = "each is named as its type is")]
+        impl<$($names: Force),+> Force for ($($names,)+) {
+            fn add_to<T: Scalar>(&self, wrenches: &mut Wrenches<T>, now: &Situation<T>) {
+                let ($($names,)+) = self;
+                $($names.add_to(wrenches, now);)+
+            }
 
-    fn check(&self, bodies: &[Body]) -> Result<(), WorldError> {
-        self.0.check(bodies)?;
-        self.1.check(bodies)
-    }
+            fn check(&self, bodies: &[Body]) -> Result<(), WorldError> {
+                let ($($names,)+) = self;
+                $($names.check(bodies)?;)+
+                Ok(())
+            }
+        }
+    };
 }
+
+sums!(A B);
+sums!(A B C);
+sums!(A B C D);
 
 /// All of them.
 impl<F: Force> Force for Vec<F> {
     fn add_to<T: Scalar>(&self, wrenches: &mut Wrenches<T>, now: &Situation<T>) {
-        self.iter().for_each(|force| force.add_to(wrenches, now));
+        for force in self {
+            force.add_to(wrenches, now);
+        }
     }
 
     fn check(&self, bodies: &[Body]) -> Result<(), WorldError> {
         self.iter().try_for_each(|force| force.check(bodies))
-    }
-}
-
-impl<F: Force> Force for Arc<F> {
-    fn add_to<T: Scalar>(&self, wrenches: &mut Wrenches<T>, now: &Situation<T>) {
-        (**self).add_to(wrenches, now);
-    }
-
-    fn check(&self, bodies: &[Body]) -> Result<(), WorldError> {
-        (**self).check(bodies)
     }
 }
 

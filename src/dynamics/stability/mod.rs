@@ -42,7 +42,7 @@ impl<T: Scalar, F: Force> World<T, F> {
     ///
     /// - Only this state: deeper contact is stiffer, and so is contact to come. Ask at the deepest
     ///   state, or along the way: [`Plan::with_stability_check`](super::Plan::with_stability_check).
-    /// - Contacts alone: drag or springs among the external forces are not included.
+    /// - Contacts alone: drag, springs and other forces are not included.
     /// - The symmetric parts of stiffness and damping, and no stiffness of friction. Where contacts slide
     ///   this changes the limit by a per cent or so (`cargo test --test stability -- --nocapture`), where a weak contact
     ///   slides fast by more.

@@ -1,0 +1,74 @@
+//! States in local coordinates: how far one is from another, in as few numbers as there are degrees of freedom.
+
+use super::{BodyState, Force, State, World, WorldError};
+use crate::spatial::{Pose, Twist};
+use nalgebra::{DVector, Rotation3, UnitQuaternion, Vector6};
+
+/// Numbers for each dynamic body.
+pub(crate) const LOCAL: usize = 12;
+
+impl<F: Force> World<f64, F> {
+    /// The change that takes one state to another, 12 numbers for each dynamic body in the order of the world's: the motion of
+    /// its pose as of [`Pose::moved_by`] (angular in rad, at most half a turn, linear in m), and the change of its twist (spin in
+    /// rad/s, velocity of the centre of mass in m/s).
+    ///
+    /// # Errors
+    /// If a state does not fit the world.
+    pub fn displacement(&self, from: &State, to: &State) -> Result<DVector<f64>, WorldError> {
+        from.check_fits(self)?;
+        to.check_fits(self)?;
+        let numbers = self.dynamic_bodies().flat_map(|body| {
+            let [from, to] = [from, to].map(|state| &state.bodies[body]);
+            let pose = turn_and_shift(&from.pose, &to.pose);
+            let twist = to.twist.to_vector() - from.twist.to_vector();
+            pose.iter().chain(&twist).copied().collect::<Vec<_>>()
+        });
+        Ok(DVector::from_vec(numbers.collect()))
+    }
+
+    /// The state after such a change: the inverse of [`Self::displacement`]. Bodies that forces do not move, and the time, stay.
+    ///
+    /// # Errors
+    /// If the state does not fit the world, or there are not 12 numbers for each dynamic body.
+    pub fn displaced(&self, state: &State, change: &[f64]) -> Result<State, WorldError> {
+        state.check_fits(self)?;
+        let (found, expected) = (change.len(), LOCAL * self.dynamic_bodies().count());
+        if found != expected {
+            return Err(WorldError::ChangeSize { found, expected });
+        }
+        let mut moved = state.clone();
+        for (body, numbers) in self.dynamic_bodies().zip(change.chunks(LOCAL)) {
+            let [pose, twist] = [0, 6].map(|first| {
+                Twist::from_vector(&Vector6::from_column_slice(&numbers[first..first + 6]))
+            });
+            let BodyState {
+                pose: own,
+                twist: old,
+            } = state.bodies[body];
+            moved.bodies[body] = BodyState {
+                pose: own.moved_by(&pose),
+                twist: Twist {
+                    angular: old.angular + twist.angular,
+                    linear: old.linear + twist.linear,
+                },
+            };
+        }
+        Ok(moved)
+    }
+
+    /// The places of the bodies that forces move.
+    pub(crate) fn dynamic_bodies(&self) -> impl Iterator<Item = usize> {
+        let places = 0..self.bodies.len();
+        places.filter(|&index| self.bodies[index].inertia().is_some())
+    }
+}
+
+/// The motion (angular, linear) that takes one pose to another.
+fn turn_and_shift(from: &Pose, to: &Pose) -> Vector6<f64> {
+    let turn = Rotation3::from_matrix_unchecked(to.rotation() * from.rotation().transpose());
+    let twist = Twist {
+        angular: UnitQuaternion::from_rotation_matrix(&turn).scaled_axis(),
+        linear: to.translation() - from.translation(),
+    };
+    twist.to_vector()
+}

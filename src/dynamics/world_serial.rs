@@ -1,0 +1,315 @@
+//! Worlds and plans, saved and loaded by serde.
+
+use super::force::Control;
+use super::inertia::PrincipalInertia;
+use super::{
+    Body, BodyState, Force, Inertia, Integrator, Material, Motion, Plan, World, WorldError,
+};
+use crate::contact::Shape;
+use crate::mesh::{MeshError, PressureField, TetMesh};
+use crate::spatial::Wrench;
+use nalgebra::{Matrix3, Vector3, Vector6};
+use serde::de::{Deserialize, Deserializer, Error as _};
+use serde::ser::{Error as _, Serialize, Serializer};
+use std::collections::BTreeSet;
+use std::sync::Arc;
+
+/// How far the principal axes may be from orthonormal.
+const ROUNDED: f64 = 1e-12;
+
+/// A plan as it is saved.
+#[derive(serde::Serialize, serde::Deserialize)]
+#[serde(rename = "Plan", deny_unknown_fields)]
+struct PlanLayout {
+    time_step: f64,
+    steps: usize,
+    integrator: Integrator,
+    record_every: usize,
+    check_every: Option<usize>,
+}
+
+/// A world as it is saved.
+#[derive(serde::Serialize, serde::Deserialize)]
+#[serde(rename = "World", deny_unknown_fields)]
+struct WorldLayout<F> {
+    gravity: [f64; 3],
+    slip_tolerance: f64,
+    /// Time of the initial state.
+    start: f64,
+    shapes: Vec<FieldLayout>,
+    bodies: Vec<BodyLayout>,
+    ignored: Vec<[String; 2]>,
+    controls: Vec<ControlLayout>,
+    forces: F,
+}
+
+/// A shape as it is saved: its trees are built anew.
+#[derive(serde::Serialize, serde::Deserialize)]
+#[serde(deny_unknown_fields)]
+struct FieldLayout {
+    vertices: Vec<[f64; 3]>,
+    tets: Vec<[usize; 4]>,
+    extents: Vec<f64>,
+}
+
+/// A body as it is saved, its shape by its place in the list of shapes; one without inertia is fixed.
+#[derive(serde::Serialize, serde::Deserialize)]
+#[serde(deny_unknown_fields)]
+struct BodyLayout {
+    name: String,
+    shape: usize,
+    material: Material,
+    inertia: Option<InertiaLayout>,
+    initial: BodyState,
+}
+
+/// Inertia as it is saved: moments over the mass, axes as columns in the body frame.
+#[derive(serde::Serialize, serde::Deserialize)]
+#[serde(deny_unknown_fields)]
+struct InertiaLayout {
+    mass: f64,
+    center_of_mass: [f64; 3],
+    moments: [f64; 3],
+    axes: [[f64; 3]; 3],
+}
+
+/// A control as it is saved.
+#[derive(serde::Serialize, serde::Deserialize)]
+#[serde(deny_unknown_fields)]
+struct ControlLayout {
+    body: String,
+    interval: f64,
+    wrenches: Vec<[f64; 6]>,
+}
+
+/// Why what was loaded is no world.
+#[derive(Debug, thiserror::Error)]
+enum LoadError {
+    #[error(transparent)]
+    World(#[from] WorldError),
+    #[error("shape {shape}: {source}")]
+    Shape { shape: usize, source: MeshError },
+    #[error("body {body:?} has the shape {shape}, but there are {count}")]
+    NoShape {
+        body: String,
+        shape: usize,
+        count: usize,
+    },
+    #[error(
+        "the inertia of body {0:?} is none: moments must be those of a solid, the smallest first, and axes orthonormal"
+    )]
+    Inertia(String),
+    #[error("the time of the initial state is {0} s, but must be finite")]
+    Start(f64),
+}
+
+impl Serialize for Plan {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        let (record_every, check_every) = self.intervals();
+        let layout = PlanLayout {
+            time_step: self.time_step(),
+            steps: self.steps(),
+            integrator: self.integrator(),
+            record_every,
+            check_every,
+        };
+        layout.serialize(serializer)
+    }
+}
+
+impl<'de> Deserialize<'de> for Plan {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        let layout = PlanLayout::deserialize(deserializer)?;
+        let plan = Plan::new(layout.time_step, layout.steps).map_err(D::Error::custom)?;
+        let plan = plan.with_integrator(layout.integrator);
+        let plan = plan.recording_every(layout.record_every);
+        Ok(match layout.check_every {
+            Some(every) => plan.with_stability_check(every),
+            None => plan,
+        })
+    }
+}
+
+impl<F: Serialize> Serialize for World<f64, F> {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        let (mut shapes, mut bodies) = (Vec::<&Arc<Shape>>::new(), Vec::new());
+        for body in &self.bodies {
+            let shared = shapes
+                .iter()
+                .position(|shape| Arc::ptr_eq(shape, &body.shape));
+            let shape = shared.unwrap_or_else(|| {
+                shapes.push(&body.shape);
+                shapes.len() - 1
+            });
+            let layout = BodyLayout::of(body, shape);
+            bodies.push(layout.ok_or_else(|| {
+                let name = &body.name;
+                S::Error::custom(format!(
+                    "body {name:?} follows a path, a function, which cannot be saved"
+                ))
+            })?);
+        }
+        let name = |index: usize| self.bodies[index].name.clone();
+        let layout = WorldLayout {
+            gravity: self.gravity.into(),
+            slip_tolerance: self.slip_tolerance,
+            start: self.start,
+            shapes: shapes
+                .into_iter()
+                .map(|shape| FieldLayout::of(shape.field()))
+                .collect(),
+            bodies,
+            ignored: self
+                .ignored
+                .iter()
+                .map(|&(i, j)| [name(i), name(j)])
+                .collect(),
+            controls: self.controls.iter().map(ControlLayout::of).collect(),
+            forces: &*self.forces,
+        };
+        layout.serialize(serializer)
+    }
+}
+
+impl<'de, F: Force + Deserialize<'de>> Deserialize<'de> for World<f64, F> {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        let layout = WorldLayout::<F>::deserialize(deserializer)?;
+        layout.world().map_err(D::Error::custom)
+    }
+}
+
+impl<F: Force> WorldLayout<F> {
+    fn world(self) -> Result<World<f64, F>, LoadError> {
+        if !self.start.is_finite() {
+            return Err(LoadError::Start(self.start));
+        }
+        let mut shapes = Vec::new();
+        for (shape, layout) in self.shapes.into_iter().enumerate() {
+            let field = layout
+                .field()
+                .map_err(|source| LoadError::Shape { shape, source })?;
+            shapes.push(Arc::new(Shape::new(field)));
+        }
+        let (mut bodies, mut names) = (Vec::new(), BTreeSet::new());
+        for layout in self.bodies {
+            let body = layout.body(&shapes)?;
+            body.check(self.start)?;
+            if !names.insert(body.name.clone()) {
+                return Err(WorldError::DuplicateName(body.name).into());
+            }
+            bodies.push(body);
+        }
+        // Not through `World::new`, which makes poses orthonormal once more.
+        let mut world = World {
+            bodies,
+            ..World::new(Vec::new())?
+        };
+        world.start = self.start;
+        let mut world = world
+            .with_gravity(self.gravity.into())?
+            .with_slip_tolerance(self.slip_tolerance)?
+            .with_forces(self.forces)?;
+        for [first, second] in &self.ignored {
+            world = world.ignoring(first, second)?;
+        }
+        for control in self.controls {
+            world = world.with_control(control.control()?)?;
+        }
+        Ok(world)
+    }
+}
+
+impl FieldLayout {
+    fn of(field: &PressureField) -> Self {
+        Self {
+            vertices: field.mesh().vertices().iter().map(|&v| v.into()).collect(),
+            tets: field.mesh().tets().to_vec(),
+            extents: field.extents().to_vec(),
+        }
+    }
+
+    fn field(self) -> Result<PressureField, MeshError> {
+        let vertices = self.vertices.into_iter().map(Vector3::from).collect();
+        PressureField::with_inert_tets(TetMesh::new(vertices, self.tets)?, self.extents)
+    }
+}
+
+impl BodyLayout {
+    /// Nothing for a body on a path.
+    fn of(body: &Body, shape: usize) -> Option<Self> {
+        let inertia = match &body.motion {
+            Motion::Dynamic(inertia) => Some(InertiaLayout {
+                mass: inertia.mass,
+                center_of_mass: inertia.center_of_mass.into(),
+                moments: inertia.principal.moments.into(),
+                axes: inertia.principal.axes.into(),
+            }),
+            Motion::Fixed => None,
+            Motion::Prescribed(_) => return None,
+        };
+        Some(Self {
+            name: body.name.clone(),
+            shape,
+            material: body.material,
+            inertia,
+            initial: body.initial,
+        })
+    }
+
+    fn body(self, shapes: &[Arc<Shape>]) -> Result<Body, LoadError> {
+        let Some(shape) = shapes.get(self.shape) else {
+            return Err(LoadError::NoShape {
+                body: self.name,
+                shape: self.shape,
+                count: shapes.len(),
+            });
+        };
+        let motion = match &self.inertia {
+            Some(layout) => match layout.inertia() {
+                Some(inertia) => Motion::Dynamic(inertia),
+                None => return Err(LoadError::Inertia(self.name)),
+            },
+            None => Motion::Fixed,
+        };
+        let mut body = Body::new(&self.name, Arc::clone(shape), self.material, motion)?;
+        body.initial = self.initial;
+        Ok(body)
+    }
+}
+
+impl InertiaLayout {
+    /// The inertia, if it is one.
+    fn inertia(&self) -> Option<Inertia> {
+        let (moments, axes) = (Vector3::from(self.moments), Matrix3::from(self.axes));
+        let [smallest, middle, largest] = self.moments;
+        let finite = moments.iter().chain(&axes).chain(&self.center_of_mass);
+        let is_solid = smallest > 0.0
+            && smallest <= middle
+            && middle <= largest
+            && largest <= (smallest + middle) * (1.0 + ROUNDED);
+        let is_frame = (axes.tr_mul(&axes) - Matrix3::identity()).amax() <= ROUNDED
+            && axes.determinant() > 0.0;
+        (finite.into_iter().all(|x| x.is_finite()) && is_solid && is_frame).then(|| Inertia {
+            mass: self.mass,
+            center_of_mass: self.center_of_mass.into(),
+            principal: PrincipalInertia { moments, axes },
+        })
+    }
+}
+
+impl ControlLayout {
+    fn of(control: &Control) -> Self {
+        let wrenches = control.wrenches().iter();
+        Self {
+            body: control.body().to_owned(),
+            interval: control.interval(),
+            wrenches: wrenches.map(|wrench| wrench.to_vector().into()).collect(),
+        }
+    }
+
+    fn control(self) -> Result<Control, WorldError> {
+        let wrenches = self.wrenches.into_iter().map(Vector6::from);
+        let wrenches = wrenches.map(|numbers| Wrench::from_vector(&numbers));
+        Control::new(&self.body, self.interval, wrenches.collect())
+    }
+}

@@ -1,0 +1,419 @@
+//! Forces, controls, single steps, and rollouts linearised by them.
+
+use hydroelastic::contact::Shape;
+use hydroelastic::dynamics::{
+    Body, Control, Drag, Force, Integrator, Mass, Material, Plan, Situation, Spring, State,
+    Thruster, World, WorldError, Wrenches,
+};
+use hydroelastic::gradient::{Experiment, FinalState, GradientError, Parameter};
+use hydroelastic::mesh::shapes;
+use hydroelastic::scalar::Scalar;
+use hydroelastic::spatial::{Pose, Wrench};
+use nalgebra::{DMatrix, DVector, Vector3, vector};
+use std::f64::consts::TAU;
+use std::sync::Arc;
+
+const INTEGRATORS: [Integrator; 2] = [Integrator::SymplecticEuler, Integrator::Leapfrog];
+
+fn cube(name: &str, mass: f64, position: Vector3<f64>) -> Body {
+    let shape = Shape::new(shapes::cuboid([0.1, 0.2, 0.3]).unwrap());
+    let skin = Material::elastic(1e5);
+    let body = Body::dynamic(name, shape, skin, Mass::Total(mass)).unwrap();
+    body.at(Pose::from_translation(position))
+}
+
+/// Two bricks a metre apart.
+fn two() -> World {
+    let right = cube("right", 3.0, vector![1.0, 0.0, 0.0]).with_spin(vector![0.1, 0.2, -0.3]);
+    World::new(vec![cube("left", 1.0, Vector3::zeros()), right]).unwrap()
+}
+
+fn spring(points: [[f64; 3]; 2]) -> Spring {
+    Spring {
+        bodies: ["left", "right"].map(str::to_owned),
+        points,
+        rest_length: 0.7,
+        stiffness: 50.0,
+        damping: 0.0,
+    }
+}
+
+/// A brick that slides on a floor, with friction, a spring, a drag, a thruster and a control.
+fn everything() -> World<f64, (Spring, Drag, Thruster)> {
+    let skin = Material::elastic(1e5)
+        .with_friction(0.3)
+        .with_dissipation(0.3);
+    let brick = Arc::new(Shape::new(shapes::cuboid([0.2, 0.2, 0.1]).unwrap()));
+    let floor = Shape::new(shapes::cuboid([2.0, 2.0, 0.2]).unwrap());
+    let place = |x: f64| Pose::from_translation(vector![x, 0.02, 0.1495]);
+    let body = |name, x| {
+        let body = Body::dynamic(name, Arc::clone(&brick), skin, Mass::Total(1.0));
+        body.unwrap().at(place(x))
+    };
+    let left = body("left", -0.3).with_velocity(vector![0.4, 0.1, 0.0]);
+    let bodies = vec![
+        left,
+        body("right", 0.3),
+        Body::fixed("floor", floor, skin).unwrap(),
+    ];
+    let pushes = [[3.0, 1.0], [-2.0, 0.5]].map(|[x, y]| Wrench {
+        force: vector![x, y, 0.0],
+        torque: vector![0.0, 0.0, 0.1],
+    });
+    let spring = spring([[0.05, 0.03, 0.01], [-0.05, 0.0, 0.0]]);
+    let drag = Drag {
+        body: "left".into(),
+        linear: 0.5,
+        angular: 0.01,
+    };
+    let thruster = Thruster {
+        body: "right".into(),
+        point: [0.02, 0.0, 0.0],
+        force: [0.0, 1.0, 0.0],
+    };
+    World::new(bodies)
+        .and_then(|world| world.with_gravity(vector![0.0, 0.0, -9.81]))
+        .and_then(|world| world.with_slip_tolerance(1e-2))
+        .and_then(|world| world.with_control(Control::new("right", 5e-3, pushes.into())?))
+        .and_then(|world| world.with_forces((spring, drag, thruster)))
+        .unwrap()
+}
+
+#[test]
+fn bodies_on_a_spring_swing_with_the_frequency_of_their_reduced_mass() {
+    let world = two().with_forces(spring([[0.0; 3]; 2])).unwrap();
+    let period = TAU / (50.0_f64 / 0.75).sqrt();
+    let plan = Plan::new(period / 1000.0, 1000).unwrap();
+    let end = world.rollout(&plan).recorded().unwrap();
+    // After a period of the leapfrog all is as it was, but for a part of (2π/1000)²/24.
+    for (body, start) in end.last().bodies.iter().zip(world.initial_state().bodies) {
+        assert!((body.position() - start.position()).norm() < 1e-5);
+    }
+    let middle = &end.states()[500];
+    let gap = middle.bodies[1].position().x - middle.bodies[0].position().x;
+    assert!((gap - 0.4).abs() < 1e-5, "{gap}");
+}
+
+#[test]
+fn springs_with_dampers_keep_momentum_and_lose_energy() {
+    let spring = Spring {
+        damping: 2.0,
+        ..spring([[0.05, 0.1, 0.0], [0.0, -0.1, 0.15]])
+    };
+    let world = two().with_forces(spring).unwrap();
+    for integrator in INTEGRATORS {
+        let plan = Plan::new(1e-3, 3000).unwrap().with_integrator(integrator);
+        let end = world.rollout(&plan).recorded().unwrap();
+        let [before, after] = [&end.states()[0], end.last()].map(|state| world.report(state));
+        let drift = after.momentum.linear - before.momentum.linear;
+        assert!(drift.norm() < 1e-13);
+        let turned = after.momentum.angular - before.momentum.angular;
+        // The spring acts along a line, at poses that do not move during the kick.
+        assert!(turned.norm() < 1e-13, "{turned}");
+        // What was in the spring is lost, but for the spin that it cannot reach.
+        let length = |state: &State| {
+            let point = |body: usize, point: [f64; 3]| {
+                state.bodies[body].pose.transformed_point(&point.into())
+            };
+            (point(1, [0.0, -0.1, 0.15]) - point(0, [0.05, 0.1, 0.0])).norm()
+        };
+        assert!((length(end.last()) - 0.7).abs() < 0.01);
+    }
+}
+
+#[test]
+fn drag_takes_the_same_part_of_the_velocity_in_each_step() {
+    let drag = Drag {
+        body: "left".into(),
+        linear: 0.4,
+        angular: 0.0,
+    };
+    let left = cube("left", 2.0, Vector3::zeros()).with_velocity(vector![3.0, 0.0, 0.0]);
+    let world = World::new(vec![left]).unwrap().with_forces(drag).unwrap();
+    let end = world
+        .rollout(&Plan::new(1e-2, 100).unwrap())
+        .recorded()
+        .unwrap();
+    let expected = 3.0 * (1.0 - 1e-2 * 0.4 / 2.0_f64).powi(100);
+    assert!((end.last().bodies[0].velocity().x - expected).abs() < 1e-13);
+}
+
+#[test]
+fn thrusters_push_along_the_body_and_turn_it_about_its_center() {
+    let thruster = |point| Thruster {
+        body: "left".into(),
+        point,
+        force: [0.0, 2.0, 0.0],
+    };
+    let turned = Pose::from_rotation_vector(&vector![0.0, 0.0, TAU / 4.0], Vector3::zeros());
+    let world = World::new(vec![cube("left", 2.0, Vector3::zeros()).at(turned)]).unwrap();
+    let pushed = world
+        .clone()
+        .with_forces(thruster([0.0, 0.1, 0.0]))
+        .unwrap();
+    let plan = Plan::new(1e-2, 100).unwrap();
+    let end = pushed.rollout(&plan).recorded().unwrap();
+    assert!((end.last().bodies[0].position() - vector![-0.5, 0.0, 0.0]).norm() < 1e-12);
+    // The arm is 0.05 m, the moment of inertia 2 kg (0.1² + 0.2²)/12 m².
+    let turning = world.with_forces(thruster([0.05, 0.0, 0.0])).unwrap();
+    let first = turning.step(&turning.initial_state(), &plan).unwrap();
+    let spin = 1e-2 * 0.05 * 2.0 / (2.0 * 0.05 / 12.0);
+    assert!((first.bodies[0].twist.angular.z - spin).abs() < 1e-14);
+}
+
+/// A force of a user's own: it holds a body down by what contact pushes up, as in the paper (a function of the contact's
+/// accelerations).
+struct Suction(f64);
+
+impl Force for Suction {
+    fn add_to<T: Scalar>(&self, wrenches: &mut Wrenches<T>, now: &Situation<T>) {
+        for (body, contact) in now.contact.iter().enumerate() {
+            wrenches.push_center(body, &(contact.force * T::from(-self.0)));
+        }
+    }
+}
+
+#[test]
+fn forces_may_depend_on_what_contact_does() {
+    let skin = Material::elastic(1e5);
+    let ball = Shape::new(shapes::icosphere(0.1, 1).unwrap());
+    let floor = Shape::new(shapes::cuboid([1.0, 1.0, 0.2]).unwrap());
+    let ball = Body::dynamic("ball", ball, skin, Mass::Total(1.0)).unwrap();
+    let ball = ball.at(Pose::from_translation(vector![0.0, 0.0, 0.19]));
+    let world = World::new(vec![ball, Body::fixed("floor", floor, skin).unwrap()]).unwrap();
+    let plan = Plan::new(1e-4, 1).unwrap();
+    let state = world.initial_state();
+    let speed = |state: State| state.bodies[0].velocity().z;
+    let free = speed(world.step(&state, &plan).unwrap());
+    let held = world.with_forces(Suction(0.75)).unwrap();
+    assert!(free > 0.0);
+    assert!((speed(held.step(&state, &plan).unwrap()) - free / 4.0).abs() < 1e-15);
+}
+
+#[test]
+fn forces_in_any_list_add_up() {
+    let drags = || {
+        ["left", "right"].map(|body| Drag {
+            body: body.into(),
+            linear: 0.3,
+            angular: 0.02,
+        })
+    };
+    let [first, second] = drags();
+    let plan = Plan::new(1e-2, 50).unwrap();
+    let ends = [
+        two()
+            .with_forces((first, second))
+            .unwrap()
+            .rollout(&plan)
+            .recorded(),
+        two()
+            .with_forces(Vec::from(drags()))
+            .unwrap()
+            .rollout(&plan)
+            .recorded(),
+    ];
+    let twists = ends.map(|end| end.unwrap().last().bodies[1].twist.to_vector());
+    assert!(twists[0] == twists[1]);
+}
+
+#[test]
+fn controls_give_the_momentum_of_their_intervals() {
+    let push = |x: f64| Wrench {
+        force: vector![x, 0.0, 0.0],
+        ..Wrench::zero()
+    };
+    // Intervals of 1 and of 4 time steps, which a time step is not a binary fraction of.
+    for (interval, steps_each) in [(0.1, 1), (0.4, 4)] {
+        let wrenches = vec![push(1.0), push(-3.0), push(7.0)];
+        let control = Control::new("left", interval, wrenches).unwrap();
+        let world = two().with_control(control).unwrap();
+        for integrator in INTEGRATORS {
+            let plan = Plan::new(0.1, 3 * steps_each + 2)
+                .unwrap()
+                .with_integrator(integrator);
+            let trajectory = world.rollout(&plan).recorded().unwrap();
+            let mut expected = 0.0;
+            for (step, pair) in trajectory.states().windows(2).enumerate() {
+                expected += 0.1 * [1.0, -3.0, 7.0].get(step / steps_each).unwrap_or(&0.0);
+                let found = pair[1].bodies[0].velocity().x;
+                assert!(
+                    (found - expected).abs() < 1e-14,
+                    "{integrator:?}, step {step}"
+                );
+            }
+        }
+    }
+}
+
+#[test]
+fn derivatives_through_forces_and_controls_are_those_of_differences() {
+    let world = everything();
+    let names = ["left", "right"];
+    let parameters: Vec<Parameter> = [
+        Parameter::Control("right".into(), 0),
+        Parameter::Control("right".into(), 1),
+        Parameter::Gravity,
+    ]
+    .into_iter()
+    .chain(names.map(|name| Parameter::InitialVelocity(name.into())))
+    .chain(names.map(|name| Parameter::Mass(name.into())))
+    .collect();
+    let experiment = Experiment::new(&world, &Plan::new(5e-4, 20).unwrap());
+    let outcome = FinalState::of_body(&world, "right").unwrap();
+    let check = experiment.difference_check(&parameters, &outcome).unwrap();
+    assert!(check.best() < 1e-6, "{check}");
+}
+
+/// Central differences of the end by the start and by a control, in local coordinates.
+fn differences<F: Force>(world: &World<f64, F>, plan: &Plan, control: &Parameter) -> DMatrix<f64> {
+    const STEP: f64 = 1e-6;
+    let start = world.initial_state();
+    let end_of = |world: &World<f64, F>| world.rollout(plan).recorded().unwrap().last().clone();
+    let end = end_of(world);
+    let size = world.displacement(&end, &end).unwrap().len();
+    let displaced = |column: usize, step: f64| -> DVector<f64> {
+        let changed = if column < size {
+            let mut change = vec![0.0; size];
+            change[column] = step;
+            let moved = world.displaced(&start, &change).unwrap();
+            world.clone().starting_from(&moved).unwrap()
+        } else {
+            let mut change = vec![0.0; 6];
+            change[column - size] = step;
+            world
+                .changed(std::slice::from_ref(control), &change)
+                .unwrap()
+        };
+        world.displacement(&end, &end_of(&changed)).unwrap()
+    };
+    let columns: Vec<_> = (0..size + 6)
+        .map(|column| {
+            let central =
+                |step: f64| (displaced(column, step) - displaced(column, -step)) / (2.0 * step);
+            // Without the error of the second order.
+            (central(STEP) * 4.0 - central(2.0 * STEP)) / 3.0
+        })
+        .collect();
+    DMatrix::from_columns(&columns)
+}
+
+#[test]
+fn linearised_rollouts_are_those_of_differences() {
+    let world = everything();
+    let control = Parameter::Control("right".into(), 0);
+    for steps in [1, 8] {
+        let plan = Plan::new(5e-4, steps).unwrap();
+        let found = Experiment::new(&world, &plan)
+            .linearised(std::slice::from_ref(&control))
+            .unwrap();
+        let expected = differences(&world, &plan, &control);
+        let (size, count) = (found.by_state.nrows(), found.by_parameters.ncols());
+        assert_eq!((size, count), (24, 6));
+        let error = |own: &DMatrix<f64>, columns: std::ops::Range<usize>| {
+            let expected = expected.columns_range(columns);
+            (own - expected).amax() / expected.amax()
+        };
+        let errors = [
+            error(&found.by_state, 0..size),
+            error(&found.by_parameters, size..size + count),
+        ];
+        println!("{steps} steps: {errors:?}");
+        assert!(errors.iter().all(|error| *error < 1e-8), "{errors:?}");
+    }
+}
+
+#[test]
+fn a_world_that_starts_from_a_state_goes_on_as_its_rollout_does() {
+    let world = everything();
+    let plan = Plan::new(5e-4, 12).unwrap();
+    let whole = world.rollout(&plan).recorded().unwrap();
+    let rest = world.clone().starting_from(&whole.states()[7]).unwrap();
+    let rest = rest.rollout(&plan.with_steps(5)).recorded().unwrap();
+    let [expected, found] = [&whole, &rest].map(|trajectory| trajectory.last().bodies.clone());
+    for (expected, found) in expected.iter().zip(&found) {
+        assert_eq!(expected.pose.rotation(), found.pose.rotation());
+        assert_eq!(expected.twist.to_vector(), found.twist.to_vector());
+    }
+    let next = world.step(&whole.states()[7], &plan).unwrap();
+    assert_eq!(
+        next.bodies[0].twist.to_vector(),
+        whole.states()[8].bodies[0].twist.to_vector()
+    );
+}
+
+#[test]
+fn displacements_take_one_state_to_the_other() {
+    let world = two();
+    let start = world.initial_state();
+    let change: Vec<f64> = (0..24)
+        .map(|number| 0.3 * f64::sin(f64::from(number)))
+        .collect();
+    let moved = world.displaced(&start, &change).unwrap();
+    let found = world.displacement(&start, &moved).unwrap();
+    assert!((found - DVector::from_vec(change)).amax() < 1e-15);
+}
+
+#[test]
+fn what_cannot_act_is_refused() {
+    let unknown = Drag {
+        body: "middle".into(),
+        linear: 1.0,
+        angular: 0.0,
+    };
+    assert!(matches!(
+        two().with_forces(unknown).unwrap_err(),
+        WorldError::UnknownBody { name, .. } if name == "middle"
+    ));
+    let stiffness = Spring {
+        stiffness: -1.0,
+        ..spring([[0.0; 3]; 2])
+    };
+    assert!(matches!(
+        two().with_forces(stiffness).unwrap_err(),
+        WorldError::Setting { value, .. } if value.to_bits() == (-1.0_f64).to_bits()
+    ));
+    let nowhere = spring([[0.0, f64::NAN, 0.0], [0.0; 3]]);
+    assert!(two().with_forces(vec![nowhere]).is_err());
+    let push = Wrench {
+        force: vector![f64::INFINITY, 0.0, 0.0],
+        ..Wrench::zero()
+    };
+    assert!(Control::new("left", 0.1, vec![push]).is_err());
+    assert!(Control::new("left", 0.0, Vec::new()).is_err());
+    let floor = Shape::new(shapes::cuboid([1.0; 3]).unwrap());
+    let floor = Body::fixed("floor", floor, Material::elastic(1e5)).unwrap();
+    let fixed = World::new(vec![floor]).unwrap();
+    let control = || Control::new("floor", 0.1, vec![Wrench::zero()]).unwrap();
+    assert!(matches!(
+        fixed.with_control(control()).unwrap_err(),
+        WorldError::NotDynamic {
+            quantity: "control",
+            ..
+        }
+    ));
+    let state = two().initial_state();
+    assert!(matches!(
+        two().displaced(&state, &[0.0; 12]).unwrap_err(),
+        WorldError::ChangeSize {
+            found: 12,
+            expected: 24
+        }
+    ));
+    let world = two().with_control(Control::new("left", 0.1, vec![Wrench::zero()]).unwrap());
+    let experiment = Experiment::new(world.unwrap(), &Plan::new(1e-3, 1).unwrap());
+    let beyond = experiment.linearised(&[Parameter::Control("left".into(), 1)]);
+    assert!(matches!(
+        beyond.unwrap_err(),
+        GradientError::NoControl {
+            interval: 1,
+            intervals: 1,
+            ..
+        }
+    ));
+    assert!(
+        experiment
+            .linearised(&[Parameter::Control("right".into(), 0)])
+            .is_err()
+    );
+}
