@@ -235,3 +235,57 @@ fn an_experiment_that_blows_up_gives_the_states_before() {
     let expected = GradientError::Rollout(interrupted.error);
     assert_eq!(experiment.value(&outcome), Err(expected));
 }
+
+#[test]
+fn a_batch_that_is_ended_keeps_what_was_finished_and_begins_no_more() {
+    const COUNT: usize = 64;
+    const ENOUGH: usize = 5;
+    let world = world(Material::elastic(1e5));
+    let states = vec![world.initial_state(); COUNT];
+    let batch = Batch::new(&Plan::new(TIME_STEP, 100).unwrap()).with_progress(|progress| {
+        if progress.finished < ENOUGH {
+            return ControlFlow::Continue(());
+        }
+        ControlFlow::Break(())
+    });
+    let is_stopped = |error: &RolloutError| matches!(error, RolloutError::Stopped);
+    let results = batch.starting_from(&world, &states).unwrap();
+    let (ended, stopped): (Vec<_>, Vec<_>) = results.into_iter().partition(Result::is_ok);
+    // Those that ran beside the fifth go on to their end.
+    let threads = std::thread::available_parallelism().unwrap().get();
+    assert!((ENOUGH..ENOUGH + threads).contains(&ended.len()));
+    assert!(
+        ended
+            .into_iter()
+            .all(|it| it.unwrap().states().len() == 101)
+    );
+    for interrupted in stopped.into_iter().map(Result::unwrap_err) {
+        assert!(is_stopped(&interrupted.error));
+        assert_eq!(interrupted.trajectory.states().len(), 1);
+    }
+    let end = FinalPosition::of_body(&world, "ball").unwrap();
+    let by = [Parameter::InitialVelocity("ball".into())];
+    let values = batch.values_after(&world, &by, &[[0.0; 3]; COUNT], &end);
+    let errors = values.into_iter().filter_map(Result::err);
+    let count =
+        errors.filter(|it| matches!(it, GradientError::Rollout(error) if is_stopped(error)));
+    assert!(count.count() > COUNT - ENOUGH - threads);
+}
+
+#[test]
+fn a_single_step_names_step_time_and_body_of_what_went_wrong() {
+    let world = world(Material::elastic(1e5));
+    let plan = Plan::new(TIME_STEP, 1).unwrap();
+    let mut state = world.initial_state();
+    state.bodies.pop();
+    assert!(matches!(
+        world.step(&state, &plan),
+        Err(RolloutError::State(_))
+    ));
+    let mut state = world.initial_state();
+    state.bodies[0].twist.linear.x = f64::MAX;
+    let fast = world
+        .step(&state, &Plan::new(10.0, 1).unwrap())
+        .unwrap_err();
+    assert!(matches!(fast, RolloutError::NotFinite { step: 1, body, .. } if body == "ball"));
+}

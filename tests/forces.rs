@@ -343,6 +343,32 @@ fn a_world_that_starts_from_a_state_goes_on_as_its_rollout_does() {
 }
 
 #[test]
+fn bodies_that_forces_do_not_move_are_where_they_belong_from_the_first_kick_on() {
+    let world = everything();
+    let start = world.initial_state();
+    let mut astray = start.clone();
+    let floor = &mut astray.bodies[2];
+    floor.pose = Pose::from_translation(vector![0.0, 0.0, 0.05]);
+    floor.twist.linear.x = 3.0;
+    for integrator in INTEGRATORS {
+        let plan = Plan::new(5e-4, 1).unwrap().with_integrator(integrator);
+        let expected = world.step(&start, &plan).unwrap();
+        let rollout = world.rollout(&plan).starting_from(astray.clone()).unwrap();
+        let moved = world.clone().starting_from(&astray).unwrap();
+        let found = [
+            world.step(&astray, &plan).unwrap(),
+            rollout.recorded().unwrap().last().clone(),
+            moved.rollout(&plan).recorded().unwrap().last().clone(),
+        ];
+        for state in found {
+            for (expected, found) in expected.bodies.iter().zip(&state.bodies) {
+                assert_eq!(expected.twist.to_vector(), found.twist.to_vector());
+            }
+        }
+    }
+}
+
+#[test]
 fn displacements_take_one_state_to_the_other() {
     let world = two();
     let start = world.initial_state();
@@ -373,17 +399,48 @@ fn what_cannot_act_is_refused() {
         two().with_forces(stiffness).unwrap_err(),
         WorldError::Setting { value, .. } if value.to_bits() == (-1.0_f64).to_bits()
     ));
+    let floor = Shape::new(shapes::cuboid([1.0; 3]).unwrap());
+    let floor = Body::fixed("floor", floor, Material::elastic(1e5)).unwrap();
+    let fixed = World::new(vec![floor]).unwrap();
+    let drag = Drag {
+        body: "floor".into(),
+        linear: 1.0,
+        angular: 0.0,
+    };
+    assert!(matches!(
+        fixed.with_forces(drag).unwrap_err(),
+        WorldError::NotDynamic {
+            quantity: "drag",
+            ..
+        }
+    ));
+    let own = Spring {
+        bodies: ["left", "left"].map(str::to_owned),
+        ..spring([[0.0; 3]; 2])
+    };
+    assert!(matches!(
+        two().with_forces(own).unwrap_err(),
+        WorldError::SameBody(_)
+    ));
+    assert!(matches!(
+        two().ignoring("left", "left").unwrap_err(),
+        WorldError::SameBody(_)
+    ));
     let nowhere = spring([[0.0, f64::NAN, 0.0], [0.0; 3]]);
     assert!(two().with_forces(vec![nowhere]).is_err());
+}
+
+#[test]
+fn controls_and_states_that_cannot_be_are_refused() {
+    let floor = Shape::new(shapes::cuboid([1.0; 3]).unwrap());
+    let floor = Body::fixed("floor", floor, Material::elastic(1e5)).unwrap();
+    let fixed = World::new(vec![floor]).unwrap();
     let push = Wrench {
         force: vector![f64::INFINITY, 0.0, 0.0],
         ..Wrench::zero()
     };
     assert!(Control::new("left", 0.1, vec![push]).is_err());
     assert!(Control::new("left", 0.0, Vec::new()).is_err());
-    let floor = Shape::new(shapes::cuboid([1.0; 3]).unwrap());
-    let floor = Body::fixed("floor", floor, Material::elastic(1e5)).unwrap();
-    let fixed = World::new(vec![floor]).unwrap();
     let control = || Control::new("floor", 0.1, vec![Wrench::zero()]).unwrap();
     assert!(matches!(
         fixed.with_control(control()).unwrap_err(),
@@ -400,8 +457,19 @@ fn what_cannot_act_is_refused() {
             expected: 24
         }
     ));
+    assert!(two().displaced(&state, &[f64::NAN; 24]).is_err());
+    let mut timeless = state;
+    timeless.time = f64::NAN;
+    assert!(two().starting_from(&timeless).is_err());
     let world = two().with_control(Control::new("left", 0.1, vec![Wrench::zero()]).unwrap());
-    let experiment = Experiment::new(world.unwrap(), &Plan::new(1e-3, 1).unwrap());
+    let world = world.unwrap();
+    let by = [Parameter::Control("left".into(), 0)];
+    assert!(
+        world
+            .changed(&by, &[f64::NAN, 0.0, 0.0, 0.0, 0.0, 0.0])
+            .is_err()
+    );
+    let experiment = Experiment::new(&world, &Plan::new(1e-3, 1).unwrap());
     let beyond = experiment.linearised(&[Parameter::Control("left".into(), 1)]);
     assert!(matches!(
         beyond.unwrap_err(),

@@ -8,8 +8,8 @@ use std::error::Error;
 
 /// The numbers of a wrench that may be pushed with: torque about the vertical, force along x and y.
 const PUSHES: [usize; 3] = [2, 3, 4];
-/// The local coordinates that matter in the end, and how much: turn about the vertical (1/rad²), place (1/m²), spin and
-/// velocity.
+/// The local coordinates that matter in the end, and how much: turn about the vertical (1/rad²), place (1/m²), spin about
+/// the vertical (s²/rad²) and velocity (s²/m²).
 const AIMS: [(usize, f64); 6] = [(2, 2e3), (3, 2e4), (4, 2e4), (8, 50.0), (9, 2e3), (10, 2e3)];
 /// What pushes cost: a torque (1/(N m)²), forces (1/N²).
 const EFFORTS: [f64; 3] = [1e-2, 1e-4, 1e-4];
@@ -56,20 +56,19 @@ impl Regulator {
     /// Better ones, unless there are none.
     pub fn improved(&self, last: &Iteration) -> Found<Option<Iteration>> {
         let (motions, old) = (self.linearised(last)?, pushes(&last.world));
-        let tries = DAMPINGS
-            .iter()
-            .flat_map(|damping| SHARES.map(|share| (damping, share)));
-        for (damping, share) in tries {
-            let feedback = self.feedback(last, &motions, *damping)?;
-            let change = |interval: usize, state: &State| {
-                let expected = &last.states[interval];
-                let away = last.world.displacement(expected, state)?;
-                let Feedback { change, gain } = &feedback[interval];
-                Ok(change * share + gain * away)
-            };
-            let next = self.applied(&last.world, &old, change)?;
-            if next.cost < last.cost * (1.0 - ENOUGH) {
-                return Ok(Some(next));
+        for damping in DAMPINGS {
+            let feedback = self.feedback(last, &motions, damping)?;
+            for share in SHARES {
+                let change = |interval: usize, state: &State| {
+                    let expected = &last.states[interval];
+                    let away = last.world.displacement(expected, state)?;
+                    let Feedback { change, gain } = &feedback[interval];
+                    Ok(change * share + gain * away)
+                };
+                let next = self.applied(&last.world, &old, change)?;
+                if next.cost < last.cost * (1.0 - ENOUGH) {
+                    return Ok(Some(next));
+                }
             }
         }
         Ok(None)
@@ -132,7 +131,7 @@ impl Regulator {
         let mut motions = Vec::new();
         for interval in 0..last.states.len() - 1 {
             let world = last.world.clone().starting_from(&last.states[interval])?;
-            let control = Parameter::Control("block".into(), interval);
+            let control = Parameter::Control(last.world.controls()[0].body().into(), interval);
             let found = Experiment::new(&world, &self.last_only()).linearised(&[control])?;
             let by_pushes = found.by_parameters.select_columns(&PUSHES);
             motions.push([found.by_state, by_pushes]);

@@ -58,12 +58,12 @@ pub enum WorldError {
         /// The component.
         value: f64,
     },
-    /// A body that is fixed or on a path was given a start of its own, or a control.
+    /// A body that is fixed or on a path was given a start of its own, a control or a force.
     #[error("body {body:?} cannot have a {quantity} of its own: it is fixed or follows a path")]
     NotDynamic {
         /// Name of the body.
         body: String,
-        /// Pose, velocity, spin or control.
+        /// What it was given.
         quantity: &'static str,
     },
     /// An initial pose is not rigid or not finite.
@@ -87,8 +87,8 @@ pub enum WorldError {
     /// Two bodies have the same name.
     #[error("two bodies are named {0:?}, but names must differ")]
     DuplicateName(String),
-    /// The contact of a body with itself was asked for.
-    #[error("a contact is that of two bodies, and both are {0:?}")]
+    /// Two bodies were asked for, and both are the same.
+    #[error("two bodies are needed, but both are {0:?}")]
     SameBody(String),
     /// A name belongs to no body.
     #[error("no body is named {name:?}; there are {known:?}")]
@@ -124,6 +124,18 @@ pub enum WorldError {
         /// What it must be.
         expected: &'static str,
     },
+}
+
+/// Checks that numbers are finite.
+pub(super) fn check_finite(quantity: &'static str, numbers: &[f64]) -> Result<(), WorldError> {
+    match numbers.iter().find(|number| !number.is_finite()) {
+        None => Ok(()),
+        Some(&value) => Err(WorldError::Setting {
+            quantity,
+            value,
+            expected: "finite",
+        }),
+    }
 }
 
 /// Why a rollout ended.

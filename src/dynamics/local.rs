@@ -1,5 +1,6 @@
 //! States in local coordinates: how far one is from another, in as few numbers as there are degrees of freedom.
 
+use super::error::check_finite;
 use super::{BodyState, Force, State, World, WorldError};
 use crate::spatial::{Pose, Twist};
 use nalgebra::{DVector, Rotation3, UnitQuaternion, Vector6};
@@ -29,9 +30,10 @@ impl<F: Force> World<f64, F> {
     /// The state after such a change: the inverse of [`Self::displacement`]. Bodies that forces do not move, and the time, stay.
     ///
     /// # Errors
-    /// If the state does not fit the world, or there are not 12 numbers for each dynamic body.
+    /// If the state does not fit the world, or there are not 12 finite numbers for each dynamic body.
     pub fn displaced(&self, state: &State, change: &[f64]) -> Result<State, WorldError> {
         state.check_fits(self)?;
+        check_finite("change of a state", change)?;
         let (found, expected) = (change.len(), LOCAL * self.dynamic_bodies().count());
         if found != expected {
             return Err(WorldError::ChangeSize { found, expected });

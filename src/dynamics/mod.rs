@@ -62,7 +62,8 @@ mod world;
 mod world_serial;
 
 pub use batch::{Batch, Progress};
-pub use body::{Body, Motion, PrescribedPath};
+pub(crate) use body::Motion;
+pub use body::{Body, PrescribedPath};
 pub use contacts::Contact;
 pub use error::{RolloutError, WorldError};
 pub use force::{Control, Drag, Force, Situation, Spring, Thruster, Wrenches};

@@ -60,7 +60,7 @@ impl Topology {
 }
 
 impl<T: Scalar> Report<T> {
-    /// Total energy (J).
+    /// Kinetic, gravitational and contact energy (J), without what is stored in forces of other kinds.
     #[must_use]
     pub fn total_energy(&self) -> T {
         self.kinetic_energy + self.gravitational_energy + self.contact_energy

@@ -17,7 +17,7 @@ use std::sync::Arc;
 /// A panic in a function that was passed in (a force, a path) passes through the iterator and
 /// through [`Self::advance`]. Whoever catches it finds the last good state in [`Self::state`], and
 /// may go on: the step is taken again. [`Self::recorded`] makes an error of it.
-#[derive(Debug, Clone)]
+#[derive(Debug)]
 pub struct Rollout<T = f64, F = ()> {
     world: Arc<World<T, F>>,
     plan: Plan,
@@ -45,14 +45,15 @@ impl<T: Scalar, F: Force> World<T, F> {
         Rollout::new(Arc::new(self.clone()), plan)
     }
 
-    /// The state one time step after another one. [`Rollout::advance`] takes many without allocating.
+    /// The state one time step after another one, by the time step, the integrator and the stability check of a plan.
+    /// [`Rollout::advance`] takes many without allocating, and with times that are multiples of the step.
     ///
     /// # Errors
     /// If the state does not fit the world (see [`Rollout::starting_from`]), or the next one is not finite or fails the
     /// stability check.
     pub fn step(&self, state: &State<T>, plan: &Plan) -> Result<State<T>, RolloutError> {
         state.check_fits(self)?;
-        let mut steps = Steps::from(state.clone());
+        let mut steps = Steps::from(self.placed(state.clone()));
         steps.advance(self, plan)?;
         Ok(steps.state)
     }
@@ -70,8 +71,7 @@ impl<T: Scalar, F: Force> Rollout<T, F> {
         }
     }
 
-    /// The same rollout from another state of the world. Bodies that forces do not move are where they belong
-    /// from the first step on.
+    /// The same rollout from another state of the world. Bodies that forces do not move are where they belong.
     ///
     /// # Errors
     /// If the state has another number of bodies, a pose that is not rigid, or a number that is not finite.
@@ -83,7 +83,7 @@ impl<T: Scalar, F: Force> Rollout<T, F> {
     /// The same rollout from a state that fits the world.
     pub(super) fn starting_from_fitting(self, state: State<T>) -> Self {
         Self {
-            steps: Steps::from(state),
+            steps: Steps::from(self.world.placed(state)),
             ..self
         }
     }
@@ -125,6 +125,16 @@ impl<T: Scalar, F: Force> Rollout<T, F> {
     /// If the state is not finite, or the step fails the stability check; [`Self::state`] is then still the one before.
     pub fn advance(&mut self) -> Result<&State<T>, RolloutError> {
         self.steps.advance(&self.world, &self.plan)
+    }
+}
+
+impl<T: Clone, F> Clone for Rollout<T, F> {
+    fn clone(&self) -> Self {
+        Self {
+            world: Arc::clone(&self.world),
+            plan: self.plan,
+            steps: self.steps.clone(),
+        }
     }
 }
 

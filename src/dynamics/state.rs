@@ -1,3 +1,4 @@
+use super::error::check_finite;
 use super::{Force, World, WorldError};
 use crate::scalar::{Scalar, lift_vector, real_vector};
 use crate::spatial::{Pose, Twist};
@@ -91,8 +92,9 @@ impl BodyState<f64> {
 }
 
 impl<T: Scalar> State<T> {
-    /// Checks the number of bodies, their poses and twists against the world.
+    /// Checks the time, the number of bodies, their poses and twists against the world.
     pub(super) fn check_fits<F: Force>(&self, world: &World<T, F>) -> Result<(), WorldError> {
+        check_finite("time of a state", &[self.time])?;
         let (found, expected) = (self.bodies.len(), world.bodies().len());
         if found != expected {
             return Err(WorldError::StateSize { found, expected });

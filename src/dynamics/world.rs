@@ -110,13 +110,15 @@ impl<F: Force> World<f64, F> {
     /// one where it was, one on a path where that is at the time.
     ///
     /// # Errors
-    /// If the state has another number of bodies, a pose that is not rigid, or a number that is not finite.
+    /// If the state has another number of bodies, a pose that is not rigid, or a number that is not finite, or a path is not
+    /// finite at its time.
     pub fn starting_from(mut self, state: &State) -> Result<Self, WorldError> {
         state.check_fits(&self)?;
-        self.start = state.time;
-        for (index, initial) in state.bodies.iter().enumerate() {
-            let driven = self.driven_state(index, state.time);
-            self.bodies[index].initial = driven.unwrap_or(*initial);
+        let placed = self.placed(state.clone());
+        self.start = placed.time;
+        for (body, initial) in self.bodies.iter_mut().zip(placed.bodies) {
+            body.initial = initial;
+            body.check(self.start)?;
         }
         Ok(self)
     }
@@ -141,9 +143,12 @@ impl<F: Force> World<f64, F> {
     /// The same world, in which two bodies pass through each other.
     ///
     /// # Errors
-    /// If there is no body of one of the names.
+    /// If there is no body of one of the names, or both are the same.
     pub fn ignoring(mut self, first: &str, second: &str) -> Result<Self, WorldError> {
         let (a, b) = (self.index_of(first)?, self.index_of(second)?);
+        if a == b {
+            return Err(WorldError::SameBody(first.to_owned()));
+        }
         self.ignored.insert((a.min(b), a.max(b)));
         Ok(self)
     }
@@ -226,6 +231,16 @@ impl<T: Scalar, F: Force> World<T, F> {
     pub(crate) fn may_touch(&self, i: usize, j: usize) -> bool {
         let moves = |index: usize| self.bodies[index].inertia().is_some();
         (moves(i) || moves(j)) && !self.ignored.contains(&(i, j))
+    }
+
+    /// A state with the bodies that forces do not move where they belong.
+    pub(super) fn placed(&self, mut state: State<T>) -> State<T> {
+        for (index, body) in state.bodies.iter_mut().enumerate() {
+            if let Some(driven) = self.driven_state(index, state.time) {
+                *body = driven;
+            }
+        }
+        state
     }
 
     /// The state of a body that forces do not move.

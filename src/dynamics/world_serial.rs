@@ -96,7 +96,7 @@ enum LoadError {
         count: usize,
     },
     #[error(
-        "the inertia of body {0:?} is none: moments must be those of a solid, the smallest first, and axes orthonormal"
+        "the inertia of body {0:?} is invalid: moments must be those of a solid, the smallest first, and axes orthonormal"
     )]
     Inertia(String),
     #[error("the time of the initial state is {0} s, but must be finite")]

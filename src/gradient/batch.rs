@@ -11,6 +11,10 @@ use nalgebra::DVector;
 /// [`Experiment::trajectory`] on the same [`World::changed`].
 impl Batch {
     /// For each sample the outcome.
+    ///
+    /// # Errors
+    /// Each sample's own: as of [`World::changed`] and [`Experiment::value`], and
+    /// [`RolloutError::Stopped`] where the batch was ended before.
     pub fn values_after<F: Force>(
         &self,
         world: &World<f64, F>,
@@ -25,6 +29,10 @@ impl Batch {
 
     /// For each sample the outcome and its derivatives by the parameters, as of
     /// [`Experiment::jacobian`].
+    ///
+    /// # Errors
+    /// Each sample's own: as of [`World::changed`] and [`Experiment::jacobian`], and
+    /// [`RolloutError::Stopped`] where the batch was ended before.
     pub fn jacobians_after<F: Force>(
         &self,
         world: &World<f64, F>,
@@ -38,6 +46,10 @@ impl Batch {
     }
 
     /// For each sample a loss and its gradient, as of [`Experiment::gradient`].
+    ///
+    /// # Errors
+    /// Each sample's own: as of [`World::changed`] and [`Experiment::gradient`], and
+    /// [`RolloutError::Stopped`] where the batch was ended before.
     pub fn gradients_after<F: Force>(
         &self,
         world: &World<f64, F>,

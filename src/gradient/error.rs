@@ -72,7 +72,7 @@ pub enum GradientError {
     },
     /// The world has no control on the body, or it has not so many intervals.
     #[error(
-        "the control of body {body:?} has {intervals} intervals, and none with the number {interval}"
+        "body {body:?} has no control with an interval {interval}: its intervals are {intervals}, counted from 0"
     )]
     NoControl {
         /// Name of the body.

@@ -1,5 +1,5 @@
 use super::{GradientError, Outcome, Parameter};
-use crate::dynamics::{Force, Plan, Recorded, Rollout, World};
+use crate::dynamics::{Control, Force, Plan, Recorded, Rollout, World};
 use crate::scalar::Scalar;
 use crate::threads::contained;
 use nalgebra::{DMatrix, DVector};
@@ -10,10 +10,19 @@ use std::sync::Arc;
 /// A rollout that ends early has no outcome. The error says when and why; [`Self::trajectory`] gives
 /// the states before. A panic in a function that was passed in (a force, a path, an
 /// outcome) is such an error too.
-#[derive(Debug, Clone)]
+#[derive(Debug)]
 pub struct Experiment<F = ()> {
     pub(super) world: Arc<World<f64, F>>,
     plan: Plan,
+}
+
+impl<F> Clone for Experiment<F> {
+    fn clone(&self) -> Self {
+        Self {
+            world: Arc::clone(&self.world),
+            plan: self.plan,
+        }
+    }
 }
 
 /// What an outcome is, and its derivatives.
@@ -168,6 +177,7 @@ impl<F: Force> World<f64, F> {
         let start = world.initial_state().time;
         let mut bodies = world.bodies.iter();
         bodies.try_for_each(|body| body.check(start))?;
+        world.controls.iter().try_for_each(Control::check)?;
         let gravity = world.gravity;
         Ok(world.with_gravity(gravity)?)
     }

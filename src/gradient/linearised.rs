@@ -35,8 +35,8 @@ impl Outcome for LastStates {
 }
 
 impl<F: Force> Experiment<F> {
-    /// The last state by the initial one and by parameters, in local coordinates: of one step if the plan has one, of the
-    /// whole rollout else. By [`World::starting_from`](crate::dynamics::World::starting_from) it may be any part of one.
+    /// The last state by the initial one and by parameters, in local coordinates, over all steps of the plan. A world that
+    /// [starts from](crate::dynamics::World::starting_from) a later state gives the rest of a rollout, or one step of it.
     ///
     /// ```
     /// # use hydroelastic::contact::Shape;
@@ -55,7 +55,9 @@ impl<F: Force> Experiment<F> {
     /// ```
     ///
     /// # Errors
-    /// As [`Self::jacobian`].
+    /// As [`Self::jacobian`]. What was found of derivatives that are not finite is that of the bodies' last states as of
+    /// [`FinalState`](super::FinalState), by orientation, position, spin and velocity of each dynamic body, then by the
+    /// parameters.
     pub fn linearised(&self, parameters: &[Parameter]) -> Result<LinearisedRollout, GradientError> {
         let bodies: Vec<usize> = self.world().dynamic_bodies().collect();
         let start = bodies.iter().flat_map(|&body| {

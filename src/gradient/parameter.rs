@@ -29,7 +29,7 @@ pub enum Parameter {
     /// Gravity (m/s²): 3 numbers.
     Gravity,
     /// The wrench of an interval, counted from 0, of the named body's [`Control`](crate::dynamics::Control): 6 numbers, torque
-    /// (N m), then force (N).
+    /// (N m), then force (N), about the centre of mass in world axes.
     Control(Arc<str>, usize),
 }
 

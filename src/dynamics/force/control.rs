@@ -1,5 +1,5 @@
-use super::check_finite;
 use crate::dynamics::WorldError;
+use crate::dynamics::error::check_finite;
 use crate::scalar::{Scalar, lift};
 use crate::spatial::Wrench;
 
@@ -7,7 +7,8 @@ use crate::spatial::Wrench;
 /// ([`Parameter::Control`](crate::gradient::Parameter::Control)).
 ///
 /// Interval k lasts from k times the interval's duration to k + 1 times it. Over a time step acts the wrench of the interval
-/// that the middle of the step is in; behind the last interval, and before time 0, none does.
+/// that the middle of the step is in, so an interval should be a whole number of steps; after the last interval, and before
+/// time 0, none does.
 ///
 /// ```
 /// use hydroelastic::dynamics::Control;
@@ -40,14 +41,20 @@ impl Control {
                 expected: "positive and finite",
             });
         }
-        for wrench in &wrenches {
-            check_finite("wrench of a control", wrench.to_vector().as_slice())?;
-        }
-        Ok(Self {
+        let control = Self {
             body: body.to_owned(),
             interval,
             wrenches,
-        })
+        };
+        control.check()?;
+        Ok(control)
+    }
+
+    /// Checks that all wrenches are finite.
+    pub(crate) fn check(&self) -> Result<(), WorldError> {
+        let numbers = |wrench: &Wrench| wrench.to_vector();
+        let mut wrenches = self.wrenches.iter().map(numbers);
+        wrenches.try_for_each(|wrench| check_finite("wrench of a control", wrench.as_slice()))
     }
 
     /// The constant control.
@@ -87,7 +94,7 @@ impl<T: Scalar> Control<T> {
         #[expect(
             clippy::cast_possible_truncation,
             clippy::cast_sign_loss,
-            reason = "an interval beyond what a usize counts is behind the last one"
+            reason = "an interval beyond what a usize counts is after the last one"
         )]
         let wrench = (interval >= 0.0).then(|| self.wrenches.get(interval as usize));
         wrench.flatten().copied().unwrap_or_else(Wrench::zero)

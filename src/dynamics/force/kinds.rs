@@ -1,5 +1,6 @@
-use super::{Force, Situation, Wrenches, check_finite};
+use super::{Force, Situation, Wrenches};
 use crate::dynamics::body::place_of;
+use crate::dynamics::error::check_finite;
 use crate::dynamics::{Body, WorldError};
 use crate::scalar::{Scalar, lift, real_part};
 use crate::spatial::Wrench;
@@ -23,7 +24,7 @@ pub struct Spring {
     pub damping: f64,
 }
 
-/// What slows a body in proportion to its velocity and its spin.
+/// A drag in proportion to the velocity and the spin of a body.
 #[derive(Debug, Clone, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(feature = "serde", serde(deny_unknown_fields))]
@@ -80,9 +81,16 @@ impl Force for Spring {
     }
 
     fn check(&self, bodies: &[Body]) -> Result<(), WorldError> {
-        for name in &self.bodies {
-            place_of(name, bodies)?;
+        let [a, b] = &self.bodies;
+        if a == b {
+            return Err(WorldError::SameBody(a.clone()));
         }
+        let [moved_a, moved_b] = [a, b].map(|name| check_dynamic(name, "spring", bodies));
+        if moved_b.is_err() {
+            moved_a?;
+        }
+        place_of(a, bodies)?;
+        place_of(b, bodies)?;
         let numbers = [
             ("rest length of a spring", self.rest_length),
             ("stiffness of a spring", self.stiffness),
@@ -104,7 +112,7 @@ impl Force for Drag {
     }
 
     fn check(&self, bodies: &[Body]) -> Result<(), WorldError> {
-        place_of(&self.body, bodies)?;
+        check_dynamic(&self.body, "drag", bodies)?;
         check_not_negative(("drag on the velocity", self.linear))?;
         check_not_negative(("drag on the spin", self.angular))
     }
@@ -120,10 +128,21 @@ impl Force for Thruster {
     }
 
     fn check(&self, bodies: &[Body]) -> Result<(), WorldError> {
-        place_of(&self.body, bodies)?;
+        check_dynamic(&self.body, "thruster", bodies)?;
         check_finite("point of a thruster", &self.point)?;
         check_finite("force of a thruster", &self.force)
     }
+}
+
+/// Checks that forces move the body of a name.
+fn check_dynamic(name: &str, quantity: &'static str, bodies: &[Body]) -> Result<(), WorldError> {
+    if bodies[place_of(name, bodies)?].inertia().is_some() {
+        return Ok(());
+    }
+    Err(WorldError::NotDynamic {
+        body: name.to_owned(),
+        quantity,
+    })
 }
 
 fn check_not_negative((quantity, value): (&'static str, f64)) -> Result<(), WorldError> {

@@ -77,7 +77,10 @@ impl<T: Scalar> Situation<'_, T> {
         self.bodies.iter().position(|body| body.name() == name)
     }
 
-    /// The place (m) and the velocity (m/s) in the world of a point of a body, given in the body frame.
+    /// The place (m) and the velocity (m/s) in the world of a point of a body, given in the body frame (m).
+    ///
+    /// # Panics
+    /// If there is no body with this place in the list.
     #[must_use]
     pub fn point(&self, body: usize, point: &Vector3<f64>) -> [Vector3<T>; 2] {
         let state = &self.states[body];
@@ -162,17 +165,5 @@ impl<F: Force> Force for Vec<F> {
 
     fn check(&self, bodies: &[Body]) -> Result<(), WorldError> {
         self.iter().try_for_each(|force| force.check(bodies))
-    }
-}
-
-/// Checks that numbers are finite.
-fn check_finite(quantity: &'static str, numbers: &[f64]) -> Result<(), WorldError> {
-    match numbers.iter().find(|number| !number.is_finite()) {
-        None => Ok(()),
-        Some(&value) => Err(WorldError::Setting {
-            quantity,
-            value,
-            expected: "finite",
-        }),
     }
 }

@@ -81,7 +81,7 @@ const EXTENSIONS: &[&str] = &["glb"];
 /// # std::fs::remove_file(path)?;
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
-#[derive(Debug, Clone)]
+#[derive(Debug)]
 pub struct Recording<F = ()> {
     world: World<f64, F>,
     trajectory: Trajectory,
