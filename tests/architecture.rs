@@ -35,7 +35,7 @@ const DOORS: [(&str, &[&str]); 12] = [
     ("gltf_json", &["io"]),
     ("parry3d_f64", &["io"]),
     ("parquet", &["io"]),
-    ("serde", &["spatial", "dynamics"]),
+    ("serde", &["spatial", "dynamics", "gradient"]),
 ];
 
 /// Libraries whose types are in the public interfaces: the crate's root re-exports them.

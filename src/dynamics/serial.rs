@@ -1,10 +1,21 @@
-//! States, materials and trajectories, saved and loaded by serde.
+//! Plans, states, materials and trajectories, saved and loaded by serde.
 
-use super::{BodyState, Material, State, Trajectory};
+use super::{BodyState, Integrator, Material, Plan, State, Trajectory};
 use crate::spatial::{Pose, Twist};
 use serde::de::{Deserialize, Deserializer, Error};
 use serde::ser::{Serialize, Serializer};
 use std::borrow::Cow;
+
+/// A plan as it is saved.
+#[derive(serde::Serialize, serde::Deserialize)]
+#[serde(rename = "Plan", deny_unknown_fields)]
+struct PlanLayout {
+    time_step: f64,
+    steps: usize,
+    integrator: Integrator,
+    record_every: usize,
+    check_every: Option<usize>,
+}
 
 /// The state of a body as it is saved.
 #[derive(serde::Serialize, serde::Deserialize)]
@@ -61,6 +72,33 @@ enum LoadError {
         time: f64,
         previous: f64,
     },
+}
+
+impl Serialize for Plan {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        let (record_every, check_every) = self.intervals();
+        let layout = PlanLayout {
+            time_step: self.time_step(),
+            steps: self.steps(),
+            integrator: self.integrator(),
+            record_every,
+            check_every,
+        };
+        layout.serialize(serializer)
+    }
+}
+
+impl<'de> Deserialize<'de> for Plan {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        let layout = PlanLayout::deserialize(deserializer)?;
+        let plan = Plan::new(layout.time_step, layout.steps).map_err(D::Error::custom)?;
+        let plan = plan.with_integrator(layout.integrator);
+        let plan = plan.recording_every(layout.record_every);
+        Ok(match layout.check_every {
+            Some(every) => plan.with_stability_check(every),
+            None => plan,
+        })
+    }
 }
 
 impl Serialize for BodyState {

@@ -1,10 +1,8 @@
-//! Worlds and plans, saved and loaded by serde.
+//! Worlds, saved and loaded by serde.
 
 use super::force::Control;
 use super::inertia::PrincipalInertia;
-use super::{
-    Body, BodyState, Force, Inertia, Integrator, Material, Motion, Plan, World, WorldError,
-};
+use super::{Body, BodyState, Force, Inertia, Material, Motion, World, WorldError};
 use crate::contact::Shape;
 use crate::mesh::{MeshError, PressureField, TetMesh};
 use crate::spatial::Wrench;
@@ -16,17 +14,6 @@ use std::sync::Arc;
 
 /// How far the principal axes may be from orthonormal.
 const ROUNDED: f64 = 1e-12;
-
-/// A plan as it is saved.
-#[derive(serde::Serialize, serde::Deserialize)]
-#[serde(rename = "Plan", deny_unknown_fields)]
-struct PlanLayout {
-    time_step: f64,
-    steps: usize,
-    integrator: Integrator,
-    record_every: usize,
-    check_every: Option<usize>,
-}
 
 /// A world as it is saved.
 #[derive(serde::Serialize, serde::Deserialize)]
@@ -101,33 +88,6 @@ enum LoadError {
     Inertia(String),
     #[error("the time of the initial state is {0} s, but must be finite")]
     Start(f64),
-}
-
-impl Serialize for Plan {
-    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
-        let (record_every, check_every) = self.intervals();
-        let layout = PlanLayout {
-            time_step: self.time_step(),
-            steps: self.steps(),
-            integrator: self.integrator(),
-            record_every,
-            check_every,
-        };
-        layout.serialize(serializer)
-    }
-}
-
-impl<'de> Deserialize<'de> for Plan {
-    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-        let layout = PlanLayout::deserialize(deserializer)?;
-        let plan = Plan::new(layout.time_step, layout.steps).map_err(D::Error::custom)?;
-        let plan = plan.with_integrator(layout.integrator);
-        let plan = plan.recording_every(layout.record_every);
-        Ok(match layout.check_every {
-            Some(every) => plan.with_stability_check(every),
-            None => plan,
-        })
-    }
 }
 
 impl<F: Serialize> Serialize for World<f64, F> {

@@ -7,7 +7,7 @@ use std::path::PathBuf;
 #[non_exhaustive]
 pub enum FileError {
     /// The file cannot be read from the disk.
-    #[error("cannot read {}", path.display())]
+    #[error("cannot read {}: {source}", path.display())]
     Read {
         /// The file.
         path: PathBuf,
@@ -15,7 +15,7 @@ pub enum FileError {
         source: std::io::Error,
     },
     /// The file cannot be written.
-    #[error("cannot write {}", path.display())]
+    #[error("cannot write {}: {source}", path.display())]
     Write {
         /// The file.
         path: PathBuf,
@@ -79,7 +79,7 @@ pub enum FileError {
         expected: &'static [&'static str],
     },
     /// The file is not of the format that its name promises.
-    #[error("{} is not a {format} file, or is damaged", path.display())]
+    #[error("{} is not a {format} file, or is damaged: {source}", path.display())]
     Syntax {
         /// The file.
         path: PathBuf,
@@ -200,7 +200,7 @@ pub enum FileError {
     },
     /// The numbers in the file are no mesh or no pressure field. Vertices are counted without
     /// those that no tetrahedron uses.
-    #[error("{} does not hold a usable mesh", path.display())]
+    #[error("{} does not hold a usable mesh: {source}", path.display())]
     Mesh {
         /// The file.
         path: PathBuf,

@@ -27,7 +27,35 @@ pub(super) fn read_legacy(path: &Path, bytes: &[u8]) -> Result<FileContents, Fil
             found: beginning(rest.trim_ascii()),
         });
     }
-    contents(path, vtk.data)
+    let mut contents = contents(path, vtk.data)?;
+    // VTK writes names so; in XML it does not.
+    let point_data = std::mem::take(&mut contents.point_data).into_iter();
+    contents.point_data = point_data
+        .map(|(name, data)| (decoded(&name), data))
+        .collect();
+    Ok(contents)
+}
+
+/// A name without percent-encoding; as it is, if what that stands for is no text.
+fn decoded(name: &str) -> String {
+    let (mut bytes, mut rest) = (Vec::new(), name.as_bytes());
+    while let Some((&first, others)) = rest.split_first() {
+        let code = others
+            .get(..2)
+            .filter(|digits| first == b'%' && digits.iter().all(u8::is_ascii_hexdigit));
+        let code = code.and_then(|digits| std::str::from_utf8(digits).ok());
+        match code.and_then(|digits| u8::from_str_radix(digits, 16).ok()) {
+            Some(byte) => {
+                bytes.push(byte);
+                rest = &others[2..];
+            }
+            None => {
+                bytes.push(first);
+                rest = others;
+            }
+        }
+    }
+    String::from_utf8(bytes).unwrap_or_else(|_| name.to_owned())
 }
 
 /// Reads an XML file.
@@ -211,4 +239,19 @@ fn sliced_corners(connectivity: &[u64], ends: &[u64]) -> Vec<Vec<u64>> {
         Some(corners.to_vec())
     });
     slice.collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::decoded;
+
+    #[test]
+    fn names_are_decoded_where_that_gives_text() {
+        assert_eq!(decoded("a%20name%20with%20spaces"), "a name with spaces");
+        assert_eq!(decoded("plain"), "plain");
+        assert_eq!(decoded("100%"), "100%");
+        assert_eq!(decoded("50%zz%+f"), "50%zz%+f");
+        assert_eq!(decoded("%c3%a9"), "é");
+        assert_eq!(decoded("%ff"), "%ff");
+    }
 }
