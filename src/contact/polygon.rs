@@ -1,4 +1,4 @@
-use super::{ContactPair, Search};
+use super::{ContactPair, Culling, Search};
 use crate::geometry::{AffineField, ConvexPolygon, PolygonMoments};
 use crate::narrow_phase::{Cut, ELASTIC_COINCIDENCE, EquilibriumPlane, RelativePair, Weights};
 use crate::scalar::{Scalar, carries_derivatives, real_part};
@@ -99,7 +99,9 @@ impl<'a, T: Scalar> PolygonSource<'a, T> {
     pub fn for_values(&self, search: Search) -> CutSurface<'a, T> {
         let plain = self.within(0, search);
         if plain.found.flatness().is_within(ELASTIC_COINCIDENCE) {
-            return self.settled(ELASTIC_COINCIDENCE, search, || plain).0;
+            // All of it, whichever search: slivers between such planes hang together by less than is told from zero.
+            let everywhere = Search::Culling(Culling::default());
+            return self.settled(ELASTIC_COINCIDENCE, everywhere, || plain).0;
         }
         plain
     }
