@@ -42,41 +42,13 @@
 //! ```
 
 #[cfg(feature = "files")]
-mod contact_surface;
-#[cfg(feature = "files")]
-mod error;
-#[cfg(feature = "files")]
-mod file_contents;
-#[cfg(feature = "files")]
-mod gmsh;
-#[cfg(feature = "files")]
-mod gmsh_headers;
-#[cfg(feature = "files")]
-mod mesh_file;
+mod files;
 #[cfg(feature = "parry")]
 mod parry;
-#[cfg(feature = "files")]
-mod recording;
-#[cfg(feature = "files")]
-mod replacement;
-#[cfg(feature = "files")]
-mod stopped;
-#[cfg(feature = "files")]
-mod trajectory;
-#[cfg(feature = "files")]
-mod vtk;
-#[cfg(feature = "files")]
-mod vtu_lengths;
 
 #[cfg(feature = "files")]
-pub use contact_surface::write_surface;
-#[cfg(feature = "files")]
-pub use error::FileError;
-#[cfg(feature = "files")]
-pub use mesh_file::{MeshFile, read_mesh};
+pub use files::{
+    FileError, MeshFile, Recording, TrajectoryFile, read_mesh, write_surface, write_trajectory,
+};
 #[cfg(feature = "parry")]
 pub use parry::{HullError, field_from_hull, field_from_polyhedron, field_from_trimesh};
-#[cfg(feature = "files")]
-pub use recording::Recording;
-#[cfg(feature = "files")]
-pub use trajectory::{TrajectoryFile, write_trajectory};

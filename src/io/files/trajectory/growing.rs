@@ -1,7 +1,7 @@
 use super::{check_count, csv_file, rows_of};
 use crate::dynamics::{Body, Force, State, World};
 use crate::io::FileError;
-use crate::io::mesh_file::{extension, unknown_extension};
+use crate::io::files::mesh_file::{extension, unknown_extension};
 use std::fs::{self, File};
 use std::io::{self, Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};

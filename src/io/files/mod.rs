@@ -1,0 +1,20 @@
+//! Readers and writers of files.
+
+mod contact_surface;
+mod error;
+mod file_contents;
+mod gmsh;
+mod gmsh_headers;
+mod mesh_file;
+mod recording;
+mod replacement;
+mod stopped;
+mod trajectory;
+mod vtk;
+mod vtu_lengths;
+
+pub use contact_surface::write_surface;
+pub use error::FileError;
+pub use mesh_file::{MeshFile, read_mesh};
+pub use recording::Recording;
+pub use trajectory::{TrajectoryFile, write_trajectory};
