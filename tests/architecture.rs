@@ -23,7 +23,7 @@ const MODULES: [&str; 13] = [
 ];
 
 /// Outside libraries, and the modules that may use them.
-const DOORS: [(&str, &[&str]); 12] = [
+const DOORS: [(&str, &[&str]); 13] = [
     ("wide", &["contact"]),
     ("rstar", &["broad_phase"]),
     ("num_dual", &["scalar"]),
@@ -35,6 +35,7 @@ const DOORS: [(&str, &[&str]); 12] = [
     ("gltf_json", &["io"]),
     ("parry3d_f64", &["io"]),
     ("parquet", &["io"]),
+    ("percent_encoding", &["io"]),
     ("serde", &["spatial", "dynamics", "gradient"]),
 ];
 

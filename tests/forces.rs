@@ -7,7 +7,7 @@ use hydroelastic::dynamics::{
 };
 use hydroelastic::gradient::{Experiment, FinalState, GradientError, Parameter};
 use hydroelastic::mesh::shapes;
-use hydroelastic::scalar::Scalar;
+use hydroelastic::scalar::{Scalar, lift};
 use hydroelastic::spatial::{Pose, Wrench};
 use nalgebra::{DMatrix, DVector, Vector3, vector};
 use std::f64::consts::TAU;
@@ -168,7 +168,7 @@ struct Suction(f64);
 impl Force for Suction {
     fn add_to<T: Scalar>(&self, wrenches: &mut Wrenches<T>, now: &Situation<T>) {
         for (body, contact) in now.contact.iter().enumerate() {
-            wrenches.push_center(body, &(contact.force * T::from(-self.0)));
+            wrenches.push_center(body, &(contact.force * lift::<T>(-self.0)));
         }
     }
 }
@@ -380,6 +380,13 @@ fn displacements_take_one_state_to_the_other() {
     assert!((found - DVector::from_vec(change)).amax() < 1e-15);
 }
 
+/// A floor, and nothing that moves.
+fn floor() -> World {
+    let slab = Shape::new(shapes::cuboid([1.0; 3]).unwrap());
+    let slab = Body::fixed("floor", slab, Material::elastic(1e5)).unwrap();
+    World::new(vec![slab]).unwrap()
+}
+
 #[test]
 fn what_cannot_act_is_refused() {
     let unknown = Drag {
@@ -399,16 +406,13 @@ fn what_cannot_act_is_refused() {
         two().with_forces(stiffness).unwrap_err(),
         WorldError::Setting { value, .. } if value.to_bits() == (-1.0_f64).to_bits()
     ));
-    let floor = Shape::new(shapes::cuboid([1.0; 3]).unwrap());
-    let floor = Body::fixed("floor", floor, Material::elastic(1e5)).unwrap();
-    let fixed = World::new(vec![floor]).unwrap();
     let drag = Drag {
         body: "floor".into(),
         linear: 1.0,
         angular: 0.0,
     };
     assert!(matches!(
-        fixed.with_forces(drag).unwrap_err(),
+        floor().with_forces(drag).unwrap_err(),
         WorldError::NotDynamic {
             quantity: "drag",
             ..
@@ -432,9 +436,6 @@ fn what_cannot_act_is_refused() {
 
 #[test]
 fn controls_and_states_that_cannot_be_are_refused() {
-    let floor = Shape::new(shapes::cuboid([1.0; 3]).unwrap());
-    let floor = Body::fixed("floor", floor, Material::elastic(1e5)).unwrap();
-    let fixed = World::new(vec![floor]).unwrap();
     let push = Wrench {
         force: vector![f64::INFINITY, 0.0, 0.0],
         ..Wrench::zero()
@@ -443,7 +444,7 @@ fn controls_and_states_that_cannot_be_are_refused() {
     assert!(Control::new("left", 0.0, Vec::new()).is_err());
     let control = || Control::new("floor", 0.1, vec![Wrench::zero()]).unwrap();
     assert!(matches!(
-        fixed.with_control(control()).unwrap_err(),
+        floor().with_control(control()).unwrap_err(),
         WorldError::NotDynamic {
             quantity: "control",
             ..

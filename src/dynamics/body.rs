@@ -1,4 +1,4 @@
-use super::mass::check_positive;
+use super::mass::check_weight;
 use super::{BodyState, Inertia, Mass, Material, WorldError};
 use crate::contact::Shape;
 use crate::scalar::Scalar;
@@ -145,7 +145,7 @@ impl Body<f64> {
     pub(crate) fn check(&self, time: f64) -> Result<(), WorldError> {
         self.material.check(&self.name)?;
         if let Some(inertia) = self.inertia() {
-            check_positive(&self.name, "mass", inertia.mass)?;
+            check_weight(&self.name, "mass", inertia.mass)?;
         }
         self.initial.check(&self.name)?;
         self.check_own_start(time)

@@ -128,14 +128,34 @@ pub enum WorldError {
 
 /// Checks that numbers are finite.
 pub(super) fn check_finite(quantity: &'static str, numbers: &[f64]) -> Result<(), WorldError> {
-    match numbers.iter().find(|number| !number.is_finite()) {
-        None => Ok(()),
-        Some(&value) => Err(WorldError::Setting {
-            quantity,
-            value,
-            expected: "finite",
-        }),
+    let mut numbers = numbers.iter();
+    numbers.try_for_each(|&value| check(quantity, value, true, "finite"))
+}
+
+/// Checks that a number is positive and finite.
+pub(super) fn check_positive(quantity: &'static str, value: f64) -> Result<(), WorldError> {
+    check(quantity, value, value > 0.0, "positive and finite")
+}
+
+/// Checks that a number is not negative, and finite.
+pub(super) fn check_not_negative(quantity: &'static str, value: f64) -> Result<(), WorldError> {
+    check(quantity, value, value >= 0.0, "not negative and finite")
+}
+
+fn check(
+    quantity: &'static str,
+    value: f64,
+    is_in_range: bool,
+    expected: &'static str,
+) -> Result<(), WorldError> {
+    if is_in_range && value.is_finite() {
+        return Ok(());
     }
+    Err(WorldError::Setting {
+        quantity,
+        value,
+        expected,
+    })
 }
 
 /// Why a rollout ended.

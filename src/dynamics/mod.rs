@@ -40,7 +40,6 @@ mod body;
 mod contacts;
 mod error;
 mod force;
-mod forces;
 mod free_rotation;
 mod inertia;
 mod integrator;
@@ -60,6 +59,7 @@ mod workspace;
 mod world;
 #[cfg(feature = "serde")]
 mod world_serial;
+mod wrenches;
 
 pub use batch::{Batch, Progress};
 pub(crate) use body::Motion;

@@ -1,3 +1,4 @@
+use super::error::check_positive;
 use super::{Integrator, WorldError};
 
 /// How a world is stepped, and what is recorded of it: the settings of a [`Rollout`](super::Rollout), a
@@ -27,13 +28,7 @@ impl Plan {
     /// # Errors
     /// If the time step is not positive and finite.
     pub fn new(time_step: f64, steps: usize) -> Result<Self, WorldError> {
-        if !(time_step > 0.0 && time_step.is_finite()) {
-            return Err(WorldError::Setting {
-                quantity: "time step",
-                value: time_step,
-                expected: "positive and finite",
-            });
-        }
+        check_positive("time step", time_step)?;
         Ok(Self {
             time_step,
             steps,

@@ -42,7 +42,7 @@ impl<T: Scalar, F: Force> World<T, F> {
     /// Steps from the initial state, by a plan.
     #[must_use]
     pub fn rollout(&self, plan: &Plan) -> Rollout<T, F> {
-        Rollout::new(Arc::new(self.clone()), plan)
+        Rollout::new(self, plan)
     }
 
     /// The state one time step after another one, by the time step, the integrator and the stability check of a plan.
@@ -60,9 +60,10 @@ impl<T: Scalar, F: Force> World<T, F> {
 }
 
 impl<T: Scalar, F: Force> Rollout<T, F> {
-    /// Steps of a shared world from its initial state.
+    /// Steps of a world, which may be shared, from its initial state.
     #[must_use]
-    pub fn new(world: Arc<World<T, F>>, plan: &Plan) -> Self {
+    pub fn new(world: impl Into<Arc<World<T, F>>>, plan: &Plan) -> Self {
+        let world = world.into();
         let steps = Steps::from(world.initial_state());
         Self {
             world,

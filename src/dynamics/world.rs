@@ -1,4 +1,5 @@
 use super::body::{place_of, state_on};
+use super::error::{check_finite, check_positive};
 use super::{Body, BodyState, Control, Force, Motion, State, WorldError};
 use crate::scalar::{Scalar, lift_vector};
 use nalgebra::Vector3;
@@ -50,25 +51,32 @@ impl World {
     ///
     /// # Errors
     /// If two bodies have the same name, or an initial state is not usable.
-    pub fn new(mut bodies: Vec<Body>) -> Result<Self, WorldError> {
-        let mut names = BTreeSet::new();
-        for body in &bodies {
-            body.check(0.0)?;
-            if !names.insert(body.name()) {
-                return Err(WorldError::DuplicateName(body.name().to_owned()));
-            }
-        }
+    pub fn new(bodies: Vec<Body>) -> Result<Self, WorldError> {
+        let mut world = Self::starting_at(0.0, bodies)?;
         // A body on a path has its pose from there, orthonormal already.
-        for body in &mut bodies {
+        for body in &mut world.bodies {
             if !matches!(body.motion, Motion::Prescribed(_)) {
                 body.initial.pose = body.initial.pose.orthonormalised();
+            }
+        }
+        Ok(world)
+    }
+
+    /// A world of bodies whose initial states are those of a time (s), to the bit.
+    pub(super) fn starting_at(start: f64, bodies: Vec<Body>) -> Result<Self, WorldError> {
+        check_finite("time of the initial state", &[start])?;
+        let mut names = BTreeSet::new();
+        for body in &bodies {
+            body.check(start)?;
+            if !names.insert(body.name()) {
+                return Err(WorldError::DuplicateName(body.name().to_owned()));
             }
         }
         Ok(Self {
             bodies,
             gravity: Vector3::zeros(),
             controls: Vec::new(),
-            start: 0.0,
+            start,
             forces: Arc::new(()),
             ignored: BTreeSet::new(),
             slip_tolerance: SLIP_TOLERANCE,
@@ -82,9 +90,7 @@ impl<F: Force> World<f64, F> {
     /// # Errors
     /// If a component is not finite.
     pub fn with_gravity(mut self, gravity: Vector3<f64>) -> Result<Self, WorldError> {
-        if let Some(&value) = gravity.iter().find(|value| !value.is_finite()) {
-            return Err(setting("gravity", value, "finite"));
-        }
+        check_finite("gravity", gravity.as_slice())?;
         self.gravity = gravity;
         Ok(self)
     }
@@ -159,13 +165,7 @@ impl<F: Force> World<f64, F> {
     /// # Errors
     /// If it is not positive and finite.
     pub fn with_slip_tolerance(mut self, slip_tolerance: f64) -> Result<Self, WorldError> {
-        if !(slip_tolerance > 0.0 && slip_tolerance.is_finite()) {
-            return Err(setting(
-                "slip tolerance",
-                slip_tolerance,
-                "positive and finite",
-            ));
-        }
+        check_positive("slip tolerance", slip_tolerance)?;
         self.slip_tolerance = slip_tolerance;
         Ok(self)
     }
@@ -250,13 +250,5 @@ impl<T: Scalar, F: Force> World<T, F> {
             Motion::Fixed => Some(self.bodies[index].initial),
             Motion::Prescribed(path) => Some(state_on(&**path, time).lifted()),
         }
-    }
-}
-
-fn setting(quantity: &'static str, value: f64, expected: &'static str) -> WorldError {
-    WorldError::Setting {
-        quantity,
-        value,
-        expected,
     }
 }

@@ -9,8 +9,8 @@ pub(crate) struct Tolerance {
     rounding: f64,
 }
 
-/// How large values were that are nearly zero, though not by actual rounding alone: bit k for one from 2ᵏ to 2ᵏ⁺¹ times
-/// [`Self::CLEARANCE`] octaves below the tolerance.
+/// How large values were that are nearly zero, though not by actual rounding alone. Bit k says that there was one from 2ᵏ to
+/// 2ᵏ⁺¹ times the actual rounding, which is [`Self::CLEARANCE`] octaves below the tolerance.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub(crate) struct Closeness(u32);
 
@@ -40,9 +40,12 @@ impl Closeness {
         Self(self.0 | other.0)
     }
 
-    /// By how many octaves to widen the tolerance: the most up to `most` for which the smallest value kept is at least
-    /// [`Self::CLEARANCE`] octaves above the largest one dropped; if there is no such gap, the next one above; failing
-    /// this, where the gap is widest. Snapping a corner turns a plane by the ratio of the two.
+    /// By how many octaves to widen the tolerance, so that it lies in a gap between values: snapping a corner turns a plane
+    /// by the ratio of the largest value dropped to the smallest one kept.
+    ///
+    /// The most octaves up to `most` with a gap of [`Self::CLEARANCE`] octaves; if there is none, the fewest above `most`
+    /// with one, up to [`Self::CLEARANCE`] above; failing this, where the gap is widest, which may be below the tolerance
+    /// (a negative number); of gaps that are equal, the last in that order.
     pub fn split(self, most: u32) -> i32 {
         let clearance = |split: &u32| {
             let above = (self.0 >> split)

@@ -152,7 +152,7 @@ impl<F: Force> Experiment<F> {
         world: impl Into<Arc<World<T, F>>>,
         outcome: &impl Outcome,
     ) -> Result<Vec<T>, GradientError> {
-        let trajectory = Rollout::new(world.into(), &self.plan).recorded()?;
+        let trajectory = Rollout::new(world, &self.plan).recorded()?;
         contained(|| Ok(outcome.of(&trajectory)))
     }
 }

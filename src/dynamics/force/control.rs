@@ -1,5 +1,5 @@
 use crate::dynamics::WorldError;
-use crate::dynamics::error::check_finite;
+use crate::dynamics::error::{check_finite, check_positive};
 use crate::scalar::{Scalar, lift};
 use crate::spatial::Wrench;
 
@@ -34,13 +34,7 @@ impl Control {
     /// # Errors
     /// If the duration is not positive and finite, or a wrench is not finite.
     pub fn new(body: &str, interval: f64, wrenches: Vec<Wrench>) -> Result<Self, WorldError> {
-        if !(interval > 0.0 && interval.is_finite()) {
-            return Err(WorldError::Setting {
-                quantity: "interval of a control",
-                value: interval,
-                expected: "positive and finite",
-            });
-        }
+        check_positive("interval of a control", interval)?;
         let control = Self {
             body: body.to_owned(),
             interval,

@@ -1,6 +1,6 @@
 use super::{Force, Situation, Wrenches};
 use crate::dynamics::body::place_of;
-use crate::dynamics::error::check_finite;
+use crate::dynamics::error::{check_finite, check_not_negative};
 use crate::dynamics::{Body, WorldError};
 use crate::scalar::{Scalar, lift, real_part};
 use crate::spatial::Wrench;
@@ -50,7 +50,8 @@ pub struct Thruster {
     pub force: [f64; 3],
 }
 
-/// A fraction of its rest length, or of a metre, below which a spring has no direction.
+/// A fraction of its rest length, or of a metre, below which a spring has no direction: the difference of two points some
+/// metres from the origin has lost half of its digits there.
 const NO_LENGTH: f64 = 1e-9;
 
 impl Force for Spring {
@@ -85,18 +86,10 @@ impl Force for Spring {
         if a == b {
             return Err(WorldError::SameBody(a.clone()));
         }
-        let [moved_a, moved_b] = [a, b].map(|name| check_dynamic(name, "spring", bodies));
-        if moved_b.is_err() {
-            moved_a?;
-        }
-        place_of(a, bodies)?;
-        place_of(b, bodies)?;
-        let numbers = [
-            ("rest length of a spring", self.rest_length),
-            ("stiffness of a spring", self.stiffness),
-            ("damping of a spring", self.damping),
-        ];
-        numbers.into_iter().try_for_each(check_not_negative)?;
+        check_dynamic(&[a, b], "spring", bodies)?;
+        check_not_negative("rest length of a spring", self.rest_length)?;
+        check_not_negative("stiffness of a spring", self.stiffness)?;
+        check_not_negative("damping of a spring", self.damping)?;
         check_finite("point of a spring", self.points.as_flattened())
     }
 }
@@ -112,9 +105,9 @@ impl Force for Drag {
     }
 
     fn check(&self, bodies: &[Body]) -> Result<(), WorldError> {
-        check_dynamic(&self.body, "drag", bodies)?;
-        check_not_negative(("drag on the velocity", self.linear))?;
-        check_not_negative(("drag on the spin", self.angular))
+        check_dynamic(&[&self.body], "drag", bodies)?;
+        check_not_negative("drag on the velocity", self.linear)?;
+        check_not_negative("drag on the spin", self.angular)
     }
 }
 
@@ -128,30 +121,27 @@ impl Force for Thruster {
     }
 
     fn check(&self, bodies: &[Body]) -> Result<(), WorldError> {
-        check_dynamic(&self.body, "thruster", bodies)?;
+        check_dynamic(&[&self.body], "thruster", bodies)?;
         check_finite("point of a thruster", &self.point)?;
         check_finite("force of a thruster", &self.force)
     }
 }
 
-/// Checks that forces move the body of a name.
-fn check_dynamic(name: &str, quantity: &'static str, bodies: &[Body]) -> Result<(), WorldError> {
-    if bodies[place_of(name, bodies)?].inertia().is_some() {
+/// Checks that there are bodies of these names, and that forces move at least one of them.
+fn check_dynamic(
+    names: &[&String],
+    quantity: &'static str,
+    bodies: &[Body],
+) -> Result<(), WorldError> {
+    let mut any_moves = false;
+    for name in names {
+        any_moves |= bodies[place_of(name, bodies)?].inertia().is_some();
+    }
+    if any_moves {
         return Ok(());
     }
     Err(WorldError::NotDynamic {
-        body: name.to_owned(),
+        body: names[0].clone(),
         quantity,
-    })
-}
-
-fn check_not_negative((quantity, value): (&'static str, f64)) -> Result<(), WorldError> {
-    if value >= 0.0 && value.is_finite() {
-        return Ok(());
-    }
-    Err(WorldError::Setting {
-        quantity,
-        value,
-        expected: "not negative and finite",
     })
 }

@@ -6,6 +6,7 @@ mod kinds;
 pub use control::Control;
 pub use kinds::{Drag, Spring, Thruster};
 
+use super::body::place_of;
 use super::{Body, BodyState, WorldError};
 use crate::scalar::Scalar;
 use crate::spatial::Wrench;
@@ -43,7 +44,7 @@ pub struct Wrenches<'a, T = f64> {
 ///
 /// ```
 /// use hydroelastic::dynamics::{Force, Situation, Wrenches};
-/// use hydroelastic::scalar::Scalar;
+/// use hydroelastic::scalar::{Scalar, lift};
 ///
 /// /// A drag (N s/m) on all bodies.
 /// struct Honey(f64);
@@ -51,7 +52,7 @@ pub struct Wrenches<'a, T = f64> {
 /// impl Force for Honey {
 ///     fn add_to<T: Scalar>(&self, wrenches: &mut Wrenches<T>, now: &Situation<T>) {
 ///         for (body, state) in now.states.iter().enumerate() {
-///             wrenches.push_center(body, &(state.twist.linear * -T::from(self.0)));
+///             wrenches.push_center(body, &(state.twist.linear * lift::<T>(-self.0)));
 ///         }
 ///     }
 /// }
@@ -74,7 +75,7 @@ impl<T: Scalar> Situation<'_, T> {
     /// The place of the body of a name, if there is one.
     #[must_use]
     pub fn index_of(&self, name: &str) -> Option<usize> {
-        self.bodies.iter().position(|body| body.name() == name)
+        place_of(name, self.bodies).ok()
     }
 
     /// The place (m) and the velocity (m/s) in the world of a point of a body, given in the body frame (m).

@@ -1,6 +1,8 @@
 use super::stopped::{beginning, stopped_at};
 use super::{FileError, file_contents::FileContents, vtu_lengths};
 use nalgebra::Vector3;
+use percent_encoding::percent_decode_str;
+use std::borrow::Cow;
 use std::collections::BTreeMap;
 use std::error::Error;
 use std::path::Path;
@@ -27,32 +29,20 @@ pub(super) fn read_legacy(path: &Path, bytes: &[u8]) -> Result<FileContents, Fil
             found: beginning(rest.trim_ascii()),
         });
     }
-    let mut contents = contents(path, vtk.data)?;
+    let contents = contents(path, vtk.data)?;
     // VTK writes names so; in XML it does not.
-    let point_data = std::mem::take(&mut contents.point_data).into_iter();
-    contents.point_data = point_data
-        .map(|(name, data)| (decoded(&name), data))
-        .collect();
-    Ok(contents)
+    let point_data = contents.point_data.into_iter();
+    let point_data = point_data.map(|(name, data)| (decoded(&name), data));
+    Ok(FileContents {
+        point_data: point_data.collect(),
+        ..contents
+    })
 }
 
 /// A name without percent-encoding; as it is, if what that stands for is no text.
 fn decoded(name: &str) -> String {
-    let (mut bytes, mut rest) = (Vec::new(), name.as_bytes());
-    while let Some((&first, others)) = rest.split_first() {
-        let code = others
-            .get(..2)
-            .filter(|digits| first == b'%' && digits.iter().all(u8::is_ascii_hexdigit));
-        let code = code.and_then(|digits| std::str::from_utf8(digits).ok());
-        if let Some(byte) = code.and_then(|digits| u8::from_str_radix(digits, 16).ok()) {
-            bytes.push(byte);
-            rest = &others[2..];
-        } else {
-            bytes.push(first);
-            rest = others;
-        }
-    }
-    String::from_utf8(bytes).unwrap_or_else(|_| name.to_owned())
+    let text = percent_decode_str(name).decode_utf8();
+    text.map_or_else(|_| name.to_owned(), Cow::into_owned)
 }
 
 /// Reads an XML file.
