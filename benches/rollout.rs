@@ -87,7 +87,7 @@ fn final_state(world: &World) -> State {
 fn assert_touches_throughout(world: &World) {
     let rollout = world.rollout(&Plan::new(TIME_STEP, STEPS).unwrap());
     for state in rollout.take(STEPS) {
-        assert!(world.topology(&state.unwrap()).polygon_count() > 0);
+        assert!(world.topology(&state.unwrap()).unwrap().polygon_count() > 0);
     }
 }
 

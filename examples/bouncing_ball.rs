@@ -37,7 +37,12 @@ fn main() -> Result<(), Box<dyn Error>> {
     let (world, trajectory) = drop_with(0.0)?;
     let heights = apexes(&trajectory);
     println!("apexes without dissipation (m): {heights:.6?}");
-    let energy_of = |state: &State| world.report(state).total_energy();
+    let energy_of = |state: &State| {
+        world
+            .report(state)
+            .expect("a state of this world")
+            .total_energy()
+    };
     let energy = energy_of(&trajectory.states()[0]);
     let changes = trajectory.states().iter();
     let change = changes.fold(0.0_f64, |largest, state| {

@@ -62,7 +62,12 @@ fn main() -> Result<(), Box<dyn Error>> {
     wanted.plot(|| vec![descent, show::energies(world, flight)])?;
 
     assert!(first > FAR && *last < HIT);
-    let meets = |state: &State, other| world.topology(state).touches(0, other);
+    let meets = |state: &State, other| {
+        world
+            .topology(state)
+            .expect("a state of this world")
+            .touches(0, other)
+    };
     assert!(flight.states().iter().any(|state| meets(state, 1)), "floor");
     assert!(flight.states().iter().any(|state| meets(state, 2)), "wall");
     Ok(())

@@ -51,7 +51,7 @@ fn plan(integrator: Integrator) -> Plan {
 fn touching_steps(world: &World, integrator: Integrator) -> usize {
     let rollout = world.rollout(&plan(integrator));
     let counted = rollout.skip(WARM_UP).take(COUNTED);
-    let touching = |state| usize::from(world.topology(&state).polygon_count() > 0);
+    let touching = |state| usize::from(world.topology(&state).unwrap().polygon_count() > 0);
     counted.map(Result::unwrap).map(touching).sum()
 }
 

@@ -104,7 +104,8 @@ fn springs_with_dampers_keep_momentum_and_lose_energy() {
     for integrator in INTEGRATORS {
         let plan = Plan::new(1e-3, 3000).unwrap().with_integrator(integrator);
         let end = world.rollout(&plan).recorded().unwrap();
-        let [before, after] = [&end.states()[0], end.last()].map(|state| world.report(state));
+        let [before, after] =
+            [&end.states()[0], end.last()].map(|state| world.report(state).unwrap());
         let drift = after.momentum.linear - before.momentum.linear;
         assert!(drift.norm() < 1e-13);
         let turned = after.momentum.angular - before.momentum.angular;
@@ -459,6 +460,16 @@ fn controls_and_states_that_cannot_be_are_refused() {
         }
     ));
     assert!(two().displaced(&state, &[f64::NAN; 24]).is_err());
+    let mut short = state.clone();
+    short.bodies.pop();
+    let expected = WorldError::StateSize {
+        found: 1,
+        expected: 2,
+    };
+    assert_eq!(two().report(&short).unwrap_err(), expected);
+    assert_eq!(two().topology(&short).unwrap_err(), expected);
+    assert_eq!(two().contacts(&short).unwrap_err(), expected);
+    assert_eq!(two().largest_stable_step(&short).unwrap_err(), expected);
     let mut timeless = state;
     timeless.time = f64::NAN;
     assert!(two().starting_from(&timeless).is_err());

@@ -114,7 +114,10 @@ const STEPS: usize = 20;
 fn stepped(world: &World, mut state: State, time: f64, mut see: impl FnMut(&State)) -> State {
     let end = state.time + time;
     while state.time < end {
-        let limit = world.largest_stable_step(&state).unwrap_or(f64::INFINITY);
+        let limit = world
+            .largest_stable_step(&state)
+            .unwrap()
+            .unwrap_or(f64::INFINITY);
         let plan = Plan::new(LONGEST.min(SAFETY * limit), STEPS).unwrap();
         let mut rollout = world.rollout(&plan).starting_from(state).unwrap();
         for _ in 0..STEPS {
@@ -139,7 +142,7 @@ fn dropped(heap: &Heap, slip_tolerance: f64, time: f64) -> State {
     let world = heap.world(slip_tolerance);
     let mut before = f64::INFINITY;
     stepped(&world, world.initial_state(), time, |state| {
-        let energy = world.report(state).total_energy();
+        let energy = world.report(state).unwrap().total_energy();
         let gain = (energy - before) / heap.weight();
         assert!(gain <= NO_GAIN, "{gain:e} m at {} s", state.time);
         before = energy;
@@ -179,11 +182,11 @@ impl Creep {
         let end = stepped(&world, start, WATCHED, |state| {
             largest = largest.max(fastest(state));
         });
-        let contacts = world.contacts(&end).into_iter();
+        let contacts = world.contacts(&end).unwrap().into_iter();
         let on_box = contacts.filter(|contact| contact.bodies[1] >= heap.count());
         Self {
             fastest: largest,
-            kinetic_energy: world.report(&end).kinetic_energy,
+            kinetic_energy: world.report(&end).unwrap().kinetic_energy,
             force: on_box.map(|contact| contact.wrench.on_b.force).sum(),
         }
     }

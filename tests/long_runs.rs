@@ -55,7 +55,7 @@ impl Decade {
         for step in steps {
             let state = rollout.advance().unwrap();
             if step % LOOK == 0 {
-                let seen = world.report(state).total_energy();
+                let seen = world.report(state).unwrap().total_energy();
                 energy = [energy[0].min(seen), energy[1].max(seen)];
                 deviation = deviation.max(deviation_of(state));
             }
@@ -86,7 +86,7 @@ fn resident() -> Option<u64> {
 
 /// A rollout by decades, from that of the first thousand steps on; the rotation never drifts.
 fn decades(world: &World, time_step: f64, steps: usize) -> Vec<Decade> {
-    let limit = world.largest_stable_step(&world.initial_state());
+    let limit = world.largest_stable_step(&world.initial_state()).unwrap();
     assert!(limit.is_none_or(|limit| time_step < 0.6 * limit));
     let mut rollout = world.rollout(&Plan::new(time_step, steps).unwrap());
     let (mut decades, mut taken) = (Vec::new(), 0);

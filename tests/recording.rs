@@ -384,6 +384,7 @@ fn a_contact_surface_shows_while_bodies_touch() {
     let touch = |time: &f32| {
         !world
             .contacts(state_at(&trajectory, *time, SLOWDOWN))
+            .unwrap()
             .is_empty()
     };
     let (touching, apart): (Vec<f32>, Vec<f32>) = times.iter().partition(|time| touch(time));
@@ -415,7 +416,9 @@ fn a_contact_surface_has_the_area_and_the_centroid_of_its_polygons() {
         let Some(node) = visible_surface(&glb, time) else {
             continue;
         };
-        let contacts = world.contacts(state_at(&trajectory, time, SLOWDOWN));
+        let contacts = world
+            .contacts(state_at(&trajectory, time, SLOWDOWN))
+            .unwrap();
         largest_count = largest_count.max(contacts.len());
         let corners = corners(&contacts);
         let reach = corners
@@ -479,7 +482,11 @@ fn colors_brighten_with_pressure_up_to_the_peak() {
         let Some(node) = visible_surface(&glb, time) else {
             continue;
         };
-        let corners = corners(&world.contacts(state_at(&trajectory, time, SLOWDOWN)));
+        let corners = corners(
+            &world
+                .contacts(state_at(&trajectory, time, SLOWDOWN))
+                .unwrap(),
+        );
         let shown = glb.mesh(node);
         for (point, color) in shown.points.iter().zip(&shown.colors) {
             let apart = |corner: &Vector3<f64>| (corner - point).norm();
@@ -553,7 +560,10 @@ fn surfaces_of_a_long_recording(body: &str, world: &World, rollout: &Trajectory)
     let glb = read_back(&format!("long_{body}"), &Recording::new(world, rollout));
     let mut touching = 0;
     for time in times(&glb, body) {
-        let is_touching = !world.contacts(state_at(rollout, time, 1.0)).is_empty();
+        let is_touching = !world
+            .contacts(state_at(rollout, time, 1.0))
+            .unwrap()
+            .is_empty();
         touching += usize::from(is_touching);
         assert_eq!(visible_surface(&glb, time).is_some(), is_touching, "{time}");
     }
@@ -650,7 +660,7 @@ fn bytes_of_polygons_and_surfaces(name: &str, below: impl Fn(usize) -> Shape) ->
         let glb = read_back(&format!("sizes_on_{name}_{order}"), &recording);
         let states = trajectory.states().iter();
         let polygons: usize = states
-            .map(|state| polygons(&world.contacts(state)).len())
+            .map(|state| polygons(&world.contacts(state).unwrap()).len())
             .sum();
         let surfaces = glb.nodes(SURFACE).len();
         assert_eq!(surfaces, trajectory.states().len());
@@ -683,7 +693,7 @@ fn barely_touching(depth: f64) -> World {
 fn a_contact_smaller_than_single_precision_has_no_surface() {
     for (name, depth, count) in [("touch", 1e-9, 0), ("press", 1e-3, 1)] {
         let world = barely_touching(depth);
-        assert_eq!(world.contacts(&world.initial_state()).len(), 1);
+        assert_eq!(world.contacts(&world.initial_state()).unwrap().len(), 1);
         let glb = read_back(name, &Recording::new(&world, &standing(&world)));
         assert_eq!(glb.nodes(SURFACE).len(), count);
         let primitives = glb.root.meshes.iter().flat_map(|mesh| &mesh.primitives);
@@ -747,7 +757,9 @@ fn an_arrow_is_the_force_on_the_first_body_that_moves() {
     );
     let times = times(&glb, "block");
     let force = |time: f32, bodies: [usize; 2]| {
-        let contacts = world.contacts(state_at(&trajectory, time, SLOWDOWN));
+        let contacts = world
+            .contacts(state_at(&trajectory, time, SLOWDOWN))
+            .unwrap();
         let contact = contacts
             .into_iter()
             .find(|contact| contact.bodies == bodies)?;
@@ -791,7 +803,7 @@ fn an_arrow_is_the_torque_of_contacts_about_the_center_of_mass() {
         let center = state.bodies[body]
             .pose
             .transformed_point(&center_of_mass[body - 1]);
-        let mut contacts = world.contacts(state);
+        let mut contacts = world.contacts(state).unwrap();
         contacts.retain(|contact| contact.bodies.contains(&body));
         let about_center = contacts.iter().flat_map(|contact| {
             let sign = if contact.bodies[0] == body { 1.0 } else { -1.0 };

@@ -53,7 +53,10 @@ fn heap() -> World {
 
 /// How many pairs of bodies touch at the start.
 fn touching_pairs(world: &World) -> usize {
-    let (topology, count) = (world.topology(&world.initial_state()), world.bodies().len());
+    let (topology, count) = (
+        world.topology(&world.initial_state()).unwrap(),
+        world.bodies().len(),
+    );
     let pairs = (0..count).flat_map(|i| (0..i).map(move |j| (i, j)));
     pairs.filter(|&(i, j)| topology.touches(i, j)).count()
 }

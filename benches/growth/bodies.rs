@@ -25,7 +25,10 @@ pub fn measured(is_quick: bool) -> Panel {
     let edges: &[usize] = if is_quick { &[2, 4, 8] } else { &[2, 4, 8, 16] };
     for &edge in edges {
         let (balls, world) = (edge.pow(3), heap([edge; 3], skin));
-        let polygons = world.topology(&final_state(&world, STEPS)).polygon_count();
+        let polygons = world
+            .topology(&final_state(&world, STEPS))
+            .unwrap()
+            .polygon_count();
         let rollout = || {
             black_box(final_state(black_box(&world), STEPS));
         };

@@ -230,7 +230,7 @@ fn step_time(world: &World, time_step: f64, steps: usize, derivatives: usize) ->
     Ok(StepTime {
         seconds: seconds / steps as f64,
         height: state.bodies[0].position().z,
-        polygons: world.topology(&state).polygon_count(),
+        polygons: world.topology(&state).unwrap().polygon_count(),
     })
 }
 

@@ -19,7 +19,9 @@ impl Energies {
     pub fn of<'a>(world: &World, states: impl Iterator<Item = &'a State> + Clone) -> Self {
         Self {
             times: states.clone().map(|state| state.time).collect(),
-            reports: states.map(|state| world.report(state)).collect(),
+            reports: states
+                .map(|state| world.report(state).expect("a state of this world"))
+                .collect(),
         }
     }
 

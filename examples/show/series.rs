@@ -7,7 +7,12 @@ use nalgebra::Vector3;
 /// Kinetic, gravitational, contact and total energy.
 pub fn energies(world: &World, trajectory: &Trajectory) -> Panel {
     let reports: Vec<(f64, Report)> = (trajectory.states().iter())
-        .map(|state| (state.time, world.report(state)))
+        .map(|state| {
+            (
+                state.time,
+                world.report(state).expect("a state of this world"),
+            )
+        })
         .collect();
     let curve = |name, energy: fn(&Report) -> f64| {
         let points = reports.iter().map(|(time, report)| (*time, energy(report)));
@@ -30,7 +35,7 @@ pub fn energies(world: &World, trajectory: &Trajectory) -> Panel {
 pub fn contact_force(world: &World, trajectory: &Trajectory, body: usize) -> Panel {
     let force = |state: &State| {
         let mut force = Vector3::zeros();
-        for contact in world.contacts(state) {
+        for contact in world.contacts(state).expect("a state of this world") {
             let wrenches = [contact.wrench.on_a, contact.wrench.on_b];
             let both = contact.bodies.iter().zip(wrenches);
             let on_body = both.filter(|(place, _)| **place == body);

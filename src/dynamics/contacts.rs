@@ -1,5 +1,5 @@
 use super::sweep::Sweep;
-use super::{Force, State, World};
+use super::{Force, State, World, WorldError};
 use crate::contact::{ContactSurface, ContactWrench};
 use crate::scalar::Scalar;
 use crate::threads::mapped_into;
@@ -20,8 +20,16 @@ pub struct Contact<T = f64> {
 impl<T: Scalar, F: Force> World<T, F> {
     /// The contacts of a state, sorted by the bodies' places in the world. Those of two bodies that both do not move
     /// by forces are left out, as are ignored ones.
-    #[must_use]
-    pub fn contacts(&self, state: &State<T>) -> Vec<Contact<T>> {
+    ///
+    /// # Errors
+    /// If the state does not fit the world: another number of bodies, a pose that is not rigid, or a number that is not finite.
+    pub fn contacts(&self, state: &State<T>) -> Result<Vec<Contact<T>>, WorldError> {
+        state.check_fits(self)?;
+        Ok(self.contacts_of_fitting(state))
+    }
+
+    /// The contacts of a state that fits the world.
+    pub(crate) fn contacts_of_fitting(&self, state: &State<T>) -> Vec<Contact<T>> {
         let (mut sweep, mut contacts) = (Sweep::default(), Vec::new());
         let pairs = self.close_pairs(&state.bodies, &mut sweep);
         mapped_into(&mut contacts, pairs, |&(i, j)| {

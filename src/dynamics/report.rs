@@ -1,5 +1,5 @@
 use super::sweep::Sweep;
-use super::{Force, State, World};
+use super::{Force, State, World, WorldError};
 use crate::scalar::{Scalar, lift, lift_vector};
 use nalgebra::Vector3;
 
@@ -69,8 +69,11 @@ impl<T: Scalar> Report<T> {
 
 impl<T: Scalar, F: Force> World<T, F> {
     /// Energies and momentum of a state.
-    #[must_use]
-    pub fn report(&self, state: &State<T>) -> Report<T> {
+    ///
+    /// # Errors
+    /// If the state does not fit the world: another number of bodies, a pose that is not rigid, or a number that is not finite.
+    pub fn report(&self, state: &State<T>) -> Result<Report<T>, WorldError> {
+        state.check_fits(self)?;
         let zero = lift_vector(&Vector3::zeros());
         let mut report = Report {
             kinetic_energy: lift(0.0),
@@ -98,18 +101,21 @@ impl<T: Scalar, F: Force> World<T, F> {
         for &(i, j) in self.close_pairs(&state.bodies, &mut Sweep::default()) {
             report.contact_energy += self.contact_pair(&state.bodies, i, j).potential_energy();
         }
-        report
+        Ok(report)
     }
 
     /// Which tetrahedra touch in a state.
-    #[must_use]
-    pub fn topology(&self, state: &State<T>) -> Topology {
+    ///
+    /// # Errors
+    /// If the state does not fit the world: another number of bodies, a pose that is not rigid, or a number that is not finite.
+    pub fn topology(&self, state: &State<T>) -> Result<Topology, WorldError> {
+        state.check_fits(self)?;
         let mut touching = Vec::new();
         for &(i, j) in self.close_pairs(&state.bodies, &mut Sweep::default()) {
             let tets = self.contact_pair(&state.bodies, i, j).touching_tets();
             touching.extend(tets.into_iter().map(|[a, b]| [i, j, a, b]));
         }
         touching.sort_unstable();
-        Topology { touching }
+        Ok(Topology { touching })
     }
 }

@@ -21,7 +21,7 @@ pub fn log_styles(recording: &RecordingStream, world: &World) -> RecordingStream
 
 /// Logs all pairs of bodies: those that do not touch too, or what was last logged would stay.
 pub fn log(recording: &RecordingStream, world: &World, state: &State) -> RecordingStreamResult<()> {
-    let contacts = world.contacts(state);
+    let contacts = world.contacts(state).expect("a state of this world");
     for bodies in pairs(world) {
         let contact = contacts.iter().find(|contact| contact.bodies == bodies);
         log_pair(recording, &name(world, bodies), contact)?;

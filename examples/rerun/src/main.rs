@@ -50,7 +50,7 @@ fn log() -> Result<(), Box<dyn Error>> {
         recording.set_duration_secs(layout::TIMELINE, state.time);
         bodies::log_poses(&recording, &world, &state)?;
         contacts::log(&recording, &world, &state)?;
-        energies::log(&recording, &world.report(&state))?;
+        energies::log(&recording, &world.report(&state)?)?;
     }
     Ok(recording.flush_blocking()?)
 }

@@ -4,7 +4,7 @@ mod limit;
 mod pair;
 
 use super::sweep::Sweep;
-use super::{BodyState, Force, State, World};
+use super::{BodyState, Force, State, World, WorldError};
 use crate::scalar::Scalar;
 use crate::threads::mapped_into;
 use limit::{stability_limit, stiffest};
@@ -69,15 +69,19 @@ impl<T: Scalar, F: Force> World<T, F> {
     ///         .at(Pose::from_translation(vector![0.0, 0.0, 0.1999])),
     ///     Body::fixed("slab", slab, skin)?,
     /// ])?;
-    /// let limit = world.largest_stable_step(&world.initial_state());
+    /// let limit = world.largest_stable_step(&world.initial_state())?;
     /// // Both gradients are 1e6 Pa/0.1 m, the area is (0.2 m)², the mass 1 kg.
     /// let by_hand = 2.0 / (0.5e7_f64 * 0.04).sqrt();
     /// assert!((limit.ok_or("apart")? / by_hand - 1.0).abs() < 1e-3);
     /// # Ok::<(), Box<dyn std::error::Error>>(())
     /// ```
-    #[must_use]
-    pub fn largest_stable_step(&self, state: &State<T>) -> Option<f64> {
-        stability_limit(&self.rates(&state.bodies), state.bodies.len())
+    ///
+    /// # Errors
+    /// If the state does not fit the world: another number of bodies, a pose that is not rigid, or a number that is not finite.
+    pub fn largest_stable_step(&self, state: &State<T>) -> Result<Option<f64>, WorldError> {
+        state.check_fits(self)?;
+        let rates = self.rates(&state.bodies);
+        Ok(stability_limit(&rates, state.bodies.len()))
     }
 
     /// Whether a time step is too long for the contacts of a state: if so the limit (s), and the

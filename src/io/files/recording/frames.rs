@@ -31,7 +31,7 @@ pub(super) fn frames<'a, F: Force>(
     let frame = |place: usize| Frame {
         time: times[place],
         state: &states[place],
-        contacts: world.contacts(&states[place]),
+        contacts: world.contacts_of_fitting(&states[place]),
     };
     shown(&times).into_iter().map(frame).collect()
 }
