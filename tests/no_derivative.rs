@@ -81,7 +81,7 @@ fn plan() -> Plan {
     Plan::new(TIME_STEP, STEPS).unwrap()
 }
 
-fn experiment(world: &LosingWorld) -> Experiment<Lost> {
+fn experiment(world: &LosingWorld) -> Experiment {
     Experiment::new(world, &plan())
 }
 

@@ -97,7 +97,7 @@ impl Batch {
     ) -> Result<Vec<Recorded<T>>, WorldError> {
         states
             .iter()
-            .try_for_each(|state| state.check_fits(world))?;
+            .try_for_each(|state| state.check_fits(world.bodies()))?;
         let world = Arc::new(world.clone());
         let rollout = |state: &State<T>| {
             Rollout::new(Arc::clone(&world), &self.plan).starting_from_fitting(state.clone())

@@ -1,4 +1,5 @@
 use super::sweep::Sweep;
+use super::system::System;
 use super::{Force, State, World, WorldError};
 use crate::contact::{ContactSurface, ContactWrench};
 use crate::scalar::Scalar;
@@ -24,12 +25,14 @@ impl<T: Scalar, F: Force> World<T, F> {
     /// # Errors
     /// If the state does not fit the world: another number of bodies, a pose that is not rigid, or a number that is not finite.
     pub fn contacts(&self, state: &State<T>) -> Result<Vec<Contact<T>>, WorldError> {
-        state.check_fits(self)?;
-        Ok(self.contacts_of_fitting(state))
+        state.check_fits(self.bodies())?;
+        Ok(self.system.contacts(state))
     }
+}
 
-    /// The contacts of a state that fits the world.
-    pub(crate) fn contacts_of_fitting(&self, state: &State<T>) -> Vec<Contact<T>> {
+impl<T: Scalar> System<T> {
+    /// The contacts of a state that fits the bodies.
+    pub(crate) fn contacts(&self, state: &State<T>) -> Vec<Contact<T>> {
         let (mut sweep, mut contacts) = (Sweep::default(), Vec::new());
         let pairs = self.close_pairs(&state.bodies, &mut sweep);
         mapped_into(&mut contacts, pairs, |&(i, j)| {

@@ -1,5 +1,8 @@
+use super::erased::Stepped;
+use super::system::System;
 use super::workspace::Workspace;
-use super::{BodyState, Force, Inertia, State, World};
+use super::wrenches::all_wrenches;
+use super::{BodyState, Inertia, State};
 use crate::scalar::Scalar;
 use crate::spatial::{Pose, Twist};
 
@@ -25,22 +28,22 @@ pub enum Integrator {
 
 impl Integrator {
     /// The first part of a time step (s): takes a state to where the kick acts.
-    pub(super) fn approach<T: Scalar, F: Force>(
+    pub(super) fn approach<T: Scalar>(
         self,
-        world: &World<T, F>,
+        system: &System<T>,
         state: &mut State<T>,
         time_step: f64,
     ) {
         match self {
             Self::SymplecticEuler => {}
-            Self::Leapfrog => world.drift(state, time_step / 2.0),
+            Self::Leapfrog => system.drift(state, time_step / 2.0),
         }
     }
 
     /// The rest of the time step.
-    pub(super) fn complete<T: Scalar, F: Force>(
+    pub(super) fn complete<T: Scalar>(
         self,
-        world: &World<T, F>,
+        world: &dyn Stepped<T>,
         state: &mut State<T>,
         time_step: f64,
         workspace: &mut Workspace<T>,
@@ -49,32 +52,42 @@ impl Integrator {
             Self::SymplecticEuler => state.time + time_step / 2.0,
             Self::Leapfrog => state.time,
         };
-        world.kick(state, time_step, middle, workspace);
+        kick(world, state, time_step, middle, workspace);
+        let system = world.system();
         match self {
-            Self::SymplecticEuler => world.drift(state, time_step),
-            Self::Leapfrog => world.drift(state, time_step / 2.0),
+            Self::SymplecticEuler => system.drift(state, time_step),
+            Self::Leapfrog => system.drift(state, time_step / 2.0),
         }
     }
 }
 
-impl<T: Scalar, F: Force> World<T, F> {
-    /// Lets all forces act for a time (s) at fixed poses, the controls as they are in the middle of the step.
-    fn kick(&self, state: &mut State<T>, duration: f64, middle: f64, workspace: &mut Workspace<T>) {
-        let wrenches = self.all_wrenches(state, middle, workspace);
-        let bodies = self.bodies.iter().zip(&mut state.bodies);
-        for ((body, body_state), wrench) in bodies.zip(wrenches) {
-            let Some(inertia) = body.inertia() else {
-                continue;
-            };
-            let rotation = body_state.pose.rotation();
-            let angular = inertia.angular_velocity(rotation, &wrench.torque);
-            let linear = wrench.force / inertia.mass + self.gravity;
-            let twist = &mut body_state.twist;
-            twist.angular += angular.map(|component| component * duration);
-            twist.linear += linear.map(|component| component * duration);
-        }
+/// Lets all forces act for a time (s) at fixed poses, the controls as they are in the middle of the step.
+fn kick<T: Scalar>(
+    world: &dyn Stepped<T>,
+    state: &mut State<T>,
+    duration: f64,
+    middle: f64,
+    workspace: &mut Workspace<T>,
+) {
+    let wrenches = all_wrenches(world, state, middle, workspace);
+    let System {
+        bodies, gravity, ..
+    } = world.system();
+    let bodies = bodies.iter().zip(&mut state.bodies);
+    for ((body, body_state), wrench) in bodies.zip(wrenches) {
+        let Some(inertia) = body.inertia() else {
+            continue;
+        };
+        let rotation = body_state.pose.rotation();
+        let angular = inertia.angular_velocity(rotation, &wrench.torque);
+        let linear = wrench.force / inertia.mass + gravity;
+        let twist = &mut body_state.twist;
+        twist.angular += angular.map(|component| component * duration);
+        twist.linear += linear.map(|component| component * duration);
     }
+}
 
+impl<T: Scalar> System<T> {
     /// Lets all bodies move freely, or as prescribed, for a time (s).
     fn drift(&self, state: &mut State<T>, duration: f64) {
         state.time += duration;

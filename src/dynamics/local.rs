@@ -16,9 +16,9 @@ impl<F: Force> World<f64, F> {
     /// # Errors
     /// If a state does not fit the world.
     pub fn displacement(&self, from: &State, to: &State) -> Result<DVector<f64>, WorldError> {
-        from.check_fits(self)?;
-        to.check_fits(self)?;
-        let numbers = self.dynamic_bodies().flat_map(|body| {
+        from.check_fits(self.bodies())?;
+        to.check_fits(self.bodies())?;
+        let numbers = self.system.dynamic_bodies().flat_map(|body| {
             let [from, to] = [from, to].map(|state| &state.bodies[body]);
             let pose = turn_and_shift(&from.pose, &to.pose);
             let twist = to.twist.to_vector() - from.twist.to_vector();
@@ -32,14 +32,14 @@ impl<F: Force> World<f64, F> {
     /// # Errors
     /// If the state does not fit the world, or there are not 12 finite numbers for each dynamic body.
     pub fn displaced(&self, state: &State, change: &[f64]) -> Result<State, WorldError> {
-        state.check_fits(self)?;
+        state.check_fits(self.bodies())?;
         check_finite("change of a state", change)?;
-        let (found, expected) = (change.len(), LOCAL * self.dynamic_bodies().count());
+        let (found, expected) = (change.len(), LOCAL * self.system.dynamic_bodies().count());
         if found != expected {
             return Err(WorldError::ChangeSize { found, expected });
         }
         let mut moved = state.clone();
-        for (body, numbers) in self.dynamic_bodies().zip(change.chunks(LOCAL)) {
+        for (body, numbers) in self.system.dynamic_bodies().zip(change.chunks(LOCAL)) {
             let [pose, twist] = [0, 6].map(|first| {
                 Twist::from_vector(&Vector6::from_column_slice(&numbers[first..first + 6]))
             });
@@ -56,12 +56,6 @@ impl<F: Force> World<f64, F> {
             };
         }
         Ok(moved)
-    }
-
-    /// The places of the bodies that forces move.
-    pub(crate) fn dynamic_bodies(&self) -> impl Iterator<Item = usize> {
-        let places = 0..self.bodies.len();
-        places.filter(|&index| self.bodies[index].inertia().is_some())
     }
 }
 

@@ -1,3 +1,5 @@
+use super::erased::Stepped;
+use super::system::System;
 use super::workspace::Workspace;
 use super::{
     Body, Force, Interrupted, Motion, Plan, Recorded, RolloutError, State, Trajectory, World,
@@ -5,6 +7,7 @@ use super::{
 };
 use crate::scalar::Scalar;
 use crate::threads::contained;
+use std::fmt;
 use std::mem;
 use std::sync::Arc;
 
@@ -17,9 +20,9 @@ use std::sync::Arc;
 /// A panic in a function that was passed in (a force, a path) passes through the iterator and
 /// through [`Self::advance`]. Whoever catches it finds the last good state in [`Self::state`], and
 /// may go on: the step is taken again. [`Self::recorded`] makes an error of it.
-#[derive(Debug)]
-pub struct Rollout<T = f64, F = ()> {
-    world: Arc<World<T, F>>,
+#[derive(Clone)]
+pub struct Rollout<T = f64> {
+    world: Arc<dyn Stepped<T>>,
     plan: Plan,
     steps: Steps<T>,
 }
@@ -41,7 +44,7 @@ struct Steps<T> {
 impl<T: Scalar, F: Force> World<T, F> {
     /// Steps from the initial state, by a plan.
     #[must_use]
-    pub fn rollout(&self, plan: &Plan) -> Rollout<T, F> {
+    pub fn rollout(&self, plan: &Plan) -> Rollout<T> {
         Rollout::new(self, plan)
     }
 
@@ -52,19 +55,23 @@ impl<T: Scalar, F: Force> World<T, F> {
     /// If the state does not fit the world (see [`Rollout::starting_from`]), or the next one is not finite or fails the
     /// stability check.
     pub fn step(&self, state: &State<T>, plan: &Plan) -> Result<State<T>, RolloutError> {
-        state.check_fits(self)?;
-        let mut steps = Steps::from(self.placed(state.clone()));
+        state.check_fits(self.bodies())?;
+        let mut steps = Steps::from(self.system.placed(state.clone()));
         steps.advance(self, plan)?;
         Ok(steps.state)
     }
 }
 
-impl<T: Scalar, F: Force> Rollout<T, F> {
+impl<T: Scalar> Rollout<T> {
     /// Steps of a world, which may be shared, from its initial state.
     #[must_use]
-    pub fn new(world: impl Into<Arc<World<T, F>>>, plan: &Plan) -> Self {
-        let world = world.into();
-        let steps = Steps::from(world.initial_state());
+    pub fn new<F: Force>(world: impl Into<Arc<World<T, F>>>, plan: &Plan) -> Self {
+        Self::of(world.into(), plan)
+    }
+
+    /// The same of a world whatever its forces.
+    pub(crate) fn of(world: Arc<dyn Stepped<T>>, plan: &Plan) -> Self {
+        let steps = Steps::from(world.system().initial_state());
         Self {
             world,
             plan: *plan,
@@ -77,14 +84,14 @@ impl<T: Scalar, F: Force> Rollout<T, F> {
     /// # Errors
     /// If the state has another number of bodies, a pose that is not rigid, or a number that is not finite.
     pub fn starting_from(self, state: State<T>) -> Result<Self, WorldError> {
-        state.check_fits(&self.world)?;
+        state.check_fits(&self.world.system().bodies)?;
         Ok(self.starting_from_fitting(state))
     }
 
     /// The same rollout from a state that fits the world.
     pub(super) fn starting_from_fitting(self, state: State<T>) -> Self {
         Self {
-            steps: Steps::from(self.world.placed(state)),
+            steps: Steps::from(self.world.system().placed(state)),
             ..self
         }
     }
@@ -110,7 +117,7 @@ impl<T: Scalar, F: Force> Rollout<T, F> {
 
     fn record(&mut self, trajectory: &mut Trajectory<T>) -> Result<(), RolloutError> {
         for step in 1..=self.plan.steps() {
-            let state = self.steps.advance(&self.world, &self.plan)?;
+            let state = self.steps.advance(&*self.world, &self.plan)?;
             if self.plan.records(step) {
                 trajectory.push(state.clone());
             }
@@ -125,17 +132,17 @@ impl<T: Scalar, F: Force> Rollout<T, F> {
     /// # Errors
     /// If the state is not finite, or the step fails the stability check; [`Self::state`] is then still the one before.
     pub fn advance(&mut self) -> Result<&State<T>, RolloutError> {
-        self.steps.advance(&self.world, &self.plan)
+        self.steps.advance(&*self.world, &self.plan)
     }
 }
 
-impl<T: Clone, F> Clone for Rollout<T, F> {
-    fn clone(&self) -> Self {
-        Self {
-            world: Arc::clone(&self.world),
-            plan: self.plan,
-            steps: self.steps.clone(),
-        }
+impl<T: fmt::Debug> fmt::Debug for Rollout<T> {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        formatter
+            .debug_struct("Rollout")
+            .field("plan", &self.plan)
+            .field("steps", &self.steps)
+            .finish_non_exhaustive()
     }
 }
 
@@ -153,25 +160,22 @@ impl<T: Scalar> From<State<T>> for Steps<T> {
 }
 
 impl<T: Scalar> Steps<T> {
-    fn advance<F: Force>(
-        &mut self,
-        world: &World<T, F>,
-        plan: &Plan,
-    ) -> Result<&State<T>, RolloutError> {
+    fn advance(&mut self, world: &dyn Stepped<T>, plan: &Plan) -> Result<&State<T>, RolloutError> {
+        let system = world.system();
         let (step, time_step) = (self.taken + 1, plan.time_step());
         self.next.time = self.state.time;
         self.next.bodies.clone_from(&self.state.bodies);
         let integrator = plan.integrator();
-        integrator.approach(world, &mut self.next, time_step);
-        self.stop_at(self.lost_path(world, step))?;
+        integrator.approach(system, &mut self.next, time_step);
+        self.stop_at(self.lost_path(system, step))?;
         if plan.checks(step) {
-            self.stop_at(self.exceeded_limit(world, step, time_step))?;
+            self.stop_at(self.exceeded_limit(system, step, time_step))?;
         }
         integrator.complete(world, &mut self.next, time_step, &mut self.workspace);
         // From the count of steps: a sum of 10⁶ time steps would have drifted.
         self.next.time = self.start + step as f64 * time_step;
-        let lost = self.lost_path(world, step);
-        self.stop_at(lost.or_else(|| self.lost_body(world, step)))?;
+        let lost = self.lost_path(system, step);
+        self.stop_at(lost.or_else(|| self.lost_body(system, step)))?;
         mem::swap(&mut self.state, &mut self.next);
         self.taken = step;
         Ok(&self.state)
@@ -184,33 +188,33 @@ impl<T: Scalar> Steps<T> {
     }
 
     /// An error, if a path is not finite at the time of the next state.
-    fn lost_path<F>(&self, world: &World<T, F>, step: usize) -> Option<RolloutError> {
+    fn lost_path(&self, system: &System<T>, step: usize) -> Option<RolloutError> {
         let is_prescribed = |body: &Body<T>| matches!(body.motion, Motion::Prescribed(_));
-        let (time, body) = (self.next.time, self.lost(world, is_prescribed)?);
+        let (time, body) = (self.next.time, self.lost(system, is_prescribed)?);
         Some(RolloutError::PathNotFinite { step, time, body })
     }
 
     /// An error, if the next state is not finite.
-    fn lost_body<F>(&self, world: &World<T, F>, step: usize) -> Option<RolloutError> {
-        let (time, body) = (self.next.time, self.lost(world, |_| true)?);
+    fn lost_body(&self, system: &System<T>, step: usize) -> Option<RolloutError> {
+        let (time, body) = (self.next.time, self.lost(system, |_| true)?);
         Some(RolloutError::NotFinite { step, time, body })
     }
 
     /// The name of the first of such bodies whose next state is not finite.
-    fn lost<F>(&self, world: &World<T, F>, is_such: impl Fn(&Body<T>) -> bool) -> Option<String> {
-        let mut bodies = world.bodies.iter().zip(&self.next.bodies);
+    fn lost(&self, system: &System<T>, is_such: impl Fn(&Body<T>) -> bool) -> Option<String> {
+        let mut bodies = system.bodies.iter().zip(&self.next.bodies);
         let (body, _) = bodies.find(|(body, state)| is_such(body) && !state.is_finite())?;
         Some(body.name().to_owned())
     }
 
     /// An error, if the time step is too long where the kick acts.
-    fn exceeded_limit<F: Force>(
+    fn exceeded_limit(
         &self,
-        world: &World<T, F>,
+        system: &System<T>,
         step: usize,
         time_step: f64,
     ) -> Option<RolloutError> {
-        let (limit, bodies) = world.exceeded_limit(&self.next.bodies, time_step)?;
+        let (limit, bodies) = system.exceeded_limit(&self.next.bodies, time_step)?;
         Some(RolloutError::TimeStepTooLong {
             step,
             time: self.state.time,
@@ -221,7 +225,7 @@ impl<T: Scalar> Steps<T> {
     }
 }
 
-impl<T: Scalar, F: Force> Iterator for Rollout<T, F> {
+impl<T: Scalar> Iterator for Rollout<T> {
     type Item = Result<State<T>, RolloutError>;
 
     fn next(&mut self) -> Option<Self::Item> {

@@ -1,5 +1,5 @@
 use super::error::check_finite;
-use super::{Force, World, WorldError};
+use super::{Body, WorldError};
 use crate::scalar::{Scalar, lift_vector, real_vector};
 use crate::spatial::{Pose, Twist};
 use nalgebra::Vector3;
@@ -92,14 +92,14 @@ impl BodyState<f64> {
 }
 
 impl<T: Scalar> State<T> {
-    /// Checks the time, the number of bodies, their poses and twists against the world.
-    pub(super) fn check_fits<F: Force>(&self, world: &World<T, F>) -> Result<(), WorldError> {
+    /// Checks the time, the number of bodies, their poses and twists against the bodies of a world.
+    pub(super) fn check_fits(&self, bodies: &[Body<T>]) -> Result<(), WorldError> {
         check_finite("time of a state", &[self.time])?;
-        let (found, expected) = (self.bodies.len(), world.bodies().len());
+        let (found, expected) = (self.bodies.len(), bodies.len());
         if found != expected {
             return Err(WorldError::StateSize { found, expected });
         }
-        let mut bodies = self.bodies.iter().zip(world.bodies());
+        let mut bodies = self.bodies.iter().zip(bodies);
         bodies.try_for_each(|(state, body)| state.check(body.name()))
     }
 

@@ -2,6 +2,7 @@
 
 use super::force::Control;
 use super::inertia::PrincipalInertia;
+use super::system::System;
 use super::{Body, BodyState, Force, Inertia, Material, Motion, World, WorldError};
 use crate::contact::Shape;
 use crate::mesh::{MeshError, PressureField, TetMesh};
@@ -90,8 +91,9 @@ enum LoadError {
 
 impl<F: Serialize> Serialize for World<f64, F> {
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        let system = &self.system;
         let (mut shapes, mut bodies) = (Vec::<&Arc<Shape>>::new(), Vec::new());
-        for body in &self.bodies {
+        for body in &system.bodies {
             let shared = shapes
                 .iter()
                 .position(|shape| Arc::ptr_eq(shape, &body.shape));
@@ -107,22 +109,22 @@ impl<F: Serialize> Serialize for World<f64, F> {
                 ))
             })?);
         }
-        let name = |index: usize| self.bodies[index].name.clone();
+        let name = |index: usize| system.bodies[index].name.clone();
         let layout = WorldLayout {
-            gravity: self.gravity.into(),
-            slip_tolerance: self.slip_tolerance,
-            start: self.start,
+            gravity: system.gravity.into(),
+            slip_tolerance: system.slip_tolerance,
+            start: system.start,
             shapes: shapes
                 .into_iter()
                 .map(|shape| FieldLayout::of(shape.field()))
                 .collect(),
             bodies,
-            ignored: self
+            ignored: system
                 .ignored
                 .iter()
                 .map(|&(i, j)| [name(i), name(j)])
                 .collect(),
-            controls: self.controls.iter().map(ControlLayout::of).collect(),
+            controls: system.controls.iter().map(ControlLayout::of).collect(),
             forces: &*self.forces,
         };
         layout.serialize(serializer)
@@ -148,7 +150,7 @@ impl<F: Force> WorldLayout<F> {
         let bodies = self.bodies.into_iter().map(|layout| layout.body(&shapes));
         let bodies = bodies.collect::<Result<_, _>>()?;
         // Not through `World::new`, which makes poses orthonormal once more.
-        let mut world = World::starting_at(self.start, bodies)?
+        let mut world = World::without_forces(System::starting_at(self.start, bodies)?)
             .with_gravity(self.gravity.into())?
             .with_slip_tolerance(self.slip_tolerance)?
             .with_forces(self.forces)?;

@@ -1,4 +1,6 @@
+use super::erased::Stepped;
 use super::sweep::Sweep;
+use super::system::System;
 use super::workspace::Workspace;
 use super::{BodyState, Force, Situation, State, World, WorldError, Wrenches};
 use crate::contact::{ContactBody, ContactPair, ContactWrench};
@@ -6,35 +8,57 @@ use crate::scalar::Scalar;
 use crate::spatial::{Pose, Wrench};
 use crate::threads::mapped_into;
 
+/// The wrench on each body of a world about its centre of mass, in world axes, of all but gravity; the controls as of a time
+/// (s) of their own.
+pub(super) fn all_wrenches<'s, T: Scalar>(
+    world: &dyn Stepped<T>,
+    state: &State<T>,
+    control_time: f64,
+    workspace: &'s mut Workspace<T>,
+) -> &'s [Wrench<T>] {
+    let system = world.system();
+    system.add_contact(&state.bodies, workspace);
+    let Workspace { contact, all, .. } = workspace;
+    all.clone_from(contact);
+    let now = Situation {
+        time: state.time,
+        bodies: &system.bodies,
+        states: &state.bodies,
+        gravity: &system.gravity,
+        contact,
+    };
+    let mut wrenches = Wrenches::new(&now, all);
+    for control in &system.controls {
+        if let Some(body) = now.index_of(control.body()) {
+            wrenches.add(body, &control.wrench_at(control_time));
+        }
+    }
+    world.add_forces(&mut wrenches, &now);
+    all
+}
+
 impl<T: Scalar, F: Force> World<T, F> {
-    /// The wrench on each body about its centre of mass, in world axes, of all but gravity; the controls as of a time (s) of
-    /// their own.
-    pub(super) fn all_wrenches<'s>(
+    /// The contact of two bodies by name, in a state: its surface, its elastic wrench, its Jacobian.
+    ///
+    /// # Errors
+    /// If there is no body of one of the names, both are the same, or the state is of another
+    /// world or not usable.
+    pub fn contact_between(
         &self,
         state: &State<T>,
-        control_time: f64,
-        workspace: &'s mut Workspace<T>,
-    ) -> &'s [Wrench<T>] {
-        self.add_contact(&state.bodies, workspace);
-        let Workspace { contact, all, .. } = workspace;
-        all.clone_from(contact);
-        let now = Situation {
-            time: state.time,
-            bodies: &self.bodies,
-            states: &state.bodies,
-            gravity: &self.gravity,
-            contact,
-        };
-        let mut wrenches = Wrenches::new(&now, all);
-        for control in &self.controls {
-            if let Some(body) = now.index_of(control.body()) {
-                wrenches.add(body, &control.wrench_at(control_time));
-            }
+        first: &str,
+        second: &str,
+    ) -> Result<ContactPair<'_, T>, WorldError> {
+        let (i, j) = (self.index_of(first)?, self.index_of(second)?);
+        if i == j {
+            return Err(WorldError::SameBody(first.to_owned()));
         }
-        self.forces.add_to(&mut wrenches, &now);
-        all
+        state.check_fits(self.bodies())?;
+        Ok(self.system.contact_pair(&state.bodies, i, j))
     }
+}
 
+impl<T: Scalar> System<T> {
     /// Net contact wrench on each body, about its centre of mass, in world axes.
     fn add_contact(&self, states: &[BodyState<T>], workspace: &mut Workspace<T>) {
         let Workspace {
@@ -75,25 +99,6 @@ impl<T: Scalar, F: Force> World<T, F> {
             bounds.posed(&state.pose.real())
         });
         sweep.overlapping(boxes, |i, j| self.may_touch(i, j))
-    }
-
-    /// The contact of two bodies by name, in a state: its surface, its elastic wrench, its Jacobian.
-    ///
-    /// # Errors
-    /// If there is no body of one of the names, both are the same, or the state is of another
-    /// world or not usable.
-    pub fn contact_between(
-        &self,
-        state: &State<T>,
-        first: &str,
-        second: &str,
-    ) -> Result<ContactPair<'_, T>, WorldError> {
-        let (i, j) = (self.index_of(first)?, self.index_of(second)?);
-        if i == j {
-            return Err(WorldError::SameBody(first.to_owned()));
-        }
-        state.check_fits(self)?;
-        Ok(self.contact_pair(&state.bodies, i, j))
     }
 
     /// The contact of two bodies.
@@ -147,7 +152,10 @@ mod tests {
 
     fn pairs(world: &World) -> Vec<(usize, usize)> {
         let states = world.initial_state().bodies;
-        world.close_pairs(&states, &mut Sweep::default()).to_vec()
+        world
+            .system
+            .close_pairs(&states, &mut Sweep::default())
+            .to_vec()
     }
 
     #[test]

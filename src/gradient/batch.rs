@@ -68,7 +68,7 @@ impl Batch {
         world: &World<f64, F>,
         parameters: &[Parameter],
         samples: &[impl AsRef<[f64]> + Sync],
-        read: impl Fn(&Experiment<F>) -> Result<O, GradientError> + Sync,
+        read: impl Fn(&Experiment) -> Result<O, GradientError> + Sync,
     ) -> Vec<Result<O, GradientError>> {
         let job = |sample: &_| {
             contained(|| {

@@ -1,6 +1,6 @@
 use super::outcome::numbers;
 use super::{GradientError, OutcomeJacobian, Parameter};
-use crate::dynamics::{Force, State, World};
+use crate::dynamics::{State, System};
 use crate::scalar::DenseDual;
 use nalgebra::DMatrix;
 
@@ -62,9 +62,9 @@ impl Breakdown {
     }
 
     /// As an error, beside all that was found.
-    pub(super) fn into_error<F: Force>(
+    pub(super) fn into_error(
         self,
-        world: &World<f64, F>,
+        system: &System,
         parameters: &[Parameter],
         found: OutcomeJacobian,
     ) -> GradientError {
@@ -75,7 +75,7 @@ impl Breakdown {
             Place::State { step, time, body } => GradientError::StateDerivativeNotFinite {
                 step,
                 time,
-                body: world.bodies()[body].name().to_owned(),
+                body: system.bodies[body].name().to_owned(),
                 number,
                 found,
             },

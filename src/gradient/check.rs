@@ -1,6 +1,6 @@
 use super::error::same_length;
+use super::widths::OutcomeOfAll;
 use super::{Experiment, GradientError, Outcome, Parameter};
-use crate::dynamics::Force;
 use nalgebra::{DMatrix, DVector, DVectorView};
 use std::fmt;
 
@@ -78,7 +78,7 @@ impl fmt::Display for DifferenceCheck {
     }
 }
 
-impl<F: Force> Experiment<F> {
+impl Experiment {
     /// Compares the Jacobian with central differences at seven step sizes.
     ///
     /// Derivatives that are not finite, which [`Self::jacobian`] refuses, are infinite errors here, so
@@ -94,6 +94,14 @@ impl<F: Force> Experiment<F> {
         &self,
         parameters: &[Parameter],
         outcome: &impl Outcome,
+    ) -> Result<DifferenceCheck, GradientError> {
+        self.difference_check_of(parameters, outcome)
+    }
+
+    fn difference_check_of(
+        &self,
+        parameters: &[Parameter],
+        outcome: &dyn OutcomeOfAll,
     ) -> Result<DifferenceCheck, GradientError> {
         let (expected, _) = self.differentiated(parameters, outcome)?;
         let scales = self.scales(parameters);
@@ -129,7 +137,7 @@ impl<F: Force> Experiment<F> {
         &self,
         parameters: &[Parameter],
         change: &[f64],
-        outcome: &impl Outcome,
+        outcome: &dyn OutcomeOfAll,
     ) -> Result<[DVector<f64>; 2], GradientError> {
         let opposite: Vec<f64> = change.iter().map(|number| -number).collect();
         let ahead = DVector::from_vec(self.value_beside(parameters, change, outcome)?);

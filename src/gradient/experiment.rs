@@ -1,8 +1,10 @@
+use super::widths::{Differentiable, OutcomeIn, OutcomeOfAll};
 use super::{GradientError, Outcome, Parameter};
-use crate::dynamics::{Control, Force, Plan, Recorded, Rollout, World};
+use crate::dynamics::{Force, Plan, Recorded, Rollout, Stepped, System, World};
 use crate::scalar::Scalar;
 use crate::threads::contained;
 use nalgebra::{DMatrix, DVector};
+use std::fmt;
 use std::sync::Arc;
 
 /// A world rolled out for a number of steps, to be differentiated.
@@ -10,19 +12,10 @@ use std::sync::Arc;
 /// A rollout that ends early has no outcome. The error says when and why; [`Self::trajectory`] gives
 /// the states before. A panic in a function that was passed in (a force, a path, an
 /// outcome) is such an error too.
-#[derive(Debug)]
-pub struct Experiment<F = ()> {
-    pub(super) world: Arc<World<f64, F>>,
+#[derive(Clone)]
+pub struct Experiment {
+    world: Arc<dyn Differentiable>,
     plan: Plan,
-}
-
-impl<F> Clone for Experiment<F> {
-    fn clone(&self) -> Self {
-        Self {
-            world: Arc::clone(&self.world),
-            plan: self.plan,
-        }
-    }
 }
 
 /// What an outcome is, and its derivatives.
@@ -36,20 +29,22 @@ pub struct OutcomeJacobian {
     pub jacobian: DMatrix<f64>,
 }
 
-impl<F: Force> Experiment<F> {
-    /// Rollouts of a world, its own or a shared one, from its initial state, by a plan.
+impl Experiment {
+    /// Rollouts of a world, which may be shared, from its initial state, by a plan.
     #[must_use]
-    pub fn new(world: impl Into<Arc<World<f64, F>>>, plan: &Plan) -> Self {
-        Self {
-            world: world.into(),
-            plan: *plan,
-        }
+    pub fn new<F: Force>(world: impl Into<Arc<World<f64, F>>>, plan: &Plan) -> Self {
+        let world: Arc<World<f64, F>> = world.into();
+        Self { world, plan: *plan }
+    }
+
+    /// All of the world but its forces.
+    pub(super) fn system(&self) -> &System {
+        self.world.system()
     }
 
     /// The world.
-    #[must_use]
-    pub fn world(&self) -> &World<f64, F> {
-        &self.world
+    pub(super) fn world(&self) -> &dyn Differentiable {
+        &*self.world
     }
 
     /// The plan.
@@ -63,7 +58,7 @@ impl<F: Force> Experiment<F> {
     /// # Errors
     /// If the rollout ends early; the error holds the trajectory up to there.
     pub fn trajectory(&self) -> Recorded {
-        Rollout::new(Arc::clone(&self.world), &self.plan).recorded()
+        Rollout::of(self.world.clone(), &self.plan).recorded()
     }
 
     /// The outcome without derivatives.
@@ -71,7 +66,11 @@ impl<F: Force> Experiment<F> {
     /// # Errors
     /// If the rollout ends early.
     pub fn value(&self, outcome: &impl Outcome) -> Result<Vec<f64>, GradientError> {
-        self.outcome_of(Arc::clone(&self.world), outcome)
+        self.value_of(outcome)
+    }
+
+    pub(super) fn value_of(&self, outcome: &dyn OutcomeOfAll) -> Result<Vec<f64>, GradientError> {
+        self.outcome_of(self.world.clone(), outcome)
     }
 
     /// The outcome and its derivatives by the parameters: forward mode, all in one rollout on dual
@@ -94,7 +93,7 @@ impl<F: Force> Experiment<F> {
         let (found, breakdown) = self.differentiated(parameters, outcome)?;
         match breakdown {
             None => Ok(found),
-            Some(breakdown) => Err(breakdown.into_error(&self.world, parameters, found)),
+            Some(breakdown) => Err(breakdown.into_error(self.system(), parameters, found)),
         }
     }
 
@@ -124,7 +123,8 @@ impl<F: Force> Experiment<F> {
         changes: &[f64],
         outcome: &impl Outcome,
     ) -> Result<Vec<f64>, GradientError> {
-        self.outcome_of(self.world.changed(parameters, changes)?, outcome)
+        let system = changed_within_range(self.system(), parameters, changes)?;
+        self.outcome_of(self.world.with_system(system), outcome)
     }
 
     /// The outcome beside the world's own parameters, where a material's number may have left its
@@ -133,15 +133,16 @@ impl<F: Force> Experiment<F> {
         &self,
         parameters: &[Parameter],
         changes: &[f64],
-        outcome: &impl Outcome,
+        outcome: &dyn OutcomeOfAll,
     ) -> Result<Vec<f64>, GradientError> {
-        self.outcome_of(changed(&self.world, parameters, changes), outcome)
+        let system = changed(self.system(), parameters, changes);
+        self.outcome_of(self.world.with_system(system), outcome)
     }
 
     /// For each number of the parameters, a typical change.
     pub(super) fn scales(&self, parameters: &[Parameter]) -> Vec<f64> {
         let scale = |parameter: &Parameter| {
-            std::iter::repeat_n(parameter.scale(&self.world), parameter.dimension())
+            std::iter::repeat_n(parameter.scale(self.system()), parameter.dimension())
         };
         parameters.iter().flat_map(scale).collect()
     }
@@ -149,11 +150,20 @@ impl<F: Force> Experiment<F> {
     /// The outcome of a rollout of the world, or of one that was made of it.
     pub(super) fn outcome_of<T: Scalar>(
         &self,
-        world: impl Into<Arc<World<T, F>>>,
-        outcome: &impl Outcome,
+        world: Arc<dyn Stepped<T>>,
+        outcome: &(impl OutcomeIn<T> + ?Sized),
     ) -> Result<Vec<T>, GradientError> {
-        let trajectory = Rollout::new(world, &self.plan).recorded()?;
-        contained(|| Ok(outcome.of(&trajectory)))
+        let trajectory = Rollout::of(world, &self.plan).recorded()?;
+        contained(|| Ok(outcome.of_trajectory(&trajectory)))
+    }
+}
+
+impl fmt::Debug for Experiment {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        formatter
+            .debug_struct("Experiment")
+            .field("plan", &self.plan)
+            .finish_non_exhaustive()
     }
 }
 
@@ -169,43 +179,49 @@ impl<F: Force> World<f64, F> {
         parameters: &[Parameter],
         changes: &[f64],
     ) -> Result<Self, GradientError> {
-        let (found, expected) = (changes.len(), checked_dimension(self, parameters)?);
-        if found != expected {
-            return Err(GradientError::ChangeCount { found, expected });
-        }
-        let world = changed(self, parameters, changes);
-        let start = world.initial_state().time;
-        let mut bodies = world.bodies.iter();
-        bodies.try_for_each(|body| body.check(start))?;
-        world.controls.iter().try_for_each(Control::check)?;
-        let gravity = world.gravity;
-        Ok(world.with_gravity(gravity)?)
+        let system = changed_within_range(&self.system, parameters, changes)?;
+        Ok(self.with(system))
     }
 }
 
-/// Number of numbers in the parameters, if the world has them.
-pub(super) fn checked_dimension<F: Force>(
-    world: &World<f64, F>,
+/// Number of numbers in the parameters, if the system has them.
+pub(super) fn checked_dimension(
+    system: &System,
     parameters: &[Parameter],
 ) -> Result<usize, GradientError> {
     parameters
         .iter()
-        .try_for_each(|parameter| parameter.check(world))?;
+        .try_for_each(|parameter| parameter.check(system))?;
     Ok(parameters.iter().map(Parameter::dimension).sum())
 }
 
-/// The world after changes of the parameters, which it has.
-pub(super) fn changed<T: Scalar, F: Force>(
-    world: &World<f64, F>,
+/// The system after changes of the parameters, all checked.
+fn changed_within_range(
+    system: &System,
+    parameters: &[Parameter],
+    changes: &[f64],
+) -> Result<System, GradientError> {
+    let (found, expected) = (changes.len(), checked_dimension(system, parameters)?);
+    if found != expected {
+        return Err(GradientError::ChangeCount { found, expected });
+    }
+    let system = changed(system, parameters, changes);
+    system.check()?;
+    Ok(system)
+}
+
+/// The system after changes of the parameters, which it has.
+pub(super) fn changed<T: Scalar>(
+    system: &System,
     parameters: &[Parameter],
     changes: &[T],
-) -> World<T, F> {
-    let mut world = world.lifted();
+) -> System<T> {
+    let mut system = system.lifted();
     let mut rest = changes;
     for parameter in parameters {
         let (own, others) = rest.split_at(parameter.dimension());
-        parameter.change(&mut world, own);
+        parameter.change(&mut system, own);
         rest = others;
     }
-    world
+    system
 }

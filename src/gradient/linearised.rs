@@ -1,6 +1,6 @@
 use super::outcome::numbers;
 use super::{Experiment, GradientError, Outcome, OutcomeJacobian, Parameter};
-use crate::dynamics::{Force, LOCAL, Trajectory};
+use crate::dynamics::{LOCAL, Trajectory};
 use crate::scalar::Scalar;
 use nalgebra::{DMatrix, Matrix3, Vector3};
 use std::sync::Arc;
@@ -34,7 +34,7 @@ impl Outcome for LastStates {
     }
 }
 
-impl<F: Force> Experiment<F> {
+impl Experiment {
     /// The last state by the initial one and by parameters, in local coordinates, over all steps of the plan. A world that
     /// [starts from](crate::dynamics::World::starting_from) a later state gives the rest of a rollout, or one step of it.
     ///
@@ -59,9 +59,10 @@ impl<F: Force> Experiment<F> {
     /// [`FinalState`](super::FinalState), by orientation, position, spin and velocity of each dynamic body, then by the
     /// parameters.
     pub fn linearised(&self, parameters: &[Parameter]) -> Result<LinearisedRollout, GradientError> {
-        let bodies: Vec<usize> = self.world().dynamic_bodies().collect();
+        let system = self.system();
+        let bodies: Vec<usize> = system.dynamic_bodies().collect();
         let start = bodies.iter().flat_map(|&body| {
-            let name: Arc<str> = self.world().bodies()[body].name().into();
+            let name: Arc<str> = system.bodies[body].name().into();
             [
                 Parameter::InitialOrientation(Arc::clone(&name)),
                 Parameter::InitialPosition(Arc::clone(&name)),

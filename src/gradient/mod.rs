@@ -54,6 +54,7 @@ mod linearised;
 mod outcome;
 mod parameter;
 mod passes;
+mod widths;
 mod wrench_jacobian;
 
 pub use check::DifferenceCheck;

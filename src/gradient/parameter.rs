@@ -1,5 +1,5 @@
 use super::GradientError;
-use crate::dynamics::{Body, Force, Motion, World};
+use crate::dynamics::{Body, Motion, System};
 use crate::scalar::{Scalar, lift_vector};
 use crate::spatial::Twist;
 use nalgebra::Vector3;
@@ -77,14 +77,14 @@ impl Parameter {
         }
     }
 
-    /// Checks that the world has the parameter.
-    pub(super) fn check<F: Force>(&self, world: &World<f64, F>) -> Result<(), GradientError> {
+    /// Checks that the system has the parameter.
+    pub(super) fn check(&self, system: &System) -> Result<(), GradientError> {
         let Some(name) = self.body() else {
             return Ok(());
         };
-        let body = &world.bodies()[world.index_of(name)?];
+        let body = &system.bodies[system.index_of(name)?];
         if let Self::Control(_, interval) = self {
-            let mut controls = world.controls().iter();
+            let mut controls = system.controls.iter();
             let control = controls.find(|control| control.body() == name);
             let intervals = control.map_or(0, |control| control.wrenches().len());
             return if *interval < intervals {
@@ -127,9 +127,9 @@ impl Parameter {
 
     /// A typical change of the parameter, which difference steps are multiples of: the value itself
     /// for a material or a mass, 1 in SI units for all else.
-    pub(super) fn scale<F: Force>(&self, world: &World<f64, F>) -> f64 {
-        let body = self.body().and_then(|name| world.index_of(name).ok());
-        let Some(body) = body.map(|index| &world.bodies()[index]) else {
+    pub(super) fn scale(&self, system: &System) -> f64 {
+        let body = self.body().and_then(|name| system.index_of(name).ok());
+        let Some(body) = body.map(|index| &system.bodies[index]) else {
             return 1.0;
         };
         let value = match self {
@@ -142,23 +142,23 @@ impl Parameter {
         if value > 0.0 { value } else { 1.0 }
     }
 
-    /// Changes the parameter in a world that has it.
-    pub(super) fn change<T: Scalar, F: Force>(&self, world: &mut World<T, F>, change: &[T]) {
+    /// Changes the parameter in a system that has it.
+    pub(super) fn change<T: Scalar>(&self, system: &mut System<T>, change: &[T]) {
         let zero = lift_vector(&Vector3::zeros());
         let vector = || Vector3::new(change[0], change[1], change[2]);
         let Some(name) = self.body() else {
-            world.gravity += vector();
+            system.gravity += vector();
             return;
         };
         if let Self::Control(_, interval) = self {
-            let control = world.controls.iter_mut().find(|it| it.body() == name);
+            let control = system.controls.iter_mut().find(|it| it.body() == name);
             if let Some(wrench) = control.and_then(|control| control.wrench_mut(*interval)) {
                 wrench.torque += vector();
                 wrench.force += Vector3::new(change[3], change[4], change[5]);
             }
             return;
         }
-        let Some(body) = world.bodies.iter_mut().find(|body| body.name() == name) else {
+        let Some(body) = system.bodies.iter_mut().find(|body| body.name() == name) else {
             return;
         };
         match self {
@@ -181,21 +181,21 @@ impl Parameter {
     }
 }
 
-/// Checks that all pairs of a world have a law that can be differentiated by the parameters together.
-pub(super) fn check_together<F: Force>(
+/// Checks that all pairs of a system have a law that can be differentiated by the parameters together.
+pub(super) fn check_together(
     parameters: &[Parameter],
-    world: &World<f64, F>,
+    system: &System,
 ) -> Result<(), GradientError> {
     let without_friction = |index: &usize| {
-        let name = world.bodies()[*index].name();
+        let name = system.bodies[*index].name();
         let is_parameter = parameters.contains(&Parameter::Friction(name.into()));
-        is_parameter && world.bodies()[*index].material.friction <= 0.0
+        is_parameter && system.bodies[*index].material.friction <= 0.0
     };
-    let bodies: Vec<usize> = (0..world.bodies().len()).filter(without_friction).collect();
+    let bodies: Vec<usize> = (0..system.bodies.len()).filter(without_friction).collect();
     for (place, &i) in bodies.iter().enumerate() {
         let mut others = bodies[place + 1..].iter();
-        if let Some(&j) = others.find(|&&j| world.may_touch(i, j)) {
-            let bodies = [i, j].map(|index| world.bodies()[index].name().to_owned());
+        if let Some(&j) = others.find(|&&j| system.may_touch(i, j)) {
+            let bodies = [i, j].map(|index| system.bodies[index].name().to_owned());
             return Err(GradientError::NoFriction { bodies });
         }
     }

@@ -2,33 +2,27 @@ use super::breakdown::{Breakdown, columns_not_finite};
 use super::error::same_length;
 use super::experiment::{changed, checked_dimension};
 use super::parameter::check_together;
-use super::{Experiment, GradientError, Outcome, OutcomeJacobian, Parameter};
-use crate::dynamics::{Force, Rollout, World};
+use super::widths::{MIDDLE, NARROW, OutcomeIn, OutcomeOfAll, WIDE};
+use super::{Experiment, GradientError, OutcomeJacobian, Parameter};
+use crate::dynamics::{ActsIn, Rollout, Stepped};
 use crate::scalar::{DenseDual, lift};
 use crate::threads::contained;
 use nalgebra::{DMatrix, DVector};
 use std::ops::Range;
 use std::sync::Arc;
 
-/// Widths of the dual numbers that parameters are seeded in: the narrowest that holds them all, or
-/// the widest several times. Contacts are evaluated once a pass, so a wide pass is cheaper than
-/// several; but each width is compiled, so they are few.
-const NARROW: usize = 6;
-const MIDDLE: usize = 12;
-const WIDE: usize = 96;
-
 /// The outcome, its derivatives, and where one of them stopped being finite.
 type Pass = (OutcomeJacobian, Option<Breakdown>);
 
-impl<F: Force> Experiment<F> {
+impl Experiment {
     /// The outcome and its derivatives by the parameters, whether finite or not.
     pub(super) fn differentiated(
         &self,
         parameters: &[Parameter],
-        outcome: &impl Outcome,
+        outcome: &dyn OutcomeOfAll,
     ) -> Result<Pass, GradientError> {
-        let count = checked_dimension(&self.world, parameters)?;
-        check_together(parameters, &self.world)?;
+        let count = checked_dimension(self.system(), parameters)?;
+        check_together(parameters, self.system())?;
         let passes = (0..count)
             .step_by(WIDE)
             .map(|first| self.pass(parameters, first..count.min(first + WIDE), outcome))
@@ -37,7 +31,7 @@ impl<F: Force> Experiment<F> {
         same_length(found.iter().map(|pass| &pass.value))?;
         // Real parts of dual numbers are the rollout in `f64`, so its value comes with the first pass.
         let Some(OutcomeJacobian { value, .. }) = found.first() else {
-            let value = DVector::from_vec(self.value(outcome)?);
+            let value = DVector::from_vec(self.value_of(outcome)?);
             let jacobian = DMatrix::zeros(value.len(), 0);
             return Ok((OutcomeJacobian { value, jacobian }, None));
         };
@@ -57,23 +51,25 @@ impl<F: Force> Experiment<F> {
         &self,
         parameters: &[Parameter],
         range: Range<usize>,
-        outcome: &impl Outcome,
+        outcome: &dyn OutcomeOfAll,
     ) -> Result<Pass, GradientError> {
+        let world = self.world();
         if range.len() <= NARROW {
-            self.pass_of::<NARROW>(parameters, range, outcome)
+            self.pass_of::<NARROW>(world, parameters, range, outcome)
         } else if range.len() <= MIDDLE {
-            self.pass_of::<MIDDLE>(parameters, range, outcome)
+            self.pass_of::<MIDDLE>(world, parameters, range, outcome)
         } else {
-            self.pass_of::<WIDE>(parameters, range, outcome)
+            self.pass_of::<WIDE>(world, parameters, range, outcome)
         }
     }
 
     /// The same by the numbers of the parameters in a range, at most `WIDTH`.
     fn pass_of<const WIDTH: usize>(
         &self,
+        world: &dyn ActsIn<DenseDual<WIDTH>>,
         parameters: &[Parameter],
         range: Range<usize>,
-        outcome: &impl Outcome,
+        outcome: &dyn OutcomeIn<DenseDual<WIDTH>>,
     ) -> Result<Pass, GradientError> {
         let count = parameters.iter().map(Parameter::dimension).sum();
         // Numbers beyond the range have indices beyond the width, and so no derivative: only a full range has any behind it.
@@ -82,7 +78,7 @@ impl<F: Force> Experiment<F> {
             None => lift(0.0),
         };
         let seeds: Vec<DenseDual<WIDTH>> = (0..count).map(seed).collect();
-        let world = Arc::new(changed(&self.world, parameters, &seeds));
+        let world = world.with_system(changed(self.system(), parameters, &seeds));
         let numbers = self.outcome_of(Arc::clone(&world), outcome)?;
         let derivative = |row: usize, column: usize| numbers[row].eps[column];
         let found = OutcomeJacobian {
@@ -97,14 +93,14 @@ impl<F: Force> Experiment<F> {
     /// a look at every state.
     fn breakdown<const WIDTH: usize>(
         &self,
-        world: Arc<World<DenseDual<WIDTH>, F>>,
+        world: Arc<dyn Stepped<DenseDual<WIDTH>>>,
         jacobian: &DMatrix<f64>,
     ) -> Result<Option<Breakdown>, GradientError> {
         let Some(in_outcome) = Breakdown::in_outcome(jacobian) else {
             return Ok(None);
         };
         let columns = columns_not_finite(jacobian);
-        let mut rollout = Rollout::new(world, self.plan());
+        let mut rollout = Rollout::of(world, self.plan());
         for step in 0..=self.plan().steps() {
             if step > 0 {
                 contained(|| rollout.advance().map(|_| ()))?;

@@ -57,7 +57,7 @@ pub struct Wrenches<'a, T = f64> {
 ///     }
 /// }
 /// ```
-pub trait Force: Send + Sync {
+pub trait Force: Send + Sync + 'static {
     /// Adds the wrenches on all bodies.
     fn add_to<T: Scalar>(&self, wrenches: &mut Wrenches<T>, now: &Situation<T>);
 

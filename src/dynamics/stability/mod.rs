@@ -4,6 +4,7 @@ mod limit;
 mod pair;
 
 use super::sweep::Sweep;
+use super::system::System;
 use super::{BodyState, Force, State, World, WorldError};
 use crate::scalar::Scalar;
 use crate::threads::mapped_into;
@@ -79,11 +80,13 @@ impl<T: Scalar, F: Force> World<T, F> {
     /// # Errors
     /// If the state does not fit the world: another number of bodies, a pose that is not rigid, or a number that is not finite.
     pub fn largest_stable_step(&self, state: &State<T>) -> Result<Option<f64>, WorldError> {
-        state.check_fits(self)?;
-        let rates = self.rates(&state.bodies);
+        state.check_fits(self.bodies())?;
+        let rates = self.system.rates(&state.bodies);
         Ok(stability_limit(&rates, state.bodies.len()))
     }
+}
 
+impl<T: Scalar> System<T> {
     /// Whether a time step is too long for the contacts of a state: if so the limit (s), and the
     /// names of the two bodies in the stiffest contact.
     pub(super) fn exceeded_limit(

@@ -1,7 +1,7 @@
 //! Which states of a trajectory are shown, and when.
 
 use super::drawing::single;
-use crate::dynamics::{Contact, Force, State, Trajectory, World};
+use crate::dynamics::{Contact, State, System, Trajectory};
 
 /// Frames for each second of the recording, at most.
 const RATE: f64 = 60.0;
@@ -17,8 +17,8 @@ pub(super) struct Frame<'a> {
 }
 
 /// The states that are shown, time passing so many times slower.
-pub(super) fn frames<'a, F: Force>(
-    world: &World<f64, F>,
+pub(super) fn frames<'a>(
+    system: &System,
     trajectory: &'a Trajectory,
     slowdown: f64,
 ) -> Vec<Frame<'a>> {
@@ -31,7 +31,7 @@ pub(super) fn frames<'a, F: Force>(
     let frame = |place: usize| Frame {
         time: times[place],
         state: &states[place],
-        contacts: world.contacts_of_fitting(&states[place]),
+        contacts: system.contacts(&states[place]),
     };
     shown(&times).into_iter().map(frame).collect()
 }

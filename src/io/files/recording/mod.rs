@@ -16,7 +16,7 @@ use super::FileError;
 use super::mesh_file::{extension, unknown_extension};
 use super::replacement::write_whole;
 use super::trajectory::check_fits;
-use crate::dynamics::{Force, Trajectory, World};
+use crate::dynamics::{Force, System, Trajectory, World};
 use document::{Document, Unwritable};
 use drawing::single;
 use marks::{Path as MarkedPath, Target};
@@ -82,8 +82,8 @@ const EXTENSIONS: &[&str] = &["glb"];
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 #[derive(Debug)]
-pub struct Recording<F = ()> {
-    world: World<f64, F>,
+pub struct Recording {
+    system: System,
     trajectory: Trajectory,
     slowdown: f64,
     camera: Option<Camera>,
@@ -91,12 +91,12 @@ pub struct Recording<F = ()> {
     paths: Vec<MarkedPath>,
 }
 
-impl<F: Force> Recording<F> {
+impl Recording {
     /// In real time, without marks.
     #[must_use]
-    pub fn new(world: &World<f64, F>, trajectory: &Trajectory) -> Self {
+    pub fn new<F: Force>(world: &World<f64, F>, trajectory: &Trajectory) -> Self {
         Self {
-            world: world.clone(),
+            system: world.system.clone(),
             trajectory: trajectory.clone(),
             slowdown: 1.0,
             camera: None,
@@ -159,7 +159,7 @@ impl<F: Force> Recording<F> {
                 found: self.slowdown,
             });
         }
-        check_fits(path, &self.world, &self.trajectory)?;
+        check_fits(path, &self.system.bodies, &self.trajectory)?;
         self.check_marks(path)?;
         let glb = self.glb().map_err(|why| unwritable(path, why))?;
         write_whole(path, |file| file.write_all(&glb))
@@ -187,8 +187,8 @@ impl<F: Force> Recording<F> {
     }
 
     fn glb(&self) -> Result<Vec<u8>, Unwritable> {
-        let bodies = self.world.bodies();
-        let frames = frames::frames(&self.world, &self.trajectory, self.slowdown);
+        let bodies = &self.system.bodies;
+        let frames = frames::frames(&self.system, &self.trajectory, self.slowdown);
         let mut document = Document::new();
         let times = frames.iter().flat_map(|frame| single([frame.time]));
         document.data.begin("the times");
@@ -206,7 +206,7 @@ impl<F: Force> Recording<F> {
         }
         marks::add_targets(&mut document, &self.targets);
         marks::add_paths(&mut document, &self.paths, TUBE * length);
-        let up = view::up(self.world.gravity());
+        let up = view::up(&self.system.gravity);
         if let Some(camera) = &self.camera {
             camera.add_to(&mut document, &up);
         }

@@ -96,18 +96,19 @@ pub fn write_trajectory<F: Force>(
         "parquet" => parquet_file::write,
         _ => return Err(unknown_extension(path, EXTENSIONS)),
     };
-    check_fits(path, world, trajectory)?;
-    write_whole(path, |file| write(file, &mut rows(world, trajectory)))
+    let bodies = world.bodies();
+    check_fits(path, bodies, trajectory)?;
+    write_whole(path, |file| write(file, &mut rows(bodies, trajectory)))
 }
 
 /// Checks that all states have as many bodies as the world.
-pub(super) fn check_fits<F: Force>(
+pub(super) fn check_fits(
     path: &Path,
-    world: &World<f64, F>,
+    bodies: &[Body],
     trajectory: &Trajectory,
 ) -> Result<(), FileError> {
     let mut states = trajectory.states().iter();
-    states.try_for_each(|state| check_count(path, world.bodies(), state))
+    states.try_for_each(|state| check_count(path, bodies, state))
 }
 
 /// Checks that a state has as many bodies as the world.
@@ -124,12 +125,9 @@ fn check_count(path: &Path, bodies: &[Body], state: &State) -> Result<(), FileEr
 }
 
 /// The rows of the table: all bodies of the first state, then those of the next.
-fn rows<'a, F: Force>(
-    world: &'a World<f64, F>,
-    trajectory: &'a Trajectory,
-) -> impl Iterator<Item = Row<'a>> {
+fn rows<'a>(bodies: &'a [Body], trajectory: &'a Trajectory) -> impl Iterator<Item = Row<'a>> {
     let states = trajectory.states().iter();
-    states.flat_map(|state| rows_of(world.bodies(), state))
+    states.flat_map(|state| rows_of(bodies, state))
 }
 
 /// The rows of a state.

@@ -1,0 +1,47 @@
+//! The dual numbers that rollouts are differentiated in, and what a program brings to them: its world's forces and its
+//! outcome. All else is compiled once, in this library.
+
+use super::Outcome;
+use crate::dynamics::{ActsIn, Force, Stepped, Trajectory, World};
+use crate::scalar::{DenseDual, Scalar};
+
+/// Widths of the dual numbers that parameters are seeded in: the narrowest that holds them all, or the widest several times.
+/// Contacts are evaluated once a pass, so a wide pass is cheaper than several; but each width is compiled, so they are few.
+pub(super) const NARROW: usize = 6;
+pub(super) const MIDDLE: usize = 12;
+pub(super) const WIDE: usize = 96;
+
+/// A world that steps in `f64`, and after a change in `f64` and in every width.
+pub(super) trait Differentiable:
+    Stepped<f64>
+    + ActsIn<f64>
+    + ActsIn<DenseDual<NARROW>>
+    + ActsIn<DenseDual<MIDDLE>>
+    + ActsIn<DenseDual<WIDE>>
+{
+}
+
+impl<F: Force> Differentiable for World<f64, F> {}
+
+/// An outcome in `T`.
+pub(super) trait OutcomeIn<T>: Sync {
+    /// The numbers of interest.
+    fn of_trajectory(&self, trajectory: &Trajectory<T>) -> Vec<T>;
+}
+
+impl<T: Scalar, O: Outcome> OutcomeIn<T> for O {
+    fn of_trajectory(&self, trajectory: &Trajectory<T>) -> Vec<T> {
+        self.of(trajectory)
+    }
+}
+
+/// An outcome in `f64` and in every width.
+pub(super) trait OutcomeOfAll:
+    OutcomeIn<f64>
+    + OutcomeIn<DenseDual<NARROW>>
+    + OutcomeIn<DenseDual<MIDDLE>>
+    + OutcomeIn<DenseDual<WIDE>>
+{
+}
+
+impl<O: Outcome> OutcomeOfAll for O {}
