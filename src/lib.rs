@@ -24,7 +24,7 @@
 //!
 //! A program gives the same bits in every run, with any number of threads: wrenches, Jacobians, rollouts,
 //! batches and files. The compiler neither fuses products with sums nor reorders them, so builds should agree
-//! as well: those at optimisation levels 0 and 2 did (`cargo test --test reproducible -- --nocapture` prints
+//! as well: those at optimisation levels 0 and 2 did (`cargo test --test threads reproducible:: -- --nocapture` prints
 //! hashes to compare).
 //!
 //! No bits are promised between platforms or versions of Rust: turning bodies takes sines and cosines, whose last

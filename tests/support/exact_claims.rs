@@ -34,7 +34,7 @@ pub struct Comparison {
     /// Contact polygons of the twin.
     pub polygons: usize,
     /// The difference, as so many times what round-off explains. At most 1 where the wrench is determined;
-    /// the largest of 11,000 pairs is 0.76 (`cargo test --test exact_twin -- --ignored --nocapture`).
+    /// the largest of 11,000 pairs is 0.76 (`cargo test --test contact exact_twin:: -- --ignored --nocapture`).
     pub ratio: f64,
     /// The difference, as so many times what the wrench may jump by. At most 1 everywhere.
     pub jump: f64,

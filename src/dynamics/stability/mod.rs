@@ -45,7 +45,7 @@ impl<T: Scalar, F: Force> World<T, F> {
     ///   state, or along the way: [`Plan::with_stability_check`](super::Plan::with_stability_check).
     /// - Contacts alone: drag, springs and other forces are not included.
     /// - The symmetric parts of stiffness and damping, and no stiffness of friction. Where contacts slide
-    ///   this changes the limit by a per cent or so (`cargo test --test stability -- --nocapture`), where a weak contact
+    ///   this changes the limit by a per cent or so (`cargo test --test dynamics stability:: -- --nocapture`), where a weak contact
     ///   slides fast by more.
     /// - The growth that a time step makes. What is unstable by nature, like a pencil on its tip, stays
     ///   so at any step.

@@ -54,7 +54,7 @@ const EXTENSIONS: &[&str] = &["glb"];
 /// state.
 ///
 /// A contact surface has other polygons at any time, so each shown has a mesh of its own: some 25 bytes
-/// for each polygon, and 860 bytes (`cargo test --test recording`). A recording has no more than 240 of
+/// for each polygon, and 860 bytes (`cargo test --test io recording::`). A recording has no more than 240 of
 /// them; where more frames have contacts, one stands for several.
 ///
 /// ```

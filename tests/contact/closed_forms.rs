@@ -1,0 +1,236 @@
+//! Wrenches against values that can be written down.
+#![allow(
+    clippy::redundant_closure_for_method_calls,
+    reason = "a method's path is not general enough in its lifetimes"
+)]
+
+use crate::support::scenes::pair;
+use hydroelastic::contact::{ContactPair, Culling, Search, Shape};
+use hydroelastic::mesh::{PressureField, TetMesh, shapes};
+use hydroelastic::spatial::Pose;
+use nalgebra::{Vector3, vector};
+use std::f64::consts::PI;
+
+/// Round-off of a sum over some hundred polygons.
+const EXACT: f64 = 1e-12;
+
+/// The table's rest depth comes from a root finder; the digits it prints.
+const REST_DEPTH: f64 = 1e-9;
+
+/// The nine digits the table prints of the frequency.
+const FREQUENCY: f64 = 2e-9;
+
+/// Each printed digit of the table of relative errors.
+const PRINTED: f64 = 6e-4;
+
+fn at(x: f64, y: f64, z: f64) -> Pose {
+    Pose::from_translation(vector![x, y, z])
+}
+
+fn icospheres_of_the_paper(shape: &Shape) -> ContactPair<'_> {
+    pair(
+        (shape, at(0.031, -0.5, 0.052), 1.0),
+        (shape, at(0.0, 0.5, 0.0), 1.0),
+    )
+}
+
+#[test]
+fn icosphere_pairs_have_the_force_of_three_independent_codes() {
+    let expected = [
+        (
+            1,
+            vector![
+                0.013_362_484_175_243,
+                -0.441_277_152_337_403,
+                0.023_269_900_431_408
+            ],
+        ),
+        (
+            2,
+            vector![
+                0.015_412_652_420_915,
+                -0.500_327_868_058_84,
+                0.026_029_548_602_807
+            ],
+        ),
+    ];
+    for (subdivisions, force) in expected {
+        let shape = Shape::new(shapes::icosphere(1.0, subdivisions).unwrap());
+        let found = icospheres_of_the_paper(&shape).wrench().on_a.force;
+        assert!((found - force).amax() <= EXACT, "{found:?}");
+    }
+}
+
+#[test]
+fn work_counts_of_the_papers_scene_stay_as_they_are() {
+    let shape = Shape::new(shapes::icosphere(1.0, 2).unwrap());
+    let pair = icospheres_of_the_paper(&shape);
+    let followed = pair.work_count();
+    let culled = pair
+        .with_search(Search::Culling(Culling::default()))
+        .work_count();
+    assert_eq!([followed.polygons, culled.polygons], [427; 2]);
+    assert_eq!(followed.candidate_pairs, 597);
+    assert_eq!(culled.candidate_pairs, 4_566);
+}
+
+/// The pair of tetrahedra of the unit tests of the paper's code: as a mesh of its own a surface corner
+/// would have pressure, so each is one of four around its apex.
+#[test]
+fn the_papers_pair_of_tetrahedra_meets_in_its_triangle() {
+    let body = |upward: f64, base: f64| {
+        let vertices = [
+            [0.0, 0.0, 0.0],
+            [1.0, 0.0, 0.0],
+            [0.0, 1.0, 0.0],
+            [0.0, 0.0, 1.0],
+            [-0.5, -0.5, 3.0],
+        ];
+        let vertices = vertices.map(|[x, y, z]| vector![x, y, base + upward * z]);
+        let tets = vec![[0, 1, 2, 3], [4, 1, 2, 3], [0, 4, 2, 3], [0, 1, 4, 3]];
+        let mesh = TetMesh::new(vertices.into(), tets).unwrap();
+        Shape::new(PressureField::new(mesh, vec![0.0, 0.0, 0.0, 1.0, 0.0]).unwrap())
+    };
+    let (below, above) = (body(1.0, 0.0), body(-1.0, 1.8));
+    let pair = pair(
+        (&below, Pose::identity(), 1.0),
+        (&above, Pose::identity(), 1.0),
+    );
+    let surface = pair.surface();
+    let found = surface.polygons.iter().find(|p| p.tets == [0, 0]).unwrap();
+    let corners = found.outline.corners();
+    let expected = [[0.0, 0.0, 0.9], [0.1, 0.0, 0.9], [0.0, 0.1, 0.9]].map(Vector3::from);
+    for corner in expected {
+        let is_near = |c: &&Vector3<f64>| (*c - corner).amax() <= EXACT;
+        assert_eq!(corners.iter().filter(is_near).count(), 1);
+    }
+    assert_eq!(corners.len(), 3);
+    assert!((found.force().norm() - 0.0045).abs() <= EXACT);
+}
+
+/// A cube of 0.2 m and 1 MPa pressed 1 cm into a box of 3 MPa: κ is the pressure gradient.
+mod cube_on_box {
+    use super::*;
+    use approx::assert_relative_eq;
+
+    const EDGE: f64 = 0.2;
+    const MODULI: [f64; 2] = [1e6, 3e6];
+    const KAPPA: [f64; 2] = [MODULI[0] / (EDGE / 2.0), MODULI[1] / 0.5];
+
+    fn shapes_and<R>(depth: f64, read: impl Fn(&ContactPair) -> R) -> R {
+        let cube = Shape::new(shapes::cuboid([EDGE; 3]).unwrap());
+        let ground = Shape::new(shapes::cuboid([2.0, 2.0, 1.0]).unwrap());
+        let above = at(0.013, -0.007, 0.5 + EDGE / 2.0 - depth);
+        read(&pair(
+            (&cube, above, MODULI[0]),
+            (&ground, Pose::identity(), MODULI[1]),
+        ))
+    }
+
+    fn force(depth: f64) -> f64 {
+        let delta = KAPPA[1] * depth / (KAPPA[0] + KAPPA[1]);
+        let (a, d) = (EDGE, delta);
+        KAPPA[0] * (a * a * d - 2.0 * a * d * d + 4.0 * d.powi(3) / 3.0)
+    }
+
+    #[test]
+    fn force_and_derivatives_are_the_closed_ones() {
+        let (wrench, jacobian) = shapes_and(0.01, |pair| pair.wrench_and_jacobian());
+        let [by_a, by_b] = [jacobian.on_a.by_modulus_a, jacobian.on_a.by_modulus_b];
+        assert_relative_eq!(force(0.01), 1_444.453_125, max_relative = EXACT);
+        assert_relative_eq!(wrench.on_a.force.z, 1_444.453_125, max_relative = EXACT);
+        let stiffness = jacobian.on_a.by_pose_a[(5, 5)];
+        assert_relative_eq!(stiffness, -138_960.937_5, max_relative = EXACT);
+        assert_relative_eq!(by_a[5] * MODULI[0], 575.947_265_625, max_relative = EXACT);
+        assert_relative_eq!(by_b[5] * MODULI[1], 868.505_859_375, max_relative = EXACT);
+        let lateral = wrench.on_a.force.xy().amax();
+        assert!(lateral <= EXACT * wrench.on_a.force.z, "{lateral:e}");
+    }
+
+    #[test]
+    fn energy_is_the_integral_of_the_force() {
+        // Simpson's rule is exact: the force is a cubic in the depth.
+        let depth = 0.01;
+        let integral = (force(0.0) + 4.0 * force(depth / 2.0) + force(depth)) * depth / 6.0;
+        let energy = shapes_and(depth, |pair| pair.potential_energy());
+        assert!(
+            (energy - integral).abs() <= EXACT * integral,
+            "{energy} {integral}"
+        );
+    }
+
+    #[test]
+    fn rest_depth_under_gravity_is_found_by_newtons_method_on_the_wrench() {
+        let (mut depth, weight) = (1e-4, 9.81);
+        for _ in 0..8 {
+            let (wrench, jacobian) = shapes_and(depth, |pair| pair.wrench_and_jacobian());
+            depth += (weight - wrench.on_a.force.z) / -jacobian.on_a.by_pose_a[(5, 5)];
+        }
+        assert!(
+            (depth - 6.541_604_590_930e-5).abs() <= REST_DEPTH * depth,
+            "{depth:e}"
+        );
+        let stiffness = shapes_and(depth, |pair| {
+            -pair.wrench_and_jacobian().1.on_a.by_pose_a[(5, 5)]
+        });
+        assert!((stiffness.sqrt() / 387.203_326 - 1.0).abs() <= FREQUENCY);
+    }
+}
+
+#[test]
+fn cubes_offset_along_an_axis_have_the_force_of_the_papers_figure_3() {
+    for (edge, modulus) in [(1.0, 0.5), (0.2, 1e6)] {
+        let cube = Shape::new(shapes::cuboid([edge; 3]).unwrap());
+        for axis in 0..3 {
+            for step in (-40..=40).filter(|&step| step != 0) {
+                let s = f64::from(step) / 40.0;
+                let offset = Vector3::ith(axis, s * edge);
+                let moved = (&cube, Pose::from_translation(offset), modulus);
+                let pair = pair(moved, (&cube, Pose::identity(), modulus));
+                let force = pair.wrench().on_a.force;
+                let magnitude = modulus * edge * edge * (1.0 - s.abs().powi(3)) / 3.0;
+                let expected = Vector3::ith(axis, magnitude * s.signum());
+                assert!(
+                    (force - expected).amax() <= EXACT * modulus * edge * edge,
+                    "{s} {force:?}"
+                );
+            }
+        }
+    }
+}
+
+#[test]
+fn coincident_cubes_have_no_force() {
+    let cube = Shape::new(shapes::cuboid([1.0; 3]).unwrap());
+    let there = (&cube, Pose::identity(), 0.5);
+    let pair = pair(there, there);
+    assert_eq!(pair.wrench().on_a.force, Vector3::zeros());
+    // The energy is the integral of the field: a pyramid over each face.
+    assert!((pair.potential_energy() - 0.5 / 4.0).abs() <= EXACT);
+}
+
+#[test]
+fn mirrored_icospheres_approach_the_force_of_spheres_at_second_order() {
+    let overlap: f64 = 0.2;
+    // Each sphere is pressed half the overlap deep by the mirror plane between them.
+    let depth = overlap / 2.0;
+    let smooth = PI * depth * depth * (1.0 - 2.0 * depth / 3.0);
+    assert!((smooth / 0.029_321_531_43 - 1.0).abs() < 1e-9);
+    let errors = [-0.694, -0.214, -0.0561, -0.0144, -0.0036];
+    for (subdivisions, expected) in (1..).zip(errors) {
+        let sphere = Shape::new(shapes::icosphere(1.0, subdivisions).unwrap());
+        let force = pair(
+            (&sphere, Pose::identity(), 1.0),
+            (&sphere, at(0.0, 0.0, 2.0 - overlap), 1.0),
+        )
+        .wrench()
+        .on_a
+        .force
+        .norm();
+        let error = force / smooth - 1.0;
+        assert!(
+            (error - expected).abs() < PRINTED,
+            "{subdivisions}: {error}"
+        );
+    }
+}

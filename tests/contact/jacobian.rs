@@ -1,0 +1,151 @@
+//! Dual-number and closed-form Jacobians against central differences and each other.
+#![allow(clippy::float_cmp, reason = "where nothing touches, zeros are exact")]
+
+use crate::support::differences::{by_motion, central_difference};
+use crate::support::scenes::{Random, mixed_shapes, pair, random_pair};
+use hydroelastic::contact::{ContactBody, ContactPair, Shape};
+use hydroelastic::gradient::dual_wrench_jacobian;
+use hydroelastic::mesh::shapes;
+use hydroelastic::spatial::Pose;
+use nalgebra::{SMatrix, SVector, vector};
+use num_dual::{DualNum, DualSVec64, jacobian};
+
+/// Agreement of a Jacobian with differences, of its largest entry.
+const DIFFERENCES: f64 = 1e-7;
+
+/// Agreement of two successive differences for their common value to count as the derivative.
+const PLATEAU: f64 = 2e-8;
+
+/// Agreement of the two Jacobians, of the largest entry: round-off of a derivative through slices
+/// and clips that are well conditioned, as generic ones are.
+const TWO_WAYS: f64 = 1e-10;
+
+/// Round-off of a wrench summed from other integrals.
+const SAME_WRENCH: f64 = 1e-12;
+
+/// Round-off of sums of second moments about the other body's origin.
+const EXCHANGED: f64 = 1e-11;
+
+/// Steps (m, rad, relative modulus) from the largest, where the third derivative shows, to the
+/// smallest, where the rounding of the wrench does.
+const STEPS: [f64; 4] = [1e-5, 1e-6, 1e-7, 1e-8];
+
+/// The central difference on which two successive steps agree.
+///
+/// A difference that straddles a change of topology (a polygon's corner moving on to another edge)
+/// is off by the jump of a higher derivative there, and the next smaller step gives another
+/// value; a step small enough to lie between two changes is what this looks for.
+fn plateau(pair: &ContactPair) -> Option<SMatrix<f64, 6, 14>> {
+    let mut coarse = central_difference(pair, STEPS[0]);
+    STEPS[1..].iter().find_map(|&step| {
+        let fine = central_difference(pair, step);
+        let agree = (fine - coarse).amax() <= PLATEAU * fine.amax();
+        coarse = fine;
+        agree.then_some(fine)
+    })
+}
+
+#[test]
+fn both_jacobians_equal_differences_at_every_generic_pose() {
+    let (shapes, mut random) = (mixed_shapes(), Random::new(1));
+    let (mut compared, mut worst, mut worst_two_ways) = (0, 0.0_f64, 0.0_f64);
+    while compared < 1_000 {
+        let pair = random_pair(&shapes, &mut random);
+        if pair.surface().is_empty() {
+            continue;
+        }
+        let differences = plateau(&pair).expect("no pose is left out: two steps agree at each");
+        let scale = differences.amax();
+        let closed = pair.wrench_and_jacobian().1.on_a.matrix();
+        let dual = dual_wrench_jacobian(&pair).1.on_a.matrix();
+        for found in [closed, dual] {
+            let error = (by_motion(&found, &pair) - differences).amax();
+            worst = worst.max(error / scale);
+            assert!(
+                error <= DIFFERENCES * scale,
+                "pose {compared}: {error:e} of {scale:e}"
+            );
+        }
+        let error = by_motion(&(closed - dual), &pair).amax();
+        worst_two_ways = worst_two_ways.max(error / scale);
+        assert!(
+            error <= TWO_WAYS * scale,
+            "pose {compared}: {error:e} of {scale:e}"
+        );
+        compared += 1;
+    }
+    println!("worst of {compared}: {worst:.1e}, between the two: {worst_two_ways:.1e}");
+}
+
+#[test]
+fn the_wrench_that_comes_with_a_jacobian_is_the_wrench() {
+    let (shapes, mut random) = (mixed_shapes(), Random::new(2));
+    for _ in 0..200 {
+        let pair = random_pair(&shapes, &mut random);
+        let (alone, (together, _)) = (pair.wrench(), pair.wrench_and_jacobian());
+        for (a, b) in [(alone.on_a, together.on_a), (alone.on_b, together.on_b)] {
+            let (a, b) = (a.to_vector(), b.to_vector());
+            assert!((a - b).amax() <= SAME_WRENCH * a.amax(), "{a} {b}");
+        }
+    }
+}
+
+#[test]
+fn the_jacobian_of_the_wrench_on_b_is_the_one_of_exchanged_bodies() {
+    let (shapes, mut random) = (mixed_shapes(), Random::new(3));
+    for _ in 0..200 {
+        let pair = random_pair(&shapes, &mut random);
+        let exchanged = ContactPair::new(*pair.b(), *pair.a());
+        let (_, found) = pair.wrench_and_jacobian();
+        let (_, expected) = exchanged.wrench_and_jacobian();
+        let scale = expected.on_a.matrix().amax();
+        let differences = [
+            (found.on_b.by_pose_b - expected.on_a.by_pose_a).amax(),
+            (found.on_b.by_pose_a - expected.on_a.by_pose_b).amax(),
+            (found.on_b.by_modulus_b - expected.on_a.by_modulus_a).amax(),
+            (found.on_b.by_modulus_a - expected.on_a.by_modulus_b).amax(),
+        ];
+        assert!(
+            differences.iter().all(|&d| d <= EXCHANGED * scale),
+            "{differences:?} of {scale}"
+        );
+    }
+}
+
+#[test]
+fn bodies_apart_have_no_surface_no_wrench_and_no_derivatives() {
+    let ball = Shape::new(shapes::icosphere(1.0, 1).unwrap());
+    let there = Pose::from_translation(vector![3.0, 0.0, 0.0]);
+    let pair = pair((&ball, Pose::identity(), 1.0), (&ball, there, 1.0));
+    assert!(pair.surface().is_empty());
+    assert!(pair.surface().center_of_pressure().is_none());
+    assert_eq!(pair.potential_energy(), 0.0);
+    for (wrench, jacobian) in [pair.wrench_and_jacobian(), dual_wrench_jacobian(&pair)] {
+        assert_eq!(wrench.on_a.to_vector().amax(), 0.0);
+        assert_eq!(jacobian.on_a.matrix().amax(), 0.0);
+        assert_eq!(jacobian.on_b.matrix().amax(), 0.0);
+    }
+}
+
+/// The chain rule needs nothing of ours: a user's own parameters, here a position along a curve,
+/// go in as duals and come out as derivatives.
+#[test]
+fn num_dual_differentiates_by_parameters_of_ones_own() {
+    let ball = Shape::new(shapes::icosphere(1.0, 1).unwrap());
+    let along = |s: SVector<DualSVec64<1>, 1>| {
+        let position = vector![s[0].sin() * 0.3, s[0] * s[0], -s[0].cos() * 1.6];
+        let a = ContactBody::new(&ball, Pose::from_translation(position), 2.0.into()).unwrap();
+        let b = ContactBody::new(&ball, Pose::identity(), 3.0.into()).unwrap();
+        ContactPair::new(a, b).wrench().on_a.to_vector()
+    };
+    let s: f64 = 0.4;
+    let (_, by_s) = jacobian(along, &vector![s]);
+    let position = vector![s.sin() * 0.3, s * s, -s.cos() * 1.6];
+    let pair = pair(
+        (&ball, Pose::from_translation(position), 2.0),
+        (&ball, Pose::identity(), 3.0),
+    );
+    let velocity = vector![0.0, 0.0, 0.0, s.cos() * 0.3, 2.0 * s, s.sin() * 1.6];
+    let expected = pair.wrench_and_jacobian().1.on_a.by_pose_a * velocity;
+    assert!((by_s - expected).amax() <= TWO_WAYS * expected.amax());
+}

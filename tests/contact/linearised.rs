@@ -1,0 +1,311 @@
+//! The linearised contact carried into dual numbers by the chain rule, against the generic pipeline and against
+//! differences.
+
+use crate::support::moving::{COLUMNS, Jacobian, Scene, numbers};
+use crate::support::scenes::{Random, dented_ball, mixed_shapes, pair, random_pair};
+use hydroelastic::contact::{ContactBody, ContactPair, ContactWrench, Shape, SurfaceLaw};
+use hydroelastic::dynamics::{Body, Mass, Material, Plan, State, World};
+use hydroelastic::gradient::{Experiment, FinalState, Outcome, Parameter};
+use hydroelastic::mesh::shapes;
+use hydroelastic::scalar::{DenseDual, lift};
+use hydroelastic::spatial::{Pose, Twist};
+use nalgebra::{SVector, vector};
+use num_dual::Dual2_64;
+
+/// Round-off of derivatives through slices and clips of generic pairs, of the largest entry.
+const TWO_WAYS: f64 = 1e-10;
+
+/// Rounding of values that are rotated into the world in another order.
+const SAME_VALUE: f64 = 1e-12;
+
+/// Differences with the best of three steps: where a step straddles a polygon's change of topology,
+/// or its wrench is rounded, another does not.
+const DIFFERENCES: f64 = 1e-6;
+const STEPS: [f64; 3] = [1e-5, 1e-6, 1e-7];
+
+/// At a kink a difference is off by its step times what the second derivative jumps by.
+const KINK_STEPS: [f64; 3] = [1e-6, 1e-7, 1e-8];
+
+/// Hundreds of steps multiply the round-off of each.
+const TRAJECTORIES: f64 = 1e-11;
+
+type Wide = DenseDual<COLUMNS>;
+
+fn random_scene<'a>(shapes: &'a [Shape], random: &mut Random) -> Scene<'a> {
+    let mut number = || random.between(-0.5, 0.5);
+    let twists = [0, 1].map(|_| Twist::from_vector(&SVector::from_fn(|_, _| number())));
+    Scene {
+        twists,
+        dissipation: random.between(0.0, 0.8),
+        friction: random.between(0.0, 1.0),
+        slip_tolerance: 0.05,
+        missed: f64::INFINITY,
+        pair: random_pair(shapes, random),
+    }
+}
+
+fn seeds() -> SVector<Wide, COLUMNS> {
+    SVector::from_fn(|i, _| Wide::variable(0.0, i))
+}
+
+fn jacobian(wrench: &ContactWrench<Wide>) -> Jacobian {
+    let rows = numbers(wrench);
+    Jacobian::from_fn(|i, j| rows[i].eps[j])
+}
+
+fn assert_same(closed: &ContactWrench<Wide>, whole: &ContactWrench<Wide>) -> f64 {
+    let (found, expected) = (numbers(closed), numbers(whole));
+    let largest = expected.map(|number| number.re).amax();
+    let error = (found.map(|n| n.re) - expected.map(|n| n.re)).amax();
+    assert!(error <= SAME_VALUE * largest, "{error:e} of {largest:e}");
+    let (found, expected) = (jacobian(closed), jacobian(whole));
+    let error = (found - expected).amax() / expected.amax();
+    assert!(error <= TWO_WAYS, "{error:e}");
+    error
+}
+
+/// Generic poses in contact.
+fn for_scenes(count: usize, seed: u8, mut check: impl FnMut(&Scene, &mut Random)) {
+    let (shapes, mut random) = (mixed_shapes(), Random::new(seed));
+    let mut checked = 0;
+    while checked < count {
+        let scene = random_scene(&shapes, &mut random);
+        if !scene.pair.surface().is_empty() {
+            check(&scene, &mut random);
+            checked += 1;
+        }
+    }
+}
+
+#[test]
+fn wrenches_of_first_order_have_the_derivatives_of_the_generic_pipeline() {
+    let mut worst = [0.0_f64; 2];
+    for_scenes(200, 31, |scene, _| {
+        let (pair, law, twists) = scene.changed(&seeds());
+        let elastic = assert_same(&pair.wrench(), &pair.pipeline().wrench());
+        let closed = pair.wrench_in_motion(&law, twists);
+        let through_clips = pair.pipeline().wrench_in_motion(&law, twists);
+        let rubbing = assert_same(&closed, &through_clips);
+        worst = [worst[0].max(elastic), worst[1].max(rubbing)];
+    });
+    println!("worst: elastic {:.1e}, rubbing {:.1e}", worst[0], worst[1]);
+}
+
+#[test]
+fn derivatives_of_a_pair_in_motion_are_differences() {
+    let mut worst = 0.0_f64;
+    for_scenes(200, 32, |scene, random| {
+        let (pair, law, twists) = scene.changed(&seeds());
+        let by_inputs = jacobian(&pair.wrench_in_motion(&law, twists));
+        let direction = SVector::<f64, COLUMNS>::from_fn(|_, _| random.between(-1.0, 1.0));
+        let expected = by_inputs * direction;
+        let value = |step: f64| {
+            let (pair, law, twists) = scene.changed(&(direction * step));
+            numbers(&pair.wrench_in_motion(&law, twists))
+        };
+        let error = |step: f64| {
+            let difference = (value(step) - value(-step)) / (2.0 * step);
+            (difference - expected).amax() / expected.amax()
+        };
+        worst = STEPS
+            .map(error)
+            .into_iter()
+            .fold(f64::INFINITY, f64::min)
+            .max(worst);
+        assert!(worst <= DIFFERENCES, "{worst:e}");
+    });
+    println!("worst: {worst:.1e}");
+}
+
+#[test]
+fn bodies_that_are_apart_have_a_wrench_of_zero() {
+    let ball = Shape::new(shapes::icosphere(0.1, 1).unwrap());
+    let at =
+        |x| Pose::<Wide>::from_translation(vector![Wide::variable(x, 0), lift(0.0), lift(0.0)]);
+    let body = |x| ContactBody::new(&ball, at(x), lift(1e5)).unwrap();
+    let pair = ContactPair::new(body(0.0), body(1.0));
+    let law = SurfaceLaw::new(lift(0.5), lift(0.5), 0.01).unwrap();
+    for wrench in [
+        pair.wrench(),
+        pair.wrench_in_motion(&law, [Twist::zero(); 2]),
+    ] {
+        assert!(numbers(&wrench).iter().all(|n| n.re == 0.0));
+        assert!(jacobian(&wrench).iter().all(|&slope| slope == 0.0));
+    }
+}
+
+/// An ellipsoid thrown on a slab, in contact for a part of the way.
+fn thrown(skin: Material) -> World {
+    let ball = Shape::new(shapes::ellipsoid([0.1, 0.11, 0.09], 1).unwrap());
+    let slab = Shape::new(shapes::cuboid([1.0; 3]).unwrap());
+    let ball = Body::dynamic("ball", ball, skin, Mass::Total(1.0)).unwrap();
+    let slab = Body::fixed("slab", slab, skin).unwrap();
+    World::new(vec![
+        ball.at(Pose::from_translation(vector![0.05, 0.02, 0.1]))
+            .with_velocity(vector![0.3, 0.1, -0.5])
+            .with_spin(vector![1.0, 2.0, 0.5]),
+        slab.at(Pose::from_translation(vector![0.0, 0.0, -0.5])),
+    ])
+    .unwrap()
+    .with_gravity(vector![0.0, 0.0, -9.81])
+    .unwrap()
+}
+
+fn start() -> [Parameter; 4] {
+    [
+        Parameter::InitialOrientation("ball".into()),
+        Parameter::InitialPosition("ball".into()),
+        Parameter::InitialSpin("ball".into()),
+        Parameter::InitialVelocity("ball".into()),
+    ]
+}
+
+/// The derivative of where the ball ends along a direction, by numbers of second order, for which the
+/// contact goes through the generic pipeline.
+fn by_generic_pipeline(world: &World, direction: &SVector<f64, 12>, steps: usize) -> Vec<f64> {
+    let lifted = world.lifted::<Dual2_64>();
+    let mut start: State<Dual2_64> = lifted.initial_state();
+    let seeds = direction.map(|slope| Dual2_64::new(0.0, slope, 0.0));
+    let twist = |row| Twist::from_vector(&seeds.fixed_rows::<6>(row).into_owned());
+    let ball = &mut start.bodies[0];
+    ball.pose = ball.pose.moved_by(&twist(0));
+    ball.twist.angular += twist(6).angular;
+    ball.twist.linear += twist(6).linear;
+    let plan = Plan::new(5e-4, steps).unwrap().recording_every(steps);
+    let trajectory = lifted
+        .rollout(&plan)
+        .starting_from(start)
+        .unwrap()
+        .recorded()
+        .unwrap();
+    let end = FinalState::of_body(world, "ball").unwrap().of(&trajectory);
+    end.into_iter().map(|number| number.v1).collect()
+}
+
+#[test]
+fn gradients_of_whole_trajectories_are_those_of_the_generic_pipeline() {
+    let rubbing = Material::elastic(1e5)
+        .with_dissipation(0.4)
+        .with_friction(0.3);
+    let mut random = Random::new(33);
+    for skin in [Material::elastic(1e5), rubbing] {
+        let (world, steps) = (thrown(skin), 300);
+        let experiment = Experiment::new(&world, &Plan::new(5e-4, steps).unwrap());
+        let outcome = FinalState::of_body(&world, "ball").unwrap();
+        let jacobian = experiment.jacobian(&start(), &outcome).unwrap().jacobian;
+        for _ in 0..3 {
+            let direction = SVector::<f64, 12>::from_fn(|_, _| random.between(-1.0, 1.0));
+            let found = &jacobian * direction;
+            let expected = by_generic_pipeline(&world, &direction, steps);
+            let expected = nalgebra::DVector::from_vec(expected);
+            let error = (found - &expected).amax() / expected.amax();
+            println!("{error:.1e}");
+            assert!(error <= TRAJECTORIES, "{error:e}");
+        }
+    }
+}
+
+#[test]
+fn many_numbers_take_several_passes_and_give_what_few_give() {
+    let world = thrown(Material::elastic(1e5));
+    let experiment = Experiment::new(&world, &Plan::new(5e-4, 100).unwrap());
+    let outcome = FinalState::of_body(&world, "ball").unwrap();
+    let value = nalgebra::DVector::from_vec(experiment.value(&outcome).unwrap());
+    let alone = experiment.jacobian(&start()[3..], &outcome).unwrap();
+    // 3, 12, 36, 96 and 99 numbers: a pass of each width, a full one, and two.
+    for count in [1, 4, 12, 32, 33] {
+        let parameters = vec![start()[3].clone(); count];
+        let many = experiment.jacobian(&parameters, &outcome).unwrap();
+        assert_eq!(many.jacobian.ncols(), 3 * count);
+        assert!((&many.value - &value).amax() <= SAME_VALUE * value.amax());
+        for block in 0..count {
+            let error = many.jacobian.columns(3 * block, 3) - &alone.jacobian;
+            assert!(error.amax() <= TRAJECTORIES * alone.jacobian.amax());
+        }
+    }
+    let none = experiment.jacobian(&[], &outcome).unwrap();
+    assert_eq!((none.value, none.jacobian.shape()), (value, (18, 0)));
+}
+
+/// A face at which the extent is the same all over meets the contact surface in the same line as that of the
+/// other body: which of them ends a polygon is chance, until one body's modulus changes. Friction, whose direction
+/// jumps at such a line, has a kink there, and its derivative is the mean of both sides.
+#[test]
+fn layers_of_equal_pressure_have_the_derivatives_of_differences_by_either_modulus() {
+    let mut random = Random::new(33);
+    let mut worst = [0.0_f64; 2];
+    for extents in [[1.0, 0.5], [1.0, 0.3], [1.0, 0.7], [0.6, 1.0]] {
+        let ball = Shape::new(dented_ball(1.0, 1, extents));
+        for _ in 0..20 {
+            let position = random.direction() * random.between(0.2, 1.2);
+            let turned = Pose::from_rotation_vector(&random.rotation_vector(), position);
+            let mut scene = random_scene(std::slice::from_ref(&ball), &mut random);
+            scene.pair = pair((&ball, turned, 2.0), (&ball, Pose::identity(), 2.0));
+            let (pair, law, twists) = scene.changed(&seeds());
+            let [elastic, in_motion] =
+                [pair.wrench(), pair.wrench_in_motion(&law, twists)].map(|w| jacobian(&w));
+            for modulus in [24, 25] {
+                let values = |step: f64| {
+                    let mut changes = SVector::<f64, COLUMNS>::zeros();
+                    changes[modulus] = step;
+                    let (pair, law, twists) = scene.changed(&changes);
+                    [pair.wrench(), pair.wrench_in_motion(&law, twists)].map(|w| numbers(&w))
+                };
+                let ways = [&elastic, &in_motion];
+                for (way, jacobian) in ways.into_iter().enumerate() {
+                    let expected = jacobian.column(modulus);
+                    let error = |step: f64| {
+                        let [ahead, behind] = [step, -step].map(|step| values(step)[way]);
+                        let difference = (ahead - behind) / (2.0 * step);
+                        (difference - expected).norm() / expected.norm()
+                    };
+                    let error = KINK_STEPS
+                        .map(error)
+                        .into_iter()
+                        .fold(f64::INFINITY, f64::min);
+                    assert!(error <= DIFFERENCES, "{extents:?}, way {way}: {error:e}");
+                    worst[way] = worst[way].max(error);
+                }
+            }
+        }
+    }
+    println!("elastic {:.1e}, rubbing {:.1e}", worst[0], worst[1]);
+}
+
+/// A cube at rest on a wide floor, pressed in by less than what counts as coincident on the scale of the floor.
+#[test]
+fn faces_that_are_hardly_pressed_in_do_not_just_touch() {
+    /// Stiffness (N/m) of 0.1 m × 0.1 m between two fields of 1e11 Pa over 0.05 m.
+    const STIFFNESS: f64 = 1e10;
+    let cube = Shape::new(shapes::cuboid([0.1; 3]).unwrap());
+    for (width, depth) in [
+        (2.0, 9.81e-10),
+        (20.0, 9.81e-10),
+        (20.0, 1e-11),
+        (2000.0, 1e-9),
+    ] {
+        let slab = Shape::new(shapes::cuboid([width, width, 0.1]).unwrap());
+        let pair = pair(
+            (
+                &cube,
+                Pose::from_translation(vector![0.013, 0.021, 0.05 - depth]),
+                1e11,
+            ),
+            (
+                &slab,
+                Pose::from_translation(vector![0.0, 0.0, -0.05]),
+                1e11,
+            ),
+        );
+        let law = SurfaceLaw::new(0.0, 0.0, 1e-3).unwrap();
+        let in_motion = pair.linearised(&law, [Twist::zero(); 2]).by_poses[(5, 5)];
+        let elastic = pair.wrench_and_jacobian().1.on_a.by_pose_a[(5, 5)];
+        for found in [in_motion, elastic] {
+            // Facets of the contact's rim are of the depth.
+            assert!(
+                (found / -STIFFNESS - 1.0).abs() < 1e-6,
+                "{width} {depth}: {found}"
+            );
+        }
+    }
+}

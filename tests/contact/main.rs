@@ -1,0 +1,26 @@
+//! The contact of two bodies: surfaces, wrenches and derivatives, at generic poses and at special ones.
+
+mod closed_forms;
+mod coincidence;
+mod contact_surface;
+mod degenerate;
+mod exact_twin;
+mod flush;
+mod flush_motion;
+mod half_plane_twin;
+mod hostile;
+mod jacobian;
+mod linearised;
+mod plateaus;
+mod polygon;
+mod reference_data;
+mod second_order;
+mod spinning;
+mod stiff;
+mod structure;
+mod surface_law;
+mod tiling;
+mod units;
+
+#[path = "../support/mod.rs"]
+mod support;

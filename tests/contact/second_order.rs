@@ -1,0 +1,116 @@
+//! Second derivatives through num-dual's second-order types: the Hessian of the energy and of a
+//! force component.
+
+use crate::support::scenes::{Random, mixed_shapes, random_pair};
+use hydroelastic::contact::{ContactBody, ContactPair};
+use hydroelastic::scalar::{Scalar, lift};
+use hydroelastic::spatial::{Pose, Twist};
+use nalgebra::{SMatrix, SVector, Vector6};
+use num_dual::{
+    Dual2SVec64, DualSVec64, HyperDual64, hessian, jacobian, second_partial_derivative,
+};
+
+/// Round-off of a second derivative through clipped tetrahedra, of the largest entry.
+const EXACT: f64 = 1e-9;
+
+/// Central differences of an exact first derivative: rounding over a step of 1e-6.
+const DIFFERENCES: f64 = 1e-6;
+
+const STEP: f64 = 1e-6;
+
+/// The pair in `T` with A moved by a twist.
+fn moved<'a, T: Scalar>(pair: &ContactPair<'a>, twist: &Vector6<T>) -> ContactPair<'a, T> {
+    let pose = Pose::lifted(pair.a().pose()).moved_by(&Twist::from_vector(twist));
+    let modulus = lift(pair.a().modulus());
+    let (b, modulus_b) = (pair.b(), lift(pair.b().modulus()));
+    ContactPair::new(
+        ContactBody::new(pair.a().shape(), pose, modulus).unwrap(),
+        ContactBody::new(b.shape(), Pose::lifted(b.pose()), modulus_b).unwrap(),
+    )
+}
+
+fn for_random_pairs(count: usize, seed: u8, check: impl Fn(&ContactPair)) {
+    let (shapes, mut random) = (mixed_shapes(), Random::new(seed));
+    for _ in 0..count {
+        check(&random_pair(&shapes, &mut random));
+    }
+}
+
+#[test]
+fn the_hessian_of_the_energy_is_minus_the_symmetric_part_of_the_jacobian() {
+    for_random_pairs(40, 21, |pair| {
+        let energy = |twist: SVector<Dual2SVec64<6>, 6>| moved(pair, &twist).potential_energy();
+        let (_, slope, curvature) = hessian(energy, &Vector6::zeros());
+        let (wrench, jacobian) = pair.wrench_and_jacobian();
+        let stiffness = jacobian.on_a.by_pose_a;
+        let symmetric = (stiffness + stiffness.transpose()) / 2.0;
+        let error = (curvature + symmetric).amax();
+        assert!(error <= EXACT * symmetric.amax(), "{error:e}");
+        let wrench = wrench.on_a.to_vector();
+        assert!((slope + wrench).amax() <= EXACT * wrench.amax());
+    });
+}
+
+#[test]
+fn the_hessian_of_a_force_component_is_the_derivative_of_the_jacobian() {
+    for_random_pairs(40, 22, |pair| {
+        let force = |twist: SVector<Dual2SVec64<6>, 6>| moved(pair, &twist).wrench().on_a.force.y;
+        let (_, gradient, curvature) = hessian(force, &Vector6::zeros());
+        let row = pair
+            .wrench_and_jacobian()
+            .1
+            .on_a
+            .by_pose_a
+            .row(4)
+            .transpose();
+        assert!((gradient - row).amax() <= EXACT * row.amax());
+        let differences = SMatrix::<f64, 6, 3>::from_fn(|i, j| {
+            // By translations, along which twists add up; rotations do not.
+            let row_after = |step: f64| {
+                let twist = Vector6::ith(3 + j, step);
+                moved(pair, &twist).wrench_and_jacobian().1.on_a.by_pose_a[(4, i)]
+            };
+            (row_after(STEP) - row_after(-STEP)) / (2.0 * STEP)
+        });
+        let block = curvature.fixed_view::<6, 3>(0, 3).into_owned();
+        let error = (block - differences).amax();
+        // The gradient bounds how far rounding carries: Jacobian entries are exact to 1e-15 of it.
+        let scale = curvature.amax().max(row.amax());
+        assert!(error <= DIFFERENCES * scale, "{error:e} of {scale:e}");
+    });
+}
+
+#[test]
+fn the_closed_form_itself_is_differentiable() {
+    for_random_pairs(40, 23, |pair| {
+        let by_duals = |twist: SVector<DualSVec64<6>, 6>| {
+            let (_, jacobian) = moved(pair, &twist).wrench_and_jacobian();
+            jacobian.on_a.by_pose_a.row(5).transpose()
+        };
+        let (_, closed) = jacobian(by_duals, &Vector6::zeros());
+        let force = |twist: SVector<Dual2SVec64<6>, 6>| moved(pair, &twist).wrench().on_a.force.z;
+        let (_, _, curvature) = hessian(force, &Vector6::zeros());
+        // Rows: the twist of the Jacobian; columns: the twist applied before it. They commute for
+        // translations, and a rotation about the body's origin commutes with any translation.
+        let error = (closed.fixed_view::<6, 3>(0, 3) - curvature.fixed_view::<6, 3>(0, 3)).amax();
+        assert!(
+            error <= EXACT * closed.amax().max(curvature.amax()),
+            "{error:e}"
+        );
+    });
+}
+
+#[test]
+fn hyper_dual_numbers_give_single_entries_of_the_hessian() {
+    for_random_pairs(20, 24, |pair| {
+        let force_x = |(turn, lift_up): (HyperDual64, HyperDual64)| {
+            let zero = HyperDual64::from_re(0.0);
+            let twist = Vector6::new(zero, turn, zero, zero, zero, lift_up);
+            moved(pair, &twist).wrench().on_a.force.x
+        };
+        let (.., mixed) = second_partial_derivative(force_x, (0.0, 0.0));
+        let force = |twist: SVector<Dual2SVec64<6>, 6>| moved(pair, &twist).wrench().on_a.force.x;
+        let (_, _, curvature) = hessian(force, &Vector6::zeros());
+        assert!((mixed - curvature[(1, 5)]).abs() <= EXACT * curvature.amax());
+    });
+}

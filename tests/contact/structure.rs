@@ -1,0 +1,171 @@
+//! What must hold at every pose: balance, symmetry, homogeneity, and that the wrench is the
+//! derivative of an energy. Each is checked on the closed form and on dual numbers.
+
+use crate::support::scenes::{Random, mixed_shapes, random_pair};
+use hydroelastic::contact::{ContactBody, ContactJacobian, ContactPair, ContactWrench};
+use hydroelastic::gradient::dual_wrench_jacobian;
+use hydroelastic::scalar::{Scalar, lift};
+use hydroelastic::spatial::{Pose, Twist, skew};
+use nalgebra::{Matrix3, SVector, Vector6};
+use num_dual::{DualSVec64, gradient};
+
+/// Round-off of a wrench.
+const BALANCE: f64 = 1e-13;
+
+/// Round-off of sums of second moments, of the largest entry.
+const SYMMETRY: f64 = 1e-11;
+
+/// Round-off of a wrench summed in another order or frame.
+const SAME: f64 = 1e-12;
+
+/// Round-off of a unit vector's length.
+const UNIT: f64 = 1e-14;
+
+/// Round-off of the derivatives by the moduli.
+const HOMOGENEITY: f64 = 1e-12;
+
+/// Round-off of a derivative through some hundred thousand clipped tetrahedra.
+const ENERGY: f64 = 1e-11;
+
+fn for_random_pairs(count: usize, seed: u8, check: impl Fn(&ContactPair)) {
+    let (shapes, mut random) = (mixed_shapes(), Random::new(seed));
+    for _ in 0..count {
+        check(&random_pair(&shapes, &mut random));
+    }
+}
+
+fn both_ways(pair: &ContactPair) -> [(ContactWrench, ContactJacobian); 2] {
+    [pair.wrench_and_jacobian(), dual_wrench_jacobian(pair)]
+}
+
+/// The vector from A's origin to B's, in the world.
+fn lever(pair: &ContactPair) -> nalgebra::Vector3<f64> {
+    pair.b().pose().translation() - pair.a().pose().translation()
+}
+
+#[test]
+fn forces_and_moments_balance() {
+    for_random_pairs(500, 11, |pair| {
+        let ContactWrench { on_a, on_b } = pair.wrench();
+        assert!((on_a.force + on_b.force).amax() <= BALANCE * on_a.force.amax());
+        let shifted = lever(pair).cross(&on_b.force);
+        let moment = on_a.torque + on_b.torque + shifted;
+        // Of the force at the lever: where the two are nearly parallel, their product is small
+        // and carries the rounding of larger terms.
+        let scale = on_a.torque.amax() + lever(pair).norm() * on_a.force.norm();
+        assert!(moment.amax() <= BALANCE * scale, "{moment} {scale:e}");
+    });
+}
+
+#[test]
+fn exchanging_the_bodies_exchanges_the_wrenches() {
+    for_random_pairs(500, 12, |pair| {
+        let (found, exchanged) = (
+            pair.wrench(),
+            ContactPair::new(*pair.b(), *pair.a()).wrench(),
+        );
+        let error = (found.on_a.to_vector() - exchanged.on_b.to_vector()).amax();
+        assert!(error <= SAME * found.on_a.to_vector().amax(), "{error:e}");
+    });
+}
+
+#[test]
+fn moving_the_world_turns_the_wrench_with_it() {
+    let motion = Pose::from_rotation_vector(&[0.3, -1.2, 0.8].into(), [1.0, -2.0, 0.5].into());
+    for_random_pairs(500, 13, |pair| {
+        let body = |body: &ContactBody<'_>| motion * *body.pose();
+        let a = ContactBody::new(pair.a().shape(), body(pair.a()), pair.a().modulus()).unwrap();
+        let b = ContactBody::new(pair.b().shape(), body(pair.b()), pair.b().modulus()).unwrap();
+        let moved = ContactPair::new(a, b).wrench().on_a;
+        let expected = pair.wrench().on_a.rotated(motion.rotation());
+        let error = (moved.to_vector() - expected.to_vector()).amax();
+        assert!(error <= SAME * expected.to_vector().amax(), "{error:e}");
+    });
+}
+
+/// The wrench on a body about its own origin, by its own pose, is minus the second derivative of
+/// the energy; rotations do not commute, which leaves the torque in the rotational block.
+#[test]
+fn the_stiffness_is_symmetric_up_to_half_the_torque() {
+    for_random_pairs(300, 14, |pair| {
+        for (wrench, jacobian) in both_ways(pair) {
+            let on_a = (wrench.on_a.torque, jacobian.on_a.by_pose_a);
+            let on_b = (wrench.on_b.torque, jacobian.on_b.by_pose_b);
+            for (torque, stiffness) in [on_a, on_b] {
+                let asymmetry = (stiffness - stiffness.transpose()) / 2.0;
+                let block = |i, j| -> Matrix3<f64> { asymmetry.fixed_view::<3, 3>(i, j).into() };
+                let scale = SYMMETRY * stiffness.amax();
+                assert!(block(3, 3).amax() <= scale, "force by translation");
+                assert!(
+                    block(0, 3).amax() <= scale,
+                    "torque by translation, force by rotation"
+                );
+                let half_torque = skew(&torque) / 2.0;
+                assert!(
+                    (block(0, 0) + half_torque).amax() <= scale,
+                    "torque by rotation"
+                );
+            }
+        }
+    });
+}
+
+#[test]
+fn the_wrench_is_homogeneous_of_degree_one_in_the_moduli() {
+    for_random_pairs(300, 15, |pair| {
+        for (wrench, ContactJacobian { on_a, on_b }) in both_ways(pair) {
+            let [modulus_a, modulus_b] = [pair.a().modulus(), pair.b().modulus()];
+            for (jacobian, wrench) in [(on_a, wrench.on_a), (on_b, wrench.on_b)] {
+                let sum = jacobian.by_modulus_a * modulus_a + jacobian.by_modulus_b * modulus_b;
+                let scale = (jacobian.by_modulus_a * modulus_a).amax() + wrench.to_vector().amax();
+                let error = (sum - wrench.to_vector()).amax();
+                assert!(error <= HOMOGENEITY * scale, "{error:e} of {scale:e}");
+            }
+        }
+    });
+}
+
+/// The pair in `T`, moved by twists.
+fn moved<'a, T: Scalar>(
+    pair: &ContactPair<'a>,
+    twist_a: &Vector6<T>,
+    twist_b: &Vector6<T>,
+) -> ContactPair<'a, T> {
+    let body = |body: &ContactBody<'a>, twist: &Vector6<T>| {
+        let pose = Pose::lifted(body.pose()).moved_by(&Twist::from_vector(twist));
+        ContactBody::new(body.shape(), pose, lift(body.modulus())).unwrap()
+    };
+    ContactPair::new(body(pair.a(), twist_a), body(pair.b(), twist_b))
+}
+
+#[test]
+fn the_wrench_is_minus_the_gradient_of_the_energy() {
+    for_random_pairs(100, 16, |pair| {
+        let energy = |motion: SVector<DualSVec64<12>, 12>| {
+            let twist = |row| motion.fixed_rows::<6>(row).into_owned();
+            moved(pair, &twist(0), &twist(6)).potential_energy()
+        };
+        let (_, slope) = gradient(energy, &SVector::zeros());
+        let wrench = pair.wrench();
+        for (row, wrench) in [(0, wrench.on_a), (6, wrench.on_b)] {
+            let error = (wrench.to_vector() + slope.fixed_rows::<6>(row)).amax();
+            assert!(error <= ENERGY * wrench.to_vector().amax(), "{error:e}");
+        }
+    });
+}
+
+#[test]
+fn the_surface_adds_up_to_the_wrench() {
+    for_random_pairs(200, 17, |pair| {
+        let (surface, wrench) = (pair.surface(), pair.wrench());
+        let origin_a = pair.a().pose().translation();
+        let mut sum = Vector6::zeros();
+        for polygon in &surface.polygons {
+            let torque = (polygon.center_of_pressure - origin_a).cross(&polygon.force());
+            let force = polygon.force();
+            sum += Vector6::from_iterator(torque.iter().chain(force.iter()).copied());
+            assert!((polygon.normal.norm() - 1.0).abs() < UNIT && polygon.area > 0.0);
+        }
+        assert!((sum - wrench.on_a.to_vector()).amax() <= SAME * sum.amax());
+    });
+}

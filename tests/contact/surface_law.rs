@@ -1,0 +1,339 @@
+//! The law of moving surfaces on two octahedra: dissipation and friction against integrals over the square
+//! that they share.
+
+use crate::support::octahedra::{HEIGHT, OVERLAP, force, octahedron, places, stacked, stage};
+use crate::support::scenes::{Random, pair};
+use hydroelastic::contact::{
+    BodyError, ContactBody, ContactPair, ContactWrench, Shape, SurfaceLaw,
+};
+use hydroelastic::mesh::shapes;
+use hydroelastic::spatial::{Pose, Twist, Wrench};
+use nalgebra::{Matrix3, SVector, Vector3, Vector6, vector};
+use num_dual::{Derivative, DualSVec64};
+
+/// Modulus (Pa) of both bodies: the contact surface is the square |x| + |y| ≤ L at z = 0.
+const MODULUS: f64 = 1e5;
+
+/// Round-off, relative to the largest number of its kind.
+const EXACT: f64 = 1e-12;
+
+/// A slip tolerance (m/s) so large that friction is proportional to the slip, up to round-off. With as large a
+/// coefficient it is as strong as the pressure.
+const VISCOUS: f64 = 1e8;
+
+/// Dissipation (s/m), friction, slip tolerance (m/s).
+const LAW: [f64; 3] = [0.4, 0.3, 0.05];
+
+/// What a slip tolerance of 1e-9 m/s, over a slip of some 0.5 m/s, leaves of Coulomb's torque.
+const COULOMB: f64 = 1e-11;
+
+/// A motion that both bodies have: it changes nothing.
+const COMMON: [f64; 6] = [0.7, -0.2, 0.5, 1.3, 0.4, -0.9];
+
+fn law([dissipation, friction, slip_tolerance]: [f64; 3]) -> SurfaceLaw {
+    SurfaceLaw::new(dissipation, friction, slip_tolerance).unwrap()
+}
+
+/// F (N).
+fn normal_force() -> f64 {
+    force([MODULUS; 2])
+}
+
+/// The twists, in world axes at the bodies' origins, when A moves relative to B by a spin and a velocity
+/// at the middle of the contact, given on the stage.
+fn twists(spin: Vector3<f64>, velocity: Vector3<f64>) -> [Twist; 2] {
+    let common = Twist::from_vector(&Vector6::from(COMMON));
+    let turn = stage();
+    let (spin, velocity) = (turn.rotation() * spin, turn.rotation() * velocity);
+    let [a, b] = places().map(|place| {
+        let from_middle = place.translation() - turn.translation();
+        (from_middle, common.angular.cross(place.translation()))
+    });
+    [
+        Twist {
+            angular: common.angular + spin,
+            linear: common.linear + a.1 + velocity + spin.cross(&a.0),
+        },
+        Twist {
+            angular: common.angular,
+            linear: common.linear + b.1,
+        },
+    ]
+}
+
+/// The wrench on A about the middle of the contact, on the stage.
+fn on_stage(wrench: &ContactWrench) -> Wrench {
+    let to_middle = stage().translation() - places()[0].translation();
+    let about_middle = wrench.on_a.about(&to_middle);
+    about_middle.rotated(&stage().rotation().transpose())
+}
+
+fn wrench(pair: &ContactPair, law: &SurfaceLaw, twists: [Twist; 2]) -> Wrench {
+    let found = pair.wrench_in_motion(law, twists);
+    // The third law, about one point.
+    let [a, b] = places().map(|place| *place.translation());
+    let reaction = found.on_b.about(&(a - b));
+    let sum = (found.on_a.to_vector() + reaction.to_vector()).amax();
+    assert!(sum <= EXACT * normal_force(), "{sum:e}");
+    on_stage(&found)
+}
+
+fn assert_near(found: &Vector3<f64>, expected: &Vector3<f64>, scale: f64) {
+    let error = (found - expected).amax();
+    assert!(error <= EXACT * scale, "{found:?} {expected:?} {error:e}");
+}
+
+/// Velocities (m/s) of A relative to B: along and against the normal, across, and both.
+const VELOCITIES: [[f64; 3]; 6] = [
+    [0.0, 0.0, 0.6],
+    [0.0, 0.0, -0.6],
+    [0.02, -0.03, 0.0],
+    [2.0, 1.0, 0.0],
+    [0.04, 0.1, 1.2],
+    [-0.7, 0.2, -0.8],
+];
+
+/// The force of bodies that slide without turning: F·(1 − d·v_n)·(n − μ·v_t/√(v_t² + v_s²)).
+fn sliding_force([dissipation, friction, tolerance]: [f64; 3], v: Vector3<f64>) -> Vector3<f64> {
+    let pressed = normal_force() * (1.0 - dissipation * v.z);
+    let slip = vector![v.x, v.y, 0.0];
+    let speed = (v.x * v.x + v.y * v.y + tolerance * tolerance).sqrt();
+    (Vector3::z() - slip * friction / speed) * pressed
+}
+
+#[test]
+fn bodies_that_slide_have_the_force_of_the_law_at_one_velocity() {
+    let shape = octahedron(0);
+    let pair = stacked(&shape, [MODULUS; 2]);
+    for velocity in VELOCITIES.map(Vector3::from) {
+        let found = wrench(&pair, &law(LAW), twists(Vector3::zeros(), velocity));
+        assert_near(&found.force, &sliding_force(LAW, velocity), normal_force());
+        assert_near(&found.torque, &Vector3::zeros(), normal_force());
+    }
+}
+
+#[test]
+fn skin_that_is_let_go_faster_than_it_recovers_does_not_pull() {
+    let shape = octahedron(0);
+    let pair = stacked(&shape, [MODULUS; 2]);
+    for speed in [1.0 / LAW[0], 1.01 / LAW[0], 100.0] {
+        let found = wrench(
+            &pair,
+            &law(LAW),
+            twists(Vector3::zeros(), vector![0.3, 0.1, speed]),
+        );
+        assert_near(&found.force, &Vector3::zeros(), normal_force());
+    }
+}
+
+/// Slow friction is proportional to the slip, so only its mean over the pressure counts: the slip at the
+/// center of pressure.
+#[test]
+fn slow_friction_of_a_spin_about_an_axis_beside_has_the_slip_of_the_middle() {
+    let shape = octahedron(0);
+    let pair = stacked(&shape, [MODULUS; 2]);
+    let (friction, spin) = (0.3 * VISCOUS, 2.0);
+    for axis in [[0.1, 0.0], [-0.05, 0.2], [1.0, -3.0]] {
+        // Of the middle, when A turns about a vertical axis through this point.
+        let velocity = vector![spin * axis[1], -spin * axis[0], 0.0];
+        let moved = twists(vector![0.0, 0.0, spin], velocity);
+        let found = wrench(&pair, &law([0.0, friction, VISCOUS]), moved);
+        let scale = friction * normal_force() / VISCOUS;
+        let across = vector![found.force.x, found.force.y, 0.0];
+        assert_near(&across, &(velocity * -scale), scale);
+        assert!((found.force.z / normal_force() - 1.0).abs() <= EXACT);
+    }
+}
+
+#[test]
+fn spinning_and_rolling_friction_are_their_integrals() {
+    let (dissipation, friction, spin) = (0.4, 0.3 * VISCOUS, 1.5);
+    // ∫ p x² dA = E·4·∫∫ (L − x − y) x² dx dy over a quarter = E L⁵/15, and with y² as much.
+    let integral = MODULUS * OVERLAP.powi(5) / 15.0;
+    let rolling = -dissipation * spin * integral;
+    let spinning = -friction * spin * 2.0 * integral / VISCOUS;
+    for times in 0..3_usize {
+        let shape = octahedron(times);
+        let pair = stacked(&shape, [MODULUS; 2]);
+        let roll = twists(vector![spin, 0.0, 0.0], Vector3::zeros());
+        let rolled = wrench(&pair, &law([dissipation, 0.0, 1.0]), roll);
+        assert_near(
+            &rolled.force,
+            &(Vector3::z() * normal_force()),
+            normal_force(),
+        );
+        let turn = twists(vector![0.0, 0.0, spin], Vector3::zeros());
+        let turned = wrench(&pair, &law([0.0, friction, VISCOUS]), turn);
+        for (found, expected) in [(rolled.torque.x, rolling), (turned.torque.z, spinning)] {
+            let error = (found / expected - 1.0).abs();
+            assert!(error <= EXACT, "{times}: {error:e}");
+        }
+    }
+}
+
+/// Coulomb's friction of a spin on the spot, by the radius: of the torque μ ∫ p r dA with p = E (L − |x| − |y|) one quarter is
+/// E ∫ r² (L − r c) dr over 0 < r < L/c, c = |cos| + |sin|, which is E L⁴/(12 c³).
+#[test]
+fn a_spin_on_the_spot_has_coulombs_torque() {
+    let shape = octahedron(0);
+    let pair = stacked(&shape, [MODULUS; 2]);
+    // ∫ (cos + sin)⁻³ over a quarter turn = ½·(1 + ln(1 + √2)/√2).
+    let root = 2.0_f64.sqrt();
+    let angles = 0.5 * (1.0 + (1.0 + root).ln() / root);
+    let expected = -0.3 * 4.0 * MODULUS * OVERLAP.powi(4) / 12.0 * angles;
+    let turn = twists(vector![0.0, 0.0, 5.0], Vector3::zeros());
+    let found = wrench(&pair, &law([0.0, 0.3, 1e-9]), turn).torque.z;
+    let error = (found / expected - 1.0).abs();
+    assert!(error <= COULOMB, "{error:e}");
+}
+
+/// Derivatives by the relative velocity (3 numbers), dissipation and friction.
+type Dual = DualSVec64<5>;
+
+fn variable(value: f64, direction: SVector<f64, 5>) -> Dual {
+    Dual::new(value, Derivative::some(direction))
+}
+
+fn derivatives(number: Dual) -> SVector<f64, 5> {
+    number
+        .eps
+        .unwrap_generic(nalgebra::Const::<5>, nalgebra::Const::<1>)
+}
+
+/// [`sliding_force`] differentiated by hand.
+fn sliding_slopes(
+    [dissipation, friction, tolerance]: [f64; 3],
+    v: Vector3<f64>,
+) -> [Vector3<f64>; 5] {
+    let damping = 1.0 - dissipation * v.z;
+    let slip = vector![v.x, v.y, 0.0];
+    let speed = (slip.norm_squared() + tolerance * tolerance).sqrt();
+    let pull = Vector3::z() - slip * friction / speed;
+    let by_slip = |axis: usize| {
+        let bend = slip * (slip[axis] / speed.powi(3));
+        (bend - Vector3::ith(axis, 1.0 / speed)) * (friction * damping)
+    };
+    let slopes = [
+        by_slip(0),
+        by_slip(1),
+        pull * -dissipation,
+        pull * -v.z,
+        slip * (-damping / speed),
+    ];
+    slopes.map(|slope| slope * normal_force())
+}
+
+/// The wrench with derivatives, from the linearised contact or through the whole pipeline.
+fn differentiated(velocity: Vector3<f64>, is_linearised: bool) -> ContactWrench<Dual> {
+    let shape = octahedron(0);
+    let [a, b] = places().map(|place| {
+        let modulus = Dual::from_re(MODULUS);
+        ContactBody::new(&shape, Pose::lifted(&place), modulus).unwrap()
+    });
+    let pair = ContactPair::new(a, b);
+    let number = |k| variable(LAW[k - 3], SVector::ith(k, 1.0));
+    let law = SurfaceLaw::new(number(3), number(4), LAW[2]).unwrap();
+    let directions: Matrix3<f64> = *stage().rotation();
+    let twists = twists(Vector3::zeros(), velocity);
+    let mut dual = twists.map(|twist| Twist {
+        angular: twist.angular.map(Dual::from_re),
+        linear: twist.linear.map(Dual::from_re),
+    });
+    dual[0].linear = Vector3::from_fn(|i, _| {
+        let direction = SVector::from_fn(|k, _| if k < 3 { directions[(i, k)] } else { 0.0 });
+        variable(twists[0].linear[i], direction)
+    });
+    if is_linearised {
+        pair.wrench_in_motion(&law, dual)
+    } else {
+        pair.pipeline().wrench_in_motion(&law, dual)
+    }
+}
+
+#[test]
+fn derivatives_by_velocity_and_law_are_the_closed_ones() {
+    for velocity in VELOCITIES.map(Vector3::from) {
+        let slopes = sliding_slopes(LAW, velocity);
+        for is_linearised in [false, true] {
+            let found = differentiated(velocity, is_linearised);
+            for (number, slope) in slopes.iter().enumerate() {
+                let part = |vector: &Vector3<Dual>| vector.map(|x| derivatives(x)[number]);
+                let to_stage = stage().rotation().transpose();
+                // Slow slips divide by the slip tolerance.
+                let scale = normal_force() / LAW[2];
+                let force = to_stage * part(&found.on_a.force);
+                assert_near(&force, slope, scale);
+                // The force acts at the middle of the contact, as far below A's origin as above B's, where it is
+                // the opposite: the same torque.
+                let arm = Vector3::z() * -HEIGHT;
+                for torque in [&found.on_a.torque, &found.on_b.torque] {
+                    assert_near(&(to_stage * part(torque)), &arm.cross(slope), scale);
+                }
+            }
+        }
+    }
+}
+
+#[test]
+fn parting_faster_than_the_skin_recovers_has_no_derivatives() {
+    for is_linearised in [false, true] {
+        let found = differentiated(vector![0.3, 0.1, 3.0], is_linearised);
+        for number in found.on_a.force.iter().chain(&found.on_a.torque) {
+            assert!(derivatives(*number).amax() <= 0.0);
+        }
+    }
+}
+
+#[test]
+fn numbers_out_of_range_make_no_law() {
+    let quantity = |numbers: [f64; 3]| match SurfaceLaw::new(numbers[0], numbers[1], numbers[2]) {
+        Err(BodyError::SurfaceLaw { quantity, .. }) => quantity,
+        other => panic!("{other:?}"),
+    };
+    for bad in [-1e-300, f64::NAN, f64::INFINITY] {
+        assert_eq!(quantity([bad, 0.3, 0.1]), "dissipation");
+        assert_eq!(quantity([0.4, bad, 0.1]), "friction");
+        assert_eq!(quantity([0.4, 0.3, bad]), "slip tolerance");
+    }
+    assert_eq!(quantity([0.4, 0.3, 0.0]), "slip tolerance");
+    assert!(SurfaceLaw::new(0.0, 0.0, f64::MIN_POSITIVE).is_ok());
+}
+
+/// Two ways to the same sums.
+const SAME: f64 = 1e-10;
+
+/// The exchanged pair has the same polygons, but they begin at other corners; of metres or of half millimetres.
+#[test]
+fn friction_does_not_depend_on_where_a_polygon_begins() {
+    let law = SurfaceLaw::new(0.1, 0.4, 0.05).unwrap();
+    for size in [1.0, 5e-4] {
+        let mut random = Random::new(83);
+        let shapes = [
+            shapes::icosphere(size, 1),
+            shapes::cuboid([size, 1.5 * size, size]),
+        ]
+        .map(|field| Shape::new(field.unwrap()));
+        for number in 0..60 {
+            let turn = random.rotation_vector();
+            let apart = random.direction() * size * random.between(0.3, 1.0);
+            let pair = pair(
+                (
+                    &shapes[number % 2],
+                    Pose::from_rotation_vector(&turn, apart),
+                    1.0,
+                ),
+                (&shapes[number / 2 % 2], Pose::identity(), 3.0),
+            );
+            let exchanged = ContactPair::new(*pair.b(), *pair.a());
+            let twists = [1.0, -0.7].map(|sign| Twist {
+                angular: vector![0.3, -0.2, 0.5] * sign / size,
+                linear: vector![0.02, 0.1, -0.05] * sign,
+            });
+            let force = pair.wrench_in_motion(&law, twists).on_a.force;
+            let other = exchanged.wrench_in_motion(&law, [twists[1], twists[0]]);
+            let error = (force - other.on_b.force).norm();
+            assert!(force.norm() > 0.0);
+            assert!(error <= SAME * force.norm(), "{error:e} {:e}", force.norm());
+        }
+    }
+}

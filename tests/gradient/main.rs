@@ -1,0 +1,9 @@
+//! Derivatives of rollouts, and what checks them.
+
+mod difference_check;
+mod no_derivative;
+mod stacks;
+mod trajectory_gradients;
+
+#[path = "../support/mod.rs"]
+mod support;

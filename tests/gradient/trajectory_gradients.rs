@@ -1,0 +1,328 @@
+//! Gradients of whole rollouts against central differences, and the real parts of dual rollouts
+//! against rollouts in `f64`.
+
+use hydroelastic::contact::Shape;
+use hydroelastic::dynamics::{
+    Body, BodyState, Integrator, Mass, Material, Plan, Trajectory, World,
+};
+use hydroelastic::gradient::{
+    Experiment, FinalState, GradientError, Outcome, Parameter, RecordedStates,
+};
+use hydroelastic::mesh::shapes;
+use hydroelastic::scalar::{Scalar, lift, real_part};
+use hydroelastic::spatial::{Pose, Twist};
+use nalgebra::{DVector, Vector3, Vector6, vector};
+use num_dual::DualSVec64;
+use std::sync::Arc;
+
+/// Agreement with differences, of the largest entry of a column, without and with friction.
+const ELASTIC: f64 = 1e-7;
+const RUBBING: f64 = 1e-6;
+
+/// Dual division rounds otherwise than division in `f64`, a thousand steps long.
+const REAL_PARTS: f64 = 1e-11;
+
+fn everything() -> [Parameter; 8] {
+    [
+        Parameter::InitialPosition("ball".into()),
+        Parameter::InitialOrientation("ball".into()),
+        Parameter::InitialVelocity("ball".into()),
+        Parameter::InitialSpin("ball".into()),
+        Parameter::Modulus("ball".into()),
+        Parameter::Modulus("slab".into()),
+        Parameter::Mass("ball".into()),
+        Parameter::Gravity,
+    ]
+}
+
+/// An ellipsoid thrown on a slab, to bounce at least once in 0.4 s.
+fn thrown(dissipation: f64, friction: f64) -> World {
+    let ball = Arc::new(Shape::new(shapes::ellipsoid([0.1, 0.11, 0.09], 2).unwrap()));
+    let slab = Arc::new(Shape::new(shapes::cuboid([1.0; 3]).unwrap()));
+    let skin = |modulus| Material {
+        modulus,
+        dissipation,
+        friction,
+    };
+    let ball = Body::dynamic("ball", ball, skin(1e5), Mass::Density(240.0)).unwrap();
+    let slab = Body::fixed("slab", slab, skin(4e5)).unwrap();
+    World::new(vec![
+        ball.at(Pose::from_translation(vector![0.05, 0.02, 0.15]))
+            .with_velocity(vector![0.3, 0.1, 0.0])
+            .with_spin(vector![1.0, 2.0, 0.5]),
+        slab.at(Pose::from_translation(vector![0.0, 0.0, -0.5])),
+    ])
+    .unwrap()
+    .with_gravity(vector![0.0, 0.0, -9.81])
+    .unwrap()
+}
+
+fn plan() -> Plan {
+    Plan::new(4e-4, 1_000).unwrap().recording_every(1_000)
+}
+
+#[test]
+fn without_friction_every_gradient_over_a_thousand_steps_equals_differences() {
+    let world = thrown(0.0, 0.0);
+    let check = Experiment::new(&world, &plan())
+        .difference_check(&everything(), &FinalState::of_body(&world, "ball").unwrap());
+    let check = check.unwrap();
+    println!("{check}\nworst: {:.1e}", check.best());
+    assert!(check.best() <= ELASTIC, "{check}");
+}
+
+#[test]
+fn with_friction_and_dissipation_every_gradient_equals_differences() {
+    let world = thrown(0.4, 0.3);
+    let mut parameters = everything().to_vec();
+    parameters.extend([
+        Parameter::Friction("ball".into()),
+        Parameter::Friction("slab".into()),
+        Parameter::Dissipation("ball".into()),
+        Parameter::Dissipation("slab".into()),
+    ]);
+    let check = Experiment::new(&world, &plan())
+        .difference_check(&parameters, &FinalState::of_body(&world, "ball").unwrap());
+    let check = check.unwrap();
+    println!("{check}\nworst: {:.1e}", check.best());
+    assert!(check.best() <= RUBBING, "{check}");
+}
+
+#[test]
+fn the_papers_scheme_has_gradients_too() {
+    let world = thrown(0.4, 0.3);
+    let experiment = Experiment::new(&world, &plan().with_integrator(Integrator::SymplecticEuler));
+    let parameters = [
+        Parameter::InitialVelocity("ball".into()),
+        Parameter::Friction("ball".into()),
+    ];
+    let check = experiment
+        .difference_check(&parameters, &FinalState::of_body(&world, "ball").unwrap())
+        .unwrap();
+    assert!(check.best() <= RUBBING, "{check}");
+}
+
+#[test]
+fn recorded_states_have_the_derivatives_of_shorter_rollouts() {
+    let world = thrown(0.0, 0.0);
+    let parameters = [
+        Parameter::InitialVelocity("ball".into()),
+        Parameter::InitialSpin("ball".into()),
+    ];
+    let recorded = Experiment::new(&world, &Plan::new(4e-4, 600).unwrap().recording_every(200));
+    let all = recorded
+        .jacobian(
+            &parameters,
+            &RecordedStates::of_body(&world, "ball").unwrap(),
+        )
+        .unwrap();
+    assert_eq!(all.jacobian.shape(), (3 * 18, 6));
+    let short = Experiment::new(&world, &Plan::new(4e-4, 400).unwrap());
+    let short = short
+        .jacobian(&parameters, &FinalState::of_body(&world, "ball").unwrap())
+        .unwrap();
+    assert_eq!(all.value.rows(18, 18), short.value);
+    assert_eq!(all.jacobian.rows(18, 18), short.jacobian);
+}
+
+#[test]
+fn chunks_of_parameters_give_what_each_parameter_gives_alone() {
+    let world = thrown(0.4, 0.3);
+    let experiment = Experiment::new(&world, &Plan::new(1e-3, 300).unwrap());
+    let outcome = FinalState::of_body(&world, "ball").unwrap();
+    let together = experiment
+        .jacobian(&everything(), &outcome)
+        .unwrap()
+        .jacobian;
+    let mut first = 0;
+    for parameter in everything() {
+        let alone = experiment
+            .jacobian(std::slice::from_ref(&parameter), &outcome)
+            .unwrap()
+            .jacobian;
+        let columns = together.columns(first, parameter.dimension());
+        let error = (columns - &alone).amax();
+        assert!(
+            error <= REAL_PARTS * alone.amax(),
+            "{parameter:?}: {error:e}"
+        );
+        first += parameter.dimension();
+    }
+    assert_eq!(first, together.ncols());
+}
+
+#[test]
+fn real_parts_of_a_dual_rollout_are_the_rollout() {
+    for (dissipation, friction) in [(0.0, 0.0), (0.4, 0.3)] {
+        let world = thrown(dissipation, friction);
+        let lifted = world.lifted::<DualSVec64<6>>();
+        let mut start = lifted.initial_state();
+        let seeds = Vector6::from_fn(|i, _| {
+            let direction = nalgebra::SVector::<f64, 6>::ith(i, 1.0);
+            DualSVec64::<6>::new(0.0, num_dual::Derivative::some(direction))
+        });
+        let ball = &mut start.bodies[0];
+        ball.pose = ball.pose.moved_by(&Twist::from_vector(&seeds));
+        let plan = plan().recording_every(100);
+        let dual = lifted.rollout(&plan).starting_from(start).unwrap();
+        let dual = dual.recorded().unwrap().real();
+        let real = world.rollout(&plan).recorded().unwrap();
+        for (a, b) in dual.states().iter().zip(real.states()) {
+            let (a, b) = (&a.bodies[0], &b.bodies[0]);
+            let pose = (a.pose.translation() - b.pose.translation()).amax();
+            let turn = (a.pose.rotation() - b.pose.rotation()).amax();
+            let speed = (a.twist.linear - b.twist.linear).amax();
+            assert!(
+                pose.max(turn).max(speed) <= REAL_PARTS,
+                "{pose:e} {turn:e} {speed:e}"
+            );
+        }
+    }
+}
+
+/// Free fall: the paper's scheme moves a body by g·h² after the first step, and by one more each step.
+#[test]
+fn an_experiment_takes_the_steps_of_its_integrator() {
+    let world = thrown(0.0, 0.0);
+    let (time_step, steps) = (1e-3, 20);
+    let height = |integrator| {
+        let plan = Plan::new(time_step, steps).unwrap();
+        let experiment = Experiment::new(&world, &plan.with_integrator(integrator));
+        let outcome = FinalState::of_body(&world, "ball").unwrap();
+        experiment.value(&outcome).unwrap()[2]
+    };
+    let fall = 9.81 * time_step * time_step;
+    let count = steps as f64;
+    let leapfrog = 0.15 - fall * count * count / 2.0;
+    let paper = 0.15 - fall * count * (count + 1.0) / 2.0;
+    assert!((height(Integrator::Leapfrog) - leapfrog).abs() <= REAL_PARTS);
+    assert!((height(Integrator::SymplecticEuler) - paper).abs() <= REAL_PARTS);
+}
+
+/// The documented steps: parts of a material's number.
+#[test]
+fn differences_by_a_material_are_taken_over_parts_of_its_number() {
+    let world = thrown(0.4, 0.3);
+    let experiment = Experiment::new(&world, &Plan::new(1e-3, 200).unwrap());
+    let outcome = FinalState::of_body(&world, "ball").unwrap();
+    let numbers = [
+        (Parameter::Modulus("ball".into()), 1e5),
+        (Parameter::Dissipation("ball".into()), 0.4),
+        (Parameter::Friction("slab".into()), 0.3),
+    ];
+    for (parameter, number) in numbers {
+        let parameters = [parameter];
+        let check = experiment.difference_check(&parameters, &outcome).unwrap();
+        let step = check.steps[0] * number;
+        let after = |change| {
+            DVector::from(
+                experiment
+                    .value_after(&parameters, &[change], &outcome)
+                    .unwrap(),
+            )
+        };
+        let difference = (after(step) - after(-step)) / (2.0 * step);
+        let derivative = experiment.jacobian(&parameters, &outcome).unwrap().jacobian;
+        let error = (&difference - derivative.column(0)).amax();
+        let expected = error / derivative.amax().max(difference.amax());
+        assert!(
+            expected > 1e-9,
+            "the step is too short to tell: {expected:e}"
+        );
+        let found = check.errors[(0, 0)];
+        assert!(
+            (found - expected).abs() <= 1e-2 * expected,
+            "{found:e} {expected:e}"
+        );
+    }
+}
+
+/// Steps are parts of the number that is changed, and of 1 where it is 0.
+#[test]
+fn a_derivative_by_a_dissipation_of_zero_is_checked() {
+    struct Forgotten;
+    impl Outcome for Forgotten {
+        fn of<T: Scalar>(&self, trajectory: &Trajectory<T>) -> Vec<T> {
+            vec![lift(real_part(trajectory.last().bodies[0].position().z))]
+        }
+    }
+    let world = thrown(0.0, 0.0);
+    let experiment = Experiment::new(&world, &Plan::new(1e-3, 200).unwrap());
+    let check = experiment
+        .difference_check(&[Parameter::Dissipation("ball".into())], &Forgotten)
+        .unwrap();
+    assert!((check.best() - 1.0).abs() <= REAL_PARTS, "{check}");
+}
+
+/// A path prescribes where a body is, not what it is made of.
+#[test]
+fn a_body_on_a_path_has_derivatives_by_its_material() {
+    let skin = Material::elastic(1e5).with_friction(0.3);
+    let ball = Shape::new(shapes::icosphere(0.1, 1).unwrap());
+    let table = Shape::new(shapes::cuboid([1.0, 1.0, 0.2]).unwrap());
+    let ball = Body::dynamic("ball", ball, skin, Mass::Total(1.0)).unwrap();
+    let velocity = vector![0.01, 0.0, 0.1];
+    let rising = move |time: f64| {
+        let pose = Pose::from_translation(vector![0.0, 0.0, -0.1] + velocity * time);
+        let twist = Twist {
+            angular: Vector3::zeros(),
+            linear: velocity,
+        };
+        BodyState { pose, twist }
+    };
+    let table = Body::prescribed("table", table, skin, Arc::new(rising)).unwrap();
+    let ball = ball.at(Pose::from_translation(vector![0.0, 0.0, 0.099]));
+    let world = World::new(vec![ball, table]).unwrap();
+    let experiment = Experiment::new(&world, &Plan::new(1e-3, 100).unwrap());
+    let parameters = [
+        Parameter::Modulus("table".into()),
+        Parameter::Friction("table".into()),
+    ];
+    let check = experiment
+        .difference_check(&parameters, &FinalState::of_body(&world, "ball").unwrap())
+        .unwrap();
+    assert!(check.best() <= RUBBING, "{check}");
+    let start = experiment.jacobian(
+        &[Parameter::InitialPosition("table".into())],
+        &FinalState::of_body(&world, "ball").unwrap(),
+    );
+    assert!(matches!(start, Err(GradientError::NotDynamic { .. })));
+}
+
+/// A change adds to what a world was made of.
+#[test]
+fn a_changed_world_is_the_one_that_is_made_of_the_sums() {
+    let (modulus, dissipation, friction) = (2e4, 0.15, 0.05);
+    let changes = [
+        modulus,
+        dissipation,
+        friction,
+        modulus,
+        dissipation,
+        friction,
+    ];
+    let of = |name: &str| {
+        [
+            Parameter::Modulus(name.into()),
+            Parameter::Dissipation(name.into()),
+            Parameter::Friction(name.into()),
+        ]
+    };
+    let parameters = [of("ball"), of("slab")].concat();
+    let changed = thrown(0.4, 0.3).changed(&parameters, &changes).unwrap();
+    let made = thrown(0.4, 0.3);
+    for (body, start) in changed.bodies().iter().zip(made.bodies()) {
+        let (found, material) = (body.material(), start.material());
+        let pairs = [
+            (found.modulus, material.modulus + modulus),
+            (found.dissipation, material.dissipation + dissipation),
+            (found.friction, material.friction + friction),
+        ];
+        for (found, expected) in pairs {
+            assert!(
+                (found - expected).abs() <= REAL_PARTS * expected,
+                "{found} {expected}"
+            );
+        }
+    }
+}

@@ -1,0 +1,10 @@
+//! Files, read and written.
+
+mod broken_writes;
+mod hostile_files;
+mod mesh_files;
+mod recording;
+mod trajectory_file;
+
+#[path = "../support/mod.rs"]
+mod support;

@@ -1,0 +1,8 @@
+//! Every way to find the pairs of tetrahedra that touch finds all of them.
+
+mod broad_phase;
+mod culling;
+mod following;
+
+#[path = "../support/mod.rs"]
+mod support;
