@@ -3,12 +3,12 @@ use super::system::System;
 use super::{Body, Control, Force, Motion, State, WorldError};
 use crate::scalar::Scalar;
 use nalgebra::Vector3;
+use std::fmt;
 use std::sync::Arc;
 
 /// Bodies, what acts on them, and where they start.
 ///
 /// Besides contact and gravity act the [forces](Force) `F` and the [controls](Control) it was given.
-#[derive(Debug)]
 pub struct World<T = f64, F = ()> {
     pub(crate) system: System<T>,
     pub(super) forces: Arc<F>,
@@ -21,6 +21,14 @@ impl<T: Clone, F> Clone for World<T, F> {
             system: self.system.clone(),
             forces: Arc::clone(&self.forces),
         }
+    }
+}
+
+/// Without the forces.
+impl<T: fmt::Debug, F> fmt::Debug for World<T, F> {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let mut parts = formatter.debug_struct("World");
+        parts.field("system", &self.system).finish_non_exhaustive()
     }
 }
 

@@ -62,6 +62,22 @@ pub fn real_vector<T: Scalar>(vector: &Vector3<T>) -> Vector3<f64> {
     vector.map(real_part)
 }
 
+/// The length of a vector; at zero it has no derivative, and dual numbers get one that is not finite.
+///
+/// `norm` of nalgebra asks for complex numbers, which dual numbers are not.
+///
+/// ```
+/// use hydroelastic::scalar::norm;
+/// use nalgebra::vector;
+///
+/// assert_eq!(norm(&vector![3.0, 0.0, 4.0]), 5.0);
+/// ```
+#[inline]
+#[must_use]
+pub fn norm<T: Scalar>(vector: &Vector3<T>) -> T {
+    vector.dot(vector).sqrt()
+}
+
 /// Whether `T` has derivatives to carry: false for `f64` alone.
 #[inline]
 #[must_use]

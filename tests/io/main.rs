@@ -1,6 +1,7 @@
 //! Files, read and written.
 
 mod broken_writes;
+mod data_set_fields;
 mod hostile_files;
 mod mesh_files;
 mod recording;

@@ -5,6 +5,7 @@ mod error;
 mod file_contents;
 mod gmsh;
 mod gmsh_headers;
+mod legacy_fields;
 mod mesh_file;
 mod recording;
 mod replacement;

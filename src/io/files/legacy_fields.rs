@@ -1,0 +1,155 @@
+//! The fields of a whole data set in legacy VTK files (`FIELD FieldData`), which VTK, ParaView and pyvista write before the
+//! points and `vtkio` does not know: no part of a mesh, they are passed over.
+
+use std::borrow::Cow;
+
+/// The file with spaces in the place of its data set's fields, so that all else stays in its line; as it is, if it has none,
+/// or some that cannot be passed over.
+pub(super) fn blanked(bytes: &[u8]) -> Cow<'_, [u8]> {
+    let start = start(bytes).unwrap_or(bytes.len());
+    let Some(rest) = after_fields(bytes, &bytes[start..]) else {
+        return Cow::Borrowed(bytes);
+    };
+    let mut blanked = bytes.to_vec();
+    for byte in &mut blanked[start..bytes.len() - rest.len()] {
+        if *byte != b'\n' {
+            *byte = b' ';
+        }
+    }
+    Cow::Owned(blanked)
+}
+
+/// Where fields begin: after four lines, the last of which names the kind of data set.
+fn start(bytes: &[u8]) -> Option<usize> {
+    let mut rest = bytes;
+    for _ in 0..4 {
+        line(&mut rest)?;
+    }
+    rest = rest.trim_ascii_start();
+    has_word(rest, "FIELD").then(|| bytes.len() - rest.len())
+}
+
+/// What follows the fields.
+fn after_fields<'a>(bytes: &[u8], mut rest: &'a [u8]) -> Option<&'a [u8]> {
+    let mut head = bytes;
+    let format = (0..3).map_while(|_| line(&mut head)).last()?;
+    let is_binary = has_word(format, "BINARY");
+    let [_, _, count] = words(line(&mut rest)?)?;
+    for _ in 0..count.parse::<usize>().ok()? {
+        rest = rest.trim_ascii_start();
+        let [_, components, tuples, kind] = words(line(&mut rest)?)?;
+        let components: usize = components.parse().ok()?;
+        let count = components.checked_mul(tuples.parse().ok()?)?;
+        if is_binary {
+            rest = rest.get(count.checked_mul(bits(kind)?)?.div_ceil(8)..)?;
+        } else {
+            bits(kind)?;
+            for _ in 0..count {
+                rest = rest.trim_ascii_start();
+                let end = rest.iter().position(u8::is_ascii_whitespace);
+                rest = &rest[end.filter(|&end| end > 0)?..];
+            }
+        }
+        rest = rest.trim_ascii_start();
+        if has_word(rest, "METADATA") {
+            // Up to an empty line.
+            while !line(&mut rest)?.trim_ascii().is_empty() {}
+            rest = rest.trim_ascii_start();
+        }
+    }
+    Some(rest)
+}
+
+/// The next line, without its end.
+fn line<'a>(rest: &mut &'a [u8]) -> Option<&'a [u8]> {
+    let end = rest.iter().position(|&byte| byte == b'\n')?;
+    let line = &rest[..end];
+    *rest = &rest[end + 1..];
+    Some(line)
+}
+
+/// The words of a line, if they are so many.
+fn words<const COUNT: usize>(line: &[u8]) -> Option<[&str; COUNT]> {
+    let words: Vec<&str> = std::str::from_utf8(line).ok()?.split_whitespace().collect();
+    words.try_into().ok()
+}
+
+/// Whether the first word is this one, in letters of any case.
+fn has_word(text: &[u8], word: &str) -> bool {
+    let text = text.trim_ascii_start();
+    let end = text.iter().position(u8::is_ascii_whitespace);
+    text[..end.unwrap_or(text.len())].eq_ignore_ascii_case(word.as_bytes())
+}
+
+/// Bits of a number in a binary file.
+fn bits(kind: &str) -> Option<usize> {
+    match kind.to_ascii_lowercase().as_str() {
+        "bit" => Some(1),
+        "char" | "unsigned_char" => Some(8),
+        "short" | "unsigned_short" => Some(16),
+        "int" | "unsigned_int" | "float" | "vtkidtype" => Some(32),
+        "long" | "unsigned_long" | "double" | "vtktypeint64" | "vtktypeuint64" => Some(64),
+        _ => None,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::blanked;
+
+    const HEAD: &str = "# vtk DataFile Version 5.1\na title\n";
+    const MESH: &str = "POINTS 4 double\n0 0 0 ";
+
+    #[test]
+    fn fields_in_text_are_passed_over() {
+        let fields = "FIELD FieldData 2\nTimeValue 1 1 double\n0.5 \nflags 2 2 bit\n1 0\n1 1\nMETADATA\nINFORMATION 0\n\n";
+        let file = format!("{HEAD}ASCII\nDATASET UNSTRUCTURED_GRID\n{fields}{MESH}");
+        let blank: String = fields.replace(|letter| letter != '\n', " ");
+        let expected = file.replace(fields, &blank);
+        assert_eq!(&*blanked(file.as_bytes()), expected.as_bytes());
+    }
+
+    #[test]
+    fn binary_fields_are_passed_over_whatever_their_bytes() {
+        let head = format!("{HEAD}BINARY\nDATASET UNSTRUCTURED_GRID\n");
+        let [first, second] = [&[b'\n'; 16][..], b"\x80"];
+        let file = [
+            head.as_bytes(),
+            b"FIELD FieldData 2\nTimeValue 2 1 double\n",
+            first,
+            b"\nflags 1 3 bit\n",
+            second,
+            b"\n",
+            MESH.as_bytes(),
+        ];
+        let file = file.concat();
+        let found = blanked(&file);
+        let (before, after) = (head.len(), file.len() - MESH.len());
+        assert_eq!(
+            (&found[..before], &found[after..]),
+            (head.as_bytes(), MESH.as_bytes())
+        );
+        assert!(found[before..after].trim_ascii().is_empty());
+    }
+
+    #[test]
+    fn files_without_them_or_cut_short_stay_as_they_are() {
+        let files = [
+            format!("{HEAD}ASCII\nDATASET UNSTRUCTURED_GRID\n{MESH}"),
+            format!(
+                "{HEAD}ASCII\nDATASET UNSTRUCTURED_GRID\nFIELD FieldData 1\nTimeValue 1 3 double\n0.5"
+            ),
+            format!(
+                "{HEAD}ASCII\nDATASET UNSTRUCTURED_GRID\nFIELD FieldData 1\nname 1 1 string\nab\n{MESH}"
+            ),
+            format!(
+                "{HEAD}BINARY\nDATASET UNSTRUCTURED_GRID\nFIELD FieldData 1\nTimeValue 99 18446744073709551615 double\n"
+            ),
+            HEAD.to_owned(),
+            String::new(),
+        ];
+        for file in files {
+            assert_eq!(&*blanked(file.as_bytes()), file.as_bytes(), "{file}");
+        }
+    }
+}

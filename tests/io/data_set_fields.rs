@@ -1,0 +1,50 @@
+//! Legacy VTK files with fields of the whole data set, as VTK and ParaView write them, hold the mesh of those without.
+
+use hydroelastic::io::{FileError, read_mesh};
+use std::fs;
+use std::path::Path;
+
+/// The fields that go before the points.
+const ASCII: &[u8] = b"FIELD FieldData 2\nTimeValue 1 1 double\n0.25\nis%20old 1 3 bit\n0 1 1\n\n";
+
+/// The same in binary: the number has the bytes of a line's end.
+const BINARY: &[u8] =
+    b"FIELD FieldData 2\nTimeValue 1 1 double\n\n\n\n\n\n\n\n\n\nis%20old 1 3 bit\n`\n\n";
+
+/// A file of the mesher's with these bytes before the points.
+fn with_fields(name: &str, fields: &[u8]) -> Vec<u8> {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/data/meshes_from_mesher");
+    let bytes = fs::read(folder.join(name)).unwrap();
+    let is_points = |window: &[u8]| window == b"POINTS";
+    let points = bytes.windows(6).position(is_points).unwrap();
+    [&bytes[..points], fields, &bytes[points..]].concat()
+}
+
+fn vertices(name: &str, bytes: &[u8]) -> Result<Vec<[f64; 3]>, FileError> {
+    let path = Path::new(env!("CARGO_TARGET_TMPDIR")).join(name);
+    fs::write(&path, bytes).unwrap();
+    let file = read_mesh(&path)?;
+    Ok(file.mesh.vertices().iter().map(|&v| v.into()).collect())
+}
+
+#[test]
+fn fields_of_the_data_set_are_passed_over() {
+    for (name, fields) in [("bracket.vtk", ASCII), ("bracket_binary.vtk", BINARY)] {
+        let plain = vertices(&format!("plain_{name}"), &with_fields(name, b"")).unwrap();
+        let found = vertices(&format!("fields_{name}"), &with_fields(name, fields)).unwrap();
+        assert_eq!(found, plain);
+    }
+}
+
+#[test]
+fn errors_behind_them_name_their_line() {
+    let text = String::from_utf8(with_fields("bracket.vtk", ASCII)).unwrap();
+    let line = 1 + text.lines().position(|it| it.starts_with("CELLS")).unwrap();
+    let damaged = text.replace("CELLS", "SMELLS");
+    let error = vertices("damaged_behind_fields.vtk", damaged.as_bytes()).unwrap_err();
+    let told = error.to_string();
+    assert!(
+        told.contains(&format!("line {line}")) || told.contains("SMELLS"),
+        "{told}"
+    );
+}
