@@ -1,16 +1,22 @@
 //! Worlds and their rollouts.
 
+mod body_kinds;
 mod conservation;
 mod contacts;
+mod custom_forces;
 mod failures;
 mod forces;
+mod free_rotation;
+mod gradient_refusals;
 mod heap;
 mod long_runs;
 mod motion;
 mod reference_trajectory;
+mod refusals;
 mod rollout;
+mod scenes;
 mod stability;
-mod world;
+mod starts_and_endings;
 
 #[path = "../support/mod.rs"]
 mod support;

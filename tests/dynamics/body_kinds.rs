@@ -1,0 +1,220 @@
+//! What moves, and what does not: fixed and prescribed bodies, ignored pairs, shared shapes.
+
+use crate::scenes::{
+    ROUND_OFF, SKIN, at, ball, ball_shape, box_shape, down, floor, leapfrog, still_at,
+};
+use hydroelastic::dynamics::{Body, BodyState, Integrator, Mass, Material, Plan, World};
+use hydroelastic::gradient::Parameter;
+use hydroelastic::spatial::{Pose, Twist};
+use nalgebra::{Matrix3, Vector3, vector};
+use std::sync::Arc;
+
+/// That two states of a body are the same, bit for bit.
+fn assert_same(a: &BodyState, b: &BodyState) {
+    assert_eq!(a.pose.translation(), b.pose.translation());
+    assert_eq!(a.pose.rotation(), b.pose.rotation());
+    assert_eq!(a.twist.linear, b.twist.linear);
+    assert_eq!(a.twist.angular, b.twist.angular);
+}
+
+#[test]
+fn ignored_pairs_do_not_push() {
+    let falling = || ball("ball").at(at(0.0, 0.0, 0.15));
+    let alone = World::new(vec![falling()]).unwrap();
+    let alone = alone.with_gravity(down()).unwrap();
+    for names in [["ball", "floor"], ["floor", "ball"]] {
+        let world = World::new(vec![falling(), floor(SKIN)]).unwrap();
+        let world = world.with_gravity(down()).unwrap();
+        let last = |world: &World| leapfrog(world, 1e-3).nth(199).unwrap().unwrap();
+        let bounced = last(&world);
+        let world = world.ignoring(names[0], names[1]).unwrap();
+        let passed = last(&world);
+        assert_same(&passed.bodies[0], &last(&alone).bodies[0]);
+        assert!(passed.bodies[0].pose.translation().z < -0.04);
+        assert!(bounced.bodies[0].pose.translation().z > 0.05);
+        let inside = leapfrog(&world, 1e-3).take(200).map(Result::unwrap);
+        let polygons = inside.map(|state| world.topology(&state).unwrap().polygon_count());
+        assert_eq!(polygons.sum::<usize>(), 0);
+    }
+}
+
+#[test]
+fn an_ignored_pair_leaves_the_other_pairs() {
+    let world = World::new(vec![
+        ball("left").at(at(-0.1, 0.0, 0.09)),
+        ball("right").at(at(0.05, 0.0, 0.09)),
+        floor(SKIN),
+    ]);
+    let world = world.unwrap().ignoring("left", "right").unwrap();
+    let next = leapfrog(&world, 1e-3).next().unwrap().unwrap();
+    for body in &next.bodies[..2] {
+        assert!(body.twist.linear.z > 0.0);
+        assert!(body.twist.linear.x.abs() < 1e-6 * body.twist.linear.z);
+    }
+}
+
+#[test]
+fn fixed_bodies_never_move() {
+    let skin = Material {
+        friction: 0.5,
+        ..SKIN
+    };
+    let tilted = Pose::from_rotation_vector(&vector![0.1, 0.2, 0.3], vector![0.0, 0.0, -0.25]);
+    let rock = Body::fixed("rock", box_shape([1.0, 1.0, 0.4]), skin).unwrap();
+    let rock = rock.at(tilted);
+    let thrown = ball("ball").with_velocity(vector![0.0, 0.0, -5.0]);
+    let world = World::new(vec![rock, thrown.at(at(0.0, 0.0, 0.1))]).unwrap();
+    let start = world.initial_state();
+    let mut hits = 0;
+    for integrator in [Integrator::Leapfrog, Integrator::SymplecticEuler] {
+        for state in world
+            .rollout(&Plan::new(1e-4, 1_000).unwrap().with_integrator(integrator))
+            .take(1_000)
+        {
+            let state = state.unwrap();
+            assert_same(&state.bodies[0], &start.bodies[0]);
+            hits += usize::from(world.topology(&state).unwrap().polygon_count() > 0);
+        }
+    }
+    assert!(hits > 100, "{hits}");
+}
+
+#[test]
+fn bodies_that_forces_do_not_move_do_not_touch_each_other() {
+    let slab = Body::fixed("slab", box_shape([1.0, 1.0, 1.0]), SKIN).unwrap();
+    let sunk = Body::prescribed("sunk", ball_shape(), SKIN, Arc::new(|_| still_at(0.4))).unwrap();
+    let world = World::new(vec![slab, sunk, floor(SKIN)]).unwrap();
+    assert_eq!(
+        world
+            .topology(&world.initial_state())
+            .unwrap()
+            .polygon_count(),
+        0
+    );
+}
+
+/// A block that moves along x at 1 m/s, starting just off a ball of 1 kg.
+fn pushed_ball() -> World {
+    let path = |time: f64| BodyState {
+        pose: at(time, 0.0, 0.0),
+        twist: Twist {
+            angular: Vector3::zeros(),
+            linear: Vector3::x(),
+        },
+    };
+    let block = box_shape([0.2, 0.4, 0.4]);
+    let pusher = Body::prescribed("pusher", block, SKIN, Arc::new(path)).unwrap();
+    World::new(vec![ball("ball").at(at(0.205, 0.0, 0.0)), pusher]).unwrap()
+}
+
+#[test]
+fn a_prescribed_body_follows_its_path_whatever_it_pushes() {
+    let world = pushed_ball();
+    for integrator in [Integrator::Leapfrog, Integrator::SymplecticEuler] {
+        for state in world
+            .rollout(&Plan::new(1e-3, 200).unwrap().with_integrator(integrator))
+            .take(200)
+        {
+            let state = state.unwrap();
+            let pusher = &state.bodies[1];
+            let off_path = pusher.pose.translation() - vector![state.time, 0.0, 0.0];
+            assert!(off_path.amax() < ROUND_OFF);
+            assert_eq!(pusher.pose.rotation(), &Matrix3::identity());
+            assert_eq!(pusher.twist.linear, Vector3::x());
+        }
+    }
+}
+
+/// Energies after a bounce at five hundred steps a bounce.
+const BOUNCE: f64 = 1e-4;
+
+#[test]
+fn a_ball_leaves_a_pusher_at_twice_the_speed_of_the_pusher() {
+    let world = pushed_ball();
+    let mut before = world.initial_state();
+    let mut touched = 0;
+    for state in leapfrog(&world, 5e-5).take(4_000) {
+        let state = state.unwrap();
+        let gained = state.bodies[0].twist.linear.x - before.bodies[0].twist.linear.x;
+        assert!(gained >= 0.0, "a pusher never pulls");
+        // In the pusher's frame nothing does work.
+        let relative = state.bodies[0].twist.linear - Vector3::x();
+        let contact = world.report(&state).unwrap().contact_energy;
+        let energy = relative.norm_squared() / 2.0 + contact;
+        assert!((energy - 0.5).abs() < 10.0 * BOUNCE, "{energy}");
+        touched += usize::from(contact > 0.0);
+        before = state;
+    }
+    assert!(touched > 100, "{touched}");
+    let momentum = world.report(&before).unwrap().momentum.linear;
+    assert!(
+        (momentum - vector![2.0, 0.0, 0.0]).amax() < BOUNCE,
+        "{momentum}"
+    );
+}
+
+#[test]
+fn a_turning_pusher_pushes_with_the_velocity_of_its_surface() {
+    // A roller turns under a ball that lies on it, both of the same shape: friction drives the ball
+    // the way the roller's top goes, and turns it the other way round.
+    let skin = Material {
+        friction: 0.5,
+        dissipation: 1.0,
+        ..SKIN
+    };
+    let turning = |time: f64| BodyState {
+        pose: Pose::from_rotation_vector(&vector![0.0, 10.0 * time, 0.0], Vector3::zeros()),
+        twist: Twist {
+            angular: vector![0.0, 10.0, 0.0],
+            linear: Vector3::zeros(),
+        },
+    };
+    let roller = Body::prescribed("roller", ball_shape(), skin, Arc::new(turning)).unwrap();
+    let load = Body::dynamic("load", ball_shape(), skin, Mass::Total(1.0)).unwrap();
+    let world = World::new(vec![roller, load.at(at(0.0, 0.0, 0.19))]).unwrap();
+    let world = world.with_gravity(down()).unwrap();
+    let last = leapfrog(&world, 1e-4).nth(99).unwrap().unwrap();
+    let twist = &last.bodies[1].twist;
+    assert!(twist.linear.x > 1e-3, "{}", twist.linear);
+    assert!(twist.angular.y < -1e-2, "{}", twist.angular);
+}
+
+#[test]
+fn bodies_may_share_a_shape() {
+    let shape = ball_shape();
+    let body = |name: &str| Body::dynamic(name, Arc::clone(&shape), SKIN, Mass::Total(1.0));
+    let fixed = Body::fixed("three", Arc::clone(&shape), SKIN).unwrap();
+    let world = World::new(vec![body("one").unwrap(), body("two").unwrap(), fixed]).unwrap();
+    assert_eq!(Arc::strong_count(&shape), 4);
+    assert!(
+        world
+            .bodies()
+            .iter()
+            .all(|body| Arc::ptr_eq(body.shape(), &shape))
+    );
+    let lifted = world.lifted::<num_dual::Dual64>();
+    assert_eq!(Arc::strong_count(&shape), 7);
+    drop((world, lifted));
+    assert_eq!(Arc::strong_count(&shape), 1);
+}
+
+#[test]
+fn a_world_with_a_body_on_a_turning_path_can_be_changed() {
+    let path = |time: f64| BodyState {
+        pose: Pose::from_rotation_vector(&vector![0.3, 0.7 + time, -0.4], vector![3.0, 0.0, 0.0]),
+        twist: Twist::zero(),
+    };
+    // Many starts: for some the rounding of the path's rotation happens to be left as it is.
+    for start in 0..50 {
+        let turning = Arc::new(move |time: f64| path(time + 0.1 * f64::from(start)));
+        let skin = Material::elastic(1e5);
+        let world = World::new(vec![
+            Body::dynamic("ball", ball_shape(), skin, Mass::Total(1.0)).unwrap(),
+            Body::prescribed("arm", ball_shape(), skin, turning).unwrap(),
+        ]);
+        let world = world.unwrap();
+        let by = [Parameter::InitialVelocity("ball".into())];
+        let changed = world.changed(&by, &[1.0, 0.0, 0.0]).unwrap();
+        assert!((changed.bodies()[0].initial().velocity().x - 1.0).abs() <= 0.0);
+    }
+}

@@ -1,0 +1,123 @@
+//! Parameters, outcomes and changes that gradients refuse.
+
+use crate::scenes::{SKIN, assert_names, ball, ball_shape, floor, still_at};
+use hydroelastic::dynamics::{Body, Plan, World, WorldError};
+use hydroelastic::gradient::{
+    Experiment, FinalPosition, FinalState, GradientError, Parameter, RecordedStates,
+};
+use std::slice;
+use std::sync::Arc;
+
+#[test]
+fn an_experiment_refuses_a_time_step_that_is_not_positive() {
+    let world = World::new(vec![ball("ball")]).unwrap();
+    let experiment = |time_step| -> Result<Experiment, GradientError> {
+        Ok(Experiment::new(&world, &Plan::new(time_step, 10)?))
+    };
+    experiment(1e-3).unwrap();
+    assert!(matches!(
+        experiment(0.0).unwrap_err(),
+        GradientError::World(WorldError::Setting {
+            quantity: "time step",
+            ..
+        })
+    ));
+}
+
+/// The error of the derivatives of the first body's position by a parameter.
+fn refused_gradient(world: &World, parameter: &Parameter) -> GradientError {
+    let by = slice::from_ref(parameter);
+    let experiment = Experiment::new(world, &Plan::new(1e-3, 10).unwrap());
+    let outcome = FinalPosition::of_body(world, world.bodies()[0].name()).unwrap();
+    let error = experiment.jacobian(by, &outcome).unwrap_err();
+    let check = experiment.difference_check(by, &outcome);
+    let after = experiment.value_after(by, &[0.0; 3], &outcome);
+    assert_eq!(check.unwrap_err(), error);
+    assert_eq!(after.unwrap_err(), error);
+    error
+}
+
+#[test]
+fn a_parameter_of_no_body_of_the_world_is_refused() {
+    let world = World::new(vec![ball("ball"), floor(SKIN)]).unwrap();
+    for parameter in [
+        Parameter::InitialPosition("bal".into()),
+        Parameter::Modulus("bal".into()),
+        Parameter::Mass("bal".into()),
+    ] {
+        let unknown = WorldError::UnknownBody {
+            name: "bal".into(),
+            known: vec!["ball".into(), "floor".into()],
+        };
+        assert_eq!(
+            refused_gradient(&world, &parameter),
+            GradientError::World(unknown)
+        );
+    }
+}
+
+#[test]
+fn a_parameter_without_effect_on_a_body_that_forces_do_not_move_is_refused() {
+    let driven = Body::prescribed("cart", ball_shape(), SKIN, Arc::new(|_| still_at(2.0)));
+    let world = World::new(vec![ball("ball"), floor(SKIN), driven.unwrap()]).unwrap();
+    for (parameter, body) in [
+        (Parameter::Mass("floor".into()), "floor"),
+        (Parameter::InitialVelocity("floor".into()), "floor"),
+        (Parameter::InitialSpin("floor".into()), "floor"),
+        (Parameter::Mass("cart".into()), "cart"),
+        (Parameter::InitialPosition("cart".into()), "cart"),
+        (Parameter::InitialOrientation("cart".into()), "cart"),
+    ] {
+        let error = refused_gradient(&world, &parameter);
+        let expected = GradientError::NotDynamic {
+            body: body.into(),
+            parameter: format!("{parameter:?}"),
+        };
+        assert_eq!(error, expected);
+    }
+    let error = refused_gradient(&world, &Parameter::Mass("floor".into()));
+    assert_eq!(
+        error.to_string(),
+        "Mass(\"floor\") has no effect, because body \"floor\" is not dynamic"
+    );
+}
+
+#[test]
+fn an_outcome_of_no_body_of_the_world_is_refused() {
+    let world = World::new(vec![ball("ball")]).unwrap();
+    let unknown = world.index_of("bal").unwrap_err();
+    let errors = [
+        FinalPosition::of_body(&world, "bal").unwrap_err(),
+        FinalState::of_body(&world, "bal").unwrap_err(),
+        RecordedStates::of_body(&world, "bal").unwrap_err(),
+    ];
+    assert!(errors.iter().all(|error| error == &unknown));
+}
+
+#[test]
+fn a_world_is_changed_by_as_many_numbers_as_its_parameters_have_and_to_usable_ones_only() {
+    let world = World::new(vec![ball("ball")]).unwrap();
+    let parameters = [Parameter::Mass("ball".into()), Parameter::Gravity];
+    let error = world.changed(&parameters, &[0.0; 3]).unwrap_err();
+    let (found, expected) = (3, 4);
+    assert_eq!(error, GradientError::ChangeCount { found, expected });
+    for change in [-1.0, -2.0, f64::NAN] {
+        let error = world.changed(&parameters, &[change, 0.0, 0.0, 0.0]);
+        let GradientError::World(error) = error.unwrap_err() else {
+            panic!("not of the world")
+        };
+        assert_names(
+            &error,
+            &format!("the mass of body \"ball\" is {}", 1.0 + change),
+        );
+    }
+}
+
+#[test]
+fn a_gradient_of_more_than_one_number_is_refused() {
+    let world = World::new(vec![ball("ball")]).unwrap();
+    let experiment = Experiment::new(&world, &Plan::new(1e-3, 10).unwrap());
+    let outcome = FinalPosition::of_body(&world, world.bodies()[0].name()).unwrap();
+    let error = experiment.gradient(&[Parameter::Gravity], &outcome);
+    assert_eq!(error.unwrap_err(), GradientError::NotALoss { count: 3 });
+}

@@ -1,0 +1,76 @@
+//! Balls, boxes, a floor and mass properties, of which several tests of worlds are made.
+
+use hydroelastic::contact::Shape;
+use hydroelastic::dynamics::{Body, BodyState, Mass, Material, Plan, Rollout, World, WorldError};
+use hydroelastic::mesh::shapes;
+use hydroelastic::spatial::{MassProperties, Pose, Twist, rotation_from_vector};
+use nalgebra::{Matrix3, Vector3, vector};
+use std::sync::Arc;
+
+pub const GRAVITY: f64 = 9.81;
+
+/// What a few thousand steps add up to in round-off.
+pub const ROUND_OFF: f64 = 1e-12;
+
+pub const SKIN: Material = Material {
+    modulus: 1e5,
+    dissipation: 0.0,
+    friction: 0.0,
+};
+
+pub fn ball_shape() -> Arc<Shape> {
+    Arc::new(Shape::new(shapes::icosphere(0.1, 1).unwrap()))
+}
+
+pub fn box_shape(lengths: [f64; 3]) -> Arc<Shape> {
+    Arc::new(Shape::new(shapes::cuboid(lengths).unwrap()))
+}
+
+pub fn ball(name: &str) -> Body {
+    Body::dynamic(name, ball_shape(), SKIN, Mass::Total(1.0)).unwrap()
+}
+
+/// A body whose top is z = 0.
+pub fn floor(skin: Material) -> Body {
+    let slab = box_shape([1.0, 1.0, 0.4]);
+    let floor = Body::fixed("floor", slab, skin).unwrap();
+    floor.at(at(0.0, 0.0, -0.2))
+}
+
+pub fn at(x: f64, y: f64, z: f64) -> Pose {
+    Pose::from_translation(vector![x, y, z])
+}
+
+pub fn down() -> Vector3<f64> {
+    vector![0.0, 0.0, -GRAVITY]
+}
+
+/// That an error's message starts with what was found where.
+pub fn assert_names(error: &WorldError, found: &str) {
+    let message = error.to_string();
+    assert!(message.starts_with(found), "{message:?}, not {found:?}");
+}
+
+pub fn still_at(x: f64) -> BodyState {
+    BodyState {
+        pose: at(x, 0.0, 0.0),
+        twist: Twist::zero(),
+    }
+}
+
+/// Mass properties of a body whose centre of mass is off its origin and whose principal axes are
+/// askew.
+pub fn asymmetric() -> MassProperties {
+    let axes = rotation_from_vector(&vector![0.4, -0.3, 0.8]);
+    let moments = Matrix3::from_diagonal(&vector![0.01, 0.02, 0.025]);
+    let inertia = axes * moments * axes.transpose();
+    MassProperties {
+        mass: 2.0,
+        center_of_mass: vector![0.03, -0.01, 0.02],
+        inertia: (inertia + inertia.transpose()) / 2.0,
+    }
+}
+
+pub fn leapfrog(world: &World, time_step: f64) -> Rollout {
+    world.rollout(&Plan::new(time_step, 0).unwrap())
+}

@@ -1,0 +1,169 @@
+//! The largest stable time step against rollouts that blow up just above it and not just below.
+
+use super::scenes::{
+    EDGE, GRAVITY, REST, assert_close, at, bisected, cube, cube_on_slab, limit, slab, with_gravity,
+};
+use hydroelastic::contact::Shape;
+use hydroelastic::dynamics::{Body, BodyState, Mass, Material, Plan, State, World};
+use hydroelastic::mesh::shapes;
+use hydroelastic::spatial::Pose;
+use nalgebra::{Rotation3, Vector3, vector};
+
+/// Resolution of a limit found by blow-ups: 4,000 steps at 1.0005 of the limit multiply a disturbance
+/// by exp(4,000·√(8·0.0005)) if it is elastic and by exp(4,000·0.001) = 55 if damping rules; at 0.9995 an elastic
+/// one is multiplied by up to 1/√(1 − 0.9995²) = 32. Both are to be told apart by a factor of 50.
+const RESOLUTION: f64 = 1e-3;
+const STEPS: usize = 4_000;
+const GROWTH: f64 = 50.0;
+
+/// Disturbance (m/s, and rad/s by the size of a body): far below the slip tolerance and the
+/// reciprocal of any dissipation here, so that the response is linear until it has grown.
+const DISTURBANCE: f64 = 1e-8;
+
+/// The largest speed of a body (m/s, spin by 0.1 m).
+fn speed(state: &State) -> f64 {
+    let of_body = |body: &BodyState| body.twist.linear.norm() + 0.1 * body.twist.angular.norm();
+    state.bodies.iter().map(of_body).fold(0.0, f64::max)
+}
+
+/// Whether a slight disturbance of a state at rest has grown after many steps.
+fn blows_up(world: &World, time_step: f64) -> bool {
+    let mut state = world.initial_state();
+    for (body, number) in world.bodies().iter().zip(&mut state.bodies) {
+        if body.inertia().is_some() {
+            number.twist.linear = vector![0.4, -0.5, 0.7] * DISTURBANCE;
+            number.twist.angular = vector![0.6, 0.3, -0.5] * (DISTURBANCE / EDGE);
+        }
+    }
+    let start = speed(&state);
+    let rollout = world.rollout(&Plan::new(time_step, STEPS).unwrap());
+    let mut states = rollout.starting_from(state).unwrap().take(STEPS);
+    states.any(|state| state.map_or(true, |state| speed(&state) > GROWTH * start))
+}
+
+fn assert_blows_up_at_the_limit(world: &World) {
+    let found = limit(world);
+    let range = [found / 2.0, found * 2.0];
+    let blown = bisected(range, RESOLUTION / 10.0, |step| blows_up(world, step));
+    println!("{found:e} {:e}", found / blown - 1.0);
+    assert_close(found, blown, RESOLUTION);
+}
+
+#[test]
+fn an_elastic_cube_blows_up_at_the_limit() {
+    assert_blows_up_at_the_limit(&cube_on_slab(Material::elastic(1e6), REST));
+}
+
+#[test]
+fn a_cube_ruled_by_dissipation_blows_up_at_the_limit() {
+    let world = cube_on_slab(Material::elastic(1e6).with_dissipation(1e3), REST);
+    let elastic = cube_on_slab(Material::elastic(1e6), REST);
+    assert!(limit(&world) < 0.1 * limit(&elastic));
+    assert_blows_up_at_the_limit(&world);
+}
+
+#[test]
+fn a_cube_ruled_by_friction_blows_up_at_the_limit() {
+    let world = cube_on_slab(Material::elastic(1e6).with_friction(0.5), REST);
+    let elastic = cube_on_slab(Material::elastic(1e6), REST);
+    assert!(limit(&world) < 0.1 * limit(&elastic));
+    assert_blows_up_at_the_limit(&world);
+}
+
+#[test]
+fn a_cube_ruled_by_nothing_alone_blows_up_at_the_limit() {
+    let skin = Material::elastic(1e6).with_dissipation(30.0);
+    assert_blows_up_at_the_limit(&cube_on_slab(skin.with_friction(0.01), REST));
+}
+
+/// Steps in which bodies of much dissipation come to rest to round-off. Not more: a stack without friction slides apart, 34 times as
+/// fast every 5,000 steps.
+const SETTLING: usize = 10_000;
+
+/// A world of bodies where they come to rest.
+fn at_rest(bodies: impl Fn(Material) -> Vec<Body>, skin: Material) -> World {
+    let damped = Material::elastic(skin.modulus).with_dissipation(10.0);
+    let world = with_gravity(World::new(bodies(damped)).unwrap());
+    let plan = Plan::new(limit(&world) / 2.0, SETTLING + 1).unwrap();
+    let rest = world.rollout(&plan).nth(SETTLING).unwrap().unwrap();
+    assert!(speed(&rest) < 1e-3 * DISTURBANCE, "{:e}", speed(&rest));
+    let bodies = bodies(skin).into_iter().zip(&rest.bodies);
+    let placed = bodies.map(|(body, state)| body.at(state.pose));
+    with_gravity(World::new(placed.collect()).unwrap())
+}
+
+/// A coarse ball that stands on a face, and a slab. It is so light that the face's stiffness keeps it
+/// upright.
+fn ball_on_slab(skin: Material) -> Vec<Body> {
+    let field = shapes::icosphere(EDGE / 2.0, 1).unwrap();
+    // A face in the middle of an icosahedron's: its normal goes through its centroid.
+    let faces = field.mesh().surface_triangles().iter();
+    let corners = faces.map(|face| face.map(|vertex| field.mesh().vertices()[vertex]));
+    let (normal, distance) = corners
+        .map(|[a, b, c]| {
+            let normal = (b - a).cross(&(c - a)).normalize();
+            let off = (a + b + c).cross(&normal).norm();
+            (off, normal, a.dot(&normal))
+        })
+        .min_by(|one, other| one.0.total_cmp(&other.0))
+        .map(|(_, normal, distance)| (normal, distance))
+        .unwrap();
+    let turn = Rotation3::rotation_between(&normal, &-Vector3::z()).unwrap();
+    let place = vector![0.03, 0.05, distance - 1e-5];
+    let ball = Body::dynamic("ball", Shape::new(field), skin, Mass::Total(0.2)).unwrap();
+    vec![
+        ball.at(Pose::new(turn.into_inner(), place).unwrap()),
+        slab(skin),
+    ]
+}
+
+#[test]
+fn a_ball_on_a_slab_blows_up_at_the_limit() {
+    let elastic = Material::elastic(1e6);
+    for skin in [
+        elastic,
+        elastic.with_dissipation(30.0),
+        elastic.with_dissipation(30.0).with_friction(0.02),
+        elastic.with_friction(0.5),
+    ] {
+        assert_blows_up_at_the_limit(&at_rest(ball_on_slab, skin));
+    }
+}
+
+/// A cube on a larger one on a slab.
+fn two_on_slab(skin: Material) -> Vec<Body> {
+    let lower = cube("lower", EDGE, skin).at(at(0.03, 0.05, EDGE / 2.0 - 1e-4));
+    let above = EDGE + 0.08 - 2e-4;
+    let upper = cube("upper", 0.16, skin).at(at(0.03, 0.05, above));
+    vec![lower, upper, slab(skin)]
+}
+
+#[test]
+fn a_stack_of_two_blows_up_at_the_limit() {
+    let elastic = Material::elastic(1e6);
+    for skin in [
+        elastic,
+        elastic.with_dissipation(30.0),
+        elastic.with_dissipation(30.0).with_friction(0.01),
+        elastic.with_friction(0.5),
+    ] {
+        assert_blows_up_at_the_limit(&at_rest(two_on_slab, skin));
+    }
+}
+
+#[test]
+fn friction_beyond_its_limit_chatters_and_does_not_blow_up() {
+    let world = cube_on_slab(Material::elastic(1e6).with_friction(0.5), REST);
+    let time_step = 6.0 * limit(&world);
+    let mut state = world.initial_state();
+    state.bodies[0].twist.linear.x = DISTURBANCE;
+    let rollout = world.rollout(&Plan::new(time_step, STEPS).unwrap());
+    let states = rollout.starting_from(state).unwrap().take(STEPS);
+    let fastest = states
+        .map(|state| speed(&state.unwrap()))
+        .fold(0.0, f64::max);
+    // What the largest friction changes of the velocity in a step.
+    let kick = 0.5 * GRAVITY * time_step;
+    println!("{} of a kick", fastest / kick);
+    assert!(fastest > 0.1 * kick && fastest < 3.0 * kick);
+}

@@ -1,0 +1,126 @@
+//! The largest stable time step against closed forms.
+
+use super::scenes::{
+    EDGE, FOUND, GRAVITY, REST, assert_close, at, cube, cube_on_slab, cuboid, limit, slab,
+    slab_skin,
+};
+use crate::support::balls::fine_ball;
+use hydroelastic::dynamics::{Body, Mass, Material, World};
+use nalgebra::DMatrix;
+use std::sync::Arc;
+
+/// κ(a − 2δ)² for a cube of edge a pressed x = 0.01 m deep: see the closed forms of the wrench.
+const STIFFNESS_AT_A_CENTIMETRE: f64 = 138_960.937_5;
+
+#[test]
+fn a_flat_cube_on_a_flat_slab_has_the_limit_of_its_heave() {
+    let skin = Material::elastic(1e6);
+    let world = cube_on_slab(skin, 0.01);
+    assert_close(limit(&world), 2.0 / STIFFNESS_AT_A_CENTIMETRE.sqrt(), FOUND);
+    // ω = 387.203326 rad/s.
+    assert_close(limit(&cube_on_slab(skin, REST)), 2.0 / 387.203_326, FOUND);
+}
+
+#[test]
+fn two_free_bodies_of_equal_mass_have_half_the_effective_mass() {
+    let skin = Material::elastic(1e6);
+    let free = Body::dynamic(
+        "slab",
+        cuboid([2.0, 2.0, 1.0]),
+        slab_skin(skin),
+        Mass::Total(1.0),
+    );
+    let bodies = vec![
+        cube("cube", EDGE, skin).at(at(0.0, 0.0, EDGE / 2.0 - 0.01)),
+        free.unwrap().at(at(0.0, 0.0, -0.5)),
+    ];
+    let world = World::new(bodies).unwrap();
+    assert_close(
+        limit(&world),
+        2.0 / (2.0 * STIFFNESS_AT_A_CENTIMETRE).sqrt(),
+        FOUND,
+    );
+}
+
+/// At the rim the cube's sides press too, on a bevel as wide as its depth, 7e-4 of its edge.
+const BEVEL: f64 = 1e-3;
+
+#[test]
+fn dissipation_enters_with_the_force_and_beside_the_stiffness() {
+    for dissipation in [0.01_f64, 1.0, 100.0] {
+        let skin = Material::elastic(1e6).with_dissipation(dissipation);
+        let (k, c) = (387.203_326_f64.powi(2), dissipation * GRAVITY);
+        let expected = 4.0 / (c + (c * c + 4.0 * k).sqrt());
+        assert_close(limit(&cube_on_slab(skin, REST)), expected, BEVEL);
+    }
+}
+
+/// By hand the pressure of a ball and its moments are taken at one point: off by the depth over the
+/// radius, a few parts in a hundred.
+const BY_HAND: f64 = 3e-2;
+
+#[test]
+fn friction_of_a_ball_at_rest_enters_with_its_force_over_the_slip_tolerance() {
+    let skin = Material::elastic(1e6).with_friction(0.5);
+    let ball = Arc::new(fine_ball(0.1, 24, 12));
+    let ball = Body::dynamic("ball", ball, skin, Mass::Total(1.0)).unwrap();
+    let bodies = vec![ball.at(at(0.0, 0.0, 0.098)), slab(skin)];
+    for slip_tolerance in [1e-4, 1e-3] {
+        let world = World::new(bodies.clone()).unwrap();
+        let world = world.with_slip_tolerance(slip_tolerance).unwrap();
+        let state = world.initial_state();
+        let pair = world.contact_between(&state, "ball", "slab").unwrap();
+        // A ball's surface gives way by its turning too: 1/m + r²/(0.4 m r²).
+        let rate = 0.5 * pair.wrench().on_a.force.z / slip_tolerance * 3.5;
+        assert_close(limit(&world), 2.0 / rate, BY_HAND);
+    }
+}
+
+/// Blocks of falling width on a slab, each at rest under those above it.
+fn stack(count: usize) -> World {
+    let skin = Material::elastic(1e6);
+    let (mut top, mut bodies) = (0.0, vec![slab(skin)]);
+    for index in 0..count {
+        let edge = EDGE - 0.02 * index as f64;
+        let name = format!("block {index}");
+        // Between equal moduli each gives way by half the overlap.
+        top += edge - 1e-4;
+        bodies.push(cube(&name, edge, skin).at(at(0.03, 0.05, top - edge / 2.0)));
+    }
+    World::new(bodies).unwrap()
+}
+
+/// The limit of a chain of unit masses on springs, of which the first is fixed to the ground.
+fn limit_of_chain(springs: &[f64]) -> f64 {
+    let mut stiffness = DMatrix::<f64>::zeros(springs.len(), springs.len());
+    for (index, &spring) in springs.iter().enumerate() {
+        stiffness[(index, index)] += spring;
+        if index > 0 {
+            stiffness[(index - 1, index - 1)] += spring;
+            stiffness[(index - 1, index)] -= spring;
+            stiffness[(index, index - 1)] -= spring;
+        }
+    }
+    2.0 / stiffness.symmetric_eigenvalues().max().sqrt()
+}
+
+#[test]
+fn a_stack_has_the_limit_of_a_chain_of_springs() {
+    let mut before = f64::INFINITY;
+    for count in 1..=6 {
+        let world = stack(count);
+        let state = world.initial_state();
+        let spring = |index: usize| {
+            let below = match index {
+                0 => "slab".to_owned(),
+                _ => format!("block {}", index - 1),
+            };
+            let pair = world.contact_between(&state, &format!("block {index}"), &below);
+            -pair.unwrap().wrench_and_jacobian().1.on_a.by_pose_a[(5, 5)]
+        };
+        let springs: Vec<f64> = (0..count).map(spring).collect();
+        assert_close(limit(&world), limit_of_chain(&springs), FOUND);
+        assert!(limit(&world) < before, "{count}");
+        before = limit(&world);
+    }
+}

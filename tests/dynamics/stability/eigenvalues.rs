@@ -1,0 +1,123 @@
+//! The largest stable time step against the eigenvalues of one step.
+
+use super::scenes::{bisected, limit, slab};
+use crate::support::scenes::Random;
+use hydroelastic::contact::Shape;
+use hydroelastic::dynamics::{Body, Integrator, Mass, Material, Plan, World};
+use hydroelastic::gradient::{Experiment, FinalState, Parameter};
+use hydroelastic::mesh::shapes;
+use hydroelastic::spatial::Pose;
+use nalgebra::{DMatrix, Matrix3, vector};
+
+/// The limit against where the eigenvalues of one step leave the unit circle by −1. What sliding friction
+/// adds to the stiffness, which is no part of the limit, is what differs.
+const EIGENVALUES: f64 = 2e-2;
+
+/// The same without friction and at rest, of bodies that nothing keeps in balance: their torque turns
+/// with them, which is no stiffness.
+const EIGENVALUES_AT_REST: f64 = 2e-3;
+
+/// The derivative of a body's state after one step by its state before: position, rotation vector,
+/// velocity, spin.
+fn step_matrix(world: &World, body: &str, time_step: f64, integrator: Integrator) -> DMatrix<f64> {
+    let by = [
+        Parameter::InitialPosition(body.into()),
+        Parameter::InitialOrientation(body.into()),
+        Parameter::InitialVelocity(body.into()),
+        Parameter::InitialSpin(body.into()),
+    ];
+    let plan = Plan::new(time_step, 1).unwrap();
+    let experiment = Experiment::new(world, &plan.with_integrator(integrator));
+    let outcome = FinalState::of_body(world, body).unwrap();
+    let found = experiment.jacobian(&by, &outcome).unwrap();
+    let rotation = Matrix3::from_column_slice(&found.value.as_slice()[3..12]);
+    DMatrix::from_fn(12, 12, |row, column| {
+        let slopes = found.jacobian.column(column);
+        match row {
+            0..3 => slopes[row],
+            3..6 => {
+                let turn = Matrix3::from_iterator(slopes.iter().skip(3).take(9).copied());
+                let turn = turn * rotation.transpose();
+                let (i, j) = ((row - 3 + 1) % 3, (row - 3 + 2) % 3);
+                (turn[(j, i)] - turn[(i, j)]) / 2.0
+            }
+            _ => slopes[row + 6],
+        }
+    })
+}
+
+/// The time step at which the first mode of one step begins to change sign and grow: where an
+/// eigenvalue μ of its matrix passes −1, the product of all 1 + μ changes sign.
+fn flipping_step(world: &World, body: &str, guess: f64, integrator: Integrator) -> f64 {
+    let has_flipped = |step: f64| {
+        let matrix = step_matrix(world, body, step, integrator);
+        (matrix + DMatrix::identity(12, 12)).determinant() < 0.0
+    };
+    let steps = (1..=100).map(|index| guess * (0.8 + 0.005 * f64::from(index)));
+    assert!(!has_flipped(0.8 * guess));
+    let beyond = steps.into_iter().find(|&step| has_flipped(step)).unwrap();
+    bisected([beyond - 0.005 * guess, beyond], 1e-6, has_flipped)
+}
+
+/// An ellipsoid or a brick pressed askew into a slab: no two of its modes are alike, which would take the
+/// sign of the product through zero twice at once.
+fn askew(random: &mut Random, skin: Material) -> World {
+    let fields = [
+        shapes::ellipsoid([0.1, 0.15, 0.2], 2),
+        shapes::cuboid([0.2, 0.25, 0.3]),
+    ];
+    let shape = Shape::new(fields[random.below(2)].clone().unwrap());
+    let height = random.between(0.09, 0.13);
+    let pose = Pose::from_rotation_vector(&random.rotation_vector(), vector![0.03, 0.05, height]);
+    let body = Body::dynamic("body", shape, skin, Mass::Total(1.0)).unwrap();
+    World::new(vec![body.at(pose), slab(skin)]).unwrap()
+}
+
+/// The largest of the relative differences of limits from where eigenvalues cross, of worlds that touch.
+fn worst_of_eigenvalues(skin: Material, speed: f64, integrator: Integrator) -> [f64; 2] {
+    let mut random = Random::new(7);
+    let mut range = [f64::INFINITY, f64::NEG_INFINITY];
+    let mut compared = 0;
+    while compared < 30 {
+        let mut world = askew(&mut random, skin);
+        let state = world.initial_state();
+        let mut bodies = world.bodies().to_vec();
+        bodies[0] = bodies[0]
+            .clone()
+            .with_velocity(random.vector() * speed)
+            .with_spin(random.vector() * (speed / 0.15));
+        if world.largest_stable_step(&state).unwrap().is_none() {
+            continue;
+        }
+        world = World::new(bodies).unwrap();
+        let found = limit(&world);
+        let ratio = found / flipping_step(&world, "body", found, integrator) - 1.0;
+        range = [range[0].min(ratio), range[1].max(ratio)];
+        compared += 1;
+    }
+    println!("{skin:?} at {speed} m/s, {integrator:?}: {range:?}");
+    range
+}
+
+#[test]
+fn eigenvalues_of_an_elastic_step_cross_at_the_limit() {
+    let skin = Material::elastic(1e6);
+    for integrator in [Integrator::Leapfrog, Integrator::SymplecticEuler] {
+        let [low, high] = worst_of_eigenvalues(skin, 0.0, integrator);
+        assert!(low >= -EIGENVALUES_AT_REST && high <= EIGENVALUES_AT_REST);
+    }
+}
+
+#[test]
+fn eigenvalues_of_a_step_that_rubs_cross_near_the_limit() {
+    for (dissipation, friction) in [(0.3, 0.0), (0.0, 0.5), (0.3, 0.5)] {
+        let skin = Material::elastic(1e6)
+            .with_dissipation(dissipation)
+            .with_friction(friction);
+        // Within the slip tolerance and far beyond.
+        for speed in [0.0, 1e-4, 0.3] {
+            let [low, high] = worst_of_eigenvalues(skin, speed, Integrator::SymplecticEuler);
+            assert!(low >= -EIGENVALUES && high <= EIGENVALUES, "{low} {high}");
+        }
+    }
+}

@@ -1,0 +1,88 @@
+//! Cubes on a slab, their largest stable time steps, and where a claim about a step becomes true.
+
+use hydroelastic::contact::Shape;
+use hydroelastic::dynamics::{Body, Mass, Material, World};
+use hydroelastic::mesh::shapes;
+use hydroelastic::spatial::Pose;
+use nalgebra::vector;
+use std::sync::Arc;
+
+pub const GRAVITY: f64 = 9.81;
+
+/// What the search for the stiffest motion leaves of a limit.
+pub const FOUND: f64 = 1e-5;
+
+pub const EDGE: f64 = 0.2;
+
+pub fn at(x: f64, y: f64, z: f64) -> Pose {
+    Pose::from_translation(vector![x, y, z])
+}
+
+pub fn cuboid(lengths: [f64; 3]) -> Arc<Shape> {
+    Arc::new(Shape::new(shapes::cuboid(lengths).unwrap()))
+}
+
+pub fn cube(name: &str, edge: f64, skin: Material) -> Body {
+    Body::dynamic(name, cuboid([edge; 3]), skin, Mass::Total(1.0)).unwrap()
+}
+
+pub fn slab_skin(skin: Material) -> Material {
+    Material {
+        modulus: 3e6,
+        ..skin
+    }
+}
+
+/// A slab whose top is z = 0, of the closed forms: modulus 3e6, half depth 0.5.
+pub fn slab(skin: Material) -> Body {
+    let slab = Body::fixed("slab", cuboid([2.0, 2.0, 1.0]), slab_skin(skin)).unwrap();
+    slab.at(at(0.0, 0.0, -0.5))
+}
+
+/// A cube of 1 kg, pressed so deep (m) into a slab.
+pub fn cube_on_slab(skin: Material, depth: f64) -> World {
+    let cube = cube("cube", EDGE, skin).at(at(0.03, 0.05, EDGE / 2.0 - depth));
+    with_gravity(World::new(vec![cube, slab(skin)]).unwrap())
+}
+
+pub fn with_gravity(world: World) -> World {
+    world.with_gravity(vector![0.0, 0.0, -GRAVITY]).unwrap()
+}
+
+pub fn limit(world: &World) -> f64 {
+    world
+        .largest_stable_step(&world.initial_state())
+        .unwrap()
+        .unwrap()
+}
+
+pub fn assert_close(found: f64, expected: f64, tolerance: f64) {
+    let error = (found / expected - 1.0).abs();
+    assert!(error <= tolerance, "{found:e}, not {expected:e}: {error:e}");
+}
+
+/// Depth (m) of a cube of 1 kg at rest.
+pub const REST: f64 = 6.541_604_590_930e-5;
+
+/// Where a claim about the time step becomes true, between two steps.
+pub fn bisected(
+    [mut low, mut high]: [f64; 2],
+    resolution: f64,
+    holds: impl Fn(f64) -> bool,
+) -> f64 {
+    assert!(!holds(low) && holds(high), "not between {low} and {high}");
+    while high / low - 1.0 > resolution {
+        let middle = (low * high).sqrt();
+        if holds(middle) {
+            high = middle;
+        } else {
+            low = middle;
+        }
+    }
+    (low * high).sqrt()
+}
+
+/// A cube that falls 5 mm on a slab, to touch it after 32 ms.
+pub fn falling() -> World {
+    cube_on_slab(Material::elastic(1e6), -5e-3)
+}

@@ -1,0 +1,148 @@
+//! The check of the time step along a rollout: where it ends one, and what it leaves as it is.
+
+use super::scenes::falling;
+use hydroelastic::contact::Shape;
+use hydroelastic::dynamics::{Batch, Body, Mass, Material, Plan, RolloutError, State, World};
+use hydroelastic::gradient::{Experiment, FinalPosition, GradientError, Parameter};
+use hydroelastic::mesh::shapes;
+use hydroelastic::spatial::Pose;
+use nalgebra::vector;
+use num_dual::Dual64;
+use std::sync::Arc;
+
+const TOO_LONG: f64 = 6e-3;
+const SHORT_ENOUGH: f64 = 5e-3;
+
+/// The step, the time and the limit at which a rollout was ended.
+fn ended(error: &RolloutError) -> (usize, f64, f64) {
+    let RolloutError::TimeStepTooLong {
+        step,
+        time,
+        time_step,
+        limit,
+        bodies,
+    } = error
+    else {
+        panic!("{error}")
+    };
+    assert_eq!(time_step.to_bits(), TOO_LONG.to_bits());
+    assert_eq!(bodies, &["cube", "slab"]);
+    (*step, *time, *limit)
+}
+
+#[test]
+fn a_rollout_whose_step_is_too_long_ends_before_the_first_kick_that_shows_it() {
+    let world = falling();
+    let plan = Plan::new(TOO_LONG, 0).unwrap().with_stability_check(1);
+    let mut rollout = world.rollout(&plan);
+    let states: Vec<State> = rollout.by_ref().map_while(Result::ok).collect();
+    let (step, time, limit) = ended(&rollout.advance().unwrap_err());
+    // 5 mm take 31.9 ms: the middle of the sixth step is the first place in the slab where a kick acts.
+    assert_eq!((states.len(), step), (5, 6));
+    assert_eq!(time.to_bits(), rollout.state().time.to_bits());
+    let mut there = rollout.state().clone();
+    let fall = there.bodies[0].twist.linear * (TOO_LONG / 2.0);
+    let pose = &mut there.bodies[0].pose;
+    *pose = pose.with_translation(pose.translation() + fall);
+    let expected = world.largest_stable_step(&there).unwrap().unwrap();
+    assert!(
+        (limit / expected - 1.0).abs() < 1e-12,
+        "{limit:e} {expected:e}"
+    );
+    assert!(limit < TOO_LONG);
+    assert!(rollout.next().is_none());
+    let message = rollout.advance().unwrap_err().to_string();
+    assert!(message.contains("6.000e-3 s is too long"), "{message}");
+    assert!(message.contains("\"cube\" and \"slab\""), "{message}");
+}
+
+/// A light ball that hits the floor at 3 m/s in steps of 1 ms: the impact lasts two steps, one, or a part of one.
+#[test]
+fn impacts_that_would_make_energy_are_stopped() {
+    /// At half the limit an undamped oscillation swings by a third of its energy, at the limit by any amount.
+    const MOST: f64 = 1.5;
+    let ball = Arc::new(Shape::new(shapes::icosphere(0.1, 1).unwrap()));
+    let slab = Arc::new(Shape::new(shapes::cuboid([4.0, 4.0, 0.4]).unwrap()));
+    for modulus in [1e6, 1e7, 1e8, 1e9, 1e10, 1e11] {
+        let skin = Material::elastic(modulus);
+        let (mut stopped, mut worst, mut unchecked) = (0, 0.0_f64, 0.0_f64);
+        for phase in 0..100 {
+            let height = 0.12 + 3e-5 * f64::from(phase);
+            let ball = Body::dynamic("ball", Arc::clone(&ball), skin, Mass::Total(0.1)).unwrap();
+            let slab = Body::fixed("slab", Arc::clone(&slab), skin).unwrap();
+            let world = World::new(vec![
+                ball.at(Pose::from_translation(vector![0.0, 0.0, height]))
+                    .with_velocity(vector![0.0, 0.0, -3.0]),
+                slab.at(Pose::from_translation(vector![0.013, 0.021, -0.2])),
+            ])
+            .unwrap();
+            let plan = Plan::new(1e-3, 40).unwrap().recording_every(40);
+            let energy = |end: &State| (end.bodies[0].twist.linear.norm() / 3.0).powi(2);
+            unchecked = unchecked.max(energy(world.rollout(&plan).recorded().unwrap().last()));
+            match world.rollout(&plan.with_stability_check(1)).recorded() {
+                Ok(trajectory) => worst = worst.max(energy(trajectory.last())),
+                Err(_) => stopped += 1,
+            }
+        }
+        println!("{modulus:e} Pa: {stopped} stopped, energy {worst:.3}, unchecked {unchecked:.3}");
+        assert!(worst < MOST, "{modulus:e} Pa: {worst}");
+        assert_eq!(stopped > 0, unchecked > MOST, "{modulus:e} Pa: {stopped}");
+    }
+}
+
+#[test]
+fn what_was_recorded_before_is_kept() {
+    let world = falling();
+    let plan = Plan::new(TOO_LONG, 100).unwrap();
+    for (every, checked, step) in [(1, 1, 6), (2, 1, 6), (1, 3, 7), (4, 6, 7)] {
+        let plan = plan.recording_every(every).with_stability_check(checked);
+        let interrupted = world.rollout(&plan).recorded().unwrap_err();
+        assert_eq!(ended(&interrupted.error).0, step);
+        let recorded = interrupted.trajectory.states().len();
+        assert_eq!(recorded, 1 + (step - 1) / every);
+    }
+    // Between two checks nothing is looked at.
+    let rollout = world.rollout(&plan.with_stability_check(100));
+    assert!(rollout.recorded().is_ok());
+}
+
+#[test]
+fn a_rollout_whose_step_is_short_enough_goes_on_with_the_same_states() {
+    let world = falling();
+    let plain = Plan::new(SHORT_ENOUGH, 200).unwrap();
+    let checked = world.rollout(&plain.with_stability_check(1));
+    let checked = checked.recorded().unwrap();
+    let unchecked = world.rollout(&plain).recorded().unwrap();
+    for (checked, unchecked) in checked.states().iter().zip(unchecked.states()) {
+        let [a, b] = [checked, unchecked].map(|state| state.bodies[0].position().z);
+        assert_eq!(a.to_bits(), b.to_bits());
+    }
+}
+
+#[test]
+fn batches_and_experiments_check_too_and_so_do_dual_numbers() {
+    let world = falling();
+    let lifted = world.lifted::<Dual64>();
+    let plan = Plan::new(TOO_LONG, 100).unwrap();
+    assert!(Batch::new(&plan).of_worlds(std::slice::from_ref(&world))[0].is_ok());
+    let plan = plan.with_stability_check(1);
+    let batch = Batch::new(&plan);
+    let results = batch.of_worlds(std::slice::from_ref(&lifted));
+    assert_eq!(ended(&results[0].as_ref().unwrap_err().error).0, 6);
+
+    let outcome = FinalPosition::of_body(&world, "cube").unwrap();
+    let by = [Parameter::InitialVelocity("cube".into())];
+    let of_samples = batch.gradients_after(&world, &by, &[[0.0; 3]], &outcome);
+    let experiment = Experiment::new(&world, &plan);
+    let errors = [
+        of_samples[0].as_ref().unwrap_err().clone(),
+        experiment.jacobian(&by, &outcome).unwrap_err(),
+        experiment.value(&outcome).unwrap_err(),
+    ];
+    for error in errors {
+        let GradientError::Rollout(error) = error else {
+            panic!("{error}")
+        };
+        assert_eq!(ended(&error).0, 6);
+    }
+}

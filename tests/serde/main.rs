@@ -1,0 +1,7 @@
+//! Poses, states, materials, trajectories, plans and whole worlds, saved and loaded by serde.
+#![cfg(feature = "serde")]
+
+mod refusals;
+mod round_trips;
+mod text_and_bits;
+mod worlds;

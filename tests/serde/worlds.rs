@@ -1,0 +1,170 @@
+//! Whole worlds and plans: loaded ones do the same bit for bit, and invalid ones are refused.
+
+use crate::text_and_bits::{TIME_STEP, refusal, reloaded, saved, trajectory_bits};
+use hydroelastic::contact::Shape;
+use hydroelastic::dynamics::{Body, BodyState, Control, Mass, Material, Plan, Spring, World};
+use hydroelastic::gradient::{Experiment, FinalPosition, Parameter};
+use hydroelastic::mesh::shapes;
+use hydroelastic::spatial::{Pose, Twist, Wrench};
+use nalgebra::{Matrix3, Vector3, vector};
+use std::sync::Arc;
+
+/// A ball and a brick of one material on a floor, with a spring, a control and an ignored pair.
+fn furnished() -> World<f64, Spring> {
+    let skin = Material::elastic(1e5)
+        .with_friction(0.4)
+        .with_dissipation(0.2);
+    let ball = Arc::new(Shape::new(shapes::icosphere(0.1, 1).unwrap()));
+    let brick = Shape::new(shapes::cuboid([0.1, 0.2, 0.3]).unwrap());
+    let floor = Shape::new(shapes::cuboid([2.0, 2.0, 0.2]).unwrap());
+    let at = |body: Body, x: f64, z: f64| {
+        let turn = vector![0.1, x, -0.2];
+        body.at(Pose::from_rotation_vector(&turn, vector![x, 0.0, z]))
+    };
+    let dynamic = |name, shape: Arc<Shape>| Body::dynamic(name, shape, skin, Mass::Total(1.3));
+    let spring = Spring {
+        bodies: ["ball".into(), "brick".into()],
+        points: [[0.0; 3], [0.01, 0.02, 0.1]],
+        rest_length: 0.3,
+        stiffness: 40.0,
+        damping: 0.1,
+    };
+    let push = Wrench {
+        torque: vector![0.01, 0.0, 0.1 / 3.0],
+        force: vector![0.3, 0.0, -1.0],
+    };
+    let control = Control::new("brick", 0.01, vec![push, push.rotated(&turned(0.3))]).unwrap();
+    World::new(vec![
+        at(dynamic("ball", Arc::clone(&ball)).unwrap(), -0.4, 0.195),
+        at(dynamic("other ball", ball).unwrap(), -0.3, 0.33),
+        at(dynamic("brick", brick.into()).unwrap(), 0.3, 0.19),
+        Body::fixed("floor", floor, skin).unwrap(),
+    ])
+    .and_then(|world| world.with_gravity(vector![0.1, 0.0, -9.81]))
+    .and_then(|world| world.with_slip_tolerance(2e-3))
+    .and_then(|world| world.ignoring("ball", "other ball"))
+    .and_then(|world| world.with_control(control))
+    .and_then(|world| world.with_forces(spring))
+    .unwrap()
+}
+
+fn turned(angle: f64) -> Matrix3<f64> {
+    *Pose::from_rotation_vector(&vector![0.0, angle, 0.1], Vector3::zeros()).rotation()
+}
+
+#[test]
+fn loaded_worlds_have_the_same_rollouts_and_gradients_bit_for_bit() {
+    let world = furnished();
+    let plan = Plan::new(TIME_STEP, 60).unwrap().recording_every(7);
+    let (loaded, loaded_plan) = (reloaded(&world), reloaded(&plan));
+    assert_eq!(loaded_plan, plan);
+    let checked = plan.with_stability_check(30);
+    assert_eq!(reloaded(&checked), checked);
+    assert_eq!(saved(&loaded), saved(&world));
+    let [expected, found] = [&world, &loaded].map(|it| it.rollout(&loaded_plan).recorded());
+    let expected = expected.unwrap();
+    assert_eq!(trajectory_bits(&expected), trajectory_bits(&found.unwrap()));
+    // Shapes that were shared are shared again.
+    let shapes = loaded.bodies();
+    assert!(Arc::ptr_eq(shapes[0].shape(), shapes[1].shape()));
+    let parameters = [
+        Parameter::Control("brick".into(), 1),
+        Parameter::Mass("ball".into()),
+    ];
+    let jacobian = |world: &World<f64, Spring>| {
+        let outcome = FinalPosition::of_body(world, "brick").unwrap();
+        Experiment::new(world, &plan)
+            .jacobian(&parameters, &outcome)
+            .unwrap()
+    };
+    let jacobian = [&world, &loaded].map(jacobian);
+    assert_eq!(jacobian[0], jacobian[1]);
+    assert_eq!(reloaded(&jacobian[0]), jacobian[0]);
+    // From the middle of a rollout too.
+    let middle = world.starting_from(&expected.states()[3]).unwrap();
+    let [one, other] = [&middle, &reloaded(&middle)].map(|it| it.rollout(&plan).recorded());
+    assert_eq!(
+        trajectory_bits(&one.unwrap()),
+        trajectory_bits(&other.unwrap())
+    );
+}
+
+/// What is changed in a saved world, and what is said of it.
+const REFUSED: [(&str, &str, &str); 13] = [
+    (
+        "\"name\":\"other ball\"",
+        "\"name\":\"brick\"",
+        "two bodies are named",
+    ),
+    (
+        "\"shape\":2",
+        "\"shape\":3",
+        "has the shape 3, but there are 3",
+    ),
+    (
+        "\"slip_tolerance\":0.002",
+        "\"slip_tolerance\":0.0",
+        "slip tolerance",
+    ),
+    (
+        "\"interval\":0.01",
+        "\"interval\":-0.01",
+        "interval of a control",
+    ),
+    (
+        "\"stiffness\":40.0",
+        "\"stiffness\":-40.0",
+        "stiffness of a spring",
+    ),
+    (
+        "\"bodies\":[\"ball\",\"brick\"]",
+        "\"bodies\":[\"ball\",\"stone\"]",
+        "no body is named \"stone\"",
+    ),
+    ("\"mass\":1.3", "\"mass\":-1.3", "mass"),
+    ("\"moments\":[", "\"moments\":[-", "inertia of body"),
+    (
+        "\"body\":\"brick\"",
+        "\"body\":\"floor\"",
+        "fixed or follows a path",
+    ),
+    (
+        "\"ignored\":[[\"ball\"",
+        "\"ignored\":[[\"bell\"",
+        "no body is named \"bell\"",
+    ),
+    ("\"tets\":[[", "\"tets\":[[99999,1,2,3],[", "shape 0"),
+    ("\"extents\":[", "\"extents\":[1.0,", "shape 0"),
+    ("\"gravity\":", "\"weight\":1,\"gravity\":", "unknown field"),
+];
+
+#[test]
+fn what_is_no_world_is_refused() {
+    let text = saved(&furnished());
+    let changed = |from: &str, to: &str| {
+        assert!(text.contains(from), "{from}");
+        refusal::<World<f64, Spring>>(&text.replacen(from, to, 1))
+    };
+    for (from, to, reason) in REFUSED {
+        let refused = changed(from, to);
+        assert!(refused.contains(reason), "{refused}");
+    }
+}
+
+#[test]
+fn plans_are_checked_and_paths_are_not_saved() {
+    let plan = saved(&Plan::new(1e-3, 5).unwrap());
+    let refused = refusal::<Plan>(&plan.replace("0.001", "-0.001"));
+    assert!(refused.contains("time step"), "{refused}");
+    let path = Arc::new(|_: f64| BodyState {
+        pose: Pose::identity(),
+        twist: Twist::zero(),
+    });
+    let shape = Shape::new(shapes::cuboid([1.0; 3]).unwrap());
+    let driven = Body::prescribed("driven", shape, Material::elastic(1e5), path).unwrap();
+    let error = serde_json::to_string(&World::new(vec![driven]).unwrap()).unwrap_err();
+    assert!(
+        error.to_string().contains("\"driven\" follows a path"),
+        "{error}"
+    );
+}
