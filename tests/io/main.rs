@@ -4,6 +4,7 @@ mod broken_writes;
 mod hostile_files;
 mod mesh_files;
 mod recording;
+mod surface_files;
 mod trajectory_file;
 
 #[path = "../support/mod.rs"]
