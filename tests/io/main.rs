@@ -5,6 +5,7 @@ mod data_set_fields;
 mod hostile_files;
 mod mesh_files;
 mod recording;
+mod surface_files;
 mod trajectory_file;
 
 #[path = "../support/mod.rs"]

@@ -1,0 +1,43 @@
+//! Mesh files that are truncated or have wrong bytes.
+
+use super::sample_files::{PLAIN, WITH_EXTENTS, bracket, path_of, read_bytes};
+
+/// The first bytes, those from the end, and some between.
+fn places(count: usize, at_ends: usize) -> impl Iterator<Item = usize> {
+    let inner = (at_ends..count - at_ends).step_by(count / 97);
+    (0..at_ends).chain(inner).chain(count - at_ends..count)
+}
+
+#[test]
+fn truncated_files_are_refused_or_lack_only_what_is_not_the_mesh() {
+    for name in PLAIN.iter().chain(&WITH_EXTENTS) {
+        let whole = bracket(name).mesh;
+        let bytes = std::fs::read(path_of(name)).unwrap();
+        // Not the last two bytes: the last 10 of an ASCII file would become a 1.
+        for length in places(bytes.len() - 2, 100) {
+            if let Ok(file) = read_bytes(&format!("truncated_{name}"), &bytes[..length]) {
+                let same = file.mesh.tets() == whole.tets();
+                assert!(
+                    same && file.mesh.vertices() == whole.vertices(),
+                    "{name}: {length} bytes"
+                );
+            }
+        }
+    }
+}
+
+#[test]
+fn files_with_wrong_bytes_never_panic() {
+    for name in PLAIN.iter().chain(&WITH_EXTENTS) {
+        let bytes = std::fs::read(path_of(name)).unwrap();
+        for place in places(bytes.len(), 100) {
+            for wrong in [b'0', b'<', 0xff, bytes[place] ^ 1] {
+                let mut damaged = bytes.clone();
+                damaged[place] = wrong;
+                // Some still hold a mesh, if another one; none is empty.
+                let file = read_bytes(&format!("damaged_{name}"), &damaged);
+                assert!(file.is_err() || file.unwrap().mesh.tet_count() > 0);
+            }
+        }
+    }
+}

@@ -1,0 +1,151 @@
+//! Worlds whose motion the tests record, and how they read the recordings back.
+
+use crate::support::glb::Glb;
+use gltf_json::animation::Property;
+use hydroelastic::contact::Shape;
+use hydroelastic::dynamics::{Body, Mass, Material, Plan, State, Trajectory, World};
+use hydroelastic::io::Recording;
+use hydroelastic::mesh::shapes;
+use hydroelastic::spatial::{MassProperties, Pose};
+use nalgebra::{Matrix3, Vector3, vector};
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+/// Half a unit in the last place of single precision, relative: what each number in a file is off by.
+pub const SINGLE: f64 = 6e-8;
+/// Of a direction or a rotation matrix made from four rounded numbers: each entry sums four products of two.
+pub const SINGLE_TURN: f64 = 8.0 * SINGLE;
+/// Numbers in names have four digits.
+pub const NAMED: f64 = 5e-4;
+/// Frames for each second of a recording.
+pub const RATE: f64 = 60.0;
+
+pub const SLOWDOWN: f64 = 4.0;
+pub const TIME_STEP: f64 = 5e-4;
+
+pub const ELASTIC: Material = Material {
+    modulus: 1e5,
+    dissipation: 0.0,
+    friction: 0.0,
+};
+pub const DOWN: Vector3<f64> = vector![0.0, 0.0, -9.81];
+
+pub fn rubbing() -> Material {
+    ELASTIC.with_dissipation(0.2).with_friction(0.5)
+}
+
+/// A floor, a block with its weight off centre that tumbles over it, a ball that hits the block, and one
+/// of the same shape that flies past.
+pub fn tumbling(skin: Material) -> World {
+    let floor = Shape::new(shapes::cuboid([2.0, 2.0, 0.2]).unwrap());
+    let block = Shape::new(shapes::cuboid([0.3, 0.2, 0.1]).unwrap());
+    let off_center = Mass::Given(MassProperties {
+        mass: 2.0,
+        center_of_mass: vector![0.04, -0.02, 0.01],
+        inertia: Matrix3::from_diagonal(&vector![0.01, 0.02, 0.025]),
+    });
+    let ball_shape = Arc::new(Shape::new(shapes::icosphere(0.08, 1).unwrap()));
+    let ball = |name| Body::dynamic(name, Arc::clone(&ball_shape), skin, Mass::Total(0.5)).unwrap();
+    let tilted = Pose::from_rotation_vector(&vector![0.4, 0.3, 2.0], vector![0.0, 0.0, 0.3]);
+    World::new(vec![
+        Body::fixed("floor", floor, skin).unwrap(),
+        Body::dynamic("block", block, skin, off_center)
+            .unwrap()
+            .at(tilted)
+            .with_velocity(vector![0.3, 0.1, -1.0])
+            .with_spin(vector![12.0, -6.0, 9.0]),
+        ball("ball")
+            .at(Pose::from_translation(vector![0.03, 0.02, 0.5]))
+            .with_velocity(vector![0.0, 0.0, -1.5]),
+        ball("twin")
+            .at(Pose::from_translation(vector![0.8, 0.0, 1.6]))
+            .with_spin(vector![0.0, 20.0, 0.0]),
+    ])
+    .unwrap()
+    .with_gravity(DOWN)
+    .unwrap()
+}
+
+/// A second of a world's motion.
+pub fn rollout(world: &World) -> Trajectory {
+    let rollout = world.rollout(&Plan::new(TIME_STEP, 1000).unwrap());
+    rollout.recorded().unwrap()
+}
+
+/// The initial state alone.
+pub fn standing(world: &World) -> Trajectory {
+    let rollout = world.rollout(&Plan::new(TIME_STEP, 0).unwrap());
+    rollout.recorded().unwrap()
+}
+
+pub fn file(name: &str) -> PathBuf {
+    Path::new(env!("CARGO_TARGET_TMPDIR")).join(name)
+}
+
+/// A recording written and read back; its container and its JSON are found to be right.
+pub fn read_back(name: &str, recording: &Recording) -> Glb {
+    let path = file(&format!("{name}.glb"));
+    recording.write(&path).unwrap();
+    let glb = Glb::read(&fs::read(&path).unwrap());
+    assert_eq!(glb.faults(), [""; 0]);
+    glb
+}
+
+/// The state shown at a time of a recording.
+pub fn state_at(trajectory: &Trajectory, time: f32, slowdown: f64) -> &State {
+    let states = trajectory.states();
+    let of_rollout = states[0].time + f64::from(time) / slowdown;
+    let apart = |state: &State| (state.time - of_rollout).abs();
+    let nearest = states.iter().min_by(|a, b| apart(a).total_cmp(&apart(b)));
+    let nearest = nearest.unwrap();
+    assert!(
+        apart(nearest) <= SINGLE * f64::from(time),
+        "no state at {time} s"
+    );
+    nearest
+}
+
+/// The times of all frames: those of the keys of a body that moves.
+pub fn times(glb: &Glb, body: &str) -> Vec<f32> {
+    let keys = glb.keys::<3>(glb.node(body), Property::Translation);
+    keys.unwrap().times
+}
+
+pub fn assert_near(found: &Vector3<f64>, expected: &Vector3<f64>, tolerance: f64) {
+    let error = (found - expected).amax();
+    assert!(
+        error <= tolerance,
+        "{found} instead of {expected}: {error:e}"
+    );
+}
+
+pub const SURFACE: &str = "contact surface";
+
+/// A number in a name, after some words and before a unit.
+pub fn named(name: &str, words: &str, unit: &str) -> f64 {
+    let (_, after) = name.split_once(words).unwrap();
+    let (number, _) = after.split_once(unit).unwrap();
+    number.trim().parse().unwrap()
+}
+
+/// A ball that comes to rest on a floor.
+pub fn resting() -> World {
+    let floor = Shape::new(shapes::cuboid([1.0, 1.0, 0.2]).unwrap());
+    resting_on(floor, 1)
+}
+
+/// A ball on something that reaches up to 0.1 m.
+pub fn resting_on(floor: Shape, subdivisions: usize) -> World {
+    let ball = Shape::new(shapes::icosphere(0.1, subdivisions).unwrap());
+    let skin = ELASTIC.with_dissipation(1.0).with_friction(0.5);
+    World::new(vec![
+        Body::dynamic("ball", ball, skin, Mass::Total(1.0))
+            .unwrap()
+            .at(Pose::from_translation(vector![0.0, 0.0, 0.195])),
+        Body::fixed("floor", floor, skin).unwrap(),
+    ])
+    .unwrap()
+    .with_gravity(DOWN)
+    .unwrap()
+}

@@ -1,0 +1,87 @@
+//! Mass, centre of mass and inertia of meshes, against closed forms.
+
+use super::sample_meshes::{
+    FIVE, KUHN, ROUND_OFF, assert_inertia, assert_relative, cube, meshes, transformed, unit_tet,
+};
+use hydroelastic::mesh::TetMesh;
+use nalgebra::{Matrix3, Rotation3, Vector3, vector};
+
+/// Moments of a shape ten times its size away from the origin: about a hundred roundings of
+/// the squared coordinates.
+const SHIFTED_ROUND_OFF: f64 = 1e-12;
+
+/// Inertia (kg m²) of a box about its centre.
+fn box_inertia(mass: f64, lengths: &Vector3<f64>) -> Matrix3<f64> {
+    let squares = lengths.component_mul(lengths);
+    Matrix3::from_diagonal(&Vector3::from_fn(|axis, _| {
+        mass / 12.0 * (squares.sum() - squares[axis])
+    }))
+}
+
+#[test]
+fn boxes_have_their_mass_properties_wherever_they_are() {
+    let (lengths, density) = (vector![0.5, 1.0, 2.0], 800.0);
+    for (shift, tolerance) in [
+        (vector![0.0, 0.0, 0.0], ROUND_OFF),
+        (vector![20.0, -10.0, 5.0], SHIFTED_ROUND_OFF),
+    ] {
+        let mesh = transformed(&cube(&KUHN), |v| v.component_mul(&lengths) + shift);
+        assert_relative(mesh.volume(), 1.0, tolerance);
+        let properties = mesh.mass_properties(density);
+        assert_relative(properties.mass, density, tolerance);
+        let center = lengths * 0.5 + shift;
+        assert!((properties.center_of_mass - center).amax() <= tolerance);
+        assert_inertia(
+            &properties.inertia,
+            &box_inertia(density, &lengths),
+            tolerance,
+        );
+    }
+}
+
+#[test]
+fn a_turned_box_has_the_turned_inertia() {
+    let (lengths, density) = (vector![0.5, 1.0, 2.0], 3.0);
+    let rotation = Rotation3::new(vector![0.4, -1.1, 0.3]);
+    let mesh = transformed(&cube(&FIVE), |v| rotation * v.component_mul(&lengths));
+    let expected = rotation * box_inertia(density, &lengths) * rotation.transpose();
+    let inertia = mesh.mass_properties(density).inertia;
+    assert_inertia(&inertia, &expected, ROUND_OFF);
+    // Exactly symmetric, so that its use as such loses nothing.
+    assert_eq!(inertia, inertia.transpose());
+}
+
+#[test]
+fn a_tetrahedron_has_its_mass_properties() {
+    let properties = unit_tet().mass_properties(6.0);
+    assert_relative(properties.mass, 1.0, ROUND_OFF);
+    assert!((properties.center_of_mass - Vector3::repeat(0.25)).amax() <= ROUND_OFF);
+    // Over the unit tetrahedron ∫ x² dV = 1/60 and ∫ x y dV = 1/120. With mass 1 about the
+    // centroid: ⟨x²⟩ = 1/10 − 1/16 and ⟨x y⟩ = 1/20 − 1/16.
+    let expected = Matrix3::from_fn(|i, j| if i == j { 2.0 * 0.0375 } else { 0.0125 });
+    assert_inertia(&properties.inertia, &expected, ROUND_OFF);
+}
+
+#[test]
+fn mass_properties_do_not_depend_on_the_order_of_vertices_and_tetrahedra() {
+    for (name, mesh) in meshes() {
+        let count = mesh.vertex_count();
+        // Seven has no factor in common with the counts here, so this permutes.
+        let place = |vertex: usize| (7 * vertex + 3) % count;
+        assert!(count % 7 != 0, "{name}");
+        let mut vertices = vec![Vector3::zeros(); count];
+        for (vertex, position) in mesh.vertices().iter().enumerate() {
+            vertices[place(vertex)] = *position;
+        }
+        let tets = mesh
+            .tets()
+            .iter()
+            .rev()
+            .map(|[a, b, c, d]| [*c, *a, *d, *b].map(place));
+        let shuffled = TetMesh::new(vertices, tets.collect()).unwrap();
+        let (found, expected) = (shuffled.mass_properties(2.0), mesh.mass_properties(2.0));
+        assert_relative(found.mass, expected.mass, ROUND_OFF);
+        assert!((found.center_of_mass - expected.center_of_mass).amax() <= ROUND_OFF);
+        assert_inertia(&found.inertia, &expected.inertia, ROUND_OFF);
+    }
+}
