@@ -1,4 +1,4 @@
-//! Differentiable pressure-field (hydroelastic) contact between soft-skinned rigid bodies.
+//! DifferentiableWorld pressure-field (hydroelastic) contact between soft-skinned rigid bodies.
 //!
 //! Each body is a tetrahedral mesh with a pressure that grows from 0 on its surface to a maximum
 //! inside. Where two bodies overlap, the surface on which their pressures are equal carries the

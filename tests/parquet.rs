@@ -1,5 +1,4 @@
 //! Trajectories in Parquet files, read back with the reader of the `parquet` crate.
-#![cfg(feature = "parquet")]
 
 use hydroelastic::contact::Shape;
 use hydroelastic::dynamics::{Body, Mass, Material, Plan, Trajectory, World};

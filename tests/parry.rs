@@ -1,5 +1,4 @@
 //! Shapes and poses of parry.
-#![cfg(feature = "parry")]
 
 use hydroelastic::contact::{ContactBody, ContactPair, Shape};
 use hydroelastic::io::{HullError, field_from_hull, field_from_polyhedron, field_from_trimesh};

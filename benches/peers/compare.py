@@ -74,7 +74,8 @@ def enter_virtual_environment(folder):
 
 def built_ours():
     """The path of our side, built in release mode and without threads."""
-    command = ["cargo", "bench", "--no-run", "--bench", "peers_ours", "--no-default-features", "--features", "files"]
+    command = ["cargo", "bench", "--no-run", "--bench", "peers_ours"]
+    command += ["--no-default-features", "--features", "files"]
     command += ["--message-format", "json-render-diagnostics"]
     build = subprocess.run(command, cwd=REPOSITORY, check=True, stdout=subprocess.PIPE)
     messages = [json.loads(line) for line in build.stdout.splitlines()]

@@ -115,10 +115,10 @@ impl<'a, T: Scalar> PolygonSource<'a, T> {
         self.settled(octaves, search, || self.for_values(search))
     }
 
-    /// The surface where faces within 2^octaves margins of each other count as coincident. By another number of octaves where
-    /// that would merge corners that are distinct (see [`Closeness::split`]), by fewer where it would take the load for zero:
-    /// bodies that are pressed in by less do not just touch. The load may change otherwise: where it jumps as faces pass each other, the derivatives
-    /// belong to neither side.
+    /// The surface where faces within 2^octaves margins of each other count as coincident. The octaves are others where that
+    /// many would merge distinct corners (see [`Closeness::split`]), and fewer where they would take the load for zero:
+    /// bodies that are pressed in by less do not just touch. Otherwise the load may change: where it jumps as faces pass
+    /// each other, the derivatives belong to neither side.
     ///
     /// If there are such faces, gives the finer surface as well.
     ///

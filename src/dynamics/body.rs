@@ -1,4 +1,4 @@
-use super::mass::check_weight;
+use super::mass::check_mass_number;
 use super::{BodyState, Inertia, Mass, Material, WorldError};
 use crate::contact::Shape;
 use crate::scalar::Scalar;
@@ -145,7 +145,7 @@ impl Body<f64> {
     pub(crate) fn check(&self, time: f64) -> Result<(), WorldError> {
         self.material.check(&self.name)?;
         if let Some(inertia) = self.inertia() {
-            check_weight(&self.name, "mass", inertia.mass)?;
+            check_mass_number(&self.name, "mass", inertia.mass)?;
         }
         self.initial.check(&self.name)?;
         self.check_own_start(time)
@@ -237,10 +237,14 @@ impl<T: Scalar> Body<T> {
     }
 }
 
+/// The place of the body of a name, if there is one.
+pub(super) fn place_of<T: Scalar>(name: &str, bodies: &[Body<T>]) -> Option<usize> {
+    bodies.iter().position(|body| body.name() == name)
+}
+
 /// The place of the body of a name.
-pub(super) fn place_of<T: Scalar>(name: &str, bodies: &[Body<T>]) -> Result<usize, WorldError> {
-    let place = bodies.iter().position(|body| body.name() == name);
-    place.ok_or_else(|| WorldError::UnknownBody {
+pub(super) fn known_place<T: Scalar>(name: &str, bodies: &[Body<T>]) -> Result<usize, WorldError> {
+    place_of(name, bodies).ok_or_else(|| WorldError::UnknownBody {
         name: name.to_owned(),
         known: bodies.iter().map(|b| b.name().to_owned()).collect(),
     })

@@ -1,7 +1,7 @@
 use crate::spatial::PoseError;
 use crate::threads::Panicked;
 
-/// Why bodies do not make a world.
+/// Why bodies, settings or a state do not make or fit a world.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum WorldError {
@@ -66,7 +66,7 @@ pub enum WorldError {
         /// What it was given.
         quantity: &'static str,
     },
-    /// An initial pose is not rigid or not finite.
+    /// A pose, initial or of a state, is not rigid or not finite.
     #[error("the pose of body {body:?} is unusable: {source}")]
     Pose {
         /// Name of the body.
@@ -74,7 +74,7 @@ pub enum WorldError {
         /// Why.
         source: PoseError,
     },
-    /// An initial velocity is not finite.
+    /// A velocity or spin, initial or of a state, is not finite.
     #[error("the {quantity} of body {body:?} has the component {value}, but must be finite")]
     Velocity {
         /// Name of the body.
@@ -114,7 +114,7 @@ pub enum WorldError {
         /// 12 for each dynamic body.
         expected: usize,
     },
-    /// A number of the world itself is out of range.
+    /// A number of the world, a plan, a force, a control or a state is out of range.
     #[error("the {quantity} is {value}, but must be {expected}")]
     Setting {
         /// Which number.

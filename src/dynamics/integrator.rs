@@ -1,4 +1,4 @@
-use super::erased::Stepped;
+use super::any_world::AnyWorld;
 use super::system::System;
 use super::workspace::Workspace;
 use super::wrenches::all_wrenches;
@@ -43,7 +43,7 @@ impl Integrator {
     /// The rest of the time step.
     pub(super) fn complete<T: Scalar>(
         self,
-        world: &dyn Stepped<T>,
+        world: &dyn AnyWorld<T>,
         state: &mut State<T>,
         time_step: f64,
         workspace: &mut Workspace<T>,
@@ -63,7 +63,7 @@ impl Integrator {
 
 /// Lets all forces act for a time (s) at fixed poses, the controls as they are in the middle of the step.
 fn kick<T: Scalar>(
-    world: &dyn Stepped<T>,
+    world: &dyn AnyWorld<T>,
     state: &mut State<T>,
     duration: f64,
     middle: f64,

@@ -34,8 +34,8 @@ impl Mass {
             Self::Total(mass) => ("mass", mass, mesh.mass_properties(mass / mesh.volume())),
             Self::Given(properties) => ("mass", properties.mass, properties),
         };
-        check_weight(body, quantity, value)?;
-        check_weight(body, "mass", properties.mass)?;
+        check_mass_number(body, quantity, value)?;
+        check_mass_number(body, "mass", properties.mass)?;
         check_center(body, &properties.center_of_mass)?;
         check_inertia(body, &properties.inertia)?;
         Ok(properties)
@@ -54,7 +54,7 @@ fn check_center(body: &str, center_of_mass: &Vector3<f64>) -> Result<(), WorldEr
 
 fn check_inertia(body: &str, inertia: &Matrix3<f64>) -> Result<(), WorldError> {
     if let Some(&value) = inertia.iter().find(|value| !value.is_finite()) {
-        check_weight(body, "inertia", value)?;
+        check_mass_number(body, "inertia", value)?;
     }
     let difference = (inertia - inertia.transpose()).amax();
     if difference > SYMMETRY * inertia.amax() {
@@ -64,7 +64,7 @@ fn check_inertia(body: &str, inertia: &Matrix3<f64>) -> Result<(), WorldError> {
         });
     }
     let moments = ((inertia + inertia.transpose()) / 2.0).symmetric_eigenvalues();
-    check_weight(body, "smallest principal moment of inertia", moments.min())?;
+    check_mass_number(body, "smallest principal moment of inertia", moments.min())?;
     let (largest, others) = (moments.max(), moments.sum() - moments.max());
     if largest > others * (1.0 + ROUNDED) {
         let body = body.to_owned();
@@ -78,7 +78,7 @@ fn check_inertia(body: &str, inertia: &Matrix3<f64>) -> Result<(), WorldError> {
 }
 
 /// Checks that a body's mass, density or moment is positive and finite.
-pub(super) fn check_weight(
+pub(super) fn check_mass_number(
     body: &str,
     quantity: &'static str,
     value: f64,

@@ -35,10 +35,10 @@
 //! in each, and keeps the order of time; materials are in range; every number is finite. A rollout that
 //! goes on from a loaded state ([`Rollout::starting_from`]) has the bits of one from the state itself.
 
+mod any_world;
 mod batch;
 mod body;
 mod contacts;
-mod erased;
 mod error;
 mod force;
 mod free_rotation;
@@ -63,11 +63,11 @@ mod world;
 mod world_serial;
 mod wrenches;
 
+pub(crate) use any_world::{AnyWorld, WithSystem};
 pub use batch::{Batch, Progress};
 pub(crate) use body::Motion;
 pub use body::{Body, PrescribedPath};
 pub use contacts::Contact;
-pub(crate) use erased::{ActsIn, Stepped};
 pub use error::{RolloutError, WorldError};
 pub use force::{Control, Drag, Force, Situation, Spring, Thruster, Wrenches};
 pub use inertia::Inertia;

@@ -1,4 +1,5 @@
 use super::sweep::Sweep;
+use super::system::System;
 use super::{Force, State, World, WorldError};
 use crate::scalar::{Scalar, lift, lift_vector};
 use nalgebra::Vector3;
@@ -74,6 +75,22 @@ impl<T: Scalar, F: Force> World<T, F> {
     /// If the state does not fit the world: another number of bodies, a pose that is not rigid, or a number that is not finite.
     pub fn report(&self, state: &State<T>) -> Result<Report<T>, WorldError> {
         state.check_fits(self.bodies())?;
+        Ok(self.system.report(state))
+    }
+
+    /// Which tetrahedra touch in a state.
+    ///
+    /// # Errors
+    /// If the state does not fit the world: another number of bodies, a pose that is not rigid, or a number that is not finite.
+    pub fn topology(&self, state: &State<T>) -> Result<Topology, WorldError> {
+        state.check_fits(self.bodies())?;
+        Ok(self.system.topology(state))
+    }
+}
+
+impl<T: Scalar> System<T> {
+    /// Energies and momentum of a state that fits the bodies.
+    fn report(&self, state: &State<T>) -> Report<T> {
         let zero = lift_vector(&Vector3::zeros());
         let mut report = Report {
             kinetic_energy: lift(0.0),
@@ -84,7 +101,7 @@ impl<T: Scalar, F: Force> World<T, F> {
                 angular: zero,
             },
         };
-        for (body, body_state) in self.bodies().iter().zip(&state.bodies) {
+        for (body, body_state) in self.bodies.iter().zip(&state.bodies) {
             let Some(inertia) = body.inertia() else {
                 continue;
             };
@@ -94,40 +111,24 @@ impl<T: Scalar, F: Force> World<T, F> {
             let spin = inertia.angular_momentum(pose.rotation(), &twist.angular);
             let doubled = linear.dot(&twist.linear) + spin.dot(&twist.angular);
             report.kinetic_energy += doubled * 0.5;
-            report.gravitational_energy -= self.gravity().dot(&center) * inertia.mass;
+            report.gravitational_energy -= self.gravity.dot(&center) * inertia.mass;
             report.momentum.linear += linear;
             report.momentum.angular += spin + center.cross(&linear);
         }
-        for &(i, j) in self
-            .system
-            .close_pairs(&state.bodies, &mut Sweep::default())
-        {
-            report.contact_energy += self
-                .system
-                .contact_pair(&state.bodies, i, j)
-                .potential_energy();
+        for &(i, j) in self.close_pairs(&state.bodies, &mut Sweep::default()) {
+            report.contact_energy += self.contact_pair(&state.bodies, i, j).potential_energy();
         }
-        Ok(report)
+        report
     }
 
-    /// Which tetrahedra touch in a state.
-    ///
-    /// # Errors
-    /// If the state does not fit the world: another number of bodies, a pose that is not rigid, or a number that is not finite.
-    pub fn topology(&self, state: &State<T>) -> Result<Topology, WorldError> {
-        state.check_fits(self.bodies())?;
+    /// Which tetrahedra touch in a state that fits the bodies.
+    fn topology(&self, state: &State<T>) -> Topology {
         let mut touching = Vec::new();
-        for &(i, j) in self
-            .system
-            .close_pairs(&state.bodies, &mut Sweep::default())
-        {
-            let tets = self
-                .system
-                .contact_pair(&state.bodies, i, j)
-                .touching_tets();
+        for &(i, j) in self.close_pairs(&state.bodies, &mut Sweep::default()) {
+            let tets = self.contact_pair(&state.bodies, i, j).touching_tets();
             touching.extend(tets.into_iter().map(|[a, b]| [i, j, a, b]));
         }
         touching.sort_unstable();
-        Ok(Topology { touching })
+        Topology { touching }
     }
 }

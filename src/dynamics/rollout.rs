@@ -1,4 +1,4 @@
-use super::erased::Stepped;
+use super::any_world::AnyWorld;
 use super::system::System;
 use super::workspace::Workspace;
 use super::{
@@ -22,7 +22,7 @@ use std::sync::Arc;
 /// may go on: the step is taken again. [`Self::recorded`] makes an error of it.
 #[derive(Clone)]
 pub struct Rollout<T = f64> {
-    world: Arc<dyn Stepped<T>>,
+    world: Arc<dyn AnyWorld<T>>,
     plan: Plan,
     steps: Steps<T>,
 }
@@ -70,7 +70,7 @@ impl<T: Scalar> Rollout<T> {
     }
 
     /// The same of a world whatever its forces.
-    pub(crate) fn of(world: Arc<dyn Stepped<T>>, plan: &Plan) -> Self {
+    pub(crate) fn of(world: Arc<dyn AnyWorld<T>>, plan: &Plan) -> Self {
         let steps = Steps::from(world.system().initial_state());
         Self {
             world,
@@ -160,7 +160,7 @@ impl<T: Scalar> From<State<T>> for Steps<T> {
 }
 
 impl<T: Scalar> Steps<T> {
-    fn advance(&mut self, world: &dyn Stepped<T>, plan: &Plan) -> Result<&State<T>, RolloutError> {
+    fn advance(&mut self, world: &dyn AnyWorld<T>, plan: &Plan) -> Result<&State<T>, RolloutError> {
         let system = world.system();
         let (step, time_step) = (self.taken + 1, plan.time_step());
         self.next.time = self.state.time;

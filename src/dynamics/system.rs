@@ -1,4 +1,4 @@
-use super::body::{place_of, state_on};
+use super::body::{known_place, state_on};
 use super::error::check_finite;
 use super::{Body, BodyState, Control, Motion, State, WorldError};
 use crate::scalar::{Scalar, lift_vector};
@@ -65,7 +65,7 @@ impl System {
 impl<T: Scalar> System<T> {
     /// The place of the body of that name.
     pub(crate) fn index_of(&self, name: &str) -> Result<usize, WorldError> {
-        place_of(name, &self.bodies)
+        known_place(name, &self.bodies)
     }
 
     /// The state from which rollouts start.

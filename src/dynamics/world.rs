@@ -17,10 +17,15 @@ pub struct World<T = f64, F = ()> {
 /// Shapes, paths and forces are shared, not copied.
 impl<T: Clone, F> Clone for World<T, F> {
     fn clone(&self) -> Self {
-        Self {
-            system: self.system.clone(),
-            forces: Arc::clone(&self.forces),
-        }
+        self.with_system(self.system.clone())
+    }
+}
+
+impl<T, F> World<T, F> {
+    /// These forces in another system.
+    pub(crate) fn with_system<U>(&self, system: System<U>) -> World<U, F> {
+        let forces = Arc::clone(&self.forces);
+        World { system, forces }
     }
 }
 
@@ -63,12 +68,6 @@ impl World {
 }
 
 impl<F: Force> World<f64, F> {
-    /// The same forces in another system.
-    pub(crate) fn with(&self, system: System) -> Self {
-        let forces = Arc::clone(&self.forces);
-        Self { system, forces }
-    }
-
     /// The same world with gravity (m/s²).
     ///
     /// # Errors
@@ -154,10 +153,7 @@ impl<F: Force> World<f64, F> {
     /// The constant world: a world in `T` whose numbers have no derivatives.
     #[must_use]
     pub fn lifted<T: Scalar>(&self) -> World<T, F> {
-        World {
-            system: self.system.lifted(),
-            forces: Arc::clone(&self.forces),
-        }
+        self.with_system(self.system.lifted())
     }
 }
 

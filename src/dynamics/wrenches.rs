@@ -1,4 +1,4 @@
-use super::erased::Stepped;
+use super::any_world::AnyWorld;
 use super::sweep::Sweep;
 use super::system::System;
 use super::workspace::Workspace;
@@ -11,7 +11,7 @@ use crate::threads::mapped_into;
 /// The wrench on each body of a world about its centre of mass, in world axes, of all but gravity; the controls as of a time
 /// (s) of their own.
 pub(super) fn all_wrenches<'s, T: Scalar>(
-    world: &dyn Stepped<T>,
+    world: &dyn AnyWorld<T>,
     state: &State<T>,
     control_time: f64,
     workspace: &'s mut Workspace<T>,

@@ -1,5 +1,5 @@
 use super::error::same_length;
-use super::widths::OutcomeOfAll;
+use super::widths::DifferentiableOutcome;
 use super::{Experiment, GradientError, Outcome, Parameter};
 use nalgebra::{DMatrix, DVector, DVectorView};
 use std::fmt;
@@ -98,10 +98,11 @@ impl Experiment {
         self.difference_check_of(parameters, outcome)
     }
 
+    /// Not generic, so that it is compiled in this library.
     fn difference_check_of(
         &self,
         parameters: &[Parameter],
-        outcome: &dyn OutcomeOfAll,
+        outcome: &dyn DifferentiableOutcome,
     ) -> Result<DifferenceCheck, GradientError> {
         let (expected, _) = self.differentiated(parameters, outcome)?;
         let scales = self.scales(parameters);
@@ -137,7 +138,7 @@ impl Experiment {
         &self,
         parameters: &[Parameter],
         change: &[f64],
-        outcome: &dyn OutcomeOfAll,
+        outcome: &dyn DifferentiableOutcome,
     ) -> Result<[DVector<f64>; 2], GradientError> {
         let opposite: Vec<f64> = change.iter().map(|number| -number).collect();
         let ahead = DVector::from_vec(self.value_beside(parameters, change, outcome)?);

@@ -1,6 +1,6 @@
-use super::widths::{Differentiable, OutcomeIn, OutcomeOfAll};
+use super::widths::{DifferentiableOutcome, DifferentiableWorld, OutcomeIn};
 use super::{GradientError, Outcome, Parameter};
-use crate::dynamics::{Force, Plan, Recorded, Rollout, Stepped, System, World};
+use crate::dynamics::{AnyWorld, Force, Plan, Recorded, Rollout, System, World};
 use crate::scalar::Scalar;
 use crate::threads::contained;
 use nalgebra::{DMatrix, DVector};
@@ -14,7 +14,7 @@ use std::sync::Arc;
 /// outcome) is such an error too.
 #[derive(Clone)]
 pub struct Experiment {
-    world: Arc<dyn Differentiable>,
+    world: Arc<dyn DifferentiableWorld>,
     plan: Plan,
 }
 
@@ -43,7 +43,7 @@ impl Experiment {
     }
 
     /// The world.
-    pub(super) fn world(&self) -> &dyn Differentiable {
+    pub(super) fn world(&self) -> &dyn DifferentiableWorld {
         &*self.world
     }
 
@@ -69,7 +69,11 @@ impl Experiment {
         self.value_of(outcome)
     }
 
-    pub(super) fn value_of(&self, outcome: &dyn OutcomeOfAll) -> Result<Vec<f64>, GradientError> {
+    /// The outcome in the world itself. Not generic, so that it is compiled in this library.
+    pub(super) fn value_of(
+        &self,
+        outcome: &dyn DifferentiableOutcome,
+    ) -> Result<Vec<f64>, GradientError> {
         self.outcome_of(self.world.clone(), outcome)
     }
 
@@ -124,7 +128,7 @@ impl Experiment {
         outcome: &impl Outcome,
     ) -> Result<Vec<f64>, GradientError> {
         let system = changed_within_range(self.system(), parameters, changes)?;
-        self.outcome_of(self.world.with_system(system), outcome)
+        self.value_in(system, outcome)
     }
 
     /// The outcome beside the world's own parameters, where a material's number may have left its
@@ -133,9 +137,17 @@ impl Experiment {
         &self,
         parameters: &[Parameter],
         changes: &[f64],
-        outcome: &dyn OutcomeOfAll,
+        outcome: &dyn DifferentiableOutcome,
     ) -> Result<Vec<f64>, GradientError> {
-        let system = changed(self.system(), parameters, changes);
+        self.value_in(changed(self.system(), parameters, changes), outcome)
+    }
+
+    /// The outcome in another system. Not generic, so that it is compiled in this library.
+    fn value_in(
+        &self,
+        system: System,
+        outcome: &dyn DifferentiableOutcome,
+    ) -> Result<Vec<f64>, GradientError> {
         self.outcome_of(self.world.with_system(system), outcome)
     }
 
@@ -150,8 +162,8 @@ impl Experiment {
     /// The outcome of a rollout of the world, or of one that was made of it.
     pub(super) fn outcome_of<T: Scalar>(
         &self,
-        world: Arc<dyn Stepped<T>>,
-        outcome: &(impl OutcomeIn<T> + ?Sized),
+        world: Arc<dyn AnyWorld<T>>,
+        outcome: &dyn OutcomeIn<T>,
     ) -> Result<Vec<T>, GradientError> {
         let trajectory = Rollout::of(world, &self.plan).recorded()?;
         contained(|| Ok(outcome.of_trajectory(&trajectory)))
@@ -180,7 +192,7 @@ impl<F: Force> World<f64, F> {
         changes: &[f64],
     ) -> Result<Self, GradientError> {
         let system = changed_within_range(&self.system, parameters, changes)?;
-        Ok(self.with(system))
+        Ok(self.with_system(system))
     }
 }
 

@@ -2,9 +2,9 @@ use super::breakdown::{Breakdown, columns_not_finite};
 use super::error::same_length;
 use super::experiment::{changed, checked_dimension};
 use super::parameter::check_together;
-use super::widths::{MIDDLE, NARROW, OutcomeIn, OutcomeOfAll, WIDE};
+use super::widths::{DifferentiableOutcome, MIDDLE, NARROW, OutcomeIn, WIDE};
 use super::{Experiment, GradientError, OutcomeJacobian, Parameter};
-use crate::dynamics::{ActsIn, Rollout, Stepped};
+use crate::dynamics::{AnyWorld, Rollout, WithSystem};
 use crate::scalar::{DenseDual, lift};
 use crate::threads::contained;
 use nalgebra::{DMatrix, DVector};
@@ -19,7 +19,7 @@ impl Experiment {
     pub(super) fn differentiated(
         &self,
         parameters: &[Parameter],
-        outcome: &dyn OutcomeOfAll,
+        outcome: &dyn DifferentiableOutcome,
     ) -> Result<Pass, GradientError> {
         let count = checked_dimension(self.system(), parameters)?;
         check_together(parameters, self.system())?;
@@ -51,7 +51,7 @@ impl Experiment {
         &self,
         parameters: &[Parameter],
         range: Range<usize>,
-        outcome: &dyn OutcomeOfAll,
+        outcome: &dyn DifferentiableOutcome,
     ) -> Result<Pass, GradientError> {
         let world = self.world();
         if range.len() <= NARROW {
@@ -66,7 +66,7 @@ impl Experiment {
     /// The same by the numbers of the parameters in a range, at most `WIDTH`.
     fn pass_of<const WIDTH: usize>(
         &self,
-        world: &dyn ActsIn<DenseDual<WIDTH>>,
+        world: &dyn WithSystem<DenseDual<WIDTH>>,
         parameters: &[Parameter],
         range: Range<usize>,
         outcome: &dyn OutcomeIn<DenseDual<WIDTH>>,
@@ -93,7 +93,7 @@ impl Experiment {
     /// a look at every state.
     fn breakdown<const WIDTH: usize>(
         &self,
-        world: Arc<dyn Stepped<DenseDual<WIDTH>>>,
+        world: Arc<dyn AnyWorld<DenseDual<WIDTH>>>,
         jacobian: &DMatrix<f64>,
     ) -> Result<Option<Breakdown>, GradientError> {
         let Some(in_outcome) = Breakdown::in_outcome(jacobian) else {

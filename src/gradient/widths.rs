@@ -1,8 +1,8 @@
 //! The dual numbers that rollouts are differentiated in, and what a program brings to them: its world's forces and its
-//! outcome. All else is compiled once, in this library.
+//! outcome. All else of an experiment is compiled once, in this library.
 
 use super::Outcome;
-use crate::dynamics::{ActsIn, Force, Stepped, Trajectory, World};
+use crate::dynamics::{AnyWorld, Force, Trajectory, WithSystem, World};
 use crate::scalar::{DenseDual, Scalar};
 
 /// Widths of the dual numbers that parameters are seeded in: the narrowest that holds them all, or the widest several times.
@@ -12,16 +12,16 @@ pub(super) const MIDDLE: usize = 12;
 pub(super) const WIDE: usize = 96;
 
 /// A world that steps in `f64`, and after a change in `f64` and in every width.
-pub(super) trait Differentiable:
-    Stepped<f64>
-    + ActsIn<f64>
-    + ActsIn<DenseDual<NARROW>>
-    + ActsIn<DenseDual<MIDDLE>>
-    + ActsIn<DenseDual<WIDE>>
+pub(super) trait DifferentiableWorld:
+    AnyWorld<f64>
+    + WithSystem<f64>
+    + WithSystem<DenseDual<NARROW>>
+    + WithSystem<DenseDual<MIDDLE>>
+    + WithSystem<DenseDual<WIDE>>
 {
 }
 
-impl<F: Force> Differentiable for World<f64, F> {}
+impl<F: Force> DifferentiableWorld for World<f64, F> {}
 
 /// An outcome in `T`.
 pub(super) trait OutcomeIn<T>: Sync {
@@ -36,7 +36,7 @@ impl<T: Scalar, O: Outcome> OutcomeIn<T> for O {
 }
 
 /// An outcome in `f64` and in every width.
-pub(super) trait OutcomeOfAll:
+pub(super) trait DifferentiableOutcome:
     OutcomeIn<f64>
     + OutcomeIn<DenseDual<NARROW>>
     + OutcomeIn<DenseDual<MIDDLE>>
@@ -44,4 +44,4 @@ pub(super) trait OutcomeOfAll:
 {
 }
 
-impl<O: Outcome> OutcomeOfAll for O {}
+impl<O: Outcome> DifferentiableOutcome for O {}

@@ -1,5 +1,5 @@
 use crate::geometry::AffineField;
-use crate::scalar::Scalar;
+use crate::scalar::{Scalar, norm};
 use nalgebra::Vector3;
 
 /// Values below this fraction of (length × pressure gradient) are round-off: about a hundred times
@@ -42,7 +42,7 @@ pub(crate) struct EquilibriumPlane<T> {
 impl<T: Scalar> EquilibriumPlane<T> {
     pub fn between(pressure_a: &AffineField<T>, pressure_b: &AffineField<T>) -> Self {
         let gradient = pressure_a.gradient - pressure_b.gradient;
-        let steepness = gradient.dot(&gradient).sqrt();
+        let steepness = norm(&gradient);
         Self {
             normal: gradient / steepness,
             steepness,

@@ -62,9 +62,9 @@ pub fn real_vector<T: Scalar>(vector: &Vector3<T>) -> Vector3<f64> {
     vector.map(real_part)
 }
 
-/// The length of a vector; at zero it has no derivative, and dual numbers get one that is not finite.
+/// The length of a vector, in any scalar. At zero its derivative does not exist, and comes out not finite.
 ///
-/// `norm` of nalgebra asks for complex numbers, which dual numbers are not.
+/// nalgebra's own `norm` needs `ComplexField`, which dual numbers do not implement.
 ///
 /// ```
 /// use hydroelastic::scalar::norm;

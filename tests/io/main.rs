@@ -2,7 +2,6 @@
 
 mod broken_writes;
 mod data_set_fields;
-mod hostile_files;
 mod mesh_files;
 mod recording;
 mod surface_files;

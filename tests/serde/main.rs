@@ -1,5 +1,4 @@
 //! Poses, states, materials, trajectories, plans and whole worlds, saved and loaded by serde.
-#![cfg(feature = "serde")]
 
 mod refusals;
 mod round_trips;

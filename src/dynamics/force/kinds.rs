@@ -1,5 +1,5 @@
 use super::{Force, Situation, Wrenches};
-use crate::dynamics::body::place_of;
+use crate::dynamics::body::known_place;
 use crate::dynamics::error::{check_finite, check_not_negative};
 use crate::dynamics::{Body, WorldError};
 use crate::scalar::{Scalar, lift, real_part};
@@ -50,8 +50,8 @@ pub struct Thruster {
     pub force: [f64; 3],
 }
 
-/// A fraction of its rest length, or of a metre, below which a spring has no direction: the difference of two points some
-/// metres from the origin has lost half of its digits there.
+/// Below this fraction of its rest length (of a metre, if that is 0) a spring has no direction: what is left of the
+/// difference of its two points is mostly round-off.
 const NO_LENGTH: f64 = 1e-9;
 
 impl Force for Spring {
@@ -127,21 +127,21 @@ impl Force for Thruster {
     }
 }
 
-/// Checks that there are bodies of these names, and that forces move at least one of them.
+/// Checks that there are bodies of these names, and that forces move at least one of them; if not, the error names the first.
 fn check_dynamic(
-    names: &[&String],
+    names: &[&str],
     quantity: &'static str,
     bodies: &[Body],
 ) -> Result<(), WorldError> {
     let mut any_moves = false;
     for name in names {
-        any_moves |= bodies[place_of(name, bodies)?].inertia().is_some();
+        any_moves |= bodies[known_place(name, bodies)?].inertia().is_some();
     }
     if any_moves {
         return Ok(());
     }
     Err(WorldError::NotDynamic {
-        body: names[0].clone(),
+        body: names[0].to_owned(),
         quantity,
     })
 }

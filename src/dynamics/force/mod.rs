@@ -75,7 +75,7 @@ impl<T: Scalar> Situation<'_, T> {
     /// The place of the body of a name, if there is one.
     #[must_use]
     pub fn index_of(&self, name: &str) -> Option<usize> {
-        place_of(name, self.bodies).ok()
+        place_of(name, self.bodies)
     }
 
     /// The place (m) and the velocity (m/s) in the world of a point of a body, given in the body frame (m).

@@ -2,16 +2,16 @@
 //! points and `vtkio` does not know: no part of a mesh, they are passed over.
 
 use std::borrow::Cow;
+use std::ops::Range;
 
-/// The file with spaces in the place of its data set's fields, so that all else stays in its line; as it is, if it has none,
-/// or some that cannot be passed over.
+/// The file with its data set's fields replaced by spaces, so that line numbers stay; unchanged if it has none, or one of a
+/// kind that cannot be passed over (strings).
 pub(super) fn blanked(bytes: &[u8]) -> Cow<'_, [u8]> {
-    let start = start(bytes).unwrap_or(bytes.len());
-    let Some(rest) = after_fields(bytes, &bytes[start..]) else {
+    let Some(fields) = fields(bytes) else {
         return Cow::Borrowed(bytes);
     };
     let mut blanked = bytes.to_vec();
-    for byte in &mut blanked[start..bytes.len() - rest.len()] {
+    for byte in &mut blanked[fields] {
         if *byte != b'\n' {
             *byte = b' ';
         }
@@ -19,45 +19,47 @@ pub(super) fn blanked(bytes: &[u8]) -> Cow<'_, [u8]> {
     Cow::Owned(blanked)
 }
 
-/// Where fields begin: after four lines, the last of which names the kind of data set.
-fn start(bytes: &[u8]) -> Option<usize> {
+/// Where the fields are: after four lines, the last of which names the kind of data set.
+fn fields(bytes: &[u8]) -> Option<Range<usize>> {
     let mut rest = bytes;
-    for _ in 0..4 {
-        line(&mut rest)?;
-    }
+    let [_, _, format, _] = [(); 4].map(|()| line(&mut rest));
+    let is_binary = has_word(format?, "BINARY");
     rest = rest.trim_ascii_start();
-    has_word(rest, "FIELD").then(|| bytes.len() - rest.len())
-}
-
-/// What follows the fields.
-fn after_fields<'a>(bytes: &[u8], mut rest: &'a [u8]) -> Option<&'a [u8]> {
-    let mut head = bytes;
-    let format = (0..3).map_while(|_| line(&mut head)).last()?;
-    let is_binary = has_word(format, "BINARY");
+    let start = bytes.len() - rest.len();
+    if !has_word(rest, "FIELD") {
+        return None;
+    }
     let [_, _, count] = words(line(&mut rest)?)?;
     for _ in 0..count.parse::<usize>().ok()? {
+        rest = after_metadata(after_array(rest, is_binary)?)?;
+    }
+    Some(start..bytes.len() - rest.len())
+}
+
+/// What follows an array: a line with its name, components, tuples and type, and the numbers.
+fn after_array(rest: &[u8], is_binary: bool) -> Option<&[u8]> {
+    let mut rest = rest.trim_ascii_start();
+    let [_, components, tuples, kind] = words(line(&mut rest)?)?;
+    let (components, tuples): (usize, usize) = (components.parse().ok()?, tuples.parse().ok()?);
+    let (count, bits) = (components.checked_mul(tuples)?, bits(kind)?);
+    if is_binary {
+        return rest.get(count.checked_mul(bits)?.div_ceil(8)..);
+    }
+    for _ in 0..count {
         rest = rest.trim_ascii_start();
-        let [_, components, tuples, kind] = words(line(&mut rest)?)?;
-        let components: usize = components.parse().ok()?;
-        let count = components.checked_mul(tuples.parse().ok()?)?;
-        if is_binary {
-            rest = rest.get(count.checked_mul(bits(kind)?)?.div_ceil(8)..)?;
-        } else {
-            bits(kind)?;
-            for _ in 0..count {
-                rest = rest.trim_ascii_start();
-                let end = rest.iter().position(u8::is_ascii_whitespace);
-                rest = &rest[end.filter(|&end| end > 0)?..];
-            }
-        }
-        rest = rest.trim_ascii_start();
-        if has_word(rest, "METADATA") {
-            // Up to an empty line.
-            while !line(&mut rest)?.trim_ascii().is_empty() {}
-            rest = rest.trim_ascii_start();
-        }
+        let end = rest.iter().position(u8::is_ascii_whitespace);
+        rest = &rest[end.filter(|&end| end > 0)?..];
     }
     Some(rest)
+}
+
+/// What follows the metadata that an array may have, up to an empty line.
+fn after_metadata(rest: &[u8]) -> Option<&[u8]> {
+    let mut rest = rest.trim_ascii_start();
+    if has_word(rest, "METADATA") {
+        while !line(&mut rest)?.trim_ascii().is_empty() {}
+    }
+    Some(rest.trim_ascii_start())
 }
 
 /// The next line, without its end.

@@ -166,6 +166,10 @@ def write_vtk():
     write("huge_coordinates.vtk", VTK, ("0 0 1", "0 0 1e308"), ("0 1 0", "0 1e308 0"))
     write("word_for_a_number.vtk", VTK, ("4 0 1 2 3", "4 0 1 two 3"))
     write("unknown_cell_type.vtk", VTK, ("\n10\n", "\n250\n"))
+    fields = "POINTS", f"FIELD FieldData {TRILLION}\nTimeValue 1 1 double\n0.5\nPOINTS"
+    write("trillion_data_set_fields.vtk", VTK, fields)
+    fields = "POINTS", f"FIELD FieldData 1\nTimeValue 1 {TRILLION} double\n0.5\nPOINTS"
+    write("trillion_data_set_times.vtk", VTK, fields)
     data = "POINT_DATA 4\n"
     write("most_field_numbers.vtk", VTK + data + f"FIELD f 1\na {2**62} 8 double\n0 1 2 3\n")
     write("trillion_field_arrays.vtk", VTK + data + f"FIELD f {TRILLION}\na 1 4 double\n0 1 2 3\n")

@@ -1,6 +1,4 @@
 //! Steps of a rollout allocate nothing once it has the room it needs.
-//!
-//! One test: all threads of a program share the allocator that counts.
 
 use hydroelastic::contact::Shape;
 use hydroelastic::dynamics::{Body, Integrator, Mass, Material, Plan, World};
@@ -8,9 +6,6 @@ use hydroelastic::mesh::shapes;
 use hydroelastic::spatial::Pose;
 use nalgebra::vector;
 use std::sync::Arc;
-
-#[global_allocator]
-static ALLOCATOR: dhat::Alloc = dhat::Alloc;
 
 /// Time step (s).
 const TIME_STEP: f64 = 5e-4;
@@ -70,6 +65,7 @@ fn allocated_blocks(world: &World, integrator: Integrator) -> u64 {
 
 #[test]
 fn steps_allocate_nothing_once_a_rollout_is_warm() {
+    let _alone = crate::alone();
     let _profiler = dhat::Profiler::builder().testing().build();
     let elastic = Material::elastic(1e5);
     let rubbing = elastic.with_dissipation(0.5).with_friction(0.4);
