@@ -18,7 +18,7 @@ use std::ops::Range;
 const BATCH: usize = 512;
 
 /// Pairs of the short form.
-const SHORT: usize = 3 * BATCH;
+const SHORT: usize = 2 * BATCH;
 
 /// Pairs of the long form, if COINCIDENCE_PAIRS does not say.
 const LONG: usize = 1_000_000;

@@ -18,7 +18,7 @@ use std::f64::consts::{FRAC_PI_4, SQRT_2};
 const BATCH: usize = 4096;
 
 /// Pairs of the short form.
-const SHORT: usize = 5 * BATCH;
+const SHORT: usize = 2 * BATCH;
 
 /// Pairs of the long form, if HOSTILE_PAIRS does not say.
 const LONG: usize = 10_000_000;
