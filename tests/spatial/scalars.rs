@@ -1,7 +1,7 @@
 //! The scalars that poses and wrenches are generic over, and the derivatives they carry.
 
 use crate::samples_and_tolerances::ROUND_OFF;
-use hydroelastic::scalar::{Scalar, lift, lift_vector, real_part, real_vector};
+use hydroelastic::scalar::{Scalar, lift, lift_vector, norm, real_part, real_vector};
 use nalgebra::{Matrix3, SVector, Vector3, vector};
 use num_dual::{
     Dual, Dual2, Dual2_64, Dual2SVec64, Dual3_64, Dual64, DualSVec64, HyperDual64, HyperDualSVec64,
@@ -118,4 +118,15 @@ fn lifted_numbers_come_back_with_no_derivative() {
     let vector = vector![1.0, -2.0, X];
     assert_eq!(real_vector(&lift_vector::<Dual2_64>(&vector)), vector);
     assert_near(&[real_part(Dual64::new(X, 5.0))], &[X]);
+}
+
+#[test]
+fn the_length_of_a_vector_has_its_direction_for_gradient_and_none_at_zero() {
+    let v = vector![2.0, -3.0, X];
+    let (length, slope) = gradient(|v| norm(&v), &v);
+    let expected = v / v.norm();
+    assert_near(&[length], &[v.norm()]);
+    assert_near(slope.as_slice(), expected.as_slice());
+    let (length, slope) = gradient(|v| norm(&v), &Vector3::<f64>::zeros());
+    assert!(length == 0.0 && slope.iter().all(|number: &f64| !number.is_finite()));
 }

@@ -40,7 +40,8 @@ pub struct Wrenches<'a, T = f64> {
 
 /// Forces other than contact and gravity: what they add to the wrenches on the bodies.
 ///
-/// Generic over the scalar, so that derivatives flow through it. A tuple of forces is a force, their sum, and so is a list of forces of one kind.
+/// Generic over the scalar, so that derivatives flow through it. A tuple of forces is a force, their sum, and so is a list of
+/// forces of one kind.
 ///
 /// ```
 /// use hydroelastic::dynamics::{Force, Situation, Wrenches};
