@@ -41,7 +41,7 @@ impl System {
         })
     }
 
-    /// Checks all numbers that parameters may have changed.
+    /// Checks all numbers that a parameter or another start may have changed.
     pub(crate) fn check(&self) -> Result<(), WorldError> {
         let mut bodies = self.bodies.iter();
         bodies.try_for_each(|body| body.check(self.start))?;

@@ -102,8 +102,8 @@ impl<F: Force> World<f64, F> {
         self.system.start = placed.time;
         for (body, initial) in self.system.bodies.iter_mut().zip(placed.bodies) {
             body.initial = initial;
-            body.check(placed.time)?;
         }
+        self.system.check()?;
         Ok(self)
     }
 

@@ -1,5 +1,6 @@
 //! What a rollout must conserve: energy, momentum, angular momentum, orthonormality.
 
+use crate::scenes::at;
 use hydroelastic::contact::Shape;
 use hydroelastic::dynamics::{Body, Integrator, Mass, Material, Plan, State, World};
 use hydroelastic::mesh::shapes;
@@ -13,10 +14,6 @@ const MOMENTUM: f64 = 1e-11;
 /// Angular momentum goes into spin and back twice a step, and the roundings of 10⁶ steps all lean to
 /// one side: 20 units in the last place each.
 const MILLION_ROUNDINGS: f64 = 1e-8;
-
-fn at(x: f64, y: f64, z: f64) -> Pose {
-    Pose::from_translation(vector![x, y, z])
-}
 
 /// A ball that bounces on a box for ever: no friction, no dissipation.
 fn bouncing_ball() -> World {

@@ -1,5 +1,6 @@
 //! The contacts of a state: which bodies touch, and what they do to each other.
 
+use crate::scenes::GRAVITY;
 use hydroelastic::contact::Shape;
 use hydroelastic::dynamics::{Body, Integrator, Mass, Material, Plan, World};
 use hydroelastic::mesh::shapes;
@@ -11,8 +12,6 @@ use std::sync::Arc;
 const ROUNDING: f64 = 1e-12;
 
 const MASS: f64 = 0.5;
-const GRAVITY: f64 = 9.81;
-
 /// Two balls that rub, one on the floor and one on top, and a third one far away.
 fn pile() -> World {
     let skin = Material::elastic(1e5)

@@ -1,6 +1,7 @@
 //! What is left of runs that fail: by a panic in what was passed in, or a blow-up. What is left of files
 //! is in `broken_writes.rs`.
 
+use crate::scenes::bits;
 use hydroelastic::contact::Shape;
 use hydroelastic::dynamics::{
     Batch, Body, BodyState, Force, Integrator, Mass, Material, Plan, Progress, RolloutError,
@@ -40,17 +41,6 @@ fn world(skin: Material) -> World {
 
 fn soft_world() -> World {
     world(Material::elastic(1e5).with_friction(0.4))
-}
-
-/// Every number of a state, to the last bit.
-fn bits(state: &State) -> Vec<u64> {
-    let numbers = state.bodies.iter().flat_map(|body| {
-        let pose = body.pose.rotation().iter().chain(body.pose.translation());
-        let twist = body.twist.angular.iter().chain(&body.twist.linear);
-        pose.chain(twist).copied()
-    });
-    let numbers = std::iter::once(state.time).chain(numbers);
-    numbers.map(f64::to_bits).collect()
 }
 
 fn all_bits(trajectory: &Trajectory) -> Vec<Vec<u64>> {

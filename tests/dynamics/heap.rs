@@ -3,6 +3,7 @@
 //!
 //! The long form, and what both see: `cargo test --test dynamics heap:: -- --include-ignored --nocapture`.
 
+use crate::scenes::GRAVITY;
 use crate::support::scenes::Random;
 use hydroelastic::contact::Shape;
 use hydroelastic::dynamics::{Body, BodyState, Mass, Material, Plan, State, World};
@@ -10,8 +11,6 @@ use hydroelastic::mesh::shapes;
 use hydroelastic::spatial::Pose;
 use nalgebra::{Vector3, vector};
 use std::sync::Arc;
-
-const GRAVITY: f64 = 9.81;
 
 /// Radius (m) and mass (kg) of a ball.
 const RADIUS: f64 = 0.05;

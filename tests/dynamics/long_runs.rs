@@ -4,6 +4,7 @@
 //! The long forms, and what they see:
 //! `cargo test --test dynamics long_runs:: -- --ignored --nocapture --test-threads=1`.
 
+use crate::scenes::GRAVITY;
 use hydroelastic::contact::Shape;
 use hydroelastic::dynamics::{Body, Mass, Material, Plan, Rollout, State, World};
 use hydroelastic::mesh::{PressureField, shapes};
@@ -20,8 +21,6 @@ const ORTHONORMAL: f64 = 1e-15;
 
 /// Memory (kB) that what a test does beside its steps may take. A byte a step would be 9,000.
 const OTHER_MEMORY: u64 = 256;
-
-const GRAVITY: f64 = 9.81;
 
 fn on_floor(field: PressureField, height: f64, skin: Material, down: &Vector3<f64>) -> World {
     let at_height = |z| Pose::from_translation(vector![0.0, 0.0, z]);

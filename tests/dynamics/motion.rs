@@ -1,15 +1,14 @@
 //! Motion against values that can be written down, and what must be conserved.
 
+use crate::scenes::{GRAVITY, at};
 use crate::support::balls::fine_ball;
 use hydroelastic::contact::Shape;
 use hydroelastic::dynamics::{Body, Mass, Material, Plan, State, World};
 use hydroelastic::gradient::{Experiment, FinalPosition, Parameter};
 use hydroelastic::mesh::shapes;
-use hydroelastic::spatial::{MassProperties, Pose};
+use hydroelastic::spatial::MassProperties;
 use nalgebra::{Matrix3, Vector3, vector};
 use std::sync::Arc;
-
-const GRAVITY: f64 = 9.81;
 
 /// A modulus (Pa) beside which the bodies of these tests are soft to a part in ten thousand.
 const RIGID: f64 = 1e13;
@@ -25,10 +24,6 @@ const RESTITUTION: f64 = 1e-4;
 
 /// The table's tolerance of sums that hold at any time step.
 const SUMS: f64 = 1e-9;
-
-fn at(x: f64, y: f64, z: f64) -> Pose {
-    Pose::from_translation(vector![x, y, z])
-}
 
 /// A floor whose surface is z = 0.
 fn floor(material: Material) -> Body {

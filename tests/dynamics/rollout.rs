@@ -1,7 +1,8 @@
 //! Rollouts: their ways forward agree, and what is left after a failure.
 
+use crate::scenes::bits;
 use hydroelastic::contact::Shape;
-use hydroelastic::dynamics::{Body, Integrator, Mass, Material, Plan, Rollout, State, World};
+use hydroelastic::dynamics::{Body, Integrator, Mass, Material, Plan, Rollout, World};
 use hydroelastic::mesh::shapes;
 use hydroelastic::spatial::Pose;
 use nalgebra::vector;
@@ -25,17 +26,6 @@ fn scene(skin: Material) -> World {
 
 fn rollout(world: &World) -> Rollout {
     world.rollout(&Plan::new(TIME_STEP, 100).unwrap())
-}
-
-/// The time, and every number of every body, to the last bit.
-fn bits(state: &State) -> Vec<u64> {
-    let numbers = state.bodies.iter().flat_map(|body| {
-        let pose = body.pose.rotation().iter().chain(body.pose.translation());
-        let twist = body.twist.angular.iter().chain(&body.twist.linear);
-        pose.chain(twist).copied()
-    });
-    let numbers = std::iter::once(state.time).chain(numbers);
-    numbers.map(f64::to_bits).collect()
 }
 
 #[test]

@@ -1,7 +1,9 @@
-//! Balls, boxes, a floor and mass properties, of which several tests of worlds are made.
+//! Balls, boxes, a floor and mass properties, of which several tests of worlds are made, and the bits of a state.
 
 use hydroelastic::contact::Shape;
-use hydroelastic::dynamics::{Body, BodyState, Mass, Material, Plan, Rollout, World, WorldError};
+use hydroelastic::dynamics::{
+    Body, BodyState, Mass, Material, Plan, Rollout, State, World, WorldError,
+};
 use hydroelastic::mesh::shapes;
 use hydroelastic::spatial::{MassProperties, Pose, Twist, rotation_from_vector};
 use nalgebra::{Matrix3, Vector3, vector};
@@ -39,6 +41,17 @@ pub fn floor(skin: Material) -> Body {
 
 pub fn at(x: f64, y: f64, z: f64) -> Pose {
     Pose::from_translation(vector![x, y, z])
+}
+
+/// The time, and every number of every body, to the last bit.
+pub fn bits(state: &State) -> Vec<u64> {
+    let numbers = state.bodies.iter().flat_map(|body| {
+        let pose = body.pose.rotation().iter().chain(body.pose.translation());
+        let twist = body.twist.angular.iter().chain(&body.twist.linear);
+        pose.chain(twist).copied()
+    });
+    let numbers = std::iter::once(state.time).chain(numbers);
+    numbers.map(f64::to_bits).collect()
 }
 
 pub fn down() -> Vector3<f64> {

@@ -1,11 +1,11 @@
 //! Readers and writers of files.
 
 mod contact_surface;
+mod data_set_fields;
 mod error;
 mod file_contents;
 mod gmsh;
 mod gmsh_headers;
-mod legacy_fields;
 mod mesh_file;
 mod recording;
 mod replacement;

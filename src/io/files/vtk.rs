@@ -1,5 +1,5 @@
 use super::stopped::{beginning, stopped_at};
-use super::{FileError, file_contents::FileContents, legacy_fields, vtu_lengths};
+use super::{FileError, data_set_fields, file_contents::FileContents, vtu_lengths};
 use nalgebra::Vector3;
 use percent_encoding::percent_decode_str;
 use std::borrow::Cow;
@@ -13,7 +13,7 @@ use vtkio::{IOBuffer, Vtk, parser, xml::VTKFile};
 
 /// Reads a legacy file.
 pub(super) fn read_legacy(path: &Path, bytes: &[u8]) -> Result<FileContents, FileError> {
-    let bytes = &*legacy_fields::blanked(bytes);
+    let bytes = &*data_set_fields::blanked(bytes);
     let (rest, vtk) = parser::parse_be(bytes).map_err(|error| {
         let mut rest = &bytes[bytes.len()..];
         let cause = error.map(|cause| {

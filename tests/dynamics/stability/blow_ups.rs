@@ -1,8 +1,9 @@
 //! The largest stable time step against rollouts that blow up just above it and not just below.
 
 use super::scenes::{
-    EDGE, GRAVITY, REST, assert_close, at, bisected, cube, cube_on_slab, limit, slab, with_gravity,
+    EDGE, REST, assert_close, bisected, cube, cube_on_slab, limit, slab, with_gravity,
 };
+use crate::scenes::{GRAVITY, at};
 use hydroelastic::contact::Shape;
 use hydroelastic::dynamics::{Body, BodyState, Mass, Material, Plan, State, World};
 use hydroelastic::mesh::shapes;

@@ -1,9 +1,7 @@
 //! The largest stable time step against closed forms.
 
-use super::scenes::{
-    EDGE, FOUND, GRAVITY, REST, assert_close, at, cube, cube_on_slab, cuboid, limit, slab,
-    slab_skin,
-};
+use super::scenes::{EDGE, FOUND, REST, assert_close, cube, cube_on_slab, limit, slab, slab_skin};
+use crate::scenes::{GRAVITY, at, box_shape};
 use crate::support::balls::fine_ball;
 use hydroelastic::dynamics::{Body, Mass, Material, World};
 use nalgebra::DMatrix;
@@ -26,7 +24,7 @@ fn two_free_bodies_of_equal_mass_have_half_the_effective_mass() {
     let skin = Material::elastic(1e6);
     let free = Body::dynamic(
         "slab",
-        cuboid([2.0, 2.0, 1.0]),
+        box_shape([2.0, 2.0, 1.0]),
         slab_skin(skin),
         Mass::Total(1.0),
     );

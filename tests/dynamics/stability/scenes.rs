@@ -1,29 +1,16 @@
 //! Cubes on a slab, their largest stable time steps, and where a claim about a step becomes true.
 
-use hydroelastic::contact::Shape;
+use crate::scenes::{GRAVITY, at, box_shape};
 use hydroelastic::dynamics::{Body, Mass, Material, World};
-use hydroelastic::mesh::shapes;
-use hydroelastic::spatial::Pose;
 use nalgebra::vector;
-use std::sync::Arc;
-
-pub const GRAVITY: f64 = 9.81;
 
 /// What the search for the stiffest motion leaves of a limit.
 pub const FOUND: f64 = 1e-5;
 
 pub const EDGE: f64 = 0.2;
 
-pub fn at(x: f64, y: f64, z: f64) -> Pose {
-    Pose::from_translation(vector![x, y, z])
-}
-
-pub fn cuboid(lengths: [f64; 3]) -> Arc<Shape> {
-    Arc::new(Shape::new(shapes::cuboid(lengths).unwrap()))
-}
-
 pub fn cube(name: &str, edge: f64, skin: Material) -> Body {
-    Body::dynamic(name, cuboid([edge; 3]), skin, Mass::Total(1.0)).unwrap()
+    Body::dynamic(name, box_shape([edge; 3]), skin, Mass::Total(1.0)).unwrap()
 }
 
 pub fn slab_skin(skin: Material) -> Material {
@@ -35,7 +22,7 @@ pub fn slab_skin(skin: Material) -> Material {
 
 /// A slab whose top is z = 0, of the closed forms: modulus 3e6, half depth 0.5.
 pub fn slab(skin: Material) -> Body {
-    let slab = Body::fixed("slab", cuboid([2.0, 2.0, 1.0]), slab_skin(skin)).unwrap();
+    let slab = Body::fixed("slab", box_shape([2.0, 2.0, 1.0]), slab_skin(skin)).unwrap();
     slab.at(at(0.0, 0.0, -0.5))
 }
 

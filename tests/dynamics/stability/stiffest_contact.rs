@@ -1,6 +1,7 @@
 //! What counts for the largest stable time step: the stiffest contact, not the origins of frames.
 
-use super::scenes::{EDGE, FOUND, assert_close, at, cube_on_slab, cuboid, falling, limit, slab};
+use super::scenes::{EDGE, FOUND, assert_close, cube_on_slab, falling, limit, slab};
+use crate::scenes::{at, box_shape};
 use hydroelastic::contact::Shape;
 use hydroelastic::dynamics::{Body, Mass, Material, Plan, RolloutError, World};
 use hydroelastic::mesh::{PressureField, TetMesh, shapes};
@@ -26,7 +27,7 @@ fn nothing_that_touches_is_no_limit() {
     );
     // Two bodies that forces do not move.
     let skin = Material::elastic(1e6);
-    let fixed = Body::fixed("cube", cuboid([EDGE; 3]), skin).unwrap();
+    let fixed = Body::fixed("cube", box_shape([EDGE; 3]), skin).unwrap();
     let still = World::new(vec![fixed.at(at(0.0, 0.0, 0.09)), slab(skin)]).unwrap();
     assert!(
         still
@@ -40,7 +41,7 @@ fn nothing_that_touches_is_no_limit() {
 fn the_limit_of_many_is_that_of_the_stiffest_contact_and_names_it() {
     let skin = Material::elastic(1e6);
     let beside = |name, x, depth, mass| {
-        let body = Body::dynamic(name, cuboid([EDGE; 3]), skin, Mass::Total(mass)).unwrap();
+        let body = Body::dynamic(name, box_shape([EDGE; 3]), skin, Mass::Total(mass)).unwrap();
         body.at(at(x, 0.05, EDGE / 2.0 - depth))
     };
     // The lightest is the stiffest; the one in the air is none.
