@@ -1,8 +1,8 @@
 use super::polygon::PartialSum;
 use super::surface_law::RelativeMotion;
-use super::{ContactPair, ContactWrench};
-use crate::scalar::{Scalar, lift};
-use crate::spatial::{Wrench, skew};
+use super::{ContactPair, ContactWrench, SurfaceLaw};
+use crate::scalar::{Order, Scalar, lift, real_vector};
+use crate::spatial::{Twist, Wrench, skew};
 use nalgebra::{Matrix3, Matrix6, Matrix6x2, SMatrix, SVector, Vector3, Vector6};
 
 /// The wrenches of a contact and all their first derivatives, in the world.
@@ -92,6 +92,36 @@ impl<T: Scalar> LinearisedContact<T> {
             24..26 => moduli[row - 24],
             _ => law[row - 26],
         })
+    }
+}
+
+impl<T: Scalar> ContactPair<'_, T> {
+    /// The wrenches in the scalar, and the contact of the real parts with its first derivatives, for one search: of moving
+    /// bodies by a law, or, without one, of elastic ones.
+    pub(crate) fn wrench_and_linearised(
+        &self,
+        moving: Option<(&SurfaceLaw<T>, [Twist<T>; 2])>,
+    ) -> (ContactWrench<T>, LinearisedContact) {
+        let real = self.real();
+        let in_place = self.real_in_place();
+        let Some((law, twists)) = moving else {
+            let relative = real.relative_linearisation();
+            let wrench = if Order::<T>::IS_FIRST {
+                self.wrench_from_a(&relative.pushforward(&self.tangent()))
+            } else {
+                self.wrench()
+            };
+            return (wrench, relative.in_world(&in_place, None));
+        };
+        let motion = RelativeMotion::of(self, twists);
+        let relative = real.linearisation_in_motion(&law.real(), &motion.real());
+        let wrench = if Order::<T>::IS_FIRST {
+            self.wrench_from_a(&relative.pushforward(&self.tangent_in_motion(law, &motion)))
+        } else {
+            self.wrench_in_motion(law, twists)
+        };
+        let moving = Some((&motion.real(), &real_vector(&twists[1].angular)));
+        (wrench, relative.in_world(&in_place, moving))
     }
 }
 

@@ -31,6 +31,7 @@
 
 mod energy;
 mod friction;
+mod frozen;
 mod jacobian;
 mod linearised;
 mod pair;
@@ -46,9 +47,11 @@ mod wrench;
 pub use crate::broad_phase::Shape;
 pub use crate::narrow_phase::{BodyError, ContactBody};
 pub use crate::search::{Culling, Search};
+pub(crate) use frozen::FrozenContact;
 pub use jacobian::{ContactJacobian, WrenchJacobian};
 pub use linearised::LinearisedContact;
 pub use pair::{ContactPair, Pipeline, WorkCount};
 pub use surface::{ContactPolygon, ContactSurface};
 pub use surface_law::SurfaceLaw;
+pub(crate) use traction_rates::AddedByLaw;
 pub use wrench::ContactWrench;

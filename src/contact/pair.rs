@@ -175,6 +175,19 @@ impl<'a, T: Scalar> ContactPair<'a, T> {
         }
     }
 
+    /// The pair without derivatives, where it is.
+    pub(super) fn real_in_place(&self) -> ContactPair<'a> {
+        let real = |body: &ContactBody<'a, T>| {
+            let modulus = real_part(body.modulus());
+            ContactBody::from_valid(body.shape(), body.pose().real(), modulus)
+        };
+        ContactPair {
+            a: real(&self.a),
+            b: real(&self.b),
+            search: self.search,
+        }
+    }
+
     pub(super) fn search(&self) -> Search {
         self.search
     }

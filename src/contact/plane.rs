@@ -16,6 +16,7 @@ const TWO_POINTS: [f64; 2] = [0.211_324_865_405_187_1, 0.788_675_134_594_812_9];
 const PLANE_CAPACITY: usize = POLYGON_CAPACITY + 1;
 
 /// A contact polygon in coordinates y of its own plane: along the axes e₁ and e₂, n being the third, from a center.
+#[derive(Clone)]
 pub(super) struct PlanePolygon<T> {
     /// e₁, e₂ and n as columns, in A's axes.
     pub axes: Matrix3<T>,
@@ -49,14 +50,13 @@ impl<T: Scalar> PlanePolygon<T> {
         let center = constant - normal * (change(excess) / *steepness);
         let axes = axes_about(normal);
         let [e1, e2] = [0, 1].map(|axis| axes.column(axis).into_owned());
-        let along = |vector: &Vector3<T>| [e1.dot(vector), e2.dot(vector), normal.dot(vector)];
         let mut outline = Outline::empty();
         for (edge, corner) in (0..).zip(polygon.polygon.corners()) {
             let y = corner - center;
             outline.push([e1.dot(&y), e2.dot(&y)], edge);
         }
         let gradient = &polygon.pressure.gradient;
-        Some(Self {
+        let mut plane = Self {
             axes,
             center,
             outline,
@@ -65,9 +65,17 @@ impl<T: Scalar> PlanePolygon<T> {
                 e1.dot(gradient),
                 e2.dot(gradient),
             ],
-            velocity: along(&motion.at(&center)),
-            angular: along(&motion.angular),
-        })
+            velocity: [lift(0.0); 3],
+            angular: [lift(0.0); 3],
+        };
+        plane.move_with(motion);
+        Some(plane)
+    }
+
+    /// Takes another velocity of A relative to B.
+    pub fn move_with(&mut self, motion: &RelativeMotion<T>) {
+        let along = |vector: &Vector3<T>| [0, 1, 2].map(|axis| self.axes.column(axis).dot(vector));
+        (self.velocity, self.angular) = (along(&motion.at(&self.center)), along(&motion.angular));
     }
 
     /// 1 − d v₃, the factor of the pressure by Hunt and Crossley: v₃ = v·n.

@@ -2,9 +2,13 @@
 //! dual numbers; rollouts outside an experiment are still compiled with the program that takes them.
 
 use super::system::System;
-use super::{Force, Situation, World, Wrenches};
-use crate::scalar::Scalar;
+use super::{Body, Force, LOCAL, Situation, World, Wrenches};
+use crate::scalar::{DenseDual, Scalar};
+use std::any::TypeId;
 use std::sync::Arc;
+
+/// Derivatives by the state of one body.
+pub(super) type Seeded = DenseDual<LOCAL>;
 
 /// A world, whatever the type of its forces.
 pub(crate) trait AnyWorld<T>: Send + Sync {
@@ -13,6 +17,42 @@ pub(crate) trait AnyWorld<T>: Send + Sync {
 
     /// Adds the wrenches of its forces on all bodies.
     fn add_forces(&self, wrenches: &mut Wrenches<T>, now: &Situation<T>);
+
+    /// Its forces by themselves.
+    fn real_forces(&self) -> &dyn RealForces;
+}
+
+/// Forces in `f64`, and with derivatives by the state of a body.
+pub(crate) trait RealForces: Send + Sync {
+    /// Whether there are none.
+    fn is_nothing(&self) -> bool;
+
+    /// [`Force::coupled`].
+    fn coupled(&self, bodies: &[Body]) -> Vec<Vec<usize>>;
+
+    /// [`Force::add_to`].
+    fn add_real(&self, wrenches: &mut Wrenches, now: &Situation);
+
+    /// [`Force::add_to`].
+    fn add_seeded(&self, wrenches: &mut Wrenches<Seeded>, now: &Situation<Seeded>);
+}
+
+impl<F: Force> RealForces for F {
+    fn is_nothing(&self) -> bool {
+        TypeId::of::<F>() == TypeId::of::<()>()
+    }
+
+    fn coupled(&self, bodies: &[Body]) -> Vec<Vec<usize>> {
+        Force::coupled(self, bodies)
+    }
+
+    fn add_real(&self, wrenches: &mut Wrenches, now: &Situation) {
+        self.add_to(wrenches, now);
+    }
+
+    fn add_seeded(&self, wrenches: &mut Wrenches<Seeded>, now: &Situation<Seeded>) {
+        self.add_to(wrenches, now);
+    }
 }
 
 /// A world that can be made of another system in `T`.
@@ -28,6 +68,10 @@ impl<T: Scalar, F: Force> AnyWorld<T> for World<T, F> {
 
     fn add_forces(&self, wrenches: &mut Wrenches<T>, now: &Situation<T>) {
         self.forces.add_to(wrenches, now);
+    }
+
+    fn real_forces(&self) -> &dyn RealForces {
+        &*self.forces
     }
 }
 

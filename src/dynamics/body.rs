@@ -182,6 +182,22 @@ impl Body<f64> {
 }
 
 impl<T: Scalar> Body<T> {
+    /// The body without derivatives.
+    pub(super) fn real(&self) -> Body {
+        Body {
+            name: self.name.clone(),
+            shape: Arc::clone(&self.shape),
+            material: self.material.real(),
+            rubs: self.rubs,
+            motion: match &self.motion {
+                Motion::Dynamic(inertia) => Motion::Dynamic(inertia.real()),
+                Motion::Fixed => Motion::Fixed,
+                Motion::Prescribed(path) => Motion::Prescribed(Arc::clone(path)),
+            },
+            initial: self.initial.real(),
+        }
+    }
+
     /// Name.
     #[must_use]
     pub fn name(&self) -> &str {

@@ -208,6 +208,20 @@ pub enum RolloutError {
         /// Names of the two bodies whose contact, by itself, allows the shortest step.
         bodies: [String; 2],
     },
+    /// The equations of an implicit step were not solved, however often it was divided.
+    #[error(
+        "step {step} (from t = {time:.6} s) was not solved, down to {shortest:.3e} s: body {body:?} is the farthest from a solution; it may have started deep inside another, or a force may not be smooth"
+    )]
+    NotSolved {
+        /// The step that was not taken, counted from 1.
+        step: usize,
+        /// The time of the state it would have started from (s).
+        time: f64,
+        /// Name of the body whose velocity is farthest from a solution.
+        body: String,
+        /// The shortest duration that was tried (s).
+        shortest: f64,
+    },
     /// A function that was passed in panicked while a rollout was recorded, alone or in a
     /// [`Batch`](super::Batch), or its outcome was read. In a program whose panics abort there is no
     /// such error.

@@ -50,6 +50,15 @@ impl Inertia<f64> {
 }
 
 impl<T: Scalar> Inertia<T> {
+    /// The inertia without derivatives.
+    pub(super) fn real(&self) -> Inertia {
+        Inertia {
+            mass: real_part(self.mass),
+            center_of_mass: self.center_of_mass,
+            principal: self.principal,
+        }
+    }
+
     /// I·ω for a body of the given orientation, both in world axes.
     #[must_use]
     pub fn angular_momentum(&self, rotation: &Matrix3<T>, angular: &Vector3<T>) -> Vector3<T> {

@@ -1,4 +1,5 @@
 use super::any_world::AnyWorld;
+use super::implicit::{IMPLICIT_EULER, SDIRK2, Scheme};
 use super::system::System;
 use super::workspace::Workspace;
 use super::wrenches::all_wrenches;
@@ -8,11 +9,22 @@ use crate::spatial::{Pose, Twist};
 
 /// How a state is taken one time step further.
 ///
-/// Both schemes alternate between two exact parts of the motion. A *kick* changes the velocities by
+/// # Explicit steps
+///
+/// [`SymplecticEuler`](Self::SymplecticEuler) and [`Leapfrog`](Self::Leapfrog) alternate between two exact parts of the motion. A *kick* changes the velocities by
 /// the accelerations at fixed poses; a *drift* moves the bodies freely. Forces in pairs balance in
 /// a kick and momenta stay in a drift, so momentum and angular momentum are conserved to round-off. In a drift the centre
 /// of mass moves straight on, and the body turns about it by a splitting that is symplectic, of second order, and exact for
-/// spheres and symmetric tops.
+/// spheres and symmetric tops. The step must be short against the contacts' periods
+/// ([`World::largest_stable_step`](super::World::largest_stable_step)).
+///
+/// # Implicit steps
+///
+/// [`Sdirk2`](Self::Sdirk2) and [`ImplicitEuler`](Self::ImplicitEuler) solve, in each stage, for velocities u that the wrenches f
+/// at the end of the stage lead to: P(q̃ ⊕ τu, u) = p̃ + τ f(q̃ ⊕ τu, u), with momenta P, poses q̃ and momenta p̃ to start
+/// from, and the duration τ. Steps may be as long as the task allows, 1 to 10 ms for most, however stiff the contact and small
+/// the slip tolerance. Bodies that do not touch are solved, and their steps divided, by themselves. Derivatives are those of
+/// the solution, by the implicit function theorem. Stages are solved to [`Plan::with_solver_tolerance`](super::Plan::with_solver_tolerance).
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[non_exhaustive]
@@ -24,9 +36,43 @@ pub enum Integrator {
     /// the velocities before the kick, which is first order. The same cost: one evaluation of the contacts per step.
     #[default]
     Leapfrog,
+    /// Two stages, each an implicit equation for the velocities, of second order, L-stable and stiffly accurate
+    /// \[Alexander 1977, γ = 1 − 1/√2\].
+    ///
+    /// Where the wrench on a body changes from one stage to the next by more than a tenth of its velocity over the step (and
+    /// gravity), the step is taken in halves, down to 1/128: an impact is resolved, and rest, sliding and flight take one step.
+    Sdirk2,
+    /// One implicit stage, of first order, which takes energy from everything that moves fast against the step: the quiet one.
+    /// Steps are not halved, unless a stage is not solved.
+    ImplicitEuler,
 }
 
 impl Integrator {
+    /// Whether it is an explicit scheme, and which.
+    pub(super) fn kind(self) -> Kind {
+        match self {
+            Self::SymplecticEuler => Kind::Explicit(Splitting::KickDrift),
+            Self::Leapfrog => Kind::Explicit(Splitting::DriftKickDrift),
+            Self::Sdirk2 => Kind::Implicit(&SDIRK2),
+            Self::ImplicitEuler => Kind::Implicit(&IMPLICIT_EULER),
+        }
+    }
+}
+
+/// An integrator by what it does.
+pub(super) enum Kind {
+    Explicit(Splitting),
+    Implicit(&'static Scheme),
+}
+
+/// How kicks and drifts make up an explicit step.
+#[derive(Clone, Copy)]
+pub(super) enum Splitting {
+    KickDrift,
+    DriftKickDrift,
+}
+
+impl Splitting {
     /// The first part of a time step (s): takes a state to where the kick acts.
     pub(super) fn approach<T: Scalar>(
         self,
@@ -35,8 +81,8 @@ impl Integrator {
         time_step: f64,
     ) {
         match self {
-            Self::SymplecticEuler => {}
-            Self::Leapfrog => system.drift(state, time_step / 2.0),
+            Self::KickDrift => {}
+            Self::DriftKickDrift => system.drift(state, time_step / 2.0),
         }
     }
 
@@ -49,14 +95,14 @@ impl Integrator {
         workspace: &mut Workspace<T>,
     ) {
         let middle = match self {
-            Self::SymplecticEuler => state.time + time_step / 2.0,
-            Self::Leapfrog => state.time,
+            Self::KickDrift => state.time + time_step / 2.0,
+            Self::DriftKickDrift => state.time,
         };
         kick(world, state, time_step, middle, workspace);
         let system = world.system();
         match self {
-            Self::SymplecticEuler => system.drift(state, time_step),
-            Self::Leapfrog => system.drift(state, time_step / 2.0),
+            Self::KickDrift => system.drift(state, time_step),
+            Self::DriftKickDrift => system.drift(state, time_step / 2.0),
         }
     }
 }

@@ -51,6 +51,15 @@ impl Material<f64> {
 }
 
 impl<T: Scalar> Material<T> {
+    /// The material without derivatives.
+    pub(super) fn real(&self) -> Material {
+        Material {
+            modulus: real_part(self.modulus),
+            dissipation: real_part(self.dissipation),
+            friction: real_part(self.friction),
+        }
+    }
+
     /// The law of two surfaces. Each body dissipates in the measure in which it gives way, so the
     /// dissipations are weighted with the *other* body's modulus; the coefficients of friction enter
     /// by their harmonic mean. A body without friction makes the pair frictionless.

@@ -1,6 +1,9 @@
 use super::error::check_positive;
 use super::{Integrator, WorldError};
 
+/// Solver tolerance of a new plan: the last correction, which is applied, leaves far less.
+const SOLVER_TOLERANCE: f64 = 1e-10;
+
 /// How a world is stepped, and what is recorded of it: the settings of a [`Rollout`](super::Rollout), a
 /// [`Batch`](super::Batch) or an [`Experiment`](crate::gradient::Experiment).
 ///
@@ -20,6 +23,7 @@ pub struct Plan {
     integrator: Integrator,
     record_every: usize,
     check_every: Option<usize>,
+    solver_tolerance: f64,
 }
 
 impl Plan {
@@ -35,6 +39,7 @@ impl Plan {
             integrator: Integrator::default(),
             record_every: 1,
             check_every: None,
+            solver_tolerance: SOLVER_TOLERANCE,
         })
     }
 
@@ -73,6 +78,26 @@ impl Plan {
             check_every: Some(every.max(1)),
             ..self
         }
+    }
+
+    /// The same plan with another tolerance of implicit steps: velocities are solved for until a correction is below this
+    /// fraction of the velocities at hand (default 1e-10). The last correction is applied, so what is left is smaller by far;
+    /// derivatives lose digits with a looser one before values do.
+    ///
+    /// # Errors
+    /// If it is not positive and finite.
+    pub fn with_solver_tolerance(self, tolerance: f64) -> Result<Self, WorldError> {
+        check_positive("solver tolerance", tolerance)?;
+        Ok(Self {
+            solver_tolerance: tolerance,
+            ..self
+        })
+    }
+
+    /// Tolerance of implicit steps.
+    #[must_use]
+    pub fn solver_tolerance(&self) -> f64 {
+        self.solver_tolerance
     }
 
     /// Time step (s).

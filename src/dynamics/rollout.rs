@@ -1,14 +1,12 @@
 use super::any_world::AnyWorld;
-use super::system::System;
-use super::workspace::Workspace;
+use super::steps::Steps;
 use super::{
-    Body, Force, Interrupted, Motion, Plan, Recorded, RolloutError, State, Trajectory, World,
+    Force, Interrupted, Plan, Recorded, RolloutError, State, StepReport, Trajectory, World,
     WorldError,
 };
 use crate::scalar::Scalar;
 use crate::threads::contained;
 use std::fmt;
-use std::mem;
 use std::sync::Arc;
 
 /// An endless iterator over the states that follow a world's initial state, one a time step; [`Self::recorded`] takes the
@@ -25,20 +23,6 @@ pub struct Rollout<T = f64> {
     world: Arc<dyn AnyWorld<T>>,
     plan: Plan,
     steps: Steps<T>,
-}
-
-/// The state that a world's steps have led to.
-#[derive(Debug, Clone)]
-struct Steps<T> {
-    state: State<T>,
-    /// The next state while it is computed; `state` stays until that one is known to be finite.
-    next: State<T>,
-    workspace: Workspace<T>,
-    /// Time (s) of the state that steps are counted from.
-    start: f64,
-    /// Steps taken since then.
-    taken: usize,
-    has_failed: bool,
 }
 
 impl<T: Scalar, F: Force> World<T, F> {
@@ -102,6 +86,12 @@ impl<T: Scalar> Rollout<T> {
         &self.steps.state
     }
 
+    /// What the last implicit step took, halved ones included; none before it, or if steps are explicit.
+    #[must_use]
+    pub fn report(&self) -> Option<&StepReport> {
+        self.steps.memory.as_ref().map(|memory| &memory.report)
+    }
+
     /// Takes the planned number of steps and keeps the states that are to be recorded.
     ///
     /// # Errors
@@ -143,85 +133,6 @@ impl<T: fmt::Debug> fmt::Debug for Rollout<T> {
             .field("plan", &self.plan)
             .field("steps", &self.steps)
             .finish_non_exhaustive()
-    }
-}
-
-impl<T: Scalar> From<State<T>> for Steps<T> {
-    fn from(state: State<T>) -> Self {
-        Self {
-            next: state.clone(),
-            start: state.time,
-            state,
-            workspace: Workspace::default(),
-            taken: 0,
-            has_failed: false,
-        }
-    }
-}
-
-impl<T: Scalar> Steps<T> {
-    fn advance(&mut self, world: &dyn AnyWorld<T>, plan: &Plan) -> Result<&State<T>, RolloutError> {
-        let system = world.system();
-        let (step, time_step) = (self.taken + 1, plan.time_step());
-        self.next.time = self.state.time;
-        self.next.bodies.clone_from(&self.state.bodies);
-        let integrator = plan.integrator();
-        integrator.approach(system, &mut self.next, time_step);
-        self.stop_at(self.lost_path(system, step))?;
-        if plan.checks(step) {
-            self.stop_at(self.exceeded_limit(system, step, time_step))?;
-        }
-        integrator.complete(world, &mut self.next, time_step, &mut self.workspace);
-        // From the count of steps: a sum of 10⁶ time steps would have drifted.
-        self.next.time = self.start + step as f64 * time_step;
-        let lost = self.lost_path(system, step);
-        self.stop_at(lost.or_else(|| self.lost_body(system, step)))?;
-        mem::swap(&mut self.state, &mut self.next);
-        self.taken = step;
-        Ok(&self.state)
-    }
-
-    /// Ends the rollout by an error, if there is one.
-    fn stop_at(&mut self, error: Option<RolloutError>) -> Result<(), RolloutError> {
-        self.has_failed |= error.is_some();
-        error.map_or(Ok(()), Err)
-    }
-
-    /// An error, if a path is not finite at the time of the next state.
-    fn lost_path(&self, system: &System<T>, step: usize) -> Option<RolloutError> {
-        let is_prescribed = |body: &Body<T>| matches!(body.motion, Motion::Prescribed(_));
-        let (time, body) = (self.next.time, self.lost(system, is_prescribed)?);
-        Some(RolloutError::PathNotFinite { step, time, body })
-    }
-
-    /// An error, if the next state is not finite.
-    fn lost_body(&self, system: &System<T>, step: usize) -> Option<RolloutError> {
-        let (time, body) = (self.next.time, self.lost(system, |_| true)?);
-        Some(RolloutError::NotFinite { step, time, body })
-    }
-
-    /// The name of the first of such bodies whose next state is not finite.
-    fn lost(&self, system: &System<T>, is_such: impl Fn(&Body<T>) -> bool) -> Option<String> {
-        let mut bodies = system.bodies.iter().zip(&self.next.bodies);
-        let (body, _) = bodies.find(|(body, state)| is_such(body) && !state.is_finite())?;
-        Some(body.name().to_owned())
-    }
-
-    /// An error, if the time step is too long where the kick acts.
-    fn exceeded_limit(
-        &self,
-        system: &System<T>,
-        step: usize,
-        time_step: f64,
-    ) -> Option<RolloutError> {
-        let (limit, bodies) = system.exceeded_limit(&self.next.bodies, time_step)?;
-        Some(RolloutError::TimeStepTooLong {
-            step,
-            time: self.state.time,
-            time_step,
-            limit,
-            bodies,
-        })
     }
 }
 

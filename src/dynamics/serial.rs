@@ -15,6 +15,7 @@ struct PlanLayout {
     integrator: Integrator,
     record_every: usize,
     check_every: Option<usize>,
+    solver_tolerance: f64,
 }
 
 /// The state of a body as it is saved.
@@ -83,6 +84,7 @@ impl Serialize for Plan {
             integrator: self.integrator(),
             record_every,
             check_every,
+            solver_tolerance: self.solver_tolerance(),
         };
         layout.serialize(serializer)
     }
@@ -94,6 +96,8 @@ impl<'de> Deserialize<'de> for Plan {
         let plan = Plan::new(layout.time_step, layout.steps).map_err(D::Error::custom)?;
         let plan = plan.with_integrator(layout.integrator);
         let plan = plan.recording_every(layout.record_every);
+        let plan = plan.with_solver_tolerance(layout.solver_tolerance);
+        let plan = plan.map_err(D::Error::custom)?;
         Ok(match layout.check_every {
             Some(every) => plan.with_stability_check(every),
             None => plan,

@@ -1,7 +1,7 @@
 use super::body::{known_place, state_on};
 use super::error::check_finite;
 use super::{Body, BodyState, Control, Motion, State, WorldError};
-use crate::scalar::{Scalar, lift_vector};
+use crate::scalar::{Scalar, lift_vector, real_vector};
 use nalgebra::Vector3;
 use std::collections::BTreeSet;
 
@@ -63,6 +63,18 @@ impl System {
 }
 
 impl<T: Scalar> System<T> {
+    /// The system without derivatives.
+    pub(super) fn real(&self) -> System {
+        System {
+            bodies: self.bodies.iter().map(Body::real).collect(),
+            gravity: real_vector(&self.gravity),
+            controls: self.controls.iter().map(Control::real).collect(),
+            start: self.start,
+            ignored: self.ignored.clone(),
+            slip_tolerance: self.slip_tolerance,
+        }
+    }
+
     /// The place of the body of that name.
     pub(crate) fn index_of(&self, name: &str) -> Result<usize, WorldError> {
         known_place(name, &self.bodies)

@@ -3,9 +3,9 @@ use super::sweep::Sweep;
 use super::system::System;
 use super::workspace::Workspace;
 use super::{BodyState, Force, Situation, State, World, WorldError, Wrenches};
-use crate::contact::{ContactBody, ContactPair, ContactWrench};
+use crate::contact::{ContactBody, ContactPair, ContactWrench, SurfaceLaw};
 use crate::scalar::Scalar;
-use crate::spatial::{Pose, Wrench};
+use crate::spatial::{Pose, Twist, Wrench};
 use crate::threads::mapped_into;
 
 /// The wrench on each body of a world about its centre of mass, in world axes, of all but gravity; the controls as of a time
@@ -109,12 +109,36 @@ impl<T: Scalar> System<T> {
         i: usize,
         j: usize,
     ) -> ContactPair<'_, T> {
-        let body = |index: usize| {
-            let body = &self.bodies[index];
-            let pose: Pose<T> = states[index].pose;
+        self.pair_of([i, j], [&states[i], &states[j]])
+    }
+
+    /// The contact of two bodies in these states.
+    #[inline]
+    pub(super) fn pair_of(
+        &self,
+        places: [usize; 2],
+        states: [&BodyState<T>; 2],
+    ) -> ContactPair<'_, T> {
+        let body = |side: usize| {
+            let body = &self.bodies[places[side]];
+            let pose: Pose<T> = states[side].pose;
             ContactBody::from_valid(&body.shape, pose, body.material.modulus)
         };
-        ContactPair::new(body(i), body(j))
+        ContactPair::new(body(0), body(1))
+    }
+
+    /// The surface law of two bodies and the twists of their origins; none if neither dissipates or rubs.
+    pub(super) fn motion_of(
+        &self,
+        places: [usize; 2],
+        states: [&BodyState<T>; 2],
+    ) -> Option<(SurfaceLaw<T>, [Twist<T>; 2])> {
+        let [a, b] = places.map(|place| &self.bodies[place]);
+        (a.rubs || b.rubs).then(|| {
+            let law = a.material.law_with(&b.material, self.slip_tolerance);
+            let twists = [a.twist_at_origin(states[0]), b.twist_at_origin(states[1])];
+            (law, twists)
+        })
     }
 
     pub(super) fn pair_wrench(
@@ -123,19 +147,10 @@ impl<T: Scalar> System<T> {
         i: usize,
         j: usize,
     ) -> ContactWrench<T> {
-        let (body_i, body_j) = (&self.bodies[i], &self.bodies[j]);
         let pair = self.contact_pair(states, i, j);
-        if body_i.rubs || body_j.rubs {
-            let law = body_i
-                .material
-                .law_with(&body_j.material, self.slip_tolerance);
-            let twists = [
-                body_i.twist_at_origin(&states[i]),
-                body_j.twist_at_origin(&states[j]),
-            ];
-            pair.wrench_in_motion(&law, twists)
-        } else {
-            pair.wrench()
+        match self.motion_of([i, j], [&states[i], &states[j]]) {
+            Some((law, twists)) => pair.wrench_in_motion(&law, twists),
+            None => pair.wrench(),
         }
     }
 }

@@ -64,6 +64,15 @@ impl Aabb {
         }
     }
 
+    /// The box around this one and another.
+    #[must_use]
+    pub fn union(&self, other: &Self) -> Self {
+        Self {
+            lower: self.lower.inf(&other.lower),
+            upper: self.upper.sup(&other.upper),
+        }
+    }
+
     /// Centre of the box (m).
     #[must_use]
     pub fn center(&self) -> Vector3<f64> {

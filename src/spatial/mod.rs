@@ -27,9 +27,9 @@ mod wrench;
 
 pub use mass_properties::MassProperties;
 pub use pose::{Pose, PoseError};
-pub use rotation::{rotation_from_vector, skew};
 pub(crate) use rotation::{
-    times_constant, turn_from_real, turned_about_own_axis, turned_by, turned_real,
+    left_jacobian, times_constant, turn_from_real, turned_about_own_axis, turned_by, turned_real,
 };
+pub use rotation::{rotation_from_vector, skew};
 pub use twist::Twist;
 pub use wrench::Wrench;

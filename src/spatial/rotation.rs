@@ -96,7 +96,7 @@ pub(crate) fn times_constant<T: Scalar>(
 
 /// The matrix J of exp([v + dv]ₓ) = (I + [J·dv]ₓ)·exp([v]ₓ) to first order:
 /// J = I + ((1 − cos θ)/θ²)·[v]ₓ + ((1 − sin θ/θ)/θ²)·[v]ₓ².
-fn left_jacobian(rotation_vector: &Vector3<f64>) -> Matrix3<f64> {
+pub(crate) fn left_jacobian(rotation_vector: &Vector3<f64>) -> Matrix3<f64> {
     let angle_squared = rotation_vector.norm_squared();
     let (sine_term, cosine_term) = exponential_coefficients(angle_squared);
     let cubic_term = if angle_squared < SERIES_LIMIT {

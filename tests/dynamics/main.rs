@@ -9,6 +9,7 @@ mod forces;
 mod free_rotation;
 mod gradient_refusals;
 mod heap;
+mod implicit;
 mod long_runs;
 mod motion;
 mod reference_trajectory;

@@ -11,22 +11,9 @@ impl Rates {
     /// Sets the integrals over the area: velocities, law, and K without the edges.
     pub fn set_area(&mut self, traction: &Traction, polygon: &CutPolygon<f64>) {
         let area = AreaMoments::of(traction);
-        let [t11, t12, t22] = &area.by_slip;
-        let first = wrenches([t11, t12, &ZERO]);
-        let second = wrenches([t12, t22, &ZERO]);
-        let [p1, p2, p3] = &area.by_parting;
-        let third = wrenches([p1, p2, p3]);
-        let by_velocity = [first[0], second[0], third[0]];
-        let by_y1 = [first[1], second[1], third[1]];
-        let by_y2 = [first[2], second[2], third[2]];
-        self.by_twist = Matrix6::from_columns(&[
-            by_y2[2],
-            -by_y1[2],
-            by_y1[1] - by_y2[0],
-            by_velocity[0],
-            by_velocity[1],
-            by_velocity[2],
-        ]);
+        let by_velocities = area.by_velocities();
+        self.by_twist = by_twist(&by_velocities);
+        let [by_velocity, by_y1, by_y2] = by_velocities;
         let t = &area.traction;
         self.wrench = wrench_of(t);
         self.by_dissipation = wrench_of(&area.by_dissipation);
@@ -70,11 +57,11 @@ impl Rates {
 }
 
 /// Moments over the area of a polygon.
-struct AreaMoments {
+pub(super) struct AreaMoments {
     /// Of t along each axis, by 1, y₁ and y₂.
-    traction: [[f64; 3]; 3],
+    pub traction: [[f64; 3]; 3],
     /// Of ∂t/∂p.
-    by_pressure: VectorMoments,
+    pub by_pressure: VectorMoments,
     /// Of the entries 11, 12 and 22 of T, whose other entries in the first two columns are zero.
     by_slip: [[f64; 6]; 3],
     /// Of ∂t/∂v₃, the third column of T.
@@ -92,7 +79,7 @@ impl AreaMoments {
     /// and ∂t/∂d the same as ∂t/∂v₃ with v₃ in place of d. Beyond, t = −p n.
     ///
     /// [`LoadedSlip`]: crate::contact::friction::LoadedSlip
-    fn of(traction: &Traction) -> Self {
+    pub fn of(traction: &Traction) -> Self {
         let (plane, pressure, damping) =
             (traction.plane, &traction.plane.pressure, &traction.damping);
         let (mu, d) = (traction.friction, traction.dissipation);
@@ -134,6 +121,34 @@ impl AreaMoments {
             by_friction: [scaled(&loaded[0], -1.0), scaled(&loaded[1], -1.0), [0.0; 3]],
         }
     }
+}
+
+impl AreaMoments {
+    /// The wrenches of the columns of T, times 1, y₁ and y₂.
+    fn by_velocities(&self) -> [[Vector6<f64>; 3]; 3] {
+        let [t11, t12, t22] = &self.by_slip;
+        let first = wrenches([t11, t12, &ZERO]);
+        let second = wrenches([t12, t22, &ZERO]);
+        let [p1, p2, p3] = &self.by_parting;
+        let third = wrenches([p1, p2, p3]);
+        [0, 1, 2].map(|times| [first[times], second[times], third[times]])
+    }
+
+    /// The derivative of the wrench by the velocity (angular, linear at the center).
+    pub fn by_twist(&self) -> Matrix6<f64> {
+        by_twist(&self.by_velocities())
+    }
+}
+
+fn by_twist([by_velocity, by_y1, by_y2]: &[[Vector6<f64>; 3]; 3]) -> Matrix6<f64> {
+    Matrix6::from_columns(&[
+        by_y2[2],
+        -by_y1[2],
+        by_y1[1] - by_y2[0],
+        by_velocity[0],
+        by_velocity[1],
+        by_velocity[2],
+    ])
 }
 
 #[inline]

@@ -20,6 +20,7 @@ mod area;
 mod edges;
 mod flux;
 mod frame;
+mod frozen;
 
 use super::friction::LoadedSlip;
 use super::jacobian::RelativeJacobian;
@@ -31,6 +32,8 @@ use super::{ContactPair, SurfaceLaw};
 use crate::narrow_phase::{COINCIDENCE, Cut};
 use edges::Edges;
 use frame::PlaneFrame;
+pub(crate) use frozen::AddedByLaw;
+pub(super) use frozen::FrozenPolygon;
 use nalgebra::{Matrix6, Matrix6x2, Vector3, Vector6};
 
 /// Of a vector along e₁, e₂ and n, the moments by 1, y₁, y₂, y₁², y₁y₂ and y₂².

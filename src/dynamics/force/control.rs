@@ -63,6 +63,15 @@ impl Control {
 }
 
 impl<T: Scalar> Control<T> {
+    /// The control without derivatives.
+    pub(in crate::dynamics) fn real(&self) -> Control {
+        Control {
+            body: self.body.clone(),
+            interval: self.interval,
+            wrenches: self.wrenches.iter().map(Wrench::real).collect(),
+        }
+    }
+
     /// Name of the body.
     #[must_use]
     pub fn body(&self) -> &str {

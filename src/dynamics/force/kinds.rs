@@ -1,9 +1,10 @@
 use super::{Force, Situation, Wrenches};
-use crate::dynamics::body::known_place;
+use crate::dynamics::body::{known_place, place_of};
 use crate::dynamics::error::{check_finite, check_not_negative};
 use crate::dynamics::{Body, WorldError};
 use crate::scalar::{Scalar, lift, real_part};
 use crate::spatial::Wrench;
+use std::slice;
 
 /// A spring and a damper between points of two bodies, along the line that joins them.
 ///
@@ -81,6 +82,10 @@ impl Force for Spring {
         wrenches.push(b, &-pull, &point_b);
     }
 
+    fn coupled(&self, bodies: &[Body]) -> Vec<Vec<usize>> {
+        together(&self.bodies, bodies)
+    }
+
     fn check(&self, bodies: &[Body]) -> Result<(), WorldError> {
         let [a, b] = &self.bodies;
         if a == b {
@@ -104,6 +109,10 @@ impl Force for Drag {
         }
     }
 
+    fn coupled(&self, bodies: &[Body]) -> Vec<Vec<usize>> {
+        together(slice::from_ref(&self.body), bodies)
+    }
+
     fn check(&self, bodies: &[Body]) -> Result<(), WorldError> {
         check_dynamic(&[&self.body], "drag", bodies)?;
         check_not_negative("drag on the velocity", self.linear)?;
@@ -120,11 +129,21 @@ impl Force for Thruster {
         }
     }
 
+    fn coupled(&self, bodies: &[Body]) -> Vec<Vec<usize>> {
+        together(slice::from_ref(&self.body), bodies)
+    }
+
     fn check(&self, bodies: &[Body]) -> Result<(), WorldError> {
         check_dynamic(&[&self.body], "thruster", bodies)?;
         check_finite("point of a thruster", &self.point)?;
         check_finite("force of a thruster", &self.force)
     }
+}
+
+/// The bodies of these names, as one group.
+fn together(names: &[String], bodies: &[Body]) -> Vec<Vec<usize>> {
+    let places = names.iter().filter_map(|name| place_of(name, bodies));
+    vec![places.collect()]
 }
 
 /// Checks that there are bodies of these names, and that forces move at least one of them; if not, the error names the first.

@@ -62,6 +62,14 @@ pub trait Force: Send + Sync + 'static {
     /// Adds the wrenches on all bodies.
     fn add_to<T: Scalar>(&self, wrenches: &mut Wrenches<T>, now: &Situation<T>);
 
+    /// The places of the bodies whose states the force depends on, in groups: the wrenches on bodies of a group depend on
+    /// states of the group alone. Implicit steps solve a group together, and take the derivatives of the force by its states.
+    ///
+    /// All bodies are one group unless this says otherwise, which is always right, and slower where there are many bodies.
+    fn coupled(&self, bodies: &[Body]) -> Vec<Vec<usize>> {
+        vec![(0..bodies.len()).collect()]
+    }
+
     /// Checks the force against the bodies of a world that it is given to: that those it acts on are there.
     ///
     /// # Errors
@@ -132,6 +140,10 @@ impl<'a, T: Scalar> Wrenches<'a, T> {
 /// No force.
 impl Force for () {
     fn add_to<T: Scalar>(&self, _: &mut Wrenches<T>, _: &Situation<T>) {}
+
+    fn coupled(&self, _: &[Body]) -> Vec<Vec<usize>> {
+        Vec::new()
+    }
 }
 
 macro_rules! sums {
@@ -142,6 +154,13 @@ macro_rules! sums {
             fn add_to<T: Scalar>(&self, wrenches: &mut Wrenches<T>, now: &Situation<T>) {
                 let ($($names,)+) = self;
                 $($names.add_to(wrenches, now);)+
+            }
+
+            fn coupled(&self, bodies: &[Body]) -> Vec<Vec<usize>> {
+                let ($($names,)+) = self;
+                let mut groups = Vec::new();
+                $(groups.extend($names.coupled(bodies));)+
+                groups
             }
 
             fn check(&self, bodies: &[Body]) -> Result<(), WorldError> {
@@ -163,6 +182,12 @@ impl<F: Force> Force for Vec<F> {
         for force in self {
             force.add_to(wrenches, now);
         }
+    }
+
+    fn coupled(&self, bodies: &[Body]) -> Vec<Vec<usize>> {
+        self.iter()
+            .flat_map(|force| force.coupled(bodies))
+            .collect()
     }
 
     fn check(&self, bodies: &[Body]) -> Result<(), WorldError> {

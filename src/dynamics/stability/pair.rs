@@ -64,11 +64,7 @@ pub(super) struct RealBody<'a> {
 impl<'a> RealBody<'a> {
     pub fn of<T: Scalar>(body: &'a Body<T>, state: &BodyState<T>) -> Self {
         let (pose, twist) = (state.pose.real(), body.twist_at_origin(state));
-        let material = Material {
-            modulus: real_part(body.material.modulus),
-            dissipation: real_part(body.material.dissipation),
-            friction: real_part(body.material.friction),
-        };
+        let material = body.material.real();
         let center_of_mass = body.inertia().map(|inertia| inertia.center_of_mass);
         let to_center = pose.rotation() * center_of_mass.unwrap_or_default();
         Self {

@@ -1,0 +1,114 @@
+//! What dissipation and friction add on contact polygons that stay as they are, while velocities and pressures change.
+
+use super::area::AreaMoments;
+use super::frame::PlaneFrame;
+use super::{Traction, wrench_of, wrenches};
+use crate::contact::SurfaceLaw;
+use crate::contact::friction::LoadedSlip;
+use crate::contact::plane::PlanePolygon;
+use crate::contact::polygon::CutPolygon;
+use crate::contact::surface_law::RelativeMotion;
+use crate::spatial::Wrench;
+use nalgebra::{Matrix6, Vector3, Vector6};
+
+/// What dissipation and friction add to the wrench on A, in A's axes about A's origin.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct AddedByLaw {
+    pub wrench: Vector6<f64>,
+    /// By a motion of B (angular, linear, of the point at A's origin), as far as it changes the pressure.
+    pub by_motion: Matrix6<f64>,
+    /// By the velocity of A relative to B (angular, linear at A's origin).
+    pub by_twist: Matrix6<f64>,
+}
+
+/// A contact polygon that stays as it is.
+#[derive(Clone)]
+pub(in crate::contact) struct FrozenPolygon {
+    plane: PlanePolygon<f64>,
+    weight: f64,
+    /// The changes of the pressure's coefficients by a motion of B.
+    pressure_by_motion: [Vector6<f64>; 3],
+}
+
+impl AddedByLaw {
+    pub fn nothing() -> Self {
+        Self {
+            wrench: Vector6::zeros(),
+            by_motion: Matrix6::zeros(),
+            by_twist: Matrix6::zeros(),
+        }
+    }
+}
+
+impl FrozenPolygon {
+    /// With the plane of equal pressure, p_A changes by −(∇p_A·n)/|g| of what B's motion (θ, u) takes from p_B at a fixed
+    /// point x, ∇p_B·(u + θ × x).
+    pub fn of(polygon: &CutPolygon<f64>, motion: &RelativeMotion<f64>) -> Option<Self> {
+        let plane = PlanePolygon::of(polygon, motion)?;
+        let gradient_b = polygon.pressure_b.gradient;
+        let share =
+            -polygon.pressure_a.gradient.dot(&polygon.plane.normal) / polygon.plane.steepness;
+        let by_motion = |arm: &Vector3<f64>, force: Vector3<f64>| {
+            let torque = arm.cross(&gradient_b) * share;
+            Wrench { torque, force }.to_vector()
+        };
+        let [e1, e2] = [0, 1].map(|axis| plane.axes.column(axis).into_owned());
+        Some(Self {
+            pressure_by_motion: [
+                by_motion(&plane.center, gradient_b * share),
+                by_motion(&e1, Vector3::zeros()),
+                by_motion(&e2, Vector3::zeros()),
+            ],
+            weight: polygon.weights.still.area(),
+            plane,
+        })
+    }
+
+    /// Adds what the law adds after a motion of B with a velocity of A relative to B.
+    pub fn add_to(
+        &self,
+        sum: &mut AddedByLaw,
+        law: &SurfaceLaw,
+        (motion, velocity): (&Vector6<f64>, &RelativeMotion<f64>),
+    ) {
+        let mut plane = self.plane.clone();
+        plane.move_with(velocity);
+        for (coefficient, by_motion) in plane.pressure.iter_mut().zip(&self.pressure_by_motion) {
+            *coefficient += by_motion.dot(motion);
+        }
+        if let Some(under_pressure) = plane.outline.cut(&plane.pressure) {
+            plane.outline = under_pressure;
+        }
+        let damping = plane.damping(law.dissipation);
+        let part = plane.outline.cut(&damping);
+        let pressed = part.as_ref().unwrap_or(&plane.outline);
+        let slip = LoadedSlip::on(
+            pressed.corners(),
+            plane.slip(law),
+            &plane.pressure,
+            &damping,
+        );
+        let traction = Traction {
+            plane: &plane,
+            friction: law.friction,
+            dissipation: law.dissipation,
+            damping,
+            excess: plane.separating().map(|c| -law.dissipation * c),
+            pressed,
+            is_clamped: part.is_some(),
+            slip,
+        };
+        let area = AreaMoments::of(&traction);
+        let frame = PlaneFrame::of(&plane);
+        frame.add_matrix(&(area.by_twist() * self.weight), &mut sum.by_twist);
+        let [q1, q2, q3] = &area.by_pressure;
+        let [by_first, by_second, by_third] = wrenches([q1, q2, q3]);
+        let [wrench, by_first] = frame.of_wrenches([&wrench_of(&area.traction), &by_first]);
+        let by_gradient = frame.of_wrenches([&by_second, &by_third]);
+        sum.wrench += wrench * self.weight;
+        let by_coefficients = [by_first, by_gradient[0], by_gradient[1]];
+        for (by_coefficient, by_motion) in by_coefficients.iter().zip(&self.pressure_by_motion) {
+            sum.by_motion += (by_coefficient * self.weight) * by_motion.transpose();
+        }
+    }
+}

@@ -1,0 +1,146 @@
+//! A contact of two bodies about their centres of mass.
+
+use crate::contact::LinearisedContact;
+use crate::dynamics::{Body, BodyState};
+use crate::spatial::{Wrench, skew};
+use nalgebra::{Matrix3, Matrix6, SMatrix, SVector, Vector3, Vector6};
+
+/// Of two bodies, A's six numbers before B's.
+pub(super) type PairVector = SVector<f64, 12>;
+pub(super) type PairMatrix = SMatrix<f64, 12, 12>;
+type Maps = SMatrix<f64, 6, 12>;
+
+/// Two bodies that may touch, as they move.
+pub(super) struct PairGeometry<'s> {
+    states: [&'s BodyState; 2],
+    /// From each origin to the centre of mass, in world axes (m).
+    arms: [Vector3<f64>; 2],
+}
+
+/// The velocity of A relative to B (angular, linear at A's origin, in A's axes).
+pub(super) struct RelativeVelocity {
+    /// By the velocities of both, about their centres.
+    pub by_velocities: Maps,
+    /// By displacements of both, with their velocities.
+    pub by_displacements: Maps,
+}
+
+impl<'s> PairGeometry<'s> {
+    pub fn of(bodies: [&Body; 2], states: [&'s BodyState; 2]) -> Self {
+        let arm = |i: usize| {
+            let center = bodies[i].inertia().map(|inertia| inertia.center_of_mass);
+            states[i].pose.rotation() * center.unwrap_or_default()
+        };
+        Self {
+            states,
+            arms: [arm(0), arm(1)],
+        }
+    }
+
+    /// With o_A = c_A − r_A, the point of B at A's origin has the velocity v_B + ω_B × (o_A − c_B).
+    pub fn relative_velocity(&self) -> RelativeVelocity {
+        let [a, b] = self.states;
+        let [arm_a, arm_b] = &self.arms;
+        let to_a = a.pose.rotation().transpose();
+        let [spin_a, spin_b] = [a.twist.angular, b.twist.angular];
+        let origin_from_b = a.pose.translation() - (b.pose.translation() + arm_b);
+        let velocity_a = a.twist.linear - spin_a.cross(arm_a);
+        let linear = velocity_a - b.twist.linear - spin_b.cross(&origin_from_b);
+        let mut by_velocities = Maps::zeros();
+        set(&mut by_velocities, [0, 0], &to_a);
+        set(&mut by_velocities, [0, 6], &-to_a);
+        set(&mut by_velocities, [3, 0], &(to_a * skew(arm_a)));
+        set(&mut by_velocities, [3, 3], &to_a);
+        set(&mut by_velocities, [3, 6], &(to_a * skew(&origin_from_b)));
+        set(&mut by_velocities, [3, 9], &-to_a);
+        let mut by_displacements = Maps::zeros();
+        let carried = to_a * skew(&spin_b);
+        let turned = skew(&linear) + (skew(&spin_a) - skew(&spin_b)) * skew(arm_a);
+        set(
+            &mut by_displacements,
+            [0, 0],
+            &(to_a * skew(&(spin_a - spin_b))),
+        );
+        set(&mut by_displacements, [3, 0], &(to_a * turned));
+        set(&mut by_displacements, [3, 3], &-carried);
+        set(&mut by_displacements, [3, 9], &carried);
+        RelativeVelocity {
+            by_velocities,
+            by_displacements,
+        }
+    }
+
+    /// Wrenches about the centres, from those about the origins.
+    pub fn wrenches(&self, [on_a, on_b]: [&Wrench; 2]) -> PairVector {
+        let [a, b] = [on_a.about(&self.arms[0]), on_b.about(&self.arms[1])];
+        let (a, b) = (a.to_vector(), b.to_vector());
+        PairVector::from_fn(|row, _| if row < 6 { a[row] } else { b[row - 6] })
+    }
+
+    /// Derivatives by displacements of wrenches about the centres, from those about the origins by poses.
+    pub fn by_displacements(&self, by_poses: &PairMatrix, wrenches: [&Wrench; 2]) -> PairMatrix {
+        let mut about = self.moved_to_centers(by_poses);
+        for (body, wrench) in wrenches.into_iter().enumerate() {
+            // As a body turns by θ, its arm changes by θ × r, which takes (θ × r) × F from the torque.
+            let turned = skew(&wrench.force) * skew(&self.arms[body]);
+            add(&mut about, [6 * body, 6 * body], &-turned);
+        }
+        about
+    }
+
+    /// The wrenches about the centres by displacements and by velocities.
+    pub fn linearised(&self, contact: &LinearisedContact) -> [PairMatrix; 2] {
+        let mut by_poses = contact.by_poses;
+        for body in 0..2 {
+            // The origin's velocity v − ω × r changes by −ω × (θ × r).
+            let spin = skew(&self.states[body].twist.angular);
+            let change = spin * skew(&self.arms[body]);
+            let by_origin = contact.by_twists.fixed_columns::<3>(6 * body + 3) * change;
+            let mut own = by_poses.fixed_columns_mut::<3>(6 * body);
+            own += by_origin;
+        }
+        let wrenches = [&contact.wrench.on_a, &contact.wrench.on_b];
+        [
+            self.by_displacements(&by_poses, wrenches),
+            self.moved_to_centers(&contact.by_twists),
+        ]
+    }
+
+    /// Columns by motions of the centres, and rows of torques about them.
+    fn moved_to_centers(&self, slopes: &PairMatrix) -> PairMatrix {
+        let mut shift = PairMatrix::identity();
+        for (body, arm) in self.arms.iter().enumerate() {
+            set(&mut shift, [6 * body + 3, 6 * body], &skew(arm));
+        }
+        shift.transpose() * slopes * shift
+    }
+}
+
+/// One body's six numbers of two.
+pub(super) fn part(vector: &PairVector, body: usize) -> Vector6<f64> {
+    vector.fixed_rows::<6>(6 * body).into_owned()
+}
+
+/// The rows of one body and the columns of another.
+pub(super) fn block(matrix: &PairMatrix, row: usize, column: usize) -> Matrix6<f64> {
+    matrix.fixed_view::<6, 6>(6 * row, 6 * column).into_owned()
+}
+
+fn set<const R: usize, const C: usize>(
+    matrix: &mut SMatrix<f64, R, C>,
+    [row, column]: [usize; 2],
+    block: &Matrix3<f64>,
+) {
+    matrix.fixed_view_mut::<3, 3>(row, column).copy_from(block);
+}
+
+fn add(matrix: &mut PairMatrix, [row, column]: [usize; 2], block: &Matrix3<f64>) {
+    let mut view = matrix.fixed_view_mut::<3, 3>(row, column);
+    view += block;
+}
+
+/// Six numbers of each of two bodies; of a body that forces do not move, none.
+pub(super) fn joined(parts: [Option<Vector6<f64>>; 2]) -> PairVector {
+    let [a, b] = parts.map(Option::unwrap_or_default);
+    PairVector::from_fn(|row, _| if row < 6 { a[row] } else { b[row - 6] })
+}

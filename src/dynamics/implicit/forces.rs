@@ -1,0 +1,131 @@
+//! Forces other than contact in an implicit step: their wrenches, and the derivatives by the states of the bodies that they
+//! depend on.
+
+use super::about_centers::{block, part};
+use super::pair_model::PairWrenches;
+use super::problem::{ForceSlopes, Problem};
+use crate::dynamics::any_world::Seeded;
+use crate::dynamics::{BodyState, Situation, Wrenches};
+use crate::scalar::lift;
+use crate::spatial::{Twist, Wrench};
+use nalgebra::{Matrix6, Vector6};
+
+impl Problem<'_> {
+    /// What forces do to the dynamic bodies of the island.
+    pub(super) fn forces(
+        &self,
+        states: &[BodyState],
+        contacts: &[PairWrenches],
+    ) -> Vec<Vector6<f64>> {
+        let scene = self.scene;
+        let system = scene.system;
+        let mut all = scene.start.to_vec();
+        let mut contact = vec![Wrench::zero(); all.len()];
+        for (participant, state) in states.iter().enumerate() {
+            all[self.island.body(participant)] = *state;
+        }
+        for pair in contacts {
+            for (side, &participant) in pair.bodies.iter().enumerate() {
+                let wrench = Wrench::from_vector(&part(&pair.wrenches, side));
+                contact[self.island.body(participant)] += wrench;
+            }
+        }
+        let now = Situation {
+            time: self.time,
+            bodies: &system.bodies,
+            states: &all,
+            gravity: &system.gravity,
+            contact: &contact,
+        };
+        let mut sums = vec![Wrench::zero(); all.len()];
+        scene
+            .forces
+            .add_real(&mut Wrenches::new(&now, &mut sums), &now);
+        let own = self.island.dynamic.iter();
+        own.map(|&body| sums[body].to_vector()).collect()
+    }
+
+    /// Their derivatives by the states of the dynamic bodies that they depend on.
+    pub(super) fn force_slopes(
+        &self,
+        states: &[BodyState],
+        contacts: &[PairWrenches],
+    ) -> Vec<ForceSlopes> {
+        let coupled = self.scene.coupled;
+        let is_coupled = |body: &usize| coupled.iter().any(|group| group.contains(body));
+        let places = self.island.dynamic.iter().enumerate();
+        let places = places.filter(|(_, body)| is_coupled(body));
+        places
+            .flat_map(|(place, _)| self.force_slopes_by(place, states, contacts))
+            .collect()
+    }
+
+    /// By the state of one body.
+    fn force_slopes_by(
+        &self,
+        column: usize,
+        states: &[BodyState],
+        contacts: &[PairWrenches],
+    ) -> Vec<ForceSlopes> {
+        let Some(system) = self.scene.lifted else {
+            return Vec::new();
+        };
+        let mut all: Vec<BodyState<Seeded>> =
+            self.scene.start.iter().map(BodyState::lifted).collect();
+        for (participant, state) in states.iter().enumerate() {
+            all[self.island.body(participant)] = state.lifted();
+        }
+        let body = self.island.dynamic[column];
+        if let Some(inertia) = system.bodies[body].inertia() {
+            let seeds = |first: usize| Vector6::from_fn(|i, _| Seeded::variable(0.0, first + i));
+            let state = &mut all[body];
+            state.pose = inertia.displaced(&state.pose, &seeds(0));
+            state.twist = Twist::from_vector(&(state.twist.to_vector() + seeds(6)));
+        }
+        let contact = self.seeded_contact(column, contacts);
+        let now = Situation {
+            time: self.time,
+            bodies: &system.bodies,
+            states: &all,
+            gravity: &system.gravity,
+            contact: &contact,
+        };
+        let mut sums = vec![Wrench::zero(); all.len()];
+        let forces = self.scene.forces;
+        forces.add_seeded(&mut Wrenches::new(&now, &mut sums), &now);
+        let rows = self.island.dynamic.iter().enumerate();
+        rows.map(|(row, &body)| {
+            let wrench = sums[body].to_vector();
+            let slopes = |first: usize| Matrix6::from_fn(|i, j| wrench[i].eps[first + j]);
+            ForceSlopes {
+                row,
+                column,
+                by_displacement: slopes(0),
+                by_velocities: slopes(6),
+            }
+        })
+        .collect()
+    }
+
+    /// The wrench of contact on each body of the world by the state of one of the island.
+    fn seeded_contact(&self, by: usize, contacts: &[PairWrenches]) -> Vec<Wrench<Seeded>> {
+        let mut wrenches = vec![Wrench::zero(); self.scene.start.len()];
+        for pair in contacts {
+            for (side, &participant) in pair.bodies.iter().enumerate() {
+                let mut wrench = part(&pair.wrenches, side).map(lift::<Seeded>);
+                if let Some(column) = pair.bodies.iter().position(|&body| body == by) {
+                    let [by_pose, by_velocity] = [&pair.by_displacements, &pair.by_velocities]
+                        .map(|slopes| block(slopes, side, column));
+                    for (row, number) in wrench.iter_mut().enumerate() {
+                        for k in 0..6 {
+                            number.eps[k] = by_pose[(row, k)];
+                            number.eps[6 + k] = by_velocity[(row, k)];
+                        }
+                    }
+                }
+                wrenches[self.island.body(participant)] += Wrench::from_vector(&wrench);
+            }
+        }
+        wrenches
+    }
+}

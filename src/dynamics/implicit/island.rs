@@ -1,0 +1,109 @@
+//! Bodies that a step must solve together.
+
+use super::Scene;
+use crate::dynamics::sweep::Sweep;
+use crate::geometry::Aabb;
+
+/// Dynamic bodies that may push each other within a step, and what else they may touch.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub(super) struct Island {
+    /// The places of its dynamic bodies in the world, in their order.
+    pub dynamic: Vec<usize>,
+    /// The places of the other bodies that these may touch, in their order.
+    pub neighbors: Vec<usize>,
+}
+
+impl Island {
+    /// The place in the world of a participant: dynamic bodies first.
+    pub fn body(&self, participant: usize) -> usize {
+        let count = self.dynamic.len();
+        if participant < count {
+            self.dynamic[participant]
+        } else {
+            self.neighbors[participant - count]
+        }
+    }
+
+    /// Two participants in the order of their places in the world.
+    pub fn in_order(&self, [i, j]: [usize; 2]) -> [usize; 2] {
+        if self.body(i) < self.body(j) {
+            [i, j]
+        } else {
+            [j, i]
+        }
+    }
+
+    /// The number of participants.
+    pub fn len(&self) -> usize {
+        self.dynamic.len() + self.neighbors.len()
+    }
+}
+
+impl Scene<'_> {
+    /// The islands of bodies that stay within these boxes, in the order of their first bodies.
+    pub fn islands(&self, boxes: &[Aabb]) -> Vec<Island> {
+        let system = self.system;
+        let mut sets = Sets::new(boxes.len());
+        let mut sweep = Sweep::default();
+        let pairs = sweep.overlapping(boxes.iter().copied(), |i, j| system.may_touch(i, j));
+        let is_dynamic = |body: usize| system.bodies[body].inertia().is_some();
+        for &(i, j) in pairs {
+            if is_dynamic(i) && is_dynamic(j) {
+                sets.join(i, j);
+            }
+        }
+        for group in self.coupled {
+            let mut dynamic = group.iter().copied().filter(|&body| is_dynamic(body));
+            if let Some(first) = dynamic.next() {
+                dynamic.for_each(|body| sets.join(first, body));
+            }
+        }
+        let mut islands: Vec<Island> = Vec::new();
+        let mut place = vec![usize::MAX; boxes.len()];
+        for body in system.dynamic_bodies() {
+            let root = sets.root(body);
+            if place[root] == usize::MAX {
+                place[root] = islands.len();
+                islands.push(Island {
+                    dynamic: Vec::new(),
+                    neighbors: Vec::new(),
+                });
+            }
+            islands[place[root]].dynamic.push(body);
+        }
+        for &(i, j) in pairs {
+            for (dynamic, other) in [(i, j), (j, i)] {
+                if is_dynamic(dynamic) && !is_dynamic(other) {
+                    islands[place[sets.root(dynamic)]].neighbors.push(other);
+                }
+            }
+        }
+        for island in &mut islands {
+            island.neighbors.sort_unstable();
+            island.neighbors.dedup();
+        }
+        islands
+    }
+}
+
+/// Disjoint sets; the root of each is its least member.
+struct Sets(Vec<usize>);
+
+impl Sets {
+    fn new(count: usize) -> Self {
+        Self((0..count).collect())
+    }
+
+    fn root(&mut self, mut member: usize) -> usize {
+        while self.0[member] != member {
+            self.0[member] = self.0[self.0[member]];
+            member = self.0[member];
+        }
+        member
+    }
+
+    fn join(&mut self, one: usize, other: usize) {
+        let (one, other) = (self.root(one), self.root(other));
+        self.0[one.max(other)] = one.min(other);
+    }
+}

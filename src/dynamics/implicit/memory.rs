@@ -1,0 +1,173 @@
+use super::carried::Carrier;
+use super::island::Island;
+use super::report::StepReport;
+use super::scheme::Scheme;
+use super::steps::{Moving, Stepper, Way};
+use super::{Scene, Stuck};
+use crate::dynamics::any_world::{AnyWorld, Seeded};
+use crate::dynamics::system::System;
+use crate::dynamics::{BodyState, State};
+use crate::geometry::Aabb;
+use crate::scalar::{Scalar, carries_derivatives};
+use crate::threads::mapped_into;
+use nalgebra::Vector6;
+
+/// What implicit steps keep from one to the next.
+#[derive(Debug, Clone)]
+pub(in crate::dynamics) struct Memory {
+    /// The system without derivatives.
+    system: System,
+    /// The system once more, for the derivatives of forces; none if there are no forces.
+    lifted: Option<System<Seeded>>,
+    coupled: Vec<Vec<usize>>,
+    /// The wrench of contact and forces on each body at the end of the last step.
+    acting: Vec<Option<Vector6<f64>>>,
+    pub report: StepReport,
+}
+
+/// One time step.
+pub(in crate::dynamics) struct Step {
+    pub scheme: &'static Scheme,
+    pub tolerance: f64,
+    pub duration: f64,
+    /// The time it leads to (s).
+    pub end: f64,
+}
+
+impl Memory {
+    pub fn of<T: Scalar>(world: &dyn AnyWorld<T>) -> Self {
+        let system = world.system().real();
+        let forces = world.real_forces();
+        Self {
+            lifted: (!forces.is_nothing()).then(|| system.lifted()),
+            coupled: forces.coupled(&system.bodies),
+            acting: vec![None; system.bodies.len()],
+            report: StepReport::default(),
+            system,
+        }
+    }
+
+    /// Takes a state through a step; if that fails, the state and the memory stay as they are.
+    pub fn advance<T: Scalar>(
+        &mut self,
+        world: &dyn AnyWorld<T>,
+        state: &mut State<T>,
+        step: &Step,
+    ) -> Result<(), Stuck> {
+        let start: Vec<BodyState> = state.bodies.iter().map(BodyState::real).collect();
+        let control_time = state.time + step.duration / 2.0;
+        let scene = Scene::new(
+            (&self.system, world.real_forces()),
+            (self.lifted.as_ref(), &self.coupled),
+            &start,
+            control_time,
+        );
+        let solved = self.solved(&scene, state.time, step)?;
+        if carries_derivatives::<T>() {
+            let mut bodies = state.bodies.clone();
+            for (island, way) in &solved {
+                let carrier = Carrier {
+                    world,
+                    scene: &scene,
+                    island,
+                    scheme: step.scheme,
+                    start: state.time,
+                    control_time,
+                };
+                carrier.through(way, &mut bodies)?;
+            }
+            state.bodies = bodies;
+        } else {
+            for (island, way) in &solved {
+                for (&body, moved) in island.dynamic.iter().zip(&way.bodies) {
+                    state.bodies[body] = moved.state.lifted();
+                }
+            }
+        }
+        self.keep(&solved);
+        state.time = step.end;
+        for (index, body) in state.bodies.iter_mut().enumerate() {
+            if let Some(driven) = world.system().driven_state(index, step.end) {
+                *body = driven;
+            }
+        }
+        Ok(())
+    }
+
+    fn keep(&mut self, solved: &[(Island, Way)]) {
+        self.report = StepReport::default();
+        for (island, way) in solved {
+            for (&body, moved) in island.dynamic.iter().zip(&way.bodies) {
+                self.acting[body] = moved.acting;
+            }
+            self.report += StepReport {
+                islands: 1,
+                work: way.work,
+                energy: way.energy,
+            };
+        }
+    }
+
+    /// All islands with their ways. Where bodies of two islands come to where the others have been, these are one.
+    fn solved(&self, scene: &Scene, start: f64, step: &Step) -> Result<Vec<(Island, Way)>, Stuck> {
+        let mut boxes = scene.reach(start, step.duration);
+        let mut solved: Vec<(Island, Way)> = Vec::new();
+        loop {
+            let islands = scene.islands(&boxes);
+            let mut kept: Vec<(Island, Way)> = Vec::new();
+            let mut due: Vec<Island> = Vec::new();
+            for island in islands {
+                match solved.iter().position(|(other, _)| *other == island) {
+                    Some(place) => kept.push(solved.swap_remove(place)),
+                    None => due.push(island),
+                }
+            }
+            let mut ways = Vec::new();
+            mapped_into(&mut ways, &due, |island| {
+                let bodies = island.dynamic.iter().map(|&body| Moving {
+                    state: scene.start[body],
+                    acting: self.acting[body],
+                });
+                let method = (step.scheme, step.tolerance);
+                Stepper::new(scene, island, method, start, bodies.collect()).through(step.duration)
+            });
+            let is_done = due.is_empty();
+            for (island, way) in due.into_iter().zip(ways) {
+                let way = way?;
+                for (participant, swept) in way.swept.iter().enumerate() {
+                    let body = island.body(participant);
+                    boxes[body] = boxes[body].union(swept);
+                }
+                kept.push((island, way));
+            }
+            kept.sort_by_key(|(island, _)| island.dynamic[0]);
+            solved = kept;
+            if is_done {
+                return Ok(solved);
+            }
+        }
+    }
+}
+
+impl Scene<'_> {
+    /// Boxes that bodies are likely to stay in during a step.
+    fn reach(&self, start: f64, duration: f64) -> Vec<Aabb> {
+        let fall = self.system.gravity.norm() * duration * duration;
+        let of_body = |(body, state): (usize, &BodyState)| {
+            let here = self.bounds(body, &state.pose);
+            let Some(inertia) = self.system.bodies[body].inertia() else {
+                let later =
+                    [0.5, 1.0].map(|part| self.system.driven_state(body, start + part * duration));
+                return later.into_iter().flatten().fold(here, |all, state| {
+                    all.union(&self.bounds(body, &state.pose))
+                });
+            };
+            let displacement = state.twist.to_vector() * duration;
+            let there = self.bounds(body, &inertia.displaced(&state.pose, &displacement));
+            let turn = state.twist.angular.norm() * duration * here.half_extents().norm();
+            let margin = fall + 0.1 * (state.twist.linear.norm() * duration + turn);
+            here.union(&there).inflated(margin)
+        };
+        self.start.iter().enumerate().map(of_body).collect()
+    }
+}

@@ -1,0 +1,176 @@
+//! The solver of one stage: contacts are looked at anew outside, and Newton's method runs on frozen contact polygons inside.
+//! Both are damped by the natural test: a step is measured by the velocities that it still leaves, J⁻¹r, and not by the
+//! residual r, in which stiff contact drowns everything by its round-off \[Deuflhard 2011, §3.3\].
+
+use super::problem::{Evaluation, Problem};
+use super::report::Work;
+use nalgebra::DVector;
+
+/// How often contacts are looked at before the duration is taken to be too long.
+const MOST_EVALUATIONS: usize = 25;
+
+/// Iterations on frozen polygons.
+const MOST_ITERATIONS: usize = 30;
+
+/// The shortest parts of a step that are tried, outside and inside.
+const SHORTEST: [f64; 2] = [1.0 / 8.0, 1e-3];
+
+/// How much of the first step inner iterations may leave, which the outer ones find out anyway.
+const INNER: f64 = 1e-4;
+
+/// Where a look at the contacts leaves more than this of what the one before it left, the next ones take the exact
+/// derivatives of friction, for the time of two.
+const SLOW: f64 = 0.1;
+
+/// Velocities that solve a stage.
+pub(super) struct Root {
+    pub velocities: DVector<f64>,
+}
+
+/// The velocities that were left over where the solver gave up.
+pub(super) struct Unsolved(pub DVector<f64>);
+
+/// A look at the contacts, and the step of Newton's method from there.
+struct Look {
+    evaluation: Evaluation,
+    step: DVector<f64>,
+    size: f64,
+}
+
+impl Problem<'_> {
+    /// The velocities, beginning at a guess, to a tolerance relative to the velocities at hand.
+    pub fn solved(
+        &self,
+        guess: &DVector<f64>,
+        tolerance: f64,
+        work: &mut Work,
+    ) -> Result<Root, Unsolved> {
+        work.solves += 1;
+        let first = work.looks;
+        let mut look = self.look(guess.clone(), false, work)?;
+        let mut is_exact = false;
+        while work.looks - first < MOST_EVALUATIONS {
+            let least = tolerance * self.scale(&look.evaluation) + self.rounding();
+            let at = &look.evaluation.velocities;
+            if look.size <= least {
+                return Ok(Root {
+                    velocities: at + &look.step,
+                });
+            }
+            let next = self.solved_near(&look.evaluation, 0.1 * least, work);
+            let before = look.size;
+            look = self.damped(&look, &(next - at), is_exact, work)?;
+            is_exact |= look.size > SLOW * before;
+        }
+        Err(Unsolved(look.step))
+    }
+
+    /// A look at the contacts after a step, or so much of it that less is left.
+    fn damped(
+        &self,
+        from: &Look,
+        step: &DVector<f64>,
+        is_exact: bool,
+        work: &mut Work,
+    ) -> Result<Look, Unsolved> {
+        let size = self.speed(step).max(from.size);
+        let mut best: Option<Look> = None;
+        let mut fraction = 1.0;
+        while fraction >= SHORTEST[0] {
+            let velocities = &from.evaluation.velocities + step * fraction;
+            if let Ok(look) = self.look(velocities, is_exact, work) {
+                if look.size <= (1.0 - fraction / 4.0) * size {
+                    return Ok(look);
+                }
+                if best.as_ref().is_none_or(|best| look.size < best.size) {
+                    best = Some(look);
+                }
+            }
+            fraction *= 0.5;
+        }
+        // Contacts that come and go make another measure of each look: the best is taken even if it is no better.
+        best.filter(|best| best.size <= 2.0 * size)
+            .ok_or_else(|| Unsolved(step.clone()))
+    }
+
+    fn look(
+        &self,
+        velocities: DVector<f64>,
+        is_exact: bool,
+        work: &mut Work,
+    ) -> Result<Look, Unsolved> {
+        let evaluation = self.evaluation(velocities, is_exact);
+        work.looks += 1;
+        work.evaluations += usize::from(!evaluation.contacts.is_empty());
+        work.iterations += 1;
+        let (residual, matrix) = self.residual_near(&evaluation, &evaluation.velocities);
+        let step = matrix.factorised().solve(&-residual);
+        let size = step.as_ref().map_or(f64::INFINITY, |step| self.speed(step));
+        match step {
+            Some(step) if size.is_finite() => Ok(Look {
+                evaluation,
+                step,
+                size,
+            }),
+            _ => Err(Unsolved(evaluation.velocities)),
+        }
+    }
+
+    /// The velocities that solve the stage on the polygons as they are.
+    fn solved_near(&self, evaluation: &Evaluation, least: f64, work: &mut Work) -> DVector<f64> {
+        let mut velocities = evaluation.velocities.clone();
+        let (mut residual, mut matrix) = self.residual_near(evaluation, &velocities);
+        let mut first = None;
+        for _ in 0..MOST_ITERATIONS {
+            work.iterations += 1;
+            let factors = matrix.factorised();
+            let Some(step) = factors.solve(&-residual) else {
+                break;
+            };
+            let size = self.speed(&step);
+            let first = *first.get_or_insert(size);
+            let mut fraction = 1.0;
+            loop {
+                let next = &velocities + &step * fraction;
+                let (left, at) = self.residual_near(evaluation, &next);
+                let left_over = factors
+                    .solve(&left)
+                    .map_or(f64::INFINITY, |left| self.speed(&left));
+                let is_good = left_over <= (1.0 - fraction / 4.0) * size;
+                if is_good || fraction < SHORTEST[1] {
+                    velocities = next;
+                    (residual, matrix) = (left, at);
+                    break;
+                }
+                fraction *= 0.5;
+            }
+            if size * fraction <= least.max(INNER * first) {
+                break;
+            }
+        }
+        velocities
+    }
+
+    /// The velocities (m/s) that bodies have, or would get from what acts on them.
+    fn scale(&self, evaluation: &Evaluation) -> f64 {
+        let of_body = |place: usize| {
+            let (inertia, pose) = (self.inertias[place], &self.poses[place]);
+            let [momentum, given, acting] = [
+                self.momenta[place],
+                self.given(place) * self.duration,
+                evaluation.acting(place) * self.duration,
+            ]
+            .map(|impulse| inertia.speed(&inertia.velocities(pose.rotation(), &impulse)));
+            momentum + given + acting
+        };
+        let neighbors = self.neighbors.iter().map(|state| state.twist.linear.norm());
+        let bodies = (0..self.island.dynamic.len()).map(of_body);
+        bodies.chain(neighbors).fold(0.0, f64::max)
+    }
+
+    /// The velocities (m/s) that the rounding of coordinates makes.
+    fn rounding(&self) -> f64 {
+        let places = self.poses.iter().map(|pose| pose.translation().amax());
+        4.0 * f64::EPSILON * places.fold(0.0, f64::max) / self.duration
+    }
+}

@@ -1,0 +1,93 @@
+//! The contact of two bodies near a state.
+
+use super::about_centers::{PairMatrix, PairVector, joined};
+use super::scene::Pair;
+use crate::contact::{AddedByLaw, ContactWrench, FrozenContact};
+use nalgebra::{SMatrix, Vector6};
+
+/// The contact of two bodies near a state, about their centres of mass.
+pub(super) struct PairModel {
+    /// The places of the bodies among the island's participants.
+    pub bodies: [usize; 2],
+    contact: FrozenContact,
+    pub wrenches: PairVector,
+    /// Of the elastic contact; and what the points are off by, if that is known.
+    by_displacements: PairMatrix,
+    /// What the points are off by, if that is known.
+    by_velocities: PairMatrix,
+    velocity_maps: [SMatrix<f64, 6, 12>; 2],
+    velocity: Vector6<f64>,
+}
+
+/// The wrenches of a contact, and their derivatives.
+pub(super) struct PairWrenches {
+    /// The places of the bodies among the island's participants.
+    pub bodies: [usize; 2],
+    pub wrenches: PairVector,
+    pub by_displacements: PairMatrix,
+    pub by_velocities: PairMatrix,
+}
+
+impl PairModel {
+    /// With the exact derivatives of what the law adds, or with those of the polygons as they are; none if the bodies do not
+    /// touch.
+    pub fn of(pair: &Pair, bodies: [usize; 2], is_exact: bool) -> Option<Self> {
+        let contact = pair.frozen()?;
+        let geometry = pair.geometry();
+        let ContactWrench { on_a, on_b } = &contact.wrench;
+        let maps = geometry.relative_velocity();
+        let twists = pair.states().map(|state| Some(state.twist.to_vector()));
+        let velocity = maps.by_velocities * joined(twists);
+        let mut model = PairModel {
+            bodies,
+            wrenches: geometry.wrenches([on_a, on_b]),
+            by_displacements: geometry.by_displacements(&contact.by_poses, [on_a, on_b]),
+            velocity_maps: [maps.by_velocities, maps.by_displacements],
+            by_velocities: PairMatrix::zeros(),
+            velocity,
+            contact,
+        };
+        if is_exact && model.contact.rubs() {
+            let [by_displacements, by_velocities] = geometry.linearised(&pair.linearised());
+            let here = model.here();
+            model.by_displacements += by_displacements - here.by_displacements;
+            model.by_velocities = by_velocities - here.by_velocities;
+        }
+        Some(model)
+    }
+
+    /// In the state that was evaluated.
+    pub fn here(&self) -> PairWrenches {
+        self.with(self.wrenches, &self.contact.added)
+    }
+
+    /// After displacements of the bodies and changes of their velocities.
+    pub fn near(&self, displacements: &PairVector, velocities: &PairVector) -> PairWrenches {
+        let linear =
+            self.wrenches + self.by_displacements * displacements + self.by_velocities * velocities;
+        if !self.contact.rubs() {
+            return self.with(linear, &self.contact.added);
+        }
+        let [by_velocities, by_displacements] = &self.velocity_maps;
+        let motion = -(by_velocities * displacements);
+        let velocity =
+            self.velocity + by_velocities * velocities + by_displacements * displacements;
+        let added = self.contact.added(&motion, &velocity);
+        // A wrench on A does the work that its two wrenches in the world do: the maps transposed.
+        let more = by_velocities.tr_mul(&(added.wrench - self.contact.added.wrench));
+        self.with(linear + more, &added)
+    }
+
+    /// With the derivatives of what the law adds.
+    fn with(&self, wrenches: PairVector, added: &AddedByLaw) -> PairWrenches {
+        let [by_velocities, by_displacements] = &self.velocity_maps;
+        let moved = added.by_twist * by_displacements - added.by_motion * by_velocities;
+        PairWrenches {
+            bodies: self.bodies,
+            wrenches,
+            by_displacements: self.by_displacements + by_velocities.tr_mul(&moved),
+            by_velocities: self.by_velocities
+                + by_velocities.tr_mul(&(added.by_twist * by_velocities)),
+        }
+    }
+}

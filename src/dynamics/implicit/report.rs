@@ -1,0 +1,81 @@
+use std::ops::AddAssign;
+
+/// What an implicit time step took.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[non_exhaustive]
+pub struct StepReport {
+    /// Groups of bodies that were solved by themselves.
+    pub islands: usize,
+    /// What the solver did, all islands together.
+    pub work: Work,
+    /// Where the energy went, all bodies together.
+    pub energy: EnergyBalance,
+}
+
+/// What a solver did.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[non_exhaustive]
+pub struct Work {
+    /// Systems of equations: one for each stage of each step of an island, halved ones included.
+    pub solves: usize,
+    /// How often the contacts of an island were looked at; where nothing is near, they are not.
+    pub evaluations: usize,
+    /// Looks at the contacts, whether anything is near or not.
+    pub looks: usize,
+    /// Iterations of Newton's method, most of them on contact polygons as they are.
+    pub iterations: usize,
+    /// Steps of an island that were halved because its forces change too much in them.
+    pub halvings: usize,
+    /// Steps that were halved because a system was not solved.
+    pub failures: usize,
+}
+
+/// Where the energy of a step's bodies went (J).
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[non_exhaustive]
+pub struct EnergyBalance {
+    /// What the kinetic energy has grown by.
+    pub kinetic: f64,
+    /// The work of gravity and controls.
+    pub given: f64,
+    /// The work of contacts and other forces: of their wrenches along the motion, at the stages of the steps.
+    pub acting: f64,
+}
+
+impl EnergyBalance {
+    /// What the integrator has lost of the work that was done; negative if it made energy.
+    #[must_use]
+    pub fn numerical_loss(&self) -> f64 {
+        self.given + self.acting - self.kinetic
+    }
+}
+
+impl AddAssign for Work {
+    fn add_assign(&mut self, other: Self) {
+        self.solves += other.solves;
+        self.evaluations += other.evaluations;
+        self.looks += other.looks;
+        self.iterations += other.iterations;
+        self.halvings += other.halvings;
+        self.failures += other.failures;
+    }
+}
+
+impl AddAssign for EnergyBalance {
+    fn add_assign(&mut self, other: Self) {
+        self.kinetic += other.kinetic;
+        self.given += other.given;
+        self.acting += other.acting;
+    }
+}
+
+impl AddAssign for StepReport {
+    fn add_assign(&mut self, other: Self) {
+        self.islands += other.islands;
+        self.work += other.work;
+        self.energy += other.energy;
+    }
+}

@@ -1,0 +1,101 @@
+//! Rigid bodies in the coordinates of an implicit step: about the centre of mass, angular before linear.
+
+use crate::dynamics::{BodyState, Inertia};
+use crate::scalar::{Scalar, lift};
+use crate::spatial::{Pose, Twist, left_jacobian, skew, turned_by};
+use nalgebra::{Matrix3, Matrix6, Rotation3, UnitQuaternion, Vector3, Vector6};
+
+impl<T: Scalar> Inertia<T> {
+    /// Angular momentum (N m s) about the centre of mass and momentum (N s) of a body, in world axes.
+    pub(super) fn momentum(&self, state: &BodyState<T>) -> Vector6<T> {
+        let Twist { angular, linear } = &state.twist;
+        let spin = self.angular_momentum(state.pose.rotation(), angular);
+        let momentum = linear.map(|component| component * self.mass);
+        six(&spin, &momentum)
+    }
+
+    /// The pose of a body after a turn (rad, world axes) about its centre of mass, and a shift of that (m).
+    pub(super) fn displaced(&self, pose: &Pose<T>, displacement: &Vector6<T>) -> Pose<T> {
+        let Twist { angular, linear } = Twist::from_vector(displacement);
+        let before = pose.rotated_constant(&self.center_of_mass);
+        let turned = Pose::from_drifted_rotation(&turned_by(pose.rotation(), &angular));
+        let after = turned.rotated_constant(&self.center_of_mass);
+        turned.with_translation(pose.translation() + before + linear - after)
+    }
+}
+
+impl Inertia {
+    /// The rotational inertia (kg m²) in world axes.
+    pub(super) fn in_world(&self, rotation: &Matrix3<f64>) -> Matrix3<f64> {
+        let frame = self.principal.frame(rotation);
+        frame * Matrix3::from_diagonal(&self.principal.moments) * frame.transpose() * self.mass
+    }
+
+    /// The velocities that an impulse (N m s, N s) gives to the body.
+    pub(super) fn velocities(
+        &self,
+        rotation: &Matrix3<f64>,
+        impulse: &Vector6<f64>,
+    ) -> Vector6<f64> {
+        let Twist { angular, linear } = Twist::from_vector(impulse);
+        six(
+            &self.angular_velocity(rotation, &angular),
+            &(linear / self.mass),
+        )
+    }
+
+    /// The speed (m/s) of velocities: a spin counts by the radius of gyration.
+    pub(super) fn speed(&self, velocities: &Vector6<f64>) -> f64 {
+        let Twist { angular, linear } = Twist::from_vector(velocities);
+        let gyration_squared = self.principal.moments.mean();
+        (angular.norm_squared() * gyration_squared + linear.norm_squared()).sqrt()
+    }
+
+    /// The derivatives of a body's motion over a time (s), at the state it leads to.
+    pub(super) fn rates(&self, state: &BodyState, duration: f64) -> Rates {
+        let angular = &state.twist.angular;
+        let inertia = self.in_world(state.pose.rotation());
+        let turning = left_jacobian(&(angular * duration)) * duration;
+        let by_turn = inertia * skew(angular) - skew(&(inertia * angular));
+        Rates {
+            displacement: diagonal(&turning, duration),
+            momentum_by_pose: diagonal(&by_turn, 0.0),
+            momentum_by_twist: diagonal(&inertia, self.mass),
+        }
+    }
+}
+
+/// See [`Inertia::rates`].
+pub(super) struct Rates {
+    /// The displacement by the velocities.
+    pub displacement: Matrix6<f64>,
+    pub momentum_by_pose: Matrix6<f64>,
+    pub momentum_by_twist: Matrix6<f64>,
+}
+
+/// The displacement of a body from one pose to another.
+pub(super) fn displacement(inertia: &Inertia, from: &Pose, to: &Pose) -> Vector6<f64> {
+    let turn = Rotation3::from_matrix_unchecked(to.rotation() * from.rotation().transpose());
+    let [before, after] = [from, to].map(|pose| pose.transformed_point(&inertia.center_of_mass));
+    let angular = UnitQuaternion::from_rotation_matrix(&turn).scaled_axis();
+    six(&angular, &(after - before))
+}
+
+/// The 6-vector of two parts.
+pub(super) fn six<T: Scalar>(angular: &Vector3<T>, linear: &Vector3<T>) -> Vector6<T> {
+    let (a, l) = (angular, linear);
+    Vector6::new(a.x, a.y, a.z, l.x, l.y, l.z)
+}
+
+/// No six numbers.
+pub(super) fn none<T: Scalar>() -> Vector6<T> {
+    Vector6::from_element(lift(0.0))
+}
+
+fn diagonal(angular: &Matrix3<f64>, linear: f64) -> Matrix6<f64> {
+    let mut matrix = Matrix6::zeros();
+    matrix.fixed_view_mut::<3, 3>(0, 0).copy_from(angular);
+    let linear = Matrix3::from_diagonal_element(linear);
+    matrix.fixed_view_mut::<3, 3>(3, 3).copy_from(&linear);
+    matrix
+}

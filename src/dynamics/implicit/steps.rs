@@ -1,0 +1,194 @@
+//! An island through one time step, in as many parts as its forces ask for.
+
+use super::Scene;
+use super::attempt::{Attempt, Tried};
+use super::island::Island;
+use super::problem::{Problem, joined_all};
+use super::report::{EnergyBalance, Work};
+use super::scheme::Scheme;
+use crate::dynamics::{BodyState, Inertia};
+use crate::geometry::Aabb;
+use crate::spatial::Pose;
+use nalgebra::{DVector, Vector6};
+
+/// How often a step is halved because its forces change much in it: to 1/128.
+const MOST_HALVINGS: u32 = 7;
+
+/// And because a stage was not solved: to 1/4096.
+const MOST_RETRIES: u32 = 12;
+
+/// A part of a time step with the velocities of its stages.
+#[derive(Debug)]
+pub(super) struct Part {
+    /// When it begins, from the start of the time step (s).
+    pub offset: f64,
+    pub duration: f64,
+    pub stages: Vec<DVector<f64>>,
+}
+
+/// An island's way through a time step.
+#[derive(Debug)]
+pub(super) struct Way {
+    pub parts: Vec<Part>,
+    pub bodies: Vec<Moving>,
+    pub work: Work,
+    pub energy: EnergyBalance,
+    /// Where each participant has been.
+    pub swept: Vec<Aabb>,
+}
+
+/// A dynamic body between two parts of a step.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Moving {
+    pub state: BodyState,
+    /// The wrench of all but gravity and controls in the last stage, where one is known.
+    pub acting: Option<Vector6<f64>>,
+}
+
+/// Why a step was not taken.
+#[derive(Debug)]
+pub(in crate::dynamics) enum Stuck {
+    /// The place of a body whose path is not finite at a time (s).
+    Path { body: usize, time: f64 },
+    /// The place of the body farthest from a solution, and the shortest duration (s) that was tried.
+    Unsolved { body: usize, duration: f64 },
+}
+
+/// An island in a time step.
+pub(super) struct Stepper<'a> {
+    pub scene: &'a Scene<'a>,
+    pub island: &'a Island,
+    pub inertias: Vec<&'a Inertia>,
+    pub scheme: &'a Scheme,
+    pub tolerance: f64,
+    /// Time at the start of the step (s).
+    pub start: f64,
+    pub way: Way,
+}
+
+impl<'a> Stepper<'a> {
+    pub fn new(
+        scene: &'a Scene<'a>,
+        island: &'a Island,
+        (scheme, tolerance): (&'a Scheme, f64),
+        start: f64,
+        bodies: Vec<Moving>,
+    ) -> Self {
+        Self {
+            scene,
+            island,
+            inertias: scene.inertias(island),
+            scheme,
+            tolerance,
+            start,
+            way: Way {
+                parts: Vec::new(),
+                bodies,
+                work: Work::default(),
+                energy: EnergyBalance::default(),
+                swept: Vec::new(),
+            },
+        }
+    }
+
+    /// Takes the step.
+    pub fn through(mut self, duration: f64) -> Result<Way, Stuck> {
+        if self.scheme.is_adaptive {
+            self.evaluate_start()?;
+        }
+        self.advance(0.0, duration, 0)?;
+        Ok(self.way)
+    }
+
+    /// Where no step went before, finds what acts at the start.
+    fn evaluate_start(&mut self) -> Result<(), Stuck> {
+        if self.way.bodies.iter().all(|body| body.acting.is_some()) {
+            return Ok(());
+        }
+        let poses = self.way.bodies.iter().map(|body| body.state.pose);
+        let problem = self.problem(poses.collect(), Vec::new(), [0.0, 0.0])?;
+        let evaluation = problem.evaluation(velocities_of(&self.way.bodies), false);
+        let acting = (0..self.way.bodies.len()).map(|place| evaluation.acting(place));
+        let acting: Vec<_> = acting.collect();
+        self.way.work.evaluations += usize::from(!evaluation.contacts.is_empty());
+        for (body, acting) in self.way.bodies.iter_mut().zip(acting) {
+            body.acting.get_or_insert(acting);
+        }
+        Ok(())
+    }
+
+    /// Takes a part of the step, in halves if need be.
+    fn advance(&mut self, offset: f64, duration: f64, depth: u32) -> Result<(), Stuck> {
+        let (tried, work) = Attempt::new(self, offset, duration).finished();
+        self.way.work += work;
+        match tried {
+            Ok(tried) if tried.change > 1.0 && depth < MOST_HALVINGS => {
+                self.way.work.halvings += 1;
+            }
+            Ok(tried) => {
+                self.accept(tried, offset, duration);
+                return Ok(());
+            }
+            Err(Stuck::Unsolved { .. }) if depth < MOST_RETRIES => self.way.work.failures += 1,
+            Err(stuck) => return Err(stuck),
+        }
+        let half = duration / 2.0;
+        self.advance(offset, half, depth + 1)?;
+        self.advance(offset + half, half, depth + 1)
+    }
+
+    fn accept(&mut self, tried: Tried, offset: f64, duration: f64) {
+        self.way.parts.push(Part {
+            offset,
+            duration,
+            stages: tried.stages,
+        });
+        self.way.bodies = tried.bodies;
+        self.way.energy += tried.energy;
+        if self.way.swept.is_empty() {
+            self.way.swept = tried.swept;
+        } else {
+            for (all, own) in self.way.swept.iter_mut().zip(&tried.swept) {
+                *all = all.union(own);
+            }
+        }
+    }
+
+    pub fn kinetic(&self, bodies: &[Moving]) -> f64 {
+        let of_body = |(inertia, body): (&&Inertia, &Moving)| {
+            let twist = body.state.twist.to_vector();
+            inertia.momentum(&body.state).dot(&twist) / 2.0
+        };
+        self.inertias.iter().zip(bodies).map(of_body).sum()
+    }
+
+    /// A stage from poses with momenta, that ends some time after the start and has a duration (s).
+    pub fn problem(
+        &self,
+        poses: Vec<Pose>,
+        momenta: Vec<Vector6<f64>>,
+        [offset, duration]: [f64; 2],
+    ) -> Result<Problem<'_>, Stuck> {
+        let time = self.start + offset;
+        let neighbors = self.scene.neighbors_at(self.island, time);
+        if let Some(lost) = neighbors.iter().position(|state| !state.is_finite()) {
+            let body = self.island.neighbors[lost];
+            return Err(Stuck::Path { body, time });
+        }
+        Ok(Problem {
+            scene: self.scene,
+            island: self.island,
+            inertias: &self.inertias,
+            poses,
+            momenta,
+            duration,
+            neighbors,
+            time,
+        })
+    }
+}
+
+/// The velocities of bodies.
+pub(super) fn velocities_of(bodies: &[Moving]) -> DVector<f64> {
+    joined_all(bodies.iter().map(|body| body.state.twist.to_vector()))
+}

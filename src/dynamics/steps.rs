@@ -1,0 +1,153 @@
+use super::any_world::AnyWorld;
+use super::implicit::{Memory, Scheme, Step, Stuck};
+use super::integrator::{Kind, Splitting};
+use super::system::System;
+use super::workspace::Workspace;
+use super::{Body, Motion, Plan, RolloutError, State};
+use crate::scalar::Scalar;
+use std::mem;
+
+/// The state that a world's steps have led to.
+#[derive(Debug, Clone)]
+pub(super) struct Steps<T> {
+    pub state: State<T>,
+    /// The next state while it is computed; `state` stays until that one is known to be finite.
+    next: State<T>,
+    workspace: Workspace<T>,
+    /// What implicit steps keep; none before the first.
+    pub memory: Option<Memory>,
+    /// Time (s) of the state that steps are counted from.
+    start: f64,
+    /// Steps taken since then.
+    taken: usize,
+    pub has_failed: bool,
+}
+
+impl<T: Scalar> From<State<T>> for Steps<T> {
+    fn from(state: State<T>) -> Self {
+        Self {
+            next: state.clone(),
+            start: state.time,
+            state,
+            workspace: Workspace::default(),
+            memory: None,
+            taken: 0,
+            has_failed: false,
+        }
+    }
+}
+
+impl<T: Scalar> Steps<T> {
+    pub fn advance(
+        &mut self,
+        world: &dyn AnyWorld<T>,
+        plan: &Plan,
+    ) -> Result<&State<T>, RolloutError> {
+        let system = world.system();
+        let step = self.taken + 1;
+        self.next.time = self.state.time;
+        self.next.bodies.clone_from(&self.state.bodies);
+        // From the count of steps: a sum of 10⁶ time steps would have drifted.
+        let end = self.start + step as f64 * plan.time_step();
+        match plan.integrator().kind() {
+            Kind::Explicit(splitting) => self.advance_explicitly(world, (plan, splitting), step)?,
+            Kind::Implicit(scheme) => self.advance_implicitly(world, (plan, scheme), end)?,
+        }
+        self.next.time = end;
+        let lost = self.lost_path(system, step);
+        self.stop_at(lost.or_else(|| self.lost_body(system, step)))?;
+        mem::swap(&mut self.state, &mut self.next);
+        self.taken = step;
+        Ok(&self.state)
+    }
+
+    fn advance_explicitly(
+        &mut self,
+        world: &dyn AnyWorld<T>,
+        (plan, splitting): (&Plan, Splitting),
+        step: usize,
+    ) -> Result<(), RolloutError> {
+        let (system, time_step) = (world.system(), plan.time_step());
+        splitting.approach(system, &mut self.next, time_step);
+        self.stop_at(self.lost_path(system, step))?;
+        if plan.checks(step) {
+            self.stop_at(self.exceeded_limit(system, step, time_step))?;
+        }
+        splitting.complete(world, &mut self.next, time_step, &mut self.workspace);
+        Ok(())
+    }
+
+    fn advance_implicitly(
+        &mut self,
+        world: &dyn AnyWorld<T>,
+        (plan, scheme): (&Plan, &'static Scheme),
+        end: f64,
+    ) -> Result<(), RolloutError> {
+        let memory = self.memory.get_or_insert_with(|| Memory::of(world));
+        let step = Step {
+            scheme,
+            tolerance: plan.solver_tolerance(),
+            duration: plan.time_step(),
+            end,
+        };
+        let stuck = memory.advance(world, &mut self.next, &step).err();
+        let name = |body: usize| world.system().bodies[body].name().to_owned();
+        let (step, start) = (self.taken + 1, self.state.time);
+        self.stop_at(stuck.map(|stuck| match stuck {
+            Stuck::Path { body, time } => RolloutError::PathNotFinite {
+                step,
+                time,
+                body: name(body),
+            },
+            Stuck::Unsolved { body, duration } => RolloutError::NotSolved {
+                step,
+                time: start,
+                body: name(body),
+                shortest: duration,
+            },
+        }))
+    }
+
+    /// Ends the rollout by an error, if there is one.
+    fn stop_at(&mut self, error: Option<RolloutError>) -> Result<(), RolloutError> {
+        self.has_failed |= error.is_some();
+        error.map_or(Ok(()), Err)
+    }
+
+    /// An error, if a path is not finite at the time of the next state.
+    fn lost_path(&self, system: &System<T>, step: usize) -> Option<RolloutError> {
+        let is_prescribed = |body: &Body<T>| matches!(body.motion, Motion::Prescribed(_));
+        let (time, body) = (self.next.time, self.lost(system, is_prescribed)?);
+        Some(RolloutError::PathNotFinite { step, time, body })
+    }
+
+    /// An error, if the next state is not finite.
+    fn lost_body(&self, system: &System<T>, step: usize) -> Option<RolloutError> {
+        let (time, body) = (self.next.time, self.lost(system, |_| true)?);
+        Some(RolloutError::NotFinite { step, time, body })
+    }
+
+    /// The name of the first of such bodies whose next state is not finite.
+    fn lost(&self, system: &System<T>, is_such: impl Fn(&Body<T>) -> bool) -> Option<String> {
+        let mut bodies = system.bodies.iter().zip(&self.next.bodies);
+        let (body, _) = bodies.find(|(body, state)| is_such(body) && !state.is_finite())?;
+        Some(body.name().to_owned())
+    }
+
+    /// An error, if the time step is too long where the kick acts.
+    fn exceeded_limit(
+        &self,
+        system: &System<T>,
+        step: usize,
+        time_step: f64,
+    ) -> Option<RolloutError> {
+        let (limit, bodies) = system.exceeded_limit(&self.next.bodies, time_step)?;
+        Some(RolloutError::TimeStepTooLong {
+            step,
+            time: self.state.time,
+            time_step,
+            limit,
+            bodies,
+        })
+    }
+}

@@ -1,0 +1,12 @@
+//! Implicit steps. The tables in docs/measurements.md are printed by
+//! `cargo test --test dynamics implicit:: -- --nocapture`, in longer forms with `--include-ignored`.
+
+mod conservation;
+mod derivatives;
+mod energy;
+mod falls;
+mod grasp;
+mod scenes;
+mod slopes;
+mod stacks;
+mod throws;

@@ -1,0 +1,132 @@
+//! Friction at rest, sliding, and rolling.
+
+use super::scenes::{IMPLICIT, ball, brick, ground, on_slope, per_solve, rollout, run};
+use crate::scenes::{GRAVITY, at};
+use hydroelastic::dynamics::{Body, Integrator, Material, Work, World};
+use hydroelastic::spatial::Pose;
+use nalgebra::{Vector3, vector};
+
+/// A brick on a slope of 20°, as deep in the ground as its weight presses it.
+fn brick_at_rest(modulus: f64, slip_tolerance: f64) -> World {
+    let angle = 20_f64.to_radians();
+    let skin = |modulus| {
+        Material::elastic(modulus)
+            .with_dissipation(0.5)
+            .with_friction(0.5)
+    };
+    let stiffness = modulus / 0.05 / (1.0 + 0.25 / 1.7) * 0.04;
+    let depth = GRAVITY * angle.cos() / stiffness;
+    let turned =
+        Pose::from_rotation_vector(&(Vector3::z() * 0.3), vector![-0.513, 0.021, 0.05 - depth]);
+    let bodies = vec![
+        brick("brick", [0.2, 0.2, 0.1], skin(modulus)).at(turned),
+        ground([2.0, 2.0, 0.4], skin(1.7 * modulus)),
+    ];
+    on_slope(bodies, angle, slip_tolerance)
+}
+
+/// With r = tan α/μ, friction μ·v/√(v² + v_s²) balances gravity at v = v_s·r/√(1 − r²).
+fn creep_over_slip_tolerance() -> f64 {
+    let ratio = 20_f64.to_radians().tan() / 0.5;
+    ratio / (1.0 - ratio * ratio).sqrt()
+}
+
+/// The brick sinks in, so that its sides press too, and has not yet come to rest after half a second.
+const CREEP: f64 = 1e-4;
+
+const EVALUATIONS_AT_REST: f64 = 1.5;
+
+#[test]
+fn a_brick_on_a_slope_creeps_at_the_speed_of_the_law() {
+    let expected = creep_over_slip_tolerance();
+    for integrator in IMPLICIT {
+        let (mut all, mut at_rest) = (Work::default(), Work::default());
+        for (modulus, slip_tolerance) in [(1e7, 1e-4), (1e7, 1e-5), (1e9, 1e-4), (1e9, 1e-5)] {
+            for time_step in [1e-3, 5e-3, 1e-2] {
+                let world = brick_at_rest(modulus, slip_tolerance);
+                let mut rollout = rollout(&world, integrator, time_step);
+                let mut work = run(&mut rollout, time_step, 0.5);
+                let place = rollout.state().bodies[0].position().x;
+                let late = run(&mut rollout, time_step, 0.5);
+                work += late;
+                all += work;
+                let creep = (rollout.state().bodies[0].position().x - place) / 0.5 / slip_tolerance;
+                println!(
+                    "{integrator:?} E {modulus:.0e} v_s {slip_tolerance:.0e} h {time_step}: creep off by {:.1e}, evaluations per solve {:.2}, late {:.2}",
+                    creep / expected - 1.0,
+                    per_solve(&work),
+                    per_solve(&late)
+                );
+                assert!((creep / expected - 1.0).abs() < CREEP);
+                at_rest += late;
+            }
+        }
+        println!(
+            "{integrator:?}: {:.2} evaluations per solve late, {all:?}",
+            per_solve(&at_rest)
+        );
+        assert!(per_solve(&at_rest) < EVALUATIONS_AT_REST);
+    }
+}
+
+#[test]
+fn a_brick_slides_to_a_stop_where_the_textbook_says() {
+    let friction = 0.2;
+    let skin = |modulus| {
+        Material::elastic(modulus)
+            .with_dissipation(0.5)
+            .with_friction(friction)
+    };
+    for modulus in [1e7, 1e9] {
+        for (integrator, tolerance) in [
+            (Integrator::Sdirk2, 1e-4),
+            (Integrator::ImplicitEuler, 2e-2),
+        ] {
+            for time_step in [1e-3, 5e-3] {
+                let depth = GRAVITY / (modulus / 0.05 / (1.0 + 0.25 / 1.7) * 0.04);
+                let brick = brick("brick", [0.2, 0.2, 0.1], skin(modulus));
+                let brick = brick
+                    .at(at(-0.3, 0.02, 0.05 - depth))
+                    .with_velocity(vector![0.69, 0.0, 0.0]);
+                let bodies = vec![brick, ground([2.0, 2.0, 0.4], skin(1.7 * modulus))];
+                let world = on_slope(bodies, 0.0, 1e-5);
+                let mut rollout = rollout(&world, integrator, time_step);
+                let work = run(&mut rollout, time_step, 0.6);
+                let distance = rollout.state().bodies[0].position().x + 0.3;
+                let textbook = 0.69 * 0.69 / (2.0 * friction * GRAVITY);
+                println!(
+                    "{integrator:?} E {modulus:.0e} h {time_step}: slid {distance:.6}, textbook {textbook:.6}, off by {:.1e}, evaluations per solve {:.2}",
+                    distance / textbook - 1.0,
+                    per_solve(&work)
+                );
+                assert!((distance / textbook - 1.0).abs() < tolerance);
+            }
+        }
+    }
+}
+
+#[test]
+fn a_ball_rolls_as_it_does_by_short_explicit_steps() {
+    let skin = Material::elastic(1e6)
+        .with_dissipation(0.3)
+        .with_friction(0.5);
+    let start = |body: Body| body.at(at(-0.5, 0.013, 0.0985));
+    let bodies = vec![start(ball(0.1, 2, skin)), ground([4.0, 2.0, 0.4], skin)];
+    let world = on_slope(bodies, 10_f64.to_radians(), 1e-3);
+    let rolled = |integrator, time_step| {
+        let mut rollout = rollout(&world, integrator, time_step);
+        run(&mut rollout, time_step, 0.5);
+        rollout.state().bodies[0].position().x + 0.5
+    };
+    let expected = rolled(Integrator::Leapfrog, 5e-5);
+    for (integrator, tolerance) in [
+        (Integrator::Sdirk2, 5e-3),
+        (Integrator::ImplicitEuler, 2e-2),
+    ] {
+        for time_step in [1e-3, 5e-3] {
+            let found = rolled(integrator, time_step);
+            println!("{integrator:?} h {time_step}: rolled {found:.6}, explicitly {expected:.6}");
+            assert!((found / expected - 1.0).abs() < tolerance);
+        }
+    }
+}
