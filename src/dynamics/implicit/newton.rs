@@ -2,6 +2,7 @@
 //! Both are damped by the natural test: a step is measured by the velocities that it still leaves, J⁻¹r, and not by the
 //! residual r, in which stiff contact drowns everything by its round-off \[Deuflhard 2011, §3.3\].
 
+use super::matrix::Factors;
 use super::problem::{Evaluation, Problem};
 use super::report::Work;
 use nalgebra::DVector;
@@ -33,6 +34,7 @@ pub(super) struct Unsolved(pub DVector<f64>);
 /// A look at the contacts, and the step of Newton's method from there.
 struct Look {
     evaluation: Evaluation,
+    factors: Factors,
     step: DVector<f64>,
     size: f64,
 }
@@ -57,7 +59,7 @@ impl Problem<'_> {
                     velocities: at + &look.step,
                 });
             }
-            let next = self.solved_near(&look.evaluation, 0.1 * least, work);
+            let next = self.solved_near(&look, 0.1 * least, work);
             let before = look.size;
             look = self.damped(&look, &(next - at), is_exact, work)?;
             is_exact |= look.size > SLOW * before;
@@ -103,12 +105,14 @@ impl Problem<'_> {
         work.looks += 1;
         work.evaluations += usize::from(!evaluation.contacts.is_empty());
         work.iterations += 1;
-        let (residual, matrix) = self.residual_near(&evaluation, &evaluation.velocities);
-        let step = matrix.factorised().solve(&-residual);
+        let (residual, matrix) = self.residual_in(&evaluation);
+        let factors = matrix.factorised();
+        let step = factors.solve(&-residual);
         let size = step.as_ref().map_or(f64::INFINITY, |step| self.speed(step));
         match step {
             Some(step) if size.is_finite() => Ok(Look {
                 evaluation,
+                factors,
                 step,
                 size,
             }),
@@ -117,36 +121,36 @@ impl Problem<'_> {
     }
 
     /// The velocities that solve the stage on the polygons as they are.
-    fn solved_near(&self, evaluation: &Evaluation, least: f64, work: &mut Work) -> DVector<f64> {
-        let mut velocities = evaluation.velocities.clone();
-        let (mut residual, mut matrix) = self.residual_near(evaluation, &velocities);
-        let mut first = None;
+    fn solved_near(&self, look: &Look, least: f64, work: &mut Work) -> DVector<f64> {
+        let mut velocities = look.evaluation.velocities.clone();
+        let mut step = look.step.clone();
+        let mut size = look.size;
+        let mut new_factors = None;
         for _ in 0..MOST_ITERATIONS {
-            work.iterations += 1;
-            let factors = matrix.factorised();
-            let Some(step) = factors.solve(&-residual) else {
-                break;
-            };
-            let size = self.speed(&step);
-            let first = *first.get_or_insert(size);
+            let factors = new_factors.as_ref().unwrap_or(&look.factors);
             let mut fraction = 1.0;
-            loop {
+            let (residual, matrix) = loop {
                 let next = &velocities + &step * fraction;
-                let (left, at) = self.residual_near(evaluation, &next);
-                let left_over = factors
-                    .solve(&left)
-                    .map_or(f64::INFINITY, |left| self.speed(&left));
-                let is_good = left_over <= (1.0 - fraction / 4.0) * size;
-                if is_good || fraction < SHORTEST[1] {
+                let (residual, matrix) = self.residual_near(&look.evaluation, &next);
+                let left = factors.solve(&residual);
+                let left = left.map_or(f64::INFINITY, |left| self.speed(&left));
+                if left <= (1.0 - fraction / 4.0) * size || fraction < SHORTEST[1] {
                     velocities = next;
-                    (residual, matrix) = (left, at);
-                    break;
+                    break (residual, matrix);
                 }
                 fraction *= 0.5;
-            }
-            if size * fraction <= least.max(INNER * first) {
+            };
+            if size * fraction <= least.max(INNER * look.size) {
                 break;
             }
+            work.iterations += 1;
+            let factors = matrix.factorised();
+            let Some(next) = factors.solve(&-residual) else {
+                break;
+            };
+            size = self.speed(&next);
+            step = next;
+            new_factors = Some(factors);
         }
         velocities
     }

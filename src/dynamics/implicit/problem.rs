@@ -94,6 +94,14 @@ impl Problem<'_> {
         }
     }
 
+    /// The residual and its matrix in an evaluated state.
+    pub fn residual_in(&self, evaluation: &Evaluation) -> (DVector<f64>, BlockMatrix) {
+        let contacts: Vec<_> = evaluation.contacts.iter().map(PairModel::here).collect();
+        let states = &evaluation.states;
+        let matrix = self.matrix(states, &contacts, &evaluation.slopes);
+        (self.residual(states, &contacts, &evaluation.forces), matrix)
+    }
+
     /// The residual and its matrix near an evaluated state, contact polygons staying as they are there.
     pub fn residual_near(
         &self,
