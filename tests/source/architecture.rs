@@ -23,7 +23,7 @@ const MODULES: [&str; 13] = [
 ];
 
 /// Outside libraries, and the modules that may use them.
-const DOORS: [(&str, &[&str]); 13] = [
+const DOORS: [(&str, &[&str]); 14] = [
     ("wide", &["contact"]),
     ("rstar", &["broad_phase"]),
     ("num_dual", &["scalar"]),
@@ -32,6 +32,7 @@ const DOORS: [(&str, &[&str]); 13] = [
     ("vtkio", &["io"]),
     ("mshio", &["io"]),
     ("csv", &["io"]),
+    ("faer", &["dynamics"]),
     ("gltf_json", &["io"]),
     ("parry3d_f64", &["io"]),
     ("parquet", &["io"]),

@@ -177,7 +177,8 @@ impl<T: Scalar> Carried<'_, T> {
         let contacts: Vec<_> = contacts.iter().map(exact).collect();
         let slopes = real.force_slopes(&states, &contacts);
         let matrix = real.matrix(&states, &contacts, &slopes);
-        matrix.factorised().inverse().ok_or(Stuck::Unsolved {
+        let factors = matrix.factorised(self.of.scene.patterns);
+        factors.inverse().ok_or(Stuck::Unsolved {
             body: self.of.island.dynamic[0],
             duration: self.duration,
         })

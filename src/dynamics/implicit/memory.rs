@@ -1,5 +1,6 @@
 use super::carried::Carrier;
 use super::island::Island;
+use super::matrix::Patterns;
 use super::report::StepReport;
 use super::scheme::Scheme;
 use super::steps::{Moving, Stepper, Way};
@@ -20,6 +21,7 @@ pub(in crate::dynamics) struct Memory {
     /// The system once more, for the derivatives of forces; none if there are no forces.
     lifted: Option<System<Seeded>>,
     coupled: Vec<Vec<usize>>,
+    patterns: Patterns,
     /// The wrench of contact and forces on each body at the end of the last step.
     acting: Vec<Option<Vector6<f64>>>,
     pub report: StepReport,
@@ -41,6 +43,7 @@ impl Memory {
         Self {
             lifted: (!forces.is_nothing()).then(|| system.lifted()),
             coupled: forces.coupled(&system.bodies),
+            patterns: Patterns::default(),
             acting: vec![None; system.bodies.len()],
             report: StepReport::default(),
             system,
@@ -58,7 +61,7 @@ impl Memory {
         let control_time = state.time + step.duration / 2.0;
         let scene = Scene::new(
             (&self.system, world.real_forces()),
-            (self.lifted.as_ref(), &self.coupled),
+            (self.lifted.as_ref(), &self.coupled, &self.patterns),
             &start,
             control_time,
         );

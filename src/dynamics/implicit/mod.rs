@@ -19,6 +19,8 @@ mod report;
 mod rigid;
 mod scene;
 mod scheme;
+#[cfg(feature = "sparse")]
+mod sparse;
 mod steps;
 
 pub(super) use memory::{Memory, Step};

@@ -106,7 +106,7 @@ impl Problem<'_> {
         work.evaluations += usize::from(!evaluation.contacts.is_empty());
         work.iterations += 1;
         let (residual, matrix) = self.residual_in(&evaluation);
-        let factors = matrix.factorised();
+        let factors = matrix.factorised(self.scene.patterns);
         let step = factors.solve(&-residual);
         let size = step.as_ref().map_or(f64::INFINITY, |step| self.speed(step));
         match step {
@@ -144,7 +144,7 @@ impl Problem<'_> {
                 break;
             }
             work.iterations += 1;
-            let factors = matrix.factorised();
+            let factors = matrix.factorised(self.scene.patterns);
             let Some(next) = factors.solve(&-residual) else {
                 break;
             };

@@ -1,5 +1,6 @@
 use super::about_centers::PairGeometry;
 use super::island::Island;
+use super::matrix::Patterns;
 use crate::contact::{FrozenContact, LinearisedContact};
 use crate::dynamics::any_world::{RealForces, Seeded};
 use crate::dynamics::body::state_on;
@@ -16,6 +17,8 @@ pub(in crate::dynamics) struct Scene<'a> {
     pub(super) forces: &'a dyn RealForces,
     /// The system once more, for the derivatives of forces; none if there are no forces.
     pub(super) lifted: Option<&'a System<Seeded>>,
+    /// Of matrices that were factorised before.
+    pub(super) patterns: &'a Patterns,
     /// Bodies that a force holds together.
     pub(super) coupled: &'a [Vec<usize>],
     /// Weight and control of each body.
@@ -28,7 +31,7 @@ impl<'a> Scene<'a> {
     /// The controls are those of a time (s).
     pub(super) fn new(
         (system, forces): (&'a System, &'a dyn RealForces),
-        (lifted, coupled): (Option<&'a System<Seeded>>, &'a [Vec<usize>]),
+        (lifted, coupled, patterns): (Option<&'a System<Seeded>>, &'a [Vec<usize>], &'a Patterns),
         start: &'a [BodyState],
         control_time: f64,
     ) -> Self {
@@ -51,6 +54,7 @@ impl<'a> Scene<'a> {
             system,
             forces,
             lifted,
+            patterns,
             coupled,
             given,
             start,

@@ -1,0 +1,168 @@
+//! Sparse matrices of Newton's method: the only user of faer. Its LU factorisation takes the symbolic part, which depends on
+//! where the blocks are, apart from the numbers. It runs on one thread, so that threads change no bit.
+
+use faer::Mat;
+use faer::linalg::solvers::Solve;
+use faer::sparse::linalg::solvers::{Lu, SymbolicLu};
+use faer::sparse::{SparseColMat, SymbolicSparseColMat};
+use nalgebra::{DMatrix, DVector, Matrix6};
+use std::collections::BTreeMap;
+use std::fmt;
+use std::sync::{Arc, Mutex, PoisonError};
+
+/// A sparse matrix, by its blocks in the order of their columns, then rows.
+#[derive(Debug)]
+pub(in crate::dynamics) struct SparseMatrix {
+    bodies: usize,
+    blocks: BTreeMap<(usize, usize), Matrix6<f64>>,
+}
+
+pub(in crate::dynamics) struct SparseFactors {
+    lu: Lu<usize, f64>,
+    size: usize,
+}
+
+/// Where blocks are: columns and rows.
+type Pattern = Vec<(usize, usize)>;
+
+/// The symbolic factors of a few patterns, so that they are found once while the same bodies touch.
+#[derive(Clone, Default)]
+pub(in crate::dynamics) struct Patterns(Arc<Mutex<Vec<Known>>>);
+
+/// A pattern with its symbolic factors.
+type Known = (Pattern, SymbolicLu<usize>);
+
+/// How many patterns are kept: those used last.
+const KEPT: usize = 16;
+
+impl SparseMatrix {
+    pub fn zeros(bodies: usize) -> Self {
+        Self {
+            bodies,
+            blocks: BTreeMap::new(),
+        }
+    }
+
+    pub fn add(&mut self, row: usize, column: usize, block: &Matrix6<f64>) {
+        *self.blocks.entry((column, row)).or_default() += block;
+    }
+
+    /// None if the matrix is singular.
+    pub fn factorised(&self, patterns: &Patterns) -> Option<SparseFactors> {
+        let matrix = self.in_columns();
+        let pattern: Pattern = self.blocks.keys().copied().collect();
+        let symbolic = patterns.symbolic(pattern, &matrix)?;
+        let lu = Lu::try_new_with_symbolic(symbolic, matrix.as_ref()).ok()?;
+        Some(SparseFactors {
+            lu,
+            size: 6 * self.bodies,
+        })
+    }
+
+    fn in_columns(&self) -> SparseColMat<usize, f64> {
+        let size = 6 * self.bodies;
+        let (mut starts, mut rows, mut values) = (vec![0], Vec::new(), Vec::new());
+        for body in 0..self.bodies {
+            let own = || self.blocks.range((body, 0)..(body + 1, 0));
+            for column in 0..6 {
+                for (&(_, row), block) in own() {
+                    rows.extend(6 * row..6 * row + 6);
+                    values.extend(block.column(column).iter());
+                }
+                starts.push(rows.len());
+            }
+        }
+        let symbolic = SymbolicSparseColMat::new_checked(size, size, starts, None, rows);
+        SparseColMat::new(symbolic, values)
+    }
+}
+
+impl Patterns {
+    /// The symbolic factors of a matrix with this pattern.
+    fn symbolic(
+        &self,
+        pattern: Pattern,
+        matrix: &SparseColMat<usize, f64>,
+    ) -> Option<SymbolicLu<usize>> {
+        let mut kept = self.0.lock().unwrap_or_else(PoisonError::into_inner);
+        let known = kept.iter().position(|(other, _)| *other == pattern);
+        let entry = match known {
+            Some(place) => kept.remove(place),
+            None => (pattern, SymbolicLu::try_new(matrix.symbolic()).ok()?),
+        };
+        let symbolic = entry.1.clone();
+        kept.insert(0, entry);
+        kept.truncate(KEPT);
+        Some(symbolic)
+    }
+}
+
+impl fmt::Debug for Patterns {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        formatter.debug_struct("Patterns").finish_non_exhaustive()
+    }
+}
+
+impl SparseFactors {
+    pub fn solve(&self, right: &DVector<f64>) -> DVector<f64> {
+        let mut solution = Mat::from_fn(self.size, 1, |row, _| right[row]);
+        self.lu.solve_in_place(solution.as_mut());
+        DVector::from_fn(self.size, |row, _| solution[(row, 0)])
+    }
+
+    pub fn inverse(&self) -> DMatrix<f64> {
+        let mut inverse = Mat::<f64>::identity(self.size, self.size);
+        self.lu.solve_in_place(inverse.as_mut());
+        DMatrix::from_fn(self.size, self.size, |row, column| inverse[(row, column)])
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The entries of a matrix whose diagonal blocks weigh most.
+    fn block(row: usize, column: usize, seed: f64) -> Matrix6<f64> {
+        let number = |i: usize, j: usize| {
+            let phase = (6 * row + i) as f64 * 1.3 + (6 * column + j) as f64 * 0.7 + seed;
+            phase.sin()
+        };
+        let weight = if row == column { 20.0 } else { 0.0 };
+        Matrix6::from_fn(number) + Matrix6::identity() * weight
+    }
+
+    #[test]
+    fn solutions_are_those_of_dense_factors_and_patterns_are_kept() {
+        const BODIES: usize = 20;
+        let patterns = Patterns::default();
+        for seed in 0..3 {
+            let mut sparse = SparseMatrix::zeros(BODIES);
+            let mut dense = DMatrix::zeros(6 * BODIES, 6 * BODIES);
+            for row in 0..BODIES {
+                for column in [row, (row + 1) % BODIES, (row + 7) % BODIES] {
+                    let block = block(row, column, f64::from(seed));
+                    sparse.add(row, column, &block);
+                    let mut view = dense.fixed_view_mut::<6, 6>(6 * row, 6 * column);
+                    view += block;
+                }
+            }
+            let right = DVector::from_fn(6 * BODIES, |row, _| (row as f64).cos());
+            let factors = sparse.factorised(&patterns).unwrap();
+            let expected = dense.clone().lu().solve(&right).unwrap();
+            assert!((factors.solve(&right) - expected).amax() < 1e-13);
+            let inverse = dense.try_inverse().unwrap();
+            assert!((factors.inverse() - inverse).amax() < 1e-13);
+        }
+        assert_eq!(patterns.0.lock().unwrap().len(), 1);
+    }
+
+    #[test]
+    fn a_singular_matrix_has_no_factors_or_no_finite_solution() {
+        let mut matrix = SparseMatrix::zeros(2);
+        matrix.add(0, 0, &Matrix6::identity());
+        matrix.add(1, 1, &Matrix6::zeros());
+        let factors = matrix.factorised(&Patterns::default());
+        let solution = factors.map(|factors| factors.solve(&DVector::repeat(12, 1.0)));
+        assert!(solution.is_none_or(|solution| solution.iter().any(|number| !number.is_finite())));
+    }
+}

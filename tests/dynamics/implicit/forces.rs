@@ -1,0 +1,169 @@
+//! Forces, controls and paths in implicit steps.
+
+use super::scenes::{IMPLICIT, brick, ground, on_slope, rollout, run};
+use crate::scenes::{asymmetric, at, box_shape};
+use hydroelastic::dynamics::{
+    Body, BodyState, Control, Drag, Force, Integrator, Mass, Material, Plan, RolloutError,
+    Situation, Spring, Thruster, World, WorldError, Wrenches,
+};
+use hydroelastic::gradient::{Experiment, Parameter};
+use hydroelastic::scalar::{Scalar, lift};
+use hydroelastic::spatial::{Pose, Twist, Wrench};
+use nalgebra::{DMatrix, vector};
+use std::sync::Arc;
+
+/// A force that leans against contact: along x, by a part of the net contact force along z.
+struct Leaning;
+
+impl Force for Leaning {
+    fn add_to<T: Scalar>(&self, wrenches: &mut Wrenches<T>, now: &Situation<T>) {
+        let contact = now.contact[0].force.z;
+        let zero = lift(0.0);
+        wrenches.push_center(0, &vector![contact * 0.05, zero, zero]);
+    }
+}
+
+/// A body with its centre of mass off its origin that slides on the ground, bound to another by a damped spring, with drag,
+/// a thruster, a force that knows of contact, and a control.
+fn everything() -> World<f64, ((Spring, Drag, Thruster), Leaning)> {
+    let skin = Material::elastic(1e6)
+        .with_dissipation(0.3)
+        .with_friction(0.3);
+    let start = Pose::from_rotation_vector(&vector![0.0, 0.0, 0.3], vector![-0.3, 0.02, 0.0495]);
+    let askew = Body::dynamic(
+        "askew",
+        box_shape([0.2, 0.2, 0.1]),
+        skin,
+        Mass::Given(asymmetric()),
+    );
+    let askew = askew
+        .unwrap()
+        .at(start)
+        .with_velocity(vector![0.4, 0.1, 0.0]);
+    let other = brick("other", [0.2, 0.2, 0.1], skin).at(at(0.3, 0.0, 0.0495));
+    let spring = Spring {
+        bodies: ["askew", "other"].map(str::to_owned),
+        points: [[0.05, 0.03, 0.01], [-0.05, 0.0, 0.0]],
+        rest_length: 0.5,
+        stiffness: 200.0,
+        damping: 1.0,
+    };
+    let drag = Drag {
+        body: "askew".into(),
+        linear: 0.5,
+        angular: 0.01,
+    };
+    let thruster = Thruster {
+        body: "other".into(),
+        point: [0.02, 0.0, 0.0],
+        force: [0.0, 1.0, 0.0],
+    };
+    let push = |x| Wrench {
+        force: vector![x, 0.5, 0.0],
+        torque: vector![0.0, 0.0, 0.1],
+    };
+    let control = Control::new("other", 0.02, vec![push(1.0), push(-2.0)]).unwrap();
+    on_slope(vec![askew, other, ground([2.0, 2.0, 0.4], skin)], 0.0, 1e-2)
+        .with_control(control)
+        .and_then(|world| world.with_forces(((spring, drag, thruster), Leaning)))
+        .unwrap()
+}
+
+/// The states after 40 ms.
+fn ends<F: Force>(world: &World<f64, F>, integrator: Integrator, time_step: f64) -> Vec<BodyState> {
+    let plan = Plan::new(time_step, 0).unwrap().with_integrator(integrator);
+    let mut rollout = world.rollout(&plan);
+    run(&mut rollout, time_step, 0.04);
+    rollout.state().bodies.clone()
+}
+
+fn farthest(found: &[BodyState], expected: &[BodyState]) -> f64 {
+    let off = found.iter().zip(expected).map(|(found, expected)| {
+        let position = found.position() - expected.position();
+        position.norm() + (found.pose.rotation() - expected.pose.rotation()).norm() * 0.1
+    });
+    off.fold(0.0, f64::max)
+}
+
+#[test]
+fn steps_converge_to_those_of_short_explicit_steps() {
+    let world = everything();
+    let expected = ends(&world, Integrator::Leapfrog, 2e-6);
+    for (integrator, order) in [(Integrator::Sdirk2, 2), (Integrator::ImplicitEuler, 1)] {
+        let off = [1e-3, 5e-4, 2.5e-4]
+            .map(|time_step| farthest(&ends(&world, integrator, time_step), &expected));
+        println!("{integrator:?}: off by {off:?} m at 1, 0.5 and 0.25 ms");
+        assert!(off[2] < off[0] / 2_f64.powi(2 * order) * 2.0);
+        assert!(off[2] < 1e-4);
+    }
+}
+
+/// What differences of these steps leave, relative to the largest entry.
+const A_AND_B: f64 = 1e-7;
+
+#[test]
+fn linearised_steps_agree_with_differences() {
+    let world = everything();
+    let control = [0, 1].map(|interval| Parameter::Control("other".into(), interval));
+    for integrator in IMPLICIT {
+        let plan = Plan::new(5e-3, 8).unwrap().with_integrator(integrator);
+        let found = Experiment::new(&world, &plan).linearised(&control).unwrap();
+        let start = world.initial_state();
+        let end = |world: &World<f64, _>| world.rollout(&plan).recorded().unwrap().last().clone();
+        let middle = end(&world);
+        let moved = |place: usize, step: f64| {
+            let mut change = vec![0.0; 24];
+            change[place] = step;
+            let start = world.displaced(&start, &change).unwrap();
+            world
+                .displacement(&middle, &end(&world.clone().starting_from(&start).unwrap()))
+                .unwrap()
+        };
+        let pushed = |place: usize, step: f64| {
+            let mut change = vec![0.0; 12];
+            change[place] = step;
+            world
+                .displacement(&middle, &end(&world.changed(&control, &change).unwrap()))
+                .unwrap()
+        };
+        let columns =
+            |by: &dyn Fn(usize, f64) -> nalgebra::DVector<f64>, count: usize, step: f64| {
+                let column = |place: usize| {
+                    ((by(place, step) - by(place, -step)) * 8.0
+                        - (by(place, 2.0 * step) - by(place, -2.0 * step)))
+                        / (12.0 * step)
+                };
+                DMatrix::from_columns(&(0..count).map(column).collect::<Vec<_>>())
+            };
+        let off = [
+            (&found.by_state - columns(&moved, 24, 3e-6)).amax() / found.by_state.amax(),
+            (&found.by_parameters - columns(&pushed, 12, 1e-3)).amax() / found.by_parameters.amax(),
+        ];
+        println!("{integrator:?}: A and B off by {off:?}");
+        assert!(off.iter().all(|&off| off < A_AND_B));
+    }
+}
+
+#[test]
+fn a_path_that_is_lost_and_bad_settings_are_typed_errors() {
+    let skin = Material::elastic(1e6);
+    let path = |time: f64| BodyState {
+        pose: at(if time > 0.02 { f64::NAN } else { 0.0 }, 0.0, 0.0),
+        twist: Twist::zero(),
+    };
+    let table =
+        Body::prescribed("table", box_shape([1.0, 1.0, 0.2]), skin, Arc::new(path)).unwrap();
+    let block = brick("block", [0.1; 3], skin).at(at(0.0, 0.0, 0.149));
+    let world = on_slope(vec![block, table], 0.0, 1e-3);
+    let mut rollout = rollout(&world, Integrator::Sdirk2, 5e-3);
+    let error = (0..10).find_map(|_| rollout.advance().err()).unwrap();
+    assert!(
+        matches!(error, RolloutError::PathNotFinite { step: 5, .. }),
+        "{error}"
+    );
+    assert!((rollout.state().time - 0.02).abs() < 1e-12);
+    for tolerance in [0.0, -1.0, f64::NAN, f64::INFINITY] {
+        let plan = Plan::new(5e-3, 1).unwrap().with_solver_tolerance(tolerance);
+        assert!(matches!(plan, Err(WorldError::Setting { .. })));
+    }
+}
