@@ -4,8 +4,8 @@ use super::path::HEIGHT;
 use super::scene::{FRICTION, GRAVITY, LEADING, MUG, SQUEEZE, STEPPING, plan};
 use hydroelastic::dynamics::{Force, Plan, State, Trajectory, World, WorldError};
 use hydroelastic::gradient::{Experiment, Outcome, Parameter};
-use hydroelastic::scalar::{Scalar, lift, norm};
-use nalgebra::Vector3;
+use hydroelastic::scalar::{Scalar, lift, lift_vector, norm};
+use nalgebra::{Vector3, vector};
 use std::error::Error;
 use std::f64::consts::SQRT_2;
 
@@ -21,7 +21,7 @@ const DIFFERENCE: f64 = 1e-3;
 const FOUND: f64 = 1e-6;
 const ITERATIONS: usize = 10;
 
-/// How far (m) the mug slips across the face of the leading finger between the first state and the last.
+/// How far (m) the mug slips along the face of the leading finger between the first state and the last.
 struct Slip;
 
 impl Outcome for Slip {
@@ -31,10 +31,16 @@ impl Outcome for Slip {
     }
 }
 
-/// The mug's origin (m) in the frame of the leading finger, along its face.
+/// The point (m) of the mug that was between the fingers in the beginning.
+pub fn held<T: Scalar>(state: &State<T>) -> Vector3<T> {
+    let between = lift_vector(&vector![0.0, 0.0, HEIGHT.from]);
+    state.bodies[MUG].pose.transformed_point(&between)
+}
+
+/// The same point (m) in the frame of the leading finger, along its face.
 pub fn on_face<T: Scalar>(state: &State<T>) -> Vector3<T> {
-    let [mug, finger] = [MUG, LEADING].map(|body| &state.bodies[body].pose);
-    let place = finger.rotation().transpose() * (mug.translation() - finger.translation());
+    let finger = &state.bodies[LEADING].pose;
+    let place = finger.rotation().transpose() * (held(state) - finger.translation());
     Vector3::new(place.x, lift(0.0), place.z)
 }
 

@@ -15,7 +15,7 @@ mod show;
 use hydroelastic::dynamics::{State, Trajectory};
 use hydroelastic::io::Recording;
 use hydroelastic::spatial::Pose;
-use least_squeeze::{Lift, MAY_SLIP, on_face};
+use least_squeeze::{Lift, MAY_SLIP, held, on_face};
 use nalgebra::vector;
 use scene::{MUG, PRESSED, STEPPING};
 use show::{Curve, Panel};
@@ -87,10 +87,8 @@ fn main() -> Result<(), Box<dyn Error>> {
     })
 }
 
-/// Height (m) of the point of the mug that was between the fingers in the beginning.
 fn height(state: &State) -> f64 {
-    let between = vector![0.0, 0.0, path::HEIGHT.from];
-    state.bodies[MUG].pose.transformed_point(&between).z
+    held(state).z
 }
 
 /// Angle (rad) of the mug's axis to the vertical.
