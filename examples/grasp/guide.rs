@@ -1,7 +1,7 @@
 //! What holds the finger that is pressed.
 
 use super::path;
-use hydroelastic::dynamics::{Force, Situation, Wrenches};
+use hydroelastic::dynamics::{Body, Force, Situation, Wrenches};
 use hydroelastic::scalar::{Scalar, lift, lift_vector};
 use hydroelastic::spatial::{Pose, Twist, Wrench};
 use nalgebra::Vector3;
@@ -37,6 +37,11 @@ impl Force for Guide {
         if let Some(inertia) = now.bodies[self.body].inertia() {
             wrenches.push_center(self.body, &(now.gravity * -inertia.mass));
         }
+    }
+
+    /// It looks at no other body.
+    fn coupled(&self, _: &[Body]) -> Vec<Vec<usize>> {
+        vec![vec![self.body]]
     }
 }
 
