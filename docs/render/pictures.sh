@@ -18,6 +18,8 @@ made ball_on_incline 1.25 --width 480 --height 300
 made billiards 0.6 --width 480 --height 300
 made settle 0.0 --width 480 --height 300
 made identify_material 1.0 --width 480 --height 300
-rm ../pictures/identify_material.png
-cp "$recordings"/{throw_to_target,identify_material}.svg ../pictures/
+made grasp 2.4 --width 480 --height 300
+made stack 1.2 --width 480 --height 300
+rm ../pictures/{identify_material,grasp,stack}.png
+cp "$recordings"/{throw_to_target,identify_material,grasp,stack}.svg ../pictures/
 rm -r "$recordings"

@@ -1,11 +1,11 @@
 //! Time series of a trajectory.
 
 use super::{Curve, Panel};
-use hydroelastic::dynamics::{Report, State, Trajectory, World};
+use hydroelastic::dynamics::{Force, Report, State, Trajectory, World};
 use nalgebra::Vector3;
 
 /// Kinetic, gravitational, contact and total energy.
-pub fn energies(world: &World, trajectory: &Trajectory) -> Panel {
+pub fn energies<F: Force>(world: &World<f64, F>, trajectory: &Trajectory) -> Panel {
     let reports: Vec<(f64, Report)> = (trajectory.states().iter())
         .map(|state| {
             (
@@ -32,7 +32,11 @@ pub fn energies(world: &World, trajectory: &Trajectory) -> Panel {
 }
 
 /// Magnitude of the net contact force on a body, by its place in the world.
-pub fn contact_force(world: &World, trajectory: &Trajectory, body: usize) -> Panel {
+pub fn contact_force<F: Force>(
+    world: &World<f64, F>,
+    trajectory: &Trajectory,
+    body: usize,
+) -> Panel {
     let force = |state: &State| {
         let mut force = Vector3::zeros();
         for contact in world.contacts(state).expect("a state of this world") {

@@ -1,0 +1,56 @@
+//! What holds the finger that is pressed.
+
+use super::path;
+use hydroelastic::dynamics::{Body, Force, Situation, Wrenches};
+use hydroelastic::scalar::{Scalar, lift, lift_vector};
+use hydroelastic::spatial::{Pose, Twist, Wrench};
+use nalgebra::Vector3;
+
+/// A slide along y that lifts and tilts as the path says: a spring and a damper to the pose there, but along y a damper
+/// alone. It bears the weight of its body.
+pub struct Guide {
+    /// Place of the body in the world's list.
+    pub body: usize,
+    /// Against shifts across y: N/m, N s/m.
+    pub linear: [f64; 2],
+    /// Against turns: N m/rad, N m s/rad.
+    pub angular: [f64; 2],
+    /// Against motion along y (N s/m).
+    pub along: f64,
+}
+
+impl Force for Guide {
+    fn add_to<T: Scalar>(&self, wrenches: &mut Wrenches<T>, now: &Situation<T>) {
+        let (state, carried) = (&now.states[self.body], path::carried([0.0; 2], now.time));
+        let pose: Pose<T> = Pose::lifted(&carried.pose);
+        let Twist { angular, linear } = carried.twist;
+        let [spring, damper] = self.angular.map(lift::<T>);
+        let spin = state.twist.angular - lift_vector::<T>(&angular);
+        let torque = -turn(&pose, &state.pose) * spring - spin * damper;
+
+        let [spring, damper] = self.linear.map(lift::<T>);
+        let shift = state.position() - pose.translation();
+        let velocity = state.velocity() - lift_vector::<T>(&linear);
+        let mut force = -shift * spring - velocity * damper;
+        force.y = velocity.y * -self.along;
+        wrenches.add(self.body, &Wrench { torque, force });
+        if let Some(inertia) = now.bodies[self.body].inertia() {
+            wrenches.push_center(self.body, &(now.gravity * -inertia.mass));
+        }
+    }
+
+    /// It looks at no other body.
+    fn coupled(&self, _: &[Body]) -> Vec<Vec<usize>> {
+        vec![vec![self.body]]
+    }
+}
+
+/// The small rotation (rad, world axes) from one pose to another: half the sum of the cross products of the axes.
+fn turn<T: Scalar>(from: &Pose<T>, to: &Pose<T>) -> Vector3<T> {
+    let axes = from
+        .rotation()
+        .column_iter()
+        .zip(to.rotation().column_iter());
+    let turns = axes.map(|(from, to)| from.cross(&to));
+    turns.sum::<Vector3<T>>() * lift::<T>(0.5)
+}
