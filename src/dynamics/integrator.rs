@@ -39,7 +39,7 @@ pub enum Integrator {
     /// Two stages, each an implicit equation for the velocities, of second order, L-stable and stiffly accurate
     /// \[Alexander 1977, γ = 1 − 1/√2\].
     ///
-    /// Where the wrench on a body changes from one stage to the next by more than a tenth of its velocity over the step (and
+    /// Where the wrench on a body changes from one stage to the next by more than a fiftieth of its velocity over the step (and
     /// gravity), the step is taken in halves, down to 1/128: an impact is resolved, and rest, sliding and flight take one step.
     Sdirk2,
     /// One implicit stage, of first order, which takes energy from everything that moves fast against the step: the quiet one.

@@ -9,7 +9,7 @@ use hydroelastic::dynamics::{
 use hydroelastic::gradient::{Experiment, Parameter};
 use hydroelastic::scalar::{Scalar, lift};
 use hydroelastic::spatial::{Pose, Twist, Wrench};
-use nalgebra::{DMatrix, vector};
+use nalgebra::{DMatrix, DVector, vector};
 use std::sync::Arc;
 
 /// A force that leans against contact: along x, by a part of the net contact force along z.
@@ -89,17 +89,20 @@ fn farthest(found: &[BodyState], expected: &[BodyState]) -> f64 {
 fn steps_converge_to_those_of_short_explicit_steps() {
     let world = everything();
     let expected = ends(&world, Integrator::Leapfrog, 2e-6);
-    for (integrator, order) in [(Integrator::Sdirk2, 2), (Integrator::ImplicitEuler, 1)] {
+    for (integrator, order, least) in [
+        (Integrator::Sdirk2, 2, 1e-5),
+        (Integrator::ImplicitEuler, 1, 1e-3),
+    ] {
         let off = [1e-3, 5e-4, 2.5e-4]
             .map(|time_step| farthest(&ends(&world, integrator, time_step), &expected));
         println!("{integrator:?}: off by {off:?} m at 1, 0.5 and 0.25 ms");
         assert!(off[2] < off[0] / 2_f64.powi(2 * order) * 2.0);
-        assert!(off[2] < 1e-4);
+        assert!(off[2] < least);
     }
 }
 
 /// What differences of these steps leave, relative to the largest entry.
-const A_AND_B: f64 = 1e-7;
+const A_AND_B: f64 = 1e-8;
 
 #[test]
 fn linearised_steps_agree_with_differences() {
@@ -126,18 +129,23 @@ fn linearised_steps_agree_with_differences() {
                 .displacement(&middle, &end(&world.changed(&control, &change).unwrap()))
                 .unwrap()
         };
-        let columns =
-            |by: &dyn Fn(usize, f64) -> nalgebra::DVector<f64>, count: usize, step: f64| {
-                let column = |place: usize| {
-                    ((by(place, step) - by(place, -step)) * 8.0
-                        - (by(place, 2.0 * step) - by(place, -2.0 * step)))
-                        / (12.0 * step)
-                };
-                DMatrix::from_columns(&(0..count).map(column).collect::<Vec<_>>())
+        // The best of several steps: a brick that leaves the ground does so edge by edge.
+        let off = |by: &dyn Fn(usize, f64) -> DVector<f64>, found: &DMatrix<f64>, step: f64| {
+            let column = |place: usize| {
+                let best = [1.0, 0.1, 0.01, 1e-3].map(|part| {
+                    let step = step * part;
+                    let ends = [2.0, 1.0, -1.0, -2.0].map(|times| by(place, times * step));
+                    let [far, more, less, back] = ends;
+                    let difference = ((more - less) * 8.0 - (far - back)) / (12.0 * step);
+                    (difference - found.column(place)).amax() / found.amax()
+                });
+                best.into_iter().fold(f64::INFINITY, f64::min)
             };
+            (0..found.ncols()).map(column).fold(0.0, f64::max)
+        };
         let off = [
-            (&found.by_state - columns(&moved, 24, 3e-6)).amax() / found.by_state.amax(),
-            (&found.by_parameters - columns(&pushed, 12, 1e-3)).amax() / found.by_parameters.amax(),
+            off(&moved, &found.by_state, 1e-5),
+            off(&pushed, &found.by_parameters, 1e-2),
         ];
         println!("{integrator:?}: A and B off by {off:?}");
         assert!(off.iter().all(|&off| off < A_AND_B));
