@@ -2,7 +2,7 @@ use super::error::check_positive;
 use super::{Integrator, WorldError};
 
 /// Solver tolerance of a new plan: the last correction, which is applied, leaves far less.
-const SOLVER_TOLERANCE: f64 = 1e-10;
+pub(super) const SOLVER_TOLERANCE: f64 = 1e-10;
 
 /// How a world is stepped, and what is recorded of it: the settings of a [`Rollout`](super::Rollout), a
 /// [`Batch`](super::Batch) or an [`Experiment`](crate::gradient::Experiment).
@@ -71,7 +71,7 @@ impl Plan {
     /// ends with [`RolloutError::TimeStepTooLong`](super::RolloutError::TimeStepTooLong), at a state that is still good. A
     /// fast impact happens within a step or two, which only a check of every step sees.
     ///
-    /// A check takes the time of some steps, and allocates.
+    /// A check takes the time of some steps, and allocates. Implicit steps need none, and are not checked.
     #[must_use]
     pub fn with_stability_check(self, every: usize) -> Self {
         Self {

@@ -12,8 +12,9 @@ use std::sync::Arc;
 /// An endless iterator over the states that follow a world's initial state, one a time step; [`Self::recorded`] takes the
 /// steps that were planned.
 ///
-/// Each item is the next state. A state that is not finite, or a time step that fails a
-/// [stability check](Plan::with_stability_check), is given as an error, and after it nothing.
+/// Each item is the next state. A state that is not finite, a time step that fails a
+/// [stability check](Plan::with_stability_check), or an implicit step that is not solved, is given as an error, and after it
+/// nothing.
 ///
 /// A panic in a function that was passed in (a force, a path) passes through the iterator and
 /// through [`Self::advance`]. Whoever catches it finds the last good state in [`Self::state`], and
@@ -117,7 +118,8 @@ impl<T: Scalar> Rollout<T> {
 
     /// Takes a step and shows the state it led to: [`Iterator::next`] without a copy. Steps allocate
     /// nothing once the rollout has the room it needs, unless their contacts are so many, or one is so
-    /// large, that they are spread over threads.
+    /// large, that they are spread over threads. Implicit steps allocate: their matrices have another size wherever other
+    /// bodies touch.
     ///
     /// # Errors
     /// If the state is not finite, or the step fails the stability check; [`Self::state`] is then still the one before.

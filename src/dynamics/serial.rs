@@ -1,5 +1,6 @@
 //! Plans, states, materials and trajectories, saved and loaded by serde.
 
+use super::plan::SOLVER_TOLERANCE;
 use super::{BodyState, Integrator, Material, Plan, State, Trajectory};
 use crate::spatial::{Pose, Twist};
 use serde::de::{Deserialize, Deserializer, Error};
@@ -15,7 +16,13 @@ struct PlanLayout {
     integrator: Integrator,
     record_every: usize,
     check_every: Option<usize>,
+    #[serde(default = "solver_tolerance")]
     solver_tolerance: f64,
+}
+
+/// Of plans that were saved without one.
+fn solver_tolerance() -> f64 {
+    SOLVER_TOLERANCE
 }
 
 /// The state of a body as it is saved.

@@ -13,6 +13,12 @@ use nalgebra::{DVector, Vector6};
 /// over the step, and gravity.
 const LARGEST_CHANGE: f64 = 0.02;
 
+/// Or by more than this part of itself: where nothing moves and nothing weighs, that is round-off.
+const STEADY: f64 = 1e-3;
+
+/// A step is halved where a body whose moments differ turns by more (rad) in it: free rotation is of second order too.
+const LARGEST_TURN: f64 = 0.3;
+
 /// A part that was tried, stage by stage.
 pub(super) struct Attempt<'s, 'a> {
     of: &'s Stepper<'a>,
@@ -33,7 +39,7 @@ pub(super) struct Tried {
     pub bodies: Vec<Moving>,
     pub energy: EnergyBalance,
     pub swept: Vec<Aabb>,
-    /// The greatest change of a body's forces over what is allowed.
+    /// The greatest change of a body's forces, or turn, over what is allowed; 0 if none is beyond it.
     pub change: f64,
 }
 
@@ -136,11 +142,21 @@ impl<'s, 'a> Attempt<'s, 'a> {
             let rotation = state.pose.rotation();
             let change = inertia.velocities(rotation, &((acting - before) * self.duration));
             let speed = inertia.speed(&self.from[place].state.twist.to_vector());
+            let least = [before, acting].map(|wrench| {
+                inertia.speed(&inertia.velocities(rotation, &(wrench * self.duration)))
+            });
             let gravity = self.of.scene.system.gravity.norm();
-            let allowed = LARGEST_CHANGE * speed + gravity * self.duration;
+            let allowed =
+                LARGEST_CHANGE * speed + gravity * self.duration + STEADY * least[0].min(least[1]);
             let found = inertia.speed(&change);
-            if self.of.scheme.is_adaptive && found > allowed {
-                self.tried.change = self.tried.change.max(found / allowed);
+            let turned = inertia.wobble(&state.twist) * self.duration / LARGEST_TURN;
+            if self.of.scheme.is_adaptive {
+                let change = if found > allowed {
+                    found / allowed
+                } else {
+                    0.0
+                };
+                self.tried.change = self.tried.change.max(change).max(turned);
             }
         }
         *body = Moving {

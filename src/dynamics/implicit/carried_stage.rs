@@ -8,7 +8,7 @@ use super::rigid::none;
 use super::scheme::Stage;
 use crate::contact::{ContactWrench, LinearisedContact};
 use crate::dynamics::sweep::Sweep;
-use crate::dynamics::{BodyState, Inertia, Situation, Wrenches};
+use crate::dynamics::{BodyState, Inertia, Motion, Situation, Wrenches};
 use crate::scalar::{Scalar, change, lift};
 use crate::spatial::{Pose, Twist, Wrench};
 use crate::threads::mapped_into;
@@ -38,7 +38,10 @@ impl<T: Scalar> Carried<'_, T> {
         let Carrier { scene, island, .. } = self.of;
         let neighbors = scene.neighbors_at(island, self.time);
         for (&body, state) in island.neighbors.iter().zip(&neighbors) {
-            states[body] = state.lifted();
+            // A path carries no derivatives; the pose of a fixed body may.
+            if matches!(scene.system.bodies[body].motion, Motion::Prescribed(_)) {
+                states[body] = state.lifted();
+            }
         }
         let inertias = scene.inertias(island);
         let real = Problem {

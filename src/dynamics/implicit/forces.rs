@@ -45,7 +45,7 @@ impl Problem<'_> {
         own.map(|&body| sums[body].to_vector()).collect()
     }
 
-    /// Their derivatives by the states of the dynamic bodies that they depend on.
+    /// Their derivatives by the states of the dynamic bodies, if they depend on any of them.
     pub(super) fn force_slopes(
         &self,
         states: &[BodyState],
@@ -53,10 +53,14 @@ impl Problem<'_> {
     ) -> Vec<ForceSlopes> {
         let coupled = self.scene.coupled;
         let is_coupled = |body: &usize| coupled.iter().any(|group| group.contains(body));
-        let places = self.island.dynamic.iter().enumerate();
-        let places = places.filter(|(_, body)| is_coupled(body));
-        places
-            .flat_map(|(place, _)| self.force_slopes_by(place, states, contacts))
+        // A force may depend on contact, and so on the state of whatever touches.
+        let columns = if self.island.dynamic.iter().any(is_coupled) {
+            0..self.island.dynamic.len()
+        } else {
+            0..0
+        };
+        columns
+            .flat_map(|column| self.force_slopes_by(column, states, contacts))
             .collect()
     }
 
@@ -96,7 +100,11 @@ impl Problem<'_> {
         let rows = self.island.dynamic.iter().enumerate();
         rows.map(|(row, &body)| {
             let wrench = sums[body].to_vector();
-            let slopes = |first: usize| Matrix6::from_fn(|i, j| wrench[i].eps[first + j]);
+            let slopes = |first: usize| {
+                // Where a force has no derivative, as a norm at 0, Newton's method does without.
+                let slope = |i: usize, j: usize| Some(wrench[i].eps[first + j]);
+                Matrix6::from_fn(|i, j| slope(i, j).filter(|it| it.is_finite()).unwrap_or(0.0))
+            };
             ForceSlopes {
                 row,
                 column,

@@ -9,7 +9,7 @@ use crate::geometry::Aabb;
 pub(super) struct Island {
     /// The places of its dynamic bodies in the world, in their order.
     pub dynamic: Vec<usize>,
-    /// The places of the other bodies that these may touch, in their order.
+    /// The places of the other bodies that these may touch, or that forces join to them, in their order.
     pub neighbors: Vec<usize>,
 }
 
@@ -76,6 +76,13 @@ impl Scene<'_> {
                 if is_dynamic(dynamic) && !is_dynamic(other) {
                     islands[place[sets.root(dynamic)]].neighbors.push(other);
                 }
+            }
+        }
+        for group in self.coupled {
+            let first = group.iter().copied().find(|&body| is_dynamic(body));
+            let others = group.iter().copied().filter(|&body| !is_dynamic(body));
+            if let Some(first) = first {
+                islands[place[sets.root(first)]].neighbors.extend(others);
             }
         }
         for island in &mut islands {

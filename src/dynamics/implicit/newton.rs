@@ -23,6 +23,10 @@ const INNER: f64 = 1e-4;
 /// derivatives of friction, for the time of two.
 const SLOW: f64 = 0.1;
 
+/// How much longer than a step of Newton's method one that solves the stage on frozen polygons may be, to be measured by its
+/// own length: beyond that, the polygons are not those that it leads to.
+const LONGER: f64 = 4.0;
+
 /// Velocities that solve a stage.
 pub(super) struct Root {
     pub velocities: DVector<f64>,
@@ -51,8 +55,11 @@ impl Problem<'_> {
         let first = work.looks;
         let mut look = self.look(guess.clone(), false, work)?;
         let mut is_exact = false;
+        let mut scale = f64::INFINITY;
         while work.looks - first < MOST_EVALUATIONS {
-            let least = tolerance * self.scale(&look.evaluation) + self.rounding();
+            // The least so far: velocities that run away must not loosen what they are held to.
+            scale = scale.min(self.scale(&look.evaluation));
+            let least = tolerance * scale + self.rounding();
             let at = &look.evaluation.velocities;
             if look.size <= least {
                 return Ok(Root {
@@ -60,8 +67,12 @@ impl Problem<'_> {
                 });
             }
             let next = self.solved_near(&look, 0.1 * least, work);
+            let mut step = next - at;
+            if self.speed(&step) <= 0.0 {
+                step.copy_from(&look.step);
+            }
             let before = look.size;
-            look = self.damped(&look, &(next - at), is_exact, work)?;
+            look = self.damped(&look, &step, is_exact, work)?;
             is_exact |= look.size > SLOW * before;
         }
         Err(Unsolved(look.step))
@@ -75,7 +86,7 @@ impl Problem<'_> {
         is_exact: bool,
         work: &mut Work,
     ) -> Result<Look, Unsolved> {
-        let size = self.speed(step).max(from.size);
+        let size = self.speed(step).clamp(from.size, LONGER * from.size);
         let mut best: Option<Look> = None;
         let mut fraction = 1.0;
         while fraction >= SHORTEST[0] {
@@ -134,11 +145,14 @@ impl Problem<'_> {
                 let (residual, matrix) = self.residual_near(&look.evaluation, &next);
                 let left = factors.solve(&residual);
                 let left = left.map_or(f64::INFINITY, |left| self.speed(&left));
-                if left <= (1.0 - fraction / 4.0) * size || fraction < SHORTEST[1] {
+                if left <= (1.0 - fraction / 4.0) * size {
                     velocities = next;
                     break (residual, matrix);
                 }
                 fraction *= 0.5;
+                if fraction < SHORTEST[1] {
+                    return velocities;
+                }
             };
             if size * fraction <= least.max(INNER * look.size) {
                 break;

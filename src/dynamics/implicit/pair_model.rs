@@ -11,9 +11,9 @@ pub(super) struct PairModel {
     pub bodies: [usize; 2],
     contact: FrozenContact,
     pub wrenches: PairVector,
-    /// Of the elastic contact; and what the points are off by, if that is known.
+    /// Of the elastic contact; and what the polygons as they are leave out, if that is known.
     by_displacements: PairMatrix,
-    /// What the points are off by, if that is known.
+    /// What the polygons as they are leave out, if that is known.
     by_velocities: PairMatrix,
     velocity_maps: [SMatrix<f64, 6, 12>; 2],
     velocity: Vector6<f64>,

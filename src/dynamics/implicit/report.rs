@@ -20,7 +20,8 @@ pub struct StepReport {
 pub struct Work {
     /// Systems of equations: one for each stage of each step of an island, halved ones included.
     pub solves: usize,
-    /// How often the contacts of an island were looked at; where nothing is near, they are not.
+    /// How often contacts were evaluated: looks at an island in which something touches. Derivatives, and looks that take
+    /// the exact derivatives of friction for the time of two, are not counted twice.
     pub evaluations: usize,
     /// Looks at the contacts, whether anything is near or not.
     pub looks: usize,
@@ -46,7 +47,8 @@ pub struct EnergyBalance {
 }
 
 impl EnergyBalance {
-    /// What the integrator has lost of the work that was done; negative if it made energy.
+    /// What the integrator has lost of the work that was done, by the kinetic energy; negative if it made some. The work of
+    /// contacts is that at the stages, and so differs a little from the change of their potential energy.
     #[must_use]
     pub fn numerical_loss(&self) -> f64 {
         self.given + self.acting - self.kinetic

@@ -28,7 +28,7 @@ pub(in crate::dynamics) const IMPLICIT_EULER: Scheme = Scheme {
 /// A stage of a step of some duration.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Stage {
-    /// The time (s) that each stage before it counts for.
+    /// The part of the step that each stage before it counts for.
     before: &'static [f64],
     step: f64,
     /// The time (s) of its own velocities and wrenches.
@@ -49,8 +49,7 @@ impl Scheme {
 
     /// The weights (s) by which the stages make up a step.
     pub(super) fn weights(&self, step: f64) -> impl Iterator<Item = f64> {
-        let last = self.stages.last().map(|&(before, own)| (before, own));
-        let (before, own) = last.unwrap_or_default();
+        let (before, own) = self.stages.last().copied().unwrap_or_default();
         before
             .iter()
             .copied()
