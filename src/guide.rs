@@ -1,10 +1,11 @@
-//! No code: the guide, in five chapters.
+//! No code: the guide, in six chapters.
 //!
 //! 1. [`pressure_fields`]: shapes, meshes of one's own, and how to choose a modulus.
 //! 2. [`contact`]: from two posed bodies to wrench, surface, energy and Jacobian.
 //! 3. [`dynamics`]: worlds that move, how long a step may be, and saving what happened.
 //! 4. [`gradients`]: derivatives of rollouts, and how far to trust them.
 //! 5. [`performance`]: what costs what.
+//! 6. [`time_steps`]: which integrator when, and what implicit steps take.
 //!
 //! The chapters are the files of `docs/guide`. Every Rust block in them runs under
 //! `cargo test --doc`.
@@ -23,3 +24,6 @@ pub mod gradients {}
 
 #[doc = include_str!("../docs/guide/5_performance.md")]
 pub mod performance {}
+
+#[doc = include_str!("../docs/guide/6_time_steps.md")]
+pub mod time_steps {}
