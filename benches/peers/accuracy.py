@@ -1,0 +1,175 @@
+#!/usr/bin/env python3
+"""Speed against error, here and in Drake: four scenes, steps from 0.1 to 10 ms, one thread each.
+
+Serves the decision which program, integrator and step to take for an error small enough. Run
+
+    python3 benches/peers/accuracy.py            # half an hour, of which 20 minutes the references
+    python3 benches/peers/accuracy.py --quick    # minutes: longer steps, coarser references
+    python3 benches/peers/accuracy.py --ours     # this library alone
+
+The first run downloads Drake into a virtual environment in cargo's target directory, where Drake's
+references are kept too. What is measured says README.md. Output: Markdown, and the plot
+`docs/figures/accuracy.svg` (with --quick in the target directory).
+"""
+
+import argparse
+import hashlib
+import json
+import math
+import os
+import statistics
+import sys
+from concurrent.futures import ThreadPoolExecutor
+
+from compare import HERE, REPOSITORY, Program, built_ours, enter_virtual_environment
+from compare import target_directory
+
+sys.dont_write_bytecode = True
+
+STEPS = [1e-4, 2e-4, 5e-4, 1e-3, 2e-3, 5e-3, 1e-2]  # s
+# Explicit steps must be short beside the stiffest contact.
+EXPLICIT_STEPS = [1e-5, 2e-5, 5e-5, *STEPS]
+# The names of our integrators, as rollouts.rs has them, with their steps.
+OURS = {"leapfrog": EXPLICIT_STEPS}
+DRAKE = {approximation: STEPS for approximation in ("tamsi", "sap", "similar", "lagged")}
+# All of ours share a reference, each approximation of Drake has its own.
+OUR_REFERENCE = "leapfrog"
+QUICK_REFERENCE = 5  # times as long
+QUICK_SHORTEST = {"ours": 5e-5, "drake": 5e-4}
+DRAKE_SIDE = [sys.executable, HERE / "drake_rollouts.py"]
+SHORT = 0.5  # s: shorter rollouts are timed as often as fit into this, at least twice
+MOST_ROUNDS = 5
+
+
+def main():
+    options = parsed_options()
+    target = target_directory()
+    enter_virtual_environment(target / "peers_environment")
+    # These need numpy and matplotlib, which the virtual environment has.
+    import accuracy_tables
+    import rollout_scenes
+
+    scenes = rollout_scenes.Builder(target / "peers_meshes").groups()
+    names = options.scenes or list(scenes)
+    with Program([built_ours("peers_rollouts"), "--serve"]) as ours, Program(DRAKE_SIDE) as drake:
+        study = Study({"ours": ours, "drake": drake}, target / "peers_references", options)
+        study.prepare([scenes[name] for name in names])
+        results = {name: study.measured(name, scenes[name]) for name in names}
+    accuracy_tables.print_all(results)
+    in_part = options.quick or options.ours or options.scenes
+    folder = target if in_part else REPOSITORY / "docs/figures"
+    accuracy_tables.plot(results, folder / "accuracy.svg")
+
+
+def parsed_options():
+    options = argparse.ArgumentParser(description=__doc__.split("\n\n")[0])
+    options.add_argument("--quick", action="store_true", help="longer steps, coarser references")
+    options.add_argument("--ours", action="store_true", help="without Drake")
+    options.add_argument("--scenes", nargs="+", help="names of scenes (default: all)")
+    return options.parse_args()
+
+
+class Study:
+    """Asks both programs about scenes."""
+
+    def __init__(self, programs, references, options):
+        self.programs, self.references, self.options = programs, references, options
+        self.own_references = {}
+        references.mkdir(exist_ok=True)
+
+    def methods(self):
+        """Program, method and steps."""
+        of_programs = {"ours": OURS} if self.options.ours else {"ours": OURS, "drake": DRAKE}
+        shortest = QUICK_SHORTEST if self.options.quick else {"ours": 0.0, "drake": 0.0}
+        for key, methods in of_programs.items():
+            for method, steps in methods.items():
+                yield key, method, [step for step in steps if step >= shortest[key]]
+
+    def measured(self, name, scenes):
+        """Of each method: the reference, and speed and error by the step."""
+        found = {}
+        for key, method, steps in self.methods():
+            print(f"{name}, {key}, {method} ...", file=sys.stderr)
+            reference = [self.reference(key, method, scene) for scene in scenes]
+            rows = {step: self.row(key, method, scenes, step, reference) for step in steps}
+            found[key, method] = {"reference": reference, "rows": rows}
+        return found
+
+    def reference(self, key, method, scene):
+        """What is measured of the scene, by the program's own short steps. Drake's, which take
+        long and never change, are kept in files."""
+        if key == "ours":
+            return self.own_reference(scene)
+        file = self.reference_file(method, scene)
+        if not file.exists():
+            with Program(DRAKE_SIDE) as own:
+                step = self.reference_step(key, scene)
+                measured = asked(own, method, scene, step)[1]
+            file.write_text(json.dumps(measured))
+        return json.loads(file.read_text())
+
+    def own_reference(self, scene):
+        question = json.dumps(scene)
+        if question not in self.own_references:
+            step = self.reference_step("ours", scene)
+            self.own_references[question] = self.rollout("ours", OUR_REFERENCE, scene, step)[1]
+        return self.own_references[question]
+
+    def reference_step(self, key, scene):
+        return scene["reference_steps"][key] * (QUICK_REFERENCE if self.options.quick else 1)
+
+    def reference_file(self, method, scene):
+        question = json.dumps([method, scene, self.reference_step("drake", scene)])
+        return self.references / (hashlib.sha256(question.encode()).hexdigest()[:16] + ".json")
+
+    def prepare(self, groups):
+        """Computes Drake's references, on all cores: they are not timed."""
+        if self.options.ours:
+            return
+        wanted = [(method, scene) for scenes in groups for scene in scenes for method in DRAKE]
+        with ThreadPoolExecutor(os.cpu_count()) as pool:
+            list(pool.map(lambda each: self.reference("drake", *each), wanted))
+
+    def row(self, key, method, scenes, step, references):
+        """Simulated seconds per second, and the error (m): root mean square over the scenes and
+        their bodies; nothing if a rollout failed."""
+        seconds, squares = 0.0, []
+        for scene, reference in zip(scenes, references):
+            time, measured = self.timed(key, method, scene, step)
+            if measured is None or reference is None:
+                return None
+            seconds += time
+            squares += [math.dist(*both) ** 2 for both in zip(measured, reference)]
+        error = math.sqrt(statistics.fmean(squares))
+        return {"speed": sum(scene["duration"] for scene in scenes) / seconds, "error": error}
+
+    def timed(self, key, method, scene, step):
+        """The shortest time (s) of several rollouts, and what was measured."""
+        times, spent = [], 0.0
+        while len(times) < 2 or (spent < SHORT and len(times) < MOST_ROUNDS):
+            seconds, measured = self.rollout(key, method, scene, step)
+            times.append(seconds)
+            spent += seconds
+            if measured is None or seconds > 4 * SHORT:
+                break
+        return min(times), measured
+
+    def rollout(self, key, method, scene, step):
+        return asked(self.programs[key], method, scene, step)
+
+
+def asked(program, method, scene, step):
+    """The time (s) of a rollout, and what is measured after it; nothing if it failed."""
+    import rollout_scenes
+
+    steps = round(scene["duration"] / step)
+    answer = program.ask(scene=scene["question"], method=method, time_step=step, steps=steps)
+    if answer["positions"] is None:
+        print(f"{method}, {1e3 * step:g} ms: {answer['failure'][:100]}", file=sys.stderr)
+        return answer["seconds"], None
+    measured = rollout_scenes.measured_positions(scene, answer["positions"])
+    return answer["seconds"], measured.tolist()
+
+
+if __name__ == "__main__":
+    main()
