@@ -3,8 +3,8 @@
 
 Serves the decision which program, integrator and step to take for an error small enough. Run
 
-    python3 benches/peers/accuracy.py            # half an hour, of which 20 minutes the references
-    python3 benches/peers/accuracy.py --quick    # minutes: longer steps, coarser references
+    python3 benches/peers/accuracy.py            # an hour, most of it Drake's references
+    python3 benches/peers/accuracy.py --quick    # a quarter of an hour
     python3 benches/peers/accuracy.py --ours     # this library alone
 
 The first run downloads Drake into a virtual environment in cargo's target directory, where Drake's
@@ -97,7 +97,7 @@ class Study:
 
     def reference(self, key, method, scene):
         """What is measured of the scene, by the program's own short steps. Drake's, which take
-        long and never change, are kept in files."""
+        long, are kept in files, named by all that they depend on."""
         if key == "ours":
             return self.own_reference(scene)
         file = self.reference_file(method, scene)
@@ -119,7 +119,8 @@ class Study:
         return scene["reference_steps"][key] * (QUICK_REFERENCE if self.options.quick else 1)
 
     def reference_file(self, method, scene):
-        question = json.dumps([method, scene, self.reference_step("drake", scene)])
+        program = DRAKE_SIDE[-1].read_text()
+        question = json.dumps([program, method, scene, self.reference_step("drake", scene)])
         return self.references / (hashlib.sha256(question.encode()).hexdigest()[:16] + ".json")
 
     def prepare(self, groups):

@@ -15,7 +15,7 @@ COLORS = {
 }
 MARKERS = {"ours": "o", "drake": "s"}
 # The plot ends here: what is further off is no answer (m), what is less is round-off.
-LARGEST, SMALLEST = 1.0, 1e-8
+LARGEST, SMALLEST = 0.2, 1e-8
 
 
 def print_all(results):

@@ -1,9 +1,11 @@
 """Drake's side of `accuracy.py`: answers questions on stdin, a JSON line each, until it closes.
 
-Timed is `Simulator.AdvanceTo` of a discrete `MultibodyPlant`. A body on a path is a heavy one on
-prismatic joints, without gravity. Before each step, outside the time, it is put where the path is,
-with the mean velocity of the step. What contacts change of a velocity, 1e-6 m/s for 100 N in 10 ms,
-lasts for that step.
+Timed is `Simulator.AdvanceTo` of a discrete `MultibodyPlant`. A body on a path is one on prismatic
+joints, without gravity. Before each step, outside the time, it is put where the path is, with the mean
+velocity of the step, and stiff controllers on the joints, which Drake treats implicitly, hold it to
+that. TAMSI has no such controllers: there the body is so heavy that contacts change its velocity by
+1e-6 m/s in 10 ms. (The others converge relative to the momentum of *all* bodies: heavy ones that
+move let them end before they have found the forces on a light one.)
 """
 
 import json
@@ -16,12 +18,19 @@ from pydrake.geometry import Mesh
 from pydrake.math import RigidTransform
 from pydrake.multibody.plant import AddMultibodyPlant, MultibodyPlantConfig
 from pydrake.multibody.math import SpatialVelocity
-from pydrake.multibody.tree import FixedOffsetFrame, PrismaticJoint, SpatialInertia, UnitInertia
+from pydrake.multibody.tree import (
+    FixedOffsetFrame,
+    PdControllerGains,
+    PrismaticJoint,
+    SpatialInertia,
+    UnitInertia,
+)
 from pydrake.multibody.math import SpatialVelocity
 from pydrake.systems.analysis import Simulator
 from pydrake.systems.framework import DiagramBuilder
 
-HEAVY = 1e6  # kg
+HEAVY, LIGHT = 1e6, 1.0  # kg
+STIFFNESS = 1e9  # N/m
 
 
 class Rollout:
@@ -29,6 +38,7 @@ class Rollout:
 
     def __init__(self, scene, approximation, time_step):
         self.time_step, self.bodies = time_step, scene["bodies"]
+        self.is_controlled = approximation != "tamsi"
         builder = DiagramBuilder()
         config = MultibodyPlantConfig(
             time_step=time_step,
@@ -67,18 +77,22 @@ class Rollout:
         )
 
     def moved_link(self, body):
-        """A heavy body on a prismatic joint for each axis that its moves have."""
+        """A body on a prismatic joint for each axis that its moves have."""
         model = self.plant.AddModelInstance(body["name"])
         axes = numpy.flatnonzero(numpy.any([move["by"] for move in body["moves"]], axis=0))
         link, joints = self.plant.world_body(), []
         for axis in axes:
-            inertia = SpatialInertia.SolidSphereWithMass(HEAVY, 1.0)
+            mass = LIGHT if self.is_controlled else HEAVY
+            inertia = SpatialInertia.SolidSphereWithMass(mass, 1.0)
             name = f"{body['name']}, {'xyz'[axis]}"
             frame = pose(body) if not joints else None
             child = self.plant.AddRigidBody(name, model, inertia)
             unit = numpy.eye(3)[axis]
             joint = PrismaticJoint(name, self.frame(link, frame, name), child.body_frame(), unit)
             joints.append((axis, self.plant.AddJoint(joint)))
+            if self.is_controlled:
+                actuator = self.plant.AddJointActuator(name, joints[-1][1])
+                actuator.set_controller_gains(PdControllerGains(p=STIFFNESS, d=0.0))
             link = child
         self.plant.set_gravity_enabled(model, False)
         self.joints[body["name"]] = joints
@@ -127,6 +141,14 @@ class Rollout:
             for axis, joint in self.joints[body["name"]]:
                 joint.set_translation(self.context, here[axis])
                 joint.set_translation_rate(self.context, velocity[axis])
+            if self.is_controlled:
+                self.control(body["name"], there, velocity)
+
+    def control(self, name, position, velocity):
+        """Tells the controllers of a body where it shall be at the end of the step."""
+        axes = [axis for axis, _ in self.joints[name]]
+        port = self.plant.get_desired_state_input_port(self.plant.GetModelInstanceByName(name))
+        port.FixValue(self.context, numpy.concatenate([position[axes], velocity[axes]]))
 
     def position(self, body):
         if not body.get("mass"):

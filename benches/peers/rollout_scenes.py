@@ -83,7 +83,8 @@ class Builder:
             lift = {"by": [0.0, 0.0, 0.1], "from": 0.1, "until": 0.6}
             fingers.append({**finger, "moves": [squeeze, lift]})
         laws = {"dissipation": 0.5, "relaxation_time": 5e-4, "friction": 0.5}
-        return scene([ball, *fingers, table], laws, 1.0, ([0], [2]))
+        bodies = [ball, *fingers, table]
+        return scene(bodies, laws, 1.0, ([0], [2]), drake_reference=2e-5)
 
     def ball(self, radius, place):
         mesh = meshes.icosphere(radius, 2)
@@ -107,7 +108,7 @@ class Builder:
         return {**body, "mass": mass, "moments": meshes.moments(mesh, mass)} if mass else body
 
 
-def scene(bodies, laws, duration, measured, drake_reference=1e-5):
+def scene(bodies, laws, duration, measured, drake_reference):
     """A scene whose bodies are named by their places in the list; the last is the step (s) of
     Drake's reference."""
     bodies = [{**body, "name": f"body {place}"} for place, body in enumerate(bodies)]
