@@ -30,15 +30,18 @@ STEPS = [1e-4, 2e-4, 5e-4, 1e-3, 2e-3, 5e-3, 1e-2]  # s
 # Explicit steps must be short beside the stiffest contact.
 EXPLICIT_STEPS = [1e-5, 2e-5, 5e-5, *STEPS]
 # The names of our integrators, as rollouts.rs has them, with their steps.
-OURS = {"leapfrog": EXPLICIT_STEPS}
+OURS = {"leapfrog": EXPLICIT_STEPS, "sdirk2": STEPS, "implicit_euler": STEPS}
 DRAKE = {approximation: STEPS for approximation in ("tamsi", "sap", "similar", "lagged")}
 # All of ours share a reference, each approximation of Drake has its own.
 OUR_REFERENCE = "leapfrog"
+# Shorter ones (s) take minutes where many polygons meet; the leapfrog needs them.
+SHORTEST = {"stack of five cubes": 2e-4, "grasp": 2e-4}
 QUICK_REFERENCE = 5  # times as long
 QUICK_SHORTEST = {"ours": 5e-5, "drake": 5e-4}
 DRAKE_SIDE = [sys.executable, HERE / "drake_rollouts.py"]
-SHORT = 0.5  # s: shorter rollouts are timed as often as fit into this, at least twice
-MOST_ROUNDS = 5
+SHORT = 1.0  # s: shorter rollouts are timed as often as fit into this, at least twice
+LONG = 6.0  # s: longer ones are timed once
+MOST_ROUNDS = 8
 
 
 def main():
@@ -77,22 +80,31 @@ class Study:
         self.own_references = {}
         references.mkdir(exist_ok=True)
 
-    def methods(self):
-        """Program, method and steps."""
+    def methods(self, name):
+        """Program, method and steps in a scene."""
         of_programs = {"ours": OURS} if self.options.ours else {"ours": OURS, "drake": DRAKE}
-        shortest = QUICK_SHORTEST if self.options.quick else {"ours": 0.0, "drake": 0.0}
+        quick = QUICK_SHORTEST if self.options.quick else {"ours": 0.0, "drake": 0.0}
         for key, methods in of_programs.items():
             for method, steps in methods.items():
-                yield key, method, [step for step in steps if step >= shortest[key]]
+                of_scene = 0.0 if steps is EXPLICIT_STEPS else SHORTEST.get(name, 0.0)
+                shortest = max(quick[key], of_scene)
+                yield key, method, [step for step in steps if step >= shortest]
 
     def measured(self, name, scenes):
         """Of each method: the reference, and speed and error by the step."""
-        found = {}
-        for key, method, steps in self.methods():
-            print(f"{name}, {key}, {method} ...", file=sys.stderr)
+        print(f"{name}, references ...", file=sys.stderr)
+        found, methods_of = {}, {}
+        for key, method, steps in self.methods(name):
             reference = [self.reference(key, method, scene) for scene in scenes]
-            rows = {step: self.row(key, method, scenes, step, reference) for step in steps}
-            found[key, method] = {"reference": reference, "rows": rows}
+            found[key, method] = {"reference": reference, "rows": {}}
+            for step in steps:
+                methods_of.setdefault(step, []).append((key, method))
+        for step, methods in sorted(methods_of.items()):
+            print(f"{name}, {1e3 * step:g} ms ...", file=sys.stderr)
+            for method, (seconds, measured) in self.timed(methods, scenes, step).items():
+                of_method = found[method]
+                row = rated(scenes, seconds, measured, of_method["reference"])
+                of_method["rows"][step] = row
         return found
 
     def reference(self, key, method, scene):
@@ -131,32 +143,40 @@ class Study:
         with ThreadPoolExecutor(os.cpu_count()) as pool:
             list(pool.map(lambda each: self.reference("drake", *each), wanted))
 
-    def row(self, key, method, scenes, step, references):
-        """Simulated seconds per second, and the error (m): root mean square over the scenes and
-        their bodies; nothing if a rollout failed."""
-        seconds, squares = 0.0, []
-        for scene, reference in zip(scenes, references):
-            time, measured = self.timed(key, method, scene, step)
-            if measured is None or reference is None:
-                return None
-            seconds += time
-            squares += [math.dist(*both) ** 2 for both in zip(measured, reference)]
-        error = math.sqrt(statistics.fmean(squares))
-        return {"speed": sum(scene["duration"] for scene in scenes) / seconds, "error": error}
-
-    def timed(self, key, method, scene, step):
-        """The shortest time (s) of several rollouts, and what was measured."""
-        times, spent = [], 0.0
-        while len(times) < 2 or (spent < SHORT and len(times) < MOST_ROUNDS):
-            seconds, measured = self.rollout(key, method, scene, step)
-            times.append(seconds)
-            spent += seconds
-            if measured is None or seconds > 4 * SHORT:
-                break
-        return min(times), measured
+    def timed(self, methods, scenes, step):
+        """Of each method: the shortest time (s) of several rounds of the scenes, and what was
+        measured. The methods, and so the programs, take turns: what else the cores do meets
+        all of them."""
+        times, measured = {method: [] for method in methods}, {}
+        waiting = methods
+        while waiting:
+            for method in waiting:
+                answers = [self.rollout(*method, scene, step) for scene in scenes]
+                times[method].append(sum(seconds for seconds, _ in answers))
+                measured[method] = [positions for _, positions in answers]
+            waiting = [method for method in waiting if needs_more(times[method])]
+        return {method: (min(times[method]), measured[method]) for method in methods}
 
     def rollout(self, key, method, scene, step):
         return asked(self.programs[key], method, scene, step)
+
+
+def needs_more(times):
+    if len(times) < 2:
+        return times[0] < LONG
+    return sum(times) < SHORT and len(times) < MOST_ROUNDS
+
+
+def rated(scenes, seconds, measured, references):
+    """Simulated seconds per second, and the error (m): root mean square over the scenes and their
+    bodies; nothing if a rollout failed."""
+    if None in measured or None in references:
+        return None
+    squares = []
+    for positions, reference in zip(measured, references):
+        squares += [math.dist(*both) ** 2 for both in zip(positions, reference)]
+    duration = sum(scene["duration"] for scene in scenes)
+    return {"speed": duration / seconds, "error": math.sqrt(statistics.fmean(squares))}
 
 
 def asked(program, method, scene, step):

@@ -1,11 +1,11 @@
 """Drake's side of `accuracy.py`: answers questions on stdin, a JSON line each, until it closes.
 
-Timed is `Simulator.AdvanceTo` of a discrete `MultibodyPlant`. A body on a path is one on prismatic
-joints, without gravity. Before each step, outside the time, it is put where the path is, with the mean
-velocity of the step, and stiff controllers on the joints, which Drake treats implicitly, hold it to
-that. TAMSI has no such controllers: there the body is so heavy that contacts change its velocity by
-1e-6 m/s in 10 ms. (The others converge relative to the momentum of *all* bodies: heavy ones that
-move let them end before they have found the forces on a light one.)
+Timed is `Simulator.AdvanceTo` of a discrete `MultibodyPlant`, in processor time. A body on a path is
+one on prismatic joints, without gravity. Before each step, outside the time, it is put where the path
+is, with the mean velocity of the step, and stiff controllers on the joints, which Drake treats
+implicitly, hold it to that. TAMSI has no such controllers: there the body is so heavy that contacts
+change its velocity by 1e-6 m/s in 10 ms. (The others converge relative to the momentum of *all*
+bodies: heavy ones that move let them end before they have found the forces on a light one.)
 """
 
 import json
@@ -16,8 +16,8 @@ import numpy
 from drake_side import rotation_and_origin, skin
 from pydrake.geometry import Mesh
 from pydrake.math import RigidTransform
-from pydrake.multibody.plant import AddMultibodyPlant, MultibodyPlantConfig
 from pydrake.multibody.math import SpatialVelocity
+from pydrake.multibody.plant import AddMultibodyPlant, MultibodyPlantConfig
 from pydrake.multibody.tree import (
     FixedOffsetFrame,
     PdControllerGains,
@@ -25,7 +25,6 @@ from pydrake.multibody.tree import (
     SpatialInertia,
     UnitInertia,
 )
-from pydrake.multibody.math import SpatialVelocity
 from pydrake.systems.analysis import Simulator
 from pydrake.systems.framework import DiagramBuilder
 
@@ -112,7 +111,7 @@ class Rollout:
         self.plant.SetFreeBodySpatialVelocity(self.context, link, velocity)
 
     def answer(self, steps):
-        """The time (s) that the steps take, and where the bodies are then."""
+        """The processor time (s) that the steps take, and where the bodies are then."""
         reply = {"seconds": 0.0, "positions": None, "failure": None}
         # Bodies on paths are moved before every step.
         at_once = 1 if self.joints else steps
@@ -120,9 +119,9 @@ class Rollout:
             for done in range(0, steps, at_once):
                 self.prescribe(done * self.time_step)
                 end = (done + at_once - 0.5) * self.time_step
-                start = time.perf_counter()
+                start = time.process_time()
                 self.simulator.AdvanceTo(end)
-                reply["seconds"] += time.perf_counter() - start
+                reply["seconds"] += time.process_time() - start
         except RuntimeError as error:
             return {**reply, "failure": str(error)}
         positions = numpy.array([self.position(body) for body in self.bodies])
