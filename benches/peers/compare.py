@@ -23,7 +23,7 @@ import venv
 sys.dont_write_bytecode = True
 HERE = pathlib.Path(__file__).resolve().parent
 REPOSITORY = HERE.parent.parent
-REQUIREMENTS = ["drake==1.51.1", "numpy"]
+REQUIREMENTS = ["drake==1.51.1", "numpy", "matplotlib"]
 
 
 def main():
@@ -65,16 +65,17 @@ def enter_virtual_environment(folder):
     python = folder / "bin" / "python"
     if folder.exists() and os.path.samefile(sys.prefix, folder):
         return
-    if not (folder / "installed").exists():
+    installed = folder / "installed"
+    if not (installed.exists() and installed.read_text() == str(REQUIREMENTS)):
         venv.create(folder, with_pip=True, clear=True)
         subprocess.run([python, "-m", "pip", "install", "--quiet", *REQUIREMENTS], check=True)
-        (folder / "installed").touch()
+        installed.write_text(str(REQUIREMENTS))
     os.execv(python, [python, *sys.argv])
 
 
-def built_ours():
+def built_ours(bench="peers_ours"):
     """The path of our side, built in release mode and without threads."""
-    command = ["cargo", "bench", "--no-run", "--bench", "peers_ours"]
+    command = ["cargo", "bench", "--no-run", "--bench", bench]
     command += ["--no-default-features", "--features", "files"]
     command += ["--message-format", "json-render-diagnostics"]
     build = subprocess.run(command, cwd=REPOSITORY, check=True, stdout=subprocess.PIPE)

@@ -65,6 +65,23 @@ def cube(edge):
     return _star(points, triangles)
 
 
+def cuboid(lengths, cells=1):
+    """From its centre to two triangles a face; with more cells a layered one."""
+    vertices, tets = cube(1.0) if cells == 1 else layered_cube(1.0, cells)
+    return vertices * numpy.array(lengths), tets
+
+
+def moments(mesh, mass):
+    """Moments of inertia (kg m²) of a uniform solid whose principal axes are those of the mesh."""
+    vertices, tets = mesh
+    corners = vertices[tets]
+    edges = corners[:, 1:] - corners[:, :1]
+    volumes = numpy.linalg.det(edges) / 6
+    sums = (corners**2).sum(axis=1) + corners.sum(axis=1) ** 2
+    x, y, z = mass / volumes.sum() * (volumes[:, None] * sums / 20).sum(axis=0)
+    return [float(moment) for moment in (y + z, z + x, x + y)]
+
+
 def layered_cube(edge, cells):
     """A grid of cells³ cubes (an even number each way) of six tetrahedra. Each has a corner of its
     cube that is nearest to the centre, so none has all corners on the surface."""
