@@ -13,8 +13,8 @@ use nalgebra::{DVector, Vector6};
 /// over the step, and gravity.
 const LARGEST_CHANGE: f64 = 0.02;
 
-/// Or by more than this part of itself: where nothing moves and nothing weighs, that is round-off.
-const STEADY: f64 = 1e-3;
+/// And so many times what velocities are known to: where nothing moves and nothing weighs, a change is round-off.
+const UNKNOWN: f64 = 100.0;
 
 /// A step is halved where a body whose moments differ turns by more (rad) in it: free rotation is of second order too.
 const LARGEST_TURN: f64 = 0.3;
@@ -106,7 +106,7 @@ impl<'s, 'a> Attempt<'s, 'a> {
         let problem = self.of.problem(poses, momenta, when)?;
         let guess = velocities_of(&self.tried.bodies);
         let solved = problem.solved(&guess, self.of.tolerance, &mut self.work);
-        let Root { velocities } = solved.map_err(|Unsolved(left)| Stuck::Unsolved {
+        let Root { velocities, least } = solved.map_err(|Unsolved(left)| Stuck::Unsolved {
             body: problem.fastest(&left),
             duration: self.duration,
         })?;
@@ -127,7 +127,7 @@ impl<'s, 'a> Attempt<'s, 'a> {
             self.tried.energy.acting += weight * acting.dot(&velocity);
             rates.velocities.push(velocity);
             rates.wrenches.push(wrench);
-            self.reach(place, state, acting);
+            self.reach(place, state, (acting, least));
         }
         self.rates.push(rates);
         self.tried.stages.push(velocities);
@@ -135,19 +135,15 @@ impl<'s, 'a> Attempt<'s, 'a> {
     }
 
     /// Takes a body to where a stage leads, and finds how much what acts on it has changed.
-    fn reach(&mut self, place: usize, state: &BodyState, acting: Vector6<f64>) {
+    fn reach(&mut self, place: usize, state: &BodyState, (acting, least): (Vector6<f64>, f64)) {
         let body = &mut self.tried.bodies[place];
         if let Some(before) = body.acting {
             let inertia = self.of.inertias[place];
             let rotation = state.pose.rotation();
             let change = inertia.velocities(rotation, &((acting - before) * self.duration));
             let speed = inertia.speed(&self.from[place].state.twist.to_vector());
-            let least = [before, acting].map(|wrench| {
-                inertia.speed(&inertia.velocities(rotation, &(wrench * self.duration)))
-            });
             let gravity = self.of.scene.system.gravity.norm();
-            let allowed =
-                LARGEST_CHANGE * speed + gravity * self.duration + STEADY * least[0].min(least[1]);
+            let allowed = LARGEST_CHANGE * speed + gravity * self.duration + UNKNOWN * least;
             let found = inertia.speed(&change);
             let turned = inertia.wobble(&state.twist) * self.duration / LARGEST_TURN;
             if self.of.scheme.is_adaptive {

@@ -30,6 +30,8 @@ const LONGER: f64 = 4.0;
 /// Velocities that solve a stage.
 pub(super) struct Root {
     pub velocities: DVector<f64>,
+    /// The speed (m/s) to which they are known, at least.
+    pub least: f64,
 }
 
 /// The velocities that were left over where the solver gave up.
@@ -64,6 +66,7 @@ impl Problem<'_> {
             if look.size <= least {
                 return Ok(Root {
                     velocities: at + &look.step,
+                    least,
                 });
             }
             let next = self.solved_near(&look, 0.1 * least, work);

@@ -7,6 +7,7 @@ mod energy;
 mod falls;
 mod forces;
 mod grasp;
+mod hostile;
 mod islands;
 mod scenes;
 mod slopes;
