@@ -11,7 +11,7 @@ pub(super) use super::sparse::Patterns;
 /// Without sparse matrices there is nothing to keep of their patterns.
 #[cfg(not(feature = "sparse"))]
 #[derive(Debug, Clone, Default)]
-pub(super) struct Patterns;
+pub(super) struct Patterns(());
 
 /// From so many bodies on, a matrix is sparse: dense factors of 16 bodies take about 0.3 ms, as much as their contacts.
 #[cfg(feature = "sparse")]
