@@ -104,8 +104,8 @@ impl Problem<'_> {
             }
             fraction *= 0.5;
         }
-        // Contacts that come and go make another measure of each look: the best is taken even if it is no better.
-        best.filter(|best| best.size <= 2.0 * size)
+        // Contacts that come and go make another measure of each look: one that leaves less counts, if it is not much less.
+        best.filter(|best| best.size <= from.size)
             .ok_or_else(|| Unsolved(step.clone()))
     }
 
