@@ -286,7 +286,7 @@ fn block_diagonal<T: Scalar>(rotation: &Matrix3<T>) -> Matrix6<T> {
 }
 
 /// Adds a 3×3 block at the given row and column.
-pub(super) fn add_block<T: Scalar, const R: usize, const C: usize>(
+pub(crate) fn add_block<T: Scalar, const R: usize, const C: usize>(
     matrix: &mut SMatrix<T, R, C>,
     [row, column]: [usize; 2],
     block: Matrix3<T>,

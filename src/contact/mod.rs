@@ -50,6 +50,7 @@ pub use crate::search::{Culling, Search};
 pub(crate) use frozen::FrozenContact;
 pub use jacobian::{ContactJacobian, WrenchJacobian};
 pub use linearised::LinearisedContact;
+pub(crate) use linearised::add_block;
 pub use pair::{ContactPair, Pipeline, WorkCount};
 pub use surface::{ContactPolygon, ContactSurface};
 pub use surface_law::SurfaceLaw;

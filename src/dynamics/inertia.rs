@@ -1,7 +1,7 @@
 use crate::scalar::{
     Order, Scalar, change, constant_times, cross_constant, lift, real_part, real_vector,
 };
-use crate::spatial::{MassProperties, times_constant, turn_from_real};
+use crate::spatial::{MassProperties, Pose, times_constant, turn_from_real};
 use nalgebra::{Matrix3, SymmetricEigen, Vector3};
 
 /// Moments that agree to this fraction are made equal: sums over thousands of tetrahedra are rounded by as much.
@@ -57,6 +57,19 @@ impl<T: Scalar> Inertia<T> {
             center_of_mass: self.center_of_mass,
             principal: self.principal,
         }
+    }
+
+    /// The pose of a body after its orientation has become another one and its centre of mass has moved (m).
+    pub(super) fn turned_and_moved(
+        &self,
+        pose: &Pose<T>,
+        rotation: &Matrix3<T>,
+        shift: &Vector3<T>,
+    ) -> Pose<T> {
+        let before = pose.rotated_constant(&self.center_of_mass);
+        let turned = Pose::from_drifted_rotation(rotation);
+        let after = turned.rotated_constant(&self.center_of_mass);
+        turned.with_translation(pose.translation() + before + shift - after)
     }
 
     /// I·ω for a body of the given orientation, both in world axes.

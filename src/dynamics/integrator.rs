@@ -5,17 +5,17 @@ use super::workspace::Workspace;
 use super::wrenches::all_wrenches;
 use super::{BodyState, Inertia, State};
 use crate::scalar::Scalar;
-use crate::spatial::{Pose, Twist};
+use crate::spatial::Twist;
 
 /// How a state is taken one time step further.
 ///
 /// # Explicit steps
 ///
-/// [`SymplecticEuler`](Self::SymplecticEuler) and [`Leapfrog`](Self::Leapfrog) alternate between two exact parts of the motion. A *kick* changes the velocities by
-/// the accelerations at fixed poses; a *drift* moves the bodies freely. Forces in pairs balance in
-/// a kick and momenta stay in a drift, so momentum and angular momentum are conserved to round-off. In a drift the centre
-/// of mass moves straight on, and the body turns about it by a splitting that is symplectic, of second order, and exact for
-/// spheres and symmetric tops. The step must be short against the contacts' periods
+/// [`SymplecticEuler`](Self::SymplecticEuler) and [`Leapfrog`](Self::Leapfrog) alternate between two exact parts of the
+/// motion. A *kick* changes the velocities by the accelerations at fixed poses; a *drift* moves the bodies freely. Forces in
+/// pairs balance in a kick and momenta stay in a drift, so momentum and angular momentum are conserved to round-off. In a
+/// drift the centre of mass moves straight on, and the body turns about it by a splitting that is symplectic, of second
+/// order, and exact for spheres and symmetric tops. The step must be short against the contacts' periods
 /// ([`World::largest_stable_step`](super::World::largest_stable_step)).
 ///
 /// # Implicit steps
@@ -155,13 +155,9 @@ impl<T: Scalar> System<T> {
 /// The centre of mass moves straight on; the body turns about it.
 fn move_freely<T: Scalar>(state: &mut BodyState<T>, inertia: &Inertia<T>, duration: f64) {
     let Twist { angular, linear } = &mut state.twist;
-    let center_before = state.pose.rotated_constant(&inertia.center_of_mass);
     let moved = linear.map(|component| component * duration);
     let principal = &inertia.principal;
     let (rotation, spin) = principal.turned_freely(state.pose.rotation(), angular, duration);
-    let turned = Pose::from_drifted_rotation(&rotation);
-    let center_after = turned.rotated_constant(&inertia.center_of_mass);
-    let origin = state.pose.translation() + center_before + moved - center_after;
-    state.pose = turned.with_translation(origin);
+    state.pose = inertia.turned_and_moved(&state.pose, &rotation, &moved);
     *angular = spin;
 }

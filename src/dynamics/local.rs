@@ -3,7 +3,7 @@
 use super::error::check_finite;
 use super::{BodyState, Force, State, World, WorldError};
 use crate::spatial::{Pose, Twist};
-use nalgebra::{DVector, Rotation3, UnitQuaternion, Vector6};
+use nalgebra::{DVector, Rotation3, UnitQuaternion, Vector3, Vector6};
 
 /// Numbers for each dynamic body.
 pub(crate) const LOCAL: usize = 12;
@@ -61,10 +61,15 @@ impl<F: Force> World<f64, F> {
 
 /// The motion (angular, linear) that takes one pose to another.
 fn turn_and_shift(from: &Pose, to: &Pose) -> Vector6<f64> {
-    let turn = Rotation3::from_matrix_unchecked(to.rotation() * from.rotation().transpose());
     let twist = Twist {
-        angular: UnitQuaternion::from_rotation_matrix(&turn).scaled_axis(),
+        angular: turn_between(from, to),
         linear: to.translation() - from.translation(),
     };
     twist.to_vector()
+}
+
+/// The rotation vector (rad, at most half a turn) that turns one pose to another.
+pub(super) fn turn_between(from: &Pose, to: &Pose) -> Vector3<f64> {
+    let turn = Rotation3::from_matrix_unchecked(to.rotation() * from.rotation().transpose());
+    UnitQuaternion::from_rotation_matrix(&turn).scaled_axis()
 }

@@ -102,12 +102,17 @@ impl<T: Scalar> System<T> {
 
     /// A state with the bodies that forces do not move where they belong.
     pub(super) fn placed(&self, mut state: State<T>) -> State<T> {
+        self.place(&mut state);
+        state
+    }
+
+    /// Puts the bodies that forces do not move where they belong.
+    pub(super) fn place(&self, state: &mut State<T>) {
         for (index, body) in state.bodies.iter_mut().enumerate() {
             if let Some(driven) = self.driven_state(index, state.time) {
                 *body = driven;
             }
         }
-        state
     }
 
     /// The state of a body that forces do not move.

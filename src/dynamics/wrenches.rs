@@ -2,11 +2,12 @@ use super::any_world::AnyWorld;
 use super::sweep::Sweep;
 use super::system::System;
 use super::workspace::Workspace;
-use super::{BodyState, Force, Situation, State, World, WorldError, Wrenches};
+use super::{Body, BodyState, Force, Situation, State, World, WorldError, Wrenches};
 use crate::contact::{ContactBody, ContactPair, ContactWrench, SurfaceLaw};
-use crate::scalar::Scalar;
+use crate::scalar::{Scalar, lift, lift_vector};
 use crate::spatial::{Pose, Twist, Wrench};
 use crate::threads::mapped_into;
+use nalgebra::{Vector3, Vector6};
 
 /// The wrench on each body of a world about its centre of mass, in world axes, of all but gravity; the controls as of a time
 /// (s) of their own.
@@ -20,20 +21,18 @@ pub(super) fn all_wrenches<'s, T: Scalar>(
     system.add_contact(&state.bodies, workspace);
     let Workspace { contact, all, .. } = workspace;
     all.clone_from(contact);
-    let now = Situation {
-        time: state.time,
-        bodies: &system.bodies,
-        states: &state.bodies,
-        gravity: &system.gravity,
-        contact,
-    };
-    let mut wrenches = Wrenches::new(&now, all);
-    for control in &system.controls {
-        if let Some(body) = now.index_of(control.body()) {
-            wrenches.add(body, &control.wrench_at(control_time));
-        }
-    }
-    world.add_forces(&mut wrenches, &now);
+    system.with_forces(
+        (state.time, &state.bodies, contact),
+        all,
+        |wrenches, now| {
+            for control in &system.controls {
+                if let Some(body) = now.index_of(control.body()) {
+                    wrenches.add(body, &control.wrench_at(control_time));
+                }
+            }
+            world.add_forces(wrenches, now);
+        },
+    );
     all
 }
 
@@ -59,6 +58,40 @@ impl<T: Scalar, F: Force> World<T, F> {
 }
 
 impl<T: Scalar> System<T> {
+    /// Lets forces add to the wrenches on all bodies, at a time (s), in states in which contact does this.
+    pub(super) fn with_forces(
+        &self,
+        (time, states, contact): (f64, &[BodyState<T>], &[Wrench<T>]),
+        sums: &mut [Wrench<T>],
+        add: impl FnOnce(&mut Wrenches<T>, &Situation<T>),
+    ) {
+        let now = Situation {
+            time,
+            bodies: &self.bodies,
+            states,
+            gravity: &self.gravity,
+            contact,
+        };
+        add(&mut Wrenches::new(&now, sums), &now);
+    }
+
+    /// The weight of each body and its control as of a time (s): torque and force about the centre of mass.
+    pub(super) fn given(&self, control_time: f64) -> Vec<Vector6<T>> {
+        let weight = |body: &Body<T>| {
+            let mass = body.inertia().map_or(lift(0.0), |inertia| inertia.mass);
+            let force = self.gravity.map(|component| component * mass);
+            let torque = lift_vector(&Vector3::zeros());
+            Wrench { torque, force }.to_vector()
+        };
+        let mut given: Vec<_> = self.bodies.iter().map(weight).collect();
+        for control in &self.controls {
+            if let Ok(body) = self.index_of(control.body()) {
+                given[body] += control.wrench_at(control_time).to_vector();
+            }
+        }
+        given
+    }
+
     /// Net contact wrench on each body, about its centre of mass, in world axes.
     fn add_contact(&self, states: &[BodyState<T>], workspace: &mut Workspace<T>) {
         let Workspace {

@@ -4,7 +4,6 @@ use super::area::AreaMoments;
 use super::frame::PlaneFrame;
 use super::{Traction, wrench_of, wrenches};
 use crate::contact::SurfaceLaw;
-use crate::contact::friction::LoadedSlip;
 use crate::contact::plane::PlanePolygon;
 use crate::contact::polygon::CutPolygon;
 use crate::contact::surface_law::RelativeMotion;
@@ -79,26 +78,7 @@ impl FrozenPolygon {
         if let Some(under_pressure) = plane.outline.cut(&plane.pressure) {
             plane.outline = under_pressure;
         }
-        let damping = plane.damping(law.dissipation);
-        let part = plane.outline.cut(&damping);
-        let pressed = part.as_ref().unwrap_or(&plane.outline);
-        let slip = LoadedSlip::on(
-            pressed.corners(),
-            plane.slip(law),
-            &plane.pressure,
-            &damping,
-        );
-        let traction = Traction {
-            plane: &plane,
-            friction: law.friction,
-            dissipation: law.dissipation,
-            damping,
-            excess: plane.separating().map(|c| -law.dissipation * c),
-            pressed,
-            is_clamped: part.is_some(),
-            slip,
-        };
-        let area = AreaMoments::of(&traction);
+        let area = Traction::on(&plane, law, AreaMoments::of);
         let frame = PlaneFrame::of(&plane);
         frame.add_matrix(&(area.by_twist() * self.weight), &mut sum.by_twist);
         let [q1, q2, q3] = &area.by_pressure;

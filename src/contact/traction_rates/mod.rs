@@ -127,32 +127,16 @@ impl PolygonSource<'_, f64> {
         let Some(plane) = PlanePolygon::of(polygon, motion) else {
             return;
         };
-        let damping = plane.damping(law.dissipation);
-        let part = plane.outline.cut(&damping);
-        let pressed = part.as_ref().unwrap_or(&plane.outline);
-        let slip = LoadedSlip::on(
-            pressed.corners(),
-            plane.slip(law),
-            &plane.pressure,
-            &damping,
-        );
-        let traction = Traction {
-            plane: &plane,
-            friction: law.friction,
-            dissipation: law.dissipation,
-            damping,
-            excess: plane.separating().map(|c| -law.dissipation * c),
-            pressed,
-            is_clamped: part.is_some(),
-            slip,
-        };
-        let mut rates = Rates::default();
-        if polygon.has_area() && polygon.weights.have_area() {
-            rates.set_area(&traction, polygon);
-        }
-        if !law.is_elastic() {
-            Edges::of(self, (cut, polygon), &plane).add_to(&traction, &mut rates);
-        }
+        let rates = Traction::on(&plane, law, |traction| {
+            let mut rates = Rates::default();
+            if polygon.has_area() && polygon.weights.have_area() {
+                rates.set_area(traction, polygon);
+            }
+            if !law.is_elastic() {
+                Edges::of(self, (cut, polygon), &plane).add_to(traction, &mut rates);
+            }
+            rates
+        });
         rates.add_to(&plane, polygon, sum);
     }
 }
@@ -170,6 +154,35 @@ struct Traction<'p> {
     pressed: &'p Outline<f64>,
     is_clamped: bool,
     slip: LoadedSlip<'p>,
+}
+
+impl Traction<'_> {
+    /// Hands on that of a law on a polygon.
+    fn on<O>(
+        plane: &PlanePolygon<f64>,
+        law: &SurfaceLaw,
+        value: impl FnOnce(&Traction<'_>) -> O,
+    ) -> O {
+        let damping = plane.damping(law.dissipation);
+        let part = plane.outline.cut(&damping);
+        let pressed = part.as_ref().unwrap_or(&plane.outline);
+        let slip = LoadedSlip::on(
+            pressed.corners(),
+            plane.slip(law),
+            &plane.pressure,
+            &damping,
+        );
+        value(&Traction {
+            plane,
+            friction: law.friction,
+            dissipation: law.dissipation,
+            damping,
+            excess: plane.separating().map(|c| -law.dissipation * c),
+            pressed,
+            is_clamped: part.is_some(),
+            slip,
+        })
+    }
 }
 
 /// The derivatives of one polygon's wrench, about its center along its axes.

@@ -1,9 +1,9 @@
 //! A contact of two bodies about their centres of mass.
 
-use crate::contact::LinearisedContact;
+use crate::contact::{LinearisedContact, add_block};
 use crate::dynamics::{Body, BodyState};
 use crate::spatial::{Wrench, skew};
-use nalgebra::{Matrix3, Matrix6, SMatrix, SVector, Vector3, Vector6};
+use nalgebra::{Matrix6, SMatrix, SVector, Vector3, Vector6};
 
 /// Of two bodies, A's six numbers before B's.
 pub(super) type PairVector = SVector<f64, 12>;
@@ -47,23 +47,20 @@ impl<'s> PairGeometry<'s> {
         let velocity_a = a.twist.linear - spin_a.cross(arm_a);
         let linear = velocity_a - b.twist.linear - spin_b.cross(&origin_from_b);
         let mut by_velocities = Maps::zeros();
-        set(&mut by_velocities, [0, 0], &to_a);
-        set(&mut by_velocities, [0, 6], &-to_a);
-        set(&mut by_velocities, [3, 0], &(to_a * skew(arm_a)));
-        set(&mut by_velocities, [3, 3], &to_a);
-        set(&mut by_velocities, [3, 6], &(to_a * skew(&origin_from_b)));
-        set(&mut by_velocities, [3, 9], &-to_a);
+        add_block(&mut by_velocities, [0, 0], to_a);
+        add_block(&mut by_velocities, [0, 6], -to_a);
+        add_block(&mut by_velocities, [3, 0], to_a * skew(arm_a));
+        add_block(&mut by_velocities, [3, 3], to_a);
+        add_block(&mut by_velocities, [3, 6], to_a * skew(&origin_from_b));
+        add_block(&mut by_velocities, [3, 9], -to_a);
         let mut by_displacements = Maps::zeros();
         let carried = to_a * skew(&spin_b);
         let turned = skew(&linear) + (skew(&spin_a) - skew(&spin_b)) * skew(arm_a);
-        set(
-            &mut by_displacements,
-            [0, 0],
-            &(to_a * skew(&(spin_a - spin_b))),
-        );
-        set(&mut by_displacements, [3, 0], &(to_a * turned));
-        set(&mut by_displacements, [3, 3], &-carried);
-        set(&mut by_displacements, [3, 9], &carried);
+        let spin = spin_a - spin_b;
+        add_block(&mut by_displacements, [0, 0], to_a * skew(&spin));
+        add_block(&mut by_displacements, [3, 0], to_a * turned);
+        add_block(&mut by_displacements, [3, 3], -carried);
+        add_block(&mut by_displacements, [3, 9], carried);
         RelativeVelocity {
             by_velocities,
             by_displacements,
@@ -83,7 +80,7 @@ impl<'s> PairGeometry<'s> {
         for (body, wrench) in wrenches.into_iter().enumerate() {
             // As a body turns by θ, its arm changes by θ × r, which takes (θ × r) × F from the torque.
             let turned = skew(&wrench.force) * skew(&self.arms[body]);
-            add(&mut about, [6 * body, 6 * body], &-turned);
+            add_block(&mut about, [6 * body, 6 * body], -turned);
         }
         about
     }
@@ -110,7 +107,7 @@ impl<'s> PairGeometry<'s> {
     fn moved_to_centers(&self, slopes: &PairMatrix) -> PairMatrix {
         let mut shift = PairMatrix::identity();
         for (body, arm) in self.arms.iter().enumerate() {
-            set(&mut shift, [6 * body + 3, 6 * body], &skew(arm));
+            add_block(&mut shift, [6 * body + 3, 6 * body], skew(arm));
         }
         shift.transpose() * slopes * shift
     }
@@ -124,19 +121,6 @@ pub(super) fn part(vector: &PairVector, body: usize) -> Vector6<f64> {
 /// The rows of one body and the columns of another.
 pub(super) fn block(matrix: &PairMatrix, row: usize, column: usize) -> Matrix6<f64> {
     matrix.fixed_view::<6, 6>(6 * row, 6 * column).into_owned()
-}
-
-fn set<const R: usize, const C: usize>(
-    matrix: &mut SMatrix<f64, R, C>,
-    [row, column]: [usize; 2],
-    block: &Matrix3<f64>,
-) {
-    matrix.fixed_view_mut::<3, 3>(row, column).copy_from(block);
-}
-
-fn add(matrix: &mut PairMatrix, [row, column]: [usize; 2], block: &Matrix3<f64>) {
-    let mut view = matrix.fixed_view_mut::<3, 3>(row, column);
-    view += block;
 }
 
 /// Six numbers of each of two bodies; of a body that forces do not move, none.

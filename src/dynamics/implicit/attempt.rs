@@ -39,7 +39,7 @@ pub(super) struct Tried {
     pub bodies: Vec<Moving>,
     pub energy: EnergyBalance,
     pub swept: Vec<Aabb>,
-    /// The greatest change of a body's forces, or turn, over what is allowed; 0 if none is beyond it.
+    /// The greatest change of a body's forces, or turn, over what is allowed.
     pub change: f64,
 }
 
@@ -147,12 +147,8 @@ impl<'s, 'a> Attempt<'s, 'a> {
             let found = inertia.speed(&change);
             let turned = inertia.wobble(&state.twist) * self.duration / LARGEST_TURN;
             if self.of.scheme.is_adaptive {
-                let change = if found > allowed {
-                    found / allowed
-                } else {
-                    0.0
-                };
-                self.tried.change = self.tried.change.max(change).max(turned);
+                // Nothing over nothing is no number, which `max` passes over.
+                self.tried.change = self.tried.change.max(found / allowed).max(turned);
             }
         }
         *body = Moving {

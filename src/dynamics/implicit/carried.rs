@@ -9,11 +9,9 @@ use super::island::Island;
 use super::scheme::Scheme;
 use super::steps::{Part, Way};
 use super::{Scene, Stuck};
+use crate::dynamics::BodyState;
 use crate::dynamics::any_world::AnyWorld;
-use crate::dynamics::system::System;
-use crate::dynamics::{BodyState, Inertia};
 use crate::scalar::Scalar;
-use crate::spatial::Wrench;
 use nalgebra::Vector6;
 
 /// An island to be carried through a step.
@@ -24,8 +22,8 @@ pub(super) struct Carrier<'a, T> {
     pub scheme: &'a Scheme,
     /// Time at the start of the step (s).
     pub start: f64,
-    /// The time (s) that controls are of.
-    pub control_time: f64,
+    /// Weight and control of each body of the world.
+    pub given: &'a [Vector6<T>],
 }
 
 impl<T: Scalar> Carrier<'_, T> {
@@ -69,7 +67,6 @@ impl<T: Scalar> Carrier<'_, T> {
             let carried = Carried {
                 of: self,
                 inertias: inertias.clone(),
-                given: self.given(&inertias),
                 poses: poses.collect(),
                 momenta: start.collect(),
                 duration: stage.duration,
@@ -79,27 +76,5 @@ impl<T: Scalar> Carrier<'_, T> {
             rates.push(carried.rates(velocities, states, stage));
         }
         Ok(())
-    }
-
-    /// Gravity and controls.
-    fn given(&self, inertias: &[&Inertia<T>]) -> Vec<Vector6<T>> {
-        let System {
-            gravity, controls, ..
-        } = self.world.system();
-        let bodies = self.island.dynamic.iter().zip(inertias);
-        bodies
-            .map(|(&body, inertia)| {
-                let force = gravity.map(|component| component * inertia.mass);
-                let mut wrench = Wrench {
-                    force,
-                    ..Wrench::zero()
-                };
-                let name = self.world.system().bodies[body].name();
-                for control in controls.iter().filter(|control| control.body() == name) {
-                    wrench += control.wrench_at(self.control_time);
-                }
-                wrench.to_vector()
-            })
-            .collect()
     }
 }

@@ -8,7 +8,7 @@ use super::rigid::none;
 use super::scheme::Stage;
 use crate::contact::{ContactWrench, LinearisedContact};
 use crate::dynamics::sweep::Sweep;
-use crate::dynamics::{BodyState, Inertia, Motion, Situation, Wrenches};
+use crate::dynamics::{BodyState, Inertia, Motion};
 use crate::scalar::{Scalar, change, lift};
 use crate::spatial::{Pose, Twist, Wrench};
 use crate::threads::mapped_into;
@@ -21,7 +21,6 @@ type Linearised = ([usize; 2], LinearisedContact);
 pub(super) struct Carried<'a, T> {
     pub of: &'a Carrier<'a, T>,
     pub inertias: Vec<&'a Inertia<T>>,
-    pub given: Vec<Vector6<T>>,
     pub poses: Vec<Pose<T>>,
     pub momenta: Vec<Vector6<T>>,
     pub duration: f64,
@@ -93,7 +92,7 @@ impl<T: Scalar> Carried<'_, T> {
         let bodies = self.of.island.dynamic.iter().enumerate();
         let residual = bodies.map(|(place, &body)| {
             let momentum = self.inertias[place].momentum(&states[body]);
-            let force = self.given[place] + acting[body].to_vector();
+            let force = self.of.given[body] + acting[body].to_vector();
             momentum - self.momenta[place] - force.map(|number| number * self.duration)
         });
         (residual.collect(), contacts)
@@ -144,14 +143,10 @@ impl<T: Scalar> Carried<'_, T> {
             contacts.extend(linearised.map(|linearised| (pair, linearised)));
         }
         let mut all = contact.clone();
-        let now = Situation {
-            time: self.time,
-            bodies: &system.bodies,
-            states,
-            gravity: &system.gravity,
-            contact: &contact,
-        };
-        world.add_forces(&mut Wrenches::new(&now, &mut all), &now);
+        let here = (self.time, states, &*contact);
+        system.with_forces(here, &mut all, |wrenches, now| {
+            world.add_forces(wrenches, now);
+        });
         (all, contacts)
     }
 

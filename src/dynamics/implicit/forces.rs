@@ -4,8 +4,8 @@
 use super::about_centers::{block, part};
 use super::pair_model::PairWrenches;
 use super::problem::{ForceSlopes, Problem};
+use crate::dynamics::BodyState;
 use crate::dynamics::any_world::Seeded;
-use crate::dynamics::{BodyState, Situation, Wrenches};
 use crate::scalar::lift;
 use crate::spatial::{Twist, Wrench};
 use nalgebra::{Matrix6, Vector6};
@@ -18,7 +18,6 @@ impl Problem<'_> {
         contacts: &[PairWrenches],
     ) -> Vec<Vector6<f64>> {
         let scene = self.scene;
-        let system = scene.system;
         let mut all = scene.start.to_vec();
         let mut contact = vec![Wrench::zero(); all.len()];
         for (participant, state) in states.iter().enumerate() {
@@ -30,17 +29,12 @@ impl Problem<'_> {
                 contact[self.island.body(participant)] += wrench;
             }
         }
-        let now = Situation {
-            time: self.time,
-            bodies: &system.bodies,
-            states: &all,
-            gravity: &system.gravity,
-            contact: &contact,
-        };
         let mut sums = vec![Wrench::zero(); all.len()];
-        scene
-            .forces
-            .add_real(&mut Wrenches::new(&now, &mut sums), &now);
+        let here = (self.time, &*all, &*contact);
+        let forces = scene.forces;
+        scene.system.with_forces(here, &mut sums, |wrenches, now| {
+            forces.add_real(wrenches, now);
+        });
         let own = self.island.dynamic.iter();
         own.map(|&body| sums[body].to_vector()).collect()
     }
@@ -87,23 +81,19 @@ impl Problem<'_> {
             state.twist = Twist::from_vector(&(state.twist.to_vector() + seeds(6)));
         }
         let contact = self.seeded_contact(column, contacts);
-        let now = Situation {
-            time: self.time,
-            bodies: &system.bodies,
-            states: &all,
-            gravity: &system.gravity,
-            contact: &contact,
-        };
         let mut sums = vec![Wrench::zero(); all.len()];
+        let here = (self.time, &*all, &*contact);
         let forces = self.scene.forces;
-        forces.add_seeded(&mut Wrenches::new(&now, &mut sums), &now);
+        system.with_forces(here, &mut sums, |wrenches, now| {
+            forces.add_seeded(wrenches, now);
+        });
         let rows = self.island.dynamic.iter().enumerate();
         rows.map(|(row, &body)| {
             let wrench = sums[body].to_vector();
             let slopes = |first: usize| {
                 // Where a force has no derivative, as a norm at 0, Newton's method does without.
-                let slope = |i: usize, j: usize| Some(wrench[i].eps[first + j]);
-                Matrix6::from_fn(|i, j| slope(i, j).filter(|it| it.is_finite()).unwrap_or(0.0))
+                let slope = |i: usize, j: usize| wrench[i].eps[first + j];
+                Matrix6::from_fn(slope).map(|slope| if slope.is_finite() { slope } else { 0.0 })
             };
             ForceSlopes {
                 row,

@@ -13,7 +13,7 @@ pub(super) use super::sparse::Patterns;
 #[derive(Debug, Clone, Default)]
 pub(super) struct Patterns(());
 
-/// From so many bodies on, a matrix is sparse: dense factors of 16 bodies take about 0.3 ms, as much as their contacts.
+/// From so many bodies on, a matrix is sparse: the time of dense factors grows with the cube of their number.
 #[cfg(feature = "sparse")]
 const MANY: usize = 16;
 

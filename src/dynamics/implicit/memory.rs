@@ -68,6 +68,7 @@ impl Memory {
         let solved = self.solved(&scene, state.time, step)?;
         if carries_derivatives::<T>() {
             let mut bodies = state.bodies.clone();
+            let given = world.system().given(control_time);
             for (island, way) in &solved {
                 let carrier = Carrier {
                     world,
@@ -75,7 +76,7 @@ impl Memory {
                     island,
                     scheme: step.scheme,
                     start: state.time,
-                    control_time,
+                    given: &given,
                 };
                 carrier.through(way, &mut bodies)?;
             }
@@ -89,11 +90,7 @@ impl Memory {
         }
         self.keep(&solved);
         state.time = step.end;
-        for (index, body) in state.bodies.iter_mut().enumerate() {
-            if let Some(driven) = world.system().driven_state(index, step.end) {
-                *body = driven;
-            }
-        }
+        world.system().place(state);
         Ok(())
     }
 

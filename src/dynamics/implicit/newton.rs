@@ -104,7 +104,7 @@ impl Problem<'_> {
             }
             fraction *= 0.5;
         }
-        // Contacts that come and go make another measure of each look: one that leaves less counts, if it is not much less.
+        // Contacts that come and go make another measure of each look: one that leaves no more counts, though it is not much less.
         best.filter(|best| best.size <= from.size)
             .ok_or_else(|| Unsolved(step.clone()))
     }

@@ -1,9 +1,11 @@
 //! Rigid bodies in the coordinates of an implicit step: about the centre of mass, angular before linear.
 
+use crate::contact::add_block;
+use crate::dynamics::local::turn_between;
 use crate::dynamics::{BodyState, Inertia};
 use crate::scalar::{Scalar, lift};
 use crate::spatial::{Pose, Twist, left_jacobian, skew, turned_by};
-use nalgebra::{Matrix3, Matrix6, Rotation3, UnitQuaternion, Vector3, Vector6};
+use nalgebra::{Matrix3, Matrix6, Vector3, Vector6};
 
 impl<T: Scalar> Inertia<T> {
     /// Angular momentum (N m s) about the centre of mass and momentum (N s) of a body, in world axes.
@@ -17,10 +19,7 @@ impl<T: Scalar> Inertia<T> {
     /// The pose of a body after a turn (rad, world axes) about its centre of mass, and a shift of that (m).
     pub(super) fn displaced(&self, pose: &Pose<T>, displacement: &Vector6<T>) -> Pose<T> {
         let Twist { angular, linear } = Twist::from_vector(displacement);
-        let before = pose.rotated_constant(&self.center_of_mass);
-        let turned = Pose::from_drifted_rotation(&turned_by(pose.rotation(), &angular));
-        let after = turned.rotated_constant(&self.center_of_mass);
-        turned.with_translation(pose.translation() + before + linear - after)
+        self.turned_and_moved(pose, &turned_by(pose.rotation(), &angular), &linear)
     }
 }
 
@@ -82,10 +81,8 @@ pub(super) struct Rates {
 
 /// The displacement of a body from one pose to another.
 pub(super) fn displacement(inertia: &Inertia, from: &Pose, to: &Pose) -> Vector6<f64> {
-    let turn = Rotation3::from_matrix_unchecked(to.rotation() * from.rotation().transpose());
     let [before, after] = [from, to].map(|pose| pose.transformed_point(&inertia.center_of_mass));
-    let angular = UnitQuaternion::from_rotation_matrix(&turn).scaled_axis();
-    six(&angular, &(after - before))
+    six(&turn_between(from, to), &(after - before))
 }
 
 /// The 6-vector of two parts.
@@ -101,8 +98,7 @@ pub(super) fn none<T: Scalar>() -> Vector6<T> {
 
 fn diagonal(angular: &Matrix3<f64>, linear: f64) -> Matrix6<f64> {
     let mut matrix = Matrix6::zeros();
-    matrix.fixed_view_mut::<3, 3>(0, 0).copy_from(angular);
-    let linear = Matrix3::from_diagonal_element(linear);
-    matrix.fixed_view_mut::<3, 3>(3, 3).copy_from(&linear);
+    add_block(&mut matrix, [0, 0], *angular);
+    add_block(&mut matrix, [3, 3], Matrix3::from_diagonal_element(linear));
     matrix
 }

@@ -6,9 +6,9 @@ use crate::dynamics::any_world::{RealForces, Seeded};
 use crate::dynamics::body::state_on;
 use crate::dynamics::sweep::Sweep;
 use crate::dynamics::system::System;
-use crate::dynamics::{Body, BodyState, Inertia, Motion};
+use crate::dynamics::{BodyState, Inertia, Motion};
 use crate::geometry::Aabb;
-use crate::spatial::{Pose, Wrench};
+use crate::spatial::Pose;
 use nalgebra::Vector6;
 
 /// A world in `f64`, in one of its steps.
@@ -35,28 +35,13 @@ impl<'a> Scene<'a> {
         start: &'a [BodyState],
         control_time: f64,
     ) -> Self {
-        let weight = |body: &Body| {
-            let mass = body.inertia().map_or(0.0, |inertia| inertia.mass);
-            let force = system.gravity * mass;
-            Wrench {
-                force,
-                ..Wrench::zero()
-            }
-            .to_vector()
-        };
-        let mut given: Vec<_> = system.bodies.iter().map(weight).collect();
-        for control in &system.controls {
-            if let Ok(body) = system.index_of(control.body()) {
-                given[body] += control.wrench_at(control_time).to_vector();
-            }
-        }
         Self {
             system,
             forces,
             lifted,
             patterns,
             coupled,
-            given,
+            given: system.given(control_time),
             start,
         }
     }
