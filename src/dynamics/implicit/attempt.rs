@@ -9,11 +9,7 @@ use crate::dynamics::BodyState;
 use crate::geometry::Aabb;
 use nalgebra::{DVector, Vector6};
 
-/// A step is halved where the wrench on a body changes from one stage to the next by more than this part of its velocity
-/// over the step, and gravity.
-const LARGEST_CHANGE: f64 = 0.02;
-
-/// And so many times what velocities are known to: where nothing moves and nothing weighs, a change is round-off.
+/// How many times what velocities are known to a change may always be: where nothing moves and nothing weighs, it is round-off.
 const UNKNOWN: f64 = 100.0;
 
 /// A step is halved where a body whose moments differ turns by more (rad) in it: free rotation is of second order too.
@@ -141,9 +137,7 @@ impl<'s, 'a> Attempt<'s, 'a> {
             let inertia = self.of.inertias[place];
             let rotation = state.pose.rotation();
             let change = inertia.velocities(rotation, &((acting - before) * self.duration));
-            let speed = inertia.speed(&self.from[place].state.twist.to_vector());
-            let gravity = self.of.scene.system.gravity.norm();
-            let allowed = LARGEST_CHANGE * speed + gravity * self.duration + UNKNOWN * least;
+            let allowed = self.of.largest_changes[place] + UNKNOWN * least;
             let found = inertia.speed(&change);
             let turned = inertia.wobble(&state.twist) * self.duration / LARGEST_TURN;
             if self.of.scheme.is_adaptive {

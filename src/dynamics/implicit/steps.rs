@@ -11,6 +11,10 @@ use crate::geometry::Aabb;
 use crate::spatial::Pose;
 use nalgebra::{DVector, Vector6};
 
+/// A step is halved where the wrench on a body changes from one stage to the next so much that over the part of the step that
+/// was tried it could give it more energy than this part of its kinetic energy, and that of falling for the step.
+const LARGEST_GAIN: f64 = 0.04;
+
 /// How often a step is halved because its forces change much in it: to 1/128.
 const MOST_HALVINGS: u32 = 7;
 
@@ -63,6 +67,8 @@ pub(super) struct Stepper<'a> {
     pub tolerance: f64,
     /// Time at the start of the step (s).
     pub start: f64,
+    /// By how much forces may change the speed (m/s) of each body between two stages.
+    pub largest_changes: Vec<f64>,
     pub way: Way,
 }
 
@@ -81,6 +87,7 @@ impl<'a> Stepper<'a> {
             scheme,
             tolerance,
             start,
+            largest_changes: Vec::new(),
             way: Way {
                 parts: Vec::new(),
                 bodies,
@@ -93,11 +100,25 @@ impl<'a> Stepper<'a> {
 
     /// Takes the step.
     pub fn through(mut self, duration: f64) -> Result<Way, Stuck> {
+        self.limit_changes(duration);
         if self.scheme.is_adaptive {
             self.evaluate_start()?;
         }
         self.advance(0.0, duration, 0)?;
         Ok(self.way)
+    }
+
+    /// The speed δ that brings a body of speed v the energy vδ + δ²/2 (m²/s², by its mass), which is that of halving. It is the
+    /// same in all parts of the step: what does no harm to the whole is not worth more parts.
+    fn limit_changes(&mut self, duration: f64) {
+        let fall = self.scene.system.gravity.norm() * duration;
+        let of_body = |(inertia, body): (&&Inertia, &Moving)| {
+            let speed = inertia.speed(&body.state.twist.to_vector());
+            let doubled_energy = LARGEST_GAIN * speed * speed + 2.0 * fall * fall;
+            (speed * speed + doubled_energy).sqrt() - speed
+        };
+        let bodies = self.inertias.iter().zip(&self.way.bodies);
+        self.largest_changes = bodies.map(of_body).collect();
     }
 
     /// Where no step went before, finds what acts at the start.
