@@ -19,6 +19,10 @@ const SHORTEST: [f64; 2] = [1.0 / 8.0, 1e-3];
 /// How much of the first step inner iterations may leave, which the outer ones find out anyway.
 const INNER: f64 = 1e-4;
 
+/// The next look is not taken where, leaving again as much as the last one did of what was left before it, it would find less
+/// than this part of what may be left.
+const PREDICTED: f64 = 0.01;
+
 /// Where a look at the contacts leaves more than this of what the one before it left, the next ones take the exact
 /// derivatives of friction, for the time of two.
 const SLOW: f64 = 0.1;
@@ -58,6 +62,7 @@ impl Problem<'_> {
         let mut look = self.look(guess.clone(), false, work)?;
         let mut is_exact = false;
         let mut scale = f64::INFINITY;
+        let mut rate = f64::INFINITY;
         while work.looks - first < MOST_EVALUATIONS {
             // The least so far: velocities that run away must not loosen what they are held to.
             scale = scale.min(self.scale(&look.evaluation));
@@ -69,14 +74,18 @@ impl Problem<'_> {
                     least,
                 });
             }
-            let next = self.solved_near(&look, 0.1 * least, work);
-            let mut step = next - at;
+            let velocities = self.solved_near(&look, 0.1 * least, work);
+            if look.size * rate <= PREDICTED * least {
+                return Ok(Root { velocities, least });
+            }
+            let mut step = velocities - at;
             if self.speed(&step) <= 0.0 {
                 step.copy_from(&look.step);
             }
             let before = look.size;
             look = self.damped(&look, &step, is_exact, work)?;
-            is_exact |= look.size > SLOW * before;
+            rate = look.size / before;
+            is_exact |= rate > SLOW;
         }
         Err(Unsolved(look.step))
     }
@@ -143,21 +152,21 @@ impl Problem<'_> {
         for _ in 0..MOST_ITERATIONS {
             let factors = new_factors.as_ref().unwrap_or(&look.factors);
             let mut fraction = 1.0;
-            let (residual, matrix) = loop {
+            let (residual, matrix, left) = loop {
                 let next = &velocities + &step * fraction;
                 let (residual, matrix) = self.residual_near(&look.evaluation, &next);
                 let left = factors.solve(&residual);
                 let left = left.map_or(f64::INFINITY, |left| self.speed(&left));
                 if left <= (1.0 - fraction / 4.0) * size {
                     velocities = next;
-                    break (residual, matrix);
+                    break (residual, matrix, left);
                 }
                 fraction *= 0.5;
                 if fraction < SHORTEST[1] {
                     return velocities;
                 }
             };
-            if size * fraction <= least.max(INNER * look.size) {
+            if left <= least.max(INNER * look.size) {
                 break;
             }
             work.iterations += 1;
