@@ -39,9 +39,10 @@ pub enum Integrator {
     /// Two stages, each an implicit equation for the velocities, of second order, L-stable and stiffly accurate
     /// \[Alexander 1977, γ = 1 − 1/√2\].
     ///
-    /// Where the wrench on a body changes from one stage to the next by more than a fiftieth of its velocity over the step (and
-    /// gravity), or a body whose moments differ turns by more than 0.3 rad, the step is taken in halves, down to 1/128: an
-    /// impact is resolved, and rest, sliding and flight take one step.
+    /// Where the wrench on a body changes from one stage to the next so much that over the step it could bring the body more
+    /// energy than 4 % of its kinetic energy and m(gh)², twice that of a fall for the step h, or a body whose moments differ turns
+    /// by more than 0.3 rad, the step is taken in halves, down to 1/128: an impact is resolved, and rest, sliding and flight
+    /// take one step.
     Sdirk2,
     /// One implicit stage, of first order, which takes energy from everything that moves fast against the step: the quiet one.
     /// Steps are not halved, unless a stage is not solved: where a body moves by more than its own size in a step, it may pass

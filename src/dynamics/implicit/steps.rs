@@ -12,7 +12,7 @@ use crate::spatial::Pose;
 use nalgebra::{DVector, Vector6};
 
 /// A step is halved where the wrench on a body changes from one stage to the next so much that over the part of the step that
-/// was tried it could give it more energy than this part of its kinetic energy, and that of falling for the step.
+/// was tried it could give it more energy than this part of its kinetic energy, and twice that of a fall for the step.
 const LARGEST_GAIN: f64 = 0.04;
 
 /// How often a step is halved because its forces change much in it: to 1/128.
