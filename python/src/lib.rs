@@ -15,6 +15,7 @@ mod pair;
 mod pair_inputs;
 mod parameter;
 mod path;
+mod pickle;
 mod plan;
 mod poses;
 mod report;

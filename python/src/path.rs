@@ -1,8 +1,9 @@
 //! Paths of bodies that forces do not move.
 
-use crate::arrays::{Many, Numbers, list, numbers, row, wrong_shape};
+use crate::arrays::{Floats, Many, Numbers, array, list, numbers, row, wrong_shape};
 use crate::errors::refused;
-use crate::poses::{one, poses, twist_of};
+use crate::pickle::{Reduced, loaded, reduced};
+use crate::poses::{matrix, one, poses, twist_of};
 use hydroelastic::dynamics::{BodyState, PrescribedPath};
 use hydroelastic::nalgebra::{Matrix3, Rotation3, UnitQuaternion, Vector3};
 use hydroelastic::spatial::{Pose, Twist, rotation_from_vector, skew};
@@ -78,17 +79,10 @@ impl Path {
     }
 
     /// The pose (4, 4) and the twist (6,) at a time (s).
-    fn at<'py>(
-        &self,
-        py: Python<'py>,
-        time: f64,
-    ) -> PyResult<(crate::arrays::Floats<'py>, crate::arrays::Floats<'py>)> {
+    fn at<'py>(&self, py: Python<'py>, time: f64) -> PyResult<(Floats<'py>, Floats<'py>)> {
         let BodyState { pose, twist } = self.state_at(time);
         let twist = twist.to_vector().as_slice().to_vec();
-        Ok((
-            crate::poses::matrix(py, &pose)?,
-            crate::arrays::array(py, twist, &[6])?,
-        ))
+        Ok((matrix(py, &pose)?, array(py, twist, &[6])?))
     }
 
     fn __repr__(&self) -> String {
@@ -106,21 +100,15 @@ impl Path {
         }
     }
 
-    fn __reduce__<'py>(slf: &Bound<'py, Self>) -> PyResult<(Bound<'py, PyAny>, (String,))> {
-        let load = slf
-            .py()
-            .import("hydroelastic._core")?
-            .getattr("_load_path")?;
-        let saved = serde_json::to_string(&*slf.get().0).map_err(refused)?;
-        Ok((load, (saved,)))
+    fn __reduce__<'py>(&self, py: Python<'py>) -> PyResult<Reduced<'py>> {
+        reduced(py, "_load_path", &*self.0)
     }
 }
 
 /// A path from what pickle has kept.
 #[pyfunction]
-pub fn _load_path(saved: &str) -> PyResult<Path> {
-    let kind = serde_json::from_str(saved).map_err(refused)?;
-    Ok(Path(Arc::new(kind)))
+pub fn _load_path(saved: &[u8]) -> PyResult<Path> {
+    loaded(saved).map(|kind| Path(Arc::new(kind)))
 }
 
 impl Path {

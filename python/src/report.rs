@@ -1,9 +1,10 @@
 //! What a step took, and the energies of a state.
 
 use crate::arrays::{Floats, array};
+use crate::pickle::{Reduced, loaded, reduced};
 use hydroelastic::dynamics;
+use numpy::PyArrayDyn;
 use pyo3::prelude::*;
-use pyo3::types::PyBytes;
 
 /// What one implicit step, or several, took.
 #[pyclass(frozen, eq, module = "hydroelastic")]
@@ -108,17 +109,15 @@ impl StepReport {
         )
     }
 
-    fn __reduce__<'py>(
-        slf: &Bound<'py, Self>,
-    ) -> PyResult<(Bound<'py, PyAny>, (Bound<'py, PyBytes>,))> {
-        crate::world_pickle::reduced(slf.py(), "_load_step_report", &slf.get().0)
+    fn __reduce__<'py>(&self, py: Python<'py>) -> PyResult<Reduced<'py>> {
+        reduced(py, "_load_step_report", &self.0)
     }
 }
 
 /// A report from what pickle has kept.
 #[pyfunction]
 pub fn _load_step_report(saved: &[u8]) -> PyResult<StepReport> {
-    crate::world_pickle::loaded(saved).map(StepReport)
+    loaded(saved).map(StepReport)
 }
 
 /// Energies and momentum of a state. Only dynamic bodies have kinetic energy, weight and momentum.
@@ -133,9 +132,9 @@ pub struct Report {
     /// The sum of these (J), without what is stored in forces of other kinds.
     total_energy: f64,
     /// (3,) float64: linear momentum (kg m/s).
-    linear_momentum: Py<numpy::PyArrayDyn<f64>>,
+    linear_momentum: Py<PyArrayDyn<f64>>,
     /// (3,) float64: angular momentum (kg m²/s) about the origin of the world.
-    angular_momentum: Py<numpy::PyArrayDyn<f64>>,
+    angular_momentum: Py<PyArrayDyn<f64>>,
 }
 
 impl Report {
@@ -162,7 +161,7 @@ impl Report {
         gravitational_energy: f64,
         contact_energy: f64,
         total_energy: f64,
-        momenta: (Py<numpy::PyArrayDyn<f64>>, Py<numpy::PyArrayDyn<f64>>),
+        momenta: (Py<PyArrayDyn<f64>>, Py<PyArrayDyn<f64>>),
     ) -> Self {
         let (linear_momentum, angular_momentum) = momenta;
         Self {
@@ -189,7 +188,7 @@ impl Report {
         f64,
         f64,
         f64,
-        (Py<numpy::PyArrayDyn<f64>>, Py<numpy::PyArrayDyn<f64>>),
+        (Py<PyArrayDyn<f64>>, Py<PyArrayDyn<f64>>),
     ) {
         let momenta = (
             self.linear_momentum.clone_ref(py),

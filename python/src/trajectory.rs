@@ -8,6 +8,7 @@ use numpy::{PyArrayDyn, PyArrayMethods};
 use pyo3::exceptions::PyIndexError;
 use pyo3::prelude::*;
 use pyo3::sync::PyOnceLock;
+use pyo3::types::{PyIterator, PyList};
 
 /// Recorded states of n bodies in the order of time; the first is the initial one. A sequence of State, and three arrays, which
 /// are not writable.
@@ -96,6 +97,11 @@ impl Trajectory {
                 states.len()
             ))
         })
+    }
+
+    fn __iter__<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyIterator>> {
+        let states = self.inner.states().iter().cloned().map(State);
+        PyList::new(py, states.collect::<Vec<_>>())?.try_iter()
     }
 
     fn __repr__(&self) -> String {

@@ -227,7 +227,7 @@ fn a_flag_stops_a_batch_within_its_rollouts() {
         if time > 4.5e-3 {
             setter.store(true, Ordering::Relaxed);
         }
-        still_at(at(5.0, 0.0, 0.0))
+        still_at(5.0)
     };
     let driven = Body::prescribed("driven", ball_shape(), SKIN, Arc::new(path)).unwrap();
     let bodies = [world.bodies()[0].clone(), driven];
