@@ -1,8 +1,11 @@
 //! Arrays of `float64` in, and what else is refused; arrays out.
 
 use crate::errors::refused;
-use numpy::ndarray::{Array, IxDyn};
-use numpy::{IntoPyArray, PyArrayDyn, PyArrayMethods, PyUntypedArray, PyUntypedArrayMethods};
+use numpy::ndarray::{Array, Array2, IxDyn};
+use numpy::{
+    IntoPyArray, PyArray1, PyArray2, PyArrayDyn, PyArrayMethods, PyUntypedArray,
+    PyUntypedArrayMethods,
+};
 use pyo3::exceptions::PyTypeError;
 use pyo3::prelude::*;
 use pyo3::types::{PyList, PyTuple};
@@ -115,8 +118,37 @@ fn message(error: &PyErr) -> String {
     Python::attach(|py| error.value(py).to_string())
 }
 
+/// So many numbers of an array of one dimension that has as many: the short way for what is called most.
+fn short_row<const N: usize>(argument: &Bound<'_, PyAny>) -> Option<[f64; N]> {
+    let array = argument.cast::<PyArray1<f64>>().ok()?;
+    let mut values = [0.0; N];
+    if array.len() != N {
+        return None;
+    }
+    for (place, value) in values.iter_mut().enumerate() {
+        *value = array.get_owned(place)?;
+    }
+    Some(values)
+}
+
+/// The entries, row by row, of a 4×4 array.
+pub fn short_matrix(argument: &Bound<'_, PyAny>) -> Option<[f64; 16]> {
+    let array = argument.cast::<PyArray2<f64>>().ok()?;
+    let mut values = [0.0; 16];
+    if array.shape() != [4, 4] {
+        return None;
+    }
+    for (place, value) in values.iter_mut().enumerate() {
+        *value = array.get_owned([place / 4, place % 4])?;
+    }
+    Some(values)
+}
+
 /// Rows of so many numbers: one, or n of them.
 pub fn rows<const N: usize>(argument: &Bound<'_, PyAny>, name: &str) -> PyResult<Many<[f64; N]>> {
+    if let Some(row) = short_row(argument) {
+        return Ok(Many::One(row));
+    }
     let Numbers { values, shape } = numbers(argument, name)?;
     match shape[..] {
         [length] if length == N => Ok(Many::One(chunk(&values))),
@@ -197,8 +229,19 @@ fn chunk<const N: usize>(values: &[f64]) -> [f64; N] {
 
 /// Numbers as an array of a shape.
 pub fn array<'py>(py: Python<'py>, values: Vec<f64>, shape: &[usize]) -> PyResult<Floats<'py>> {
-    let array = Array::from_shape_vec(IxDyn(shape), values).map_err(refused)?;
-    Ok(array.into_pyarray(py))
+    match *shape {
+        [length] if length == values.len() => {
+            Ok(PyArray1::from_slice(py, &values).to_dyn().clone())
+        }
+        [rows, columns] => {
+            let array = Array2::from_shape_vec((rows, columns), values).map_err(refused)?;
+            Ok(array.into_pyarray(py).to_dyn().clone())
+        }
+        _ => {
+            let array = Array::from_shape_vec(IxDyn(shape), values).map_err(refused)?;
+            Ok(array.into_pyarray(py))
+        }
+    }
 }
 
 /// Whole numbers as an array of a shape.

@@ -63,10 +63,7 @@ pub fn wrench_numbers(wrench: &ContactWrench) -> Vec<f64> {
 
 /// The entries of a matrix, row by row.
 fn by_rows<const R: usize, const C: usize>(matrix: &SMatrix<f64, R, C>) -> Vec<f64> {
-    matrix
-        .row_iter()
-        .flat_map(|row| row.iter().copied().collect::<Vec<_>>())
-        .collect()
+    matrix.transpose().as_slice().to_vec()
 }
 
 #[pymethods]

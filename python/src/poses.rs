@@ -1,6 +1,6 @@
 //! Poses as 4×4 homogeneous matrices, twists as 6-vectors.
 
-use crate::arrays::{Floats, Many, Numbers, array, numbers, row, wrong_shape};
+use crate::arrays::{Floats, Many, Numbers, array, numbers, row, short_matrix, wrong_shape};
 use crate::errors::refused;
 use hydroelastic::nalgebra::{Matrix3, Vector3, Vector6};
 use hydroelastic::spatial::{Pose, Twist};
@@ -71,6 +71,9 @@ pub fn pose_of(entries: &[f64; ENTRIES]) -> PyResult<Pose> {
 
 /// One pose, or n of them.
 pub fn poses(argument: &Bound<'_, PyAny>, name: &str) -> PyResult<Many<Pose>> {
+    if let Some(entries) = short_matrix(argument) {
+        return pose_of(&entries).map(Many::One);
+    }
     let Numbers { values, shape } = numbers(argument, name)?;
     let entries = |values: &[f64]| std::array::from_fn(|place| values[place]);
     let matrices = match shape[..] {
