@@ -44,6 +44,26 @@ impl<T: Scalar> SurfaceLaw<T> {
     }
 }
 
+impl<T: Copy> SurfaceLaw<T> {
+    /// Hunt–Crossley dissipation (s/m).
+    #[must_use]
+    pub fn dissipation(&self) -> T {
+        self.dissipation
+    }
+
+    /// Coefficient of friction.
+    #[must_use]
+    pub fn friction(&self) -> T {
+        self.friction
+    }
+
+    /// Slip tolerance (m/s).
+    #[must_use]
+    pub fn slip_tolerance(&self) -> f64 {
+        self.slip_tolerance
+    }
+}
+
 impl<T: Scalar> ContactPair<'_, T> {
     /// The contact wrenches of moving bodies. Each twist is in world axes, its linear part the
     /// velocity of the body's origin.

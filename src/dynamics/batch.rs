@@ -53,6 +53,7 @@ pub struct Progress {
 pub struct Batch {
     pub(crate) plan: Plan,
     progress: Option<Arc<ProgressFunction>>,
+    pub(crate) stop: Arc<AtomicBool>,
 }
 
 type ProgressFunction = dyn Fn(Progress) -> ControlFlow<()> + Send + Sync;
@@ -64,6 +65,7 @@ impl Batch {
         Self {
             plan: *plan,
             progress: None,
+            stop: Arc::default(),
         }
     }
 
@@ -85,6 +87,13 @@ impl Batch {
         }
     }
 
+    /// The same batch, which ends once the flag is true: rollouts that run end before their next step, others are not begun,
+    /// and both have the error [`RolloutError::Stopped`]. For another thread, or a handler of signals, to set.
+    #[must_use]
+    pub fn stopped_by(self, flag: Arc<AtomicBool>) -> Self {
+        Self { stop: flag, ..self }
+    }
+
     /// The trajectory of a world from each state; counted from the state's own time.
     ///
     /// # Errors
@@ -100,7 +109,9 @@ impl Batch {
             .try_for_each(|state| state.check_fits(world.bodies()))?;
         let world = Arc::new(world.clone());
         let rollout = |state: &State<T>| {
-            Rollout::new(Arc::clone(&world), &self.plan).starting_from_fitting(state.clone())
+            Rollout::new(Arc::clone(&world), &self.plan)
+                .starting_from_fitting(state.clone())
+                .stopped_by(Arc::clone(&self.stop))
         };
         Ok(self.results(
             states,
@@ -114,7 +125,10 @@ impl Batch {
 
     /// The trajectory of each world from its initial state.
     pub fn of_worlds<T: Scalar, F: Force>(&self, worlds: &[World<T, F>]) -> Vec<Recorded<T>> {
-        let job = |world: &World<T, F>| world.rollout(&self.plan).recorded();
+        let job = |world: &World<T, F>| {
+            let rollout = world.rollout(&self.plan);
+            rollout.stopped_by(Arc::clone(&self.stop)).recorded()
+        };
         self.results(worlds, job, |world| Interrupted {
             error: RolloutError::Stopped,
             trajectory: Trajectory::starting_with(world.initial_state()),
@@ -132,7 +146,7 @@ impl Batch {
         let (finished, total) = (AtomicUsize::new(0), items.len());
         let (has_panicked, is_stopped) = (AtomicBool::new(false), AtomicBool::new(false));
         results_of(items, |item| {
-            if is_stopped.load(Ordering::Relaxed) {
+            if is_stopped.load(Ordering::Relaxed) || self.stop.load(Ordering::Relaxed) {
                 return Err(stopped(item));
             }
             let result = job(item);

@@ -66,6 +66,9 @@ pub enum WorldError {
         /// What it was given.
         quantity: &'static str,
     },
+    /// A body that forces move was given a path.
+    #[error("body {0:?} cannot follow a path: forces move it")]
+    Dynamic(String),
     /// A pose, initial or of a state, is not rigid or not finite.
     #[error("the pose of body {body:?} is unusable: {source}")]
     Pose {
@@ -105,6 +108,29 @@ pub enum WorldError {
         found: usize,
         /// Bodies in the world.
         expected: usize,
+    },
+    /// A trajectory was made of no states.
+    #[error("a trajectory needs at least one state")]
+    NoState,
+    /// The states of a trajectory are of different numbers of bodies.
+    #[error("state {state} of a trajectory has {found} bodies, but the first has {expected}")]
+    BodyCount {
+        /// The state, counted from 0.
+        state: usize,
+        /// Bodies in it.
+        found: usize,
+        /// Bodies in the first one.
+        expected: usize,
+    },
+    /// The states of a trajectory are not in the order of time.
+    #[error("state {state} of a trajectory is at {time} s, but the one before it at {previous} s")]
+    StateOrder {
+        /// The state, counted from 0.
+        state: usize,
+        /// Its time (s).
+        time: f64,
+        /// Time of the one before it (s).
+        previous: f64,
     },
     /// Changes of a state are more or fewer than it has degrees of freedom.
     #[error("{found} numbers do not change a state of {expected} local coordinates")]
@@ -165,8 +191,8 @@ pub enum RolloutError {
     /// The state that it was to start from does not fit the world.
     #[error(transparent)]
     State(#[from] WorldError),
-    /// The batch that it belongs to was ended before it began.
-    #[error("the batch was ended before this rollout began")]
+    /// It was [stopped](super::Rollout::stopped_by), or the batch that it belongs to was ended before it began.
+    #[error("the rollout was stopped before its end")]
     Stopped,
     /// A state is no longer finite.
     #[error(

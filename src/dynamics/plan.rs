@@ -124,10 +124,16 @@ impl Plan {
         self.integrator
     }
 
-    /// After how many steps states are recorded, and the time step is checked.
-    #[cfg(feature = "serde")]
-    pub(super) fn intervals(&self) -> (usize, Option<usize>) {
-        (self.record_every, self.check_every)
+    /// After how many steps a state is recorded.
+    #[must_use]
+    pub fn record_every(&self) -> usize {
+        self.record_every
+    }
+
+    /// After how many steps the time step is checked, if it is.
+    #[must_use]
+    pub fn check_every(&self) -> Option<usize> {
+        self.check_every
     }
 
     /// Whether the state after so many steps is recorded.

@@ -8,6 +8,7 @@ use crate::scalar::Scalar;
 use crate::threads::contained;
 use std::fmt;
 use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
 
 /// An endless iterator over the states that follow a world's initial state, one a time step; [`Self::recorded`] takes the
 /// steps that were planned.
@@ -24,6 +25,7 @@ pub struct Rollout<T = f64> {
     world: Arc<dyn AnyWorld<T>>,
     plan: Plan,
     steps: Steps<T>,
+    stop: Option<Arc<AtomicBool>>,
 }
 
 impl<T: Scalar, F: Force> World<T, F> {
@@ -61,6 +63,7 @@ impl<T: Scalar> Rollout<T> {
             world,
             plan: *plan,
             steps,
+            stop: None,
         }
     }
 
@@ -81,6 +84,20 @@ impl<T: Scalar> Rollout<T> {
         }
     }
 
+    /// The same rollout, which [`Self::recorded`] ends with [`RolloutError::Stopped`], before its next step, once the flag is
+    /// true: for another thread, or a handler of signals, to set.
+    #[must_use]
+    pub fn stopped_by(self, flag: Arc<AtomicBool>) -> Self {
+        let stop = Some(flag);
+        Self { stop, ..self }
+    }
+
+    /// Whether the flag that stops it, if there is one, is set.
+    fn is_stopped(&self) -> bool {
+        let stop = self.stop.as_ref();
+        stop.is_some_and(|flag| flag.load(Ordering::Relaxed))
+    }
+
     /// The state last given, or the initial one.
     #[must_use]
     pub fn state(&self) -> &State<T> {
@@ -96,8 +113,8 @@ impl<T: Scalar> Rollout<T> {
     /// Takes the planned number of steps and keeps the states that are to be recorded.
     ///
     /// # Errors
-    /// If a state is not finite or fails the stability check, or a force or a path panics; the
-    /// error holds the trajectory up to there.
+    /// If a state is not finite or fails the stability check, a force or a path panics, or the rollout is
+    /// [stopped](Self::stopped_by); the error holds the trajectory up to there.
     pub fn recorded(mut self) -> Recorded<T> {
         let mut trajectory = Trajectory::starting_with(self.state().clone());
         match contained(|| self.record(&mut trajectory)) {
@@ -108,6 +125,9 @@ impl<T: Scalar> Rollout<T> {
 
     fn record(&mut self, trajectory: &mut Trajectory<T>) -> Result<(), RolloutError> {
         for step in 1..=self.plan.steps() {
+            if self.is_stopped() {
+                return Err(RolloutError::Stopped);
+            }
             let state = self.steps.advance(&*self.world, &self.plan)?;
             if self.plan.records(step) {
                 trajectory.push(state.clone());

@@ -57,7 +57,7 @@ struct TrajectoryLayout<'a> {
     states: Cow<'a, [State]>,
 }
 
-/// Why what was loaded is no state, material or trajectory.
+/// Why what was loaded is no state or material.
 #[derive(Debug, thiserror::Error)]
 enum LoadError {
     #[error("the time of a state is {0} s, but must be finite")]
@@ -66,31 +66,16 @@ enum LoadError {
         "the {quantity} of a material is {value}: a modulus must be positive, dissipation and friction not negative, and all finite"
     )]
     Material { quantity: &'static str, value: f64 },
-    #[error("a trajectory needs at least one state")]
-    NoState,
-    #[error("state {state} of a trajectory has {found} bodies, but the first has {expected}")]
-    BodyCount {
-        state: usize,
-        found: usize,
-        expected: usize,
-    },
-    #[error("state {state} of a trajectory is at {time} s, but the one before it at {previous} s")]
-    Order {
-        state: usize,
-        time: f64,
-        previous: f64,
-    },
 }
 
 impl Serialize for Plan {
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
-        let (record_every, check_every) = self.intervals();
         let layout = PlanLayout {
             time_step: self.time_step(),
             steps: self.steps(),
             integrator: self.integrator(),
-            record_every,
-            check_every,
+            record_every: self.record_every(),
+            check_every: self.check_every(),
             solver_tolerance: self.solver_tolerance(),
         };
         layout.serialize(serializer)
@@ -187,31 +172,6 @@ impl Serialize for Trajectory {
 impl<'de> Deserialize<'de> for Trajectory {
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
         let TrajectoryLayout { states } = TrajectoryLayout::deserialize(deserializer)?;
-        check_sequence(&states).map_err(D::Error::custom)?;
-        Ok(Self::from_sequence(states.into_owned()))
+        Self::new(states.into_owned()).map_err(D::Error::custom)
     }
-}
-
-/// Checks that these are states of the same bodies in the order of time, at least one.
-fn check_sequence(states: &[State]) -> Result<(), LoadError> {
-    let expected = states.first().ok_or(LoadError::NoState)?.bodies.len();
-    for (state, pair) in (1..).zip(states.windows(2)) {
-        let found = pair[1].bodies.len();
-        if found != expected {
-            return Err(LoadError::BodyCount {
-                state,
-                found,
-                expected,
-            });
-        }
-        let [previous, time] = [pair[0].time, pair[1].time];
-        if time < previous {
-            return Err(LoadError::Order {
-                state,
-                time,
-                previous,
-            });
-        }
-    }
-    Ok(())
 }

@@ -1,4 +1,4 @@
-use super::{RolloutError, State};
+use super::{RolloutError, State, WorldError};
 use crate::scalar::Scalar;
 
 /// Recorded states in the order of time.
@@ -28,10 +28,32 @@ impl<T: Scalar> Trajectory<T> {
         }
     }
 
-    /// From states in the order of time, at least one, all of the same bodies.
-    #[cfg(feature = "serde")]
-    pub(super) fn from_sequence(states: Vec<State<T>>) -> Self {
-        Self { states }
+    /// From states of the same bodies in the order of time.
+    ///
+    /// # Errors
+    /// If there is no state, one has more or fewer bodies than the first, or is earlier than the one before it.
+    pub fn new(states: Vec<State<T>>) -> Result<Self, WorldError> {
+        let first = states.first().ok_or(WorldError::NoState)?;
+        let expected = first.bodies.len();
+        for (state, pair) in (1..).zip(states.windows(2)) {
+            let found = pair[1].bodies.len();
+            if found != expected {
+                return Err(WorldError::BodyCount {
+                    state,
+                    found,
+                    expected,
+                });
+            }
+            let [previous, time] = [pair[0].time, pair[1].time];
+            if time < previous {
+                return Err(WorldError::StateOrder {
+                    state,
+                    time,
+                    previous,
+                });
+            }
+        }
+        Ok(Self { states })
     }
 
     pub(super) fn push(&mut self, state: State<T>) {

@@ -1,7 +1,8 @@
 use super::error::{check_finite, check_positive};
 use super::system::System;
-use super::{Body, Control, Force, Motion, State, WorldError};
+use super::{Body, Control, Force, Motion, PrescribedPath, State, WorldError};
 use crate::scalar::Scalar;
+use crate::spatial::Twist;
 use nalgebra::Vector3;
 use std::fmt;
 use std::sync::Arc;
@@ -126,6 +127,30 @@ impl<F: Force> World<f64, F> {
         Ok(self)
     }
 
+    /// The same world, in which a body that forces do not move follows a path, or stays where it starts if there is none: what
+    /// takes the paths out of a world that is to be saved, and puts them back.
+    ///
+    /// # Errors
+    /// If there is no such body, forces move it, or the path is not finite at the time of the initial state.
+    pub fn with_path(
+        mut self,
+        body: &str,
+        path: Option<Arc<PrescribedPath>>,
+    ) -> Result<Self, WorldError> {
+        let index = self.index_of(body)?;
+        let found = &mut self.system.bodies[index];
+        if found.inertia().is_some() {
+            return Err(WorldError::Dynamic(body.to_owned()));
+        }
+        found.motion = path.map_or(Motion::Fixed, Motion::Prescribed);
+        found.initial.twist = Twist::zero();
+        if let Some(start) = self.system.driven_state(index, self.system.start) {
+            self.system.bodies[index].initial = start;
+        }
+        self.system.check()?;
+        Ok(self)
+    }
+
     /// The same world, in which two bodies pass through each other.
     ///
     /// # Errors
@@ -168,6 +193,17 @@ impl<T: Scalar, F: Force> World<T, F> {
     #[must_use]
     pub fn gravity(&self) -> &Vector3<T> {
         &self.system.gravity
+    }
+
+    /// Slip tolerance (m/s) of all contacts.
+    #[must_use]
+    pub fn slip_tolerance(&self) -> f64 {
+        self.system.slip_tolerance
+    }
+
+    /// The pairs of bodies that pass through each other, by their places, the smaller first.
+    pub fn ignored(&self) -> impl Iterator<Item = (usize, usize)> {
+        self.system.ignored.iter().copied()
     }
 
     /// The place of the body of that name, in [`Self::bodies`] and in every state.

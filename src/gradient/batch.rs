@@ -2,6 +2,7 @@ use super::{Experiment, GradientError, Outcome, OutcomeJacobian, Parameter};
 use crate::dynamics::{Batch, Force, RolloutError, World};
 use crate::threads::contained;
 use nalgebra::DVector;
+use std::sync::Arc;
 
 /// A batch of a world after many changes of its parameters: each sample has a number for each number
 /// of the parameters, as in [`World::changed`].
@@ -73,7 +74,8 @@ impl Batch {
         let job = |sample: &_| {
             contained(|| {
                 let world = world.changed(parameters, AsRef::as_ref(sample))?;
-                read(&Experiment::new(world, &self.plan))
+                let experiment = Experiment::new(world, &self.plan);
+                read(&experiment.stopped_by(Arc::clone(&self.stop)))
             })
         };
         self.results(samples, job, |_| RolloutError::Stopped.into())

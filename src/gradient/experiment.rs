@@ -6,6 +6,7 @@ use crate::threads::contained;
 use nalgebra::{DMatrix, DVector};
 use std::fmt;
 use std::sync::Arc;
+use std::sync::atomic::AtomicBool;
 
 /// A world rolled out for a number of steps, to be differentiated.
 ///
@@ -16,6 +17,7 @@ use std::sync::Arc;
 pub struct Experiment {
     world: Arc<dyn DifferentiableWorld>,
     plan: Plan,
+    stop: Arc<AtomicBool>,
 }
 
 /// What an outcome is, and its derivatives.
@@ -34,7 +36,23 @@ impl Experiment {
     #[must_use]
     pub fn new<F: Force>(world: impl Into<Arc<World<f64, F>>>, plan: &Plan) -> Self {
         let world: Arc<World<f64, F>> = world.into();
-        Self { world, plan: *plan }
+        Self {
+            world,
+            plan: *plan,
+            stop: Arc::default(),
+        }
+    }
+
+    /// The same experiment, whose rollouts end with [`RolloutError::Stopped`](crate::dynamics::RolloutError::Stopped), before
+    /// their next step, once the flag is true: for another thread, or a handler of signals, to set.
+    #[must_use]
+    pub fn stopped_by(self, flag: Arc<AtomicBool>) -> Self {
+        Self { stop: flag, ..self }
+    }
+
+    /// The steps of the world, or of one that was made of it.
+    fn rollout_of<T: Scalar>(&self, world: Arc<dyn AnyWorld<T>>) -> Rollout<T> {
+        Rollout::of(world, &self.plan).stopped_by(Arc::clone(&self.stop))
     }
 
     /// All of the world but its forces.
@@ -58,7 +76,7 @@ impl Experiment {
     /// # Errors
     /// If the rollout ends early; the error holds the trajectory up to there.
     pub fn trajectory(&self) -> Recorded {
-        Rollout::of(self.world.clone(), &self.plan).recorded()
+        self.rollout_of(self.world.clone()).recorded()
     }
 
     /// The outcome without derivatives.
@@ -165,7 +183,7 @@ impl Experiment {
         world: Arc<dyn AnyWorld<T>>,
         outcome: &dyn OutcomeIn<T>,
     ) -> Result<Vec<T>, GradientError> {
-        let trajectory = Rollout::of(world, &self.plan).recorded()?;
+        let trajectory = self.rollout_of(world).recorded()?;
         contained(|| Ok(outcome.of_trajectory(&trajectory)))
     }
 }

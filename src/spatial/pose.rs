@@ -8,6 +8,10 @@ use std::ops::Mul;
 /// round-off of a few thousand products, far above that of one normalised quaternion.
 const ORTHONORMALITY: f64 = 1e-9;
 
+/// How far RᵀR may be from the identity for a rotation to be restored bit for bit: some ten times the
+/// round-off of one that was made orthonormal, and below what a contact counts as zero.
+const ROUND_OFF: f64 = 1e-14;
+
 /// Why a rotation matrix and a translation are not a pose.
 #[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
 #[non_exhaustive]
@@ -206,6 +210,24 @@ impl<T: Scalar> Pose<T> {
             return Err(PoseError::NotARotation { deviation });
         }
         Ok(self.orthonormalised())
+    }
+}
+
+impl Pose<f64> {
+    /// From the numbers of a pose that was saved or taken apart: as [`Self::new`], but a rotation that is orthonormal to 1e-14,
+    /// as every one in a rollout is, keeps its bits.
+    ///
+    /// # Errors
+    /// As [`Self::new`].
+    pub fn restored(rotation: Matrix3<f64>, translation: Vector3<f64>) -> Result<Self, PoseError> {
+        let righted = Self::new(rotation, translation)?;
+        let gram = rotation.transpose() * rotation;
+        let is_exact = (gram - Matrix3::identity()).amax() <= ROUND_OFF;
+        Ok(if is_exact {
+            Self::from_parts(rotation, translation)
+        } else {
+            righted
+        })
     }
 }
 

@@ -1,13 +1,9 @@
 //! Poses and twists, saved and loaded by serde.
 
 use super::{Pose, PoseError, Twist};
-use nalgebra::{Matrix3, RowVector3, Vector3};
+use nalgebra::{Matrix3, RowVector3};
 use serde::de::{Deserialize, Deserializer, Error};
 use serde::ser::{Serialize, Serializer};
-
-/// How far RᵀR may be from the identity for the rotation to be loaded bit for bit: some ten times the
-/// round-off of one that was made orthonormal, and below what a contact counts as zero.
-const ROUND_OFF: f64 = 1e-14;
 
 /// A pose as it is saved.
 #[derive(serde::Serialize, serde::Deserialize)]
@@ -53,18 +49,10 @@ impl<'de> Deserialize<'de> for Pose {
 }
 
 impl PoseLayout {
-    /// The pose, if it is one; a rotation that is one to round-off stays as it is, bit for bit.
+    /// The pose, if it is one.
     fn pose(self) -> Result<Pose, PoseError> {
         let rotation = Matrix3::from_rows(&self.rotation.map(RowVector3::from));
-        let translation = Vector3::from(self.translation);
-        let righted = Pose::new(rotation, translation)?;
-        let gram = rotation.transpose() * rotation;
-        let is_exact = (gram - Matrix3::identity()).amax() <= ROUND_OFF;
-        Ok(if is_exact {
-            Pose::from_parts(rotation, translation)
-        } else {
-            righted
-        })
+        Pose::restored(rotation, self.translation.into())
     }
 }
 

@@ -3,7 +3,9 @@
 use crate::scenes::{
     ROUND_OFF, SKIN, at, ball, ball_shape, box_shape, down, floor, leapfrog, still_at,
 };
-use hydroelastic::dynamics::{Body, BodyState, Integrator, Mass, Material, Plan, World};
+use hydroelastic::dynamics::{
+    Body, BodyState, Integrator, Mass, Material, Plan, World, WorldError,
+};
 use hydroelastic::gradient::Parameter;
 use hydroelastic::spatial::{Pose, Twist};
 use nalgebra::{Matrix3, Vector3, vector};
@@ -217,4 +219,33 @@ fn a_world_with_a_body_on_a_turning_path_can_be_changed() {
         let changed = world.changed(&by, &[1.0, 0.0, 0.0]).unwrap();
         assert!((changed.bodies()[0].initial().velocity().x - 1.0).abs() <= 0.0);
     }
+}
+
+#[test]
+fn a_path_is_taken_out_of_a_world_and_put_back_with_the_same_bits() {
+    let path = Arc::new(|time: f64| BodyState {
+        twist: Twist {
+            linear: vector![1.0, 0.0, 0.0],
+            ..Twist::zero()
+        },
+        ..still_at(time - 0.2)
+    });
+    let driven = Body::prescribed("driven", ball_shape(), SKIN, path.clone()).unwrap();
+    let world = World::new(vec![ball("ball").at(at(0.0, 0.0, 0.19)), driven]).unwrap();
+    let ends = |world: &World| leapfrog(world, 1e-3).nth(99).unwrap().unwrap();
+    let still = world.clone().with_path("driven", None).unwrap();
+    assert_same(&ends(&still).bodies[1], &still_at(-0.2));
+    let moving = still.with_path("driven", Some(path.clone())).unwrap();
+    for (found, expected) in ends(&moving).bodies.iter().zip(ends(&world).bodies) {
+        assert_same(found, &expected);
+    }
+    assert_eq!(
+        world.clone().with_path("ball", Some(path)).unwrap_err(),
+        WorldError::Dynamic("ball".into())
+    );
+    let lost = Arc::new(|_| still_at(f64::NAN));
+    assert!(matches!(
+        world.with_path("driven", Some(lost)).unwrap_err(),
+        WorldError::Pose { .. }
+    ));
 }

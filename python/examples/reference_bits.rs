@@ -1,0 +1,197 @@
+//! Prints what the library gives for the scenes of `tests/test_bits.py`, as the bits of every number in hexadecimal:
+//!
+//! ```sh
+//! cargo run --release --example reference_bits > tests/data/reference_bits.json
+//! ```
+
+use hydroelastic::contact::{ContactBody, ContactPair, ContactWrench, Shape, SurfaceLaw};
+use hydroelastic::dynamics::{
+    Body, Control, Drag, Force, Integrator, Mass, Material, Plan, Spring, State, Thruster, World,
+};
+use hydroelastic::gradient::{Experiment, FinalState, Parameter};
+use hydroelastic::mesh::shapes;
+use hydroelastic::nalgebra::{self, DMatrix, Vector6, vector};
+use hydroelastic::spatial::{Pose, Twist, Wrench};
+use serde_json::{Map, Value, json};
+use std::error::Error;
+use std::sync::Arc;
+
+type Found = Map<String, Value>;
+
+fn main() -> Result<(), Box<dyn Error>> {
+    let mut found = Found::new();
+    let platform = format!("{} {}", std::env::consts::OS, std::env::consts::ARCH);
+    found.insert("platform".into(), platform.into());
+    contact(&mut found)?;
+    worlds(&mut found)?;
+    println!("{}", serde_json::to_string_pretty(&found)?);
+    Ok(())
+}
+
+fn keep<'n>(found: &mut Found, name: &str, numbers: impl IntoIterator<Item = &'n f64>) {
+    let bits = numbers
+        .into_iter()
+        .map(|number| format!("{:016x}", number.to_bits()));
+    found.insert(name.to_owned(), json!(bits.collect::<Vec<_>>()));
+}
+
+fn both(wrench: &ContactWrench) -> Vec<f64> {
+    let [a, b] = [wrench.on_a, wrench.on_b].map(|it| it.to_vector());
+    a.iter().chain(&b).copied().collect()
+}
+
+fn contact(found: &mut Found) -> Result<(), Box<dyn Error>> {
+    let ball = Shape::new(shapes::icosphere(0.1, 3)?);
+    let block = Shape::new(shapes::cuboid([0.4, 0.4, 0.2])?);
+    let pose_a =
+        Pose::from_rotation_vector(&vector![0.3, -0.2, 0.5], vector![0.013, 0.021, 0.1921]);
+    let pose_b = Pose::from_rotation_vector(&vector![0.02, -0.03, 0.01], vector![0.0, 0.0, 0.0]);
+    let (a, b) = (
+        ContactBody::new(&ball, pose_a, 1e5)?,
+        ContactBody::new(&block, pose_b, 1e6)?,
+    );
+    let pair = ContactPair::new(a, b);
+    keep(found, "wrench", &both(&pair.wrench()));
+    let (_, jacobian) = pair.wrench_and_jacobian();
+    let rows = [
+        jacobian.on_a.matrix().transpose(),
+        jacobian.on_b.matrix().transpose(),
+    ];
+    keep(found, "jacobian", rows.iter().flatten());
+    let law = SurfaceLaw::new(0.2, 0.4, 1e-2)?;
+    let twists = [
+        Twist::from_vector(&Vector6::new(0.1, 0.2, -0.3, 0.5, 0.1, -0.05)),
+        Twist::from_vector(&Vector6::new(0.0, 0.0, 0.1, 0.0, -0.1, 0.0)),
+    ];
+    keep(
+        found,
+        "wrench in motion",
+        &both(&pair.wrench_in_motion(&law, twists)),
+    );
+    let linearised = pair.linearised(&law, twists);
+    keep(found, "linearised wrench", &both(&linearised.wrench));
+    keep(
+        found,
+        "linearised jacobian",
+        &linearised.jacobian().transpose(),
+    );
+    keep(found, "energy", &[pair.potential_energy()]);
+    let surface = pair.surface();
+    keep(found, "area", &[surface.area()]);
+    let corners = surface.polygons.iter().flat_map(|it| it.outline.corners());
+    keep(found, "corners", corners.flat_map(|corner| corner.iter()));
+    let pressure = |it: &hydroelastic::contact::ContactPolygon| {
+        let corners = it.outline.corners().iter();
+        corners
+            .map(|corner| it.pressure_at(corner))
+            .collect::<Vec<_>>()
+    };
+    let pressures: Vec<f64> = surface.polygons.iter().flat_map(pressure).collect();
+    keep(found, "pressures", &pressures);
+    Ok(())
+}
+
+/// A ball and a brick above a floor.
+fn scene() -> Result<World, Box<dyn Error>> {
+    let skin = Material::elastic(1e5)
+        .with_dissipation(0.2)
+        .with_friction(0.4);
+    let ball = Shape::new(shapes::icosphere(0.1, 2)?);
+    let brick = Shape::new(shapes::cuboid([0.1, 0.2, 0.3])?);
+    let floor = Shape::new(shapes::cuboid([2.0, 2.0, 0.2])?);
+    let tilted = Pose::from_rotation_vector(&vector![0.1, 0.3, -0.2], vector![0.3, 0.0, 0.26]);
+    Ok(World::new(vec![
+        Body::dynamic("ball", ball, skin, Mass::Total(1.0))?
+            .at(Pose::from_translation(vector![-0.3, 0.0, 0.25]))
+            .with_velocity(vector![0.5, 0.0, 0.0])
+            .with_spin(vector![0.0, 1.0, 0.5]),
+        Body::dynamic("brick", brick, skin, Mass::Density(800.0))?.at(tilted),
+        Body::fixed("floor", floor, skin)?,
+    ])?
+    .with_gravity(vector![0.0, 0.0, -9.81])?
+    .with_slip_tolerance(1e-2)?)
+}
+
+fn states(found: &mut Found, name: &str, states: &[State]) {
+    let mut numbers = Vec::new();
+    for body in states.iter().flat_map(|state| &state.bodies) {
+        numbers.extend(body.pose.rotation().transpose().iter().copied());
+        numbers.extend(body.pose.translation().iter().copied());
+        numbers.extend(body.twist.to_vector().iter().copied());
+    }
+    keep(found, name, &numbers);
+}
+
+fn recorded<F: Force>(
+    found: &mut Found,
+    name: &str,
+    world: &World<f64, F>,
+    plan: &Plan,
+) -> Result<(), Box<dyn Error>> {
+    states(found, name, world.rollout(plan).recorded()?.states());
+    Ok(())
+}
+
+fn by_rows(found: &mut Found, name: &str, matrix: &DMatrix<f64>) {
+    keep(found, name, &matrix.transpose());
+}
+
+fn worlds(found: &mut Found) -> Result<(), Box<dyn Error>> {
+    let world = scene()?;
+    let explicit = Plan::new(2e-4, 900)?.recording_every(300);
+    recorded(found, "leapfrog", &world, &explicit)?;
+    let euler = explicit.with_integrator(Integrator::SymplecticEuler);
+    recorded(found, "symplectic Euler", &world, &euler)?;
+    let implicit = Plan::new(5e-3, 40)?.recording_every(20);
+    let sdirk = implicit.with_integrator(Integrator::Sdirk2);
+    recorded(found, "sdirk2", &world, &sdirk)?;
+    recorded(
+        found,
+        "implicit Euler",
+        &world,
+        &implicit.with_integrator(Integrator::ImplicitEuler),
+    )?;
+
+    let push = Wrench {
+        torque: vector![0.0, 0.0, 0.05],
+        force: vector![0.5, 0.0, 0.0],
+    };
+    let spring = Spring {
+        bodies: ["ball".into(), "brick".into()],
+        points: [[0.0; 3], [0.01, 0.02, 0.1]],
+        rest_length: 0.5,
+        stiffness: 20.0,
+        damping: 0.1,
+    };
+    let drag = Drag {
+        body: "ball".into(),
+        linear: 0.3,
+        angular: 0.01,
+    };
+    let thruster = Thruster {
+        body: "brick".into(),
+        point: [0.0, 0.1, 0.0],
+        force: [1.0, 0.0, 0.5],
+    };
+    let driven = scene()?.with_control(Control::new("ball", 0.05, vec![push, -push, push])?)?;
+    let driven = driven.with_forces((spring, drag, thruster))?;
+    recorded(found, "forces, leapfrog", &driven, &explicit)?;
+    recorded(found, "forces, sdirk2", &driven, &sdirk)?;
+
+    let by = [
+        Parameter::InitialVelocity("ball".into()),
+        Parameter::Friction("ball".into()),
+        Parameter::Control("ball".into(), 1),
+    ];
+    let plan = Plan::new(5e-4, 300)?.recording_every(300);
+    let shared = Arc::new(driven);
+    let experiment = Experiment::new(Arc::clone(&shared), &plan);
+    let end = experiment.jacobian(&by, &FinalState::of_body(&shared, "ball")?)?;
+    keep(found, "end", &end.value);
+    by_rows(found, "end jacobian", &end.jacobian);
+    let linearised =
+        Experiment::new(Arc::clone(&shared), &Plan::new(1e-3, 100)?).linearised(&by)?;
+    by_rows(found, "A", &linearised.by_state);
+    by_rows(found, "B", &linearised.by_parameters);
+    Ok(())
+}

@@ -1,0 +1,79 @@
+"""Differentiable pressure-field (hydroelastic) contact between soft-skinned rigid bodies.
+
+Conventions, everywhere:
+
+- SI units, world frame.
+- Poses are (4, 4) float64 arrays that map coordinates in a body frame to the world; n poses are (n, 4, 4).
+- 6-vectors have the angular part first: wrenches are (torque, force), twists (angular, linear).
+- Derivatives by a pose are by a twist in world axes: the body turns about its own origin, which moves (``moved_pose``).
+- The normal of a contact points out of B into A; the wrench on B is the negative of that on A about the same point.
+- Arrays are of float64. Others are refused, since a conversion would hide lost digits.
+
+What the library refuses raises ``HydroelasticError``, a ``ValueError``; an array of another type raises ``TypeError``.
+"""
+
+from ._core import (
+    Batch,
+    Body,
+    Contact,
+    Control,
+    DifferenceCheck,
+    Drag,
+    HydroelasticError,
+    Integrator,
+    Material,
+    Pair,
+    Parameter,
+    Path,
+    Plan,
+    Report,
+    Rollout,
+    RolloutError,
+    Shape,
+    Spring,
+    State,
+    StepReport,
+    Surface,
+    SurfaceLaw,
+    Thruster,
+    Topology,
+    Trajectory,
+    TrajectoryJacobian,
+    World,
+    __version__,
+    moved_pose,
+    pose,
+)
+
+__all__ = [
+    "Batch",
+    "Body",
+    "Contact",
+    "Control",
+    "DifferenceCheck",
+    "Drag",
+    "HydroelasticError",
+    "Integrator",
+    "Material",
+    "Pair",
+    "Parameter",
+    "Path",
+    "Plan",
+    "Report",
+    "Rollout",
+    "RolloutError",
+    "Shape",
+    "Spring",
+    "State",
+    "StepReport",
+    "Surface",
+    "SurfaceLaw",
+    "Thruster",
+    "Topology",
+    "Trajectory",
+    "TrajectoryJacobian",
+    "World",
+    "__version__",
+    "moved_pose",
+    "pose",
+]

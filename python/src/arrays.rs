@@ -1,0 +1,263 @@
+//! Arrays of `float64` in, and what else is refused; arrays out.
+
+use crate::errors::refused;
+use numpy::ndarray::{Array, Array2, IxDyn};
+use numpy::{
+    IntoPyArray, PyArray1, PyArray2, PyArrayDyn, PyArrayMethods, PyUntypedArray,
+    PyUntypedArrayMethods,
+};
+use pyo3::exceptions::PyTypeError;
+use pyo3::prelude::*;
+use pyo3::types::{PyList, PyTuple};
+
+/// An array that is handed to Python.
+pub type Floats<'py> = Bound<'py, PyArrayDyn<f64>>;
+
+/// The numbers of an argument in C order, and its shape. `name` is that of the argument.
+pub struct Numbers {
+    pub values: Vec<f64>,
+    pub shape: Vec<usize>,
+}
+
+/// The numbers of a `float64` array, or of a list or a tuple of numbers.
+pub fn numbers(argument: &Bound<'_, PyAny>, name: &str) -> PyResult<Numbers> {
+    if let Ok(array) = argument.cast::<PyArrayDyn<f64>>() {
+        let shape = array.shape().to_vec();
+        let view = array.try_readonly().map_err(refused)?;
+        let values = match view.as_slice() {
+            Ok(slice) => slice.to_vec(),
+            Err(_) => view.as_array().iter().copied().collect(),
+        };
+        return Ok(Numbers { values, shape });
+    }
+    if argument.is_instance_of::<PyList>() || argument.is_instance_of::<PyTuple>() {
+        return listed(argument, name);
+    }
+    Err(not_floats(argument, name))
+}
+
+/// The numbers of a list, one for each entry.
+fn listed(argument: &Bound<'_, PyAny>, name: &str) -> PyResult<Numbers> {
+    match argument.extract::<Vec<f64>>() {
+        Ok(values) => {
+            let shape = vec![values.len()];
+            Ok(Numbers { values, shape })
+        }
+        Err(_) => Err(PyTypeError::new_err(format!(
+            "{name} must be a float64 array, or one row of numbers as a list or tuple"
+        ))),
+    }
+}
+
+/// The exception for an argument that is no array of `float64`.
+fn not_floats(argument: &Bound<'_, PyAny>, name: &str) -> PyErr {
+    let found = match argument.cast::<PyUntypedArray>() {
+        Ok(array) => format!("an array of {}", array.dtype()),
+        Err(_) => format!("{}", argument.get_type()),
+    };
+    PyTypeError::new_err(format!(
+        "{name} must be a numpy array of float64, but is {found}: contact is computed in float64 alone, and a conversion would \
+         hide lost digits (array.astype(numpy.float64) makes one)"
+    ))
+}
+
+/// The exception for an array of another shape.
+pub fn wrong_shape(name: &str, expected: &str, shape: &[usize]) -> PyErr {
+    let found: Vec<String> = shape.iter().map(usize::to_string).collect();
+    let comma = if found.len() == 1 { "," } else { "" };
+    refused(format!(
+        "{name} must have the shape {expected}, but has ({}{comma})",
+        found.join(", ")
+    ))
+}
+
+/// One value, or one for each item of a batch.
+pub enum Many<T> {
+    One(T),
+    Each(Vec<T>),
+}
+
+impl<T> Many<T> {
+    /// The value of an item.
+    pub fn at(&self, item: usize) -> &T {
+        match self {
+            Self::One(value) => value,
+            Self::Each(values) => &values[item],
+        }
+    }
+
+    /// How many items there are, if it is a batch.
+    pub fn count(&self) -> Option<usize> {
+        match self {
+            Self::One(_) => None,
+            Self::Each(values) => Some(values.len()),
+        }
+    }
+
+    /// Each value turned into another, with the place in the message where one is refused.
+    pub fn mapped<U>(&self, name: &str, value: impl Fn(&T) -> PyResult<U>) -> PyResult<Many<U>> {
+        match self {
+            Self::One(one) => Ok(Many::One(value(one)?)),
+            Self::Each(values) => {
+                let place = |(item, it): (usize, &T)| {
+                    value(it)
+                        .map_err(|error| refused(format!("{name}[{item}]: {}", message(&error))))
+                };
+                values
+                    .iter()
+                    .enumerate()
+                    .map(place)
+                    .collect::<PyResult<_>>()
+                    .map(Many::Each)
+            }
+        }
+    }
+}
+
+fn message(error: &PyErr) -> String {
+    Python::attach(|py| error.value(py).to_string())
+}
+
+/// So many numbers of an array of one dimension that has as many: the short way for what is called most.
+fn short_row<const N: usize>(argument: &Bound<'_, PyAny>) -> Option<[f64; N]> {
+    let array = argument.cast::<PyArray1<f64>>().ok()?;
+    let mut values = [0.0; N];
+    if array.len() != N {
+        return None;
+    }
+    for (place, value) in values.iter_mut().enumerate() {
+        *value = array.get_owned(place)?;
+    }
+    Some(values)
+}
+
+/// The entries, row by row, of a 4×4 array.
+pub fn short_matrix(argument: &Bound<'_, PyAny>) -> Option<[f64; 16]> {
+    let array = argument.cast::<PyArray2<f64>>().ok()?;
+    let mut values = [0.0; 16];
+    if array.shape() != [4, 4] {
+        return None;
+    }
+    for (place, value) in values.iter_mut().enumerate() {
+        *value = array.get_owned([place / 4, place % 4])?;
+    }
+    Some(values)
+}
+
+/// Rows of so many numbers: one, or n of them.
+pub fn rows<const N: usize>(argument: &Bound<'_, PyAny>, name: &str) -> PyResult<Many<[f64; N]>> {
+    if let Some(row) = short_row(argument) {
+        return Ok(Many::One(row));
+    }
+    let Numbers { values, shape } = numbers(argument, name)?;
+    match shape[..] {
+        [length] if length == N => Ok(Many::One(chunk(&values))),
+        [_, length] if length == N => Ok(Many::Each(values.chunks(N).map(chunk).collect())),
+        _ => Err(wrong_shape(name, &format!("({N},) or (n, {N})"), &shape)),
+    }
+}
+
+/// A list of rows of so many numbers.
+pub fn table<const N: usize>(argument: &Bound<'_, PyAny>, name: &str) -> PyResult<Vec<[f64; N]>> {
+    let Numbers { values, shape } = numbers(argument, name)?;
+    match shape[..] {
+        [_, length] if length == N => Ok(values.chunks(N).map(chunk).collect()),
+        _ => Err(wrong_shape(name, &format!("(n, {N})"), &shape)),
+    }
+}
+
+/// So many numbers.
+pub fn row<const N: usize>(argument: &Bound<'_, PyAny>, name: &str) -> PyResult<[f64; N]> {
+    let Numbers { values, shape } = numbers(argument, name)?;
+    match shape[..] {
+        [length] if length == N => Ok(chunk(&values)),
+        _ => Err(wrong_shape(name, &format!("({N},)"), &shape)),
+    }
+}
+
+/// A list of numbers.
+pub fn list(argument: &Bound<'_, PyAny>, name: &str) -> PyResult<Vec<f64>> {
+    let Numbers { values, shape } = numbers(argument, name)?;
+    match shape.len() {
+        1 => Ok(values),
+        _ => Err(wrong_shape(name, "(n,)", &shape)),
+    }
+}
+
+/// Rows of whole numbers from 0, of any integer type.
+pub fn indices<const N: usize>(
+    argument: &Bound<'_, PyAny>,
+    name: &str,
+) -> PyResult<Vec<[usize; N]>> {
+    let array = argument.call_method1("astype", ("int64",)).ok();
+    let kind = argument
+        .getattr("dtype")
+        .and_then(|dtype| dtype.getattr("kind"));
+    let is_whole =
+        kind.is_ok_and(|kind| kind.eq("i").unwrap_or(false) || kind.eq("u").unwrap_or(false));
+    let array = array
+        .filter(|_| is_whole)
+        .ok_or_else(|| PyTypeError::new_err(format!("{name} must be a numpy array of integers")))?;
+    let array = array.cast_into::<PyArrayDyn<i64>>()?;
+    let shape = array.shape().to_vec();
+    if shape.len() != 2 || shape[1] != N {
+        return Err(wrong_shape(name, &format!("(n, {N})"), &shape));
+    }
+    let whole = |&index: &i64| {
+        usize::try_from(index).map_err(|_| {
+            refused(format!(
+                "{name} has the index {index}, but indices count from 0"
+            ))
+        })
+    };
+    let values = array
+        .readonly()
+        .as_array()
+        .iter()
+        .map(whole)
+        .collect::<PyResult<Vec<_>>>()?;
+    Ok(values
+        .chunks(N)
+        .map(|row| std::array::from_fn(|place| row[place]))
+        .collect())
+}
+
+/// The first numbers of a slice, which has as many.
+fn chunk<const N: usize>(values: &[f64]) -> [f64; N] {
+    std::array::from_fn(|place| values[place])
+}
+
+/// Numbers as an array of a shape.
+pub fn array<'py>(py: Python<'py>, values: Vec<f64>, shape: &[usize]) -> PyResult<Floats<'py>> {
+    match *shape {
+        [length] if length == values.len() => {
+            Ok(PyArray1::from_slice(py, &values).to_dyn().clone())
+        }
+        [rows, columns] => {
+            let array = Array2::from_shape_vec((rows, columns), values).map_err(refused)?;
+            Ok(array.into_pyarray(py).to_dyn().clone())
+        }
+        _ => {
+            let array = Array::from_shape_vec(IxDyn(shape), values).map_err(refused)?;
+            Ok(array.into_pyarray(py))
+        }
+    }
+}
+
+/// Whole numbers as an array of a shape.
+pub fn whole_array<'py>(
+    py: Python<'py>,
+    values: Vec<i64>,
+    shape: &[usize],
+) -> PyResult<Bound<'py, PyArrayDyn<i64>>> {
+    let array = Array::from_shape_vec(IxDyn(shape), values).map_err(refused)?;
+    Ok(array.into_pyarray(py))
+}
+
+/// Whole numbers of the library, which are below 2⁶³, as those of numpy.
+pub fn signed(values: impl IntoIterator<Item = usize>) -> Vec<i64> {
+    values
+        .into_iter()
+        .map(|value| i64::try_from(value).unwrap_or(i64::MAX))
+        .collect()
+}

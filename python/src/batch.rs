@@ -1,0 +1,194 @@
+//! Many rollouts at once.
+
+use crate::arrays::{Numbers, numbers, wrong_shape};
+use crate::errors::{interrupted, not_differentiated, refused};
+use crate::interrupt::{Progress, Shared, run};
+use crate::jacobian::{AllStates, both};
+use crate::parameter::{Parameter, inner};
+use crate::plan::Plan;
+use crate::state::State;
+use crate::trajectory::Trajectory;
+use crate::world::{Inner, World};
+use hydroelastic::dynamics::{self, Recorded};
+use pyo3::prelude::*;
+use std::ops::ControlFlow;
+use std::sync::Arc;
+use std::sync::atomic::Ordering;
+
+/// Many independent rollouts by one plan, over all cores, without the GIL. Results come in the order of what they belong to, with
+/// the bits of rollouts one by one. In the place of the result of one that fails is its exception, and the others go on.
+///
+/// Parameters
+/// ----------
+/// plan : of each rollout.
+/// progress : True for a progress bar of tqdm, if that is installed; or a function of (done, total) rollouts.
+///
+/// Ctrl-C ends a batch: rollouts that run end before their next step. RAYON_NUM_THREADS=1 in the environment keeps to one core.
+#[pyclass(frozen, module = "hydroelastic")]
+pub struct Batch {
+    plan: dynamics::Plan,
+    progress: Option<Py<PyAny>>,
+}
+
+impl Batch {
+    /// The results of a job on the batch of the library, which tells how many rollouts have ended.
+    fn results<O: Send>(
+        &self,
+        py: Python<'_>,
+        total: usize,
+        job: impl FnOnce(&dynamics::Batch) -> O + Send,
+    ) -> PyResult<O> {
+        let progress = self.progress.as_ref().map(|it| it.bind(py));
+        let progress = Progress::of(py, progress, total)?;
+        let shared = Shared::default();
+        let done = Arc::clone(&shared.done);
+        let batch = dynamics::Batch::new(&self.plan).stopped_by(Arc::clone(&shared.stop));
+        let batch = batch.with_progress(move |_| {
+            done.fetch_add(1, Ordering::Relaxed);
+            ControlFlow::Continue(())
+        });
+        run(py, &shared, progress.as_ref(), || job(&batch))
+    }
+}
+
+/// A result or its exception.
+fn shown<'py, T>(py: Python<'py>, result: PyResult<T>) -> PyResult<Bound<'py, PyAny>>
+where
+    T: IntoPyObject<'py, Output = Bound<'py, <T as IntoPyObject<'py>>::Target>, Error = PyErr>,
+{
+    match result {
+        Ok(value) => value.into_pyobject(py).map(Bound::into_any),
+        Err(error) => Ok(error.into_value(py).into_bound(py).into_any()),
+    }
+}
+
+fn trajectory(py: Python<'_>, recorded: Recorded) -> PyResult<Trajectory> {
+    match recorded {
+        Ok(trajectory) => Ok(trajectory.into()),
+        Err(why) => Err(interrupted(py, &why.error, why.trajectory)),
+    }
+}
+
+/// Rows of changes: n of p numbers.
+fn samples_of(argument: &Bound<'_, PyAny>) -> PyResult<Vec<Vec<f64>>> {
+    let Numbers { values, shape } = numbers(argument, "samples")?;
+    match shape[..] {
+        [count, 0] => Ok(vec![Vec::new(); count]),
+        [_, width] => Ok(values.chunks(width).map(<[f64]>::to_vec).collect()),
+        _ => Err(wrong_shape("samples", "(n, p)", &shape)),
+    }
+}
+
+#[pymethods]
+impl Batch {
+    #[new]
+    #[pyo3(signature = (plan, *, progress=None))]
+    fn new(plan: &Plan, progress: Option<Py<PyAny>>) -> Self {
+        Self {
+            plan: plan.0,
+            progress,
+        }
+    }
+
+    /// The plan.
+    #[getter]
+    fn plan(&self) -> Plan {
+        Plan(self.plan)
+    }
+
+    /// The trajectory of a world from each of a list of states.
+    fn starting_from<'py>(
+        &self,
+        py: Python<'py>,
+        world: &World,
+        states: Vec<Bound<'py, State>>,
+    ) -> PyResult<Vec<Bound<'py, PyAny>>> {
+        let states: Vec<_> = states.iter().map(|state| state.get().0.clone()).collect();
+        let found = self.results(py, states.len(), |batch| {
+            batch.starting_from(&world.inner, &states)
+        })?;
+        let found = found.map_err(refused)?.into_iter();
+        found
+            .map(|recorded| shown(py, trajectory(py, recorded)))
+            .collect()
+    }
+
+    /// The trajectory of each of a list of worlds from its initial state.
+    fn of_worlds<'py>(
+        &self,
+        py: Python<'py>,
+        worlds: Vec<Bound<'py, World>>,
+    ) -> PyResult<Vec<Bound<'py, PyAny>>> {
+        let worlds: Vec<Inner> = worlds
+            .iter()
+            .map(|world| world.get().inner.clone())
+            .collect();
+        let found = self
+            .results(py, worlds.len(), |batch| batch.of_worlds(&worlds))?
+            .into_iter();
+        found
+            .map(|recorded| shown(py, trajectory(py, recorded)))
+            .collect()
+    }
+
+    /// The trajectory of a world after each of n changes of its parameters: samples (n, p) float64, as of World.changed.
+    fn trajectories_after<'py>(
+        &self,
+        py: Python<'py>,
+        world: &World,
+        parameters: Vec<Bound<'py, Parameter>>,
+        samples: &Bound<'py, PyAny>,
+    ) -> PyResult<Vec<Bound<'py, PyAny>>> {
+        let (by, samples) = (inner(&parameters), samples_of(samples)?);
+        let changed = samples
+            .iter()
+            .map(|sample| world.inner.changed(&by, sample));
+        let (mut worlds, mut refusals) = (Vec::new(), Vec::new());
+        for it in changed {
+            match it {
+                Ok(world) => {
+                    worlds.push(world);
+                    refusals.push(None);
+                }
+                Err(why) => refusals.push(Some(not_differentiated(&why))),
+            }
+        }
+        let mut found = self
+            .results(py, worlds.len(), |batch| batch.of_worlds(&worlds))?
+            .into_iter();
+        let results = refusals.into_iter().map(|refusal| match refusal {
+            Some(error) => shown(py, PyResult::<Trajectory>::Err(error)),
+            None => found.next().map_or_else(
+                || Err(refused("a rollout has no result")),
+                |recorded| shown(py, trajectory(py, recorded)),
+            ),
+        });
+        results.collect()
+    }
+
+    /// World.jacobian of a world after each of n changes of its parameters: samples (n, p) float64, as of World.changed. Each
+    /// result is a Trajectory and its TrajectoryJacobian, or an exception.
+    fn jacobians_after<'py>(
+        &self,
+        py: Python<'py>,
+        world: &World,
+        parameters: Vec<Bound<'py, Parameter>>,
+        samples: &Bound<'py, PyAny>,
+    ) -> PyResult<Vec<Bound<'py, PyAny>>> {
+        let (by, samples) = (inner(&parameters), samples_of(samples)?);
+        let job = |batch: &dynamics::Batch| {
+            batch.jacobians_after(&world.inner, &by, &samples, &AllStates)
+        };
+        let bodies = world.inner.bodies().len();
+        let found = self.results(py, samples.len(), job)?.into_iter();
+        let results = found.map(|found| match found {
+            Ok(found) => shown(py, Ok(both(py, &found, bodies)?)),
+            Err(why) => shown(py, PyResult::<Trajectory>::Err(not_differentiated(&why))),
+        });
+        results.collect()
+    }
+
+    fn __repr__(&self) -> String {
+        format!("Batch({})", Plan(self.plan).__repr__())
+    }
+}

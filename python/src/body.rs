@@ -1,0 +1,197 @@
+//! Bodies of a world.
+
+use crate::arrays::{Floats, Numbers, array, numbers, row, wrong_shape};
+use crate::errors::refused;
+use crate::material::Material;
+use crate::path::Path;
+use crate::poses::{matrix, one};
+use crate::shape::Shape;
+use hydroelastic::dynamics::{self, Mass};
+use hydroelastic::nalgebra::Matrix3;
+use hydroelastic::spatial::MassProperties;
+use pyo3::prelude::*;
+use std::sync::Arc;
+
+/// A shape with a name, a material, a motion and a place to start. Made by Body.dynamic, Body.fixed or Body.prescribed.
+#[pyclass(frozen, module = "hydroelastic")]
+#[derive(Clone)]
+pub struct Body {
+    pub inner: dynamics::Body,
+    /// Of a prescribed one.
+    pub path: Option<Path>,
+}
+
+/// The mass of a body from the arguments that tell it.
+fn mass_of(
+    mass: Option<f64>,
+    density: Option<f64>,
+    center_of_mass: Option<&Bound<'_, PyAny>>,
+    inertia: Option<&Bound<'_, PyAny>>,
+) -> PyResult<Mass> {
+    match (mass, density, center_of_mass, inertia) {
+        (Some(mass), None, None, None) => Ok(Mass::Total(mass)),
+        (None, Some(density), None, None) => Ok(Mass::Density(density)),
+        (Some(mass), None, Some(center), Some(inertia)) => {
+            let Numbers { values, shape } = numbers(inertia, "inertia")?;
+            if shape != [3, 3] {
+                return Err(wrong_shape("inertia", "(3, 3)", &shape));
+            }
+            Ok(Mass::Given(MassProperties {
+                mass,
+                center_of_mass: row::<3>(center, "center_of_mass")?.into(),
+                inertia: Matrix3::from_row_slice(&values),
+            }))
+        }
+        _ => Err(refused(
+            "a dynamic body needs its mass, or its density, or mass, center_of_mass and inertia together",
+        )),
+    }
+}
+
+#[pymethods]
+impl Body {
+    /// A body that forces move.
+    ///
+    /// Parameters
+    /// ----------
+    /// name : str, unlike those of other bodies.
+    /// shape, material : what it is made of.
+    /// mass : total (kg), spread uniformly; or density (kg/m³); or mass with center_of_mass (3,) (m) and inertia (3, 3) (kg m²)
+    ///     about it, in the body frame.
+    /// pose : (4, 4), where it starts; None for the origin.
+    /// velocity : (3,) of the center of mass (m/s), world axes.
+    /// spin : (3,) (rad/s), world axes.
+    #[staticmethod]
+    #[pyo3(signature = (name, shape, material, mass=None, *, density=None, center_of_mass=None, inertia=None, pose=None,
+                        velocity=None, spin=None))]
+    fn dynamic(
+        name: &str,
+        shape: &Shape,
+        material: &Material,
+        mass: Option<f64>,
+        density: Option<f64>,
+        center_of_mass: Option<&Bound<'_, PyAny>>,
+        inertia: Option<&Bound<'_, PyAny>>,
+        pose: Option<&Bound<'_, PyAny>>,
+        velocity: Option<&Bound<'_, PyAny>>,
+        spin: Option<&Bound<'_, PyAny>>,
+    ) -> PyResult<Self> {
+        let mass = mass_of(mass, density, center_of_mass, inertia)?;
+        let shape = Arc::clone(&shape.0);
+        let mut body =
+            dynamics::Body::dynamic(name, shape, material.inner(), mass).map_err(refused)?;
+        if let Some(pose) = pose {
+            body = body.at(one(pose, "pose")?);
+        }
+        if let Some(velocity) = velocity {
+            body = body.with_velocity(row::<3>(velocity, "velocity")?.into());
+        }
+        if let Some(spin) = spin {
+            body = body.with_spin(row::<3>(spin, "spin")?.into());
+        }
+        Ok(Self {
+            inner: body,
+            path: None,
+        })
+    }
+
+    /// A body that never moves. pose: (4, 4); None for the origin.
+    #[staticmethod]
+    #[pyo3(signature = (name, shape, material, *, pose=None))]
+    fn fixed(
+        name: &str,
+        shape: &Shape,
+        material: &Material,
+        pose: Option<&Bound<'_, PyAny>>,
+    ) -> PyResult<Self> {
+        let shape = Arc::clone(&shape.0);
+        let mut body = dynamics::Body::fixed(name, shape, material.inner()).map_err(refused)?;
+        if let Some(pose) = pose {
+            body = body.at(one(pose, "pose")?);
+        }
+        Ok(Self {
+            inner: body,
+            path: None,
+        })
+    }
+
+    /// A body that follows a path, whatever pushes it.
+    #[staticmethod]
+    fn prescribed(name: &str, shape: &Shape, material: &Material, path: &Path) -> PyResult<Self> {
+        let shape = Arc::clone(&shape.0);
+        let body = dynamics::Body::prescribed(name, shape, material.inner(), path.function());
+        let path = Some(path.clone());
+        Ok(Self {
+            inner: body.map_err(refused)?,
+            path,
+        })
+    }
+
+    /// Name.
+    #[getter]
+    fn name(&self) -> &str {
+        self.inner.name()
+    }
+
+    /// Shape.
+    #[getter]
+    fn shape(&self) -> Shape {
+        Shape(Arc::clone(self.inner.shape()))
+    }
+
+    /// Material.
+    #[getter]
+    fn material(&self) -> Material {
+        self.inner.material().into()
+    }
+
+    /// The path that it follows, or None.
+    #[getter]
+    fn path(&self) -> Option<Path> {
+        self.path.clone()
+    }
+
+    /// Mass (kg), or None for a body that forces do not move.
+    #[getter]
+    fn mass(&self) -> Option<f64> {
+        self.inner.inertia().map(|inertia| inertia.mass)
+    }
+
+    /// (3,) float64: the center of mass (m) in the body frame, or None for a body that forces do not move.
+    #[getter]
+    fn center_of_mass<'py>(&self, py: Python<'py>) -> PyResult<Option<Floats<'py>>> {
+        let inertia = self.inner.inertia();
+        inertia
+            .map(|it| array(py, it.center_of_mass.as_slice().to_vec(), &[3]))
+            .transpose()
+    }
+
+    /// (4, 4) float64: the pose it starts from.
+    #[getter]
+    fn pose<'py>(&self, py: Python<'py>) -> PyResult<Floats<'py>> {
+        matrix(py, &self.inner.initial().pose)
+    }
+
+    /// (6,) float64: spin (rad/s) and velocity of the center of mass (m/s) that it starts with, world axes.
+    #[getter]
+    fn twist<'py>(&self, py: Python<'py>) -> PyResult<Floats<'py>> {
+        array(
+            py,
+            self.inner.initial().twist.to_vector().as_slice().to_vec(),
+            &[6],
+        )
+    }
+
+    pub fn __repr__(&self) -> String {
+        let kind = match (&self.path, self.mass()) {
+            (Some(_), _) => "prescribed".to_owned(),
+            (None, Some(mass)) => format!("dynamic, {mass:?} kg"),
+            (None, None) => "fixed".to_owned(),
+        };
+        format!(
+            "Body({:?}, {kind}, {})",
+            self.name(),
+            self.material().__repr__()
+        )
+    }
+}

@@ -1,0 +1,69 @@
+//! Wrenches that are constant over intervals of time.
+
+use crate::arrays::{Floats, array, table};
+use crate::errors::refused;
+use hydroelastic::dynamics;
+use hydroelastic::nalgebra::Vector6;
+use hydroelastic::spatial::Wrench;
+use pyo3::prelude::*;
+
+/// A wrench on a body that is constant over intervals of time, to be chosen: Parameter.control differentiates by it.
+///
+/// Parameters
+/// ----------
+/// body : name of a dynamic body.
+/// interval : duration (s) of an interval, best a whole number of time steps.
+/// wrenches : (k, 6) float64: torque (N m) and force (N) of each interval, about the center of mass, world axes. After the last
+///     interval, and before time 0, there is no wrench.
+///
+/// Raises
+/// ------
+/// HydroelasticError if the interval is not positive, or a number is not finite.
+#[pyclass(frozen, module = "hydroelastic")]
+pub struct Control(pub dynamics::Control);
+
+#[pymethods]
+impl Control {
+    #[new]
+    fn new(body: &str, interval: f64, wrenches: &Bound<'_, PyAny>) -> PyResult<Self> {
+        let wrenches = table::<6>(wrenches, "wrenches")?.into_iter();
+        let wrenches = wrenches.map(|numbers| Wrench::from_vector(&Vector6::from(numbers)));
+        let control = dynamics::Control::new(body, interval, wrenches.collect());
+        Ok(Self(control.map_err(refused)?))
+    }
+
+    /// Name of the body.
+    #[getter]
+    fn body(&self) -> &str {
+        self.0.body()
+    }
+
+    /// Duration (s) of an interval.
+    #[getter]
+    fn interval(&self) -> f64 {
+        self.0.interval()
+    }
+
+    /// (k, 6) float64: torque (N m) and force (N) of each interval.
+    #[getter]
+    fn wrenches<'py>(&self, py: Python<'py>) -> PyResult<Floats<'py>> {
+        let wrenches = self.0.wrenches();
+        let numbers = wrenches
+            .iter()
+            .flat_map(|wrench| wrench.to_vector().as_slice().to_vec());
+        array(py, numbers.collect(), &[wrenches.len(), 6])
+    }
+
+    fn __repr__(&self) -> String {
+        let intervals = self.0.wrenches().len();
+        format!(
+            "Control({:?}, {intervals} intervals of {:?} s)",
+            self.body(),
+            self.interval()
+        )
+    }
+
+    fn __getnewargs__<'py>(&self, py: Python<'py>) -> PyResult<(&str, f64, Floats<'py>)> {
+        Ok((self.body(), self.interval(), self.wrenches(py)?))
+    }
+}

@@ -1,0 +1,256 @@
+//! Forces other than contact and gravity.
+
+use crate::arrays::{Floats, array, row};
+use hydroelastic::dynamics::{self, Body, Force, Situation, WorldError, Wrenches};
+use hydroelastic::scalar::Scalar;
+use pyo3::prelude::*;
+use serde::{Deserialize, Serialize};
+
+/// A force of a world.
+#[derive(Clone, Serialize, Deserialize)]
+pub enum AnyForce {
+    Spring(dynamics::Spring),
+    Drag(dynamics::Drag),
+    Thruster(dynamics::Thruster),
+}
+
+impl Force for AnyForce {
+    fn add_to<T: Scalar>(&self, wrenches: &mut Wrenches<T>, now: &Situation<T>) {
+        match self {
+            Self::Spring(force) => force.add_to(wrenches, now),
+            Self::Drag(force) => force.add_to(wrenches, now),
+            Self::Thruster(force) => force.add_to(wrenches, now),
+        }
+    }
+
+    fn coupled(&self, bodies: &[Body]) -> Vec<Vec<usize>> {
+        match self {
+            Self::Spring(force) => force.coupled(bodies),
+            Self::Drag(force) => force.coupled(bodies),
+            Self::Thruster(force) => force.coupled(bodies),
+        }
+    }
+
+    fn check(&self, bodies: &[Body]) -> Result<(), WorldError> {
+        match self {
+            Self::Spring(force) => force.check(bodies),
+            Self::Drag(force) => force.check(bodies),
+            Self::Thruster(force) => force.check(bodies),
+        }
+    }
+}
+
+/// A force as an argument.
+#[derive(FromPyObject)]
+pub enum Given<'py> {
+    Spring(Bound<'py, Spring>),
+    Drag(Bound<'py, Drag>),
+    Thruster(Bound<'py, Thruster>),
+}
+
+impl Given<'_> {
+    pub fn force(&self) -> AnyForce {
+        match self {
+            Self::Spring(it) => AnyForce::Spring(it.get().0.clone()),
+            Self::Drag(it) => AnyForce::Drag(it.get().0.clone()),
+            Self::Thruster(it) => AnyForce::Thruster(it.get().0.clone()),
+        }
+    }
+}
+
+/// A force as it is handed to Python.
+#[derive(IntoPyObject)]
+pub enum Shown {
+    Spring(Spring),
+    Drag(Drag),
+    Thruster(Thruster),
+}
+
+impl From<&AnyForce> for Shown {
+    fn from(force: &AnyForce) -> Self {
+        match force {
+            AnyForce::Spring(it) => Self::Spring(Spring(it.clone())),
+            AnyForce::Drag(it) => Self::Drag(Drag(it.clone())),
+            AnyForce::Thruster(it) => Self::Thruster(Thruster(it.clone())),
+        }
+    }
+}
+
+/// A spring and a damper between points of two bodies, along the line that joins them.
+///
+/// Parameters
+/// ----------
+/// bodies : the names of both.
+/// points : a point (3,) (m) of each, in its own frame.
+/// rest_length : length (m) without force.
+/// stiffness : (N/m). damping : (N s/m).
+///
+/// Names and numbers are checked where a world is given the force.
+#[pyclass(frozen, module = "hydroelastic")]
+pub struct Spring(dynamics::Spring);
+
+#[pymethods]
+impl Spring {
+    #[new]
+    #[pyo3(signature = (bodies, points, rest_length, stiffness, damping=0.0))]
+    fn new(
+        bodies: (String, String),
+        points: (Bound<'_, PyAny>, Bound<'_, PyAny>),
+        rest_length: f64,
+        stiffness: f64,
+        damping: f64,
+    ) -> PyResult<Self> {
+        Ok(Self(dynamics::Spring {
+            bodies: bodies.into(),
+            points: [row(&points.0, "points[0]")?, row(&points.1, "points[1]")?],
+            rest_length,
+            stiffness,
+            damping,
+        }))
+    }
+
+    /// The names of both bodies.
+    #[getter]
+    fn bodies(&self) -> (String, String) {
+        self.0.bodies.clone().into()
+    }
+
+    /// A point (3,) (m) of each body, in its own frame.
+    #[getter]
+    fn points<'py>(&self, py: Python<'py>) -> PyResult<(Floats<'py>, Floats<'py>)> {
+        let [a, b] = self.0.points.map(|point| array(py, point.to_vec(), &[3]));
+        Ok((a?, b?))
+    }
+
+    /// Length (m) without force.
+    #[getter]
+    fn rest_length(&self) -> f64 {
+        self.0.rest_length
+    }
+
+    /// Stiffness (N/m).
+    #[getter]
+    fn stiffness(&self) -> f64 {
+        self.0.stiffness
+    }
+
+    /// Damping (N s/m).
+    #[getter]
+    fn damping(&self) -> f64 {
+        self.0.damping
+    }
+
+    fn __repr__(&self) -> String {
+        let dynamics::Spring {
+            bodies: [a, b],
+            rest_length,
+            stiffness,
+            damping,
+            ..
+        } = &self.0;
+        format!(
+            "Spring({a:?} to {b:?}, rest_length={rest_length:?}, stiffness={stiffness:?}, damping={damping:?})"
+        )
+    }
+    fn __getnewargs__<'py>(
+        &self,
+        py: Python<'py>,
+    ) -> PyResult<((String, String), (Floats<'py>, Floats<'py>), f64, f64, f64)> {
+        let it = &self.0;
+        Ok((
+            self.bodies(),
+            self.points(py)?,
+            it.rest_length,
+            it.stiffness,
+            it.damping,
+        ))
+    }
+}
+
+/// A drag in proportion to the velocity of a body's center of mass (N s/m) and to its spin (N m s/rad).
+#[pyclass(frozen, module = "hydroelastic")]
+pub struct Drag(dynamics::Drag);
+
+#[pymethods]
+impl Drag {
+    #[new]
+    #[pyo3(signature = (body, linear=0.0, angular=0.0))]
+    fn new(body: String, linear: f64, angular: f64) -> Self {
+        Self(dynamics::Drag {
+            body,
+            linear,
+            angular,
+        })
+    }
+
+    /// Name of the body.
+    #[getter]
+    fn body(&self) -> &str {
+        &self.0.body
+    }
+
+    /// Force over velocity (N s/m).
+    #[getter]
+    fn linear(&self) -> f64 {
+        self.0.linear
+    }
+
+    /// Torque over spin (N m s/rad).
+    #[getter]
+    fn angular(&self) -> f64 {
+        self.0.angular
+    }
+
+    fn __repr__(&self) -> String {
+        let dynamics::Drag {
+            body,
+            linear,
+            angular,
+        } = &self.0;
+        format!("Drag({body:?}, linear={linear:?}, angular={angular:?})")
+    }
+
+    fn __getnewargs__(&self) -> (&str, f64, f64) {
+        (&self.0.body, self.0.linear, self.0.angular)
+    }
+}
+
+/// A force (3,) (N) at a point (3,) (m) of a body, both in the body frame: it turns with the body.
+#[pyclass(frozen, module = "hydroelastic")]
+pub struct Thruster(dynamics::Thruster);
+
+#[pymethods]
+impl Thruster {
+    #[new]
+    fn new(body: String, point: &Bound<'_, PyAny>, force: &Bound<'_, PyAny>) -> PyResult<Self> {
+        let (point, force) = (row(point, "point")?, row(force, "force")?);
+        Ok(Self(dynamics::Thruster { body, point, force }))
+    }
+
+    /// Name of the body.
+    #[getter]
+    fn body(&self) -> &str {
+        &self.0.body
+    }
+
+    /// (3,) float64: where it pushes (m), in the body frame.
+    #[getter]
+    fn point<'py>(&self, py: Python<'py>) -> PyResult<Floats<'py>> {
+        array(py, self.0.point.to_vec(), &[3])
+    }
+
+    /// (3,) float64: the force (N), in the body frame.
+    #[getter]
+    fn force<'py>(&self, py: Python<'py>) -> PyResult<Floats<'py>> {
+        array(py, self.0.force.to_vec(), &[3])
+    }
+
+    fn __repr__(&self) -> String {
+        let dynamics::Thruster { body, point, force } = &self.0;
+        format!("Thruster({body:?}, point={point:?}, force={force:?})")
+    }
+
+    fn __getnewargs__<'py>(&self, py: Python<'py>) -> PyResult<(&str, Floats<'py>, Floats<'py>)> {
+        Ok((&self.0.body, self.point(py)?, self.force(py)?))
+    }
+}

@@ -1,0 +1,77 @@
+//! The compiled part of the Python package `hydroelastic`: classes that hold values of the library, and numpy arrays in and
+//! out. What users read is in the doc comments of the classes and in `hydroelastic/_core.pyi`.
+
+mod arrays;
+mod batch;
+mod body;
+mod contacts;
+mod control;
+mod errors;
+mod force;
+mod interrupt;
+mod jacobian;
+mod material;
+mod pair;
+mod pair_inputs;
+mod parameter;
+mod path;
+mod pickle;
+mod plan;
+mod poses;
+mod report;
+mod rollout;
+mod shape;
+mod state;
+mod surface;
+mod trajectory;
+mod world;
+mod world_at_state;
+mod world_files;
+mod world_gradients;
+mod world_pickle;
+
+use pyo3::prelude::*;
+
+/// The compiled part of hydroelastic: use the package, not this module.
+#[pymodule]
+fn _core(module: &Bound<'_, PyModule>) -> PyResult<()> {
+    let py = module.py();
+    module.add("__version__", env!("CARGO_PKG_VERSION"))?;
+    module.add(
+        "HydroelasticError",
+        py.get_type::<errors::HydroelasticError>(),
+    )?;
+    module.add("RolloutError", py.get_type::<errors::RolloutError>())?;
+    errors::complete(py)?;
+    module.add_function(wrap_pyfunction!(poses::pose, module)?)?;
+    module.add_function(wrap_pyfunction!(poses::moved_pose, module)?)?;
+    module.add_function(wrap_pyfunction!(path::_load_path, module)?)?;
+    module.add_function(wrap_pyfunction!(parameter::_load_parameter, module)?)?;
+    module.add_function(wrap_pyfunction!(report::_load_step_report, module)?)?;
+    module.add_function(wrap_pyfunction!(world_pickle::_load_world, module)?)?;
+    module.add_class::<shape::Shape>()?;
+    module.add_class::<material::Material>()?;
+    module.add_class::<material::SurfaceLaw>()?;
+    module.add_class::<pair::Pair>()?;
+    module.add_class::<surface::Surface>()?;
+    module.add_class::<body::Body>()?;
+    module.add_class::<path::Path>()?;
+    module.add_class::<force::Spring>()?;
+    module.add_class::<force::Drag>()?;
+    module.add_class::<force::Thruster>()?;
+    module.add_class::<control::Control>()?;
+    module.add_class::<world::World>()?;
+    module.add_class::<plan::Integrator>()?;
+    module.add_class::<plan::Plan>()?;
+    module.add_class::<state::State>()?;
+    module.add_class::<trajectory::Trajectory>()?;
+    module.add_class::<rollout::Rollout>()?;
+    module.add_class::<batch::Batch>()?;
+    module.add_class::<parameter::Parameter>()?;
+    module.add_class::<jacobian::TrajectoryJacobian>()?;
+    module.add_class::<jacobian::DifferenceCheck>()?;
+    module.add_class::<report::StepReport>()?;
+    module.add_class::<report::Report>()?;
+    module.add_class::<contacts::Contact>()?;
+    module.add_class::<contacts::Topology>()
+}

@@ -1,0 +1,150 @@
+//! Materials of bodies, and the surface law of a pair.
+
+use crate::errors::refused;
+use hydroelastic::{contact, dynamics};
+use pyo3::prelude::*;
+
+/// The skin of a body.
+///
+/// Parameters
+/// ----------
+/// modulus : hydroelastic modulus (Pa), positive.
+/// dissipation : Hunt–Crossley dissipation (s/m), not negative.
+/// friction : coefficient of friction, not negative.
+///
+/// Numbers out of range are refused where a body is made of them.
+#[pyclass(frozen, eq, module = "hydroelastic")]
+#[derive(Clone, Copy, PartialEq)]
+pub struct Material {
+    /// Hydroelastic modulus (Pa).
+    #[pyo3(get)]
+    modulus: f64,
+    /// Hunt–Crossley dissipation (s/m).
+    #[pyo3(get)]
+    dissipation: f64,
+    /// Coefficient of friction.
+    #[pyo3(get)]
+    friction: f64,
+}
+
+impl Material {
+    /// The material of the library.
+    pub fn inner(&self) -> dynamics::Material {
+        dynamics::Material {
+            modulus: self.modulus,
+            dissipation: self.dissipation,
+            friction: self.friction,
+        }
+    }
+}
+
+impl From<&dynamics::Material> for Material {
+    fn from(material: &dynamics::Material) -> Self {
+        Self {
+            modulus: material.modulus,
+            dissipation: material.dissipation,
+            friction: material.friction,
+        }
+    }
+}
+
+#[pymethods]
+impl Material {
+    #[new]
+    #[pyo3(signature = (modulus, dissipation=0.0, friction=0.0))]
+    fn new(modulus: f64, dissipation: f64, friction: f64) -> Self {
+        Self {
+            modulus,
+            dissipation,
+            friction,
+        }
+    }
+
+    /// The law of two surfaces, as in a world: each dissipation is weighted with the other body's modulus, and friction is the
+    /// harmonic mean. slip_tolerance in m/s.
+    #[pyo3(signature = (other, slip_tolerance=1e-3))]
+    fn law_with(&self, other: &Self, slip_tolerance: f64) -> PyResult<SurfaceLaw> {
+        let law = self.inner().law_with(&other.inner(), slip_tolerance);
+        SurfaceLaw::new(law.dissipation(), law.friction(), law.slip_tolerance())
+    }
+
+    pub fn __repr__(&self) -> String {
+        let Self {
+            modulus,
+            dissipation,
+            friction,
+        } = self;
+        format!("Material(modulus={modulus:?}, dissipation={dissipation:?}, friction={friction:?})")
+    }
+
+    fn __getnewargs__(&self) -> (f64, f64, f64) {
+        (self.modulus, self.dissipation, self.friction)
+    }
+}
+
+/// What two surfaces in motion add to the elastic pressure.
+///
+/// Parameters
+/// ----------
+/// dissipation : Hunt–Crossley dissipation (s/m), not negative.
+/// friction : coefficient of friction, not negative.
+/// slip_tolerance : speed (m/s) at which friction has 71 % of its full value, positive.
+///
+/// Raises
+/// ------
+/// HydroelasticError if a number is out of range.
+#[pyclass(frozen, eq, module = "hydroelastic")]
+#[derive(Clone, Copy, PartialEq)]
+pub struct SurfaceLaw {
+    /// Hunt–Crossley dissipation (s/m).
+    #[pyo3(get)]
+    dissipation: f64,
+    /// Coefficient of friction.
+    #[pyo3(get)]
+    friction: f64,
+    /// Slip tolerance (m/s).
+    #[pyo3(get)]
+    slip_tolerance: f64,
+}
+
+impl SurfaceLaw {
+    /// The law of the library with other numbers: dissipation and friction.
+    pub fn inner_with(&self, [dissipation, friction]: [f64; 2]) -> PyResult<contact::SurfaceLaw> {
+        contact::SurfaceLaw::new(dissipation, friction, self.slip_tolerance).map_err(refused)
+    }
+
+    /// Dissipation and friction.
+    pub fn numbers(&self) -> [f64; 2] {
+        [self.dissipation, self.friction]
+    }
+}
+
+#[pymethods]
+impl SurfaceLaw {
+    #[new]
+    #[pyo3(signature = (dissipation=0.0, friction=0.0, slip_tolerance=1e-3))]
+    pub fn new(dissipation: f64, friction: f64, slip_tolerance: f64) -> PyResult<Self> {
+        let law = Self {
+            dissipation,
+            friction,
+            slip_tolerance,
+        };
+        law.inner_with(law.numbers())?;
+        Ok(law)
+    }
+
+    pub fn __repr__(&self) -> String {
+        let Self {
+            dissipation,
+            friction,
+            slip_tolerance,
+        } = self;
+        format!(
+            "SurfaceLaw(dissipation={dissipation:?}, friction={friction:?}, slip_tolerance={slip_tolerance:?})"
+        )
+    }
+
+    fn __getnewargs__(&self) -> (f64, f64, f64) {
+        (self.dissipation, self.friction, self.slip_tolerance)
+    }
+}

@@ -1,0 +1,282 @@
+//! Two shapes that may touch.
+
+use crate::arrays::{Floats, Many};
+use crate::errors::refused;
+use crate::material::SurfaceLaw;
+use crate::pair_inputs::{Arguments, Inputs, stacked, stacked_two};
+use crate::poses::one;
+use crate::shape::Shape;
+use crate::surface::Surface;
+use hydroelastic::contact::{self, ContactBody, ContactPair, ContactWrench};
+use hydroelastic::io::write_surface;
+use hydroelastic::nalgebra::SMatrix;
+use pyo3::prelude::*;
+use std::path::PathBuf;
+use std::sync::Arc;
+
+/// Numbers of both wrenches.
+const BOTH: usize = 12;
+
+/// Two shapes that may touch, with their moduli and the law of their surfaces.
+///
+/// Poses are (4, 4) float64, twists (6,) (angular rad/s, linear m/s; the linear part is the velocity of the body's origin), all in
+/// the world. Each argument may have n in front, and then so has each result: the contacts are computed by all cores, without
+/// the GIL, with the bits of a loop. Wrenches are (12,): torque (N m) and force (N) on A, about A's origin, then those on B,
+/// about B's.
+///
+/// Parameters
+/// ----------
+/// a, b : the shapes.
+/// modulus_a, modulus_b : hydroelastic moduli (Pa), positive.
+/// law : surface law, or None for no dissipation and no friction.
+///
+/// Raises
+/// ------
+/// HydroelasticError if a modulus is not positive; every method, if an array has another shape, a pose is not rigid or a
+/// number is not finite. TypeError if an array is not of float64.
+#[pyclass(frozen, module = "hydroelastic")]
+pub struct Pair {
+    pub shapes: [Arc<contact::Shape>; 2],
+    pub moduli: [f64; 2],
+    pub law: SurfaceLaw,
+}
+
+impl Pair {
+    fn at(
+        &self,
+        pose_a: &Bound<'_, PyAny>,
+        pose_b: &Bound<'_, PyAny>,
+    ) -> PyResult<ContactPair<'_>> {
+        let poses = [one(pose_a, "pose_a")?, one(pose_b, "pose_b")?];
+        let body = |side: usize| {
+            ContactBody::new(&self.shapes[side], poses[side], self.moduli[side]).map_err(refused)
+        };
+        Ok(ContactPair::new(body(0)?, body(1)?))
+    }
+}
+
+/// The numbers of both wrenches.
+pub fn wrench_numbers(wrench: &ContactWrench) -> Vec<f64> {
+    let [a, b] = [wrench.on_a.to_vector(), wrench.on_b.to_vector()];
+    a.iter().chain(&b).copied().collect()
+}
+
+/// The entries of a matrix, row by row.
+fn by_rows<const R: usize, const C: usize>(matrix: &SMatrix<f64, R, C>) -> Vec<f64> {
+    matrix.transpose().as_slice().to_vec()
+}
+
+#[pymethods]
+impl Pair {
+    #[new]
+    #[pyo3(signature = (a, b, modulus_a, modulus_b, law=None))]
+    fn new(
+        a: &Shape,
+        b: &Shape,
+        modulus_a: f64,
+        modulus_b: f64,
+        law: Option<&SurfaceLaw>,
+    ) -> PyResult<Self> {
+        let law = law
+            .copied()
+            .map_or_else(|| SurfaceLaw::new(0.0, 0.0, 1e-3), Ok)?;
+        let moduli = [modulus_a, modulus_b];
+        for (shape, modulus) in [a, b].into_iter().zip(moduli) {
+            let origin = hydroelastic::spatial::Pose::identity();
+            ContactBody::new(&shape.0, origin, modulus).map_err(refused)?;
+        }
+        Ok(Self {
+            shapes: [Arc::clone(&a.0), Arc::clone(&b.0)],
+            moduli,
+            law,
+        })
+    }
+
+    /// The shapes A and B.
+    #[getter]
+    fn shapes(&self) -> (Shape, Shape) {
+        let [a, b] = self.shapes.each_ref().map(Arc::clone);
+        (Shape(a), Shape(b))
+    }
+
+    /// The hydroelastic moduli of A and B (Pa).
+    #[getter]
+    fn moduli(&self) -> (f64, f64) {
+        self.moduli.into()
+    }
+
+    /// The surface law.
+    #[getter]
+    fn law(&self) -> SurfaceLaw {
+        self.law
+    }
+
+    /// The wrenches: (12,) or (n, 12). Without twists those of bodies at rest; with them, dissipation and friction take part.
+    ///
+    /// moduli (2,) and law (2,), dissipation and friction, replace those of the pair; they may have n in front too.
+    #[pyo3(signature = (pose_a, pose_b, twist_a=None, twist_b=None, *, moduli=None, law=None))]
+    fn wrench<'py>(
+        &self,
+        py: Python<'py>,
+        pose_a: &Bound<'py, PyAny>,
+        pose_b: &Bound<'py, PyAny>,
+        twist_a: Option<&Bound<'py, PyAny>>,
+        twist_b: Option<&Bound<'py, PyAny>>,
+        moduli: Option<&Bound<'py, PyAny>>,
+        law: Option<&Bound<'py, PyAny>>,
+    ) -> PyResult<Floats<'py>> {
+        let (poses, twists) = ([pose_a, pose_b], [twist_a, twist_b]);
+        let inputs = Inputs::of(
+            self,
+            &Arguments {
+                poses,
+                twists,
+                moduli,
+                law,
+            },
+        )?;
+        let at_rest = twist_a.is_none() && twist_b.is_none();
+        let wrenches = inputs.values(py, self, |at| {
+            wrench_numbers(&if at_rest {
+                at.pair.wrench()
+            } else {
+                at.pair.wrench_in_motion(&at.law, at.twists)
+            })
+        })?;
+        stacked(py, wrenches, &[BOTH])
+    }
+
+    /// The wrenches of bodies at rest, (12,), and their Jacobian, (12, 14), in closed form; or n of each. Columns: pose of A
+    /// (6), pose of B (6), modulus of A, modulus of B. Poses vary by twists in world axes, as moved_pose moves them.
+    #[pyo3(signature = (pose_a, pose_b, *, moduli=None))]
+    fn wrench_and_jacobian<'py>(
+        &self,
+        py: Python<'py>,
+        pose_a: &Bound<'py, PyAny>,
+        pose_b: &Bound<'py, PyAny>,
+        moduli: Option<&Bound<'py, PyAny>>,
+    ) -> PyResult<(Floats<'py>, Floats<'py>)> {
+        let (poses, twists, law) = ([pose_a, pose_b], [None, None], None);
+        let inputs = Inputs::of(
+            self,
+            &Arguments {
+                poses,
+                twists,
+                moduli,
+                law,
+            },
+        )?;
+        let found = inputs.values(py, self, |at| {
+            let (wrench, jacobian) = at.pair.wrench_and_jacobian();
+            let [on_a, on_b] = [jacobian.on_a.matrix(), jacobian.on_b.matrix()];
+            [
+                wrench_numbers(&wrench),
+                [by_rows(&on_a), by_rows(&on_b)].concat(),
+            ]
+        })?;
+        stacked_two(py, found, [&[BOTH], &[BOTH, 14]])
+    }
+
+    /// The wrenches of moving bodies, (12,), and their Jacobian, (12, 28), in closed form; or n of each. Columns: pose of A (6),
+    /// pose of B (6), twist of A (6), twist of B (6), modulus of A, modulus of B, dissipation, friction.
+    #[pyo3(signature = (pose_a, pose_b, twist_a=None, twist_b=None, *, moduli=None, law=None))]
+    fn linearised<'py>(
+        &self,
+        py: Python<'py>,
+        pose_a: &Bound<'py, PyAny>,
+        pose_b: &Bound<'py, PyAny>,
+        twist_a: Option<&Bound<'py, PyAny>>,
+        twist_b: Option<&Bound<'py, PyAny>>,
+        moduli: Option<&Bound<'py, PyAny>>,
+        law: Option<&Bound<'py, PyAny>>,
+    ) -> PyResult<(Floats<'py>, Floats<'py>)> {
+        let (poses, twists) = ([pose_a, pose_b], [twist_a, twist_b]);
+        let inputs = Inputs::of(
+            self,
+            &Arguments {
+                poses,
+                twists,
+                moduli,
+                law,
+            },
+        )?;
+        let found = inputs.values(py, self, |at| {
+            let linearised = at.pair.linearised(&at.law, at.twists);
+            [
+                wrench_numbers(&linearised.wrench),
+                by_rows(&linearised.jacobian()),
+            ]
+        })?;
+        stacked_two(py, found, [&[BOTH], &[BOTH, 28]])
+    }
+
+    /// Potential energy (J) of the contact, () or (n,): the wrench is minus its derivative. Takes much longer than the wrench.
+    #[pyo3(signature = (pose_a, pose_b, *, moduli=None))]
+    fn potential_energy<'py>(
+        &self,
+        py: Python<'py>,
+        pose_a: &Bound<'py, PyAny>,
+        pose_b: &Bound<'py, PyAny>,
+        moduli: Option<&Bound<'py, PyAny>>,
+    ) -> PyResult<Bound<'py, PyAny>> {
+        let (poses, twists, law) = ([pose_a, pose_b], [None, None], None);
+        let inputs = Inputs::of(
+            self,
+            &Arguments {
+                poses,
+                twists,
+                moduli,
+                law,
+            },
+        )?;
+        match inputs.values(py, self, |at| vec![at.pair.potential_energy()])? {
+            Many::One(energy) => Ok(energy[0].into_pyobject(py)?.into_any()),
+            Many::Each(energies) => {
+                let count = energies.len();
+                Ok(crate::arrays::array(py, energies.concat(), &[count])?.into_any())
+            }
+        }
+    }
+
+    /// The contact surface between two poses.
+    fn surface<'py>(
+        &self,
+        py: Python<'py>,
+        pose_a: &Bound<'py, PyAny>,
+        pose_b: &Bound<'py, PyAny>,
+    ) -> PyResult<Surface> {
+        let pair = self.at(pose_a, pose_b)?;
+        let surface = py.detach(|| pair.surface());
+        Surface::of(py, &surface)
+    }
+
+    /// Writes the contact surface between two poses for ParaView and its like: .vtp or .vtk.
+    fn write_surface<'py>(
+        &self,
+        py: Python<'py>,
+        path: PathBuf,
+        pose_a: &Bound<'py, PyAny>,
+        pose_b: &Bound<'py, PyAny>,
+    ) -> PyResult<()> {
+        let pair = self.at(pose_a, pose_b)?;
+        py.detach(|| write_surface(path, &pair.surface()))
+            .map_err(refused)
+    }
+
+    fn __repr__(&self) -> String {
+        let [a, b] = self
+            .shapes
+            .each_ref()
+            .map(|shape| shape.field().tets().len());
+        let [modulus_a, modulus_b] = self.moduli;
+        let law = self.law.__repr__();
+        format!(
+            "Pair({a} and {b} tetrahedra, modulus_a={modulus_a:?}, modulus_b={modulus_b:?}, law={law})"
+        )
+    }
+
+    fn __getnewargs__(&self) -> (Shape, Shape, f64, f64, SurfaceLaw) {
+        let (a, b) = self.shapes();
+        (a, b, self.moduli[0], self.moduli[1], self.law)
+    }
+}

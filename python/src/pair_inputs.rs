@@ -1,0 +1,161 @@
+//! What a pair is evaluated at: one set of poses, twists and numbers, or n of them.
+
+use crate::arrays::{Floats, Many, array, rows};
+use crate::errors::refused;
+use crate::pair::Pair;
+use crate::poses::{poses, twist_of};
+use hydroelastic::contact::{ContactBody, ContactPair, SurfaceLaw};
+use hydroelastic::spatial::{Pose, Twist};
+use pyo3::prelude::*;
+use rayon::prelude::*;
+
+/// The arguments of a call on a pair, as they come.
+pub struct Arguments<'a, 'py> {
+    /// Of A and B.
+    pub poses: [&'a Bound<'py, PyAny>; 2],
+    /// Of A and B; none for bodies at rest.
+    pub twists: [Option<&'a Bound<'py, PyAny>>; 2],
+    /// In place of those of the pair.
+    pub moduli: Option<&'a Bound<'py, PyAny>>,
+    /// Dissipation and friction, in place of those of the pair.
+    pub law: Option<&'a Bound<'py, PyAny>>,
+}
+
+/// The arguments, checked.
+pub struct Inputs {
+    poses: [Many<Pose>; 2],
+    twists: [Many<[f64; 6]>; 2],
+    moduli: Many<[f64; 2]>,
+    law: Many<SurfaceLaw>,
+}
+
+/// One contact to evaluate.
+pub struct Situation<'s> {
+    pub pair: ContactPair<'s>,
+    pub law: SurfaceLaw,
+    pub twists: [Twist; 2],
+}
+
+impl Inputs {
+    pub fn of(pair: &Pair, given: &Arguments<'_, '_>) -> PyResult<Self> {
+        let [pose_a, pose_b] = given.poses;
+        let twist = |argument: Option<&Bound<'_, PyAny>>, name| match argument {
+            Some(argument) => rows(argument, name),
+            None => Ok(Many::One([0.0; 6])),
+        };
+        let law = match given.law {
+            Some(law) => rows(law, "law")?,
+            None => Many::One(pair.law.numbers()),
+        };
+        Ok(Self {
+            poses: [poses(pose_a, "pose_a")?, poses(pose_b, "pose_b")?],
+            twists: [
+                twist(given.twists[0], "twist_a")?,
+                twist(given.twists[1], "twist_b")?,
+            ],
+            moduli: match given.moduli {
+                Some(moduli) => rows(moduli, "moduli")?,
+                None => Many::One(pair.moduli),
+            },
+            law: law.mapped("law", |numbers| pair.law.inner_with(*numbers))?,
+        })
+    }
+
+    /// How many contacts there are, if they are a batch.
+    fn count(&self) -> PyResult<Option<usize>> {
+        let [pose_a, pose_b] = &self.poses;
+        let [twist_a, twist_b] = &self.twists;
+        let counts = [
+            ("pose_a", pose_a.count()),
+            ("pose_b", pose_b.count()),
+            ("twist_a", twist_a.count()),
+            ("twist_b", twist_b.count()),
+            ("moduli", self.moduli.count()),
+            ("law", self.law.count()),
+        ];
+        let mut given = counts
+            .into_iter()
+            .filter_map(|(name, count)| Some((name, count?)));
+        let Some((first, expected)) = given.next() else {
+            return Ok(None);
+        };
+        match given.find(|&(_, count)| count != expected) {
+            None => Ok(Some(expected)),
+            Some((name, found)) => Err(refused(format!(
+                "{first} is a batch of {expected}, but {name} one of {found}"
+            ))),
+        }
+    }
+
+    /// The contact of an item.
+    fn situation<'s>(&self, pair: &'s Pair, item: usize) -> PyResult<Situation<'s>> {
+        let moduli = self.moduli.at(item);
+        let body = |side: usize| {
+            let pose = *self.poses[side].at(item);
+            ContactBody::new(&pair.shapes[side], pose, moduli[side]).map_err(refused)
+        };
+        Ok(Situation {
+            pair: ContactPair::new(body(0)?, body(1)?),
+            law: *self.law.at(item),
+            twists: [0, 1].map(|side| twist_of(self.twists[side].at(item))),
+        })
+    }
+
+    /// The value of each contact, computed without the GIL; those of a batch by all threads.
+    pub fn values<O: Send>(
+        &self,
+        py: Python<'_>,
+        pair: &Pair,
+        value: impl Fn(&Situation<'_>) -> O + Sync,
+    ) -> PyResult<Many<O>> {
+        let Some(count) = self.count()? else {
+            let situation = self.situation(pair, 0)?;
+            let found = py.detach(|| value(&situation));
+            return Ok(Many::One(found));
+        };
+        let situations = (0..count).map(|item| self.situation(pair, item));
+        let situations = situations.collect::<PyResult<Vec<_>>>()?;
+        Ok(Many::Each(
+            py.detach(|| situations.par_iter().map(&value).collect()),
+        ))
+    }
+}
+
+/// Rows of numbers as an array of a shape, with n in front for a batch.
+pub fn stacked<'py>(
+    py: Python<'py>,
+    numbers: Many<Vec<f64>>,
+    shape: &[usize],
+) -> PyResult<Floats<'py>> {
+    match numbers {
+        Many::One(values) => array(py, values, shape),
+        Many::Each(values) => {
+            let whole: Vec<usize> = std::iter::once(values.len())
+                .chain(shape.iter().copied())
+                .collect();
+            array(py, values.concat(), &whole)
+        }
+    }
+}
+
+/// The same of two arrays for each contact.
+pub fn stacked_two<'py>(
+    py: Python<'py>,
+    numbers: Many<[Vec<f64>; 2]>,
+    shapes: [&[usize]; 2],
+) -> PyResult<(Floats<'py>, Floats<'py>)> {
+    let (first, second) = match numbers {
+        Many::One([first, second]) => (Many::One(first), Many::One(second)),
+        Many::Each(both) => {
+            let (first, second) = both
+                .into_iter()
+                .map(|[first, second]| (first, second))
+                .unzip();
+            (Many::Each(first), Many::Each(second))
+        }
+    };
+    Ok((
+        stacked(py, first, shapes[0])?,
+        stacked(py, second, shapes[1])?,
+    ))
+}

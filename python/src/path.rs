@@ -1,0 +1,285 @@
+//! Paths of bodies that forces do not move.
+
+use crate::arrays::{Floats, Many, Numbers, array, list, numbers, row, wrong_shape};
+use crate::errors::refused;
+use crate::pickle::{Reduced, loaded, reduced};
+use crate::poses::{matrix, one, poses, twist_of};
+use hydroelastic::dynamics::{BodyState, PrescribedPath};
+use hydroelastic::nalgebra::{Matrix3, Rotation3, UnitQuaternion, Vector3};
+use hydroelastic::spatial::{Pose, Twist, rotation_from_vector, skew};
+use pyo3::prelude::*;
+use serde::{Deserialize, Serialize};
+use std::sync::Arc;
+
+/// Below this angle (rad) the rate of a rotation vector is taken as the angular velocity: the terms left out are below round-off.
+const SMALL: f64 = 1e-8;
+
+/// The path of a body that forces do not move: its pose and twist as functions of time.
+///
+/// Path(times, poses, twists=None) goes through poses, smoothly: (n,) float64 increasing times (s), (n, 4, 4) poses, and (n, 6)
+/// twists (angular rad/s, linear m/s of the body's origin, world axes), or None for those of central differences. Between two
+/// poses the position is a cubic, and so is the rotation vector from the first to the second, with the twists at both ends;
+/// pose and twist are consistent. Before the first time and after the last the body rests.
+///
+/// Raises
+/// ------
+/// HydroelasticError if times do not increase, or a pose is not rigid.
+#[pyclass(frozen, module = "hydroelastic")]
+#[derive(Clone)]
+pub struct Path(pub Arc<Kind>);
+
+/// What a path is made of.
+#[derive(Serialize, Deserialize)]
+pub enum Kind {
+    Through(Vec<Knot>),
+    Steady { pose: Pose, twist: Twist },
+}
+
+/// A time (s) with the pose and the twist there.
+#[derive(Serialize, Deserialize)]
+pub struct Knot {
+    time: f64,
+    pose: Pose,
+    twist: Twist,
+}
+
+#[pymethods]
+impl Path {
+    #[new]
+    #[pyo3(signature = (times, poses, twists=None))]
+    fn new(
+        times: &Bound<'_, PyAny>,
+        poses: &Bound<'_, PyAny>,
+        twists: Option<&Bound<'_, PyAny>>,
+    ) -> PyResult<Self> {
+        let times = list(times, "times")?;
+        let poses = many_poses(poses, times.len())?;
+        check_times(&times)?;
+        let twists = match twists {
+            Some(twists) => many_twists(twists, times.len())?,
+            None => differences(&times, &poses),
+        };
+        let knots = times.into_iter().zip(poses).zip(twists);
+        let knots = knots.map(|((time, pose), twist)| Knot { time, pose, twist });
+        Ok(Self(Arc::new(Kind::Through(knots.collect()))))
+    }
+
+    /// A body that moves on for ever from a pose at time 0: with a constant angular velocity about its own origin, which moves
+    /// with a constant velocity. twist: (6,), angular (rad/s), linear (m/s).
+    #[staticmethod]
+    fn steady(pose: &Bound<'_, PyAny>, twist: &Bound<'_, PyAny>) -> PyResult<Self> {
+        let (pose, twist) = (one(pose, "pose")?, row::<6>(twist, "twist")?);
+        if let Some(value) = twist.iter().find(|value| !value.is_finite()) {
+            return Err(refused(format!(
+                "a twist must be finite, but has the component {value}"
+            )));
+        }
+        let twist = twist_of(&twist);
+        Ok(Self(Arc::new(Kind::Steady { pose, twist })))
+    }
+
+    /// The pose (4, 4) and the twist (6,) at a time (s).
+    fn at<'py>(&self, py: Python<'py>, time: f64) -> PyResult<(Floats<'py>, Floats<'py>)> {
+        let BodyState { pose, twist } = self.state_at(time);
+        let twist = twist.to_vector().as_slice().to_vec();
+        Ok((matrix(py, &pose)?, array(py, twist, &[6])?))
+    }
+
+    fn __repr__(&self) -> String {
+        match &*self.0 {
+            Kind::Through(knots) => {
+                let [first, last] = [&knots[0], &knots[knots.len() - 1]].map(|knot| knot.time);
+                format!(
+                    "Path(through {} poses from {first:?} s to {last:?} s)",
+                    knots.len()
+                )
+            }
+            Kind::Steady { twist, .. } => {
+                format!("Path(steady, twist={:?})", twist.to_vector().as_slice())
+            }
+        }
+    }
+
+    fn __reduce__<'py>(&self, py: Python<'py>) -> PyResult<Reduced<'py>> {
+        reduced(py, "_load_path", &*self.0)
+    }
+}
+
+/// A path from what pickle has kept.
+#[pyfunction]
+pub fn _load_path(saved: &[u8]) -> PyResult<Path> {
+    loaded(saved).map(|kind| Path(Arc::new(kind)))
+}
+
+impl Path {
+    /// The path as the library takes it.
+    pub fn function(&self) -> Arc<PrescribedPath> {
+        let path = self.clone();
+        Arc::new(move |time| path.state_at(time))
+    }
+
+    fn state_at(&self, time: f64) -> BodyState {
+        match &*self.0 {
+            Kind::Steady { pose, twist } => {
+                let [angular, linear] = [twist.angular, twist.linear].map(|rate| rate * time);
+                let pose = pose.moved_by(&Twist { angular, linear });
+                BodyState {
+                    pose,
+                    twist: *twist,
+                }
+            }
+            Kind::Through(knots) => through(knots, time),
+        }
+    }
+}
+
+/// The state between the knots around a time.
+fn through(knots: &[Knot], time: f64) -> BodyState {
+    let next = knots.partition_point(|knot| knot.time <= time);
+    let rest = |knot: &Knot| BodyState {
+        pose: knot.pose,
+        twist: Twist::zero(),
+    };
+    match next {
+        0 => rest(&knots[0]),
+        next if next == knots.len() => rest(&knots[next - 1]),
+        next => between(&knots[next - 1], &knots[next], time),
+    }
+}
+
+/// The state between two knots: cubics of the position, and of the rotation vector in the axes of the first pose.
+fn between(from: &Knot, to: &Knot, time: f64) -> BodyState {
+    let duration = to.time - from.time;
+    let fraction = (time - from.time) / duration;
+    let axes = *from.pose.rotation();
+    let turn = turn_between(&from.pose, &to.pose);
+    let rate_at_end = rate_matrix(&turn)
+        .try_inverse()
+        .unwrap_or_else(Matrix3::identity);
+    let rates = [
+        axes.transpose() * from.twist.angular,
+        rate_at_end * axes.transpose() * to.twist.angular,
+    ];
+    let (vector, rate) = cubic(fraction, duration, [Vector3::zeros(), turn], rates);
+    let ends = [&from.pose, &to.pose].map(|pose| *pose.translation());
+    let (position, velocity) = cubic(
+        fraction,
+        duration,
+        ends,
+        [from.twist.linear, to.twist.linear],
+    );
+    let rotation = axes * rotation_from_vector(&vector);
+    // A product of two rotations is a rotation to round-off.
+    let pose = Pose::new(rotation, position).unwrap_or(from.pose);
+    let angular = axes * rate_matrix(&vector) * rate;
+    BodyState {
+        pose,
+        twist: Twist {
+            angular,
+            linear: velocity,
+        },
+    }
+}
+
+/// The cubic with given values and rates (1/s) at both ends of a duration (s), and its rate, at a fraction of it.
+fn cubic(
+    fraction: f64,
+    duration: f64,
+    [start, end]: [Vector3<f64>; 2],
+    rates: [Vector3<f64>; 2],
+) -> (Vector3<f64>, Vector3<f64>) {
+    let [leaving, arriving] = rates.map(|rate| rate * duration);
+    let (square, cube) = (fraction.powi(2), fraction.powi(3));
+    let value = start
+        + (end - start) * (3.0 * square - 2.0 * cube)
+        + leaving * (fraction - 2.0 * square + cube)
+        + arriving * (cube - square);
+    let slope = (end - start) * (6.0 * (fraction - square))
+        + leaving * (1.0 - 4.0 * fraction + 3.0 * square)
+        + arriving * (3.0 * square - 2.0 * fraction);
+    (value, slope / duration)
+}
+
+/// The matrix that makes an angular velocity of the rate of a rotation vector θ:
+/// I + (1 − cos θ)/θ² [θ] + (θ − sin θ)/θ³ [θ]².
+fn rate_matrix(vector: &Vector3<f64>) -> Matrix3<f64> {
+    let angle = vector.norm();
+    let cross = skew(vector);
+    if angle < SMALL {
+        return Matrix3::identity() + cross * 0.5;
+    }
+    let square = angle * angle;
+    let half = (angle / 2.0).sin();
+    Matrix3::identity()
+        + cross * (2.0 * half * half / square)
+        + cross * cross * ((angle - angle.sin()) / (square * angle))
+}
+
+/// The rotation vector (rad, at most half a turn) from one pose to another, in the axes of the first.
+fn turn_between(from: &Pose, to: &Pose) -> Vector3<f64> {
+    let turn = Rotation3::from_matrix_unchecked(from.rotation().transpose() * to.rotation());
+    UnitQuaternion::from_rotation_matrix(&turn).scaled_axis()
+}
+
+/// The twists of central differences; of one-sided ones at the ends.
+fn differences(times: &[f64], poses: &[Pose]) -> Vec<Twist> {
+    let last = times.len() - 1;
+    let twist = |place: usize| {
+        let (before, after) = (place.saturating_sub(1), (place + 1).min(last));
+        if before == after {
+            return Twist::zero();
+        }
+        let duration = times[after] - times[before];
+        let turn = poses[before].rotation() * turn_between(&poses[before], &poses[after]);
+        let shift = poses[after].translation() - poses[before].translation();
+        Twist {
+            angular: turn / duration,
+            linear: shift / duration,
+        }
+    };
+    (0..times.len()).map(twist).collect()
+}
+
+fn check_times(times: &[f64]) -> PyResult<()> {
+    if times.is_empty() || times.iter().any(|time| !time.is_finite()) {
+        return Err(refused(
+            "a path needs at least one time, and all must be finite",
+        ));
+    }
+    match times.windows(2).position(|pair| pair[1] <= pair[0]) {
+        None => Ok(()),
+        Some(place) => Err(refused(format!(
+            "the times of a path must increase, but times[{place}] is {} and times[{}] is {}",
+            times[place],
+            place + 1,
+            times[place + 1]
+        ))),
+    }
+}
+
+fn many_poses(argument: &Bound<'_, PyAny>, count: usize) -> PyResult<Vec<Pose>> {
+    match poses(argument, "poses")? {
+        Many::Each(poses) if poses.len() == count => Ok(poses),
+        Many::Each(poses) => Err(wrong_shape(
+            "poses",
+            &format!("({count}, 4, 4)"),
+            &[poses.len(), 4, 4],
+        )),
+        Many::One(_) => Err(wrong_shape("poses", &format!("({count}, 4, 4)"), &[4, 4])),
+    }
+}
+
+/// As many twists as there are, all finite.
+pub fn many_twists(argument: &Bound<'_, PyAny>, count: usize) -> PyResult<Vec<Twist>> {
+    let Numbers { values, shape } = numbers(argument, "twists")?;
+    if shape != [count, 6] {
+        return Err(wrong_shape("twists", &format!("({count}, 6)"), &shape));
+    }
+    if let Some(value) = values.iter().find(|value| !value.is_finite()) {
+        return Err(refused(format!(
+            "twists must be finite, but have the component {value}"
+        )));
+    }
+    let twist = |numbers: &[f64]| twist_of(&std::array::from_fn(|place| numbers[place]));
+    Ok(values.chunks(6).map(twist).collect())
+}

@@ -1,0 +1,192 @@
+//! How a world is stepped.
+
+use crate::errors::refused;
+use hydroelastic::dynamics;
+use pyo3::prelude::*;
+
+/// How a state is taken one time step further.
+///
+/// LEAPFROG and SYMPLECTIC_EULER are explicit: short steps, one evaluation of the contacts each. SDIRK2 and IMPLICIT_EULER are
+/// implicit: steps of 1 to 10 ms, however stiff the contact and small the slip tolerance.
+#[pyclass(
+    frozen,
+    eq,
+    hash,
+    module = "hydroelastic",
+    rename_all = "SCREAMING_SNAKE_CASE"
+)]
+#[derive(Clone, Copy, PartialEq, Eq, Hash)]
+pub enum Integrator {
+    /// Kick, then drift: first order.
+    SymplecticEuler,
+    /// Half a drift, kick, half a drift: second order. The default.
+    Leapfrog,
+    /// Two implicit stages of second order; impacts are resolved by halved steps.
+    Sdirk2,
+    /// One implicit stage of first order, which calms what moves fast: for what should come to rest.
+    ImplicitEuler,
+}
+
+impl Integrator {
+    fn inner(self) -> dynamics::Integrator {
+        match self {
+            Self::SymplecticEuler => dynamics::Integrator::SymplecticEuler,
+            Self::Leapfrog => dynamics::Integrator::Leapfrog,
+            Self::Sdirk2 => dynamics::Integrator::Sdirk2,
+            Self::ImplicitEuler => dynamics::Integrator::ImplicitEuler,
+        }
+    }
+
+    fn of(integrator: dynamics::Integrator) -> Self {
+        match integrator {
+            dynamics::Integrator::SymplecticEuler => Self::SymplecticEuler,
+            dynamics::Integrator::Sdirk2 => Self::Sdirk2,
+            dynamics::Integrator::ImplicitEuler => Self::ImplicitEuler,
+            _ => Self::Leapfrog,
+        }
+    }
+
+    fn name(self) -> &'static str {
+        match self {
+            Self::SymplecticEuler => "SYMPLECTIC_EULER",
+            Self::Leapfrog => "LEAPFROG",
+            Self::Sdirk2 => "SDIRK2",
+            Self::ImplicitEuler => "IMPLICIT_EULER",
+        }
+    }
+}
+
+#[pymethods]
+impl Integrator {
+    fn __repr__(&self) -> String {
+        format!("Integrator.{}", self.name())
+    }
+
+    fn __reduce__<'py>(
+        slf: &Bound<'py, Self>,
+    ) -> PyResult<(Bound<'py, PyAny>, (Bound<'py, PyAny>, &'static str))> {
+        let getattr = slf.py().import("builtins")?.getattr("getattr")?;
+        Ok((
+            getattr,
+            (slf.as_any().get_type().into_any(), slf.get().name()),
+        ))
+    }
+}
+
+/// How a world is stepped, and which states are recorded.
+///
+/// Parameters
+/// ----------
+/// time_step : (s), positive.
+/// steps : how many.
+/// integrator : Integrator.LEAPFROG by default.
+/// record_every : the initial state, every so many-th after it and the last are recorded.
+/// check_every : the time step is held against World.largest_stable_step in the first step and every so many-th after it, and
+///     the rollout ends where it is too long; None for no check. Implicit steps are not checked.
+/// solver_tolerance : implicit steps are solved until a correction is below this fraction of the velocities.
+///
+/// Raises
+/// ------
+/// HydroelasticError if the time step or the tolerance is not positive and finite.
+#[pyclass(frozen, eq, module = "hydroelastic")]
+#[derive(Clone, Copy, PartialEq)]
+pub struct Plan(pub dynamics::Plan);
+
+#[pymethods]
+impl Plan {
+    #[new]
+    #[pyo3(signature = (time_step, steps, integrator=None, *, record_every=1, check_every=None, solver_tolerance=1e-10))]
+    fn new(
+        time_step: f64,
+        steps: usize,
+        integrator: Option<&Integrator>,
+        record_every: usize,
+        check_every: Option<usize>,
+        solver_tolerance: f64,
+    ) -> PyResult<Self> {
+        let plan = dynamics::Plan::new(time_step, steps).map_err(refused)?;
+        let plan =
+            plan.with_integrator(integrator.copied().unwrap_or(Integrator::Leapfrog).inner());
+        let plan = plan.recording_every(record_every);
+        let plan = plan
+            .with_solver_tolerance(solver_tolerance)
+            .map_err(refused)?;
+        Ok(Self(match check_every {
+            Some(every) => plan.with_stability_check(every),
+            None => plan,
+        }))
+    }
+
+    /// Time step (s).
+    #[getter]
+    fn time_step(&self) -> f64 {
+        self.0.time_step()
+    }
+
+    /// Number of steps.
+    #[getter]
+    fn steps(&self) -> usize {
+        self.0.steps()
+    }
+
+    /// The integrator.
+    #[getter]
+    fn integrator(&self) -> Integrator {
+        Integrator::of(self.0.integrator())
+    }
+
+    /// After how many steps a state is recorded.
+    #[getter]
+    fn record_every(&self) -> usize {
+        self.0.record_every()
+    }
+
+    /// After how many steps the time step is checked, or None.
+    #[getter]
+    fn check_every(&self) -> Option<usize> {
+        self.0.check_every()
+    }
+
+    /// Tolerance of implicit steps.
+    #[getter]
+    fn solver_tolerance(&self) -> f64 {
+        self.0.solver_tolerance()
+    }
+
+    /// Time (s) of all steps.
+    #[getter]
+    fn duration(&self) -> f64 {
+        self.0.duration()
+    }
+
+    pub fn __repr__(&self) -> String {
+        let every = match self.record_every() {
+            1 => String::new(),
+            every => format!(", record_every={every}"),
+        };
+        let check = self
+            .check_every()
+            .map(|every| format!(", check_every={every}"));
+        format!(
+            "Plan({:?}, {}, {}{every}{}, solver_tolerance={:?})",
+            self.time_step(),
+            self.steps(),
+            self.integrator().__repr__(),
+            check.unwrap_or_default(),
+            self.solver_tolerance()
+        )
+    }
+    fn __getnewargs_ex__<'py>(
+        &self,
+        py: Python<'py>,
+    ) -> PyResult<((f64, usize, Integrator), Bound<'py, pyo3::types::PyDict>)> {
+        let keywords = pyo3::types::PyDict::new(py);
+        keywords.set_item("record_every", self.record_every())?;
+        keywords.set_item("check_every", self.check_every())?;
+        keywords.set_item("solver_tolerance", self.solver_tolerance())?;
+        Ok((
+            (self.time_step(), self.steps(), self.integrator()),
+            keywords,
+        ))
+    }
+}

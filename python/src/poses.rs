@@ -1,0 +1,114 @@
+//! Poses as 4×4 homogeneous matrices, twists as 6-vectors.
+
+use crate::arrays::{Floats, Many, Numbers, array, numbers, row, short_matrix, wrong_shape};
+use crate::errors::refused;
+use hydroelastic::nalgebra::{Matrix3, Vector3, Vector6};
+use hydroelastic::spatial::{Pose, Twist};
+use pyo3::prelude::*;
+
+/// Entries of a 4×4 matrix.
+pub const ENTRIES: usize = 16;
+
+/// The pose of a frame: a 4×4 homogeneous matrix.
+///
+/// Parameters
+/// ----------
+/// translation : (3,) position of the frame's origin (m).
+/// rotation_vector : (3,) axis times angle (rad) by which the frame is turned.
+///
+/// Returns
+/// -------
+/// (4, 4) float64: maps coordinates in the frame to coordinates outside it.
+#[pyfunction]
+#[pyo3(signature = (translation=None, rotation_vector=None))]
+pub fn pose<'py>(
+    py: Python<'py>,
+    translation: Option<&Bound<'py, PyAny>>,
+    rotation_vector: Option<&Bound<'py, PyAny>>,
+) -> PyResult<Floats<'py>> {
+    let vector = |argument: Option<&Bound<'py, PyAny>>, name| match argument {
+        Some(argument) => row::<3>(argument, name).map(Vector3::from),
+        None => Ok(Vector3::zeros()),
+    };
+    let translation = vector(translation, "translation")?;
+    let turn = vector(rotation_vector, "rotation_vector")?;
+    matrix(py, &Pose::from_rotation_vector(&turn, translation))
+}
+
+/// A pose after a small motion in the axes of the outer frame: the frame turns about its own origin by the angular part of a
+/// twist (rad), and its origin moves by the linear part (m). Derivatives by poses are derivatives by such twists.
+///
+/// Parameters
+/// ----------
+/// pose : (4, 4) float64.
+/// twist : (6,) angular, linear.
+///
+/// Returns
+/// -------
+/// (4, 4) float64.
+#[pyfunction]
+pub fn moved_pose<'py>(
+    py: Python<'py>,
+    pose: &Bound<'py, PyAny>,
+    twist: &Bound<'py, PyAny>,
+) -> PyResult<Floats<'py>> {
+    let moved = one(pose, "pose")?.moved_by(&twist_of(&row(twist, "twist")?));
+    matrix(py, &moved)
+}
+
+/// A pose from the entries of its matrix, row by row.
+pub fn pose_of(entries: &[f64; ENTRIES]) -> PyResult<Pose> {
+    if entries[12..] != [0.0, 0.0, 0.0, 1.0] {
+        return Err(refused(format!(
+            "the last row of a pose must be (0, 0, 0, 1), but is {:?}",
+            &entries[12..]
+        )));
+    }
+    let rotation = Matrix3::from_fn(|row, column| entries[4 * row + column]);
+    let translation = Vector3::new(entries[3], entries[7], entries[11]);
+    Pose::restored(rotation, translation).map_err(refused)
+}
+
+/// One pose, or n of them.
+pub fn poses(argument: &Bound<'_, PyAny>, name: &str) -> PyResult<Many<Pose>> {
+    if let Some(entries) = short_matrix(argument) {
+        return pose_of(&entries).map(Many::One);
+    }
+    let Numbers { values, shape } = numbers(argument, name)?;
+    let entries = |values: &[f64]| std::array::from_fn(|place| values[place]);
+    let matrices = match shape[..] {
+        [4, 4] => Many::One(entries(&values)),
+        [_, 4, 4] => Many::Each(values.chunks(ENTRIES).map(entries).collect()),
+        _ => return Err(wrong_shape(name, "(4, 4) or (n, 4, 4)", &shape)),
+    };
+    matrices.mapped(name, pose_of)
+}
+
+/// One pose.
+pub fn one(argument: &Bound<'_, PyAny>, name: &str) -> PyResult<Pose> {
+    match poses(argument, name)? {
+        Many::One(pose) => Ok(pose),
+        Many::Each(poses) => Err(wrong_shape(name, "(4, 4)", &[poses.len(), 4, 4])),
+    }
+}
+
+/// A twist from its numbers.
+pub fn twist_of(numbers: &[f64; 6]) -> Twist {
+    Twist::from_vector(&Vector6::from(*numbers))
+}
+
+/// The entries of a pose's matrix, row by row.
+pub fn entries(pose: &Pose) -> [f64; ENTRIES] {
+    let (rotation, translation) = (pose.rotation(), pose.translation());
+    std::array::from_fn(|place| match (place / 4, place % 4) {
+        (3, 3) => 1.0,
+        (3, _) => 0.0,
+        (row, 3) => translation[row],
+        (row, column) => rotation[(row, column)],
+    })
+}
+
+/// A pose as an array.
+pub fn matrix<'py>(py: Python<'py>, pose: &Pose) -> PyResult<Floats<'py>> {
+    array(py, entries(pose).to_vec(), &[4, 4])
+}

@@ -1,0 +1,205 @@
+//! What a step took, and the energies of a state.
+
+use crate::arrays::{Floats, array};
+use crate::pickle::{Reduced, loaded, reduced};
+use hydroelastic::dynamics;
+use numpy::PyArrayDyn;
+use pyo3::prelude::*;
+
+/// What one implicit step, or several, took.
+#[pyclass(frozen, eq, module = "hydroelastic")]
+#[derive(Clone, Copy, PartialEq)]
+pub struct StepReport(pub dynamics::StepReport);
+
+#[pymethods]
+impl StepReport {
+    /// Groups of bodies that were solved by themselves.
+    #[getter]
+    fn islands(&self) -> usize {
+        self.0.islands
+    }
+
+    /// Systems of equations: one for each stage of each step of an island, halved ones included.
+    #[getter]
+    fn solves(&self) -> usize {
+        self.0.work.solves
+    }
+
+    /// How often contacts were evaluated: this takes the time.
+    #[getter]
+    fn evaluations(&self) -> usize {
+        self.0.work.evaluations
+    }
+
+    /// Looks at the contacts, whether anything is near or not.
+    #[getter]
+    fn looks(&self) -> usize {
+        self.0.work.looks
+    }
+
+    /// Iterations of Newton's method.
+    #[getter]
+    fn iterations(&self) -> usize {
+        self.0.work.iterations
+    }
+
+    /// Steps of an island that were halved because its forces change too much in them.
+    #[getter]
+    fn halvings(&self) -> usize {
+        self.0.work.halvings
+    }
+
+    /// Steps that were halved because a system was not solved.
+    #[getter]
+    fn failures(&self) -> usize {
+        self.0.work.failures
+    }
+
+    /// What the kinetic energy has grown by (J).
+    #[getter]
+    fn kinetic(&self) -> f64 {
+        self.0.energy.kinetic
+    }
+
+    /// The work of gravity and controls (J).
+    #[getter]
+    fn given(&self) -> f64 {
+        self.0.energy.given
+    }
+
+    /// The work of contacts and other forces (J).
+    #[getter]
+    fn acting(&self) -> f64 {
+        self.0.energy.acting
+    }
+
+    /// What the integrator has lost of the work that was done (J); negative if it made some.
+    #[getter]
+    fn numerical_loss(&self) -> f64 {
+        self.0.energy.numerical_loss()
+    }
+
+    /// The sum of two reports.
+    fn __add__(&self, other: &Self) -> Self {
+        let mut sum = self.0;
+        sum += other.0;
+        Self(sum)
+    }
+
+    fn __repr__(&self) -> String {
+        let dynamics::StepReport {
+            islands,
+            work,
+            energy,
+            ..
+        } = &self.0;
+        format!(
+            "StepReport(islands={islands}, solves={}, evaluations={}, looks={}, iterations={}, halvings={}, failures={}, \
+             kinetic={:?}, given={:?}, acting={:?}, numerical_loss={:?})",
+            work.solves,
+            work.evaluations,
+            work.looks,
+            work.iterations,
+            work.halvings,
+            work.failures,
+            energy.kinetic,
+            energy.given,
+            energy.acting,
+            energy.numerical_loss()
+        )
+    }
+
+    fn __reduce__<'py>(&self, py: Python<'py>) -> PyResult<Reduced<'py>> {
+        reduced(py, "_load_step_report", &self.0)
+    }
+}
+
+/// A report from what pickle has kept.
+#[pyfunction]
+pub fn _load_step_report(saved: &[u8]) -> PyResult<StepReport> {
+    loaded(saved).map(StepReport)
+}
+
+/// Energies and momentum of a state. Only dynamic bodies have kinetic energy, weight and momentum.
+#[pyclass(frozen, get_all, module = "hydroelastic")]
+pub struct Report {
+    /// ½ m v² + ½ ω·I·ω (J).
+    kinetic_energy: f64,
+    /// −m g·x (J), x the center of mass from the origin of the world.
+    gravitational_energy: f64,
+    /// Potential energy of all contacts (J).
+    contact_energy: f64,
+    /// The sum of these (J), without what is stored in forces of other kinds.
+    total_energy: f64,
+    /// (3,) float64: linear momentum (kg m/s).
+    linear_momentum: Py<PyArrayDyn<f64>>,
+    /// (3,) float64: angular momentum (kg m²/s) about the origin of the world.
+    angular_momentum: Py<PyArrayDyn<f64>>,
+}
+
+impl Report {
+    pub fn of(py: Python<'_>, report: &dynamics::Report) -> PyResult<Self> {
+        let momentum = [&report.momentum.linear, &report.momentum.angular];
+        let [linear, angular] =
+            momentum.map(|it| -> PyResult<Floats<'_>> { array(py, it.as_slice().to_vec(), &[3]) });
+        Ok(Self {
+            kinetic_energy: report.kinetic_energy,
+            gravitational_energy: report.gravitational_energy,
+            contact_energy: report.contact_energy,
+            total_energy: report.total_energy(),
+            linear_momentum: linear?.unbind(),
+            angular_momentum: angular?.unbind(),
+        })
+    }
+}
+
+#[pymethods]
+impl Report {
+    #[new]
+    fn new(
+        kinetic_energy: f64,
+        gravitational_energy: f64,
+        contact_energy: f64,
+        total_energy: f64,
+        momenta: (Py<PyArrayDyn<f64>>, Py<PyArrayDyn<f64>>),
+    ) -> Self {
+        let (linear_momentum, angular_momentum) = momenta;
+        Self {
+            kinetic_energy,
+            gravitational_energy,
+            contact_energy,
+            total_energy,
+            linear_momentum,
+            angular_momentum,
+        }
+    }
+
+    fn __repr__(&self) -> String {
+        format!(
+            "Report(kinetic_energy={:?}, gravitational_energy={:?}, contact_energy={:?}, total_energy={:?} J)",
+            self.kinetic_energy, self.gravitational_energy, self.contact_energy, self.total_energy
+        )
+    }
+    fn __getnewargs__(
+        &self,
+        py: Python<'_>,
+    ) -> (
+        f64,
+        f64,
+        f64,
+        f64,
+        (Py<PyArrayDyn<f64>>, Py<PyArrayDyn<f64>>),
+    ) {
+        let momenta = (
+            self.linear_momentum.clone_ref(py),
+            self.angular_momentum.clone_ref(py),
+        );
+        (
+            self.kinetic_energy,
+            self.gravitational_energy,
+            self.contact_energy,
+            self.total_energy,
+            momenta,
+        )
+    }
+}

@@ -1,0 +1,219 @@
+//! Shapes: pressure fields with their search trees.
+
+use crate::arrays::{Floats, array, indices, list, row, signed, table, whole_array};
+use crate::errors::refused;
+use hydroelastic::contact;
+use hydroelastic::io::read_mesh;
+use hydroelastic::mesh::{MeshError, PressureField, TetMesh, shapes};
+use numpy::PyArrayDyn;
+use pyo3::prelude::*;
+use pyo3::types::PyDict;
+use std::path::PathBuf;
+use std::sync::Arc;
+
+/// What a body is made of for contact: a tetrahedral mesh with an extent on every vertex, 0 on the surface and positive inside.
+/// The pressure is the hydroelastic modulus (Pa) times the extent. Any number of bodies may share a shape.
+///
+/// Parameters
+/// ----------
+/// vertices : (n, 3) float64, positions (m) in the body frame.
+/// tets : (m, 4) integers, the vertices of each tetrahedron; either orientation.
+/// extents : (n,) float64, or None for the distance to the surface over the largest one; tetrahedra whose corners all lie on the
+///     surface are then divided, so that there are more vertices.
+/// inert_tets : whether tetrahedra with the extent 0 at all corners are allowed. They have mass, but push nothing.
+///
+/// Raises
+/// ------
+/// HydroelasticError if the mesh or the field is not valid; the message names the culprit.
+#[pyclass(frozen, module = "hydroelastic")]
+#[derive(Clone)]
+pub struct Shape(pub Arc<contact::Shape>);
+
+impl Shape {
+    fn of(field: Result<PressureField, MeshError>) -> PyResult<Self> {
+        let field = field.map_err(refused)?;
+        Ok(Self(Arc::new(contact::Shape::new(field))))
+    }
+
+    fn field(&self) -> &PressureField {
+        self.0.field()
+    }
+}
+
+#[pymethods]
+impl Shape {
+    #[new]
+    #[pyo3(signature = (vertices, tets, extents=None, *, inert_tets=false))]
+    fn new(
+        vertices: &Bound<'_, PyAny>,
+        tets: &Bound<'_, PyAny>,
+        extents: Option<&Bound<'_, PyAny>>,
+        inert_tets: bool,
+    ) -> PyResult<Self> {
+        let vertices = table::<3>(vertices, "vertices")?;
+        let vertices = vertices.into_iter().map(Into::into).collect();
+        let mesh = TetMesh::new(vertices, indices(tets, "tets")?).map_err(refused)?;
+        let extents = extents
+            .map(|extents| list(extents, "extents"))
+            .transpose()?;
+        Self::of(match extents {
+            None => PressureField::from_distance(&mesh),
+            Some(extents) if inert_tets => PressureField::with_inert_tets(mesh, extents),
+            Some(extents) => PressureField::new(mesh, extents),
+        })
+    }
+
+    /// A mesh from a file in metres: Gmsh 4.1 (.msh), VTK legacy (.vtk) or VTK XML (.vtu).
+    ///
+    /// extents : the name of a point-data array of a VTK file, or None for the distance to the surface.
+    #[staticmethod]
+    #[pyo3(signature = (path, extents=None))]
+    fn read(py: Python<'_>, path: PathBuf, extents: Option<&str>) -> PyResult<Self> {
+        py.detach(|| {
+            let file = read_mesh(path).map_err(refused)?;
+            match extents {
+                Some(name) => Self::of(Ok(file.pressure_field(name).map_err(refused)?)),
+                None => Self::of(PressureField::from_distance(&file.mesh)),
+            }
+        })
+    }
+
+    /// A ball about the origin of the body frame: radius (m), and how often the 20 faces of an icosahedron are divided by four
+    /// (0 to 8).
+    #[staticmethod]
+    fn icosphere(radius: f64, subdivisions: usize) -> PyResult<Self> {
+        Self::of(shapes::icosphere(radius, subdivisions))
+    }
+
+    /// An ellipsoid with three semi-axes (m): an icosphere, stretched.
+    #[staticmethod]
+    fn ellipsoid(semi_axes: &Bound<'_, PyAny>, subdivisions: usize) -> PyResult<Self> {
+        Self::of(shapes::ellipsoid(
+            row(semi_axes, "semi_axes")?,
+            subdivisions,
+        ))
+    }
+
+    /// A box with edges of three lengths (m); the extent rises from each face to 1 at the center.
+    #[staticmethod]
+    fn cuboid(lengths: &Bound<'_, PyAny>) -> PyResult<Self> {
+        Self::of(shapes::cuboid(row(lengths, "lengths")?))
+    }
+
+    /// A box with edges of three lengths (m); the extent is the distance to the surface, over half the shortest edge.
+    #[staticmethod]
+    fn distance_cuboid(lengths: &Bound<'_, PyAny>) -> PyResult<Self> {
+        Self::of(shapes::distance_cuboid(row(lengths, "lengths")?))
+    }
+
+    /// A prism with a regular polygon of some segments as its base, for a cylinder along z: radius (m), length (m).
+    #[staticmethod]
+    fn cylinder(radius: f64, length: f64, segments: usize) -> PyResult<Self> {
+        Self::of(shapes::cylinder(radius, length, segments))
+    }
+
+    /// The solid inside a closed surface of triangles that can all be seen from one point inside, as those of convex solids.
+    ///
+    /// vertices : (n, 3) float64 (m); triangles : (m, 3) integers; inner_point : (3,) (m), or None for the center of volume.
+    #[staticmethod]
+    #[pyo3(signature = (vertices, triangles, inner_point=None))]
+    fn star_shaped(
+        vertices: &Bound<'_, PyAny>,
+        triangles: &Bound<'_, PyAny>,
+        inner_point: Option<&Bound<'_, PyAny>>,
+    ) -> PyResult<Self> {
+        let vertices = table::<3>(vertices, "vertices")?;
+        let vertices = vertices.into_iter().map(Into::into).collect();
+        let triangles = indices(triangles, "triangles")?;
+        Self::of(match inner_point {
+            None => shapes::star_shaped(vertices, triangles),
+            Some(point) => {
+                let point = row::<3>(point, "inner_point")?;
+                shapes::star_shaped_about(point.into(), vertices, triangles)
+            }
+        })
+    }
+
+    /// (n, 3) float64: positions of the vertices (m), in the body frame.
+    #[getter]
+    fn vertices<'py>(&self, py: Python<'py>) -> PyResult<Floats<'py>> {
+        let vertices = self.field().mesh().vertices();
+        let values = vertices.iter().flat_map(|v| v.iter().copied()).collect();
+        array(py, values, &[vertices.len(), 3])
+    }
+
+    /// (m, 4) int64: the vertices of each tetrahedron, positively oriented.
+    #[getter]
+    fn tets<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArrayDyn<i64>>> {
+        let tets = self.field().mesh().tets();
+        whole_array(
+            py,
+            signed(tets.as_flattened().iter().copied()),
+            &[tets.len(), 4],
+        )
+    }
+
+    /// (n,) float64: the extent of each vertex.
+    #[getter]
+    fn extents<'py>(&self, py: Python<'py>) -> PyResult<Floats<'py>> {
+        let extents = self.field().extents();
+        array(py, extents.to_vec(), &[extents.len()])
+    }
+
+    /// (k, 3) int64: the triangles of the surface, counter-clockwise seen from outside.
+    #[getter]
+    fn surface_triangles<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArrayDyn<i64>>> {
+        let triangles = self.field().mesh().surface_triangles();
+        whole_array(
+            py,
+            signed(triangles.as_flattened().iter().copied()),
+            &[triangles.len(), 3],
+        )
+    }
+
+    /// Volume (m³).
+    #[getter]
+    fn volume(&self) -> f64 {
+        self.field().mesh().volume()
+    }
+
+    /// Mass (kg), center of mass (3,) (m) and inertia (3, 3) (kg m²) about it, in the body frame, at a uniform density (kg/m³).
+    fn mass_properties<'py>(
+        &self,
+        py: Python<'py>,
+        density: f64,
+    ) -> PyResult<(f64, Floats<'py>, Floats<'py>)> {
+        let found = self.field().mesh().mass_properties(density);
+        let center = found.center_of_mass.as_slice().to_vec();
+        let inertia = found.inertia.transpose().as_slice().to_vec();
+        Ok((
+            found.mass,
+            array(py, center, &[3])?,
+            array(py, inertia, &[3, 3])?,
+        ))
+    }
+
+    fn __repr__(&self) -> String {
+        let mesh = self.field().mesh();
+        format!(
+            "Shape({} vertices, {} tetrahedra, {:.4e} m³)",
+            mesh.vertex_count(),
+            mesh.tet_count(),
+            mesh.volume()
+        )
+    }
+    fn __getnewargs_ex__<'py>(
+        &self,
+        py: Python<'py>,
+    ) -> PyResult<(
+        (Floats<'py>, Bound<'py, PyArrayDyn<i64>>, Floats<'py>),
+        Bound<'py, PyDict>,
+    )> {
+        let keywords = PyDict::new(py);
+        keywords.set_item("inert_tets", true)?;
+        Ok((
+            (self.vertices(py)?, self.tets(py)?, self.extents(py)?),
+            keywords,
+        ))
+    }
+}

@@ -1,0 +1,253 @@
+//! Bodies and what acts on them.
+
+use crate::arrays::{Floats, array, row};
+use crate::body::Body;
+use crate::control::Control;
+use crate::errors::{not_differentiated, refused};
+use crate::force::{AnyForce, Given, Shown};
+use crate::parameter::{Parameter, inner};
+use crate::path::Path;
+use crate::state::State;
+use hydroelastic::dynamics::{self, WorldError};
+use hydroelastic::nalgebra::Vector3;
+use pyo3::prelude::*;
+
+/// The world of the library with forces that can be saved.
+pub type Inner = dynamics::World<f64, Vec<AnyForce>>;
+
+/// Bodies, what acts on them, and where they start. Worlds do not change: methods give new ones, which share the shapes.
+///
+/// Parameters
+/// ----------
+/// bodies : a list of Body with different names.
+/// gravity : (3,) (m/s²).
+/// forces : a list of Spring, Drag and Thruster.
+/// controls : a list of Control, one for a body.
+/// ignoring : pairs of names, of bodies that pass through each other.
+/// slip_tolerance : (m/s), of friction in all contacts.
+/// start : the State that rollouts start from, at its time; None for the bodies' own, at time 0.
+///
+/// Raises
+/// ------
+/// HydroelasticError if names, numbers or states do not make a world; the message names the culprit.
+#[pyclass(frozen, module = "hydroelastic")]
+#[derive(Clone)]
+pub struct World {
+    pub inner: Inner,
+    /// The paths of prescribed bodies, by name: functions, to the library.
+    pub paths: Vec<(String, Path)>,
+}
+
+/// What a new world or a change of one sets.
+struct Settings<'a, 'py> {
+    gravity: Option<&'a Bound<'py, PyAny>>,
+    forces: Option<Vec<Given<'py>>>,
+    controls: Option<Vec<Bound<'py, Control>>>,
+    slip_tolerance: Option<f64>,
+    start: Option<&'a Bound<'py, State>>,
+}
+
+impl Settings<'_, '_> {
+    fn applied(self, mut world: Inner) -> PyResult<Inner> {
+        if let Some(gravity) = self.gravity {
+            let gravity = Vector3::from(row::<3>(gravity, "gravity")?);
+            world = world.with_gravity(gravity).map_err(refused)?;
+        }
+        if let Some(tolerance) = self.slip_tolerance {
+            world = world.with_slip_tolerance(tolerance).map_err(refused)?;
+        }
+        if let Some(forces) = self.forces {
+            let forces: Vec<AnyForce> = forces.iter().map(Given::force).collect();
+            world = world.with_forces(forces).map_err(refused)?;
+        }
+        for control in self.controls.into_iter().flatten() {
+            world = world
+                .with_control(control.get().0.clone())
+                .map_err(refused)?;
+        }
+        match self.start {
+            Some(state) => world.starting_from(&state.get().0).map_err(refused),
+            None => Ok(world),
+        }
+    }
+}
+
+/// A world of bodies, without forces.
+fn of_bodies(
+    bodies: &[Bound<'_, Body>],
+    ignoring: &[(String, String)],
+) -> Result<Inner, WorldError> {
+    let bodies = bodies.iter().map(|body| body.get().inner.clone()).collect();
+    let mut world = dynamics::World::new(bodies)?.with_forces(Vec::new())?;
+    for (first, second) in ignoring {
+        world = world.ignoring(first, second)?;
+    }
+    Ok(world)
+}
+
+impl World {
+    /// The names of the bodies.
+    pub fn names_of(&self) -> Vec<&str> {
+        self.inner
+            .bodies()
+            .iter()
+            .map(dynamics::Body::name)
+            .collect()
+    }
+
+    /// The same paths in a world that was made of this one.
+    pub fn with_inner(&self, inner: Inner) -> Self {
+        let paths = self.paths.clone();
+        Self { inner, paths }
+    }
+}
+
+#[pymethods]
+impl World {
+    #[new]
+    #[pyo3(signature = (bodies, *, gravity=None, forces=None, controls=None, ignoring=None, slip_tolerance=None, start=None))]
+    fn new(
+        bodies: Vec<Bound<'_, Body>>,
+        gravity: Option<&Bound<'_, PyAny>>,
+        forces: Option<Vec<Given<'_>>>,
+        controls: Option<Vec<Bound<'_, Control>>>,
+        ignoring: Option<Vec<(String, String)>>,
+        slip_tolerance: Option<f64>,
+        start: Option<&Bound<'_, State>>,
+    ) -> PyResult<Self> {
+        let world = of_bodies(&bodies, &ignoring.unwrap_or_default()).map_err(refused)?;
+        let path = |body: &Bound<'_, Body>| {
+            let body = body.get();
+            Some((body.inner.name().to_owned(), body.path.clone()?))
+        };
+        let paths = bodies.iter().filter_map(path).collect();
+        let settings = Settings {
+            gravity,
+            forces,
+            controls,
+            slip_tolerance,
+            start,
+        };
+        Ok(Self {
+            inner: settings.applied(world)?,
+            paths,
+        })
+    }
+
+    /// The same world with other settings: arguments as those of World. Forces replace all forces, a control that of its body.
+    #[pyo3(signature = (*, gravity=None, forces=None, controls=None, slip_tolerance=None, start=None))]
+    fn replace(
+        &self,
+        gravity: Option<&Bound<'_, PyAny>>,
+        forces: Option<Vec<Given<'_>>>,
+        controls: Option<Vec<Bound<'_, Control>>>,
+        slip_tolerance: Option<f64>,
+        start: Option<&Bound<'_, State>>,
+    ) -> PyResult<Self> {
+        let settings = Settings {
+            gravity,
+            forces,
+            controls,
+            slip_tolerance,
+            start,
+        };
+        Ok(self.with_inner(settings.applied(self.inner.clone())?))
+    }
+
+    /// The world after changes of its parameters: (p,) float64, one number for each number of theirs, added to what is there.
+    fn changed(
+        &self,
+        parameters: Vec<Bound<'_, Parameter>>,
+        changes: &Bound<'_, PyAny>,
+    ) -> PyResult<Self> {
+        let changes = crate::arrays::list(changes, "changes")?;
+        let changed = self.inner.changed(&inner(&parameters), &changes);
+        Ok(self.with_inner(changed.map_err(|why| not_differentiated(&why))?))
+    }
+
+    /// The bodies, as they are now: in the order of every state.
+    #[getter]
+    fn bodies(&self) -> Vec<Body> {
+        let path = |name: &str| {
+            let mut paths = self.paths.iter();
+            paths
+                .find(|(owner, _)| owner == name)
+                .map(|(_, path)| path.clone())
+        };
+        let bodies = self.inner.bodies().iter();
+        bodies
+            .map(|body| Body {
+                inner: body.clone(),
+                path: path(body.name()),
+            })
+            .collect()
+    }
+
+    /// The names of the bodies, in the order of every state.
+    #[getter]
+    fn names(&self) -> Vec<&str> {
+        self.names_of()
+    }
+
+    /// The place of a body in every state.
+    fn index_of(&self, name: &str) -> PyResult<usize> {
+        self.inner.index_of(name).map_err(refused)
+    }
+
+    /// (3,) float64: gravity (m/s²).
+    #[getter]
+    fn gravity<'py>(&self, py: Python<'py>) -> PyResult<Floats<'py>> {
+        array(py, self.inner.gravity().as_slice().to_vec(), &[3])
+    }
+
+    /// Slip tolerance (m/s).
+    #[getter]
+    fn slip_tolerance(&self) -> f64 {
+        self.inner.slip_tolerance()
+    }
+
+    /// The forces.
+    #[getter]
+    fn forces(&self) -> Vec<Shown> {
+        self.inner.forces().iter().map(Shown::from).collect()
+    }
+
+    /// The controls.
+    #[getter]
+    fn controls(&self) -> Vec<Control> {
+        self.inner.controls().iter().cloned().map(Control).collect()
+    }
+
+    /// The pairs of bodies that pass through each other, by name.
+    #[getter]
+    fn ignored(&self) -> Vec<(&str, &str)> {
+        let names = self.names_of();
+        self.inner
+            .ignored()
+            .map(|(i, j)| (names[i], names[j]))
+            .collect()
+    }
+
+    /// The state that rollouts start from.
+    #[getter]
+    fn initial_state(&self) -> State {
+        State(self.inner.initial_state())
+    }
+
+    fn __repr__(&self) -> String {
+        let gravity = self.inner.gravity();
+        let counts = [
+            (self.inner.forces().len(), "forces"),
+            (self.inner.controls().len(), "controls"),
+        ];
+        let others = counts.iter().filter(|(count, _)| *count > 0);
+        let others: String = others
+            .map(|(count, what)| format!(", {count} {what}"))
+            .collect();
+        format!(
+            "World({:?}, gravity={:?}{others})",
+            self.names_of(),
+            gravity.as_slice()
+        )
+    }
+}

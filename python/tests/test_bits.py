@@ -1,0 +1,98 @@
+"""Values have the bits of the library's: data/reference_bits.json is what examples/reference_bits.rs prints.
+
+HYDROELASTIC_REFERENCE names another output of that program, for platforms whose sines have other bits.
+"""
+
+import json
+import os
+import platform
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import hydroelastic as he
+
+# On other platforms sines and cosines differ by bits, which bounces multiply.
+OTHER_PLATFORM = 1e-6
+
+FILE = Path(os.environ.get("HYDROELASTIC_REFERENCE", Path(__file__).parent / "data" / "reference_bits.json"))
+REFERENCE = json.loads(FILE.read_text())
+IS_SAME_PLATFORM = REFERENCE["platform"] == f"{platform.system().lower()} {platform.machine()}"
+
+
+def assert_same(name, found):
+    bits = np.array([int(number, 16) for number in REFERENCE[name]], dtype=np.uint64)
+    found = np.ascontiguousarray(found, dtype=np.float64).ravel()
+    assert found.size == bits.size > 0
+    if IS_SAME_PLATFORM:
+        assert np.array_equal(found.view(np.uint64), bits), np.abs(found - bits.view(np.float64)).max()
+    else:
+        expected = bits.view(np.float64)
+        assert np.abs(found - expected).max() <= OTHER_PLATFORM * np.abs(expected).max()
+
+
+def test_contacts(ball_on_block, twists):
+    pair, pose_a, pose_b = ball_on_block
+    assert_same("wrench", pair.wrench(pose_a, pose_b))
+    wrench, jacobian = pair.wrench_and_jacobian(pose_a, pose_b)
+    assert wrench.shape == (12,) and jacobian.shape == (12, 14)
+    assert_same("jacobian", jacobian)
+    assert_same("wrench in motion", pair.wrench(pose_a, pose_b, *twists))
+    wrench, jacobian = pair.linearised(pose_a, pose_b, *twists)
+    assert wrench.shape == (12,) and jacobian.shape == (12, 28)
+    assert_same("linearised wrench", wrench)
+    assert_same("linearised jacobian", jacobian)
+    assert_same("energy", pair.potential_energy(pose_a, pose_b))
+
+
+def test_contact_surface(ball_on_block):
+    pair, pose_a, pose_b = ball_on_block
+    surface = pair.surface(pose_a, pose_b)
+    assert_same("area", surface.area)
+    assert_same("corners", surface.vertices)
+    assert_same("pressures", surface.pressures)
+    assert len(surface) == len(surface.areas) == len(surface.offsets) - 1
+    force = (surface.normals * (surface.mean_pressures * surface.areas)[:, None]).sum(axis=0)
+    assert np.allclose(force, pair.wrench(pose_a, pose_b)[3:6], rtol=1e-12, atol=1e-12)
+    assert np.allclose(surface.areas.sum(), surface.area, rtol=1e-14)
+
+
+def numbers(trajectory):
+    rotations = trajectory.poses[..., :3, :3].reshape(*trajectory.poses.shape[:2], 9)
+    return np.concatenate([rotations, trajectory.poses[..., :3, 3], trajectory.twists], axis=-1)
+
+
+EXPLICIT = he.Plan(2e-4, 900, record_every=300)
+EULER = he.Plan(2e-4, 900, he.Integrator.SYMPLECTIC_EULER, record_every=300)
+SDIRK2 = he.Plan(5e-3, 40, he.Integrator.SDIRK2, record_every=20)
+IMPLICIT = he.Plan(5e-3, 40, he.Integrator.IMPLICIT_EULER, record_every=20)
+
+
+@pytest.mark.parametrize(
+    ("name", "plan"),
+    [("leapfrog", EXPLICIT), ("symplectic Euler", EULER), ("sdirk2", SDIRK2), ("implicit Euler", IMPLICIT)],
+)
+def test_rollouts(scene, name, plan):
+    assert_same(name, numbers(scene.rollout(plan).recorded()))
+
+
+def test_rollouts_with_forces_and_controls(driven):
+    assert_same("forces, leapfrog", numbers(driven.rollout(EXPLICIT).recorded()))
+    assert_same("forces, sdirk2", numbers(driven.rollout(SDIRK2).recorded()))
+
+
+def test_jacobians(driven):
+    by = [he.Parameter.initial_velocity("ball"), he.Parameter.friction("ball"), he.Parameter.control("ball", 1)]
+    trajectory, jacobian = driven.jacobian(he.Plan(5e-4, 300, record_every=300), by)
+    # Position, columns of the rotation, velocity, spin: the order of the library's FinalState.
+    def end(poses, twists):
+        columns = np.swapaxes(poses[:3, :3], 0, 1).reshape(9, *poses.shape[2:])
+        return np.concatenate([poses[:3, 3], columns, twists[3:], twists[:3]])
+
+    assert_same("end", end(trajectory.poses[-1, 0], trajectory.twists[-1, 0]))
+    assert_same("end jacobian", end(jacobian.poses[-1, 0], jacobian.twists[-1, 0]))
+    a, b = driven.linearised(he.Plan(1e-3, 100), by)
+    assert a.shape == (24, 24) and b.shape == (24, 10)
+    assert_same("A", a)
+    assert_same("B", b)

@@ -1,0 +1,135 @@
+"""Derivatives against central differences."""
+
+import numpy as np
+
+import hydroelastic as he
+
+# Central differences of wrenches over steps of 1e-6: rounding and curvature.
+CONTACT = 1e-6
+# Of a rollout through a bounce, with its facets.
+ROLLOUT = 1e-6
+
+
+def difference(function, step):
+    return (function(step) - function(-step)) / (2 * step)
+
+
+def columns(pair, pose_a, pose_b, twists):
+    """The wrench as a function of each of the 28 numbers."""
+    moduli, law = np.array(pair.moduli), np.array([pair.law.dissipation, pair.law.friction])
+
+    def changed(column, step):
+        unit = np.zeros(28)
+        unit[column] = step
+        return pair.wrench(
+            he.moved_pose(pose_a, unit[:6]),
+            he.moved_pose(pose_b, unit[6:12]),
+            twists[0] + unit[12:18],
+            twists[1] + unit[18:24],
+            moduli=moduli + unit[24:26],
+            law=law + unit[26:],
+        )
+
+    return changed
+
+
+def test_contact_in_motion(ball_on_block, twists):
+    pair, pose_a, pose_b = ball_on_block
+    _, jacobian = pair.linearised(pose_a, pose_b, *twists)
+    changed = columns(pair, pose_a, pose_b, twists)
+    for column in range(28):
+        step = 1.0 if column in (24, 25) else 1e-6
+        found = difference(lambda change: changed(column, change), step)
+        # Three columns of one kind have one scale: turns of a ball about itself hardly matter.
+        first = 3 * (column // 3) if column < 24 else column
+        scale = np.abs(jacobian[:, first : first + (3 if column < 24 else 1)]).max()
+        assert np.abs(found - jacobian[:, column]).max() <= CONTACT * scale, column
+
+
+def test_contact_at_rest_is_the_first_columns(ball_on_block):
+    pair, pose_a, pose_b = ball_on_block
+    wrench, jacobian = pair.wrench_and_jacobian(pose_a, pose_b)
+    _, whole = pair.linearised(pose_a, pose_b)
+    scale = np.abs(jacobian).max()
+    assert np.abs(whole[:, :12] - jacobian[:, :12]).max() <= 1e-12 * scale
+    assert np.abs(whole[:, 24:26] - jacobian[:, 12:]).max() <= 1e-12 * np.abs(wrench).max()
+
+
+def test_energy_has_the_wrench_as_its_slope(ball_on_block):
+    pair, pose_a, pose_b = ball_on_block
+    wrench = pair.wrench(pose_a, pose_b)
+    for axis in range(6):
+        unit = np.eye(6)[axis]
+        slope = difference(lambda step: pair.potential_energy(he.moved_pose(pose_a, step * unit), pose_b), 1e-6)
+        assert abs(slope + wrench[axis]) <= 1e-5 * np.abs(wrench).max()
+
+
+def test_rollout_by_every_parameter(bounce):
+    world, plan = bounce
+    world = world.replace(controls=[he.Control("ball", 0.05, np.ones((3, 6)) * 0.1)])
+    by = [
+        he.Parameter.initial_position("ball"),
+        he.Parameter.initial_orientation("ball"),
+        he.Parameter.initial_velocity("ball"),
+        he.Parameter.initial_spin("ball"),
+        he.Parameter.modulus("ball"),
+        he.Parameter.dissipation("floor"),
+        he.Parameter.friction("ball"),
+        he.Parameter.mass("ball"),
+        he.Parameter.gravity(),
+        he.Parameter.control("ball", 1),
+    ]
+    trajectory, jacobian = world.jacobian(plan, by)
+    width = sum(parameter.dimension for parameter in by)
+    assert jacobian.poses.shape == (*trajectory.poses.shape, width)
+    assert jacobian.twists.shape == (*trajectory.twists.shape, width)
+    check = world.difference_check(plan, by)
+    assert len(check.numbers) == width == check.errors.shape[1]
+    assert check.best < ROLLOUT, str(check)
+
+    # And one by hand: the last position by the initial velocity.
+    def end(step):
+        changes = np.zeros(width)
+        changes[6] = step
+        return world.changed(by, changes).rollout(plan).recorded().poses[-1, 0]
+
+    found = difference(end, 1e-5)
+    exact = jacobian.poses[-1, 0, ..., 6]
+    assert np.abs(found - exact).max() <= 1e-5 * np.abs(exact).max()
+    assert np.abs(exact[:3, 3]).max() > 0.1
+
+
+def test_a_step_to_first_order(bounce):
+    world, _ = bounce
+    plan = he.Plan(1e-3, 1)
+    # Pressed in and sliding.
+    state = he.State(0.0, np.stack([he.pose([0.01, 0.02, 0.19]), he.pose()]), np.array([[0.1] * 6, [0.0] * 6]))
+    control = he.Parameter.control("ball", 0)
+    world = world.replace(controls=[he.Control("ball", 1.0, np.zeros((1, 6)))], start=state)
+    a, b = world.linearised(plan, [control])
+    end = world.step(state, plan)
+
+    def after(column):
+        def displaced(step):
+            return world.displacement(end, world.step(world.displaced(state, step * np.eye(12)[column]), plan))
+
+        return displaced
+
+    for column in range(12):
+        assert np.abs(difference(after(column), 1e-6) - a[:, column]).max() < 1e-6 * np.abs(a).max()
+
+    def pushed(step):
+        other = world.changed([control], step * np.eye(6)[3])
+        return world.displacement(end, other.step(state, plan))
+
+    assert np.abs(difference(pushed, 1e-3) - b[:, 3]).max() < 1e-8
+    assert b[9, 3] > 0.9e-3
+
+
+def test_displacement_is_undone(scene):
+    states = list(scene.rollout(he.Plan(1e-3, 5)))
+    change = scene.displacement(states[0], states[-1])
+    assert change.shape == (24,)
+    again = scene.displaced(states[0], change)
+    assert np.allclose(again.poses, states[-1].poses, atol=1e-14)
+    assert np.allclose(again.twists, states[-1].twists, atol=1e-14)

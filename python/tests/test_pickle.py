@@ -1,0 +1,106 @@
+"""What was pickled has the bits of what it was."""
+
+import copy
+import pickle
+
+import numpy as np
+import pytest
+
+import hydroelastic as he
+
+
+def again(value):
+    return pickle.loads(pickle.dumps(value))
+
+
+def same(a, b):
+    assert a.dtype == b.dtype and a.shape == b.shape
+    assert a.tobytes() == b.tobytes()
+
+
+def test_worlds(driven):
+    plan = he.Plan(2e-4, 600, record_every=200)
+    # Not the numbers it was made with, so that bits are lost if they can be.
+    start = list(driven.rollout(he.Plan(3e-4, 3)))[-1]
+    world = driven.replace(start=start).changed([he.Parameter.mass("brick")], [0.1 / 3])
+    loaded = again(world)
+    expected, found = (it.rollout(plan).recorded() for it in (world, loaded))
+    same(expected.poses, found.poses)
+    same(expected.twists, found.twists)
+    same(expected.times, found.times)
+    assert repr(loaded) == repr(world) and loaded.slip_tolerance == world.slip_tolerance
+    by = [he.Parameter.control("ball", 1)]
+    same(world.jacobian(plan, by)[1].poses, loaded.jacobian(plan, by)[1].poses)
+
+
+def test_worlds_with_paths():
+    skin = he.Material(1e5, 0.1, 0.5)
+    times = np.linspace(0.0, 1.0, 11)
+    poses = np.stack([he.pose([0.3 * t, 0.1 * np.sin(t), -0.005 * t], [0.0, 0.1 * t, t]) for t in times])
+    belt = he.Body.prescribed("belt", he.Shape.cuboid([1.0, 1.0, 0.2]), skin, he.Path(times, poses))
+    ball = he.Body.dynamic("ball", he.Shape.icosphere(0.1, 1), skin, 1.0, pose=he.pose([0.0, 0.0, 0.195]))
+    disk = he.Path.steady(he.pose([3.0, 0.0, 0.0]), [0.0, 0.0, 1.0, 0.0, 0.0, 0.0])
+    table = he.Body.prescribed("table", he.Shape.cylinder(0.5, 0.1, 24), skin, disk)
+    world = he.World([ball, belt, table], gravity=[0.0, 0.0, -9.81], ignoring=[("ball", "table")])
+    plan = he.Plan(5e-4, 200)
+    expected, found = (it.rollout(plan).recorded() for it in (world, again(world)))
+    same(expected.poses, found.poses)
+    same(expected.twists, found.twists)
+    assert again(world).ignored == [("ball", "table")]
+    assert abs(expected.poses[-1, 1, 0, 3] - 0.03) < 1e-4 and expected.poses[-1, 0, 0, 3] > 1e-3
+
+
+def test_states_and_trajectories(scene):
+    trajectory = scene.rollout(he.Plan(2e-4, 500, record_every=100)).recorded()
+    loaded = again(trajectory)
+    assert len(loaded) == 6
+    for name in ("times", "poses", "twists"):
+        same(getattr(trajectory, name), getattr(loaded, name))
+    state = trajectory[-2]
+    rebuilt = he.State(state.time, state.poses, state.twists)
+    plan = he.Plan(2e-4, 50)
+    ends = [scene.rollout(plan, start=it).recorded()[-1] for it in (state, again(state), rebuilt)]
+    for end in ends[1:]:
+        same(ends[0].poses, end.poses)
+        same(ends[0].twists, end.twists)
+
+
+def test_pairs_surfaces_and_derivatives(ball_on_block, bounce):
+    pair, pose_a, pose_b = ball_on_block
+    same(again(pair).linearised(pose_a, pose_b)[1], pair.linearised(pose_a, pose_b)[1])
+    surface = pair.surface(pose_a, pose_b)
+    same(again(surface).pressures, surface.pressures)
+    same(again(surface).tets, surface.tets)
+    world, plan = bounce
+    _, jacobian = world.jacobian(plan, [he.Parameter.gravity()])
+    same(again(jacobian).twists, jacobian.twists)
+    report = world.report(world.initial_state)
+    assert again(report).total_energy == report.total_energy
+
+
+@pytest.mark.parametrize(
+    "value",
+    [
+        he.Plan(1e-3, 7, he.Integrator.SDIRK2, record_every=3, check_every=2, solver_tolerance=1e-9),
+        he.Material(1e5, 0.1 / 3, 0.4),
+        he.SurfaceLaw(0.1 / 3, 0.4, 1e-2),
+        he.Integrator.IMPLICIT_EULER,
+        he.Parameter.initial_spin("ball"),
+        he.Parameter.control("ball", 3),
+        he.Parameter.gravity(),
+    ],
+    ids=repr,
+)
+def test_settings(value):
+    assert again(value) == value == copy.deepcopy(value)
+    assert repr(again(value)) == repr(value)
+
+
+def test_reports_and_exceptions(bounce):
+    world, _ = bounce
+    rollout = world.rollout(he.Plan(5e-3, 30, he.Integrator.SDIRK2))
+    rollout.recorded()
+    assert again(rollout.total_report) == rollout.total_report
+    error = he.RolloutError("ended")
+    error.trajectory = world.rollout(he.Plan(1e-3, 2)).recorded()
+    assert len(again(error).trajectory) == 3 and str(again(error)) == "ended"

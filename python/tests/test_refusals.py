@@ -1,0 +1,108 @@
+"""What is refused, with which exception and reason."""
+
+import numpy as np
+import pytest
+
+import hydroelastic as he
+
+
+@pytest.mark.parametrize("kind", [np.float32, np.int64, np.complex128, object])
+def test_arrays_of_other_types(ball_on_block, kind):
+    pair, pose_a, pose_b = ball_on_block
+    with pytest.raises(TypeError, match=r"pose_b must be a numpy array of float64, but is an array of"):
+        pair.wrench(pose_a, np.zeros((4, 4), dtype=kind))
+    with pytest.raises(TypeError, match="gravity must be a numpy array of float64"):
+        he.World([], gravity=np.zeros(3, dtype=kind))
+
+
+def test_what_is_no_array(ball_on_block):
+    pair, pose_a, _ = ball_on_block
+    for other in ("pose", None, 1.0, [[1.0]]):
+        with pytest.raises(TypeError, match="pose_b"):
+            pair.wrench(pose_a, other)
+
+
+def refusals():
+    ball = he.Shape.icosphere(0.1, 1)
+    skin = he.Material(1e5)
+    body = he.Body.dynamic("ball", ball, skin, 1.0)
+    world = he.World([body])
+    pair = he.Pair(ball, ball, 1e5, 1e5)
+    eye = np.eye(4)
+    mirror = np.diag([1.0, 1.0, -1.0, 1.0])
+    nan = np.full((4, 4), np.nan)
+    nan[3] = [0, 0, 0, 1]
+    plan = he.Plan(1e-3, 5)
+    tets = np.array([[0, 1, 2, 3]])
+    corners = np.array([[0.0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]])
+    return {
+        "pose_a must have the shape (4, 4) or (n, 4, 4), but has (3, 4)": lambda: pair.wrench(eye[:3], eye),
+        "pose_a is a batch of 3, but pose_b one of 2": lambda: pair.wrench(np.stack([eye] * 3), np.stack([eye] * 2)),
+        "pose_b[1]: a rotation must be orthonormal": lambda: pair.wrench(eye, np.stack([eye, mirror])),
+        "orthonormal with determinant 1": lambda: pair.wrench(2 * eye - np.diag([0, 0, 0, 1.0]), eye),
+        "the last row of a pose must be (0, 0, 0, 1)": lambda: pair.wrench(2 * eye, eye),
+        "a pose must be finite": lambda: pair.wrench(nan, eye),
+        "twist_a must have the shape (6,) or (n, 6)": lambda: pair.wrench(eye, eye, [0.0] * 5),
+        "the hydroelastic modulus must be positive": lambda: he.Pair(ball, ball, 1e5, 0.0),
+        "hydroelastic modulus must be positive and finite, but is NaN": lambda: pair.wrench(
+            eye, eye, moduli=[1e5, float("nan")]
+        ),
+        "the friction of a surface law is -1": lambda: he.SurfaceLaw(0.0, -1.0),
+        "the dissipation of a surface law is": lambda: pair.wrench(eye, eye, [0.0] * 6, law=[-1.0, 0.0]),
+        "the radius": lambda: he.Shape.icosphere(-1.0, 2),
+        "extents must have the shape (n,)": lambda: he.Shape(corners, tets, corners),
+        "tetrahedron 0 refers to vertex 4, but the mesh has 4 vertices": lambda: he.Shape(corners, tets + 1),
+        "indices count from 0": lambda: he.Shape(corners, tets - 1),
+        "the mass of body": lambda: he.Body.dynamic("ball", ball, skin, -1.0),
+        "needs its mass, or its density": lambda: he.Body.dynamic("ball", ball, skin),
+        "the friction of body": lambda: he.Body.fixed("ball", ball, he.Material(1e5, 0.0, -0.1)),
+        "two bodies are named": lambda: he.World([body, body]),
+        'no body is named "floor"; there are ["ball"]': lambda: world.index_of("floor"),
+        'no body is named "wall"': lambda: world.jacobian(plan, [he.Parameter.friction("wall")]),
+        "no control with an interval 0": lambda: world.jacobian(plan, [he.Parameter.control("ball", 0)]),
+        "3 numbers of parameters need as many changes, but got 2": lambda: world.changed(
+            [he.Parameter.gravity()], [0.0, 0.0]
+        ),
+        "the time step is 0": lambda: he.Plan(0.0, 5),
+        "the gravity is NaN": lambda: he.World([body], gravity=[0.0, 0.0, float("nan")]),
+        "a state of 2 bodies does not fit a world of 1": lambda: world.report(
+            he.State(0.0, np.stack([eye, eye]), np.zeros((2, 6)))
+        ),
+        "the stiffness of a spring is -1": lambda: he.World(
+            [body, he.Body.fixed("wall", ball, skin)],
+            forces=[he.Spring(("ball", "wall"), ([0.0] * 3, [0.0] * 3), 0.1, -1.0)],
+        ),
+        "twists must be finite": lambda: he.State(0.0, eye[None], np.full((1, 6), np.inf)),
+        "a trajectory needs at least one state": lambda: he.Trajectory([]),
+        "the times of a path must increase": lambda: he.Path([0.0, 0.0], np.stack([eye, eye])),
+        "no such file": lambda: he.Shape.read("/nowhere/mesh.msh"),
+    }
+
+
+@pytest.mark.parametrize("reason", refusals())
+def test_the_reason_is_told(reason):
+    with pytest.raises(he.HydroelasticError) as caught:
+        refusals()[reason]()
+    assert isinstance(caught.value, ValueError)
+    assert reason.lower() in str(caught.value).lower()
+
+
+def test_a_rollout_that_fails_keeps_its_states():
+    stiff = he.Material(1e150)
+    falling = he.Body.dynamic("falling", he.Shape.icosphere(0.1, 1), stiff, 1e-200, pose=he.pose([0.0, 0.0, 1.0]))
+    floor = he.Body.fixed("floor", he.Shape.cuboid([2.0, 2.0, 0.2]), stiff)
+    world = he.World([falling, floor], gravity=[0.0, 0.0, -9.81])
+    with pytest.raises(he.RolloutError, match='took body "falling" to a state that is not finite') as caught:
+        world.rollout(he.Plan(0.1, 100)).recorded()
+    assert len(caught.value.trajectory) == 5
+    with pytest.raises(he.RolloutError) as caught:
+        world.jacobian(he.Plan(0.1, 100), [he.Parameter.gravity()])
+    assert caught.value.trajectory is None
+    (error,) = he.Batch(he.Plan(0.1, 100)).of_worlds([world])
+    assert isinstance(error, he.RolloutError) and len(error.trajectory) == 5
+
+
+def test_classes_without_a_constructor():
+    for made in (he.Body, he.Rollout, he.Parameter, he.Integrator, he.StepReport):
+        with pytest.raises(TypeError):
+            made()

@@ -1,0 +1,160 @@
+"""Batches, threads, signals and progress."""
+
+import signal
+import subprocess
+import sys
+import threading
+import time
+
+import numpy as np
+import pytest
+
+import hydroelastic as he
+
+
+def long_world():
+    skin = he.Material(1e5, 0.2, 0.4)
+    ball = he.Body.dynamic("ball", he.Shape.icosphere(0.1, 2), skin, 1.0, pose=he.pose([0.0, 0.0, 0.199]))
+    floor = he.Body.fixed("floor", he.Shape.cuboid([2.0, 2.0, 0.2]), skin)
+    return he.World([ball, floor], gravity=[0.0, 0.0, -9.81], slip_tolerance=1e-2)
+
+
+def test_a_batch_of_contacts_has_the_bits_of_a_loop(ball_on_block, twists):
+    pair, pose_a, pose_b = ball_on_block
+    poses = np.stack([he.moved_pose(pose_a, [0, 0, 0, 0, 0, -1e-4 * place]) for place in range(40)])
+    moduli = np.array([[1e5 + 1e3 * place, 1e6] for place in range(40)])
+    wrenches, jacobians = pair.linearised(poses, pose_b, *twists, moduli=moduli)
+    assert wrenches.shape == (40, 12) and jacobians.shape == (40, 12, 28)
+    elastic, at_rest = pair.wrench_and_jacobian(poses, pose_b)
+    energies = pair.potential_energy(poses, pose_b)
+    for place in range(40):
+        wrench, jacobian = pair.linearised(poses[place], pose_b, *twists, moduli=moduli[place])
+        assert wrenches[place].tobytes() == wrench.tobytes()
+        assert jacobians[place].tobytes() == jacobian.tobytes()
+        wrench, jacobian = pair.wrench_and_jacobian(poses[place], pose_b)
+        assert elastic[place].tobytes() == wrench.tobytes()
+        assert at_rest[place].tobytes() == jacobian.tobytes()
+        assert energies[place] == pair.potential_energy(poses[place], pose_b)
+    assert len({wrench.tobytes() for wrench in wrenches}) == 40
+    assert pair.wrench(np.zeros((0, 4, 4)), pose_b).shape == (0, 12)
+    # Arrays that are not contiguous are read in their own order.
+    assert pair.wrench(poses[::2], pose_b).tobytes() == pair.wrench(poses[::2].copy(), pose_b).tobytes()
+
+
+def test_batches_of_rollouts_have_the_bits_of_a_loop(bounce):
+    world, plan = bounce
+    by = [he.Parameter.initial_velocity("ball"), he.Parameter.friction("ball")]
+    samples = np.array([[0.1 * place, 0.0, -0.2 * place, 0.01 * place] for place in range(6)])
+    told = []
+    batch = he.Batch(plan, progress=lambda done, total: told.append((done, total)))
+    trajectories = batch.trajectories_after(world, by, samples)
+    jacobians = batch.jacobians_after(world, by, samples)
+    worlds = [world.changed(by, sample) for sample in samples]
+    for place, other in enumerate(worlds):
+        expected = other.rollout(plan).recorded()
+        assert trajectories[place].poses.tobytes() == expected.poses.tobytes()
+        (trajectory, jacobian), (same, exact) = jacobians[place], other.jacobian(plan, by)
+        assert trajectory.poses.tobytes() == same.poses.tobytes()
+        assert jacobian.twists.tobytes() == exact.twists.tobytes()
+    of_worlds = batch.of_worlds(worlds)
+    assert all(a.twists.tobytes() == b.twists.tobytes() for a, b in zip(of_worlds, trajectories, strict=True))
+    starts = [other.initial_state for other in worlds[:1]]
+    assert batch.starting_from(worlds[0], starts)[0].poses.tobytes() == trajectories[0].poses.tobytes()
+    assert told.count((6, 6)) == 3
+
+
+def test_a_sample_that_is_refused_leaves_the_others(bounce):
+    world, plan = bounce
+    by = [he.Parameter.friction("ball")]
+    samples = np.array([[0.0], [-1.0], [0.1]])
+    for results in (
+        he.Batch(plan).trajectories_after(world, by, samples),
+        he.Batch(plan).jacobians_after(world, by, samples),
+    ):
+        assert isinstance(results[1], he.HydroelasticError) and "friction" in str(results[1])
+        assert not isinstance(results[0], Exception) and not isinstance(results[2], Exception)
+
+
+@pytest.mark.parametrize(
+    "work",
+    [
+        lambda world: world.rollout(he.Plan(2e-4, 8_000, record_every=8_000)).recorded(),
+        lambda world: world.jacobian(he.Plan(2e-4, 3_000, record_every=3_000), [he.Parameter.gravity()]),
+        lambda world: he.Batch(he.Plan(2e-4, 4_000, record_every=4_000)).of_worlds([world] * 4),
+        lambda world: world.linearised(he.Plan(2e-4, 2_000), [he.Parameter.gravity()]),
+    ],
+    ids=["rollout", "jacobian", "batch", "linearised"],
+)
+def test_other_threads_run_while_a_rollout_does(work):
+    world, ticks, is_over = long_world(), [], threading.Event()
+
+    def tick():
+        while not is_over.is_set():
+            ticks.append(time.perf_counter())
+            time.sleep(1e-3)
+
+    thread = threading.Thread(target=tick)
+    thread.start()
+    start = time.perf_counter()
+    work(world)
+    end = time.perf_counter()
+    is_over.set()
+    thread.join()
+    during = [tick for tick in ticks if start < tick < end]
+    # One that held the GIL would let the other thread run at its ends alone.
+    assert end - start > 0.05 and len(during) > 10
+
+
+ENDLESS = """
+import hydroelastic as he, signal, sys, time
+signal.signal(signal.SIGINT, signal.default_int_handler)
+skin = he.Material(1e5, 0.2, 0.4)
+ball = he.Body.dynamic("ball", he.Shape.icosphere(0.1, 2), skin, 1.0, pose=he.pose([0.0, 0.0, 0.199]))
+floor = he.Body.fixed("floor", he.Shape.cuboid([2.0, 2.0, 0.2]), skin)
+world = he.World([ball, floor], gravity=[0.0, 0.0, -9.81], slip_tolerance=1e-2)
+plan = he.Plan(2e-4, 10**9, record_every=10**9)
+print("begun", flush=True)
+try:
+    {work}
+except KeyboardInterrupt:
+    print("interrupted", flush=True)
+"""
+
+
+@pytest.mark.parametrize(
+    "work",
+    [
+        "world.rollout(plan).recorded()",
+        "world.jacobian(plan, [he.Parameter.gravity()])",
+        "he.Batch(plan).of_worlds([world] * 8)",
+        "he.Batch(plan).jacobians_after(world, [he.Parameter.gravity()], __import__('numpy').zeros((8, 3)))",
+    ],
+)
+def test_ctrl_c_ends_a_rollout_before_its_next_step(work):
+    process = subprocess.Popen(
+        [sys.executable, "-c", ENDLESS.format(work=work)], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
+    )
+    assert process.stdout.readline() == "begun\n"
+    time.sleep(0.3)
+    assert process.poll() is None
+    process.send_signal(signal.SIGINT)
+    try:
+        output, errors = process.communicate(timeout=10)
+    finally:
+        process.kill()
+    assert output == "interrupted\n", errors
+
+
+def test_a_progress_function_that_raises_ends_the_rollout():
+    def stop(done, total):
+        raise RuntimeError("enough")
+
+    with pytest.raises(RuntimeError, match="enough"):
+        long_world().rollout(he.Plan(2e-4, 10**9, record_every=10**9)).recorded(progress=stop)
+    with pytest.raises(TypeError, match="progress must be"):
+        long_world().rollout(he.Plan(2e-4, 2)).recorded(progress=3)
+
+
+def test_progress_bars_need_no_tqdm(bounce):
+    world, plan = bounce
+    assert len(world.rollout(plan).recorded(progress=True)) == 4
