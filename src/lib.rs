@@ -1,4 +1,4 @@
-//! DifferentiableWorld pressure-field (hydroelastic) contact between soft-skinned rigid bodies.
+//! Differentiable pressure-field (hydroelastic) contact between soft-skinned rigid bodies.
 //!
 //! Each body is a tetrahedral mesh with a pressure that grows from 0 on its surface to a maximum
 //! inside. Where two bodies overlap, the surface on which their pressures are equal carries the
@@ -8,7 +8,7 @@
 //! The modules are the stages of one route, each using only those before it:
 //!
 //! [`scalar`] → [`spatial`] → [`geometry`] → [`mesh`] → [`broad_phase`] → [`contact`] →
-//! [`dynamics`] → [`gradient`], with [`io`] for files. Start at [`contact`], or with the [`guide`], five short
+//! [`dynamics`] → [`gradient`], with [`io`] for files. Start at [`contact`], or with the [`guide`], six short
 //! chapters on how to use it all.
 //!
 //! # Conventions
