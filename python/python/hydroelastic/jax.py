@@ -34,6 +34,8 @@ from __future__ import annotations
 
 import functools
 import logging
+import math
+import threading
 from collections.abc import Callable, Sequence
 from typing import Any, NamedTuple, NoReturn, TypeAlias
 
@@ -242,6 +244,25 @@ def _check_precision() -> None:
         )
 
 
+def _check_precision_of_threads() -> None:
+    """JAX calls back from threads of its own, whose arrays are float32 if jax_enable_x64 is on in this thread alone."""
+    found: list[bool] = []
+    thread = threading.Thread(target=lambda: found.append(getattr(jax.config, "jax_enable_x64")))
+    thread.start()
+    thread.join()
+    if found != [True]:
+        raise TypeError(
+            'hydroelastic needs jax.config.update("jax_enable_x64", True) inside jit, grad and their like: jax.enable_x64 as a '
+            "context is of one thread, and the library is called from others, which would round its arrays to float32"
+        )
+
+
+def _rows_of(function: _rows.Function, numbers: Any) -> _rows.Floats:
+    """Numbers with any axes in front as rows."""
+    count = math.prod(numbers.shape[:-1])
+    return np.asarray(numbers).reshape(count, function.numbers)
+
+
 def _floats(value: _Array, name: str, shape: tuple[int, ...]) -> Array:
     """An argument as a float64 array that ends in a shape."""
     _check_precision()
@@ -271,9 +292,10 @@ def _evaluated(function: _rows.Function, parts: Sequence[Array]) -> Array:
     lead = jnp.broadcast_shapes(*(part.shape[:-1] for part in flat))
     numbers = jnp.concatenate([jnp.broadcast_to(part, lead + part.shape[-1:]) for part in flat], -1)
     if isinstance(numbers, jax.core.Tracer):
+        _check_precision_of_threads()
         return _values(function, numbers)
     # No transformation: an exception may go through.
-    rows = np.asarray(numbers).reshape(-1, function.numbers)
+    rows = _rows_of(function, numbers)
     values, errors = function.values(rows)
     if errors:
         raise _rows.first_error(errors, len(rows))
@@ -337,7 +359,7 @@ def _called_back(
     def host(numbers: Any) -> tuple[_rows.Floats, ...]:
         numbers = np.asarray(numbers)
         front = numbers.shape[:-1]
-        rows = numbers.reshape(-1, function.numbers)
+        rows = _rows_of(function, numbers)
         tails = [shape[lead:] for shape in shapes]
         try:
             *found, errors = call(rows)
