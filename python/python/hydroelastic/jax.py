@@ -83,7 +83,7 @@ def pose(translation: _Array = (0.0, 0.0, 0.0), rotation_vector: _Array = (0.0, 
     (4, 4) float64.
     """
     translation = _floats(translation, "translation", (3,))
-    return _homogeneous(_rotation(_floats(rotation_vector, "rotation_vector", (3,))), translation)
+    return _posed(_floats(rotation_vector, "rotation_vector", (3,)), translation)
 
 
 def moved_pose(pose: _Array, twist: _Array) -> Array:
@@ -100,7 +100,7 @@ def moved_pose(pose: _Array, twist: _Array) -> Array:
     (4, 4) float64.
     """
     pose, twist = _floats(pose, "pose", (4, 4)), _floats(twist, "twist", (6,))
-    return _homogeneous(_rotation(twist[..., :3]) @ pose[..., :3, :3], pose[..., :3, 3] + twist[..., 3:])
+    return _moved(pose, twist)
 
 
 def wrench(
@@ -288,9 +288,7 @@ def _count(taken: _Array | int) -> Array:
 
 def _evaluated(function: _rows.Function, parts: Sequence[Array]) -> Array:
     """A function of the numbers of some arrays, of which those of the poses come first."""
-    flat = [part.reshape(*part.shape[: part.ndim - rank], -1) for part, rank in zip(parts, _ranks(function, parts))]
-    lead = jnp.broadcast_shapes(*(part.shape[:-1] for part in flat))
-    numbers = jnp.concatenate([jnp.broadcast_to(part, lead + part.shape[-1:]) for part in flat], -1)
+    numbers = _joined(_ranks(function, parts), parts)
     if isinstance(numbers, jax.core.Tracer):
         _check_precision_of_threads()
         return _values(function, numbers)
@@ -299,7 +297,7 @@ def _evaluated(function: _rows.Function, parts: Sequence[Array]) -> Array:
     values, errors = function.values(rows)
     if errors:
         raise _rows.first_error(errors, len(rows))
-    return jnp.asarray(values.reshape(*lead, function.outputs))
+    return jnp.asarray(values.reshape(*numbers.shape[:-1], function.outputs))
 
 
 @functools.partial(jax.custom_jvp, nondiff_argnums=(0,))
@@ -314,7 +312,7 @@ def _values_jvp(function: _rows.Function, primals: tuple[Array], tangents: tuple
     (numbers,), (tangent,) = primals, tangents
     values, jacobian = _values_and_jacobian(function, numbers)
     # Linear in the tangent, which is what lets JAX transpose it.
-    return values, jnp.einsum("...ij,...j->...i", jacobian, _local(function, numbers, tangent))
+    return values, _along(function.poses, jacobian, numbers, tangent)
 
 
 @functools.partial(jax.custom_jvp, nondiff_argnums=(0,))
@@ -335,16 +333,18 @@ def _only_values(function: _rows.Function, rows: _rows.Floats) -> tuple[_rows.Fl
     return function.values(rows)
 
 
-def _local(function: _rows.Function, numbers: Array, tangent: Array) -> Array:
-    """The tangent of numbers by the columns of the Jacobian: those of poses as twists."""
-    lead, entries = numbers.shape[:-1], function.poses * _rows.POSE
-    if not function.poses:
-        return tangent
-    poses, moved = (it[..., :entries].reshape(*lead, function.poses, 4, 4) for it in (numbers, tangent))
-    turn = jnp.einsum("...ik,...jk->...ij", moved[..., :3, :3], poses[..., :3, :3])
-    skew = 0.5 * (turn - jnp.swapaxes(turn, -1, -2))
-    twists = jnp.stack([skew[..., 2, 1], skew[..., 0, 2], skew[..., 1, 0], *jnp.moveaxis(moved[..., :3, 3], -1, 0)], -1)
-    return jnp.concatenate([twists.reshape(*lead, -1), tangent[..., entries:]], -1)
+@functools.partial(jax.jit, static_argnums=0)
+def _along(poses: int, jacobian: Array, numbers: Array, tangent: Array) -> Array:
+    """The Jacobian times a tangent of numbers that start with so many poses, whose tangents count as twists."""
+    if poses:
+        lead, entries = numbers.shape[:-1], poses * _rows.POSE
+        at, moved = (it[..., :entries].reshape(*lead, poses, 4, 4) for it in (numbers, tangent))
+        turn = jnp.einsum("...ik,...jk->...ij", moved[..., :3, :3], at[..., :3, :3])
+        skew = 0.5 * (turn - jnp.swapaxes(turn, -1, -2))
+        angular = jnp.stack([skew[..., 2, 1], skew[..., 0, 2], skew[..., 1, 0]], -1)
+        twists = jnp.concatenate([angular, moved[..., :3, 3]], -1).reshape(*lead, -1)
+        tangent = jnp.concatenate([twists, tangent[..., entries:]], -1)
+    return jnp.einsum("...ij,...j->...i", jacobian, tangent)
 
 
 def _called_back(
@@ -376,11 +376,29 @@ def _called_back(
     return jax.pure_callback(host, out, numbers, vmap_method="broadcast_all")
 
 
-def _ranks(function: _rows.Function, parts: Sequence[Array]) -> list[int]:
+@functools.partial(jax.jit, static_argnums=0)
+def _joined(ranks: tuple[int, ...], parts: Sequence[Array]) -> Array:
+    """Arrays with any axes in front of so many of their own, as numbers with the common axes in front."""
+    flat = [part.reshape(*part.shape[: part.ndim - rank], -1) for part, rank in zip(parts, ranks)]
+    lead = jnp.broadcast_shapes(*(part.shape[:-1] for part in flat))
+    return jnp.concatenate([jnp.broadcast_to(part, lead + part.shape[-1:]) for part in flat], -1)
+
+
+def _ranks(function: _rows.Function, parts: Sequence[Array]) -> tuple[int, ...]:
     """How many axes at the end of each part are not those of a batch."""
     if isinstance(function, _rows.Wrench):
-        return [2, 2] + [1] * (len(parts) - 2)
-    return [3] + [1] * (len(parts) - 1) if function.poses else [1] * len(parts)
+        return (2, 2, *[1] * (len(parts) - 2))
+    return (3, *[1] * (len(parts) - 1)) if function.poses else (1,) * len(parts)
+
+
+@jax.jit
+def _posed(vector: Array, translation: Array) -> Array:
+    return _homogeneous(_rotation(vector), translation)
+
+
+@jax.jit
+def _moved(pose: Array, twist: Array) -> Array:
+    return _homogeneous(_rotation(twist[..., :3]) @ pose[..., :3, :3], pose[..., :3, 3] + twist[..., 3:])
 
 
 def _rotation(vector: Array) -> Array:
