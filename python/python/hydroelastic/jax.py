@@ -83,7 +83,8 @@ def pose(translation: _Array = (0.0, 0.0, 0.0), rotation_vector: _Array = (0.0, 
     (4, 4) float64.
     """
     translation = _floats(translation, "translation", (3,))
-    return _posed(_floats(rotation_vector, "rotation_vector", (3,)), translation)
+    found: Array = _posed(_floats(rotation_vector, "rotation_vector", (3,)), translation)
+    return found
 
 
 def moved_pose(pose: _Array, twist: _Array) -> Array:
@@ -100,7 +101,8 @@ def moved_pose(pose: _Array, twist: _Array) -> Array:
     (4, 4) float64.
     """
     pose, twist = _floats(pose, "pose", (4, 4)), _floats(twist, "twist", (6,))
-    return _moved(pose, twist)
+    found: Array = _moved(pose, twist)
+    return found
 
 
 def wrench(
@@ -303,7 +305,7 @@ def _evaluated(function: _rows.Function, parts: Sequence[Array]) -> Array:
 @functools.partial(jax.custom_jvp, nondiff_argnums=(0,))
 def _values(function: _rows.Function, numbers: Array) -> Array:
     lead = numbers.shape[:-1]
-    (values,) = _called_back(function, lambda rows: _only_values(function, rows), [(*lead, function.outputs)], numbers)
+    (values,) = _called_back(function, function.values, [(*lead, function.outputs)], numbers)
     return values
 
 
@@ -317,8 +319,10 @@ def _values_jvp(function: _rows.Function, primals: tuple[Array], tangents: tuple
 
 @functools.partial(jax.custom_jvp, nondiff_argnums=(0,))
 def _values_and_jacobian(function: _rows.Function, numbers: Array) -> tuple[Array, Array]:
-    values = (*numbers.shape[:-1], function.outputs)
-    return _called_back(function, function.values_and_jacobians, [values, (*values, function.columns)], numbers)
+    shape = (*numbers.shape[:-1], function.outputs)
+    shapes = [shape, (*shape, function.columns)]
+    values, jacobian = _called_back(function, function.values_and_jacobians, shapes, numbers)
+    return values, jacobian
 
 
 @_values_and_jacobian.defjvp
@@ -327,10 +331,6 @@ def _no_second_derivatives(function: _rows.Function, primals: tuple[Array], tang
         f"the {function.name} of hydroelastic has first derivatives only, and a second one was asked for (by jax.hessian, or "
         "grad or jvp of grad): for least squares, J.T @ J of jax.jacobian takes its place"
     )
-
-
-def _only_values(function: _rows.Function, rows: _rows.Floats) -> tuple[_rows.Floats, _rows.Errors]:
-    return function.values(rows)
 
 
 @functools.partial(jax.jit, static_argnums=0)
@@ -352,7 +352,7 @@ def _called_back(
     call: Callable[[_rows.Floats], tuple[Any, ...]],
     shapes: Sequence[tuple[int, ...]],
     numbers: Array,
-) -> Any:
+) -> tuple[Array, ...]:
     """The arrays that a call of the library gives for rows of numbers, when the program runs."""
     lead = numbers.ndim - 1
 
@@ -372,8 +372,10 @@ def _called_back(
             _log.warning("%s: NaN in %d of %d rows: %s", function.name, len(errors), len(rows), why)
         return tuple(it.reshape(*front, *tail) for it, tail in zip(found, tails))
 
-    out = tuple(jax.ShapeDtypeStruct(shape, jnp.float64) for shape in shapes)
-    return jax.pure_callback(host, out, numbers, vmap_method="broadcast_all")
+    struct: Callable[..., Any] = jax.ShapeDtypeStruct
+    out = tuple(struct(shape, jnp.float64) for shape in shapes)
+    found: tuple[Array, ...] = jax.pure_callback(host, out, numbers, vmap_method="broadcast_all")
+    return found
 
 
 @functools.partial(jax.jit, static_argnums=0)

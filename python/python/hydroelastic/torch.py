@@ -243,25 +243,31 @@ def _floats(value: _Tensor, name: str, shape: tuple[int, ...]) -> Tensor:
         raise TypeError(f"{name} must be on the CPU, where contact is computed, but is on {value.device}")
     if value.ndim < len(shape) or value.shape[value.ndim - len(shape) :] != shape:
         raise HydroelasticError(f"{name} must have the shape {shape}, or end in it, but has {tuple(value.shape)}")
-    return value
+    found: Tensor = value
+    return found
 
 
 def _count(taken: Tensor | int) -> Tensor:
     taken = torch.as_tensor(taken)
     if taken.dtype.is_floating_point or taken.dtype.is_complex or taken.dtype == torch.bool:
         raise TypeError(f"taken must be an integer or a tensor of integers, but is of {taken.dtype}")
-    return taken.to(torch.float64)
+    found: Tensor = taken.to(torch.float64)
+    return found
 
 
 def _evaluated(function: _rows.Function, ranks: Sequence[int], parts: Sequence[Tensor]) -> Tensor:
     """A function of the numbers of some tensors, with so many axes of their own; those of the poses come first."""
-    flat = [part.reshape(*part.shape[: part.ndim - rank], math.prod(part.shape[part.ndim - rank :])) for part, rank in zip(parts, ranks)]
-    lead = torch.broadcast_shapes(*(part.shape[:-1] for part in flat))
-    numbers = torch.cat([part.expand(*lead, part.shape[-1]) for part in flat], -1)
-    return _called(function, numbers)
+    lead = _broadcast(*(part.shape[: part.ndim - rank] for part, rank in zip(parts, ranks)))
+    flat = [part.expand(*lead, *part.shape[part.ndim - rank :]).flatten(len(lead)) for part, rank in zip(parts, ranks)]
+    return _called(function, torch.cat(flat, -1))
 
 
-@torch.compiler.disable
+def _broadcast(*shapes: Sequence[int]) -> Sequence[int]:
+    found: Sequence[int] = torch.broadcast_shapes(*shapes)  # type: ignore[no-untyped-call, unused-ignore]
+    return found
+
+
+@torch.compiler.disable  # type: ignore[untyped-decorator, unused-ignore]
 def _called(function: _rows.Function, numbers: Tensor) -> Tensor:
     values: Tensor = _Values.apply(numbers, function, _is_differentiated(numbers))[0]
     return values
@@ -277,7 +283,8 @@ def _is_differentiated(numbers: Tensor) -> bool:
         if layers.is_gradtrackingtensor(numbers):
             return True
         numbers = layers.get_unwrapped(numbers)
-    return forward_ad.unpack_dual(numbers).tangent is not None
+    dual: Any = forward_ad.unpack_dual(numbers)  # type: ignore[no-untyped-call, unused-ignore]
+    return dual.tangent is not None
 
 
 class _Values(torch.autograd.Function):
@@ -411,7 +418,7 @@ def _series(square: Tensor, factors: Sequence[float]) -> Tensor:
 
 
 def _homogeneous(rotation: Tensor, translation: Tensor) -> Tensor:
-    lead = torch.broadcast_shapes(rotation.shape[:-2], translation.shape[:-1])
+    lead = _broadcast(rotation.shape[:-2], translation.shape[:-1])
     top = torch.cat([rotation.expand(*lead, 3, 3), translation.expand(*lead, 3)[..., None]], -1)
     last = torch.tensor([[0.0, 0.0, 0.0, 1.0]], dtype=torch.float64).expand(*lead, 1, 4)
     return torch.cat([top, last], -2)
