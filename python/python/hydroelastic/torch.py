@@ -211,16 +211,15 @@ def _states(
     only_last: bool,
 ) -> State:
     function = _rows.Rollout(world, plan, parameters, from_state=start is not None, only_last=only_last)
-    count, parts, ranks = function.bodies, [], (1,)
+    count = function.bodies
     numbers = _floats(np.zeros(function.width) if changes is None else changes, "changes", (function.width,))
     if start is None:
         if not (isinstance(taken, int) and taken == 0):
             raise HydroelasticError("taken needs start: without one, the rollout starts at the initial time of the world")
-        parts = [numbers]
+        found = _evaluated(function, [1], [numbers])
     else:
         poses, twists = _floats(start.poses, "poses", (count, 4, 4)), _floats(start.twists, "twists", (count, 6))
-        parts, ranks = [poses, twists, numbers, _count(taken)[..., None]], (3, 2, 1, 1)
-    found = _evaluated(function, ranks, parts)
+        found = _evaluated(function, [3, 2, 1, 1], [poses, twists, numbers, _count(taken)[..., None]])
     lead, states = found.shape[:-1], () if only_last else (function.states,)
     entries = function.states * count * _rows.POSE
     return State(
@@ -259,7 +258,8 @@ def _evaluated(function: _rows.Function, ranks: Sequence[int], parts: Sequence[T
     """A function of the numbers of some tensors, with so many axes of their own; those of the poses come first."""
     lead = _broadcast(*(part.shape[: part.ndim - rank] for part, rank in zip(parts, ranks)))
     flat = [part.expand(*lead, *part.shape[part.ndim - rank :]).flatten(len(lead)) for part, rank in zip(parts, ranks)]
-    return _called(function, torch.cat(flat, -1))
+    found: Tensor = _called(function, torch.cat(flat, -1))
+    return found
 
 
 def _broadcast(*shapes: Sequence[int]) -> Sequence[int]:
