@@ -12,6 +12,8 @@ jax = pytest.importorskip("jax")
 hj = pytest.importorskip("hydroelastic.jax")
 jnp = jax.numpy
 check_grads = pytest.importorskip("jax.test_util").check_grads
+# Where it is depends on the version.
+enable_x64 = getattr(jax, "enable_x64", None) or pytest.importorskip("jax.experimental").enable_x64
 
 # Fourth-order differences of wrenches, where no facet begins or ends to touch: what rounding leaves.
 WRENCH = 1e-9
@@ -261,7 +263,7 @@ def test_what_is_not_of_float64_is_refused(ball_on_block):
         hj.wrench(pair, pose_a.astype(np.float32), pose_b)
     with pytest.raises(TypeError, match="moduli must be an array of float64"):
         hj.wrench(pair, pose_a, pose_b, moduli=np.array([1, 2]))
-    with jax.enable_x64(False):
+    with enable_x64(False):
         for call in (
             lambda: hj.wrench(pair, pose_a, pose_b),
             lambda: hj.pose([0.0, 0.0, 0.0]),
@@ -270,7 +272,7 @@ def test_what_is_not_of_float64_is_refused(ball_on_block):
             with pytest.raises(TypeError, match="jax_enable_x64"):
                 call()
     jax.config.update("jax_enable_x64", False)
-    with jax.enable_x64(True), pytest.raises(TypeError, match="a context is of one thread"):
+    with enable_x64(True), pytest.raises(TypeError, match="a context is of one thread"):
         jax.jit(lambda x: hj.wrench(pair, x, pose_b))(pose_a)
 
 
