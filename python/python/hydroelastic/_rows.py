@@ -1,0 +1,246 @@
+"""Wrenches and rollouts as functions of rows of numbers, with their Jacobians: what ``jax`` and ``torch`` have in common.
+
+A row starts with the entries of poses, 16 each, and other numbers follow. The columns of a Jacobian are 6 for each pose, a
+twist in world axes, and one for each other number. Poses among the outputs are numbers like all others.
+"""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable, Sequence
+from concurrent.futures import ThreadPoolExecutor
+from typing import TypeVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ._core import Batch, HydroelasticError, Pair, Parameter, Plan, State, Trajectory, TrajectoryJacobian, World
+
+Floats = NDArray[np.float64]
+Errors = dict[int, HydroelasticError]
+_T = TypeVar("_T")
+
+# Entries of a pose, numbers of a twist and of both wrenches.
+POSE = 16
+TWIST = 6
+WRENCHES = 12
+
+
+class Function:
+    """A function of rows, (m, numbers), with its Jacobian by the columns of the module.
+
+    What the library refuses gives rows of NaN, and an exception each, by the place of the row.
+    """
+
+    name: str
+    # How many poses a row starts with, its length, that of the outputs, and the number of columns.
+    poses: int
+    numbers: int
+    outputs: int
+
+    @property
+    def columns(self) -> int:
+        return self.numbers - (POSE - TWIST) * self.poses
+
+    def values(self, rows: Floats) -> tuple[Floats, Errors]:
+        """(m, outputs) float64."""
+        raise NotImplementedError
+
+    def values_and_jacobians(self, rows: Floats) -> tuple[Floats, Floats, Errors]:
+        """(m, outputs) and (m, outputs, columns) float64."""
+        raise NotImplementedError
+
+
+class Wrench(Function):
+    """Both wrenches of a pair: of two poses and two moduli; in motion of two twists, before the moduli, and of dissipation
+    and friction too.
+    """
+
+    def __init__(self, pair: Pair, in_motion: bool) -> None:
+        self.name = "wrench"
+        self.poses = 2
+        self.numbers = 2 * POSE + 2 + (2 * TWIST + 2 if in_motion else 0)
+        self.outputs = WRENCHES
+        self._pair = pair
+        self._in_motion = in_motion
+
+    def values(self, rows: Floats) -> tuple[Floats, Errors]:
+        (found,), errors = self._found(rows, lambda *a, **k: (self._pair.wrench(*a, **k),), [(WRENCHES,)])
+        return found, errors
+
+    def values_and_jacobians(self, rows: Floats) -> tuple[Floats, Floats, Errors]:
+        call = self._pair.linearised if self._in_motion else self._pair.wrench_and_jacobian
+        (values, jacobians), errors = self._found(rows, call, [(WRENCHES,), (WRENCHES, self.columns)])
+        return values, jacobians, errors
+
+    def _found(
+        self, rows: Floats, call: Callable[..., tuple[Floats, ...]], shapes: Sequence[tuple[int, ...]]
+    ) -> tuple[list[Floats], Errors]:
+        """The results of a call for all rows at once; one by one if a row is refused."""
+        count = len(rows)
+        if count > 1:
+            try:
+                return list(self._called(call, rows)), {}
+            except HydroelasticError:
+                pass
+        results, errors = [np.full((count, *shape), np.nan) for shape in shapes], Errors()
+        for place in range(count):
+            try:
+                for result, found in zip(results, self._called(call, rows[place])):
+                    result[place] = found
+            except HydroelasticError as error:
+                errors[place] = error
+        return results, errors
+
+    def _called(self, call: Callable[..., tuple[Floats, ...]], rows: Floats) -> tuple[Floats, ...]:
+        lead = rows.shape[:-1]
+        pose_a, pose_b = (rows[..., first : first + POSE].reshape(*lead, 4, 4) for first in (0, POSE))
+        rest = rows[..., 2 * POSE :]
+        if not self._in_motion:
+            return call(pose_a, pose_b, moduli=rest)
+        return call(pose_a, pose_b, rest[..., :6], rest[..., 6:12], moduli=rest[..., 12:14], law=rest[..., 14:])
+
+
+class Rollout(Function):
+    """The recorded states of a world, all poses, then all twists: of changes of parameters; with an initial state of its n
+    poses and n twists, before the changes, and of the number of steps taken before, which is the last number.
+    """
+
+    def __init__(
+        self, world: World, plan: Plan, parameters: Sequence[Parameter], *, from_state: bool, only_last: bool = False
+    ) -> None:
+        if only_last:
+            plan = _recording(plan, max(plan.steps, 1))
+        self.name = "rollout"
+        self.bodies = len(world.names)
+        self.width = sum(parameter.dimension for parameter in parameters)
+        self.states = 1 if only_last else recorded_count(plan)
+        self.poses = self.bodies if from_state else 0
+        self.numbers = (self.bodies * (POSE + TWIST) + 1 if from_state else 0) + self.width
+        self.outputs = self.states * self.bodies * (POSE + TWIST)
+        self._world, self._plan, self._parameters = world, plan, list(parameters)
+        self._from_state = from_state
+        self._dynamic = [place for place, body in enumerate(world.bodies) if body.mass is not None]
+        # Refuses what is not a parameter of the world.
+        world.changed(self._parameters, np.zeros(self.width))
+
+    def values(self, rows: Floats) -> tuple[Floats, Errors]:
+        values, errors = np.full((len(rows), self.outputs), np.nan), Errors()
+        worlds = _each(self._started, rows, errors)
+        found = Batch(self._plan).of_worlds(list(worlds.values()))
+        for place, trajectory in zip(worlds, found):
+            if isinstance(trajectory, Trajectory):
+                values[place] = self._value(trajectory)
+            else:
+                errors[place] = trajectory
+        return values, errors
+
+    def values_and_jacobians(self, rows: Floats) -> tuple[Floats, Floats, Errors]:
+        values = np.full((len(rows), self.outputs), np.nan)
+        jacobians, errors = np.full((*values.shape, self.columns), np.nan), Errors()
+        by = self._initial_parameters() + self._parameters
+
+        def differentiate(row: Floats) -> tuple[Trajectory, TrajectoryJacobian]:
+            return self._started(row).jacobian(self._plan, by)
+
+        for place, (trajectory, jacobian) in _each(differentiate, rows, errors, _threads()).items():
+            values[place] = self._value(trajectory)
+            jacobians[place] = self._columns_of(jacobian)
+        return values, jacobians, errors
+
+    def _started(self, row: Floats) -> World:
+        """The world with the initial state and the changes of a row."""
+        world, changes = self._world, row
+        if self._from_state:
+            entries, twists = self.bodies * POSE, self.bodies * TWIST
+            poses = row[:entries].reshape(self.bodies, 4, 4)
+            twists_of_bodies = row[entries : entries + twists].reshape(self.bodies, TWIST)
+            time = self._world.initial_state.time + row[-1] * self._plan.time_step
+            world = world.replace(start=State(time, poses, twists_of_bodies))
+            changes = row[entries + twists : -1]
+        return world.changed(self._parameters, changes)
+
+    def _initial_parameters(self) -> list[Parameter]:
+        """The initial states of all dynamic bodies: poses, then twists, angular parts first."""
+        if not self._from_state:
+            return []
+        names = [self._world.names[place] for place in self._dynamic]
+        poses = [kind(name) for name in names for kind in (Parameter.initial_orientation, Parameter.initial_position)]
+        return poses + [kind(name) for name in names for kind in (Parameter.initial_spin, Parameter.initial_velocity)]
+
+    def _value(self, trajectory: Trajectory) -> Floats:
+        states = slice(-self.states, None)
+        return np.concatenate([trajectory.poses[states].ravel(), trajectory.twists[states].ravel()])
+
+    def _columns_of(self, jacobian: TrajectoryJacobian) -> Floats:
+        states = slice(-self.states, None)
+        width = jacobian.poses.shape[-1]
+        found = np.concatenate([it[states].reshape(-1, width) for it in (jacobian.poses, jacobian.twists)])
+        if not self._from_state:
+            return found
+        # Bodies that forces do not move ignore their part of the initial state, and the time has no derivative.
+        columns, dynamic = np.zeros((self.outputs, self.columns)), len(self._dynamic) * TWIST
+        moved = (TWIST * np.array(self._dynamic, dtype=int)[:, None] + np.arange(TWIST)).ravel()
+        columns[:, moved] = found[:, :dynamic]
+        columns[:, self.bodies * TWIST + moved] = found[:, dynamic : 2 * dynamic]
+        columns[:, 2 * self.bodies * TWIST : -1] = found[:, 2 * dynamic :]
+        return columns
+
+
+def recorded_count(plan: Plan) -> int:
+    """How many states a plan records: the initial one, every so many-th after it and the last."""
+    return 1 + -(-plan.steps // plan.record_every)
+
+
+def one_step(plan: Plan) -> Plan:
+    """The plan of a single step."""
+    return _recording(plan, 1, steps=1)
+
+
+def first_error(errors: Errors, count: int) -> HydroelasticError:
+    """The exception for rows that were refused: the first, with the place of its row if there are several rows."""
+    place, error = min(errors.items())
+    return error if count == 1 else type(error)(f"row {place} of {count}: {error}")
+
+
+def _recording(plan: Plan, every: int, steps: int | None = None) -> Plan:
+    return Plan(
+        plan.time_step,
+        plan.steps if steps is None else steps,
+        plan.integrator,
+        record_every=every,
+        check_every=plan.check_every,
+        solver_tolerance=plan.solver_tolerance,
+    )
+
+
+def _each(function: Callable[[Floats], _T], rows: Floats, errors: Errors, threads: int = 1) -> dict[int, _T]:
+    """The results of the rows that are not refused, by their places."""
+
+    def attempt(row: Floats) -> _T | HydroelasticError:
+        try:
+            return function(row)
+        except HydroelasticError as error:
+            return error
+
+    if threads == 1 or len(rows) == 1:
+        results = [attempt(row) for row in rows]
+    else:
+        with ThreadPoolExecutor(min(threads, len(rows))) as pool:
+            results = list(pool.map(attempt, rows))
+    found: dict[int, _T] = {}
+    for place, result in enumerate(results):
+        if isinstance(result, HydroelasticError):
+            errors[place] = result
+        else:
+            found[place] = result
+    return found
+
+
+def _threads() -> int:
+    """As many as the library uses."""
+    try:
+        asked = int(os.environ.get("RAYON_NUM_THREADS", "0"))
+    except ValueError:
+        asked = 0
+    return asked if asked > 0 else os.cpu_count() or 1

@@ -1,0 +1,437 @@
+"""Wrenches, steps and rollouts as differentiable functions of JAX: ``jit``, ``vmap``, ``grad``, ``jvp`` and their like.
+
+    import jax, hydroelastic as he, hydroelastic.jax as hj
+    jax.config.update("jax_enable_x64", True)
+    pair = he.Pair(he.Shape.icosphere(0.1, 3), he.Shape.cuboid([0.4, 0.4, 0.2]), 1e5, 1e6)
+    def lift(height):
+        return hj.wrench(pair, hj.pose(jax.numpy.array([0.0, 0.0, 1.0]) * height), hj.pose())[5]
+    force, slope = jax.jit(jax.value_and_grad(lift))(0.195)  # N, N/m
+
+The contact is computed by the library on the CPU, with its own Jacobians: JAX does not trace it. What is computed is the
+value alone where no derivative is taken, and where one is, value and Jacobian in one call.
+
+Arrays are of float64, and ``jax_enable_x64`` must be on: a contact of float32 numbers has no digits left. Arguments may have
+any axes in front, which are broadcast against each other, and then so has the result; ``jax.vmap`` makes such a batch too.
+All cores compute a batch.
+
+Derivatives by poses. Poses are (4, 4). A tangent dT of a pose counts as the twist (ω, v) in world axes by which it moves the
+pose: [ω]× is the skew part of dR Rᵀ, and v is the last column. What is not skew in dR Rᵀ would leave the rotations, and does
+not count; nor does the last row. The cotangent of a pose is the transpose: with g the derivative by the angular part of that
+twist and f by the linear part, ½ [g]× R is its rotation block and f its last column. So by the chain rule through anything
+that makes rotations (``pose``, ``moved_pose``, quaternions, kinematics) derivatives are right, and a step along a cotangent
+itself leads off the rotations: optimise over vectors, and make poses of them.
+
+What the library refuses (a pose that is not rigid, a number that is not finite, a rollout that ends early). A call without a
+transformation raises HydroelasticError. Inside ``jit``, ``vmap``, ``grad`` and their like an exception would be undefined
+behaviour of JAX: rows that are refused are NaN, the others are right, and the reason is a warning of the logger
+``hydroelastic.jax``.
+
+Second derivatives do not exist, and to ask for them (``jax.hessian``, ``grad`` of ``grad``) raises NotImplementedError. For
+least squares, JᵀJ of ``jax.jacobian`` takes their place.
+"""
+
+from __future__ import annotations
+
+import functools
+import logging
+import math
+import threading
+from collections.abc import Callable, Sequence
+from typing import Any, NamedTuple, NoReturn, TypeAlias
+
+import numpy as np
+
+try:
+    import jax
+    import jax.numpy as jnp
+except ImportError as error:
+    raise ImportError('hydroelastic.jax needs JAX: pip install "hydroelastic[jax]"') from error
+
+from . import _rows
+from ._core import HydroelasticError, Pair, Parameter, Plan, World
+
+__all__ = ["State", "final_state", "initial_state", "moved_pose", "pose", "rollout", "step", "wrench"]
+
+Array: TypeAlias = jax.Array
+# What an argument may be: an array of JAX or numpy, or a list of numbers.
+_Array: TypeAlias = Any
+
+_log = logging.getLogger(__name__)
+
+
+class State(NamedTuple):
+    """The n bodies of a world at one time, in the order of the world's; recorded states have k in front.
+
+    poses : (n, 4, 4), poses of the body frames in the world.
+    twists : (n, 6): spin (rad/s), and velocity of the center of mass (m/s), world axes.
+    """
+
+    poses: Array
+    twists: Array
+
+
+def pose(translation: _Array = (0.0, 0.0, 0.0), rotation_vector: _Array = (0.0, 0.0, 0.0)) -> Array:
+    """The pose of a frame: a 4×4 homogeneous matrix.
+
+    Parameters
+    ----------
+    translation : (3,) position of the frame's origin (m).
+    rotation_vector : (3,) axis times angle (rad) by which the frame is turned. Derivatives of all orders are right at zero too.
+
+    Returns
+    -------
+    (4, 4) float64.
+    """
+    translation = _floats(translation, "translation", (3,))
+    found: Array = _posed(_floats(rotation_vector, "rotation_vector", (3,)), translation)
+    return found
+
+
+def moved_pose(pose: _Array, twist: _Array) -> Array:
+    """A pose after a small motion in world axes: the frame turns about its own origin by the angular part of a twist (rad), and
+    its origin moves by the linear part (m).
+
+    Parameters
+    ----------
+    pose : (4, 4).
+    twist : (6,) angular, linear.
+
+    Returns
+    -------
+    (4, 4) float64.
+    """
+    pose, twist = _floats(pose, "pose", (4, 4)), _floats(twist, "twist", (6,))
+    found: Array = _moved(pose, twist)
+    return found
+
+
+def wrench(
+    pair: Pair,
+    pose_a: _Array,
+    pose_b: _Array,
+    twist_a: _Array | None = None,
+    twist_b: _Array | None = None,
+    *,
+    moduli: _Array | None = None,
+    law: _Array | None = None,
+) -> Array:
+    """The wrenches of a contact. Without twists those of bodies at rest; with them, dissipation and friction take part.
+
+    Parameters
+    ----------
+    pair : the shapes; no derivative.
+    pose_a, pose_b : (4, 4).
+    twist_a, twist_b : (6,) angular (rad/s), linear (m/s, of the body's origin), world axes; None for zero.
+    moduli : (2,) of A and B (Pa), in place of those of the pair.
+    law : (2,) dissipation (s/m) and friction coefficient, in place of those of the pair. Without twists they do not matter.
+
+    Returns
+    -------
+    (12,): torque (N m) and force (N) on A, about A's origin, then those on B, about B's.
+    """
+    parts = [_floats(pose_a, "pose_a", (4, 4)), _floats(pose_b, "pose_b", (4, 4))]
+    given = twist_a, twist_b
+    in_motion = any(twist is not None for twist in given)
+    if in_motion:
+        names = "twist_a", "twist_b"
+        parts += [_floats(np.zeros(6) if it is None else it, name, (6,)) for it, name in zip(given, names)]
+    parts.append(_floats(np.array(pair.moduli) if moduli is None else moduli, "moduli", (2,)))
+    if law is not None or in_motion:
+        of_pair = np.array([pair.law.dissipation, pair.law.friction])
+        numbers = _floats(of_pair if law is None else law, "law", (2,))
+        parts += [numbers] if in_motion else []
+    return _evaluated(_rows.Wrench(pair, in_motion), parts)
+
+
+def initial_state(world: World) -> State:
+    """The state that rollouts of a world start from."""
+    _check_precision()
+    state = world.initial_state
+    return State(jnp.asarray(state.poses), jnp.asarray(state.twists))
+
+
+def rollout(
+    world: World,
+    plan: Plan,
+    parameters: Sequence[Parameter] = (),
+    changes: _Array | None = None,
+    *,
+    start: State | None = None,
+    taken: _Array | int = 0,
+) -> State:
+    """The recorded states of a rollout, by its initial state and by changes of parameters of the world.
+
+    Parameters
+    ----------
+    world : no derivative but by its parameters.
+    plan : the steps, and which states are recorded.
+    parameters : what changes, p numbers together.
+    changes : (p,), added to what is in the world, as by World.changed; None for zeros.
+    start : initial state; None for that of the world, which then has no derivative but by parameters: faster with few of them.
+        Bodies that forces do not move stay as they are in the world, so that their part of it has no effect.
+    taken : integer, how many time steps after the initial time of the world the rollout starts: only with start, for worlds
+        with controls and paths. An integer has no derivatives.
+
+    Returns
+    -------
+    State with k recorded states in front: poses (k, n, 4, 4), twists (k, n, 6).
+
+    The Jacobian is found in forward mode: its time grows with p, and with 12 numbers for each body that forces move if there
+    is a start.
+    """
+    return _states(world, plan, parameters, changes, start, taken, only_last=False)
+
+
+def final_state(
+    world: World,
+    plan: Plan,
+    parameters: Sequence[Parameter] = (),
+    changes: _Array | None = None,
+    *,
+    start: State | None = None,
+    taken: _Array | int = 0,
+) -> State:
+    """The last state of a rollout: arguments as those of rollout."""
+    return _states(world, plan, parameters, changes, start, taken, only_last=True)
+
+
+def step(
+    world: World,
+    plan: Plan,
+    state: State,
+    parameters: Sequence[Parameter] = (),
+    changes: _Array | None = None,
+    *,
+    taken: _Array | int = 0,
+) -> State:
+    """The state one time step of the plan after another one: arguments as those of rollout. For controls, take
+    Parameter.control of the interval that the step is in.
+    """
+    return _states(world, _rows.one_step(plan), parameters, changes, state, taken, only_last=True)
+
+
+def _states(
+    world: World,
+    plan: Plan,
+    parameters: Sequence[Parameter],
+    changes: _Array | None,
+    start: State | None,
+    taken: _Array | int,
+    *,
+    only_last: bool,
+) -> State:
+    function = _rows.Rollout(world, plan, parameters, from_state=start is not None, only_last=only_last)
+    count, parts = function.bodies, []
+    numbers = _floats(np.zeros(function.width) if changes is None else changes, "changes", (function.width,))
+    if start is None:
+        if not (isinstance(taken, int) and taken == 0):
+            raise HydroelasticError("taken needs start: without one, the rollout starts at the initial time of the world")
+        parts.append(numbers)
+    else:
+        poses, twists = _floats(start.poses, "poses", (count, 4, 4)), _floats(start.twists, "twists", (count, 6))
+        parts += [poses, twists.reshape(*twists.shape[:-2], -1), numbers, _count(taken)[..., None]]
+    found = _evaluated(function, parts)
+    lead, states = found.shape[:-1], () if only_last else (function.states,)
+    entries = function.states * count * _rows.POSE
+    return State(
+        found[..., :entries].reshape(*lead, *states, count, 4, 4), found[..., entries:].reshape(*lead, *states, count, 6)
+    )
+
+
+def _check_precision() -> None:
+    if not getattr(jax.config, "jax_enable_x64"):
+        raise TypeError(
+            "hydroelastic computes in float64 alone, and JAX makes float32 of every array until "
+            'jax.config.update("jax_enable_x64", True) is called: rounded to float32, poses lose the depth of a contact'
+        )
+
+
+def _check_precision_of_threads() -> None:
+    """JAX calls back from threads of its own, whose arrays are float32 if jax_enable_x64 is on in this thread alone."""
+    found: list[bool] = []
+    thread = threading.Thread(target=lambda: found.append(getattr(jax.config, "jax_enable_x64")))
+    thread.start()
+    thread.join()
+    if found != [True]:
+        raise TypeError(
+            'hydroelastic needs jax.config.update("jax_enable_x64", True) inside jit, grad and their like: jax.enable_x64 as a '
+            "context is of one thread, and the library is called from others, which would round its arrays to float32"
+        )
+
+
+def _rows_of(function: _rows.Function, numbers: Any) -> _rows.Floats:
+    """Numbers with any axes in front as rows."""
+    count = math.prod(numbers.shape[:-1])
+    return np.asarray(numbers).reshape(count, function.numbers)
+
+
+def _floats(value: _Array, name: str, shape: tuple[int, ...]) -> Array:
+    """An argument as a float64 array that ends in a shape."""
+    _check_precision()
+    array = jnp.asarray(value)
+    if isinstance(value, list | tuple) and jnp.issubdtype(array.dtype, jnp.integer):
+        array = array.astype(jnp.float64)
+    if array.dtype != jnp.float64:
+        raise TypeError(
+            f"{name} must be an array of float64, but is one of {array.dtype}: contact is computed in float64 alone, and a "
+            "conversion would hide lost digits (array.astype(jax.numpy.float64) makes one)"
+        )
+    if array.ndim < len(shape) or array.shape[array.ndim - len(shape) :] != shape:
+        raise HydroelasticError(f"{name} must have the shape {shape}, or end in it, but has {array.shape}")
+    return array
+
+
+def _count(taken: _Array | int) -> Array:
+    array = jnp.asarray(taken)
+    if not jnp.issubdtype(array.dtype, jnp.integer):
+        raise TypeError(f"taken must be an integer or an array of integers, but is of {array.dtype}")
+    return array.astype(jnp.float64)
+
+
+def _evaluated(function: _rows.Function, parts: Sequence[Array]) -> Array:
+    """A function of the numbers of some arrays, of which those of the poses come first."""
+    numbers = _joined(_ranks(function, parts), parts)
+    if isinstance(numbers, jax.core.Tracer):
+        _check_precision_of_threads()
+        return _values(function, numbers)
+    # No transformation: an exception may go through.
+    rows = _rows_of(function, numbers)
+    values, errors = function.values(rows)
+    if errors:
+        raise _rows.first_error(errors, len(rows))
+    return jnp.asarray(values.reshape(*numbers.shape[:-1], function.outputs))
+
+
+@functools.partial(jax.custom_jvp, nondiff_argnums=(0,))
+def _values(function: _rows.Function, numbers: Array) -> Array:
+    lead = numbers.shape[:-1]
+    (values,) = _called_back(function, function.values, [(*lead, function.outputs)], numbers)
+    return values
+
+
+@_values.defjvp
+def _values_jvp(function: _rows.Function, primals: tuple[Array], tangents: tuple[Array]) -> tuple[Array, Array]:
+    (numbers,), (tangent,) = primals, tangents
+    values, jacobian = _values_and_jacobian(function, numbers)
+    # Linear in the tangent, which is what lets JAX transpose it.
+    return values, _along(function.poses, jacobian, numbers, tangent)
+
+
+@functools.partial(jax.custom_jvp, nondiff_argnums=(0,))
+def _values_and_jacobian(function: _rows.Function, numbers: Array) -> tuple[Array, Array]:
+    shape = (*numbers.shape[:-1], function.outputs)
+    shapes = [shape, (*shape, function.columns)]
+    values, jacobian = _called_back(function, function.values_and_jacobians, shapes, numbers)
+    return values, jacobian
+
+
+@_values_and_jacobian.defjvp
+def _no_second_derivatives(function: _rows.Function, primals: tuple[Array], tangents: tuple[Array]) -> NoReturn:
+    raise NotImplementedError(
+        f"the {function.name} of hydroelastic has first derivatives only, and a second one was asked for (by jax.hessian, or "
+        "grad or jvp of grad): for least squares, J.T @ J of jax.jacobian takes its place"
+    )
+
+
+@functools.partial(jax.jit, static_argnums=0)
+def _along(poses: int, jacobian: Array, numbers: Array, tangent: Array) -> Array:
+    """The Jacobian times a tangent of numbers that start with so many poses, whose tangents count as twists."""
+    if poses:
+        lead, entries = numbers.shape[:-1], poses * _rows.POSE
+        at, moved = (it[..., :entries].reshape(*lead, poses, 4, 4) for it in (numbers, tangent))
+        turn = jnp.einsum("...ik,...jk->...ij", moved[..., :3, :3], at[..., :3, :3])
+        skew = 0.5 * (turn - jnp.swapaxes(turn, -1, -2))
+        angular = jnp.stack([skew[..., 2, 1], skew[..., 0, 2], skew[..., 1, 0]], -1)
+        twists = jnp.concatenate([angular, moved[..., :3, 3]], -1).reshape(*lead, -1)
+        tangent = jnp.concatenate([twists, tangent[..., entries:]], -1)
+    return jnp.einsum("...ij,...j->...i", jacobian, tangent)
+
+
+def _called_back(
+    function: _rows.Function,
+    call: Callable[[_rows.Floats], tuple[Any, ...]],
+    shapes: Sequence[tuple[int, ...]],
+    numbers: Array,
+) -> tuple[Array, ...]:
+    """The arrays that a call of the library gives for rows of numbers, when the program runs."""
+    lead = numbers.ndim - 1
+
+    def host(numbers: Any) -> tuple[_rows.Floats, ...]:
+        numbers = np.asarray(numbers)
+        front = numbers.shape[:-1]
+        rows = _rows_of(function, numbers)
+        tails = [shape[lead:] for shape in shapes]
+        try:
+            *found, errors = call(rows)
+        except Exception:
+            # An exception that went on from here would be undefined behaviour.
+            _log.exception("%s: NaN, since the call failed", function.name)
+            return tuple(np.full((*front, *tail), np.nan) for tail in tails)
+        if errors:
+            why = _rows.first_error(errors, len(rows))
+            _log.warning("%s: NaN in %d of %d rows: %s", function.name, len(errors), len(rows), why)
+        return tuple(it.reshape(*front, *tail) for it, tail in zip(found, tails))
+
+    struct: Callable[..., Any] = jax.ShapeDtypeStruct
+    out = tuple(struct(shape, jnp.float64) for shape in shapes)
+    found: tuple[Array, ...] = jax.pure_callback(host, out, numbers, vmap_method="broadcast_all")
+    return found
+
+
+@functools.partial(jax.jit, static_argnums=0)
+def _joined(ranks: tuple[int, ...], parts: Sequence[Array]) -> Array:
+    """Arrays with any axes in front of so many of their own, as numbers with the common axes in front."""
+    flat = [part.reshape(*part.shape[: part.ndim - rank], -1) for part, rank in zip(parts, ranks)]
+    lead = jnp.broadcast_shapes(*(part.shape[:-1] for part in flat))
+    return jnp.concatenate([jnp.broadcast_to(part, lead + part.shape[-1:]) for part in flat], -1)
+
+
+def _ranks(function: _rows.Function, parts: Sequence[Array]) -> tuple[int, ...]:
+    """How many axes at the end of each part are not those of a batch."""
+    if isinstance(function, _rows.Wrench):
+        return (2, 2, *[1] * (len(parts) - 2))
+    return (3, *[1] * (len(parts) - 1)) if function.poses else (1,) * len(parts)
+
+
+@jax.jit
+def _posed(vector: Array, translation: Array) -> Array:
+    return _homogeneous(_rotation(vector), translation)
+
+
+@jax.jit
+def _moved(pose: Array, twist: Array) -> Array:
+    return _homogeneous(_rotation(twist[..., :3]) @ pose[..., :3, :3], pose[..., :3, 3] + twist[..., 3:])
+
+
+def _rotation(vector: Array) -> Array:
+    """The rotation by a rotation vector, (3, 3): I + sin θ/θ K + (1 − cos θ)/θ² K², with both factors as functions of θ², so
+    that all derivatives are right at zero.
+    """
+    square = jnp.sum(vector * vector, -1)[..., None, None]
+    small = square < 0.1
+    angle = jnp.sqrt(jnp.where(small, 1.0, square))
+    # Taylor series to θ¹⁰: below 0.1, the next term is under 1e-15.
+    sine = _series(square, (1.0, -1 / 6, 1 / 120, -1 / 5040, 1 / 362880, -1 / 39916800))
+    cosine = _series(square, (1 / 2, -1 / 24, 1 / 720, -1 / 40320, 1 / 3628800, -1 / 479001600))
+    first = jnp.where(small, sine, jnp.sin(angle) / angle)
+    second = jnp.where(small, cosine, 0.5 * (jnp.sin(0.5 * angle) / (0.5 * angle)) ** 2)
+    x, y, z = vector[..., 0], vector[..., 1], vector[..., 2]
+    zero = jnp.zeros_like(x)
+    cross = jnp.stack([zero, -z, y, z, zero, -x, -y, x, zero], -1).reshape(*vector.shape[:-1], 3, 3)
+    return jnp.eye(3) + first * cross + second * (cross @ cross)
+
+
+def _series(square: Array, factors: Sequence[float]) -> Array:
+    total = jnp.zeros_like(square)
+    for factor in reversed(factors):
+        total = total * square + factor
+    return total
+
+
+def _homogeneous(rotation: Array, translation: Array) -> Array:
+    lead = jnp.broadcast_shapes(rotation.shape[:-2], translation.shape[:-1])
+    top = jnp.concatenate(
+        [jnp.broadcast_to(rotation, (*lead, 3, 3)), jnp.broadcast_to(translation, (*lead, 3))[..., None]], -1
+    )
+    last = jnp.broadcast_to(jnp.array([[0.0, 0.0, 0.0, 1.0]]), (*lead, 1, 4))
+    return jnp.concatenate([top, last], -2)

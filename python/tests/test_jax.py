@@ -1,0 +1,474 @@
+"""Wrenches, steps and rollouts in JAX: derivatives in both modes, batches, refusals."""
+
+import logging
+
+import numpy as np
+import pytest
+
+import hydroelastic as he
+from hydroelastic import _rows
+
+jax = pytest.importorskip("jax")
+hj = pytest.importorskip("hydroelastic.jax")
+jnp = jax.numpy
+check_grads = pytest.importorskip("jax.test_util").check_grads
+# Where it is depends on the version.
+enable_x64 = getattr(jax, "enable_x64", None) or pytest.importorskip("jax.experimental").enable_x64
+
+# Fourth-order differences of wrenches, where no facet begins or ends to touch: what rounding leaves.
+WRENCH = 1e-9
+# Of rollouts through a bounce: facets come and go, at which the second derivatives jump.
+ROLLOUT = 1e-7
+# With friction, whose law bends within the slip tolerance.
+FRICTION = 1e-6
+# Entries of a rotation, in another order of rounding.
+ROTATION = 1e-15
+# check_grads compares with second-order differences.
+CHECK = {"order": 1, "modes": ("fwd", "rev"), "atol": 1e-5, "rtol": 1e-5, "eps": 1e-6}
+
+
+@pytest.fixture(autouse=True)
+def precision():
+    before = jax.config.jax_enable_x64
+    jax.config.update("jax_enable_x64", True)
+    yield
+    jax.config.update("jax_enable_x64", before)
+
+
+@pytest.fixture(scope="module")
+def start():
+    """Turns and places of A and B, twists of A and B, moduli in units of 1e5 Pa, and the law."""
+    places = [0.3, -0.2, 0.5, 0.013, 0.021, 0.1921, 0.02, -0.03, 0.01, 0.0, 0.0, 0.0]
+    twists = [0.1, 0.2, -0.3, 0.5, 0.1, -0.05, 0.0, 0.0, 0.1, 0.0, -0.1, 0.0]
+    return np.array(places + twists + [1.0, 10.0, 0.2, 0.4])
+
+
+def poses(numbers):
+    return hj.pose(numbers[3:6], numbers[:3]), hj.pose(numbers[9:12], numbers[6:9])
+
+
+def at_rest(pair):
+    """14 numbers to wrenches in units of 10 N, 10 N m."""
+    return lambda numbers: hj.wrench(pair, *poses(numbers), moduli=1e5 * numbers[12:]) / 10
+
+
+def in_motion(pair):
+    """28 numbers to wrenches."""
+
+    def wrench(numbers):
+        moduli, law = 1e5 * numbers[24:26], numbers[26:]
+        return hj.wrench(pair, *poses(numbers), numbers[12:18], numbers[18:24], moduli=moduli, law=law) / 10
+
+    return wrench
+
+
+def differences(function, at, steps):
+    """The Jacobian by central differences of fourth order."""
+    columns = []
+    for place, step in enumerate(np.broadcast_to(steps, at.shape)):
+        unit = step * np.eye(len(at))[place]
+        near, far = (function(at + k * unit) - function(at - k * unit) for k in (1, 2))
+        columns.append((8 * near - far) / (12 * step))
+    return np.stack(columns, -1)
+
+
+def deviation(found, expected, kinds=None):
+    """Relative to the largest entry of a column, or of all columns of its kind."""
+    kinds = np.arange(expected.shape[1]) if kinds is None else kinds
+    largest = np.abs(expected).max(0)
+    scale = np.array([largest[kinds == kind].max() for kind in kinds])
+    return (np.abs(found - expected).max(0) / scale).max()
+
+
+# Turns, moves, spins, velocities, moduli, dissipation, friction: the turns of a ball about itself hardly matter beside others.
+KINDS = np.repeat([0, 1, 0, 1, 2, 3, 2, 3, 4, 5, 6], [3, 3, 3, 3, 3, 3, 3, 3, 2, 1, 1])
+# Of them, those of a contact at rest.
+REST = [*range(12), 24, 25]
+STEPS = np.repeat([1e-5, 1e-4, 1e-3], [12, 12, 4])
+
+
+@pytest.mark.parametrize("kind, taken", [(at_rest, REST), (in_motion, range(28))])
+def test_wrench_has_the_derivatives_of_differences(ball_on_block, start, kind, taken):
+    wrench, at, taken = kind(ball_on_block[0]), start[list(taken)], list(taken)
+    forward, reverse = (np.asarray(jacobian(wrench)(at)) for jacobian in (jax.jacfwd, jax.jacrev))
+    assert deviation(reverse, forward) < 1e-12
+    assert deviation(differences(jax.jit(wrench), at, STEPS[taken]), forward, KINDS[taken]) < WRENCH
+    check_grads(jax.jit(wrench), (at,), **CHECK)
+
+
+def test_wrench_has_the_bits_of_the_library(ball_on_block, twists):
+    pair, pose_a, pose_b = ball_on_block
+    assert np.array_equal(hj.wrench(pair, pose_a, pose_b), pair.wrench(pose_a, pose_b))
+    expected = pair.wrench(pose_a, pose_b, *twists, moduli=[2e5, 1e6], law=[0.1, 0.3])
+    arguments = {"moduli": np.array([2e5, 1e6]), "law": [0.1, 0.3]}
+    found = hj.wrench(pair, pose_a, pose_b, *twists, **arguments)
+    assert np.array_equal(found, expected)
+    assert np.array_equal(jax.jit(lambda a: hj.wrench(pair, a, pose_b, *twists, **arguments))(pose_a), expected)
+    assert np.array_equal(hj.wrench(pair, pose_a, pose_b, twists[0]), pair.wrench(pose_a, pose_b, twists[0]))
+
+
+def test_a_batch_is_one_call_with_the_same_bits(ball_on_block, monkeypatch):
+    pair, pose_a, pose_b = ball_on_block
+    many = np.stack([he.moved_pose(pose_a, [0, 0, 0, 0, 0, -1e-4 * k]) for k in range(6)])
+    expected = pair.wrench(many, pose_b)
+    calls = counted(monkeypatch, _rows.Wrench)
+    mapped = jax.jit(jax.vmap(lambda a: hj.wrench(pair, a, pose_b)))(many)
+    assert np.array_equal(mapped, expected)
+    assert calls == {"values": 1, "values_and_jacobians": 0}
+    assert np.array_equal(hj.wrench(pair, many.reshape(2, 3, 4, 4), pose_b), expected.reshape(2, 3, 12))
+    twice = jax.vmap(jax.vmap(lambda a: hj.wrench(pair, a, pose_b)))(many.reshape(2, 3, 4, 4))
+    assert np.array_equal(twice, expected.reshape(2, 3, 12))
+    slopes = jax.vmap(jax.jacrev(lambda a: hj.wrench(pair, a, pose_b)))(many)
+    alone = jax.jacfwd(lambda a: hj.wrench(pair, a, pose_b))(many[4])
+    assert np.allclose(slopes[4], alone, rtol=0, atol=1e-12 * np.abs(alone).max())
+
+
+def counted(monkeypatch, function):
+    """How often its methods are called from now on."""
+    calls = {"values": 0, "values_and_jacobians": 0}
+    for name in calls:
+        inner = getattr(function, name)
+
+        def outer(self, rows, name=name, inner=inner):
+            calls[name] += 1
+            return inner(self, rows)
+
+        monkeypatch.setattr(function, name, outer)
+    return calls
+
+
+@pytest.mark.parametrize("jit", [jax.jit, lambda function: function])
+def test_no_needless_calls(ball_on_block, start, monkeypatch, jit):
+    wrench = at_rest(ball_on_block[0])
+    at = start[REST]
+
+    def loss(numbers):
+        return jnp.sum(wrench(numbers) ** 2)
+
+    calls = counted(monkeypatch, _rows.Wrench)
+
+    def calls_of(function, *arguments):
+        calls.update(values=0, values_and_jacobians=0)
+        jax.block_until_ready(function(*arguments))
+        return calls["values"], calls["values_and_jacobians"]
+
+    assert calls_of(jit(loss), at) == (1, 0)
+    assert calls_of(jit(jax.value_and_grad(loss)), at) == (0, 1)
+    assert calls_of(jit(jax.jacfwd(wrench)), at) == (0, 1)
+    assert calls_of(jit(jax.jacrev(wrench)), at) == (0, 1)
+    assert calls_of(jit(lambda x: jax.jvp(loss, (x,), (x,))), at) == (0, 1)
+    # No derivative by what is held.
+    assert calls_of(jit(jax.grad(lambda x: jnp.sum(x**2) * loss(at))), at) == (1, 0)
+
+
+def test_a_cotangent_of_a_pose_is_that_of_its_twist(ball_on_block):
+    pair, pose_a, pose_b = ball_on_block
+    weights = np.linspace(-1.0, 1.0, 12)
+    _, jacobian = pair.wrench_and_jacobian(pose_a, pose_b)
+    by_twist = weights @ jacobian
+    found = jax.grad(lambda a: weights @ hj.wrench(pair, a, pose_b))(pose_a)
+    x, y, z = by_twist[:3]
+    expected = np.zeros((4, 4))
+    expected[:3, :3] = 0.5 * np.array([[0, -z, y], [z, 0, -x], [-y, x, 0]]) @ pose_a[:3, :3]
+    expected[:3, 3] = by_twist[3:6]
+    assert np.allclose(found, expected, rtol=0, atol=1e-12 * np.abs(expected).max())
+    by_moved = jax.grad(lambda t: weights @ hj.wrench(pair, hj.moved_pose(pose_a, t), pose_b))(np.zeros(6))
+    assert np.allclose(by_moved, by_twist[:6], rtol=0, atol=1e-12 * np.abs(by_twist[:6]).max())
+
+
+def test_second_derivatives_are_refused(ball_on_block, start, bounce):
+    wrench = at_rest(ball_on_block[0])
+    at = start[REST]
+
+    def loss(numbers):
+        return jnp.sum(wrench(numbers) ** 2)
+
+    for function in (
+        jax.hessian(loss),
+        jax.jit(jax.jacrev(jax.grad(loss))),
+        lambda x: jax.jvp(jax.grad(loss), (x,), (x,)),
+        jax.grad(lambda x: jax.jvp(wrench, (x,), (jnp.ones(14),))[1].sum()),
+        lambda x: jax.jit(jax.vmap(jax.hessian(loss)))(np.stack([x, x])),
+    ):
+        with pytest.raises(NotImplementedError, match="wrench of hydroelastic has first derivatives only"):
+            function(at)
+    world, plan = bounce
+    velocity = [he.Parameter.initial_velocity("ball")]
+    with pytest.raises(NotImplementedError, match="rollout of hydroelastic has first derivatives only"):
+        jax.hessian(lambda change: jnp.sum(hj.final_state(world, plan, velocity, change).poses ** 2))(np.zeros(3))
+    # Of what does not pass through the library, they are there.
+    assert jax.hessian(lambda x: x**2 * loss(at))(2.0) == pytest.approx(2 * loss(at))
+
+
+def test_transformations_go_together(ball_on_block, start):
+    wrench = at_rest(ball_on_block[0])
+    at = start[REST]
+
+    @jax.jit
+    def loss(numbers):
+        return jnp.sum(wrench(numbers) ** 2)
+
+    expected = jax.grad(loss)(at)
+    scale = np.abs(expected).max()
+    moved = jax.lax.scan(lambda x, _: (x - 1e-9 * jax.grad(loss)(x), None), at, None, 1)[0]
+    for found in (
+        jax.grad(jax.checkpoint(loss))(at),
+        jax.jit(jax.grad(jax.checkpoint(loss)))(at),
+        jax.grad(lambda x: jax.lax.cond(x[0] > 0, loss, jnp.sum, x))(at),
+        jax.grad(lambda x: jax.lax.map(loss, jnp.stack([x, 2 * x]))[0])(at),
+        jax.linear_transpose(jax.linearize(loss, at)[1], at)(1.0)[0],
+        jax.vmap(jax.grad(loss))(np.stack([at, at]))[1],
+        (at - moved) / 1e-9,
+    ):
+        assert np.allclose(found, expected, rtol=0, atol=1e-6 * scale)
+
+
+def test_rows_that_are_refused_are_nan_with_a_reason(ball_on_block, caplog, monkeypatch):
+    pair, pose_a, pose_b = ball_on_block
+    many = np.stack([pose_a, pose_a, pose_a])
+    many[1, 0, 0] = 2.0
+    expected = pair.wrench(pose_a, pose_b)
+    with pytest.raises(he.HydroelasticError, match="row 1 of 3"):
+        hj.wrench(pair, many, pose_b)
+    with pytest.raises(he.HydroelasticError):
+        hj.wrench(pair, many[1], pose_b)
+
+    def wrench(pose):
+        return hj.wrench(pair, pose, pose_b)
+
+    for function in (jax.jit(wrench), jax.jit(jax.vmap(wrench)), jax.vmap(wrench)):
+        caplog.clear()
+        found = np.asarray(function(many))
+        assert np.isnan(found[1]).all()
+        assert np.array_equal(found[0], expected) and np.array_equal(found[2], expected)
+        (record,) = caplog.records
+        assert (record.name, record.levelno) == ("hydroelastic.jax", logging.WARNING)
+        assert "NaN in 1 of 3 rows: row 1 of 3" in record.getMessage()
+    slopes = jax.jit(jax.vmap(jax.jacrev(wrench)))(many)
+    # The last row of a pose has no part in anything: zero, or NaN.
+    assert np.isnan(slopes[1][:, :3]).all() and np.isfinite(slopes[0]).all() and np.isfinite(slopes[2]).all()
+
+    def broken(self, rows):
+        raise RuntimeError("out of order")
+
+    monkeypatch.setattr(_rows.Wrench, "values", broken)
+    caplog.clear()
+    assert np.isnan(jax.jit(wrench)(pose_a)).all()
+    assert "out of order" in caplog.text
+
+
+def test_what_is_not_of_float64_is_refused(ball_on_block):
+    pair, pose_a, pose_b = ball_on_block
+    with pytest.raises(TypeError, match="pose_a must be an array of float64, but is one of float32"):
+        hj.wrench(pair, pose_a.astype(np.float32), pose_b)
+    with pytest.raises(TypeError, match="moduli must be an array of float64"):
+        hj.wrench(pair, pose_a, pose_b, moduli=np.array([1, 2]))
+    with enable_x64(False):
+        for call in (
+            lambda: hj.wrench(pair, pose_a, pose_b),
+            lambda: hj.pose([0.0, 0.0, 0.0]),
+            lambda: jax.grad(lambda x: hj.wrench(pair, x, pose_b).sum())(pose_a),
+        ):
+            with pytest.raises(TypeError, match="jax_enable_x64"):
+                call()
+    jax.config.update("jax_enable_x64", False)
+    with enable_x64(True), pytest.raises(TypeError, match="a context is of one thread"):
+        jax.jit(lambda x: hj.wrench(pair, x, pose_b))(pose_a)
+
+
+def test_wrong_shapes_and_arguments_are_refused(ball_on_block, bounce):
+    pair, pose_a, pose_b = ball_on_block
+    world, plan = bounce
+    with pytest.raises(he.HydroelasticError, match=r"pose_b must have the shape \(4, 4\)"):
+        hj.wrench(pair, pose_a, pose_b[:3])
+    with pytest.raises(he.HydroelasticError, match="law"):
+        hj.wrench(pair, pose_a, pose_b, law=[0.1])
+    with pytest.raises(he.HydroelasticError, match=r"changes must have the shape \(1,\)"):
+        hj.rollout(world, plan, [he.Parameter.friction("ball")], np.zeros(2))
+    with pytest.raises(he.HydroelasticError, match="nobody"):
+        hj.rollout(world, plan, [he.Parameter.friction("nobody")])
+    with pytest.raises(he.HydroelasticError, match="taken needs start"):
+        hj.rollout(world, plan, taken=3)
+    with pytest.raises(TypeError, match="taken must be an integer"):
+        hj.step(world, plan, hj.initial_state(world), taken=0.5)
+    with pytest.raises(he.HydroelasticError, match="poses must have the shape"):
+        hj.step(world, plan, hj.State(np.eye(4)[None], np.zeros((1, 6))))
+
+
+def test_poses_are_those_of_the_library():
+    for vector in ([0.0, 0.0, 0.0], [1e-5, 0.0, 0.0], [0.1, 0.2, 0.21], [0.1, 0.2, 0.23], [1.0, -2.0, 0.5]):
+        turned = hj.pose([1.0, 2.0, 3.0], vector)
+        assert np.allclose(turned, he.pose([1.0, 2.0, 3.0], vector), rtol=0, atol=ROTATION)
+        twist = np.array([*vector, 0.1, 0.2, 0.3])
+        assert np.allclose(hj.moved_pose(turned, twist), he.moved_pose(np.asarray(turned), twist), rtol=0, atol=ROTATION)
+    many = hj.pose(np.zeros(3), np.zeros((5, 3)))
+    assert many.shape == (5, 4, 4)
+
+
+def test_poses_have_derivatives_at_zero_and_where_the_series_ends():
+    def turned(vector):
+        return hj.pose(np.zeros(3), vector)[:3, :3]
+
+    second = jax.jit(jax.jacfwd(jax.jacrev(turned)))
+    generators = -np.array([[[0, 0, 0], [0, 0, 1], [0, -1, 0]], [[0, 0, -1], [0, 0, 0], [1, 0, 0]], [[0, 1, 0], [-1, 0, 0], [0, 0, 0]]])
+    products = np.einsum("aij,bjk->ikab", generators, generators)
+    assert np.allclose(jax.jacfwd(turned)(np.zeros(3)), np.moveaxis(generators, 0, -1), rtol=0, atol=ROTATION)
+    assert np.allclose(second(np.zeros(3)), 0.5 * (products + products.swapaxes(-1, -2)), rtol=0, atol=ROTATION)
+    end = np.sqrt(0.1) * np.array([0.6, 0.0, 0.8])
+    assert np.allclose(second((1 - 1e-13) * end), second((1 + 1e-13) * end), rtol=0, atol=1e-11)
+
+
+def flat(state):
+    return jnp.concatenate([state.poses.ravel(), state.twists.ravel()])
+
+
+def without_friction(world):
+    bodies = world.bodies
+    smooth = [he.Parameter.friction(body.name) for body in bodies]
+    return world.changed(smooth, np.array([-body.material.friction for body in bodies]))
+
+
+@pytest.mark.parametrize("friction, tolerance", [(False, ROLLOUT), (True, FRICTION)])
+def test_rollout_has_the_derivatives_of_differences(bounce, friction, tolerance):
+    world, plan = bounce
+    world = world if friction else without_friction(world)
+    # Whole units: modulus in 1e5 Pa.
+    by = [he.Parameter.initial_position("ball"), he.Parameter.initial_velocity("ball"), he.Parameter.modulus("ball")]
+    by += [he.Parameter.dissipation("floor"), he.Parameter.mass("ball"), he.Parameter.gravity()]
+    by += [he.Parameter.friction("floor")] if friction else []
+    units = np.array([1.0] * 6 + [1e5] + [1.0] * 5 + [1.0] * friction)
+
+    def run(numbers):
+        return flat(hj.rollout(world, plan, by, units * numbers))
+
+    zero = np.zeros(len(units))
+    forward = np.asarray(jax.jit(jax.jacfwd(run))(zero))
+    assert deviation(np.asarray(jax.jacrev(run)(zero)), forward) < 1e-12
+    found = differences(jax.jit(run), zero, 2e-6)
+    assert deviation(found, forward) < tolerance
+    check_grads(jax.jit(run), (zero,), **CHECK)
+
+
+def test_rollout_by_its_start_has_the_derivatives_of_differences(bounce):
+    world, plan = bounce
+    world = without_friction(world)
+    state = hj.initial_state(world)
+
+    def run(numbers):
+        poses = jnp.stack([hj.moved_pose(state.poses[0], numbers[:6]), state.poses[1]])
+        twists = state.twists.at[0].add(numbers[6:12])
+        start = hj.State(poses, twists)
+        return flat(hj.rollout(world, plan, [he.Parameter.modulus("ball")], 1e5 * numbers[12:], start=start))
+
+    zero = np.zeros(13)
+    forward = np.asarray(jax.jacfwd(run)(zero))
+    assert deviation(np.asarray(jax.jit(jax.jacrev(run))(zero)), forward) < 1e-12
+    assert deviation(differences(jax.jit(run), zero, 2e-6), forward) < ROLLOUT
+    check_grads(jax.jit(run), (zero,), **CHECK)
+
+
+def test_rollouts_have_the_bits_of_the_library(bounce):
+    world, plan = bounce
+    by = [he.Parameter.initial_velocity("ball")]
+    changes = np.array([[0.0, 0.0, 0.0], [0.1, -0.2, 0.3], [1.0, 0.0, 0.0]])
+    expected = he.Batch(plan).trajectories_after(world, by, changes)
+    found = jax.jit(jax.vmap(lambda change: hj.rollout(world, plan, by, change)))(changes)
+    last = hj.final_state(world, plan, by, changes)
+    assert found.poses.shape == (3, 4, 2, 4, 4) and last.twists.shape == (3, 2, 6)
+    for place, trajectory in enumerate(expected):
+        assert np.array_equal(found.poses[place], trajectory.poses)
+        assert np.array_equal(found.twists[place], trajectory.twists)
+        assert np.array_equal(last.poses[place], trajectory.poses[-1])
+    many = hj.rollout(world, he.Plan(5e-4, 7, record_every=3))
+    assert many.poses.shape == (4, 2, 4, 4)
+
+
+def test_batches_of_rollouts_have_the_derivatives_of_single_ones(bounce):
+    world, plan = bounce
+    by = [he.Parameter.initial_velocity("ball")]
+    changes = np.array([[0.0, 0.0, 0.0], [0.1, -0.2, 0.3], [1.0, 0.0, 0.0]])
+
+    def end(change):
+        return hj.final_state(world, plan, by, change).poses[0, :3, 3]
+
+    assert np.array_equal(jax.vmap(jax.jacrev(end))(changes), np.stack([jax.jacrev(end)(change) for change in changes]))
+
+
+def test_steps_by_scan_are_a_rollout(driven):
+    """With controls and forces: the derivative of 20 steps, by their chain rule, is that of the rollout."""
+    plan = he.Plan(5e-3, 20, he.Integrator.SDIRK2, record_every=20)
+    by = [he.Parameter.friction("ball"), he.Parameter.control("ball", 1)]
+    state = hj.initial_state(driven)
+
+    def stepped(start, changes):
+        def step(state, taken):
+            return hj.step(driven, plan, state, by, changes, taken=taken), None
+
+        return flat(jax.lax.scan(step, start, jnp.arange(20))[0])
+
+    def rolled(start, changes):
+        return flat(hj.final_state(driven, plan, by, changes, start=start))
+
+    changes = np.zeros(7)
+    assert np.allclose(stepped(state, changes), rolled(state, changes), rtol=0, atol=1e-12)
+    for which in range(2):
+        found, expected = (jax.jit(jax.jacrev(it, which))(state, changes) for it in (stepped, rolled))
+        for one, other in zip(jax.tree.leaves(found), jax.tree.leaves(expected)):
+            assert np.abs(other).max() > 1e-3
+            assert np.allclose(one, other, rtol=0, atol=1e-9 * np.abs(other).max())
+
+
+def test_the_last_control_acts_after_its_time(driven):
+    plan = he.Plan(5e-3, 1)
+    state = hj.initial_state(driven)
+
+    def by_interval(interval, taken):
+        by = [he.Parameter.control("ball", interval)]
+        return jax.jacfwd(lambda x: hj.step(driven, plan, state, by, x, taken=taken).twists[0])(np.zeros(6))
+
+    assert np.abs(by_interval(1, 15)).max() > 1e-3
+    assert np.abs(by_interval(1, 5)).max() == 0.0
+    many = hj.step(driven, plan, state, taken=np.array([5, 15]))
+    assert not np.array_equal(many.twists[0], many.twists[1])
+
+
+def test_a_fixed_body_ignores_its_state(bounce):
+    world, plan = bounce
+    state = hj.initial_state(world)
+    moved = hj.State(state.poses.at[1, 2, 3].add(-0.1), state.twists)
+    assert np.array_equal(hj.step(world, plan, moved).poses, hj.step(world, plan, state).poses)
+    slopes = jax.jacrev(lambda poses: hj.final_state(world, plan, start=hj.State(poses, state.twists)).poses)(state.poses)
+    assert np.abs(slopes[..., 1, :, :]).max() == 0.0
+    assert np.abs(slopes[..., 0, :, :]).max() > 0.5
+
+
+def test_rollouts_that_end_early_are_nan(bounce, caplog):
+    world, _ = bounce
+    # Unstable in the contact: the check ends it.
+    plan = he.Plan(2e-2, 20, check_every=1)
+    by = [he.Parameter.initial_velocity("ball")]
+    changes = np.array([[0.0, 0.0, 20.0], [0.0, 0.0, 0.0]])
+    with pytest.raises(he.RolloutError, match="row 1 of 2"):
+        hj.rollout(world, plan, by, changes)
+
+    def end(change):
+        return hj.final_state(world, plan, by, change).poses[0, :3, 3]
+
+    found, slopes = jax.jit(jax.vmap(end))(changes), jax.jit(jax.vmap(jax.jacrev(end)))(changes)
+    assert np.isfinite(found[0]).all() and np.isnan(found[1]).all()
+    assert np.isfinite(slopes[0]).all() and np.isnan(slopes[1]).all()
+    assert "1 of 2 rows" in caplog.text
+
+
+def test_value_of_a_rollout_takes_no_derivatives(bounce, monkeypatch):
+    world, plan = bounce
+    by = [he.Parameter.initial_velocity("ball")]
+
+    def loss(change):
+        return jnp.sum(hj.final_state(world, plan, by, change).poses ** 2)
+
+    calls = counted(monkeypatch, _rows.Rollout)
+    jax.block_until_ready(jax.jit(loss)(np.zeros(3)))
+    assert calls == {"values": 1, "values_and_jacobians": 0}
+    jax.block_until_ready(jax.jit(jax.value_and_grad(loss))(np.zeros(3)))
+    assert calls == {"values": 1, "values_and_jacobians": 1}

@@ -1,0 +1,378 @@
+"""Wrenches, steps and rollouts in PyTorch: derivatives in both modes, batches, refusals."""
+
+import numpy as np
+import pytest
+
+import hydroelastic as he
+from hydroelastic import _rows
+
+torch = pytest.importorskip("torch")
+ht = pytest.importorskip("hydroelastic.torch")
+forward_ad = torch.autograd.forward_ad
+
+pytestmark = pytest.mark.torch
+
+# Fourth-order differences of wrenches, where no facet begins or ends to touch: what rounding leaves.
+WRENCH = 1e-9
+# Of rollouts through a bounce: facets come and go, at which the second derivatives jump.
+ROLLOUT = 1e-7
+# With friction, whose law bends within the slip tolerance.
+FRICTION = 1e-6
+# Entries of a rotation, in another order of rounding.
+ROTATION = 1e-15
+# gradcheck compares with second-order differences.
+CHECK = {"eps": 1e-6, "atol": 1e-5, "rtol": 1e-5, "check_forward_ad": True}
+
+# Turns, moves, spins, velocities, moduli, dissipation, friction: the turns of a ball about itself hardly matter beside others.
+KINDS = np.repeat([0, 1, 0, 1, 2, 3, 2, 3, 4, 5, 6], [3, 3, 3, 3, 3, 3, 3, 3, 2, 1, 1])
+# Of them, those of a contact at rest.
+REST = [*range(12), 24, 25]
+STEPS = np.repeat([1e-5, 1e-4, 1e-3], [12, 12, 4])
+
+
+@pytest.fixture(scope="module")
+def start():
+    """Turns and places of A and B, twists of A and B, moduli in units of 1e5 Pa, and the law."""
+    places = [0.3, -0.2, 0.5, 0.013, 0.021, 0.1921, 0.02, -0.03, 0.01, 0.0, 0.0, 0.0]
+    twists = [0.1, 0.2, -0.3, 0.5, 0.1, -0.05, 0.0, 0.0, 0.1, 0.0, -0.1, 0.0]
+    return np.array(places + twists + [1.0, 10.0, 0.2, 0.4])
+
+
+def variable(numbers):
+    return torch.tensor(numbers, dtype=torch.float64, requires_grad=True)
+
+
+def poses(numbers):
+    return ht.pose(numbers[..., 3:6], numbers[..., :3]), ht.pose(numbers[..., 9:12], numbers[..., 6:9])
+
+
+def at_rest(pair):
+    """14 numbers to wrenches in units of 10 N, 10 N m."""
+    return lambda numbers: ht.wrench(pair, *poses(numbers), moduli=1e5 * numbers[..., 12:]) / 10
+
+
+def in_motion(pair):
+    """28 numbers to wrenches."""
+
+    def wrench(numbers):
+        moduli, law = 1e5 * numbers[..., 24:26], numbers[..., 26:]
+        return ht.wrench(pair, *poses(numbers), numbers[..., 12:18], numbers[..., 18:24], moduli=moduli, law=law) / 10
+
+    return wrench
+
+
+def differences(function, at, steps):
+    """The Jacobian by central differences of fourth order."""
+    columns = []
+    for place, step in enumerate(np.broadcast_to(steps, at.shape)):
+        unit = step * np.eye(len(at))[place]
+        near, far = (
+            function(torch.from_numpy(at + k * unit)).numpy() - function(torch.from_numpy(at - k * unit)).numpy()
+            for k in (1, 2)
+        )
+        columns.append((8 * near - far) / (12 * step))
+    return np.stack(columns, -1)
+
+
+def deviation(found, expected, kinds=None):
+    """Relative to the largest entry of a column, or of all columns of its kind."""
+    kinds = np.arange(expected.shape[1]) if kinds is None else kinds
+    largest = np.abs(expected).max(0)
+    scale = np.array([largest[kinds == kind].max() for kind in kinds])
+    return (np.abs(found - expected).max(0) / scale).max()
+
+
+def jacobians(function, at):
+    """In forward and reverse mode."""
+    at = torch.from_numpy(at)
+    return torch.func.jacfwd(function)(at).numpy(), torch.func.jacrev(function)(at).numpy()
+
+
+@pytest.mark.parametrize("kind, taken", [(at_rest, REST), (in_motion, range(28))])
+def test_wrench_has_the_derivatives_of_differences(ball_on_block, start, kind, taken):
+    wrench, at, taken = kind(ball_on_block[0]), start[list(taken)], list(taken)
+    forward, reverse = jacobians(wrench, at)
+    assert deviation(reverse, forward) < 1e-12
+    assert deviation(differences(wrench, at, STEPS[taken]), forward, KINDS[taken]) < WRENCH
+    assert torch.autograd.gradcheck(wrench, variable(at), check_batched_grad=True, **CHECK)
+
+
+def test_wrench_has_the_bits_of_the_library(ball_on_block, twists):
+    pair, pose_a, pose_b = ball_on_block
+    assert np.array_equal(ht.wrench(pair, pose_a, pose_b), pair.wrench(pose_a, pose_b))
+    expected = pair.wrench(pose_a, pose_b, *twists, moduli=[2e5, 1e6], law=[0.1, 0.3])
+    found = ht.wrench(pair, torch.from_numpy(pose_a), pose_b, *twists, moduli=[2e5, 1e6], law=[0.1, 0.3])
+    assert np.array_equal(found, expected)
+    assert np.array_equal(ht.wrench(pair, pose_a, pose_b, twists[0]), pair.wrench(pose_a, pose_b, twists[0]))
+
+
+def counted(monkeypatch, function):
+    """How often its methods are called from now on."""
+    calls = {"values": 0, "values_and_jacobians": 0}
+    for name in calls:
+        inner = getattr(function, name)
+
+        def outer(self, rows, name=name, inner=inner):
+            calls[name] += 1
+            return inner(self, rows)
+
+        monkeypatch.setattr(function, name, outer)
+    return calls
+
+
+def test_a_batch_is_one_call_with_the_same_bits(ball_on_block, monkeypatch):
+    pair, pose_a, pose_b = ball_on_block
+    many = np.stack([he.moved_pose(pose_a, [0, 0, 0, 0, 0, -1e-4 * k]) for k in range(6)])
+    expected = pair.wrench(many, pose_b)
+    calls = counted(monkeypatch, _rows.Wrench)
+    assert np.array_equal(ht.wrench(pair, many.reshape(2, 3, 4, 4), pose_b), expected.reshape(2, 3, 12))
+    assert calls == {"values": 1, "values_and_jacobians": 0}
+
+    def wrench(pose):
+        return ht.wrench(pair, pose, pose_b)
+
+    tensors = torch.from_numpy(many)
+    for place in (0, 2):
+        moved = tensors.movedim(0, place)
+        assert np.array_equal(torch.func.vmap(wrench, in_dims=place)(moved), expected)
+    assert calls == {"values": 3, "values_and_jacobians": 0}
+    alone = torch.func.jacfwd(wrench)(tensors[4]).numpy()
+    calls.update(values=0, values_and_jacobians=0)
+    slopes = torch.func.vmap(torch.func.jacrev(wrench))(tensors).numpy()
+    assert calls == {"values": 0, "values_and_jacobians": 1}
+    assert np.allclose(slopes[4], alone, rtol=0, atol=1e-12 * np.abs(alone).max())
+    swapped = torch.func.jacrev(torch.func.vmap(wrench))(tensors).numpy()
+    assert np.allclose(swapped[4, :, 4], alone, rtol=0, atol=1e-12 * np.abs(alone).max())
+
+
+def test_no_needless_calls(ball_on_block, start, monkeypatch):
+    wrench, at = at_rest(ball_on_block[0]), start[REST]
+    calls = counted(monkeypatch, _rows.Wrench)
+
+    def calls_of(function):
+        calls.update(values=0, values_and_jacobians=0)
+        function()
+        return calls["values"], calls["values_and_jacobians"]
+
+    def without():
+        with torch.no_grad():
+            wrench(variable(at))
+
+    def dual():
+        with forward_ad.dual_level():
+            wrench(forward_ad.make_dual(torch.from_numpy(at), torch.ones(14, dtype=torch.float64)))
+
+    assert calls_of(lambda: wrench(torch.from_numpy(at))) == (1, 0)
+    assert calls_of(without) == (1, 0)
+    assert calls_of(lambda: wrench(variable(at)).sum().backward()) == (0, 1)
+    assert calls_of(dual) == (0, 1)
+    assert calls_of(lambda: torch.func.grad(lambda x: wrench(x).sum())(torch.from_numpy(at))) == (0, 1)
+    assert calls_of(lambda: torch.func.jvp(wrench, (torch.from_numpy(at),), (torch.from_numpy(at),))) == (0, 1)
+
+
+def test_a_gradient_of_a_pose_is_that_of_its_twist(ball_on_block):
+    pair, pose_a, pose_b = ball_on_block
+    weights = np.linspace(-1.0, 1.0, 12)
+    _, jacobian = pair.wrench_and_jacobian(pose_a, pose_b)
+    by_twist = weights @ jacobian
+    at = variable(pose_a)
+    (torch.from_numpy(weights) @ ht.wrench(pair, at, pose_b)).backward()
+    x, y, z = by_twist[:3]
+    expected = np.zeros((4, 4))
+    expected[:3, :3] = 0.5 * np.array([[0, -z, y], [z, 0, -x], [-y, x, 0]]) @ pose_a[:3, :3]
+    expected[:3, 3] = by_twist[3:6]
+    assert np.allclose(at.grad, expected, rtol=0, atol=1e-12 * np.abs(expected).max())
+    twist = variable(np.zeros(6))
+    (torch.from_numpy(weights) @ ht.wrench(pair, ht.moved_pose(pose_a, twist), pose_b)).backward()
+    assert np.allclose(twist.grad, by_twist[:6], rtol=0, atol=1e-12 * np.abs(by_twist[:6]).max())
+
+
+def test_second_derivatives_are_refused(ball_on_block, start, bounce):
+    wrench, at = at_rest(ball_on_block[0]), torch.from_numpy(start[REST])
+
+    def loss(numbers):
+        return (wrench(numbers) ** 2).sum()
+
+    def twice_backward():
+        x = variable(start[REST])
+        (slope,) = torch.autograd.grad(loss(x), x, create_graph=True)
+        slope.sum().backward()
+
+    def forward_over_reverse():
+        with forward_ad.dual_level():
+            x = forward_ad.make_dual(variable(start[REST]), torch.ones(14, dtype=torch.float64))
+            torch.autograd.grad(loss(x), x)
+
+    def reverse_over_forward():
+        x = variable(start[REST])
+        with forward_ad.dual_level():
+            dual = forward_ad.make_dual(x, torch.ones(14, dtype=torch.float64))
+            forward_ad.unpack_dual(loss(dual)).tangent.backward()
+
+    for function in (
+        twice_backward,
+        forward_over_reverse,
+        reverse_over_forward,
+        lambda: torch.func.hessian(loss)(at),
+        lambda: torch.func.jacrev(torch.func.jacrev(loss))(at),
+        lambda: torch.func.jacrev(torch.func.jacfwd(loss))(at),
+        lambda: torch.func.jacfwd(torch.func.jacfwd(loss))(at),
+        lambda: torch.autograd.functional.hessian(loss, at),
+    ):
+        with pytest.raises(NotImplementedError, match="wrench of hydroelastic has first derivatives only"):
+            function()
+    world, plan = bounce
+    velocity = [he.Parameter.initial_velocity("ball")]
+    with pytest.raises(NotImplementedError, match="rollout of hydroelastic has first derivatives only"):
+        torch.func.hessian(lambda x: (ht.final_state(world, plan, velocity, x).poses ** 2).sum())(at[:3])
+    # Of what does not pass through the library, they are there.
+    two = torch.tensor(2.0, dtype=torch.float64)
+    assert torch.func.hessian(lambda x: x**2 * loss(at))(two).item() == pytest.approx(2 * loss(at).item())
+
+
+def test_what_is_refused_raises(ball_on_block):
+    pair, pose_a, pose_b = ball_on_block
+    many = np.stack([pose_a, pose_a, pose_a])
+    many[1, 0, 0] = 2.0
+    with pytest.raises(he.HydroelasticError, match="row 1 of 3"):
+        ht.wrench(pair, variable(many), pose_b)
+    with pytest.raises(he.HydroelasticError):
+        ht.wrench(pair, many[1], pose_b)
+    with pytest.raises(TypeError, match="pose_a must be a tensor of float64, but is one of torch.float32"):
+        ht.wrench(pair, torch.eye(4), pose_b)
+    with pytest.raises(TypeError, match="moduli must be a tensor of float64"):
+        ht.wrench(pair, pose_a, pose_b, moduli=np.array([1, 2]))
+    with pytest.raises(TypeError, match="must be on the CPU"):
+        ht.wrench(pair, torch.eye(4, dtype=torch.float64, device="meta"), pose_b)
+    with pytest.raises(he.HydroelasticError, match=r"pose_b must have the shape \(4, 4\)"):
+        ht.wrench(pair, pose_a, pose_b[:3])
+    with pytest.raises(he.HydroelasticError, match="law"):
+        ht.wrench(pair, pose_a, pose_b, law=[0.1])
+
+
+def test_arguments_of_rollouts_that_are_refused(bounce):
+    world, plan = bounce
+    with pytest.raises(he.HydroelasticError, match=r"changes must have the shape \(1,\)"):
+        ht.rollout(world, plan, [he.Parameter.friction("ball")], np.zeros(2))
+    with pytest.raises(he.HydroelasticError, match="nobody"):
+        ht.rollout(world, plan, [he.Parameter.friction("nobody")])
+    with pytest.raises(he.HydroelasticError, match="taken needs start"):
+        ht.rollout(world, plan, taken=3)
+    with pytest.raises(TypeError, match="taken must be an integer"):
+        ht.step(world, plan, ht.initial_state(world), taken=0.5)
+    # Unstable in the contact: the check ends it.
+    coarse = he.Plan(2e-2, 20, check_every=1)
+    changes = variable([[0.0, 0.0, 20.0], [0.0, 0.0, 0.0]])
+    with pytest.raises(he.RolloutError, match="row 1 of 2"):
+        ht.rollout(world, coarse, [he.Parameter.initial_velocity("ball")], changes)
+
+
+def test_poses_are_those_of_the_library():
+    for vector in ([0.0, 0.0, 0.0], [1e-5, 0.0, 0.0], [0.1, 0.2, 0.21], [0.1, 0.2, 0.23], [1.0, -2.0, 0.5]):
+        turned = ht.pose([1.0, 2.0, 3.0], vector)
+        assert np.allclose(turned, he.pose([1.0, 2.0, 3.0], vector), rtol=0, atol=ROTATION)
+        twist = np.array([*vector, 0.1, 0.2, 0.3])
+        assert np.allclose(ht.moved_pose(turned, twist), he.moved_pose(turned.numpy(), twist), rtol=0, atol=ROTATION)
+        at = variable([1.0, 2.0, 3.0, *vector])
+        assert torch.autograd.gradcheck(lambda x: ht.pose(x[:3], x[3:]), at, check_forward_ad=True)
+        assert torch.autograd.gradgradcheck(lambda x: ht.pose(x[:3], x[3:]), at)
+    assert ht.pose(np.zeros(3), np.zeros((5, 3))).shape == (5, 4, 4)
+
+
+def flat(state):
+    return torch.cat([state.poses.ravel(), state.twists.ravel()])
+
+
+def without_friction(world):
+    bodies = world.bodies
+    smooth = [he.Parameter.friction(body.name) for body in bodies]
+    return world.changed(smooth, np.array([-body.material.friction for body in bodies]))
+
+
+@pytest.mark.parametrize("friction, tolerance", [(False, ROLLOUT), (True, FRICTION)])
+def test_rollout_has_the_derivatives_of_differences(bounce, friction, tolerance):
+    world, plan = bounce
+    world = world if friction else without_friction(world)
+    by = [he.Parameter.initial_position("ball"), he.Parameter.initial_velocity("ball"), he.Parameter.modulus("ball")]
+    by += [he.Parameter.dissipation("floor"), he.Parameter.mass("ball"), he.Parameter.gravity()]
+    by += [he.Parameter.friction("floor")] if friction else []
+    # The modulus in 1e5 Pa.
+    units = torch.tensor([1.0] * 6 + [1e5] + [1.0] * 5 + [1.0] * friction, dtype=torch.float64)
+
+    def run(numbers):
+        return flat(ht.rollout(world, plan, by, units * numbers))
+
+    zero = np.zeros(len(units))
+    forward, reverse = jacobians(run, zero)
+    assert deviation(reverse, forward) < 1e-12
+    assert deviation(differences(run, zero, 2e-6), forward) < tolerance
+    assert torch.autograd.gradcheck(run, variable(zero), **CHECK)
+
+
+def test_rollout_by_its_start_has_the_derivatives_of_differences(bounce):
+    world, plan = bounce
+    world = without_friction(world)
+    state = ht.initial_state(world)
+
+    def run(numbers):
+        poses = torch.stack([ht.moved_pose(state.poses[0], numbers[:6]), state.poses[1]])
+        start = ht.State(poses, torch.stack([state.twists[0] + numbers[6:12], state.twists[1]]))
+        return flat(ht.rollout(world, plan, [he.Parameter.modulus("ball")], 1e5 * numbers[12:], start=start))
+
+    zero = np.zeros(13)
+    forward, reverse = jacobians(run, zero)
+    assert deviation(reverse, forward) < 1e-12
+    assert deviation(differences(run, zero, 2e-6), forward) < ROLLOUT
+    assert torch.autograd.gradcheck(run, variable(zero), **CHECK)
+
+
+def test_rollouts_have_the_bits_of_the_library(bounce):
+    world, plan = bounce
+    by = [he.Parameter.initial_velocity("ball")]
+    changes = np.array([[0.0, 0.0, 0.0], [0.1, -0.2, 0.3], [1.0, 0.0, 0.0]])
+    expected = he.Batch(plan).trajectories_after(world, by, changes)
+    found = ht.rollout(world, plan, by, changes)
+    last = torch.func.vmap(lambda change: ht.final_state(world, plan, by, change))(torch.from_numpy(changes))
+    assert found.poses.shape == (3, 4, 2, 4, 4) and last.twists.shape == (3, 2, 6)
+    for place, trajectory in enumerate(expected):
+        assert np.array_equal(found.poses[place], trajectory.poses)
+        assert np.array_equal(found.twists[place], trajectory.twists)
+        assert np.array_equal(last.poses[place], trajectory.poses[-1])
+    assert ht.rollout(world, he.Plan(5e-4, 7, record_every=3)).poses.shape == (4, 2, 4, 4)
+
+
+def test_steps_are_a_rollout(driven):
+    """With controls and forces: the derivative of 20 steps, by their chain rule, is that of the rollout."""
+    plan = he.Plan(5e-3, 20, he.Integrator.SDIRK2, record_every=20)
+    by = [he.Parameter.friction("ball"), he.Parameter.control("ball", 1)]
+    weights = torch.linspace(-1.0, 1.0, 66, dtype=torch.float64)
+
+    def gradients(end):
+        state = ht.State(*(tensor.requires_grad_() for tensor in ht.initial_state(driven)))
+        changes = variable(np.zeros(7))
+        (weights @ flat(end(state, changes))).backward()
+        return [state.poses.grad, state.twists.grad, changes.grad]
+
+    def stepped(state, changes):
+        for taken in range(20):
+            state = ht.step(driven, plan, state, by, changes, taken=taken)
+        return state
+
+    def rolled(state, changes):
+        return ht.final_state(driven, plan, by, changes, start=state)
+
+    for one, other in zip(gradients(stepped), gradients(rolled)):
+        assert other.abs().max() > 1e-3
+        assert np.allclose(one, other, rtol=0, atol=1e-9 * other.abs().max().item())
+
+
+def test_compiled_functions_call_the_library(ball_on_block):
+    pair, pose_a, pose_b = ball_on_block
+
+    def loss(pose):
+        return (ht.wrench(pair, pose, pose_b) ** 2).sum()
+
+    expected, found = variable(pose_a), variable(pose_a)
+    loss(expected).backward()
+    torch.compile(loss, backend="eager")(found).backward()
+    assert np.array_equal(found.grad, expected.grad)
