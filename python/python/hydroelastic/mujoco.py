@@ -39,9 +39,9 @@ from numpy.typing import NDArray
 from ._core import HydroelasticError, Pair, Shape, pose
 
 try:
-    import mujoco
-except ImportError as error:
-    raise ImportError('hydroelastic.mujoco needs MuJoCo: pip install "hydroelastic[mujoco]"') from error
+    import mujoco  # type: ignore[import-untyped, import-not-found, unused-ignore]
+except ImportError as _missing:
+    raise ImportError('hydroelastic.mujoco needs MuJoCo: pip install "hydroelastic[mujoco]"') from _missing
 
 __all__ = ["Carrier", "ContactPair", "PassiveContacts", "body", "exclude", "geom", "shape_of_geom", "site"]
 

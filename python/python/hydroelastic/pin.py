@@ -31,9 +31,9 @@ from numpy.typing import NDArray
 from ._core import HydroelasticError, Pair, pose
 
 try:
-    import pinocchio
-except ImportError as error:
-    raise ImportError('hydroelastic.pin needs Pinocchio: pip install "hydroelastic[pin]"') from error
+    import pinocchio  # type: ignore[import-untyped, import-not-found, unused-ignore]
+except ImportError as _missing:
+    raise ImportError('hydroelastic.pin needs Pinocchio: pip install "hydroelastic[pin]"') from _missing
 
 __all__ = [
     "Acceleration",
@@ -236,7 +236,8 @@ class _Contact:
         if not wrenches.dot(wrenches):
             return None
         torques = [wrenches[m.part].take(_SWAPPED).dot(j) for m, j in zip(self.moving, jacobians, strict=True)]
-        return torques[0] if len(torques) == 1 else torques[0] + torques[1]
+        found: _Floats = torques[0] if len(torques) == 1 else torques[0] + torques[1]
+        return found
 
     def move(self, model: Any, data: Any, v: _Floats) -> list[Any]:
         """Takes the motion of the data, after ``computeForwardKinematicsDerivatives``. Placements of the moving shapes."""
@@ -263,7 +264,8 @@ class _Contact:
             jacobian[mount.part, mount.turn] += _CROSSES.dot(wrench).reshape(6, 3)
             in_shape = wrench.reshape(2, 3).dot(self.poses[mount.side][:3, :3])[::-1].ravel()
             forces[mount.joint] += mount.placement.act(pinocchio.Force(in_shape))
-        return self.both_jacobians.T.dot(jacobian.dot(self.motion))
+        slopes: _Floats = self.both_jacobians.T.dot(jacobian.dot(self.motion))
+        return slopes
 
 
 _Material: TypeAlias = tuple[_Floats, _Floats]
@@ -541,7 +543,7 @@ class _Records:
         return step % self.every == 0
 
     def trajectory(self, states: list[tuple[_Floats, _Floats]]) -> RobotTrajectory:
-        times = self.time_step * self.every * np.arange(len(states))
+        times: _Floats = self.time_step * self.every * np.arange(len(states), dtype=np.float64)
         return RobotTrajectory(times, np.stack([q for q, _ in states]), np.stack([v for _, v in states]))
 
 
