@@ -598,6 +598,6 @@ def _check_time_step(time_step: float) -> None:
 
 
 def _finite(a: _Floats) -> _Floats:
-    if not math.isfinite(a.dot(a)):
+    if not all(map(math.isfinite, a.tolist())):
         raise HydroelasticError("the acceleration is not finite: q, v or tau is not, or the motion has diverged")
     return a
