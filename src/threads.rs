@@ -36,8 +36,27 @@ pub(crate) fn mapped_into<I: Sync, O: Send>(
     }
 }
 
-/// The results of many long jobs, each done on one thread alone.
-pub(crate) fn results_of<I: Sync, O: Send>(items: &[I], job: impl Fn(&I) -> O + Sync) -> Vec<O> {
+/// The results of many long jobs, in the order of their items: over all threads, each job on one thread alone. For many contacts
+/// or rollouts at once; jobs of a few µs are better handed over in chunks.
+///
+/// ```
+/// use hydroelastic::contact::{BodyError, ContactBody, ContactPair, Shape, results_of};
+/// use hydroelastic::mesh::shapes;
+/// use hydroelastic::spatial::Pose;
+/// use nalgebra::vector;
+///
+/// let ball = Shape::new(shapes::icosphere(0.1, 2)?);
+/// let forces = results_of(&[0.17, 0.18, 0.19], |&height| {
+///     let above = Pose::from_translation(vector![0.0, 0.0, height]);
+///     let a = ContactBody::new(&ball, above, 1e5)?;
+///     let b = ContactBody::new(&ball, Pose::identity(), 1e5)?;
+///     Ok::<_, BodyError>(ContactPair::new(a, b).wrench().on_a.force.z)
+/// });
+/// let forces = forces.into_iter().collect::<Result<Vec<_>, _>>()?;
+/// assert!(forces[0] > forces[1] && forces[1] > forces[2]);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+pub fn results_of<I: Sync, O: Send>(items: &[I], job: impl Fn(&I) -> O + Sync) -> Vec<O> {
     let mut results = Vec::with_capacity(items.len());
     spread_into(&mut results, items, |item| alone(|| job(item)));
     results

@@ -1,15 +1,16 @@
 //! Two shapes that may touch.
 
-use crate::arrays::{Floats, Many};
+use crate::arrays::{Floats, Many, array};
 use crate::errors::refused;
 use crate::material::SurfaceLaw;
 use crate::pair_inputs::{Arguments, Inputs, stacked, stacked_two};
 use crate::poses::one;
 use crate::shape::Shape;
 use crate::surface::Surface;
-use hydroelastic::contact::{self, ContactBody, ContactPair, ContactWrench};
+use hydroelastic::contact::{
+    self, ContactBody, ContactJacobian, ContactPair, ContactWrench, LinearisedContact,
+};
 use hydroelastic::io::write_surface;
-use hydroelastic::nalgebra::SMatrix;
 use pyo3::prelude::*;
 use std::path::PathBuf;
 use std::sync::Arc;
@@ -61,9 +62,29 @@ pub fn wrench_numbers(wrench: &ContactWrench) -> Vec<f64> {
     a.iter().chain(&b).copied().collect()
 }
 
-/// The entries of a matrix, row by row.
-fn by_rows<const R: usize, const C: usize>(matrix: &SMatrix<f64, R, C>) -> Vec<f64> {
-    matrix.transpose().as_slice().to_vec()
+/// The Jacobian at rest, row by row.
+fn at_rest_by_rows(jacobian: &ContactJacobian) -> Vec<f64> {
+    let mut entries = Vec::with_capacity(BOTH * 14);
+    for on in [&jacobian.on_a, &jacobian.on_b] {
+        for row in 0..6 {
+            entries.extend(on.by_pose_a.row(row).iter());
+            entries.extend(on.by_pose_b.row(row).iter());
+            entries.extend([on.by_modulus_a[row], on.by_modulus_b[row]]);
+        }
+    }
+    entries
+}
+
+/// The Jacobian in motion, row by row.
+fn in_motion_by_rows(contact: &LinearisedContact) -> Vec<f64> {
+    let mut entries = Vec::with_capacity(BOTH * 28);
+    for row in 0..BOTH {
+        entries.extend(contact.by_poses.row(row).iter());
+        entries.extend(contact.by_twists.row(row).iter());
+        entries.extend(contact.by_moduli.row(row).iter());
+        entries.extend(contact.by_law.row(row).iter());
+    }
+    entries
 }
 
 #[pymethods]
@@ -168,11 +189,7 @@ impl Pair {
         )?;
         let found = inputs.values(py, self, |at| {
             let (wrench, jacobian) = at.pair.wrench_and_jacobian();
-            let [on_a, on_b] = [jacobian.on_a.matrix(), jacobian.on_b.matrix()];
-            [
-                wrench_numbers(&wrench),
-                [by_rows(&on_a), by_rows(&on_b)].concat(),
-            ]
+            [wrench_numbers(&wrench), at_rest_by_rows(&jacobian)]
         })?;
         stacked_two(py, found, [&[BOTH], &[BOTH, 14]])
     }
@@ -204,7 +221,7 @@ impl Pair {
             let linearised = at.pair.linearised(&at.law, at.twists);
             [
                 wrench_numbers(&linearised.wrench),
-                by_rows(&linearised.jacobian()),
+                in_motion_by_rows(&linearised),
             ]
         })?;
         stacked_two(py, found, [&[BOTH], &[BOTH, 28]])
@@ -233,7 +250,7 @@ impl Pair {
             Many::One(energy) => Ok(energy[0].into_pyobject(py)?.into_any()),
             Many::Each(energies) => {
                 let count = energies.len();
-                Ok(crate::arrays::array(py, energies.concat(), &[count])?.into_any())
+                Ok(array(py, energies.concat(), &[count])?.into_any())
             }
         }
     }

@@ -241,9 +241,10 @@ impl World {
             (self.inner.controls().len(), "controls"),
         ];
         let others = counts.iter().filter(|(count, _)| *count > 0);
-        let others: String = others
+        let others: Vec<String> = others
             .map(|(count, what)| format!(", {count} {what}"))
             .collect();
+        let others = others.concat();
         format!(
             "World({:?}, gravity={:?}{others})",
             self.names_of(),

@@ -47,6 +47,7 @@ mod wrench;
 pub use crate::broad_phase::Shape;
 pub use crate::narrow_phase::{BodyError, ContactBody};
 pub use crate::search::{Culling, Search};
+pub use crate::threads::results_of;
 pub(crate) use frozen::FrozenContact;
 pub use jacobian::{ContactJacobian, WrenchJacobian};
 pub use linearised::LinearisedContact;
