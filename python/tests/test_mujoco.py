@@ -245,7 +245,7 @@ def test_an_error_in_the_block_or_in_the_callback_clears_it():
         raise RuntimeError("on the way")
     assert mujoco.get_mjcb_passive() is None
     data = mujoco.MjData(model)
-    data.qpos[0] = np.nan
+    data.qpos[2], data.qvel[0] = 0.19, np.nan
     with pytest.raises(he.HydroelasticError), contacts:
         mujoco.mj_fwdPosition(model, data)
         mujoco.mj_fwdVelocity(model, data)
@@ -347,9 +347,14 @@ def test_refusals():
         made(soft.geom("ball", np.eye(4, dtype=np.float32)), soft.geom("block"))
     with pytest.raises(he.HydroelasticError, match="act already"), contacts, contacts:
         pass
-    still = mujoco.MjModel.from_xml_string(
-        DROP.format(more=EXCLUDE).replace("<option", '<option><flag spring="disable" damper="disable"/></option><option')
-    )
+    still, _ = drop()
+    still.opt.disableflags = soft._NO_PASSIVE_FORCES
+    data = mujoco.MjData(still)
+    calls = []
+    mujoco.set_mjcb_passive(lambda model, data: calls.append(data.time))
+    mujoco.mj_step(still, data)
+    mujoco.set_mjcb_passive(None)
+    assert not calls
     with pytest.raises(he.HydroelasticError, match="no passive forces"):
         made(soft.geom("ball"), soft.geom("block"), still)
     spec = mujoco.MjSpec.from_string(DROP.format(more="").replace('body name="ball"', "body"))

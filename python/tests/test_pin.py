@@ -368,6 +368,10 @@ def test_refusals():
         Robot(robot.model, [ContactPair(pair, "finger", "finger")])
     with pytest.raises(he.HydroelasticError, match="frame 99"):
         Robot(robot.model, [ContactPair(pair, 99)])
+    twice = robot.model.copy()
+    twice.addFrame(pinocchio.Frame("finger", 1, pinocchio.SE3.Identity(), pinocchio.FrameType.BODY))
+    with pytest.raises(he.HydroelasticError, match="2 frames 'finger' at different places"):
+        Robot(twice, [ContactPair(pair, "finger")])
     with pytest.raises(he.HydroelasticError, match="not rigid"):
         Robot(robot.model, [ContactPair(pair, "finger", pose_a=2.0 * np.eye(4))])
     with pytest.raises(he.HydroelasticError, match=r"q has shape \(2,\)"):
@@ -376,6 +380,8 @@ def test_refusals():
         robot.linearised(q, v.astype(np.float32), tau)
     with pytest.raises(he.HydroelasticError, match="not finite"):
         robot.acceleration(q, v, np.array([np.nan, 0.0, 0.0]))
+    with pytest.raises(he.HydroelasticError, match="not finite"):
+        robot.wrenches(q, np.array([np.nan, 0.0, 0.0]))
     with pytest.raises(he.HydroelasticError):
         robot.acceleration(np.array([np.inf, 0.0, 0.0]), v, tau)
     with pytest.raises(he.HydroelasticError):

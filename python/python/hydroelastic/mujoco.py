@@ -27,6 +27,7 @@ Limits:
 
 from __future__ import annotations
 
+import math
 import threading
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -48,7 +49,9 @@ __all__ = ["Carrier", "ContactPair", "PassiveContacts", "body", "exclude", "geom
 _Floats: TypeAlias = NDArray[np.float64]
 
 _KINDS = {"geom": mujoco.mjtObj.mjOBJ_GEOM, "body": mujoco.mjtObj.mjOBJ_XBODY, "site": mujoco.mjtObj.mjOBJ_SITE}
-_NO_PASSIVE_FORCES = int(mujoco.mjtDisableBit.mjDSBL_SPRING) | int(mujoco.mjtDisableBit.mjDSBL_DAMPER)
+# Springs and dampers are disabled together, or in older versions by one bit.
+_PASSIVE_BITS = ("mjDSBL_SPRING", "mjDSBL_DAMPER", "mjDSBL_PASSIVE")
+_NO_PASSIVE_FORCES = sum(int(getattr(mujoco.mjtDisableBit, name)) for name in _PASSIVE_BITS if hasattr(mujoco.mjtDisableBit, name))
 
 
 @dataclass(frozen=True)
@@ -217,8 +220,11 @@ class PassiveContacts:
         """Adds Jᵀ w of all contacts to ``data.qfrc_passive``, as the context does: for a passive callback of one's own."""
         for number, sides in enumerate(self._sides):
             wrenches, poses = self._wrench(number, data)
-            if not wrenches.dot(wrenches):
+            size = wrenches.dot(wrenches)
+            if not size:
                 continue
+            if not math.isfinite(size):
+                raise HydroelasticError("a contact wrench is not finite: the state is not, or the motion has diverged")
             for side, wrench, place in zip(sides, wrenches.reshape(2, 2, 3), poses, strict=True):
                 if not side.is_fixed:
                     point = np.ascontiguousarray(place[:3, 3])

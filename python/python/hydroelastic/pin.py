@@ -287,7 +287,8 @@ class Robot:
     """
 
     def __init__(self, model: Any, contacts: Sequence[ContactPair]) -> None:
-        if len(model.mimicking_joints):
+        # Versions before these joints have no list of them.
+        if len(getattr(model, "mimicking_joints", ())):
             raise HydroelasticError("the model has mimic joints, which Pinocchio's derivatives do not take")
         self._model = model
         self._data = model.createData()
@@ -368,7 +369,7 @@ class Robot:
         for k, (contact, (moduli, law)) in enumerate(zip(self._contacts, self._by_contact, strict=True)):
             contact.move(model, data, v)
             found[k] = contact.pair.wrench(*contact.poses, *contact.twists, moduli=moduli, law=law)
-        return found
+        return _finite(found, "a contact wrench")
 
     def linearised_wrenches(self, q: _Floats, v: _Floats) -> Wrenches:
         """Wrenches of all contacts and their derivatives by q, v and the materials."""
@@ -382,6 +383,7 @@ class Robot:
             found.wrenches[k], jacobian = contact.linearised(material)
             slopes = jacobian[:, :24] @ contact.motion[:24, : 2 * nv]
             found.by_q[k], found.by_v[k], found.by_material[k] = slopes[:, :nv], slopes[:, nv:], jacobian[:, 24:]
+        _finite(found.wrenches, "a contact wrench")
         return found
 
     def poses(self, q: _Floats) -> _Floats:
@@ -559,8 +561,10 @@ def _frame_index(model: Any, name: str | int) -> int:
         if not model.existFrame(name):
             raise HydroelasticError(f"the model has no frame {name!r}")
         found = [index for index, frame in enumerate(model.frames) if frame.name == name]
-        if len(found) > 1 and len({(model.frames[i].parentJoint, str(model.frames[i].placement)) for i in found}) > 1:
-            raise HydroelasticError(f"the model has {len(found)} frames {name!r} at different places: give an index")
+        first = model.frames[found[0]]
+        for frame in (model.frames[index] for index in found[1:]):
+            if frame.parentJoint != first.parentJoint or frame.placement != first.placement:
+                raise HydroelasticError(f"the model has {len(found)} frames {name!r} at different places: give an index")
         return found[0]
     if not 0 <= name < model.nframes:
         raise HydroelasticError(f"frame {name} of a model with {model.nframes} frames")
@@ -597,7 +601,7 @@ def _check_time_step(time_step: float) -> None:
         raise HydroelasticError(f"the time step is {time_step} s: expected a positive number")
 
 
-def _finite(a: _Floats) -> _Floats:
-    if not all(map(math.isfinite, a.tolist())):
-        raise HydroelasticError("the acceleration is not finite: q, v or tau is not, or the motion has diverged")
-    return a
+def _finite(values: _Floats, name: str = "the acceleration") -> _Floats:
+    if not all(map(math.isfinite, values.ravel().tolist())):
+        raise HydroelasticError(f"{name} is not finite: q, v or tau is not, or the motion has diverged")
+    return values
