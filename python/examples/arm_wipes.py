@@ -91,4 +91,5 @@ if __name__ == "__main__":
     differences = (ends[0] - ends[1]) / (2 * step)
     print(f"by central differences {differences:.3f} N/m: they deviate by {abs(differences / by_depth - 1):.1e}")
     assert abs(differences / by_depth - 1) < 1e-7
-    print(f"1 % of the fingertip's modulus counts for {0.01 * 2e5 * by_material[0]:.4f} N, 0.01 of friction for {0.01 * by_material[3]:.4f} N")
+    print(f"1 % of the fingertip's modulus counts for {0.01 * 2e5 * by_material[0]:.4f} N of the force,")
+    print(f"0.01 of friction for {0.01 * by_material[3]:.4f} N")

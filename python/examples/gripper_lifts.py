@@ -67,8 +67,9 @@ def lift(squeeze):
                 gripped_at = data.body("cube").xpos[2] - data.body("hand").xpos[2]
         forces = contacts.wrenches(data)[:, 3:6]
     height = data.body("cube").xpos[2]
-    print(f"squeezed with {squeeze:4.1f} N: cube rose by {height - 0.03:.4f} m, normal forces {np.round(np.abs(forces[:, 1]), 2)} N")
-    return height - 0.03, gripped_at - (height - data.body("hand").xpos[2])
+    rise = height - 0.03
+    print(f"squeezed with {squeeze:.1f} N: cube rose by {rise:.4f} m, normal forces {np.abs(forces[:, 1]).round(2)} N")
+    return rise, gripped_at - (height - data.body("hand").xpos[2])
 
 
 if __name__ == "__main__":

@@ -14,9 +14,9 @@ MuJoCo's own contact between the same bodies must be off: ``exclude`` adds the e
 
 Limits:
 
-- The callback of MuJoCo is global to the process. Contexts of several models may be open at once, in any order; a model without
-  one is left alone, and so is a copy of a model: its contacts are entered on their own. A Python callback that was set before is
-  called first, and set again after the last context.
+- The callback of MuJoCo is global to the process. Contexts of several models may be open at once, in any order; a model
+  without one is left alone, and so is a copy of a model: its contacts are entered on their own. A Python callback that was set
+  before is called first, and set again after the last context.
 - MuJoCo's integrators do not see the derivative of a callback: ``implicit`` and ``implicitfast`` treat the contacts explicitly, as
   ``Euler`` does, and the time step must resolve their stiffness and damping. ``RK4`` evaluates them four times a step.
 - ``mjd_transitionFD`` differentiates through the callback by differences. ``hydroelastic.pin`` has exact derivatives.
@@ -48,10 +48,10 @@ __all__ = ["Carrier", "ContactPair", "PassiveContacts", "body", "exclude", "geom
 
 _Floats: TypeAlias = NDArray[np.float64]
 
-_KINDS = {"geom": mujoco.mjtObj.mjOBJ_GEOM, "body": mujoco.mjtObj.mjOBJ_XBODY, "site": mujoco.mjtObj.mjOBJ_SITE}
+_KINDS = {"geom": mujoco.mjtObj.mjOBJ_GEOM, "body": mujoco.mjtObj.mjOBJ_BODY, "site": mujoco.mjtObj.mjOBJ_SITE}
 # Springs and dampers are disabled together, or in older versions by one bit.
 _PASSIVE_BITS = ("mjDSBL_SPRING", "mjDSBL_DAMPER", "mjDSBL_PASSIVE")
-_NO_PASSIVE_FORCES = sum(int(getattr(mujoco.mjtDisableBit, name)) for name in _PASSIVE_BITS if hasattr(mujoco.mjtDisableBit, name))
+_NO_PASSIVE_FORCES = sum(int(getattr(mujoco.mjtDisableBit, name, 0)) for name in _PASSIVE_BITS)
 
 
 @dataclass(frozen=True)
@@ -128,9 +128,9 @@ class _Side:
     """A carrier of a model."""
 
     def __init__(self, model: Any, carrier: Carrier) -> None:
-        self.kind = _KINDS[carrier.kind]
         self.index = _index(model, carrier)
         self.body = _body_index(model, carrier.kind, self.index)
+        self.root = int(model.body_rootid[self.body])
         self.is_fixed = int(model.body_weldid[self.body]) == 0
         self.in_carrier = None if carrier.pose is None else _checked_pose(carrier.pose)
         self.places = {"geom": ("geom_xpos", "geom_xmat"), "site": ("site_xpos", "site_xmat")}.get(
@@ -144,14 +144,14 @@ class _Side:
         found[:3, :3] = getattr(data, axes)[self.index].reshape(3, 3)
         return found if self.in_carrier is None else found @ self.in_carrier
 
-    def twist(self, model: Any, data: Any, place: _Floats) -> _Floats:
+    def twist(self, data: Any, place: _Floats) -> _Floats:
         """Of the shape's origin, which is at the place."""
-        twist = np.zeros(6)
-        if not self.is_fixed:
-            mujoco.mj_objectVelocity(model, data, self.kind, self.index, twist, 0)
-            if self.in_carrier is not None:
-                (wx, wy, wz), (x, y, z) = twist[:3], place - getattr(data, self.places[0])[self.index]
-                twist[3:] += (wy * z - wz * y, wz * x - wx * z, wx * y - wy * x)
+        if self.is_fixed:
+            return np.zeros(6)
+        # MuJoCo's is that of the body's point at the center of mass of its whole tree.
+        twist: _Floats = data.cvel[self.body].copy()
+        (wx, wy, wz), (x, y, z) = twist[:3], place - data.subtree_com[self.root]
+        twist[3:] += (wy * z - wz * y, wz * x - wx * z, wx * y - wy * x)
         return twist
 
 
@@ -218,13 +218,11 @@ class PassiveContacts:
 
     def add_to(self, data: Any) -> None:
         """Adds Jᵀ w of all contacts to ``data.qfrc_passive``, as the context does: for a passive callback of one's own."""
-        for number, sides in enumerate(self._sides):
-            wrenches, poses = self._wrench(number, data)
-            size = wrenches.dot(wrenches)
-            if not size:
+        # All wrenches first: an error after a call of MuJoCo inside its callback would end the process in versions before 4.
+        found = [self._wrench(number, data) for number in range(len(self._sides))]
+        for sides, (wrenches, poses) in zip(self._sides, found, strict=True):
+            if not wrenches.any():
                 continue
-            if not math.isfinite(size):
-                raise HydroelasticError("a contact wrench is not finite: the state is not, or the motion has diverged")
             for side, wrench, place in zip(sides, wrenches.reshape(2, 2, 3), poses, strict=True):
                 if not side.is_fixed:
                     point = np.ascontiguousarray(place[:3, 3])
@@ -244,9 +242,11 @@ class PassiveContacts:
     def _wrench(self, number: int, data: Any) -> tuple[_Floats, tuple[_Floats, _Floats]]:
         a, b = self._sides[number]
         pose_a, pose_b = a.pose(data), b.pose(data)
-        twist_a = a.twist(self._model, data, pose_a[:3, 3])
-        twist_b = b.twist(self._model, data, pose_b[:3, 3])
-        return self._contacts[number].pair.wrench(pose_a, pose_b, twist_a, twist_b), (pose_a, pose_b)
+        twists = a.twist(data, pose_a[:3, 3]), b.twist(data, pose_b[:3, 3])
+        wrenches = self._contacts[number].pair.wrench(pose_a, pose_b, *twists)
+        if not math.isfinite(wrenches.dot(wrenches)):
+            raise HydroelasticError("a contact wrench is not finite: the state is not, or the motion has diverged")
+        return wrenches, (pose_a, pose_b)
 
 
 class _Dispatch:

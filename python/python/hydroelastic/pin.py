@@ -261,7 +261,8 @@ class _Contact:
         for mount in self.moving:
             wrench = wrenches[mount.part]
             # In axes that turn with the link a constant wrench changes by −ω × w, its torque and its force.
-            jacobian[mount.part, mount.turn] += _CROSSES.dot(wrench).reshape(6, 3)
+            by_turn = jacobian[mount.part, mount.turn]
+            np.add(by_turn, _CROSSES.dot(wrench).reshape(6, 3), out=by_turn)
             in_shape = wrench.reshape(2, 3).dot(self.poses[mount.side][:3, :3])[::-1].ravel()
             forces[mount.joint] += mount.placement.act(pinocchio.Force(in_shape))
         slopes: _Floats = self.both_jacobians.T.dot(jacobian.dot(self.motion))
