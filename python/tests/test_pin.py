@@ -140,8 +140,8 @@ def by_materials(robot, function):
     materials, columns = robot.materials, []
     for place in np.ndindex(*materials.shape):
         change = np.zeros_like(materials)
-        # Of moduli longer: a wrench changes by less than their share, and so has more round-off.
-        change[place] = 10 * STEP * materials[place] if place[1] < 2 else STEP
+        # Longer than those of a state: a wrench changes little by them, and so has more round-off.
+        change[place] = STEP * (10.0 * materials[place] if place[1] < 2 else 30.0)
         ends = [function(robot.with_materials(materials + sign * change)) for sign in (1, -1)]
         columns.append((ends[0] - ends[1]) / (2 * change[place]))
     return np.stack(columns, axis=-1).reshape(*columns[0].shape, *materials.shape)
@@ -296,8 +296,9 @@ def test_a_step_to_first_order(case):
     assert deviation(found.by_state, slopes(displaced, 2 * nv)) <= DERIVATIVE
     assert deviation(found.by_tau, slopes(lambda torque: displaced(still, torque), nv)) <= DERIVATIVE
     by_material = by_materials(robot, lambda other: displaced(still, robot=other))
-    # The difference of two q has round-off of a double; as steps change q by little, the velocity tells.
-    assert material_deviation(found.by_material[nv:], by_material[nv:]) <= 10 * DERIVATIVE
+    assert material_deviation(found.by_material[nv:], by_material[nv:]) <= DERIVATIVE
+    # A step moves q by the new velocity alone; differences of q itself have the round-off of q.
+    assert material_deviation(found.by_material[:nv], by_material[:nv]) <= 1e-4
 
 
 def contact_share(robot, motion):
@@ -319,7 +320,7 @@ def test_500_steps_with_contact_and_friction():
     assert np.abs(end(np.zeros(6)) - np.r_[motion.q[-1], motion.v[-1]]).max() < 1e-10
     assert deviation(jacobian.by_start[-1], slopes(end, 6)) <= DERIVATIVE
     found = by_materials(robot, lambda other: end(np.zeros(6), other))
-    assert material_deviation(jacobian.by_material[-1], found) <= 10 * DERIVATIVE
+    assert material_deviation(jacobian.by_material[-1], found) <= DERIVATIVE
 
 
 def test_a_controlled_rollout_by_its_parameters_and_a_quaternion_start():
@@ -348,8 +349,8 @@ def test_a_controlled_rollout_by_its_parameters_and_a_quaternion_start():
     still = np.zeros(2 * nv)
     # Shorter steps: the curvature of the rollout counts for 2.5e-8 at 1e-6, and for a hundredth of that at 1e-7.
     assert deviation(jacobian.by_start[-1], slopes(end, 2 * nv, 1e-7)) <= DERIVATIVE
-    found = slopes(lambda change: end(still, gains + change), 2, 1e-5)
-    assert deviation(jacobian.by_parameters[-1], found) <= 10 * DERIVATIVE
+    found = slopes(lambda change: end(still, gains + change), 2, 3e-6)
+    assert deviation(jacobian.by_parameters[-1], found) <= DERIVATIVE
 
 
 def test_torques_of_each_step():
