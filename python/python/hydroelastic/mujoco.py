@@ -1,0 +1,352 @@
+"""Contacts of this library in a MuJoCo model, as passive forces: for simulation.
+
+``PassiveContacts`` takes a model and its contacts. While it is entered as a context, each evaluation of MuJoCo's passive forces
+adds Jᵀ w of every contact to ``qfrc_passive``, after the kinematics, so that wrenches are those of the current state:
+
+    with PassiveContacts(model, [ContactPair(pair, geom("ball"), geom("block"))]):
+        mujoco.mj_step(model, data)
+
+Conventions: wrenches are (torque, force) in world axes, on A about the origin of A's shape and then on B about that of B's;
+MuJoCo's ``xfrc_applied`` has the force first.
+
+MuJoCo's own contact between the same bodies must be off: ``exclude`` adds the exclusions to a ``mujoco.MjSpec``, and
+``PassiveContacts`` refuses a model in which both would act.
+
+Limits:
+
+- The callback of MuJoCo is global to the process. Contexts of several models may be open at once, in any order; a model
+  without one is left alone, and so is a copy of a model: its contacts are entered on their own. A Python callback that was set
+  before is called first, and set again after the last context.
+- MuJoCo's integrators do not see the derivative of a callback: ``implicit`` and ``implicitfast`` treat the contacts explicitly, as
+  ``Euler`` does, and the time step must resolve their stiffness and damping. ``RK4`` evaluates them four times a step.
+- ``mjd_transitionFD`` differentiates through the callback by differences. ``hydroelastic.pin`` has exact derivatives.
+- The callback takes the GIL: threads, those of ``mujoco.rollout`` too, wait for each other there. Use processes.
+- The callback is not called where ``disableflags`` has both springs and dampers off; such a model is refused.
+- Contacts wake no sleeping bodies.
+"""
+
+from __future__ import annotations
+
+import math
+import threading
+from collections.abc import Sequence
+from dataclasses import dataclass
+from types import TracebackType
+from typing import Any, Self, TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ._core import HydroelasticError, Pair, Shape, pose
+
+try:
+    import mujoco  # type: ignore[import-untyped, import-not-found, unused-ignore]
+except ImportError as _missing:
+    raise ImportError('hydroelastic.mujoco needs MuJoCo: pip install "hydroelastic[mujoco]"') from _missing
+
+__all__ = ["Carrier", "ContactPair", "PassiveContacts", "body", "exclude", "geom", "shape_of_geom", "site"]
+
+_Floats: TypeAlias = NDArray[np.float64]
+
+_KINDS = {"geom": mujoco.mjtObj.mjOBJ_GEOM, "body": mujoco.mjtObj.mjOBJ_BODY, "site": mujoco.mjtObj.mjOBJ_SITE}
+# Springs and dampers are disabled together, or in older versions by one bit.
+_PASSIVE_BITS = ("mjDSBL_SPRING", "mjDSBL_DAMPER", "mjDSBL_PASSIVE")
+_NO_PASSIVE_FORCES = sum(int(getattr(mujoco.mjtDisableBit, name, 0)) for name in _PASSIVE_BITS)
+
+
+@dataclass(frozen=True)
+class Carrier:
+    """What a shape is fixed to: see ``geom``, ``body`` and ``site``."""
+
+    kind: str
+    name: str
+    pose: _Floats | None = None
+
+
+def geom(name: str, pose: _Floats | None = None) -> Carrier:
+    """A shape fixed in the frame of a geom, at the pose (4, 4); None for the same axes and origin.
+
+    MuJoCo moves the frame of a mesh geom to the center of mass and principal axes of the mesh: for a shape that was made from the
+    same file, take the body instead, or the pose from ``model.mesh_pos`` and ``model.mesh_quat``.
+    """
+    return Carrier("geom", name, pose)
+
+
+def body(name: str, pose: _Floats | None = None) -> Carrier:
+    """A shape fixed in the frame of a body (``xpos``, not the center of mass), at the pose. Body "world" is the world."""
+    return Carrier("body", name, pose)
+
+
+def site(name: str, pose: _Floats | None = None) -> Carrier:
+    """A shape fixed in the frame of a site, at the pose."""
+    return Carrier("site", name, pose)
+
+
+@dataclass(frozen=True)
+class ContactPair:
+    """The shapes of a ``hydroelastic.Pair``, with their moduli and surface law, on two carriers."""
+
+    pair: Pair
+    a: Carrier
+    b: Carrier
+
+
+def exclude(spec: Any, contacts: Sequence[ContactPair]) -> None:
+    """Excludes MuJoCo's own contact between the bodies of each contact: adds to ``spec``, a ``mujoco.MjSpec``.
+
+    All geoms of both bodies, those without a shape of this library too. Raises HydroelasticError if a carrier is not there or its
+    body has no name.
+    """
+    for contact in contacts:
+        names = tuple(_body_of_spec(spec, carrier) for carrier in (contact.a, contact.b))
+        present = {frozenset((it.bodyname1, it.bodyname2)) for it in spec.excludes}
+        if frozenset(names) not in present and names[0] != names[1]:
+            spec.add_exclude(bodyname1=names[0], bodyname2=names[1])
+
+
+def shape_of_geom(model: Any, name: str, refinement: int = 3) -> Shape:
+    """The shape of a sphere, an ellipsoid, a cylinder or a box of a model, in the frame of its geom.
+
+    ``refinement`` is the number of subdivisions of the icosahedron; cylinders have 4 · 2^refinement segments. Raises
+    HydroelasticError for geoms of other types.
+    """
+    index = _index(model, geom(name))
+    size = [float(length) for length in model.geom_size[index]]
+    kind = mujoco.mjtGeom(int(model.geom_type[index]))
+    if kind == mujoco.mjtGeom.mjGEOM_SPHERE:
+        return Shape.icosphere(size[0], refinement)
+    if kind == mujoco.mjtGeom.mjGEOM_ELLIPSOID:
+        return Shape.ellipsoid(size, refinement)
+    if kind == mujoco.mjtGeom.mjGEOM_CYLINDER:
+        return Shape.cylinder(size[0], 2.0 * size[1], 4 * 2**refinement)
+    if kind == mujoco.mjtGeom.mjGEOM_BOX:
+        return Shape.cuboid([2.0 * length for length in size])
+    raise HydroelasticError(f"geom {name!r} is a {kind.name}: expected a sphere, an ellipsoid, a cylinder or a box")
+
+
+class _Side:
+    """A carrier of a model."""
+
+    def __init__(self, model: Any, carrier: Carrier) -> None:
+        self.index = _index(model, carrier)
+        self.body = _body_index(model, carrier.kind, self.index)
+        self.root = int(model.body_rootid[self.body])
+        self.is_fixed = int(model.body_weldid[self.body]) == 0
+        self.in_carrier = None if carrier.pose is None else _checked_pose(carrier.pose)
+        self.places = {"geom": ("geom_xpos", "geom_xmat"), "site": ("site_xpos", "site_xmat")}.get(
+            carrier.kind, ("xpos", "xmat")
+        )
+
+    def pose(self, data: Any) -> _Floats:
+        found = np.eye(4)
+        position, axes = self.places
+        found[:3, 3] = getattr(data, position)[self.index]
+        found[:3, :3] = getattr(data, axes)[self.index].reshape(3, 3)
+        return found if self.in_carrier is None else found @ self.in_carrier
+
+    def twist(self, data: Any, place: _Floats) -> _Floats:
+        """Of the shape's origin, which is at the place."""
+        if self.is_fixed:
+            return np.zeros(6)
+        # MuJoCo's is that of the body's point at the center of mass of its whole tree.
+        twist: _Floats = data.cvel[self.body].copy()
+        (wx, wy, wz), (x, y, z) = twist[:3], place - data.subtree_com[self.root]
+        twist[3:] += (wy * z - wz * y, wz * x - wx * z, wx * y - wy * x)
+        return twist
+
+
+class PassiveContacts:
+    """The contacts of a MuJoCo model. As a context, they act in every step of this model.
+
+    Parameters
+    ----------
+    model : mujoco.MjModel.
+    contacts : the contact pairs.
+
+    Raises
+    ------
+    HydroelasticError if a carrier is not there, both carriers of a contact are on one body, a pose is not rigid, MuJoCo's own
+    contact between the bodies is not excluded, or the model has no passive forces. In a context, a state that is not finite
+    raises it from ``mj_step``.
+    """
+
+    def __init__(self, model: Any, contacts: Sequence[ContactPair]) -> None:
+        self._model = model
+        self._contacts = tuple(contacts)
+        self._sides = [(_Side(model, it.a), _Side(model, it.b)) for it in self._contacts]
+        for contact, (a, b) in zip(self._contacts, self._sides, strict=True):
+            names = f"{contact.a.kind} {contact.a.name!r} and {contact.b.kind} {contact.b.name!r}"
+            if int(model.body_weldid[a.body]) == int(model.body_weldid[b.body]):
+                raise HydroelasticError(f"{names} are fixed to each other: expected two bodies that move")
+            if _collide(model, a.body, b.body):
+                raise HydroelasticError(
+                    f"MuJoCo has a contact of its own between the bodies of {names}: exclude it, by "
+                    "hydroelastic.mujoco.exclude on the MjSpec or <exclude> in the XML"
+                )
+        if int(model.opt.disableflags) & _NO_PASSIVE_FORCES == _NO_PASSIVE_FORCES:
+            raise HydroelasticError("springs and dampers of the model are both disabled: MuJoCo has no passive forces then")
+
+    @property
+    def model(self) -> Any:
+        """The ``mujoco.MjModel``."""
+        return self._model
+
+    @property
+    def contacts(self) -> tuple[ContactPair, ...]:
+        """The contact pairs, in the order of all results."""
+        return self._contacts
+
+    def poses(self, data: Any) -> _Floats:
+        """Poses of the shapes, (contacts, 2, 4, 4), of the kinematics in ``data``."""
+        return np.array([[side.pose(data) for side in sides] for sides in self._sides]).reshape(-1, 2, 4, 4)
+
+    def wrenches(self, data: Any) -> _Floats:
+        """Wrenches of all contacts, (contacts, 12), in world axes: torque (N m) and force (N) on A, about the origin of its shape,
+        and those on B, about its own.
+
+        Of the kinematics in ``data``: after ``mj_step`` they are those before its last move. Call ``mj_forward`` first for the
+        present ones.
+        """
+        return np.array([self._wrench(number, data)[0] for number in range(len(self._sides))]).reshape(-1, 12)
+
+    def potential_energy(self, data: Any) -> float:
+        """Potential energy (J) of all contacts, of the kinematics in ``data``. MuJoCo's own energy leaves it out."""
+        return sum(
+            float(contact.pair.potential_energy(pose_a, pose_b))
+            for contact, (pose_a, pose_b) in zip(self._contacts, self.poses(data), strict=True)
+        )
+
+    def add_to(self, data: Any) -> None:
+        """Adds Jᵀ w of all contacts to ``data.qfrc_passive``, as the context does: for a passive callback of one's own."""
+        # All wrenches first: an error after a call of MuJoCo inside its callback would end the process in versions before 4.
+        found = [self._wrench(number, data) for number in range(len(self._sides))]
+        for sides, (wrenches, poses) in zip(self._sides, found, strict=True):
+            if not wrenches.any():
+                continue
+            for side, wrench, place in zip(sides, wrenches.reshape(2, 2, 3), poses, strict=True):
+                if not side.is_fixed:
+                    point = np.ascontiguousarray(place[:3, 3])
+                    mujoco.mj_applyFT(self._model, data, wrench[1], wrench[0], point, side.body, data.qfrc_passive)
+
+    def __enter__(self) -> Self:
+        """Makes the contacts act."""
+        _DISPATCH.add(self)
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        """Ends it, whatever happened."""
+        _DISPATCH.remove(self)
+
+    def _wrench(self, number: int, data: Any) -> tuple[_Floats, tuple[_Floats, _Floats]]:
+        a, b = self._sides[number]
+        pose_a, pose_b = a.pose(data), b.pose(data)
+        twists = a.twist(data, pose_a[:3, 3]), b.twist(data, pose_b[:3, 3])
+        wrenches = self._contacts[number].pair.wrench(pose_a, pose_b, *twists)
+        if not math.isfinite(wrenches.dot(wrenches)):
+            raise HydroelasticError("a contact wrench is not finite: the state is not, or the motion has diverged")
+        return wrenches, (pose_a, pose_b)
+
+
+class _Dispatch:
+    """MuJoCo's one callback, shared by the contacts of all models, by the addresses of these."""
+
+    def __init__(self) -> None:
+        self._lock = threading.Lock()
+        self._active: dict[int, tuple[PassiveContacts, ...]] = {}
+        self._before: Any = None
+
+    def __call__(self, model: Any, data: Any) -> None:
+        before = self._before
+        if before is not None:
+            before(model, data)
+        for contacts in self._active.get(model._address, ()):
+            contacts.add_to(data)
+
+    def add(self, contacts: PassiveContacts) -> None:
+        with self._lock:
+            # Those that act keep their model alive, and so its address.
+            address = contacts.model._address
+            others = self._active.get(address, ())
+            if any(it is contacts for it in others):
+                raise HydroelasticError("these contacts act already: a context is entered once at a time")
+            present = mujoco.get_mjcb_passive()
+            if present is not self:
+                if present is not None and not callable(present):
+                    raise HydroelasticError("a passive-force callback that is not of Python is set, and cannot be called from here")
+                self._before = present
+                mujoco.set_mjcb_passive(self)
+            self._active[address] = (*others, contacts)
+
+    def remove(self, contacts: PassiveContacts) -> None:
+        with self._lock:
+            address = contacts.model._address
+            others = tuple(it for it in self._active.get(address, ()) if it is not contacts)
+            if others:
+                self._active[address] = others
+            else:
+                self._active.pop(address, None)
+            if not self._active:
+                before, self._before = self._before, None
+                # One that was set meanwhile is another's, and stays.
+                if mujoco.get_mjcb_passive() is self:
+                    mujoco.set_mjcb_passive(before)
+
+
+_DISPATCH = _Dispatch()
+
+
+def _index(model: Any, carrier: Carrier) -> int:
+    found = mujoco.mj_name2id(model, _KINDS[carrier.kind], carrier.name)
+    if found < 0:
+        raise HydroelasticError(f"the model has no {carrier.kind} {carrier.name!r}")
+    return int(found)
+
+
+def _body_index(model: Any, kind: str, index: int) -> int:
+    return index if kind == "body" else int({"geom": model.geom_bodyid, "site": model.site_bodyid}[kind][index])
+
+
+def _body_of_spec(spec: Any, carrier: Carrier) -> str:
+    found = {"geom": spec.geom, "body": spec.body, "site": spec.site}[carrier.kind](carrier.name)
+    if found is None:
+        raise HydroelasticError(f"the spec has no {carrier.kind} {carrier.name!r}")
+    name: str = found.name if carrier.kind == "body" else found.parent.name
+    if not name:
+        raise HydroelasticError(f"the body of {carrier.kind} {carrier.name!r} has no name, which an exclusion needs")
+    return name
+
+
+def _collide(model: Any, first: int, second: int) -> bool:
+    """Whether MuJoCo looks for contacts between two bodies."""
+    if int(model.opt.disableflags) & (int(mujoco.mjtDisableBit.mjDSBL_CONTACT) | int(mujoco.mjtDisableBit.mjDSBL_CONSTRAINT)):
+        return False
+    listed = zip(model.pair_geom1, model.pair_geom2, strict=True)
+    if any({int(model.geom_bodyid[g]) for g in geoms} == {first, second} for geoms in listed):
+        return True
+    signatures = {(first << 16) + second, (second << 16) + first}
+    return not signatures & {int(it) for it in model.exclude_signature} and _filters_pass(model, first, second)
+
+
+def _filters_pass(model: Any, first: int, second: int) -> bool:
+    """Of the filters by ancestry and by bits."""
+    welds = [int(model.body_weldid[it]) for it in (first, second)]
+    parents = [int(model.body_weldid[model.body_parentid[it]]) for it in welds]
+    filters_parents = not int(model.opt.disableflags) & int(mujoco.mjtDisableBit.mjDSBL_FILTERPARENT)
+    if filters_parents and all(welds) and (welds[0] == parents[1] or welds[1] == parents[0]):
+        return False
+    geoms = [range(start := int(model.body_geomadr[it]), start + int(model.body_geomnum[it])) for it in (first, second)]
+    kinds, affinities = model.geom_contype, model.geom_conaffinity
+    return any((kinds[i] & affinities[j]) or (kinds[j] & affinities[i]) for i in geoms[0] for j in geoms[1])
+
+
+def _checked_pose(given: Any) -> _Floats:
+    if not isinstance(given, np.ndarray) or given.dtype != np.float64:
+        raise TypeError("the pose of a shape in its carrier is not an array of float64")
+    if given.shape != (4, 4) or not np.isfinite(given).all() or not np.array_equal(given[3], pose()[3]):
+        raise HydroelasticError("the pose of a shape in its carrier is not a finite (4, 4) homogeneous matrix")
+    rotation = given[:3, :3]
+    if not np.allclose(rotation @ rotation.T, np.eye(3), rtol=0.0, atol=1e-9) or np.linalg.det(rotation) < 0.0:
+        raise HydroelasticError("the pose of a shape in its carrier is not rigid")
+    return given.copy()

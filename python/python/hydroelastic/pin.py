@@ -1,0 +1,608 @@
+"""Robots with joints in contact: Pinocchio carries the mechanism, this library its contacts; derivatives are exact.
+
+``Robot`` takes a Pinocchio model and its contacts. Its joint accelerations obey
+
+    a = ABA(q, v, τ + Σ J(q)ᵀ w(poses(q), twists(q, v))),
+
+and come with their derivatives by q, v, τ and the materials of the contacts, in closed form: Pinocchio's of the mechanism with
+forces fixed in the links, and by the chain rule those of the wrenches. Semi-implicit Euler steps and rollouts carry them on.
+
+Conventions are those of Pinocchio for joints, and those of this package for contacts:
+
+- Derivatives by q are by its tangent space, (nv,): q varies as ``pinocchio.integrate(model, q, dq)``. Free-flyers, spherical and
+  continuous joints, whose nq is not nv, are of no other kind.
+- Wrenches are (torque, force) in world axes, on A about the origin of A's shape and then on B about that of B's. Pinocchio has
+  the linear part first.
+- Pinocchio's ABA takes armatures (rotor inertias) of the model, and not its joint friction and damping: put these into τ.
+
+A ``Robot`` works in buffers of its own and of its ``pinocchio.Data``: use one a thread. It can be pickled.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import Any, NamedTuple, TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ._core import HydroelasticError, Pair, pose
+
+try:
+    import pinocchio  # type: ignore[import-untyped, import-not-found, unused-ignore]
+except ImportError as _missing:
+    raise ImportError('hydroelastic.pin needs Pinocchio: pip install "hydroelastic[pin]"') from _missing
+
+__all__ = [
+    "Acceleration",
+    "ContactPair",
+    "Feedback",
+    "Robot",
+    "RobotJacobian",
+    "RobotTrajectory",
+    "Step",
+    "Wrenches",
+]
+
+_Floats: TypeAlias = NDArray[np.float64]
+
+_WORLD_AXES = pinocchio.ReferenceFrame.LOCAL_WORLD_ALIGNED
+# Between (linear, angular) and (angular, linear).
+_SWAPPED = np.array([3, 4, 5, 0, 1, 2])
+# Times a vector, its cross product matrix by rows.
+_CROSS = np.zeros((9, 3))
+_CROSS[[1, 2, 3, 5, 6, 7], [2, 1, 2, 0, 1, 0]] = [-1.0, 1.0, 1.0, -1.0, -1.0, 1.0]
+# The same of both halves of a wrench.
+_CROSSES = np.kron(np.eye(2), _CROSS)
+# How far the norm of a quaternion may be from 1.
+_NORMALIZED = 1e-9
+
+
+@dataclass(frozen=True)
+class ContactPair:
+    """Two shapes of a ``hydroelastic.Pair``, each fixed in a frame of a Pinocchio model.
+
+    Parameters
+    ----------
+    pair : the shapes, moduli and the surface law.
+    frame_a, frame_b : name or index of the frame that carries A, and B. Frame "universe" is the world.
+    pose_a, pose_b : (4, 4), the poses of the shapes in these frames; None for the same axes and origin.
+    """
+
+    pair: Pair
+    frame_a: str | int
+    frame_b: str | int = "universe"
+    pose_a: _Floats | None = None
+    pose_b: _Floats | None = None
+
+
+class Acceleration(NamedTuple):
+    """Joint accelerations and their derivatives.
+
+    a is (nv,) (rad/s², m/s²). by_q, by_v and by_tau are (nv, nv). by_material is (nv, contacts, 4): by the modulus of A, that of
+    B (Pa), the dissipation (s/m) and the friction coefficient of each contact.
+    """
+
+    a: _Floats
+    by_q: _Floats
+    by_v: _Floats
+    by_tau: _Floats
+    by_material: _Floats
+
+
+class Wrenches(NamedTuple):
+    """Wrenches of all contacts, in world axes, and their derivatives.
+
+    wrenches is (contacts, 12): torque (N m) and force (N) on A, about the origin of its shape, and those on B, about its own.
+    by_q and by_v are (contacts, 12, nv). by_material is (contacts, 12, 4), by the contact's own modulus of A, modulus of B,
+    dissipation and friction.
+    """
+
+    wrenches: _Floats
+    by_q: _Floats
+    by_v: _Floats
+    by_material: _Floats
+
+
+class Step(NamedTuple):
+    """A step and its derivatives.
+
+    q is (nq,), v (nv,). by_state is (2 nv, 2 nv), often called A: rows and columns are the tangent of q, then v. by_tau is
+    (2 nv, nv), often called B. by_material is (2 nv, contacts, 4), as in ``Acceleration``.
+    """
+
+    q: _Floats
+    v: _Floats
+    by_state: _Floats
+    by_tau: _Floats
+    by_material: _Floats
+
+
+class Feedback(NamedTuple):
+    """Joint torques of a controller, (nv,), and their derivatives.
+
+    by_q and by_v are (nv, nv), by_parameters is (nv, p) for p parameters of the controller. None is for no dependence.
+    """
+
+    tau: _Floats
+    by_q: _Floats | None = None
+    by_v: _Floats | None = None
+    by_parameters: _Floats | None = None
+
+
+class RobotTrajectory(NamedTuple):
+    """Recorded states: times (m,) (s), q (m, nq) and v (m, nv). The start is the first of them."""
+
+    times: _Floats
+    q: _Floats
+    v: _Floats
+
+
+class RobotJacobian(NamedTuple):
+    """Derivatives of the recorded states; rows are the tangent of q, then v.
+
+    by_start is (m, 2 nv, 2 nv), by the first state. by_material is (m, 2 nv, contacts, 4), as in ``Acceleration``.
+    by_parameters is (m, 2 nv, p), by the parameters of the controller.
+    """
+
+    by_start: _Floats
+    by_material: _Floats
+    by_parameters: _Floats
+
+
+Controller: TypeAlias = Callable[[float, _Floats, _Floats], Feedback]
+
+
+class _Mount:
+    """A shape on a joint, with views of the rows that its motion has in the buffer of its contact."""
+
+    def __init__(self, side: int, joint: int, placement: Any, motion: _Floats, nv: int) -> None:
+        self.side = side
+        self.joint = joint
+        self.placement = placement
+        self.part = slice(6 * side, 6 * side + 6)
+        self.turn = slice(6 * side, 6 * side + 3)
+        self.jacobian = motion[self.part, :nv]
+        # Blocks of three rows: angular, linear. Pinocchio's, linear first, go in reversed.
+        of_pose, of_twist = motion[:12].reshape(2, 2, 3, -1)[side], motion[12:24].reshape(2, 2, 3, -1)[side]
+        self.pose_by_q = of_pose[::-1, :, :nv]
+        self.twist_by_q = of_twist[::-1, :, :nv]
+        self.twist_by_v = of_twist[::-1, :, nv : 2 * nv]
+        self.velocity_by_q = of_twist[1, :, :nv]
+
+    # Matrices of this size cost more to call than to multiply: ``dot`` is called in half the time of ``@``.
+
+    def move(self, model: Any, data: Any, v: _Floats) -> tuple[Any, _Floats]:
+        """The placement and twist; derivatives of both are written to the buffer."""
+        placement = data.oMi[self.joint] * self.placement
+        twist_by_q, twist_by_v = pinocchio.getFrameVelocityDerivatives(
+            model, data, self.joint, self.placement, _WORLD_AXES
+        )
+        blocks = twist_by_v.reshape(self.pose_by_q.shape)
+        self.pose_by_q[...] = blocks
+        self.twist_by_v[...] = blocks
+        self.twist_by_q[...] = twist_by_q.reshape(blocks.shape)
+        # The linear part of this derivative is the one at a fixed point of the world: the velocity of the shape's origin,
+        # which moves, has ω × ∂p/∂q besides. Pinocchio's derivative of a point's velocity has both.
+        self.velocity_by_q[...], _ = pinocchio.getPointVelocityDerivatives(
+            model, data, self.joint, self.placement, _WORLD_AXES
+        )
+        return placement, self.jacobian.dot(v)
+
+
+class _Contact:
+    """A contact of a model, ready to be evaluated."""
+
+    def __init__(self, model: Any, contact: ContactPair, column: int, width: int) -> None:
+        nv = model.nv
+        self.pair = contact.pair
+        self.poses: list[_Floats] = []
+        self.twists = [np.zeros(6), np.zeros(6)]
+        # Rows are the columns of Pair.linearised, columns those of ``Robot``: q, v and the materials of all contacts.
+        self.motion = np.zeros((28, width))
+        self.motion[24:, column : column + 4] = np.eye(4)
+        self.both_jacobians = self.motion[:12, :nv]
+        self.moving: list[_Mount] = []
+        joints = []
+        frames = ((contact.frame_a, contact.pose_a), (contact.frame_b, contact.pose_b))
+        for side, (name, in_frame) in enumerate(frames):
+            frame = model.frames[_frame_index(model, name)]
+            placement = frame.placement * pinocchio.SE3(_checked_pose(in_frame))
+            joints.append(frame.parentJoint)
+            self.poses.append(np.ascontiguousarray(placement.homogeneous))
+            if frame.parentJoint:
+                self.moving.append(_Mount(side, frame.parentJoint, placement, self.motion, nv))
+        if joints[0] == joints[1]:
+            raise HydroelasticError(
+                f"frames {contact.frame_a!r} and {contact.frame_b!r} are fixed to each other: expected two that move"
+            )
+
+    def place(self, data: Any) -> None:
+        """Takes the poses of the data."""
+        for mount in self.moving:
+            self.poses[mount.side] = (data.oMi[mount.joint] * mount.placement).homogeneous
+
+    def joint_torques(self, model: Any, data: Any, v: _Floats, material: _Material) -> _Floats | None:
+        """Jᵀ w, after ``computeJointJacobians``; None without contact."""
+        jacobians = []
+        for mount in self.moving:
+            self.poses[mount.side] = (data.oMi[mount.joint] * mount.placement).homogeneous
+            jacobian = pinocchio.getFrameJacobian(model, data, mount.joint, mount.placement, _WORLD_AXES)
+            self.twists[mount.side] = jacobian.dot(v).take(_SWAPPED)
+            jacobians.append(jacobian)
+        wrenches = self.pair.wrench(*self.poses, *self.twists, moduli=material[0], law=material[1])
+        if not wrenches.dot(wrenches):
+            return None
+        torques = [wrenches[m.part].take(_SWAPPED).dot(j) for m, j in zip(self.moving, jacobians, strict=True)]
+        found: _Floats = torques[0] if len(torques) == 1 else torques[0] + torques[1]
+        return found
+
+    def move(self, model: Any, data: Any, v: _Floats) -> list[Any]:
+        """Takes the motion of the data, after ``computeForwardKinematicsDerivatives``. Placements of the moving shapes."""
+        placements = []
+        for mount in self.moving:
+            placement, self.twists[mount.side] = mount.move(model, data, v)
+            self.poses[mount.side] = placement.homogeneous
+            placements.append(placement)
+        return placements
+
+    def linearised(self, material: _Material) -> tuple[_Floats, _Floats]:
+        return self.pair.linearised(*self.poses, *self.twists, moduli=material[0], law=material[1])
+
+    def joint_torque_slopes(self, model: Any, data: Any, v: _Floats, material: _Material, forces: Any) -> _Floats | None:
+        """Adds the wrenches to the forces on the joints, in their own axes. The derivatives of Jᵀ w by q, v and the materials
+        beyond what such forces, held constant, contribute by themselves; None without contact."""
+        self.move(model, data, v)
+        wrenches, jacobian = self.linearised(material)
+        if not wrenches.dot(wrenches):
+            return None
+        for mount in self.moving:
+            wrench = wrenches[mount.part]
+            # In axes that turn with the link a constant wrench changes by −ω × w, its torque and its force.
+            by_turn = jacobian[mount.part, mount.turn]
+            np.add(by_turn, _CROSSES.dot(wrench).reshape(6, 3), out=by_turn)
+            in_shape = wrench.reshape(2, 3).dot(self.poses[mount.side][:3, :3])[::-1].ravel()
+            forces[mount.joint] += mount.placement.act(pinocchio.Force(in_shape))
+        slopes: _Floats = self.both_jacobians.T.dot(jacobian.dot(self.motion))
+        return slopes
+
+
+_Material: TypeAlias = tuple[_Floats, _Floats]
+
+
+class Robot:
+    """A mechanism of Pinocchio whose frames touch each other and the world.
+
+    Parameters
+    ----------
+    model : pinocchio.Model, from a URDF, an MJCF or built in code. It is used as it is, and must not change.
+    contacts : the contact pairs. A pair that is far apart costs its broad phase only.
+
+    Raises
+    ------
+    HydroelasticError if a frame is not there, both frames of a contact are fixed to each other, or a pose is not rigid; every
+    method, if an array has another shape, a number is not finite, or a quaternion is not normalized. TypeError if an array is
+    not of float64.
+    """
+
+    def __init__(self, model: Any, contacts: Sequence[ContactPair]) -> None:
+        # Versions before these joints have no list of them.
+        if len(getattr(model, "mimicking_joints", ())):
+            raise HydroelasticError("the model has mimic joints, which Pinocchio's derivatives do not take")
+        self._model = model
+        self._data = model.createData()
+        self._pairs = tuple(contacts)
+        width = 2 * model.nv + 4 * len(self._pairs)
+        self._contacts = [_Contact(model, it, 2 * model.nv + 4 * k, width) for k, it in enumerate(self._pairs)]
+        self._width = width
+        self._zero = np.zeros(model.nv)
+        self._forces = pinocchio.StdVec_Force()
+        for _ in range(model.njoints):
+            self._forces.append(pinocchio.Force.Zero())
+        self._loaded = sorted({mount.joint for it in self._contacts for mount in it.moving})
+        numbers = [[*it.pair.moduli, it.pair.law.dissipation, it.pair.law.friction] for it in self._pairs]
+        self._set_materials(np.array(numbers, dtype=np.float64).reshape(-1, 4))
+
+    def __reduce__(self) -> tuple[Callable[..., Robot], tuple[Any, ...]]:
+        return _loaded_robot, (self._model, self._pairs, self._materials)
+
+    @property
+    def model(self) -> Any:
+        """The ``pinocchio.Model``."""
+        return self._model
+
+    @property
+    def contacts(self) -> tuple[ContactPair, ...]:
+        """The contact pairs, in the order of all results."""
+        return self._pairs
+
+    @property
+    def materials(self) -> _Floats:
+        """(contacts, 4): modulus of A, modulus of B (Pa), dissipation (s/m) and friction coefficient of each contact."""
+        return self._materials.copy()
+
+    def with_materials(self, materials: _Floats) -> Robot:
+        """The same robot with other ``materials``, (contacts, 4)."""
+        robot = Robot(self._model, self._pairs)
+        robot._set_materials(_checked(materials, "materials", (len(self._pairs), 4)).copy())
+        return robot
+
+    def acceleration(self, q: _Floats, v: _Floats, tau: _Floats) -> _Floats:
+        """Joint accelerations (nv,) at q (nq,), v (nv,) and joint torques tau (nv,)."""
+        model, data = self._model, self._data
+        self._check(q, v, tau)
+        pinocchio.computeJointJacobians(model, data, q)
+        for contact, material in zip(self._contacts, self._by_contact, strict=True):
+            torques = contact.joint_torques(model, data, v, material)
+            if torques is not None:
+                tau = tau + torques
+        return _finite(pinocchio.aba(model, data, q, v, tau))
+
+    def linearised(self, q: _Floats, v: _Floats, tau: _Floats) -> Acceleration:
+        """Joint accelerations and their derivatives by q, v, tau and the materials."""
+        model, data, nv = self._model, self._data, self._model.nv
+        self._check(q, v, tau)
+        pinocchio.computeForwardKinematicsDerivatives(model, data, q, v, self._zero)
+        forces = self._forces
+        for joint in self._loaded:
+            forces[joint].setZero()
+        slopes = None
+        for contact, material in zip(self._contacts, self._by_contact, strict=True):
+            added = contact.joint_torque_slopes(model, data, v, material, forces)
+            if added is not None:
+                slopes = added if slopes is None else slopes + added
+        by_q, by_v, by_tau = pinocchio.computeABADerivatives(model, data, q, v, tau, forces)
+        a = _finite(data.ddq.copy())
+        if slopes is None:
+            return Acceleration(a, by_q, by_v, by_tau, np.zeros((nv, len(self._pairs), 4)))
+        slopes = by_tau.dot(slopes)
+        by_material = slopes[:, 2 * nv :].reshape(nv, -1, 4)
+        return Acceleration(a, by_q + slopes[:, :nv], by_v + slopes[:, nv : 2 * nv], by_tau, by_material)
+
+    def wrenches(self, q: _Floats, v: _Floats) -> _Floats:
+        """Wrenches of all contacts, (contacts, 12), as in ``Wrenches``."""
+        self._check(q, v)
+        model, data = self._model, self._data
+        pinocchio.computeForwardKinematicsDerivatives(model, data, q, v, self._zero)
+        found = np.zeros((len(self._pairs), 12))
+        for k, (contact, (moduli, law)) in enumerate(zip(self._contacts, self._by_contact, strict=True)):
+            contact.move(model, data, v)
+            found[k] = contact.pair.wrench(*contact.poses, *contact.twists, moduli=moduli, law=law)
+        return _finite(found, "a contact wrench")
+
+    def linearised_wrenches(self, q: _Floats, v: _Floats) -> Wrenches:
+        """Wrenches of all contacts and their derivatives by q, v and the materials."""
+        self._check(q, v)
+        model, data, nv = self._model, self._data, self._model.nv
+        pinocchio.computeForwardKinematicsDerivatives(model, data, q, v, self._zero)
+        count = len(self._pairs)
+        found = Wrenches(*(np.zeros((count, 12, *more)) for more in ((), (nv,), (nv,), (4,))))
+        for k, (contact, material) in enumerate(zip(self._contacts, self._by_contact, strict=True)):
+            contact.move(model, data, v)
+            found.wrenches[k], jacobian = contact.linearised(material)
+            slopes = jacobian[:, :24] @ contact.motion[:24, : 2 * nv]
+            found.by_q[k], found.by_v[k], found.by_material[k] = slopes[:, :nv], slopes[:, nv:], jacobian[:, 24:]
+        _finite(found.wrenches, "a contact wrench")
+        return found
+
+    def poses(self, q: _Floats) -> _Floats:
+        """Poses of the shapes of all contacts in the world, (contacts, 2, 4, 4): those of A, those of B."""
+        self._check(q)
+        pinocchio.forwardKinematics(self._model, self._data, q)
+        for contact in self._contacts:
+            contact.place(self._data)
+        return np.array([contact.poses for contact in self._contacts]).reshape(-1, 2, 4, 4)
+
+    def contact_energy(self, q: _Floats) -> float:
+        """Potential energy (J) of all contacts. Takes much longer than the wrenches."""
+        energy = 0.0
+        for contact, (moduli, _), poses in zip(self._contacts, self._by_contact, self.poses(q), strict=True):
+            energy += float(contact.pair.potential_energy(poses[0], poses[1], moduli=moduli))
+        return energy
+
+    def step(self, q: _Floats, v: _Floats, tau: _Floats, time_step: float) -> tuple[_Floats, _Floats]:
+        """q and v after a semi-implicit Euler step (s): v grows by the acceleration, and q moves by the new v."""
+        _check_time_step(time_step)
+        v = v + time_step * self.acceleration(q, v, tau)
+        return pinocchio.integrate(self._model, q, time_step * v), v
+
+    def linearised_step(self, q: _Floats, v: _Floats, tau: _Floats, time_step: float) -> Step:
+        """``step`` with its derivatives by the state, tau and the materials."""
+        _check_time_step(time_step)
+        nv = self._model.nv
+        a, by_q, by_v, by_tau, by_material = self.linearised(q, v, tau)
+        # Of the new velocity, by q, v, tau and the materials.
+        slopes = time_step * np.hstack([by_q, by_v, by_tau, by_material.reshape(nv, -1)])
+        slopes[:, nv : 2 * nv] += np.eye(nv)
+        v = v + time_step * a
+        moved, turned = pinocchio.dIntegrate(self._model, q, time_step * v)
+        of_q = time_step * (turned @ slopes)
+        of_q[:, :nv] += moved
+        whole = np.vstack([of_q, slopes])
+        by_state, by_tau, by_material = whole[:, : 2 * nv], whole[:, 2 * nv : 3 * nv], whole[:, 3 * nv :]
+        q = pinocchio.integrate(self._model, q, time_step * v)
+        return Step(q, v, by_state, by_tau, by_material.reshape(2 * nv, -1, 4))
+
+    def rollout(
+        self,
+        q: _Floats,
+        v: _Floats,
+        tau: _Floats | Controller,
+        time_step: float,
+        steps: int,
+        *,
+        record_every: int = 1,
+    ) -> RobotTrajectory:
+        """States from q, v on, every so many steps.
+
+        tau is constant, (nv,), has a row a step, (steps, nv), or is a function of the time (s), q and v that returns a
+        ``Feedback``, of which only tau is used here.
+        """
+        torques = self._torques(tau, steps)
+        records = _Records(steps, record_every, time_step)
+        states = [(q, v)]
+        for k in range(steps):
+            q, v = self.step(q, v, torques(k * time_step, q, v, k).tau, time_step)
+            if records.takes(k + 1):
+                states.append((q, v))
+        return records.trajectory(states)
+
+    def linearised_rollout(
+        self,
+        q: _Floats,
+        v: _Floats,
+        tau: _Floats | Controller,
+        time_step: float,
+        steps: int,
+        *,
+        record_every: int = 1,
+    ) -> tuple[RobotTrajectory, RobotJacobian]:
+        """``rollout`` with derivatives of the recorded states by the first, the materials and the parameters of a controller.
+
+        The ``Feedback`` of a controller must have its derivatives. By torques of single steps, multiply those of
+        ``linearised_step``.
+        """
+        nv, count = self._model.nv, len(self._pairs)
+        torques = self._torques(tau, steps)
+        records = _Records(steps, record_every, time_step)
+        first = torques(0.0, q, v, 0) if steps else Feedback(self._zero)
+        numbers = 0 if first.by_parameters is None else np.shape(first.by_parameters)[-1]
+        slopes = np.zeros((2 * nv, self._width + numbers))
+        slopes[:, : 2 * nv] = np.eye(2 * nv)
+        states, found = [(q, v)], [slopes]
+        for k in range(steps):
+            feedback = torques(k * time_step, q, v, k) if k else first
+            step = self.linearised_step(q, v, feedback.tau, time_step)
+            by_state = step.by_state + step.by_tau @ self._by_state(feedback)
+            slopes = by_state @ slopes
+            slopes[:, 2 * nv : self._width] += step.by_material.reshape(2 * nv, -1)
+            if numbers:
+                by_parameters = _checked(feedback.by_parameters, "Feedback.by_parameters", (nv, numbers))
+                slopes[:, self._width :] += step.by_tau @ by_parameters
+            q, v = step.q, step.v
+            if records.takes(k + 1):
+                states.append((q, v))
+                found.append(slopes)
+        all_slopes = np.stack(found)
+        by_start, by_material, by_parameters = np.split(all_slopes, [2 * nv, self._width], axis=2)
+        by_material = by_material.reshape(len(found), 2 * nv, count, 4)
+        return records.trajectory(states), RobotJacobian(by_start, by_material, by_parameters)
+
+    def _set_materials(self, materials: _Floats) -> None:
+        materials.flags.writeable = False
+        self._materials = materials
+        self._by_contact = [(row[:2], row[2:]) for row in materials]
+
+    def _check(self, q: _Floats, v: _Floats | None = None, tau: _Floats | None = None) -> None:
+        model = self._model
+        _check_array(q, "q", (model.nq,))
+        if v is not None:
+            _check_array(v, "v", (model.nv,))
+        if tau is not None:
+            _check_array(tau, "tau", (model.nv,))
+        if model.nq != model.nv and not pinocchio.isNormalized(model, q, _NORMALIZED):
+            raise HydroelasticError("q has a quaternion or a continuous joint that is not normalized: see pinocchio.normalize")
+
+    def _torques(self, tau: _Floats | Controller, steps: int) -> Callable[[float, _Floats, _Floats, int], Feedback]:
+        nv = self._model.nv
+        if callable(tau):
+            controller = tau
+
+            def of_controller(time: float, q: _Floats, v: _Floats, _: int) -> Feedback:
+                feedback = controller(time, q, v)
+                if not isinstance(feedback, Feedback):
+                    raise TypeError(f"the controller returned {type(feedback).__name__}: expected hydroelastic.pin.Feedback")
+                return feedback
+
+            return of_controller
+        if np.ndim(tau) == 2:
+            rows = [Feedback(row) for row in _checked(tau, "tau", (steps, nv))]
+            return lambda _time, _q, _v, k: rows[k]
+        constant = Feedback(_checked(tau, "tau", (nv,)))
+        return lambda _time, _q, _v, _k: constant
+
+    def _by_state(self, feedback: Feedback) -> _Floats:
+        nv = self._model.nv
+        by_state = np.zeros((nv, 2 * nv))
+        for columns, value, name in ((slice(0, nv), feedback.by_q, "by_q"), (slice(nv, None), feedback.by_v, "by_v")):
+            if value is not None:
+                by_state[:, columns] = _checked(value, f"Feedback.{name}", (nv, nv))
+        return by_state
+
+
+class _Records:
+    """Which states of a rollout are recorded."""
+
+    def __init__(self, steps: int, every: int, time_step: float) -> None:
+        if steps < 0 or every < 1:
+            raise HydroelasticError(f"{steps} steps recorded every {every}: expected at least 0, and 1")
+        _check_time_step(time_step)
+        self.every = every
+        self.time_step = time_step
+
+    def takes(self, step: int) -> bool:
+        return step % self.every == 0
+
+    def trajectory(self, states: list[tuple[_Floats, _Floats]]) -> RobotTrajectory:
+        times: _Floats = self.time_step * self.every * np.arange(len(states), dtype=np.float64)
+        return RobotTrajectory(times, np.stack([q for q, _ in states]), np.stack([v for _, v in states]))
+
+
+def _loaded_robot(model: Any, contacts: Sequence[ContactPair], materials: _Floats) -> Robot:
+    """What pickle calls."""
+    robot = Robot(model, contacts)
+    robot._set_materials(np.array(materials))
+    return robot
+
+
+def _frame_index(model: Any, name: str | int) -> int:
+    if isinstance(name, str):
+        if not model.existFrame(name):
+            raise HydroelasticError(f"the model has no frame {name!r}")
+        found = [index for index, frame in enumerate(model.frames) if frame.name == name]
+        first = model.frames[found[0]]
+        for frame in (model.frames[index] for index in found[1:]):
+            if frame.parentJoint != first.parentJoint or frame.placement != first.placement:
+                raise HydroelasticError(f"the model has {len(found)} frames {name!r} at different places: give an index")
+        return found[0]
+    if not 0 <= name < model.nframes:
+        raise HydroelasticError(f"frame {name} of a model with {model.nframes} frames")
+    return name
+
+
+def _checked_pose(given: _Floats | None) -> _Floats:
+    if given is None:
+        return pose()
+    found = _checked(given, "pose", (4, 4))
+    rotation = found[:3, :3]
+    if not (np.allclose(rotation @ rotation.T, np.eye(3), rtol=0.0, atol=1e-9) and np.linalg.det(rotation) > 0.0):
+        raise HydroelasticError("the pose of a shape in its frame is not rigid")
+    if not (np.isfinite(found).all() and np.array_equal(found[3], [0.0, 0.0, 0.0, 1.0])):
+        raise HydroelasticError("the pose of a shape in its frame is not a finite homogeneous matrix")
+    return found
+
+
+def _check_array(array: Any, name: str, shape: tuple[int, ...]) -> None:
+    if not isinstance(array, np.ndarray) or array.dtype != np.float64:
+        what = array.dtype if isinstance(array, np.ndarray) else type(array).__name__
+        raise TypeError(f"{name} is {what}: expected an array of float64")
+    if array.shape != shape:
+        raise HydroelasticError(f"{name} has shape {array.shape}: expected {shape}")
+
+
+def _checked(array: Any, name: str, shape: tuple[int, ...]) -> _Floats:
+    _check_array(array, name, shape)
+    return array  # type: ignore[no-any-return]
+
+
+def _check_time_step(time_step: float) -> None:
+    if not (math.isfinite(time_step) and time_step > 0.0):
+        raise HydroelasticError(f"the time step is {time_step} s: expected a positive number")
+
+
+def _finite(values: _Floats, name: str = "the acceleration") -> _Floats:
+    if not all(map(math.isfinite, values.ravel().tolist())):
+        raise HydroelasticError(f"{name} is not finite: q, v or tau is not, or the motion has diverged")
+    return values

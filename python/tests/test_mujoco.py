@@ -1,0 +1,363 @@
+"""hydroelastic.mujoco: contacts as passive forces. The world of the library, momentum and energy are the oracles."""
+
+import threading
+
+import numpy as np
+import pytest
+
+import hydroelastic as he
+
+mujoco = pytest.importorskip("mujoco")
+
+from hydroelastic import mujoco as soft  # noqa: E402
+
+SKIN = he.Material(1e5, 0.2, 0.4)
+SLIP = 1e-2
+# Of positions (m), velocities (m/s) and rotations beside the world's: the same scheme, so the round-off of 1,000 steps.
+WORLD = 1e-12
+DROP = """
+<mujoco>
+  <option timestep="1e-4" gravity="0 0 -9.81" integrator="Euler"/>
+  <worldbody>
+    <geom name="block" type="box" size="1 1 .1"/>
+    <body name="ball" pos=".01 .02 .21">
+      <freejoint/>
+      <geom name="ball" type="sphere" size=".1" mass="1"/>
+      <site name="inside" pos=".01 .02 .03"/>
+    </body>
+  </worldbody>
+  {more}
+</mujoco>
+"""
+EXCLUDE = '<contact><exclude body1="world" body2="ball"/></contact>'
+
+
+@pytest.fixture(autouse=True)
+def the_callback_is_cleared():
+    assert mujoco.get_mjcb_passive() is None
+    yield
+    assert mujoco.get_mjcb_passive() is None
+
+
+def ball_pair(law=None, order=2):
+    law = SKIN.law_with(SKIN, SLIP) if law is None else law
+    return he.Pair(he.Shape.icosphere(0.1, order), he.Shape.cuboid([2.0, 2.0, 0.2]), 1e5, 1e5, law)
+
+
+def drop(more=EXCLUDE, **keywords):
+    model = mujoco.MjModel.from_xml_string(DROP.format(more=more))
+    pair = ball_pair(**keywords)
+    return model, soft.PassiveContacts(model, [soft.ContactPair(pair, soft.geom("ball"), soft.geom("block"))])
+
+
+def stepped(model, contacts, steps, velocity=(0.0,) * 6):
+    data = mujoco.MjData(model)
+    data.qvel[:] = velocity
+    with contacts:
+        mujoco.mj_step(model, data, steps)
+    return data
+
+
+def test_a_dropped_ball_agrees_with_a_world():
+    """With friction and spin, through a bounce, at the same step: both take symplectic Euler steps."""
+    model, contacts = drop()
+    velocity, spin, steps = [0.5, 0.1, -0.3], [0.5, -1.0, 2.0], 1000
+    data = stepped(model, contacts, steps, [*velocity, *spin])
+    pair = contacts.contacts[0].pair
+    ball = he.Body.dynamic(
+        "ball",
+        pair.shapes[0],
+        SKIN,
+        1.0,
+        center_of_mass=[0.0, 0.0, 0.0],
+        inertia=np.diag(model.body_inertia[1]),
+        pose=he.pose([0.01, 0.02, 0.21]),
+        velocity=velocity,
+        spin=spin,
+    )
+    floor = he.Body.fixed("floor", pair.shapes[1], SKIN)
+    world = he.World([ball, floor], gravity=[0.0, 0.0, -9.81], slip_tolerance=SLIP)
+    end = world.rollout(he.Plan(1e-4, steps, he.Integrator.SYMPLECTIC_EULER, record_every=steps)).recorded()
+    mujoco.mj_kinematics(model, data)
+    # It bounced: it moves up.
+    assert data.qvel[2] > 0.1
+    assert np.abs(data.qpos[:3] - end.poses[-1, 0, :3, 3]).max() < WORLD
+    assert np.abs(data.xmat[1].reshape(3, 3) - end.poses[-1, 0, :3, :3]).max() < WORLD
+    assert np.abs(data.qvel[:3] - end.twists[-1, 0, 3:]).max() < WORLD
+
+
+def two_balls(law, kind="Euler"):
+    xml = f"""
+    <mujoco>
+      <option timestep="1e-4" gravity="0 0 0" integrator="{kind}"><flag contact="disable"/></option>
+      <worldbody>
+        <body name="first" pos="-.11 0 0"><freejoint/><geom type="sphere" size=".1" mass="1"/></body>
+        <body name="second" pos=".1 .03 .02"><freejoint/><geom type="sphere" size=".1" mass="2"/></body>
+      </worldbody>
+    </mujoco>"""
+    model = mujoco.MjModel.from_xml_string(xml)
+    shape = he.Shape.icosphere(0.1, 2)
+    offset = he.pose([0.003, -0.002, 0.001], [0.2, 0.1, 0.3])
+    pair = soft.ContactPair(he.Pair(shape, shape, 1e5, 2e5, law), soft.body("first", offset), soft.body("second"))
+    return model, soft.PassiveContacts(model, [pair])
+
+
+def momentum(model, data):
+    mujoco.mj_forward(model, data)
+    mujoco.mj_subtreeVel(model, data)
+    return np.r_[data.subtree_linvel[0] * model.body_subtreemass[0], data.subtree_angmom[0]]
+
+
+def energy(model, data, contacts):
+    mujoco.mj_forward(model, data)
+    moved = np.zeros(model.nv)
+    mujoco.mj_mulM(model, data, moved, data.qvel)
+    return 0.5 * data.qvel @ moved + contacts.potential_energy(data)
+
+
+def test_a_collision_keeps_momentum():
+    model, contacts = two_balls(he.SurfaceLaw(0.3, 0.5, SLIP))
+    velocity = np.r_[1.0, 0.1, 0.0, 0.5, 1.0, -0.5, -0.5, np.zeros(5)]
+    data = mujoco.MjData(model)
+    data.qvel[:] = velocity
+    before = momentum(model, data)
+    end = stepped(model, contacts, 600, velocity)
+    assert np.abs(end.qvel[:3] - velocity[:3]).max() > 0.1
+    after = momentum(model, end)
+    # The angular one about the common center of mass.
+    assert np.abs(after - before).max() < 1e-12
+
+
+def test_a_collision_keeps_energy_without_dissipation_and_friction():
+    velocity = np.r_[1.0, np.zeros(5), -0.5, np.zeros(5)]
+    gains = []
+    for time_step in (1e-4, 5e-5):
+        model, contacts = two_balls(he.SurfaceLaw())
+        model.opt.timestep = time_step
+        data = mujoco.MjData(model)
+        data.qvel[:] = velocity
+        before, gain, lowest = energy(model, data, contacts), 0.0, np.inf
+        with contacts:
+            for _ in range(12):
+                mujoco.mj_step(model, data, round(5e-3 / time_step))
+                gain = max(gain, abs(energy(model, data, contacts) - before))
+                lowest = min(lowest, before - contacts.potential_energy(data))
+        # A good part of it was in the contact.
+        assert lowest < 0.9 * before
+        gains.append(gain / before)
+    # A scheme of first order in the step.
+    assert gains[0] < 5e-3 and gains[1] < 0.6 * gains[0], gains
+
+
+def test_transition_differences_see_the_contact():
+    model, contacts = drop()
+    data = stepped(model, contacts, 200, [0.5, 0.0, -0.5, 0.0, 0.0, 0.0])
+    size = 2 * model.nv
+    with contacts:
+        mujoco.mj_forward(model, data)
+        assert contacts.wrenches(data).any()
+        a = np.zeros((size, size))
+        mujoco.mjd_transitionFD(model, data, 1e-6, True, a, None, None, None)
+    without = np.zeros((size, size))
+    mujoco.mjd_transitionFD(model, data, 1e-6, True, without, None, None, None)
+    # The stiffness in closed form: of the new upward velocity by the height.
+    (pose_a, pose_b), time_step = contacts.poses(data)[0], model.opt.timestep
+    twist = np.r_[data.xmat[1].reshape(3, 3) @ data.qvel[3:], data.qvel[:3]]
+    _, jacobian = contacts.contacts[0].pair.linearised(pose_a, pose_b, twist)
+    assert without[8, 2] == pytest.approx(0.0, abs=1e-9)
+    assert a[8, 2] == pytest.approx(time_step * jacobian[5, 5], rel=1e-5)
+    assert a[8, 8] == pytest.approx(1.0 + time_step * jacobian[5, 17], rel=1e-7)
+    assert jacobian[5, 5] < -100.0
+
+
+def test_generalized_forces_are_the_jacobian_transposed():
+    model, contacts = two_balls(he.SurfaceLaw(0.3, 0.5, SLIP))
+    data = mujoco.MjData(model)
+    data.qpos[0] = -0.08
+    data.qvel[:] = 0.1 * np.arange(12)
+    mujoco.mj_forward(model, data)
+    (pose_a, pose_b), wrenches = contacts.poses(data)[0], contacts.wrenches(data)[0]
+    expected, twists = np.zeros(model.nv), []
+    for index, place, wrench in ((1, pose_a, wrenches[:6]), (2, pose_b, wrenches[6:])):
+        linear, angular = np.zeros((3, model.nv)), np.zeros((3, model.nv))
+        mujoco.mj_jac(model, data, linear, angular, place[:3, 3], index)
+        expected += angular.T @ wrench[:3] + linear.T @ wrench[3:]
+        twists.append(np.r_[angular @ data.qvel, linear @ data.qvel])
+    by_pair = contacts.contacts[0].pair.wrench(pose_a, pose_b, *twists)
+    assert np.abs(wrenches - by_pair).max() < 1e-10 * np.abs(by_pair).max()
+    contacts.add_to(data)
+    assert np.abs(expected).max() > 1.0
+    assert np.abs(data.qfrc_passive - expected).max() < 1e-12 * np.abs(expected).max()
+
+
+def test_carriers_are_where_mujoco_has_them():
+    model, _ = drop()
+    pair = ball_pair()
+    carriers = [soft.geom("ball"), soft.body("ball"), soft.site("inside"), soft.body("ball", he.pose([0.1, 0.2, 0.3]))]
+    contacts = soft.PassiveContacts(model, [soft.ContactPair(pair, it, soft.body("world")) for it in carriers])
+    data = mujoco.MjData(model)
+    data.qpos[3:] = [0.5, 0.5, 0.5, 0.5]
+    mujoco.mj_forward(model, data)
+    rotation, center = data.xmat[1].reshape(3, 3), data.xpos[1]
+    places = [center, center, center + rotation @ [0.01, 0.02, 0.03], center + rotation @ [0.1, 0.2, 0.3]]
+    for (found, world), place in zip(contacts.poses(data), places, strict=True):
+        assert np.abs(found[:3, 3] - place).max() < 1e-12
+        assert np.abs(found[:3, :3] - rotation).max() < 1e-12
+        assert np.array_equal(world, np.eye(4))
+
+
+def test_models_are_told_apart_and_contexts_end_in_any_order():
+    first, second = drop(), drop(order=1)
+    alone = [stepped(*it, 900).qpos.copy() for it in (first, second)]
+    assert not np.array_equal(*alone)
+    data = [mujoco.MjData(model) for model, _ in (first, second)]
+    first[1].__enter__()
+    second[1].__enter__()
+    for (model, _), state in zip((first, second), data, strict=True):
+        mujoco.mj_step(model, state, 700)
+    first[1].__exit__(None, None, None)
+    mujoco.mj_step(second[0], data[1], 200)
+    second[1].__exit__(None, None, None)
+    assert np.array_equal(data[1].qpos, alone[1])
+    # The first fell through after its context had ended.
+    mujoco.mj_step(first[0], data[0], 200)
+    assert data[0].qpos[2] < alone[0][2]
+
+
+def test_another_callback_is_called_too_and_comes_back():
+    model, contacts = drop()
+    calls = []
+
+    def mine(model, data):
+        calls.append(data.time)
+
+    mujoco.set_mjcb_passive(mine)
+    try:
+        stepped(model, contacts, 3)
+        assert len(calls) == 3
+        assert mujoco.get_mjcb_passive() is mine
+    finally:
+        mujoco.set_mjcb_passive(None)
+
+
+def test_an_error_in_the_block_or_in_the_callback_clears_it():
+    model, contacts = drop()
+    with pytest.raises(RuntimeError, match="on the way"), contacts:
+        raise RuntimeError("on the way")
+    assert mujoco.get_mjcb_passive() is None
+    data = mujoco.MjData(model)
+    data.qpos[2], data.qvel[0] = 0.19, np.nan
+    with pytest.raises(he.HydroelasticError), contacts:
+        mujoco.mj_fwdPosition(model, data)
+        mujoco.mj_fwdVelocity(model, data)
+
+
+def test_threads_step_their_own_data():
+    model, contacts = drop()
+    expected = stepped(model, contacts, 300).qpos.copy()
+    found = [mujoco.MjData(model) for _ in range(3)]
+    with contacts:
+        threads = [threading.Thread(target=mujoco.mj_step, args=(model, data, 300)) for data in found]
+        for thread in threads:
+            thread.start()
+        for thread in threads:
+            thread.join()
+    assert all(np.array_equal(data.qpos, expected) for data in found)
+
+
+def test_contacts_of_both_kinds_at_once_are_refused_until_excluded():
+    with pytest.raises(he.HydroelasticError, match="exclude it"):
+        drop(more="")
+    spec = mujoco.MjSpec.from_string(DROP.format(more=""))
+    contact = soft.ContactPair(ball_pair(), soft.geom("ball"), soft.geom("block"))
+    soft.exclude(spec, [contact, contact])
+    assert len(spec.excludes) == 1
+    model = spec.compile()
+    contacts = soft.PassiveContacts(model, [contact])
+    data = stepped(model, contacts, 600)
+    assert data.ncon == 0 and contacts.wrenches(data).any()
+    with pytest.raises(he.HydroelasticError, match="exclude it"):
+        drop(more='<contact><pair geom1="ball" geom2="block"/></contact>')
+
+
+# Bits that do not meet, parent and child, and a contact that is switched off: MuJoCo finds none, and so does the check.
+@pytest.mark.parametrize(
+    ("geoms", "flag", "expected"),
+    [
+        ("", "", 2),
+        ('contype="2" conaffinity="4"', "", 0),
+        ('contype="2" conaffinity="1"', "", 2),
+        ("", '<option><flag contact="disable"/></option>', 0),
+        ("", '<option><flag filterparent="disable"/></option>', 3),
+    ],
+)
+def test_the_check_finds_what_mujoco_finds(geoms, flag, expected):
+    model = mujoco.MjModel.from_xml_string(f"""
+    <mujoco>{flag}
+      <worldbody>
+        <geom name="floor" type="box" size="1 1 .1"/>
+        <body name="arm" pos="0 0 .15"><joint type="hinge" axis="0 1 0"/><geom type="sphere" size=".1" mass="1" {geoms}/>
+          <body name="hand" pos=".05 0 0"><joint type="hinge" axis="0 1 0"/><geom type="sphere" size=".1" mass="1" {geoms}/>
+          </body>
+        </body>
+      </worldbody>
+    </mujoco>""")
+    data = mujoco.MjData(model)
+    mujoco.mj_forward(model, data)
+    pairs = {frozenset(int(model.geom_bodyid[g]) for g in contact.geom) for contact in data.contact}
+    assert len(pairs) == expected
+    for bodies in ((0, 1), (0, 2), (1, 2)):
+        names = [soft.body(model.body(index).name) for index in bodies]
+        contact = soft.ContactPair(ball_pair(), *names)
+        if frozenset(bodies) in pairs:
+            with pytest.raises(he.HydroelasticError, match="exclude it"):
+                soft.PassiveContacts(model, [contact])
+        else:
+            soft.PassiveContacts(model, [contact])
+
+
+def test_shapes_of_geoms():
+    model = mujoco.MjModel.from_xml_string("""
+    <mujoco><worldbody>
+      <geom name="ball" type="sphere" size=".1"/><geom name="box" type="box" size=".1 .2 .3"/>
+      <geom name="rod" type="cylinder" size=".1 .2"/><geom name="egg" type="ellipsoid" size=".1 .2 .3"/>
+      <geom name="ground" type="plane" size="1 1 1"/>
+    </worldbody></mujoco>""")
+    extents = {"ball": [0.1] * 3, "box": [0.1, 0.2, 0.3], "rod": [0.1, 0.1, 0.2], "egg": [0.1, 0.2, 0.3]}
+    for name, expected in extents.items():
+        vertices = soft.shape_of_geom(model, name).vertices
+        assert np.allclose(vertices.max(axis=0), expected, rtol=1e-2), name
+    with pytest.raises(he.HydroelasticError, match="mjGEOM_PLANE"):
+        soft.shape_of_geom(model, "ground")
+
+
+def test_refusals():
+    model, contacts = drop()
+    pair = ball_pair()
+
+    def made(a, b, of=model):
+        return soft.PassiveContacts(of, [soft.ContactPair(pair, a, b)])
+
+    with pytest.raises(he.HydroelasticError, match="no geom 'cube'"):
+        made(soft.geom("cube"), soft.geom("block"))
+    with pytest.raises(he.HydroelasticError, match="fixed to each other"):
+        made(soft.geom("ball"), soft.body("ball"))
+    with pytest.raises(he.HydroelasticError, match="not rigid"):
+        made(soft.geom("ball", np.diag([1.0, 1.0, -1.0, 1.0])), soft.geom("block"))
+    with pytest.raises(TypeError, match="float64"):
+        made(soft.geom("ball", np.eye(4, dtype=np.float32)), soft.geom("block"))
+    with pytest.raises(he.HydroelasticError, match="act already"), contacts, contacts:
+        pass
+    still, _ = drop()
+    still.opt.disableflags = soft._NO_PASSIVE_FORCES
+    data = mujoco.MjData(still)
+    calls = []
+    mujoco.set_mjcb_passive(lambda model, data: calls.append(data.time))
+    mujoco.mj_step(still, data)
+    mujoco.set_mjcb_passive(None)
+    assert not calls
+    with pytest.raises(he.HydroelasticError, match="no passive forces"):
+        made(soft.geom("ball"), soft.geom("block"), still)
+    spec = mujoco.MjSpec.from_string(DROP.format(more="").replace('body name="ball"', "body"))
+    with pytest.raises(he.HydroelasticError, match="has no name"):
+        soft.exclude(spec, [soft.ContactPair(pair, soft.geom("ball"), soft.geom("block"))])

@@ -1,0 +1,429 @@
+"""hydroelastic.pin: robots of Pinocchio in contact. Differences, and the world of the library, are the oracles."""
+
+import pickle
+
+import numpy as np
+import pytest
+
+import hydroelastic as he
+
+pinocchio = pytest.importorskip("pinocchio")
+
+from hydroelastic.pin import ContactPair, Feedback, Robot  # noqa: E402
+
+# Of derivatives, relative to the largest entry: central differences over steps of 1e-6 have round-off of 1e-10 and more.
+DERIVATIVE = 1e-8
+STEP = 1e-6
+LAW = he.SurfaceLaw(0.3, 0.5, 1e-2)
+
+
+def arm(base=None, links=((0, 0.3), (0, 0.3), (1, 0.2)), name="finger", model=None, start=0):
+    """Hinges about y (0) and x (1), and a frame at the end of the last link."""
+    model = model or pinocchio.Model()
+    joint, place = start, pinocchio.SE3.Identity()
+    for number, (axis, length) in enumerate(links):
+        hinge = (pinocchio.JointModelRY(), pinocchio.JointModelRX())[axis]
+        joint = model.addJoint(joint, hinge, base or place, f"{name}{number}")
+        base = None
+        middle = pinocchio.SE3(np.eye(3), np.array([0.0, 0.0, -length / 2]))
+        model.appendBodyToJoint(joint, pinocchio.Inertia.FromCylinder(1.0, 0.02, length), middle)
+        place = pinocchio.SE3(np.eye(3), np.array([0.0, 0.0, -length]))
+    # Turned: axes of the frame and of the joint differ.
+    turned = pinocchio.SE3(he.pose([0.0, 0.0, 0.0], [0.3, -0.2, 0.5]))
+    model.addFrame(pinocchio.Frame(name, joint, place * turned, pinocchio.FrameType.OP_FRAME))
+    return model
+
+
+def frame_pose(model, name, q):
+    data = model.createData()
+    pinocchio.framesForwardKinematics(model, data, q)
+    return data.oMf[model.getFrameId(name)].homogeneous
+
+
+def frame_place(model, name, q):
+    return frame_pose(model, name, q)[:3, 3]
+
+
+def pressed_arm(law=LAW, order=3):
+    """A fingertip 3 mm deep in a block, sliding."""
+    model, state = arm(), (np.array([0.25, -0.45, 0.1]), np.array([0.2, 0.4, -0.3]), np.array([0.5, -0.2, 0.1]))
+    pair = he.Pair(he.Shape.icosphere(0.05, order), he.Shape.cuboid([0.6, 0.6, 0.2]), 1e5, 1e6, law)
+    # The shape is off the frame's origin too.
+    offset = he.pose([0.004, -0.003, 0.002], [0.1, 0.2, 0.0])
+    place = (frame_pose(model, "finger", state[0]) @ offset)[:3, 3] + [0.013, -0.02, -0.05 + 0.003 - 0.1]
+    return Robot(model, [ContactPair(pair, "finger", pose_a=offset, pose_b=he.pose(place))]), state
+
+
+def gripped_ball(ball_is_a=True):
+    """Two arms squeeze a free ball that lies on a floor: contacts of frame and frame, and of frame and world."""
+    model = arm(pinocchio.SE3(np.eye(3), np.array([0.0, -0.09, 0.6])), name="left")
+    model = arm(pinocchio.SE3(np.eye(3), np.array([0.0, 0.09, 0.6])), name="right", model=model)
+    joint = model.addJoint(0, pinocchio.JointModelFreeFlyer(), pinocchio.SE3.Identity(), "ball")
+    # With a center of mass beside the joint's origin.
+    mass = pinocchio.Inertia(0.7, np.array([0.003, -0.002, 0.004]), np.diag([1e-3, 1.2e-3, 0.9e-3]))
+    model.appendBodyToJoint(joint, mass, pinocchio.SE3.Identity())
+    model.addFrame(pinocchio.Frame("ball", joint, pinocchio.SE3.Identity(), pinocchio.FrameType.OP_FRAME))
+    q = pinocchio.neutral(model)
+    q[:3], q[3:6] = [0.4, -0.75, 0.12], [0.4, -0.75, -0.12]
+    here = (frame_place(model, "left", q) + frame_place(model, "right", q)) / 2
+    apart = np.linalg.norm(frame_place(model, "left", q) - frame_place(model, "right", q))
+    q[6:9] = here + [0.004, 0.001, -0.006]
+    q = pinocchio.integrate(model, q, np.r_[np.zeros(9), 0.3, -0.5, 0.7])
+    ball, tip = he.Shape.icosphere(0.06, 2), he.Shape.icosphere(apart / 2 - 0.06 + 0.004, 2)
+    floor = ContactPair(
+        he.Pair(ball, he.Shape.cuboid([1.0, 1.0, 0.2]), 2e5, 1e6, he.SurfaceLaw(0.1, 0.8, 2e-2)),
+        "ball",
+        pose_b=he.pose([0.02, 0.03, q[8] - 0.1 - 0.06 + 0.004]),
+    )
+
+    def tips(name):
+        pair = he.Pair(ball, tip, 2e5, 1e5, LAW) if ball_is_a else he.Pair(tip, ball, 1e5, 2e5, LAW)
+        return ContactPair(pair, *(("ball", name) if ball_is_a else (name, "ball")))
+
+    rng = np.random.default_rng(5)
+    v, tau = 0.2 * rng.standard_normal(model.nv), 0.3 * rng.standard_normal(model.nv)
+    return Robot(model, [tips("left"), tips("right"), floor]), (q, v, tau)
+
+
+CART = """
+<robot name="cart">
+  <link name="base"><inertial><mass value="2"/><origin xyz="0.01 0 0.02"/>
+    <inertia ixx="0.02" iyy="0.03" izz="0.02" ixy="0.001" ixz="0" iyz="0"/></inertial></link>
+  <link name="wheel"><inertial><mass value="0.5"/><inertia ixx="1e-3" iyy="2e-3" izz="1e-3" ixy="0" ixz="0" iyz="0"/></inertial>
+  </link>
+  <joint name="axle" type="continuous"><parent link="base"/><child link="wheel"/><origin xyz="0.1 0.02 -0.05"/><axis xyz="0 1 0"/>
+  </joint>
+</robot>"""
+
+
+def driven_cart():
+    """From a URDF: a floating base, whose wheel on a continuous joint (nq 2, nv 1) spins on a floor, and whose runner slides."""
+    model = pinocchio.buildModelFromXML(CART, pinocchio.JointModelFreeFlyer())
+    q = pinocchio.integrate(model, pinocchio.neutral(model), np.array([0.1, 0.2, 0.3, 0.05, -0.04, 0.3, 0.8]))
+    law = he.SurfaceLaw(0.2, 0.6, 2e-2)
+    wheel, runner = he.Shape.ellipsoid([0.06, 0.03, 0.06], 2), he.Shape.icosphere(0.04, 2)
+    floor = he.Shape.cuboid([2.0, 2.0, 0.2])
+    on_base = he.pose([-0.1, 0.0, -0.06])
+    heights = frame_pose(model, "wheel", q)[2, 3] - 0.06, (frame_pose(model, "base", q) @ on_base)[2, 3] - 0.04
+    contacts = [
+        ContactPair(he.Pair(wheel, floor, 2e5, 1e6, law), "wheel", pose_b=he.pose([0.0, 0.0, heights[0] + 0.003 - 0.1])),
+        ContactPair(
+            he.Pair(floor, runner, 1e6, 2e5, law), "universe", "base", he.pose([0.0, 0.0, heights[1] + 0.004 - 0.1]), on_base
+        ),
+    ]
+    rng = np.random.default_rng(7)
+    return Robot(model, contacts), (q, 0.3 * rng.standard_normal(model.nv), 0.5 * rng.standard_normal(model.nv))
+
+
+SCENES = {"cart": driven_cart, "arm": pressed_arm, "grip": gripped_ball, "grip, other way round": lambda: gripped_ball(False)}
+
+
+@pytest.fixture(params=SCENES, scope="module")
+def case(request):
+    return SCENES[request.param]()
+
+
+def slopes(function, count, step=STEP):
+    """Central differences of a function of a vector at zero, columns last."""
+    found = [(function(step * unit) - function(-step * unit)) / (2 * step) for unit in np.eye(count)]
+    return np.stack(found, axis=-1)
+
+
+def deviation(exact, found):
+    assert exact.shape == found.shape
+    assert np.abs(found).max() > 0.0
+    return np.abs(exact - found).max() / np.abs(found).max()
+
+
+def by_materials(robot, function):
+    """Differences of a function of a robot by each number of each material."""
+    materials, columns = robot.materials, []
+    for place in np.ndindex(*materials.shape):
+        change = np.zeros_like(materials)
+        # Longer than those of a state: a wrench changes little by them, and so has more round-off.
+        change[place] = STEP * (10.0 * materials[place] if place[1] < 2 else 30.0)
+        ends = [function(robot.with_materials(materials + sign * change)) for sign in (1, -1)]
+        columns.append((ends[0] - ends[1]) / (2 * change[place]))
+    return np.stack(columns, axis=-1).reshape(*columns[0].shape, *materials.shape)
+
+
+def material_deviation(exact, found):
+    """Moduli, dissipation and friction have units of their own: each by its own scale."""
+    return max(deviation(exact[..., column], found[..., column]) for column in range(4))
+
+
+def test_every_contact_of_the_scenes_presses(case):
+    robot, (q, v, _) = case
+    forces = np.abs(robot.wrenches(q, v)[:, 3:6]).max(axis=1)
+    assert (forces > 0.1).all(), forces
+
+
+def test_accelerations_by_q_v_and_torques(case):
+    robot, (q, v, tau) = case
+    model = robot.model
+    found = robot.linearised(q, v, tau)
+    plain = robot.acceleration(q, v, tau)
+    assert np.abs(found.a - plain).max() <= 1e-12 * np.abs(plain).max()
+    by_q = slopes(lambda dq: robot.acceleration(pinocchio.integrate(model, q, dq), v, tau), model.nv)
+    by_v = slopes(lambda dv: robot.acceleration(q, v + dv, tau), model.nv)
+    by_tau = slopes(lambda change: robot.acceleration(q, v, tau + change), model.nv)
+    assert deviation(found.by_q, by_q) <= DERIVATIVE
+    assert deviation(found.by_v, by_v) <= DERIVATIVE
+    assert deviation(found.by_tau, by_tau) <= DERIVATIVE
+
+
+def test_accelerations_by_material(case):
+    robot, (q, v, tau) = case
+    found = by_materials(robot, lambda other: other.acceleration(q, v, tau))
+    assert material_deviation(robot.linearised(q, v, tau).by_material, found) <= DERIVATIVE
+
+
+def test_wrenches_by_q_v_and_material(case):
+    robot, (q, v, _) = case
+    model = robot.model
+    found = robot.linearised_wrenches(q, v)
+    assert np.abs(found.wrenches - robot.wrenches(q, v)).max() <= 1e-12 * np.abs(found.wrenches).max()
+    by_q = slopes(lambda dq: robot.wrenches(pinocchio.integrate(model, q, dq), v), model.nv)
+    assert deviation(found.by_q, by_q) <= DERIVATIVE
+    assert deviation(found.by_v, slopes(lambda dv: robot.wrenches(q, v + dv), model.nv)) <= DERIVATIVE
+    by_own = by_materials(robot, lambda other: other.wrenches(q, v))
+    for contact in range(len(robot.contacts)):
+        assert material_deviation(found.by_material[contact], by_own[contact, :, contact]) <= DERIVATIVE
+
+
+def test_the_velocity_of_a_point_that_moves_is_what_counts():
+    """Pinocchio's derivative of a frame's twist is at a fixed point of the world: taken for the shape's, 3e-3 wrong here."""
+    robot, (q, v, tau) = pressed_arm()
+    model, contact = robot.model, robot.contacts[0]
+    frame = model.frames[model.getFrameId("finger")]
+    place = frame.placement * pinocchio.SE3(contact.pose_a)
+    data, aligned = model.createData(), pinocchio.ReferenceFrame.LOCAL_WORLD_ALIGNED
+    pinocchio.computeForwardKinematicsDerivatives(model, data, q, v, np.zeros(3))
+    _, jacobian = pinocchio.getFrameVelocityDerivatives(model, data, frame.parentJoint, place, aligned)
+    jacobian = np.vstack([jacobian[3:], jacobian[:3]])
+    _, by_all = contact.pair.linearised(*robot.poses(q)[0], jacobian @ v, np.zeros(6))
+    lost = np.cross((jacobian[:3] @ v)[:, None], jacobian[3:], axis=0)
+    exact = robot.linearised(q, v, tau)
+    wrong = exact.by_tau @ jacobian.T @ by_all[:6, 15:18] @ lost
+    assert np.abs(wrong).max() > 1e5 * DERIVATIVE * np.abs(exact.by_q).max()
+
+
+def test_without_contact_it_is_pinocchio_alone():
+    robot, (q, v, tau) = pressed_arm()
+    model, data = robot.model, robot.model.createData()
+    away = q + [0.0, 1.0, 0.0]
+    found = robot.linearised(away, v, tau)
+    by_q, by_v, by_tau = pinocchio.computeABADerivatives(model, data, away, v, tau)
+    assert np.array_equal(found.by_q, by_q) and np.array_equal(found.by_v, by_v) and np.array_equal(found.by_tau, by_tau)
+    assert np.array_equal(robot.acceleration(away, v, tau), pinocchio.aba(model, data, away, v, tau))
+    assert not found.by_material.any() and not robot.wrenches(away, v).any()
+
+
+def test_wrenches_are_those_of_the_pair_at_the_poses(case):
+    robot, (q, v, _) = case
+    poses = robot.poses(q)
+    later = robot.poses(pinocchio.integrate(robot.model, q, 1e-6 * v))
+    before = robot.poses(pinocchio.integrate(robot.model, q, -1e-6 * v))
+    for contact, (pose_a, pose_b), ends, wrench in zip(
+        robot.contacts, poses, zip(before, later), robot.wrenches(q, v), strict=True
+    ):
+        twists = []
+        for side, pose in enumerate((pose_a, pose_b)):
+            rate = (ends[1][side] - ends[0][side]) / 2e-6
+            spin = rate[:3, :3] @ pose[:3, :3].T
+            twists.append(np.array([spin[2, 1], spin[0, 2], spin[1, 0], *rate[:3, 3]]))
+        expected = contact.pair.wrench(pose_a, pose_b, *twists)
+        assert np.abs(wrench - expected).max() <= 1e-6 * np.abs(expected).max()
+
+
+def ball_and_floor(velocity, spin):
+    """The same ball as the free-flyer of a robot and as a body of a world."""
+    skin = he.Material(1e5, 0.2, 0.4)
+    shape = he.Shape.icosphere(0.1, 2)
+    floor = he.Shape.cuboid([2.0, 2.0, 0.2])
+    center, inertia = np.zeros(3), np.diag([4e-3, 4e-3, 4e-3])
+    pose = he.pose([0.01, 0.02, 0.205], [0.2, 0.1, -0.3])
+    body = he.Body.dynamic(
+        "ball", shape, skin, 1.0, center_of_mass=center, inertia=inertia, pose=pose, velocity=velocity, spin=spin
+    )
+    world = he.World([body, he.Body.fixed("floor", floor, skin)], gravity=[0.0, 0.0, -9.81], slip_tolerance=1e-2)
+    model = pinocchio.Model()
+    joint = model.addJoint(0, pinocchio.JointModelFreeFlyer(), pinocchio.SE3.Identity(), "ball")
+    model.appendBodyToJoint(joint, pinocchio.Inertia(1.0, center, inertia), pinocchio.SE3.Identity())
+    model.addBodyFrame("ball", joint, pinocchio.SE3.Identity(), 0)
+    robot = Robot(model, [ContactPair(he.Pair(shape, floor, 1e5, 1e5, skin.law_with(skin, 1e-2)), "ball")])
+    # Velocities in the ball's axes.
+    v = np.concatenate([np.array(velocity) @ pose[:3, :3], np.array(spin) @ pose[:3, :3]])
+    return world, robot, pinocchio.SE3ToXYZQUAT(pinocchio.SE3(pose)), v
+
+
+def gap_to_world(velocity, spin, time_step):
+    """Largest difference of the pose after 0.06 s from that of the world, and how far the ball moved."""
+    world, robot, q, v = ball_and_floor(velocity, spin)
+    steps = round(0.06 / time_step)
+    plan = he.Plan(time_step, steps, he.Integrator.SYMPLECTIC_EULER, record_every=steps)
+    of_world = world.rollout(plan).recorded().poses[:, 0]
+    motion = robot.rollout(q, v, np.zeros(6), time_step, steps, record_every=steps)
+    end = pinocchio.XYZQUATToSE3(motion.q[-1]).homogeneous
+    return np.abs(end - of_world[-1]).max(), np.abs(end - of_world[0]).max()
+
+
+def test_a_free_flyer_bounces_as_a_body_of_a_world():
+    """Pinocchio's velocity turns with the body, so the schemes differ in the first order of the step where it spins."""
+    coarse, _ = gap_to_world([0.5, 0.1, -0.3], [0.5, -1.0, 2.0], 2e-4)
+    fine, moved = gap_to_world([0.5, 0.1, -0.3], [0.5, -1.0, 2.0], 1e-4)
+    assert coarse < 2e-5 and fine < 0.51 * coarse, (coarse, fine)
+    # A straight fall on facets hardly spins.
+    gap, fallen = gap_to_world([0.0, 0.0, -0.3], [0.0, 0.0, 0.0], 2e-4)
+    assert gap < 1e-6 and fallen > 0.02
+    assert moved > 0.02
+
+
+def test_a_step_to_first_order(case):
+    robot, (q, v, tau) = case
+    model, nv = robot.model, robot.model.nv
+    time_step = 1e-3
+    found = robot.linearised_step(q, v, tau, time_step)
+    plain = robot.step(q, v, tau, time_step)
+    assert np.allclose(found.q, plain[0], rtol=0.0, atol=1e-13) and np.allclose(found.v, plain[1], rtol=1e-12, atol=1e-13)
+
+    def displaced(change, torque=np.zeros(nv), robot=robot):
+        start = pinocchio.integrate(model, q, change[:nv])
+        after = robot.step(start, v + change[nv:], tau + torque, time_step)
+        return np.r_[pinocchio.difference(model, found.q, after[0]), after[1] - found.v]
+
+    still = np.zeros(2 * nv)
+    assert deviation(found.by_state, slopes(displaced, 2 * nv)) <= DERIVATIVE
+    assert deviation(found.by_tau, slopes(lambda torque: displaced(still, torque), nv)) <= DERIVATIVE
+    by_material = by_materials(robot, lambda other: displaced(still, robot=other))
+    assert material_deviation(found.by_material[nv:], by_material[nv:]) <= DERIVATIVE
+    # A step moves q by the new velocity alone; differences of q itself have the round-off of q.
+    assert material_deviation(found.by_material[:nv], by_material[:nv]) <= 1e-4
+
+
+def contact_share(robot, motion):
+    """How many of the recorded states are in contact."""
+    return np.mean([robot.wrenches(q, v).any() for q, v in zip(motion.q, motion.v)])
+
+
+def test_500_steps_with_contact_and_friction():
+    robot, (q, v, tau) = pressed_arm(order=2)
+    time_step, steps = 2e-4, 500
+    motion, jacobian = robot.linearised_rollout(q, v, tau, time_step, steps, record_every=50)
+    assert contact_share(robot, motion) > 0.3
+    assert np.abs(motion.q[-1] - q).max() > 0.01
+
+    def end(change, robot=robot):
+        motion = robot.rollout(q + change[:3], v + change[3:], tau, time_step, steps, record_every=steps)
+        return np.r_[motion.q[-1], motion.v[-1]]
+
+    assert np.abs(end(np.zeros(6)) - np.r_[motion.q[-1], motion.v[-1]]).max() < 1e-10
+    assert deviation(jacobian.by_start[-1], slopes(end, 6)) <= DERIVATIVE
+    found = by_materials(robot, lambda other: end(np.zeros(6), other))
+    assert material_deviation(jacobian.by_material[-1], found) <= DERIVATIVE
+
+
+def test_a_controlled_rollout_by_its_parameters_and_a_quaternion_start():
+    robot, (q, v, _) = gripped_ball()
+    model, nv = robot.model, robot.model.nv
+    arms = np.arange(nv) < 6
+
+    def controller(gains):
+        def feedback(time, at_q, at_v):
+            push = np.where(arms, gains[0] * np.sin(20.0 * time), 0.0)
+            damping = np.where(arms, gains[1], 0.0)
+            by_parameters = np.stack([np.where(arms, np.sin(20.0 * time), 0.0), np.where(arms, -at_v, 0.0)], axis=1)
+            return Feedback(push - damping * at_v, None, -np.diag(damping), by_parameters)
+
+        return feedback
+
+    gains, steps, time_step = np.array([0.4, 0.05]), 40, 2e-4
+    motion, jacobian = robot.linearised_rollout(q, v, controller(gains), time_step, steps, record_every=steps)
+    assert jacobian.by_start.shape == (2, 2 * nv, 2 * nv) and jacobian.by_material.shape == (2, 2 * nv, 3, 4)
+
+    def end(change, gains=gains):
+        start = pinocchio.integrate(model, q, change[:nv])
+        after = robot.rollout(start, v + change[nv:], controller(gains), time_step, steps, record_every=steps)
+        return np.r_[pinocchio.difference(model, motion.q[-1], after.q[-1]), after.v[-1]]
+
+    still = np.zeros(2 * nv)
+    # Shorter steps: the curvature of the rollout counts for 2.5e-8 at 1e-6, and for a hundredth of that at 1e-7.
+    assert deviation(jacobian.by_start[-1], slopes(end, 2 * nv, 1e-7)) <= DERIVATIVE
+    found = slopes(lambda change: end(still, gains + change), 2, 3e-6)
+    assert deviation(jacobian.by_parameters[-1], found) <= DERIVATIVE
+
+
+def test_torques_of_each_step():
+    robot, (q, v, tau) = pressed_arm(order=1)
+    rows = np.stack([tau, 2 * tau, -tau])
+    motion = robot.rollout(q, v, rows, 1e-3, 3)
+    for row in rows:
+        q, v = robot.step(q, v, row, 1e-3)
+    assert np.array_equal(motion.q[-1], q) and np.array_equal(motion.v[-1], v)
+    assert np.allclose(motion.times, [0.0, 1e-3, 2e-3, 3e-3])
+
+
+def test_energy_is_kept_without_dissipation_and_friction():
+    robot, (q, v, _) = pressed_arm(he.SurfaceLaw(), order=2)
+    model, data = robot.model, robot.model.createData()
+
+    def energy(q, v):
+        kinetic = pinocchio.computeKineticEnergy(model, data, q, v)
+        return kinetic + pinocchio.computePotentialEnergy(model, data, q) + robot.contact_energy(q)
+
+    drifts = []
+    for time_step in (1e-3, 5e-4):
+        motion = robot.rollout(q, v, np.zeros(3), time_step, round(0.1 / time_step))
+        energies = [energy(*state) for state in zip(motion.q, motion.v)]
+        drifts.append(np.abs(np.array(energies) - energies[0]).max())
+    assert robot.contact_energy(q) > 1e-3
+    # First order in the step, and small beside the energy in the contact.
+    assert drifts[0] < 0.05 and drifts[1] < 0.6 * drifts[0], drifts
+
+
+def test_a_pickled_robot_does_the_same(case):
+    robot, (q, v, tau) = case
+    materials = robot.materials
+    materials[:, 3] += 0.1
+    robot = robot.with_materials(materials)
+    again = pickle.loads(pickle.dumps(robot))
+    assert np.array_equal(again.materials, materials)
+    assert np.array_equal(again.acceleration(q, v, tau), robot.acceleration(q, v, tau))
+
+
+def test_refusals():
+    robot, (q, v, tau) = pressed_arm(order=1)
+    pair = robot.contacts[0].pair
+    with pytest.raises(he.HydroelasticError, match="no frame 'thumb'"):
+        Robot(robot.model, [ContactPair(pair, "thumb")])
+    with pytest.raises(he.HydroelasticError, match="fixed to each other"):
+        Robot(robot.model, [ContactPair(pair, "finger", "finger")])
+    with pytest.raises(he.HydroelasticError, match="frame 99"):
+        Robot(robot.model, [ContactPair(pair, 99)])
+    twice = robot.model.copy()
+    twice.addFrame(pinocchio.Frame("finger", 1, pinocchio.SE3.Identity(), pinocchio.FrameType.BODY))
+    with pytest.raises(he.HydroelasticError, match="2 frames 'finger' at different places"):
+        Robot(twice, [ContactPair(pair, "finger")])
+    with pytest.raises(he.HydroelasticError, match="not rigid"):
+        Robot(robot.model, [ContactPair(pair, "finger", pose_a=2.0 * np.eye(4))])
+    with pytest.raises(he.HydroelasticError, match=r"q has shape \(2,\)"):
+        robot.acceleration(q[:2], v, tau)
+    with pytest.raises(TypeError, match="v is float32"):
+        robot.linearised(q, v.astype(np.float32), tau)
+    with pytest.raises(he.HydroelasticError, match="not finite"):
+        robot.acceleration(q, v, np.array([np.nan, 0.0, 0.0]))
+    with pytest.raises(he.HydroelasticError, match="not finite"):
+        robot.wrenches(q, np.array([np.nan, 0.0, 0.0]))
+    with pytest.raises(he.HydroelasticError):
+        robot.acceleration(np.array([np.inf, 0.0, 0.0]), v, tau)
+    with pytest.raises(he.HydroelasticError):
+        robot.with_materials(-robot.materials).acceleration(q, v, tau)
+    with pytest.raises(he.HydroelasticError, match="time step"):
+        robot.step(q, v, tau, 0.0)
+    with pytest.raises(TypeError, match="expected hydroelastic.pin.Feedback"):
+        robot.rollout(q, v, lambda time, q, v: tau, 1e-3, 2)
+    with pytest.raises(he.HydroelasticError, match="recorded"):
+        robot.rollout(q, v, tau, 1e-3, 2, record_every=0)
+    grip, (q, v, tau) = gripped_ball()
+    with pytest.raises(he.HydroelasticError, match="not normalized"):
+        grip.acceleration(2.0 * q, v, tau)
