@@ -76,7 +76,9 @@ class Browser:
         self._wait_for_driver()
         arguments = [*OPTIONS, f"--user-data-dir={self._directory.name}"]
         arguments += [f"--proxy-server=127.0.0.1:{self.listener.port}", "--proxy-bypass-list=<-loopback>"]
-        capabilities = {"alwaysMatch": {"goog:chromeOptions": {"args": arguments, "binary": shutil.which("chromium")}}}
+        options = {"args": arguments, "binary": shutil.which("chromium")}
+        logs = {"performance": "ALL"}
+        capabilities = {"alwaysMatch": {"goog:chromeOptions": options, "goog:loggingPrefs": logs}}
         self._session = self._ask("POST", "/session", {"capabilities": capabilities})["sessionId"]
 
     def _wait_for_driver(self):
@@ -117,6 +119,13 @@ class Browser:
                 return
             time.sleep(0.05)
         raise AssertionError(f"not so after 10 s: {condition}; the page says: " + str(self.run("return document.body.innerText")))
+
+    def requests(self):
+        """The addresses that pages have asked for since this was last called."""
+        entries = self._do("/se/log", {"type": "performance"})
+        messages = [json.loads(entry["message"])["message"] for entry in entries]
+        sent = [message["params"]["request"]["url"] for message in messages if message["method"] == "Network.requestWillBeSent"]
+        return [address for address in sent if not address.startswith("data:")]
 
     def drag(self, x, y):
         """Drags the middle of the page."""

@@ -148,6 +148,11 @@ def raylet(node):
     return information.process.pid
 
 
+def working(*nodes):
+    """The workers of nodes that run a part of a batch now."""
+    return [worker for node in nodes for worker in descendants(raylet(node)) if at_work(worker)]
+
+
 def wait_for(condition):
     """Waits until something is so, and returns it."""
     for _ in range(1000):
@@ -165,7 +170,7 @@ def test_a_killed_worker_costs_nothing_but_time(cluster, Batch, bounce):
 
     def kill(done, total):
         if done >= total // 3 and not killed:
-            worker = wait_for(lambda: next(filter(at_work, descendants(raylet(cluster.ours[1]))), None))
+            worker = wait_for(lambda: working(*cluster.ours))[0]
             os.kill(worker, signal.SIGKILL)
             killed.append(worker)
 
@@ -181,7 +186,7 @@ def test_what_is_lost_more_often_than_it_is_tried_is_an_exception_and_the_others
 
     def kill(done, total):
         if not killed:
-            worker = wait_for(lambda: next(filter(at_work, descendants(raylet(cluster.ours[1]))), None))
+            worker = wait_for(lambda: working(*cluster.ours))[0]
             os.kill(worker, signal.SIGKILL)
             killed.append(worker)
 
@@ -200,10 +205,9 @@ def test_workers_have_one_thread(cluster, Batch, bounce):
     threads = []
 
     def look(done, total):
-        for worker in descendants(raylet(cluster.ours[0])):
-            if at_work(worker):
-                with open(f"/proc/{worker}/environ", "rb") as file:
-                    threads.append(b"RAYON_NUM_THREADS=1\0" in file.read())
+        for worker in working(*cluster.ours):
+            with open(f"/proc/{worker}/environ", "rb") as file:
+                threads.append(b"RAYON_NUM_THREADS=1\0" in file.read())
 
     Batch(plan, chunk=4, progress=look).trajectories_after(world, BY, samples)
     assert threads and all(threads)
@@ -215,10 +219,9 @@ def test_an_exception_of_the_progress_function_and_ctrl_c_end_the_batch(cluster,
     floor = he.Body.fixed("floor", he.Shape.cuboid([2.0, 2.0, 0.2]), skin)
     world = he.World([ball, floor], gravity=[0.0, 0.0, -9.81])
     endless = Batch(he.Plan(2e-4, 10**9, record_every=10**9))
-    working = lambda: [p for node in cluster.ours for p in descendants(raylet(node)) if at_work(p)]
 
     def interrupt():
-        wait_for(working)
+        wait_for(lambda: working(*cluster.ours))
         os.kill(os.getpid(), signal.SIGINT)
 
     thread = threading.Thread(target=interrupt)
@@ -226,7 +229,7 @@ def test_an_exception_of_the_progress_function_and_ctrl_c_end_the_batch(cluster,
     with pytest.raises(KeyboardInterrupt):
         endless.of_worlds([world] * 4)
     thread.join()
-    wait_for(lambda: not working())
+    wait_for(lambda: not working(*cluster.ours))
 
     def stop(done, total):
         raise RuntimeError("enough")
@@ -244,8 +247,7 @@ def test_a_lost_node_costs_nothing_but_time(cluster, Batch, bounce):
 
     def lose(done, total):
         if done >= total // 3 and not lost:
-            node = cluster.ours[0]
-            wait_for(lambda: any(map(at_work, descendants(raylet(node)))))
+            node = wait_for(lambda: next(filter(working, cluster.ours), None))
             cluster.remove_node(node, allow_graceful=False)
             lost.append(node)
 
