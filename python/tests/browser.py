@@ -186,15 +186,23 @@ def _unfiltered(kind, row, above):
         return np.cumsum(row, axis=0, dtype=np.uint8)
     if kind == 2:
         return row + above
-    found = np.zeros_like(row)
-    left = corner = np.zeros(row.shape[1], int)
-    for place in range(len(row)):
-        up = above[place].astype(int)
-        if kind == 3:
-            guess = (left + up) // 2
-        else:
-            far = [abs(up - corner), abs(left - corner), abs(left + up - 2 * corner)]
-            guess = np.where((far[0] <= far[1]) & (far[0] <= far[2]), left, np.where(far[1] <= far[2], up, corner))
-        found[place] = row[place] + guess.astype(np.uint8)
-        left, corner = found[place].astype(int), up
-    return found
+    found, width = [], row.shape[1]
+    left = corner = [0] * width
+    # Whole numbers of Python are faster here than arrays of three.
+    for values, up in zip(row.tolist(), above.tolist(), strict=True):
+        guesses = map(_mean, left, up) if kind == 3 else map(_paeth, left, up, corner)
+        left, corner = [(value + guess) & 255 for value, guess in zip(values, guesses, strict=True)], up
+        found.append(left)
+    return np.array(found, np.uint8)
+
+
+def _mean(left, up):
+    return (left + up) // 2
+
+
+def _paeth(left, up, corner):
+    """Whichever is nearest to left + up - corner."""
+    far_left, far_up, far_corner = abs(up - corner), abs(left - corner), abs(left + up - 2 * corner)
+    if far_left <= far_up and far_left <= far_corner:
+        return left
+    return up if far_up <= far_corner else corner

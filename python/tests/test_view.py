@@ -149,13 +149,12 @@ def test_a_saved_page_is_the_picture(surface, scene, tmp_path):
     page = (tmp_path / "a.html").read_text(encoding="utf-8")
     assert page == (tmp_path / "b.html").read_text(encoding="utf-8") == view.html(surface)
     for thing in (surface, scene, scene.rollout(he.Plan(1e-3, 3)).recorded()):
-        shown = re.search('srcdoc="(.*?)"', thing._repr_html_())[1]
+        shown = re.search('srcdoc="(.*?)"', thing._repr_html_(), flags=re.S)[1]
         assert html.unescape(shown) == thing.show().html
-    assert "598 polygons" in repr(surface.show()) or "polygons" in repr(surface.show())
+    assert f"{len(surface)} polygons" in repr(surface.show())
 
 
 def test_a_page_names_no_other_place(surface):
-    # But that of its own drawing language, which is never loaded.
     assert re.findall(r"https?://\S*|src=\S*|href=\S*|@import\S*", view.html(surface)) == []
     assert "default-src 'none'" in view.html(surface)
 
@@ -216,6 +215,15 @@ def colored(pixels):
     return int((np.ptp(pixels.astype(int), axis=2) > 40).sum())
 
 
+def wait_for(condition):
+    """Waits until something is so."""
+    for _ in range(50):
+        if condition():
+            return
+        time.sleep(0.2)
+    raise AssertionError("it did not happen in 10 s")
+
+
 DRAWN = "document.body.dataset.drawn === 'true'"
 
 
@@ -259,13 +267,15 @@ def test_a_trajectory_is_stepped_by_its_slider_and_plays_to_its_end(page, bounce
     page.run(move % 50)
     middle = page.pixels()
     assert (first != middle).any(axis=2).sum() > 1000
-    assert f"{thrown.times[50 * (len(thrown) - 1) // 99]:.2f}"[:3] in page.run("return document.querySelector('output').textContent")
+    drawn = np.linspace(0, len(thrown) - 1, 100).round().astype(int)
+    output = "return document.querySelector('output').textContent"
+    assert page.run(output) == f"t = {thrown.times[drawn[50]]:.4f} s"
     page.run("document.querySelector('select').value = 1; document.querySelector('button').click()")
     start = time.perf_counter()
     page.wait_until("document.querySelector('input').value === document.querySelector('input').max")
     assert time.perf_counter() - start < 10.0
     assert page.run("return document.querySelector('button').textContent") == "▶"
-    assert f"{thrown.times[-1]:.3f} s" in page.run("return document.querySelector('output').textContent")
+    assert page.run(output) == f"t = {thrown.times[-1]:.4f} s"
 
 
 @pytest.mark.browser
@@ -273,17 +283,17 @@ def test_a_picture_out_of_sight_gives_its_context_back_and_takes_it_again(page, 
     frames = "".join(scene._repr_html_() for _ in range(24))
     (tmp_path / "many.html").write_text(f"<meta charset=utf-8>{frames}", encoding="utf-8")
     page.open(tmp_path / "many.html")
-    page.enter_frame()
-    page.wait_until(DRAWN)
+    for place in (0, 23, 0):
+        page.run(f"document.querySelectorAll('iframe')[{place}].scrollIntoView()")
+        page.enter_frame(place)
+        page.wait_until(DRAWN)
+        page.wait_until("!document.querySelector('canvas').getContext('webgl2').isContextLost()")
+        page.leave_frame()
+        # The bodies; without them, the legend and the axes have fewer than a thousand pixels of color.
+        wait_for(lambda: colored(page.pixels()) > 10_000)
+    page.enter_frame(23)
+    page.wait_until("document.querySelector('canvas').getContext('webgl2').isContextLost()")
     page.leave_frame()
-    at_top = page.pixels()
-    assert colored(at_top) > 3000
-    page.run("window.scrollTo(0, document.body.scrollHeight)")
-    time.sleep(2.0)
-    assert colored(page.pixels()) > 3000
-    page.run("window.scrollTo(0, 0)")
-    time.sleep(2.0)
-    assert (page.pixels() != at_top).any(axis=2).sum() < 100
 
 
 @pytest.mark.browser

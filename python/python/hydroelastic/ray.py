@@ -22,8 +22,8 @@ from ._core import HydroelasticError, Parameter, Plan, RolloutError, State, Traj
 try:
     import ray
     from ray import exceptions
-except ImportError as error:
-    raise ImportError('hydroelastic.ray needs Ray: pip install "hydroelastic[ray]"') from error
+except ImportError as _error:
+    raise ImportError('hydroelastic.ray needs Ray: pip install "hydroelastic[ray]"') from _error
 
 __all__ = ["Batch"]
 
@@ -188,7 +188,8 @@ class Batch:
 
 def _part_length(count: int) -> int:
     """How many rollouts a task has, if the caller does not say."""
-    cores = max(1, int(ray.cluster_resources().get("CPU", 1)))
+    resources: dict[str, float] = ray.cluster_resources()  # type: ignore[no-untyped-call]
+    cores = max(1, int(resources.get("CPU", 1)))
     return min(_LONGEST_PART, -(-count // (_PARTS_PER_CORE * cores)))
 
 
@@ -205,7 +206,8 @@ def _as_they_end(tasks: list[ray.ObjectRef[Any]]) -> Iterator[ray.ObjectRef[Any]
 def _result(task: ray.ObjectRef[Any], count: int) -> list[Any]:
     """The results of a task that has ended, or an exception for each of them where the engine has lost it too often."""
     try:
-        return ray.get(task)  # type: ignore[no-any-return]
+        found: list[Any] = ray.get(task)
+        return found
     except _LOST as lost:
         return [_lost(lost) for _ in range(count)]
 

@@ -19,7 +19,6 @@ import os
 import warnings
 import zlib
 from collections.abc import Sequence
-from functools import cache
 from importlib.resources import files
 from typing import Any, Self
 
@@ -33,9 +32,9 @@ __all__ = ["Picture", "html", "of_surface", "of_trajectory", "of_world", "pictur
 _Floats = NDArray[np.float64]
 _Whole = NDArray[np.integer[Any]]
 
-# The perceptually uniform map viridis of matplotlib (S. van der Walt, N. Smith; CC0), at 18 places: dark is low.
+# The perceptually uniform map viridis of matplotlib (S. van der Walt, N. Smith; CC0), at 16 places: dark is low.
 PRESSURE_COLORS = (
-    "440154 481668 482878 433e85 38588c 31688e 2a788e 23888e 1f988b 22a884 35b779 54c568 7ad151 a5db36 d2e21b fde725"
+    "440154 481a6c 472f7d 414487 39568c 31688e 2a788e 23888e 1f988b 22a884 35b779 54c568 7ad151 a5db36 d2e21b fde725"
 ).split()
 # The colors of bodies that move, in turn [Okabe 2008], and of those that do not.
 _BODY_COLORS = ("0072b2", "d55e00", "cc79a7", "56b4e9", "e69f00", "009e73")
@@ -46,6 +45,7 @@ _CREASE = math.radians(30.0)
 _LARGEST = 1_000_000
 # Coordinates are whole numbers up to this within a box of each mesh or surface.
 _GRID = 65535
+_VIEWER = files("hydroelastic").joinpath("_viewer.html").read_text(encoding="utf-8")
 
 
 class Picture:
@@ -187,11 +187,6 @@ def _check(height: int, pressure_limit: float | None) -> None:
         raise HydroelasticError(f"pressure_limit must be above 0 and finite, but is {pressure_limit}")
 
 
-@cache
-def _viewer() -> str:
-    return files("hydroelastic").joinpath("_viewer.html").read_text(encoding="utf-8")
-
-
 class _Packed:
     """Arrays one after another, each at a multiple of four bytes."""
 
@@ -300,7 +295,7 @@ class _Scene:
         head = json.dumps(content, separators=(",", ":")).encode()
         head += b" " * (-len(head) % 4)
         data = len(head).to_bytes(4, "little") + head + self._packed.bytes()
-        return _viewer().replace("@DATA@", base64.b64encode(zlib.compress(data, 9)).decode())
+        return _VIEWER.replace("@DATA@", base64.b64encode(zlib.compress(data, 9)).decode())
 
     def _patch(self, frame: int, surface: Surface, limit: float) -> dict[str, Any]:
         patch = self._packed.add_points(surface.vertices)
@@ -345,4 +340,5 @@ def creases(vertices: _Floats, triangles: _Whole) -> _Whole:
     # The edges of two triangles are one after another.
     twin = np.flatnonzero((edges[1:] == edges[:-1]).all(axis=1))
     cosines = np.einsum("ij,ij->i", normals[owners[twin]], normals[owners[twin + 1]])
-    return edges[twin[cosines < math.cos(_CREASE)]]
+    found: _Whole = edges[twin[cosines < math.cos(_CREASE)]]
+    return found
