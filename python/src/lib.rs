@@ -21,6 +21,7 @@ mod poses;
 mod report;
 mod rollout;
 mod shape;
+mod show;
 mod state;
 mod surface;
 mod trajectory;

@@ -1,0 +1,258 @@
+"""Batches over a cluster of two nodes on one machine: the same bits, whatever is lost on the way."""
+
+import os
+import signal
+import threading
+import time
+
+import numpy as np
+import pytest
+
+import hydroelastic as he
+
+os.environ.setdefault("RAY_USAGE_STATS_ENABLED", "0")
+ray = pytest.importorskip("ray")
+cluster_utils = pytest.importorskip("ray.cluster_utils")
+
+# What a raylet takes for objects; these are small.
+STORE = 100 << 20
+
+
+@pytest.fixture(scope="module")
+def cluster():
+    """A head without cores and two nodes of one core each."""
+    head = {"num_cpus": 0, "include_dashboard": False, "object_store_memory": STORE}
+    cluster = cluster_utils.Cluster(initialize_head=True, head_node_args=head)
+    cluster.ours = [cluster.add_node(num_cpus=1, object_store_memory=STORE) for _ in range(2)]
+    ray.init(address=cluster.address, logging_level="ERROR", log_to_driver=False)
+    yield cluster
+    ray.shutdown()
+    cluster.shutdown()
+
+
+@pytest.fixture
+def Batch(cluster):
+    from hydroelastic.ray import Batch
+
+    return Batch
+
+
+def bits(result):
+    """The bytes of a result: of a trajectory, of one with its Jacobian, or of an exception."""
+    if isinstance(result, he.RolloutError):
+        return (str(result), bits(result.trajectory))
+    if isinstance(result, Exception):
+        return (type(result), str(result))
+    if isinstance(result, tuple):
+        return (bits(result[0]), result[1].poses.tobytes(), result[1].twists.tobytes())
+    return None if result is None else (result.times.tobytes(), result.poses.tobytes(), result.twists.tobytes())
+
+
+def same(found, expected):
+    assert [bits(result) for result in found] == [bits(result) for result in expected]
+    assert len({bits(result) for result in expected}) > 1
+
+
+BY = [he.Parameter.initial_velocity("ball"), he.Parameter.friction("ball")]
+
+
+def throws(count):
+    """Changes of the velocity and the friction."""
+    return np.random.default_rng(3).normal(size=(count, 4)) * [0.5, 0.5, 0.2, 0.0] + [0.0, 0.0, 0.0, 0.1]
+
+
+def test_every_method_has_the_results_of_the_local_batch(Batch, bounce):
+    world, plan = bounce
+    samples = throws(7)
+    samples[3, 3] = -1.0  # A friction coefficient below zero.
+    worlds = [world.changed(BY, sample) for sample in np.delete(samples, 3, axis=0)]
+    states = [other.initial_state for other in worlds]
+    told = []
+    here, there = he.Batch(plan), Batch(plan, chunk=3, progress=lambda done, total: told.append((done, total)))
+    same(there.trajectories_after(world, BY, samples), here.trajectories_after(world, BY, samples))
+    same(there.jacobians_after(world, BY, samples), here.jacobians_after(world, BY, samples))
+    same(there.of_worlds(worlds), here.of_worlds(worlds))
+    same(there.starting_from(world, states), here.starting_from(world, states))
+    assert told[:3][-1] == (7, 7) and told[-1] == (6, 6) and len(told) == 3 + 3 + 2 + 2
+    assert isinstance(there.jacobians_after(world, BY, samples)[3], he.HydroelasticError)
+    assert there.of_worlds([]) == [] and there.plan == plan
+
+
+def test_rollouts_that_end_early_come_back_as_values(Batch, bounce):
+    world, _ = bounce
+    plan = he.Plan(5e-2, 60, check_every=1)  # Far above the stable step.
+    samples = throws(4)
+    expected = he.Batch(plan).trajectories_after(world, BY, samples)
+    assert any(isinstance(result, he.RolloutError) and len(result.trajectory) > 1 for result in expected)
+    same(Batch(plan, chunk=1).trajectories_after(world, BY, samples), expected)
+
+
+def test_bad_arguments_are_refused_as_by_the_local_batch(Batch, bounce):
+    world, plan = bounce
+    small = he.State(0.0, np.eye(4)[None], np.zeros((1, 6)))
+    calls = [
+        lambda batch: batch.jacobians_after(world, BY, throws(2).astype(np.float32)),
+        lambda batch: batch.jacobians_after(world, BY, throws(2)[0]),
+        lambda batch: batch.trajectories_after(world, [3], throws(2)),
+        lambda batch: batch.trajectories_after(3, BY, throws(2)),
+        lambda batch: batch.starting_from(world, [world.initial_state, small]),
+    ]
+    for call in calls:
+        with pytest.raises((TypeError, ValueError)) as expected:
+            call(he.Batch(plan))
+        with pytest.raises(expected.type) as found:
+            call(Batch(plan))
+        assert str(found.value) == str(expected.value)
+    with pytest.raises(TypeError, match="World"):
+        Batch(plan).of_worlds([3])
+    with pytest.raises(TypeError, match="progress must be"):
+        Batch(plan, progress=3).of_worlds([world])
+    for refused in ({"chunk": 0}, {"max_retries": -2}):
+        with pytest.raises(he.HydroelasticError, match=next(iter(refused))):
+            Batch(plan, **refused)
+
+
+def long_batch(world):
+    """A plan, and throws: 12 tasks of 4, each of some tenths of a second."""
+    return he.Plan(2e-4, 2500, record_every=500), throws(48)
+
+
+def at_work(process):
+    """Whether a process of Ray runs a part of a batch now: it has the name of its task."""
+    try:
+        with open(f"/proc/{process}/cmdline", "rb") as file:
+            return file.read().startswith(b"ray::hydroelastic")
+    except (FileNotFoundError, ProcessLookupError):
+        return False
+
+
+def descendants(process):
+    """The processes that a process has started, and those that these have."""
+    children = []
+    for task in os.listdir(f"/proc/{process}/task"):
+        try:
+            with open(f"/proc/{process}/task/{task}/children") as file:
+                children += [int(child) for child in file.read().split()]
+        except (FileNotFoundError, ProcessLookupError):
+            continue
+    for child in list(children):
+        try:
+            children += descendants(child)
+        except (FileNotFoundError, ProcessLookupError):
+            continue
+    return children
+
+
+def raylet(node):
+    """The process of a node that starts its workers."""
+    (information,) = node.all_processes["raylet"]
+    return information.process.pid
+
+
+def working(*nodes):
+    """The workers of nodes that run a part of a batch now."""
+    return [worker for node in nodes for worker in descendants(raylet(node)) if at_work(worker)]
+
+
+def wait_for(condition):
+    """Waits until something is so, and returns it."""
+    for _ in range(1000):
+        if found := condition():
+            return found
+        time.sleep(1e-2)
+    raise AssertionError("it did not happen in 10 s")
+
+
+def test_a_killed_worker_costs_nothing_but_time(cluster, Batch, bounce):
+    world, _ = bounce
+    plan, samples = long_batch(world)
+    expected = he.Batch(plan).jacobians_after(world, BY, samples)
+    killed = []
+
+    def kill(done, total):
+        if done >= total // 3 and not killed:
+            worker = wait_for(lambda: working(*cluster.ours))[0]
+            os.kill(worker, signal.SIGKILL)
+            killed.append(worker)
+
+    found = Batch(plan, chunk=4, progress=kill).jacobians_after(world, BY, samples)
+    assert killed and not at_work(killed[0])
+    same(found, expected)
+
+
+def test_what_is_lost_more_often_than_it_is_tried_is_an_exception_and_the_others_go_on(cluster, Batch, bounce):
+    world, _ = bounce
+    plan, samples = long_batch(world)
+    killed = []
+
+    def kill(done, total):
+        if not killed:
+            worker = wait_for(lambda: working(*cluster.ours))[0]
+            os.kill(worker, signal.SIGKILL)
+            killed.append(worker)
+
+    found = Batch(plan, chunk=4, max_retries=0, progress=kill).trajectories_after(world, BY, samples)
+    lost = [place for place, result in enumerate(found) if isinstance(result, he.RolloutError)]
+    assert len(lost) == 4 and lost[0] % 4 == 0 and lost[3] == lost[0] + 3
+    assert "worker" in str(found[lost[0]]) and isinstance(found[lost[0]].__cause__, ray.exceptions.WorkerCrashedError)
+    expected = he.Batch(plan).trajectories_after(world, BY, samples)
+    left = [place for place in range(len(found)) if place not in lost]
+    same([found[place] for place in left], [expected[place] for place in left])
+
+
+def test_workers_have_one_thread(cluster, Batch, bounce):
+    world, _ = bounce
+    plan, samples = long_batch(world)
+    threads = []
+
+    def look(done, total):
+        for worker in working(*cluster.ours):
+            with open(f"/proc/{worker}/environ", "rb") as file:
+                threads.append(b"RAYON_NUM_THREADS=1\0" in file.read())
+
+    Batch(plan, chunk=4, progress=look).trajectories_after(world, BY, samples)
+    assert threads and all(threads)
+
+
+def test_an_exception_of_the_progress_function_and_ctrl_c_end_the_batch(cluster, Batch):
+    skin = he.Material(1e5, 0.2, 0.4)
+    ball = he.Body.dynamic("ball", he.Shape.icosphere(0.1, 1), skin, 1.0, pose=he.pose([0.0, 0.0, 0.2]))
+    floor = he.Body.fixed("floor", he.Shape.cuboid([2.0, 2.0, 0.2]), skin)
+    world = he.World([ball, floor], gravity=[0.0, 0.0, -9.81])
+    endless = Batch(he.Plan(2e-4, 10**9, record_every=10**9))
+
+    def interrupt():
+        wait_for(lambda: working(*cluster.ours))
+        os.kill(os.getpid(), signal.SIGINT)
+
+    thread = threading.Thread(target=interrupt)
+    thread.start()
+    with pytest.raises(KeyboardInterrupt):
+        endless.of_worlds([world] * 4)
+    thread.join()
+    wait_for(lambda: not working(*cluster.ours))
+
+    def stop(done, total):
+        raise RuntimeError("enough")
+
+    with pytest.raises(RuntimeError, match="enough"):
+        Batch(he.Plan(2e-4, 10), chunk=1, progress=stop).of_worlds([world] * 4)
+
+
+# The last of the cluster: it loses a node.
+def test_a_lost_node_costs_nothing_but_time(cluster, Batch, bounce):
+    world, _ = bounce
+    plan, samples = long_batch(world)
+    expected = he.Batch(plan).jacobians_after(world, BY, samples)
+    lost = []
+
+    def lose(done, total):
+        if done >= total // 3 and not lost:
+            node = wait_for(lambda: next(filter(working, cluster.ours), None))
+            cluster.remove_node(node, allow_graceful=False)
+            lost.append(node)
+
+    found = Batch(plan, chunk=4, progress=lose).jacobians_after(world, BY, samples)
+    same(found, expected)
+    # The head and the node that is left.
+    wait_for(lambda: lost and sum(node["Alive"] for node in ray.nodes()) == 2)
