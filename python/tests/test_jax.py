@@ -1,6 +1,9 @@
 """Wrenches, steps and rollouts in JAX: derivatives in both modes, batches, refusals."""
 
+import importlib
 import logging
+import subprocess
+import sys
 
 import numpy as np
 import pytest
@@ -9,11 +12,11 @@ import hydroelastic as he
 from hydroelastic import _rows
 
 jax = pytest.importorskip("jax")
-hj = pytest.importorskip("hydroelastic.jax")
+hj = importlib.import_module("hydroelastic.jax")
 jnp = jax.numpy
-check_grads = pytest.importorskip("jax.test_util").check_grads
+check_grads = importlib.import_module("jax.test_util").check_grads
 # Where it is depends on the version.
-enable_x64 = getattr(jax, "enable_x64", None) or pytest.importorskip("jax.experimental").enable_x64
+enable_x64 = (jax if hasattr(jax, "enable_x64") else importlib.import_module("jax.experimental")).enable_x64
 
 # Fourth-order differences of wrenches, where no facet begins or ends to touch: what rounding leaves.
 WRENCH = 1e-9
@@ -472,3 +475,9 @@ def test_value_of_a_rollout_takes_no_derivatives(bounce, monkeypatch):
     assert calls == {"values": 1, "values_and_jacobians": 0}
     jax.block_until_ready(jax.jit(jax.value_and_grad(loss))(np.zeros(3)))
     assert calls == {"values": 1, "values_and_jacobians": 1}
+
+
+def test_without_jax_it_is_said_what_to_install():
+    code = "import sys; sys.modules['jax'] = None; import hydroelastic.jax"
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=False)
+    assert 'ImportError: hydroelastic.jax needs JAX: pip install "hydroelastic[jax]"' in done.stderr

@@ -1,5 +1,9 @@
 """Wrenches, steps and rollouts in PyTorch: derivatives in both modes, batches, refusals."""
 
+import importlib
+import subprocess
+import sys
+
 import numpy as np
 import pytest
 
@@ -7,7 +11,7 @@ import hydroelastic as he
 from hydroelastic import _rows
 
 torch = pytest.importorskip("torch")
-ht = pytest.importorskip("hydroelastic.torch")
+ht = importlib.import_module("hydroelastic.torch")
 forward_ad = torch.autograd.forward_ad
 
 pytestmark = pytest.mark.torch
@@ -376,3 +380,9 @@ def test_compiled_functions_call_the_library(ball_on_block):
     loss(expected).backward()
     torch.compile(loss, backend="eager")(found).backward()
     assert np.array_equal(found.grad, expected.grad)
+
+
+def test_without_torch_it_is_said_what_to_install():
+    code = "import sys; sys.modules['torch'] = None; import hydroelastic.torch"
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=False)
+    assert 'ImportError: hydroelastic.torch needs PyTorch: pip install "hydroelastic[torch]"' in done.stderr
