@@ -349,7 +349,8 @@ def test_a_controlled_rollout_by_its_parameters_and_a_quaternion_start():
     still = np.zeros(2 * nv)
     # Shorter steps: the curvature of the rollout counts for 2.5e-8 at 1e-6, and for a hundredth of that at 1e-7.
     assert deviation(jacobian.by_start[-1], slopes(end, 2 * nv, 1e-7)) <= DERIVATIVE
-    found = slopes(lambda change: end(still, gains + change), 2, 3e-6)
+    # Longer ones: 40 steps change by little with the gains, and the round-off of the ball's spin counts.
+    found = slopes(lambda change: end(still, gains + change), 2, 2e-4)
     assert deviation(jacobian.by_parameters[-1], found) <= DERIVATIVE
 
 
