@@ -38,13 +38,22 @@ pub struct Situation<'s> {
     pub twists: [Twist; 2],
 }
 
+/// Twists, or those of bodies at rest.
+fn twists(argument: Option<&Bound<'_, PyAny>>, name: &str) -> PyResult<Many<[f64; 6]>> {
+    let Some(argument) = argument else {
+        return Ok(Many::One([0.0; 6]));
+    };
+    rows(argument, name)?.mapped(name, |twist: &[f64; 6]| {
+        if twist.iter().all(|number| number.is_finite()) {
+            return Ok(*twist);
+        }
+        Err(refused(format!("a twist must be finite, but is {twist:?}")))
+    })
+}
+
 impl Inputs {
     pub fn of(pair: &Pair, given: &Arguments<'_, '_>) -> PyResult<Self> {
         let [pose_a, pose_b] = given.poses;
-        let twist = |argument: Option<&Bound<'_, PyAny>>, name| match argument {
-            Some(argument) => rows(argument, name),
-            None => Ok(Many::One([0.0; 6])),
-        };
         let law = match given.law {
             Some(law) => rows(law, "law")?,
             None => Many::One(pair.law.numbers()),
@@ -52,8 +61,8 @@ impl Inputs {
         Ok(Self {
             poses: [poses(pose_a, "pose_a")?, poses(pose_b, "pose_b")?],
             twists: [
-                twist(given.twists[0], "twist_a")?,
-                twist(given.twists[1], "twist_b")?,
+                twists(given.twists[0], "twist_a")?,
+                twists(given.twists[1], "twist_b")?,
             ],
             moduli: match given.moduli {
                 Some(moduli) => rows(moduli, "moduli")?,

@@ -42,6 +42,7 @@ def refusals():
         "orthonormal with determinant 1": lambda: pair.wrench(2 * eye - np.diag([0, 0, 0, 1.0]), eye),
         "the last row of a pose must be (0, 0, 0, 1)": lambda: pair.wrench(2 * eye, eye),
         "a pose must be finite": lambda: pair.wrench(nan, eye),
+        "a twist must be finite": lambda: pair.wrench(eye, eye, np.full(6, np.nan), np.zeros(6)),
         "twist_a must have the shape (6,) or (n, 6)": lambda: pair.wrench(eye, eye, [0.0] * 5),
         "the hydroelastic modulus must be positive": lambda: he.Pair(ball, ball, 1e5, 0.0),
         "hydroelastic modulus must be positive and finite, but is NaN": lambda: pair.wrench(
