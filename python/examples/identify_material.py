@@ -3,9 +3,9 @@
     pip install hydroelastic
     python identify_material.py
 
-A ball falls on a floor, sliding and spinning. Its position and spin are recorded 200 times in 0.5 s, with noise as of a camera
-and a gyroscope. Gauss-Newton with the Jacobian of the rollout finds the modulus and the friction of the ball's skin from a
-guess that is wrong by a factor of two, and the standard deviations of both.
+A ball falls on a floor, sliding and spinning. Its position and spin are recorded 200 times in 0.5 s, with noise as of a
+camera and a gyroscope. Gauss-Newton with the Jacobian of the rollout finds the modulus and the friction of the ball's
+skin from a guess that is wrong by a factor of two, and the standard deviations of both.
 """
 
 import numpy as np

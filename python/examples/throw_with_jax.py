@@ -3,7 +3,7 @@
     pip install "hydroelastic[jax]"
     python throw_with_jax.py
 
-The loss is written in JAX: the miss at the end, and a little of the speed. Its gradient goes through 2,000 steps, with a bounce
+The loss, the square of the miss at the end, is written in JAX. Its gradient goes through 2,000 steps, with a bounce
 with dissipation and friction.
 """
 
@@ -45,6 +45,6 @@ heights = hj.rollout(world, plan, by, found.x).poses[:, 0, 2, 3]
 velocity = np.array([1.0, 0.0, -2.0]) + found.x
 before, after = float(miss(np.zeros(3))), float(miss(found.x))
 print(f"missed by {1e3 * before:.0f} mm at first, by {1e3 * after:.1e} mm after {found.nfev} rollouts with gradients")
-print(f"velocity {velocity.round(4)} m/s, lowest recorded center {1e3 * float(heights.min()):.1f} mm above that of the floor")
+print(f"velocity {velocity.round(4)} m/s, lowest recorded height of the center {1e3 * float(heights.min()):.1f} mm")
 assert before > 0.1 and after < 1e-4
 assert 0.15 < float(heights.min()) < 0.2 and float(heights[-1]) > 0.4, "it bounced"

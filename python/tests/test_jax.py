@@ -83,7 +83,8 @@ def deviation(found, expected, kinds=None):
     return (np.abs(found - expected).max(0) / scale).max()
 
 
-# Turns, moves, spins, velocities, moduli, dissipation, friction: the turns of a ball about itself hardly matter beside others.
+# Turns, moves, spins, velocities, moduli, dissipation, friction: the turns of a ball about itself hardly matter beside
+# others.
 KINDS = np.repeat([0, 1, 0, 1, 2, 3, 2, 3, 4, 5, 6], [3, 3, 3, 3, 3, 3, 3, 3, 2, 1, 1])
 # Of them, those of a contact at rest.
 REST = [*range(12), 24, 25]
@@ -303,7 +304,9 @@ def test_poses_are_those_of_the_library():
         turned = hj.pose([1.0, 2.0, 3.0], vector)
         assert np.allclose(turned, he.pose([1.0, 2.0, 3.0], vector), rtol=0, atol=ROTATION)
         twist = np.array([*vector, 0.1, 0.2, 0.3])
-        assert np.allclose(hj.moved_pose(turned, twist), he.moved_pose(np.asarray(turned), twist), rtol=0, atol=ROTATION)
+        assert np.allclose(
+            hj.moved_pose(turned, twist), he.moved_pose(np.asarray(turned), twist), rtol=0, atol=ROTATION
+        )
     many = hj.pose(np.zeros(3), np.zeros((5, 3)))
     assert many.shape == (5, 4, 4)
 
@@ -313,7 +316,9 @@ def test_poses_have_derivatives_at_zero_and_where_the_series_ends():
         return hj.pose(np.zeros(3), vector)[:3, :3]
 
     second = jax.jit(jax.jacfwd(jax.jacrev(turned)))
-    generators = -np.array([[[0, 0, 0], [0, 0, 1], [0, -1, 0]], [[0, 0, -1], [0, 0, 0], [1, 0, 0]], [[0, 1, 0], [-1, 0, 0], [0, 0, 0]]])
+    generators = -np.array(
+        [[[0, 0, 0], [0, 0, 1], [0, -1, 0]], [[0, 0, -1], [0, 0, 0], [1, 0, 0]], [[0, 1, 0], [-1, 0, 0], [0, 0, 0]]]
+    )
     products = np.einsum("aij,bjk->ikab", generators, generators)
     assert np.allclose(jax.jacfwd(turned)(np.zeros(3)), np.moveaxis(generators, 0, -1), rtol=0, atol=ROTATION)
     assert np.allclose(second(np.zeros(3)), 0.5 * (products + products.swapaxes(-1, -2)), rtol=0, atol=ROTATION)
@@ -440,7 +445,9 @@ def test_a_fixed_body_ignores_its_state(bounce):
     state = hj.initial_state(world)
     moved = hj.State(state.poses.at[1, 2, 3].add(-0.1), state.twists)
     assert np.array_equal(hj.step(world, plan, moved).poses, hj.step(world, plan, state).poses)
-    slopes = jax.jacrev(lambda poses: hj.final_state(world, plan, start=hj.State(poses, state.twists)).poses)(state.poses)
+    slopes = jax.jacrev(lambda poses: hj.final_state(world, plan, start=hj.State(poses, state.twists)).poses)(
+        state.poses
+    )
     assert np.abs(slopes[..., 1, :, :]).max() == 0.0
     assert np.abs(slopes[..., 0, :, :]).max() > 0.5
 
@@ -481,3 +488,11 @@ def test_without_jax_it_is_said_what_to_install():
     code = "import sys; sys.modules['jax'] = None; import hydroelastic.jax"
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=False)
     assert 'ImportError: hydroelastic.jax needs JAX: pip install "hydroelastic[jax]"' in done.stderr
+
+
+def test_the_program_of_the_docstring_runs():
+    program = "\n".join(line[4:] for line in hj.__doc__.splitlines() if line.startswith("    "))
+    found = {}
+    exec(program, found)
+    # Higher is less pressed in.
+    assert found["slope"] < -1e4 and found["force"] > 10

@@ -27,7 +27,8 @@ ROTATION = 1e-15
 # gradcheck compares with second-order differences.
 CHECK = {"eps": 1e-6, "atol": 1e-5, "rtol": 1e-5, "check_forward_ad": True}
 
-# Turns, moves, spins, velocities, moduli, dissipation, friction: the turns of a ball about itself hardly matter beside others.
+# Turns, moves, spins, velocities, moduli, dissipation, friction: the turns of a ball about itself hardly matter beside
+# others.
 KINDS = np.repeat([0, 1, 0, 1, 2, 3, 2, 3, 4, 5, 6], [3, 3, 3, 3, 3, 3, 3, 3, 2, 1, 1])
 # Of them, those of a contact at rest.
 REST = [*range(12), 24, 25]
@@ -386,3 +387,11 @@ def test_without_torch_it_is_said_what_to_install():
     code = "import sys; sys.modules['torch'] = None; import hydroelastic.torch"
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=False)
     assert 'ImportError: hydroelastic.torch needs PyTorch: pip install "hydroelastic[torch]"' in done.stderr
+
+
+def test_the_program_of_the_docstring_runs():
+    program = "\n".join(line[4:] for line in ht.__doc__.splitlines() if line.startswith("    "))
+    found = {}
+    exec(program, found)
+    # Higher is less pressed in.
+    assert found["height"].grad < -1e4

@@ -1,7 +1,7 @@
-"""Wrenches and rollouts as functions of rows of numbers, with their Jacobians: what ``jax`` and ``torch`` have in common.
+"""Wrenches and rollouts as functions of rows of numbers, with their Jacobians: what ``jax`` and ``torch`` share.
 
-A row starts with the entries of poses, 16 each, and other numbers follow. The columns of a Jacobian are 6 for each pose, a
-twist in world axes, and one for each other number. Poses among the outputs are numbers like all others.
+A row starts with the entries of poses, 16 each, and other numbers follow. The columns of a Jacobian are 6 for each
+pose, a twist in world axes, and one for each other number. Poses among the outputs are numbers like all others.
 """
 
 from __future__ import annotations
@@ -52,8 +52,8 @@ class Function:
 
 
 class Wrench(Function):
-    """Both wrenches of a pair: of two poses and two moduli; in motion of two twists, before the moduli, and of dissipation
-    and friction too.
+    """Both wrenches of a pair: of two poses and two moduli; in motion of two twists, before the moduli, and of
+    dissipation and friction too.
     """
 
     def __init__(self, pair: Pair, in_motion: bool) -> None:
@@ -102,8 +102,8 @@ class Wrench(Function):
 
 
 class Rollout(Function):
-    """The recorded states of a world, all poses, then all twists: of changes of parameters; with an initial state of its n
-    poses and n twists, before the changes, and of the number of steps taken before, which is the last number.
+    """The recorded states of a world, all poses, then all twists: of changes of parameters; with an initial state of
+    its n poses and n twists, before the changes, and of the number of steps taken before, which is the last number.
     """
 
     def __init__(

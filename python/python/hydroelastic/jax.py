@@ -7,27 +7,28 @@
         return hj.wrench(pair, hj.pose(jax.numpy.array([0.0, 0.0, 1.0]) * height), hj.pose())[5]
     force, slope = jax.jit(jax.value_and_grad(lift))(0.195)  # N, N/m
 
-The contact is computed by the library on the CPU, with its own Jacobians: JAX does not trace it. What is computed is the
-value alone where no derivative is taken, and where one is, value and Jacobian in one call.
+The contact is computed by the library on the CPU, with its own Jacobians: JAX does not trace it. What is computed is
+the value alone where no derivative is taken, and where one is, value and Jacobian in one call: the value may then
+differ by round-off.
 
-Arrays are of float64, and ``jax_enable_x64`` must be on: a contact of float32 numbers has no digits left. Arguments may have
-any axes in front, which are broadcast against each other, and then so has the result; ``jax.vmap`` makes such a batch too.
-All cores compute a batch.
+Arrays are of float64, and ``jax_enable_x64`` must be on: a contact of float32 numbers has no digits left. Arguments may
+have any axes in front, which are broadcast against each other, and then so has the result; ``jax.vmap`` makes such a
+batch too. All cores compute a batch.
 
-Derivatives by poses. Poses are (4, 4). A tangent dT of a pose counts as the twist (ω, v) in world axes by which it moves the
-pose: [ω]× is the skew part of dR Rᵀ, and v is the last column. What is not skew in dR Rᵀ would leave the rotations, and does
-not count; nor does the last row. The cotangent of a pose is the transpose: with g the derivative by the angular part of that
-twist and f by the linear part, ½ [g]× R is its rotation block and f its last column. So by the chain rule through anything
-that makes rotations (``pose``, ``moved_pose``, quaternions, kinematics) derivatives are right, and a step along a cotangent
-itself leads off the rotations: optimise over vectors, and make poses of them.
+Derivatives by poses. Poses are (4, 4). A tangent dT of a pose counts as the twist (ω, v) in world axes by which it
+moves the pose: [ω]× is the skew part of dR Rᵀ, and v is the last column. What is not skew in dR Rᵀ would leave the
+rotations, and does not count; nor does the last row. The cotangent of a pose is the transpose: with g the derivative by
+the angular part of that twist and f by the linear part, ½ [g]× R is its rotation block and f its last column. So by the
+chain rule through anything that makes rotations (``pose``, ``moved_pose``, quaternions, kinematics) derivatives are
+right, and a step along a cotangent itself leads off the rotations: optimise over vectors, and make poses of them.
 
-What the library refuses (a pose that is not rigid, a number that is not finite, a rollout that ends early). A call without a
-transformation raises HydroelasticError. Inside ``jit``, ``vmap``, ``grad`` and their like an exception would be undefined
-behaviour of JAX: rows that are refused are NaN, the others are right, and the reason is a warning of the logger
-``hydroelastic.jax``.
+What the library refuses (a pose that is not rigid, a number that is not finite, a rollout that ends early). A call
+without a transformation raises HydroelasticError. Inside ``jit``, ``vmap``, ``grad`` and their like an exception would
+be undefined behaviour of JAX: rows that are refused are NaN, the others are right, and the reason is a warning of the
+logger ``hydroelastic.jax``.
 
-Second derivatives do not exist, and to ask for them (``jax.hessian``, ``grad`` of ``grad``) raises NotImplementedError. For
-least squares, JᵀJ of ``jax.jacobian`` takes their place.
+Second derivatives do not exist, and to ask for them (``jax.hessian``, ``grad`` of ``grad``) raises NotImplementedError.
+For least squares, JᵀJ of ``jax.jacobian`` takes their place.
 """
 
 from __future__ import annotations
@@ -76,7 +77,8 @@ def pose(translation: _Array = (0.0, 0.0, 0.0), rotation_vector: _Array = (0.0, 
     Parameters
     ----------
     translation : (3,) position of the frame's origin (m).
-    rotation_vector : (3,) axis times angle (rad) by which the frame is turned. Derivatives of all orders are right at zero too.
+    rotation_vector : (3,) axis times angle (rad) by which the frame is turned. At zero too, derivatives of all orders
+        are right.
 
     Returns
     -------
@@ -88,8 +90,8 @@ def pose(translation: _Array = (0.0, 0.0, 0.0), rotation_vector: _Array = (0.0, 
 
 
 def moved_pose(pose: _Array, twist: _Array) -> Array:
-    """A pose after a small motion in world axes: the frame turns about its own origin by the angular part of a twist (rad), and
-    its origin moves by the linear part (m).
+    """A pose after a small motion in world axes: the frame turns about its own origin by the angular part of a twist
+    (rad), and its origin moves by the linear part (m).
 
     Parameters
     ----------
@@ -123,7 +125,8 @@ def wrench(
     pose_a, pose_b : (4, 4).
     twist_a, twist_b : (6,) angular (rad/s), linear (m/s, of the body's origin), world axes; None for zero.
     moduli : (2,) of A and B (Pa), in place of those of the pair.
-    law : (2,) dissipation (s/m) and friction coefficient, in place of those of the pair. Without twists they do not matter.
+    law : (2,) dissipation (s/m) and friction coefficient, in place of those of the pair; without twists they do not
+        matter.
 
     Returns
     -------
@@ -167,17 +170,17 @@ def rollout(
     plan : the steps, and which states are recorded.
     parameters : what changes, p numbers together.
     changes : (p,), added to what is in the world, as by World.changed; None for zeros.
-    start : initial state; None for that of the world, which then has no derivative but by parameters: faster with few of them.
-        Bodies that forces do not move stay as they are in the world, so that their part of it has no effect.
-    taken : integer, how many time steps after the initial time of the world the rollout starts: only with start, for worlds
-        with controls and paths. An integer has no derivatives.
+    start : initial state; None for that of the world, which then has no derivative but by parameters: faster with few
+        of them. Bodies that forces do not move stay as they are in the world, so that their part of it has no effect.
+    taken : integer, how many time steps after the initial time of the world the rollout starts: only with start, for
+        worlds with controls and paths. An integer has no derivatives.
 
     Returns
     -------
     State with k recorded states in front: poses (k, n, 4, 4), twists (k, n, 6).
 
-    The Jacobian is found in forward mode: its time grows with p, and with 12 numbers for each body that forces move if there
-    is a start.
+    The Jacobian is found in forward mode: its time grows with p, and with 12 numbers for each body that forces move if
+    there is a start.
     """
     return _states(world, plan, parameters, changes, start, taken, only_last=False)
 
@@ -225,7 +228,9 @@ def _states(
     numbers = _floats(np.zeros(function.width) if changes is None else changes, "changes", (function.width,))
     if start is None:
         if not (isinstance(taken, int) and taken == 0):
-            raise HydroelasticError("taken needs start: without one, the rollout starts at the initial time of the world")
+            raise HydroelasticError(
+                "taken needs start: without one, the rollout starts at the initial time of the world"
+            )
         parts.append(numbers)
     else:
         poses, twists = _floats(start.poses, "poses", (count, 4, 4)), _floats(start.twists, "twists", (count, 6))
@@ -234,7 +239,8 @@ def _states(
     lead, states = found.shape[:-1], () if only_last else (function.states,)
     entries = function.states * count * _rows.POSE
     return State(
-        found[..., :entries].reshape(*lead, *states, count, 4, 4), found[..., entries:].reshape(*lead, *states, count, 6)
+        found[..., :entries].reshape(*lead, *states, count, 4, 4),
+        found[..., entries:].reshape(*lead, *states, count, 6),
     )
 
 
@@ -254,8 +260,8 @@ def _check_precision_of_threads() -> None:
     thread.join()
     if found != [True]:
         raise TypeError(
-            'hydroelastic needs jax.config.update("jax_enable_x64", True) inside jit, grad and their like: jax.enable_x64 as a '
-            "context is of one thread, and the library is called from others, which would round its arrays to float32"
+            'hydroelastic needs jax.config.update("jax_enable_x64", True) inside jit, grad and their like: jax.enable_x64 '
+            "as a context is of one thread, and the library is called from others, which would round its arrays to float32"
         )
 
 
@@ -273,8 +279,8 @@ def _floats(value: _Array, name: str, shape: tuple[int, ...]) -> Array:
         array = array.astype(jnp.float64)
     if array.dtype != jnp.float64:
         raise TypeError(
-            f"{name} must be an array of float64, but is one of {array.dtype}: contact is computed in float64 alone, and a "
-            "conversion would hide lost digits (array.astype(jax.numpy.float64) makes one)"
+            f"{name} must be an array of float64, but is one of {array.dtype}: contact is computed in float64 alone, and "
+            "a conversion would hide lost digits (array.astype(jax.numpy.float64) makes one)"
         )
     if array.ndim < len(shape) or array.shape[array.ndim - len(shape) :] != shape:
         raise HydroelasticError(f"{name} must have the shape {shape}, or end in it, but has {array.shape}")
@@ -328,8 +334,8 @@ def _values_and_jacobian(function: _rows.Function, numbers: Array) -> tuple[Arra
 @_values_and_jacobian.defjvp
 def _no_second_derivatives(function: _rows.Function, primals: tuple[Array], tangents: tuple[Array]) -> NoReturn:
     raise NotImplementedError(
-        f"the {function.name} of hydroelastic has first derivatives only, and a second one was asked for (by jax.hessian, or "
-        "grad or jvp of grad): for least squares, J.T @ J of jax.jacobian takes its place"
+        f"the {function.name} of hydroelastic has first derivatives only, and a second one was asked for (by jax.hessian, "
+        "or grad or jvp of grad): for least squares, J.T @ J of jax.jacobian takes its place"
     )
 
 
@@ -404,8 +410,8 @@ def _moved(pose: Array, twist: Array) -> Array:
 
 
 def _rotation(vector: Array) -> Array:
-    """The rotation by a rotation vector, (3, 3): I + sin θ/θ K + (1 − cos θ)/θ² K², with both factors as functions of θ², so
-    that all derivatives are right at zero.
+    """The rotation by a rotation vector, (3, 3): I + sin θ/θ K + (1 − cos θ)/θ² K², with both factors as functions of
+    θ², so that all derivatives are right at zero.
     """
     square = jnp.sum(vector * vector, -1)[..., None, None]
     small = square < 0.1

@@ -7,25 +7,26 @@
     ht.wrench(pair, ht.pose(up * height), ht.pose())[5].backward()  # N
     print(height.grad)  # N/m
 
-The contact is computed by the library on the CPU, with its own Jacobians: autograd does not trace it. What is computed is the
-value alone where no derivative can be asked for, and else value and Jacobian in one call.
+The contact is computed by the library on the CPU, with its own Jacobians: autograd does not trace it. What is computed
+is the value alone where no derivative can be asked for, and else value and Jacobian in one call: the value may then
+differ by round-off.
 
-Tensors are of float64 and on the CPU: others are refused, since a contact of float32 numbers has no digits left. Arguments may
-have any axes in front, which are broadcast against each other, and then so has the result; ``torch.func.vmap`` makes such a
-batch too. All cores compute a batch.
+Tensors are of float64 and on the CPU: others are refused, since a contact of float32 numbers has no digits left.
+Arguments may have any axes in front, which are broadcast against each other, and then so has the result;
+``torch.func.vmap`` makes such a batch too. All cores compute a batch.
 
-Derivatives by poses. Poses are (4, 4). A tangent dT of a pose counts as the twist (ω, v) in world axes by which it moves the
-pose: [ω]× is the skew part of dR Rᵀ, and v is the last column. What is not skew in dR Rᵀ would leave the rotations, and does
-not count; nor does the last row. The gradient of a pose is the transpose: with g the derivative by the angular part of that
-twist and f by the linear part, ½ [g]× R is its rotation block and f its last column. So by the chain rule through anything
-that makes rotations (``pose``, ``moved_pose``, quaternions, kinematics) derivatives are right, and a step along a gradient
-itself leads off the rotations: optimise over vectors, and make poses of them.
+Derivatives by poses. Poses are (4, 4). A tangent dT of a pose counts as the twist (ω, v) in world axes by which it
+moves the pose: [ω]× is the skew part of dR Rᵀ, and v is the last column. What is not skew in dR Rᵀ would leave the
+rotations, and does not count; nor does the last row. The gradient of a pose is the transpose: with g the derivative by
+the angular part of that twist and f by the linear part, ½ [g]× R is its rotation block and f its last column. So by the
+chain rule through anything that makes rotations (``pose``, ``moved_pose``, quaternions, kinematics) derivatives are
+right, and a step along a gradient itself leads off the rotations: optimise over vectors, and make poses of them.
 
 What the library refuses (a pose that is not rigid, a number that is not finite, a rollout that ends early) raises
 HydroelasticError, in a batch too, with the place of the first such row.
 
-Second derivatives do not exist, and to ask for them (a backward pass through ``create_graph=True``, ``torch.func.hessian``)
-raises NotImplementedError. For least squares, JᵀJ of ``torch.func.jacrev`` takes their place.
+Second derivatives do not exist, and to ask for them (a backward pass through ``create_graph=True``,
+``torch.func.hessian``) raises NotImplementedError. For least squares, JᵀJ of ``torch.func.jacrev`` takes their place.
 """
 
 from __future__ import annotations
@@ -70,7 +71,8 @@ def pose(translation: _Tensor = (0.0, 0.0, 0.0), rotation_vector: _Tensor = (0.0
     Parameters
     ----------
     translation : (3,) position of the frame's origin (m).
-    rotation_vector : (3,) axis times angle (rad) by which the frame is turned. Derivatives of all orders are right at zero too.
+    rotation_vector : (3,) axis times angle (rad) by which the frame is turned. At zero too, derivatives of all orders
+        are right.
 
     Returns
     -------
@@ -81,8 +83,8 @@ def pose(translation: _Tensor = (0.0, 0.0, 0.0), rotation_vector: _Tensor = (0.0
 
 
 def moved_pose(pose: _Tensor, twist: _Tensor) -> Tensor:
-    """A pose after a small motion in world axes: the frame turns about its own origin by the angular part of a twist (rad), and
-    its origin moves by the linear part (m).
+    """A pose after a small motion in world axes: the frame turns about its own origin by the angular part of a twist
+    (rad), and its origin moves by the linear part (m).
 
     Parameters
     ----------
@@ -115,7 +117,8 @@ def wrench(
     pose_a, pose_b : (4, 4).
     twist_a, twist_b : (6,) angular (rad/s), linear (m/s, of the body's origin), world axes; None for zero.
     moduli : (2,) of A and B (Pa), in place of those of the pair.
-    law : (2,) dissipation (s/m) and friction coefficient, in place of those of the pair. Without twists they do not matter.
+    law : (2,) dissipation (s/m) and friction coefficient, in place of those of the pair; without twists they do not
+        matter.
 
     Returns
     -------
@@ -157,17 +160,17 @@ def rollout(
     plan : the steps, and which states are recorded.
     parameters : what changes, p numbers together.
     changes : (p,), added to what is in the world, as by World.changed; None for zeros.
-    start : initial state; None for that of the world, which then has no derivative but by parameters: faster with few of them.
-        Bodies that forces do not move stay as they are in the world, so that their part of it has no effect.
-    taken : integer, how many time steps after the initial time of the world the rollout starts: only with start, for worlds
-        with controls and paths. An integer has no derivatives.
+    start : initial state; None for that of the world, which then has no derivative but by parameters: faster with few
+        of them. Bodies that forces do not move stay as they are in the world, so that their part of it has no effect.
+    taken : integer, how many time steps after the initial time of the world the rollout starts: only with start, for
+        worlds with controls and paths. An integer has no derivatives.
 
     Returns
     -------
     State with k recorded states in front: poses (k, n, 4, 4), twists (k, n, 6).
 
-    The Jacobian is found in forward mode: its time grows with p, and with 12 numbers for each body that forces move if there
-    is a start.
+    The Jacobian is found in forward mode: its time grows with p, and with 12 numbers for each body that forces move if
+    there is a start.
     """
     return _states(world, plan, parameters, changes, start, taken, only_last=False)
 
@@ -215,7 +218,9 @@ def _states(
     numbers = _floats(np.zeros(function.width) if changes is None else changes, "changes", (function.width,))
     if start is None:
         if not (isinstance(taken, int) and taken == 0):
-            raise HydroelasticError("taken needs start: without one, the rollout starts at the initial time of the world")
+            raise HydroelasticError(
+                "taken needs start: without one, the rollout starts at the initial time of the world"
+            )
         found = _evaluated(function, [1], [numbers])
     else:
         poses, twists = _floats(start.poses, "poses", (count, 4, 4)), _floats(start.twists, "twists", (count, 6))
@@ -223,7 +228,8 @@ def _states(
     lead, states = found.shape[:-1], () if only_last else (function.states,)
     entries = function.states * count * _rows.POSE
     return State(
-        found[..., :entries].reshape(*lead, *states, count, 4, 4), found[..., entries:].reshape(*lead, *states, count, 6)
+        found[..., :entries].reshape(*lead, *states, count, 4, 4),
+        found[..., entries:].reshape(*lead, *states, count, 6),
     )
 
 
@@ -235,8 +241,8 @@ def _floats(value: _Tensor, name: str, shape: tuple[int, ...]) -> Tensor:
         value = torch.from_numpy(np.array(value))
     if value.dtype != torch.float64:
         raise TypeError(
-            f"{name} must be a tensor of float64, but is one of {value.dtype}: contact is computed in float64 alone, and a "
-            "conversion would hide lost digits (tensor.double() makes one)"
+            f"{name} must be a tensor of float64, but is one of {value.dtype}: contact is computed in float64 alone, and "
+            "a conversion would hide lost digits (tensor.double() makes one)"
         )
     if value.device.type != "cpu":
         raise TypeError(f"{name} must be on the CPU, where contact is computed, but is on {value.device}")
@@ -277,7 +283,8 @@ def _is_differentiated(numbers: Tensor) -> bool:
     """Whether a derivative by numbers can be asked for, in either mode."""
     if numbers.requires_grad and torch.is_grad_enabled():
         return True
-    # Tensors of torch.func are layers around a tensor, one for each transformation; all but those of vmap are differentiated.
+    # Tensors of torch.func are layers around a tensor, one for each transformation; all but those of vmap are
+    # differentiated.
     layers = torch._C._functorch
     while layers.is_functorch_wrapped_tensor(numbers):
         if layers.is_gradtrackingtensor(numbers):
@@ -288,7 +295,7 @@ def _is_differentiated(numbers: Tensor) -> bool:
 
 
 class _Values(torch.autograd.Function):
-    """The outputs of a function for numbers with any axes in front, and its Jacobian, which is empty if nobody needs it."""
+    """The outputs of a function for numbers with any axes in front, and its Jacobian, empty if nobody needs it."""
 
     @staticmethod
     def forward(numbers: Tensor, function: _rows.Function, differentiated: bool) -> tuple[Tensor, Tensor]:
@@ -333,7 +340,7 @@ class _Values(torch.autograd.Function):
 
 
 class _Constant(torch.autograd.Function):
-    """The Jacobian as a function of the numbers, whose derivative is refused: that of a constant would be a wrong zero."""
+    """The Jacobian as a function of the numbers, whose derivative is refused: zero would be wrong."""
 
     generate_vmap_rule = True
 
@@ -395,8 +402,8 @@ def _cross(vector: Tensor) -> Tensor:
 
 
 def _rotation(vector: Tensor) -> Tensor:
-    """The rotation by a rotation vector, (3, 3): I + sin θ/θ K + (1 − cos θ)/θ² K², with both factors as functions of θ², so
-    that all derivatives are right at zero.
+    """The rotation by a rotation vector, (3, 3): I + sin θ/θ K + (1 − cos θ)/θ² K², with both factors as functions of
+    θ², so that all derivatives are right at zero.
     """
     square = (vector * vector).sum(-1)[..., None, None]
     small = square < 0.1
