@@ -92,7 +92,9 @@ class Browser:
 
     def _ask(self, method, path, content=None):
         data = None if content is None else json.dumps(content).encode()
-        request = urllib.request.Request(self._address + path, data, {"Content-Type": "application/json"}, method=method)
+        request = urllib.request.Request(
+            self._address + path, data, {"Content-Type": "application/json"}, method=method
+        )
         opener = urllib.request.build_opener(urllib.request.ProxyHandler({}))
         with opener.open(request, timeout=60) as answer:
             return json.load(answer)["value"]
@@ -118,13 +120,19 @@ class Browser:
             if self.run(f"return {condition}"):
                 return
             time.sleep(0.05)
-        raise AssertionError(f"not so after 10 s: {condition}; the page says: " + str(self.run("return document.body.innerText")))
+        raise AssertionError(
+            f"not so after 10 s: {condition}; the page says: " + str(self.run("return document.body.innerText"))
+        )
 
     def requests(self):
         """The addresses that pages have asked for since this was last called."""
         entries = self._do("/se/log", {"type": "performance"})
         messages = [json.loads(entry["message"])["message"] for entry in entries]
-        sent = [message["params"]["request"]["url"] for message in messages if message["method"] == "Network.requestWillBeSent"]
+        sent = [
+            message["params"]["request"]["url"]
+            for message in messages
+            if message["method"] == "Network.requestWillBeSent"
+        ]
         return [address for address in sent if not address.startswith("data:")]
 
     def drag(self, x, y):

@@ -54,15 +54,20 @@ def main():
     expected = he.Batch(plan).jacobians_after(world, by, samples)
     alone = time.process_time() - start
     chunk = max(1, round(0.2 * rollouts / alone))
-    print(f"{rollouts} rollouts with Jacobians without Ray: {alone:.2f} s of CPU; tasks of {chunk}: {alone / rollouts * chunk:.2f} s")
+    print(
+        f"{rollouts} rollouts with Jacobians without Ray: {alone:.2f} s of CPU; tasks of {chunk}: {alone / rollouts * chunk:.2f} s"
+    )
     for cores in (1, 2):
-        ray.init(num_cpus=cores, include_dashboard=False, logging_level="ERROR", log_to_driver=False, object_store_memory=200 << 20)
+        settings = {"include_dashboard": False, "logging_level": "ERROR", "log_to_driver": False}
+        ray.init("local", num_cpus=cores, object_store_memory=200 << 20, **settings)
         Batch(plan, chunk=1).jacobians_after(world, by, samples[: 2 * cores])
         workers = set(ray.get([process_here.remote() for _ in range(cores)]))
         before, start = cpu_times(), time.perf_counter()
         results = Batch(plan, chunk=chunk).jacobians_after(world, by, samples)
         wall, after = time.perf_counter() - start, cpu_times()
-        assert all((a.poses == b.poses).all() and (j.poses == k.poses).all() for (a, j), (b, k) in zip(results, expected))
+        assert all(
+            (a.poses == b.poses).all() and (j.poses == k.poses).all() for (a, j), (b, k) in zip(results, expected)
+        )
         spent = {place: (name, seconds - before.get(place, ("", 0.0))[1]) for place, (name, seconds) in after.items()}
         of_workers = sorted(seconds for place, (_, seconds) in spent.items() if place in workers)
         engine = {}
@@ -70,9 +75,11 @@ def main():
             if place not in workers and seconds > 0.0:
                 engine[name] = engine.get(name, 0.0) + seconds
         whole = sum(of_workers) + sum(engine.values())
-        print(f"{cores} workers: {wall:.2f} s; CPU by worker {', '.join(f'{it:.2f}' for it in of_workers)} s; all of Ray beside them "
-              f"{sum(engine.values()):.2f} s ({', '.join(f'{name} {it:.2f}' for name, it in sorted(engine.items()))}); "
-              f"beyond the rollouts themselves {100.0 * (whole - alone) / whole:.1f} % of {whole:.2f} s; load {os.getloadavg()[0]:.1f}")
+        print(
+            f"{cores} workers: {wall:.2f} s; CPU by worker {', '.join(f'{it:.2f}' for it in of_workers)} s; all of Ray beside them "
+            f"{sum(engine.values()):.2f} s, {100.0 * sum(engine.values()) / whole:.1f} % ({', '.join(f'{name} {it:.2f}' for name, it in sorted(engine.items()))}); "
+            f"{whole:.2f} s in all; load {os.getloadavg()[0]:.1f}"
+        )
         ray.shutdown()
 
 

@@ -10,23 +10,25 @@ import pytest
 
 import hydroelastic as he
 
-README = Path(__file__).parent.parent / "README.md"
+PACKAGE = Path(__file__).parent.parent
+READMES = [PACKAGE / "README.md", PACKAGE.parent / "README.md"]
 
 
 def test_stubs_fit_the_module():
+    """Those of the compiled part: the modules in Python have their types in themselves."""
     pytest.importorskip("mypy")
-    found = subprocess.run(
-        [sys.executable, "-m", "mypy.stubtest", "hydroelastic._core"], capture_output=True, text=True, cwd=os.sep
-    )
+    command = [sys.executable, "-m", "mypy.stubtest", "hydroelastic._core"]
+    found = subprocess.run(command, capture_output=True, text=True, cwd=os.sep)
     assert found.returncode == 0, found.stdout + found.stderr
 
 
-def test_the_programs_of_the_readme_run(tmp_path, monkeypatch):
+@pytest.mark.parametrize("readme", READMES, ids=["package", "library"])
+def test_the_programs_of_the_readme_run(readme, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
-    programs = re.findall(r"```python\n(.*?)```", README.read_text(), flags=re.S)
+    programs = re.findall(r"```python\n(.*?)```", readme.read_text(), flags=re.S)
     assert programs
     for program in programs:
-        exec(compile(program, str(README), "exec"), {})
+        exec(compile(program, str(readme), "exec"), {})
 
 
 def test_everything_public_has_a_docstring():

@@ -118,7 +118,9 @@ def test_a_trajectory_has_frames_from_the_first_to_the_last(bounce, thrown):
     assert content.head["times"] == thrown.times[::5].tolist()
     touching = [place for place in range(21) if world.contacts(thrown[5 * place])]
     assert [patch["frame"] for patch in content.head["patches"]] == touching != []
-    greatest = max(contact.surface.pressures.max() for place in touching for contact in world.contacts(thrown[5 * place]))
+    greatest = max(
+        contact.surface.pressures.max() for place in touching for contact in world.contacts(thrown[5 * place])
+    )
     assert content.head["limit"] == greatest
     assert Content(thrown.show().html).head["bodies"] == []
 
@@ -185,7 +187,9 @@ def test_bad_arguments_are_refused(bounce, scene, surface, thrown):
 def lab(colors):
     """CIELAB coordinates (n, 3) of sRGB colors (n, 3) between 0 and 1, in daylight of 6500 K."""
     linear = np.where(colors <= 0.04045, colors / 12.92, ((colors + 0.055) / 1.055) ** 2.4)
-    to_xyz = np.array([[0.4124564, 0.3575761, 0.1804375], [0.2126729, 0.7151522, 0.0721750], [0.0193339, 0.1191920, 0.9503041]])
+    to_xyz = np.array(
+        [[0.4124564, 0.3575761, 0.1804375], [0.2126729, 0.7151522, 0.0721750], [0.0193339, 0.1191920, 0.9503041]]
+    )
     xyz = linear @ to_xyz.T / to_xyz.sum(axis=1)
     f = np.where(xyz > 216 / 24389, np.cbrt(xyz), (24389 / 27 * xyz + 16) / 116)
     return np.stack([116 * f[:, 1] - 16, 500 * (f[:, 0] - f[:, 1]), 200 * (f[:, 1] - f[:, 2])], axis=1)
