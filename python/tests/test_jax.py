@@ -494,5 +494,5 @@ def test_the_program_of_the_docstring_runs():
     program = "\n".join(line[4:] for line in hj.__doc__.splitlines() if line.startswith("    "))
     found = {}
     exec(program, found)
-    # Higher is less pressed in.
-    assert found["slope"] < -1e4 and found["force"] > 10
+    wrench, jacobian = found["pair"].wrench_and_jacobian(he.pose([0.0, 0.0, 0.195]), he.pose())
+    assert (found["force"], found["slope"]) == pytest.approx((wrench[5], jacobian[5, 5]), rel=1e-12)
