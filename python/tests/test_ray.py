@@ -154,13 +154,13 @@ def working(*nodes):
     return [worker for node in nodes for worker in descendants(raylet(node)) if at_work(worker)]
 
 
-def wait_for(condition):
+def wait_for(condition, seconds=10):
     """Waits until something is so, and returns it."""
-    for _ in range(1000):
+    for _ in range(100 * seconds):
         if found := condition():
             return found
         time.sleep(1e-2)
-    raise AssertionError("it did not happen in 10 s")
+    raise AssertionError(f"it did not happen in {seconds} s")
 
 
 def test_a_killed_worker_costs_nothing_but_time(cluster, Batch, bounce):
@@ -170,10 +170,10 @@ def test_a_killed_worker_costs_nothing_but_time(cluster, Batch, bounce):
     killed = []
 
     def kill(done, total):
-        if done >= total // 3 and not killed:
-            worker = wait_for(lambda: working(*cluster.ours))[0]
-            os.kill(worker, signal.SIGKILL)
-            killed.append(worker)
+        at_hand = working(*cluster.ours)
+        if done >= total // 3 and at_hand and not killed:
+            os.kill(at_hand[0], signal.SIGKILL)
+            killed.append(at_hand[0])
 
     found = Batch(plan, chunk=4, progress=kill).jacobians_after(world, BY, samples)
     assert killed and not at_work(killed[0])
@@ -186,10 +186,10 @@ def test_what_is_lost_more_often_than_it_is_tried_is_an_exception_and_the_others
     killed = []
 
     def kill(done, total):
-        if not killed:
-            worker = wait_for(lambda: working(*cluster.ours))[0]
-            os.kill(worker, signal.SIGKILL)
-            killed.append(worker)
+        at_hand = working(*cluster.ours)
+        if at_hand and not killed:
+            os.kill(at_hand[0], signal.SIGKILL)
+            killed.append(at_hand[0])
 
     found = Batch(plan, chunk=4, max_retries=0, progress=kill).trajectories_after(world, BY, samples)
     lost = [place for place, result in enumerate(found) if isinstance(result, he.RolloutError)]
@@ -247,12 +247,14 @@ def test_a_lost_node_costs_nothing_but_time(cluster, Batch, bounce):
     lost = []
 
     def lose(done, total):
-        if done >= total // 3 and not lost:
-            node = wait_for(lambda: next(filter(working, cluster.ours), None))
-            cluster.remove_node(node, allow_graceful=False)
-            lost.append(node)
+        # A node that is gone has no processes to look at.
+        busy = None if lost else next(filter(working, cluster.ours), None)
+        if done >= total // 3 and busy:
+            cluster.remove_node(busy, allow_graceful=False)
+            lost.append(busy)
 
     found = Batch(plan, chunk=4, progress=lose).jacobians_after(world, BY, samples)
+    assert lost
     same(found, expected)
-    # The head and the node that is left.
-    wait_for(lambda: lost and sum(node["Alive"] for node in ray.nodes()) == 2)
+    # The head and the node that is left; Ray looks for some 14 s before it gives a node up.
+    wait_for(lambda: sum(node["Alive"] for node in ray.nodes()) == 2, seconds=60)
