@@ -413,7 +413,7 @@ def test_refusals():
         robot.linearised(q, v.astype(np.float32), tau)
     with pytest.raises(he.HydroelasticError, match="not finite"):
         robot.acceleration(q, v, np.array([np.nan, 0.0, 0.0]))
-    with pytest.raises(he.HydroelasticError, match="not finite"):
+    with pytest.raises(he.HydroelasticError, match="must be finite"):
         robot.wrenches(q, np.array([np.nan, 0.0, 0.0]))
     with pytest.raises(he.HydroelasticError):
         robot.acceleration(np.array([np.inf, 0.0, 0.0]), v, tau)
