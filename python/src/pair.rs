@@ -3,7 +3,7 @@
 use crate::arrays::{Floats, Many, array};
 use crate::errors::refused;
 use crate::material::SurfaceLaw;
-use crate::pair_inputs::{Arguments, Inputs, stacked, stacked_two};
+use crate::pair_inputs::{Inputs, stacked, stacked_two};
 use crate::poses::one;
 use crate::shape::Shape;
 use crate::surface::Surface;
@@ -147,15 +147,7 @@ impl Pair {
         law: Option<&Bound<'py, PyAny>>,
     ) -> PyResult<Floats<'py>> {
         let (poses, twists) = ([pose_a, pose_b], [twist_a, twist_b]);
-        let inputs = Inputs::of(
-            self,
-            &Arguments {
-                poses,
-                twists,
-                moduli,
-                law,
-            },
-        )?;
+        let inputs = Inputs::of(self, poses, twists, moduli, law)?;
         let at_rest = twist_a.is_none() && twist_b.is_none();
         let wrenches = inputs.values(py, self, |at| {
             wrench_numbers(&if at_rest {
@@ -178,15 +170,7 @@ impl Pair {
         moduli: Option<&Bound<'py, PyAny>>,
     ) -> PyResult<(Floats<'py>, Floats<'py>)> {
         let (poses, twists, law) = ([pose_a, pose_b], [None, None], None);
-        let inputs = Inputs::of(
-            self,
-            &Arguments {
-                poses,
-                twists,
-                moduli,
-                law,
-            },
-        )?;
+        let inputs = Inputs::of(self, poses, twists, moduli, law)?;
         let found = inputs.values(py, self, |at| {
             let (wrench, jacobian) = at.pair.wrench_and_jacobian();
             [wrench_numbers(&wrench), at_rest_by_rows(&jacobian)]
@@ -208,15 +192,7 @@ impl Pair {
         law: Option<&Bound<'py, PyAny>>,
     ) -> PyResult<(Floats<'py>, Floats<'py>)> {
         let (poses, twists) = ([pose_a, pose_b], [twist_a, twist_b]);
-        let inputs = Inputs::of(
-            self,
-            &Arguments {
-                poses,
-                twists,
-                moduli,
-                law,
-            },
-        )?;
+        let inputs = Inputs::of(self, poses, twists, moduli, law)?;
         let found = inputs.values(py, self, |at| {
             let linearised = at.pair.linearised(&at.law, at.twists);
             [
@@ -237,15 +213,7 @@ impl Pair {
         moduli: Option<&Bound<'py, PyAny>>,
     ) -> PyResult<Bound<'py, PyAny>> {
         let (poses, twists, law) = ([pose_a, pose_b], [None, None], None);
-        let inputs = Inputs::of(
-            self,
-            &Arguments {
-                poses,
-                twists,
-                moduli,
-                law,
-            },
-        )?;
+        let inputs = Inputs::of(self, poses, twists, moduli, law)?;
         match inputs.values(py, self, |at| vec![at.pair.potential_energy()])? {
             Many::One(energy) => Ok(energy[0].into_pyobject(py)?.into_any()),
             Many::Each(energies) => {

@@ -11,18 +11,6 @@ use pyo3::prelude::*;
 /// Contacts that a thread takes at a time: some take a few µs.
 const CHUNK: usize = 4;
 
-/// The arguments of a call on a pair, as they come.
-pub struct Arguments<'a, 'py> {
-    /// Of A and B.
-    pub poses: [&'a Bound<'py, PyAny>; 2],
-    /// Of A and B; none for bodies at rest.
-    pub twists: [Option<&'a Bound<'py, PyAny>>; 2],
-    /// In place of those of the pair.
-    pub moduli: Option<&'a Bound<'py, PyAny>>,
-    /// Dissipation and friction, in place of those of the pair.
-    pub law: Option<&'a Bound<'py, PyAny>>,
-}
-
 /// The arguments, checked.
 pub struct Inputs {
     poses: [Many<Pose>; 2],
@@ -52,19 +40,23 @@ fn twists(argument: Option<&Bound<'_, PyAny>>, name: &str) -> PyResult<Many<[f64
 }
 
 impl Inputs {
-    pub fn of(pair: &Pair, given: &Arguments<'_, '_>) -> PyResult<Self> {
-        let [pose_a, pose_b] = given.poses;
-        let law = match given.law {
+    /// From the arguments of a call on a pair. Without twists, bodies are at rest; `moduli`, and `law` of dissipation and
+    /// friction, are in place of those of the pair.
+    pub fn of(
+        pair: &Pair,
+        [pose_a, pose_b]: [&Bound<'_, PyAny>; 2],
+        [twist_a, twist_b]: [Option<&Bound<'_, PyAny>>; 2],
+        moduli: Option<&Bound<'_, PyAny>>,
+        law: Option<&Bound<'_, PyAny>>,
+    ) -> PyResult<Self> {
+        let law = match law {
             Some(law) => rows(law, "law")?,
             None => Many::One(pair.law.numbers()),
         };
         Ok(Self {
             poses: [poses(pose_a, "pose_a")?, poses(pose_b, "pose_b")?],
-            twists: [
-                twists(given.twists[0], "twist_a")?,
-                twists(given.twists[1], "twist_b")?,
-            ],
-            moduli: match given.moduli {
+            twists: [twists(twist_a, "twist_a")?, twists(twist_b, "twist_b")?],
+            moduli: match moduli {
                 Some(moduli) => rows(moduli, "moduli")?,
                 None => Many::One(pair.moduli),
             },
