@@ -1,18 +1,20 @@
-use super::TetMesh;
+use crate::geometry::Tetrahedron;
 use crate::spatial::MassProperties;
 use nalgebra::{Matrix3, Vector3};
 
-/// Exact mass properties of the mesh at a uniform density (kg/m³).
+/// Exact mass properties of the sum of signed tetrahedra at a uniform density (kg/m³).
 ///
 /// Over a tetrahedron with corners at `c` from any origin, ∫ x xᵀ dV = V/20·(Σ c cᵀ + s sᵀ) with
-/// s = Σ c. The origin is the middle of the mesh's box, so that little cancels.
-pub(super) fn mass_properties(mesh: &TetMesh, density: f64) -> MassProperties {
-    let middle = mesh.aabb().center();
+/// s = Σ c. The origin should be in the middle of them, so that little cancels.
+pub(super) fn mass_properties(
+    origin: Vector3<f64>,
+    tetrahedra: impl Iterator<Item = Tetrahedron>,
+    density: f64,
+) -> MassProperties {
     let (mut volume, mut first, mut second) = (0.0, Vector3::zeros(), Matrix3::zeros());
-    for tet in 0..mesh.tet_count() {
-        let tetrahedron = mesh.tetrahedron(tet);
+    for tetrahedron in tetrahedra {
         let tet_volume = tetrahedron.signed_volume();
-        let corners = tetrahedron.corners.map(|corner| corner - middle);
+        let corners = tetrahedron.corners.map(|corner| corner - origin);
         let sum: Vector3<f64> = corners.iter().sum();
         let squares: Matrix3<f64> = corners.iter().map(|c| c * c.transpose()).sum();
         volume += tet_volume;
@@ -23,7 +25,7 @@ pub(super) fn mass_properties(mesh: &TetMesh, density: f64) -> MassProperties {
     let central = second - offset * offset.transpose() * volume;
     MassProperties {
         mass: density * volume,
-        center_of_mass: middle + offset,
+        center_of_mass: origin + offset,
         inertia: (Matrix3::identity() * central.trace() - central) * density,
     }
 }

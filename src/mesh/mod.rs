@@ -24,8 +24,16 @@ mod pressure_field;
 pub mod shapes;
 mod splitting;
 mod surface;
+mod surface_error;
 mod tet_mesh;
+mod triangle_components;
+mod triangle_edges;
+mod triangle_solid;
+mod triangle_surface;
+mod welding;
 
 pub use error::MeshError;
 pub use pressure_field::{FieldTet, PressureField};
+pub use surface_error::SurfaceError;
 pub use tet_mesh::TetMesh;
+pub use triangle_surface::TriangleSurface;

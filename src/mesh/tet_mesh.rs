@@ -116,7 +116,8 @@ impl TetMesh {
     /// Mass, centre of mass and inertia tensor at a uniform density (kg/m³).
     #[must_use]
     pub fn mass_properties(&self, density: f64) -> MassProperties {
-        mass::mass_properties(self, density)
+        let tetrahedra = (0..self.tet_count()).map(|tet| self.tetrahedron(tet));
+        mass::mass_properties(self.aabb().center(), tetrahedra, density)
     }
 
     /// The mesh with a new vertex at the centre of every edge, then every face, then every

@@ -1,7 +1,7 @@
-use super::cored::place_key;
 use crate::geometry::Aabb;
 use crate::mesh::MeshError;
 use crate::mesh::tet_mesh::FLATNESS;
+use crate::mesh::welding::place_key;
 use nalgebra::Vector3;
 use std::collections::HashMap;
 use std::collections::hash_map::Entry;

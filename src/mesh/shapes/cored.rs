@@ -1,3 +1,4 @@
+use crate::mesh::welding::place_key;
 use crate::mesh::{MeshError, PressureField, TetMesh};
 use nalgebra::Vector3;
 use std::collections::HashMap;
@@ -71,12 +72,6 @@ fn distinct(points: &[Vector3<f64>]) -> (Vec<Vector3<f64>>, Vec<usize>) {
     });
     let place_of = place_of.collect();
     (known, place_of)
-}
-
-/// The same for points at the same place, and no others.
-pub(super) fn place_key(point: &Vector3<f64>) -> [u64; 3] {
-    // Adding 0 makes one number of the two zeros.
-    std::array::from_fn(|axis| (point[axis] + 0.0).to_bits())
 }
 
 /// The tetrahedron low[0..=climbed], high[climbed..3].

@@ -1,0 +1,48 @@
+/// The connected components of a closed surface: triangles that a path over edges connects.
+pub(super) struct Components {
+    /// The triangles, component by component, each beginning with its first.
+    members: Vec<usize>,
+    /// Where each component ends in `members`.
+    ends: Vec<usize>,
+}
+
+impl Components {
+    /// From the neighbors of each triangle.
+    pub fn of(neighbours: &[[u32; 3]]) -> Self {
+        let mut is_found = vec![false; neighbours.len()];
+        let mut members = Vec::with_capacity(neighbours.len());
+        let mut ends = Vec::new();
+        for start in 0..neighbours.len() {
+            if is_found[start] {
+                continue;
+            }
+            is_found[start] = true;
+            let mut next = members.len();
+            members.push(start);
+            while next < members.len() {
+                for &neighbour in &neighbours[members[next]] {
+                    let neighbour = neighbour as usize;
+                    if !is_found[neighbour] {
+                        is_found[neighbour] = true;
+                        members.push(neighbour);
+                    }
+                }
+                next += 1;
+            }
+            ends.push(members.len());
+        }
+        Self { members, ends }
+    }
+
+    /// The triangles of each component.
+    pub fn iter(&self) -> impl Iterator<Item = &[usize]> {
+        let starts = std::iter::once(0).chain(self.ends.iter().copied());
+        let spans = starts.zip(&self.ends);
+        spans.map(|(start, &end)| &self.members[start..end])
+    }
+
+    /// The first triangle of each component.
+    pub fn starts(&self) -> impl Iterator<Item = usize> {
+        self.iter().map(|members| members[0])
+    }
+}

@@ -1,0 +1,232 @@
+use super::triangle_components::Components;
+use super::{SurfaceError, TetMesh, mass, triangle_edges, triangle_solid, welding};
+use crate::geometry::{Aabb, Tetrahedron};
+use crate::spatial::MassProperties;
+use nalgebra::Vector3;
+
+/// A triangle counts as a line where twice its area is below this fraction of its longest edge squared, so its height
+/// below this fraction of that edge: its normal would have fewer than four correct digits left, as the gradients of a
+/// tetrahedron that counts as flat.
+const THINNESS: f64 = 1e-12;
+
+/// The closed surface of a solid: triangles, counter-clockwise seen from outside, that meet two by two in their edges.
+/// All `f64`, validated once: finite vertices, all in use; triangles that have a normal; components that enclose a volume.
+///
+/// It may have several connected components. One whose triangles are turned inwards, so that its volume is negative, is a
+/// cavity, and has to lie inside another; that this is so is looked up at one point of it. Components may touch each
+/// other at vertices.
+///
+/// That the surface does not pass through itself is *not* checked. Where it does, or where a component lies in the solid
+/// of another without being a cavity, each sheet of it presses on what it meets as if it were there alone, and volume and mass
+/// count the overlap as often as it is enclosed.
+///
+/// ```
+/// use hydroelastic::mesh::TriangleSurface;
+/// use nalgebra::vector;
+///
+/// // The corner of a cube, cut off.
+/// let vertices = vec![
+///     vector![0.0, 0.0, 0.0], vector![0.1, 0.0, 0.0], vector![0.0, 0.1, 0.0], vector![0.0, 0.0, 0.1],
+/// ];
+/// let triangles = vec![[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]];
+/// let corner = TriangleSurface::new(vertices, triangles)?;
+/// assert_eq!(corner.neighbour(3, 0), 2);
+/// assert!((corner.volume() - 0.001 / 6.0).abs() < 1e-18);
+/// # Ok::<(), hydroelastic::mesh::SurfaceError>(())
+/// ```
+#[derive(Debug, Clone)]
+pub struct TriangleSurface {
+    vertices: Vec<Vector3<f64>>,
+    triangles: Vec<[usize; 3]>,
+    neighbours: Vec<[u32; 3]>,
+    component_starts: Vec<usize>,
+    reach: f64,
+}
+
+impl TriangleSurface {
+    /// From vertices (m, in the body frame) and triangles as indices of three vertices each, counter-clockwise seen from
+    /// outside.
+    ///
+    /// # Errors
+    /// If there are fewer than four triangles or more than a `u32` counts, a coordinate is not finite, an index out of
+    /// range or repeated, or a vertex unused; if a triangle is a line to round-off (height below 1e-12 of its
+    /// longest edge); if an edge belongs to one triangle or to more than two, or two that share it are turned
+    /// different ways; if a component is flat, or turned inwards without being a cavity; or if the surface is so large
+    /// that its inertia is beyond double precision. Each names the culprit. A
+    /// cavity is compared with all triangles of the components whose boxes contain it: their numbers multiplied.
+    pub fn new(
+        vertices: Vec<Vector3<f64>>,
+        triangles: Vec<[usize; 3]>,
+    ) -> Result<Self, SurfaceError> {
+        check_size(vertices.len(), triangles.len())?;
+        check_coordinates(&vertices)?;
+        check_indices(&triangles, vertices.len())?;
+        triangle_solid::check_moments(&vertices, triangles.len())?;
+        for (triangle, corners) in triangles.iter().enumerate() {
+            check_thickness(triangle, corners.map(|vertex| vertices[vertex]))?;
+        }
+        let neighbours = triangle_edges::neighbours(&triangles)?;
+        let components = Components::of(&neighbours);
+        triangle_solid::check_volumes(&vertices, &triangles, &components)?;
+        let reach = vertices.iter().map(nalgebra::Matrix::norm);
+        Ok(Self {
+            reach: reach.fold(0.0, f64::max),
+            component_starts: components.starts().collect(),
+            vertices,
+            triangles,
+            neighbours,
+        })
+    }
+
+    /// From triangles with corners (m) of their own, as an STL file has them, counter-clockwise seen from outside. Corners
+    /// at exactly the same place become one vertex. Triangles of which two corners are then the same are left
+    /// out: they have no area, and their neighbors meet where they were.
+    ///
+    /// # Errors
+    /// As [`Self::new`], which counts triangles without those left out.
+    pub fn from_soup(corners: &[[Vector3<f64>; 3]]) -> Result<Self, SurfaceError> {
+        let (vertices, triangles) = welding::welded(corners)?;
+        Self::new(vertices, triangles)
+    }
+
+    /// The surface of a tetrahedral mesh: a rigid body of the same shape.
+    ///
+    /// # Errors
+    /// If more than two triangles of the mesh's surface meet in an edge, where parts of the solid touch in no more than that
+    /// edge; or as [`Self::new`], if a triangle is thinner than a tetrahedron has to be thick.
+    pub fn around(mesh: &TetMesh) -> Result<Self, SurfaceError> {
+        let (vertices, triangles) =
+            welding::without_unused(mesh.vertices(), mesh.surface_triangles());
+        Self::new(vertices, triangles)
+    }
+
+    /// Positions of the vertices (m), in the body frame.
+    #[must_use]
+    pub fn vertices(&self) -> &[Vector3<f64>] {
+        &self.vertices
+    }
+
+    /// The triangles, as indices of their vertices, counter-clockwise seen from outside.
+    #[must_use]
+    pub fn triangles(&self) -> &[[usize; 3]] {
+        &self.triangles
+    }
+
+    /// The corners of a triangle (m).
+    #[inline]
+    #[must_use]
+    pub fn corners(&self, triangle: usize) -> [Vector3<f64>; 3] {
+        self.triangles[triangle].map(|vertex| self.vertices[vertex])
+    }
+
+    /// The triangle beyond an edge (0..3) of a triangle: edge k is opposite to corner k.
+    #[inline]
+    #[must_use]
+    pub fn neighbour(&self, triangle: usize, edge: usize) -> usize {
+        self.neighbours[triangle][edge] as usize
+    }
+
+    /// Number of connected components. Components that touch at vertices only are several.
+    #[must_use]
+    pub fn component_count(&self) -> usize {
+        self.component_starts.len()
+    }
+
+    /// The first triangle of each connected component.
+    #[must_use]
+    pub fn component_starts(&self) -> &[usize] {
+        &self.component_starts
+    }
+
+    /// The smallest box around the surface.
+    #[must_use]
+    pub fn aabb(&self) -> Aabb {
+        Aabb::around(&self.vertices)
+    }
+
+    /// Largest distance (m) of a vertex from the origin of the body frame.
+    #[must_use]
+    pub fn reach(&self) -> f64 {
+        self.reach
+    }
+
+    /// Volume (m³) inside, without the cavities.
+    #[must_use]
+    pub fn volume(&self) -> f64 {
+        let corners = (0..self.triangles.len()).map(|triangle| self.corners(triangle));
+        triangle_solid::volume(self.aabb().center(), corners)
+    }
+
+    /// Mass, centre of mass and inertia tensor of the solid inside at a uniform density (kg/m³). Exact up to round-off.
+    #[must_use]
+    pub fn mass_properties(&self, density: f64) -> MassProperties {
+        let middle = self.aabb().center();
+        let tetrahedra = (0..self.triangles.len()).map(|triangle| {
+            let [a, b, c] = self.corners(triangle);
+            Tetrahedron {
+                corners: [middle, a, b, c],
+            }
+        });
+        mass::mass_properties(middle, tetrahedra, density)
+    }
+}
+
+fn check_size(vertex_count: usize, triangle_count: usize) -> Result<(), SurfaceError> {
+    let (count, limit) = (vertex_count.max(triangle_count), u32::MAX as usize);
+    if triangle_count < 4 {
+        let count = triangle_count;
+        Err(SurfaceError::TooFewTriangles { count })
+    } else if count > limit {
+        Err(SurfaceError::TooLarge { count, limit })
+    } else {
+        Ok(())
+    }
+}
+
+fn check_coordinates(vertices: &[Vector3<f64>]) -> Result<(), SurfaceError> {
+    for (vertex, position) in vertices.iter().enumerate() {
+        if let Some(&value) = position.iter().find(|value| !value.is_finite()) {
+            return Err(SurfaceError::NonFiniteCoordinate { vertex, value });
+        }
+    }
+    Ok(())
+}
+
+/// Checks that the indices are in range, three different ones for each triangle, and that all vertices are used.
+fn check_indices(triangles: &[[usize; 3]], vertex_count: usize) -> Result<(), SurfaceError> {
+    let mut used = vec![false; vertex_count];
+    for (triangle, corners) in triangles.iter().enumerate() {
+        for (place, &vertex) in corners.iter().enumerate() {
+            if vertex >= vertex_count {
+                return Err(SurfaceError::VertexOutOfRange {
+                    triangle,
+                    vertex,
+                    vertex_count,
+                });
+            }
+            if corners[..place].contains(&vertex) {
+                return Err(SurfaceError::RepeatedVertex { triangle, vertex });
+            }
+            used[vertex] = true;
+        }
+    }
+    match used.iter().position(|used| !used) {
+        Some(vertex) => Err(SurfaceError::UnusedVertex { vertex }),
+        None => Ok(()),
+    }
+}
+
+/// Checks that a triangle is no line to round-off, nor so small that its area underflows.
+fn check_thickness(triangle: usize, [a, b, c]: [Vector3<f64>; 3]) -> Result<(), SurfaceError> {
+    let twice_area = (b - a).cross(&(c - a)).norm();
+    let edges = [b - a, c - b, a - c];
+    let longest_edge = edges.iter().map(nalgebra::Matrix::norm).fold(0.0, f64::max);
+    if twice_area > THINNESS * longest_edge.powi(2) {
+        return Ok(());
+    }
+    Err(SurfaceError::ThinTriangle {
+        triangle,
+        area: 0.5 * twice_area,
+        longest_edge,
+    })
+}
