@@ -1,19 +1,20 @@
-//! Files: tetrahedral meshes in, contact surfaces and trajectories out; with the feature `files`, a default one.
+//! Files: tetrahedral meshes and closed surfaces in, contact surfaces and trajectories out; with the feature `files`, a default one.
 //!
 //! [`read_mesh`] reads the files of a mesher (Gmsh `.msh`, VTK `.vtk` and `.vtu`) into a
 //! [`MeshFile`]: a mesh, and whatever numbers the file has for each vertex. Extents can be among
 //! them ([`MeshFile::pressure_field`]); else they come from the distance to the surface
 //! ([`PressureField::from_distance`](crate::mesh::PressureField::from_distance)).
+//! [`read_triangle_surface`] reads the closed surface of a rigid body (STL, OBJ).
 //! [`write_surface`] writes a contact surface for ParaView and its like, [`write_trajectory`] the
 //! motion of all bodies as a table (CSV, or Parquet with the feature `parquet`); a [`Recording`] shows
-//! it in any 3-D viewer. Files are taken to be in metres.
+//! it in any 3-D viewer. Meshes are taken to be in metres.
 //!
 //! These appear under their names when they are whole, each in the place of an older one; a draft named
 //! `hydroelastic-….part` beside it is what a killed process leaves. A [`TrajectoryFile`] grows with its
 //! rollout instead, for those that are not to be lost.
 //!
 //! With the feature `parry`, shapes of the collision library of that name (`parry3d-f64`) become pressure
-//! fields: convex polyhedra, triangle meshes and the convex hulls of points. Poses go both ways.
+//! fields (convex polyhedra, triangle meshes and the convex hulls of points) or rigid surfaces. Poses go both ways.
 //!
 //! Nothing in a file is trusted: damaged ones end in a [`FileError`], never in a panic.
 //!
@@ -45,10 +46,15 @@
 mod files;
 #[cfg(feature = "parry")]
 mod parry;
+#[cfg(feature = "parry")]
+mod parry_surface;
 
 #[cfg(feature = "files")]
 pub use files::{
-    FileError, MeshFile, Recording, TrajectoryFile, read_mesh, write_surface, write_trajectory,
+    FileError, MeshFile, Recording, TrajectoryFile, read_mesh, read_triangle_surface,
+    write_surface, write_trajectory,
 };
 #[cfg(feature = "parry")]
 pub use parry::{HullError, field_from_hull, field_from_polyhedron, field_from_trimesh};
+#[cfg(feature = "parry")]
+pub use parry_surface::{ShapeError, surface_from_shape};

@@ -1,8 +1,9 @@
-//! Tetrahedral meshes and their pressure fields, all `f64` and validated once.
+//! Tetrahedral meshes and their pressure fields, and the surfaces of rigid bodies, all `f64` and validated once.
 //!
 //! A [`TetMesh`] is geometry; a [`PressureField`] puts an *extent* on every vertex, 0 on the
 //! surface and positive inside, so that the pressure is the hydroelastic modulus (Pa) times the
-//! extent, linear in each tetrahedron (the paper, §III-B). [`shapes`] has ready-made fields.
+//! extent, linear in each tetrahedron (the paper, §III-B). [`shapes`] has ready-made fields. A [`TriangleSurface`] is the closed
+//! surface of a solid without a field; with the feature `serde` it can be saved and loaded.
 //!
 //! ```
 //! use hydroelastic::mesh::{PressureField, TetMesh, shapes};
@@ -21,6 +22,8 @@ mod distance;
 mod error;
 mod mass;
 mod pressure_field;
+#[cfg(feature = "serde")]
+mod serial;
 pub mod shapes;
 mod splitting;
 mod surface;

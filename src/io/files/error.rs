@@ -1,4 +1,4 @@
-use crate::mesh::MeshError;
+use crate::mesh::{MeshError, SurfaceError};
 use std::error::Error;
 use std::path::PathBuf;
 
@@ -206,5 +206,22 @@ pub enum FileError {
         path: PathBuf,
         /// Why not.
         source: MeshError,
+    },
+    /// The unit of a surface file is no length.
+    #[error("the unit of {} was given as {found} m, but has to be positive and finite", path.display())]
+    Unit {
+        /// The file.
+        path: PathBuf,
+        /// What was given (m).
+        found: f64,
+    },
+    /// The triangles in the file are no closed surface. They are counted without those whose corners are not three
+    /// places, and vertices at the same place are one.
+    #[error("{} does not hold a usable surface: {source}", path.display())]
+    Surface {
+        /// The file.
+        path: PathBuf,
+        /// Why not.
+        source: SurfaceError,
     },
 }
