@@ -154,7 +154,12 @@ fn wrench_after<T: Scalar>(pair: &ContactPair, changes: [T; 8]) -> ContactWrench
     let pose_a = Pose::<T>::lifted(pair.a().pose()).moved_by(&Twist { angular, linear });
     let pose_b = Pose::lifted(pair.b().pose());
     let a = ContactBody::new(pair.a().shape(), pose_a, changes[6] + pair.a().modulus()).unwrap();
-    let b = ContactBody::new(pair.b().shape(), pose_b, changes[7] + pair.b().modulus()).unwrap();
+    let b = ContactBody::new(
+        pair.b().shape().unwrap(),
+        pose_b,
+        changes[7] + pair.b().modulus().unwrap(),
+    )
+    .unwrap();
     ContactPair::new(a, b).pipeline().wrench()
 }
 

@@ -50,7 +50,11 @@ pub fn draw(path: &Path) -> Answer<String> {
 
 /// The contact surface between the far and the near sides of both bodies.
 fn draw_bodies(area: &Area, view: &View, pair: &ContactPair, contact: &ContactSurface) -> Answer {
-    let sides = [(pair.a(), RED, 0.10), (pair.b(), BLUE, 0.13)].map(|(body, color, opacity)| {
+    let sides = [
+        (pair.a(), RED, 0.10),
+        (&pair.b().body().unwrap(), BLUE, 0.13),
+    ]
+    .map(|(body, color, opacity)| {
         let mesh = body.shape().field().mesh();
         let faces = surface(mesh, body.pose(), color.mix(opacity));
         (front_and_back(faces, view), color)

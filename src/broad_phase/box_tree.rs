@@ -1,4 +1,4 @@
-use crate::geometry::Aabb;
+use crate::geometry::{Aabb, AffineField};
 use crate::spatial::Pose;
 use nalgebra::Matrix3;
 use rstar::{AABB, ParentNode, RTree, RTreeNode, RTreeObject};
@@ -44,6 +44,22 @@ impl<K: Copy> BoxTree<K> {
                 visit(found.key);
                 ControlFlow::Continue(())
             });
+    }
+
+    /// Visits the keys of the boxes that an affine field has values in, from `least` to `most`, or may have.
+    pub fn visit_between(
+        &self,
+        field: &AffineField,
+        [least, most]: [f64; 2],
+        mut visit: impl FnMut(K),
+    ) {
+        let slope = field.gradient.abs();
+        let is_near = |node: &RTreeNode<Keyed<K>>| {
+            let aabb = aabb_of(node);
+            let (middle, reach) = (field.at(&aabb.center()), slope.dot(&aabb.half_extents()));
+            middle - reach <= most && middle + reach >= least
+        };
+        descend(self.0.root(), &is_near, &mut visit);
     }
 
     /// Visits the pairs of keys, of this tree's boxes (in A) and of the other's (in B), that may

@@ -9,14 +9,18 @@
 //! parts and never at a derivative.
 
 mod box_tree;
+mod half_space;
 mod landscape;
 mod projections;
+mod rigid_shape;
 mod seeds;
 mod shape;
 mod tet_tree;
 
+pub use half_space::{HalfSpace, ThicknessError};
 pub(crate) use landscape::{Escape, Landscape};
 pub use projections::Projections;
-pub(crate) use seeds::{Seeds, SurfaceFace};
+pub use rigid_shape::RigidShape;
+pub(crate) use seeds::{RimlessSeeds, Seeds, SurfaceFace};
 pub use shape::Shape;
 pub use tet_tree::TetTree;

@@ -9,7 +9,7 @@ use std::fmt;
 pub struct Shape {
     field: PressureField,
     tree: TetTree,
-    seeds: Option<Seeds>,
+    seeds: Seeds,
 }
 
 impl Shape {
@@ -32,9 +32,9 @@ impl Shape {
         &self.tree
     }
 
-    /// Where contact surfaces can be entered, if they can be followed.
-    pub(crate) fn seeds(&self) -> Option<&Seeds> {
-        self.seeds.as_ref()
+    /// Where contact surfaces can be entered.
+    pub(crate) fn seeds(&self) -> &Seeds {
+        &self.seeds
     }
 }
 

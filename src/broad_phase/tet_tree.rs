@@ -1,6 +1,6 @@
 use super::Projections;
 use super::box_tree::BoxTree;
-use crate::geometry::Aabb;
+use crate::geometry::{Aabb, AffineField};
 use crate::mesh::PressureField;
 use crate::spatial::Pose;
 
@@ -44,6 +44,17 @@ impl TetTree {
     pub fn visit_overlapping(&self, query: &Aabb, mut visit: impl FnMut(usize)) {
         self.tree
             .visit_overlapping(query, |tet| visit(tet as usize));
+    }
+
+    /// Visits the tetrahedra in whose boxes an affine field may have values from `least` to `most`.
+    pub(crate) fn visit_between(
+        &self,
+        field: &AffineField,
+        [least, most]: [f64; 2],
+        mut visit: impl FnMut(usize),
+    ) {
+        self.tree
+            .visit_between(field, [least, most], |tet| visit(tet as usize));
     }
 
     /// Visits the tetrahedra (of B) that may overlap the box `region` in the frame of A, given to

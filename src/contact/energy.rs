@@ -1,16 +1,36 @@
 use super::polygon::PolygonSource;
 use crate::geometry::{AffineField, Tetrahedron, snapped};
 use crate::mesh::FieldTet;
-use crate::narrow_phase::PosedTet;
+use crate::narrow_phase::{PartnerShape, PosedTet};
 use crate::scalar::{Scalar, lift, lift_vector};
+use nalgebra::Vector3;
 
 impl<T: Scalar> PolygonSource<'_, T> {
-    /// ∫ min(p_A, p_B) dV (J) over what two tetrahedra have in common.
-    ///
-    /// A's tetrahedron is cut by B's faces into tetrahedra; over each of them, for the softer body S and
-    /// the stiffer one H, ∫ min(p_S, p_H) = ∫ p_S − ∫ over {p_S > p_H} of (p_S − p_H). The other way round
-    /// it would be a small difference of large integrals.
-    pub fn energy(&self, a: &FieldTet, b: &PosedTet) -> T {
+    /// ∫ min(p_A, p_B) dV (J) over what A and B have in common, or ∫ p_A dV if B is rigid.
+    pub fn energy(&self) -> T {
+        let mut energy = lift(0.0);
+        match self.pair.shape_b {
+            PartnerShape::Compliant(_) => self.pair.visit_overlapping(|tet_a, tet_b| {
+                energy += self.energy_of_tets(self.pair.tet_a(tet_a), tet_b);
+            }),
+            PartnerShape::HalfSpace(_) => {
+                let half_space = self.pair.posed_tet(0);
+                self.pair
+                    .visit_reaching(&half_space, f64::INFINITY, |tet_a| {
+                        energy += self.energy_within_half_space(tet_a, &half_space);
+                    });
+            }
+            PartnerShape::Rigid(shape) => {
+                for cell in shape.cells() {
+                    energy += self.energy_behind_triangle(&cell.tetrahedron);
+                }
+            }
+        }
+        energy
+    }
+
+    /// The part of two tetrahedra. A's is cut by B's faces into tetrahedra.
+    fn energy_of_tets(&self, a: &FieldTet, b: &PosedTet) -> T {
         if a.tetrahedron.is_beyond(&b.faces) || b.tetrahedron.is_beyond(&a.barycentric) {
             return lift(0.0);
         }
@@ -19,9 +39,80 @@ impl<T: Scalar> PolygonSource<'_, T> {
             .barycentric
             .each_ref()
             .map(|face| face.posed(&self.pose_ab));
+        self.smaller_pressure_within(&faces_b, a, b, b.values)
+    }
+
+    fn energy_within_half_space(&self, a: &FieldTet, half_space: &PosedTet) -> T {
+        let extent = self.pair.tet_b(0).extent.posed(&self.pose_ab);
+        if self.pair.shape_b.is_rigid() {
+            return self.pressure_within(&[extent], a);
+        }
+        let corners = a.tetrahedron.corners.each_ref();
+        let highest = corners.map(|corner| half_space.field.at(corner));
+        self.smaller_pressure_within(&[extent], a, half_space, highest)
+    }
+
+    /// A rigid body is what the triangles of its surface make up with any one point, here the origin of its frame: a tetrahedron
+    /// each, which counts negative if the point sees the triangle from outside.
+    fn energy_behind_triangle(&self, cell: &Tetrahedron) -> T {
+        let [a, b, c, _] = cell.corners;
+        let mut fan = Tetrahedron {
+            corners: [a, b, c, Vector3::zeros()],
+        };
+        let volume = fan.signed_volume();
+        if volume == 0.0 {
+            return lift(0.0);
+        }
+        if volume < 0.0 {
+            fan.corners.swap(0, 1);
+        }
+        let faces = fan.barycentric_fields();
+        let faces = faces.each_ref().map(|face| face.posed(&self.pose_ab));
+        let posed = fan.posed(&self.pair.pose_ab);
+        let mut energy = lift::<T>(0.0);
+        let region = posed.aabb().inflated(self.pair.margin());
+        self.pair
+            .shape_a
+            .tree()
+            .visit_overlapping(&region, |tet_a| {
+                let tet_a = self.pair.tet_a(tet_a);
+                if !posed.is_beyond(&tet_a.barycentric) {
+                    energy += self.pressure_within(&faces, tet_a);
+                }
+            });
+        energy * volume.signum()
+    }
+
+    /// ∫ p_A dV over the part of a tetrahedron of A where all the fields are ≥ 0.
+    fn pressure_within(&self, fields: &[AffineField<T>], a: &FieldTet) -> T {
+        let pressure = a.extent.lifted().scaled(self.modulus_a);
+        let mut energy = lift(0.0);
+        let margin = self.pair.margin();
+        lifted(a).for_each_part_inside(fields, margin, &mut |part: &Tetrahedron<T>| {
+            energy += part.integral(&pressure);
+        });
+        energy
+    }
+
+    /// ∫ min(p_A, p_B) dV over the part of A's tetrahedron where all the fields are ≥ 0; with what B's pressure is at most, one of
+    /// these values.
+    ///
+    /// For the softer body S and the stiffer one H, ∫ min(p_S, p_H) = ∫ p_S − ∫ over {p_S > p_H} of (p_S − p_H). The other way round
+    /// it would be a small difference of large integrals.
+    fn smaller_pressure_within(
+        &self,
+        fields: &[AffineField<T>],
+        a: &FieldTet,
+        b: &PosedTet,
+        pressures_b: [f64; 4],
+    ) -> T {
         let pressure_a = a.extent.lifted().scaled(self.modulus_a);
-        let pressure_b = tet_b.extent.posed(&self.pose_ab).scaled(self.modulus_b);
-        let (soft, hard) = if self.is_softer(a, b) {
+        let extent_b = &self.pair.tet_b(b.index).extent;
+        let [_, modulus_b] = self.moduli();
+        let pressure_b = extent_b.posed(&self.pose_ab).scaled(modulus_b);
+        let highest = |numbers: &[f64; 4]| numbers.iter().copied().fold(0.0, f64::max);
+        let is_softer = self.pair.scales[0] * highest(&a.extents) <= highest(&pressures_b);
+        let (soft, hard) = if is_softer {
             (pressure_a, pressure_b)
         } else {
             (pressure_b, pressure_a)
@@ -32,12 +123,9 @@ impl<T: Scalar> PolygonSource<'_, T> {
         };
         let margin = self.pair.margin();
         // What both gradients make of a coordinate's rounding.
-        let tolerance = margin * (self.pair.moduli[0] * a.sensitivity + b.sensitivity);
-        let whole = Tetrahedron {
-            corners: a.tetrahedron.corners.each_ref().map(lift_vector),
-        };
+        let tolerance = margin * (self.pair.scales[0] * a.sensitivity + b.sensitivity);
         let mut energy = lift(0.0);
-        whole.for_each_part_inside(&faces_b, margin, &mut |part: &Tetrahedron<T>| {
+        lifted(a).for_each_part_inside(fields, margin, &mut |part: &Tetrahedron<T>| {
             energy += part.integral(&soft);
             let above = part.clipped(&part.values(&excess, tolerance));
             energy -= above
@@ -48,11 +136,11 @@ impl<T: Scalar> PolygonSource<'_, T> {
         });
         energy
     }
+}
 
-    /// Whether A's highest pressure in its tetrahedron is at most B's.
-    fn is_softer(&self, a: &FieldTet, b: &PosedTet) -> bool {
-        let highest = |numbers: &[f64; 4]| numbers.iter().copied().fold(0.0, f64::max);
-        self.pair.moduli[0] * highest(&a.extents) <= highest(&b.pressures)
+fn lifted<T: Scalar>(tet: &FieldTet) -> Tetrahedron<T> {
+    Tetrahedron {
+        corners: tet.tetrahedron.corners.each_ref().map(lift_vector),
     }
 }
 

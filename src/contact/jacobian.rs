@@ -96,6 +96,9 @@ impl<T: Scalar> ContactJacobian<T> {
 /// ∂W/∂ξ = −Σ 1/|g| ∫ s_A s_Bᵀ dA,  E_B ∂W/∂E_B = Σ 1/|g| ∫ p s_A dA,
 /// E_A ∂W/∂E_A = −Σ 1/|g| ∫ p s_B dA.
 ///
+/// Where B is rigid, ∇p_B/|g| is −n, and 1/|g| and ∇p_A/|g| are 0: with t = (x × n, n), W = ∫ p t dA and
+/// ∂W/∂ξ = ∫ s_A tᵀ dA.
+///
 /// All integrands are quadratic, so areas and moments give the exact values; nothing is
 /// differentiated through a clip.
 #[derive(Debug, Clone, Copy)]
@@ -141,39 +144,30 @@ impl<T: Scalar> RelativeJacobian<T> {
 impl<T: Scalar> CutPolygon<T> {
     /// The polygon's share of the wrench on A and of its derivatives.
     pub fn add_to(&self, sum: &mut RelativeJacobian<T>) {
-        let inverse = self.plane.steepness.recip();
-        let (grad_a, grad_b) = (&self.pressure_a.gradient, &self.pressure_b.gradient);
-        let by_motion = inverse * lift::<T>(self.weights.moving.area());
-        let area = self.moments.area * by_motion;
-        let first = self.moments.first_about_origin() * by_motion;
-        let second = self.moments.second_about_origin() * by_motion;
+        let (gradient_a, [slope_a, slope_b]) = (&self.pressure_a.gradient, &self.plane.slopes);
+        let weight = lift::<T>(self.weights.moving.area());
+        let area = self.moments.area * weight;
+        let first = self.moments.first_about_origin() * weight;
+        let second = self.moments.second_about_origin() * weight;
         // ∫ (x × a)(x × b)ᵀ = [a]ₓ (∫ x xᵀ) [b]ₓᵀ, since x × a = −[a]ₓ x.
-        let torque_torque = skew(grad_a) * second * skew(grad_b).transpose();
-        let arm_a = first.cross(grad_a);
-        let arm_b = first.cross(grad_b);
-        add_block(&mut sum.by_motion_of_b, [0, 0], -torque_torque);
-        add_block(
-            &mut sum.by_motion_of_b,
-            [0, 3],
-            -(arm_a * grad_b.transpose()),
-        );
-        add_block(
-            &mut sum.by_motion_of_b,
-            [3, 0],
-            -(grad_a * arm_b.transpose()),
-        );
-        add_block(
-            &mut sum.by_motion_of_b,
-            [3, 3],
-            -(grad_a * grad_b.transpose() * area),
-        );
+        let torque_torque = skew(gradient_a) * second * skew(slope_b).transpose();
+        let arm_a = first.cross(gradient_a);
+        let arm_b = first.cross(slope_b);
+        let blocks = [
+            ([0, 0], torque_torque),
+            ([0, 3], arm_a * slope_b.transpose()),
+            ([3, 0], gradient_a * arm_b.transpose()),
+            ([3, 3], gradient_a * slope_b.transpose() * area),
+        ];
+        for (place, block) in blocks {
+            add_block(&mut sum.by_motion_of_b, place, -block);
+        }
         let (total, weighted) = self.pressure_integrals();
-        let (total, weighted) = (total * inverse, weighted * inverse);
-        let pressed = |gradient: &Vector3<T>| Wrench {
-            torque: weighted.cross(gradient),
-            force: gradient * total,
+        let pressed = |slope: &Vector3<T>| Wrench {
+            torque: weighted.cross(slope),
+            force: slope * total,
         };
-        sum.pressed_a += pressed(grad_a).to_vector();
-        sum.pressed_b += pressed(grad_b).to_vector();
+        sum.pressed_a += pressed(slope_a).to_vector();
+        sum.pressed_b += pressed(slope_b).to_vector();
     }
 }

@@ -44,8 +44,9 @@ mod traction;
 mod traction_rates;
 mod wrench;
 
-pub use crate::broad_phase::Shape;
-pub use crate::narrow_phase::{BodyError, ContactBody};
+pub use crate::broad_phase::{HalfSpace, RigidShape, Shape, ThicknessError};
+
+pub use crate::narrow_phase::{BodyError, ContactBody, Partner};
 pub use crate::search::{Culling, Search};
 pub use crate::threads::results_of;
 pub(crate) use frozen::FrozenContact;

@@ -1,13 +1,19 @@
 use super::jacobian::RelativeJacobian;
 use super::linearised::RelativeLinearisation;
 use super::polygon::{CutSurface, PolygonSource};
-use super::{ContactBody, ContactJacobian, ContactPolygon, ContactSurface, ContactWrench, Search};
+use super::{
+    ContactBody, ContactJacobian, ContactPolygon, ContactSurface, ContactWrench, Partner, Search,
+};
 use crate::narrow_phase::ELASTIC_COINCIDENCE;
-use crate::scalar::{Order, Scalar, lift, real_part};
+use crate::scalar::{Order, Scalar, real_part};
 use crate::spatial::Pose;
 
 /// Two bodies that may touch: the wrench, the contact surface, the potential energy and the
 /// Jacobian of their contact.
+///
+/// A is a compliant body with a mesh. B is any [`Partner`]: another compliant body, a rigid one, or a half-space; where
+/// it is rigid, it has no modulus, and derivatives by that are 0. Of rigid bodies and half-spaces among themselves there is
+/// no contact.
 ///
 /// Every quantity is generic over the scalar: with `f64` poses and moduli it is a value, with dual
 /// numbers it carries derivatives of whatever order they have. No contact is an empty surface and
@@ -15,7 +21,7 @@ use crate::spatial::Pose;
 #[derive(Debug, Clone, Copy)]
 pub struct ContactPair<'a, T = f64> {
     a: ContactBody<'a, T>,
-    b: ContactBody<'a, T>,
+    b: Partner<'a, T>,
     search: Search,
 }
 
@@ -41,10 +47,10 @@ impl<'a, T: Scalar> ContactPair<'a, T> {
     /// A pair with the default search.
     #[inline]
     #[must_use]
-    pub fn new(a: ContactBody<'a, T>, b: ContactBody<'a, T>) -> Self {
+    pub fn new(a: ContactBody<'a, T>, b: impl Into<Partner<'a, T>>) -> Self {
         Self {
             a,
-            b,
+            b: b.into(),
             search: Search::default(),
         }
     }
@@ -69,7 +75,7 @@ impl<'a, T: Scalar> ContactPair<'a, T> {
 
     /// Body B.
     #[must_use]
-    pub fn b(&self) -> &ContactBody<'a, T> {
+    pub fn b(&self) -> &Partner<'a, T> {
         &self.b
     }
 
@@ -120,22 +126,18 @@ impl<'a, T: Scalar> ContactPair<'a, T> {
         ContactSurface { polygons }
     }
 
-    /// Potential energy (J) of the contact: ∫ min(p_A, p_B) dV over the overlap. The wrench is
+    /// Potential energy (J) of the contact: ∫ min(p_A, p_B) dV over the overlap, or ∫ p_A dV where B is rigid. The wrench is
     /// minus its derivative by a rigid motion.
     ///
     /// Takes much longer than the wrench, for large meshes a hundred times: all overlapping tetrahedra
     /// contribute, not only those at the contact surface.
     #[must_use]
     pub fn potential_energy(&self) -> T {
-        let source = PolygonSource::of(self);
-        let mut energy = lift(0.0);
-        source.pair.visit_overlapping(|tet_a, tet_b| {
-            energy += source.energy(source.pair.tet_a(tet_a), tet_b);
-        });
-        energy
+        PolygonSource::of(self).energy()
     }
 
-    /// The pairs of tetrahedra (of A, of B) that have a contact polygon, in no special order.
+    /// The pairs of tetrahedra (of A, of B) that have a contact polygon, in no special order. For a tetrahedron of B stands
+    /// the triangle of a rigid body, or 0 for a half-space.
     #[must_use]
     pub fn touching_tets(&self) -> Vec<[usize; 2]> {
         let surface = self.real().cut_surface();
@@ -161,29 +163,25 @@ impl<'a, T: Scalar> ContactPair<'a, T> {
     }
 
     pub(super) fn moduli(&self) -> [T; 2] {
-        [self.a.modulus(), self.b.modulus()]
+        [self.a.modulus(), self.b.scale()]
     }
 
     /// The pair without derivatives, in A's frame.
     pub(super) fn real(&self) -> ContactPair<'a> {
-        let (a, b) = (self.a(), self.b());
-        let pose_ab = a.pose().real().inverse() * b.pose().real();
-        ContactPair {
-            a: ContactBody::from_valid(a.shape(), Pose::identity(), real_part(a.modulus())),
-            b: ContactBody::from_valid(b.shape(), pose_ab, real_part(b.modulus())),
-            search: self.search,
-        }
+        let pose_ab = self.a.pose().real().inverse() * self.b.pose().real();
+        self.real_at([Pose::identity(), pose_ab])
     }
 
     /// The pair without derivatives, where it is.
     pub(super) fn real_in_place(&self) -> ContactPair<'a> {
-        let real = |body: &ContactBody<'a, T>| {
-            let modulus = real_part(body.modulus());
-            ContactBody::from_valid(body.shape(), body.pose().real(), modulus)
-        };
+        self.real_at([self.a.pose().real(), self.b.pose().real()])
+    }
+
+    fn real_at(&self, [pose_a, pose_b]: [Pose; 2]) -> ContactPair<'a> {
+        let modulus = real_part(self.a.modulus());
         ContactPair {
-            a: real(&self.a),
-            b: real(&self.b),
+            a: ContactBody::from_valid(self.a.shape(), pose_a, modulus),
+            b: self.b.with(pose_b, real_part),
             search: self.search,
         }
     }

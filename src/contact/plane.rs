@@ -2,7 +2,6 @@ use super::friction::{Affine, Quadratic, ends};
 use super::polygon::CutPolygon;
 use super::surface_law::RelativeMotion;
 use crate::geometry::POLYGON_CAPACITY;
-use crate::narrow_phase::EquilibriumPlane;
 use crate::scalar::{Scalar, change, lift, lift_vector, real_part, real_vector};
 use nalgebra::{Matrix3, Vector3};
 
@@ -45,9 +44,8 @@ pub(super) const NO_EDGE: u8 = u8::MAX;
 impl<T: Scalar> PlanePolygon<T> {
     pub fn of(polygon: &CutPolygon<T>, motion: &RelativeMotion<T>) -> Option<Self> {
         let constant = lift_vector::<T>(&center_of(polygon)?);
-        let EquilibriumPlane { normal, steepness } = &polygon.plane;
-        let excess = polygon.pressure_a.at(&constant) - polygon.pressure_b.at(&constant);
-        let center = constant - normal * (change(excess) / *steepness);
+        let normal = &polygon.plane.normal;
+        let center = constant - normal * change(polygon.plane.height_at(&constant));
         let axes = axes_about(normal);
         let [e1, e2] = [0, 1].map(|axis| axes.column(axis).into_owned());
         let mut outline = Outline::empty();

@@ -1,6 +1,8 @@
 use super::{ContactPair, Culling, Search};
 use crate::geometry::{AffineField, ConvexPolygon, PolygonMoments};
-use crate::narrow_phase::{Cut, ELASTIC_COINCIDENCE, EquilibriumPlane, RelativePair, Weights};
+use crate::narrow_phase::{
+    Cut, ELASTIC_COINCIDENCE, EquilibriumPlane, RelativePair, Weights, scales,
+};
 use crate::scalar::{Scalar, carries_derivatives, real_part};
 use crate::search::Found;
 use crate::spatial::Pose;
@@ -59,7 +61,8 @@ impl PartialSum for usize {
 pub(super) struct PolygonSource<'a, T> {
     pub pair: RelativePair<'a>,
     pub modulus_a: T,
-    pub modulus_b: T,
+    /// What extents are multiplied by in the two fields that are equal on the plane (see [`RelativePair::scales`]).
+    scales: [T; 2],
     pub pose_ab: Pose<T>,
 }
 
@@ -78,9 +81,8 @@ pub(super) struct CutPolygon<T> {
     /// All of it, whatever counts.
     pub moments: PolygonMoments<T>,
     pub pressure_a: AffineField<T>,
-    pub pressure_b: AffineField<T>,
     /// The pressure on the polygon (Pa): both bodies' fields are the same there, and this is the one
-    /// of the smaller gradient, which is rounded less.
+    /// of the smaller gradient, which is rounded less; A's, if B is rigid.
     pub pressure: AffineField<T>,
 }
 
@@ -90,7 +92,7 @@ impl<'a, T: Scalar> PolygonSource<'a, T> {
         Self {
             pair: RelativePair::of(pair.a(), pair.b(), &pose_ab),
             modulus_a: pair.a().modulus(),
-            modulus_b: pair.b().modulus(),
+            scales: scales(pair.a(), pair.b()),
             pose_ab,
         }
     }
@@ -169,28 +171,48 @@ impl<'a, T: Scalar> PolygonSource<'a, T> {
     pub fn polygon(&self, cut: &Cut) -> CutPolygon<T> {
         let tets = [self.pair.tet_a(cut.tets[0]), self.pair.tet_b(cut.tets[1])];
         let pressure_a = tets[0].extent.lifted().scaled(self.modulus_a);
-        let (polygon, pressure_b) = if carries_derivatives::<T>() {
-            let pressure_b = tets[1].extent.posed(&self.pose_ab).scaled(self.modulus_b);
-            let pressures = (self.modulus_a, &pressure_b);
-            let polygon = self.pair.polygon_in(cut, pressures, &self.pose_ab);
-            (polygon, pressure_b)
+        let (polygon, field_b) = if carries_derivatives::<T>() {
+            let field_b = tets[1].extent.posed(&self.pose_ab).scaled(self.scales[1]);
+            let fields = (self.scales[0], &field_b);
+            let polygon = self.pair.polygon_in(cut, fields, &self.pose_ab);
+            (polygon, field_b)
         } else {
-            (cut.polygon.lifted(), cut.pressure_b.lifted())
+            (cut.polygon.lifted(), cut.field_b.lifted())
         };
-        let plane = EquilibriumPlane::between(&pressure_a, &pressure_b);
-        let [gradient_a, gradient_b] = [0, 1].map(|i| self.pair.moduli[i] * tets[i].steepness);
+        let is_rigid = self.pair.shape_b.is_rigid();
+        let plane = if is_rigid {
+            EquilibriumPlane::of_rigid(&field_b)
+        } else {
+            EquilibriumPlane::between(&pressure_a, &field_b)
+        };
+        let [gradient_a, gradient_b] = [0, 1].map(|i| self.pair.scales[i] * tets[i].steepness);
         CutPolygon {
             weights: cut.weights(),
             moments: polygon.moments(&plane.normal),
             polygon,
             plane,
             pressure_a,
-            pressure_b,
-            pressure: if gradient_a <= gradient_b {
+            pressure: if is_rigid || gradient_a <= gradient_b {
                 pressure_a
             } else {
-                pressure_b
+                field_b
             },
+        }
+    }
+
+    /// Of A, and of B, which has 1 if it is rigid.
+    pub fn moduli(&self) -> [T; 2] {
+        [self.modulus_a, self.scales[1]]
+    }
+
+    /// What the rounding of a coordinate can make of the pressure on the polygon of a cut (Pa/m).
+    fn sensitivity(&self, cut: &Cut) -> f64 {
+        let [a, b] = [self.pair.tet_a(cut.tets[0]), self.pair.tet_b(cut.tets[1])];
+        let of_a = real_part(self.modulus_a) * a.sensitivity;
+        if self.pair.shape_b.is_rigid() {
+            of_a
+        } else {
+            of_a.min(self.pair.scales[1] * b.sensitivity)
         }
     }
 }
@@ -250,9 +272,7 @@ impl<T: Scalar> CutSurface<'_, T> {
             let Some(polygon) = self.source.pressed_polygon(cut) else {
                 return;
             };
-            let tets = [pair.tet_a(cut.tets[0]), pair.tet_b(cut.tets[1])];
-            let sensitivities = [0, 1].map(|i| pair.moduli[i] * tets[i].sensitivity);
-            let zero = pair.margin() * sensitivities[0].min(sensitivities[1]);
+            let zero = pair.margin() * self.source.sensitivity(cut);
             let is_zero = |corner| real_part(polygon.pressure.at(corner)) <= zero;
             if polygon.polygon.corners().iter().all(is_zero) {
                 *sum += real_part(polygon.pressure_integrals().0);

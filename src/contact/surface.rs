@@ -8,7 +8,7 @@ use nalgebra::Vector3;
 #[derive(Debug, Clone)]
 #[non_exhaustive]
 pub struct ContactPolygon<T = f64> {
-    /// The tetrahedra it lies in, of A and of B.
+    /// The tetrahedra it lies in, of A and of B. For one of B stands the triangle of a rigid body, or 0 for a half-space.
     pub tets: [usize; 2],
     /// Its corners (m), counter-clockwise about the normal.
     pub outline: ConvexPolygon<T>,

@@ -15,7 +15,7 @@ impl<T: Scalar> ContactPair<'_, T> {
         let in_a = pose_wa.real().rotation().transpose();
         let angular = constant_times(&in_a, &(turn_b - turn_a));
         let linear = constant_times(&in_a, &shift);
-        let moduli = [self.a().modulus(), self.b().modulus()].map(change);
+        let moduli = self.moduli().map(change);
         [
             angular.x, angular.y, angular.z, linear.x, linear.y, linear.z, moduli[0], moduli[1],
         ]

@@ -1,6 +1,6 @@
-use super::RelativePair;
 use super::equilibrium::{CornerSigns, Weights, is_equal_field};
 use super::relative_pair::PosedTet;
+use super::{PartnerShape, RelativePair};
 use crate::geometry::{ALL_FACES, AffineField, Closeness, ConvexPolygon, Tolerance, snapped};
 use crate::mesh::FieldTet;
 use crate::scalar::Scalar;
@@ -42,8 +42,8 @@ pub(crate) struct Cut {
     /// A polygon, or less where the plane only touches. Bits 0 to 3 of its edges' owners are the faces of A opposite to
     /// each corner, bits 4 to 7 those of B.
     pub polygon: ConvexPolygon,
-    /// B's pressure (Pa).
-    pub pressure_b: AffineField,
+    /// B's pressure (Pa), or the depth (m) in it if it is rigid.
+    pub field_b: AffineField,
     decisions: Decisions,
 }
 
@@ -51,26 +51,23 @@ impl RelativePair<'_> {
     /// How a tetrahedron of A and one of B meet. Without `plane_check`, they go through slicing and
     /// clipping even where the plane misses one of them.
     pub fn encounter(&self, a: &FieldTet, b: &PosedTet, plane_check: bool) -> Encounter {
-        let modulus_a = self.moduli[0];
+        let scale_a = self.scales[0];
         // A corner's own pressure is exact; the other field is off by what its gradient makes of the
         // rounding of a coordinate.
         let tolerance_a = self.tolerance.scaled(b.sensitivity);
-        let excess_a = excess_at_corners_of_a(a, modulus_a, &b.pressure);
+        let excess_a = excess_at_corners_of_a(a, scale_a, &b.field);
         let at_a = excess_a.map(|value| snapped(value, tolerance_a.zero));
         let signs_a = CornerSigns::of(&at_a);
         if plane_check && !signs_a.are_met() {
             return Encounter::Apart;
         }
-        let tolerance_b = self.tolerance.scaled(modulus_a * a.sensitivity);
-        let excess_b = self.excess_at_corners_of_b(a, b);
-        let at_b = excess_b.map(|value| snapped(value, tolerance_b.zero));
-        let signs_b = CornerSigns::of(&at_b);
+        let (signs_b, closeness_b) = self.signs_at_b(a, b, signs_a);
         if plane_check && !signs_b.are_met() {
             return Encounter::Apart;
         }
-        let gradient_a = a.extent.gradient * modulus_a;
-        let gradient = gradient_a - b.pressure.gradient;
-        if is_equal_field(&gradient, [modulus_a * a.sensitivity, b.sensitivity]) {
+        let gradient_a = a.extent.gradient * scale_a;
+        let gradient = gradient_a - b.field.gradient;
+        if is_equal_field(&gradient, [scale_a * a.sensitivity, b.sensitivity]) {
             return Encounter::EqualFields;
         }
         let zero_faces_b = self.tet_b(b.index).zero_faces;
@@ -81,7 +78,7 @@ impl RelativePair<'_> {
         let weights = if is_at_ends {
             Weights::of_touching(signs)
         } else {
-            Weights::of(signs, [&gradient_a, &b.pressure.gradient])
+            Weights::of(signs, [&gradient_a, &b.field.gradient])
         };
         Encounter::Met(Decisions {
             at_a,
@@ -93,9 +90,7 @@ impl RelativePair<'_> {
             bounding_faces: ALL_FACES & !in_plane_b & !zero_faces_b,
             weights,
             is_at_ends,
-            closeness: tolerance_a
-                .closeness_of(&excess_a)
-                .or(tolerance_b.closeness_of(&excess_b)),
+            closeness: tolerance_a.closeness_of(&excess_a).or(closeness_b),
         })
     }
 
@@ -107,27 +102,50 @@ impl RelativePair<'_> {
         Cut {
             tets: [a.index, b.index],
             polygon: decisions.polygon(a, &decisions.at_a, self.tolerance, face_of_b),
-            pressure_b: b.pressure,
+            field_b: b.field,
             decisions,
         }
+    }
+
+    /// How the plane lies to a tetrahedron of B, and how near its corners are to it. Of a partner without tetrahedra: that it
+    /// passes through, or, where A ends in the plane as well, that B ends there.
+    fn signs_at_b(
+        &self,
+        a: &FieldTet,
+        b: &PosedTet,
+        signs_a: CornerSigns,
+    ) -> (CornerSigns, Closeness) {
+        if let PartnerShape::Compliant(_) = self.shape_b {
+            let tolerance = self.tolerance.scaled(self.scales[0] * a.sensitivity);
+            let excess = self.excess_at_corners_of_b(a, b);
+            let values = excess.map(|value| snapped(value, tolerance.zero));
+            return (CornerSigns::of(&values), tolerance.closeness_of(&excess));
+        }
+        let ends = signs_a.faces_in_plane() & a.zero_faces;
+        let signs = if ends == 0 {
+            CornerSigns::CROSSED
+        } else {
+            CornerSigns::ON_FACE
+        };
+        (signs, Closeness::default())
     }
 
     /// p_A − p_B (Pa) at B's corners, A's field extended beyond its tetrahedron.
     fn excess_at_corners_of_b(&self, a: &FieldTet, b: &PosedTet) -> [f64; 4] {
         std::array::from_fn(|i| {
-            self.moduli[0] * a.extent.at(&b.tetrahedron.corners[i]) - b.pressures[i]
+            self.scales[0] * a.extent.at(&b.tetrahedron.corners[i]) - b.values[i]
         })
     }
 
-    /// The polygon of a cut, made again in another scalar by the same decisions, from A's modulus and B's pressure.
+    /// The polygon of a cut, made again in another scalar by the same decisions, from the scale of A's field and B's field.
     pub fn polygon_in<T: Scalar>(
         &self,
         cut: &Cut,
-        (modulus_a, pressure_b): (T, &AffineField<T>),
+        (scale_a, field_b): (T, &AffineField<T>),
         pose_ab: &Pose<T>,
     ) -> ConvexPolygon<T> {
         let [a, b] = [self.tet_a(cut.tets[0]), self.tet_b(cut.tets[1])];
-        let excess = excess_at_corners_of_a(a, modulus_a, pressure_b)
+        let excess = excess_at_corners_of_a(a, scale_a, field_b)
             .map(|value| snapped(value, cut.decisions.zero));
         let face_of_b = |face: usize| {
             let posed = b.barycentric[face].posed(pose_ab);
@@ -207,13 +225,9 @@ impl Decisions {
 }
 
 /// p_A − p_B (Pa) at A's corners.
-fn excess_at_corners_of_a<T: Scalar>(
-    a: &FieldTet,
-    modulus_a: T,
-    pressure_b: &AffineField<T>,
-) -> [T; 4] {
+fn excess_at_corners_of_a<T: Scalar>(a: &FieldTet, scale_a: T, field_b: &AffineField<T>) -> [T; 4] {
     std::array::from_fn(|i| {
         let corner = &a.tetrahedron.corners[i];
-        modulus_a * a.extents[i] - pressure_b.at_constant(corner)
+        scale_a * a.extents[i] - field_b.at_constant(corner)
     })
 }

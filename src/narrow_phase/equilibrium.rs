@@ -1,5 +1,5 @@
 use crate::geometry::AffineField;
-use crate::scalar::{Scalar, norm};
+use crate::scalar::{Scalar, lift, norm};
 use nalgebra::Vector3;
 
 /// Values below this fraction of (length × pressure gradient) are round-off: about a hundred times
@@ -31,22 +31,46 @@ pub(crate) const NUDGE: Vector3<f64> = Vector3::new(0.613, 0.427, -0.665);
 ///
 /// Both pressures are affine, so p_A − p_B has the constant gradient g = ∇p_A − ∇p_B. The plane is
 /// normal to g, and g points to where A's pressure is higher: out of B into A.
+///
+/// A rigid B is the limit of one whose pressure is ever steeper: ∇p_A/|g| and 1/|g| are 0, and ∇p_B/|g| is −n.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct EquilibriumPlane<T> {
     /// n = g/|g|.
     pub normal: Vector3<T>,
-    /// |g| (Pa/m).
-    pub steepness: T,
+    /// Height (m) of the origin of the frame above the plane.
+    offset: T,
+    /// ∇p_A/|g| and ∇p_B/|g|: as B moves by w, the plane moves by −(∇p_B/|g|)·w along its normal.
+    pub slopes: [Vector3<T>; 2],
+    /// 1/|g| (m/Pa): as p_B grows by δ, the plane moves by δ/|g|.
+    pub yielding: T,
 }
 
 impl<T: Scalar> EquilibriumPlane<T> {
     pub fn between(pressure_a: &AffineField<T>, pressure_b: &AffineField<T>) -> Self {
-        let gradient = pressure_a.gradient - pressure_b.gradient;
-        let steepness = norm(&gradient);
+        let gradients = [&pressure_a.gradient, &pressure_b.gradient];
+        let gradient = gradients[0] - gradients[1];
+        let yielding = norm(&gradient).recip();
         Self {
-            normal: gradient / steepness,
-            steepness,
+            normal: gradient * yielding,
+            offset: (pressure_a.offset - pressure_b.offset) * yielding,
+            slopes: gradients.map(|gradient| gradient * yielding),
+            yielding,
         }
+    }
+
+    /// Of a rigid B, from the depth in it (m).
+    pub fn of_rigid(depth: &AffineField<T>) -> Self {
+        Self {
+            normal: -depth.gradient,
+            offset: -depth.offset,
+            slopes: [Vector3::from_element(lift(0.0)), depth.gradient],
+            yielding: lift(0.0),
+        }
+    }
+
+    /// Height (m) of a point above the plane.
+    pub fn height_at(&self, point: &Vector3<T>) -> T {
+        self.normal.dot(point) + self.offset
     }
 }
 
@@ -76,6 +100,18 @@ const BELOW: u8 = 1;
 const ABOVE: u8 = 2;
 
 impl CornerSigns {
+    /// Of a tetrahedron with corners on both sides.
+    pub const CROSSED: Self = Self {
+        below: 0b0001,
+        zero: 0,
+    };
+
+    /// Of a tetrahedron below the plane, with face 3 in it.
+    pub const ON_FACE: Self = Self {
+        below: 0b1000,
+        zero: 0b0111,
+    };
+
     #[inline]
     pub fn of(values: &[f64; 4]) -> Self {
         let bits = |is_set: fn(f64) -> bool| (0..4).map(|i| u8::from(is_set(values[i])) << i).sum();

@@ -6,9 +6,12 @@
 mod body;
 mod cut;
 mod equilibrium;
+mod partner;
 mod relative_pair;
 
 pub use body::{BodyError, ContactBody};
 pub(crate) use cut::{Cut, Encounter};
 pub(crate) use equilibrium::{COINCIDENCE, ELASTIC_COINCIDENCE, EquilibriumPlane, NUDGE, Weights};
-pub(crate) use relative_pair::{PosedTet, RelativePair};
+pub use partner::Partner;
+pub(crate) use partner::PartnerShape;
+pub(crate) use relative_pair::{PosedTet, RelativePair, scales};

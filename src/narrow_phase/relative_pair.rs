@@ -1,17 +1,20 @@
-use super::ContactBody;
 use super::equilibrium::SNAP;
+use super::{ContactBody, Partner, PartnerShape};
 use crate::broad_phase::Shape;
 use crate::geometry::{AffineField, Tetrahedron, Tolerance};
 use crate::mesh::FieldTet;
-use crate::scalar::{Scalar, real_part};
+use crate::scalar::{Scalar, lift, real_part};
 use crate::spatial::Pose;
 
 /// The `f64` shadow of a body pair, in A's frame: what every decision is made on.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct RelativePair<'a> {
-    pub shapes: [&'a Shape; 2],
-    /// Hydroelastic moduli (Pa).
-    pub moduli: [f64; 2],
+    pub shape_a: &'a Shape,
+    pub shape_b: PartnerShape<'a>,
+    cells_b: &'a [FieldTet],
+    /// What extents are multiplied by in the two fields that are equal on the plane: the hydroelastic moduli (Pa). If B is
+    /// rigid, 0 and 1: the plane is where the depth in B (m) is 0.
+    pub scales: [f64; 2],
     pub pose_ab: Pose<f64>,
     /// What counts as zero as a distance (m).
     pub tolerance: Tolerance,
@@ -22,28 +25,26 @@ pub(crate) struct RelativePair<'a> {
 pub(crate) struct PosedTet {
     pub index: usize,
     pub tetrahedron: Tetrahedron,
-    /// Pressure at each corner (Pa).
-    pub pressures: [f64; 4],
-    pub pressure: AffineField,
-    /// What the rounding of a coordinate can make of the pressure (Pa/m).
+    /// The pressure (Pa), or, in a rigid body, the depth (m): at each corner, and as a function of position.
+    pub values: [f64; 4],
+    pub field: AffineField,
+    /// What the rounding of a coordinate can make of it (Pa/m, or 1).
     pub sensitivity: f64,
     /// The barycentric coordinates: field k is 0 on the face opposite to corner k, positive inside.
     pub faces: [AffineField; 4],
 }
 
 impl<'a> RelativePair<'a> {
-    pub fn of<T: Scalar>(
-        a: &ContactBody<'a, T>,
-        b: &ContactBody<'a, T>,
-        pose_ab: &Pose<T>,
-    ) -> Self {
-        let moduli = [a, b].map(|body| real_part(body.modulus()));
+    pub fn of<T: Scalar>(a: &ContactBody<'a, T>, b: &Partner<'a, T>, pose_ab: &Pose<T>) -> Self {
+        let (shape_b, pose_ab) = (b.kind(), pose_ab.real());
         // The coordinates involved are as large as the bodies reach from their frames' origins.
-        let margin = SNAP * (a.shape().field().reach() + b.shape().field().reach());
+        let margin = SNAP * (a.shape().field().reach() + shape_b.reach(&pose_ab));
         Self {
-            shapes: [a.shape(), b.shape()],
-            moduli,
-            pose_ab: pose_ab.real(),
+            shape_a: a.shape(),
+            shape_b,
+            cells_b: shape_b.cells(),
+            scales: scales(a, b).map(real_part),
+            pose_ab,
             tolerance: Tolerance::new(margin),
         }
     }
@@ -57,11 +58,12 @@ impl<'a> RelativePair<'a> {
     }
 
     pub fn tet_a(&self, index: usize) -> &'a FieldTet {
-        &self.shapes[0].field().tets()[index]
+        &self.shape_a.field().tets()[index]
     }
 
+    /// A tetrahedron of B, or the cell of a triangle or of a half-space.
     pub fn tet_b(&self, index: usize) -> &'a FieldTet {
-        &self.shapes[1].field().tets()[index]
+        &self.cells_b[index]
     }
 
     /// What counts as zero as a distance (m).
@@ -71,14 +73,24 @@ impl<'a> RelativePair<'a> {
 
     /// A tetrahedron of B as A sees it.
     pub fn posed_tet(&self, index: usize) -> PosedTet {
-        let (tet, modulus, pose_ab) = (self.tet_b(index), self.moduli[1], &self.pose_ab);
+        let (tet, scale, pose_ab) = (self.tet_b(index), self.scales[1], &self.pose_ab);
         PosedTet {
             index,
             tetrahedron: tet.tetrahedron.posed(pose_ab),
-            pressures: tet.extents.map(|extent| extent * modulus),
-            pressure: tet.extent.posed(pose_ab).scaled(modulus),
-            sensitivity: tet.sensitivity * modulus,
+            values: tet.extents.map(|extent| extent * scale),
+            field: tet.extent.posed(pose_ab).scaled(scale),
+            sensitivity: tet.sensitivity * scale,
             faces: tet.barycentric.each_ref().map(|field| field.posed(pose_ab)),
         }
     }
+}
+
+/// What extents are multiplied by in the two fields that are equal on the plane (see [`RelativePair::scales`]).
+pub(crate) fn scales<T: Scalar>(a: &ContactBody<T>, b: &Partner<T>) -> [T; 2] {
+    let modulus_a = if b.kind().is_rigid() {
+        lift(0.0)
+    } else {
+        a.modulus()
+    };
+    [modulus_a, b.scale()]
 }

@@ -1,6 +1,5 @@
 use super::Culling;
 use super::scratch::{Exits, Scratch};
-use crate::broad_phase::Shape;
 use crate::geometry::faces_in;
 use crate::narrow_phase::{Cut, Encounter, PosedTet, RelativePair};
 use crate::threads;
@@ -23,14 +22,13 @@ impl RelativePair<'_> {
     /// both, what is next may be behind several faces; so a pair that is only touched is a step on the
     /// way too.
     pub(super) fn follow(&self, scratch: &mut Scratch) -> usize {
-        let [Some(seeds_a), Some(seeds_b)] = self.shapes.map(Shape::seeds) else {
-            return self.cull(Culling::default(), &mut scratch.cuts);
-        };
         let mut walk = Walk {
             pair: self,
             scratch,
         };
-        walk.enter_at_seeds(seeds_a, seeds_b);
+        if !walk.enter_at_seeds() {
+            return self.cull(Culling::default(), &mut walk.scratch.cuts);
+        }
         if walk.is_incomplete() {
             walk.enter_everywhere();
             walk.is_incomplete();
@@ -113,13 +111,13 @@ impl Walk<'_, '_> {
     #[inline]
     fn expand(&mut self, index: usize) {
         let ([tet_a, tet_b], exits) = (self.scratch.frontier[index], self.scratch.exits[index]);
-        let [mesh_a, mesh_b] = self.pair.shapes.map(|shape| shape.field().mesh());
+        let (mesh_a, shape_b) = (self.pair.shape_a.field().mesh(), self.pair.shape_b);
         for face in faces_in(exits.faces) {
             if face < 4 {
                 if let Some(next) = mesh_a.neighbour(tet_a as usize, face) {
                     self.enter(next as u32, tet_b);
                 }
-            } else if let Some(next) = mesh_b.neighbour(tet_b as usize, face - 4) {
+            } else if let Some(next) = shape_b.neighbour(tet_b as usize, face - 4) {
                 self.enter(tet_a, next as u32);
             }
         }

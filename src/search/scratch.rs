@@ -94,7 +94,7 @@ impl PosedTets {
     pub fn add(&mut self, pair: &RelativePair, index: u32) {
         let index = index as usize;
         if self.places.len() <= index {
-            let count = pair.shapes[1].field().tets().len();
+            let count = pair.shape_b.cells().len();
             self.places.resize(count, [0; 2]);
         }
         if self.places[index][0] != self.round {

@@ -1,22 +1,43 @@
 use super::Culling;
 use super::following::Walk;
 use crate::broad_phase::Escape;
-use crate::broad_phase::Shape;
-use crate::broad_phase::{Seeds, SurfaceFace};
+use crate::broad_phase::{RimlessSeeds, Seeds, Shape, SurfaceFace};
 use crate::geometry::{Aabb, AffineField, FACES};
 use crate::mesh::FieldTet;
-use crate::narrow_phase::RelativePair;
+use crate::narrow_phase::PartnerShape;
 use crate::spatial::Pose;
 use nalgebra::Vector3;
 
 impl Walk<'_, '_> {
     /// Enters where every component of the contact surface must show: at its rim, where surface
     /// triangles intersect, or else at the peaks and creases of
-    /// [`Landscape`](crate::broad_phase::Landscape).
-    pub fn enter_at_seeds(&mut self, seeds_a: &Seeds, seeds_b: &Seeds) {
-        self.enter_at_rims(seeds_a, seeds_b);
-        self.enter_at_creases(seeds_a, seeds_b);
-        self.enter_at_escapes(seeds_a, seeds_b);
+    /// [`Landscape`](crate::broad_phase::Landscape). Where B is rigid, a component without a rim is a connected part of its
+    /// surface, all inside A, and shows at any of its triangles.
+    ///
+    /// Enters nowhere, and returns false, if a component may show nowhere.
+    pub fn enter_at_seeds(&mut self) -> bool {
+        let shape_a = self.pair.shape_a;
+        match self.pair.shape_b {
+            PartnerShape::Compliant(shape_b) => {
+                let seeds = [shape_a, shape_b].map(|shape| shape.seeds().rimless());
+                let [Some(rimless_a), Some(rimless_b)] = seeds else {
+                    return false;
+                };
+                self.enter_at_rims(shape_b.seeds());
+                self.enter_at_creases_of_b(rimless_b);
+                self.enter_at_creases_of_a(rimless_a, shape_b);
+                self.enter_at_escapes(shape_b, [rimless_a, rimless_b]);
+                true
+            }
+            PartnerShape::Rigid(shape_b) => {
+                self.enter_at_rims(shape_b.seeds());
+                if let Some(parts) = shape_b.seeds().rimless() {
+                    self.enter_at_creases_of_b(parts);
+                }
+                true
+            }
+            PartnerShape::HalfSpace(_) => false,
+        }
     }
 
     /// Enters at all pairs that culling leaves over.
@@ -32,8 +53,9 @@ impl Walk<'_, '_> {
     }
 
     /// At the pairs of surface triangles that intersect.
-    fn enter_at_rims(&mut self, seeds_a: &Seeds, seeds_b: &Seeds) {
+    fn enter_at_rims(&mut self, seeds_b: &Seeds) {
         let (pair, margin) = (self.pair, self.pair.margin());
+        let seeds_a = pair.shape_a.seeds();
         // The pairs of one triangle of B come one after the other.
         let mut triangle_b: Option<(SurfaceFace, Triangle)> = None;
         seeds_a.visit_surface_pairs(seeds_b, &pair.pose_ab, margin, |face_a, face_b| {
@@ -49,16 +71,20 @@ impl Walk<'_, '_> {
         });
     }
 
-    /// At the tetrahedra with convex creases, of either body.
-    fn enter_at_creases(&mut self, seeds_a: &Seeds, seeds_b: &Seeds) {
+    /// At the tetrahedra of B with convex creases, or at one triangle of each part of a rigid surface.
+    fn enter_at_creases_of_b(&mut self, seeds_b: &RimlessSeeds) {
         let (pair, margin) = (self.pair, self.pair.margin());
-        let [tree_a, tree_b] = pair.shapes.map(Shape::tree);
-        seeds_b.visit_creased_near(&tree_a.bounds(), &pair.pose_ab, margin, |tet_b| {
+        let bounds_a = pair.shape_a.tree().bounds();
+        seeds_b.visit_creased_near(&bounds_a, &pair.pose_ab, margin, |tet_b| {
             let posed_b = pair.posed_tet(tet_b);
             pair.visit_partners(Culling::default(), &posed_b, |tet_a| {
                 self.enter_pair(tet_a, tet_b);
             });
         });
+    }
+
+    fn enter_at_creases_of_a(&mut self, seeds_a: &RimlessSeeds, shape_b: &Shape) {
+        let (pair, margin, tree_b) = (self.pair, self.pair.margin(), shape_b.tree());
         let pose_ba = pair.pose_ab.inverse();
         seeds_a.visit_creased_near(&tree_b.bounds(), &pose_ba, margin, |tet_a| {
             let posed_a = pair.tet_a(tet_a).tetrahedron.posed(&pose_ba);
@@ -68,44 +94,55 @@ impl Walk<'_, '_> {
     }
 
     /// Where the pressures become equal on an escape of either body.
-    fn enter_at_escapes(&mut self, seeds_a: &Seeds, seeds_b: &Seeds) {
-        let pair = self.pair;
-        pair.visit_escapes([1, 0], seeds_b, &pair.pose_ab, |tet_b, tet_a| {
-            self.enter_pair(tet_a, tet_b);
-        });
-        pair.visit_escapes([0, 1], seeds_a, &pair.pose_ab.inverse(), |tet_a, tet_b| {
+    fn enter_at_escapes(&mut self, shape_b: &Shape, [seeds_a, seeds_b]: [&RimlessSeeds; 2]) {
+        let (pair, margin) = (self.pair, self.pair.margin());
+        let field = |shape, modulus| Field { shape, modulus };
+        let a = field(pair.shape_a, pair.scales[0]);
+        let b = field(shape_b, pair.scales[1]);
+        visit_escapes(
+            (&b, seeds_b),
+            &a,
+            (&pair.pose_ab, margin),
+            |tet_b, tet_a| {
+                self.enter_pair(tet_a, tet_b);
+            },
+        );
+        let pose_ba = pair.pose_ab.inverse();
+        visit_escapes((&a, seeds_a), &b, (&pose_ba, margin), |tet_a, tet_b| {
             self.enter_pair(tet_a, tet_b);
         });
     }
 }
 
-impl RelativePair<'_> {
-    /// Visits the tetrahedra of `own` body at an escape, and of the `other`, in which the pressures become
-    /// equal on it. Bodies are 0 for A and 1 for B; `pose` is that of the own one in the other.
-    fn visit_escapes(
-        &self,
-        [own, other]: [usize; 2],
-        seeds: &Seeds,
-        pose: &Pose<f64>,
-        mut visit: impl FnMut(usize, usize),
-    ) {
-        let (margin, tree) = (self.margin(), self.shapes[other].tree());
-        let field = |body: usize| (self.shapes[body].field().tets(), self.moduli[body]);
-        let ((own_tets, own_modulus), (other_tets, other_modulus)) = (field(own), field(other));
-        seeds.visit_escapes_near(&tree.bounds(), pose, margin, |Escape { tet, corners }| {
-            let own_tet = &own_tets[tet];
-            let ends = corners.map(|c| pose.transformed_point(&own_tet.tetrahedron.corners[c]));
-            let pressures = corners.map(|c| own_tet.extents[c] * own_modulus);
-            tree.visit_overlapping(&Aabb::around(&ends).inflated(margin), |partner| {
-                let other_field = other_tets[partner].extent.scaled(other_modulus);
-                let tolerance = margin * other_modulus * other_tets[partner].sensitivity;
-                let excess = [0, 1].map(|end| pressures[end] - other_field.at(&ends[end]));
-                if may_be_zero(&excess, tolerance) {
-                    visit(tet, partner);
-                }
-            });
+/// The pressure field of a body.
+struct Field<'a> {
+    shape: &'a Shape,
+    modulus: f64,
+}
+
+/// Visits the tetrahedra of a body at an escape, and of the other body, in which the pressures become equal on it; from the pose of
+/// the body in the other, and what counts as zero as a distance.
+fn visit_escapes(
+    (own, seeds): (&Field, &RimlessSeeds),
+    other: &Field,
+    (pose, margin): (&Pose<f64>, f64),
+    mut visit: impl FnMut(usize, usize),
+) {
+    let tree = other.shape.tree();
+    let [own_tets, other_tets] = [own, other].map(|body| body.shape.field().tets());
+    seeds.visit_escapes_near(&tree.bounds(), pose, margin, |Escape { tet, corners }| {
+        let own_tet = &own_tets[tet];
+        let ends = corners.map(|c| pose.transformed_point(&own_tet.tetrahedron.corners[c]));
+        let pressures = corners.map(|c| own_tet.extents[c] * own.modulus);
+        tree.visit_overlapping(&Aabb::around(&ends).inflated(margin), |partner| {
+            let other_field = other_tets[partner].extent.scaled(other.modulus);
+            let tolerance = margin * other.modulus * other_tets[partner].sensitivity;
+            let excess = [0, 1].map(|end| pressures[end] - other_field.at(&ends[end]));
+            if may_be_zero(&excess, tolerance) {
+                visit(tet, partner);
+            }
         });
-    }
+    });
 }
 
 /// Whether an affine function with these values, each to within the tolerance, may be zero between them.

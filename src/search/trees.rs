@@ -1,6 +1,7 @@
 use super::Culling;
 use crate::broad_phase::Projections;
-use crate::narrow_phase::{Cut, Encounter, PosedTet, RelativePair};
+use crate::mesh::FieldTet;
+use crate::narrow_phase::{Cut, Encounter, PartnerShape, PosedTet, RelativePair};
 
 impl RelativePair<'_> {
     /// Finds the cuts among the pairs that culling leaves over. Returns the number of these.
@@ -26,26 +27,52 @@ impl RelativePair<'_> {
 
     /// Visits the pairs of tetrahedra that culling leaves over.
     pub fn visit_candidates(&self, culling: Culling, mut visit: impl FnMut(usize, &PosedTet)) {
-        let [shape_a, shape_b] = self.shapes;
         let visit_partners = |index_b: usize| {
             let tet_b = self.posed_tet(index_b);
             self.visit_partners(culling, &tet_b, |index_a| visit(index_a, &tet_b));
         };
-        if culling.tree {
-            let region = shape_a.tree().bounds();
-            shape_b
-                .tree()
-                .visit_near(&region, &self.pose_ab, self.margin(), visit_partners);
-        } else {
-            (0..shape_b.field().tets().len())
-                .filter(|&b| !self.tet_b(b).is_inert())
-                .for_each(visit_partners);
+        let (region, margin) = (self.shape_a.tree().bounds(), self.margin());
+        match self.shape_b {
+            PartnerShape::HalfSpace(_) => {
+                let half_space = self.posed_tet(0);
+                // The plane of a rigid one is its surface; in others it lies somewhere below.
+                let is_rigid = self.shape_b.is_rigid();
+                let deepest = if is_rigid { 0.0 } else { f64::INFINITY };
+                self.visit_reaching(&half_space, deepest, |a| visit(a.index, &half_space));
+            }
+            PartnerShape::Compliant(shape_b) if culling.tree => {
+                let tree = shape_b.tree();
+                tree.visit_near(&region, &self.pose_ab, margin, visit_partners);
+            }
+            PartnerShape::Rigid(shape_b) if culling.tree => {
+                let seeds = shape_b.seeds();
+                seeds.visit_surface_near(&region, &self.pose_ab, margin, visit_partners);
+            }
+            PartnerShape::Compliant(_) | PartnerShape::Rigid(_) => {
+                (0..self.shape_b.cells().len())
+                    .filter(|&b| !self.tet_b(b).is_inert())
+                    .for_each(visit_partners);
+            }
         }
+    }
+
+    /// Visits the tetrahedra of A that may have points from the surface of a half-space down to where its field has this value.
+    pub fn visit_reaching(
+        &self,
+        half_space: &PosedTet,
+        deepest: f64,
+        mut visit: impl FnMut(&FieldTet),
+    ) {
+        let zero = self.margin() * half_space.sensitivity;
+        let tree = self.shape_a.tree();
+        tree.visit_between(&half_space.field, [-zero, deepest + zero], |tet_a| {
+            visit(self.tet_a(tet_a));
+        });
     }
 
     /// Visits the tetrahedra of A that may touch one of B.
     pub fn visit_partners(&self, culling: Culling, tet_b: &PosedTet, mut visit: impl FnMut(usize)) {
-        let (shape_a, margin) = (self.shapes[0], self.margin());
+        let (shape_a, margin) = (self.shape_a, self.margin());
         let directions = culling.projections;
         let query = tet_b.tetrahedron.aabb().inflated(margin);
         let shadows = (directions > 0).then(|| Projections::of(&tet_b.tetrahedron));

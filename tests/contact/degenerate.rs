@@ -95,7 +95,7 @@ fn check(pair: &ContactPair, with_duals: bool) {
         let extents = body.shape().field().extents().iter();
         body.modulus() * extents.copied().fold(0.0, f64::max)
     };
-    let pressure = largest(pair.a()).min(largest(pair.b()));
+    let pressure = largest(pair.a()).min(largest(&pair.b().body().unwrap()));
     let size = pair.a().shape().field().reach();
     let noise = ENERGY * pressure * size.powi(2);
     assert!(force.norm() <= pressure * surface.area() * BOUND + noise);

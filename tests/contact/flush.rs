@@ -40,10 +40,12 @@ fn first_order_jacobian(pair: &ContactPair) -> SMatrix<f64, 6, 14> {
             let modulus = (motion[modulus_row] + 1.0) * body.modulus();
             (pose, modulus)
         };
-        let ((pose_a, modulus_a), (pose_b, modulus_b)) =
-            (body(pair.a(), 0, 12), body(pair.b(), 6, 13));
+        let ((pose_a, modulus_a), (pose_b, modulus_b)) = (
+            body(pair.a(), 0, 12),
+            body(&pair.b().body().unwrap(), 6, 13),
+        );
         let a = ContactBody::new(pair.a().shape(), pose_a, modulus_a).unwrap();
-        let b = ContactBody::new(pair.b().shape(), pose_b, modulus_b).unwrap();
+        let b = ContactBody::new(pair.b().shape().unwrap(), pose_b, modulus_b).unwrap();
         ContactPair::new(a, b).wrench().on_a.to_vector()
     };
     jacobian(wrench, &SVector::zeros()).1

@@ -38,7 +38,7 @@ impl Scene<'_> {
     /// Columns by the moduli are by parts of them.
     fn jacobian(&self) -> SMatrix<f64, 12, COLUMNS> {
         let mut jacobian = self.pair.linearised(&self.law(), self.twists).jacobian();
-        for (column, body) in [(24, self.pair.a()), (25, self.pair.b())] {
+        for (column, body) in [(24, self.pair.a()), (25, &self.pair.b().body().unwrap())] {
             jacobian.column_mut(column).scale_mut(body.modulus());
         }
         jacobian
@@ -50,11 +50,13 @@ impl Scene<'_> {
             let modulus = body.modulus() * (1.0 + changes[24 + number]);
             (body.pose().moved_by(&twist(6 * number)), modulus)
         };
-        let ((pose_a, modulus_a), (pose_b, modulus_b)) =
-            (body(self.pair.a(), 0), body(self.pair.b(), 1));
+        let ((pose_a, modulus_a), (pose_b, modulus_b)) = (
+            body(self.pair.a(), 0),
+            body(&self.pair.b().body().unwrap(), 1),
+        );
         let moved = pair(
             (self.pair.a().shape(), pose_a, modulus_a),
-            (self.pair.b().shape(), pose_b, modulus_b),
+            (self.pair.b().shape().unwrap(), pose_b, modulus_b),
         );
         let twists = [0, 1].map(|number| {
             let (twist, change) = (self.twists[number], twist(12 + 6 * number));

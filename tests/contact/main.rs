@@ -11,6 +11,7 @@ mod half_plane_twin;
 mod hostile;
 mod jacobian;
 mod linearised;
+mod partners;
 mod plateaus;
 mod polygon;
 mod reference_data;

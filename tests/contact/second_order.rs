@@ -22,10 +22,10 @@ const STEP: f64 = 1e-6;
 fn moved<'a, T: Scalar>(pair: &ContactPair<'a>, twist: &Vector6<T>) -> ContactPair<'a, T> {
     let pose = Pose::lifted(pair.a().pose()).moved_by(&Twist::from_vector(twist));
     let modulus = lift(pair.a().modulus());
-    let (b, modulus_b) = (pair.b(), lift(pair.b().modulus()));
+    let (b, modulus_b) = (pair.b(), lift(pair.b().modulus().unwrap()));
     ContactPair::new(
         ContactBody::new(pair.a().shape(), pose, modulus).unwrap(),
-        ContactBody::new(b.shape(), Pose::lifted(b.pose()), modulus_b).unwrap(),
+        ContactBody::new(b.shape().unwrap(), Pose::lifted(b.pose()), modulus_b).unwrap(),
     )
 }
 

@@ -324,7 +324,7 @@ fn friction_does_not_depend_on_where_a_polygon_begins() {
                 ),
                 (&shapes[number / 2 % 2], Pose::identity(), 3.0),
             );
-            let exchanged = ContactPair::new(*pair.b(), *pair.a());
+            let exchanged = ContactPair::new(pair.b().body().unwrap(), *pair.a());
             let twists = [1.0, -0.7].map(|sign| Twist {
                 angular: vector![0.3, -0.2, 0.5] * sign / size,
                 linear: vector![0.02, 0.1, -0.05] * sign,

@@ -50,7 +50,7 @@ impl Sums {
 
     /// The same with the bodies exchanged, and the wrench on what is B then.
     fn of_exchanged(pair: &ContactPair) -> Self {
-        let exchanged = ContactPair::new(*pair.b(), *pair.a());
+        let exchanged = ContactPair::new(pair.b().body().unwrap(), *pair.a());
         let on_b = exchanged.wrench().on_b;
         Self {
             torque: on_b.torque,

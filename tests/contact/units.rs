@@ -155,7 +155,7 @@ fn assert_same_in_all_units(pair: &ContactPair) {
 /// Makes the pair again in other units. Its rotations are made orthonormal once more, so pairs to compare are
 /// both made so.
 fn with_other_units(pair: &ContactPair, units: Units, read: impl Fn(&ContactPair)) {
-    let bodies = [pair.a(), pair.b()];
+    let bodies = [pair.a(), &pair.b().body().unwrap()];
     let [shape_a, shape_b] = bodies.map(|body| units.shape(body.shape()));
     let [a, b] = bodies.map(|body| (units.pose(body.pose()), units.modulus(body.modulus())));
     read(&crate::support::scenes::pair(

@@ -52,7 +52,7 @@ pub fn polygons_in_faces(pair: &ContactPair) -> Vec<ContactPolygon> {
 }
 
 fn is_in_face(pair: &ContactPair, polygon: &ContactPolygon) -> bool {
-    let bodies = [pair.a(), pair.b()];
+    let bodies = [pair.a(), &pair.b().body().unwrap()];
     bodies.iter().zip(polygon.tets).any(|(body, tet)| {
         let inverse = body.pose().inverse();
         let faces = &body.shape().field().tets()[tet].barycentric;

@@ -15,7 +15,10 @@ pub fn moved<'a>(pair: &ContactPair<'a>, motion: &Motion) -> ContactPair<'a> {
         let modulus = body.modulus() * (1.0 + motion[modulus_row]);
         ContactBody::new(body.shape(), pose, modulus).unwrap()
     };
-    ContactPair::new(body(pair.a(), 0, 12), body(pair.b(), 6, 13))
+    ContactPair::new(
+        body(pair.a(), 0, 12),
+        body(&pair.b().body().unwrap(), 6, 13),
+    )
 }
 
 /// Central difference of the wrench on A: 6×14, columns as in a motion (moduli: logarithmic).
@@ -36,6 +39,6 @@ pub fn central_difference(pair: &ContactPair, step: f64) -> SMatrix<f64, 6, 14> 
 pub fn by_motion(matrix: &SMatrix<f64, 6, 14>, pair: &ContactPair) -> SMatrix<f64, 6, 14> {
     let mut matrix = *matrix;
     matrix.column_mut(12).scale_mut(pair.a().modulus());
-    matrix.column_mut(13).scale_mut(pair.b().modulus());
+    matrix.column_mut(13).scale_mut(pair.b().modulus().unwrap());
     matrix
 }

@@ -70,7 +70,8 @@ pub fn compared(pair: &ContactPair) -> Comparison {
 /// counts as coincident.
 fn has_nearly_coincident_faces(pair: &ContactPair, error: f64) -> bool {
     let pose_ab = pair.a().pose().inverse() * *pair.b().pose();
-    let [tets_a, tets_b] = [pair.a(), pair.b()].map(|body| body.shape().field().tets());
+    let [tets_a, tets_b] =
+        [pair.a(), &pair.b().body().unwrap()].map(|body| body.shape().field().tets());
     tets_b.iter().any(|b| {
         let planes = b.barycentric.each_ref().map(|face| face.posed(&pose_ab));
         let mut planes = planes.iter().zip(&b.barycentric_steepness);

@@ -43,7 +43,7 @@ fn world_tets(body: &ContactBody) -> Vec<WorldTet> {
 
 /// The wrench by brute force. For generic poses only: no rule for planes in shared faces.
 pub fn wrench(pair: &ContactPair) -> Twin {
-    let (tets_a, tets_b) = (world_tets(pair.a()), world_tets(pair.b()));
+    let (tets_a, tets_b) = (world_tets(pair.a()), world_tets(&pair.b().body().unwrap()));
     let origin = pair.a().pose().translation();
     let mut twin = Twin {
         wrench: Vector6::zeros(),

@@ -120,7 +120,7 @@ fn path(file: &str) -> PathBuf {
         .join(file)
 }
 
-fn read<D: DeserializeOwned>(file: &str) -> D {
+pub fn read<D: DeserializeOwned>(file: &str) -> D {
     let text = std::fs::read_to_string(path(file)).unwrap();
     serde_json::from_str(&text).unwrap()
 }

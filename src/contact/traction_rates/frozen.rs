@@ -44,17 +44,16 @@ impl FrozenPolygon {
     /// point x, ∇p_B·(u + θ × x).
     pub fn of(polygon: &CutPolygon<f64>, motion: &RelativeMotion<f64>) -> Option<Self> {
         let plane = PlanePolygon::of(polygon, motion)?;
-        let gradient_b = polygon.pressure_b.gradient;
-        let share =
-            -polygon.pressure_a.gradient.dot(&polygon.plane.normal) / polygon.plane.steepness;
+        let slope_b = polygon.plane.slopes[1];
+        let share = -polygon.pressure_a.gradient.dot(&polygon.plane.normal);
         let by_motion = |arm: &Vector3<f64>, force: Vector3<f64>| {
-            let torque = arm.cross(&gradient_b) * share;
+            let torque = arm.cross(&slope_b) * share;
             Wrench { torque, force }.to_vector()
         };
         let [e1, e2] = [0, 1].map(|axis| plane.axes.column(axis).into_owned());
         Some(Self {
             pressure_by_motion: [
-                by_motion(&plane.center, gradient_b * share),
+                by_motion(&plane.center, slope_b * share),
                 by_motion(&e1, Vector3::zeros()),
                 by_motion(&e2, Vector3::zeros()),
             ],

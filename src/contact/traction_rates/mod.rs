@@ -29,7 +29,7 @@ use super::plane::{Outline, PlanePolygon};
 use super::polygon::{CutPolygon, CutSurface, PartialSum, PolygonSource};
 use super::surface_law::RelativeMotion;
 use super::{ContactPair, SurfaceLaw};
-use crate::narrow_phase::{COINCIDENCE, Cut};
+use crate::narrow_phase::{COINCIDENCE, Cut, EquilibriumPlane};
 use edges::Edges;
 use frame::PlaneFrame;
 pub(crate) use frozen::AddedByLaw;
@@ -101,7 +101,7 @@ impl CutSurface<'_, f64> {
         motion: &RelativeMotion<f64>,
     ) -> RelativeLinearisation<f64> {
         let source = &self.source;
-        let moduli = [source.modulus_a, source.modulus_b];
+        let moduli = source.moduli();
         let InMotion { elastic, added } = self.sum_of_cuts(|sum: &mut InMotion, cut| {
             let polygon = source.polygon(cut);
             if polygon.has_area() && polygon.weights.have_area() {
@@ -222,10 +222,12 @@ impl Rates {
         sum: &mut RelativeLinearisation<f64>,
     ) {
         // h = −s_B·ξ/|g| for a motion ξ of B, and p/|g| for δE_B/E_B.
-        let per_gradient = polygon.plane.steepness.recip();
-        let gradient_b = plane.axes.tr_mul(&polygon.pressure_b.gradient) * -per_gradient;
-        add_along_normal(&gradient_b, &self.by_speed, &mut self.by_motion);
-        let [p0, p1, p2] = plane.pressure.map(|p| p * per_gradient);
+        let EquilibriumPlane {
+            slopes, yielding, ..
+        } = &polygon.plane;
+        let slope_b = -plane.axes.tr_mul(&slopes[1]);
+        add_along_normal(&slope_b, &self.by_speed, &mut self.by_motion);
+        let [p0, p1, p2] = plane.pressure.map(|p| p * yielding);
         let [k0, k1, k2] = [0, 1, 2].map(|k| self.by_speed[k] + self.more_by_growth[k]);
         let frame = PlaneFrame::of(plane);
         frame.add_matrix(&self.by_motion, &mut sum.by_motion);

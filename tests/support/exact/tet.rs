@@ -26,7 +26,7 @@ pub struct Bounds {
 
 /// The tetrahedra of a body of the pair: 0 for A, 1 for B.
 pub fn exact_tets(pair: &ContactPair, body: usize, units: &Units) -> Vec<ExactTet> {
-    let own = [pair.a(), pair.b()][body];
+    let own = [*pair.a(), pair.b().body().unwrap()][body];
     let field = own.shape().field();
     let points: Vec<Vector3<BigInt>> = field
         .mesh()

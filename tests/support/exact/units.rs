@@ -22,14 +22,14 @@ pub struct Units {
 
 impl Units {
     pub fn of(pair: &ContactPair) -> Self {
-        let bodies = [pair.a(), pair.b()];
+        let bodies = [pair.a(), &pair.b().body().unwrap()];
         let poses = bodies.map(|body| *body.pose());
         let fields = bodies.map(|body| body.shape().field());
         let vertices = fields.iter().flat_map(|field| field.mesh().vertices());
         let translations = poses.iter().map(Pose::translation);
         let coordinate = finest(vertices.chain(translations).flatten().copied());
         let rotation = finest(poses.iter().flat_map(Pose::rotation).copied());
-        let modulus = finest([pair.a().modulus(), pair.b().modulus()]);
+        let modulus = finest([pair.a().modulus(), pair.b().modulus().unwrap()]);
         let extent = finest(
             fields
                 .iter()

@@ -176,7 +176,8 @@ fn frame_error(
 ) -> f64 {
     let away = pair.a().pose().translation().norm() + measures.size;
     let motion = Pose::from_rotation_vector(&random.rotation_vector(), random.vector() * away);
-    let [a, b] = [pair.a(), pair.b()].map(|body| posed(body, motion * *body.pose()));
+    let [a, b] =
+        [pair.a(), &pair.b().body().unwrap()].map(|body| posed(body, motion * *body.pose()));
     let moved = ContactPair::new(a, b);
     let there = measures.evaluation(&moved);
     let turned = moved.wrench().on_a.rotated(&motion.rotation().transpose());
@@ -192,7 +193,7 @@ fn exchange_error(
     wrench: &ContactWrench,
     own: &Evaluation,
 ) -> f64 {
-    let swapped = ContactPair::new(*pair.b(), *pair.a());
+    let swapped = ContactPair::new(pair.b().body().unwrap(), *pair.a());
     let there = swapped.wrench();
     let difference = (measures.scaled(&there.on_b) - measures.scaled(&wrench.on_a)).norm();
     difference / measures.allowed(measures.error, own, own)
@@ -273,7 +274,7 @@ fn random_motion(body: usize, measures: &Measures, part: f64, random: &mut Rando
 }
 
 fn moved<'a>(pair: &ContactPair<'a>, (body, twist): &Motion) -> ContactPair<'a> {
-    let mut bodies = [*pair.a(), *pair.b()];
+    let mut bodies = [*pair.a(), pair.b().body().unwrap()];
     bodies[*body] = posed(&bodies[*body], bodies[*body].pose().moved_by(twist));
     ContactPair::new(bodies[0], bodies[1])
 }

@@ -61,7 +61,7 @@ pub fn first_kink(pair: &ContactPair, measures: &Measures) -> Option<Kink> {
 /// equal.
 fn equal_fields(pair: &ContactPair, measures: &Measures) -> Option<Kink> {
     let pose_ab = pair.a().pose().inverse() * *pair.b().pose();
-    let bodies = [pair.a(), pair.b()];
+    let bodies = [pair.a(), &pair.b().body().unwrap()];
     let [a, b] = bodies.map(|body| (body.shape().field().tets(), body.modulus()));
     let mut worst = None;
     for tet_b in b.0 {
@@ -109,15 +109,15 @@ fn ridges(pair: &ContactPair) -> Option<Kink> {
         (highest * body.modulus(), Aabb::around(&on_top))
     };
     let (pressure_a, box_a) = ridge(pair.a(), &Pose::identity());
-    let (pressure_b, box_b) = ridge(pair.b(), &pose_ab);
-    let reach = pair.a().shape().field().reach() + pair.b().shape().field().reach();
+    let (pressure_b, box_b) = ridge(&pair.b().body().unwrap(), &pose_ab);
+    let reach = pair.a().shape().field().reach() + pair.b().shape().unwrap().field().reach();
     let is_same = (pressure_a - pressure_b).abs() <= RIDGE * pressure_a.max(pressure_b);
     (is_same && box_a.overlaps(&box_b.inflated(RIDGE * reach))).then_some(Kink::Ridges)
 }
 
 /// Whether a polygon of the contact surface grazes a face of one of its tetrahedra.
 fn grazing(pair: &ContactPair) -> Option<Kink> {
-    let bodies = [pair.a(), pair.b()];
+    let bodies = [pair.a(), &pair.b().body().unwrap()];
     let near =
         GRAZING_DISTANCE * (bodies[0].shape().field().reach() + bodies[1].shape().field().reach());
     let grazes = |polygon: &ContactPolygon| {

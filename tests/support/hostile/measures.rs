@@ -49,7 +49,7 @@ pub struct Evaluation {
 
 impl Measures {
     pub fn of(pair: &ContactPair) -> Self {
-        let bodies = [pair.a(), pair.b()];
+        let bodies = [pair.a(), &pair.b().body().unwrap()];
         let reach = bodies.map(|body| body.shape().field().reach());
         let away = bodies.map(|body| body.pose().translation().norm());
         let steepest = |body: &ContactBody| {

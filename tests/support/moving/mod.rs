@@ -50,13 +50,13 @@ impl<'a> Scene<'a> {
         changes: &SVector<T, COLUMNS>,
     ) -> (ContactPair<'a, T>, SurfaceLaw<T>, [Twist<T>; 2]) {
         let twist = |row| Twist::from_vector(&changes.fixed_rows::<6>(row).into_owned());
-        let body = |body: &ContactBody<'a>, row, change: T| {
-            let pose = Pose::<T>::lifted(body.pose()).moved_by(&twist(row));
-            ContactBody::new(body.shape(), pose, change + body.modulus()).unwrap()
-        };
+        let moved = |pose: &Pose, row| Pose::<T>::lifted(pose).moved_by(&twist(row));
+        let (a, b) = (self.pair.a(), self.pair.b());
+        let modulus_a = changes[24] + a.modulus();
+        let modulus_b = changes[25] + b.modulus().unwrap_or(1.0);
         let pair = ContactPair::new(
-            body(self.pair.a(), 0, changes[24]),
-            body(self.pair.b(), 6, changes[25]),
+            ContactBody::new(a.shape(), moved(a.pose(), 0), modulus_a).unwrap(),
+            b.at(moved(b.pose(), 6), modulus_b).unwrap(),
         );
         let (dissipation, friction) = (changes[26] + self.dissipation, changes[27] + self.friction);
         let law = SurfaceLaw::new(dissipation, friction, self.slip_tolerance).unwrap();
@@ -81,7 +81,7 @@ impl<'a> Scene<'a> {
     /// The same with the names of the bodies exchanged.
     pub fn exchanged(&self) -> Self {
         Self {
-            pair: ContactPair::new(*self.pair.b(), *self.pair.a()),
+            pair: ContactPair::new(self.pair.b().body().unwrap(), *self.pair.a()),
             twists: [self.twists[1], self.twists[0]],
             ..*self
         }

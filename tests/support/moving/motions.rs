@@ -40,7 +40,8 @@ pub fn set_in_motion<'a>(
         };
     }
     let [spin, velocity] = place.relative_motion(scene.dissipation, size, random);
-    let [own, lever] = [pair.a(), pair.b()].map(|body| place.point - body.pose().translation());
+    let [own, lever] =
+        [pair.a(), &pair.b().body().unwrap()].map(|body| place.point - body.pose().translation());
     let Twist { angular, linear } = scene.twists[1];
     let at_point = linear + angular.cross(&lever) + velocity;
     let angular = angular + spin;

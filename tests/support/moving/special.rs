@@ -14,7 +14,7 @@ const IN_PLANE: f64 = 3e-6;
 
 /// Whether a polygon has no pressure all over, just so.
 pub fn is_parted(scene: &Scene) -> bool {
-    let bodies = [scene.pair.a(), scene.pair.b()];
+    let bodies = [scene.pair.a(), &scene.pair.b().body().unwrap()];
     let velocity = |of: usize, at: &Vector3<f64>| {
         let twist = &scene.twists[of];
         let lever = at - bodies[of].pose().translation();
@@ -32,13 +32,13 @@ pub fn is_parted(scene: &Scene) -> bool {
 pub fn are_faces_touching(pair: &ContactPair) -> bool {
     let pose_ab = pair.a().pose().inverse() * *pair.b().pose();
     let own = triangles(pair.a(), &Pose::identity());
-    let other = triangles(pair.b(), &pose_ab);
+    let other = triangles(&pair.b().body().unwrap(), &pose_ab);
     let size = pair
         .a()
         .shape()
         .field()
         .reach()
-        .min(pair.b().shape().field().reach());
+        .min(pair.b().shape().unwrap().field().reach());
     own.iter().any(|a| {
         let normal = normal_of(a);
         let around = Aabb::around(a).inflated(IN_PLANE * size);

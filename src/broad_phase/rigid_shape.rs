@@ -1,0 +1,86 @@
+use super::Seeds;
+use crate::geometry::{Aabb, Tetrahedron};
+use crate::mesh::{FieldTet, TriangleSurface};
+use nalgebra::Vector3;
+use std::fmt;
+
+/// A closed surface that does not give way, with the tree over its triangles.
+///
+/// A shape has no pose; any number of bodies may share one.
+#[derive(Clone)]
+pub struct RigidShape {
+    surface: TriangleSurface,
+    cells: Vec<FieldTet>,
+    seeds: Seeds,
+}
+
+/// The corners of a triangle's cell: these corners of the triangle, in an order that makes the cell positively oriented, then
+/// its apex. So face 3 is the triangle itself.
+const CORNERS: [usize; 3] = [0, 2, 1];
+
+impl RigidShape {
+    /// Builds the tree over the triangles.
+    #[must_use]
+    pub fn new(surface: TriangleSurface) -> Self {
+        let triangles = 0..surface.triangles().len();
+        let cells: Vec<_> = triangles.map(|triangle| cell(&surface, triangle)).collect();
+        let seeds = Seeds::of_rigid(&cells, surface.component_starts());
+        Self {
+            surface,
+            cells,
+            seeds,
+        }
+    }
+
+    /// The surface.
+    #[must_use]
+    pub fn surface(&self) -> &TriangleSurface {
+        &self.surface
+    }
+
+    /// The box around the surface, in the body frame.
+    #[must_use]
+    pub fn bounds(&self) -> Aabb {
+        self.surface.aabb()
+    }
+
+    /// A tetrahedron behind each triangle, with the depth (m) below the triangle as extent: its other faces bound the triangle.
+    pub(crate) fn cells(&self) -> &[FieldTet] {
+        &self.cells
+    }
+
+    pub(crate) fn seeds(&self) -> &Seeds {
+        &self.seeds
+    }
+
+    /// The cell of the triangle beyond a face of a cell; none beyond the triangle itself.
+    pub(crate) fn neighbour(&self, cell: usize, face: usize) -> Option<usize> {
+        let edge = CORNERS.get(face)?;
+        Some(self.surface.neighbour(cell, *edge))
+    }
+}
+
+/// As deep as the triangle's longest edge is long, below its centroid.
+fn cell(surface: &TriangleSurface, triangle: usize) -> FieldTet {
+    let corners = surface.corners(triangle);
+    let [a, b, c] = CORNERS.map(|corner| corners[corner]);
+    let inward = (b - a).cross(&(c - a)).normalize();
+    let edges = [b - a, c - b, a - c];
+    let depth = edges.iter().map(Vector3::norm).fold(0.0, f64::max);
+    let apex = (a + b + c) / 3.0 + inward * depth;
+    let tetrahedron = Tetrahedron {
+        corners: [a, b, c, apex],
+    };
+    FieldTet::new(triangle, tetrahedron, [0.0, 0.0, 0.0, depth])
+}
+
+impl fmt::Debug for RigidShape {
+    /// The number of triangles stands for the surface, which would fill pages.
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let triangles = self.cells.len();
+        formatter
+            .debug_struct("RigidShape")
+            .field("triangles", &triangles)
+            .finish_non_exhaustive()
+    }
+}

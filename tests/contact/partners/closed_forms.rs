@@ -1,0 +1,196 @@
+//! Cubes and balls on half-spaces, against integrals by hand.
+//!
+//! A cube of edge a with the pressure E at its center has the slope κ = 2E/a; pressed into a rigid plane, flat by x, it
+//! pushes with F = κ(a²x − 2ax² + 4x³/3); on its edge by d, with κ(ad²/√2 − d³/3); on its corner, with κd³/2.
+
+use super::rigid;
+use hydroelastic::contact::{ContactBody, ContactPair, HalfSpace, Partner, Shape};
+use hydroelastic::mesh::shapes;
+use hydroelastic::spatial::Pose;
+use nalgebra::{Rotation3, UnitVector3, Vector3, vector};
+
+/// Round-off of a sum of some twenty polygons.
+const EXACT: f64 = 1e-12;
+
+const EDGE: f64 = 0.2;
+const MODULUS: f64 = 1e6;
+
+/// Force up, its derivatives by depth, and by both moduli times these.
+fn force(a: &Shape, pose: Pose, b: Partner) -> [f64; 4] {
+    let pair = ContactPair::new(ContactBody::new(a, pose, MODULUS).unwrap(), b);
+    let (wrench, jacobian) = pair.wrench_and_jacobian();
+    let on_a = &jacobian.on_a;
+    [
+        wrench.on_a.force.z,
+        -on_a.by_pose_a[(5, 5)],
+        on_a.by_modulus_a[5] * MODULUS,
+        on_a.by_modulus_b[5] * b.modulus().unwrap_or(1.0),
+    ]
+}
+
+fn assert_close(name: &str, found: f64, expected: f64) {
+    let error = (found - expected).abs() / expected.abs();
+    assert!(error <= EXACT, "{name}: {found}, not {expected}: {error:e}");
+}
+
+fn cube() -> Shape {
+    Shape::new(shapes::cuboid([EDGE; 3]).unwrap())
+}
+
+/// The lowest of the given points of a turned body at this depth below z = 0.
+fn at_depth(rotation: &Rotation3<f64>, lowest: Vector3<f64>, depth: f64) -> Pose {
+    let height = -depth - (rotation * lowest).z;
+    Pose::from_rotation_vector(&rotation.scaled_axis(), vector![0.03, -0.02, height])
+}
+
+fn turned_down(direction: Vector3<f64>) -> Rotation3<f64> {
+    let direction = UnitVector3::new_normalize(direction);
+    Rotation3::rotation_between(&direction, &-Vector3::z_axis()).unwrap()
+}
+
+/// The plane z = 0, as a half-space and as the upper side of a rigid slab, whose triangles cut the cube's.
+fn for_rigid_planes(check: impl Fn(&str, Partner)) {
+    check(
+        "half-space",
+        Partner::rigid_half_space(Pose::identity()).unwrap(),
+    );
+    let slab = rigid(&Shape::new(shapes::cuboid([1.0; 3]).unwrap()));
+    let below = Pose::from_translation(vector![0.07, -0.11, -0.5]);
+    check("slab", Partner::rigid(&slab, below).unwrap());
+}
+
+#[test]
+fn a_cube_lies_flat_on_a_rigid_plane() {
+    let cube = cube();
+    for_rigid_planes(|name, plane| {
+        for (depth, force_up, stiffness) in [
+            (0.01, 3613.333_333_333_333, 324_000.0),
+            (0.03, 8760.0, 196_000.0),
+            (0.07, 12_973.333_333_333_33, 36_000.0),
+        ] {
+            let pose = at_depth(&Rotation3::identity(), Vector3::z() * (-EDGE / 2.0), depth);
+            let [found, slope, by_modulus, by_nothing] = force(&cube, pose, plane);
+            assert_close(name, found, force_up);
+            assert_close(name, slope, stiffness);
+            assert_close(name, by_modulus, force_up);
+            assert_eq!(by_nothing, 0.0);
+        }
+    });
+}
+
+#[test]
+fn a_cube_stands_on_its_edge() {
+    let (cube, corner) = (cube(), vector![0.0, EDGE / 2.0, EDGE / 2.0]);
+    let pose = at_depth(&turned_down(corner), corner, 0.02);
+    for_rigid_planes(|name, plane| {
+        let [found, slope, ..] = force(&cube, pose, plane);
+        let kappa = 2.0 * MODULUS / EDGE;
+        let expected = kappa * (EDGE * 0.02_f64.powi(2) / 2.0_f64.sqrt() - 0.02_f64.powi(3) / 3.0);
+        assert_close(name, expected, 539.018_758_283);
+        assert_close(name, found, expected);
+        let expected = kappa * (2.0_f64.sqrt() * EDGE * 0.02 - 0.02_f64.powi(2));
+        assert_close(name, slope, expected);
+    });
+}
+
+#[test]
+fn a_cube_stands_on_its_corner() {
+    let (cube, corner) = (cube(), Vector3::repeat(EDGE / 2.0));
+    let pose = at_depth(&turned_down(corner), corner, 0.02);
+    for_rigid_planes(|name, plane| {
+        let [found, slope, ..] = force(&cube, pose, plane);
+        assert_close(name, found, 40.0);
+        assert_close(name, slope, 6000.0);
+    });
+}
+
+#[test]
+fn a_cube_lies_flat_on_a_soft_layer() {
+    let cube = cube();
+    // The pressure rises by 6e6 Pa/m.
+    let layer = HalfSpace::layer(0.05).unwrap();
+    let floor = Partner::half_space(&layer, Pose::identity(), 3e5).unwrap();
+    for (depth, expected) in [
+        (
+            0.01,
+            [
+                1444.453_125,
+                138_960.937_5,
+                575.947_265_625,
+                868.505_859_375,
+            ],
+        ),
+        (
+            0.03,
+            [
+                4012.734_375,
+                118_148.437_5,
+                1797.451_171_875,
+                2215.283_203_125,
+            ],
+        ),
+    ] {
+        let pose = at_depth(&Rotation3::identity(), Vector3::z() * (-EDGE / 2.0), depth);
+        let found = force(&cube, pose, floor);
+        for (found, expected) in found.into_iter().zip(expected) {
+            assert_close("layer", found, expected);
+        }
+    }
+}
+
+/// Polyhedra within a ball are smaller: the error falls with the square of the edges.
+#[test]
+fn balls_push_as_their_integral_says() {
+    // p = E(1 − r/R) with R = E = 1, by 0.1.
+    let rigid = 0.029_321_531_433_5;
+    let soft = 0.014_922_565_104_6;
+    let layer = HalfSpace::layer(1.0).unwrap();
+    let mut before = [f64::INFINITY; 2];
+    for (order, known) in [
+        (1, [-0.6942, -0.6995]),
+        (2, [-0.2139, -0.2194]),
+        (3, [-0.0552, -0.0570]),
+    ] {
+        let ball = Shape::new(shapes::icosphere(1.0, order).unwrap());
+        let pose = Pose::from_translation(vector![0.0, 0.0, 0.9]);
+        let body = ContactBody::new(&ball, pose, 1.0).unwrap();
+        let on = |plane: Partner| ContactPair::new(body, plane).wrench().on_a.force.z;
+        let errors = [
+            on(Partner::rigid_half_space(Pose::identity()).unwrap()) / rigid - 1.0,
+            on(Partner::half_space(&layer, Pose::identity(), 1.0).unwrap()) / soft - 1.0,
+        ];
+        println!("order {order}: {errors:?}, known {known:?}");
+        for (error, before) in errors.iter().zip(&mut before) {
+            assert!(error.abs() < *before / 3.0);
+            *before = error.abs();
+        }
+    }
+    assert!(before.iter().all(|&error| error < 0.06));
+}
+
+#[test]
+fn the_energy_is_the_work_of_pressing_in() {
+    // ∫ F dx of the cube that lies flat: κ(a²x²/2 − 2ax³/3 + x⁴/3).
+    let cube = cube();
+    let kappa = 2.0 * MODULUS / EDGE;
+    for_rigid_planes(|name, plane| {
+        let x: f64 = 0.03;
+        let pose = at_depth(&Rotation3::identity(), Vector3::z() * (-EDGE / 2.0), x);
+        let pair = ContactPair::new(ContactBody::new(&cube, pose, MODULUS).unwrap(), plane);
+        let work = EDGE * EDGE * x * x / 2.0 - 2.0 * EDGE * x.powi(3) / 3.0 + x.powi(4) / 3.0;
+        assert_close(name, pair.potential_energy(), kappa * work);
+    });
+}
+
+#[test]
+fn a_body_that_has_sunk_through_is_pushed_by_nothing_and_holds_all_its_energy() {
+    let cube = cube();
+    for_rigid_planes(|name, plane| {
+        let pose = Pose::from_rotation_vector(&vector![0.3, 0.5, -0.2], vector![0.1, 0.0, -0.4]);
+        let pair = ContactPair::new(ContactBody::new(&cube, pose, MODULUS).unwrap(), plane);
+        assert_eq!(pair.wrench().on_a.force, Vector3::zeros(), "{name}");
+        // The mean of a cone's height is a quarter.
+        let most = MODULUS * EDGE.powi(3) / 4.0;
+        assert_close(name, pair.potential_energy(), most);
+    });
+}

@@ -1,0 +1,133 @@
+//! What holds at every pose, whatever the partner: balance, frames, homogeneity, that the wrench is the derivative of the
+//! energy, and the closed form against dual numbers through the clips.
+
+use super::Shapes;
+use hydroelastic::contact::{ContactBody, ContactPair};
+use hydroelastic::gradient::dual_wrench_jacobian;
+use hydroelastic::scalar::lift;
+use hydroelastic::spatial::{Pose, Twist, skew};
+use nalgebra::{Matrix6, SVector, Vector6};
+use num_dual::{DualSVec64, gradient};
+
+/// Round-off of a wrench summed in another order or frame.
+const SAME: f64 = 1e-12;
+
+/// Round-off of second moments, of the largest entry.
+const JACOBIAN: f64 = 1e-11;
+
+/// Round-off of derivatives through slices and clips, of the largest entry.
+const TWO_WAYS: f64 = 1e-10;
+
+/// Round-off of a derivative through some hundred thousand clipped tetrahedra.
+const ENERGY: f64 = 1e-11;
+
+fn lever(pair: &ContactPair) -> nalgebra::Vector3<f64> {
+    pair.b().pose().translation() - pair.a().pose().translation()
+}
+
+#[test]
+fn forces_and_moments_balance_and_turn_with_the_world() {
+    let shapes = Shapes::mixed();
+    let motion = Pose::from_rotation_vector(&[0.3, -1.2, 0.8].into(), [1.0, -2.0, 0.5].into());
+    shapes.for_pairs(300, 41, |pair, _| {
+        let wrench = pair.wrench();
+        let (on_a, on_b) = (wrench.on_a, wrench.on_b);
+        assert!((on_a.force + on_b.force).amax() <= SAME * on_a.force.amax());
+        let moment = on_a.torque + on_b.torque + lever(pair).cross(&on_b.force);
+        let scale = on_a.torque.amax() + lever(pair).norm() * on_a.force.norm();
+        assert!(moment.amax() <= SAME * scale);
+        let (a, b) = (pair.a(), pair.b());
+        let moved = ContactPair::new(
+            ContactBody::new(a.shape(), motion * *a.pose(), a.modulus()).unwrap(),
+            b.at(motion * *b.pose(), b.modulus().unwrap_or(1.0))
+                .unwrap(),
+        );
+        let expected = on_a.rotated(motion.rotation()).to_vector();
+        let error = (moved.wrench().on_a.to_vector() - expected).amax();
+        assert!(error <= SAME * expected.amax(), "{error:e}");
+    });
+}
+
+/// About one point at rest, moving A is moving B back and turning the wrench along; and the energy's Hessian is symmetric.
+#[test]
+fn moving_one_body_is_minus_the_transpose_of_moving_the_other() {
+    let shapes = Shapes::mixed();
+    shapes.for_pairs(300, 42, |pair, _| {
+        let (wrench, jacobian) = pair.wrench_and_jacobian();
+        let arm = lever(pair);
+        // Moving B about A's origin: its own turned by ω is about there shifted by ω × (p_A − p_B).
+        let mut about_a = Matrix6::<f64>::identity();
+        about_a.fixed_view_mut::<3, 3>(3, 0).copy_from(&skew(&arm));
+        let by_b = jacobian.on_a.by_pose_b * about_a.try_inverse().unwrap();
+        // About a fixed point, A's wrench has the torque F × δp less.
+        let mut by_a = jacobian.on_a.by_pose_a;
+        let mut corner = by_a.fixed_view_mut::<3, 3>(0, 3);
+        corner -= skew(&wrench.on_a.force);
+        let error = (by_a + by_b.transpose()).amax();
+        assert!(
+            error <= JACOBIAN * by_b.amax(),
+            "{error:e} of {:e}",
+            by_b.amax()
+        );
+    });
+}
+
+#[test]
+fn the_wrench_is_homogeneous_in_the_moduli() {
+    let shapes = Shapes::mixed();
+    shapes.for_pairs(300, 43, |pair, _| {
+        let (wrench, jacobian) = pair.wrench_and_jacobian();
+        let on_a = &jacobian.on_a;
+        let by_b = on_a.by_modulus_b * pair.b().modulus().unwrap_or(0.0);
+        let sum = on_a.by_modulus_a * pair.a().modulus() + by_b;
+        let expected = wrench.on_a.to_vector();
+        assert!((sum - expected).amax() <= SAME * expected.amax());
+        if pair.b().modulus().is_none() {
+            assert_eq!(on_a.by_modulus_b, Vector6::zeros());
+        }
+    });
+}
+
+#[test]
+fn closed_form_and_dual_numbers_agree() {
+    let shapes = Shapes::mixed();
+    let mut worst = 0.0_f64;
+    shapes.for_pairs(300, 44, |pair, _| {
+        let (wrench, closed) = pair.wrench_and_jacobian();
+        let (dual_wrench, dual) = dual_wrench_jacobian(pair);
+        for (found, expected, own, others) in [
+            (closed.on_a, dual.on_a, wrench.on_a, dual_wrench.on_a),
+            (closed.on_b, dual.on_b, wrench.on_b, dual_wrench.on_b),
+        ] {
+            let (found, expected) = (found.matrix(), expected.matrix());
+            worst = worst.max((found - expected).amax() / expected.amax());
+            let (own, others) = (own.to_vector(), others.to_vector());
+            assert!((own - others).amax() <= SAME * others.amax());
+        }
+    });
+    println!("worst: {worst:.1e}");
+    assert!(worst <= TWO_WAYS, "{worst:e}");
+}
+
+/// The wrench is minus the derivative of the potential energy by a motion of A.
+#[test]
+fn the_wrench_is_the_slope_of_the_energy() {
+    let shapes = Shapes::mixed();
+    let mut worst = 0.0_f64;
+    shapes.for_pairs(60, 45, |pair, _| {
+        let energy = |motion: SVector<DualSVec64<6>, 6>| {
+            let (a, b) = (pair.a(), pair.b());
+            let pose = Pose::lifted(a.pose()).moved_by(&Twist::from_vector(&motion));
+            let a = ContactBody::new(a.shape(), pose, lift(a.modulus())).unwrap();
+            let modulus = lift(b.modulus().unwrap_or(1.0));
+            let b = b.at(Pose::lifted(b.pose()), modulus).unwrap();
+            ContactPair::new(a, b).potential_energy()
+        };
+        let (value, slope) = gradient(energy, &SVector::zeros());
+        assert!(value > 0.0);
+        let wrench = pair.wrench().on_a.to_vector();
+        worst = worst.max((slope + wrench).amax() / wrench.amax());
+    });
+    println!("worst: {worst:.1e}");
+    assert!(worst <= ENERGY, "{worst:e}");
+}

@@ -1,0 +1,64 @@
+//! Rigid bodies and half-spaces as partners of a compliant body.
+
+mod closed_forms;
+mod in_motion;
+mod invariants;
+mod reference_data;
+mod rigid_limit;
+mod search;
+
+use crate::support::scenes::{Random, mixed_shapes};
+use hydroelastic::contact::{ContactBody, ContactPair, HalfSpace, Partner, RigidShape, Shape};
+use hydroelastic::mesh::TriangleSurface;
+use hydroelastic::spatial::Pose;
+
+/// Compliant shapes, their surfaces as rigid ones, and half-spaces with a soft layer and without.
+struct Shapes {
+    compliant: Vec<Shape>,
+    rigid: Vec<RigidShape>,
+    half_spaces: [HalfSpace; 2],
+}
+
+impl Shapes {
+    fn mixed() -> Self {
+        let compliant = mixed_shapes();
+        Self {
+            rigid: compliant.iter().map(rigid).collect(),
+            compliant,
+            half_spaces: [HalfSpace::rigid(), HalfSpace::layer(0.7).unwrap()],
+        }
+    }
+
+    /// Pairs at random poses that touch, of each kind of partner equally often.
+    fn for_pairs(&self, count: usize, seed: u8, mut check: impl FnMut(&ContactPair, &mut Random)) {
+        let mut random = Random::new(seed);
+        let mut checked = 0;
+        while checked < count {
+            let pair = self.pair(checked % 3, &mut random);
+            if !pair.surface().is_empty() {
+                check(&pair, &mut random);
+                checked += 1;
+            }
+        }
+    }
+
+    fn pair(&self, kind: usize, random: &mut Random) -> ContactPair<'_> {
+        let mut pose = |reach: f64| {
+            Pose::from_rotation_vector(&random.rotation_vector(), random.direction() * reach)
+        };
+        let (pose_a, pose_b) = (pose(1.0), pose(1.3));
+        let a = &self.compliant[random.below(self.compliant.len())];
+        let modulus = |random: &mut Random| 10_f64.powf(random.between(4.0, 6.0));
+        let a = ContactBody::new(a, pose_a, modulus(random)).unwrap();
+        let b = match kind {
+            0 => Partner::rigid(&self.rigid[random.below(self.rigid.len())], pose_b),
+            kind => Partner::half_space(&self.half_spaces[kind - 1], pose_b, modulus(random)),
+        };
+        ContactPair::new(a, b.unwrap())
+    }
+}
+
+/// The surface of a shape, as that of a rigid body.
+fn rigid(shape: &Shape) -> RigidShape {
+    RigidShape::new(TriangleSurface::around(shape.field().mesh()).unwrap())
+}

@@ -1,0 +1,71 @@
+//! Following finds what culling finds.
+
+use super::{Shapes, rigid};
+use hydroelastic::contact::{ContactBody, ContactPair, Culling, Partner, Search, Shape};
+use hydroelastic::mesh::shapes;
+use hydroelastic::spatial::Pose;
+use nalgebra::vector;
+
+/// Polygons that round-off makes and another search does not, times the area.
+const SAME: f64 = 1e-12;
+
+fn assert_same_surface(pair: &ContactPair, culling: Culling) {
+    let expected = pair.with_search(Search::Culling(culling));
+    let (found, all) = (
+        pair.wrench().on_a.to_vector(),
+        expected.wrench().on_a.to_vector(),
+    );
+    assert!((found - all).amax() <= SAME * all.amax(), "{found} {all}");
+    let area = expected.surface().area();
+    assert!((pair.surface().area() - area).abs() <= SAME * area);
+}
+
+#[test]
+fn all_searches_find_the_same_surface() {
+    let shapes = Shapes::mixed();
+    shapes.for_pairs(300, 61, |pair, random| {
+        assert_same_surface(pair, Culling::default());
+        if random.below(10) == 0 {
+            assert_same_surface(pair, Culling::NONE);
+            let boxes = Culling {
+                bounding_boxes: true,
+                ..Culling::NONE
+            };
+            assert_same_surface(pair, boxes);
+        }
+    });
+}
+
+/// Of a rigid body all inside a compliant one no triangle crosses the other's surface.
+#[test]
+fn a_rigid_body_inside_a_soft_one_is_found() {
+    let big = Shape::new(shapes::icosphere(1.0, 2).unwrap());
+    let small = rigid(&Shape::new(shapes::icosphere(0.2, 1).unwrap()));
+    let inside = Pose::from_translation(vector![0.3, 0.2, 0.1]);
+    let a = ContactBody::new(&big, Pose::identity(), 1e5).unwrap();
+    let pair = ContactPair::new(a, Partner::rigid(&small, inside).unwrap());
+    assert_same_surface(&pair, Culling::default());
+    // All of its surface is pressed on.
+    let area: f64 = small
+        .surface()
+        .triangles()
+        .iter()
+        .map(|triangle| {
+            let [a, b, c] = triangle.map(|vertex| small.surface().vertices()[vertex]);
+            (b - a).cross(&(c - a)).norm() / 2.0
+        })
+        .sum();
+    assert!((pair.surface().area() - area).abs() <= SAME * area);
+}
+
+/// The work is that of the polygons, not of the triangles of a large surface.
+#[test]
+fn a_large_rigid_surface_costs_what_is_touched() {
+    let ball = Shape::new(shapes::icosphere(0.1, 2).unwrap());
+    let fine = rigid(&Shape::new(shapes::icosphere(10.0, 6).unwrap()));
+    let a = ContactBody::new(&ball, Pose::from_translation(vector![0.0, 0.0, 10.09]), 1e5);
+    let pair = ContactPair::new(a.unwrap(), Partner::rigid(&fine, Pose::identity()).unwrap());
+    let work = pair.work_count();
+    assert!(work.polygons > 0);
+    assert!(work.candidate_pairs <= 8 * work.polygons, "{work:?}");
+}
