@@ -23,7 +23,7 @@ const IMPLICIT: [(Integrator, f64); 2] = [
 ];
 const ALL: [(Integrator, f64); 3] = [(Integrator::Leapfrog, 1e-5), IMPLICIT[0], IMPLICIT[1]];
 const SKIN: Material = Material {
-    modulus: 1e7,
+    modulus: Some(1e7),
     dissipation: 0.5,
     friction: 0.5,
 };

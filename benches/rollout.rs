@@ -33,7 +33,7 @@ const MATERIALS: [(&str, Material); 2] = [
     (
         "elastic",
         Material {
-            modulus: 1e5,
+            modulus: Some(1e5),
             dissipation: 0.0,
             friction: 0.0,
         },
@@ -41,7 +41,7 @@ const MATERIALS: [(&str, Material); 2] = [
     (
         "rubbing",
         Material {
-            modulus: 1e5,
+            modulus: Some(1e5),
             dissipation: 0.5,
             friction: 0.4,
         },

@@ -46,6 +46,7 @@ mod wrench;
 
 pub use crate::broad_phase::{HalfSpace, RigidShape, Shape, ThicknessError};
 
+pub(crate) use crate::narrow_phase::PartnerShape;
 pub use crate::narrow_phase::{BodyError, ContactBody, Partner};
 pub use crate::search::{Culling, Search};
 pub use crate::threads::results_of;

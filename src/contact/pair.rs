@@ -136,6 +136,17 @@ impl<'a, T: Scalar> ContactPair<'a, T> {
         PolygonSource::of(self).energy()
     }
 
+    /// Whether one body has been swallowed whole by the other: they overlap, but no contact surface is left, and no force to push
+    /// them apart. A body goes through where the other brings up more energy than all of its pressure field holds, the integral
+    /// of the pressure over its volume.
+    ///
+    /// Takes as long as [`Self::potential_energy`] if there is no contact surface.
+    #[must_use]
+    pub fn has_sunk_through(&self) -> bool {
+        let real = self.real();
+        real.cut_surface().is_empty() && real.potential_energy() > 0.0
+    }
+
     /// The pairs of tetrahedra (of A, of B) that have a contact polygon, in no special order. For a tetrahedron of B stands
     /// the triangle of a rigid body, or 0 for a half-space.
     #[must_use]

@@ -232,6 +232,12 @@ impl<T: Scalar> CutSurface<'_, T> {
         sum
     }
 
+    /// Whether nothing is pressed on.
+    pub fn is_empty(&self) -> bool {
+        let mut cuts = self.found.cuts().iter();
+        !cuts.any(|cut| self.source.pressed_polygon(cut).is_some())
+    }
+
     /// Adds up the contact polygons; for scalars with derivatives also those of zero area, whose area may have a derivative.
     pub fn sum<S: PartialSum>(&self, add: impl Fn(&mut S, &CutPolygon<T>) + Sync) -> S {
         self.sum_where(|weights| weights.still.area() > 0.0, add)

@@ -13,6 +13,14 @@ pub struct ContactWrench<T = f64> {
     pub on_b: Wrench<T>,
 }
 
+impl<T: Scalar> ContactWrench<T> {
+    /// No contact.
+    pub(crate) fn zero() -> Self {
+        let [on_a, on_b] = [Wrench::zero(); 2];
+        Self { on_a, on_b }
+    }
+}
+
 impl<T: Scalar> ContactPair<'_, T> {
     /// Both wrenches in the world, from the one on A about A's origin in A's axes.
     pub(super) fn wrench_from_a(&self, wrench_a: &Wrench<T>) -> ContactWrench<T> {

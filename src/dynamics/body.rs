@@ -1,6 +1,5 @@
 use super::mass::check_mass_number;
-use super::{BodyState, Inertia, Mass, Material, WorldError};
-use crate::contact::Shape;
+use super::{BodyShape, BodyState, Inertia, Mass, Material, WorldError};
 use crate::scalar::Scalar;
 use crate::spatial::{Pose, Twist};
 use nalgebra::Vector3;
@@ -24,11 +23,12 @@ pub enum Motion<T = f64> {
 
 /// A shape with a name, a material, a motion and an initial state.
 ///
-/// A shape goes in as `Shape`, or as `Arc<Shape>` to be shared by several bodies.
+/// A shape goes in as a [`Shape`](crate::contact::Shape), a [`RigidShape`](crate::contact::RigidShape) or a
+/// [`HalfSpace`](crate::contact::HalfSpace); the first two also in an `Arc`, to be shared by several bodies.
 #[derive(Debug, Clone)]
 pub struct Body<T = f64> {
     pub(super) name: String,
-    pub(super) shape: Arc<Shape>,
+    pub(super) shape: BodyShape,
     pub(crate) material: Material<T>,
     /// Whether dissipation and friction are evaluated: one of them is not zero, or is a parameter.
     pub(crate) rubs: bool,
@@ -40,15 +40,16 @@ impl Body<f64> {
     /// A body that forces move, at rest at the origin.
     ///
     /// # Errors
-    /// If the material or the mass is out of range.
+    /// If the material or the mass is out of range, a compliant body has no modulus or a rigid one has one, or it is a
+    /// half-space.
     pub fn dynamic(
         name: &str,
-        shape: impl Into<Arc<Shape>>,
+        shape: impl Into<BodyShape>,
         material: Material,
         mass: Mass,
     ) -> Result<Self, WorldError> {
         let shape = shape.into();
-        let properties = mass.properties(name, &shape)?;
+        let properties = shape.mass_properties(name, &mass)?;
         let motion = Motion::Dynamic(Inertia::new(&properties));
         Self::new(name, shape, material, motion)
     }
@@ -56,10 +57,10 @@ impl Body<f64> {
     /// A body that never moves, at the origin.
     ///
     /// # Errors
-    /// If the material is out of range.
+    /// If the material is out of range, or a compliant body has no modulus, or a rigid one has one.
     pub fn fixed(
         name: &str,
-        shape: impl Into<Arc<Shape>>,
+        shape: impl Into<BodyShape>,
         material: Material,
     ) -> Result<Self, WorldError> {
         Self::new(name, shape.into(), material, Motion::Fixed)
@@ -69,10 +70,10 @@ impl Body<f64> {
     /// linear part being the velocity of the origin of the body frame).
     ///
     /// # Errors
-    /// If the material is out of range.
+    /// If the material is out of range, or a compliant body has no modulus, or a rigid one has one.
     pub fn prescribed(
         name: &str,
-        shape: impl Into<Arc<Shape>>,
+        shape: impl Into<BodyShape>,
         material: Material,
         path: Arc<PrescribedPath>,
     ) -> Result<Self, WorldError> {
@@ -81,11 +82,11 @@ impl Body<f64> {
 
     pub(super) fn new(
         name: &str,
-        shape: Arc<Shape>,
+        shape: BodyShape,
         material: Material,
         motion: Motion,
     ) -> Result<Self, WorldError> {
-        material.check(name)?;
+        material.check_on(name, shape.is_rigid())?;
         let initial = match &motion {
             Motion::Prescribed(path) => state_on(&**path, 0.0),
             Motion::Dynamic(_) | Motion::Fixed => BodyState {
@@ -129,7 +130,7 @@ impl Body<f64> {
     pub(super) fn lifted<T: Scalar>(&self) -> Body<T> {
         Body {
             name: self.name.clone(),
-            shape: Arc::clone(&self.shape),
+            shape: self.shape.clone(),
             material: self.material.lifted(),
             rubs: self.rubs,
             motion: match &self.motion {
@@ -143,7 +144,7 @@ impl Body<f64> {
 
     /// Checks that material, mass and initial state, at a time (s), are usable.
     pub(crate) fn check(&self, time: f64) -> Result<(), WorldError> {
-        self.material.check(&self.name)?;
+        self.material.check_on(&self.name, self.shape.is_rigid())?;
         if let Some(inertia) = self.inertia() {
             check_mass_number(&self.name, "mass", inertia.mass)?;
         }
@@ -186,7 +187,7 @@ impl<T: Scalar> Body<T> {
     pub(super) fn real(&self) -> Body {
         Body {
             name: self.name.clone(),
-            shape: Arc::clone(&self.shape),
+            shape: self.shape.clone(),
             material: self.material.real(),
             rubs: self.rubs,
             motion: match &self.motion {
@@ -206,7 +207,7 @@ impl<T: Scalar> Body<T> {
 
     /// Shape.
     #[must_use]
-    pub fn shape(&self) -> &Arc<Shape> {
+    pub fn shape(&self) -> &BodyShape {
         &self.shape
     }
 

@@ -9,7 +9,8 @@ use crate::threads::mapped_into;
 #[derive(Debug, Clone)]
 #[non_exhaustive]
 pub struct Contact<T = f64> {
-    /// The places of the bodies in the world's list, the smaller first: A and B.
+    /// The places of the bodies in the world's list: A, which is compliant with a mesh, and B. Of two such bodies A is that of
+    /// the smaller place.
     pub bodies: [usize; 2],
     /// The contact surface, in the world frame.
     pub surface: ContactSurface<T>,
@@ -36,14 +37,15 @@ impl<T: Scalar> System<T> {
         let (mut sweep, mut contacts) = (Sweep::default(), Vec::new());
         let pairs = self.close_pairs(&state.bodies, &mut sweep);
         mapped_into(&mut contacts, pairs, |&(i, j)| {
-            let ContactWrench { on_a, on_b } = self.pair_wrench(&state.bodies, i, j);
-            Contact {
+            let states = [&state.bodies[i], &state.bodies[j]];
+            Some(Contact {
                 bodies: [i, j],
-                surface: self.contact_pair(&state.bodies, i, j).surface(),
-                wrench: ContactWrench { on_a, on_b },
-            }
+                surface: self.pair_of([i, j], states)?.surface(),
+                wrench: self.pair_wrench(&state.bodies, i, j),
+            })
         });
-        contacts.retain(|contact| !contact.surface.is_empty());
+        let contacts = contacts.into_iter().flatten();
+        let mut contacts: Vec<_> = contacts.filter(|it| !it.surface.is_empty()).collect();
         contacts.sort_by_key(|contact| contact.bodies);
         contacts
     }

@@ -17,6 +17,23 @@ pub enum WorldError {
         /// Its value.
         value: f64,
     },
+    /// A rigid body has a material with a modulus.
+    #[error(
+        "body {0:?} is rigid, but its material has a hydroelastic modulus: make it with Material::rigid()"
+    )]
+    RigidWithModulus(String),
+    /// A compliant body has a material without a modulus.
+    #[error("body {0:?} is compliant, but its material is rigid: it needs a hydroelastic modulus")]
+    NoModulus(String),
+    /// A half-space was to be moved by forces.
+    #[error("body {0:?} is a half-space, which has no mass: it can only be fixed or follow a path")]
+    Unbounded(String),
+    /// Two bodies, of which forces move one at least, are rigid or half-spaces.
+    #[error(
+        "between bodies {:?} and {:?} no contact is computed, because neither is compliant with a mesh: make one so, or have the world ignore the pair (World::new_ignoring)",
+        .0[0], .0[1]
+    )]
+    NoContact([String; 2]),
     /// Mass, density or inertia are not those of a solid.
     #[error("the {quantity} of body {body:?} is {value}, but must be positive and finite")]
     Mass {

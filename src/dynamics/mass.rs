@@ -1,5 +1,4 @@
 use super::WorldError;
-use crate::contact::Shape;
 use crate::spatial::MassProperties;
 use nalgebra::{Matrix3, Vector3};
 
@@ -15,23 +14,23 @@ const ROUNDED: f64 = 1e-5;
 pub enum Mass {
     /// A uniform density (kg/m³).
     Density(f64),
-    /// A total mass (kg), spread uniformly over the mesh.
+    /// A total mass (kg), spread uniformly over the volume.
     Total(f64),
     /// Mass, centre of mass and inertia as given.
     Given(MassProperties),
 }
 
 impl Mass {
-    /// Mass properties for the shape, if they are those of a solid.
+    /// Mass properties of a body with this volume (m³) and these properties at a density (kg/m³), if they are those of a solid.
     pub(super) fn properties(
         &self,
         body: &str,
-        shape: &Shape,
+        volume: f64,
+        at_density: impl Fn(f64) -> MassProperties,
     ) -> Result<MassProperties, WorldError> {
-        let mesh = shape.field().mesh();
         let (quantity, value, properties) = match *self {
-            Self::Density(density) => ("density", density, mesh.mass_properties(density)),
-            Self::Total(mass) => ("mass", mass, mesh.mass_properties(mass / mesh.volume())),
+            Self::Density(density) => ("density", density, at_density(density)),
+            Self::Total(mass) => ("mass", mass, at_density(mass / volume)),
             Self::Given(properties) => ("mass", properties.mass, properties),
         };
         check_mass_number(body, quantity, value)?;

@@ -5,8 +5,8 @@ use crate::scalar::{Scalar, lift, real_part};
 /// The skin of a body.
 #[derive(Debug, Clone, Copy)]
 pub struct Material<T = f64> {
-    /// Hydroelastic modulus (Pa), positive: pressure is modulus × extent.
-    pub modulus: T,
+    /// Hydroelastic modulus (Pa), positive: pressure is modulus × extent. A rigid body has none.
+    pub modulus: Option<T>,
     /// Hunt–Crossley dissipation (s/m), not negative.
     pub dissipation: T,
     /// Coefficient of friction, not negative.
@@ -18,7 +18,16 @@ impl Material<f64> {
     #[must_use]
     pub fn elastic(modulus: f64) -> Self {
         Self {
-            modulus,
+            modulus: Some(modulus),
+            ..Self::rigid()
+        }
+    }
+
+    /// That of a rigid body, without dissipation and friction.
+    #[must_use]
+    pub fn rigid() -> Self {
+        Self {
+            modulus: None,
             dissipation: 0.0,
             friction: 0.0,
         }
@@ -43,7 +52,7 @@ impl Material<f64> {
     #[must_use]
     pub fn lifted<T: Scalar>(&self) -> Material<T> {
         Material {
-            modulus: lift(self.modulus),
+            modulus: self.modulus.map(lift),
             dissipation: lift(self.dissipation),
             friction: lift(self.friction),
         }
@@ -54,22 +63,28 @@ impl<T: Scalar> Material<T> {
     /// The material without derivatives.
     pub(super) fn real(&self) -> Material {
         Material {
-            modulus: real_part(self.modulus),
+            modulus: self.modulus.map(real_part),
             dissipation: real_part(self.dissipation),
             friction: real_part(self.friction),
         }
     }
 
     /// The law of two surfaces. Each body dissipates in the measure in which it gives way, so the
-    /// dissipations are weighted with the *other* body's modulus; the coefficients of friction enter
+    /// dissipations are weighted with the *other* body's modulus, and a rigid body dissipates nothing; the coefficients of friction enter
     /// by their harmonic mean. A body without friction makes the pair frictionless.
     ///
     /// Where both coefficients a and b are 0, the mean 2ab/(a + b) has directional derivatives, but no
     /// derivative: dual numbers get 0, which is right by one of the two alone.
     #[must_use]
     pub fn law_with(&self, other: &Self, slip_tolerance: f64) -> SurfaceLaw<T> {
-        let stiffness = self.modulus + other.modulus;
-        let dissipated = self.dissipation * other.modulus + other.dissipation * self.modulus;
+        let dissipation = match (self.modulus, other.modulus) {
+            (Some(own), Some(others)) => {
+                (self.dissipation * others + other.dissipation * own) / (own + others)
+            }
+            (Some(_), None) => self.dissipation,
+            (None, Some(_)) => other.dissipation,
+            (None, None) => lift(0.0),
+        };
         let friction_sum = self.friction + other.friction;
         let friction = if real_part(friction_sum) > 0.0 {
             self.friction * other.friction * 2.0 / friction_sum
@@ -77,14 +92,20 @@ impl<T: Scalar> Material<T> {
             lift(0.0)
         };
         SurfaceLaw {
-            dissipation: dissipated / stiffness,
+            dissipation,
             friction,
             slip_tolerance,
         }
     }
 
-    /// Checks that all numbers are in range.
-    pub(super) fn check(&self, body: &str) -> Result<(), WorldError> {
+    /// Checks that all numbers are in range, and that a body has a modulus unless it is rigid.
+    pub(super) fn check_on(&self, body: &str, is_rigid: bool) -> Result<(), WorldError> {
+        if is_rigid && self.modulus.is_some() {
+            return Err(WorldError::RigidWithModulus(body.to_owned()));
+        }
+        if !is_rigid && self.modulus.is_none() {
+            return Err(WorldError::NoModulus(body.to_owned()));
+        }
         match self.number_out_of_range() {
             None => Ok(()),
             Some((quantity, value)) => Err(WorldError::Material {
@@ -97,7 +118,7 @@ impl<T: Scalar> Material<T> {
 
     /// The first number that no material has, by its name.
     pub(super) fn number_out_of_range(&self) -> Option<(&'static str, f64)> {
-        let modulus = real_part(self.modulus);
+        let modulus = self.modulus.map_or(1.0, real_part);
         if !(modulus > 0.0 && modulus.is_finite()) {
             return Some(("hydroelastic modulus", modulus));
         }

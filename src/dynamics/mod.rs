@@ -38,6 +38,7 @@
 mod any_world;
 mod batch;
 mod body;
+mod body_shape;
 mod contacts;
 mod error;
 mod force;
@@ -69,6 +70,7 @@ pub(crate) use any_world::{AnyWorld, WithSystem};
 pub use batch::{Batch, Progress};
 pub(crate) use body::Motion;
 pub use body::{Body, PrescribedPath};
+pub use body_shape::BodyShape;
 pub use contacts::Contact;
 pub use error::{RolloutError, WorldError};
 pub use force::{Control, Drag, Force, Situation, Spring, Thruster, Wrenches};

@@ -31,7 +31,7 @@ pub struct Momentum<T = f64> {
 /// be one-sided.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Topology {
-    /// Body, body, tetrahedron of the first, tetrahedron of the second: sorted.
+    /// Bodies A and B, tetrahedron of A, tetrahedron (or triangle) of B: sorted.
     touching: Vec<[usize; 4]>,
 }
 
@@ -45,8 +45,9 @@ impl Topology {
     /// Whether two bodies, by their places in the world's list, touch.
     #[must_use]
     pub fn touches(&self, first: usize, second: usize) -> bool {
-        let bodies = [first.min(second), first.max(second)];
-        self.touching.iter().any(|pair| pair[..2] == bodies)
+        let is_theirs =
+            |pair: &[usize; 4]| pair[..2] == [first, second] || pair[..2] == [second, first];
+        self.touching.iter().any(is_theirs)
     }
 
     /// Number of pairs of tetrahedra that touch in one of two states and not in the other.
@@ -76,6 +77,16 @@ impl<T: Scalar, F: Force> World<T, F> {
     pub fn report(&self, state: &State<T>) -> Result<Report<T>, WorldError> {
         state.check_fits(self.bodies())?;
         Ok(self.system.report(state))
+    }
+
+    /// The places of the bodies, A and B, of which one has been [swallowed](crate::contact::ContactPair::has_sunk_through) by the
+    /// other in a state: no force pushes them apart any more.
+    ///
+    /// # Errors
+    /// If the state does not fit the world: another number of bodies, a pose that is not rigid, or a number that is not finite.
+    pub fn sunk_through(&self, state: &State<T>) -> Result<Vec<[usize; 2]>, WorldError> {
+        state.check_fits(self.bodies())?;
+        Ok(self.system.sunk_through(state))
     }
 
     /// Which tetrahedra touch in a state.
@@ -116,16 +127,29 @@ impl<T: Scalar> System<T> {
             report.momentum.angular += spin + center.cross(&linear);
         }
         for &(i, j) in self.close_pairs(&state.bodies, &mut Sweep::default()) {
-            report.contact_energy += self.contact_pair(&state.bodies, i, j).potential_energy();
+            let pair = self.pair_of([i, j], [&state.bodies[i], &state.bodies[j]]);
+            report.contact_energy += pair.map_or(lift(0.0), |pair| pair.potential_energy());
         }
         report
+    }
+
+    /// The bodies of which one has been swallowed by the other in a state that fits the bodies.
+    fn sunk_through(&self, state: &State<T>) -> Vec<[usize; 2]> {
+        let mut sweep = Sweep::default();
+        let pairs = self.close_pairs(&state.bodies, &mut sweep).iter();
+        let sunk = pairs.filter(|&&(i, j)| {
+            let pair = self.pair_of([i, j], [&state.bodies[i], &state.bodies[j]]);
+            pair.is_some_and(|pair| pair.has_sunk_through())
+        });
+        sunk.map(|&(i, j)| [i, j]).collect()
     }
 
     /// Which tetrahedra touch in a state that fits the bodies.
     fn topology(&self, state: &State<T>) -> Topology {
         let mut touching = Vec::new();
         for &(i, j) in self.close_pairs(&state.bodies, &mut Sweep::default()) {
-            let tets = self.contact_pair(&state.bodies, i, j).touching_tets();
+            let pair = self.pair_of([i, j], [&state.bodies[i], &state.bodies[j]]);
+            let tets = pair.map_or_else(Vec::new, |pair| pair.touching_tets());
             touching.extend(tets.into_iter().map(|[a, b]| [i, j, a, b]));
         }
         touching.sort_unstable();

@@ -45,7 +45,8 @@ struct StateLayout<'a> {
 #[derive(serde::Serialize, serde::Deserialize)]
 #[serde(rename = "Material", deny_unknown_fields)]
 struct MaterialLayout {
-    modulus: f64,
+    /// None of a rigid body.
+    modulus: Option<f64>,
     dissipation: f64,
     friction: f64,
 }

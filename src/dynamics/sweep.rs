@@ -12,11 +12,11 @@ pub(super) struct Sweep {
 }
 
 impl Sweep {
-    /// The pairs (i, j), i < j, of boxes that overlap and that `may_touch` lets pass, sorted.
+    /// What `pair` makes of the pairs (i, j), i < j, of boxes that overlap, sorted.
     pub fn overlapping(
         &mut self,
         boxes: impl Iterator<Item = Aabb>,
-        may_touch: impl Fn(usize, usize) -> bool,
+        pair: impl Fn(usize, usize) -> Option<(usize, usize)>,
     ) -> &[(usize, usize)] {
         self.boxes.clear();
         self.boxes.extend(boxes);
@@ -31,10 +31,9 @@ impl Sweep {
         for (place, &i) in self.order.iter().enumerate() {
             let following = self.order[place + 1..].iter();
             let reached = following.take_while(|&&j| begin(j) <= end(i));
-            let overlapping = reached
-                .filter(|&&j| boxes[i].overlaps(&boxes[j]) && may_touch(i.min(j), i.max(j)))
-                .map(|&j| (i.min(j), i.max(j)));
-            self.pairs.extend(overlapping);
+            let overlapping = reached.filter(|&&j| boxes[i].overlaps(&boxes[j]));
+            self.pairs
+                .extend(overlapping.filter_map(|&j| pair(i.min(j), i.max(j))));
         }
         self.pairs.sort_unstable();
         &self.pairs
@@ -79,7 +78,8 @@ mod tests {
                     .filter(|&(i, j)| boxes[i].overlaps(&boxes[j]) && may_touch(i, j))
                     .collect();
                 expected.sort_unstable();
-                prop_assert_eq!(sweep.overlapping(boxes.into_iter(), may_touch), expected);
+                let pair = |i, j| may_touch(i, j).then_some((i, j));
+                prop_assert_eq!(sweep.overlapping(boxes.into_iter(), pair), expected);
             }
         }
     }

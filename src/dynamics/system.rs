@@ -41,6 +41,32 @@ impl System {
         })
     }
 
+    /// The same system, in which no contact of the bodies with these names counts.
+    ///
+    /// # Errors
+    /// If there is no body of one of the names, or both are the same.
+    pub(super) fn ignoring(mut self, first: &str, second: &str) -> Result<Self, WorldError> {
+        let (i, j) = (self.index_of(first)?, self.index_of(second)?);
+        if i == j {
+            return Err(WorldError::SameBody(first.to_owned()));
+        }
+        self.ignored.insert((i.min(j), i.max(j)));
+        Ok(self)
+    }
+
+    /// Checks that there is a contact for any two bodies that may meet.
+    pub(super) fn check_partners(&self) -> Result<(), WorldError> {
+        for j in 0..self.bodies.len() {
+            for i in 0..j {
+                if self.concerns(i, j) && self.contact_order(i, j).is_none() {
+                    let name = |index: usize| self.bodies[index].name().to_owned();
+                    return Err(WorldError::NoContact([name(i), name(j)]));
+                }
+            }
+        }
+        Ok(())
+    }
+
     /// Checks all numbers that a parameter or another start may have changed.
     pub(crate) fn check(&self) -> Result<(), WorldError> {
         let mut bodies = self.bodies.iter();
@@ -94,8 +120,22 @@ impl<T: Scalar> System<T> {
         places.filter(|&index| self.bodies[index].inertia().is_some())
     }
 
-    /// Whether contacts of two bodies, i < j, count: not ignored, and not both without forces.
-    pub(crate) fn may_touch(&self, i: usize, j: usize) -> bool {
+    /// Bodies A and B of a contact of two bodies, i < j, if it counts: it is not ignored, forces move one of them, and A is
+    /// compliant with a mesh. This is the one place that says what touches what.
+    pub(crate) fn contact_order(&self, i: usize, j: usize) -> Option<(usize, usize)> {
+        if !self.concerns(i, j) {
+            return None;
+        }
+        let has_mesh = |index: usize| self.bodies[index].shape.compliant().is_some();
+        match (has_mesh(i), has_mesh(j)) {
+            (true, _) => Some((i, j)),
+            (false, true) => Some((j, i)),
+            (false, false) => None,
+        }
+    }
+
+    /// Whether it matters if two bodies, i < j, touch: forces move one of them, and the pair is not ignored.
+    fn concerns(&self, i: usize, j: usize) -> bool {
         let moves = |index: usize| self.bodies[index].inertia().is_some();
         (moves(i) || moves(j)) && !self.ignored.contains(&(i, j))
     }

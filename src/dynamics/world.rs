@@ -49,9 +49,22 @@ impl World {
     /// A world without gravity, in which any two bodies may touch.
     ///
     /// # Errors
-    /// If two bodies have the same name, or an initial state is not usable.
+    /// If two bodies have the same name, an initial state is not usable, or there is no contact between two bodies of which
+    /// forces move one at least, because both are rigid or half-spaces.
     pub fn new(bodies: Vec<Body>) -> Result<Self, WorldError> {
+        Self::new_ignoring(bodies, &[])
+    }
+
+    /// As [`Self::new`], but contacts of these pairs, by the names of their bodies, do not count: of two rigid bodies, say.
+    ///
+    /// # Errors
+    /// As [`Self::new`], of the other pairs; or if there is no body of one of the names, or a pair is one of the same body.
+    pub fn new_ignoring(bodies: Vec<Body>, pairs: &[[&str; 2]]) -> Result<Self, WorldError> {
         let mut system = System::starting_at(0.0, bodies)?;
+        for [first, second] in pairs {
+            system = system.ignoring(first, second)?;
+        }
+        system.check_partners()?;
         // A body on a path has its pose from there, orthonormal already.
         for body in &mut system.bodies {
             if !matches!(body.motion, Motion::Prescribed(_)) {
@@ -156,11 +169,7 @@ impl<F: Force> World<f64, F> {
     /// # Errors
     /// If there is no body of one of the names, or both are the same.
     pub fn ignoring(mut self, first: &str, second: &str) -> Result<Self, WorldError> {
-        let (a, b) = (self.index_of(first)?, self.index_of(second)?);
-        if a == b {
-            return Err(WorldError::SameBody(first.to_owned()));
-        }
-        self.system.ignored.insert((a.min(b), a.max(b)));
+        self.system = self.system.ignoring(first, second)?;
         Ok(self)
     }
 

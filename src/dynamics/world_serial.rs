@@ -3,14 +3,13 @@
 use super::force::Control;
 use super::inertia::PrincipalInertia;
 use super::system::System;
-use super::{Body, BodyState, Force, Inertia, Material, Motion, World, WorldError};
-use crate::contact::Shape;
-use crate::mesh::{MeshError, PressureField, TetMesh};
+use super::{Body, BodyShape, BodyState, Force, Inertia, Material, Motion, World, WorldError};
+use crate::contact::{HalfSpace, RigidShape, Shape, ThicknessError};
+use crate::mesh::{MeshError, PressureField, TetMesh, TriangleSurface};
 use crate::spatial::Wrench;
 use nalgebra::{Matrix3, Vector3, Vector6};
 use serde::de::{Deserialize, Deserializer, Error as _};
 use serde::ser::{Error as _, Serialize, Serializer};
-use std::sync::Arc;
 
 /// How far principal axes may be from orthonormal, and the largest moment may exceed the sum of the others: round-off of the
 /// eigenvalue solver that they came from, with room. Numbers written by hand are given as [`Mass::Given`](super::Mass).
@@ -24,7 +23,7 @@ struct WorldLayout<F> {
     slip_tolerance: f64,
     /// Time of the initial state.
     start: f64,
-    shapes: Vec<FieldLayout>,
+    shapes: Vec<ShapeLayout>,
     bodies: Vec<BodyLayout>,
     ignored: Vec<[String; 2]>,
     controls: Vec<ControlLayout>,
@@ -32,6 +31,17 @@ struct WorldLayout<F> {
 }
 
 /// A shape as it is saved: its trees are built anew.
+#[derive(serde::Serialize, serde::Deserialize)]
+enum ShapeLayout {
+    Compliant(FieldLayout),
+    Rigid(TriangleSurface),
+    HalfSpace {
+        /// Of its soft layer (m); none if it is rigid.
+        thickness: Option<f64>,
+    },
+}
+
+/// A mesh with its extents as it is saved.
 #[derive(serde::Serialize, serde::Deserialize)]
 #[serde(deny_unknown_fields)]
 struct FieldLayout {
@@ -77,6 +87,11 @@ enum LoadError {
     World(#[from] WorldError),
     #[error("shape {shape}: {source}")]
     Shape { shape: usize, source: MeshError },
+    #[error("shape {shape}: {source}")]
+    Layer {
+        shape: usize,
+        source: ThicknessError,
+    },
     #[error("body {body:?} has the shape {shape}, but there are {count}")]
     NoShape {
         body: String,
@@ -92,11 +107,9 @@ enum LoadError {
 impl<F: Serialize> Serialize for World<f64, F> {
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
         let system = &self.system;
-        let (mut shapes, mut bodies) = (Vec::<&Arc<Shape>>::new(), Vec::new());
+        let (mut shapes, mut bodies) = (Vec::<&BodyShape>::new(), Vec::new());
         for body in &system.bodies {
-            let shared = shapes
-                .iter()
-                .position(|shape| Arc::ptr_eq(shape, &body.shape));
+            let shared = shapes.iter().position(|shape| shape.is_same(&body.shape));
             let shape = shared.unwrap_or_else(|| {
                 shapes.push(&body.shape);
                 shapes.len() - 1
@@ -114,10 +127,7 @@ impl<F: Serialize> Serialize for World<f64, F> {
             gravity: system.gravity.into(),
             slip_tolerance: system.slip_tolerance,
             start: system.start,
-            shapes: shapes
-                .into_iter()
-                .map(|shape| FieldLayout::of(shape.field()))
-                .collect(),
+            shapes: shapes.into_iter().map(ShapeLayout::of).collect(),
             bodies,
             ignored: system
                 .ignored
@@ -142,10 +152,7 @@ impl<F: Force> WorldLayout<F> {
     fn world(self) -> Result<World<f64, F>, LoadError> {
         let mut shapes = Vec::new();
         for (shape, layout) in self.shapes.into_iter().enumerate() {
-            let field = layout
-                .field()
-                .map_err(|source| LoadError::Shape { shape, source })?;
-            shapes.push(Arc::new(Shape::new(field)));
+            shapes.push(layout.shape(shape)?);
         }
         let bodies = self.bodies.into_iter().map(|layout| layout.body(&shapes));
         let bodies = bodies.collect::<Result<_, _>>()?;
@@ -157,10 +164,41 @@ impl<F: Force> WorldLayout<F> {
         for [first, second] in &self.ignored {
             world = world.ignoring(first, second)?;
         }
+        world.system.check_partners()?;
         for control in self.controls {
             world = world.with_control(control.control()?)?;
         }
         Ok(world)
+    }
+}
+
+impl ShapeLayout {
+    fn of(shape: &BodyShape) -> Self {
+        match shape {
+            BodyShape::Compliant(shape) => Self::Compliant(FieldLayout::of(shape.field())),
+            BodyShape::Rigid(shape) => Self::Rigid(shape.surface().clone()),
+            BodyShape::HalfSpace(half_space) => Self::HalfSpace {
+                thickness: half_space.thickness(),
+            },
+        }
+    }
+
+    /// The shape of this place in the list.
+    fn shape(self, shape: usize) -> Result<BodyShape, LoadError> {
+        Ok(match self {
+            Self::Compliant(layout) => {
+                let field = layout.field();
+                let field = field.map_err(|source| LoadError::Shape { shape, source })?;
+                Shape::new(field).into()
+            }
+            Self::Rigid(surface) => RigidShape::new(surface).into(),
+            Self::HalfSpace { thickness: None } => HalfSpace::rigid().into(),
+            Self::HalfSpace {
+                thickness: Some(thickness),
+            } => HalfSpace::layer(thickness)
+                .map_err(|source| LoadError::Layer { shape, source })?
+                .into(),
+        })
     }
 }
 
@@ -201,7 +239,7 @@ impl BodyLayout {
         })
     }
 
-    fn body(self, shapes: &[Arc<Shape>]) -> Result<Body, LoadError> {
+    fn body(self, shapes: &[BodyShape]) -> Result<Body, LoadError> {
         let Some(shape) = shapes.get(self.shape) else {
             return Err(LoadError::NoShape {
                 body: self.name,
@@ -216,7 +254,7 @@ impl BodyLayout {
             },
             None => Motion::Fixed,
         };
-        let mut body = Body::new(&self.name, Arc::clone(shape), self.material, motion)?;
+        let mut body = Body::new(&self.name, shape.clone(), self.material, motion)?;
         body.initial = self.initial;
         Ok(body)
     }

@@ -3,9 +3,9 @@ use super::sweep::Sweep;
 use super::system::System;
 use super::workspace::Workspace;
 use super::{Body, BodyState, Force, Situation, State, World, WorldError, Wrenches};
-use crate::contact::{ContactBody, ContactPair, ContactWrench, SurfaceLaw};
+use crate::contact::{ContactBody, ContactPair, ContactWrench, Partner, SurfaceLaw};
 use crate::scalar::{Scalar, lift, lift_vector};
-use crate::spatial::{Pose, Twist, Wrench};
+use crate::spatial::{Twist, Wrench};
 use crate::threads::mapped_into;
 use nalgebra::{Vector3, Vector6};
 
@@ -37,10 +37,11 @@ pub(super) fn all_wrenches<'s, T: Scalar>(
 }
 
 impl<T: Scalar, F: Force> World<T, F> {
-    /// The contact of two bodies by name, in a state: its surface, its elastic wrench, its Jacobian.
+    /// The contact of two bodies by name, in a state: its surface, its elastic wrench, its Jacobian. A is the first one, unless
+    /// that is rigid or a half-space.
     ///
     /// # Errors
-    /// If there is no body of one of the names, both are the same, or the state is of another
+    /// If there is no body of one of the names, both are the same, neither is compliant with a mesh, or the state is of another
     /// world or not usable.
     pub fn contact_between(
         &self,
@@ -53,7 +54,10 @@ impl<T: Scalar, F: Force> World<T, F> {
             return Err(WorldError::SameBody(first.to_owned()));
         }
         state.check_fits(self.bodies())?;
-        Ok(self.system.contact_pair(&state.bodies, i, j))
+        let states = &state.bodies;
+        let pair = self.system.pair_of([i, j], [&states[i], &states[j]]);
+        let pair = pair.or_else(|| self.system.pair_of([j, i], [&states[j], &states[i]]));
+        pair.ok_or_else(|| WorldError::NoContact([first.to_owned(), second.to_owned()]))
     }
 }
 
@@ -120,44 +124,35 @@ impl<T: Scalar> System<T> {
         }
     }
 
-    /// The pairs that may touch: not ignored, not both without forces, and with boxes around the
-    /// bodies that overlap in the world.
+    /// The pairs that may touch, A first: those that [count](Self::contact_order), with boxes around the bodies that overlap in
+    /// the world.
     pub(super) fn close_pairs<'s>(
         &self,
         states: &[BodyState<T>],
         sweep: &'s mut Sweep,
     ) -> &'s [(usize, usize)] {
-        let boxes = self.bodies.iter().zip(states).map(|(body, state)| {
-            let bounds = body.shape.tree().bounds();
-            bounds.posed(&state.pose.real())
-        });
-        sweep.overlapping(boxes, |i, j| self.may_touch(i, j))
+        let boxes = self
+            .bodies
+            .iter()
+            .zip(states)
+            .map(|(body, state)| body.shape.bounds_at(&state.pose.real()));
+        sweep.overlapping(boxes, |i, j| self.contact_order(i, j))
     }
 
-    /// The contact of two bodies.
-    #[inline]
-    pub(super) fn contact_pair(
-        &self,
-        states: &[BodyState<T>],
-        i: usize,
-        j: usize,
-    ) -> ContactPair<'_, T> {
-        self.pair_of([i, j], [&states[i], &states[j]])
-    }
-
-    /// The contact of two bodies in these states.
+    /// The contact of two bodies in these states, if the first is compliant with a mesh.
     #[inline]
     pub(super) fn pair_of(
         &self,
         places: [usize; 2],
         states: [&BodyState<T>; 2],
-    ) -> ContactPair<'_, T> {
-        let body = |side: usize| {
-            let body = &self.bodies[places[side]];
-            let pose: Pose<T> = states[side].pose;
-            ContactBody::from_valid(&body.shape, pose, body.material.modulus)
-        };
-        ContactPair::new(body(0), body(1))
+    ) -> Option<ContactPair<'_, T>> {
+        let [a, b] = places.map(|place| &self.bodies[place]);
+        let modulus = |body: &Body<T>| body.material.modulus;
+        let shape_a = a.shape.compliant()?;
+        let a = ContactBody::from_valid(shape_a, states[0].pose, modulus(a)?);
+        let modulus_b = modulus(b).unwrap_or(lift(1.0));
+        let b = Partner::from_valid(b.shape.partner(), states[1].pose, modulus_b);
+        Some(ContactPair::new(a, b))
     }
 
     /// The surface law of two bodies and the twists of their origins; none if neither dissipates or rubs.
@@ -180,8 +175,11 @@ impl<T: Scalar> System<T> {
         i: usize,
         j: usize,
     ) -> ContactWrench<T> {
-        let pair = self.contact_pair(states, i, j);
-        match self.motion_of([i, j], [&states[i], &states[j]]) {
+        let (places, states) = ([i, j], [&states[i], &states[j]]);
+        let Some(pair) = self.pair_of(places, states) else {
+            return ContactWrench::zero();
+        };
+        match self.motion_of(places, states) {
             Some((law, twists)) => pair.wrench_in_motion(&law, twists),
             None => pair.wrench(),
         }

@@ -14,6 +14,12 @@ pub struct Aabb {
 }
 
 impl Aabb {
+    /// A box that overlaps all others; not to be posed.
+    pub(crate) const EVERYWHERE: Self = Self {
+        lower: Vector3::new(f64::MIN, f64::MIN, f64::MIN),
+        upper: Vector3::new(f64::MAX, f64::MAX, f64::MAX),
+    };
+
     /// The smallest box around the points; an inside-out box around none.
     #[must_use]
     pub fn around<'a>(points: impl IntoIterator<Item = &'a Vector3<f64>>) -> Self {

@@ -21,6 +21,12 @@ pub enum GradientError {
         /// The parameter.
         parameter: String,
     },
+    /// The modulus of a rigid body is a parameter.
+    #[error("body {body:?} is rigid: it has no modulus to differentiate by")]
+    NoModulus {
+        /// Name of the body.
+        body: String,
+    },
     /// Derivatives by the coefficients of friction of two bodies that may touch, both of which are 0: the
     /// coefficient of the pair, 2ab/(a + b), has none there, only directional ones, 0 by each and not 0
     /// by both.

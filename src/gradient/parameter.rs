@@ -83,6 +83,11 @@ impl Parameter {
             return Ok(());
         };
         let body = &system.bodies[system.index_of(name)?];
+        if matches!(self, Self::Modulus(_)) && body.material.modulus.is_none() {
+            return Err(GradientError::NoModulus {
+                body: name.to_owned(),
+            });
+        }
         if let Self::Control(_, interval) = self {
             let mut controls = system.controls.iter();
             let control = controls.find(|control| control.body() == name);
@@ -133,7 +138,7 @@ impl Parameter {
             return 1.0;
         };
         let value = match self {
-            Self::Modulus(_) => body.material.modulus,
+            Self::Modulus(_) => body.material.modulus.unwrap_or(1.0),
             Self::Dissipation(_) => body.material.dissipation,
             Self::Friction(_) => body.material.friction,
             Self::Mass(_) => body.inertia().map_or(1.0, |inertia| inertia.mass),
@@ -162,7 +167,11 @@ impl Parameter {
             return;
         };
         match self {
-            Self::Modulus(_) => body.material.modulus += change[0],
+            Self::Modulus(_) => {
+                if let Some(modulus) = &mut body.material.modulus {
+                    *modulus += change[0];
+                }
+            }
             Self::Dissipation(_) => {
                 body.material.dissipation += change[0];
                 body.rubs = true;
@@ -194,7 +203,7 @@ pub(super) fn check_together(
     let bodies: Vec<usize> = (0..system.bodies.len()).filter(without_friction).collect();
     for (place, &i) in bodies.iter().enumerate() {
         let mut others = bodies[place + 1..].iter();
-        if let Some(&j) = others.find(|&&j| system.may_touch(i, j)) {
+        if let Some(&j) = others.find(|&&j| system.contact_order(i, j).is_some()) {
             let bodies = [i, j].map(|index| system.bodies[index].name().to_owned());
             return Err(GradientError::NoFriction { bodies });
         }

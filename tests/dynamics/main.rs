@@ -12,6 +12,7 @@ mod heap;
 mod implicit;
 mod long_runs;
 mod motion;
+mod partners;
 mod reference_trajectory;
 mod refusals;
 mod rollout;

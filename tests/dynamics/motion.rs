@@ -46,7 +46,7 @@ fn ball_over_floor(material: Material, height: f64, velocity: f64) -> World {
     let ball = Arc::new(fine_ball(0.1, 64, 40));
     let ball = Body::dynamic("ball", ball, material, sphere_inertia(1.0, 0.1)).unwrap();
     let rigid = Material {
-        modulus: RIGID,
+        modulus: Some(RIGID),
         ..material
     };
     let start = ball
@@ -174,7 +174,7 @@ fn hunt_crossley_restitution_is_that_of_the_integrated_law() {
             .with_velocity(vector![0.0, 0.0, -1.0]);
         // Against a rigid floor all of the surface is flat, and its normal along the velocity.
         let rigid = Material {
-            modulus: RIGID,
+            modulus: Some(RIGID),
             ..material
         };
         let world = World::new(vec![falling, floor(rigid)]).unwrap();

@@ -15,7 +15,7 @@ pub const GRAVITY: f64 = 9.81;
 pub const ROUND_OFF: f64 = 1e-12;
 
 pub const SKIN: Material = Material {
-    modulus: 1e5,
+    modulus: Some(1e5),
     dissipation: 0.0,
     friction: 0.0,
 };

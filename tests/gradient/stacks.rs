@@ -131,7 +131,7 @@ fn columns_of(body: &Body) -> Vec<Column> {
     let (name, skin) = (body.name(), body.material());
     let column = |parameter, scale| Column { parameter, scale };
     let mut all = vec![
-        column(Parameter::Modulus(name.into()), skin.modulus),
+        column(Parameter::Modulus(name.into()), skin.modulus.unwrap()),
         column(Parameter::Dissipation(name.into()), skin.dissipation),
         column(Parameter::Friction(name.into()), skin.friction),
     ];

@@ -40,7 +40,7 @@ fn thrown(dissipation: f64, friction: f64) -> World {
     let ball = Arc::new(Shape::new(shapes::ellipsoid([0.1, 0.11, 0.09], 2).unwrap()));
     let slab = Arc::new(Shape::new(shapes::cuboid([1.0; 3]).unwrap()));
     let skin = |modulus| Material {
-        modulus,
+        modulus: Some(modulus),
         dissipation,
         friction,
     };
@@ -314,7 +314,7 @@ fn a_changed_world_is_the_one_that_is_made_of_the_sums() {
     for (body, start) in changed.bodies().iter().zip(made.bodies()) {
         let (found, material) = (body.material(), start.material());
         let pairs = [
-            (found.modulus, material.modulus + modulus),
+            (found.modulus.unwrap(), material.modulus.unwrap() + modulus),
             (found.dissipation, material.dissipation + dissipation),
             (found.friction, material.friction + friction),
         ];

@@ -118,20 +118,20 @@ impl<T: Scalar> Carried<'_, T> {
         let pairs = scene.close_pairs(island, &real, &mut sweep);
         let mut found = Vec::new();
         mapped_into(&mut found, pairs, |&(i, j)| {
-            let pair = island.in_order([i, j]);
+            let pair = [i, j];
             let [a, b] = pair.map(|participant| island.body(participant));
             if !wants_contacts {
-                return (pair, system.pair_wrench(states, a, b), None);
+                return Some((pair, system.pair_wrench(states, a, b), None));
             }
+            let touching = system.pair_of([a, b], [&states[a], &states[b]])?;
             let moving = system.motion_of([a, b], [&states[a], &states[b]]);
             let moving = moving.as_ref().map(|(law, twists)| (law, *twists));
-            let touching = system.contact_pair(states, a, b);
             let (wrench, linearised) = touching.wrench_and_linearised(moving);
-            (pair, wrench, Some(linearised))
+            Some((pair, wrench, Some(linearised)))
         });
         let mut contact = vec![Wrench::zero(); states.len()];
         let mut contacts = Vec::new();
-        for (pair, ContactWrench { on_a, on_b }, linearised) in found {
+        for (pair, ContactWrench { on_a, on_b }, linearised) in found.into_iter().flatten() {
             for (participant, wrench) in pair.into_iter().zip([on_a, on_b]) {
                 let body = island.body(participant);
                 let inertia = system.bodies[body].inertia();
@@ -159,11 +159,7 @@ impl<T: Scalar> Carried<'_, T> {
     ) -> Result<DMatrix<f64>, Stuck> {
         let states = real.states_with(root);
         let exact = |(bodies, contact): &Linearised| {
-            let geometry = self
-                .of
-                .scene
-                .pair(self.of.island, *bodies, &states)
-                .geometry();
+            let geometry = self.of.scene.geometry(self.of.island, *bodies, &states);
             let [by_displacements, by_velocities] = geometry.linearised(contact);
             PairWrenches {
                 bodies: *bodies,

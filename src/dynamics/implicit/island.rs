@@ -24,15 +24,6 @@ impl Island {
         }
     }
 
-    /// Two participants in the order of their places in the world.
-    pub fn in_order(&self, [i, j]: [usize; 2]) -> [usize; 2] {
-        if self.body(i) < self.body(j) {
-            [i, j]
-        } else {
-            [j, i]
-        }
-    }
-
     /// The number of participants.
     pub fn len(&self) -> usize {
         self.dynamic.len() + self.neighbors.len()
@@ -45,7 +36,7 @@ impl Scene<'_> {
         let system = self.system;
         let mut sets = Sets::new(boxes.len());
         let mut sweep = Sweep::default();
-        let pairs = sweep.overlapping(boxes.iter().copied(), |i, j| system.may_touch(i, j));
+        let pairs = sweep.overlapping(boxes.iter().copied(), |i, j| system.contact_order(i, j));
         let is_dynamic = |body: usize| system.bodies[body].inertia().is_some();
         for &(i, j) in pairs {
             if is_dynamic(i) && is_dynamic(j) {

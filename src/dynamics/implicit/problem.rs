@@ -74,9 +74,8 @@ impl Problem<'_> {
         let pairs = self.scene.close_pairs(self.island, &states, &mut sweep);
         let mut models = Vec::new();
         mapped_into(&mut models, pairs, |&(i, j)| {
-            let bodies = self.island.in_order([i, j]);
-            let pair = self.scene.pair(self.island, bodies, &states);
-            PairModel::of(&pair, bodies, is_exact)
+            let pair = self.scene.pair(self.island, [i, j], &states)?;
+            PairModel::of(&pair, [i, j], is_exact)
         });
         let contacts: Vec<_> = models.into_iter().flatten().collect();
         let (mut forces, mut slopes) = (Vec::new(), Vec::new());

@@ -1,14 +1,14 @@
 use super::about_centers::PairGeometry;
 use super::island::Island;
 use super::matrix::Patterns;
-use crate::contact::{FrozenContact, LinearisedContact};
+use crate::contact::{ContactPair, FrozenContact, LinearisedContact, SurfaceLaw};
 use crate::dynamics::any_world::{RealForces, Seeded};
 use crate::dynamics::body::state_on;
 use crate::dynamics::sweep::Sweep;
 use crate::dynamics::system::System;
-use crate::dynamics::{BodyState, Inertia, Motion};
+use crate::dynamics::{Body, BodyState, Inertia, Motion};
 use crate::geometry::Aabb;
-use crate::spatial::Pose;
+use crate::spatial::{Pose, Twist};
 use nalgebra::Vector6;
 
 /// A world in `f64`, in one of its steps.
@@ -63,7 +63,7 @@ impl<'a> Scene<'a> {
         island.neighbors.iter().map(state).collect()
     }
 
-    /// The pairs of participants that may touch: that of the smaller place in the world first.
+    /// The pairs of participants that may touch, A first.
     pub(super) fn close_pairs<'s>(
         &self,
         island: &Island,
@@ -75,8 +75,10 @@ impl<'a> Scene<'a> {
         let boxes =
             boxes.map(|(participant, state)| self.bounds(island.body(participant), &state.pose));
         sweep.overlapping(boxes, |i, j| {
-            let (i, j) = (island.body(i), island.body(j));
-            system.may_touch(i.min(j), i.max(j))
+            let bodies = [island.body(i), island.body(j)];
+            let (a, _) =
+                system.contact_order(bodies[0].min(bodies[1]), bodies[0].max(bodies[1]))?;
+            Some(if a == bodies[0] { (i, j) } else { (j, i) })
         })
     }
 
@@ -93,29 +95,47 @@ impl<'a> Scene<'a> {
 
     /// The box around a body.
     pub(super) fn bounds(&self, body: usize, pose: &Pose) -> Aabb {
-        self.system.bodies[body].shape.tree().bounds().posed(pose)
+        self.system.bodies[body].shape.bounds_at(pose)
     }
 
-    /// Two participants that may touch.
+    /// Two participants that may touch, A first.
     pub(super) fn pair<'s>(
         &'s self,
         island: &Island,
         bodies: [usize; 2],
         states: &'s [BodyState],
-    ) -> Pair<'s> {
-        Pair {
-            system: self.system,
-            places: bodies.map(|participant| island.body(participant)),
-            states: bodies.map(|participant| &states[participant]),
-        }
+    ) -> Option<Pair<'s>> {
+        let places = bodies.map(|participant| island.body(participant));
+        let states = bodies.map(|participant| &states[participant]);
+        Some(Pair {
+            bodies: places.map(|place| &self.system.bodies[place]),
+            states,
+            contact: self.system.pair_of(places, states)?,
+            moving: self.system.motion_of(places, states),
+        })
+    }
+
+    /// How the motions of two participants count in their contact.
+    pub(super) fn geometry<'s>(
+        &'s self,
+        island: &Island,
+        bodies: [usize; 2],
+        states: &'s [BodyState],
+    ) -> PairGeometry<'s> {
+        PairGeometry::of(
+            bodies.map(|participant| &self.system.bodies[island.body(participant)]),
+            bodies.map(|participant| &states[participant]),
+        )
     }
 }
 
 /// Two bodies that may touch.
 pub(super) struct Pair<'s> {
-    system: &'s System,
-    places: [usize; 2],
+    bodies: [&'s Body; 2],
     states: [&'s BodyState; 2],
+    contact: ContactPair<'s>,
+    /// Their law and the twists of their origins; none if they are elastic.
+    moving: Option<(SurfaceLaw, [Twist; 2])>,
 }
 
 impl<'s> Pair<'s> {
@@ -124,24 +144,20 @@ impl<'s> Pair<'s> {
     }
 
     pub fn geometry(&self) -> PairGeometry<'s> {
-        PairGeometry::of(
-            self.places.map(|place| &self.system.bodies[place]),
-            self.states,
-        )
+        PairGeometry::of(self.bodies, self.states)
     }
 
     /// The contact as it is; none if the bodies do not touch.
     pub fn frozen(&self) -> Option<FrozenContact> {
-        let moving = self.system.motion_of(self.places, self.states);
-        let moving = moving.as_ref().map(|(law, twists)| (law, *twists));
-        self.system.pair_of(self.places, self.states).frozen(moving)
+        self.contact.frozen(self.moving())
     }
 
     /// The contact with all its first derivatives.
     pub fn linearised(&self) -> LinearisedContact {
-        let moving = self.system.motion_of(self.places, self.states);
-        let moving = moving.as_ref().map(|(law, twists)| (law, *twists));
-        let pair = self.system.pair_of(self.places, self.states);
-        pair.wrench_and_linearised(moving).1
+        self.contact.wrench_and_linearised(self.moving()).1
+    }
+
+    fn moving(&self) -> Option<(&SurfaceLaw, [Twist; 2])> {
+        self.moving.as_ref().map(|(law, twists)| (law, *twists))
     }
 }

@@ -1,4 +1,4 @@
-use crate::contact::{ContactBody, ContactPair, LinearisedContact, SurfaceLaw};
+use crate::contact::{ContactPair, LinearisedContact, Partner, SurfaceLaw};
 use crate::dynamics::{Body, BodyState, Material};
 use crate::scalar::{Scalar, real_part, real_vector};
 use crate::spatial::{Pose, Twist, skew};
@@ -27,7 +27,7 @@ impl PairRates {
     /// diagonal only, where it hardly moves an eigenvalue, while half of it on either side would.
     pub fn of(places: [usize; 2], bodies: &[RealBody; 2], slip_tolerance: f64) -> Option<Self> {
         let [a, b] = bodies;
-        let pair = ContactPair::new(a.contact, b.contact);
+        let pair = ContactPair::new(a.contact.body()?, b.contact);
         let twists = [a.twist, b.twist];
         let law = a.material.law_with(&b.material, slip_tolerance);
         let contact = pair.linearised(&law, twists);
@@ -50,7 +50,7 @@ impl PairRates {
 
 /// A body in a state, without derivatives.
 pub(super) struct RealBody<'a> {
-    contact: ContactBody<'a>,
+    contact: Partner<'a>,
     material: Material,
     /// At the origin of the body frame, in world axes.
     twist: Twist,
@@ -68,7 +68,11 @@ impl<'a> RealBody<'a> {
         let center_of_mass = body.inertia().map(|inertia| inertia.center_of_mass);
         let to_center = pose.rotation() * center_of_mass.unwrap_or_default();
         Self {
-            contact: ContactBody::from_valid(&body.shape, pose, material.modulus),
+            contact: Partner::from_valid(
+                body.shape.partner(),
+                pose,
+                material.modulus.unwrap_or(1.0),
+            ),
             material,
             twist: Twist {
                 angular: real_vector(&twist.angular),

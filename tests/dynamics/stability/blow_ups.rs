@@ -83,7 +83,7 @@ const SETTLING: usize = 10_000;
 
 /// A world of bodies where they come to rest.
 fn at_rest(bodies: impl Fn(Material) -> Vec<Body>, skin: Material) -> World {
-    let damped = Material::elastic(skin.modulus).with_dissipation(10.0);
+    let damped = Material::elastic(skin.modulus.unwrap()).with_dissipation(10.0);
     let world = with_gravity(World::new(bodies(damped)).unwrap());
     let plan = Plan::new(limit(&world) / 2.0, SETTLING + 1).unwrap();
     let rest = world.rollout(&plan).nth(SETTLING).unwrap().unwrap();

@@ -15,7 +15,7 @@ pub fn cube(name: &str, edge: f64, skin: Material) -> Body {
 
 pub fn slab_skin(skin: Material) -> Material {
     Material {
-        modulus: 3e6,
+        modulus: Some(3e6),
         ..skin
     }
 }

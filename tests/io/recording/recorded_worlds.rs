@@ -25,7 +25,7 @@ pub const SLOWDOWN: f64 = 4.0;
 pub const TIME_STEP: f64 = 5e-4;
 
 pub const ELASTIC: Material = Material {
-    modulus: 1e5,
+    modulus: Some(1e5),
     dissipation: 0.0,
     friction: 0.0,
 };

@@ -4,15 +4,14 @@ use super::document::Document;
 use super::drawing::{Triangles, primitive, quaternion, single};
 use super::frames::Frame;
 use super::materials::{self, lit, unlit};
-use crate::contact::Shape;
-use crate::dynamics::{Body, BodyState};
+use super::view::diagonal;
+use crate::dynamics::{Body, BodyShape, BodyState};
 use gltf_json::animation::{Interpolation, Property};
 use gltf_json::mesh::{Mesh, Mode};
 use gltf_json::scene::UnitQuaternion;
 use gltf_json::{Accessor, Index, Material, Node};
 use nalgebra::Vector3;
 use rustc_hash::FxHashMap;
-use std::sync::Arc;
 
 /// How much of the light bodies hold back: the contact surface inside must show.
 const OPACITY: f32 = 0.45;
@@ -21,6 +20,9 @@ const EDGE_OPACITY: f32 = 0.3;
 
 /// No edge shows between triangles whose normals have a cosine above this: that of 15 degrees.
 const SMOOTH: f64 = 0.966;
+
+/// A half-space is drawn as a tile so many times as wide as the bodies and their ways from its origin.
+const TILE: f64 = 2.0;
 
 /// The accessors of a shape's surface: bodies of one shape share them.
 #[derive(Clone, Copy)]
@@ -38,7 +40,7 @@ pub(super) fn add(document: &mut Document, bodies: &[Body], frames: &[Frame]) {
     }
     let edge = document.material(unlit(materials::EDGES, EDGE_OPACITY));
     let times: Vec<f64> = frames.iter().map(|frame| frame.time).collect();
-    let mut outlines = Vec::new();
+    let mut outlines: Vec<(&BodyShape, Outline)> = Vec::new();
     let mut colors = materials::BODIES.into_iter().cycle();
     for (place, body) in bodies.iter().enumerate() {
         document.data.begin(format!("body {:?}", body.name()));
@@ -47,7 +49,15 @@ pub(super) fn add(document: &mut Document, bodies: &[Body], frames: &[Frame]) {
             None => lit(materials::SCENERY, SCENERY_OPACITY),
         };
         let skin = document.material(skin);
-        let mesh = mesh(document, &mut outlines, body, [skin, edge]);
+        let known = outlines
+            .iter()
+            .find(|(shape, _)| shape.is_same(body.shape()));
+        let outline = match known {
+            Some((_, outline)) => *outline,
+            None => Outline::of(&surface(body, place, bodies, frames), document),
+        };
+        outlines.push((body.shape(), outline));
+        let mesh = mesh(document, outline, [skin, edge]);
         let states: Vec<_> = frames
             .iter()
             .map(|frame| frame.state.bodies[place])
@@ -64,36 +74,45 @@ pub(super) fn add(document: &mut Document, bodies: &[Body], frames: &[Frame]) {
 }
 
 /// The mesh of a body: its skin, and its edges if there are any.
-fn mesh<'b>(
+fn mesh(
     document: &mut Document,
-    outlines: &mut Vec<(&'b Arc<Shape>, Outline)>,
-    body: &'b Body,
+    outline: Outline,
     [skin, edge]: [Index<Material>; 2],
 ) -> Index<Mesh> {
     let Outline {
         points,
         triangles,
         edges,
-    } = outline(document, outlines, body.shape());
+    } = outline;
     let skin = primitive(Mode::Triangles, points, triangles, skin);
     let edges = edges.map(|edges| primitive(Mode::Lines, points, edges, edge));
     let primitives = [skin].into_iter().chain(edges).collect();
     document.mesh(primitives)
 }
 
-/// The outline of a shape, new or known.
-fn outline<'b>(
-    document: &mut Document,
-    outlines: &mut Vec<(&'b Arc<Shape>, Outline)>,
-    shape: &'b Arc<Shape>,
-) -> Outline {
-    let known = outlines.iter().find(|(other, _)| Arc::ptr_eq(other, shape));
-    if let Some((_, outline)) = known {
-        return *outline;
+/// The surface of the body in some place.
+fn surface(body: &Body, place: usize, bodies: &[Body], frames: &[Frame]) -> Triangles {
+    match body.shape() {
+        BodyShape::Compliant(shape) => {
+            let mesh = shape.field().mesh();
+            Triangles::of_surface(mesh.vertices(), mesh.surface_triangles())
+        }
+        BodyShape::Rigid(shape) => {
+            let surface = shape.surface();
+            Triangles::of_surface(surface.vertices(), surface.triangles())
+        }
+        BodyShape::HalfSpace(_) => {
+            let ways = frames.iter().flat_map(|frame| {
+                let origin = frame.state.bodies[place].position();
+                let states = frame.state.bodies.iter().zip(bodies);
+                // Other half-spaces have no size.
+                let sized = states.filter_map(|(state, other)| Some((state, diagonal(other)?)));
+                sized.map(move |(state, size)| (state.position() - origin).norm() + size)
+            });
+            let farthest = ways.reduce(f64::max).unwrap_or(1.0);
+            Triangles::tile(TILE * farthest)
+        }
     }
-    let outline = Outline::of(shape, document);
-    outlines.push((shape, outline));
-    outline
 }
 
 /// Moves the node of a body from frame to frame, if the body moves.
@@ -131,9 +150,8 @@ fn turn_the_short_way(turns: &mut [[f64; 4]]) {
 }
 
 impl Outline {
-    fn of(shape: &Shape, document: &mut Document) -> Self {
-        let surface = Triangles::of_surface(shape.field().mesh());
-        let edges = edges(&surface);
+    fn of(surface: &Triangles, document: &mut Document) -> Self {
+        let edges = edges(surface);
         let edges = edges.as_flattened();
         Self {
             points: document.data.positions(&surface.points),

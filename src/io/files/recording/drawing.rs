@@ -1,7 +1,6 @@
 //! Points, triangles and turns as glTF has them.
 
 use super::document::Document;
-use crate::mesh::TetMesh;
 use crate::spatial::Pose;
 use gltf_json::mesh::{Mode, Primitive, Semantic};
 use gltf_json::validation::Checked;
@@ -20,20 +19,34 @@ pub(super) struct Triangles {
 }
 
 impl Triangles {
-    /// The surface of a mesh, without the vertices inside.
-    pub fn of_surface(mesh: &TetMesh) -> Self {
+    /// Triangles of these vertices, without the vertices that none has.
+    pub fn of_surface(vertices: &[Vector3<f64>], triangles: &[[usize; 3]]) -> Self {
         let mut places = FxHashMap::default();
         let mut points = Vec::new();
-        let triangles = mesh.surface_triangles().iter().map(|triangle| {
+        let triangles = triangles.iter().map(|triangle| {
             triangle.map(|vertex| {
                 *places.entry(vertex).or_insert_with(|| {
-                    points.push(mesh.vertices()[vertex]);
+                    points.push(vertices[vertex]);
                     index(points.len() - 1)
                 })
             })
         });
         let triangles = triangles.collect();
         Self { points, triangles }
+    }
+
+    /// A square in the plane z = 0 about the origin, seen from above.
+    pub fn tile(half_edge: f64) -> Self {
+        let corner = |x: f64, y: f64| Vector3::new(x, y, 0.0) * half_edge;
+        Self {
+            points: vec![
+                corner(-1.0, -1.0),
+                corner(1.0, -1.0),
+                corner(1.0, 1.0),
+                corner(-1.0, 1.0),
+            ],
+            triangles: vec![[0, 1, 2], [0, 2, 3]],
+        }
     }
 
     /// What a line of (radius, height) turned about the z axis passes over, from below upwards.

@@ -104,13 +104,13 @@ pub(super) fn arrow_length(bodies: &[Body]) -> f64 {
     let largest = |moves: bool| {
         let bodies = bodies.iter();
         let bodies = bodies.filter(|body| body.inertia().is_some() == moves);
-        bodies.map(diagonal).reduce(f64::max)
+        bodies.filter_map(diagonal).reduce(f64::max)
     };
     largest(true).or_else(|| largest(false)).unwrap_or(1.0)
 }
 
-/// Diagonal (m) of the box around a body.
-fn diagonal(body: &Body) -> f64 {
-    let bounds = body.shape().field().mesh().aabb();
-    2.0 * bounds.half_extents().norm()
+/// Diagonal (m) of the box around a body, if it has an end.
+pub(super) fn diagonal(body: &Body) -> Option<f64> {
+    let bounds = body.shape().bounds();
+    bounds.map(|bounds| 2.0 * bounds.half_extents().norm())
 }

@@ -1,0 +1,122 @@
+use super::{Mass, WorldError};
+use crate::contact::{HalfSpace, PartnerShape, RigidShape, Shape};
+use crate::geometry::Aabb;
+use crate::spatial::{MassProperties, Pose};
+use std::sync::Arc;
+
+/// What a body is for contact.
+///
+/// There is contact where at least one of two bodies is compliant and has a mesh: of rigid bodies and half-spaces among
+/// themselves there is none.
+#[derive(Debug, Clone)]
+#[non_exhaustive]
+pub enum BodyShape {
+    /// A compliant body: a tetrahedral mesh with a pressure field.
+    Compliant(Arc<Shape>),
+    /// A rigid body: a closed surface.
+    Rigid(Arc<RigidShape>),
+    /// All below a plane, rigid or with a soft layer.
+    HalfSpace(Arc<HalfSpace>),
+}
+
+impl BodyShape {
+    /// Whether it does not give way, so that its material has no modulus.
+    #[must_use]
+    pub fn is_rigid(&self) -> bool {
+        self.partner().is_rigid()
+    }
+
+    /// The shape, if it is that of a compliant body with a mesh.
+    #[must_use]
+    pub fn compliant(&self) -> Option<&Arc<Shape>> {
+        match self {
+            Self::Compliant(shape) => Some(shape),
+            Self::Rigid(_) | Self::HalfSpace(_) => None,
+        }
+    }
+
+    /// The box around it in the body frame; none around a half-space.
+    #[must_use]
+    pub fn bounds(&self) -> Option<Aabb> {
+        match self {
+            Self::Compliant(shape) => Some(shape.tree().bounds()),
+            Self::Rigid(shape) => Some(shape.bounds()),
+            Self::HalfSpace(_) => None,
+        }
+    }
+
+    /// A box around it at a pose.
+    pub(super) fn bounds_at(&self, pose: &Pose) -> Aabb {
+        let bounds = self.bounds();
+        bounds.map_or(Aabb::EVERYWHERE, |bounds| bounds.posed(pose))
+    }
+
+    pub(super) fn partner(&self) -> PartnerShape<'_> {
+        match self {
+            Self::Compliant(shape) => PartnerShape::Compliant(shape),
+            Self::Rigid(shape) => PartnerShape::Rigid(shape),
+            Self::HalfSpace(half_space) => PartnerShape::HalfSpace(half_space),
+        }
+    }
+
+    /// The mass properties of a body that forces move, if they are those of a solid.
+    pub(super) fn mass_properties(
+        &self,
+        body: &str,
+        mass: &Mass,
+    ) -> Result<MassProperties, WorldError> {
+        match self {
+            Self::Compliant(shape) => {
+                let mesh = shape.field().mesh();
+                mass.properties(body, mesh.volume(), |density| mesh.mass_properties(density))
+            }
+            Self::Rigid(shape) => {
+                let surface = shape.surface();
+                mass.properties(body, surface.volume(), |density| {
+                    surface.mass_properties(density)
+                })
+            }
+            Self::HalfSpace(_) => Err(WorldError::Unbounded(body.to_owned())),
+        }
+    }
+
+    /// Whether it is the same shape, shared.
+    pub(crate) fn is_same(&self, other: &Self) -> bool {
+        match (self, other) {
+            (Self::Compliant(one), Self::Compliant(other)) => Arc::ptr_eq(one, other),
+            (Self::Rigid(one), Self::Rigid(other)) => Arc::ptr_eq(one, other),
+            (Self::HalfSpace(one), Self::HalfSpace(other)) => Arc::ptr_eq(one, other),
+            _ => false,
+        }
+    }
+}
+
+impl From<Shape> for BodyShape {
+    fn from(shape: Shape) -> Self {
+        Self::Compliant(Arc::new(shape))
+    }
+}
+
+impl From<Arc<Shape>> for BodyShape {
+    fn from(shape: Arc<Shape>) -> Self {
+        Self::Compliant(shape)
+    }
+}
+
+impl From<RigidShape> for BodyShape {
+    fn from(shape: RigidShape) -> Self {
+        Self::Rigid(Arc::new(shape))
+    }
+}
+
+impl From<Arc<RigidShape>> for BodyShape {
+    fn from(shape: Arc<RigidShape>) -> Self {
+        Self::Rigid(shape)
+    }
+}
+
+impl From<HalfSpace> for BodyShape {
+    fn from(shape: HalfSpace) -> Self {
+        Self::HalfSpace(Arc::new(shape))
+    }
+}

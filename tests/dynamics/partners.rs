@@ -1,0 +1,261 @@
+//! Worlds with rigid bodies and half-spaces.
+
+use approx::assert_relative_eq;
+use hydroelastic::contact::{HalfSpace, RigidShape, Shape};
+use hydroelastic::dynamics::{
+    Body, BodyShape, Integrator, Mass, Material, Plan, World, WorldError,
+};
+use hydroelastic::gradient::{Experiment, FinalState, GradientError, Parameter};
+use hydroelastic::mesh::{TriangleSurface, shapes};
+use hydroelastic::spatial::Pose;
+use nalgebra::{Vector3, vector};
+use std::sync::Arc;
+
+/// Differences of a rollout with the best of the checked steps, of the largest entry of a column.
+const DIFFERENCES: f64 = 1e-6;
+
+/// What is left of a bounce after it has been damped away.
+const AT_REST: f64 = 1e-6;
+
+const GRAVITY: Vector3<f64> = Vector3::new(0.0, 0.0, -9.81);
+
+fn skin() -> Material {
+    Material::elastic(1e6)
+        .with_dissipation(1.0)
+        .with_friction(0.4)
+}
+
+fn cube() -> Arc<Shape> {
+    Arc::new(Shape::new(shapes::cuboid([0.2; 3]).unwrap()))
+}
+
+fn rigid(field: &hydroelastic::mesh::PressureField) -> RigidShape {
+    RigidShape::new(TriangleSurface::around(field.mesh()).unwrap())
+}
+
+/// Floors at z = 0: rigid, soft, and the upper side of a rigid slab.
+fn floors() -> Vec<Body> {
+    let hard = Material::rigid().with_friction(0.6);
+    let slab = rigid(&shapes::cuboid([2.0, 2.0, 0.1]).unwrap());
+    vec![
+        Body::fixed("floor", HalfSpace::rigid(), hard).unwrap(),
+        Body::fixed("floor", HalfSpace::layer(0.05).unwrap(), skin()).unwrap(),
+        Body::fixed("floor", slab, hard)
+            .unwrap()
+            .at(Pose::from_translation(vector![0.1, -0.2, -0.05])),
+    ]
+}
+
+fn thrown(floor: Body, shape: impl Into<BodyShape>, height: f64) -> World {
+    let ball = Body::dynamic("ball", shape, skin(), Mass::Total(2.0)).unwrap();
+    let start = Pose::from_rotation_vector(&vector![0.1, 0.2, 0.3], vector![0.0, 0.0, height]);
+    let ball = ball
+        .at(start)
+        .with_velocity(vector![0.5, 0.1, -1.0])
+        .with_spin(vector![1.0, 2.0, -0.5]);
+    // The floor first: it is B nevertheless.
+    let world = World::new(vec![floor, ball]).unwrap();
+    world.with_gravity(GRAVITY).unwrap()
+}
+
+#[test]
+fn a_cube_comes_to_rest_where_its_weight_is_carried() {
+    for floor in floors() {
+        let kappa = 2.0 * 1e6 / 0.2;
+        let modulus = floor.material().modulus;
+        let below = modulus.map(|modulus| modulus / 0.05);
+        let cube = Body::dynamic("cube", cube(), skin(), Mass::Total(2.0)).unwrap();
+        let start = Pose::from_translation(vector![0.0, 0.0, 0.1]);
+        let world = World::new(vec![floor, cube.at(start)]).unwrap();
+        let world = world.with_gravity(GRAVITY).unwrap();
+        let plan = Plan::new(0.005, 400)
+            .unwrap()
+            .with_integrator(Integrator::Sdirk2);
+        let end = world.rollout(&plan).recorded().unwrap();
+        let state = end.last();
+        let depth = 0.1 - state.bodies[1].position().z;
+        let own = below.map_or(depth, |k| k * depth / (kappa + k));
+        let a: f64 = 0.2;
+        let force = kappa * (a * a * own - 2.0 * a * own * own + 4.0 * own.powi(3) / 3.0);
+        assert_relative_eq!(force, 2.0 * 9.81, max_relative = AT_REST);
+        assert!(world.sunk_through(state).unwrap().is_empty());
+        let contacts = world.contacts(state).unwrap();
+        assert_eq!(contacts[0].bodies, [1, 0], "A is the compliant body");
+    }
+}
+
+/// All parameters that a throw on a floor has.
+fn parameters(floor: &Body) -> Vec<Parameter> {
+    let name = |name: &str| Arc::<str>::from(name);
+    let mut parameters = vec![
+        Parameter::InitialPosition(name("ball")),
+        Parameter::InitialOrientation(name("ball")),
+        Parameter::InitialVelocity(name("ball")),
+        Parameter::InitialSpin(name("ball")),
+        Parameter::Modulus(name("ball")),
+        Parameter::Dissipation(name("ball")),
+        Parameter::Friction(name("ball")),
+        Parameter::Friction(name("floor")),
+        Parameter::InitialPosition(name("floor")),
+        Parameter::InitialOrientation(name("floor")),
+        Parameter::Gravity,
+    ];
+    if floor.material().modulus.is_some() {
+        parameters.push(Parameter::Modulus(name("floor")));
+        parameters.push(Parameter::Dissipation(name("floor")));
+    }
+    parameters
+}
+
+/// Motions by which a half-space stays where it is: their derivatives are round-off.
+const ALONG_ITSELF: [&str; 3] = [
+    "InitialPosition(\"floor\") x",
+    "InitialPosition(\"floor\") y",
+    "InitialOrientation(\"floor\") z",
+];
+
+#[test]
+fn derivatives_of_throws_are_what_differences_say() {
+    for (floor, integrator, time_step, steps) in floors().into_iter().flat_map(|floor| {
+        [
+            (floor.clone(), Integrator::default(), 2e-4, 600),
+            (floor, Integrator::Sdirk2, 2e-3, 60),
+        ]
+    }) {
+        let ball = Shape::new(shapes::ellipsoid([0.1, 0.11, 0.09], 1).unwrap());
+        let parameters = parameters(&floor);
+        let is_half_space = matches!(floor.shape(), BodyShape::HalfSpace(_));
+        let world = thrown(floor, ball, 0.14);
+        let plan = Plan::new(time_step, steps)
+            .unwrap()
+            .with_integrator(integrator);
+        let outcome = FinalState::of_body(&world, "ball").unwrap();
+        let experiment = Experiment::new(&world, &plan);
+        let check = experiment.difference_check(&parameters, &outcome).unwrap();
+        println!("{integrator:?}:\n{check}");
+        for (name, best) in check.numbers.iter().zip(check.best_by_parameter()) {
+            let is_idle = is_half_space && ALONG_ITSELF.contains(&name.as_str());
+            assert!(
+                is_idle || best <= DIFFERENCES,
+                "{integrator:?} {name}: {best:.1e}"
+            );
+        }
+    }
+}
+
+#[test]
+fn a_rigid_tool_pushes_a_soft_block() {
+    let block = Arc::new(Shape::new(shapes::cuboid([0.3, 0.3, 0.1]).unwrap()));
+    let block = Body::dynamic("block", block, skin(), Mass::Total(1.0)).unwrap();
+    let tool = rigid(&shapes::icosphere(0.05, 2).unwrap());
+    let tool = Body::dynamic(
+        "tool",
+        tool,
+        Material::rigid().with_friction(0.5),
+        Mass::Density(2000.0),
+    );
+    let floor = Body::fixed(
+        "floor",
+        HalfSpace::rigid(),
+        Material::rigid().with_friction(0.5),
+    );
+    let bodies = vec![
+        block.at(Pose::from_translation(vector![0.0, 0.0, 0.049])),
+        tool.unwrap()
+            .at(Pose::from_translation(vector![0.05, 0.0, 0.16])),
+        floor.unwrap(),
+    ];
+    let refused = World::new(bodies.clone()).unwrap_err();
+    let names = ["tool", "floor"].map(str::to_owned);
+    assert_eq!(refused, WorldError::NoContact(names));
+    let world = World::new_ignoring(bodies, &[["tool", "floor"]]).unwrap();
+    let world = world.with_gravity(GRAVITY).unwrap();
+    let plan = Plan::new(0.002, 300)
+        .unwrap()
+        .with_integrator(Integrator::Sdirk2);
+    let recorded = world.rollout(&plan).recorded().unwrap();
+    let state = recorded.last();
+    let height = state.bodies[1].position().z;
+    // On the block, and pressed in a little.
+    assert!((0.13..0.15).contains(&height), "{height}");
+    let contacts = world.contacts(state).unwrap();
+    let pairs: Vec<_> = contacts.iter().map(|contact| contact.bodies).collect();
+    assert_eq!(pairs, [[0, 1], [0, 2]]);
+    assert!(world.topology(state).unwrap().touches(1, 0));
+}
+
+#[test]
+fn what_no_body_can_be_is_refused() {
+    let hard = Material::rigid();
+    let body = |material, shape: BodyShape| Body::fixed("it", shape, material).map(|_| ());
+    let it = || "it".to_owned();
+    let soft_wall = HalfSpace::layer(0.1).unwrap();
+    assert_eq!(body(hard, cube().into()), Err(WorldError::NoModulus(it())));
+    assert_eq!(
+        body(hard, soft_wall.into()),
+        Err(WorldError::NoModulus(it()))
+    );
+    let refused = Err(WorldError::RigidWithModulus(it()));
+    assert_eq!(body(skin(), HalfSpace::rigid().into()), refused);
+    let falling = Body::dynamic("it", HalfSpace::rigid(), hard, Mass::Total(1.0));
+    assert_eq!(falling.map(|_| ()), Err(WorldError::Unbounded(it())));
+    for thickness in [0.0, -1.0, f64::NAN, f64::INFINITY, 1e-310] {
+        assert!(HalfSpace::layer(thickness).is_err());
+    }
+}
+
+#[test]
+fn a_rigid_body_has_no_modulus_to_differentiate_by() {
+    let floor = floors().remove(0);
+    let world = thrown(floor, cube(), 0.3);
+    let plan = Plan::new(1e-3, 2).unwrap();
+    let outcome = FinalState::of_body(&world, "ball").unwrap();
+    let modulus = Parameter::Modulus("floor".into());
+    let refused = Experiment::new(&world, &plan).jacobian(&[modulus], &outcome);
+    let body = "floor".to_owned();
+    assert_eq!(refused.unwrap_err(), GradientError::NoModulus { body });
+}
+
+#[test]
+fn a_body_that_goes_through_a_floor_is_reported() {
+    let floor = floors().remove(0);
+    let soft = Material::elastic(1e2);
+    let brick = Body::dynamic("brick", cube(), soft, Mass::Total(50.0)).unwrap();
+    let start = Pose::from_translation(vector![0.0, 0.0, 0.15]);
+    let world = World::new(vec![brick.at(start), floor]).unwrap();
+    let world = world.with_gravity(GRAVITY).unwrap();
+    let recorded = world
+        .rollout(&Plan::new(1e-3, 600).unwrap())
+        .recorded()
+        .unwrap();
+    let state = recorded.last();
+    assert!(world.contacts(state).unwrap().is_empty());
+    assert_eq!(world.sunk_through(state).unwrap(), [[0, 1]]);
+    assert!(
+        world
+            .sunk_through(&world.initial_state())
+            .unwrap()
+            .is_empty()
+    );
+}
+
+#[test]
+fn the_largest_stable_step_on_a_half_space_is_that_of_its_stiffness() {
+    let floor = floors().remove(0);
+    let mass = 2.0;
+    let body = Body::dynamic("cube", cube(), Material::elastic(1e6), Mass::Total(mass)).unwrap();
+    let depth = 0.001;
+    let start = Pose::from_translation(vector![0.0, 0.0, 0.1 - depth]);
+    let world = World::new(vec![body.at(start), floor]).unwrap();
+    let limit = world
+        .largest_stable_step(&world.initial_state())
+        .unwrap()
+        .unwrap();
+    // The stiffest mode is up and down or a rock about an edge, at 3 times its stiffness over mass at most.
+    let kappa = 2.0 * 1e6 / 0.2;
+    let along = 2.0 / (kappa * (0.2_f64 - 2.0 * depth).powi(2) / mass).sqrt();
+    assert!(
+        limit <= along && limit >= along / 3.0_f64.sqrt(),
+        "{limit} {along}"
+    );
+}
