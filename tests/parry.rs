@@ -1,12 +1,17 @@
 //! Shapes and poses of parry.
 
 use hydroelastic::contact::{ContactBody, ContactPair, Shape};
-use hydroelastic::io::{HullError, field_from_hull, field_from_polyhedron, field_from_trimesh};
-use hydroelastic::mesh::{MeshError, PressureField, shapes};
+use hydroelastic::io::{
+    HullError, ShapeError, field_from_hull, field_from_polyhedron, field_from_trimesh,
+    surface_from_shape,
+};
+use hydroelastic::mesh::{MeshError, PressureField, SurfaceError, shapes};
 use hydroelastic::spatial::{MassProperties, Pose};
 use nalgebra::{Matrix3, Vector3, vector};
 use parry3d_f64::math::{Pose3, Vec3};
-use parry3d_f64::shape::{Cone, ConvexPolyhedron, Cuboid, Cylinder, TriMesh};
+use parry3d_f64::shape::{
+    Ball, Capsule, Cone, ConvexPolyhedron, Cuboid, Cylinder, Segment, Shape as ParryShape, TriMesh,
+};
 use proptest::prelude::*;
 use std::f64::consts::{PI, TAU};
 
@@ -291,4 +296,67 @@ proptest! {
         prop_assert!((back.rotation() - pose_ab.rotation()).amax() <= ROTATION);
         prop_assert_eq!(back.translation(), pose_ab.translation());
     }
+}
+
+/// Volume (m³) of a shape of parry as a polyhedron with that many segments to a circle.
+fn volume_of(shape: &dyn ParryShape, segments: u32) -> f64 {
+    let surface = surface_from_shape(shape, segments);
+    surface.unwrap_or_else(|error| panic!("{error}")).volume()
+}
+
+#[test]
+fn shapes_become_surfaces_that_tend_to_their_volumes() {
+    let (radius, half) = (0.3_f64, 0.5);
+    let ball = 4.0 / 3.0 * PI * radius.powi(3);
+    let cylinder = PI * radius.powi(2) * 2.0 * half;
+    let shapes: [(&dyn ParryShape, f64); 4] = [
+        (&Ball::new(radius), ball),
+        (&Capsule::new_y(half, radius), ball + cylinder),
+        (&Cylinder::new(half, radius), cylinder),
+        (&Cone::new(half, radius), cylinder / 3.0),
+    ];
+    for (shape, expected) in shapes {
+        let [coarse, fine] = [32, 64].map(|segments| 1.0 - volume_of(shape, segments) / expected);
+        // Inscribed, and of second order.
+        assert!(0.0 < fine && fine < 0.01, "{fine}");
+        assert!((fine / coarse - 0.25).abs() < 0.01, "{fine} {coarse}");
+        assert!(volume_of(shape, 4) > 0.0);
+        assert!(volume_of(shape, 5) > 0.0);
+    }
+}
+
+#[test]
+fn polyhedra_become_surfaces_of_the_same_volume() {
+    let [x, y, z] = EDGES;
+    let cuboid = Cuboid::new(Vec3::new(x, y, z) / 2.0);
+    let mesh = trimesh(parry_box());
+    let (points, _) = parry_box();
+    let hull = ConvexPolyhedron::from_convex_hull(&points).unwrap();
+    for shape in [&cuboid as &dyn ParryShape, &mesh, &hull] {
+        assert_relative(volume_of(shape, 4), x * y * z, SUM_ROUND_OFF);
+    }
+}
+
+#[test]
+fn shapes_without_a_surface_are_refused() {
+    let segment = Segment::new(Vec3::ZERO, Vec3::X);
+    let refused = surface_from_shape(&segment, 8).unwrap_err();
+    assert!(
+        matches!(refused, ShapeError::Unsupported { .. }),
+        "{refused}"
+    );
+    for found in [3, 4097] {
+        let refused = surface_from_shape(&Ball::new(1.0), found).unwrap_err();
+        assert!(matches!(refused, ShapeError::Segments { .. }), "{refused}");
+    }
+    let refused = surface_from_shape(&Ball::new(f64::NAN), 8).unwrap_err();
+    let ShapeError::Surface(SurfaceError::NonFiniteCoordinate { .. }) = refused else {
+        panic!("{refused}");
+    };
+    let (vertices, mut triangles) = parry_box();
+    triangles.pop();
+    let refused = surface_from_shape(&trimesh((vertices, triangles)), 8).unwrap_err();
+    let ShapeError::Surface(SurfaceError::Open { edge_count: 3, .. }) = refused else {
+        panic!("{refused}");
+    };
 }

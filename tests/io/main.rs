@@ -1,6 +1,7 @@
 //! Files, read and written.
 
 mod broken_writes;
+mod closed_surfaces;
 mod data_set_fields;
 mod mesh_files;
 mod recording;

@@ -1,5 +1,6 @@
-//! Meshes, their fields, and the ready-made shapes.
+//! Meshes, their fields, and the ready-made shapes; surfaces of rigid bodies.
 
 mod shapes;
 mod star_shaped;
 mod tet_mesh;
+mod triangle_surface;

@@ -7,7 +7,7 @@ use hydroelastic::contact::Shape;
 use hydroelastic::dynamics::{
     Body, BodyState, Integrator, Mass, Material, Plan, State, Trajectory, World,
 };
-use hydroelastic::mesh::shapes;
+use hydroelastic::mesh::{TriangleSurface, shapes};
 use hydroelastic::spatial::{Pose, Twist};
 use nalgebra::{Matrix3, Vector3, vector};
 use proptest::prelude::*;
@@ -151,4 +151,23 @@ proptest! {
         let bits = |skin: &Material| [skin.modulus.unwrap(), skin.dissipation, skin.friction].map(f64::to_bits);
         prop_assert_eq!(bits(&reloaded(&skin)), bits(&skin));
     }
+}
+
+#[test]
+fn surfaces_keep_their_bits_and_are_checked() {
+    let field = shapes::icosphere(0.1, 1).unwrap();
+    let surface = TriangleSurface::around(field.mesh()).unwrap();
+    let text = saved(&surface);
+    let again: TriangleSurface = serde_json::from_str(&text).unwrap();
+    assert_eq!(saved(&again), text);
+    assert_eq!(again.triangles(), surface.triangles());
+    for (found, expected) in again.vertices().iter().zip(surface.vertices()) {
+        assert_eq!(found.map(f64::to_bits), expected.map(f64::to_bits));
+    }
+    let open = r#"{"vertices":[],"triangles":[]}"#;
+    let refused = serde_json::from_str::<TriangleSurface>(open).unwrap_err();
+    assert!(
+        refused.to_string().contains("at least 4 triangles"),
+        "{refused}"
+    );
 }

@@ -4,6 +4,6 @@ mod distance_fields;
 mod inner_vertices;
 mod mass_properties;
 mod pressure_fields;
-mod sample_meshes;
+pub mod sample_meshes;
 mod surface;
 mod validation;

@@ -1,0 +1,271 @@
+//! Surfaces of rigid bodies from STL and OBJ files.
+
+use hydroelastic::io::{FileError, read_triangle_surface};
+use hydroelastic::mesh::{SurfaceError, TriangleSurface, shapes};
+use nalgebra::Vector3;
+use std::error::Error;
+use std::fmt::Write;
+use std::path::Path;
+
+/// Coordinates in single precision, relative to the result.
+const SINGLE: f64 = 1e-6;
+
+/// Sums over some hundred triangles.
+const ROUND_OFF: f64 = 1e-13;
+
+/// A cube of edge 2 with quads, in all the ways of OBJ to name a vertex.
+const OBJ: &str = "# of a CAD program: \u{e9}\nmtllib none.mtl\no cube\nv 0 0 0\nv 2 0 0 1.0\nv 2 2 0 0.5 0.5 0.5\n\
+    v 0 2 0\nvt 0 0\nvn 0 0 1\nf 4/1/1 3//1 2/1 1\ng top\ns off\nv 0 0 2\nv 2 0 2\nv 2 2 2\nv 0 2 2\nusemtl red\n\
+    f -4 -3 -2 -1\nf 1 2 6 5\nf 2 3 7\nf 2 7 6\nf 3 4 8 7\n\nf 4 1 5 8\n";
+
+fn read_bytes(name: &str, bytes: &[u8]) -> Result<TriangleSurface, FileError> {
+    let path = Path::new(env!("CARGO_TARGET_TMPDIR")).join(name);
+    std::fs::write(&path, bytes).unwrap();
+    read_triangle_surface(path, 1.0)
+}
+
+/// The message of an error and of its causes.
+fn refusal(name: &str, bytes: &[u8]) -> String {
+    let error = read_bytes(name, bytes).unwrap_err();
+    let source = error.source().map(ToString::to_string);
+    format!("{error} {}", source.unwrap_or_default())
+}
+
+fn ball() -> TriangleSurface {
+    let field = shapes::icosphere(0.5, 2).unwrap();
+    TriangleSurface::around(field.mesh()).unwrap()
+}
+
+fn corners(surface: &TriangleSurface) -> impl Iterator<Item = [Vector3<f64>; 3]> {
+    (0..surface.triangles().len()).map(|triangle| surface.corners(triangle))
+}
+
+#[expect(
+    clippy::cast_possible_truncation,
+    reason = "the format has single precision"
+)]
+fn binary_stl(surface: &TriangleSurface, header: &[u8]) -> Vec<u8> {
+    let mut bytes = header.to_vec();
+    bytes.resize(80, b' ');
+    bytes.extend(
+        u32::try_from(surface.triangles().len())
+            .unwrap()
+            .to_le_bytes(),
+    );
+    for triangle in corners(surface) {
+        bytes.extend([0xaa; 12]);
+        let numbers = triangle.iter().flat_map(|corner| corner.iter());
+        bytes.extend(numbers.flat_map(|&number| (number as f32).to_le_bytes()));
+        bytes.extend([1, 2]);
+    }
+    bytes
+}
+
+/// The triangles in two solids, by the words of the format and whatever stands behind them.
+fn ascii_stl(surface: &TriangleSurface) -> String {
+    let mut text = String::from("solid\n");
+    for (index, triangle) in corners(surface).enumerate() {
+        if index == 7 {
+            text += "endsolid\n\n  SOLID the other one\r\n";
+        }
+        text += "facet normal 0 0 0\n outer loop\n";
+        for corner in triangle {
+            writeln!(text, "\tvertex {:e} {} {}", corner.x, corner.y, corner.z).unwrap();
+        }
+        text += " endloop\nEndFacet\n";
+    }
+    text + "endsolid the other one"
+}
+
+#[test]
+fn a_binary_stl_file_holds_the_surface_in_single_precision() {
+    let ball = ball();
+    // The header may be that of an ASCII file.
+    for header in ["", "solid ball"] {
+        let read = read_bytes("ball.stl", &binary_stl(&ball, header.as_bytes())).unwrap();
+        assert_eq!(read.vertices().len(), ball.vertices().len());
+        for (found, expected) in corners(&read).zip(corners(&ball)) {
+            for (found, expected) in found.iter().zip(expected) {
+                assert_eq!(*found, expected.cast::<f32>().cast::<f64>());
+            }
+        }
+        assert!((read.volume() / ball.volume() - 1.0).abs() < SINGLE);
+    }
+}
+
+#[test]
+fn an_ascii_stl_file_holds_all_its_solids_in_double_precision() {
+    let ball = ball();
+    let read = read_bytes("ball_ascii.STL", ascii_stl(&ball).as_bytes()).unwrap();
+    assert!(corners(&read).eq(corners(&ball)));
+}
+
+#[test]
+fn an_obj_file_holds_all_groups_and_its_quads_are_cut() {
+    let mut latin = OBJ.as_bytes().to_vec();
+    // No UTF-8 in a comment.
+    let accent = latin.iter().position(|&byte| byte == 0xc3).unwrap();
+    latin.remove(accent);
+    for bytes in [OBJ.as_bytes(), &latin] {
+        let cube = read_bytes("cube.obj", bytes).unwrap();
+        assert_eq!((cube.vertices().len(), cube.triangles().len()), (8, 12));
+        assert!((cube.volume() - 8.0).abs() <= ROUND_OFF);
+    }
+}
+
+#[test]
+fn an_obj_face_that_is_bent_inwards_is_cut_from_a_corner_that_sees_it_all() {
+    // A prism over an arrowhead with a dent at its third corner, two levels of four corners.
+    let flat = [[0.0, 0.0], [2.0, -1.0], [1.0, 0.0], [2.0, 1.0]];
+    let mut text = String::new();
+    for z in [0, 1] {
+        for [x, y] in flat {
+            writeln!(text, "v {x} {y} {z}").unwrap();
+        }
+    }
+    text += "f 5 6 7 8\nf 4 3 2 1\nf 1 2 6 5\nf 2 3 7 6\nf 3 4 8 7\nf 4 1 5 8\n";
+    for turn in 0..4 {
+        let top: Vec<String> = (0..4).map(|k| (5 + (k + turn) % 4).to_string()).collect();
+        let turned = text.replace("f 5 6 7 8", &format!("f {}", top.join(" ")));
+        let head = read_bytes("arrow.obj", turned.as_bytes()).unwrap();
+        assert!((head.volume() - 1.0).abs() <= ROUND_OFF, "{turn}");
+        // Two triangles of the top, of area 1/2 each: one that ran outside would be larger.
+        let is_top = |t: &[Vector3<f64>; 3]| t.iter().all(|corner| corner.z == 1.0);
+        let area: f64 = corners(&head)
+            .filter(is_top)
+            .map(|[a, b, c]| (b - a).cross(&(c - a)).norm() / 2.0)
+            .sum();
+        assert!((area - 1.0).abs() <= ROUND_OFF, "{turn}: {area}");
+    }
+}
+
+#[test]
+fn the_unit_scales_the_surface() {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("examples/tool_use/tool.stl");
+    let millimetres = read_triangle_surface(&path, 1.0).unwrap();
+    let metres = read_triangle_surface(&path, 0.001).unwrap();
+    assert_eq!(metres.triangles().len(), 384);
+    assert_eq!(metres.component_count(), 1);
+    assert!((metres.volume() * 1e9 / millimetres.volume() - 1.0).abs() < ROUND_OFF);
+    let aabb = metres.aabb();
+    assert!(aabb.lower.z.abs() < 1e-9 && (aabb.upper.z - 0.065).abs() < 1e-9);
+    for unit in [0.0, -1.0, f64::NAN, f64::INFINITY] {
+        let refused = read_triangle_surface(&path, unit).unwrap_err();
+        assert!(matches!(refused, FileError::Unit { .. }), "{refused}");
+    }
+}
+
+#[test]
+fn stl_files_that_are_wrong_are_refused_where_they_are() {
+    let whole = binary_stl(&ball(), b"");
+    let cut = refusal("cut.stl", &whole[..whole.len() - 1]);
+    assert!(
+        cut.contains("claims the length 320, but can have at most 319"),
+        "{cut}"
+    );
+    let mut longer = whole.clone();
+    longer.push(b'!');
+    let longer = refusal("longer.stl", &longer);
+    assert!(
+        longer.contains("from byte 16084 on") && longer.contains("\"!\""),
+        "{longer}"
+    );
+    let short = refusal("short.stl", &whole[..83]);
+    assert!(
+        short.contains("length 83, but needs at least 84"),
+        "{short}"
+    );
+
+    let text = ascii_stl(&ball());
+    for (from, to, expected) in [
+        (
+            "facet normal",
+            "facets normal",
+            "line 2, \"facets normal 0 0 0\"",
+        ),
+        (
+            " outer loop",
+            " vertex 0 0 0",
+            "line 3, \"vertex 0 0 0\": one of [\"outer\"]",
+        ),
+        ("\tvertex", "\tvertex nan", "line 4, \"vertex nan"),
+        (
+            "endsolid the other one",
+            "",
+            "one of [\"facet\", \"endsolid\"] was expected",
+        ),
+    ] {
+        assert!(text.contains(from));
+        let refused = refusal("wrong.stl", text.replacen(from, to, 1).as_bytes());
+        assert!(refused.contains(expected), "{refused}");
+    }
+    let nothing = read_bytes("nothing.stl", b"solid a\nendsolid a\n").unwrap_err();
+    let source = SurfaceError::TooFewTriangles { count: 0 };
+    assert!(
+        matches!(&nothing, FileError::Surface { source: found, .. } if *found == source),
+        "{nothing}"
+    );
+}
+
+#[test]
+fn obj_files_that_are_wrong_are_refused_where_they_are() {
+    for (from, to, expected) in [
+        (
+            "v 2 0 0 1.0",
+            "v 2 0",
+            "line 5, \"v 2 0\": three finite coordinates",
+        ),
+        ("v 2 0 0 1.0", "v 2 inf 0", "line 5"),
+        (
+            "f -4 ",
+            "f -9 ",
+            "line 18, \"f -9 -3 -2 -1\": \"-9\" names none of the 8",
+        ),
+        ("f 1 2 6 5", "f 0 2 6 5", "line 19"),
+        ("f 1 2 6 5", "f 9 2 6 5", "line 19"),
+        (
+            "f 1 2 6 5",
+            "f 1 2",
+            "line 19, \"f 1 2\": a face has three corners",
+        ),
+        ("f 1 2 6 5", "f 1 6 2 5", "line 19"),
+        ("f 1 2 6 5\n", "", "4 edges belong to one triangle only"),
+    ] {
+        assert!(OBJ.contains(from));
+        let refused = refusal("wrong.obj", OBJ.replacen(from, to, 1).as_bytes());
+        assert!(refused.contains(expected), "{refused}");
+    }
+}
+
+#[test]
+fn files_that_are_cut_or_have_wrong_bytes_never_panic() {
+    let ball = TriangleSurface::around(shapes::icosphere(0.5, 0).unwrap().mesh()).unwrap();
+    let ascii = ascii_stl(&ball).into_bytes();
+    for (name, bytes) in [
+        ("damaged.stl", binary_stl(&ball, b"solid")),
+        ("damaged_ascii.stl", ascii),
+        ("damaged.obj", OBJ.as_bytes().to_vec()),
+    ] {
+        for place in (0..bytes.len()).step_by(1 + bytes.len() / 200) {
+            let _ = read_bytes(name, &bytes[..place]).map_err(|error| error.to_string());
+            for wrong in [b'0', b'-', b'\n', 0xff, bytes[place] ^ 1] {
+                let mut damaged = bytes.clone();
+                damaged[place] = wrong;
+                if let Ok(surface) = read_bytes(name, &damaged) {
+                    assert!(surface.volume() > 0.0);
+                }
+            }
+        }
+    }
+}
+
+#[test]
+fn other_files_are_refused_by_their_names() {
+    let refused = read_triangle_surface("ball.ply", 1.0).unwrap_err();
+    assert!(
+        matches!(refused, FileError::UnknownExtension { .. }),
+        "{refused}"
+    );
+    let refused = read_triangle_surface("no such file.stl", 1.0).unwrap_err();
+    assert!(matches!(refused, FileError::Read { .. }), "{refused}");
+}

@@ -1,0 +1,245 @@
+//! What is no closed surface is refused, and the culprit named.
+
+use super::sample_surfaces::{Triangulation, block, reversed, soup, together, unit_block};
+use crate::tet_mesh::sample_meshes::grid;
+use hydroelastic::mesh::{SurfaceError, TriangleSurface};
+use nalgebra::{Vector3, vector};
+
+fn cube() -> Triangulation {
+    unit_block(Vector3::zeros())
+}
+
+fn refusal((vertices, triangles): Triangulation) -> SurfaceError {
+    TriangleSurface::new(vertices, triangles).unwrap_err()
+}
+
+#[test]
+fn numbers_that_are_no_triangles_are_refused() {
+    let (vertices, triangles) = cube();
+    let few = (vertices.clone(), triangles[..3].to_vec());
+    assert_eq!(refusal(few), SurfaceError::TooFewTriangles { count: 3 });
+
+    let (mut infinite, triangles) = cube();
+    infinite[5].y = f64::INFINITY;
+    let value = f64::INFINITY;
+    let expected = SurfaceError::NonFiniteCoordinate { vertex: 5, value };
+    assert_eq!(refusal((infinite, triangles)), expected);
+
+    let (vertices, mut triangles) = cube();
+    triangles[7][2] = 8;
+    let expected = SurfaceError::VertexOutOfRange {
+        triangle: 7,
+        vertex: 8,
+        vertex_count: 8,
+    };
+    assert_eq!(refusal((vertices, triangles)), expected);
+
+    let (vertices, mut triangles) = cube();
+    triangles[7][2] = triangles[7][0];
+    let vertex = triangles[7][0];
+    let expected = SurfaceError::RepeatedVertex {
+        triangle: 7,
+        vertex,
+    };
+    assert_eq!(refusal((vertices, triangles)), expected);
+
+    let (mut vertices, triangles) = cube();
+    vertices.push(Vector3::zeros());
+    assert_eq!(
+        refusal((vertices, triangles)),
+        SurfaceError::UnusedVertex { vertex: 8 }
+    );
+}
+
+#[test]
+fn a_soup_that_is_not_finite_is_refused_by_its_corner() {
+    let mut corners = soup(&cube());
+    corners[4][1].z = f64::NAN;
+    let refused = TriangleSurface::from_soup(&corners).unwrap_err();
+    assert!(
+        matches!(
+            refused,
+            SurfaceError::NonFiniteCoordinate { vertex: 13, .. }
+        ),
+        "{refused}"
+    );
+    let refused = TriangleSurface::from_soup(&[]).unwrap_err();
+    assert_eq!(refused, SurfaceError::TooFewTriangles { count: 0 });
+}
+
+#[test]
+fn holes_are_counted_and_one_is_shown() {
+    let (vertices, mut triangles) = cube();
+    let removed = triangles.remove(6);
+    let SurfaceError::Open {
+        edge_count,
+        triangle,
+        edge,
+    } = refusal((vertices, triangles.clone()))
+    else {
+        panic!("a cube without a triangle is open");
+    };
+    assert_eq!(edge_count, 3);
+    // The hole's edge in the direction of the triangle beside it.
+    let [from, to] = edge;
+    assert!(removed.contains(&from) && removed.contains(&to));
+    let beside = triangles[triangle];
+    assert!((0..3).any(|k| [beside[k], beside[(k + 1) % 3]] == edge));
+}
+
+#[test]
+fn a_triangle_turned_the_wrong_way_round_is_found() {
+    let (vertices, mut triangles) = cube();
+    triangles[8].swap(0, 1);
+    let refused = refusal((vertices, triangles));
+    let SurfaceError::InconsistentOrientation { first, second, .. } = refused else {
+        panic!("{refused}");
+    };
+    assert!([first, second].contains(&8));
+}
+
+#[test]
+fn an_edge_of_four_triangles_is_refused() {
+    let beside = unit_block(vector![1.0, 1.0, 0.0]);
+    let both = soup(&together([cube(), beside]));
+    let refused = TriangleSurface::from_soup(&both).unwrap_err();
+    assert!(
+        matches!(
+            refused,
+            SurfaceError::CrowdedEdge {
+                triangle_count: 4,
+                ..
+            }
+        ),
+        "{refused}"
+    );
+    // With vertices of their own they are two components.
+    let (vertices, triangles) = together([cube(), unit_block(vector![1.0, 1.0, 0.0])]);
+    let apart = TriangleSurface::new(vertices, triangles).unwrap();
+    assert_eq!(apart.component_count(), 2);
+    // Two cells of a mesh that share an edge.
+    let mesh = grid([2, 2, 1], 1.0, |[x, y, _]| x == y);
+    let refused = TriangleSurface::around(&mesh).unwrap_err();
+    assert!(
+        matches!(
+            refused,
+            SurfaceError::CrowdedEdge {
+                triangle_count: 4,
+                ..
+            }
+        ),
+        "{refused}"
+    );
+}
+
+#[test]
+fn triangles_are_thin_below_a_trillionth_and_no_sooner() {
+    // A tetrahedron over a triangle whose height is that fraction of its longest edge.
+    let over = |height: f64| {
+        let base = [
+            vector![0.0, 0.0, 0.0],
+            vector![1.0, 0.0, 0.0],
+            vector![0.5, height, 0.0],
+        ];
+        let vertices = base.into_iter().chain([vector![0.5, 0.3, 1.0]]).collect();
+        (vertices, vec![[0, 2, 1], [0, 1, 3], [1, 2, 3], [2, 0, 3]])
+    };
+    let refused = refusal(over(0.9e-12));
+    assert!(
+        matches!(refused, SurfaceError::ThinTriangle { triangle: 0, .. }),
+        "{refused}"
+    );
+    // So thin a triangle makes so flat a solid: 1e-12 of the diagonal cubed is above its volume.
+    let refused = refusal(over(1.1e-12));
+    assert!(
+        matches!(refused, SurfaceError::Flat { triangle: 0, .. }),
+        "{refused}"
+    );
+    let (vertices, triangles) = over(1e-11);
+    assert!(TriangleSurface::new(vertices, triangles).is_ok());
+}
+
+/// A pyramid over a triangle in a plane z = const, counter-clockwise seen from above, with its apex below.
+fn pyramid(base: [Vector3<f64>; 3], apex: Vector3<f64>) -> Triangulation {
+    let vertices = base.into_iter().chain([apex]).collect();
+    (vertices, vec![[0, 1, 2], [0, 3, 1], [1, 3, 2], [2, 3, 0]])
+}
+
+#[test]
+fn flat_solids_are_refused() {
+    let base = [
+        vector![0.0, 0.0, 0.0],
+        vector![1.0, 0.0, 0.0],
+        vector![0.0, 1.0, 0.0],
+    ];
+    let sheet = pyramid(base, vector![0.3, 0.3, -1e-14]);
+    let refused = refusal(together([cube(), sheet]));
+    assert!(
+        matches!(refused, SurfaceError::Flat { triangle: 12, .. }),
+        "{refused}"
+    );
+}
+
+#[test]
+fn a_surface_turned_inwards_is_refused_unless_it_is_a_cavity() {
+    let refused = refusal(reversed(cube()));
+    assert!(
+        matches!(refused, SurfaceError::Inward { triangle: 0, volume } if (volume + 1.0).abs() < 1e-14)
+    );
+
+    // Beside another, in the box around a hollow of an L, and in a cavity: not in the solid.
+    let beside = unit_block(vector![3.0, 0.0, 0.0]);
+    let refused = refusal(together([beside, reversed(cube())]));
+    assert!(
+        matches!(refused, SurfaceError::Inward { triangle: 12, .. }),
+        "{refused}"
+    );
+
+    let angle = TriangleSurface::around(&grid([2, 2, 1], 4.0, |[x, y, _]| x < 1 || y < 1)).unwrap();
+    let angle = (angle.vertices().to_vec(), angle.triangles().to_vec());
+    let in_the_hollow = reversed(unit_block(vector![6.0, 6.0, 1.0]));
+    let refused = refusal(together([angle.clone(), in_the_hollow]));
+    assert!(matches!(refused, SurfaceError::Inward { .. }), "{refused}");
+    let (vertices, triangles) = together([angle, reversed(unit_block(vector![1.0, 6.0, 1.0]))]);
+    assert!(TriangleSurface::new(vertices, triangles).is_ok());
+
+    let outer = block(Vector3::repeat(-2.0), Vector3::repeat(5.0));
+    let cavity = reversed(block(Vector3::repeat(-1.0), Vector3::repeat(3.0)));
+    let refused = refusal(together([outer, cavity, reversed(cube())]));
+    assert!(
+        matches!(refused, SurfaceError::Inward { triangle: 24, .. }),
+        "{refused}"
+    );
+}
+
+#[test]
+fn cavities_larger_than_the_solid_are_refused() {
+    // It begins in the cube, sticks out far, and has 1.7 times its volume: surfaces that pass through each other are not
+    // looked for, but nothing is left of this solid.
+    let base = [
+        vector![0.25, 0.25, 0.5],
+        vector![0.75, 0.25, 0.5],
+        vector![0.25, 0.75, 0.5],
+    ];
+    let spike = reversed(pyramid(base, vector![0.3, 0.3, -40.0]));
+    let refused = refusal(together([cube(), spike]));
+    let volume = 1.0 - 0.125 * 40.5 / 3.0;
+    assert!(
+        matches!(refused, SurfaceError::NoVolume { volume: found } if (found - volume).abs() < 1e-14),
+        "{refused}"
+    );
+}
+
+#[test]
+fn sizes_beyond_double_precision_are_refused() {
+    for (size, is_large) in [(1e70, true), (1e-170, false)] {
+        let refused = refusal(block(Vector3::zeros(), Vector3::repeat(size)));
+        let found = matches!(refused, SurfaceError::BeyondPrecision { .. });
+        assert_eq!(found, is_large, "{refused}");
+    }
+    for size in [1e50, 1e-70] {
+        let (vertices, triangles) = block(Vector3::zeros(), Vector3::repeat(size));
+        let solid = TriangleSurface::new(vertices, triangles).unwrap();
+        assert!((solid.volume() / size.powi(3) - 1.0).abs() < 1e-14);
+    }
+}
