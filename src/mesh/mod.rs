@@ -24,6 +24,7 @@ mod pressure_field;
 pub mod shapes;
 mod splitting;
 mod surface;
+mod surface_tree;
 mod tet_mesh;
 
 pub use error::MeshError;
