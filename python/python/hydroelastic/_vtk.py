@@ -48,7 +48,7 @@ def read_mesh(path: str | os.PathLike[str], extents: str | None) -> tuple[Floats
 def _read(path: Path) -> Any:
     try:
         # Its own readers: meshio.read ends the program where a file is damaged.
-        from meshio import vtk, vtu
+        from meshio import vtk, vtu  # type: ignore[import-untyped, import-not-found, unused-ignore]
     except ImportError as error:
         raise ImportError(
             f'{path.name} is a file of VTK, which is read by meshio: pip install "hydroelastic[files]". '
