@@ -1,17 +1,24 @@
 use super::box_tree::BoxTree;
-use super::{Escape, Landscape};
+use super::positivity::check_positive_inside;
+use super::{Escape, FieldTree, Landscape, NotFollowed};
 use crate::geometry::{Aabb, FACES};
 use crate::mesh::PressureField;
 use crate::spatial::Pose;
 
-/// Where more than one in so many tetrahedra are at convex creases, contact surfaces are not followed.
-const MOST_CREASED: usize = 3;
-
 /// Where every component of a contact surface shows: the triangles of a body's surface, where its rim
-/// lies, and what a component without a rim cannot avoid (see [`Landscape`]). In the body frame.
+/// lies, and what a component without a rim cannot avoid. In the body frame.
 #[derive(Debug, Clone)]
 pub(crate) struct Seeds {
     surface: BoxTree<SurfaceFace>,
+    /// Where the field rises to few peaks.
+    pub ridges: Option<Ridges>,
+    /// Where it slopes which way.
+    pub slopes: FieldTree,
+}
+
+/// What a component without a rim cannot avoid (see [`Landscape`]), if both bodies have it. In the body frame.
+#[derive(Debug, Clone)]
+pub(crate) struct Ridges {
     creased: BoxTree<usize>,
     escapes: BoxTree<Escape>,
 }
@@ -36,14 +43,10 @@ impl SurfaceFace {
 }
 
 impl Seeds {
-    /// `None` for a field in which a component may show nowhere, or in so many places that looking for
-    /// them is no better than looking everywhere.
-    pub fn of(field: &PressureField) -> Option<Self> {
-        let landscape = Landscape::of(field)?;
+    /// Of a field that is positive inside.
+    pub fn of(field: &PressureField) -> Result<Self, NotFollowed> {
+        check_positive_inside(field)?;
         let tets = field.tets();
-        if landscape.creased.len() > tets.len() / MOST_CREASED {
-            return None;
-        }
         let faces = (0_u32..).zip(tets).flat_map(|(index, tet)| {
             let is_surface = move |face: &u8| {
                 field
@@ -57,18 +60,10 @@ impl Seeds {
                 (SurfaceFace { tet: index, face }, Aabb::around(&corners))
             })
         });
-        let box_of_escape = |escape: Escape| {
-            let corners = &tets[escape.tet].tetrahedron.corners;
-            (
-                escape,
-                Aabb::around(&escape.corners.map(|corner| corners[corner])),
-            )
-        };
-        let creased = landscape.creased.iter();
-        Some(Self {
+        Ok(Self {
             surface: BoxTree::new(faces),
-            creased: BoxTree::new(creased.map(|&tet| (tet, tets[tet].tetrahedron.aabb()))),
-            escapes: BoxTree::new(landscape.escapes.into_iter().map(box_of_escape)),
+            ridges: Ridges::of(field),
+            slopes: FieldTree::new(field),
         })
     }
 
@@ -83,6 +78,24 @@ impl Seeds {
     ) {
         self.surface
             .visit_pairs(&other.surface, pose_ab, margin, visit);
+    }
+}
+
+impl Ridges {
+    fn of(field: &PressureField) -> Option<Self> {
+        let (landscape, tets) = (Landscape::of(field)?, field.tets());
+        let box_of_escape = |escape: Escape| {
+            let corners = &tets[escape.tet].tetrahedron.corners;
+            (
+                escape,
+                Aabb::around(&escape.corners.map(|corner| corners[corner])),
+            )
+        };
+        let creased = landscape.creased.iter();
+        Some(Self {
+            creased: BoxTree::new(creased.map(|&tet| (tet, tets[tet].tetrahedron.aabb()))),
+            escapes: BoxTree::new(landscape.escapes.into_iter().map(box_of_escape)),
+        })
     }
 
     /// Visits the tetrahedra at convex creases (of B) that may overlap the box `region` in A.

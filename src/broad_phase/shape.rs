@@ -1,4 +1,4 @@
-use super::{Seeds, TetTree};
+use super::{NotFollowed, Seeds, TetTree};
 use crate::mesh::PressureField;
 use std::fmt;
 
@@ -9,7 +9,7 @@ use std::fmt;
 pub struct Shape {
     field: PressureField,
     tree: TetTree,
-    seeds: Option<Seeds>,
+    seeds: Result<Seeds, NotFollowed>,
 }
 
 impl Shape {
@@ -32,9 +32,18 @@ impl Shape {
         &self.tree
     }
 
+    /// Whether contact surfaces with this shape are followed from polygon to polygon: if they are with both bodies, the time
+    /// of a wrench depends on the number of polygons alone.
+    ///
+    /// # Errors
+    /// Why they are found by culling all tetrahedra instead, as slow as this is.
+    pub fn followed(&self) -> Result<(), NotFollowed> {
+        self.seeds.as_ref().map(|_| ()).map_err(|&reason| reason)
+    }
+
     /// Where contact surfaces can be entered, if they can be followed.
     pub(crate) fn seeds(&self) -> Option<&Seeds> {
-        self.seeds.as_ref()
+        self.seeds.as_ref().ok()
     }
 }
 

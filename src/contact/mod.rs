@@ -44,7 +44,7 @@ mod traction;
 mod traction_rates;
 mod wrench;
 
-pub use crate::broad_phase::Shape;
+pub use crate::broad_phase::{NotFollowed, Shape};
 pub use crate::narrow_phase::{BodyError, ContactBody};
 pub use crate::search::{Culling, Search};
 pub use crate::threads::results_of;

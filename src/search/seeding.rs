@@ -2,7 +2,7 @@ use super::Culling;
 use super::following::Walk;
 use crate::broad_phase::Escape;
 use crate::broad_phase::Shape;
-use crate::broad_phase::{Seeds, SurfaceFace};
+use crate::broad_phase::{Ridges, Seeds, SurfaceFace};
 use crate::geometry::{Aabb, AffineField, FACES};
 use crate::mesh::FieldTet;
 use crate::narrow_phase::RelativePair;
@@ -10,13 +10,11 @@ use crate::spatial::Pose;
 use nalgebra::Vector3;
 
 impl Walk<'_, '_> {
-    /// Enters where every component of the contact surface must show: at its rim, where surface
-    /// triangles intersect, or else at the peaks and creases of
+    /// Enters where a component without a rim must show, if both bodies' fields rise to few peaks: at the peaks and creases of
     /// [`Landscape`](crate::broad_phase::Landscape).
-    pub fn enter_at_seeds(&mut self, seeds_a: &Seeds, seeds_b: &Seeds) {
-        self.enter_at_rims(seeds_a, seeds_b);
-        self.enter_at_creases(seeds_a, seeds_b);
-        self.enter_at_escapes(seeds_a, seeds_b);
+    pub fn enter_at_ridges(&mut self, ridges_a: &Ridges, ridges_b: &Ridges) {
+        self.enter_at_creases(ridges_a, ridges_b);
+        self.enter_at_escapes(ridges_a, ridges_b);
     }
 
     /// Enters at all pairs that culling leaves over.
@@ -31,8 +29,25 @@ impl Walk<'_, '_> {
         self.enter(tet_a as u32, tet_b as u32);
     }
 
-    /// At the pairs of surface triangles that intersect.
-    fn enter_at_rims(&mut self, seeds_a: &Seeds, seeds_b: &Seeds) {
+    /// Enters at all pairs that may have a point in common with the boxes around both tetrahedra of a pair.
+    pub fn enter_around(&mut self, tet_a: u32, tet_b: u32) {
+        let (pair, margin) = (self.pair, self.pair.margin());
+        let [tree_a, tree_b] = pair.shapes.map(Shape::tree);
+        let box_of_b = |tet: usize| pair.tet_b(tet).tetrahedron.posed(&pair.pose_ab).aabb();
+        let around_a = pair.tet_a(tet_a as usize).tetrahedron.aabb();
+        let around_b = box_of_b(tet_b as usize).inflated(margin);
+        let Some(region) = around_a.common(&around_b) else {
+            return;
+        };
+        tree_b.visit_near(&region, &pair.pose_ab, margin, |tet_b| {
+            if let Some(query) = region.common(&box_of_b(tet_b).inflated(margin)) {
+                tree_a.visit_overlapping(&query, |tet_a| self.enter_pair(tet_a, tet_b));
+            }
+        });
+    }
+
+    /// Enters where every component with a rim must show: at the pairs of surface triangles that intersect.
+    pub fn enter_at_rims(&mut self, seeds_a: &Seeds, seeds_b: &Seeds) {
         let (pair, margin) = (self.pair, self.pair.margin());
         // The pairs of one triangle of B come one after the other.
         let mut triangle_b: Option<(SurfaceFace, Triangle)> = None;
@@ -50,17 +65,17 @@ impl Walk<'_, '_> {
     }
 
     /// At the tetrahedra with convex creases, of either body.
-    fn enter_at_creases(&mut self, seeds_a: &Seeds, seeds_b: &Seeds) {
+    fn enter_at_creases(&mut self, ridges_a: &Ridges, ridges_b: &Ridges) {
         let (pair, margin) = (self.pair, self.pair.margin());
         let [tree_a, tree_b] = pair.shapes.map(Shape::tree);
-        seeds_b.visit_creased_near(&tree_a.bounds(), &pair.pose_ab, margin, |tet_b| {
+        ridges_b.visit_creased_near(&tree_a.bounds(), &pair.pose_ab, margin, |tet_b| {
             let posed_b = pair.posed_tet(tet_b);
             pair.visit_partners(Culling::default(), &posed_b, |tet_a| {
                 self.enter_pair(tet_a, tet_b);
             });
         });
         let pose_ba = pair.pose_ab.inverse();
-        seeds_a.visit_creased_near(&tree_b.bounds(), &pose_ba, margin, |tet_a| {
+        ridges_a.visit_creased_near(&tree_b.bounds(), &pose_ba, margin, |tet_a| {
             let posed_a = pair.tet_a(tet_a).tetrahedron.posed(&pose_ba);
             let query = posed_a.aabb().inflated(margin);
             tree_b.visit_overlapping(&query, |tet_b| self.enter_pair(tet_a, tet_b));
@@ -68,12 +83,12 @@ impl Walk<'_, '_> {
     }
 
     /// Where the pressures become equal on an escape of either body.
-    fn enter_at_escapes(&mut self, seeds_a: &Seeds, seeds_b: &Seeds) {
+    fn enter_at_escapes(&mut self, ridges_a: &Ridges, ridges_b: &Ridges) {
         let pair = self.pair;
-        pair.visit_escapes([1, 0], seeds_b, &pair.pose_ab, |tet_b, tet_a| {
+        pair.visit_escapes([1, 0], ridges_b, &pair.pose_ab, |tet_b, tet_a| {
             self.enter_pair(tet_a, tet_b);
         });
-        pair.visit_escapes([0, 1], seeds_a, &pair.pose_ab.inverse(), |tet_a, tet_b| {
+        pair.visit_escapes([0, 1], ridges_a, &pair.pose_ab.inverse(), |tet_a, tet_b| {
             self.enter_pair(tet_a, tet_b);
         });
     }
@@ -85,14 +100,14 @@ impl RelativePair<'_> {
     fn visit_escapes(
         &self,
         [own, other]: [usize; 2],
-        seeds: &Seeds,
+        ridges: &Ridges,
         pose: &Pose<f64>,
         mut visit: impl FnMut(usize, usize),
     ) {
         let (margin, tree) = (self.margin(), self.shapes[other].tree());
         let field = |body: usize| (self.shapes[body].field().tets(), self.moduli[body]);
         let ((own_tets, own_modulus), (other_tets, other_modulus)) = (field(own), field(other));
-        seeds.visit_escapes_near(&tree.bounds(), pose, margin, |Escape { tet, corners }| {
+        ridges.visit_escapes_near(&tree.bounds(), pose, margin, |Escape { tet, corners }| {
             let own_tet = &own_tets[tet];
             let ends = corners.map(|c| pose.transformed_point(&own_tet.tetrahedron.corners[c]));
             let pressures = corners.map(|c| own_tet.extents[c] * own_modulus);
