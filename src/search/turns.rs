@@ -1,5 +1,5 @@
 use super::following::Walk;
-use crate::broad_phase::{Below, FieldBounds, FieldNode, Seeds};
+use crate::broad_phase::{Below, FieldBounds, FieldNode, Projections, Seeds};
 use crate::geometry::AffineField;
 use crate::narrow_phase::{Cut, RelativePair};
 use nalgebra::{Matrix3, Vector3};
@@ -125,16 +125,37 @@ impl<'s, 'a> Turns<'s, 'a> {
                 }
                 Below::Tets(tets) => {
                     for &tet_b in tets {
-                        let bounds = node_b.bounds.narrowed_to(self.pair.tet_b(tet_b as usize));
-                        let posed = self.posed(&bounds, 0.0);
-                        for node_a in &self.partners[to..] {
-                            self.visit_tets(node_a, &posed, &mut |tet_a| visit(tet_a, tet_b));
-                        }
+                        self.visit_partners(tet_b, &node_b.bounds, to, visit);
                     }
                 }
             }
         }
         self.partners.truncate(to);
+    }
+
+    /// Visits the tetrahedra below the partners, from the given place on, with which a component may turn in one of B.
+    fn visit_partners(
+        &self,
+        tet_b: u32,
+        around: &FieldBounds,
+        from: usize,
+        visit: &mut impl FnMut(u32, u32),
+    ) {
+        let (pair, field_tet) = (self.pair, self.pair.tet_b(tet_b as usize));
+        let posed = self.posed(&around.narrowed_to(field_tet), 0.0);
+        let tree_a = pair.shapes[0].tree();
+        let mut shadow = None;
+        for node_a in &self.partners[from..] {
+            self.visit_tets(node_a, &posed, &mut |tet_a| {
+                let shadow = shadow.get_or_insert_with(|| {
+                    Projections::of(&field_tet.tetrahedron.posed(&pair.pose_ab))
+                });
+                let own = tree_a.projections(tet_a as usize);
+                if !own.separate(shadow, Projections::COUNT, pair.margin()) {
+                    visit(tet_a, tet_b);
+                }
+            });
+        }
     }
 
     /// Adds to the partners those at a node of A and below that are no larger than one of B, if they may meet it.
