@@ -13,7 +13,7 @@ const FLATNESS: f64 = 1e-10;
 /// Let K be such a component of {f = 0}, f = p_A − p_B. As both fields are positive inside, K is compact and inside both bodies.
 /// Let y be a highest point of K in the direction u. Other components being elsewhere, f is not 0 in a half ball above y,
 /// so it has one sign there, and on the closed half ball y is an extreme point of f. So a mean of the gradients of f around y, each
-/// of a pair of tetrahedra that have y, is a multiple of u (the rule of multipliers [Clarke 1983, §6.1]), and across u it is zero.
+/// of a pair of tetrahedra that have y, is a multiple of u (the rule of multipliers, [Clarke 1983, §6.1]), and across u it is zero.
 /// So for every direction d across u
 ///
 /// 1. ∂f/∂d ≤ 0 in one pair at least, and ≥ 0 in another;
