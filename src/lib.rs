@@ -35,6 +35,7 @@
 //!
 //! - *The paper*: "An Efficient Implementation of Pressure Field Models", whose system (in Julia,
 //!   Hydroelastics.jl) this library rebuilds, with the derivatives it could not have.
+//! - \[Clarke 1983\] F. H. Clarke, *Optimization and Nonsmooth Analysis*, Wiley, 1983.
 //! - \[Elandt 2019\] R. Elandt, E. Drumwright, M. Sherman, A. Ruina, "A pressure field model for
 //!   fast, robust approximation of net contact force and moment between nominally rigid objects",
 //!   IROS 2019.

@@ -1,14 +1,16 @@
 use crate::geometry::FACES;
 use crate::mesh::PressureField;
 use nalgebra::Vector3;
-use rustc_hash::FxHashSet;
 
 /// Jumps of the gradient below this fraction of the neighbours' sensitivities are ignored. Two bodies' fields count as
 /// equal up to a difference ten times as large, so that what it hides has no contact polygons, unless many
 /// such changes follow one another.
 const FLATNESS: f64 = 1e-10;
 
-/// Where to look for the parts of a contact surface that have no rim.
+/// Where more than one in so many tetrahedra are at convex creases, looking at all of them takes long.
+const MOST_CREASED: usize = 16;
+
+/// Where to look for the parts of a contact surface that have no rim, in bodies whose fields rise to few peaks.
 ///
 /// A contact surface is part of {f = 0}, f = p_A − p_B. A component with a rim shows at the surfaces of the
 /// bodies: on the rim both pressures are 0, so it lies on both surfaces. A component without a rim
@@ -43,13 +45,17 @@ pub(crate) struct Escape {
 }
 
 impl Landscape {
-    /// `None` where the above does not hold: the surface is not connected, or the field is 0 somewhere
-    /// inside.
+    /// Of a field that is positive inside. `None` where the above does not hold, because the surface is not connected, or
+    /// where it leads to so many places that it is of no use.
     pub fn of(field: &PressureField) -> Option<Self> {
-        if !is_surface_connected(field) || !is_positive_inside(field) {
+        if !is_surface_connected(field) {
             return None;
         }
         let creases = convex_creases(field);
+        let creased = one_side_each(field, &creases);
+        if creased.len() > field.tets().len() / MOST_CREASED {
+            return None;
+        }
         let corners_on =
             |&(tet, face): &(usize, usize)| FACES[face].map(|c| field.mesh().tets()[tet][c]);
         let at_creases = creases.iter().map(|crease| {
@@ -64,7 +70,7 @@ impl Landscape {
         let starts: Vec<usize> = peaks(field).into_iter().chain(at_creases).collect();
         Some(Self {
             escapes: escapes(field, &starts),
-            creased: one_side_each(field, &creases),
+            creased,
         })
     }
 }
@@ -92,35 +98,6 @@ fn root_of(parent: &mut [usize], mut vertex: usize) -> usize {
     }
     vertex
 }
-
-/// Whether the field is 0 on the surface only: on no vertex, edge or face inside.
-fn is_positive_inside(field: &PressureField) -> bool {
-    let mesh = field.mesh();
-    let mut surface_edges = FxHashSet::default();
-    for &[a, b, c] in mesh.surface_triangles() {
-        surface_edges.extend([[a, b], [b, c], [c, a]].map(|[p, q]| [p.min(q), p.max(q)]));
-    }
-    (0..mesh.tet_count()).all(|tet| {
-        if field.tets()[tet].is_inert() {
-            return false;
-        }
-        let vertices = mesh.tets()[tet];
-        let is_zero = |corner: usize| field.extents()[vertices[corner]] == 0.0;
-        let inner = (0..4).filter(|&corner| !mesh.is_on_surface(vertices[corner]));
-        let has_inner_zero = inner.into_iter().any(is_zero);
-        let has_flat_edge = EDGES.iter().any(|&[i, j]| {
-            let (a, b) = (vertices[i], vertices[j]);
-            is_zero(i) && is_zero(j) && !surface_edges.contains(&[a.min(b), a.max(b)])
-        });
-        let has_flat_face = (0..4).any(|face| {
-            FACES[face].iter().all(|&corner| is_zero(corner)) && mesh.neighbour(tet, face).is_some()
-        });
-        !(has_inner_zero || has_flat_edge || has_flat_face)
-    })
-}
-
-/// The edges of a tetrahedron, by its corners.
-const EDGES: [[usize; 2]; 6] = [[0, 1], [0, 2], [0, 3], [1, 2], [1, 3], [2, 3]];
 
 /// The faces (tetrahedron, opposite corner) across which the slope of the extent grows.
 fn convex_creases(field: &PressureField) -> Vec<(usize, usize)> {

@@ -8,19 +8,28 @@
 //! transformed, and then no pair that touches is missed. Everything here is `f64`: it looks at real
 //! parts and never at a derivative.
 
+#![expect(
+    clippy::cast_possible_truncation,
+    reason = "a mesh has no more tetrahedra than a u32 counts"
+)]
+
 mod box_tree;
+mod field_tree;
 mod half_space;
 mod landscape;
+mod positivity;
 mod projections;
 mod rigid_shape;
 mod seeds;
 mod shape;
 mod tet_tree;
 
+pub(crate) use field_tree::{Below, FieldBounds, FieldNode, FieldTree};
 pub use half_space::{HalfSpace, ThicknessError};
 pub(crate) use landscape::{Escape, Landscape};
+pub use positivity::NotFollowed;
 pub use projections::Projections;
 pub use rigid_shape::RigidShape;
-pub(crate) use seeds::{RimlessSeeds, Seeds, SurfaceFace};
+pub(crate) use seeds::{Ridges, RimTree, Seeds, SurfaceFace};
 pub use shape::Shape;
 pub use tet_tree::TetTree;

@@ -1,6 +1,8 @@
-use super::Seeds;
+use super::RimTree;
+use super::box_tree::BoxTree;
 use crate::geometry::{Aabb, Tetrahedron};
 use crate::mesh::{FieldTet, TriangleSurface};
+use crate::spatial::Pose;
 use nalgebra::Vector3;
 use std::fmt;
 
@@ -11,7 +13,9 @@ use std::fmt;
 pub struct RigidShape {
     surface: TriangleSurface,
     cells: Vec<FieldTet>,
-    seeds: Seeds,
+    rims: RimTree,
+    /// One triangle of each connected part of the surface.
+    parts: BoxTree<usize>,
 }
 
 /// The corners of a triangle's cell: these corners of the triangle, in an order that makes the cell positively oriented, then
@@ -24,11 +28,12 @@ impl RigidShape {
     pub fn new(surface: TriangleSurface) -> Self {
         let triangles = 0..surface.triangles().len();
         let cells: Vec<_> = triangles.map(|triangle| cell(&surface, triangle)).collect();
-        let seeds = Seeds::of_rigid(&cells, surface.component_starts());
+        let parts = surface.component_starts().iter();
         Self {
+            rims: RimTree::of_cells(&cells),
+            parts: BoxTree::new(parts.map(|&start| (start, cells[start].tetrahedron.aabb()))),
             surface,
             cells,
-            seeds,
         }
     }
 
@@ -49,8 +54,20 @@ impl RigidShape {
         &self.cells
     }
 
-    pub(crate) fn seeds(&self) -> &Seeds {
-        &self.seeds
+    /// Its triangles.
+    pub(crate) fn rims(&self) -> &RimTree {
+        &self.rims
+    }
+
+    /// Visits one triangle of each connected part of the surface, if that triangle (of B) may overlap the box `region` in A.
+    pub(crate) fn visit_parts_near(
+        &self,
+        region: &Aabb,
+        pose_ab: &Pose<f64>,
+        margin: f64,
+        visit: impl FnMut(usize),
+    ) {
+        self.parts.visit_near(region, pose_ab, margin, visit);
     }
 
     /// The cell of the triangle beyond a face of a cell; none beyond the triangle itself.

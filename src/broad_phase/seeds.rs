@@ -1,24 +1,26 @@
 use super::box_tree::BoxTree;
-use super::{Escape, Landscape};
+use super::positivity::check_positive_inside;
+use super::{Escape, FieldTree, Landscape, NotFollowed};
 use crate::geometry::{Aabb, FACES};
 use crate::mesh::{FieldTet, PressureField};
 use crate::spatial::Pose;
 
-/// Where more than one in so many tetrahedra are at convex creases, contact surfaces are not followed.
-const MOST_CREASED: usize = 3;
+/// The triangles of a body's surface, where the rim of a component of a contact surface lies. In the body frame.
+#[derive(Debug, Clone)]
+pub(crate) struct RimTree(BoxTree<SurfaceFace>);
 
-/// Where every component of a contact surface shows, in the body frame.
+/// Where a component of a contact surface without a rim shows. In the body frame.
 #[derive(Debug, Clone)]
 pub(crate) struct Seeds {
-    /// The triangles of the body's surface, where the rim of a component lies.
-    surface: BoxTree<SurfaceFace>,
-    /// What a component without a rim cannot avoid.
-    rimless: Option<RimlessSeeds>,
+    /// Where the field rises to few peaks.
+    pub ridges: Option<Ridges>,
+    /// Where it slopes which way.
+    pub slopes: FieldTree,
 }
 
-/// What a component without a rim cannot avoid (see [`Landscape`]).
+/// What a component without a rim cannot avoid (see [`Landscape`]), if both bodies have it. In the body frame.
 #[derive(Debug, Clone)]
-pub(crate) struct RimlessSeeds {
+pub(crate) struct Ridges {
     creased: BoxTree<usize>,
     escapes: BoxTree<Escape>,
 }
@@ -48,10 +50,9 @@ impl SurfaceFace {
     }
 }
 
-impl Seeds {
+impl RimTree {
     pub fn of(field: &PressureField) -> Self {
-        let tets = field.tets();
-        let faces = (0_u32..).zip(tets).flat_map(|(index, tet)| {
+        let faces = (0_u32..).zip(field.tets()).flat_map(|(index, tet)| {
             let is_surface = move |face: &u8| {
                 field
                     .mesh()
@@ -62,64 +63,56 @@ impl Seeds {
                 .filter(is_surface)
                 .map(move |face| SurfaceFace::of(index, face, tet))
         });
-        Self {
-            surface: BoxTree::new(faces),
-            rimless: RimlessSeeds::of(field),
-        }
+        Self(BoxTree::new(faces))
     }
 
-    /// Of a rigid body, from the cells behind its triangles and one triangle of each connected part of its surface.
-    pub fn of_rigid(cells: &[FieldTet], starts: &[usize]) -> Self {
+    /// Of a rigid body, from the cells behind its triangles, which are their faces 3.
+    pub fn of_cells(cells: &[FieldTet]) -> Self {
         let faces = (0_u32..).zip(cells);
-        let starts = starts.iter();
-        Self {
-            surface: BoxTree::new(faces.map(|(index, cell)| SurfaceFace::of(index, 3, cell))),
-            rimless: Some(RimlessSeeds {
-                creased: BoxTree::new(starts.map(|&i| (i, cells[i].tetrahedron.aabb()))),
-                escapes: BoxTree::new([]),
-            }),
-        }
-    }
-
-    /// What a component without a rim cannot avoid; `None` for a field in which such a one may show nowhere, or in so many
-    /// places that looking for them is no better than looking everywhere.
-    pub fn rimless(&self) -> Option<&RimlessSeeds> {
-        self.rimless.as_ref()
+        Self(BoxTree::new(
+            faces.map(|(index, cell)| SurfaceFace::of(index, 3, cell)),
+        ))
     }
 
     /// Visits the pairs of triangles of both surfaces, this one's in A and the other's in B, whose boxes
     /// overlap.
-    pub fn visit_surface_pairs(
+    pub fn visit_pairs(
         &self,
         other: &Self,
         pose_ab: &Pose<f64>,
         margin: f64,
         visit: impl FnMut(SurfaceFace, SurfaceFace),
     ) {
-        self.surface
-            .visit_pairs(&other.surface, pose_ab, margin, visit);
+        self.0.visit_pairs(&other.0, pose_ab, margin, visit);
     }
 
     /// Visits the tetrahedra or triangles (of B) with a triangle of the surface that may overlap the box `region` in A.
-    pub fn visit_surface_near(
+    pub fn visit_near(
         &self,
         region: &Aabb,
         pose_ab: &Pose<f64>,
         margin: f64,
         mut visit: impl FnMut(usize),
     ) {
-        self.surface
+        self.0
             .visit_near(region, pose_ab, margin, |face| visit(face.tet()));
     }
 }
 
-impl RimlessSeeds {
+impl Seeds {
+    /// Of a field that is positive inside.
+    pub fn of(field: &PressureField) -> Result<Self, NotFollowed> {
+        check_positive_inside(field)?;
+        Ok(Self {
+            ridges: Ridges::of(field),
+            slopes: FieldTree::new(field),
+        })
+    }
+}
+
+impl Ridges {
     fn of(field: &PressureField) -> Option<Self> {
-        let landscape = Landscape::of(field)?;
-        let tets = field.tets();
-        if landscape.creased.len() > tets.len() / MOST_CREASED {
-            return None;
-        }
+        let (landscape, tets) = (Landscape::of(field)?, field.tets());
         let box_of_escape = |escape: Escape| {
             let corners = &tets[escape.tet].tetrahedron.corners;
             (

@@ -1,4 +1,4 @@
-use super::{Seeds, TetTree};
+use super::{NotFollowed, RimTree, Seeds, TetTree};
 use crate::mesh::PressureField;
 use crate::threads;
 use std::fmt;
@@ -10,15 +10,24 @@ use std::fmt;
 pub struct Shape {
     field: PressureField,
     tree: TetTree,
-    seeds: Seeds,
+    rims: RimTree,
+    seeds: Result<Seeds, NotFollowed>,
 }
 
 impl Shape {
     /// Builds the trees over the field's tetrahedra and surface.
     #[must_use]
     pub fn new(field: PressureField) -> Self {
-        let (tree, seeds) = threads::both(|| TetTree::new(&field), || Seeds::of(&field));
-        Self { field, tree, seeds }
+        let (tree, (rims, seeds)) = threads::both(
+            || TetTree::new(&field),
+            || threads::both(|| RimTree::of(&field), || Seeds::of(&field)),
+        );
+        Self {
+            field,
+            tree,
+            rims,
+            seeds,
+        }
     }
 
     /// The pressure field.
@@ -33,9 +42,23 @@ impl Shape {
         &self.tree
     }
 
-    /// Where contact surfaces can be entered.
-    pub(crate) fn seeds(&self) -> &Seeds {
-        &self.seeds
+    /// The triangles of its surface.
+    pub(crate) fn rims(&self) -> &RimTree {
+        &self.rims
+    }
+
+    /// Whether contact surfaces with this shape are followed from polygon to polygon: if they are with both bodies, the time
+    /// of a wrench depends on the number of polygons alone.
+    ///
+    /// # Errors
+    /// Why they are found by culling all tetrahedra instead, as slow as this is.
+    pub fn followed(&self) -> Result<(), NotFollowed> {
+        self.seeds.as_ref().map(|_| ()).map_err(|&reason| reason)
+    }
+
+    /// Where components of a contact surface without a rim can be entered, if all of them can be found so.
+    pub(crate) fn seeds(&self) -> Option<&Seeds> {
+        self.seeds.as_ref().ok()
     }
 }
 

@@ -44,8 +44,7 @@ mod traction;
 mod traction_rates;
 mod wrench;
 
-pub use crate::broad_phase::{HalfSpace, RigidShape, Shape, ThicknessError};
-
+pub use crate::broad_phase::{HalfSpace, NotFollowed, RigidShape, Shape, ThicknessError};
 pub(crate) use crate::narrow_phase::PartnerShape;
 pub use crate::narrow_phase::{BodyError, ContactBody, Partner};
 pub use crate::search::{Culling, Search};

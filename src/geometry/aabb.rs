@@ -87,6 +87,15 @@ impl Aabb {
         outside.sup(&Vector3::zeros()).norm_squared()
     }
 
+    /// What the boxes have in common.
+    #[must_use]
+    pub fn common(&self, other: &Self) -> Option<Self> {
+        self.overlaps(other).then(|| Self {
+            lower: self.lower.sup(&other.lower),
+            upper: self.upper.inf(&other.upper),
+        })
+    }
+
     /// Centre of the box (m).
     #[must_use]
     pub fn center(&self) -> Vector3<f64> {

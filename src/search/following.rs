@@ -1,16 +1,35 @@
 use super::Culling;
 use super::scratch::{Exits, Scratch};
+use crate::broad_phase::{RigidShape, Seeds, Shape};
 use crate::geometry::faces_in;
-use crate::narrow_phase::{Cut, Encounter, PosedTet, RelativePair};
+use crate::narrow_phase::{Cut, Encounter, PartnerShape, PosedTet, RelativePair};
 use crate::threads;
 
 /// Pairs of tetrahedra that are looked at together, in one thread: some 20 µs of work.
 const PIECE: usize = 64;
 
+/// Where round-off decides at more pairs than this, and at more than one in [`DOUBTLESS`], looking around each would take
+/// longer than looking everywhere.
+const MOST_DOUBTS: usize = 8;
+const DOUBTLESS: usize = 512;
+
+/// Where every component of a contact surface shows.
+enum Route<'a> {
+    /// At its rim, or where one without a rim must show in the fields of both bodies.
+    BetweenFields {
+        shape_b: &'a Shape,
+        seeds: [&'a Seeds; 2],
+    },
+    /// At its rim; one without a rim is a connected part of B's surface, all inside A.
+    OverRigid(&'a RigidShape),
+}
+
 /// A walk over the contact surface.
 pub(super) struct Walk<'w, 'a> {
     pub pair: &'w RelativePair<'a>,
     pub scratch: &'w mut Scratch,
+    /// Number of pairs so far from which the surface may go on over other faces than it seems.
+    doubts: usize,
 }
 
 impl RelativePair<'_> {
@@ -22,18 +41,31 @@ impl RelativePair<'_> {
     /// both, what is next may be behind several faces; so a pair that is only touched is a step on the
     /// way too.
     pub(super) fn follow(&self, scratch: &mut Scratch) -> usize {
+        let Some(route) = self.route() else {
+            return self.cull(Culling::default(), &mut scratch.cuts);
+        };
         let mut walk = Walk {
             pair: self,
             scratch,
+            doubts: 0,
         };
-        if !walk.enter_at_seeds() {
-            return self.cull(Culling::default(), &mut walk.scratch.cuts);
-        }
-        if walk.is_incomplete() {
+        if !walk.is_complete_by(&route) {
             walk.enter_everywhere();
-            walk.is_incomplete();
+            walk.followed();
         }
         walk.scratch.visited.len()
+    }
+
+    /// None where following would not find all: where a field is not positive inside. A half-space has no mesh to follow.
+    fn route(&self) -> Option<Route<'_>> {
+        match self.shape_b {
+            PartnerShape::Compliant(shape_b) => Some(Route::BetweenFields {
+                shape_b,
+                seeds: [self.shape_a.seeds()?, shape_b.seeds()?],
+            }),
+            PartnerShape::Rigid(shape_b) => Some(Route::OverRigid(shape_b)),
+            PartnerShape::HalfSpace(_) => None,
+        }
     }
 
     /// Over which faces the surface may go on from a pair of tetrahedra; takes note of its cut.
@@ -42,7 +74,7 @@ impl RelativePair<'_> {
         let tet_a = self.tet_a(tet_a);
         let decisions = match self.encounter(tet_a, tet_b, true) {
             Encounter::Apart => return Exits::default(),
-            Encounter::EqualFields => return Exits::UNKNOWN,
+            Encounter::EqualFields => return Exits::EQUAL_FIELDS,
             Encounter::Met(decisions) => decisions,
         };
         let cut = self.cut(tet_a, tet_b, decisions);
@@ -51,7 +83,8 @@ impl RelativePair<'_> {
         }
         Exits {
             faces: cut.exits(),
-            is_uncertain: cut.is_ill_conditioned(),
+            is_ill_conditioned: cut.is_ill_conditioned(),
+            is_equal: false,
         }
     }
 }
@@ -66,10 +99,52 @@ impl Walk<'_, '_> {
         }
     }
 
-    /// Follows the surface from the pairs that were entered. Returns whether it met a place where it may
-    /// go on unseen: where the fields are equal over a volume, or round-off decided.
-    fn is_incomplete(&mut self) -> bool {
-        let mut is_incomplete = false;
+    /// Follows the surface from where its components must show. Returns whether all of it is found.
+    fn is_complete_by(&mut self, route: &Route) -> bool {
+        match *route {
+            Route::OverRigid(shape_b) => {
+                self.enter_at_rims(shape_b.rims());
+                self.enter_at_parts(shape_b);
+                self.is_complete_from_here()
+            }
+            Route::BetweenFields { shape_b, seeds } => {
+                self.enter_at_rims(shape_b.rims());
+                if let [Some(ridges_a), Some(ridges_b)] = seeds.map(|own| own.ridges.as_ref()) {
+                    self.enter_at_ridges(shape_b, [ridges_a, ridges_b]);
+                    return self.is_complete_from_here();
+                }
+                self.is_complete_from_here() && {
+                    self.enter_at_turns(seeds);
+                    self.is_complete_from_here()
+                }
+            }
+        }
+    }
+
+    /// Follows the surface from the pairs that were entered; where round-off decided over which faces it goes on, from all
+    /// pairs around too. Returns whether that is all of it: not where the fields are equal over a volume, nor if there was
+    /// too much doubt.
+    fn is_complete_from_here(&mut self) -> bool {
+        loop {
+            let has_equal = !self.followed();
+            if has_equal || self.doubts > MOST_DOUBTS.max(self.scratch.visited.len() / DOUBTLESS) {
+                return false;
+            }
+            let mut doubtful = std::mem::take(&mut self.scratch.doubtful);
+            for [tet_a, tet_b] in doubtful.drain(..) {
+                self.enter_around(tet_a, tet_b);
+            }
+            self.scratch.doubtful = doubtful;
+            if self.scratch.next_frontier.is_empty() {
+                return true;
+            }
+        }
+    }
+
+    /// Follows the surface from the pairs that were entered. Takes note of those where round-off decided, and returns
+    /// whether it met no fields that are equal over a volume.
+    fn followed(&mut self) -> bool {
+        let mut has_equal = false;
         while !self.scratch.next_frontier.is_empty() {
             let scratch = &mut *self.scratch;
             std::mem::swap(&mut scratch.frontier, &mut scratch.next_frontier);
@@ -79,11 +154,16 @@ impl Walk<'_, '_> {
             }
             self.look_around();
             for index in 0..self.scratch.frontier.len() {
-                is_incomplete |= self.scratch.exits[index].is_uncertain;
+                let exits = self.scratch.exits[index];
+                has_equal |= exits.is_equal;
+                if exits.is_ill_conditioned {
+                    self.doubts += 1;
+                    self.scratch.doubtful.push(self.scratch.frontier[index]);
+                }
                 self.expand(index);
             }
         }
-        is_incomplete
+        !has_equal
     }
 
     /// Looks at all pairs of the frontier: takes note of their cuts and exits.

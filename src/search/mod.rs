@@ -11,6 +11,7 @@ mod following;
 mod scratch;
 mod seeding;
 mod trees;
+mod turns;
 
 pub use culling::Culling;
 

@@ -24,6 +24,8 @@ pub(super) struct Scratch {
     pub frontier: Vec<[u32; 2]>,
     /// The pairs to look at after those.
     pub next_frontier: Vec<[u32; 2]>,
+    /// Pairs from which the surface may go on over other faces than it seems.
+    pub doubtful: Vec<[u32; 2]>,
     /// For each pair of the frontier, over which faces the surface may go on.
     pub exits: Vec<Exits>,
     /// What was found.
@@ -35,15 +37,18 @@ pub(super) struct Scratch {
 pub(super) struct Exits {
     /// Bit i for the face of A opposite to corner i, bit 4 + k for the face of B opposite to corner k.
     pub faces: u8,
-    /// Whether it may go on elsewhere too.
-    pub is_uncertain: bool,
+    /// Whether round-off decided over which faces.
+    pub is_ill_conditioned: bool,
+    /// Whether the fields are equal over a volume, so that there is no telling.
+    pub is_equal: bool,
 }
 
 impl Exits {
-    /// Anywhere.
-    pub const UNKNOWN: Self = Self {
+    /// There is no telling.
+    pub const EQUAL_FIELDS: Self = Self {
         faces: 0,
-        is_uncertain: true,
+        is_ill_conditioned: false,
+        is_equal: true,
     };
 }
 
@@ -59,6 +64,7 @@ impl Scratch {
         scratch.posed_tets.clear();
         scratch.visited.clear();
         scratch.next_frontier.clear();
+        scratch.doubtful.clear();
         scratch.cuts.clear();
         scratch
     }

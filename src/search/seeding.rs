@@ -1,43 +1,36 @@
 use super::Culling;
 use super::following::Walk;
 use crate::broad_phase::Escape;
-use crate::broad_phase::{RimlessSeeds, Seeds, Shape, SurfaceFace};
+use crate::broad_phase::{Ridges, RigidShape, RimTree, Shape, SurfaceFace};
 use crate::geometry::{Aabb, AffineField, FACES};
 use crate::mesh::FieldTet;
-use crate::narrow_phase::PartnerShape;
 use crate::spatial::Pose;
 use nalgebra::Vector3;
 
 impl Walk<'_, '_> {
-    /// Enters where every component of the contact surface must show: at its rim, where surface
-    /// triangles intersect, or else at the peaks and creases of
-    /// [`Landscape`](crate::broad_phase::Landscape). Where B is rigid, a component without a rim is a connected part of its
-    /// surface, all inside A, and shows at any of its triangles.
-    ///
-    /// Enters nowhere, and returns false, if a component may show nowhere.
-    pub fn enter_at_seeds(&mut self) -> bool {
-        let shape_a = self.pair.shape_a;
-        match self.pair.shape_b {
-            PartnerShape::Compliant(shape_b) => {
-                let seeds = [shape_a, shape_b].map(|shape| shape.seeds().rimless());
-                let [Some(rimless_a), Some(rimless_b)] = seeds else {
-                    return false;
-                };
-                self.enter_at_rims(shape_b.seeds());
-                self.enter_at_creases_of_b(rimless_b);
-                self.enter_at_creases_of_a(rimless_a, shape_b);
-                self.enter_at_escapes(shape_b, [rimless_a, rimless_b]);
-                true
-            }
-            PartnerShape::Rigid(shape_b) => {
-                self.enter_at_rims(shape_b.seeds());
-                if let Some(parts) = shape_b.seeds().rimless() {
-                    self.enter_at_creases_of_b(parts);
-                }
-                true
-            }
-            PartnerShape::HalfSpace(_) => false,
-        }
+    /// Enters where a component without a rim must show, if both bodies' fields rise to few peaks: at the peaks and creases of
+    /// [`Landscape`](crate::broad_phase::Landscape).
+    pub fn enter_at_ridges(&mut self, shape_b: &Shape, ridges: [&Ridges; 2]) {
+        self.enter_at_creases(shape_b, ridges);
+        self.enter_at_escapes(shape_b, ridges);
+    }
+
+    /// Enters at one triangle of each part of a rigid surface.
+    pub fn enter_at_parts(&mut self, shape_b: &RigidShape) {
+        let (pair, margin) = (self.pair, self.pair.margin());
+        let bounds_a = pair.shape_a.tree().bounds();
+        shape_b.visit_parts_near(&bounds_a, &pair.pose_ab, margin, |triangle| {
+            self.enter_with_all_of_a(triangle);
+        });
+    }
+
+    /// Enters at a cell of B with all that it may touch.
+    fn enter_with_all_of_a(&mut self, cell: usize) {
+        let posed = self.pair.posed_tet(cell);
+        self.pair
+            .visit_partners(Culling::default(), &posed, |tet_a| {
+                self.enter_pair(tet_a, cell);
+            });
     }
 
     /// Enters at all pairs that culling leaves over.
@@ -52,13 +45,30 @@ impl Walk<'_, '_> {
         self.enter(tet_a as u32, tet_b as u32);
     }
 
-    /// At the pairs of surface triangles that intersect.
-    fn enter_at_rims(&mut self, seeds_b: &Seeds) {
+    /// Enters at all pairs that may have a point in common with the boxes around both tetrahedra of a pair.
+    pub fn enter_around(&mut self, tet_a: u32, tet_b: u32) {
         let (pair, margin) = (self.pair, self.pair.margin());
-        let seeds_a = pair.shape_a.seeds();
+        let tree_a = pair.shape_a.tree();
+        let box_of_b = |tet: usize| pair.tet_b(tet).tetrahedron.posed(&pair.pose_ab).aabb();
+        let around_a = pair.tet_a(tet_a as usize).tetrahedron.aabb();
+        let around_b = box_of_b(tet_b as usize).inflated(margin);
+        let Some(region) = around_a.common(&around_b) else {
+            return;
+        };
+        pair.visit_cells_near(&region, |tet_b| {
+            if let Some(query) = region.common(&box_of_b(tet_b).inflated(margin)) {
+                tree_a.visit_overlapping(&query, |tet_a| self.enter_pair(tet_a, tet_b));
+            }
+        });
+    }
+
+    /// Enters where every component with a rim must show: at the pairs of surface triangles that intersect.
+    pub fn enter_at_rims(&mut self, rims_b: &RimTree) {
+        let (pair, margin) = (self.pair, self.pair.margin());
+        let rims_a = pair.shape_a.rims();
         // The pairs of one triangle of B come one after the other.
         let mut triangle_b: Option<(SurfaceFace, Triangle)> = None;
-        seeds_a.visit_surface_pairs(seeds_b, &pair.pose_ab, margin, |face_a, face_b| {
+        rims_a.visit_pairs(rims_b, &pair.pose_ab, margin, |face_a, face_b| {
             if triangle_b.as_ref().is_none_or(|(face, _)| *face != face_b) {
                 let tet_b = pair.tet_b(face_b.tet());
                 triangle_b = Some((face_b, Triangle::of(tet_b, face_b.face(), &pair.pose_ab)));
@@ -71,22 +81,15 @@ impl Walk<'_, '_> {
         });
     }
 
-    /// At the tetrahedra of B with convex creases, or at one triangle of each part of a rigid surface.
-    fn enter_at_creases_of_b(&mut self, seeds_b: &RimlessSeeds) {
+    /// At the tetrahedra with convex creases, of either body.
+    fn enter_at_creases(&mut self, shape_b: &Shape, [ridges_a, ridges_b]: [&Ridges; 2]) {
         let (pair, margin) = (self.pair, self.pair.margin());
-        let bounds_a = pair.shape_a.tree().bounds();
-        seeds_b.visit_creased_near(&bounds_a, &pair.pose_ab, margin, |tet_b| {
-            let posed_b = pair.posed_tet(tet_b);
-            pair.visit_partners(Culling::default(), &posed_b, |tet_a| {
-                self.enter_pair(tet_a, tet_b);
-            });
+        let [tree_a, tree_b] = [pair.shape_a, shape_b].map(Shape::tree);
+        ridges_b.visit_creased_near(&tree_a.bounds(), &pair.pose_ab, margin, |tet_b| {
+            self.enter_with_all_of_a(tet_b);
         });
-    }
-
-    fn enter_at_creases_of_a(&mut self, seeds_a: &RimlessSeeds, shape_b: &Shape) {
-        let (pair, margin, tree_b) = (self.pair, self.pair.margin(), shape_b.tree());
         let pose_ba = pair.pose_ab.inverse();
-        seeds_a.visit_creased_near(&tree_b.bounds(), &pose_ba, margin, |tet_a| {
+        ridges_a.visit_creased_near(&tree_b.bounds(), &pose_ba, margin, |tet_a| {
             let posed_a = pair.tet_a(tet_a).tetrahedron.posed(&pose_ba);
             let query = posed_a.aabb().inflated(margin);
             tree_b.visit_overlapping(&query, |tet_b| self.enter_pair(tet_a, tet_b));
@@ -94,13 +97,13 @@ impl Walk<'_, '_> {
     }
 
     /// Where the pressures become equal on an escape of either body.
-    fn enter_at_escapes(&mut self, shape_b: &Shape, [seeds_a, seeds_b]: [&RimlessSeeds; 2]) {
+    fn enter_at_escapes(&mut self, shape_b: &Shape, [ridges_a, ridges_b]: [&Ridges; 2]) {
         let (pair, margin) = (self.pair, self.pair.margin());
         let field = |shape, modulus| Field { shape, modulus };
         let a = field(pair.shape_a, pair.scales[0]);
         let b = field(shape_b, pair.scales[1]);
         visit_escapes(
-            (&b, seeds_b),
+            (&b, ridges_b),
             &a,
             (&pair.pose_ab, margin),
             |tet_b, tet_a| {
@@ -108,7 +111,7 @@ impl Walk<'_, '_> {
             },
         );
         let pose_ba = pair.pose_ab.inverse();
-        visit_escapes((&a, seeds_a), &b, (&pose_ba, margin), |tet_a, tet_b| {
+        visit_escapes((&a, ridges_a), &b, (&pose_ba, margin), |tet_a, tet_b| {
             self.enter_pair(tet_a, tet_b);
         });
     }
@@ -123,14 +126,14 @@ struct Field<'a> {
 /// Visits the tetrahedra of a body at an escape, and of the other body, in which the pressures become equal on it; from the pose of
 /// the body in the other, and what counts as zero as a distance.
 fn visit_escapes(
-    (own, seeds): (&Field, &RimlessSeeds),
+    (own, ridges): (&Field, &Ridges),
     other: &Field,
     (pose, margin): (&Pose<f64>, f64),
     mut visit: impl FnMut(usize, usize),
 ) {
     let tree = other.shape.tree();
     let [own_tets, other_tets] = [own, other].map(|body| body.shape.field().tets());
-    seeds.visit_escapes_near(&tree.bounds(), pose, margin, |Escape { tet, corners }| {
+    ridges.visit_escapes_near(&tree.bounds(), pose, margin, |Escape { tet, corners }| {
         let own_tet = &own_tets[tet];
         let ends = corners.map(|c| pose.transformed_point(&own_tet.tetrahedron.corners[c]));
         let pressures = corners.map(|c| own_tet.extents[c] * own.modulus);

@@ -1,5 +1,6 @@
 use super::Culling;
 use crate::broad_phase::Projections;
+use crate::geometry::Aabb;
 use crate::mesh::FieldTet;
 use crate::narrow_phase::{Cut, Encounter, PartnerShape, PosedTet, RelativePair};
 
@@ -31,7 +32,6 @@ impl RelativePair<'_> {
             let tet_b = self.posed_tet(index_b);
             self.visit_partners(culling, &tet_b, |index_a| visit(index_a, &tet_b));
         };
-        let (region, margin) = (self.shape_a.tree().bounds(), self.margin());
         match self.shape_b {
             PartnerShape::HalfSpace(_) => {
                 let half_space = self.posed_tet(0);
@@ -40,19 +40,26 @@ impl RelativePair<'_> {
                 let deepest = if is_rigid { 0.0 } else { f64::INFINITY };
                 self.visit_reaching(&half_space, deepest, |a| visit(a.index, &half_space));
             }
-            PartnerShape::Compliant(shape_b) if culling.tree => {
-                let tree = shape_b.tree();
-                tree.visit_near(&region, &self.pose_ab, margin, visit_partners);
-            }
-            PartnerShape::Rigid(shape_b) if culling.tree => {
-                let seeds = shape_b.seeds();
-                seeds.visit_surface_near(&region, &self.pose_ab, margin, visit_partners);
+            PartnerShape::Compliant(_) | PartnerShape::Rigid(_) if culling.tree => {
+                self.visit_cells_near(&self.shape_a.tree().bounds(), visit_partners);
             }
             PartnerShape::Compliant(_) | PartnerShape::Rigid(_) => {
                 (0..self.shape_b.cells().len())
                     .filter(|&b| !self.tet_b(b).is_inert())
                     .for_each(visit_partners);
             }
+        }
+    }
+
+    /// Visits the tetrahedra or triangles of B that may overlap the box `region` in A.
+    pub fn visit_cells_near(&self, region: &Aabb, visit: impl FnMut(usize)) {
+        let (pose_ab, margin) = (&self.pose_ab, self.margin());
+        match self.shape_b {
+            PartnerShape::Compliant(shape) => {
+                shape.tree().visit_near(region, pose_ab, margin, visit);
+            }
+            PartnerShape::Rigid(shape) => shape.rims().visit_near(region, pose_ab, margin, visit),
+            PartnerShape::HalfSpace(_) => {}
         }
     }
 

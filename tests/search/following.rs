@@ -9,7 +9,7 @@ use std::f64::consts::FRAC_PI_4;
 
 /// What the poses of a test came to, so that it cannot pass by testing nothing.
 #[derive(Default)]
-struct Tally {
+pub struct Tally {
     poses: usize,
     touching: usize,
     polygons: usize,
@@ -38,7 +38,7 @@ fn largest_lonely(one: &ContactPair, other: &[[usize; 2]]) -> f64 {
 }
 
 impl Tally {
-    fn compare(&mut self, pair: &ContactPair) {
+    pub fn compare(&mut self, pair: &ContactPair) {
         let everywhere = pair.with_search(Search::Culling(Culling::default()));
         let (found, expected) = (touching(pair), touching(&everywhere));
         if found != expected {
@@ -61,7 +61,7 @@ impl Tally {
     }
 
     /// At least so many of the poses, in parts of a hundred, must touch.
-    fn assert_told_something(&self, name: &str, touching_percent: usize) {
+    pub fn assert_told_something(&self, name: &str, touching_percent: usize) {
         let Self {
             poses,
             touching,
@@ -219,7 +219,7 @@ fn nested_and_dented_bodies(poses: usize) {
 
 /// Whether there is a contact surface, and it lies in tetrahedra inside both bodies' surfaces or, as
 /// all tetrahedra of a small mesh reach the surface, has pressure at all corners of its polygons.
-fn is_all_inside(pair: &ContactPair) -> bool {
+pub fn is_all_inside(pair: &ContactPair) -> bool {
     let surface = pair.surface();
     let least = |polygon: &hydroelastic::contact::ContactPolygon| {
         let corners = polygon.outline.corners().iter();

@@ -3,6 +3,8 @@
 mod broad_phase;
 mod culling;
 mod following;
+#[cfg(feature = "files")]
+mod mesher;
 
 #[path = "../support/mod.rs"]
 mod support;

@@ -1,0 +1,259 @@
+use super::following::Walk;
+use crate::broad_phase::{Below, FieldBounds, FieldNode, Projections, Seeds};
+use crate::geometry::AffineField;
+use crate::narrow_phase::{Cut, RelativePair};
+use nalgebra::{Matrix3, Vector3};
+use std::f64::consts::FRAC_1_SQRT_2;
+
+/// Slopes up to this fraction of the fields' sensitivities may be round-off.
+const FLATNESS: f64 = 1e-10;
+
+/// Where a component of the contact surface that has no rim turns around.
+///
+/// Let K be such a component of {f = 0}, f = p_A − p_B. As both fields are positive inside, K is compact and inside both bodies.
+/// Let y be a highest point of K in the direction u. Other components being elsewhere, f is not 0 in a half ball above y,
+/// so it has one sign there, and on the closed half ball y is an extreme point of f. So a mean of the gradients of f around y, each
+/// of a pair of tetrahedra that have y, is a multiple of u (the rule of multipliers, [Clarke 1983, §6.1]), and across u it is zero.
+/// So for every direction d across u
+///
+/// 1. ∂f/∂d ≤ 0 in one pair at least, and ≥ 0 in another;
+/// 2. the gradients at y lead to both signs (or 0), and so do those in all tetrahedra that share a vertex with a pair at y.
+///
+/// So at one of the pairs with ∂f/∂d ≤ 0, in one fixed direction d across u, K can be entered. On a component that has been found already there
+/// are few such pairs if d is the direction in which f mostly rises there, and (2) leaves few of these.
+struct Turns<'s, 'a> {
+    pair: &'s RelativePair<'a>,
+    seeds: [&'s Seeds; 2],
+    /// |R|: half the edges of a box of B to those of the box around it in A.
+    reach: Matrix3<f64>,
+    /// The directions of (2); the first is that of (1).
+    across: [Direction; 4],
+    /// Nodes of A's tree, for each node of B's from the root down to where the search is those it may meet.
+    partners: Vec<&'s FieldNode>,
+}
+
+/// A unit vector in both frames, and the moduli of its components: what a box reaches along it is their
+/// product with half its edges.
+struct Direction {
+    of: [Vector3<f64>; 2],
+    reach: [Vector3<f64>; 2],
+}
+
+/// Bounds of B's pressure in some tetrahedra, in A's frame.
+struct PosedBounds {
+    lower: Vector3<f64>,
+    upper: Vector3<f64>,
+    /// Nearly the pressure (Pa).
+    mean: AffineField,
+    /// How far the pressure is above or below (Pa).
+    error: f64,
+    /// The largest slope in the direction of (1) (Pa/m).
+    steepest: f64,
+    /// Center and half the range of the slopes around, in each direction (Pa/m).
+    slopes_around: [[f64; 2]; 4],
+    /// What the rounding of a coordinate can make of the pressure (Pa/m).
+    sensitivity: f64,
+    /// Half the diagonal of the box (m).
+    size: f64,
+}
+
+impl Walk<'_, '_> {
+    /// Enters where components without a rim may turn around.
+    pub fn enter_at_turns(&mut self, seeds: [&Seeds; 2]) {
+        let pair = self.pair;
+        let mut turns = Turns::of(pair, seeds, &self.scratch.cuts);
+        turns.partners.push(seeds[0].slopes.root());
+        turns.descend(seeds[1].slopes.root(), 0, &mut |tet_a, tet_b| {
+            self.enter(tet_a, tet_b);
+        });
+    }
+}
+
+/// A direction u in which the contact surface as far as it is known turns least, and the direction across it in which p_A − p_B
+/// mostly rises there.
+fn known_directions(pair: &RelativePair, cuts: &[Cut]) -> [Vector3<f64>; 2] {
+    let (mut sum, mut squares) = (Vector3::zeros(), Matrix3::zeros());
+    for cut in cuts {
+        let pressure_a = pair.tet_a(cut.tets[0]).extent.gradient * pair.scales[0];
+        let normal = (pressure_a - cut.field_b.gradient).normalize();
+        sum += normal;
+        squares += normal * normal.transpose();
+    }
+    let axes = squares.symmetric_eigen();
+    let up: Vector3<f64> = axes.eigenvectors.column(axes.eigenvalues.imin()).into();
+    let any = up.cross(&Vector3::ith(up.iamin(), 1.0));
+    let rise = (sum - up * up.dot(&sum)).try_normalize(FLATNESS);
+    [up, rise.unwrap_or_else(|| any.normalize())]
+}
+
+impl<'s, 'a> Turns<'s, 'a> {
+    fn of(pair: &'s RelativePair<'a>, seeds: [&'s Seeds; 2], cuts: &[Cut]) -> Self {
+        let [up, rise] = known_directions(pair, cuts);
+        let side = up.cross(&rise);
+        let rotation = pair.pose_ab.rotation();
+        let between = [(rise + side) * FRAC_1_SQRT_2, (rise - side) * FRAC_1_SQRT_2];
+        let across = [rise, side, between[0], between[1]].map(|in_a| {
+            let of = [in_a, rotation.tr_mul(&in_a)];
+            Direction {
+                of,
+                reach: of.map(|vector| vector.abs()),
+            }
+        });
+        Self {
+            pair,
+            seeds,
+            reach: rotation.abs(),
+            across,
+            partners: Vec::new(),
+        }
+    }
+
+    /// Visits the pairs of tetrahedra where a component may turn, of those below a node of B and below its partners from
+    /// the given place on.
+    fn descend(&mut self, node_b: &FieldNode, from: usize, visit: &mut impl FnMut(u32, u32)) {
+        let posed = self.posed(&node_b.bounds, node_b.size);
+        let to = self.partners.len();
+        for place in from..to {
+            self.keep(self.partners[place], &posed);
+        }
+        if self.partners.len() > to {
+            match self.seeds[1].slopes.below(node_b) {
+                Below::Children(children) => {
+                    for child in children {
+                        self.descend(child, to, visit);
+                    }
+                }
+                Below::Tets(tets) => {
+                    for &tet_b in tets {
+                        self.visit_partners(tet_b, &node_b.bounds, to, visit);
+                    }
+                }
+            }
+        }
+        self.partners.truncate(to);
+    }
+
+    /// Visits the tetrahedra below the partners, from the given place on, with which a component may turn in one of B.
+    fn visit_partners(
+        &self,
+        tet_b: u32,
+        around: &FieldBounds,
+        from: usize,
+        visit: &mut impl FnMut(u32, u32),
+    ) {
+        let (pair, field_tet) = (self.pair, self.pair.tet_b(tet_b as usize));
+        let posed = self.posed(&around.narrowed_to(field_tet), 0.0);
+        let tree_a = pair.shape_a.tree();
+        let mut shadow = None;
+        for node_a in &self.partners[from..] {
+            self.visit_tets(node_a, &posed, &mut |tet_a| {
+                let shadow = shadow.get_or_insert_with(|| {
+                    Projections::of(&field_tet.tetrahedron.posed(&pair.pose_ab))
+                });
+                let own = tree_a.projections(tet_a as usize);
+                if !own.separate(shadow, Projections::COUNT, pair.margin()) {
+                    visit(tet_a, tet_b);
+                }
+            });
+        }
+    }
+
+    /// Adds to the partners those at a node of A and below that are no larger than one of B, if they may meet it.
+    fn keep(&mut self, node_a: &'s FieldNode, b: &PosedBounds) {
+        if !self.may_turn(&node_a.bounds, b) {
+            return;
+        }
+        match self.seeds[0].slopes.below(node_a) {
+            Below::Children(children) if node_a.size > b.size => {
+                for child in children {
+                    self.keep(child, b);
+                }
+            }
+            _ => self.partners.push(node_a),
+        }
+    }
+
+    /// Visits the tetrahedra below a node of A in which, with one of B, a component may turn.
+    fn visit_tets(&self, node_a: &FieldNode, b: &PosedBounds, visit: &mut impl FnMut(u32)) {
+        if !self.may_turn(&node_a.bounds, b) {
+            return;
+        }
+        match self.seeds[0].slopes.below(node_a) {
+            Below::Children(children) => {
+                for child in children {
+                    self.visit_tets(child, b, visit);
+                }
+            }
+            Below::Tets(tets) => {
+                for &tet in tets {
+                    let bounds = node_a.bounds.narrowed_to(self.pair.tet_a(tet as usize));
+                    if self.may_turn(&bounds, b) {
+                        visit(tet);
+                    }
+                }
+            }
+        }
+    }
+
+    fn posed(&self, bounds: &FieldBounds, size: f64) -> PosedBounds {
+        let (pair, modulus) = (self.pair, self.pair.scales[1]);
+        let center = pair.pose_ab.transformed_point(&bounds.center);
+        let half = (self.reach * bounds.half).add_scalar(pair.margin());
+        let slope = |direction: &Direction, center: &Vector3<f64>, spread: &Vector3<f64>| {
+            let at_center = center.dot(&direction.of[1]);
+            [at_center, spread.dot(&direction.reach[1])].map(|slope| modulus * slope)
+        };
+        let around = |direction: &Direction| {
+            slope(direction, &bounds.gradient_around, &bounds.spread_around)
+        };
+        let [rise, spread] = slope(&self.across[0], &bounds.mean.gradient, &bounds.spread);
+        PosedBounds {
+            lower: center - half,
+            upper: center + half,
+            mean: bounds.mean.posed(&pair.pose_ab).scaled(modulus),
+            error: modulus * bounds.error,
+            steepest: rise + spread,
+            slopes_around: self.across.each_ref().map(around),
+            sensitivity: modulus * bounds.sensitivity,
+            size,
+        }
+    }
+
+    /// Whether, as far as the bounds tell, tetrahedra of A and B have a point of the contact surface, at which a component
+    /// may turn, and ∂f/∂d ≤ 0.
+    #[inline]
+    fn may_turn(&self, a: &FieldBounds, b: &PosedBounds) -> bool {
+        let (lower, upper) = (
+            (a.center - a.half).sup(&b.lower),
+            (a.center + a.half).inf(&b.upper),
+        );
+        let half = (upper - lower) * 0.5;
+        if half.min() < 0.0 {
+            return false;
+        }
+        let modulus = self.pair.scales[0];
+        let sensitivity = modulus * a.sensitivity + b.sensitivity;
+        let rise = &self.across[0];
+        let flattest = modulus * (a.mean.gradient.dot(&rise.of[0]) - a.spread.dot(&rise.reach[0]));
+        if flattest - b.steepest > FLATNESS * sensitivity {
+            return false;
+        }
+        let gradient = a.mean.gradient * modulus - b.mean.gradient;
+        let excess =
+            gradient.dot(&((upper + lower) * 0.5)) + modulus * a.mean.offset - b.mean.offset;
+        let reach = gradient.abs().dot(&half) + modulus * a.error + b.error;
+        excess.abs() <= reach + self.pair.margin() * sensitivity
+            && self.may_slope_both_ways(a, b, FLATNESS * sensitivity)
+    }
+
+    /// Whether p_A − p_B may rise and fall in each direction, in tetrahedra around.
+    fn may_slope_both_ways(&self, a: &FieldBounds, b: &PosedBounds, tolerance: f64) -> bool {
+        let modulus = self.pair.scales[0];
+        let mut directions = self.across.iter().zip(&b.slopes_around);
+        directions.all(|(direction, [slope_b, spread_b])| {
+            let slope_a = modulus * a.gradient_around.dot(&direction.of[0]);
+            let spread_a = modulus * a.spread_around.dot(&direction.reach[0]);
+            (slope_a - slope_b).abs() <= spread_a + spread_b + tolerance
+        })
+    }
+}
