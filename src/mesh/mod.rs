@@ -22,6 +22,7 @@ mod error;
 mod mass;
 mod pressure_field;
 pub mod shapes;
+mod skin;
 mod splitting;
 mod surface;
 mod surface_tree;
