@@ -30,7 +30,7 @@ fn closed_form(overlap: f64, [modulus_a, modulus_b]: [f64; 2]) -> f64 {
 }
 
 fn block_on_floor(shapes: &[Shape; 2], overlap: f64, moduli: [f64; 2]) -> ContactPair<'_> {
-    let above = vector![0.01, -0.02, (HEIGHTS[0] + HEIGHTS[1]) / 2.0 - overlap];
+    let above = vector![0.01, -0.02, f64::midpoint(HEIGHTS[0], HEIGHTS[1]) - overlap];
     let turned = Pose::from_rotation_vector(&vector![0.0, 0.0, 0.3], above);
     let [block, floor] = shapes;
     pair(
@@ -131,7 +131,7 @@ fn skins_are_followed_and_where_equal_plateaus_overlap_culled_as_well() {
         let above = Pose::from_translation(Vector3::new(0.01, 0.02, 2.0 - overlap));
         let pair = pair((&ball, above, modulus), (&ball, Pose::identity(), 1.0));
         let culled = pair.with_search(Search::Culling(Culling::default()));
-        let counts = [&pair, &culled].map(|pair| pair.work_count());
+        let counts = [&pair, &culled].map(ContactPair::work_count);
         assert_eq!(counts[0].polygons, counts[1].polygons);
         counts.map(|count| count.candidate_pairs)
     };

@@ -125,7 +125,7 @@ fn thick_and_thin_bodies_of_one_skin_have_one_gradient() {
 fn the_plateau_has_no_gradient_beyond_round_off() {
     let mesh = transformed(&grid([5, 5, 5], 0.2, |_| true), |v| v.add_scalar(3.0));
     let field = PressureField::from_distance_up_to(&mesh, 0.07).unwrap();
-    let is_flat = |tet: &&FieldTet| tet.extents.iter().all(|&extent| extent == 1.0);
+    let is_flat = |tet: &&FieldTet| tet.extents.iter().all(|&extent| extent >= 1.0);
     let plateau: Vec<_> = field.tets().iter().filter(is_flat).collect();
     assert!(plateau.len() > 100);
     for tet in plateau {
