@@ -202,7 +202,7 @@ pub enum MeshError {
         /// How many times.
         layers: f64,
     },
-    /// A dimension of a ready-made shape is not a positive length.
+    /// A dimension of a ready-made shape, or the depth of a skin, is not a positive length.
     #[error("the {name} of a shape must be positive and finite, but is {value}")]
     InvalidDimension {
         /// Which dimension.

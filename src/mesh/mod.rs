@@ -25,6 +25,7 @@ mod pressure_field;
 #[cfg(feature = "serde")]
 mod serial;
 pub mod shapes;
+mod skin;
 mod splitting;
 mod surface;
 mod surface_error;

@@ -1,4 +1,4 @@
-use super::{MeshError, TetMesh, distance, splitting};
+use super::{MeshError, TetMesh, distance, skin, splitting};
 use crate::geometry::{AffineField, FACES, Tetrahedron};
 use crate::threads;
 
@@ -90,6 +90,31 @@ impl PressureField {
     pub fn from_distance(mesh: &TetMesh) -> Result<Self, MeshError> {
         let mesh = splitting::with_inner_vertices(mesh)?.into_owned();
         let extents = distance::normalised(distance::distances(&mesh));
+        Self::new(mesh, extents)
+    }
+
+    /// With min(d/`depth`, 1) as extent at the distance d from the surface: a skin of this depth (m) around a *plateau*, in
+    /// which the pressure is the modulus. Below the surface it rises by modulus/`depth` per metre, in thick bodies and
+    /// in thin ones, unless these are thinner than two skins.
+    ///
+    /// Distances are interpolated between vertices. Tetrahedra are split as by [`Self::from_distance`], and then where their
+    /// edges pass `depth`, so that the skin ends there and not at the next vertex. A vertex whose distance is within a
+    /// thousandth of `depth` counts as the end, since slivers would be left beside it.
+    ///
+    /// # Errors
+    /// If `depth` is not positive and finite, or if a part of a split tetrahedron is flat to round-off, as
+    /// in a skin that is 10⁶ times thinner than the tetrahedra below it.
+    ///
+    /// ```
+    /// use hydroelastic::mesh::{PressureField, shapes};
+    ///
+    /// let plank = PressureField::from_distance_up_to(shapes::distance_cuboid([1.0, 0.2, 0.02])?.mesh(), 0.005)?;
+    /// let block = PressureField::from_distance_up_to(shapes::distance_cuboid([1.0, 1.0, 1.0])?.mesh(), 0.005)?;
+    /// assert!((plank.steepest() - 200.0).abs() < 1e-9 && (block.steepest() - 200.0).abs() < 1e-9);
+    /// # Ok::<(), hydroelastic::mesh::MeshError>(())
+    /// ```
+    pub fn from_distance_up_to(mesh: &TetMesh, depth: f64) -> Result<Self, MeshError> {
+        let (mesh, extents) = skin::layered(mesh, depth)?;
         Self::new(mesh, extents)
     }
 

@@ -16,6 +16,7 @@ mod plateaus;
 mod polygon;
 mod reference_data;
 mod second_order;
+mod skins;
 mod spinning;
 mod stiff;
 mod structure;

@@ -7,7 +7,7 @@ use hydroelastic::dynamics::{
     World, WorldError, Wrenches,
 };
 use hydroelastic::gradient::{Experiment, FinalPosition, FinalState, GradientError, Parameter};
-use hydroelastic::mesh::shapes;
+use hydroelastic::mesh::{PressureField, shapes};
 use hydroelastic::scalar::{Scalar, real_part};
 use hydroelastic::spatial::Pose;
 use nalgebra::{Vector3, vector};
@@ -99,6 +99,30 @@ fn the_contact_of_a_large_pair_has_the_same_bits_whatever_the_number_of_threads(
         let entries = jacobian.on_a.matrix();
         let numbers = wrench.on_a.to_vector();
         let all = numbers.iter().chain(entries.iter()).copied().chain(areas);
+        all.map(f64::to_bits).collect()
+    };
+    assert_same_for_any_number_of_threads(contact);
+}
+
+#[test]
+fn a_mesh_has_the_same_field_and_search_trees_whatever_the_number_of_threads() {
+    let ball = shapes::icosphere(1.0, 4).unwrap();
+    let layered = PressureField::from_distance_up_to(ball.mesh(), 0.3).unwrap();
+    // Enough vertices, half of them inside, to be spread over threads.
+    assert!(layered.mesh().vertex_count() > 5_000);
+    let contact = || {
+        let field = PressureField::from_distance(layered.mesh()).unwrap();
+        let numbers = (field.extents().iter().copied())
+            .chain(field.tets().iter().map(|tet| tet.steepness))
+            .collect::<Vec<f64>>();
+        let shape = Shape::new(field);
+        let turned = Pose::from_rotation_vector(&vector![0.3, -0.5, 0.2], vector![0.9, 0.1, 0.2]);
+        let pair = ContactPair::new(
+            ContactBody::new(&shape, turned, 1.0).unwrap(),
+            ContactBody::new(&shape, Pose::identity(), 2.0).unwrap(),
+        );
+        let wrench = pair.wrench().on_a.to_vector();
+        let all = numbers.iter().chain(&wrench).copied();
         all.map(f64::to_bits).collect()
     };
     assert_same_for_any_number_of_threads(contact);

@@ -1,9 +1,10 @@
-//! Tetrahedral meshes: validation, surface, mass properties, inner vertices, pressure fields, distance fields.
+//! Tetrahedral meshes: validation, surface, mass properties, inner vertices, pressure fields, distance fields, skins.
 
 mod distance_fields;
 mod inner_vertices;
 mod mass_properties;
 mod pressure_fields;
 pub mod sample_meshes;
+mod skins;
 mod surface;
 mod validation;

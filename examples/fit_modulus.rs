@@ -1,0 +1,99 @@
+//! Does Gauss–Newton find a ball's modulus in a measured force–depth curve?
+//!
+//! `cargo run --release --example fit_modulus`
+//!
+//! An indenter presses a soft ball against a rigid plate and records force and depth, with noise. The forces are those of the
+//! closed form, F = πE(d² − 2d³/(3R)); the model is a mesh of the ball. The modulus is fitted by its logarithm: it stays
+//! positive, and forces that are proportional to it take a few steps from a guess a hundred times off.
+
+use hydroelastic::contact::{BodyError, ContactBody, ContactPair, Shape};
+use hydroelastic::mesh::shapes;
+use hydroelastic::spatial::Pose;
+use nalgebra::vector;
+use rand::{RngExt, SeedableRng, rngs::StdRng};
+use std::f64::consts::PI;
+
+/// Radius of the ball (m), its modulus (Pa) as it is and as first guessed, and that of the plate.
+const RADIUS: f64 = 0.05;
+const TRUTH: f64 = 1.3e5;
+const GUESS: f64 = 1e3;
+const PLATE: f64 = 1e11;
+/// Thickness of the plate (m).
+const THICKNESS: f64 = 0.02;
+/// Readings, up to the largest depth (m), and the standard deviation of their noise (N); the largest force is 74 N.
+const READINGS: u32 = 40;
+const DEEPEST: f64 = 0.3 * RADIUS;
+const NOISE: f64 = 1.5;
+/// Of the modulus: what the facets of the ball take at these depths, relative.
+const FACETS: f64 = 0.007;
+/// A step of the logarithm below which nothing is left to correct, and steps until then at most.
+const CONVERGED: f64 = 1e-9;
+const STEPS: usize = 50;
+
+/// A depth (m) and the force (N) measured there.
+type Reading = (f64, f64);
+
+fn main() -> Result<(), Box<dyn std::error::Error>> {
+    let mut random = StdRng::seed_from_u64(1);
+    // Uniform numbers between ∓√3 have standard deviation 1.
+    let mut noise = || NOISE * 3.0_f64.sqrt() * random.random_range(-1.0..1.0);
+    let depths = (1..=READINGS).map(|k| DEEPEST * f64::from(k) / f64::from(READINGS));
+    let clean: Vec<Reading> = depths.map(|depth| (depth, force(depth))).collect();
+    let noisy: Vec<Reading> = clean.iter().map(|&(d, f)| (d, f + noise())).collect();
+    for (name, readings) in [("clean", clean), ("noisy", noisy)] {
+        let (modulus, information) = fitted(&readings)?;
+        let (error, deviation) = (modulus / TRUTH - 1.0, NOISE / information.sqrt());
+        println!(
+            "{name}: {modulus:.0} Pa, off by {error:+.4}; of noise, a deviation of {deviation:.4}"
+        );
+        let allowed = FACETS
+            + if name == "noisy" {
+                3.0 * deviation
+            } else {
+                0.0
+            };
+        assert!(error.abs() < allowed);
+    }
+    Ok(())
+}
+
+/// The closed form (N) on a rigid plate.
+fn force(depth: f64) -> f64 {
+    PI * TRUTH * (depth.powi(2) - 2.0 * depth.powi(3) / (3.0 * RADIUS))
+}
+
+/// The modulus (Pa) with the least squares of misfits, and Σ (∂F/∂log E)² (N²) there.
+fn fitted(readings: &[Reading]) -> Result<(f64, f64), Box<dyn std::error::Error>> {
+    let ball = Shape::new(shapes::icosphere(RADIUS, 4)?);
+    let plate = Shape::new(shapes::cuboid([1.0, 1.0, THICKNESS])?);
+    let mut modulus = GUESS;
+    for _ in 0..STEPS {
+        let (mut slope, mut information) = (0.0, 0.0);
+        for &(depth, measured) in readings {
+            let (force, by_modulus) = pressed(&ball, &plate, depth, modulus)?;
+            let by_logarithm = modulus * by_modulus;
+            slope += by_logarithm * (measured - force);
+            information += by_logarithm * by_logarithm;
+        }
+        // At most by a factor e: far from the answer the step of a linear model is too long.
+        let step = (slope / information).clamp(-1.0, 1.0);
+        modulus *= step.exp();
+        if step.abs() < CONVERGED {
+            return Ok((modulus, information));
+        }
+    }
+    Err(format!("not converged after {STEPS} steps, at {modulus} Pa").into())
+}
+
+/// The force (N) on the ball of this modulus, pressed so deep into the plate, and its derivative by the modulus (N/Pa).
+fn pressed(ball: &Shape, plate: &Shape, depth: f64, modulus: f64) -> Result<(f64, f64), BodyError> {
+    let height = RADIUS - depth + THICKNESS / 2.0;
+    let ball = ContactBody::new(
+        ball,
+        Pose::from_translation(vector![0.0, 0.0, height]),
+        modulus,
+    )?;
+    let plate = ContactBody::new(plate, Pose::identity(), PLATE)?;
+    let (wrench, jacobian) = ContactPair::new(ball, plate).wrench_and_jacobian();
+    Ok((wrench.on_a.force.z, jacobian.on_a.by_modulus_a[5]))
+}
