@@ -90,7 +90,9 @@ fn skins_give_one_wrench_whatever_the_search_and_the_order() {
     for moduli in MODULI {
         for_generic_pairs(moduli, |pair| {
             let found = pair.wrench().on_a.to_vector();
-            let exchanged = ContactPair::new(*pair.b(), *pair.a()).wrench().on_b;
+            let exchanged = ContactPair::new(pair.b().body().unwrap(), *pair.a())
+                .wrench()
+                .on_b;
             let culled = pair
                 .with_search(Search::Culling(Culling::default()))
                 .wrench();
@@ -113,7 +115,8 @@ fn skins_push_along_the_slope_of_the_energy_beyond_their_depth_too() {
                 let moved = pair.a().pose().moved_by(&Twist::from_vector(&change));
                 let (a, b) = (pair.a(), pair.b());
                 let a = (a.shape(), moved, a.modulus());
-                scenes::pair(a, (b.shape(), *b.pose(), b.modulus())).potential_energy()
+                scenes::pair(a, (b.shape().unwrap(), *b.pose(), b.modulus().unwrap()))
+                    .potential_energy()
             };
             let slope =
                 Vector6::from_fn(|i, _| (energy(i, step) - energy(i, -step)) / (2.0 * step));
