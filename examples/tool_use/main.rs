@@ -28,19 +28,24 @@ use nalgebra::{DVector, vector};
 use scene::{BLOCK, BLOCK_SIZE, MODULUS, TOOL, plan};
 use std::error::Error;
 
-/// Depths (m) to which the tool is pressed in, and lowest point of the hand's path: 3 mm below the block's upper face.
-const DEPTHS: [f64; 4] = [0.0005, 0.001, 0.002, 0.004];
+/// The tool is pressed in by so many steps of a depth (m), and each fourth is told.
+const DEPTHS: usize = 16;
+const DEPTH: f64 = 0.25e-3;
+/// Lowest point of the hand's path (m): 3 mm below the block's upper face.
 const LOWEST: f64 = BLOCK_SIZE[2] - 0.003;
-/// Relative errors allowed: round-off of a sum over a hundred polygons; what friction lacks at a finite slip tolerance and
-/// while the tool rocks; differences over steps of the modulus (Pa) and of the path's depth (m).
+/// Relative errors allowed: round-off of a sum over a hundred polygons; a share of N beside the friction, since this makes the
+/// block lean by 0.2 mrad; differences over steps of the modulus (Pa) and of the path's depth (m).
 const ROUND_OFF: f64 = 1e-11;
-const NOT_FULL: f64 = 1e-4;
-const BY_DIFFERENCES: f64 = 1e-5;
+const LEANING: f64 = 1e-3;
+const BY_DIFFERENCES: f64 = 1e-7;
 const STEPS: [f64; 2] = [1e-4 * MODULUS, 1e-7];
 
 fn main() -> Result<(), Box<dyn Error>> {
-    let (wanted, pressed) = (show::wanted()?, press::at_depths(&DEPTHS)?);
-    for at in &pressed {
+    let wanted = show::wanted()?;
+    let depths: Vec<_> = (1..=DEPTHS).map(|n| n as f64 * DEPTH).collect();
+    let pressed = press::at_depths(&depths)?;
+    assert!(pressed.iter().all(|at| press::deviation(at) < ROUND_OFF));
+    for at in pressed.iter().skip(3).step_by(4) {
         let [found, _] = at.wrenches;
         let off = press::deviation(at);
         println!(
@@ -49,7 +54,6 @@ fn main() -> Result<(), Box<dyn Error>> {
             found.force.z,
             (1e3 * found.torque).as_slice(),
         );
-        assert!(off < ROUND_OFF);
     }
     let world = scene::world(LOWEST)?;
     let trajectory = world.rollout(&plan()?).recorded()?;
@@ -59,7 +63,7 @@ fn main() -> Result<(), Box<dyn Error>> {
 
     wanted.record(|| {
         let recording = Recording::new(&world, &trajectory).slowed(8.0);
-        Ok(recording.seen_from(vector![0.1, -0.22, 0.14], vector![0.0, 0.0, 0.03]))
+        Ok(recording.seen_from(vector![0.08, -0.17, 0.11], vector![0.0, 0.0, 0.035]))
     })?;
     wanted.plot(|| {
         let felt = felt(LOWEST);
@@ -89,7 +93,7 @@ fn check_friction(world: &World<f64, Hand>, state: &State) -> Result<(), Box<dyn
         friction / (scene::friction() * wrench.force.z),
         friction / (scene::friction() * full)
     );
-    assert!((friction / (scene::friction() * full) - 1.0).abs() < NOT_FULL);
+    assert!((friction / (scene::friction() * full) - 1.0).abs() < LEANING);
     Ok(())
 }
 

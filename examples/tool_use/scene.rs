@@ -18,11 +18,10 @@ const TOOL_FILE: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/examples/tool_use/
 const MILLIMETRE: f64 = 0.001;
 const STEEL: f64 = 7850.0;
 
-/// The block (m), its density (kg/m³), modulus (Pa) and dissipation (s/m).
+/// The block (m), its density (kg/m³) and modulus (Pa). It is elastic: dissipation would add a drag on the tool's flanks.
 pub const BLOCK_SIZE: [f64; 3] = [0.12, 0.08, 0.03];
 const RUBBER: f64 = 1100.0;
 pub const MODULUS: f64 = 5e5;
-const DISSIPATION: f64 = 2.0;
 /// Friction of the block on all, of the tool, and of the ground, which holds the block.
 const FRICTIONS: [f64; 3] = [0.5, 0.3, 1.0];
 /// Speed (m/s) below which friction is not full.
@@ -48,7 +47,7 @@ pub fn slope() -> f64 {
 /// The world in which the tool is guided along a path with this lowest height (m).
 pub fn world(lowest: f64) -> Result<World<f64, Hand>, Box<dyn Error>> {
     let [of_block, of_tool, of_ground] = FRICTIONS;
-    let rubber = Material::elastic(MODULUS).with_dissipation(DISSIPATION);
+    let rubber = Material::elastic(MODULUS);
     let rigid = |friction| Material::rigid().with_friction(friction);
     let hand = Hand { tool: TOOL, lowest };
     let [start, _] = hand.path_at(0.0);
