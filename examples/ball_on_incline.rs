@@ -59,7 +59,7 @@ fn main() -> Result<(), Box<dyn Error>> {
         assert!((acceleration / expected - 1.0).abs() < TOLERANCE);
         assert_eq!(slip.abs() < NO_SLIP, friction == GRIPPING);
         if friction == GRIPPING {
-            let (eye, middle) = (vector![-1.6, -2.6, 1.4], vector![-1.6, 0.0, 0.25]);
+            let (eye, middle) = (vector![-1.6, -2.6, 0.9], vector![-1.6, 0.0, 0.25]);
             wanted.record(|| Ok(Recording::new(&world, &trajectory).seen_from(eye, middle)))?;
             let shown = trajectory.thinned(10);
             wanted.plot(|| vec![show::energies(&world, &shown)])?;

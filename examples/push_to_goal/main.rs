@@ -9,7 +9,7 @@ mod regulator;
 #[path = "../show/mod.rs"]
 mod show;
 
-use hydroelastic::contact::{HalfSpace, Shape};
+use hydroelastic::contact::Shape;
 use hydroelastic::dynamics::{Body, Control, Mass, Material, Plan, State, World, WorldError};
 use hydroelastic::io::Recording;
 use hydroelastic::mesh::shapes;
@@ -25,8 +25,6 @@ const GRAVITY: f64 = 9.81;
 const SIZE: [f64; 3] = [0.2, 0.2, 0.1];
 const MASS: f64 = 1.0;
 const FRICTION: f64 = 0.3;
-/// Thickness (m) of the floor's soft layer.
-const LAYER: f64 = 0.1;
 /// Speed (m/s) below which friction is not full.
 const SLIP_TOLERANCE: f64 = 1e-2;
 
@@ -91,10 +89,10 @@ fn settled() -> Result<(World, State), Box<dyn Error>> {
         .with_dissipation(1.0)
         .with_friction(FRICTION);
     let block = Shape::new(shapes::cuboid(SIZE)?);
-    let floor = HalfSpace::layer(LAYER)?;
+    let floor = Shape::new(shapes::cuboid([3.0, 3.0, 0.2])?);
     let world = World::new(vec![
         Body::dynamic("block", block, skin, Mass::Total(MASS))?
-            .at(Pose::from_translation(vector![0.0, 0.0, SIZE[2] / 2.0])),
+            .at(Pose::from_translation(vector![0.0, 0.0, 0.15])),
         Body::fixed("floor", floor, skin)?,
     ])?
     .with_gravity(vector![0.0, 0.0, -GRAVITY])?

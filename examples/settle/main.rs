@@ -77,7 +77,10 @@ fn main() -> Result<(), Box<dyn Error>> {
     println!("let go tilted, it sinks in by {:.3} mm", 1e3 * settled);
     assert!((settled - depth).abs() < SETTLED);
     let wanted = show::wanted()?;
-    wanted.record(|| Ok(Recording::new(&world, &settling)))?;
+    wanted.record(|| {
+        let recording = Recording::new(&world, &settling);
+        Ok(recording.seen_from(vector![-0.45, -0.9, 0.45], vector![0.1, 0.05, 0.06]))
+    })?;
     wanted.plot(|| {
         let residuals = Curve::counted("net wrench/weight", residuals.into_iter());
         let newton = Panel::counted("iteration", vec![residuals]);
