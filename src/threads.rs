@@ -16,6 +16,10 @@ const WORTH_THREADS: usize = 16;
 #[cfg(feature = "parallel")]
 const WORTH_PIECES: usize = 4;
 
+/// So many of the values that come one for each index are one thread's, or more.
+#[cfg(feature = "parallel")]
+const LEAST_VALUES: usize = 512;
+
 thread_local! {
     /// Whether this thread works on a job, one of many, that it must not wait in.
     static HAS_JOB: Cell<bool> = const { Cell::new(false) };
@@ -124,6 +128,29 @@ pub(crate) fn collect_pieces<I: Sync, O: Send, C: Send>(
     }
     let _ = length;
     find(items, outputs, found);
+}
+
+/// The short values of 0, 1, 2 and so on to before `count`, each some 0.1 to 10 µs of work: by several threads where so many
+/// pay.
+pub(crate) fn values_of<O: Send>(count: usize, value: impl Fn(usize) -> O + Sync + Send) -> Vec<O> {
+    #[cfg(feature = "parallel")]
+    if is_shared_out(count, LEAST_VALUES) {
+        let indices = (0..count).into_par_iter().with_min_len(LEAST_VALUES);
+        return indices.map(value).collect();
+    }
+    (0..count).map(value).collect()
+}
+
+/// The results of two long jobs: by two threads, if there are.
+pub(crate) fn both<P: Send, Q: Send>(
+    first: impl FnOnce() -> P + Send,
+    second: impl FnOnce() -> Q + Send,
+) -> (P, Q) {
+    #[cfg(feature = "parallel")]
+    if !HAS_JOB.get() {
+        return rayon::join(first, second);
+    }
+    (first(), second())
 }
 
 /// Hands on, in order, a value for each piece of `length` items: by several threads where so many items pay.

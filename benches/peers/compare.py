@@ -6,6 +6,7 @@ derivatives right: how many times as long Drake takes, and what its answers are 
 
     python3 benches/peers/compare.py            # under five minutes after the first run
     python3 benches/peers/compare.py --quick    # about a minute
+    python3 benches/peers/compare.py --floors   # the ball on its floors alone
     python3 benches/peers/compare.py --orders 1 2 --poses 100
 
 The first run downloads Drake into a virtual environment in cargo's target directory. The two
@@ -38,7 +39,8 @@ def main():
     drake_side = [sys.executable, HERE / "drake_side.py"]
     with Program([built_ours(), "--serve"]) as ours, Program(drake_side) as drake:
         programs = {"drake": drake, "ours": ours}
-        contacts.compare(programs, files, options)
+        if not options.floors:
+            contacts.compare(programs, files, options)
         steps.compare(programs, files)
 
 
@@ -47,6 +49,7 @@ def parsed_options():
     options.add_argument("--orders", type=int, nargs="+", default=[1, 2, 3, 4], help="of icospheres")
     options.add_argument("--poses", type=int, help="per scene (default: more where they are cheap)")
     options.add_argument("--quick", action="store_true", help="orders up to 3 and few poses")
+    options.add_argument("--floors", action="store_true", help="the ball on its floors alone")
     options = options.parse_args()
     if options.quick:
         options.orders = [order for order in options.orders if order < 4]

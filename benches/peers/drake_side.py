@@ -15,9 +15,12 @@ from pydrake.common.value import Value
 from pydrake.geometry import (
     AddCompliantHydroelasticProperties,
     AddContactMaterial,
+    AddRigidHydroelasticProperties,
+    Box,
     FramePoseVector_,
     GeometryFrame,
     GeometryInstance,
+    HalfSpace,
     HydroelasticContactRepresentation,
     Mesh,
     ProximityProperties,
@@ -182,8 +185,20 @@ def product(bilinear, left, right):
     return numpy.concatenate([value, derivative], axis=-1)
 
 
-class BallOnBox:
-    """A soft ball at rest on a soft box that is fixed to the world, stepped in discrete time."""
+def hard_skin(dissipation, friction):
+    """Properties of a rigid body."""
+    properties = ProximityProperties()
+    AddContactMaterial(
+        dissipation=dissipation,
+        friction=CoulombFriction(friction, friction),
+        properties=properties,
+    )
+    AddRigidHydroelasticProperties(1.0, properties)
+    return properties
+
+
+class BallOnFloor:
+    """A soft ball at rest on a floor that is fixed to the world, stepped in discrete time."""
 
     def __init__(self, scene):
         self.time_step = scene["time_step"]
@@ -213,8 +228,15 @@ class BallOnBox:
         self.plant.RegisterCollisionGeometry(
             ball, RigidTransform(), Mesh(scene["ball"]), "ball", material
         )
+        hard = hard_skin(scene["dissipation"], scene["friction"])
+        top = RigidTransform([0.0, 0.0, 0.5])
+        pose, shape, skin_of_floor = {
+            "soft box": (RigidTransform(), Mesh(scene["box"]), material),
+            "rigid box": (RigidTransform(), Box(1.0, 1.0, 1.0), hard),
+            "half-space": (top, HalfSpace(), hard),
+        }[scene["floor"]]
         self.plant.RegisterCollisionGeometry(
-            self.plant.world_body(), RigidTransform(), Mesh(scene["box"]), "box", material
+            self.plant.world_body(), pose, shape, "floor", skin_of_floor
         )
 
     def advance(self, simulator, steps):
@@ -265,7 +287,7 @@ class Answers:
         key = json.dumps(scene)
         is_rollout = question["ask"] == "steps"
         if key not in self.scenes:
-            self.scenes[key] = BallOnBox(scene) if is_rollout else Pair(**scene)
+            self.scenes[key] = BallOnFloor(scene) if is_rollout else Pair(**scene)
         if is_rollout:
             return self.scenes[key].answer(question["steps"], question["derivatives"])
         scalar = {"wrench": float, "jacobian": AutoDiffXd}[question["ask"]]

@@ -6,11 +6,13 @@
 //! `wrench` and `jacobian` time everything from poses to the result: bodies, pair and contact.
 //! `steps` times a rollout of a ball at rest on a box, or the Jacobian of one.
 
-use hydroelastic::contact::{ContactBody, ContactPair, Shape, WrenchJacobian};
+use hydroelastic::contact::{
+    ContactBody, ContactPair, HalfSpace, RigidShape, Shape, WrenchJacobian,
+};
 use hydroelastic::dynamics::{Body, Mass, Material, Plan, State, World};
 use hydroelastic::gradient::{Experiment, FinalState, Parameter};
 use hydroelastic::io::read_mesh;
-use hydroelastic::mesh::PressureField;
+use hydroelastic::mesh::{PressureField, TriangleSurface};
 use hydroelastic::spatial::{Pose, Wrench};
 use nalgebra::{Matrix3, Vector3};
 use serde::{Deserialize, Serialize};
@@ -38,7 +40,7 @@ enum Question {
         poses: Vec<[PoseNumbers; 2]>,
     },
     Steps {
-        scene: BallOnBox,
+        scene: BallOnFloor,
         steps: usize,
         derivatives: usize,
     },
@@ -51,10 +53,11 @@ struct TwoMeshes {
 }
 
 #[derive(Deserialize)]
-struct BallOnBox {
+struct BallOnFloor {
     ball: String,
     #[serde(rename = "box")]
     slab: String,
+    floor: Floor,
     start: PoseNumbers,
     mass: f64,
     modulus: f64,
@@ -62,6 +65,17 @@ struct BallOnBox {
     friction: f64,
     time_step: f64,
     settling_steps: usize,
+}
+
+/// What a ball lies on: a cube of edge 1 m, or a half-space as high as that.
+#[derive(Deserialize, Clone, Copy, PartialEq, Eq, Hash)]
+enum Floor {
+    #[serde(rename = "soft box")]
+    SoftBox,
+    #[serde(rename = "rigid box")]
+    RigidBox,
+    #[serde(rename = "half-space")]
+    HalfSpace,
 }
 
 /// An entry for each pose.
@@ -87,7 +101,7 @@ struct StepTime {
 #[derive(Default)]
 struct Server {
     shapes: HashMap<String, Arc<Shape>>,
-    settled: HashMap<String, World>,
+    settled: HashMap<(String, Floor), World>,
 }
 
 impl Server {
@@ -152,9 +166,10 @@ impl Server {
         Ok(shape)
     }
 
-    /// The world that starts when the ball has come to rest; one for each mesh of a ball.
-    fn settled(&mut self, scene: &BallOnBox) -> Answer<&World> {
-        if !self.settled.contains_key(&scene.ball) {
+    /// The world that starts when the ball has come to rest; one for each mesh of a ball and floor.
+    fn settled(&mut self, scene: &BallOnFloor) -> Answer<&World> {
+        let key = (scene.ball.clone(), scene.floor);
+        if !self.settled.contains_key(&key) {
             let (ball, slab) = (self.shape(&scene.ball)?, self.shape(&scene.slab)?);
             let (ball, slab) = scene.bodies(ball, slab)?;
             let falling = world(ball.clone(), slab.clone())?;
@@ -163,9 +178,9 @@ impl Server {
                 .at(rest.pose)
                 .with_velocity(rest.twist.linear)
                 .with_spin(rest.twist.angular);
-            self.settled.insert(scene.ball.clone(), world(ball, slab)?);
+            self.settled.insert(key.clone(), world(ball, slab)?);
         }
-        Ok(&self.settled[&scene.ball])
+        Ok(&self.settled[&key])
     }
 }
 
@@ -190,14 +205,27 @@ impl ContactTimes {
     }
 }
 
-impl BallOnBox {
-    /// Ball and box of the same material, with friction and dissipation.
+impl BallOnFloor {
+    /// Ball and floor, with friction and dissipation; a soft box has the material of the ball.
     fn bodies(&self, ball: Arc<Shape>, slab: Arc<Shape>) -> Answer<(Body, Body)> {
         let skin = Material::elastic(self.modulus)
             .with_dissipation(self.dissipation)
             .with_friction(self.friction);
         let ball = Body::dynamic("ball", ball, skin, Mass::Total(self.mass))?;
-        Ok((ball.at(pose(&self.start)?), Body::fixed("box", slab, skin)?))
+        let hard = Material {
+            modulus: None,
+            ..skin
+        };
+        let floor = match self.floor {
+            Floor::SoftBox => Body::fixed("floor", slab, skin)?,
+            Floor::RigidBox => {
+                let surface = TriangleSurface::around(slab.field().mesh())?;
+                Body::fixed("floor", RigidShape::new(surface), hard)?
+            }
+            Floor::HalfSpace => Body::fixed("floor", HalfSpace::rigid(), hard)?
+                .at(Pose::from_translation(Vector3::new(0.0, 0.0, 0.5))),
+        };
+        Ok((ball.at(pose(&self.start)?), floor))
     }
 }
 

@@ -1,4 +1,4 @@
-"""A ball at rest on a box: steps per second, and what derivatives of a rollout cost."""
+"""A ball at rest on a floor: steps per second, and what derivatives of a rollout cost."""
 
 import sys
 
@@ -8,6 +8,7 @@ from poses import pose_numbers, rotation
 TIME_STEP = 2e-4  # s
 SETTLING_STEPS = 5000
 BALLS = {2: 0.2, 3: 1.0}  # order of the mesh: mass (kg)
+FLOORS = ["soft box", "rigid box", "half-space"]
 MODULUS = 1e5  # Pa
 DISSIPATION = 1.0  # s/m
 FRICTION = 0.4
@@ -18,16 +19,17 @@ STEPS, DERIVATIVE_STEPS, ROUNDS = 500, 20, 5
 
 def compare(programs, files):
     """Measures Drake's approximations and our leapfrog by turns and prints a table."""
-    print("\n| ball on box | polygons | height (m) | steps per second | time of a step, of ours |"
+    print("\n| ball on floor | polygons | height (m) | steps per second | time of a step, of ours |"
           " with 12 derivatives: of a plain step | of ours |")
     print("|---|---|---|---|---|---|---|")
     for order in BALLS:
-        print(f"ball of order {order} on a box ...", file=sys.stderr)
-        schemes = stepping_schemes(ball_scene(files, order))
-        plain = steps_by_turns(programs, schemes, STEPS, derivatives=0)
-        differentiated = steps_by_turns(programs, schemes, DERIVATIVE_STEPS, derivatives=12)
-        for name in schemes:
-            print_row(order, name, plain, differentiated)
+        for floor in FLOORS:
+            print(f"ball of order {order} on a {floor} ...", file=sys.stderr)
+            schemes = stepping_schemes(ball_scene(files, order, floor))
+            plain = steps_by_turns(programs, schemes, STEPS, derivatives=0)
+            differentiated = steps_by_turns(programs, schemes, DERIVATIVE_STEPS, derivatives=12)
+            for name in schemes:
+                print_row(f"order {order}, {floor}", name, plain, differentiated)
 
 
 def stepping_schemes(scene):
@@ -38,12 +40,13 @@ def stepping_schemes(scene):
     return {**schemes, OURS: ("ours", scene)}
 
 
-def ball_scene(files, order):
-    """A ball that starts a little above where it rests on a cube of edge 1 m."""
+def ball_scene(files, order, floor):
+    """A ball that starts a little above where it rests on a cube of edge 1 m, or on the plane of its upper side."""
     turn = rotation(numpy.array([0.3, -0.5, 0.2]))
     return {
         "ball": files[f"ball {order}"],
         "box": files["box"],
+        "floor": floor,
         "start": pose_numbers(turn, numpy.array([0.02, 0.05, 0.596])),
         "radius": 0.1,
         "mass": BALLS[order],
@@ -65,11 +68,11 @@ def steps_by_turns(programs, schemes, steps, derivatives):
     return answers
 
 
-def print_row(order, name, plain, differentiated):
+def print_row(scene, name, plain, differentiated):
     seconds, last = shortest_seconds(plain[name]), plain[name][-1]
     with_derivatives = shortest_seconds(differentiated[name])
     row = [
-        f"order {order}: {name}",
+        f"{scene}: {name}",
         str(last["polygons"]),
         f"{last['height']:.6f}",
         f"{1 / seconds:,.0f}",

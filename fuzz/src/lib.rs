@@ -1,7 +1,7 @@
-//! What the fuzz targets share: bytes read as a mesh file.
+//! What the fuzz targets share: bytes read as a mesh file or as a surface file.
 
-use hydroelastic::io::{FileError, MeshFile, read_mesh};
-use hydroelastic::mesh::PressureField;
+use hydroelastic::io::{FileError, MeshFile, read_mesh, read_triangle_surface};
+use hydroelastic::mesh::{PressureField, TriangleSurface};
 use std::path::PathBuf;
 
 /// Reads the bytes as a mesh file with that extension. A mesh that is accepted must be one: with a volume,
@@ -14,6 +14,19 @@ pub fn read(extension: &str, bytes: &[u8]) {
     std::fs::write(&path, bytes).expect("the file for the bytes can be written");
     match read_mesh(&path) {
         Ok(file) => check(&file),
+        Err(error) => check_error(&path, &error),
+    }
+}
+
+/// Reads the bytes as a surface file with that extension. A surface that is accepted must be closed and have a volume.
+///
+/// # Panics
+/// If the file of the bytes cannot be written, or an accepted surface is none.
+pub fn read_surface(extension: &str, bytes: &[u8]) {
+    let path = file_of(extension);
+    std::fs::write(&path, bytes).expect("the file for the bytes can be written");
+    match read_triangle_surface(&path, 1.0) {
+        Ok(surface) => check_surface(&surface),
         Err(error) => check_error(&path, &error),
     }
 }
@@ -32,6 +45,18 @@ fn check(file: &MeshFile) {
     }
     if let Ok(field) = PressureField::from_distance(&file.mesh) {
         assert!(field.extents().iter().all(|extent| extent.is_finite()));
+    }
+}
+
+fn check_surface(surface: &TriangleSurface) {
+    assert!(surface.volume() > 0.0);
+    assert!(surface.mass_properties(1.0).mass.is_finite());
+    for triangle in 0..surface.triangles().len() {
+        for edge in 0..3 {
+            let neighbour = surface.neighbour(triangle, edge);
+            let is_back = |back: usize| surface.neighbour(neighbour, back) == triangle;
+            assert!((0..3).any(is_back));
+        }
     }
 }
 

@@ -1,10 +1,10 @@
 //! Arrays of `float64` in, and what else is refused; arrays out.
 
 use crate::errors::refused;
-use numpy::ndarray::{Array, Array2, IxDyn};
+use numpy::ndarray::{Array, Array2, ArrayView2, IxDyn};
 use numpy::{
     IntoPyArray, PyArray1, PyArray2, PyArrayDyn, PyArrayMethods, PyUntypedArray,
-    PyUntypedArrayMethods,
+    PyUntypedArrayMethods, ToPyArray,
 };
 use pyo3::exceptions::PyTypeError;
 use pyo3::prelude::*;
@@ -241,6 +241,18 @@ pub fn array<'py>(py: Python<'py>, values: Vec<f64>, shape: &[usize]) -> PyResul
             let array = Array::from_shape_vec(IxDyn(shape), values).map_err(refused)?;
             Ok(array.into_pyarray(py))
         }
+    }
+}
+
+/// A few numbers as an array of a shape, in one piece of memory of numpy's.
+pub fn copied<'py>(py: Python<'py>, values: &[f64], shape: &[usize]) -> PyResult<Floats<'py>> {
+    match *shape {
+        [rows, columns] => {
+            let view = ArrayView2::from_shape((rows, columns), values).map_err(refused)?;
+            Ok(view.to_pyarray(py).to_dyn().clone())
+        }
+        [_] => Ok(PyArray1::from_slice(py, values).to_dyn().clone()),
+        _ => array(py, values.to_vec(), shape),
     }
 }
 

@@ -11,6 +11,7 @@ use crate::trajectory::Trajectory;
 use crate::world::{Inner, World};
 use hydroelastic::dynamics::{self, Recorded};
 use pyo3::prelude::*;
+use pyo3::types::PyDict;
 use std::ops::ControlFlow;
 use std::sync::Arc;
 use std::sync::atomic::Ordering;
@@ -22,6 +23,8 @@ use std::sync::atomic::Ordering;
 /// ----------
 /// plan : of each rollout.
 /// progress : True for a progress bar of tqdm, if that is installed; or a function of (done, total) rollouts.
+///
+/// A batch can be pickled if its progress function can.
 ///
 /// Ctrl-C ends a batch: rollouts that run end before their next step. RAYON_NUM_THREADS=1 in the environment keeps to one core.
 #[pyclass(frozen, module = "hydroelastic")]
@@ -186,6 +189,37 @@ impl Batch {
             Err(why) => shown(py, PyResult::<Trajectory>::Err(not_differentiated(&why))),
         });
         results.collect()
+    }
+
+    /// World.jacobian of each of a list of worlds, from its initial state: for many starts. Each result is a Trajectory and its
+    /// TrajectoryJacobian, or an exception.
+    fn jacobians_of_worlds<'py>(
+        &self,
+        py: Python<'py>,
+        worlds: Vec<Bound<'py, World>>,
+        parameters: Vec<Bound<'py, Parameter>>,
+    ) -> PyResult<Vec<Bound<'py, PyAny>>> {
+        let by = inner(&parameters);
+        let worlds: Vec<Inner> = worlds
+            .iter()
+            .map(|world| world.get().inner.clone())
+            .collect();
+        let job = |batch: &dynamics::Batch| batch.jacobians_of_worlds(&worlds, &by, &AllStates);
+        let found = self.results(py, worlds.len(), job)?;
+        let results = found.iter().zip(&worlds).map(|(found, world)| {
+            let found = found.as_ref().map_err(not_differentiated);
+            shown(
+                py,
+                found.and_then(|found| both(py, found, world.bodies().len())),
+            )
+        });
+        results.collect()
+    }
+
+    fn __getnewargs_ex__<'py>(&self, py: Python<'py>) -> PyResult<((Plan,), Bound<'py, PyDict>)> {
+        let keywords = PyDict::new(py);
+        keywords.set_item("progress", self.progress.as_ref())?;
+        Ok(((self.plan(),), keywords))
     }
 
     fn __repr__(&self) -> String {

@@ -2,6 +2,7 @@
 
 use crate::arrays::array;
 use crate::pair::wrench_numbers;
+use crate::pickle::{Reduced, loaded, reduced};
 use crate::surface::Surface;
 use hydroelastic::dynamics;
 use numpy::PyArrayDyn;
@@ -22,7 +23,7 @@ pub struct Contact {
 impl Contact {
     pub fn of(py: Python<'_>, contact: &dynamics::Contact, names: &[&str]) -> PyResult<Self> {
         let [a, b] = contact.bodies.map(|place| names[place].to_owned());
-        let wrench = array(py, wrench_numbers(&contact.wrench), &[12])?;
+        let wrench = array(py, wrench_numbers(&contact.wrench).to_vec(), &[12])?;
         let surface = Py::new(py, Surface::of(py, &contact.surface)?)?;
         Ok(Self {
             bodies: (a, b),
@@ -86,7 +87,17 @@ impl Topology {
         self.0.changes_since(&before.0)
     }
 
+    fn __reduce__<'py>(&self, py: Python<'py>) -> PyResult<Reduced<'py>> {
+        reduced(py, "_load_topology", &self.0)
+    }
+
     fn __repr__(&self) -> String {
         format!("Topology({} polygons)", self.0.polygon_count())
     }
+}
+
+/// A topology from what pickle has kept.
+#[pyfunction]
+pub fn _load_topology(saved: &[u8]) -> PyResult<Topology> {
+    loaded(saved).map(Topology)
 }

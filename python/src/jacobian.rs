@@ -2,6 +2,7 @@
 
 use crate::arrays::{Floats, array};
 use crate::errors::refused;
+use crate::pickle::{Reduced, loaded, reduced};
 use crate::trajectory::Trajectory;
 use hydroelastic::dynamics::{self, BodyState};
 use hydroelastic::gradient::{self, Outcome, OutcomeJacobian};
@@ -165,6 +166,10 @@ impl DifferenceCheck {
         self.0.best()
     }
 
+    fn __reduce__<'py>(&self, py: Python<'py>) -> PyResult<Reduced<'py>> {
+        reduced(py, "_load_difference_check", &self.0)
+    }
+
     fn __str__(&self) -> String {
         self.0.to_string()
     }
@@ -176,4 +181,10 @@ impl DifferenceCheck {
             self.0.best()
         )
     }
+}
+
+/// A check from what pickle has kept.
+#[pyfunction]
+pub fn _load_difference_check(saved: &[u8]) -> PyResult<DifferenceCheck> {
+    loaded(saved).map(DifferenceCheck)
 }

@@ -50,6 +50,9 @@ fn _core(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_function(wrap_pyfunction!(parameter::_load_parameter, module)?)?;
     module.add_function(wrap_pyfunction!(report::_load_step_report, module)?)?;
     module.add_function(wrap_pyfunction!(world_pickle::_load_world, module)?)?;
+    module.add_function(wrap_pyfunction!(world_pickle::_load_body, module)?)?;
+    module.add_function(wrap_pyfunction!(contacts::_load_topology, module)?)?;
+    module.add_function(wrap_pyfunction!(jacobian::_load_difference_check, module)?)?;
     module.add_class::<shape::Shape>()?;
     module.add_class::<material::Material>()?;
     module.add_class::<material::SurfaceLaw>()?;

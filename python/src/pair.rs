@@ -1,22 +1,27 @@
 //! Two shapes that may touch.
 
-use crate::arrays::{Floats, Many, array};
+use crate::arrays::Floats;
 use crate::errors::refused;
 use crate::material::SurfaceLaw;
-use crate::pair_inputs::{Inputs, stacked, stacked_two};
+use crate::pair_inputs::Inputs;
 use crate::poses::one;
 use crate::shape::Shape;
 use crate::surface::Surface;
 use hydroelastic::contact::{
     self, ContactBody, ContactJacobian, ContactPair, ContactWrench, LinearisedContact,
 };
-use hydroelastic::io::write_surface;
+use hydroelastic::nalgebra::SMatrix;
+use numpy::PyUntypedArrayMethods;
 use pyo3::prelude::*;
 use std::path::PathBuf;
 use std::sync::Arc;
 
 /// Numbers of both wrenches.
 const BOTH: usize = 12;
+
+/// Columns of the Jacobian at rest, and in motion.
+const AT_REST: usize = 14;
+const IN_MOTION: usize = 28;
 
 /// Two shapes that may touch, with their moduli and the law of their surfaces.
 ///
@@ -57,34 +62,42 @@ impl Pair {
 }
 
 /// The numbers of both wrenches.
-pub fn wrench_numbers(wrench: &ContactWrench) -> Vec<f64> {
+pub fn wrench_numbers(wrench: &ContactWrench) -> [f64; BOTH] {
     let [a, b] = [wrench.on_a.to_vector(), wrench.on_b.to_vector()];
-    a.iter().chain(&b).copied().collect()
+    std::array::from_fn(|place| if place < 6 { a[place] } else { b[place - 6] })
 }
 
-/// The Jacobian at rest, row by row.
-fn at_rest_by_rows(jacobian: &ContactJacobian) -> Vec<f64> {
-    let mut entries = Vec::with_capacity(BOTH * 14);
-    for on in [&jacobian.on_a, &jacobian.on_b] {
-        for row in 0..6 {
-            entries.extend(on.by_pose_a.row(row).iter());
-            entries.extend(on.by_pose_b.row(row).iter());
-            entries.extend([on.by_modulus_a[row], on.by_modulus_b[row]]);
+/// Writes a block of columns of a Jacobian whose rows have so many numbers, from a column on.
+fn write_columns<const R: usize, const C: usize>(
+    rows: &mut [f64],
+    width: usize,
+    first: usize,
+    block: &SMatrix<f64, R, C>,
+) {
+    for (row, entries) in rows.chunks_exact_mut(width).take(R).enumerate() {
+        for (column, entry) in entries[first..first + C].iter_mut().enumerate() {
+            *entry = block[(row, column)];
         }
     }
-    entries
 }
 
-/// The Jacobian in motion, row by row.
-fn in_motion_by_rows(contact: &LinearisedContact) -> Vec<f64> {
-    let mut entries = Vec::with_capacity(BOTH * 28);
-    for row in 0..BOTH {
-        entries.extend(contact.by_poses.row(row).iter());
-        entries.extend(contact.by_twists.row(row).iter());
-        entries.extend(contact.by_moduli.row(row).iter());
-        entries.extend(contact.by_law.row(row).iter());
+/// Writes the Jacobian at rest, row by row.
+fn write_at_rest(rows: &mut [f64], jacobian: &ContactJacobian) {
+    let halves = rows.split_at_mut(6 * AT_REST);
+    for (rows, on) in [(halves.0, &jacobian.on_a), (halves.1, &jacobian.on_b)] {
+        write_columns(rows, AT_REST, 0, &on.by_pose_a);
+        write_columns(rows, AT_REST, 6, &on.by_pose_b);
+        write_columns(rows, AT_REST, 12, &on.by_modulus_a);
+        write_columns(rows, AT_REST, 13, &on.by_modulus_b);
     }
-    entries
+}
+
+/// Writes the Jacobian in motion, row by row.
+fn write_in_motion(rows: &mut [f64], contact: &LinearisedContact) {
+    write_columns(rows, IN_MOTION, 0, &contact.by_poses);
+    write_columns(rows, IN_MOTION, 12, &contact.by_twists);
+    write_columns(rows, IN_MOTION, 24, &contact.by_moduli);
+    write_columns(rows, IN_MOTION, 26, &contact.by_law);
 }
 
 #[pymethods]
@@ -149,14 +162,15 @@ impl Pair {
         let (poses, twists) = ([pose_a, pose_b], [twist_a, twist_b]);
         let inputs = Inputs::of(self, poses, twists, moduli, law)?;
         let at_rest = twist_a.is_none() && twist_b.is_none();
-        let wrenches = inputs.values(py, self, |at| {
-            wrench_numbers(&if at_rest {
+        let found = inputs.found(py, self, BOTH, |at, row| {
+            let wrench = if at_rest {
                 at.pair.wrench()
             } else {
                 at.pair.wrench_in_motion(&at.law, at.twists)
-            })
+            };
+            row.copy_from_slice(&wrench_numbers(&wrench));
         })?;
-        stacked(py, wrenches, &[BOTH])
+        found.array(py, 0, &[BOTH])
     }
 
     /// The wrenches of bodies at rest, (12,), and their Jacobian, (12, 14), in closed form; or n of each. Columns: pose of A
@@ -171,11 +185,14 @@ impl Pair {
     ) -> PyResult<(Floats<'py>, Floats<'py>)> {
         let (poses, twists, law) = ([pose_a, pose_b], [None, None], None);
         let inputs = Inputs::of(self, poses, twists, moduli, law)?;
-        let found = inputs.values(py, self, |at| {
+        let found = inputs.found(py, self, BOTH * (1 + AT_REST), |at, row| {
             let (wrench, jacobian) = at.pair.wrench_and_jacobian();
-            [wrench_numbers(&wrench), at_rest_by_rows(&jacobian)]
+            let (wrenches, rows) = row.split_at_mut(BOTH);
+            wrenches.copy_from_slice(&wrench_numbers(&wrench));
+            write_at_rest(rows, &jacobian);
         })?;
-        stacked_two(py, found, [&[BOTH], &[BOTH, 14]])
+        let wrenches = found.array(py, 0, &[BOTH])?;
+        Ok((wrenches, found.array(py, BOTH, &[BOTH, AT_REST])?))
     }
 
     /// The wrenches of moving bodies, (12,), and their Jacobian, (12, 28), in closed form; or n of each. Columns: pose of A (6),
@@ -193,14 +210,14 @@ impl Pair {
     ) -> PyResult<(Floats<'py>, Floats<'py>)> {
         let (poses, twists) = ([pose_a, pose_b], [twist_a, twist_b]);
         let inputs = Inputs::of(self, poses, twists, moduli, law)?;
-        let found = inputs.values(py, self, |at| {
+        let found = inputs.found(py, self, BOTH * (1 + IN_MOTION), |at, row| {
             let linearised = at.pair.linearised(&at.law, at.twists);
-            [
-                wrench_numbers(&linearised.wrench),
-                in_motion_by_rows(&linearised),
-            ]
+            let (wrenches, rows) = row.split_at_mut(BOTH);
+            wrenches.copy_from_slice(&wrench_numbers(&linearised.wrench));
+            write_in_motion(rows, &linearised);
         })?;
-        stacked_two(py, found, [&[BOTH], &[BOTH, 28]])
+        let wrenches = found.array(py, 0, &[BOTH])?;
+        Ok((wrenches, found.array(py, BOTH, &[BOTH, IN_MOTION])?))
     }
 
     /// Potential energy (J) of the contact, () or (n,): the wrench is minus its derivative. Takes much longer than the wrench.
@@ -214,12 +231,12 @@ impl Pair {
     ) -> PyResult<Bound<'py, PyAny>> {
         let (poses, twists, law) = ([pose_a, pose_b], [None, None], None);
         let inputs = Inputs::of(self, poses, twists, moduli, law)?;
-        match inputs.values(py, self, |at| vec![at.pair.potential_energy()])? {
-            Many::One(energy) => Ok(energy[0].into_pyobject(py)?.into_any()),
-            Many::Each(energies) => {
-                let count = energies.len();
-                Ok(array(py, energies.concat(), &[count])?.into_any())
-            }
+        let found = inputs.found(py, self, 1, |at, row| row[0] = at.pair.potential_energy())?;
+        let energies = found.array(py, 0, &[])?;
+        // One energy is a number, as of numpy it would be an array of no dimension.
+        match energies.ndim() {
+            0 => energies.call_method0("item"),
+            _ => Ok(energies.into_any()),
         }
     }
 
@@ -235,7 +252,8 @@ impl Pair {
         Surface::of(py, &surface)
     }
 
-    /// Writes the contact surface between two poses for ParaView and its like: .vtp or .vtk.
+    /// Writes the contact surface between two poses for ParaView and its like, by the extension of the name: VTK XML (.vtp) or
+    /// legacy (.vtk). Corners have the data pressure (Pa); polygons have pressure (the mean, Pa), area (m²) and normal.
     fn write_surface<'py>(
         &self,
         py: Python<'py>,
@@ -243,9 +261,10 @@ impl Pair {
         pose_a: &Bound<'py, PyAny>,
         pose_b: &Bound<'py, PyAny>,
     ) -> PyResult<()> {
-        let pair = self.at(pose_a, pose_b)?;
-        py.detach(|| write_surface(path, &pair.surface()))
-            .map_err(refused)
+        let surface = self.surface(py, pose_a, pose_b)?;
+        py.import("hydroelastic._vtk")?
+            .call_method1("write_surface", (path, surface))?;
+        Ok(())
     }
 
     fn __repr__(&self) -> String {

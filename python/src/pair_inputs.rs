@@ -1,6 +1,6 @@
 //! What a pair is evaluated at: one set of poses, twists and numbers, or n of them.
 
-use crate::arrays::{Floats, Many, array, rows};
+use crate::arrays::{Floats, Many, array, copied, rows};
 use crate::errors::refused;
 use crate::pair::Pair;
 use crate::poses::{poses, twist_of};
@@ -104,62 +104,65 @@ impl Inputs {
         })
     }
 
-    /// The value of each contact, computed without the GIL; those of a batch by all threads.
-    pub fn values<O: Send>(
+    /// So many numbers for each contact, written without the GIL; for those of a batch by all threads.
+    pub fn found(
         &self,
         py: Python<'_>,
         pair: &Pair,
-        value: impl Fn(&Situation<'_>) -> O + Sync,
-    ) -> PyResult<Many<O>> {
-        let Some(count) = self.count()? else {
+        width: usize,
+        write: impl Fn(&Situation<'_>, &mut [f64]) + Sync,
+    ) -> PyResult<Found> {
+        let count = self.count()?;
+        let Some(length) = count else {
             let situation = self.situation(pair, 0)?;
-            let found = py.detach(|| value(&situation));
-            return Ok(Many::One(found));
+            let mut numbers = vec![0.0; width];
+            py.detach(|| write(&situation, &mut numbers));
+            return Ok(Found {
+                numbers,
+                width,
+                count,
+            });
         };
-        let situations = (0..count).map(|item| self.situation(pair, item));
+        let situations = (0..length).map(|item| self.situation(pair, item));
         let situations = situations.collect::<PyResult<Vec<_>>>()?;
         let chunks: Vec<&[Situation<'_>]> = situations.chunks(CHUNK).collect();
-        let values = |chunk: &&[Situation<'_>]| chunk.iter().map(&value).collect::<Vec<_>>();
-        let found = py.detach(|| results_of(&chunks, values));
-        Ok(Many::Each(found.into_iter().flatten().collect()))
+        let of_chunk = |chunk: &&[Situation<'_>]| {
+            let mut numbers = vec![0.0; width * chunk.len()];
+            for (situation, row) in chunk.iter().zip(numbers.chunks_mut(width)) {
+                write(situation, row);
+            }
+            numbers
+        };
+        let numbers = py.detach(|| results_of(&chunks, of_chunk)).concat();
+        Ok(Found {
+            numbers,
+            width,
+            count,
+        })
     }
 }
 
-/// Rows of numbers as an array of a shape, with n in front for a batch.
-pub fn stacked<'py>(
-    py: Python<'py>,
-    numbers: Many<Vec<f64>>,
-    shape: &[usize],
-) -> PyResult<Floats<'py>> {
-    match numbers {
-        Many::One(values) => array(py, values, shape),
-        Many::Each(values) => {
-            let whole: Vec<usize> = std::iter::once(values.len())
-                .chain(shape.iter().copied())
-                .collect();
-            array(py, values.concat(), &whole)
-        }
-    }
+/// The numbers of one contact, or of each of a batch: those of one array after those of another.
+pub struct Found {
+    numbers: Vec<f64>,
+    width: usize,
+    count: Option<usize>,
 }
 
-/// The same of two arrays for each contact.
-pub fn stacked_two<'py>(
-    py: Python<'py>,
-    numbers: Many<[Vec<f64>; 2]>,
-    shapes: [&[usize]; 2],
-) -> PyResult<(Floats<'py>, Floats<'py>)> {
-    let (first, second) = match numbers {
-        Many::One([first, second]) => (Many::One(first), Many::One(second)),
-        Many::Each(both) => {
-            let (first, second) = both
-                .into_iter()
-                .map(|[first, second]| (first, second))
-                .unzip();
-            (Many::Each(first), Many::Each(second))
-        }
-    };
-    Ok((
-        stacked(py, first, shapes[0])?,
-        stacked(py, second, shapes[1])?,
-    ))
+impl Found {
+    /// The array of a shape that begins at a number of each contact; with n in front for a batch.
+    pub fn array<'py>(
+        &self,
+        py: Python<'py>,
+        first: usize,
+        shape: &[usize],
+    ) -> PyResult<Floats<'py>> {
+        let range = first..first + shape.iter().product::<usize>();
+        let Some(count) = self.count else {
+            return copied(py, &self.numbers[range], shape);
+        };
+        let rows = self.numbers.chunks(self.width);
+        let values: Vec<f64> = rows.flat_map(|row| &row[range.clone()]).copied().collect();
+        array(py, values, &[&[count], shape].concat())
+    }
 }

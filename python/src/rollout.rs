@@ -7,10 +7,14 @@ use crate::report::StepReport;
 use crate::state::State;
 use crate::trajectory::Trajectory;
 use hydroelastic::dynamics::{self, RolloutError};
+use pyo3::exceptions::PyTypeError;
 use pyo3::prelude::*;
 use std::sync::atomic::Ordering;
 
 /// The steps of a world by a plan: an iterator over the states after each, as many as are planned. Made by World.rollout.
+///
+/// A rollout cannot be pickled: what implicit steps remember of earlier ones does not travel. World.rollout with rollout.state
+/// for its start goes on from there, explicit steps with the same bits.
 ///
 /// A step that leads to a state that is not finite, fails the stability check or is not solved raises RolloutError.
 #[pyclass(module = "hydroelastic")]
@@ -131,6 +135,14 @@ impl Rollout {
         }
         py.detach(|| self.step()).map_err(|why| ended(&why))?;
         Ok(Some(self.state()))
+    }
+
+    #[allow(clippy::unused_self, reason = "a method, to pickle")]
+    fn __reduce__(&self) -> PyResult<()> {
+        Err(PyTypeError::new_err(
+            "a Rollout cannot be pickled or copied: what its implicit steps remember of earlier ones stays in this process. The \
+             world, the plan and rollout.state can, and world.rollout(plan, start=state) goes on from there",
+        ))
     }
 
     fn __repr__(&self) -> String {

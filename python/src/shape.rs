@@ -8,7 +8,7 @@ use hydroelastic::mesh::{MeshError, PressureField, TetMesh, shapes};
 use numpy::PyArrayDyn;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 /// What a body is made of for contact: a tetrahedral mesh with an extent on every vertex, 0 on the surface and positive inside.
@@ -40,6 +40,14 @@ impl Shape {
     }
 }
 
+/// Whether the name of a file is one of VTK.
+fn is_of_vtk(path: &Path) -> bool {
+    let extension = path.extension().unwrap_or_default();
+    ["vtk", "vtu"]
+        .iter()
+        .any(|of| extension.eq_ignore_ascii_case(of))
+}
+
 #[pymethods]
 impl Shape {
     #[new]
@@ -63,12 +71,29 @@ impl Shape {
         })
     }
 
-    /// A mesh from a file in metres: Gmsh 4.1 (.msh), VTK legacy (.vtk) or VTK XML (.vtu).
+    /// A mesh from a file in metres: Gmsh 4.1 (.msh), VTK legacy (.vtk) or VTK XML (.vtu). Files of VTK are read by meshio, which
+    /// the extra hydroelastic[files] installs. Vertices that no tetrahedron uses are left out.
     ///
     /// extents : the name of a point-data array of a VTK file, or None for the distance to the surface.
+    ///
+    /// Raises
+    /// ------
+    /// ImportError for a file of VTK without meshio; HydroelasticError if the file is damaged or has no tetrahedra of first
+    /// order, or solids of another kind.
     #[staticmethod]
     #[pyo3(signature = (path, extents=None))]
     fn read(py: Python<'_>, path: PathBuf, extents: Option<&str>) -> PyResult<Self> {
+        if is_of_vtk(&path) {
+            let found = py.import("hydroelastic._vtk")?;
+            let found = found.call_method1("read_mesh", (&path, extents))?;
+            let (vertices, tets, extents): (Bound<'_, PyAny>, Bound<'_, PyAny>, Option<_>) =
+                found.extract()?;
+            let shape = Self::new(&vertices, &tets, extents.as_ref(), false);
+            return shape.map_err(|error| {
+                let (path, why) = (path.display(), error.value(py));
+                refused(format!("{path} does not hold a usable mesh: {why}"))
+            });
+        }
         py.detach(|| {
             let file = read_mesh(path).map_err(refused)?;
             match extents {

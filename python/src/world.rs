@@ -167,7 +167,7 @@ impl World {
 
     /// The bodies, as they are now: in the order of every state.
     #[getter]
-    fn bodies(&self) -> Vec<Body> {
+    pub fn bodies(&self) -> Vec<Body> {
         let path = |name: &str| {
             let mut paths = self.paths.iter();
             paths

@@ -2,30 +2,39 @@
 
 use crate::arrays::{Floats, array};
 use crate::errors::not_differentiated;
-use crate::interrupt::{Shared, run};
+use crate::interrupt::{Progress, Shared, run};
 use crate::jacobian::{AllStates, DifferenceCheck, TrajectoryJacobian, both};
 use crate::parameter::{Parameter, inner};
 use crate::plan::Plan;
 use crate::trajectory::Trajectory;
 use crate::world::World;
-use hydroelastic::gradient::{Experiment, GradientError};
+use hydroelastic::gradient::{self, Experiment, GradientError};
 use hydroelastic::nalgebra::DMatrix;
 use pyo3::prelude::*;
 use std::sync::Arc;
 
 impl World {
-    /// What is read from an experiment, which Ctrl-C stops.
+    /// What is read from an experiment, which Ctrl-C stops, of derivatives by so many numbers.
     fn experiment<O: Send>(
         &self,
         py: Python<'_>,
         plan: &Plan,
+        (numbers, progress): (usize, Option<&Bound<'_, PyAny>>),
         read: impl FnOnce(&Experiment) -> Result<O, GradientError> + Send,
     ) -> PyResult<O> {
         let shared = Shared::default();
-        let experiment = Experiment::new(&self.inner, &plan.0).stopped_by(Arc::clone(&shared.stop));
-        let found = run(py, &shared, None, || read(&experiment))?;
+        let experiment = Experiment::new(&self.inner, &plan.0)
+            .stopped_by(Arc::clone(&shared.stop))
+            .counted_by(Arc::clone(&shared.done));
+        let progress = Progress::of(py, progress, experiment.steps_by(numbers))?;
+        let found = run(py, &shared, progress.as_ref(), || read(&experiment))?;
         found.map_err(|why| not_differentiated(&why))
     }
+}
+
+/// How many numbers there are in parameters.
+fn width(parameters: &[gradient::Parameter]) -> usize {
+    parameters.iter().map(gradient::Parameter::dimension).sum()
 }
 
 /// A matrix as an array.
@@ -41,32 +50,47 @@ impl World {
     ///
     /// Derivatives are constants to whoever takes them: there are no second ones.
     ///
+    /// progress : True for a progress bar of tqdm, if that is installed; or a function of (done, total) steps. Ctrl-C ends the
+    ///     rollout before its next step.
+    ///
     /// Raises
     /// ------
     /// HydroelasticError if a parameter is not one of the world's, or a derivative is not finite; RolloutError, without a
     /// trajectory, if the rollout ends early.
+    #[pyo3(signature = (plan, parameters, *, progress=None))]
     fn jacobian(
         &self,
         py: Python<'_>,
         plan: &Plan,
         parameters: Vec<Bound<'_, Parameter>>,
+        progress: Option<&Bound<'_, PyAny>>,
     ) -> PyResult<(Trajectory, TrajectoryJacobian)> {
         let by = inner(&parameters);
-        let found = self.experiment(py, plan, |it| it.jacobian(&by, &AllStates))?;
+        let watched = (width(&by), progress);
+        let found = self.experiment(py, plan, watched, |it| it.jacobian(&by, &AllStates))?;
         both(py, &found, self.inner.bodies().len())
     }
 
     /// The end of a rollout to first order in local coordinates, 12 numbers for each of d dynamic bodies as of displacement: A
     /// (12 d, 12 d), by the start, and B (12 d, p), by the parameters. A plan of one step gives that of the step.
-    #[pyo3(signature = (plan, parameters=vec![]))]
+    ///
+    /// progress : as of jacobian.
+    #[pyo3(signature = (plan, parameters=vec![], *, progress=None))]
     fn linearised<'py>(
         &self,
         py: Python<'py>,
         plan: &Plan,
         parameters: Vec<Bound<'py, Parameter>>,
+        progress: Option<&Bound<'py, PyAny>>,
     ) -> PyResult<(Floats<'py>, Floats<'py>)> {
         let by = inner(&parameters);
-        let found = self.experiment(py, plan, |it| it.linearised(&by))?;
+        let dynamic = self
+            .inner
+            .bodies()
+            .iter()
+            .filter(|it| it.inertia().is_some());
+        let watched = (12 * dynamic.count() + width(&by), progress);
+        let found = self.experiment(py, plan, watched, |it| it.linearised(&by))?;
         Ok((
             by_rows(py, &found.by_state)?,
             by_rows(py, &found.by_parameters)?,
@@ -81,7 +105,9 @@ impl World {
         parameters: Vec<Bound<'_, Parameter>>,
     ) -> PyResult<DifferenceCheck> {
         let by = inner(&parameters);
-        let found = self.experiment(py, plan, |it| it.difference_check(&by, &AllStates))?;
+        let found = self.experiment(py, plan, (0, None), |it| {
+            it.difference_check(&by, &AllStates)
+        })?;
         Ok(DifferenceCheck(found))
     }
 }

@@ -1,9 +1,11 @@
-//! Worlds that travel.
+//! Worlds and bodies that travel.
 
+use crate::body::Body;
 use crate::errors::refused;
 use crate::path::{Kind, Path};
 use crate::pickle::{Reduced, loaded, reduced};
 use crate::world::{Inner, World};
+use hydroelastic::dynamics;
 use pyo3::prelude::*;
 use std::sync::Arc;
 
@@ -23,9 +25,41 @@ impl World {
     }
 }
 
+#[pymethods]
+impl Body {
+    /// As the world of this body alone.
+    fn __reduce__<'py>(&self, py: Python<'py>) -> PyResult<Reduced<'py>> {
+        let alone = dynamics::World::new(vec![self.inner.clone()]);
+        let inner = alone
+            .and_then(|world| world.with_forces(Vec::new()))
+            .map_err(refused)?;
+        let name = self.inner.name().to_owned();
+        let paths = self.path.iter().map(|path| (name.clone(), path.clone()));
+        let world = World {
+            inner,
+            paths: paths.collect(),
+        };
+        let (_, saved) = world.__reduce__(py)?;
+        let function = py.import("hydroelastic._core")?.getattr("_load_body")?;
+        Ok((function, saved))
+    }
+}
+
+/// A body from what pickle has kept.
+#[pyfunction]
+pub fn _load_body(saved: &[u8]) -> PyResult<Body> {
+    let world = world_of(saved)?;
+    let body = world.bodies().into_iter().next();
+    body.ok_or_else(|| refused("there is no body in what was saved"))
+}
+
 /// A world from what pickle has kept.
 #[pyfunction]
 pub fn _load_world(saved: &[u8]) -> PyResult<World> {
+    world_of(saved)
+}
+
+fn world_of(saved: &[u8]) -> PyResult<World> {
     let (mut inner, kinds): (Inner, Vec<(String, Kind)>) = loaded(saved)?;
     let paths = kinds
         .into_iter()

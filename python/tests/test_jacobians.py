@@ -133,3 +133,41 @@ def test_displacement_is_undone(scene):
     again = scene.displaced(states[0], change)
     assert np.allclose(again.poses, states[-1].poses, atol=1e-14)
     assert np.allclose(again.twists, states[-1].twists, atol=1e-14)
+
+
+def test_jacobians_of_many_worlds_are_those_of_each(bounce):
+    world, plan = bounce
+    state = world.initial_state
+    worlds = [
+        world.replace(start=he.State(0.0, state.poses, state.twists + np.array([[0, 0, 0, 0.1 * place, 0, 0], [0] * 6])))
+        for place in range(3)
+    ]
+    by = [he.Parameter.initial_velocity("ball"), he.Parameter.friction("ball")]
+    found = he.Batch(plan).jacobians_of_worlds(worlds, by)
+    for one, (trajectory, jacobian) in zip(worlds, found, strict=True):
+        expected, derivatives = one.jacobian(plan, by)
+        assert np.array_equal(trajectory.poses, expected.poses) and np.array_equal(trajectory.twists, expected.twists)
+        assert np.array_equal(jacobian.poses, derivatives.poses) and np.array_equal(jacobian.twists, derivatives.twists)
+    (error,) = he.Batch(plan).jacobians_of_worlds(worlds[:1], [he.Parameter.mass("floor")])
+    assert isinstance(error, he.HydroelasticError) and "the mass of \"floor\" has no effect" in str(error)
+
+
+def test_progress_of_derivatives_ends_at_the_number_of_steps(bounce):
+    world, _ = bounce
+    plan = he.Plan(2e-5, 4000, record_every=4000)
+    seen = []
+
+    def progress(done, total):
+        seen.append((done, total))
+
+    world.jacobian(plan, [he.Parameter.gravity()], progress=progress)
+    assert len(seen) > 1 and seen == sorted(seen) and seen[-1] == (4000, 4000)
+    seen.clear()
+    world.linearised(he.Plan(2e-5, 100), progress=progress)
+    assert seen[-1] == (100, 100)
+    # Once for every 96 numbers.
+    seen.clear()
+    controls = [he.Control("ball", 1e-3, np.zeros((17, 6)))]
+    by = [he.Parameter.control("ball", interval) for interval in range(17)]
+    world.replace(controls=controls).jacobian(he.Plan(2e-5, 100), by, progress=progress)
+    assert seen[-1] == (200, 200)

@@ -261,7 +261,7 @@ def test_rows_that_are_refused_are_nan_with_a_reason(ball_on_block, caplog, monk
     assert "out of order" in caplog.text
 
 
-def test_what_is_not_of_float64_is_refused(ball_on_block):
+def test_what_is_not_of_float64_is_refused(ball_on_block, monkeypatch):
     pair, pose_a, pose_b = ball_on_block
     with pytest.raises(TypeError, match="pose_a must be an array of float64, but is one of float32"):
         hj.wrench(pair, pose_a.astype(np.float32), pose_b)
@@ -276,8 +276,23 @@ def test_what_is_not_of_float64_is_refused(ball_on_block):
             with pytest.raises(TypeError, match="jax_enable_x64"):
                 call()
     jax.config.update("jax_enable_x64", False)
+    monkeypatch.setattr(hj, "_buffer_callback", None)
     with enable_x64(True), pytest.raises(TypeError, match="a context is of one thread"):
         jax.jit(lambda x: hj.wrench(pair, x, pose_b))(pose_a)
+
+
+def test_without_callbacks_on_buffers_the_bits_are_the_same(ball_on_block, twists, monkeypatch):
+    pair, pose_a, pose_b = ball_on_block
+
+    def found():
+        function = jax.vmap(jax.jacobian(lambda a, t: hj.wrench(pair, a, pose_b, t), (0, 1)))
+        return jax.tree.leaves(jax.jit(function)(np.stack([pose_a, pose_b]), np.stack(twists)))
+
+    assert hj._buffer_callback is not None
+    expected = found()
+    monkeypatch.setattr(hj, "_buffer_callback", None)
+    for with_buffers, without in zip(expected, found(), strict=True):
+        assert np.array_equal(with_buffers, without)
 
 
 def test_wrong_shapes_and_arguments_are_refused(ball_on_block, bounce):

@@ -96,6 +96,44 @@ def test_settings(value):
     assert repr(again(value)) == repr(value)
 
 
+def test_bodies(driven, bounce):
+    skin = he.Material(1e5, 0.1 / 3, 0.5)
+    path = he.Path.steady(he.pose([0.0, 0.0, -0.1]), [0.0, 0.0, 1.0, 0.1 / 3, 0.0, 0.0])
+    belt = he.Body.prescribed("belt", he.Shape.cuboid([1.0, 1.0, 0.2]), skin, path)
+    bodies = [*driven.bodies, belt]
+    for body, loaded in zip(bodies, again(bodies), strict=True):
+        assert repr(loaded) == repr(body) and loaded.material == body.material
+        same(loaded.pose, body.pose)
+        same(loaded.twist, body.twist)
+        same(loaded.shape.vertices, body.shape.vertices)
+    plan = he.Plan(5e-4, 200, record_every=200)
+    expected, found = (he.World(it, gravity=[0.0, 0.0, -9.81]).rollout(plan).recorded() for it in (bodies, again(bodies)))
+    same(expected.poses, found.poses)
+    same(again(belt).path.at(0.3)[0], path.at(0.3)[0])
+
+
+def test_topologies_and_difference_checks(bounce):
+    world, plan = bounce
+    pressed = world.rollout(plan).recorded()[-1]
+    states = [he.State(0.0, np.stack([he.pose([0.0, 0.0, z]), he.pose()]), np.zeros((2, 6))) for z in (0.19, 0.195, 0.5)]
+    topologies = [world.topology(state) for state in (*states, pressed)]
+    assert again(topologies) == topologies and topologies[0] != topologies[2]
+    assert again(topologies[0]).changes_since(topologies[2]) == topologies[0].polygon_count > 0
+    check = world.difference_check(he.Plan(5e-4, 20), [he.Parameter.gravity(), he.Parameter.modulus("ball")])
+    assert str(again(check)) == str(check) and again(check).numbers == check.numbers
+    same(again(check).errors, check.errors)
+    same(again(check).steps, check.steps)
+
+
+def test_batches_travel_and_rollouts_say_why_not(bounce):
+    world, plan = bounce
+    same(again(he.Batch(plan)).of_worlds([world])[0].poses, world.rollout(plan).recorded().poses)
+    with pytest.raises((AttributeError, pickle.PicklingError), match="lambda"):
+        pickle.dumps(he.Batch(plan, progress=lambda done, total: None))
+    with pytest.raises(TypeError, match="world.rollout.plan, start=state. goes on from there"):
+        pickle.dumps(world.rollout(plan))
+
+
 def test_reports_and_exceptions(bounce):
     world, _ = bounce
     rollout = world.rollout(he.Plan(5e-3, 30, he.Integrator.SDIRK2))

@@ -71,9 +71,10 @@ def test_every_method_has_the_results_of_the_local_batch(Batch, bounce):
     here, there = he.Batch(plan), Batch(plan, chunk=3, progress=lambda done, total: told.append((done, total)))
     same(there.trajectories_after(world, BY, samples), here.trajectories_after(world, BY, samples))
     same(there.jacobians_after(world, BY, samples), here.jacobians_after(world, BY, samples))
+    same(there.jacobians_of_worlds(worlds, BY), here.jacobians_of_worlds(worlds, BY))
     same(there.of_worlds(worlds), here.of_worlds(worlds))
     same(there.starting_from(world, states), here.starting_from(world, states))
-    assert told[:3][-1] == (7, 7) and told[-1] == (6, 6) and len(told) == 3 + 3 + 2 + 2
+    assert told[:3][-1] == (7, 7) and told[-1] == (6, 6) and len(told) == 3 + 3 + 2 + 2 + 2
     assert isinstance(there.jacobians_after(world, BY, samples)[3], he.HydroelasticError)
     assert there.of_worlds([]) == [] and there.plan == plan
 

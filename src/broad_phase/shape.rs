@@ -1,5 +1,6 @@
 use super::{Seeds, TetTree};
 use crate::mesh::PressureField;
+use crate::threads;
 use std::fmt;
 
 /// What a body is made of for contact: a pressure field and the R\*-trees over its tetrahedra.
@@ -16,7 +17,7 @@ impl Shape {
     /// Builds the trees over the field's tetrahedra and surface.
     #[must_use]
     pub fn new(field: PressureField) -> Self {
-        let (tree, seeds) = (TetTree::new(&field), Seeds::of(&field));
+        let (tree, seeds) = threads::both(|| TetTree::new(&field), || Seeds::of(&field));
         Self { field, tree, seeds }
     }
 

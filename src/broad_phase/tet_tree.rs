@@ -3,6 +3,7 @@ use super::box_tree::BoxTree;
 use crate::geometry::{Aabb, AffineField};
 use crate::mesh::PressureField;
 use crate::spatial::Pose;
+use crate::threads;
 
 /// The R\*-tree of a mesh's tetrahedra, by their boxes in the body frame.
 #[derive(Debug, Clone)]
@@ -21,10 +22,9 @@ impl TetTree {
         Self {
             tree: BoxTree::new(active.map(|(index, tet)| (index, tet.tetrahedron.aabb()))),
             bounds: field.mesh().aabb(),
-            projections: tets
-                .iter()
-                .map(|tet| Projections::of(&tet.tetrahedron))
-                .collect(),
+            projections: threads::values_of(tets.len(), |tet| {
+                Projections::of(&tets[tet].tetrahedron)
+            }),
         }
     }
 

@@ -30,6 +30,11 @@ pub struct Momentum<T = f64> {
 /// Which tetrahedra touch in a state. Where it changes from one state to the next, a derivative may
 /// be one-sided.
 #[derive(Debug, Clone, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(
+    feature = "serde",
+    serde(from = "Vec<[usize; 4]>", into = "Vec<[usize; 4]>")
+)]
 pub struct Topology {
     /// Bodies A and B, tetrahedron of A, tetrahedron (or triangle) of B: sorted.
     touching: Vec<[usize; 4]>,
@@ -58,6 +63,22 @@ impl Topology {
             from.touching.iter().filter(is_missing).count()
         };
         missing(self, before) + missing(before, self)
+    }
+}
+
+#[cfg(feature = "serde")]
+impl From<Vec<[usize; 4]>> for Topology {
+    fn from(mut touching: Vec<[usize; 4]>) -> Self {
+        touching.sort_unstable();
+        touching.dedup();
+        Self { touching }
+    }
+}
+
+#[cfg(feature = "serde")]
+impl From<Topology> for Vec<[usize; 4]> {
+    fn from(topology: Topology) -> Self {
+        topology.touching
     }
 }
 

@@ -8,7 +8,7 @@ use crate::scalar::Scalar;
 use crate::threads::contained;
 use std::fmt;
 use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 
 /// An endless iterator over the states that follow a world's initial state, one a time step; [`Self::recorded`] takes the
 /// steps that were planned.
@@ -26,6 +26,7 @@ pub struct Rollout<T = f64> {
     plan: Plan,
     steps: Steps<T>,
     stop: Option<Arc<AtomicBool>>,
+    count: Option<Arc<AtomicUsize>>,
 }
 
 impl<T: Scalar, F: Force> World<T, F> {
@@ -64,6 +65,7 @@ impl<T: Scalar> Rollout<T> {
             plan: *plan,
             steps,
             stop: None,
+            count: None,
         }
     }
 
@@ -90,6 +92,14 @@ impl<T: Scalar> Rollout<T> {
     pub fn stopped_by(self, flag: Arc<AtomicBool>) -> Self {
         let stop = Some(flag);
         Self { stop, ..self }
+    }
+
+    /// The same rollout, of which [`Self::recorded`] adds 1 to a number for each step taken: for another thread to read, that
+    /// shows how far the rollout has come.
+    #[must_use]
+    pub fn counted_by(self, count: Arc<AtomicUsize>) -> Self {
+        let count = Some(count);
+        Self { count, ..self }
     }
 
     /// Whether the flag that stops it, if there is one, is set.
@@ -131,6 +141,9 @@ impl<T: Scalar> Rollout<T> {
             let state = self.steps.advance(&*self.world, &self.plan)?;
             if self.plan.records(step) {
                 trajectory.push(state.clone());
+            }
+            if let Some(count) = &self.count {
+                count.fetch_add(1, Ordering::Relaxed);
             }
         }
         Ok(())

@@ -79,6 +79,14 @@ impl Aabb {
         }
     }
 
+    /// Square (m²) of the distance to a point; 0 inside.
+    #[inline]
+    #[must_use]
+    pub fn squared_distance_to(&self, point: &Vector3<f64>) -> f64 {
+        let outside = (self.lower - point).sup(&(point - self.upper));
+        outside.sup(&Vector3::zeros()).norm_squared()
+    }
+
     /// Centre of the box (m).
     #[must_use]
     pub fn center(&self) -> Vector3<f64> {

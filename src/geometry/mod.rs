@@ -1,5 +1,5 @@
 //! Shapes without physics: [`AffineField`], [`Tetrahedron`], [`ConvexPolygon`] and its
-//! [`PolygonMoments`], boxes, and the distance to a triangle.
+//! [`PolygonMoments`], boxes, and triangles.
 
 mod aabb;
 mod affine_field;
@@ -17,4 +17,4 @@ pub use polygon::{ConvexPolygon, POLYGON_CAPACITY};
 pub use tetrahedron::Tetrahedron;
 pub(crate) use tetrahedron::{ALL_FACES, FACES};
 pub(crate) use tolerance::{Closeness, Tolerance, snapped};
-pub(crate) use triangle::distance_to_triangle;
+pub(crate) use triangle::Triangle;

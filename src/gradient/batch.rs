@@ -46,6 +46,23 @@ impl Batch {
         })
     }
 
+    /// For each of a list of worlds the outcome of its rollout from its initial state, and the derivatives by the parameters,
+    /// as of [`Experiment::jacobian`]: for many starts.
+    ///
+    /// # Errors
+    /// Each world's own: as of [`Experiment::jacobian`], and [`RolloutError::Stopped`] where the batch was ended before.
+    pub fn jacobians_of_worlds<F: Force>(
+        &self,
+        worlds: &[World<f64, F>],
+        parameters: &[Parameter],
+        outcome: &impl Outcome,
+    ) -> Vec<Result<OutcomeJacobian, GradientError>> {
+        let job = |world: &World<f64, F>| {
+            contained(|| self.experiment(world.clone()).jacobian(parameters, outcome))
+        };
+        self.results(worlds, job, |_| RolloutError::Stopped.into())
+    }
+
     /// For each sample a loss and its gradient, as of [`Experiment::gradient`].
     ///
     /// # Errors
@@ -63,6 +80,11 @@ impl Batch {
         })
     }
 
+    /// The experiment on a world, which ends with the batch.
+    fn experiment<F: Force>(&self, world: World<f64, F>) -> Experiment {
+        Experiment::new(world, &self.plan).stopped_by(Arc::clone(&self.stop))
+    }
+
     /// What is read from the experiment on the world after each sample's changes.
     fn after<F: Force, O: Send>(
         &self,
@@ -74,8 +96,7 @@ impl Batch {
         let job = |sample: &_| {
             contained(|| {
                 let world = world.changed(parameters, AsRef::as_ref(sample))?;
-                let experiment = Experiment::new(world, &self.plan);
-                read(&experiment.stopped_by(Arc::clone(&self.stop)))
+                read(&self.experiment(world))
             })
         };
         self.results(samples, job, |_| RolloutError::Stopped.into())

@@ -18,6 +18,14 @@ const PLATEAU: f64 = 10.0;
 /// the derivatives by one parameter. What is not finite is an infinite error: a derivative or an outcome
 /// at every step, a difference at its own.
 #[derive(Debug, Clone)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(
+    feature = "serde",
+    serde(
+        try_from = "super::serial::CheckLayout",
+        into = "super::serial::CheckLayout"
+    )
+)]
 #[non_exhaustive]
 pub struct DifferenceCheck {
     /// Steps, in typical changes of a parameter: its value for materials and masses, else 1 SI unit.

@@ -14,7 +14,9 @@ pub enum GradientError {
     #[error(transparent)]
     Rollout(#[from] RolloutError),
     /// The parameter belongs to a body that forces do not move.
-    #[error("{parameter} has no effect, because body {body:?} is not dynamic")]
+    #[error(
+        "{parameter} has no effect, because forces do not move body {body:?}: it is fixed or follows a path"
+    )]
     NotDynamic {
         /// Name of the body.
         body: String,
@@ -77,9 +79,7 @@ pub enum GradientError {
         found: Box<OutcomeJacobian>,
     },
     /// The world has no control on the body, or it has not so many intervals.
-    #[error(
-        "body {body:?} has no control with an interval {interval}: its intervals are {intervals}, counted from 0"
-    )]
+    #[error("interval {interval} of the control of body {body:?} was asked for, but {}", intervals_found(*intervals))]
     NoControl {
         /// Name of the body.
         body: String,
@@ -130,5 +130,13 @@ impl<T> From<Interrupted<T>> for GradientError {
 impl From<Panicked> for GradientError {
     fn from(panicked: Panicked) -> Self {
         RolloutError::from(panicked).into()
+    }
+}
+
+/// Which intervals a body's control has.
+fn intervals_found(intervals: usize) -> String {
+    match intervals.checked_sub(1) {
+        None => "the body has no control".into(),
+        Some(last) => format!("its intervals are 0 to {last}"),
     }
 }

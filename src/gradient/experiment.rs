@@ -1,4 +1,4 @@
-use super::widths::{DifferentiableOutcome, DifferentiableWorld, OutcomeIn};
+use super::widths::{DifferentiableOutcome, DifferentiableWorld, OutcomeIn, WIDE};
 use super::{GradientError, Outcome, Parameter};
 use crate::dynamics::{AnyWorld, Force, Plan, Recorded, Rollout, System, World};
 use crate::scalar::Scalar;
@@ -6,7 +6,7 @@ use crate::threads::contained;
 use nalgebra::{DMatrix, DVector};
 use std::fmt;
 use std::sync::Arc;
-use std::sync::atomic::AtomicBool;
+use std::sync::atomic::{AtomicBool, AtomicUsize};
 
 /// A world rolled out for a number of steps, to be differentiated.
 ///
@@ -18,6 +18,7 @@ pub struct Experiment {
     world: Arc<dyn DifferentiableWorld>,
     plan: Plan,
     stop: Arc<AtomicBool>,
+    count: Arc<AtomicUsize>,
 }
 
 /// What an outcome is, and its derivatives.
@@ -40,6 +41,7 @@ impl Experiment {
             world,
             plan: *plan,
             stop: Arc::default(),
+            count: Arc::default(),
         }
     }
 
@@ -50,9 +52,23 @@ impl Experiment {
         Self { stop: flag, ..self }
     }
 
+    /// The same experiment, whose rollouts add 1 to a number for each step taken: for another thread to read. Of
+    /// [`Self::steps_by`] steps in all.
+    #[must_use]
+    pub fn counted_by(self, count: Arc<AtomicUsize>) -> Self {
+        Self { count, ..self }
+    }
+
+    /// How many steps derivatives by so many numbers take: those of the plan, for every 96 numbers once.
+    #[must_use]
+    pub fn steps_by(&self, numbers: usize) -> usize {
+        self.plan.steps() * numbers.div_ceil(WIDE).max(1)
+    }
+
     /// The steps of the world, or of one that was made of it.
     fn rollout_of<T: Scalar>(&self, world: Arc<dyn AnyWorld<T>>) -> Rollout<T> {
-        Rollout::of(world, &self.plan).stopped_by(Arc::clone(&self.stop))
+        let rollout = Rollout::of(world, &self.plan).stopped_by(Arc::clone(&self.stop));
+        rollout.counted_by(Arc::clone(&self.count))
     }
 
     /// All of the world but its forces.

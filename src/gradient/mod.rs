@@ -54,6 +54,8 @@ mod linearised;
 mod outcome;
 mod parameter;
 mod passes;
+#[cfg(feature = "serde")]
+mod serial;
 mod widths;
 mod wrench_jacobian;
 

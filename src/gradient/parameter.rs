@@ -3,6 +3,7 @@ use crate::dynamics::{Body, Motion, System};
 use crate::scalar::{Scalar, lift_vector};
 use crate::spatial::Twist;
 use nalgebra::Vector3;
+use std::fmt;
 use std::sync::Arc;
 
 /// Something that went into a world, and that a derivative may be taken by.
@@ -114,7 +115,7 @@ impl Parameter {
         if (needs_forces && body.inertia().is_none()) || follows_path {
             return Err(GradientError::NotDynamic {
                 body: name.to_owned(),
-                parameter: format!("{self:?}"),
+                parameter: self.to_string(),
             });
         }
         Ok(())
@@ -187,6 +188,29 @@ impl Parameter {
             Self::InitialOrientation(_) => move_start(body, vector(), zero),
             Self::Gravity | Self::Control(..) => {}
         }
+    }
+}
+
+impl fmt::Display for Parameter {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let quantity = match self {
+            Self::InitialPosition(_) => "the initial position",
+            Self::InitialOrientation(_) => "the initial orientation",
+            Self::InitialVelocity(_) => "the initial velocity",
+            Self::InitialSpin(_) => "the initial spin",
+            Self::Modulus(_) => "the modulus",
+            Self::Dissipation(_) => "the dissipation",
+            Self::Friction(_) => "the friction",
+            Self::Mass(_) => "the mass",
+            Self::Gravity => "gravity",
+            Self::Control(_, interval) => {
+                write!(formatter, "interval {interval} of ")?;
+                "the control"
+            }
+        };
+        write!(formatter, "{quantity}")?;
+        self.body()
+            .map_or(Ok(()), |body| write!(formatter, " of {body:?}"))
     }
 }
 

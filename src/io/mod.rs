@@ -1,4 +1,5 @@
-//! Files: tetrahedral meshes and closed surfaces in, contact surfaces and trajectories out; with the feature `files`, a default one.
+//! Files: tetrahedral meshes and closed surfaces in, contact surfaces and trajectories out; with the feature `files`, a default one;
+//! those of VTK with the feature `vtk`, which is another.
 //!
 //! [`read_mesh`] reads the files of a mesher (Gmsh `.msh`, VTK `.vtk` and `.vtu`) into a
 //! [`MeshFile`]: a mesh, and whatever numbers the file has for each vertex. Extents can be among
@@ -19,7 +20,7 @@
 //! Nothing in a file is trusted: damaged ones end in a [`FileError`], never in a panic.
 //!
 //! ```
-//! # #[cfg(feature = "files")] {
+//! # #[cfg(feature = "vtk")] {
 //! use hydroelastic::io::{read_mesh, write_surface};
 //! use hydroelastic::contact::{ContactBody, ContactPair, Shape};
 //! use hydroelastic::mesh::{PressureField, shapes};
@@ -49,10 +50,12 @@ mod parry;
 #[cfg(feature = "parry")]
 mod parry_surface;
 
+#[cfg(feature = "vtk")]
+pub use files::write_surface;
 #[cfg(feature = "files")]
 pub use files::{
     FileError, MeshFile, Recording, TrajectoryFile, read_mesh, read_triangle_surface,
-    write_surface, write_trajectory,
+    write_trajectory,
 };
 #[cfg(feature = "parry")]
 pub use parry::{HullError, field_from_hull, field_from_polyhedron, field_from_trimesh};

@@ -28,6 +28,7 @@ pub mod shapes;
 mod splitting;
 mod surface;
 mod surface_error;
+mod surface_tree;
 mod tet_mesh;
 mod triangle_components;
 mod triangle_edges;

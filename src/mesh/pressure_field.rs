@@ -1,5 +1,6 @@
-use super::{MeshError, TetMesh, distance};
+use super::{MeshError, TetMesh, distance, splitting};
 use crate::geometry::{AffineField, FACES, Tetrahedron};
+use crate::threads;
 
 /// A tetrahedral mesh with an extent on every vertex: 0 on the surface, positive inside.
 ///
@@ -61,12 +62,10 @@ impl PressureField {
     /// If an extent is negative or not finite, or is not 0 on the surface.
     pub fn with_inert_tets(mesh: TetMesh, extents: Vec<f64>) -> Result<Self, MeshError> {
         check_extents(&mesh, &extents)?;
-        let tets: Vec<FieldTet> = (0..mesh.tet_count())
-            .map(|tet| {
-                let corner_extents = mesh.tets()[tet].map(|vertex| extents[vertex]);
-                FieldTet::new(tet, mesh.tetrahedron(tet), corner_extents)
-            })
-            .collect();
+        let tets = threads::values_of(mesh.tet_count(), |tet| {
+            let corner_extents = mesh.tets()[tet].map(|vertex| extents[vertex]);
+            FieldTet::new(tet, mesh.tetrahedron(tet), corner_extents)
+        });
         let steepest = tets.iter().map(|tet| tet.steepness).fold(0.0, f64::max);
         let reach = mesh
             .vertices()
@@ -89,8 +88,8 @@ impl PressureField {
     /// # Errors
     /// As [`Self::new`].
     pub fn from_distance(mesh: &TetMesh) -> Result<Self, MeshError> {
-        let mesh = mesh.with_inner_vertices()?;
-        let extents = distance::normalised_distances(&mesh);
+        let mesh = splitting::with_inner_vertices(mesh)?.into_owned();
+        let extents = distance::normalised(distance::distances(&mesh));
         Self::new(mesh, extents)
     }
 

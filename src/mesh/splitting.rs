@@ -1,78 +1,111 @@
 use super::{MeshError, TetMesh};
 use nalgebra::Vector3;
-use std::collections::{BTreeMap, BTreeSet};
+use rustc_hash::{FxHashMap, FxHashSet};
+use std::borrow::Cow;
 
-/// See [`TetMesh::with_inner_vertices`].
-pub(super) fn with_inner_vertices(mesh: &TetMesh) -> Result<TetMesh, MeshError> {
+/// See [`TetMesh::with_inner_vertices`]; the mesh itself where nothing is to be split.
+pub(super) fn with_inner_vertices(mesh: &TetMesh) -> Result<Cow<'_, TetMesh>, MeshError> {
     // Edges before faces before tetrahedra: a new vertex inside an edge also serves the faces and
     // tetrahedra around it.
-    (2..=4).try_fold(mesh.clone(), |mesh, size| {
-        split(&mesh, &flat_simplices(&mesh, size))
+    let mesh = without_flat::<2>(Cow::Borrowed(mesh))?;
+    let mesh = without_flat::<3>(mesh)?;
+    without_flat::<4>(mesh)
+}
+
+/// A new vertex of a mesh, inside a simplex of `SIZE` corners (2 an edge, 3 a face, 4 a tetrahedron).
+pub(super) struct Division<const SIZE: usize> {
+    /// Vertices of the simplex, sorted.
+    pub simplex: [usize; SIZE],
+    /// Where the new vertex lies (m).
+    pub at: Vector3<f64>,
+}
+
+/// The mesh with a vertex at the centre of every flat simplex of so many corners.
+fn without_flat<const SIZE: usize>(mesh: Cow<'_, TetMesh>) -> Result<Cow<'_, TetMesh>, MeshError> {
+    let center = |simplex: [usize; SIZE]| {
+        let sum: Vector3<f64> = simplex.iter().map(|&vertex| mesh.vertices()[vertex]).sum();
+        Division {
+            simplex,
+            at: sum / SIZE as f64,
+        }
+    };
+    let divisions: Vec<_> = flat_simplices(&mesh).into_iter().map(center).collect();
+    if divisions.is_empty() {
+        return Ok(mesh);
+    }
+    divided(&mesh, &divisions).map(Cow::Owned)
+}
+
+/// The simplices that have all corners on the surface but are not part of it, by their sorted
+/// vertices, in order.
+fn flat_simplices<const SIZE: usize>(mesh: &TetMesh) -> Vec<[usize; SIZE]> {
+    let triangles = mesh.surface_triangles().iter();
+    let on_surface: FxHashSet<[usize; SIZE]> = triangles.flat_map(|t| subsets(t)).collect();
+    let mut flat = Vec::new();
+    for tet in mesh.tets() {
+        let corners = tet.iter().filter(|&&vertex| mesh.is_on_surface(vertex));
+        if corners.count() >= SIZE {
+            flat.extend(subsets::<SIZE>(tet).filter(|simplex| {
+                simplex.iter().all(|&vertex| mesh.is_on_surface(vertex))
+                    && !on_surface.contains(simplex)
+            }));
+        }
+    }
+    flat.sort_unstable();
+    flat.dedup();
+    flat
+}
+
+/// All subsets of `SIZE` of the vertices, each sorted.
+fn subsets<const SIZE: usize>(vertices: &[usize]) -> impl Iterator<Item = [usize; SIZE]> {
+    let choices = (0_u32..1 << vertices.len()).filter(|bits| bits.count_ones() as usize == SIZE);
+    choices.map(|bits| {
+        let mut places = (0..vertices.len()).filter(|place| bits >> place & 1 == 1);
+        let mut subset = [0; SIZE].map(|_: usize| places.next().map_or(0, |place| vertices[place]));
+        subset.sort_unstable();
+        subset
     })
 }
 
-/// The simplices of `size` corners (2 edges, 3 faces, 4 tetrahedra) that have all corners on the
-/// surface but are not part of it, by their sorted vertices.
-fn flat_simplices(mesh: &TetMesh, size: usize) -> BTreeSet<Vec<usize>> {
-    let on_surface: BTreeSet<Vec<usize>> = mesh
-        .surface_triangles()
-        .iter()
-        .flat_map(|triangle| subsets(triangle, size))
-        .collect();
-    mesh.tets()
-        .iter()
-        .flat_map(|tet| subsets(tet, size))
-        .filter(|simplex| simplex.iter().all(|&vertex| mesh.is_on_surface(vertex)))
-        .filter(|simplex| !on_surface.contains(simplex))
-        .collect()
-}
-
-/// All subsets of `size` of the vertices, each sorted.
-fn subsets(vertices: &[usize], size: usize) -> Vec<Vec<usize>> {
-    (0_u32..1 << vertices.len())
-        .filter(|bits| bits.count_ones() as usize == size)
-        .map(|bits| {
-            let chosen = (0..vertices.len()).filter(|place| bits >> place & 1 == 1);
-            let mut subset: Vec<usize> = chosen.map(|place| vertices[place]).collect();
-            subset.sort_unstable();
-            subset
-        })
-        .collect()
-}
-
-/// The mesh with every tetrahedron split at the centres of the simplices.
-fn split(mesh: &TetMesh, simplices: &BTreeSet<Vec<usize>>) -> Result<TetMesh, MeshError> {
-    let mut vertices = mesh.vertices().to_vec();
-    let mut centers = BTreeMap::new();
-    for simplex in simplices {
-        let sum: Vector3<f64> = simplex.iter().map(|&vertex| mesh.vertices()[vertex]).sum();
-        centers.insert(simplex.clone(), vertices.len());
-        vertices.push(sum / simplex.len() as f64);
+/// The mesh with every tetrahedron split at the new vertices, which are appended to its own.
+pub(super) fn divided<const SIZE: usize>(
+    mesh: &TetMesh,
+    divisions: &[Division<SIZE>],
+) -> Result<TetMesh, MeshError> {
+    let new = divisions.iter().map(|division| division.at);
+    let vertices: Vec<Vector3<f64>> = mesh.vertices().iter().copied().chain(new).collect();
+    let simplices = divisions.iter().map(|division| division.simplex);
+    let new_vertices: FxHashMap<_, _> = simplices.zip(mesh.vertex_count()..).collect();
+    let mut is_touched = vec![false; mesh.vertex_count()];
+    for &vertex in divisions.iter().flat_map(|division| &division.simplex) {
+        is_touched[vertex] = true;
     }
-    let size = simplices.first().map_or(0, Vec::len);
-    let mut tets = Vec::new();
+    let mut tets = Vec::with_capacity(mesh.tet_count());
     for &tet in mesh.tets() {
-        split_tet(tet, size, &centers, &mut tets);
+        if tet.iter().filter(|&&vertex| is_touched[vertex]).count() >= SIZE {
+            split(tet, &new_vertices, &mut tets);
+        } else {
+            tets.push(tet);
+        }
     }
     TetMesh::new(vertices, tets)
 }
 
 /// Splits at the lowest of the simplices the tetrahedron has, then its parts at the next. Both
 /// tetrahedra at a face take the simplices of that face in the same order, so they still meet.
-fn split_tet(
+fn split<const SIZE: usize>(
     tet: [usize; 4],
-    size: usize,
-    centers: &BTreeMap<Vec<usize>, usize>,
+    new_vertices: &FxHashMap<[usize; SIZE], usize>,
     parts: &mut Vec<[usize; 4]>,
 ) {
-    let mut own = subsets(&tet, size);
-    own.sort();
-    let Some((simplex, &center)) = own.iter().find_map(|s| centers.get_key_value(s)) else {
+    let own = subsets::<SIZE>(&tet).filter(|simplex| new_vertices.contains_key(simplex));
+    let Some(simplex) = own.min() else {
         parts.push(tet);
         return;
     };
+    let new = new_vertices[&simplex];
     for replaced in simplex {
-        let part = tet.map(|vertex| if vertex == *replaced { center } else { vertex });
-        split_tet(part, size, centers, parts);
+        let part = tet.map(|vertex| if vertex == replaced { new } else { vertex });
+        split(part, new_vertices, parts);
     }
 }

@@ -17,40 +17,34 @@ pub(super) struct Surface {
 
 /// A face of a tetrahedron: `sorted` tells which it is, `even` on which side the tetrahedron lies,
 /// `corner` which corner of the tetrahedron is opposite.
+#[derive(Clone, Copy)]
 struct Face {
-    sorted: [usize; 3],
+    sorted: [u32; 3],
+    tet: u32,
+    corner: u8,
     even: bool,
-    tet: usize,
-    corner: usize,
-    outward: [usize; 3],
 }
 
 impl Surface {
     /// The surface of positively oriented tetrahedra.
-    #[expect(
-        clippy::cast_possible_truncation,
-        reason = "a mesh has no more tetrahedra than a u32 counts"
-    )]
     pub fn of(tets: &[[usize; 4]], vertex_count: usize) -> Result<Self, MeshError> {
-        let mut faces: Vec<Face> = (0..tets.len())
-            .flat_map(|tet| (0..4).map(move |corner| Face::new(tets, tet, corner)))
-            .collect();
-        faces.sort_by_key(|face| (face.sorted, face.tet));
+        let faces = sorted_faces(tets, vertex_count);
         let mut neighbours = vec![[OUTSIDE; 4]; tets.len()];
         let mut outer: Vec<&Face> = Vec::new();
         for group in faces.chunk_by(|a, b| a.sorted == b.sorted) {
             match group {
                 [face] => outer.push(face),
                 [a, b] if a.even != b.even => {
-                    neighbours[a.tet][a.corner] = b.tet as u32;
-                    neighbours[b.tet][b.corner] = a.tet as u32;
+                    neighbours[a.tet as usize][usize::from(a.corner)] = b.tet;
+                    neighbours[b.tet as usize][usize::from(b.corner)] = a.tet;
                 }
                 [.., a, b] => return Err(a.overlap_with(b)),
                 [] => {}
             }
         }
-        outer.sort_by_key(|face| (face.tet, face.outward));
-        let triangles: Vec<[usize; 3]> = outer.iter().map(|face| face.outward).collect();
+        let in_order = |face: &&Face| (face.tet, face.outward(tets));
+        outer.sort_unstable_by_key(in_order);
+        let triangles: Vec<[usize; 3]> = outer.iter().map(|face| face.outward(tets)).collect();
         let mut has_vertex = vec![false; vertex_count];
         for &vertex in triangles.iter().flatten() {
             has_vertex[vertex] = true;
@@ -63,27 +57,65 @@ impl Surface {
     }
 }
 
+/// The faces of all tetrahedra in the order of their sorted vertices, those of one face in the order of their tetrahedra:
+/// put together by their first vertex, and each of these short lists sorted.
+fn sorted_faces(tets: &[[usize; 4]], vertex_count: usize) -> Vec<Face> {
+    let faces = || {
+        (0_u32..)
+            .zip(tets)
+            .flat_map(|(index, tet)| Face::all_of(index, tet))
+    };
+    let mut places = vec![0_usize; vertex_count];
+    for face in faces() {
+        places[face.sorted[0] as usize] += 1;
+    }
+    let mut end = 0;
+    for count in &mut places {
+        end += std::mem::replace(count, end);
+    }
+    let blank = Face::all_of(0, &[0; 4])[0];
+    let mut sorted = vec![blank; end];
+    for face in faces() {
+        let place = &mut places[face.sorted[0] as usize];
+        sorted[*place] = face;
+        *place += 1;
+    }
+    let together = sorted.chunk_by_mut(|a, b| a.sorted[0] == b.sorted[0]);
+    together.for_each(|list| list.sort_unstable_by_key(|face| (face.sorted, face.tet)));
+    sorted
+}
+
 impl Face {
-    fn new(tets: &[[usize; 4]], tet: usize, corner: usize) -> Self {
-        let outward = FACES[corner].map(|c| tets[tet][c]);
-        let mut sorted = outward;
-        sorted.sort_unstable();
-        let [a, b, c] = outward;
-        let even = [[a, b, c], [b, c, a], [c, a, b]].contains(&sorted);
-        Self {
-            sorted,
-            even,
-            tet,
-            corner,
-            outward,
-        }
+    /// The four faces of a tetrahedron.
+    #[expect(
+        clippy::cast_possible_truncation,
+        reason = "a mesh has no more vertices than a u32 counts"
+    )]
+    fn all_of(tet: u32, vertices: &[usize; 4]) -> [Self; 4] {
+        [0_u8, 1, 2, 3].map(|corner| {
+            let outward = FACES[usize::from(corner)].map(|c| vertices[c] as u32);
+            let mut sorted = outward;
+            sorted.sort_unstable();
+            let [a, b, c] = outward;
+            Self {
+                sorted,
+                tet,
+                corner,
+                even: [[a, b, c], [b, c, a], [c, a, b]].contains(&sorted),
+            }
+        })
+    }
+
+    /// Its vertices, counter-clockwise seen from outside of its tetrahedron.
+    fn outward(&self, tets: &[[usize; 4]]) -> [usize; 3] {
+        FACES[usize::from(self.corner)].map(|c| tets[self.tet as usize][c])
     }
 
     fn overlap_with(&self, other: &Self) -> MeshError {
         MeshError::OverlappingTets {
-            first: self.tet,
-            second: other.tet,
-            face: self.sorted,
+            first: self.tet as usize,
+            second: other.tet as usize,
+            face: self.sorted.map(|vertex| vertex as usize),
         }
     }
 }

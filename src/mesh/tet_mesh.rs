@@ -129,7 +129,7 @@ impl TetMesh {
     /// # Errors
     /// If a part of a split tetrahedron is flat to round-off.
     pub fn with_inner_vertices(&self) -> Result<Self, MeshError> {
-        splitting::with_inner_vertices(self)
+        Ok(splitting::with_inner_vertices(self)?.into_owned())
     }
 }
 

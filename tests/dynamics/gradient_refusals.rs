@@ -78,7 +78,7 @@ fn a_parameter_without_effect_on_a_body_that_forces_do_not_move_is_refused() {
     let error = refused_gradient(&world, &Parameter::Mass("floor".into()));
     assert_eq!(
         error.to_string(),
-        "Mass(\"floor\") has no effect, because body \"floor\" is not dynamic"
+        "the mass of \"floor\" has no effect, because forces do not move body \"floor\": it is fixed or follows a path"
     );
 }
 

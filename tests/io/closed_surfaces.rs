@@ -130,7 +130,7 @@ fn an_obj_face_that_is_bent_inwards_is_cut_from_a_corner_that_sees_it_all() {
         let head = read_bytes("arrow.obj", turned.as_bytes()).unwrap();
         assert!((head.volume() - 1.0).abs() <= ROUND_OFF, "{turn}");
         // Two triangles of the top, of area 1/2 each: one that ran outside would be larger.
-        let is_top = |t: &[Vector3<f64>; 3]| t.iter().all(|corner| corner.z == 1.0);
+        let is_top = |t: &[Vector3<f64>; 3]| t.iter().all(|corner| corner.z > 0.5);
         let area: f64 = corners(&head)
             .filter(is_top)
             .map(|[a, b, c]| (b - a).cross(&(c - a)).norm() / 2.0)

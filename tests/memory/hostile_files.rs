@@ -1,12 +1,12 @@
-//! Mesh files that are wrong on purpose: each is refused in words that name the culprit, at once, and with
+//! Mesh and surface files that are wrong on purpose: each is refused in words that name the culprit, at once, and with
 //! hardly more memory than the file takes, however much it claims to hold.
 
-use hydroelastic::io::read_mesh;
+use hydroelastic::io::{FileError, read_mesh, read_triangle_surface};
 use std::collections::BTreeSet;
 use std::error::Error;
 use std::ffi::OsStr;
 use std::fs;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
 /// Most bytes at a time for each byte of the file, and for the least file: vtkio copies XML several times,
@@ -16,6 +16,9 @@ const BYTES: usize = 1 << 18;
 
 /// For all files together. They took 0.04 s when last seen; a loop over 10¹² entries would take hours.
 const TIME: Duration = Duration::from_secs(10);
+
+const MESHES: [&str; 3] = ["msh", "vtk", "vtu"];
+const SURFACES: [&str; 2] = ["obj", "stl"];
 
 /// Files, and what the message or one of its causes says besides the name of the file.
 const REFUSED: &[(&str, &str)] = &[
@@ -116,9 +119,32 @@ const REFUSED: &[(&str, &str)] = &[
     ("unknown_element_type.msh", r#"line 18, "9999 1"#),
     ("word_for_a_number.msh", r#"line 13, "one 0"#),
     ("word_for_a_number.vtk", r#"line 11, "two 3"#),
+    ("cut_in_facet_ascii.stl", r#"one of ["endloop"]"#),
+    (
+        "cut_in_triangles.stl",
+        "claims the length 4, but can have at most 3",
+    ),
+    ("empty.obj", "at least 4 triangles, but 0"),
+    ("empty.stl", "the length 0, but needs at least 84"),
+    ("endless_face.obj", "line 9, \"f 1 2 1 2"),
+    ("fewer_triangles.stl", "from byte 234 on"),
+    (
+        "four_corners_ascii.stl",
+        r#"line 7, "vertex 1 1 1": one of"#,
+    ),
+    ("infinite_vertex_ascii.stl", r#"line 5, "vertex 0 1e999 0""#),
+    (
+        "most_triangles.stl",
+        "claims the length 4294967295, but can have at most 4",
+    ),
+    ("nan_vertex.obj", r#"line 3, "v 0 nan 0""#),
+    ("nan_vertex.stl", "vertex 11 has the coordinate NaN"),
+    ("three_faces.obj", "at least 4 triangles, but 3"),
+    ("vertex_before_all.obj", "names none of the 4 vertices"),
+    ("vertex_beyond_all.obj", "names none of the 4 vertices"),
 ];
 
-/// Files that hold a tetrahedron: what the others are made of, and one that only looks odd.
+/// Files that hold a tetrahedron, or its surface: what the others are made of, and two that only look odd.
 const ACCEPTED: &[&str] = &[
     "deep.vtu",
     "sound.msh",
@@ -128,6 +154,10 @@ const ACCEPTED: &[&str] = &[
     "sound_binary.vtk",
     "sound.vtu",
     "sound_binary.vtu",
+    "sound.stl",
+    "sound_ascii.stl",
+    "sound.obj",
+    "texture_before_all.obj",
 ];
 
 fn folder() -> PathBuf {
@@ -144,30 +174,40 @@ fn messages(error: &dyn Error) -> String {
     text
 }
 
-/// What reading a file ends in: the number of tetrahedra, or messages without the folder's name. Asserts
+/// The number of tetrahedra in a mesh file, or of components in a surface file.
+fn counted(path: &Path) -> Result<usize, FileError> {
+    if SURFACES
+        .map(OsStr::new)
+        .contains(&path.extension().unwrap())
+    {
+        return Ok(read_triangle_surface(path, 1.0)?.component_count());
+    }
+    Ok(read_mesh(path)?.mesh.tet_count())
+}
+
+/// What reading a file ends in: what is counted in it, or messages without the folder's name. Asserts
 /// that no more memory was used than is due.
 fn read(name: &str) -> Result<usize, String> {
     let path = folder().join(name);
     let length = usize::try_from(fs::metadata(&path).unwrap().len()).unwrap();
     let profiler = dhat::Profiler::builder().testing().build();
-    let outcome = read_mesh(&path);
+    let outcome = counted(&path);
     let most = dhat::HeapStats::get().max_bytes;
     drop(profiler);
     let due = BYTES + BYTES_PER_BYTE * length;
     assert!(most <= due, "{name} of {length} bytes took {most}");
     let folder = format!("{}/", folder().display());
-    let counted = outcome.map(|file| file.mesh.tet_count());
-    counted.map_err(|error| messages(&error).replace(&folder, ""))
+    outcome.map_err(|error| messages(&error).replace(&folder, ""))
 }
 
-/// The names of the mesh files in the folder.
+/// The names of the mesh and surface files in the folder.
 fn files() -> BTreeSet<String> {
     let entries = fs::read_dir(folder()).unwrap();
     let paths = entries.map(|entry| entry.unwrap().path());
     let meshes = paths.filter(|path| {
-        ["msh", "vtk", "vtu"]
-            .map(OsStr::new)
-            .contains(&path.extension().unwrap())
+        let extension = path.extension().unwrap();
+        let mut known = MESHES.iter().chain(&SURFACES);
+        known.any(|known| OsStr::new(known) == extension)
     });
     meshes
         .map(|path| path.file_name().unwrap().to_str().unwrap().to_owned())

@@ -1,12 +1,13 @@
 //! Numbers that are saved and loaded come back as they were.
 
 use crate::text_and_bits::{
-    TIME_STEP, pose_bits, reloaded, saved, state_bits, trajectory_bits, twist_bits,
+    TIME_STEP, pose_bits, refusal, reloaded, saved, state_bits, trajectory_bits, twist_bits,
 };
 use hydroelastic::contact::Shape;
 use hydroelastic::dynamics::{
-    Body, BodyState, Integrator, Mass, Material, Plan, State, Trajectory, World,
+    Body, BodyState, Integrator, Mass, Material, Plan, State, Topology, Trajectory, World,
 };
+use hydroelastic::gradient::{DifferenceCheck, Experiment, FinalPosition, Parameter};
 use hydroelastic::mesh::{TriangleSurface, shapes};
 use hydroelastic::spatial::{Pose, Twist};
 use nalgebra::{Matrix3, Vector3, vector};
@@ -170,4 +171,34 @@ fn surfaces_keep_their_bits_and_are_checked() {
         refused.to_string().contains("at least 4 triangles"),
         "{refused}"
     );
+}
+
+#[test]
+fn topologies_and_difference_checks_come_back() {
+    let world = world();
+    let plan = Plan::new(TIME_STEP, 40).unwrap();
+    let fall = Plan::new(TIME_STEP, 2000).unwrap().recording_every(20);
+    let fall = world.rollout(&fall).recorded().unwrap();
+    let topologies = fall.states().iter().map(|it| world.topology(it).unwrap());
+    let topology = topologies.max_by_key(Topology::polygon_count).unwrap();
+    let reloaded_topology: Topology = reloaded(&topology);
+    assert_eq!(reloaded_topology, topology);
+    assert!(topology.polygon_count() > 0);
+    let outcome = FinalPosition::of_body(&world, "block").unwrap();
+    let mut check = Experiment::new(world, &plan)
+        .difference_check(&[Parameter::Gravity], &outcome)
+        .unwrap();
+    // As where a derivative is not finite.
+    check.errors[(2, 1)] = f64::INFINITY;
+    let loaded: DifferenceCheck = reloaded(&check);
+    assert_eq!(loaded.errors, check.errors);
+    assert_eq!((loaded.steps, loaded.numbers), (check.steps, check.numbers));
+}
+
+#[test]
+fn a_difference_check_of_another_size_is_refused() {
+    let text = r#"{"steps":[1e-3],"numbers":["x","y"],"errors":[0.5]}"#;
+    let refusal = refusal::<DifferenceCheck>(text);
+    let expected = "a check of 1 steps and 2 numbers must have 2 errors, but has 1";
+    assert!(refusal.starts_with(expected), "{refusal}");
 }

@@ -37,7 +37,7 @@ const DOORS: [(&str, &[&str]); 14] = [
     ("parry3d_f64", &["io"]),
     ("parquet", &["io"]),
     ("percent_encoding", &["io"]),
-    ("serde", &["spatial", "dynamics", "gradient"]),
+    ("serde", &["spatial", "mesh", "dynamics", "gradient"]),
 ];
 
 /// Libraries whose types are in the public interfaces: the crate's root re-exports them.

@@ -6,13 +6,14 @@ use hydroelastic::dynamics::{
     Batch, Body, Force, Integrator, Mass, Material, Plan, Progress, RolloutError, Situation, State,
     World, WorldError, Wrenches,
 };
-use hydroelastic::gradient::{FinalPosition, FinalState, GradientError, Parameter};
+use hydroelastic::gradient::{Experiment, FinalPosition, FinalState, GradientError, Parameter};
 use hydroelastic::mesh::shapes;
 use hydroelastic::scalar::{Scalar, real_part};
 use hydroelastic::spatial::Pose;
 use nalgebra::{Vector3, vector};
 use std::collections::BTreeSet;
 use std::ops::ControlFlow;
+use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::{Arc, Mutex};
 
 const THREADS: [usize; 4] = [1, 2, 3, 8];
@@ -216,6 +217,23 @@ fn values_and_jacobians_after_changes_have_the_same_bits_whatever_the_number_of_
         numbers.into_iter().map(f64::to_bits).collect()
     };
     assert_same_for_any_number_of_threads(read);
+}
+
+#[test]
+fn jacobians_of_worlds_are_those_of_each_experiment() {
+    let plan = Plan::new(TIME_STEP, 80).unwrap();
+    let outcome = FinalState::of_body(&drop(), "ball").unwrap();
+    let samples = samples();
+    let changed = samples.iter().map(|it| drop().changed(&by(), it));
+    let worlds: Vec<_> = changed.map(Result::unwrap).collect();
+    let found = Batch::new(&plan).jacobians_of_worlds(&worlds, &by(), &outcome);
+    let steps = Arc::new(AtomicUsize::new(0));
+    for (world, found) in worlds.iter().zip(found) {
+        let experiment = Experiment::new(world.clone(), &plan).counted_by(Arc::clone(&steps));
+        let expected = experiment.jacobian(&by(), &outcome);
+        assert_eq!(found.unwrap(), expected.unwrap());
+    }
+    assert_eq!(steps.load(Ordering::Relaxed), 80 * worlds.len());
 }
 
 #[test]

@@ -6,10 +6,8 @@ pose, a twist in world axes, and one for each other number. Poses among the outp
 
 from __future__ import annotations
 
-import os
 from collections.abc import Callable, Sequence
-from concurrent.futures import ThreadPoolExecutor
-from typing import TypeVar
+from typing import Any, Protocol, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -113,6 +111,7 @@ class Rollout(Function):
             plan = _recording(plan, max(plan.steps, 1))
         self.name = "rollout"
         self.bodies = len(world.names)
+        self.only_last = only_last
         self.width = sum(parameter.dimension for parameter in parameters)
         self.states = 1 if only_last else recorded_count(plan)
         self.poses = self.bodies if from_state else 0
@@ -140,12 +139,14 @@ class Rollout(Function):
         jacobians, errors = np.full((*values.shape, self.columns), np.nan), Errors()
         by = self._initial_parameters() + self._parameters
 
-        def differentiate(row: Floats) -> tuple[Trajectory, TrajectoryJacobian]:
-            return self._started(row).jacobian(self._plan, by)
-
-        for place, (trajectory, jacobian) in _each(differentiate, rows, errors, _threads()).items():
-            values[place] = self._value(trajectory)
-            jacobians[place] = self._columns_of(jacobian)
+        worlds = _each(self._started, rows, errors)
+        found = Batch(self._plan).jacobians_of_worlds(list(worlds.values()), by)
+        for place, result in zip(worlds, found):
+            if isinstance(result, tuple):
+                values[place] = self._value(result[0])
+                jacobians[place] = self._columns_of(result[1])
+            else:
+                errors[place] = result
         return values, jacobians, errors
 
     def _started(self, row: Floats) -> World:
@@ -187,6 +188,45 @@ class Rollout(Function):
         return columns
 
 
+class Arrays(Protocol):
+    """What jax and torch bring to states: how they check arguments, and how they evaluate a function."""
+
+    def floats(self, value: Any, name: str, shape: tuple[int, ...]) -> Any:
+        """An argument as an array of float64 that ends in a shape."""
+
+    def count(self, value: Any) -> Any:
+        """A whole number, or an array of them, as float64."""
+
+    def evaluated(self, function: Function, ranks: Sequence[int], parts: Sequence[Any]) -> Any:
+        """The outputs for numbers that consist of parts, each with so many axes of its own, and any axes in front."""
+
+
+def states(
+    arrays: Arrays,
+    function: Rollout,
+    changes: Any,
+    start: tuple[Any, Any] | None,
+    taken: Any,
+) -> tuple[Any, Any]:
+    """The poses and twists that a rollout gives, with the recorded states in front unless only the last is asked for."""
+    count = function.bodies
+    numbers = arrays.floats(np.zeros(function.width) if changes is None else changes, "changes", (function.width,))
+    if start is None:
+        if not (isinstance(taken, int) and taken == 0):
+            raise HydroelasticError("taken needs start: without one, the rollout starts at the initial time of the world")
+        found = arrays.evaluated(function, [1], [numbers])
+    else:
+        poses, twists = start
+        parts = [arrays.floats(poses, "poses", (count, 4, 4)), arrays.floats(twists, "twists", (count, 6))]
+        found = arrays.evaluated(function, [3, 2, 1, 1], [*parts, numbers, arrays.count(taken)[..., None]])
+    lead, recorded = found.shape[:-1], () if function.only_last else (function.states,)
+    entries = function.states * count * POSE
+    return (
+        found[..., :entries].reshape(*lead, *recorded, count, 4, 4),
+        found[..., entries:].reshape(*lead, *recorded, count, TWIST),
+    )
+
+
 def recorded_count(plan: Plan) -> int:
     """How many states a plan records: the initial one, every so many-th after it and the last."""
     return 1 + -(-plan.steps // plan.record_every)
@@ -214,33 +254,12 @@ def _recording(plan: Plan, every: int, steps: int | None = None) -> Plan:
     )
 
 
-def _each(function: Callable[[Floats], _T], rows: Floats, errors: Errors, threads: int = 1) -> dict[int, _T]:
+def _each(function: Callable[[Floats], _T], rows: Floats, errors: Errors) -> dict[int, _T]:
     """The results of the rows that are not refused, by their places."""
-
-    def attempt(row: Floats) -> _T | HydroelasticError:
-        try:
-            return function(row)
-        except HydroelasticError as error:
-            return error
-
-    if threads == 1 or len(rows) == 1:
-        results = [attempt(row) for row in rows]
-    else:
-        with ThreadPoolExecutor(min(threads, len(rows))) as pool:
-            results = list(pool.map(attempt, rows))
     found: dict[int, _T] = {}
-    for place, result in enumerate(results):
-        if isinstance(result, HydroelasticError):
-            errors[place] = result
-        else:
-            found[place] = result
+    for place, row in enumerate(rows):
+        try:
+            found[place] = function(row)
+        except HydroelasticError as error:
+            errors[place] = error
     return found
-
-
-def _threads() -> int:
-    """As many as the library uses."""
-    try:
-        asked = int(os.environ.get("RAYON_NUM_THREADS", "0"))
-    except ValueError:
-        asked = 0
-    return asked if asked > 0 else os.cpu_count() or 1

@@ -20,7 +20,6 @@ A ``Robot`` works in buffers of its own and of its ``pinocchio.Data``: use one a
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any, NamedTuple, TypeAlias
@@ -28,12 +27,15 @@ from typing import Any, NamedTuple, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from ._core import HydroelasticError, Pair, pose
+from ._core import HydroelasticError, Pair
 
 try:
     import pinocchio  # type: ignore[import-untyped, import-not-found, unused-ignore]
 except ImportError as _missing:
     raise ImportError('hydroelastic.pin needs Pinocchio: pip install "hydroelastic[pin]"') from _missing
+
+from ._pin_checks import check_array, check_time_step, checked, finite
+from ._pin_contacts import Contact
 
 __all__ = [
     "Acceleration",
@@ -48,14 +50,6 @@ __all__ = [
 
 _Floats: TypeAlias = NDArray[np.float64]
 
-_WORLD_AXES = pinocchio.ReferenceFrame.LOCAL_WORLD_ALIGNED
-# Between (linear, angular) and (angular, linear).
-_SWAPPED = np.array([3, 4, 5, 0, 1, 2])
-# Times a vector, its cross product matrix by rows.
-_CROSS = np.zeros((9, 3))
-_CROSS[[1, 2, 3, 5, 6, 7], [2, 1, 2, 0, 1, 0]] = [-1.0, 1.0, 1.0, -1.0, -1.0, 1.0]
-# The same of both halves of a wrench.
-_CROSSES = np.kron(np.eye(2), _CROSS)
 # How far the norm of a quaternion may be from 1.
 _NORMALIZED = 1e-9
 
@@ -155,123 +149,6 @@ class RobotJacobian(NamedTuple):
 Controller: TypeAlias = Callable[[float, _Floats, _Floats], Feedback]
 
 
-class _Mount:
-    """A shape on a joint, with views of the rows that its motion has in the buffer of its contact."""
-
-    def __init__(self, side: int, joint: int, placement: Any, motion: _Floats, nv: int) -> None:
-        self.side = side
-        self.joint = joint
-        self.placement = placement
-        self.part = slice(6 * side, 6 * side + 6)
-        self.turn = slice(6 * side, 6 * side + 3)
-        self.jacobian = motion[self.part, :nv]
-        # Blocks of three rows: angular, linear. Pinocchio's, linear first, go in reversed.
-        of_pose, of_twist = motion[:12].reshape(2, 2, 3, -1)[side], motion[12:24].reshape(2, 2, 3, -1)[side]
-        self.pose_by_q = of_pose[::-1, :, :nv]
-        self.twist_by_q = of_twist[::-1, :, :nv]
-        self.twist_by_v = of_twist[::-1, :, nv : 2 * nv]
-        self.velocity_by_q = of_twist[1, :, :nv]
-
-    # Matrices of this size cost more to call than to multiply: ``dot`` is called in half the time of ``@``.
-
-    def move(self, model: Any, data: Any, v: _Floats) -> tuple[Any, _Floats]:
-        """The placement and twist; derivatives of both are written to the buffer."""
-        placement = data.oMi[self.joint] * self.placement
-        twist_by_q, twist_by_v = pinocchio.getFrameVelocityDerivatives(
-            model, data, self.joint, self.placement, _WORLD_AXES
-        )
-        blocks = twist_by_v.reshape(self.pose_by_q.shape)
-        self.pose_by_q[...] = blocks
-        self.twist_by_v[...] = blocks
-        self.twist_by_q[...] = twist_by_q.reshape(blocks.shape)
-        # The linear part of this derivative is the one at a fixed point of the world: the velocity of the shape's origin,
-        # which moves, has ω × ∂p/∂q besides. Pinocchio's derivative of a point's velocity has both.
-        self.velocity_by_q[...], _ = pinocchio.getPointVelocityDerivatives(
-            model, data, self.joint, self.placement, _WORLD_AXES
-        )
-        return placement, self.jacobian.dot(v)
-
-
-class _Contact:
-    """A contact of a model, ready to be evaluated."""
-
-    def __init__(self, model: Any, contact: ContactPair, column: int, width: int) -> None:
-        nv = model.nv
-        self.pair = contact.pair
-        self.poses: list[_Floats] = []
-        self.twists = [np.zeros(6), np.zeros(6)]
-        # Rows are the columns of Pair.linearised, columns those of ``Robot``: q, v and the materials of all contacts.
-        self.motion = np.zeros((28, width))
-        self.motion[24:, column : column + 4] = np.eye(4)
-        self.both_jacobians = self.motion[:12, :nv]
-        self.moving: list[_Mount] = []
-        joints = []
-        frames = ((contact.frame_a, contact.pose_a), (contact.frame_b, contact.pose_b))
-        for side, (name, in_frame) in enumerate(frames):
-            frame = model.frames[_frame_index(model, name)]
-            placement = frame.placement * pinocchio.SE3(_checked_pose(in_frame))
-            joints.append(frame.parentJoint)
-            self.poses.append(np.ascontiguousarray(placement.homogeneous))
-            if frame.parentJoint:
-                self.moving.append(_Mount(side, frame.parentJoint, placement, self.motion, nv))
-        if joints[0] == joints[1]:
-            raise HydroelasticError(
-                f"frames {contact.frame_a!r} and {contact.frame_b!r} are fixed to each other: expected two that move"
-            )
-
-    def place(self, data: Any) -> None:
-        """Takes the poses of the data."""
-        for mount in self.moving:
-            self.poses[mount.side] = (data.oMi[mount.joint] * mount.placement).homogeneous
-
-    def joint_torques(self, model: Any, data: Any, v: _Floats, material: _Material) -> _Floats | None:
-        """Jᵀ w, after ``computeJointJacobians``; None without contact."""
-        jacobians = []
-        for mount in self.moving:
-            self.poses[mount.side] = (data.oMi[mount.joint] * mount.placement).homogeneous
-            jacobian = pinocchio.getFrameJacobian(model, data, mount.joint, mount.placement, _WORLD_AXES)
-            self.twists[mount.side] = jacobian.dot(v).take(_SWAPPED)
-            jacobians.append(jacobian)
-        wrenches = self.pair.wrench(*self.poses, *self.twists, moduli=material[0], law=material[1])
-        if not wrenches.dot(wrenches):
-            return None
-        torques = [wrenches[m.part].take(_SWAPPED).dot(j) for m, j in zip(self.moving, jacobians, strict=True)]
-        found: _Floats = torques[0] if len(torques) == 1 else torques[0] + torques[1]
-        return found
-
-    def move(self, model: Any, data: Any, v: _Floats) -> list[Any]:
-        """Takes the motion of the data, after ``computeForwardKinematicsDerivatives``. Placements of the moving shapes."""
-        placements = []
-        for mount in self.moving:
-            placement, self.twists[mount.side] = mount.move(model, data, v)
-            self.poses[mount.side] = placement.homogeneous
-            placements.append(placement)
-        return placements
-
-    def linearised(self, material: _Material) -> tuple[_Floats, _Floats]:
-        return self.pair.linearised(*self.poses, *self.twists, moduli=material[0], law=material[1])
-
-    def joint_torque_slopes(self, model: Any, data: Any, v: _Floats, material: _Material, forces: Any) -> _Floats | None:
-        """Adds the wrenches to the forces on the joints, in their own axes. The derivatives of Jᵀ w by q, v and the materials
-        beyond what such forces, held constant, contribute by themselves; None without contact."""
-        self.move(model, data, v)
-        wrenches, jacobian = self.linearised(material)
-        if not wrenches.dot(wrenches):
-            return None
-        for mount in self.moving:
-            wrench = wrenches[mount.part]
-            # In axes that turn with the link a constant wrench changes by −ω × w, its torque and its force.
-            by_turn = jacobian[mount.part, mount.turn]
-            np.add(by_turn, _CROSSES.dot(wrench).reshape(6, 3), out=by_turn)
-            in_shape = wrench.reshape(2, 3).dot(self.poses[mount.side][:3, :3])[::-1].ravel()
-            forces[mount.joint] += mount.placement.act(pinocchio.Force(in_shape))
-        slopes: _Floats = self.both_jacobians.T.dot(jacobian.dot(self.motion))
-        return slopes
-
-
-_Material: TypeAlias = tuple[_Floats, _Floats]
-
-
 class Robot:
     """A mechanism of Pinocchio whose frames touch each other and the world.
 
@@ -295,7 +172,7 @@ class Robot:
         self._data = model.createData()
         self._pairs = tuple(contacts)
         width = 2 * model.nv + 4 * len(self._pairs)
-        self._contacts = [_Contact(model, it, 2 * model.nv + 4 * k, width) for k, it in enumerate(self._pairs)]
+        self._contacts = [Contact(model, it, 2 * model.nv + 4 * k, width) for k, it in enumerate(self._pairs)]
         self._width = width
         self._zero = np.zeros(model.nv)
         self._forces = pinocchio.StdVec_Force()
@@ -326,7 +203,7 @@ class Robot:
     def with_materials(self, materials: _Floats) -> Robot:
         """The same robot with other ``materials``, (contacts, 4)."""
         robot = Robot(self._model, self._pairs)
-        robot._set_materials(_checked(materials, "materials", (len(self._pairs), 4)).copy())
+        robot._set_materials(checked(materials, "materials", (len(self._pairs), 4)).copy())
         return robot
 
     def acceleration(self, q: _Floats, v: _Floats, tau: _Floats) -> _Floats:
@@ -338,7 +215,7 @@ class Robot:
             torques = contact.joint_torques(model, data, v, material)
             if torques is not None:
                 tau = tau + torques
-        return _finite(pinocchio.aba(model, data, q, v, tau))
+        return finite(pinocchio.aba(model, data, q, v, tau))
 
     def linearised(self, q: _Floats, v: _Floats, tau: _Floats) -> Acceleration:
         """Joint accelerations and their derivatives by q, v, tau and the materials."""
@@ -354,7 +231,7 @@ class Robot:
             if added is not None:
                 slopes = added if slopes is None else slopes + added
         by_q, by_v, by_tau = pinocchio.computeABADerivatives(model, data, q, v, tau, forces)
-        a = _finite(data.ddq.copy())
+        a = finite(data.ddq.copy())
         if slopes is None:
             return Acceleration(a, by_q, by_v, by_tau, np.zeros((nv, len(self._pairs), 4)))
         slopes = by_tau.dot(slopes)
@@ -370,7 +247,7 @@ class Robot:
         for k, (contact, (moduli, law)) in enumerate(zip(self._contacts, self._by_contact, strict=True)):
             contact.move(model, data, v)
             found[k] = contact.pair.wrench(*contact.poses, *contact.twists, moduli=moduli, law=law)
-        return _finite(found, "a contact wrench")
+        return finite(found, "a contact wrench")
 
     def linearised_wrenches(self, q: _Floats, v: _Floats) -> Wrenches:
         """Wrenches of all contacts and their derivatives by q, v and the materials."""
@@ -384,7 +261,7 @@ class Robot:
             found.wrenches[k], jacobian = contact.linearised(material)
             slopes = jacobian[:, :24] @ contact.motion[:24, : 2 * nv]
             found.by_q[k], found.by_v[k], found.by_material[k] = slopes[:, :nv], slopes[:, nv:], jacobian[:, 24:]
-        _finite(found.wrenches, "a contact wrench")
+        finite(found.wrenches, "a contact wrench")
         return found
 
     def poses(self, q: _Floats) -> _Floats:
@@ -404,13 +281,13 @@ class Robot:
 
     def step(self, q: _Floats, v: _Floats, tau: _Floats, time_step: float) -> tuple[_Floats, _Floats]:
         """q and v after a semi-implicit Euler step (s): v grows by the acceleration, and q moves by the new v."""
-        _check_time_step(time_step)
+        check_time_step(time_step)
         v = v + time_step * self.acceleration(q, v, tau)
         return pinocchio.integrate(self._model, q, time_step * v), v
 
     def linearised_step(self, q: _Floats, v: _Floats, tau: _Floats, time_step: float) -> Step:
         """``step`` with its derivatives by the state, tau and the materials."""
-        _check_time_step(time_step)
+        check_time_step(time_step)
         nv = self._model.nv
         a, by_q, by_v, by_tau, by_material = self.linearised(q, v, tau)
         # Of the new velocity, by q, v, tau and the materials.
@@ -479,7 +356,7 @@ class Robot:
             slopes = by_state @ slopes
             slopes[:, 2 * nv : self._width] += step.by_material.reshape(2 * nv, -1)
             if numbers:
-                by_parameters = _checked(feedback.by_parameters, "Feedback.by_parameters", (nv, numbers))
+                by_parameters = checked(feedback.by_parameters, "Feedback.by_parameters", (nv, numbers))
                 slopes[:, self._width :] += step.by_tau @ by_parameters
             q, v = step.q, step.v
             if records.takes(k + 1):
@@ -497,11 +374,11 @@ class Robot:
 
     def _check(self, q: _Floats, v: _Floats | None = None, tau: _Floats | None = None) -> None:
         model = self._model
-        _check_array(q, "q", (model.nq,))
+        check_array(q, "q", (model.nq,))
         if v is not None:
-            _check_array(v, "v", (model.nv,))
+            check_array(v, "v", (model.nv,))
         if tau is not None:
-            _check_array(tau, "tau", (model.nv,))
+            check_array(tau, "tau", (model.nv,))
         if model.nq != model.nv and not pinocchio.isNormalized(model, q, _NORMALIZED):
             raise HydroelasticError("q has a quaternion or a continuous joint that is not normalized: see pinocchio.normalize")
 
@@ -518,9 +395,9 @@ class Robot:
 
             return of_controller
         if np.ndim(tau) == 2:
-            rows = [Feedback(row) for row in _checked(tau, "tau", (steps, nv))]
+            rows = [Feedback(row) for row in checked(tau, "tau", (steps, nv))]
             return lambda _time, _q, _v, k: rows[k]
-        constant = Feedback(_checked(tau, "tau", (nv,)))
+        constant = Feedback(checked(tau, "tau", (nv,)))
         return lambda _time, _q, _v, _k: constant
 
     def _by_state(self, feedback: Feedback) -> _Floats:
@@ -528,7 +405,7 @@ class Robot:
         by_state = np.zeros((nv, 2 * nv))
         for columns, value, name in ((slice(0, nv), feedback.by_q, "by_q"), (slice(nv, None), feedback.by_v, "by_v")):
             if value is not None:
-                by_state[:, columns] = _checked(value, f"Feedback.{name}", (nv, nv))
+                by_state[:, columns] = checked(value, f"Feedback.{name}", (nv, nv))
         return by_state
 
 
@@ -538,7 +415,7 @@ class _Records:
     def __init__(self, steps: int, every: int, time_step: float) -> None:
         if steps < 0 or every < 1:
             raise HydroelasticError(f"{steps} steps recorded every {every}: expected at least 0, and 1")
-        _check_time_step(time_step)
+        check_time_step(time_step)
         self.every = every
         self.time_step = time_step
 
@@ -555,54 +432,3 @@ def _loaded_robot(model: Any, contacts: Sequence[ContactPair], materials: _Float
     robot = Robot(model, contacts)
     robot._set_materials(np.array(materials))
     return robot
-
-
-def _frame_index(model: Any, name: str | int) -> int:
-    if isinstance(name, str):
-        if not model.existFrame(name):
-            raise HydroelasticError(f"the model has no frame {name!r}")
-        found = [index for index, frame in enumerate(model.frames) if frame.name == name]
-        first = model.frames[found[0]]
-        for frame in (model.frames[index] for index in found[1:]):
-            if frame.parentJoint != first.parentJoint or frame.placement != first.placement:
-                raise HydroelasticError(f"the model has {len(found)} frames {name!r} at different places: give an index")
-        return found[0]
-    if not 0 <= name < model.nframes:
-        raise HydroelasticError(f"frame {name} of a model with {model.nframes} frames")
-    return name
-
-
-def _checked_pose(given: _Floats | None) -> _Floats:
-    if given is None:
-        return pose()
-    found = _checked(given, "pose", (4, 4))
-    rotation = found[:3, :3]
-    if not (np.allclose(rotation @ rotation.T, np.eye(3), rtol=0.0, atol=1e-9) and np.linalg.det(rotation) > 0.0):
-        raise HydroelasticError("the pose of a shape in its frame is not rigid")
-    if not (np.isfinite(found).all() and np.array_equal(found[3], [0.0, 0.0, 0.0, 1.0])):
-        raise HydroelasticError("the pose of a shape in its frame is not a finite homogeneous matrix")
-    return found
-
-
-def _check_array(array: Any, name: str, shape: tuple[int, ...]) -> None:
-    if not isinstance(array, np.ndarray) or array.dtype != np.float64:
-        what = array.dtype if isinstance(array, np.ndarray) else type(array).__name__
-        raise TypeError(f"{name} is {what}: expected an array of float64")
-    if array.shape != shape:
-        raise HydroelasticError(f"{name} has shape {array.shape}: expected {shape}")
-
-
-def _checked(array: Any, name: str, shape: tuple[int, ...]) -> _Floats:
-    _check_array(array, name, shape)
-    return array  # type: ignore[no-any-return]
-
-
-def _check_time_step(time_step: float) -> None:
-    if not (math.isfinite(time_step) and time_step > 0.0):
-        raise HydroelasticError(f"the time step is {time_step} s: expected a positive number")
-
-
-def _finite(values: _Floats, name: str = "the acceleration") -> _Floats:
-    if not all(map(math.isfinite, values.ravel().tolist())):
-        raise HydroelasticError(f"{name} is not finite: q, v or tau is not, or the motion has diverged")
-    return values

@@ -67,7 +67,9 @@ def _results(version: str, plan: Plan, method: str, common: bytes, part: Any) ->
     """What the local batch gives for a part, on the machine where this runs."""
     if version != _core.__version__:
         raise RuntimeError(f"this worker has hydroelastic {_core.__version__}, but was sent work of {version}")
-    return getattr(_core.Batch(plan), method)(*_loaded(common), part)  # type: ignore[no-any-return]
+    function, shared = getattr(_core.Batch(plan), method), _loaded(common)
+    # Worlds come before the parameters of their derivatives; all else that belongs to results comes last.
+    return function(part, *shared) if method == "jacobians_of_worlds" else function(*shared, part)  # type: ignore[no-any-return]
 
 
 class Batch:
@@ -128,9 +130,7 @@ class Batch:
 
     def of_worlds(self, worlds: Sequence[World]) -> list[Trajectory | RolloutError]:
         """The trajectory of each of a list of worlds from its initial state."""
-        for world in worlds:
-            if not isinstance(world, World):
-                raise TypeError(f"worlds must be of World, but one is {world!r}")
+        _check_worlds(worlds)
         return self._over_the_cluster("of_worlds", (), list(worlds))
 
     def trajectories_after(
@@ -145,6 +145,15 @@ class Batch:
         """World.jacobian of a world after each of n changes of its parameters: samples (n, p) float64, as of World.changed.
         Each result is a Trajectory and its TrajectoryJacobian, or an exception."""
         return self._after("jacobians_after", world, parameters, samples)
+
+    def jacobians_of_worlds(
+        self, worlds: Sequence[World], parameters: Sequence[Parameter]
+    ) -> list[tuple[Trajectory, TrajectoryJacobian] | HydroelasticError]:
+        """World.jacobian of each of a list of worlds, from its initial state: for many starts. Each result is a Trajectory and
+        its TrajectoryJacobian, or an exception."""
+        _check_worlds(worlds)
+        _core.Batch(self._plan).jacobians_of_worlds([], parameters)
+        return self._over_the_cluster("jacobians_of_worlds", (list(parameters),), list(worlds))
 
     def _after(
         self, method: str, world: World, parameters: Sequence[Parameter], samples: NDArray[np.float64]
@@ -193,6 +202,12 @@ class Batch:
 
     def __repr__(self) -> str:
         return f"hydroelastic.ray.Batch({self._plan!r})"
+
+
+def _check_worlds(worlds: Sequence[World]) -> None:
+    for world in worlds:
+        if not isinstance(world, World):
+            raise TypeError(f"worlds must be of World, but one is {world!r}")
 
 
 def _part_length(count: int) -> int:

@@ -214,23 +214,21 @@ def _states(
     only_last: bool,
 ) -> State:
     function = _rows.Rollout(world, plan, parameters, from_state=start is not None, only_last=only_last)
-    count = function.bodies
-    numbers = _floats(np.zeros(function.width) if changes is None else changes, "changes", (function.width,))
-    if start is None:
-        if not (isinstance(taken, int) and taken == 0):
-            raise HydroelasticError(
-                "taken needs start: without one, the rollout starts at the initial time of the world"
-            )
-        found = _evaluated(function, [1], [numbers])
-    else:
-        poses, twists = _floats(start.poses, "poses", (count, 4, 4)), _floats(start.twists, "twists", (count, 6))
-        found = _evaluated(function, [3, 2, 1, 1], [poses, twists, numbers, _count(taken)[..., None]])
-    lead, states = found.shape[:-1], () if only_last else (function.states,)
-    entries = function.states * count * _rows.POSE
-    return State(
-        found[..., :entries].reshape(*lead, *states, count, 4, 4),
-        found[..., entries:].reshape(*lead, *states, count, 6),
-    )
+    given = None if start is None else (start.poses, start.twists)
+    return State(*_rows.states(_Arrays(), function, changes, given, taken))
+
+
+class _Arrays:
+    """What PyTorch brings to _rows.states."""
+
+    def floats(self, value: _Tensor, name: str, shape: tuple[int, ...]) -> Tensor:
+        return _floats(value, name, shape)
+
+    def count(self, value: Tensor | int) -> Tensor:
+        return _count(value)
+
+    def evaluated(self, function: _rows.Function, ranks: Sequence[int], parts: Sequence[Tensor]) -> Tensor:
+        return _evaluated(function, ranks, parts)
 
 
 def _floats(value: _Tensor, name: str, shape: tuple[int, ...]) -> Tensor:

@@ -1,10 +1,15 @@
-use super::{FileError, gmsh, vtk};
+#[cfg(feature = "vtk")]
+use super::vtk;
+use super::{FileError, gmsh};
 use crate::mesh::{PressureField, TetMesh};
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 /// What the name of a mesh file can end in.
+#[cfg(feature = "vtk")]
 const EXTENSIONS: &[&str] = &["msh", "vtk", "vtu"];
+#[cfg(not(feature = "vtk"))]
+const EXTENSIONS: &[&str] = &["msh"];
 
 /// A tetrahedral mesh from a file.
 #[derive(Debug, Clone)]
@@ -21,8 +26,8 @@ pub struct MeshFile {
 ///
 /// - `.msh`: Gmsh 4.1, ASCII or binary. Of its data sections (`$NodeData`) none is read, so
 ///   extents have to come from the distance to the surface, or from a VTK file.
-/// - `.vtk`: VTK legacy unstructured grid, ASCII or binary, up to version 5.1.
-/// - `.vtu`: VTK XML unstructured grid of one piece, ASCII or inline binary, uncompressed or
+/// - `.vtk` (feature `vtk`): VTK legacy unstructured grid, ASCII or binary, up to version 5.1.
+/// - `.vtu` (feature `vtk`): VTK XML unstructured grid of one piece, ASCII or inline binary, uncompressed or
 ///   compressed with zlib. VTK calls that the data mode ascii or binary, as opposed to appended.
 ///
 /// Elements of lower dimension (points, lines, surface triangles) and vertices that no tetrahedron
@@ -42,9 +47,11 @@ pub fn read_mesh(path: impl AsRef<Path>) -> Result<MeshFile, FileError> {
         source,
     })?;
     let contents = match extension.as_str() {
-        "msh" => gmsh::read(path, bytes)?,
+        #[cfg(feature = "vtk")]
         "vtk" => vtk::read_legacy(path, &bytes)?,
-        _ => vtk::read_xml(path, &bytes)?,
+        #[cfg(feature = "vtk")]
+        "vtu" => vtk::read_xml(path, &bytes)?,
+        _ => gmsh::read(path, bytes)?,
     };
     let (mesh, point_data) = contents.into_mesh(path)?;
     Ok(MeshFile {

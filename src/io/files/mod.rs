@@ -1,6 +1,8 @@
 //! Readers and writers of files.
 
+#[cfg(feature = "vtk")]
 mod contact_surface;
+#[cfg(feature = "vtk")]
 mod data_set_fields;
 mod error;
 mod file_contents;
@@ -15,9 +17,12 @@ mod stopped;
 mod surface_file;
 mod text_lines;
 mod trajectory;
+#[cfg(feature = "vtk")]
 mod vtk;
+#[cfg(feature = "vtk")]
 mod vtu_lengths;
 
+#[cfg(feature = "vtk")]
 pub use contact_surface::write_surface;
 pub use error::FileError;
 pub use mesh_file::{MeshFile, read_mesh};

@@ -223,7 +223,48 @@ def write_vtu():
     write("empty.vtk", "")
 
 
+def stl(count, *numbers):
+    """A binary STL file that claims so many triangles and has these coordinates, nine for each."""
+    records = [numbers[k : k + 9] for k in range(0, len(numbers), 9)]
+    bodies = [struct.pack("<12fH", 0, 0, 0, *record, 0) for record in records]
+    return bytes(80) + struct.pack("<I", count) + b"".join(bodies)
+
+
+def write_surfaces():
+    corners = [(0, 0, 0), (1, 0, 0), (0, 1, 0), (0, 0, 1)]
+    triangles = [(0, 2, 1), (0, 1, 3), (0, 3, 2), (1, 2, 3)]
+    numbers = [number for triangle in triangles for corner in triangle for number in corners[corner]]
+    write("sound.stl", stl(4, *numbers))
+    write("most_triangles.stl", stl(2**32 - 1, *numbers))
+    write("fewer_triangles.stl", stl(3, *numbers))
+    write("nan_vertex.stl", stl(4, *numbers[:-1], float("nan")))
+    write("cut_in_triangles.stl", stl(4, *numbers)[:-20])
+    write("empty.stl", "")
+    facet = "facet normal 0 0 0\nouter loop\n{}endloop\nendfacet\n"
+    facets = [
+        facet.format("".join("vertex {} {} {}\n".format(*corners[corner]) for corner in triangle))
+        for triangle in triangles
+    ]
+    text = f"solid one\n{''.join(facets)}endsolid one\n"
+    write("sound_ascii.stl", text)
+    write("infinite_vertex_ascii.stl", text, ("vertex 0 1 0", "vertex 0 1e999 0"))
+    write("four_corners_ascii.stl", text, ("endloop", "vertex 1 1 1\nendloop"))
+    write("cut_in_facet_ascii.stl", text[: text.rindex("endloop")])
+    obj = "".join("v {} {} {}\n".format(*corner) for corner in corners)
+    obj += "".join("f {} {} {}\n".format(*(c + 1 for c in triangle)) for triangle in triangles)
+    write("sound.obj", obj)
+    write("vertex_beyond_all.obj", obj, ("f 1 3 2", f"f 1 {2**63 - 1} 2"))
+    write("vertex_before_all.obj", obj, ("f 1 3 2", f"f 1 -{2**63} 2"))
+    write("texture_before_all.obj", "vt 0 0\n" + obj, ("f 1 3 2", "f 1/-9223372036854775808 3/-2 2"))
+    write("nan_vertex.obj", obj, ("v 0 1 0", "v 0 nan 0"))
+    write("three_faces.obj", obj, ("f 2 3 4\n", ""))
+    loops = " ".join(["1", "2"] * 2000)
+    write("endless_face.obj", obj + f"f {loops}\n")
+    write("empty.obj", "")
+
+
 write_sound()
 write_msh()
 write_vtk()
 write_vtu()
+write_surfaces()

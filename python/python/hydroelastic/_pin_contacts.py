@@ -1,0 +1,170 @@
+"""The contacts of a Pinocchio model: how their shapes move with its joints, and what they push.
+
+``hydroelastic.pin`` says first what to install where Pinocchio is missing.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any, TypeAlias
+
+import numpy as np
+import pinocchio  # type: ignore[import-untyped, import-not-found, unused-ignore]
+
+from ._core import HydroelasticError, pose
+from ._pin_checks import Floats, checked
+
+if TYPE_CHECKING:
+    from .pin import ContactPair
+
+# The moduli, and dissipation and friction.
+Material: TypeAlias = tuple[Floats, Floats]
+
+WORLD_AXES = pinocchio.ReferenceFrame.LOCAL_WORLD_ALIGNED
+# Between (linear, angular) and (angular, linear).
+SWAPPED = np.array([3, 4, 5, 0, 1, 2])
+# Times a vector, its cross product matrix by rows.
+CROSS = np.zeros((9, 3))
+CROSS[[1, 2, 3, 5, 6, 7], [2, 1, 2, 0, 1, 0]] = [-1.0, 1.0, 1.0, -1.0, -1.0, 1.0]
+# The same of both halves of a wrench.
+CROSSES = np.kron(np.eye(2), CROSS)
+
+
+class Mount:
+    """A shape on a joint, with views of the rows that its motion has in the buffer of its contact."""
+
+    def __init__(self, side: int, joint: int, placement: Any, motion: Floats, nv: int) -> None:
+        self.side = side
+        self.joint = joint
+        self.placement = placement
+        self.part = slice(6 * side, 6 * side + 6)
+        self.turn = slice(6 * side, 6 * side + 3)
+        self.jacobian = motion[self.part, :nv]
+        # Blocks of three rows: angular, linear. Pinocchio's, linear first, go in reversed.
+        of_pose, of_twist = motion[:12].reshape(2, 2, 3, -1)[side], motion[12:24].reshape(2, 2, 3, -1)[side]
+        self.pose_by_q = of_pose[::-1, :, :nv]
+        self.twist_by_q = of_twist[::-1, :, :nv]
+        self.twist_by_v = of_twist[::-1, :, nv : 2 * nv]
+        self.velocity_by_q = of_twist[1, :, :nv]
+
+    # Matrices of this size cost more to call than to multiply: ``dot`` is called in half the time of ``@``.
+
+    def move(self, model: Any, data: Any, v: Floats) -> tuple[Any, Floats]:
+        """The placement and twist; derivatives of both are written to the buffer."""
+        placement = data.oMi[self.joint] * self.placement
+        twist_by_q, twist_by_v = pinocchio.getFrameVelocityDerivatives(
+            model, data, self.joint, self.placement, WORLD_AXES
+        )
+        blocks = twist_by_v.reshape(self.pose_by_q.shape)
+        self.pose_by_q[...] = blocks
+        self.twist_by_v[...] = blocks
+        self.twist_by_q[...] = twist_by_q.reshape(blocks.shape)
+        # The linear part of this derivative is the one at a fixed point of the world: the velocity of the shape's origin,
+        # which moves, has ω × ∂p/∂q besides. Pinocchio's derivative of a point's velocity has both.
+        self.velocity_by_q[...], _ = pinocchio.getPointVelocityDerivatives(
+            model, data, self.joint, self.placement, WORLD_AXES
+        )
+        return placement, self.jacobian.dot(v)
+
+
+class Contact:
+    """A contact of a model, ready to be evaluated."""
+
+    def __init__(self, model: Any, contact: ContactPair, column: int, width: int) -> None:
+        nv = model.nv
+        self.pair = contact.pair
+        self.poses: list[Floats] = []
+        self.twists = [np.zeros(6), np.zeros(6)]
+        # Rows are the columns of Pair.linearised, columns those of ``Robot``: q, v and the materials of all contacts.
+        self.motion = np.zeros((28, width))
+        self.motion[24:, column : column + 4] = np.eye(4)
+        self.both_jacobians = self.motion[:12, :nv]
+        self.moving: list[Mount] = []
+        joints = []
+        frames = ((contact.frame_a, contact.pose_a), (contact.frame_b, contact.pose_b))
+        for side, (name, in_frame) in enumerate(frames):
+            frame = model.frames[_frame_index(model, name)]
+            placement = frame.placement * pinocchio.SE3(_checked_pose(in_frame))
+            joints.append(frame.parentJoint)
+            self.poses.append(np.ascontiguousarray(placement.homogeneous))
+            if frame.parentJoint:
+                self.moving.append(Mount(side, frame.parentJoint, placement, self.motion, nv))
+        if joints[0] == joints[1]:
+            raise HydroelasticError(
+                f"frames {contact.frame_a!r} and {contact.frame_b!r} are fixed to each other: expected two that move"
+            )
+
+    def place(self, data: Any) -> None:
+        """Takes the poses of the data."""
+        for mount in self.moving:
+            self.poses[mount.side] = (data.oMi[mount.joint] * mount.placement).homogeneous
+
+    def joint_torques(self, model: Any, data: Any, v: Floats, material: Material) -> Floats | None:
+        """Jᵀ w, after ``computeJointJacobians``; None without contact."""
+        jacobians = []
+        for mount in self.moving:
+            self.poses[mount.side] = (data.oMi[mount.joint] * mount.placement).homogeneous
+            jacobian = pinocchio.getFrameJacobian(model, data, mount.joint, mount.placement, WORLD_AXES)
+            self.twists[mount.side] = jacobian.dot(v).take(SWAPPED)
+            jacobians.append(jacobian)
+        wrenches = self.pair.wrench(*self.poses, *self.twists, moduli=material[0], law=material[1])
+        if not wrenches.dot(wrenches):
+            return None
+        torques = [wrenches[m.part].take(SWAPPED).dot(j) for m, j in zip(self.moving, jacobians, strict=True)]
+        found: Floats = torques[0] if len(torques) == 1 else torques[0] + torques[1]
+        return found
+
+    def move(self, model: Any, data: Any, v: Floats) -> list[Any]:
+        """Takes the motion of the data, after ``computeForwardKinematicsDerivatives``. Placements of the moving shapes."""
+        placements = []
+        for mount in self.moving:
+            placement, self.twists[mount.side] = mount.move(model, data, v)
+            self.poses[mount.side] = placement.homogeneous
+            placements.append(placement)
+        return placements
+
+    def linearised(self, material: Material) -> tuple[Floats, Floats]:
+        return self.pair.linearised(*self.poses, *self.twists, moduli=material[0], law=material[1])
+
+    def joint_torque_slopes(self, model: Any, data: Any, v: Floats, material: Material, forces: Any) -> Floats | None:
+        """Adds the wrenches to the forces on the joints, in their own axes. The derivatives of Jᵀ w by q, v and the materials
+        beyond what such forces, held constant, contribute by themselves; None without contact."""
+        self.move(model, data, v)
+        wrenches, jacobian = self.linearised(material)
+        if not wrenches.dot(wrenches):
+            return None
+        for mount in self.moving:
+            wrench = wrenches[mount.part]
+            # In axes that turn with the link a constant wrench changes by −ω × w, its torque and its force.
+            by_turn = jacobian[mount.part, mount.turn]
+            np.add(by_turn, CROSSES.dot(wrench).reshape(6, 3), out=by_turn)
+            in_shape = wrench.reshape(2, 3).dot(self.poses[mount.side][:3, :3])[::-1].ravel()
+            forces[mount.joint] += mount.placement.act(pinocchio.Force(in_shape))
+        slopes: Floats = self.both_jacobians.T.dot(jacobian.dot(self.motion))
+        return slopes
+
+
+def _frame_index(model: Any, name: str | int) -> int:
+    if isinstance(name, str):
+        if not model.existFrame(name):
+            raise HydroelasticError(f"the model has no frame {name!r}")
+        found = [index for index, frame in enumerate(model.frames) if frame.name == name]
+        first = model.frames[found[0]]
+        for frame in (model.frames[index] for index in found[1:]):
+            if frame.parentJoint != first.parentJoint or frame.placement != first.placement:
+                raise HydroelasticError(f"the model has {len(found)} frames {name!r} at different places: give an index")
+        return found[0]
+    if not 0 <= name < model.nframes:
+        raise HydroelasticError(f"frame {name} of a model with {model.nframes} frames")
+    return name
+
+
+def _checked_pose(given: Floats | None) -> Floats:
+    if given is None:
+        return pose()
+    found = checked(given, "pose", (4, 4))
+    rotation = found[:3, :3]
+    if not (np.allclose(rotation @ rotation.T, np.eye(3), rtol=0.0, atol=1e-9) and np.linalg.det(rotation) > 0.0):
+        raise HydroelasticError("the pose of a shape in its frame is not rigid")
+    if not (np.isfinite(found).all() and np.array_equal(found[3], [0.0, 0.0, 0.0, 1.0])):
+        raise HydroelasticError("the pose of a shape in its frame is not a finite homogeneous matrix")
+    return found

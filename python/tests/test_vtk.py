@@ -1,0 +1,181 @@
+"""Files of VTK: meshes by meshio, contact surfaces by our own writer."""
+
+import base64
+import sys
+import xml.etree.ElementTree as ElementTree
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import hydroelastic as he
+
+MESHES = Path(__file__).parents[2] / "tests" / "data" / "meshes_from_mesher"
+HOSTILE = MESHES.parent / "hostile_files"
+
+# What numbers written as text may be off by.
+TEXT = 1e-10
+
+
+def assert_same(found, expected):
+    assert np.array_equal(found.vertices, expected.vertices) and np.array_equal(found.tets, expected.tets)
+    assert np.array_equal(found.extents, expected.extents)
+
+
+def test_meshes_are_those_of_the_reader_of_gmsh():
+    pytest.importorskip("meshio")
+    for name in ("bracket", "bracket_binary"):
+        assert_same(he.Shape.read(MESHES / f"{name}.vtk"), he.Shape.read(MESHES / f"{name}.msh"))
+
+
+def test_extents_come_from_point_data():
+    pytest.importorskip("meshio")
+    first = he.Shape.read(MESHES / "bracket_extents_binary.vtu", "extent")
+    assert first.tets.shape == (1781, 4) and first.extents.shape == (609,) and first.extents.max() == 1.0
+    for name in ("bracket_extents_binary.vtk", "bracket_extents_zlib.vtu"):
+        assert_same(he.Shape.read(str(MESHES / name), extents="extent"), first)
+    # Text has some digits less.
+    for name in ("bracket_extents.vtk", "bracket_extents.vtu"):
+        found = he.Shape.read(MESHES / name, "extent")
+        assert np.array_equal(found.tets, first.tets) and np.abs(found.vertices - first.vertices).max() < TEXT
+        assert np.abs(found.extents - first.extents).max() < TEXT
+    with pytest.raises(he.HydroelasticError, match=r"no point-data array 'position' with one number.*only \['extent'\]"):
+        he.Shape.read(MESHES / "bracket_extents.vtk", "position")
+
+
+@pytest.mark.parametrize("path", sorted(HOSTILE.glob("*.vt[ku]")), ids=lambda path: path.name)
+def test_damaged_files_are_refused(path, capsys):
+    pytest.importorskip("meshio")
+    if path.name.startswith("sound"):
+        assert he.Shape.read(path).volume > 0.0
+        return
+    with pytest.raises(he.HydroelasticError, match=path.name):
+        he.Shape.read(path)
+
+
+GRID = "# vtk DataFile Version 3.0\nmesh\nASCII\nDATASET UNSTRUCTURED_GRID\nPOINTS {} float\n{}\nCELLS 1 {}\n{}\nCELL_TYPES 1\n{}\n"
+
+
+@pytest.mark.parametrize(
+    "points, cells, kind, reason",
+    [
+        (8, range(8), 12, "solid elements of the kind hexahedron"),
+        (10, range(10), 24, "tetrahedra of second or higher order"),
+        (3, range(3), 5, "has no tetrahedra: was only its surface meshed"),
+    ],
+)
+def test_other_solids_are_refused(tmp_path, points, cells, kind, reason):
+    pytest.importorskip("meshio")
+    coordinates = " ".join(str(number) for number in range(3 * points))
+    corners = " ".join(str(number) for number in (len(cells), *cells))
+    path = tmp_path / "mesh.vtk"
+    path.write_text(GRID.format(points, coordinates, 1 + len(cells), corners, kind))
+    with pytest.raises(he.HydroelasticError, match=reason):
+        he.Shape.read(path)
+
+
+def test_vertices_without_a_tetrahedron_are_left_out(tmp_path):
+    pytest.importorskip("meshio")
+    path = tmp_path / "mesh.VTK"
+    path.write_text(GRID.format(6, "9 9 9 0 0 0 1 0 0 0 1 0 8 8 8 0 0 1", 5, "4 1 2 3 5", 10))
+    corners = np.array([[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]])
+    assert_same(he.Shape.read(path), he.Shape(corners, np.array([[0, 1, 2, 3]])))
+
+
+def test_without_meshio_it_is_said_what_to_install(monkeypatch):
+    monkeypatch.setitem(sys.modules, "meshio", None)
+    with pytest.raises(ImportError, match=r'pip install "hydroelastic\[files\]"'):
+        he.Shape.read(MESHES / "bracket.vtk")
+    assert he.Shape.read(MESHES / "bracket.msh").volume > 0.0
+
+
+def test_a_file_that_is_not_there_is_said_to_be_so(tmp_path):
+    pytest.importorskip("meshio")
+    with pytest.raises(OSError, match="nothing.vtu"):
+        he.Shape.read(tmp_path / "nothing.vtu")
+
+
+def arrays_of(path):
+    """The arrays of a .vtp file, by where they are and their names."""
+    found = {}
+    for group in ElementTree.parse(path).getroot().find("PolyData/Piece"):
+        for array in group.findall("DataArray"):
+            data = base64.b64decode(array.text)
+            assert int.from_bytes(data[:8], "little") == len(data) - 8
+            values = np.frombuffer(data[8:], {"Float64": "<f8", "Int64": "<i8"}[array.get("type")])
+            columns = int(array.get("NumberOfComponents"))
+            found[group.tag, array.get("Name")] = values.reshape(-1, columns) if columns > 1 else values
+    return found
+
+
+def test_surfaces_of_xml_hold_polygons_and_pressures(ball_on_block, tmp_path):
+    pair, pose_a, pose_b = ball_on_block
+    surface = pair.surface(pose_a, pose_b)
+    pair.write_surface(tmp_path / "surface.vtp", pose_a, pose_b)
+    found = arrays_of(tmp_path / "surface.vtp")
+    expected = {
+        ("PointData", "pressure"): surface.pressures,
+        ("CellData", "pressure"): surface.mean_pressures,
+        ("CellData", "area"): surface.areas,
+        ("CellData", "normal"): surface.normals,
+        ("Points", "Points"): surface.vertices,
+        ("Polys", "connectivity"): np.arange(len(surface.vertices)),
+        ("Polys", "offsets"): surface.offsets[1:],
+    }
+    assert found.keys() == expected.keys()
+    for key, values in expected.items():
+        assert np.array_equal(found[key], values), key
+    assert [path.name for path in tmp_path.iterdir()] == ["surface.vtp"]
+
+
+def test_legacy_surfaces_hold_polygons_and_pressures(ball_on_block, tmp_path):
+    pair, pose_a, pose_b = ball_on_block
+    surface = pair.surface(pose_a, pose_b)
+    pair.write_surface(tmp_path / "surface.vtk", pose_a, pose_b)
+    rest = (tmp_path / "surface.vtk").read_bytes()
+    points, polygons = len(surface.vertices), len(surface)
+
+    def line(expected):
+        nonlocal rest
+        head, rest = rest.split(b"\n", 1)
+        assert head.decode() == expected
+
+    def numbers(count, kind):
+        nonlocal rest
+        values = np.frombuffer(rest, kind, count)
+        assert rest[values.nbytes : values.nbytes + 1] == b"\n"
+        rest = rest[values.nbytes + 1 :]
+        return values
+
+    for expected in ("# vtk DataFile Version 3.0", "contact surface", "BINARY", "DATASET POLYDATA"):
+        line(expected)
+    line(f"POINTS {points} double")
+    assert np.array_equal(numbers(3 * points, ">f8"), surface.vertices.ravel())
+    line(f"POLYGONS {polygons} {points + polygons}")
+    lists = numbers(points + polygons, ">i4").tolist()
+    for first, end in zip(surface.offsets, surface.offsets[1:]):
+        count, *lists = lists
+        corners, lists = lists[:count], lists[count:]
+        assert corners == list(range(first, end))
+    line(f"POINT_DATA {points}")
+    line("SCALARS pressure double 1")
+    line("LOOKUP_TABLE default")
+    assert np.array_equal(numbers(points, ">f8"), surface.pressures)
+    line(f"CELL_DATA {polygons}")
+    assert rest.startswith(b"SCALARS pressure double 1") and b"VECTORS normal double" in rest
+
+
+@pytest.mark.parametrize("name", ["surface.vtp", "surface.vtk"])
+def test_no_contact_is_a_file_without_polygons(ball_on_block, tmp_path, name):
+    pair, _, pose_b = ball_on_block
+    pair.write_surface(tmp_path / name, he.pose([5.0, 0.0, 0.0]), pose_b)
+    text = (tmp_path / name).read_bytes()
+    assert b'NumberOfPolys="0"' in text or (b"POINTS 0 double" in text and b"POLYGONS" not in text)
+
+
+def test_other_names_of_surfaces_are_refused(ball_on_block, tmp_path):
+    pair, pose_a, pose_b = ball_on_block
+    with pytest.raises(he.HydroelasticError, match="has to end in one of"):
+        pair.write_surface(tmp_path / "surface.obj", pose_a, pose_b)
+    with pytest.raises(OSError):
+        pair.write_surface(tmp_path / "nowhere" / "surface.vtp", pose_a, pose_b)

@@ -1,0 +1,52 @@
+//! Difference checks, saved and loaded by serde.
+
+use super::DifferenceCheck;
+use nalgebra::DMatrix;
+
+/// A check as it is saved: errors step by step, with none for those that are infinite, which some formats cannot tell.
+#[derive(serde::Serialize, serde::Deserialize)]
+#[serde(rename = "DifferenceCheck", deny_unknown_fields)]
+pub(super) struct CheckLayout {
+    steps: Vec<f64>,
+    numbers: Vec<String>,
+    errors: Vec<Option<f64>>,
+}
+
+impl From<DifferenceCheck> for CheckLayout {
+    fn from(check: DifferenceCheck) -> Self {
+        let by_steps = check.errors.transpose();
+        let finite = |error: &f64| Some(*error).filter(|error| error.is_finite());
+        Self {
+            errors: by_steps.iter().map(finite).collect(),
+            steps: check.steps,
+            numbers: check.numbers,
+        }
+    }
+}
+
+impl TryFrom<CheckLayout> for DifferenceCheck {
+    type Error = String;
+
+    fn try_from(layout: CheckLayout) -> Result<Self, String> {
+        let CheckLayout {
+            steps,
+            numbers,
+            errors,
+        } = layout;
+        let (found, rows, columns) = (errors.len(), steps.len(), numbers.len());
+        if found != rows * columns {
+            return Err(format!(
+                "a check of {rows} steps and {columns} numbers must have {} errors, but has {found}",
+                rows * columns
+            ));
+        }
+        let errors = errors
+            .into_iter()
+            .map(|error| error.unwrap_or(f64::INFINITY));
+        Ok(Self {
+            errors: DMatrix::from_row_iterator(rows, columns, errors),
+            steps,
+            numbers,
+        })
+    }
+}
