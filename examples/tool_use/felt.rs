@@ -17,7 +17,7 @@ impl Outcome for Felt {
         let pressed = -self.force_in(&states[step_at(DOWN[1])]).z;
         let powers = states
             .iter()
-            .map(|state| self.force_in(state).dot(&state.bodies[TOOL].velocity()));
+            .map(|state| self.force_in(state).dot(state.bodies[TOOL].velocity()));
         let work = powers.sum::<T>() * lift::<T>(1.0 / RATE);
         vec![pressed, work]
     }

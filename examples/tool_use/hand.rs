@@ -76,14 +76,13 @@ fn share_at(time: f64, [start, end]: [f64; 2]) -> [f64; 2] {
     [s * s * (3.0 - 2.0 * s), 6.0 * s * (1.0 - s) / duration]
 }
 
-/// The small rotation (rad, world axes) out of the upright pose: half the sum of the cross products of the axes.
+/// The small rotation (rad, world axes) out of the upright pose: half of what the rotation matrix is skew by.
 fn turn<T: Scalar>(pose: &Pose<T>) -> Vector3<T> {
-    let upright = Vector3::<T>::from_element(lift(0.0));
-    let axes = pose.rotation().column_iter().enumerate();
-    let turns = axes.map(|(place, axis)| {
-        let mut unit = upright;
-        unit[place] = lift(1.0);
-        unit.cross(&axis)
-    });
-    turns.sum::<Vector3<T>>() * lift::<T>(0.5)
+    let r = pose.rotation();
+    let skew = [
+        r[(2, 1)] - r[(1, 2)],
+        r[(0, 2)] - r[(2, 0)],
+        r[(1, 0)] - r[(0, 1)],
+    ];
+    Vector3::from(skew) * lift::<T>(0.5)
 }

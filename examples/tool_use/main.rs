@@ -57,7 +57,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     }
     let world = scene::world(LOWEST)?;
     let trajectory = world.rollout(&plan()?).recorded()?;
-    let sliding = step_at((ALONG[0] + ALONG[1]) / 2.0);
+    let sliding = step_at(f64::midpoint(ALONG[0], ALONG[1]));
     check_friction(&world, &trajectory.states()[sliding])?;
     check_gradients(&world)?;
 
