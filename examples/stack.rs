@@ -4,7 +4,7 @@
 
 mod show;
 
-use hydroelastic::contact::Shape;
+use hydroelastic::contact::{HalfSpace, Shape};
 use hydroelastic::dynamics::{
     Body, Control, Integrator, Mass, Material, Plan, State, Trajectory, World,
 };
@@ -137,9 +137,8 @@ fn stacked() -> Result<World, Box<dyn Error>> {
         bodies.push(block.at(Pose::from_rotation_vector(&vector![0.0, 0.0, turn], middle)));
         height += gap + SIZE[2];
     }
-    let floor = Shape::new(shapes::cuboid([1.0, 1.0, 0.1])?);
-    let floor = Body::fixed("floor", floor, skin(FRICTIONS[0]))?;
-    bodies.push(floor.at(Pose::from_translation(vector![0.0, 0.0, -0.05])));
+    let hard = Material::rigid().with_friction(FRICTIONS[0]);
+    bodies.push(Body::fixed("floor", HalfSpace::rigid(), hard)?);
 
     let push = Wrench {
         force: vector![PUSH, 0.0, 0.0],

@@ -20,6 +20,7 @@ made settle 0.0 --width 480 --height 300
 made identify_material 1.0 --width 480 --height 300
 made grasp 2.4 --width 480 --height 300
 made stack 1.2 --width 480 --height 300
+made tool_use 1.76 --width 480 --height 300
 rm ../pictures/{identify_material,grasp,stack}.png
 cp "$recordings"/{throw_to_target,identify_material,grasp,stack}.svg ../pictures/
 rm -r "$recordings"

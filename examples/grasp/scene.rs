@@ -2,11 +2,11 @@
 
 use super::guide::Guide;
 use super::path::{self, Move};
-use hydroelastic::contact::Shape;
+use hydroelastic::contact::{HalfSpace, Shape};
 use hydroelastic::dynamics::{Body, Control, Integrator, Mass, Material, Plan, World, WorldError};
 use hydroelastic::io::read_mesh;
 use hydroelastic::mesh::{PressureField, shapes};
-use hydroelastic::spatial::{Pose, Wrench};
+use hydroelastic::spatial::Wrench;
 use nalgebra::vector;
 use std::error::Error;
 use std::sync::Arc;
@@ -32,10 +32,9 @@ const DENSITY: f64 = 2_000.0;
 /// A finger (m, kg).
 pub const FINGER: [f64; 3] = [0.03, 0.03, 0.05];
 const FINGER_MASS: f64 = 0.5;
-/// Moduli (Pa). Below their surfaces the fingers have 10 MPa/m, mug and floor some 200 MPa/m.
+/// Moduli (Pa). Below their surfaces the fingers have 10 MPa/m, the mug some 200 MPa/m. The floor is rigid.
 const SOFT: f64 = 1.5e5;
 const MUG_MODULUS: f64 = 1e6;
-const FLOOR_MODULUS: f64 = 1e7;
 /// From the wall of the mug to the face of a finger (m): in the beginning, and what the leading one closes to.
 const GAP: f64 = 5e-4;
 const DEPTH: f64 = 1e-3;
@@ -54,7 +53,7 @@ pub fn squeezed() -> Result<World<f64, Guide>, Box<dyn Error>> {
     };
     let mug = Shape::new(PressureField::from_distance(&read_mesh(MESH)?.mesh)?);
     let finger = Arc::new(Shape::new(shapes::distance_cuboid(FINGER)?));
-    let floor = Shape::new(shapes::cuboid([0.4, 0.4, 0.1])?);
+    let hard = Material::rigid().with_friction(FRICTION);
 
     let touching = RADIUS + FINGER[1] / 2.0;
     let closing = Move {
@@ -74,8 +73,7 @@ pub fn squeezed() -> Result<World<f64, Guide>, Box<dyn Error>> {
         )?
         .at(start.pose),
         Body::prescribed("leading", finger, skin(SOFT), Arc::new(leading))?,
-        Body::fixed("floor", floor, skin(FLOOR_MODULUS))?
-            .at(Pose::from_translation(vector![0.0, 0.0, -0.05])),
+        Body::fixed("floor", HalfSpace::rigid(), hard)?,
     ])?
     .with_gravity(vector![0.0, 0.0, -GRAVITY])?
     .with_slip_tolerance(STEPPING.2)?;

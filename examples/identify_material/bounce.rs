@@ -1,6 +1,6 @@
 //! A ball thrown along the floor, and what is recorded of it.
 
-use hydroelastic::contact::Shape;
+use hydroelastic::contact::{HalfSpace, Shape};
 use hydroelastic::dynamics::{Body, Mass, Material, State, Trajectory, World};
 use hydroelastic::gradient::Outcome;
 use hydroelastic::mesh::shapes;
@@ -9,9 +9,10 @@ use hydroelastic::spatial::Pose;
 use nalgebra::{Vector3, vector};
 use std::error::Error;
 
-/// Modulus (Pa), dissipation (s/m) and friction of the floor. A pair has the harmonic mean of both
-/// frictions.
+/// Modulus (Pa), dissipation (s/m) and friction of the floor, and the thickness (m) of its soft layer. A pair has the harmonic
+/// mean of both frictions.
 const FLOOR: Vector3<f64> = Vector3::new(1e6, 0.1, 0.4);
+const LAYER: f64 = 0.25;
 /// How far the ball gets along the floor and upwards (m), and how fast (m/s).
 const RANGE: [f64; 4] = [1.5, 0.1, 4.0, 1.0];
 
@@ -38,10 +39,9 @@ pub fn world(numbers: &Vector3<f64>) -> Result<World, Box<dyn Error>> {
     };
     let at_height = |z| Pose::from_translation(vector![0.0, 0.0, z]);
     let ball = Shape::new(shapes::icosphere(0.05, 2)?);
-    let floor = Shape::new(shapes::cuboid([6.0, 2.0, 0.5])?);
     let ball = Body::dynamic("ball", ball, skin(numbers), Mass::Total(0.2))?
         .at(at_height(0.1))
         .with_velocity(vector![4.0, 0.0, 0.0]);
-    let floor = Body::fixed("floor", floor, skin(&FLOOR))?.at(at_height(-0.25));
+    let floor = Body::fixed("floor", HalfSpace::layer(LAYER)?, skin(&FLOOR))?;
     Ok(World::new(vec![ball, floor])?.with_gravity(vector![0.0, 0.0, -9.81])?)
 }

@@ -1,17 +1,20 @@
 //! A room with a ball to be thrown.
 
-use hydroelastic::contact::Shape;
+use hydroelastic::contact::{HalfSpace, Shape};
 use hydroelastic::dynamics::{Body, Mass, Material, World};
 use hydroelastic::io::Recording;
 use hydroelastic::mesh::shapes;
 use hydroelastic::spatial::Pose;
 use nalgebra::{Vector3, vector};
 use std::error::Error;
+use std::f64::consts::FRAC_PI_2;
 
 /// Where the ball starts (m), its radius (m) and mass (kg).
 const START: Vector3<f64> = Vector3::new(0.0, 0.0, 0.5);
 pub const RADIUS: f64 = 0.05;
 const MASS: f64 = 0.1;
+/// Thickness (m) of the soft layer of floor and wall: rigid ones would want shorter steps.
+const LAYER: f64 = 0.25;
 /// Slip (m/s) below which friction is less than full: with a tenth of it, steps of half a
 /// millisecond are too long for a ball that ceases to slide.
 const SLIP_TOLERANCE: f64 = 1e-2;
@@ -28,13 +31,11 @@ pub fn with_ball(subdivisions: usize, velocity: Vector3<f64>) -> Result<World, B
     let ball = Body::dynamic("ball", ball, skin, Mass::Total(MASS))?
         .at(Pose::from_translation(START))
         .with_velocity(velocity);
-    let slab = |name, lengths, [x, z]: [f64; 2]| {
-        let shape = Shape::new(shapes::cuboid(lengths)?);
-        let slab = Body::fixed(name, shape, skin)?;
-        Ok::<_, Box<dyn Error>>(slab.at(Pose::from_translation(vector![x, 0.0, z])))
-    };
-    let floor = slab("floor", [2.5, 2.5, 0.5], [-0.25, -0.25])?;
-    let wall = slab("wall", [0.5, 2.5, 2.0], [1.25, 0.5])?;
+    let soft = |name| Ok::<_, Box<dyn Error>>(Body::fixed(name, HalfSpace::layer(LAYER)?, skin)?);
+    // The outward normal, z of its frame, is turned to −x.
+    let upright =
+        Pose::from_rotation_vector(&vector![0.0, -FRAC_PI_2, 0.0], vector![1.0, 0.0, 0.0]);
+    let (floor, wall) = (soft("floor")?, soft("wall")?.at(upright));
     let room = World::new(vec![ball, floor, wall])?.with_gravity(vector![0.0, 0.0, -9.81])?;
     Ok(room.with_slip_tolerance(SLIP_TOLERANCE)?)
 }

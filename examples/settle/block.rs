@@ -1,13 +1,13 @@
-//! A block with its weight off centre, and the slab it lies on.
+//! A block with its weight off centre, and the soft ground it lies on.
 
-use hydroelastic::contact::Shape;
+use hydroelastic::contact::{HalfSpace, Shape};
 use hydroelastic::dynamics::{Body, Integrator, Mass, Material, Plan, Trajectory, World};
 use hydroelastic::spatial::{MassProperties, Pose};
 use nalgebra::{Matrix3, Vector3};
 use std::error::Error;
 use std::sync::Arc;
 
-/// Moduli (Pa) of block and slab, and their dissipation (s/m).
+/// Moduli (Pa) of block and ground, and their dissipation (s/m).
 pub const MODULI: [f64; 2] = [2e5, 5e4];
 const DISSIPATION: f64 = 5.0;
 /// Gravity (m/s²); mass of the block (kg), and its centre of mass (m) from the middle.
@@ -21,7 +21,7 @@ const STEPS: usize = 200;
 /// What the block does when it is let go.
 pub fn released(
     block: &Arc<Shape>,
-    slab: &Arc<Shape>,
+    ground: &HalfSpace,
     pose: Pose,
 ) -> Result<(World, Trajectory), Box<dyn Error>> {
     let solid = MassProperties {
@@ -30,10 +30,10 @@ pub fn released(
         inertia: Matrix3::identity() * 0.01,
     };
     let skin = |modulus| Material::elastic(modulus).with_dissipation(DISSIPATION);
-    let [block_skin, slab_skin] = MODULI.map(skin);
+    let [block_skin, ground_skin] = MODULI.map(skin);
     let block = Body::dynamic("block", Arc::clone(block), block_skin, Mass::Given(solid))?;
-    let slab = Body::fixed("slab", Arc::clone(slab), slab_skin)?;
-    let world = World::new(vec![block.at(pose), slab])?.with_gravity(GRAVITY)?;
+    let ground = Body::fixed("ground", ground.clone(), ground_skin)?;
+    let world = World::new(vec![block.at(pose), ground])?.with_gravity(GRAVITY)?;
     let plan = Plan::new(TIME_STEP, STEPS)?.with_integrator(Integrator::Sdirk2);
     let trajectory = world.rollout(&plan).recorded()?;
     Ok((world, trajectory))

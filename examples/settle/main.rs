@@ -1,4 +1,4 @@
-//! How does a block with its weight off centre come to rest on a soft slab?
+//! How does a block with its weight off centre come to rest on soft ground?
 //!
 //! `cargo run --release --example settle [-- --record FILE.glb --plot FILE.svg]`
 //!
@@ -11,7 +11,7 @@ mod block;
 mod show;
 
 use block::{CENTER_OF_MASS, GRAVITY, MASS, MODULI};
-use hydroelastic::contact::{ContactBody, ContactPair, Shape};
+use hydroelastic::contact::{ContactBody, ContactPair, HalfSpace, Partner, Shape};
 use hydroelastic::io::Recording;
 use hydroelastic::mesh::shapes;
 use hydroelastic::spatial::{Pose, Twist, Wrench, skew};
@@ -20,31 +20,33 @@ use show::{Curve, Panel};
 use std::error::Error;
 use std::sync::Arc;
 
-/// Height (m) of the middle of the block over that of the slab where they touch.
-const TOUCHING: f64 = 0.15;
+/// Height (m) of the middle of the block over the ground where they touch.
+const TOUCHING: f64 = 0.05;
+/// Thickness (m) of the soft layer of the ground.
+const LAYER: f64 = 0.1;
 /// Newton's method ends where the net wrench (N, N m) is below this share of the weight (N).
 const BALANCED: f64 = 1e-9;
 const ITERATIONS: usize = 8;
-/// Singular values below this fraction of the largest are zero: sliding on the level slab and
+/// Singular values below this fraction of the largest are zero: sliding on the level ground and
 /// turning on it change nothing.
 const FREE: f64 = 1e-9;
 /// How far the resting block may move in a rollout (m).
 const AT_REST: f64 = 1e-9;
 /// And how far from the depth at rest (m) the tilted one may be after 1 s: nothing but dissipation
-/// slows it, and it still turns on the slab.
+/// slows it, and it still turns on the ground.
 const SETTLED: f64 = 1e-7;
 
 fn main() -> Result<(), Box<dyn Error>> {
     let block = Arc::new(Shape::new(shapes::distance_cuboid([0.3, 0.2, 0.1])?));
-    let slab = Arc::new(Shape::new(shapes::cuboid([1.0, 1.0, 0.2])?));
+    let ground = HalfSpace::layer(LAYER)?;
     // Tilted so that one edge is lifted off.
     let tilt = vector![0.02, -0.03, 0.3];
-    let tilted = Pose::from_rotation_vector(&tilt, vector![0.1, 0.05, 0.149]);
+    let tilted = Pose::from_rotation_vector(&tilt, vector![0.1, 0.05, 0.049]);
     let mut pose = tilted;
     let mut residuals = Vec::new();
     for _ in 0..=ITERATIONS {
         let a = ContactBody::new(&block, pose, MODULI[0])?;
-        let b = ContactBody::new(&slab, Pose::identity(), MODULI[1])?;
+        let b = Partner::half_space(&ground, Pose::identity(), MODULI[1])?;
         let (wrench, by_pose) = net_wrench(&ContactPair::new(a, b));
         let residual = wrench.amax() / (MASS * GRAVITY.norm());
         println!("net wrench over weight: {residual:.1e}");
@@ -65,17 +67,20 @@ fn main() -> Result<(), Box<dyn Error>> {
         return Err("balanced at once".into());
     };
     assert!(second < first * first && third < second * second && third < BALANCED);
-    let (_, resting) = block::released(&block, &slab, pose)?;
+    let (_, resting) = block::released(&block, &ground, pose)?;
     let motion = (resting.last().bodies[0].position() - pose.translation()).norm();
     println!("motion in 1 s: {motion:.1e} m");
     assert!(motion < AT_REST);
 
-    let (world, settling) = block::released(&block, &slab, tilted)?;
+    let (world, settling) = block::released(&block, &ground, tilted)?;
     let settled = TOUCHING - settling.last().bodies[0].position().z;
     println!("let go tilted, it sinks in by {:.3} mm", 1e3 * settled);
     assert!((settled - depth).abs() < SETTLED);
     let wanted = show::wanted()?;
-    wanted.record(|| Ok(Recording::new(&world, &settling)))?;
+    wanted.record(|| {
+        let recording = Recording::new(&world, &settling);
+        Ok(recording.seen_from(vector![-0.45, -0.9, 0.45], vector![0.1, 0.05, 0.06]))
+    })?;
     wanted.plot(|| {
         let residuals = Curve::counted("net wrench/weight", residuals.into_iter());
         let newton = Panel::counted("iteration", vec![residuals]);

@@ -14,7 +14,7 @@ use nalgebra::Vector3;
 /// use nalgebra::vector;
 ///
 /// let cube = Shape::new(shapes::cuboid([0.2; 3])?);
-/// let pressed_in = Pose::from_translation(vector![0.0, 0.0, 0.09]);
+/// let pressed_in: Pose = Pose::from_translation(vector![0.0, 0.0, 0.09]);
 /// let cube = ContactBody::new(&cube, pressed_in, 1e6)?;
 /// let on_rigid = ContactPair::new(cube, Partner::rigid_half_space(Pose::identity())?);
 /// assert!((on_rigid.wrench().on_a.force.z - 3613.333).abs() < 1e-3);
