@@ -1,9 +1,17 @@
+use super::Shape;
 use super::polygon::PolygonSource;
 use crate::geometry::{AffineField, Tetrahedron, snapped};
 use crate::mesh::FieldTet;
 use crate::narrow_phase::{PartnerShape, PosedTet};
-use crate::scalar::{Scalar, lift, lift_vector};
+use crate::scalar::{Scalar, lift, lift_vector, real_part};
 use nalgebra::Vector3;
+
+/// From the middle of A, in half diagonals of its box: any direction that is along no face or axis.
+const APEX: Vector3<f64> = Vector3::new(1.13, 0.87, -1.41);
+
+/// Of the energy that a body can hold, at least: one that is inside another holds all of it, but for parts that are outside, and
+/// round-off is less.
+const SUNK: f64 = 1e-9;
 
 impl<T: Scalar> PolygonSource<'_, T> {
     /// ∫ min(p_A, p_B) dV (J) over what A and B have in common, or ∫ p_A dV if B is rigid.
@@ -21,12 +29,23 @@ impl<T: Scalar> PolygonSource<'_, T> {
                     });
             }
             PartnerShape::Rigid(shape) => {
+                let apex = self.apex();
                 for cell in shape.cells() {
-                    energy += self.energy_behind_triangle(&cell.tetrahedron);
+                    energy += self.energy_behind_triangle(&cell.tetrahedron, apex);
                 }
             }
         }
         energy
+    }
+
+    /// Whether the energy is more than round-off.
+    pub fn has_energy(&self) -> bool {
+        let of_a = most_energy(self.pair.shape_a) * real_part(self.modulus_a);
+        let of_b = match self.pair.shape_b {
+            PartnerShape::Compliant(shape) => most_energy(shape) * self.pair.scales[1],
+            PartnerShape::Rigid(_) | PartnerShape::HalfSpace(_) => f64::INFINITY,
+        };
+        real_part(self.energy()) > SUNK * of_a.min(of_b)
     }
 
     /// The part of two tetrahedra. A's is cut by B's faces into tetrahedra.
@@ -52,12 +71,21 @@ impl<T: Scalar> PolygonSource<'_, T> {
         self.smaller_pressure_within(&[extent], a, half_space, highest)
     }
 
-    /// A rigid body is what the triangles of its surface make up with any one point, here the origin of its frame: a tetrahedron
-    /// each, which counts negative if the point sees the triangle from outside.
-    fn energy_behind_triangle(&self, cell: &Tetrahedron) -> T {
+    /// A point beside A, in B's frame. The tetrahedra that B's triangles make up with it hold no more of A than A itself, each,
+    /// and few of them any of it.
+    fn apex(&self) -> Vector3<f64> {
+        let bounds = self.pair.shape_a.tree().bounds();
+        let aside = APEX * bounds.half_extents().norm();
+        let pose_ba = self.pair.pose_ab.inverse();
+        pose_ba.transformed_point(&(bounds.center() + aside))
+    }
+
+    /// A rigid body is what the triangles of its surface make up with any one point: a tetrahedron each, which counts negative
+    /// if the point sees the triangle from outside.
+    fn energy_behind_triangle(&self, cell: &Tetrahedron, apex: Vector3<f64>) -> T {
         let [a, b, c, _] = cell.corners;
         let mut fan = Tetrahedron {
-            corners: [a, b, c, Vector3::zeros()],
+            corners: [a, b, c, apex],
         };
         let volume = fan.signed_volume();
         if volume == 0.0 {
@@ -136,6 +164,12 @@ impl<T: Scalar> PolygonSource<'_, T> {
         });
         energy
     }
+}
+
+/// The energy (J) of all of a body's pressure field, for a modulus of 1 Pa.
+fn most_energy(shape: &Shape) -> f64 {
+    let tets = shape.field().tets().iter();
+    tets.map(|tet| tet.tetrahedron.integral(&tet.extent)).sum()
 }
 
 fn lifted<T: Scalar>(tet: &FieldTet) -> Tetrahedron<T> {

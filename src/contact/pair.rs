@@ -144,7 +144,7 @@ impl<'a, T: Scalar> ContactPair<'a, T> {
     #[must_use]
     pub fn has_sunk_through(&self) -> bool {
         let real = self.real();
-        real.cut_surface().is_empty() && real.potential_energy() > 0.0
+        real.cut_surface().is_empty() && PolygonSource::of(&real).has_energy()
     }
 
     /// The pairs of tetrahedra (of A, of B) that have a contact polygon, in no special order. For a tetrahedron of B stands

@@ -125,7 +125,9 @@ impl RelativePair<'_> {
         let signs = if ends == 0 {
             CornerSigns::CROSSED
         } else {
-            CornerSigns::ON_FACE
+            // Inwards B's field grows; so does p_A − p_B, if A's grows more.
+            let excess = a.extent.gradient * self.scales[0] - b.field.gradient;
+            CornerSigns::on_face(excess.dot(&b.field.gradient) < 0.0)
         };
         (signs, Closeness::default())
     }

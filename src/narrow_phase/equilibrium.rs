@@ -106,11 +106,13 @@ impl CornerSigns {
         zero: 0,
     };
 
-    /// Of a tetrahedron below the plane, with face 3 in it.
-    pub const ON_FACE: Self = Self {
-        below: 0b1000,
-        zero: 0b0111,
-    };
+    /// Of a tetrahedron with face 3 in the plane, on this side of it.
+    pub fn on_face(is_below: bool) -> Self {
+        Self {
+            below: if is_below { 0b1000 } else { 0 },
+            zero: 0b0111,
+        }
+    }
 
     #[inline]
     pub fn of(values: &[f64; 4]) -> Self {

@@ -97,6 +97,24 @@ impl<'a, T: Scalar> Partner<'a, T> {
         }
     }
 
+    /// Its shape, if it is a rigid body with a surface.
+    #[must_use]
+    pub fn rigid_shape(&self) -> Option<&'a RigidShape> {
+        match self.shape {
+            PartnerShape::Rigid(shape) => Some(shape),
+            PartnerShape::Compliant(_) | PartnerShape::HalfSpace(_) => None,
+        }
+    }
+
+    /// The half-space, if it is one.
+    #[must_use]
+    pub fn half_space_shape(&self) -> Option<&'a HalfSpace> {
+        match self.shape {
+            PartnerShape::HalfSpace(half_space) => Some(half_space),
+            PartnerShape::Compliant(_) | PartnerShape::Rigid(_) => None,
+        }
+    }
+
     /// The partner as a compliant body with a mesh, if it is one.
     #[must_use]
     pub fn body(&self) -> Option<ContactBody<'a, T>> {

@@ -78,7 +78,8 @@ impl RelativePair<'_> {
             Encounter::Met(decisions) => decisions,
         };
         let cut = self.cut(tet_a, tet_b, decisions);
-        if cut.is_noted() {
+        // The way to others may lead through tetrahedra without pressure.
+        if cut.is_noted() && !tet_a.is_inert() {
             cuts.push(cut);
         }
         Exits {

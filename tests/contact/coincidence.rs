@@ -55,7 +55,7 @@ const BETWEEN: std::ops::Range<f64> = 1e-11..1e-8;
 
 /// What the pairs of a family came to.
 #[derive(Debug, Default, Clone)]
-struct Tally {
+pub(super) struct Tally {
     pairs: usize,
     failing: usize,
     /// Pairs with a column at a kink, by its kind.
@@ -64,10 +64,10 @@ struct Tally {
     failures: Vec<(usize, usize, String, f64)>,
 }
 
-type Tallies = [Tally; Family::ALL.len()];
+pub(super) type Tallies = [Tally; Family::ALL.len()];
 
 impl Tally {
-    fn add(&mut self, number: usize, scene: &Scene) {
+    pub(super) fn add(&mut self, number: usize, scene: &Scene) {
         let found = checked(scene);
         self.pairs += 1;
         for name in names(&found) {
@@ -98,22 +98,23 @@ fn add_pair(tallies: &mut Tallies, bodies: &Bodies, number: usize) {
     tallies[family].add(number, &scene(bodies, Family::ALL[family], number as u64));
 }
 
+pub(super) fn merge(total: &mut Tallies, tallies: Tallies) {
+    for (tally, other) in total.iter_mut().zip(tallies) {
+        tally.merge(other);
+    }
+}
+
 /// Pairs with the numbers from `first`, on all threads.
 fn swept(first: usize, count: usize) -> Tallies {
     let work = |tallies: &mut Tallies, batch, numbers: Range<usize>| {
         let bodies = Bodies::new(batch as u64);
         numbers.for_each(|number| add_pair(tallies, &bodies, number));
     };
-    let merge = |total: &mut Tallies, tallies: Tallies| {
-        for (tally, other) in total.iter_mut().zip(tallies) {
-            tally.merge(other);
-        }
-    };
     in_batches((first, count), BATCH, work, merge)
 }
 
 /// Prints what there is, and fails if any pair failed.
-fn report(tallies: &Tallies) {
+pub(super) fn report(tallies: &Tallies) {
     for (family, tally) in Family::ALL.iter().zip(tallies) {
         for (number, column, what, error) in &tally.failures {
             println!("{family:?}, pair {number}, column {column}: {what}, off by {error:.1e}");
@@ -231,8 +232,33 @@ fn error(least: f64, found: &Jacobian, expected: &Jacobian) -> f64 {
     BLOCKS.into_iter().map(of_block).fold(0.0, f64::max)
 }
 
+/// The largest error against the best of differences.
+pub(super) fn error_of_differences(scene: &Scene) -> f64 {
+    let scaled = Scaled::of(scene);
+    let found = scaled.relative(&scene.linearised());
+    let mut best = Jacobian::zeros();
+    for column in 0..COLUMNS {
+        let own = found.column(column);
+        let off = |differences: &Wrenches| (differences - own).amax();
+        let mut nearest = scaled.central(column, STEPS[0]);
+        for step in &STEPS[1..] {
+            if off(&nearest) <= GOOD * own.amax() {
+                break;
+            }
+            let other = scaled.central(column, *step);
+            nearest = if off(&other) < off(&nearest) {
+                other
+            } else {
+                nearest
+            };
+        }
+        best.set_column(column, &nearest);
+    }
+    error(LEAST * scaled.elastic().0, &found, &best)
+}
+
 /// Median, of 99 in 100, worst.
-fn ranked(mut errors: Vec<f64>) -> [f64; 3] {
+pub(super) fn ranked(mut errors: Vec<f64>) -> [f64; 3] {
     errors.sort_by(f64::total_cmp);
     [errors.len() / 2, errors.len() * 99 / 100, errors.len() - 1].map(|rank| errors[rank])
 }
@@ -250,29 +276,7 @@ fn more_linearised_contacts_at_generic_poses_are_those_of_differences() {
 
 fn assert_those_of_differences(count: usize) {
     let mut errors = Vec::new();
-    for_generic_scenes(count, |scene| {
-        let scaled = Scaled::of(scene);
-        let found = scaled.relative(&scene.linearised());
-        let mut best = Jacobian::zeros();
-        for column in 0..COLUMNS {
-            let own = found.column(column);
-            let off = |differences: &Wrenches| (differences - own).amax();
-            let mut nearest = scaled.central(column, STEPS[0]);
-            for step in &STEPS[1..] {
-                if off(&nearest) <= GOOD * own.amax() {
-                    break;
-                }
-                let other = scaled.central(column, *step);
-                nearest = if off(&other) < off(&nearest) {
-                    other
-                } else {
-                    nearest
-                };
-            }
-            best.set_column(column, &nearest);
-        }
-        errors.push(error(LEAST * scaled.elastic().0, &found, &best));
-    });
+    for_generic_scenes(count, |scene| errors.push(error_of_differences(scene)));
     let ranked = ranked(errors);
     println!("median, 99 %, worst: {ranked:?}");
     assert!(

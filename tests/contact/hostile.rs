@@ -8,7 +8,7 @@ use crate::support::hostile::shapes::off_centre;
 use crate::support::hostile::{Family, Hostile};
 use crate::support::scenes::{Random, pair};
 use crate::support::sweep::in_batches;
-use hydroelastic::contact::Shape;
+use hydroelastic::contact::{ContactPair, Shape};
 use hydroelastic::mesh::shapes;
 use hydroelastic::spatial::Pose;
 use nalgebra::{Vector3, vector};
@@ -32,7 +32,7 @@ const NAMED: usize = 100;
 
 /// What the pairs of a family came to.
 #[derive(Debug, Default, Clone)]
-struct Tally {
+pub(super) struct Tally {
     pairs: usize,
     touching: usize,
     equal_fields: usize,
@@ -45,9 +45,37 @@ struct Tally {
     failures: Vec<(usize, &'static str, f64)>,
 }
 
-type Tallies = [Tally; Family::ALL.len()];
+pub(super) type Tallies = [Tally; Family::ALL.len()];
 
 impl Tally {
+    /// Notes what came of the pair with a number.
+    pub(super) fn add(&mut self, number: usize, pair: &ContactPair) {
+        let with_energy = number.is_multiple_of(ENERGY_EVERY);
+        let verdict = verdict(pair, with_energy, &mut Random::numbered(!(number as u64)));
+        self.pairs += 1;
+        self.touching += usize::from(verdict.touches);
+        let kinks = [
+            (Kink::EqualFields, &mut self.equal_fields),
+            (Kink::Unresolved, &mut self.unresolved),
+            (Kink::Ridges, &mut self.ridges),
+            (Kink::Blurred, &mut self.blurred),
+            (Kink::Grazing, &mut self.grazing),
+        ];
+        for (kink, count) in kinks {
+            *count += usize::from(verdict.kink == Some(kink));
+        }
+        self.failing += usize::from(!verdict.failures.is_empty());
+        let failures = verdict.failures.into_iter();
+        let room = NAMED.saturating_sub(self.failures.len());
+        let named = failures.map(|(claim, ratio)| (number, claim, ratio));
+        self.failures.extend(named.take(room));
+    }
+
+    /// Whether a quarter of the pairs touch.
+    pub(super) fn touches_often(&self) -> bool {
+        self.touching * 4 >= self.pairs
+    }
+
     fn merge(&mut self, other: Self) {
         self.pairs += other.pairs;
         self.touching += other.touching;
@@ -68,24 +96,7 @@ fn tried(batch: usize, numbers: std::ops::Range<usize>) -> Tallies {
     for number in numbers {
         let family = number % Family::ALL.len();
         let pair = hostile.pair(Family::ALL[family], number as u64);
-        let with_energy = number.is_multiple_of(ENERGY_EVERY);
-        let verdict = verdict(&pair, with_energy, &mut Random::numbered(!(number as u64)));
-        let tally = &mut tallies[family];
-        tally.pairs += 1;
-        tally.touching += usize::from(verdict.touches);
-        tally.equal_fields += usize::from(verdict.kink == Some(Kink::EqualFields));
-        tally.unresolved += usize::from(verdict.kink == Some(Kink::Unresolved));
-        tally.ridges += usize::from(verdict.kink == Some(Kink::Ridges));
-        tally.blurred += usize::from(verdict.kink == Some(Kink::Blurred));
-        tally.grazing += usize::from(verdict.kink == Some(Kink::Grazing));
-        tally.failing += usize::from(!verdict.failures.is_empty());
-        let failures = verdict.failures.into_iter();
-        let room = NAMED.saturating_sub(tally.failures.len());
-        tally.failures.extend(
-            failures
-                .map(|(claim, ratio)| (number, claim, ratio))
-                .take(room),
-        );
+        tallies[family].add(number, &pair);
     }
     tallies
 }
@@ -96,14 +107,14 @@ fn soaked(first: usize, count: usize) -> Tallies {
     in_batches((first, count), BATCH, work, merge)
 }
 
-fn merge(tallies: &mut Tallies, others: Tallies) {
+pub(super) fn merge(tallies: &mut Tallies, others: Tallies) {
     for (tally, other) in tallies.iter_mut().zip(others) {
         tally.merge(other);
     }
 }
 
 /// Prints what there is, and fails if any pair failed.
-fn report(tallies: &Tallies) {
+pub(super) fn report(tallies: &Tallies) {
     println!(
         "family          pairs   touching  equal fields  unresolved   ridges  blurred  grazing  failing"
     );
@@ -135,10 +146,7 @@ fn hostile_pairs_keep_every_claim() {
     let tallies = soaked(0, SHORT);
     report(&tallies);
     for (family, tally) in Family::ALL.iter().zip(&tallies) {
-        assert!(
-            tally.touching * 4 >= tally.pairs,
-            "{family:?} hardly touches"
-        );
+        assert!(tally.touches_often(), "{family:?} hardly touches");
     }
 }
 

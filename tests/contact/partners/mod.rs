@@ -1,11 +1,15 @@
 //! Rigid bodies and half-spaces as partners of a compliant body.
 
 mod closed_forms;
+mod flush_faces;
+mod hostile;
 mod in_motion;
 mod invariants;
 mod reference_data;
 mod rigid_limit;
 mod search;
+mod special;
+mod surfaces;
 
 use crate::support::scenes::{Random, mixed_shapes};
 use hydroelastic::contact::{ContactBody, ContactPair, HalfSpace, Partner, RigidShape, Shape};

@@ -1,8 +1,9 @@
 //! Following finds what culling finds.
 
 use super::{Shapes, rigid};
+use crate::support::scenes::{Random, grid};
 use hydroelastic::contact::{ContactBody, ContactPair, Culling, Partner, Search, Shape};
-use hydroelastic::mesh::shapes;
+use hydroelastic::mesh::{PressureField, shapes};
 use hydroelastic::spatial::Pose;
 use nalgebra::vector;
 
@@ -68,4 +69,35 @@ fn a_large_rigid_surface_costs_what_is_touched() {
     let work = pair.work_count();
     assert!(work.polygons > 0);
     assert!(work.candidate_pairs <= 8 * work.polygons, "{work:?}");
+}
+
+/// Tetrahedra without pressure press on nothing, and are no part of the contact surface, whichever search goes through them.
+#[test]
+fn tetrahedra_without_pressure_are_not_touched() {
+    let field = grid(&[3, 3, 3], 0.5, |_| true).unwrap();
+    let mesh = field.mesh().clone();
+    let of_half = |vertex: usize| {
+        let is_left = mesh.vertices()[vertex].x < 0.0;
+        if is_left {
+            field.extents()[vertex]
+        } else {
+            0.0
+        }
+    };
+    let extents = (0..mesh.vertex_count()).map(of_half).collect();
+    let half = Shape::new(PressureField::with_inert_tets(mesh.clone(), extents).unwrap());
+    let ball = rigid(&Shape::new(shapes::icosphere(0.6, 1).unwrap()));
+    let mut random = Random::new(62);
+    for _ in 0..50 {
+        let pose = Pose::from_rotation_vector(&random.rotation_vector(), random.vector());
+        let a = ContactBody::new(&half, Pose::identity(), 1e5).unwrap();
+        for b in [
+            Partner::rigid(&ball, pose).unwrap(),
+            Partner::rigid_half_space(pose).unwrap(),
+        ] {
+            let pair = ContactPair::new(a, b);
+            assert_same_surface(&pair, Culling::default());
+            assert_same_surface(&pair, Culling::NONE);
+        }
+    }
 }

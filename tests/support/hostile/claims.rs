@@ -63,7 +63,11 @@ pub fn verdict(pair: &ContactPair, with_energy: bool, random: &mut Random) -> Ve
     }
     if verdict.kink.is_none() {
         verdict.claim("another frame", frame_error(pair, &measures, &own, random));
-        verdict.claim("exchanged", exchange_error(pair, &measures, &wrench, &own));
+        if let Some(b) = pair.b().body() {
+            let swapped = ContactPair::new(b, *pair.a());
+            let error = exchange_error(&swapped, &measures, &wrench, &own);
+            verdict.claim("exchanged", error);
+        }
         verdict.claim_continuity(pair, &measures, &own, random);
         if with_energy {
             verdict.claim(
@@ -176,9 +180,7 @@ fn frame_error(
 ) -> f64 {
     let away = pair.a().pose().translation().norm() + measures.size;
     let motion = Pose::from_rotation_vector(&random.rotation_vector(), random.vector() * away);
-    let [a, b] =
-        [pair.a(), &pair.b().body().unwrap()].map(|body| posed(body, motion * *body.pose()));
-    let moved = ContactPair::new(a, b);
+    let moved = placed(pair, [motion * *pair.a().pose(), motion * *pair.b().pose()]);
     let there = measures.evaluation(&moved);
     let turned = moved.wrench().on_a.rotated(&motion.rotation().transpose());
     let error = measures.error.max(Measures::of(&moved).error);
@@ -186,14 +188,13 @@ fn frame_error(
     difference / measures.allowed(error, own, &there)
 }
 
-/// A and B change their names.
+/// A and B have changed their names.
 fn exchange_error(
-    pair: &ContactPair,
+    swapped: &ContactPair,
     measures: &Measures,
     wrench: &ContactWrench,
     own: &Evaluation,
 ) -> f64 {
-    let swapped = ContactPair::new(pair.b().body().unwrap(), *pair.a());
     let there = swapped.wrench();
     let difference = (measures.scaled(&there.on_b) - measures.scaled(&wrench.on_a)).norm();
     difference / measures.allowed(measures.error, own, own)
@@ -274,11 +275,16 @@ fn random_motion(body: usize, measures: &Measures, part: f64, random: &mut Rando
 }
 
 fn moved<'a>(pair: &ContactPair<'a>, (body, twist): &Motion) -> ContactPair<'a> {
-    let mut bodies = [*pair.a(), pair.b().body().unwrap()];
-    bodies[*body] = posed(&bodies[*body], bodies[*body].pose().moved_by(twist));
-    ContactPair::new(bodies[0], bodies[1])
+    let mut poses = [*pair.a().pose(), *pair.b().pose()];
+    poses[*body] = poses[*body].moved_by(twist);
+    placed(pair, poses)
 }
 
-fn posed<'a>(body: &ContactBody<'a>, pose: Pose) -> ContactBody<'a> {
-    ContactBody::new(body.shape(), pose, body.modulus()).unwrap()
+fn placed<'a>(pair: &ContactPair<'a>, [pose_a, pose_b]: [Pose; 2]) -> ContactPair<'a> {
+    let (a, b) = (pair.a(), pair.b());
+    let modulus_b = b.modulus().unwrap_or(1.0);
+    ContactPair::new(
+        ContactBody::new(a.shape(), pose_a, a.modulus()).unwrap(),
+        b.at(pose_b, modulus_b).unwrap(),
+    )
 }

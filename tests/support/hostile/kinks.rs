@@ -61,7 +61,10 @@ pub fn first_kink(pair: &ContactPair, measures: &Measures) -> Option<Kink> {
 /// equal.
 fn equal_fields(pair: &ContactPair, measures: &Measures) -> Option<Kink> {
     let pose_ab = pair.a().pose().inverse() * *pair.b().pose();
-    let bodies = [pair.a(), &pair.b().body().unwrap()];
+    let Some(body_b) = pair.b().body() else {
+        return equal_layer(pair, &pose_ab);
+    };
+    let bodies = [pair.a(), &body_b];
     let [a, b] = bodies.map(|body| (body.shape().field().tets(), body.modulus()));
     let mut worst = None;
     for tet_b in b.0 {
@@ -88,6 +91,35 @@ fn equal_fields(pair: &ContactPair, measures: &Measures) -> Option<Kink> {
     worst
 }
 
+/// The same of a soft layer, in all tetrahedra that may be below its surface.
+fn equal_layer(pair: &ContactPair, pose_ab: &Pose) -> Option<Kink> {
+    let thickness = pair.b().half_space_shape()?.thickness()?;
+    let normal = pose_ab.rotation().column(2).into_owned();
+    let steepness = pair.b().modulus()? / thickness;
+    let (field, modulus) = (pair.a().shape().field(), pair.a().modulus());
+    let near = GRAZING_DISTANCE * field.reach();
+    let mut worst = None;
+    for tet in field.tets() {
+        let gradient = tet.extent.gradient * modulus;
+        let difference = (gradient + normal * steepness).norm();
+        let height = |corner: &Vector3<f64>| normal.dot(&(corner - pose_ab.translation()));
+        if tet
+            .tetrahedron
+            .corners
+            .iter()
+            .all(|corner| height(corner) > near)
+        {
+            continue;
+        }
+        if difference * FASTEST <= gradient.norm().min(steepness) {
+            worst = worst.or(Some(Kink::EqualFields));
+        } else if difference <= 2.0 * EQUAL_FIELDS * (tet.sensitivity * modulus).max(steepness) {
+            worst = Some(Kink::Unresolved);
+        }
+    }
+    worst
+}
+
 /// Planes that meet at the flattest angle there is, the least height over the reach, meet in a line that is
 /// off by the error of a coordinate over that angle.
 fn blurred(measures: &Measures) -> Option<Kink> {
@@ -108,18 +140,23 @@ fn ridges(pair: &ContactPair) -> Option<Kink> {
             .collect();
         (highest * body.modulus(), Aabb::around(&on_top))
     };
+    let b = pair.b().body()?;
     let (pressure_a, box_a) = ridge(pair.a(), &Pose::identity());
-    let (pressure_b, box_b) = ridge(&pair.b().body().unwrap(), &pose_ab);
-    let reach = pair.a().shape().field().reach() + pair.b().shape().unwrap().field().reach();
+    let (pressure_b, box_b) = ridge(&b, &pose_ab);
+    let reach = pair.a().shape().field().reach() + b.shape().field().reach();
     let is_same = (pressure_a - pressure_b).abs() <= RIDGE * pressure_a.max(pressure_b);
     (is_same && box_a.overlaps(&box_b.inflated(RIDGE * reach))).then_some(Kink::Ridges)
 }
 
 /// Whether a polygon of the contact surface grazes a face of one of its tetrahedra.
 fn grazing(pair: &ContactPair) -> Option<Kink> {
-    let bodies = [pair.a(), &pair.b().body().unwrap()];
-    let near =
-        GRAZING_DISTANCE * (bodies[0].shape().field().reach() + bodies[1].shape().field().reach());
+    // A rigid body and a half-space have no faces inside.
+    let bodies: Vec<_> = [Some(*pair.a()), pair.b().body()]
+        .into_iter()
+        .flatten()
+        .collect();
+    let reach = Measures::of(pair).reach;
+    let near = GRAZING_DISTANCE * (reach[0] + reach[1]);
     let grazes = |polygon: &ContactPolygon| {
         bodies.iter().zip(polygon.tets).any(|(body, tet)| {
             let inverse = body.pose().inverse();

@@ -1,6 +1,6 @@
 //! What errors are relative to, and what round-off explains.
 
-use hydroelastic::contact::{ContactBody, ContactJacobian, ContactPair};
+use hydroelastic::contact::{ContactBody, ContactJacobian, ContactPair, RigidShape, Shape};
 use hydroelastic::spatial::{Twist, Wrench};
 use nalgebra::Vector6;
 
@@ -49,26 +49,29 @@ pub struct Evaluation {
 
 impl Measures {
     pub fn of(pair: &ContactPair) -> Self {
-        let bodies = [pair.a(), &pair.b().body().unwrap()];
-        let reach = bodies.map(|body| body.shape().field().reach());
-        let away = bodies.map(|body| body.pose().translation().norm());
-        let steepest = |body: &ContactBody| {
-            let tets = body.shape().field().tets().iter();
-            tets.flat_map(|tet| tet.barycentric_steepness)
-                .fold(0.0, f64::max)
+        let (a, b) = (pair.a(), pair.b());
+        let reach_a = a.shape().field().reach();
+        let apart = (b.pose().translation() - a.pose().translation()).norm();
+        let reach_b = match (b.shape(), b.rigid_shape()) {
+            (Some(shape), _) => shape.field().reach(),
+            (_, Some(rigid)) => rigid.surface().reach(),
+            // A half-space has no end: what counts is how far A is from the origin of its frame.
+            _ => apart.max(reach_a),
         };
-        let largest = |body: &ContactBody| {
-            let extents = body.shape().field().extents().iter().copied();
-            body.modulus() * extents.fold(0.0, f64::max)
+        let away = [a.pose(), b.pose()].map(|pose| pose.translation().norm());
+        let pressure_b = b.body().map_or(f64::INFINITY, |body| highest(&body));
+        let thinnest_b = match (b.shape(), b.rigid_shape()) {
+            (Some(shape), _) => thinnest(shape),
+            (_, Some(rigid)) => thinnest_triangle(rigid),
+            _ => f64::INFINITY,
         };
-        let [steepest, largest] = [bodies.map(steepest), bodies.map(largest)];
         Self {
-            size: reach[0].min(reach[1]),
-            reach,
-            error: MARGIN * (reach[0] + reach[1])
+            size: reach_a.min(reach_b),
+            reach: [reach_a, reach_b],
+            error: MARGIN * (reach_a + reach_b)
                 + WORLD_ROUNDINGS * f64::EPSILON * away[0].max(away[1]),
-            thinnest: steepest[0].max(steepest[1]).recip(),
-            pressure: largest[0].min(largest[1]),
+            thinnest: thinnest(a.shape()).min(thinnest_b),
+            pressure: highest(a).min(pressure_b),
         }
     }
 
@@ -133,4 +136,28 @@ impl Measures {
         let (w, v) = (&twist.angular, &twist.linear);
         self.scaled_vector(&(by_pose * Vector6::new(w.x, w.y, w.z, v.x, v.y, v.z)))
     }
+}
+
+/// The highest pressure of a body (Pa).
+fn highest(body: &ContactBody) -> f64 {
+    let extents = body.shape().field().extents().iter().copied();
+    body.modulus() * extents.fold(0.0, f64::max)
+}
+
+/// The smallest height of a tetrahedron (m).
+fn thinnest(shape: &Shape) -> f64 {
+    let tets = shape.field().tets().iter();
+    let steepness = tets.flat_map(|tet| tet.barycentric_steepness);
+    steepness.fold(0.0, f64::max).recip()
+}
+
+/// The smallest height of a triangle (m).
+fn thinnest_triangle(shape: &RigidShape) -> f64 {
+    let surface = shape.surface();
+    let heights = (0..surface.triangles().len()).map(|triangle| {
+        let [a, b, c] = surface.corners(triangle);
+        let longest = [b - a, c - b, a - c].map(|edge| edge.norm());
+        (b - a).cross(&(c - a)).norm() / longest.into_iter().fold(0.0, f64::max)
+    });
+    heights.fold(f64::INFINITY, f64::min)
 }

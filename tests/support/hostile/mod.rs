@@ -6,6 +6,7 @@
 pub mod claims;
 pub mod kinks;
 pub mod measures;
+pub mod partners;
 pub mod shapes;
 
 use super::scenes::{Random, pair};
@@ -72,6 +73,11 @@ impl Hostile {
     pub fn new(number: u64) -> Self {
         let mut random = Random::numbered(number);
         Self(SCALES.map(|size| Pool::of(size, &mut random)).into())
+    }
+
+    /// All of them.
+    pub fn shapes(&self) -> impl Iterator<Item = &Shape> {
+        self.0.iter().flat_map(Pool::shapes)
     }
 
     /// The pair with a number.
@@ -221,7 +227,7 @@ fn facing(random: &mut Random) -> Pose {
 }
 
 /// A frame on a surface triangle: at a vertex, x along an edge, z along the normal.
-fn triangle_frame(shape: &Shape, random: &mut Random) -> Pose {
+pub fn triangle_frame(shape: &Shape, random: &mut Random) -> Pose {
     let mesh = shape.field().mesh();
     let triangles = mesh.surface_triangles();
     let triangle = triangles[random.below(triangles.len())];

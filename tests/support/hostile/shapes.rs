@@ -2,7 +2,7 @@
 
 use crate::support::scenes::Random;
 use hydroelastic::contact::Shape;
-use hydroelastic::mesh::{MeshError, PressureField, TetMesh, shapes};
+use hydroelastic::mesh::{MeshError, PressureField, TetMesh, TriangleSurface, shapes};
 use nalgebra::Vector3;
 
 /// Shapes of one size.
@@ -46,6 +46,10 @@ impl Pool {
             regular: regular.map(|field| Shape::new(field.unwrap())).into(),
             slivers: slivers.into_iter().map(Shape::new).collect(),
         }
+    }
+
+    pub fn shapes(&self) -> impl Iterator<Item = &Shape> {
+        self.regular.iter().chain(&self.slivers)
     }
 
     pub fn any(&self, is_sliver: bool, random: &mut Random) -> &Shape {
@@ -150,4 +154,32 @@ fn off_centre_mesh(size: f64, thickness: f64) -> Result<TetMesh, MeshError> {
         vertices,
         vec![[0, 1, 2, 4], [0, 1, 4, 3], [0, 4, 2, 3], [4, 1, 2, 3]],
     )
+}
+
+/// Edges that are divided one after the other.
+const DIVISIONS: usize = 6;
+
+/// The same surface with edges divided near an end, so that it has huge triangles beside tiny ones; none if they become too
+/// thin.
+pub fn graded(surface: &TriangleSurface, random: &mut Random) -> Option<TriangleSurface> {
+    let mut vertices = surface.vertices().to_vec();
+    let mut triangles = surface.triangles().to_vec();
+    for _ in 0..DIVISIONS {
+        let (triangle, edge) = (random.below(triangles.len()), random.below(3));
+        let ends = [1, 2].map(|k| triangles[triangle][(edge + k) % 3]);
+        let [start, end] = ends.map(|vertex| vertices[vertex]);
+        let part = 10_f64.powf(random.between(-3.0, -0.3));
+        vertices.push(start + (end - start) * part);
+        let middle = vertices.len() - 1;
+        let mut divided = Vec::new();
+        for corners in &mut triangles {
+            if ends.iter().all(|end| corners.contains(end)) {
+                let other = corners.map(|v| if v == ends[0] { middle } else { v });
+                *corners = corners.map(|v| if v == ends[1] { middle } else { v });
+                divided.push(other);
+            }
+        }
+        triangles.extend(divided);
+    }
+    TriangleSurface::new(vertices, triangles).ok()
 }

@@ -55,7 +55,7 @@ impl<'s, 'a> Scaled<'s, 'a> {
             12..24 if column % 6 < 3 => self.speed / self.size,
             12..24 => self.speed,
             24 => self.scene.pair.a().modulus(),
-            25 => self.scene.pair.b().modulus().unwrap(),
+            25 => self.scene.pair.b().modulus().unwrap_or(1.0),
             _ => 1.0,
         }
     }

@@ -41,7 +41,7 @@ pub fn set_in_motion<'a>(
     }
     let [spin, velocity] = place.relative_motion(scene.dissipation, size, random);
     let [own, lever] =
-        [pair.a(), &pair.b().body().unwrap()].map(|body| place.point - body.pose().translation());
+        [pair.a().pose(), pair.b().pose()].map(|pose| place.point - pose.translation());
     let Twist { angular, linear } = scene.twists[1];
     let at_point = linear + angular.cross(&lever) + velocity;
     let angular = angular + spin;

@@ -1,8 +1,10 @@
 //! Positions and motions at which a one-sided derivative is meant.
 
 use super::Scene;
-use hydroelastic::contact::{ContactBody, ContactPair};
+use crate::support::hostile::measures::Measures;
+use hydroelastic::contact::ContactPair;
 use hydroelastic::geometry::Aabb;
+use hydroelastic::mesh::TetMesh;
 use hydroelastic::spatial::Pose;
 use nalgebra::Vector3;
 
@@ -14,10 +16,10 @@ const IN_PLANE: f64 = 3e-6;
 
 /// Whether a polygon has no pressure all over, just so.
 pub fn is_parted(scene: &Scene) -> bool {
-    let bodies = [scene.pair.a(), &scene.pair.b().body().unwrap()];
+    let poses = [scene.pair.a().pose(), scene.pair.b().pose()];
     let velocity = |of: usize, at: &Vector3<f64>| {
         let twist = &scene.twists[of];
-        let lever = at - bodies[of].pose().translation();
+        let lever = at - poses[of].translation();
         twist.linear + twist.angular.cross(&lever)
     };
     scene.pair.surface().polygons.iter().any(|polygon| {
@@ -28,30 +30,38 @@ pub fn is_parted(scene: &Scene) -> bool {
     })
 }
 
-/// Whether surface triangles of both bodies lie in one plane, the bodies on either side of it.
+/// Whether surface triangles of both bodies, or one of A and the plane of a half-space, lie in one plane, the bodies on either
+/// side of it.
 pub fn are_faces_touching(pair: &ContactPair) -> bool {
     let pose_ab = pair.a().pose().inverse() * *pair.b().pose();
-    let own = triangles(pair.a(), &Pose::identity());
-    let other = triangles(&pair.b().body().unwrap(), &pose_ab);
-    let size = pair
-        .a()
-        .shape()
-        .field()
-        .reach()
-        .min(pair.b().shape().unwrap().field().reach());
-    own.iter().any(|a| {
+    let own = triangles(pair.a().shape().field().mesh(), &Pose::identity());
+    let size = Measures::of(pair).size;
+    let is_in_plane = |a: &[Vector3<f64>; 3], outward: &Vector3<f64>, point: &Vector3<f64>| {
         let normal = normal_of(a);
+        let apart = normal.dot(&(a[0] - point)).abs();
+        (outward + normal).norm() <= IN_PLANE && apart <= IN_PLANE * size
+    };
+    let other = match (pair.b().shape(), pair.b().rigid_shape()) {
+        (Some(shape), _) => triangles(shape.field().mesh(), &pose_ab),
+        (_, Some(rigid)) => (0..rigid.surface().triangles().len())
+            .map(|triangle| rigid.surface().corners(triangle))
+            .map(|corners| corners.map(|corner| pose_ab.transformed_point(&corner)))
+            .collect(),
+        _ => {
+            let outward = pose_ab.rotation().column(2).into_owned();
+            let on_plane = pose_ab.translation();
+            return own.iter().any(|a| is_in_plane(a, &outward, on_plane));
+        }
+    };
+    own.iter().any(|a| {
         let around = Aabb::around(a).inflated(IN_PLANE * size);
-        other.iter().any(|b| {
-            let tilt = (normal_of(b) + normal).norm();
-            let apart = normal.dot(&(b[0] - a[0])).abs();
-            tilt <= IN_PLANE && apart <= IN_PLANE * size && Aabb::around(b).overlaps(&around)
-        })
+        other
+            .iter()
+            .any(|b| is_in_plane(a, &normal_of(b), &b[0]) && Aabb::around(b).overlaps(&around))
     })
 }
 
-fn triangles(body: &ContactBody, pose: &Pose) -> Vec<[Vector3<f64>; 3]> {
-    let mesh = body.shape().field().mesh();
+fn triangles(mesh: &TetMesh, pose: &Pose) -> Vec<[Vector3<f64>; 3]> {
     let place = |vertex: usize| pose.transformed_point(&mesh.vertices()[vertex]);
     mesh.surface_triangles()
         .iter()

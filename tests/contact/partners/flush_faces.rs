@@ -1,0 +1,52 @@
+//! Faces of a rigid body that lie in faces inside a compliant one.
+
+use super::rigid;
+use crate::support::reference::shape;
+use hydroelastic::contact::{ContactBody, ContactPair, Partner, RigidShape, Shape};
+use hydroelastic::mesh::shapes;
+use hydroelastic::spatial::Pose;
+use nalgebra::vector;
+
+/// Force and stiffnesses are known to so many digits.
+const PRINTED: f64 = 2e-9;
+
+/// The slope is that of a place so far beside, to this part.
+const BESIDE: f64 = 1e-7;
+const NEAR: f64 = 1e-5;
+
+/// Where the layer of vertices lies in which the cube's lower side is, and half of the cube's edge (m).
+const LAYER: f64 = 0.25;
+const HALF: f64 = 0.45;
+
+/// Force on the block along z, and its derivative by a motion of the cube along z.
+fn force_and_slope(block: &Shape, cube: &RigidShape, height: f64) -> [f64; 2] {
+    let pose = Pose::from_translation(vector![0.013, -0.021, height + HALF]);
+    let block = ContactBody::new(block, Pose::identity(), 1.0).unwrap();
+    let pair = ContactPair::new(block, Partner::rigid(cube, pose).unwrap());
+    let (wrench, jacobian) = pair.wrench_and_jacobian();
+    [wrench.on_a.force.z, jacobian.on_a.by_pose_b[(5, 5)]]
+}
+
+/// The force is that of an independent program. Its slope jumps where the cube's side passes the layer, and at the layer is the
+/// mean of both sides.
+#[test]
+fn the_slope_in_a_layer_of_the_mesh_is_the_mean_of_both_sides() {
+    let block = shape("grid4");
+    let cube = rigid(&Shape::new(shapes::cuboid([2.0 * HALF; 3]).unwrap()));
+    let [force, slope] = force_and_slope(&block, &cube, LAYER);
+    assert!((force + 0.272_960_168).abs() < PRINTED, "{force}");
+    let [below, above] =
+        [-BESIDE, BESIDE].map(|beside| force_and_slope(&block, &cube, LAYER + beside)[1]);
+    assert!((below - 0.125).abs() < NEAR, "{below}");
+    assert!((above - 0.990_654).abs() < NEAR, "{above}");
+    let mean = 0.5 * (0.125 + 0.990_654);
+    assert!((slope - mean).abs() < NEAR, "{slope}");
+    // Round-off decides nothing.
+    for beside in [1e-16, 1e-15, 1e-14] {
+        for height in [LAYER - beside, LAYER + beside] {
+            let [near, near_slope] = force_and_slope(&block, &cube, height);
+            assert!((near - force).abs() < 1e-12, "{near}");
+            assert!((near_slope - slope).abs() < 1e-12, "{near_slope}");
+        }
+    }
+}

@@ -1,0 +1,147 @@
+//! Bodies in motion on rigid ones and half-spaces against differences: at generic poses, and flush, aligned, nested, in one
+//! plane or with vertices in common, exactly or missed by a little.
+
+use crate::coincidence::{Tallies, error_of_differences, merge, ranked, report};
+use crate::support::hostile::partners::{Kind, StandIns};
+use crate::support::moving::Scene;
+use crate::support::moving::bodies::Bodies;
+use crate::support::moving::motions::set_in_motion;
+use crate::support::moving::poses::{Family, scene};
+use crate::support::scenes::Random;
+use crate::support::sweep::in_batches;
+use std::ops::Range;
+
+/// Poses that share a set of shapes.
+const BATCH: usize = 512;
+
+/// Poses of the short form.
+const SHORT: usize = BATCH;
+
+/// Poses of the long form.
+const LONG: usize = 100_000;
+
+/// Generic poses of the short form, and of the long one.
+const GENERIC: [usize; 2] = [150, 100_000];
+
+/// Elastic derivatives against the best of differences: worst.
+const ELASTIC: f64 = 1e-6;
+
+/// In motion: of 99 in 100, and worst.
+const IN_MOTION: [f64; 2] = [1e-6, 1e-5];
+
+/// Tries until bodies touch, before another pose is taken.
+const TRIES: usize = 8;
+
+/// The scene with a number, with a partner of that kind in the place of B.
+fn scene_with<'a>(
+    bodies: &'a Bodies,
+    partners: &'a StandIns<'a>,
+    (family, kind): (Family, Kind),
+    number: u64,
+) -> Scene<'a> {
+    let random = &mut Random::numbered(!number);
+    let others = |next: u64| number.wrapping_add(next << 40);
+    (0..)
+        .find_map(|next| {
+            let compliant = scene(bodies, family, others(next));
+            (0..TRIES).find_map(|_| {
+                let pair = partners.replaced(&compliant.pair, kind, random);
+                let scene = set_in_motion(&pair, bodies.size, random)?;
+                let missed = compliant.missed;
+                Some(Scene { missed, ..scene })
+            })
+        })
+        .unwrap()
+}
+
+fn kind(number: usize) -> Kind {
+    Kind::ALL[number / Family::ALL.len() % Kind::ALL.len()]
+}
+
+fn add(tallies: &mut Tallies, batch: usize, numbers: Range<usize>) {
+    let bodies = Bodies::new(batch as u64);
+    let partners = StandIns::of(bodies.shapes.iter(), &mut Random::numbered(batch as u64));
+    for number in numbers {
+        let family = number % Family::ALL.len();
+        let which = (Family::ALL[family], kind(number));
+        tallies[family].add(
+            number,
+            &scene_with(&bodies, &partners, which, number as u64),
+        );
+    }
+}
+
+fn swept(first: usize, count: usize) -> Tallies {
+    in_batches((first, count), BATCH, add, merge)
+}
+
+#[test]
+fn derivatives_at_special_positions_are_those_of_differences() {
+    report(&swept(0, SHORT));
+}
+
+#[test]
+#[ignore = "an hour: a hundred thousand poses"]
+fn derivatives_at_many_special_positions_are_those_of_differences() {
+    let (first, count) = range_from(SHORT, LONG);
+    report(&swept(first, count));
+}
+
+/// The first number and how many, if COINCIDENCE_FIRST and COINCIDENCE_PAIRS do not say.
+fn range_from(first: usize, count: usize) -> (usize, usize) {
+    let number = |name: &str| std::env::var(name).ok().map(|text| text.parse().unwrap());
+    let (own_first, own_count) = (number("COINCIDENCE_FIRST"), number("COINCIDENCE_PAIRS"));
+    (own_first.unwrap_or(first), own_count.unwrap_or(count))
+}
+
+/// Errors of the elastic derivatives, and of those in motion.
+type Errors = [Vec<(f64, usize)>; 2];
+
+fn generic_errors(range: (usize, usize)) -> Errors {
+    let work = |errors: &mut Errors, batch: usize, numbers: Range<usize>| {
+        let bodies = Bodies::new(batch as u64);
+        let partners = StandIns::of(bodies.shapes.iter(), &mut Random::numbered(batch as u64));
+        for number in numbers {
+            let which = (Family::Generic, Kind::ALL[number % Kind::ALL.len()]);
+            let scene = scene_with(&bodies, &partners, which, number as u64);
+            let elastic = Scene {
+                dissipation: 0.0,
+                friction: 0.0,
+                ..scene
+            };
+            for (errors, scene) in errors.iter_mut().zip([&elastic, &scene]) {
+                errors.push((error_of_differences(scene), number));
+            }
+        }
+    };
+    let merge = |total: &mut Errors, errors: Errors| {
+        for (total, errors) in total.iter_mut().zip(errors) {
+            total.extend(errors);
+        }
+    };
+    in_batches(range, BATCH, work, merge)
+}
+
+fn assert_generic(range: (usize, usize)) {
+    let errors = generic_errors(range);
+    for (errors, most) in errors.iter().zip([ELASTIC, IN_MOTION[1]]) {
+        for (error, number) in errors.iter().filter(|(error, _)| *error > most) {
+            println!("pose {number}: off by {error:.1e}");
+        }
+    }
+    let [elastic, moving] = errors.map(|errors| ranked(errors.into_iter().map(|e| e.0).collect()));
+    println!("median, 99 %, worst: elastic {elastic:?}, in motion {moving:?}");
+    assert!(elastic[2] <= ELASTIC);
+    assert!(moving[1] <= IN_MOTION[0] && moving[2] <= IN_MOTION[1]);
+}
+
+#[test]
+fn derivatives_at_generic_poses_are_those_of_differences() {
+    assert_generic((0, GENERIC[0]));
+}
+
+#[test]
+#[ignore = "an hour: a hundred thousand poses"]
+fn derivatives_at_many_generic_poses_are_those_of_differences() {
+    assert_generic(range_from(0, GENERIC[1]));
+}
