@@ -13,10 +13,11 @@ const SINGLE: f64 = 1e-6;
 /// Sums over some hundred triangles.
 const ROUND_OFF: f64 = 1e-13;
 
-/// A cube of edge 2 with quads, in all the ways of OBJ to name a vertex.
+/// A cube of edge 2 with quads, in all the ways of OBJ to name a vertex, and a line along its edges.
 const OBJ: &str = "# of a CAD program: \u{e9}\nmtllib none.mtl\no cube\nv 0 0 0\nv 2 0 0 1.0\nv 2 2 0 0.5 0.5 0.5\n\
     v 0 2 0\nvt 0 0\nvn 0 0 1\nf 4/1/1 3//1 2/1 1\ng top\ns off\nv 0 0 2\nv 2 0 2\nv 2 2 2\nv 0 2 2\nusemtl red\n\
-    f -4 -3 -2 -1\nf 1 2 6 5\nf 2 3 7\nf 2 7 6\nf 3 4 8 7\n\nf 4 1 5 8\n";
+    f -4 -3 -2 -1\nf 1 2 6 5\nf 2 3 7\nf 2 7 6\nf 3 4 8 7\n\nf 4 1 5 8\n\
+    l 1 2 3 7\n";
 
 fn read_bytes(name: &str, bytes: &[u8]) -> Result<TriangleSurface, FileError> {
     let path = Path::new(env!("CARGO_TARGET_TMPDIR")).join(name);
@@ -34,6 +35,14 @@ fn refusal(name: &str, bytes: &[u8]) -> String {
 fn ball() -> TriangleSurface {
     let field = shapes::icosphere(0.5, 2).unwrap();
     TriangleSurface::around(field.mesh()).unwrap()
+}
+
+/// A ball of 5 mm, drawn in millimetres, 1 km away from the origin.
+fn far_ball() -> TriangleSurface {
+    let far = Vector3::new(0.3, 0.5, 0.8).normalize() * 1e6;
+    let moved = |corner: Vector3<f64>| corner * 10.0 + far;
+    let triangles: Vec<_> = corners(&ball()).map(|t| t.map(moved)).collect();
+    TriangleSurface::from_soup(&triangles).unwrap()
 }
 
 fn corners(surface: &TriangleSurface) -> impl Iterator<Item = [Vector3<f64>; 3]> {
@@ -77,11 +86,23 @@ fn ascii_stl(surface: &TriangleSurface) -> String {
     text + "endsolid the other one"
 }
 
+fn obj(surface: &TriangleSurface) -> String {
+    let mut text = String::new();
+    for corner in surface.vertices() {
+        writeln!(text, "v {} {} {}", corner.x, corner.y, corner.z).unwrap();
+    }
+    for triangle in surface.triangles() {
+        let [a, b, c] = triangle.map(|vertex| vertex + 1);
+        writeln!(text, "f {a} {b} {c}").unwrap();
+    }
+    text
+}
+
 #[test]
 fn a_binary_stl_file_holds_the_surface_in_single_precision() {
     let ball = ball();
-    // The header may be that of an ASCII file.
-    for header in ["", "solid ball"] {
+    // The header may be that of an ASCII file, or no text at all.
+    for header in ["", "solid ball", "solid \nfacet", "\u{0}\n\u{e9}"] {
         let read = read_bytes("ball.stl", &binary_stl(&ball, header.as_bytes())).unwrap();
         assert_eq!(read.vertices().len(), ball.vertices().len());
         for (found, expected) in corners(&read).zip(corners(&ball)) {
@@ -98,6 +119,21 @@ fn an_ascii_stl_file_holds_all_its_solids_in_double_precision() {
     let ball = ball();
     let read = read_bytes("ball_ascii.STL", ascii_stl(&ball).as_bytes()).unwrap();
     assert!(corners(&read).eq(corners(&ball)));
+}
+
+#[test]
+fn text_files_keep_the_shape_of_a_part_far_from_the_origin() {
+    let ball = far_ball();
+    for (name, text) in [("far.stl", ascii_stl(&ball)), ("far.obj", obj(&ball))] {
+        let read = read_bytes(name, text.as_bytes()).unwrap();
+        assert!(corners(&read).eq(corners(&ball)), "{name}");
+    }
+    // What single precision would make of it.
+    let rounded = |corner: &Vector3<f64>| corner.cast::<f32>().cast::<f64>();
+    let errors = ball.vertices().iter().map(|v| (v - rounded(v)).norm());
+    let worst = errors.fold(0.0, f64::max);
+    println!("up to {worst:.3} mm off in single precision");
+    assert!(worst > 0.01);
 }
 
 #[test]

@@ -23,7 +23,7 @@ const MODULES: [&str; 13] = [
 ];
 
 /// Outside libraries, and the modules that may use them.
-const DOORS: [(&str, &[&str]); 14] = [
+const DOORS: [(&str, &[&str]); 15] = [
     ("wide", &["contact"]),
     ("rstar", &["broad_phase"]),
     ("num_dual", &["scalar"]),
@@ -31,6 +31,7 @@ const DOORS: [(&str, &[&str]); 14] = [
     ("num_traits", &["scalar"]),
     ("vtkio", &["io"]),
     ("mshio", &["io"]),
+    ("stl_io", &["io"]),
     ("csv", &["io"]),
     ("faer", &["dynamics"]),
     ("gltf_json", &["io"]),

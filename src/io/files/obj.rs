@@ -1,4 +1,11 @@
 //! Wavefront OBJ: vertices and faces, without anything that is only looked at.
+//!
+//! It is read here, since the crates that read it (tobj, wobj, obj-rs, mesh-loader) round coordinates to single precision,
+//! which bends a part that was drawn far from the origin, as in `stl.rs`. tobj has double precision too, but by a feature that
+//! changes the type of its public fields, and cargo turns that on for all crates of a program: other users of tobj, such as
+//! Rerun's viewer, would not compile beside this library. It also takes polylines for faces and refuses colors of only some
+//! vertices. wavefront_obj has double precision, but cuts every face as if it were convex, and does not tell which triangles
+//! were one face.
 
 use super::FileError;
 use super::surface_file::Soup;

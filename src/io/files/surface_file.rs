@@ -18,6 +18,8 @@ pub(super) type Soup = Vec<[Vector3<f64>; 3]>;
 /// - `.obj`: the vertices and faces of all groups together. A face of more than three corners is cut into triangles by its
 ///   diagonals from one corner, the first from which they all run through the face.
 ///
+/// Text is read in double precision; binary files have single precision.
+///
 /// Neither format has a unit. One of the file is `unit` metres: 0.001 for the millimetres of most CAD programs. Vertices at
 /// exactly the same place become one.
 ///
@@ -50,10 +52,9 @@ pub fn read_triangle_surface(
         source,
     })?;
     let mut soup = match extension.as_str() {
-        "stl" => stl::read(path, &bytes)?,
+        "stl" => stl::read(path, bytes)?,
         _ => obj::read(path, &bytes)?,
     };
-    drop(bytes);
     for corner in soup.iter_mut().flatten() {
         *corner *= unit;
     }
