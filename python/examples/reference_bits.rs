@@ -114,7 +114,10 @@ fn partners(found: &mut Found) -> Result<(), Box<dyn Error>> {
         ("layer", Partner::half_space(&layer, on_top, 1e6)?),
         (
             "rigid block",
-            Partner::rigid(&block, Pose::from_rotation_vector(&tilt, vector![0.0; 3]))?,
+            Partner::rigid(
+                &block,
+                Pose::from_rotation_vector(&tilt, vector![0.0, 0.0, 0.0]),
+            )?,
         ),
     ] {
         let pair = ContactPair::new(ball, partner);

@@ -13,7 +13,9 @@ use std::sync::Arc;
 /// A shape as an argument.
 #[derive(FromPyObject)]
 pub enum Given<'py> {
+    #[pyo3(annotation = "Shape")]
     Compliant(Bound<'py, Shape>),
+    #[pyo3(annotation = "RigidShape")]
     Rigid(Bound<'py, RigidShape>),
     HalfSpace(Bound<'py, HalfSpace>),
 }
