@@ -407,9 +407,8 @@ def test_rollout_has_the_derivatives_of_differences(bounce, friction, tolerance)
 def ground():
     """A ball that bounces off a half-space and rubs, with what changes, and units: the modulus in 1e5 Pa."""
     skin = he.Material(1e5, 0.2, 0.4)
-    ball = he.Body.dynamic(
-        "ball", he.Shape.icosphere(0.1, 1), skin, 1.0, pose=he.pose([0.01, 0.02, 0.12]), velocity=[0.5, 0.1, 0.0]
-    )
+    start = he.pose([0.01, 0.02, 0.13], [0.1, 0.2, 0.3])
+    ball = he.Body.dynamic("ball", he.Shape.icosphere(0.1, 1), skin, 1.0, pose=start, velocity=[0.5, 0.1, 0.0])
     floor = he.Body.fixed("ground", he.HalfSpace(), he.Material.rigid(0.4))
     by = [he.Parameter.initial_position("ball"), he.Parameter.initial_velocity("ball"), he.Parameter.modulus("ball")]
     by += [he.Parameter.friction("ground"), he.Parameter.mass("ball"), he.Parameter.gravity()]

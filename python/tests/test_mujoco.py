@@ -19,7 +19,7 @@ DROP = """
 <mujoco>
   <option timestep="1e-4" gravity="0 0 -9.81" integrator="Euler"/>
   <worldbody>
-    {ground}
+    <geom name="block" type="box" size="1 1 .1"/>
     <body name="ball" pos=".01 .02 .21">
       <freejoint/>
       <geom name="ball" type="sphere" size=".1" mass="1"/>
@@ -47,7 +47,7 @@ def ball_pair(law=None, order=2):
 
 
 def drop(more=EXCLUDE, pair=None, ground=BLOCK, **keywords):
-    model = mujoco.MjModel.from_xml_string(DROP.format(ground=ground, more=more))
+    model = mujoco.MjModel.from_xml_string(DROP.format(more=more).replace(BLOCK, ground))
     pair = pair or ball_pair(**keywords)
     return model, soft.PassiveContacts(model, [soft.ContactPair(pair, soft.geom("ball"), soft.geom("block"))])
 
