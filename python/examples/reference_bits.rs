@@ -4,12 +4,14 @@
 //! cargo run --release --example reference_bits > tests/data/reference_bits.json
 //! ```
 
-use hydroelastic::contact::{ContactBody, ContactPair, ContactWrench, Shape, SurfaceLaw};
+use hydroelastic::contact::{
+    ContactBody, ContactPair, ContactWrench, HalfSpace, Partner, RigidShape, Shape, SurfaceLaw,
+};
 use hydroelastic::dynamics::{
     Body, Control, Drag, Force, Integrator, Mass, Material, Plan, Spring, State, Thruster, World,
 };
 use hydroelastic::gradient::{Experiment, FinalState, Parameter};
-use hydroelastic::mesh::shapes;
+use hydroelastic::mesh::{TriangleSurface, shapes};
 use hydroelastic::nalgebra::{self, DMatrix, Vector6, vector};
 use hydroelastic::spatial::{Pose, Twist, Wrench};
 use serde_json::{Map, Value, json};
@@ -23,6 +25,8 @@ fn main() -> Result<(), Box<dyn Error>> {
     let platform = format!("{} {}", std::env::consts::OS, std::env::consts::ARCH);
     found.insert("platform".into(), platform.into());
     contact(&mut found)?;
+    partners(&mut found)?;
+    rigid_world(&mut found)?;
     worlds(&mut found)?;
     println!("{}", serde_json::to_string_pretty(&found)?);
     Ok(())
@@ -40,14 +44,23 @@ fn both(wrench: &ContactWrench) -> Vec<f64> {
     a.iter().chain(&b).copied().collect()
 }
 
+fn ball_pose() -> Pose {
+    Pose::from_rotation_vector(&vector![0.3, -0.2, 0.5], vector![0.013, 0.021, 0.1921])
+}
+
+fn twists() -> [Twist; 2] {
+    [
+        Twist::from_vector(&Vector6::new(0.1, 0.2, -0.3, 0.5, 0.1, -0.05)),
+        Twist::from_vector(&Vector6::new(0.0, 0.0, 0.1, 0.0, -0.1, 0.0)),
+    ]
+}
+
 fn contact(found: &mut Found) -> Result<(), Box<dyn Error>> {
     let ball = Shape::new(shapes::icosphere(0.1, 3)?);
     let block = Shape::new(shapes::cuboid([0.4, 0.4, 0.2])?);
-    let pose_a =
-        Pose::from_rotation_vector(&vector![0.3, -0.2, 0.5], vector![0.013, 0.021, 0.1921]);
     let pose_b = Pose::from_rotation_vector(&vector![0.02, -0.03, 0.01], vector![0.0, 0.0, 0.0]);
     let (a, b) = (
-        ContactBody::new(&ball, pose_a, 1e5)?,
+        ContactBody::new(&ball, ball_pose(), 1e5)?,
         ContactBody::new(&block, pose_b, 1e6)?,
     );
     let pair = ContactPair::new(a, b);
@@ -59,16 +72,12 @@ fn contact(found: &mut Found) -> Result<(), Box<dyn Error>> {
     ];
     keep(found, "jacobian", rows.iter().flatten());
     let law = SurfaceLaw::new(0.2, 0.4, 1e-2)?;
-    let twists = [
-        Twist::from_vector(&Vector6::new(0.1, 0.2, -0.3, 0.5, 0.1, -0.05)),
-        Twist::from_vector(&Vector6::new(0.0, 0.0, 0.1, 0.0, -0.1, 0.0)),
-    ];
     keep(
         found,
         "wrench in motion",
-        &both(&pair.wrench_in_motion(&law, twists)),
+        &both(&pair.wrench_in_motion(&law, twists())),
     );
-    let linearised = pair.linearised(&law, twists);
+    let linearised = pair.linearised(&law, twists());
     keep(found, "linearised wrench", &both(&linearised.wrench));
     keep(
         found,
@@ -89,6 +98,67 @@ fn contact(found: &mut Found) -> Result<(), Box<dyn Error>> {
     let pressures: Vec<f64> = surface.polygons.iter().flat_map(pressure).collect();
     keep(found, "pressures", &pressures);
     Ok(())
+}
+
+/// The same ball on half-spaces, rigid and with a layer, and on the rigid block.
+fn partners(found: &mut Found) -> Result<(), Box<dyn Error>> {
+    let ball = Shape::new(shapes::icosphere(0.1, 3)?);
+    let ball = ContactBody::new(&ball, ball_pose(), 1e5)?;
+    let block = rigid_block()?;
+    let tilt = vector![0.02, -0.03, 0.01];
+    let on_top = Pose::from_rotation_vector(&tilt, vector![0.0, 0.0, 0.1]);
+    let layer = HalfSpace::layer(0.05)?;
+    let law = SurfaceLaw::new(0.2, 0.4, 1e-2)?;
+    for (name, partner) in [
+        ("half-space", Partner::rigid_half_space(on_top)?),
+        ("layer", Partner::half_space(&layer, on_top, 1e6)?),
+        (
+            "rigid block",
+            Partner::rigid(
+                &block,
+                Pose::from_rotation_vector(&tilt, vector![0.0, 0.0, 0.0]),
+            )?,
+        ),
+    ] {
+        let pair = ContactPair::new(ball, partner);
+        let linearised = pair.linearised(&law, twists());
+        keep(found, name, &both(&pair.wrench()));
+        keep(
+            found,
+            &format!("{name} jacobian"),
+            &linearised.jacobian().transpose(),
+        );
+        keep(found, &format!("{name} energy"), &[pair.potential_energy()]);
+    }
+    Ok(())
+}
+
+fn rigid_block() -> Result<RigidShape, Box<dyn Error>> {
+    let field = shapes::cuboid([0.4, 0.4, 0.2])?;
+    Ok(RigidShape::new(TriangleSurface::around(field.mesh())?))
+}
+
+/// A ball that rolls over a half-space, pushed by a rigid block.
+fn rigid_world(found: &mut Found) -> Result<(), Box<dyn Error>> {
+    let skin = Material::elastic(1e5)
+        .with_dissipation(0.2)
+        .with_friction(0.4);
+    let hard = Material::rigid().with_friction(0.5);
+    let ball = Shape::new(shapes::icosphere(0.1, 2)?);
+    let bodies = vec![
+        Body::dynamic("ball", ball, skin, Mass::Total(1.0))?
+            .at(Pose::from_translation(vector![0.0, 0.0, 0.12])),
+        Body::dynamic("block", rigid_block()?, hard, Mass::Density(100.0))?
+            .at(Pose::from_translation(vector![-0.31, 0.0, 0.1]))
+            .with_velocity(vector![0.5, 0.0, 0.5]),
+        Body::fixed("ground", HalfSpace::rigid(), hard)?,
+    ];
+    let world = World::new_ignoring(bodies, &[["block", "ground"]])?;
+    let world = world.with_gravity(vector![0.0, 0.0, -9.81])?;
+    let plan = Plan::new(5e-3, 40)?
+        .with_integrator(Integrator::Sdirk2)
+        .recording_every(20);
+    recorded(found, "rigid world", &world, &plan)
 }
 
 /// A ball and a brick above a floor.

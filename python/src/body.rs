@@ -1,16 +1,15 @@
 //! Bodies of a world.
 
+use crate::any_shape::{AnyShape, Given};
 use crate::arrays::{Floats, Numbers, array, numbers, row, wrong_shape};
 use crate::errors::refused;
 use crate::material::Material;
 use crate::path::Path;
 use crate::poses::{matrix, one};
-use crate::shape::Shape;
 use hydroelastic::dynamics::{self, Mass};
 use hydroelastic::nalgebra::Matrix3;
 use hydroelastic::spatial::MassProperties;
 use pyo3::prelude::*;
-use std::sync::Arc;
 
 /// A shape with a name, a material, a motion and a place to start. Made by Body.dynamic, Body.fixed or Body.prescribed.
 #[pyclass(frozen, module = "hydroelastic")]
@@ -55,7 +54,7 @@ impl Body {
     /// Parameters
     /// ----------
     /// name : str, unlike those of other bodies.
-    /// shape, material : what it is made of.
+    /// shape, material : what it is made of: a Shape and a Material with a modulus, or a RigidShape and one without.
     /// mass : total (kg), spread uniformly; or density (kg/m³); or mass with center_of_mass (3,) (m) and inertia (3, 3) (kg m²)
     ///     about it, in the body frame.
     /// pose : (4, 4), where it starts; None for the origin.
@@ -66,7 +65,7 @@ impl Body {
                         velocity=None, spin=None))]
     fn dynamic(
         name: &str,
-        shape: &Shape,
+        shape: Given<'_>,
         material: &Material,
         mass: Option<f64>,
         density: Option<f64>,
@@ -77,7 +76,7 @@ impl Body {
         spin: Option<&Bound<'_, PyAny>>,
     ) -> PyResult<Self> {
         let mass = mass_of(mass, density, center_of_mass, inertia)?;
-        let shape = Arc::clone(&shape.0);
+        let shape = shape.shape().inner();
         let mut body =
             dynamics::Body::dynamic(name, shape, material.inner(), mass).map_err(refused)?;
         if let Some(pose) = pose {
@@ -95,16 +94,16 @@ impl Body {
         })
     }
 
-    /// A body that never moves. pose: (4, 4); None for the origin.
+    /// A body that never moves: of a Shape, a RigidShape or a HalfSpace. pose: (4, 4); None for the origin.
     #[staticmethod]
     #[pyo3(signature = (name, shape, material, *, pose=None))]
     fn fixed(
         name: &str,
-        shape: &Shape,
+        shape: Given<'_>,
         material: &Material,
         pose: Option<&Bound<'_, PyAny>>,
     ) -> PyResult<Self> {
-        let shape = Arc::clone(&shape.0);
+        let shape = shape.shape().inner();
         let mut body = dynamics::Body::fixed(name, shape, material.inner()).map_err(refused)?;
         if let Some(pose) = pose {
             body = body.at(one(pose, "pose")?);
@@ -115,10 +114,15 @@ impl Body {
         })
     }
 
-    /// A body that follows a path, whatever pushes it.
+    /// A body that follows a path, whatever pushes it: of a Shape, a RigidShape or a HalfSpace.
     #[staticmethod]
-    fn prescribed(name: &str, shape: &Shape, material: &Material, path: &Path) -> PyResult<Self> {
-        let shape = Arc::clone(&shape.0);
+    fn prescribed(
+        name: &str,
+        shape: Given<'_>,
+        material: &Material,
+        path: &Path,
+    ) -> PyResult<Self> {
+        let shape = shape.shape().inner();
         let body = dynamics::Body::prescribed(name, shape, material.inner(), path.function());
         let path = Some(path.clone());
         Ok(Self {
@@ -133,10 +137,10 @@ impl Body {
         self.inner.name()
     }
 
-    /// Shape.
+    /// Shape: a Shape, a RigidShape or a HalfSpace.
     #[getter]
-    fn shape(&self) -> Shape {
-        Shape(Arc::clone(self.inner.shape()))
+    fn shape(&self) -> PyResult<AnyShape> {
+        AnyShape::of(self.inner.shape())
     }
 
     /// Material.

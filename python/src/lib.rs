@@ -1,6 +1,7 @@
 //! The compiled part of the Python package `hydroelastic`: classes that hold values of the library, and numpy arrays in and
 //! out. What users read is in the doc comments of the classes and in `hydroelastic/_core.pyi`.
 
+mod any_shape;
 mod arrays;
 mod batch;
 mod body;
@@ -8,6 +9,7 @@ mod contacts;
 mod control;
 mod errors;
 mod force;
+mod half_space;
 mod interrupt;
 mod jacobian;
 mod material;
@@ -19,6 +21,7 @@ mod pickle;
 mod plan;
 mod poses;
 mod report;
+mod rigid_shape;
 mod rollout;
 mod shape;
 mod show;
@@ -54,6 +57,8 @@ fn _core(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_function(wrap_pyfunction!(contacts::_load_topology, module)?)?;
     module.add_function(wrap_pyfunction!(jacobian::_load_difference_check, module)?)?;
     module.add_class::<shape::Shape>()?;
+    module.add_class::<rigid_shape::RigidShape>()?;
+    module.add_class::<half_space::HalfSpace>()?;
     module.add_class::<material::Material>()?;
     module.add_class::<material::SurfaceLaw>()?;
     module.add_class::<pair::Pair>()?;

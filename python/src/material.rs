@@ -8,17 +8,17 @@ use pyo3::prelude::*;
 ///
 /// Parameters
 /// ----------
-/// modulus : hydroelastic modulus (Pa), positive.
-/// dissipation : Hunt–Crossley dissipation (s/m), not negative.
+/// modulus : hydroelastic modulus (Pa), positive; None for a RigidShape, or a HalfSpace without a layer.
+/// dissipation : Hunt–Crossley dissipation (s/m), not negative. That of a rigid body does not count.
 /// friction : coefficient of friction, not negative.
 ///
 /// Numbers out of range are refused where a body is made of them.
 #[pyclass(frozen, eq, module = "hydroelastic")]
 #[derive(Clone, Copy, PartialEq)]
 pub struct Material {
-    /// Hydroelastic modulus (Pa).
+    /// Hydroelastic modulus (Pa); None for a rigid body.
     #[pyo3(get)]
-    modulus: f64,
+    modulus: Option<f64>,
     /// Hunt–Crossley dissipation (s/m).
     #[pyo3(get)]
     dissipation: f64,
@@ -48,11 +48,16 @@ impl From<&dynamics::Material> for Material {
     }
 }
 
+/// A modulus as Python writes it.
+pub fn modulus_repr(modulus: Option<f64>) -> String {
+    modulus.map_or_else(|| "None".to_owned(), |modulus| format!("{modulus:?}"))
+}
+
 #[pymethods]
 impl Material {
     #[new]
     #[pyo3(signature = (modulus, dissipation=0.0, friction=0.0))]
-    fn new(modulus: f64, dissipation: f64, friction: f64) -> Self {
+    fn new(modulus: Option<f64>, dissipation: f64, friction: f64) -> Self {
         Self {
             modulus,
             dissipation,
@@ -60,8 +65,15 @@ impl Material {
         }
     }
 
-    /// The law of two surfaces, as in a world: each dissipation is weighted with the other body's modulus, and friction is the
-    /// harmonic mean. slip_tolerance in m/s.
+    /// That of a body that does not give way, which has no modulus and dissipates nothing.
+    #[staticmethod]
+    #[pyo3(signature = (friction=0.0))]
+    fn rigid(friction: f64) -> Self {
+        Self::new(None, 0.0, friction)
+    }
+
+    /// The law of two surfaces, as in a world: each dissipation is weighted with the other body's modulus, so that a rigid one
+    /// dissipates nothing, and friction is the harmonic mean. slip_tolerance in m/s.
     #[pyo3(signature = (other, slip_tolerance=1e-3))]
     fn law_with(&self, other: &Self, slip_tolerance: f64) -> PyResult<SurfaceLaw> {
         let law = self.inner().law_with(&other.inner(), slip_tolerance);
@@ -74,10 +86,11 @@ impl Material {
             dissipation,
             friction,
         } = self;
-        format!("Material(modulus={modulus:?}, dissipation={dissipation:?}, friction={friction:?})")
+        let modulus = modulus_repr(*modulus);
+        format!("Material(modulus={modulus}, dissipation={dissipation:?}, friction={friction:?})")
     }
 
-    fn __getnewargs__(&self) -> (f64, f64, f64) {
+    fn __getnewargs__(&self) -> (Option<f64>, f64, f64) {
         (self.modulus, self.dissipation, self.friction)
     }
 }

@@ -1,20 +1,19 @@
 //! Two shapes that may touch.
 
+use crate::any_shape::{AnyShape, Given};
 use crate::arrays::Floats;
 use crate::errors::refused;
-use crate::material::SurfaceLaw;
+use crate::material::{SurfaceLaw, modulus_repr};
 use crate::pair_inputs::Inputs;
 use crate::poses::one;
 use crate::shape::Shape;
 use crate::surface::Surface;
-use hydroelastic::contact::{
-    self, ContactBody, ContactJacobian, ContactPair, ContactWrench, LinearisedContact,
-};
+use hydroelastic::contact::{ContactJacobian, ContactPair, ContactWrench, LinearisedContact};
 use hydroelastic::nalgebra::SMatrix;
+use hydroelastic::spatial::Pose;
 use numpy::PyUntypedArrayMethods;
 use pyo3::prelude::*;
 use std::path::PathBuf;
-use std::sync::Arc;
 
 /// Numbers of both wrenches.
 const BOTH: usize = 12;
@@ -23,7 +22,7 @@ const BOTH: usize = 12;
 const AT_REST: usize = 14;
 const IN_MOTION: usize = 28;
 
-/// Two shapes that may touch, with their moduli and the law of their surfaces.
+/// Two shapes that may touch, with their moduli and the law of their surfaces. A is compliant; B is of any kind.
 ///
 /// Poses are (4, 4) float64, twists (6,) (angular rad/s, linear m/s; the linear part is the velocity of the body's origin), all in
 /// the world. Each argument may have n in front, and then so has each result: the contacts are computed by all cores, without
@@ -32,32 +31,64 @@ const IN_MOTION: usize = 28;
 ///
 /// Parameters
 /// ----------
-/// a, b : the shapes.
-/// modulus_a, modulus_b : hydroelastic moduli (Pa), positive.
+/// a : a Shape. b : a Shape, a RigidShape or a HalfSpace.
+/// modulus_a, modulus_b : hydroelastic moduli (Pa), positive; the second is None where B is rigid. Arrays of both moduli have two
+///     numbers all the same: where B is rigid, the second is ignored, and derivatives by it are 0.
 /// law : surface law, or None for no dissipation and no friction.
 ///
 /// Raises
 /// ------
-/// HydroelasticError if a modulus is not positive; every method, if an array has another shape, a pose is not rigid or a
+/// HydroelasticError if a modulus is not positive, B is rigid and has one, or is not and has none; every method, if an array has another shape, a pose is not rigid or a
 /// number is not finite. TypeError if an array is not of float64.
 #[pyclass(frozen, module = "hydroelastic")]
 pub struct Pair {
-    pub shapes: [Arc<contact::Shape>; 2],
-    pub moduli: [f64; 2],
+    a: Shape,
+    b: AnyShape,
+    modulus_a: f64,
+    modulus_b: Option<f64>,
     pub law: SurfaceLaw,
 }
 
 impl Pair {
-    fn at(
+    /// Both moduli; 1 stands for one that is not there, and does not matter.
+    pub fn moduli_or_1(&self) -> [f64; 2] {
+        [self.modulus_a, self.modulus_b.unwrap_or(1.0)]
+    }
+
+    /// The contact at two poses, with other moduli.
+    pub fn at(
+        &self,
+        [pose_a, pose_b]: [Pose; 2],
+        [modulus_a, modulus_b]: [f64; 2],
+    ) -> PyResult<ContactPair<'_>> {
+        let a = self.a.at(pose_a, modulus_a).map_err(refused)?;
+        let b = self.b.partner(pose_b, modulus_b).map_err(refused)?;
+        Ok(ContactPair::new(a, b))
+    }
+
+    /// The contact at two poses.
+    fn at_poses(
         &self,
         pose_a: &Bound<'_, PyAny>,
         pose_b: &Bound<'_, PyAny>,
     ) -> PyResult<ContactPair<'_>> {
         let poses = [one(pose_a, "pose_a")?, one(pose_b, "pose_b")?];
-        let body = |side: usize| {
-            ContactBody::new(&self.shapes[side], poses[side], self.moduli[side]).map_err(refused)
-        };
-        Ok(ContactPair::new(body(0)?, body(1)?))
+        self.at(poses, self.moduli_or_1())
+    }
+}
+
+/// Checks that B has a modulus unless it is rigid.
+fn check_modulus(b: &AnyShape, modulus: Option<f64>) -> PyResult<()> {
+    match (b.inner().is_rigid(), modulus) {
+        (true, Some(modulus)) => Err(refused(format!(
+            "{} is rigid and has no modulus, but modulus_b is {modulus:?} Pa",
+            b.__repr__()
+        ))),
+        (false, None) => Err(refused(format!(
+            "{} is not rigid: modulus_b is missing",
+            b.__repr__()
+        ))),
+        _ => Ok(()),
     }
 }
 
@@ -103,40 +134,40 @@ fn write_in_motion(rows: &mut [f64], contact: &LinearisedContact) {
 #[pymethods]
 impl Pair {
     #[new]
-    #[pyo3(signature = (a, b, modulus_a, modulus_b, law=None))]
+    #[pyo3(signature = (a, b, modulus_a, modulus_b=None, law=None))]
     fn new(
         a: &Shape,
-        b: &Shape,
+        b: Given<'_>,
         modulus_a: f64,
-        modulus_b: f64,
+        modulus_b: Option<f64>,
         law: Option<&SurfaceLaw>,
     ) -> PyResult<Self> {
         let law = law
             .copied()
             .map_or_else(|| SurfaceLaw::new(0.0, 0.0, 1e-3), Ok)?;
-        let moduli = [modulus_a, modulus_b];
-        for (shape, modulus) in [a, b].into_iter().zip(moduli) {
-            let origin = hydroelastic::spatial::Pose::identity();
-            ContactBody::new(&shape.0, origin, modulus).map_err(refused)?;
-        }
-        Ok(Self {
-            shapes: [Arc::clone(&a.0), Arc::clone(&b.0)],
-            moduli,
+        let (a, b) = (a.clone(), b.shape());
+        check_modulus(&b, modulus_b)?;
+        let pair = Self {
+            a,
+            b,
+            modulus_a,
+            modulus_b,
             law,
-        })
+        };
+        pair.at([Pose::identity(); 2], pair.moduli_or_1())?;
+        Ok(pair)
     }
 
     /// The shapes A and B.
     #[getter]
-    fn shapes(&self) -> (Shape, Shape) {
-        let [a, b] = self.shapes.each_ref().map(Arc::clone);
-        (Shape(a), Shape(b))
+    fn shapes(&self) -> (Shape, AnyShape) {
+        (self.a.clone(), self.b.clone())
     }
 
-    /// The hydroelastic moduli of A and B (Pa).
+    /// The hydroelastic moduli of A and B (Pa); the second is None where B is rigid.
     #[getter]
-    fn moduli(&self) -> (f64, f64) {
-        self.moduli.into()
+    fn moduli(&self) -> (f64, Option<f64>) {
+        (self.modulus_a, self.modulus_b)
     }
 
     /// The surface law.
@@ -247,9 +278,21 @@ impl Pair {
         pose_a: &Bound<'py, PyAny>,
         pose_b: &Bound<'py, PyAny>,
     ) -> PyResult<Surface> {
-        let pair = self.at(pose_a, pose_b)?;
+        let pair = self.at_poses(pose_a, pose_b)?;
         let surface = py.detach(|| pair.surface());
         Surface::of(py, &surface)
+    }
+
+    /// Whether one body has been swallowed whole by the other: they overlap, but no contact surface is left, and no force to push
+    /// them apart.
+    fn has_sunk_through(
+        &self,
+        py: Python<'_>,
+        pose_a: &Bound<'_, PyAny>,
+        pose_b: &Bound<'_, PyAny>,
+    ) -> PyResult<bool> {
+        let pair = self.at_poses(pose_a, pose_b)?;
+        Ok(py.detach(|| pair.has_sunk_through()))
     }
 
     /// Writes the contact surface between two poses for ParaView and its like, by the extension of the name: VTK XML (.vtp) or
@@ -268,19 +311,14 @@ impl Pair {
     }
 
     fn __repr__(&self) -> String {
-        let [a, b] = self
-            .shapes
-            .each_ref()
-            .map(|shape| shape.field().tets().len());
-        let [modulus_a, modulus_b] = self.moduli;
+        let (a, b) = (self.a.__repr__(), self.b.__repr__());
+        let (modulus_a, modulus_b) = (self.modulus_a, modulus_repr(self.modulus_b));
         let law = self.law.__repr__();
-        format!(
-            "Pair({a} and {b} tetrahedra, modulus_a={modulus_a:?}, modulus_b={modulus_b:?}, law={law})"
-        )
+        format!("Pair({a}, {b}, modulus_a={modulus_a:?}, modulus_b={modulus_b}, law={law})")
     }
 
-    fn __getnewargs__(&self) -> (Shape, Shape, f64, f64, SurfaceLaw) {
+    fn __getnewargs__(&self) -> (Shape, AnyShape, f64, Option<f64>, SurfaceLaw) {
         let (a, b) = self.shapes();
-        (a, b, self.moduli[0], self.moduli[1], self.law)
+        (a, b, self.modulus_a, self.modulus_b, self.law)
     }
 }

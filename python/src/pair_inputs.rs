@@ -4,7 +4,7 @@ use crate::arrays::{Floats, Many, array, copied, rows};
 use crate::errors::refused;
 use crate::pair::Pair;
 use crate::poses::{poses, twist_of};
-use hydroelastic::contact::{ContactBody, ContactPair, SurfaceLaw, results_of};
+use hydroelastic::contact::{ContactPair, SurfaceLaw, results_of};
 use hydroelastic::spatial::{Pose, Twist};
 use pyo3::prelude::*;
 
@@ -58,7 +58,7 @@ impl Inputs {
             twists: [twists(twist_a, "twist_a")?, twists(twist_b, "twist_b")?],
             moduli: match moduli {
                 Some(moduli) => rows(moduli, "moduli")?,
-                None => Many::One(pair.moduli),
+                None => Many::One(pair.moduli_or_1()),
             },
             law: law.mapped("law", |numbers| pair.law.inner_with(*numbers))?,
         })
@@ -92,13 +92,9 @@ impl Inputs {
 
     /// The contact of an item.
     fn situation<'s>(&self, pair: &'s Pair, item: usize) -> PyResult<Situation<'s>> {
-        let moduli = self.moduli.at(item);
-        let body = |side: usize| {
-            let pose = *self.poses[side].at(item);
-            ContactBody::new(&pair.shapes[side], pose, moduli[side]).map_err(refused)
-        };
+        let poses = self.poses.each_ref().map(|poses| *poses.at(item));
         Ok(Situation {
-            pair: ContactPair::new(body(0)?, body(1)?),
+            pair: pair.at(poses, *self.moduli.at(item))?,
             law: *self.law.at(item),
             twists: [0, 1].map(|side| twist_of(self.twists[side].at(item))),
         })

@@ -59,7 +59,7 @@ impl Parameter {
         Self(gradient::Parameter::InitialSpin(body.into()))
     }
 
-    /// Hydroelastic modulus (Pa) of a body.
+    /// Hydroelastic modulus (Pa) of a body that is not rigid.
     #[staticmethod]
     fn modulus(body: &str) -> Self {
         Self(gradient::Parameter::Modulus(body.into()))

@@ -2,16 +2,18 @@
 
 use crate::arrays::{Floats, array, indices, list, row, signed, table, whole_array};
 use crate::errors::refused;
-use hydroelastic::contact;
+use hydroelastic::contact::{self, BodyError, ContactBody};
 use hydroelastic::io::read_mesh;
 use hydroelastic::mesh::{MeshError, PressureField, TetMesh, shapes};
+use hydroelastic::spatial::{MassProperties, Pose};
 use numpy::PyArrayDyn;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-/// What a body is made of for contact: a tetrahedral mesh with an extent on every vertex, 0 on the surface and positive inside.
+/// What a compliant body is made of for contact: a tetrahedral mesh with an extent on every vertex, 0 on the surface and positive
+/// inside.
 /// The pressure is the hydroelastic modulus (Pa) times the extent. Any number of bodies may share a shape.
 ///
 /// Parameters
@@ -38,6 +40,25 @@ impl Shape {
     fn field(&self) -> &PressureField {
         self.0.field()
     }
+
+    /// The body of a contact, at a pose, with a modulus (Pa).
+    pub fn at(&self, pose: Pose, modulus: f64) -> Result<ContactBody<'_>, BodyError> {
+        ContactBody::new(&self.0, pose, modulus)
+    }
+}
+
+/// Mass, center of mass and inertia.
+pub fn mass_arrays<'py>(
+    py: Python<'py>,
+    found: &MassProperties,
+) -> PyResult<(f64, Floats<'py>, Floats<'py>)> {
+    let center = found.center_of_mass.as_slice().to_vec();
+    let inertia = found.inertia.transpose().as_slice().to_vec();
+    Ok((
+        found.mass,
+        array(py, center, &[3])?,
+        array(py, inertia, &[3, 3])?,
+    ))
 }
 
 /// Whether the name of a file is one of VTK.
@@ -208,17 +229,10 @@ impl Shape {
         py: Python<'py>,
         density: f64,
     ) -> PyResult<(f64, Floats<'py>, Floats<'py>)> {
-        let found = self.field().mesh().mass_properties(density);
-        let center = found.center_of_mass.as_slice().to_vec();
-        let inertia = found.inertia.transpose().as_slice().to_vec();
-        Ok((
-            found.mass,
-            array(py, center, &[3])?,
-            array(py, inertia, &[3, 3])?,
-        ))
+        mass_arrays(py, &self.field().mesh().mass_properties(density))
     }
 
-    fn __repr__(&self) -> String {
+    pub fn __repr__(&self) -> String {
         let mesh = self.field().mesh();
         format!(
             "Shape({} vertices, {} tetrahedra, {:.4e} m³)",

@@ -23,7 +23,8 @@ pub type Inner = dynamics::World<f64, Vec<AnyForce>>;
 /// gravity : (3,) (m/s²).
 /// forces : a list of Spring, Drag and Thruster.
 /// controls : a list of Control, one for a body.
-/// ignoring : pairs of names, of bodies that pass through each other.
+/// ignoring : pairs of names, of bodies that pass through each other. Between bodies of RigidShape and HalfSpace there is no
+///     contact: any two of which forces move one have to be among these pairs.
 /// slip_tolerance : (m/s), of friction in all contacts.
 /// start : the State that rollouts start from, at its time; None for the bodies' own, at time 0.
 ///
@@ -78,11 +79,9 @@ fn of_bodies(
     ignoring: &[(String, String)],
 ) -> Result<Inner, WorldError> {
     let bodies = bodies.iter().map(|body| body.get().inner.clone()).collect();
-    let mut world = dynamics::World::new(bodies)?.with_forces(Vec::new())?;
-    for (first, second) in ignoring {
-        world = world.ignoring(first, second)?;
-    }
-    Ok(world)
+    let pairs = ignoring.iter().map(|(first, second)| [&**first, &**second]);
+    let pairs: Vec<[&str; 2]> = pairs.collect();
+    dynamics::World::new_ignoring(bodies, &pairs)?.with_forces(Vec::new())
 }
 
 impl World {

@@ -47,6 +47,16 @@ impl World {
             .collect()
     }
 
+    /// The bodies, by name, of which one has been swallowed whole by the other in a state: no force pushes them apart any more.
+    /// Takes as long as a report.
+    fn sunk_through(&self, py: Python<'_>, state: &State) -> PyResult<Vec<(&str, &str)>> {
+        let sunk = py
+            .detach(|| self.inner.sunk_through(&state.0))
+            .map_err(refused)?;
+        let names = self.names_of();
+        Ok(sunk.iter().map(|&[a, b]| (names[a], names[b])).collect())
+    }
+
     /// Which tetrahedra touch in a state.
     fn topology(&self, py: Python<'_>, state: &State) -> PyResult<Topology> {
         py.detach(|| self.inner.topology(&state.0))

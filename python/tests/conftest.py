@@ -59,6 +59,19 @@ def driven(scene):
 
 
 @pytest.fixture(scope="session")
+def rigid_world():
+    """A ball that rolls over a half-space, pushed by a rigid block."""
+    skin, hard = he.Material(1e5, 0.2, 0.4), he.Material.rigid(0.5)
+    block = he.RigidShape.around(he.Shape.cuboid([0.4, 0.4, 0.2]))
+    ball = he.Body.dynamic("ball", he.Shape.icosphere(0.1, 2), skin, 1.0, pose=he.pose([0.0, 0.0, 0.12]))
+    pusher = he.Body.dynamic(
+        "block", block, hard, density=100.0, pose=he.pose([-0.31, 0.0, 0.1]), velocity=[0.5, 0.0, 0.5]
+    )
+    ground = he.Body.fixed("ground", he.HalfSpace(), hard)
+    return he.World([ball, pusher, ground], gravity=[0.0, 0.0, -9.81], ignoring=[("block", "ground")])
+
+
+@pytest.fixture(scope="session")
 def bounce():
     """A ball that bounces off a floor: the world, and a plan of a fall and the bounce."""
     skin = he.Material(1e5, 0.2, 0.4)

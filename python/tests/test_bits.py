@@ -58,6 +58,29 @@ def test_contact_surface(ball_on_block):
     assert np.allclose(surface.areas.sum(), surface.area, rtol=1e-14)
 
 
+@pytest.mark.parametrize(
+    ("name", "partner", "modulus", "height"),
+    [
+        ("half-space", he.HalfSpace(), None, 0.1),
+        ("layer", he.HalfSpace(0.05), 1e6, 0.1),
+        ("rigid block", he.RigidShape.around(he.Shape.cuboid([0.4, 0.4, 0.2])), None, 0.0),
+    ],
+)
+def test_partners(ball_on_block, twists, name, partner, modulus, height):
+    ball, pose_a, _ = ball_on_block
+    pair = he.Pair(ball.shapes[0], partner, 1e5, modulus, ball.law)
+    pose_b = he.pose([0.0, 0.0, height], [0.02, -0.03, 0.01])
+    assert_same(name, pair.wrench(pose_a, pose_b))
+    wrench, jacobian = pair.linearised(pose_a, pose_b, *twists)
+    assert wrench.shape == (12,) and jacobian.shape == (12, 28)
+    assert_same(f"{name} jacobian", jacobian)
+    assert_same(f"{name} energy", pair.potential_energy(pose_a, pose_b))
+
+
+def test_rigid_world(rigid_world):
+    assert_same("rigid world", numbers(rigid_world.rollout(SDIRK2).recorded()))
+
+
 def numbers(trajectory):
     rotations = trajectory.poses[..., :3, :3].reshape(*trajectory.poses.shape[:2], 9)
     return np.concatenate([rotations, trajectory.poses[..., :3, 3], trajectory.twists], axis=-1)

@@ -29,6 +29,8 @@ DROP = """
   {more}
 </mujoco>
 """
+BLOCK = '<geom name="block" type="box" size="1 1 .1"/>'
+PLANE = '<geom name="block" type="plane" pos="0 0 .1" size="1 1 1"/>'
 EXCLUDE = '<contact><exclude body1="world" body2="ball"/></contact>'
 
 
@@ -44,9 +46,9 @@ def ball_pair(law=None, order=2):
     return he.Pair(he.Shape.icosphere(0.1, order), he.Shape.cuboid([2.0, 2.0, 0.2]), 1e5, 1e5, law)
 
 
-def drop(more=EXCLUDE, **keywords):
-    model = mujoco.MjModel.from_xml_string(DROP.format(more=more))
-    pair = ball_pair(**keywords)
+def drop(more=EXCLUDE, pair=None, ground=BLOCK, **keywords):
+    model = mujoco.MjModel.from_xml_string(DROP.format(more=more).replace(BLOCK, ground))
+    pair = pair or ball_pair(**keywords)
     return model, soft.PassiveContacts(model, [soft.ContactPair(pair, soft.geom("ball"), soft.geom("block"))])
 
 
@@ -58,9 +60,25 @@ def stepped(model, contacts, steps, velocity=(0.0,) * 6):
     return data
 
 
-def test_a_dropped_ball_agrees_with_a_world():
+def grounds():
+    """Geoms, shapes and materials of what a ball is dropped on, with the poses of the geoms."""
+    hard = he.Material.rigid(0.6)
+    slab = he.RigidShape.around(he.Shape.cuboid([2.0, 2.0, 0.2]))
+    return {
+        "soft block": (BLOCK, he.Shape.cuboid([2.0, 2.0, 0.2]), SKIN, he.pose()),
+        "rigid block": (BLOCK, slab, hard, he.pose()),
+        "plane": (PLANE, he.HalfSpace(), hard, he.pose([0.0, 0.0, 0.1])),
+        "soft plane": (PLANE, he.HalfSpace(0.1), SKIN, he.pose([0.0, 0.0, 0.1])),
+    }
+
+
+@pytest.mark.parametrize("name", grounds())
+def test_a_dropped_ball_agrees_with_a_world(name):
     """With friction and spin, through a bounce, at the same step: both take symplectic Euler steps."""
-    model, contacts = drop()
+    ground, shape, material, place = grounds()[name]
+    law = SKIN.law_with(material, SLIP)
+    pair = he.Pair(he.Shape.icosphere(0.1, 2), shape, SKIN.modulus, material.modulus, law)
+    model, contacts = drop(pair=pair, ground=ground)
     velocity, spin, steps = [0.5, 0.1, -0.3], [0.5, -1.0, 2.0], 1000
     data = stepped(model, contacts, steps, [*velocity, *spin])
     pair = contacts.contacts[0].pair
@@ -75,7 +93,7 @@ def test_a_dropped_ball_agrees_with_a_world():
         velocity=velocity,
         spin=spin,
     )
-    floor = he.Body.fixed("floor", pair.shapes[1], SKIN)
+    floor = he.Body.fixed("floor", pair.shapes[1], material, pose=place)
     world = he.World([ball, floor], gravity=[0.0, 0.0, -9.81], slip_tolerance=SLIP)
     end = world.rollout(he.Plan(1e-4, steps, he.Integrator.SYMPLECTIC_EULER, record_every=steps)).recorded()
     mujoco.mj_kinematics(model, data)
@@ -327,7 +345,7 @@ def test_shapes_of_geoms():
     for name, expected in extents.items():
         vertices = soft.shape_of_geom(model, name).vertices
         assert np.allclose(vertices.max(axis=0), expected, rtol=1e-2), name
-    with pytest.raises(he.HydroelasticError, match="mjGEOM_PLANE"):
+    with pytest.raises(he.HydroelasticError, match=r"is a plane, whose shape is hydroelastic.HalfSpace\(\)"):
         soft.shape_of_geom(model, "ground")
 
 

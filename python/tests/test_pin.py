@@ -152,6 +152,46 @@ def material_deviation(exact, found):
     return max(deviation(exact[..., column], found[..., column]) for column in range(4))
 
 
+def grounded_arm(shape, modulus):
+    """The same fingertip in what there is at the upper side of that block."""
+    robot, state = pressed_arm(order=2)
+    contact = robot.contacts[0]
+    pair = he.Pair(contact.pair.shapes[0], shape, 1e5, modulus, LAW)
+    # The frame of a half-space is at its surface, that of a rigid block at its center.
+    up = he.pose([0.0, 0.0, 0.1 if isinstance(shape, he.HalfSpace) else 0.0])
+    return Robot(robot.model, [ContactPair(pair, "finger", pose_a=contact.pose_a, pose_b=contact.pose_b @ up)]), state
+
+
+@pytest.mark.parametrize(
+    ("shape", "modulus"),
+    [(he.HalfSpace(), None), (he.HalfSpace(0.05), 1e6), (he.RigidShape.around(he.Shape.cuboid([0.6, 0.6, 0.2])), None)],
+    ids=repr,
+)
+def test_surroundings_may_be_rigid_and_half_spaces(shape, modulus):
+    robot, (q, v, tau) = grounded_arm(shape, modulus)
+    model = robot.model
+    assert robot.wrenches(q, v)[0, 5] > 0.1
+    found = robot.linearised(q, v, tau)
+    by_q = slopes(lambda dq: robot.acceleration(pinocchio.integrate(model, q, dq), v, tau), model.nv)
+    assert deviation(found.by_q, by_q) <= DERIVATIVE
+    by_v = slopes(lambda dv: robot.acceleration(q, v + dv, tau), model.nv)
+    assert deviation(found.by_v, by_v) <= DERIVATIVE
+    if modulus is None:
+        assert robot.materials[0, 1] == np.inf and not found.by_material[..., 1].any()
+        # Any number in its place does the same.
+        other = robot.with_materials(np.where(np.isinf(robot.materials), 1e6, robot.materials))
+        assert np.array_equal(other.acceleration(q, v, tau), robot.acceleration(q, v, tau))
+        robot = other
+        by_material = by_materials(robot, lambda other: other.acceleration(q, v, tau))
+        assert not by_material[..., 1].any()
+        assert max(deviation(found.by_material[..., k], by_material[..., k]) for k in (0, 2, 3)) <= DERIVATIVE
+    else:
+        by_material = by_materials(robot, lambda other: other.acceleration(q, v, tau))
+        assert material_deviation(found.by_material, by_material) <= DERIVATIVE
+    same = pickle.loads(pickle.dumps(robot))
+    assert np.array_equal(same.acceleration(q, v, tau), robot.acceleration(q, v, tau))
+
+
 def test_every_contact_of_the_scenes_presses(case):
     robot, (q, v, _) = case
     forces = np.abs(robot.wrenches(q, v)[:, 3:6]).max(axis=1)

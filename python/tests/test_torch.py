@@ -102,6 +102,33 @@ def test_wrench_has_the_derivatives_of_differences(ball_on_block, start, kind, t
     assert torch.autograd.gradcheck(wrench, variable(at), check_batched_grad=True, **CHECK)
 
 
+def partners():
+    """A rigid half-space, one with a layer and a rigid block: with a modulus, and the height (m) where a ball finds its top."""
+    block = he.RigidShape.around(he.Shape.cuboid([0.4, 0.4, 0.2]))
+    return {"half-space": (he.HalfSpace(), None, 0.1), "layer": (he.HalfSpace(0.05), 1e6, 0.1), "block": (block, None, 0.0)}
+
+
+@pytest.mark.parametrize("kind, taken", [(at_rest, REST), (in_motion, range(28))])
+@pytest.mark.parametrize("name", partners())
+def test_wrench_on_partners_has_the_derivatives_of_differences(start, name, kind, taken):
+    partner, modulus, height = partners()[name]
+    wrench = kind(he.Pair(he.Shape.icosphere(0.1, 3), partner, 1e5, modulus))
+    at, taken = start[list(taken)], list(taken)
+    at[11] = height
+    forward, reverse = jacobians(wrench, at)
+    assert deviation(reverse, forward, KINDS[taken]) < 1e-12
+    assert forward[:, taken.index(25)].any() == (modulus is not None)
+    assert deviation(differences(wrench, at, STEPS[taken]), forward, KINDS[taken]) < WRENCH
+    assert torch.autograd.gradcheck(wrench, variable(at), **CHECK)
+
+
+def test_the_modulus_that_a_rigid_partner_has_not_need_not_be_given():
+    pair = he.Pair(he.Shape.icosphere(0.1, 2), he.HalfSpace(), 1e5)
+    height = variable(0.095)
+    ht.wrench(pair, ht.pose(torch.tensor([0.0, 0.0, 1.0], dtype=torch.float64) * height), ht.pose())[5].backward()
+    assert height.grad == pair.wrench_and_jacobian(he.pose([0.0, 0.0, 0.095]), he.pose())[1][5, 5] < 0.0
+
+
 def test_wrench_has_the_bits_of_the_library(ball_on_block, twists):
     pair, pose_a, pose_b = ball_on_block
     assert np.array_equal(ht.wrench(pair, pose_a, pose_b), pair.wrench(pose_a, pose_b))
@@ -311,6 +338,31 @@ def test_rollout_has_the_derivatives_of_differences(bounce, friction, tolerance)
     forward, reverse = jacobians(run, zero)
     assert deviation(reverse, forward) < 1e-12
     assert deviation(differences(run, zero, 2e-6), forward) < tolerance
+    assert torch.autograd.gradcheck(run, variable(zero), **CHECK)
+
+
+def ground():
+    """A ball that bounces off a half-space and rubs, with what changes, and units: the modulus in 1e5 Pa."""
+    skin = he.Material(1e5, 0.2, 0.4)
+    start = he.pose([0.01, 0.02, 0.13], [0.1, 0.2, 0.3])
+    ball = he.Body.dynamic("ball", he.Shape.icosphere(0.1, 1), skin, 1.0, pose=start, velocity=[0.5, 0.1, 0.0])
+    floor = he.Body.fixed("ground", he.HalfSpace(), he.Material.rigid(0.4))
+    by = [he.Parameter.initial_position("ball"), he.Parameter.initial_velocity("ball"), he.Parameter.modulus("ball")]
+    by += [he.Parameter.friction("ground"), he.Parameter.mass("ball"), he.Parameter.gravity()]
+    world = he.World([ball, floor], gravity=[0.0, 0.0, -9.81], slip_tolerance=1e-2)
+    return world, he.Plan(5e-4, 300, record_every=100), by, np.array([1.0] * 6 + [1e5] + [1.0] * 5)
+
+
+def test_rollout_on_a_half_space_has_the_derivatives_of_differences():
+    world, plan, by, units = ground()
+
+    def run(numbers):
+        return flat(ht.rollout(world, plan, by, torch.from_numpy(units) * numbers))
+
+    zero = np.zeros(len(units))
+    forward, reverse = jacobians(run, zero)
+    assert deviation(reverse, forward) < 1e-12
+    assert deviation(differences(run, zero, 2e-6), forward) < FRICTION
     assert torch.autograd.gradcheck(run, variable(zero), **CHECK)
 
 

@@ -93,6 +93,40 @@ def test_a_world_has_its_bodies_and_contacts(scene):
     assert Content(scene.show().html).head["times"] == [scene.initial_state.time]
 
 
+def test_a_half_space_is_a_tile_below_what_moves(rigid_world):
+    trajectory = rigid_world.rollout(he.Plan(1e-3, 100, record_every=10)).recorded()
+    bodies = list(rigid_world.bodies)
+    tilt = he.pose([5.0, 3.0, 0.0], [0.0, 0.0, 0.5])
+    bodies[2] = he.Body.fixed("ground", he.HalfSpace(0.05), he.Material(1e6), pose=tilt)
+    layered = he.World(bodies[:1] + bodies[2:], gravity=[0.0, 0.0, -9.81])
+    for picture, world, thickness in (
+        (trajectory.show(rigid_world), rigid_world, None),
+        (rigid_world.show(), rigid_world, None),
+        (layered.show(), layered, 0.05),
+    ):
+        content = Content(picture.html)
+        places = {body["name"]: body["shape"] for body in content.head["bodies"]}
+        tile = content.head["shapes"][places["ground"]]
+        corners, triangles = content.points(tile), content.array(tile["triangles"]).reshape(-1, 3)
+        solid = he.RigidShape(corners, triangles)  # Closed, and turned outwards.
+        low, high = (np.array(content.head[end]) for end in ("low", "high"))
+        width = 2.0 * np.linalg.norm(high - low)
+        size = np.ptp(corners, axis=0)
+        assert np.allclose(size[:2], width, rtol=1e-4) and abs(corners[:, 2].max()) < 1e-5
+        assert abs(solid.volume - size.prod()) < 1e-6 * size.prod()
+        assert size[2] < 0.02 * width if thickness is None else abs(size[2] - thickness) < 1e-4 * thickness
+        pose = world.bodies[-1].pose
+        middle = pose[:3, :3] @ (corners.min(axis=0) + corners.max(axis=0)) / 2 + pose[:3, 3]
+        assert np.allclose(middle[:2], (low + high)[:2] / 2, atol=1e-4 * width)
+        if "block" in places:
+            block = content.head["shapes"][places["block"]]
+            shape = rigid_world.bodies[1].shape
+            assert np.allclose(content.points(block), shape.vertices, atol=1e-5)
+            assert np.array_equal(content.array(block["triangles"]).reshape(-1, 3), shape.triangles)
+    alone = he.World([he.Body.fixed("ground", he.HalfSpace(), he.Material.rigid())])
+    assert len(Content(alone.show().html).head["shapes"]) == 1
+
+
 def test_bodies_of_the_same_shape_share_it():
     skin, shape = he.Material(1e5), he.Shape.icosphere(0.1, 1)
     bodies = [he.Body.dynamic(str(place), shape, skin, 1.0, pose=he.pose([place, 0.0, 0.0])) for place in range(3)]

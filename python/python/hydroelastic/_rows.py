@@ -49,6 +49,12 @@ class Function:
         raise NotImplementedError
 
 
+def moduli_of(pair: Pair) -> Floats:
+    """(2,): the moduli of a pair; that of a rigid B is infinite."""
+    modulus_a, modulus_b = pair.moduli
+    return np.array([modulus_a, np.inf if modulus_b is None else modulus_b])
+
+
 class Wrench(Function):
     """Both wrenches of a pair: of two poses and two moduli; in motion of two twists, before the moduli, and of
     dissipation and friction too.

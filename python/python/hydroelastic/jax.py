@@ -130,7 +130,7 @@ def wrench(
     pair : the shapes; no derivative.
     pose_a, pose_b : (4, 4).
     twist_a, twist_b : (6,) angular (rad/s), linear (m/s, of the body's origin), world axes; None for zero.
-    moduli : (2,) of A and B (Pa), in place of those of the pair.
+    moduli : (2,) of A and B (Pa), in place of those of the pair; where B is rigid, the second has no effect.
     law : (2,) dissipation (s/m) and friction coefficient, in place of those of the pair; without twists they do not
         matter.
 
@@ -144,7 +144,7 @@ def wrench(
     if in_motion:
         names = "twist_a", "twist_b"
         parts += [_floats(np.zeros(6) if it is None else it, name, (6,)) for it, name in zip(given, names)]
-    parts.append(_floats(np.array(pair.moduli) if moduli is None else moduli, "moduli", (2,)))
+    parts.append(_floats(_rows.moduli_of(pair) if moduli is None else moduli, "moduli", (2,)))
     if law is not None or in_motion:
         of_pair = np.array([pair.law.dissipation, pair.law.friction])
         numbers = _floats(of_pair if law is None else law, "law", (2,))

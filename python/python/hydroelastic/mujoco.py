@@ -108,7 +108,7 @@ def shape_of_geom(model: Any, name: str, refinement: int = 3) -> Shape:
     """The shape of a sphere, an ellipsoid, a cylinder or a box of a model, in the frame of its geom.
 
     ``refinement`` is the number of subdivisions of the icosahedron; cylinders have 4 · 2^refinement segments. Raises
-    HydroelasticError for geoms of other types.
+    HydroelasticError for geoms of other types: that of a plane is ``hydroelastic.HalfSpace()``, in the frame of the geom too.
     """
     index = _index(model, geom(name))
     size = [float(length) for length in model.geom_size[index]]
@@ -121,6 +121,8 @@ def shape_of_geom(model: Any, name: str, refinement: int = 3) -> Shape:
         return Shape.cylinder(size[0], 2.0 * size[1], 4 * 2**refinement)
     if kind == mujoco.mjtGeom.mjGEOM_BOX:
         return Shape.cuboid([2.0 * length for length in size])
+    if kind == mujoco.mjtGeom.mjGEOM_PLANE:
+        raise HydroelasticError(f"geom {name!r} is a plane, whose shape is hydroelastic.HalfSpace()")
     raise HydroelasticError(f"geom {name!r} is a {kind.name}: expected a sphere, an ellipsoid, a cylinder or a box")
 
 

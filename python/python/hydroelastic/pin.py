@@ -36,6 +36,7 @@ except ImportError as _missing:
 
 from ._pin_checks import check_array, check_time_step, checked, finite
 from ._pin_contacts import Contact
+from ._rows import moduli_of
 
 __all__ = [
     "Acceleration",
@@ -179,7 +180,7 @@ class Robot:
         for _ in range(model.njoints):
             self._forces.append(pinocchio.Force.Zero())
         self._loaded = sorted({mount.joint for it in self._contacts for mount in it.moving})
-        numbers = [[*it.pair.moduli, it.pair.law.dissipation, it.pair.law.friction] for it in self._pairs]
+        numbers = [[*moduli_of(it.pair), it.pair.law.dissipation, it.pair.law.friction] for it in self._pairs]
         self._set_materials(np.array(numbers, dtype=np.float64).reshape(-1, 4))
 
     def __reduce__(self) -> tuple[Callable[..., Robot], tuple[Any, ...]]:
@@ -197,7 +198,8 @@ class Robot:
 
     @property
     def materials(self) -> _Floats:
-        """(contacts, 4): modulus of A, modulus of B (Pa), dissipation (s/m) and friction coefficient of each contact."""
+        """(contacts, 4): modulus of A, modulus of B (Pa), dissipation (s/m) and friction coefficient of each contact. That of a
+        rigid B is infinite, has no effect and derivatives of 0."""
         return self._materials.copy()
 
     def with_materials(self, materials: _Floats) -> Robot:

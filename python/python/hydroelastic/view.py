@@ -25,7 +25,7 @@ from typing import Any, Self
 import numpy as np
 from numpy.typing import NDArray
 
-from ._core import HydroelasticError, Shape, State, Surface, Trajectory, World
+from ._core import HalfSpace, HydroelasticError, RigidShape, Shape, State, Surface, Trajectory, World
 
 __all__ = ["Picture", "html", "of_surface", "of_trajectory", "of_world", "picture", "save"]
 
@@ -41,10 +41,18 @@ _BODY_COLORS = ("0072b2", "d55e00", "cc79a7", "56b4e9", "e69f00", "009e73")
 _FIXED_COLOR = "8a8f98"
 # Edges between faces that turn by more than this are drawn.
 _CREASE = math.radians(30.0)
+# A half-space is drawn as a tile, which reaches so many diagonals of the picture's box to each side; a rigid one has this part of
+# the diagonal as its thickness, that of a soft one is its layer's.
+_TILE = 1.0
+_RIGID_TILE = 0.01
 # Pictures are kept below this (bytes), where fewer frames do it.
 _LARGEST = 1_000_000
 # Coordinates are whole numbers up to this within a box of each mesh or surface.
 _GRID = 65535
+# Of the corners of a tile, whose z changes fastest and whose x slowest; counter-clockwise seen from outside.
+_TILE_TRIANGLES = np.array(
+    [[0, 1, 3], [0, 3, 2], [4, 6, 7], [4, 7, 5], [0, 4, 5], [0, 5, 1], [2, 3, 7], [2, 7, 6], [0, 2, 6], [0, 6, 4], [1, 5, 7], [1, 7, 3]]
+)
 _VIEWER = files("hydroelastic").joinpath("_viewer.html").read_text(encoding="utf-8")
 
 
@@ -115,7 +123,7 @@ def of_surface(surface: Surface, *, pressure_limit: float | None = None, height:
 def of_world(
     world: World, state: State | None = None, *, pressure_limit: float | None = None, height: int = 420
 ) -> Picture:
-    """The bodies of a world, translucent, and the contact surfaces between them, colored by pressure.
+    """The bodies of a world, translucent, and the contact surfaces between them, colored by pressure. Half-spaces are large tiles.
 
     Parameters
     ----------
@@ -225,39 +233,50 @@ class _Scene:
         self._packed = _Packed()
         self._shapes: list[dict[str, Any]] = []
         self._bodies: list[dict[str, Any]] = []
+        # By the places of their bodies.
+        self._half_spaces: dict[int, HalfSpace] = {}
         self._times: list[float] = []
         self._poses: list[_Floats] = []
         self._surfaces: list[tuple[int, Surface]] = []
         self._paths: list[dict[str, Any]] = []
-        # Points that the picture should hold: the bodies that move, or what there is.
-        self._seen: list[_Floats] = []
 
     def with_bodies_of(self, world: World) -> Self:
         known: dict[tuple[bytes, bytes], int] = {}
         moving = 0
         for body in world.bodies:
-            shape = body.shape
-            key = (shape.vertices.tobytes(), shape.surface_triangles.tobytes())
-            if key not in known:
-                known[key] = len(self._shapes)
-                self._shapes.append(self._shape(shape))
             moves = body.mass is not None or body.path is not None
             color = _BODY_COLORS[moving % len(_BODY_COLORS)] if moves else _FIXED_COLOR
             moving += moves
-            reach = float(np.linalg.norm(shape.vertices, axis=1).max())
-            self._bodies.append(
-                {"name": body.name, "shape": known[key], "color": color, "moves": moves, "reach": reach}
-            )
+            self._bodies.append({"name": body.name, "color": color, "moves": moves})
+            if isinstance(body.shape, HalfSpace):
+                self._half_spaces[len(self._bodies) - 1] = body.shape
+                continue
+            vertices, triangles = _outline(body.shape)
+            key = (vertices.tobytes(), triangles.tobytes())
+            if key not in known:
+                known[key] = self._add_shape(vertices, triangles)
+            reach = float(np.linalg.norm(vertices, axis=1).max())
+            self._bodies[-1] |= {"shape": known[key], "reach": reach}
         return self
 
-    def _shape(self, shape: Shape) -> dict[str, Any]:
-        used, triangles = np.unique(shape.surface_triangles, return_inverse=True)
-        triangles = triangles.reshape(-1, 3)
-        vertices = shape.vertices[used]
+    def _add_shape(self, vertices: _Floats, triangles: _Whole) -> int:
+        """The place of a new mesh."""
         mesh = self._packed.add_points(vertices)
         mesh["triangles"] = self._packed.add_places(triangles, len(vertices) - 1)
         mesh["creases"] = self._packed.add_places(creases(vertices, triangles), len(vertices) - 1)
-        return mesh
+        self._shapes.append(mesh)
+        return len(self._shapes) - 1
+
+    def _add_tiles(self, low: _Floats, high: _Floats) -> None:
+        """The tiles of the half-spaces, each below the middle of the box in the first frame."""
+        diagonal = float(np.linalg.norm(high - low)) or 1.0
+        for place, half_space in self._half_spaces.items():
+            pose = self._poses[0][place]
+            x, y, _ = pose[:, :3].T @ (0.5 * (low + high) - pose[:, 3])
+            width, thickness = _TILE * diagonal, half_space.thickness or _RIGID_TILE * diagonal
+            corners = np.array([[i, j, k] for i in (-1, 1) for j in (-1, 1) for k in (-1, 0)])
+            vertices = np.array([x, y, 0.0]) + corners * np.array([width, width, thickness])
+            self._bodies[place]["shape"] = self._add_shape(vertices, _TILE_TRIANGLES)
 
     def add_paths(self, origins: _Floats) -> None:
         """The paths of the origins: (t, n, 3)."""
@@ -278,6 +297,7 @@ class _Scene:
         greatest = max((float(surface.pressures.max()) for _, surface in self._surfaces), default=0.0)
         limit = self._limit or greatest or 1.0
         low, high = self._box()
+        self._add_tiles(low, high)
         content = {
             "times": self._times,
             "shapes": self._shapes,
@@ -308,8 +328,8 @@ class _Scene:
     def _box(self) -> tuple[_Floats, _Floats]:
         """The corners of a box around the bodies that move, in all frames, or else around all that there is."""
         origins = np.array(self._poses)[..., 3]
-        moving = [place for place, body in enumerate(self._bodies) if body["moves"]]
-        of_bodies = moving or range(len(self._bodies))
+        bounded = [place for place in range(len(self._bodies)) if place not in self._half_spaces]
+        of_bodies = [place for place in bounded if self._bodies[place]["moves"]] or bounded
         points = [surface.vertices for _, surface in self._surfaces]
         for place in of_bodies:
             reach = self._bodies[place]["reach"]
@@ -326,6 +346,14 @@ class _Scene:
         if len(page) > _LARGEST:
             warnings.warn(f"the picture takes {len(page) / 1e6:.1f} MB: its meshes are large", stacklevel=4)
         return Picture(page, height, shows)
+
+
+def _outline(shape: Shape | RigidShape) -> tuple[_Floats, _Whole]:
+    """The vertices and triangles of its surface."""
+    if isinstance(shape, RigidShape):
+        return shape.vertices, shape.triangles
+    used, triangles = np.unique(shape.surface_triangles, return_inverse=True)
+    return shape.vertices[used], triangles.reshape(-1, 3)
 
 
 def creases(vertices: _Floats, triangles: _Whole) -> _Whole:

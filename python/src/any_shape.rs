@@ -1,0 +1,80 @@
+//! Shapes of all kinds, as arguments and as what is given back.
+
+use crate::errors::refused;
+use crate::half_space::HalfSpace;
+use crate::rigid_shape::RigidShape;
+use crate::shape::Shape;
+use hydroelastic::contact::{BodyError, Partner};
+use hydroelastic::dynamics::BodyShape;
+use hydroelastic::spatial::Pose;
+use pyo3::prelude::*;
+use std::sync::Arc;
+
+/// A shape as an argument.
+#[derive(FromPyObject)]
+pub enum Given<'py> {
+    #[pyo3(annotation = "Shape")]
+    Compliant(Bound<'py, Shape>),
+    #[pyo3(annotation = "RigidShape")]
+    Rigid(Bound<'py, RigidShape>),
+    HalfSpace(Bound<'py, HalfSpace>),
+}
+
+impl Given<'_> {
+    pub fn shape(&self) -> AnyShape {
+        match self {
+            Self::Compliant(it) => AnyShape::Compliant(it.get().clone()),
+            Self::Rigid(it) => AnyShape::Rigid(it.get().clone()),
+            Self::HalfSpace(it) => AnyShape::HalfSpace(it.get().clone()),
+        }
+    }
+}
+
+/// A shape of one of the kinds.
+#[derive(Clone, IntoPyObject)]
+pub enum AnyShape {
+    Compliant(Shape),
+    Rigid(RigidShape),
+    HalfSpace(HalfSpace),
+}
+
+impl AnyShape {
+    /// The shape of a body.
+    pub fn of(shape: &BodyShape) -> PyResult<Self> {
+        match shape {
+            BodyShape::Compliant(it) => Ok(Self::Compliant(Shape(Arc::clone(it)))),
+            BodyShape::Rigid(it) => Ok(Self::Rigid(RigidShape(Arc::clone(it)))),
+            BodyShape::HalfSpace(it) => Ok(Self::HalfSpace(HalfSpace(Arc::clone(it)))),
+            other => Err(refused(format!(
+                "there is no class for the shape {other:?}"
+            ))),
+        }
+    }
+
+    /// That of a body.
+    pub fn inner(&self) -> BodyShape {
+        match self {
+            Self::Compliant(it) => BodyShape::Compliant(Arc::clone(&it.0)),
+            Self::Rigid(it) => BodyShape::Rigid(Arc::clone(&it.0)),
+            Self::HalfSpace(it) => BodyShape::HalfSpace(Arc::clone(&it.0)),
+        }
+    }
+
+    /// The partner of a compliant body at a pose, with a modulus (Pa), which a rigid one ignores.
+    pub fn partner(&self, pose: Pose, modulus: f64) -> Result<Partner<'_>, BodyError> {
+        match self {
+            Self::Compliant(it) => Ok(it.at(pose, modulus)?.into()),
+            Self::Rigid(it) => Partner::rigid(&it.0, pose),
+            Self::HalfSpace(it) if it.0.thickness().is_none() => Partner::rigid_half_space(pose),
+            Self::HalfSpace(it) => Partner::half_space(&it.0, pose, modulus),
+        }
+    }
+
+    pub fn __repr__(&self) -> String {
+        match self {
+            Self::Compliant(it) => it.__repr__(),
+            Self::Rigid(it) => it.__repr__(),
+            Self::HalfSpace(it) => it.__repr__(),
+        }
+    }
+}

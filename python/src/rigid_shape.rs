@@ -1,0 +1,121 @@
+//! Rigid shapes: closed surfaces of triangles with their search trees.
+
+use crate::arrays::{Floats, array, indices, signed, table, whole_array};
+use crate::errors::refused;
+use crate::shape::{Shape, mass_arrays};
+use hydroelastic::contact;
+use hydroelastic::io::read_triangle_surface;
+use hydroelastic::mesh::{SurfaceError, TriangleSurface};
+use numpy::PyArrayDyn;
+use pyo3::prelude::*;
+use std::path::PathBuf;
+use std::sync::Arc;
+
+/// A body that does not give way: the closed surface of a solid, which only compliant bodies feel. It may have several components
+/// and cavities; that it does not pass through itself is not checked.
+///
+/// Parameters
+/// ----------
+/// vertices : (n, 3) float64, positions (m) in the body frame.
+/// triangles : (m, 3) integers, the vertices of each triangle, counter-clockwise seen from outside.
+///
+/// Raises
+/// ------
+/// HydroelasticError if the surface is not closed, turned inwards or flat, or a number is not valid; the message names the
+/// culprit.
+#[pyclass(frozen, module = "hydroelastic")]
+#[derive(Clone)]
+pub struct RigidShape(pub Arc<contact::RigidShape>);
+
+impl RigidShape {
+    fn of(surface: Result<TriangleSurface, SurfaceError>) -> PyResult<Self> {
+        let surface = surface.map_err(refused)?;
+        Ok(Self(Arc::new(contact::RigidShape::new(surface))))
+    }
+
+    fn surface(&self) -> &TriangleSurface {
+        self.0.surface()
+    }
+}
+
+#[pymethods]
+impl RigidShape {
+    #[new]
+    fn new(
+        py: Python<'_>,
+        vertices: &Bound<'_, PyAny>,
+        triangles: &Bound<'_, PyAny>,
+    ) -> PyResult<Self> {
+        let vertices = table::<3>(vertices, "vertices")?;
+        let vertices = vertices.into_iter().map(Into::into).collect();
+        let triangles = indices(triangles, "triangles")?;
+        py.detach(|| Self::of(TriangleSurface::new(vertices, triangles)))
+    }
+
+    /// The surface in a file: STL (.stl, binary or ASCII) or Wavefront (.obj). Vertices at exactly the same place become one.
+    ///
+    /// unit : what one of the file is in metres: 0.001 for the millimetres of most CAD programs.
+    ///
+    /// Raises
+    /// ------
+    /// HydroelasticError if the file is damaged, or its surface not closed.
+    #[staticmethod]
+    #[pyo3(signature = (path, unit=1.0))]
+    fn read(py: Python<'_>, path: PathBuf, unit: f64) -> PyResult<Self> {
+        py.detach(|| Self::of(Ok(read_triangle_surface(path, unit).map_err(refused)?)))
+    }
+
+    /// The surface of a compliant shape: a rigid body of the same form.
+    #[staticmethod]
+    fn around(py: Python<'_>, shape: &Shape) -> PyResult<Self> {
+        py.detach(|| Self::of(TriangleSurface::around(shape.0.field().mesh())))
+    }
+
+    /// (n, 3) float64: positions of the vertices (m), in the body frame.
+    #[getter]
+    fn vertices<'py>(&self, py: Python<'py>) -> PyResult<Floats<'py>> {
+        let vertices = self.surface().vertices();
+        let values = vertices.iter().flat_map(|v| v.iter().copied()).collect();
+        array(py, values, &[vertices.len(), 3])
+    }
+
+    /// (m, 3) int64: the vertices of each triangle, counter-clockwise seen from outside.
+    #[getter]
+    fn triangles<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArrayDyn<i64>>> {
+        let triangles = self.surface().triangles();
+        let values = signed(triangles.as_flattened().iter().copied());
+        whole_array(py, values, &[triangles.len(), 3])
+    }
+
+    /// Volume (m³) inside, without cavities.
+    #[getter]
+    fn volume(&self) -> f64 {
+        self.surface().volume()
+    }
+
+    /// Mass (kg), center of mass (3,) (m) and inertia (3, 3) (kg m²) about it, in the body frame, at a uniform density (kg/m³).
+    fn mass_properties<'py>(
+        &self,
+        py: Python<'py>,
+        density: f64,
+    ) -> PyResult<(f64, Floats<'py>, Floats<'py>)> {
+        mass_arrays(py, &self.surface().mass_properties(density))
+    }
+
+    pub fn __repr__(&self) -> String {
+        let surface = self.surface();
+        format!(
+            "RigidShape({} vertices, {} triangles, {:.4e} m³)",
+            surface.vertices().len(),
+            surface.triangles().len(),
+            surface.volume()
+        )
+    }
+
+    fn __getnewargs__<'py>(
+        &self,
+        py: Python<'py>,
+    ) -> PyResult<(Floats<'py>, Bound<'py, PyArrayDyn<i64>>)> {
+        Ok((self.vertices(py)?, self.triangles(py)?))
+    }
+}
