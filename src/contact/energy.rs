@@ -1,12 +1,12 @@
-use super::Shape;
 use super::polygon::PolygonSource;
-use crate::geometry::{AffineField, Tetrahedron, snapped};
+use super::{RigidShape, Shape};
+use crate::geometry::{Aabb, AffineField, Tetrahedron, snapped};
 use crate::mesh::FieldTet;
 use crate::narrow_phase::{PartnerShape, PosedTet};
 use crate::scalar::{Scalar, lift, lift_vector, real_part};
 use nalgebra::Vector3;
 
-/// From the middle of A, in half diagonals of its box: any direction that is along no face or axis.
+/// From the middle of a box, in half diagonals of it: any direction that is along no axis, to beyond the box.
 const APEX: Vector3<f64> = Vector3::new(1.13, 0.87, -1.41);
 
 /// Of the energy that a body can hold, at least: one that is inside another holds all of it, but for parts that are outside, and
@@ -29,7 +29,9 @@ impl<T: Scalar> PolygonSource<'_, T> {
                     });
             }
             PartnerShape::Rigid(shape) => {
-                let apex = self.apex();
+                let Some(apex) = self.apex(shape) else {
+                    return energy;
+                };
                 for cell in shape.cells() {
                     energy += self.energy_behind_triangle(&cell.tetrahedron, apex);
                 }
@@ -71,13 +73,18 @@ impl<T: Scalar> PolygonSource<'_, T> {
         self.smaller_pressure_within(&[extent], a, half_space, highest)
     }
 
-    /// A point beside A, in B's frame. The tetrahedra that B's triangles make up with it hold no more of A than A itself, each,
-    /// and few of them any of it.
-    fn apex(&self) -> Vector3<f64> {
-        let bounds = self.pair.shape_a.tree().bounds();
-        let aside = APEX * bounds.half_extents().norm();
+    /// A point beside what the boxes around both bodies have in common, in the frame of a rigid B: the tetrahedra that its
+    /// triangles make up with the point hold little more of A than there is in B. None if the boxes are apart.
+    fn apex(&self, shape_b: &RigidShape) -> Option<Vector3<f64>> {
         let pose_ba = self.pair.pose_ab.inverse();
-        pose_ba.transformed_point(&(bounds.center() + aside))
+        let a = self.pair.shape_a.tree().bounds().posed(&pose_ba);
+        let b = shape_b.bounds();
+        let common = Aabb {
+            lower: a.lower.sup(&b.lower),
+            upper: a.upper.inf(&b.upper),
+        };
+        let aside = || APEX * common.half_extents().norm();
+        (common.half_extents().min() >= 0.0).then(|| common.center() + aside())
     }
 
     /// A rigid body is what the triangles of its surface make up with any one point: a tetrahedron each, which counts negative

@@ -5,7 +5,7 @@ use crate::support::moving::bodies::Bodies;
 use crate::support::moving::differences::{BLOCKS, Scaled, Wrenches};
 use crate::support::moving::motions::set_in_motion;
 use crate::support::moving::poses::{Family, scene};
-use crate::support::moving::verdict::{checked, names};
+use crate::support::moving::verdict::{Finding, checked, names};
 use crate::support::moving::{COLUMNS, Jacobian, Scene, numbers, with_names_exchanged};
 use crate::support::scenes::{Random, mixed_shapes, random_pair};
 use crate::support::sweep::in_batches;
@@ -73,9 +73,13 @@ impl Tally {
         for name in names(&found) {
             *self.kinks.entry(name).or_default() += 1;
         }
+        let what = |finding: Finding| {
+            let (name, missed) = (finding.name(), scene.missed);
+            format!("{name} where the position is missed by {missed:.1e}")
+        };
         let failures: Vec<_> = found
             .iter()
-            .filter_map(|c| Some((number, c.column, c.finding.name(), c.finding.failure()?)))
+            .filter_map(|c| Some((number, c.column, what(c.finding), c.finding.failure()?)))
             .collect();
         self.failing += usize::from(!failures.is_empty());
         self.failures.extend(failures);

@@ -64,7 +64,7 @@ fn a_cube_lies_flat_on_a_rigid_plane() {
     let cube = cube();
     for_rigid_planes(|name, plane| {
         for (depth, force_up, stiffness) in [
-            (0.01, 3613.333_333_333_333, 324_000.0),
+            (0.01, 3_613.333_333_333_333, 324_000.0),
             (0.03, 8760.0, 196_000.0),
             (0.07, 12_973.333_333_333_33, 36_000.0),
         ] {
@@ -73,7 +73,7 @@ fn a_cube_lies_flat_on_a_rigid_plane() {
             assert_close(name, found, force_up);
             assert_close(name, slope, stiffness);
             assert_close(name, by_modulus, force_up);
-            assert_eq!(by_nothing, 0.0);
+            assert!(by_nothing.abs() <= 0.0);
         }
     });
 }
@@ -114,7 +114,7 @@ fn a_cube_lies_flat_on_a_soft_layer() {
         (
             0.01,
             [
-                1444.453_125,
+                1_444.453_125,
                 138_960.937_5,
                 575.947_265_625,
                 868.505_859_375,
@@ -123,10 +123,10 @@ fn a_cube_lies_flat_on_a_soft_layer() {
         (
             0.03,
             [
-                4012.734_375,
+                4_012.734_375,
                 118_148.437_5,
-                1797.451_171_875,
-                2215.283_203_125,
+                1_797.451_171_875,
+                2_215.283_203_125,
             ],
         ),
     ] {
