@@ -163,11 +163,11 @@ fn search_error(pair: &ContactPair, measures: &Measures) -> f64 {
 }
 
 /// The closed form's wrench is a difference of two that grow as the fields become alike; it loses as many
-/// digits as the plane's normal has lost already, which that of a thin triangle has lost by itself.
+/// digits as the plane's normal has lost already.
 fn closed_form_error(pair: &ContactPair, measures: &Measures, own: &Evaluation, kink: bool) -> f64 {
     let error = (measures.scaled(&pair.wrench().on_a) - own.wrench).norm();
     let alike = if kink { EQUAL_FIELDS } else { FASTEST.recip() };
-    let rounding = ROOM * f64::EPSILON * measures.flattest.max(alike.recip());
+    let rounding = ROOM * f64::EPSILON / alike;
     error / (rounding * (measures.force() + own.wrench.norm()))
 }
 

@@ -38,9 +38,6 @@ pub struct Measures {
     pub thinnest: f64,
     /// The pressure that both bodies reach (Pa).
     pub pressure: f64,
-    /// Of pairs with a partner that is no compliant body, length over height of the thinnest triangle or tetrahedron: its normal,
-    /// or A's pressure there, is off by as many roundings. (Of two fields, that of the smaller gradient is taken.)
-    pub flattest: f64,
 }
 
 /// A wrench on A about A's origin with its torque divided by A's reach, and its derivatives by the motion
@@ -63,11 +60,6 @@ impl Measures {
         };
         let away = [a.pose(), b.pose()].map(|pose| pose.translation().norm());
         let pressure_b = b.body().map_or(f64::INFINITY, |body| highest(&body));
-        let of_triangles = b.rigid_shape().map_or(1.0, flattest_triangle);
-        let flattest = match b.shape() {
-            Some(_) => 1.0,
-            None => of_triangles.max(reach_a / thinnest(a.shape())),
-        };
         let thinnest_b = match (b.shape(), b.rigid_shape()) {
             (Some(shape), _) => thinnest(shape),
             (_, Some(rigid)) => thinnest_triangle(rigid),
@@ -80,7 +72,6 @@ impl Measures {
                 + WORLD_ROUNDINGS * f64::EPSILON * away[0].max(away[1]),
             thinnest: thinnest(a.shape()).min(thinnest_b),
             pressure: highest(a).min(pressure_b),
-            flattest,
         }
     }
 
@@ -160,24 +151,13 @@ fn thinnest(shape: &Shape) -> f64 {
     steepness.fold(0.0, f64::max).recip()
 }
 
-/// Longest edge (m) and height above it (m) of each triangle.
-fn edges_and_heights(shape: &RigidShape) -> impl Iterator<Item = [f64; 2]> {
-    let surface = shape.surface();
-    (0..surface.triangles().len()).map(|triangle| {
-        let [a, b, c] = surface.corners(triangle);
-        let edges = [b - a, c - b, a - c].map(|edge| edge.norm());
-        let longest = edges.into_iter().fold(0.0, f64::max);
-        [longest, (b - a).cross(&(c - a)).norm() / longest]
-    })
-}
-
 /// The smallest height of a triangle (m).
 fn thinnest_triangle(shape: &RigidShape) -> f64 {
-    let heights = edges_and_heights(shape).map(|[_, height]| height);
+    let surface = shape.surface();
+    let heights = (0..surface.triangles().len()).map(|triangle| {
+        let [a, b, c] = surface.corners(triangle);
+        let edges = [b - a, c - b, a - c].map(|edge| edge.norm());
+        (b - a).cross(&(c - a)).norm() / edges.into_iter().fold(0.0, f64::max)
+    });
     heights.fold(f64::INFINITY, f64::min)
-}
-
-fn flattest_triangle(shape: &RigidShape) -> f64 {
-    let ratios = edges_and_heights(shape).map(|[edge, height]| edge / height);
-    ratios.fold(1.0, f64::max)
 }
