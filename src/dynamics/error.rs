@@ -19,7 +19,7 @@ pub enum WorldError {
     },
     /// A rigid body has a material with a modulus.
     #[error(
-        "body {0:?} is rigid, but its material has a hydroelastic modulus: make it with Material::rigid()"
+        "body {0:?} is rigid, but its material has a hydroelastic modulus, and that of a rigid body has none"
     )]
     RigidWithModulus(String),
     /// A compliant body has a material without a modulus.
@@ -30,7 +30,7 @@ pub enum WorldError {
     Unbounded(String),
     /// Two bodies, of which forces move one at least, are rigid or half-spaces.
     #[error(
-        "between bodies {:?} and {:?} no contact is computed, because neither is compliant with a mesh: make one so, or have the world ignore the pair (World::new_ignoring)",
+        "between bodies {:?} and {:?} no contact is computed, because neither is compliant with a mesh: make one so, or name the pair as one to ignore when the world is made",
         .0[0], .0[1]
     )]
     NoContact([String; 2]),
