@@ -93,8 +93,8 @@ fn scans(criterion: &mut Criterion) {
     let ball = Shape::new(shapes::icosphere(RADIUS, 3).unwrap());
     for order in [4, 6, 8] {
         // The contact is as large however many triangles there are: the scan grows with them.
-        let scale = 0.15 * 2_f64.powi(order);
-        let field = shapes::icosphere(scale, order as usize).unwrap();
+        let scale = 0.15 * f64::from(1_u32 << order);
+        let field = shapes::icosphere(scale, order).unwrap();
         let scan = RigidShape::new(TriangleSurface::around(field.mesh()).unwrap());
         let triangles = scan.surface().triangles().len();
         let pose = Pose::from_translation(vector![0.01, 0.02, scale + RADIUS - 0.005]);
