@@ -80,8 +80,9 @@ impl BodyShape {
         }
     }
 
-    /// Whether it is the same shape, shared.
-    pub(crate) fn is_same(&self, other: &Self) -> bool {
+    /// Whether two bodies share this shape: the same one, not one that is equal.
+    #[must_use]
+    pub fn is_same(&self, other: &Self) -> bool {
         match (self, other) {
             (Self::Compliant(one), Self::Compliant(other)) => Arc::ptr_eq(one, other),
             (Self::Rigid(one), Self::Rigid(other)) => Arc::ptr_eq(one, other),
