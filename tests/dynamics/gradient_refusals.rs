@@ -71,7 +71,7 @@ fn a_parameter_without_effect_on_a_body_that_forces_do_not_move_is_refused() {
         let error = refused_gradient(&world, &parameter);
         let expected = GradientError::NotDynamic {
             body: body.into(),
-            parameter: format!("{parameter:?}"),
+            parameter: parameter.to_string(),
         };
         assert_eq!(error, expected);
     }
