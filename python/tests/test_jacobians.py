@@ -154,14 +154,14 @@ def test_jacobians_of_many_worlds_are_those_of_each(bounce):
 
 def test_progress_of_derivatives_ends_at_the_number_of_steps(bounce):
     world, _ = bounce
-    plan = he.Plan(2e-5, 4000, record_every=4000)
+    plan = he.Plan(2e-5, 20_000, record_every=20_000)
     seen = []
 
     def progress(done, total):
         seen.append((done, total))
 
     world.jacobian(plan, [he.Parameter.gravity()], progress=progress)
-    assert len(seen) > 1 and seen == sorted(seen) and seen[-1] == (4000, 4000)
+    assert len(seen) > 1 and seen == sorted(seen) and seen[-1] == (20_000, 20_000)
     seen.clear()
     world.linearised(he.Plan(2e-5, 100), progress=progress)
     assert seen[-1] == (100, 100)
