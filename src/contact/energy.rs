@@ -1,6 +1,6 @@
 use super::polygon::PolygonSource;
 use super::{RigidShape, Shape};
-use crate::geometry::{Aabb, AffineField, Tetrahedron, snapped};
+use crate::geometry::{AffineField, Tetrahedron, snapped};
 use crate::mesh::FieldTet;
 use crate::narrow_phase::{PartnerShape, PosedTet};
 use crate::scalar::{Scalar, lift, lift_vector, real_part};
@@ -78,13 +78,8 @@ impl<T: Scalar> PolygonSource<'_, T> {
     fn apex(&self, shape_b: &RigidShape) -> Option<Vector3<f64>> {
         let pose_ba = self.pair.pose_ab.inverse();
         let a = self.pair.shape_a.tree().bounds().posed(&pose_ba);
-        let b = shape_b.bounds();
-        let common = Aabb {
-            lower: a.lower.sup(&b.lower),
-            upper: a.upper.inf(&b.upper),
-        };
-        let aside = || APEX * common.half_extents().norm();
-        (common.half_extents().min() >= 0.0).then(|| common.center() + aside())
+        let common = a.common(&shape_b.bounds())?;
+        Some(common.center() + APEX * common.half_extents().norm())
     }
 
     /// A rigid body is what the triangles of its surface make up with any one point: a tetrahedron each, which counts negative
