@@ -54,6 +54,11 @@ impl RigidShape {
         &self.cells
     }
 
+    /// The vertices at the first three corners of a cell.
+    pub(crate) fn vertices_of(&self, cell: usize) -> [usize; 3] {
+        CORNERS.map(|corner| self.surface.triangles()[cell][corner])
+    }
+
     /// Its triangles.
     pub(crate) fn rims(&self) -> &RimTree {
         &self.rims

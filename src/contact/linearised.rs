@@ -96,6 +96,11 @@ impl<T: Scalar> LinearisedContact<T> {
 }
 
 impl<T: Scalar> ContactPair<'_, T> {
+    /// The elastic contact, which knows of no velocities.
+    pub(crate) fn linearised_at_rest(&self) -> LinearisedContact<T> {
+        self.relative_linearisation().in_world(self, None)
+    }
+
     /// The wrenches in the scalar, and the contact of the real parts with its first derivatives, for one search: of moving
     /// bodies by a law, or, without one, of elastic ones.
     pub(crate) fn wrench_and_linearised(
@@ -234,18 +239,8 @@ struct Reaction<T> {
 }
 
 impl<T: Scalar> Reaction<T> {
-    /// Rows of both wrenches, from those of the one on A.
     fn of_columns<const C: usize>(&self, on_a: &SMatrix<T, 6, C>) -> SMatrix<T, 12, C> {
-        let mut shift = Matrix6::identity() * lift::<T>(-1.0);
-        add_block(&mut shift, [0, 3], skew(&self.from_a_to_b));
-        let on_b = shift * on_a;
-        SMatrix::from_fn(|row, column| {
-            if row < 6 {
-                on_a[(row, column)]
-            } else {
-                on_b[(row - 6, column)]
-            }
-        })
+        on_both(&self.from_a_to_b, on_a)
     }
 
     fn of_blocks(&self, [by_a, by_b]: &[Matrix6<T>; 2]) -> SMatrix<T, 12, 12> {
@@ -278,7 +273,24 @@ impl<T: Scalar> RelativeMotion<T> {
     }
 }
 
-fn block_diagonal<T: Scalar>(rotation: &Matrix3<T>) -> Matrix6<T> {
+/// Rows of the wrenches on A and on B about their origins, from those of the one on A, in axes that do not move.
+pub(super) fn on_both<T: Scalar, const C: usize>(
+    from_a_to_b: &Vector3<T>,
+    on_a: &SMatrix<T, 6, C>,
+) -> SMatrix<T, 12, C> {
+    let mut shift = Matrix6::identity() * lift::<T>(-1.0);
+    add_block(&mut shift, [0, 3], skew(from_a_to_b));
+    let on_b = shift * on_a;
+    SMatrix::from_fn(|row, column| {
+        if row < 6 {
+            on_a[(row, column)]
+        } else {
+            on_b[(row - 6, column)]
+        }
+    })
+}
+
+pub(super) fn block_diagonal<T: Scalar>(rotation: &Matrix3<T>) -> Matrix6<T> {
     let mut matrix = Matrix6::from_element(lift(0.0));
     add_block(&mut matrix, [0, 0], *rotation);
     add_block(&mut matrix, [3, 3], *rotation);

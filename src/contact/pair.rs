@@ -98,7 +98,7 @@ impl<'a, T: Scalar> ContactPair<'a, T> {
     /// several coincide).
     #[must_use]
     pub fn wrench_and_jacobian(&self) -> (ContactWrench<T>, ContactJacobian<T>) {
-        let linearised = self.relative_linearisation().in_world(self, None);
+        let linearised = self.linearised_at_rest();
         (linearised.wrench, ContactJacobian::of(&linearised))
     }
 

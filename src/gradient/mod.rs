@@ -52,8 +52,10 @@ mod error;
 mod experiment;
 mod linearised;
 mod outcome;
+mod outcome_covectors;
 mod parameter;
 mod passes;
+mod reverse;
 #[cfg(feature = "serde")]
 mod serial;
 mod widths;
@@ -65,4 +67,5 @@ pub use experiment::{Experiment, OutcomeJacobian};
 pub use linearised::LinearisedRollout;
 pub use outcome::{FinalPosition, FinalState, Outcome, RecordedStates};
 pub use parameter::Parameter;
+pub use reverse::Mode;
 pub use wrench_jacobian::dual_wrench_jacobian;

@@ -22,6 +22,14 @@ pub enum BodyError {
         /// Its value.
         value: f64,
     },
+    /// There is no vertex of this index.
+    #[error("vertex {vertex} of a body that has {count} vertices")]
+    Vertex {
+        /// Its index.
+        vertex: usize,
+        /// How many vertices there are.
+        count: usize,
+    },
 }
 
 /// A shape somewhere in the world, with the modulus that turns its extents into pressures.

@@ -2,6 +2,7 @@
 
 mod difference_check;
 mod no_derivative;
+mod reverse;
 mod stacks;
 mod trajectory_gradients;
 

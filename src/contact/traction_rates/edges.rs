@@ -8,12 +8,19 @@ use nalgebra::{Vector3, Vector6};
 
 /// The line in which the plane meets a face that owns an edge.
 #[derive(Clone, Copy)]
-struct Line {
+pub(super) struct Line {
+    /// The face: 0 to 3 of A, 4 to 7 of B.
+    pub face: usize,
     /// The face's outward normal, along the axes of the plane.
-    normal: Vector3<f64>,
+    pub normal: Vector3<f64>,
     /// 1/|ν − (ν·n)n| for this normal ν, negative if it points into the polygon.
-    outwardness: f64,
-    moves_with_b: bool,
+    pub outwardness: f64,
+}
+
+impl Line {
+    fn moves_with_b(&self) -> bool {
+        self.face >= 4
+    }
 }
 
 /// The lines of the faces that an edge lies in.
@@ -34,7 +41,7 @@ impl Drift {
     fn add(&mut self, line: &Line, share: f64) {
         let m = line.normal * (share * line.outwardness);
         self.by_plane += m.z;
-        if line.moves_with_b {
+        if line.moves_with_b() {
             self.by_b += m;
         }
     }
@@ -76,18 +83,28 @@ impl<'e> Edges<'e> {
 
     /// Adds what the motion of the edges contributes to the wrench of a traction.
     pub fn add_to(&self, traction: &Traction, rates: &mut Rates) {
-        // At the rim there is no pressure.
-        let rim = self.source.pair.tet_a(self.cut.tets[0]).zero_faces;
-        self.visit(rim, |edge, drift| {
-            rates.add_flux(&traction.along_edge(edge), drift);
+        self.visit(self.rim(), |edge, owners| {
+            rates.add_flux(&traction.along_edge(edge), &self.drift(edge, owners));
         });
     }
 
-    /// Visits the edges that move, except those that lie in the faces left out.
-    fn visit(&self, left_out: u8, mut visit: impl FnMut(usize, &Drift)) {
+    /// Visits the lines that an edge moves with as bodies move, and the share that each has in it.
+    pub fn visit_lines_in_motion(&self, mut visit: impl FnMut(usize, &Line, f64)) {
+        self.visit(self.rim(), |edge, owners| {
+            self.share_motion(edge, owners, |line, share| visit(edge, line, share));
+        });
+    }
+
+    /// The faces at which there is no pressure.
+    fn rim(&self) -> u8 {
+        self.source.pair.tet_a(self.cut.tets[0]).zero_faces
+    }
+
+    /// Visits the edges that move with their owners, except those that lie in the faces left out.
+    fn visit(&self, left_out: u8, mut visit: impl FnMut(usize, u8)) {
         let mut visit_edge = |edge: usize, owners: u8| {
             if owners != 0 && owners & left_out == 0 {
-                visit(edge, &self.drift(edge, owners));
+                visit(edge, owners);
             }
         };
         if let Some((edge, owners)) = self.line_way() {
@@ -110,18 +127,7 @@ impl<'e> Edges<'e> {
             drift.add_growing(&line, still.mean());
         } else {
             let lines = self.lines(edge, owners);
-            let own_speed = |line: &Line| {
-                let normal = self.plane.axes * line.normal;
-                if line.moves_with_b {
-                    normal.dot(&NUDGE)
-                } else {
-                    0.0
-                }
-            };
-            let motion = |line: &Line| own_speed(line) - self.plane_speed * line.normal.z;
-            share_out(&lines, motion, moving.ways(), |line, share| {
-                drift.add(line, share);
-            });
+            self.share_out_motion(&lines, |line, share| drift.add(line, share));
             let [from, to] = self.plane.ends(edge);
             let middle = [0, 1].map(|i| 0.5 * (from[i] + to[i]));
             let plane_speed = self.by_pressure * at(&self.plane.pressure, &middle);
@@ -131,6 +137,29 @@ impl<'e> Edges<'e> {
             });
         }
         drift
+    }
+
+    /// Shares an edge that lies in these faces out among its lines, as bodies move.
+    fn share_motion(&self, edge: usize, owners: u8, mut add: impl FnMut(&Line, f64)) {
+        if owners.is_power_of_two() {
+            let line = self.line(owners.trailing_zeros() as usize, edge);
+            add(&line, self.cut.weights().moving.mean());
+        } else {
+            self.share_out_motion(&self.lines(edge, owners), add);
+        }
+    }
+
+    fn share_out_motion(&self, lines: &Lines, add: impl FnMut(&Line, f64)) {
+        let own_speed = |line: &Line| {
+            let normal = self.plane.axes * line.normal;
+            if line.moves_with_b() {
+                normal.dot(&NUDGE)
+            } else {
+                0.0
+            }
+        };
+        let speed = |line: &Line| own_speed(line) - self.plane_speed * line.normal.z;
+        share_out(lines, speed, self.cut.weights().moving.ways(), add);
     }
 
     fn owners(&self) -> &[u8] {
@@ -177,7 +206,7 @@ impl<'e> Edges<'e> {
         Line {
             normal,
             outwardness: outwardness(&self.plane.edge(edge), &normal),
-            moves_with_b: face >= 4,
+            face,
         }
     }
 
@@ -398,7 +427,9 @@ mod tests {
                 weighted.z,
             ];
             rates += SMatrix::<f64, 5, 1>::from([inner]) * by_place.transpose();
-            Edges::of(&source, (cut, &polygon), &plane).visit(0, |edge, drift| {
+            let edges = Edges::of(&source, (cut, &polygon), &plane);
+            edges.visit(0, |edge, owners| {
+                let drift = edges.drift(edge, owners);
                 let speed = plane.axes * drift.by_b - by_place * drift.by_plane;
                 rates += flux(&plane, edge) * speed.transpose();
             });

@@ -21,6 +21,7 @@ mod edges;
 mod flux;
 mod frame;
 mod frozen;
+mod shares;
 
 use super::friction::LoadedSlip;
 use super::jacobian::RelativeJacobian;
@@ -128,14 +129,8 @@ impl PolygonSource<'_, f64> {
             return;
         };
         let rates = Traction::on(&plane, law, |traction| {
-            let mut rates = Rates::default();
-            if polygon.has_area() && polygon.weights.have_area() {
-                rates.set_area(traction, polygon);
-            }
-            if !law.is_elastic() {
-                Edges::of(self, (cut, polygon), &plane).add_to(traction, &mut rates);
-            }
-            rates
+            let edges = (!law.is_elastic()).then(|| Edges::of(self, (cut, polygon), &plane));
+            Rates::of(polygon, edges.as_ref(), traction)
         });
         rates.add_to(&plane, polygon, sum);
     }
@@ -198,6 +193,8 @@ struct Rates {
     by_twist: Matrix6<f64>,
     by_dissipation: Vector6<f64>,
     by_friction: Vector6<f64>,
+    /// Of ∂t/∂p, y₁∂t/∂p and y₂∂t/∂p, all of the polygon counted.
+    by_pressure: [Vector6<f64>; 3],
 }
 
 /// The wrench of a traction from its moments by 1, y₁ and y₂ along each axis.
@@ -214,6 +211,18 @@ fn wrenches(traction: [&[f64; 6]; 3]) -> [Vector6<f64>; 3] {
 }
 
 impl Rates {
+    /// From the polygon's area and, where there are any, its edges.
+    fn of(polygon: &CutPolygon<f64>, edges: Option<&Edges>, traction: &Traction) -> Self {
+        let mut rates = Self::default();
+        if polygon.has_area() && polygon.weights.have_area() {
+            rates.set_area(traction, polygon);
+        }
+        if let Some(edges) = edges {
+            edges.add_to(traction, &mut rates);
+        }
+        rates
+    }
+
     /// Adds the rates to those in A's axes about A's origin.
     fn add_to(
         mut self,

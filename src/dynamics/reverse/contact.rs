@@ -1,0 +1,148 @@
+//! The contacts of a step, backwards.
+
+use super::{Reversal, StateCovector};
+use crate::contact::LinearisedContact;
+use crate::dynamics::{BodyState, Material};
+use crate::scalar::DenseDual;
+use crate::spatial::{Twist, Wrench};
+use crate::threads::mapped_into;
+use nalgebra::{SVector, Vector3, Vector6};
+
+/// A contact of two bodies of the world, A first.
+pub(super) struct Touching {
+    pub bodies: [usize; 2],
+    pub contact: LinearisedContact,
+    /// Whether the law of the surfaces adds to it.
+    rubs: bool,
+}
+
+/// The derivative of a number by a wrench: by torque and force.
+pub(super) type WrenchCovector = Wrench;
+
+impl Reversal<'_> {
+    /// All contacts in these states.
+    pub(super) fn contacts(&mut self, states: &[BodyState]) -> Vec<Touching> {
+        let system = self.world.system();
+        let pairs = system.close_pairs(states, &mut self.sweep);
+        let mut found = Vec::new();
+        mapped_into(&mut found, pairs, |&(i, j)| {
+            let (bodies, states) = ([i, j], [&states[i], &states[j]]);
+            let pair = system.pair_of(bodies, states)?;
+            let moving = system.motion_of(bodies, states);
+            let contact = match &moving {
+                Some((law, twists)) => pair.linearised(law, *twists),
+                None => pair.linearised_at_rest(),
+            };
+            let rubs = moving.is_some();
+            Some(Touching {
+                bodies,
+                contact,
+                rubs,
+            })
+        });
+        found.into_iter().flatten().collect()
+    }
+
+    /// The net wrench of contact on each body, about its centre of mass.
+    pub(super) fn net_wrenches(&self, contacts: &[Touching], states: &[BodyState]) -> Vec<Wrench> {
+        let mut wrenches = vec![Wrench::zero(); states.len()];
+        for Touching {
+            bodies: [a, b],
+            contact,
+            ..
+        } in contacts
+        {
+            wrenches[*a] += contact.wrench.on_a;
+            wrenches[*b] += contact.wrench.on_b;
+        }
+        let arms = (0..states.len()).map(|body| self.arm(body, &states[body]));
+        let about = |(wrench, arm): (&Wrench, Vector3<f64>)| wrench.about(&arm);
+        wrenches.iter().zip(arms).map(about).collect()
+    }
+
+    /// From a body's origin to its centre of mass, in the world; nothing for a body that forces do not move.
+    pub(super) fn arm(&self, body: usize, state: &BodyState) -> Vector3<f64> {
+        let body = &self.world.system().bodies[body];
+        body.center_in(state) - state.pose.translation()
+    }
+
+    /// Adds what follows from the derivatives by the net wrenches of contact about the centres of mass.
+    pub(super) fn pull_back_contacts(
+        &mut self,
+        states: &[BodyState],
+        (contacts, net): (&[Touching], &[Wrench]),
+        by_net: &[WrenchCovector],
+    ) {
+        let mut by_wrenches = Vec::with_capacity(states.len());
+        for (body, state) in states.iter().enumerate() {
+            let (arm, Wrench { torque, force }) = (self.arm(body, state), by_net[body]);
+            // τ about the centre of mass is τ − arm × F.
+            let by_arm = torque.cross(&net[body].force);
+            self.states[body].add_by_arm(&arm, &by_arm);
+            let force = force + arm.cross(&torque);
+            by_wrenches.push(Wrench { torque, force }.to_vector());
+        }
+        for touching in contacts {
+            let [on_a, on_b] = touching.bodies.map(|body| by_wrenches[body]);
+            let by_both = SVector::from_fn(|i, _| if i < 6 { on_a[i] } else { on_b[i - 6] });
+            let numbers = touching.contact.pullback(&by_both);
+            for (side, body) in touching.bodies.into_iter().enumerate() {
+                let six = |row: usize| numbers.fixed_rows::<6>(row + 6 * side).into_owned();
+                self.add_by_motion(body, &states[body], [six(0), six(12)]);
+                self.gradient.bodies[body].modulus += numbers[24 + side];
+            }
+            if touching.rubs {
+                self.add_by_law(touching.bodies, [numbers[26], numbers[27]]);
+            }
+        }
+    }
+
+    /// Adds what follows from the derivatives by the pose and the twist of a body's origin.
+    fn add_by_motion(
+        &mut self,
+        body: usize,
+        state: &BodyState,
+        [by_pose, by_twist]: [Vector6<f64>; 2],
+    ) {
+        let arm = self.arm(body, state);
+        let [by_pose, by_twist] = [by_pose, by_twist].map(|six| Twist::from_vector(&six));
+        let own = &mut self.states[body];
+        own.add(&StateCovector {
+            turn: by_pose.angular,
+            shift: by_pose.linear,
+            spin: by_twist.angular - arm.cross(&by_twist.linear),
+            velocity: by_twist.linear,
+        });
+        // The origin's velocity is that of the centre of mass less ω × arm.
+        own.add_by_arm(&arm, &state.twist.angular.cross(&by_twist.linear));
+    }
+
+    /// Adds what follows from the derivatives by dissipation and friction of the law of two bodies.
+    fn add_by_law(&mut self, bodies: [usize; 2], [by_dissipation, by_friction]: [f64; 2]) {
+        let system = self.world.system();
+        let [a, b] = bodies.map(|body| system.bodies[body].material());
+        let law = a.seeded(0).law_with(&b.seeded(3), system.slip_tolerance);
+        let by = |number: usize| {
+            by_dissipation * law.dissipation().eps[number]
+                + by_friction * law.friction().eps[number]
+        };
+        for (side, body) in bodies.into_iter().enumerate() {
+            let own = &mut self.gradient.bodies[body];
+            own.modulus += by(3 * side);
+            own.dissipation += by(3 * side + 1);
+            own.friction += by(3 * side + 2);
+        }
+    }
+}
+
+impl Material {
+    /// With derivatives by modulus, dissipation and friction, counted from this one.
+    fn seeded(&self, first: usize) -> Material<DenseDual<6>> {
+        let seed = |value: f64, place: usize| DenseDual::variable(value, first + place);
+        Material {
+            modulus: self.modulus.map(|modulus| seed(modulus, 0)),
+            dissipation: seed(self.dissipation, 1),
+            friction: seed(self.friction, 2),
+        }
+    }
+}

@@ -1,0 +1,92 @@
+use crate::dynamics::system::System;
+use crate::dynamics::{Control, LOCAL};
+use nalgebra::{SVector, Vector3, Vector6};
+
+/// The derivatives of a number by the state of a body, in its local coordinates (see
+/// [`World::displacement`](crate::dynamics::World::displacement)), along the axes of the world.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct StateCovector {
+    /// By a turn of the body about its origin (the number's unit over rad).
+    pub turn: Vector3<f64>,
+    /// By a shift of its origin (over m).
+    pub shift: Vector3<f64>,
+    /// By its spin (over rad/s).
+    pub spin: Vector3<f64>,
+    /// By the velocity of its centre of mass (over m/s).
+    pub velocity: Vector3<f64>,
+}
+
+impl StateCovector {
+    pub fn zero() -> Self {
+        Self::from_vector(&SVector::zeros())
+    }
+
+    /// From (turn, shift, spin, velocity).
+    pub fn from_vector(vector: &SVector<f64, LOCAL>) -> Self {
+        let part = |row: usize| vector.fixed_rows::<3>(row).into_owned();
+        Self {
+            turn: part(0),
+            shift: part(3),
+            spin: part(6),
+            velocity: part(9),
+        }
+    }
+
+    pub fn is_finite(&self) -> bool {
+        let parts = [&self.turn, &self.shift, &self.spin, &self.velocity];
+        parts.into_iter().flatten().all(|number| number.is_finite())
+    }
+
+    pub fn add(&mut self, other: &Self) {
+        self.turn += other.turn;
+        self.shift += other.shift;
+        self.spin += other.spin;
+        self.velocity += other.velocity;
+    }
+
+    /// Adds what follows from the derivative by a vector (m) that is fixed to the body, in the axes of the world: it turns
+    /// with the body.
+    pub fn add_by_arm(&mut self, arm: &Vector3<f64>, by_arm: &Vector3<f64>) {
+        self.turn += arm.cross(by_arm);
+    }
+}
+
+/// The derivatives of a number by all that a rollout starts from and depends on.
+#[derive(Debug, Clone)]
+pub(crate) struct SystemGradient {
+    /// By the numbers of each body.
+    pub bodies: Vec<BodyGradient>,
+    /// By gravity (the number's unit over m/s²).
+    pub gravity: Vector3<f64>,
+    /// By the wrench of each interval (torque, force) of each control.
+    pub controls: Vec<Vec<Vector6<f64>>>,
+}
+
+/// The derivatives of a number by what a body starts from and is made of.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct BodyGradient {
+    pub initial: StateCovector,
+    pub modulus: f64,
+    pub dissipation: f64,
+    pub friction: f64,
+    /// The inertia grows with it.
+    pub mass: f64,
+}
+
+impl SystemGradient {
+    pub fn zero(system: &System) -> Self {
+        let body = BodyGradient {
+            initial: StateCovector::zero(),
+            modulus: 0.0,
+            dissipation: 0.0,
+            friction: 0.0,
+            mass: 0.0,
+        };
+        let intervals = |control: &Control| vec![Vector6::zeros(); control.wrenches().len()];
+        Self {
+            bodies: vec![body; system.bodies.len()],
+            gravity: Vector3::zeros(),
+            controls: system.controls.iter().map(intervals).collect(),
+        }
+    }
+}
