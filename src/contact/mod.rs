@@ -37,6 +37,8 @@ mod linearised;
 mod pair;
 mod plane;
 mod polygon;
+mod polygon_share;
+mod reaction;
 mod shape_gradient;
 mod surface;
 mod surface_law;

@@ -2,7 +2,7 @@ use super::experiment::{changed, checked_dimension};
 use super::outcome_covectors::OutcomeCovectors;
 use super::parameter::check_together;
 use super::widths::{DifferentiableOutcome, MIDDLE};
-use super::{Experiment, GradientError, Parameter};
+use super::{Experiment, GradientError, Outcome, Parameter, RolloutGradient};
 use crate::dynamics::{
     AnyWorld, Reversal, RolloutError, SystemGradient, Tape, Trajectory, WithSystem,
 };
@@ -45,11 +45,29 @@ impl Experiment {
         // Bodies whose friction is a parameter rub, even without any.
         let system = changed(self.system(), parameters, &vec![0.0; count]);
         let world = WithSystem::<f64>::with_system(self.world(), system);
-        let (value, gradient) = contained(|| self.sweep(&world, loss))?;
+        let (value, gradient) = contained(|| self.sweep(&world, loss, false))?;
         let numbers = parameters
             .iter()
             .flat_map(|it| it.own(self.system(), &gradient));
         Ok((value, DVector::from_iterator(count, numbers)))
+    }
+
+    /// A loss and its derivatives by all that the rollout depends on, the shapes of all bodies among them: by a sweep back from
+    /// the outcome.
+    ///
+    /// Those by dissipation and friction of two bodies of which neither has any are not known, and 0.
+    ///
+    /// # Errors
+    /// As [`Self::gradient_by`] backwards.
+    pub fn gradient_by_all(&self, loss: &impl Outcome) -> Result<RolloutGradient, GradientError> {
+        let world = WithSystem::<f64>::with_system(self.world(), self.system().clone());
+        let (value, gradient) = contained(|| self.sweep(&world, loss, true))?;
+        Ok(RolloutGradient {
+            value,
+            system: self.system().clone(),
+            gradient,
+            has_forces: world.has_forces(),
+        })
     }
 
     /// The loss, and its derivatives by all that the rollout of a world depends on.
@@ -57,9 +75,13 @@ impl Experiment {
         &self,
         world: &Arc<dyn AnyWorld<f64>>,
         loss: &dyn DifferentiableOutcome,
+        by_shapes: bool,
     ) -> Result<(f64, SystemGradient), GradientError> {
         let plan = self.plan();
         let mut reversal = Reversal::of(&**world, plan).ok_or(GradientError::NoReverse)?;
+        if by_shapes {
+            reversal = reversal.with_shapes();
+        }
         let mut tape = Tape::new(&**world, plan);
         let trajectory = self.taped(world, &mut tape)?;
         let mut outcome = OutcomeCovectors::of(loss, world.system(), &trajectory)?;

@@ -5,7 +5,7 @@ use super::{Rates, Traction};
 use crate::contact::SurfaceLaw;
 use crate::contact::plane::PlanePolygon;
 use crate::contact::polygon::{CutPolygon, PolygonSource};
-use crate::contact::shape_gradient::{AffineForm, Barycentric, PolygonShare};
+use crate::contact::polygon_share::{AffineForm, Barycentric, PolygonShare};
 use crate::contact::surface_law::RelativeMotion;
 use crate::narrow_phase::{Cut, Weights};
 use nalgebra::{Vector3, Vector6};

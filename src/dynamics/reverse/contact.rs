@@ -77,14 +77,14 @@ impl Reversal<'_> {
         for (body, state) in states.iter().enumerate() {
             let (arm, Wrench { torque, force }) = (self.arm(body, state), by_net[body]);
             // τ about the centre of mass is τ − arm × F.
-            let by_arm = torque.cross(&net[body].force);
-            self.states[body].add_by_arm(&arm, &by_arm);
+            self.add_by_arm(body, state, &torque.cross(&net[body].force));
             let force = force + arm.cross(&torque);
             by_wrenches.push(Wrench { torque, force }.to_vector());
         }
         for touching in contacts {
             let [on_a, on_b] = touching.bodies.map(|body| by_wrenches[body]);
             let by_both = SVector::from_fn(|i, _| if i < 6 { on_a[i] } else { on_b[i - 6] });
+            self.add_by_shapes(touching, states, &by_both);
             let numbers = touching.contact.pullback(&by_both);
             for (side, body) in touching.bodies.into_iter().enumerate() {
                 let six = |row: usize| numbers.fixed_rows::<6>(row + 6 * side).into_owned();
@@ -114,7 +114,36 @@ impl Reversal<'_> {
             velocity: by_twist.linear,
         });
         // The origin's velocity is that of the centre of mass less ω × arm.
-        own.add_by_arm(&arm, &state.twist.angular.cross(&by_twist.linear));
+        self.add_by_arm(body, state, &state.twist.angular.cross(&by_twist.linear));
+    }
+
+    /// Adds what follows from the derivative by the arm from a body's origin to its centre of mass, in the axes of the world.
+    fn add_by_arm(&mut self, body: usize, state: &BodyState, by_arm: &Vector3<f64>) {
+        if self.world.system().bodies[body].inertia().is_some() {
+            let arm = self.arm(body, state);
+            self.states[body].add_by_arm(&arm, by_arm);
+            self.gradient.bodies[body].center += state.pose.rotation().tr_mul(by_arm);
+        }
+    }
+
+    /// Adds what follows for the shapes from the derivatives by the wrenches of a contact, if they are asked for.
+    fn add_by_shapes(
+        &mut self,
+        touching: &Touching,
+        states: &[BodyState],
+        by_wrenches: &SVector<f64, 12>,
+    ) {
+        let [a, b] = touching.bodies;
+        let Ok([Some(of_a), Some(of_b)]) = self.gradient.shapes.get_disjoint_mut([a, b]) else {
+            return;
+        };
+        let (system, states) = (self.world.system(), [&states[a], &states[b]]);
+        let Some(pair) = system.pair_of(touching.bodies, states) else {
+            return;
+        };
+        let moving = system.motion_of(touching.bodies, states);
+        let moving = moving.as_ref().map(|(law, twists)| (law, *twists));
+        pair.add_shape_gradients(moving, by_wrenches, [of_a, of_b]);
     }
 
     /// Adds what follows from the derivatives by dissipation and friction of the law of two bodies.

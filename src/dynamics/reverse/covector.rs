@@ -1,6 +1,7 @@
+use crate::contact::ShapeGradient;
 use crate::dynamics::system::System;
 use crate::dynamics::{Control, LOCAL};
-use nalgebra::{SVector, Vector3, Vector6};
+use nalgebra::{Matrix3, SVector, Vector3, Vector6};
 
 /// The derivatives of a number by the state of a body, in its local coordinates (see
 /// [`World::displacement`](crate::dynamics::World::displacement)), along the axes of the world.
@@ -44,8 +45,8 @@ impl StateCovector {
         self.velocity += other.velocity;
     }
 
-    /// Adds what follows from the derivative by a vector (m) that is fixed to the body, in the axes of the world: it turns
-    /// with the body.
+    /// Adds what follows from the derivative by the arm (m) from the body's origin to its centre of mass, in the axes of the
+    /// world: it turns with the body.
     pub fn add_by_arm(&mut self, arm: &Vector3<f64>, by_arm: &Vector3<f64>) {
         self.turn += arm.cross(by_arm);
     }
@@ -60,6 +61,8 @@ pub(crate) struct SystemGradient {
     pub gravity: Vector3<f64>,
     /// By the wrench of each interval (torque, force) of each control.
     pub controls: Vec<Vec<Vector6<f64>>>,
+    /// By the shape of each body, its pose and its mass properties staying as they are; none where it was not asked for.
+    pub shapes: Vec<Option<ShapeGradient>>,
 }
 
 /// The derivatives of a number by what a body starts from and is made of.
@@ -71,6 +74,10 @@ pub(crate) struct BodyGradient {
     pub friction: f64,
     /// The inertia grows with it.
     pub mass: f64,
+    /// By the centre of mass, in the axes of the body frame (over m), but for what forces of other kinds make of it.
+    pub center: Vector3<f64>,
+    /// By the inertia over the mass about the centre of mass, in the axes of the body frame (over m²): symmetric.
+    pub inertia: Matrix3<f64>,
 }
 
 impl SystemGradient {
@@ -81,12 +88,15 @@ impl SystemGradient {
             dissipation: 0.0,
             friction: 0.0,
             mass: 0.0,
+            center: Vector3::zeros(),
+            inertia: Matrix3::zeros(),
         };
         let intervals = |control: &Control| vec![Vector6::zeros(); control.wrenches().len()];
         Self {
             bodies: vec![body; system.bodies.len()],
             gravity: Vector3::zeros(),
             controls: system.controls.iter().map(intervals).collect(),
+            shapes: vec![None; system.bodies.len()],
         }
     }
 }

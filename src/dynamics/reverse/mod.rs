@@ -14,7 +14,8 @@ mod tape;
 use super::any_world::AnyWorld;
 use super::integrator::{Kind, Splitting, accelerate};
 use super::sweep::Sweep;
-use super::{BodyState, Inertia, Motion, Plan, State};
+use super::{Body, BodyState, Inertia, Motion, Plan, State};
+use crate::contact::ShapeGradient;
 use crate::spatial::Wrench;
 use contact::{Touching, WrenchCovector};
 pub(crate) use covector::{StateCovector, SystemGradient};
@@ -58,6 +59,14 @@ impl<'w> Reversal<'w> {
             states: vec![StateCovector::zero(); system.bodies.len()],
             gradient: SystemGradient::zero(system),
         })
+    }
+
+    /// The same, with derivatives by the shapes of all bodies.
+    pub fn with_shapes(mut self) -> Self {
+        let bodies = self.world.system().bodies.iter();
+        let zero = |body: &Body| Some(ShapeGradient::zero(body.shape.partner()));
+        self.gradient.shapes = bodies.map(zero).collect();
+        self
     }
 
     /// Adds derivatives by the state of a body where the sweep has come to.
@@ -111,9 +120,10 @@ impl<'w> Reversal<'w> {
             return;
         }
         let bodies = self.world.system().bodies.iter().zip(&before.bodies);
-        for ((body, state), by_state) in bodies.zip(&mut self.states) {
+        let found = self.states.iter_mut().zip(&mut self.gradient.bodies);
+        for ((body, state), (by_state, gradient)) in bodies.zip(found) {
             if let Some(inertia) = body.inertia() {
-                *by_state = inertia.drifted_back(state, by_state, duration);
+                *by_state = inertia.drifted_back(state, by_state, duration, gradient);
             } else if matches!(body.motion, Motion::Prescribed(_)) {
                 *by_state = StateCovector::zero();
             }
@@ -169,7 +179,13 @@ impl<'w> Reversal<'w> {
         let angular = inertia.angular_velocity(rotation, &torque) * self.time_step;
         by_state.turn += angular.cross(&by_state.spin) - torque.cross(&by_torque);
         let by_mass = angular.dot(&by_state.spin) + force.dot(&by_force);
-        self.gradient.bodies[body].mass -= by_mass / mass;
+        let gradient = &mut self.gradient.bodies[body];
+        gradient.mass -= by_mass / mass;
+        let impulse = torque * (self.time_step / mass);
+        gradient.inertia +=
+            inertia
+                .principal
+                .by_inertia_in_kick(rotation, &by_state.spin, &impulse);
         self.gradient.gravity += by_state.velocity * self.time_step;
         Wrench {
             torque: by_torque,
