@@ -120,7 +120,7 @@ impl<T: Scalar> ContactPair<'_, T> {
             return (wrench, relative.in_world(&in_place, None));
         };
         let motion = RelativeMotion::of(self, twists);
-        let relative = real.linearisation_in_motion(&law.real(), &motion.real());
+        let (relative, ()) = real.linearisation_in_motion(&law.real(), &motion.real());
         let wrench = if Order::<T>::IS_FIRST {
             self.wrench_from_a(&relative.pushforward(&self.tangent_in_motion(law, &motion)))
         } else {

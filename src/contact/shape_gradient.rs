@@ -1,10 +1,11 @@
-use super::linearised::block_diagonal;
-use super::polygon::PolygonSource;
-use super::polygon_share::{OfCell, PolygonShare};
+use super::jacobian::RelativeJacobian;
+use super::linearised::{RelativeLinearisation, block_diagonal};
+use super::polygon::{PartialSum, PolygonSource};
 use super::reaction::on_both;
+use super::response::{Barycentric, OfCell, PolygonResponse};
 use super::surface_law::RelativeMotion;
-use super::{BodyError, ContactPair, PartnerShape, SurfaceLaw};
-use crate::narrow_phase::{COINCIDENCE, ELASTIC_COINCIDENCE};
+use super::{BodyError, ContactPair, LinearisedContact, PartnerShape, SurfaceLaw};
+use crate::narrow_phase::ELASTIC_COINCIDENCE;
 use crate::spatial::Twist;
 use nalgebra::{SMatrix, SVector, Vector3, Vector6};
 
@@ -129,8 +130,8 @@ impl ContactPair<'_> {
         let unit = |row: usize| Vector6::from_fn(|i, _| if i == row { 1.0 } else { 0.0 });
         let mut rows = [0, 1, 2, 3, 4, 5].map(|_| self.shapes().map(ShapeGradient::zero));
         let gradients = rows.each_mut().map(|[of_a, of_b]| [of_a, of_b]);
-        let units = [0, 1, 2, 3, 4, 5].map(unit);
-        self.add_relative_shape_gradients(moving, &units, gradients);
+        let (_, response) = self.linearised_with_shapes(moving);
+        response.pull_back_relative(&[0, 1, 2, 3, 4, 5].map(unit), gradients);
         let (pose_wa, pose_wb) = (self.a().pose(), self.b().pose());
         let from_a_to_b = pose_wb.translation() - pose_wa.translation();
         let turned = block_diagonal(pose_wa.rotation());
@@ -155,55 +156,119 @@ impl ContactPair<'_> {
         by_wrenches: &SVector<f64, 12>,
     ) -> [ShapeGradient; 2] {
         let [mut of_a, mut of_b] = self.shapes().map(ShapeGradient::zero);
-        self.add_shape_gradients(moving, by_wrenches, [&mut of_a, &mut of_b]);
+        let (_, response) = self.linearised_with_shapes(moving);
+        response.pull_back(by_wrenches, [&mut of_a, &mut of_b]);
         [of_a, of_b]
-    }
-
-    /// Adds the derivatives by the shapes of A and of B: see [`Self::shape_gradients`] and
-    /// [`Self::shape_gradients_in_motion`].
-    pub(crate) fn add_shape_gradients(
-        &self,
-        moving: Option<(&SurfaceLaw, [Twist; 2])>,
-        by_wrenches: &SVector<f64, 12>,
-        gradients: [&mut ShapeGradient; 2],
-    ) {
-        let (pose_wa, pose_wb) = (self.a().pose(), self.b().pose());
-        let from_a_to_b = pose_wb.translation() - pose_wa.translation();
-        let by_wrench_a = on_both(&from_a_to_b, &block_diagonal(pose_wa.rotation()));
-        let covector = by_wrench_a.tr_mul(by_wrenches);
-        self.add_relative_shape_gradients(moving, &[covector], [gradients]);
     }
 
     fn shapes(&self) -> [PartnerShape<'_>; 2] {
         [PartnerShape::Compliant(self.a().shape()), self.b().kind()]
     }
+}
 
-    /// Of numbers that have these derivatives by the wrench on A, in A's axes about A's origin.
-    fn add_relative_shape_gradients<const N: usize>(
+/// How the wrenches of a contact answer to changes of the two shapes.
+pub(crate) struct ShapeResponse<'a> {
+    pair: ContactPair<'a>,
+    polygons: Vec<PolygonResponse>,
+}
+
+impl<'a> ContactPair<'a> {
+    /// The contact with all its first derivatives, those by the shapes among them: of moving bodies by a law, with twists as of
+    /// [`Self::wrench_in_motion`], or, without one, of elastic ones.
+    pub(crate) fn linearised_with_shapes(
         &self,
         moving: Option<(&SurfaceLaw, [Twist; 2])>,
+    ) -> (LinearisedContact, ShapeResponse<'a>) {
+        let real = self.real();
+        let (linearised, polygons) = if let Some((law, twists)) = moving {
+            let motion = RelativeMotion::of(self, twists);
+            let (relative, polygons) = real.linearisation_in_motion(law, &motion);
+            let moving = Some((&motion, &twists[1].angular));
+            (relative.in_world(self, moving), polygons)
+        } else {
+            let (relative, polygons) = real.elastic_responses();
+            (relative.in_world(self, None), polygons)
+        };
+        let pair = *self;
+        (linearised, ShapeResponse { pair, polygons })
+    }
+
+    /// [`Self::relative_linearisation`], and how each polygon answers to changes of shape.
+    fn elastic_responses(&self) -> (RelativeLinearisation<f64>, Vec<PolygonResponse>) {
+        let source = PolygonSource::of(self);
+        let (surface, finer) = source.for_derivatives(ELASTIC_COINCIDENCE, self.search());
+        let sum = surface.sum_of_cuts(|sum: &mut WithResponses, cut| {
+            let polygon = surface.source.polygon(cut);
+            if polygon.has_area() && polygon.weights.have_area() {
+                polygon.add_to(&mut sum.elastic);
+                sum.polygons.push(PolygonResponse::of(cut, &polygon, None));
+            }
+        });
+        let relative = self.elastic_linearisation(&sum.elastic, finer.as_ref());
+        (relative, sum.polygons)
+    }
+}
+
+/// The elastic contact, and how each polygon answers.
+struct WithResponses {
+    elastic: RelativeJacobian<f64>,
+    polygons: Vec<PolygonResponse>,
+}
+
+impl PartialSum for WithResponses {
+    fn empty() -> Self {
+        Self {
+            elastic: RelativeJacobian::empty(),
+            polygons: Vec::new(),
+        }
+    }
+
+    fn merge(&mut self, next: Self) {
+        self.elastic.merge(next.elastic);
+        self.polygons.merge(next.polygons);
+    }
+}
+
+impl ShapeResponse<'_> {
+    /// Adds the derivatives by both shapes of a number that has these by the wrenches: see
+    /// [`ContactPair::shape_gradients`].
+    pub fn pull_back(&self, by_wrenches: &SVector<f64, 12>, gradients: [&mut ShapeGradient; 2]) {
+        let (pose_wa, pose_wb) = (self.pair.a().pose(), self.pair.b().pose());
+        let from_a_to_b = pose_wb.translation() - pose_wa.translation();
+        let by_wrench_a = on_both(&from_a_to_b, &block_diagonal(pose_wa.rotation()));
+        let covector = by_wrench_a.tr_mul(by_wrenches);
+        self.pull_back_relative(&[covector], [gradients]);
+    }
+
+    /// The same of several numbers, from their derivatives by the wrench on A, in A's axes about A's origin.
+    fn pull_back_relative<const N: usize>(
+        &self,
         covectors: &[Vector6<f64>; N],
         mut gradients: [[&mut ShapeGradient; 2]; N],
     ) {
-        let moving = moving.filter(|(law, _)| !law.is_elastic());
-        let moving = moving.map(|(law, twists)| (law, RelativeMotion::of(self, twists)));
-        let octaves = if moving.is_some() {
-            COINCIDENCE
-        } else {
-            ELASTIC_COINCIDENCE
-        };
-        let source = PolygonSource::of(&self.real());
-        let (surface, _) = source.for_derivatives(octaves, self.search());
-        let moving = moving.as_ref().map(|(law, motion)| (*law, motion));
-        let shares = surface.shape_shares(moving, covectors);
-        let shapes = self.shapes();
+        let shapes = self.pair.shapes();
+        let source = PolygonSource::of(&self.pair.real());
         let rotation_ba = source.pose_ab.rotation().transpose();
-        for (tets, shares) in &shares {
-            let vertices = [0, 1].map(|body| shapes[body].corner_vertices(tets[body]));
-            for ([of_a, of_b], PolygonShare([in_a, in_b])) in gradients.iter_mut().zip(shares) {
-                of_a.add(vertices[0], in_a);
+        for polygon in &self.polygons {
+            let vertices = [0, 1].map(|body| shapes[body].corner_vertices(polygon.tets[body]));
+            let barycentric = source.barycentric(polygon.tets);
+            for ([of_a, of_b], covector) in gradients.iter_mut().zip(covectors) {
+                let [in_a, in_b] = polygon.pulled_back(covector, source.moduli(), &barycentric);
+                of_a.add(vertices[0], &in_a);
                 of_b.add(vertices[1], &in_b.rotated(&rotation_ba));
             }
         }
+    }
+}
+
+impl PolygonSource<'_, f64> {
+    /// The barycentric coordinates of two cells, in A's frame.
+    fn barycentric(&self, [a, b]: [usize; 2]) -> Barycentric {
+        let [a, b] = [self.pair.tet_a(a), self.pair.tet_b(b)];
+        let of_b = b
+            .barycentric
+            .each_ref()
+            .map(|field| field.posed(&self.pose_ab));
+        [a.barycentric, of_b]
     }
 }

@@ -140,7 +140,7 @@ impl Experiment {
         }
     }
 
-    /// A loss and its gradient, forwards or backwards, whichever is expected to be faster.
+    /// A loss and its gradient: forwards by up to 96 numbers, backwards by more, which is faster then, if steps are explicit.
     ///
     /// # Errors
     /// As [`Self::gradient_by`].

@@ -1,7 +1,7 @@
 use super::experiment::{changed, checked_dimension};
 use super::outcome_covectors::OutcomeCovectors;
 use super::parameter::check_together;
-use super::widths::{DifferentiableOutcome, MIDDLE};
+use super::widths::{DifferentiableOutcome, WIDE};
 use super::{Experiment, GradientError, Outcome, Parameter, RolloutGradient};
 use crate::dynamics::{
     AnyWorld, Reversal, RolloutError, SystemGradient, Tape, Trajectory, WithSystem,
@@ -23,11 +23,11 @@ pub enum Mode {
 }
 
 impl Experiment {
-    /// Backwards, where that is possible and more than one narrow rollout forwards would be needed.
+    /// Backwards, where that is possible and forwards more than one rollout would be needed (`cargo bench --bench reverse`).
     pub(super) fn mode_for(&self, parameters: &[Parameter]) -> Mode {
         let count: usize = parameters.iter().map(Parameter::dimension).sum();
         let is_explicit = Reversal::of(self.world(), self.plan()).is_some();
-        if is_explicit && count > MIDDLE {
+        if is_explicit && count > WIDE {
             Mode::Reverse
         } else {
             Mode::Forward

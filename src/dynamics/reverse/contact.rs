@@ -1,7 +1,7 @@
 //! The contacts of a step, backwards.
 
 use super::{Reversal, StateCovector};
-use crate::contact::LinearisedContact;
+use crate::contact::{LinearisedContact, ShapeResponse};
 use crate::dynamics::{BodyState, Material};
 use crate::scalar::DenseDual;
 use crate::spatial::{Twist, Wrench};
@@ -9,35 +9,43 @@ use crate::threads::mapped_into;
 use nalgebra::{SVector, Vector3, Vector6};
 
 /// A contact of two bodies of the world, A first.
-pub(super) struct Touching {
+pub(super) struct Touching<'w> {
     pub bodies: [usize; 2],
     pub contact: LinearisedContact,
     /// Whether the law of the surfaces adds to it.
     rubs: bool,
+    /// How it answers to changes of shape, if that is asked for.
+    shapes: Option<ShapeResponse<'w>>,
 }
 
 /// The derivative of a number by a wrench: by torque and force.
 pub(super) type WrenchCovector = Wrench;
 
-impl Reversal<'_> {
+impl<'w> Reversal<'w> {
     /// All contacts in these states.
-    pub(super) fn contacts(&mut self, states: &[BodyState]) -> Vec<Touching> {
+    pub(super) fn contacts(&mut self, states: &[BodyState]) -> Vec<Touching<'w>> {
         let system = self.world.system();
+        let wants_shapes = self.gradient.shapes.iter().any(Option::is_some);
         let pairs = system.close_pairs(states, &mut self.sweep);
         let mut found = Vec::new();
         mapped_into(&mut found, pairs, |&(i, j)| {
             let (bodies, states) = ([i, j], [&states[i], &states[j]]);
             let pair = system.pair_of(bodies, states)?;
             let moving = system.motion_of(bodies, states);
-            let contact = match &moving {
-                Some((law, twists)) => pair.linearised(law, *twists),
-                None => pair.linearised_at_rest(),
+            let by_law = moving.as_ref().map(|(law, twists)| (law, *twists));
+            let (contact, shapes) = match by_law {
+                _ if wants_shapes => {
+                    let (contact, shapes) = pair.linearised_with_shapes(by_law);
+                    (contact, Some(shapes))
+                }
+                Some((law, twists)) => (pair.linearised(law, twists), None),
+                None => (pair.linearised_at_rest(), None),
             };
-            let rubs = moving.is_some();
             Some(Touching {
                 bodies,
                 contact,
-                rubs,
+                rubs: by_law.is_some(),
+                shapes,
             })
         });
         found.into_iter().flatten().collect()
@@ -84,7 +92,7 @@ impl Reversal<'_> {
         for touching in contacts {
             let [on_a, on_b] = touching.bodies.map(|body| by_wrenches[body]);
             let by_both = SVector::from_fn(|i, _| if i < 6 { on_a[i] } else { on_b[i - 6] });
-            self.add_by_shapes(touching, states, &by_both);
+            self.add_by_shapes(touching, &by_both);
             let numbers = touching.contact.pullback(&by_both);
             for (side, body) in touching.bodies.into_iter().enumerate() {
                 let six = |row: usize| numbers.fixed_rows::<6>(row + 6 * side).into_owned();
@@ -127,23 +135,13 @@ impl Reversal<'_> {
     }
 
     /// Adds what follows for the shapes from the derivatives by the wrenches of a contact, if they are asked for.
-    fn add_by_shapes(
-        &mut self,
-        touching: &Touching,
-        states: &[BodyState],
-        by_wrenches: &SVector<f64, 12>,
-    ) {
-        let [a, b] = touching.bodies;
-        let Ok([Some(of_a), Some(of_b)]) = self.gradient.shapes.get_disjoint_mut([a, b]) else {
-            return;
-        };
-        let (system, states) = (self.world.system(), [&states[a], &states[b]]);
-        let Some(pair) = system.pair_of(touching.bodies, states) else {
-            return;
-        };
-        let moving = system.motion_of(touching.bodies, states);
-        let moving = moving.as_ref().map(|(law, twists)| (law, *twists));
-        pair.add_shape_gradients(moving, by_wrenches, [of_a, of_b]);
+    fn add_by_shapes(&mut self, touching: &Touching, by_wrenches: &SVector<f64, 12>) {
+        let shapes = &mut self.gradient.shapes;
+        if let Some(response) = &touching.shapes
+            && let Ok([Some(of_a), Some(of_b)]) = shapes.get_disjoint_mut(touching.bodies)
+        {
+            response.pull_back(by_wrenches, [of_a, of_b]);
+        }
     }
 
     /// Adds what follows from the derivatives by dissipation and friction of the law of two bodies.

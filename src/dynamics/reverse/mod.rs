@@ -35,8 +35,8 @@ pub(crate) struct Reversal<'w> {
 }
 
 /// All that acts on the bodies in a kick.
-struct Acting {
-    contacts: Vec<Touching>,
+struct Acting<'w> {
+    contacts: Vec<Touching<'w>>,
     /// The wrench of contact on each body, about its centre of mass.
     contact: Vec<Wrench>,
     /// The wrench of all but gravity.
@@ -130,7 +130,7 @@ impl<'w> Reversal<'w> {
         }
     }
 
-    fn acting(&mut self, state: &State, middle: f64) -> Acting {
+    fn acting(&mut self, state: &State, middle: f64) -> Acting<'w> {
         let contacts = self.contacts(&state.bodies);
         let contact = self.net_wrenches(&contacts, &state.bodies);
         let (world, system) = (self.world, self.world.system());
