@@ -57,6 +57,32 @@ pub struct LinearisedContact<T = f64> {
     pub by_moduli: SMatrix<T, 12, 2>,
     /// By the dissipation (s/m) and the coefficient of friction of the surface law.
     pub by_law: SMatrix<T, 12, 2>,
+    /// What a derivative may be one of several at.
+    pub kinks: Kinks,
+}
+
+/// Where the wrenches of a contact have no derivative, or nearly none: what is given as one is the mean of both sides, or that
+/// about one generic direction.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
+#[non_exhaustive]
+pub struct Kinks {
+    /// Faces of both bodies coincide, to 2.5e-10 of the bodies' size in motion, to 2e-12 of it for elastic bodies.
+    pub are_flush: bool,
+    /// Somewhere surfaces part so fast that the pressure is clamped at 0: beyond that place, derivatives are 0.
+    pub are_clamped: bool,
+}
+
+impl Kinks {
+    /// Whether there is any.
+    #[must_use]
+    pub fn is_any(self) -> bool {
+        self.are_flush || self.are_clamped
+    }
+
+    pub(super) fn merge(&mut self, other: Self) {
+        self.are_flush |= other.are_flush;
+        self.are_clamped |= other.are_clamped;
+    }
 }
 
 impl<T: Scalar> LinearisedContact<T> {
@@ -142,6 +168,7 @@ pub(super) struct RelativeLinearisation<T> {
     pub by_twist: Matrix6<T>,
     /// By dissipation and friction.
     pub by_law: Matrix6x2<T>,
+    pub kinks: Kinks,
 }
 
 impl<T: Scalar> PartialSum for RelativeLinearisation<T> {
@@ -153,6 +180,7 @@ impl<T: Scalar> PartialSum for RelativeLinearisation<T> {
             by_moduli: Matrix6x2::from_element(zero),
             by_twist: Matrix6::from_element(zero),
             by_law: Matrix6x2::from_element(zero),
+            kinks: Kinks::default(),
         }
     }
 
@@ -162,6 +190,7 @@ impl<T: Scalar> PartialSum for RelativeLinearisation<T> {
         self.by_moduli += next.by_moduli;
         self.by_twist += next.by_twist;
         self.by_law += next.by_law;
+        self.kinks.merge(next.kinks);
     }
 }
 
@@ -229,6 +258,7 @@ impl<T: Scalar> RelativeLinearisation<T> {
             by_twists: reaction.of_blocks(&by_twists),
             by_moduli: reaction.of_columns(&(turned * self.by_moduli)),
             by_law: reaction.of_columns(&(turned * self.by_law)),
+            kinks: self.kinks,
         }
     }
 }

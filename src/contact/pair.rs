@@ -121,6 +121,7 @@ impl<'a, T: Scalar> ContactPair<'a, T> {
         let mut linearisation = elastic.linearisation(self.moduli());
         if let Some(finer) = finer {
             linearisation.wrench = finer.wrench().to_vector();
+            linearisation.kinks.are_flush = true;
         }
         linearisation
     }

@@ -66,7 +66,7 @@ pub use check::DifferenceCheck;
 pub use error::GradientError;
 pub use experiment::{Experiment, OutcomeJacobian};
 pub use linearised::LinearisedRollout;
-pub use outcome::{FinalPosition, FinalState, Outcome, RecordedStates};
+pub use outcome::{FinalPosition, FinalState, Integral, Outcome, Rate, RecordedStates};
 pub use parameter::Parameter;
 pub use reverse::Mode;
 pub use rollout_gradient::{Keeping, RolloutGradient};

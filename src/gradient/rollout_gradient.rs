@@ -1,6 +1,6 @@
 use super::{GradientError, Parameter};
 use crate::contact::ShapeGradient;
-use crate::dynamics::{System, SystemGradient, WorldError};
+use crate::dynamics::{KinksMet, System, SystemGradient, WorldError};
 use crate::spatial::MassGradient;
 use nalgebra::Vector3;
 use std::fmt;
@@ -36,6 +36,13 @@ impl RolloutGradient {
     pub fn by(&self, parameter: &Parameter) -> Result<Vec<f64>, GradientError> {
         parameter.check(&self.system)?;
         Ok(parameter.own(&self.system, &self.gradient))
+    }
+
+    /// Where derivatives that went into it may have been one of several: contacts with faces that coincide, or with clamped
+    /// pressure. Where there are many, differences may not agree with it.
+    #[must_use]
+    pub fn kinks(&self) -> &[KinksMet] {
+        &self.gradient.kinks
     }
 
     /// By the shape of the named body, its mass properties staying as they are.

@@ -5,7 +5,7 @@ use hydroelastic::dynamics::{
     Body, BodyState, Control, Drag, Force, Integrator, Mass, Material, Plan, Situation, Spring,
     State, Thruster, Trajectory, World, Wrenches,
 };
-use hydroelastic::gradient::{Experiment, GradientError, Mode, Outcome, Parameter};
+use hydroelastic::gradient::{Experiment, GradientError, Integral, Mode, Outcome, Parameter, Rate};
 use hydroelastic::mesh::{PressureField, TetMesh, shapes};
 use hydroelastic::scalar::{Scalar, lift};
 use hydroelastic::spatial::{Pose, Twist, Wrench};
@@ -210,6 +210,46 @@ fn outcomes_that_look_at_many_states() {
         &by_bodies(true),
         &Mixed { every: 3 },
     );
+}
+
+/// Squares of velocities, and heights.
+struct Haste;
+
+impl Rate for Haste {
+    fn at<T: Scalar>(&self, state: &State<T>) -> T {
+        let [a, b] = [0, 1].map(|body| &state.bodies[body]);
+        a.velocity().dot(b.velocity()) + a.position().z * 3.0 + b.twist.angular.x
+    }
+}
+
+#[test]
+fn integrals_along_the_way() {
+    let plan = plan().recording_every(7);
+    let world = world([0.5, 0.4]);
+    compare(&world, &plan, &by_bodies(true), &Integral(Haste));
+    // Of gravity alone: ∫ (v₀ + g t)² dt, by a rule that is exact for straight lines.
+    let free = |spin: f64| {
+        let ball = Shape::new(shapes::icosphere(0.1, 0).unwrap());
+        let body = |name| {
+            let shape = std::sync::Arc::new(ball.clone());
+            Body::dynamic(name, shape, Material::elastic(1e5), Mass::Total(1.0)).unwrap()
+        };
+        let far = Pose::from_translation(vector![9.0, 0.0, 0.0]);
+        let spinning = body("b").at(far).with_spin(vector![spin, 0.0, 0.0]);
+        World::new(vec![
+            body("a").with_velocity(vector![0.0, 0.0, 1.0]),
+            spinning,
+        ])
+        .unwrap()
+    };
+    let experiment = Experiment::new(free(0.5), &Plan::new(1e-2, 100).unwrap());
+    let by_spin = [Parameter::InitialSpin("b".into())];
+    let (value, by_spin) = experiment
+        .gradient_by(Mode::Reverse, &by_spin, &Integral(Haste))
+        .unwrap();
+    // ∫ 3 t dt + 0.5 over a second.
+    assert!((value - 2.0).abs() <= 1e-12, "{value}");
+    assert!((by_spin[0] - 1.0).abs() <= 1e-12, "{by_spin}");
 }
 
 /// Depends on what contact does, on gravity, and on the masses and materials of the bodies.

@@ -81,6 +81,7 @@ impl ContactPair<'_> {
             // Its derivatives by motions and moduli are not used; near coincidences are rare.
             let (exact, ()) = finer.linearisation(law, motion);
             (sum.wrench, sum.by_twist, sum.by_law) = (exact.wrench, exact.by_twist, exact.by_law);
+            sum.kinks.are_flush = true;
         }
         (sum, responses)
     }
@@ -139,6 +140,7 @@ impl PolygonSource<'_, f64> {
         let mut response = R::ARE_KEPT.then(|| LawResponse::on(&plane));
         let rates = Traction::on(&plane, law, |traction| {
             let mut rates = Rates::default();
+            sum.kinks.are_clamped |= traction.is_clamped;
             if polygon.has_area() && polygon.weights.have_area() {
                 rates.set_area(traction, polygon);
             }

@@ -1,4 +1,4 @@
-use crate::contact::ShapeGradient;
+use crate::contact::{Kinks, ShapeGradient};
 use crate::dynamics::system::System;
 use crate::dynamics::{Control, LOCAL};
 use nalgebra::{Matrix3, SVector, Vector3, Vector6};
@@ -63,6 +63,21 @@ pub(crate) struct SystemGradient {
     pub controls: Vec<Vec<Vector6<f64>>>,
     /// By the shape of each body, its pose and its mass properties staying as they are; none where it was not asked for.
     pub shapes: Vec<Option<ShapeGradient>>,
+    pub kinks: Vec<KinksMet>,
+}
+
+/// The kinks of one kind that a rollout met at the contacts of two bodies: see [`Kinks`].
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[non_exhaustive]
+pub struct KinksMet {
+    /// The places of the bodies, in the order of the world's.
+    pub bodies: [usize; 2],
+    /// Of which kind.
+    pub kinks: Kinks,
+    /// In how many steps.
+    pub count: usize,
+    /// The first and the last of them, counted from 1.
+    pub steps: [usize; 2],
 }
 
 /// The derivatives of a number by what a body starts from and is made of.
@@ -97,6 +112,24 @@ impl SystemGradient {
             gravity: Vector3::zeros(),
             controls: system.controls.iter().map(intervals).collect(),
             shapes: vec![None; system.bodies.len()],
+            kinks: Vec::new(),
+        }
+    }
+
+    /// Counts the kinks of a contact in a step; steps come one after the other, the last first.
+    pub fn meet(&mut self, [a, b]: [usize; 2], kinks: Kinks, step: usize) {
+        let bodies = [a.min(b), a.max(b)];
+        let is_same = |met: &&mut KinksMet| met.bodies == bodies && met.kinks == kinks;
+        if let Some(met) = self.kinks.iter_mut().find(is_same) {
+            met.count += usize::from(met.steps[0] != step);
+            met.steps[0] = step;
+        } else {
+            self.kinks.push(KinksMet {
+                bodies,
+                kinks,
+                count: 1,
+                steps: [step; 2],
+            });
         }
     }
 }

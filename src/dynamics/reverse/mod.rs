@@ -18,6 +18,7 @@ use super::{Body, BodyState, Inertia, Motion, Plan, State};
 use crate::contact::ShapeGradient;
 use crate::spatial::Wrench;
 use contact::{Touching, WrenchCovector};
+pub use covector::KinksMet;
 pub(crate) use covector::{StateCovector, SystemGradient};
 use forces::SeededForces;
 pub(crate) use tape::Tape;
@@ -29,6 +30,8 @@ pub(crate) struct Reversal<'w> {
     time_step: f64,
     forces: Option<SeededForces>,
     sweep: Sweep,
+    /// The step that is taken back next, counted from 1.
+    step: usize,
     /// By the state of each body where the sweep has come to.
     states: Vec<StateCovector>,
     gradient: SystemGradient,
@@ -56,6 +59,7 @@ impl<'w> Reversal<'w> {
             time_step: plan.time_step(),
             forces: SeededForces::of(world),
             sweep: Sweep::default(),
+            step: plan.steps(),
             states: vec![StateCovector::zero(); system.bodies.len()],
             gradient: SystemGradient::zero(system),
         })
@@ -105,6 +109,7 @@ impl<'w> Reversal<'w> {
         self.drift_back(&kicked, complete);
         self.kick_back(&state, &acting, middle);
         self.drift_back(before, approach);
+        self.step -= 1;
     }
 
     /// The derivatives by all that the rollout depends on, from those by its initial state.
@@ -132,6 +137,14 @@ impl<'w> Reversal<'w> {
 
     fn acting(&mut self, state: &State, middle: f64) -> Acting<'w> {
         let contacts = self.contacts(&state.bodies);
+        for Touching {
+            bodies, contact, ..
+        } in &contacts
+        {
+            if contact.kinks.is_any() {
+                self.gradient.meet(*bodies, contact.kinks, self.step);
+            }
+        }
         let contact = self.net_wrenches(&contacts, &state.bodies);
         let (world, system) = (self.world, self.world.system());
         let mut all = contact.clone();
