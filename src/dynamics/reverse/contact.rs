@@ -1,7 +1,9 @@
 //! The contacts of a step, backwards.
 
-use super::{Reversal, StateCovector};
+use super::StateCovector;
+use super::pullback::Pullback;
 use crate::contact::LinearisedContact;
+use crate::dynamics::system::System;
 use crate::dynamics::{BodyState, Material};
 use crate::scalar::DenseDual;
 use crate::spatial::{Twist, Wrench};
@@ -19,11 +21,13 @@ pub(super) struct Touching {
 /// The derivative of a number by a wrench: by torque and force.
 pub(super) type WrenchCovector = Wrench;
 
-impl Reversal<'_> {
-    /// All contacts in these states.
-    pub(super) fn contacts(&mut self, states: &[BodyState]) -> Vec<Touching> {
-        let system = self.world.system();
-        let pairs = system.close_pairs(states, &mut self.sweep);
+impl Touching {
+    /// The contacts of pairs of bodies, in their order.
+    pub fn of_pairs(
+        system: &System,
+        states: &[BodyState],
+        pairs: &[(usize, usize)],
+    ) -> Vec<Option<Self>> {
         let mut found = Vec::new();
         mapped_into(&mut found, pairs, |&(i, j)| {
             let (bodies, states) = ([i, j], [&states[i], &states[j]]);
@@ -34,56 +38,52 @@ impl Reversal<'_> {
                 None => pair.linearised_at_rest(),
             };
             let rubs = moving.is_some();
-            Some(Touching {
+            Some(Self {
                 bodies,
                 contact,
                 rubs,
             })
         });
-        found.into_iter().flatten().collect()
+        found
     }
 
-    /// The net wrench of contact on each body, about its centre of mass.
-    pub(super) fn net_wrenches(&self, contacts: &[Touching], states: &[BodyState]) -> Vec<Wrench> {
+    /// The net wrench of contacts on each body, about its centre of mass.
+    pub fn net_wrenches(contacts: &[Self], system: &System, states: &[BodyState]) -> Vec<Wrench> {
         let mut wrenches = vec![Wrench::zero(); states.len()];
-        for Touching {
-            bodies: [a, b],
-            contact,
-            ..
-        } in contacts
-        {
-            wrenches[*a] += contact.wrench.on_a;
-            wrenches[*b] += contact.wrench.on_b;
+        for touching in contacts {
+            for (body, wrench) in touching.sides() {
+                wrenches[body] += wrench.about(&system.arm(body, &states[body]));
+            }
         }
-        let arms = (0..states.len()).map(|body| self.arm(body, &states[body]));
-        let about = |(wrench, arm): (&Wrench, Vector3<f64>)| wrench.about(&arm);
-        wrenches.iter().zip(arms).map(about).collect()
+        wrenches
     }
 
+    /// Both bodies and the wrenches on them about their origins.
+    fn sides(&self) -> [(usize, &Wrench); 2] {
+        let [a, b] = self.bodies;
+        [(a, &self.contact.wrench.on_a), (b, &self.contact.wrench.on_b)]
+    }
+}
+
+impl System {
     /// From a body's origin to its centre of mass, in the world; nothing for a body that forces do not move.
     pub(super) fn arm(&self, body: usize, state: &BodyState) -> Vector3<f64> {
-        let body = &self.world.system().bodies[body];
-        body.center_in(state) - state.pose.translation()
+        self.bodies[body].center_in(state) - state.pose.translation()
     }
+}
 
+impl Pullback<'_> {
     /// Adds what follows from the derivatives by the net wrenches of contact about the centres of mass.
     pub(super) fn pull_back_contacts(
         &mut self,
         states: &[BodyState],
-        (contacts, net): (&[Touching], &[Wrench]),
+        contacts: &[Touching],
         by_net: &[WrenchCovector],
     ) {
-        let mut by_wrenches = Vec::with_capacity(states.len());
-        for (body, state) in states.iter().enumerate() {
-            let (arm, Wrench { torque, force }) = (self.arm(body, state), by_net[body]);
-            // τ about the centre of mass is τ − arm × F.
-            let by_arm = torque.cross(&net[body].force);
-            self.states[body].add_by_arm(&arm, &by_arm);
-            let force = force + arm.cross(&torque);
-            by_wrenches.push(Wrench { torque, force }.to_vector());
-        }
         for touching in contacts {
-            let [on_a, on_b] = touching.bodies.map(|body| by_wrenches[body]);
+            let [on_a, on_b] = touching
+                .sides()
+                .map(|(body, wrench)| self.by_wrench(body, &states[body], wrench, &by_net[body]));
             let by_both = SVector::from_fn(|i, _| if i < 6 { on_a[i] } else { on_b[i - 6] });
             let numbers = touching.contact.pullback(&by_both);
             for (side, body) in touching.bodies.into_iter().enumerate() {
@@ -97,6 +97,22 @@ impl Reversal<'_> {
         }
     }
 
+    /// The derivative by a wrench about a body's origin, from that by the wrench about its centre of mass.
+    fn by_wrench(
+        &mut self,
+        body: usize,
+        state: &BodyState,
+        wrench: &Wrench,
+        by_wrench: &WrenchCovector,
+    ) -> Vector6<f64> {
+        let (arm, Wrench { torque, force }) = (self.system().arm(body, state), *by_wrench);
+        // τ about the centre of mass is τ − arm × F.
+        let by_arm = torque.cross(&wrench.force);
+        self.states[body].add_by_arm(&arm, &by_arm);
+        let force = force + arm.cross(&torque);
+        Wrench { torque, force }.to_vector()
+    }
+
     /// Adds what follows from the derivatives by the pose and the twist of a body's origin.
     fn add_by_motion(
         &mut self,
@@ -104,7 +120,7 @@ impl Reversal<'_> {
         state: &BodyState,
         [by_pose, by_twist]: [Vector6<f64>; 2],
     ) {
-        let arm = self.arm(body, state);
+        let arm = self.system().arm(body, state);
         let [by_pose, by_twist] = [by_pose, by_twist].map(|six| Twist::from_vector(&six));
         let own = &mut self.states[body];
         own.add(&StateCovector {
@@ -119,7 +135,7 @@ impl Reversal<'_> {
 
     /// Adds what follows from the derivatives by dissipation and friction of the law of two bodies.
     fn add_by_law(&mut self, bodies: [usize; 2], [by_dissipation, by_friction]: [f64; 2]) {
-        let system = self.world.system();
+        let system = self.system();
         let [a, b] = bodies.map(|body| system.bodies[body].material());
         let law = a.seeded(0).law_with(&b.seeded(3), system.slip_tolerance);
         let by = |number: usize| {

@@ -17,21 +17,18 @@ impl Inertia {
         let (rotation, spin) = (before.pose.rotation(), &before.twist.angular);
         let (turned, _) = self.principal.turned_freely(rotation, spin, duration);
         let [arm_before, arm_after] = [rotation, &turned].map(|it| it * self.center_of_mass);
-        // The origin is at the centre of mass less the arm.
-        let mut by_end = *after;
-        by_end.add_by_arm(&arm_after, &-after.shift);
+        let by_end = after.about(&arm_after);
         let by_rotation = [by_end.turn, by_end.spin];
         let [turn, spin] = self
             .principal
             .turned_back((rotation, spin), by_rotation, duration);
-        let mut by_start = StateCovector {
+        let about_center = StateCovector {
             turn,
             spin,
             shift: after.shift,
             velocity: after.velocity + after.shift * duration,
         };
-        by_start.add_by_arm(&arm_before, &after.shift);
-        by_start
+        about_center.about(&-arm_before)
     }
 }
 
