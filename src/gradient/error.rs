@@ -89,9 +89,6 @@ pub enum GradientError {
         /// Name of the body.
         body: String,
     },
-    /// Steps of this kind are not taken backwards.
-    #[error("implicit steps are differentiated forwards alone")]
-    NoReverse,
     /// The world has no control on the body, or it has not so many intervals.
     #[error("interval {interval} of the control of body {body:?} was asked for, but {}", intervals_found(*intervals))]
     NoControl {

@@ -23,11 +23,10 @@ pub enum Mode {
 }
 
 impl Experiment {
-    /// Backwards, where that is possible and more than one narrow rollout forwards would be needed.
+    /// Backwards where more than one narrow rollout forwards would be needed.
     pub(super) fn mode_for(&self, parameters: &[Parameter]) -> Mode {
         let count: usize = parameters.iter().map(Parameter::dimension).sum();
-        let is_explicit = Reversal::of(self.world(), self.plan()).is_some();
-        if is_explicit && count > MIDDLE {
+        if count > MIDDLE {
             Mode::Reverse
         } else {
             Mode::Forward
@@ -59,7 +58,7 @@ impl Experiment {
         loss: &dyn DifferentiableOutcome,
     ) -> Result<(f64, SystemGradient), GradientError> {
         let plan = self.plan();
-        let mut reversal = Reversal::of(&**world, plan).ok_or(GradientError::NoReverse)?;
+        let mut reversal = Reversal::of(&**world, plan);
         let mut tape = Tape::new(&**world, plan);
         let trajectory = self.taped(world, &mut tape)?;
         let mut outcome = OutcomeCovectors::of(loss, world.system(), &trajectory)?;
@@ -69,7 +68,7 @@ impl Experiment {
                 return Err(RolloutError::Stopped.into());
             }
             self.check_finite(&reversal, step + 1)?;
-            reversal.step_back(tape.back_to(step - 1)?);
+            reversal.step_back(step, tape.back_to(step - 1)?)?;
             if plan.records(step - 1) {
                 outcome.add_to((step - 1) / plan.record_every(), &mut reversal);
             }
@@ -85,7 +84,7 @@ impl Experiment {
         tape: &mut Tape,
     ) -> Result<Trajectory, GradientError> {
         let rollout = self.rollout_of(Arc::clone(world));
-        Ok(rollout.recorded_with(|taken, state| tape.keep(taken, state))?)
+        Ok(rollout.recorded_with(|taken, steps| tape.keep(taken, steps))?)
     }
 
     fn check_finite(&self, reversal: &Reversal, step: usize) -> Result<(), GradientError> {

@@ -61,7 +61,10 @@ impl Touching {
     /// Both bodies and the wrenches on them about their origins.
     fn sides(&self) -> [(usize, &Wrench); 2] {
         let [a, b] = self.bodies;
-        [(a, &self.contact.wrench.on_a), (b, &self.contact.wrench.on_b)]
+        [
+            (a, &self.contact.wrench.on_a),
+            (b, &self.contact.wrench.on_b),
+        ]
     }
 }
 

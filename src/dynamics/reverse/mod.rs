@@ -1,43 +1,58 @@
 //! The reverse sweep: from the derivatives of a number by a state to those by the state one step before, and by all that the
 //! step depends on.
 //!
-//! Every part of an explicit step is taken backwards in closed form, from the state before the step alone: free motion, the kick,
-//! and the contacts, which are linearised anew. Only forces of other kinds are differentiated by dual numbers. One sweep gives
-//! the derivatives by any number of parameters.
+//! Every part of a step is taken backwards in closed form: of an explicit one, free motion and the kick, from the state before it
+//! alone; of an implicit one, the stages as they were solved. Contacts are linearised anew. Only forces of other kinds are
+//! differentiated by dual numbers. One sweep gives the derivatives by any number of parameters.
 
 mod contact;
 mod covector;
 mod explicit;
 mod forces;
 mod free_motion;
+mod implicit;
 mod pullback;
 mod tape;
 
 use super::any_world::AnyWorld;
+use super::implicit::Memory;
 use super::integrator::Kind;
-use super::{Motion, Plan, State};
+use super::{Motion, Plan, RolloutError};
 pub(crate) use covector::{StateCovector, SystemGradient};
 use explicit::ExplicitSteps;
+use implicit::ImplicitSteps;
 use pullback::Pullback;
-pub(crate) use tape::Tape;
+pub(crate) use tape::{StepTaken, Tape};
 
 /// A rollout that is taken backwards.
 pub(crate) struct Reversal<'w> {
-    steps: ExplicitSteps,
+    steps: Steps,
     pullback: Pullback<'w>,
 }
 
+enum Steps {
+    Explicit(ExplicitSteps),
+    Implicit(Box<ImplicitSteps>),
+}
+
 impl<'w> Reversal<'w> {
-    /// Of a plan's steps; none if they are implicit.
-    pub fn of(world: &'w dyn AnyWorld<f64>, plan: &Plan) -> Option<Self> {
-        let Kind::Explicit(splitting) = plan.integrator().kind() else {
-            return None;
+    /// Of a plan's steps.
+    pub fn of(world: &'w dyn AnyWorld<f64>, plan: &Plan) -> Self {
+        let time_step = plan.time_step();
+        let steps = match plan.integrator().kind() {
+            Kind::Explicit(splitting) => {
+                let count = world.system().bodies.len();
+                Steps::Explicit(ExplicitSteps::new(splitting, time_step, count))
+            }
+            Kind::Implicit(scheme) => {
+                let memory = Memory::of(world);
+                Steps::Implicit(Box::new(ImplicitSteps::new(scheme, time_step, memory)))
+            }
         };
-        let count = world.system().bodies.len();
-        Some(Self {
-            steps: ExplicitSteps::new(splitting, plan.time_step(), count),
+        Self {
+            steps,
             pullback: Pullback::of(world),
-        })
+        }
     }
 
     /// Adds derivatives by the state of a body where the sweep has come to.
@@ -55,10 +70,17 @@ impl<'w> Reversal<'w> {
         states.position(|by_state| !by_state.is_finite())
     }
 
-    /// Takes the step back that led on from a state.
-    pub fn step_back(&mut self, before: &State) {
-        self.steps.step_back(&mut self.pullback, before);
-        self.pullback.forget_paths();
+    /// Takes a step back, the one of a count.
+    pub fn step_back(&mut self, step: usize, taken: &StepTaken) -> Result<(), RolloutError> {
+        let (pullback, StepTaken { before, traces }) = (&mut self.pullback, taken);
+        match &mut self.steps {
+            Steps::Explicit(steps) => steps.step_back(pullback, before),
+            Steps::Implicit(steps) => steps
+                .step_back(pullback, before, traces)
+                .map_err(|stuck| stuck.into_error(pullback.system(), (step, before.time)))?,
+        }
+        pullback.forget_paths();
+        Ok(())
     }
 
     /// The derivatives by all that the rollout depends on, from those by its initial state.
