@@ -94,9 +94,6 @@ pub enum GradientError {
         "the derivatives by the mass properties of body {0:?} are not known, because forces act that may depend on its centre of mass"
     )]
     ForcesByCenter(String),
-    /// Steps of this kind are not taken backwards.
-    #[error("implicit steps are differentiated forwards alone")]
-    NoReverse,
     /// The world has no control on the body, or it has not so many intervals.
     #[error("interval {interval} of the control of body {body:?} was asked for, but {}", intervals_found(*intervals))]
     NoControl {

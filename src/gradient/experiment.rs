@@ -155,8 +155,8 @@ impl Experiment {
     /// A loss and its gradient.
     ///
     /// # Errors
-    /// As [`Self::jacobian`], and if the outcome is not one number. Backwards also if steps are implicit; derivatives that are
-    /// not finite are told by [`GradientError::BackwardNotFinite`].
+    /// As [`Self::jacobian`], and if the outcome is not one number. Backwards, derivatives that are not finite are told by
+    /// [`GradientError::BackwardNotFinite`].
     pub fn gradient_by(
         &self,
         mode: Mode,

@@ -23,11 +23,10 @@ pub enum Mode {
 }
 
 impl Experiment {
-    /// Backwards, where that is possible and forwards more than one rollout would be needed (`cargo bench --bench reverse`).
+    /// Backwards where more than one rollout forwards would be needed (`cargo bench --bench reverse`).
     pub(super) fn mode_for(&self, parameters: &[Parameter]) -> Mode {
         let count: usize = parameters.iter().map(Parameter::dimension).sum();
-        let is_explicit = Reversal::of(self.world(), self.plan()).is_some();
-        if is_explicit && count > WIDE {
+        if count > WIDE {
             Mode::Reverse
         } else {
             Mode::Forward
@@ -78,7 +77,7 @@ impl Experiment {
         by_shapes: bool,
     ) -> Result<(f64, SystemGradient), GradientError> {
         let plan = self.plan();
-        let mut reversal = Reversal::of(&**world, plan).ok_or(GradientError::NoReverse)?;
+        let mut reversal = Reversal::of(&**world, plan);
         if by_shapes {
             reversal = reversal.with_shapes();
         }
@@ -91,7 +90,7 @@ impl Experiment {
                 return Err(RolloutError::Stopped.into());
             }
             self.check_finite(&reversal, step + 1)?;
-            reversal.step_back(tape.back_to(step - 1)?);
+            reversal.step_back(step, tape.back_to(step - 1)?)?;
             if plan.records(step - 1) {
                 outcome.add_to((step - 1) / plan.record_every(), &mut reversal);
             }
@@ -107,7 +106,7 @@ impl Experiment {
         tape: &mut Tape,
     ) -> Result<Trajectory, GradientError> {
         let rollout = self.rollout_of(Arc::clone(world));
-        Ok(rollout.recorded_with(|taken, state| tape.keep(taken, state))?)
+        Ok(rollout.recorded_with(|taken, steps| tape.keep(taken, steps))?)
     }
 
     fn check_finite(&self, reversal: &Reversal, step: usize) -> Result<(), GradientError> {

@@ -1,6 +1,7 @@
 use crate::contact::{Kinks, ShapeGradient};
 use crate::dynamics::system::System;
 use crate::dynamics::{Control, LOCAL};
+use crate::spatial::Twist;
 use nalgebra::{Matrix3, SVector, Vector3, Vector6};
 
 /// The derivatives of a number by the state of a body, in its local coordinates (see
@@ -31,6 +32,25 @@ impl StateCovector {
             spin: part(6),
             velocity: part(9),
         }
+    }
+
+    /// By the motion of the pose (angular, linear), and by the twist.
+    pub fn from_parts([by_pose, by_twist]: [Vector6<f64>; 2]) -> Self {
+        let number = |i: usize| if i < 6 { by_pose[i] } else { by_twist[i - 6] };
+        Self::from_vector(&SVector::from_fn(|i, _| number(i)))
+    }
+
+    /// The inverse of [`Self::from_parts`].
+    pub fn parts(&self) -> [Vector6<f64>; 2] {
+        let six = |angular, linear| Twist { angular, linear }.to_vector();
+        [six(self.turn, self.shift), six(self.spin, self.velocity)]
+    }
+
+    /// By the motion of another point that is fixed to the body, an arm (m, axes of the world) away from the one it is about.
+    pub fn about(&self, arm: &Vector3<f64>) -> Self {
+        let mut about = *self;
+        about.add_by_arm(arm, &-self.shift);
+        about
     }
 
     pub fn is_finite(&self) -> bool {

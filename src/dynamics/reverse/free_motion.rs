@@ -41,9 +41,7 @@ impl Inertia {
         let (rotation, spin) = (before.pose.rotation(), &before.twist.angular);
         let (turned, _) = self.principal.turned_freely(rotation, spin, duration);
         let [arm_before, arm_after] = [rotation, &turned].map(|it| it * self.center_of_mass);
-        // The origin is at the centre of mass less the arm.
-        let mut by_end = *after;
-        by_end.add_by_arm(&arm_after, &-after.shift);
+        let by_end = after.about(&arm_after);
         gradient.center += rotation.tr_mul(&after.shift) - turned.tr_mul(&after.shift);
         let by_rotation = [by_end.turn, by_end.spin];
         let before = (rotation, spin);
@@ -53,14 +51,13 @@ impl Inertia {
             inertia,
         } = self.principal.turned_back(before, by_rotation, duration);
         gradient.inertia += inertia;
-        let mut by_start = StateCovector {
+        let about_center = StateCovector {
             turn,
             spin,
             shift: after.shift,
             velocity: after.velocity + after.shift * duration,
         };
-        by_start.add_by_arm(&arm_before, &after.shift);
-        by_start
+        about_center.about(&-arm_before)
     }
 }
 
@@ -124,6 +121,19 @@ impl PrincipalInertia {
             spin: spin_before,
             inertia: self.axes * by_inertia * self.axes.transpose(),
         }
+    }
+
+    /// The derivative by the inertia over the mass, in the axes of the body frame, where a spin makes a momentum over the mass;
+    /// both in the axes of the world.
+    pub(super) fn by_inertia_in_momentum(
+        &self,
+        rotation: &Matrix3<f64>,
+        by_momentum: &Vector3<f64>,
+        spin: &Vector3<f64>,
+    ) -> Matrix3<f64> {
+        let frame = self.frame(rotation);
+        let by_moments = symmetric(&frame.tr_mul(by_momentum), &frame.tr_mul(spin));
+        self.axes * by_moments * self.axes.transpose()
     }
 
     /// The derivative by the inertia over the mass, in the axes of the body frame, where the spin changes by what a torque over the
