@@ -2,7 +2,7 @@ use crate::geometry::FACES;
 use crate::mesh::PressureField;
 use nalgebra::Vector3;
 
-/// Jumps of the gradient below this fraction of the neighbours' sensitivities are ignored. Two bodies' fields count as
+/// Jumps of the gradient below this fraction of the neighbors' sensitivities are ignored. Two bodies' fields count as
 /// equal up to a difference ten times as large, so that what it hides has no contact polygons, unless many
 /// such changes follow one another.
 const FLATNESS: f64 = 1e-10;
@@ -104,13 +104,13 @@ fn convex_creases(field: &PressureField) -> Vec<(usize, usize)> {
     let mut creases = Vec::new();
     for (index, tet) in field.tets().iter().enumerate() {
         for corner in 0..4 {
-            let neighbour = field.mesh().neighbour(index, corner);
-            let Some(neighbour) = neighbour.filter(|&other| other > index) else {
+            let neighbor = field.mesh().neighbor(index, corner);
+            let Some(neighbor) = neighbor.filter(|&other| other > index) else {
                 continue;
             };
-            let neighbour = &field.tets()[neighbour];
-            let least = FLATNESS * tet.sensitivity.min(neighbour.sensitivity);
-            let jump = neighbour.extent.gradient - tet.extent.gradient;
+            let neighbor = &field.tets()[neighbor];
+            let least = FLATNESS * tet.sensitivity.min(neighbor.sensitivity);
+            let jump = neighbor.extent.gradient - tet.extent.gradient;
             let outward = -tet.barycentric[corner].gradient / tet.barycentric_steepness[corner];
             if jump.dot(&outward) > least {
                 creases.push((index, corner));
@@ -124,7 +124,7 @@ fn convex_creases(field: &PressureField) -> Vec<(usize, usize)> {
 fn one_side_each(field: &PressureField, faces: &[(usize, usize)]) -> Vec<usize> {
     let mut chosen = vec![false; field.tets().len()];
     for &(tet, corner) in faces {
-        let other = field.mesh().neighbour(tet, corner);
+        let other = field.mesh().neighbor(tet, corner);
         chosen[tet] |= !other.is_some_and(|other| chosen[other]);
     }
     (0..chosen.len()).filter(|&tet| chosen[tet]).collect()

@@ -78,6 +78,6 @@ fn zero_inside(
         return Some(NotFollowed::ZeroEdge { vertices });
     }
     let is_zero_face = |face: &usize| FACES[*face].iter().all(|&corner| is_zero(corner));
-    let face = (0..4).find(|face| is_zero_face(face) && mesh.neighbour(tet, *face).is_some())?;
+    let face = (0..4).find(|face| is_zero_face(face) && mesh.neighbor(tet, *face).is_some())?;
     Some(NotFollowed::ZeroFace { tet, face })
 }

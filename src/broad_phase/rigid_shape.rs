@@ -71,9 +71,9 @@ impl RigidShape {
     }
 
     /// The cell of the triangle beyond a face of a cell; none beyond the triangle itself.
-    pub(crate) fn neighbour(&self, cell: usize, face: usize) -> Option<usize> {
+    pub(crate) fn neighbor(&self, cell: usize, face: usize) -> Option<usize> {
         let edge = CORNERS.get(face)?;
-        Some(self.surface.neighbour(cell, *edge))
+        Some(self.surface.neighbor(cell, *edge))
     }
 }
 

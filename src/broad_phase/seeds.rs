@@ -56,7 +56,7 @@ impl RimTree {
             let is_surface = move |face: &u8| {
                 field
                     .mesh()
-                    .neighbour(index as usize, (*face).into())
+                    .neighbor(index as usize, (*face).into())
                     .is_none()
             };
             (0_u8..4)

@@ -162,9 +162,9 @@ pub enum MeshError {
         /// Diagonal (m) of the smallest box around the triangles.
         diagonal: f64,
     },
-    /// A closed surface is so large that its volume, or the centre of it, is beyond double precision.
+    /// A closed surface is so large that its volume, or the center of it, is beyond double precision.
     #[error(
-        "the triangles lie in a box of diagonal {diagonal:e} m, and the volume in them or its centre is beyond double precision"
+        "the triangles lie in a box of diagonal {diagonal:e} m, and the volume in them or its center is beyond double precision"
     )]
     SurfaceTooLarge {
         /// Diagonal (m) of the smallest box around the triangles.

@@ -5,7 +5,7 @@ use crate::threads;
 /// A tetrahedral mesh with an extent on every vertex: 0 on the surface, positive inside.
 ///
 /// The pressure is the hydroelastic modulus (Pa) times the extent, linear in each tetrahedron.
-/// Where extents are normalised to a largest value of 1, the modulus is the largest pressure.
+/// Where extents are normalized to a largest value of 1, the modulus is the largest pressure.
 #[derive(Debug, Clone)]
 pub struct PressureField {
     mesh: TetMesh,
@@ -31,7 +31,7 @@ pub struct FieldTet {
     pub barycentric: [AffineField; 4],
     /// Norm of the extent's gradient (1/m).
     pub steepness: f64,
-    /// Σ eᵢ·|∇λᵢ| (1/m): bound of the extent's error per metre of error in a coordinate. It means something on plateaus
+    /// Σ eᵢ·|∇λᵢ| (1/m): bound of the extent's error per meter of error in a coordinate. It means something on plateaus
     /// too, where the gradient is round-off.
     pub sensitivity: f64,
     /// Norms of the gradients of the barycentric coordinates (1/m): one over each height.
@@ -89,12 +89,12 @@ impl PressureField {
     /// As [`Self::new`].
     pub fn from_distance(mesh: &TetMesh) -> Result<Self, MeshError> {
         let mesh = splitting::with_inner_vertices(mesh)?.into_owned();
-        let extents = distance::normalised(distance::distances(&mesh));
+        let extents = distance::normalized(distance::distances(&mesh));
         Self::new(mesh, extents)
     }
 
     /// With min(d/`depth`, 1) as extent at the distance d from the surface: a skin of this depth (m) around a *plateau*, in
-    /// which the pressure is the modulus. Below the surface it rises by modulus/`depth` per metre, in thick bodies and
+    /// which the pressure is the modulus. Below the surface it rises by modulus/`depth` per meter, in thick bodies and
     /// in thin ones, unless these are thinner than two skins.
     ///
     /// Distances are interpolated between vertices. Tetrahedra are split as by [`Self::from_distance`], and then where their
@@ -136,7 +136,7 @@ impl PressureField {
         &self.tets
     }
 
-    /// Largest norm of the extent's gradient over the mesh (1/m for normalised extents).
+    /// Largest norm of the extent's gradient over the mesh (1/m for normalized extents).
     #[must_use]
     pub fn steepest(&self) -> f64 {
         self.steepest

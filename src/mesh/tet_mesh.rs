@@ -80,9 +80,9 @@ impl TetMesh {
     /// where that face is part of the surface.
     #[inline]
     #[must_use]
-    pub fn neighbour(&self, tet: usize, corner: usize) -> Option<usize> {
-        let neighbour = self.surface.neighbours[tet][corner];
-        (neighbour != OUTSIDE).then_some(neighbour as usize)
+    pub fn neighbor(&self, tet: usize, corner: usize) -> Option<usize> {
+        let neighbor = self.surface.neighbors[tet][corner];
+        (neighbor != OUTSIDE).then_some(neighbor as usize)
     }
 
     /// Whether the vertex lies on the surface.
@@ -113,14 +113,14 @@ impl TetMesh {
             .sum()
     }
 
-    /// Mass, centre of mass and inertia tensor at a uniform density (kg/m³).
+    /// Mass, center of mass and inertia tensor at a uniform density (kg/m³).
     #[must_use]
     pub fn mass_properties(&self, density: f64) -> MassProperties {
         let tetrahedra = (0..self.tet_count()).map(|tet| self.tetrahedron(tet));
         mass::mass_properties(self.aabb().center(), tetrahedra, density)
     }
 
-    /// The mesh with a new vertex at the centre of every edge, then every face, then every
+    /// The mesh with a new vertex at the center of every edge, then every face, then every
     /// tetrahedron that runs through the inside although all its corners lie on the surface.
     ///
     /// A pressure field is 0 on the surface, so over such an edge, face or tetrahedron it would

@@ -13,9 +13,9 @@ struct Side {
 /// For each triangle those beyond its edges, if every edge has two that run along it in opposite directions.
 ///
 /// Sorting takes n log n; there are no more triangles and vertices than a `u32` counts.
-pub(super) fn neighbours(triangles: &[[usize; 3]]) -> Result<Vec<[u32; 3]>, SurfaceError> {
+pub(super) fn neighbors(triangles: &[[usize; 3]]) -> Result<Vec<[u32; 3]>, SurfaceError> {
     let sides = sorted_sides(triangles);
-    let mut neighbours = vec![[0; 3]; triangles.len()];
+    let mut neighbors = vec![[0; 3]; triangles.len()];
     let (mut open, mut open_count) = (None, 0);
     for group in sides.chunk_by(|a, b| a.edge == b.edge) {
         match group {
@@ -24,8 +24,8 @@ pub(super) fn neighbours(triangles: &[[usize; 3]]) -> Result<Vec<[u32; 3]>, Surf
                 open_count += 1;
             }
             [a, b] if a.forwards != b.forwards => {
-                neighbours[a.triangle as usize][usize::from(a.corner)] = b.triangle;
-                neighbours[b.triangle as usize][usize::from(b.corner)] = a.triangle;
+                neighbors[a.triangle as usize][usize::from(a.corner)] = b.triangle;
+                neighbors[b.triangle as usize][usize::from(b.corner)] = a.triangle;
             }
             [a, b] => return Err(a.turned_as(b)),
             [a, b, ..] => return Err(a.crowded(b, group.len())),
@@ -34,7 +34,7 @@ pub(super) fn neighbours(triangles: &[[usize; 3]]) -> Result<Vec<[u32; 3]>, Surf
     }
     match open {
         Some(side) => Err(side.open(open_count)),
-        None => Ok(neighbours),
+        None => Ok(neighbors),
     }
 }
 

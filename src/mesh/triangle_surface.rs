@@ -30,7 +30,7 @@ const THINNESS: f64 = 1e-12;
 /// ];
 /// let triangles = vec![[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]];
 /// let corner = TriangleSurface::new(vertices, triangles)?;
-/// assert_eq!(corner.neighbour(3, 0), 2);
+/// assert_eq!(corner.neighbor(3, 0), 2);
 /// assert!((corner.volume() - 0.001 / 6.0).abs() < 1e-18);
 /// # Ok::<(), hydroelastic::mesh::SurfaceError>(())
 /// ```
@@ -38,7 +38,7 @@ const THINNESS: f64 = 1e-12;
 pub struct TriangleSurface {
     vertices: Vec<Vector3<f64>>,
     triangles: Vec<[usize; 3]>,
-    neighbours: Vec<[u32; 3]>,
+    neighbors: Vec<[u32; 3]>,
     component_starts: Vec<usize>,
     reach: f64,
 }
@@ -65,8 +65,8 @@ impl TriangleSurface {
         for (triangle, corners) in triangles.iter().enumerate() {
             check_thickness(triangle, corners.map(|vertex| vertices[vertex]))?;
         }
-        let neighbours = triangle_edges::neighbours(&triangles)?;
-        let components = Components::of(&neighbours);
+        let neighbors = triangle_edges::neighbors(&triangles)?;
+        let components = Components::of(&neighbors);
         triangle_solid::check_volumes(&vertices, &triangles, &components)?;
         let reach = vertices.iter().map(nalgebra::Matrix::norm);
         Ok(Self {
@@ -74,7 +74,7 @@ impl TriangleSurface {
             component_starts: components.starts().collect(),
             vertices,
             triangles,
-            neighbours,
+            neighbors,
         })
     }
 
@@ -122,8 +122,8 @@ impl TriangleSurface {
     /// The triangle beyond an edge (0..3) of a triangle: edge k is opposite to corner k.
     #[inline]
     #[must_use]
-    pub fn neighbour(&self, triangle: usize, edge: usize) -> usize {
-        self.neighbours[triangle][edge] as usize
+    pub fn neighbor(&self, triangle: usize, edge: usize) -> usize {
+        self.neighbors[triangle][edge] as usize
     }
 
     /// Number of connected components. Components that touch at vertices only are several.
@@ -157,7 +157,7 @@ impl TriangleSurface {
         triangle_solid::volume(self.aabb().center(), corners)
     }
 
-    /// Mass, centre of mass and inertia tensor of the solid inside at a uniform density (kg/m³). Exact up to round-off.
+    /// Mass, center of mass and inertia tensor of the solid inside at a uniform density (kg/m³). Exact up to round-off.
     #[must_use]
     pub fn mass_properties(&self, density: f64) -> MassProperties {
         let middle = self.aabb().center();

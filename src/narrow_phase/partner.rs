@@ -179,10 +179,10 @@ impl<'a> PartnerShape<'a> {
     }
 
     /// The cell beyond a face of a cell.
-    pub fn neighbour(self, cell: usize, face: usize) -> Option<usize> {
+    pub fn neighbor(self, cell: usize, face: usize) -> Option<usize> {
         match self {
-            Self::Compliant(shape) => shape.field().mesh().neighbour(cell, face),
-            Self::Rigid(shape) => shape.neighbour(cell, face),
+            Self::Compliant(shape) => shape.field().mesh().neighbor(cell, face),
+            Self::Rigid(shape) => shape.neighbor(cell, face),
             Self::HalfSpace(_) => None,
         }
     }

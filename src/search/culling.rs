@@ -1,6 +1,6 @@
 use crate::broad_phase::Projections;
 
-/// How pairs of tetrahedra that cannot touch are left out: the four optimisations of the paper,
+/// How pairs of tetrahedra that cannot touch are left out: the four optimizations of the paper,
 /// §IV, each with its own switch. They change the time a wrench takes, never the wrench.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Culling {

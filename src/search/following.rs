@@ -195,10 +195,10 @@ impl Walk<'_, '_> {
         let (mesh_a, shape_b) = (self.pair.shape_a.field().mesh(), self.pair.shape_b);
         for face in faces_in(exits.faces) {
             if face < 4 {
-                if let Some(next) = mesh_a.neighbour(tet_a as usize, face) {
+                if let Some(next) = mesh_a.neighbor(tet_a as usize, face) {
                     self.enter(next as u32, tet_b);
                 }
-            } else if let Some(next) = shape_b.neighbour(tet_b as usize, face - 4) {
+            } else if let Some(next) = shape_b.neighbor(tet_b as usize, face - 4) {
                 self.enter(tet_a, next as u32);
             }
         }

@@ -36,7 +36,7 @@ pub(super) fn read(path: &Path, bytes: Vec<u8>) -> Result<Soup, FileError> {
 }
 
 /// Whether the file is ASCII. The header of a binary file may begin with the same word, but then the length is right, or there
-/// are zeros: each triangle has two, if its colour is not given.
+/// are zeros: each triangle has two, if its color is not given.
 fn is_text(bytes: &[u8]) -> bool {
     let begins = words(bytes)
         .next()

@@ -20,7 +20,7 @@ pub(super) type Soup = Vec<[Vector3<f64>; 3]>;
 ///
 /// Text is read in double precision; binary files have single precision.
 ///
-/// Neither format has a unit. One of the file is `unit` metres: 0.001 for the millimetres of most CAD programs. Vertices at
+/// Neither format has a unit. One of the file is `unit` meters: 0.001 for the millimeters of most CAD programs. Vertices at
 /// exactly the same place become one.
 ///
 /// # Errors

@@ -12,7 +12,7 @@ pub(super) struct ClosedSurface {
     pub vertices: Vec<Vector3<f64>>,
     /// The triangles, counter-clockwise seen from outside.
     pub triangles: Vec<[usize; 3]>,
-    /// Centre of the volume (m).
+    /// Center of the volume (m).
     pub center: Vector3<f64>,
 }
 
@@ -142,8 +142,8 @@ fn directed_edges(triangles: &[[usize; 3]]) -> impl Iterator<Item = (usize, [usi
     triangles.iter().enumerate().flat_map(edges_of)
 }
 
-/// Checks that the volume (m³) in a box and its centre (m) are finite, and the volume is positive and more
-/// than what would be flat for a tetrahedron: of less the centre would be round-off.
+/// Checks that the volume (m³) in a box and its center (m) are finite, and the volume is positive and more
+/// than what would be flat for a tetrahedron: of less the center would be round-off.
 fn check_volume(volume: f64, center: &Vector3<f64>, aabb: &Aabb) -> Result<(), MeshError> {
     let diagonal = (aabb.upper - aabb.lower).norm();
     let flat = FLATNESS * diagonal.powi(3);
@@ -158,7 +158,7 @@ fn check_volume(volume: f64, center: &Vector3<f64>, aabb: &Aabb) -> Result<(), M
     }
 }
 
-/// The volume (m³) inside and its centre (m), by the divergence theorem: sums over the signed
+/// The volume (m³) inside and its center (m), by the divergence theorem: sums over the signed
 /// tetrahedra between the triangles and the middle of the box, so that little cancels.
 fn volume_and_center(vertices: &[Vector3<f64>], triangles: &[[usize; 3]]) -> (f64, Vector3<f64>) {
     let middle = Aabb::around(vertices).center();
