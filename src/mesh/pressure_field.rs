@@ -1,4 +1,4 @@
-use super::{MeshError, TetMesh, distance, skin, splitting};
+use super::{MeshError, TetMesh, coordinates, distance, skin, splitting};
 use crate::geometry::{AffineField, FACES, Tetrahedron};
 use crate::threads;
 
@@ -67,17 +67,12 @@ impl PressureField {
             FieldTet::new(tet, mesh.tetrahedron(tet), corner_extents)
         });
         let steepest = tets.iter().map(|tet| tet.steepness).fold(0.0, f64::max);
-        let reach = mesh
-            .vertices()
-            .iter()
-            .map(nalgebra::Matrix::norm)
-            .fold(0.0, f64::max);
         Ok(Self {
+            reach: coordinates::reach(mesh.vertices()),
             mesh,
             extents,
             tets,
             steepest,
-            reach,
         })
     }
 

@@ -1,5 +1,5 @@
 use super::surface::{OUTSIDE, Surface};
-use super::{MeshError, mass, splitting};
+use super::{MeshError, coordinates, mass, splitting};
 use crate::geometry::{Aabb, Tetrahedron};
 use crate::spatial::MassProperties;
 use nalgebra::Vector3;
@@ -26,7 +26,9 @@ impl TetMesh {
     /// vertex unused, or if tetrahedra overlap at a common face; each names the culprit.
     pub fn new(vertices: Vec<Vector3<f64>>, mut tets: Vec<[usize; 4]>) -> Result<Self, MeshError> {
         check_size(vertices.len(), tets.len())?;
-        check_coordinates(&vertices)?;
+        if let Some((vertex, value)) = coordinates::first_non_finite(&vertices) {
+            return Err(MeshError::NonFiniteCoordinate { vertex, value });
+        }
         let mut used = vec![false; vertices.len()];
         for (index, tet) in tets.iter_mut().enumerate() {
             check_indices(index, tet, vertices.len())?;
@@ -142,15 +144,6 @@ fn check_size(vertex_count: usize, tet_count: usize) -> Result<(), MeshError> {
     } else {
         Ok(())
     }
-}
-
-fn check_coordinates(vertices: &[Vector3<f64>]) -> Result<(), MeshError> {
-    for (vertex, position) in vertices.iter().enumerate() {
-        if let Some(&value) = position.iter().find(|value| !value.is_finite()) {
-            return Err(MeshError::NonFiniteCoordinate { vertex, value });
-        }
-    }
-    Ok(())
 }
 
 fn check_indices(tet: usize, corners: &[usize; 4], vertex_count: usize) -> Result<(), MeshError> {

@@ -1,6 +1,7 @@
 //! Triangles and the vertices they share.
 
 use super::SurfaceError;
+use super::coordinates::first_non_finite;
 use nalgebra::Vector3;
 use std::collections::HashMap;
 
@@ -9,21 +10,19 @@ pub(super) type Indexed = (Vec<Vector3<f64>>, Vec<[usize; 3]>);
 
 /// Triangles whose corners at exactly the same place are one vertex, without those of which two corners are the same.
 pub(super) fn welded(corners: &[[Vector3<f64>; 3]]) -> Result<Indexed, SurfaceError> {
+    if let Some((vertex, value)) = first_non_finite(corners.iter().flatten()) {
+        return Err(SurfaceError::NonFiniteCoordinate { vertex, value });
+    }
     let mut vertices = Vec::new();
     let mut vertex_at = HashMap::new();
     let mut triangles = Vec::with_capacity(corners.len());
-    for (triangle, positions) in corners.iter().enumerate() {
-        let mut indices = [0; 3];
-        for (corner, position) in positions.iter().enumerate() {
-            if let Some(&value) = position.iter().find(|value| !value.is_finite()) {
-                let vertex = 3 * triangle + corner;
-                return Err(SurfaceError::NonFiniteCoordinate { vertex, value });
-            }
-            indices[corner] = *vertex_at.entry(place_key(position)).or_insert_with(|| {
-                vertices.push(*position);
+    for positions in corners {
+        let indices = positions.map(|position| {
+            *vertex_at.entry(place_key(&position)).or_insert_with(|| {
+                vertices.push(position);
                 vertices.len() - 1
-            });
-        }
+            })
+        });
         let [a, b, c] = indices;
         if a != b && b != c && c != a {
             triangles.push(indices);
@@ -32,9 +31,9 @@ pub(super) fn welded(corners: &[[Vector3<f64>; 3]]) -> Result<Indexed, SurfaceEr
     Ok(without_unused(&vertices, &triangles))
 }
 
-/// The same for points at the same place, and no others.
+/// A key that two points have in common if all their coordinates are equal, and only then.
 pub(super) fn place_key(point: &Vector3<f64>) -> [u64; 3] {
-    // Adding 0 makes one number of the two zeros.
+    // −0 + 0 is 0: both zeros have the same bits.
     std::array::from_fn(|axis| (point[axis] + 0.0).to_bits())
 }
 

@@ -1,7 +1,7 @@
 use crate::geometry::Aabb;
 use crate::mesh::MeshError;
 use crate::mesh::tet_mesh::FLATNESS;
-use crate::mesh::welding::place_key;
+use crate::mesh::welding::{place_key, without_unused};
 use nalgebra::Vector3;
 use std::collections::HashMap;
 use std::collections::hash_map::Entry;
@@ -20,21 +20,21 @@ impl ClosedSurface {
     /// From vertices (m) and triangles, if they are such a surface. Vertices at the same place are merged into the first of
     /// them; those of no triangle are dropped without a check.
     pub fn new(
-        vertices: Vec<Vector3<f64>>,
+        vertices: &[Vector3<f64>],
         mut triangles: Vec<[usize; 3]>,
     ) -> Result<Self, MeshError> {
         if triangles.is_empty() {
             return Err(MeshError::NoTriangles);
         }
         check_indices(&triangles, vertices.len())?;
-        check_coordinates(&vertices, &triangles)?;
-        let first_at_place = first_at_place(&vertices);
+        check_coordinates(vertices, &triangles)?;
+        let first_at_place = first_at_place(vertices);
         for (index, triangle) in triangles.iter_mut().enumerate() {
             *triangle = triangle.map(|vertex| first_at_place[vertex]);
             check_corners(index, *triangle)?;
         }
         check_edges(&triangles)?;
-        let (vertices, triangles) = compact(vertices, &triangles);
+        let (vertices, triangles) = without_unused(vertices, &triangles);
         let (volume, center) = volume_and_center(&vertices, &triangles);
         check_volume(volume, &center, &Aabb::around(&vertices))?;
         Ok(Self {
@@ -43,27 +43,6 @@ impl ClosedSurface {
             center,
         })
     }
-}
-
-/// Vertices and triangles without the vertices that no triangle uses.
-fn compact(
-    vertices: Vec<Vector3<f64>>,
-    triangles: &[[usize; 3]],
-) -> (Vec<Vector3<f64>>, Vec<[usize; 3]>) {
-    let mut used = vec![false; vertices.len()];
-    for &vertex in triangles.iter().flatten() {
-        used[vertex] = true;
-    }
-    let mut place_of = vec![0; used.len()];
-    let mut kept = Vec::new();
-    for (vertex, position) in vertices.into_iter().enumerate() {
-        if used[vertex] {
-            place_of[vertex] = kept.len();
-            kept.push(position);
-        }
-    }
-    let renumbered = |triangle: &[usize; 3]| triangle.map(|vertex| place_of[vertex]);
-    (kept, triangles.iter().map(renumbered).collect())
 }
 
 /// Checks that the vertices of the triangles are finite.
