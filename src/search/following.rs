@@ -104,12 +104,12 @@ impl Walk<'_, '_> {
     fn is_complete_by(&mut self, route: &Route) -> bool {
         match *route {
             Route::OverRigid(shape_b) => {
-                self.enter_at_rims(shape_b.rims());
-                self.enter_at_parts(shape_b);
+                self.enter_at_rims(shape_b.triangle_tree());
+                self.enter_at_components(shape_b);
                 self.is_complete_from_here()
             }
             Route::BetweenFields { shape_b, seeds } => {
-                self.enter_at_rims(shape_b.rims());
+                self.enter_at_rims(shape_b.triangle_tree());
                 if let [Some(ridges_a), Some(ridges_b)] = seeds.map(|own| own.ridges.as_ref()) {
                     self.enter_at_ridges(shape_b, [ridges_a, ridges_b]);
                     return self.is_complete_from_here();
