@@ -24,6 +24,15 @@ pub enum BodyError {
     },
 }
 
+/// Checks that a hydroelastic modulus (Pa) is positive and finite.
+pub(super) fn check_modulus(modulus: f64) -> Result<(), BodyError> {
+    if modulus > 0.0 && modulus.is_finite() {
+        Ok(())
+    } else {
+        Err(BodyError::Modulus(modulus))
+    }
+}
+
 /// A shape somewhere in the world, with the modulus that turns its extents into pressures.
 #[derive(Debug, Clone, Copy)]
 pub struct ContactBody<'a, T = f64> {
@@ -39,10 +48,7 @@ impl<'a, T: Scalar> ContactBody<'a, T> {
     /// If the pose is not finite, its rotation not orthonormal, or the modulus not positive.
     pub fn new(shape: &'a Shape, pose: Pose<T>, modulus: T) -> Result<Self, BodyError> {
         let pose = pose.checked()?;
-        let value = real_part(modulus);
-        if !(value > 0.0 && value.is_finite()) {
-            return Err(BodyError::Modulus(value));
-        }
+        check_modulus(real_part(modulus))?;
         Ok(Self {
             shape,
             pose,
