@@ -204,6 +204,23 @@ fn what_no_body_can_be_is_refused() {
 }
 
 #[test]
+fn bodies_share_a_shape_of_any_kind() {
+    let hard = Material::rigid();
+    let surface = rigid(&shapes::cuboid([0.1; 3]).unwrap());
+    let shapes: [(BodyShape, _); 3] = [
+        (cube().into(), skin()),
+        (Arc::new(surface).into(), hard),
+        (Arc::new(HalfSpace::rigid()).into(), hard),
+    ];
+    for (shape, material) in &shapes {
+        let bodies =
+            ["one", "other"].map(|name| Body::fixed(name, shape.clone(), *material).unwrap());
+        assert!(bodies[0].shape().is_same(bodies[1].shape()));
+    }
+    assert!(!shapes[1].0.is_same(&shapes[2].0));
+}
+
+#[test]
 fn a_rigid_body_has_no_modulus_to_differentiate_by() {
     let floor = floors().remove(0);
     let world = thrown(floor, cube(), 0.3);
