@@ -63,7 +63,11 @@ impl RelativePair<'_> {
                 shape_b,
                 seeds: [self.shape_a.seeds()?, shape_b.seeds()?],
             }),
-            PartnerShape::Rigid(shape_b) => Some(Route::OverRigid(shape_b)),
+            // A component of B's surface may begin in tetrahedra of A without pressure, in which nothing is entered.
+            PartnerShape::Rigid(shape_b) => {
+                let is_positive_inside = self.shape_a.followed().is_ok();
+                is_positive_inside.then_some(Route::OverRigid(shape_b))
+            }
             PartnerShape::HalfSpace(_) => None,
         }
     }
