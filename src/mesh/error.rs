@@ -95,6 +95,14 @@ pub enum MeshError {
         /// The extent.
         value: f64,
     },
+    /// The extents of a tetrahedron are so large, or it is so small, that its gradient is beyond double precision.
+    #[error(
+        "the extent in tetrahedron {tet} rises by more per meter than double precision can hold"
+    )]
+    SteepField {
+        /// Index of the tetrahedron.
+        tet: usize,
+    },
     /// All four extents of a tetrahedron are zero: no pressure would ever rise there.
     #[error(
         "tetrahedron {tet} has extent 0 at all four corners, so it would carry no pressure; TetMesh::with_inner_vertices puts a vertex inside each tetrahedron whose corners all lie on the surface"

@@ -45,8 +45,8 @@ impl PressureField {
     /// From the extent of each vertex (any unit: pressure = modulus × extent).
     ///
     /// # Errors
-    /// If an extent is negative or not finite, is not 0 on the surface, or if a tetrahedron has
-    /// extent 0 at all corners.
+    /// If an extent is negative or not finite, is not 0 on the surface, rises by more per meter than double precision can
+    /// hold, or if a tetrahedron has extent 0 at all corners.
     pub fn new(mesh: TetMesh, extents: Vec<f64>) -> Result<Self, MeshError> {
         let field = Self::with_inert_tets(mesh, extents)?;
         match field.tets.iter().position(FieldTet::is_inert) {
@@ -59,13 +59,17 @@ impl PressureField {
     /// corners: they are part of the body's mass, but nothing that enters them is pushed back.
     ///
     /// # Errors
-    /// If an extent is negative or not finite, or is not 0 on the surface.
+    /// If an extent is negative or not finite, is not 0 on the surface, or rises by more per meter than double precision can
+    /// hold.
     pub fn with_inert_tets(mesh: TetMesh, extents: Vec<f64>) -> Result<Self, MeshError> {
         check_extents(&mesh, &extents)?;
         let tets = threads::values_of(mesh.tet_count(), |tet| {
             let corner_extents = mesh.tets()[tet].map(|vertex| extents[vertex]);
             FieldTet::new(tet, mesh.tetrahedron(tet), corner_extents)
         });
+        if let Some(tet) = tets.iter().position(|tet| !tet.sensitivity.is_finite()) {
+            return Err(MeshError::SteepField { tet });
+        }
         let steepest = tets.iter().map(|tet| tet.steepness).fold(0.0, f64::max);
         Ok(Self {
             reach: coordinates::reach(mesh.vertices()),

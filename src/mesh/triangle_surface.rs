@@ -98,7 +98,7 @@ impl TriangleSurface {
     /// edge alone; or as [`Self::new`], if a part of the solid is flat to round-off, although its tetrahedra are not.
     pub fn around(mesh: &TetMesh) -> Result<Self, SurfaceError> {
         let (vertices, triangles) =
-            welding::without_unused(mesh.vertices(), mesh.surface_triangles());
+            welding::without_unused(mesh.vertices().to_vec(), mesh.surface_triangles());
         Self::new(vertices, triangles)
     }
 

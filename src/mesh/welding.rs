@@ -28,7 +28,7 @@ pub(super) fn welded(corners: &[[Vector3<f64>; 3]]) -> Result<Indexed, SurfaceEr
             triangles.push(indices);
         }
     }
-    Ok(without_unused(&vertices, &triangles))
+    Ok(without_unused(vertices, &triangles))
 }
 
 /// A key that two points have in common if all their coordinates are equal, and only then.
@@ -38,16 +38,16 @@ pub(super) fn place_key(point: &Vector3<f64>) -> [u64; 3] {
 }
 
 /// Only the vertices that triangles use, in their order. All indices are in range.
-pub(super) fn without_unused(vertices: &[Vector3<f64>], triangles: &[[usize; 3]]) -> Indexed {
+pub(super) fn without_unused(vertices: Vec<Vector3<f64>>, triangles: &[[usize; 3]]) -> Indexed {
     let mut new_index = vec![None; vertices.len()];
     for &vertex in triangles.iter().flatten() {
         new_index[vertex] = Some(0);
     }
     let mut kept = Vec::with_capacity(vertices.len());
-    for (position, index) in vertices.iter().zip(&mut new_index) {
+    for (position, index) in vertices.into_iter().zip(&mut new_index) {
         if let Some(index) = index {
             *index = kept.len();
-            kept.push(*position);
+            kept.push(position);
         }
     }
     let renumbered = |triangle: &[usize; 3]| triangle.map(|v| new_index[v].unwrap_or_default());

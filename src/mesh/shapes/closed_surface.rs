@@ -20,15 +20,15 @@ impl ClosedSurface {
     /// From vertices (m) and triangles, if they are such a surface. Vertices at the same place are merged into the first of
     /// them; those of no triangle are dropped without a check.
     pub fn new(
-        vertices: &[Vector3<f64>],
+        vertices: Vec<Vector3<f64>>,
         mut triangles: Vec<[usize; 3]>,
     ) -> Result<Self, MeshError> {
         if triangles.is_empty() {
             return Err(MeshError::NoTriangles);
         }
         check_indices(&triangles, vertices.len())?;
-        check_coordinates(vertices, &triangles)?;
-        let first_at_place = first_at_place(vertices);
+        check_coordinates(&vertices, &triangles)?;
+        let first_at_place = first_at_place(&vertices);
         for (index, triangle) in triangles.iter_mut().enumerate() {
             *triangle = triangle.map(|vertex| first_at_place[vertex]);
             check_corners(index, *triangle)?;

@@ -40,7 +40,7 @@ pub fn star_shaped(
     vertices: Vec<Vector3<f64>>,
     triangles: Vec<[usize; 3]>,
 ) -> Result<PressureField, MeshError> {
-    let surface = ClosedSurface::new(&vertices, triangles)?;
+    let surface = ClosedSurface::new(vertices, triangles)?;
     let center = surface.center;
     filled(surface, center)
 }
@@ -57,7 +57,7 @@ pub fn star_shaped_about(
     if let Some(&value) = inner_point.iter().find(|value| !value.is_finite()) {
         return Err(MeshError::NonFiniteInnerPoint { value });
     }
-    filled(ClosedSurface::new(&vertices, triangles)?, inner_point)
+    filled(ClosedSurface::new(vertices, triangles)?, inner_point)
 }
 
 fn filled(surface: ClosedSurface, inner_point: Vector3<f64>) -> Result<PressureField, MeshError> {
