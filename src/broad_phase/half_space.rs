@@ -1,4 +1,4 @@
-use crate::geometry::{AffineField, Tetrahedron};
+use crate::geometry::{ALL_FACES, AffineField, Tetrahedron};
 use crate::mesh::FieldTet;
 use nalgebra::Vector3;
 
@@ -77,7 +77,7 @@ impl HalfSpace {
             },
             steepness,
             sensitivity: steepness,
-            zero_faces: crate::geometry::ALL_FACES,
+            zero_faces: ALL_FACES,
             ..FieldTet::new(0, Tetrahedron { corners }, [0.0, 0.0, 0.0, steepness])
         };
         Self {

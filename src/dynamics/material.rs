@@ -1,5 +1,5 @@
-use super::WorldError;
-use crate::contact::SurfaceLaw;
+use super::{BodyShape, WorldError};
+use crate::contact::{STEEPEST, SurfaceLaw};
 use crate::scalar::{Scalar, lift, real_part};
 
 /// What a body's surface is made of: how stiff, damping and rough it is in contact.
@@ -98,22 +98,27 @@ impl<T: Scalar> Material<T> {
         }
     }
 
-    /// Checks that all numbers are in range, and that a body has a modulus unless it is rigid.
-    pub(super) fn check_on(&self, body: &str, is_rigid: bool) -> Result<(), WorldError> {
-        if is_rigid && self.modulus.is_some() {
-            return Err(WorldError::RigidWithModulus(body.to_owned()));
+    /// Checks that all numbers are in range on a body of this shape, which has a modulus unless it is rigid.
+    pub(super) fn check_on(&self, body: &str, shape: &BodyShape) -> Result<(), WorldError> {
+        let body = || body.to_owned();
+        match (shape.is_rigid(), self.modulus) {
+            (true, Some(_)) => return Err(WorldError::RigidWithModulus(body())),
+            (false, None) => return Err(WorldError::NoModulus(body())),
+            (true, None) | (false, Some(_)) => {}
         }
-        if !is_rigid && self.modulus.is_none() {
-            return Err(WorldError::NoModulus(body.to_owned()));
-        }
-        match self.number_out_of_range() {
-            None => Ok(()),
-            Some((quantity, value)) => Err(WorldError::Material {
-                body: body.to_owned(),
+        if let Some((quantity, value)) = self.number_out_of_range() {
+            return Err(WorldError::Material {
+                body: body(),
                 quantity,
                 value,
-            }),
+            });
         }
+        let slope = self.modulus.map_or(0.0, real_part) * shape.partner().steepest();
+        if slope > STEEPEST {
+            let body = body();
+            return Err(WorldError::Steep { body, slope });
+        }
+        Ok(())
     }
 
     /// The first number that no material has, by its name.

@@ -11,6 +11,7 @@ mod partner;
 mod relative_pair;
 mod weights;
 
+pub(crate) use body::STEEPEST;
 pub use body::{BodyError, ContactBody};
 pub(crate) use cut::{Cut, Encounter};
 pub(crate) use equilibrium::{COINCIDENCE, ELASTIC_COINCIDENCE, EquilibriumPlane};

@@ -53,7 +53,8 @@ impl<'a, T: Scalar> Partner<'a, T> {
     /// layer is rigid, whatever the modulus.
     ///
     /// # Errors
-    /// If the pose is not finite, its rotation not orthonormal, or the modulus of a soft layer not positive.
+    /// If the pose is not finite, its rotation not orthonormal, or the modulus of a soft layer not positive, or so large that
+    /// the pressure rises by more than 1e153 Pa/m.
     pub fn half_space(shape: &'a HalfSpace, pose: Pose<T>, modulus: T) -> Result<Self, BodyError> {
         Self::new(PartnerShape::HalfSpace(shape), pose, modulus)
     }
@@ -61,7 +62,7 @@ impl<'a, T: Scalar> Partner<'a, T> {
     fn new(shape: PartnerShape<'a>, pose: Pose<T>, modulus: T) -> Result<Self, BodyError> {
         let pose = pose.checked()?;
         if !shape.is_rigid() {
-            check_modulus(real_part(modulus))?;
+            check_modulus(real_part(modulus), shape.steepest())?;
         }
         Ok(Self::from_valid(shape, pose, modulus))
     }
@@ -136,7 +137,8 @@ impl<'a, T: Scalar> Partner<'a, T> {
     /// The same shape elsewhere, in a scalar of its own, with another modulus (Pa), which a rigid one ignores.
     ///
     /// # Errors
-    /// If the pose is not finite, its rotation not orthonormal, or the modulus of a compliant one not positive.
+    /// If the pose is not finite, its rotation not orthonormal, or the modulus of a compliant one not positive, or so large
+    /// that the pressure rises by more than 1e153 Pa/m.
     pub fn at<U: Scalar>(&self, pose: Pose<U>, modulus: U) -> Result<Partner<'a, U>, BodyError> {
         Partner::new(self.shape, pose, modulus)
     }
@@ -187,6 +189,15 @@ impl<'a> PartnerShape<'a> {
             Self::Compliant(shape) => shape.field().mesh().neighbor(cell, face),
             Self::Rigid(shape) => shape.neighbor(cell, face),
             Self::HalfSpace(_) => None,
+        }
+    }
+
+    /// Largest norm of the gradient of the extent in its cells (1/m); 1 if it is rigid, whose extent is the depth.
+    pub fn steepest(self) -> f64 {
+        match self {
+            Self::Compliant(shape) => shape.field().steepest(),
+            Self::Rigid(_) => 1.0,
+            Self::HalfSpace(half_space) => half_space.cell()[0].steepness,
         }
     }
 

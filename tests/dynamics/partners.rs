@@ -198,6 +198,15 @@ fn what_no_body_can_be_is_refused() {
     assert_eq!(body(skin(), HalfSpace::rigid().into()), refused);
     let falling = Body::dynamic("it", HalfSpace::rigid(), hard, Mass::Total(1.0));
     assert_eq!(falling.map(|_| ()), Err(WorldError::Unbounded(it())));
+    let steep = Material::elastic(1e152);
+    let thin = HalfSpace::layer(1e-3).unwrap();
+    assert_eq!(
+        body(steep, thin.into()),
+        Err(WorldError::Steep {
+            body: it(),
+            slope: 1e152 * (1.0 / 1e-3)
+        })
+    );
     for thickness in [0.0, -1.0, f64::NAN, f64::INFINITY, 1e-310] {
         assert!(HalfSpace::layer(thickness).is_err());
     }
