@@ -12,6 +12,7 @@ use std::fmt;
 #[derive(Clone)]
 pub struct RigidShape {
     surface: TriangleSurface,
+    bounds: Aabb,
     cells: Vec<FieldTet>,
     triangle_tree: TriangleTree,
     /// One triangle of each connected component of the surface.
@@ -33,6 +34,7 @@ impl RigidShape {
         Self {
             triangle_tree: TriangleTree::of_cells(&cells),
             components: BoxTree::new(starts.map(start_and_box)),
+            bounds: surface.aabb(),
             surface,
             cells,
         }
@@ -47,7 +49,7 @@ impl RigidShape {
     /// The box around the surface, in the body frame.
     #[must_use]
     pub fn bounds(&self) -> Aabb {
-        self.surface.aabb()
+        self.bounds
     }
 
     /// A tetrahedron behind each triangle, with the depth (m) below the triangle as extent: its other faces bound the
