@@ -58,6 +58,11 @@ impl RigidShape {
         &self.cells
     }
 
+    /// The vertices at the first three corners of a cell.
+    pub(crate) fn vertices_of(&self, cell: usize) -> [usize; 3] {
+        CORNERS.map(|corner| self.surface.triangles()[cell][corner])
+    }
+
     /// The tree over its triangles.
     pub(crate) fn triangle_tree(&self) -> &TriangleTree {
         &self.triangle_tree

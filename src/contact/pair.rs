@@ -97,7 +97,7 @@ impl<'a, T: Scalar> ContactPair<'a, T> {
     /// several coincide).
     #[must_use]
     pub fn wrench_and_jacobian(&self) -> (ContactWrench<T>, ContactJacobian<T>) {
-        let linearised = self.relative_linearisation().in_world(self, None);
+        let linearised = self.linearised_at_rest();
         (linearised.wrench, ContactJacobian::of(&linearised))
     }
 
@@ -105,11 +105,22 @@ impl<'a, T: Scalar> ContactPair<'a, T> {
     pub(super) fn relative_linearisation(&self) -> RelativeLinearisation<T> {
         let (surface, finer) =
             PolygonSource::of(self).for_derivatives(ELASTIC_COINCIDENCE, self.search);
-        let elastic: RelativeJacobian<T> =
-            surface.sum_of_derivatives(|sum, polygon| polygon.add_to(sum));
+        let elastic = surface.sum_of_derivatives(|sum: &mut RelativeJacobian<T>, polygon| {
+            polygon.add_to(sum);
+        });
+        self.elastic_linearisation(&elastic, finer.as_ref())
+    }
+
+    /// From the sums over the surface that derivatives are made from, and that of values, if it is another.
+    pub(super) fn elastic_linearisation(
+        &self,
+        elastic: &RelativeJacobian<T>,
+        finer: Option<&CutSurface<T>>,
+    ) -> RelativeLinearisation<T> {
         let mut linearisation = elastic.linearisation(self.moduli());
         if let Some(finer) = finer {
             linearisation.wrench = finer.wrench().to_vector();
+            linearisation.kinks.are_flush = true;
         }
         linearisation
     }

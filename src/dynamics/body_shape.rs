@@ -1,7 +1,8 @@
 use super::{Mass, WorldError};
 use crate::contact::{HalfSpace, PartnerShape, RigidShape, Shape};
 use crate::geometry::Aabb;
-use crate::spatial::{MassProperties, Pose};
+use crate::spatial::{MassGradient, MassProperties, Pose};
+use nalgebra::Vector3;
 use std::sync::Arc;
 
 /// What a body is for contact. Any of the shapes becomes one by `into()`, an `Arc` of it too, so that bodies can share it.
@@ -81,6 +82,24 @@ impl BodyShape {
                 })
             }
             Self::HalfSpace(_) => Err(WorldError::Unbounded(body.to_owned())),
+        }
+    }
+
+    /// Volume (m³); infinite for a half-space.
+    pub(crate) fn volume(&self) -> f64 {
+        match self {
+            Self::Compliant(shape) => shape.field().mesh().volume(),
+            Self::Rigid(shape) => shape.surface().volume(),
+            Self::HalfSpace(_) => f64::INFINITY,
+        }
+    }
+
+    /// The derivatives by the vertices of a number with these by the mass properties at a density (kg/m³).
+    pub(crate) fn mass_gradient(&self, density: f64, gradient: &MassGradient) -> Vec<Vector3<f64>> {
+        match self {
+            Self::Compliant(shape) => shape.field().mesh().mass_gradient(density, gradient),
+            Self::Rigid(shape) => shape.surface().mass_gradient(density, gradient),
+            Self::HalfSpace(_) => Vec::new(),
         }
     }
 

@@ -5,7 +5,7 @@ use super::workspace::Workspace;
 use super::wrenches::all_wrenches;
 use super::{BodyState, Inertia, State};
 use crate::scalar::Scalar;
-use crate::spatial::Twist;
+use crate::spatial::{Twist, Wrench};
 
 /// How a state is taken one time step further.
 ///
@@ -83,9 +83,9 @@ impl Splitting {
         state: &mut State<T>,
         time_step: f64,
     ) {
-        match self {
-            Self::KickDrift => {}
-            Self::DriftKickDrift => system.drift(state, time_step / 2.0),
+        let [share, _] = self.drifts();
+        if share > 0.0 {
+            system.drift(state, share * time_step);
         }
     }
 
@@ -97,16 +97,24 @@ impl Splitting {
         time_step: f64,
         workspace: &mut Workspace<T>,
     ) {
-        let middle = match self {
-            Self::KickDrift => state.time + time_step / 2.0,
-            Self::DriftKickDrift => state.time,
-        };
+        let middle = self.middle(state, time_step);
         kick(world, state, time_step, middle, workspace);
-        let system = world.system();
+        let [_, share] = self.drifts();
+        world.system().drift(state, share * time_step);
+    }
+
+    /// The parts of a time step that bodies drift for before the kick, and after it.
+    pub(super) fn drifts(self) -> [f64; 2] {
         match self {
-            Self::KickDrift => system.drift(state, time_step),
-            Self::DriftKickDrift => system.drift(state, time_step / 2.0),
+            Self::KickDrift => [0.0, 1.0],
+            Self::DriftKickDrift => [0.5, 0.5],
         }
+    }
+
+    /// The time (s) in the middle of the step, from the state at which the kick acts.
+    pub(super) fn middle<T: Scalar>(self, state: &State<T>, time_step: f64) -> f64 {
+        let [_, share] = self.drifts();
+        state.time + (share - 0.5) * time_step
     }
 }
 
@@ -119,9 +127,19 @@ fn kick<T: Scalar>(
     workspace: &mut Workspace<T>,
 ) {
     let wrenches = all_wrenches(world, state, middle, workspace);
+    accelerate(world.system(), state, wrenches, duration);
+}
+
+/// Changes the velocities by gravity and wrenches about the centres of mass, which act for a time (s).
+pub(super) fn accelerate<T: Scalar>(
+    system: &System<T>,
+    state: &mut State<T>,
+    wrenches: &[Wrench<T>],
+    duration: f64,
+) {
     let System {
         bodies, gravity, ..
-    } = world.system();
+    } = system;
     let bodies = bodies.iter().zip(&mut state.bodies);
     for ((body, body_state), wrench) in bodies.zip(wrenches) {
         let Some(inertia) = body.inertia() else {

@@ -51,6 +51,7 @@ mod mass;
 mod material;
 mod plan;
 mod report;
+mod reverse;
 mod rollout;
 #[cfg(feature = "serde")]
 mod serial;
@@ -82,6 +83,8 @@ pub use mass::Mass;
 pub use material::Material;
 pub use plan::Plan;
 pub use report::{Momentum, Report, Topology};
+pub use reverse::KinksMet;
+pub(crate) use reverse::{Reversal, StateCovector, SystemGradient, Tape};
 pub use rollout::Rollout;
 pub use state::{BodyState, State};
 pub(crate) use system::System;

@@ -137,7 +137,7 @@ impl Plan {
     }
 
     /// Whether the state after so many steps is recorded.
-    pub(super) fn records(&self, step: usize) -> bool {
+    pub(crate) fn records(&self, step: usize) -> bool {
         step.is_multiple_of(self.record_every) || step == self.steps
     }
 

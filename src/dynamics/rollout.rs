@@ -125,20 +125,31 @@ impl<T: Scalar> Rollout<T> {
     /// # Errors
     /// If a state is not finite or fails the stability check, a force or a path panics, or the rollout is
     /// [stopped](Self::stopped_by); the error holds the trajectory up to there.
-    pub fn recorded(mut self) -> Recorded<T> {
+    pub fn recorded(self) -> Recorded<T> {
+        self.recorded_with(|_, _| {})
+    }
+
+    /// The same, showing every state, after no step too, with the number of steps taken.
+    pub(crate) fn recorded_with(mut self, mut show: impl FnMut(usize, &State<T>)) -> Recorded<T> {
         let mut trajectory = Trajectory::starting_with(self.state().clone());
-        match contained(|| self.record(&mut trajectory)) {
+        show(0, self.state());
+        match contained(|| self.record(&mut trajectory, show)) {
             Ok(()) => Ok(trajectory),
             Err(error) => Err(Interrupted { error, trajectory }),
         }
     }
 
-    fn record(&mut self, trajectory: &mut Trajectory<T>) -> Result<(), RolloutError> {
+    fn record(
+        &mut self,
+        trajectory: &mut Trajectory<T>,
+        mut show: impl FnMut(usize, &State<T>),
+    ) -> Result<(), RolloutError> {
         for step in 1..=self.plan.steps() {
             if self.is_stopped() {
                 return Err(RolloutError::Stopped);
             }
             let state = self.steps.advance(&*self.world, &self.plan)?;
+            show(step, state);
             if self.plan.records(step) {
                 trajectory.push(state.clone());
             }

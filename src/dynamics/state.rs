@@ -112,3 +112,13 @@ impl<T: Scalar> State<T> {
         }
     }
 }
+
+impl State {
+    /// The constant state.
+    pub(crate) fn lifted<T: Scalar>(&self) -> State<T> {
+        State {
+            time: self.time,
+            bodies: self.bodies.iter().map(BodyState::lifted).collect(),
+        }
+    }
+}

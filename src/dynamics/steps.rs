@@ -37,6 +37,17 @@ impl<T: Scalar> From<State<T>> for Steps<T> {
     }
 }
 
+impl Steps<f64> {
+    /// The steps of a world's rollout by explicit steps, so many of which have led to a state.
+    pub fn resumed(state: State, world: &dyn AnyWorld<f64>, taken: usize) -> Self {
+        Self {
+            start: world.system().start,
+            taken,
+            ..Self::from(state)
+        }
+    }
+}
+
 impl<T: Scalar> Steps<T> {
     pub fn advance(
         &mut self,

@@ -60,6 +60,11 @@ impl<T: Scalar> Trajectory<T> {
         self.states.push(state);
     }
 
+    /// A state, to be changed.
+    pub(crate) fn state_mut(&mut self, record: usize) -> &mut State<T> {
+        &mut self.states[record]
+    }
+
     /// The states; the first is the initial one.
     #[must_use]
     pub fn states(&self) -> &[State<T>] {
@@ -84,6 +89,15 @@ impl<T: Scalar> Trajectory<T> {
     pub fn real(&self) -> Trajectory<f64> {
         Trajectory {
             states: self.states.iter().map(State::real).collect(),
+        }
+    }
+}
+
+impl Trajectory {
+    /// The constant trajectory.
+    pub(crate) fn lifted<T: Scalar>(&self) -> Trajectory<T> {
+        Trajectory {
+            states: self.states.iter().map(State::lifted).collect(),
         }
     }
 }

@@ -25,11 +25,7 @@ pub(super) fn all_wrenches<'s, T: Scalar>(
         (state.time, &state.bodies, contact),
         all,
         |wrenches, now| {
-            for control in &system.controls {
-                if let Some(body) = now.index_of(control.body()) {
-                    wrenches.add(body, &control.wrench_at(control_time));
-                }
-            }
+            system.add_controls(wrenches, now, control_time);
             world.add_forces(wrenches, now);
         },
     );
@@ -77,6 +73,15 @@ impl<T: Scalar> System<T> {
             contact,
         };
         add(&mut Wrenches::new(&now, sums), &now);
+    }
+
+    /// Adds the controls as of a time (s).
+    pub(super) fn add_controls(&self, wrenches: &mut Wrenches<T>, now: &Situation<T>, time: f64) {
+        for control in &self.controls {
+            if let Some(body) = now.index_of(control.body()) {
+                wrenches.add(body, &control.wrench_at(time));
+            }
+        }
     }
 
     /// The weight of each body and its control as of a time (s): torque and force about the centre of mass.

@@ -78,6 +78,25 @@ pub enum GradientError {
         /// What was computed. Numbers that are finite are right.
         found: Box<OutcomeJacobian>,
     },
+    /// A derivative by a state is not finite, in a sweep from the outcome back to the start.
+    #[error(
+        "the derivative of the outcome by the state of body {body:?} before step {step} is not finite: the outcome or a force may take a root or a norm of zero"
+    )]
+    BackwardNotFinite {
+        /// The last step, counted from 1, that such a derivative leads back to; one more than there are if the outcome has none
+        /// by the last state.
+        step: usize,
+        /// Name of the body.
+        body: String,
+    },
+    /// Derivatives by a centre of mass in a world whose forces may depend on it.
+    #[error(
+        "the derivatives by the mass properties of body {0:?} are not known, because forces act that may depend on its centre of mass"
+    )]
+    ForcesByCenter(String),
+    /// Steps of this kind are not taken backwards.
+    #[error("implicit steps are differentiated forwards alone")]
+    NoReverse,
     /// The world has no control on the body, or it has not so many intervals.
     #[error("interval {interval} of the control of body {body:?} was asked for, but {}", intervals_found(*intervals))]
     NoControl {

@@ -1,12 +1,12 @@
 use super::widths::{DifferentiableOutcome, DifferentiableWorld, OutcomeIn, WIDE};
-use super::{GradientError, Outcome, Parameter};
+use super::{GradientError, Mode, Outcome, Parameter};
 use crate::dynamics::{AnyWorld, Force, Plan, Recorded, Rollout, System, World};
 use crate::scalar::Scalar;
 use crate::threads::contained;
 use nalgebra::{DMatrix, DVector};
 use std::fmt;
 use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, AtomicUsize};
+use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 
 /// A world rolled out for a number of steps, to be differentiated.
 ///
@@ -65,8 +65,13 @@ impl Experiment {
         self.plan.steps() * numbers.div_ceil(WIDE).max(1)
     }
 
+    /// Whether the flag that stops it is set.
+    pub(super) fn is_stopped(&self) -> bool {
+        self.stop.load(Ordering::Relaxed)
+    }
+
     /// The steps of the world, or of one that was made of it.
-    fn rollout_of<T: Scalar>(&self, world: Arc<dyn AnyWorld<T>>) -> Rollout<T> {
+    pub(super) fn rollout_of<T: Scalar>(&self, world: Arc<dyn AnyWorld<T>>) -> Rollout<T> {
         let rollout = Rollout::of(world, &self.plan).stopped_by(Arc::clone(&self.stop));
         rollout.counted_by(Arc::clone(&self.count))
     }
@@ -135,16 +140,33 @@ impl Experiment {
         }
     }
 
-    /// A loss and its gradient.
+    /// A loss and its gradient: forwards by up to 96 numbers, backwards by more, which is faster then, if steps are explicit.
     ///
     /// # Errors
-    /// As [`Self::jacobian`], and if the outcome is not one number.
+    /// As [`Self::gradient_by`].
     pub fn gradient(
         &self,
         parameters: &[Parameter],
         loss: &impl Outcome,
     ) -> Result<(f64, DVector<f64>), GradientError> {
-        let OutcomeJacobian { value, jacobian } = self.jacobian(parameters, loss)?;
+        self.gradient_by(self.mode_for(parameters), parameters, loss)
+    }
+
+    /// A loss and its gradient.
+    ///
+    /// # Errors
+    /// As [`Self::jacobian`], and if the outcome is not one number. Backwards also if steps are implicit; derivatives that are
+    /// not finite are told by [`GradientError::BackwardNotFinite`].
+    pub fn gradient_by(
+        &self,
+        mode: Mode,
+        parameters: &[Parameter],
+        loss: &impl Outcome,
+    ) -> Result<(f64, DVector<f64>), GradientError> {
+        let OutcomeJacobian { value, jacobian } = match mode {
+            Mode::Forward => self.jacobian(parameters, loss)?,
+            Mode::Reverse => return self.swept_back(parameters, loss),
+        };
         if value.len() != 1 {
             return Err(GradientError::NotALoss { count: value.len() });
         }

@@ -1,5 +1,5 @@
 use super::GradientError;
-use crate::dynamics::{Body, Motion, System};
+use crate::dynamics::{Body, Motion, System, SystemGradient};
 use crate::scalar::{Scalar, lift_vector};
 use crate::spatial::Twist;
 use nalgebra::Vector3;
@@ -146,6 +146,32 @@ impl Parameter {
             _ => 1.0,
         };
         if value > 0.0 { value } else { 1.0 }
+    }
+
+    /// Its derivatives, one for each of its numbers, in a system that has it.
+    pub(super) fn own(&self, system: &System, gradient: &SystemGradient) -> Vec<f64> {
+        let body = self.body().and_then(|name| system.index_of(name).ok());
+        let Some(body) = body else {
+            return gradient.gravity.as_slice().to_vec();
+        };
+        if let Self::Control(name, interval) = self {
+            let mut controls = system.controls.iter().zip(&gradient.controls);
+            let own = controls.find(|(control, _)| *control.body() == **name);
+            return own.map_or_else(Vec::new, |(_, by)| by[*interval].as_slice().to_vec());
+        }
+        let own = &gradient.bodies[body];
+        let initial = &own.initial;
+        match self {
+            Self::InitialPosition(_) => initial.shift.as_slice().to_vec(),
+            Self::InitialOrientation(_) => initial.turn.as_slice().to_vec(),
+            Self::InitialVelocity(_) => initial.velocity.as_slice().to_vec(),
+            Self::InitialSpin(_) => initial.spin.as_slice().to_vec(),
+            Self::Modulus(_) => vec![own.modulus],
+            Self::Dissipation(_) => vec![own.dissipation],
+            Self::Friction(_) => vec![own.friction],
+            Self::Mass(_) => vec![own.mass],
+            Self::Gravity | Self::Control(..) => Vec::new(),
+        }
     }
 
     /// Changes the parameter in a system that has it.

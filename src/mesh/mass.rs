@@ -1,5 +1,5 @@
-use crate::geometry::Tetrahedron;
-use crate::spatial::MassProperties;
+use crate::geometry::{FACES, Tetrahedron};
+use crate::spatial::{MassGradient, MassProperties};
 use nalgebra::{Matrix3, Vector3};
 
 /// Exact mass properties of the sum of signed tetrahedra at a uniform density (kg/m³).
@@ -28,4 +28,45 @@ pub(super) fn mass_properties(
         center_of_mass: origin + offset,
         inertia: (Matrix3::identity() * central.trace() - central) * density,
     }
+}
+
+/// The derivatives by the corners of each tetrahedron of a number with these derivatives by the mass properties of all, at a
+/// uniform density (kg/m³): arguments as of [`mass_properties`]. Of flat tetrahedra there are none.
+///
+/// Integrals over a tetrahedron of volume V change with its corner i by V∇λᵢ times their mean, and with the moments of its
+/// corners.
+pub(super) fn mass_gradients(
+    origin: Vector3<f64>,
+    tetrahedra: impl Iterator<Item = Tetrahedron> + Clone,
+    density: f64,
+    gradient: &MassGradient,
+) -> impl Iterator<Item = [Vector3<f64>; 4]> {
+    let MassProperties {
+        mass,
+        center_of_mass,
+        ..
+    } = mass_properties(origin, tetrahedra.clone(), density);
+    let (volume, center) = (mass / density, center_of_mass - origin);
+    let by_inertia = (gradient.by_inertia + gradient.by_inertia.transpose()) * 0.5;
+    let by_second = (Matrix3::identity() * by_inertia.trace() - by_inertia) * density;
+    let by_center = gradient.by_center_of_mass / volume;
+    let by_first = by_center - by_second * center * 2.0;
+    let by_volume =
+        density * gradient.by_mass - by_center.dot(&center) + center.dot(&(by_second * center));
+    tetrahedra.map(move |tetrahedron| {
+        let corners = tetrahedron.corners.map(|corner| corner - origin);
+        let sum: Vector3<f64> = corners.iter().sum();
+        let squares = corners
+            .iter()
+            .chain([&sum])
+            .map(|c| c.dot(&(by_second * c)));
+        let mean = by_volume + by_first.dot(&sum) / 4.0 + squares.sum::<f64>() / 20.0;
+        let tet_volume = tetrahedron.signed_volume();
+        std::array::from_fn(|corner| {
+            let [a, b, c] = FACES[corner].map(|of_face| corners[of_face]);
+            let by_corner = (b - a).cross(&(c - a)) / -6.0;
+            let moved = by_first / 4.0 + by_second * (corners[corner] + sum) / 10.0;
+            by_corner * mean + moved * tet_volume
+        })
+    })
 }

@@ -1,7 +1,7 @@
 use super::surface::{OUTSIDE, Surface};
 use super::{MeshError, coordinates, mass, splitting};
 use crate::geometry::{Aabb, Tetrahedron};
-use crate::spatial::MassProperties;
+use crate::spatial::{MassGradient, MassProperties};
 use nalgebra::Vector3;
 
 /// A tetrahedron counts as flat where six times its volume is below this fraction of its longest
@@ -120,6 +120,22 @@ impl TetMesh {
     pub fn mass_properties(&self, density: f64) -> MassProperties {
         let tetrahedra = (0..self.tet_count()).map(|tet| self.tetrahedron(tet));
         mass::mass_properties(self.aabb().center(), tetrahedra, density)
+    }
+
+    /// The derivatives by the vertices (the number's unit over m) of a number that has these derivatives by
+    /// [`Self::mass_properties`] at this density (kg/m³). Exact up to round-off; those by inner vertices are 0.
+    #[must_use]
+    pub fn mass_gradient(&self, density: f64, gradient: &MassGradient) -> Vec<Vector3<f64>> {
+        let tetrahedra = (0..self.tet_count()).map(|tet| self.tetrahedron(tet));
+        let origin = self.aabb().center();
+        let by_corners = mass::mass_gradients(origin, tetrahedra, density, gradient);
+        let mut by_vertices = vec![Vector3::zeros(); self.vertex_count()];
+        for (tet, by_corners) in self.tets.iter().zip(by_corners) {
+            for (&vertex, by_corner) in tet.iter().zip(by_corners) {
+                by_vertices[vertex] += by_corner;
+            }
+        }
+        by_vertices
     }
 
     /// The mesh with a new vertex at the center of every edge, then every face, then every

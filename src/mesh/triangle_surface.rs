@@ -1,7 +1,7 @@
 use super::triangle_components::Components;
 use super::{SurfaceError, TetMesh, coordinates, mass, triangle_edges, triangle_solid, welding};
 use crate::geometry::{Aabb, Tetrahedron};
-use crate::spatial::MassProperties;
+use crate::spatial::{MassGradient, MassProperties};
 use nalgebra::Vector3;
 
 /// A triangle counts as a line where its height over its longest edge is below this fraction of that edge: its normal would
@@ -169,13 +169,34 @@ impl TriangleSurface {
     #[must_use]
     pub fn mass_properties(&self, density: f64) -> MassProperties {
         let middle = self.aabb().center();
-        let tetrahedra = (0..self.triangles.len()).map(|triangle| {
+        mass::mass_properties(middle, self.tetrahedra_to(middle), density)
+    }
+
+    /// The derivatives by the vertices (the number's unit over m) of a number that has these derivatives by
+    /// [`Self::mass_properties`] at this density (kg/m³). Exact up to round-off.
+    #[must_use]
+    pub fn mass_gradient(&self, density: f64, gradient: &MassGradient) -> Vec<Vector3<f64>> {
+        let middle = self.aabb().center();
+        let by_corners =
+            mass::mass_gradients(middle, self.tetrahedra_to(middle), density, gradient);
+        let mut by_vertices = vec![Vector3::zeros(); self.vertices.len()];
+        // What the middle makes of a change is nothing in the sum.
+        for (triangle, [_, by_corners @ ..]) in self.triangles.iter().zip(by_corners) {
+            for (&vertex, by_corner) in triangle.iter().zip(by_corners) {
+                by_vertices[vertex] += by_corner;
+            }
+        }
+        by_vertices
+    }
+
+    /// The signed tetrahedra between a point and the triangles.
+    fn tetrahedra_to(&self, point: Vector3<f64>) -> impl Iterator<Item = Tetrahedron> + Clone {
+        (0..self.triangles.len()).map(move |triangle| {
             let [a, b, c] = self.corners(triangle);
             Tetrahedron {
-                corners: [middle, a, b, c],
+                corners: [point, a, b, c],
             }
-        });
-        mass::mass_properties(middle, tetrahedra, density)
+        })
     }
 }
 

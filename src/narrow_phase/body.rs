@@ -36,6 +36,14 @@ pub enum BodyError {
         /// Its value.
         value: f64,
     },
+    /// There is no vertex of this index.
+    #[error("vertex {vertex} of a body that has {count} vertices")]
+    Vertex {
+        /// Its index.
+        vertex: usize,
+        /// How many vertices there are.
+        count: usize,
+    },
 }
 
 /// Checks the hydroelastic modulus (Pa) of a compliant body whose extent rises by `steepest` (1/m) at most.

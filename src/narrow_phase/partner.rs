@@ -183,6 +183,30 @@ impl<'a> PartnerShape<'a> {
         }
     }
 
+    /// How many vertices its mesh or surface has, and how many extents.
+    pub fn number_counts(self) -> (usize, usize) {
+        match self {
+            Self::Compliant(shape) => {
+                let count = shape.field().mesh().vertex_count();
+                (count, count)
+            }
+            Self::Rigid(shape) => (shape.surface().vertices().len(), 0),
+            Self::HalfSpace(_) => (0, 0),
+        }
+    }
+
+    /// The vertices at the corners of a cell; none at an apex behind a triangle.
+    pub fn corner_vertices(self, cell: usize) -> [Option<usize>; 4] {
+        match self {
+            Self::Compliant(shape) => shape.field().mesh().tets()[cell].map(Some),
+            Self::Rigid(shape) => {
+                let [a, b, c] = shape.vertices_of(cell);
+                [Some(a), Some(b), Some(c), None]
+            }
+            Self::HalfSpace(_) => [None; 4],
+        }
+    }
+
     /// The cell beyond a face of a cell, by the opposite corner; none beyond the surface.
     pub fn neighbor(self, cell: usize, face: usize) -> Option<usize> {
         match self {

@@ -25,7 +25,7 @@ mod serial;
 mod twist;
 mod wrench;
 
-pub use mass_properties::MassProperties;
+pub use mass_properties::{MassGradient, MassProperties};
 pub use pose::{Pose, PoseError};
 pub(crate) use rotation::{
     left_jacobian, times_constant, turn_from_real, turned_about_own_axis, turned_by, turned_real,

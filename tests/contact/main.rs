@@ -16,6 +16,7 @@ mod plateaus;
 mod polygon;
 mod reference_data;
 mod second_order;
+mod shape_gradients;
 mod skins;
 mod spinning;
 mod stiff;

@@ -2,6 +2,8 @@
 
 mod difference_check;
 mod no_derivative;
+mod reverse;
+mod shapes;
 mod stacks;
 mod trajectory_gradients;
 

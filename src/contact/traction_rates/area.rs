@@ -39,6 +39,7 @@ impl Rates {
             by_speed(1, &by_y1) + turned1,
             by_speed(2, &by_y2) + turned2,
         ];
+        self.by_pressure = by_pressure;
         if !polygon.weights.are_whole() {
             self.scale(polygon.weights);
         }

@@ -2,6 +2,7 @@ use super::{Rates, Traction, add_along_normal};
 use crate::contact::friction::ends;
 use crate::contact::plane::{PlanePolygon, at};
 use crate::contact::polygon::{CutPolygon, PolygonSource};
+use crate::contact::response::{FaceResponse, LawResponse};
 use crate::geometry::faces_in;
 use crate::narrow_phase::{Cut, NUDGE, Weights};
 use nalgebra::{Vector3, Vector6};
@@ -9,11 +10,18 @@ use nalgebra::{Vector3, Vector6};
 /// The line in which the plane meets a face that owns an edge.
 #[derive(Clone, Copy)]
 struct Line {
+    /// The face: 0 to 3 of A, 4 to 7 of B.
+    face: usize,
     /// The face's outward normal, along the axes of the plane.
     normal: Vector3<f64>,
     /// 1/|ν − (ν·n)n| for this normal ν, negative if it points into the polygon.
     outwardness: f64,
-    moves_with_b: bool,
+}
+
+impl Line {
+    fn moves_with_b(&self) -> bool {
+        self.face >= 4
+    }
 }
 
 /// The lines of the faces that an edge lies in.
@@ -34,7 +42,7 @@ impl Drift {
     fn add(&mut self, line: &Line, share: f64) {
         let m = line.normal * (share * line.outwardness);
         self.by_plane += m.z;
-        if line.moves_with_b {
+        if line.moves_with_b() {
             self.by_b += m;
         }
     }
@@ -74,20 +82,37 @@ impl<'e> Edges<'e> {
         }
     }
 
-    /// Adds what the motion of the edges contributes to the wrench of a traction.
-    pub fn add_to(&self, traction: &Traction, rates: &mut Rates) {
+    /// Adds what the motion of the edges contributes to the wrench of a traction, and to how that answers to motions of the
+    /// faces one by one.
+    pub fn add_to(
+        &self,
+        traction: &Traction,
+        rates: &mut Rates,
+        mut response: Option<&mut LawResponse>,
+    ) {
         // At the rim there is no pressure.
         let rim = self.source.pair.tet_a(self.cut.tets[0]).zero_faces;
-        self.visit(rim, |edge, drift| {
-            rates.add_flux(&traction.along_edge(edge), drift);
+        self.visit(rim, |edge, owners| {
+            let flux = traction.along_edge(edge);
+            rates.add_flux(&flux, &self.drift(edge, owners));
+            if let Some(response) = &mut response {
+                self.share_motion(edge, owners, |line, share| {
+                    let share = share * line.outwardness;
+                    response.by_faces.push(FaceResponse {
+                        face: line.face,
+                        normal: self.plane.axes * line.normal,
+                        by_speed: flux.map(|flux| flux * share),
+                    });
+                });
+            }
         });
     }
 
-    /// Visits the edges that move, except those that lie in the faces left out.
-    fn visit(&self, left_out: u8, mut visit: impl FnMut(usize, &Drift)) {
+    /// Visits the edges that move with their owners, except those that lie in the faces left out.
+    fn visit(&self, left_out: u8, mut visit: impl FnMut(usize, u8)) {
         let mut visit_edge = |edge: usize, owners: u8| {
             if owners != 0 && owners & left_out == 0 {
-                visit(edge, &self.drift(edge, owners));
+                visit(edge, owners);
             }
         };
         if let Some((edge, owners)) = self.line_way() {
@@ -110,18 +135,7 @@ impl<'e> Edges<'e> {
             drift.add_growing(&line, still.mean());
         } else {
             let lines = self.lines(edge, owners);
-            let own_speed = |line: &Line| {
-                let normal = self.plane.axes * line.normal;
-                if line.moves_with_b {
-                    normal.dot(&NUDGE)
-                } else {
-                    0.0
-                }
-            };
-            let motion = |line: &Line| own_speed(line) - self.plane_speed * line.normal.z;
-            share_out(&lines, motion, moving.ways(), |line, share| {
-                drift.add(line, share);
-            });
+            self.share_out_motion(&lines, |line, share| drift.add(line, share));
             let [from, to] = self.plane.ends(edge);
             let middle = [0, 1].map(|i| 0.5 * (from[i] + to[i]));
             let plane_speed = self.by_pressure * at(&self.plane.pressure, &middle);
@@ -131,6 +145,29 @@ impl<'e> Edges<'e> {
             });
         }
         drift
+    }
+
+    /// Shares an edge that lies in these faces out among its lines, as bodies move.
+    fn share_motion(&self, edge: usize, owners: u8, mut add: impl FnMut(&Line, f64)) {
+        if owners.is_power_of_two() {
+            let line = self.line(owners.trailing_zeros() as usize, edge);
+            add(&line, self.cut.weights().moving.mean());
+        } else {
+            self.share_out_motion(&self.lines(edge, owners), add);
+        }
+    }
+
+    fn share_out_motion(&self, lines: &Lines, add: impl FnMut(&Line, f64)) {
+        let own_speed = |line: &Line| {
+            let normal = self.plane.axes * line.normal;
+            if line.moves_with_b() {
+                normal.dot(&NUDGE)
+            } else {
+                0.0
+            }
+        };
+        let speed = |line: &Line| own_speed(line) - self.plane_speed * line.normal.z;
+        share_out(lines, speed, self.cut.weights().moving.ways(), add);
     }
 
     fn owners(&self) -> &[u8] {
@@ -177,7 +214,7 @@ impl<'e> Edges<'e> {
         Line {
             normal,
             outwardness: outwardness(&self.plane.edge(edge), &normal),
-            moves_with_b: face >= 4,
+            face,
         }
     }
 
@@ -349,7 +386,7 @@ mod tests {
             if polygon.has_area() {
                 rates.set_area(&traction, &polygon);
             }
-            Edges::of(&source, (cut, &polygon), &plane).add_to(&traction, &mut rates);
+            Edges::of(&source, (cut, &polygon), &plane).add_to(&traction, &mut rates, None);
             rates.add_to(&plane, &polygon, &mut sum);
         }
         sum
@@ -398,7 +435,9 @@ mod tests {
                 weighted.z,
             ];
             rates += SMatrix::<f64, 5, 1>::from([inner]) * by_place.transpose();
-            Edges::of(&source, (cut, &polygon), &plane).visit(0, |edge, drift| {
+            let edges = Edges::of(&source, (cut, &polygon), &plane);
+            edges.visit(0, |edge, owners| {
+                let drift = edges.drift(edge, owners);
                 let speed = plane.axes * drift.by_b - by_place * drift.by_plane;
                 rates += flux(&plane, edge) * speed.transpose();
             });

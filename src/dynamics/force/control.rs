@@ -93,14 +93,21 @@ impl<T: Scalar> Control<T> {
     /// The wrench at a time (s).
     #[must_use]
     pub fn wrench_at(&self, time: f64) -> Wrench<T> {
+        let interval = self.interval_at(time);
+        let wrench = interval.and_then(|interval| self.wrenches.get(interval));
+        wrench.copied().unwrap_or_else(Wrench::zero)
+    }
+
+    /// The interval that a time (s) is in, from 0 on, if it is not before the first.
+    pub(in crate::dynamics) fn interval_at(&self, time: f64) -> Option<usize> {
         let interval = (time / self.interval).floor();
         #[expect(
             clippy::cast_possible_truncation,
             clippy::cast_sign_loss,
             reason = "an interval beyond what a usize counts is after the last one"
         )]
-        let wrench = (interval >= 0.0).then(|| self.wrenches.get(interval as usize));
-        wrench.flatten().copied().unwrap_or_else(Wrench::zero)
+        let interval = (interval >= 0.0).then_some(interval as usize);
+        interval
     }
 
     /// The wrench of an interval, to be changed.

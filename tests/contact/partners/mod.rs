@@ -18,14 +18,14 @@ use hydroelastic::mesh::TriangleSurface;
 use hydroelastic::spatial::Pose;
 
 /// Compliant shapes, their surfaces as rigid ones, and half-spaces with a soft layer and without.
-struct Shapes {
-    compliant: Vec<Shape>,
-    rigid: Vec<RigidShape>,
+pub struct Shapes {
+    pub compliant: Vec<Shape>,
+    pub rigid: Vec<RigidShape>,
     half_spaces: [HalfSpace; 2],
 }
 
 impl Shapes {
-    fn mixed() -> Self {
+    pub fn mixed() -> Self {
         let compliant = mixed_shapes();
         Self {
             rigid: compliant.iter().map(rigid).collect(),
@@ -35,7 +35,12 @@ impl Shapes {
     }
 
     /// Pairs at random poses that touch, of each kind of partner equally often.
-    fn for_pairs(&self, count: usize, seed: u8, mut check: impl FnMut(&ContactPair, &mut Random)) {
+    pub fn for_pairs(
+        &self,
+        count: usize,
+        seed: u8,
+        mut check: impl FnMut(&ContactPair, &mut Random),
+    ) {
         let mut random = Random::new(seed);
         let mut checked = 0;
         while checked < count {

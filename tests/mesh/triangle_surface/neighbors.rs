@@ -16,7 +16,7 @@ fn edge(surface: &TriangleSurface, triangle: usize, corner: usize) -> [usize; 2]
 }
 
 #[test]
-fn a_neighbour_has_the_same_edge_the_other_way_round() {
+fn a_neighbor_has_the_same_edge_the_other_way_round() {
     for (name, mesh) in meshes() {
         let surface = TriangleSurface::around(&mesh).unwrap();
         for triangle in 0..surface.triangles().len() {

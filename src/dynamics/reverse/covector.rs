@@ -1,0 +1,135 @@
+use crate::contact::{Kinks, ShapeGradient};
+use crate::dynamics::system::System;
+use crate::dynamics::{Control, LOCAL};
+use nalgebra::{Matrix3, SVector, Vector3, Vector6};
+
+/// The derivatives of a number by the state of a body, in its local coordinates (see
+/// [`World::displacement`](crate::dynamics::World::displacement)), along the axes of the world.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct StateCovector {
+    /// By a turn of the body about its origin (the number's unit over rad).
+    pub turn: Vector3<f64>,
+    /// By a shift of its origin (over m).
+    pub shift: Vector3<f64>,
+    /// By its spin (over rad/s).
+    pub spin: Vector3<f64>,
+    /// By the velocity of its centre of mass (over m/s).
+    pub velocity: Vector3<f64>,
+}
+
+impl StateCovector {
+    pub fn zero() -> Self {
+        Self::from_vector(&SVector::zeros())
+    }
+
+    /// From (turn, shift, spin, velocity).
+    pub fn from_vector(vector: &SVector<f64, LOCAL>) -> Self {
+        let part = |row: usize| vector.fixed_rows::<3>(row).into_owned();
+        Self {
+            turn: part(0),
+            shift: part(3),
+            spin: part(6),
+            velocity: part(9),
+        }
+    }
+
+    pub fn is_finite(&self) -> bool {
+        let parts = [&self.turn, &self.shift, &self.spin, &self.velocity];
+        parts.into_iter().flatten().all(|number| number.is_finite())
+    }
+
+    pub fn add(&mut self, other: &Self) {
+        self.turn += other.turn;
+        self.shift += other.shift;
+        self.spin += other.spin;
+        self.velocity += other.velocity;
+    }
+
+    /// Adds what follows from the derivative by the arm (m) from the body's origin to its centre of mass, in the axes of the
+    /// world: it turns with the body.
+    pub fn add_by_arm(&mut self, arm: &Vector3<f64>, by_arm: &Vector3<f64>) {
+        self.turn += arm.cross(by_arm);
+    }
+}
+
+/// The derivatives of a number by all that a rollout starts from and depends on.
+#[derive(Debug, Clone)]
+pub(crate) struct SystemGradient {
+    /// By the numbers of each body.
+    pub bodies: Vec<BodyGradient>,
+    /// By gravity (the number's unit over m/s²).
+    pub gravity: Vector3<f64>,
+    /// By the wrench of each interval (torque, force) of each control.
+    pub controls: Vec<Vec<Vector6<f64>>>,
+    /// By the shape of each body, its pose and its mass properties staying as they are; none where it was not asked for.
+    pub shapes: Vec<Option<ShapeGradient>>,
+    pub kinks: Vec<KinksMet>,
+}
+
+/// The kinks of one kind that a rollout met at the contacts of two bodies: see [`Kinks`].
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[non_exhaustive]
+pub struct KinksMet {
+    /// The places of the bodies, in the order of the world's.
+    pub bodies: [usize; 2],
+    /// Of which kind.
+    pub kinks: Kinks,
+    /// In how many steps.
+    pub count: usize,
+    /// The first and the last of them, counted from 1.
+    pub steps: [usize; 2],
+}
+
+/// The derivatives of a number by what a body starts from and is made of.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct BodyGradient {
+    pub initial: StateCovector,
+    pub modulus: f64,
+    pub dissipation: f64,
+    pub friction: f64,
+    /// The inertia grows with it.
+    pub mass: f64,
+    /// By the centre of mass, in the axes of the body frame (over m), but for what forces of other kinds make of it.
+    pub center: Vector3<f64>,
+    /// By the inertia over the mass about the centre of mass, in the axes of the body frame (over m²): symmetric.
+    pub inertia: Matrix3<f64>,
+}
+
+impl SystemGradient {
+    pub fn zero(system: &System) -> Self {
+        let body = BodyGradient {
+            initial: StateCovector::zero(),
+            modulus: 0.0,
+            dissipation: 0.0,
+            friction: 0.0,
+            mass: 0.0,
+            center: Vector3::zeros(),
+            inertia: Matrix3::zeros(),
+        };
+        let intervals = |control: &Control| vec![Vector6::zeros(); control.wrenches().len()];
+        Self {
+            bodies: vec![body; system.bodies.len()],
+            gravity: Vector3::zeros(),
+            controls: system.controls.iter().map(intervals).collect(),
+            shapes: vec![None; system.bodies.len()],
+            kinks: Vec::new(),
+        }
+    }
+
+    /// Counts the kinks of a contact in a step; steps come one after the other, the last first.
+    pub fn meet(&mut self, [a, b]: [usize; 2], kinks: Kinks, step: usize) {
+        let bodies = [a.min(b), a.max(b)];
+        let is_same = |met: &&mut KinksMet| met.bodies == bodies && met.kinks == kinks;
+        if let Some(met) = self.kinks.iter_mut().find(is_same) {
+            met.count += usize::from(met.steps[0] != step);
+            met.steps[0] = step;
+        } else {
+            self.kinks.push(KinksMet {
+                bodies,
+                kinks,
+                count: 1,
+                steps: [step; 2],
+            });
+        }
+    }
+}

@@ -1,0 +1,177 @@
+//! The derivatives of a loss by the states that it looks at.
+
+use super::GradientError;
+use super::widths::{DifferentiableOutcome, NARROW, OutcomeIn, WIDE};
+use crate::dynamics::{
+    BodyState, LOCAL, Motion, Reversal, State, StateCovector, System, Trajectory,
+};
+use crate::scalar::{DenseDual, Scalar};
+use crate::spatial::Twist;
+use nalgebra::{SVector, Vector6};
+
+/// States of a body that fit into the widest dual numbers.
+const AT_ONCE: usize = WIDE / LOCAL;
+
+/// The state of a body at a recorded time.
+#[derive(Debug, Clone, Copy)]
+struct Seen {
+    record: usize,
+    body: usize,
+}
+
+/// A loss, and its derivatives by recorded states.
+pub(super) struct OutcomeCovectors {
+    pub value: f64,
+    /// In the order of time.
+    by_states: Vec<(Seen, StateCovector)>,
+}
+
+impl OutcomeCovectors {
+    /// By the states of bodies that forces move or that stay where they are. Which of them matter is found out first: by
+    /// derivatives along one random direction for many of them together.
+    pub fn of(
+        loss: &dyn DifferentiableOutcome,
+        system: &System,
+        trajectory: &Trajectory,
+    ) -> Result<Self, GradientError> {
+        let value = OutcomeIn::<f64>::of_trajectory(loss, trajectory);
+        let [value] = value[..] else {
+            return Err(GradientError::NotALoss { count: value.len() });
+        };
+        let moves = |body: &usize| !matches!(system.bodies[*body].motion, Motion::Prescribed(_));
+        let bodies: Vec<usize> = (0..system.bodies.len()).filter(moves).collect();
+        let mut found = Self {
+            value,
+            by_states: Vec::new(),
+        };
+        let looked = Looked {
+            loss,
+            trajectory,
+            times: trajectory.states().iter().map(|state| state.time).collect(),
+        };
+        let mut all = Vec::new();
+        for record in 0..trajectory.states().len() {
+            let states: Vec<Seen> = bodies.iter().map(|&body| Seen { record, body }).collect();
+            if looked
+                .look_at_share(&states, &mut found.by_states)
+                .is_none()
+            {
+                all.extend(states);
+            }
+        }
+        looked.look(&all, &mut found.by_states);
+        Ok(found)
+    }
+
+    /// Adds those by recorded states from one of them on, as far as they were not asked for before.
+    pub fn add_to(&mut self, record: usize, reversal: &mut Reversal) {
+        while let Some((seen, by_state)) = self.by_states.pop_if(|(seen, _)| seen.record >= record)
+        {
+            reversal.add(seen.body, &by_state);
+        }
+    }
+}
+
+/// A loss of a trajectory.
+struct Looked<'a> {
+    loss: &'a dyn DifferentiableOutcome,
+    trajectory: &'a Trajectory,
+    times: Vec<f64>,
+}
+
+impl Looked<'_> {
+    /// Finds the derivatives by those of the states that matter.
+    fn look(&self, states: &[Seen], found: &mut Vec<(Seen, StateCovector)>) {
+        if states.len() <= AT_ONCE {
+            let slopes = self.slopes::<WIDE>(self.loss, states.iter().copied().enumerate(), seeds);
+            keep(states, &slopes, found);
+            return;
+        }
+        let size = states.len().div_ceil(NARROW);
+        let parts = || states.chunks(size).enumerate();
+        let members =
+            parts().flat_map(|(part, members)| members.iter().map(move |&seen| (part, seen)));
+        let mut direction = Direction::default();
+        let seeds = |part: usize| {
+            let along = |slope: f64| DenseDual::<NARROW>::variable(0.0, part) * slope;
+            SVector::from_fn(|_, _| along(direction.next()))
+        };
+        let slopes = self.slopes::<NARROW>(self.loss, members, seeds);
+        for (part, members) in parts() {
+            if slopes[part] != 0.0 {
+                self.look(members, found);
+            }
+        }
+    }
+
+    /// The derivatives by the states of bodies in one record, if the loss is a sum over records.
+    fn look_at_share(&self, states: &[Seen], found: &mut Vec<(Seen, StateCovector)>) -> Option<()> {
+        let loss: &dyn OutcomeIn<DenseDual<WIDE>> = self.loss;
+        for states in states.chunks(AT_ONCE) {
+            let record = states[0].record;
+            let mut state = self.trajectory.states()[record].lifted();
+            for (place, seen) in states.iter().enumerate() {
+                displace(&mut state, seen.body, &seeds(place));
+            }
+            let numbers = loss.share_of(&self.times, record, &state)?;
+            keep(states, &numbers.first()?.eps, found);
+        }
+        Some(())
+    }
+
+    /// The derivatives of the loss, where the states in a list are seeded.
+    fn slopes<const WIDTH: usize>(
+        &self,
+        loss: &dyn OutcomeIn<DenseDual<WIDTH>>,
+        states: impl Iterator<Item = (usize, Seen)>,
+        mut seeds: impl FnMut(usize) -> SVector<DenseDual<WIDTH>, LOCAL>,
+    ) -> [f64; WIDTH] {
+        let mut trajectory = self.trajectory.lifted();
+        for (place, Seen { record, body }) in states {
+            displace(trajectory.state_mut(record), body, &seeds(place));
+        }
+        let numbers = loss.of_trajectory(&trajectory);
+        numbers.first().map_or([0.0; WIDTH], |number| number.eps)
+    }
+}
+
+/// Seeds for the state of one body among several.
+fn seeds(place: usize) -> SVector<DenseDual<WIDE>, LOCAL> {
+    SVector::from_fn(|i, _| DenseDual::variable(0.0, LOCAL * place + i))
+}
+
+/// Keeps the derivatives by states, seeded one after the other, that are not all zero.
+fn keep(states: &[Seen], slopes: &[f64; WIDE], found: &mut Vec<(Seen, StateCovector)>) {
+    for (place, &seen) in states.iter().enumerate() {
+        let by_state = SVector::<f64, LOCAL>::from_fn(|i, _| slopes[LOCAL * place + i]);
+        if by_state.iter().any(|&slope| slope != 0.0) {
+            found.push((seen, StateCovector::from_vector(&by_state)));
+        }
+    }
+}
+
+/// Displaces the state of a body by numbers with real part zero.
+fn displace<T: Scalar>(state: &mut State<T>, body: usize, change: &SVector<T, LOCAL>) {
+    let part = |row: usize| -> Vector6<T> { change.fixed_rows::<6>(row).into_owned() };
+    let BodyState { pose, twist } = &mut state.bodies[body];
+    *pose = pose.moved_by(&Twist::from_vector(&part(0)));
+    *twist = Twist::from_vector(&(twist.to_vector() + part(6)));
+}
+
+/// Numbers between 1/2 and 1 in no order, the same each time.
+struct Direction(f64);
+
+impl Default for Direction {
+    fn default() -> Self {
+        Self(0.5)
+    }
+}
+
+impl Direction {
+    fn next(&mut self) -> f64 {
+        /// The golden ratio.
+        const STEP: f64 = 0.618_033_988_749_894_9;
+        self.0 = (self.0 + STEP).fract();
+        0.5 + 0.5 * self.0
+    }
+}

@@ -1,0 +1,169 @@
+//! What holds without differences: rigid motions, sizes and pressures are changes of shape too.
+
+use super::{for_pairs, motion, row, vertices};
+use hydroelastic::contact::{BodyError, ContactPair, LinearisedContact, SurfaceLaw};
+use hydroelastic::spatial::{Pose, Twist};
+use nalgebra::{SMatrix, SVector, Vector3, Vector6};
+
+/// Round-off of sums over polygons and vertices, of the largest entry.
+const SAME: f64 = 1e-12;
+
+/// The law of elastic contact.
+fn elastic() -> SurfaceLaw {
+    SurfaceLaw::new(0.0, 0.0, 1.0).unwrap()
+}
+
+/// Turns about, and shifts along, the axes of the world, of points of a body: their velocities in its frame.
+fn rigid_motion(pose: &Pose, points: &[Vector3<f64>], column: usize) -> Vec<Vector3<f64>> {
+    let unit = Vector6::from_fn(|i, _| if i == column { 1.0 } else { 0.0 });
+    let twist = Twist::from_vector(&unit);
+    let in_body = pose.rotation().transpose();
+    let velocity = |point: &Vector3<f64>| {
+        let arm = pose.rotation() * point;
+        in_body * (twist.linear + twist.angular.cross(&arm))
+    };
+    points.iter().map(velocity).collect()
+}
+
+/// The wrench on one body by a rigid motion of the vertices of the other.
+fn by_motion_of_vertices(
+    pair: &ContactPair,
+    (law, twists): (&SurfaceLaw, [Twist; 2]),
+    moved: usize,
+) -> SMatrix<f64, 6, 6> {
+    let pose = [*pair.a().pose(), *pair.b().pose()][moved];
+    let points = vertices(pair)[moved];
+    SMatrix::from_fn(|on_other, column| {
+        let rows = row(6 * (1 - moved) + on_other);
+        let gradients = pair.shape_gradients_in_motion(law, twists, &rows);
+        gradients[moved].along(&rigid_motion(&pose, points, column))
+    })
+}
+
+#[test]
+fn moving_all_vertices_moves_the_body() {
+    let mut worst = 0.0_f64;
+    for_pairs(60, 71, |pair, random| {
+        let (law, mut twists) = motion(random);
+        for law in [law, elastic()] {
+            for moved in 0..2 {
+                if vertices(pair)[moved].is_empty() {
+                    continue;
+                }
+                // Else the velocity of a point would change as the body's origin moves away from it.
+                twists[moved] = Twist::zero();
+                let found = by_motion_of_vertices(pair, (&law, twists), moved);
+                let LinearisedContact { by_poses, .. } = pair.linearised(&law, twists);
+                let expected = by_poses.fixed_view::<6, 6>(6 * (1 - moved), 6 * moved);
+                worst = worst.max((found - expected).amax() / expected.amax());
+            }
+        }
+    });
+    println!("worst: {worst:.1e}");
+    assert!(worst <= SAME, "{worst:e}");
+}
+
+/// Everything twice as large at the same pressures, and velocities: four times the force, eight times the torque.
+#[test]
+fn forces_grow_with_the_square_of_the_size() {
+    let mut worst = 0.0_f64;
+    for_pairs(60, 72, |pair, random| {
+        if vertices(pair)[1].is_empty() {
+            return;
+        }
+        let (law, [mut twist_a, _]) = motion(random);
+        twist_a.angular = Vector3::zeros();
+        let twists = [twist_a, Twist::zero()];
+        for law in [law, elastic()] {
+            let wrench = pair.wrench_in_motion(&law, twists).on_a;
+            let shift = pair.b().pose().translation() - pair.a().pose().translation();
+            let from_b = pair.b().pose().rotation().transpose() * shift;
+            let scaled_b: Vec<_> = vertices(pair)[1].iter().map(|x| x + from_b).collect();
+            let grown = |of: usize| {
+                let [by_a, by_b] = pair.shape_gradients_in_motion(&law, twists, &row(of));
+                by_a.along(vertices(pair)[0]) + by_b.along(&scaled_b)
+            };
+            let torque = Vector3::from_fn(|i, _| grown(i)) - wrench.torque * 3.0;
+            let force = Vector3::from_fn(|i, _| grown(3 + i)) - wrench.force * 2.0;
+            worst = worst.max(torque.amax() / wrench.torque.amax().max(wrench.force.amax()));
+            worst = worst.max(force.amax() / wrench.force.amax());
+        }
+    });
+    println!("worst: {worst:.1e}");
+    assert!(worst <= SAME, "{worst:e}");
+}
+
+#[test]
+fn growing_all_extents_grows_the_modulus() {
+    let mut worst = 0.0_f64;
+    for_pairs(60, 73, |pair, random| {
+        let (law, twists) = motion(random);
+        for law in [law, elastic()] {
+            let LinearisedContact { by_moduli, .. } = pair.linearised(&law, twists);
+            let moduli = [Some(pair.a().modulus()), pair.b().modulus()];
+            let shapes = [Some(pair.a().shape()), pair.b().shape()];
+            for body in 0..2 {
+                let (Some(modulus), Some(shape)) = (moduli[body], shapes[body]) else {
+                    continue;
+                };
+                let expected = by_moduli.column(body) * modulus;
+                let found = SVector::<f64, 12>::from_fn(|of, _| {
+                    let gradients = pair.shape_gradients_in_motion(&law, twists, &row(of));
+                    let pairs = gradients[body]
+                        .by_extents
+                        .iter()
+                        .zip(shape.field().extents());
+                    pairs.map(|(by_extent, extent)| by_extent * extent).sum()
+                });
+                worst = worst.max((found - expected).amax() / expected.amax());
+            }
+        }
+    });
+    println!("worst: {worst:.1e}");
+    assert!(worst <= SAME, "{worst:e}");
+}
+
+#[test]
+fn columns_are_those_of_the_products() {
+    let mut worst = 0.0_f64;
+    for_pairs(40, 74, |pair, random| {
+        let (law, twists) = motion(random);
+        let all = vertices(pair).map(|vertices| (0..vertices.len()).collect::<Vec<_>>());
+        let chosen = [&all[0][..], &all[1][..]];
+        let covector = SVector::<f64, 12>::from_fn(|_, _| random.between(-1.0, 1.0));
+        let jacobians = pair.vertex_jacobians(Some((&law, twists)), chosen).unwrap();
+        let gradients = pair.shape_gradients_in_motion(&law, twists, &covector);
+        for (jacobians, gradient) in jacobians.iter().zip(&gradients) {
+            let largest = gradient
+                .by_vertices
+                .iter()
+                .map(Vector3::amax)
+                .fold(0.0, f64::max);
+            for (jacobian, expected) in jacobians.iter().zip(&gradient.by_vertices) {
+                let found = jacobian.tr_mul(&covector);
+                worst = worst.max((found - expected).amax() / largest);
+            }
+        }
+        let elastic = pair.vertex_jacobians(None, [&[0], &[]]).unwrap();
+        let expected = pair.shape_gradients(&covector)[0].by_vertices[0];
+        let error = (elastic[0][0].tr_mul(&covector) - expected).amax();
+        assert!(error <= SAME * expected.amax(), "{error:e}");
+    });
+    println!("worst: {worst:.1e}");
+    assert!(worst <= SAME, "{worst:e}");
+}
+
+#[test]
+fn a_vertex_that_is_not_there_is_refused() {
+    for_pairs(6, 75, |pair, _| {
+        let count = vertices(pair)[1].len();
+        let refused = pair.vertex_jacobians(None, [&[0], &[count]]);
+        assert_eq!(
+            refused.unwrap_err(),
+            BodyError::Vertex {
+                vertex: count,
+                count
+            }
+        );
+    });
+}

@@ -1,0 +1,359 @@
+//! Gradients by the sweep back from the outcome against those forwards, by every kind of parameter.
+
+use hydroelastic::contact::{HalfSpace, Shape};
+use hydroelastic::dynamics::{
+    Body, BodyState, Control, Drag, Force, Integrator, Mass, Material, Plan, Situation, Spring,
+    State, Thruster, Trajectory, World, Wrenches,
+};
+use hydroelastic::gradient::{Experiment, GradientError, Integral, Mode, Outcome, Parameter, Rate};
+use hydroelastic::mesh::{PressureField, TetMesh, shapes};
+use hydroelastic::scalar::{Scalar, lift};
+use hydroelastic::spatial::{Pose, Twist, Wrench};
+use nalgebra::{DVector, Vector3, vector};
+
+/// Round-off of hundreds of steps, of the largest entry of a parameter's gradient.
+const SAME: f64 = 1e-11;
+
+/// A sum of all numbers of some states, each with a factor of its own.
+#[derive(Clone, Copy)]
+struct Mixed {
+    /// Every how many recorded states one counts, from the last on.
+    every: usize,
+}
+
+impl Outcome for Mixed {
+    fn of<T: Scalar>(&self, trajectory: &Trajectory<T>) -> Vec<T> {
+        let mut sum = lift::<T>(0.0);
+        let states = trajectory.states().iter().rev().step_by(self.every);
+        for (place, state) in states.enumerate() {
+            for (factor, number) in (1..).zip(numbers(state)) {
+                let factor = (f64::from(factor) * 0.7 + place as f64).sin();
+                sum += number * number * (0.5 * factor) + number * factor;
+            }
+        }
+        vec![sum]
+    }
+}
+
+fn numbers<T: Scalar>(state: &State<T>) -> Vec<T> {
+    let of_body = |body: &BodyState<T>| {
+        let pose = body.pose.translation().iter().chain(body.pose.rotation());
+        let twist = body.twist.linear.iter().chain(&body.twist.angular);
+        pose.chain(twist).copied().collect::<Vec<_>>()
+    };
+    state.bodies.iter().flat_map(of_body).collect()
+}
+
+/// Holds both ways together, parameter by parameter; gives the gradient backwards.
+fn compare<F: Force>(
+    world: &World<f64, F>,
+    plan: &Plan,
+    parameters: &[Parameter],
+    outcome: &impl Outcome,
+) -> DVector<f64> {
+    let experiment = Experiment::new(world, plan);
+    let [(value, forward), (same, reverse)] = [Mode::Forward, Mode::Reverse]
+        .map(|mode| experiment.gradient_by(mode, parameters, outcome).unwrap());
+    assert!((value - same).abs() <= SAME * value.abs(), "{value} {same}");
+    let mut row = 0;
+    for parameter in parameters {
+        let count = parameter.dimension();
+        let [expected, found] = [&forward, &reverse].map(|it| it.rows(row, count).into_owned());
+        let error = (&found - &expected).amax() / expected.amax();
+        assert!(expected.amax() > 0.0, "{parameter} has no effect");
+        assert!(
+            error <= SAME,
+            "{parameter}: {error:e}, {found} for {expected}"
+        );
+        row += count;
+    }
+    reverse
+}
+
+/// A body whose moments differ, with its origin aside of the centre of mass.
+fn potato() -> Shape {
+    let round = shapes::ellipsoid([0.1, 0.12, 0.08], 2).unwrap();
+    let moved = round
+        .mesh()
+        .vertices()
+        .iter()
+        .map(|x| x + vector![0.02, -0.01, 0.03]);
+    let mesh = TetMesh::new(moved.collect(), round.mesh().tets().to_vec()).unwrap();
+    Shape::new(PressureField::new(mesh, round.extents().to_vec()).unwrap())
+}
+
+fn skin(modulus: f64, [dissipation, friction]: [f64; 2]) -> Material {
+    Material {
+        modulus: Some(modulus),
+        dissipation,
+        friction,
+    }
+}
+
+/// Two potatoes that meet each other, a block, a floor and a plate that moves.
+fn bodies(law: [f64; 2]) -> Vec<Body> {
+    let block = Shape::new(shapes::cuboid([0.6, 0.6, 0.2]).unwrap());
+    let potato = std::sync::Arc::new(potato());
+    let dynamic = |name, modulus| {
+        let shape = std::sync::Arc::clone(&potato);
+        Body::dynamic(name, shape, skin(modulus, law), Mass::Density(300.0)).unwrap()
+    };
+    let path = |time: f64| BodyState {
+        pose: Pose::from_translation(vector![0.0, 0.28 - 0.4 * time, 0.1]),
+        twist: Twist {
+            angular: Vector3::zeros(),
+            linear: vector![0.0, -0.4, 0.0],
+        },
+    };
+    vec![
+        dynamic("a", 1e5)
+            .at(Pose::from_rotation_vector(
+                &vector![0.3, 0.2, 0.5],
+                vector![0.02, 0.01, 0.22],
+            ))
+            .with_velocity(vector![0.3, 0.4, -1.0])
+            .with_spin(vector![3.0, -2.0, 1.0]),
+        dynamic("b", 2e5)
+            .at(Pose::from_rotation_vector(
+                &vector![-0.3, 0.8, 0.1],
+                vector![0.13, 0.12, 0.37],
+            ))
+            .with_velocity(vector![-0.2, -0.5, -1.5])
+            .with_spin(vector![-1.0, 2.0, 1.5]),
+        Body::fixed("block", block, skin(4e5, law))
+            .unwrap()
+            .at(Pose::from_rotation_vector(
+                &vector![0.05, 0.02, 0.3],
+                vector![0.0, 0.0, -0.02],
+            )),
+        Body::prescribed(
+            "plate",
+            Shape::new(shapes::cuboid([0.5, 0.1, 0.5]).unwrap()),
+            skin(3e5, law),
+            std::sync::Arc::new(path),
+        )
+        .unwrap(),
+        Body::fixed("floor", HalfSpace::layer(0.05).unwrap(), skin(2e5, law))
+            .unwrap()
+            .at(Pose::from_translation(vector![0.0, 0.0, 0.1])),
+    ]
+}
+
+fn by_bodies(rubs: bool) -> Vec<Parameter> {
+    let mut parameters = Vec::new();
+    for name in ["a", "b"] {
+        parameters.extend([
+            Parameter::InitialPosition(name.into()),
+            Parameter::InitialOrientation(name.into()),
+            Parameter::InitialVelocity(name.into()),
+            Parameter::InitialSpin(name.into()),
+            Parameter::Mass(name.into()),
+        ]);
+    }
+    for name in ["a", "b", "block", "plate", "floor"] {
+        parameters.push(Parameter::Modulus(name.into()));
+        if rubs {
+            parameters.push(Parameter::Dissipation(name.into()));
+            parameters.push(Parameter::Friction(name.into()));
+        }
+    }
+    for name in ["block", "floor"] {
+        parameters.push(Parameter::InitialPosition(name.into()));
+        parameters.push(Parameter::InitialOrientation(name.into()));
+    }
+    parameters.push(Parameter::Gravity);
+    parameters
+}
+
+fn world(law: [f64; 2]) -> World {
+    let world = World::new(bodies(law)).unwrap();
+    let world = world.with_gravity(vector![0.3, -0.2, -9.81]).unwrap();
+    world.with_slip_tolerance(0.05).unwrap()
+}
+
+fn plan() -> Plan {
+    Plan::new(5e-4, 300).unwrap()
+}
+
+#[test]
+fn elastic() {
+    for integrator in [Integrator::Leapfrog, Integrator::SymplecticEuler] {
+        let plan = plan().with_integrator(integrator).recording_every(300);
+        compare(
+            &world([0.0; 2]),
+            &plan,
+            &by_bodies(false),
+            &Mixed { every: 1000 },
+        );
+    }
+}
+
+#[test]
+fn rubbing() {
+    for integrator in [Integrator::Leapfrog, Integrator::SymplecticEuler] {
+        let plan = plan().with_integrator(integrator).recording_every(300);
+        compare(
+            &world([0.5, 0.4]),
+            &plan,
+            &by_bodies(true),
+            &Mixed { every: 1000 },
+        );
+    }
+}
+
+#[test]
+fn outcomes_that_look_at_many_states() {
+    let plan = plan().recording_every(7);
+    compare(
+        &world([0.5, 0.4]),
+        &plan,
+        &by_bodies(true),
+        &Mixed { every: 3 },
+    );
+}
+
+/// Squares of velocities, and heights.
+struct Haste;
+
+impl Rate for Haste {
+    fn at<T: Scalar>(&self, state: &State<T>) -> T {
+        let [a, b] = [0, 1].map(|body| &state.bodies[body]);
+        a.velocity().dot(b.velocity()) + a.position().z * 3.0 + b.twist.angular.x
+    }
+}
+
+#[test]
+fn integrals_along_the_way() {
+    let plan = plan().recording_every(7);
+    let world = world([0.5, 0.4]);
+    compare(&world, &plan, &by_bodies(true), &Integral(Haste));
+    // Of gravity alone: ∫ (v₀ + g t)² dt, by a rule that is exact for straight lines.
+    let free = |spin: f64| {
+        let ball = Shape::new(shapes::icosphere(0.1, 0).unwrap());
+        let body = |name| {
+            let shape = std::sync::Arc::new(ball.clone());
+            Body::dynamic(name, shape, Material::elastic(1e5), Mass::Total(1.0)).unwrap()
+        };
+        let far = Pose::from_translation(vector![9.0, 0.0, 0.0]);
+        let spinning = body("b").at(far).with_spin(vector![spin, 0.0, 0.0]);
+        World::new(vec![
+            body("a").with_velocity(vector![0.0, 0.0, 1.0]),
+            spinning,
+        ])
+        .unwrap()
+    };
+    let experiment = Experiment::new(free(0.5), &Plan::new(1e-2, 100).unwrap());
+    let by_spin = [Parameter::InitialSpin("b".into())];
+    let (value, by_spin) = experiment
+        .gradient_by(Mode::Reverse, &by_spin, &Integral(Haste))
+        .unwrap();
+    // ∫ 3 t dt + 0.5 over a second.
+    assert!((value - 2.0).abs() <= 1e-12, "{value}");
+    assert!((by_spin[0] - 1.0).abs() <= 1e-12, "{by_spin}");
+}
+
+/// Depends on what contact does, on gravity, and on the masses and materials of the bodies.
+struct Odd;
+
+impl Force for Odd {
+    fn add_to<T: Scalar>(&self, wrenches: &mut Wrenches<T>, now: &Situation<T>) {
+        let mass = now.bodies[1].inertia().unwrap().mass;
+        let touch = now.contact[1].force * lift::<T>(0.1) + now.contact[1].torque;
+        let material = now.bodies[2].material();
+        let friction = material.friction * 0.3 + material.dissipation;
+        let modulus = material.modulus.unwrap() * 1e-6;
+        let weight = now.gravity * (mass * 0.1 + friction + modulus);
+        wrenches.push_center(0, &(touch + weight));
+        let spin = now.states[0].twist.angular;
+        wrenches.push(1, &spin, now.states[2].position());
+    }
+}
+
+#[test]
+fn forces_and_controls() {
+    let spring = Spring {
+        bodies: ["a".into(), "b".into()],
+        points: [[0.05, 0.0, 0.0], [0.0, 0.05, 0.0]],
+        rest_length: 0.1,
+        stiffness: 30.0,
+        damping: 0.3,
+    };
+    let drag = Drag {
+        body: "b".into(),
+        linear: 0.3,
+        angular: 1e-3,
+    };
+    let thruster = Thruster {
+        body: "a".into(),
+        point: [0.0, 0.0, 0.1],
+        force: [0.4, 0.2, 0.5],
+    };
+    let push = Wrench {
+        torque: vector![1e-3, 2e-3, -1e-3],
+        force: vector![0.5, -0.3, 0.2],
+    };
+    let control = Control::new("b", 0.03, vec![push; 5]).unwrap();
+    let world = world([0.5, 0.4]).with_control(control).unwrap();
+    let world = world.with_forces((spring, drag, thruster, Odd)).unwrap();
+    let mut parameters = by_bodies(true);
+    parameters.extend((0..5).map(|interval| Parameter::Control("b".into(), interval)));
+    for integrator in [Integrator::Leapfrog, Integrator::SymplecticEuler] {
+        let plan = plan().with_integrator(integrator).recording_every(300);
+        compare(&world, &plan, &parameters, &Mixed { every: 1000 });
+    }
+}
+
+#[test]
+fn a_ball_that_rolls_and_a_symmetric_top() {
+    let top = Shape::new(shapes::cylinder(0.1, 0.1, 12).unwrap());
+    let ball = Shape::new(shapes::icosphere(0.1, 2).unwrap());
+    for shape in [top, ball] {
+        let body = Body::dynamic("body", shape, skin(1e5, [0.3, 0.5]), Mass::Total(1.0)).unwrap();
+        let floor = Body::fixed(
+            "floor",
+            HalfSpace::rigid(),
+            Material::rigid().with_friction(0.5),
+        )
+        .unwrap();
+        let start = Pose::from_rotation_vector(&vector![0.2, 0.1, 0.4], vector![0.0, 0.0, 0.12]);
+        let world = World::new(vec![
+            body.at(start)
+                .with_velocity(vector![1.0, 0.2, 0.0])
+                .with_spin(vector![0.0, 8.0, 3.0]),
+            floor,
+        ])
+        .unwrap();
+        let world = world.with_gravity(vector![0.0, 0.0, -9.81]).unwrap();
+        let world = world.with_slip_tolerance(0.05).unwrap();
+        let parameters = [
+            Parameter::InitialPosition("body".into()),
+            Parameter::InitialOrientation("body".into()),
+            Parameter::InitialVelocity("body".into()),
+            Parameter::InitialSpin("body".into()),
+            Parameter::Modulus("body".into()),
+            Parameter::Mass("body".into()),
+            Parameter::Dissipation("body".into()),
+            Parameter::Friction("floor".into()),
+            Parameter::Gravity,
+        ];
+        compare(
+            &world,
+            &plan().recording_every(300),
+            &parameters,
+            &Mixed { every: 1000 },
+        );
+    }
+}
+
+#[test]
+fn implicit_steps_are_refused_backwards_and_taken_forwards() {
+    let world = world([0.5, 0.4]);
+    let plan = Plan::new(5e-3, 4)
+        .unwrap()
+        .with_integrator(Integrator::Sdirk2);
+    let experiment = Experiment::new(&world, &plan);
+    let (parameters, outcome) = (by_bodies(true), Mixed { every: 1000 });
+    let refused = experiment.gradient_by(Mode::Reverse, &parameters, &outcome);
+    assert_eq!(refused.unwrap_err(), GradientError::NoReverse);
+    experiment.gradient(&parameters, &outcome).unwrap();
+}
