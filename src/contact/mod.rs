@@ -48,8 +48,8 @@ mod traction_rates;
 mod wrench;
 
 pub use crate::broad_phase::{HalfSpace, NotFollowed, RigidShape, Shape, ThicknessError};
-pub(crate) use crate::narrow_phase::PartnerShape;
 pub use crate::narrow_phase::{BodyError, ContactBody, Partner};
+pub(crate) use crate::narrow_phase::{PartnerShape, STEEPEST};
 pub use crate::search::{Culling, Search};
 pub use crate::threads::results_of;
 pub(crate) use frozen::FrozenContact;

@@ -162,7 +162,10 @@ impl ContactPair<'_> {
     }
 
     fn shapes(&self) -> [PartnerShape<'_>; 2] {
-        [PartnerShape::Compliant(self.a().shape()), self.b().kind()]
+        [
+            PartnerShape::Compliant(self.a().shape()),
+            self.b().partner_shape(),
+        ]
     }
 }
 

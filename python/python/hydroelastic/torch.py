@@ -124,17 +124,8 @@ def wrench(
     -------
     (12,): torque (N m) and force (N) on A, about A's origin, then those on B, about B's.
     """
-    parts = [_floats(pose_a, "pose_a", (4, 4)), _floats(pose_b, "pose_b", (4, 4))]
-    given = twist_a, twist_b
-    in_motion = any(twist is not None for twist in given)
-    if in_motion:
-        names = "twist_a", "twist_b"
-        parts += [_floats(np.zeros(6) if it is None else it, name, (6,)) for it, name in zip(given, names)]
-    parts.append(_floats(_rows.moduli_of(pair) if moduli is None else moduli, "moduli", (2,)))
-    of_pair = pair.law.dissipation, pair.law.friction
-    numbers = _floats(of_pair if law is None else law, "law", (2,))
-    parts += [numbers] if in_motion else []
-    return _evaluated(_rows.Wrench(pair, in_motion), (2, 2, *[1] * (len(parts) - 2)), parts)
+    found: Tensor = _rows.wrench(_Arrays(), pair, (pose_a, pose_b), (twist_a, twist_b), moduli, law)
+    return found
 
 
 def initial_state(world: World) -> State:
@@ -219,7 +210,7 @@ def _states(
 
 
 class _Arrays:
-    """What PyTorch brings to _rows.states."""
+    """What PyTorch brings to _rows.wrench and _rows.states."""
 
     def floats(self, value: _Tensor, name: str, shape: tuple[int, ...]) -> Tensor:
         return _floats(value, name, shape)
