@@ -22,17 +22,19 @@ pub enum Mode {
     Reverse,
 }
 
-impl Experiment {
-    /// Backwards where more than one rollout forwards would be needed (`cargo bench --bench reverse`).
-    pub(super) fn mode_for(&self, parameters: &[Parameter]) -> Mode {
+impl Mode {
+    /// For a gradient: backwards where more than one rollout forwards would be needed (`cargo bench --bench reverse`).
+    pub(super) fn of_gradient_by(parameters: &[Parameter]) -> Self {
         let count: usize = parameters.iter().map(Parameter::dimension).sum();
         if count > WIDE {
-            Mode::Reverse
+            Self::Reverse
         } else {
-            Mode::Forward
+            Self::Forward
         }
     }
+}
 
+impl Experiment {
     /// A loss and its gradient, by a sweep back from the outcome.
     pub(super) fn swept_back(
         &self,

@@ -158,7 +158,7 @@ impl<T: Scalar> Carried<'_, T> {
     ) -> Result<DMatrix<f64>, Stuck> {
         let states = real.states_with(root);
         let pairs = contacts.iter().map(|(bodies, contact)| {
-            PairWrenches::of(real.geometry(*bodies, &states), *bodies, contact)
+            PairWrenches::of(&real.geometry(*bodies, &states), *bodies, contact)
         });
         let matrix = real.exact_matrix(&states, &pairs.collect::<Vec<_>>());
         let factors = matrix.factorised(self.of.scene.patterns);

@@ -30,7 +30,7 @@ pub(super) struct PairWrenches {
 
 impl PairWrenches {
     /// With all exact first derivatives.
-    pub fn of(geometry: PairGeometry, bodies: [usize; 2], contact: &LinearisedContact) -> Self {
+    pub fn of(geometry: &PairGeometry, bodies: [usize; 2], contact: &LinearisedContact) -> Self {
         let [by_displacements, by_velocities] = geometry.linearised(contact);
         Self {
             bodies,

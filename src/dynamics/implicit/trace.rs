@@ -152,7 +152,11 @@ impl StageTaken<'_> {
         by_velocities: &[Vector6<f64>],
     ) -> Result<Vec<Vector6<f64>>, Stuck> {
         let pairs = contacts.map(|(bodies, contact)| {
-            PairWrenches::of(self.problem.geometry(bodies, &self.states), bodies, contact)
+            PairWrenches::of(
+                &self.problem.geometry(bodies, &self.states),
+                bodies,
+                contact,
+            )
         });
         let matrix = self
             .problem

@@ -137,7 +137,7 @@ impl<'a> Situated<'a> {
         }
         let parts: Vec<&[usize]> = bodies.chunks(bodies.len().div_ceil(LOCAL).max(1)).collect();
         let slopes = self.by_numbers(&parts, |part, number| {
-            // Roots of primes and their like have no linear relation.
+            // No direction that derivatives are likely to be normal to by chance.
             Seeded::variable(0.0, part) * (2.0 + number as f64).sqrt()
         });
         for (part, slope) in parts.into_iter().zip(&slopes) {

@@ -16,6 +16,8 @@ pub(super) struct Pullback<'w> {
     pub gradient: SystemGradient,
     /// The step that is taken back, counted from 1.
     pub step: usize,
+    /// The body of each control.
+    controlled: Vec<Option<usize>>,
 }
 
 /// Where wrenches act.
@@ -37,12 +39,16 @@ pub(super) struct Here<'a> {
 impl<'w> Pullback<'w> {
     pub fn of(world: &'w dyn AnyWorld<f64>) -> Self {
         let system = world.system();
+        let controls = system.controls.iter();
         Self {
             world,
             forces: SeededForces::of(world),
             states: vec![StateCovector::zero(); system.bodies.len()],
             gradient: SystemGradient::zero(system),
             step: 0,
+            controlled: controls
+                .map(|control| system.index_of(control.body()).ok())
+                .collect(),
         }
     }
 
@@ -73,11 +79,11 @@ impl<'w> Pullback<'w> {
     }
 
     fn pull_back_controls(&mut self, time: f64, by_wrenches: &[WrenchCovector]) {
-        let system = self.system();
-        for (control, by_intervals) in system.controls.iter().zip(&mut self.gradient.controls) {
+        let controls = self.system().controls.iter().zip(&self.controlled);
+        for ((control, &body), by_intervals) in controls.zip(&mut self.gradient.controls) {
             let interval = control.interval_at(time);
             let by_interval = interval.and_then(|interval| by_intervals.get_mut(interval));
-            if let (Some(by_interval), Ok(body)) = (by_interval, system.index_of(control.body())) {
+            if let (Some(by_interval), Some(body)) = (by_interval, body) {
                 *by_interval += by_wrenches[body].to_vector();
             }
         }

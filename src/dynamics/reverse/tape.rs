@@ -5,7 +5,7 @@ use crate::dynamics::steps::{Checkpoint, Steps};
 use crate::dynamics::{BodyState, Plan, RolloutError, State};
 use std::cmp;
 
-/// Steps of up to so many bytes are all kept.
+/// Steps of up to so many bytes are all kept; halved ones take more, and are not counted twice.
 const ROOM: usize = 256 << 20;
 
 /// The steps of a rollout, to be read from the last to the first. All of them are kept, or one checkpoint in √l of l, from which
