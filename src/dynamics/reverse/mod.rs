@@ -17,7 +17,8 @@ use super::sweep::Sweep;
 use super::{BodyState, Inertia, Motion, Plan, State};
 use crate::spatial::Wrench;
 use contact::{Touching, WrenchCovector};
-pub(crate) use covector::{StateCovector, SystemGradient};
+pub use covector::StateCovector;
+pub(crate) use covector::SystemGradient;
 use forces::SeededForces;
 pub(crate) use tape::Tape;
 
