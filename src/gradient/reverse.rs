@@ -72,7 +72,7 @@ impl Experiment {
         parameters: &[Parameter],
         by_states: impl FnOnce(&Trajectory) -> Vec<Vec<StateCovector>>,
     ) -> Result<DVector<f64>, GradientError> {
-        let (_, found) = self.pulled_back(parameters, |_, trajectory| {
+        let ((), found) = self.pulled_back(parameters, |_, trajectory| {
             let by_states = by_states(trajectory);
             Ok(((), RecordedCovectors::new(by_states, trajectory)?))
         })?;
