@@ -9,7 +9,7 @@ use hydroelastic::contact::{
 };
 use hydroelastic::dynamics::{
     Body, Control, Drag, Force, Integrator, Mass, Material, Plan, Spring, State, StateCovector,
-    Thruster, World,
+    Thruster, Trajectory, World,
 };
 use hydroelastic::gradient::{Experiment, FinalState, Parameter};
 use hydroelastic::mesh::{TriangleSurface, shapes};
@@ -88,7 +88,8 @@ fn contact(found: &mut Found) -> Result<(), Box<dyn Error>> {
     keep(found, "energy", &[pair.potential_energy()]);
     let surface = pair.surface();
     keep(found, "area", &[surface.area()]);
-    let by_wrenches = SVector::from_fn(|row, _| 1.0 / (1.0 + row as f64));
+    let halves = std::iter::successors(Some(1.0), |factor| Some(factor / 2.0));
+    let by_wrenches = SVector::from_iterator(halves);
     let gradients = pair.shape_gradients_in_motion(&law, twists(), &by_wrenches);
     for (gradient, name) in gradients.iter().zip(["A", "B"]) {
         let by_vertices = gradient.by_vertices.iter().flatten();
@@ -268,22 +269,24 @@ fn worlds(found: &mut Found) -> Result<(), Box<dyn Error>> {
     let end = experiment.jacobian(&by, &FinalState::of_body(&shared, "ball")?)?;
     keep(found, "end", &end.value);
     by_rows(found, "end jacobian", &end.jacobian);
-    let last = StateCovector {
-        turn: vector![0.1, 0.2, 0.3],
-        shift: vector![1.0, -2.0, 3.0],
-        spin: vector![0.01, 0.02, -0.03],
-        velocity: vector![-0.1, 0.4, 0.2],
-    };
-    let by_start = experiment.pullback(&by, |trajectory| {
-        let bodies = trajectory.last().bodies.len();
-        let mut by_states = vec![vec![StateCovector::zero(); bodies]; 2];
-        by_states[1][0] = last;
-        by_states
-    })?;
+    let by_start = experiment.pullback(&by, by_last_state)?;
     keep(found, "pullback", &by_start);
     let linearised =
         Experiment::new(Arc::clone(&shared), &Plan::new(1e-3, 100)?).linearised(&by)?;
     by_rows(found, "A", &linearised.by_state);
     by_rows(found, "B", &linearised.by_parameters);
     Ok(())
+}
+
+/// The derivatives of a number by two recorded states: by the last one of the ball.
+fn by_last_state(trajectory: &Trajectory) -> Vec<Vec<StateCovector>> {
+    let bodies = trajectory.last().bodies.len();
+    let mut by_states = vec![vec![StateCovector::zero(); bodies]; 2];
+    by_states[1][0] = StateCovector {
+        turn: vector![0.1, 0.2, 0.3],
+        shift: vector![1.0, -2.0, 3.0],
+        spin: vector![0.01, 0.02, -0.03],
+        velocity: vector![-0.1, 0.4, 0.2],
+    };
+    by_states
 }

@@ -522,19 +522,21 @@ def test_swept_gradients_pass_through_transformations(driven):
     check_grads(jax.jit(loss), (at,), **CHECK | {"atol": 1e-4, "rtol": 1e-4})
 
 
-def test_swept_rows_that_end_early_are_nan(driven, caplog):
-    plan = he.Plan(2e-2, 20, check_every=1)
-    by = [*he.Parameter.controls(["ball"], 3), he.Parameter.initial_velocity("ball")]
-    changes = np.zeros((2, 21))
-    changes[1, -1] = 20.0
+def test_swept_rows_that_are_refused_are_nan_with_a_reason(driven, caplog):
+    plan = he.Plan(5e-4, 20)
+    by = [*he.Parameter.controls(["ball"], 3), he.Parameter.mass("ball")]
+    changes = np.zeros((2, 19))
+    # No such mass.
+    changes[1, -1] = -2.0
 
     def end(change):
-        return jnp.sum(hj.final_state(driven, he.Plan(5e-4, 20), by, change).poses) + 0.0 * jnp.sum(
-            hj.final_state(driven, plan, by, change).poses
-        )
+        return jnp.sum(hj.final_state(driven, plan, by, change).poses)
 
     slopes = jax.jit(jax.vmap(jax.grad(end)))(changes)
-    assert np.isnan(slopes[1]).any() and "rollout: NaN in" in caplog.text
+    assert np.isfinite(slopes[0]).all() and np.isnan(slopes[1]).all()
+    assert [it.getMessage()[:29] for it in caplog.records] == ["rollout: NaN in 1 of 2 rows: "]
+    assert np.isnan(jax.jit(jax.grad(end))(changes[1])).all()
+    assert not any(record.exc_info for record in caplog.records)
 
 
 def test_rollouts_have_the_bits_of_the_library(bounce):

@@ -23,7 +23,7 @@ _T = TypeVar("_T")
 POSE = 16
 TWIST = 6
 WRENCHES = 12
-# Columns of a Jacobian that one rollout on dual numbers gives, and how many sweeps back take as long as such a rollout.
+# Columns of a Jacobian that one rollout on dual numbers gives, and how many sweeps back take about as long as such a rollout.
 PASS = 96
 SWEEPS = 2
 
@@ -179,6 +179,8 @@ class Rollout(Function):
             return super().pullbacks(rows, cotangents)
         found, errors = np.full((*cotangents.shape[:2], self.columns), np.nan), Errors()
         worlds = _each(self._started, rows, errors)
+        if not worlds:
+            return found, errors
         places = [(place, which) for place in worlds for which in range(count)]
         by_poses, by_twists = self._by_states(np.array([cotangents[it] for it in places]).reshape(-1, self.outputs))
         results = Batch(self._plan).pullbacks_of_worlds([worlds[place] for place, _ in places], by, by_poses, by_twists)
