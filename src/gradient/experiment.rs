@@ -149,7 +149,7 @@ impl Experiment {
         parameters: &[Parameter],
         loss: &impl Outcome,
     ) -> Result<(f64, DVector<f64>), GradientError> {
-        self.gradient_by(Mode::of_gradient_by(parameters), parameters, loss)
+        self.gradient_by(self.mode_for(parameters), parameters, loss)
     }
 
     /// A loss and its gradient.

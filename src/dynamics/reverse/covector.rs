@@ -7,7 +7,7 @@ use nalgebra::{Matrix3, SVector, Vector3, Vector6};
 /// The derivatives of a number by the state of a body, in its local coordinates (see
 /// [`World::displacement`](crate::dynamics::World::displacement)), along the axes of the world.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct StateCovector {
+pub struct StateCovector {
     /// By a turn of the body about its origin (the number's unit over rad).
     pub turn: Vector3<f64>,
     /// By a shift of its origin (over m).
@@ -19,11 +19,14 @@ pub(crate) struct StateCovector {
 }
 
 impl StateCovector {
+    /// Of a number that does not depend on the state.
+    #[must_use]
     pub fn zero() -> Self {
         Self::from_vector(&SVector::zeros())
     }
 
     /// From (turn, shift, spin, velocity).
+    #[must_use]
     pub fn from_vector(vector: &SVector<f64, LOCAL>) -> Self {
         let part = |row: usize| vector.fixed_rows::<3>(row).into_owned();
         Self {
@@ -34,31 +37,50 @@ impl StateCovector {
         }
     }
 
+    /// From the derivatives by the entries of the rotation matrix and of the position, as programs for automatic
+    /// differentiation have them, and by spin and velocity (`by_twist`), where the body has an orientation. Of the nine
+    /// entries three combinations count: a small turn θ changes the rotation R by θ × R.
+    #[must_use]
+    pub fn from_entries(
+        rotation: &Matrix3<f64>,
+        by_rotation: &Matrix3<f64>,
+        by_position: Vector3<f64>,
+        by_twist: &Twist,
+    ) -> Self {
+        let columns = rotation.column_iter().zip(by_rotation.column_iter());
+        Self {
+            turn: columns.map(|(axis, by_axis)| axis.cross(&by_axis)).sum(),
+            shift: by_position,
+            spin: by_twist.angular,
+            velocity: by_twist.linear,
+        }
+    }
+
     /// By the motion of the pose (angular, linear), and by the twist.
-    pub fn from_parts([by_pose, by_twist]: [Vector6<f64>; 2]) -> Self {
+    pub(crate) fn from_parts([by_pose, by_twist]: [Vector6<f64>; 2]) -> Self {
         let number = |i: usize| if i < 6 { by_pose[i] } else { by_twist[i - 6] };
         Self::from_vector(&SVector::from_fn(|i, _| number(i)))
     }
 
     /// The inverse of [`Self::from_parts`].
-    pub fn parts(&self) -> [Vector6<f64>; 2] {
+    pub(crate) fn parts(&self) -> [Vector6<f64>; 2] {
         let six = |angular, linear| Twist { angular, linear }.to_vector();
         [six(self.turn, self.shift), six(self.spin, self.velocity)]
     }
 
     /// By the motion of another point that is fixed to the body, an arm (m, axes of the world) away from the one it is about.
-    pub fn about(&self, arm: &Vector3<f64>) -> Self {
+    pub(crate) fn about(&self, arm: &Vector3<f64>) -> Self {
         let mut about = *self;
         about.add_by_arm(arm, &-self.shift);
         about
     }
 
-    pub fn is_finite(&self) -> bool {
+    pub(crate) fn is_finite(&self) -> bool {
         let parts = [&self.turn, &self.shift, &self.spin, &self.velocity];
         parts.into_iter().flatten().all(|number| number.is_finite())
     }
 
-    pub fn add(&mut self, other: &Self) {
+    pub(crate) fn add(&mut self, other: &Self) {
         self.turn += other.turn;
         self.shift += other.shift;
         self.spin += other.spin;
@@ -67,7 +89,7 @@ impl StateCovector {
 
     /// Adds what follows from the derivative by the arm (m) from the body's origin to its centre of mass, in the axes of the
     /// world: it turns with the body.
-    pub fn add_by_arm(&mut self, arm: &Vector3<f64>, by_arm: &Vector3<f64>) {
+    pub(crate) fn add_by_arm(&mut self, arm: &Vector3<f64>, by_arm: &Vector3<f64>) {
         self.turn += arm.cross(by_arm);
     }
 }
