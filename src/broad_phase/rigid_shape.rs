@@ -14,7 +14,7 @@ pub struct RigidShape {
     surface: TriangleSurface,
     cells: Vec<FieldTet>,
     rims: RimTree,
-    /// One triangle of each connected part of the surface.
+    /// One triangle of each connected part of the surface, by its centroid.
     parts: BoxTree<usize>,
 }
 
@@ -29,9 +29,10 @@ impl RigidShape {
         let triangles = 0..surface.triangles().len();
         let cells: Vec<_> = triangles.map(|triangle| cell(&surface, triangle)).collect();
         let parts = surface.component_starts().iter();
+        let point_of = |triangle: usize| Aabb::around([&centroid(&surface, triangle)]);
         Self {
             rims: RimTree::of_cells(&cells),
-            parts: BoxTree::new(parts.map(|&start| (start, cells[start].tetrahedron.aabb()))),
+            parts: BoxTree::new(parts.map(|&start| (start, point_of(start)))),
             surface,
             cells,
         }
@@ -59,15 +60,18 @@ impl RigidShape {
         &self.rims
     }
 
-    /// Visits one triangle of each connected part of the surface, if that triangle (of B) may overlap the box `region` in A.
+    /// Visits one triangle of each connected part of the surface and its centroid (m, in B), if that may lie in the box
+    /// `region` in A.
     pub(crate) fn visit_parts_near(
         &self,
         region: &Aabb,
         pose_ab: &Pose<f64>,
         margin: f64,
-        visit: impl FnMut(usize),
+        mut visit: impl FnMut(usize, &Vector3<f64>),
     ) {
-        self.parts.visit_near(region, pose_ab, margin, visit);
+        self.parts.visit_near(region, pose_ab, margin, |triangle| {
+            visit(triangle, &centroid(&self.surface, triangle));
+        });
     }
 
     /// The cell of the triangle beyond a face of a cell; none beyond the triangle itself.
@@ -75,6 +79,10 @@ impl RigidShape {
         let edge = CORNERS.get(face)?;
         Some(self.surface.neighbour(cell, *edge))
     }
+}
+
+fn centroid(surface: &TriangleSurface, triangle: usize) -> Vector3<f64> {
+    surface.corners(triangle).iter().sum::<Vector3<f64>>() / 3.0
 }
 
 /// As deep as the triangle's longest edge is long, below its centroid.

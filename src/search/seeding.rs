@@ -15,13 +15,19 @@ impl Walk<'_, '_> {
         self.enter_at_escapes(shape_b, ridges);
     }
 
-    /// Enters at one triangle of each part of a rigid surface.
+    /// Enters at one point of each part of a rigid surface: of one without a rim, all points are in A.
     pub fn enter_at_parts(&mut self, shape_b: &RigidShape) {
         let (pair, margin) = (self.pair, self.pair.margin());
-        let bounds_a = pair.shape_a.tree().bounds();
-        shape_b.visit_parts_near(&bounds_a, &pair.pose_ab, margin, |triangle| {
-            self.enter_with_all_of_a(triangle);
-        });
+        let tree_a = pair.shape_a.tree();
+        shape_b.visit_parts_near(
+            &tree_a.bounds(),
+            &pair.pose_ab,
+            margin,
+            |triangle, point| {
+                let in_a = pair.pose_ab.transformed_point(point);
+                tree_a.visit_at(&in_a, margin, |tet_a| self.enter_pair(tet_a, triangle));
+            },
+        );
     }
 
     /// Enters at a cell of B with all that it may touch.
