@@ -100,8 +100,8 @@ impl World {
         array(py, found.as_slice().to_vec(), &[found.len()])
     }
 
-    /// Whether a gradient by these parameters is best found backwards, by pullback: where that is possible, and they have more
-    /// than 12 numbers.
+    /// Whether a gradient by these parameters is best found backwards, by pullback: where they have more than 96
+    /// numbers.
     fn sweeps_back(&self, plan: &Plan, parameters: Vec<Bound<'_, Parameter>>) -> bool {
         let mode = Experiment::new(&self.inner, &plan.0).mode_for(&inner(&parameters));
         mode == Mode::Reverse

@@ -15,7 +15,7 @@ pub struct RigidShape {
     bounds: Aabb,
     cells: Vec<FieldTet>,
     triangle_tree: TriangleTree,
-    /// One triangle of each connected component of the surface.
+    /// One triangle of each connected component of the surface, by its centroid.
     components: BoxTree<usize>,
 }
 
@@ -30,10 +30,10 @@ impl RigidShape {
         let triangles = 0..surface.triangles().len();
         let cells: Vec<_> = triangles.map(|triangle| cell(&surface, triangle)).collect();
         let starts = surface.component_starts().iter();
-        let start_and_box = |&start: &usize| (start, cells[start].tetrahedron.aabb());
+        let point_of = |triangle: usize| Aabb::around([&centroid(&surface, triangle)]);
         Self {
             triangle_tree: TriangleTree::of_cells(&cells),
-            components: BoxTree::new(starts.map(start_and_box)),
+            components: BoxTree::new(starts.map(|&start| (start, point_of(start)))),
             bounds: surface.aabb(),
             surface,
             cells,
@@ -68,16 +68,19 @@ impl RigidShape {
         &self.triangle_tree
     }
 
-    /// Visits one triangle of each connected component of the surface, if that triangle (of B) may overlap the box `region` in
-    /// the frame of A, given to within `margin` (m).
+    /// Visits one triangle of each connected component of the surface and its centroid (m, in B), if that may lie in the box
+    /// `region` in the frame of A, given to within `margin` (m).
     pub(crate) fn visit_components_near(
         &self,
         region: &Aabb,
         pose_ab: &Pose<f64>,
         margin: f64,
-        visit: impl FnMut(usize),
+        mut visit: impl FnMut(usize, &Vector3<f64>),
     ) {
-        self.components.visit_near(region, pose_ab, margin, visit);
+        self.components
+            .visit_near(region, pose_ab, margin, |triangle| {
+                visit(triangle, &centroid(&self.surface, triangle));
+            });
     }
 
     /// The cell of the triangle beyond a face of a cell. Beyond the triangle itself, face 3, there is none.
@@ -85,6 +88,10 @@ impl RigidShape {
         let edge = CORNERS.get(face)?;
         Some(self.surface.neighbor(cell, *edge))
     }
+}
+
+fn centroid(surface: &TriangleSurface, triangle: usize) -> Vector3<f64> {
+    surface.corners(triangle).iter().sum::<Vector3<f64>>() / 3.0
 }
 
 /// The cell behind a triangle. Its apex is as deep below the triangle's centroid as the longest edge is long.

@@ -4,23 +4,30 @@ use crate::geometry::{Aabb, AffineField};
 use crate::mesh::PressureField;
 use crate::spatial::Pose;
 use crate::threads;
+use nalgebra::Vector3;
 
 /// The R\*-tree of a mesh's tetrahedra, by their boxes in the body frame.
 #[derive(Debug, Clone)]
 pub struct TetTree {
     tree: BoxTree<u32>,
+    inert: BoxTree<u32>,
     bounds: Aabb,
     projections: Vec<Projections>,
 }
 
 impl TetTree {
-    /// Bulk-loads the tree: O(n log n), once per mesh. Inert tetrahedra are left out.
+    /// Bulk-loads the tree: O(n log n), once per mesh. Inert tetrahedra have one of their own.
     #[must_use]
     pub fn new(field: &PressureField) -> Self {
         let tets = field.tets();
-        let active = (0_u32..).zip(tets).filter(|(_, tet)| !tet.is_inert());
+        let tree_of = |is_inert: bool| {
+            let own = (0_u32..).zip(tets);
+            let own = own.filter(|(_, tet)| tet.is_inert() == is_inert);
+            BoxTree::new(own.map(|(index, tet)| (index, tet.tetrahedron.aabb())))
+        };
         Self {
-            tree: BoxTree::new(active.map(|(index, tet)| (index, tet.tetrahedron.aabb()))),
+            tree: tree_of(false),
+            inert: tree_of(true),
             bounds: field.mesh().aabb(),
             projections: threads::values_of(tets.len(), |tet| {
                 Projections::of(&tets[tet].tetrahedron)
@@ -40,7 +47,15 @@ impl TetTree {
         &self.projections[tet]
     }
 
-    /// Visits the tetrahedra whose boxes overlap `query` (both in the body frame).
+    /// Visits all tetrahedra, inert ones too, in whose boxes a point is, given to within `margin` (m).
+    pub(crate) fn visit_at(&self, point: &Vector3<f64>, margin: f64, mut visit: impl FnMut(usize)) {
+        let query = Aabb::around([point]).inflated(margin);
+        for tree in [&self.tree, &self.inert] {
+            tree.visit_overlapping(&query, |tet| visit(tet as usize));
+        }
+    }
+
+    /// Visits the tetrahedra whose boxes overlap `query` (both in the body frame), but for inert ones.
     pub fn visit_overlapping(&self, query: &Aabb, mut visit: impl FnMut(usize)) {
         self.tree
             .visit_overlapping(query, |tet| visit(tet as usize));

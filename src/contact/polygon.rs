@@ -122,7 +122,8 @@ impl<'a, T: Scalar> PolygonSource<'a, T> {
     /// bodies that are pressed in by less do not just touch. Otherwise the load may change: where it jumps as faces pass
     /// each other, the derivatives belong to neither side.
     ///
-    /// If there are such faces, gives the finer surface as well.
+    /// If there are such faces, gives the finer surface as well. They are looked for in cuts that do not count, too: where corners
+    /// are taken to be on the plane, nothing may be left of a polygon.
     ///
     /// [`Closeness::split`]: crate::geometry::Closeness::split
     fn settled(
@@ -132,11 +133,14 @@ impl<'a, T: Scalar> PolygonSource<'a, T> {
         finer: impl FnOnce() -> CutSurface<'a, T>,
     ) -> (CutSurface<'a, T>, Option<CutSurface<'a, T>>) {
         let surface = self.within(octaves.cast_signed(), search);
-        let closeness = surface.found.closeness();
-        if !closeness.is_within(octaves) {
+        if !surface.found.noted_closeness().is_within(octaves) {
             return (surface, None);
         }
         let finer = finer();
+        let closeness = [&surface, &finer].map(|either| either.found.closeness());
+        let Some(closeness) = closeness.into_iter().find(|near| near.is_within(octaves)) else {
+            return (surface, Some(finer));
+        };
         let load = finer.load();
         let mut split = closeness.split(octaves);
         while split > 0 && finer.load_at_zero(split) > LITTLE * load {

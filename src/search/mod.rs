@@ -53,18 +53,22 @@ impl Found {
 
     /// How near corners are to planes in the cuts that count.
     pub fn closeness(&self) -> Closeness {
-        self.all(Cut::closeness)
+        self.of_all(Cut::counts, Cut::closeness)
+    }
+
+    /// The same in all of them.
+    pub fn noted_closeness(&self) -> Closeness {
+        self.of_all(|_| true, Cut::closeness)
     }
 
     /// How near whole polygons are to faces of B.
     pub fn flatness(&self) -> Closeness {
-        self.all(Cut::flatness)
+        self.of_all(Cut::counts, Cut::flatness)
     }
 
-    fn all(&self, of: fn(&Cut) -> Closeness) -> Closeness {
-        let counting = self.cuts().iter().filter(|cut| cut.counts());
-        let each = counting.map(of);
-        each.fold(Closeness::default(), Closeness::or)
+    fn of_all(&self, is_asked: fn(&Cut) -> bool, of: fn(&Cut) -> Closeness) -> Closeness {
+        let asked = self.cuts().iter().filter(|&cut| is_asked(cut));
+        asked.map(of).fold(Closeness::default(), Closeness::or)
     }
 }
 

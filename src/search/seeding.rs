@@ -17,13 +17,15 @@ impl Walk<'_, '_> {
         self.enter_at_escapes(shape_b, ridges);
     }
 
-    /// Enters at one triangle of each component of a rigid surface: of one that is all inside A no triangle crosses A's.
+    /// Enters at one point of each component of a rigid surface: of one without a rim, all points are in A.
     pub fn enter_at_components(&mut self, shape_b: &RigidShape) {
         let (pair, margin) = (self.pair, self.pair.margin());
-        let bounds_a = pair.shape_a.tree().bounds();
-        shape_b.visit_components_near(&bounds_a, &pair.pose_ab, margin, |triangle| {
-            self.enter_with_all_of_a(triangle);
-        });
+        let tree_a = pair.shape_a.tree();
+        let mut enter = |triangle: usize, point: &Vector3<f64>| {
+            let in_a = pair.pose_ab.transformed_point(point);
+            tree_a.visit_at(&in_a, margin, |tet_a| self.enter_pair(tet_a, triangle));
+        };
+        shape_b.visit_components_near(&tree_a.bounds(), &pair.pose_ab, margin, &mut enter);
     }
 
     /// Enters at a cell of B with every tetrahedron of A that it may touch.

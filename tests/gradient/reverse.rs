@@ -5,7 +5,7 @@ use hydroelastic::dynamics::{
     Batch, Body, BodyState, Control, Drag, Force, Integrator, Mass, Material, Plan, Situation,
     Spring, State, StateCovector, Thruster, Trajectory, World, Wrenches,
 };
-use hydroelastic::gradient::{Experiment, Integral, Mode, Outcome, Parameter, Rate};
+use hydroelastic::gradient::{Experiment, GradientError, Integral, Mode, Outcome, Parameter, Rate};
 use hydroelastic::mesh::{PressureField, TetMesh, shapes};
 use hydroelastic::scalar::{Scalar, lift};
 use hydroelastic::spatial::{Pose, Twist, Wrench};

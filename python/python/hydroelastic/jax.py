@@ -178,7 +178,7 @@ def rollout(
     -------
     State with k recorded states in front: poses (k, n, 4, 4), twists (k, n, 6).
 
-    Gradients by more than 12 numbers are found by a sweep back over explicit steps, in a time that does not depend on p; 12
+    Gradients by more than 96 numbers are found by a sweep back, in a time that does not depend on p; 12
     numbers for each body that forces move count too if there is a start. Else, and in forward mode, the Jacobian is
     found, whose time grows with them.
     """

@@ -161,7 +161,7 @@ def rollout(
     -------
     State with k recorded states in front: poses (k, n, 4, 4), twists (k, n, 6).
 
-    Backward passes by more than 12 numbers sweep back over explicit steps, in a time that does not depend on p; 12 numbers
+    Backward passes by more than 96 numbers sweep back, in a time that does not depend on p; 12 numbers
     for each body that forces move count too if there is a start. Else, and in forward mode, the Jacobian is found, whose
     time grows with them.
     """

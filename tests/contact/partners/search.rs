@@ -69,7 +69,26 @@ fn a_large_rigid_surface_costs_what_is_touched() {
     assert!(work.candidate_pairs <= 8 * work.polygons, "{work:?}");
 }
 
-/// A cube of edge 1.5 about the origin, without pressure where x < 0.
+/// So it is where triangles are large: no other pairs are looked at than those at its rim and inside of it.
+#[test]
+fn a_large_rigid_triangle_costs_what_is_touched() {
+    let ball = Shape::new(shapes::icosphere(0.1, 3).unwrap());
+    let cube = rigid(&Shape::new(shapes::cuboid([1.0; 3]).unwrap()));
+    let below = Pose::from_translation(vector![0.0, 0.0, -0.5]);
+    let mut random = Random::new(63);
+    for _ in 0..50 {
+        let place = vector![random.between(-0.3, 0.3), random.between(-0.3, 0.3), 0.096];
+        let pose = Pose::from_rotation_vector(&random.rotation_vector(), place);
+        let a = ContactBody::new(&ball, pose, 1e5).unwrap();
+        let pair = ContactPair::new(a, Partner::rigid(&cube, below).unwrap());
+        let work = pair.work_count();
+        assert!(work.polygons > 0);
+        assert!(work.candidate_pairs <= 4 * work.polygons, "{work:?}");
+        assert_same_surface(&pair, Culling::default());
+    }
+}
+
+/// A cube of edge 1.5 about the origin, with pressure at the vertices where x < 0 alone.
 fn half_inert_cube() -> Shape {
     let field = grid(&[3, 3, 3], 0.5, |_| true).unwrap();
     let mesh = field.mesh().clone();
@@ -83,6 +102,22 @@ fn half_inert_cube() -> Shape {
     };
     let extents = (0..mesh.vertex_count()).map(of_half).collect();
     Shape::new(PressureField::with_inert_tets(mesh.clone(), extents).unwrap())
+}
+
+/// Also one of which most is in tetrahedra without pressure.
+#[test]
+fn a_rigid_body_inside_is_found_from_tetrahedra_without_pressure() {
+    let half = half_inert_cube();
+    let ball = rigid(&Shape::new(shapes::icosphere(0.2, 2).unwrap()));
+    let mut random = Random::new(64);
+    for _ in 0..50 {
+        let place = vector![random.between(0.3, 0.4), 0.1, 0.05];
+        let pose = Pose::from_rotation_vector(&random.rotation_vector(), place);
+        let a = ContactBody::new(&half, Pose::identity(), 1e5).unwrap();
+        let pair = ContactPair::new(a, Partner::rigid(&ball, pose).unwrap());
+        assert!(!pair.surface().is_empty());
+        assert_same_surface(&pair, Culling::default());
+    }
 }
 
 /// Tetrahedra without pressure press on nothing, and are no part of the contact surface, whichever search goes through them.

@@ -1,14 +1,16 @@
 //! Bodies in motion on rigid ones and half-spaces against differences: at generic poses, and flush, aligned, nested, in one
 //! plane or with vertices in common, exactly or missed by a little.
 
-use crate::coincidence::{Tallies, error_of_differences, merge, ranked, report};
+use crate::coincidence::{
+    TWO_WAYS, Tallies, error_of_differences, error_of_pipeline, merge, ranked, report,
+};
 use crate::support::hostile::partners::{Kind, StandIns};
 use crate::support::moving::Scene;
 use crate::support::moving::bodies::Bodies;
 use crate::support::moving::motions::set_in_motion;
 use crate::support::moving::poses::{Family, scene};
-use crate::support::moving::special::is_parted;
-use crate::support::moving::verdict::checked;
+use crate::support::moving::special::{depth_in_layer, is_parted};
+use crate::support::moving::verdict::{NEAR, checked};
 use crate::support::scenes::Random;
 use crate::support::sweep::{in_batches, range_from_environment};
 use std::ops::Range;
@@ -49,7 +51,8 @@ fn scene_with<'a>(
             (0..TRIES).find_map(|_| {
                 let pair = partners.replaced(&compliant.pair, kind, random);
                 let scene = set_in_motion(&pair, bodies.size, random)?;
-                let missed = compliant.missed;
+                let depth = Some(depth_in_layer(&pair)).filter(|depth| *depth < NEAR);
+                let missed = compliant.missed.max(depth.unwrap_or(0.0));
                 Some(Scene { missed, ..scene })
             })
         })
@@ -80,6 +83,25 @@ fn swept(first: usize, count: usize) -> Tallies {
 #[test]
 fn derivatives_at_special_positions_are_those_of_differences() {
     report(&swept(0, SHORT));
+}
+
+/// Layers so stiff that the contact surface lies in them by 3.8e-9 and 1.3e-8 of the size, all below faces inside A. That is further
+/// than what counts as coincident, so that derivatives are those on this side of the faces.
+#[test]
+fn derivatives_near_stiff_layers_are_those_through_the_clips() {
+    for number in [68_018, 94_853] {
+        let mut tallies = Tallies::default();
+        add(&mut tallies, number / BATCH, number..number + 1);
+        report(&tallies);
+        let bodies = Bodies::new((number / BATCH) as u64);
+        let random = &mut Random::numbered((number / BATCH) as u64);
+        let partners = StandIns::of(bodies.shapes.iter(), random);
+        let which = (Family::ALL[number % Family::ALL.len()], kind(number));
+        let scene = scene_with(&bodies, &partners, which, number as u64);
+        assert!(scene.missed > 1e-9);
+        let error = error_of_pipeline(&scene);
+        assert!(error <= TWO_WAYS, "pose {number}: {error:e}");
+    }
 }
 
 #[test]

@@ -2,7 +2,7 @@
 
 use super::Scene;
 use crate::support::hostile::measures::Measures;
-use hydroelastic::contact::ContactPair;
+use hydroelastic::contact::{ContactPair, HalfSpace};
 use hydroelastic::geometry::Aabb;
 use hydroelastic::mesh::TetMesh;
 use hydroelastic::spatial::Pose;
@@ -13,6 +13,18 @@ const PARTED: f64 = 1e-9;
 
 /// Faces are in one plane that are tilted and apart by no more, relative to the size: positions are missed by up to 1e-6.
 const IN_PLANE: f64 = 3e-6;
+
+/// How far below the plane of a soft layer the contact surface may lie, relative to the size: a layer is stiff if that is next to
+/// nothing, and then what is special for its plane is missed by as much. 0 for other partners.
+pub fn depth_in_layer(pair: &ContactPair) -> f64 {
+    let layer = pair.b().half_space_shape().and_then(HalfSpace::thickness);
+    let depth = |thickness: f64| {
+        let measures = Measures::of(pair);
+        let slope = pair.b().modulus().unwrap() / thickness;
+        measures.pressure / slope / measures.size
+    };
+    layer.map_or(0.0, depth)
+}
 
 /// Whether a polygon has no pressure all over, just so.
 pub fn is_parted(scene: &Scene) -> bool {

@@ -22,7 +22,7 @@ const OTHER_STEPS: [f64; 8] = [1e-7, 1e-5, 1e-8, 1e-4, 1e-9, 1e-3, 1e-10, 1e-2];
 const SHORTEST_STEP: f64 = 1e-11;
 
 /// Positions are missed by so little where that step is needed.
-const NEAR: f64 = 1e-7;
+pub const NEAR: f64 = 1e-7;
 
 /// Steps at which the two sides of a kink are looked at; each with a tenth of it.
 const KINK_STEPS: [f64; 5] = [1e-8, 1e-7, 1e-6, 1e-5, 1e-4];
