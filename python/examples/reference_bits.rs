@@ -8,11 +8,12 @@ use hydroelastic::contact::{
     ContactBody, ContactPair, ContactWrench, HalfSpace, Partner, RigidShape, Shape, SurfaceLaw,
 };
 use hydroelastic::dynamics::{
-    Body, Control, Drag, Force, Integrator, Mass, Material, Plan, Spring, State, Thruster, World,
+    Body, Control, Drag, Force, Integrator, Mass, Material, Plan, Spring, State, StateCovector,
+    Thruster, Trajectory, World,
 };
 use hydroelastic::gradient::{Experiment, FinalState, Parameter};
 use hydroelastic::mesh::{TriangleSurface, shapes};
-use hydroelastic::nalgebra::{self, DMatrix, Vector6, vector};
+use hydroelastic::nalgebra::{self, DMatrix, SVector, Vector6, vector};
 use hydroelastic::spatial::{Pose, Twist, Wrench};
 use serde_json::{Map, Value, json};
 use std::error::Error;
@@ -87,6 +88,15 @@ fn contact(found: &mut Found) -> Result<(), Box<dyn Error>> {
     keep(found, "energy", &[pair.potential_energy()]);
     let surface = pair.surface();
     keep(found, "area", &[surface.area()]);
+    let halves = std::iter::successors(Some(1.0), |factor| Some(factor / 2.0));
+    let by_wrenches = SVector::from_iterator(halves);
+    let gradients = pair.shape_gradients_in_motion(&law, twists(), &by_wrenches);
+    for (gradient, name) in gradients.iter().zip(["A", "B"]) {
+        let by_vertices = gradient.by_vertices.iter().flatten();
+        keep(found, &format!("by vertices of {name}"), by_vertices);
+        let name = format!("by extents of {name}");
+        keep(found, &name, &gradient.by_extents);
+    }
     let corners = surface.polygons.iter().flat_map(|it| it.outline.corners());
     keep(found, "corners", corners.flat_map(|corner| corner.iter()));
     let pressure = |it: &hydroelastic::contact::ContactPolygon| {
@@ -259,9 +269,24 @@ fn worlds(found: &mut Found) -> Result<(), Box<dyn Error>> {
     let end = experiment.jacobian(&by, &FinalState::of_body(&shared, "ball")?)?;
     keep(found, "end", &end.value);
     by_rows(found, "end jacobian", &end.jacobian);
+    let by_start = experiment.pullback(&by, by_last_state)?;
+    keep(found, "pullback", &by_start);
     let linearised =
         Experiment::new(Arc::clone(&shared), &Plan::new(1e-3, 100)?).linearised(&by)?;
     by_rows(found, "A", &linearised.by_state);
     by_rows(found, "B", &linearised.by_parameters);
     Ok(())
+}
+
+/// The derivatives of a number by two recorded states: by the last one of the ball.
+fn by_last_state(trajectory: &Trajectory) -> Vec<Vec<StateCovector>> {
+    let bodies = trajectory.last().bodies.len();
+    let mut by_states = vec![vec![StateCovector::zero(); bodies]; 2];
+    by_states[1][0] = StateCovector {
+        turn: vector![0.1, 0.2, 0.3],
+        shift: vector![1.0, -2.0, 3.0],
+        spin: vector![0.01, 0.02, -0.03],
+        velocity: vector![-0.1, 0.4, 0.2],
+    };
+    by_states
 }

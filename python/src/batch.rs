@@ -1,6 +1,7 @@
 //! Many rollouts at once.
 
-use crate::arrays::{Numbers, numbers, wrong_shape};
+use crate::arrays::{Numbers, array, numbers, wrong_shape};
+use crate::by_states::ByStates;
 use crate::errors::{interrupted, not_differentiated, refused};
 use crate::interrupt::{Progress, Shared, run};
 use crate::jacobian::{AllStates, both};
@@ -212,6 +213,45 @@ impl Batch {
                 py,
                 found.and_then(|found| both(py, found, world.bodies().len())),
             )
+        });
+        results.collect()
+    }
+
+    /// World.pullback of each of m worlds with as many bodies, from its initial state: by_poses (m, k, n, 4, 4) and by_twists
+    /// (m, k, n, 6). Each result is an array (p,) or an exception.
+    fn pullbacks_of_worlds<'py>(
+        &self,
+        py: Python<'py>,
+        worlds: Vec<Bound<'py, World>>,
+        parameters: Vec<Bound<'py, Parameter>>,
+        by_poses: &Bound<'py, PyAny>,
+        by_twists: &Bound<'py, PyAny>,
+    ) -> PyResult<Vec<Bound<'py, PyAny>>> {
+        let by = inner(&parameters);
+        let worlds: Vec<Inner> = worlds
+            .iter()
+            .map(|world| world.get().inner.clone())
+            .collect();
+        let mut counts = worlds.iter().map(|world| world.bodies().len());
+        let bodies = counts.next().unwrap_or(0);
+        if let Some(other) = counts.find(|&count| count != bodies) {
+            return Err(refused(format!(
+                "the worlds must have as many bodies, but have {bodies} and {other}"
+            )));
+        }
+        let by_states = ByStates::of(
+            by_poses,
+            by_twists,
+            (&self.plan, bodies),
+            Some(worlds.len()),
+        )?;
+        let job = |batch: &dynamics::Batch| {
+            batch.pullbacks_of_worlds(&worlds, &by, |place, it| by_states.covectors(place, it))
+        };
+        let found = self.results(py, worlds.len(), job)?.into_iter();
+        let results = found.map(|found| match found {
+            Ok(it) => Ok(array(py, it.as_slice().to_vec(), &[it.len()])?.into_any()),
+            Err(why) => shown(py, PyResult::<Trajectory>::Err(not_differentiated(&why))),
         });
         results.collect()
     }

@@ -16,7 +16,7 @@ use pyo3::prelude::*;
 use std::path::PathBuf;
 
 /// Numbers of both wrenches.
-const BOTH: usize = 12;
+pub const BOTH: usize = 12;
 
 /// Columns of the Jacobian at rest, and in motion.
 const AT_REST: usize = 14;
@@ -42,8 +42,8 @@ const IN_MOTION: usize = 28;
 /// number is not finite. TypeError if an array is not of float64.
 #[pyclass(frozen, module = "hydroelastic")]
 pub struct Pair {
-    a: Shape,
-    b: AnyShape,
+    pub a: Shape,
+    pub b: AnyShape,
     modulus_a: f64,
     modulus_b: Option<f64>,
     pub law: SurfaceLaw,
@@ -99,7 +99,7 @@ pub fn wrench_numbers(wrench: &ContactWrench) -> [f64; BOTH] {
 }
 
 /// Writes a block of columns of a Jacobian whose rows have so many numbers, from a column on.
-fn write_columns<const R: usize, const C: usize>(
+pub fn write_columns<const R: usize, const C: usize>(
     rows: &mut [f64],
     width: usize,
     first: usize,

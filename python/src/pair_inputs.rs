@@ -5,6 +5,7 @@ use crate::errors::refused;
 use crate::pair::Pair;
 use crate::poses::{poses, twist_of};
 use hydroelastic::contact::{ContactPair, SurfaceLaw, results_of};
+use hydroelastic::nalgebra::SVector;
 use hydroelastic::spatial::{Pose, Twist};
 use pyo3::prelude::*;
 
@@ -17,6 +18,7 @@ pub struct Inputs {
     twists: [Many<[f64; 6]>; 2],
     moduli: Many<[f64; 2]>,
     law: Many<SurfaceLaw>,
+    by_wrenches: Many<[f64; 12]>,
 }
 
 /// One contact to evaluate.
@@ -24,6 +26,8 @@ pub struct Situation<'s> {
     pub pair: ContactPair<'s>,
     pub law: SurfaceLaw,
     pub twists: [Twist; 2],
+    /// The derivatives of a number by both wrenches.
+    pub by_wrenches: SVector<f64, 12>,
 }
 
 /// Twists, or those of bodies at rest.
@@ -61,6 +65,16 @@ impl Inputs {
                 None => Many::One(pair.moduli_or_1()),
             },
             law: law.mapped("law", |numbers| pair.law.inner_with(*numbers))?,
+            by_wrenches: Many::One([0.0; 12]),
+        })
+    }
+
+    /// The same, with derivatives of a number by both wrenches.
+    pub fn with_covectors(self, by_wrenches: &Bound<'_, PyAny>) -> PyResult<Self> {
+        let by_wrenches = rows(by_wrenches, "by_wrenches")?;
+        Ok(Self {
+            by_wrenches,
+            ..self
         })
     }
 
@@ -75,6 +89,7 @@ impl Inputs {
             ("twist_b", twist_b.count()),
             ("moduli", self.moduli.count()),
             ("law", self.law.count()),
+            ("by_wrenches", self.by_wrenches.count()),
         ];
         let mut given = counts
             .into_iter()
@@ -97,6 +112,7 @@ impl Inputs {
             pair: pair.at(poses, *self.moduli.at(item))?,
             law: *self.law.at(item),
             twists: [0, 1].map(|side| twist_of(self.twists[side].at(item))),
+            by_wrenches: SVector::from(*self.by_wrenches.at(item)),
         })
     }
 

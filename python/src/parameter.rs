@@ -2,6 +2,7 @@
 
 use hydroelastic::gradient;
 use pyo3::prelude::*;
+use std::sync::Arc;
 
 /// Something that went into a world, and that a derivative may be taken by.
 #[pyclass(frozen, eq, hash, module = "hydroelastic")]
@@ -93,6 +94,19 @@ impl Parameter {
     #[staticmethod]
     fn control(body: &str, interval: usize) -> Self {
         Self(gradient::Parameter::Control(body.into(), interval))
+    }
+
+    /// The wrenches of all of so many intervals of the controls of some bodies: a list, whose numbers together are those of an array
+    /// (intervals, bodies, 6).
+    #[staticmethod]
+    fn controls(bodies: Vec<String>, intervals: usize) -> Vec<Self> {
+        let bodies: Vec<Arc<str>> = bodies.into_iter().map(Into::into).collect();
+        let of_interval = |interval| {
+            let control =
+                move |body: &Arc<str>| gradient::Parameter::Control(Arc::clone(body), interval);
+            bodies.iter().map(control).map(Self)
+        };
+        (0..intervals).flat_map(of_interval).collect()
     }
 
     /// How many numbers it is.

@@ -2,6 +2,7 @@
 
 use crate::arrays::{Floats, array, indices, list, row, signed, table, whole_array};
 use crate::errors::refused;
+use crate::shape_gradient::mass_gradient;
 use hydroelastic::contact::{self, BodyError, ContactBody};
 use hydroelastic::io::read_mesh;
 use hydroelastic::mesh::{MeshError, PressureField, TetMesh, shapes};
@@ -230,6 +231,23 @@ impl Shape {
         density: f64,
     ) -> PyResult<(f64, Floats<'py>, Floats<'py>)> {
         mass_arrays(py, &self.field().mesh().mass_properties(density))
+    }
+
+    /// (n, 3) float64: the derivatives by the vertices of a number that has these by the mass properties at a uniform density
+    /// (kg/m³): by the mass, by the center of mass (3,), and by the entries of the inertia (3, 3), of which the mean of two
+    /// opposite ones counts. Exact up to round-off.
+    fn mass_gradient<'py>(
+        &self,
+        py: Python<'py>,
+        density: f64,
+        by_mass: f64,
+        by_center: &Bound<'py, PyAny>,
+        by_inertia: &Bound<'py, PyAny>,
+    ) -> PyResult<Floats<'py>> {
+        let gradient = mass_gradient(by_mass, by_center, by_inertia)?;
+        let found = self.field().mesh().mass_gradient(density, &gradient);
+        let values = found.iter().flatten().copied().collect();
+        array(py, values, &[found.len(), 3])
     }
 
     pub fn __repr__(&self) -> String {

@@ -1,6 +1,7 @@
 //! Derivatives of rollouts.
 
 use crate::arrays::{Floats, array};
+use crate::by_states::ByStates;
 use crate::errors::not_differentiated;
 use crate::interrupt::{Progress, Shared, run};
 use crate::jacobian::{AllStates, DifferenceCheck, TrajectoryJacobian, both};
@@ -8,7 +9,7 @@ use crate::parameter::{Parameter, inner};
 use crate::plan::Plan;
 use crate::trajectory::Trajectory;
 use crate::world::World;
-use hydroelastic::gradient::{self, Experiment, GradientError};
+use hydroelastic::gradient::{self, Experiment, GradientError, Mode};
 use hydroelastic::nalgebra::DMatrix;
 use pyo3::prelude::*;
 use std::sync::Arc;
@@ -69,6 +70,41 @@ impl World {
         let watched = (width(&by), progress);
         let found = self.experiment(py, plan, watched, |it| it.jacobian(&by, &AllStates))?;
         both(py, &found, self.inner.bodies().len())
+    }
+
+    /// (p,) float64: the derivatives of a number by p numbers of parameters, from those by the recorded states, which have the
+    /// shapes of the trajectory's arrays: by_poses (k, n, 4, 4), by_twists (k, n, 6). The same as the product with the Jacobian,
+    /// np.tensordot(by_poses, jacobian.poses, 4) + np.tensordot(by_twists, jacobian.twists, 3), but by a sweep back from the
+    /// last state, in a time that does not depend on p. The rollout is done again for it. Explicit steps only.
+    ///
+    /// Of the derivatives by the entries of a rotation the part counts that turns it, and of prescribed bodies none.
+    ///
+    /// Raises
+    /// ------
+    /// HydroelasticError if a parameter is not one of the world's, an array has another shape, a derivative is not finite, or
+    /// steps are implicit; RolloutError, without a trajectory, if the rollout ends early.
+    fn pullback<'py>(
+        &self,
+        py: Python<'py>,
+        plan: &Plan,
+        parameters: Vec<Bound<'py, Parameter>>,
+        by_poses: &Bound<'py, PyAny>,
+        by_twists: &Bound<'py, PyAny>,
+    ) -> PyResult<Floats<'py>> {
+        let by = inner(&parameters);
+        let recorded = (&plan.0, self.inner.bodies().len());
+        let by_states = ByStates::of(by_poses, by_twists, recorded, None)?;
+        let found = self.experiment(py, plan, (0, None), |it| {
+            it.pullback(&by, |trajectory| by_states.covectors(0, trajectory))
+        })?;
+        array(py, found.as_slice().to_vec(), &[found.len()])
+    }
+
+    /// Whether a gradient by these parameters is best found backwards, by pullback: where that is possible, and they have more
+    /// than 12 numbers.
+    fn sweeps_back(&self, plan: &Plan, parameters: Vec<Bound<'_, Parameter>>) -> bool {
+        let mode = Experiment::new(&self.inner, &plan.0).mode_for(&inner(&parameters));
+        mode == Mode::Reverse
     }
 
     /// The end of a rollout to first order in local coordinates, 12 numbers for each of d dynamic bodies as of displacement: A

@@ -150,7 +150,7 @@ def test_a_batch_is_one_call_with_the_same_bits(ball_on_block, monkeypatch):
     calls = counted(monkeypatch, _rows.Wrench)
     mapped = jax.jit(jax.vmap(lambda a: hj.wrench(pair, a, pose_b)))(many)
     assert np.array_equal(mapped, expected)
-    assert calls == {"values": 1, "values_and_jacobians": 0}
+    assert calls == {"values": 1, "values_and_jacobians": 0, "pullbacks": 0}
     assert np.array_equal(hj.wrench(pair, many.reshape(2, 3, 4, 4), pose_b), expected.reshape(2, 3, 12))
     twice = jax.vmap(jax.vmap(lambda a: hj.wrench(pair, a, pose_b)))(many.reshape(2, 3, 4, 4))
     assert np.array_equal(twice, expected.reshape(2, 3, 12))
@@ -161,13 +161,13 @@ def test_a_batch_is_one_call_with_the_same_bits(ball_on_block, monkeypatch):
 
 def counted(monkeypatch, function):
     """How often its methods are called from now on."""
-    calls = {"values": 0, "values_and_jacobians": 0}
+    calls = {"values": 0, "values_and_jacobians": 0, "pullbacks": 0}
     for name in calls:
         inner = getattr(function, name)
 
-        def outer(self, rows, name=name, inner=inner):
+        def outer(self, *rows, name=name, inner=inner):
             calls[name] += 1
-            return inner(self, rows)
+            return inner(self, *rows)
 
         monkeypatch.setattr(function, name, outer)
     return calls
@@ -447,6 +447,98 @@ def test_rollout_by_its_start_has_the_derivatives_of_differences(bounce):
     check_grads(jax.jit(run), (zero,), **CHECK)
 
 
+def by_many(driven):
+    """A rollout of 13 numbers beside its start, and of its start: they are swept back."""
+    plan = he.Plan(5e-4, 300, record_every=150)
+    by = [he.Parameter.friction("ball"), he.Parameter.mass("brick"), *he.Parameter.controls(["ball"], 2)]
+    state = hj.initial_state(driven)
+
+    def run(numbers, twists=state.twists):
+        return flat(hj.rollout(driven, plan, by, numbers, start=hj.State(state.poses, twists)))
+
+    def of_world(numbers):
+        return flat(hj.rollout(driven, plan, by, numbers))
+
+    return run, of_world, np.zeros(14)
+
+
+def test_gradients_by_many_numbers_are_swept_back(driven, monkeypatch):
+    run, of_world, at = by_many(driven)
+    factors = np.random.default_rng(1).uniform(-1.0, 1.0, run(at).shape)
+    twists = np.asarray(driven.initial_state.twists)
+    by_numbers, by_twists = jax.jacfwd(run, (0, 1))(at, twists)
+    calls = counted(monkeypatch, _rows.Rollout)
+    for jit in (jax.jit, lambda function: function):
+        calls.update(values=0, values_and_jacobians=0, pullbacks=0)
+        value, found = jit(jax.value_and_grad(lambda *x: factors @ run(*x), (0, 1)))(at, twists)
+        assert calls == {"values": 1, "values_and_jacobians": 0, "pullbacks": 1}
+        assert np.isclose(value, factors @ run(at), rtol=1e-12)
+        for one, jacobian in zip(found, (by_numbers, by_twists)):
+            expected = np.tensordot(factors, jacobian, 1)
+            assert np.abs(one - expected).max() <= 1e-10 * np.abs(expected).max()
+    assert np.abs(jax.grad(lambda x: factors @ of_world(x))(at) - factors @ by_numbers).max() <= 1e-10 * np.abs(factors @ by_numbers).max()
+    with pytest.raises(NotImplementedError, match="first derivatives only"):
+        jax.hessian(lambda x: factors @ run(x))(at)
+    with pytest.raises(NotImplementedError, match="first derivatives only"):
+        jax.grad(lambda x: jnp.sum(jax.grad(lambda x: factors @ run(x))(x)))(at)
+
+
+def test_jacobians_of_many_outputs_are_found_forwards(driven, monkeypatch):
+    run, _, at = by_many(driven)
+    calls = counted(monkeypatch, _rows.Rollout)
+    forward = np.asarray(jax.jit(jax.jacfwd(run))(at))
+    # One of its Jacobians is that of all columns, and of all rows.
+    assert calls["values_and_jacobians"] == 1
+    reverse = np.asarray(jax.jit(jax.jacrev(run))(at))
+    assert calls["values_and_jacobians"] == 2
+    assert deviation(reverse, forward) < 1e-12
+    few = np.asarray(jax.jacrev(lambda x: run(x)[-2:])(at))
+    assert calls["values_and_jacobians"] == 2
+    assert np.abs(few - forward[-2:]).max() <= 1e-10 * np.abs(forward[-2:]).max()
+
+
+def test_swept_gradients_pass_through_transformations(driven):
+    run, _, at = by_many(driven)
+    factors = np.random.default_rng(1).uniform(-1.0, 1.0, run(at).shape)
+
+    def loss(numbers):
+        return factors @ run(numbers)
+
+    expected = np.asarray(jax.grad(loss)(at))
+    near = 1e-10 * np.abs(expected).max()
+    many = np.stack([at, at + 0.01])
+    assert np.abs(jax.vmap(jax.grad(loss))(many)[1] - jax.grad(loss)(many[1])).max() <= near
+    for found in (
+        jax.grad(jax.checkpoint(loss))(at),
+        jax.jit(jax.grad(jax.checkpoint(loss)))(at),
+        jax.grad(lambda x: jax.lax.cond(x[0] > -1, loss, jnp.sum, x))(at),
+        jax.grad(lambda x: jax.lax.map(loss, jnp.stack([x, x + 0.01]))[0])(at),
+        jax.linear_transpose(jax.linearize(loss, at)[1], at)(1.0)[0],
+        jax.jit(jax.vmap(jax.grad(loss)))(many)[0],
+        # Many losses of one rollout, each of one of many.
+        jax.vmap(jax.vmap(lambda x, y: jax.vjp(run, x)[1](y)[0], (None, 0)), (0, None))(many, np.stack([factors] * 2))[0, 1],
+    ):
+        assert np.abs(found - expected).max() <= near
+    check_grads(jax.jit(loss), (at,), **CHECK | {"atol": 1e-4, "rtol": 1e-4})
+
+
+def test_swept_rows_that_are_refused_are_nan_with_a_reason(driven, caplog):
+    plan = he.Plan(5e-4, 20)
+    by = [*he.Parameter.controls(["ball"], 3), he.Parameter.mass("ball")]
+    changes = np.zeros((2, 19))
+    # No such mass.
+    changes[1, -1] = -2.0
+
+    def end(change):
+        return jnp.sum(hj.final_state(driven, plan, by, change).poses)
+
+    slopes = jax.jit(jax.vmap(jax.grad(end)))(changes)
+    assert np.isfinite(slopes[0]).all() and np.isnan(slopes[1]).all()
+    assert [it.getMessage()[:29] for it in caplog.records] == ["rollout: NaN in 1 of 2 rows: "]
+    assert np.isnan(jax.jit(jax.grad(end))(changes[1])).all()
+    assert not any(record.exc_info for record in caplog.records)
+
+
 def test_rollouts_have_the_bits_of_the_library(bounce):
     world, plan = bounce
     by = [he.Parameter.initial_velocity("ball")]
@@ -551,9 +643,9 @@ def test_value_of_a_rollout_takes_no_derivatives(bounce, monkeypatch):
 
     calls = counted(monkeypatch, _rows.Rollout)
     jax.block_until_ready(jax.jit(loss)(np.zeros(3)))
-    assert calls == {"values": 1, "values_and_jacobians": 0}
+    assert calls == {"values": 1, "values_and_jacobians": 0, "pullbacks": 0}
     jax.block_until_ready(jax.jit(jax.value_and_grad(loss))(np.zeros(3)))
-    assert calls == {"values": 1, "values_and_jacobians": 1}
+    assert calls == {"values": 1, "values_and_jacobians": 1, "pullbacks": 0}
 
 
 def test_without_jax_it_is_said_what_to_install():

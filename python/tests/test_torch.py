@@ -140,13 +140,13 @@ def test_wrench_has_the_bits_of_the_library(ball_on_block, twists):
 
 def counted(monkeypatch, function):
     """How often its methods are called from now on."""
-    calls = {"values": 0, "values_and_jacobians": 0}
+    calls = {"values": 0, "values_and_jacobians": 0, "pullbacks": 0}
     for name in calls:
         inner = getattr(function, name)
 
-        def outer(self, rows, name=name, inner=inner):
+        def outer(self, *rows, name=name, inner=inner):
             calls[name] += 1
-            return inner(self, rows)
+            return inner(self, *rows)
 
         monkeypatch.setattr(function, name, outer)
     return calls
@@ -158,7 +158,7 @@ def test_a_batch_is_one_call_with_the_same_bits(ball_on_block, monkeypatch):
     expected = pair.wrench(many, pose_b)
     calls = counted(monkeypatch, _rows.Wrench)
     assert np.array_equal(ht.wrench(pair, many.reshape(2, 3, 4, 4), pose_b), expected.reshape(2, 3, 12))
-    assert calls == {"values": 1, "values_and_jacobians": 0}
+    assert calls == {"values": 1, "values_and_jacobians": 0, "pullbacks": 0}
 
     def wrench(pose):
         return ht.wrench(pair, pose, pose_b)
@@ -167,11 +167,11 @@ def test_a_batch_is_one_call_with_the_same_bits(ball_on_block, monkeypatch):
     for place in (0, 2):
         moved = tensors.movedim(0, place)
         assert np.array_equal(torch.func.vmap(wrench, in_dims=place)(moved), expected)
-    assert calls == {"values": 3, "values_and_jacobians": 0}
+    assert calls == {"values": 3, "values_and_jacobians": 0, "pullbacks": 0}
     alone = torch.func.jacfwd(wrench)(tensors[4]).numpy()
     calls.update(values=0, values_and_jacobians=0)
     slopes = torch.func.vmap(torch.func.jacrev(wrench))(tensors).numpy()
-    assert calls == {"values": 0, "values_and_jacobians": 1}
+    assert calls == {"values": 0, "values_and_jacobians": 1, "pullbacks": 0}
     assert np.allclose(slopes[4], alone, rtol=0, atol=1e-12 * np.abs(alone).max())
     swapped = torch.func.jacrev(torch.func.vmap(wrench))(tensors).numpy()
     assert np.allclose(swapped[4, :, 4], alone, rtol=0, atol=1e-12 * np.abs(alone).max())
@@ -381,6 +381,36 @@ def test_rollout_by_its_start_has_the_derivatives_of_differences(bounce):
     assert deviation(reverse, forward) < 1e-12
     assert deviation(differences(run, zero, 2e-6), forward) < ROLLOUT
     assert torch.autograd.gradcheck(run, variable(zero), **CHECK)
+
+
+def test_gradients_by_many_numbers_are_swept_back(driven, monkeypatch):
+    plan = he.Plan(5e-4, 300, record_every=150)
+    by = [he.Parameter.friction("ball"), he.Parameter.mass("brick"), *he.Parameter.controls(["ball"], 2)]
+    state = ht.initial_state(driven)
+
+    def run(numbers):
+        return flat(ht.rollout(driven, plan, by, numbers, start=state))
+
+    at = torch.zeros(14, dtype=torch.float64)
+    factors = torch.from_numpy(np.random.default_rng(1).uniform(-1.0, 1.0, run(at).shape))
+    calls = counted(monkeypatch, _rows.Rollout)
+    forward = torch.func.jacfwd(run)(at).numpy()
+    calls.update(values=0, values_and_jacobians=0, pullbacks=0)
+    numbers = variable(at)
+    (factors @ run(numbers)).backward()
+    assert calls == {"values": 1, "values_and_jacobians": 0, "pullbacks": 1}
+    expected = factors.numpy() @ forward
+    near = 1e-10 * np.abs(expected).max()
+    assert np.abs(numbers.grad.numpy() - expected).max() <= near
+    assert np.abs(torch.func.grad(lambda x: factors @ run(x))(at).numpy() - expected).max() <= near
+    many = torch.stack([at, at + 0.01])
+    slopes = torch.func.vmap(torch.func.grad(lambda x: factors @ run(x)))(many).numpy()
+    assert np.abs(slopes[0] - expected).max() <= near
+    calls.update(values=0, values_and_jacobians=0, pullbacks=0)
+    assert deviation(torch.func.jacrev(run)(at).numpy(), forward) < 1e-12
+    assert calls["values_and_jacobians"] == 1
+    with pytest.raises(NotImplementedError, match="first derivatives only"):
+        torch.func.hessian(lambda x: factors @ run(x))(at)
 
 
 def test_rollouts_have_the_bits_of_the_library(bounce):

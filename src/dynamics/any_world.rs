@@ -4,7 +4,6 @@
 use super::system::System;
 use super::{Body, Force, LOCAL, Situation, World, Wrenches};
 use crate::scalar::{DenseDual, Scalar};
-use std::any::TypeId;
 use std::sync::Arc;
 
 /// Derivatives by the state of one body.
@@ -20,11 +19,16 @@ pub(crate) trait AnyWorld<T>: Send + Sync {
 
     /// Its forces by themselves.
     fn real_forces(&self) -> &dyn RealForces;
+
+    /// Whether there are any.
+    fn has_forces(&self) -> bool {
+        !self.real_forces().is_nothing()
+    }
 }
 
 /// Forces in `f64`, and with derivatives by the state of a body.
 pub(crate) trait RealForces: Send + Sync {
-    /// Whether there are none.
+    /// [`Force::is_nothing`].
     fn is_nothing(&self) -> bool;
 
     /// [`Force::coupled`].
@@ -39,7 +43,7 @@ pub(crate) trait RealForces: Send + Sync {
 
 impl<F: Force> RealForces for F {
     fn is_nothing(&self) -> bool {
-        TypeId::of::<F>() == TypeId::of::<()>()
+        Force::is_nothing(self)
     }
 
     fn coupled(&self, bodies: &[Body]) -> Vec<Vec<usize>> {

@@ -1,5 +1,5 @@
 use super::{Experiment, GradientError, Outcome, OutcomeJacobian, Parameter};
-use crate::dynamics::{Batch, Force, RolloutError, World};
+use crate::dynamics::{Batch, Force, RolloutError, StateCovector, Trajectory, World};
 use crate::threads::contained;
 use nalgebra::DVector;
 use std::sync::Arc;
@@ -78,6 +78,26 @@ impl Batch {
         self.after(world, parameters, samples, |experiment| {
             experiment.gradient(parameters, loss)
         })
+    }
+
+    /// For each of a list of worlds the derivatives of a number of its rollout by the parameters, as of
+    /// [`Experiment::pullback`]: a function gets the place of the world and its trajectory, and tells the derivatives by the
+    /// states.
+    ///
+    /// # Errors
+    /// Each world's own: as of [`Experiment::pullback`], and [`RolloutError::Stopped`] where the batch was ended before.
+    pub fn pullbacks_of_worlds<F: Force>(
+        &self,
+        worlds: &[World<f64, F>],
+        parameters: &[Parameter],
+        by_states: impl Fn(usize, &Trajectory) -> Vec<Vec<StateCovector>> + Sync,
+    ) -> Vec<Result<DVector<f64>, GradientError>> {
+        let places: Vec<_> = worlds.iter().enumerate().collect();
+        let job = |&(place, world): &(usize, &World<f64, F>)| {
+            let experiment = self.experiment(world.clone());
+            contained(|| experiment.pullback(parameters, |it| by_states(place, it)))
+        };
+        self.results(&places, job, |_| RolloutError::Stopped.into())
     }
 
     /// The experiment on a world, which ends with the batch.

@@ -89,6 +89,24 @@ pub enum GradientError {
         /// Name of the body.
         body: String,
     },
+    /// Derivatives by a centre of mass in a world whose forces may depend on it.
+    #[error(
+        "the derivatives by the mass properties of body {0:?} are not known, because forces act that may depend on its centre of mass"
+    )]
+    ForcesByCenter(String),
+    /// Derivatives by recorded states do not pair up with the states.
+    #[error(
+        "derivatives by {states} recorded states of {bodies} bodies each were expected, but those given are by {}",
+        bodies_given(found)
+    )]
+    CovectorCount {
+        /// By how many bodies there are derivatives, for each state that there are any for.
+        found: Vec<usize>,
+        /// How many states are recorded.
+        states: usize,
+        /// How many bodies there are.
+        bodies: usize,
+    },
     /// The world has no control on the body, or it has not so many intervals.
     #[error("interval {interval} of the control of body {body:?} was asked for, but {}", intervals_found(*intervals))]
     NoControl {
@@ -149,5 +167,17 @@ fn intervals_found(intervals: usize) -> String {
     match intervals.checked_sub(1) {
         None => "the body has no control".into(),
         Some(last) => format!("its intervals are 0 to {last}"),
+    }
+}
+
+/// How many bodies each of some states has, the first that differs from the first of all.
+fn bodies_given(found: &[usize]) -> String {
+    let count = found.len();
+    let Some((&first, rest)) = found.split_first() else {
+        return "no state".into();
+    };
+    match rest.iter().find(|&&bodies| bodies != first) {
+        None => format!("{count} states of {first}"),
+        Some(other) => format!("{count} states, of {first} and of {other}"),
     }
 }

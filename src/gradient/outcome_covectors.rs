@@ -1,4 +1,4 @@
-//! The derivatives of a loss by the states that it looks at.
+//! The derivatives of a number by recorded states: given, or those of a loss by the states that it looks at.
 
 use super::GradientError;
 use super::widths::{DifferentiableOutcome, NARROW, OutcomeIn, WIDE};
@@ -19,69 +19,87 @@ struct Seen {
     body: usize,
 }
 
-/// A loss, and its derivatives by recorded states.
-pub(super) struct OutcomeCovectors {
-    pub value: f64,
-    /// In the order of time.
-    by_states: Vec<(Seen, StateCovector)>,
-}
+/// The derivatives of a number by states of bodies at recorded times, in the order of time.
+pub(super) struct RecordedCovectors(Vec<(Seen, StateCovector)>);
 
-impl OutcomeCovectors {
-    /// By the states of bodies that forces move or that stay where they are. Which of them matter is found out first: by
-    /// derivatives along one random direction for many of them together.
-    pub fn of(
-        loss: &dyn DifferentiableOutcome,
-        system: &System,
+impl RecordedCovectors {
+    /// From those by all recorded states, of all bodies each.
+    pub fn new(
+        by_states: Vec<Vec<StateCovector>>,
         trajectory: &Trajectory,
     ) -> Result<Self, GradientError> {
-        let value = OutcomeIn::<f64>::of_trajectory(loss, trajectory);
-        let [value] = value[..] else {
-            return Err(GradientError::NotALoss { count: value.len() });
+        let counts = by_states.iter().map(Vec::len);
+        let expected = trajectory.states().iter().map(|state| state.bodies.len());
+        if !counts.eq(expected) {
+            return Err(GradientError::CovectorCount {
+                found: by_states.iter().map(Vec::len).collect(),
+                states: trajectory.states().len(),
+                bodies: trajectory.last().bodies.len(),
+            });
+        }
+        let of_state = |(record, bodies): (usize, Vec<StateCovector>)| {
+            let bodies = bodies.into_iter().enumerate();
+            bodies.map(move |(body, by_state)| (Seen { record, body }, by_state))
         };
-        let moves = |body: &usize| !matches!(system.bodies[*body].motion, Motion::Prescribed(_));
-        let bodies: Vec<usize> = (0..system.bodies.len()).filter(moves).collect();
-        let records = 0..trajectory.states().len();
-        let all: Vec<Seen> = records
-            .flat_map(|record| bodies.iter().map(move |&body| Seen { record, body }))
-            .collect();
-        let mut found = Self {
-            value,
-            by_states: Vec::new(),
-        };
-        let seen = Looked { loss, trajectory };
-        seen.look(&all, &mut found.by_states);
-        Ok(found)
+        Ok(Self(
+            by_states
+                .into_iter()
+                .enumerate()
+                .flat_map(of_state)
+                .collect(),
+        ))
     }
 
     /// Adds those by recorded states from one of them on, as far as they were not asked for before.
     pub fn add_to(&mut self, record: usize, reversal: &mut Reversal) {
-        while let Some((seen, by_state)) = self.by_states.pop_if(|(seen, _)| seen.record >= record)
-        {
+        while let Some((seen, by_state)) = self.0.pop_if(|(seen, _)| seen.record >= record) {
             reversal.add(seen.body, &by_state);
         }
     }
+}
+
+/// A loss, and its derivatives by the states of bodies that forces move or that stay where they are. Which of them matter is
+/// found out first: by derivatives along one random direction for many of them together.
+pub(super) fn of_outcome(
+    loss: &dyn DifferentiableOutcome,
+    system: &System,
+    trajectory: &Trajectory,
+) -> Result<(f64, RecordedCovectors), GradientError> {
+    let value = OutcomeIn::<f64>::of_trajectory(loss, trajectory);
+    let [value] = value[..] else {
+        return Err(GradientError::NotALoss { count: value.len() });
+    };
+    let moves = |body: &usize| !matches!(system.bodies[*body].motion, Motion::Prescribed(_));
+    let bodies: Vec<usize> = (0..system.bodies.len()).filter(moves).collect();
+    let looked = Looked {
+        loss,
+        trajectory,
+        times: trajectory.states().iter().map(|state| state.time).collect(),
+    };
+    let (mut found, mut all) = (Vec::new(), Vec::new());
+    for record in 0..trajectory.states().len() {
+        let states: Vec<Seen> = bodies.iter().map(|&body| Seen { record, body }).collect();
+        if looked.look_at_share(&states, &mut found).is_none() {
+            all.extend(states);
+        }
+    }
+    looked.look(&all, &mut found);
+    Ok((value, RecordedCovectors(found)))
 }
 
 /// A loss of a trajectory.
 struct Looked<'a> {
     loss: &'a dyn DifferentiableOutcome,
     trajectory: &'a Trajectory,
+    times: Vec<f64>,
 }
 
 impl Looked<'_> {
     /// Finds the derivatives by those of the states that matter.
     fn look(&self, states: &[Seen], found: &mut Vec<(Seen, StateCovector)>) {
         if states.len() <= AT_ONCE {
-            let seeds = |place: usize| {
-                SVector::from_fn(|i, _| DenseDual::<WIDE>::variable(0.0, LOCAL * place + i))
-            };
             let slopes = self.slopes::<WIDE>(self.loss, states.iter().copied().enumerate(), seeds);
-            for (place, &seen) in states.iter().enumerate() {
-                let by_state = SVector::<f64, LOCAL>::from_fn(|i, _| slopes[LOCAL * place + i]);
-                if by_state.iter().any(|&slope| slope != 0.0) {
-                    found.push((seen, StateCovector::from_vector(&by_state)));
-                }
-            }
+            keep(states, &slopes, found);
             return;
         }
         let size = states.len().div_ceil(NARROW);
@@ -101,6 +119,21 @@ impl Looked<'_> {
         }
     }
 
+    /// The derivatives by the states of bodies in one record, if the loss is a sum over records.
+    fn look_at_share(&self, states: &[Seen], found: &mut Vec<(Seen, StateCovector)>) -> Option<()> {
+        let loss: &dyn OutcomeIn<DenseDual<WIDE>> = self.loss;
+        for states in states.chunks(AT_ONCE) {
+            let record = states[0].record;
+            let mut state = self.trajectory.states()[record].lifted();
+            for (place, seen) in states.iter().enumerate() {
+                displace(&mut state, seen.body, &seeds(place));
+            }
+            let numbers = loss.share_of(&self.times, record, &state)?;
+            keep(states, &numbers.first()?.eps, found);
+        }
+        Some(())
+    }
+
     /// The derivatives of the loss, where the states in a list are seeded.
     fn slopes<const WIDTH: usize>(
         &self,
@@ -114,6 +147,21 @@ impl Looked<'_> {
         }
         let numbers = loss.of_trajectory(&trajectory);
         numbers.first().map_or([0.0; WIDTH], |number| number.eps)
+    }
+}
+
+/// Seeds for the state of one body among several.
+fn seeds(place: usize) -> SVector<DenseDual<WIDE>, LOCAL> {
+    SVector::from_fn(|i, _| DenseDual::variable(0.0, LOCAL * place + i))
+}
+
+/// Keeps the derivatives by states, seeded one after the other, that are not all zero.
+fn keep(states: &[Seen], slopes: &[f64; WIDE], found: &mut Vec<(Seen, StateCovector)>) {
+    for (place, &seen) in states.iter().enumerate() {
+        let by_state = SVector::<f64, LOCAL>::from_fn(|i, _| slopes[LOCAL * place + i]);
+        if by_state.iter().any(|&slope| slope != 0.0) {
+            found.push((seen, StateCovector::from_vector(&by_state)));
+        }
     }
 }
 

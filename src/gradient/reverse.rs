@@ -1,10 +1,11 @@
 use super::experiment::{changed, checked_dimension};
-use super::outcome_covectors::OutcomeCovectors;
+use super::outcome_covectors::{RecordedCovectors, of_outcome};
 use super::parameter::check_together;
-use super::widths::{DifferentiableOutcome, MIDDLE};
-use super::{Experiment, GradientError, Parameter};
+use super::widths::{DifferentiableOutcome, WIDE};
+use super::{Experiment, GradientError, Outcome, Parameter, RolloutGradient};
 use crate::dynamics::{
-    AnyWorld, Reversal, RolloutError, SystemGradient, Tape, Trajectory, WithSystem,
+    AnyWorld, Reversal, RolloutError, StateCovector, System, SystemGradient, Tape, Trajectory,
+    WithSystem,
 };
 use crate::threads::contained;
 use nalgebra::DVector;
@@ -22,49 +23,139 @@ pub enum Mode {
     Reverse,
 }
 
-impl Mode {
-    /// For a gradient: backwards where more than one narrow rollout forwards would be needed.
-    pub(super) fn of_gradient_by(parameters: &[Parameter]) -> Self {
+impl Experiment {
+    /// How [`Self::gradient`] differentiates by these parameters: backwards where more than one rollout forwards would be
+    /// needed (`cargo bench --bench reverse`).
+    #[must_use]
+    pub fn mode_for(&self, parameters: &[Parameter]) -> Mode {
         let count: usize = parameters.iter().map(Parameter::dimension).sum();
-        if count > MIDDLE {
-            Self::Reverse
+        if count > WIDE {
+            Mode::Reverse
         } else {
-            Self::Forward
+            Mode::Forward
         }
     }
-}
 
-impl Experiment {
+    /// The derivatives of a number by the parameters, from those by the recorded states: the transpose of the Jacobian of all
+    /// states, times a vector, in a time that does not depend on the number of parameters. For losses that are differentiated
+    /// elsewhere, by a program for automatic differentiation.
+    ///
+    /// A function gets the trajectory and tells the derivatives by its states, the initial one first: for each state those of
+    /// all bodies, in the order of the world's. They count for bodies that forces move or that stay where they are.
+    ///
+    /// ```
+    /// # use hydroelastic::contact::Shape;
+    /// # use hydroelastic::dynamics::{Body, Mass, Material, Plan, StateCovector, World};
+    /// # use hydroelastic::gradient::{Experiment, Parameter};
+    /// # use hydroelastic::mesh::shapes;
+    /// let ball = Shape::new(shapes::icosphere(0.1, 1)?);
+    /// let world = World::new(vec![Body::dynamic("ball", ball, Material::elastic(1e5), Mass::Total(1.0))?])?;
+    /// let experiment = Experiment::new(&world, &Plan::new(1e-3, 500)?.recording_every(500));
+    /// // Half the square of the last position, of two recorded states.
+    /// let by_velocity = experiment.pullback(&[Parameter::InitialVelocity("ball".into())], |trajectory| {
+    ///     let shift = *trajectory.last().bodies[0].position();
+    ///     let last = StateCovector { shift, ..StateCovector::zero() };
+    ///     vec![vec![StateCovector::zero()], vec![last]]
+    /// })?;
+    /// assert_eq!(by_velocity.norm(), 0.0); // the ball stays at the origin
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
+    ///
+    /// # Errors
+    /// - If a parameter is not one of the world's, or the rollout ends early.
+    /// - [`GradientError::CovectorCount`] if there are not as many derivatives as recorded states and bodies.
+    /// - [`GradientError::BackwardNotFinite`] if one is not finite, or the sweep meets one that is not.
+    /// - [`GradientError::NoFriction`] as of [`Self::jacobian`].
+    pub fn pullback(
+        &self,
+        parameters: &[Parameter],
+        by_states: impl FnOnce(&Trajectory) -> Vec<Vec<StateCovector>>,
+    ) -> Result<DVector<f64>, GradientError> {
+        let ((), found) = self.pulled_back(parameters, |_, trajectory| {
+            let by_states = by_states(trajectory);
+            Ok(((), RecordedCovectors::new(by_states, trajectory)?))
+        })?;
+        Ok(found)
+    }
+
     /// A loss and its gradient, by a sweep back from the outcome.
     pub(super) fn swept_back(
         &self,
         parameters: &[Parameter],
         loss: &dyn DifferentiableOutcome,
     ) -> Result<(f64, DVector<f64>), GradientError> {
+        self.pulled_back(parameters, |system, trajectory| {
+            of_outcome(loss, system, trajectory)
+        })
+    }
+
+    /// A loss and its derivatives by all that the rollout depends on, the shapes of all bodies among them: by a sweep back from
+    /// the outcome.
+    ///
+    /// Those by dissipation and friction of two bodies of which neither has any are not known, and 0.
+    ///
+    /// # Errors
+    /// As [`Self::gradient_by`] backwards.
+    pub fn gradient_by_all(&self, loss: &impl Outcome) -> Result<RolloutGradient, GradientError> {
+        let world = WithSystem::<f64>::with_system(self.world(), self.system().clone());
+        let (value, gradient) = self.swept(&world, true, |system, trajectory| {
+            of_outcome(loss, system, trajectory)
+        })?;
+        Ok(RolloutGradient {
+            value,
+            system: self.system().clone(),
+            gradient,
+            has_forces: world.has_forces(),
+        })
+    }
+
+    /// What is read from the trajectory, and the derivatives by the parameters.
+    fn pulled_back<V>(
+        &self,
+        parameters: &[Parameter],
+        read: impl FnOnce(&System, &Trajectory) -> Result<(V, RecordedCovectors), GradientError>,
+    ) -> Result<(V, DVector<f64>), GradientError> {
         let count = checked_dimension(self.system(), parameters)?;
         check_together(parameters, self.system())?;
         // Bodies whose friction is a parameter rub, even without any.
         let system = changed(self.system(), parameters, &vec![0.0; count]);
         let world = WithSystem::<f64>::with_system(self.world(), system);
-        let (value, gradient) = contained(|| self.sweep(&world, loss))?;
+        let (value, gradient) = self.swept(&world, false, read)?;
         let numbers = parameters
             .iter()
             .flat_map(|it| it.own(self.system(), &gradient));
         Ok((value, DVector::from_iterator(count, numbers)))
     }
 
-    /// The loss, and its derivatives by all that the rollout of a world depends on.
-    fn sweep(
+    /// What is read from the trajectory of a world, and the derivatives by all that the rollout depends on, with or without
+    /// shapes.
+    fn swept<V>(
         &self,
         world: &Arc<dyn AnyWorld<f64>>,
-        loss: &dyn DifferentiableOutcome,
-    ) -> Result<(f64, SystemGradient), GradientError> {
+        by_shapes: bool,
+        read: impl FnOnce(&System, &Trajectory) -> Result<(V, RecordedCovectors), GradientError>,
+    ) -> Result<(V, SystemGradient), GradientError> {
+        contained(|| {
+            let mut reversal = Reversal::of(&**world, self.plan());
+            if by_shapes {
+                reversal = reversal.with_shapes();
+            }
+            let mut tape = Tape::new(&**world, self.plan());
+            let trajectory = self.taped(world, &mut tape)?;
+            let (value, by_states) = read(world.system(), &trajectory)?;
+            Ok((value, self.sweep(reversal, tape, by_states)?))
+        })
+    }
+
+    /// The derivatives by all that a rollout depends on, from those by its recorded states.
+    fn sweep(
+        &self,
+        mut reversal: Reversal,
+        mut tape: Tape,
+        mut by_states: RecordedCovectors,
+    ) -> Result<SystemGradient, GradientError> {
         let plan = self.plan();
-        let mut reversal = Reversal::of(&**world, plan);
-        let mut tape = Tape::new(&**world, plan);
-        let trajectory = self.taped(world, &mut tape)?;
-        let mut outcome = OutcomeCovectors::of(loss, world.system(), &trajectory)?;
-        outcome.add_to(trajectory.states().len() - 1, &mut reversal);
+        by_states.add_to(plan.steps().div_ceil(plan.record_every()), &mut reversal);
         for step in (1..=plan.steps()).rev() {
             if self.is_stopped() {
                 return Err(RolloutError::Stopped.into());
@@ -72,11 +163,11 @@ impl Experiment {
             self.check_finite(&reversal, step + 1)?;
             reversal.step_back(step, tape.back_to(step - 1)?)?;
             if plan.records(step - 1) {
-                outcome.add_to((step - 1) / plan.record_every(), &mut reversal);
+                by_states.add_to((step - 1) / plan.record_every(), &mut reversal);
             }
         }
         self.check_finite(&reversal, 1)?;
-        Ok((outcome.value, reversal.finished()))
+        Ok(reversal.finished())
     }
 
     /// The rollout of a world, with its states on a tape.

@@ -2,14 +2,14 @@
 
 use hydroelastic::contact::{HalfSpace, Shape};
 use hydroelastic::dynamics::{
-    Body, BodyState, Control, Drag, Force, Integrator, Mass, Material, Plan, Situation, Spring,
-    State, Thruster, Trajectory, World, Wrenches,
+    Batch, Body, BodyState, Control, Drag, Force, Integrator, Mass, Material, Plan, Situation,
+    Spring, State, StateCovector, Thruster, Trajectory, World, Wrenches,
 };
-use hydroelastic::gradient::{Experiment, Mode, Outcome, Parameter};
+use hydroelastic::gradient::{Experiment, Integral, Mode, Outcome, Parameter, Rate};
 use hydroelastic::mesh::{PressureField, TetMesh, shapes};
 use hydroelastic::scalar::{Scalar, lift};
 use hydroelastic::spatial::{Pose, Twist, Wrench};
-use nalgebra::{DVector, Vector3, vector};
+use nalgebra::{DVector, Matrix3, Vector3, vector};
 
 /// Round-off of hundreds of steps, of the largest entry of a parameter's gradient.
 pub const SAME: f64 = 1e-11;
@@ -212,6 +212,46 @@ fn outcomes_that_look_at_many_states() {
     );
 }
 
+/// Squares of velocities, and heights.
+struct Haste;
+
+impl Rate for Haste {
+    fn at<T: Scalar>(&self, state: &State<T>) -> T {
+        let [a, b] = [0, 1].map(|body| &state.bodies[body]);
+        a.velocity().dot(b.velocity()) + a.position().z * 3.0 + b.twist.angular.x
+    }
+}
+
+#[test]
+fn integrals_along_the_way() {
+    let plan = plan().recording_every(7);
+    let world = world([0.5, 0.4]);
+    compare(&world, &plan, &by_bodies(true), &Integral(Haste));
+    // Of gravity alone: ∫ (v₀ + g t)² dt, by a rule that is exact for straight lines.
+    let free = |spin: f64| {
+        let ball = Shape::new(shapes::icosphere(0.1, 0).unwrap());
+        let body = |name| {
+            let shape = std::sync::Arc::new(ball.clone());
+            Body::dynamic(name, shape, Material::elastic(1e5), Mass::Total(1.0)).unwrap()
+        };
+        let far = Pose::from_translation(vector![9.0, 0.0, 0.0]);
+        let spinning = body("b").at(far).with_spin(vector![spin, 0.0, 0.0]);
+        World::new(vec![
+            body("a").with_velocity(vector![0.0, 0.0, 1.0]),
+            spinning,
+        ])
+        .unwrap()
+    };
+    let experiment = Experiment::new(free(0.5), &Plan::new(1e-2, 100).unwrap());
+    let by_spin = [Parameter::InitialSpin("b".into())];
+    let (value, by_spin) = experiment
+        .gradient_by(Mode::Reverse, &by_spin, &Integral(Haste))
+        .unwrap();
+    // ∫ 3 t dt + 0.5 over a second.
+    assert!((value - 2.0).abs() <= 1e-12, "{value}");
+    assert!((by_spin[0] - 1.0).abs() <= 1e-12, "{by_spin}");
+}
+
 /// Depends on what contact does, on gravity, and on the masses and materials of the bodies.
 pub struct Odd;
 
@@ -304,6 +344,93 @@ pub fn round_bodies() -> [(World, Vec<Parameter>); 2] {
         ];
         (world, parameters)
     })
+}
+
+/// The derivatives of [`Mixed`] by the states, written down.
+fn by_states(mixed: Mixed, trajectory: &Trajectory) -> Vec<Vec<StateCovector>> {
+    let states = trajectory.states();
+    let bodies = states[0].bodies.len();
+    let mut found = vec![vec![StateCovector::zero(); bodies]; states.len()];
+    let looked_at = found.iter_mut().zip(states).rev().step_by(mixed.every);
+    for (place, (found, state)) in looked_at.enumerate() {
+        let by = |(number, value): (usize, f64)| {
+            (value + 1.0) * ((number + 1) as f64 * 0.7 + place as f64).sin()
+        };
+        let by_numbers: Vec<f64> = numbers(state).into_iter().enumerate().map(by).collect();
+        let bodies = found.iter_mut().zip(&state.bodies);
+        for ((found, body), by) in bodies.zip(by_numbers.chunks(18)) {
+            let by_twist = Twist {
+                linear: Vector3::from_column_slice(&by[12..15]),
+                angular: Vector3::from_column_slice(&by[15..18]),
+            };
+            *found = StateCovector::from_entries(
+                body.pose.rotation(),
+                &Matrix3::from_column_slice(&by[3..12]),
+                Vector3::from_column_slice(&by[..3]),
+                &by_twist,
+            );
+        }
+    }
+    found
+}
+
+#[test]
+fn derivatives_by_states_that_are_given_are_those_of_the_outcome() {
+    let world = world([0.5, 0.4]);
+    let (parameters, mixed) = (by_bodies(true), Mixed { every: 3 });
+    for every in [7, 300] {
+        let plan = plan().recording_every(every);
+        let experiment = Experiment::new(&world, &plan);
+        let (_, expected) = experiment.gradient(&parameters, &mixed).unwrap();
+        let found = experiment.pullback(&parameters, |it| by_states(mixed, it));
+        assert!((found.unwrap() - &expected).amax() <= SAME * expected.amax());
+    }
+}
+
+#[test]
+fn worlds_of_a_batch_have_the_bits_of_each() {
+    let worlds = [0.1, 0.4].map(|friction| world([0.5, friction]));
+    let (plan, parameters) = (plan().recording_every(100), by_bodies(true));
+    // The second world's number is another one.
+    let mixed = |place: usize| Mixed { every: place + 1 };
+    let found = Batch::new(&plan)
+        .pullbacks_of_worlds(&worlds, &parameters, |at, it| by_states(mixed(at), it));
+    assert_eq!(found.len(), 2);
+    for (place, (world, found)) in worlds.iter().zip(found).enumerate() {
+        let experiment = Experiment::new(world, &plan);
+        let expected = experiment.pullback(&parameters, |it| by_states(mixed(place), it));
+        assert_eq!(found.unwrap(), expected.unwrap());
+    }
+}
+
+#[test]
+fn derivatives_by_states_that_do_not_fit_are_refused() {
+    let (world, plan) = (world([0.5, 0.4]), plan().recording_every(150));
+    let experiment = Experiment::new(&world, &plan);
+    let refusal = |by_states| {
+        let error = experiment.pullback(&[Parameter::Gravity], |_| by_states);
+        error.unwrap_err()
+    };
+    let zero = StateCovector::zero();
+    let expected =
+        "derivatives by 3 recorded states of 5 bodies each were expected, but those given are by ";
+    for (given, message) in [
+        (vec![], "no state"),
+        (vec![vec![zero; 5]; 2], "2 states of 5"),
+        (
+            vec![vec![zero; 5], vec![zero; 4], vec![zero; 5]],
+            "3 states, of 5 and of 4",
+        ),
+    ] {
+        assert_eq!(refusal(given).to_string(), format!("{expected}{message}"));
+    }
+    let mut lost = vec![vec![zero; 5]; 3];
+    lost[1][0].spin.x = f64::NAN;
+    let error = refusal(lost);
+    assert!(
+        matches!(&error, GradientError::BackwardNotFinite { step: 151, body } if body == "a"),
+        "{error}"
+    );
 }
 
 #[test]

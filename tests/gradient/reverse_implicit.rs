@@ -232,6 +232,8 @@ fn stiff_skins_that_stick() {
 #[test]
 fn many_parameters_are_taken_backwards() {
     let (world, parameters) = with_forces_and_controls();
+    // More than 96 numbers, each of them twice.
+    let parameters = [&parameters[..], &parameters[..]].concat();
     let [plan, _] = plans(2.5e-3, 10);
     let experiment = Experiment::new(&world, &plan);
     let chosen = experiment.gradient(&parameters, &END).unwrap();

@@ -34,6 +34,7 @@ __all__ = [
     "Rollout",
     "RolloutError",
     "Shape",
+    "ShapeGradient",
     "Spring",
     "State",
     "StepReport",
@@ -102,6 +103,9 @@ class Shape:
     @property
     def volume(self) -> float: ...
     def mass_properties(self, density: float) -> tuple[float, _Floats, _Floats]: ...
+    def mass_gradient(
+        self, density: float, by_mass: float, by_center: _Numbers, by_inertia: _Floats
+    ) -> _Floats: ...
     def __getnewargs_ex__(self) -> tuple[tuple[_Floats, NDArray[np.int64], _Floats], dict[str, bool]]: ...
 
 @final
@@ -118,6 +122,9 @@ class RigidShape:
     @property
     def volume(self) -> float: ...
     def mass_properties(self, density: float) -> tuple[float, _Floats, _Floats]: ...
+    def mass_gradient(
+        self, density: float, by_mass: float, by_center: _Numbers, by_inertia: _Floats
+    ) -> _Floats: ...
     def __getnewargs__(self) -> tuple[_Floats, NDArray[np.int64]]: ...
 
 @final
@@ -190,6 +197,29 @@ class Pair:
         moduli: _Numbers | None = None,
         law: _Numbers | None = None,
     ) -> tuple[_Floats, _Floats]: ...
+    def shape_gradients(
+        self,
+        pose_a: _Floats,
+        pose_b: _Floats,
+        by_wrenches: _Numbers,
+        twist_a: _Numbers | None = None,
+        twist_b: _Numbers | None = None,
+        *,
+        moduli: _Numbers | None = None,
+        law: _Numbers | None = None,
+    ) -> tuple[ShapeGradient, ShapeGradient]: ...
+    def vertex_jacobians(
+        self,
+        pose_a: _Floats,
+        pose_b: _Floats,
+        vertices_a: Sequence[int] | NDArray[np.int64] = ...,
+        vertices_b: Sequence[int] | NDArray[np.int64] = ...,
+        twist_a: _Numbers | None = None,
+        twist_b: _Numbers | None = None,
+        *,
+        moduli: _Numbers | None = None,
+        law: _Numbers | None = None,
+    ) -> tuple[_Floats, _Floats]: ...
     def potential_energy(
         self, pose_a: _Floats, pose_b: _Floats, *, moduli: _Numbers | None = None
     ) -> float | _Floats: ...
@@ -197,6 +227,15 @@ class Pair:
     def has_sunk_through(self, pose_a: _Floats, pose_b: _Floats) -> bool: ...
     def write_surface(self, path: _File, pose_a: _Floats, pose_b: _Floats) -> None: ...
     def __getnewargs__(self) -> tuple[Shape, _Shape, float, float | None, SurfaceLaw]: ...
+
+@final
+class ShapeGradient:
+    def __new__(cls, by_vertices: _Floats, by_extents: _Floats) -> Self: ...
+    @property
+    def by_vertices(self) -> _Floats: ...
+    @property
+    def by_extents(self) -> _Floats: ...
+    def __getnewargs__(self) -> tuple[_Floats, _Floats]: ...
 
 @final
 class Surface:
@@ -391,6 +430,10 @@ class World:
     def jacobian(
         self, plan: Plan, parameters: Sequence[Parameter], *, progress: _Progress = None
     ) -> tuple[Trajectory, TrajectoryJacobian]: ...
+    def pullback(
+        self, plan: Plan, parameters: Sequence[Parameter], by_poses: _Floats, by_twists: _Floats
+    ) -> _Floats: ...
+    def sweeps_back(self, plan: Plan, parameters: Sequence[Parameter]) -> bool: ...
     def linearised(
         self, plan: Plan, parameters: Sequence[Parameter] = ..., *, progress: _Progress = None
     ) -> tuple[_Floats, _Floats]: ...
@@ -521,6 +564,9 @@ class Batch:
     def jacobians_of_worlds(
         self, worlds: Sequence[World], parameters: Sequence[Parameter]
     ) -> list[tuple[Trajectory, TrajectoryJacobian] | HydroelasticError]: ...
+    def pullbacks_of_worlds(
+        self, worlds: Sequence[World], parameters: Sequence[Parameter], by_poses: _Floats, by_twists: _Floats
+    ) -> list[_Floats | HydroelasticError]: ...
     def __getnewargs_ex__(self) -> tuple[tuple[Plan], dict[str, object]]: ...
 
 @final
@@ -545,6 +591,8 @@ class Parameter:
     def gravity() -> Parameter: ...
     @staticmethod
     def control(body: str, interval: int) -> Parameter: ...
+    @staticmethod
+    def controls(bodies: Sequence[str], intervals: int) -> list[Parameter]: ...
     @property
     def dimension(self) -> int: ...
     @property

@@ -6,6 +6,7 @@ pose, a twist in world axes, and one for each other number. Poses among the outp
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Sequence
 from typing import Any, Protocol, TypeVar
 
@@ -22,6 +23,9 @@ _T = TypeVar("_T")
 POSE = 16
 TWIST = 6
 WRENCHES = 12
+# Columns of a Jacobian that one rollout on dual numbers gives, and how many sweeps back take about as long as such a rollout.
+PASS = 96
+SWEEPS = 2
 
 
 class Function:
@@ -31,6 +35,8 @@ class Function:
     """
 
     name: str
+    # Whether products with vectors take the place of Jacobians: there are many columns, and the outputs are swept back.
+    sweeps_back = False
     # How many poses a row starts with, its length, that of the outputs, and the number of columns.
     poses: int
     numbers: int
@@ -47,6 +53,16 @@ class Function:
     def values_and_jacobians(self, rows: Floats) -> tuple[Floats, Floats, Errors]:
         """(m, outputs) and (m, outputs, columns) float64."""
         raise NotImplementedError
+
+    def pushforwards(self, rows: Floats, tangents: Floats) -> tuple[Floats, Errors]:
+        """The Jacobian of each row times c vectors of its own, (m, c, columns): (m, c, outputs) float64."""
+        _, jacobians, errors = self.values_and_jacobians(rows)
+        return tangents @ jacobians.swapaxes(-1, -2), errors
+
+    def pullbacks(self, rows: Floats, cotangents: Floats) -> tuple[Floats, Errors]:
+        """c vectors for each row, (m, c, outputs), times its Jacobian: (m, c, columns) float64."""
+        _, jacobians, errors = self.values_and_jacobians(rows)
+        return cotangents @ jacobians, errors
 
 
 def moduli_of(pair: Pair) -> Floats:
@@ -128,6 +144,7 @@ class Rollout(Function):
         self._dynamic = [place for place, body in enumerate(world.bodies) if body.mass is not None]
         # Refuses what is not a parameter of the world.
         world.changed(self._parameters, np.zeros(self.width))
+        self.sweeps_back = world.sweeps_back(plan, self._initial_parameters() + self._parameters)
 
     def values(self, rows: Floats) -> tuple[Floats, Errors]:
         values, errors = np.full((len(rows), self.outputs), np.nan), Errors()
@@ -150,10 +167,39 @@ class Rollout(Function):
         for place, result in zip(worlds, found):
             if isinstance(result, tuple):
                 values[place] = self._value(result[0])
-                jacobians[place] = self._columns_of(result[1])
+                jacobians[place] = self._columns_of(self._rows_of(result[1]))
             else:
                 errors[place] = result
         return values, jacobians, errors
+
+    def pullbacks(self, rows: Floats, cotangents: Floats) -> tuple[Floats, Errors]:
+        by = self._initial_parameters() + self._parameters
+        count, passes = cotangents.shape[1], -(-sum(parameter.dimension for parameter in by) // PASS)
+        if not self.sweeps_back or count > SWEEPS * passes:
+            return super().pullbacks(rows, cotangents)
+        found, errors = np.full((*cotangents.shape[:2], self.columns), np.nan), Errors()
+        worlds = _each(self._started, rows, errors)
+        if not worlds:
+            return found, errors
+        places = [(place, which) for place in worlds for which in range(count)]
+        by_poses, by_twists = self._by_states(np.array([cotangents[it] for it in places]).reshape(-1, self.outputs))
+        results = Batch(self._plan).pullbacks_of_worlds([worlds[place] for place, _ in places], by, by_poses, by_twists)
+        for at, result in zip(places, results):
+            if isinstance(result, HydroelasticError):
+                errors[at[0]] = result
+            else:
+                found[at] = self._columns_of(result[None])[0]
+        return found, errors
+
+    def _by_states(self, cotangents: Floats) -> tuple[Floats, Floats]:
+        """The cotangents of all recorded poses and twists, where those of all but the last may have no part in outputs."""
+        count, recorded = len(cotangents), recorded_count(self._plan)
+        by_poses = np.zeros((count, recorded, self.bodies, 4, 4))
+        by_twists = np.zeros((count, recorded, self.bodies, TWIST))
+        entries = self.states * self.bodies * POSE
+        by_poses[:, -self.states :] = cotangents[:, :entries].reshape(count, self.states, self.bodies, 4, 4)
+        by_twists[:, -self.states :] = cotangents[:, entries:].reshape(count, self.states, self.bodies, TWIST)
+        return by_poses, by_twists
 
     def _started(self, row: Floats) -> World:
         """The world with the initial state and the changes of a row."""
@@ -179,14 +225,17 @@ class Rollout(Function):
         states = slice(-self.states, None)
         return np.concatenate([trajectory.poses[states].ravel(), trajectory.twists[states].ravel()])
 
-    def _columns_of(self, jacobian: TrajectoryJacobian) -> Floats:
+    def _rows_of(self, jacobian: TrajectoryJacobian) -> Floats:
         states = slice(-self.states, None)
         width = jacobian.poses.shape[-1]
-        found = np.concatenate([it[states].reshape(-1, width) for it in (jacobian.poses, jacobian.twists)])
+        return np.concatenate([it[states].reshape(-1, width) for it in (jacobian.poses, jacobian.twists)])
+
+    def _columns_of(self, found: Floats) -> Floats:
+        """Derivatives by all columns, from rows of those by the initial states of dynamic bodies and by parameters."""
         if not self._from_state:
             return found
         # Bodies that forces do not move ignore their part of the initial state, and the time has no derivative.
-        columns, dynamic = np.zeros((self.outputs, self.columns)), len(self._dynamic) * TWIST
+        columns, dynamic = np.zeros((len(found), self.columns)), len(self._dynamic) * TWIST
         moved = (TWIST * np.array(self._dynamic, dtype=int)[:, None] + np.arange(TWIST)).ravel()
         columns[:, moved] = found[:, :dynamic]
         columns[:, self.bodies * TWIST + moved] = found[:, dynamic : 2 * dynamic]
@@ -195,7 +244,7 @@ class Rollout(Function):
 
 
 class Arrays(Protocol):
-    """What jax and torch bring to states: how they check arguments, and how they evaluate a function."""
+    """What jax and torch bring to wrench and states: how they check arguments, and how they evaluate a function."""
 
     def floats(self, value: Any, name: str, shape: tuple[int, ...]) -> Any:
         """An argument as an array of float64 that ends in a shape."""
@@ -205,6 +254,31 @@ class Arrays(Protocol):
 
     def evaluated(self, function: Function, ranks: Sequence[int], parts: Sequence[Any]) -> Any:
         """The outputs for numbers that consist of parts, each with so many axes of its own, and any axes in front."""
+
+
+def wrench(
+    arrays: Arrays,
+    pair: Pair,
+    poses: tuple[Any, Any],
+    twists: tuple[Any, Any],
+    moduli: Any,
+    law: Any,
+) -> Any:
+    """Both wrenches of a pair, (12,) with any axes in front: in motion if a twist is given. What is None is zero, or that
+    of the pair.
+    """
+    in_motion = any(twist is not None for twist in twists)
+    parts = [arrays.floats(pose, name, (4, 4)) for pose, name in zip(poses, ("pose_a", "pose_b"))]
+    if in_motion:
+        given = [np.zeros(TWIST) if twist is None else twist for twist in twists]
+        parts += [arrays.floats(twist, name, (TWIST,)) for twist, name in zip(given, ("twist_a", "twist_b"))]
+    parts.append(arrays.floats(moduli_of(pair) if moduli is None else moduli, "moduli", (2,)))
+    # Without twists a law does not matter, but a wrong one is refused all the same.
+    if law is not None or in_motion:
+        of_pair = np.array([pair.law.dissipation, pair.law.friction])
+        numbers = arrays.floats(of_pair if law is None else law, "law", (2,))
+        parts += [numbers] if in_motion else []
+    return arrays.evaluated(Wrench(pair, in_motion), [2, 2, *[1] * (len(parts) - 2)], parts)
 
 
 def states(
@@ -231,6 +305,25 @@ def states(
         found[..., :entries].reshape(*lead, *recorded, count, 4, 4),
         found[..., entries:].reshape(*lead, *recorded, count, TWIST),
     )
+
+
+def paired(numbers: Floats, vectors: Floats) -> tuple[Floats, Floats, Callable[[Floats], Floats]]:
+    """Numbers and vectors with as many axes in front, of which those of numbers may have the length 1: as rows (m, numbers)
+    and the vectors of each, (m, c, entries). And what gives results for each vector, (m, c, results), the axes in front.
+    """
+    front = vectors.shape[:-1]
+    shared = [axis for axis, length in enumerate(front) if numbers.shape[axis] == length]
+    own = [axis for axis in range(len(front)) if axis not in shared]
+    order = [*shared, *own, len(front)]
+    count = math.prod(front[axis] for axis in shared)
+    each = math.prod(front[axis] for axis in own)
+
+    def restored(found: Floats) -> Floats:
+        axes = found.reshape(*(front[axis] for axis in order[:-1]), found.shape[-1])
+        return axes.transpose(np.argsort(order))
+
+    rows = numbers.reshape(count, numbers.shape[-1])
+    return rows, vectors.transpose(order).reshape(count, each, vectors.shape[-1]), restored
 
 
 def recorded_count(plan: Plan) -> int:

@@ -9,7 +9,8 @@
 
 The contact is computed by the library on the CPU, with its own Jacobians: JAX does not trace it. What is computed is
 the value alone where no derivative is taken, and where one is, value and Jacobian in one call: the value may then
-differ by round-off.
+differ by round-off. Gradients of rollouts by many numbers take explicit steps back instead, at about the same cost whatever
+the numbers are: see ``rollout``.
 
 Arrays are of float64, and ``jax_enable_x64`` must be on: a contact of float32 numbers has no digits left. Arguments may
 have any axes in front, which are broadcast against each other, and then so has the result; ``jax.vmap`` makes such a
@@ -45,6 +46,8 @@ import numpy as np
 try:
     import jax
     import jax.numpy as jnp
+    from jax.extend.core import Primitive
+    from jax.interpreters import ad, batching, mlir
 except ImportError as error:
     raise ImportError('hydroelastic.jax needs JAX: pip install "hydroelastic[jax]"') from error
 
@@ -138,18 +141,8 @@ def wrench(
     -------
     (12,): torque (N m) and force (N) on A, about A's origin, then those on B, about B's.
     """
-    parts = [_floats(pose_a, "pose_a", (4, 4)), _floats(pose_b, "pose_b", (4, 4))]
-    given = twist_a, twist_b
-    in_motion = any(twist is not None for twist in given)
-    if in_motion:
-        names = "twist_a", "twist_b"
-        parts += [_floats(np.zeros(6) if it is None else it, name, (6,)) for it, name in zip(given, names)]
-    parts.append(_floats(_rows.moduli_of(pair) if moduli is None else moduli, "moduli", (2,)))
-    if law is not None or in_motion:
-        of_pair = np.array([pair.law.dissipation, pair.law.friction])
-        numbers = _floats(of_pair if law is None else law, "law", (2,))
-        parts += [numbers] if in_motion else []
-    return _evaluated(_rows.Wrench(pair, in_motion), [2, 2, *[1] * (len(parts) - 2)], parts)
+    found: Array = _rows.wrench(_Arrays(), pair, (pose_a, pose_b), (twist_a, twist_b), moduli, law)
+    return found
 
 
 def initial_state(world: World) -> State:
@@ -185,8 +178,9 @@ def rollout(
     -------
     State with k recorded states in front: poses (k, n, 4, 4), twists (k, n, 6).
 
-    The Jacobian is found in forward mode: its time grows with p, and with 12 numbers for each body that forces move if
-    there is a start.
+    Gradients by more than 12 numbers are found by a sweep back over explicit steps, in a time that does not depend on p; 12
+    numbers for each body that forces move count too if there is a start. Else, and in forward mode, the Jacobian is
+    found, whose time grows with them.
     """
     return _states(world, plan, parameters, changes, start, taken, only_last=False)
 
@@ -235,7 +229,7 @@ def _states(
 
 
 class _Arrays:
-    """What JAX brings to _rows.states."""
+    """What JAX brings to _rows.wrench and _rows.states."""
 
     def floats(self, value: _Array, name: str, shape: tuple[int, ...]) -> Array:
         return _floats(value, name, shape)
@@ -320,6 +314,8 @@ def _values(function: _rows.Function, numbers: Array) -> Array:
 @_values.defjvp
 def _values_jvp(function: _rows.Function, primals: tuple[Array], tangents: tuple[Array]) -> tuple[Array, Array]:
     (numbers,), (tangent,) = primals, tangents
+    if function.sweeps_back:
+        return _values(function, numbers), _pushforward(function, numbers, _local(function.poses, numbers, tangent))
     values, jacobian = _values_and_jacobian(function, numbers)
     # Linear in the tangent, which is what lets JAX transpose it.
     return values, _along(function.poses, jacobian, numbers, tangent)
@@ -335,7 +331,11 @@ def _values_and_jacobian(function: _rows.Function, numbers: Array) -> tuple[Arra
 
 @_values_and_jacobian.defjvp
 def _no_second_derivatives(function: _rows.Function, primals: tuple[Array], tangents: tuple[Array]) -> NoReturn:
-    raise NotImplementedError(
+    raise _second_derivative(function)
+
+
+def _second_derivative(function: _rows.Function) -> NotImplementedError:
+    return NotImplementedError(
         f"the {function.name} of hydroelastic has first derivatives only, and a second one was asked for (by jax.hessian, "
         "or grad or jvp of grad): for least squares, J.T @ J of jax.jacobian takes its place"
     )
@@ -343,7 +343,13 @@ def _no_second_derivatives(function: _rows.Function, primals: tuple[Array], tang
 
 @functools.partial(jax.jit, static_argnums=0)
 def _along(poses: int, jacobian: Array, numbers: Array, tangent: Array) -> Array:
-    """The Jacobian times a tangent of numbers that start with so many poses, whose tangents count as twists."""
+    """The Jacobian times a tangent of numbers that start with so many poses."""
+    return jnp.einsum("...ij,...j->...i", jacobian, _local(poses, numbers, tangent))
+
+
+@functools.partial(jax.jit, static_argnums=0)
+def _local(poses: int, numbers: Array, tangent: Array) -> Array:
+    """A tangent of numbers that start with so many poses, by the columns of a Jacobian: those of poses as twists."""
     if poses:
         lead, entries = numbers.shape[:-1], poses * _rows.POSE
         at, moved = (it[..., :entries].reshape(*lead, poses, 4, 4) for it in (numbers, tangent))
@@ -352,7 +358,94 @@ def _along(poses: int, jacobian: Array, numbers: Array, tangent: Array) -> Array
         angular = jnp.stack([skew[..., 2, 1], skew[..., 0, 2], skew[..., 1, 0]], -1)
         twists = jnp.concatenate([angular, moved[..., :3, 3]], -1).reshape(*lead, -1)
         tangent = jnp.concatenate([twists, tangent[..., entries:]], -1)
-    return jnp.einsum("...ij,...j->...i", jacobian, tangent)
+    return tangent
+
+
+# Products of a Jacobian with vectors, without the Jacobian: linear in the vectors, and each the transpose of the other. Numbers
+# and vectors have as many axes in front, and one of the numbers may have the length 1.
+_pushforward_p = Primitive("hydroelastic_pushforward")
+_pullback_p = Primitive("hydroelastic_pullback")
+
+
+def _pushforward(function: _rows.Function, numbers: Array, tangents: Array) -> Array:
+    """The Jacobian times vectors."""
+    found: Array = _pushforward_p.bind(numbers, tangents, function=function)
+    return found
+
+
+def _pushed(numbers: Array, tangents: Array, *, function: _rows.Function) -> Array:
+    return _product_called_back(function, function.pushforwards, function.outputs, numbers, tangents)
+
+
+def _pulled(numbers: Array, cotangents: Array, *, function: _rows.Function) -> Array:
+    return _product_called_back(function, function.pullbacks, function.columns, numbers, cotangents)
+
+
+def _make_linear(primitive: Any, transposed: Any, evaluated: Callable[..., Array], width: Callable[..., int]) -> None:
+    """Tells JAX what a product is, how it is differentiated and transposed, and how batches of it are made."""
+
+    def shape(_numbers: Any, vectors: Any, *, function: _rows.Function) -> Any:
+        return jax.core.ShapedArray((*vectors.shape[:-1], width(function)), vectors.dtype)
+
+    def tangent(primals: Sequence[Any], tangents: Sequence[Any], *, function: _rows.Function) -> tuple[Any, Any]:
+        numbers, vectors = primals
+        if type(tangents[0]) is not ad.Zero:
+            raise _second_derivative(function)
+        return tuple(primitive.bind(numbers, it, function=function) for it in (vectors, tangents[1]))
+
+    def cotangent(given: Any, numbers: Any, _vectors: Any, *, function: _rows.Function) -> list[Any]:
+        nothing = type(given) is ad.Zero
+        return [None, None if nothing else transposed.bind(numbers, given, function=function)]
+
+    def batch(args: Sequence[Any], dims: Sequence[int | None], *, function: _rows.Function) -> tuple[Any, int]:
+        size = next(arg.shape[dim] for arg, dim in zip(args, dims) if dim is not None)
+        numbers, vectors = (arg[None] if dim is None else jnp.moveaxis(arg, dim, 0) for arg, dim in zip(args, dims))
+        vectors = jnp.broadcast_to(vectors, (size, *vectors.shape[1:]))
+        return primitive.bind(numbers, vectors, function=function), 0
+
+    primitive.def_impl(evaluated)
+    primitive.def_abstract_eval(shape)
+    mlir.register_lowering(primitive, mlir.lower_fun(evaluated, multiple_results=False))
+    ad.primitive_jvps[primitive] = tangent
+    ad.primitive_transposes[primitive] = cotangent
+    batching.primitive_batchers[primitive] = batch
+
+
+_make_linear(_pushforward_p, _pullback_p, _pushed, lambda function: function.outputs)
+_make_linear(_pullback_p, _pushforward_p, _pulled, lambda function: function.columns)
+
+
+def _product_called_back(
+    function: _rows.Function,
+    call: Callable[[_rows.Floats, _rows.Floats], tuple[_rows.Floats, _rows.Errors]],
+    width: int,
+    numbers: Array,
+    vectors: Array,
+) -> Array:
+    """What a call of the library gives for rows of numbers and the vectors of each, when the program runs."""
+
+    def host(numbers: Any, vectors: Any) -> tuple[_rows.Floats, ...]:
+        numbers, vectors = np.asarray(numbers), np.asarray(vectors)
+        rows, of_rows, restored = _rows.paired(numbers, vectors)
+        found = _checked(function, lambda: call(rows, of_rows), len(rows))
+        return (np.full((*vectors.shape[:-1], width), np.nan) if found is None else restored(found[0]),)
+
+    (found,) = _on_host(host, [(*vectors.shape[:-1], width)], numbers, vectors)
+    return found
+
+
+def _checked(function: _rows.Function, call: Callable[[], tuple[Any, ...]], count: int) -> list[Any] | None:
+    """The results of a call for so many rows; what is refused is logged. None if the call failed."""
+    try:
+        *found, errors = call()
+    except Exception:
+        # An exception that went on from here would be undefined behaviour.
+        _log.exception("%s: NaN, since the call failed", function.name)
+        return None
+    if errors:
+        why = _rows.first_error(errors, count)
+        _log.warning("%s: NaN in %d of %d rows: %s", function.name, len(errors), count, why)
+    return found
 
 
 def _called_back(
@@ -369,29 +462,31 @@ def _called_back(
         front = numbers.shape[:-1]
         rows = _rows_of(function, numbers)
         tails = [shape[lead:] for shape in shapes]
-        try:
-            *found, errors = call(rows)
-        except Exception:
-            # An exception that went on from here would be undefined behaviour.
-            _log.exception("%s: NaN, since the call failed", function.name)
+        found = _checked(function, lambda: call(rows), len(rows))
+        if found is None:
             return tuple(np.full((*front, *tail), np.nan) for tail in tails)
-        if errors:
-            why = _rows.first_error(errors, len(rows))
-            _log.warning("%s: NaN in %d of %d rows: %s", function.name, len(errors), len(rows), why)
         return tuple(it.reshape(*front, *tail) for it, tail in zip(found, tails))
 
-    def into_buffers(_context: Any, results: Sequence[Any], numbers: Any) -> None:
-        for result, values in zip(results, host(numbers)):
+    return _on_host(host, shapes, numbers)
+
+
+def _on_host(
+    host: Callable[..., tuple[_rows.Floats, ...]], shapes: Sequence[tuple[int, ...]], *arrays: Array
+) -> tuple[Array, ...]:
+    """The results, of such shapes, of a function of arrays, when the program runs."""
+
+    def into_buffers(_context: Any, results: Sequence[Any], *arrays: Any) -> None:
+        for result, values in zip(results, host(*arrays)):
             np.asarray(result)[...] = values
 
     struct: Callable[..., Any] = jax.ShapeDtypeStruct
     out = tuple(struct(shape, jnp.float64) for shape in shapes)
     found: tuple[Array, ...]
     if _buffer_callback is not None and jax.default_backend() == "cpu":
-        found = _buffer_callback(into_buffers, out, vmap_method="broadcast_all")(numbers)
+        found = _buffer_callback(into_buffers, out, vmap_method="broadcast_all")(*arrays)
         return found
     _check_precision_of_threads()
-    found = jax.pure_callback(host, out, numbers, vmap_method="broadcast_all")
+    found = jax.pure_callback(host, out, *arrays, vmap_method="broadcast_all")
     return found
 
 

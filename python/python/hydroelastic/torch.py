@@ -9,7 +9,8 @@
 
 The contact is computed by the library on the CPU, with its own Jacobians: autograd does not trace it. What is computed
 is the value alone where no derivative can be asked for, and else value and Jacobian in one call: the value may then
-differ by round-off.
+differ by round-off. Gradients of rollouts by many numbers take explicit steps back instead, for one gradient at about the
+same cost whatever the numbers are: see ``rollout``.
 
 Tensors are of float64 and on the CPU: others are refused, since a contact of float32 numbers has no digits left.
 Arguments may have any axes in front, which are broadcast against each other, and then so has the result;
@@ -124,17 +125,8 @@ def wrench(
     -------
     (12,): torque (N m) and force (N) on A, about A's origin, then those on B, about B's.
     """
-    parts = [_floats(pose_a, "pose_a", (4, 4)), _floats(pose_b, "pose_b", (4, 4))]
-    given = twist_a, twist_b
-    in_motion = any(twist is not None for twist in given)
-    if in_motion:
-        names = "twist_a", "twist_b"
-        parts += [_floats(np.zeros(6) if it is None else it, name, (6,)) for it, name in zip(given, names)]
-    parts.append(_floats(_rows.moduli_of(pair) if moduli is None else moduli, "moduli", (2,)))
-    of_pair = pair.law.dissipation, pair.law.friction
-    numbers = _floats(of_pair if law is None else law, "law", (2,))
-    parts += [numbers] if in_motion else []
-    return _evaluated(_rows.Wrench(pair, in_motion), (2, 2, *[1] * (len(parts) - 2)), parts)
+    found: Tensor = _rows.wrench(_Arrays(), pair, (pose_a, pose_b), (twist_a, twist_b), moduli, law)
+    return found
 
 
 def initial_state(world: World) -> State:
@@ -169,8 +161,9 @@ def rollout(
     -------
     State with k recorded states in front: poses (k, n, 4, 4), twists (k, n, 6).
 
-    The Jacobian is found in forward mode: its time grows with p, and with 12 numbers for each body that forces move if
-    there is a start.
+    Backward passes by more than 12 numbers sweep back over explicit steps, in a time that does not depend on p; 12 numbers
+    for each body that forces move count too if there is a start. Else, and in forward mode, the Jacobian is found, whose
+    time grows with them.
     """
     return _states(world, plan, parameters, changes, start, taken, only_last=False)
 
@@ -219,7 +212,7 @@ def _states(
 
 
 class _Arrays:
-    """What PyTorch brings to _rows.states."""
+    """What PyTorch brings to _rows.wrench and _rows.states."""
 
     def floats(self, value: _Tensor, name: str, shape: tuple[int, ...]) -> Tensor:
         return _floats(value, name, shape)
@@ -293,14 +286,16 @@ def _is_differentiated(numbers: Tensor) -> bool:
 
 
 class _Values(torch.autograd.Function):
-    """The outputs of a function for numbers with any axes in front, and its Jacobian, empty if nobody needs it."""
+    """The outputs of a function for numbers with any axes in front, and its Jacobian: empty if nobody needs it, or products
+    with vectors take its place.
+    """
 
     @staticmethod
     def forward(numbers: Tensor, function: _rows.Function, differentiated: bool) -> tuple[Tensor, Tensor]:
         lead = numbers.shape[:-1]
         rows = numbers.detach().reshape(math.prod(lead), function.numbers).numpy()
         jacobians = np.empty(0)
-        if differentiated:
+        if differentiated and not function.sweeps_back:
             values, jacobians, errors = function.values_and_jacobians(rows)
             jacobians = jacobians.reshape(*lead, function.outputs, function.columns)
         else:
@@ -320,13 +315,18 @@ class _Values(torch.autograd.Function):
     @staticmethod
     def backward(ctx: Any, *cotangents: Tensor) -> tuple[Tensor, None, None]:
         numbers, jacobian = ctx.saved_tensors
-        local = (cotangents[0].unsqueeze(-2) @ _Constant.apply(jacobian, numbers, ctx.function.name)).squeeze(-2)
+        if ctx.function.sweeps_back:
+            local = _Product.apply(numbers, cotangents[0], ctx.function, True)
+        else:
+            local = (cotangents[0].unsqueeze(-2) @ _Constant.apply(jacobian, numbers, ctx.function.name)).squeeze(-2)
         return _cotangent(ctx.function.poses, numbers, local), None, None
 
     @staticmethod
     def jvp(ctx: Any, *tangents: Any) -> tuple[Tensor, None]:
         numbers, jacobian = ctx.saved_tensors
         local = _local(ctx.function.poses, numbers, tangents[0])
+        if ctx.function.sweeps_back:
+            return _Product.apply(numbers, local, ctx.function, False), None
         return (_Constant.apply(jacobian, numbers, ctx.function.name) @ local.unsqueeze(-1)).squeeze(-1), None
 
     @staticmethod
@@ -334,7 +334,49 @@ class _Values(torch.autograd.Function):
         info: Any, in_dims: tuple[int | None, ...], numbers: Tensor, function: _rows.Function, differentiated: bool
     ) -> tuple[tuple[Tensor, Tensor], tuple[int, int | None]]:
         numbers = numbers.movedim(in_dims[0] or 0, 0)
-        return _Values.apply(numbers, function, differentiated), (0, 0 if differentiated else None)
+        has_jacobian = differentiated and not function.sweeps_back
+        return _Values.apply(numbers, function, differentiated), (0, 0 if has_jacobian else None)
+
+
+class _Product(torch.autograd.Function):
+    """The Jacobian of a function times vectors, or vectors times it if it is transposed, without the Jacobian. Numbers and
+    vectors have as many axes in front, and one of the numbers may have the length 1.
+    """
+
+    @staticmethod
+    def forward(numbers: Tensor, vectors: Tensor, function: _rows.Function, transposed: bool) -> Tensor:
+        rows, of_rows, restored = _rows.paired(numbers.detach().numpy(), vectors.detach().numpy())
+        found, errors = (function.pullbacks if transposed else function.pushforwards)(rows, of_rows)
+        if errors:
+            raise _rows.first_error(errors, len(rows))
+        return torch.from_numpy(np.ascontiguousarray(restored(found)))
+
+    @staticmethod
+    def setup_context(ctx: Any, inputs: tuple[Any, ...], output: Tensor) -> None:
+        ctx.name = inputs[2].name
+
+    @staticmethod
+    def backward(ctx: Any, *cotangents: Tensor) -> Any:
+        raise _no_second_derivatives(ctx.name)
+
+    @staticmethod
+    def jvp(ctx: Any, *tangents: Any) -> Any:
+        raise _no_second_derivatives(ctx.name)
+
+    @staticmethod
+    def vmap(
+        info: Any,
+        in_dims: tuple[int | None, ...],
+        numbers: Tensor,
+        vectors: Tensor,
+        function: _rows.Function,
+        transposed: bool,
+    ) -> tuple[Tensor, int]:
+        numbers, vectors = (
+            it.unsqueeze(0) if dim is None else it.movedim(dim, 0) for it, dim in zip((numbers, vectors), in_dims)
+        )
+        vectors = vectors.expand(info.batch_size, *vectors.shape[1:])
+        return _Product.apply(numbers, vectors, function, transposed), 0
 
 
 class _Constant(torch.autograd.Function):

@@ -73,6 +73,11 @@ pub trait Force: Send + Sync + 'static {
         vec![(0..bodies.len()).collect()]
     }
 
+    /// Whether there is no force at all, in no state: nothing is spent on its derivatives then. An empty list is none.
+    fn is_nothing(&self) -> bool {
+        false
+    }
+
     /// Checks the force against the bodies of a world that it is given to: that those it acts on are there.
     ///
     /// # Errors
@@ -147,6 +152,10 @@ impl Force for () {
     fn coupled(&self, _: &[Body]) -> Vec<Vec<usize>> {
         Vec::new()
     }
+
+    fn is_nothing(&self) -> bool {
+        true
+    }
 }
 
 macro_rules! sums {
@@ -164,6 +173,11 @@ macro_rules! sums {
                 let mut groups = Vec::new();
                 $(groups.extend($names.coupled(bodies));)+
                 groups
+            }
+
+            fn is_nothing(&self) -> bool {
+                let ($($names,)+) = self;
+                $($names.is_nothing())&&+
             }
 
             fn check(&self, bodies: &[Body]) -> Result<(), WorldError> {
@@ -191,6 +205,10 @@ impl<F: Force> Force for Vec<F> {
         self.iter()
             .flat_map(|force| force.coupled(bodies))
             .collect()
+    }
+
+    fn is_nothing(&self) -> bool {
+        self.iter().all(Force::is_nothing)
     }
 
     fn check(&self, bodies: &[Body]) -> Result<(), WorldError> {

@@ -2,7 +2,7 @@
 
 use super::StateCovector;
 use super::pullback::Pullback;
-use crate::contact::LinearisedContact;
+use crate::contact::{LinearisedContact, ShapeResponse};
 use crate::dynamics::system::System;
 use crate::dynamics::{BodyState, Material};
 use crate::scalar::DenseDual;
@@ -11,37 +11,45 @@ use crate::threads::mapped_into;
 use nalgebra::{SVector, Vector3, Vector6};
 
 /// A contact of two bodies of the world, A first.
-pub(super) struct Touching {
+pub(super) struct Touching<'w> {
     pub bodies: [usize; 2],
     pub contact: LinearisedContact,
     /// Whether the law of the surfaces adds to it.
     rubs: bool,
+    /// How it answers to changes of shape, if that is asked for.
+    shapes: Option<ShapeResponse<'w>>,
 }
 
 /// The derivative of a number by a wrench: by torque and force.
 pub(super) type WrenchCovector = Wrench;
 
-impl Touching {
-    /// The contacts of pairs of bodies, in their order.
+impl<'w> Touching<'w> {
+    /// The contacts of pairs of bodies, in their order; with their answers to changes of shape or without.
     pub fn of_pairs(
-        system: &System,
+        system: &'w System,
         states: &[BodyState],
         pairs: &[(usize, usize)],
+        with_shapes: bool,
     ) -> Vec<Option<Self>> {
         let mut found = Vec::new();
         mapped_into(&mut found, pairs, |&(i, j)| {
             let (bodies, states) = ([i, j], [&states[i], &states[j]]);
             let pair = system.pair_of(bodies, states)?;
             let moving = system.motion_of(bodies, states);
-            let contact = match &moving {
-                Some((law, twists)) => pair.linearised(law, *twists),
-                None => pair.linearised_at_rest(),
+            let by_law = moving.as_ref().map(|(law, twists)| (law, *twists));
+            let (contact, shapes) = match by_law {
+                _ if with_shapes => {
+                    let (contact, shapes) = pair.linearised_with_shapes(by_law);
+                    (contact, Some(shapes))
+                }
+                Some((law, twists)) => (pair.linearised(law, twists), None),
+                None => (pair.linearised_at_rest(), None),
             };
-            let rubs = moving.is_some();
             Some(Self {
                 bodies,
                 contact,
-                rubs,
+                rubs: by_law.is_some(),
+                shapes,
             })
         });
         found
@@ -88,6 +96,8 @@ impl Pullback<'_> {
                 .sides()
                 .map(|(body, wrench)| self.by_wrench(body, &states[body], wrench, &by_net[body]));
             let by_both = SVector::from_fn(|i, _| if i < 6 { on_a[i] } else { on_b[i - 6] });
+            self.meet_kinks(touching);
+            self.add_by_shapes(touching, &by_both);
             let numbers = touching.contact.pullback(&by_both);
             for (side, body) in touching.bodies.into_iter().enumerate() {
                 let six = |row: usize| numbers.fixed_rows::<6>(row + 6 * side).into_owned();
@@ -110,8 +120,7 @@ impl Pullback<'_> {
     ) -> Vector6<f64> {
         let (arm, Wrench { torque, force }) = (self.system().arm(body, state), *by_wrench);
         // τ about the centre of mass is τ − arm × F.
-        let by_arm = torque.cross(&wrench.force);
-        self.states[body].add_by_arm(&arm, &by_arm);
+        self.add_by_arm(body, state, &torque.cross(&wrench.force));
         let force = force + arm.cross(&torque);
         Wrench { torque, force }.to_vector()
     }
@@ -133,7 +142,33 @@ impl Pullback<'_> {
             velocity: by_twist.linear,
         });
         // The origin's velocity is that of the centre of mass less ω × arm.
-        own.add_by_arm(&arm, &state.twist.angular.cross(&by_twist.linear));
+        self.add_by_arm(body, state, &state.twist.angular.cross(&by_twist.linear));
+    }
+
+    /// Adds what follows from the derivative by the arm from a body's origin to its centre of mass, in the axes of the world.
+    fn add_by_arm(&mut self, body: usize, state: &BodyState, by_arm: &Vector3<f64>) {
+        if self.system().bodies[body].inertia().is_some() {
+            let arm = self.system().arm(body, state);
+            self.states[body].add_by_arm(&arm, by_arm);
+            self.gradient.bodies[body].center += state.pose.rotation().tr_mul(by_arm);
+        }
+    }
+
+    fn meet_kinks(&mut self, touching: &Touching) {
+        let kinks = touching.contact.kinks;
+        if kinks.is_any() {
+            self.gradient.meet(touching.bodies, kinks, self.step);
+        }
+    }
+
+    /// Adds what follows for the shapes from the derivatives by the wrenches of a contact, if they are asked for.
+    fn add_by_shapes(&mut self, touching: &Touching, by_wrenches: &SVector<f64, 12>) {
+        let shapes = &mut self.gradient.shapes;
+        if let Some(response) = &touching.shapes
+            && let Ok([Some(of_a), Some(of_b)]) = shapes.get_disjoint_mut(touching.bodies)
+        {
+            response.pull_back(by_wrenches, [of_a, of_b]);
+        }
     }
 
     /// Adds what follows from the derivatives by dissipation and friction of the law of two bodies.

@@ -17,8 +17,8 @@ pub(super) struct ExplicitSteps {
 }
 
 /// All that acts on the bodies in a kick.
-struct Acting {
-    contacts: Vec<Touching>,
+struct Acting<'w> {
+    contacts: Vec<Touching<'w>>,
     /// The wrench of contact on each body, about its centre of mass.
     contact: Vec<Wrench>,
     /// The wrench of all but gravity.
@@ -50,10 +50,10 @@ impl ExplicitSteps {
         drift_back(pullback, before, approach);
     }
 
-    fn acting(&mut self, pullback: &Pullback, state: &State, middle: f64) -> Acting {
+    fn acting<'w>(&mut self, pullback: &Pullback<'w>, state: &State, middle: f64) -> Acting<'w> {
         let (world, system) = (pullback.world, pullback.system());
         let pairs = system.close_pairs(&state.bodies, &mut self.sweep);
-        let contacts = Touching::of_pairs(system, &state.bodies, pairs);
+        let contacts = Touching::of_pairs(system, &state.bodies, pairs, pullback.wants_shapes());
         let contacts: Vec<_> = contacts.into_iter().flatten().collect();
         let contact = Touching::net_wrenches(&contacts, system, &state.bodies);
         let mut all = contact.clone();
@@ -105,7 +105,11 @@ impl ExplicitSteps {
         let angular = inertia.angular_velocity(rotation, &torque) * self.time_step;
         by_state.turn += angular.cross(&by_state.spin) - torque.cross(&by_torque);
         let by_mass = angular.dot(&by_state.spin) + force.dot(&by_force);
-        pullback.gradient.bodies[body].mass -= by_mass / mass;
+        let gradient = &mut pullback.gradient.bodies[body];
+        gradient.mass -= by_mass / mass;
+        let impulse = torque * (self.time_step / mass);
+        let principal = &inertia.principal;
+        gradient.inertia += principal.by_inertia_in_kick(rotation, &by_state.spin, &impulse);
         pullback.gradient.gravity += by_state.velocity * self.time_step;
         Wrench {
             torque: by_torque,
@@ -119,9 +123,13 @@ fn drift_back(pullback: &mut Pullback, before: &State, duration: f64) {
         return;
     }
     let bodies = pullback.system().bodies.iter().zip(&before.bodies);
-    for ((body, state), by_state) in bodies.zip(&mut pullback.states) {
+    let found = pullback
+        .states
+        .iter_mut()
+        .zip(&mut pullback.gradient.bodies);
+    for ((body, state), (by_state, gradient)) in bodies.zip(found) {
         if let Some(inertia) = body.inertia() {
-            *by_state = inertia.drifted_back(state, by_state, duration);
+            *by_state = inertia.drifted_back(state, by_state, duration, gradient);
         }
     }
 }

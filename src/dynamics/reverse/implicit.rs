@@ -12,7 +12,7 @@ use crate::dynamics::implicit::{
 };
 use crate::dynamics::{BodyState, Inertia, State};
 use crate::spatial::Wrench;
-use nalgebra::Vector6;
+use nalgebra::{Vector3, Vector6};
 use std::mem;
 
 /// Implicit steps.
@@ -135,6 +135,7 @@ impl StepBack<'_, '_> {
             let about_center = StateCovector::from_parts([start.poses[place] + by_pose, by_twist]);
             let arm = self.pullback.system().arm(body, own.1);
             self.pullback.states[body] = about_center.about(&-arm);
+            self.center(body, own.1, &about_center.shift);
         }
     }
 
@@ -192,7 +193,8 @@ impl StepBack<'_, '_> {
             .iter()
             .map(|&(a, b)| (world(a), world(b)))
             .collect();
-        let found = Touching::of_pairs(system, &self.states, &pairs);
+        let with_shapes = self.pullback.wants_shapes();
+        let found = Touching::of_pairs(system, &self.states, &pairs, with_shapes);
         let found = participants.into_iter().zip(found);
         let (participants, contacts): (Vec<_>, Vec<_>) = found
             .filter_map(|((a, b), touching)| Some(([a, b], touching?)))
@@ -245,7 +247,13 @@ impl StepBack<'_, '_> {
         by_momentum: &Vector6<f64>,
     ) -> [Vector6<f64>; 2] {
         let by_mass = inertia.momentum(state).dot(by_momentum) / inertia.mass;
-        self.pullback.gradient.bodies[body].mass += by_mass;
+        let by_angular = by_momentum.fixed_rows::<3>(0).into_owned();
+        let (principal, rotation) = (&inertia.principal, state.pose.rotation());
+        let by_inertia =
+            principal.by_inertia_in_momentum(rotation, &by_angular, &state.twist.angular);
+        let gradient = &mut self.pullback.gradient.bodies[body];
+        gradient.mass += by_mass;
+        gradient.inertia += by_inertia * inertia.mass;
         let slopes = inertia.momentum_slopes(state);
         slopes.map(|slopes| slopes.tr_mul(by_momentum))
     }
@@ -254,6 +262,12 @@ impl StepBack<'_, '_> {
     fn taken(&mut self, body: usize, state: &BodyState) -> [Vector6<f64>; 2] {
         let arm = self.pullback.system().arm(body, state);
         let by_state = mem::replace(&mut self.pullback.states[body], StateCovector::zero());
+        self.center(body, state, &-by_state.shift);
         by_state.about(&arm).parts()
+    }
+
+    /// Adds what follows from the derivative by the place of a body's centre of mass, its origin staying where it is.
+    fn center(&mut self, body: usize, state: &BodyState, by_place: &Vector3<f64>) {
+        self.pullback.gradient.bodies[body].center += state.pose.rotation().tr_mul(by_place);
     }
 }

@@ -17,8 +17,10 @@ mod tape;
 use super::any_world::AnyWorld;
 use super::implicit::Memory;
 use super::integrator::Kind;
-use super::{Motion, Plan, RolloutError};
-pub(crate) use covector::{StateCovector, SystemGradient};
+use super::{Body, Motion, Plan, RolloutError};
+use crate::contact::ShapeGradient;
+pub(crate) use covector::SystemGradient;
+pub use covector::{KinksMet, StateCovector};
 use explicit::ExplicitSteps;
 use implicit::ImplicitSteps;
 use pullback::Pullback;
@@ -55,6 +57,14 @@ impl<'w> Reversal<'w> {
         }
     }
 
+    /// The same, with derivatives by the shapes of all bodies.
+    pub fn with_shapes(mut self) -> Self {
+        let bodies = self.pullback.system().bodies.iter();
+        let zero = |body: &Body| Some(ShapeGradient::zero(body.shape.partner()));
+        self.pullback.gradient.shapes = bodies.map(zero).collect();
+        self
+    }
+
     /// Adds derivatives by the state of a body where the sweep has come to.
     pub fn add(&mut self, body: usize, by_state: &StateCovector) {
         // Where a path leads, nothing else does.
@@ -73,6 +83,7 @@ impl<'w> Reversal<'w> {
     /// Takes a step back, the one of a count.
     pub fn step_back(&mut self, step: usize, taken: &StepTaken) -> Result<(), RolloutError> {
         let (pullback, StepTaken { before, traces }) = (&mut self.pullback, taken);
+        pullback.step = step;
         match &mut self.steps {
             Steps::Explicit(steps) => steps.step_back(pullback, before),
             Steps::Implicit(steps) => steps

@@ -14,6 +14,8 @@ pub(super) struct Pullback<'w> {
     /// By the state of each body.
     pub states: Vec<StateCovector>,
     pub gradient: SystemGradient,
+    /// The step that is taken back, counted from 1.
+    pub step: usize,
     /// The body of each control.
     controlled: Vec<Option<usize>>,
 }
@@ -29,7 +31,7 @@ pub(super) struct Here<'a> {
     pub states: &'a [BodyState],
     /// The bodies whose states are looked at.
     pub bodies: &'a [usize],
-    pub contacts: &'a [Touching],
+    pub contacts: &'a [Touching<'a>],
     /// The net wrench of these on each body, about its centre of mass; nothing is there if there are no forces.
     pub net: &'a [Wrench],
 }
@@ -43,6 +45,7 @@ impl<'w> Pullback<'w> {
             forces: SeededForces::of(world),
             states: vec![StateCovector::zero(); system.bodies.len()],
             gradient: SystemGradient::zero(system),
+            step: 0,
             controlled: controls
                 .map(|control| system.index_of(control.body()).ok())
                 .collect(),
@@ -51,6 +54,11 @@ impl<'w> Pullback<'w> {
 
     pub fn system(&self) -> &'w System {
         self.world.system()
+    }
+
+    /// Whether derivatives by shapes are asked for.
+    pub fn wants_shapes(&self) -> bool {
+        self.gradient.shapes.iter().any(Option::is_some)
     }
 
     /// Forgets derivatives by the states of bodies that follow paths: where a path leads, nothing else does.

@@ -1,0 +1,124 @@
+//! Derivatives by the shapes of a contact.
+
+use crate::any_shape::AnyShape;
+use crate::arrays::{Floats, row};
+use crate::errors::refused;
+use crate::pair_inputs::Found;
+use hydroelastic::contact;
+use hydroelastic::nalgebra::{Matrix3, Vector3};
+use hydroelastic::spatial::MassGradient;
+use numpy::PyArrayDyn;
+use pyo3::prelude::*;
+
+/// The derivatives of a number by the shape of a body. Vertices are moved in the body's frame, while its pose, the modulus and all
+/// extents stay as they are. Extents that depend on where vertices are have derivatives of their own, to be added by the chain
+/// rule.
+#[pyclass(frozen, get_all, module = "hydroelastic")]
+pub struct ShapeGradient {
+    /// (v, 3) float64, or (n, v, 3): by each vertex, in the axes of the body's frame (over m). None for a half-space: v is 0.
+    by_vertices: Py<PyArrayDyn<f64>>,
+    /// (v,) float64, or (n, v): by the extent of each vertex. None for a rigid body or a half-space.
+    by_extents: Py<PyArrayDyn<f64>>,
+}
+
+#[pymethods]
+impl ShapeGradient {
+    #[new]
+    fn new(by_vertices: Py<PyArrayDyn<f64>>, by_extents: Py<PyArrayDyn<f64>>) -> Self {
+        Self {
+            by_vertices,
+            by_extents,
+        }
+    }
+
+    fn __repr__(&self, py: Python<'_>) -> PyResult<String> {
+        let shape = |array: &Py<PyArrayDyn<f64>>| {
+            array
+                .bind(py)
+                .getattr("shape")?
+                .repr()
+                .map(|it| it.to_string())
+        };
+        Ok(format!(
+            "ShapeGradient(by_vertices {}, by_extents {})",
+            shape(&self.by_vertices)?,
+            shape(&self.by_extents)?
+        ))
+    }
+
+    fn __getnewargs__(&self, py: Python<'_>) -> (Py<PyArrayDyn<f64>>, Py<PyArrayDyn<f64>>) {
+        (
+            self.by_vertices.clone_ref(py),
+            self.by_extents.clone_ref(py),
+        )
+    }
+}
+
+/// How many vertices, and how many extents, a shape has.
+pub fn counts(shape: &AnyShape) -> [usize; 2] {
+    match shape {
+        AnyShape::Compliant(it) => [it.0.field().mesh().vertex_count(); 2],
+        AnyShape::Rigid(it) => [it.0.surface().vertices().len(), 0],
+        AnyShape::HalfSpace(_) => [0; 2],
+    }
+}
+
+/// How many numbers both gradients have.
+pub fn width(counts: [[usize; 2]; 2]) -> usize {
+    let of_body = |[vertices, extents]: [usize; 2]| 3 * vertices + extents;
+    counts.into_iter().map(of_body).sum()
+}
+
+/// Writes all numbers of both gradients.
+pub fn write(row: &mut [f64], gradients: &[contact::ShapeGradient; 2]) {
+    let numbers = gradients.iter().flat_map(|gradient| {
+        let by_vertices = gradient.by_vertices.iter().flatten();
+        by_vertices.chain(&gradient.by_extents)
+    });
+    for (place, number) in row.iter_mut().zip(numbers) {
+        *place = *number;
+    }
+}
+
+/// Both gradients from the numbers of all contacts.
+pub fn both(
+    py: Python<'_>,
+    found: &Found,
+    counts: [[usize; 2]; 2],
+) -> PyResult<(ShapeGradient, ShapeGradient)> {
+    let mut first = 0;
+    let mut next = |shape: &[usize]| -> PyResult<Floats<'_>> {
+        let array = found.array(py, first, shape);
+        first += shape.iter().product::<usize>();
+        array
+    };
+    let mut gradient = |[vertices, extents]: [usize; 2]| {
+        PyResult::Ok(ShapeGradient {
+            by_vertices: next(&[vertices, 3])?.unbind(),
+            by_extents: next(&[extents])?.unbind(),
+        })
+    };
+    let [a, b] = counts;
+    Ok((gradient(a)?, gradient(b)?))
+}
+
+/// The derivatives of a number by mass properties.
+pub fn mass_gradient(
+    by_mass: f64,
+    by_center: &Bound<'_, PyAny>,
+    by_inertia: &Bound<'_, PyAny>,
+) -> PyResult<MassGradient> {
+    let rows = crate::arrays::table::<3>(by_inertia, "by_inertia")?;
+    let [x, y, z] = rows[..] else {
+        let message = format!(
+            "by_inertia must have the shape (3, 3), but has ({}, 3)",
+            rows.len()
+        );
+        return Err(refused(message));
+    };
+    Ok(MassGradient {
+        by_mass,
+        by_center_of_mass: Vector3::from(row::<3>(by_center, "by_center")?),
+        by_inertia: Matrix3::from([x, y, z]).transpose(),
+    })
+}

@@ -1,0 +1,93 @@
+"""Gradients by a sweep back over a rollout, against the Jacobian of the same steps."""
+
+import numpy as np
+import pytest
+
+import hydroelastic as he
+
+# The same derivatives in another order of rounding, over hundreds of steps: of the largest of a parameter's.
+SAME = 1e-10
+
+PLAN = he.Plan(2e-4, 900, record_every=250)
+
+
+def everything(world):
+    """Parameters of all kinds that the driven scene has."""
+    p = he.Parameter
+    starts = (p.initial_position, p.initial_orientation, p.initial_velocity, p.initial_spin, p.mass)
+    skins = (p.modulus, p.dissipation, p.friction)
+    by = [kind(name) for name in ("ball", "brick") for kind in starts]
+    by += [kind(name) for name in world.names for kind in skins]
+    return [*by, p.initial_position("floor"), p.gravity(), *p.controls(["ball"], 3)]
+
+
+def covectors(trajectory, seed=1):
+    random = np.random.default_rng(seed)
+    return [random.uniform(-1.0, 1.0, it.shape) for it in (trajectory.poses, trajectory.twists)]
+
+
+def product(by_poses, by_twists, jacobian):
+    return np.tensordot(by_poses, jacobian.poses, 4) + np.tensordot(by_twists, jacobian.twists, 3)
+
+
+def assert_same(found, expected, by):
+    assert found.shape == expected.shape
+    ends = np.cumsum([it.dimension for it in by])
+    for parameter, one, other in zip(by, np.split(found, ends), np.split(expected, ends)):
+        assert np.abs(other).max() > 0.0, parameter
+        assert np.abs(one - other).max() <= SAME * np.abs(other).max(), parameter
+
+
+@pytest.mark.parametrize("integrator", [he.Integrator.LEAPFROG, he.Integrator.SYMPLECTIC_EULER])
+def test_a_pullback_is_a_product_with_the_jacobian(driven, integrator):
+    plan = he.Plan(PLAN.time_step, PLAN.steps, integrator, record_every=PLAN.record_every)
+    by = everything(driven)
+    trajectory, jacobian = driven.jacobian(plan, by)
+    assert len(trajectory) == 5
+    by_states = covectors(trajectory)
+    assert_same(driven.pullback(plan, by, *by_states), product(*by_states, jacobian), by)
+
+
+def test_worlds_of_a_batch_have_the_bits_of_each(driven):
+    by = everything(driven)
+    worlds = [driven.changed([he.Parameter.friction("ball")], [change]) for change in (0.0, 0.1, -0.1)]
+    trajectory = driven.rollout(PLAN).recorded()
+    by_poses, by_twists = (np.stack(it) for it in zip(*(covectors(trajectory, seed) for seed in range(3))))
+    found = he.Batch(PLAN).pullbacks_of_worlds(worlds, by, by_poses, by_twists)
+    for world, one, *by_states in zip(worlds, found, by_poses, by_twists):
+        assert np.array_equal(one, world.pullback(PLAN, by, *by_states))
+    assert not np.array_equal(found[0], found[1])
+
+
+def test_backwards_where_it_pays(driven):
+    velocities = [he.Parameter.initial_velocity("ball"), he.Parameter.initial_velocity("brick")]
+    assert not driven.sweeps_back(PLAN, velocities * 2)
+    assert driven.sweeps_back(PLAN, [*velocities * 2, he.Parameter.friction("ball")])
+
+
+def test_controls_of_bodies_over_time_are_an_array():
+    by = he.Parameter.controls(["a", "b"], 3)
+    assert [repr(it) for it in by[:3]] == [
+        'Parameter.control("a", 0)',
+        'Parameter.control("b", 0)',
+        'Parameter.control("a", 1)',
+    ]
+    assert sum(it.dimension for it in by) == 3 * 2 * 6
+
+
+def test_what_does_not_fit_is_refused(driven):
+    by = [he.Parameter.gravity()]
+    poses, twists = np.zeros((5, 3, 4, 4)), np.zeros((5, 3, 6))
+    assert np.array_equal(driven.pullback(PLAN, by, poses, twists), np.zeros(3))
+    with pytest.raises(he.HydroelasticError, match=r"by_poses must have the shape \(5, 3, 4, 4\), but has \(4, 3, 4, 4\)"):
+        driven.pullback(PLAN, by, poses[1:], twists)
+    with pytest.raises(he.HydroelasticError, match=r"by_twists must have the shape \(5, 3, 6\)"):
+        driven.pullback(PLAN, by, poses, twists[0])
+    with pytest.raises(he.HydroelasticError, match="nobody"):
+        driven.pullback(PLAN, [he.Parameter.friction("nobody")], poses, twists)
+    twists[2, 1, 4] = np.nan
+    with pytest.raises(he.HydroelasticError, match='state of body "brick" before step 501 is not finite'):
+        driven.pullback(PLAN, by, poses, twists)
+    long = he.Plan(2e-2, 20, check_every=1)
+    (found,) = he.Batch(long).pullbacks_of_worlds([driven], by, np.zeros((1, 21, 3, 4, 4)), np.zeros((1, 21, 3, 6)))
+    assert isinstance(found, he.RolloutError)

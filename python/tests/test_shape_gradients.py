@@ -1,0 +1,141 @@
+"""Derivatives of contacts by the shapes of their bodies, against differences and against each other."""
+
+import pickle
+
+import numpy as np
+import pytest
+
+import hydroelastic as he
+
+# Second-order differences of wrenches of some 10 N over steps of 1e-7 m.
+DIFFERENCES = 1e-6
+# Sums in another order.
+ROUNDING = 1e-12
+
+
+def reshaped(shape, moves, changes):
+    """The shape with its vertices moved, and its extents changed."""
+    return he.Shape(shape.vertices + moves, shape.tets, shape.extents + changes, inert_tets=True)
+
+
+@pytest.fixture(scope="module")
+def by_wrenches():
+    return np.random.default_rng(1).uniform(-1.0, 1.0, 12)
+
+
+@pytest.mark.parametrize("moving", [False, True])
+def test_gradients_are_those_of_differences(ball_on_block, twists, by_wrenches, moving):
+    pair, pose_a, pose_b = ball_on_block
+    motion = twists if moving else (None, None)
+    gradients = pair.shape_gradients(pose_a, pose_b, by_wrenches, *motion)
+    random = np.random.default_rng(2)
+    for side in range(2):
+        shape, found = pair.shapes[side], gradients[side]
+        assert found.by_vertices.shape == shape.vertices.shape and found.by_extents.shape == shape.extents.shape
+        moves = random.uniform(-1.0, 1.0, shape.vertices.shape)
+        # The surface stays at 0.
+        changes = np.where(shape.extents > 0.0, random.uniform(-1.0, 1.0, shape.extents.shape), 0.0)
+        for along, step, expected in (
+            ((moves, 0.0 * changes), 1e-7, np.sum(moves * found.by_vertices)),
+            ((0.0 * moves, changes), 1e-6, np.sum(changes * found.by_extents)),
+        ):
+
+            def value(sign):
+                shapes = list(pair.shapes)
+                shapes[side] = reshaped(shape, *(sign * step * it for it in along))
+                return by_wrenches @ he.Pair(*shapes, *pair.moduli, pair.law).wrench(pose_a, pose_b, *motion)
+
+            difference = (value(1.0) - value(-1.0)) / (2.0 * step)
+            assert abs(difference) > 0.0
+            assert abs(difference - expected) < DIFFERENCES * np.abs(found.by_vertices).sum()
+
+
+@pytest.mark.parametrize("moving", [False, True])
+def test_jacobians_by_vertices_are_rows_of_the_gradients(ball_on_block, twists, by_wrenches, moving):
+    pair, pose_a, pose_b = ball_on_block
+    motion = twists if moving else (None, None)
+    gradients = pair.shape_gradients(pose_a, pose_b, by_wrenches, *motion)
+    touched = [np.flatnonzero(np.abs(it.by_vertices).max(1))[:5] for it in gradients]
+    assert all(len(it) > 2 for it in touched)
+    jacobians = pair.vertex_jacobians(pose_a, pose_b, *touched, *motion)
+    for vertices, jacobian, gradient in zip(touched, jacobians, gradients):
+        assert jacobian.shape == (len(vertices), 12, 3)
+        expected = gradient.by_vertices[vertices]
+        assert np.allclose(by_wrenches @ jacobian, expected, rtol=0, atol=ROUNDING * np.abs(expected).max())
+    of_a, of_b = pair.vertex_jacobians(pose_a, pose_b, [int(touched[0][0])])
+    assert of_a.shape == (1, 12, 3) and of_b.shape == (0, 12, 3)
+
+
+def test_batches_have_the_bits_of_single_calls(ball_on_block, twists, by_wrenches):
+    pair, pose_a, pose_b = ball_on_block
+    many = np.stack([he.moved_pose(pose_a, [0, 0, 0, 0, 0, -1e-4 * k]) for k in range(6)])
+    covectors = np.stack([(k + 1) * by_wrenches for k in range(6)])
+    found = pair.shape_gradients(many, pose_b, covectors, *twists)
+    jacobians = pair.vertex_jacobians(many, pose_b, [0, 1], [2], *twists)
+    for k in range(6):
+        expected = pair.shape_gradients(many[k], pose_b, covectors[k], *twists)
+        for one, other in zip(found, expected):
+            assert np.array_equal(one.by_vertices[k], other.by_vertices)
+            assert np.array_equal(one.by_extents[k], other.by_extents)
+        for one, other in zip(jacobians, pair.vertex_jacobians(many[k], pose_b, [0, 1], [2], *twists)):
+            assert np.array_equal(one[k], other)
+
+
+def test_partners_have_the_vertices_of_their_kind(ball_on_block, by_wrenches):
+    pair, pose_a, _ = ball_on_block
+    ball, block = pair.shapes
+    rigid = he.RigidShape.around(block)
+    for partner, modulus, height, vertices in (
+        (rigid, None, 0.0, len(rigid.vertices)),
+        (he.HalfSpace(), None, 0.1, 0),
+        (he.HalfSpace(0.05), 1e6, 0.1, 0),
+    ):
+        pose_b = he.pose([0.0, 0.0, height])
+        on_ball, on_partner = he.Pair(ball, partner, 1e5, modulus).shape_gradients(pose_a, pose_b, by_wrenches)
+        assert on_partner.by_vertices.shape == (vertices, 3) and on_partner.by_extents.shape == (0,)
+        assert np.abs(on_ball.by_vertices).max() > 0.0
+        assert (np.abs(on_partner.by_vertices).max(initial=0.0) > 0.0) == (vertices > 0)
+
+
+@pytest.mark.parametrize("kind", [lambda it: it, he.RigidShape.around])
+def test_mass_gradient_is_that_of_differences(kind):
+    shape = kind(he.Shape.ellipsoid([0.1, 0.2, 0.3], 1))
+    random = np.random.default_rng(3)
+    by_mass, by_center, by_inertia = 0.7, random.normal(size=3), random.normal(size=(3, 3))
+    found = shape.mass_gradient(500.0, by_mass, by_center, by_inertia)
+    moves = random.uniform(-1.0, 1.0, shape.vertices.shape)
+
+    def value(step):
+        vertices = shape.vertices + step * moves
+        if isinstance(shape, he.RigidShape):
+            moved = he.RigidShape(vertices, shape.triangles)
+        else:
+            moved = he.Shape(vertices, shape.tets, shape.extents)
+        mass, center, inertia = moved.mass_properties(500.0)
+        return by_mass * mass + by_center @ center + np.sum(by_inertia * inertia)
+
+    difference = (value(1e-6) - value(-1e-6)) / 2e-6
+    assert abs(np.sum(found * moves) - difference) < DIFFERENCES * abs(difference)
+
+
+def test_what_does_not_fit_is_refused(ball_on_block, by_wrenches):
+    pair, pose_a, pose_b = ball_on_block
+    with pytest.raises(he.HydroelasticError, match=r"by_wrenches must have the shape \(12,\)"):
+        pair.shape_gradients(pose_a, pose_b, by_wrenches[:6])
+    with pytest.raises(he.HydroelasticError, match="pose_a is a batch of 2, but by_wrenches one of 3"):
+        pair.shape_gradients(np.stack([pose_a] * 2), pose_b, np.stack([by_wrenches] * 3))
+    count = len(pair.shapes[0].vertices)
+    with pytest.raises(he.HydroelasticError, match=str(count)):
+        pair.vertex_jacobians(pose_a, pose_b, [count])
+    with pytest.raises(he.HydroelasticError, match=r"by_inertia must have the shape \(3, 3\)"):
+        pair.shapes[0].mass_gradient(1.0, 1.0, np.zeros(3), np.zeros((2, 3)))
+
+
+def test_gradients_can_be_pickled(ball_on_block, by_wrenches):
+    pair, pose_a, pose_b = ball_on_block
+    gradient, _ = pair.shape_gradients(pose_a, pose_b, by_wrenches)
+    loaded = pickle.loads(pickle.dumps(gradient))
+    assert np.array_equal(loaded.by_vertices, gradient.by_vertices)
+    assert np.array_equal(loaded.by_extents, gradient.by_extents)
+    count = len(pair.shapes[0].vertices)
+    assert repr(loaded) == f"ShapeGradient(by_vertices ({count}, 3), by_extents ({count},))"
