@@ -159,4 +159,21 @@ mod tests {
             }
         }
     }
+
+    /// Without the wrenches of the last step, those at the start of the next one would be evaluated anew.
+    #[test]
+    fn steps_resumed_from_a_checkpoint_take_what_the_others_take() {
+        let world = world();
+        let plan = Plan::new(5e-3, 40).unwrap();
+        let plan = plan.with_integrator(Integrator::Sdirk2);
+        let mut steps = Steps::from(world.initial_state());
+        for taken in 0..plan.steps() {
+            let mut resumed = Steps::resumed(&steps.checkpoint(), &world, taken);
+            let reports = [&mut steps, &mut resumed].map(|steps| {
+                steps.advance(&world, &plan).unwrap();
+                steps.memory.as_ref().map(|memory| memory.report)
+            });
+            assert_eq!(reports[0], reports[1]);
+        }
+    }
 }
