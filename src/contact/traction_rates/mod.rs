@@ -21,6 +21,7 @@ mod edges;
 mod flux;
 mod frame;
 mod frozen;
+mod lines;
 
 use super::friction::LoadedSlip;
 use super::jacobian::RelativeJacobian;
