@@ -1,5 +1,5 @@
 //! A step of many bodies, by one thread and by all: icospheres (80 tetrahedra each) in a cubic
-//! lattice, each pressed a little into its neighbours.
+//! lattice, each pressed a little into its neighbors.
 //!
 //! Serves two decisions: from how many close pairs on a step is spread over threads, and whether
 //! finding them costs as little as it should. `close` bodies touch, `apart` only their boxes do, so
@@ -20,7 +20,7 @@ const RADIUS: f64 = 0.1;
 const LATTICES: [[usize; 3]; 4] = [[4, 1, 1], [3, 3, 1], [4, 4, 4], [8, 8, 8]];
 /// Time step (s): so short that the lattice stays as it is.
 const TIME_STEP: f64 = 1e-7;
-/// Distances of neighbours, in radii: they touch; they do not, but their boxes do.
+/// Distances of neighbors, in radii: they touch; they do not, but their boxes do.
 const SPACINGS: [(&str, f64); 2] = [("close", 1.9), ("apart", 2.05)];
 
 fn lattice([nx, ny, nz]: [usize; 3], spacing: f64) -> World {

@@ -6,28 +6,28 @@
 //! closed form, F = πE(d² − 2d³/(3R)); the model is a mesh of the ball. The modulus is fitted by its logarithm: it stays
 //! positive, and forces that are proportional to it take a few steps from a guess a hundred times off.
 
-use hydroelastic::contact::{BodyError, ContactBody, ContactPair, Shape};
+use hydroelastic::contact::{BodyError, ContactBody, ContactPair, Partner, Shape};
 use hydroelastic::mesh::shapes;
 use hydroelastic::spatial::Pose;
 use nalgebra::vector;
 use rand::{RngExt, SeedableRng, rngs::StdRng};
 use std::f64::consts::PI;
 
-/// Radius of the ball (m), its modulus (Pa) as it is and as first guessed, and that of the plate.
+/// Radius of the ball (m).
 const RADIUS: f64 = 0.05;
+/// Modulus of the ball (Pa), and the first guess of it.
 const TRUTH: f64 = 1.3e5;
 const GUESS: f64 = 1e3;
-const PLATE: f64 = 1e11;
-/// Thickness of the plate (m).
-const THICKNESS: f64 = 0.02;
-/// Readings, up to the largest depth (m), and the standard deviation of their noise (N); the largest force is 74 N.
+/// Number of readings, and the depth (m) of the last; the force is 74 N there.
 const READINGS: u32 = 40;
 const DEEPEST: f64 = 0.3 * RADIUS;
+/// Standard deviation of the readings' noise (N).
 const NOISE: f64 = 1.5;
-/// Of the modulus: what the facets of the ball take at these depths, relative.
+/// Relative error of the modulus that the facets of the ball make at these depths.
 const FACETS: f64 = 0.007;
-/// A step of the logarithm below which nothing is left to correct, and steps until then at most.
+/// A step of the logarithm below which nothing is left to correct.
 const CONVERGED: f64 = 1e-9;
+/// Most steps until then.
 const STEPS: usize = 50;
 
 /// A depth (m) and the force (N) measured there.
@@ -44,7 +44,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         let (modulus, information) = fitted(&readings)?;
         let (error, deviation) = (modulus / TRUTH - 1.0, NOISE / information.sqrt());
         println!(
-            "{name}: {modulus:.0} Pa, off by {error:+.4}; of noise, a deviation of {deviation:.4}"
+            "{name}: {modulus:.0} Pa, off by {error:+.4}; noise makes a deviation of {deviation:.4}"
         );
         let allowed = FACETS
             + if name == "noisy" {
@@ -65,12 +65,11 @@ fn force(depth: f64) -> f64 {
 /// The modulus (Pa) with the least squares of misfits, and Σ (∂F/∂log E)² (N²) there.
 fn fitted(readings: &[Reading]) -> Result<(f64, f64), Box<dyn std::error::Error>> {
     let ball = Shape::new(shapes::icosphere(RADIUS, 4)?);
-    let plate = Shape::new(shapes::cuboid([1.0, 1.0, THICKNESS])?);
     let mut modulus = GUESS;
     for _ in 0..STEPS {
         let (mut slope, mut information) = (0.0, 0.0);
         for &(depth, measured) in readings {
-            let (force, by_modulus) = pressed(&ball, &plate, depth, modulus)?;
+            let (force, by_modulus) = pressed(&ball, depth, modulus)?;
             let by_logarithm = modulus * by_modulus;
             slope += by_logarithm * (measured - force);
             information += by_logarithm * by_logarithm;
@@ -85,15 +84,11 @@ fn fitted(readings: &[Reading]) -> Result<(f64, f64), Box<dyn std::error::Error>
     Err(format!("not converged after {STEPS} steps, at {modulus} Pa").into())
 }
 
-/// The force (N) on the ball of this modulus, pressed so deep into the plate, and its derivative by the modulus (N/Pa).
-fn pressed(ball: &Shape, plate: &Shape, depth: f64, modulus: f64) -> Result<(f64, f64), BodyError> {
-    let height = RADIUS - depth + THICKNESS / 2.0;
-    let ball = ContactBody::new(
-        ball,
-        Pose::from_translation(vector![0.0, 0.0, height]),
-        modulus,
-    )?;
-    let plate = ContactBody::new(plate, Pose::identity(), PLATE)?;
+/// The force (N) on the ball of this modulus (Pa) at a depth (m) in the plate, and its derivative by the modulus (N/Pa).
+fn pressed(ball: &Shape, depth: f64, modulus: f64) -> Result<(f64, f64), BodyError> {
+    let center = Pose::from_translation(vector![0.0, 0.0, RADIUS - depth]);
+    let ball = ContactBody::new(ball, center, modulus)?;
+    let plate = Partner::rigid_half_space(Pose::identity())?;
     let (wrench, jacobian) = ContactPair::new(ball, plate).wrench_and_jacobian();
     Ok((wrench.on_a.force.z, jacobian.on_a.by_modulus_a[5]))
 }

@@ -11,7 +11,7 @@ use std::time::Duration;
 const STEPS: usize = 5;
 const BUDGET: Duration = Duration::from_secs(1);
 
-/// In smaller heaps most balls lie at the outside and have fewer neighbours.
+/// In smaller heaps most balls lie at the outside and have fewer neighbors.
 const FITTED_FROM: f64 = 64.0;
 
 /// Prints a line for each heap.

@@ -1,4 +1,4 @@
-//! Growth with the parameters of a derivative: eight balls on a box, which touch their neighbours,
+//! Growth with the parameters of a derivative: eight balls on a box, which touch their neighbors,
 //! and where and how fast they start.
 
 use super::panel::{Curve, Panel};

@@ -17,7 +17,7 @@ const RADIUS: f64 = 0.1;
 /// Subdivisions of a ball.
 const ORDER: usize = 2;
 
-/// From a ball's centre to its neighbours' (m): they are slightly pressed into each other.
+/// From a ball's centre to its neighbors' (m): they are slightly pressed into each other.
 const SPACING: f64 = 0.19;
 
 /// From the floor to the lowest centres (m): where one ball rests.

@@ -1,5 +1,7 @@
 //! Median times, and how they are written.
 
+#![allow(dead_code, reason = "each bench uses a part")]
+
 use std::fmt::Display;
 use std::time::{Duration, Instant};
 

@@ -1,6 +1,6 @@
 //! The intersection of half-planes as the paper has it (§III-E): sorted by angle, then taken one at
 //! a time into a queue, from whose ends a new one drops those that it makes redundant: the corner that
-//! they make with their neighbour lies outside the new one.
+//! they make with their neighbor lies outside the new one.
 //!
 //! Without a common point this may drop the very border that keeps the half-planes apart. Other corners
 //! should then fall too, but borders that nearly coincide put them within the tolerance, and what is

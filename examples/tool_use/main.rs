@@ -28,16 +28,19 @@ use nalgebra::{DVector, vector};
 use scene::{BLOCK, BLOCK_SIZE, MODULUS, TOOL, plan};
 use std::error::Error;
 
-/// The tool is pressed in by so many steps of a depth (m), and each fourth is told.
+/// Number of depths to which the tool is pressed in, of which each fourth is printed.
 const DEPTHS: usize = 16;
+/// The first of these depths (m), and the distance between them.
 const DEPTH: f64 = 0.25e-3;
 /// Lowest point of the hand's path (m): 3 mm below the block's upper face.
 const LOWEST: f64 = BLOCK_SIZE[2] - 0.003;
-/// Relative errors allowed: round-off of a sum over a hundred polygons; a share of N beside the friction, since this makes the
-/// block lean by 0.2 mrad; differences over steps of the modulus (Pa) and of the path's depth (m).
+/// Relative error of a sum over a hundred polygons by round-off.
 const ROUND_OFF: f64 = 1e-11;
+/// Relative error of the friction: the block leans by 0.2 mrad under it, so that a share of N counts as friction.
 const LEANING: f64 = 1e-3;
+/// Relative error of central differences.
 const BY_DIFFERENCES: f64 = 1e-7;
+/// Their steps: of the modulus (Pa), and of the path's depth (m).
 const STEPS: [f64; 2] = [1e-4 * MODULUS, 1e-7];
 
 fn main() -> Result<(), Box<dyn Error>> {

@@ -13,28 +13,33 @@ use std::error::Error;
 pub const BLOCK: usize = 0;
 pub const TOOL: usize = 1;
 
-/// Made by make_tool.py, in millimetres.
+/// Made by make_tool.py, in millimeters.
 const TOOL_FILE: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/examples/tool_use/tool.stl");
-const MILLIMETRE: f64 = 0.001;
+const MILLIMETER: f64 = 0.001;
+/// Density of the tool (kg/m³).
 const STEEL: f64 = 7850.0;
 
-/// The block (m), its density (kg/m³) and modulus (Pa). It is elastic: dissipation would add a drag on the tool's flanks.
+/// Edges of the block (m).
 pub const BLOCK_SIZE: [f64; 3] = [0.12, 0.08, 0.03];
+/// Density of the block (kg/m³).
 const RUBBER: f64 = 1100.0;
+/// Modulus of the block (Pa). It has no dissipation, which would add a drag on the tool's flanks.
 pub const MODULUS: f64 = 5e5;
-/// Friction of the block on all, of the tool, and of the ground, which holds the block.
+/// Coefficients of friction of the block, of the tool, and of the ground, which holds the block.
 const FRICTIONS: [f64; 3] = [0.5, 0.3, 1.0];
 /// Speed (m/s) below which friction is not full.
 const SLIP_TOLERANCE: f64 = 1e-4;
 
-/// Steps per second. Implicit Euler: all goes slowly, and an outcome without jumps is wanted.
+/// Steps per second.
 pub const RATE: f64 = 500.0;
 pub const STEPS: usize = 225;
 
+/// The surface of the hook (m), its lowest point at the origin.
 pub fn tool() -> Result<TriangleSurface, Box<dyn Error>> {
-    Ok(read_triangle_surface(TOOL_FILE, MILLIMETRE)?)
+    Ok(read_triangle_surface(TOOL_FILE, MILLIMETER)?)
 }
 
+/// The field of the block, its center at the origin.
 pub fn block() -> Result<PressureField, Box<dyn Error>> {
     Ok(shapes::cuboid(BLOCK_SIZE)?)
 }
@@ -85,6 +90,7 @@ pub fn friction() -> f64 {
     2.0 * block * tool / (block + tool)
 }
 
+/// Steps of implicit Euler: all goes slowly, and the outcome is to have no jumps.
 pub fn plan() -> Result<Plan, WorldError> {
     Ok(Plan::new(1.0 / RATE, STEPS)?.with_integrator(Integrator::ImplicitEuler))
 }

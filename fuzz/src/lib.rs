@@ -53,8 +53,8 @@ fn check_surface(surface: &TriangleSurface) {
     assert!(surface.mass_properties(1.0).mass.is_finite());
     for triangle in 0..surface.triangles().len() {
         for edge in 0..3 {
-            let neighbour = surface.neighbour(triangle, edge);
-            let is_back = |back: usize| surface.neighbour(neighbour, back) == triangle;
+            let neighbor = surface.neighbor(triangle, edge);
+            let is_back = |back: usize| surface.neighbor(neighbor, back) == triangle;
             assert!((0..3).any(is_back));
         }
     }

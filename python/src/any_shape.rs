@@ -51,7 +51,7 @@ impl AnyShape {
         }
     }
 
-    /// That of a body.
+    /// The shape for a body.
     pub fn inner(&self) -> BodyShape {
         match self {
             Self::Compliant(it) => BodyShape::Compliant(Arc::clone(&it.0)),
@@ -65,7 +65,6 @@ impl AnyShape {
         match self {
             Self::Compliant(it) => Ok(it.at(pose, modulus)?.into()),
             Self::Rigid(it) => Partner::rigid(&it.0, pose),
-            Self::HalfSpace(it) if it.0.thickness().is_none() => Partner::rigid_half_space(pose),
             Self::HalfSpace(it) => Partner::half_space(&it.0, pose, modulus),
         }
     }

@@ -5,12 +5,12 @@ use nalgebra::Vector3;
 /// Tetrahedra to a leaf, at most.
 const LEAF: usize = 4;
 
-/// A tree of boxes that says, of the tetrahedra in each box, what their field is like: where it may have a given value, and
-/// which way it may slope.
+/// A binary tree of boxes around tetrahedra, each with bounds of the field in them: which values it may have, and which way it
+/// may slope.
 #[derive(Debug, Clone)]
 pub(crate) struct FieldTree {
     nodes: Vec<FieldNode>,
-    /// The tetrahedra, those of each leaf side by side.
+    /// The tetrahedra, those of each leaf one after the other.
     tets: Vec<u32>,
 }
 
@@ -21,9 +21,9 @@ pub(crate) struct FieldNode {
     pub bounds: FieldBounds,
     /// Half the diagonal of the box (m).
     pub size: f64,
-    /// The first of two children, or of the tetrahedra.
+    /// Of a leaf, the place of its first tetrahedron; else that of the first of its two children, which are neighbors.
     first: u32,
-    /// Number of tetrahedra of a leaf, 0 where there are children.
+    /// Number of tetrahedra of a leaf; 0 of a node with children.
     count: u32,
 }
 
@@ -34,13 +34,13 @@ pub(crate) struct FieldBounds {
     pub center: Vector3<f64>,
     /// Half its edges (m).
     pub half: Vector3<f64>,
-    /// An affine function that is nearly the extent.
+    /// An affine function near the extent: its gradient is in the middle of all, and its offset errs least with that.
     pub mean: AffineField,
     /// How far the extent is above `mean` or below, at most.
     pub error: f64,
     /// How far the components of the extent's gradient are from those of `mean`, at most (1/m).
     pub spread: Vector3<f64>,
-    /// Center of the box of the gradients around: in all tetrahedra that share a vertex with these (1/m).
+    /// Center of the box around the gradients in all tetrahedra that share a vertex with these (1/m).
     pub gradient_around: Vector3<f64>,
     /// Half the edges of that box (1/m).
     pub spread_around: Vector3<f64>,
@@ -97,7 +97,8 @@ impl FieldTree {
     }
 }
 
-/// Sorts the smaller half of the tetrahedra to the front, and returns how many they are.
+/// Brings to the front the half of the tetrahedra whose centers are lower along the longest edge of the box around the centers,
+/// and returns how many they are.
 fn halved(part: &mut [u32], centers: &[Vector3<f64>]) -> usize {
     let center = |tet: &u32| &centers[*tet as usize];
     let axis = Aabb::around(part.iter().map(center)).half_extents().imax();
@@ -123,7 +124,7 @@ fn gradients_around(field: &PressureField) -> Vec<Aabb> {
 }
 
 impl FieldNode {
-    /// Around these tetrahedra, with nothing below yet.
+    /// Around these tetrahedra. Where its children or tetrahedra are is for the caller to say.
     fn of(field: &PressureField, around: &[Aabb], part: &[u32]) -> Self {
         let bounds = FieldBounds::of(field, around, part);
         Self {
@@ -136,6 +137,7 @@ impl FieldNode {
 }
 
 impl FieldBounds {
+    /// In these tetrahedra of a field, given the box around the gradients at each vertex.
     fn of(field: &PressureField, around: &[Aabb], part: &[u32]) -> Self {
         let tets = || part.iter().map(|&tet| &field.tets()[tet as usize]);
         let place = Aabb::around(tets().flat_map(|tet| &tet.tetrahedron.corners));
@@ -167,7 +169,7 @@ impl FieldBounds {
         }
     }
 
-    /// Of one tetrahedron in these; the gradients around stay those of all.
+    /// The bounds in one of these tetrahedra, but for the gradients around, which stay those of all.
     #[inline]
     pub fn narrowed_to(&self, tet: &FieldTet) -> Self {
         let place = tet.tetrahedron.aabb();

@@ -1,11 +1,12 @@
-use crate::geometry::{AffineField, Tetrahedron};
+use crate::geometry::{ALL_FACES, AffineField, Tetrahedron};
 use crate::mesh::FieldTet;
 use nalgebra::Vector3;
 
 /// All that lies below a plane: in its own frame the points with z ≤ 0, the outward normal along z.
 ///
-/// It has no mesh and no end. A rigid one is met by its plane alone. A compliant one is a soft layer of some thickness on
-/// something rigid: its pressure is the modulus times depth over thickness, however deep.
+/// It has no mesh and no end. On a rigid one the contact surface is what of its plane is in the other body. A compliant one is
+/// a soft layer of some thickness on something rigid: its pressure is the modulus times depth over thickness, also deeper
+/// than the layer is thick.
 ///
 /// ```
 /// use hydroelastic::contact::{ContactBody, ContactPair, HalfSpace, Partner, Shape};
@@ -26,13 +27,13 @@ use nalgebra::Vector3;
 #[derive(Debug, Clone)]
 pub struct HalfSpace {
     thickness: Option<f64>,
-    /// A tetrahedron that stands for all of it: none of its faces bounds anything.
+    /// A tetrahedron below the surface that stands for all of the half-space: none of its faces bounds anything.
     cell: [FieldTet; 1],
 }
 
-/// The thickness of a soft layer is not a positive number.
+/// The thickness (m) of a soft layer is not positive and finite, or its inverse is beyond double precision.
 #[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
-#[error("the layer of a half-space must have a positive and finite thickness, but has {0} m")]
+#[error("the layer of a half-space must have a positive and finite thickness, but has {0:?} m")]
 pub struct ThicknessError(pub f64);
 
 impl HalfSpace {
@@ -47,7 +48,7 @@ impl HalfSpace {
     /// # Errors
     /// If the thickness is not positive and finite.
     pub fn layer(thickness: f64) -> Result<Self, ThicknessError> {
-        // The inverse, too, must be a number.
+        // The slope of the extent, the inverse, must be finite too.
         if thickness > 0.0 && thickness.is_finite() && thickness.recip().is_finite() {
             Ok(Self::with_thickness(Some(thickness)))
         } else {
@@ -61,7 +62,7 @@ impl HalfSpace {
         self.thickness
     }
 
-    /// The tetrahedron that stands for it, with the extent depth over thickness, or the depth (m) if it is rigid.
+    /// The tetrahedron that stands for it. Its extent is depth over thickness, or the depth (m) if it is rigid.
     pub(crate) fn cell(&self) -> &[FieldTet] {
         &self.cell
     }
@@ -76,7 +77,7 @@ impl HalfSpace {
             },
             steepness,
             sensitivity: steepness,
-            zero_faces: crate::geometry::ALL_FACES,
+            zero_faces: ALL_FACES,
             ..FieldTet::new(0, Tetrahedron { corners }, [0.0, 0.0, 0.0, steepness])
         };
         Self {

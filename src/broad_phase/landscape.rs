@@ -2,12 +2,12 @@ use crate::geometry::FACES;
 use crate::mesh::PressureField;
 use nalgebra::Vector3;
 
-/// Jumps of the gradient below this fraction of the neighbours' sensitivities are ignored. Two bodies' fields count as
-/// equal up to a difference ten times as large, so that what it hides has no contact polygons, unless many
-/// such changes follow one another.
+/// Jumps of the gradient below this fraction of the neighbors' sensitivities are ignored. Two bodies' fields count as equal
+/// up to a difference ten times as large: a crease or peak that is ignored has no contact polygons around it, unless many such
+/// jumps follow one another.
 const FLATNESS: f64 = 1e-10;
 
-/// Where more than one in so many tetrahedra are at convex creases, looking at all of them takes long.
+/// Where more than one in so many tetrahedra are at convex creases, to look at all of them would take too long.
 const MOST_CREASED: usize = 16;
 
 /// Where to look for the parts of a contact surface that have no rim, in bodies whose fields rise to few peaks.
@@ -45,8 +45,8 @@ pub(crate) struct Escape {
 }
 
 impl Landscape {
-    /// Of a field that is positive inside. `None` where the above does not hold, because the surface is not connected, or
-    /// where it leads to so many places that it is of no use.
+    /// Of a field that is positive inside. `None` if the surface is not connected, which the proof above asks for, or if there
+    /// are so many creases that looking at all of them is of no use.
     pub fn of(field: &PressureField) -> Option<Self> {
         if !is_surface_connected(field) {
             return None;
@@ -75,6 +75,7 @@ impl Landscape {
     }
 }
 
+/// Whether a path over edges joins any two vertices of the surface.
 fn is_surface_connected(field: &PressureField) -> bool {
     let triangles = field.mesh().surface_triangles();
     let mut parent: Vec<usize> = (0..field.mesh().vertex_count()).collect();
@@ -104,13 +105,13 @@ fn convex_creases(field: &PressureField) -> Vec<(usize, usize)> {
     let mut creases = Vec::new();
     for (index, tet) in field.tets().iter().enumerate() {
         for corner in 0..4 {
-            let neighbour = field.mesh().neighbour(index, corner);
-            let Some(neighbour) = neighbour.filter(|&other| other > index) else {
+            let neighbor = field.mesh().neighbor(index, corner);
+            let Some(neighbor) = neighbor.filter(|&other| other > index) else {
                 continue;
             };
-            let neighbour = &field.tets()[neighbour];
-            let least = FLATNESS * tet.sensitivity.min(neighbour.sensitivity);
-            let jump = neighbour.extent.gradient - tet.extent.gradient;
+            let neighbor = &field.tets()[neighbor];
+            let least = FLATNESS * tet.sensitivity.min(neighbor.sensitivity);
+            let jump = neighbor.extent.gradient - tet.extent.gradient;
             let outward = -tet.barycentric[corner].gradient / tet.barycentric_steepness[corner];
             if jump.dot(&outward) > least {
                 creases.push((index, corner));
@@ -124,7 +125,7 @@ fn convex_creases(field: &PressureField) -> Vec<(usize, usize)> {
 fn one_side_each(field: &PressureField, faces: &[(usize, usize)]) -> Vec<usize> {
     let mut chosen = vec![false; field.tets().len()];
     for &(tet, corner) in faces {
-        let other = field.mesh().neighbour(tet, corner);
+        let other = field.mesh().neighbor(tet, corner);
         chosen[tet] |= !other.is_some_and(|other| chosen[other]);
     }
     (0..chosen.len()).filter(|&tet| chosen[tet]).collect()

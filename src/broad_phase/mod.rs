@@ -30,6 +30,6 @@ pub(crate) use landscape::{Escape, Landscape};
 pub use positivity::NotFollowed;
 pub use projections::Projections;
 pub use rigid_shape::RigidShape;
-pub(crate) use seeds::{Ridges, RimTree, Seeds, SurfaceFace};
+pub(crate) use seeds::{Ridges, Seeds, SurfaceFace, TriangleTree};
 pub use shape::Shape;
 pub use tet_tree::TetTree;

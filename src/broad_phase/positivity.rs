@@ -2,8 +2,8 @@ use crate::geometry::FACES;
 use crate::mesh::PressureField;
 use rustc_hash::FxHashSet;
 
-/// Why contact surfaces with a shape are not followed from polygon to polygon, but found by culling, which takes longer:
-/// its extent is 0 somewhere inside, where a contact surface may end unseen.
+/// Why contact surfaces with a shape are not followed from polygon to polygon, but found by culling, which takes longer: its
+/// extent is 0 somewhere inside, where a contact surface may end without crossing the body's surface.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
 #[non_exhaustive]
 pub enum NotFollowed {
@@ -78,6 +78,6 @@ fn zero_inside(
         return Some(NotFollowed::ZeroEdge { vertices });
     }
     let is_zero_face = |face: &usize| FACES[*face].iter().all(|&corner| is_zero(corner));
-    let face = (0..4).find(|face| is_zero_face(face) && mesh.neighbour(tet, *face).is_some())?;
+    let face = (0..4).find(|face| is_zero_face(face) && mesh.neighbor(tet, *face).is_some())?;
     Some(NotFollowed::ZeroFace { tet, face })
 }

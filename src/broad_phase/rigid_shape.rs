@@ -1,4 +1,4 @@
-use super::RimTree;
+use super::TriangleTree;
 use super::box_tree::BoxTree;
 use crate::geometry::{Aabb, Tetrahedron};
 use crate::mesh::{FieldTet, TriangleSurface};
@@ -6,32 +6,35 @@ use crate::spatial::Pose;
 use nalgebra::Vector3;
 use std::fmt;
 
-/// A closed surface that does not give way, with the tree over its triangles.
+/// What a rigid body is made of for contact: a closed surface that does not give way, with R\*-trees over its triangles.
 ///
-/// A shape has no pose; any number of bodies may share one.
+/// A shape has no pose; any number of bodies may share one. [`Partner::rigid`](crate::contact::Partner::rigid) gives it one.
 #[derive(Clone)]
 pub struct RigidShape {
     surface: TriangleSurface,
+    bounds: Aabb,
     cells: Vec<FieldTet>,
-    rims: RimTree,
-    /// One triangle of each connected part of the surface.
-    parts: BoxTree<usize>,
+    triangle_tree: TriangleTree,
+    /// One triangle of each connected component of the surface.
+    components: BoxTree<usize>,
 }
 
-/// The corners of a triangle's cell: these corners of the triangle, in an order that makes the cell positively oriented, then
-/// its apex. So face 3 is the triangle itself.
+/// Which corner of its triangle each of a cell's first three corners is: the order in which the cell, with the apex as fourth
+/// corner, is positively oriented. Face 3 of the cell is the triangle itself.
 const CORNERS: [usize; 3] = [0, 2, 1];
 
 impl RigidShape {
-    /// Builds the tree over the triangles.
+    /// Builds the trees over the triangles: O(n log n), once per surface.
     #[must_use]
     pub fn new(surface: TriangleSurface) -> Self {
         let triangles = 0..surface.triangles().len();
         let cells: Vec<_> = triangles.map(|triangle| cell(&surface, triangle)).collect();
-        let parts = surface.component_starts().iter();
+        let starts = surface.component_starts().iter();
+        let start_and_box = |&start: &usize| (start, cells[start].tetrahedron.aabb());
         Self {
-            rims: RimTree::of_cells(&cells),
-            parts: BoxTree::new(parts.map(|&start| (start, cells[start].tetrahedron.aabb()))),
+            triangle_tree: TriangleTree::of_cells(&cells),
+            components: BoxTree::new(starts.map(start_and_box)),
+            bounds: surface.aabb(),
             surface,
             cells,
         }
@@ -46,10 +49,11 @@ impl RigidShape {
     /// The box around the surface, in the body frame.
     #[must_use]
     pub fn bounds(&self) -> Aabb {
-        self.surface.aabb()
+        self.bounds
     }
 
-    /// A tetrahedron behind each triangle, with the depth (m) below the triangle as extent: its other faces bound the triangle.
+    /// A tetrahedron behind each triangle, with the depth (m) below the triangle as extent: its other faces bound the
+    /// triangle. Cell k is that of triangle k.
     pub(crate) fn cells(&self) -> &[FieldTet] {
         &self.cells
     }
@@ -59,30 +63,31 @@ impl RigidShape {
         CORNERS.map(|corner| self.surface.triangles()[cell][corner])
     }
 
-    /// Its triangles.
-    pub(crate) fn rims(&self) -> &RimTree {
-        &self.rims
+    /// The tree over its triangles.
+    pub(crate) fn triangle_tree(&self) -> &TriangleTree {
+        &self.triangle_tree
     }
 
-    /// Visits one triangle of each connected part of the surface, if that triangle (of B) may overlap the box `region` in A.
-    pub(crate) fn visit_parts_near(
+    /// Visits one triangle of each connected component of the surface, if that triangle (of B) may overlap the box `region` in
+    /// the frame of A, given to within `margin` (m).
+    pub(crate) fn visit_components_near(
         &self,
         region: &Aabb,
         pose_ab: &Pose<f64>,
         margin: f64,
         visit: impl FnMut(usize),
     ) {
-        self.parts.visit_near(region, pose_ab, margin, visit);
+        self.components.visit_near(region, pose_ab, margin, visit);
     }
 
-    /// The cell of the triangle beyond a face of a cell; none beyond the triangle itself.
-    pub(crate) fn neighbour(&self, cell: usize, face: usize) -> Option<usize> {
+    /// The cell of the triangle beyond a face of a cell. Beyond the triangle itself, face 3, there is none.
+    pub(crate) fn neighbor(&self, cell: usize, face: usize) -> Option<usize> {
         let edge = CORNERS.get(face)?;
-        Some(self.surface.neighbour(cell, *edge))
+        Some(self.surface.neighbor(cell, *edge))
     }
 }
 
-/// As deep as the triangle's longest edge is long, below its centroid.
+/// The cell behind a triangle. Its apex is as deep below the triangle's centroid as the longest edge is long.
 fn cell(surface: &TriangleSurface, triangle: usize) -> FieldTet {
     let corners = surface.corners(triangle);
     let [a, b, c] = CORNERS.map(|corner| corners[corner]);

@@ -5,16 +5,17 @@ use crate::geometry::{Aabb, FACES};
 use crate::mesh::{FieldTet, PressureField};
 use crate::spatial::Pose;
 
-/// The triangles of a body's surface, where the rim of a component of a contact surface lies. In the body frame.
+/// The R\*-tree of the triangles of a body's surface, by their boxes in the body frame. The rim of a component of a contact
+/// surface is where triangles of both bodies cross.
 #[derive(Debug, Clone)]
-pub(crate) struct RimTree(BoxTree<SurfaceFace>);
+pub(crate) struct TriangleTree(BoxTree<SurfaceFace>);
 
-/// Where a component of a contact surface without a rim shows. In the body frame.
+/// Where a component of a contact surface without a rim can be entered. In the body frame.
 #[derive(Debug, Clone)]
 pub(crate) struct Seeds {
-    /// Where the field rises to few peaks.
+    /// What such a component cannot avoid, where the field rises to few peaks.
     pub ridges: Option<Ridges>,
-    /// Where it slopes which way.
+    /// Bounds of the field's values and slopes, from which follows where such a component may turn.
     pub slopes: FieldTree,
 }
 
@@ -33,7 +34,7 @@ pub(crate) struct SurfaceFace {
 }
 
 impl SurfaceFace {
-    /// With its box.
+    /// A face of a tetrahedron, by its opposite corner, and the box around it.
     fn of(index: u32, face: u8, tet: &FieldTet) -> (Self, Aabb) {
         let corners = FACES[usize::from(face)].map(|corner| tet.tetrahedron.corners[corner]);
         (Self { tet: index, face }, Aabb::around(&corners))
@@ -44,19 +45,20 @@ impl SurfaceFace {
         self.tet as usize
     }
 
-    /// The corner opposite.
+    /// The corner of the tetrahedron opposite to it.
     pub fn face(self) -> usize {
         self.face.into()
     }
 }
 
-impl RimTree {
+impl TriangleTree {
+    /// Of a compliant body: the faces of its tetrahedra that have no neighbor.
     pub fn of(field: &PressureField) -> Self {
         let faces = (0_u32..).zip(field.tets()).flat_map(|(index, tet)| {
             let is_surface = move |face: &u8| {
                 field
                     .mesh()
-                    .neighbour(index as usize, (*face).into())
+                    .neighbor(index as usize, (*face).into())
                     .is_none()
             };
             (0_u8..4)
@@ -66,7 +68,7 @@ impl RimTree {
         Self(BoxTree::new(faces))
     }
 
-    /// Of a rigid body, from the cells behind its triangles, which are their faces 3.
+    /// Of a rigid body, from the cells behind its triangles: each triangle is face 3 of its cell.
     pub fn of_cells(cells: &[FieldTet]) -> Self {
         let faces = (0_u32..).zip(cells);
         Self(BoxTree::new(
@@ -74,8 +76,8 @@ impl RimTree {
         ))
     }
 
-    /// Visits the pairs of triangles of both surfaces, this one's in A and the other's in B, whose boxes
-    /// overlap.
+    /// Visits the pairs of triangles, of this surface (in A) and the other (in B), whose boxes may overlap: that no face of
+    /// either separates by more than `margin` (m).
     pub fn visit_pairs(
         &self,
         other: &Self,

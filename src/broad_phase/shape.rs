@@ -1,4 +1,4 @@
-use super::{NotFollowed, RimTree, Seeds, TetTree};
+use super::{NotFollowed, Seeds, TetTree, TriangleTree};
 use crate::mesh::PressureField;
 use crate::threads;
 use std::fmt;
@@ -10,7 +10,7 @@ use std::fmt;
 pub struct Shape {
     field: PressureField,
     tree: TetTree,
-    rims: RimTree,
+    triangle_tree: TriangleTree,
     seeds: Result<Seeds, NotFollowed>,
 }
 
@@ -18,14 +18,14 @@ impl Shape {
     /// Builds the trees over the field's tetrahedra and surface.
     #[must_use]
     pub fn new(field: PressureField) -> Self {
-        let (tree, (rims, seeds)) = threads::both(
+        let (tree, (triangle_tree, seeds)) = threads::both(
             || TetTree::new(&field),
-            || threads::both(|| RimTree::of(&field), || Seeds::of(&field)),
+            || threads::both(|| TriangleTree::of(&field), || Seeds::of(&field)),
         );
         Self {
             field,
             tree,
-            rims,
+            triangle_tree,
             seeds,
         }
     }
@@ -42,16 +42,16 @@ impl Shape {
         &self.tree
     }
 
-    /// The triangles of its surface.
-    pub(crate) fn rims(&self) -> &RimTree {
-        &self.rims
+    /// The tree over the triangles of its surface.
+    pub(crate) fn triangle_tree(&self) -> &TriangleTree {
+        &self.triangle_tree
     }
 
-    /// Whether contact surfaces with this shape are followed from polygon to polygon: if they are with both bodies, the time
-    /// of a wrench depends on the number of polygons alone.
+    /// Checks that contact surfaces with this shape can be followed from polygon to polygon. If they can with both shapes of a
+    /// pair, the time that a wrench takes depends on the number of polygons and hardly on that of tetrahedra.
     ///
     /// # Errors
-    /// Why they are found by culling all tetrahedra instead, as slow as this is.
+    /// Why not. Contact surfaces with the shape are then found by culling all of its tetrahedra: the same ones, in more time.
     pub fn followed(&self) -> Result<(), NotFollowed> {
         self.seeds.as_ref().map(|_| ()).map_err(|&reason| reason)
     }

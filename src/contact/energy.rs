@@ -6,11 +6,12 @@ use crate::narrow_phase::{PartnerShape, PosedTet};
 use crate::scalar::{Scalar, lift, lift_vector, real_part};
 use nalgebra::Vector3;
 
-/// From the middle of a box, in half diagonals of it: any direction that is along no axis, to beyond the box.
+/// Where the apex of the fan over a rigid body's triangles lies (see [`PolygonSource::energy_behind_triangle`]): from the
+/// center of a box, in half diagonals of it. Outside the box, in a direction along no axis or diagonal.
 const APEX: Vector3<f64> = Vector3::new(1.13, 0.87, -1.41);
 
-/// Of the energy that a body can hold, at least: one that is inside another holds all of it, but for parts that are outside, and
-/// round-off is less.
+/// Bodies overlap if their energy is more than this fraction of all that the pressure field of one of them can hold, the smaller
+/// of both: far above round-off, and far below what a body that is inside the other holds.
 const SUNK: f64 = 1e-9;
 
 impl<T: Scalar> PolygonSource<'_, T> {
@@ -40,7 +41,7 @@ impl<T: Scalar> PolygonSource<'_, T> {
         energy
     }
 
-    /// Whether the energy is more than round-off.
+    /// Whether the energy is more than round-off: whether the bodies overlap.
     pub fn has_energy(&self) -> bool {
         let of_a = most_energy(self.pair.shape_a) * real_part(self.modulus_a);
         let of_b = match self.pair.shape_b {
@@ -50,7 +51,7 @@ impl<T: Scalar> PolygonSource<'_, T> {
         real_part(self.energy()) > SUNK * of_a.min(of_b)
     }
 
-    /// The part of two tetrahedra. A's is cut by B's faces into tetrahedra.
+    /// The energy (J) in what two tetrahedra have in common: A's is cut by B's faces into tetrahedra.
     fn energy_of_tets(&self, a: &FieldTet, b: &PosedTet) -> T {
         if a.tetrahedron.is_beyond(&b.faces) || b.tetrahedron.is_beyond(&a.barycentric) {
             return lift(0.0);
@@ -63,6 +64,7 @@ impl<T: Scalar> PolygonSource<'_, T> {
         self.smaller_pressure_within(&faces_b, a, b, b.values)
     }
 
+    /// The energy (J) in the part of a tetrahedron of A that is in the half-space.
     fn energy_within_half_space(&self, a: &FieldTet, half_space: &PosedTet) -> T {
         let extent = self.pair.tet_b(0).extent.posed(&self.pose_ab);
         if self.pair.shape_b.is_rigid() {
@@ -73,8 +75,8 @@ impl<T: Scalar> PolygonSource<'_, T> {
         self.smaller_pressure_within(&[extent], a, half_space, highest)
     }
 
-    /// A point beside what the boxes around both bodies have in common, in the frame of a rigid B: the tetrahedra that its
-    /// triangles make up with the point hold little more of A than there is in B. None if the boxes are apart.
+    /// The apex of the fan, in the frame of a rigid B: beside the common part of the boxes around both bodies, so that the
+    /// tetrahedra of the fan hold little more of A than B does, and little cancels. None if the boxes are apart.
     fn apex(&self, shape_b: &RigidShape) -> Option<Vector3<f64>> {
         let pose_ba = self.pair.pose_ab.inverse();
         let a = self.pair.shape_a.tree().bounds().posed(&pose_ba);
@@ -82,8 +84,8 @@ impl<T: Scalar> PolygonSource<'_, T> {
         Some(common.center() + APEX * common.half_extents().norm())
     }
 
-    /// A rigid body is what the triangles of its surface make up with any one point: a tetrahedron each, which counts negative
-    /// if the point sees the triangle from outside.
+    /// The energy (J) in the tetrahedron between a triangle of a rigid body and the apex, negative if the apex sees the
+    /// triangle from outside. With these signs, the fan of such tetrahedra over all triangles is the body.
     fn energy_behind_triangle(&self, cell: &Tetrahedron, apex: Vector3<f64>) -> T {
         let [a, b, c, _] = cell.corners;
         let mut fan = Tetrahedron {
@@ -124,11 +126,11 @@ impl<T: Scalar> PolygonSource<'_, T> {
         energy
     }
 
-    /// ∫ min(p_A, p_B) dV over the part of A's tetrahedron where all the fields are ≥ 0; with what B's pressure is at most, one of
-    /// these values.
+    /// ∫ min(p_A, p_B) dV over the part of A's tetrahedron where all the fields are ≥ 0. The largest of `pressures_b` is a bound of
+    /// B's pressure (Pa) there.
     ///
-    /// For the softer body S and the stiffer one H, ∫ min(p_S, p_H) = ∫ p_S − ∫ over {p_S > p_H} of (p_S − p_H). The other way round
-    /// it would be a small difference of large integrals.
+    /// For the softer body S and the harder one H, ∫ min(p_S, p_H) = ∫ p_S − ∫ over {p_S > p_H} of (p_S − p_H). The other way
+    /// round it would be a small difference of large integrals.
     fn smaller_pressure_within(
         &self,
         fields: &[AffineField<T>],

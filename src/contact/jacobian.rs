@@ -1,6 +1,6 @@
-use super::LinearisedContact;
 use super::linearised::{RelativeLinearisation, add_block};
 use super::polygon::{CutPolygon, PartialSum};
+use super::{Kinks, LinearisedContact};
 use crate::scalar::{Scalar, lift};
 use crate::spatial::{Wrench, skew};
 use nalgebra::{Matrix6, Matrix6x2, SMatrix, Vector3, Vector6};
@@ -109,6 +109,7 @@ pub(super) struct RelativeJacobian<T> {
     pressed_a: Vector6<T>,
     /// Σ 1/|g| ∫ p s_B dA.
     pressed_b: Vector6<T>,
+    kinks: Kinks,
 }
 
 impl<T: Scalar> PartialSum for RelativeJacobian<T> {
@@ -117,6 +118,7 @@ impl<T: Scalar> PartialSum for RelativeJacobian<T> {
             by_motion_of_b: Matrix6::from_element(lift(0.0)),
             pressed_a: Vector6::from_element(lift(0.0)),
             pressed_b: Vector6::from_element(lift(0.0)),
+            kinks: Kinks::default(),
         }
     }
 
@@ -124,6 +126,7 @@ impl<T: Scalar> PartialSum for RelativeJacobian<T> {
         self.by_motion_of_b += next.by_motion_of_b;
         self.pressed_a += next.pressed_a;
         self.pressed_b += next.pressed_b;
+        self.kinks.merge(next.kinks);
     }
 }
 
@@ -136,6 +139,7 @@ impl<T: Scalar> RelativeJacobian<T> {
             wrench: self.pressed_a - self.pressed_b,
             by_motion: self.by_motion_of_b,
             by_moduli: Matrix6x2::from_columns(&[by_modulus_a, by_modulus_b]),
+            kinks: self.kinks,
             ..RelativeLinearisation::empty()
         }
     }
@@ -145,6 +149,7 @@ impl<T: Scalar> CutPolygon<T> {
     /// The polygon's share of the wrench on A and of its derivatives.
     pub fn add_to(&self, sum: &mut RelativeJacobian<T>) {
         let (gradient_a, [slope_a, slope_b]) = (&self.pressure_a.gradient, &self.plane.slopes);
+        sum.kinks.are_flush |= !self.weights.are_whole() || self.polygon.shares_edges();
         let weight = lift::<T>(self.weights.moving.area());
         let area = self.moments.area * weight;
         let first = self.moments.first_about_origin() * weight;

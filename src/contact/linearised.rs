@@ -1,4 +1,5 @@
 use super::polygon::PartialSum;
+use super::reaction::Reaction;
 use super::surface_law::RelativeMotion;
 use super::{ContactPair, ContactWrench, SurfaceLaw};
 use crate::scalar::{Order, Scalar, lift, real_vector};
@@ -56,6 +57,32 @@ pub struct LinearisedContact<T = f64> {
     pub by_moduli: SMatrix<T, 12, 2>,
     /// By the dissipation (s/m) and the coefficient of friction of the surface law.
     pub by_law: SMatrix<T, 12, 2>,
+    /// What a derivative may be one of several at.
+    pub kinks: Kinks,
+}
+
+/// Where the wrenches of a contact have no derivative, or nearly none: what is given as one is the mean of both sides, or that
+/// about one generic direction.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
+#[non_exhaustive]
+pub struct Kinks {
+    /// Faces of both bodies coincide, to 2.5e-10 of the bodies' size in motion, to 2e-12 of it for elastic bodies.
+    pub are_flush: bool,
+    /// Somewhere surfaces part so fast that the pressure is clamped at 0: beyond that place, derivatives are 0.
+    pub are_clamped: bool,
+}
+
+impl Kinks {
+    /// Whether there is any.
+    #[must_use]
+    pub fn is_any(self) -> bool {
+        self.are_flush || self.are_clamped
+    }
+
+    pub(super) fn merge(&mut self, other: Self) {
+        self.are_flush |= other.are_flush;
+        self.are_clamped |= other.are_clamped;
+    }
 }
 
 impl<T: Scalar> LinearisedContact<T> {
@@ -119,7 +146,7 @@ impl<T: Scalar> ContactPair<'_, T> {
             return (wrench, relative.in_world(&in_place, None));
         };
         let motion = RelativeMotion::of(self, twists);
-        let relative = real.linearisation_in_motion(&law.real(), &motion.real());
+        let (relative, ()) = real.linearisation_in_motion(&law.real(), &motion.real());
         let wrench = if Order::<T>::IS_FIRST {
             self.wrench_from_a(&relative.pushforward(&self.tangent_in_motion(law, &motion)))
         } else {
@@ -141,6 +168,7 @@ pub(super) struct RelativeLinearisation<T> {
     pub by_twist: Matrix6<T>,
     /// By dissipation and friction.
     pub by_law: Matrix6x2<T>,
+    pub kinks: Kinks,
 }
 
 impl<T: Scalar> PartialSum for RelativeLinearisation<T> {
@@ -152,6 +180,7 @@ impl<T: Scalar> PartialSum for RelativeLinearisation<T> {
             by_moduli: Matrix6x2::from_element(zero),
             by_twist: Matrix6::from_element(zero),
             by_law: Matrix6x2::from_element(zero),
+            kinks: Kinks::default(),
         }
     }
 
@@ -161,6 +190,7 @@ impl<T: Scalar> PartialSum for RelativeLinearisation<T> {
         self.by_moduli += next.by_moduli;
         self.by_twist += next.by_twist;
         self.by_law += next.by_law;
+        self.kinks.merge(next.kinks);
     }
 }
 
@@ -228,35 +258,8 @@ impl<T: Scalar> RelativeLinearisation<T> {
             by_twists: reaction.of_blocks(&by_twists),
             by_moduli: reaction.of_columns(&(turned * self.by_moduli)),
             by_law: reaction.of_columns(&(turned * self.by_law)),
+            kinks: self.kinks,
         }
-    }
-}
-
-/// From the wrench on A to that on B: force −F, torque −(τ − r × F) about a point r away, which moves with B against A.
-struct Reaction<T> {
-    from_a_to_b: Vector3<T>,
-    force: Vector3<T>,
-}
-
-impl<T: Scalar> Reaction<T> {
-    fn of_columns<const C: usize>(&self, on_a: &SMatrix<T, 6, C>) -> SMatrix<T, 12, C> {
-        on_both(&self.from_a_to_b, on_a)
-    }
-
-    fn of_blocks(&self, [by_a, by_b]: &[Matrix6<T>; 2]) -> SMatrix<T, 12, 12> {
-        let [by_a, by_b] = [by_a, by_b].map(|by| self.of_columns(by));
-        SMatrix::from_fn(|row, column| match column {
-            0..6 => by_a[(row, column)],
-            _ => by_b[(row, column - 6)],
-        })
-    }
-
-    /// As the bodies move, r does: δr × F = −F × δr with δr = δp_B − δp_A.
-    fn of_poses(&self, by_poses: &[Matrix6<T>; 2]) -> SMatrix<T, 12, 12> {
-        let mut whole = self.of_blocks(by_poses);
-        add_block(&mut whole, [6, 3], skew(&self.force));
-        add_block(&mut whole, [6, 9], -skew(&self.force));
-        whole
     }
 }
 
@@ -271,23 +274,6 @@ impl<T: Scalar> RelativeMotion<T> {
         add_block(&mut shift, [3, 3], skew(spin_b));
         [turn, shift]
     }
-}
-
-/// Rows of the wrenches on A and on B about their origins, from those of the one on A, in axes that do not move.
-pub(super) fn on_both<T: Scalar, const C: usize>(
-    from_a_to_b: &Vector3<T>,
-    on_a: &SMatrix<T, 6, C>,
-) -> SMatrix<T, 12, C> {
-    let mut shift = Matrix6::identity() * lift::<T>(-1.0);
-    add_block(&mut shift, [0, 3], skew(from_a_to_b));
-    let on_b = shift * on_a;
-    SMatrix::from_fn(|row, column| {
-        if row < 6 {
-            on_a[(row, column)]
-        } else {
-            on_b[(row - 6, column)]
-        }
-    })
 }
 
 pub(super) fn block_diagonal<T: Scalar>(rotation: &Matrix3<T>) -> Matrix6<T> {

@@ -11,9 +11,8 @@ use crate::spatial::Pose;
 /// Two bodies that may touch: the wrench, the contact surface, the potential energy and the
 /// Jacobian of their contact.
 ///
-/// A is a compliant body with a mesh. B is any [`Partner`]: another compliant body, a rigid one, or a half-space; where
-/// it is rigid, it has no modulus, and derivatives by that are 0. Of rigid bodies and half-spaces among themselves there is
-/// no contact.
+/// A is a compliant body with a mesh. B is any [`Partner`]: another compliant body, a rigid one, or a half-space. A rigid B has
+/// no modulus, and derivatives by it are 0. There is no contact of rigid bodies and half-spaces among themselves.
 ///
 /// Every quantity is generic over the scalar: with `f64` poses and moduli it is a value, with dual
 /// numbers it carries derivatives of whatever order they have. No contact is an empty surface and
@@ -61,7 +60,7 @@ impl<'a, T: Scalar> ContactPair<'a, T> {
         Self { search, ..self }
     }
 
-    /// This contact, with first derivatives taken through the clips too.
+    /// This contact computed in the scalar throughout, with first derivatives taken through the clips too.
     #[must_use]
     pub fn pipeline(&self) -> Pipeline<'_, 'a, T> {
         Pipeline(self)
@@ -106,11 +105,22 @@ impl<'a, T: Scalar> ContactPair<'a, T> {
     pub(super) fn relative_linearisation(&self) -> RelativeLinearisation<T> {
         let (surface, finer) =
             PolygonSource::of(self).for_derivatives(ELASTIC_COINCIDENCE, self.search);
-        let elastic: RelativeJacobian<T> =
-            surface.sum_of_derivatives(|sum, polygon| polygon.add_to(sum));
+        let elastic = surface.sum_of_derivatives(|sum: &mut RelativeJacobian<T>, polygon| {
+            polygon.add_to(sum);
+        });
+        self.elastic_linearisation(&elastic, finer.as_ref())
+    }
+
+    /// From the sums over the surface that derivatives are made from, and that of values, if it is another.
+    pub(super) fn elastic_linearisation(
+        &self,
+        elastic: &RelativeJacobian<T>,
+        finer: Option<&CutSurface<T>>,
+    ) -> RelativeLinearisation<T> {
         let mut linearisation = elastic.linearisation(self.moduli());
         if let Some(finer) = finer {
             linearisation.wrench = finer.wrench().to_vector();
+            linearisation.kinks.are_flush = true;
         }
         linearisation
     }
@@ -136,9 +146,9 @@ impl<'a, T: Scalar> ContactPair<'a, T> {
         PolygonSource::of(self).energy()
     }
 
-    /// Whether one body has been swallowed whole by the other: they overlap, but no contact surface is left, and no force to push
-    /// them apart. A body goes through where the other brings up more energy than all of its pressure field holds, the integral
-    /// of the pressure over its volume.
+    /// Whether one body has sunk through the surface of the other: they overlap, but no contact surface is left, and no force
+    /// pushes them apart. A body sinks through when more work is done on the contact than its pressure field can hold, the
+    /// integral of its pressure over its volume.
     ///
     /// Takes as long as [`Self::potential_energy`] if there is no contact surface.
     #[must_use]
@@ -147,8 +157,8 @@ impl<'a, T: Scalar> ContactPair<'a, T> {
         real.cut_surface().is_empty() && PolygonSource::of(&real).has_energy()
     }
 
-    /// The pairs of tetrahedra (of A, of B) that have a contact polygon, in no special order. For a tetrahedron of B stands
-    /// the triangle of a rigid body, or 0 for a half-space.
+    /// The pairs of tetrahedra (of A, of B) that have a contact polygon, in no special order. Where B is a rigid body, its
+    /// triangles take the place of tetrahedra; where it is a half-space, that number is 0.
     #[must_use]
     pub fn touching_tets(&self) -> Vec<[usize; 2]> {
         let surface = self.real().cut_surface();
@@ -158,7 +168,7 @@ impl<'a, T: Scalar> ContactPair<'a, T> {
         })
     }
 
-    /// Counts the work the wrench takes.
+    /// Counts the work that the wrench takes.
     #[must_use]
     pub fn work_count(&self) -> WorkCount {
         let surface = self.real().cut_surface();

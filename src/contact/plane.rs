@@ -33,7 +33,7 @@ pub(super) struct PlanePolygon<T> {
 #[derive(Clone, Copy)]
 pub(super) struct Outline<T> {
     corners: [[T; 2]; PLANE_CAPACITY],
-    /// The edge of the contact polygon that the edge from each corner to the next is a part of; none where it was cut.
+    /// The edge of the contact polygon that the edge from each corner to the next is a part of; [`NO_EDGE`] where it was cut.
     edges: [u8; PLANE_CAPACITY],
     len: usize,
 }
@@ -42,6 +42,7 @@ pub(super) struct Outline<T> {
 pub(super) const NO_EDGE: u8 = u8::MAX;
 
 impl<T: Scalar> PlanePolygon<T> {
+    /// The polygon in its plane, if it has a corner.
     pub fn of(polygon: &CutPolygon<T>, motion: &RelativeMotion<T>) -> Option<Self> {
         let constant = lift_vector::<T>(&center_of(polygon)?);
         let normal = &polygon.plane.normal;
@@ -92,7 +93,7 @@ impl<T: Scalar> PlanePolygon<T> {
     }
 }
 
-/// A point in the polygon, or at least near it.
+/// The centroid of the polygon; of a sliver, whose centroid is round-off, its first corner.
 fn center_of<T: Scalar>(polygon: &CutPolygon<T>) -> Option<Vector3<f64>> {
     let corners = polygon.polygon.corners();
     let first = real_vector(corners.first()?);
@@ -107,7 +108,7 @@ fn center_of<T: Scalar>(polygon: &CutPolygon<T>) -> Option<Vector3<f64>> {
     })
 }
 
-/// Orthonormal axes of which the third is this unit vector, without a root \[Duff 2017\].
+/// Orthonormal axes of which the third is this unit vector, without a square root \[Duff 2017\].
 fn axes_about<T: Scalar>(n: &Vector3<T>) -> Matrix3<T> {
     let sign = if real_part(n.z) >= 0.0 { 1.0 } else { -1.0 };
     let a = -(n.z + sign).recip();
@@ -145,7 +146,7 @@ impl<T: Scalar> Outline<T> {
         &self.edges[..self.len]
     }
 
-    /// The part where an affine function is not negative; none if that is everything.
+    /// The part where an affine function is not negative; `None` if that is everything.
     pub fn cut(&self, function: &Affine<T>) -> Option<Self> {
         let is_in = |y: &[T; 2]| real_part(at(function, y)) >= 0.0;
         if self.corners().iter().all(is_in) {

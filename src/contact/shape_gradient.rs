@@ -1,9 +1,11 @@
-use super::linearised::{block_diagonal, on_both};
-use super::polygon::{CutPolygon, CutSurface, PolygonSource};
+use super::jacobian::RelativeJacobian;
+use super::linearised::{RelativeLinearisation, block_diagonal};
+use super::polygon::{PartialSum, PolygonSource};
+use super::reaction::on_both;
+use super::response::{Barycentric, OfCell, PolygonResponse};
 use super::surface_law::RelativeMotion;
-use super::{BodyError, ContactPair, PartnerShape, SurfaceLaw};
-use crate::geometry::AffineField;
-use crate::narrow_phase::{COINCIDENCE, Cut, ELASTIC_COINCIDENCE};
+use super::{BodyError, ContactPair, LinearisedContact, PartnerShape, SurfaceLaw};
+use crate::narrow_phase::ELASTIC_COINCIDENCE;
 use crate::spatial::Twist;
 use nalgebra::{SMatrix, SVector, Vector3, Vector6};
 
@@ -47,7 +49,7 @@ impl ShapeGradient {
             .sum()
     }
 
-    /// Adds what one polygon contributes, from the cell's vertices to their places.
+    /// Adds what one polygon contributes by the corners of a cell, from the cell's vertices to their places.
     fn add(&mut self, vertices: [Option<usize>; 4], of_body: &OfCell) {
         let corners = vertices.iter().zip(&of_body.by_corners);
         for (vertex, by_corner) in corners.filter_map(|(vertex, by)| vertex.zip(Some(by))) {
@@ -59,12 +61,6 @@ impl ShapeGradient {
         let extents = vertices.iter().zip(&of_body.by_extents);
         for (vertex, by_extent) in extents.filter_map(|(vertex, by)| vertex.zip(Some(by))) {
             self.by_extents[vertex] += by_extent;
-        }
-    }
-
-    fn rotate(&mut self, rotation: &nalgebra::Matrix3<f64>) {
-        for by_vertex in &mut self.by_vertices {
-            *by_vertex = rotation * *by_vertex;
         }
     }
 }
@@ -132,7 +128,10 @@ impl ContactPair<'_> {
         vertices: [&[usize]; 2],
     ) -> Result<[Vec<SMatrix<f64, 12, 3>>; 2], BodyError> {
         let unit = |row: usize| Vector6::from_fn(|i, _| if i == row { 1.0 } else { 0.0 });
-        let rows = self.relative_shape_gradients(moving, &[0, 1, 2, 3, 4, 5].map(unit));
+        let mut rows = [0, 1, 2, 3, 4, 5].map(|_| self.shapes().map(ShapeGradient::zero));
+        let gradients = rows.each_mut().map(|[of_a, of_b]| [of_a, of_b]);
+        let (_, response) = self.linearised_with_shapes(moving);
+        response.pull_back_relative(&[0, 1, 2, 3, 4, 5].map(unit), gradients);
         let (pose_wa, pose_wb) = (self.a().pose(), self.b().pose());
         let from_a_to_b = pose_wb.translation() - pose_wa.translation();
         let turned = block_diagonal(pose_wa.rotation());
@@ -151,232 +150,128 @@ impl ContactPair<'_> {
         Ok(jacobians)
     }
 
-    pub(crate) fn shape_gradients_of(
+    fn shape_gradients_of(
         &self,
         moving: Option<(&SurfaceLaw, [Twist; 2])>,
         by_wrenches: &SVector<f64, 12>,
     ) -> [ShapeGradient; 2] {
-        let (pose_wa, pose_wb) = (self.a().pose(), self.b().pose());
+        let [mut of_a, mut of_b] = self.shapes().map(ShapeGradient::zero);
+        let (_, response) = self.linearised_with_shapes(moving);
+        response.pull_back(by_wrenches, [&mut of_a, &mut of_b]);
+        [of_a, of_b]
+    }
+
+    fn shapes(&self) -> [PartnerShape<'_>; 2] {
+        [
+            PartnerShape::Compliant(self.a().shape()),
+            self.b().partner_shape(),
+        ]
+    }
+}
+
+/// How the wrenches of a contact answer to changes of the two shapes.
+pub(crate) struct ShapeResponse<'a> {
+    pair: ContactPair<'a>,
+    polygons: Vec<PolygonResponse>,
+}
+
+impl<'a> ContactPair<'a> {
+    /// The contact with all its first derivatives, those by the shapes among them: of moving bodies by a law, with twists as of
+    /// [`Self::wrench_in_motion`], or, without one, of elastic ones.
+    pub(crate) fn linearised_with_shapes(
+        &self,
+        moving: Option<(&SurfaceLaw, [Twist; 2])>,
+    ) -> (LinearisedContact, ShapeResponse<'a>) {
+        let real = self.real();
+        let (linearised, polygons) = if let Some((law, twists)) = moving {
+            let motion = RelativeMotion::of(self, twists);
+            let (relative, polygons) = real.linearisation_in_motion(law, &motion);
+            let moving = Some((&motion, &twists[1].angular));
+            (relative.in_world(self, moving), polygons)
+        } else {
+            let (relative, polygons) = real.elastic_responses();
+            (relative.in_world(self, None), polygons)
+        };
+        let pair = *self;
+        (linearised, ShapeResponse { pair, polygons })
+    }
+
+    /// [`Self::relative_linearisation`], and how each polygon answers to changes of shape.
+    fn elastic_responses(&self) -> (RelativeLinearisation<f64>, Vec<PolygonResponse>) {
+        let source = PolygonSource::of(self);
+        let (surface, finer) = source.for_derivatives(ELASTIC_COINCIDENCE, self.search());
+        let sum = surface.sum_of_cuts(|sum: &mut WithResponses, cut| {
+            let polygon = surface.source.polygon(cut);
+            if polygon.has_area() && polygon.weights.have_area() {
+                polygon.add_to(&mut sum.elastic);
+                sum.polygons.push(PolygonResponse::of(cut, &polygon, None));
+            }
+        });
+        let relative = self.elastic_linearisation(&sum.elastic, finer.as_ref());
+        (relative, sum.polygons)
+    }
+}
+
+/// The elastic contact, and how each polygon answers.
+struct WithResponses {
+    elastic: RelativeJacobian<f64>,
+    polygons: Vec<PolygonResponse>,
+}
+
+impl PartialSum for WithResponses {
+    fn empty() -> Self {
+        Self {
+            elastic: RelativeJacobian::empty(),
+            polygons: Vec::new(),
+        }
+    }
+
+    fn merge(&mut self, next: Self) {
+        self.elastic.merge(next.elastic);
+        self.polygons.merge(next.polygons);
+    }
+}
+
+impl ShapeResponse<'_> {
+    /// Adds the derivatives by both shapes of a number that has these by the wrenches: see
+    /// [`ContactPair::shape_gradients`].
+    pub fn pull_back(&self, by_wrenches: &SVector<f64, 12>, gradients: [&mut ShapeGradient; 2]) {
+        let (pose_wa, pose_wb) = (self.pair.a().pose(), self.pair.b().pose());
         let from_a_to_b = pose_wb.translation() - pose_wa.translation();
         let by_wrench_a = on_both(&from_a_to_b, &block_diagonal(pose_wa.rotation()));
         let covector = by_wrench_a.tr_mul(by_wrenches);
-        let [gradients] = self.relative_shape_gradients(moving, &[covector]);
-        gradients
+        self.pull_back_relative(&[covector], [gradients]);
     }
 
-    /// Of numbers that have these derivatives by the wrench on A, in A's axes about A's origin.
-    fn relative_shape_gradients<const N: usize>(
+    /// The same of several numbers, from their derivatives by the wrench on A, in A's axes about A's origin.
+    fn pull_back_relative<const N: usize>(
         &self,
-        moving: Option<(&SurfaceLaw, [Twist; 2])>,
         covectors: &[Vector6<f64>; N],
-    ) -> [[ShapeGradient; 2]; N] {
-        let moving = moving.filter(|(law, _)| !law.is_elastic());
-        let moving = moving.map(|(law, twists)| (law, RelativeMotion::of(self, twists)));
-        let octaves = if moving.is_some() {
-            COINCIDENCE
-        } else {
-            ELASTIC_COINCIDENCE
-        };
-        let source = PolygonSource::of(&self.real());
-        let (surface, _) = source.for_derivatives(octaves, self.search());
-        let moving = moving.as_ref().map(|(law, motion)| (*law, motion));
-        let shares = surface.shape_shares(moving, covectors);
-        let shapes = [PartnerShape::Compliant(self.a().shape()), self.b().kind()];
+        mut gradients: [[&mut ShapeGradient; 2]; N],
+    ) {
+        let shapes = self.pair.shapes();
+        let source = PolygonSource::of(&self.pair.real());
         let rotation_ba = source.pose_ab.rotation().transpose();
-        std::array::from_fn(|of| {
-            let mut gradients = shapes.map(ShapeGradient::zero);
-            for (tets, shares) in &shares {
-                for body in 0..2 {
-                    let vertices = shapes[body].corner_vertices(tets[body]);
-                    gradients[body].add(vertices, &shares[of].0[body]);
-                }
+        for polygon in &self.polygons {
+            let vertices = [0, 1].map(|body| shapes[body].corner_vertices(polygon.tets[body]));
+            let barycentric = source.barycentric(polygon.tets);
+            for ([of_a, of_b], covector) in gradients.iter_mut().zip(covectors) {
+                let [in_a, in_b] = polygon.pulled_back(covector, source.moduli(), &barycentric);
+                of_a.add(vertices[0], &in_a);
+                of_b.add(vertices[1], &in_b.rotated(&rotation_ba));
             }
-            gradients[1].rotate(&rotation_ba);
-            gradients
-        })
-    }
-}
-
-/// What a polygon contributes by the corners of a cell (in A's axes) and their extents.
-#[derive(Debug, Clone, Copy)]
-struct OfCell {
-    by_corners: [Vector3<f64>; 4],
-    by_extents: [f64; 4],
-}
-
-/// What a polygon contributes by the two cells that it lies in.
-#[derive(Debug, Clone, Copy)]
-pub(super) struct PolygonShare([OfCell; 2]);
-
-/// The barycentric coordinates of the two cells, in A's frame.
-pub(super) type Barycentric = [[AffineField; 4]; 2];
-
-impl CutSurface<'_, f64> {
-    /// What each polygon contributes, with its cells.
-    fn shape_shares<const N: usize>(
-        &self,
-        moving: Option<(&SurfaceLaw, &RelativeMotion<f64>)>,
-        covectors: &[Vector6<f64>; N],
-    ) -> Vec<([usize; 2], [PolygonShare; N])> {
-        let source = &self.source;
-        self.sum_of_cuts(|shares: &mut Vec<_>, cut| {
-            let polygon = source.polygon(cut);
-            let has_area = polygon.has_area() && polygon.weights.have_area();
-            if !has_area && moving.is_none() {
-                return;
-            }
-            let barycentric = source.barycentric(cut);
-            let mut of_polygon = [PolygonShare::none(); N];
-            if has_area {
-                for (share, covector) in of_polygon.iter_mut().zip(covectors) {
-                    share.add_elastic(&polygon, covector, source.moduli(), &barycentric);
-                }
-            }
-            if let Some(moving) = moving {
-                let cut = (cut, &polygon, &barycentric);
-                source.add_traction_shares(cut, moving, covectors, &mut of_polygon);
-            }
-            shares.push((cut.tets, of_polygon));
-        })
+        }
     }
 }
 
 impl PolygonSource<'_, f64> {
-    fn barycentric(&self, cut: &Cut) -> Barycentric {
-        let [a, b] = [self.pair.tet_a(cut.tets[0]), self.pair.tet_b(cut.tets[1])];
+    /// The barycentric coordinates of two cells, in A's frame.
+    fn barycentric(&self, [a, b]: [usize; 2]) -> Barycentric {
+        let [a, b] = [self.pair.tet_a(a), self.pair.tet_b(b)];
         let of_b = b
             .barycentric
             .each_ref()
             .map(|field| field.posed(&self.pose_ab));
         [a.barycentric, of_b]
-    }
-}
-
-/// A linear function of functions f that are affine on a polygon's plane: `value`·f(`at`) + `slope`·∇f.
-#[derive(Debug, Clone, Copy)]
-pub(super) struct AffineForm {
-    pub at: Vector3<f64>,
-    pub value: f64,
-    pub slope: Vector3<f64>,
-}
-
-impl AffineForm {
-    fn of(&self, f: &AffineField) -> f64 {
-        self.value * f.at(&self.at) + self.slope.dot(&f.gradient)
-    }
-
-    fn scaled(&self, factor: f64) -> Self {
-        Self {
-            value: self.value * factor,
-            slope: self.slope * factor,
-            ..*self
-        }
-    }
-}
-
-impl PolygonShare {
-    fn none() -> Self {
-        let none = OfCell {
-            by_corners: [Vector3::zeros(); 4],
-            by_extents: [0.0; 4],
-        };
-        Self([none; 2])
-    }
-
-    /// Adds the elastic part, for a number with this derivative by the wrench on A about A's origin: with the velocity u of the
-    /// twist that the covector is, ∫ f ∇p_A·u dA as p_B grows by f|g|, and −∫ f ∇p_B·u dA as p_A does.
-    fn add_elastic(
-        &mut self,
-        polygon: &CutPolygon<f64>,
-        covector: &Vector6<f64>,
-        moduli: [f64; 2],
-        barycentric: &Barycentric,
-    ) {
-        let [slope_a, slope_b] = [&polygon.pressure_a.gradient, &polygon.plane.slopes[1]];
-        let by_growth_b = polygon.flow(slope_a, covector);
-        self.add_growth_of_b(polygon, moduli[1], [&by_growth_b; 2], &barycentric[1]);
-        let by_growth_a = polygon.flow(slope_b, covector).scaled(-1.0);
-        self.add_growth_of_a(polygon, moduli[0], [&by_growth_a; 2], &barycentric[0]);
-    }
-
-    /// Adds what follows from changes of p_B/|g|, by motions of the corners and by their extents.
-    pub fn add_growth_of_b(
-        &mut self,
-        polygon: &CutPolygon<f64>,
-        modulus: f64,
-        by_growth: [&AffineForm; 2],
-        barycentric: &[AffineField; 4],
-    ) {
-        let plane = &polygon.plane;
-        self.0[1].add(
-            &plane.slopes[1],
-            modulus * plane.yielding,
-            by_growth,
-            barycentric,
-        );
-    }
-
-    /// Adds what follows from changes of p_A, by motions of the corners and by their extents.
-    pub fn add_growth_of_a(
-        &mut self,
-        polygon: &CutPolygon<f64>,
-        modulus: f64,
-        by_growth: [&AffineForm; 2],
-        barycentric: &[AffineField; 4],
-    ) {
-        self.0[0].add(
-            &polygon.pressure_a.gradient,
-            modulus,
-            by_growth,
-            barycentric,
-        );
-    }
-
-    /// Adds what follows from the motion of a face (0 to 3 of A, 4 to 7 of B) along its normal.
-    pub fn add_motion_of_face(
-        &mut self,
-        face: usize,
-        normal: &Vector3<f64>,
-        by_speed: &AffineForm,
-        barycentric: &Barycentric,
-    ) {
-        let (body, opposite) = (face / 4, face % 4);
-        for corner in (0..4).filter(|&corner| corner != opposite) {
-            let speed = by_speed.of(&barycentric[body][corner]);
-            self.0[body].by_corners[corner] += normal * speed;
-        }
-    }
-}
-
-impl OfCell {
-    /// A corner that moves by δ takes λ `gradient`·δ from the field, and its extent adds λ `modulus`.
-    fn add(
-        &mut self,
-        gradient: &Vector3<f64>,
-        modulus: f64,
-        [by_motion, by_extent]: [&AffineForm; 2],
-        barycentric: &[AffineField; 4],
-    ) {
-        for (corner, coordinate) in barycentric.iter().enumerate() {
-            self.by_corners[corner] -= gradient * by_motion.of(coordinate);
-            self.by_extents[corner] += modulus * by_extent.of(coordinate);
-        }
-    }
-}
-
-impl CutPolygon<f64> {
-    /// f ↦ ∫ f a·u dA, where u is the velocity of a twist about the origin (its moment, then its force).
-    fn flow(&self, a: &Vector3<f64>, twist: &Vector6<f64>) -> AffineForm {
-        let (moment, force) = (twist.fixed_rows::<3>(0), twist.fixed_rows::<3>(3));
-        let moments = &self.moments;
-        let weight = self.weights.moving.area();
-        let at_reference = a.dot(&(force + moment.cross(&moments.reference)));
-        let gradient = a.cross(&moment);
-        let value = at_reference * moments.area + gradient.dot(&moments.first);
-        AffineForm {
-            at: moments.reference,
-            value: value * weight,
-            slope: (moments.first * at_reference + moments.second * gradient) * weight,
-        }
     }
 }

@@ -74,9 +74,8 @@ impl<T: Scalar> ContactPair<'_, T> {
     pub fn wrench_in_motion(&self, law: &SurfaceLaw<T>, twists: [Twist<T>; 2]) -> ContactWrench<T> {
         if Order::<T>::IS_FIRST {
             let motion = RelativeMotion::of(self, twists);
-            let linearisation = self
-                .real()
-                .linearisation_in_motion(&law.real(), &motion.real());
+            let real = self.real();
+            let (linearisation, ()) = real.linearisation_in_motion(&law.real(), &motion.real());
             let tangent = self.tangent_in_motion(law, &motion);
             return self.wrench_from_a(&linearisation.pushforward(&tangent));
         }
@@ -102,7 +101,7 @@ impl ContactPair<'_> {
     #[must_use]
     pub fn linearised(&self, law: &SurfaceLaw, twists: [Twist; 2]) -> LinearisedContact {
         let motion = RelativeMotion::of(self, twists);
-        let relative = self.real().linearisation_in_motion(law, &motion);
+        let (relative, ()) = self.real().linearisation_in_motion(law, &motion);
         relative.in_world(self, Some((&motion, &twists[1].angular)))
     }
 }

@@ -19,6 +19,11 @@ pub(crate) trait AnyWorld<T>: Send + Sync {
 
     /// Its forces by themselves.
     fn real_forces(&self) -> &dyn RealForces;
+
+    /// Whether there are any.
+    fn has_forces(&self) -> bool {
+        !self.real_forces().is_nothing()
+    }
 }
 
 /// Forces in `f64`, and with derivatives by the state of a body.

@@ -24,7 +24,7 @@ pub enum Motion<T = f64> {
 /// A shape with a name, a material, a motion and an initial state.
 ///
 /// A shape goes in as a [`Shape`](crate::contact::Shape), a [`RigidShape`](crate::contact::RigidShape) or a
-/// [`HalfSpace`](crate::contact::HalfSpace); the first two also in an `Arc`, to be shared by several bodies.
+/// [`HalfSpace`](crate::contact::HalfSpace), or in an `Arc` of one of them, to be shared by several bodies.
 #[derive(Debug, Clone)]
 pub struct Body<T = f64> {
     pub(super) name: String,
@@ -86,7 +86,7 @@ impl Body<f64> {
         material: Material,
         motion: Motion,
     ) -> Result<Self, WorldError> {
-        material.check_on(name, shape.is_rigid())?;
+        material.check_on(name, &shape)?;
         let initial = match &motion {
             Motion::Prescribed(path) => state_on(&**path, 0.0),
             Motion::Dynamic(_) | Motion::Fixed => BodyState {
@@ -144,7 +144,7 @@ impl Body<f64> {
 
     /// Checks that material, mass and initial state, at a time (s), are usable.
     pub(crate) fn check(&self, time: f64) -> Result<(), WorldError> {
-        self.material.check_on(&self.name, self.shape.is_rigid())?;
+        self.material.check_on(&self.name, &self.shape)?;
         if let Some(inertia) = self.inertia() {
             check_mass_number(&self.name, "mass", inertia.mass)?;
         }

@@ -1,10 +1,11 @@
 use super::{Mass, WorldError};
 use crate::contact::{HalfSpace, PartnerShape, RigidShape, Shape};
 use crate::geometry::Aabb;
-use crate::spatial::{MassProperties, Pose};
+use crate::spatial::{MassGradient, MassProperties, Pose};
+use nalgebra::Vector3;
 use std::sync::Arc;
 
-/// What a body is for contact.
+/// What a body is for contact. Any of the shapes becomes one by `into()`, an `Arc` of it too, so that bodies can share it.
 ///
 /// There is contact where at least one of two bodies is compliant and has a mesh: of rigid bodies and half-spaces among
 /// themselves there is none.
@@ -20,7 +21,7 @@ pub enum BodyShape {
 }
 
 impl BodyShape {
-    /// Whether it does not give way, so that its material has no modulus.
+    /// Whether it does not give way (a rigid body, or a half-space without a layer), so that its material has no modulus.
     #[must_use]
     pub fn is_rigid(&self) -> bool {
         self.partner().is_rigid()
@@ -35,7 +36,7 @@ impl BodyShape {
         }
     }
 
-    /// The box around it in the body frame; none around a half-space.
+    /// The smallest box around it in the body frame; `None` of a half-space, which has no end.
     #[must_use]
     pub fn bounds(&self) -> Option<Aabb> {
         match self {
@@ -45,12 +46,13 @@ impl BodyShape {
         }
     }
 
-    /// A box around it at a pose.
+    /// A box around it at a pose, in the world frame.
     pub(super) fn bounds_at(&self, pose: &Pose) -> Aabb {
         let bounds = self.bounds();
         bounds.map_or(Aabb::EVERYWHERE, |bounds| bounds.posed(pose))
     }
 
+    /// The shape as that of a body B.
     pub(super) fn partner(&self) -> PartnerShape<'_> {
         match self {
             Self::Compliant(shape) => PartnerShape::Compliant(shape),
@@ -59,7 +61,10 @@ impl BodyShape {
         }
     }
 
-    /// The mass properties of a body that forces move, if they are those of a solid.
+    /// The mass properties of a body of this shape that forces move.
+    ///
+    /// # Errors
+    /// If they are not those of a solid, or the shape is a half-space, which has no mass.
     pub(super) fn mass_properties(
         &self,
         body: &str,
@@ -77,6 +82,24 @@ impl BodyShape {
                 })
             }
             Self::HalfSpace(_) => Err(WorldError::Unbounded(body.to_owned())),
+        }
+    }
+
+    /// Volume (m³); infinite for a half-space.
+    pub(crate) fn volume(&self) -> f64 {
+        match self {
+            Self::Compliant(shape) => shape.field().mesh().volume(),
+            Self::Rigid(shape) => shape.surface().volume(),
+            Self::HalfSpace(_) => f64::INFINITY,
+        }
+    }
+
+    /// The derivatives by the vertices of a number with these by the mass properties at a density (kg/m³).
+    pub(crate) fn mass_gradient(&self, density: f64, gradient: &MassGradient) -> Vec<Vector3<f64>> {
+        match self {
+            Self::Compliant(shape) => shape.field().mesh().mass_gradient(density, gradient),
+            Self::Rigid(shape) => shape.surface().mass_gradient(density, gradient),
+            Self::HalfSpace(_) => Vec::new(),
         }
     }
 
@@ -119,5 +142,11 @@ impl From<Arc<RigidShape>> for BodyShape {
 impl From<HalfSpace> for BodyShape {
     fn from(shape: HalfSpace) -> Self {
         Self::HalfSpace(Arc::new(shape))
+    }
+}
+
+impl From<Arc<HalfSpace>> for BodyShape {
+    fn from(shape: Arc<HalfSpace>) -> Self {
+        Self::HalfSpace(shape)
     }
 }

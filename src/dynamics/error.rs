@@ -1,3 +1,4 @@
+use crate::contact::STEEPEST;
 use crate::spatial::PoseError;
 use crate::threads::Panicked;
 
@@ -16,6 +17,17 @@ pub enum WorldError {
         quantity: &'static str,
         /// Its value.
         value: f64,
+    },
+    /// The modulus of a body makes its pressure rise by more than contact can be computed with.
+    #[error(
+        "the pressure of body {body:?} rises by {slope:e} Pa/m, its hydroelastic modulus times the steepest gradient of its extent, but {most:e} Pa/m is the most that can be computed with",
+        most = STEEPEST
+    )]
+    Steep {
+        /// Name of the body.
+        body: String,
+        /// How fast the pressure rises (Pa/m).
+        slope: f64,
     },
     /// A rigid body has a material with a modulus.
     #[error(

@@ -49,6 +49,14 @@ impl Inertia<f64> {
     }
 }
 
+impl<T> Inertia<T> {
+    /// The inertia tensor over the mass (m²) about the centre of mass, in the axes of the body frame.
+    pub(crate) fn per_mass(&self) -> Matrix3<f64> {
+        let PrincipalInertia { moments, axes } = &self.principal;
+        axes * Matrix3::from_diagonal(moments) * axes.transpose()
+    }
+}
+
 impl<T: Scalar> Inertia<T> {
     /// The inertia without derivatives.
     pub(super) fn real(&self) -> Inertia {

@@ -1,20 +1,20 @@
-use super::WorldError;
-use crate::contact::SurfaceLaw;
+use super::{BodyShape, WorldError};
+use crate::contact::{STEEPEST, SurfaceLaw};
 use crate::scalar::{Scalar, lift, real_part};
 
-/// The skin of a body.
+/// What a body's surface is made of: how stiff, damping and rough it is in contact.
 #[derive(Debug, Clone, Copy)]
 pub struct Material<T = f64> {
     /// Hydroelastic modulus (Pa), positive: pressure is modulus × extent. A rigid body has none.
     pub modulus: Option<T>,
-    /// Hunt–Crossley dissipation (s/m), not negative.
+    /// Hunt–Crossley dissipation (s/m), not negative. That of a rigid body has no effect.
     pub dissipation: T,
     /// Coefficient of friction, not negative.
     pub friction: T,
 }
 
 impl Material<f64> {
-    /// Without dissipation and friction.
+    /// That of a compliant body with this hydroelastic modulus (Pa), without dissipation and friction.
     #[must_use]
     pub fn elastic(modulus: f64) -> Self {
         Self {
@@ -69,12 +69,12 @@ impl<T: Scalar> Material<T> {
         }
     }
 
-    /// The law of two surfaces. Each body dissipates in the measure in which it gives way, so the
-    /// dissipations are weighted with the *other* body's modulus, and a rigid body dissipates nothing; the coefficients of friction enter
-    /// by their harmonic mean. A body without friction makes the pair frictionless.
+    /// The law of two surfaces. Each body dissipates in the measure in which it gives way, so the dissipations are weighted with
+    /// the *other* body's modulus, and a rigid body dissipates nothing. The coefficients of friction enter by their harmonic
+    /// mean: a body without friction makes the pair frictionless. The slip tolerance (m/s) is taken as it is, unchecked.
     ///
-    /// Where both coefficients a and b are 0, the mean 2ab/(a + b) has directional derivatives, but no
-    /// derivative: dual numbers get 0, which is right by one of the two alone.
+    /// Where both coefficients a and b are 0, the mean 2ab/(a + b) has directional derivatives, but no derivative: dual
+    /// numbers get 0, which is right by one of the two alone.
     #[must_use]
     pub fn law_with(&self, other: &Self, slip_tolerance: f64) -> SurfaceLaw<T> {
         let dissipation = match (self.modulus, other.modulus) {
@@ -98,22 +98,27 @@ impl<T: Scalar> Material<T> {
         }
     }
 
-    /// Checks that all numbers are in range, and that a body has a modulus unless it is rigid.
-    pub(super) fn check_on(&self, body: &str, is_rigid: bool) -> Result<(), WorldError> {
-        if is_rigid && self.modulus.is_some() {
-            return Err(WorldError::RigidWithModulus(body.to_owned()));
+    /// Checks that all numbers are in range on a body of this shape, which has a modulus unless it is rigid.
+    pub(super) fn check_on(&self, body: &str, shape: &BodyShape) -> Result<(), WorldError> {
+        let body = || body.to_owned();
+        match (shape.is_rigid(), self.modulus) {
+            (true, Some(_)) => return Err(WorldError::RigidWithModulus(body())),
+            (false, None) => return Err(WorldError::NoModulus(body())),
+            (true, None) | (false, Some(_)) => {}
         }
-        if !is_rigid && self.modulus.is_none() {
-            return Err(WorldError::NoModulus(body.to_owned()));
-        }
-        match self.number_out_of_range() {
-            None => Ok(()),
-            Some((quantity, value)) => Err(WorldError::Material {
-                body: body.to_owned(),
+        if let Some((quantity, value)) = self.number_out_of_range() {
+            return Err(WorldError::Material {
+                body: body(),
                 quantity,
                 value,
-            }),
+            });
         }
+        let slope = self.modulus.map_or(0.0, real_part) * shape.partner().steepest();
+        if slope > STEEPEST {
+            let body = body();
+            return Err(WorldError::Steep { body, slope });
+        }
+        Ok(())
     }
 
     /// The first number that no material has, by its name.

@@ -129,10 +129,10 @@ impl<T: Scalar> Rollout<T> {
         self.recorded_with(|_, _| {})
     }
 
-    /// The same, showing every state, after no step too, with the number of steps taken.
-    pub(crate) fn recorded_with(mut self, mut show: impl FnMut(usize, &State<T>)) -> Recorded<T> {
+    /// The same, showing how far it has come before and after every step, with the number of steps taken.
+    pub(crate) fn recorded_with(mut self, mut show: impl FnMut(usize, &Steps<T>)) -> Recorded<T> {
         let mut trajectory = Trajectory::starting_with(self.state().clone());
-        show(0, self.state());
+        show(0, &self.steps);
         match contained(|| self.record(&mut trajectory, show)) {
             Ok(()) => Ok(trajectory),
             Err(error) => Err(Interrupted { error, trajectory }),
@@ -142,16 +142,16 @@ impl<T: Scalar> Rollout<T> {
     fn record(
         &mut self,
         trajectory: &mut Trajectory<T>,
-        mut show: impl FnMut(usize, &State<T>),
+        mut show: impl FnMut(usize, &Steps<T>),
     ) -> Result<(), RolloutError> {
         for step in 1..=self.plan.steps() {
             if self.is_stopped() {
                 return Err(RolloutError::Stopped);
             }
-            let state = self.steps.advance(&*self.world, &self.plan)?;
-            show(step, state);
+            self.steps.advance(&*self.world, &self.plan)?;
+            show(step, &self.steps);
             if self.plan.records(step) {
-                trajectory.push(state.clone());
+                trajectory.push(self.steps.state.clone());
             }
             if let Some(count) = &self.count {
                 count.fetch_add(1, Ordering::Relaxed);

@@ -115,7 +115,7 @@ impl<T: Scalar> State<T> {
 
 impl State {
     /// The constant state.
-    pub(super) fn lifted<T: Scalar>(&self) -> State<T> {
+    pub(crate) fn lifted<T: Scalar>(&self) -> State<T> {
         State {
             time: self.time,
             bodies: self.bodies.iter().map(BodyState::lifted).collect(),

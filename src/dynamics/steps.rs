@@ -1,26 +1,35 @@
 use super::any_world::AnyWorld;
-use super::implicit::{Memory, Scheme, Step, Stuck};
+use super::implicit::{Memory, Scheme, Step, Trace};
 use super::integrator::{Kind, Splitting};
 use super::system::System;
 use super::workspace::Workspace;
 use super::{Body, Motion, Plan, RolloutError, State};
 use crate::scalar::Scalar;
+use nalgebra::Vector6;
 use std::mem;
 
 /// The state that a world's steps have led to.
 #[derive(Debug, Clone)]
-pub(super) struct Steps<T> {
-    pub state: State<T>,
+pub(crate) struct Steps<T> {
+    pub(super) state: State<T>,
     /// The next state while it is computed; `state` stays until that one is known to be finite.
     next: State<T>,
     workspace: Workspace<T>,
     /// What implicit steps keep; none before the first.
-    pub memory: Option<Memory>,
+    pub(super) memory: Option<Memory>,
     /// Time (s) of the state that steps are counted from.
     start: f64,
     /// Steps taken since then.
     taken: usize,
-    pub has_failed: bool,
+    pub(super) has_failed: bool,
+}
+
+/// What steps need to go on with the same bits.
+#[derive(Debug, Clone)]
+pub(super) struct Checkpoint {
+    pub state: State,
+    /// The wrench on each body at the end of the last step, if that was implicit.
+    acting: Option<Vec<Option<Vector6<f64>>>>,
 }
 
 impl<T: Scalar> From<State<T>> for Steps<T> {
@@ -38,18 +47,34 @@ impl<T: Scalar> From<State<T>> for Steps<T> {
 }
 
 impl Steps<f64> {
-    /// The steps of a world's rollout by explicit steps, so many of which have led to a state.
-    pub fn resumed(state: State, world: &dyn AnyWorld<f64>, taken: usize) -> Self {
+    /// The steps of a world's rollout, so many of which have led here.
+    pub(super) fn resumed(here: &Checkpoint, world: &dyn AnyWorld<f64>, taken: usize) -> Self {
+        let acting = here.acting.as_ref();
+        let memory = acting.map(|acting| Memory::of(world).with(acting.clone()));
         Self {
             start: world.system().start,
+            memory,
             taken,
-            ..Self::from(state)
+            ..Self::from(here.state.clone())
         }
+    }
+
+    pub(super) fn checkpoint(&self) -> Checkpoint {
+        let memory = self.memory.as_ref();
+        Checkpoint {
+            state: self.state.clone(),
+            acting: memory.map(|memory| memory.acting.clone()),
+        }
+    }
+
+    /// The ways that the islands of an implicit step have gone in the last one.
+    pub(super) fn traces(&self) -> &[Trace] {
+        self.memory.as_ref().map_or(&[], |memory| &memory.traces)
     }
 }
 
 impl<T: Scalar> Steps<T> {
-    pub fn advance(
+    pub(super) fn advance(
         &mut self,
         world: &dyn AnyWorld<T>,
         plan: &Plan,
@@ -102,21 +127,8 @@ impl<T: Scalar> Steps<T> {
             end,
         };
         let stuck = memory.advance(world, &mut self.next, &step).err();
-        let name = |body: usize| world.system().bodies[body].name().to_owned();
         let (step, start) = (self.taken + 1, self.state.time);
-        self.stop_at(stuck.map(|stuck| match stuck {
-            Stuck::Path { body, time } => RolloutError::PathNotFinite {
-                step,
-                time,
-                body: name(body),
-            },
-            Stuck::Unsolved { body, duration } => RolloutError::NotSolved {
-                step,
-                time: start,
-                body: name(body),
-                shortest: duration,
-            },
-        }))
+        self.stop_at(stuck.map(|stuck| stuck.into_error(world.system(), (step, start))))
     }
 
     /// Ends the rollout by an error, if there is one.

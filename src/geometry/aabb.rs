@@ -96,7 +96,7 @@ impl Aabb {
         })
     }
 
-    /// Centre of the box (m).
+    /// Center of the box (m).
     #[must_use]
     pub fn center(&self) -> Vector3<f64> {
         (self.lower + self.upper) * 0.5

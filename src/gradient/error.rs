@@ -89,9 +89,11 @@ pub enum GradientError {
         /// Name of the body.
         body: String,
     },
-    /// Steps of this kind are not taken backwards.
-    #[error("implicit steps are differentiated forwards alone")]
-    NoReverse,
+    /// Derivatives by a centre of mass in a world whose forces may depend on it.
+    #[error(
+        "the derivatives by the mass properties of body {0:?} are not known, because forces act that may depend on its centre of mass"
+    )]
+    ForcesByCenter(String),
     /// Derivatives by recorded states do not pair up with the states.
     #[error(
         "derivatives by {states} recorded states of {bodies} bodies each were expected, but those given are by {}",

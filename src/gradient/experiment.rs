@@ -140,7 +140,7 @@ impl Experiment {
         }
     }
 
-    /// A loss and its gradient, forwards or backwards, whichever is expected to be faster.
+    /// A loss and its gradient: forwards by up to 96 numbers, backwards by more, which is faster then, if steps are explicit.
     ///
     /// # Errors
     /// As [`Self::gradient_by`].
@@ -149,14 +149,14 @@ impl Experiment {
         parameters: &[Parameter],
         loss: &impl Outcome,
     ) -> Result<(f64, DVector<f64>), GradientError> {
-        self.gradient_by(self.mode_for(parameters), parameters, loss)
+        self.gradient_by(Mode::of_gradient_by(parameters), parameters, loss)
     }
 
     /// A loss and its gradient.
     ///
     /// # Errors
-    /// As [`Self::jacobian`], and if the outcome is not one number. Backwards also if steps are implicit; derivatives that are
-    /// not finite are told by [`GradientError::BackwardNotFinite`].
+    /// As [`Self::jacobian`], and if the outcome is not one number. Backwards, derivatives that are not finite are told by
+    /// [`GradientError::BackwardNotFinite`].
     pub fn gradient_by(
         &self,
         mode: Mode,

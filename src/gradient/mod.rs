@@ -56,6 +56,7 @@ mod outcome_covectors;
 mod parameter;
 mod passes;
 mod reverse;
+mod rollout_gradient;
 #[cfg(feature = "serde")]
 mod serial;
 mod widths;
@@ -65,7 +66,8 @@ pub use check::DifferenceCheck;
 pub use error::GradientError;
 pub use experiment::{Experiment, OutcomeJacobian};
 pub use linearised::LinearisedRollout;
-pub use outcome::{FinalPosition, FinalState, Outcome, RecordedStates};
+pub use outcome::{FinalPosition, FinalState, Integral, Outcome, Rate, RecordedStates};
 pub use parameter::Parameter;
 pub use reverse::Mode;
+pub use rollout_gradient::{Keeping, RolloutGradient};
 pub use wrench_jacobian::dual_wrench_jacobian;

@@ -1,5 +1,5 @@
 use crate::dynamics::{Force, State, Trajectory, World, WorldError};
-use crate::scalar::Scalar;
+use crate::scalar::{Scalar, lift};
 
 /// What is read from a trajectory: a loss (one number), residuals, or a state.
 ///
@@ -30,6 +30,64 @@ use crate::scalar::Scalar;
 pub trait Outcome: Sync {
     /// The numbers of interest: always as many, whatever the trajectory's values.
     fn of<T: Scalar>(&self, trajectory: &Trajectory<T>) -> Vec<T>;
+
+    /// What one recorded state adds, of those at these times (s), if the outcome is a sum over them: then a gradient
+    /// backwards of an outcome that looks at many states takes a time in proportion to their number, not to its square. None
+    /// unless an outcome says so.
+    fn share<T: Scalar>(&self, times: &[f64], record: usize, state: &State<T>) -> Option<Vec<T>> {
+        let _ = (times, record, state);
+        None
+    }
+}
+
+/// What is added up along the way, as an effort or a distance from a path: see [`Integral`].
+pub trait Rate: Sync {
+    /// Its value at a state (the unit of the integral over s).
+    fn at<T: Scalar>(&self, state: &State<T>) -> T;
+}
+
+/// The integral of a rate over time, by the trapezoidal rule over the recorded states: one number.
+///
+/// ```
+/// use hydroelastic::dynamics::State;
+/// use hydroelastic::gradient::{Integral, Rate};
+/// use hydroelastic::scalar::Scalar;
+///
+/// /// Squared speed (m²/s²) of a body.
+/// struct Haste(usize);
+///
+/// impl Rate for Haste {
+///     fn at<T: Scalar>(&self, state: &State<T>) -> T {
+///         let velocity = state.bodies[self.0].velocity();
+///         velocity.dot(velocity)
+///     }
+/// }
+/// let outcome = Integral(Haste(0));
+/// ```
+#[derive(Debug, Clone, Copy)]
+pub struct Integral<R>(pub R);
+
+impl<R: Rate> Outcome for Integral<R> {
+    fn of<T: Scalar>(&self, trajectory: &Trajectory<T>) -> Vec<T> {
+        let states = trajectory.states();
+        let times: Vec<f64> = states.iter().map(|state| state.time).collect();
+        let mut sum = lift::<T>(0.0);
+        for (record, state) in states.iter().enumerate() {
+            sum += self.0.at(state) * weight(&times, record);
+        }
+        vec![sum]
+    }
+
+    fn share<T: Scalar>(&self, times: &[f64], record: usize, state: &State<T>) -> Option<Vec<T>> {
+        Some(vec![self.0.at(state) * weight(times, record)])
+    }
+}
+
+/// The time (s) that a record counts for: half of that to the one before it and to the one after it.
+fn weight(times: &[f64], record: usize) -> f64 {
+    let before = times[record.saturating_sub(1)];
+    let after = times[(record + 1).min(times.len() - 1)];
+    0.5 * (after - before)
 }
 
 /// A body's last position (m): 3 numbers.

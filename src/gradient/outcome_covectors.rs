@@ -71,12 +71,19 @@ pub(super) fn of_outcome(
     };
     let moves = |body: &usize| !matches!(system.bodies[*body].motion, Motion::Prescribed(_));
     let bodies: Vec<usize> = (0..system.bodies.len()).filter(moves).collect();
-    let records = 0..trajectory.states().len();
-    let all: Vec<Seen> = records
-        .flat_map(|record| bodies.iter().map(move |&body| Seen { record, body }))
-        .collect();
-    let mut found = Vec::new();
-    Looked { loss, trajectory }.look(&all, &mut found);
+    let looked = Looked {
+        loss,
+        trajectory,
+        times: trajectory.states().iter().map(|state| state.time).collect(),
+    };
+    let (mut all, mut found) = (Vec::new(), Vec::new());
+    for record in 0..trajectory.states().len() {
+        let states: Vec<Seen> = bodies.iter().map(|&body| Seen { record, body }).collect();
+        if looked.look_at_share(&states, &mut found).is_none() {
+            all.extend(states);
+        }
+    }
+    looked.look(&all, &mut found);
     Ok((value, RecordedCovectors(found)))
 }
 
@@ -84,22 +91,15 @@ pub(super) fn of_outcome(
 struct Looked<'a> {
     loss: &'a dyn DifferentiableOutcome,
     trajectory: &'a Trajectory,
+    times: Vec<f64>,
 }
 
 impl Looked<'_> {
     /// Finds the derivatives by those of the states that matter.
     fn look(&self, states: &[Seen], found: &mut Vec<(Seen, StateCovector)>) {
         if states.len() <= AT_ONCE {
-            let seeds = |place: usize| {
-                SVector::from_fn(|i, _| DenseDual::<WIDE>::variable(0.0, LOCAL * place + i))
-            };
             let slopes = self.slopes::<WIDE>(self.loss, states.iter().copied().enumerate(), seeds);
-            for (place, &seen) in states.iter().enumerate() {
-                let by_state = SVector::<f64, LOCAL>::from_fn(|i, _| slopes[LOCAL * place + i]);
-                if by_state.iter().any(|&slope| slope != 0.0) {
-                    found.push((seen, StateCovector::from_vector(&by_state)));
-                }
-            }
+            keep(states, &slopes, found);
             return;
         }
         let size = states.len().div_ceil(NARROW);
@@ -119,6 +119,21 @@ impl Looked<'_> {
         }
     }
 
+    /// The derivatives by the states of bodies in one record, if the loss is a sum over records.
+    fn look_at_share(&self, states: &[Seen], found: &mut Vec<(Seen, StateCovector)>) -> Option<()> {
+        let loss: &dyn OutcomeIn<DenseDual<WIDE>> = self.loss;
+        for states in states.chunks(AT_ONCE) {
+            let record = states[0].record;
+            let mut state = self.trajectory.states()[record].lifted();
+            for (place, seen) in states.iter().enumerate() {
+                displace(&mut state, seen.body, &seeds(place));
+            }
+            let numbers = loss.share_of(&self.times, record, &state)?;
+            keep(states, &numbers.first()?.eps, found);
+        }
+        Some(())
+    }
+
     /// The derivatives of the loss, where the states in a list are seeded.
     fn slopes<const WIDTH: usize>(
         &self,
@@ -132,6 +147,21 @@ impl Looked<'_> {
         }
         let numbers = loss.of_trajectory(&trajectory);
         numbers.first().map_or([0.0; WIDTH], |number| number.eps)
+    }
+}
+
+/// Seeds for the state of one body among several.
+fn seeds(place: usize) -> SVector<DenseDual<WIDE>, LOCAL> {
+    SVector::from_fn(|i, _| DenseDual::variable(0.0, LOCAL * place + i))
+}
+
+/// Keeps the derivatives by states, seeded one after the other, that are not all zero.
+fn keep(states: &[Seen], slopes: &[f64; WIDE], found: &mut Vec<(Seen, StateCovector)>) {
+    for (place, &seen) in states.iter().enumerate() {
+        let by_state = SVector::<f64, LOCAL>::from_fn(|i, _| slopes[LOCAL * place + i]);
+        if by_state.iter().any(|&slope| slope != 0.0) {
+            found.push((seen, StateCovector::from_vector(&by_state)));
+        }
     }
 }
 

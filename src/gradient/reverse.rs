@@ -1,8 +1,8 @@
 use super::experiment::{changed, checked_dimension};
 use super::outcome_covectors::{RecordedCovectors, of_outcome};
 use super::parameter::check_together;
-use super::widths::{DifferentiableOutcome, MIDDLE};
-use super::{Experiment, GradientError, Parameter};
+use super::widths::{DifferentiableOutcome, WIDE};
+use super::{Experiment, GradientError, Outcome, Parameter, RolloutGradient};
 use crate::dynamics::{
     AnyWorld, Reversal, RolloutError, StateCovector, System, SystemGradient, Tape, Trajectory,
     WithSystem,
@@ -23,20 +23,19 @@ pub enum Mode {
     Reverse,
 }
 
-impl Experiment {
-    /// How [`Self::gradient`] differentiates by these parameters: backwards, where that is possible and more than one narrow
-    /// rollout forwards would be needed.
-    #[must_use]
-    pub fn mode_for(&self, parameters: &[Parameter]) -> Mode {
+impl Mode {
+    /// For a gradient: backwards where more than one rollout forwards would be needed (`cargo bench --bench reverse`).
+    pub(super) fn of_gradient_by(parameters: &[Parameter]) -> Self {
         let count: usize = parameters.iter().map(Parameter::dimension).sum();
-        let is_explicit = Reversal::of(self.world(), self.plan()).is_some();
-        if is_explicit && count > MIDDLE {
-            Mode::Reverse
+        if count > WIDE {
+            Self::Reverse
         } else {
-            Mode::Forward
+            Self::Forward
         }
     }
+}
 
+impl Experiment {
     /// The derivatives of a number by the parameters, from those by the recorded states: the transpose of the Jacobian of all
     /// states, times a vector, in a time that does not depend on the number of parameters. For losses that are differentiated
     /// elsewhere, by a program for automatic differentiation.
@@ -63,7 +62,7 @@ impl Experiment {
     /// ```
     ///
     /// # Errors
-    /// - If a parameter is not one of the world's, the rollout ends early, or steps are implicit.
+    /// - If a parameter is not one of the world's, or the rollout ends early.
     /// - [`GradientError::CovectorCount`] if there are not as many derivatives as recorded states and bodies.
     /// - [`GradientError::BackwardNotFinite`] if one is not finite, or the sweep meets one that is not.
     /// - [`GradientError::NoFriction`] as of [`Self::jacobian`].
@@ -73,8 +72,10 @@ impl Experiment {
         by_states: impl FnOnce(&Trajectory) -> Vec<Vec<StateCovector>>,
     ) -> Result<DVector<f64>, GradientError> {
         let ((), found) = self.pulled_back(parameters, |_, trajectory| {
-            let by_states = by_states(trajectory);
-            Ok(((), RecordedCovectors::new(by_states, trajectory)?))
+            Ok((
+                (),
+                RecordedCovectors::new(by_states(trajectory), trajectory)?,
+            ))
         })?;
         Ok(found)
     }
@@ -101,40 +102,60 @@ impl Experiment {
         // Bodies whose friction is a parameter rub, even without any.
         let system = changed(self.system(), parameters, &vec![0.0; count]);
         let world = WithSystem::<f64>::with_system(self.world(), system);
-        let (value, gradient) = contained(|| {
-            let reversal = Reversal::of(&*world, self.plan()).ok_or(GradientError::NoReverse)?;
-            let mut tape = Tape::new(&*world, self.plan());
-            let trajectory = self.taped(&world, &mut tape)?;
-            let (value, by_states) = read(world.system(), &trajectory)?;
-            Ok::<_, GradientError>((value, self.sweep(reversal, tape, by_states)?))
-        })?;
+        let (value, gradient) = contained(|| self.sweep(&world, read, false))?;
         let numbers = parameters
             .iter()
             .flat_map(|it| it.own(self.system(), &gradient));
         Ok((value, DVector::from_iterator(count, numbers)))
     }
 
-    /// The derivatives by all that a rollout depends on, from those by its recorded states.
-    fn sweep(
+    /// A loss and its derivatives by all that the rollout depends on, the shapes of all bodies among them: by a sweep back from
+    /// the outcome.
+    ///
+    /// Those by dissipation and friction of two bodies of which neither has any are not known, and 0.
+    ///
+    /// # Errors
+    /// As [`Self::gradient_by`] backwards.
+    pub fn gradient_by_all(&self, loss: &impl Outcome) -> Result<RolloutGradient, GradientError> {
+        let world = WithSystem::<f64>::with_system(self.world(), self.system().clone());
+        let read = |system: &_, trajectory: &_| of_outcome(loss, system, trajectory);
+        let (value, gradient) = contained(|| self.sweep(&world, read, true))?;
+        Ok(RolloutGradient {
+            value,
+            system: self.system().clone(),
+            gradient,
+            has_forces: world.has_forces(),
+        })
+    }
+
+    /// What is read from the rollout of a world, and the derivatives by all that it depends on.
+    fn sweep<V>(
         &self,
-        mut reversal: Reversal,
-        mut tape: Tape,
-        mut by_states: RecordedCovectors,
-    ) -> Result<SystemGradient, GradientError> {
+        world: &Arc<dyn AnyWorld<f64>>,
+        read: impl FnOnce(&System, &Trajectory) -> Result<(V, RecordedCovectors), GradientError>,
+        by_shapes: bool,
+    ) -> Result<(V, SystemGradient), GradientError> {
         let plan = self.plan();
-        by_states.add_to(plan.steps().div_ceil(plan.record_every()), &mut reversal);
+        let mut reversal = Reversal::of(&**world, plan);
+        if by_shapes {
+            reversal = reversal.with_shapes();
+        }
+        let mut tape = Tape::new(&**world, plan);
+        let trajectory = self.taped(world, &mut tape)?;
+        let (value, mut by_states) = read(world.system(), &trajectory)?;
+        by_states.add_to(trajectory.states().len() - 1, &mut reversal);
         for step in (1..=plan.steps()).rev() {
             if self.is_stopped() {
                 return Err(RolloutError::Stopped.into());
             }
             self.check_finite(&reversal, step + 1)?;
-            reversal.step_back(tape.back_to(step - 1)?);
+            reversal.step_back(step, tape.back_to(step - 1)?)?;
             if plan.records(step - 1) {
                 by_states.add_to((step - 1) / plan.record_every(), &mut reversal);
             }
         }
         self.check_finite(&reversal, 1)?;
-        Ok(reversal.finished())
+        Ok((value, reversal.finished()))
     }
 
     /// The rollout of a world, with its states on a tape.
@@ -144,7 +165,7 @@ impl Experiment {
         tape: &mut Tape,
     ) -> Result<Trajectory, GradientError> {
         let rollout = self.rollout_of(Arc::clone(world));
-        Ok(rollout.recorded_with(|taken, state| tape.keep(taken, state))?)
+        Ok(rollout.recorded_with(|taken, steps| tape.keep(taken, steps))?)
     }
 
     fn check_finite(&self, reversal: &Reversal, step: usize) -> Result<(), GradientError> {

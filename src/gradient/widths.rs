@@ -2,7 +2,7 @@
 //! outcome. All else of an experiment is compiled once, in this library.
 
 use super::Outcome;
-use crate::dynamics::{AnyWorld, Force, Trajectory, WithSystem, World};
+use crate::dynamics::{AnyWorld, Force, State, Trajectory, WithSystem, World};
 use crate::scalar::{DenseDual, Scalar};
 
 /// Widths of the dual numbers that parameters are seeded in: the narrowest that holds them all, or the widest several times.
@@ -27,11 +27,18 @@ impl<F: Force> DifferentiableWorld for World<f64, F> {}
 pub(super) trait OutcomeIn<T>: Sync {
     /// The numbers of interest.
     fn of_trajectory(&self, trajectory: &Trajectory<T>) -> Vec<T>;
+
+    /// What one recorded state adds to them, if they are a sum.
+    fn share_of(&self, times: &[f64], record: usize, state: &State<T>) -> Option<Vec<T>>;
 }
 
 impl<T: Scalar, O: Outcome> OutcomeIn<T> for O {
     fn of_trajectory(&self, trajectory: &Trajectory<T>) -> Vec<T> {
         self.of(trajectory)
+    }
+
+    fn share_of(&self, times: &[f64], record: usize, state: &State<T>) -> Option<Vec<T>> {
+        self.share(times, record, state)
     }
 }
 

@@ -59,7 +59,7 @@ pub fn field_from_polyhedron(polyhedron: &ConvexPolyhedron) -> Result<PressureFi
 }
 
 /// The field of the solid inside a triangle mesh of parry (m), by [`shapes::star_shaped`]: closed, turned
-/// outwards, and seen as a whole from the centre of its volume. Vertices at exactly the same place are
+/// outwards, and seen as a whole from the center of its volume. Vertices at exactly the same place are
 /// joined.
 ///
 /// # Errors

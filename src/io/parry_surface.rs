@@ -3,8 +3,8 @@ use nalgebra::Vector3;
 use parry3d_f64::math::Vec3;
 use parry3d_f64::shape::{Shape, ShapeType, TypedShape};
 
-/// How many segments a circle can have: with fewer there is no solid, and with more a sphere has no triangles
-/// that a `u32` counts.
+/// How many segments a circle can have: with fewer there is no solid, and with many more a sphere has more triangles than a
+/// `u32` counts.
 const SEGMENTS: std::ops::RangeInclusive<u32> = 4..=4096;
 
 /// Why a shape of parry does not become a rigid surface.
@@ -13,7 +13,8 @@ const SEGMENTS: std::ops::RangeInclusive<u32> = 4..=4096;
 pub enum ShapeError {
     /// There are no triangles around a shape of this kind.
     #[error(
-        "a shape of the kind {kind:?} cannot become a surface: balls, cuboids, capsules, cylinders, cones, convex polyhedra and triangle meshes can"
+        "a shape of the kind {kind:?} cannot become a surface: balls, cuboids, capsules, cylinders, cones, convex polyhedra \
+         and triangle meshes can"
     )]
     Unsupported {
         /// What it is.
@@ -38,8 +39,8 @@ pub enum ShapeError {
 /// triangle mesh that is closed and turned outwards.
 ///
 /// Balls, capsules, cylinders and cones become polyhedra inside of them, with `segments` (4 to 4096) to a circle and about
-/// half as many from pole to pole; of the other shapes the number means nothing. Vertices at exactly the same place become
-/// one.
+/// half as many from pole to pole. For the other shapes the number means nothing, and any from 4 to 4096 will do. Vertices at
+/// exactly the same place become one.
 ///
 /// ```
 /// use hydroelastic::io::surface_from_shape;

@@ -15,7 +15,7 @@ pub(super) fn distances(mesh: &TetMesh) -> Vec<f64> {
 }
 
 /// Over the largest of them: in [0, 1]. All zero where no vertex lies inside.
-pub(super) fn normalised(mut distances: Vec<f64>) -> Vec<f64> {
+pub(super) fn normalized(mut distances: Vec<f64>) -> Vec<f64> {
     let largest = distances.iter().copied().fold(0.0, f64::max);
     if largest > 0.0 {
         for distance in &mut distances {

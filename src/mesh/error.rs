@@ -95,6 +95,14 @@ pub enum MeshError {
         /// The extent.
         value: f64,
     },
+    /// The extents of a tetrahedron are so large, or it is so small, that its gradient is beyond double precision.
+    #[error(
+        "the extent in tetrahedron {tet} rises by more per meter than double precision can hold"
+    )]
+    SteepField {
+        /// Index of the tetrahedron.
+        tet: usize,
+    },
     /// All four extents of a tetrahedron are zero: no pressure would ever rise there.
     #[error(
         "tetrahedron {tet} has extent 0 at all four corners, so it would carry no pressure; TetMesh::with_inner_vertices puts a vertex inside each tetrahedron whose corners all lie on the surface"
@@ -162,9 +170,9 @@ pub enum MeshError {
         /// Diagonal (m) of the smallest box around the triangles.
         diagonal: f64,
     },
-    /// A closed surface is so large that its volume, or the centre of it, is beyond double precision.
+    /// A closed surface is so large that its volume, or the center of it, is beyond double precision.
     #[error(
-        "the triangles lie in a box of diagonal {diagonal:e} m, and the volume in them or its centre is beyond double precision"
+        "the triangles lie in a box of diagonal {diagonal:e} m, and the volume in them or its center is beyond double precision"
     )]
     SurfaceTooLarge {
         /// Diagonal (m) of the smallest box around the triangles.

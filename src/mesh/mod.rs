@@ -18,6 +18,7 @@
 //! # Ok::<(), hydroelastic::mesh::MeshError>(())
 //! ```
 
+mod coordinates;
 mod distance;
 mod error;
 mod mass;

@@ -1,11 +1,11 @@
-use super::{MeshError, TetMesh, distance, skin, splitting};
+use super::{MeshError, TetMesh, coordinates, distance, skin, splitting};
 use crate::geometry::{AffineField, FACES, Tetrahedron};
 use crate::threads;
 
 /// A tetrahedral mesh with an extent on every vertex: 0 on the surface, positive inside.
 ///
 /// The pressure is the hydroelastic modulus (Pa) times the extent, linear in each tetrahedron.
-/// Where extents are normalised to a largest value of 1, the modulus is the largest pressure.
+/// Where extents are normalized to a largest value of 1, the modulus is the largest pressure.
 #[derive(Debug, Clone)]
 pub struct PressureField {
     mesh: TetMesh,
@@ -31,7 +31,7 @@ pub struct FieldTet {
     pub barycentric: [AffineField; 4],
     /// Norm of the extent's gradient (1/m).
     pub steepness: f64,
-    /// Σ eᵢ·|∇λᵢ| (1/m): bound of the extent's error per metre of error in a coordinate. It means something on plateaus
+    /// Σ eᵢ·|∇λᵢ| (1/m): bound of the extent's error per meter of error in a coordinate. It means something on plateaus
     /// too, where the gradient is round-off.
     pub sensitivity: f64,
     /// Norms of the gradients of the barycentric coordinates (1/m): one over each height.
@@ -45,8 +45,8 @@ impl PressureField {
     /// From the extent of each vertex (any unit: pressure = modulus × extent).
     ///
     /// # Errors
-    /// If an extent is negative or not finite, is not 0 on the surface, or if a tetrahedron has
-    /// extent 0 at all corners.
+    /// If an extent is negative or not finite, is not 0 on the surface, rises by more per meter than double precision can
+    /// hold, or if a tetrahedron has extent 0 at all corners.
     pub fn new(mesh: TetMesh, extents: Vec<f64>) -> Result<Self, MeshError> {
         let field = Self::with_inert_tets(mesh, extents)?;
         match field.tets.iter().position(FieldTet::is_inert) {
@@ -59,25 +59,24 @@ impl PressureField {
     /// corners: they are part of the body's mass, but nothing that enters them is pushed back.
     ///
     /// # Errors
-    /// If an extent is negative or not finite, or is not 0 on the surface.
+    /// If an extent is negative or not finite, is not 0 on the surface, or rises by more per meter than double precision can
+    /// hold.
     pub fn with_inert_tets(mesh: TetMesh, extents: Vec<f64>) -> Result<Self, MeshError> {
         check_extents(&mesh, &extents)?;
         let tets = threads::values_of(mesh.tet_count(), |tet| {
             let corner_extents = mesh.tets()[tet].map(|vertex| extents[vertex]);
             FieldTet::new(tet, mesh.tetrahedron(tet), corner_extents)
         });
+        if let Some(tet) = tets.iter().position(|tet| !tet.sensitivity.is_finite()) {
+            return Err(MeshError::SteepField { tet });
+        }
         let steepest = tets.iter().map(|tet| tet.steepness).fold(0.0, f64::max);
-        let reach = mesh
-            .vertices()
-            .iter()
-            .map(nalgebra::Matrix::norm)
-            .fold(0.0, f64::max);
         Ok(Self {
+            reach: coordinates::reach(mesh.vertices()),
             mesh,
             extents,
             tets,
             steepest,
-            reach,
         })
     }
 
@@ -89,12 +88,12 @@ impl PressureField {
     /// As [`Self::new`].
     pub fn from_distance(mesh: &TetMesh) -> Result<Self, MeshError> {
         let mesh = splitting::with_inner_vertices(mesh)?.into_owned();
-        let extents = distance::normalised(distance::distances(&mesh));
+        let extents = distance::normalized(distance::distances(&mesh));
         Self::new(mesh, extents)
     }
 
     /// With min(d/`depth`, 1) as extent at the distance d from the surface: a skin of this depth (m) around a *plateau*, in
-    /// which the pressure is the modulus. Below the surface it rises by modulus/`depth` per metre, in thick bodies and
+    /// which the pressure is the modulus. Below the surface it rises by modulus/`depth` per meter, in thick bodies and
     /// in thin ones, unless these are thinner than two skins.
     ///
     /// Distances are interpolated between vertices. Tetrahedra are split as by [`Self::from_distance`], and then where their
@@ -136,7 +135,7 @@ impl PressureField {
         &self.tets
     }
 
-    /// Largest norm of the extent's gradient over the mesh (1/m for normalised extents).
+    /// Largest norm of the extent's gradient over the mesh (1/m for normalized extents).
     #[must_use]
     pub fn steepest(&self) -> f64 {
         self.steepest

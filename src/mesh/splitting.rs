@@ -20,7 +20,7 @@ pub(super) struct Division<const SIZE: usize> {
     pub at: Vector3<f64>,
 }
 
-/// The mesh with a vertex at the centre of every flat simplex of so many corners.
+/// The mesh with a vertex at the center of every flat simplex of so many corners.
 fn without_flat<const SIZE: usize>(mesh: Cow<'_, TetMesh>) -> Result<Cow<'_, TetMesh>, MeshError> {
     let center = |simplex: [usize; SIZE]| {
         let sum: Vector3<f64> = simplex.iter().map(|&vertex| mesh.vertices()[vertex]).sum();

@@ -1,14 +1,14 @@
 use super::MeshError;
 use crate::geometry::FACES;
 
-/// A tetrahedron's neighbour across a face that belongs to no other.
+/// A tetrahedron's neighbor across a face that belongs to no other.
 pub(super) const OUTSIDE: u32 = u32::MAX;
 
 /// Which tetrahedra meet in a face; the faces that belong to one only, and the vertices on them.
 #[derive(Debug, Clone)]
 pub(super) struct Surface {
     /// For each tetrahedron the one across the face opposite to each corner, or [`OUTSIDE`].
-    pub neighbours: Vec<[u32; 4]>,
+    pub neighbors: Vec<[u32; 4]>,
     /// Vertex indices, counter-clockwise seen from outside, in the order of the tetrahedra.
     pub triangles: Vec<[usize; 3]>,
     /// For each vertex whether it lies on the surface.
@@ -29,14 +29,14 @@ impl Surface {
     /// The surface of positively oriented tetrahedra.
     pub fn of(tets: &[[usize; 4]], vertex_count: usize) -> Result<Self, MeshError> {
         let faces = sorted_faces(tets, vertex_count);
-        let mut neighbours = vec![[OUTSIDE; 4]; tets.len()];
+        let mut neighbors = vec![[OUTSIDE; 4]; tets.len()];
         let mut outer: Vec<&Face> = Vec::new();
         for group in faces.chunk_by(|a, b| a.sorted == b.sorted) {
             match group {
                 [face] => outer.push(face),
                 [a, b] if a.even != b.even => {
-                    neighbours[a.tet as usize][usize::from(a.corner)] = b.tet;
-                    neighbours[b.tet as usize][usize::from(b.corner)] = a.tet;
+                    neighbors[a.tet as usize][usize::from(a.corner)] = b.tet;
+                    neighbors[b.tet as usize][usize::from(b.corner)] = a.tet;
                 }
                 [.., a, b] => return Err(a.overlap_with(b)),
                 [] => {}
@@ -50,7 +50,7 @@ impl Surface {
             has_vertex[vertex] = true;
         }
         Ok(Self {
-            neighbours,
+            neighbors,
             triangles,
             has_vertex,
         })

@@ -19,8 +19,7 @@ pub enum SurfaceError {
     /// A coordinate is NaN or infinite.
     #[error("vertex {vertex} has the coordinate {value}, but coordinates must be finite")]
     NonFiniteCoordinate {
-        /// Index of the vertex; of triangles that come each with corners of its own, three times that of the triangle,
-        /// and the corner.
+        /// Index of the vertex; where each triangle has corners of its own, corner k of triangle t has the index 3t + k.
         vertex: usize,
         /// The coordinate.
         value: f64,
@@ -127,9 +126,9 @@ pub enum SurfaceError {
         /// The volume (m³) inside, negative.
         volume: f64,
     },
-    /// The cavities have more volume than what is around them.
+    /// The cavities have as much volume as the components around them, or more.
     #[error(
-        "the components enclose {volume:.3e} m³ together, so that cavities, which count as negative, are more than the solid around them"
+        "the components enclose {volume:.3e} m³ together: cavities, which count as negative, leave nothing of the solid around them"
     )]
     NoVolume {
         /// The sum (m³) of the components' volumes.

@@ -1,5 +1,5 @@
 use super::surface::{OUTSIDE, Surface};
-use super::{MeshError, mass, splitting};
+use super::{MeshError, coordinates, mass, splitting};
 use crate::geometry::{Aabb, Tetrahedron};
 use crate::spatial::{MassGradient, MassProperties};
 use nalgebra::Vector3;
@@ -26,7 +26,9 @@ impl TetMesh {
     /// vertex unused, or if tetrahedra overlap at a common face; each names the culprit.
     pub fn new(vertices: Vec<Vector3<f64>>, mut tets: Vec<[usize; 4]>) -> Result<Self, MeshError> {
         check_size(vertices.len(), tets.len())?;
-        check_coordinates(&vertices)?;
+        if let Some((vertex, value)) = coordinates::first_non_finite(&vertices) {
+            return Err(MeshError::NonFiniteCoordinate { vertex, value });
+        }
         let mut used = vec![false; vertices.len()];
         for (index, tet) in tets.iter_mut().enumerate() {
             check_indices(index, tet, vertices.len())?;
@@ -80,9 +82,9 @@ impl TetMesh {
     /// where that face is part of the surface.
     #[inline]
     #[must_use]
-    pub fn neighbour(&self, tet: usize, corner: usize) -> Option<usize> {
-        let neighbour = self.surface.neighbours[tet][corner];
-        (neighbour != OUTSIDE).then_some(neighbour as usize)
+    pub fn neighbor(&self, tet: usize, corner: usize) -> Option<usize> {
+        let neighbor = self.surface.neighbors[tet][corner];
+        (neighbor != OUTSIDE).then_some(neighbor as usize)
     }
 
     /// Whether the vertex lies on the surface.
@@ -113,7 +115,7 @@ impl TetMesh {
             .sum()
     }
 
-    /// Mass, centre of mass and inertia tensor at a uniform density (kg/m³).
+    /// Mass, center of mass and inertia tensor at a uniform density (kg/m³).
     #[must_use]
     pub fn mass_properties(&self, density: f64) -> MassProperties {
         let tetrahedra = (0..self.tet_count()).map(|tet| self.tetrahedron(tet));
@@ -136,7 +138,7 @@ impl TetMesh {
         by_vertices
     }
 
-    /// The mesh with a new vertex at the centre of every edge, then every face, then every
+    /// The mesh with a new vertex at the center of every edge, then every face, then every
     /// tetrahedron that runs through the inside although all its corners lie on the surface.
     ///
     /// A pressure field is 0 on the surface, so over such an edge, face or tetrahedron it would
@@ -158,15 +160,6 @@ fn check_size(vertex_count: usize, tet_count: usize) -> Result<(), MeshError> {
     } else {
         Ok(())
     }
-}
-
-fn check_coordinates(vertices: &[Vector3<f64>]) -> Result<(), MeshError> {
-    for (vertex, position) in vertices.iter().enumerate() {
-        if let Some(&value) = position.iter().find(|value| !value.is_finite()) {
-            return Err(MeshError::NonFiniteCoordinate { vertex, value });
-        }
-    }
-    Ok(())
 }
 
 fn check_indices(tet: usize, corners: &[usize; 4], vertex_count: usize) -> Result<(), MeshError> {

@@ -8,11 +8,11 @@ pub(super) struct Components {
 
 impl Components {
     /// From the neighbors of each triangle.
-    pub fn of(neighbours: &[[u32; 3]]) -> Self {
-        let mut is_found = vec![false; neighbours.len()];
-        let mut members = Vec::with_capacity(neighbours.len());
+    pub fn of(neighbors: &[[u32; 3]]) -> Self {
+        let mut is_found = vec![false; neighbors.len()];
+        let mut members = Vec::with_capacity(neighbors.len());
         let mut ends = Vec::new();
-        for start in 0..neighbours.len() {
+        for start in 0..neighbors.len() {
             if is_found[start] {
                 continue;
             }
@@ -20,11 +20,11 @@ impl Components {
             let mut next = members.len();
             members.push(start);
             while next < members.len() {
-                for &neighbour in &neighbours[members[next]] {
-                    let neighbour = neighbour as usize;
-                    if !is_found[neighbour] {
-                        is_found[neighbour] = true;
-                        members.push(neighbour);
+                for &neighbor in &neighbors[members[next]] {
+                    let neighbor = neighbor as usize;
+                    if !is_found[neighbor] {
+                        is_found[neighbor] = true;
+                        members.push(neighbor);
                     }
                 }
                 next += 1;

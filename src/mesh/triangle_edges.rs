@@ -1,7 +1,8 @@
 use super::SurfaceError;
 
-/// One triangle's side of an edge, which is named by its lower and its higher vertex.
-struct Side {
+/// One triangle's half of an edge.
+struct HalfEdge {
+    /// The edge: its lower vertex, then its higher one.
     edge: [u32; 2],
     triangle: u32,
     /// The corner opposite to the edge.
@@ -10,46 +11,47 @@ struct Side {
     forwards: bool,
 }
 
-/// For each triangle those beyond its edges, if every edge has two that run along it in opposite directions.
+/// For each triangle its neighbors, entry k beyond the edge opposite to corner k, if every edge has two half-edges of opposite
+/// directions.
 ///
-/// Sorting takes n log n; there are no more triangles and vertices than a `u32` counts.
-pub(super) fn neighbours(triangles: &[[usize; 3]]) -> Result<Vec<[u32; 3]>, SurfaceError> {
-    let sides = sorted_sides(triangles);
-    let mut neighbours = vec![[0; 3]; triangles.len()];
+/// Takes n log n, to sort them. There are no more triangles and vertices than a `u32` counts.
+pub(super) fn neighbors(triangles: &[[usize; 3]]) -> Result<Vec<[u32; 3]>, SurfaceError> {
+    let half_edges = sorted_half_edges(triangles);
+    let mut neighbors = vec![[0; 3]; triangles.len()];
     let (mut open, mut open_count) = (None, 0);
-    for group in sides.chunk_by(|a, b| a.edge == b.edge) {
+    for group in half_edges.chunk_by(|a, b| a.edge == b.edge) {
         match group {
-            [side] => {
-                open.get_or_insert(side);
+            [alone] => {
+                open.get_or_insert(alone);
                 open_count += 1;
             }
             [a, b] if a.forwards != b.forwards => {
-                neighbours[a.triangle as usize][usize::from(a.corner)] = b.triangle;
-                neighbours[b.triangle as usize][usize::from(b.corner)] = a.triangle;
+                neighbors[a.triangle as usize][usize::from(a.corner)] = b.triangle;
+                neighbors[b.triangle as usize][usize::from(b.corner)] = a.triangle;
             }
-            [a, b] => return Err(a.turned_as(b)),
-            [a, b, ..] => return Err(a.crowded(b, group.len())),
+            [a, b] => return Err(a.inconsistent_with(b)),
+            [a, b, ..] => return Err(a.crowded_with(b, group.len())),
             [] => {}
         }
     }
     match open {
-        Some(side) => Err(side.open(open_count)),
-        None => Ok(neighbours),
+        Some(alone) => Err(alone.open_among(open_count)),
+        None => Ok(neighbors),
     }
 }
 
-/// The sides of all edges, those of an edge one after the other, in the order of their triangles.
+/// The half-edges, those of an edge one after the other, in the order of their triangles.
 #[expect(
     clippy::cast_possible_truncation,
     reason = "a surface has no more triangles and vertices than a u32 counts"
 )]
-fn sorted_sides(triangles: &[[usize; 3]]) -> Vec<Side> {
-    let mut sides = Vec::with_capacity(3 * triangles.len());
+fn sorted_half_edges(triangles: &[[usize; 3]]) -> Vec<HalfEdge> {
+    let mut half_edges = Vec::with_capacity(3 * triangles.len());
     for (triangle, corners) in triangles.iter().enumerate() {
         for corner in 0..3_u8 {
             let place = usize::from(corner);
             let [from, to] = [corners[(place + 1) % 3], corners[(place + 2) % 3]];
-            sides.push(Side {
+            half_edges.push(HalfEdge {
                 edge: [from.min(to) as u32, from.max(to) as u32],
                 triangle: triangle as u32,
                 corner,
@@ -57,11 +59,11 @@ fn sorted_sides(triangles: &[[usize; 3]]) -> Vec<Side> {
             });
         }
     }
-    sides.sort_unstable_by_key(|side| (side.edge, side.triangle));
-    sides
+    half_edges.sort_unstable_by_key(|half_edge| (half_edge.edge, half_edge.triangle));
+    half_edges
 }
 
-impl Side {
+impl HalfEdge {
     /// The vertices of the edge, in the direction in which the triangle runs.
     fn vertices(&self) -> [usize; 2] {
         let [lower, higher] = self.edge.map(|vertex| vertex as usize);
@@ -72,7 +74,7 @@ impl Side {
         }
     }
 
-    fn turned_as(&self, other: &Self) -> SurfaceError {
+    fn inconsistent_with(&self, other: &Self) -> SurfaceError {
         SurfaceError::InconsistentOrientation {
             first: self.triangle as usize,
             second: other.triangle as usize,
@@ -80,7 +82,7 @@ impl Side {
         }
     }
 
-    fn crowded(&self, other: &Self, triangle_count: usize) -> SurfaceError {
+    fn crowded_with(&self, other: &Self, triangle_count: usize) -> SurfaceError {
         SurfaceError::CrowdedEdge {
             triangle_count,
             first: self.triangle as usize,
@@ -89,7 +91,7 @@ impl Side {
         }
     }
 
-    fn open(&self, edge_count: usize) -> SurfaceError {
+    fn open_among(&self, edge_count: usize) -> SurfaceError {
         SurfaceError::Open {
             edge_count,
             triangle: self.triangle as usize,

@@ -1,8 +1,8 @@
 //! The solid inside a closed surface of triangles: its volume, and which way round its components are.
 
-use super::SurfaceError;
 use super::tet_mesh::FLATNESS;
 use super::triangle_components::Components;
+use super::{SurfaceError, coordinates};
 use crate::geometry::Aabb;
 use nalgebra::Vector3;
 use std::f64::consts::TAU;
@@ -54,18 +54,15 @@ pub(super) fn check_volumes(
     }
 }
 
-/// Checks that the moments of a solid with so many triangles are numbers.
+/// Checks that the moments of a solid with so many triangles are finite.
 pub(super) fn check_moments(
     vertices: &[Vector3<f64>],
     triangle_count: usize,
 ) -> Result<(), SurfaceError> {
     let aabb = Aabb::around(vertices);
     let diagonal = (aabb.upper - aabb.lower).norm();
-    let size = vertices
-        .iter()
-        .map(nalgebra::Matrix::norm)
-        .fold(diagonal, f64::max);
-    // No summand of a moment is above the fifth power of the size.
+    let size = coordinates::reach(vertices).max(diagonal);
+    // No triangle adds more than the fifth power of the size to a second moment (m⁵).
     if (triangle_count as f64 * size.powi(5)).is_finite() {
         Ok(())
     } else {
@@ -83,7 +80,7 @@ impl<'a> Part<'a> {
         let aabb = Aabb::around(&all);
         let volume = volume(aabb.center(), corners());
         let diagonal = (aabb.upper - aabb.lower).norm();
-        // What would be flat for a tetrahedron. Not `<=`: NaN must not pass.
+        // The measure of a flat tetrahedron. Not `<=`: NaN must not pass.
         if 6.0 * volume.abs() > FLATNESS * diagonal.powi(3) {
             return Ok(Self {
                 members,
@@ -98,7 +95,8 @@ impl<'a> Part<'a> {
         })
     }
 
-    /// Whether the other components surround the middle of this one's first triangle.
+    /// Whether the other components surround the middle of this one's first triangle: whether the solid angles of their
+    /// triangles, seen from there, add up to 4π and not to 0.
     fn is_inside_others(
         &self,
         index: usize,
@@ -114,7 +112,7 @@ impl<'a> Part<'a> {
         let angle: f64 = members
             .map(|&triangle| solid_angle(corners_of(triangle).map(|corner| corner - point)))
             .sum();
-        // 2π would be half of it.
+        // Half way between.
         angle > TAU
     }
 }

@@ -1,24 +1,23 @@
 use super::triangle_components::Components;
-use super::{SurfaceError, TetMesh, mass, triangle_edges, triangle_solid, welding};
+use super::{SurfaceError, TetMesh, coordinates, mass, triangle_edges, triangle_solid, welding};
 use crate::geometry::{Aabb, Tetrahedron};
 use crate::spatial::{MassGradient, MassProperties};
 use nalgebra::Vector3;
 
-/// A triangle counts as a line where twice its area is below this fraction of its longest edge squared, so its height
-/// below this fraction of that edge: its normal would have fewer than four correct digits left, as the gradients of a
-/// tetrahedron that counts as flat.
+/// A triangle counts as a line where its height over its longest edge is below this fraction of that edge: its normal would
+/// have fewer than four correct digits left, like the gradients of a tetrahedron that counts as flat.
 const THINNESS: f64 = 1e-12;
 
 /// The closed surface of a solid: triangles, counter-clockwise seen from outside, that meet two by two in their edges.
 /// All `f64`, validated once: finite vertices, all in use; triangles that have a normal; components that enclose a volume.
 ///
 /// It may have several connected components. One whose triangles are turned inwards, so that its volume is negative, is a
-/// cavity, and has to lie inside another; that this is so is looked up at one point of it. Components may touch each
-/// other at vertices.
+/// cavity, and has to lie inside another, which is checked at one point of it. Components may touch each other at
+/// vertices.
 ///
-/// That the surface does not pass through itself is *not* checked. Where it does, or where a component lies in the solid
-/// of another without being a cavity, each sheet of it presses on what it meets as if it were there alone, and volume and mass
-/// count the overlap as often as it is enclosed.
+/// Whether the surface passes through itself is *not* checked. Where it does, or where a component lies in the solid of
+/// another without being a cavity, each sheet of it presses on what it meets as if it were there alone, and volume and
+/// mass count the overlap as often as it is enclosed.
 ///
 /// ```
 /// use hydroelastic::mesh::TriangleSurface;
@@ -30,7 +29,7 @@ const THINNESS: f64 = 1e-12;
 /// ];
 /// let triangles = vec![[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]];
 /// let corner = TriangleSurface::new(vertices, triangles)?;
-/// assert_eq!(corner.neighbour(3, 0), 2);
+/// assert_eq!(corner.neighbor(3, 0), 2);
 /// assert!((corner.volume() - 0.001 / 6.0).abs() < 1e-18);
 /// # Ok::<(), hydroelastic::mesh::SurfaceError>(())
 /// ```
@@ -38,7 +37,7 @@ const THINNESS: f64 = 1e-12;
 pub struct TriangleSurface {
     vertices: Vec<Vector3<f64>>,
     triangles: Vec<[usize; 3]>,
-    neighbours: Vec<[u32; 3]>,
+    neighbors: Vec<[u32; 3]>,
     component_starts: Vec<usize>,
     reach: f64,
 }
@@ -52,29 +51,32 @@ impl TriangleSurface {
     /// range or repeated, or a vertex unused; if a triangle is a line to round-off (height below 1e-12 of its
     /// longest edge); if an edge belongs to one triangle or to more than two, or two that share it are turned
     /// different ways; if a component is flat, or turned inwards without being a cavity; or if the surface is so large
-    /// that its inertia is beyond double precision. Each names the culprit. A
-    /// cavity is compared with all triangles of the components whose boxes contain it: their numbers multiplied.
+    /// that its inertia is beyond double precision. Each error names the culprit.
+    ///
+    /// Takes n log n for n triangles. Only cavities take longer: each is compared with every triangle of the components
+    /// whose boxes contain it.
     pub fn new(
         vertices: Vec<Vector3<f64>>,
         triangles: Vec<[usize; 3]>,
     ) -> Result<Self, SurfaceError> {
         check_size(vertices.len(), triangles.len())?;
-        check_coordinates(&vertices)?;
+        if let Some((vertex, value)) = coordinates::first_non_finite(&vertices) {
+            return Err(SurfaceError::NonFiniteCoordinate { vertex, value });
+        }
         check_indices(&triangles, vertices.len())?;
         triangle_solid::check_moments(&vertices, triangles.len())?;
         for (triangle, corners) in triangles.iter().enumerate() {
             check_thickness(triangle, corners.map(|vertex| vertices[vertex]))?;
         }
-        let neighbours = triangle_edges::neighbours(&triangles)?;
-        let components = Components::of(&neighbours);
+        let neighbors = triangle_edges::neighbors(&triangles)?;
+        let components = Components::of(&neighbors);
         triangle_solid::check_volumes(&vertices, &triangles, &components)?;
-        let reach = vertices.iter().map(nalgebra::Matrix::norm);
         Ok(Self {
-            reach: reach.fold(0.0, f64::max),
+            reach: coordinates::reach(&vertices),
             component_starts: components.starts().collect(),
             vertices,
             triangles,
-            neighbours,
+            neighbors,
         })
     }
 
@@ -92,11 +94,11 @@ impl TriangleSurface {
     /// The surface of a tetrahedral mesh: a rigid body of the same shape.
     ///
     /// # Errors
-    /// If more than two triangles of the mesh's surface meet in an edge, where parts of the solid touch in no more than that
-    /// edge; or as [`Self::new`], if a triangle is thinner than a tetrahedron has to be thick.
+    /// If more than two triangles of the mesh's surface meet in an edge, which is so where parts of the solid touch in that
+    /// edge alone; or as [`Self::new`], if a part of the solid is flat to round-off, although its tetrahedra are not.
     pub fn around(mesh: &TetMesh) -> Result<Self, SurfaceError> {
         let (vertices, triangles) =
-            welding::without_unused(mesh.vertices(), mesh.surface_triangles());
+            welding::without_unused(mesh.vertices().to_vec(), mesh.surface_triangles());
         Self::new(vertices, triangles)
     }
 
@@ -113,6 +115,9 @@ impl TriangleSurface {
     }
 
     /// The corners of a triangle (m).
+    ///
+    /// # Panics
+    /// If there is no triangle of that index.
     #[inline]
     #[must_use]
     pub fn corners(&self, triangle: usize) -> [Vector3<f64>; 3] {
@@ -120,10 +125,13 @@ impl TriangleSurface {
     }
 
     /// The triangle beyond an edge (0..3) of a triangle: edge k is opposite to corner k.
+    ///
+    /// # Panics
+    /// If there is no triangle, or no edge, of that index.
     #[inline]
     #[must_use]
-    pub fn neighbour(&self, triangle: usize, edge: usize) -> usize {
-        self.neighbours[triangle][edge] as usize
+    pub fn neighbor(&self, triangle: usize, edge: usize) -> usize {
+        self.neighbors[triangle][edge] as usize
     }
 
     /// Number of connected components. Components that touch at vertices only are several.
@@ -157,7 +165,7 @@ impl TriangleSurface {
         triangle_solid::volume(self.aabb().center(), corners)
     }
 
-    /// Mass, centre of mass and inertia tensor of the solid inside at a uniform density (kg/m³). Exact up to round-off.
+    /// Mass, center of mass and inertia tensor of the solid inside at a uniform density (kg/m³). Exact up to round-off.
     #[must_use]
     pub fn mass_properties(&self, density: f64) -> MassProperties {
         let middle = self.aabb().center();
@@ -202,15 +210,6 @@ fn check_size(vertex_count: usize, triangle_count: usize) -> Result<(), SurfaceE
     } else {
         Ok(())
     }
-}
-
-fn check_coordinates(vertices: &[Vector3<f64>]) -> Result<(), SurfaceError> {
-    for (vertex, position) in vertices.iter().enumerate() {
-        if let Some(&value) = position.iter().find(|value| !value.is_finite()) {
-            return Err(SurfaceError::NonFiniteCoordinate { vertex, value });
-        }
-    }
-    Ok(())
 }
 
 /// Checks that the indices are in range, three different ones for each triangle, and that all vertices are used.

@@ -2,6 +2,9 @@ use crate::broad_phase::Shape;
 use crate::scalar::{Scalar, lift, real_part};
 use crate::spatial::{Pose, PoseError, Twist};
 
+/// No pressure may rise by more than this (Pa/m): the square of its gradient would leave double precision.
+pub(crate) const STEEPEST: f64 = 1e153;
+
 /// Why a shape, a pose and a modulus are not a body.
 #[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
 #[non_exhaustive]
@@ -12,6 +15,17 @@ pub enum BodyError {
     /// The hydroelastic modulus is not a positive number.
     #[error("the hydroelastic modulus must be positive and finite, but is {0} Pa")]
     Modulus(f64),
+    /// The modulus makes the pressure rise by more than contact can be computed with.
+    #[error(
+        "a hydroelastic modulus of {modulus:e} Pa makes the pressure rise by {slope:e} Pa/m, but {most:e} Pa/m is the most that can be computed with",
+        most = STEEPEST
+    )]
+    Steep {
+        /// The modulus (Pa).
+        modulus: f64,
+        /// The modulus times the steepest gradient of the extent (Pa/m).
+        slope: f64,
+    },
     /// A number of a surface law is out of range.
     #[error(
         "the {quantity} of a surface law is {value}, but dissipation and friction must not be negative, the slip tolerance must be positive, and all finite"
@@ -32,6 +46,18 @@ pub enum BodyError {
     },
 }
 
+/// Checks the hydroelastic modulus (Pa) of a compliant body whose extent rises by `steepest` (1/m) at most.
+pub(super) fn check_modulus(modulus: f64, steepest: f64) -> Result<(), BodyError> {
+    let slope = modulus * steepest;
+    if !(modulus > 0.0 && modulus.is_finite()) {
+        Err(BodyError::Modulus(modulus))
+    } else if slope > STEEPEST {
+        Err(BodyError::Steep { modulus, slope })
+    } else {
+        Ok(())
+    }
+}
+
 /// A shape somewhere in the world, with the modulus that turns its extents into pressures.
 #[derive(Debug, Clone, Copy)]
 pub struct ContactBody<'a, T = f64> {
@@ -44,13 +70,11 @@ impl<'a, T: Scalar> ContactBody<'a, T> {
     /// From the pose of the body frame in the world and the hydroelastic modulus (Pa).
     ///
     /// # Errors
-    /// If the pose is not finite, its rotation not orthonormal, or the modulus not positive.
+    /// If the pose is not finite, its rotation not orthonormal, or the modulus not positive, or so large that the pressure
+    /// rises by more than 1e153 Pa/m.
     pub fn new(shape: &'a Shape, pose: Pose<T>, modulus: T) -> Result<Self, BodyError> {
         let pose = pose.checked()?;
-        let value = real_part(modulus);
-        if !(value > 0.0 && value.is_finite()) {
-            return Err(BodyError::Modulus(value));
-        }
+        check_modulus(real_part(modulus), shape.field().steepest())?;
         Ok(Self {
             shape,
             pose,

@@ -1,5 +1,6 @@
-use super::equilibrium::{CornerSigns, Weights, is_equal_field};
+use super::equilibrium::is_equal_field;
 use super::relative_pair::PosedTet;
+use super::weights::{CornerSigns, Weights};
 use super::{PartnerShape, RelativePair};
 use crate::geometry::{ALL_FACES, AffineField, Closeness, ConvexPolygon, Tolerance, snapped};
 use crate::mesh::FieldTet;

@@ -1,17 +1,21 @@
 //! Where a pair of tetrahedra meets the plane of equal pressure, decided in `f64`.
 //!
 //! Everything is seen in A's frame. A [`RelativePair`] is what every decision is made on: both shapes, the moduli and
-//! the relative pose, without derivatives.
+//! the relative pose, without derivatives. [`RelativePair::encounter`] decides whether the plane meets two tetrahedra, and
+//! [`RelativePair::cut`] makes what it has in common with both.
 
 mod body;
 mod cut;
 mod equilibrium;
 mod partner;
 mod relative_pair;
+mod weights;
 
+pub(crate) use body::STEEPEST;
 pub use body::{BodyError, ContactBody};
 pub(crate) use cut::{Cut, Encounter};
-pub(crate) use equilibrium::{COINCIDENCE, ELASTIC_COINCIDENCE, EquilibriumPlane, NUDGE, Weights};
+pub(crate) use equilibrium::{COINCIDENCE, ELASTIC_COINCIDENCE, EquilibriumPlane};
 pub use partner::Partner;
 pub(crate) use partner::PartnerShape;
 pub(crate) use relative_pair::{PosedTet, RelativePair, scales};
+pub(crate) use weights::{NUDGE, Weights};

@@ -1,3 +1,4 @@
+use super::body::check_modulus;
 use super::{BodyError, ContactBody};
 use crate::broad_phase::{HalfSpace, RigidShape, Shape};
 use crate::mesh::FieldTet;
@@ -12,11 +13,11 @@ static RIGID_HALF_SPACE: LazyLock<HalfSpace> = LazyLock::new(HalfSpace::rigid);
 pub struct Partner<'a, T = f64> {
     shape: PartnerShape<'a>,
     pose: Pose<T>,
-    /// The modulus (Pa); 1 if it is rigid.
+    /// What the extents of its cells are multiplied by: the modulus (Pa), or 1 if it is rigid.
     modulus: T,
 }
 
-/// The kinds of partners.
+/// The shape of a partner, by its kind.
 #[derive(Debug, Clone, Copy)]
 pub(crate) enum PartnerShape<'a> {
     Compliant(&'a Shape),
@@ -52,17 +53,18 @@ impl<'a, T: Scalar> Partner<'a, T> {
     /// layer is rigid, whatever the modulus.
     ///
     /// # Errors
-    /// If the pose is not finite, its rotation not orthonormal, or the modulus not positive.
+    /// If the pose is not finite, its rotation not orthonormal, or the modulus of a soft layer not positive, or so large that
+    /// the pressure rises by more than 1e153 Pa/m.
     pub fn half_space(shape: &'a HalfSpace, pose: Pose<T>, modulus: T) -> Result<Self, BodyError> {
         Self::new(PartnerShape::HalfSpace(shape), pose, modulus)
     }
 
     fn new(shape: PartnerShape<'a>, pose: Pose<T>, modulus: T) -> Result<Self, BodyError> {
-        let value = real_part(modulus);
-        if !(value > 0.0 && value.is_finite()) {
-            return Err(BodyError::Modulus(value));
+        let pose = pose.checked()?;
+        if !shape.is_rigid() {
+            check_modulus(real_part(modulus), shape.steepest())?;
         }
-        Ok(Self::from_valid(shape, pose.checked()?, modulus))
+        Ok(Self::from_valid(shape, pose, modulus))
     }
 
     /// From a pose and a modulus that were checked where they came in.
@@ -122,11 +124,12 @@ impl<'a, T: Scalar> Partner<'a, T> {
         Some(ContactBody::from_valid(shape, self.pose, self.modulus))
     }
 
-    pub(crate) fn kind(&self) -> PartnerShape<'a> {
+    /// Its shape, whatever its kind.
+    pub(crate) fn partner_shape(&self) -> PartnerShape<'a> {
         self.shape
     }
 
-    /// What the extents of its cells are multiplied by in the field that meets A's: the modulus, or 1.
+    /// What the extents of its cells are multiplied by in the field that meets A's: the modulus (Pa), or 1 if it is rigid.
     pub(crate) fn scale(&self) -> T {
         self.modulus
     }
@@ -134,7 +137,8 @@ impl<'a, T: Scalar> Partner<'a, T> {
     /// The same shape elsewhere, in a scalar of its own, with another modulus (Pa), which a rigid one ignores.
     ///
     /// # Errors
-    /// If the pose is not finite, its rotation not orthonormal, or the modulus not positive.
+    /// If the pose is not finite, its rotation not orthonormal, or the modulus of a compliant one not positive, or so large
+    /// that the pressure rises by more than 1e153 Pa/m.
     pub fn at<U: Scalar>(&self, pose: Pose<U>, modulus: U) -> Result<Partner<'a, U>, BodyError> {
         Partner::new(self.shape, pose, modulus)
     }
@@ -160,6 +164,7 @@ impl<'a> Partner<'a> {
 }
 
 impl<'a> PartnerShape<'a> {
+    /// Whether it does not give way: a rigid body, or a half-space without a layer.
     pub fn is_rigid(self) -> bool {
         match self {
             Self::Compliant(_) => false,
@@ -168,8 +173,8 @@ impl<'a> PartnerShape<'a> {
         }
     }
 
-    /// Its tetrahedra, or cells that stand for the triangles or all of it: their fields are what the plane is made of, and the
-    /// faces that are not zero faces bound the polygons.
+    /// The tetrahedra of a mesh, the cells behind the triangles of a rigid body, or the one cell of a half-space. The field of
+    /// a cell makes the plane; its faces bound the polygon, except its zero faces.
     pub fn cells(self) -> &'a [FieldTet] {
         match self {
             Self::Compliant(shape) => shape.field().tets(),
@@ -202,12 +207,21 @@ impl<'a> PartnerShape<'a> {
         }
     }
 
-    /// The cell beyond a face of a cell.
-    pub fn neighbour(self, cell: usize, face: usize) -> Option<usize> {
+    /// The cell beyond a face of a cell, by the opposite corner; none beyond the surface.
+    pub fn neighbor(self, cell: usize, face: usize) -> Option<usize> {
         match self {
-            Self::Compliant(shape) => shape.field().mesh().neighbour(cell, face),
-            Self::Rigid(shape) => shape.neighbour(cell, face),
+            Self::Compliant(shape) => shape.field().mesh().neighbor(cell, face),
+            Self::Rigid(shape) => shape.neighbor(cell, face),
             Self::HalfSpace(_) => None,
+        }
+    }
+
+    /// Largest norm of the gradient of the extent in its cells (1/m); 1 if it is rigid, whose extent is the depth.
+    pub fn steepest(self) -> f64 {
+        match self {
+            Self::Compliant(shape) => shape.field().steepest(),
+            Self::Rigid(_) => 1.0,
+            Self::HalfSpace(half_space) => half_space.cell()[0].steepness,
         }
     }
 

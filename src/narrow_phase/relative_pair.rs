@@ -16,7 +16,7 @@ pub(crate) struct RelativePair<'a> {
     /// rigid, 0 and 1: the plane is where the depth in B (m) is 0.
     pub scales: [f64; 2],
     pub pose_ab: Pose<f64>,
-    /// What counts as zero as a distance (m).
+    /// The distances (m) that count as zero, or as nearly zero.
     pub tolerance: Tolerance,
 }
 
@@ -36,7 +36,7 @@ pub(crate) struct PosedTet {
 
 impl<'a> RelativePair<'a> {
     pub fn of<T: Scalar>(a: &ContactBody<'a, T>, b: &Partner<'a, T>, pose_ab: &Pose<T>) -> Self {
-        let (shape_b, pose_ab) = (b.kind(), pose_ab.real());
+        let (shape_b, pose_ab) = (b.partner_shape(), pose_ab.real());
         // The coordinates involved are as large as the bodies reach from their frames' origins.
         let margin = SNAP * (a.shape().field().reach() + shape_b.reach(&pose_ab));
         Self {
@@ -66,7 +66,7 @@ impl<'a> RelativePair<'a> {
         &self.cells_b[index]
     }
 
-    /// What counts as zero as a distance (m).
+    /// The distance (m) that counts as zero.
     pub fn margin(&self) -> f64 {
         self.tolerance.zero
     }
@@ -87,7 +87,7 @@ impl<'a> RelativePair<'a> {
 
 /// What extents are multiplied by in the two fields that are equal on the plane (see [`RelativePair::scales`]).
 pub(crate) fn scales<T: Scalar>(a: &ContactBody<T>, b: &Partner<T>) -> [T; 2] {
-    let modulus_a = if b.kind().is_rigid() {
+    let modulus_a = if b.partner_shape().is_rigid() {
         lift(0.0)
     } else {
         a.modulus()

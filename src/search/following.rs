@@ -63,7 +63,11 @@ impl RelativePair<'_> {
                 shape_b,
                 seeds: [self.shape_a.seeds()?, shape_b.seeds()?],
             }),
-            PartnerShape::Rigid(shape_b) => Some(Route::OverRigid(shape_b)),
+            // A component of B's surface may begin in tetrahedra of A without pressure, in which nothing is entered.
+            PartnerShape::Rigid(shape_b) => {
+                let is_positive_inside = self.shape_a.followed().is_ok();
+                is_positive_inside.then_some(Route::OverRigid(shape_b))
+            }
             PartnerShape::HalfSpace(_) => None,
         }
     }
@@ -104,12 +108,12 @@ impl Walk<'_, '_> {
     fn is_complete_by(&mut self, route: &Route) -> bool {
         match *route {
             Route::OverRigid(shape_b) => {
-                self.enter_at_rims(shape_b.rims());
-                self.enter_at_parts(shape_b);
+                self.enter_at_rims(shape_b.triangle_tree());
+                self.enter_at_components(shape_b);
                 self.is_complete_from_here()
             }
             Route::BetweenFields { shape_b, seeds } => {
-                self.enter_at_rims(shape_b.rims());
+                self.enter_at_rims(shape_b.triangle_tree());
                 if let [Some(ridges_a), Some(ridges_b)] = seeds.map(|own| own.ridges.as_ref()) {
                     self.enter_at_ridges(shape_b, [ridges_a, ridges_b]);
                     return self.is_complete_from_here();
@@ -195,10 +199,10 @@ impl Walk<'_, '_> {
         let (mesh_a, shape_b) = (self.pair.shape_a.field().mesh(), self.pair.shape_b);
         for face in faces_in(exits.faces) {
             if face < 4 {
-                if let Some(next) = mesh_a.neighbour(tet_a as usize, face) {
+                if let Some(next) = mesh_a.neighbor(tet_a as usize, face) {
                     self.enter(next as u32, tet_b);
                 }
-            } else if let Some(next) = shape_b.neighbour(tet_b as usize, face - 4) {
+            } else if let Some(next) = shape_b.neighbor(tet_b as usize, face - 4) {
                 self.enter(tet_a, next as u32);
             }
         }

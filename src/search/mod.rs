@@ -1,16 +1,20 @@
 //! Which pairs of tetrahedra are cut by the plane of equal pressure: by following the contact surface, or by culling all
 //! pairs.
+//!
+//! `following` walks over the contact surface from where `seeding` and `turns` enter it; `culled_pairs` looks at all pairs
+//! that a [`Culling`] leaves over, and serves the walk where it has to look around. Both leave their cuts in the `scratch`
+//! memory of the thread.
 
 #![expect(
     clippy::cast_possible_truncation,
     reason = "a mesh has no more tetrahedra than a u32 counts"
 )]
 
+mod culled_pairs;
 mod culling;
 mod following;
 mod scratch;
 mod seeding;
-mod trees;
 mod turns;
 
 pub use culling::Culling;
@@ -19,14 +23,15 @@ use crate::geometry::Closeness;
 use crate::narrow_phase::{Cut, RelativePair};
 use scratch::Scratch;
 
-/// How the pairs of tetrahedra that touch are found. It changes the time a wrench takes, and the wrench by
-/// no more than round-off.
+/// How the pairs of tetrahedra that touch are found. It changes the time that a wrench takes, and the wrench by no more than
+/// round-off.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 #[non_exhaustive]
 pub enum Search {
-    /// From where every component of the contact surface must show (at its rim, or on the way from the
-    /// peaks and creases of a field to the body's surface), from each polygon to its neighbors; where
-    /// the meshes or the pose do not allow it, by culling as well.
+    /// From each contact polygon to its neighbors, from where every component of the contact surface must show: at its rim,
+    /// where the surfaces of both bodies cross, or, without a rim, at a component of B's surface if B is rigid, and else
+    /// where the fields have peaks or creases, or the component turns around. Where meshes or pose do not allow it
+    /// ([`Shape::followed`](crate::contact::Shape::followed)), and on half-spaces, by culling.
     #[default]
     Following,
     /// By leaving out pairs of tetrahedra that cannot touch, as the paper does (§IV).
@@ -41,17 +46,17 @@ pub(crate) struct Found {
 }
 
 impl Found {
-    /// The cuts that count, or would but for a little, each once and always in the same order.
+    /// The cuts that count, and those of which round-off decided that they do not; each once, and always in the same order.
     pub fn cuts(&self) -> &[Cut] {
         &self.scratch.cuts
     }
 
-    /// How near to each other corners and planes are in them.
+    /// How near corners are to planes in the cuts that count.
     pub fn closeness(&self) -> Closeness {
         self.all(Cut::closeness)
     }
 
-    /// How near polygons are, all over, to faces.
+    /// How near whole polygons are to faces of B.
     pub fn flatness(&self) -> Closeness {
         self.all(Cut::flatness)
     }

@@ -3,14 +3,14 @@ use rustc_hash::FxHashSet;
 use std::cell::RefCell;
 
 thread_local! {
-    /// One for each search whose result was in use at the same time.
+    /// The memory that is not in use: as many as there were searches whose results were in use at the same time.
     static SPARE: RefCell<Vec<Scratch>> = const { RefCell::new(Vec::new()) };
 }
 
 /// Memory shrinks when a search uses less than this fraction of it.
 const LEAST_USED: f64 = 1.0 / 64.0;
 
-/// It never shrinks below the room for this many pairs of tetrahedra.
+/// Memory never shrinks below the room for this many pairs of tetrahedra.
 const LEAST_KEPT: usize = 1024;
 
 /// Memory that one search leaves to the next in the same thread, so that a search allocates nothing
@@ -39,12 +39,12 @@ pub(super) struct Exits {
     pub faces: u8,
     /// Whether round-off decided over which faces.
     pub is_ill_conditioned: bool,
-    /// Whether the fields are equal over a volume, so that there is no telling.
+    /// Whether the fields are equal over a volume, so that there is no plane to follow.
     pub is_equal: bool,
 }
 
 impl Exits {
-    /// There is no telling.
+    /// Of a pair without a plane.
     pub const EQUAL_FIELDS: Self = Self {
         faces: 0,
         is_ill_conditioned: false,
@@ -71,7 +71,7 @@ impl Scratch {
 
     /// Leaves the memory to the next search.
     pub fn left(self) {
-        // A thread that ends has no room for it.
+        // Fails where the thread is ending: the memory is freed then.
         let _ = SPARE.try_with(|spare| spare.borrow_mut().push(self));
     }
 }

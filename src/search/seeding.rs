@@ -1,30 +1,32 @@
+//! Where the walk over a contact surface enters it: at the rims and, for components without a rim, at components of a rigid
+//! surface, or at peaks and creases of the fields. (At turns: `turns.rs`.)
+
 use super::Culling;
 use super::following::Walk;
-use crate::broad_phase::Escape;
-use crate::broad_phase::{Ridges, RigidShape, RimTree, Shape, SurfaceFace};
+use crate::broad_phase::{Escape, Ridges, RigidShape, Shape, SurfaceFace, TriangleTree};
 use crate::geometry::{Aabb, AffineField, FACES};
 use crate::mesh::FieldTet;
 use crate::spatial::Pose;
 use nalgebra::Vector3;
 
 impl Walk<'_, '_> {
-    /// Enters where a component without a rim must show, if both bodies' fields rise to few peaks: at the peaks and creases of
-    /// [`Landscape`](crate::broad_phase::Landscape).
+    /// Enters where a component without a rim must show, if both bodies' fields rise to few peaks: at the convex creases, and
+    /// on the escapes from peaks and creases (see [`Landscape`](crate::broad_phase::Landscape)).
     pub fn enter_at_ridges(&mut self, shape_b: &Shape, ridges: [&Ridges; 2]) {
         self.enter_at_creases(shape_b, ridges);
         self.enter_at_escapes(shape_b, ridges);
     }
 
-    /// Enters at one triangle of each part of a rigid surface.
-    pub fn enter_at_parts(&mut self, shape_b: &RigidShape) {
+    /// Enters at one triangle of each component of a rigid surface: of one that is all inside A no triangle crosses A's.
+    pub fn enter_at_components(&mut self, shape_b: &RigidShape) {
         let (pair, margin) = (self.pair, self.pair.margin());
         let bounds_a = pair.shape_a.tree().bounds();
-        shape_b.visit_parts_near(&bounds_a, &pair.pose_ab, margin, |triangle| {
+        shape_b.visit_components_near(&bounds_a, &pair.pose_ab, margin, |triangle| {
             self.enter_with_all_of_a(triangle);
         });
     }
 
-    /// Enters at a cell of B with all that it may touch.
+    /// Enters at a cell of B with every tetrahedron of A that it may touch.
     fn enter_with_all_of_a(&mut self, cell: usize) {
         let posed = self.pair.posed_tet(cell);
         self.pair
@@ -45,7 +47,8 @@ impl Walk<'_, '_> {
         self.enter(tet_a as u32, tet_b as u32);
     }
 
-    /// Enters at all pairs that may have a point in common with the boxes around both tetrahedra of a pair.
+    /// Enters at all pairs that may have a point in common with a pair: with the box around its tetrahedron of A and that
+    /// around its tetrahedron of B.
     pub fn enter_around(&mut self, tet_a: u32, tet_b: u32) {
         let (pair, margin) = (self.pair, self.pair.margin());
         let tree_a = pair.shape_a.tree();
@@ -63,25 +66,28 @@ impl Walk<'_, '_> {
     }
 
     /// Enters where every component with a rim must show: at the pairs of surface triangles that intersect.
-    pub fn enter_at_rims(&mut self, rims_b: &RimTree) {
+    pub fn enter_at_rims(&mut self, triangles_b: &TriangleTree) {
         let (pair, margin) = (self.pair, self.pair.margin());
-        let rims_a = pair.shape_a.rims();
+        let triangles_a = pair.shape_a.triangle_tree();
         // The pairs of one triangle of B come one after the other.
-        let mut triangle_b: Option<(SurfaceFace, Triangle)> = None;
-        rims_a.visit_pairs(rims_b, &pair.pose_ab, margin, |face_a, face_b| {
+        let mut triangle_b: Option<(SurfaceFace, PosedTriangle)> = None;
+        triangles_a.visit_pairs(triangles_b, &pair.pose_ab, margin, |face_a, face_b| {
             if triangle_b.as_ref().is_none_or(|(face, _)| *face != face_b) {
                 let tet_b = pair.tet_b(face_b.tet());
-                triangle_b = Some((face_b, Triangle::of(tet_b, face_b.face(), &pair.pose_ab)));
+                triangle_b = Some((
+                    face_b,
+                    PosedTriangle::of(tet_b, face_b.face(), &pair.pose_ab),
+                ));
             }
             let tet_a = pair.tet_a(face_a.tet());
-            let may_cross = |b: &Triangle| b.may_cross(tet_a, face_a.face(), margin);
+            let may_cross = |b: &PosedTriangle| b.may_cross(tet_a, face_a.face(), margin);
             if triangle_b.as_ref().is_some_and(|(_, b)| may_cross(b)) {
                 self.enter_pair(face_a.tet(), face_b.tet());
             }
         });
     }
 
-    /// At the tetrahedra with convex creases, of either body.
+    /// Enters at the tetrahedra with convex creases, of either body, with all of the other body that they may touch.
     fn enter_at_creases(&mut self, shape_b: &Shape, [ridges_a, ridges_b]: [&Ridges; 2]) {
         let (pair, margin) = (self.pair, self.pair.margin());
         let [tree_a, tree_b] = [pair.shape_a, shape_b].map(Shape::tree);
@@ -96,10 +102,10 @@ impl Walk<'_, '_> {
         });
     }
 
-    /// Where the pressures become equal on an escape of either body.
+    /// Enters where the pressures become equal on an escape of either body.
     fn enter_at_escapes(&mut self, shape_b: &Shape, [ridges_a, ridges_b]: [&Ridges; 2]) {
         let (pair, margin) = (self.pair, self.pair.margin());
-        let field = |shape, modulus| Field { shape, modulus };
+        let field = |shape, modulus| PressureOf { shape, modulus };
         let a = field(pair.shape_a, pair.scales[0]);
         let b = field(shape_b, pair.scales[1]);
         visit_escapes(
@@ -117,17 +123,17 @@ impl Walk<'_, '_> {
     }
 }
 
-/// The pressure field of a body.
-struct Field<'a> {
+/// The pressure of a body: a modulus (Pa) times the extents of a shape.
+struct PressureOf<'a> {
     shape: &'a Shape,
     modulus: f64,
 }
 
-/// Visits the tetrahedra of a body at an escape, and of the other body, in which the pressures become equal on it; from the pose of
-/// the body in the other, and what counts as zero as a distance.
+/// Visits the pairs of a body's own tetrahedron at an escape and one of the other body, in which the pressures become equal
+/// on the escape. Takes the pose of the own body in the frame of the other, and what counts as zero as a distance (m).
 fn visit_escapes(
-    (own, ridges): (&Field, &Ridges),
-    other: &Field,
+    (own, ridges): (&PressureOf, &Ridges),
+    other: &PressureOf,
     (pose, margin): (&Pose<f64>, f64),
     mut visit: impl FnMut(usize, usize),
 ) {
@@ -154,15 +160,16 @@ fn may_be_zero(values: &[f64], tolerance: f64) -> bool {
         && values.iter().any(|&value| value >= -tolerance)
 }
 
-/// A surface triangle of B in A's frame.
-struct Triangle {
+/// A triangle of B's surface, in A's frame.
+struct PosedTriangle {
     corners: [Vector3<f64>; 3],
-    /// 0 on its plane.
+    /// The barycentric coordinate of its tetrahedron that is 0 on its plane.
     plane: AffineField,
+    /// Norm of that one's gradient (1/m).
     steepness: f64,
 }
 
-impl Triangle {
+impl PosedTriangle {
     fn of(tet_b: &FieldTet, face: usize, pose_ab: &Pose<f64>) -> Self {
         let corners = &tet_b.tetrahedron.corners;
         Self {
@@ -172,8 +179,8 @@ impl Triangle {
         }
     }
 
-    /// Whether neither this plane nor that of a face of A has all of the other triangle on one side,
-    /// further than the margin (m).
+    /// Whether it may cross a face of a tetrahedron of A: not if all of one triangle is on one side of the other's plane,
+    /// further away than the margin (m).
     fn may_cross(&self, tet_a: &FieldTet, face: usize, margin: f64) -> bool {
         let is_cut = |plane: &AffineField, tolerance: f64, corners: [&Vector3<f64>; 3]| {
             may_be_zero(&corners.map(|corner| plane.at(corner)), tolerance)

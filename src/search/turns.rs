@@ -10,30 +10,32 @@ const FLATNESS: f64 = 1e-10;
 
 /// Where a component of the contact surface that has no rim turns around.
 ///
-/// Let K be such a component of {f = 0}, f = p_A − p_B. As both fields are positive inside, K is compact and inside both bodies.
-/// Let y be a highest point of K in the direction u. Other components being elsewhere, f is not 0 in a half ball above y,
-/// so it has one sign there, and on the closed half ball y is an extreme point of f. So a mean of the gradients of f around y, each
-/// of a pair of tetrahedra that have y, is a multiple of u (the rule of multipliers, [Clarke 1983, §6.1]), and across u it is zero.
-/// So for every direction d across u
+/// Let K be such a component of {f = 0}, f = p_A − p_B. As both fields are positive inside, K is compact and inside both
+/// bodies. Let y be a highest point of K in a direction u. Other components being elsewhere, f is not 0 in a half ball above
+/// y, so it has one sign there, and on the closed half ball f has its maximum or minimum at y. So a mean of the gradients of
+/// f around y, each that of a pair of tetrahedra with y in both, is a multiple of u (the rule of multipliers,
+/// \[Clarke 1983, §6.1\]), and has no component across u. So for every direction d across u
 ///
-/// 1. ∂f/∂d ≤ 0 in one pair at least, and ≥ 0 in another;
-/// 2. the gradients at y lead to both signs (or 0), and so do those in all tetrahedra that share a vertex with a pair at y.
+/// 1. ∂f/∂d ≤ 0 in at least one of these pairs, and ≥ 0 in at least one;
+/// 2. ∂f/∂d has both signs (or is 0) in the pairs at y, and so all the more in those of tetrahedra that share a vertex with
+///    them.
 ///
-/// So at one of the pairs with ∂f/∂d ≤ 0, in one fixed direction d across u, K can be entered. On a component that has been found already there
-/// are few such pairs if d is the direction in which f mostly rises there, and (2) leaves few of these.
+/// So K can be entered at one of the pairs with ∂f/∂d ≤ 0, for one fixed direction d across u. Components that have been found
+/// already have such pairs too, but few of them if d is the direction in which f mostly rises there, and (2) leaves few of
+/// these.
 struct Turns<'s, 'a> {
     pair: &'s RelativePair<'a>,
     seeds: [&'s Seeds; 2],
-    /// |R|: half the edges of a box of B to those of the box around it in A.
+    /// |R|: maps half the edges of a box of B to those of the box around it in A's axes.
     reach: Matrix3<f64>,
-    /// The directions of (2); the first is that of (1).
+    /// The directions d of (2); the first is that of (1).
     across: [Direction; 4],
     /// Nodes of A's tree, for each node of B's from the root down to where the search is those it may meet.
     partners: Vec<&'s FieldNode>,
 }
 
-/// A unit vector in both frames, and the moduli of its components: what a box reaches along it is their
-/// product with half its edges.
+/// A unit vector in the frames of A and B, and the absolute values of its components: how far a box reaches along it is their
+/// scalar product with half the box's edges.
 struct Direction {
     of: [Vector3<f64>; 2],
     reach: [Vector3<f64>; 2],
@@ -69,8 +71,8 @@ impl Walk<'_, '_> {
     }
 }
 
-/// A direction u in which the contact surface as far as it is known turns least, and the direction across it in which p_A − p_B
-/// mostly rises there.
+/// The directions u and d of [`Turns`] for which least has to be looked at again in what is known of the contact surface: u is
+/// the one in which its normals point least, d the direction across u in which p_A − p_B mostly rises on it.
 fn known_directions(pair: &RelativePair, cuts: &[Cut]) -> [Vector3<f64>; 2] {
     let (mut sum, mut squares) = (Vector3::zeros(), Matrix3::zeros());
     for cut in cuts {
@@ -87,6 +89,7 @@ fn known_directions(pair: &RelativePair, cuts: &[Cut]) -> [Vector3<f64>; 2] {
 }
 
 impl<'s, 'a> Turns<'s, 'a> {
+    /// With directions that suit the cuts found so far.
     fn of(pair: &'s RelativePair<'a>, seeds: [&'s Seeds; 2], cuts: &[Cut]) -> Self {
         let [up, rise] = known_directions(pair, cuts);
         let side = up.cross(&rise);
@@ -195,6 +198,7 @@ impl<'s, 'a> Turns<'s, 'a> {
         }
     }
 
+    /// Bounds of B's field as A sees them; of a box with this half diagonal (m).
     fn posed(&self, bounds: &FieldBounds, size: f64) -> PosedBounds {
         let (pair, modulus) = (self.pair, self.pair.scales[1]);
         let center = pair.pose_ab.transformed_point(&bounds.center);
@@ -219,8 +223,8 @@ impl<'s, 'a> Turns<'s, 'a> {
         }
     }
 
-    /// Whether, as far as the bounds tell, tetrahedra of A and B have a point of the contact surface, at which a component
-    /// may turn, and ∂f/∂d ≤ 0.
+    /// Whether the bounds admit that tetrahedra of A and B have a point of the contact surface, with ∂f/∂d ≤ 0 (1) and slopes
+    /// of both signs around (2).
     #[inline]
     fn may_turn(&self, a: &FieldBounds, b: &PosedBounds) -> bool {
         let (lower, upper) = (
@@ -246,7 +250,7 @@ impl<'s, 'a> Turns<'s, 'a> {
             && self.may_slope_both_ways(a, b, FLATNESS * sensitivity)
     }
 
-    /// Whether p_A − p_B may rise and fall in each direction, in tetrahedra around.
+    /// (2): whether p_A − p_B may rise and fall in each direction, in the tetrahedra around.
     fn may_slope_both_ways(&self, a: &FieldBounds, b: &PosedBounds, tolerance: f64) -> bool {
         let modulus = self.pair.scales[0];
         let mut directions = self.across.iter().zip(&b.slopes_around);

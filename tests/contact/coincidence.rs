@@ -6,10 +6,9 @@ use crate::support::moving::differences::{BLOCKS, Scaled, Wrenches};
 use crate::support::moving::motions::set_in_motion;
 use crate::support::moving::poses::{Family, scene};
 use crate::support::moving::verdict::{Finding, checked, names};
-use crate::support::moving::{COLUMNS, Jacobian, Scene, numbers, with_names_exchanged};
+use crate::support::moving::{COLUMNS, Jacobian, Scene, jacobian_of, seeds, with_names_exchanged};
 use crate::support::scenes::{Random, mixed_shapes, random_pair};
-use crate::support::sweep::in_batches;
-use hydroelastic::scalar::DenseDual;
+use crate::support::sweep::{in_batches, range_from_environment};
 use nalgebra::SVector;
 use std::collections::BTreeMap;
 use std::ops::Range;
@@ -208,9 +207,8 @@ fn forces_are_continuous_where_faces_inside_bodies_part() {
 #[test]
 #[ignore = "hours: a million pairs"]
 fn many_linearised_contacts_at_special_positions_are_those_of_differences() {
-    let number = |name: &str| std::env::var(name).ok().map(|text| text.parse().unwrap());
-    let (first, count) = (number("COINCIDENCE_FIRST"), number("COINCIDENCE_PAIRS"));
-    report(&swept(first.unwrap_or(SHORT), count.unwrap_or(LONG)));
+    let (first, count) = range_from_environment("COINCIDENCE", (SHORT, LONG));
+    report(&swept(first, count));
 }
 
 /// So many generic pairs in motion.
@@ -293,12 +291,10 @@ fn assert_those_of_differences(count: usize) {
 
 #[test]
 fn linearised_contacts_at_generic_poses_are_those_of_the_pipeline() {
-    let seeds = SVector::<DenseDual<COLUMNS>, COLUMNS>::from_fn(|i, _| DenseDual::variable(0.0, i));
     let mut errors = Vec::new();
     for_generic_scenes(GENERIC[1], |scene| {
-        let (pair, law, twists) = scene.changed(&seeds);
-        let rows = numbers(&pair.pipeline().wrench_in_motion(&law, twists));
-        let expected = Jacobian::from_fn(|i, j| rows[i].eps[j]);
+        let (pair, law, twists) = scene.changed(&seeds());
+        let expected = jacobian_of(&pair.pipeline().wrench_in_motion(&law, twists));
         let scaled = Scaled::of(scene);
         let [found, expected] =
             [scene.linearised(), expected].map(|jacobian| scaled.relative(&jacobian));

@@ -9,7 +9,7 @@ use crate::support::exact_claims::{Standing, compared};
 use crate::support::hostile::{Family, Hostile};
 use crate::support::scenes::{Random, pair};
 use crate::support::subdivisions::{Division, divided};
-use crate::support::sweep::in_batches;
+use crate::support::sweep::{in_batches, range_from_environment};
 use hydroelastic::contact::{ContactPair, Shape};
 use hydroelastic::mesh::shapes;
 use hydroelastic::spatial::Pose;
@@ -199,9 +199,8 @@ fn aligned_pairs_have_the_exact_wrench() {
 #[test]
 #[ignore = "minutes: eleven thousand pairs"]
 fn many_hostile_pairs_have_the_exact_wrench() {
-    let number = |name: &str| std::env::var(name).ok().map(|text| text.parse().unwrap());
-    let (first, count) = (number("EXACT_FIRST"), number("EXACT_PAIRS"));
-    report(&soaked(first.unwrap_or(SHORT), count.unwrap_or(LONG)));
+    let (first, count) = range_from_environment("EXACT", (SHORT, LONG));
+    report(&soaked(first, count));
 }
 
 fn exact_force(a: &Shape, b: &Shape, at: Vector3<f64>, moduli: [f64; 2]) -> Vector3<f64> {

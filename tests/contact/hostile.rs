@@ -7,7 +7,7 @@ use crate::support::hostile::kinks::Kink;
 use crate::support::hostile::shapes::off_centre;
 use crate::support::hostile::{Family, Hostile};
 use crate::support::scenes::{Random, pair};
-use crate::support::sweep::in_batches;
+use crate::support::sweep::{in_batches, range_from_environment};
 use hydroelastic::contact::{ContactPair, Shape};
 use hydroelastic::mesh::shapes;
 use hydroelastic::spatial::Pose;
@@ -223,7 +223,6 @@ fn pairs_that_once_failed_keep_every_claim() {
 #[test]
 #[ignore = "hours: ten million pairs"]
 fn many_hostile_pairs_keep_every_claim() {
-    let number = |name: &str| std::env::var(name).ok().map(|text| text.parse().unwrap());
-    let (first, count) = (number("HOSTILE_FIRST"), number("HOSTILE_PAIRS"));
-    report(&soaked(first.unwrap_or(SHORT), count.unwrap_or(LONG)));
+    let (first, count) = range_from_environment("HOSTILE", (SHORT, LONG));
+    report(&soaked(first, count));
 }

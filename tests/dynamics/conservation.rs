@@ -131,7 +131,7 @@ fn assert_momentum_stays(world: &World, integrator: Integrator) {
     assert!(touching > 20, "they touch in {touching} of 400 steps");
 }
 
-/// A body without neighbours, of the inertia of a box.
+/// A body without neighbors, of the inertia of a box.
 fn free_box(lengths: [f64; 3], spin: Vector3<f64>) -> World {
     let shape = Shape::new(shapes::cuboid(lengths).unwrap());
     let body = Body::dynamic("box", shape, Material::elastic(1e5), Mass::Total(1.0)).unwrap();

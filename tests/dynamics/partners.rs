@@ -198,9 +198,35 @@ fn what_no_body_can_be_is_refused() {
     assert_eq!(body(skin(), HalfSpace::rigid().into()), refused);
     let falling = Body::dynamic("it", HalfSpace::rigid(), hard, Mass::Total(1.0));
     assert_eq!(falling.map(|_| ()), Err(WorldError::Unbounded(it())));
+    let steep = Material::elastic(1e152);
+    let thin = HalfSpace::layer(1e-3).unwrap();
+    assert_eq!(
+        body(steep, thin.into()),
+        Err(WorldError::Steep {
+            body: it(),
+            slope: 1e152 * (1.0 / 1e-3)
+        })
+    );
     for thickness in [0.0, -1.0, f64::NAN, f64::INFINITY, 1e-310] {
         assert!(HalfSpace::layer(thickness).is_err());
     }
+}
+
+#[test]
+fn bodies_share_a_shape_of_any_kind() {
+    let hard = Material::rigid();
+    let surface = rigid(&shapes::cuboid([0.1; 3]).unwrap());
+    let shapes: [(BodyShape, _); 3] = [
+        (cube().into(), skin()),
+        (Arc::new(surface).into(), hard),
+        (Arc::new(HalfSpace::rigid()).into(), hard),
+    ];
+    for (shape, material) in &shapes {
+        let bodies =
+            ["one", "other"].map(|name| Body::fixed(name, shape.clone(), *material).unwrap());
+        assert!(bodies[0].shape().is_same(bodies[1].shape()));
+    }
+    assert!(!shapes[1].0.is_same(&shapes[2].0));
 }
 
 #[test]

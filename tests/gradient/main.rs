@@ -3,6 +3,8 @@
 mod difference_check;
 mod no_derivative;
 mod reverse;
+mod reverse_implicit;
+mod shapes;
 mod stacks;
 mod trajectory_gradients;
 

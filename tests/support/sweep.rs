@@ -34,3 +34,16 @@ pub fn in_batches<S: Default + Send>(
     });
     total
 }
+
+/// The number of the first case and how many: what the environment says in NAME_FIRST and NAME_PAIRS, and else these. A case
+/// that failed can be looked at by itself, and a sweep taken up where it was left.
+pub fn range_from_environment(name: &str, (first, count): (usize, usize)) -> (usize, usize) {
+    let number = |of: &str| {
+        let text = std::env::var(format!("{name}_{of}")).ok();
+        text.map(|text| text.parse().unwrap())
+    };
+    (
+        number("FIRST").unwrap_or(first),
+        number("PAIRS").unwrap_or(count),
+    )
+}

@@ -244,7 +244,7 @@ class Rollout(Function):
 
 
 class Arrays(Protocol):
-    """What jax and torch bring to states: how they check arguments, and how they evaluate a function."""
+    """What jax and torch bring to wrench and states: how they check arguments, and how they evaluate a function."""
 
     def floats(self, value: Any, name: str, shape: tuple[int, ...]) -> Any:
         """An argument as an array of float64 that ends in a shape."""
@@ -254,6 +254,31 @@ class Arrays(Protocol):
 
     def evaluated(self, function: Function, ranks: Sequence[int], parts: Sequence[Any]) -> Any:
         """The outputs for numbers that consist of parts, each with so many axes of its own, and any axes in front."""
+
+
+def wrench(
+    arrays: Arrays,
+    pair: Pair,
+    poses: tuple[Any, Any],
+    twists: tuple[Any, Any],
+    moduli: Any,
+    law: Any,
+) -> Any:
+    """Both wrenches of a pair, (12,) with any axes in front: in motion if a twist is given. What is None is zero, or that
+    of the pair.
+    """
+    in_motion = any(twist is not None for twist in twists)
+    parts = [arrays.floats(pose, name, (4, 4)) for pose, name in zip(poses, ("pose_a", "pose_b"))]
+    if in_motion:
+        given = [np.zeros(TWIST) if twist is None else twist for twist in twists]
+        parts += [arrays.floats(twist, name, (TWIST,)) for twist, name in zip(given, ("twist_a", "twist_b"))]
+    parts.append(arrays.floats(moduli_of(pair) if moduli is None else moduli, "moduli", (2,)))
+    # Without twists a law does not matter, but a wrong one is refused all the same.
+    if law is not None or in_motion:
+        of_pair = np.array([pair.law.dissipation, pair.law.friction])
+        numbers = arrays.floats(of_pair if law is None else law, "law", (2,))
+        parts += [numbers] if in_motion else []
+    return arrays.evaluated(Wrench(pair, in_motion), [2, 2, *[1] * (len(parts) - 2)], parts)
 
 
 def states(

@@ -9,7 +9,7 @@
 
 The contact is computed by the library on the CPU, with its own Jacobians: JAX does not trace it. What is computed is
 the value alone where no derivative is taken, and where one is, value and Jacobian in one call: the value may then
-differ by round-off. Gradients of rollouts by many numbers take explicit steps back instead, at about the same cost whatever
+differ by round-off. Gradients of rollouts by many numbers take the steps back instead, at about the same cost whatever
 the numbers are: see ``rollout``.
 
 Arrays are of float64, and ``jax_enable_x64`` must be on: a contact of float32 numbers has no digits left. Arguments may
@@ -141,18 +141,8 @@ def wrench(
     -------
     (12,): torque (N m) and force (N) on A, about A's origin, then those on B, about B's.
     """
-    parts = [_floats(pose_a, "pose_a", (4, 4)), _floats(pose_b, "pose_b", (4, 4))]
-    given = twist_a, twist_b
-    in_motion = any(twist is not None for twist in given)
-    if in_motion:
-        names = "twist_a", "twist_b"
-        parts += [_floats(np.zeros(6) if it is None else it, name, (6,)) for it, name in zip(given, names)]
-    parts.append(_floats(_rows.moduli_of(pair) if moduli is None else moduli, "moduli", (2,)))
-    if law is not None or in_motion:
-        of_pair = np.array([pair.law.dissipation, pair.law.friction])
-        numbers = _floats(of_pair if law is None else law, "law", (2,))
-        parts += [numbers] if in_motion else []
-    return _evaluated(_rows.Wrench(pair, in_motion), [2, 2, *[1] * (len(parts) - 2)], parts)
+    found: Array = _rows.wrench(_Arrays(), pair, (pose_a, pose_b), (twist_a, twist_b), moduli, law)
+    return found
 
 
 def initial_state(world: World) -> State:
@@ -188,8 +178,8 @@ def rollout(
     -------
     State with k recorded states in front: poses (k, n, 4, 4), twists (k, n, 6).
 
-    Gradients by more than 12 numbers are found by a sweep back over explicit steps, in a time that does not depend on p; 12
-    numbers for each body that forces move count too if there is a start. Else, and in forward mode, the Jacobian is
+    Gradients by more than 12 numbers (96 over implicit steps) are found by a sweep back, in a time that does not depend on p;
+    12 numbers for each body that forces move count too if there is a start. Else, and in forward mode, the Jacobian is
     found, whose time grows with them.
     """
     return _states(world, plan, parameters, changes, start, taken, only_last=False)
@@ -239,7 +229,7 @@ def _states(
 
 
 class _Arrays:
-    """What JAX brings to _rows.states."""
+    """What JAX brings to _rows.wrench and _rows.states."""
 
     def floats(self, value: _Array, name: str, shape: tuple[int, ...]) -> Array:
         return _floats(value, name, shape)

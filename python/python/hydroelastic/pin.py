@@ -321,12 +321,11 @@ class Robot:
         """
         torques = self._torques(tau, steps)
         records = _Records(steps, record_every, time_step)
-        states = [(q, v)]
+        records.offer(0, (q, v))
         for k in range(steps):
             q, v = self.step(q, v, torques(k * time_step, q, v, k).tau, time_step)
-            if records.takes(k + 1):
-                states.append((q, v))
-        return records.trajectory(states)
+            records.offer(k + 1, (q, v))
+        return RobotTrajectory(records.times(), *records.stacked())
 
     def linearised_rollout(
         self,
@@ -350,7 +349,7 @@ class Robot:
         numbers = 0 if first.by_parameters is None else np.shape(first.by_parameters)[-1]
         slopes = np.zeros((2 * nv, self._width + numbers))
         slopes[:, : 2 * nv] = np.eye(2 * nv)
-        states, found = [(q, v)], [slopes]
+        records.offer(0, (q, v, slopes))
         for k in range(steps):
             feedback = torques(k * time_step, q, v, k) if k else first
             step = self.linearised_step(q, v, feedback.tau, time_step)
@@ -361,13 +360,11 @@ class Robot:
                 by_parameters = checked(feedback.by_parameters, "Feedback.by_parameters", (nv, numbers))
                 slopes[:, self._width :] += step.by_tau @ by_parameters
             q, v = step.q, step.v
-            if records.takes(k + 1):
-                states.append((q, v))
-                found.append(slopes)
-        all_slopes = np.stack(found)
+            records.offer(k + 1, (q, v, slopes))
+        times, (all_q, all_v, all_slopes) = records.times(), records.stacked()
         by_start, by_material, by_parameters = np.split(all_slopes, [2 * nv, self._width], axis=2)
-        by_material = by_material.reshape(len(found), 2 * nv, count, 4)
-        return records.trajectory(states), RobotJacobian(by_start, by_material, by_parameters)
+        by_material = by_material.reshape(len(times), 2 * nv, count, 4)
+        return RobotTrajectory(times, all_q, all_v), RobotJacobian(by_start, by_material, by_parameters)
 
     def _set_materials(self, materials: _Floats) -> None:
         materials.flags.writeable = False
@@ -412,21 +409,29 @@ class Robot:
 
 
 class _Records:
-    """Which states of a rollout are recorded."""
+    """The states of a rollout that are recorded, each a tuple of arrays: the first, and every so many-th after it."""
 
     def __init__(self, steps: int, every: int, time_step: float) -> None:
         if steps < 0 or every < 1:
             raise HydroelasticError(f"{steps} steps recorded every {every}: expected at least 0, and 1")
         check_time_step(time_step)
-        self.every = every
-        self.time_step = time_step
+        self._every = every
+        self._time_step = time_step
+        self._states: list[tuple[_Floats, ...]] = []
 
-    def takes(self, step: int) -> bool:
-        return step % self.every == 0
+    def offer(self, step: int, state: tuple[_Floats, ...]) -> None:
+        """Takes the state after so many steps, if it is one to record."""
+        if step % self._every == 0:
+            self._states.append(state)
 
-    def trajectory(self, states: list[tuple[_Floats, _Floats]]) -> RobotTrajectory:
-        times: _Floats = self.time_step * self.every * np.arange(len(states), dtype=np.float64)
-        return RobotTrajectory(times, np.stack([q for q, _ in states]), np.stack([v for _, v in states]))
+    def times(self) -> _Floats:
+        """Times (s) of the recorded states."""
+        times: _Floats = self._time_step * self._every * np.arange(len(self._states), dtype=np.float64)
+        return times
+
+    def stacked(self) -> list[_Floats]:
+        """Each of the arrays, with an axis for the recorded states in front."""
+        return [np.stack(arrays) for arrays in zip(*self._states)]
 
 
 def _loaded_robot(model: Any, contacts: Sequence[ContactPair], materials: _Floats) -> Robot:

@@ -9,7 +9,7 @@
 
 The contact is computed by the library on the CPU, with its own Jacobians: autograd does not trace it. What is computed
 is the value alone where no derivative can be asked for, and else value and Jacobian in one call: the value may then
-differ by round-off. Gradients of rollouts by many numbers take explicit steps back instead, for one gradient at about the
+differ by round-off. Gradients of rollouts by many numbers take the steps back instead, for one gradient at about the
 same cost whatever the numbers are: see ``rollout``.
 
 Tensors are of float64 and on the CPU: others are refused, since a contact of float32 numbers has no digits left.
@@ -125,17 +125,8 @@ def wrench(
     -------
     (12,): torque (N m) and force (N) on A, about A's origin, then those on B, about B's.
     """
-    parts = [_floats(pose_a, "pose_a", (4, 4)), _floats(pose_b, "pose_b", (4, 4))]
-    given = twist_a, twist_b
-    in_motion = any(twist is not None for twist in given)
-    if in_motion:
-        names = "twist_a", "twist_b"
-        parts += [_floats(np.zeros(6) if it is None else it, name, (6,)) for it, name in zip(given, names)]
-    parts.append(_floats(_rows.moduli_of(pair) if moduli is None else moduli, "moduli", (2,)))
-    of_pair = pair.law.dissipation, pair.law.friction
-    numbers = _floats(of_pair if law is None else law, "law", (2,))
-    parts += [numbers] if in_motion else []
-    return _evaluated(_rows.Wrench(pair, in_motion), (2, 2, *[1] * (len(parts) - 2)), parts)
+    found: Tensor = _rows.wrench(_Arrays(), pair, (pose_a, pose_b), (twist_a, twist_b), moduli, law)
+    return found
 
 
 def initial_state(world: World) -> State:
@@ -170,7 +161,7 @@ def rollout(
     -------
     State with k recorded states in front: poses (k, n, 4, 4), twists (k, n, 6).
 
-    Backward passes by more than 12 numbers sweep back over explicit steps, in a time that does not depend on p; 12 numbers
+    Backward passes by more than 12 numbers (96 over implicit steps) sweep back, in a time that does not depend on p; 12 numbers
     for each body that forces move count too if there is a start. Else, and in forward mode, the Jacobian is found, whose
     time grows with them.
     """
@@ -221,7 +212,7 @@ def _states(
 
 
 class _Arrays:
-    """What PyTorch brings to _rows.states."""
+    """What PyTorch brings to _rows.wrench and _rows.states."""
 
     def floats(self, value: _Tensor, name: str, shape: tuple[int, ...]) -> Tensor:
         return _floats(value, name, shape)

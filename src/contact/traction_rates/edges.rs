@@ -2,19 +2,20 @@ use super::{Rates, Traction, add_along_normal};
 use crate::contact::friction::ends;
 use crate::contact::plane::{PlanePolygon, at};
 use crate::contact::polygon::{CutPolygon, PolygonSource};
+use crate::contact::response::{FaceResponse, LawResponse};
 use crate::geometry::faces_in;
 use crate::narrow_phase::{Cut, NUDGE, Weights};
 use nalgebra::{Vector3, Vector6};
 
 /// The line in which the plane meets a face that owns an edge.
 #[derive(Clone, Copy)]
-pub(super) struct Line {
+struct Line {
     /// The face: 0 to 3 of A, 4 to 7 of B.
-    pub face: usize,
+    face: usize,
     /// The face's outward normal, along the axes of the plane.
-    pub normal: Vector3<f64>,
+    normal: Vector3<f64>,
     /// 1/|ν − (ν·n)n| for this normal ν, negative if it points into the polygon.
-    pub outwardness: f64,
+    outwardness: f64,
 }
 
 impl Line {
@@ -81,23 +82,30 @@ impl<'e> Edges<'e> {
         }
     }
 
-    /// Adds what the motion of the edges contributes to the wrench of a traction.
-    pub fn add_to(&self, traction: &Traction, rates: &mut Rates) {
-        self.visit(self.rim(), |edge, owners| {
-            rates.add_flux(&traction.along_edge(edge), &self.drift(edge, owners));
+    /// Adds what the motion of the edges contributes to the wrench of a traction, and to how that answers to motions of the
+    /// faces one by one.
+    pub fn add_to(
+        &self,
+        traction: &Traction,
+        rates: &mut Rates,
+        mut response: Option<&mut LawResponse>,
+    ) {
+        // At the rim there is no pressure.
+        let rim = self.source.pair.tet_a(self.cut.tets[0]).zero_faces;
+        self.visit(rim, |edge, owners| {
+            let flux = traction.along_edge(edge);
+            rates.add_flux(&flux, &self.drift(edge, owners));
+            if let Some(response) = &mut response {
+                self.share_motion(edge, owners, |line, share| {
+                    let share = share * line.outwardness;
+                    response.by_faces.push(FaceResponse {
+                        face: line.face,
+                        normal: self.plane.axes * line.normal,
+                        by_speed: flux.map(|flux| flux * share),
+                    });
+                });
+            }
         });
-    }
-
-    /// Visits the lines that an edge moves with as bodies move, and the share that each has in it.
-    pub fn visit_lines_in_motion(&self, mut visit: impl FnMut(usize, &Line, f64)) {
-        self.visit(self.rim(), |edge, owners| {
-            self.share_motion(edge, owners, |line, share| visit(edge, line, share));
-        });
-    }
-
-    /// The faces at which there is no pressure.
-    fn rim(&self) -> u8 {
-        self.source.pair.tet_a(self.cut.tets[0]).zero_faces
     }
 
     /// Visits the edges that move with their owners, except those that lie in the faces left out.
@@ -378,7 +386,7 @@ mod tests {
             if polygon.has_area() {
                 rates.set_area(&traction, &polygon);
             }
-            Edges::of(&source, (cut, &polygon), &plane).add_to(&traction, &mut rates);
+            Edges::of(&source, (cut, &polygon), &plane).add_to(&traction, &mut rates, None);
             rates.add_to(&plane, &polygon, &mut sum);
         }
         sum

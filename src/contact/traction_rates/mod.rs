@@ -21,13 +21,13 @@ mod edges;
 mod flux;
 mod frame;
 mod frozen;
-mod shares;
 
 use super::friction::LoadedSlip;
 use super::jacobian::RelativeJacobian;
 use super::linearised::RelativeLinearisation;
 use super::plane::{Outline, PlanePolygon};
 use super::polygon::{CutPolygon, CutSurface, PartialSum, PolygonSource};
+use super::response::{LawResponse, PolygonResponse, Responses};
 use super::surface_law::RelativeMotion;
 use super::{ContactPair, SurfaceLaw};
 use crate::narrow_phase::{COINCIDENCE, Cut, EquilibriumPlane};
@@ -40,23 +40,26 @@ use nalgebra::{Matrix6, Matrix6x2, Vector3, Vector6};
 /// Of a vector along e₁, e₂ and n, the moments by 1, y₁, y₂, y₁², y₁y₂ and y₂².
 type VectorMoments = [[f64; 6]; 3];
 
-/// The elastic contact and what the surface law adds to it.
-struct InMotion {
+/// The elastic contact, what the surface law adds to it, and what is kept of the polygons.
+struct InMotion<R> {
     elastic: RelativeJacobian<f64>,
     added: RelativeLinearisation<f64>,
+    responses: R,
 }
 
-impl PartialSum for InMotion {
+impl<R: Responses> PartialSum for InMotion<R> {
     fn empty() -> Self {
         Self {
             elastic: RelativeJacobian::empty(),
             added: RelativeLinearisation::empty(),
+            responses: R::empty(),
         }
     }
 
     fn merge(&mut self, next: Self) {
         self.elastic.merge(next.elastic);
         self.added.merge(next.added);
+        self.responses.merge(next.responses);
     }
 }
 
@@ -67,19 +70,20 @@ impl ContactPair<'_> {
     /// and moduli have kinks where faces coincide; within round-off of them they are those of polygons that are cut as if
     /// they did (see [`PolygonSource::for_derivatives`]). So are the elastic ones: of two flush sides either may be the
     /// one that has a polygon, and taken for flush are both, or neither.
-    pub(super) fn linearisation_in_motion(
+    pub(super) fn linearisation_in_motion<R: Responses>(
         &self,
         law: &SurfaceLaw,
         motion: &RelativeMotion<f64>,
-    ) -> RelativeLinearisation<f64> {
+    ) -> (RelativeLinearisation<f64>, R) {
         let (surface, finer) = PolygonSource::of(self).for_derivatives(COINCIDENCE, self.search());
-        let mut sum = surface.linearisation(law, motion);
+        let (mut sum, responses) = surface.linearisation(law, motion);
         if let Some(finer) = finer {
             // Its derivatives by motions and moduli are not used; near coincidences are rare.
-            let exact = finer.linearisation(law, motion);
+            let (exact, ()) = finer.linearisation(law, motion);
             (sum.wrench, sum.by_twist, sum.by_law) = (exact.wrench, exact.by_twist, exact.by_law);
+            sum.kinks.are_flush = true;
         }
-        sum
+        (sum, responses)
     }
 }
 
@@ -96,43 +100,63 @@ impl RelativeLinearisation<f64> {
 
 impl CutSurface<'_, f64> {
     /// The wrench on A and its derivatives.
-    fn linearisation(
+    fn linearisation<R: Responses>(
         &self,
         law: &SurfaceLaw,
         motion: &RelativeMotion<f64>,
-    ) -> RelativeLinearisation<f64> {
+    ) -> (RelativeLinearisation<f64>, R) {
         let source = &self.source;
         let moduli = source.moduli();
-        let InMotion { elastic, added } = self.sum_of_cuts(|sum: &mut InMotion, cut| {
+        let InMotion {
+            elastic,
+            added,
+            responses,
+        } = self.sum_of_cuts(|sum: &mut InMotion<R>, cut| {
             let polygon = source.polygon(cut);
             if polygon.has_area() && polygon.weights.have_area() {
                 polygon.add_to(&mut sum.elastic);
             }
-            source.add_traction_rates((cut, &polygon), (law, motion), &mut sum.added);
+            let law =
+                source.add_traction_rates::<R>((cut, &polygon), (law, motion), &mut sum.added);
+            sum.responses
+                .keep(|| PolygonResponse::of(cut, &polygon, law));
         });
         let mut sum = elastic.linearisation(moduli);
         sum.merge(added.by_both_moduli(moduli));
-        sum
+        (sum, responses)
     }
 }
 
 impl PolygonSource<'_, f64> {
     /// Adds what dissipation and friction contribute to the wrench on A and its derivatives; of those by the moduli, only
-    /// E_B ∂W/∂E_B, in the second column.
-    fn add_traction_rates(
+    /// E_B ∂W/∂E_B, in the second column. Gives how the polygon answers to changes of shape, if that is kept.
+    fn add_traction_rates<R: Responses>(
         &self,
         (cut, polygon): (&Cut, &CutPolygon<f64>),
         (law, motion): (&SurfaceLaw, &RelativeMotion<f64>),
         sum: &mut RelativeLinearisation<f64>,
-    ) {
-        let Some(plane) = PlanePolygon::of(polygon, motion) else {
-            return;
-        };
+    ) -> Option<LawResponse> {
+        let plane = PlanePolygon::of(polygon, motion)?;
+        let mut response = R::ARE_KEPT.then(|| LawResponse::on(&plane));
         let rates = Traction::on(&plane, law, |traction| {
-            let edges = (!law.is_elastic()).then(|| Edges::of(self, (cut, polygon), &plane));
-            Rates::of(polygon, edges.as_ref(), traction)
+            let mut rates = Rates::default();
+            sum.kinks.are_clamped |= traction.is_clamped;
+            if polygon.has_area() && polygon.weights.have_area() {
+                rates.set_area(traction, polygon);
+            }
+            if !law.is_elastic() {
+                let edges = Edges::of(self, (cut, polygon), &plane);
+                edges.add_to(traction, &mut rates, response.as_mut());
+            }
+            rates
         });
+        if let Some(response) = &mut response {
+            let of_growth = [0, 1, 2].map(|k| rates.by_speed[k] + rates.more_by_growth[k]);
+            response.by_speed = [rates.by_speed, of_growth];
+            response.by_pressure = rates.by_pressure;
+        }
         rates.add_to(&plane, polygon, sum);
+        response
     }
 }
 
@@ -211,18 +235,6 @@ fn wrenches(traction: [&[f64; 6]; 3]) -> [Vector6<f64>; 3] {
 }
 
 impl Rates {
-    /// From the polygon's area and, where there are any, its edges.
-    fn of(polygon: &CutPolygon<f64>, edges: Option<&Edges>, traction: &Traction) -> Self {
-        let mut rates = Self::default();
-        if polygon.has_area() && polygon.weights.have_area() {
-            rates.set_area(traction, polygon);
-        }
-        if let Some(edges) = edges {
-            edges.add_to(traction, &mut rates);
-        }
-        rates
-    }
-
     /// Adds the rates to those in A's axes about A's origin.
     fn add_to(
         mut self,

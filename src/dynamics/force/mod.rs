@@ -65,7 +65,8 @@ pub trait Force: Send + Sync + 'static {
     /// The places of the bodies whose states the force depends on, in groups: the wrenches on bodies of a group depend on
     /// states of the group alone. Implicit steps solve a group together, and take the derivatives of the force by its states.
     ///
-    /// What a force makes of [contact](Situation::contact) needs no group: bodies that touch are solved together.
+    /// What a force makes of [contact](Situation::contact) with the body that it acts on needs no group: bodies that touch are
+    /// solved together.
     ///
     /// All bodies are one group unless this says otherwise, which is always right, and slower where there are many bodies.
     fn coupled(&self, bodies: &[Body]) -> Vec<Vec<usize>> {

@@ -1,11 +1,10 @@
 //! One stage of an island, in a scalar that carries derivatives.
 
-use super::Stuck;
 use super::carried::Carrier;
-use super::pair_model::PairWrenches;
 use super::problem::{Problem, own};
 use super::rigid::none;
 use super::scheme::Stage;
+use super::{PairWrenches, Stuck};
 use crate::contact::{ContactWrench, LinearisedContact};
 use crate::dynamics::sweep::Sweep;
 use crate::dynamics::{BodyState, Inertia, Motion};
@@ -158,24 +157,12 @@ impl<T: Scalar> Carried<'_, T> {
         contacts: &[Linearised],
     ) -> Result<DMatrix<f64>, Stuck> {
         let states = real.states_with(root);
-        let exact = |(bodies, contact): &Linearised| {
-            let geometry = self.of.scene.geometry(self.of.island, *bodies, &states);
-            let [by_displacements, by_velocities] = geometry.linearised(contact);
-            PairWrenches {
-                bodies: *bodies,
-                wrenches: geometry.wrenches([&contact.wrench.on_a, &contact.wrench.on_b]),
-                by_displacements,
-                by_velocities,
-            }
-        };
-        let contacts: Vec<_> = contacts.iter().map(exact).collect();
-        let slopes = real.force_slopes(&states, &contacts);
-        let matrix = real.matrix(&states, &contacts, &slopes);
+        let pairs = contacts.iter().map(|(bodies, contact)| {
+            PairWrenches::of(&real.geometry(*bodies, &states), *bodies, contact)
+        });
+        let matrix = real.exact_matrix(&states, &pairs.collect::<Vec<_>>());
         let factors = matrix.factorised(self.of.scene.patterns);
-        factors.inverse().ok_or(Stuck::Unsolved {
-            body: self.of.island.dynamic[0],
-            duration: self.duration,
-        })
+        factors.inverse().ok_or_else(|| real.unsolved())
     }
 
     /// What later stages are made of.

@@ -6,6 +6,7 @@ use super::pair_model::PairWrenches;
 use super::problem::{ForceSlopes, Problem};
 use crate::dynamics::BodyState;
 use crate::dynamics::any_world::Seeded;
+use crate::dynamics::system::System;
 use crate::scalar::lift;
 use crate::spatial::{Twist, Wrench};
 use nalgebra::{Matrix6, Vector6};
@@ -47,32 +48,53 @@ impl Problem<'_> {
     ) -> Vec<ForceSlopes> {
         let coupled = self.scene.coupled;
         let is_coupled = |body: &usize| coupled.iter().any(|group| group.contains(body));
-        // A force may depend on contact, and so on the state of whatever touches.
-        let columns = if self.island.dynamic.iter().any(is_coupled) {
-            0..self.island.dynamic.len()
-        } else {
-            0..0
+        let Some(system) = self.scene.lifted else {
+            return Vec::new();
         };
+        let all = self.lifted_states(states);
+        // A force may depend on contact, and so on the state of whatever touches.
+        let is_acted_on = self.island.dynamic.iter().any(is_coupled)
+            || self.feels_contact((system, &all), contacts);
+        let columns = 0..self.island.dynamic.len();
         columns
-            .flat_map(|column| self.force_slopes_by(column, states, contacts))
+            .filter(|_| is_acted_on)
+            .flat_map(|column| self.force_slopes_by(column, (system, &all), contacts))
             .collect()
+    }
+
+    /// Whether forces on the dynamic bodies depend on what contact does to the participants: by their derivatives along generic
+    /// directions.
+    fn feels_contact(
+        &self,
+        (system, all): (&System<Seeded>, &[BodyState<Seeded>]),
+        contacts: &[PairWrenches],
+    ) -> bool {
+        if contacts.is_empty() {
+            return false;
+        }
+        let mut contact = vec![Wrench::zero(); all.len()];
+        for pair in contacts {
+            for (side, &participant) in pair.bodies.iter().enumerate() {
+                let values = part(&pair.wrenches, side);
+                let slope = (2.0 + participant as f64).sqrt();
+                let seeded = |k: usize, value| Seeded::variable(0.0, k) * slope + value;
+                let wrench = Vector6::from_fn(|k, _| seeded(k, values[k]));
+                contact[self.island.body(participant)] += Wrench::from_vector(&wrench);
+            }
+        }
+        let wrenches = self.seeded_forces(system, all, &contact);
+        let mut numbers = wrenches.iter().flatten();
+        numbers.any(|number| number.eps.iter().any(|slope| *slope != 0.0))
     }
 
     /// By the state of one body.
     fn force_slopes_by(
         &self,
         column: usize,
-        states: &[BodyState],
+        (system, all): (&System<Seeded>, &[BodyState<Seeded>]),
         contacts: &[PairWrenches],
     ) -> Vec<ForceSlopes> {
-        let Some(system) = self.scene.lifted else {
-            return Vec::new();
-        };
-        let mut all: Vec<BodyState<Seeded>> =
-            self.scene.start.iter().map(BodyState::lifted).collect();
-        for (participant, state) in states.iter().enumerate() {
-            all[self.island.body(participant)] = state.lifted();
-        }
+        let mut all = all.to_vec();
         let body = self.island.dynamic[column];
         if let Some(inertia) = system.bodies[body].inertia() {
             let seeds = |first: usize| Vector6::from_fn(|i, _| Seeded::variable(0.0, first + i));
@@ -81,15 +103,9 @@ impl Problem<'_> {
             state.twist = Twist::from_vector(&(state.twist.to_vector() + seeds(6)));
         }
         let contact = self.seeded_contact(column, contacts);
-        let mut sums = vec![Wrench::zero(); all.len()];
-        let here = (self.time, &*all, &*contact);
-        let forces = self.scene.forces;
-        system.with_forces(here, &mut sums, |wrenches, now| {
-            forces.add_seeded(wrenches, now);
-        });
-        let rows = self.island.dynamic.iter().enumerate();
-        rows.map(|(row, &body)| {
-            let wrench = sums[body].to_vector();
+        let wrenches = self.seeded_forces(system, &all, &contact);
+        let rows = wrenches.into_iter().enumerate();
+        rows.map(|(row, wrench)| {
             let slopes = |first: usize| {
                 // Where a force has no derivative, as a norm at 0, Newton's method does without.
                 let slope = |i: usize, j: usize| wrench[i].eps[first + j];
@@ -103,6 +119,31 @@ impl Problem<'_> {
             }
         })
         .collect()
+    }
+
+    /// The states of all bodies of the world, constant.
+    fn lifted_states(&self, states: &[BodyState]) -> Vec<BodyState<Seeded>> {
+        let mut all: Vec<_> = self.scene.start.iter().map(BodyState::lifted).collect();
+        for (participant, state) in states.iter().enumerate() {
+            all[self.island.body(participant)] = state.lifted();
+        }
+        all
+    }
+
+    /// The wrenches on the dynamic bodies, in seeded states and contact of all bodies of the world.
+    fn seeded_forces(
+        &self,
+        system: &System<Seeded>,
+        all: &[BodyState<Seeded>],
+        contact: &[Wrench<Seeded>],
+    ) -> Vec<Vector6<Seeded>> {
+        let mut sums = vec![Wrench::zero(); all.len()];
+        let forces = self.scene.forces;
+        system.with_forces((self.time, all, contact), &mut sums, |wrenches, now| {
+            forces.add_seeded(wrenches, now);
+        });
+        let own = self.island.dynamic.iter();
+        own.map(|&body| sums[body].to_vector()).collect()
     }
 
     /// The wrench of contact on each body of the world by the state of one of the island.

@@ -6,7 +6,7 @@ use crate::geometry::Aabb;
 
 /// Dynamic bodies that may push each other within a step, and what else they may touch.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub(super) struct Island {
+pub(in crate::dynamics) struct Island {
     /// The places of its dynamic bodies in the world, in their order.
     pub dynamic: Vec<usize>,
     /// The places of the other bodies that these may touch, or that forces join to them, in their order.
@@ -22,6 +22,11 @@ impl Island {
         } else {
             self.neighbors[participant - count]
         }
+    }
+
+    /// The places in the world of all participants.
+    pub fn bodies(&self) -> impl Iterator<Item = usize> {
+        self.dynamic.iter().chain(&self.neighbors).copied()
     }
 
     /// The number of participants.

@@ -52,6 +52,14 @@ impl BlockMatrix {
         }
     }
 
+    pub fn transposed(self) -> Self {
+        match self {
+            Self::Dense(matrix) => Self::Dense(matrix.transpose()),
+            #[cfg(feature = "sparse")]
+            Self::Sparse(matrix) => Self::Sparse(matrix.transposed()),
+        }
+    }
+
     /// By patterns that are known from other matrices, or become so.
     pub fn factorised(self, patterns: &Patterns) -> Factors {
         #[cfg(not(feature = "sparse"))]

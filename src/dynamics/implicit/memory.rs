@@ -4,8 +4,8 @@ use super::matrix::Patterns;
 use super::report::StepReport;
 use super::scheme::Scheme;
 use super::steps::{Moving, Stepper, Way};
-use super::{Scene, Stuck};
-use crate::dynamics::any_world::{AnyWorld, Seeded};
+use super::{Scene, Stuck, Trace};
+use crate::dynamics::any_world::{AnyWorld, RealForces, Seeded};
 use crate::dynamics::system::System;
 use crate::dynamics::{BodyState, State};
 use crate::geometry::Aabb;
@@ -23,7 +23,9 @@ pub(in crate::dynamics) struct Memory {
     coupled: Vec<Vec<usize>>,
     patterns: Patterns,
     /// The wrench of contact and forces on each body at the end of the last step.
-    acting: Vec<Option<Vector6<f64>>>,
+    pub acting: Vec<Option<Vector6<f64>>>,
+    /// The ways of all islands through the last step.
+    pub traces: Vec<Trace>,
     pub report: StepReport,
 }
 
@@ -45,9 +47,30 @@ impl Memory {
             coupled: forces.coupled(&system.bodies),
             patterns: Patterns::default(),
             acting: vec![None; system.bodies.len()],
+            traces: Vec::new(),
             report: StepReport::default(),
             system,
         }
+    }
+
+    /// The same after a step at whose end these wrenches act on the bodies.
+    pub fn with(self, acting: Vec<Option<Vector6<f64>>>) -> Self {
+        Self { acting, ..self }
+    }
+
+    /// The world from a state on, with the controls of a time (s).
+    pub fn scene<'a>(
+        &'a self,
+        forces: &'a dyn RealForces,
+        start: &'a [BodyState],
+        control_time: f64,
+    ) -> Scene<'a> {
+        Scene::new(
+            (&self.system, forces),
+            (self.lifted.as_ref(), &self.coupled, &self.patterns),
+            start,
+            control_time,
+        )
     }
 
     /// Takes a state through a step; if that fails, the state and the memory stay as they are.
@@ -59,12 +82,7 @@ impl Memory {
     ) -> Result<(), Stuck> {
         let start: Vec<BodyState> = state.bodies.iter().map(BodyState::real).collect();
         let control_time = state.time + step.duration / 2.0;
-        let scene = Scene::new(
-            (&self.system, world.real_forces()),
-            (self.lifted.as_ref(), &self.coupled, &self.patterns),
-            &start,
-            control_time,
-        );
+        let scene = self.scene(world.real_forces(), &start, control_time);
         let solved = self.solved(&scene, state.time, step)?;
         if carries_derivatives::<T>() {
             let mut bodies = state.bodies.clone();
@@ -88,14 +106,15 @@ impl Memory {
                 }
             }
         }
-        self.keep(&solved);
+        self.keep(solved);
         state.time = step.end;
         world.system().place(state);
         Ok(())
     }
 
-    fn keep(&mut self, solved: &[(Island, Way)]) {
+    fn keep(&mut self, solved: Vec<(Island, Way)>) {
         self.report = StepReport::default();
+        self.traces.clear();
         for (island, way) in solved {
             for (&body, moved) in island.dynamic.iter().zip(&way.bodies) {
                 self.acting[body] = moved.acting;
@@ -105,6 +124,7 @@ impl Memory {
                 work: way.work,
                 energy: way.energy,
             };
+            self.traces.push(Trace::of(island, way));
         }
     }
 

@@ -22,9 +22,14 @@ mod scheme;
 #[cfg(feature = "sparse")]
 mod sparse;
 mod steps;
+mod trace;
 
+pub(super) use island::Island;
 pub(super) use memory::{Memory, Step};
+use pair_model::PairWrenches;
 pub use report::{EnergyBalance, StepReport, Work};
-use scene::Scene;
+pub(super) use rigid::displaced_back;
+pub(super) use scene::Scene;
 pub(super) use scheme::{IMPLICIT_EULER, SDIRK2, Scheme};
 pub(super) use steps::Stuck;
+pub(super) use trace::{Follower, PartTaken, StageTaken, Trace};

@@ -1,8 +1,8 @@
 //! The contact of two bodies near a state.
 
-use super::about_centers::{PairMatrix, PairVector, joined};
+use super::about_centers::{PairGeometry, PairMatrix, PairVector, joined};
 use super::scene::Pair;
-use crate::contact::{AddedByLaw, ContactWrench, FrozenContact};
+use crate::contact::{AddedByLaw, ContactWrench, FrozenContact, LinearisedContact};
 use nalgebra::{SMatrix, Vector6};
 
 /// The contact of two bodies near a state, about their centres of mass.
@@ -26,6 +26,19 @@ pub(super) struct PairWrenches {
     pub wrenches: PairVector,
     pub by_displacements: PairMatrix,
     pub by_velocities: PairMatrix,
+}
+
+impl PairWrenches {
+    /// With all exact first derivatives.
+    pub fn of(geometry: &PairGeometry, bodies: [usize; 2], contact: &LinearisedContact) -> Self {
+        let [by_displacements, by_velocities] = geometry.linearised(contact);
+        Self {
+            bodies,
+            wrenches: geometry.wrenches([&contact.wrench.on_a, &contact.wrench.on_b]),
+            by_displacements,
+            by_velocities,
+        }
+    }
 }
 
 impl PairModel {

@@ -5,12 +5,12 @@
 //! with poses q̃ and momenta p̃ to start from, a duration τ, and f all wrenches about the centres of mass. Momenta P and
 //! not velocities stand in it, so no gyroscopic term is needed, and free bodies keep their momentum.
 
-use super::Scene;
-use super::about_centers::{block, joined, part};
+use super::about_centers::{PairGeometry, block, joined, part};
 use super::island::Island;
 use super::matrix::BlockMatrix;
 use super::pair_model::{PairModel, PairWrenches};
 use super::rigid::displacement;
+use super::{Scene, Stuck};
 use crate::dynamics::sweep::Sweep;
 use crate::dynamics::{BodyState, Inertia};
 use crate::spatial::{Pose, Twist};
@@ -206,6 +206,25 @@ impl Problem<'_> {
             }
         }
         matrix
+    }
+
+    /// The derivatives with these contacts, all of whose own are exact.
+    pub fn exact_matrix(&self, states: &[BodyState], contacts: &[PairWrenches]) -> BlockMatrix {
+        let slopes = self.force_slopes(states, contacts);
+        self.matrix(states, contacts, &slopes)
+    }
+
+    /// How the motions of two participants count in their contact.
+    pub fn geometry<'s>(&'s self, bodies: [usize; 2], states: &'s [BodyState]) -> PairGeometry<'s> {
+        self.scene.geometry(self.island, bodies, states)
+    }
+
+    /// The stage where its matrix is singular.
+    pub fn unsolved(&self) -> Stuck {
+        Stuck::Unsolved {
+            body: self.island.dynamic[0],
+            duration: self.duration,
+        }
     }
 
     /// Gravity and controls on a body.

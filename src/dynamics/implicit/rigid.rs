@@ -4,12 +4,12 @@ use crate::contact::add_block;
 use crate::dynamics::local::turn_between;
 use crate::dynamics::{BodyState, Inertia};
 use crate::scalar::{Scalar, lift};
-use crate::spatial::{Pose, Twist, left_jacobian, skew, turned_by};
+use crate::spatial::{Pose, Twist, left_jacobian, rotation_from_vector, skew, turned_by};
 use nalgebra::{Matrix3, Matrix6, Vector3, Vector6};
 
 impl<T: Scalar> Inertia<T> {
     /// Angular momentum (N m s) about the centre of mass and momentum (N s) of a body, in world axes.
-    pub(super) fn momentum(&self, state: &BodyState<T>) -> Vector6<T> {
+    pub(in crate::dynamics) fn momentum(&self, state: &BodyState<T>) -> Vector6<T> {
         let Twist { angular, linear } = &state.twist;
         let spin = self.angular_momentum(state.pose.rotation(), angular);
         let momentum = linear.map(|component| component * self.mass);
@@ -59,15 +59,21 @@ impl Inertia {
 
     /// The derivatives of a body's motion over a time (s), at the state it leads to.
     pub(super) fn rates(&self, state: &BodyState, duration: f64) -> Rates {
-        let angular = &state.twist.angular;
-        let inertia = self.in_world(state.pose.rotation());
-        let turning = left_jacobian(&(angular * duration)) * duration;
-        let by_turn = inertia * skew(angular) - skew(&(inertia * angular));
+        let turning = left_jacobian(&(state.twist.angular * duration)) * duration;
+        let [momentum_by_pose, momentum_by_twist] = self.momentum_slopes(state);
         Rates {
             displacement: diagonal(&turning, duration),
-            momentum_by_pose: diagonal(&by_turn, 0.0),
-            momentum_by_twist: diagonal(&inertia, self.mass),
+            momentum_by_pose,
+            momentum_by_twist,
         }
+    }
+
+    /// The derivatives of [`Self::momentum`] by a displacement, and by the velocities.
+    pub(in crate::dynamics) fn momentum_slopes(&self, state: &BodyState) -> [Matrix6<f64>; 2] {
+        let angular = &state.twist.angular;
+        let inertia = self.in_world(state.pose.rotation());
+        let by_turn = inertia * skew(angular) - skew(&(inertia * angular));
+        [diagonal(&by_turn, 0.0), diagonal(&inertia, self.mass)]
     }
 }
 
@@ -77,6 +83,22 @@ pub(super) struct Rates {
     pub displacement: Matrix6<f64>,
     pub momentum_by_pose: Matrix6<f64>,
     pub momentum_by_twist: Matrix6<f64>,
+}
+
+/// From the derivatives by a body's pose after a displacement, all of them by displacements about the centre of mass, to those
+/// by its pose before, and by the displacement: see [`Inertia::displaced`].
+pub(in crate::dynamics) fn displaced_back(
+    displacement: &Vector6<f64>,
+    by_pose: &Vector6<f64>,
+) -> [Vector6<f64>; 2] {
+    let angular = Twist::from_vector(displacement).angular;
+    let Twist {
+        angular: by_turn,
+        linear,
+    } = Twist::from_vector(by_pose);
+    // exp[v + δv]·(1 + [θ])·R turns by J_l(v)·δv + exp[v]·θ.
+    [rotation_from_vector(&angular), left_jacobian(&angular)]
+        .map(|turned| six(&turned.tr_mul(&by_turn), &linear))
 }
 
 /// The displacement of a body from one pose to another.

@@ -27,9 +27,10 @@ pub(in crate::dynamics) const IMPLICIT_EULER: Scheme = Scheme {
 
 /// A stage of a step of some duration.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Stage {
+pub(in crate::dynamics) struct Stage {
     /// The part of the step that each stage before it counts for.
     before: &'static [f64],
+    /// The step (s).
     step: f64,
     /// The time (s) of its own velocities and wrenches.
     pub duration: f64,
@@ -59,11 +60,16 @@ impl Scheme {
 }
 
 impl Stage {
+    /// The time (s) for which each stage before it counts.
+    pub fn before(&self) -> impl Iterator<Item = f64> {
+        self.before.iter().map(|weight| weight * self.step)
+    }
+
     /// What the stages before it add up to, from their rates.
     pub fn accumulated<T: crate::scalar::Scalar>(&self, rates: &[Vector6<T>]) -> Vector6<T> {
-        let terms = self.before.iter().zip(rates);
-        terms.fold(super::rigid::none(), |sum, (weight, rate)| {
-            sum + rate.map(|number| number * (weight * self.step))
+        let terms = self.before().zip(rates);
+        terms.fold(super::rigid::none(), |sum, (time, rate)| {
+            sum + rate.map(|number| number * time)
         })
     }
 }

@@ -47,6 +47,15 @@ impl SparseMatrix {
         *self.blocks.entry((column, row)).or_default() += block;
     }
 
+    pub fn transposed(self) -> Self {
+        let blocks = self.blocks.into_iter();
+        let turned = blocks.map(|((column, row), block)| ((row, column), block.transpose()));
+        Self {
+            bodies: self.bodies,
+            blocks: turned.collect(),
+        }
+    }
+
     /// None if the matrix is singular.
     pub fn factorised(&self, patterns: &Patterns) -> Option<SparseFactors> {
         let matrix = self.in_columns();

@@ -6,8 +6,10 @@ use super::island::Island;
 use super::problem::{Problem, joined_all};
 use super::report::{EnergyBalance, Work};
 use super::scheme::Scheme;
-use crate::dynamics::{BodyState, Inertia};
+use crate::dynamics::system::System;
+use crate::dynamics::{BodyState, Inertia, RolloutError};
 use crate::geometry::Aabb;
+use crate::scalar::Scalar;
 use crate::spatial::Pose;
 use nalgebra::{DVector, Vector6};
 
@@ -22,7 +24,7 @@ const MOST_HALVINGS: u32 = 7;
 const MOST_RETRIES: u32 = 12;
 
 /// A part of a time step with the velocities of its stages.
-#[derive(Debug)]
+#[derive(Debug, Clone)]
 pub(super) struct Part {
     /// When it begins, from the start of the time step (s).
     pub offset: f64,
@@ -56,6 +58,30 @@ pub(in crate::dynamics) enum Stuck {
     Path { body: usize, time: f64 },
     /// The place of the body farthest from a solution, and the shortest duration (s) that was tried.
     Unsolved { body: usize, duration: f64 },
+}
+
+impl Stuck {
+    /// In the step of this count from a time (s) on.
+    pub fn into_error<T: Scalar>(
+        self,
+        system: &System<T>,
+        (step, start): (usize, f64),
+    ) -> RolloutError {
+        let name = |body: usize| system.bodies[body].name().to_owned();
+        match self {
+            Self::Path { body, time } => RolloutError::PathNotFinite {
+                step,
+                time,
+                body: name(body),
+            },
+            Self::Unsolved { body, duration } => RolloutError::NotSolved {
+                step,
+                time: start,
+                body: name(body),
+                shortest: duration,
+            },
+        }
+    }
 }
 
 /// An island in a time step.

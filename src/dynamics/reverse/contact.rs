@@ -1,7 +1,9 @@
 //! The contacts of a step, backwards.
 
-use super::{Reversal, StateCovector};
-use crate::contact::LinearisedContact;
+use super::StateCovector;
+use super::pullback::Pullback;
+use crate::contact::{LinearisedContact, ShapeResponse};
+use crate::dynamics::system::System;
 use crate::dynamics::{BodyState, Material};
 use crate::scalar::DenseDual;
 use crate::spatial::{Twist, Wrench};
@@ -9,82 +11,93 @@ use crate::threads::mapped_into;
 use nalgebra::{SVector, Vector3, Vector6};
 
 /// A contact of two bodies of the world, A first.
-pub(super) struct Touching {
+pub(super) struct Touching<'w> {
     pub bodies: [usize; 2],
     pub contact: LinearisedContact,
     /// Whether the law of the surfaces adds to it.
     rubs: bool,
+    /// How it answers to changes of shape, if that is asked for.
+    shapes: Option<ShapeResponse<'w>>,
 }
 
 /// The derivative of a number by a wrench: by torque and force.
 pub(super) type WrenchCovector = Wrench;
 
-impl Reversal<'_> {
-    /// All contacts in these states.
-    pub(super) fn contacts(&mut self, states: &[BodyState]) -> Vec<Touching> {
-        let system = self.world.system();
-        let pairs = system.close_pairs(states, &mut self.sweep);
+impl<'w> Touching<'w> {
+    /// The contacts of pairs of bodies, in their order; with their answers to changes of shape or without.
+    pub fn of_pairs(
+        system: &'w System,
+        states: &[BodyState],
+        pairs: &[(usize, usize)],
+        with_shapes: bool,
+    ) -> Vec<Option<Self>> {
         let mut found = Vec::new();
         mapped_into(&mut found, pairs, |&(i, j)| {
             let (bodies, states) = ([i, j], [&states[i], &states[j]]);
             let pair = system.pair_of(bodies, states)?;
             let moving = system.motion_of(bodies, states);
-            let contact = match &moving {
-                Some((law, twists)) => pair.linearised(law, *twists),
-                None => pair.linearised_at_rest(),
+            let by_law = moving.as_ref().map(|(law, twists)| (law, *twists));
+            let (contact, shapes) = match by_law {
+                _ if with_shapes => {
+                    let (contact, shapes) = pair.linearised_with_shapes(by_law);
+                    (contact, Some(shapes))
+                }
+                Some((law, twists)) => (pair.linearised(law, twists), None),
+                None => (pair.linearised_at_rest(), None),
             };
-            let rubs = moving.is_some();
-            Some(Touching {
+            Some(Self {
                 bodies,
                 contact,
-                rubs,
+                rubs: by_law.is_some(),
+                shapes,
             })
         });
-        found.into_iter().flatten().collect()
+        found
     }
 
-    /// The net wrench of contact on each body, about its centre of mass.
-    pub(super) fn net_wrenches(&self, contacts: &[Touching], states: &[BodyState]) -> Vec<Wrench> {
+    /// The net wrench of contacts on each body, about its centre of mass.
+    pub fn net_wrenches(contacts: &[Self], system: &System, states: &[BodyState]) -> Vec<Wrench> {
         let mut wrenches = vec![Wrench::zero(); states.len()];
-        for Touching {
-            bodies: [a, b],
-            contact,
-            ..
-        } in contacts
-        {
-            wrenches[*a] += contact.wrench.on_a;
-            wrenches[*b] += contact.wrench.on_b;
+        for touching in contacts {
+            for (body, wrench) in touching.sides() {
+                wrenches[body] += wrench.about(&system.arm(body, &states[body]));
+            }
         }
-        let arms = (0..states.len()).map(|body| self.arm(body, &states[body]));
-        let about = |(wrench, arm): (&Wrench, Vector3<f64>)| wrench.about(&arm);
-        wrenches.iter().zip(arms).map(about).collect()
+        wrenches
     }
 
+    /// Both bodies and the wrenches on them about their origins.
+    fn sides(&self) -> [(usize, &Wrench); 2] {
+        let [a, b] = self.bodies;
+        [
+            (a, &self.contact.wrench.on_a),
+            (b, &self.contact.wrench.on_b),
+        ]
+    }
+}
+
+impl System {
     /// From a body's origin to its centre of mass, in the world; nothing for a body that forces do not move.
     pub(super) fn arm(&self, body: usize, state: &BodyState) -> Vector3<f64> {
-        let body = &self.world.system().bodies[body];
-        body.center_in(state) - state.pose.translation()
+        self.bodies[body].center_in(state) - state.pose.translation()
     }
+}
 
+impl Pullback<'_> {
     /// Adds what follows from the derivatives by the net wrenches of contact about the centres of mass.
     pub(super) fn pull_back_contacts(
         &mut self,
         states: &[BodyState],
-        (contacts, net): (&[Touching], &[Wrench]),
+        contacts: &[Touching],
         by_net: &[WrenchCovector],
     ) {
-        let mut by_wrenches = Vec::with_capacity(states.len());
-        for (body, state) in states.iter().enumerate() {
-            let (arm, Wrench { torque, force }) = (self.arm(body, state), by_net[body]);
-            // τ about the centre of mass is τ − arm × F.
-            let by_arm = torque.cross(&net[body].force);
-            self.states[body].add_by_arm(&arm, &by_arm);
-            let force = force + arm.cross(&torque);
-            by_wrenches.push(Wrench { torque, force }.to_vector());
-        }
         for touching in contacts {
-            let [on_a, on_b] = touching.bodies.map(|body| by_wrenches[body]);
+            let [on_a, on_b] = touching
+                .sides()
+                .map(|(body, wrench)| self.by_wrench(body, &states[body], wrench, &by_net[body]));
             let by_both = SVector::from_fn(|i, _| if i < 6 { on_a[i] } else { on_b[i - 6] });
+            self.meet_kinks(touching);
+            self.add_by_shapes(touching, &by_both);
             let numbers = touching.contact.pullback(&by_both);
             for (side, body) in touching.bodies.into_iter().enumerate() {
                 let six = |row: usize| numbers.fixed_rows::<6>(row + 6 * side).into_owned();
@@ -97,6 +110,21 @@ impl Reversal<'_> {
         }
     }
 
+    /// The derivative by a wrench about a body's origin, from that by the wrench about its centre of mass.
+    fn by_wrench(
+        &mut self,
+        body: usize,
+        state: &BodyState,
+        wrench: &Wrench,
+        by_wrench: &WrenchCovector,
+    ) -> Vector6<f64> {
+        let (arm, Wrench { torque, force }) = (self.system().arm(body, state), *by_wrench);
+        // τ about the centre of mass is τ − arm × F.
+        self.add_by_arm(body, state, &torque.cross(&wrench.force));
+        let force = force + arm.cross(&torque);
+        Wrench { torque, force }.to_vector()
+    }
+
     /// Adds what follows from the derivatives by the pose and the twist of a body's origin.
     fn add_by_motion(
         &mut self,
@@ -104,7 +132,7 @@ impl Reversal<'_> {
         state: &BodyState,
         [by_pose, by_twist]: [Vector6<f64>; 2],
     ) {
-        let arm = self.arm(body, state);
+        let arm = self.system().arm(body, state);
         let [by_pose, by_twist] = [by_pose, by_twist].map(|six| Twist::from_vector(&six));
         let own = &mut self.states[body];
         own.add(&StateCovector {
@@ -114,12 +142,38 @@ impl Reversal<'_> {
             velocity: by_twist.linear,
         });
         // The origin's velocity is that of the centre of mass less ω × arm.
-        own.add_by_arm(&arm, &state.twist.angular.cross(&by_twist.linear));
+        self.add_by_arm(body, state, &state.twist.angular.cross(&by_twist.linear));
+    }
+
+    /// Adds what follows from the derivative by the arm from a body's origin to its centre of mass, in the axes of the world.
+    fn add_by_arm(&mut self, body: usize, state: &BodyState, by_arm: &Vector3<f64>) {
+        if self.system().bodies[body].inertia().is_some() {
+            let arm = self.system().arm(body, state);
+            self.states[body].add_by_arm(&arm, by_arm);
+            self.gradient.bodies[body].center += state.pose.rotation().tr_mul(by_arm);
+        }
+    }
+
+    fn meet_kinks(&mut self, touching: &Touching) {
+        let kinks = touching.contact.kinks;
+        if kinks.is_any() {
+            self.gradient.meet(touching.bodies, kinks, self.step);
+        }
+    }
+
+    /// Adds what follows for the shapes from the derivatives by the wrenches of a contact, if they are asked for.
+    fn add_by_shapes(&mut self, touching: &Touching, by_wrenches: &SVector<f64, 12>) {
+        let shapes = &mut self.gradient.shapes;
+        if let Some(response) = &touching.shapes
+            && let Ok([Some(of_a), Some(of_b)]) = shapes.get_disjoint_mut(touching.bodies)
+        {
+            response.pull_back(by_wrenches, [of_a, of_b]);
+        }
     }
 
     /// Adds what follows from the derivatives by dissipation and friction of the law of two bodies.
     fn add_by_law(&mut self, bodies: [usize; 2], [by_dissipation, by_friction]: [f64; 2]) {
-        let system = self.world.system();
+        let system = self.system();
         let [a, b] = bodies.map(|body| system.bodies[body].material());
         let law = a.seeded(0).law_with(&b.seeded(3), system.slip_tolerance);
         let by = |number: usize| {

@@ -1,3 +1,4 @@
+use crate::contact::{Kinks, ShapeGradient};
 use crate::dynamics::system::System;
 use crate::dynamics::{Control, LOCAL};
 use crate::spatial::Twist;
@@ -36,6 +37,25 @@ impl StateCovector {
         }
     }
 
+    /// By the motion of the pose (angular, linear), and by the twist.
+    pub(crate) fn from_parts([by_pose, by_twist]: [Vector6<f64>; 2]) -> Self {
+        let number = |i: usize| if i < 6 { by_pose[i] } else { by_twist[i - 6] };
+        Self::from_vector(&SVector::from_fn(|i, _| number(i)))
+    }
+
+    /// The inverse of [`Self::from_parts`].
+    pub(crate) fn parts(&self) -> [Vector6<f64>; 2] {
+        let six = |angular, linear| Twist { angular, linear }.to_vector();
+        [six(self.turn, self.shift), six(self.spin, self.velocity)]
+    }
+
+    /// By the motion of another point that is fixed to the body, an arm (m, axes of the world) away from the one it is about.
+    pub(crate) fn about(&self, arm: &Vector3<f64>) -> Self {
+        let mut about = *self;
+        about.add_by_arm(arm, &-self.shift);
+        about
+    }
+
     /// From the derivatives by the entries of the rotation matrix and of the position, as programs for automatic
     /// differentiation have them, and by spin and velocity (`by_twist`), where the body has an orientation. Of the nine
     /// entries three combinations count: a small turn θ changes the rotation R by θ × R.
@@ -67,8 +87,8 @@ impl StateCovector {
         self.velocity += other.velocity;
     }
 
-    /// Adds what follows from the derivative by a vector (m) that is fixed to the body, in the axes of the world: it turns
-    /// with the body.
+    /// Adds what follows from the derivative by the arm (m) from the body's origin to its centre of mass, in the axes of the
+    /// world: it turns with the body.
     pub(crate) fn add_by_arm(&mut self, arm: &Vector3<f64>, by_arm: &Vector3<f64>) {
         self.turn += arm.cross(by_arm);
     }
@@ -83,6 +103,23 @@ pub(crate) struct SystemGradient {
     pub gravity: Vector3<f64>,
     /// By the wrench of each interval (torque, force) of each control.
     pub controls: Vec<Vec<Vector6<f64>>>,
+    /// By the shape of each body, its pose and its mass properties staying as they are; none where it was not asked for.
+    pub shapes: Vec<Option<ShapeGradient>>,
+    pub kinks: Vec<KinksMet>,
+}
+
+/// The kinks of one kind that a rollout met at the contacts of two bodies: see [`Kinks`].
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[non_exhaustive]
+pub struct KinksMet {
+    /// The places of the bodies, in the order of the world's.
+    pub bodies: [usize; 2],
+    /// Of which kind.
+    pub kinks: Kinks,
+    /// In how many steps.
+    pub count: usize,
+    /// The first and the last of them, counted from 1.
+    pub steps: [usize; 2],
 }
 
 /// The derivatives of a number by what a body starts from and is made of.
@@ -94,6 +131,10 @@ pub(crate) struct BodyGradient {
     pub friction: f64,
     /// The inertia grows with it.
     pub mass: f64,
+    /// By the centre of mass, in the axes of the body frame (over m), but for what forces of other kinds make of it.
+    pub center: Vector3<f64>,
+    /// By the inertia over the mass about the centre of mass, in the axes of the body frame (over m²): symmetric.
+    pub inertia: Matrix3<f64>,
 }
 
 impl SystemGradient {
@@ -104,12 +145,33 @@ impl SystemGradient {
             dissipation: 0.0,
             friction: 0.0,
             mass: 0.0,
+            center: Vector3::zeros(),
+            inertia: Matrix3::zeros(),
         };
         let intervals = |control: &Control| vec![Vector6::zeros(); control.wrenches().len()];
         Self {
             bodies: vec![body; system.bodies.len()],
             gravity: Vector3::zeros(),
             controls: system.controls.iter().map(intervals).collect(),
+            shapes: vec![None; system.bodies.len()],
+            kinks: Vec::new(),
+        }
+    }
+
+    /// Counts the kinks of a contact in a step; steps come one after the other, the last first.
+    pub fn meet(&mut self, [a, b]: [usize; 2], kinks: Kinks, step: usize) {
+        let bodies = [a.min(b), a.max(b)];
+        let is_same = |met: &&mut KinksMet| met.bodies == bodies && met.kinks == kinks;
+        if let Some(met) = self.kinks.iter_mut().find(is_same) {
+            met.count += usize::from(met.steps[0] != step);
+            met.steps[0] = step;
+        } else {
+            self.kinks.push(KinksMet {
+                bodies,
+                kinks,
+                count: 1,
+                steps: [step; 2],
+            });
         }
     }
 }

@@ -1,19 +1,24 @@
 //! Forces other than contact, backwards: by dual numbers of the width of a body's state.
 
+use super::StateCovector;
 use super::contact::WrenchCovector;
-use super::{Reversal, StateCovector};
-use crate::dynamics::any_world::Seeded;
+use super::pullback::{Here, Pullback};
+use crate::dynamics::any_world::{RealForces, Seeded};
 use crate::dynamics::system::System;
-use crate::dynamics::{BodyState, Motion};
+use crate::dynamics::{BodyState, LOCAL, Motion};
+use crate::scalar::lift;
 use crate::spatial::{Twist, Wrench};
 use nalgebra::{SVector, Vector3, Vector6};
 
 /// What forces are differentiated in: the world, its numbers constants unless they are seeded.
 pub(super) struct SeededForces {
     system: System<Seeded>,
-    /// The bodies whose states forces depend on.
+    /// The bodies whose states forces depend on, in their order.
     coupled: Vec<usize>,
 }
+
+/// What a force depends on besides states, of each body: the wrench of contact on it, mass, modulus, dissipation and friction.
+const NUMBERS: usize = 10;
 
 fn seeds<const COUNT: usize>(first: usize) -> SVector<Seeded, COUNT> {
     SVector::from_fn(|i, _| Seeded::variable(0.0, first + i))
@@ -36,10 +41,7 @@ impl SeededForces {
     }
 }
 
-/// Where forces act: the time (s), the states, and what contact does there.
-pub(super) type Here<'a> = (f64, &'a [BodyState], &'a [Wrench]);
-
-impl Reversal<'_> {
+impl Pullback<'_> {
     /// Adds what follows from the derivatives by the wrenches of forces about the centres of mass: to those by the net wrenches
     /// of contact, which the forces see, too.
     pub(super) fn pull_back_forces(
@@ -48,85 +50,148 @@ impl Reversal<'_> {
         by_wrenches: &[WrenchCovector],
         by_contact: &mut [WrenchCovector],
     ) {
-        let Some(mut forces) = self.forces.take() else {
+        let Some(SeededForces { system, coupled }) = &mut self.forces else {
             return;
         };
-        for place in 0..forces.coupled.len() {
-            let body = forces.coupled[place];
-            let by_state = self.by_state(&forces.system, body, here, by_wrenches);
-            self.states[body].add(&StateCovector::from_vector(&by_state));
+        let mut seeded = Situated::of(here, system, (self.world.real_forces(), by_wrenches));
+        for body in here.bodies {
+            if coupled.binary_search(body).is_ok() {
+                let by_state = seeded.by_state(*body);
+                self.states[*body].add(&StateCovector::from_vector(&by_state));
+            }
         }
-        for (body, by_contact) in by_contact.iter_mut().enumerate() {
-            let by_numbers = self.by_numbers(&mut forces.system, body, here, by_wrenches);
-            *by_contact += Wrench::from_vector(&by_numbers.fixed_rows::<6>(0).into_owned());
+        let all: Vec<usize> = (0..by_contact.len()).collect();
+        seeded.each_by_numbers(&all, &mut |body, by_numbers| {
+            by_contact[body] += Wrench::from_vector(&by_numbers.fixed_rows::<6>(0).into_owned());
             let own = &mut self.gradient.bodies[body];
             own.mass += by_numbers[6];
             own.modulus += by_numbers[7];
             own.dissipation += by_numbers[8];
             own.friction += by_numbers[9];
+        });
+        self.gradient.gravity += seeded.by_gravity();
+    }
+}
+
+/// Forces in one place, to be differentiated.
+struct Situated<'a> {
+    time: f64,
+    system: &'a mut System<Seeded>,
+    states: Vec<BodyState<Seeded>>,
+    contact: Vec<Wrench<Seeded>>,
+    forces: &'a dyn RealForces,
+    by_wrenches: &'a [WrenchCovector],
+}
+
+impl<'a> Situated<'a> {
+    fn of(
+        here: Here,
+        system: &'a mut System<Seeded>,
+        (forces, by_wrenches): (&'a dyn RealForces, &'a [WrenchCovector]),
+    ) -> Self {
+        let constant = |vector: &Vector3<f64>| vector.map(lift::<Seeded>);
+        let wrench = |wrench: &Wrench| Wrench {
+            torque: constant(&wrench.torque),
+            force: constant(&wrench.force),
+        };
+        Self {
+            time: here.time,
+            system,
+            states: here.states.iter().map(BodyState::lifted).collect(),
+            contact: here.net.iter().map(wrench).collect(),
+            forces,
+            by_wrenches,
         }
-        let constant = forces.system.gravity;
-        forces.system.gravity += seeds::<3>(0);
-        let (states, contact) = lifted(here);
-        let by_gravity = self.pulled_back(&forces.system, (here.0, &states, &contact), by_wrenches);
-        self.gradient.gravity += by_gravity.fixed_rows::<3>(0);
-        forces.system.gravity = constant;
-        self.forces = Some(forces);
     }
 
     /// By the state of a body.
-    fn by_state(
-        &self,
-        system: &System<Seeded>,
-        body: usize,
-        here: Here,
-        by_wrenches: &[WrenchCovector],
-    ) -> SVector<f64, 12> {
-        let (mut states, contact) = lifted(here);
-        let state = &mut states[body];
+    fn by_state(&mut self, body: usize) -> SVector<f64, LOCAL> {
+        let constant = self.states[body];
+        let state = &mut self.states[body];
         state.pose = state.pose.moved_by(&Twist::from_vector(&seeds::<6>(0)));
         state.twist = Twist::from_vector(&(state.twist.to_vector() + seeds::<6>(6)));
-        self.pulled_back(system, (here.0, &states, &contact), by_wrenches)
-    }
-
-    /// By the wrench of contact on a body (6 numbers), its mass, modulus, dissipation and friction.
-    fn by_numbers(
-        &self,
-        system: &mut System<Seeded>,
-        body: usize,
-        here: Here,
-        by_wrenches: &[WrenchCovector],
-    ) -> SVector<f64, 12> {
-        let (states, mut contact) = lifted(here);
-        contact[body] = Wrench::from_vector(&(contact[body].to_vector() + seeds::<6>(0)));
-        let constant = system.bodies[body].clone();
-        let seeded = &mut system.bodies[body];
-        if let Motion::Dynamic(inertia) = &mut seeded.motion {
-            inertia.mass += Seeded::variable(0.0, 6);
-        }
-        if let Some(modulus) = &mut seeded.material.modulus {
-            *modulus += Seeded::variable(0.0, 7);
-        }
-        seeded.material.dissipation += Seeded::variable(0.0, 8);
-        seeded.material.friction += Seeded::variable(0.0, 9);
-        let found = self.pulled_back(system, (here.0, &states, &contact), by_wrenches);
-        system.bodies[body] = constant;
+        let found = self.pulled_back();
+        self.states[body] = constant;
         found
     }
 
+    fn by_gravity(&mut self) -> Vector3<f64> {
+        let constant = self.system.gravity;
+        self.system.gravity += seeds::<3>(0);
+        let found = self.pulled_back();
+        self.system.gravity = constant;
+        found.fixed_rows::<3>(0).into_owned()
+    }
+
+    /// By the numbers of each body of a list that matter: found by derivatives along one generic direction for many bodies
+    /// together, since most forces depend on none.
+    fn each_by_numbers(
+        &mut self,
+        bodies: &[usize],
+        show: &mut impl FnMut(usize, &SVector<f64, LOCAL>),
+    ) {
+        if let [body] = *bodies {
+            let found = self.by_numbers(&[bodies], |_, number| Seeded::variable(0.0, number));
+            show(body, &found);
+            return;
+        }
+        let parts: Vec<&[usize]> = bodies.chunks(bodies.len().div_ceil(LOCAL).max(1)).collect();
+        let slopes = self.by_numbers(&parts, |part, number| {
+            // No direction that derivatives are likely to be normal to by chance.
+            Seeded::variable(0.0, part) * (2.0 + number as f64).sqrt()
+        });
+        for (part, slope) in parts.into_iter().zip(&slopes) {
+            if *slope != 0.0 {
+                self.each_by_numbers(part, show);
+            }
+        }
+    }
+
+    /// By numbers of bodies, each of which has the seed of its part of the bodies and its place.
+    fn by_numbers(
+        &mut self,
+        parts: &[&[usize]],
+        seed: impl Fn(usize, usize) -> Seeded,
+    ) -> SVector<f64, LOCAL> {
+        let mut constants = Vec::new();
+        for (part, bodies) in parts.iter().enumerate() {
+            for &body in *bodies {
+                constants.push((body, self.system.bodies[body].clone(), self.contact[body]));
+                let seeds = SVector::from_fn(|number, _| seed(part, number));
+                self.seed_numbers(body, &seeds);
+            }
+        }
+        let found = self.pulled_back();
+        for (body, constant, wrench) in constants {
+            self.system.bodies[body] = constant;
+            self.contact[body] = wrench;
+        }
+        found
+    }
+
+    fn seed_numbers(&mut self, body: usize, seeds: &SVector<Seeded, NUMBERS>) {
+        let wrench = &mut self.contact[body];
+        *wrench = Wrench::from_vector(&(wrench.to_vector() + seeds.fixed_rows::<6>(0)));
+        let seeded = &mut self.system.bodies[body];
+        if let Motion::Dynamic(inertia) = &mut seeded.motion {
+            inertia.mass += seeds[6];
+        }
+        if let Some(modulus) = &mut seeded.material.modulus {
+            *modulus += seeds[7];
+        }
+        seeded.material.dissipation += seeds[8];
+        seeded.material.friction += seeds[9];
+    }
+
     /// By what is seeded.
-    fn pulled_back(
-        &self,
-        system: &System<Seeded>,
-        here: (f64, &[BodyState<Seeded>], &[Wrench<Seeded>]),
-        by_wrenches: &[WrenchCovector],
-    ) -> SVector<f64, 12> {
-        let mut sums = vec![Wrench::zero(); by_wrenches.len()];
-        system.with_forces(here, &mut sums, |wrenches, now| {
-            self.world.real_forces().add_seeded(wrenches, now);
+    fn pulled_back(&self) -> SVector<f64, LOCAL> {
+        let mut sums = vec![Wrench::zero(); self.by_wrenches.len()];
+        let here = (self.time, &*self.states, &*self.contact);
+        self.system.with_forces(here, &mut sums, |wrenches, now| {
+            self.forces.add_seeded(wrenches, now);
         });
         let mut found = SVector::zeros();
-        for (by_wrench, wrench) in by_wrenches.iter().zip(&sums) {
+        for (by_wrench, wrench) in self.by_wrenches.iter().zip(&sums) {
             let numbers: Vector6<Seeded> = wrench.to_vector();
             for (factor, number) in by_wrench.to_vector().iter().zip(&numbers) {
                 // Where nothing depends on a wrench, its derivatives need not be there.
@@ -137,14 +202,4 @@ impl Reversal<'_> {
         }
         found
     }
-}
-
-fn lifted((_, states, contact): Here) -> (Vec<BodyState<Seeded>>, Vec<Wrench<Seeded>>) {
-    let constant = |vector: &Vector3<f64>| vector.map(crate::scalar::lift::<Seeded>);
-    let wrench = |wrench: &Wrench| Wrench {
-        torque: constant(&wrench.torque),
-        force: constant(&wrench.force),
-    };
-    let states = states.iter().map(BodyState::lifted).collect();
-    (states, contact.iter().map(wrench).collect())
 }

@@ -1,37 +1,63 @@
 //! A drift, backwards.
 
 use super::StateCovector;
+use super::covector::BodyGradient;
 use crate::dynamics::inertia::{PrincipalInertia, scaled};
 use crate::dynamics::{BodyState, Inertia};
 use crate::spatial::{left_jacobian, rotation_from_vector, turned_about_own_axis};
 use nalgebra::{Matrix3, Vector3};
 
+/// Principal values that agree to this fraction have no axes of their own: what their axes make of a change is taken from the
+/// limit in which they are equal.
+const EQUAL: f64 = 1e-6;
+
+/// The derivatives of a number by the rotation of a free body: by a turn in the axes of the world, by the spin, and by the
+/// inertia over the mass, in the axes of the body frame.
+struct RotationCovector {
+    turn: Vector3<f64>,
+    spin: Vector3<f64>,
+    inertia: Matrix3<f64>,
+}
+
+/// A turn about a principal axis.
+struct AxisTurn {
+    /// The principal axes in the world when it is taken.
+    frame: Matrix3<f64>,
+    axis: usize,
+    /// The time it counts for (s).
+    time: f64,
+}
+
 impl Inertia {
-    /// From the derivatives by the state of a free body after a time (s) to those by the state before it.
+    /// From the derivatives by the state of a free body after a time (s) to those by the state before it; adds those by the
+    /// inertia to others.
     pub(super) fn drifted_back(
         &self,
         before: &BodyState,
         after: &StateCovector,
         duration: f64,
+        gradient: &mut BodyGradient,
     ) -> StateCovector {
         let (rotation, spin) = (before.pose.rotation(), &before.twist.angular);
         let (turned, _) = self.principal.turned_freely(rotation, spin, duration);
         let [arm_before, arm_after] = [rotation, &turned].map(|it| it * self.center_of_mass);
-        // The origin is at the centre of mass less the arm.
-        let mut by_end = *after;
-        by_end.add_by_arm(&arm_after, &-after.shift);
+        let by_end = after.about(&arm_after);
+        gradient.center += rotation.tr_mul(&after.shift) - turned.tr_mul(&after.shift);
         let by_rotation = [by_end.turn, by_end.spin];
-        let [turn, spin] = self
-            .principal
-            .turned_back((rotation, spin), by_rotation, duration);
-        let mut by_start = StateCovector {
+        let before = (rotation, spin);
+        let RotationCovector {
+            turn,
+            spin,
+            inertia,
+        } = self.principal.turned_back(before, by_rotation, duration);
+        gradient.inertia += inertia;
+        let about_center = StateCovector {
             turn,
             spin,
             shift: after.shift,
             velocity: after.velocity + after.shift * duration,
         };
-        by_start.add_by_arm(&arm_before, &after.shift);
-        by_start
+        about_center.about(&-arm_before)
     }
 }
 
@@ -46,22 +72,20 @@ impl PrincipalInertia {
         (rotation, spin): (&Matrix3<f64>, &Vector3<f64>),
         [by_turn, by_spin]: [Vector3<f64>; 2],
         duration: f64,
-    ) -> [Vector3<f64>; 2] {
-        if self.is_sphere() {
-            let vector = spin * duration;
-            let by_vector = left_jacobian(&vector).tr_mul(&by_turn);
-            let turn = rotation_from_vector(&vector).tr_mul(&by_turn);
-            return [turn, by_spin + by_vector * duration];
-        }
+    ) -> RotationCovector {
         let before = self.frame(rotation);
         let momentum = scaled(&before, &self.moments, spin);
         let per_moments = self.moments.map(f64::recip);
         let mut frame = before;
         let turns = [(0, 0.5), (2, 1.0), (0, 0.5)].map(|(axis, share)| {
-            let rate = share * duration * (per_moments[axis] - per_moments[1]);
-            let direction = frame.column(axis).into_owned();
-            frame = turned_about_own_axis(&frame, axis, rate * direction.dot(&momentum));
-            (direction, rate)
+            let turn = AxisTurn {
+                frame,
+                axis,
+                time: share * duration,
+            };
+            let angle = turn.rate(&per_moments) * frame.column(axis).dot(&momentum);
+            frame = turned_about_own_axis(&frame, axis, angle);
+            turn
         });
         let steady = momentum * (per_moments[1] * duration);
         let steady_turn = rotation_from_vector(&steady);
@@ -70,17 +94,113 @@ impl PrincipalInertia {
         let spin_after = scaled(&after, &per_moments, &momentum);
         let mut by_momentum = scaled(&after, &per_moments, &by_spin);
         let mut turn = by_turn + spin_after.cross(&by_spin) - momentum.cross(&by_momentum);
+        let mut by_inverse = symmetric(&after.tr_mul(&by_spin), &after.tr_mul(&momentum));
         // The steady turn.
+        let by_axes_after = after.tr_mul(&turn);
+        by_inverse[(1, 1)] += duration * momentum.dot(&turn);
         by_momentum += left_jacobian(&steady).tr_mul(&turn) * (per_moments[1] * duration);
         turn = steady_turn.tr_mul(&turn);
-        for (direction, rate) in turns.into_iter().rev() {
-            let by_angle = rate * direction.dot(&turn);
+        let mut by_tilts = Matrix3::zeros();
+        for axis_turn in turns.iter().rev() {
+            let direction = axis_turn.frame.column(axis_turn.axis).into_owned();
+            axis_turn.add_by_inverse(&momentum, &turn, [&mut by_inverse, &mut by_tilts]);
+            let by_angle = axis_turn.rate(&per_moments) * direction.dot(&turn);
             by_momentum += direction * by_angle;
             turn += direction.cross(&momentum) * by_angle;
         }
+        let by_axes = before.tr_mul(&turn) - by_axes_after;
+        add_by_axes(&mut by_inverse, &by_axes, &per_moments, &by_tilts);
         // The momentum, from the spin at the start.
         let spin_before = scaled(&before, &self.moments, &by_momentum);
         turn += momentum.cross(&by_momentum) - spin.cross(&spin_before);
-        [turn, spin_before]
+        let by_moments = symmetric(&before.tr_mul(&by_momentum), &before.tr_mul(spin));
+        let inverse = Matrix3::from_diagonal(&per_moments);
+        let by_inertia = by_moments - inverse * by_inverse * inverse;
+        RotationCovector {
+            turn,
+            spin: spin_before,
+            inertia: self.axes * by_inertia * self.axes.transpose(),
+        }
     }
+
+    /// The derivative by the inertia over the mass, in the axes of the body frame, where a spin makes a momentum over the mass;
+    /// both in the axes of the world.
+    pub(super) fn by_inertia_in_momentum(
+        &self,
+        rotation: &Matrix3<f64>,
+        by_momentum: &Vector3<f64>,
+        spin: &Vector3<f64>,
+    ) -> Matrix3<f64> {
+        let frame = self.frame(rotation);
+        let by_moments = symmetric(&frame.tr_mul(by_momentum), &frame.tr_mul(spin));
+        self.axes * by_moments * self.axes.transpose()
+    }
+
+    /// The derivative by the inertia over the mass, in the axes of the body frame, where the spin changes by what a torque over the
+    /// mass makes of it in a time (s); both in the axes of the world.
+    pub(super) fn by_inertia_in_kick(
+        &self,
+        rotation: &Matrix3<f64>,
+        by_spin: &Vector3<f64>,
+        impulse: &Vector3<f64>,
+    ) -> Matrix3<f64> {
+        let frame = self.frame(rotation);
+        let by_inverse = symmetric(&frame.tr_mul(by_spin), &frame.tr_mul(impulse));
+        let inverse = Matrix3::from_diagonal(&self.moments.map(f64::recip));
+        -(self.axes * (inverse * by_inverse * inverse) * self.axes.transpose())
+    }
+}
+
+impl AxisTurn {
+    /// Angle over the momentum along the axis.
+    fn rate(&self, per_moments: &Vector3<f64>) -> f64 {
+        self.time * (per_moments[self.axis] - per_moments[1])
+    }
+
+    /// Adds the derivatives by the inverse of the inertia in its axes: by its principal values, and apart from these by what
+    /// tilts an axis where two of them are equal.
+    fn add_by_inverse(
+        &self,
+        momentum: &Vector3<f64>,
+        by_turn: &Vector3<f64>,
+        [by_inverse, by_tilts]: [&mut Matrix3<f64>; 2],
+    ) {
+        let by_all =
+            symmetric(&self.frame.tr_mul(by_turn), &self.frame.tr_mul(momentum)) * self.time;
+        let along = by_all[(self.axis, self.axis)];
+        by_inverse[(self.axis, self.axis)] += along;
+        by_inverse[(1, 1)] -= along;
+        by_tilts[(self.axis, 1)] += by_all[(self.axis, 1)];
+        // Where all are equal, axes are turned about for the whole time twice; the pair of the first and the last counts once.
+        if self.axis == 2 {
+            by_tilts[(0, 2)] += by_all[(0, 2)];
+        }
+    }
+}
+
+/// Adds the derivatives by the entries off the diagonal of the inverse of the inertia in its axes, from those by a turn of all
+/// axes in the body; from the limit where two principal values are equal.
+fn add_by_axes(
+    by_inverse: &mut Matrix3<f64>,
+    by_axes: &Vector3<f64>,
+    values: &Vector3<f64>,
+    by_tilts: &Matrix3<f64>,
+) {
+    for (a, b) in [(0, 1), (1, 2), (2, 0)] {
+        let axis = 3 - a - b;
+        let gap = values[a] - values[b];
+        let entry = if gap.abs() > EQUAL * values[a] {
+            0.5 * by_axes[axis] / gap
+        } else {
+            by_tilts[(a, b)] + by_tilts[(b, a)]
+        };
+        by_inverse[(a, b)] += entry;
+        by_inverse[(b, a)] += entry;
+    }
+}
+
+/// The symmetric part of a bᵀ.
+fn symmetric(a: &Vector3<f64>, b: &Vector3<f64>) -> Matrix3<f64> {
+    let product = a * b.transpose();
+    (product + product.transpose()) * 0.5
 }

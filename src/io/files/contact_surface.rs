@@ -1,8 +1,4 @@
-use super::{
-    FileError,
-    mesh_file::{extension, unknown_extension},
-    replacement::write_whole,
-};
+use super::{FileError, extension::known_extension, replacement::write_whole};
 use crate::contact::{ContactPolygon, ContactSurface};
 use nalgebra::Vector3;
 use std::io::Write;
@@ -28,12 +24,11 @@ const EXTENSIONS: &[&str] = &["vtk", "vtp"];
 pub fn write_surface(path: impl AsRef<Path>, surface: &ContactSurface) -> Result<(), FileError> {
     let path = path.as_ref();
     let mut bytes = Vec::new();
-    let written = match extension(path).as_str() {
+    let written = match known_extension(path, EXTENSIONS)? {
         "vtk" => vtk(surface).write_legacy(&mut bytes),
-        "vtp" => vtk(surface)
+        _ => vtk(surface)
             .write_xml(&mut bytes)
             .inspect(|()| add_zero_counts(&mut bytes)),
-        _ => return Err(unknown_extension(path, EXTENSIONS)),
     };
     write_whole(path, |file| {
         written?;

@@ -1,6 +1,6 @@
 #[cfg(feature = "vtk")]
 use super::vtk;
-use super::{FileError, gmsh};
+use super::{FileError, extension::known_extension, gmsh};
 use crate::mesh::{PressureField, TetMesh};
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -38,15 +38,12 @@ pub struct MeshFile {
 /// other solid elements, or if [`TetMesh::new`] refuses the mesh.
 pub fn read_mesh(path: impl AsRef<Path>) -> Result<MeshFile, FileError> {
     let path = path.as_ref();
-    let extension = extension(path);
-    if !EXTENSIONS.contains(&extension.as_str()) {
-        return Err(unknown_extension(path, EXTENSIONS));
-    }
+    let extension = known_extension(path, EXTENSIONS)?;
     let bytes = std::fs::read(path).map_err(|source| FileError::Read {
         path: path.into(),
         source,
     })?;
-    let contents = match extension.as_str() {
+    let contents = match extension {
         #[cfg(feature = "vtk")]
         "vtk" => vtk::read_legacy(path, &bytes)?,
         #[cfg(feature = "vtk")]
@@ -59,20 +56,6 @@ pub fn read_mesh(path: impl AsRef<Path>) -> Result<MeshFile, FileError> {
         point_data,
         path: path.into(),
     })
-}
-
-/// The extension of a file's name, in lower case; empty if there is none.
-pub(super) fn extension(path: &Path) -> String {
-    let extension = path.extension().unwrap_or_default();
-    extension.to_string_lossy().to_lowercase()
-}
-
-pub(super) fn unknown_extension(path: &Path, expected: &'static [&'static str]) -> FileError {
-    FileError::UnknownExtension {
-        path: path.into(),
-        found: extension(path),
-        expected,
-    }
 }
 
 impl MeshFile {

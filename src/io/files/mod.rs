@@ -5,6 +5,7 @@ mod contact_surface;
 #[cfg(feature = "vtk")]
 mod data_set_fields;
 mod error;
+mod extension;
 mod file_contents;
 mod gmsh;
 mod gmsh_headers;

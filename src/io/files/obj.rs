@@ -13,9 +13,13 @@ use super::text_lines::{TextFile, number, words};
 use nalgebra::Vector3;
 use std::path::Path;
 
-/// How many corners of a face are tried as the one that all its triangles have in common: a face of n corners takes as
-/// many times n.
+/// How many corners of a face are tried, at most, as the one that all its triangles have in common: each try takes a time in
+/// proportion to the number of corners.
 const TRIED: usize = 64;
+
+/// Why a face is refused.
+const NO_FAN: &str = "triangles from no corner fill this face: it is not flat, or bent so that it has to be cut into \
+                      triangles beforehand";
 
 pub(super) fn read(path: &Path, bytes: &[u8]) -> Result<Soup, FileError> {
     let format = "OBJ";
@@ -32,7 +36,7 @@ pub(super) fn read(path: &Path, bytes: &[u8]) -> Result<Soup, FileError> {
             Some(b"v") => defined += 1,
             Some(b"f") => {
                 let corners = words.map(|word| {
-                    let index = vertex(word, defined, vertices.len());
+                    let index = vertex_index(word, defined, vertices.len());
                     let cause = || unknown_vertex(word, vertices.len());
                     index.ok_or_else(|| file.stopped(line, cause()))
                 });
@@ -58,9 +62,9 @@ fn vertices(file: TextFile<'_>) -> Result<Vec<Vector3<f64>>, FileError> {
     Ok(vertices)
 }
 
-/// The index of the vertex that a corner of a face names: counted from 1, or, if negative, back from the last one so far. What
-/// follows after a slash are its texture and normal.
-fn vertex(word: &[u8], defined: usize, vertex_count: usize) -> Option<usize> {
+/// The index of the vertex that a corner of a face names, if there is one: counted from 1, or, if negative, back from the last
+/// one `defined` so far. What follows after a slash are its texture and normal.
+fn vertex_index(word: &[u8], defined: usize, vertex_count: usize) -> Option<usize> {
     let name: isize = number(word.split(|&byte| byte == b'/').next()?)?;
     let index = if name < 0 {
         defined.checked_add_signed(name)?
@@ -88,7 +92,7 @@ fn add_face(corners: &[Vector3<f64>], triangles: &mut Soup) -> Result<(), &'stat
             let apexes = 0..corners.len().min(TRIED);
             let apex = { apexes }
                 .find(|&apex| fan(corners, apex).all(|triangle| runs_about(&normal, triangle)));
-            let apex = apex.ok_or("triangles from no corner fill this face: it is not flat, or bent so that it has to be cut into triangles beforehand")?;
+            let apex = apex.ok_or(NO_FAN)?;
             triangles.extend(fan(corners, apex));
             Ok(())
         }
@@ -101,13 +105,14 @@ fn fan(corners: &[Vector3<f64>], apex: usize) -> impl Iterator<Item = [Vector3<f
     (1..corners.len() - 1).map(move |step| [corner(0), corner(step), corner(step + 1)])
 }
 
-/// Twice the area (m²) of a face, along its normal.
+/// The normal of a face, of twice its area (in the file's unit squared) as length.
 fn normal(corners: &[Vector3<f64>]) -> Vector3<f64> {
     fan(corners, 0)
         .map(|[a, b, c]| (b - a).cross(&(c - a)))
         .sum()
 }
 
+/// Whether a triangle turns the same way as a face with this normal.
 fn runs_about(normal: &Vector3<f64>, [a, b, c]: [Vector3<f64>; 3]) -> bool {
     (b - a).cross(&(c - a)).dot(normal) > 0.0
 }

@@ -12,8 +12,10 @@ use nalgebra::Vector3;
 use std::io::Cursor;
 use std::path::Path;
 
-/// Bytes before the number of triangles in a binary file, and with it.
+/// Bytes of the header of a binary file, which says nothing.
 const HEADER: usize = 80;
+
+/// Bytes before the first triangle of a binary file: the header, and the number of triangles.
 const PREFIX: usize = HEADER + 4;
 
 /// Bytes of a triangle in a binary file: its normal, three corners, and two bytes more.
@@ -35,8 +37,8 @@ pub(super) fn read(path: &Path, bytes: Vec<u8>) -> Result<Soup, FileError> {
     })
 }
 
-/// Whether the file is ASCII. The header of a binary file may begin with the same word, but then the length is right, or there
-/// are zeros: each triangle has two, if its colour is not given.
+/// Whether the file is ASCII: it begins with the word "solid". The header of a binary file may begin so too, but then the file
+/// has the length that it announces, or has bytes of zero: each triangle ends with two of them, unless a color is given.
 fn is_text(bytes: &[u8]) -> bool {
     let begins = words(bytes)
         .next()
@@ -51,13 +53,13 @@ fn announced(bytes: &[u8]) -> Option<usize> {
     usize::try_from(u32::from_le_bytes(*count)).ok()
 }
 
-/// How many triangles there is room for in a binary file, and what is left over.
+/// How many triangles a binary file has room for, and how many bytes are left over.
 fn records_in(bytes: &[u8]) -> (usize, usize) {
     let length = bytes.len().saturating_sub(PREFIX);
     (length / RECORD, length % RECORD)
 }
 
-/// Whether the number of triangles that a binary file says it has is that for which it has room.
+/// Checks that a binary file has the length of as many triangles as it says it has.
 fn check_length(path: &Path, bytes: &[u8]) -> Result<(), FileError> {
     let path = path.into();
     let Some(count) = announced(bytes) else {
@@ -107,7 +109,9 @@ type Expected = &'static [&'static str];
 
 /// What has been read of an ASCII file.
 struct Reader {
+    /// What the next line has to begin with.
     expected: Expected,
+    /// The corners so far of the triangle that is being read.
     corners: Vec<Vector3<f64>>,
     triangles: Soup,
 }

@@ -1,5 +1,4 @@
-use super::mesh_file::{extension, unknown_extension};
-use super::{FileError, obj, stl};
+use super::{FileError, extension::known_extension, obj, stl};
 use crate::mesh::TriangleSurface;
 use nalgebra::Vector3;
 use std::path::Path;
@@ -7,25 +6,25 @@ use std::path::Path;
 /// What the name of a surface file can end in.
 const EXTENSIONS: &[&str] = &["obj", "stl"];
 
-/// Triangles with corners of their own, as a file has them.
+/// Triangles with corners of their own, in the file's unit.
 pub(super) type Soup = Vec<[Vector3<f64>; 3]>;
 
 /// Reads the closed surface of a rigid body, in the format that the extension of the file's name tells, in upper or
 /// lower case:
 ///
-/// - `.stl`: binary or ASCII; all solids of the file together. Normals are not read: which side is outside, the order of the
-///   corners tells.
+/// - `.stl`: binary or ASCII; all solids of the file together. Its normals are not read: the order of the corners says which
+///   side is outside.
 /// - `.obj`: the vertices and faces of all groups together. A face of more than three corners is cut into triangles by its
 ///   diagonals from one corner, the first from which they all run through the face.
 ///
 /// Text is read in double precision; binary files have single precision.
 ///
-/// Neither format has a unit. One of the file is `unit` metres: 0.001 for the millimetres of most CAD programs. Vertices at
-/// exactly the same place become one.
+/// Neither format has a unit: a coordinate of 1 in the file is `unit` (m), 0.001 for the millimeters of most CAD programs.
+/// Vertices at exactly the same place become one.
 ///
 /// # Errors
-/// If the file cannot be read or understood, or if [`TriangleSurface::from_soup`] refuses the triangles, whose indices
-/// are then those after welding.
+/// If the file cannot be read or understood, the unit is not positive and finite, or [`TriangleSurface::from_soup`] refuses
+/// the triangles; its indices do not count triangles of which two corners are the same.
 ///
 /// ```no_run
 /// use hydroelastic::io::read_triangle_surface;
@@ -39,10 +38,7 @@ pub fn read_triangle_surface(
     unit: f64,
 ) -> Result<TriangleSurface, FileError> {
     let path = path.as_ref();
-    let extension = extension(path);
-    if !EXTENSIONS.contains(&extension.as_str()) {
-        return Err(unknown_extension(path, EXTENSIONS));
-    }
+    let extension = known_extension(path, EXTENSIONS)?;
     if !(unit > 0.0 && unit.is_finite()) {
         let path = path.into();
         return Err(FileError::Unit { path, found: unit });
@@ -51,7 +47,7 @@ pub fn read_triangle_surface(
         path: path.into(),
         source,
     })?;
-    let mut soup = match extension.as_str() {
+    let mut soup = match extension {
         "stl" => stl::read(path, bytes)?,
         _ => obj::read(path, &bytes)?,
     };

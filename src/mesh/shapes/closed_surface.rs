@@ -1,7 +1,7 @@
 use crate::geometry::Aabb;
 use crate::mesh::MeshError;
 use crate::mesh::tet_mesh::FLATNESS;
-use crate::mesh::welding::place_key;
+use crate::mesh::welding::{place_key, without_unused};
 use nalgebra::Vector3;
 use std::collections::HashMap;
 use std::collections::hash_map::Entry;
@@ -12,7 +12,7 @@ pub(super) struct ClosedSurface {
     pub vertices: Vec<Vector3<f64>>,
     /// The triangles, counter-clockwise seen from outside.
     pub triangles: Vec<[usize; 3]>,
-    /// Centre of the volume (m).
+    /// Center of the volume (m).
     pub center: Vector3<f64>,
 }
 
@@ -34,7 +34,7 @@ impl ClosedSurface {
             check_corners(index, *triangle)?;
         }
         check_edges(&triangles)?;
-        let (vertices, triangles) = compact(vertices, &triangles);
+        let (vertices, triangles) = without_unused(vertices, &triangles);
         let (volume, center) = volume_and_center(&vertices, &triangles);
         check_volume(volume, &center, &Aabb::around(&vertices))?;
         Ok(Self {
@@ -43,27 +43,6 @@ impl ClosedSurface {
             center,
         })
     }
-}
-
-/// Vertices and triangles without the vertices that no triangle uses.
-fn compact(
-    vertices: Vec<Vector3<f64>>,
-    triangles: &[[usize; 3]],
-) -> (Vec<Vector3<f64>>, Vec<[usize; 3]>) {
-    let mut used = vec![false; vertices.len()];
-    for &vertex in triangles.iter().flatten() {
-        used[vertex] = true;
-    }
-    let mut place_of = vec![0; used.len()];
-    let mut kept = Vec::new();
-    for (vertex, position) in vertices.into_iter().enumerate() {
-        if used[vertex] {
-            place_of[vertex] = kept.len();
-            kept.push(position);
-        }
-    }
-    let renumbered = |triangle: &[usize; 3]| triangle.map(|vertex| place_of[vertex]);
-    (kept, triangles.iter().map(renumbered).collect())
 }
 
 /// Checks that the vertices of the triangles are finite.
@@ -142,8 +121,8 @@ fn directed_edges(triangles: &[[usize; 3]]) -> impl Iterator<Item = (usize, [usi
     triangles.iter().enumerate().flat_map(edges_of)
 }
 
-/// Checks that the volume (m³) in a box and its centre (m) are finite, and the volume is positive and more
-/// than what would be flat for a tetrahedron: of less the centre would be round-off.
+/// Checks that the volume (m³) in a box and its center (m) are finite, and the volume is positive and more
+/// than what would be flat for a tetrahedron: of less the center would be round-off.
 fn check_volume(volume: f64, center: &Vector3<f64>, aabb: &Aabb) -> Result<(), MeshError> {
     let diagonal = (aabb.upper - aabb.lower).norm();
     let flat = FLATNESS * diagonal.powi(3);
@@ -158,7 +137,7 @@ fn check_volume(volume: f64, center: &Vector3<f64>, aabb: &Aabb) -> Result<(), M
     }
 }
 
-/// The volume (m³) inside and its centre (m), by the divergence theorem: sums over the signed
+/// The volume (m³) inside and its center (m), by the divergence theorem: sums over the signed
 /// tetrahedra between the triangles and the middle of the box, so that little cancels.
 fn volume_and_center(vertices: &[Vector3<f64>], triangles: &[[usize; 3]]) -> (f64, Vector3<f64>) {
     let middle = Aabb::around(vertices).center();

@@ -19,7 +19,7 @@ const TRIANGLES: [[usize; 3]; 12] = [
     [1, 5, 7],
 ];
 
-/// A box with edges of the given lengths (m): eight corners, a centre of extent 1, and twelve
+/// A box with edges of the given lengths (m): eight corners, a center of extent 1, and twelve
 /// tetrahedra (the paper, §V).
 ///
 /// In a cube the field is the distance to the surface; in a longer box it rises more slowly from

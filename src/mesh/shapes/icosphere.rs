@@ -33,7 +33,7 @@ const ICOSAHEDRON: [[usize; 3]; 20] = [
 
 /// A ball of the given radius (m): an icosahedron, each triangle split into four at the edge
 /// midpoints `subdivisions` times, then projected to the sphere, every triangle joined to a
-/// centre vertex of extent 1 (the paper, §V): 20·4ᵏ tetrahedra.
+/// center vertex of extent 1 (the paper, §V): 20·4ᵏ tetrahedra.
 ///
 /// # Errors
 /// If the radius is not positive and finite, or there are more than 8 subdivisions.
@@ -42,7 +42,7 @@ pub fn icosphere(radius: f64, subdivisions: usize) -> Result<PressureField, Mesh
     ellipsoid([radius; 3], subdivisions)
 }
 
-/// An ellipsoid with the given semi-axes (m): an icosphere stretched, with extent 1 at its centre.
+/// An ellipsoid with the given semi-axes (m): an icosphere stretched, with extent 1 at its center.
 ///
 /// # Errors
 /// If a semi-axis is not positive and finite, there are more than 8 subdivisions, or the shape is

@@ -1,4 +1,4 @@
-//! Ready-made pressure fields, centred on the origin of the body frame, and solids inside triangles,
+//! Ready-made pressure fields, centered on the origin of the body frame, and solids inside triangles,
 //! where those are. Extents are in [0, 1].
 
 mod closed_surface;

@@ -6,15 +6,15 @@ use crate::mesh::{MeshError, PressureField};
 use nalgebra::Vector3;
 use std::f64::consts::PI;
 
-/// The solid inside a closed surface of triangles, all of which can be seen from the centre of its
-/// volume; convex solids are such. Its field has extent 1 at that centre.
+/// The solid inside a closed surface of triangles, all of which can be seen from the center of its
+/// volume; convex solids are such. Its field has extent 1 at that center.
 ///
 /// As [`star_shaped_about`] does, this takes vertices (m) and triangles counter-clockwise seen from
-/// outside. It makes a tetrahedron of each triangle and the centre. Vertices at exactly the same place
+/// outside. It makes a tetrahedron of each triangle and the center. Vertices at exactly the same place
 /// become one, so that triangles may come each with corners of its own, and vertices that no triangle
 /// uses are left out, whatever their numbers.
 ///
-/// In the solid whose faces are all at the same distance from the centre, such as a cube, the field is
+/// In the solid whose faces are all at the same distance from the center, such as a cube, the field is
 /// proportional to the distance to the surface; in others it rises more slowly from the far faces than from the near ones.
 ///
 /// ```
@@ -33,8 +33,8 @@ use std::f64::consts::PI;
 ///
 /// # Errors
 /// If a coordinate is not finite, an index out of range or repeated; if the surface is open, or its
-/// triangles are turned different ways or inwards; if a triangle cannot be seen from the centre, or is so
-/// flat or so nearly in a plane with the centre that the tetrahedron between them is flat to round-off; or if
+/// triangles are turned different ways or inwards; if a triangle cannot be seen from the center, or is so
+/// flat or so nearly in a plane with the center that the tetrahedron between them is flat to round-off; or if
 /// the solid is so large that its volume is beyond double precision.
 pub fn star_shaped(
     vertices: Vec<Vector3<f64>>,

@@ -7,14 +7,17 @@ use hydroelastic::mesh::shapes;
 use hydroelastic::spatial::Pose;
 use nalgebra::vector;
 
-/// Force and stiffnesses are known to so many digits.
+/// The other program's force is printed with so many digits (N).
 const PRINTED: f64 = 2e-9;
 
-/// The slope is that of a place so far beside, to this part.
+/// How far beside the layer (m) slopes of one side are taken, and how much they (N/m) differ from those at the layer.
 const BESIDE: f64 = 1e-7;
 const NEAR: f64 = 1e-5;
 
-/// Where the layer of vertices lies in which the cube's lower side is, and half of the cube's edge (m).
+/// Round-off of forces and slopes of order one.
+const ROUNDED: f64 = 1e-12;
+
+/// Height of the layer of vertices in which the cube's lower side lies, and half of the cube's edge (m).
 const LAYER: f64 = 0.25;
 const HALF: f64 = 0.45;
 
@@ -35,18 +38,19 @@ fn the_slope_in_a_layer_of_the_mesh_is_the_mean_of_both_sides() {
     let cube = rigid(&Shape::new(shapes::cuboid([2.0 * HALF; 3]).unwrap()));
     let [force, slope] = force_and_slope(&block, &cube, LAYER);
     assert!((force + 0.272_960_168).abs() < PRINTED, "{force}");
+    let known = [0.125, 0.990_654];
     let [below, above] =
         [-BESIDE, BESIDE].map(|beside| force_and_slope(&block, &cube, LAYER + beside)[1]);
-    assert!((below - 0.125).abs() < NEAR, "{below}");
-    assert!((above - 0.990_654).abs() < NEAR, "{above}");
-    let mean = 0.5 * (0.125 + 0.990_654);
+    assert!((below - known[0]).abs() < NEAR, "{below}");
+    assert!((above - known[1]).abs() < NEAR, "{above}");
+    let mean = f64::midpoint(known[0], known[1]);
     assert!((slope - mean).abs() < NEAR, "{slope}");
     // Round-off decides nothing.
     for beside in [1e-16, 1e-15, 1e-14] {
         for height in [LAYER - beside, LAYER + beside] {
             let [near, near_slope] = force_and_slope(&block, &cube, height);
-            assert!((near - force).abs() < 1e-12, "{near}");
-            assert!((near_slope - slope).abs() < 1e-12, "{near_slope}");
+            assert!((near - force).abs() < ROUNDED, "{near}");
+            assert!((near_slope - slope).abs() < ROUNDED, "{near_slope}");
         }
     }
 }

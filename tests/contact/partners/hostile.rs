@@ -5,7 +5,7 @@ use crate::hostile::{Tallies, merge, report};
 use crate::support::hostile::partners::StandIns;
 use crate::support::hostile::{Family, Hostile};
 use crate::support::scenes::Random;
-use crate::support::sweep::in_batches;
+use crate::support::sweep::{in_batches, range_from_environment};
 use std::ops::Range;
 
 /// Pairs that share a set of shapes.
@@ -44,7 +44,6 @@ fn hostile_pairs_with_partners_keep_every_claim() {
 #[test]
 #[ignore = "an hour: a million pairs"]
 fn many_hostile_pairs_with_partners_keep_every_claim() {
-    let number = |name: &str| std::env::var(name).ok().map(|text| text.parse().unwrap());
-    let (first, count) = (number("HOSTILE_FIRST"), number("HOSTILE_PAIRS"));
-    report(&soaked(first.unwrap_or(SHORT), count.unwrap_or(LONG)));
+    let (first, count) = range_from_environment("HOSTILE", (SHORT, LONG));
+    report(&soaked(first, count));
 }

@@ -6,6 +6,7 @@ mod hostile;
 mod in_motion;
 mod invariants;
 mod reference_data;
+mod refusals;
 mod rigid_limit;
 mod search;
 mod special;

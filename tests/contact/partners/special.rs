@@ -10,7 +10,7 @@ use crate::support::moving::poses::{Family, scene};
 use crate::support::moving::special::is_parted;
 use crate::support::moving::verdict::checked;
 use crate::support::scenes::Random;
-use crate::support::sweep::in_batches;
+use crate::support::sweep::{in_batches, range_from_environment};
 use std::ops::Range;
 
 /// Poses that share a set of shapes.
@@ -85,15 +85,8 @@ fn derivatives_at_special_positions_are_those_of_differences() {
 #[test]
 #[ignore = "an hour: a hundred thousand poses"]
 fn derivatives_at_many_special_positions_are_those_of_differences() {
-    let (first, count) = range_from(SHORT, LONG);
+    let (first, count) = range_from_environment("COINCIDENCE", (SHORT, LONG));
     report(&swept(first, count));
-}
-
-/// The first number and how many, if COINCIDENCE_FIRST and COINCIDENCE_PAIRS do not say.
-fn range_from(first: usize, count: usize) -> (usize, usize) {
-    let number = |name: &str| std::env::var(name).ok().map(|text| text.parse().unwrap());
-    let (own_first, own_count) = (number("COINCIDENCE_FIRST"), number("COINCIDENCE_PAIRS"));
-    (own_first.unwrap_or(first), own_count.unwrap_or(count))
 }
 
 /// Errors of the elastic derivatives, and of those in motion, but where surfaces part just so fast that there is no pressure
@@ -156,5 +149,5 @@ fn derivatives_at_generic_poses_are_those_of_differences() {
 #[test]
 #[ignore = "an hour: a hundred thousand poses"]
 fn derivatives_at_many_generic_poses_are_those_of_differences() {
-    assert_generic(range_from(0, GENERIC[1]));
+    assert_generic(range_from_environment("COINCIDENCE", (0, GENERIC[1])));
 }

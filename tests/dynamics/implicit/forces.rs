@@ -153,6 +153,47 @@ fn linearised_steps_agree_with_differences() {
     }
 }
 
+/// A force of contact on the body that it acts on, by which it may be said that it depends on no state.
+struct Boosting {
+    is_coupled: bool,
+}
+
+impl Force for Boosting {
+    fn add_to<T: Scalar>(&self, wrenches: &mut Wrenches<T>, now: &Situation<T>) {
+        wrenches.push_center(0, &(now.contact[0].force * lift::<T>(0.5)));
+    }
+
+    fn coupled(&self, bodies: &[Body]) -> Vec<Vec<usize>> {
+        let all = (0..bodies.len()).collect();
+        if self.is_coupled { vec![all] } else { vec![] }
+    }
+}
+
+/// Of the largest entry: iterations end at other round-off.
+const SAME_SOLUTION: f64 = 1e-9;
+
+#[test]
+fn what_a_force_makes_of_contact_needs_no_group() {
+    let skin = Material::elastic(1e6)
+        .with_dissipation(0.3)
+        .with_friction(0.3);
+    let turned = Pose::from_rotation_vector(&vector![0.1, 0.0, 0.3], vector![0.0, 0.0, 0.12]);
+    let block = brick("block", [0.2; 3], skin)
+        .at(turned)
+        .with_velocity(vector![0.5, 0.1, -0.5]);
+    let bodies = vec![block, ground([2.0, 2.0, 0.4], skin)];
+    let world = on_slope(bodies, 0.0, 1e-2);
+    for integrator in IMPLICIT {
+        let plan = Plan::new(2e-3, 40).unwrap().with_integrator(integrator);
+        let [with, without] = [true, false].map(|is_coupled| {
+            let world = world.clone().with_forces(Boosting { is_coupled }).unwrap();
+            let experiment = Experiment::new(&world, &plan);
+            experiment.linearised(&[]).unwrap().by_state
+        });
+        assert!((&with - &without).amax() < SAME_SOLUTION * with.amax());
+    }
+}
+
 #[test]
 fn a_path_that_is_lost_and_bad_settings_are_typed_errors() {
     let skin = Material::elastic(1e6);

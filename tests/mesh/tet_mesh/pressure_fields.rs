@@ -43,6 +43,16 @@ fn extents_must_be_finite_and_not_negative() {
 }
 
 #[test]
+fn an_extent_must_not_rise_beyond_double_precision() {
+    let error = field_error(tet_around_a_vertex(), &[0.0, 0.0, 0.0, 0.0, f64::MAX]);
+    assert_eq!(error, MeshError::SteepField { tet: 0 });
+    assert_eq!(
+        error.to_string(),
+        "the extent in tetrahedron 0 rises by more per meter than double precision can hold"
+    );
+}
+
+#[test]
 fn the_extent_on_the_surface_must_be_zero() {
     let error = field_error(tet_around_a_vertex(), &[0.0, 0.0, 0.0, 1e-9, 1.0]);
     let expected = MeshError::SurfaceExtent {

@@ -1,6 +1,6 @@
 //! Closed surfaces of triangles: mass properties, neighbors, components, and what is refused.
 
-mod neighbours;
+mod neighbors;
 mod sample_surfaces;
 mod solids;
 mod validation;

@@ -10,8 +10,9 @@ pub mod poses;
 pub mod special;
 pub mod verdict;
 
+use crate::support::scenes::Random;
 use hydroelastic::contact::{ContactBody, ContactPair, ContactWrench, SurfaceLaw};
-use hydroelastic::scalar::{Scalar, lift_vector};
+use hydroelastic::scalar::{DenseDual, Scalar, lift_vector};
 use hydroelastic::spatial::{Pose, Twist};
 use nalgebra::{SMatrix, SVector};
 
@@ -20,6 +21,20 @@ pub const COLUMNS: usize = 28;
 
 /// Rows: the wrench on A, then that on B. Columns as of [`COLUMNS`].
 pub type Jacobian = SMatrix<f64, 12, COLUMNS>;
+
+/// A dual number with a slope by each column.
+pub type Wide = DenseDual<COLUMNS>;
+
+/// Changes of zero, each with a slope of 1 by its own column.
+pub fn seeds() -> SVector<Wide, COLUMNS> {
+    SVector::from_fn(|column, _| Wide::variable(0.0, column))
+}
+
+/// The slopes of wrenches.
+pub fn jacobian_of(wrench: &ContactWrench<Wide>) -> Jacobian {
+    let rows = numbers(wrench);
+    Jacobian::from_fn(|row, column| rows[row].eps[column])
+}
 
 /// A pair in motion, in plain numbers.
 #[derive(Debug, Clone, Copy)]
@@ -35,6 +50,20 @@ pub struct Scene<'a> {
 }
 
 impl<'a> Scene<'a> {
+    /// A pair in no special position, with twists of up to 0.5 (rad/s, m/s), dissipation and friction at random.
+    pub fn at_random(pair: ContactPair<'a>, random: &mut Random) -> Self {
+        let mut number = || random.between(-0.5, 0.5);
+        let twists = [0, 1].map(|_| Twist::from_vector(&SVector::from_fn(|_, _| number())));
+        Self {
+            pair,
+            twists,
+            dissipation: random.between(0.0, 0.8),
+            friction: random.between(0.0, 1.0),
+            slip_tolerance: 0.05,
+            missed: f64::INFINITY,
+        }
+    }
+
     pub fn law(&self) -> SurfaceLaw {
         SurfaceLaw::new(self.dissipation, self.friction, self.slip_tolerance).unwrap()
     }
@@ -76,6 +105,24 @@ impl<'a> Scene<'a> {
     pub fn wrenches(&self, changes: &SVector<f64, COLUMNS>) -> SVector<f64, 12> {
         let (pair, law, twists) = self.changed(changes);
         numbers(&pair.wrench_in_motion(&law, twists))
+    }
+
+    /// The error of a Jacobian along a direction against the best of central differences with these steps, relative to the
+    /// largest number of the derivative: where a step straddles a polygon's change of topology, or its wrench is rounded,
+    /// another does not.
+    pub fn error_along(
+        &self,
+        direction: &SVector<f64, COLUMNS>,
+        jacobian: &Jacobian,
+        steps: &[f64],
+    ) -> f64 {
+        let expected = jacobian * direction;
+        let error = |step: &f64| {
+            let ahead = self.wrenches(&(direction * *step));
+            let difference = (ahead - self.wrenches(&(direction * -step))) / (2.0 * step);
+            (difference - expected).amax() / expected.amax()
+        };
+        steps.iter().map(error).fold(f64::INFINITY, f64::min)
     }
 
     /// The same with the names of the bodies exchanged.

@@ -13,7 +13,7 @@ mod surfaces;
 mod view;
 
 use super::FileError;
-use super::mesh_file::{extension, unknown_extension};
+use super::extension::known_extension;
 use super::replacement::write_whole;
 use super::trajectory::check_fits;
 use crate::dynamics::{Force, System, Trajectory, World};
@@ -150,9 +150,7 @@ impl Recording {
     /// it cannot be written.
     pub fn write(&self, path: impl AsRef<Path>) -> Result<(), FileError> {
         let path = path.as_ref();
-        if !EXTENSIONS.contains(&extension(path).as_str()) {
-            return Err(unknown_extension(path, EXTENSIONS));
-        }
+        known_extension(path, EXTENSIONS)?;
         if !(self.slowdown > 0.0 && self.slowdown.is_finite()) {
             return Err(FileError::Slowdown {
                 path: path.into(),

@@ -1,7 +1,7 @@
 use super::{check_count, csv_file, rows_of};
 use crate::dynamics::{Body, Force, State, World};
 use crate::io::FileError;
-use crate::io::files::mesh_file::{extension, unknown_extension};
+use crate::io::files::extension::known_extension;
 use std::fs::{self, File};
 use std::io::{self, Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};
@@ -66,9 +66,7 @@ impl TrajectoryFile {
         world: &World<f64, F>,
     ) -> Result<Self, FileError> {
         let path = path.as_ref();
-        if !EXTENSIONS.contains(&extension(path).as_str()) {
-            return Err(unknown_extension(path, EXTENSIONS));
-        }
+        known_extension(path, EXTENSIONS)?;
         let file = File::create_new(path).map_err(|source| write_error(path, source))?;
         let mut growing = Self {
             path: path.into(),

@@ -6,7 +6,7 @@ mod growing;
 mod parquet_file;
 
 use super::FileError;
-use super::mesh_file::{extension, unknown_extension};
+use super::extension::known_extension;
 use super::replacement::write_whole;
 use crate::dynamics::{Body, BodyState, Force, State, Trajectory, World};
 pub use growing::TrajectoryFile;
@@ -90,11 +90,10 @@ pub fn write_trajectory<F: Force>(
     trajectory: &Trajectory,
 ) -> Result<(), FileError> {
     let path = path.as_ref();
-    let write = match extension(path).as_str() {
-        "csv" => csv_file::write,
+    let write = match known_extension(path, EXTENSIONS)? {
         #[cfg(feature = "parquet")]
         "parquet" => parquet_file::write,
-        _ => return Err(unknown_extension(path, EXTENSIONS)),
+        _ => csv_file::write,
     };
     let bodies = world.bodies();
     check_fits(path, bodies, trajectory)?;

@@ -16,16 +16,16 @@ fn edge(surface: &TriangleSurface, triangle: usize, corner: usize) -> [usize; 2]
 }
 
 #[test]
-fn a_neighbour_has_the_same_edge_the_other_way_round() {
+fn a_neighbor_has_the_same_edge_the_other_way_round() {
     for (name, mesh) in meshes() {
         let surface = TriangleSurface::around(&mesh).unwrap();
         for triangle in 0..surface.triangles().len() {
             for corner in 0..3 {
                 let [from, to] = edge(&surface, triangle, corner);
-                let neighbour = surface.neighbour(triangle, corner);
-                let back = (0..3).find(|&k| edge(&surface, neighbour, k) == [to, from]);
+                let neighbor = surface.neighbor(triangle, corner);
+                let back = (0..3).find(|&k| edge(&surface, neighbor, k) == [to, from]);
                 let back = back.unwrap_or_else(|| panic!("{name}: {triangle} {corner}"));
-                assert_eq!(surface.neighbour(neighbour, back), triangle, "{name}");
+                assert_eq!(surface.neighbor(neighbor, back), triangle, "{name}");
             }
         }
     }
@@ -46,8 +46,8 @@ fn a_soup_in_any_order_becomes_the_surface_it_was_made_of() {
     for (triangle, &before) in order.iter().enumerate() {
         assert_eq!(welded.corners(triangle), whole.corners(before));
         for edge in 0..3 {
-            let neighbour = order[welded.neighbour(triangle, edge)];
-            assert_eq!(neighbour, whole.neighbour(before, edge));
+            let neighbor = order[welded.neighbor(triangle, edge)];
+            assert_eq!(neighbor, whole.neighbor(before, edge));
         }
     }
 }

@@ -1,3 +1,5 @@
+//! Culling: the pairs of tetrahedra that cannot touch are left out, all others looked at.
+
 use super::Culling;
 use crate::broad_phase::Projections;
 use crate::geometry::Aabb;
@@ -28,42 +30,59 @@ impl RelativePair<'_> {
 
     /// Visits the pairs of tetrahedra that culling leaves over.
     pub fn visit_candidates(&self, culling: Culling, mut visit: impl FnMut(usize, &PosedTet)) {
+        if let PartnerShape::HalfSpace(_) = self.shape_b {
+            let half_space = self.posed_tet(0);
+            self.visit_at_half_space(culling, &half_space, |a| visit(a.index, &half_space));
+            return;
+        }
         let visit_partners = |index_b: usize| {
             let tet_b = self.posed_tet(index_b);
             self.visit_partners(culling, &tet_b, |index_a| visit(index_a, &tet_b));
         };
-        match self.shape_b {
-            PartnerShape::HalfSpace(_) => {
-                let half_space = self.posed_tet(0);
-                // The plane of a rigid one is its surface; in others it lies somewhere below.
-                let is_rigid = self.shape_b.is_rigid();
-                let deepest = if is_rigid { 0.0 } else { f64::INFINITY };
-                self.visit_reaching(&half_space, deepest, |a| visit(a.index, &half_space));
-            }
-            PartnerShape::Compliant(_) | PartnerShape::Rigid(_) if culling.tree => {
-                self.visit_cells_near(&self.shape_a.tree().bounds(), visit_partners);
-            }
-            PartnerShape::Compliant(_) | PartnerShape::Rigid(_) => {
-                (0..self.shape_b.cells().len())
-                    .filter(|&b| !self.tet_b(b).is_inert())
-                    .for_each(visit_partners);
-            }
+        if culling.tree {
+            self.visit_cells_near(&self.shape_a.tree().bounds(), visit_partners);
+        } else {
+            (0..self.shape_b.cells().len())
+                .filter(|&b| !self.tet_b(b).is_inert())
+                .for_each(visit_partners);
         }
     }
 
-    /// Visits the tetrahedra or triangles of B that may overlap the box `region` in A.
+    /// Visits the tetrahedra of A in which its pressure may be that of a half-space.
+    fn visit_at_half_space(
+        &self,
+        culling: Culling,
+        half_space: &PosedTet,
+        visit: impl FnMut(&FieldTet),
+    ) {
+        if culling.tree {
+            // The plane of a rigid one is its surface; in others it lies somewhere below.
+            let is_rigid = self.shape_b.is_rigid();
+            let deepest = if is_rigid { 0.0 } else { f64::INFINITY };
+            self.visit_reaching(half_space, deepest, visit);
+        } else {
+            let tets = self.shape_a.field().tets().iter();
+            tets.filter(|a| !a.is_inert()).for_each(visit);
+        }
+    }
+
+    /// Visits the tetrahedra or triangles of B that may overlap the box `region` in A's frame; a half-space, which has none,
+    /// not at all.
     pub fn visit_cells_near(&self, region: &Aabb, visit: impl FnMut(usize)) {
         let (pose_ab, margin) = (&self.pose_ab, self.margin());
         match self.shape_b {
             PartnerShape::Compliant(shape) => {
                 shape.tree().visit_near(region, pose_ab, margin, visit);
             }
-            PartnerShape::Rigid(shape) => shape.rims().visit_near(region, pose_ab, margin, visit),
+            PartnerShape::Rigid(shape) => shape
+                .triangle_tree()
+                .visit_near(region, pose_ab, margin, visit),
             PartnerShape::HalfSpace(_) => {}
         }
     }
 
-    /// Visits the tetrahedra of A that may have points from the surface of a half-space down to where its field has this value.
+    /// Visits the tetrahedra of A that may have points from the surface of a half-space down to where its field has the value
+    /// `deepest`.
     pub fn visit_reaching(
         &self,
         half_space: &PosedTet,

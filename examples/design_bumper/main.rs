@@ -1,0 +1,184 @@
+//! Which shape of a soft cushion catches a thrown ball, so that it comes to rest at a target? Hundreds of vertex coordinates,
+//! by the reverse sweep through contact, friction and dissipation; the cushion's volume is kept.
+//!
+//! `cargo run --release --example design_bumper [-- --record FILE.glb --plot FILE.svg]`
+
+mod cushion;
+#[path = "../show/mod.rs"]
+mod show;
+
+use cushion::Cushion;
+use hydroelastic::contact::Shape;
+use hydroelastic::dynamics::{Body, Mass, Material, Plan, State, Trajectory, World};
+use hydroelastic::gradient::{Experiment, Integral, Keeping, Rate};
+use hydroelastic::io::Recording;
+use hydroelastic::mesh::shapes;
+use hydroelastic::scalar::{Scalar, lift, lift_vector};
+use hydroelastic::spatial::Pose;
+use indicatif::ProgressBar;
+use nalgebra::{Vector3, vector};
+use show::{Curve, Panel};
+use std::error::Error;
+
+/// Radius (m) and mass (kg) of the ball, and how it is thrown.
+const RADIUS: f64 = 0.06;
+const MASS: f64 = 0.3;
+const START: Vector3<f64> = Vector3::new(-0.2, -0.05, 0.3);
+const VELOCITY: Vector3<f64> = Vector3::new(0.7, 0.25, 0.0);
+/// Where it should come to rest (m), as seen from above.
+const TARGET: Vector3<f64> = Vector3::new(0.06, 0.04, 0.0);
+/// From this time (s) on, distance and speed count; a speed (m/s) counts as a distance (m) over this (s).
+const SETTLED: f64 = 0.6;
+const TAU: f64 = 0.1;
+/// Time step (s) and steps.
+const TIME_STEP: f64 = 5e-4;
+const STEPS: usize = 1_800;
+/// Largest change (m) of a vertex in an iteration, and iterations.
+const LARGEST_CHANGE: f64 = 1e-2;
+const ITERATIONS: usize = 30;
+/// What must be left of the miss.
+const LEFT: f64 = 0.2;
+
+/// Squared distance from the target and squared speed (m²), once the ball should have settled.
+struct Unrest;
+
+impl Rate for Unrest {
+    fn at<T: Scalar>(&self, state: &State<T>) -> T {
+        if state.time < SETTLED {
+            return lift(0.0);
+        }
+        let ball = &state.bodies[0];
+        let mut miss = ball.position() - lift_vector::<T>(&TARGET);
+        miss.z = lift(0.0);
+        let speed = ball.velocity();
+        miss.dot(&miss) + speed.dot(speed) * (TAU * TAU)
+    }
+}
+
+/// A cushion, the flight on it, and the root of the mean unrest (m).
+struct Design {
+    cushion: Cushion,
+    world: World,
+    flight: Trajectory,
+    miss: f64,
+}
+
+fn main() -> Result<(), Box<dyn Error>> {
+    let wanted = show::wanted()?;
+    let designs = descent()?;
+    let (first, last) = (&designs[0], &designs[designs.len() - 1]);
+    let count = last.cushion.free_count();
+    println!("{count} coordinates, {} iterations", designs.len() - 1);
+    for (name, design) in [("flat", first), ("designed", last)] {
+        let end = design.flight.last().bodies[0];
+        println!(
+            "{name}: off by {:.4} m, at {:.4} m/s; in the mean {:.4} m; volume {:.6} m³, thinnest tetrahedron {:.2} of what it was",
+            (end.position() - TARGET).xy().norm(),
+            end.velocity().norm(),
+            design.miss,
+            design.cushion.volume(),
+            design.cushion.thinnest(&first.cushion),
+        );
+    }
+    wanted.record(|| {
+        let recording = Recording::new(&last.world, &last.flight).slowed(2.0);
+        let recording = recording.with_target("target", TARGET + Vector3::z() * 0.1, 0.01);
+        let paths = [first, last].map(|design| show::path(&design.flight, 0));
+        let drawn = paths.into_iter().fold(recording, |recording, path| {
+            recording.with_path("flight", path)
+        });
+        Ok(drawn.seen_from(vector![-0.2, -0.9, 0.7], vector![0.0, 0.0, 0.1]))
+    })?;
+    let misses = Curve::counted("mean miss (m)", designs.iter().map(|design| design.miss));
+    wanted.plot(|| {
+        vec![
+            section(first, last),
+            Panel::counted("iteration", vec![misses]),
+        ]
+    })?;
+    let kept = (last.cushion.volume() / first.cushion.volume() - 1.0).abs();
+    assert!(kept <= 1e-9, "the volume changed by {kept:e}");
+    assert!(
+        last.miss <= LEFT * first.miss,
+        "{} of {}",
+        last.miss,
+        first.miss
+    );
+    Ok(())
+}
+
+/// The way of the ball from the side, and the top of the cushion below the target, before and after.
+fn section(first: &Design, last: &Design) -> Panel {
+    let mut curves = Vec::new();
+    for (name, design) in [("flat", first), ("designed", last)] {
+        let way = design.flight.states().iter().map(|state| {
+            let place = state.bodies[0].position();
+            (place.x, place.z)
+        });
+        curves.push(Curve::new(&format!("ball, {name}"), way));
+        let top = design.cushion.top_near(TARGET.y, &first.cushion);
+        curves.push(Curve::new(&format!("cushion, {name}"), top));
+    }
+    Panel {
+        x_label: "x (m)",
+        y_label: "z (m)",
+        is_log: false,
+        curves,
+    }
+}
+
+fn thrown_on(cushion: &Cushion) -> Result<World, Box<dyn Error>> {
+    let skin = |modulus: f64| {
+        let material = Material::elastic(modulus).with_dissipation(1.0);
+        material.with_friction(0.4)
+    };
+    let ball = Shape::new(shapes::icosphere(RADIUS, 2)?);
+    let ball = Body::dynamic("ball", ball, skin(2e5), Mass::Total(MASS))?
+        .at(Pose::from_translation(START))
+        .with_velocity(VELOCITY);
+    let cushion = Body::fixed("cushion", Shape::new(cushion.field()?), skin(5e4))?;
+    let world = World::new(vec![ball, cushion])?;
+    let world = world.with_gravity(vector![0.0, 0.0, -9.81])?;
+    Ok(world.with_slip_tolerance(2e-2)?)
+}
+
+/// Steepest descent on smoothed gradients, with steps that fall where they do not help.
+fn descent() -> Result<Vec<Design>, Box<dyn Error>> {
+    let plan = Plan::new(TIME_STEP, STEPS)?.recording_every(10);
+    let tried = |cushion: Cushion| {
+        let world = thrown_on(&cushion)?;
+        let value = Experiment::new(&world, &plan).value(&Integral(Unrest))?[0];
+        let duration = STEPS as f64 * TIME_STEP - SETTLED;
+        let miss = (value / duration).sqrt();
+        let flight = world.rollout(&plan).recorded()?;
+        Ok::<_, Box<dyn Error>>(Design {
+            cushion,
+            world,
+            flight,
+            miss,
+        })
+    };
+    let mut designs = vec![tried(Cushion::flat()?)?];
+    let (bar, mut size) = (ProgressBar::new(ITERATIONS as u64), LARGEST_CHANGE);
+    while designs.len() <= ITERATIONS && size > 1e-3 * LARGEST_CHANGE {
+        let design = &designs[designs.len() - 1];
+        let found = Experiment::new(&design.world, &plan).gradient_by_all(&Integral(Unrest))?;
+        let slope = found.by_vertices("cushion", Keeping::MassProperties)?;
+        let direction = design.cushion.smoothed(&slope);
+        // As large as a step may be, or until one helps.
+        size = (2.0 * size).min(LARGEST_CHANGE);
+        while size > 1e-3 * LARGEST_CHANGE {
+            if let Some(next) = design.cushion.moved(&direction, -size) {
+                let next = tried(next)?;
+                if next.miss < design.miss {
+                    designs.push(next);
+                    break;
+                }
+            }
+            size /= 2.0;
+        }
+        bar.inc(1);
+    }
+    bar.finish_and_clear();
+    Ok(designs)
+}

@@ -1,0 +1,238 @@
+//! How the wrench of one polygon answers to changes of the two fields that meet in it, and of the faces that bound it.
+
+use super::plane::PlanePolygon;
+use super::polygon::{CutPolygon, PartialSum};
+use crate::geometry::{AffineField, PolygonMoments};
+use crate::narrow_phase::{Cut, Weights};
+use nalgebra::{Matrix3, Vector3, Vector6};
+
+/// What is kept of each polygon while a contact is linearised: nothing, or how it answers to changes of shape.
+pub(super) trait Responses: PartialSum {
+    /// Whether anything is kept.
+    const ARE_KEPT: bool;
+
+    /// Keeps a polygon's.
+    fn keep(&mut self, response: impl FnOnce() -> PolygonResponse);
+}
+
+impl PartialSum for () {
+    fn empty() -> Self {}
+
+    fn merge(&mut self, (): Self) {}
+}
+
+impl Responses for () {
+    const ARE_KEPT: bool = false;
+
+    fn keep(&mut self, _: impl FnOnce() -> PolygonResponse) {}
+}
+
+impl Responses for Vec<PolygonResponse> {
+    const ARE_KEPT: bool = true;
+
+    fn keep(&mut self, response: impl FnOnce() -> PolygonResponse) {
+        self.push(response());
+    }
+}
+
+/// The wrench on A of one polygon, in A's axes, by what changes the fields p_A and p_B and the faces of both cells.
+pub(super) struct PolygonResponse {
+    pub tets: [usize; 2],
+    moments: PolygonMoments,
+    weights: Weights,
+    /// ∇p_A (Pa/m).
+    gradient_a: Vector3<f64>,
+    /// ∇p_B/|g|.
+    slope_b: Vector3<f64>,
+    /// 1/|g| (m/Pa).
+    yielding: f64,
+    law: Option<LawResponse>,
+}
+
+/// What dissipation and friction add, about the center of the polygon along its axes.
+pub(super) struct LawResponse {
+    pub axes: Matrix3<f64>,
+    pub center: Vector3<f64>,
+    /// As the plane moves along its normal at the speeds 1, y₁ and y₂: by motions, and by growing fields.
+    pub by_speed: [[Vector6<f64>; 3]; 2],
+    /// As the pressure grows by 1, y₁ and y₂, all of the polygon counted.
+    pub by_pressure: [Vector6<f64>; 3],
+    pub by_faces: Vec<FaceResponse>,
+}
+
+/// The part of a face in the motion of an edge.
+pub(super) struct FaceResponse {
+    /// 0 to 3 of A, 4 to 7 of B.
+    pub face: usize,
+    /// Outwards, in A's axes.
+    pub normal: Vector3<f64>,
+    /// As the face moves along its normal at the speeds 1, y₁ and y₂.
+    pub by_speed: [Vector6<f64>; 3],
+}
+
+/// What a polygon contributes to the derivatives of a number by the corners of a cell (in A's axes) and their extents.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct OfCell {
+    pub by_corners: [Vector3<f64>; 4],
+    pub by_extents: [f64; 4],
+}
+
+/// The barycentric coordinates of the two cells, in A's frame.
+pub(super) type Barycentric = [[AffineField; 4]; 2];
+
+/// A linear function of functions f that are affine on a polygon's plane: `value`·f(`at`) + `slope`·∇f.
+#[derive(Debug, Clone, Copy)]
+struct AffineForm {
+    at: Vector3<f64>,
+    value: f64,
+    slope: Vector3<f64>,
+}
+
+impl AffineForm {
+    fn of(&self, f: &AffineField) -> f64 {
+        self.value * f.at(&self.at) + self.slope.dot(&f.gradient)
+    }
+}
+
+impl PolygonResponse {
+    pub fn of(cut: &Cut, polygon: &CutPolygon<f64>, law: Option<LawResponse>) -> Self {
+        let has_area = polygon.has_area() && polygon.weights.have_area();
+        Self {
+            tets: cut.tets,
+            moments: if has_area {
+                polygon.moments
+            } else {
+                PolygonMoments::zero(polygon.moments.reference)
+            },
+            weights: polygon.weights,
+            gradient_a: polygon.pressure_a.gradient,
+            slope_b: polygon.plane.slopes[1],
+            yielding: polygon.plane.yielding,
+            law,
+        }
+    }
+
+    /// What it contributes to a number with this derivative by the wrench on A about A's origin.
+    ///
+    /// As p_B grows by δ, the plane moves by δ/|g|, and the elastic wrench changes by ∫ δ s_A/|g| dA; as p_A does, by
+    /// −∫ δ s_B/|g| dA (see [`RelativeJacobian`](super::jacobian::RelativeJacobian)). What the law adds changes by K as the
+    /// plane moves; as p_A grows the plane moves by −δ/|g|, and the pressure at a fixed point grows too.
+    pub fn pulled_back(
+        &self,
+        covector: &Vector6<f64>,
+        moduli: [f64; 2],
+        [in_a, in_b]: &Barycentric,
+    ) -> [OfCell; 2] {
+        let mut cells = [OfCell::none(); 2];
+        let scale_b = moduli[1] * self.yielding;
+        let by_b = self.flow(&self.gradient_a, covector, 1.0);
+        cells[1].add((&self.slope_b, &by_b), (scale_b, &by_b), in_b);
+        let by_a = self.flow(&self.slope_b, covector, -1.0);
+        cells[0].add((&self.gradient_a, &by_a), (moduli[0], &by_a), in_a);
+        let Some(law) = &self.law else {
+            return cells;
+        };
+        let covector = law.covector(covector);
+        let form = |wrenches: &[Vector6<f64>; 3]| law.contracted(&covector, wrenches);
+        let [by_motion, by_growth] = law.by_speed.each_ref().map(form);
+        cells[1].add((&self.slope_b, &by_motion), (scale_b, &by_growth), in_b);
+        let Weights { still, moving } = self.weights;
+        let by_pressure = |by_speed: &[Vector6<f64>; 3], weight: f64| {
+            form(&[0, 1, 2].map(|k| law.by_pressure[k] * weight - by_speed[k] * self.yielding))
+        };
+        let by_motion = by_pressure(&law.by_speed[0], moving.area());
+        let by_growth = by_pressure(&law.by_speed[1], still.area());
+        cells[0].add(
+            (&self.gradient_a, &by_motion),
+            (moduli[0], &by_growth),
+            in_a,
+        );
+        for by_face in &law.by_faces {
+            let (body, opposite) = (by_face.face / 4, by_face.face % 4);
+            let coordinates = [in_a, in_b][body];
+            let by_speed = form(&by_face.by_speed);
+            for corner in (0..4).filter(|&corner| corner != opposite) {
+                let by_corner = by_face.normal * by_speed.of(&coordinates[corner]);
+                cells[body].by_corners[corner] += by_corner;
+            }
+        }
+        cells
+    }
+
+    /// f ↦ ∫ f a·u dA, times a factor, where u is the velocity of a twist about the origin (its moment, then its force).
+    fn flow(&self, a: &Vector3<f64>, twist: &Vector6<f64>, factor: f64) -> AffineForm {
+        let (moment, force) = (twist.fixed_rows::<3>(0), twist.fixed_rows::<3>(3));
+        let moments = &self.moments;
+        let weight = self.weights.moving.area() * factor;
+        let at_reference = a.dot(&(force + moment.cross(&moments.reference)));
+        let gradient = a.cross(&moment);
+        let value = at_reference * moments.area + gradient.dot(&moments.first);
+        AffineForm {
+            at: moments.reference,
+            value: value * weight,
+            slope: (moments.first * at_reference + moments.second * gradient) * weight,
+        }
+    }
+}
+
+impl LawResponse {
+    /// On a plane; all else is nothing yet.
+    pub fn on(plane: &PlanePolygon<f64>) -> Self {
+        let none = [Vector6::zeros(); 3];
+        Self {
+            axes: plane.axes,
+            center: plane.center,
+            by_speed: [none; 2],
+            by_pressure: none,
+            by_faces: Vec::new(),
+        }
+    }
+
+    /// The derivative by a wrench about the center along the axes, from that by one about the origin.
+    fn covector(&self, covector: &Vector6<f64>) -> Vector6<f64> {
+        let moment: Vector3<f64> = covector.fixed_rows::<3>(0).into_owned();
+        let force = covector.fixed_rows::<3>(3) + moment.cross(&self.center);
+        let [moment, force] = [moment, force].map(|vector| self.axes.tr_mul(&vector));
+        Vector6::new(moment.x, moment.y, moment.z, force.x, force.y, force.z)
+    }
+
+    /// From wrenches by 1, y₁ and y₂.
+    fn contracted(&self, covector: &Vector6<f64>, wrenches: &[Vector6<f64>; 3]) -> AffineForm {
+        let [one, y1, y2] = wrenches.each_ref().map(|wrench| covector.dot(wrench));
+        AffineForm {
+            at: self.center,
+            value: one,
+            slope: self.axes.column(0) * y1 + self.axes.column(1) * y2,
+        }
+    }
+}
+
+impl OfCell {
+    fn none() -> Self {
+        Self {
+            by_corners: [Vector3::zeros(); 4],
+            by_extents: [0.0; 4],
+        }
+    }
+
+    /// In other axes.
+    pub fn rotated(&self, rotation: &Matrix3<f64>) -> Self {
+        Self {
+            by_corners: self.by_corners.map(|by_corner| rotation * by_corner),
+            ..*self
+        }
+    }
+
+    /// A corner that moves by δ takes λ `gradient`·δ from the field, and its extent adds λ `modulus`.
+    fn add(
+        &mut self,
+        (gradient, by_motion): (&Vector3<f64>, &AffineForm),
+        (modulus, by_growth): (f64, &AffineForm),
+        barycentric: &[AffineField; 4],
+    ) {
+        for (corner, coordinate) in barycentric.iter().enumerate() {
+            self.by_corners[corner] -= gradient * by_motion.of(coordinate);
+            self.by_extents[corner] += modulus * by_growth.of(coordinate);
+        }
+    }
+}

@@ -1,0 +1,91 @@
+use super::contact::{Touching, WrenchCovector};
+use super::forces::SeededForces;
+use super::{StateCovector, SystemGradient};
+use crate::dynamics::any_world::AnyWorld;
+use crate::dynamics::system::System;
+use crate::dynamics::{BodyState, Motion};
+use crate::spatial::Wrench;
+
+/// The derivatives of a number by the state that a sweep has come to, and by all else as far as later steps depend on it; and how
+/// those by wrenches lead to them, whatever the steps are.
+pub(super) struct Pullback<'w> {
+    pub world: &'w dyn AnyWorld<f64>,
+    pub forces: Option<SeededForces>,
+    /// By the state of each body.
+    pub states: Vec<StateCovector>,
+    pub gradient: SystemGradient,
+    /// The step that is taken back, counted from 1.
+    pub step: usize,
+    /// The body of each control.
+    controlled: Vec<Option<usize>>,
+}
+
+/// Where wrenches act.
+#[derive(Clone, Copy)]
+pub(super) struct Here<'a> {
+    /// Time (s) at which forces act.
+    pub time: f64,
+    /// And the one (s) of which the controls are.
+    pub control_time: f64,
+    /// The states of all bodies.
+    pub states: &'a [BodyState],
+    /// The bodies whose states are looked at.
+    pub bodies: &'a [usize],
+    pub contacts: &'a [Touching<'a>],
+    /// The net wrench of these on each body, about its centre of mass; nothing is there if there are no forces.
+    pub net: &'a [Wrench],
+}
+
+impl<'w> Pullback<'w> {
+    pub fn of(world: &'w dyn AnyWorld<f64>) -> Self {
+        let system = world.system();
+        let controls = system.controls.iter();
+        Self {
+            world,
+            forces: SeededForces::of(world),
+            states: vec![StateCovector::zero(); system.bodies.len()],
+            gradient: SystemGradient::zero(system),
+            step: 0,
+            controlled: controls
+                .map(|control| system.index_of(control.body()).ok())
+                .collect(),
+        }
+    }
+
+    pub fn system(&self) -> &'w System {
+        self.world.system()
+    }
+
+    /// Whether derivatives by shapes are asked for.
+    pub fn wants_shapes(&self) -> bool {
+        self.gradient.shapes.iter().any(Option::is_some)
+    }
+
+    /// Forgets derivatives by the states of bodies that follow paths: where a path leads, nothing else does.
+    pub fn forget_paths(&mut self) {
+        for (body, by_state) in self.world.system().bodies.iter().zip(&mut self.states) {
+            if matches!(body.motion, Motion::Prescribed(_)) {
+                *by_state = StateCovector::zero();
+            }
+        }
+    }
+
+    /// Adds what follows from the derivatives by the wrenches of all but gravity about the centres of mass.
+    pub fn pull_back_wrenches(&mut self, here: Here, by_wrenches: &[WrenchCovector]) {
+        self.pull_back_controls(here.control_time, by_wrenches);
+        let mut by_contact = by_wrenches.to_vec();
+        self.pull_back_forces(here, by_wrenches, &mut by_contact);
+        self.pull_back_contacts(here.states, here.contacts, &by_contact);
+    }
+
+    fn pull_back_controls(&mut self, time: f64, by_wrenches: &[WrenchCovector]) {
+        let controls = self.system().controls.iter().zip(&self.controlled);
+        for ((control, &body), by_intervals) in controls.zip(&mut self.gradient.controls) {
+            let interval = control.interval_at(time);
+            let by_interval = interval.and_then(|interval| by_intervals.get_mut(interval));
+            if let (Some(by_interval), Some(body)) = (by_interval, body) {
+                *by_interval += by_wrenches[body].to_vector();
+            }
+        }
+    }
+}

@@ -1,0 +1,126 @@
+use super::{GradientError, Parameter};
+use crate::contact::ShapeGradient;
+use crate::dynamics::{KinksMet, System, SystemGradient, WorldError};
+use crate::spatial::MassGradient;
+use nalgebra::Vector3;
+use std::fmt;
+
+/// The derivatives of a loss by all that a rollout depends on.
+#[derive(Clone)]
+pub struct RolloutGradient {
+    /// The loss.
+    pub value: f64,
+    pub(super) system: System,
+    pub(super) gradient: SystemGradient,
+    /// Whether forces other than contact, gravity and controls act, which may depend on where centres of mass are.
+    pub(super) has_forces: bool,
+}
+
+/// What of a dynamic body's mass stays as its vertices move; the body is solid, of uniform density.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+#[non_exhaustive]
+pub enum Keeping {
+    /// Mass, centre of mass and inertia: vertices matter for contact alone.
+    MassProperties,
+    /// The mass; its centre and the inertia are those of the new shape.
+    Mass,
+    /// The density: mass, centre and inertia are those of the new shape.
+    Density,
+}
+
+impl RolloutGradient {
+    /// By the numbers of a parameter.
+    ///
+    /// # Errors
+    /// If it is not one of the world's.
+    pub fn by(&self, parameter: &Parameter) -> Result<Vec<f64>, GradientError> {
+        parameter.check(&self.system)?;
+        Ok(parameter.own(&self.system, &self.gradient))
+    }
+
+    /// Where derivatives that went into it may have been one of several: contacts with faces that coincide, or with clamped
+    /// pressure. Where there are many, differences may not agree with it.
+    #[must_use]
+    pub fn kinks(&self) -> &[KinksMet] {
+        &self.gradient.kinks
+    }
+
+    /// By the shape of the named body, its mass properties staying as they are.
+    ///
+    /// # Errors
+    /// If there is no such body.
+    pub fn by_shape(&self, body: &str) -> Result<&ShapeGradient, GradientError> {
+        let gradient = &self.gradient.shapes[self.system.index_of(body)?];
+        // Every body has one: shapes were asked for.
+        gradient.as_ref().ok_or_else(|| WorldError::NoState.into())
+    }
+
+    /// By the mass properties of the named body, its shape staying as it is.
+    ///
+    /// # Errors
+    /// If there is no such body, forces do not move it, or the world has forces other than contact, gravity and controls: what
+    /// they make of a centre of mass is not known.
+    pub fn by_mass_properties(&self, body: &str) -> Result<MassGradient, GradientError> {
+        let index = self.system.index_of(body)?;
+        let Some(inertia) = self.system.bodies[index].inertia() else {
+            return Err(GradientError::NotDynamic {
+                body: body.to_owned(),
+                parameter: "the mass".to_owned(),
+            });
+        };
+        if self.has_forces {
+            return Err(GradientError::ForcesByCenter(body.to_owned()));
+        }
+        let own = &self.gradient.bodies[index];
+        // The inertia is mass times what the gradient is by.
+        let by_inertia = own.inertia / inertia.mass;
+        Ok(MassGradient {
+            by_mass: own.mass - by_inertia.dot(&inertia.per_mass()),
+            by_center_of_mass: own.center,
+            by_inertia,
+        })
+    }
+
+    /// By the vertices of the named body (the loss's unit over m), in the axes of its frame: through contact, and through its
+    /// mass as far as that does not stay.
+    ///
+    /// # Errors
+    /// If there is no such body; and as [`Self::by_mass_properties`], where mass properties change.
+    pub fn by_vertices(
+        &self,
+        body: &str,
+        keeping: Keeping,
+    ) -> Result<Vec<Vector3<f64>>, GradientError> {
+        let mut by_vertices = self.by_shape(body)?.by_vertices.clone();
+        if keeping == Keeping::MassProperties {
+            return Ok(by_vertices);
+        }
+        let by = self.by_mass_properties(body)?;
+        let body = &self.system.bodies[self.system.index_of(body)?];
+        let shape = body.shape();
+        let mass = body.inertia().map_or(0.0, |inertia| inertia.mass);
+        let density = mass / shape.volume();
+        let by_mass = match keeping {
+            Keeping::Density => by.by_mass,
+            // As all else grows with the volume, the density falls: mass properties at a density of their own.
+            Keeping::Mass | Keeping::MassProperties => {
+                let inertia = body.inertia().map(crate::dynamics::Inertia::per_mass);
+                -inertia.map_or(0.0, |inertia| by.by_inertia.dot(&inertia))
+            }
+        };
+        let own = shape.mass_gradient(density, &MassGradient { by_mass, ..by });
+        for (by_vertex, own) in by_vertices.iter_mut().zip(own) {
+            *by_vertex += own;
+        }
+        Ok(by_vertices)
+    }
+}
+
+impl fmt::Debug for RolloutGradient {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        formatter
+            .debug_struct("RolloutGradient")
+            .field("value", &self.value)
+            .finish_non_exhaustive()
+    }
+}

@@ -1,0 +1,242 @@
+//! Gradients by the sweep back through implicit steps against those forwards.
+
+use super::reverse::{
+    Mixed, by_bodies, compare, round_bodies, skin, with_forces_and_controls, world,
+};
+use hydroelastic::contact::{HalfSpace, Shape};
+use hydroelastic::dynamics::{
+    Body, Control, Drag, Integrator, Mass, Material, Plan, Spring, World,
+};
+use hydroelastic::gradient::{Experiment, Mode, Parameter};
+use hydroelastic::mesh::shapes;
+use hydroelastic::spatial::{Pose, Wrench};
+use nalgebra::{Vector3, vector};
+use std::sync::Arc;
+
+const IMPLICIT: [Integrator; 2] = [Integrator::Sdirk2, Integrator::ImplicitEuler];
+
+const END: Mixed = Mixed { every: 1000 };
+
+fn plans(time_step: f64, steps: usize) -> [Plan; 2] {
+    let plan = Plan::new(time_step, steps).unwrap().recording_every(steps);
+    IMPLICIT.map(|integrator| plan.with_integrator(integrator))
+}
+
+#[test]
+fn elastic() {
+    for plan in plans(2.5e-3, 60) {
+        compare(&world([0.0; 2]), &plan, &by_bodies(false), &END);
+    }
+}
+
+#[test]
+fn rubbing() {
+    for plan in plans(2.5e-3, 60) {
+        compare(&world([0.5, 0.4]), &plan, &by_bodies(true), &END);
+    }
+}
+
+#[test]
+fn outcomes_that_look_at_many_states() {
+    for plan in plans(2.5e-3, 60) {
+        let plan = plan.recording_every(7);
+        let outcome = Mixed { every: 3 };
+        compare(&world([0.5, 0.4]), &plan, &by_bodies(true), &outcome);
+    }
+}
+
+#[test]
+fn forces_and_controls() {
+    let (world, parameters) = with_forces_and_controls();
+    for plan in plans(2.5e-3, 60) {
+        compare(&world, &plan, &parameters, &END);
+    }
+}
+
+#[test]
+fn a_ball_that_rolls_and_a_symmetric_top() {
+    for (world, parameters) in round_bodies() {
+        for plan in plans(5e-3, 30) {
+            compare(&world, &plan, &parameters, &END);
+        }
+    }
+}
+
+/// The most islands and the fewest in a step, and how many steps were halved.
+fn islands_and_halvings<F: hydroelastic::dynamics::Force>(
+    world: &World<f64, F>,
+    plan: &Plan,
+) -> ([usize; 2], usize) {
+    let mut rollout = world.rollout(plan);
+    let (mut islands, mut halvings) = (Vec::new(), 0);
+    for _ in 0..plan.steps() {
+        rollout.advance().unwrap();
+        let report = rollout.report().unwrap();
+        islands.push(report.islands);
+        halvings += report.work.halvings;
+    }
+    let [least, most] = [islands.iter().min(), islands.iter().max()].map(|count| *count.unwrap());
+    ([least, most], halvings)
+}
+
+/// Bricks beside each other, of which the first slides to the second, with a floor and forces on some of them.
+fn bricks(law: [f64; 2], speed: f64) -> World<f64, (Spring, Drag)> {
+    let shape = Arc::new(Shape::new(shapes::cuboid([0.1; 3]).unwrap()));
+    let brick = |name: &str, x: f64| {
+        let shape = Arc::clone(&shape);
+        let body = Body::dynamic(name, shape, skin(1e6, law), Mass::Total(1.0)).unwrap();
+        let turn = vector![0.0, 0.0, 0.1 + x];
+        body.at(Pose::from_rotation_vector(
+            &turn,
+            vector![x, 0.013 * x, 0.0499],
+        ))
+    };
+    let bodies = vec![
+        brick("first", -0.2).with_velocity(vector![speed, 0.0, 0.0]),
+        brick("second", 0.0),
+        brick("third", 0.4),
+        brick("fourth", 0.6).with_velocity(vector![0.0, -0.1, -0.2]),
+        Body::fixed("floor", HalfSpace::layer(0.05).unwrap(), skin(2e6, law)).unwrap(),
+    ];
+    let push = Wrench {
+        torque: vector![0.0, 0.0, 0.01],
+        force: vector![0.1, 0.2, 0.0],
+    };
+    let spring = Spring {
+        bodies: ["third".into(), "fourth".into()],
+        points: [[0.05, 0.0, 0.0], [-0.05, 0.01, 0.0]],
+        rest_length: 0.05,
+        stiffness: 30.0,
+        damping: 0.3,
+    };
+    let drag = Drag {
+        body: "second".into(),
+        linear: 0.3,
+        angular: 1e-3,
+    };
+    World::new(bodies)
+        .and_then(|world| world.with_gravity(vector![0.0, 0.0, -9.81]))
+        .and_then(|world| world.with_slip_tolerance(0.01))
+        .and_then(|world| world.with_control(Control::new("first", 0.05, vec![push; 2])?))
+        .and_then(|world| world.with_control(Control::new("fourth", 0.05, vec![push; 2])?))
+        .and_then(|world| world.with_forces((spring, drag)))
+        .unwrap()
+}
+
+fn by_bricks(rubs: bool) -> Vec<Parameter> {
+    let mut parameters = vec![Parameter::Gravity, Parameter::Modulus("floor".into())];
+    for name in ["first", "second", "third", "fourth"] {
+        parameters.extend([
+            Parameter::InitialPosition(name.into()),
+            Parameter::InitialOrientation(name.into()),
+            Parameter::InitialVelocity(name.into()),
+            Parameter::InitialSpin(name.into()),
+            Parameter::Mass(name.into()),
+            Parameter::Modulus(name.into()),
+        ]);
+        if rubs {
+            parameters.push(Parameter::Friction(name.into()));
+            parameters.push(Parameter::Dissipation(name.into()));
+        }
+    }
+    for name in ["first", "fourth"] {
+        parameters.extend((0..2).map(|interval| Parameter::Control(name.into(), interval)));
+    }
+    parameters
+}
+
+#[test]
+fn islands_that_merge_and_steps_that_are_halved() {
+    for law in [[0.0; 2], [0.3, 0.3]] {
+        let world = bricks(law, 2.0);
+        for plan in plans(5e-3, 20) {
+            let (islands, halvings) = islands_and_halvings(&world, &plan);
+            assert_eq!(islands, [2, 3]);
+            let is_adaptive = plan.integrator() == Integrator::Sdirk2;
+            assert!(!is_adaptive || halvings > 0);
+            compare(&world, &plan, &by_bricks(law[1] > 0.0), &END);
+        }
+    }
+}
+
+/// So many that their matrix is sparse.
+#[test]
+fn a_chain_of_twenty() {
+    let shape = Arc::new(Shape::new(shapes::icosphere(0.1, 1).unwrap()));
+    let ball = |place: usize| {
+        let (name, count) = (place.to_string(), place as f64);
+        let shape = Arc::clone(&shape);
+        let body = Body::dynamic(&name, shape, skin(1e5, [0.2, 0.3]), Mass::Total(1.0)).unwrap();
+        let turned = Vector3::z() * (0.3 * count);
+        body.at(Pose::from_rotation_vector(
+            &turned,
+            vector![0.19 * count, 0.003 * count.sin(), 0.002 * count.cos()],
+        ))
+    };
+    let world = World::new((0..20).map(ball).collect()).unwrap();
+    let world = world.with_slip_tolerance(0.05).unwrap();
+    let mut parameters = Vec::new();
+    for name in ["0", "7", "19"] {
+        parameters.extend([
+            Parameter::InitialPosition(name.into()),
+            Parameter::InitialVelocity(name.into()),
+            Parameter::InitialSpin(name.into()),
+            Parameter::Modulus(name.into()),
+            Parameter::Friction(name.into()),
+        ]);
+    }
+    for plan in plans(5e-3, 10) {
+        let (islands, _) = islands_and_halvings(&world, &plan);
+        assert_eq!(islands, [1, 1]);
+        compare(&world, &plan, &parameters, &END);
+    }
+}
+
+/// Without mass and modulus, on which a brick that slides to a stop depends by what is left of parts a million times as large: the
+/// rest has their round-off.
+#[test]
+fn stiff_skins_that_stick() {
+    let shape = Shape::new(shapes::cuboid([0.2, 0.2, 0.1]).unwrap());
+    let law = [0.5, 0.4];
+    let brick = Body::dynamic("brick", shape, skin(1e7, law), Mass::Total(1.0)).unwrap();
+    let start = Pose::from_rotation_vector(&vector![0.0, 0.0, 0.3], vector![-0.3, 0.02, 0.04999]);
+    let world = World::new(vec![
+        brick
+            .at(start)
+            .with_velocity(vector![0.5, 0.1, 0.0])
+            .with_spin(vector![0.0, 0.0, 1.0]),
+        Body::fixed(
+            "floor",
+            HalfSpace::rigid(),
+            Material::rigid().with_friction(0.4),
+        )
+        .unwrap(),
+    ])
+    .and_then(|world| world.with_gravity(vector![0.0, 0.0, -9.81]))
+    .and_then(|world| world.with_slip_tolerance(1e-4))
+    .unwrap();
+    let parameters = [
+        Parameter::InitialPosition("brick".into()),
+        Parameter::InitialOrientation("brick".into()),
+        Parameter::InitialVelocity("brick".into()),
+        Parameter::InitialSpin("brick".into()),
+        Parameter::Dissipation("brick".into()),
+        Parameter::Friction("brick".into()),
+        Parameter::Gravity,
+    ];
+    for plan in plans(5e-3, 60) {
+        compare(&world, &plan, &parameters, &END);
+    }
+}
+
+#[test]
+fn many_parameters_are_taken_backwards() {
+    let (world, parameters) = with_forces_and_controls();
+    // More than 96 numbers, each of them twice.
+    let parameters = [&parameters[..], &parameters[..]].concat();
+    let [plan, _] = plans(2.5e-3, 10);
+    let experiment = Experiment::new(&world, &plan);
+    let chosen = experiment.gradient(&parameters, &END).unwrap();
+    let reverse = experiment.gradient_by(Mode::Reverse, &parameters, &END);
+    assert_eq!(chosen, reverse.unwrap());
+}

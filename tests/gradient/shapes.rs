@@ -1,0 +1,352 @@
+//! Derivatives of rollouts by the shapes of bodies, through contact and through their mass.
+
+use crate::support::reference::{read, scaled_shape, shape};
+use hydroelastic::contact::{HalfSpace, Shape};
+use hydroelastic::dynamics::{
+    Body, Force, Integrator, Mass, Material, Plan, Thruster, Trajectory, World,
+};
+use hydroelastic::gradient::{Experiment, GradientError, Keeping, Outcome, Parameter};
+use hydroelastic::mesh::{PressureField, TetMesh, shapes};
+use hydroelastic::scalar::{Scalar, lift};
+use hydroelastic::spatial::Pose;
+use nalgebra::{Vector3, vector};
+use serde::Deserialize;
+use std::sync::Arc;
+
+/// Central differences of rollouts with the best of three steps, of the larger of value and slope.
+const DIFFERENCES: f64 = 1e-7;
+const STEPS: [f64; 3] = [1e-5, 1e-6, 1e-7];
+
+/// The same of implicit steps, whose stages are solved to 1e-13 only.
+const IMPLICIT_DIFFERENCES: f64 = 1e-6;
+
+/// What the reference's own differences agree with it to.
+const REFERENCE: f64 = 1e-7;
+
+#[derive(Deserialize)]
+struct File {
+    trajectory: Vec<Case>,
+}
+
+/// A ball thrown on a fixed cube: position, rows of the rotation matrix, spin, velocity at the end.
+#[derive(Deserialize)]
+struct Case {
+    density: f64,
+    end: Vec<f64>,
+    by_scale: Vec<f64>,
+    #[serde(rename = "by_E_ball")]
+    by_modulus: Vec<f64>,
+    by_start_z: Vec<f64>,
+}
+
+/// One of the numbers of the state of the first body at the end, in the order of the file.
+struct Number(usize);
+
+impl Outcome for Number {
+    fn of<T: Scalar>(&self, trajectory: &Trajectory<T>) -> Vec<T> {
+        let body = &trajectory.last().bodies[0];
+        let rows = body.pose.rotation().transpose();
+        let pose = body.pose.translation().iter().chain(rows.iter());
+        let twist = body.twist.angular.iter().chain(&body.twist.linear);
+        let numbers: Vec<T> = pose.chain(twist).copied().collect();
+        vec![numbers[self.0]]
+    }
+}
+
+#[test]
+fn a_ball_by_its_size_equals_an_independent_program() {
+    let File { trajectory } = read("partners.json");
+    let [case] = &trajectory[..] else {
+        panic!("one case");
+    };
+    let (ball, cube) = (scaled_shape("ico1", 0.1), shape("cube"));
+    let elastic = Material::elastic;
+    let ball = Body::dynamic("ball", ball, elastic(1e5), Mass::Density(case.density)).unwrap();
+    let ball = ball
+        .at(Pose::from_translation(vector![0.46, -0.013, 0.115]))
+        .with_spin(vector![3.0, -5.0, 2.0])
+        .with_velocity(vector![0.3, 0.2, -0.4]);
+    let cube = Body::fixed("cube", cube, elastic(4e5)).unwrap();
+    let cube = cube.at(Pose::from_translation(vector![0.0, 0.0, -0.5]));
+    let vertices = match ball.shape() {
+        hydroelastic::dynamics::BodyShape::Compliant(shape) => {
+            shape.field().mesh().vertices().to_vec()
+        }
+        _ => unreachable!("a ball is compliant"),
+    };
+    let world = World::new(vec![ball, cube]).unwrap();
+    let world = world.with_gravity(vector![0.0, 0.0, -9.81]).unwrap();
+    let experiment = Experiment::new(&world, &Plan::new(1e-3, 200).unwrap().recording_every(200));
+    let largest = |numbers: &[f64]| numbers.iter().fold(0.0_f64, |most, x| most.max(x.abs()));
+    for number in 0..18 {
+        let found = experiment.gradient_by_all(&Number(number)).unwrap();
+        let by_vertices = found.by_vertices("ball", Keeping::Density).unwrap();
+        let pairs = by_vertices.iter().zip(&vertices);
+        let by_scale: f64 = pairs.map(|(by, vertex)| by.dot(vertex)).sum();
+        let by_modulus = found.by(&Parameter::Modulus("ball".into())).unwrap()[0];
+        let by_height = found
+            .by(&Parameter::InitialPosition("ball".into()))
+            .unwrap()[2];
+        for (found, expected) in [
+            (found.value, &case.end),
+            (by_scale, &case.by_scale),
+            (by_modulus, &case.by_modulus),
+            (by_height, &case.by_start_z),
+        ] {
+            let error = (found - expected[number]).abs() / largest(expected);
+            assert!(
+                error <= REFERENCE,
+                "{number}: {found} for {}",
+                expected[number]
+            );
+        }
+    }
+}
+
+/// A sum of squares of the numbers of all bodies at the end, each with a factor.
+struct Squares;
+
+impl Outcome for Squares {
+    fn of<T: Scalar>(&self, trajectory: &Trajectory<T>) -> Vec<T> {
+        let mut sum = lift::<T>(0.0);
+        for body in &trajectory.last().bodies {
+            let pose = body.pose.translation().iter().chain(body.pose.rotation());
+            let twist = body.twist.linear.iter().chain(&body.twist.angular);
+            for (factor, number) in (1..).zip(pose.chain(twist)) {
+                sum += *number * *number * f64::from(factor).sin();
+            }
+        }
+        vec![sum]
+    }
+}
+
+/// A field whose extents stay with its vertices while these move.
+fn moved(field: &PressureField, velocities: &[Vector3<f64>], time: f64) -> Shape {
+    let pairs = field.mesh().vertices().iter().zip(velocities);
+    let vertices = pairs
+        .map(|(vertex, velocity)| vertex + velocity * time)
+        .collect();
+    let mesh = TetMesh::new(vertices, field.mesh().tets().to_vec()).unwrap();
+    Shape::new(PressureField::new(mesh, field.extents().to_vec()).unwrap())
+}
+
+/// The body thrown on a block on a floor.
+fn thrown(shape: Shape, block: Shape, mass: Mass, law: [f64; 2]) -> World {
+    let skin = |modulus| {
+        let material = Material::elastic(modulus).with_dissipation(law[0]);
+        material.with_friction(law[1])
+    };
+    let body = Body::dynamic("body", shape, skin(1e5), mass).unwrap();
+    let turn = vector![0.3, 0.2, 0.5];
+    let body = body
+        .at(Pose::from_rotation_vector(&turn, vector![0.02, 0.01, 0.24]))
+        .with_velocity(vector![0.3, 0.4, -1.0])
+        .with_spin(vector![3.0, -2.0, 1.0]);
+    let block = Body::dynamic("block", block, skin(4e5), Mass::Density(400.0)).unwrap();
+    let block = block.at(Pose::from_translation(vector![0.0, 0.0, 0.098]));
+    let floor = Body::fixed("floor", HalfSpace::layer(0.05).unwrap(), skin(2e5)).unwrap();
+    let world = World::new(vec![body, block, floor]).unwrap();
+    let world = world.with_gravity(vector![0.0, 0.0, -9.81]).unwrap();
+    world.with_slip_tolerance(0.05).unwrap()
+}
+
+fn loss(world: &World, plan: &Plan) -> f64 {
+    Experiment::new(world, plan).value(&Squares).unwrap()[0]
+}
+
+/// Velocities of the vertices that are in no order, of the size of the body per second.
+fn velocities(field: &PressureField) -> Vec<Vector3<f64>> {
+    let number = |i: usize| (1.0 + 7.3 * i as f64).sin() * 0.1;
+    let count = field.mesh().vertex_count();
+    let velocity = |vertex: usize| Vector3::from_fn(|axis, _| number(3 * vertex + axis));
+    (0..count).map(velocity).collect()
+}
+
+fn compare(found: f64, value: impl Fn(f64) -> f64, what: &str) {
+    compare_to(DIFFERENCES, found, value, what);
+}
+
+fn compare_to(tolerance: f64, found: f64, value: impl Fn(f64) -> f64, what: &str) {
+    let error = |step: f64| {
+        let difference = (value(step) - value(-step)) / (2.0 * step);
+        (found - difference).abs() / found.abs().max(1.0)
+    };
+    let least = STEPS.map(error).into_iter().fold(f64::INFINITY, f64::min);
+    println!("{what}: {found}, off by {least:.1e}");
+    assert!(least <= tolerance, "{what}: {found}, off by {least:e}");
+}
+
+#[test]
+fn vertices_of_bodies_through_contact_and_mass_equal_differences() {
+    let plan = Plan::new(5e-4, 240).unwrap().recording_every(240);
+    let block = shapes::cuboid([0.3, 0.26, 0.2]).unwrap();
+    let bodies = [
+        ("potato", shapes::ellipsoid([0.1, 0.12, 0.08], 1).unwrap()),
+        ("ball", shapes::icosphere(0.1, 1).unwrap()),
+        ("prism", shapes::cylinder(0.1, 0.17, 5).unwrap()),
+        ("coin", shapes::cylinder(0.1, 0.06, 6).unwrap()),
+    ];
+    for (name, field) in bodies {
+        for law in [[0.0; 2], [0.4, 0.3]] {
+            let velocities = velocities(&field);
+            let shape = |time| moved(&field, &velocities, time);
+            let original = Arc::new(shape(0.0));
+            let density = 300.0;
+            let mass = original.field().mesh().mass_properties(density);
+            let of = |time: f64, mass: Mass| {
+                let block = moved(&block, &vec![Vector3::zeros(); 9], 0.0);
+                loss(&thrown(shape(time), block, mass, law), &plan)
+            };
+            for (keeping, mass) in [
+                (Keeping::Density, Mass::Density(density)),
+                (Keeping::Mass, Mass::Total(mass.mass)),
+                (Keeping::MassProperties, Mass::Given(mass)),
+            ] {
+                let other = moved(&block, &vec![Vector3::zeros(); 9], 0.0);
+                let world = thrown(shape(0.0), other, mass, law);
+                let found = Experiment::new(&world, &plan)
+                    .gradient_by_all(&Squares)
+                    .unwrap();
+                let by_vertices = found.by_vertices("body", keeping).unwrap();
+                let pairs = by_vertices.iter().zip(&velocities);
+                let rate = pairs.map(|(by, velocity)| by.dot(velocity)).sum();
+                compare(
+                    rate,
+                    |time| of(time, mass),
+                    &format!("{name} {keeping:?} {law:?}"),
+                );
+            }
+        }
+    }
+}
+
+#[test]
+fn vertices_through_implicit_steps_equal_differences() {
+    let block = shapes::cuboid([0.3, 0.26, 0.2]).unwrap();
+    let still = vec![Vector3::zeros(); 9];
+    for integrator in [Integrator::Sdirk2, Integrator::ImplicitEuler] {
+        let plan = Plan::new(4e-3, 30).unwrap().with_integrator(integrator);
+        let plan = plan
+            .recording_every(30)
+            .with_solver_tolerance(1e-13)
+            .unwrap();
+        for (name, field) in [
+            ("potato", shapes::ellipsoid([0.1, 0.12, 0.08], 1).unwrap()),
+            ("ball", shapes::icosphere(0.1, 1).unwrap()),
+        ] {
+            for law in [[0.0; 2], [0.4, 0.3]] {
+                let velocities = velocities(&field);
+                let world = |time: f64| {
+                    let shape = moved(&field, &velocities, time);
+                    thrown(shape, moved(&block, &still, 0.0), Mass::Density(300.0), law)
+                };
+                let found = Experiment::new(world(0.0), &plan)
+                    .gradient_by_all(&Squares)
+                    .unwrap();
+                let by_vertices = found.by_vertices("body", Keeping::Density).unwrap();
+                let pairs = by_vertices.iter().zip(&velocities);
+                let rate = pairs.map(|(by, velocity)| by.dot(velocity)).sum();
+                let value = |time: f64| loss(&world(time), &plan);
+                let what = format!("{name} {integrator:?} {law:?}");
+                compare_to(IMPLICIT_DIFFERENCES, rate, value, &what);
+            }
+        }
+    }
+}
+
+#[test]
+fn flush_faces_on_the_way_are_counted() {
+    let cube = |edges: [f64; 3]| Shape::new(shapes::cuboid(edges).unwrap());
+    let skin = Material::elastic(1e5).with_friction(0.3);
+    let brick = Body::dynamic("brick", cube([0.2, 0.1, 0.1]), skin, Mass::Total(1.0)).unwrap();
+    let brick = brick.at(Pose::from_translation(vector![0.0, 0.0, 0.0995]));
+    let block = Body::fixed("block", cube([0.4, 0.1, 0.1]), skin).unwrap();
+    let world = |z: f64| {
+        let brick = brick.clone().with_velocity(vector![0.2, 0.0, z]);
+        let world = World::new(vec![brick, block.clone()]).unwrap();
+        world.with_slip_tolerance(0.05).unwrap()
+    };
+    let kinks = |world: &World| {
+        let experiment = Experiment::new(world, &Plan::new(1e-4, 20).unwrap());
+        experiment
+            .gradient_by_all(&Squares)
+            .unwrap()
+            .kinks()
+            .to_vec()
+    };
+    let all = kinks(&world(0.0));
+    let [met] = all[..] else {
+        panic!("one pair of bodies: {all:?}");
+    };
+    // Two of their sides are in one plane, all the way.
+    assert_eq!((met.bodies, met.count, met.steps), ([0, 1], 20, [1, 20]));
+    assert!(met.kinks.are_flush && !met.kinks.are_clamped);
+    let potato = || Shape::new(shapes::ellipsoid([0.1, 0.12, 0.08], 1).unwrap());
+    let generic = thrown(potato(), potato(), Mass::Density(300.0), [0.0, 0.3]);
+    assert_eq!(kinks(&generic), []);
+}
+
+#[test]
+fn both_bodies_of_a_contact_and_their_extents_equal_differences() {
+    let plan = Plan::new(5e-4, 240).unwrap().recording_every(240);
+    let field = shapes::ellipsoid([0.1, 0.12, 0.08], 1).unwrap();
+    let block = shapes::cuboid([0.3, 0.26, 0.2]).unwrap();
+    let (still, rates) = (vec![Vector3::zeros(); 43], velocities(&block));
+    let world = |time: f64| {
+        let (body, block) = (moved(&field, &still, 0.0), moved(&block, &rates, time));
+        thrown(body, block, Mass::Density(300.0), [0.4, 0.3])
+    };
+    let found = Experiment::new(world(0.0), &plan)
+        .gradient_by_all(&Squares)
+        .unwrap();
+    let by_vertices = found.by_vertices("block", Keeping::Density).unwrap();
+    let pairs = by_vertices.iter().zip(&rates);
+    let rate = pairs.map(|(by, velocity)| by.dot(velocity)).sum();
+    compare(rate, |time| loss(&world(time), &plan), "block");
+    let grown = |time: f64| {
+        let extents = field
+            .extents()
+            .iter()
+            .map(|extent| extent * (1.0 + time))
+            .collect();
+        let field = PressureField::new(field.mesh().clone(), extents).unwrap();
+        thrown(
+            Shape::new(field),
+            moved(&block, &rates, 0.0),
+            Mass::Density(300.0),
+            [0.4, 0.3],
+        )
+    };
+    let by_extents = &found.by_shape("body").unwrap().by_extents;
+    let rate = by_extents
+        .iter()
+        .zip(field.extents())
+        .map(|(by, extent)| by * extent)
+        .sum();
+    compare(rate, |time| loss(&grown(time), &plan), "extents");
+}
+
+#[test]
+fn forces_that_may_depend_on_a_center_of_mass_are_told() {
+    fn by_mass<F: Force>(world: &World<f64, F>) -> Result<Vec<Vector3<f64>>, GradientError> {
+        let plan = Plan::new(5e-4, 3).unwrap();
+        let found = Experiment::new(world, &plan)
+            .gradient_by_all(&Squares)
+            .unwrap();
+        found.by_vertices("body", Keeping::MassProperties).unwrap();
+        found.by_vertices("body", Keeping::Density)
+    }
+    let ball = || Shape::new(shapes::icosphere(0.1, 1).unwrap());
+    let world = thrown(ball(), ball(), Mass::Total(1.0), [0.0; 2]);
+    by_mass(&world).unwrap();
+    let thruster = Thruster {
+        body: "body".into(),
+        point: [0.0, 0.0, 0.1],
+        force: [0.4, 0.2, 0.5],
+    };
+    let pushed = by_mass(&world.with_forces(thruster).unwrap());
+    assert_eq!(
+        pushed.unwrap_err(),
+        GradientError::ForcesByCenter("body".into())
+    );
+}
