@@ -103,6 +103,7 @@ impl World {
 
     /// Whether a gradient by these parameters is best found backwards, by pullback: where they have more than 12 numbers, or 96
     /// if steps are implicit.
+    #[allow(clippy::unused_self, reason = "it is the world's rollout")]
     fn sweeps_back(&self, plan: &Plan, parameters: Vec<Bound<'_, Parameter>>) -> bool {
         let is_explicit = matches!(
             plan.0.integrator(),
