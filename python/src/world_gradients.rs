@@ -9,7 +9,8 @@ use crate::parameter::{Parameter, inner};
 use crate::plan::Plan;
 use crate::trajectory::Trajectory;
 use crate::world::World;
-use hydroelastic::gradient::{self, Experiment, GradientError, Mode};
+use hydroelastic::dynamics::Integrator;
+use hydroelastic::gradient::{self, Experiment, GradientError};
 use hydroelastic::nalgebra::DMatrix;
 use pyo3::prelude::*;
 use std::sync::Arc;
@@ -75,14 +76,14 @@ impl World {
     /// (p,) float64: the derivatives of a number by p numbers of parameters, from those by the recorded states, which have the
     /// shapes of the trajectory's arrays: by_poses (k, n, 4, 4), by_twists (k, n, 6). The same as the product with the Jacobian,
     /// np.tensordot(by_poses, jacobian.poses, 4) + np.tensordot(by_twists, jacobian.twists, 3), but by a sweep back from the
-    /// last state, in a time that does not depend on p. The rollout is done again for it. Explicit steps only.
+    /// last state, in a time that does not depend on p. The rollout is done again for it.
     ///
     /// Of the derivatives by the entries of a rotation the part counts that turns it, and of prescribed bodies none.
     ///
     /// Raises
     /// ------
-    /// HydroelasticError if a parameter is not one of the world's, an array has another shape, a derivative is not finite, or
-    /// steps are implicit; RolloutError, without a trajectory, if the rollout ends early.
+    /// HydroelasticError if a parameter is not one of the world's, an array has another shape, or a derivative is not finite;
+    /// RolloutError, without a trajectory, if the rollout ends early.
     fn pullback<'py>(
         &self,
         py: Python<'py>,
@@ -100,11 +101,15 @@ impl World {
         array(py, found.as_slice().to_vec(), &[found.len()])
     }
 
-    /// Whether a gradient by these parameters is best found backwards, by pullback: where they have more than 96
-    /// numbers.
+    /// Whether a gradient by these parameters is best found backwards, by pullback: where they have more than 12 numbers, or 96
+    /// if steps are implicit.
+    #[allow(clippy::unused_self, reason = "it is the world's rollout")]
     fn sweeps_back(&self, plan: &Plan, parameters: Vec<Bound<'_, Parameter>>) -> bool {
-        let mode = Experiment::new(&self.inner, &plan.0).mode_for(&inner(&parameters));
-        mode == Mode::Reverse
+        let is_explicit = matches!(
+            plan.0.integrator(),
+            Integrator::Leapfrog | Integrator::SymplecticEuler
+        );
+        width(&inner(&parameters)) > if is_explicit { 12 } else { 96 }
     }
 
     /// The end of a rollout to first order in local coordinates, 12 numbers for each of d dynamic bodies as of displacement: A

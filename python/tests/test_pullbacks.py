@@ -38,9 +38,15 @@ def assert_same(found, expected, by):
         assert np.abs(one - other).max() <= SAME * np.abs(other).max(), parameter
 
 
-@pytest.mark.parametrize("integrator", [he.Integrator.LEAPFROG, he.Integrator.SYMPLECTIC_EULER])
-def test_a_pullback_is_a_product_with_the_jacobian(driven, integrator):
-    plan = he.Plan(PLAN.time_step, PLAN.steps, integrator, record_every=PLAN.record_every)
+@pytest.mark.parametrize(
+    "plan",
+    [
+        PLAN,
+        he.Plan(2e-4, 900, he.Integrator.SYMPLECTIC_EULER, record_every=250),
+        he.Plan(5e-3, 36, he.Integrator.SDIRK2, record_every=10, solver_tolerance=1e-13),
+    ],
+)
+def test_a_pullback_is_a_product_with_the_jacobian(driven, plan):
     by = everything(driven)
     trajectory, jacobian = driven.jacobian(plan, by)
     assert len(trajectory) == 5
@@ -63,6 +69,9 @@ def test_backwards_where_it_pays(driven):
     velocities = [he.Parameter.initial_velocity("ball"), he.Parameter.initial_velocity("brick")]
     assert not driven.sweeps_back(PLAN, velocities * 2)
     assert driven.sweeps_back(PLAN, [*velocities * 2, he.Parameter.friction("ball")])
+    implicit = he.Plan(5e-3, 36, he.Integrator.SDIRK2)
+    assert not driven.sweeps_back(implicit, velocities * 16)
+    assert driven.sweeps_back(implicit, velocities * 17)
 
 
 def test_controls_of_bodies_over_time_are_an_array():

@@ -9,7 +9,7 @@
 
 The contact is computed by the library on the CPU, with its own Jacobians: JAX does not trace it. What is computed is
 the value alone where no derivative is taken, and where one is, value and Jacobian in one call: the value may then
-differ by round-off. Gradients of rollouts by many numbers take explicit steps back instead, at about the same cost whatever
+differ by round-off. Gradients of rollouts by many numbers take the steps back instead, at about the same cost whatever
 the numbers are: see ``rollout``.
 
 Arrays are of float64, and ``jax_enable_x64`` must be on: a contact of float32 numbers has no digits left. Arguments may
@@ -178,8 +178,8 @@ def rollout(
     -------
     State with k recorded states in front: poses (k, n, 4, 4), twists (k, n, 6).
 
-    Gradients by more than 96 numbers are found by a sweep back, in a time that does not depend on p; 12
-    numbers for each body that forces move count too if there is a start. Else, and in forward mode, the Jacobian is
+    Gradients by more than 12 numbers (96 over implicit steps) are found by a sweep back, in a time that does not depend on p;
+    12 numbers for each body that forces move count too if there is a start. Else, and in forward mode, the Jacobian is
     found, whose time grows with them.
     """
     return _states(world, plan, parameters, changes, start, taken, only_last=False)

@@ -9,7 +9,7 @@
 
 The contact is computed by the library on the CPU, with its own Jacobians: autograd does not trace it. What is computed
 is the value alone where no derivative can be asked for, and else value and Jacobian in one call: the value may then
-differ by round-off. Gradients of rollouts by many numbers take explicit steps back instead, for one gradient at about the
+differ by round-off. Gradients of rollouts by many numbers take the steps back instead, for one gradient at about the
 same cost whatever the numbers are: see ``rollout``.
 
 Tensors are of float64 and on the CPU: others are refused, since a contact of float32 numbers has no digits left.
@@ -161,7 +161,7 @@ def rollout(
     -------
     State with k recorded states in front: poses (k, n, 4, 4), twists (k, n, 6).
 
-    Backward passes by more than 96 numbers sweep back, in a time that does not depend on p; 12 numbers
+    Backward passes by more than 12 numbers (96 over implicit steps) sweep back, in a time that does not depend on p; 12 numbers
     for each body that forces move count too if there is a start. Else, and in forward mode, the Jacobian is found, whose
     time grows with them.
     """
