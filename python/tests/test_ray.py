@@ -19,7 +19,15 @@ STORE = 100 << 20
 
 
 @pytest.fixture(scope="module")
-def cluster():
+def heard_ctrl_c():
+    """A shell that starts a program in the background has it ignore Ctrl-C, and all that it starts."""
+    before = signal.signal(signal.SIGINT, signal.default_int_handler)
+    yield
+    signal.signal(signal.SIGINT, before)
+
+
+@pytest.fixture(scope="module")
+def cluster(heard_ctrl_c):
     """A head without cores and two nodes of one core each."""
     head = {"num_cpus": 0, "include_dashboard": False, "object_store_memory": STORE}
     cluster = cluster_utils.Cluster(initialize_head=True, head_node_args=head)
@@ -215,15 +223,6 @@ def test_workers_have_one_thread(cluster, Batch, bounce):
     assert threads and all(threads)
 
 
-@pytest.fixture
-def heard_ctrl_c():
-    """A shell that starts a program in the background has it ignore Ctrl-C."""
-    before = signal.signal(signal.SIGINT, signal.default_int_handler)
-    yield
-    signal.signal(signal.SIGINT, before)
-
-
-@pytest.mark.usefixtures("heard_ctrl_c")
 def test_an_exception_of_the_progress_function_and_ctrl_c_end_the_batch(cluster, Batch):
     skin = he.Material(1e5, 0.2, 0.4)
     ball = he.Body.dynamic("ball", he.Shape.icosphere(0.1, 1), skin, 1.0, pose=he.pose([0.0, 0.0, 0.2]))

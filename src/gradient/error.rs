@@ -94,6 +94,11 @@ pub enum GradientError {
         "the derivatives by the mass properties of body {0:?} are not known, because forces act that may depend on its centre of mass"
     )]
     ForcesByCenter(String),
+    /// Derivatives by the vertices of a body whose mass properties are not those of its shape at a uniform density.
+    #[error(
+        "how the mass properties of body {0:?} depend on its vertices is not known: they are not those of its shape at a uniform density"
+    )]
+    NotUniform(String),
     /// Derivatives by recorded states do not pair up with the states.
     #[error(
         "derivatives by {states} recorded states of {bodies} bodies each were expected, but those given are by {}",

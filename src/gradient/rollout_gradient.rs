@@ -85,7 +85,8 @@ impl RolloutGradient {
     /// mass as far as that does not stay.
     ///
     /// # Errors
-    /// If there is no such body; and as [`Self::by_mass_properties`], where mass properties change.
+    /// If there is no such body; and where mass properties change, as [`Self::by_mass_properties`], or if those of the body are
+    /// not those of its shape at a uniform density.
     pub fn by_vertices(
         &self,
         body: &str,
@@ -100,6 +101,9 @@ impl RolloutGradient {
         let shape = body.shape();
         let mass = body.inertia().map_or(0.0, |inertia| inertia.mass);
         let density = mass / shape.volume();
+        if !body.is_uniform() {
+            return Err(GradientError::NotUniform(body.name().to_owned()));
+        }
         let by_mass = match keeping {
             Keeping::Density => by.by_mass,
             // As all else grows with the volume, the density falls: mass properties at a density of their own.

@@ -8,7 +8,7 @@ use hydroelastic::dynamics::{
 use hydroelastic::gradient::{Experiment, GradientError, Keeping, Outcome, Parameter};
 use hydroelastic::mesh::{PressureField, TetMesh, shapes};
 use hydroelastic::scalar::{Scalar, lift};
-use hydroelastic::spatial::Pose;
+use hydroelastic::spatial::{MassProperties, Pose};
 use nalgebra::{Vector3, vector};
 use serde::Deserialize;
 use std::sync::Arc;
@@ -324,6 +324,22 @@ fn both_bodies_of_a_contact_and_their_extents_equal_differences() {
         .map(|(by, extent)| by * extent)
         .sum();
     compare(rate, |time| loss(&grown(time), &plan), "extents");
+}
+
+#[test]
+fn a_mass_that_is_not_spread_over_the_shape_is_told() {
+    let ball = || Shape::new(shapes::icosphere(0.1, 1).unwrap());
+    let mass = Mass::Given(MassProperties::solid_ball(1.0, 0.1));
+    let world = thrown(ball(), ball(), mass, [0.0; 2]);
+    let experiment = Experiment::new(&world, &Plan::new(5e-4, 3).unwrap());
+    let found = experiment.gradient_by_all(&Squares).unwrap();
+    found.by_vertices("body", Keeping::MassProperties).unwrap();
+    let refused = found.by_vertices("body", Keeping::Density);
+    assert_eq!(
+        refused.unwrap_err(),
+        GradientError::NotUniform("body".into())
+    );
+    found.by_vertices("block", Keeping::Density).unwrap();
 }
 
 #[test]
