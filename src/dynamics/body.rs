@@ -6,9 +6,6 @@ use nalgebra::Vector3;
 use std::fmt;
 use std::sync::Arc;
 
-/// Mass properties are those of a uniform solid if they agree with these to this fraction: numbers in a file have nine digits.
-const UNIFORM: f64 = 1e-9;
-
 /// A path through time: pose and twist at a time (s).
 pub type PrescribedPath = dyn Fn(f64) -> BodyState + Send + Sync;
 
@@ -233,19 +230,6 @@ impl<T: Scalar> Body<T> {
     #[must_use]
     pub fn initial(&self) -> &BodyState<T> {
         &self.initial
-    }
-
-    /// Whether centre of mass and inertia are those of the shape at a uniform density, to round-off.
-    pub(crate) fn is_uniform(&self) -> bool {
-        let unit = self.shape.mass_properties(&self.name, &Mass::Density(1.0));
-        let (Some(inertia), Ok(unit)) = (self.inertia(), unit) else {
-            return false;
-        };
-        let per_mass = unit.inertia / unit.mass;
-        let length = per_mass.amax().sqrt();
-        let off = (inertia.center_of_mass - unit.center_of_mass).amax();
-        off <= UNIFORM * length
-            && (inertia.per_mass() - per_mass).amax() <= UNIFORM * per_mass.amax()
     }
 
     /// The centre of mass (m) in the world, of a body that forces do not move its origin.

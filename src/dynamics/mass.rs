@@ -1,4 +1,4 @@
-use super::WorldError;
+use super::{Body, WorldError};
 use crate::spatial::MassProperties;
 use nalgebra::{Matrix3, Vector3};
 
@@ -7,6 +7,9 @@ const SYMMETRY: f64 = 1e-9;
 
 /// The largest moment of a plate is the sum of the others; numbers rounded to five digits must pass.
 const ROUNDED: f64 = 1e-5;
+
+/// Mass properties are those of a uniform solid if they agree with these to this fraction: numbers in a file have nine digits.
+const UNIFORM: f64 = 1e-9;
 
 /// What a dynamic body weighs.
 #[derive(Debug, Clone, Copy)]
@@ -38,6 +41,21 @@ impl Mass {
         check_center(body, &properties.center_of_mass)?;
         check_inertia(body, &properties.inertia)?;
         Ok(properties)
+    }
+}
+
+impl Body {
+    /// Whether centre of mass and inertia are those of the shape at a uniform density, to round-off.
+    pub(crate) fn is_uniform(&self) -> bool {
+        let unit = self.shape.mass_properties(&self.name, &Mass::Density(1.0));
+        let (Some(inertia), Ok(unit)) = (self.inertia(), unit) else {
+            return false;
+        };
+        let per_mass = unit.inertia / unit.mass;
+        let length = per_mass.amax().sqrt();
+        let off = (inertia.center_of_mass - unit.center_of_mass).amax();
+        off <= UNIFORM * length
+            && (inertia.per_mass() - per_mass).amax() <= UNIFORM * per_mass.amax()
     }
 }
 
