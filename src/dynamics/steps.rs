@@ -26,7 +26,7 @@ pub(crate) struct Steps<T> {
 
 /// What steps need to go on with the same bits.
 #[derive(Debug, Clone)]
-pub(super) struct Checkpoint {
+pub(crate) struct Checkpoint {
     pub state: State,
     /// The wrench on each body at the end of the last step, if that was implicit.
     acting: Option<Vec<Option<Vector6<f64>>>>,

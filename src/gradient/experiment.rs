@@ -1,3 +1,4 @@
+use super::changes::{changed, changed_within_range};
 use super::widths::{DifferentiableOutcome, DifferentiableWorld, OutcomeIn, WIDE};
 use super::{GradientError, Mode, Outcome, Parameter};
 use crate::dynamics::{AnyWorld, Force, Plan, Recorded, Rollout, System, World};
@@ -7,6 +8,9 @@ use nalgebra::{DMatrix, DVector};
 use std::fmt;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
+
+/// For the steps that a sweep back goes over (bytes), unless something else is said.
+const MEMORY: usize = 256 << 20;
 
 /// A world rolled out for a number of steps, to be differentiated.
 ///
@@ -19,6 +23,8 @@ pub struct Experiment {
     plan: Plan,
     stop: Arc<AtomicBool>,
     count: Arc<AtomicUsize>,
+    /// For the steps that a sweep back goes over (bytes).
+    memory: usize,
 }
 
 /// What an outcome is, and its derivatives.
@@ -42,6 +48,7 @@ impl Experiment {
             plan: *plan,
             stop: Arc::default(),
             count: Arc::default(),
+            memory: MEMORY,
         }
     }
 
@@ -57,6 +64,22 @@ impl Experiment {
     #[must_use]
     pub fn counted_by(self, count: Arc<AtomicUsize>) -> Self {
         Self { count, ..self }
+    }
+
+    /// The same experiment, whose sweeps back keep as many steps of the rollout as go into about so much memory (bytes; 256 MiB
+    /// if nothing is said), and at least sixteen. Values and derivatives have the same bits with any.
+    ///
+    /// A step takes 144 bytes a body, an implicit one about 500, or more where it was divided. Of l steps where s are kept, none
+    /// is taken more than r times again, where r is the least number with (s + r + 1)! / (s! (r + 1)!) ≥ l: with
+    /// s ≥ √(2l) once, a further rollout at most; with 27 of a million steps five times.
+    #[must_use]
+    pub fn with_memory(self, memory: usize) -> Self {
+        Self { memory, ..self }
+    }
+
+    /// For the steps that a sweep back goes over (bytes).
+    pub(super) fn memory(&self) -> usize {
+        self.memory
     }
 
     /// How many steps derivatives by so many numbers take: those of the plan, for every 96 numbers once.
@@ -140,7 +163,7 @@ impl Experiment {
         }
     }
 
-    /// A loss and its gradient: forwards by up to 96 numbers, backwards by more, which is faster then, if steps are explicit.
+    /// A loss and its gradient: forwards by up to 96 numbers, backwards by more, which is faster then.
     ///
     /// # Errors
     /// As [`Self::gradient_by`].
@@ -233,63 +256,4 @@ impl fmt::Debug for Experiment {
             .field("plan", &self.plan)
             .finish_non_exhaustive()
     }
-}
-
-impl<F: Force> World<f64, F> {
-    /// The world after changes of the parameters, one number for each number of theirs: what an
-    /// optimiser's step makes of it. Shapes are shared, not built again.
-    ///
-    /// # Errors
-    /// If a parameter is not one of the world's, or the count of changes is not that of its numbers,
-    /// or a number is out of its range after the change.
-    pub fn changed(
-        &self,
-        parameters: &[Parameter],
-        changes: &[f64],
-    ) -> Result<Self, GradientError> {
-        let system = changed_within_range(&self.system, parameters, changes)?;
-        Ok(self.with_system(system))
-    }
-}
-
-/// Number of numbers in the parameters, if the system has them.
-pub(super) fn checked_dimension(
-    system: &System,
-    parameters: &[Parameter],
-) -> Result<usize, GradientError> {
-    parameters
-        .iter()
-        .try_for_each(|parameter| parameter.check(system))?;
-    Ok(parameters.iter().map(Parameter::dimension).sum())
-}
-
-/// The system after changes of the parameters, all checked.
-fn changed_within_range(
-    system: &System,
-    parameters: &[Parameter],
-    changes: &[f64],
-) -> Result<System, GradientError> {
-    let (found, expected) = (changes.len(), checked_dimension(system, parameters)?);
-    if found != expected {
-        return Err(GradientError::ChangeCount { found, expected });
-    }
-    let system = changed(system, parameters, changes);
-    system.check()?;
-    Ok(system)
-}
-
-/// The system after changes of the parameters, which it has.
-pub(super) fn changed<T: Scalar>(
-    system: &System,
-    parameters: &[Parameter],
-    changes: &[T],
-) -> System<T> {
-    let mut system = system.lifted();
-    let mut rest = changes;
-    for parameter in parameters {
-        let (own, others) = rest.split_at(parameter.dimension());
-        parameter.change(&mut system, own);
-        rest = others;
-    }
-    system
 }

@@ -47,6 +47,7 @@
 
 mod batch;
 mod breakdown;
+mod changes;
 mod check;
 mod error;
 mod experiment;

@@ -84,6 +84,8 @@ pub(super) fn of_outcome(
         }
     }
     looked.look(&all, &mut found);
+    // Some records may have told their shares, others not.
+    found.sort_by_key(|(seen, _)| seen.record);
     Ok((value, RecordedCovectors(found)))
 }
 

@@ -1,6 +1,6 @@
 use super::breakdown::{Breakdown, columns_not_finite};
+use super::changes::{changed, checked_dimension};
 use super::error::same_length;
-use super::experiment::{changed, checked_dimension};
 use super::parameter::check_together;
 use super::widths::{DifferentiableOutcome, MIDDLE, NARROW, OutcomeIn, WIDE};
 use super::{Experiment, GradientError, OutcomeJacobian, Parameter};

@@ -1,4 +1,4 @@
-use super::experiment::{changed, checked_dimension};
+use super::changes::{changed, checked_dimension};
 use super::outcome_covectors::{RecordedCovectors, of_outcome};
 use super::parameter::check_together;
 use super::widths::{DifferentiableOutcome, WIDE};
@@ -140,7 +140,7 @@ impl Experiment {
             if by_shapes {
                 reversal = reversal.with_shapes();
             }
-            let mut tape = Tape::new(&**world, self.plan());
+            let mut tape = Tape::new(&**world, self.plan(), self.memory());
             let trajectory = self.taped(world, &mut tape)?;
             let (value, by_states) = read(world.system(), &trajectory)?;
             Ok((value, self.sweep(reversal, tape, by_states)?))

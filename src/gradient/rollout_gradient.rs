@@ -1,6 +1,6 @@
 use super::{GradientError, Parameter};
 use crate::contact::ShapeGradient;
-use crate::dynamics::{KinksMet, System, SystemGradient, WorldError};
+use crate::dynamics::{Inertia, KinksMet, System, SystemGradient};
 use crate::spatial::MassGradient;
 use nalgebra::Vector3;
 use std::fmt;
@@ -50,9 +50,7 @@ impl RolloutGradient {
     /// # Errors
     /// If there is no such body.
     pub fn by_shape(&self, body: &str) -> Result<&ShapeGradient, GradientError> {
-        let gradient = &self.gradient.shapes[self.system.index_of(body)?];
-        // Every body has one: shapes were asked for.
-        gradient.as_ref().ok_or_else(|| WorldError::NoState.into())
+        Ok(&self.gradient.shapes[self.system.index_of(body)?])
     }
 
     /// By the mass properties of the named body, its shape staying as it is.
@@ -108,7 +106,7 @@ impl RolloutGradient {
             Keeping::Density => by.by_mass,
             // As all else grows with the volume, the density falls: mass properties at a density of their own.
             Keeping::Mass | Keeping::MassProperties => {
-                let inertia = body.inertia().map(crate::dynamics::Inertia::per_mass);
+                let inertia = body.inertia().map(Inertia::per_mass);
                 -inertia.map_or(0.0, |inertia| by.by_inertia.dot(&inertia))
             }
         };

@@ -1,7 +1,8 @@
-//! What is allocated: nothing by steps, and by hostile files no more than they are worth.
+//! What is allocated: nothing by steps, by sweeps what they are given, and by hostile files no more than they are worth.
 
 mod hostile_files;
 mod steps;
+mod sweeps;
 
 use std::sync::{Mutex, MutexGuard, PoisonError};
 

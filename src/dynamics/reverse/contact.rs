@@ -165,9 +165,9 @@ impl Pullback<'_> {
     fn add_by_shapes(&mut self, touching: &Touching, by_wrenches: &SVector<f64, 12>) {
         let shapes = &mut self.gradient.shapes;
         if let Some(response) = &touching.shapes
-            && let Ok([Some(of_a), Some(of_b)]) = shapes.get_disjoint_mut(touching.bodies)
+            && let Ok(gradients) = shapes.get_disjoint_mut(touching.bodies)
         {
-            response.pull_back(by_wrenches, [of_a, of_b]);
+            response.pull_back(by_wrenches, gradients);
         }
     }
 

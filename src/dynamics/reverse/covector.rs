@@ -103,8 +103,8 @@ pub(crate) struct SystemGradient {
     pub gravity: Vector3<f64>,
     /// By the wrench of each interval (torque, force) of each control.
     pub controls: Vec<Vec<Vector6<f64>>>,
-    /// By the shape of each body, its pose and its mass properties staying as they are; none where it was not asked for.
-    pub shapes: Vec<Option<ShapeGradient>>,
+    /// By the shape of each body, its pose and its mass properties staying as they are; empty if not asked for.
+    pub shapes: Vec<ShapeGradient>,
     pub kinks: Vec<KinksMet>,
 }
 
@@ -153,7 +153,7 @@ impl SystemGradient {
             bodies: vec![body; system.bodies.len()],
             gravity: Vector3::zeros(),
             controls: system.controls.iter().map(intervals).collect(),
-            shapes: vec![None; system.bodies.len()],
+            shapes: Vec::new(),
             kinks: Vec::new(),
         }
     }

@@ -12,6 +12,7 @@ mod forces;
 mod free_motion;
 mod implicit;
 mod pullback;
+mod schedule;
 mod tape;
 
 use super::any_world::AnyWorld;
@@ -60,7 +61,7 @@ impl<'w> Reversal<'w> {
     /// The same, with derivatives by the shapes of all bodies.
     pub fn with_shapes(mut self) -> Self {
         let bodies = self.pullback.system().bodies.iter();
-        let zero = |body: &Body| Some(ShapeGradient::zero(body.shape.partner()));
+        let zero = |body: &Body| ShapeGradient::zero(body.shape.partner());
         self.pullback.gradient.shapes = bodies.map(zero).collect();
         self
     }
@@ -85,10 +86,10 @@ impl<'w> Reversal<'w> {
         let (pullback, StepTaken { before, traces }) = (&mut self.pullback, taken);
         pullback.step = step;
         match &mut self.steps {
-            Steps::Explicit(steps) => steps.step_back(pullback, before),
+            Steps::Explicit(steps) => steps.step_back(pullback, &before.state),
             Steps::Implicit(steps) => steps
-                .step_back(pullback, before, traces)
-                .map_err(|stuck| stuck.into_error(pullback.system(), (step, before.time)))?,
+                .step_back(pullback, &before.state, traces)
+                .map_err(|stuck| stuck.into_error(pullback.system(), (step, before.state.time)))?,
         }
         pullback.forget_paths();
         Ok(())

@@ -58,7 +58,7 @@ impl<'w> Pullback<'w> {
 
     /// Whether derivatives by shapes are asked for.
     pub fn wants_shapes(&self) -> bool {
-        self.gradient.shapes.iter().any(Option::is_some)
+        !self.gradient.shapes.is_empty()
     }
 
     /// Forgets derivatives by the states of bodies that follow paths: where a path leads, nothing else does.

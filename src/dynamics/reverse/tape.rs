@@ -1,100 +1,112 @@
+use super::schedule::next_kept;
 use crate::dynamics::any_world::AnyWorld;
 use crate::dynamics::implicit::Trace;
 use crate::dynamics::integrator::Kind;
 use crate::dynamics::steps::{Checkpoint, Steps};
-use crate::dynamics::{BodyState, Plan, RolloutError, State};
-use std::cmp;
+use crate::dynamics::{BodyState, Plan, RolloutError};
+use nalgebra::Vector6;
 
-/// Steps of up to so many bytes are all kept; halved ones take more, and are not counted twice.
-const ROOM: usize = 256 << 20;
+/// So many steps are kept even where they take more than the memory allowed.
+const LEAST: usize = 16;
 
-/// The steps of a rollout, to be read from the last to the first. All of them are kept, or one checkpoint in √l of l, from which
-/// the steps to the next one are taken again, with the same bits.
+/// The steps of a rollout, to be read from the last to the first. As many are kept as the memory allows; from these the others are
+/// taken again, with the same bits.
 pub(crate) struct Tape<'w> {
     world: &'w dyn AnyWorld<f64>,
     plan: &'w Plan,
-    /// Steps from one checkpoint to the next.
-    stride: usize,
-    checkpoints: Vec<Checkpoint>,
-    /// The steps since the last checkpoint.
-    stretch: Vec<StepTaken>,
+    /// How many steps may be kept, beside the one that is read next.
+    room: usize,
+    /// In the order of their places.
+    kept: Vec<Kept>,
+    /// The place of the next step to be kept.
+    next: usize,
+}
+
+struct Kept {
+    /// How many steps were taken before it.
+    place: usize,
+    step: StepTaken,
 }
 
 /// A step that was taken.
-#[derive(Debug)]
+#[derive(Debug, Clone)]
 pub(crate) struct StepTaken {
-    /// The state from which it went on.
-    pub before: State,
+    /// From where it went on.
+    pub before: Checkpoint,
     /// The ways of the islands, if it is implicit.
     pub(super) traces: Vec<Trace>,
 }
 
 impl<'w> Tape<'w> {
-    /// Of no steps yet.
-    pub fn new(world: &'w dyn AnyWorld<f64>, plan: &'w Plan) -> Self {
-        let steps = plan.steps();
-        let of_body = match plan.integrator().kind() {
-            Kind::Explicit(_) => 0,
-            Kind::Implicit(scheme) => Trace::least_size(scheme),
-        };
-        let of_step = (size_of::<BodyState>() + of_body) * world.system().bodies.len();
-        let fits = steps.saturating_mul(of_step) <= ROOM;
+    /// Of no steps yet, which are to take not much more memory (bytes) than this one: halved steps take more, and are not
+    /// counted twice.
+    pub fn new(world: &'w dyn AnyWorld<f64>, plan: &'w Plan, memory: usize) -> Self {
+        let of_body = size_of::<BodyState>()
+            + match plan.integrator().kind() {
+                Kind::Explicit(_) => 0,
+                Kind::Implicit(scheme) => {
+                    size_of::<Option<Vector6<f64>>>() + Trace::least_size(scheme)
+                }
+            };
+        let of_step = size_of::<Kept>() + of_body * world.system().bodies.len();
         Self {
             world,
             plan,
-            stride: if fits { steps } else { steps.isqrt() }.max(1),
-            checkpoints: Vec::new(),
-            stretch: Vec::new(),
+            room: (memory / of_step).max(LEAST),
+            kept: Vec::new(),
+            next: 0,
         }
     }
 
     /// Takes down so many steps that were taken; to be called before the first and after each of them.
     pub fn keep(&mut self, taken: usize, steps: &Steps<f64>) {
-        self.finish(steps);
-        if taken == self.plan.steps() {
-            return;
-        }
-        if taken.is_multiple_of(self.stride) {
-            self.checkpoints.push(steps.checkpoint());
-            self.stretch.clear();
-        }
-        self.begin(steps);
+        self.keep_up_to(self.plan.steps(), taken, steps);
     }
 
-    fn begin(&mut self, steps: &Steps<f64>) {
-        self.stretch.push(StepTaken {
-            before: steps.state.clone(),
-            traces: Vec::new(),
-        });
+    /// The same, on the way to an end.
+    fn keep_up_to(&mut self, end: usize, taken: usize, steps: &Steps<f64>) {
+        if let Some(last) = self.kept.last_mut()
+            && last.place + 1 == taken
+        {
+            last.step.traces = steps.traces().to_vec();
+        }
+        if taken < end && (taken == self.next || taken + 1 == end) {
+            let (before, traces) = (steps.checkpoint(), Vec::new());
+            self.kept.push(Kept {
+                place: taken,
+                step: StepTaken { before, traces },
+            });
+            self.plan_next(end);
+        }
     }
 
-    fn finish(&mut self, steps: &Steps<f64>) {
-        if let Some(last) = self.stretch.last_mut() {
-            last.traces = steps.traces().to_vec();
+    /// Finds out which step is to be kept after the last one that is, on the way to an end.
+    fn plan_next(&mut self, end: usize) {
+        if let Some(last) = self.kept.last() {
+            let others = self.room.saturating_sub(self.kept.len());
+            self.next = last.place + next_kept(end - last.place, others);
         }
     }
 
     /// The step after so many, of which those after later ones are not asked for again.
     pub fn back_to(&mut self, taken: usize) -> Result<&StepTaken, RolloutError> {
-        let (place, further) = (taken / self.stride, taken % self.stride);
-        if place + 1 < self.checkpoints.len() {
-            self.checkpoints.truncate(place + 1);
-            self.take_again(place)?;
+        let kept = self.kept.partition_point(|kept| kept.place <= taken);
+        self.kept.truncate(kept);
+        if self.kept[kept - 1].place < taken {
+            self.take_again(taken + 1)?;
         }
-        self.stretch.truncate(further + 1);
-        Ok(&self.stretch[further])
+        Ok(&self.kept[self.kept.len() - 1].step)
     }
 
-    /// Takes the steps from a checkpoint to the next.
-    fn take_again(&mut self, place: usize) -> Result<(), RolloutError> {
-        let first = place * self.stride;
-        let count = cmp::min(self.stride, self.plan.steps() - first);
-        let mut steps = Steps::resumed(&self.checkpoints[place], self.world, first);
-        self.stretch.clear();
-        for _ in 0..count {
-            self.begin(&steps);
+    /// Takes the steps from the last that is kept to an end.
+    fn take_again(&mut self, end: usize) -> Result<(), RolloutError> {
+        self.plan_next(end);
+        let last = &self.kept[self.kept.len() - 1];
+        let first = last.place;
+        let mut steps = Steps::resumed(&last.step.before, self.world, first);
+        for taken in first + 1..=end {
             steps.advance(self.world, self.plan)?;
-            self.finish(&steps);
+            self.keep_up_to(end, taken, &steps);
         }
         Ok(())
     }
@@ -127,10 +139,10 @@ mod tests {
     }
 
     /// All steps, the last first, as they are written down to the last bit.
-    fn read(world: &World, plan: &Plan, stride: usize) -> Vec<String> {
+    fn read(world: &World, plan: &Plan, room: usize) -> Vec<String> {
         let mut tape = Tape {
-            stride,
-            ..Tape::new(world, plan)
+            room,
+            ..Tape::new(world, plan, 0)
         };
         let mut steps = Steps::from(world.initial_state());
         tape.keep(0, &steps);
@@ -145,7 +157,7 @@ mod tests {
     }
 
     #[test]
-    fn steps_between_checkpoints_are_taken_again_with_the_same_bits() {
+    fn steps_that_are_not_kept_are_taken_again_with_the_same_bits() {
         for (integrator, time_step) in [
             (Integrator::Leapfrog, 1e-3),
             (Integrator::Sdirk2, 5e-3),
@@ -154,8 +166,8 @@ mod tests {
             let plan = Plan::new(time_step, 40).unwrap();
             let plan = plan.with_integrator(integrator);
             let all = read(&world(), &plan, 40);
-            for stride in [1, 6, 7, 39] {
-                assert!(read(&world(), &plan, stride) == all);
+            for room in [1, 2, 3, 7, 38, 39] {
+                assert!(read(&world(), &plan, room) == all);
             }
         }
     }
