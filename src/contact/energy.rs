@@ -1,4 +1,4 @@
-use super::polygon::PolygonSource;
+use super::polygon::{CutSurface, PolygonSource};
 use super::{RigidShape, Shape};
 use crate::geometry::{AffineField, Tetrahedron, snapped};
 use crate::mesh::FieldTet;
@@ -56,12 +56,29 @@ impl<T: Scalar> PolygonSource<'_, T> {
         if a.tetrahedron.is_beyond(&b.faces) || b.tetrahedron.is_beyond(&a.barycentric) {
             return lift(0.0);
         }
-        let tet_b = self.pair.tet_b(b.index);
-        let faces_b = tet_b
-            .barycentric
-            .each_ref()
-            .map(|face| face.posed(&self.pose_ab));
-        self.smaller_pressure_within(&faces_b, a, b, b.values)
+        self.smaller_pressure_within(&self.faces_of(b), a, b, b.values)
+    }
+
+    /// The barycentric coordinates of a tetrahedron of B in A's frame.
+    fn faces_of(&self, b: &PosedTet) -> [AffineField<T>; 4] {
+        let faces = self.pair.tet_b(b.index).barycentric.each_ref();
+        faces.map(|face| face.posed(&self.pose_ab))
+    }
+
+    /// Whether a tetrahedron of A and a cell of B have a volume in common in which there is pressure.
+    fn press(&self, [a, b]: [usize; 2]) -> bool {
+        let (a, b) = (self.pair.tet_a(a), self.pair.posed_tet(b));
+        let bounds = match self.pair.shape_b {
+            PartnerShape::Compliant(_) => self.faces_of(&b).to_vec(),
+            PartnerShape::HalfSpace(_) => vec![self.pair.tet_b(0).extent.posed(&self.pose_ab)],
+            PartnerShape::Rigid(_) => return false,
+        };
+        let mut volume = 0.0;
+        if !a.is_inert() {
+            let mut add = |part: &Tetrahedron<T>| volume += real_part(part.signed_volume());
+            lifted(a).for_each_part_inside(&bounds, self.pair.margin(), &mut add);
+        }
+        volume > 0.0
     }
 
     /// The energy (J) in the part of a tetrahedron of A that is in the half-space.
@@ -167,6 +184,14 @@ impl<T: Scalar> PolygonSource<'_, T> {
                 .sum::<T>();
         });
         energy
+    }
+}
+
+impl<T: Scalar> CutSurface<'_, T> {
+    /// Whether the pressures of both bodies are equal over a volume.
+    pub fn has_equal_fields(&self) -> bool {
+        let mut pairs = self.found.equal_fields().iter();
+        pairs.any(|&cells| self.source.press(cells))
     }
 }
 

@@ -70,18 +70,22 @@ pub struct Kinks {
     pub are_flush: bool,
     /// Somewhere surfaces part so fast that the pressure is clamped at 0: beyond that place, derivatives are 0.
     pub are_clamped: bool,
+    /// Somewhere the pressures of both bodies are equal over a volume: there is no surface of equal pressure in it, and on either
+    /// side of such a pose another wrench.
+    pub are_equal: bool,
 }
 
 impl Kinks {
     /// Whether there is any.
     #[must_use]
     pub fn is_any(self) -> bool {
-        self.are_flush || self.are_clamped
+        self.are_flush || self.are_clamped || self.are_equal
     }
 
     pub(super) fn merge(&mut self, other: Self) {
         self.are_flush |= other.are_flush;
         self.are_clamped |= other.are_clamped;
+        self.are_equal |= other.are_equal;
     }
 }
 

@@ -108,16 +108,17 @@ impl<'a, T: Scalar> ContactPair<'a, T> {
         let elastic = surface.sum_of_derivatives(|sum: &mut RelativeJacobian<T>, polygon| {
             polygon.add_to(sum);
         });
-        self.elastic_linearisation(&elastic, finer.as_ref())
+        self.elastic_linearisation(&elastic, (&surface, finer.as_ref()))
     }
 
     /// From the sums over the surface that derivatives are made from, and that of values, if it is another.
     pub(super) fn elastic_linearisation(
         &self,
         elastic: &RelativeJacobian<T>,
-        finer: Option<&CutSurface<T>>,
+        (surface, finer): (&CutSurface<T>, Option<&CutSurface<T>>),
     ) -> RelativeLinearisation<T> {
         let mut linearisation = elastic.linearisation(self.moduli());
+        linearisation.kinks.are_equal = surface.has_equal_fields();
         if let Some(finer) = finer {
             linearisation.wrench = finer.wrench().to_vector();
             linearisation.kinks.are_flush = true;

@@ -207,7 +207,7 @@ impl<'a> ContactPair<'a> {
                 sum.polygons.push(PolygonResponse::of(cut, &polygon, None));
             }
         });
-        let relative = self.elastic_linearisation(&sum.elastic, finer.as_ref());
+        let relative = self.elastic_linearisation(&sum.elastic, (&surface, finer.as_ref()));
         (relative, sum.polygons)
     }
 }

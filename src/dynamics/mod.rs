@@ -83,7 +83,7 @@ pub use mass::Mass;
 pub use material::Material;
 pub use plan::Plan;
 pub use report::{Momentum, Report, Topology};
-pub use reverse::{KinksMet, StateCovector};
+pub use reverse::{Kink, KinksMet, StateCovector};
 pub(crate) use reverse::{Reversal, SystemGradient, Tape};
 pub use rollout::Rollout;
 pub use state::{BodyState, State};

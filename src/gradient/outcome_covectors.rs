@@ -23,6 +23,11 @@ struct Seen {
 pub(super) struct RecordedCovectors(Vec<(Seen, StateCovector)>);
 
 impl RecordedCovectors {
+    /// Of a number that depends on none.
+    pub fn none() -> Self {
+        Self(Vec::new())
+    }
+
     /// From those by all recorded states, of all bodies each.
     pub fn new(
         by_states: Vec<Vec<StateCovector>>,

@@ -4,8 +4,8 @@ use super::parameter::check_together;
 use super::widths::{DifferentiableOutcome, WIDE};
 use super::{Experiment, GradientError, Outcome, Parameter, RolloutGradient};
 use crate::dynamics::{
-    AnyWorld, Reversal, RolloutError, StateCovector, System, SystemGradient, Tape, Trajectory,
-    WithSystem,
+    AnyWorld, KinksMet, Reversal, RolloutError, StateCovector, System, SystemGradient, Tape,
+    Trajectory, WithSystem,
 };
 use crate::threads::contained;
 use nalgebra::DVector;
@@ -107,6 +107,18 @@ impl Experiment {
             gradient,
             has_forces: world.has_forces(),
         })
+    }
+
+    /// Where the rollout has no derivative, or one of several is taken, forwards and backwards: by kind and bodies, with the
+    /// steps. Where there are many, differences may not agree with a gradient. It takes as long as one by a sweep back.
+    ///
+    /// # Errors
+    /// If the rollout ends early.
+    pub fn kinks(&self) -> Result<Vec<KinksMet>, GradientError> {
+        let world = WithSystem::<f64>::with_system(self.world(), self.system().clone());
+        let ((), gradient) =
+            self.swept(&world, false, |_, _| Ok(((), RecordedCovectors::none())))?;
+        Ok(gradient.kinks())
     }
 
     /// What is read from the trajectory, and the derivatives by the parameters.

@@ -38,11 +38,10 @@ impl RolloutGradient {
         Ok(parameter.own(&self.system, &self.gradient))
     }
 
-    /// Where derivatives that went into it may have been one of several: contacts with faces that coincide, or with clamped
-    /// pressure. Where there are many, differences may not agree with it.
+    /// Where derivatives that went into it may have been one of several: see [`Experiment::kinks`](super::Experiment::kinks).
     #[must_use]
-    pub fn kinks(&self) -> &[KinksMet] {
-        &self.gradient.kinks
+    pub fn kinks(&self) -> Vec<KinksMet> {
+        self.gradient.kinks()
     }
 
     /// By the shape of the named body, its mass properties staying as they are.

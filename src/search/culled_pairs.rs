@@ -1,22 +1,27 @@
 //! Culling: the pairs of tetrahedra that cannot touch are left out, all others looked at.
 
 use super::Culling;
+use super::scratch::Scratch;
 use crate::broad_phase::Projections;
 use crate::geometry::Aabb;
 use crate::mesh::FieldTet;
-use crate::narrow_phase::{Cut, Encounter, PartnerShape, PosedTet, RelativePair};
+use crate::narrow_phase::{Encounter, PartnerShape, PosedTet, RelativePair};
 
 impl RelativePair<'_> {
     /// Finds the cuts among the pairs that culling leaves over. Returns the number of these.
-    pub(super) fn cull(&self, culling: Culling, cuts: &mut Vec<Cut>) -> usize {
+    pub(super) fn cull(&self, culling: Culling, scratch: &mut Scratch) -> usize {
         let mut candidates = 0;
         self.visit_candidates(culling, |tet_a, tet_b| {
             candidates += 1;
             let tet_a = self.tet_a(tet_a);
-            if let Encounter::Met(decisions) = self.encounter(tet_a, tet_b, culling.plane_check) {
-                let cut = self.cut(tet_a, tet_b, decisions);
-                if cut.is_noted() {
-                    cuts.push(cut);
+            match self.encounter(tet_a, tet_b, culling.plane_check) {
+                Encounter::Apart => {}
+                Encounter::EqualFields => scratch.equal.push([tet_a.index, tet_b.index]),
+                Encounter::Met(decisions) => {
+                    let cut = self.cut(tet_a, tet_b, decisions);
+                    if cut.is_noted() {
+                        scratch.cuts.push(cut);
+                    }
                 }
             }
         });

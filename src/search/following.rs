@@ -42,7 +42,7 @@ impl RelativePair<'_> {
     /// way too.
     pub(super) fn follow(&self, scratch: &mut Scratch) -> usize {
         let Some(route) = self.route() else {
-            return self.cull(Culling::default(), &mut scratch.cuts);
+            return self.cull(Culling::default(), scratch);
         };
         let mut walk = Walk {
             pair: self,
@@ -160,7 +160,11 @@ impl Walk<'_, '_> {
             self.look_around();
             for index in 0..self.scratch.frontier.len() {
                 let exits = self.scratch.exits[index];
-                has_equal |= exits.is_equal;
+                if exits.is_equal {
+                    has_equal = true;
+                    let pair = self.scratch.frontier[index].map(|tet| tet as usize);
+                    self.scratch.equal.push(pair);
+                }
                 if exits.is_ill_conditioned {
                     self.doubts += 1;
                     self.scratch.doubtful.push(self.scratch.frontier[index]);

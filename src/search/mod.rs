@@ -51,6 +51,11 @@ impl Found {
         &self.scratch.cuts
     }
 
+    /// The pairs of tetrahedra in which both pressures have one gradient and come near each other, whether they overlap or not.
+    pub fn equal_fields(&self) -> &[[usize; 2]] {
+        &self.scratch.equal
+    }
+
     /// How near corners are to planes in the cuts that count.
     pub fn closeness(&self) -> Closeness {
         self.of_all(Cut::counts, Cut::closeness)
@@ -84,7 +89,7 @@ impl RelativePair<'_> {
         let mut scratch = Scratch::taken();
         let candidates = match search {
             Search::Following => self.follow(&mut scratch),
-            Search::Culling(culling) => self.cull(culling, &mut scratch.cuts),
+            Search::Culling(culling) => self.cull(culling, &mut scratch),
         };
         Found {
             scratch,

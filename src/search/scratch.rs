@@ -30,6 +30,8 @@ pub(super) struct Scratch {
     pub exits: Vec<Exits>,
     /// What was found.
     pub cuts: Vec<Cut>,
+    /// The pairs in which the fields are equal, so that there is no plane.
+    pub equal: Vec<[usize; 2]>,
 }
 
 /// Where a contact surface may go on from a pair of tetrahedra.
@@ -66,6 +68,7 @@ impl Scratch {
         scratch.next_frontier.clear();
         scratch.doubtful.clear();
         scratch.cuts.clear();
+        scratch.equal.clear();
         scratch
     }
 

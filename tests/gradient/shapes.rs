@@ -255,38 +255,6 @@ fn vertices_through_implicit_steps_equal_differences() {
 }
 
 #[test]
-fn flush_faces_on_the_way_are_counted() {
-    let cube = |edges: [f64; 3]| Shape::new(shapes::cuboid(edges).unwrap());
-    let skin = Material::elastic(1e5).with_friction(0.3);
-    let brick = Body::dynamic("brick", cube([0.2, 0.1, 0.1]), skin, Mass::Total(1.0)).unwrap();
-    let brick = brick.at(Pose::from_translation(vector![0.0, 0.0, 0.0995]));
-    let block = Body::fixed("block", cube([0.4, 0.1, 0.1]), skin).unwrap();
-    let world = |z: f64| {
-        let brick = brick.clone().with_velocity(vector![0.2, 0.0, z]);
-        let world = World::new(vec![brick, block.clone()]).unwrap();
-        world.with_slip_tolerance(0.05).unwrap()
-    };
-    let kinks = |world: &World| {
-        let experiment = Experiment::new(world, &Plan::new(1e-4, 20).unwrap());
-        experiment
-            .gradient_by_all(&Squares)
-            .unwrap()
-            .kinks()
-            .to_vec()
-    };
-    let all = kinks(&world(0.0));
-    let [met] = all[..] else {
-        panic!("one pair of bodies: {all:?}");
-    };
-    // Two of their sides are in one plane, all the way.
-    assert_eq!((met.bodies, met.count, met.steps), ([0, 1], 20, [1, 20]));
-    assert!(met.kinks.are_flush && !met.kinks.are_clamped);
-    let potato = || Shape::new(shapes::ellipsoid([0.1, 0.12, 0.08], 1).unwrap());
-    let generic = thrown(potato(), potato(), Mass::Density(300.0), [0.0, 0.3]);
-    assert_eq!(kinks(&generic), []);
-}
-
-#[test]
 fn both_bodies_of_a_contact_and_their_extents_equal_differences() {
     let plan = Plan::new(5e-4, 240).unwrap().recording_every(240);
     let field = shapes::ellipsoid([0.1, 0.12, 0.08], 1).unwrap();

@@ -23,6 +23,11 @@ impl Trace {
         Self { island, parts }
     }
 
+    /// Whether the step was taken in several parts.
+    pub fn is_divided(&self) -> bool {
+        self.parts.len() > 1
+    }
+
     /// The size (bytes) of that of one body in a step that is not divided.
     pub fn least_size(scheme: &Scheme) -> usize {
         let stage = size_of::<DVector<f64>>() + size_of::<Vector6<f64>>();

@@ -157,7 +157,8 @@ impl Pullback<'_> {
     fn meet_kinks(&mut self, touching: &Touching) {
         let kinks = touching.contact.kinks;
         if kinks.is_any() {
-            self.gradient.meet(touching.bodies, kinks, self.step);
+            let (gradient, step) = (&mut self.gradient, self.step);
+            gradient.meet_at_contact(touching.bodies, kinks, step);
         }
     }
 

@@ -3,6 +3,7 @@ use crate::dynamics::system::System;
 use crate::dynamics::{Control, LOCAL};
 use crate::spatial::Twist;
 use nalgebra::{Matrix3, SVector, Vector3, Vector6};
+use std::collections::BTreeMap;
 
 /// The derivatives of a number by the state of a body, in its local coordinates (see
 /// [`World::displacement`](crate::dynamics::World::displacement)), along the axes of the world.
@@ -105,17 +106,32 @@ pub(crate) struct SystemGradient {
     pub controls: Vec<Vec<Vector6<f64>>>,
     /// By the shape of each body, its pose and its mass properties staying as they are; empty if not asked for.
     pub shapes: Vec<ShapeGradient>,
-    pub kinks: Vec<KinksMet>,
+    kinks: BTreeMap<(Kink, Vec<usize>), KinksMet>,
 }
 
-/// The kinks of one kind that a rollout met at the contacts of two bodies: see [`Kinks`].
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+/// Where a rollout has no derivative, or one of several was taken: see [`Kinks`].
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
+#[non_exhaustive]
+pub enum Kink {
+    /// Faces of two bodies coincide: [`Kinks::are_flush`].
+    Flush,
+    /// The pressure between two bodies is clamped somewhere: [`Kinks::are_clamped`].
+    Clamped,
+    /// Two bodies have equal pressures over a volume: [`Kinks::are_equal`].
+    EqualFields,
+    /// An implicit step was divided for these bodies, which move together. Derivatives are those of the parts as they are:
+    /// where their number changes, the end of the step jumps by an error of integration.
+    Divided,
+}
+
+/// The kinks of one kind that a rollout met at the same bodies.
+#[derive(Debug, Clone, PartialEq, Eq)]
 #[non_exhaustive]
 pub struct KinksMet {
     /// The places of the bodies, in the order of the world's.
-    pub bodies: [usize; 2],
+    pub bodies: Vec<usize>,
     /// Of which kind.
-    pub kinks: Kinks,
+    pub kink: Kink,
     /// In how many steps.
     pub count: usize,
     /// The first and the last of them, counted from 1.
@@ -154,24 +170,43 @@ impl SystemGradient {
             gravity: Vector3::zeros(),
             controls: system.controls.iter().map(intervals).collect(),
             shapes: Vec::new(),
-            kinks: Vec::new(),
+            kinks: BTreeMap::new(),
         }
     }
 
-    /// Counts the kinks of a contact in a step; steps come one after the other, the last first.
-    pub fn meet(&mut self, [a, b]: [usize; 2], kinks: Kinks, step: usize) {
-        let bodies = [a.min(b), a.max(b)];
-        let is_same = |met: &&mut KinksMet| met.bodies == bodies && met.kinks == kinks;
-        if let Some(met) = self.kinks.iter_mut().find(is_same) {
-            met.count += usize::from(met.steps[0] != step);
-            met.steps[0] = step;
-        } else {
-            self.kinks.push(KinksMet {
-                bodies,
-                kinks,
-                count: 1,
-                steps: [step; 2],
-            });
+    /// Counts the kinks of a contact in a step.
+    pub fn meet_at_contact(&mut self, [a, b]: [usize; 2], kinks: Kinks, step: usize) {
+        let Kinks {
+            are_flush,
+            are_clamped,
+            are_equal,
+        } = kinks;
+        for (is_met, kink) in [
+            (are_flush, Kink::Flush),
+            (are_clamped, Kink::Clamped),
+            (are_equal, Kink::EqualFields),
+        ] {
+            if is_met {
+                self.meet(kink, &[a.min(b), a.max(b)], step);
+            }
         }
+    }
+
+    /// Counts a kink of some bodies in a step; steps come one after the other, the last first.
+    pub fn meet(&mut self, kink: Kink, bodies: &[usize], step: usize) {
+        let met = self.kinks.entry((kink, bodies.to_vec()));
+        let met = met.or_insert_with_key(|(kink, bodies)| KinksMet {
+            bodies: bodies.clone(),
+            kink: *kink,
+            count: 0,
+            steps: [step; 2],
+        });
+        met.count += usize::from(met.count == 0 || met.steps[0] != step);
+        met.steps[0] = step;
+    }
+
+    /// All kinks that were met.
+    pub fn kinks(&self) -> Vec<KinksMet> {
+        self.kinks.values().cloned().collect()
     }
 }

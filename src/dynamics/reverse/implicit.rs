@@ -4,9 +4,9 @@
 //! those by −r, λ = J⁻ᵀū, and go on through all that r depends on while u stays. Later stages are made of the velocities of
 //! those before them, and of the wrenches (P − p̃)/τ.
 
-use super::StateCovector;
 use super::contact::{Touching, WrenchCovector};
 use super::pullback::{Here, Pullback};
+use super::{Kink, StateCovector};
 use crate::dynamics::implicit::{
     Follower, Island, Memory, PartTaken, Scheme, StageTaken, Stuck, Trace, displaced_back,
 };
@@ -65,6 +65,7 @@ impl ImplicitSteps {
             by_wrenches: vec![Wrench::zero(); before.bodies.len()],
         };
         traces.iter().try_for_each(|trace| {
+            back.pullback.meet_parts(trace);
             let follower = Follower::of(&scene, trace, self.scheme, before.time);
             back.island(&follower, &before.bodies)
         })
@@ -80,6 +81,16 @@ struct StepBack<'a, 'w> {
     states: Vec<BodyState>,
     /// By the wrench on each body, those of the island.
     by_wrenches: Vec<WrenchCovector>,
+}
+
+impl Pullback<'_> {
+    /// Counts an island's step as a kink if it was divided.
+    fn meet_parts(&mut self, trace: &Trace) {
+        if trace.is_divided() {
+            let (bodies, step) = (&trace.island.dynamic, self.step);
+            self.gradient.meet(Kink::Divided, bodies, step);
+        }
+    }
 }
 
 impl StepBack<'_, '_> {

@@ -21,7 +21,7 @@ use super::integrator::Kind;
 use super::{Body, Motion, Plan, RolloutError};
 use crate::contact::ShapeGradient;
 pub(crate) use covector::SystemGradient;
-pub use covector::{KinksMet, StateCovector};
+pub use covector::{Kink, KinksMet, StateCovector};
 use explicit::ExplicitSteps;
 use implicit::ImplicitSteps;
 use pullback::Pullback;

@@ -5,6 +5,7 @@ use crate::dynamics::integrator::Kind;
 use crate::dynamics::steps::{Checkpoint, Steps};
 use crate::dynamics::{BodyState, Plan, RolloutError};
 use nalgebra::Vector6;
+use std::cmp;
 
 /// So many steps are kept even where they take more than the memory allowed.
 const LEAST: usize = 16;
@@ -49,11 +50,12 @@ impl<'w> Tape<'w> {
                 }
             };
         let of_step = size_of::<Kept>() + of_body * world.system().bodies.len();
+        let room = (memory / of_step).max(LEAST);
         Self {
             world,
             plan,
-            room: (memory / of_step).max(LEAST),
-            kept: Vec::new(),
+            room,
+            kept: Vec::with_capacity(cmp::min(room + 1, plan.steps())),
             next: 0,
         }
     }

@@ -1,0 +1,151 @@
+//! Kinks on the way are counted: those that are there, and no others.
+
+use hydroelastic::contact::{HalfSpace, Shape};
+use hydroelastic::dynamics::{
+    Body, Integrator, Kink, KinksMet, Mass, Material, Plan, Trajectory, World,
+};
+use hydroelastic::gradient::{Experiment, Outcome};
+use hydroelastic::mesh::shapes;
+use hydroelastic::scalar::Scalar;
+use hydroelastic::spatial::Pose;
+use nalgebra::{Vector3, vector};
+
+/// The height (m) of the first body.
+struct Height;
+
+impl Outcome for Height {
+    fn of<T: Scalar>(&self, trajectory: &Trajectory<T>) -> Vec<T> {
+        vec![trajectory.last().bodies[0].position().z]
+    }
+}
+
+/// The kinks of a rollout; a gradient says the same.
+fn kinks(world: &World, plan: &Plan) -> Vec<(Kink, Vec<usize>, usize, [usize; 2])> {
+    let experiment = Experiment::new(world, plan);
+    let found = experiment.kinks().unwrap();
+    let gradient = experiment.gradient_by_all(&Height).unwrap();
+    assert_eq!(gradient.kinks(), found);
+    let parts = |met: KinksMet| (met.kink, met.bodies, met.count, met.steps);
+    found.into_iter().map(parts).collect()
+}
+
+fn cuboid(edges: [f64; 3]) -> Shape {
+    Shape::new(shapes::cuboid(edges).unwrap())
+}
+
+fn at(shape: Shape, skin: Material, place: Vector3<f64>) -> Body {
+    let body = Body::dynamic("body", shape, skin, Mass::Total(1.0)).unwrap();
+    body.at(Pose::from_translation(place))
+}
+
+fn steps(count: usize) -> Plan {
+    Plan::new(1e-4, count).unwrap()
+}
+
+/// Two sides of a brick and of the block below it are in one plane, all the way: near them both pressures are those of the
+/// distance to that plane, and equal.
+#[test]
+fn flush_faces() {
+    let skin = Material::elastic(1e5).with_friction(0.3);
+    let brick = at(cuboid([0.2, 0.1, 0.1]), skin, vector![0.0, 0.0, 0.0995]);
+    let block = Body::fixed("block", cuboid([0.4, 0.1, 0.1]), skin).unwrap();
+    let sliding = brick.with_velocity(vector![0.2, 0.0, 0.0]);
+    let world = World::new(vec![sliding, block.clone()]).unwrap();
+    let all = kinks(&world, &steps(20));
+    let met = |kink| (kink, vec![0, 1], 20, [1, 20]);
+    assert_eq!(all, [met(Kink::Flush), met(Kink::EqualFields)]);
+    // Turned, it has none.
+    let turned = Pose::from_rotation_vector(&vector![0.01, 0.02, 0.3], vector![0.01, 0.02, 0.0995]);
+    let brick = at(cuboid([0.2, 0.1, 0.1]), skin, Vector3::zeros()).at(turned);
+    let world = World::new(vec![brick, block]).unwrap();
+    assert_eq!(kinks(&world, &steps(20)), []);
+}
+
+/// A ball that is pulled out of a floor leaves it faster than its skin follows.
+#[test]
+fn clamped_pressure() {
+    let skin = Material::elastic(1e5).with_dissipation(2.0);
+    let ball = || Shape::new(shapes::icosphere(0.1, 1).unwrap());
+    let floor = Body::fixed("floor", HalfSpace::rigid(), Material::rigid()).unwrap();
+    let leaving = |speed: f64| {
+        let ball = at(ball(), skin, vector![0.01, 0.02, 0.09]);
+        let ball = ball.with_velocity(vector![0.0, 0.0, speed]);
+        World::new(vec![ball, floor.clone()]).unwrap()
+    };
+    let all = kinks(&leaving(1.0), &steps(10));
+    assert_eq!(all, [(Kink::Clamped, vec![0, 1], 10, [1, 10])]);
+    assert_eq!(kinks(&leaving(-1.0), &steps(10)), []);
+}
+
+#[test]
+fn equal_fields() {
+    let skin = Material::elastic(1e5);
+    let edges = [0.2, 0.15, 0.1];
+    let beside = |place| {
+        let block = Body::fixed("block", cuboid(edges), skin).unwrap();
+        let body = at(cuboid(edges), skin, place);
+        let world = World::new(vec![body, block]).unwrap();
+        let all = kinks(&world, &steps(5));
+        all.into_iter()
+            .filter(|met| met.0 == Kink::EqualFields)
+            .collect::<Vec<_>>()
+    };
+    // Two bodies in one place.
+    let inside = beside(Vector3::zeros());
+    assert_eq!(inside, [(Kink::EqualFields, vec![0, 1], 5, [1, 5])]);
+    // Shifted along their long sides, they have some of their fields in common: below the upper face both grow alike.
+    let shifted = beside(vector![0.05, 0.0, 0.0]);
+    assert_eq!(shifted, [(Kink::EqualFields, vec![0, 1], 5, [1, 5])]);
+    // Where they touch beside or above each other, fields may have the same gradient, but have no volume in common.
+    for apart in [
+        vector![0.2, 0.0, 0.0],
+        vector![0.0, 0.15, 0.0],
+        vector![0.0, 0.0, 0.1],
+    ] {
+        assert_eq!(beside(apart), []);
+    }
+}
+
+/// The skin of a half-space and that of a block below its surface grow alike.
+#[test]
+fn equal_fields_in_a_layer() {
+    let floor = HalfSpace::layer(0.1).unwrap();
+    let skin = Material::elastic(1e5);
+    let floor = Body::fixed("floor", floor, skin).unwrap();
+    let world = |height: f64| {
+        let cube = at(cuboid([0.2; 3]), skin, vector![0.0, 0.0, height]);
+        World::new(vec![cube, floor.clone()]).unwrap()
+    };
+    let all = kinks(&world(-0.1), &steps(3));
+    let equal = |all: &[(Kink, Vec<usize>, usize, [usize; 2])]| {
+        all.iter().any(|met| met.0 == Kink::EqualFields)
+    };
+    assert!(equal(&all), "{all:?}");
+    let all = kinks(&world(0.099), &steps(3));
+    assert!(!equal(&all), "{all:?}");
+}
+
+/// A step in which a ball arrives at a floor is divided, one in free flight is not, and one of Euler's never.
+#[test]
+fn divided_steps() {
+    let skin = Material::elastic(1e6);
+    let ball = || Shape::new(shapes::icosphere(0.1, 2).unwrap());
+    let floor = Body::fixed("floor", HalfSpace::rigid(), Material::rigid()).unwrap();
+    let world = |height: f64, speed: f64| {
+        let ball = at(ball(), skin, vector![0.0, 0.0, height]);
+        let ball = ball.with_velocity(vector![0.0, 0.0, speed]);
+        World::new(vec![ball, floor.clone()]).unwrap()
+    };
+    let plan = Plan::new(5e-3, 20).unwrap();
+    let by = |integrator| plan.with_integrator(integrator);
+    let (sdirk2, euler) = (by(Integrator::Sdirk2), by(Integrator::ImplicitEuler));
+    let all = kinks(&world(0.12, -2.0), &sdirk2);
+    let [(Kink::Divided, bodies, count, [first, last])] = &all[..] else {
+        panic!("divided steps: {all:?}");
+    };
+    // Its facets are a little more than 20 mm above the floor, two steps away; it leaves it within five more.
+    assert_eq!((&bodies[..], *first), (&[0][..], 3));
+    assert!(*count <= last + 1 - first && *last <= 8, "{all:?}");
+    assert_eq!(kinks(&world(0.12, -2.0), &euler), []);
+    assert_eq!(kinks(&world(0.3, 0.0), &sdirk2), []);
+}
