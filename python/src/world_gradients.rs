@@ -9,7 +9,7 @@ use crate::parameter::{Parameter, inner};
 use crate::plan::Plan;
 use crate::trajectory::Trajectory;
 use crate::world::World;
-use hydroelastic::dynamics::Integrator;
+use hydroelastic::dynamics::{self, Integrator};
 use hydroelastic::gradient::{self, Experiment, GradientError};
 use hydroelastic::nalgebra::DMatrix;
 use pyo3::prelude::*;
@@ -38,6 +38,9 @@ impl World {
 fn width(parameters: &[gradient::Parameter]) -> usize {
     parameters.iter().map(gradient::Parameter::dimension).sum()
 }
+
+/// Kind, names of bodies, number of steps, the first and the last of them.
+type KinksMet = (String, Vec<String>, usize, (usize, usize));
 
 /// A matrix as an array.
 fn by_rows<'py>(py: Python<'py>, matrix: &DMatrix<f64>) -> PyResult<Floats<'py>> {
@@ -84,6 +87,9 @@ impl World {
     /// ------
     /// HydroelasticError if a parameter is not one of the world's, an array has another shape, or a derivative is not finite;
     /// RolloutError, without a trajectory, if the rollout ends early.
+    ///
+    /// memory : for the steps that the sweep goes over (bytes; 256 MiB if None): steps that do not go into it are computed again.
+    #[pyo3(signature = (plan, parameters, by_poses, by_twists, *, memory=None))]
     fn pullback<'py>(
         &self,
         py: Python<'py>,
@@ -91,14 +97,42 @@ impl World {
         parameters: Vec<Bound<'py, Parameter>>,
         by_poses: &Bound<'py, PyAny>,
         by_twists: &Bound<'py, PyAny>,
+        memory: Option<usize>,
     ) -> PyResult<Floats<'py>> {
         let by = inner(&parameters);
         let recorded = (&plan.0, self.inner.bodies().len());
         let by_states = ByStates::of(by_poses, by_twists, recorded, None)?;
         let found = self.experiment(py, plan, (0, None), |it| {
+            let own = memory.map(|memory| it.clone().with_memory(memory));
+            let it = own.as_ref().unwrap_or(it);
             it.pullback(&by, |trajectory| by_states.covectors(0, trajectory))
         })?;
         array(py, found.as_slice().to_vec(), &[found.len()])
+    }
+
+    /// Where a rollout has no derivative, or one of several is taken, in gradients and Jacobians alike: tuples of what it is, the
+    /// names of the bodies, the number of steps, and the first and the last of them, counted from 1.
+    ///
+    /// "flush faces": faces of two bodies coincide. "clamped pressure": they part so fast that it is 0 somewhere. "equal fields":
+    /// both pressures are equal over a volume. "divided step": an implicit step was divided.
+    ///
+    /// Raises
+    /// ------
+    /// RolloutError, without a trajectory, if the rollout ends early.
+    fn kinks(&self, py: Python<'_>, plan: &Plan) -> PyResult<Vec<KinksMet>> {
+        let found = self.experiment(py, plan, (0, None), Experiment::kinks)?;
+        let names = self.names_of();
+        let met = |met: dynamics::KinksMet| {
+            let bodies = met.bodies.iter().map(|&body| names[body].to_owned());
+            let [first, last] = met.steps;
+            (
+                met.kink.to_string(),
+                bodies.collect(),
+                met.count,
+                (first, last),
+            )
+        };
+        Ok(found.into_iter().map(met).collect())
     }
 
     /// Whether a gradient by these parameters is best found backwards, by pullback: where they have more than 12 numbers, or 96

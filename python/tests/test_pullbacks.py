@@ -54,6 +54,27 @@ def test_a_pullback_is_a_product_with_the_jacobian(driven, plan):
     assert_same(driven.pullback(plan, by, *by_states), product(*by_states, jacobian), by)
 
 
+@pytest.mark.parametrize("integrator", [he.Integrator.LEAPFROG, he.Integrator.SDIRK2])
+def test_steps_that_do_not_go_into_memory_are_taken_again_with_the_same_bits(driven, integrator):
+    plan = he.Plan(1e-3, 100, integrator)
+    by = everything(driven)
+    by_states = covectors(driven.rollout(plan).recorded())
+    expected = driven.pullback(plan, by, *by_states)
+    for memory in (0, 30_000):
+        assert np.array_equal(driven.pullback(plan, by, *by_states, memory=memory), expected)
+
+
+def test_kinks_on_the_way_are_told():
+    skin = he.Material(1e5)
+    block = he.Shape.cuboid([0.2, 0.15, 0.1])
+    within = he.World([he.Body.dynamic("body", block, skin, mass=1.0), he.Body.fixed("block", block, skin)])
+    plan = he.Plan(1e-4, 5)
+    kinks = {kind: rest for kind, *rest in within.kinks(plan)}
+    assert kinks["equal fields"] == [["body", "block"], 5, (1, 5)]
+    alone = he.World([he.Body.dynamic("body", block, skin, mass=1.0)])
+    assert alone.kinks(plan) == []
+
+
 def test_worlds_of_a_batch_have_the_bits_of_each(driven):
     by = everything(driven)
     worlds = [driven.changed([he.Parameter.friction("ball")], [change]) for change in (0.0, 0.1, -0.1)]

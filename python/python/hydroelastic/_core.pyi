@@ -431,8 +431,15 @@ class World:
         self, plan: Plan, parameters: Sequence[Parameter], *, progress: _Progress = None
     ) -> tuple[Trajectory, TrajectoryJacobian]: ...
     def pullback(
-        self, plan: Plan, parameters: Sequence[Parameter], by_poses: _Floats, by_twists: _Floats
+        self,
+        plan: Plan,
+        parameters: Sequence[Parameter],
+        by_poses: _Floats,
+        by_twists: _Floats,
+        *,
+        memory: int | None = None,
     ) -> _Floats: ...
+    def kinks(self, plan: Plan) -> list[tuple[str, list[str], int, tuple[int, int]]]: ...
     def sweeps_back(self, plan: Plan, parameters: Sequence[Parameter]) -> bool: ...
     def linearised(
         self, plan: Plan, parameters: Sequence[Parameter] = ..., *, progress: _Progress = None

@@ -4,6 +4,7 @@ use crate::dynamics::{Control, LOCAL};
 use crate::spatial::Twist;
 use nalgebra::{Matrix3, SVector, Vector3, Vector6};
 use std::collections::BTreeMap;
+use std::fmt;
 
 /// The derivatives of a number by the state of a body, in its local coordinates (see
 /// [`World::displacement`](crate::dynamics::World::displacement)), along the axes of the world.
@@ -122,6 +123,17 @@ pub enum Kink {
     /// An implicit step was divided for these bodies, which move together. Derivatives are those of the parts as they are:
     /// where their number changes, the end of the step jumps by an error of integration.
     Divided,
+}
+
+impl fmt::Display for Kink {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        formatter.write_str(match self {
+            Self::Flush => "flush faces",
+            Self::Clamped => "clamped pressure",
+            Self::EqualFields => "equal fields",
+            Self::Divided => "divided step",
+        })
+    }
 }
 
 /// The kinks of one kind that a rollout met at the same bodies.
