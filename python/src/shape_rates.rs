@@ -13,9 +13,9 @@ use pyo3::prelude::*;
 #[pyclass(frozen, get_all, module = "hydroelastic")]
 pub struct ShapeRates {
     /// (k, v, 3) float64, or (v, 3): the velocity of each vertex, in the axes of the body's frame (m over the number's unit).
-    vertices: Py<PyArrayDyn<f64>>,
+    pub vertices: Py<PyArrayDyn<f64>>,
     /// (k, v) float64, or (v,): the rate of the extent of each vertex.
-    extents: Py<PyArrayDyn<f64>>,
+    pub extents: Py<PyArrayDyn<f64>>,
     /// Vertices whose rates are one of several, or a mean, ascending.
     ambiguous: Vec<usize>,
 }

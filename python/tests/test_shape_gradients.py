@@ -143,7 +143,7 @@ def test_gradients_can_be_pickled(ball_on_block, by_wrenches):
 
 MADE_OF = {
     "icosphere": (lambda it: he.Shape.icosphere(it[0], 2), lambda it: he.Shape.icosphere_rates(it[0], 2), [0.1]),
-    "ellipsoid": (lambda it: he.Shape.ellipsoid(it, 1), lambda it: he.Shape.ellipsoid_rates(it, 1), [0.1, 0.12, 0.09]),
+    "ellipsoid": (lambda it: he.Shape.ellipsoid(it, 1), lambda it: he.Shape.ellipsoid_rates(it, 1), [0.1, 0.12, 0.11]),
     "cuboid": (he.Shape.cuboid, he.Shape.cuboid_rates, [0.2, 0.2, 0.2]),
     "distance_cuboid": (he.Shape.distance_cuboid, he.Shape.distance_cuboid_rates, [0.2, 0.25, 0.3]),
     "cylinder": (lambda it: he.Shape.cylinder(*it, 7), lambda it: he.Shape.cylinder_rates(*it, 7), [0.1, 0.3]),
