@@ -163,8 +163,8 @@ fn descent() -> Result<Vec<Design>, Box<dyn Error>> {
     while designs.len() <= ITERATIONS && size > 1e-3 * LARGEST_CHANGE {
         let design = &designs[designs.len() - 1];
         let found = Experiment::new(&design.world, &plan).gradient_by_all(&Integral(Unrest))?;
-        let slope = found.by_vertices("cushion", Keeping::MassProperties)?;
-        let direction = design.cushion.smoothed(&slope);
+        let slope = found.by_shape("cushion", Keeping::MassProperties)?;
+        let direction = design.cushion.smoothed(&slope.by_vertices);
         // As large as a step may be, or until one helps.
         size = (2.0 * size).min(LARGEST_CHANGE);
         while size > 1e-3 * LARGEST_CHANGE {

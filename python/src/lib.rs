@@ -27,6 +27,7 @@ mod rigid_shape;
 mod rollout;
 mod shape;
 mod shape_gradient;
+mod shape_rates;
 mod show;
 mod state;
 mod surface;
@@ -67,6 +68,8 @@ fn _core(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_class::<pair::Pair>()?;
     module.add_class::<surface::Surface>()?;
     module.add_class::<shape_gradient::ShapeGradient>()?;
+    module.add_class::<shape_rates::ShapeRates>()?;
+    module.add_class::<shape_rates::LinearisedShape>()?;
     module.add_class::<body::Body>()?;
     module.add_class::<path::Path>()?;
     module.add_class::<force::Spring>()?;

@@ -33,7 +33,8 @@ use std::sync::Arc;
 pub struct Shape(pub Arc<contact::Shape>);
 
 impl Shape {
-    fn of(field: Result<PressureField, MeshError>) -> PyResult<Self> {
+    /// From its field, if there is one.
+    pub fn of(field: Result<PressureField, MeshError>) -> PyResult<Self> {
         let field = field.map_err(refused)?;
         Ok(Self(Arc::new(contact::Shape::new(field))))
     }

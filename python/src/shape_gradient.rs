@@ -1,18 +1,18 @@
 //! Derivatives by the shapes of a contact.
 
 use crate::any_shape::AnyShape;
-use crate::arrays::{Floats, row};
+use crate::arrays::{Floats, row, wrong_shape};
 use crate::errors::refused;
 use crate::pair_inputs::Found;
+use crate::shape_rates::ShapeRates;
 use hydroelastic::contact;
 use hydroelastic::nalgebra::{Matrix3, Vector3};
 use hydroelastic::spatial::MassGradient;
-use numpy::PyArrayDyn;
+use numpy::{PyArrayDyn, PyUntypedArrayMethods};
 use pyo3::prelude::*;
 
 /// The derivatives of a number by the shape of a body. Vertices are moved in the body's frame, while its pose, the modulus and all
-/// extents stay as they are. Extents that depend on where vertices are have derivatives of their own, to be added by the chain
-/// rule.
+/// extents stay as they are. To what a shape is made of, the chain rule leads: along, LinearisedShape.pullback.
 #[pyclass(frozen, get_all, module = "hydroelastic")]
 pub struct ShapeGradient {
     /// (v, 3) float64, or (n, v, 3): by each vertex, in the axes of the body's frame (over m). None for a half-space: v is 0.
@@ -29,6 +29,42 @@ impl ShapeGradient {
             by_vertices,
             by_extents,
         }
+    }
+
+    /// The derivatives by the numbers of these rates, whose vertices and extents are those of the shape: (), (k,), (n,) or (n, k).
+    /// The chain rule, to the radius of a ball or the edges of a box.
+    ///
+    /// Raises
+    /// ------
+    /// HydroelasticError if the rates are those of another number of vertices.
+    fn along<'py>(
+        &self,
+        py: Python<'py>,
+        rates: &Bound<'py, ShapeRates>,
+    ) -> PyResult<Bound<'py, PyAny>> {
+        let rates = rates.get();
+        let numpy = py.import("numpy")?;
+        let shape = |array: &Py<PyArrayDyn<f64>>| array.bind(py).shape().to_vec();
+        let (own, of_rates) = (shape(&self.by_vertices), shape(&rates.vertices));
+        if own.len() < 2 || own[own.len() - 2..] != of_rates[of_rates.len().saturating_sub(2)..] {
+            return Err(wrong_shape(
+                "the vertices of the rates",
+                &of_shape(&own),
+                &of_rates,
+            ));
+        }
+        // Sums over the last axes: of vertices and their coordinates, and of extents.
+        let sum = |own: &Py<PyArrayDyn<f64>>, rates: &Py<PyArrayDyn<f64>>, axes: [&[i64]; 2]| {
+            let axes = (axes[0].to_vec(), axes[1].to_vec());
+            numpy.call_method1("tensordot", (own.bind(py), rates.bind(py), axes))
+        };
+        let last: &[i64] = &[-2, -1];
+        let by_vertices = sum(&self.by_vertices, &rates.vertices, [last, last])?;
+        let own_extents = shape(&self.by_extents);
+        if own_extents.last() == Some(&0) {
+            return Ok(by_vertices);
+        }
+        by_vertices.add(sum(&self.by_extents, &rates.extents, [&[-1], &[-1]])?)
     }
 
     fn __repr__(&self, py: Python<'_>) -> PyResult<String> {
@@ -52,6 +88,12 @@ impl ShapeGradient {
             self.by_extents.clone_ref(py),
         )
     }
+}
+
+/// What rates of a shape with so many vertices look like.
+fn of_shape(own: &[usize]) -> String {
+    let vertices = own.iter().rev().nth(1).copied().unwrap_or(0);
+    format!("({vertices}, 3) or (k, {vertices}, 3)")
 }
 
 /// How many vertices, and how many extents, a shape has.

@@ -139,3 +139,94 @@ def test_gradients_can_be_pickled(ball_on_block, by_wrenches):
     assert np.array_equal(loaded.by_extents, gradient.by_extents)
     count = len(pair.shapes[0].vertices)
     assert repr(loaded) == f"ShapeGradient(by_vertices ({count}, 3), by_extents ({count},))"
+
+
+MADE_OF = {
+    "icosphere": (lambda it: he.Shape.icosphere(it[0], 2), lambda it: he.Shape.icosphere_rates(it[0], 2), [0.1]),
+    "ellipsoid": (lambda it: he.Shape.ellipsoid(it, 1), lambda it: he.Shape.ellipsoid_rates(it, 1), [0.1, 0.12, 0.11]),
+    "cuboid": (he.Shape.cuboid, he.Shape.cuboid_rates, [0.2, 0.2, 0.2]),
+    "distance_cuboid": (he.Shape.distance_cuboid, he.Shape.distance_cuboid_rates, [0.2, 0.25, 0.3]),
+    "cylinder": (lambda it: he.Shape.cylinder(*it, 7), lambda it: he.Shape.cylinder_rates(*it, 7), [0.1, 0.3]),
+}
+
+
+@pytest.mark.parametrize("kind", MADE_OF)
+def test_dimensions_of_shapes_equal_differences(kind, ball_on_block, by_wrenches):
+    make, rates_of, dimensions = MADE_OF[kind]
+    pair, pose_a, pose_b = ball_on_block
+    block = pair.shapes[1]
+    shape, rates = make(dimensions), rates_of(dimensions)
+    count = len(dimensions)
+    assert rates.vertices.shape == (count, *shape.vertices.shape) and rates.extents.shape == (count, len(shape.extents))
+    assert rates.ambiguous == []
+    gradient, of_block = he.Pair(shape, block, *pair.moduli).shape_gradients(pose_a, pose_b, by_wrenches)
+    found = gradient.along(rates)
+    assert found.shape == (count,)
+    for place in range(count):
+
+        def value(change):
+            changed = np.array(dimensions)
+            changed[place] += change
+            return by_wrenches @ he.Pair(make(list(changed)), block, *pair.moduli).wrench(pose_a, pose_b)
+
+        difference = (value(1e-7) - value(-1e-7)) / 2e-7
+        assert abs(difference) > 0.0
+        assert abs(difference - found[place]) < DIFFERENCES * np.abs(gradient.by_vertices).sum()
+    with pytest.raises(he.HydroelasticError, match="the vertices of the rates must have the shape"):
+        of_block.along(he.ShapeRates(np.zeros((4, 3)), np.zeros(4)))
+
+
+def test_rates_of_batches_and_rates_of_one_number(ball_on_block, by_wrenches):
+    pair, pose_a, pose_b = ball_on_block
+    many = np.stack([he.moved_pose(pose_a, [0, 0, 0, 0, 0, -1e-4 * k]) for k in range(4)])
+    gradients, _ = pair.shape_gradients(many, pose_b, by_wrenches)
+    rates = he.Shape.ellipsoid_rates([0.1, 0.1, 0.1], 3)
+    found = gradients.along(rates)
+    assert found.shape == (4, 3)
+    one = he.ShapeRates(rates.vertices[1], rates.extents[1])
+    assert np.allclose(gradients.along(one), found[:, 1], rtol=ROUNDING, atol=0.0)
+    single, _ = pair.shape_gradients(many[2], pose_b, by_wrenches)
+    assert np.allclose(single.along(one), found[2, 1], rtol=ROUNDING, atol=0.0)
+    assert he.Shape.distance_cuboid_rates([0.2, 0.2, 0.2]).ambiguous == [8]
+
+
+@pytest.mark.parametrize("depth", [None, 0.03])
+def test_meshes_below_fields_of_distances_equal_differences(ball_on_block, by_wrenches, depth):
+    pair, pose_a, pose_b = ball_on_block
+    block = pair.shapes[1]
+    random = np.random.default_rng(5)
+    solid = he.Shape.icosphere(0.1, 1)
+    # Without symmetries.
+    vertices = solid.vertices + 1e-3 * random.uniform(-1.0, 1.0, solid.vertices.shape)
+    made = he.LinearisedShape(vertices, solid.tets, depth)
+    assert made.ambiguous == []
+    gradient, _ = he.Pair(made.shape, block, *pair.moduli).shape_gradients(pose_a, pose_b, by_wrenches)
+    by_mesh, by_depth = made.pullback(gradient.by_vertices, gradient.by_extents)
+    assert by_mesh.shape == vertices.shape and (by_depth == 0.0) == (depth is None)
+    velocities = random.uniform(-1.0, 1.0, vertices.shape)
+
+    def value(time, change=0.0):
+        shape = he.LinearisedShape(vertices + time * velocities, solid.tets, None if depth is None else depth + change).shape
+        return by_wrenches @ he.Pair(shape, block, *pair.moduli).wrench(pose_a, pose_b)
+
+    difference = (value(1e-7) - value(-1e-7)) / 2e-7
+    scale = DIFFERENCES * np.abs(gradient.by_vertices).sum()
+    found = np.sum(by_mesh * velocities)
+    assert abs(difference - found) < scale
+    assert np.isclose(gradient.along(made.rates(velocities)), found, rtol=0.0, atol=1e-6 * scale)
+    difference = (value(0.0, 1e-7) - value(0.0, -1e-7)) / 2e-7
+    assert abs(difference - by_depth) < scale
+    assert np.isclose(gradient.along(made.rates_by_depth()), by_depth, rtol=0.0, atol=1e-6 * scale)
+
+
+def test_rates_and_linearised_shapes_can_be_pickled():
+    rates = he.Shape.distance_cuboid_rates([0.2, 0.2, 0.2])
+    loaded = pickle.loads(pickle.dumps(rates))
+    assert np.array_equal(loaded.vertices, rates.vertices) and loaded.ambiguous == rates.ambiguous
+    assert repr(loaded) == repr(rates) == "ShapeRates(vertices (3, 9, 3), extents (3, 9), 1 ambiguous)"
+    solid = he.Shape.icosphere(0.1, 1)
+    made = he.LinearisedShape(solid.vertices, solid.tets, 0.03)
+    loaded = pickle.loads(pickle.dumps(made))
+    assert repr(loaded) == repr(made)
+    velocities = np.ones(solid.vertices.shape)
+    assert np.array_equal(loaded.rates(velocities).vertices, made.rates(velocities).vertices)

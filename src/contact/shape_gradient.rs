@@ -5,14 +5,16 @@ use super::reaction::on_both;
 use super::response::{Barycentric, OfCell, PolygonResponse};
 use super::surface_law::RelativeMotion;
 use super::{BodyError, ContactPair, LinearisedContact, PartnerShape, SurfaceLaw};
+use crate::mesh::{MeshError, ShapeRates};
 use crate::narrow_phase::ELASTIC_COINCIDENCE;
 use crate::spatial::Twist;
 use nalgebra::{SMatrix, SVector, Vector3, Vector6};
 
 /// The derivatives of a number by the shape of a body: by where the vertices of its mesh or surface are, and by their extents.
 ///
-/// Vertices are moved in the body's frame, while its pose, the modulus and all extents stay as they are. Extents that depend
-/// on where vertices are, as distances to the surface do, have derivatives of their own, to be added by the chain rule.
+/// Vertices are moved in the body's frame, while its pose, the modulus and all extents stay as they are. To the
+/// dimensions of a ready-made shape, or the mesh that a field was made of by distances, the chain rule leads: [`Self::along`],
+/// [`LinearisedDistances::pullback`](crate::mesh::LinearisedDistances::pullback).
 #[derive(Debug, Clone, PartialEq)]
 #[non_exhaustive]
 pub struct ShapeGradient {
@@ -32,21 +34,13 @@ impl ShapeGradient {
         }
     }
 
-    /// The derivative as the vertices move at these velocities: the chain rule for any number that they depend on.
+    /// The derivative as vertices move and extents change at these rates: the chain rule, to any number that a shape is made of.
+    /// Ready-made shapes have rates by their dimensions in [`shapes`](crate::mesh::shapes).
     ///
-    /// # Panics
-    /// If there are not as many velocities as vertices.
-    #[must_use]
-    pub fn along(&self, velocities: &[Vector3<f64>]) -> f64 {
-        assert_eq!(
-            velocities.len(),
-            self.by_vertices.len(),
-            "one velocity for each vertex"
-        );
-        let pairs = self.by_vertices.iter().zip(velocities);
-        pairs
-            .map(|(by_vertex, velocity)| by_vertex.dot(velocity))
-            .sum()
+    /// # Errors
+    /// If there are not as many velocities as vertices, or rates of extents, if any, as extents, or if one is not finite.
+    pub fn along(&self, rates: &ShapeRates) -> Result<f64, MeshError> {
+        rates.dot(&self.by_vertices, &self.by_extents)
     }
 
     /// Adds what one polygon contributes by the corners of a cell, from the cell's vertices to their places.
@@ -93,8 +87,8 @@ impl ContactPair<'_> {
     /// );
     /// let force_along_z = SVector::from_fn(|row, _| if row == 5 { 1.0 } else { 0.0 });
     /// let [by_ball, _] = pair.shape_gradients(&force_along_z);
-    /// // A larger ball is pressed in further: x → (1 + s)x.
-    /// assert!(by_ball.along(ball.field().mesh().vertices()) > 0.0);
+    /// // A larger ball is pressed in further.
+    /// assert!(by_ball.along(&shapes::icosphere_rates(0.1, 2)?)? > 0.0);
     /// # Ok::<(), Box<dyn std::error::Error>>(())
     /// ```
     #[must_use]

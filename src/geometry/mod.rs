@@ -17,4 +17,4 @@ pub use polygon::{ConvexPolygon, POLYGON_CAPACITY};
 pub use tetrahedron::Tetrahedron;
 pub(crate) use tetrahedron::{ALL_FACES, FACES};
 pub(crate) use tolerance::{Closeness, Tolerance, snapped};
-pub(crate) use triangle::Triangle;
+pub(crate) use triangle::{Foot, Triangle};

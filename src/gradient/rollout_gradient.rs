@@ -44,12 +44,21 @@ impl RolloutGradient {
         self.gradient.kinks()
     }
 
-    /// By the shape of the named body, its mass properties staying as they are.
+    /// By the shape of the named body: through contact, and through its mass as far as that does not stay. Bodies that forces do
+    /// not move keep their mass properties.
     ///
     /// # Errors
-    /// If there is no such body.
-    pub fn by_shape(&self, body: &str) -> Result<&ShapeGradient, GradientError> {
-        Ok(&self.gradient.shapes[self.system.index_of(body)?])
+    /// If there is no such body; and where mass properties change, as [`Self::by_mass_properties`], or if those of the body are
+    /// not those of its shape at a uniform density.
+    pub fn by_shape(&self, body: &str, keeping: Keeping) -> Result<ShapeGradient, GradientError> {
+        let mut gradient = self.gradient.shapes[self.system.index_of(body)?].clone();
+        if keeping != Keeping::MassProperties {
+            let through_mass = self.by_vertices_through_mass(body, keeping)?;
+            for (by_vertex, own) in gradient.by_vertices.iter_mut().zip(through_mass) {
+                *by_vertex += own;
+            }
+        }
+        Ok(gradient)
     }
 
     /// By the mass properties of the named body, its shape staying as it is.
@@ -78,21 +87,11 @@ impl RolloutGradient {
         })
     }
 
-    /// By the vertices of the named body (the loss's unit over m), in the axes of its frame: through contact, and through its
-    /// mass as far as that does not stay.
-    ///
-    /// # Errors
-    /// If there is no such body; and where mass properties change, as [`Self::by_mass_properties`], or if those of the body are
-    /// not those of its shape at a uniform density.
-    pub fn by_vertices(
+    fn by_vertices_through_mass(
         &self,
         body: &str,
         keeping: Keeping,
     ) -> Result<Vec<Vector3<f64>>, GradientError> {
-        let mut by_vertices = self.by_shape(body)?.by_vertices.clone();
-        if keeping == Keeping::MassProperties {
-            return Ok(by_vertices);
-        }
         let by = self.by_mass_properties(body)?;
         let body = &self.system.bodies[self.system.index_of(body)?];
         let shape = body.shape();
@@ -109,11 +108,7 @@ impl RolloutGradient {
                 -inertia.map_or(0.0, |inertia| by.by_inertia.dot(&inertia))
             }
         };
-        let own = shape.mass_gradient(density, &MassGradient { by_mass, ..by });
-        for (by_vertex, own) in by_vertices.iter_mut().zip(own) {
-            *by_vertex += own;
-        }
-        Ok(by_vertices)
+        Ok(shape.mass_gradient(density, &MassGradient { by_mass, ..by }))
     }
 }
 

@@ -1,6 +1,20 @@
-use super::TetMesh;
+use super::skin::Passage;
+use super::splitting::{self, Center};
 use super::surface_tree::SurfaceTree;
+use super::{MeshError, TetMesh};
 use crate::threads;
+
+/// A mesh with extents from the distance to its surface, and how both came about.
+pub(super) struct MadeOfDistances {
+    pub mesh: TetMesh,
+    pub extents: Vec<f64>,
+    /// How the vertices of the given mesh were followed by those inside of its edges, faces and tetrahedra.
+    pub centers: Vec<Center>,
+    /// Of the vertices so far (m).
+    pub distances: Vec<f64>,
+    /// The vertices after those: where the extent begins to stay.
+    pub passages: Vec<Passage>,
+}
 
 /// For each vertex its distance (m) to the surface: 0 on it.
 pub(super) fn distances(mesh: &TetMesh) -> Vec<f64> {
@@ -14,13 +28,22 @@ pub(super) fn distances(mesh: &TetMesh) -> Vec<f64> {
     })
 }
 
-/// Over the largest of them: in [0, 1]. All zero where no vertex lies inside.
-pub(super) fn normalized(mut distances: Vec<f64>) -> Vec<f64> {
+/// Distances over the largest of them: in [0, 1]. All zero where no vertex lies inside.
+pub(super) fn normalized(mesh: &TetMesh) -> Result<MadeOfDistances, MeshError> {
+    let (mesh, centers) = splitting::with_inner_vertices(mesh)?;
+    let distances = distances(&mesh);
+    let mut extents = distances.clone();
     let largest = distances.iter().copied().fold(0.0, f64::max);
     if largest > 0.0 {
-        for distance in &mut distances {
-            *distance /= largest;
+        for extent in &mut extents {
+            *extent /= largest;
         }
     }
-    distances
+    Ok(MadeOfDistances {
+        mesh: mesh.into_owned(),
+        extents,
+        centers,
+        distances,
+        passages: Vec::new(),
+    })
 }

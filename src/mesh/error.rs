@@ -230,4 +230,24 @@ pub enum MeshError {
         /// Largest usable count.
         highest: usize,
     },
+    /// Derivatives or rates, and the vertices or extents of a shape, do not pair up.
+    #[error("{expected} {name} need as many derivatives or rates, but got {found}")]
+    RateCount {
+        /// What they are of.
+        name: &'static str,
+        /// How many were given.
+        found: usize,
+        /// How many there are.
+        expected: usize,
+    },
+    /// A derivative or a rate is NaN or infinite.
+    #[error("number {index} of the derivatives or rates of {name} is {value}, but must be finite")]
+    NonFiniteRate {
+        /// What they are of.
+        name: &'static str,
+        /// Index of the vertex.
+        index: usize,
+        /// The number.
+        value: f64,
+    },
 }

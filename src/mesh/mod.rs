@@ -21,10 +21,13 @@
 mod coordinates;
 mod distance;
 mod error;
+mod linearised_distances;
 mod mass;
+mod nearest_feet;
 mod pressure_field;
 #[cfg(feature = "serde")]
 mod serial;
+mod shape_rates;
 pub mod shapes;
 mod skin;
 mod splitting;
@@ -39,7 +42,9 @@ mod triangle_surface;
 mod welding;
 
 pub use error::MeshError;
+pub use linearised_distances::{DistanceGradient, LinearisedDistances};
 pub use pressure_field::{FieldTet, PressureField};
+pub use shape_rates::ShapeRates;
 pub use surface_error::SurfaceError;
 pub use tet_mesh::TetMesh;
 pub use triangle_surface::TriangleSurface;

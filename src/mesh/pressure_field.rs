@@ -1,4 +1,5 @@
-use super::{MeshError, TetMesh, coordinates, distance, skin, splitting};
+use super::distance::{self, MadeOfDistances};
+use super::{LinearisedDistances, MeshError, TetMesh, coordinates, skin};
 use crate::geometry::{AffineField, FACES, Tetrahedron};
 use crate::threads;
 
@@ -87,9 +88,20 @@ impl PressureField {
     /// # Errors
     /// As [`Self::new`].
     pub fn from_distance(mesh: &TetMesh) -> Result<Self, MeshError> {
-        let mesh = splitting::with_inner_vertices(mesh)?.into_owned();
-        let extents = distance::normalized(distance::distances(&mesh));
+        let MadeOfDistances { mesh, extents, .. } = distance::normalized(mesh)?;
         Self::new(mesh, extents)
+    }
+
+    /// [`Self::from_distance`], and how it changes with the vertices of the mesh.
+    ///
+    /// # Errors
+    /// As [`Self::new`].
+    pub fn linearised_from_distance(
+        mesh: &TetMesh,
+    ) -> Result<(Self, LinearisedDistances), MeshError> {
+        let mut made = distance::normalized(mesh)?;
+        let field = Self::new(made.mesh.clone(), std::mem::take(&mut made.extents))?;
+        Ok((field, LinearisedDistances::normalized(mesh, made)))
     }
 
     /// With min(d/`depth`, 1) as extent at the distance d from the surface: a skin of this depth (m) around a *plateau*, in
@@ -113,8 +125,21 @@ impl PressureField {
     /// # Ok::<(), hydroelastic::mesh::MeshError>(())
     /// ```
     pub fn from_distance_up_to(mesh: &TetMesh, depth: f64) -> Result<Self, MeshError> {
-        let (mesh, extents) = skin::layered(mesh, depth)?;
+        let MadeOfDistances { mesh, extents, .. } = skin::layered(mesh, depth)?;
         Self::new(mesh, extents)
+    }
+
+    /// [`Self::from_distance_up_to`], and how it changes with the vertices of the mesh and the depth.
+    ///
+    /// # Errors
+    /// As [`Self::from_distance_up_to`].
+    pub fn linearised_from_distance_up_to(
+        mesh: &TetMesh,
+        depth: f64,
+    ) -> Result<(Self, LinearisedDistances), MeshError> {
+        let mut made = skin::layered(mesh, depth)?;
+        let field = Self::new(made.mesh.clone(), std::mem::take(&mut made.extents))?;
+        Ok((field, LinearisedDistances::up_to(mesh, made, depth)))
     }
 
     /// The mesh.

@@ -1,22 +1,42 @@
-use super::distance::distances;
+use super::distance::{MadeOfDistances, distances};
 use super::splitting::{self, Division};
 use super::{MeshError, TetMesh};
+use nalgebra::Vector3;
 
 /// A vertex counts as lying where the skin ends if its extent is so near to 1.
 const NEARNESS: f64 = 1e-3;
 
+/// Where an edge passes the depth: at from + share·(to − from) with share = (1 − e_from)/(e_to − e_from), e the distance over the
+/// depth.
+pub(super) struct Passage {
+    /// The vertices of the edge.
+    pub ends: [usize; 2],
+    /// How far along the edge, from 0 to 1.
+    pub share: f64,
+    /// From one end to the other (m).
+    pub edge: Vector3<f64>,
+    /// The derivatives of the share by the extents at the ends.
+    pub slopes: [f64; 2],
+}
+
+/// Whether a vertex of this extent counts as lying where the skin ends.
+pub(super) fn is_at_end(extent: f64) -> bool {
+    (extent - 1.0).abs() <= NEARNESS
+}
+
 /// A mesh of the same solid in which no edge passes the depth (m), and its extents: the distance to the surface over the
 /// depth, 1 at most.
-pub(super) fn layered(mesh: &TetMesh, depth: f64) -> Result<(TetMesh, Vec<f64>), MeshError> {
+pub(super) fn layered(mesh: &TetMesh, depth: f64) -> Result<MadeOfDistances, MeshError> {
     if !(depth > 0.0 && depth.is_finite()) {
         let (name, value) = ("skin depth", depth);
         return Err(MeshError::InvalidDimension { name, value });
     }
-    let mesh = splitting::with_inner_vertices(mesh)?;
-    let mut extents = distances(&mesh);
+    let (mesh, centers) = splitting::with_inner_vertices(mesh)?;
+    let distances = distances(&mesh);
+    let mut extents = distances.clone();
     for extent in &mut extents {
         *extent /= depth;
-        if (*extent - 1.0).abs() <= NEARNESS {
+        if is_at_end(*extent) {
             *extent = 1.0;
         }
     }
@@ -28,13 +48,20 @@ pub(super) fn layered(mesh: &TetMesh, depth: f64) -> Result<(TetMesh, Vec<f64>),
     let mesh = if passages.is_empty() {
         mesh.into_owned()
     } else {
-        splitting::divided(&mesh, &passages)?
+        let divisions: Vec<_> = passages.iter().map(|it| it.division(&mesh)).collect();
+        splitting::divided(&mesh, &divisions)?
     };
-    Ok((mesh, extents))
+    Ok(MadeOfDistances {
+        mesh,
+        extents,
+        centers,
+        distances,
+        passages,
+    })
 }
 
 /// Where edges pass the extent 1, in the order of their vertices.
-fn passages(mesh: &TetMesh, extents: &[f64]) -> Vec<Division<2>> {
+fn passages(mesh: &TetMesh, extents: &[f64]) -> Vec<Passage> {
     let mut passing = Vec::new();
     for tet in mesh.tets() {
         let low = tet.iter().filter(|&&vertex| extents[vertex] < 1.0);
@@ -45,13 +72,25 @@ fn passages(mesh: &TetMesh, extents: &[f64]) -> Vec<Division<2>> {
     }
     passing.sort_unstable();
     passing.dedup();
-    let passage = |simplex: [usize; 2]| {
-        let [from, to] = simplex.map(|vertex| mesh.vertices()[vertex]);
-        let [low, high] = simplex.map(|vertex| extents[vertex] - 1.0);
-        Division {
-            simplex,
-            at: from + (to - from) * (low / (low - high)),
+    let passage = |ends: [usize; 2]| {
+        let [from, to] = ends.map(|vertex| mesh.vertices()[vertex]);
+        let [low, high] = ends.map(|vertex| extents[vertex] - 1.0);
+        let share = low / (low - high);
+        Passage {
+            ends,
+            share,
+            edge: to - from,
+            slopes: [share - 1.0, -share].map(|slope| slope / (high - low)),
         }
     };
     passing.into_iter().map(passage).collect()
+}
+
+impl Passage {
+    fn division(&self, mesh: &TetMesh) -> Division<2> {
+        Division {
+            simplex: self.ends,
+            at: mesh.vertices()[self.ends[0]] + self.edge * self.share,
+        }
+    }
 }

@@ -3,13 +3,38 @@ use nalgebra::Vector3;
 use rustc_hash::{FxHashMap, FxHashSet};
 use std::borrow::Cow;
 
-/// See [`TetMesh::with_inner_vertices`]; the mesh itself where nothing is to be split.
-pub(super) fn with_inner_vertices(mesh: &TetMesh) -> Result<Cow<'_, TetMesh>, MeshError> {
+/// A new vertex in the middle of an edge, a face or a tetrahedron.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Center {
+    corners: [usize; 4],
+    count: usize,
+}
+
+impl Center {
+    fn of<const SIZE: usize>(simplex: [usize; SIZE]) -> Self {
+        let corners = std::array::from_fn(|place| *simplex.get(place).unwrap_or(&0));
+        let count = SIZE;
+        Self { corners, count }
+    }
+
+    /// The vertices whose mean it is.
+    pub fn corners(&self) -> &[usize] {
+        &self.corners[..self.count]
+    }
+}
+
+/// See [`TetMesh::with_inner_vertices`]; the mesh itself where nothing is to be split. And how the new vertices come from those
+/// before them.
+pub(super) fn with_inner_vertices(
+    mesh: &TetMesh,
+) -> Result<(Cow<'_, TetMesh>, Vec<Center>), MeshError> {
     // Edges before faces before tetrahedra: a new vertex inside an edge also serves the faces and
     // tetrahedra around it.
-    let mesh = without_flat::<2>(Cow::Borrowed(mesh))?;
-    let mesh = without_flat::<3>(mesh)?;
-    without_flat::<4>(mesh)
+    let mut centers = Vec::new();
+    let mesh = without_flat::<2>(Cow::Borrowed(mesh), &mut centers)?;
+    let mesh = without_flat::<3>(mesh, &mut centers)?;
+    let mesh = without_flat::<4>(mesh, &mut centers)?;
+    Ok((mesh, centers))
 }
 
 /// A new vertex of a mesh, inside a simplex of `SIZE` corners (2 an edge, 3 a face, 4 a tetrahedron).
@@ -21,7 +46,10 @@ pub(super) struct Division<const SIZE: usize> {
 }
 
 /// The mesh with a vertex at the center of every flat simplex of so many corners.
-fn without_flat<const SIZE: usize>(mesh: Cow<'_, TetMesh>) -> Result<Cow<'_, TetMesh>, MeshError> {
+fn without_flat<'m, const SIZE: usize>(
+    mesh: Cow<'m, TetMesh>,
+    centers: &mut Vec<Center>,
+) -> Result<Cow<'m, TetMesh>, MeshError> {
     let center = |simplex: [usize; SIZE]| {
         let sum: Vector3<f64> = simplex.iter().map(|&vertex| mesh.vertices()[vertex]).sum();
         Division {
@@ -33,6 +61,7 @@ fn without_flat<const SIZE: usize>(mesh: Cow<'_, TetMesh>) -> Result<Cow<'_, Tet
     if divisions.is_empty() {
         return Ok(mesh);
     }
+    centers.extend(divisions.iter().map(|it| Center::of(it.simplex)));
     divided(&mesh, &divisions).map(Cow::Owned)
 }
 

@@ -1,5 +1,5 @@
 use super::TetMesh;
-use crate::geometry::{Aabb, Triangle};
+use crate::geometry::{Aabb, Foot, Triangle};
 use nalgebra::Vector3;
 
 /// Triangles in a leaf at most.
@@ -14,9 +14,16 @@ pub(super) struct SurfaceTree {
     /// Each before its first half's, and these before its second half's.
     nodes: Vec<Node>,
     /// Those of each node follow one another.
-    triangles: Vec<Triangle>,
+    triangles: Vec<Facet>,
     /// What two ways to round a distance (m) may differ by.
     rounding: f64,
+}
+
+/// A triangle of the surface.
+pub(super) struct Facet {
+    triangle: Triangle,
+    /// Its corners in the mesh.
+    pub vertices: [usize; 3],
 }
 
 struct Node {
@@ -44,11 +51,11 @@ struct Nearest<'p> {
 impl SurfaceTree {
     /// Over the surface of a mesh: O(n log n).
     pub fn of(mesh: &TetMesh) -> Self {
-        let corners = |triangle: &[usize; 3]| triangle.map(|vertex| mesh.vertices()[vertex]);
-        let triangles = mesh.surface_triangles().iter();
-        let mut triangles: Vec<Triangle> = triangles
-            .map(|triangle| Triangle::new(corners(triangle)))
-            .collect();
+        let facet = |&vertices: &[usize; 3]| Facet {
+            triangle: Triangle::new(vertices.map(|vertex| mesh.vertices()[vertex])),
+            vertices,
+        };
+        let mut triangles: Vec<Facet> = mesh.surface_triangles().iter().map(facet).collect();
         let (mut nodes, count) = (Vec::new(), triangles.len());
         divide(&mut triangles, (0, count), &mut nodes);
         let size = nodes[0].bounds.half_extents().norm();
@@ -71,12 +78,39 @@ impl SurfaceTree {
         nearest.distance
     }
 
+    /// Diagonal (m) of the box around the surface.
+    pub fn size(&self) -> f64 {
+        2.0 * self.nodes[0].bounds.half_extents().norm()
+    }
+
+    /// The triangles within a distance (m) from a point: the distance to each, the triangle, and its nearest point.
+    pub fn feet(&self, point: &Vector3<f64>, distance: f64) -> Vec<(f64, &Facet, Foot)> {
+        let mut feet = Vec::new();
+        let mut open = vec![0];
+        while let Some(node) = open.pop() {
+            let Node { bounds, content } = &self.nodes[node];
+            if bounds.squared_distance_to(point) > (distance + self.rounding).powi(2) {
+                continue;
+            }
+            match *content {
+                Content::Leaf(first, end) => {
+                    let facets = self.triangles[first..end].iter();
+                    let found = facets.map(|it| (it.triangle.distance_to(point), it));
+                    let near = found.filter(|(found, _)| *found <= distance);
+                    feet.extend(near.map(|(found, it)| (found, it, it.triangle.foot_of(point))));
+                }
+                Content::Halves(second) => open.extend([second, node + 1]),
+            }
+        }
+        feet
+    }
+
     /// Looks at the triangles of a node, where one may be nearer: in the nearer half first.
     fn approach(&self, node: usize, nearest: &mut Nearest) {
         match self.nodes[node].content {
             Content::Leaf(first, end) => {
-                for triangle in &self.triangles[first..end] {
-                    nearest.look_at(triangle);
+                for facet in &self.triangles[first..end] {
+                    nearest.look_at(&facet.triangle);
                 }
             }
             Content::Halves(second) => {
@@ -112,9 +146,9 @@ impl Nearest<'_> {
 }
 
 /// Orders triangles, which begin and end at these places of all, and appends their nodes.
-fn divide(triangles: &mut [Triangle], (first, end): (usize, usize), nodes: &mut Vec<Node>) {
+fn divide(triangles: &mut [Facet], (first, end): (usize, usize), nodes: &mut Vec<Node>) {
     let own = &mut triangles[first..end];
-    let bounds = Aabb::around(own.iter().flat_map(Triangle::corners));
+    let bounds = Aabb::around(own.iter().flat_map(|facet| facet.triangle.corners()));
     let place = nodes.len();
     nodes.push(Node {
         bounds,
@@ -122,7 +156,10 @@ fn divide(triangles: &mut [Triangle], (first, end): (usize, usize), nodes: &mut 
     });
     if own.len() > LEAF {
         let (axis, middle) = (bounds.half_extents().imax(), own.len() / 2);
-        let along = |triangle: &Triangle| triangle.corners().iter().map(|c| c[axis]).sum::<f64>();
+        let along = |facet: &Facet| {
+            let corners = facet.triangle.corners().iter();
+            corners.map(|c| c[axis]).sum::<f64>()
+        };
         own.select_nth_unstable_by(middle, |a, b| along(a).total_cmp(&along(b)));
         divide(triangles, (first, first + middle), nodes);
         nodes[place].content = Content::Halves(nodes.len());

@@ -147,7 +147,7 @@ impl TetMesh {
     /// # Errors
     /// If a part of a split tetrahedron is flat to round-off.
     pub fn with_inner_vertices(&self) -> Result<Self, MeshError> {
-        Ok(splitting::with_inner_vertices(self)?.into_owned())
+        Ok(splitting::with_inner_vertices(self)?.0.into_owned())
     }
 }
 

@@ -1,6 +1,7 @@
 //! Derivatives of rollouts, and what checks them.
 
 mod difference_check;
+mod dimensions;
 mod kinks;
 mod no_derivative;
 mod reverse;

@@ -1,7 +1,7 @@
 //! Derivatives of rollouts by the shapes of bodies, through contact and through their mass.
 
 use crate::support::reference::{read, scaled_shape, shape};
-use hydroelastic::contact::{HalfSpace, Shape};
+use hydroelastic::contact::{HalfSpace, Shape, ShapeGradient};
 use hydroelastic::dynamics::{
     Body, Force, Integrator, Mass, Material, Plan, Thruster, Trajectory, World,
 };
@@ -80,7 +80,10 @@ fn a_ball_by_its_size_equals_an_independent_program() {
     let largest = |numbers: &[f64]| numbers.iter().fold(0.0_f64, |most, x| most.max(x.abs()));
     for number in 0..18 {
         let found = experiment.gradient_by_all(&Number(number)).unwrap();
-        let by_vertices = found.by_vertices("ball", Keeping::Density).unwrap();
+        let by_vertices = found
+            .by_shape("ball", Keeping::Density)
+            .unwrap()
+            .by_vertices;
         let pairs = by_vertices.iter().zip(&vertices);
         let by_scale: f64 = pairs.map(|(by, vertex)| by.dot(vertex)).sum();
         let by_modulus = found.by(&Parameter::Modulus("ball".into())).unwrap()[0];
@@ -203,7 +206,7 @@ fn vertices_of_bodies_through_contact_and_mass_equal_differences() {
                 let found = Experiment::new(&world, &plan)
                     .gradient_by_all(&Squares)
                     .unwrap();
-                let by_vertices = found.by_vertices("body", keeping).unwrap();
+                let by_vertices = found.by_shape("body", keeping).unwrap().by_vertices;
                 let pairs = by_vertices.iter().zip(&velocities);
                 let rate = pairs.map(|(by, velocity)| by.dot(velocity)).sum();
                 compare(
@@ -239,7 +242,10 @@ fn vertices_through_implicit_steps_equal_differences() {
                 let found = Experiment::new(world(0.0), &plan)
                     .gradient_by_all(&Squares)
                     .unwrap();
-                let by_vertices = found.by_vertices("body", Keeping::Density).unwrap();
+                let by_vertices = found
+                    .by_shape("body", Keeping::Density)
+                    .unwrap()
+                    .by_vertices;
                 let pairs = by_vertices.iter().zip(&velocities);
                 let rate = pairs.map(|(by, velocity)| by.dot(velocity)).sum();
                 let value = |time: f64| loss(&world(time), &plan);
@@ -263,7 +269,10 @@ fn both_bodies_of_a_contact_and_their_extents_equal_differences() {
     let found = Experiment::new(world(0.0), &plan)
         .gradient_by_all(&Squares)
         .unwrap();
-    let by_vertices = found.by_vertices("block", Keeping::Density).unwrap();
+    let by_vertices = found
+        .by_shape("block", Keeping::Density)
+        .unwrap()
+        .by_vertices;
     let pairs = by_vertices.iter().zip(&rates);
     let rate = pairs.map(|(by, velocity)| by.dot(velocity)).sum();
     compare(rate, |time| loss(&world(time), &plan), "block");
@@ -281,7 +290,7 @@ fn both_bodies_of_a_contact_and_their_extents_equal_differences() {
             [0.4, 0.3],
         )
     };
-    let by_extents = &found.by_shape("body").unwrap().by_extents;
+    let by_extents = found.by_shape("body", Keeping::Density).unwrap().by_extents;
     let rate = by_extents
         .iter()
         .zip(field.extents())
@@ -297,24 +306,24 @@ fn a_mass_that_is_not_spread_over_the_shape_is_told() {
     let world = thrown(ball(), ball(), mass, [0.0; 2]);
     let experiment = Experiment::new(&world, &Plan::new(5e-4, 3).unwrap());
     let found = experiment.gradient_by_all(&Squares).unwrap();
-    found.by_vertices("body", Keeping::MassProperties).unwrap();
-    let refused = found.by_vertices("body", Keeping::Density);
+    found.by_shape("body", Keeping::MassProperties).unwrap();
+    let refused = found.by_shape("body", Keeping::Density);
     assert_eq!(
         refused.unwrap_err(),
         GradientError::NotUniform("body".into())
     );
-    found.by_vertices("block", Keeping::Density).unwrap();
+    found.by_shape("block", Keeping::Density).unwrap();
 }
 
 #[test]
 fn forces_that_may_depend_on_a_center_of_mass_are_told() {
-    fn by_mass<F: Force>(world: &World<f64, F>) -> Result<Vec<Vector3<f64>>, GradientError> {
+    fn by_mass<F: Force>(world: &World<f64, F>) -> Result<ShapeGradient, GradientError> {
         let plan = Plan::new(5e-4, 3).unwrap();
         let found = Experiment::new(world, &plan)
             .gradient_by_all(&Squares)
             .unwrap();
-        found.by_vertices("body", Keeping::MassProperties).unwrap();
-        found.by_vertices("body", Keeping::Density)
+        found.by_shape("body", Keeping::MassProperties).unwrap();
+        found.by_shape("body", Keeping::Density)
     }
     let ball = || Shape::new(shapes::icosphere(0.1, 1).unwrap());
     let world = thrown(ball(), ball(), Mass::Total(1.0), [0.0; 2]);
@@ -361,7 +370,7 @@ fn sizes_backwards_and_all_else_forwards_are_a_change_of_the_unit_of_length() {
             let experiment = Experiment::new(&world, &plan);
             let backwards = experiment.gradient_by_all(&Squares).unwrap();
             let by_vertices = |(name, field): (&str, &PressureField)| -> f64 {
-                let by = backwards.by_vertices(name, Keeping::Mass).unwrap();
+                let by = backwards.by_shape(name, Keeping::Mass).unwrap().by_vertices;
                 let pairs = by.iter().zip(field.mesh().vertices());
                 pairs.map(|(by, vertex)| by.dot(vertex)).sum()
             };

@@ -1,6 +1,7 @@
-use super::cored::{CoredSurface, core_size};
-use super::{check_resolution, checked_lengths};
-use crate::mesh::{MeshError, PressureField};
+use super::cored::{CoredSurface, core_size, is_about_to_open, least};
+use super::{check_resolution, checked_lengths, variables};
+use crate::mesh::{MeshError, PressureField, ShapeRates};
+use crate::scalar::{Scalar, lift, real_part};
 use nalgebra::Vector3;
 use std::f64::consts::{PI, TAU};
 
@@ -18,30 +19,64 @@ const SEGMENTS: [usize; 2] = [3, 100_000];
 /// If a dimension is not positive and finite, there are fewer than 3 segments or over 100,000, or
 /// the shape is so slender that tetrahedra are flat to round-off.
 pub fn cylinder(radius: f64, length: f64, segments: usize) -> Result<PressureField, MeshError> {
-    let [radius, length] = checked_lengths([("radius", radius), ("length", length)])?;
+    let dimensions = checked_dimensions(radius, length, segments)?;
+    filled(dimensions, segments).field()
+}
+
+/// How the vertices and extents of a [`cylinder`] change with its radius and with its length (m).
+///
+/// Where the length is twice the radius of the circle inscribed in the base, the core is a point, and opens as one of them
+/// changes: [`ShapeRates::ambiguous`] then lists it, and it stays a point. That is exact for a change of size alone.
+///
+/// # Errors
+/// As [`cylinder`].
+pub fn cylinder_rates(
+    radius: f64,
+    length: f64,
+    segments: usize,
+) -> Result<[ShapeRates; 2], MeshError> {
+    let dimensions = checked_dimensions(radius, length, segments)?;
+    filled(variables(dimensions), segments).rates()
+}
+
+fn checked_dimensions(radius: f64, length: f64, segments: usize) -> Result<[f64; 2], MeshError> {
+    let dimensions = checked_lengths([("radius", radius), ("length", length)])?;
     check_resolution("segments", segments, SEGMENTS)?;
+    Ok(dimensions)
+}
+
+/// The prism with this radius and length.
+fn filled<T: Scalar>([radius, length]: [T; 2], segments: usize) -> CoredSurface<T> {
     let inscribed = radius * (PI / segments as f64).cos();
-    let depth = inscribed.min(length / 2.0);
+    let half_length = length / 2.0;
+    let depth = least(&[inscribed, half_length]);
+    let core = [
+        radius * (lift::<T>(1.0) - depth / inscribed),
+        half_length - depth,
+    ];
     // The slimmest tetrahedra stand on a triangle of the core polygon, or join an edge of the ring
     // to the core segment.
     let (edge, longest) = (
-        2.0 * radius * (PI / segments as f64).sin(),
-        radius.max(length),
+        2.0 * real_part(radius) * (PI / segments as f64).sin(),
+        real_part(radius).max(real_part(length)),
     );
-    let core_radius = radius * (1.0 - depth / inscribed);
-    let core_triangle = core_radius * (TAU / segments as f64).sin();
-    let core_radius = core_size(core_radius, core_triangle * depth, longest);
-    let core_half_length = core_size(length / 2.0 - depth, 2.0 * edge * inscribed, longest);
+    let core_triangle = real_part(core[0]) * (TAU / segments as f64).sin();
+    let across = [
+        core_triangle * real_part(depth),
+        2.0 * edge * real_part(inscribed),
+    ];
+    let solid = [0, 1].map(|i| core_size(core[i], across[i], longest));
+    let opens = |i: usize| is_about_to_open(real_part(core[i]), solid[i], real_part(depth));
     CoredSurface {
-        vertices: prism_vertices(radius, length / 2.0, segments),
+        vertices: prism_vertices(radius, half_length, segments),
         triangles: prism_triangles(segments),
-        core_points: prism_vertices(core_radius, core_half_length, segments),
+        core_points: prism_vertices(solid[0], solid[1], segments),
+        is_about_to_open: opens(0) && opens(1),
     }
-    .field()
 }
 
 /// The middle of the bottom, the bottom ring, the middle of the top, the top ring.
-fn prism_vertices(radius: f64, half_length: f64, segments: usize) -> Vec<Vector3<f64>> {
+fn prism_vertices<T: Scalar>(radius: T, half_length: T, segments: usize) -> Vec<Vector3<T>> {
     [-half_length, half_length]
         .iter()
         .flat_map(|&z| {
@@ -49,7 +84,7 @@ fn prism_vertices(radius: f64, half_length: f64, segments: usize) -> Vec<Vector3
                 let (sine, cosine) = (TAU * k as f64 / segments as f64).sin_cos();
                 Vector3::new(radius * cosine, radius * sine, z)
             });
-            std::iter::once(Vector3::new(0.0, 0.0, z)).chain(ring)
+            std::iter::once(Vector3::new(lift(0.0), lift(0.0), z)).chain(ring)
         })
         .collect()
 }

@@ -1,6 +1,7 @@
 use super::cored::CoredSurface;
-use super::{check_resolution, checked_lengths};
-use crate::mesh::{MeshError, PressureField};
+use super::{check_resolution, checked_lengths, variables};
+use crate::mesh::{MeshError, PressureField, ShapeRates};
+use crate::scalar::{Scalar, lift};
 use nalgebra::Vector3;
 use std::collections::HashMap;
 
@@ -48,20 +49,47 @@ pub fn icosphere(radius: f64, subdivisions: usize) -> Result<PressureField, Mesh
 /// If a semi-axis is not positive and finite, there are more than 8 subdivisions, or the shape is
 /// so slender that tetrahedra are flat to round-off.
 pub fn ellipsoid(semi_axes: [f64; 3], subdivisions: usize) -> Result<PressureField, MeshError> {
-    let semi_axes = checked_lengths(semi_axes.map(|length| ("semi-axis", length)))?;
+    filled(checked_semi_axes(semi_axes)?, subdivisions)?.field()
+}
+
+/// How the vertices and extents of an [`icosphere`] change with its radius (m): each vertex moves along itself.
+///
+/// # Errors
+/// As [`icosphere`].
+pub fn icosphere_rates(radius: f64, subdivisions: usize) -> Result<ShapeRates, MeshError> {
+    let [radius] = variables(checked_lengths([("radius", radius)])?);
+    let [rates] = filled([radius; 3], subdivisions)?.rates()?;
+    Ok(rates)
+}
+
+/// How the vertices and extents of an [`ellipsoid`] change with each of its semi-axes (m).
+///
+/// # Errors
+/// As [`ellipsoid`].
+pub fn ellipsoid_rates(
+    semi_axes: [f64; 3],
+    subdivisions: usize,
+) -> Result<[ShapeRates; 3], MeshError> {
+    filled(variables(checked_semi_axes(semi_axes)?), subdivisions)?.rates()
+}
+
+fn checked_semi_axes(semi_axes: [f64; 3]) -> Result<[f64; 3], MeshError> {
+    checked_lengths(semi_axes.map(|length| ("semi-axis", length)))
+}
+
+/// The icosphere, stretched, around its center.
+fn filled<T: Scalar>(semi_axes: [T; 3], subdivisions: usize) -> Result<CoredSurface<T>, MeshError> {
     check_resolution("subdivisions", subdivisions, SUBDIVISIONS)?;
     let (corners, triangles) = (0..subdivisions).fold(icosahedron(), subdivided);
     let stretch = Vector3::from(semi_axes);
-    let vertices: Vec<_> = corners
-        .iter()
-        .map(|corner| corner.normalize().component_mul(&stretch))
-        .collect();
-    CoredSurface {
-        core_points: vec![Vector3::zeros(); vertices.len()],
+    let stretched = |corner: &Vector3<f64>| stretch.zip_map(&corner.normalize(), |s, x| s * x);
+    let vertices: Vec<_> = corners.iter().map(stretched).collect();
+    Ok(CoredSurface {
+        core_points: vec![Vector3::from_element(lift(0.0)); vertices.len()],
         vertices,
         triangles,
-    }
-    .field()
+        is_about_to_open: false,
+    })
 }
 
 type Triangulation = (Vec<Vector3<f64>>, Vec<[usize; 3]>);

@@ -1,5 +1,8 @@
 //! Ready-made pressure fields, centered on the origin of the body frame, and solids inside triangles,
 //! where those are. Extents are in [0, 1].
+//!
+//! A function `…_rates` with the arguments of a shape tells how its vertices and extents change with its dimensions: with
+//! [`ShapeGradient::along`](crate::contact::ShapeGradient::along), derivatives by the shape become those by the dimensions.
 
 mod closed_surface;
 mod cored;
@@ -8,12 +11,18 @@ mod cylinder;
 mod icosphere;
 mod star_shaped;
 
-pub use cuboid::{cuboid, distance_cuboid};
-pub use cylinder::cylinder;
-pub use icosphere::{ellipsoid, icosphere};
+pub use cuboid::{cuboid, cuboid_rates, distance_cuboid, distance_cuboid_rates};
+pub use cylinder::{cylinder, cylinder_rates};
+pub use icosphere::{ellipsoid, ellipsoid_rates, icosphere, icosphere_rates};
 pub use star_shaped::{star_shaped, star_shaped_about};
 
 use super::MeshError;
+use crate::scalar::DenseDual;
+
+/// The lengths as variables, in their order.
+fn variables<const N: usize>(lengths: [f64; N]) -> [DenseDual<N>; N] {
+    std::array::from_fn(|place| DenseDual::variable(lengths[place], place))
+}
 
 /// The lengths, if all are positive and finite.
 fn checked_lengths<const N: usize>(

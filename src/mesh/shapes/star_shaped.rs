@@ -14,6 +14,9 @@ use std::f64::consts::PI;
 /// become one, so that triangles may come each with corners of its own, and vertices that no triangle
 /// uses are left out, whatever their numbers.
 ///
+/// The surface's vertices come first in the mesh, without those left out, and the center last. It moves with them: derivatives by
+/// it are passed on by [`TetMesh::mass_gradient`](crate::mesh::TetMesh::mass_gradient), as those by a center of mass.
+///
 /// In the solid whose faces are all at the same distance from the center, such as a cube, the field is
 /// proportional to the distance to the surface; in others it rises more slowly from the far faces than from the near ones.
 ///
@@ -72,6 +75,7 @@ fn filled(surface: ClosedSurface, inner_point: Vector3<f64>) -> Result<PressureF
         core_points: vec![inner_point; vertices.len()],
         vertices,
         triangles,
+        is_about_to_open: false,
     }
     .field()
 }

@@ -36,7 +36,8 @@ fn by_motion_of_vertices(
     SMatrix::from_fn(|on_other, column| {
         let rows = row(6 * (1 - moved) + on_other);
         let gradients = pair.shape_gradients_in_motion(law, twists, &rows);
-        gradients[moved].along(&rigid_motion(&pose, points, column))
+        let velocities = rigid_motion(&pose, points, column);
+        gradients[moved].along(&velocities.into()).unwrap()
     })
 }
 
@@ -81,7 +82,8 @@ fn forces_grow_with_the_square_of_the_size() {
             let scaled_b: Vec<_> = vertices(pair)[1].iter().map(|x| x + from_b).collect();
             let grown = |of: usize| {
                 let [by_a, by_b] = pair.shape_gradients_in_motion(&law, twists, &row(of));
-                by_a.along(vertices(pair)[0]) + by_b.along(&scaled_b)
+                let along_a = by_a.along(&vertices(pair)[0].to_vec().into()).unwrap();
+                along_a + by_b.along(&scaled_b.clone().into()).unwrap()
             };
             let torque = Vector3::from_fn(|i, _| grown(i)) - wrench.torque * 3.0;
             let force = Vector3::from_fn(|i, _| grown(3 + i)) - wrench.force * 2.0;

@@ -4,6 +4,7 @@ use super::{for_pairs, motion, reshaped, rigid_reshaped, vertices};
 use crate::support::moving::numbers;
 use crate::support::scenes::Random;
 use hydroelastic::contact::{ContactBody, ContactPair, Partner, Shape, SurfaceLaw};
+use hydroelastic::mesh::ShapeRates;
 use hydroelastic::spatial::Twist;
 use nalgebra::{SVector, Vector3};
 
@@ -81,10 +82,12 @@ impl Change {
             let rows = super::row(row);
             let gradients = pair.shape_gradients_in_motion(law, twists, &rows);
             let by_body = [0, 1].map(|body| {
-                let gradient = &gradients[body];
-                let pairs = gradient.by_extents.iter().zip(&self.rates[body]);
-                let by_extents: f64 = pairs.map(|(by, rate)| by * rate).sum();
-                gradient.along(&self.velocities[body]) + by_extents
+                let rates = ShapeRates {
+                    vertices: self.velocities[body].clone(),
+                    extents: self.rates[body].clone(),
+                    ..ShapeRates::default()
+                };
+                gradients[body].along(&rates).unwrap()
             });
             by_body[0] + by_body[1]
         })

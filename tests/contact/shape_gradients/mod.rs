@@ -1,5 +1,6 @@
-//! Derivatives of contact wrenches by vertices and extents, and of mass properties by vertices.
+//! Derivatives of contact wrenches by vertices and extents and what these are made of, and of mass properties by vertices.
 
+mod dimensions;
 mod identities;
 mod in_motion;
 mod mass;

@@ -38,7 +38,8 @@ fn a_cube_flat_on_a_rigid_plane() {
         let stretched = vertices
             .iter()
             .map(|x| Vector3::from_fn(|i, _| if i == axis { x[i] } else { 0.0 }));
-        close(by_cube.along(&stretched.collect::<Vec<_>>()), expected);
+        let rates = stretched.collect::<Vec<_>>().into();
+        close(by_cube.along(&rates).unwrap(), expected);
     }
     let at = |x: [f64; 3]| {
         let place = vertices

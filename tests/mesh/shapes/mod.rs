@@ -4,4 +4,5 @@ mod balls;
 mod boxes;
 mod cylinders;
 mod field_checks;
+mod rates;
 mod refusals;

@@ -1,0 +1,286 @@
+use super::distance::MadeOfDistances;
+use super::nearest_feet::{Dependence, EQUAL, dependences};
+use super::shape_rates::{check_rates, check_velocities};
+use super::skin::{Passage, is_at_end};
+use super::splitting::Center;
+use super::{MeshError, ShapeRates, TetMesh};
+use nalgebra::Vector3;
+
+/// How the vertices and extents of a field that was made by [`PressureField::from_distance`](super::PressureField::from_distance)
+/// or [`from_distance_up_to`](super::PressureField::from_distance_up_to) change with the vertices of the mesh that it was made of.
+///
+/// The field has more vertices than that mesh, the centers of what was split and the places where a skin ends, and all its
+/// extents depend on the surface. The distance d of a vertex x to the nearest point Σ λᵥv of the nearest triangle has the
+/// derivatives n by x and −λᵥn by the triangle's vertices, n = (x − Σ λᵥv)/d. All is exact up to round-off, but where there is no
+/// derivative ([`Self::ambiguous`]).
+///
+/// ```
+/// use hydroelastic::contact::{ContactBody, ContactPair, Partner, Shape};
+/// use hydroelastic::mesh::{PressureField, shapes};
+/// use hydroelastic::spatial::Pose;
+/// use nalgebra::{SVector, vector};
+///
+/// let mesh = shapes::ellipsoid([0.1, 0.08, 0.12], 2)?.mesh().clone();
+/// let (field, distances) = PressureField::linearised_from_distance(&mesh)?;
+/// let shape = Shape::new(field);
+/// let pair = ContactPair::new(
+///     ContactBody::new(&shape, Pose::from_translation(vector![0.0, 0.0, 0.11]), 1e5)?,
+///     Partner::rigid_half_space(Pose::identity())?,
+/// );
+/// let force_along_z = SVector::from_fn(|row, _| if row == 5 { 1.0 } else { 0.0 });
+/// let [by_shape, _] = pair.shape_gradients(&force_along_z);
+/// let by_mesh = distances.pullback(&by_shape.by_vertices, &by_shape.by_extents)?;
+/// assert_eq!(by_mesh.by_vertices.len(), mesh.vertex_count());
+/// // The same, the other way round: the force as the mesh grows.
+/// let grown = by_shape.along(&distances.rates(mesh.vertices())?)?;
+/// let vertices = by_mesh.by_vertices.iter().zip(mesh.vertices());
+/// let sum: f64 = vertices.map(|(by, vertex)| by.dot(vertex)).sum();
+/// assert!((grown - sum).abs() < 1e-12 * grown.abs());
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+pub struct LinearisedDistances {
+    /// Vertices of the given mesh.
+    vertex_count: usize,
+    centers: Vec<Center>,
+    dependences: Vec<Dependence>,
+    /// Of the vertices before passages (m).
+    distances: Vec<f64>,
+    scale: Scale,
+    passages: Vec<Passage>,
+    ambiguous: Vec<usize>,
+}
+
+/// The derivatives of a number by the mesh that a field was made of.
+#[derive(Debug, Clone, PartialEq)]
+#[non_exhaustive]
+pub struct DistanceGradient {
+    /// By each vertex of the mesh, in the axes of the body's frame (the number's unit over m).
+    pub by_vertices: Vec<Vector3<f64>>,
+    /// By the depth of the skin (over m); 0 of a field without one.
+    pub by_depth: f64,
+}
+
+/// What distances are divided by for extents.
+enum Scale {
+    /// The distance (m) of the vertices that are farthest from the surface.
+    Largest(f64, Vec<usize>),
+    /// The depth (m) of a skin, at which extents stay.
+    Depth(f64),
+}
+
+impl LinearisedDistances {
+    /// Of the field that has the distances over the largest of them.
+    pub(super) fn normalized(mesh: &TetMesh, made: MadeOfDistances) -> Self {
+        let largest = made.distances.iter().copied().fold(0.0, f64::max);
+        let size = 2.0 * made.mesh.aabb().half_extents().norm();
+        let is_farthest = |&vertex: &usize| largest - made.distances[vertex] <= EQUAL * size;
+        let farthest: Vec<_> = (0..made.distances.len()).filter(is_farthest).collect();
+        let equally_far = if farthest.len() > 1 {
+            farthest.clone()
+        } else {
+            Vec::new()
+        };
+        Self::of(mesh, made, Scale::Largest(largest, farthest), equally_far)
+    }
+
+    /// Of the field with a skin.
+    pub(super) fn up_to(mesh: &TetMesh, made: MadeOfDistances, depth: f64) -> Self {
+        let is_clamped = |&vertex: &usize| is_at_end(made.distances[vertex] / depth);
+        let clamped = (0..made.distances.len()).filter(is_clamped).collect();
+        Self::of(mesh, made, Scale::Depth(depth), clamped)
+    }
+
+    fn of(mesh: &TetMesh, made: MadeOfDistances, scale: Scale, mut ambiguous: Vec<usize>) -> Self {
+        let (dependences, equally_near) = dependences(&made.mesh, &made.distances);
+        ambiguous.extend(equally_near);
+        ambiguous.sort_unstable();
+        ambiguous.dedup();
+        Self {
+            vertex_count: mesh.vertex_count(),
+            centers: made.centers,
+            dependences,
+            distances: made.distances,
+            scale,
+            passages: made.passages,
+            ambiguous,
+        }
+    }
+
+    /// The vertices of the field, ascending, at which there is no derivative; whatever depends on their extents has none either.
+    ///
+    /// They are equally far from several places of the surface, as the vertices on the medial axis of a box; or several of
+    /// them are farthest from it, where extents are over the largest distance (even if, as centers of edges above one
+    /// triangle, they stay equally far, so that the derivative is exact); or the extent of one is within a thousandth of
+    /// where a skin ends, and counts as 1. Distances count as equal within 1e-9 of the diagonal of the box around the mesh. The
+    /// mean over the nearest places is taken, and over the farthest vertices: where there are two, central differences come
+    /// to it. The extent at the end of a skin stays, as it does in the field for changes below a thousandth.
+    #[must_use]
+    pub fn ambiguous(&self) -> &[usize] {
+        &self.ambiguous
+    }
+
+    /// The derivatives by the mesh of a number that has these derivatives by the vertices and by the extents of the field.
+    ///
+    /// # Errors
+    /// If there are not as many as the field has vertices, or one is not finite.
+    pub fn pullback(
+        &self,
+        by_vertices: &[Vector3<f64>],
+        by_extents: &[f64],
+    ) -> Result<DistanceGradient, MeshError> {
+        let inner_count = self.distances.len();
+        let field_count = inner_count + self.passages.len();
+        check_velocities(by_vertices, field_count)?;
+        check_rates(by_extents, field_count)?;
+        let mut places = by_vertices[..inner_count].to_vec();
+        let mut by_extents: Vec<f64> = (0..inner_count)
+            .map(|vertex| self.follows(vertex) * by_extents[vertex])
+            .collect();
+        for (passage, by_place) in self.passages.iter().zip(&by_vertices[inner_count..]) {
+            let by_share = passage.edge.dot(by_place);
+            let shares = [1.0 - passage.share, passage.share];
+            for (end, &vertex) in passage.ends.iter().enumerate() {
+                places[vertex] += by_place * shares[end];
+                by_extents[vertex] += by_share * passage.slopes[end];
+            }
+        }
+        let (by_distances, by_depth) = self.scale.pullback(&by_extents, &self.distances);
+        for it in &self.dependences {
+            let by_foot = it.direction * by_distances[it.vertex];
+            places[it.vertex] += by_foot;
+            for (&corner, share) in it.corners.iter().zip(it.shares) {
+                places[corner] -= by_foot * share;
+            }
+        }
+        self.gather_centers(&mut places);
+        Ok(DistanceGradient {
+            by_vertices: places,
+            by_depth,
+        })
+    }
+
+    /// How the field changes as the vertices of the mesh move at these velocities.
+    ///
+    /// # Errors
+    /// If there are not as many as the mesh has vertices, or one is not finite.
+    pub fn rates(&self, velocities: &[Vector3<f64>]) -> Result<ShapeRates, MeshError> {
+        check_velocities(velocities, self.vertex_count)?;
+        let mut places = velocities.to_vec();
+        for center in &self.centers {
+            let corners = center.corners();
+            let sum: Vector3<f64> = corners.iter().map(|&corner| places[corner]).sum();
+            places.push(sum / corners.len() as f64);
+        }
+        let mut distances = vec![0.0; self.distances.len()];
+        for it in &self.dependences {
+            let corners = it.corners.iter().zip(it.shares);
+            let foot: Vector3<f64> = corners.map(|(&corner, share)| places[corner] * share).sum();
+            distances[it.vertex] += it.direction.dot(&(places[it.vertex] - foot));
+        }
+        let extents = self.scale.rates(&self.distances, &distances);
+        Ok(self.completed(places, extents))
+    }
+
+    /// How a field with a skin changes with its depth (m); not at all without one.
+    #[must_use]
+    pub fn rates_by_depth(&self) -> ShapeRates {
+        let inner_count = self.distances.len();
+        let extents = match self.scale {
+            Scale::Largest(..) => vec![0.0; inner_count],
+            Scale::Depth(depth) => {
+                let distances = self.distances.iter();
+                distances
+                    .map(|distance| -distance / depth / depth)
+                    .collect()
+            }
+        };
+        self.completed(vec![Vector3::zeros(); inner_count], extents)
+    }
+
+    /// With the vertices where a skin ends, from the rates of distances over the scale.
+    fn completed(&self, mut vertices: Vec<Vector3<f64>>, mut extents: Vec<f64>) -> ShapeRates {
+        for passage in &self.passages {
+            let [from, to] = passage.ends;
+            let rates = [0, 1].map(|end| passage.slopes[end] * extents[passage.ends[end]]);
+            let along = vertices[from] * (1.0 - passage.share) + vertices[to] * passage.share;
+            vertices.push(along + passage.edge * (rates[0] + rates[1]));
+        }
+        for (vertex, extent) in extents.iter_mut().enumerate() {
+            *extent *= self.follows(vertex);
+        }
+        extents.resize(vertices.len(), 0.0);
+        ShapeRates {
+            vertices,
+            extents,
+            ambiguous: self.ambiguous.clone(),
+        }
+    }
+
+    /// 1 where the extent is the distance over the scale, 0 where a skin has ended.
+    fn follows(&self, vertex: usize) -> f64 {
+        match self.scale {
+            Scale::Largest(..) => 1.0,
+            Scale::Depth(depth) => {
+                let extent = self.distances[vertex] / depth;
+                f64::from(u8::from(extent < 1.0 && !is_at_end(extent)))
+            }
+        }
+    }
+
+    /// Gives the derivatives by centers to the corners, last ones first.
+    fn gather_centers(&self, places: &mut Vec<Vector3<f64>>) {
+        for center in self.centers.iter().rev() {
+            let corners = center.corners();
+            if let Some(by_center) = places.pop() {
+                for &corner in corners {
+                    places[corner] += by_center / corners.len() as f64;
+                }
+            }
+        }
+    }
+}
+
+impl Scale {
+    /// Derivatives by distances over the scale as derivatives by distances, and by a depth.
+    fn pullback(&self, by_extents: &[f64], distances: &[f64]) -> (Vec<f64>, f64) {
+        let over = |scale: f64| {
+            by_extents
+                .iter()
+                .map(move |by| by / scale)
+                .collect::<Vec<_>>()
+        };
+        let by_scale = |scale: f64| {
+            let pairs = by_extents.iter().zip(distances);
+            -pairs
+                .map(|(by, distance)| by * (distance / scale))
+                .sum::<f64>()
+                / scale
+        };
+        match self {
+            Self::Depth(depth) => (over(*depth), by_scale(*depth)),
+            Self::Largest(largest, farthest) => {
+                let mut by_distances = over(*largest);
+                let share = by_scale(*largest) / farthest.len() as f64;
+                for &vertex in farthest {
+                    by_distances[vertex] += share;
+                }
+                (by_distances, 0.0)
+            }
+        }
+    }
+
+    /// The rates of distances over the scale, from those of distances.
+    fn rates(&self, distances: &[f64], rates: &[f64]) -> Vec<f64> {
+        match self {
+            Self::Depth(depth) => rates.iter().map(|rate| rate / depth).collect(),
+            Self::Largest(largest, farthest) => {
+                let sum: f64 = farthest.iter().map(|&vertex| rates[vertex]).sum();
+                let growth = sum / farthest.len() as f64 / largest;
+                let pairs = distances.iter().zip(rates);
+                pairs
+                    .map(|(distance, rate)| (rate - distance * growth) / largest)
+                    .collect()
+            }
+        }
+    }
+}

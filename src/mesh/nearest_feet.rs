@@ -1,0 +1,84 @@
+use super::TetMesh;
+use super::surface_tree::{Facet, SurfaceTree};
+use crate::geometry::Foot;
+use crate::threads;
+use nalgebra::Vector3;
+use rustc_hash::FxHashSet;
+
+/// Distances that differ by no more than this, relative to the size of the surface, count as equal: coordinates of files often
+/// have ten digits, and contact takes faces for coincident that are 2.5e-10 apart.
+pub(super) const EQUAL: f64 = 1e-9;
+
+/// How the distance of a vertex depends on a triangle of the surface: ∂d/∂x = n, ∂d/∂v = −λ n, with n from its nearest point to
+/// the vertex, and the barycentric coordinates λ of that point. These change too, but along the surface, which changes nothing.
+pub(super) struct Dependence {
+    /// The vertex.
+    pub vertex: usize,
+    /// The corners of the triangle.
+    pub corners: [usize; 3],
+    /// The barycentric coordinates of the point.
+    pub shares: [f64; 3],
+    /// From the point to the vertex; of length one, or less where the vertex has several such triangles, whose mean counts.
+    pub direction: Vector3<f64>,
+}
+
+/// What the distances of all vertices depend on, and the vertices at which they have no derivative, since places of the surface
+/// are equally near, or the vertex lies on it.
+pub(super) fn dependences(mesh: &TetMesh, distances: &[f64]) -> (Vec<Dependence>, Vec<usize>) {
+    let tree = SurfaceTree::of(mesh);
+    let of_vertices = threads::values_of(distances.len(), |vertex| {
+        if mesh.is_on_surface(vertex) {
+            return Vec::new();
+        }
+        of_vertex(&tree, mesh, vertex, distances[vertex])
+    });
+    let is_ambiguous = |found: &Vec<Dependence>| {
+        found.len() > 1 || found.iter().any(|it| it.direction == Vector3::zeros())
+    };
+    let ambiguous = (0..of_vertices.len()).filter(|&vertex| is_ambiguous(&of_vertices[vertex]));
+    let ambiguous = ambiguous.collect();
+    (of_vertices.into_iter().flatten().collect(), ambiguous)
+}
+
+/// One for each place of the surface that is nearest.
+fn of_vertex(tree: &SurfaceTree, mesh: &TetMesh, vertex: usize, distance: f64) -> Vec<Dependence> {
+    let point = &mesh.vertices()[vertex];
+    let mut near = tree.feet(point, distance + EQUAL * tree.size());
+    near.sort_by(|(a, ..), (b, ..)| a.total_cmp(b));
+    // Parts of triangles that were looked at: one that is nearest in a part of a nearer triangle is none of its own.
+    let mut seen = FxHashSet::default();
+    near.retain(|(_, facet, foot)| {
+        let is_new = !seen.contains(&sorted(part_below(facet, foot)));
+        seen.extend(parts(facet));
+        is_new
+    });
+    let count = near.len() as f64;
+    let dependence = |(_, facet, foot): (f64, &Facet, Foot)| Dependence {
+        vertex,
+        corners: facet.vertices,
+        shares: foot.shares,
+        direction: foot.direction / count,
+    };
+    near.into_iter().map(dependence).collect()
+}
+
+/// A corner, an edge or the whole of a triangle: the vertices, and otherwise nothing.
+type Part = [Option<usize>; 3];
+
+fn sorted(mut part: Part) -> Part {
+    part.sort_unstable();
+    part
+}
+
+/// The least part of the triangle in which its nearest point lies.
+fn part_below(facet: &Facet, foot: &Foot) -> Part {
+    std::array::from_fn(|corner| (foot.shares[corner] > 0.0).then_some(facet.vertices[corner]))
+}
+
+/// All parts of the triangle.
+fn parts(facet: &Facet) -> impl Iterator<Item = Part> {
+    let part = |bits: usize| {
+        std::array::from_fn(|corner| (bits >> corner & 1 == 1).then_some(facet.vertices[corner]))
+    };
+    (1..8).map(move |bits| sorted(part(bits)))
+}

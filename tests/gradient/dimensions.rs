@@ -1,0 +1,166 @@
+//! Derivatives of rollouts by the dimensions of ready-made shapes, and by the mesh below a field of distances, through contact and
+//! through mass.
+
+use hydroelastic::contact::{HalfSpace, Shape};
+use hydroelastic::dynamics::{Body, Mass, Material, Plan, State, World};
+use hydroelastic::gradient::{Experiment, Integral, Keeping, Rate, RolloutGradient};
+use hydroelastic::mesh::{PressureField, ShapeRates, TetMesh, shapes};
+use hydroelastic::scalar::Scalar;
+use hydroelastic::spatial::Pose;
+use nalgebra::{Vector3, vector};
+
+/// Central differences of rollouts with the best of three steps, of the larger of slope and 1: rounding of values of 0.03, over the
+/// steps, and polygons that change on the way.
+const DIFFERENCES: f64 = 1e-8;
+const STEPS: [f64; 3] = [1e-5, 1e-6, 1e-7];
+
+/// What a body does, as one number: where it is, how it is turned and spins.
+struct Motion;
+
+impl Rate for Motion {
+    fn at<T: Scalar>(&self, state: &State<T>) -> T {
+        let body = &state.bodies[0];
+        let (at, spin) = (body.position(), body.twist.angular);
+        at.z + at.x * 0.3 + body.pose.rotation()[(2, 0)] * 0.2 + spin.dot(&spin) * 0.01
+    }
+}
+
+fn plan() -> Plan {
+    Plan::new(5e-4, 300).unwrap()
+}
+
+/// The body above a rigid floor, turned and moving.
+fn world(shape: PressureField, mass: Mass, turn: Vector3<f64>, height: f64) -> World {
+    let skin = Material::elastic(1e5)
+        .with_dissipation(0.2)
+        .with_friction(0.3);
+    let body = Body::dynamic("body", Shape::new(shape), skin, mass).unwrap();
+    let body = body.at(Pose::from_rotation_vector(&turn, vector![0.0, 0.0, height]));
+    let floor = Body::fixed(
+        "floor",
+        HalfSpace::rigid(),
+        Material::rigid().with_friction(0.3),
+    );
+    let world = World::new(vec![body, floor.unwrap()]).unwrap();
+    let world = world.with_gravity(vector![0.0, 0.0, -9.81]).unwrap();
+    world.with_slip_tolerance(0.05).unwrap()
+}
+
+fn gradient(world: &World) -> RolloutGradient {
+    let experiment = Experiment::new(world, &plan());
+    experiment.gradient_by_all(&Integral(Motion)).unwrap()
+}
+
+fn value(world: &World) -> f64 {
+    let experiment = Experiment::new(world, &plan());
+    experiment.value(&Integral(Motion)).unwrap()[0]
+}
+
+fn compare(found: f64, value: impl Fn(f64) -> f64, what: &str) {
+    let error = |step: f64| {
+        let difference = (value(step) - value(-step)) / (2.0 * step);
+        (found - difference).abs() / found.abs().max(1.0)
+    };
+    let least = STEPS.map(error).into_iter().fold(f64::INFINITY, f64::min);
+    println!("{what}: {found}, off by {least:.1e}");
+    assert!(least <= DIFFERENCES, "{what}: {found}, off by {least:e}");
+}
+
+/// The ways to keep mass properties, and masses to build with: those of the shape that is given.
+fn masses(field: &PressureField) -> [(Keeping, Mass); 3] {
+    let own = field.mesh().mass_properties(250.0);
+    [
+        (Keeping::Density, Mass::Density(250.0)),
+        (Keeping::Mass, Mass::Total(own.mass)),
+        (Keeping::MassProperties, Mass::Given(own)),
+    ]
+}
+
+#[test]
+fn a_ball_that_bounces_by_its_radius() {
+    let ball = |radius: f64| shapes::icosphere(radius, 2).unwrap();
+    let rates = shapes::icosphere_rates(0.1, 2).unwrap();
+    for (keeping, mass) in masses(&ball(0.1)) {
+        let of = |radius: f64| world(ball(radius), mass, vector![0.3, 0.2, 0.1], 0.12);
+        let by_shape = gradient(&of(0.1)).by_shape("body", keeping).unwrap();
+        let found = by_shape.along(&rates).unwrap();
+        compare(
+            found,
+            |change| value(&of(0.1 + change)),
+            &format!("{keeping:?}"),
+        );
+    }
+}
+
+/// A box by its edges, with its rates.
+type Maker = fn([f64; 3]) -> (PressureField, [ShapeRates; 3]);
+
+/// At rest flush on the floor, where it sinks in a little, and as it falls on a corner.
+#[test]
+fn a_box_by_its_edges() {
+    let edges = [0.2, 0.3, 0.15];
+    let makers: [(&str, Maker); 2] = [
+        ("box", |edges| {
+            let rates = shapes::cuboid_rates(edges).unwrap();
+            (shapes::cuboid(edges).unwrap(), rates)
+        }),
+        ("distance box", |edges| {
+            let rates = shapes::distance_cuboid_rates(edges).unwrap();
+            (shapes::distance_cuboid(edges).unwrap(), rates)
+        }),
+    ];
+    for (name, maker) in makers {
+        let (field, rates) = maker(edges);
+        for (turn, height) in [(Vector3::zeros(), 0.0749), (vector![0.5, 0.4, 0.3], 0.19)] {
+            for (keeping, mass) in masses(&field) {
+                let of = |edges: [f64; 3]| world(maker(edges).0, mass, turn, height);
+                let by_shape = gradient(&of(edges)).by_shape("body", keeping).unwrap();
+                for (axis, rates) in rates.iter().enumerate() {
+                    let value = |change: f64| {
+                        let mut edges = edges;
+                        edges[axis] += change;
+                        value(&of(edges))
+                    };
+                    let found = by_shape.along(rates).unwrap();
+                    compare(found, value, &format!("{name} {axis} {keeping:?} {height}"));
+                }
+            }
+        }
+    }
+}
+
+#[test]
+fn a_body_by_the_mesh_below_its_field_of_distances() {
+    let number = |i: usize| (1.0 + 7.3 * i as f64).sin() * 0.1;
+    let velocities = |from: usize| -> Vec<Vector3<f64>> {
+        let velocity = |v: usize| Vector3::from_fn(|axis, _| number(from + 3 * v + axis));
+        (0..43).map(velocity).collect()
+    };
+    let moved = |mesh: &TetMesh, velocities: &[Vector3<f64>], time: f64| {
+        let pairs = mesh.vertices().iter().zip(velocities);
+        let vertices = pairs.map(|(vertex, velocity)| vertex + velocity * time);
+        TetMesh::new(vertices.collect(), mesh.tets().to_vec()).unwrap()
+    };
+    let potato = shapes::ellipsoid([0.1, 0.12, 0.08], 1).unwrap();
+    // Without symmetries.
+    let mesh = moved(potato.mesh(), &velocities(500), 0.03);
+    let velocities = velocities(0);
+    for depth in [None, Some(0.02)] {
+        let made = |mesh: &TetMesh| match depth {
+            None => PressureField::linearised_from_distance(mesh).unwrap(),
+            Some(depth) => PressureField::linearised_from_distance_up_to(mesh, depth).unwrap(),
+        };
+        let (field, distances) = made(&mesh);
+        assert!(distances.ambiguous().is_empty());
+        let of = |field| world(field, Mass::Density(250.0), vector![0.3, 0.2, 0.1], 0.12);
+        let by_shape = gradient(&of(field))
+            .by_shape("body", Keeping::Density)
+            .unwrap();
+        let by_mesh = distances.pullback(&by_shape.by_vertices, &by_shape.by_extents);
+        let by_mesh = by_mesh.unwrap().by_vertices;
+        let pairs = by_mesh.iter().zip(&velocities);
+        let found = pairs.map(|(by, velocity)| by.dot(velocity)).sum();
+        let value = |time: f64| value(&of(made(&moved(&mesh, &velocities, time)).0));
+        compare(found, value, &format!("{depth:?}"));
+    }
+}

@@ -1,0 +1,213 @@
+//! How ready-made shapes change with their dimensions: against differences, and by what a change of size does.
+
+use hydroelastic::mesh::{MeshError, PressureField, ShapeRates, TriangleSurface, shapes};
+use nalgebra::Vector3;
+
+/// Vertices are piecewise linear in the dimensions, so that differences are off by round-off alone: of coordinates, over steps
+/// of a thousandth of the dimension, with room for those of needles, whose dimensions are small beside coordinates.
+const DIFFERENCES: f64 = 1e-12;
+const STEP: f64 = 1e-3;
+
+/// Round-off of a few products, relative to the largest coordinate.
+const EXACT: f64 = 4e-16;
+
+type Maker = fn(&[f64]) -> Result<PressureField, MeshError>;
+type RatesOf = fn(&[f64]) -> Result<Vec<ShapeRates>, MeshError>;
+
+/// A shape by its dimensions, and its rates.
+struct Family {
+    name: &'static str,
+    dimensions: Vec<f64>,
+    shape: Maker,
+    rates: RatesOf,
+}
+
+fn three(dimensions: &[f64]) -> [f64; 3] {
+    dimensions.try_into().unwrap()
+}
+
+fn family(name: &'static str, dimensions: &[f64]) -> Family {
+    let (shape, rates): (Maker, RatesOf) = match name {
+        "ball" => (
+            |it| shapes::icosphere(it[0], 2),
+            |it| shapes::icosphere_rates(it[0], 2).map(|it| vec![it]),
+        ),
+        "ellipsoid" => (
+            |it| shapes::ellipsoid(three(it), 2),
+            |it| shapes::ellipsoid_rates(three(it), 2).map(Vec::from),
+        ),
+        "cuboid" => (
+            |it| shapes::cuboid(three(it)),
+            |it| shapes::cuboid_rates(three(it)).map(Vec::from),
+        ),
+        "distance cuboid" => (
+            |it| shapes::distance_cuboid(three(it)),
+            |it| shapes::distance_cuboid_rates(three(it)).map(Vec::from),
+        ),
+        _ => (
+            |it| shapes::cylinder(it[0], it[1], 9),
+            |it| shapes::cylinder_rates(it[0], it[1], 9).map(Vec::from),
+        ),
+    };
+    Family {
+        name,
+        dimensions: dimensions.to_vec(),
+        shape,
+        rates,
+    }
+}
+
+/// Of generic dimensions, slender and flat ones among them.
+fn generic() -> Vec<Family> {
+    vec![
+        family("ball", &[0.7]),
+        family("ellipsoid", &[0.3, 0.5, 0.2]),
+        family("ellipsoid", &[1.0, 1e-4, 1e-4]),
+        family("cuboid", &[0.3, 0.5, 0.2]),
+        family("cuboid", &[0.3, 0.3, 0.3]),
+        family("cuboid", &[1.0, 1e-5, 2e-5]),
+        family("distance cuboid", &[0.3, 0.5, 0.2]),
+        family("distance cuboid", &[0.2, 0.5, 0.5]),
+        family("distance cuboid", &[1.0, 1e-3, 2e-3]),
+        family("cylinder", &[0.2, 1.3]),
+        family("cylinder", &[0.7, 0.3]),
+        family("cylinder", &[1e-3, 1.0]),
+        family("cylinder", &[1.0, 1e-3]),
+    ]
+}
+
+/// Where two faces are equally near.
+fn kinked() -> Vec<Family> {
+    let inscribed = 0.2 * (std::f64::consts::PI / 9.0).cos();
+    vec![
+        family("distance cuboid", &[0.3, 0.3, 0.3]),
+        family("distance cuboid", &[0.3, 0.5, 0.3]),
+        family("cylinder", &[0.2, 2.0 * inscribed]),
+    ]
+}
+
+fn scaled(family: &Family, scale: f64) -> Vec<f64> {
+    family.dimensions.iter().map(|it| it * scale).collect()
+}
+
+#[test]
+fn rates_are_what_differences_say_at_every_scale() {
+    for family in generic() {
+        for scale in [1.0, 1e-6, 1e6] {
+            let dimensions = scaled(&family, scale);
+            let rates = (family.rates)(&dimensions).unwrap();
+            assert_eq!(rates.len(), dimensions.len());
+            for (place, rates) in rates.iter().enumerate() {
+                let step = STEP * dimensions[place];
+                let moved = |sign: f64| {
+                    let mut moved = dimensions.clone();
+                    moved[place] += sign * step;
+                    (family.shape)(&moved).unwrap()
+                };
+                let [ahead, behind] = [1.0, -1.0].map(moved);
+                assert_eq!(ahead.extents(), behind.extents());
+                assert_eq!(rates.extents, vec![0.0; ahead.extents().len()]);
+                let pairs = ahead.mesh().vertices().iter().zip(behind.mesh().vertices());
+                let differences = pairs.map(|(a, b)| (a - b) / (2.0 * step));
+                // Rounding of coordinates is that of the largest one.
+                let allowed = DIFFERENCES * (1.0 + ahead.reach() / dimensions[place]);
+                assert_eq!(rates.vertices.len(), ahead.extents().len());
+                for (difference, rate) in differences.zip(&rates.vertices) {
+                    let error = (difference - rate).amax();
+                    assert!(
+                        error <= allowed,
+                        "{} {dimensions:?}: {error:e}",
+                        family.name
+                    );
+                }
+                assert!(rates.ambiguous.is_empty());
+            }
+        }
+    }
+}
+
+#[test]
+fn by_all_dimensions_together_a_shape_grows() {
+    for family in generic().into_iter().chain(kinked()) {
+        for scale in [1.0, 1e-6, 1e6] {
+            let dimensions = scaled(&family, scale);
+            let rates = (family.rates)(&dimensions).unwrap();
+            let field = (family.shape)(&dimensions).unwrap();
+            for (vertex, at) in field.mesh().vertices().iter().enumerate() {
+                let pairs = rates.iter().zip(&dimensions);
+                let parts = pairs.map(|(rates, dimension)| rates.vertices[vertex] * *dimension);
+                let error = (parts.sum::<Vector3<f64>>() - at).amax();
+                assert!(error <= EXACT * field.reach(), "{}: {error:e}", family.name);
+            }
+        }
+    }
+}
+
+#[test]
+fn kinks_of_the_core_are_told() {
+    for family in kinked() {
+        for scale in [1.0, 1e-6, 1e6] {
+            let dimensions = scaled(&family, scale);
+            let field = (family.shape)(&dimensions).unwrap();
+            let core = (0..field.extents().len()).filter(|&vertex| field.extents()[vertex] > 0.0);
+            let core: Vec<_> = core.collect();
+            for rates in (family.rates)(&dimensions).unwrap() {
+                assert_eq!(rates.ambiguous, core, "{} {dimensions:?}", family.name);
+            }
+        }
+    }
+    // The ends of the core are as far from the near faces on all four sides: each edge moves them by half.
+    let [by_x, by_y, by_z] = shapes::distance_cuboid_rates([0.3, 0.5, 0.3]).unwrap();
+    let last = by_x.vertices.len() - 1;
+    let ends = [by_x, by_y, by_z].map(|rates| rates.vertices[last]);
+    let along_y = |rate: f64| Vector3::new(0.0, rate, 0.0);
+    assert_eq!(ends, [-0.25, 0.5, -0.25].map(along_y));
+    // A core that was left out since the shape is slender stays.
+    let slender = shapes::distance_cuboid_rates([1.0, 4e-6, 6e-6]).unwrap();
+    assert!(slender.iter().all(|rates| rates.ambiguous.is_empty()));
+}
+
+#[test]
+fn rates_refuse_what_shapes_refuse() {
+    let families = [
+        family("ball", &[-1.0]),
+        family("ellipsoid", &[1.0, 0.0, 1.0]),
+        family("ellipsoid", &[1.0, 1e-7, 1e-7]),
+        family("cuboid", &[1.0, f64::NAN, 1.0]),
+        family("cuboid", &[1.0, 1.0, 1e-13]),
+        family("distance cuboid", &[1.0, 1e-7, 1e-7]),
+        family("cylinder", &[f64::INFINITY, 1.0]),
+        family("cylinder", &[1e-7, 1.0]),
+    ];
+    for family in families {
+        let refused = (family.shape)(&family.dimensions).unwrap_err();
+        let found = (family.rates)(&family.dimensions).unwrap_err();
+        // As text: a number that is none equals nothing.
+        assert_eq!(found.to_string(), refused.to_string());
+    }
+    assert!(shapes::cylinder_rates(1.0, 1.0, 2).is_err());
+    assert!(shapes::icosphere_rates(1.0, 9).is_err());
+}
+
+#[test]
+fn the_surface_of_a_shape_moves_as_the_shape_does() {
+    let lengths = [0.3, 0.5, 0.3];
+    let field = shapes::distance_cuboid(lengths).unwrap();
+    let [_, by_y, _] = shapes::distance_cuboid_rates(lengths).unwrap();
+    let surface = TriangleSurface::around(field.mesh()).unwrap();
+    let around = by_y.around(field.mesh()).unwrap();
+    assert_eq!(around.vertices.len(), surface.vertices().len());
+    for (vertex, rate) in surface.vertices().iter().zip(&around.vertices) {
+        assert_eq!(*rate, Vector3::new(0.0, vertex.y / 0.5, 0.0));
+    }
+    assert!(around.extents.is_empty() && around.ambiguous.is_empty());
+    let other = shapes::cuboid(lengths).unwrap();
+    assert_eq!(
+        by_y.around(other.mesh()).unwrap_err(),
+        MeshError::RateCount {
+            name: "vertices",
+            found: 10,
+            expected: 9
+        }
+    );
+}

@@ -1,0 +1,317 @@
+//! How fields that are made of distances change with the mesh: against differences, by rigid motions and sizes, and where there
+//! is no derivative.
+
+use super::sample_meshes::{grid, l_shape, meshes, transformed};
+use hydroelastic::mesh::{
+    LinearisedDistances, MeshError, PressureField, ShapeRates, TetMesh, shapes,
+};
+use nalgebra::{Vector3, vector};
+
+/// Central differences with the best of three steps, of rates of the size 1: rounding over the step, and the square of the step.
+const DIFFERENCES: f64 = 1e-8;
+const STEPS: [f64; 3] = [1e-4, 1e-5, 1e-6];
+
+/// Round-off of sums over a few dozen vertices, of numbers of the size 1 or their largest.
+const SAME: f64 = 1e-13;
+
+/// A step so short that faces which bend and tilt are as good as flat: rates are off by some ten steps, and by round-off over
+/// the step.
+const SHORT_STEP: f64 = 1e-8;
+const FIRST_ORDER: f64 = 1e-6;
+
+/// Numbers in [−1, 1] that are in no order.
+fn scattered(number: usize) -> f64 {
+    (1.0 + 7.3 * number as f64).sin()
+}
+
+fn velocities(count: usize) -> Vec<Vector3<f64>> {
+    let velocity = |vertex: usize| Vector3::from_fn(|axis, _| scattered(3 * vertex + axis));
+    (0..count).map(velocity).collect()
+}
+
+fn moved(mesh: &TetMesh, velocities: &[Vector3<f64>], time: f64) -> TetMesh {
+    let pairs = mesh.vertices().iter().zip(velocities);
+    let vertices = pairs.map(|(vertex, velocity)| vertex + velocity * time);
+    TetMesh::new(vertices.collect(), mesh.tets().to_vec()).unwrap()
+}
+
+/// Meshes without symmetries: all vertices of the samples moved by a twentieth of the shortest edge or so.
+fn generic_meshes() -> Vec<(&'static str, TetMesh)> {
+    let samples = meshes().into_iter();
+    let samples = samples.map(|(name, mesh)| {
+        let shortest = (0..mesh.tet_count())
+            .flat_map(|tet| {
+                let corners = mesh.tetrahedron(tet).corners;
+                [(0, 1), (0, 2), (0, 3), (1, 2), (1, 3), (2, 3)]
+                    .map(|(i, j)| (corners[i] - corners[j]).norm())
+            })
+            .fold(f64::INFINITY, f64::min);
+        let mesh = moved(&mesh, &velocities(mesh.vertex_count()), 0.05 * shortest);
+        (name, mesh)
+    });
+    samples.collect()
+}
+
+type Linearised = (PressureField, LinearisedDistances);
+
+/// Over the largest distance, and with skins of some depths; the depth comes along.
+fn linearised(mesh: &TetMesh) -> Vec<(Option<f64>, Linearised)> {
+    let plain = PressureField::linearised_from_distance(mesh).unwrap();
+    let deepest = 1.0 / plain.0.steepest();
+    let skins = [0.237, 0.613].map(|share| share * deepest).map(|depth| {
+        let skin = PressureField::linearised_from_distance_up_to(mesh, depth).unwrap();
+        (Some(depth), skin)
+    });
+    std::iter::once((None, plain)).chain(skins).collect()
+}
+
+fn field(mesh: &TetMesh, depth: Option<f64>) -> PressureField {
+    match depth {
+        None => PressureField::from_distance(mesh),
+        Some(depth) => PressureField::from_distance_up_to(mesh, depth),
+    }
+    .unwrap()
+}
+
+/// The largest error of rates beside a difference of two fields, relative to the largest rate.
+fn error(rates: &ShapeRates, fields: &[PressureField; 2], step: f64) -> f64 {
+    let [ahead, behind] = fields;
+    assert_eq!(ahead.mesh().tets(), behind.mesh().tets());
+    let pairs = ahead.mesh().vertices().iter().zip(behind.mesh().vertices());
+    let vertices = pairs.zip(&rates.vertices);
+    let vertices = vertices.map(|((a, b), rate)| ((a - b) / (2.0 * step) - rate).amax());
+    let pairs = ahead.extents().iter().zip(behind.extents());
+    let extents = pairs.zip(&rates.extents);
+    let extents = extents.map(|((a, b), rate)| ((a - b) / (2.0 * step) - rate).abs());
+    let largest = rates
+        .extents
+        .iter()
+        .fold(1.0_f64, |most, rate| most.max(rate.abs()));
+    let largest = rates
+        .vertices
+        .iter()
+        .fold(largest, |most, rate| most.max(rate.amax()));
+    vertices.chain(extents).fold(0.0, f64::max) / largest
+}
+
+#[test]
+fn fields_change_as_differences_say() {
+    let mut worst = 0.0_f64;
+    for (name, mesh) in generic_meshes() {
+        let velocities = velocities(2 * mesh.vertex_count()).split_off(mesh.vertex_count());
+        for (depth, (made, distances)) in linearised(&mesh) {
+            assert_eq!(made.extents(), field(&mesh, depth).extents());
+            assert_eq!(
+                made.mesh().vertices(),
+                field(&mesh, depth).mesh().vertices()
+            );
+            // Two centers of edges above the same triangle are equally far from it, however the mesh is moved; they may be
+            // the farthest.
+            if depth.is_some() {
+                assert_eq!(distances.ambiguous(), [0; 0], "{name} {depth:?}");
+            }
+            let rates = distances.rates(&velocities).unwrap();
+            let errors = STEPS.map(|step| {
+                let fields =
+                    [step, -step].map(|time| field(&moved(&mesh, &velocities, time), depth));
+                error(&rates, &fields, step)
+            });
+            let least = errors.into_iter().fold(f64::INFINITY, f64::min);
+            worst = worst.max(least);
+            assert!(least <= DIFFERENCES, "{name} {depth:?}: {errors:?}");
+            if let Some(depth) = depth {
+                let step = 1e-5 * depth;
+                let fields = [step, -step].map(|change| field(&mesh, Some(depth + change)));
+                let error = error(&distances.rates_by_depth(), &fields, step);
+                assert!(error <= DIFFERENCES, "{name} {depth}: {error:e}");
+            }
+        }
+    }
+    println!("worst: {worst:.1e}");
+}
+
+#[test]
+fn the_pullback_is_the_transpose_of_the_rates() {
+    for (name, mesh) in generic_meshes().into_iter().chain(meshes()) {
+        for (depth, (made, distances)) in linearised(&mesh) {
+            let count = made.extents().len();
+            let by_vertices = velocities(count);
+            let by_extents: Vec<f64> = (0..count).map(|it| scattered(it + 100_000)).collect();
+            let found = distances.pullback(&by_vertices, &by_extents).unwrap();
+            assert_eq!(found.by_vertices.len(), mesh.vertex_count());
+            let product = |rates: &ShapeRates| {
+                let vertices = by_vertices.iter().zip(&rates.vertices);
+                let extents = by_extents.iter().zip(&rates.extents);
+                let vertices = vertices.map(|(by, rate)| by.dot(rate));
+                let parts = vertices.chain(extents.map(|(by, rate)| by * rate));
+                parts.fold((0.0, 0.0), |(sum, size): (f64, f64), part| {
+                    (sum + part, size + part.abs())
+                })
+            };
+            let velocities = velocities(mesh.vertex_count());
+            let (expected, size) = product(&distances.rates(&velocities).unwrap());
+            let pairs = found.by_vertices.iter().zip(&velocities);
+            let sum: f64 = pairs.map(|(by, velocity)| by.dot(velocity)).sum();
+            assert!(
+                (sum - expected).abs() <= SAME * size,
+                "{name} {depth:?}: {sum} {expected}"
+            );
+            let (expected, size) = product(&distances.rates_by_depth());
+            let error = (found.by_depth - expected).abs();
+            assert!(error <= SAME * size, "{name} {depth:?}: {error:e}");
+        }
+    }
+}
+
+/// Symmetric meshes and generic ones: the mean over equally near places moves as all of them do.
+#[test]
+fn rigid_motions_change_no_extent_and_a_change_of_size_changes_distances() {
+    let turn = |x: &Vector3<f64>| vector![0.3, -0.4, 0.2].cross(x) + vector![0.5, 0.1, -0.7];
+    for (name, original) in generic_meshes().into_iter().chain(meshes()) {
+        for scale in [1.0, 1e-6, 1e6] {
+            let mesh = transformed(&original, |x| x * scale);
+            for (depth, (made, distances)) in linearised(&mesh) {
+                let vertices = made.mesh().vertices();
+                let rates = |velocity: &dyn Fn(&Vector3<f64>) -> Vector3<f64>| {
+                    let velocities: Vec<_> = mesh.vertices().iter().map(velocity).collect();
+                    distances.rates(&velocities).unwrap()
+                };
+                let rigid = rates(&|x| turn(&(x / scale)));
+                let grown = rates(&|x| *x);
+                let steep = made.steepest() * scale;
+                for (vertex, x) in vertices.iter().enumerate() {
+                    let error = (rigid.vertices[vertex] - turn(&(x / scale))).amax();
+                    assert!(error <= SAME * steep, "{name} {depth:?}: {error:e}");
+                    let error = rigid.extents[vertex].abs() * scale;
+                    assert!(error <= SAME * steep, "{name} {depth:?}: {error:e}");
+                }
+                // With a skin the depth grows too.
+                let by_depth = distances.rates_by_depth();
+                let depth = depth.unwrap_or(0.0);
+                for (vertex, x) in vertices.iter().enumerate() {
+                    let velocity = grown.vertices[vertex] + by_depth.vertices[vertex] * depth;
+                    let error = (velocity - x).amax() / scale;
+                    assert!(error <= SAME * steep, "{name} {depth:?}: {error:e}");
+                    let rate = grown.extents[vertex] + by_depth.extents[vertex] * depth;
+                    assert!(rate.abs() <= SAME * steep, "{name} {depth:?}: {rate:e}");
+                }
+            }
+        }
+    }
+}
+
+/// Of a box of 1 × 1.5 × 2: those with several nearest faces, and those 1/2 away, the most.
+#[test]
+fn the_medial_axis_of_a_box_is_told_and_two_faces_give_the_mean() {
+    let (counts, spacing) = ([4, 6, 8], 0.25);
+    let mesh = grid(counts, spacing, |_| true);
+    let upper = Vector3::from(counts.map(|count| count as f64 * spacing));
+    let (made, distances) = PressureField::linearised_from_distance(&mesh).unwrap();
+    // How many faces are nearest to a vertex, if it is none of the surface.
+    let near = |x: &Vector3<f64>| {
+        let below = upper - x;
+        let heights = x.iter().chain(&below).copied();
+        let heights: Vec<f64> = heights.collect();
+        let least = heights.iter().copied().fold(f64::INFINITY, f64::min);
+        if least <= 0.0 {
+            return 0;
+        }
+        heights.iter().filter(|&&it| it <= least).count()
+    };
+    let vertices = made.mesh().vertices();
+    let expected = (0..vertices.len()).filter(|&it| near(&vertices[it]) > 1);
+    assert_eq!(distances.ambiguous(), expected.collect::<Vec<_>>());
+    // With a skin extents do not depend on the farthest vertices.
+    let depth = 0.3;
+    let (skin, distances) = PressureField::linearised_from_distance_up_to(&mesh, depth).unwrap();
+    let velocities = velocities(mesh.vertex_count());
+    let rates = distances.rates(&velocities).unwrap();
+    let fields =
+        [SHORT_STEP, -SHORT_STEP].map(|time| field(&moved(&mesh, &velocities, time), Some(depth)));
+    let (mut one, mut two) = (0, 0);
+    for (vertex, x) in skin
+        .mesh()
+        .vertices()
+        .iter()
+        .enumerate()
+        .take(mesh.vertex_count())
+    {
+        let count = near(x);
+        if count == 1 || count == 2 {
+            let change = fields[0].extents()[vertex] - fields[1].extents()[vertex];
+            let error = (change / (2.0 * SHORT_STEP) - rates.extents[vertex]).abs();
+            assert!(error <= FIRST_ORDER, "{count} faces: {error:e}");
+            (one, two) = if count == 1 {
+                (one + 1, two)
+            } else {
+                (one, two + 1)
+            };
+        }
+    }
+    assert!(one > 20 && two > 20, "{one} {two}");
+}
+
+#[test]
+fn ends_of_skins_and_inward_edges() {
+    // Every second vertex of the grid is as deep as the skin, and counts as its end; so would be one 5e-4 of it deeper.
+    let mesh = grid([8, 8, 8], 0.125, |_| true);
+    for depth in [0.25, 0.250_1] {
+        let (skin, distances) =
+            PressureField::linearised_from_distance_up_to(&mesh, depth).unwrap();
+        let rates = distances.rates(mesh.vertices()).unwrap();
+        for (vertex, x) in mesh.vertices().iter().enumerate() {
+            let depth_of_vertex = x.min().min((Vector3::repeat(1.0) - x).min());
+            if depth_of_vertex >= 0.25 {
+                assert_eq!((skin.extents()[vertex], rates.extents[vertex]), (1.0, 0.0));
+            }
+            if (depth_of_vertex - 0.25).abs() < 1e-3 {
+                assert!(distances.ambiguous().contains(&vertex));
+            }
+        }
+    }
+    // An inward edge is one place, though triangles on both sides of it are equally near.
+    let mesh = l_shape(4);
+    let (made, distances) = PressureField::linearised_from_distance(&mesh).unwrap();
+    let vertex_at = |place: Vector3<f64>| {
+        let mut vertices = made.mesh().vertices().iter();
+        vertices.position(|x| (x - place).amax() < 1e-12).unwrap()
+    };
+    // The edge is at x = y = 1.
+    let by_edge = vertex_at(vector![0.75, 0.75, 1.0]);
+    assert!(!distances.ambiguous().contains(&by_edge));
+    assert!(
+        distances
+            .ambiguous()
+            .contains(&vertex_at(vector![0.5, 0.5, 1.0]))
+    );
+}
+
+#[test]
+fn what_does_not_pair_up_is_refused() {
+    let field = shapes::cuboid([1.0, 1.0, 1.0]).unwrap();
+    let mesh = field.mesh();
+    let (_, distances) = PressureField::linearised_from_distance(mesh).unwrap();
+    let count = |name, found| MeshError::RateCount {
+        name,
+        found,
+        expected: 9,
+    };
+    let zeros = [Vector3::zeros(); 9];
+    let found = distances.pullback(&zeros[1..], &[0.0; 9]);
+    assert_eq!(found.unwrap_err(), count("vertices", 8));
+    let found = distances.pullback(&zeros, &[0.0; 10]);
+    assert_eq!(found.unwrap_err(), count("extents", 10));
+    assert_eq!(distances.rates(&[]).unwrap_err(), count("vertices", 0));
+    let infinite = [Vector3::repeat(f64::INFINITY); 9];
+    let refused = MeshError::NonFiniteRate {
+        name: "vertices",
+        index: 0,
+        value: f64::INFINITY,
+    };
+    assert_eq!(distances.rates(&infinite).unwrap_err(), refused);
+    let refused = PressureField::linearised_from_distance_up_to(mesh, -1.0);
+    assert!(matches!(
+        refused.err(),
+        Some(MeshError::InvalidDimension { .. })
+    ));
+}
