@@ -3,7 +3,7 @@
 use super::panel::{Curve, Panel};
 use super::picture::time_tick;
 use super::scenes::{final_state, heap};
-use super::timing::{count, median_seconds, time};
+use super::timing::{count, median_processor_seconds, time};
 use hydroelastic::dynamics::Material;
 use std::hint::black_box;
 use std::time::Duration;
@@ -32,7 +32,7 @@ pub fn measured(is_quick: bool) -> Panel {
         let rollout = || {
             black_box(final_state(black_box(&world), STEPS));
         };
-        let seconds = median_seconds(BUDGET, rollout) / STEPS as f64;
+        let seconds = median_processor_seconds(BUDGET, rollout) / STEPS as f64;
         curve.push(balls as f64, seconds);
         println!(
             "| {} | {} | {} | {} | {:.0} ns |",

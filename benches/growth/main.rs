@@ -1,13 +1,14 @@
 //! How cost grows: with the contact polygons of a pair, the bodies of a world, the parameters of a
-//! derivative and the steps of a rollout.
+//! derivative, up to a hundred thousand, and the steps of a rollout.
 //!
 //! Serves the decision whether a scene can be afforded before it is built: from one time and the
 //! exponents the others follow. An exponent above the expected one means that something grows that
 //! should not. Run `cargo bench --bench growth`, a minute or so, or with `-- --quick`; add
 //! `-- --svg docs/growth.svg` for the picture. Nothing else is written.
 //!
-//! Median times on one thread; exponents are least-squares slopes in log-log.
+//! Medians of processor time, on one thread; exponents are least-squares slopes in log-log.
 
+mod backwards;
 mod bodies;
 mod log_axis;
 mod panel;
@@ -48,9 +49,9 @@ fn print_exponents(panels: &[Panel]) {
     println!("| --- | --- | --- | --- |");
     for panel in panels {
         for curve in panel.curves.iter().filter(|curve| curve.is_measured) {
-            let (exponent, first) = (curve.exponent(), curve.fitted()[0].0);
+            let (exponent, first) = (curve.exponent_text(), curve.fitted()[0].0);
             let (what, name) = (panel.title, &curve.name);
-            println!("| {what} | {name} | {exponent:.2} | {first} |");
+            println!("| {what} | {name} | {exponent} | {first} |");
         }
     }
 }

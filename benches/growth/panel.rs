@@ -54,6 +54,12 @@ impl Curve {
         across / square
     }
 
+    /// The exponent with two decimals.
+    pub fn exponent_text(&self) -> String {
+        // Adding 0 takes the sign from −0.
+        format!("{:.2}", (self.exponent() * 100.0).round() / 100.0 + 0.0)
+    }
+
     /// The fitted y at an x.
     pub fn fit_at(&self, x: f64) -> f64 {
         let [center_x, center_y] = self.log_center();

@@ -1,20 +1,20 @@
 //! Growth with the parameters of a derivative: eight balls on a box, which touch their neighbors,
-//! and where and how fast they start.
+//! and where and how fast they start; gradients swept back by many more.
 
+use super::backwards;
 use super::panel::{Curve, Panel};
 use super::picture::number_tick;
 use super::scenes::{TIME_STEP, final_state, heap};
-use super::timing::{median_seconds, time};
+use super::timing::median_ratio;
 use hydroelastic::dynamics::{Material, Plan, World};
 use hydroelastic::gradient::{Experiment, FinalPosition, Parameter};
 use std::hint::black_box;
-use std::time::Duration;
 
 const BALLS: [&str; 8] = [
     "ball 0", "ball 1", "ball 2", "ball 3", "ball 4", "ball 5", "ball 6", "ball 7",
 ];
 const STEPS: usize = 100;
-const BUDGET: Duration = Duration::from_secs(1);
+const ROUNDS: usize = 9;
 
 /// Fewer numbers than these are carried by narrower dual numbers.
 const FITTED_FROM: f64 = 12.0;
@@ -36,28 +36,28 @@ fn parameters(count: usize) -> Vec<Parameter> {
     all.take(count / 3).collect()
 }
 
-fn jacobian_seconds(world: &World, count: usize) -> f64 {
+/// The price of a Jacobian, in rollouts.
+fn jacobian(world: &World, count: usize) -> f64 {
     let plan = Plan::new(TIME_STEP, STEPS).unwrap();
     let experiment = Experiment::new(world, &plan.recording_every(STEPS));
     let (by, end) = (
         parameters(count),
         FinalPosition::of_body(world, BALLS[0]).unwrap(),
     );
-    median_seconds(BUDGET, || {
+    let jacobian = || {
         black_box(experiment.jacobian(black_box(&by), &end).unwrap());
+    };
+    median_ratio(ROUNDS, jacobian, || {
+        black_box(final_state(black_box(world), STEPS));
     })
 }
 
 /// Prints a line for each number of parameters.
 pub fn measured(is_quick: bool) -> Panel {
     let world = heap([4, 2, 1], Material::elastic(1e5));
-    let rollout = median_seconds(BUDGET, || {
-        black_box(final_state(black_box(&world), STEPS));
-    });
-    let (duration, steps) = (time(rollout), STEPS);
-    println!("\n| parameters | Jacobian | in rollouts ({steps} steps: {duration}) |");
-    println!("| --- | --- | --- |");
-    let mut curve = Curve::new("Jacobian", FITTED_FROM);
+    println!("\n| parameters | Jacobian, in rollouts ({STEPS} steps) |");
+    println!("| --- | --- |");
+    let mut curve = Curve::new("Jacobian forwards", FITTED_FROM);
     let mut differences = Curve {
         is_measured: false,
         ..Curve::new("central differences", 1.0)
@@ -68,20 +68,24 @@ pub fn measured(is_quick: bool) -> Panel {
         &[1, 3, 6, 12, 24, 48, 96]
     };
     for &count in counts {
-        let seconds = jacobian_seconds(&world, count);
-        curve.push(count as f64, seconds / rollout);
+        let rollouts = jacobian(&world, count);
+        curve.push(count as f64, rollouts);
         differences.push(count as f64, 2.0 * count as f64);
-        println!("| {count} | {} | {:.1} |", time(seconds), seconds / rollout);
+        println!("| {count} | {rollouts:.2} |");
     }
     let fitted = curve.fitted();
     let ((first, least), (last, most)) = (fitted[0], fitted[fitted.len() - 1]);
     let further = (most - least) / (last - first) * 12.0;
     println!("\na further twelve parameters take {further:.1} rollouts");
+    let [by_wrenches, by_all] = backwards::measured(is_quick);
+    for &(count, _) in &by_wrenches.points {
+        differences.push(count, 2.0 * count);
+    }
     Panel {
         title: "Parameters",
         x_label: "parameters",
         y_label: "time (rollouts without derivatives)",
         y_tick: number_tick,
-        curves: vec![curve, differences],
+        curves: vec![curve, by_wrenches, by_all, differences],
     }
 }

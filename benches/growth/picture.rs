@@ -10,7 +10,11 @@ use std::path::Path;
 /// Width and height in pixels.
 const SIZE: (u32, u32) = (960, 720);
 
-const COLORS: [RGBColor; 2] = [RGBColor(0, 90, 181), RGBColor(220, 80, 20)];
+const COLORS: [RGBColor; 3] = [
+    RGBColor(0, 90, 181),
+    RGBColor(220, 80, 20),
+    RGBColor(0, 140, 100),
+];
 const GREY: RGBColor = RGBColor(130, 130, 130);
 const FAINT: RGBColor = RGBColor(225, 225, 225);
 
@@ -56,7 +60,12 @@ fn draw_panel(area: &Area, panel: &Panel) -> Answer {
         .light_line_style(TRANSPARENT)
         .draw()?;
     // The second curve is drawn in rings, through which dots below can be seen.
-    let marks = [(4, COLORS[0].filled()), (6, COLORS[1].stroke_width(2))];
+    let marks = [
+        (4, COLORS[0].filled()),
+        (6, COLORS[1].stroke_width(2)),
+        (4, COLORS[2].filled()),
+        (0, GREY.stroke_width(1)),
+    ];
     for (curve, mark) in panel.curves.iter().zip(marks) {
         draw_curve(&mut chart, curve, mark)?;
     }
@@ -96,15 +105,9 @@ fn draw_curve(chart: &mut Chart, curve: &Curve, (radius, style): Mark) -> Answer
 
 fn title(panel: &Panel) -> String {
     let measured = panel.curves.iter().filter(|curve| curve.is_measured);
-    let exponents: Vec<_> = measured
-        .map(|curve| format!("{:.2}", curve.exponent()))
-        .collect();
+    let exponents: Vec<_> = measured.map(Curve::exponent_text).collect();
     let plural = if exponents.len() > 1 { "s" } else { "" };
-    format!(
-        "{}: exponent{plural} {}",
-        panel.title,
-        exponents.join(" and ")
-    )
+    format!("{}: exponent{plural} {}", panel.title, exponents.join(", "))
 }
 
 /// A whole number.

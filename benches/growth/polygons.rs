@@ -2,7 +2,7 @@
 
 use super::panel::{Curve, Panel};
 use super::picture::time_tick;
-use super::timing::{count, median, median_seconds, time};
+use super::timing::{count, median, median_processor_seconds, time};
 use hydroelastic::contact::{ContactBody, ContactPair, Shape};
 use hydroelastic::mesh::shapes;
 use hydroelastic::spatial::Pose;
@@ -45,10 +45,10 @@ fn cost(shape: &Shape, distance: f64) -> Cost {
         let body = |pose| ContactBody::new(shape, pose, 1.0).unwrap();
         let pair = ContactPair::new(body(pose_a), body(pose_b));
         polygons.push(pair.work_count().polygons as f64);
-        wrench.push(median_seconds(BUDGET, || {
+        wrench.push(median_processor_seconds(BUDGET, || {
             black_box(black_box(&pair).wrench());
         }));
-        jacobian.push(median_seconds(BUDGET, || {
+        jacobian.push(median_processor_seconds(BUDGET, || {
             black_box(black_box(&pair).wrench_and_jacobian());
         }));
     }

@@ -3,7 +3,7 @@
 use super::panel::{Curve, Panel};
 use super::picture::time_tick;
 use super::scenes::{TIME_STEP, final_state, resting_ball};
-use super::timing::{count, median_seconds, time};
+use super::timing::{count, median_processor_seconds, time};
 use hydroelastic::dynamics::{Material, Plan, World};
 use hydroelastic::gradient::{Experiment, FinalPosition, Parameter};
 use std::hint::black_box;
@@ -24,7 +24,7 @@ fn jacobian_seconds(world: &World, steps: usize) -> f64 {
     let plan = Plan::new(TIME_STEP, steps).unwrap();
     let experiment = Experiment::new(world, &plan.recording_every(steps));
     let (by, end) = (start(), FinalPosition::of_body(world, "ball 0").unwrap());
-    median_seconds(BUDGET, || {
+    median_processor_seconds(BUDGET, || {
         black_box(experiment.jacobian(black_box(&by), &end).unwrap());
     })
 }
@@ -42,7 +42,7 @@ pub fn measured(is_quick: bool) -> Panel {
         &[100, 300, 1_000, 3_000, 10_000]
     };
     for &steps in counts {
-        let seconds = median_seconds(BUDGET, || {
+        let seconds = median_processor_seconds(BUDGET, || {
             black_box(final_state(black_box(&world), steps));
         });
         let jacobian = jacobian_seconds(&world, steps);

@@ -63,16 +63,16 @@ def target_directory():
     return pathlib.Path(json.loads(metadata)["target_directory"])
 
 
-def enter_virtual_environment(folder):
+def enter_virtual_environment(folder, requirements=REQUIREMENTS):
     """Starts this script again inside the virtual environment, made if it is not there."""
     python = folder / "bin" / "python"
     if folder.exists() and os.path.samefile(sys.prefix, folder):
         return
     installed = folder / "installed"
-    if not (installed.exists() and installed.read_text() == str(REQUIREMENTS)):
+    if not (installed.exists() and installed.read_text() == str(requirements)):
         venv.create(folder, with_pip=True, clear=True)
-        subprocess.run([python, "-m", "pip", "install", "--quiet", *REQUIREMENTS], check=True)
-        installed.write_text(str(REQUIREMENTS))
+        subprocess.run([python, "-m", "pip", "install", "--quiet", *requirements], check=True)
+        installed.write_text(str(requirements))
     os.execv(python, [python, *sys.argv])
 
 

@@ -2,6 +2,7 @@
 
 #![allow(dead_code, reason = "each bench uses a part")]
 
+use cpu_time::ProcessTime;
 use std::fmt::Display;
 use std::time::{Duration, Instant};
 
@@ -22,11 +23,37 @@ pub fn use_one_thread() {
 /// Median time (s) of the work, over as many samples as the budget allows, and over three in any
 /// case. A first run, which fills caches and buffers, does not count.
 pub fn median_seconds(budget: Duration, mut work: impl FnMut()) -> f64 {
-    let mut seconds_for = |runs: usize| {
+    median_of_samples(budget, |runs| {
         let start = Instant::now();
         (0..runs).for_each(|_| work());
         start.elapsed().as_secs_f64() / runs as f64
+    })
+}
+
+/// The same of processor time, which other programs on the same cores do not lengthen as much.
+pub fn median_processor_seconds(budget: Duration, mut work: impl FnMut()) -> f64 {
+    median_of_samples(budget, |runs| {
+        processor_seconds(|| (0..runs).for_each(|_| work())) / runs as f64
+    })
+}
+
+/// Processor time (s) of some work, over all threads.
+pub fn processor_seconds(work: impl FnOnce()) -> f64 {
+    let start = ProcessTime::now();
+    work();
+    start.elapsed().as_secs_f64()
+}
+
+/// The median of the processor time of some work over that of other work, one after the other in each of some rounds.
+pub fn median_ratio(rounds: usize, mut work: impl FnMut(), mut other: impl FnMut()) -> f64 {
+    let ratio = |_| {
+        let reference = processor_seconds(&mut other);
+        processor_seconds(&mut work) / reference
     };
+    median((0..rounds).map(ratio).collect())
+}
+
+fn median_of_samples(budget: Duration, mut seconds_for: impl FnMut(usize) -> f64) -> f64 {
     let mut runs = 1;
     while seconds_for(runs) * (runs as f64) < SHORTEST_SAMPLE {
         runs *= 2;

@@ -23,4 +23,8 @@ made stack 1.2 --width 480 --height 300
 made tool_use 1.76 --width 480 --height 300
 rm ../pictures/{identify_material,grasp,stack}.png
 cp "$recordings"/{throw_to_target,identify_material,grasp,stack}.svg ../pictures/
+# Of these, the plot alone.
+for example in push_to_goal design_bumper; do
+    (cd ../.. && cargo run --release --quiet --example "$example" -- --plot "docs/pictures/$example.svg")
+done
 rm -r "$recordings"

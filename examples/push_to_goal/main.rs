@@ -2,123 +2,69 @@
 //!
 //! `cargo run --release --example push_to_goal [-- --record FILE.glb --plot FILE.svg]`
 //!
-//! An iterative linear-quadratic regulator: each iteration linearises the block's motion over every interval of the control,
-//! and improves the pushes by the feedback that is optimal for the linearised motion.
+//! Found in two ways, of the same cost. By a regulator: 20 pushes, by the motion linearised over each of their intervals. By
+//! L-BFGS: a push of its own in each step, 3,000 numbers, by the gradient swept back.
 
+mod quasi_newton;
 mod regulator;
+mod scene;
 #[path = "../show/mod.rs"]
 mod show;
 
-use hydroelastic::contact::Shape;
-use hydroelastic::dynamics::{Body, Control, Mass, Material, Plan, State, World, WorldError};
+use hydroelastic::dynamics::{Plan, Trajectory};
 use hydroelastic::io::Recording;
-use hydroelastic::mesh::shapes;
-use hydroelastic::spatial::{Pose, Wrench};
-use indicatif::ProgressBar;
-use nalgebra::vector;
-use regulator::{Iteration, Regulator};
+use scene::{Found, NEAR, Pushed, STEPS, Scene, TIME_STEP};
 use show::{Curve, Panel};
-use std::error::Error;
 
-const GRAVITY: f64 = 9.81;
-/// The block (m, kg) and its friction.
-const SIZE: [f64; 3] = [0.2, 0.2, 0.1];
-const MASS: f64 = 1.0;
-const FRICTION: f64 = 0.3;
-/// Speed (m/s) below which friction is not full.
-const SLIP_TOLERANCE: f64 = 1e-2;
-
-/// Time step (s), steps until the block has settled, steps of an interval of the control, and intervals.
-const TIME_STEP: f64 = 1e-3;
-const SETTLING: usize = 500;
-const INTERVAL: usize = 50;
-const INTERVALS: usize = 20;
-
-/// Where the block should be at rest in the end: place (m) and angle (rad).
-const GOAL: [f64; 2] = [0.3, 0.2];
-const ANGLE: f64 = 0.8;
-
-/// What counts as there: place (m), angle (rad), speed (m/s).
-const NEAR: [f64; 3] = [1e-3, 1e-2, 1e-2];
-const ITERATIONS: usize = 40;
-
-fn main() -> Result<(), Box<dyn Error>> {
+fn main() -> Found<()> {
     let wanted = show::wanted()?;
-    let (world, start) = settled()?;
-    let goal = goal(&start);
-    let regulator = Regulator {
-        goal,
-        plan: Plan::new(TIME_STEP, INTERVAL)?,
-    };
-    let bar = ProgressBar::new(ITERATIONS as u64);
-    let mut iterations = vec![regulator.begun(&world.starting_from(&start)?)?];
-    let last = loop {
-        let last = &iterations[iterations.len() - 1];
-        let missed = missed(last, &regulator.goal)?;
-        if missed.iter().zip(NEAR).all(|(missed, near)| *missed < near) {
-            break last;
-        }
-        assert!(iterations.len() <= ITERATIONS, "{missed:?} from the goal");
-        let better = regulator.improved(last)?;
-        iterations.push(better.ok_or("no pushes are better")?);
-        bar.inc(1);
-    };
-    bar.finish_and_clear();
-
-    let trajectory = last
-        .world
-        .rollout(&Plan::new(TIME_STEP, INTERVAL * INTERVALS)?)
-        .recorded()?;
-    let [place, angle, speed] = missed(last, &regulator.goal)?;
-    println!(
-        "after {} iterations: {place:.1e} m and {angle:.1e} rad off, {speed:.1e} m/s",
-        iterations.len() - 1
-    );
-    wanted.record(|| Ok(Recording::new(&last.world, &trajectory).slowed(2.0)))?;
+    let scene = Scene::new()?;
+    let regulated = regulator::pushed(&scene)?;
+    arrived("regulator, 20 pushes", &scene, &regulated)?;
+    let pushed = quasi_newton::pushed(&scene)?;
+    let trajectory = arrived("L-BFGS, 3,000 numbers", &scene, &pushed)?;
+    let last = |found: &Pushed| found.costs[found.costs.len() - 1];
+    assert!(last(&pushed) < last(&regulated), "finer pushes cost more");
+    wanted.record(|| Ok(Recording::new(&pushed.world, &trajectory).slowed(2.0)))?;
     wanted.plot(|| {
-        let costs = Curve::counted("cost", iterations.iter().map(|it| it.cost));
-        let costs = Panel::counted("iteration", vec![costs]);
-        vec![costs, show::energies(&last.world, &trajectory.thinned(10))]
+        let curve = |name, found: &Pushed| Curve::counted(name, found.costs.iter().copied());
+        let costs = vec![curve("regulator", &regulated), curve("L-BFGS", &pushed)];
+        vec![
+            Panel::counted("iteration", costs),
+            Panel {
+                x_label: "time (s)",
+                y_label: "push along x (N)",
+                is_log: false,
+                curves: vec![forces("regulator", &regulated), forces("L-BFGS", &pushed)],
+            },
+            show::energies(&pushed.world, &trajectory.thinned(10)),
+        ]
     })?;
     Ok(())
 }
 
-/// The block on the floor, without pushes, and the state in which it has come to rest.
-fn settled() -> Result<(World, State), Box<dyn Error>> {
-    let skin = Material::elastic(1e6)
-        .with_dissipation(1.0)
-        .with_friction(FRICTION);
-    let block = Shape::new(shapes::cuboid(SIZE)?);
-    let floor = Shape::new(shapes::cuboid([3.0, 3.0, 0.2])?);
-    let world = World::new(vec![
-        Body::dynamic("block", block, skin, Mass::Total(MASS))?
-            .at(Pose::from_translation(vector![0.0, 0.0, 0.15])),
-        Body::fixed("floor", floor, skin)?,
-    ])?
-    .with_gravity(vector![0.0, 0.0, -GRAVITY])?
-    .with_slip_tolerance(SLIP_TOLERANCE)?;
-    let rest = world.rollout(&Plan::new(TIME_STEP, SETTLING)?.recording_every(SETTLING));
-    let mut start = rest.recorded()?.last().clone();
-    start.time = 0.0;
-    let none = vec![Wrench::zero(); INTERVALS];
-    let control = Control::new("block", TIME_STEP * INTERVAL as f64, none)?;
-    Ok((world.with_control(control)?, start))
+/// The pushes along x over time.
+fn forces(name: &str, found: &Pushed) -> Curve {
+    let control = &found.world.controls()[0];
+    let pushes = control.wrenches().iter().enumerate();
+    let drawn = pushes.flat_map(|(place, push)| {
+        let ends = [place, place + 1].map(|end| end as f64 * control.interval());
+        ends.map(|time| (time, push.force.x))
+    });
+    Curve::new(name, drawn)
 }
 
-/// The block at rest at the goal, pressed into the floor as it was in the beginning.
-fn goal(start: &State) -> State {
-    let mut goal = start.clone();
-    let height = start.bodies[0].position().z;
-    let place = vector![GOAL[0], GOAL[1], height];
-    goal.bodies[0].pose = Pose::from_rotation_vector(&vector![0.0, 0.0, ANGLE], place);
-    goal.bodies[0].twist = hydroelastic::spatial::Twist::zero();
-    goal
-}
-
-/// How far from the goal an iteration ends: place (m), angle (rad), speed (m/s).
-fn missed(iteration: &Iteration, goal: &State) -> Result<[f64; 3], WorldError> {
-    let end = &iteration.states[INTERVALS];
-    let away = iteration.world.displacement(goal, end)?;
-    let part = |first: usize| away.rows(first, 3).norm();
-    Ok([part(3), part(0), part(9)])
+/// Checks that the pushes bring the block to rest at the goal.
+fn arrived(name: &str, scene: &Scene, found: &Pushed) -> Found<Trajectory> {
+    let rollout = found.world.rollout(&Plan::new(TIME_STEP, STEPS)?);
+    let trajectory = rollout.recorded()?;
+    let missed = scene.missed(trajectory.last())?;
+    let [place, angle, speed] = missed;
+    let (iterations, cost) = (found.costs.len() - 1, found.costs[found.costs.len() - 1]);
+    println!(
+        "{name}: {iterations} iterations, cost {cost:.3}; {place:.1e} m and {angle:.1e} rad off, {speed:.1e} m/s"
+    );
+    let is_near = missed.iter().zip(NEAR).all(|(missed, near)| *missed < near);
+    assert!(is_near, "{name}: {missed:?} from the goal");
+    Ok(trajectory)
 }

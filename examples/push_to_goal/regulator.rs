@@ -1,18 +1,30 @@
-//! An iterative linear-quadratic regulator over the intervals of a control.
+//! An iterative linear-quadratic regulator over the intervals of a control: each iteration linearises the block's motion over
+//! every interval, and improves the pushes by the feedback that is optimal for the linearised motion.
 
+use crate::scene::{
+    BY_ANGLE, BY_PLACE, BY_SPIN, BY_VELOCITY, Found, NEAR, PUSHES, Pushed, STEPS, Scene, TIME_STEP,
+    efforts, wrench_numbers,
+};
 use hydroelastic::dynamics::{Control, Plan, State, World};
 use hydroelastic::gradient::{Experiment, Parameter};
 use hydroelastic::spatial::Wrench;
-use nalgebra::{DMatrix, DVector, Vector3, Vector6};
-use std::error::Error;
+use indicatif::ProgressBar;
+use nalgebra::{DMatrix, DVector, Vector3};
 
-/// The numbers of a wrench that may be pushed with: torque about the vertical, force along x and y.
-const PUSHES: [usize; 3] = [2, 3, 4];
-/// The local coordinates that matter in the end, and how much: turn about the vertical (1/rad²), place (1/m²), spin about
-/// the vertical (s²/rad²) and velocity (s²/m²).
-const AIMS: [(usize, f64); 6] = [(2, 2e3), (3, 2e4), (4, 2e4), (8, 50.0), (9, 2e3), (10, 2e3)];
-/// What pushes cost: a torque (1/(N m)²), forces (1/N²).
-const EFFORTS: [f64; 3] = [1e-2, 1e-4, 1e-4];
+/// Intervals of the control.
+const INTERVALS: usize = 20;
+const STEPS_AN_INTERVAL: usize = STEPS / INTERVALS;
+const ITERATIONS: usize = 40;
+/// The local coordinates that matter in the end, and how much: turn about the vertical, place, spin about the vertical and
+/// velocity.
+const AIMS: [(usize, f64); 6] = [
+    (2, BY_ANGLE),
+    (3, BY_PLACE),
+    (4, BY_PLACE),
+    (8, BY_SPIN),
+    (9, BY_VELOCITY),
+    (10, BY_VELOCITY),
+];
 /// Shares of an improvement that are tried, and costs of changes of pushes, as multiples of their efforts.
 const SHARES: [f64; 4] = [1.0, 0.5, 0.2, 0.05];
 const DAMPINGS: [f64; 4] = [0.0, 10.0, 100.0, 1000.0];
@@ -20,18 +32,18 @@ const DAMPINGS: [f64; 4] = [0.0, 10.0, 100.0, 1000.0];
 const ENOUGH: f64 = 1e-6;
 
 /// What the state at the end of the last interval is to be, and the plan of an interval.
-pub struct Regulator {
-    pub goal: State,
-    pub plan: Plan,
+struct Regulator {
+    goal: State,
+    plan: Plan,
 }
 
 /// Pushes and what they lead to.
-pub struct Iteration {
+struct Iteration {
     /// The world with its control.
-    pub world: World,
+    world: World,
     /// The states at the beginning of each interval, and at the end.
-    pub states: Vec<State>,
-    pub cost: f64,
+    states: Vec<State>,
+    cost: f64,
 }
 
 /// How the pushes of an interval follow from how far the state is from the one expected.
@@ -43,18 +55,43 @@ struct Feedback {
 /// A state by the one before and by pushes: A and B.
 type Motion = [DMatrix<f64>; 2];
 
-type Found<T> = Result<T, Box<dyn Error>>;
+/// The pushes that the regulator finds, from none until the block is at the goal.
+pub fn pushed(scene: &Scene) -> Found<Pushed> {
+    let regulator = Regulator {
+        goal: scene.goal.clone(),
+        plan: Plan::new(TIME_STEP, STEPS_AN_INTERVAL)?,
+    };
+    let bar = ProgressBar::new(ITERATIONS as u64);
+    let mut last = regulator.begun(&scene.with_intervals(INTERVALS)?)?;
+    let mut costs = vec![last.cost];
+    loop {
+        let missed = scene.missed(&last.states[INTERVALS])?;
+        if missed.iter().zip(NEAR).all(|(missed, near)| *missed < near) {
+            break;
+        }
+        assert!(costs.len() <= ITERATIONS, "{missed:?} from the goal");
+        let better = regulator.improved(&last)?;
+        last = better.ok_or("no pushes are better")?;
+        costs.push(last.cost);
+        bar.inc(1);
+    }
+    bar.finish_and_clear();
+    Ok(Pushed {
+        world: last.world.starting_from(&last.states[0])?,
+        costs,
+    })
+}
 
 impl Regulator {
     /// The pushes that a world has.
-    pub fn begun(&self, world: &World) -> Found<Iteration> {
+    fn begun(&self, world: &World) -> Found<Iteration> {
         let pushes = pushes(world);
         let nothing = |_: usize, _: &State| Ok(Vector3::zeros());
         self.applied(world, &pushes, nothing)
     }
 
     /// Better ones, unless there are none.
-    pub fn improved(&self, last: &Iteration) -> Found<Option<Iteration>> {
+    fn improved(&self, last: &Iteration) -> Found<Option<Iteration>> {
         let (motions, old) = (self.linearised(last)?, pushes(&last.world));
         for damping in DAMPINGS {
             let feedback = self.feedback(last, &motions, damping)?;
@@ -107,7 +144,7 @@ impl Regulator {
         let count = last.states.len() - 1;
         let away = last.world.displacement(&self.goal, &last.states[count])?;
         let (mut slope, mut curvature) = (aim(&away), aims(away.len()));
-        let efforts = DMatrix::from_diagonal(&DVector::from_row_slice(&EFFORTS));
+        let efforts = DMatrix::from_diagonal(&efforts_of_interval());
         let mut feedback = Vec::new();
         for (push, [a, b]) in pushes(&last.world).iter().zip(motions).rev() {
             let by_push = effort(push) + b.tr_mul(&slope);
@@ -152,14 +189,7 @@ fn pushes(world: &World) -> Vec<Vector3<f64>> {
 }
 
 fn with_pushes(world: World, pushes: &[Vector3<f64>]) -> Found<World> {
-    let wrench = |push: &Vector3<f64>| {
-        let mut numbers = Vector6::zeros();
-        PUSHES
-            .into_iter()
-            .zip(push)
-            .for_each(|(place, number)| numbers[place] = *number);
-        Wrench::from_vector(&numbers)
-    };
+    let wrench = |push: &Vector3<f64>| Wrench::from_vector(&wrench_numbers(push));
     let control = &world.controls()[0];
     let wrenches = pushes.iter().map(wrench).collect();
     let control = Control::new(control.body(), control.interval(), wrenches)?;
@@ -168,7 +198,12 @@ fn with_pushes(world: World, pushes: &[Vector3<f64>]) -> Found<World> {
 
 /// The slope of what pushes cost.
 fn effort(push: &Vector3<f64>) -> DVector<f64> {
-    DVector::from_iterator(3, push.iter().zip(EFFORTS).map(|(push, cost)| push * cost))
+    efforts_of_interval().component_mul(&DVector::from_column_slice(push.as_slice()))
+}
+
+fn efforts_of_interval() -> DVector<f64> {
+    let efforts = efforts(TIME_STEP * STEPS_AN_INTERVAL as f64);
+    DVector::from_column_slice(efforts.as_slice())
 }
 
 /// The slope of what it costs to be away from the goal.

@@ -1,0 +1,105 @@
+//! Gradients swept back, by ten to a hundred thousand numbers: the wrenches on eight balls on a box, up to one a ball in each
+//! step, and the vertices and extents of all.
+
+use super::panel::Curve;
+use super::scenes::heap;
+use super::timing::{count, median_ratio};
+use hydroelastic::dynamics::{Control, Material, Plan, Trajectory, World};
+use hydroelastic::gradient::{Experiment, Mode, Outcome, Parameter};
+use hydroelastic::scalar::Scalar;
+use hydroelastic::spatial::Wrench;
+use std::hint::black_box;
+
+/// As long (s) as the rollouts of the Jacobians, in so many steps that as many wrenches all count.
+const DURATION: f64 = 0.02;
+const STEPS: usize = 2_084;
+const BALLS: usize = 8;
+const NUMBERS_A_WRENCH: usize = 6;
+const ROUNDS: usize = 5;
+
+/// Square (m²) of how far from the origin the first ball is in the end.
+struct Miss;
+
+impl Outcome for Miss {
+    fn of<T: Scalar>(&self, trajectory: &Trajectory<T>) -> Vec<T> {
+        let place = trajectory.last().bodies[1].position();
+        vec![place.dot(place)]
+    }
+}
+
+/// By wrenches, and by all vertices and extents too. Prints a line for each number.
+pub fn measured(is_quick: bool) -> [Curve; 2] {
+    println!(
+        "\n| numbers | gradient backwards, in rollouts ({STEPS} steps) | with shapes: numbers | in rollouts |"
+    );
+    println!("| --- | --- | --- | --- |");
+    let mut by_wrenches = Curve::new("gradient backwards, by wrenches", 1.0);
+    let mut by_all = Curve::new("by all vertices too", 1.0);
+    // Balls and intervals of their controls.
+    let all = [(1, 2), (8, 2), (8, 21), (8, 209), (8, STEPS)];
+    let some = if is_quick { &all[1..3] } else { &all[..] };
+    for &(balls, intervals) in some {
+        let plan = Plan::new(DURATION / STEPS as f64, STEPS).unwrap();
+        let world = pushed(balls, intervals);
+        let experiment = Experiment::new(&world, &plan.recording_every(STEPS));
+        let parameters = wrenches(balls, intervals);
+        let by_numbers = in_rollouts(&experiment, || {
+            let found = experiment.gradient_by(Mode::Reverse, black_box(&parameters), &Miss);
+            drop(black_box(found.unwrap()));
+        });
+        let with_shapes = in_rollouts(&experiment, || {
+            drop(black_box(
+                black_box(&experiment).gradient_by_all(&Miss).unwrap(),
+            ));
+        });
+        let numbers = NUMBERS_A_WRENCH * parameters.len();
+        let all_numbers = numbers + shape_numbers(&world);
+        by_wrenches.push(numbers as f64, by_numbers);
+        by_all.push(all_numbers as f64, with_shapes);
+        println!(
+            "| {} | {by_numbers:.2} | {} | {with_shapes:.2} |",
+            count(numbers),
+            count(all_numbers)
+        );
+    }
+    [by_wrenches, by_all]
+}
+
+fn name(ball: usize) -> String {
+    format!("ball {ball}")
+}
+
+/// The heap, with controls of the first balls.
+fn pushed(balls: usize, intervals: usize) -> World {
+    let heap = heap([BALLS / 2, 2, 1], Material::elastic(1e5));
+    let duration = DURATION / intervals as f64;
+    (0..balls).fold(heap, |world, ball| {
+        let none = vec![Wrench::zero(); intervals];
+        let control = Control::new(&name(ball), duration, none).unwrap();
+        world.with_control(control).unwrap()
+    })
+}
+
+fn wrenches(balls: usize, intervals: usize) -> Vec<Parameter> {
+    let of_ball = |ball: usize| {
+        let body = name(ball);
+        (0..intervals).map(move |interval| Parameter::Control(body.as_str().into(), interval))
+    };
+    (0..balls).flat_map(of_ball).collect()
+}
+
+/// Three coordinates and an extent for each vertex of each body.
+fn shape_numbers(world: &World) -> usize {
+    let shapes = world.bodies().iter().map(|body| body.shape().compliant());
+    let vertices = shapes
+        .flatten()
+        .map(|shape| shape.field().mesh().vertex_count());
+    4 * vertices.sum::<usize>()
+}
+
+/// The price of some work, in rollouts.
+fn in_rollouts(experiment: &Experiment, work: impl FnMut()) -> f64 {
+    median_ratio(ROUNDS, work, || {
+        drop(black_box(experiment.value(&Miss).unwrap()));
+    })
+}

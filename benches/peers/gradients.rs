@@ -1,0 +1,153 @@
+//! This library's side of `gradients.py`: answers questions on stdin, a JSON line each.
+//!
+//! Serves the decision whether to differentiate long rollouts by many controls here or in MJX. The script runs it with
+//! `--serve`; run by hand, it says so and ends.
+//!
+//! The first line is the scene, answered by the height (m) at which the block rests. A question then is a list of pushes, one
+//! for each interval of the control, and whether derivatives are wanted; the answer is the loss, perhaps its derivatives by the
+//! pushes, and the processor time (s).
+
+use cpu_time::ProcessTime;
+use hydroelastic::contact::{HalfSpace, Shape};
+use hydroelastic::dynamics::{
+    Body, Control, Mass, Material, Plan, State, Trajectory, World, WorldError,
+};
+use hydroelastic::gradient::{Experiment, Mode, Outcome, Parameter};
+use hydroelastic::mesh::shapes;
+use hydroelastic::scalar::{Scalar, lift};
+use hydroelastic::spatial::{Pose, Wrench};
+use nalgebra::{Vector3, vector};
+use serde::{Deserialize, Serialize};
+use std::error::Error;
+use std::hint::black_box;
+use std::io::{BufRead, Write, stdin, stdout};
+
+type Answer<T> = Result<T, Box<dyn Error>>;
+
+/// Lengths of the block's edges (m), its mass (kg) and material, steps (s) and where it should end (m).
+#[derive(Deserialize)]
+struct Scene {
+    size: [f64; 3],
+    mass: f64,
+    modulus: f64,
+    dissipation: f64,
+    friction: f64,
+    slip_tolerance: f64,
+    gravity: f64,
+    time_step: f64,
+    steps: usize,
+    settling_steps: usize,
+    intervals: usize,
+    goal: [f64; 2],
+}
+
+/// Forces (N) along x and y.
+#[derive(Deserialize)]
+struct Question {
+    pushes: Vec<[f64; 2]>,
+    derivatives: bool,
+}
+
+#[derive(Serialize)]
+struct Reply {
+    seconds: f64,
+    loss: f64,
+    /// Where the block is in the end (m).
+    end: [f64; 3],
+    gradient: Vec<[f64; 2]>,
+}
+
+/// Squared distance (m²) from the goal in the end, seen from above.
+struct Miss([f64; 2]);
+
+impl Outcome for Miss {
+    fn of<T: Scalar>(&self, trajectory: &Trajectory<T>) -> Vec<T> {
+        let place = trajectory.last().bodies[0].position();
+        let [x, y] = self.0.map(lift::<T>);
+        vec![(place.x - x) * (place.x - x) + (place.y - y) * (place.y - y)]
+    }
+}
+
+impl Scene {
+    /// The block, settled on the floor.
+    fn settled(&self) -> Answer<World> {
+        let skin = Material::elastic(self.modulus)
+            .with_dissipation(self.dissipation)
+            .with_friction(self.friction);
+        let hard = Material {
+            modulus: None,
+            ..skin
+        };
+        let shape = Shape::new(shapes::cuboid(self.size)?);
+        let block = Body::dynamic("block", shape, skin, Mass::Total(self.mass))?;
+        let height = Vector3::z() * (self.size[2] / 2.0);
+        let floor = Body::fixed("floor", HalfSpace::rigid(), hard)?;
+        let world = World::new(vec![block.at(Pose::from_translation(height)), floor])?
+            .with_gravity(vector![0.0, 0.0, -self.gravity])?
+            .with_slip_tolerance(self.slip_tolerance)?;
+        let mut rest = last_state(&world, &self.plan(self.settling_steps)?)?;
+        rest.time = 0.0;
+        Ok(world.starting_from(&rest)?)
+    }
+
+    fn plan(&self, steps: usize) -> Result<Plan, WorldError> {
+        Ok(Plan::new(self.time_step, steps)?.recording_every(steps))
+    }
+
+    fn pushed(&self, world: &World, pushes: &[[f64; 2]]) -> Answer<World> {
+        let wrench = |[x, y]: &[f64; 2]| Wrench {
+            torque: Vector3::zeros(),
+            force: vector![*x, *y, 0.0],
+        };
+        let interval = self.time_step * (self.steps / self.intervals) as f64;
+        let control = Control::new("block", interval, pushes.iter().map(wrench).collect())?;
+        Ok(world.clone().with_control(control)?)
+    }
+
+    fn answer(&self, world: &World, question: &Question) -> Answer<Reply> {
+        let world = self.pushed(world, &question.pushes)?;
+        let plan = self.plan(self.steps)?;
+        let end = *last_state(&world, &plan)?.bodies[0].position();
+        let (experiment, miss) = (Experiment::new(world, &plan), Miss(self.goal));
+        let intervals = 0..question.pushes.len();
+        let pushes: Vec<_> = intervals
+            .map(|interval| Parameter::Control("block".into(), interval))
+            .collect();
+        let start = ProcessTime::now();
+        let (loss, gradient) = if question.derivatives {
+            let (loss, slope) = experiment.gradient_by(Mode::Reverse, black_box(&pushes), &miss)?;
+            let forces = slope.as_slice().chunks(6).map(|by| [by[3], by[4]]);
+            (loss, forces.collect())
+        } else {
+            (black_box(&experiment).value(&miss)?[0], Vec::new())
+        };
+        Ok(Reply {
+            seconds: start.elapsed().as_secs_f64(),
+            loss,
+            end: end.into(),
+            gradient,
+        })
+    }
+}
+
+fn last_state(world: &World, plan: &Plan) -> Answer<State> {
+    Ok(world.rollout(plan).recorded()?.last().clone())
+}
+
+fn main() -> Answer<()> {
+    if !std::env::args().any(|argument| argument == "--serve") {
+        println!("run benches/peers/gradients.py, which runs this beside MJX");
+        return Ok(());
+    }
+    let mut lines = stdin().lock().lines();
+    let scene: Scene = serde_json::from_str(&lines.next().ok_or("no scene")??)?;
+    let world = scene.settled()?;
+    let height = world.initial_state().bodies[0].position().z;
+    writeln!(stdout(), "{}", serde_json::json!({ "height": height }))?;
+    for line in lines {
+        let reply = scene.answer(&world, &serde_json::from_str(&line?)?)?;
+        writeln!(stdout(), "{}", serde_json::to_string(&reply)?)?;
+        stdout().flush()?;
+    }
+    Ok(())
+}

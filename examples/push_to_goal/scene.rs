@@ -1,0 +1,115 @@
+//! A block on a floor, where it should come to rest, and what it costs to be elsewhere and to push.
+
+use hydroelastic::contact::Shape;
+use hydroelastic::dynamics::{Body, Control, Mass, Material, Plan, State, World};
+use hydroelastic::mesh::shapes;
+use hydroelastic::spatial::{Pose, Twist, Wrench};
+use nalgebra::{Vector3, Vector6, vector};
+use std::error::Error;
+
+const GRAVITY: f64 = 9.81;
+/// The block (m, kg) and its friction.
+const SIZE: [f64; 3] = [0.2, 0.2, 0.1];
+const MASS: f64 = 1.0;
+const FRICTION: f64 = 0.3;
+/// Speed (m/s) below which friction is not full.
+const SLIP_TOLERANCE: f64 = 1e-2;
+
+/// Time step (s), steps until the block has settled, and steps of pushing.
+pub const TIME_STEP: f64 = 1e-3;
+const SETTLING: usize = 500;
+pub const STEPS: usize = 1_000;
+
+/// Where the block should be at rest in the end: place (m) and angle (rad).
+const GOAL: [f64; 2] = [0.3, 0.2];
+const ANGLE: f64 = 0.8;
+
+/// What counts as there: place (m), angle (rad), speed (m/s).
+pub const NEAR: [f64; 3] = [1e-3, 1e-2, 1e-2];
+
+/// The numbers of a wrench that may be pushed with: torque about the vertical, force along x and y.
+pub const PUSHES: [usize; 3] = [2, 3, 4];
+/// What pushes cost: a torque (1/(N m)² s), forces (1/N² s).
+const EFFORTS: [f64; 3] = [0.2, 2e-3, 2e-3];
+/// What it costs to be away from the goal in the end: angle (1/rad²), place (1/m²), spin (s²/rad²), velocity (s²/m²).
+pub const BY_ANGLE: f64 = 2e3;
+pub const BY_PLACE: f64 = 2e4;
+pub const BY_SPIN: f64 = 50.0;
+pub const BY_VELOCITY: f64 = 2e3;
+
+pub type Found<T> = Result<T, Box<dyn Error>>;
+
+/// The block at rest on the floor, without pushes, and at rest at the goal.
+pub struct Scene {
+    pub world: World,
+    pub goal: State,
+}
+
+/// Pushes that were found, as the world with its control, and the costs on the way there.
+pub struct Pushed {
+    pub world: World,
+    pub costs: Vec<f64>,
+}
+
+impl Scene {
+    /// The block after it has settled.
+    pub fn new() -> Found<Self> {
+        let skin = Material::elastic(1e6)
+            .with_dissipation(1.0)
+            .with_friction(FRICTION);
+        let block = Shape::new(shapes::cuboid(SIZE)?);
+        let floor = Shape::new(shapes::cuboid([3.0, 3.0, 0.2])?);
+        let world = World::new(vec![
+            Body::dynamic("block", block, skin, Mass::Total(MASS))?
+                .at(Pose::from_translation(vector![0.0, 0.0, 0.15])),
+            Body::fixed("floor", floor, skin)?,
+        ])?
+        .with_gravity(vector![0.0, 0.0, -GRAVITY])?
+        .with_slip_tolerance(SLIP_TOLERANCE)?;
+        let rest = world.rollout(&Plan::new(TIME_STEP, SETTLING)?.recording_every(SETTLING));
+        let mut start = rest.recorded()?.last().clone();
+        start.time = 0.0;
+        let goal = goal(&start);
+        let world = world.starting_from(&start)?;
+        Ok(Self { world, goal })
+    }
+
+    /// The world with a control of so many intervals in all, and no pushes yet.
+    pub fn with_intervals(&self, intervals: usize) -> Found<World> {
+        let none = vec![Wrench::zero(); intervals];
+        let duration = TIME_STEP * (STEPS / intervals) as f64;
+        let control = Control::new("block", duration, none)?;
+        Ok(self.world.clone().with_control(control)?)
+    }
+
+    /// How far a state is from the goal: place (m), angle (rad), speed (m/s).
+    pub fn missed(&self, end: &State) -> Found<[f64; 3]> {
+        let away = self.world.displacement(&self.goal, end)?;
+        let part = |first: usize| away.rows(first, 3).norm();
+        Ok([part(3), part(0), part(9)])
+    }
+}
+
+/// The block at rest at the goal, pressed into the floor as it was in the beginning.
+fn goal(start: &State) -> State {
+    let mut goal = start.clone();
+    let height = start.bodies[0].position().z;
+    let place = vector![GOAL[0], GOAL[1], height];
+    goal.bodies[0].pose = Pose::from_rotation_vector(&vector![0.0, 0.0, ANGLE], place);
+    goal.bodies[0].twist = Twist::zero();
+    goal
+}
+
+/// What pushes cost in an interval of this duration (s), as multiples of half their squares.
+pub fn efforts(duration: f64) -> Vector3<f64> {
+    Vector3::from(EFFORTS) * duration
+}
+
+/// The numbers of the wrench of a push.
+pub fn wrench_numbers(push: &Vector3<f64>) -> Vector6<f64> {
+    let mut numbers = Vector6::zeros();
+    for (place, number) in PUSHES.into_iter().zip(push) {
+        numbers[place] = *number;
+    }
+    numbers
+}
