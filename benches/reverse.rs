@@ -2,7 +2,7 @@
 //! a hundred thousand numbers.
 //!
 //! Serves the choice between both (`Mode`), and says from how many numbers on the sweep back is cheaper. A ball (0.1 m, 1 kg)
-//! that slides on a box, 1,000 leapfrog steps of 0.2 ms; the numbers are wrenches of its control, or the vertices and extents
+//! that slides on a box, 1,000 leapfrog steps of 0.2 ms or 40 implicit ones of 5 ms; the numbers are wrenches of its control, or the vertices and extents
 //! of both bodies as well. Run `cargo bench --bench reverse`, two minutes. One thread; ratios are medians of rounds that take one
 //! run of each after the other.
 
@@ -10,7 +10,7 @@
 mod timing;
 
 use hydroelastic::contact::Shape;
-use hydroelastic::dynamics::{Body, Control, Mass, Material, Plan, Trajectory, World};
+use hydroelastic::dynamics::{Body, Control, Integrator, Mass, Material, Plan, Trajectory, World};
 use hydroelastic::gradient::{Experiment, Mode, Outcome, Parameter};
 use hydroelastic::mesh::shapes;
 use hydroelastic::scalar::Scalar;
@@ -121,5 +121,31 @@ fn main() {
         });
         let numbers = count(numbers + NUMBERS_A_WRENCH * 1_667);
         println!("| order {order}, {name}, with shapes | {numbers} | | {backwards:.2} |");
+    }
+    implicit();
+}
+
+/// The same in as much time by implicit steps.
+fn implicit() {
+    for integrator in [Integrator::Sdirk2, Integrator::ImplicitEuler] {
+        for (name, law) in MATERIALS {
+            let world = sliding(2, law, 167);
+            let plan = Plan::new(25.0 * TIME_STEP, STEPS / 25).unwrap();
+            let plan = plan.recording_every(STEPS).with_integrator(integrator);
+            let experiment = Experiment::new(&world, &plan);
+            let parameters: Vec<_> = (0..167)
+                .map(|interval| Parameter::Control("ball".into(), interval))
+                .collect();
+            let [forwards, backwards] =
+                [(Mode::Forward, 2), (Mode::Reverse, 167)].map(|(mode, intervals)| {
+                    in_rollouts(&experiment, || {
+                        let by = &parameters[..intervals];
+                        drop(black_box(experiment.gradient_by(mode, by, &Miss).unwrap()));
+                    })
+                });
+            println!(
+                "| order 2, {name}, {integrator:?} | 12 or 1,002 | {forwards:.2} | {backwards:.2} |"
+            );
+        }
     }
 }
