@@ -10,8 +10,9 @@ use hydroelastic::scalar::Scalar;
 use hydroelastic::spatial::Wrench;
 use std::hint::black_box;
 
-/// As long (s) as the rollouts of the Jacobians, in so many steps that as many wrenches all count.
+/// As long (s) as the rollouts of the Jacobians.
 const DURATION: f64 = 0.02;
+/// So many that a wrench on each ball in each step makes 100,000 numbers.
 const STEPS: usize = 2_084;
 const BALLS: usize = 8;
 const NUMBERS_A_WRENCH: usize = 6;
@@ -27,7 +28,8 @@ impl Outcome for Miss {
     }
 }
 
-/// By wrenches, and by all vertices and extents too. Prints a line for each number.
+/// What gradients cost in rollouts, over their numbers: by wrenches, and by all vertices and extents too. Prints a row of a table
+/// for each.
 pub fn measured(is_quick: bool) -> [Curve; 2] {
     println!(
         "\n| numbers | gradient backwards, in rollouts ({STEPS} steps) | with shapes: numbers | in rollouts |"
@@ -35,7 +37,7 @@ pub fn measured(is_quick: bool) -> [Curve; 2] {
     println!("| --- | --- | --- | --- |");
     let mut by_wrenches = Curve::new("gradient backwards, by wrenches", 1.0);
     let mut by_all = Curve::new("by all vertices too", 1.0);
-    // Balls and intervals of their controls.
+    // Balls with a control, and intervals of each control.
     let all = [(1, 2), (8, 2), (8, 21), (8, 209), (8, STEPS)];
     let some = if is_quick { &all[1..3] } else { &all[..] };
     for &(balls, intervals) in some {

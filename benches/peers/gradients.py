@@ -4,11 +4,11 @@
 Serves the decision which program to optimise controls with, through contact and friction: what a
 gradient costs, in time and in rollouts, and how right it is. Run
 
-    python3 benches/peers/gradients.py            # minutes, most of them compilation in JAX
+    python3 benches/peers/gradients.py            # a quarter of an hour, most of it compilation in JAX
     python3 benches/peers/gradients.py --quick    # a tenth of the steps and controls
 
-The first run downloads MJX into a virtual environment in cargo's target directory. What is measured
-says README.md. Output: Markdown.
+The first run downloads MJX into a virtual environment in cargo's target directory. README.md says
+what is measured. Output: Markdown.
 """
 
 import argparse
@@ -37,7 +37,7 @@ SCENE = {
 }
 PUSH = [5.0, 1.0]  # N, in the first half; then friction brings the block to rest
 ROUNDS = 5
-COLUMNS = 24  # that are held against differences
+COLUMNS = 24  # numbers of controls by which derivatives are held against differences
 DIFFERENCE = 1e-3  # N, of the differences that gradients are held against
 PLAIN_DIFFERENCES = [1e-1, 1e-2, 1e-3, 1e-4]  # N, of which the best is counted
 
@@ -47,7 +47,7 @@ def main():
     enter_virtual_environment(target_directory() / "peers_mjx_environment", REQUIREMENTS)
     # One core for both programs, and no more threads than that.
     os.sched_setaffinity(0, {max(os.sched_getaffinity(0))})
-    # These need JAX, which the virtual environment has.
+    # The virtual environment has these, and JAX, which the first needs.
     import mjx_side
     import numpy
 
@@ -125,7 +125,8 @@ def print_all(ways, answers, pushes):
 
 
 def errors(way, gradient, pushes):
-    """Of the gradient against differences of fourth order; of central differences against the gradient, by the best step."""
+    """The error of the gradient against differences of fourth order; the best step (N) of central differences, and their error
+    against the gradient."""
     import numpy
 
     columns = numpy.linspace(0, pushes.size - 1, COLUMNS).astype(int)

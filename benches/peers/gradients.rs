@@ -24,7 +24,8 @@ use std::io::{BufRead, Write, stdin, stdout};
 
 type Answer<T> = Result<T, Box<dyn Error>>;
 
-/// Lengths of the block's edges (m), its mass (kg) and material, steps (s) and where it should end (m).
+/// The block's edges (m), mass (kg) and material (Pa, s/m, m/s), gravity (m/s²), time step (s), numbers of steps and of intervals
+/// of the control, and where the block should end (m).
 #[derive(Deserialize)]
 struct Scene {
     size: [f64; 3],
@@ -50,10 +51,13 @@ struct Question {
 
 #[derive(Serialize)]
 struct Reply {
+    /// Processor time.
     seconds: f64,
+    /// Squared distance (m²).
     loss: f64,
     /// Where the block is in the end (m).
     end: [f64; 3],
+    /// By the pushes (m²/N); empty if not asked for.
     gradient: Vec<[f64; 2]>,
 }
 
@@ -90,10 +94,12 @@ impl Scene {
         Ok(world.starting_from(&rest)?)
     }
 
+    /// So many steps, the last state alone recorded.
     fn plan(&self, steps: usize) -> Result<Plan, WorldError> {
         Ok(Plan::new(self.time_step, steps)?.recording_every(steps))
     }
 
+    /// The world with these pushes, one for each interval.
     fn pushed(&self, world: &World, pushes: &[[f64; 2]]) -> Answer<World> {
         let wrench = |[x, y]: &[f64; 2]| Wrench {
             torque: Vector3::zeros(),
@@ -104,6 +110,7 @@ impl Scene {
         Ok(world.clone().with_control(control)?)
     }
 
+    /// The answer to a question: the loss or its gradient, timed; where the block ends, untimed.
     fn answer(&self, world: &World, question: &Question) -> Answer<Reply> {
         let world = self.pushed(world, &question.pushes)?;
         let plan = self.plan(self.steps)?;

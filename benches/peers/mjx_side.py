@@ -9,15 +9,15 @@ import mujoco
 import numpy
 from jax import numpy as jnp
 
-# It prints what else it looked for.
+# MJX prints on import which other packages it looked for.
 with contextlib.redirect_stdout(sys.stderr):
     from mujoco import mjx
     from mujoco.mjx._src import solver
 
 jax.config.update("jax_enable_x64", True)
 
-# Of the solver, and of its line search in each: by these the block ends within 1 mm of where it
-# ends by 100 and 50.
+# Iterations of the solver, and of its line search in each of them: with these the block ends within
+# 1 mm of where it ends with 100 and 50.
 ITERATIONS, LINE_SEARCH = 4, 10
 
 MODEL = """
@@ -59,7 +59,7 @@ class Rollout:
         self.compilation = 0.0
 
     def loss(self, pushes):
-        """Squared distance (m²) from the goal in the end, seen from above, and the end."""
+        """Squared distance (m²) from the goal in the end, seen from above, and the end (m)."""
         steps = self.scene["steps"] // self.scene["intervals"]
 
         def step(data, push):
@@ -78,7 +78,7 @@ class Rollout:
         return miss @ miss, data.qpos[:3]
 
     def end_in_mujoco(self, pushes):
-        """The end (m) by the program that MJX is a port of."""
+        """The end (m) in MuJoCo itself, of which MJX is a port. To be called once: its data stay where they end."""
         model, data = self.in_mujoco
         for push in pushes:
             data.qfrc_applied[:2] = push
@@ -95,7 +95,7 @@ class Rollout:
         return {"seconds": seconds, "loss": float(loss), "gradient": numpy.asarray(slope)}
 
     def timed(self, what, function, pushes):
-        """Processor time (s) and result. A first call compiles, and is taken again."""
+        """Processor time (s) and result of a call. The first call compiles, is timed as that, and is made again."""
         pushes = jnp.asarray(pushes)
         if not hasattr(self, what + "_is_warm"):
             start = time.process_time()
@@ -109,7 +109,7 @@ class Rollout:
 
 
 def ways(scene):
-    """By one iteration of the solver, which is no loop, and by some, whose loop is put into another form."""
+    """Rollouts with one iteration of the solver, for which MJX has no loop, and with some, whose loop is put into another form."""
     return [
         Rollout(scene, "pyramidal", 1, LINE_SEARCH),
         Rollout(scene, "pyramidal", ITERATIONS, LINE_SEARCH, scanned_loops),
@@ -119,7 +119,7 @@ def ways(scene):
 
 @contextlib.contextmanager
 def scanned_loops():
-    """Loops of so many iterations at most, in a form that has reverse mode, in what is traced meanwhile."""
+    """Within it, what JAX traces has loops of ITERATIONS iterations at most, in a form that has reverse mode."""
     loop = jax.lax.while_loop
     jax.lax.while_loop = lambda condition, body, start: solver._while_loop_scan(
         condition, body, start, ITERATIONS
@@ -131,7 +131,7 @@ def scanned_loops():
 
 
 def print_default(scene, pushes):
-    """What reverse mode says of the solver as it is, and where the block goes by it."""
+    """Prints where the block goes in MuJoCo by 100 iterations, and what JAX says of reverse mode through MJX by as many."""
     for cone in ("pyramidal", "elliptic"):
         rollout = Rollout(scene, cone, iterations=100, line_search=50)
         x, y, _ = rollout.end_in_mujoco(pushes)

@@ -2,8 +2,8 @@
 //!
 //! `cargo run --release --example push_to_goal [-- --record FILE.glb --plot FILE.svg]`
 //!
-//! Found in two ways, of the same cost. By a regulator: 20 pushes, by the motion linearised over each of their intervals. By
-//! L-BFGS: a push of its own in each step, 3,000 numbers, by the gradient swept back.
+//! Found in two ways, with the same prices of pushes and of missing the goal. By a regulator: 20 pushes, by the motion linearised
+//! over each of their intervals. By L-BFGS: a push of its own in each step, 3,000 numbers, by the gradient swept back.
 
 mod quasi_newton;
 mod regulator;

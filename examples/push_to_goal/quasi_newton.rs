@@ -16,14 +16,17 @@ use nalgebra::Vector3;
 use std::cell::RefCell;
 use std::rc::Rc;
 
-/// The guess: a force (N) towards the goal, more than friction holds, for this part of the time. Without any the block would
-/// stick, and its motion hardly depend on pushes.
+/// The guess: a force (N) towards the goal, more than friction holds. Without any the block would stick, and its motion hardly
+/// depend on pushes.
 const GUESS: f64 = 4.0;
+/// For this share of the time.
 const GUESSED: f64 = 0.5;
 
-/// Steps that are remembered, iterations, and an improvement of the cost that is none.
+/// Pairs of steps and changes of the gradient that L-BFGS remembers.
 const MEMORY: usize = 20;
+/// Iterations at most.
 const ITERATIONS: u64 = 60;
+/// An iteration that changes the cost by less is the last.
 const ENOUGH: f64 = 1e-6;
 
 /// What it costs to be away from the goal in the end.
@@ -43,14 +46,15 @@ impl Outcome for Missed<'_> {
     }
 }
 
-/// The cost of pushes, in units in which each costs the same.
+/// The cost as a function of pushes, in units in which a push costs as much as any other of the same number.
 struct Pushing {
     world: World,
     goal: State,
     plan: Plan,
     parameters: Vec<Parameter>,
-    /// Half the square of a number costs this much, and the unit of each number of a push.
+    /// Half the square of a number costs this much.
     effort: f64,
+    /// Of the three numbers of a push: torque (N m), forces (N).
     units: Vector3<f64>,
 }
 
@@ -69,6 +73,7 @@ impl Pushing {
         })
     }
 
+    /// The numbers that L-BFGS begins with.
     fn guess(&self) -> Vec<f64> {
         let away = self.goal.bodies[0].position() - self.world.bodies()[0].initial().position();
         let force = Vector3::new(away.x, away.y, 0.0).normalize() * GUESS;
@@ -78,7 +83,7 @@ impl Pushing {
         pushes.flat_map(<[f64; 3]>::from).collect()
     }
 
-    /// The numbers of the control's wrenches.
+    /// The numbers of the control's wrenches (N m, N).
     fn wrenches(&self, numbers: &[f64]) -> Vec<f64> {
         let push = |numbers: &[f64]| Vector3::from_column_slice(numbers).component_mul(&self.units);
         let wrenches = numbers
@@ -87,6 +92,7 @@ impl Pushing {
         wrenches.flat_map(<[f64; 6]>::from).collect()
     }
 
+    /// The world with these pushes.
     fn pushed(&self, numbers: &[f64]) -> Result<World, Error> {
         Ok(self
             .world

@@ -14,6 +14,7 @@ use nalgebra::{DMatrix, DVector, Vector3};
 /// Intervals of the control.
 const INTERVALS: usize = 20;
 const STEPS_AN_INTERVAL: usize = STEPS / INTERVALS;
+/// Iterations at most.
 const ITERATIONS: usize = 40;
 /// The local coordinates that matter in the end, and how much: turn about the vertical, place, spin about the vertical and
 /// velocity.
@@ -25,8 +26,9 @@ const AIMS: [(usize, f64); 6] = [
     (9, BY_VELOCITY),
     (10, BY_VELOCITY),
 ];
-/// Shares of an improvement that are tried, and costs of changes of pushes, as multiples of their efforts.
+/// Shares of an improvement that are tried.
 const SHARES: [f64; 4] = [1.0, 0.5, 0.2, 0.05];
+/// Costs of changes of pushes that are tried, as multiples of the efforts.
 const DAMPINGS: [f64; 4] = [0.0, 10.0, 100.0, 1000.0];
 /// An improvement by less than this part of the cost is none.
 const ENOUGH: f64 = 1e-6;
@@ -52,7 +54,7 @@ struct Feedback {
     gain: DMatrix<f64>,
 }
 
-/// A state by the one before and by pushes: A and B.
+/// The derivatives of the state after an interval by that before it and by the pushes: A and B.
 type Motion = [DMatrix<f64>; 2];
 
 /// The pushes that the regulator finds, from none until the block is at the goal.
@@ -83,14 +85,14 @@ pub fn pushed(scene: &Scene) -> Found<Pushed> {
 }
 
 impl Regulator {
-    /// The pushes that a world has.
+    /// The iteration with the pushes that a world has.
     fn begun(&self, world: &World) -> Found<Iteration> {
         let pushes = pushes(world);
         let nothing = |_: usize, _: &State| Ok(Vector3::zeros());
         self.applied(world, &pushes, nothing)
     }
 
-    /// Better ones, unless there are none.
+    /// One with less cost, if any is found.
     fn improved(&self, last: &Iteration) -> Found<Option<Iteration>> {
         let (motions, old) = (self.linearised(last)?, pushes(&last.world));
         for damping in DAMPINGS {
@@ -111,7 +113,7 @@ impl Regulator {
         Ok(None)
     }
 
-    /// Interval by interval, with changes that depend on the state there.
+    /// The iteration that old pushes lead to, interval by interval, with changes that depend on the state there.
     fn applied(
         &self,
         world: &World,
@@ -176,6 +178,7 @@ impl Regulator {
         Ok(motions)
     }
 
+    /// The plan of an interval, whose last state alone is recorded.
     fn last_only(&self) -> Plan {
         self.plan.recording_every(self.plan.steps())
     }
@@ -188,6 +191,7 @@ fn pushes(world: &World) -> Vec<Vector3<f64>> {
     wrenches.map(push).collect()
 }
 
+/// The world with these pushes, one for each interval of its control.
 fn with_pushes(world: World, pushes: &[Vector3<f64>]) -> Found<World> {
     let wrench = |push: &Vector3<f64>| Wrench::from_vector(&wrench_numbers(push));
     let control = &world.controls()[0];
@@ -201,6 +205,7 @@ fn effort(push: &Vector3<f64>) -> DVector<f64> {
     efforts_of_interval().component_mul(&DVector::from_column_slice(push.as_slice()))
 }
 
+/// What pushes cost in an interval, as multiples of half their squares.
 fn efforts_of_interval() -> DVector<f64> {
     let efforts = efforts(TIME_STEP * STEPS_AN_INTERVAL as f64);
     DVector::from_column_slice(efforts.as_slice())
@@ -211,6 +216,7 @@ fn aim(away: &DVector<f64>) -> DVector<f64> {
     aims(away.len()) * away
 }
 
+/// The matrix of the square that it costs to be away from the goal, on the diagonal.
 fn aims(size: usize) -> DMatrix<f64> {
     let mut aims = DMatrix::zeros(size, size);
     for (place, weight) in AIMS {

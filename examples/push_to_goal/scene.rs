@@ -15,9 +15,11 @@ const FRICTION: f64 = 0.3;
 /// Speed (m/s) below which friction is not full.
 const SLIP_TOLERANCE: f64 = 1e-2;
 
-/// Time step (s), steps until the block has settled, and steps of pushing.
+/// Time step (s).
 pub const TIME_STEP: f64 = 1e-3;
+/// Steps until the block has settled.
 const SETTLING: usize = 500;
+/// Steps with pushes.
 pub const STEPS: usize = 1_000;
 
 /// Where the block should be at rest in the end: place (m) and angle (rad).
@@ -29,7 +31,7 @@ pub const NEAR: [f64; 3] = [1e-3, 1e-2, 1e-2];
 
 /// The numbers of a wrench that may be pushed with: torque about the vertical, force along x and y.
 pub const PUSHES: [usize; 3] = [2, 3, 4];
-/// What pushes cost: a torque (1/(N m)² s), forces (1/N² s).
+/// What pushes cost by the second: a torque (1/((N m)² s)), forces (1/(N² s)).
 const EFFORTS: [f64; 3] = [0.2, 2e-3, 2e-3];
 /// What it costs to be away from the goal in the end: angle (1/rad²), place (1/m²), spin (s²/rad²), velocity (s²/m²).
 pub const BY_ANGLE: f64 = 2e3;
@@ -37,6 +39,7 @@ pub const BY_PLACE: f64 = 2e4;
 pub const BY_SPIN: f64 = 50.0;
 pub const BY_VELOCITY: f64 = 2e3;
 
+/// What is found, or why not.
 pub type Found<T> = Result<T, Box<dyn Error>>;
 
 /// The block at rest on the floor, without pushes, and at rest at the goal.

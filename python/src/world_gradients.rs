@@ -16,7 +16,7 @@ use pyo3::prelude::*;
 use std::sync::Arc;
 
 impl World {
-    /// What is read from an experiment, which Ctrl-C stops, of derivatives by so many numbers.
+    /// What is read from an experiment, which Ctrl-C stops; with progress over the steps of derivatives by so many numbers.
     fn experiment<O: Send>(
         &self,
         py: Python<'_>,
@@ -83,12 +83,12 @@ impl World {
     ///
     /// Of the derivatives by the entries of a rotation the part counts that turns it, and of prescribed bodies none.
     ///
+    /// memory : for the steps that the sweep goes over (bytes; 256 MiB if None): steps that do not go into it are computed again.
+    ///
     /// Raises
     /// ------
     /// HydroelasticError if a parameter is not one of the world's, an array has another shape, or a derivative is not finite;
     /// RolloutError, without a trajectory, if the rollout ends early.
-    ///
-    /// memory : for the steps that the sweep goes over (bytes; 256 MiB if None): steps that do not go into it are computed again.
     #[pyo3(signature = (plan, parameters, by_poses, by_twists, *, memory=None))]
     fn pullback<'py>(
         &self,

@@ -10,8 +10,8 @@ use nalgebra::Vector3;
 /// center of a box, in half diagonals of it. Outside the box, in a direction along no axis or diagonal.
 const APEX: Vector3<f64> = Vector3::new(1.13, 0.87, -1.41);
 
-/// Bodies overlap if their energy is more than this fraction of all that the pressure field of one of them can hold, the smaller
-/// of both: far above round-off, and far below what a body that is inside the other holds.
+/// Bodies overlap if their energy is more than this fraction of what the pressure field of a body can hold in all, of that body
+/// which holds less: far above round-off, and far below what a body that is inside the other holds.
 const SUNK: f64 = 1e-9;
 
 impl<T: Scalar> PolygonSource<'_, T> {
@@ -201,6 +201,7 @@ fn most_energy(shape: &Shape) -> f64 {
     tets.map(|tet| tet.tetrahedron.integral(&tet.extent)).sum()
 }
 
+/// The tetrahedron, its corners constants in the scalar.
 fn lifted<T: Scalar>(tet: &FieldTet) -> Tetrahedron<T> {
     Tetrahedron {
         corners: tet.tetrahedron.corners.each_ref().map(lift_vector),

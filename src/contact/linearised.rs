@@ -49,20 +49,20 @@ use nalgebra::{Matrix3, Matrix6, Matrix6x2, SMatrix, SVector, Vector3, Vector6};
 pub struct LinearisedContact<T = f64> {
     /// The wrenches.
     pub wrench: ContactWrench<T>,
-    /// By the poses of A and B (angular, linear each), twists in the world staying as they are.
+    /// By motions of A and of B (angular, linear each; rad and m), twists in the world staying as they are.
     pub by_poses: SMatrix<T, 12, 12>,
-    /// By the twists of A and B.
+    /// By the twists of A and B (rad/s and m/s, in world axes).
     pub by_twists: SMatrix<T, 12, 12>,
     /// By the hydroelastic moduli of A and B (Pa).
     pub by_moduli: SMatrix<T, 12, 2>,
     /// By the dissipation (s/m) and the coefficient of friction of the surface law.
     pub by_law: SMatrix<T, 12, 2>,
-    /// What a derivative may be one of several at.
+    /// Where derivatives may be one of several.
     pub kinks: Kinks,
 }
 
-/// Where the wrenches of a contact have no derivative, or nearly none: what is given as one is the mean of both sides, or that
-/// about one generic direction.
+/// Whether the wrenches of a contact have no derivative, or are so near to such a place that it makes no difference: what is given
+/// then is the mean of both sides, or the derivative about one generic direction.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
 #[non_exhaustive]
 pub struct Kinks {
@@ -70,8 +70,8 @@ pub struct Kinks {
     pub are_flush: bool,
     /// Somewhere surfaces part so fast that the pressure is clamped at 0: beyond that place, derivatives are 0.
     pub are_clamped: bool,
-    /// Somewhere the pressures of both bodies are equal over a volume: there is no surface of equal pressure in it, and on either
-    /// side of such a pose another wrench.
+    /// Somewhere the pressures of both bodies are equal over a volume: there is no surface of equal pressure in it, and the wrench
+    /// differs from one side of such a pose to the other.
     pub are_equal: bool,
 }
 
@@ -127,7 +127,7 @@ impl<T: Scalar> LinearisedContact<T> {
 }
 
 impl<T: Scalar> ContactPair<'_, T> {
-    /// The elastic contact, which knows of no velocities.
+    /// The elastic contact, on which velocities and a law have no influence.
     pub(crate) fn linearised_at_rest(&self) -> LinearisedContact<T> {
         self.relative_linearisation().in_world(self, None)
     }

@@ -6,7 +6,8 @@ use crate::geometry::{AffineField, PolygonMoments};
 use crate::narrow_phase::{Cut, Weights};
 use nalgebra::{Matrix3, Vector3, Vector6};
 
-/// What is kept of each polygon while a contact is linearised: nothing, or how it answers to changes of shape.
+/// What is kept of each polygon while a contact is linearised: nothing, `()`, or how it answers to changes of shape, a
+/// [`PolygonResponse`].
 pub(super) trait Responses: PartialSum {
     /// Whether anything is kept.
     const ARE_KEPT: bool;
@@ -35,7 +36,8 @@ impl Responses for Vec<PolygonResponse> {
     }
 }
 
-/// The wrench on A of one polygon, in A's axes, by what changes the fields p_A and p_B and the faces of both cells.
+/// The derivatives of the wrench of one polygon on A, in A's axes, by the fields p_A and p_B and by the faces of both cells, in the
+/// form that [`Self::pulled_back`] needs.
 pub(super) struct PolygonResponse {
     pub tets: [usize; 2],
     moments: PolygonMoments,
@@ -53,7 +55,8 @@ pub(super) struct PolygonResponse {
 pub(super) struct LawResponse {
     pub axes: Matrix3<f64>,
     pub center: Vector3<f64>,
-    /// As the plane moves along its normal at the speeds 1, y₁ and y₂: by motions, and by growing fields.
+    /// As the plane moves along its normal at the speeds 1, y₁ and y₂ (y along the axes, from the center): by motions, and by
+    /// growing fields.
     pub by_speed: [[Vector6<f64>; 3]; 2],
     /// As the pressure grows by 1, y₁ and y₂, all of the polygon counted.
     pub by_pressure: [Vector6<f64>; 3],
@@ -176,7 +179,7 @@ impl PolygonResponse {
 }
 
 impl LawResponse {
-    /// On a plane; all else is nothing yet.
+    /// Of a polygon in this plane to which the law adds nothing yet.
     pub fn on(plane: &PlanePolygon<f64>) -> Self {
         let none = [Vector6::zeros(); 3];
         Self {

@@ -34,16 +34,17 @@ impl ShapeGradient {
         }
     }
 
-    /// The derivative as vertices move and extents change at these rates: the chain rule, to any number that a shape is made of.
-    /// Ready-made shapes have rates by their dimensions in [`shapes`](crate::mesh::shapes).
+    /// The derivative as vertices move and extents change at these rates, by the chain rule: that by the number which the rates are
+    /// by. Ready-made shapes have rates by their dimensions in [`shapes`](crate::mesh::shapes).
     ///
     /// # Errors
-    /// If there are not as many velocities as vertices, or rates of extents, if any, as extents, or if one is not finite.
+    /// If there are not as many velocities as vertices, or, where there are any, not as many rates of extents as extents; or if
+    /// one is not finite.
     pub fn along(&self, rates: &ShapeRates) -> Result<f64, MeshError> {
         rates.dot(&self.by_vertices, &self.by_extents)
     }
 
-    /// Adds what one polygon contributes by the corners of a cell, from the cell's vertices to their places.
+    /// Adds what one polygon contributes: by each corner of a cell to the vertex of the shape that it is, if it is one.
     fn add(&mut self, vertices: [Option<usize>; 4], of_body: &OfCell) {
         let corners = vertices.iter().zip(&of_body.by_corners);
         for (vertex, by_corner) in corners.filter_map(|(vertex, by)| vertex.zip(Some(by))) {
@@ -111,8 +112,8 @@ impl ContactPair<'_> {
     }
 
     /// The derivatives of both wrenches (rows as of [`LinearisedContact`](super::LinearisedContact)) by some vertices of A and
-    /// of B, in the axes of their bodies' frames: of the elastic wrenches or, with a law and twists as of
-    /// [`Self::wrench_in_motion`], of those of moving bodies. A vertex takes as long as all.
+    /// of B (m), in the axes of their bodies' frames: of the elastic wrenches or, with a law and twists as of
+    /// [`Self::wrench_in_motion`], of those of moving bodies. One vertex takes as long as all of them.
     ///
     /// # Errors
     /// If a body has no vertex of such an index.

@@ -9,7 +9,7 @@ use std::fmt;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 
-/// For the steps that a sweep back goes over (bytes), unless something else is said.
+/// Memory (bytes) for the steps that a sweep back goes over, unless [`Experiment::with_memory`] sets another.
 const MEMORY: usize = 256 << 20;
 
 /// A world rolled out for a number of steps, to be differentiated.
@@ -23,7 +23,7 @@ pub struct Experiment {
     plan: Plan,
     stop: Arc<AtomicBool>,
     count: Arc<AtomicUsize>,
-    /// For the steps that a sweep back goes over (bytes).
+    /// Memory (bytes) for the steps that a sweep back goes over.
     memory: usize,
 }
 
@@ -59,30 +59,31 @@ impl Experiment {
         Self { stop: flag, ..self }
     }
 
-    /// The same experiment, whose rollouts add 1 to a number for each step taken: for another thread to read. Of
-    /// [`Self::steps_by`] steps in all.
+    /// The same experiment, whose rollouts add 1 to a number for each step taken: for another thread to read.
+    /// [`Self::steps_by`] tells how many there will be. Steps taken back, or taken again on the way back, are not counted.
     #[must_use]
     pub fn counted_by(self, count: Arc<AtomicUsize>) -> Self {
         Self { count, ..self }
     }
 
-    /// The same experiment, whose sweeps back keep as many steps of the rollout as go into about so much memory (bytes; 256 MiB
-    /// if nothing is said), and at least sixteen. Values and derivatives have the same bits with any.
+    /// The same experiment, whose sweeps back keep as many steps of the rollout as go into about this memory (bytes; 256 MiB
+    /// unless set), and at least sixteen. Values and derivatives have the same bits with any memory.
     ///
-    /// A step takes 144 bytes a body, an implicit one about 500, or more where it was divided. Of l steps where s are kept, none
-    /// is taken more than r times again, where r is the least number with (s + r + 1)! / (s! (r + 1)!) ≥ l: with
-    /// s ≥ √(2l) once, a further rollout at most; with 27 of a million steps five times.
+    /// A step takes 144 bytes a body, an implicit one about 500, or more where it was divided. If s of l steps are kept, none
+    /// is taken again more than r times, where r is the least number with (s + r + 1)! / (s! (r + 1)!) ≥ l: for
+    /// s ≥ √(2l) once, which is a further rollout at most; for 27 of a million steps five times.
     #[must_use]
     pub fn with_memory(self, memory: usize) -> Self {
         Self { memory, ..self }
     }
 
-    /// For the steps that a sweep back goes over (bytes).
+    /// Memory (bytes) for the steps that a sweep back goes over.
     pub(super) fn memory(&self) -> usize {
         self.memory
     }
 
-    /// How many steps derivatives by so many numbers take: those of the plan, for every 96 numbers once.
+    /// How many steps a Jacobian by so many `numbers` of the parameters takes: those of the plan, once for every 96 numbers. A
+    /// value, and a gradient that is swept back, take those of the plan, as by 0 numbers.
     #[must_use]
     pub fn steps_by(&self, numbers: usize) -> usize {
         self.plan.steps() * numbers.div_ceil(WIDE).max(1)
@@ -93,7 +94,7 @@ impl Experiment {
         self.stop.load(Ordering::Relaxed)
     }
 
-    /// The steps of the world, or of one that was made of it.
+    /// The rollout of the world, or of one that was made of it.
     pub(super) fn rollout_of<T: Scalar>(&self, world: Arc<dyn AnyWorld<T>>) -> Rollout<T> {
         let rollout = Rollout::of(world, &self.plan).stopped_by(Arc::clone(&self.stop));
         rollout.counted_by(Arc::clone(&self.count))

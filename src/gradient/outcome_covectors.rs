@@ -55,7 +55,7 @@ impl RecordedCovectors {
         ))
     }
 
-    /// Adds those by recorded states from one of them on, as far as they were not asked for before.
+    /// Takes out those by the recorded state `record` and later ones, and adds them to the sweep.
     pub fn add_to(&mut self, record: usize, reversal: &mut Reversal) {
         while let Some((seen, by_state)) = self.0.pop_if(|(seen, _)| seen.record >= record) {
             reversal.add(seen.body, &by_state);
@@ -64,7 +64,7 @@ impl RecordedCovectors {
 }
 
 /// A loss, and its derivatives by the states of bodies that forces move or that stay where they are. Which of them matter is
-/// found out first: by derivatives along one random direction for many of them together.
+/// found out first: by derivatives along one generic direction for many of them together.
 pub(super) fn of_outcome(
     loss: &dyn DifferentiableOutcome,
     system: &System,
@@ -89,12 +89,12 @@ pub(super) fn of_outcome(
         }
     }
     looked.look(&all, &mut found);
-    // Some records may have told their shares, others not.
+    // The loss may have shares of some records, and not of others.
     found.sort_by_key(|(seen, _)| seen.record);
     Ok((value, RecordedCovectors(found)))
 }
 
-/// A loss of a trajectory.
+/// A loss of a trajectory, to be differentiated by its states.
 struct Looked<'a> {
     loss: &'a dyn DifferentiableOutcome,
     trajectory: &'a Trajectory,
@@ -102,7 +102,7 @@ struct Looked<'a> {
 }
 
 impl Looked<'_> {
-    /// Finds the derivatives by those of the states that matter.
+    /// Adds the derivatives by those of the states that matter to those found.
     fn look(&self, states: &[Seen], found: &mut Vec<(Seen, StateCovector)>) {
         if states.len() <= AT_ONCE {
             let slopes = self.slopes::<WIDE>(self.loss, states.iter().copied().enumerate(), seeds);
@@ -126,7 +126,7 @@ impl Looked<'_> {
         }
     }
 
-    /// The derivatives by the states of bodies in one record, if the loss is a sum over records.
+    /// [`Self::look`] for states of one record, by the share of that record in the loss; none if the loss has no such shares.
     fn look_at_share(&self, states: &[Seen], found: &mut Vec<(Seen, StateCovector)>) -> Option<()> {
         let loss: &dyn OutcomeIn<DenseDual<WIDE>> = self.loss;
         for states in states.chunks(AT_ONCE) {

@@ -15,11 +15,11 @@ use std::sync::Arc;
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 #[non_exhaustive]
 pub enum Mode {
-    /// By dual numbers, from the parameters to all later states: the time grows with the number of parameters, up to 96
-    /// of which share one rollout; any number of outcomes takes no more.
+    /// By dual numbers, from the parameters to all later states: the time grows with the numbers of the parameters, up to 96
+    /// of which share one rollout, and not with the numbers of the outcome.
     Forward,
-    /// From the outcome back to the start, step by step, from states that were kept or are computed again: for one outcome, in a
-    /// time that does not depend on the number of parameters.
+    /// From the outcome back to the start, step by step, from states that were kept or are computed again: for an outcome of one
+    /// number, in a time that does not depend on the number of parameters.
     Reverse,
 }
 
@@ -40,8 +40,8 @@ impl Experiment {
     /// states, times a vector, in a time that does not depend on the number of parameters. For losses that are differentiated
     /// elsewhere, by a program for automatic differentiation.
     ///
-    /// A function gets the trajectory and tells the derivatives by its states, the initial one first: for each state those of
-    /// all bodies, in the order of the world's. They count for bodies that forces move or that stay where they are.
+    /// `by_states` gets the trajectory and returns the derivatives by its states, the initial one first: for each state those by
+    /// all bodies, in the order of the world's. Those by bodies that follow a path are ignored.
     ///
     /// ```
     /// # use hydroelastic::contact::Shape;
@@ -63,7 +63,7 @@ impl Experiment {
     ///
     /// # Errors
     /// - If a parameter is not one of the world's, or the rollout ends early.
-    /// - [`GradientError::CovectorCount`] if there are not as many derivatives as recorded states and bodies.
+    /// - [`GradientError::CovectorCount`] if there is not one [`StateCovector`] for each body in each recorded state.
     /// - [`GradientError::BackwardNotFinite`] if one is not finite, or the sweep meets one that is not.
     /// - [`GradientError::NoFriction`] as of [`Self::jacobian`].
     pub fn pullback(
@@ -92,7 +92,8 @@ impl Experiment {
     /// A loss and its derivatives by all that the rollout depends on, the shapes of all bodies among them: by a sweep back from
     /// the outcome.
     ///
-    /// Those by dissipation and friction of two bodies of which neither has any are not known, and 0.
+    /// Where neither of two bodies has dissipation or friction, their contact is taken as elastic: it then adds nothing to the
+    /// derivatives by dissipation and friction, although there may be some.
     ///
     /// # Errors
     /// As [`Self::gradient_by`] backwards.
@@ -109,8 +110,8 @@ impl Experiment {
         })
     }
 
-    /// Where the rollout has no derivative, or one of several is taken, forwards and backwards: by kind and bodies, with the
-    /// steps. Where there are many, differences may not agree with a gradient. It takes as long as one by a sweep back.
+    /// Where the rollout has no derivative, or one of several is taken, forwards and backwards alike: by kind and bodies, with the
+    /// steps. Where there are many, differences may not agree with a gradient. Takes as long as a gradient swept back.
     ///
     /// # Errors
     /// If the rollout ends early.

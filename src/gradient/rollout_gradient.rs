@@ -5,7 +5,8 @@ use crate::spatial::MassGradient;
 use nalgebra::Vector3;
 use std::fmt;
 
-/// The derivatives of a loss by all that a rollout depends on.
+/// The derivatives of a loss by all that a rollout depends on, as [`Experiment::gradient_by_all`](super::Experiment::gradient_by_all)
+/// gives them.
 #[derive(Clone)]
 pub struct RolloutGradient {
     /// The loss.
@@ -16,11 +17,11 @@ pub struct RolloutGradient {
     pub(super) has_forces: bool,
 }
 
-/// What of a dynamic body's mass stays as its vertices move; the body is solid, of uniform density.
+/// What stays of a dynamic body's mass properties as its vertices move. Those that follow are of a solid of uniform density.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 #[non_exhaustive]
 pub enum Keeping {
-    /// Mass, centre of mass and inertia: vertices matter for contact alone.
+    /// Mass, centre of mass and inertia: vertices matter for contact alone, and the density need not be uniform.
     MassProperties,
     /// The mass; its centre and the inertia are those of the new shape.
     Mass,
@@ -29,7 +30,7 @@ pub enum Keeping {
 }
 
 impl RolloutGradient {
-    /// By the numbers of a parameter.
+    /// By the numbers of a parameter, in their order: the unit of the loss over theirs.
     ///
     /// # Errors
     /// If it is not one of the world's.
@@ -44,19 +45,21 @@ impl RolloutGradient {
         self.gradient.kinks()
     }
 
-    /// By the shape of the named body: through contact, and through its mass as far as that does not stay. Bodies that forces do
-    /// not move keep their mass properties.
+    /// By the shape of the named body: through contact, and through its mass as far as that does not stay. Of bodies that forces
+    /// do not move the mass does not matter: ask with [`Keeping::MassProperties`].
     ///
     /// # Errors
-    /// If there is no such body; and where mass properties change, as [`Self::by_mass_properties`], or if those of the body are
-    /// not those of its shape at a uniform density.
+    /// If there is no such body; and, unless [`Keeping::MassProperties`] are asked for, as [`Self::by_mass_properties`], or if
+    /// mass properties are not those of the shape at a uniform density.
     pub fn by_shape(&self, body: &str, keeping: Keeping) -> Result<ShapeGradient, GradientError> {
         let mut gradient = self.gradient.shapes[self.system.index_of(body)?].clone();
-        if keeping != Keeping::MassProperties {
-            let through_mass = self.by_vertices_through_mass(body, keeping)?;
-            for (by_vertex, own) in gradient.by_vertices.iter_mut().zip(through_mass) {
-                *by_vertex += own;
-            }
+        let through_mass = match keeping {
+            Keeping::MassProperties => return Ok(gradient),
+            Keeping::Mass => self.by_vertices_through_mass(body, false)?,
+            Keeping::Density => self.by_vertices_through_mass(body, true)?,
+        };
+        for (by_vertex, own) in gradient.by_vertices.iter_mut().zip(through_mass) {
+            *by_vertex += own;
         }
         Ok(gradient)
     }
@@ -67,13 +70,7 @@ impl RolloutGradient {
     /// If there is no such body, forces do not move it, or the world has forces other than contact, gravity and controls: what
     /// they make of a centre of mass is not known.
     pub fn by_mass_properties(&self, body: &str) -> Result<MassGradient, GradientError> {
-        let index = self.system.index_of(body)?;
-        let Some(inertia) = self.system.bodies[index].inertia() else {
-            return Err(GradientError::NotDynamic {
-                body: body.to_owned(),
-                parameter: "the mass".to_owned(),
-            });
-        };
+        let (index, inertia) = self.dynamic(body)?;
         if self.has_forces {
             return Err(GradientError::ForcesByCenter(body.to_owned()));
         }
@@ -87,28 +84,39 @@ impl RolloutGradient {
         })
     }
 
+    /// The place of the named body, which forces move, and its inertia.
+    fn dynamic(&self, body: &str) -> Result<(usize, &Inertia), GradientError> {
+        let index = self.system.index_of(body)?;
+        match self.system.bodies[index].inertia() {
+            Some(inertia) => Ok((index, inertia)),
+            None => Err(GradientError::NotDynamic {
+                body: body.to_owned(),
+                parameter: "the mass".to_owned(),
+            }),
+        }
+    }
+
+    /// By the vertices of the named body through its mass properties, which follow the shape: at the same density, or at the same
+    /// mass.
     fn by_vertices_through_mass(
         &self,
         body: &str,
-        keeping: Keeping,
+        keeps_density: bool,
     ) -> Result<Vec<Vector3<f64>>, GradientError> {
         let by = self.by_mass_properties(body)?;
-        let body = &self.system.bodies[self.system.index_of(body)?];
-        let shape = body.shape();
-        let mass = body.inertia().map_or(0.0, |inertia| inertia.mass);
-        let density = mass / shape.volume();
+        let (index, inertia) = self.dynamic(body)?;
+        let body = &self.system.bodies[index];
         if !body.is_uniform() {
             return Err(GradientError::NotUniform(body.name().to_owned()));
         }
-        let by_mass = match keeping {
-            Keeping::Density => by.by_mass,
+        let by_mass = if keeps_density {
+            by.by_mass
+        } else {
             // As all else grows with the volume, the density falls: mass properties at a density of their own.
-            Keeping::Mass | Keeping::MassProperties => {
-                let inertia = body.inertia().map(Inertia::per_mass);
-                -inertia.map_or(0.0, |inertia| by.by_inertia.dot(&inertia))
-            }
+            -by.by_inertia.dot(&inertia.per_mass())
         };
-        Ok(shape.mass_gradient(density, &MassGradient { by_mass, ..by }))
+        let (shape, by) = (body.shape(), MassGradient { by_mass, ..by });
+        Ok(shape.mass_gradient(inertia.mass / shape.volume(), &by))
     }
 }
 

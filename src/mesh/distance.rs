@@ -8,11 +8,11 @@ use crate::threads;
 pub(super) struct MadeOfDistances {
     pub mesh: TetMesh,
     pub extents: Vec<f64>,
-    /// How the vertices of the given mesh were followed by those inside of its edges, faces and tetrahedra.
+    /// The vertices that follow those of the given mesh: in the middle of edges, faces and tetrahedra that were split.
     pub centers: Vec<Center>,
-    /// Of the vertices so far (m).
+    /// Distances (m) of these vertices and of those of the given mesh to the surface.
     pub distances: Vec<f64>,
-    /// The vertices after those: where the extent begins to stay.
+    /// The vertices that follow the centers: where edges pass the depth of a skin.
     pub passages: Vec<Passage>,
 }
 

@@ -43,7 +43,7 @@ pub struct LinearisedDistances {
     vertex_count: usize,
     centers: Vec<Center>,
     dependences: Vec<Dependence>,
-    /// Of the vertices before passages (m).
+    /// Distances (m) to the surface of all vertices but those of passages.
     distances: Vec<f64>,
     scale: Scale,
     passages: Vec<Passage>,
@@ -128,15 +128,15 @@ impl LinearisedDistances {
         by_vertices: &[Vector3<f64>],
         by_extents: &[f64],
     ) -> Result<DistanceGradient, MeshError> {
-        let inner_count = self.distances.len();
-        let field_count = inner_count + self.passages.len();
+        let measured_count = self.distances.len();
+        let field_count = measured_count + self.passages.len();
         check_velocities(by_vertices, field_count)?;
         check_rates(by_extents, field_count)?;
-        let mut places = by_vertices[..inner_count].to_vec();
-        let mut by_extents: Vec<f64> = (0..inner_count)
+        let mut places = by_vertices[..measured_count].to_vec();
+        let mut by_extents: Vec<f64> = (0..measured_count)
             .map(|vertex| self.follows(vertex) * by_extents[vertex])
             .collect();
-        for (passage, by_place) in self.passages.iter().zip(&by_vertices[inner_count..]) {
+        for (passage, by_place) in self.passages.iter().zip(&by_vertices[measured_count..]) {
             let by_share = passage.edge.dot(by_place);
             let shares = [1.0 - passage.share, passage.share];
             for (end, &vertex) in passage.ends.iter().enumerate() {
@@ -159,7 +159,8 @@ impl LinearisedDistances {
         })
     }
 
-    /// How the field changes as the vertices of the mesh move at these velocities.
+    /// How the field changes as the vertices of the mesh move at these velocities (m over any unit of the caller's: the rates are
+    /// over the same).
     ///
     /// # Errors
     /// If there are not as many as the mesh has vertices, or one is not finite.
@@ -184,9 +185,9 @@ impl LinearisedDistances {
     /// How a field with a skin changes with its depth (m); not at all without one.
     #[must_use]
     pub fn rates_by_depth(&self) -> ShapeRates {
-        let inner_count = self.distances.len();
+        let measured_count = self.distances.len();
         let extents = match self.scale {
-            Scale::Largest(..) => vec![0.0; inner_count],
+            Scale::Largest(..) => vec![0.0; measured_count],
             Scale::Depth(depth) => {
                 let distances = self.distances.iter();
                 distances
@@ -194,10 +195,11 @@ impl LinearisedDistances {
                     .collect()
             }
         };
-        self.completed(vec![Vector3::zeros(); inner_count], extents)
+        self.completed(vec![Vector3::zeros(); measured_count], extents)
     }
 
-    /// With the vertices where a skin ends, from the rates of distances over the scale.
+    /// The rates of the field from the velocities of all vertices but those of passages, and the rates of their distances over the
+    /// scale.
     fn completed(&self, mut vertices: Vec<Vector3<f64>>, mut extents: Vec<f64>) -> ShapeRates {
         for passage in &self.passages {
             let [from, to] = passage.ends;
@@ -222,12 +224,16 @@ impl LinearisedDistances {
             Scale::Largest(..) => 1.0,
             Scale::Depth(depth) => {
                 let extent = self.distances[vertex] / depth;
-                f64::from(u8::from(extent < 1.0 && !is_at_end(extent)))
+                if extent < 1.0 && !is_at_end(extent) {
+                    1.0
+                } else {
+                    0.0
+                }
             }
         }
     }
 
-    /// Gives the derivatives by centers to the corners, last ones first.
+    /// Takes the centers off the end, the last one first, and adds the derivatives by each to those by its corners.
     fn gather_centers(&self, places: &mut Vec<Vector3<f64>>) {
         for center in self.centers.iter().rev() {
             let corners = center.corners();

@@ -14,16 +14,17 @@ pub(super) const EQUAL: f64 = 1e-9;
 pub(super) struct Dependence {
     /// The vertex.
     pub vertex: usize,
-    /// The corners of the triangle.
+    /// The vertices of the triangle.
     pub corners: [usize; 3],
     /// The barycentric coordinates of the point.
     pub shares: [f64; 3],
-    /// From the point to the vertex; of length one, or less where the vertex has several such triangles, whose mean counts.
+    /// From the point to the vertex, of length one over the number of such triangles that the vertex has: their mean counts.
     pub direction: Vector3<f64>,
 }
 
-/// What the distances of all vertices depend on, and the vertices at which they have no derivative, since places of the surface
-/// are equally near, or the vertex lies on it.
+/// What the distances of all vertices depend on, and the vertices at which they have no derivative: those with several places of
+/// the surface equally near, and those that lie on the surface without being vertices of it. Vertices of the surface depend on
+/// nothing: their distance is 0.
 pub(super) fn dependences(mesh: &TetMesh, distances: &[f64]) -> (Vec<Dependence>, Vec<usize>) {
     let tree = SurfaceTree::of(mesh);
     let of_vertices = threads::values_of(distances.len(), |vertex| {
@@ -40,7 +41,7 @@ pub(super) fn dependences(mesh: &TetMesh, distances: &[f64]) -> (Vec<Dependence>
     (of_vertices.into_iter().flatten().collect(), ambiguous)
 }
 
-/// One for each place of the surface that is nearest.
+/// The dependences of a vertex inside, at this distance (m) from the surface: one for each place of it that is nearest.
 fn of_vertex(tree: &SurfaceTree, mesh: &TetMesh, vertex: usize, distance: f64) -> Vec<Dependence> {
     let point = &mesh.vertices()[vertex];
     let mut near = tree.feet(point, distance + EQUAL * tree.size());

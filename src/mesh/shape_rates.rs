@@ -11,7 +11,8 @@ use nalgebra::Vector3;
 pub struct ShapeRates {
     /// Velocity of each vertex (m over the number's unit), in the axes of the body's frame.
     pub vertices: Vec<Vector3<f64>>,
-    /// Rate of the extent of each vertex. None at all where extents stay with their vertices.
+    /// Rate of the extent of each vertex (over the number's unit). Where extents stay with their vertices, all are 0, or there are
+    /// none.
     pub extents: Vec<f64>,
     /// Vertices, ascending, whose rates are one of several, or a mean: at a kink, as of the distance to two faces that are
     /// equally near. Whatever made the rates says what they are there.

@@ -6,8 +6,8 @@ use nalgebra::Vector3;
 /// A vertex counts as lying where the skin ends if its extent is so near to 1.
 const NEARNESS: f64 = 1e-3;
 
-/// Where an edge passes the depth: at from + share·(to − from) with share = (1 − e_from)/(e_to − e_from), e the distance over the
-/// depth.
+/// A new vertex where an edge passes the depth of a skin: at from + share·(to − from) with
+/// share = (1 − e_from)/(e_to − e_from), e the distance over the depth.
 pub(super) struct Passage {
     /// The vertices of the edge.
     pub ends: [usize; 2],

@@ -23,8 +23,8 @@ impl Center {
     }
 }
 
-/// See [`TetMesh::with_inner_vertices`]; the mesh itself where nothing is to be split. And how the new vertices come from those
-/// before them.
+/// The mesh as [`TetMesh::with_inner_vertices`] splits it, itself where nothing is to be split; and the new vertices, in their
+/// order, which follow its own.
 pub(super) fn with_inner_vertices(
     mesh: &TetMesh,
 ) -> Result<(Cow<'_, TetMesh>, Vec<Center>), MeshError> {
@@ -45,7 +45,7 @@ pub(super) struct Division<const SIZE: usize> {
     pub at: Vector3<f64>,
 }
 
-/// The mesh with a vertex at the center of every flat simplex of so many corners.
+/// The mesh with a vertex at the center of every flat simplex of `SIZE` corners; adds these centers to the list.
 fn without_flat<'m, const SIZE: usize>(
     mesh: Cow<'m, TetMesh>,
     centers: &mut Vec<Center>,

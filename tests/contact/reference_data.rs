@@ -1,6 +1,6 @@
 //! Wrenches and Jacobians against the numbers of independent programs.
 
-use crate::support::reference::{jacobian_cases, shape, wrench_cases};
+use crate::support::reference::{jacobian_cases, wrench_cases};
 use hydroelastic::contact::{ContactJacobian, ContactWrench};
 use hydroelastic::gradient::dual_wrench_jacobian;
 use nalgebra::{DMatrix, SVector, Vector3};
@@ -50,8 +50,8 @@ fn assert_close(name: &str, found: &Vector3<f64>, expected: [f64; 3], scale: f64
 #[test]
 fn wrenches_equal_those_of_independent_programs() {
     for case in wrench_cases().iter().filter(|case| !case.degenerate) {
-        let (a, b) = (shape(&case.mesh_a), shape(&case.mesh_b));
-        let pair = case.pair(&a, &b);
+        let shapes = case.posed.shapes();
+        let pair = case.posed.pair(&shapes);
         let (wrench, surface) = (pair.wrench(), pair.surface());
         let expected = &case.wrench;
         let force = Vector3::from(expected.force_a).norm();
@@ -80,8 +80,7 @@ fn forces_of_degenerate_cases_equal_those_of_independent_programs() {
     let degenerate: Vec<_> = cases.iter().filter(|case| case.degenerate).collect();
     assert_eq!(degenerate.len(), 10);
     for case in degenerate {
-        let (a, b) = (shape(&case.mesh_a), shape(&case.mesh_b));
-        let wrench = case.pair(&a, &b).wrench();
+        let wrench = case.posed.pair(&case.posed.shapes()).wrench();
         let scale = Vector3::from(case.wrench.force_a).norm();
         assert_close(&case.name, &wrench.on_a.force, case.wrench.force_a, scale);
         assert_close(&case.name, &wrench.on_b.force, case.wrench.force_b, scale);
@@ -95,8 +94,8 @@ fn jacobians_equal_the_central_differences_of_independent_programs() {
         let Some(expected) = &case.jacobian else {
             continue;
         };
-        let (a, b) = (shape(&case.mesh_a), shape(&case.mesh_b));
-        let pair = case.pair(&a, &b);
+        let shapes = case.posed.shapes();
+        let pair = case.posed.pair(&shapes);
         let expected = DMatrix::from_fn(12, 12, |i, j| expected[i][j]);
         for (_, jacobian) in [pair.wrench_and_jacobian(), dual_wrench_jacobian(&pair)] {
             let found = in_reference_order(&jacobian);
@@ -131,12 +130,16 @@ fn jacobians_equal_complex_step_jacobians() {
     let cases = jacobian_cases();
     assert_eq!(cases.len(), 8);
     for case in cases {
-        let (a, b) = (shape(&case.mesh_a), shape(&case.mesh_b));
-        let pair = case.pair(&a, &b);
+        let shapes = case.posed.shapes();
+        let pair = case.posed.pair(&shapes);
         let mut expected = DMatrix::from_fn(12, 14, |i, j| case.jacobian[i][j]);
         // The reference differentiates by the logarithms of the moduli.
-        expected.column_mut(12).scale_mut(1.0 / case.modulus_a);
-        expected.column_mut(13).scale_mut(1.0 / case.modulus_b);
+        expected
+            .column_mut(12)
+            .scale_mut(1.0 / case.posed.modulus_a);
+        expected
+            .column_mut(13)
+            .scale_mut(1.0 / case.posed.modulus_b);
         for (wrench, jacobian) in [pair.wrench_and_jacobian(), dual_wrench_jacobian(&pair)] {
             let error = (wrench_in_reference_order(&wrench) - SVector::from(case.wrench)).amax();
             assert!(error <= WRENCH * SVector::from(case.wrench).amax());

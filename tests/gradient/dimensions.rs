@@ -1,6 +1,7 @@
 //! Derivatives of rollouts by the dimensions of ready-made shapes, and by the mesh below a field of distances, through contact and
 //! through mass.
 
+use crate::support::differences::compare_slope;
 use hydroelastic::contact::{HalfSpace, Shape};
 use hydroelastic::dynamics::{Body, Mass, Material, Plan, State, World};
 use hydroelastic::gradient::{Experiment, Integral, Keeping, Rate, RolloutGradient};
@@ -9,10 +10,8 @@ use hydroelastic::scalar::Scalar;
 use hydroelastic::spatial::Pose;
 use nalgebra::{Vector3, vector};
 
-/// Central differences of rollouts with the best of three steps, of the larger of slope and 1: rounding of values of 0.03, over the
-/// steps, and polygons that change on the way.
+/// Of [`compare_slope`]: rounding of values of 0.03, over the steps, and polygons that change on the way.
 const DIFFERENCES: f64 = 1e-8;
-const STEPS: [f64; 3] = [1e-5, 1e-6, 1e-7];
 
 /// What a body does, as one number: where it is, how it is turned and spins.
 struct Motion;
@@ -57,13 +56,7 @@ fn value(world: &World) -> f64 {
 }
 
 fn compare(found: f64, value: impl Fn(f64) -> f64, what: &str) {
-    let error = |step: f64| {
-        let difference = (value(step) - value(-step)) / (2.0 * step);
-        (found - difference).abs() / found.abs().max(1.0)
-    };
-    let least = STEPS.map(error).into_iter().fold(f64::INFINITY, f64::min);
-    println!("{what}: {found}, off by {least:.1e}");
-    assert!(least <= DIFFERENCES, "{what}: {found}, off by {least:e}");
+    compare_slope((found, DIFFERENCES), value, what);
 }
 
 /// The ways to keep mass properties, and masses to build with: those of the shape that is given.

@@ -19,7 +19,7 @@ impl Outcome for Height {
     }
 }
 
-/// The kinks of a rollout; a gradient says the same.
+/// The kinks of a rollout, which a gradient is checked to have met as well: what they are, bodies, number of steps, first and last.
 fn kinks(world: &World, plan: &Plan) -> Vec<(Kink, Vec<usize>, usize, [usize; 2])> {
     let experiment = Experiment::new(world, plan);
     let found = experiment.kinks().unwrap();

@@ -1,9 +1,11 @@
 //! Derivatives of rollouts by the shapes of bodies, through contact and through their mass.
 
+use crate::support::differences::compare_slope;
 use crate::support::reference::{read, scaled_shape, shape};
 use hydroelastic::contact::{HalfSpace, Shape, ShapeGradient};
 use hydroelastic::dynamics::{
-    Body, Force, Integrator, Mass, Material, Plan, Thruster, Trajectory, World,
+    Body, BodyShape, BodyState, Force, Integrator, Mass, Material, Plan, Thruster, Trajectory,
+    World,
 };
 use hydroelastic::gradient::{Experiment, GradientError, Keeping, Mode, Outcome, Parameter};
 use hydroelastic::mesh::{PressureField, TetMesh, shapes};
@@ -13,9 +15,8 @@ use nalgebra::{Vector3, vector};
 use serde::Deserialize;
 use std::sync::Arc;
 
-/// Central differences of rollouts with the best of three steps, of the larger of value and slope.
+/// Of [`compare_slope`].
 const DIFFERENCES: f64 = 1e-7;
-const STEPS: [f64; 3] = [1e-5, 1e-6, 1e-7];
 
 /// The same of implicit steps, whose stages are solved to 1e-13 only.
 const IMPLICIT_DIFFERENCES: f64 = 1e-6;
@@ -69,9 +70,7 @@ fn a_ball_by_its_size_equals_an_independent_program() {
     let cube = Body::fixed("cube", cube, elastic(4e5)).unwrap();
     let cube = cube.at(Pose::from_translation(vector![0.0, 0.0, -0.5]));
     let vertices = match ball.shape() {
-        hydroelastic::dynamics::BodyShape::Compliant(shape) => {
-            shape.field().mesh().vertices().to_vec()
-        }
+        BodyShape::Compliant(shape) => shape.field().mesh().vertices().to_vec(),
         _ => unreachable!("a ball is compliant"),
     };
     let world = World::new(vec![ball, cube]).unwrap();
@@ -84,8 +83,7 @@ fn a_ball_by_its_size_equals_an_independent_program() {
             .by_shape("ball", Keeping::Density)
             .unwrap()
             .by_vertices;
-        let pairs = by_vertices.iter().zip(&vertices);
-        let by_scale: f64 = pairs.map(|(by, vertex)| by.dot(vertex)).sum();
+        let by_scale = along(&by_vertices, &vertices);
         let by_modulus = found.by(&Parameter::Modulus("ball".into())).unwrap()[0];
         let by_height = found
             .by(&Parameter::InitialPosition("ball".into()))
@@ -162,17 +160,13 @@ fn velocities(field: &PressureField) -> Vec<Vector3<f64>> {
 }
 
 fn compare(found: f64, value: impl Fn(f64) -> f64, what: &str) {
-    compare_to(DIFFERENCES, found, value, what);
+    compare_slope((found, DIFFERENCES), value, what);
 }
 
-fn compare_to(tolerance: f64, found: f64, value: impl Fn(f64) -> f64, what: &str) {
-    let error = |step: f64| {
-        let difference = (value(step) - value(-step)) / (2.0 * step);
-        (found - difference).abs() / found.abs().max(1.0)
-    };
-    let least = STEPS.map(error).into_iter().fold(f64::INFINITY, f64::min);
-    println!("{what}: {found}, off by {least:.1e}");
-    assert!(least <= tolerance, "{what}: {found}, off by {least:e}");
+/// What follows from the derivatives by vertices as these move at such velocities.
+fn along(by_vertices: &[Vector3<f64>], velocities: &[Vector3<f64>]) -> f64 {
+    let pairs = by_vertices.iter().zip(velocities);
+    pairs.map(|(by, velocity)| by.dot(velocity)).sum()
 }
 
 #[test]
@@ -207,8 +201,7 @@ fn vertices_of_bodies_through_contact_and_mass_equal_differences() {
                     .gradient_by_all(&Squares)
                     .unwrap();
                 let by_vertices = found.by_shape("body", keeping).unwrap().by_vertices;
-                let pairs = by_vertices.iter().zip(&velocities);
-                let rate = pairs.map(|(by, velocity)| by.dot(velocity)).sum();
+                let rate = along(&by_vertices, &velocities);
                 compare(
                     rate,
                     |time| of(time, mass),
@@ -246,11 +239,10 @@ fn vertices_through_implicit_steps_equal_differences() {
                     .by_shape("body", Keeping::Density)
                     .unwrap()
                     .by_vertices;
-                let pairs = by_vertices.iter().zip(&velocities);
-                let rate = pairs.map(|(by, velocity)| by.dot(velocity)).sum();
+                let rate = along(&by_vertices, &velocities);
                 let value = |time: f64| loss(&world(time), &plan);
                 let what = format!("{name} {integrator:?} {law:?}");
-                compare_to(IMPLICIT_DIFFERENCES, rate, value, &what);
+                compare_slope((rate, IMPLICIT_DIFFERENCES), value, &what);
             }
         }
     }
@@ -273,8 +265,7 @@ fn both_bodies_of_a_contact_and_their_extents_equal_differences() {
         .by_shape("block", Keeping::Density)
         .unwrap()
         .by_vertices;
-    let pairs = by_vertices.iter().zip(&rates);
-    let rate = pairs.map(|(by, velocity)| by.dot(velocity)).sum();
+    let rate = along(&by_vertices, &rates);
     compare(rate, |time| loss(&world(time), &plan), "block");
     let grown = |time: f64| {
         let extents = field
@@ -371,8 +362,7 @@ fn sizes_backwards_and_all_else_forwards_are_a_change_of_the_unit_of_length() {
             let backwards = experiment.gradient_by_all(&Squares).unwrap();
             let by_vertices = |(name, field): (&str, &PressureField)| -> f64 {
                 let by = backwards.by_shape(name, Keeping::Mass).unwrap().by_vertices;
-                let pairs = by.iter().zip(field.mesh().vertices());
-                pairs.map(|(by, vertex)| by.dot(vertex)).sum()
+                along(&by, field.mesh().vertices())
             };
             let by_sizes = bodies.map(by_vertices);
             let (by, rates) = all_but_sizes(&world, dissipation);
@@ -424,7 +414,7 @@ fn all_but_sizes(world: &World, dissipation: f64) -> (Vec<Parameter>, Vec<f64>) 
 
 /// How fast the outcome grows with places and velocities.
 fn growth(trajectory: &Trajectory) -> f64 {
-    let of_body = |body: &hydroelastic::dynamics::BodyState| {
+    let of_body = |body: &BodyState| {
         let pose = body.pose.translation().iter().chain(body.pose.rotation());
         let twist = body.twist.linear.iter().chain(&body.twist.angular);
         let numbers = (1..).zip(pose.chain(twist));

@@ -61,7 +61,7 @@ fn swept(experiment: &Experiment, memory: usize) -> (DVector<f64>, usize) {
     (gradient, dhat::HeapStats::get().max_bytes)
 }
 
-/// Holds gradients with these memories (bytes) together; they take not more, but for what they take beside.
+/// Checks that gradients with these memories (bytes) have the same bits, and take no more than these and [`BESIDE`].
 fn compare(integrator: Integrator, (time_step, steps): (f64, usize), memories: &[usize]) {
     let _alone = crate::alone();
     let plan = Plan::new(time_step, steps).unwrap();

@@ -1,4 +1,4 @@
-//! Central differences of contact wrenches.
+//! Central differences of contact wrenches, and of any number.
 
 use hydroelastic::contact::{ContactBody, ContactPair};
 use hydroelastic::spatial::Twist;
@@ -41,4 +41,17 @@ pub fn by_motion(matrix: &SMatrix<f64, 6, 14>, pair: &ContactPair) -> SMatrix<f6
     matrix.column_mut(12).scale_mut(pair.a().modulus());
     matrix.column_mut(13).scale_mut(pair.b().modulus().unwrap());
     matrix
+}
+
+/// Checks that a slope is within a tolerance of the central differences of a value at 0, with the best of three steps: relative to
+/// the slope or, if that is less, to 1.
+pub fn compare_slope((slope, tolerance): (f64, f64), value: impl Fn(f64) -> f64, what: &str) {
+    let error = |step: f64| {
+        let difference = (value(step) - value(-step)) / (2.0 * step);
+        (slope - difference).abs() / slope.abs().max(1.0)
+    };
+    let errors = [1e-5, 1e-6, 1e-7].map(error);
+    let least = errors.into_iter().fold(f64::INFINITY, f64::min);
+    println!("{what}: {slope}, off by {least:.1e}");
+    assert!(least <= tolerance, "{what}: {slope}, off by {least:e}");
 }

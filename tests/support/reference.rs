@@ -1,9 +1,9 @@
 //! Wrenches and Jacobians of posed mesh pairs from independent programs (`tests/data/reference`).
 
-use hydroelastic::contact::{ContactBody, ContactPair, Shape};
-use hydroelastic::mesh::{PressureField, TetMesh};
+use hydroelastic::contact::{ContactBody, ContactPair, HalfSpace, Partner, RigidShape, Shape};
+use hydroelastic::mesh::{PressureField, TetMesh, TriangleSurface};
 use hydroelastic::spatial::Pose;
-use nalgebra::{Matrix3, Vector3};
+use nalgebra::{Matrix3, Rotation3, SVector, UnitVector3, Vector3};
 use serde::Deserialize;
 use serde::de::DeserializeOwned;
 use std::path::{Path, PathBuf};
@@ -15,26 +15,33 @@ struct MeshFile {
     unit_pressure: Vec<f64>,
 }
 
+/// Two compliant meshes, their moduli (Pa) and poses (m), by the names that any of the files has for them.
+#[derive(Deserialize)]
+pub struct PosedMeshes {
+    #[serde(rename = "mesh_A", alias = "A")]
+    mesh_a: String,
+    #[serde(rename = "mesh_B", alias = "B")]
+    mesh_b: String,
+    #[serde(rename = "E_A", alias = "EA")]
+    pub modulus_a: f64,
+    #[serde(rename = "E_B", alias = "EB")]
+    pub modulus_b: f64,
+    #[serde(rename = "R_A", alias = "RA")]
+    rotation_a: [[f64; 3]; 3],
+    #[serde(rename = "p_A", alias = "pA")]
+    position_a: [f64; 3],
+    #[serde(rename = "R_B", alias = "RB")]
+    rotation_b: [[f64; 3]; 3],
+    #[serde(rename = "p_B", alias = "pB")]
+    position_b: [f64; 3],
+}
+
 /// A case of `wrenches.json`.
 #[derive(Deserialize)]
 pub struct WrenchCase {
     pub name: String,
-    #[serde(rename = "mesh_A")]
-    pub mesh_a: String,
-    #[serde(rename = "mesh_B")]
-    pub mesh_b: String,
-    #[serde(rename = "E_A")]
-    pub modulus_a: f64,
-    #[serde(rename = "E_B")]
-    pub modulus_b: f64,
-    #[serde(rename = "R_A")]
-    pub rotation_a: [[f64; 3]; 3],
-    #[serde(rename = "p_A")]
-    pub position_a: [f64; 3],
-    #[serde(rename = "R_B")]
-    pub rotation_b: [[f64; 3]; 3],
-    #[serde(rename = "p_B")]
-    pub position_b: [f64; 3],
+    #[serde(flatten)]
+    pub posed: PosedMeshes,
     pub degenerate: bool,
     pub wrench: ReferenceWrench,
     pub jacobian: Option<Vec<Vec<f64>>>,
@@ -60,27 +67,90 @@ pub struct ReferenceWrench {
 /// A case of `jacobians.json`.
 #[derive(Deserialize)]
 pub struct JacobianCase {
-    #[serde(rename = "A")]
-    pub mesh_a: String,
-    #[serde(rename = "B")]
-    pub mesh_b: String,
-    #[serde(rename = "EA")]
-    pub modulus_a: f64,
-    #[serde(rename = "EB")]
-    pub modulus_b: f64,
-    #[serde(rename = "RA")]
-    pub rotation_a: [[f64; 3]; 3],
-    #[serde(rename = "pA")]
-    pub position_a: [f64; 3],
-    #[serde(rename = "RB")]
-    pub rotation_b: [[f64; 3]; 3],
-    #[serde(rename = "pB")]
-    pub position_b: [f64; 3],
+    #[serde(flatten)]
+    pub posed: PosedMeshes,
     #[serde(rename = "wrench_FA_TA_FB_TB")]
     pub wrench: [f64; 12],
     pub area: f64,
     #[serde(rename = "J_12x14")]
     pub jacobian: Vec<Vec<f64>>,
+}
+
+/// The cases of `partners.json`.
+#[derive(Deserialize)]
+pub struct PartnerCases {
+    /// Derivatives by the shapes of two compliant meshes.
+    #[serde(rename = "shape")]
+    pub compliant: Vec<CompliantCase>,
+    pub rigid: Vec<RigidCase>,
+}
+
+/// Derivatives by each vertex, or what sums up those of a mesh with many.
+#[derive(Deserialize)]
+#[serde(untagged)]
+pub enum ByVertices {
+    All(Vec<[f64; 3]>),
+    Some {
+        norm: f64,
+        sum: [f64; 3],
+        rows: Vec<(usize, [f64; 3])>,
+    },
+}
+
+/// The derivatives, by the shapes of two compliant meshes, of the covector times the wrench on A.
+#[derive(Deserialize)]
+pub struct CompliantCase {
+    pub name: String,
+    #[serde(flatten)]
+    pub posed: PosedMeshes,
+    pub covector: [f64; 6],
+    #[serde(rename = "vertices_A")]
+    pub by_vertices_a: ByVertices,
+    #[serde(rename = "vertices_B")]
+    pub by_vertices_b: ByVertices,
+    #[serde(rename = "by_extent_A_inner")]
+    pub by_extents_a: Vec<(usize, f64)>,
+    #[serde(rename = "by_extent_B_inner")]
+    pub by_extents_b: Vec<(usize, f64)>,
+}
+
+/// A compliant mesh against a rigid one, or a half-space. Wrenches on the compliant body, about its origin, torque first;
+/// a half-space turns about `point`.
+#[derive(Deserialize)]
+pub struct RigidCase {
+    pub name: String,
+    compliant_mesh: String,
+    #[serde(rename = "E")]
+    modulus: f64,
+    #[serde(rename = "R")]
+    rotation: [[f64; 3]; 3],
+    #[serde(rename = "p")]
+    position: [f64; 3],
+    rigid_mesh: Option<String>,
+    #[serde(rename = "rigid_R")]
+    rigid_rotation: Option<[[f64; 3]; 3]>,
+    #[serde(rename = "rigid_p")]
+    rigid_position: Option<[f64; 3]>,
+    normal: Option<[f64; 3]>,
+    point: Option<[f64; 3]>,
+    pressure_per_depth: Option<f64>,
+    pub wrench_on_compliant: [f64; 6],
+    pub area: f64,
+    pub by_own_pose: [[f64; 6]; 6],
+    pub by_other_pose: [[f64; 6]; 6],
+    pub by_modulus: [f64; 6],
+    pub by_pressure_per_depth: Option<[f64; 6]>,
+    pub covector: [f64; 6],
+    pub vertices_compliant: ByVertices,
+    pub vertices_rigid: Option<ByVertices>,
+}
+
+/// The shapes of a [`RigidCase`].
+pub struct RigidCaseShapes {
+    pub compliant: Shape,
+    /// The mesh of the rigid body, and its surface; none of a half-space.
+    pub rigid: Option<(Shape, RigidShape)>,
+    layer: HalfSpace,
 }
 
 /// A scene of `trajectory.json`: a ball thrown on a fixed unit cube.
@@ -137,6 +207,15 @@ pub fn jacobian_cases() -> Vec<JacobianCase> {
     read::<Cases<JacobianCase>>("jacobians.json").cases
 }
 
+pub fn partner_cases() -> PartnerCases {
+    read("partners.json")
+}
+
+/// A covector on the wrench on A, as one on both wrenches.
+pub fn by_wrenches(covector: &[f64; 6]) -> SVector<f64, 12> {
+    SVector::from_fn(|i, _| if i < 6 { covector[i] } else { 0.0 })
+}
+
 pub fn shape(mesh: &str) -> Shape {
     scaled_shape(mesh, 1.0)
 }
@@ -154,8 +233,14 @@ fn pose(rotation: &[[f64; 3]; 3], position: [f64; 3]) -> Pose {
     Pose::new(rotation, Vector3::from(position)).unwrap()
 }
 
-impl WrenchCase {
-    pub fn pair<'a>(&self, a: &'a Shape, b: &'a Shape) -> ContactPair<'a> {
+impl PosedMeshes {
+    /// The shapes of A and B.
+    pub fn shapes(&self) -> [Shape; 2] {
+        [shape(&self.mesh_a), shape(&self.mesh_b)]
+    }
+
+    /// The pair of the two shapes, of these meshes.
+    pub fn pair<'a>(&self, [a, b]: &'a [Shape; 2]) -> ContactPair<'a> {
         let pose_a = pose(&self.rotation_a, self.position_a);
         let pose_b = pose(&self.rotation_b, self.position_b);
         ContactPair::new(
@@ -165,13 +250,39 @@ impl WrenchCase {
     }
 }
 
-impl JacobianCase {
-    pub fn pair<'a>(&self, a: &'a Shape, b: &'a Shape) -> ContactPair<'a> {
-        let pose_a = pose(&self.rotation_a, self.position_a);
-        let pose_b = pose(&self.rotation_b, self.position_b);
-        ContactPair::new(
-            ContactBody::new(a, pose_a, self.modulus_a).unwrap(),
-            ContactBody::new(b, pose_b, self.modulus_b).unwrap(),
-        )
+impl RigidCase {
+    pub fn shapes(&self) -> RigidCaseShapes {
+        let rigid = self.rigid_mesh.as_deref().map(|mesh| {
+            let mesh = shape(mesh);
+            let surface = TriangleSurface::around(mesh.field().mesh()).unwrap();
+            (mesh, RigidShape::new(surface))
+        });
+        RigidCaseShapes {
+            compliant: shape(&self.compliant_mesh),
+            rigid,
+            layer: HalfSpace::layer(1.0).unwrap(),
+        }
+    }
+
+    /// The pair of the case's own shapes, the compliant one first.
+    pub fn pair<'s>(&self, shapes: &'s RigidCaseShapes) -> ContactPair<'s> {
+        let pose_a = pose(&self.rotation, self.position);
+        let body = ContactBody::new(&shapes.compliant, pose_a, self.modulus).unwrap();
+        let partner = if let Some((_, rigid)) = &shapes.rigid {
+            let rotation = self.rigid_rotation.as_ref().unwrap();
+            Partner::rigid(rigid, pose(rotation, self.rigid_position.unwrap()))
+        } else if let Some(slope) = self.pressure_per_depth {
+            Partner::half_space(&shapes.layer, self.half_space(), slope)
+        } else {
+            Partner::rigid_half_space(self.half_space())
+        };
+        ContactPair::new(body, partner.unwrap())
+    }
+
+    /// The pose of the half-space.
+    fn half_space(&self) -> Pose {
+        let normal = UnitVector3::new_normalize(Vector3::from(self.normal.unwrap()));
+        let turn = Rotation3::rotation_between(&Vector3::z_axis(), &normal).unwrap();
+        Pose::new(*turn.matrix(), self.point.unwrap().into()).unwrap()
     }
 }

@@ -66,7 +66,7 @@ impl<'w> Touching<'w> {
         wrenches
     }
 
-    /// Both bodies and the wrenches on them about their origins.
+    /// Both bodies, and the wrench on each about its origin.
     fn sides(&self) -> [(usize, &Wrench); 2] {
         let [a, b] = self.bodies;
         [
@@ -154,6 +154,7 @@ impl Pullback<'_> {
         }
     }
 
+    /// Counts the kinks of a contact in this step.
     fn meet_kinks(&mut self, touching: &Touching) {
         let kinks = touching.contact.kinks;
         if kinks.is_any() {
@@ -191,7 +192,7 @@ impl Pullback<'_> {
 }
 
 impl Material {
-    /// With derivatives by modulus, dissipation and friction, counted from this one.
+    /// With modulus, dissipation and friction as variables, the first of them counted as this one.
     fn seeded(&self, first: usize) -> Material<DenseDual<6>> {
         let seed = |value: f64, place: usize| DenseDual::variable(value, first + place);
         Material {

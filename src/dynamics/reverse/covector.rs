@@ -142,11 +142,11 @@ impl fmt::Display for Kink {
 pub struct KinksMet {
     /// The places of the bodies, in the order of the world's.
     pub bodies: Vec<usize>,
-    /// Of which kind.
+    /// The kind.
     pub kink: Kink,
-    /// In how many steps.
+    /// In how many steps it was met.
     pub count: usize,
-    /// The first and the last of them, counted from 1.
+    /// The first of these steps and the last, counted from 1.
     pub steps: [usize; 2],
 }
 
@@ -157,7 +157,7 @@ pub(crate) struct BodyGradient {
     pub modulus: f64,
     pub dissipation: f64,
     pub friction: f64,
-    /// The inertia grows with it.
+    /// By the mass, with which the inertia grows.
     pub mass: f64,
     /// By the centre of mass, in the axes of the body frame (over m), but for what forces of other kinds make of it.
     pub center: Vector3<f64>,
@@ -204,7 +204,7 @@ impl SystemGradient {
         }
     }
 
-    /// Counts a kink of some bodies in a step; steps come one after the other, the last first.
+    /// Counts a kink of some bodies in a step, once however often it is met there. Steps are to come from the last to the first.
     pub fn meet(&mut self, kink: Kink, bodies: &[usize], step: usize) {
         let met = self.kinks.entry((kink, bodies.to_vec()));
         let met = met.or_insert_with_key(|(kink, bodies)| KinksMet {

@@ -21,7 +21,7 @@ struct Acting<'w> {
     contacts: Vec<Touching<'w>>,
     /// The wrench of contact on each body, about its centre of mass.
     contact: Vec<Wrench>,
-    /// The wrench of all but gravity.
+    /// The wrench of all but gravity on each body, about its centre of mass.
     all: Vec<Wrench>,
 }
 
@@ -50,6 +50,7 @@ impl ExplicitSteps {
         drift_back(pullback, before, approach);
     }
 
+    /// What acts in the kick at a state, controls at the time `middle` (s).
     fn acting<'w>(&mut self, pullback: &Pullback<'w>, state: &State, middle: f64) -> Acting<'w> {
         let (world, system) = (pullback.world, pullback.system());
         let pairs = system.close_pairs(&state.bodies, &mut self.sweep);
@@ -118,6 +119,7 @@ impl ExplicitSteps {
     }
 }
 
+/// Takes free motion back to the states before it.
 fn drift_back(pullback: &mut Pullback, before: &State, duration: f64) {
     if duration == 0.0 {
         return;

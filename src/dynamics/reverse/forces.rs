@@ -3,7 +3,7 @@
 use super::StateCovector;
 use super::contact::WrenchCovector;
 use super::pullback::{Here, Pullback};
-use crate::dynamics::any_world::{RealForces, Seeded};
+use crate::dynamics::any_world::{AnyWorld, RealForces, Seeded};
 use crate::dynamics::system::System;
 use crate::dynamics::{BodyState, LOCAL, Motion};
 use crate::scalar::lift;
@@ -17,16 +17,18 @@ pub(super) struct SeededForces {
     coupled: Vec<usize>,
 }
 
-/// What a force depends on besides states, of each body: the wrench of contact on it, mass, modulus, dissipation and friction.
+/// How many numbers of each body a force depends on besides states: the wrench of contact on it (6), mass, modulus, dissipation
+/// and friction.
 const NUMBERS: usize = 10;
 
+/// Numbers of value 0, the variables from one on.
 fn seeds<const COUNT: usize>(first: usize) -> SVector<Seeded, COUNT> {
     SVector::from_fn(|i, _| Seeded::variable(0.0, first + i))
 }
 
 impl SeededForces {
     /// None if the world has no forces.
-    pub fn of(world: &dyn crate::dynamics::AnyWorld<f64>) -> Option<Self> {
+    pub fn of(world: &dyn AnyWorld<f64>) -> Option<Self> {
         let (forces, system) = (world.real_forces(), world.system());
         if forces.is_nothing() {
             return None;
@@ -123,8 +125,8 @@ impl<'a> Situated<'a> {
         found.fixed_rows::<3>(0).into_owned()
     }
 
-    /// By the numbers of each body of a list that matter: found by derivatives along one generic direction for many bodies
-    /// together, since most forces depend on none.
+    /// Shows the derivatives by the [`NUMBERS`] of those bodies of a list for which they are not all 0. Which these are is found
+    /// by derivatives along one generic direction for many bodies together, since most forces depend on none.
     fn each_by_numbers(
         &mut self,
         bodies: &[usize],
@@ -147,7 +149,7 @@ impl<'a> Situated<'a> {
         }
     }
 
-    /// By numbers of bodies, each of which has the seed of its part of the bodies and its place.
+    /// By the numbers of all bodies, divided into parts: `seed` is given the part of a body and the place of the number.
     fn by_numbers(
         &mut self,
         parts: &[&[usize]],

@@ -67,7 +67,7 @@ impl ImplicitSteps {
         traces.iter().try_for_each(|trace| {
             back.pullback.meet_parts(trace);
             let follower = Follower::of(&scene, trace, self.scheme, before.time);
-            back.island(&follower, &before.bodies)
+            back.island_back(&follower, &before.bodies)
         })
     }
 }
@@ -94,19 +94,20 @@ impl Pullback<'_> {
 }
 
 impl StepBack<'_, '_> {
-    fn island(&mut self, follower: &Follower, start: &[BodyState]) -> Result<(), Stuck> {
+    /// Takes an island back to the states that it started from.
+    fn island_back(&mut self, follower: &Follower, start: &[BodyState]) -> Result<(), Stuck> {
         let island = follower.island();
         for part in follower.parts().iter().rev() {
-            self.part(follower, part)?;
+            self.part_back(follower, part)?;
         }
-        for participant in 0..island.len() {
-            let body = island.body(participant);
+        for body in island.bodies() {
             self.states[body] = start[body];
         }
         Ok(())
     }
 
-    fn part(&mut self, follower: &Follower, part: &PartTaken) -> Result<(), Stuck> {
+    /// From the states after a part of the step to those before it.
+    fn part_back(&mut self, follower: &Follower, part: &PartTaken) -> Result<(), Stuck> {
         let none = || vec![Vector6::zeros(); part.from.len()];
         let mut start = ByStart {
             poses: none(),
@@ -121,7 +122,7 @@ impl StepBack<'_, '_> {
             let Some(own) = by_rates.pop() else {
                 break;
             };
-            let begun = self.stage(follower, stage, &own)?;
+            let begun = self.stage_back(follower, stage, &own)?;
             for place in 0..part.from.len() {
                 let (by_pose, by_momentum) = (&begun.poses[place], &begun.momenta[place]);
                 let [by_pose, by_displacement] =
@@ -134,24 +135,24 @@ impl StepBack<'_, '_> {
                 }
             }
         }
-        self.begin(follower, part, &start);
+        self.set_by_start(follower, part, &start);
         Ok(())
     }
 
-    /// From where the first stage begins to the states before the part.
-    fn begin(&mut self, follower: &Follower, part: &PartTaken, start: &ByStart) {
+    /// Makes the derivatives by where the first stage begins those by the states before the part.
+    fn set_by_start(&mut self, follower: &Follower, part: &PartTaken, start: &ByStart) {
         for (place, &body) in follower.island().dynamic.iter().enumerate() {
             let own = (follower.inertias[place], &part.from[place]);
-            let [by_pose, by_twist] = self.momentum(body, own, &start.momenta[place]);
+            let [by_pose, by_twist] = self.pull_back_momentum(body, own, &start.momenta[place]);
             let about_center = StateCovector::from_parts([start.poses[place] + by_pose, by_twist]);
             let arm = self.pullback.system().arm(body, own.1);
             self.pullback.states[body] = about_center.about(&-arm);
-            self.center(body, own.1, &about_center.shift);
+            self.add_by_center(body, own.1, &about_center.shift);
         }
     }
 
     /// From where a stage leads, and what later ones take of it, to where it begins.
-    fn stage(
+    fn stage_back(
         &mut self,
         follower: &Follower,
         stage: &StageTaken,
@@ -164,8 +165,8 @@ impl StepBack<'_, '_> {
         let (mut poses, mut by_velocities) = (Vec::new(), Vec::new());
         for (place, body) in bodies() {
             let by_gained = by_rates.wrenches[place] / duration;
-            let [by_pose, by_twist] = self.taken(body, own(place).1);
-            let [more, by_velocity] = self.momentum(body, own(place), &by_gained);
+            let [by_pose, by_twist] = self.take_by_state(body, own(place).1);
+            let [more, by_velocity] = self.pull_back_momentum(body, own(place), &by_gained);
             let by_pose = by_pose + more;
             let [_, by_displacement] = displaced_back(&displacement(place), &by_pose);
             by_velocities.push(
@@ -173,12 +174,12 @@ impl StepBack<'_, '_> {
             );
             poses.push(by_pose);
         }
-        let by_lack = self.lack(follower, stage, &by_velocities)?;
+        let by_lack = self.by_lack(follower, stage, &by_velocities)?;
         let mut momenta = Vec::new();
         for (place, body) in bodies() {
             let by_lack = &by_lack[place];
-            let [by_momentum, _] = self.momentum(body, own(place), &-by_lack);
-            let [by_acting, _] = self.taken(body, own(place).1);
+            let [by_momentum, _] = self.pull_back_momentum(body, own(place), &-by_lack);
+            let [by_acting, _] = self.take_by_state(body, own(place).1);
             let by_pose = poses[place] + by_momentum + by_acting;
             [poses[place], _] = displaced_back(&displacement(place), &by_pose);
             momenta.push(by_lack - by_rates.wrenches[place] / duration);
@@ -188,7 +189,7 @@ impl StepBack<'_, '_> {
 
     /// From the derivatives by the velocities of a stage to those by what its momenta lack, p̃ + τf − P; and from these through
     /// all wrenches f, at velocities that stay.
-    fn lack(
+    fn by_lack(
         &mut self,
         follower: &Follower,
         stage: &StageTaken,
@@ -214,7 +215,7 @@ impl StepBack<'_, '_> {
         let by_lack = stage.by_lack(participants.into_iter().zip(linearised), by_velocities)?;
         for (&body, by_lack) in island.dynamic.iter().zip(&by_lack) {
             let by_wrench = Wrench::from_vector(&(by_lack * stage.stage.duration));
-            self.weight(body, &by_wrench);
+            self.add_by_weight(body, &by_wrench);
             self.by_wrenches[body] = by_wrench;
         }
         self.pull_back_wrenches(stage.time(), island, &contacts);
@@ -241,7 +242,7 @@ impl StepBack<'_, '_> {
     }
 
     /// Adds what follows from the derivative by the wrench on a body, for its weight.
-    fn weight(&mut self, body: usize, by_wrench: &WrenchCovector) {
+    fn add_by_weight(&mut self, body: usize, by_wrench: &WrenchCovector) {
         let system = self.pullback.system();
         if let Some(inertia) = system.bodies[body].inertia() {
             let gradient = &mut self.pullback.gradient;
@@ -251,7 +252,7 @@ impl StepBack<'_, '_> {
     }
 
     /// From the derivatives by the momenta of a body to those by its displacement and by its velocities.
-    fn momentum(
+    fn pull_back_momentum(
         &mut self,
         body: usize,
         (inertia, state): (&Inertia, &BodyState),
@@ -269,16 +270,16 @@ impl StepBack<'_, '_> {
         slopes.map(|slopes| slopes.tr_mul(by_momentum))
     }
 
-    /// Takes away the derivatives by the state of a body: by a displacement about the centre of mass, and by the velocities.
-    fn taken(&mut self, body: usize, state: &BodyState) -> [Vector6<f64>; 2] {
+    /// The derivatives by the state of a body, which are then 0: by a displacement about the centre of mass, and by the velocities.
+    fn take_by_state(&mut self, body: usize, state: &BodyState) -> [Vector6<f64>; 2] {
         let arm = self.pullback.system().arm(body, state);
         let by_state = mem::replace(&mut self.pullback.states[body], StateCovector::zero());
-        self.center(body, state, &-by_state.shift);
+        self.add_by_center(body, state, &-by_state.shift);
         by_state.about(&arm).parts()
     }
 
     /// Adds what follows from the derivative by the place of a body's centre of mass, its origin staying where it is.
-    fn center(&mut self, body: usize, state: &BodyState, by_place: &Vector3<f64>) {
+    fn add_by_center(&mut self, body: usize, state: &BodyState, by_place: &Vector3<f64>) {
         self.pullback.gradient.bodies[body].center += state.pose.rotation().tr_mul(by_place);
     }
 }

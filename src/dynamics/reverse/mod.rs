@@ -81,7 +81,7 @@ impl<'w> Reversal<'w> {
         states.position(|by_state| !by_state.is_finite())
     }
 
-    /// Takes a step back, the one of a count.
+    /// Takes a step back; `step` is its number, counted from 1.
     pub fn step_back(&mut self, step: usize, taken: &StepTaken) -> Result<(), RolloutError> {
         let (pullback, StepTaken { before, traces }) = (&mut self.pullback, taken);
         pullback.step = step;

@@ -4,13 +4,13 @@
 
 use std::cmp;
 
-/// How many steps on from one that is kept the next one is to be kept, of a stretch of so many steps: the first is kept, the last
-/// one will be as well, beside so many others. At most the length of the stretch.
+/// Of a stretch of `length` steps whose first is kept: how many steps later the next one is to be kept, if beside the first and
+/// the last there is room for so many `others`. At most `length`.
 pub(super) fn next_kept(length: usize, others: usize) -> usize {
     let Some(others_behind) = others.checked_sub(1) else {
         return length;
     };
-    // How often a step is taken again.
+    // How often a step is taken again at most, the least that this room allows.
     let mut again = 0;
     while longest(others, again) < length {
         again += 1;
@@ -24,8 +24,8 @@ pub(super) fn next_kept(length: usize, others: usize) -> usize {
     )
 }
 
-/// The longest stretch that can be gone back over where the first step is kept, the last one as well, beside so many others, and
-/// none is taken more than so many times again: the binomial coefficient of n = others + again + 2 over again + 1.
+/// The length of the longest stretch that can be gone back over while, beside the first step and the last, so many `others` are
+/// kept, and none is taken more than `again` times again: the binomial coefficient of others + again + 2 over again + 1.
 fn longest(others: usize, again: usize) -> usize {
     let mut coefficient: u128 = 1;
     for k in 1..=again as u128 + 1 {

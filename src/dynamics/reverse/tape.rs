@@ -7,7 +7,7 @@ use crate::dynamics::{BodyState, Plan, RolloutError};
 use nalgebra::Vector6;
 use std::cmp;
 
-/// So many steps are kept even where they take more than the memory allowed.
+/// As many steps are kept even where they take more than the memory allowed.
 const LEAST: usize = 16;
 
 /// The steps of a rollout, to be read from the last to the first. As many are kept as the memory allows; from these the others are
@@ -39,8 +39,8 @@ pub(crate) struct StepTaken {
 }
 
 impl<'w> Tape<'w> {
-    /// Of no steps yet, which are to take not much more memory (bytes) than this one: halved steps take more, and are not
-    /// counted twice.
+    /// Without steps yet, with room for as many as go into this memory (bytes): counted as if none were divided, although
+    /// divided steps take more.
     pub fn new(world: &'w dyn AnyWorld<f64>, plan: &'w Plan, memory: usize) -> Self {
         let of_body = size_of::<BodyState>()
             + match plan.integrator().kind() {
@@ -60,12 +60,13 @@ impl<'w> Tape<'w> {
         }
     }
 
-    /// Takes down so many steps that were taken; to be called before the first and after each of them.
+    /// Keeps the step that comes next, if it is one to be kept, and how the last one went. To be called before the first step,
+    /// and after each, with the number of steps `taken`.
     pub fn keep(&mut self, taken: usize, steps: &Steps<f64>) {
         self.keep_up_to(self.plan.steps(), taken, steps);
     }
 
-    /// The same, on the way to an end.
+    /// [`Self::keep`], where the steps lead to an end.
     fn keep_up_to(&mut self, end: usize, taken: usize, steps: &Steps<f64>) {
         if let Some(last) = self.kept.last_mut()
             && last.place + 1 == taken
@@ -82,7 +83,7 @@ impl<'w> Tape<'w> {
         }
     }
 
-    /// Finds out which step is to be kept after the last one that is, on the way to an end.
+    /// Chooses which step is to be kept after the last one that is, where the steps lead to an end.
     fn plan_next(&mut self, end: usize) {
         if let Some(last) = self.kept.last() {
             let others = self.room.saturating_sub(self.kept.len());
@@ -90,7 +91,7 @@ impl<'w> Tape<'w> {
         }
     }
 
-    /// The step after so many, of which those after later ones are not asked for again.
+    /// The step that so many others came before. Later ones are forgotten: each call is to ask for an earlier step than the last.
     pub fn back_to(&mut self, taken: usize) -> Result<&StepTaken, RolloutError> {
         let kept = self.kept.partition_point(|kept| kept.place <= taken);
         self.kept.truncate(kept);

@@ -56,6 +56,7 @@ fn check_coordinates(vertices: &[Vector3<f64>], triangles: &[[usize; 3]]) -> Res
     Ok(())
 }
 
+/// Checks that the triangles refer to vertices that are there.
 fn check_indices(triangles: &[[usize; 3]], vertex_count: usize) -> Result<(), MeshError> {
     for (triangle, corners) in triangles.iter().enumerate() {
         if let Some(&vertex) = corners.iter().find(|&&vertex| vertex >= vertex_count) {
@@ -78,7 +79,7 @@ fn first_at_place(vertices: &[Vector3<f64>]) -> Vec<usize> {
     vertices.iter().enumerate().map(first_at).collect()
 }
 
-/// Checks that there are three corners.
+/// Checks that the three corners differ.
 fn check_corners(triangle: usize, [a, b, c]: [usize; 3]) -> Result<(), MeshError> {
     for (one, other) in [(a, b), (b, c), (c, a)] {
         if one == other {

@@ -22,8 +22,9 @@ pub(super) struct CoredSurface<T = f64> {
     pub is_about_to_open: bool,
 }
 
-/// Whether a core of this size (m) in one direction was left `solid` without it, in a shape of this depth (m), because faces on
-/// both sides of the shape are equally near, up to nine digits, and not because the shape is slender.
+/// Whether a core that has this size (m) in one direction, and the size `solid` (m) after [`core_size`], is closed there in a
+/// shape of this depth (m) because further faces of the shape are as near as the nearest, up to nine digits, and not
+/// because the shape is slender.
 pub(super) fn is_about_to_open<T: Scalar>(size: f64, solid: T, depth: f64) -> bool {
     real_part(solid) == 0.0 && size <= 1e-9 * depth
 }
@@ -90,7 +91,7 @@ impl CoredSurface {
 }
 
 impl<const N: usize> CoredSurface<DenseDual<N>> {
-    /// How the field changes with each variable; errors as of [`CoredSurface::field`].
+    /// How the field changes with each variable, if [`CoredSurface::field`] would have one.
     pub fn rates(self) -> Result<[ShapeRates; N], MeshError> {
         let (surface_count, is_ambiguous) = (self.vertices.len(), self.is_about_to_open);
         let (vertices, tets, extents) = self.filled();

@@ -110,7 +110,7 @@ fn distance_filled<T: Scalar>(half: Vector3<T>) -> CoredSurface<T> {
     }
 }
 
-/// The box with these half edges, around a core with the others.
+/// The box with the half edges `half`, around a core with the half edges `core_half`.
 fn filled<T: Scalar>(half: Vector3<T>, core_half: Vector3<T>) -> CoredSurface<T> {
     let corners = |half: Vector3<T>| {
         let corner = |c| signs(c).zip_map(&half, |sign, half| half * sign);

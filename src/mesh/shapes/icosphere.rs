@@ -8,7 +8,7 @@ use std::collections::HashMap;
 /// Subdivisions allowed: eight give 1.3 million tetrahedra, the best part of a gigabyte.
 const SUBDIVISIONS: [usize; 2] = [0, 8];
 
-/// The corners of an icosahedron are the cyclic permutations of (0, ±1, ±φ).
+/// The triangles of an icosahedron, over the corners as [`icosahedron`] numbers them.
 const ICOSAHEDRON: [[usize; 3]; 20] = [
     [0, 11, 5],
     [0, 5, 1],
@@ -52,7 +52,8 @@ pub fn ellipsoid(semi_axes: [f64; 3], subdivisions: usize) -> Result<PressureFie
     filled(checked_semi_axes(semi_axes)?, subdivisions)?.field()
 }
 
-/// How the vertices and extents of an [`icosphere`] change with its radius (m): each vertex moves along itself.
+/// How the vertices and extents of an [`icosphere`] change with its radius (m): each vertex moves away from the center, at the
+/// speed 1.
 ///
 /// # Errors
 /// As [`icosphere`].
@@ -92,8 +93,10 @@ fn filled<T: Scalar>(semi_axes: [T; 3], subdivisions: usize) -> Result<CoredSurf
     })
 }
 
+/// Vertices and triangles.
 type Triangulation = (Vec<Vector3<f64>>, Vec<[usize; 3]>);
 
+/// An icosahedron, whose corners are the cyclic permutations of (±1, ±φ, 0), with the golden ratio φ.
 fn icosahedron() -> Triangulation {
     let golden = f64::midpoint(1.0, 5.0_f64.sqrt());
     let sides = [

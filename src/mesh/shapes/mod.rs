@@ -1,8 +1,8 @@
 //! Ready-made pressure fields, centered on the origin of the body frame, and solids inside triangles,
 //! where those are. Extents are in [0, 1].
 //!
-//! A function `…_rates` with the arguments of a shape tells how its vertices and extents change with its dimensions: with
-//! [`ShapeGradient::along`](crate::contact::ShapeGradient::along), derivatives by the shape become those by the dimensions.
+//! For a shape with dimensions, a function `…_rates` of the same arguments tells how its vertices and extents change with
+//! them: with [`ShapeGradient::along`](crate::contact::ShapeGradient::along), derivatives by the shape become those by the dimensions.
 
 mod closed_surface;
 mod cored;
@@ -19,7 +19,7 @@ pub use star_shaped::{star_shaped, star_shaped_about};
 use super::MeshError;
 use crate::scalar::DenseDual;
 
-/// The lengths as variables, in their order.
+/// The lengths (m) as variables, in their order.
 fn variables<const N: usize>(lengths: [f64; N]) -> [DenseDual<N>; N] {
     std::array::from_fn(|place| DenseDual::variable(lengths[place], place))
 }
@@ -36,7 +36,7 @@ fn checked_lengths<const N: usize>(
     Ok(lengths.map(|(_, value)| value))
 }
 
-/// Checks that the count lies within the limits.
+/// Checks that the count lies within the limits, which are allowed themselves.
 fn check_resolution(
     name: &'static str,
     found: usize,

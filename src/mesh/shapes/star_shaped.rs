@@ -63,6 +63,7 @@ pub fn star_shaped_about(
     filled(ClosedSurface::new(vertices, triangles)?, inner_point)
 }
 
+/// The surface filled to a point, if that sees every triangle once.
 fn filled(surface: ClosedSurface, inner_point: Vector3<f64>) -> Result<PressureField, MeshError> {
     check_seen_from_inside(&surface, &inner_point)?;
     check_layers(&surface, &inner_point)?;
