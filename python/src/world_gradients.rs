@@ -136,7 +136,7 @@ impl World {
     }
 
     /// Whether a gradient by these parameters is best found backwards, by pullback: where they have more than 12 numbers, or 96
-    /// if steps are implicit.
+    /// if steps are implicit. A Jacobian is one of all recorded states, of which a gradient then has to be made.
     #[allow(clippy::unused_self, reason = "it is the world's rollout")]
     fn sweeps_back(&self, plan: &Plan, parameters: Vec<Bound<'_, Parameter>>) -> bool {
         let is_explicit = matches!(

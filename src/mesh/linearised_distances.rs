@@ -38,6 +38,7 @@ use nalgebra::Vector3;
 /// assert!((grown - sum).abs() < 1e-12 * grown.abs());
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
+#[derive(Debug, Clone)]
 pub struct LinearisedDistances {
     /// Vertices of the given mesh.
     vertex_count: usize,
@@ -61,6 +62,7 @@ pub struct DistanceGradient {
 }
 
 /// What distances are divided by for extents.
+#[derive(Debug, Clone)]
 enum Scale {
     /// The distance (m) of the vertices that are farthest from the surface.
     Largest(f64, Vec<usize>),

@@ -11,6 +11,7 @@ pub(super) const EQUAL: f64 = 1e-9;
 
 /// How the distance of a vertex depends on a triangle of the surface: ∂d/∂x = n, ∂d/∂v = −λ n, with n from its nearest point to
 /// the vertex, and the barycentric coordinates λ of that point. These change too, but along the surface, which changes nothing.
+#[derive(Debug, Clone)]
 pub(super) struct Dependence {
     /// The vertex.
     pub vertex: usize,

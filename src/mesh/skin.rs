@@ -8,6 +8,7 @@ const NEARNESS: f64 = 1e-3;
 
 /// A new vertex where an edge passes the depth of a skin: at from + share·(to − from) with
 /// share = (1 − e_from)/(e_to − e_from), e the distance over the depth.
+#[derive(Debug, Clone)]
 pub(super) struct Passage {
     /// The vertices of the edge.
     pub ends: [usize; 2],
