@@ -5,7 +5,7 @@ use super::widths::{DifferentiableOutcome, NARROW, OutcomeIn, WIDE};
 use crate::dynamics::{
     BodyState, LOCAL, Motion, Reversal, State, StateCovector, System, Trajectory,
 };
-use crate::scalar::{DenseDual, Scalar};
+use crate::scalar::{DenseDual, GenericDirection, Scalar};
 use crate::spatial::Twist;
 use nalgebra::{SVector, Vector6};
 
@@ -113,7 +113,7 @@ impl Looked<'_> {
         let parts = || states.chunks(size).enumerate();
         let members =
             parts().flat_map(|(part, members)| members.iter().map(move |&seen| (part, seen)));
-        let mut direction = Direction::default();
+        let mut direction = GenericDirection::default();
         let seeds = |part: usize| {
             let along = |slope: f64| DenseDual::<NARROW>::variable(0.0, part) * slope;
             SVector::from_fn(|_, _| along(direction.next()))
@@ -178,22 +178,4 @@ fn displace<T: Scalar>(state: &mut State<T>, body: usize, change: &SVector<T, LO
     let BodyState { pose, twist } = &mut state.bodies[body];
     *pose = pose.moved_by(&Twist::from_vector(&part(0)));
     *twist = Twist::from_vector(&(twist.to_vector() + part(6)));
-}
-
-/// Numbers between 1/2 and 1 in no order, the same each time.
-struct Direction(f64);
-
-impl Default for Direction {
-    fn default() -> Self {
-        Self(0.5)
-    }
-}
-
-impl Direction {
-    fn next(&mut self) -> f64 {
-        /// The golden ratio.
-        const STEP: f64 = 0.618_033_988_749_894_9;
-        self.0 = (self.0 + STEP).fract();
-        0.5 + 0.5 * self.0
-    }
 }

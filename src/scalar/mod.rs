@@ -18,9 +18,11 @@
 
 mod dense_dual;
 mod elementary;
+mod generic_direction;
 mod number_traits;
 
 pub use dense_dual::DenseDual;
+pub(crate) use generic_direction::GenericDirection;
 
 use nalgebra::{Matrix3, Vector3};
 use num_dual::DualNum;

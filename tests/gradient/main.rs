@@ -1,5 +1,6 @@
 //! Derivatives of rollouts, and what checks them.
 
+mod cancelling;
 mod difference_check;
 mod dimensions;
 mod kinks;

@@ -6,7 +6,7 @@ use super::pullback::{Here, Pullback};
 use crate::dynamics::any_world::{AnyWorld, RealForces, Seeded};
 use crate::dynamics::system::System;
 use crate::dynamics::{BodyState, LOCAL, Motion};
-use crate::scalar::lift;
+use crate::scalar::{GenericDirection, lift};
 use crate::spatial::{Twist, Wrench};
 use nalgebra::{SVector, Vector3, Vector6};
 
@@ -138,9 +138,9 @@ impl<'a> Situated<'a> {
             return;
         }
         let parts: Vec<&[usize]> = bodies.chunks(bodies.len().div_ceil(LOCAL).max(1)).collect();
-        let slopes = self.by_numbers(&parts, |part, number| {
-            // No direction that derivatives are likely to be normal to by chance.
-            Seeded::variable(0.0, part) * (2.0 + number as f64).sqrt()
+        let mut direction = GenericDirection::default();
+        let slopes = self.by_numbers(&parts, |part, _| {
+            Seeded::variable(0.0, part) * direction.next()
         });
         for (part, slope) in parts.into_iter().zip(&slopes) {
             if *slope != 0.0 {
@@ -153,7 +153,7 @@ impl<'a> Situated<'a> {
     fn by_numbers(
         &mut self,
         parts: &[&[usize]],
-        seed: impl Fn(usize, usize) -> Seeded,
+        mut seed: impl FnMut(usize, usize) -> Seeded,
     ) -> SVector<f64, LOCAL> {
         let mut constants = Vec::new();
         for (part, bodies) in parts.iter().enumerate() {

@@ -51,11 +51,14 @@ impl<'w> Tape<'w> {
             };
         let of_step = size_of::<Kept>() + of_body * world.system().bodies.len();
         let room = (memory / of_step).max(LEAST);
+        let mut kept = Vec::new();
+        // Where there is not so much to be had, it grows as far as steps are taken.
+        let _ = kept.try_reserve_exact(cmp::min(room + 1, plan.steps()));
         Self {
             world,
             plan,
             room,
-            kept: Vec::with_capacity(cmp::min(room + 1, plan.steps())),
+            kept,
             next: 0,
         }
     }
@@ -189,6 +192,22 @@ mod tests {
                 steps.memory.as_ref().map(|memory| memory.report)
             });
             assert_eq!(reports[0], reports[1]);
+        }
+    }
+
+    /// A rollout that is stopped, or ends early, needs no memory for the steps that it does not take.
+    #[test]
+    fn plans_longer_than_any_memory_are_begun() {
+        let (world, plan) = (world(), Plan::new(5e-3, usize::MAX).unwrap());
+        for memory in [0, usize::MAX] {
+            let mut tape = Tape::new(&world, &plan, memory);
+            let mut steps = Steps::from(world.initial_state());
+            tape.keep(0, &steps);
+            for taken in 1..=3 {
+                steps.advance(&world, &plan).unwrap();
+                tape.keep(taken, &steps);
+            }
+            assert!(!tape.kept.is_empty());
         }
     }
 }

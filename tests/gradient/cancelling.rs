@@ -1,0 +1,107 @@
+//! What a loss or a force takes from several states and bodies with factors that cancel each other: they must be found all the same.
+
+use super::reverse::{compare, skin};
+use hydroelastic::contact::{HalfSpace, Shape};
+use hydroelastic::dynamics::{
+    Body, Force, Integrator, Mass, Plan, Situation, Trajectory, World, Wrenches,
+};
+use hydroelastic::gradient::{Outcome, Parameter};
+use hydroelastic::mesh::shapes;
+use hydroelastic::scalar::{Scalar, lift};
+use hydroelastic::spatial::Pose;
+use nalgebra::{Vector3, vector};
+use std::sync::Arc;
+
+/// So many balls that sink into a floor, each a little less than the one before it, and the floor.
+fn balls(count: usize) -> World {
+    let shape = Arc::new(Shape::new(shapes::icosphere(0.1, 1).unwrap()));
+    let law = [0.1, 0.3];
+    let ball = |place: usize| {
+        let (name, along) = (place.to_string(), place as f64);
+        let body = Body::dynamic(&name, Arc::clone(&shape), skin(1e5, law), Mass::Total(1.0));
+        let at = vector![0.5 * along, 0.0, 0.09 + 3e-4 * along];
+        let start = Pose::from_rotation_vector(&(Vector3::x() * 0.3), at);
+        body.unwrap()
+            .at(start)
+            .with_velocity(vector![0.1, 0.2, -0.3])
+    };
+    let floor = Body::fixed("floor", HalfSpace::layer(0.05).unwrap(), skin(1e6, law));
+    let mut bodies: Vec<Body> = (0..count).map(ball).collect();
+    bodies.push(floor.unwrap());
+    World::new(bodies)
+        .and_then(|world| world.with_gravity(vector![0.0, 0.0, -9.81]))
+        .and_then(|world| world.with_slip_tolerance(0.05))
+        .unwrap()
+}
+
+/// The acceleration (m/s²) upwards of the first body around a record, by the difference of differences.
+struct Acceleration {
+    record: usize,
+    time_step: f64,
+}
+
+impl Outcome for Acceleration {
+    fn of<T: Scalar>(&self, trajectory: &Trajectory<T>) -> Vec<T> {
+        let height = |record: usize| trajectory.states()[record].bodies[0].position().z;
+        let [before, here, after] = [self.record - 1, self.record, self.record + 1].map(height);
+        let change = after - here * lift::<T>(2.0) + before;
+        vec![change / lift::<T>(self.time_step * self.time_step)]
+    }
+}
+
+#[test]
+fn differences_of_states_in_time() {
+    let (world, time_step) = (balls(1), 1e-3);
+    let plan = Plan::new(time_step, 100).unwrap();
+    let parameters = [
+        Parameter::InitialPosition("0".into()),
+        Parameter::InitialVelocity("0".into()),
+        Parameter::Modulus("0".into()),
+    ];
+    for record in 1..100 {
+        compare(
+            &world,
+            &plan,
+            &parameters,
+            &Acceleration { record, time_step },
+        );
+    }
+}
+
+/// Pushes the third body by what contact does to the first more than to the second, and by the difference of their masses.
+struct Balance;
+
+impl Force for Balance {
+    fn add_to<T: Scalar>(&self, wrenches: &mut Wrenches<T>, now: &Situation<T>) {
+        let mass = |body: usize| now.bodies[body].inertia().unwrap().mass;
+        let more = now.contact[0].force - now.contact[1].force;
+        let heavier = now.gravity * (mass(0) - mass(1));
+        wrenches.push_center(2, &(more + heavier));
+    }
+}
+
+/// The height (m) of the third body at the end.
+struct Height;
+
+impl Outcome for Height {
+    fn of<T: Scalar>(&self, trajectory: &Trajectory<T>) -> Vec<T> {
+        vec![trajectory.last().bodies[2].position().z]
+    }
+}
+
+#[test]
+fn differences_of_bodies_that_forces_see() {
+    for count in [3, 11, 12, 30] {
+        let world = balls(count).with_forces(Balance).unwrap();
+        let mut parameters = Vec::new();
+        for name in ["0", "1", "2"] {
+            parameters.push(Parameter::InitialPosition(name.into()));
+            parameters.push(Parameter::Mass(name.into()));
+            parameters.push(Parameter::Modulus(name.into()));
+        }
+        for integrator in [Integrator::Leapfrog, Integrator::Sdirk2] {
+            let plan = Plan::new(1e-3, 20).unwrap().with_integrator(integrator);
+            compare(&world, &plan, &parameters, &Height);
+        }
+    }
+}
