@@ -108,7 +108,8 @@ impl LinearisedDistances {
         }
     }
 
-    /// The vertices of the field, ascending, at which there is no derivative; whatever depends on their extents has none either.
+    /// The vertices of the field, ascending, at which there is no derivative; whatever depends on their extents has none either. All
+    /// extents depend on the distance of the farthest vertex where they are over it: if that one is listed, none has a derivative.
     ///
     /// They are equally far from several places of the surface, as the vertices on the medial axis of a box; or several of
     /// them are farthest from it, where extents are over the largest distance (even if, as centers of edges above one
