@@ -1,12 +1,15 @@
 use super::body::{known_place, state_on};
 use super::error::check_finite;
 use super::{Body, BodyState, Control, Motion, State, WorldError};
-use crate::scalar::{Scalar, lift_vector, real_vector};
+use crate::scalar::{Scalar, lift, lift_vector, real_part, real_vector};
 use nalgebra::Vector3;
 use std::collections::BTreeSet;
 
 /// Slip tolerance (m/s) of a new world.
 const SLIP_TOLERANCE: f64 = 1e-3;
+
+/// What a number that forces read is called where it is not finite.
+pub(super) const FORCE_PARAMETER: &str = "force parameter";
 
 /// All of a [`World`](super::World) but its forces. What needs no force knows nothing of their type.
 #[derive(Debug, Clone)]
@@ -14,6 +17,8 @@ pub(crate) struct System<T = f64> {
     pub bodies: Vec<Body<T>>,
     pub gravity: Vector3<T>,
     pub controls: Vec<Control<T>>,
+    /// Numbers that forces read, by their names.
+    pub force_parameters: Vec<(String, T)>,
     /// Time (s) of the initial state.
     pub(super) start: f64,
     pub(super) ignored: BTreeSet<(usize, usize)>,
@@ -35,6 +40,7 @@ impl System {
             bodies,
             gravity: Vector3::zeros(),
             controls: Vec::new(),
+            force_parameters: Vec::new(),
             start,
             ignored: BTreeSet::new(),
             slip_tolerance: SLIP_TOLERANCE,
@@ -74,6 +80,8 @@ impl System {
         let mut bodies = self.bodies.iter();
         bodies.try_for_each(|body| body.check(self.start))?;
         self.controls.iter().try_for_each(Control::check)?;
+        let mut numbers = self.force_parameters.iter();
+        numbers.try_for_each(|(_, value)| check_finite(FORCE_PARAMETER, &[*value]))?;
         check_finite("gravity", self.gravity.as_slice())
     }
 
@@ -83,6 +91,7 @@ impl System {
             bodies: self.bodies.iter().map(Body::lifted).collect(),
             gravity: lift_vector(&self.gravity),
             controls: self.controls.iter().map(Control::lifted).collect(),
+            force_parameters: self.force_parameters_by(|value| lift(value)),
             start: self.start,
             ignored: self.ignored.clone(),
             slip_tolerance: self.slip_tolerance,
@@ -97,10 +106,19 @@ impl<T: Scalar> System<T> {
             bodies: self.bodies.iter().map(Body::real).collect(),
             gravity: real_vector(&self.gravity),
             controls: self.controls.iter().map(Control::real).collect(),
+            force_parameters: self.force_parameters_by(real_part),
             start: self.start,
             ignored: self.ignored.clone(),
             slip_tolerance: self.slip_tolerance,
         }
+    }
+
+    /// The numbers that forces read, each converted.
+    fn force_parameters_by<U>(&self, convert: impl Fn(T) -> U) -> Vec<(String, U)> {
+        let numbers = self.force_parameters.iter();
+        numbers
+            .map(|(name, value)| (name.clone(), convert(*value)))
+            .collect()
     }
 
     /// The place of the body of that name.

@@ -1,5 +1,5 @@
 use super::error::{check_finite, check_positive};
-use super::system::System;
+use super::system::{FORCE_PARAMETER, System};
 use super::{Body, Control, Force, Motion, PrescribedPath, State, WorldError};
 use crate::scalar::Scalar;
 use crate::spatial::Twist;
@@ -89,6 +89,38 @@ impl<F: Force> World<f64, F> {
     pub fn with_gravity(mut self, gravity: Vector3<f64>) -> Result<Self, WorldError> {
         check_finite("gravity", gravity.as_slice())?;
         self.system.gravity = gravity;
+        Ok(self)
+    }
+
+    /// The same world with a number that its forces may read, as a stiffness or a thrust: derivatives may be taken by it, which
+    /// they cannot by a constant of the force itself. In place of the one of the same name, if there is one.
+    ///
+    /// ```
+    /// use hydroelastic::dynamics::{Force, Situation, World, Wrenches};
+    /// use hydroelastic::scalar::{Scalar, lift};
+    ///
+    /// /// Drag on all bodies: the world's `"drag"` (N s/m).
+    /// struct Honey;
+    ///
+    /// impl Force for Honey {
+    ///     fn add_to<T: Scalar>(&self, wrenches: &mut Wrenches<T>, now: &Situation<T>) {
+    ///         let drag = now.parameter("drag").unwrap_or(lift(0.0));
+    ///         for (body, state) in now.states.iter().enumerate() {
+    ///             wrenches.push_center(body, &(state.twist.linear * -drag));
+    ///         }
+    ///     }
+    /// }
+    /// # let bodies = vec![];
+    /// let world = World::new(bodies)?.with_forces(Honey)?.with_force_parameter("drag", 0.3)?;
+    /// # Ok::<(), hydroelastic::dynamics::WorldError>(())
+    /// ```
+    ///
+    /// # Errors
+    /// If it is not finite.
+    pub fn with_force_parameter(mut self, name: &str, value: f64) -> Result<Self, WorldError> {
+        check_finite(FORCE_PARAMETER, &[value])?;
+        self.system.force_parameters.retain(|(own, _)| own != name);
+        self.system.force_parameters.push((name.into(), value));
         Ok(self)
     }
 

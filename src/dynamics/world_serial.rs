@@ -27,6 +27,8 @@ struct WorldLayout<F> {
     bodies: Vec<BodyLayout>,
     ignored: Vec<[String; 2]>,
     controls: Vec<ControlLayout>,
+    #[serde(default)]
+    force_parameters: Vec<(String, f64)>,
     forces: F,
 }
 
@@ -123,18 +125,16 @@ impl<F: Serialize> Serialize for World<f64, F> {
             })?);
         }
         let name = |index: usize| system.bodies[index].name.clone();
+        let ignored = system.ignored.iter();
         let layout = WorldLayout {
             gravity: system.gravity.into(),
             slip_tolerance: system.slip_tolerance,
             start: system.start,
             shapes: shapes.into_iter().map(ShapeLayout::of).collect(),
             bodies,
-            ignored: system
-                .ignored
-                .iter()
-                .map(|&(i, j)| [name(i), name(j)])
-                .collect(),
+            ignored: ignored.map(|&(i, j)| [name(i), name(j)]).collect(),
             controls: system.controls.iter().map(ControlLayout::of).collect(),
+            force_parameters: system.force_parameters.clone(),
             forces: &*self.forces,
         };
         layout.serialize(serializer)
@@ -154,10 +154,9 @@ impl<F: Force> WorldLayout<F> {
         for (shape, layout) in self.shapes.into_iter().enumerate() {
             shapes.push(layout.shape(shape)?);
         }
-        let bodies = self.bodies.into_iter().map(|layout| layout.body(&shapes));
-        let bodies = bodies.collect::<Result<_, _>>()?;
+        let bodies: Result<_, _> = self.bodies.into_iter().map(|it| it.body(&shapes)).collect();
         // Not through `World::new`, which makes poses orthonormal once more.
-        let mut world = World::without_forces(System::starting_at(self.start, bodies)?)
+        let mut world = World::without_forces(System::starting_at(self.start, bodies?)?)
             .with_gravity(self.gravity.into())?
             .with_slip_tolerance(self.slip_tolerance)?
             .with_forces(self.forces)?;
@@ -165,6 +164,9 @@ impl<F: Force> WorldLayout<F> {
             world = world.ignoring(first, second)?;
         }
         world.system.check_partners()?;
+        for (name, value) in &self.force_parameters {
+            world = world.with_force_parameter(name, *value)?;
+        }
         for control in self.controls {
             world = world.with_control(control.control()?)?;
         }

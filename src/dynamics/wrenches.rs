@@ -71,6 +71,7 @@ impl<T: Scalar> System<T> {
             states,
             gravity: &self.gravity,
             contact,
+            parameters: &self.force_parameters,
         };
         add(&mut Wrenches::new(&now, sums), &now);
     }

@@ -60,3 +60,24 @@ pub(super) fn changed<T: Scalar>(
     }
     system
 }
+
+/// Checks that all pairs of a system have a law that can be differentiated by the parameters together.
+pub(super) fn check_together(
+    parameters: &[Parameter],
+    system: &System,
+) -> Result<(), GradientError> {
+    let without_friction = |index: &usize| {
+        let name = system.bodies[*index].name();
+        let is_parameter = parameters.contains(&Parameter::Friction(name.into()));
+        is_parameter && system.bodies[*index].material.friction <= 0.0
+    };
+    let bodies: Vec<usize> = (0..system.bodies.len()).filter(without_friction).collect();
+    for (place, &i) in bodies.iter().enumerate() {
+        let mut others = bodies[place + 1..].iter();
+        if let Some(&j) = others.find(|&&j| system.contact_order(i, j).is_some()) {
+            let bodies = [i, j].map(|index| system.bodies[index].name().to_owned());
+            return Err(GradientError::NoFriction { bodies });
+        }
+    }
+    Ok(())
+}

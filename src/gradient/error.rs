@@ -89,6 +89,9 @@ pub enum GradientError {
         /// Name of the body.
         body: String,
     },
+    /// There is no number of this name for the world's forces.
+    #[error("the world has no force parameter {0:?}")]
+    NoForceParameter(String),
     /// Derivatives by a centre of mass in a world whose forces may depend on it.
     #[error(
         "the derivatives by the mass properties of body {0:?} are not known, because forces act that may depend on its centre of mass"

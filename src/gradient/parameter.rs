@@ -32,6 +32,9 @@ pub enum Parameter {
     /// The wrench of an interval, counted from 0, of the named body's [`Control`](crate::dynamics::Control): 6 numbers, torque
     /// (N m), then force (N), about the centre of mass in world axes.
     Control(Arc<str>, usize),
+    /// The number of this name that forces read:
+    /// [`World::with_force_parameter`](crate::dynamics::World::with_force_parameter).
+    OfForces(Arc<str>),
 }
 
 impl Parameter {
@@ -44,7 +47,11 @@ impl Parameter {
             | Self::InitialVelocity(_)
             | Self::InitialSpin(_)
             | Self::Gravity => 3,
-            Self::Modulus(_) | Self::Dissipation(_) | Self::Friction(_) | Self::Mass(_) => 1,
+            Self::Modulus(_)
+            | Self::Dissipation(_)
+            | Self::Friction(_)
+            | Self::Mass(_)
+            | Self::OfForces(_) => 1,
             Self::Control(..) => 6,
         }
     }
@@ -74,12 +81,28 @@ impl Parameter {
             | Self::Friction(name)
             | Self::Mass(name)
             | Self::Control(name, _) => Some(name),
-            Self::Gravity => None,
+            Self::Gravity | Self::OfForces(_) => None,
         }
+    }
+
+    /// Its place among the numbers that the system's forces read, if it is one of them.
+    fn place_of_forces<T>(&self, system: &System<T>) -> Option<usize> {
+        let Self::OfForces(name) = self else {
+            return None;
+        };
+        let mut numbers = system.force_parameters.iter();
+        numbers.position(|(own, _)| **own == **name)
     }
 
     /// Checks that the system has the parameter.
     pub(super) fn check(&self, system: &System) -> Result<(), GradientError> {
+        if let Self::OfForces(name) = self {
+            let place = self.place_of_forces(system);
+            return place.map_or_else(
+                || Err(GradientError::NoForceParameter(name.to_string())),
+                |_| Ok(()),
+            );
+        }
         let Some(name) = self.body() else {
             return Ok(());
         };
@@ -132,8 +155,12 @@ impl Parameter {
     }
 
     /// A typical change of the parameter, which difference steps are multiples of: the value itself
-    /// for a material or a mass, 1 in SI units for all else.
+    /// for a material, a mass or a number of forces, 1 in SI units for all else.
     pub(super) fn scale(&self, system: &System) -> f64 {
+        if let Some(place) = self.place_of_forces(system) {
+            let value = system.force_parameters[place].1.abs();
+            return if value > 0.0 { value } else { 1.0 };
+        }
         let body = self.body().and_then(|name| system.index_of(name).ok());
         let Some(body) = body.map(|index| &system.bodies[index]) else {
             return 1.0;
@@ -150,6 +177,9 @@ impl Parameter {
 
     /// Its derivatives, one for each of its numbers, in a system that has it.
     pub(super) fn own(&self, system: &System, gradient: &SystemGradient) -> Vec<f64> {
+        if let Some(place) = self.place_of_forces(system) {
+            return vec![gradient.force_parameters[place]];
+        }
         let body = self.body().and_then(|name| system.index_of(name).ok());
         let Some(body) = body else {
             return gradient.gravity.as_slice().to_vec();
@@ -170,12 +200,16 @@ impl Parameter {
             Self::Dissipation(_) => vec![own.dissipation],
             Self::Friction(_) => vec![own.friction],
             Self::Mass(_) => vec![own.mass],
-            Self::Gravity | Self::Control(..) => Vec::new(),
+            Self::Gravity | Self::Control(..) | Self::OfForces(_) => Vec::new(),
         }
     }
 
     /// Changes the parameter in a system that has it.
     pub(super) fn change<T: Scalar>(&self, system: &mut System<T>, change: &[T]) {
+        if let Some(place) = self.place_of_forces(system) {
+            system.force_parameters[place].1 += change[0];
+            return;
+        }
         let zero = lift_vector(&Vector3::zeros());
         let vector = || Vector3::new(change[0], change[1], change[2]);
         let Some(name) = self.body() else {
@@ -212,7 +246,7 @@ impl Parameter {
             Self::InitialSpin(_) => body.initial.twist.angular += vector(),
             Self::InitialPosition(_) => move_start(body, zero, vector()),
             Self::InitialOrientation(_) => move_start(body, vector(), zero),
-            Self::Gravity | Self::Control(..) => {}
+            Self::Gravity | Self::Control(..) | Self::OfForces(_) => {}
         }
     }
 }
@@ -229,6 +263,7 @@ impl fmt::Display for Parameter {
             Self::Friction(_) => "the friction",
             Self::Mass(_) => "the mass",
             Self::Gravity => "gravity",
+            Self::OfForces(name) => return write!(formatter, "the force parameter {name:?}"),
             Self::Control(_, interval) => {
                 write!(formatter, "interval {interval} of ")?;
                 "the control"
@@ -238,27 +273,6 @@ impl fmt::Display for Parameter {
         self.body()
             .map_or(Ok(()), |body| write!(formatter, " of {body:?}"))
     }
-}
-
-/// Checks that all pairs of a system have a law that can be differentiated by the parameters together.
-pub(super) fn check_together(
-    parameters: &[Parameter],
-    system: &System,
-) -> Result<(), GradientError> {
-    let without_friction = |index: &usize| {
-        let name = system.bodies[*index].name();
-        let is_parameter = parameters.contains(&Parameter::Friction(name.into()));
-        is_parameter && system.bodies[*index].material.friction <= 0.0
-    };
-    let bodies: Vec<usize> = (0..system.bodies.len()).filter(without_friction).collect();
-    for (place, &i) in bodies.iter().enumerate() {
-        let mut others = bodies[place + 1..].iter();
-        if let Some(&j) = others.find(|&&j| system.contact_order(i, j).is_some()) {
-            let bodies = [i, j].map(|index| system.bodies[index].name().to_owned());
-            return Err(GradientError::NoFriction { bodies });
-        }
-    }
-    Ok(())
 }
 
 fn change_mass<T: Scalar>(body: &mut Body<T>, change: T) {

@@ -1,7 +1,6 @@
 use super::breakdown::{Breakdown, columns_not_finite};
-use super::changes::{changed, checked_dimension};
+use super::changes::{changed, check_together, checked_dimension};
 use super::error::same_length;
-use super::parameter::check_together;
 use super::widths::{DifferentiableOutcome, MIDDLE, NARROW, OutcomeIn, WIDE};
 use super::{Experiment, GradientError, OutcomeJacobian, Parameter};
 use crate::dynamics::{AnyWorld, Rollout, WithSystem};

@@ -1,6 +1,5 @@
-use super::changes::{changed, checked_dimension};
+use super::changes::{changed, check_together, checked_dimension};
 use super::outcome_covectors::{RecordedCovectors, of_outcome};
-use super::parameter::check_together;
 use super::widths::{DifferentiableOutcome, WIDE};
 use super::{Experiment, GradientError, Outcome, Parameter, RolloutGradient};
 use crate::dynamics::{

@@ -3,6 +3,7 @@
 mod cancelling;
 mod difference_check;
 mod dimensions;
+mod force_parameters;
 mod kinks;
 mod no_derivative;
 mod reverse;

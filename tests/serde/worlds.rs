@@ -42,6 +42,7 @@ fn furnished() -> World<f64, Spring> {
     ])
     .and_then(|world| world.with_gravity(vector![0.1, 0.0, -9.81]))
     .and_then(|world| world.with_slip_tolerance(2e-3))
+    .and_then(|world| world.with_force_parameter("stiffness", 0.3))
     .and_then(|world| world.ignoring("ball", "other ball"))
     .and_then(|world| world.with_control(control))
     .and_then(|world| world.with_forces(spring))

@@ -27,6 +27,8 @@ pub struct Situation<'a, T = f64> {
     /// The net contact wrench on each body, about its centre of mass (of a body that forces do not move, its origin), in
     /// world axes. With it a force may depend on what contact does, as in the paper (§V).
     pub contact: &'a [Wrench<T>],
+    /// See [`Self::parameter`].
+    pub(super) parameters: &'a [(String, T)],
 }
 
 /// The wrenches that forces add up, one for each body: about its centre of mass, in world axes. Those on bodies that forces
@@ -93,6 +95,16 @@ impl<T: Scalar> Situation<'_, T> {
     #[must_use]
     pub fn index_of(&self, name: &str) -> Option<usize> {
         place_of(name, self.bodies)
+    }
+
+    /// The number that the world has under a name for its forces to read
+    /// ([`World::with_force_parameter`](super::World::with_force_parameter)): the derivatives by it flow through the force.
+    #[must_use]
+    pub fn parameter(&self, name: &str) -> Option<T> {
+        let mut numbers = self.parameters.iter();
+        numbers
+            .find(|(own, _)| own == name)
+            .map(|(_, value)| *value)
     }
 
     /// The place (m) and the velocity (m/s) in the world of a point of a body, given in the body frame (m).

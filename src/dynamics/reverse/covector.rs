@@ -105,6 +105,8 @@ pub(crate) struct SystemGradient {
     pub gravity: Vector3<f64>,
     /// By the wrench of each interval (torque, force) of each control.
     pub controls: Vec<Vec<Vector6<f64>>>,
+    /// By each number that forces read.
+    pub force_parameters: Vec<f64>,
     /// By the shape of each body, its pose and its mass properties staying as they are; empty if not asked for.
     pub shapes: Vec<ShapeGradient>,
     kinks: BTreeMap<(Kink, Vec<usize>), KinksMet>,
@@ -181,6 +183,7 @@ impl SystemGradient {
             bodies: vec![body; system.bodies.len()],
             gravity: Vector3::zeros(),
             controls: system.controls.iter().map(intervals).collect(),
+            force_parameters: vec![0.0; system.force_parameters.len()],
             shapes: Vec::new(),
             kinks: BTreeMap::new(),
         }

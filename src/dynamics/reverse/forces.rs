@@ -6,7 +6,7 @@ use super::pullback::{Here, Pullback};
 use crate::dynamics::any_world::{AnyWorld, RealForces, Seeded};
 use crate::dynamics::system::System;
 use crate::dynamics::{BodyState, LOCAL, Motion};
-use crate::scalar::{GenericDirection, lift};
+use crate::scalar::{GenericDirection, lift, real_part};
 use crate::spatial::{Twist, Wrench};
 use nalgebra::{SVector, Vector3, Vector6};
 
@@ -72,6 +72,10 @@ impl Pullback<'_> {
             own.friction += by_numbers[9];
         });
         self.gradient.gravity += seeded.by_gravity();
+        let numbers = self.gradient.force_parameters.iter_mut();
+        for (sum, by_number) in numbers.zip(seeded.by_force_parameters()) {
+            *sum += by_number;
+        }
     }
 }
 
@@ -123,6 +127,22 @@ impl<'a> Situated<'a> {
         let found = self.pulled_back();
         self.system.gravity = constant;
         found.fixed_rows::<3>(0).into_owned()
+    }
+
+    /// By each number that forces read.
+    fn by_force_parameters(&mut self) -> Vec<f64> {
+        let mut found = Vec::new();
+        for first in (0..self.system.force_parameters.len()).step_by(LOCAL) {
+            let seeded = self.system.force_parameters.iter_mut().skip(first);
+            for ((_, number), seed) in seeded.zip(&seeds::<LOCAL>(0)) {
+                *number += *seed;
+            }
+            found.extend_from_slice(self.pulled_back().as_slice());
+            for (_, number) in &mut self.system.force_parameters {
+                *number = lift(real_part(*number));
+            }
+        }
+        found
     }
 
     /// Shows the derivatives by the [`NUMBERS`] of those bodies of a list for which they are not all 0. Which these are is found
