@@ -162,8 +162,7 @@ impl LinearisedShape {
         tets: &Bound<'_, PyAny>,
         depth: Option<f64>,
     ) -> PyResult<Self> {
-        let vertices = table::<3>(vertices, "vertices")?;
-        let vertices = vertices.into_iter().map(Into::into).collect();
+        let vertices = vectors(vertices, "vertices")?;
         let tets = indices(tets, "tets")?;
         let mesh = TetMesh::new(vertices, tets).map_err(refused)?;
         let made = match depth {

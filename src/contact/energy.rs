@@ -53,7 +53,7 @@ impl<T: Scalar> PolygonSource<'_, T> {
 
     /// The energy (J) in what two tetrahedra have in common: A's is cut by B's faces into tetrahedra.
     fn energy_of_tets(&self, a: &FieldTet, b: &PosedTet) -> T {
-        if a.tetrahedron.is_beyond(&b.faces) || b.tetrahedron.is_beyond(&a.barycentric) {
+        if are_apart(a, b) {
             return lift(0.0);
         }
         self.smaller_pressure_within(&self.faces_of(b), a, b, b.values)
@@ -68,16 +68,20 @@ impl<T: Scalar> PolygonSource<'_, T> {
     /// Whether a tetrahedron of A and a cell of B have a volume in common in which there is pressure.
     fn press(&self, [a, b]: [usize; 2]) -> bool {
         let (a, b) = (self.pair.tet_a(a), self.pair.posed_tet(b));
+        if a.is_inert() {
+            return false;
+        }
         let bounds = match self.pair.shape_b {
+            PartnerShape::Compliant(_) if are_apart(a, &b) => return false,
             PartnerShape::Compliant(_) => self.faces_of(&b).to_vec(),
-            PartnerShape::HalfSpace(_) => vec![self.pair.tet_b(0).extent.posed(&self.pose_ab)],
+            PartnerShape::HalfSpace(_) => {
+                vec![self.pair.tet_b(b.index).extent.posed(&self.pose_ab)]
+            }
             PartnerShape::Rigid(_) => return false,
         };
         let mut volume = 0.0;
-        if !a.is_inert() {
-            let mut add = |part: &Tetrahedron<T>| volume += real_part(part.signed_volume());
-            lifted(a).for_each_part_inside(&bounds, self.pair.margin(), &mut add);
-        }
+        let mut add = |part: &Tetrahedron<T>| volume += real_part(part.signed_volume());
+        lifted(a).for_each_part_inside(&bounds, self.pair.margin(), &mut add);
         volume > 0.0
     }
 
@@ -199,6 +203,11 @@ impl<T: Scalar> CutSurface<'_, T> {
 fn most_energy(shape: &Shape) -> f64 {
     let tets = shape.field().tets().iter();
     tets.map(|tet| tet.tetrahedron.integral(&tet.extent)).sum()
+}
+
+/// Whether a face of one of two tetrahedra has the other on its outer side.
+fn are_apart(a: &FieldTet, b: &PosedTet) -> bool {
+    a.tetrahedron.is_beyond(&b.faces) || b.tetrahedron.is_beyond(&a.barycentric)
 }
 
 /// The tetrahedron, its corners constants in the scalar.

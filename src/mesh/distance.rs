@@ -7,6 +7,8 @@ use crate::threads;
 /// A mesh with extents from the distance to its surface, and how both came about.
 pub(super) struct MadeOfDistances {
     pub mesh: TetMesh,
+    /// Over its surface.
+    pub tree: SurfaceTree,
     pub extents: Vec<f64>,
     /// The vertices that follow those of the given mesh: in the middle of edges, faces and tetrahedra that were split.
     pub centers: Vec<Center>,
@@ -16,9 +18,8 @@ pub(super) struct MadeOfDistances {
     pub passages: Vec<Passage>,
 }
 
-/// For each vertex its distance (m) to the surface: 0 on it.
-pub(super) fn distances(mesh: &TetMesh) -> Vec<f64> {
-    let tree = SurfaceTree::of(mesh);
+/// For each vertex its distance (m) to the surface, of which this is the tree: 0 on it.
+pub(super) fn distances(mesh: &TetMesh, tree: &SurfaceTree) -> Vec<f64> {
     threads::values_of(mesh.vertex_count(), |vertex| {
         if mesh.is_on_surface(vertex) {
             0.0
@@ -31,7 +32,8 @@ pub(super) fn distances(mesh: &TetMesh) -> Vec<f64> {
 /// Distances over the largest of them: in [0, 1]. All zero where no vertex lies inside.
 pub(super) fn normalized(mesh: &TetMesh) -> Result<MadeOfDistances, MeshError> {
     let (mesh, centers) = splitting::with_inner_vertices(mesh)?;
-    let distances = distances(&mesh);
+    let tree = SurfaceTree::of(&mesh);
+    let distances = distances(&mesh, &tree);
     let mut extents = distances.clone();
     let largest = distances.iter().copied().fold(0.0, f64::max);
     if largest > 0.0 {
@@ -41,6 +43,7 @@ pub(super) fn normalized(mesh: &TetMesh) -> Result<MadeOfDistances, MeshError> {
     }
     Ok(MadeOfDistances {
         mesh: mesh.into_owned(),
+        tree,
         extents,
         centers,
         distances,

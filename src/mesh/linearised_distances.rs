@@ -74,8 +74,8 @@ impl LinearisedDistances {
     /// Of the field that has the distances over the largest of them.
     pub(super) fn normalized(mesh: &TetMesh, made: MadeOfDistances) -> Self {
         let largest = made.distances.iter().copied().fold(0.0, f64::max);
-        let size = 2.0 * made.mesh.aabb().half_extents().norm();
-        let is_farthest = |&vertex: &usize| largest - made.distances[vertex] <= EQUAL * size;
+        let equal = EQUAL * made.tree.size();
+        let is_farthest = |&vertex: &usize| largest - made.distances[vertex] <= equal;
         let farthest: Vec<_> = (0..made.distances.len()).filter(is_farthest).collect();
         let equally_far = if farthest.len() > 1 {
             farthest.clone()
@@ -93,7 +93,7 @@ impl LinearisedDistances {
     }
 
     fn of(mesh: &TetMesh, made: MadeOfDistances, scale: Scale, mut ambiguous: Vec<usize>) -> Self {
-        let (dependences, equally_near) = dependences(&made.mesh, &made.distances);
+        let (dependences, equally_near) = dependences(&made);
         ambiguous.extend(equally_near);
         ambiguous.sort_unstable();
         ambiguous.dedup();

@@ -1,4 +1,5 @@
 use super::TetMesh;
+use super::distance::MadeOfDistances;
 use super::surface_tree::{Facet, SurfaceTree};
 use crate::geometry::Foot;
 use crate::threads;
@@ -26,13 +27,18 @@ pub(super) struct Dependence {
 /// What the distances of all vertices depend on, and the vertices at which they have no derivative: those with several places of
 /// the surface equally near, and those that lie on the surface without being vertices of it. Vertices of the surface depend on
 /// nothing: their distance is 0.
-pub(super) fn dependences(mesh: &TetMesh, distances: &[f64]) -> (Vec<Dependence>, Vec<usize>) {
-    let tree = SurfaceTree::of(mesh);
+pub(super) fn dependences(made: &MadeOfDistances) -> (Vec<Dependence>, Vec<usize>) {
+    let MadeOfDistances {
+        mesh,
+        tree,
+        distances,
+        ..
+    } = made;
     let of_vertices = threads::values_of(distances.len(), |vertex| {
         if mesh.is_on_surface(vertex) {
             return Vec::new();
         }
-        of_vertex(&tree, mesh, vertex, distances[vertex])
+        of_vertex(tree, mesh, vertex, distances[vertex])
     });
     let is_ambiguous = |found: &Vec<Dependence>| {
         found.len() > 1 || found.iter().any(|it| it.direction == Vector3::zeros())

@@ -1,5 +1,6 @@
 use super::distance::{MadeOfDistances, distances};
 use super::splitting::{self, Division};
+use super::surface_tree::SurfaceTree;
 use super::{MeshError, TetMesh};
 use nalgebra::Vector3;
 
@@ -33,7 +34,8 @@ pub(super) fn layered(mesh: &TetMesh, depth: f64) -> Result<MadeOfDistances, Mes
         return Err(MeshError::InvalidDimension { name, value });
     }
     let (mesh, centers) = splitting::with_inner_vertices(mesh)?;
-    let distances = distances(&mesh);
+    let tree = SurfaceTree::of(&mesh);
+    let distances = distances(&mesh, &tree);
     let mut extents = distances.clone();
     for extent in &mut extents {
         *extent /= depth;
@@ -54,6 +56,8 @@ pub(super) fn layered(mesh: &TetMesh, depth: f64) -> Result<MadeOfDistances, Mes
     };
     Ok(MadeOfDistances {
         mesh,
+        // New vertices are inside, and the surface is the same.
+        tree,
         extents,
         centers,
         distances,

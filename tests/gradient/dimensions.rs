@@ -2,6 +2,7 @@
 //! through mass.
 
 use crate::support::differences::compare_slope;
+use crate::support::moved_meshes::moved_mesh;
 use hydroelastic::contact::{HalfSpace, Shape};
 use hydroelastic::dynamics::{Body, Mass, Material, Plan, State, World};
 use hydroelastic::gradient::{Experiment, Integral, Keeping, Rate, RolloutGradient};
@@ -129,14 +130,9 @@ fn a_body_by_the_mesh_below_its_field_of_distances() {
         let velocity = |v: usize| Vector3::from_fn(|axis, _| number(from + 3 * v + axis));
         (0..43).map(velocity).collect()
     };
-    let moved = |mesh: &TetMesh, velocities: &[Vector3<f64>], time: f64| {
-        let pairs = mesh.vertices().iter().zip(velocities);
-        let vertices = pairs.map(|(vertex, velocity)| vertex + velocity * time);
-        TetMesh::new(vertices.collect(), mesh.tets().to_vec()).unwrap()
-    };
     let potato = shapes::ellipsoid([0.1, 0.12, 0.08], 1).unwrap();
     // Without symmetries.
-    let mesh = moved(potato.mesh(), &velocities(500), 0.03);
+    let mesh = moved_mesh(potato.mesh(), &velocities(500), 0.03);
     let velocities = velocities(0);
     for depth in [None, Some(0.02)] {
         let made = |mesh: &TetMesh| match depth {
@@ -153,7 +149,7 @@ fn a_body_by_the_mesh_below_its_field_of_distances() {
         let by_mesh = by_mesh.unwrap().by_vertices;
         let pairs = by_mesh.iter().zip(&velocities);
         let found = pairs.map(|(by, velocity)| by.dot(velocity)).sum();
-        let value = |time: f64| value(&of(made(&moved(&mesh, &velocities, time)).0));
+        let value = |time: f64| value(&of(made(&moved_mesh(&mesh, &velocities, time)).0));
         compare(found, value, &format!("{depth:?}"));
     }
 }

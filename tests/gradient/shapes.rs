@@ -1,6 +1,7 @@
 //! Derivatives of rollouts by the shapes of bodies, through contact and through their mass.
 
 use crate::support::differences::compare_slope;
+use crate::support::moved_meshes::moved_mesh;
 use crate::support::reference::{read, scaled_shape, shape};
 use hydroelastic::contact::{HalfSpace, Shape, ShapeGradient};
 use hydroelastic::dynamics::{
@@ -8,7 +9,7 @@ use hydroelastic::dynamics::{
     World,
 };
 use hydroelastic::gradient::{Experiment, GradientError, Keeping, Mode, Outcome, Parameter};
-use hydroelastic::mesh::{PressureField, TetMesh, shapes};
+use hydroelastic::mesh::{PressureField, shapes};
 use hydroelastic::scalar::{Scalar, lift};
 use hydroelastic::spatial::{MassProperties, Pose};
 use nalgebra::{Vector3, vector};
@@ -119,11 +120,7 @@ impl Outcome for Squares {
 
 /// A field whose extents stay with its vertices while these move.
 fn moved(field: &PressureField, velocities: &[Vector3<f64>], time: f64) -> Shape {
-    let pairs = field.mesh().vertices().iter().zip(velocities);
-    let vertices = pairs
-        .map(|(vertex, velocity)| vertex + velocity * time)
-        .collect();
-    let mesh = TetMesh::new(vertices, field.mesh().tets().to_vec()).unwrap();
+    let mesh = moved_mesh(field.mesh(), velocities, time);
     Shape::new(PressureField::new(mesh, field.extents().to_vec()).unwrap())
 }
 

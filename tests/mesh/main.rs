@@ -4,3 +4,6 @@ mod shapes;
 mod star_shaped;
 mod tet_mesh;
 mod triangle_surface;
+
+#[path = "../support/moved_meshes.rs"]
+mod moved_meshes;

@@ -30,7 +30,7 @@ struct Kept {
 }
 
 /// A step that was taken.
-#[derive(Debug, Clone)]
+#[derive(Debug)]
 pub(crate) struct StepTaken {
     /// From where it went on.
     pub before: Checkpoint,

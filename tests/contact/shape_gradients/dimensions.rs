@@ -1,5 +1,6 @@
 //! Contact wrenches by the dimensions of ready-made shapes, and by the meshes that fields were made of by distances.
 
+use crate::support::moved_meshes::{moved_mesh, moved_vertices};
 use crate::support::scenes::Random;
 use hydroelastic::contact::{ContactBody, ContactPair, Partner, RigidShape, Shape};
 use hydroelastic::mesh::{MeshError, PressureField, ShapeRates, TetMesh, TriangleSurface, shapes};
@@ -203,12 +204,7 @@ fn wrenches_by_the_mesh_below_a_field_of_distances_equal_differences() {
         .mesh()
         .clone();
     let jitter: Vec<_> = mesh.vertices().iter().map(|_| random.vector()).collect();
-    let moved = |mesh: &TetMesh, velocities: &[Vector3<f64>], time: f64| {
-        let pairs = mesh.vertices().iter().zip(velocities);
-        let vertices = pairs.map(|(vertex, velocity)| vertex + velocity * time);
-        TetMesh::new(vertices.collect(), mesh.tets().to_vec()).unwrap()
-    };
-    let mesh = moved(&mesh, &jitter, 0.02);
+    let mesh = moved_mesh(&mesh, &jitter, 0.02);
     let other = Shape::new(shapes::distance_cuboid([0.7, 0.8, 0.9]).unwrap());
     for depth in [None, Some(0.07)] {
         let field = |mesh: &TetMesh| match depth {
@@ -238,7 +234,7 @@ fn wrenches_by_the_mesh_below_a_field_of_distances_equal_differences() {
             let pairs = by_mesh.iter().zip(&velocities);
             let found = pairs.map(|(by, velocity)| by.dot(velocity)).sum();
             let value = |time: f64| {
-                let shape = Shape::new(field(&moved(&mesh, &velocities, time)).0);
+                let shape = Shape::new(field(&moved_mesh(&mesh, &velocities, time)).0);
                 weights.dot(&wrenches(&shape, &other, &poses))
             };
             let error = compare(found, 1.0, value);
@@ -262,9 +258,8 @@ fn the_center_of_a_star_shaped_solid_follows_its_surface() {
     };
     let velocities: Vec<_> = vertices.iter().map(|_| random.vector()).collect();
     let shape = |time: f64| {
-        let pairs = vertices.iter().zip(&velocities);
-        let vertices = pairs.map(|(vertex, velocity)| vertex + velocity * time);
-        Shape::new(shapes::star_shaped(vertices.collect(), triangles.clone()).unwrap())
+        let vertices = moved_vertices(&vertices, &velocities, time);
+        Shape::new(shapes::star_shaped(vertices, triangles.clone()).unwrap())
     };
     let (original, other) = (shape(0.0), Shape::new(shapes::cuboid([0.8; 3]).unwrap()));
     let poses = [Vector3::zeros(), vector![0.2, 0.3, 0.6]]

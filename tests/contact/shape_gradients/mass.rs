@@ -2,9 +2,9 @@
 
 use super::rigid_reshaped;
 use crate::partners::Shapes;
+use crate::support::moved_meshes::moved_mesh;
 use crate::support::reference::shape;
 use crate::support::scenes::Random;
-use hydroelastic::mesh::TetMesh;
 use hydroelastic::spatial::{MassGradient, MassProperties};
 use nalgebra::{Matrix3, Vector3};
 
@@ -105,13 +105,7 @@ fn meshes_and_surfaces_against_differences() {
         let (mesh, gradient) = (compliant.field().mesh(), random_gradient(&mut random));
         let mut velocities = |count: usize| (0..count).map(|_| random.vector()).collect::<Vec<_>>();
         let velocities_of_mesh = velocities(mesh.vertex_count());
-        let moved = |time: f64| {
-            let pairs = mesh.vertices().iter().zip(&velocities_of_mesh);
-            let vertices = pairs
-                .map(|(vertex, velocity)| vertex + velocity * time)
-                .collect();
-            TetMesh::new(vertices, mesh.tets().to_vec()).unwrap()
-        };
+        let moved = |time: f64| moved_mesh(mesh, &velocities_of_mesh, time);
         check(
             &mesh.mass_gradient(1.3, &gradient),
             &velocities_of_mesh,

@@ -2,6 +2,7 @@
 //! is no derivative.
 
 use super::sample_meshes::{grid, l_shape, meshes, transformed};
+use crate::moved_meshes::moved_mesh;
 use hydroelastic::mesh::{
     LinearisedDistances, MeshError, PressureField, ShapeRates, TetMesh, shapes,
 };
@@ -29,12 +30,6 @@ fn velocities(count: usize) -> Vec<Vector3<f64>> {
     (0..count).map(velocity).collect()
 }
 
-fn moved(mesh: &TetMesh, velocities: &[Vector3<f64>], time: f64) -> TetMesh {
-    let pairs = mesh.vertices().iter().zip(velocities);
-    let vertices = pairs.map(|(vertex, velocity)| vertex + velocity * time);
-    TetMesh::new(vertices.collect(), mesh.tets().to_vec()).unwrap()
-}
-
 /// Meshes without symmetries: all vertices of the samples moved by a twentieth of the shortest edge or so.
 fn generic_meshes() -> Vec<(&'static str, TetMesh)> {
     let samples = meshes().into_iter();
@@ -46,7 +41,7 @@ fn generic_meshes() -> Vec<(&'static str, TetMesh)> {
                     .map(|(i, j)| (corners[i] - corners[j]).norm())
             })
             .fold(f64::INFINITY, f64::min);
-        let mesh = moved(&mesh, &velocities(mesh.vertex_count()), 0.05 * shortest);
+        let mesh = moved_mesh(&mesh, &velocities(mesh.vertex_count()), 0.05 * shortest);
         (name, mesh)
     });
     samples.collect()
@@ -113,7 +108,7 @@ fn fields_change_as_differences_say() {
             let rates = distances.rates(&velocities).unwrap();
             let errors = STEPS.map(|step| {
                 let fields =
-                    [step, -step].map(|time| field(&moved(&mesh, &velocities, time), depth));
+                    [step, -step].map(|time| field(&moved_mesh(&mesh, &velocities, time), depth));
                 error(&rates, &fields, step)
             });
             let least = errors.into_iter().fold(f64::INFINITY, f64::min);
@@ -226,8 +221,8 @@ fn the_medial_axis_of_a_box_is_told_and_two_faces_give_the_mean() {
     let (skin, distances) = PressureField::linearised_from_distance_up_to(&mesh, depth).unwrap();
     let velocities = velocities(mesh.vertex_count());
     let rates = distances.rates(&velocities).unwrap();
-    let fields =
-        [SHORT_STEP, -SHORT_STEP].map(|time| field(&moved(&mesh, &velocities, time), Some(depth)));
+    let fields = [SHORT_STEP, -SHORT_STEP]
+        .map(|time| field(&moved_mesh(&mesh, &velocities, time), Some(depth)));
     let (mut one, mut two) = (0, 0);
     for (vertex, x) in skin
         .mesh()
