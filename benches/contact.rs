@@ -5,12 +5,14 @@
 //! what the closed form saves. Run `RAYON_NUM_THREADS=1 cargo bench --bench contact` for one thread, and
 //! compare within one run.
 //!
+//! `potential energy` has that of the pairs at 1.0, to be held against their wrenches.
 //! `in motion` has the wrench of a ball on a box with friction and dissipation, alone and linearised.
 //!
 //! The duals carry derivatives by: 6, the pose of A; 8, the pose of A and both moduli; 14, both
 //! poses and both moduli.
 
-use criterion::{BenchmarkId, Criterion, criterion_group, criterion_main};
+use criterion::measurement::WallTime;
+use criterion::{BenchmarkGroup, BenchmarkId, Criterion, criterion_group, criterion_main};
 use hydroelastic::contact::{ContactBody, ContactPair, Shape, SurfaceLaw};
 use hydroelastic::mesh::shapes;
 use hydroelastic::scalar::{DenseDual, Scalar, lift};
@@ -51,13 +53,19 @@ fn dual_wrench<const N: usize>(shape: &Shape, distance: f64) -> Vector6<DenseDua
     pair.pipeline().wrench().on_a.to_vector()
 }
 
+/// A group of which each time takes little more than a second.
+fn short_group<'c>(criterion: &'c mut Criterion, name: &str) -> BenchmarkGroup<'c, WallTime> {
+    let mut group = criterion.benchmark_group(name);
+    group
+        .sample_size(10)
+        .warm_up_time(Duration::from_millis(200))
+        .measurement_time(Duration::from_secs(1));
+    group
+}
+
 fn contact(criterion: &mut Criterion) {
     for distance in DISTANCES {
-        let mut group = criterion.benchmark_group(format!("distance {distance}"));
-        group
-            .sample_size(10)
-            .warm_up_time(Duration::from_millis(200))
-            .measurement_time(Duration::from_secs(1));
+        let mut group = short_group(criterion, &format!("distance {distance}"));
         for order in ORDERS {
             let shape = Shape::new(shapes::icosphere(1.0, order).unwrap());
             let poses = [pose_a(distance), Pose::identity()];
@@ -81,6 +89,20 @@ fn contact(criterion: &mut Criterion) {
     }
 }
 
+/// The potential energy, whose integral visits all tetrahedra that overlap.
+fn energy(criterion: &mut Criterion) {
+    let mut group = short_group(criterion, "potential energy");
+    for order in ORDERS {
+        let shape = Shape::new(shapes::icosphere(1.0, order).unwrap());
+        let poses = [pose_a(DISTANCES[0]), Pose::identity()];
+        let real = pair(&shape, poses, [1.0, 1.0]);
+        group.bench_function(BenchmarkId::new("f64", order), |b| {
+            b.iter(|| black_box(&real).potential_energy());
+        });
+    }
+    group.finish();
+}
+
 /// The wrench of a ball that slides and spins on a box, with dissipation and friction, and with all its derivatives.
 fn motion(criterion: &mut Criterion) {
     let slab = Shape::new(shapes::cuboid([0.4, 0.4, 0.2]).unwrap());
@@ -93,11 +115,7 @@ fn motion(criterion: &mut Criterion) {
         angular: Vector3::new(0.5, 0.4, 1.0),
         linear: Vector3::new(0.3, 0.2, -0.05),
     };
-    let mut group = criterion.benchmark_group("in motion");
-    group
-        .sample_size(10)
-        .warm_up_time(Duration::from_millis(200))
-        .measurement_time(Duration::from_secs(1));
+    let mut group = short_group(criterion, "in motion");
     for order in [2, 3] {
         let ball = Shape::new(shapes::icosphere(0.1, order).unwrap());
         let pair = ContactPair::new(
@@ -116,5 +134,5 @@ fn motion(criterion: &mut Criterion) {
     group.finish();
 }
 
-criterion_group!(benches, contact, motion);
+criterion_group!(benches, contact, energy, motion);
 criterion_main!(benches);

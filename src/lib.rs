@@ -23,7 +23,8 @@
 //! # The same bits
 //!
 //! A program gives the same bits in every run, with any number of threads: wrenches, Jacobians, rollouts,
-//! batches and files. The compiler neither fuses products with sums nor reorders them, so builds should agree
+//! batches and files; with the instructions of any processor, too: several contact polygons are computed at a time,
+//! and none depends on how many. The compiler neither fuses products with sums nor reorders them, so builds should agree
 //! as well: those at optimisation levels 0 and 2 did (`cargo test --test threads reproducible:: -- --nocapture` prints
 //! hashes to compare).
 //!
@@ -54,6 +55,7 @@ pub mod gradient;
 pub mod guide;
 #[cfg(any(feature = "files", feature = "parry"))]
 pub mod io;
+mod lanes;
 pub mod mesh;
 mod narrow_phase;
 pub mod scalar;

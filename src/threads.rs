@@ -105,29 +105,28 @@ fn is_shared_out(items: usize, length: usize) -> bool {
     items >= WORTH_PIECES * length && !HAS_JOB.get() && rayon::current_num_threads() > 1
 }
 
-/// Appends, in order, what is found in each piece of `length` items, which also writes to outputs beside
-/// them: by several threads where so many items pay.
-pub(crate) fn collect_pieces<I: Sync, O: Send, C: Send>(
-    (items, outputs): (&[I], &mut [O]),
+/// Appends, in order, what is found in each piece of `length` items, which may change: by several threads where so many items
+/// pay.
+pub(crate) fn collect_pieces<I: Send, C: Send>(
+    items: &mut [I],
     length: usize,
-    find: impl Fn(&[I], &mut [O], &mut Vec<C>) + Sync + Send,
+    find: impl Fn(&mut [I], &mut Vec<C>) + Sync + Send,
     found: &mut Vec<C>,
 ) {
     #[cfg(feature = "parallel")]
     if is_shared_out(items.len(), length) {
-        let pieces = items.par_chunks(length).zip(outputs.par_chunks_mut(length));
-        let find_in = |(items, outputs): (&[I], &mut [O])| {
+        let find_in = |items: &mut [I]| {
             let mut found = Vec::new();
-            find(items, outputs, &mut found);
+            find(items, &mut found);
             found
         };
-        let finds: Vec<Vec<C>> = pieces.map(find_in).collect();
+        let finds: Vec<Vec<C>> = items.par_chunks_mut(length).map(find_in).collect();
         return finds
             .into_iter()
             .for_each(|mut find| found.append(&mut find));
     }
     let _ = length;
-    find(items, outputs, found);
+    find(items, found);
 }
 
 /// The short values of 0, 1, 2 and so on to before `count`, each some 0.1 to 10 µs of work: by several threads where so many

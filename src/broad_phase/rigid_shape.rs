@@ -6,7 +6,7 @@ use crate::spatial::Pose;
 use nalgebra::Vector3;
 use std::fmt;
 
-/// What a rigid body is made of for contact: a closed surface that does not give way, with R\*-trees over its triangles.
+/// What a rigid body is made of for contact: a closed surface that does not give way, with trees over its triangles.
 ///
 /// A shape has no pose; any number of bodies may share one. [`Partner::rigid`](crate::contact::Partner::rigid) gives it one.
 #[derive(Clone)]

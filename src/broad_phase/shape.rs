@@ -3,7 +3,7 @@ use crate::mesh::PressureField;
 use crate::threads;
 use std::fmt;
 
-/// What a body is made of for contact: a pressure field and the R\*-trees over its tetrahedra.
+/// What a body is made of for contact: a pressure field and the trees over its tetrahedra.
 ///
 /// A shape has no pose and no modulus; any number of bodies may share one.
 #[derive(Clone)]

@@ -207,7 +207,7 @@ fn most_energy(shape: &Shape) -> f64 {
 
 /// Whether a face of one of two tetrahedra has the other on its outer side.
 fn are_apart(a: &FieldTet, b: &PosedTet) -> bool {
-    a.tetrahedron.is_beyond(&b.faces) || b.tetrahedron.is_beyond(&a.barycentric)
+    a.tetrahedron.is_beyond(&b.faces[..4]) || b.tetrahedron.is_beyond(&a.barycentric)
 }
 
 /// The tetrahedron, its corners constants in the scalar.
@@ -219,7 +219,7 @@ fn lifted<T: Scalar>(tet: &FieldTet) -> Tetrahedron<T> {
 
 impl Tetrahedron<f64> {
     /// Whether one of the faces has the whole tetrahedron on its outer side.
-    fn is_beyond(&self, faces: &[AffineField; 4]) -> bool {
+    fn is_beyond(&self, faces: &[AffineField]) -> bool {
         let beyond = |face: &AffineField| self.corners.iter().all(|corner| face.at(corner) <= 0.0);
         faces.iter().any(beyond)
     }

@@ -58,7 +58,7 @@ impl ContactPair<'_> {
         let moving = moving.filter(|(law, _)| !law.is_elastic());
         let moving = moving.map(|(law, twists)| (law, RelativeMotion::of(self, twists)));
         let surface = PolygonSource::of(self).for_values(self.search());
-        if surface.found.cuts().is_empty() {
+        if surface.found.is_empty() {
             return None;
         }
         let sum = surface.frozen(moving.as_ref().map(|(_, motion)| motion));

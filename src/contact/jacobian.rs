@@ -104,12 +104,12 @@ impl<T: Scalar> ContactJacobian<T> {
 #[derive(Debug, Clone, Copy)]
 pub(super) struct RelativeJacobian<T> {
     /// ∂W/∂ξ.
-    by_motion_of_b: Matrix6<T>,
+    pub by_motion_of_b: Matrix6<T>,
     /// Σ 1/|g| ∫ p s_A dA.
-    pressed_a: Vector6<T>,
+    pub pressed_a: Vector6<T>,
     /// Σ 1/|g| ∫ p s_B dA.
-    pressed_b: Vector6<T>,
-    kinks: Kinks,
+    pub pressed_b: Vector6<T>,
+    pub kinks: Kinks,
 }
 
 impl<T: Scalar> PartialSum for RelativeJacobian<T> {

@@ -29,11 +29,15 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
+mod cut_surface;
 mod energy;
 mod friction;
 mod frozen;
 mod jacobian;
 mod linearised;
+mod loaded_triangles;
+mod octets;
+mod octets_in_motion;
 mod pair;
 mod plane;
 mod polygon;

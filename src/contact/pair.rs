@@ -1,10 +1,10 @@
 use super::jacobian::RelativeJacobian;
 use super::linearised::RelativeLinearisation;
-use super::polygon::{CutSurface, PolygonSource};
+use super::polygon::{CutPolygon, CutSurface, PolygonSource};
 use super::{
     ContactBody, ContactJacobian, ContactPolygon, ContactSurface, ContactWrench, Partner, Search,
 };
-use crate::narrow_phase::ELASTIC_COINCIDENCE;
+use crate::narrow_phase::{ELASTIC_COINCIDENCE, Weights};
 use crate::scalar::{Order, Scalar, real_part};
 use crate::spatial::Pose;
 
@@ -105,9 +105,8 @@ impl<'a, T: Scalar> ContactPair<'a, T> {
     pub(super) fn relative_linearisation(&self) -> RelativeLinearisation<T> {
         let (surface, finer) =
             PolygonSource::of(self).for_derivatives(ELASTIC_COINCIDENCE, self.search);
-        let elastic = surface.sum_of_derivatives(|sum: &mut RelativeJacobian<T>, polygon| {
-            polygon.add_to(sum);
-        });
+        let add = |sum: &mut RelativeJacobian<T>, polygon: &CutPolygon<T>| polygon.add_to(sum);
+        let elastic = surface.sum_of_moments(Weights::have_area, add);
         self.elastic_linearisation(&elastic, (&surface, finer.as_ref()))
     }
 

@@ -1,4 +1,5 @@
-use super::friction::{Affine, Quadratic, ends};
+use super::SurfaceLaw;
+use super::friction::{Affine, Quadratic, Slip, ends};
 use super::polygon::CutPolygon;
 use super::surface_law::RelativeMotion;
 use crate::geometry::POLYGON_CAPACITY;
@@ -24,8 +25,15 @@ pub(super) struct PlanePolygon<T> {
     pub outline: Outline<T>,
     /// The pressure (Pa).
     pub pressure: Affine<T>,
-    /// The velocity of A relative to B at the center, and its angular velocity, along the axes.
+    pub motion: PlaneMotion<T>,
+}
+
+/// How A moves relative to B, seen from a plane: along e₁, e₂ and n.
+#[derive(Clone, Copy)]
+pub(super) struct PlaneMotion<T> {
+    /// The velocity (m/s) where y is zero.
     pub velocity: [T; 3],
+    /// The angular velocity (rad/s).
     pub angular: [T; 3],
 }
 
@@ -55,7 +63,8 @@ impl<T: Scalar> PlanePolygon<T> {
             outline.push([e1.dot(&y), e2.dot(&y)], edge);
         }
         let gradient = &polygon.pressure.gradient;
-        let mut plane = Self {
+        Some(Self {
+            motion: PlaneMotion::of(motion, &axes, &center),
             axes,
             center,
             outline,
@@ -64,17 +73,23 @@ impl<T: Scalar> PlanePolygon<T> {
                 e1.dot(gradient),
                 e2.dot(gradient),
             ],
-            velocity: [lift(0.0); 3],
-            angular: [lift(0.0); 3],
-        };
-        plane.move_with(motion);
-        Some(plane)
+        })
     }
 
     /// Takes another velocity of A relative to B.
     pub fn move_with(&mut self, motion: &RelativeMotion<T>) {
-        let along = |vector: &Vector3<T>| [0, 1, 2].map(|axis| self.axes.column(axis).dot(vector));
-        (self.velocity, self.angular) = (along(&motion.at(&self.center)), along(&motion.angular));
+        self.motion = PlaneMotion::of(motion, &self.axes, &self.center);
+    }
+}
+
+impl<T: Scalar> PlaneMotion<T> {
+    /// From the axes of the plane as columns, and where y is zero.
+    pub fn of(motion: &RelativeMotion<T>, axes: &Matrix3<T>, center: &Vector3<T>) -> Self {
+        let along = |vector: &Vector3<T>| [0, 1, 2].map(|axis| axes.column(axis).dot(vector));
+        Self {
+            velocity: along(&motion.at(center)),
+            angular: along(&motion.angular),
+        }
     }
 
     /// 1 − d v₃, the factor of the pressure by Hunt and Crossley: v₃ = v·n.
@@ -90,6 +105,15 @@ impl<T: Scalar> PlanePolygon<T> {
     /// v₃, positive where the surfaces part.
     pub fn separating(&self) -> Affine<T> {
         [self.velocity[2], -self.angular[1], self.angular[0]]
+    }
+
+    /// The velocity of A relative to B in the plane.
+    pub fn slip(&self, law: &SurfaceLaw<T>) -> Slip<T> {
+        Slip {
+            at_origin: [self.velocity[0], self.velocity[1]],
+            spin: self.angular[2],
+            tolerance: law.slip_tolerance,
+        }
     }
 }
 

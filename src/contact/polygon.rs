@@ -6,10 +6,6 @@ use crate::narrow_phase::{
 use crate::scalar::{Scalar, carries_derivatives, real_part};
 use crate::search::Found;
 use crate::spatial::Pose;
-use crate::threads;
-
-/// Cuts that are integrated by themselves, in one thread: some 20 µs of work in `f64`.
-const PIECE: usize = 32;
 
 /// No more than this fraction of the load may be taken for zero.
 const LITTLE: f64 = 1e-6;
@@ -210,7 +206,7 @@ impl<'a, T: Scalar> PolygonSource<'a, T> {
     }
 
     /// What the rounding of a coordinate can make of the pressure on the polygon of a cut (Pa/m).
-    fn sensitivity(&self, cut: &Cut) -> f64 {
+    pub fn sensitivity(&self, cut: &Cut) -> f64 {
         let [a, b] = [self.pair.tet_a(cut.tets[0]), self.pair.tet_b(cut.tets[1])];
         let of_a = real_part(self.modulus_a) * a.sensitivity;
         if self.pair.shape_b.is_rigid() {
@@ -218,76 +214,6 @@ impl<'a, T: Scalar> PolygonSource<'a, T> {
         } else {
             of_a.min(self.pair.scales[1] * b.sensitivity)
         }
-    }
-}
-
-impl<T: Scalar> CutSurface<'_, T> {
-    /// Adds up what cuts contribute.
-    pub fn sum_of_cuts<S: PartialSum>(&self, add: impl Fn(&mut S, &Cut) + Sync) -> S {
-        let piece = |cuts: &[Cut]| {
-            let mut sum = S::empty();
-            for cut in cuts {
-                add(&mut sum, cut);
-            }
-            sum
-        };
-        let mut sum = S::empty();
-        threads::for_pieces(self.found.cuts(), PIECE, piece, |piece| sum.merge(piece));
-        sum
-    }
-
-    /// Whether nothing is pressed on.
-    pub fn is_empty(&self) -> bool {
-        let mut cuts = self.found.cuts().iter();
-        !cuts.any(|cut| self.source.pressed_polygon(cut).is_some())
-    }
-
-    /// Adds up the contact polygons; for scalars with derivatives also those of zero area, whose area may have a derivative.
-    pub fn sum<S: PartialSum>(&self, add: impl Fn(&mut S, &CutPolygon<T>) + Sync) -> S {
-        self.sum_where(|weights| weights.still.area() > 0.0, add)
-    }
-
-    /// Adds up all polygons whose area counts in values or derivatives.
-    pub fn sum_of_derivatives<S: PartialSum>(
-        &self,
-        add: impl Fn(&mut S, &CutPolygon<T>) + Sync,
-    ) -> S {
-        self.sum_where(Weights::have_area, add)
-    }
-
-    fn sum_where<S: PartialSum>(
-        &self,
-        counts: impl Fn(Weights) -> bool + Sync,
-        add: impl Fn(&mut S, &CutPolygon<T>) + Sync,
-    ) -> S {
-        self.sum_of_cuts(|sum, cut| {
-            if counts(cut.weights()) {
-                let polygon = self.source.polygon(cut);
-                if carries_derivatives::<T>() || polygon.has_area() {
-                    add(sum, &polygon);
-                }
-            }
-        })
-    }
-
-    /// ∫ p dA (N).
-    fn load(&self) -> f64 {
-        self.sum(|sum: &mut f64, polygon| *sum += real_part(polygon.pressure_integrals().0))
-    }
-
-    /// The part of it that is on polygons whose pressure would nowhere be told from zero with so many octaves.
-    fn load_at_zero(&self, octaves: i32) -> f64 {
-        let pair = self.source.pair.with_near_coincidences(octaves);
-        self.sum_of_cuts(|sum: &mut f64, cut| {
-            let Some(polygon) = self.source.pressed_polygon(cut) else {
-                return;
-            };
-            let zero = pair.margin() * self.source.sensitivity(cut);
-            let is_zero = |corner| real_part(polygon.pressure.at(corner)) <= zero;
-            if polygon.polygon.corners().iter().all(is_zero) {
-                *sum += real_part(polygon.pressure_integrals().0);
-            }
-        })
     }
 }
 

@@ -1,6 +1,6 @@
 use super::{BodyError, ContactPair, ContactWrench, LinearisedContact, Pipeline};
 use crate::scalar::{Order, Scalar, real_part, real_vector, times};
-use crate::spatial::{Twist, Wrench};
+use crate::spatial::Twist;
 use nalgebra::Vector3;
 
 /// What the surfaces of a pair add to the elastic pressure when they move against each other.
@@ -89,9 +89,7 @@ impl<T: Scalar> Pipeline<'_, '_, T> {
     pub fn wrench_in_motion(&self, law: &SurfaceLaw<T>, twists: [Twist<T>; 2]) -> ContactWrench<T> {
         let motion = RelativeMotion::of(self.0, twists);
         let surface = self.0.cut_surface();
-        let wrench_a = surface.sum(|sum: &mut Wrench<T>, polygon| {
-            *sum += polygon.wrench_in_motion(law, &motion);
-        });
+        let wrench_a = surface.wrench_in_motion(law, &motion);
         self.0.wrench_from_a(&wrench_a)
     }
 }

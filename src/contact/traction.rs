@@ -1,5 +1,5 @@
 use super::SurfaceLaw;
-use super::friction::{Affine, Slip, product};
+use super::friction::{Affine, product};
 use super::plane::{Outline, PlanePolygon, quadratic_moments};
 use super::polygon::CutPolygon;
 use super::surface_law::RelativeMotion;
@@ -18,7 +18,7 @@ impl<T: Scalar> CutPolygon<T> {
         let Some(plane) = PlanePolygon::of(self, motion) else {
             return Wrench::zero();
         };
-        let damping = plane.damping(law.dissipation);
+        let damping = plane.motion.damping(law.dissipation);
         // Surfaces that part faster than the skin recovers do not pull.
         let part = plane.outline.cut(&damping);
         let outline = part.as_ref().unwrap_or(&plane.outline);
@@ -41,17 +41,8 @@ impl<T: Scalar> PlanePolygon<T> {
         if real_part(law.friction) == 0.0 && !carries_derivatives::<T>() {
             return [lift(0.0); 3];
         }
-        let slip = self.slip(law);
+        let slip = self.motion.slip(law);
         let along_slip = slip.resultant(outline.corners(), &self.pressure, damping);
         along_slip.map(|part| -(law.friction * part))
-    }
-
-    /// The velocity of A relative to B in the plane.
-    pub fn slip(&self, law: &SurfaceLaw<T>) -> Slip<T> {
-        Slip {
-            at_origin: [self.velocity[0], self.velocity[1]],
-            spin: self.angular[2],
-            tolerance: law.slip_tolerance,
-        }
     }
 }

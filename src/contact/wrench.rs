@@ -1,5 +1,6 @@
 use super::ContactPair;
 use super::polygon::{CutPolygon, CutSurface, PartialSum};
+use crate::narrow_phase::Weights;
 use crate::scalar::{Scalar, lift};
 use crate::spatial::Wrench;
 use nalgebra::Vector3;
@@ -45,7 +46,9 @@ impl<T: Scalar> PartialSum for Wrench<T> {
 impl<T: Scalar> CutSurface<'_, T> {
     /// The elastic wrench on A, in A's axes about A's origin.
     pub fn wrench(&self) -> Wrench<T> {
-        self.sum(|sum: &mut Wrench<T>, polygon| *sum += polygon.wrench())
+        self.sum_of_moments(Weights::has_still_area, |sum: &mut Wrench<T>, polygon| {
+            *sum += polygon.wrench();
+        })
     }
 }
 

@@ -154,6 +154,32 @@ impl Tetrahedron<f64> {
     }
 }
 
+/// For a slice with these corners below, the face in which the outline goes on from each face, counter-clockwise about the
+/// direction "above".
+pub(crate) const NEXT_FACES: [[usize; 4]; 16] = {
+    let mut next = [[0; 4]; 16];
+    let mut below = 0;
+    while below < 16 {
+        let len = CUT_EDGES[below].len();
+        let mut cut = 0;
+        while cut < len {
+            let (face, beyond) = (
+                SLICE_OWNERS[below][cut],
+                SLICE_OWNERS[below][(cut + 1) % len],
+            );
+            next[below][face.trailing_zeros() as usize] = beyond.trailing_zeros() as usize;
+            cut += 1;
+        }
+        below += 1;
+    }
+    next
+};
+
+/// A face that the plane passes of a slice with these corners below.
+pub(crate) fn face_of_slice(below: usize) -> usize {
+    SLICE_OWNERS[below][0].trailing_zeros() as usize % 4
+}
+
 /// The first edge of a slice that is the edge between these two corners of the tetrahedron.
 #[cold]
 fn edge_of_slice(cuts: &[(usize, usize)], corners: u8) -> usize {

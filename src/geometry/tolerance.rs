@@ -81,6 +81,11 @@ impl Tolerance {
         }
     }
 
+    /// Up to here values are noted: nothing depends on how near to zero larger ones are.
+    pub fn noted(self) -> f64 {
+        self.rounding * f64::from(1_u32 << Closeness::OCTAVES)
+    }
+
     /// For values times a factor.
     pub fn scaled(self, factor: f64) -> Self {
         Self {

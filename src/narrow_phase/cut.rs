@@ -45,7 +45,7 @@ pub(crate) struct Cut {
     pub polygon: ConvexPolygon,
     /// B's pressure (Pa), or the depth (m) in it if it is rigid.
     pub field_b: AffineField,
-    decisions: Decisions,
+    pub(super) decisions: Decisions,
 }
 
 impl RelativePair<'_> {
@@ -98,8 +98,7 @@ impl RelativePair<'_> {
     /// The common part of the plane and both tetrahedra, which may be nothing.
     #[inline]
     pub fn cut(&self, a: &FieldTet, b: &PosedTet, decisions: Decisions) -> Cut {
-        let norms = &self.tet_b(b.index).barycentric_steepness;
-        let face_of_b = |face: usize| (b.faces[face], norms[face]);
+        let face_of_b = |face: usize| (b.faces[face], b.face_steepness[face]);
         Cut {
             tets: [a.index, b.index],
             polygon: decisions.polygon(a, &decisions.at_a, self.tolerance, face_of_b),
@@ -207,6 +206,25 @@ impl Cut {
 }
 
 impl Decisions {
+    /// Of a generic pair, of which these corners of A are below the plane.
+    pub fn generic(
+        [a, b]: [&FieldTet; 2],
+        pair: &RelativePair,
+        tet_b: &PosedTet,
+        below: u8,
+    ) -> Self {
+        Self {
+            at_a: excess_at_corners_of_a(a, pair.scales[0], &tet_b.field),
+            zero: pair.tolerance.scaled(tet_b.sensitivity).zero,
+            below,
+            faces_in_plane: 0,
+            bounding_faces: ALL_FACES & !b.zero_faces,
+            weights: Weights::WHOLE,
+            is_at_ends: false,
+            closeness: Closeness::default(),
+        }
+    }
+
     /// Slices A by the plane and clips the slice by B's faces, given with the norms of their gradients.
     #[inline]
     fn polygon<T: Scalar>(

@@ -5,6 +5,7 @@ use crate::geometry::{AffineField, Tetrahedron, Tolerance};
 use crate::mesh::FieldTet;
 use crate::scalar::{Scalar, lift, real_part};
 use crate::spatial::Pose;
+use nalgebra::Vector3;
 
 /// The `f64` shadow of a body pair, in A's frame: what every decision is made on.
 #[derive(Debug, Clone, Copy)]
@@ -15,6 +16,8 @@ pub(crate) struct RelativePair<'a> {
     /// What extents are multiplied by in the two fields that are equal on the plane: the hydroelastic moduli (Pa). If B is
     /// rigid, 0 and 1: the plane is where the depth in B (m) is 0.
     pub scales: [f64; 2],
+    /// The hydroelastic modulus of A (Pa).
+    pub modulus_a: f64,
     pub pose_ab: Pose<f64>,
     /// The distances (m) that count as zero, or as nearly zero.
     pub tolerance: Tolerance,
@@ -30,9 +33,24 @@ pub(crate) struct PosedTet {
     pub field: AffineField,
     /// What the rounding of a coordinate can make of it (Pa/m, or 1).
     pub sensitivity: f64,
-    /// The barycentric coordinates: field k is 0 on the face opposite to corner k, positive inside.
-    pub faces: [AffineField; 4],
+    /// Norm of the field's gradient.
+    pub steepness: f64,
+    /// The barycentric coordinates: field k is 0 on the face opposite to corner k, positive inside. At last a field that is 1
+    /// everywhere.
+    pub faces: [AffineField; 5],
+    /// The norms of their gradients (1/m).
+    pub face_steepness: [f64; 5],
+    /// The faces that may bound a polygon, all but those at which B's field is 0; then 4.
+    pub bounds: [u8; 4],
+    /// How many may.
+    pub bound_count: usize,
 }
+
+/// Bounds nothing.
+const EVERYWHERE: AffineField = AffineField {
+    gradient: Vector3::new(0.0, 0.0, 0.0),
+    offset: 1.0,
+};
 
 impl<'a> RelativePair<'a> {
     pub fn of<T: Scalar>(a: &ContactBody<'a, T>, b: &Partner<'a, T>, pose_ab: &Pose<T>) -> Self {
@@ -44,6 +62,7 @@ impl<'a> RelativePair<'a> {
             shape_b,
             cells_b: shape_b.cells(),
             scales: scales(a, b).map(real_part),
+            modulus_a: real_part(a.modulus()),
             pose_ab,
             tolerance: Tolerance::new(margin),
         }
@@ -74,13 +93,25 @@ impl<'a> RelativePair<'a> {
     /// A tetrahedron of B as A sees it.
     pub fn posed_tet(&self, index: usize) -> PosedTet {
         let (tet, scale, pose_ab) = (self.tet_b(index), self.scales[1], &self.pose_ab);
+        let posed = |face: usize| tet.barycentric[face].posed(pose_ab);
+        let [n0, n1, n2, n3] = tet.barycentric_steepness;
+        let (mut bounds, mut bound_count) = ([4; 4], 0);
+        for face in 0..4_u8 {
+            bounds[bound_count] = face;
+            bound_count += usize::from(tet.zero_faces & 1 << face == 0);
+        }
+        bounds[bound_count..].fill(4);
         PosedTet {
             index,
             tetrahedron: tet.tetrahedron.posed(pose_ab),
             values: tet.extents.map(|extent| extent * scale),
             field: tet.extent.posed(pose_ab).scaled(scale),
             sensitivity: tet.sensitivity * scale,
-            faces: tet.barycentric.each_ref().map(|field| field.posed(pose_ab)),
+            steepness: tet.steepness * scale,
+            faces: [posed(0), posed(1), posed(2), posed(3), EVERYWHERE],
+            face_steepness: [n0, n1, n2, n3, 0.0],
+            bounds,
+            bound_count,
         }
     }
 }

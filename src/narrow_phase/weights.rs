@@ -160,6 +160,12 @@ pub(crate) struct Weights {
 }
 
 impl Weights {
+    /// Of a polygon that counts wholly in everything.
+    pub const WHOLE: Self = Self {
+        still: Weight::WHOLE,
+        moving: Weight::WHOLE,
+    };
+
     /// From signs of p_A − p_B at the corners of both tetrahedra, and the gradients of both pressures.
     pub fn of(signs: [CornerSigns; 2], [gradient_a, gradient_b]: [&Vector3<f64>; 2]) -> Self {
         let still = Weight::of(signs, [-1.0; 2]);
@@ -184,7 +190,12 @@ impl Weights {
 
     /// Whether the whole polygon counts in everything.
     pub fn are_whole(self) -> bool {
-        self.still == Weight::WHOLE && self.moving == Weight::WHOLE
+        self == Self::WHOLE
+    }
+
+    /// Whether the area counts in values.
+    pub fn has_still_area(self) -> bool {
+        self.still.has_area()
     }
 
     /// Whether the area counts in anything.

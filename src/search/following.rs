@@ -1,12 +1,16 @@
 use super::Culling;
-use super::scratch::{Exits, Scratch};
+use super::scratch::{PosedTets, Scratch};
 use crate::broad_phase::{RigidShape, Seeds, Shape};
 use crate::geometry::faces_in;
-use crate::narrow_phase::{Cut, Encounter, PartnerShape, PosedTet, RelativePair};
+use crate::lanes;
+use crate::narrow_phase::{
+    Cut, Encounter, Exits, LookAt, Octet, PartnerShape, PosedTet, RelativePair,
+};
 use crate::threads;
+use std::ops::Range;
 
-/// Pairs of tetrahedra that are looked at together, in one thread: some 20 µs of work.
-const PIECE: usize = 64;
+/// Octets that are looked at together, in one thread: some 20 µs of work.
+const PIECE: usize = 32;
 
 /// Where round-off decides at more pairs than this, and at more than one in [`DOUBTLESS`], looking around each would take
 /// longer than looking everywhere.
@@ -34,26 +38,27 @@ pub(super) struct Walk<'w, 'a> {
 
 impl RelativePair<'_> {
     /// Finds the cuts: from those where a component of the contact surface must show, to their neighbors across the
-    /// faces that a polygon reaches, one frontier after the other. Returns the number of pairs looked at.
+    /// faces that a polygon reaches, eight pairs after the other. Returns the number of pairs looked at.
     ///
     /// A polygon's edge lies on a face of A or of B, and behind that face the neighbor has the same
     /// edge. In a special position, where the plane only touches a pair, or an edge lies on faces of
     /// both, what is next may be behind several faces; so a pair that is only touched is a step on the
     /// way too.
     pub(super) fn follow(&self, scratch: &mut Scratch) -> usize {
-        let Some(route) = self.route() else {
-            return self.cull(Culling::default(), scratch);
-        };
         let mut walk = Walk {
             pair: self,
             scratch,
             doubts: 0,
         };
+        let Some(route) = self.route() else {
+            walk.look_everywhere();
+            return walk.scratch.octets.pair_count();
+        };
         if !walk.is_complete_by(&route) {
             walk.enter_everywhere();
             walk.followed();
         }
-        walk.scratch.visited.len()
+        walk.scratch.octets.pair_count()
     }
 
     /// None where following would not find all: where a field is not positive inside. A half-space has no mesh to follow.
@@ -69,6 +74,31 @@ impl RelativePair<'_> {
                 is_positive_inside.then_some(Route::OverRigid(shape_b))
             }
             PartnerShape::HalfSpace(_) => None,
+        }
+    }
+
+    /// Looks at the pairs of octets: at the generic ones several at a time, at the others one by one, of which the cuts are
+    /// taken note of.
+    fn look_at(&self, posed_tets: &PosedTets, octets: &mut [Octet], cuts: &mut Vec<Cut>) {
+        let posed = |tet_b: u32| posed_tets.get(tet_b);
+        lanes::run(LookAt {
+            pair: self,
+            posed,
+            octets: &mut *octets,
+        });
+        for octet in octets {
+            for place in 0..octet.tets().len() {
+                let [tet_a, tet_b] = octet.tets()[place];
+                let posed_b = posed(tet_b);
+                octet.exits[place] = if octet.is_special(place) {
+                    self.exits(tet_a as usize, posed_b, cuts)
+                } else {
+                    Exits {
+                        faces: octet.reached_faces(place, posed_b),
+                        ..Exits::default()
+                    }
+                };
+            }
         }
     }
 
@@ -95,12 +125,36 @@ impl RelativePair<'_> {
 }
 
 impl Walk<'_, '_> {
-    /// Puts a pair of tetrahedra into the next frontier, unless it was in one.
+    /// Puts a pair of tetrahedra among those to be looked at, unless it was there.
     #[inline]
     pub fn enter(&mut self, tet_a: u32, tet_b: u32) {
-        let key = u64::from(tet_a) << 32 | u64::from(tet_b);
-        if self.scratch.visited.insert(key) {
-            self.scratch.next_frontier.push([tet_a, tet_b]);
+        let tets = [tet_a, tet_b];
+        if self.scratch.visited.insert(tets) {
+            self.add(tets);
+        }
+    }
+
+    fn add(&mut self, tets: [u32; 2]) {
+        self.scratch.posed_tets.add(self.pair, tets[1]);
+        self.scratch.octets.push(tets);
+    }
+
+    /// Looks at all pairs that culling leaves over.
+    fn look_everywhere(&mut self) {
+        let pair = self.pair;
+        pair.visit_candidates(Culling::default(), |tet_a, tet_b| {
+            self.add([tet_a as u32, tet_b.index as u32]);
+        });
+        self.look_at_all(|_, _| {});
+    }
+
+    /// Looks at the pairs that are waiting, and at those that `go_on` from an octet adds.
+    fn look_at_all(&mut self, go_on: impl Fn(&mut Self, usize)) {
+        while let Some(octets) = self.looked_around() {
+            for index in octets {
+                self.take_note(index);
+                go_on(self, index);
+            }
         }
     }
 
@@ -132,7 +186,9 @@ impl Walk<'_, '_> {
     fn is_complete_from_here(&mut self) -> bool {
         loop {
             let has_equal = !self.followed();
-            if has_equal || self.doubts > MOST_DOUBTS.max(self.scratch.visited.len() / DOUBTLESS) {
+            if has_equal
+                || self.doubts > MOST_DOUBTS.max(self.scratch.octets.pair_count() / DOUBTLESS)
+            {
                 return false;
             }
             let mut doubtful = std::mem::take(&mut self.scratch.doubtful);
@@ -140,7 +196,7 @@ impl Walk<'_, '_> {
                 self.enter_around(tet_a, tet_b);
             }
             self.scratch.doubtful = doubtful;
-            if self.scratch.next_frontier.is_empty() {
+            if self.scratch.octets.are_all_done() {
                 return true;
             }
         }
@@ -149,57 +205,51 @@ impl Walk<'_, '_> {
     /// Follows the surface from the pairs that were entered. Takes note of those where round-off decided, and returns
     /// whether it met no fields that are equal over a volume.
     fn followed(&mut self) -> bool {
-        let mut has_equal = false;
-        while !self.scratch.next_frontier.is_empty() {
-            let scratch = &mut *self.scratch;
-            std::mem::swap(&mut scratch.frontier, &mut scratch.next_frontier);
-            scratch.next_frontier.clear();
-            for [_, tet_b] in &scratch.frontier {
-                scratch.posed_tets.add(self.pair, *tet_b);
+        let equal_before = self.scratch.equal.len();
+        self.look_at_all(|walk, index| {
+            for place in 0..walk.scratch.octets.at(index).tets().len() {
+                walk.expand(index, place);
             }
-            self.look_around();
-            for index in 0..self.scratch.frontier.len() {
-                let exits = self.scratch.exits[index];
-                if exits.is_equal {
-                    has_equal = true;
-                    let pair = self.scratch.frontier[index].map(|tet| tet as usize);
-                    self.scratch.equal.push(pair);
-                }
-                if exits.is_ill_conditioned {
-                    self.doubts += 1;
-                    self.scratch.doubtful.push(self.scratch.frontier[index]);
-                }
-                self.expand(index);
-            }
-        }
-        !has_equal
+        });
+        self.scratch.equal.len() == equal_before
     }
 
-    /// Looks at all pairs of the frontier: takes note of their cuts and exits.
-    fn look_around(&mut self) {
+    /// Looks at the pairs of all octets that are full or, if none is, of the last one. Gives the octets; none if there are no
+    /// pairs to look at.
+    fn looked_around(&mut self) -> Option<Range<usize>> {
         let Scratch {
             posed_tets,
-            frontier,
-            exits,
+            octets,
             cuts,
             ..
         } = &mut *self.scratch;
-        exits.clear();
-        exits.resize(frontier.len(), Exits::default());
-        let look = |pairs: &[[u32; 2]], exits: &mut [Exits], cuts: &mut Vec<Cut>| {
-            for ([tet_a, tet_b], exits) in pairs.iter().zip(exits) {
-                *exits = self
-                    .pair
-                    .exits(*tet_a as usize, posed_tets.get(*tet_b), cuts);
-            }
+        let (range, octets) = octets.next()?;
+        let look = |octets: &mut [Octet], cuts: &mut Vec<Cut>| {
+            self.pair.look_at(posed_tets, octets, cuts);
         };
-        threads::collect_pieces((frontier, exits), PIECE, look, cuts);
+        threads::collect_pieces(octets, PIECE, look, cuts);
+        Some(range)
     }
 
-    /// Enters the pairs over the faces that a pair of the frontier reaches.
+    /// Takes note of the pairs of an octet in which fields are equal, or round-off decided.
+    fn take_note(&mut self, index: usize) {
+        let octet = self.scratch.octets.at(index);
+        for (exits, &tets) in octet.exits.iter().zip(octet.tets()) {
+            if exits.is_equal {
+                self.scratch.equal.push(tets.map(|tet| tet as usize));
+            }
+            if exits.is_ill_conditioned {
+                self.doubts += 1;
+                self.scratch.doubtful.push(tets);
+            }
+        }
+    }
+
+    /// Enters the pairs over the faces that a pair reaches.
     #[inline]
-    fn expand(&mut self, index: usize) {
-        let ([tet_a, tet_b], exits) = (self.scratch.frontier[index], self.scratch.exits[index]);
+    fn expand(&mut self, index: usize, place: usize) {
+        let octet = self.scratch.octets.at(index);
+        let ([tet_a, tet_b], exits) = (octet.tets()[place], octet.exits[place]);
         let (mesh_a, shape_b) = (self.pair.shape_a.field().mesh(), self.pair.shape_b);
         for face in faces_in(exits.faces) {
             if face < 4 {

@@ -16,11 +16,12 @@ mod following;
 mod scratch;
 mod seeding;
 mod turns;
+mod visited;
 
 pub use culling::Culling;
 
 use crate::geometry::Closeness;
-use crate::narrow_phase::{Cut, RelativePair};
+use crate::narrow_phase::{Cut, Octet, RelativePair};
 use scratch::Scratch;
 
 /// How the pairs of tetrahedra that touch are found. It changes the time that a wrench takes, and the wrench by no more than
@@ -46,9 +47,33 @@ pub(crate) struct Found {
 }
 
 impl Found {
-    /// The cuts that count, and those of which round-off decided that they do not; each once, and always in the same order.
+    /// The cuts that count and are not in [octets](Self::octets), and those of which round-off decided that they do not count;
+    /// each once, and always in the same order.
     pub fn cuts(&self) -> &[Cut] {
         &self.scratch.cuts
+    }
+
+    /// The generic pairs, in octets.
+    pub fn octets(&self) -> &[Octet] {
+        self.scratch.octets.in_use()
+    }
+
+    /// Whether there is no cut at all.
+    pub fn is_empty(&self) -> bool {
+        self.cuts().is_empty() && !self.octets().iter().any(Octet::has_polygons)
+    }
+
+    /// Visits the cuts of an octet.
+    pub fn visit_cuts_of(&self, octet: &Octet, pair: &RelativePair, mut visit: impl FnMut(&Cut)) {
+        for place in (0..octet.tets().len()).filter(|&place| octet.has_polygon(place)) {
+            visit(&self.cut_of(octet, place, pair));
+        }
+    }
+
+    /// The cut at a place of an octet, which must have a polygon there.
+    pub fn cut_of(&self, octet: &Octet, place: usize, pair: &RelativePair) -> Cut {
+        let [_, tet_b] = octet.tets()[place];
+        octet.cut(place, pair, self.scratch.posed_tets.get(tet_b))
     }
 
     /// The pairs of tetrahedra in which both pressures have one gradient and come near each other, whether they overlap or not.

@@ -1,6 +1,8 @@
-use crate::narrow_phase::{Cut, PosedTet, RelativePair};
-use rustc_hash::FxHashSet;
+use super::visited::Visited;
+use crate::lanes::ROW;
+use crate::narrow_phase::{Cut, Octet, PosedTet, RelativePair};
 use std::cell::RefCell;
+use std::ops::Range;
 
 thread_local! {
     /// The memory that is not in use: as many as there were searches whose results were in use at the same time.
@@ -18,40 +20,18 @@ const LEAST_KEPT: usize = 1024;
 #[derive(Default)]
 pub(super) struct Scratch {
     pub posed_tets: PosedTets,
+    /// Nodes of A's tree of triangles, for the descent to the rim.
+    pub tree_nodes: Vec<u32>,
     /// The pairs of tetrahedra that were looked at or are about to be.
-    pub visited: FxHashSet<u64>,
-    /// The pairs to look at next.
-    pub frontier: Vec<[u32; 2]>,
-    /// The pairs to look at after those.
-    pub next_frontier: Vec<[u32; 2]>,
+    pub visited: Visited,
+    /// The same pairs, in the order in which they are looked at, and what they have in common.
+    pub octets: Octets,
     /// Pairs from which the surface may go on over other faces than it seems.
     pub doubtful: Vec<[u32; 2]>,
-    /// For each pair of the frontier, over which faces the surface may go on.
-    pub exits: Vec<Exits>,
-    /// What was found.
+    /// What was found in pairs that are not generic.
     pub cuts: Vec<Cut>,
     /// The pairs in which the fields are equal, so that there is no plane.
     pub equal: Vec<[usize; 2]>,
-}
-
-/// Where a contact surface may go on from a pair of tetrahedra.
-#[derive(Debug, Clone, Copy, Default)]
-pub(super) struct Exits {
-    /// Bit i for the face of A opposite to corner i, bit 4 + k for the face of B opposite to corner k.
-    pub faces: u8,
-    /// Whether round-off decided over which faces.
-    pub is_ill_conditioned: bool,
-    /// Whether the fields are equal over a volume, so that there is no plane to follow.
-    pub is_equal: bool,
-}
-
-impl Exits {
-    /// Of a pair without a plane.
-    pub const EQUAL_FIELDS: Self = Self {
-        faces: 0,
-        is_ill_conditioned: false,
-        is_equal: true,
-    };
 }
 
 impl Scratch {
@@ -59,13 +39,13 @@ impl Scratch {
     pub fn taken() -> Self {
         let spare = SPARE.with_borrow_mut(Vec::pop);
         let mut scratch = spare.unwrap_or_default();
-        let used = scratch.visited.len().max(LEAST_KEPT) as f64;
-        if used < LEAST_USED * scratch.visited.capacity() as f64 {
+        let used = scratch.octets.pair_count().max(LEAST_KEPT) as f64;
+        if used < LEAST_USED * (ROW * scratch.octets.all.len()) as f64 {
             scratch = Self::default();
         }
         scratch.posed_tets.clear();
         scratch.visited.clear();
-        scratch.next_frontier.clear();
+        scratch.octets.clear();
         scratch.doubtful.clear();
         scratch.cuts.clear();
         scratch.equal.clear();
@@ -76,6 +56,66 @@ impl Scratch {
     pub fn left(self) {
         // Fails where the thread is ending: the memory is freed then.
         let _ = SPARE.try_with(|spare| spare.borrow_mut().push(self));
+    }
+}
+
+/// Octets in the order in which their pairs were found: first those that were looked at.
+#[derive(Default)]
+pub(super) struct Octets {
+    /// Room, of which the first `len` are in use.
+    all: Vec<Octet>,
+    len: usize,
+    /// How many were looked at, or are being.
+    done: usize,
+}
+
+impl Octets {
+    fn clear(&mut self) {
+        (self.len, self.done) = (0, 0);
+    }
+
+    /// Adds a pair to be looked at.
+    #[inline]
+    pub fn push(&mut self, tets: [u32; 2]) {
+        if self.len == self.done || self.all[self.len - 1].is_full() {
+            if self.len == self.all.len() {
+                self.all.push(Octet::empty());
+            }
+            self.all[self.len].clear();
+            self.len += 1;
+        }
+        self.all[self.len - 1].push(tets);
+    }
+
+    /// The octets to look at next: those that are full or, if none is, the last one.
+    pub fn next(&mut self) -> Option<(Range<usize>, &mut [Octet])> {
+        let start = self.done;
+        let full = self.len - usize::from(self.last().is_some_and(|last| !last.is_full()));
+        self.done = full.max(self.len.min(start + 1));
+        (self.done > start).then(|| (start..self.done, &mut self.all[start..self.done]))
+    }
+
+    fn last(&self) -> Option<&Octet> {
+        self.in_use().last()
+    }
+
+    /// The octets.
+    pub fn in_use(&self) -> &[Octet] {
+        &self.all[..self.len]
+    }
+
+    #[inline]
+    pub fn at(&self, index: usize) -> &Octet {
+        &self.all[index]
+    }
+
+    pub fn are_all_done(&self) -> bool {
+        self.done == self.len
+    }
+
+    /// Number of pairs.
+    pub fn pair_count(&self) -> usize {
+        self.in_use().iter().map(|octet| octet.tets().len()).sum()
     }
 }
 

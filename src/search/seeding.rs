@@ -3,9 +3,10 @@
 
 use super::Culling;
 use super::following::Walk;
-use crate::broad_phase::{Escape, Ridges, RigidShape, Shape, SurfaceFace, TriangleTree};
-use crate::geometry::{Aabb, AffineField, FACES};
-use crate::mesh::FieldTet;
+use crate::broad_phase::{
+    Escape, Ridges, RigidShape, Shape, Surface, TriangleTree, visit_crossings,
+};
+use crate::geometry::Aabb;
 use crate::spatial::Pose;
 use nalgebra::Vector3;
 
@@ -70,23 +71,21 @@ impl Walk<'_, '_> {
     /// Enters where every component with a rim must show: at the pairs of surface triangles that intersect.
     pub fn enter_at_rims(&mut self, triangles_b: &TriangleTree) {
         let (pair, margin) = (self.pair, self.pair.margin());
-        let triangles_a = pair.shape_a.triangle_tree();
-        // The pairs of one triangle of B come one after the other.
-        let mut triangle_b: Option<(SurfaceFace, PosedTriangle)> = None;
-        triangles_a.visit_pairs(triangles_b, &pair.pose_ab, margin, |face_a, face_b| {
-            if triangle_b.as_ref().is_none_or(|(face, _)| *face != face_b) {
-                let tet_b = pair.tet_b(face_b.tet());
-                triangle_b = Some((
-                    face_b,
-                    PosedTriangle::of(tet_b, face_b.face(), &pair.pose_ab),
-                ));
-            }
-            let tet_a = pair.tet_a(face_a.tet());
-            let may_cross = |b: &PosedTriangle| b.may_cross(tet_a, face_a.face(), margin);
-            if triangle_b.as_ref().is_some_and(|(_, b)| may_cross(b)) {
-                self.enter_pair(face_a.tet(), face_b.tet());
-            }
+        let surfaces = [
+            Surface {
+                tree: pair.shape_a.triangle_tree(),
+                tets: pair.shape_a.field().tets(),
+            },
+            Surface {
+                tree: triangles_b,
+                tets: pair.shape_b.cells(),
+            },
+        ];
+        let mut memory = std::mem::take(&mut self.scratch.tree_nodes);
+        visit_crossings(surfaces, &pair.pose_ab, margin, &mut memory, |a, b| {
+            self.enter_pair(a.tet(), b.tet());
         });
+        self.scratch.tree_nodes = memory;
     }
 
     /// Enters at the tetrahedra with convex creases, of either body, with all of the other body that they may touch.
@@ -160,39 +159,4 @@ fn visit_escapes(
 fn may_be_zero(values: &[f64], tolerance: f64) -> bool {
     values.iter().any(|&value| value <= tolerance)
         && values.iter().any(|&value| value >= -tolerance)
-}
-
-/// A triangle of B's surface, in A's frame.
-struct PosedTriangle {
-    corners: [Vector3<f64>; 3],
-    /// The barycentric coordinate of its tetrahedron that is 0 on its plane.
-    plane: AffineField,
-    /// Norm of that one's gradient (1/m).
-    steepness: f64,
-}
-
-impl PosedTriangle {
-    fn of(tet_b: &FieldTet, face: usize, pose_ab: &Pose<f64>) -> Self {
-        let corners = &tet_b.tetrahedron.corners;
-        Self {
-            corners: FACES[face].map(|corner| pose_ab.transformed_point(&corners[corner])),
-            plane: tet_b.barycentric[face].posed(pose_ab),
-            steepness: tet_b.barycentric_steepness[face],
-        }
-    }
-
-    /// Whether it may cross a face of a tetrahedron of A: not if all of one triangle is on one side of the other's plane,
-    /// further away than the margin (m).
-    fn may_cross(&self, tet_a: &FieldTet, face: usize, margin: f64) -> bool {
-        let is_cut = |plane: &AffineField, tolerance: f64, corners: [&Vector3<f64>; 3]| {
-            may_be_zero(&corners.map(|corner| plane.at(corner)), tolerance)
-        };
-        let corners_a = FACES[face].map(|corner| &tet_a.tetrahedron.corners[corner]);
-        let tolerance_a = margin * tet_a.barycentric_steepness[face];
-        is_cut(
-            &tet_a.barycentric[face],
-            tolerance_a,
-            self.corners.each_ref(),
-        ) && is_cut(&self.plane, margin * self.steepness, corners_a)
-    }
 }

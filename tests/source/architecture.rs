@@ -6,9 +6,10 @@ use std::fs;
 use std::path::Path;
 
 /// Lowest first: a module uses only modules before it.
-const MODULES: [&str; 13] = [
+const MODULES: [&str; 14] = [
     "guide",
     "threads",
+    "lanes",
     "scalar",
     "spatial",
     "geometry",
@@ -23,8 +24,9 @@ const MODULES: [&str; 13] = [
 ];
 
 /// Outside libraries, and the modules that may use them.
-const DOORS: [(&str, &[&str]); 15] = [
-    ("wide", &["contact"]),
+const DOORS: [(&str, &[&str]); 16] = [
+    ("pulp", &["lanes"]),
+    ("wide", &["broad_phase", "contact", "lanes"]),
     ("rstar", &["broad_phase"]),
     ("num_dual", &["scalar"]),
     ("rayon", &["threads"]),

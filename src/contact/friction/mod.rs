@@ -11,7 +11,8 @@ mod quadrature;
 mod rules;
 
 use crate::scalar::{Scalar, carries_derivatives, real_part};
-use rules::{EdgeRule, TriangleRule};
+use rules::EdgeRule;
+pub(super) use rules::TriangleRule;
 
 /// An affine function in the plane, c₀ + c₁y₁ + c₂y₂.
 pub(super) type Affine<T> = [T; 3];
@@ -124,6 +125,11 @@ const LADDER: [Rung; 6] = [
     },
 ];
 
+/// The rule for values of a rung.
+pub(super) fn value_rule(rung: usize) -> &'static TriangleRule {
+    LADDER[rung].value
+}
+
 /// How the integrals over a polygon are taken.
 enum Method {
     Rule(&'static Rung),
@@ -154,6 +160,30 @@ impl<T: Scalar> Slip<T> {
     }
 
     fn method(&self, corners: &[[T; 2]]) -> Method {
+        let unevenness = Unevenness::of(self, corners);
+        match unevenness.rung() {
+            Some(rung) => Method::Rule(&LADDER[rung]),
+            None => Method::ClosedForm(unevenness.size_squared.sqrt()),
+        }
+    }
+
+    /// The first rung of the ladder whose rules are good enough for a polygon; none where the slip turns so quickly that there is
+    /// a closed form instead.
+    pub fn rung(&self, corners: &[[T; 2]]) -> Option<usize> {
+        Unevenness::of(self, corners).rung()
+    }
+}
+
+/// By how much a slip changes over a polygon (see [`Rung`]).
+struct Unevenness {
+    /// The square of the distance of the farthest corner from the mean of the corners (m²).
+    size_squared: f64,
+    /// θ².
+    theta_squared: f64,
+}
+
+impl Unevenness {
+    fn of<T: Scalar>(slip: &Slip<T>, corners: &[[T; 2]]) -> Self {
         let real = |y: &[T; 2]| y.map(real_part);
         let sum = corners
             .iter()
@@ -162,18 +192,21 @@ impl<T: Scalar> Slip<T> {
         let mean = sum.map(|component| component / corners.len().max(1) as f64);
         let squared = |y: [f64; 2]| (y[0] - mean[0]).powi(2) + (y[1] - mean[1]).powi(2);
         let size_squared = corners.iter().map(|y| squared(real(y))).fold(0.0, f64::max);
-        let spin = real_part(self.spin);
-        let slip = [
-            real_part(self.at_origin[0]) - spin * mean[1],
-            real_part(self.at_origin[1]) + spin * mean[0],
+        let spin = real_part(slip.spin);
+        let at_mean = [
+            real_part(slip.at_origin[0]) - spin * mean[1],
+            real_part(slip.at_origin[1]) + spin * mean[0],
         ];
-        let speed_squared = slip[0].powi(2) + slip[1].powi(2) + self.tolerance.powi(2);
-        let change_squared = spin * spin * size_squared;
-        let is_within = |rung: &&Rung| change_squared < rung.below.powi(2) * speed_squared;
-        match LADDER.iter().find(is_within) {
-            Some(rung) => Method::Rule(rung),
-            None => Method::ClosedForm(size_squared.sqrt()),
+        let speed_squared = at_mean[0].powi(2) + at_mean[1].powi(2) + slip.tolerance.powi(2);
+        Self {
+            size_squared,
+            theta_squared: spin * spin * size_squared / speed_squared,
         }
+    }
+
+    fn rung(&self) -> Option<usize> {
+        let is_within = |rung: &Rung| self.theta_squared < rung.below.powi(2);
+        LADDER.iter().position(is_within)
     }
 }
 

@@ -11,10 +11,10 @@
 
 /// Two points of a rule on the triangle (first corner, b, c): the barycentric coordinates of b, those of c, and the
 /// weights, as fractions of the area. Points are taken by two so that the compiler can fill its registers.
-pub(super) type PointPair = [[f64; 2]; 3];
+pub(in crate::contact) type PointPair = [[f64; 2]; 3];
 
 /// A rule on the triangle, exact for polynomials up to its degree.
-pub(super) struct TriangleRule {
+pub(in crate::contact) struct TriangleRule {
     pairs: [PointPair; Self::CAPACITY],
     len: usize,
 }

@@ -21,8 +21,8 @@ impl Rates {
         let [q1, q2, q3] = &area.by_pressure;
         let by_pressure = wrenches([q1, q2, q3]);
         let along_normal = polygon.pressure_a.gradient.dot(&polygon.plane.normal);
-        let [v1, v2, v3] = traction.plane.velocity;
-        let [w1, w2, w3] = traction.plane.angular;
+        let [v1, v2, v3] = traction.plane.motion.velocity;
+        let [w1, w2, w3] = traction.plane.motion.angular;
         let by_speed = |k: usize, [first, second, _]: &[Vector6<f64>; 3]| {
             let lifted = Vector6::new(-t[1][k], t[0][k], 0.0, 0.0, 0.0, 0.0);
             by_pressure[k] * along_normal + first * w2 - second * w1 + lifted
@@ -104,7 +104,7 @@ impl AreaMoments {
             let excess = &traction.excess;
             (affine_moments(excess, &p3), affine_moments(excess, &one))
         };
-        let parting = plane.separating();
+        let parting = plane.motion.separating();
         Self {
             traction: [scaled(&loaded[0], -mu), scaled(&loaded[1], -mu), normal],
             by_pressure: [

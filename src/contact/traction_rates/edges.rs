@@ -252,7 +252,7 @@ mod tests {
     use crate::contact::linearised::RelativeLinearisation;
     use crate::contact::polygon::PartialSum;
     use crate::contact::surface_law::RelativeMotion;
-    use crate::contact::{ContactBody, ContactPair, Search, Shape, SurfaceLaw};
+    use crate::contact::{ContactBody, ContactPair, Shape, SurfaceLaw};
     use crate::mesh::shapes;
     use crate::spatial::Pose;
     use nalgebra::{Matrix3, SMatrix};
@@ -297,6 +297,11 @@ mod tests {
         }
     }
 
+    fn all_cuts(pair: &ContactPair) -> Vec<Cut> {
+        pair.cut_surface()
+            .sum_of_cuts(|cuts: &mut Vec<_>, cut| cuts.push(*cut))
+    }
+
     /// The elastic linearisation from moments and edges, as if the whole pressure were what a law adds.
     fn by_edges(pair: &ContactPair) -> RelativeLinearisation<f64> {
         let (source, law) = (
@@ -304,12 +309,12 @@ mod tests {
             SurfaceLaw::new(0.0, 0.0, 1.0).unwrap(),
         );
         let mut sum = RelativeLinearisation::empty();
-        for cut in source.pair.found(Search::default()).cuts() {
+        for cut in &all_cuts(pair) {
             let polygon = source.polygon(cut);
             let plane = PlanePolygon::of(&polygon, &REST).unwrap();
             let all = [1.0, 0.0, 0.0];
             let corners = plane.outline.corners();
-            let slip = LoadedSlip::on(corners, plane.slip(&law), &plane.pressure, &all);
+            let slip = LoadedSlip::on(corners, plane.motion.slip(&law), &plane.pressure, &all);
             let traction = Traction {
                 plane: &plane,
                 friction: 0.0,
@@ -357,7 +362,7 @@ mod tests {
     /// The derivatives of these by the place of B: interior, and flux of 1, p and p x through the edges.
     fn integral_rates(pair: &ContactPair) -> SMatrix<f64, 5, 3> {
         let (source, mut rates) = (PolygonSource::of(pair), SMatrix::<f64, 5, 3>::zeros());
-        for cut in source.pair.found(Search::default()).cuts() {
+        for cut in &all_cuts(pair) {
             let polygon = source.polygon(cut);
             let plane = PlanePolygon::of(&polygon, &REST).unwrap();
             let n = polygon.plane.normal;

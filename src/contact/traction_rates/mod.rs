@@ -184,12 +184,12 @@ impl Traction<'_> {
         law: &SurfaceLaw,
         value: impl FnOnce(&Traction<'_>) -> O,
     ) -> O {
-        let damping = plane.damping(law.dissipation);
+        let damping = plane.motion.damping(law.dissipation);
         let part = plane.outline.cut(&damping);
         let pressed = part.as_ref().unwrap_or(&plane.outline);
         let slip = LoadedSlip::on(
             pressed.corners(),
-            plane.slip(law),
+            plane.motion.slip(law),
             &plane.pressure,
             &damping,
         );
@@ -198,7 +198,7 @@ impl Traction<'_> {
             friction: law.friction,
             dissipation: law.dissipation,
             damping,
-            excess: plane.separating().map(|c| -law.dissipation * c),
+            excess: plane.motion.separating().map(|c| -law.dissipation * c),
             pressed,
             is_clamped: part.is_some(),
             slip,

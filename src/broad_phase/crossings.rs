@@ -1,0 +1,497 @@
+//! Which triangles of two surfaces may cross.
+//!
+//! Down the tree of B goes a list of the nodes of A's tree, all of one level, that each node of B may touch: their boxes are not
+//! beside its planes either, since the planes around a patch of a smooth surface are much closer together than the sides of
+//! its box. At the leaves four triangles of one body are held against one of the other.
+
+use super::patch::{FourTriangles, Frame, Patch};
+use super::triangle_tree::{Node, SurfaceFace, TriangleTree, WIDTH};
+use crate::mesh::FieldTet;
+use crate::spatial::Pose;
+use nalgebra::Vector3;
+use std::ops::Range;
+use wide::f64x4;
+
+/// The surface of a body.
+#[derive(Clone, Copy)]
+pub(crate) struct Surface<'s> {
+    pub tree: &'s TriangleTree,
+    /// The tetrahedra that its triangles are faces of.
+    pub tets: &'s [FieldTet],
+}
+
+impl Surface<'_> {
+    /// The corners of a triangle, by its place in the tree.
+    #[inline]
+    fn corners(&self, index: usize) -> [Vector3<f64>; 3] {
+        self.tree.faces()[index].corners(self.tets)
+    }
+
+    /// The corners of four triangles, coordinate by coordinate; the last one's again where there are fewer.
+    #[inline]
+    fn four_from(&self, first: usize) -> [[f64x4; 3]; 3] {
+        let last = self.tree.faces().len() - 1;
+        let mut four = [[f64x4::default(); 3]; 3];
+        for slot in 0..WIDTH {
+            let corners = self.corners((first + slot).min(last));
+            for (lanes, corner) in four.iter_mut().zip(&corners) {
+                for axis in 0..3 {
+                    lanes[axis].as_mut_array()[slot] = corner[axis];
+                }
+            }
+        }
+        four
+    }
+}
+
+/// Visits the pairs of triangles, of a surface (in A) and another (in B), that may cross or touch: those whose boxes overlap
+/// and of which neither is beside the other's plane, all to within `margin` (m). `memory` is room to work in.
+pub(crate) fn visit_crossings(
+    [a, b]: [Surface; 2],
+    pose_ab: &Pose<f64>,
+    margin: f64,
+    memory: &mut Vec<u32>,
+    visit: impl FnMut(SurfaceFace, SurfaceFace),
+) {
+    memory.resize(memory.len().max(1), 0);
+    memory[0] = 0;
+    let mut descent = Descent {
+        a,
+        b,
+        pose_ab,
+        margin,
+        frame: Frame::new(pose_ab, margin),
+        memory,
+        visit,
+    };
+    let root = Partners {
+        level: 0,
+        places: 0..1,
+    };
+    descent.descend([0, 0], &root);
+}
+
+/// A descent into both trees at once: down the tree of B, with the nodes of A's tree that each of its nodes may touch.
+struct Descent<'s, 'm, V> {
+    a: Surface<'s>,
+    b: Surface<'s>,
+    pose_ab: &'s Pose<f64>,
+    margin: f64,
+    frame: Frame,
+    /// Lists of nodes or triangles one after the other: those for a node of B behind those for its parent.
+    memory: &'m mut Vec<u32>,
+    visit: V,
+}
+
+/// Nodes of A of one level, or triangles below the last, by where they are in the memory.
+struct Partners {
+    level: usize,
+    places: Range<usize>,
+}
+
+impl<V: FnMut(SurfaceFace, SurfaceFace)> Descent<'_, '_, V> {
+    fn descend(&mut self, [level_b, index_b]: [usize; 2], partners: &Partners) {
+        let levels = self.b.tree.levels();
+        let Some(node) = levels.get(level_b).and_then(|it| it.nodes.get(index_b)) else {
+            return;
+        };
+        let posed = self.frame.posed(node);
+        let (first, depth_a) = (WIDTH * index_b, self.a.tree.levels().len());
+        if let Some(below) = levels.get(level_b + 1) {
+            let is_next_last = level_b + 2 == levels.len();
+            for slot in 0..WIDTH.min(below.nodes.len() - first) {
+                let patch = Patch::of(&posed, slot);
+                let mut near = self.narrowed(&patch, partners, below.size);
+                if is_next_last && near.level + 1 == depth_a {
+                    near = self.divided(&patch, &near);
+                }
+                if !near.places.is_empty() {
+                    self.descend([level_b + 1, first + slot], &near);
+                }
+            }
+            return;
+        }
+        if partners.level == depth_a {
+            self.meet_four(&posed, first, partners.places.clone());
+            return;
+        }
+        for slot in 0..WIDTH.min(self.b.tree.faces().len() - first) {
+            let patch = Patch::of(&posed, slot);
+            let near = self.narrowed(&patch, partners, 0.0);
+            self.meet_one(patch, first + slot, near.places);
+        }
+    }
+
+    /// What of A's nodes a part of B's surface may touch, divided until they are about as large as that.
+    fn narrowed(&mut self, patch: &Patch, partners: &Partners, size: f64) -> Partners {
+        let levels = self.a.tree.levels();
+        let is_larger = |level: usize| level + 1 < levels.len() && levels[level].size > size;
+        if !is_larger(partners.level) {
+            return self.filtered(patch, partners);
+        }
+        let mut near = self.divided(patch, partners);
+        while is_larger(near.level) {
+            near = self.divided(patch, &near);
+        }
+        near
+    }
+
+    /// The children of nodes of A that may touch a part of B's surface.
+    fn divided(&mut self, patch: &Patch, partners: &Partners) -> Partners {
+        let Partners { level, ref places } = *partners;
+        let nodes = &self.a.tree.levels()[level].nodes;
+        self.make_room(places.end + WIDTH * places.len());
+        let mut end = places.end;
+        for place in places.clone() {
+            let index = self.memory[place];
+            let touched = patch.touched(&nodes[index as usize]);
+            end += kept(&mut self.memory[end..], WIDTH as u32 * index, touched);
+        }
+        Partners {
+            level: level + 1,
+            places: places.end..end,
+        }
+    }
+
+    /// The nodes of A with children that may touch a part of B's surface.
+    fn filtered(&mut self, patch: &Patch, partners: &Partners) -> Partners {
+        let Partners { level, ref places } = *partners;
+        let nodes = &self.a.tree.levels()[level].nodes;
+        self.make_room(places.end + places.len());
+        let mut end = places.end;
+        for place in places.clone() {
+            let index = self.memory[place];
+            let touched = patch.touched(&nodes[index as usize]);
+            self.memory[end] = index;
+            end += usize::from(touched != 0);
+        }
+        Partners {
+            level,
+            places: places.end..end,
+        }
+    }
+
+    /// Visits the pairs that may cross of triangles of A and the triangles, from `first` on, of one node of B.
+    fn meet_four(&mut self, posed: &Node, first: usize, triangles: Range<usize>) {
+        let four = self.frame.triangles(posed, &self.b.four_from(first));
+        self.make_room(triangles.end + WIDTH * triangles.len());
+        let mut end = triangles.end;
+        for place in triangles.clone() {
+            let index = self.memory[place];
+            let (node, slot) = (index as usize / WIDTH, index as usize % WIDTH);
+            let patch = Patch::of_a(&self.a.tree.leaves()[node], slot, self.margin);
+            let crossed = four.crossed(&patch, &self.a.corners(index as usize));
+            end += kept(&mut self.memory[end..], WIDTH as u32 * index, crossed);
+        }
+        let (faces_a, faces_b) = (self.a.tree.faces(), &self.b.tree.faces()[first..]);
+        for pair in &self.memory[triangles.end..end] {
+            let (index, slot) = (*pair as usize / WIDTH, *pair as usize % WIDTH);
+            // Where there are fewer than four, the last stands for the others.
+            if let Some(face_b) = faces_b.get(slot) {
+                (self.visit)(faces_a[index], *face_b);
+            }
+        }
+    }
+
+    /// Visits the pairs that may cross of the triangles below nodes of A and one triangle of B, given its planes.
+    fn meet_one(&mut self, planes: Patch, index_b: usize, nodes: Range<usize>) {
+        let corners = self.b.corners(index_b);
+        let corners = corners.map(|corner| self.pose_ab.transformed_point(&corner));
+        let patch = planes.around(&corners, self.margin);
+        self.make_room(nodes.end + WIDTH * nodes.len());
+        let mut end = nodes.end;
+        for place in nodes.clone() {
+            let first = WIDTH as u32 * self.memory[place];
+            let node = &self.a.tree.leaves()[self.memory[place] as usize];
+            let four = FourTriangles::of_a(node, &self.a.four_from(first as usize), self.margin);
+            let crossed = four.crossed(&patch, &corners);
+            end += kept(&mut self.memory[end..], first, crossed);
+        }
+        let (faces_a, face_b) = (self.a.tree.faces(), self.b.tree.faces()[index_b]);
+        for index in &self.memory[nodes.end..end] {
+            (self.visit)(faces_a[*index as usize], face_b);
+        }
+    }
+
+    #[inline]
+    fn make_room(&mut self, count: usize) {
+        if self.memory.len() < count {
+            self.memory.resize(count, 0);
+        }
+    }
+}
+
+/// Writes the numbers from `first` on whose bits are set, and returns how many they are. All are written first and then kept or
+/// not, because which bits are set cannot be guessed.
+#[inline]
+fn kept(memory: &mut [u32], first: u32, bits: u32) -> usize {
+    let Some(room) = memory.first_chunk_mut::<WIDTH>() else {
+        return 0;
+    };
+    let mut count = 0;
+    for slot in 0..WIDTH as u32 {
+        room[count % WIDTH] = first + slot;
+        count += (bits >> slot & 1) as usize;
+    }
+    count
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{Surface, visit_crossings};
+    use crate::broad_phase::triangle_tree::{SurfaceFace, TriangleTree};
+    use crate::geometry::Aabb;
+    use crate::mesh::{FieldTet, PressureField, shapes};
+    use crate::spatial::Pose;
+    use nalgebra::{Vector3, vector};
+    use std::collections::BTreeSet;
+    use std::f64::consts::FRAC_PI_2;
+
+    const MARGIN: f64 = 1e-13;
+    /// Rounding of coordinates of triangles that touch.
+    const TOUCH: f64 = 1e-15;
+    /// Cross products of edges shorter than this are round-off, of parallel ones.
+    const PARALLEL: f64 = 1e-10;
+
+    type Corners = [Vector3<f64>; 3];
+
+    /// A surface with a tree, and its triangles in no order.
+    struct Body {
+        tree: TriangleTree,
+        tets: Vec<FieldTet>,
+        faces: Vec<SurfaceFace>,
+    }
+
+    impl Body {
+        fn of(field: &PressureField) -> Self {
+            Self::with(TriangleTree::of(field), field.tets())
+        }
+
+        /// The first faces of these tetrahedra.
+        fn of_cells(cells: &[FieldTet]) -> Self {
+            Self::with(TriangleTree::of_cells(cells), cells)
+        }
+
+        fn with(tree: TriangleTree, tets: &[FieldTet]) -> Self {
+            let mut faces = tree.faces().to_vec();
+            faces.sort_by_key(|face| (face.tet(), face.face()));
+            Self {
+                tree,
+                tets: tets.to_vec(),
+                faces,
+            }
+        }
+
+        fn surface(&self) -> Surface<'_> {
+            Surface {
+                tree: &self.tree,
+                tets: &self.tets,
+            }
+        }
+    }
+
+    fn normal([a, b, c]: &Corners) -> Vector3<f64> {
+        (b - a).cross(&(c - a)).normalize()
+    }
+
+    /// Whether all of some points are on one side of a triangle's plane, further away than the margin.
+    fn is_beside(points: &Corners, triangle: &Corners) -> bool {
+        let normal = normal(triangle);
+        let heights = points.map(|point| normal.dot(&(point - triangle[0])));
+        heights.iter().all(|&height| height > MARGIN)
+            || heights.iter().all(|&height| height < -MARGIN)
+    }
+
+    fn may_cross(a: &Corners, b: &Corners) -> bool {
+        let near = Aabb::around(a).overlaps(&Aabb::around(b).inflated(MARGIN));
+        near && !is_beside(a, b) && !is_beside(b, a)
+    }
+
+    /// Whether no direction that can separate two triangles shows a gap.
+    fn share_a_point(a: &Corners, b: &Corners) -> bool {
+        let edges = |t: &Corners| [t[1] - t[0], t[2] - t[1], t[0] - t[2]];
+        let (edges_a, edges_b) = (edges(a), edges(b));
+        let mut directions = vec![normal(a), normal(b)];
+        for edge in edges_a {
+            directions.push(normal(a).cross(&edge));
+            directions.extend(edges_b.map(|other| edge.cross(&other)));
+        }
+        directions.extend(edges_b.map(|edge| normal(b).cross(&edge)));
+        let limits = |triangle: &Corners, direction: &Vector3<f64>| {
+            let heights = triangle.map(|corner| direction.dot(&(corner - a[0])));
+            (
+                heights.iter().copied().fold(f64::INFINITY, f64::min),
+                heights.iter().copied().fold(f64::NEG_INFINITY, f64::max),
+            )
+        };
+        directions
+            .iter()
+            .filter(|direction| direction.norm() > PARALLEL)
+            .all(|direction| {
+                let direction = direction.normalize();
+                let ((low_a, high_a), (low_b, high_b)) =
+                    (limits(a, &direction), limits(b, &direction));
+                low_a - high_b <= TOUCH && low_b - high_a <= TOUCH
+            })
+    }
+
+    type Pair = [(usize, usize); 2];
+
+    fn by_trees(a: &Body, b: &Body, pose_ab: &Pose) -> Vec<Pair> {
+        let (mut found, mut memory) = (Vec::new(), Vec::new());
+        let surfaces = [a.surface(), b.surface()];
+        visit_crossings(surfaces, pose_ab, MARGIN, &mut memory, |a, b| {
+            found.push([a, b].map(|face| (face.tet(), face.face())));
+        });
+        found
+    }
+
+    /// The pairs of which this is true.
+    fn by_all_pairs(
+        [a, b]: [&Body; 2],
+        pose_ab: &Pose,
+        is_asked: fn(&Corners, &Corners) -> bool,
+    ) -> BTreeSet<Pair> {
+        let mut found = BTreeSet::new();
+        for face_b in &b.faces {
+            let corners_b = face_b.corners(&b.tets);
+            let posed_b = corners_b.map(|corner| pose_ab.transformed_point(&corner));
+            for face_a in &a.faces {
+                if is_asked(&face_a.corners(&a.tets), &posed_b) {
+                    found.insert([face_a, face_b].map(|face| (face.tet(), face.face())));
+                }
+            }
+        }
+        found
+    }
+
+    /// Asserts that the trees find all triangles that share a point, once, and none that their boxes or planes separate.
+    /// Returns how many share a point.
+    fn assert_all_found(a: &Body, b: &Body, pose_ab: &Pose) -> usize {
+        let list = by_trees(a, b, pose_ab);
+        let found: BTreeSet<Pair> = list.iter().copied().collect();
+        assert_eq!(found.len(), list.len(), "some are found twice");
+        let least = by_all_pairs([a, b], pose_ab, share_a_point);
+        let most = by_all_pairs([a, b], pose_ab, may_cross);
+        assert!(found.is_superset(&least), "{:?}", least.difference(&found));
+        assert!(found.is_subset(&most), "{:?}", found.difference(&most));
+        least.len()
+    }
+
+    /// Poses that lie nowhere in particular, up to so far away (m).
+    fn scattered(count: u32, reach: f64) -> impl Iterator<Item = Pose> {
+        let steps = vector![0.819_172_5, 0.671_043_6, 0.549_700_5];
+        (1..=count).map(move |k| {
+            let at =
+                |factor: f64| steps.map(|step| (f64::from(k) * factor * step).fract() * 2.0 - 1.0);
+            Pose::from_rotation_vector(&(at(1.618) * 3.0), at(1.0) * reach)
+        })
+    }
+
+    fn icosphere(radius: f64, order: usize) -> Body {
+        Body::of(&shapes::icosphere(radius, order).unwrap())
+    }
+
+    fn cuboid(edges: [f64; 3]) -> Body {
+        Body::of(&shapes::cuboid(edges).unwrap())
+    }
+
+    #[test]
+    fn the_trees_find_all_pairs_that_share_a_point() {
+        let bodies = [
+            icosphere(1.0, 2),
+            icosphere(1.0, 0),
+            icosphere(0.1, 1),
+            cuboid([1.5, 0.4, 1.0]),
+            cuboid([2.0, 1e-3, 2.0]),
+            Body::of(&shapes::ellipsoid([0.3, 1.2, 0.6], 1).unwrap()),
+        ];
+        let mut total = 0;
+        for a in &bodies {
+            for b in &bodies {
+                let found = scattered(20, 1.2).map(|pose_ab| assert_all_found(a, b, &pose_ab));
+                total += found.sum::<usize>();
+            }
+        }
+        assert!(total > 10_000, "{total}");
+    }
+
+    #[test]
+    fn few_triangles_and_a_fine_surface_cross_where_all_pairs_say() {
+        let fine = icosphere(1.0, 3);
+        let cells = shapes::icosphere(1.0, 0).unwrap().tets().to_vec();
+        for count in [1, 2, 3, 4, 5, 16, 17, 20] {
+            let few = Body::of_cells(&cells[..count]);
+            let mut total = 0;
+            for pose_ab in scattered(20, 0.8) {
+                total += assert_all_found(&fine, &few, &pose_ab);
+                total += assert_all_found(&few, &fine, &pose_ab.inverse());
+                total += assert_all_found(&few, &few, &pose_ab);
+            }
+            assert!(total > 0);
+        }
+    }
+
+    #[test]
+    fn faces_that_are_flush_or_in_one_plane_are_found() {
+        let (cube, slab) = (cuboid([1.0; 3]), cuboid([3.0, 3.0, 0.5]));
+        let quarter_turn = Vector3::x() * FRAC_PI_2;
+        let poses = [
+            Pose::identity(),
+            Pose::from_translation(vector![1.0, 0.0, 0.0]),
+            Pose::from_translation(vector![1.0, 1.0, 0.0]),
+            Pose::from_translation(vector![1.0, 1.0, 1.0]),
+            Pose::from_translation(vector![0.25, 0.0, 0.75]),
+            Pose::from_rotation_vector(&quarter_turn, vector![0.0, 0.5, 0.0]),
+        ];
+        for pose_ab in &poses {
+            assert!(assert_all_found(&cube, &cube, pose_ab) > 0);
+            assert_all_found(&cube, &slab, pose_ab);
+            assert_all_found(&slab, &cube, &pose_ab.inverse());
+        }
+        assert!(assert_all_found(&cube, &slab, &poses[4]) > 0);
+    }
+
+    #[test]
+    fn surfaces_apart_do_not_cross() {
+        let ball = icosphere(1.0, 2);
+        let apart = Pose::from_translation(vector![1.2, 1.2, 1.2]);
+        assert_eq!(assert_all_found(&ball, &ball, &apart), 0);
+    }
+
+    #[test]
+    fn memory_is_used_again_and_the_order_is_the_same() {
+        let ball = icosphere(1.0, 2);
+        let pose_ab = Pose::from_translation(vector![0.9, 0.7, 0.2]);
+        let mut memory = Vec::new();
+        let mut search = || {
+            let (mut found, surfaces) = (Vec::new(), [ball.surface(), ball.surface()]);
+            visit_crossings(surfaces, &pose_ab, MARGIN, &mut memory, |a, b| {
+                found.push([a, b]);
+            });
+            (found, memory.capacity())
+        };
+        let first = search();
+        assert!(first.0.len() > 20);
+        assert_eq!(first, search());
+    }
+
+    #[test]
+    fn triangles_near_a_box_are_those_whose_boxes_are() {
+        let body = icosphere(1.0, 3);
+        let region = Aabb::around(&[vector![0.3, -0.2, 0.1], vector![0.8, 0.1, 0.3]]);
+        for pose_ab in scattered(40, 1.0) {
+            let (mut found, mut all) = (Vec::new(), Vec::new());
+            body.tree
+                .visit_near(&region, &pose_ab, MARGIN, |tet| found.push(tet));
+            for face in &body.faces {
+                let around = Aabb::around(&face.corners(&body.tets));
+                if region.may_overlap_posed(&around, &pose_ab, MARGIN) {
+                    all.push(face.tet());
+                }
+            }
+            found.sort_unstable();
+            assert_eq!(found, all);
+        }
+    }
+}

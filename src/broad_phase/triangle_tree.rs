@@ -1,0 +1,256 @@
+use crate::geometry::{Aabb, FACES};
+use crate::mesh::{FieldTet, PressureField};
+use crate::spatial::Pose;
+use nalgebra::Vector3;
+use wide::f64x4;
+
+/// Children of a node.
+pub(super) const WIDTH: usize = 4;
+
+/// The triangles of a body's surface in a tree of four children to a node, in the body frame. All leaves are equally deep, and
+/// all nodes full, but for the last of each level: so child k of node i is node 4i + k of the level below, or triangle
+/// 4i + k.
+#[derive(Debug, Clone)]
+pub(crate) struct TriangleTree {
+    /// From the root down.
+    levels: Vec<Level>,
+    /// The triangles, those of each node one after the other.
+    faces: Vec<SurfaceFace>,
+}
+
+/// The nodes that are equally deep.
+#[derive(Debug, Clone)]
+pub(super) struct Level {
+    pub nodes: Vec<Node>,
+    /// Mean length (m) of the longest edges of the boxes around the nodes.
+    pub size: f64,
+}
+
+/// Where the triangles below each of four children are, side by side: in a box and between two parallel planes.
+#[derive(Debug, Clone)]
+pub(super) struct Node {
+    /// Along each axis, the smallest coordinates (m) and the largest; inside out where there is no child.
+    pub bounds: [[f64x4; 2]; 3],
+    /// Unit normals of the planes: the mean of those of the triangles. Or 0, where these cancel.
+    pub normal: [f64x4; 3],
+    /// The smallest values of normal · x (m) and the largest.
+    pub between: [f64x4; 2],
+}
+
+/// A triangle of the surface, as a face of its tetrahedron.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) struct SurfaceFace {
+    tet: u32,
+    face: u8,
+}
+
+/// A triangle that is about to find its place in the tree.
+struct Facet {
+    face: SurfaceFace,
+    corners: [Vector3<f64>; 3],
+}
+
+impl SurfaceFace {
+    /// The tetrahedron.
+    pub fn tet(self) -> usize {
+        self.tet as usize
+    }
+
+    /// The corner of the tetrahedron opposite to it.
+    pub fn face(self) -> usize {
+        self.face.into()
+    }
+
+    /// Its corners, given all tetrahedra of the body.
+    #[inline]
+    pub fn corners(self, tets: &[FieldTet]) -> [Vector3<f64>; 3] {
+        let corners = &tets[self.tet()].tetrahedron.corners;
+        FACES[self.face()].map(|corner| corners[corner])
+    }
+}
+
+impl TriangleTree {
+    /// Of a compliant body: the faces of its tetrahedra that have no neighbor.
+    pub fn of(field: &PressureField) -> Self {
+        let faces = (0_u32..).zip(field.tets()).flat_map(|(tet, _)| {
+            let mesh = field.mesh();
+            let is_surface = move |face: &u8| mesh.neighbor(tet as usize, (*face).into()).is_none();
+            (0_u8..4)
+                .filter(is_surface)
+                .map(move |face| SurfaceFace { tet, face })
+        });
+        Self::new(faces, field.tets())
+    }
+
+    /// Of a rigid body, from the cells behind its triangles: each triangle is face 3 of its cell.
+    pub fn of_cells(cells: &[FieldTet]) -> Self {
+        let faces = (0_u32..).zip(cells);
+        Self::new(faces.map(|(tet, _)| SurfaceFace { tet, face: 3 }), cells)
+    }
+
+    /// O(n log n).
+    fn new(faces: impl Iterator<Item = SurfaceFace>, tets: &[FieldTet]) -> Self {
+        let facet = |face: SurfaceFace| Facet {
+            face,
+            corners: face.corners(tets),
+        };
+        let mut facets: Vec<Facet> = faces.map(facet).collect();
+        arrange(&mut facets);
+        Self {
+            levels: levels_over(&facets),
+            faces: facets.iter().map(|facet| facet.face).collect(),
+        }
+    }
+
+    /// From the root down.
+    pub(super) fn levels(&self) -> &[Level] {
+        &self.levels
+    }
+
+    /// The nodes with triangles.
+    pub(super) fn leaves(&self) -> &[Node] {
+        self.levels.last().map_or(&[], |level| &level.nodes)
+    }
+
+    /// The triangles; those of node i of the last level from 4i on.
+    pub(super) fn faces(&self) -> &[SurfaceFace] {
+        &self.faces
+    }
+
+    /// Visits the tetrahedra or triangles (of B) with a triangle of the surface whose box may overlap the box `region` in A:
+    /// that no face of either separates by more than `margin` (m).
+    pub fn visit_near(
+        &self,
+        region: &Aabb,
+        pose_ab: &Pose<f64>,
+        margin: f64,
+        mut visit: impl FnMut(usize),
+    ) {
+        let query = region.posed(&pose_ab.inverse()).inflated(margin);
+        let is_near = |child: &Aabb| {
+            child.overlaps(&query) && region.may_overlap_posed(child, pose_ab, margin)
+        };
+        self.visit_where(0, 0, &is_near, &mut visit);
+    }
+
+    fn visit_where(
+        &self,
+        level: usize,
+        index: usize,
+        is_near: &impl Fn(&Aabb) -> bool,
+        visit: &mut impl FnMut(usize),
+    ) {
+        let Some(node) = self.levels.get(level).and_then(|it| it.nodes.get(index)) else {
+            return;
+        };
+        for slot in (0..WIDTH).filter(|&slot| is_near(&node.aabb(slot))) {
+            let child = WIDTH * index + slot;
+            if level + 1 < self.levels.len() {
+                self.visit_where(level + 1, child, is_near, visit);
+            } else {
+                visit(self.faces[child].tet());
+            }
+        }
+    }
+}
+
+impl Node {
+    const EMPTY: Self = Self {
+        bounds: [[f64x4::splat(f64::INFINITY), f64x4::splat(f64::NEG_INFINITY)]; 3],
+        normal: [f64x4::splat(0.0); 3],
+        between: [f64x4::splat(f64::INFINITY), f64x4::splat(f64::NEG_INFINITY)],
+    };
+
+    /// Around these parts of a surface.
+    fn over<'f>(parts: impl Iterator<Item = &'f [Facet]>) -> Self {
+        let mut node = Self::EMPTY;
+        for (slot, part) in parts.enumerate() {
+            let corners = || part.iter().flat_map(|facet| &facet.corners);
+            let aabb = Aabb::around(corners());
+            let normal = mean_normal(part);
+            let heights = corners().map(|corner| normal.dot(corner));
+            let [lowest, highest] = node
+                .between
+                .each_mut()
+                .map(|it| &mut it.as_mut_array()[slot]);
+            for height in heights {
+                (*lowest, *highest) = (lowest.min(height), highest.max(height));
+            }
+            for axis in 0..3 {
+                let [lower, upper] = &mut node.bounds[axis];
+                lower.as_mut_array()[slot] = aabb.lower[axis];
+                upper.as_mut_array()[slot] = aabb.upper[axis];
+                node.normal[axis].as_mut_array()[slot] = normal[axis];
+            }
+        }
+        node
+    }
+
+    /// The box of a child.
+    fn aabb(&self, slot: usize) -> Aabb {
+        let side = |side: usize| Vector3::from_fn(|k, _| self.bounds[k][side].as_array()[slot]);
+        Aabb {
+            lower: side(0),
+            upper: side(1),
+        }
+    }
+}
+
+/// The direction of the sum of the triangles' area vectors; 0 where they cancel.
+fn mean_normal(part: &[Facet]) -> Vector3<f64> {
+    let vectors = part.iter().map(|facet| {
+        let [a, b, c] = facet.corners;
+        (b - a).cross(&(c - a))
+    });
+    let sum: Vector3<f64> = vectors.sum();
+    sum.try_normalize(f64::MIN_POSITIVE).unwrap_or_default()
+}
+
+/// Orders the triangles so that those of each node follow one another: divided across the longest edge of the box around
+/// their centers, until they fill one node of the last level.
+fn arrange(facets: &mut [Facet]) {
+    if facets.len() <= WIDTH {
+        return;
+    }
+    // Triangles to a child of the node around all.
+    let mut full = WIDTH;
+    while full * WIDTH < facets.len() {
+        full *= WIDTH;
+    }
+    let middle = facets.len().div_ceil(full).div_ceil(2) * full;
+    let center = |facet: &Facet| facet.corners.iter().sum::<Vector3<f64>>();
+    let centers: Vec<_> = facets.iter().map(center).collect();
+    let axis = Aabb::around(&centers).half_extents().imax();
+    facets.select_nth_unstable_by(middle, |a, b| center(a)[axis].total_cmp(&center(b)[axis]));
+    let (first, second) = facets.split_at_mut(middle);
+    arrange(first);
+    arrange(second);
+}
+
+fn levels_over(facets: &[Facet]) -> Vec<Level> {
+    // Triangles to a child.
+    let mut full = 1;
+    let mut levels = Vec::new();
+    while full == 1 || full < facets.len() {
+        let nodes = facets.chunks(WIDTH * full);
+        levels.push(Level {
+            nodes: nodes
+                .clone()
+                .map(|part| Node::over(part.chunks(full)))
+                .collect(),
+            size: mean_size(nodes),
+        });
+        full *= WIDTH;
+    }
+    levels.reverse();
+    levels
+}
+
+fn mean_size<'f>(nodes: impl ExactSizeIterator<Item = &'f [Facet]>) -> f64 {
+    let count = nodes.len() as f64;
+    let size = |part: &[Facet]| {
+        let aabb = Aabb::around(part.iter().flat_map(|facet| &facet.corners));
+        2.0 * aabb.half_extents().max()
+    };
+    nodes.map(size).sum::<f64>() / count
+}

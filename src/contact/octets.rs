@@ -1,0 +1,280 @@
+//! Integrals over the generic contact polygons, several at a time.
+
+use super::jacobian::RelativeJacobian;
+use super::polygon::PartialSum;
+use crate::lanes::space::{cross, scaled, sum};
+use crate::lanes::{self, InLanes, Lanes, Numbers, ROW, Row};
+use crate::narrow_phase::Octet;
+use crate::scalar::{Scalar, lift};
+use crate::spatial::Wrench;
+use crate::threads;
+use nalgebra::{Matrix6, Vector3, Vector6};
+use std::marker::PhantomData;
+
+/// Octets that are integrated by themselves, in one thread: some 20 µs of work.
+const PIECE: usize = 256;
+
+/// `N` numbers that are integrals over each polygon.
+trait Integrals<const N: usize> {
+    fn of<L: Lanes>(lanes: L, polygons: &Polygons<L::Numbers>) -> [L::Numbers; N];
+}
+
+/// The contact polygons in some lanes of an octet, in A's frame.
+struct Polygons<N> {
+    origin: [N; 3],
+    e1: [N; 3],
+    e2: [N; 3],
+    normal: [N; 3],
+    pressure: [N; 3],
+    gradient_a: [N; 3],
+    slopes: [[N; 3]; 2],
+    moments: [N; 6],
+}
+
+impl<N: Numbers> Polygons<N> {
+    #[inline(always)]
+    fn of<L: Lanes<Numbers = N>>(lanes: L, octet: &Octet, first: usize) -> Self {
+        let load = |row: &Row| lanes.load(row, first);
+        let vector = |[x, y, z]: &[Row; 3]| [load(x), load(y), load(z)];
+        let [e1, e2, normal] = &octet.axes;
+        let [slope_a, slope_b] = &octet.slopes;
+        Self {
+            origin: vector(&octet.origin),
+            e1: vector(e1),
+            e2: vector(e2),
+            normal: vector(normal),
+            pressure: vector(&octet.pressure),
+            gradient_a: vector(&octet.gradient_a),
+            slopes: [vector(slope_a), vector(slope_b)],
+            moments: [
+                load(&octet.moments[0]),
+                load(&octet.moments[1]),
+                load(&octet.moments[2]),
+                load(&octet.moments[3]),
+                load(&octet.moments[4]),
+                load(&octet.moments[5]),
+            ],
+        }
+    }
+
+    /// ∫ p dA and ∫ p x dA.
+    #[inline(always)]
+    fn pressure_integrals(&self) -> (N, [N; 3]) {
+        let [p0, p1, p2] = self.pressure;
+        let [area, y1, y2, y11, y12, y22] = self.moments;
+        let total = p0 * area + p1 * y1 + p2 * y2;
+        let by_y1 = p0 * y1 + p1 * y11 + p2 * y12;
+        let by_y2 = p0 * y2 + p1 * y12 + p2 * y22;
+        let in_plane = sum(scaled(self.e1, by_y1), scaled(self.e2, by_y2));
+        (total, sum(scaled(self.origin, total), in_plane))
+    }
+}
+
+/// The wrench on A about A's origin: torque, force.
+struct OfWrench;
+
+impl Integrals<6> for OfWrench {
+    #[inline(always)]
+    fn of<L: Lanes>(_: L, polygons: &Polygons<L::Numbers>) -> [L::Numbers; 6] {
+        let (total, weighted) = polygons.pressure_integrals();
+        let [t1, t2, t3] = cross(weighted, polygons.normal);
+        let [f1, f2, f3] = scaled(polygons.normal, total);
+        [t1, t2, t3, f1, f2, f3]
+    }
+}
+
+/// The sums of a [`RelativeJacobian`].
+struct OfJacobian;
+
+impl Integrals<48> for OfJacobian {
+    #[inline(always)]
+    fn of<L: Lanes>(lanes: L, polygons: &Polygons<L::Numbers>) -> [L::Numbers; 48] {
+        let (a, [slope_a, slope_b]) = (polygons.gradient_a, polygons.slopes);
+        let (origin, e1, e2) = (polygons.origin, polygons.e1, polygons.e2);
+        let [area, y1, y2, y11, y12, y22] = polygons.moments;
+        let from_origin = sum(scaled(e1, y1), scaled(e2, y2));
+        let first = sum(scaled(origin, area), from_origin);
+        // ∫ x y₁ dA and ∫ x y₂ dA.
+        let by_y1 = sum(scaled(origin, y1), sum(scaled(e1, y11), scaled(e2, y12)));
+        let by_y2 = sum(scaled(origin, y2), sum(scaled(e1, y12), scaled(e2, y22)));
+        let (arm_a, arm_b) = (cross(first, a), cross(first, slope_b));
+        let mut sums = [lanes.splat(0.0); 48];
+        // The columns of ∫ (x × a)(x × b)ᵀ dA, with x = origin + e₁y₁ + e₂y₂ in the second factor.
+        let in_second = [
+            cross(origin, slope_b),
+            cross(e1, slope_b),
+            cross(e2, slope_b),
+        ];
+        let by_second = [arm_a, cross(by_y1, a), cross(by_y2, a)];
+        for row in 0..3 {
+            for column in 0..3 {
+                let torque_torque = by_second[0][row] * in_second[0][column]
+                    + by_second[1][row] * in_second[1][column]
+                    + by_second[2][row] * in_second[2][column];
+                sums[6 * column + row] = -torque_torque;
+                sums[6 * (3 + column) + row] = -(arm_a[row] * slope_b[column]);
+                sums[6 * column + 3 + row] = -(a[row] * arm_b[column]);
+                sums[6 * (3 + column) + 3 + row] = -(a[row] * slope_b[column] * area);
+            }
+        }
+        let (total, weighted) = polygons.pressure_integrals();
+        for (place, slope) in [(36, slope_a), (42, slope_b)] {
+            let torque = cross(weighted, slope);
+            let force = scaled(slope, total);
+            for axis in 0..3 {
+                sums[place + axis] = torque[axis];
+                sums[place + 3 + axis] = force[axis];
+            }
+        }
+        sums
+    }
+}
+
+/// Sums over octets, each place of them by itself: so the number of lanes has no influence.
+struct Sum<'o, I, const N: usize> {
+    octets: &'o [Octet],
+    integrals: PhantomData<I>,
+}
+
+impl<I: Integrals<N>, const N: usize> InLanes for Sum<'_, I, N> {
+    type Output = [f64; N];
+
+    #[inline(always)]
+    fn run<L: Lanes>(self, lanes: L) -> [f64; N] {
+        let mut sums = [[0.0; ROW]; N];
+        for octet in self.octets {
+            for first in (0..octet.tets().len()).step_by(L::COUNT) {
+                let polygons = Polygons::of(lanes, octet, first);
+                let integrals = I::of(lanes, &polygons);
+                for (sum, integral) in sums.iter_mut().zip(integrals) {
+                    (lanes.load(sum, first) + integral).store(sum, first);
+                }
+            }
+        }
+        sums.map(|[a, b, c, d, e, f, g, h]| ((a + b) + (c + d)) + ((e + f) + (g + h)))
+    }
+}
+
+/// Sums over the polygons of octets.
+fn sum_of<I: Integrals<N>, const N: usize>(octets: &[Octet]) -> [f64; N] {
+    let mut total = [0.0; N];
+    let piece = |octets: &[Octet]| {
+        lanes::run(Sum::<I, N> {
+            octets,
+            integrals: PhantomData,
+        })
+    };
+    threads::for_pieces(octets, PIECE, piece, |piece| {
+        for (total, part) in total.iter_mut().zip(piece) {
+            *total += part;
+        }
+    });
+    total
+}
+
+/// What can be integrated several polygons at a time.
+pub(super) trait OverOctets: PartialSum {
+    /// Over the polygons of octets.
+    fn over(octets: &[Octet]) -> Self;
+}
+
+impl<T: Scalar> OverOctets for Wrench<T> {
+    fn over(octets: &[Octet]) -> Self {
+        let [t1, t2, t3, f1, f2, f3] = sum_of::<OfWrench, 6>(octets).map(lift);
+        Self {
+            torque: Vector3::new(t1, t2, t3),
+            force: Vector3::new(f1, f2, f3),
+        }
+    }
+}
+
+impl<T: Scalar> OverOctets for RelativeJacobian<T> {
+    fn over(octets: &[Octet]) -> Self {
+        let sums = sum_of::<OfJacobian, 48>(octets).map(lift);
+        Self {
+            by_motion_of_b: Matrix6::from_column_slice(&sums[..36]),
+            pressed_a: Vector6::from_column_slice(&sums[36..42]),
+            pressed_b: Vector6::from_column_slice(&sums[42..]),
+            ..Self::empty()
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::{
+        ContactBody, ContactPair, HalfSpace, Partner, RigidShape, Shape, SurfaceLaw,
+    };
+    use super::*;
+    use crate::lanes::tests::at_width;
+    use crate::mesh::{TriangleSurface, shapes};
+    use crate::spatial::{Pose, Twist};
+
+    /// Everything that is computed in lanes, as bits.
+    fn bits(pair: &ContactPair) -> Vec<u64> {
+        let law = SurfaceLaw::new(0.5, 0.4, 1e-3).unwrap();
+        let twist = Twist {
+            angular: Vector3::new(1.0, -2.0, 0.7),
+            linear: Vector3::new(0.3, 0.1, -0.2),
+        };
+        let (wrench, jacobian) = pair.wrench_and_jacobian();
+        let in_motion = pair.wrench_in_motion(&law, [twist, Twist::zero()]);
+        let linearised = pair.linearised(&law, [twist, Twist::zero()]);
+        let wrenches = [pair.wrench(), wrench, in_motion, linearised.wrench];
+        let wrenches = wrenches.map(|wrench| wrench.on_a.to_vector());
+        let numbers = wrenches.iter().flat_map(|wrench| wrench.iter().copied());
+        numbers
+            .chain(jacobian.on_a.matrix().iter().copied())
+            .chain(linearised.jacobian().iter().copied())
+            .map(f64::to_bits)
+            .collect()
+    }
+
+    fn assert_same_at_all_widths(pair: &ContactPair, name: &str) {
+        let expected = bits(pair);
+        assert!(pair.work_count().polygons > 8, "{name}: few polygons");
+        for width in [2, 4, 8] {
+            assert!(
+                at_width(width, || bits(pair)) == expected,
+                "{name}, {width} lanes"
+            );
+        }
+    }
+
+    /// A generic pose, so far from the origin.
+    fn pose(number: usize, distance: f64) -> Pose {
+        let angle = |k: f64| (number as f64 * k + 0.3).sin();
+        let turn = Vector3::new(angle(1.1), angle(2.3), angle(3.7)) * 2.0;
+        let way = Vector3::new(angle(0.7), angle(1.9), 1.5 + angle(2.9)).normalize();
+        Pose::from_rotation_vector(&turn, way * distance)
+    }
+
+    #[test]
+    fn bits_are_the_same_at_all_widths() {
+        let ball = Shape::new(shapes::icosphere(1.0, 2).unwrap());
+        let block = Shape::new(shapes::cuboid([1.0, 1.2, 0.8]).unwrap());
+        let round = TriangleSurface::around(shapes::icosphere(0.9, 2).unwrap().mesh());
+        let round = RigidShape::new(round.unwrap());
+        let floor = HalfSpace::rigid();
+        for number in 0..40 {
+            let distance = 0.4 + 0.03 * number as f64;
+            let a = ContactBody::new(&ball, pose(number, distance), 2e4).unwrap();
+            let at_origin = |shape| ContactBody::new(shape, Pose::identity(), 1e4).unwrap();
+            let partners = [
+                ("ball", Partner::from(at_origin(&ball))),
+                ("block", Partner::from(at_origin(&block))),
+                ("rigid", Partner::rigid(&round, Pose::identity()).unwrap()),
+                (
+                    "half-space",
+                    Partner::half_space(&floor, pose(number, 0.2), 1e4).unwrap(),
+                ),
+            ];
+            for (name, partner) in partners {
+                let pair = ContactPair::new(a, partner);
+                if pair.work_count().polygons > 8 {
+                    assert_same_at_all_widths(&pair, name);
+                }
+            }
+        }
+    }
+}

@@ -1,0 +1,166 @@
+//! The surface law over the generic contact polygons, several triangles of them at a time.
+
+use super::SurfaceLaw;
+use super::friction::value_rule;
+use super::loaded_triangles::{Loads, Triangles, integrals};
+use super::polygon::{CutPolygon, CutSurface};
+use super::surface_law::RelativeMotion;
+use crate::geometry::faces_in;
+use crate::lanes::space::{cross, scaled, sum};
+use crate::lanes::{self, InLanes, Lanes, Numbers, ROW, Row};
+use crate::narrow_phase::{Octet, Weights};
+use crate::scalar::{Scalar, carries_derivatives, lift_vector};
+use crate::spatial::Wrench;
+use crate::threads;
+use nalgebra::Vector3;
+
+/// Octets that are integrated by themselves, in one thread: some 30 µs of work.
+const PIECE: usize = 32;
+
+/// The corners that a generic polygon has at the most.
+const CORNERS: usize = 8;
+
+/// Adds up the wrenches on A of the polygons of octets, as [`CutPolygon::wrench_in_motion`] has them. Polygons on which the
+/// pressure is clamped somewhere, or of which the slip turns quickly, are left to be taken one by one.
+struct InMotion<'o> {
+    octets: &'o [Octet],
+    law: &'o SurfaceLaw,
+    motion: &'o RelativeMotion<f64>,
+}
+
+/// For each octet of a piece the places that are left, as bits.
+type Left = [u8; PIECE];
+
+impl InLanes for InMotion<'_> {
+    type Output = (Wrench<f64>, Left);
+
+    #[inline(always)]
+    fn run<L: Lanes>(self, lanes: L) -> Self::Output {
+        let (mut sums, mut left) = ([[0.0; ROW]; 6], [0; PIECE]);
+        let mut triangles = Triangles::NONE;
+        for (index, octet) in self.octets.iter().enumerate() {
+            for place in 0..octet.tets().len() {
+                if !octet.has_polygon(place) {
+                    continue;
+                }
+                let (mut corners, mut count) = ([[0.0; 2]; CORNERS], 0);
+                octet.visit_edges(place, |_, corner| {
+                    corners[count % CORNERS] = corner;
+                    count += 1;
+                });
+                let corners = &corners[..count.min(CORNERS)];
+                let loads = Loads::of(octet, place, self.law, self.motion);
+                let rung = loads.slip.rung(corners);
+                let Some(rung) = rung.filter(|_| !loads.are_clamped(corners)) else {
+                    left[index] |= 1 << place;
+                    continue;
+                };
+                for ends in corners.windows(2).skip(1) {
+                    triangles.push([corners[0], ends[0], ends[1]], &loads, [index, place]);
+                    triangles.rung = triangles.rung.max(rung);
+                    if triangles.len == ROW {
+                        self.add(lanes, &mut sums, &mut triangles);
+                    }
+                }
+            }
+        }
+        if triangles.len > 0 {
+            triangles.fill_up();
+            self.add(lanes, &mut sums, &mut triangles);
+        }
+        let total = |row: &Row| row.iter().sum::<f64>();
+        let [t1, t2, t3, f1, f2, f3] = sums.each_ref().map(total);
+        let wrench = Wrench {
+            torque: Vector3::new(t1, t2, t3),
+            force: Vector3::new(f1, f2, f3),
+        };
+        (wrench, left)
+    }
+}
+
+impl InMotion<'_> {
+    /// Adds the wrenches on A about A's origin in A's axes, and empties the list.
+    #[inline(always)]
+    fn add<L: Lanes>(&self, lanes: L, sums: &mut [Row; 6], triangles: &mut Triangles) {
+        let rule = value_rule(triangles.rung);
+        for first in (0..triangles.len).step_by(L::COUNT) {
+            let integrals = integrals(lanes, triangles, first, rule, self.law);
+            let vector = |rows: fn(&Octet) -> &[Row; 3]| -> [L::Numbers; 3] {
+                let number = |axis: usize| {
+                    lanes.gathered(|lane| {
+                        let [octet, place] = triangles.places[first + lane];
+                        rows(&self.octets[octet])[axis][place]
+                    })
+                };
+                [number(0), number(1), number(2)]
+            };
+            let origin = vector(|octet| &octet.origin);
+            let axes = [
+                vector(|octet| &octet.axes[0]),
+                vector(|octet| &octet.axes[1]),
+                vector(|octet| &octet.axes[2]),
+            ];
+            let friction = lanes.splat(-self.law.friction);
+            let wrench = wrench(origin, axes, integrals, friction);
+            for (sum, part) in sums.iter_mut().zip(wrench) {
+                (lanes.load(sum, first) + part).store(sum, first);
+            }
+        }
+        (triangles.len, triangles.rung) = (0, 0);
+    }
+}
+
+/// The wrench of tractions, from their [`integrals`] in a plane.
+#[inline(always)]
+fn wrench<N: Numbers>(
+    origin: [N; 3],
+    [e1, e2, normal]: [[N; 3]; 3],
+    [pressed, by_y1, by_y2, along1, along2, about]: [N; 6],
+    friction: N,
+) -> [N; 6] {
+    let in_plane = sum(scaled(e1, along1 * friction), scaled(e2, along2 * friction));
+    let force = sum(in_plane, scaled(normal, pressed));
+    let tilt = sum(scaled(e1, by_y2), scaled(e2, -by_y1));
+    let about_origin = sum(tilt, scaled(normal, about * friction));
+    let [t1, t2, t3] = sum(about_origin, cross(origin, force));
+    let [f1, f2, f3] = force;
+    [t1, t2, t3, f1, f2, f3]
+}
+
+impl<T: Scalar> CutSurface<'_, T> {
+    /// The wrench on A of moving bodies, in A's axes about A's origin.
+    pub fn wrench_in_motion(&self, law: &SurfaceLaw<T>, motion: &RelativeMotion<T>) -> Wrench<T> {
+        let add = |sum: &mut Wrench<T>, polygon: &CutPolygon<T>| {
+            *sum += polygon.wrench_in_motion(law, motion);
+        };
+        if carries_derivatives::<T>() {
+            return self.sum(add);
+        }
+        let mut sum = self.sum_of_special_cuts(&|sum: &mut Wrench<T>, cut| {
+            self.add_where(Weights::has_still_area, add, sum, cut);
+        });
+        let (law, motion) = (&law.real(), &motion.real());
+        let piece = |octets: &[Octet]| {
+            lanes::run(InMotion {
+                octets,
+                law,
+                motion,
+            })
+        };
+        let mut pieces = self.found.octets().chunks(PIECE);
+        threads::for_pieces(self.found.octets(), PIECE, piece, |(wrench, left)| {
+            sum += Wrench {
+                torque: lift_vector(&wrench.torque),
+                force: lift_vector(&wrench.force),
+            };
+            let octets = pieces.next().unwrap_or_default();
+            for (octet, left) in octets.iter().zip(left) {
+                for place in faces_in(left) {
+                    let cut = self.found.cut_of(octet, place, &self.source.pair);
+                    self.add_where(Weights::has_still_area, add, &mut sum, &cut);
+                }
+            }
+        });
+        sum
+    }
+}

@@ -1,0 +1,139 @@
+//! Several numbers to an instruction: code that is written once and runs at 2, 4 or 8 lanes, by what the processor has.
+//!
+//! Lanes know sums, differences, products, quotients, square roots and comparisons, each rounded as IEEE 754 says, and nothing
+//! is contracted to fused operations. So a lane has the same bits at every width and on every processor. What depends on
+//! the order of a sum is added lane by lane in rows of [`ROW`] numbers (see [`Row`]), whatever the width.
+
+mod pair;
+pub(crate) mod space;
+mod vector;
+
+use pair::Pairs;
+use std::ops::{Add, BitAnd, BitOr, Div, Mul, Neg, Not, Sub};
+use std::sync::LazyLock;
+use vector::Vectors;
+
+/// The most lanes there are.
+pub(crate) const ROW: usize = 8;
+
+/// A number of each of eight items.
+pub(crate) type Row = [f64; ROW];
+
+/// What makes numbers in lanes.
+pub(crate) trait Lanes: Copy {
+    type Numbers: Numbers;
+
+    /// How many lanes: 2, 4 or 8.
+    const COUNT: usize;
+
+    /// The same number in all lanes.
+    fn splat(self, value: f64) -> Self::Numbers;
+
+    /// The numbers of the items from `first` on.
+    fn load(self, row: &Row, first: usize) -> Self::Numbers;
+
+    /// A number for each lane.
+    fn gathered(self, number: impl Fn(usize) -> f64) -> Self::Numbers;
+}
+
+/// A number in each lane.
+pub(crate) trait Numbers:
+    Copy
+    + Add<Output = Self>
+    + Sub<Output = Self>
+    + Mul<Output = Self>
+    + Div<Output = Self>
+    + Neg<Output = Self>
+{
+    type Mask: Mask;
+
+    fn abs(self) -> Self;
+
+    fn sqrt(self) -> Self;
+
+    fn max(self, other: Self) -> Self;
+
+    fn is_less(self, other: Self) -> Self::Mask;
+
+    fn is_at_most(self, other: Self) -> Self::Mask;
+
+    /// These numbers where the mask is set, and else the other ones.
+    fn or_else(self, mask: Self::Mask, other: Self) -> Self;
+
+    /// Writes the numbers of the items from `first` on.
+    fn store(self, row: &mut Row, first: usize);
+}
+
+/// Whether something is so, in each lane.
+pub(crate) trait Mask:
+    Copy + BitAnd<Output = Self> + BitOr<Output = Self> + Not<Output = Self>
+{
+    fn is_any(self) -> bool;
+}
+
+/// Something to be computed in lanes.
+pub(crate) trait InLanes {
+    type Output;
+
+    /// All that runs in lanes must be inlined into this, and this itself: it is compiled for each processor.
+    fn run<L: Lanes>(self, lanes: L) -> Self::Output;
+}
+
+/// Which instructions this processor has.
+static PROCESSOR: LazyLock<pulp::Arch> = LazyLock::new(pulp::Arch::new);
+
+/// Runs with as many lanes as the processor has.
+#[inline]
+pub(crate) fn run<J: InLanes>(job: J) -> J::Output {
+    #[cfg(test)]
+    if let Some(width) = tests::forced_width() {
+        return run_at(width, job);
+    }
+    PROCESSOR.dispatch(Job(job))
+}
+
+struct Job<J>(J);
+
+impl<J: InLanes> pulp::WithSimd for Job<J> {
+    type Output = J::Output;
+
+    #[inline(always)]
+    fn with_simd<S: pulp::Simd>(self, simd: S) -> J::Output {
+        // None were found beyond those that every processor of its kind has.
+        if S::IS_SCALAR {
+            self.0.run(Pairs)
+        } else {
+            self.0.run(Vectors(simd))
+        }
+    }
+}
+
+#[cfg(test)]
+fn run_at<J: InLanes>(width: usize, job: J) -> J::Output {
+    match width {
+        2 => job.run(Pairs),
+        4 => job.run(Vectors(pulp::Scalar256b)),
+        _ => job.run(Vectors(pulp::Scalar512b)),
+    }
+}
+
+#[cfg(test)]
+pub(crate) mod tests {
+    use std::cell::Cell;
+
+    thread_local! {
+        static WIDTH: Cell<Option<usize>> = const { Cell::new(None) };
+    }
+
+    pub fn forced_width() -> Option<usize> {
+        WIDTH.get()
+    }
+
+    /// Runs something, in this thread, at so many lanes.
+    pub fn at_width<O>(width: usize, work: impl FnOnce() -> O) -> O {
+        WIDTH.set(Some(width));
+        let output = work();
+        WIDTH.set(None);
+        output
+    }
+}

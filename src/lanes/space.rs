@@ -1,0 +1,51 @@
+//! Vectors in space, one of each lane.
+
+use super::{Lanes, Numbers, Row};
+use nalgebra::Vector3;
+
+#[inline(always)]
+pub(crate) fn gathered<'v, L: Lanes>(
+    lanes: L,
+    vector: impl Fn(usize) -> &'v Vector3<f64>,
+) -> [L::Numbers; 3] {
+    [
+        lanes.gathered(|lane| vector(lane).x),
+        lanes.gathered(|lane| vector(lane).y),
+        lanes.gathered(|lane| vector(lane).z),
+    ]
+}
+
+/// The vector of one item.
+#[inline]
+pub(crate) fn vector_at(rows: &[Row; 3], place: usize) -> Vector3<f64> {
+    Vector3::new(rows[0][place], rows[1][place], rows[2][place])
+}
+
+#[inline(always)]
+pub(crate) fn dot<N: Numbers>(a: [N; 3], b: [N; 3]) -> N {
+    a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
+}
+
+#[inline(always)]
+pub(crate) fn cross<N: Numbers>(a: [N; 3], b: [N; 3]) -> [N; 3] {
+    [
+        a[1] * b[2] - a[2] * b[1],
+        a[2] * b[0] - a[0] * b[2],
+        a[0] * b[1] - a[1] * b[0],
+    ]
+}
+
+#[inline(always)]
+pub(crate) fn sum<N: Numbers>(a: [N; 3], b: [N; 3]) -> [N; 3] {
+    [a[0] + b[0], a[1] + b[1], a[2] + b[2]]
+}
+
+#[inline(always)]
+pub(crate) fn difference<N: Numbers>(a: [N; 3], b: [N; 3]) -> [N; 3] {
+    [a[0] - b[0], a[1] - b[1], a[2] - b[2]]
+}
+
+#[inline(always)]
+pub(crate) fn scaled<N: Numbers>(a: [N; 3], factor: N) -> [N; 3] {
+    [a[0] * factor, a[1] * factor, a[2] * factor]
+}

@@ -1,0 +1,198 @@
+use super::{Lanes, Mask, Numbers, Row};
+use pulp::Simd;
+use pulp::bytemuck::{cast_slice, cast_slice_mut};
+use std::ops::{Add, BitAnd, BitOr, Div, Mul, Neg, Not, Sub};
+use std::slice;
+
+/// As many lanes as an instruction set has that was found at run time.
+#[derive(Clone, Copy)]
+pub(super) struct Vectors<S>(pub S);
+
+#[derive(Clone, Copy)]
+pub(super) struct Vector<S: Simd> {
+    simd: S,
+    numbers: S::f64s,
+}
+
+#[derive(Clone, Copy)]
+pub(super) struct VectorMask<S: Simd> {
+    simd: S,
+    mask: S::m64s,
+}
+
+impl<S: Simd> Lanes for Vectors<S> {
+    type Numbers = Vector<S>;
+
+    const COUNT: usize = S::F64_LANES;
+
+    #[inline(always)]
+    fn splat(self, value: f64) -> Vector<S> {
+        Vector {
+            simd: self.0,
+            numbers: self.0.splat_f64s(value),
+        }
+    }
+
+    #[inline(always)]
+    fn load(self, row: &Row, first: usize) -> Vector<S> {
+        self.gathered(|lane| row[first + lane])
+    }
+
+    #[inline(always)]
+    fn gathered(self, number: impl Fn(usize) -> f64) -> Vector<S> {
+        let mut numbers = self.0.splat_f64s(0.0);
+        let lanes: &mut [f64] = cast_slice_mut(slice::from_mut(&mut numbers));
+        for (lane, place) in lanes.iter_mut().enumerate() {
+            *place = number(lane);
+        }
+        Vector {
+            simd: self.0,
+            numbers,
+        }
+    }
+}
+
+impl<S: Simd> Vector<S> {
+    #[inline(always)]
+    fn made(self, numbers: S::f64s) -> Self {
+        Self { numbers, ..self }
+    }
+
+    #[inline(always)]
+    fn mask(self, mask: S::m64s) -> VectorMask<S> {
+        VectorMask {
+            simd: self.simd,
+            mask,
+        }
+    }
+}
+
+impl<S: Simd> Numbers for Vector<S> {
+    type Mask = VectorMask<S>;
+
+    #[inline(always)]
+    fn abs(self) -> Self {
+        self.made(self.simd.abs_f64s(self.numbers))
+    }
+
+    #[inline(always)]
+    fn sqrt(self) -> Self {
+        self.made(self.simd.sqrt_f64s(self.numbers))
+    }
+
+    #[inline(always)]
+    fn max(self, other: Self) -> Self {
+        self.made(self.simd.max_f64s(self.numbers, other.numbers))
+    }
+
+    #[inline(always)]
+    fn is_less(self, other: Self) -> VectorMask<S> {
+        self.mask(self.simd.less_than_f64s(self.numbers, other.numbers))
+    }
+
+    #[inline(always)]
+    fn is_at_most(self, other: Self) -> VectorMask<S> {
+        let is_at_most = self
+            .simd
+            .less_than_or_equal_f64s(self.numbers, other.numbers);
+        self.mask(is_at_most)
+    }
+
+    #[inline(always)]
+    fn or_else(self, mask: VectorMask<S>, other: Self) -> Self {
+        let chosen = self
+            .simd
+            .select_f64s(mask.mask, self.numbers, other.numbers);
+        self.made(chosen)
+    }
+
+    #[inline(always)]
+    fn store(self, row: &mut Row, first: usize) {
+        let lanes: &[f64] = cast_slice(slice::from_ref(&self.numbers));
+        row[first..first + S::F64_LANES].copy_from_slice(lanes);
+    }
+}
+
+impl<S: Simd> Mask for VectorMask<S> {
+    #[inline(always)]
+    fn is_any(self) -> bool {
+        self.simd.first_true_m64s(self.mask) != S::F64_LANES
+    }
+}
+
+impl<S: Simd> Add for Vector<S> {
+    type Output = Self;
+
+    #[inline(always)]
+    fn add(self, other: Self) -> Self {
+        self.made(self.simd.add_f64s(self.numbers, other.numbers))
+    }
+}
+
+impl<S: Simd> Sub for Vector<S> {
+    type Output = Self;
+
+    #[inline(always)]
+    fn sub(self, other: Self) -> Self {
+        self.made(self.simd.sub_f64s(self.numbers, other.numbers))
+    }
+}
+
+impl<S: Simd> Mul for Vector<S> {
+    type Output = Self;
+
+    #[inline(always)]
+    fn mul(self, other: Self) -> Self {
+        self.made(self.simd.mul_f64s(self.numbers, other.numbers))
+    }
+}
+
+impl<S: Simd> Div for Vector<S> {
+    type Output = Self;
+
+    #[inline(always)]
+    fn div(self, other: Self) -> Self {
+        self.made(self.simd.div_f64s(self.numbers, other.numbers))
+    }
+}
+
+impl<S: Simd> Neg for Vector<S> {
+    type Output = Self;
+
+    #[inline(always)]
+    fn neg(self) -> Self {
+        self.made(self.simd.neg_f64s(self.numbers))
+    }
+}
+
+impl<S: Simd> BitAnd for VectorMask<S> {
+    type Output = Self;
+
+    #[inline(always)]
+    fn bitand(self, other: Self) -> Self {
+        let mask = self.simd.and_m64s(self.mask, other.mask);
+        Self { mask, ..self }
+    }
+}
+
+impl<S: Simd> BitOr for VectorMask<S> {
+    type Output = Self;
+
+    #[inline(always)]
+    fn bitor(self, other: Self) -> Self {
+        let mask = self.simd.or_m64s(self.mask, other.mask);
+        Self { mask, ..self }
+    }
+}
+
+impl<S: Simd> Not for VectorMask<S> {
+    type Output = Self;
+
+    #[inline(always)]
+    fn not(self) -> Self {
+        let zero = self.simd.splat_f64s(0.0);
+        let all = self.simd.equal_f64s(zero, zero);
+        let mask = self.simd.xor_m64s(self.mask, all);
+        Self { mask, ..self }
+    }
+}

@@ -1,0 +1,163 @@
+use super::Part;
+use crate::lanes::space::{dot, gathered, scaled};
+use crate::lanes::{Lanes, Mask, Numbers};
+use crate::narrow_phase::{PartnerShape, RelativePair};
+
+/// Pressure gradients that differ by less than this fraction of the fields' sensitivity are nearly equal: the plane is placed a
+/// thousand times worse than coordinates are rounded, or more, and round-off shows in everything.
+const NEARLY_EQUAL: f64 = 1e-3;
+
+/// What is the same for all pairs of tetrahedra of two bodies.
+pub(super) struct Bodies<N> {
+    pub scale_a: N,
+    pub modulus_a: N,
+    /// Distances (m) up to which values are near zero.
+    pub near: N,
+    pub is_rigid: bool,
+    /// Whether B's tetrahedra have corners that the plane must pass between.
+    has_corners_b: bool,
+}
+
+impl<N: Numbers> Bodies<N> {
+    #[inline(always)]
+    pub fn of<L: Lanes<Numbers = N>>(lanes: L, pair: &RelativePair) -> Self {
+        Self {
+            scale_a: lanes.splat(pair.scales[0]),
+            modulus_a: lanes.splat(pair.modulus_a),
+            near: lanes.splat(pair.tolerance.noted()),
+            is_rigid: pair.shape_b.is_rigid(),
+            has_corners_b: matches!(pair.shape_b, PartnerShape::Compliant(_)),
+        }
+    }
+}
+
+/// Whether and how the plane of equal pressure passes through a tetrahedron of A and one of B.
+pub(super) struct Encounters<N: Numbers> {
+    pub corners_a: [[N; 3]; 4],
+    /// p_A − p_B (Pa) at A's corners.
+    pub at_a: [N; 4],
+    /// Where it is below zero.
+    pub below: [N::Mask; 4],
+    pub extent_gradient: [N; 3],
+    pub gradient_b: [N; 3],
+    /// ∇p_A − ∇p_B; a unit vector where there is no generic polygon.
+    pub gradient: [N; 3],
+    /// Where the plane passes through both, and no value is near zero.
+    pub is_generic: N::Mask,
+    /// Where some value is.
+    pub is_special: N::Mask,
+}
+
+/// How values lie about zero.
+struct Signs<M> {
+    have_below: M,
+    have_above: M,
+    are_near: M,
+}
+
+#[inline(always)]
+fn signs<N: Numbers>(values: &[N; 4], zero: N, near: N) -> Signs<N::Mask> {
+    let [v0, v1, v2, v3] = *values;
+    Signs {
+        have_below: v0.is_less(zero) | v1.is_less(zero) | v2.is_less(zero) | v3.is_less(zero),
+        have_above: zero.is_less(v0) | zero.is_less(v1) | zero.is_less(v2) | zero.is_less(v3),
+        are_near: v0.abs().is_at_most(near)
+            | v1.abs().is_at_most(near)
+            | v2.abs().is_at_most(near)
+            | v3.abs().is_at_most(near),
+    }
+}
+
+/// p_A − p_B (Pa) at B's corners, A's field extended beyond its tetrahedron.
+#[inline(always)]
+fn excess_at_corners_of_b<L: Lanes>(
+    lanes: L,
+    bodies: &Bodies<L::Numbers>,
+    part: &Part,
+    gradient_a: [L::Numbers; 3],
+) -> [L::Numbers; 4] {
+    let offset_a = lanes.gathered(|lane| part.a[lane].extent.offset) * bodies.scale_a;
+    let mut at_b = [offset_a; 4];
+    for corner in 0..4 {
+        let place = gathered(lanes, |lane| &part.b[lane].tetrahedron.corners[corner]);
+        let own = lanes.gathered(|lane| part.b[lane].values[corner]);
+        at_b[corner] = (dot(gradient_a, place) + offset_a) - own;
+    }
+    at_b
+}
+
+impl<N: Numbers> Encounters<N> {
+    #[inline(always)]
+    pub fn of<L: Lanes<Numbers = N>>(
+        lanes: L,
+        bodies: &Bodies<N>,
+        part: &Part,
+        is_there: N::Mask,
+    ) -> Self {
+        let (a, b) = (part.a, part.b);
+        let (zero, one) = (lanes.splat(0.0), lanes.splat(1.0));
+        let corners_a = [
+            gathered(lanes, |lane| &a[lane].tetrahedron.corners[0]),
+            gathered(lanes, |lane| &a[lane].tetrahedron.corners[1]),
+            gathered(lanes, |lane| &a[lane].tetrahedron.corners[2]),
+            gathered(lanes, |lane| &a[lane].tetrahedron.corners[3]),
+        ];
+        let gradient_b = gathered(lanes, |lane| &b[lane].field.gradient);
+        let offset_b = lanes.gathered(|lane| b[lane].field.offset);
+        let sensitivity_b = lanes.gathered(|lane| b[lane].sensitivity);
+        let mut at_a = [zero; 4];
+        for corner in 0..4 {
+            let own = lanes.gathered(|lane| a[lane].extents[corner]) * bodies.scale_a;
+            at_a[corner] = own - (dot(gradient_b, corners_a[corner]) + offset_b);
+        }
+        let signs_a = signs(&at_a, zero, bodies.near * sensitivity_b);
+        let extent_gradient = gathered(lanes, |lane| &a[lane].extent.gradient);
+        let gradient_a = scaled(extent_gradient, bodies.scale_a);
+        let sensitivity_a = lanes.gathered(|lane| a[lane].sensitivity) * bodies.scale_a;
+        let gradient = [
+            gradient_a[0] - gradient_b[0],
+            gradient_a[1] - gradient_b[1],
+            gradient_a[2] - gradient_b[2],
+        ];
+        let least = sensitivity_a.max(sensitivity_b) * lanes.splat(NEARLY_EQUAL);
+        let are_nearly_equal = dot(gradient, gradient).is_at_most(least * least);
+        let mut is_met = signs_a.have_below & signs_a.have_above;
+        let mut is_near = signs_a.are_near;
+        let mut may_meet = is_met | is_near;
+        if bodies.has_corners_b {
+            let at_b = excess_at_corners_of_b(lanes, bodies, part, gradient_a);
+            let signs_b = signs(&at_b, zero, bodies.near * sensitivity_a);
+            let is_met_b = signs_b.have_below & signs_b.have_above;
+            is_met = is_met & is_met_b;
+            is_near = is_near | signs_b.are_near;
+            may_meet = may_meet & (is_met_b | signs_b.are_near);
+        }
+        let is_doubtful = is_near | are_nearly_equal;
+        let is_generic = is_there & is_met & !is_doubtful;
+        Self {
+            corners_a,
+            at_a,
+            below: [
+                at_a[0].is_less(zero),
+                at_a[1].is_less(zero),
+                at_a[2].is_less(zero),
+                at_a[3].is_less(zero),
+            ],
+            extent_gradient,
+            gradient_b,
+            gradient: [
+                gradient[0].or_else(is_generic, zero),
+                gradient[1].or_else(is_generic, zero),
+                gradient[2].or_else(is_generic, one),
+            ],
+            is_generic,
+            is_special: is_there & may_meet & is_doubtful,
+        }
+    }
+
+    /// Whether any lane has something to go on with.
+    #[inline(always)]
+    pub fn is_any_generic(&self) -> bool {
+        self.is_generic.is_any()
+    }
+}

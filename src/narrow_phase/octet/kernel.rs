@@ -1,0 +1,177 @@
+use super::encounter::{Bodies, Encounters};
+use super::outlines::{Outlines, Planes};
+use super::{BELOW, Octet, Part, PosedTet, SLOTS, SPECIAL};
+use crate::lanes::space::{dot, scaled};
+use crate::lanes::{InLanes, Lanes, Numbers, ROW, Row};
+use crate::narrow_phase::RelativePair;
+use std::array;
+
+/// Looks at the pairs of octets.
+pub(crate) struct LookAt<'o, 'p, 'a, P> {
+    pub pair: &'p RelativePair<'a>,
+    /// A tetrahedron of B in A's frame.
+    pub posed: P,
+    pub octets: &'o mut [Octet],
+}
+
+impl<'p, P: Fn(u32) -> &'p PosedTet> InLanes for LookAt<'_, 'p, '_, P> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run<L: Lanes>(self, lanes: L) {
+        let bodies = Bodies::of(lanes, self.pair);
+        for octet in self.octets {
+            let a: [_; ROW] =
+                array::from_fn(|place| self.pair.tet_a(octet.standing(place, 0) as usize));
+            let b: [_; ROW] = array::from_fn(|place| (self.posed)(octet.standing(place, 1)));
+            for first in (0..ROW).step_by(L::COUNT) {
+                if first < octet.len {
+                    let (a, b) = (&a[first..], &b[first..]);
+                    octet.fill(lanes, &bodies, &Part { first, a, b });
+                } else {
+                    octet.fill_with_nothing(lanes, first);
+                }
+            }
+        }
+    }
+}
+
+impl Octet {
+    /// A tetrahedron of a pair; where there is none, of the first.
+    #[inline(always)]
+    fn standing(&self, place: usize, body: usize) -> u32 {
+        self.tets[if place < self.len { place } else { 0 }][body]
+    }
+
+    /// Looks at some pairs.
+    #[inline(always)]
+    fn fill<L: Lanes>(&mut self, lanes: L, bodies: &Bodies<L::Numbers>, part: &Part) {
+        let (first, b) = (part.first, part.b);
+        let (zero, special) = (lanes.splat(0.0), lanes.splat(f64::from(SPECIAL)));
+        let len = self.len;
+        let is_there = zero.is_less(lanes.gathered(|lane| f64::from(u8::from(first + lane < len))));
+        let met = Encounters::of(lanes, bodies, part, is_there);
+        if !met.is_any_generic() {
+            self.fill_with_nothing(lanes, first);
+            special
+                .or_else(met.is_special, zero)
+                .store(&mut self.codes, first);
+            return;
+        }
+        let mut planes = Planes::of(lanes, &met);
+        let mut outlines = Outlines::of_slices(lanes, &met, &planes);
+        let bounds = (0..L::COUNT)
+            .map(|lane| b[lane].bound_count)
+            .fold(0, usize::max);
+        if bounds > 0 {
+            outlines.clip::<L, 0>(lanes, &planes, bodies.near, b);
+        }
+        if bounds > 1 {
+            outlines.clip::<L, 1>(lanes, &planes, bodies.near, b);
+        }
+        if bounds > 2 {
+            outlines.clip::<L, 2>(lanes, &planes, bodies.near, b);
+        }
+        if bounds > 3 {
+            outlines.clip::<L, 3>(lanes, &planes, bodies.near, b);
+        }
+        outlines.recenter(&mut planes);
+        let moments = outlines.moments(lanes);
+        let counts = zero.is_less(moments[0]) & !outlines.is_near;
+        for (row, moment) in self.moments.iter_mut().zip(moments) {
+            moment.or_else(counts, zero).store(row, first);
+        }
+        let mut code = zero;
+        for (bit, is_set) in outlines.is_there.into_iter().enumerate() {
+            code = code + lanes.splat(f64::from(1_u32 << bit)).or_else(is_set, zero);
+        }
+        for (corner, is_below) in met.below.into_iter().enumerate() {
+            let bit = f64::from(1_u32 << (BELOW as usize + corner));
+            code = code + lanes.splat(bit).or_else(is_below, zero);
+        }
+        let is_special = met.is_special | outlines.is_near;
+        special
+            .or_else(is_special, code)
+            .store(&mut self.codes, first);
+        self.store_planes(first, &planes);
+        self.store_outlines(first, &outlines);
+        self.store_pressures(lanes, bodies, part, (&met, &planes));
+    }
+
+    /// Of pairs that are not there, or have no polygon. What other rows have of earlier pairs is finite, and counts by no area.
+    #[inline(always)]
+    fn fill_with_nothing<L: Lanes>(&mut self, lanes: L, first: usize) {
+        let zero = lanes.splat(0.0);
+        zero.store(&mut self.codes, first);
+        for row in &mut self.moments {
+            zero.store(row, first);
+        }
+    }
+
+    #[inline(always)]
+    fn store_planes<N: Numbers>(&mut self, first: usize, planes: &Planes<N>) {
+        store(&mut self.origin, first, planes.origin);
+        for (rows, axis) in self.axes.iter_mut().zip(planes.axes) {
+            store(rows, first, axis);
+        }
+    }
+
+    #[inline(always)]
+    fn store_outlines<N: Numbers>(&mut self, first: usize, outlines: &Outlines<N>) {
+        for slot in 0..SLOTS {
+            for axis in 0..2 {
+                outlines.from[slot][axis].store(&mut self.corners[slot][axis], first);
+            }
+        }
+        for bound in 0..4 {
+            outlines.after[bound].store(&mut self.after[bound], first);
+        }
+    }
+
+    /// The pressure is that of the flatter field, which is rounded less; A's, if B is rigid.
+    #[inline(always)]
+    fn store_pressures<L: Lanes>(
+        &mut self,
+        lanes: L,
+        bodies: &Bodies<L::Numbers>,
+        part: &Part,
+        (met, planes): (&Encounters<L::Numbers>, &Planes<L::Numbers>),
+    ) {
+        let &Part { first, a, b } = part;
+        let gradient_a = scaled(met.extent_gradient, bodies.modulus_a);
+        let (mut gradient, mut offset) = (
+            gradient_a,
+            lanes.gathered(|lane| a[lane].extent.offset) * bodies.modulus_a,
+        );
+        if !bodies.is_rigid {
+            let steepness_a = lanes.gathered(|lane| a[lane].steepness) * bodies.scale_a;
+            let is_a = steepness_a.is_at_most(lanes.gathered(|lane| b[lane].steepness));
+            for axis in 0..3 {
+                gradient[axis] = gradient[axis].or_else(is_a, met.gradient_b[axis]);
+            }
+            offset = offset.or_else(is_a, lanes.gathered(|lane| b[lane].field.offset));
+        }
+        let [e1, e2, _] = planes.axes;
+        let at_origin = dot(gradient, planes.origin) + offset;
+        store(
+            &mut self.pressure,
+            first,
+            [at_origin, dot(gradient, e1), dot(gradient, e2)],
+        );
+        store(&mut self.gradient_a, first, gradient_a);
+        let slope_a = scaled(met.extent_gradient, bodies.scale_a * planes.yielding);
+        store(&mut self.slopes[0], first, slope_a);
+        store(
+            &mut self.slopes[1],
+            first,
+            scaled(met.gradient_b, planes.yielding),
+        );
+    }
+}
+
+#[inline(always)]
+fn store<N: Numbers>(rows: &mut [Row; 3], first: usize, numbers: [N; 3]) {
+    for (row, number) in rows.iter_mut().zip(numbers) {
+        number.store(row, first);
+    }
+}

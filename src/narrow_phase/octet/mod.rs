@@ -1,0 +1,239 @@
+//! Eight pairs of tetrahedra side by side: the contact polygons of the generic ones, several at a time.
+
+#![expect(
+    clippy::needless_range_loop,
+    reason = "iterators take closures, and a closure over lanes may stay a call, compiled for any processor"
+)]
+
+mod encounter;
+mod kernel;
+mod outlines;
+#[cfg(test)]
+mod tests;
+
+pub(crate) use kernel::LookAt;
+
+use super::cut::{Cut, Decisions};
+use super::{PosedTet, RelativePair};
+use crate::geometry::{ConvexPolygon, NEXT_FACES, face_of_slice};
+use crate::lanes::space::vector_at;
+use crate::lanes::{ROW, Row};
+use crate::mesh::FieldTet;
+
+/// Room for the edges of a polygon, by the faces they lie in: the four of A, and up to four of B.
+const SLOTS: usize = 8;
+
+/// Up to eight pairs of tetrahedra, and the contact polygons of those that are *generic*: no value by which something is decided
+/// is near zero, and the fields are not nearly equal, so that nothing coincides and round-off decides nothing.
+///
+/// A polygon is in coordinates y of its plane: along the axes e₁ and e₂, n being the third, from one of its
+/// corners. All in A's frame. Of a pair without a polygon moments are 0, and everything is finite.
+#[derive(Clone)]
+#[repr(C, align(64))]
+pub(crate) struct Octet {
+    /// A corner of each polygon (m).
+    pub origin: [Row; 3],
+    /// e₁, e₂ and n, the unit normal of the plane of equal pressure, out of B into A.
+    pub axes: [[Row; 3]; 3],
+    /// The pressure (Pa) at the origin, and how it rises along e₁ and e₂ (Pa/m).
+    pub pressure: [Row; 3],
+    /// ∇p_A (Pa/m).
+    pub gradient_a: [Row; 3],
+    /// ∇p_A/|g| and ∇p_B/|g| (see [`EquilibriumPlane`](super::EquilibriumPlane)).
+    pub slopes: [[Row; 3]; 2],
+    /// ∫ m dA for the monomials m = 1, y₁, y₂, y₁², y₁y₂, y₂².
+    pub moments: [Row; 6],
+    /// Where the edge of each slot begins, counter-clockwise.
+    corners: [[Row; 2]; SLOTS],
+    /// For the faces of B the slot after which theirs comes; −1 where a face cuts nothing off.
+    after: [Row; 4],
+    /// What was found, as numbers of bits (see [`Self::bits`]).
+    codes: Row,
+    /// The pairs of tetrahedra, of A and of B.
+    tets: [[u32; 2]; ROW],
+    len: usize,
+    /// Where the contact surface may go on from each pair.
+    pub exits: [Exits; ROW],
+}
+
+/// Where a contact surface may go on from a pair of tetrahedra.
+#[derive(Debug, Clone, Copy, Default)]
+pub(crate) struct Exits {
+    /// Bit i for the face of A opposite to corner i, bit 4 + k for the face of B opposite to corner k.
+    pub faces: u8,
+    /// Whether round-off decided over which faces.
+    pub is_ill_conditioned: bool,
+    /// Whether the fields are equal over a volume, so that there is no plane to follow.
+    pub is_equal: bool,
+}
+
+impl Exits {
+    /// Of a pair without a plane.
+    pub const EQUAL_FIELDS: Self = Self {
+        faces: 0,
+        is_ill_conditioned: false,
+        is_equal: true,
+    };
+}
+
+/// As many pairs of an octet as there are lanes.
+struct Part<'t> {
+    /// The place of the first in the octet.
+    first: usize,
+    a: &'t [&'t FieldTet],
+    b: &'t [&'t PosedTet],
+}
+
+/// A bit of a code, above those for slots: values are near zero.
+const SPECIAL: u32 = 1 << SLOTS;
+
+/// The bit of the first corner of A, above that one: set where the corner is below the plane.
+const BELOW: u32 = 9;
+
+impl Octet {
+    /// Of no pairs.
+    pub fn empty() -> Self {
+        let zero = [0.0; ROW];
+        Self {
+            origin: [zero; 3],
+            axes: [[zero; 3]; 3],
+            pressure: [zero; 3],
+            gradient_a: [zero; 3],
+            slopes: [[zero; 3]; 2],
+            moments: [zero; 6],
+            corners: [[zero; 2]; SLOTS],
+            after: [zero; 4],
+            codes: zero,
+            tets: [[0; 2]; ROW],
+            len: 0,
+            exits: [Exits::default(); ROW],
+        }
+    }
+
+    /// Forgets its pairs.
+    pub fn clear(&mut self) {
+        self.len = 0;
+    }
+
+    /// Adds a pair, for which there must be room.
+    #[inline]
+    pub fn push(&mut self, tets: [u32; 2]) {
+        self.tets[self.len] = tets;
+        self.len += 1;
+    }
+
+    pub fn is_full(&self) -> bool {
+        self.len == ROW
+    }
+
+    /// The pairs of tetrahedra.
+    pub fn tets(&self) -> &[[u32; 2]] {
+        &self.tets[..self.len]
+    }
+
+    #[expect(
+        clippy::cast_possible_truncation,
+        clippy::cast_sign_loss,
+        reason = "a whole number below 2¹³"
+    )]
+    fn bits(&self, place: usize) -> u32 {
+        self.codes[place] as u32
+    }
+
+    /// Which slots have an edge.
+    fn slots(&self, place: usize) -> u8 {
+        self.bits(place).to_le_bytes()[0]
+    }
+
+    /// Whether a pair has to be decided by itself, because values are near zero.
+    #[inline]
+    pub fn is_special(&self, place: usize) -> bool {
+        self.bits(place) & SPECIAL != 0
+    }
+
+    /// The faces that the polygon of a pair reaches, if it is generic: bits 0 to 3 for those of A, 4 to 7 for those of B.
+    #[inline]
+    pub fn reached_faces(&self, place: usize, tet_b: &PosedTet) -> u8 {
+        let slots = u32::from(self.slots(place));
+        // A bound that is none has no edge, and its bit would be beyond the lowest eight.
+        let of_b = |bound: usize| (slots >> (4 + bound) & 1) << (4 + tet_b.bounds[bound]);
+        let faces = slots & 0xf | of_b(0) | of_b(1) | of_b(2) | of_b(3);
+        faces.to_le_bytes()[0]
+    }
+
+    /// Whether a pair has a polygon.
+    pub fn has_polygon(&self, place: usize) -> bool {
+        self.moments[0][place] > 0.0
+    }
+
+    /// Whether any pair has one.
+    pub fn has_polygons(&self) -> bool {
+        (0..self.len).any(|place| self.has_polygon(place))
+    }
+
+    /// The polygon of a pair by itself.
+    pub fn cut(&self, place: usize, pair: &RelativePair, tet_b: &PosedTet) -> Cut {
+        let [a, b] = self.tets[place].map(|tet| tet as usize);
+        let below = self.below(place);
+        let decisions = Decisions::generic([pair.tet_a(a), pair.tet_b(b)], pair, tet_b, below);
+        Cut {
+            tets: [a, b],
+            polygon: self.polygon(place, tet_b),
+            field_b: tet_b.field,
+            decisions,
+        }
+    }
+
+    /// The corners of A below the plane.
+    fn below(&self, place: usize) -> u8 {
+        (self.bits(place) >> BELOW).to_le_bytes()[0] & 0b1111
+    }
+
+    fn polygon(&self, place: usize, tet_b: &PosedTet) -> ConvexPolygon {
+        let origin = vector_at(&self.origin, place);
+        let [e1, e2, _] = self.axes.each_ref().map(|axis| vector_at(axis, place));
+        let mut polygon = ConvexPolygon::empty();
+        self.visit_edges(place, |slot, [y1, y2]| {
+            let owner = match slot.checked_sub(4) {
+                None => 1 << slot,
+                Some(bound) => 1 << (4 + tet_b.bounds[bound]),
+            };
+            polygon.push(origin + e1 * y1 + e2 * y2, owner);
+        });
+        polygon
+    }
+
+    /// Visits the slots of a polygon's edges, counter-clockwise, and where each edge begins.
+    #[inline]
+    #[expect(
+        clippy::cast_possible_truncation,
+        clippy::cast_sign_loss,
+        reason = "the numbers of slots"
+    )]
+    pub fn visit_edges(&self, place: usize, mut visit: impl FnMut(usize, [f64; 2])) {
+        let slots = self.slots(place);
+        let below = usize::from(self.below(place));
+        let mut next = [0; SLOTS];
+        next[..4].copy_from_slice(&NEXT_FACES[below]);
+        // In the order in which the faces of B clipped.
+        for bound in 0..4 {
+            let after = self.after[bound][place];
+            if after >= 0.0 {
+                let left = after as usize % SLOTS;
+                next[4 + bound] = next[left];
+                next[left] = 4 + bound;
+            }
+        }
+        let first = face_of_slice(below);
+        let mut slot = first;
+        loop {
+            if slots & 1 << slot != 0 {
+                visit(slot, self.corners[slot].map(|row| row[place]));
+            }
+            slot = next[slot];
+            if slot == first {
+                break;
+            }
+        }
+    }
+}

@@ -1,0 +1,209 @@
+use super::encounter::Encounters;
+use super::{PosedTet, SLOTS};
+use crate::geometry::FACES;
+use crate::lanes::space::{difference, dot, gathered, scaled, sum};
+use crate::lanes::{Lanes, Numbers};
+
+/// The planes of equal pressure, with coordinates y in them: along e₁ and e₂, n being the third, from an origin.
+pub(super) struct Planes<N> {
+    pub origin: [N; 3],
+    /// e₁, e₂ and n.
+    pub axes: [[N; 3]; 3],
+    /// 1/|g|.
+    pub yielding: N,
+}
+
+impl<N: Numbers> Planes<N> {
+    #[inline(always)]
+    pub fn of<L: Lanes<Numbers = N>>(lanes: L, met: &Encounters<N>) -> Self {
+        let (zero, one) = (lanes.splat(0.0), lanes.splat(1.0));
+        let yielding = one / dot(met.gradient, met.gradient).sqrt();
+        let normal = scaled(met.gradient, yielding);
+        let [e1, e2] = axes_beside(normal, [zero, one]);
+        Self {
+            origin: difference(met.corners_a[0], scaled(normal, met.at_a[0] * yielding)),
+            axes: [e1, e2, normal],
+            yielding,
+        }
+    }
+}
+
+/// Two unit vectors that are orthogonal to a third and to each other, without a square root \[Duff 2017\].
+#[inline(always)]
+fn axes_beside<N: Numbers>([x, y, z]: [N; 3], [zero, one]: [N; 2]) -> [[N; 3]; 2] {
+    let sign = one.or_else(zero.is_at_most(z), -one);
+    let factor = -(one / (z + sign));
+    let product = x * y * factor;
+    let e1 = [x * x * factor * sign + one, product * sign, -(x * sign)];
+    [e1, [product, y * y * factor + sign, -y]]
+}
+
+/// Convex polygons as sets of edges, counter-clockwise: one for each face that may have one.
+///
+/// A clip moves the ends of edges, drops edges, and adds the one from where the outline leaves to where it enters again.
+/// Nothing is moved from slot to slot, so that all lanes do the same.
+pub(super) struct Outlines<N: Numbers> {
+    pub from: [[N; 2]; SLOTS],
+    pub to: [[N; 2]; SLOTS],
+    pub is_there: [N::Mask; SLOTS],
+    /// For the faces of B, the slot of the edge at which the outline left; −1 where it did not.
+    pub after: [N; 4],
+    /// Where a corner came near a face.
+    pub is_near: N::Mask,
+}
+
+/// The edges of a tetrahedron, and where they are in this list.
+const EDGES: [[usize; 2]; 6] = [[0, 1], [0, 2], [0, 3], [1, 2], [1, 3], [2, 3]];
+const EDGE_BETWEEN: [[usize; 4]; 4] = [[6, 0, 1, 2], [0, 6, 3, 4], [1, 3, 6, 5], [2, 4, 5, 6]];
+
+impl<N: Numbers> Outlines<N> {
+    /// What the planes cut out of tetrahedra of A: in each face that a plane passes, an edge from where p_A − p_B falls below
+    /// zero, on the way around the face, to where it rises above.
+    #[inline(always)]
+    pub fn of_slices<L: Lanes<Numbers = N>>(
+        lanes: L,
+        met: &Encounters<N>,
+        planes: &Planes<N>,
+    ) -> Self {
+        let zero = lanes.splat(0.0);
+        let mut corners = [[zero; 2]; 4];
+        for corner in 0..4 {
+            let place = difference(met.corners_a[corner], planes.origin);
+            corners[corner] = [dot(planes.axes[0], place), dot(planes.axes[1], place)];
+        }
+        let mut crossings = [[zero; 2]; 6];
+        for edge in 0..6 {
+            let [i, j] = EDGES[edge];
+            let share = met.at_a[i] / (met.at_a[i] - met.at_a[j]);
+            for axis in 0..2 {
+                let [start, end] = [corners[i][axis], corners[j][axis]];
+                crossings[edge][axis] = start + (end - start) * share;
+            }
+        }
+        let nowhere = zero.is_less(zero);
+        let mut outlines = Self {
+            from: [[zero; 2]; SLOTS],
+            to: [[zero; 2]; SLOTS],
+            is_there: [nowhere; SLOTS],
+            after: [lanes.splat(-1.0); 4],
+            is_near: nowhere,
+        };
+        for face in 0..4 {
+            let [p, q, r] = FACES[face];
+            let [pq, qr, rp] = [EDGE_BETWEEN[p][q], EDGE_BETWEEN[q][r], EDGE_BETWEEN[r][p]];
+            let [below_p, below_q, below_r] = [met.below[p], met.below[q], met.below[r]];
+            let is_passed = (below_p | below_q | below_r) & !(below_p & below_q & below_r);
+            let is_there = met.is_generic & is_passed;
+            for axis in 0..2 {
+                let [on_pq, on_qr, on_rp] = [
+                    crossings[pq][axis],
+                    crossings[qr][axis],
+                    crossings[rp][axis],
+                ];
+                let from = on_qr.or_else(below_r & !below_q, on_rp);
+                let from = on_pq.or_else(below_q & !below_p, from);
+                let to = on_qr.or_else(below_q & !below_r, on_rp);
+                let to = on_pq.or_else(below_p & !below_q, to);
+                outlines.from[face][axis] = from.or_else(is_there, zero);
+                outlines.to[face][axis] = to.or_else(is_there, zero);
+            }
+            outlines.is_there[face] = is_there;
+        }
+        outlines
+    }
+
+    /// Leaves the parts on the inner side of the next face of B that may bound them.
+    #[inline(always)]
+    pub fn clip<L: Lanes<Numbers = N>, const BOUND: usize>(
+        &mut self,
+        lanes: L,
+        planes: &Planes<N>,
+        near: N,
+        b: &[&PosedTet],
+    ) {
+        let (zero, nowhere) = (lanes.splat(0.0), lanes.splat(0.0).is_less(lanes.splat(0.0)));
+        let face = |lane: usize| usize::from(b[lane].bounds[BOUND]);
+        let gradient = gathered(lanes, |lane| &b[lane].faces[face(lane)].gradient);
+        let offset = lanes.gathered(|lane| b[lane].faces[face(lane)].offset);
+        let near = near * lanes.gathered(|lane| b[lane].face_steepness[face(lane)]);
+        let at_origin = dot(gradient, planes.origin) + offset;
+        let slope = [dot(gradient, planes.axes[0]), dot(gradient, planes.axes[1])];
+        let (mut exit, mut entry, mut after) = ([zero; 2], [zero; 2], lanes.splat(-1.0));
+        let mut is_cut = nowhere;
+        for slot in 0..4 + BOUND {
+            let (from, to, is_there) = (self.from[slot], self.to[slot], self.is_there[slot]);
+            let value_from = at_origin + (slope[0] * from[0] + slope[1] * from[1]);
+            let value_to = at_origin + (slope[0] * to[0] + slope[1] * to[1]);
+            self.is_near = self.is_near | (is_there & value_from.abs().is_at_most(near));
+            let [starts_in, ends_in] = [zero.is_at_most(value_from), zero.is_at_most(value_to)];
+            let leaves = is_there & starts_in & !ends_in;
+            let enters = is_there & ends_in & !starts_in;
+            let stays = is_there & (starts_in | ends_in);
+            let share = value_from / (value_from - value_to);
+            for axis in 0..2 {
+                let crossing = from[axis] + (to[axis] - from[axis]) * share;
+                exit[axis] = crossing.or_else(leaves, exit[axis]);
+                entry[axis] = crossing.or_else(enters, entry[axis]);
+                let start = from[axis].or_else(starts_in, crossing);
+                let end = to[axis].or_else(ends_in, crossing);
+                self.from[slot][axis] = start.or_else(stays, zero);
+                self.to[slot][axis] = end.or_else(stays, zero);
+            }
+            after = lanes.splat(slot as f64).or_else(leaves, after);
+            self.is_there[slot] = stays;
+            is_cut = is_cut | leaves;
+        }
+        self.from[4 + BOUND] = exit;
+        self.to[4 + BOUND] = entry;
+        self.is_there[4 + BOUND] = is_cut;
+        self.after[BOUND] = after;
+    }
+
+    /// Takes a corner of each polygon as the origin: from one that is far away, areas would be differences of large numbers.
+    #[inline(always)]
+    pub fn recenter(&mut self, planes: &mut Planes<N>) {
+        let mut corner = self.from[0];
+        for slot in 1..SLOTS {
+            for axis in 0..2 {
+                corner[axis] = self.from[slot][axis].or_else(self.is_there[slot], corner[axis]);
+            }
+        }
+        for slot in 0..SLOTS {
+            for axis in 0..2 {
+                self.from[slot][axis] = self.from[slot][axis] - corner[axis];
+                self.to[slot][axis] = self.to[slot][axis] - corner[axis];
+            }
+        }
+        let [e1, e2, _] = planes.axes;
+        let in_plane = sum(scaled(e1, corner[0]), scaled(e2, corner[1]));
+        planes.origin = sum(planes.origin, in_plane);
+    }
+
+    /// ∫ m dA for the monomials m = 1, y₁, y₂, y₁², y₁y₂, y₂², over the triangles of the origin and each edge, with their signs.
+    #[inline(always)]
+    pub fn moments<L: Lanes<Numbers = N>>(&self, lanes: L) -> [N; 6] {
+        let mut sums = [lanes.splat(0.0); 6];
+        for slot in 0..SLOTS {
+            let ([a1, a2], [b1, b2]) = (self.from[slot], self.to[slot]);
+            // Twice the area.
+            let turn = a1 * b2 - a2 * b1;
+            let [s1, s2] = [a1 + b1, a2 + b2];
+            sums[0] = sums[0] + turn;
+            sums[1] = sums[1] + turn * s1;
+            sums[2] = sums[2] + turn * s2;
+            sums[3] = sums[3] + turn * (a1 * a1 + b1 * b1 + s1 * s1);
+            sums[4] = sums[4] + turn * (a1 * a2 + b1 * b2 + s1 * s2);
+            sums[5] = sums[5] + turn * (a2 * a2 + b2 * b2 + s2 * s2);
+        }
+        let (half, sixth) = (lanes.splat(0.5), lanes.splat(1.0 / 6.0));
+        let part = lanes.splat(1.0 / 24.0);
+        [
+            sums[0] * half,
+            sums[1] * sixth,
+            sums[2] * sixth,
+            sums[3] * part,
+            sums[4] * part,
+            sums[5] * part,
+        ]
+    }
+}

@@ -1,0 +1,114 @@
+//! Octets beside pairs that are decided one by one.
+
+use super::*;
+use crate::broad_phase::Shape;
+use crate::lanes;
+use crate::mesh::shapes;
+use crate::narrow_phase::{ContactBody, Encounter, Partner};
+use crate::spatial::Pose;
+use nalgebra::Vector3;
+use rand::rngs::StdRng;
+use rand::{RngExt, SeedableRng};
+
+/// What a corner may be off, of bodies of size 1: clips in other coordinates round differently, the more where planes meet at a
+/// small angle.
+const CLOSE: f64 = 1e-9;
+
+fn pairs_of(pair: &RelativePair) -> Vec<[u32; 2]> {
+    let cells_b = pair.shape_b.cells();
+    let of_a = (0_u32..).zip(pair.shape_a.field().tets());
+    let all = of_a.flat_map(|(i, _)| (0_u32..).zip(cells_b).map(move |(j, _)| [i, j]));
+    all.filter(|[i, j]| {
+        let of_b = pair.posed_tet(*j as usize).tetrahedron.aabb();
+        pair.tet_a(*i as usize).tetrahedron.aabb().overlaps(&of_b)
+    })
+    .collect()
+}
+
+/// Whether one polygon is the other, whichever corner it begins with.
+fn are_same(one: &ConvexPolygon, other: &ConvexPolygon) -> bool {
+    let count = one.corners().len();
+    let is_turned = |turn: usize| {
+        (0..count).all(|k| {
+            let from = (k + turn) % count;
+            (one.corners()[from] - other.corners()[k]).norm() < CLOSE
+                && one.owners()[from] == other.owners()[k]
+        })
+    };
+    count == other.corners().len() && (0..count).any(is_turned)
+}
+
+/// How many pairs have a polygon, and how many are special.
+fn assert_decided_alike(pair: &RelativePair) -> [usize; 2] {
+    let posed: Vec<PosedTet> = (0..pair.shape_b.cells().len())
+        .map(|tet| pair.posed_tet(tet))
+        .collect();
+    let (mut polygons, mut special) = (0, 0);
+    for pairs in pairs_of(pair).chunks(ROW) {
+        let mut octet = Octet::empty();
+        for &tets in pairs {
+            octet.push(tets);
+        }
+        lanes::run(LookAt {
+            pair,
+            posed: |tet: u32| &posed[tet as usize],
+            octets: std::slice::from_mut(&mut octet),
+        });
+        for (place, [a, b]) in pairs
+            .iter()
+            .map(|tets| tets.map(|tet| tet as usize))
+            .enumerate()
+        {
+            if octet.is_special(place) {
+                special += 1;
+                continue;
+            }
+            let Encounter::Met(decisions) = pair.encounter(pair.tet_a(a), &posed[b], true) else {
+                assert!(!octet.has_polygon(place));
+                assert_eq!(octet.reached_faces(place, &posed[b]), 0);
+                continue;
+            };
+            let cut = pair.cut(pair.tet_a(a), &posed[b], decisions);
+            assert_eq!(octet.has_polygon(place), cut.counts());
+            assert_eq!(octet.reached_faces(place, &posed[b]), cut.exits());
+            if cut.counts() {
+                polygons += 1;
+                let own = octet.cut(place, pair, &posed[b]);
+                assert!(are_same(&own.polygon, &cut.polygon), "{own:?} {cut:?}");
+                assert!(own.weights().are_whole() && cut.weights().are_whole());
+            }
+        }
+    }
+    [polygons, special]
+}
+
+#[test]
+fn generic_pairs_have_the_polygons_that_one_by_one_have() {
+    let mut random = StdRng::seed_from_u64(7);
+    let ball = Shape::new(shapes::icosphere(0.5, 1).unwrap());
+    let block = Shape::new(shapes::cuboid([0.9, 0.7, 0.8]).unwrap());
+    let layered = Shape::new(shapes::distance_cuboid([0.8, 0.8, 0.8]).unwrap());
+    let shapes = [&ball, &block, &layered];
+    let (mut polygons, mut special) = (0, 0);
+    for _ in 0..60 {
+        let [a, b] = [0, 1].map(|_| shapes[random.random_range(0..3)]);
+        let mut vector = |size: f64| Vector3::from_fn(|_, _| random.random_range(-size..size));
+        let pose = Pose::from_rotation_vector(&vector(1.5), vector(0.4));
+        let a = ContactBody::new(a, Pose::identity(), 1e4).unwrap();
+        let b = Partner::from(ContactBody::new(b, pose, 3e4).unwrap());
+        let [more, few] = assert_decided_alike(&RelativePair::of(&a, &b, &pose));
+        (polygons, special) = (polygons + more, special + few);
+    }
+    assert!(polygons > 2000, "{polygons}");
+    assert!(100 * special < polygons, "{special} of {polygons}");
+}
+
+#[test]
+fn aligned_boxes_are_special() {
+    let block = Shape::new(shapes::cuboid([0.2, 0.2, 0.1]).unwrap());
+    let pose = Pose::from_translation(Vector3::new(0.0, 0.0, 0.0995));
+    let a = ContactBody::new(&block, Pose::identity(), 1e5).unwrap();
+    let b = Partner::from(ContactBody::new(&block, pose, 1e5).unwrap());
+    let [_, special] = assert_decided_alike(&RelativePair::of(&a, &b, &pose));
+    assert!(special > 0);
+}
