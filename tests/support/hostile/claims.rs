@@ -159,7 +159,45 @@ fn search_error(pair: &ContactPair, measures: &Measures) -> f64 {
     let everywhere = pair.with_search(Search::Culling(Culling::default()));
     let [followed, culled] = [pair, &everywhere].map(|pair| measures.scaled(&pair.wrench().on_a));
     let speck = measures.force() * (SPECK + measures.blur(measures.error));
-    (followed - culled).norm() / (SAME * culled.norm() + speck)
+    let same = SAME.max(ROUNDINGS * f64::EPSILON / least_angle(pair));
+    (followed - culled).norm() / (same * culled.norm() + speck)
+}
+
+/// The roundings of a corner that two ways to compute it may differ by.
+const ROUNDINGS: f64 = 16.0;
+
+/// Faces that meet at a smaller angle are so near to each other that they are special, or do not meet in the bodies.
+const PARALLEL: f64 = 1e-8;
+
+/// The sine of the least angle at which planes of a contact polygon meet: its own, and those of the faces of both tetrahedra.
+/// Following computes generic polygons in other coordinates than culling does, and the corner in which two planes meet
+/// is placed by both to round-off over this.
+fn least_angle(pair: &ContactPair) -> f64 {
+    let Some(b) = pair.b().body() else {
+        return 1.0;
+    };
+    let normals = |body: &ContactBody, tet: usize| {
+        let faces = &body.shape().field().tets()[tet].barycentric;
+        let rotation = *body.pose().rotation();
+        faces
+            .each_ref()
+            .map(|face| rotation * face.gradient.normalize())
+    };
+    let mut least = 1.0_f64;
+    for polygon in &pair.surface().polygons {
+        let [a, b] = [
+            normals(pair.a(), polygon.tets[0]),
+            normals(&b, polygon.tets[1]),
+        ];
+        let planes: Vec<_> = a.into_iter().chain(b).chain([polygon.normal]).collect();
+        for (count, plane) in planes.iter().enumerate() {
+            let sines = planes[..count]
+                .iter()
+                .map(|other| other.cross(plane).norm());
+            least = sines.filter(|&sine| sine > PARALLEL).fold(least, f64::min);
+        }
+    }
+    least
 }
 
 /// The closed form's wrench is a difference of two that grow as the fields become alike; it loses as many
