@@ -3,8 +3,9 @@
     pip install "hydroelastic[jax]"
     python throw_with_jax.py
 
-The loss, the square of the miss at the end, is written in JAX. Its gradient goes through 2,000 steps, with a bounce
-with dissipation and friction.
+The loss, the square of the miss at the end, is written in JAX. Its gradient goes through 5,000 steps, with a bounce
+with dissipation and friction. At steps of 0.25 ms it has waves, by where in a step the ball meets the floor, of which
+the search may find a trough; at 0.1 ms it finds the target from wherever it starts near.
 """
 
 import jax
@@ -23,7 +24,7 @@ ball = he.Body.dynamic(
 )
 floor = he.Body.fixed("floor", he.Shape.cuboid([4.0, 4.0, 0.2]), skin)
 world = he.World([ball, floor], gravity=[0.0, 0.0, -9.81], slip_tolerance=1e-2)
-plan = he.Plan(2.5e-4, 2000, record_every=50)
+plan = he.Plan(1e-4, 5000, record_every=125)
 by = [he.Parameter.initial_velocity("ball")]
 target = jnp.array([0.9, 0.3, 0.45])  # m, after 0.5 s
 
