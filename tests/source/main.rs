@@ -1,4 +1,5 @@
 //! The source itself: its rooms, and the Rust version it promises.
 
 mod architecture;
+mod figures;
 mod rust_version;

@@ -1,0 +1,191 @@
+//! Numbers in the documents that nobody measures.
+
+use Origin::{Choice, Code, Formula};
+use std::fs;
+
+/// A block of a document without a command, by some words of it.
+pub struct Given {
+    pub document: &'static str,
+    pub words: &'static str,
+    pub origin: Origin,
+}
+
+/// Where its numbers come from.
+pub enum Origin {
+    /// From the code: files, and what stands in them.
+    Code(&'static [(&'static str, &'static str)]),
+    /// From a formula beside them.
+    Formula,
+    /// They are what a reader or a scene may choose, or how often something is done.
+    Choice,
+}
+
+impl Given {
+    /// What the code does not have.
+    pub fn fault(&self) -> Option<String> {
+        let Origin::Code(constants) = self.origin else {
+            return None;
+        };
+        let is_there = |(file, line): &&(&str, &str)| {
+            let code = fs::read_to_string(super::root().join(file));
+            code.is_ok_and(|code| code.contains(line))
+        };
+        let (file, line) = constants.iter().find(|constant| !is_there(constant))?;
+        Some(format!("{}: {file} has no {line}", self.document))
+    }
+}
+
+const fn given(document: &'static str, words: &'static str, origin: Origin) -> Given {
+    Given {
+        document,
+        words,
+        origin,
+    }
+}
+
+const COINCIDENCE: (&str, &str) = (
+    "src/narrow_phase/equilibrium.rs",
+    "const COINCIDENCE: u32 = 13;",
+);
+const MARGIN: (&str, &str) = (
+    "src/narrow_phase/equilibrium.rs",
+    "const SNAP: f64 = 3e-14;",
+);
+const EQUAL_FIELDS: (&str, &str) = (
+    "src/narrow_phase/equilibrium.rs",
+    "const EQUAL_FIELDS: f64 = 1e-9;",
+);
+const THINNESS: (&str, &str) = (
+    "src/mesh/triangle_surface.rs",
+    "const THINNESS: f64 = 1e-12;",
+);
+const HALVINGS: (&str, &str) = (
+    "src/dynamics/implicit/steps.rs",
+    "const MOST_HALVINGS: u32 = 7;",
+);
+const RETRIES: (&str, &str) = (
+    "src/dynamics/implicit/steps.rs",
+    "const MOST_RETRIES: u32 = 12;",
+);
+
+pub const GIVEN: [Given; 22] = [
+    given(
+        "ARCHITECTURE.md",
+        "at 2, 4 and 8 lanes",
+        Code(&[("src/lanes/mod.rs", "/// How many lanes: 2, 4 or 8.")]),
+    ),
+    given(
+        "ARCHITECTURE.md",
+        "7 times over at most",
+        Code(&[HALVINGS, RETRIES]),
+    ),
+    given(
+        "ARCHITECTURE.md",
+        "2.5e-10 of the bodies' size",
+        Code(&[COINCIDENCE, MARGIN]),
+    ),
+    given(
+        "ARCHITECTURE.md",
+        "the two gradients agree to 1e-9",
+        Code(&[EQUAL_FIELDS]),
+    ),
+    given(
+        "ARCHITECTURE.md",
+        "All stand on the rounding of a transformed coordinate",
+        Code(&[
+            MARGIN,
+            EQUAL_FIELDS,
+            THINNESS,
+            ("src/spatial/pose.rs", "const ORTHONORMALITY: f64 = 1e-9;"),
+            (
+                "src/broad_phase/landscape.rs",
+                "const FLATNESS: f64 = 1e-10;",
+            ),
+            ("src/mesh/tet_mesh.rs", "const FLATNESS: f64 = 1e-12;"),
+            ("src/mesh/skin.rs", "const NEARNESS: f64 = 1e-3;"),
+        ]),
+    ),
+    given(
+        "README.md",
+        "less than about 1e-9 of themselves",
+        Code(&[EQUAL_FIELDS]),
+    ),
+    given(
+        "README.md",
+        "within 2.5e-10 of the bodies' size",
+        Code(&[COINCIDENCE, MARGIN]),
+    ),
+    given(
+        "docs/guide/1_pressure_fields.md",
+        "a height below 1e-12",
+        Code(&[THINNESS]),
+    ),
+    given("docs/guide/1_pressure_fields.md", "κ is 0.990·κ_A", Formula),
+    given(
+        "docs/guide/1_pressure_fields.md",
+        "7 % too much at d = R/10",
+        Formula,
+    ),
+    given(
+        "docs/guide/1_pressure_fields.md",
+        "100 times the modulus, a tenth of the step",
+        Formula,
+    ),
+    given(
+        "docs/guide/1_pressure_fields.md",
+        "That is 14 ms and 10 ms",
+        Formula,
+    ),
+    given(
+        "docs/guide/2_contact.md",
+        "within 2.5e-10 of the size",
+        Code(&[COINCIDENCE, MARGIN]),
+    ),
+    given("docs/guide/3_dynamics.md", "allows 0.15 ms", Formula),
+    given(
+        "docs/guide/3_dynamics.md",
+        "1 % at a tenth of the limit",
+        Formula,
+    ),
+    given(
+        "docs/guide/4_gradients.md",
+        "1 ms is more than `World::largest_stable_step` allows",
+        Choice,
+    ),
+    given(
+        "docs/guide/4_gradients.md",
+        "as many as go into 256 MiB",
+        Code(&[(
+            "src/gradient/experiment.rs",
+            "const MEMORY: usize = 256 << 20;",
+        )]),
+    ),
+    given("docs/guide/6_time_steps.md", "5 ms is a good start", Choice),
+    given(
+        "docs/guide/6_time_steps.md",
+        "more energy than 4 % of its kinetic energy",
+        Code(&[
+            HALVINGS,
+            RETRIES,
+            (
+                "src/dynamics/implicit/steps.rs",
+                "const LARGEST_GAIN: f64 = 0.04;",
+            ),
+            (
+                "src/dynamics/implicit/attempt.rs",
+                "const LARGEST_TURN: f64 = 0.3;",
+            ),
+        ]),
+    ),
+    given(
+        "docs/python/cluster.md",
+        "of 32 rollouts at most",
+        Code(&[("python/python/hydroelastic/ray.py", "_LONGEST_PART = 32")]),
+    ),
+    given(
+        "docs/python/cluster.md",
+        "`max_retries` times (5)",
+        Code(&[("python/python/hydroelastic/ray.py", "max_retries: int = 5")]),
+    ),
+    given("examples/rerun/README.md", "0.1 s after the throw", Choice),
+];
