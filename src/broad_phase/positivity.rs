@@ -1,4 +1,4 @@
-use crate::geometry::FACES;
+use crate::geometry::{EDGES, FACES};
 use crate::mesh::PressureField;
 use rustc_hash::FxHashSet;
 
@@ -37,9 +37,6 @@ pub enum NotFollowed {
         face: usize,
     },
 }
-
-/// The edges of a tetrahedron, by its corners.
-const EDGES: [[usize; 2]; 6] = [[0, 1], [0, 2], [0, 3], [1, 2], [1, 3], [2, 3]];
 
 /// Checks that the extent is 0 on the surface only: on no vertex, edge or face inside.
 pub(super) fn check_positive_inside(field: &PressureField) -> Result<(), NotFollowed> {

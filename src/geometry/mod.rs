@@ -15,6 +15,6 @@ pub use moments::PolygonMoments;
 pub(crate) use polygon::faces_in;
 pub use polygon::{ConvexPolygon, POLYGON_CAPACITY};
 pub use tetrahedron::Tetrahedron;
-pub(crate) use tetrahedron::{ALL_FACES, FACES, NEXT_FACES, face_of_slice};
+pub(crate) use tetrahedron::{ALL_FACES, EDGES, FACES, NEXT_FACES, face_of_slice};
 pub(crate) use tolerance::{Closeness, Tolerance, snapped};
 pub(crate) use triangle::{Foot, Triangle};

@@ -9,6 +9,9 @@ pub(crate) const FACES: [[usize; 3]; 4] = [[1, 2, 3], [0, 3, 2], [0, 1, 3], [0, 
 /// The set of all four faces, one bit each.
 pub(crate) const ALL_FACES: u8 = 0b1111;
 
+/// The edges of a tetrahedron, by its corners.
+pub(crate) const EDGES: [[usize; 2]; 6] = [[0, 1], [0, 2], [0, 3], [1, 2], [1, 3], [2, 3]];
+
 /// The edges in which a plane cuts a tetrahedron, by the set of its corners below the plane (bit i
 /// for corner i), in an order that turns counter-clockwise about the direction "above".
 const CUT_EDGES: [&[(usize, usize)]; 16] = [
@@ -154,8 +157,8 @@ impl Tetrahedron<f64> {
     }
 }
 
-/// For a slice with these corners below, the face in which the outline goes on from each face, counter-clockwise about the
-/// direction "above".
+/// By the set of corners below, as in [`CUT_EDGES`]: for each face that a slice's outline passes, the face in which it goes on,
+/// counter-clockwise about the direction "above". Of other faces 0.
 pub(crate) const NEXT_FACES: [[usize; 4]; 16] = {
     let mut next = [[0; 4]; 16];
     let mut below = 0;
@@ -175,8 +178,9 @@ pub(crate) const NEXT_FACES: [[usize; 4]; 16] = {
     next
 };
 
-/// A face that the plane passes of a slice with these corners below.
+/// One of the faces that the outline passes of a slice with these corners below; 0 if there is no slice.
 pub(crate) fn face_of_slice(below: usize) -> usize {
+    // Where no face owns an edge, there are as many trailing zeros as bits.
     SLICE_OWNERS[below][0].trailing_zeros() as usize % 4
 }
 

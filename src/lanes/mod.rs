@@ -1,8 +1,11 @@
-//! Several numbers to an instruction: code that is written once and runs at 2, 4 or 8 lanes, by what the processor has.
+//! Several numbers to an instruction: code that is written once and runs at as many lanes as the processor has.
+//!
+//! Two by what every processor has or by NEON, four by AVX2; eight, by AVX-512, where a crate of the same build switches on
+//! pulp's feature `x86-v4`. Tests run all three widths on any processor.
 //!
 //! Lanes know sums, differences, products, quotients, square roots and comparisons, each rounded as IEEE 754 says, and nothing
-//! is contracted to fused operations. So a lane has the same bits at every width and on every processor. What depends on
-//! the order of a sum is added lane by lane in rows of [`ROW`] numbers (see [`Row`]), whatever the width.
+//! is contracted to fused operations. So a lane has the same bits at every width and on every processor. Where the order of
+//! a sum matters, each of the [`ROW`] places of a [`Row`] has a sum of its own, whatever the width.
 
 mod pair;
 pub(crate) mod space;
@@ -32,7 +35,7 @@ pub(crate) trait Lanes: Copy {
     /// The numbers of the items from `first` on.
     fn load(self, row: &Row, first: usize) -> Self::Numbers;
 
-    /// A number for each lane.
+    /// A number for each lane, lane 0 first.
     fn gathered(self, number: impl Fn(usize) -> f64) -> Self::Numbers;
 }
 
@@ -51,13 +54,17 @@ pub(crate) trait Numbers:
 
     fn sqrt(self) -> Self;
 
+    /// Of numbers of which none is NaN, nor both zero: there widths may differ.
     fn max(self, other: Self) -> Self;
 
+    /// False where either number is NaN.
     fn is_less(self, other: Self) -> Self::Mask;
 
+    /// False where either number is NaN.
     fn is_at_most(self, other: Self) -> Self::Mask;
 
-    /// These numbers where the mask is set, and else the other ones.
+    /// These numbers where the mask is set, and the other ones elsewhere. Both are computed; of those not taken, NaN and
+    /// infinities leave no trace.
     fn or_else(self, mask: Self::Mask, other: Self) -> Self;
 
     /// Writes the numbers of the items from `first` on.
@@ -68,6 +75,7 @@ pub(crate) trait Numbers:
 pub(crate) trait Mask:
     Copy + BitAnd<Output = Self> + BitOr<Output = Self> + Not<Output = Self>
 {
+    /// Whether it is so in any lane.
     fn is_any(self) -> bool;
 }
 
@@ -99,7 +107,7 @@ impl<J: InLanes> pulp::WithSimd for Job<J> {
 
     #[inline(always)]
     fn with_simd<S: pulp::Simd>(self, simd: S) -> J::Output {
-        // None were found beyond those that every processor of its kind has.
+        // pulp found no vector instructions; but on x86-64 there always are those of two lanes.
         if S::IS_SCALAR {
             self.0.run(Pairs)
         } else {
@@ -129,7 +137,7 @@ pub(crate) mod tests {
         WIDTH.get()
     }
 
-    /// Runs something, in this thread, at so many lanes.
+    /// Runs something at so many lanes: what it does in this thread, not what it leaves to others.
     pub fn at_width<O>(width: usize, work: impl FnOnce() -> O) -> O {
         WIDTH.set(Some(width));
         let output = work();

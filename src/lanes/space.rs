@@ -1,8 +1,9 @@
-//! Vectors in space, one of each lane.
+//! Vectors in space, one in each lane.
 
 use super::{Lanes, Numbers, Row};
 use nalgebra::Vector3;
 
+/// A vector for each lane.
 #[inline(always)]
 pub(crate) fn gathered<'v, L: Lanes>(
     lanes: L,
@@ -15,7 +16,7 @@ pub(crate) fn gathered<'v, L: Lanes>(
     ]
 }
 
-/// The vector of one item.
+/// The vector at one place of rows.
 #[inline]
 pub(crate) fn vector_at(rows: &[Row; 3], place: usize) -> Vector3<f64> {
     Vector3::new(rows[0][place], rows[1][place], rows[2][place])

@@ -35,18 +35,21 @@ pub(crate) struct PosedTet {
     pub sensitivity: f64,
     /// Norm of the field's gradient.
     pub steepness: f64,
-    /// The barycentric coordinates: field k is 0 on the face opposite to corner k, positive inside. At last a field that is 1
-    /// everywhere.
+    /// The barycentric coordinates: field k is 0 on the face opposite to corner k, positive inside. Behind them, at
+    /// [`NO_FACE`], a field that is 1 everywhere and so bounds nothing.
     pub faces: [AffineField; 5],
     /// The norms of their gradients (1/m).
     pub face_steepness: [f64; 5],
-    /// The faces that may bound a polygon, all but those at which B's field is 0; then 4.
+    /// The faces that may bound a polygon, all but those at which B's field is 0; behind them [`NO_FACE`].
     pub bounds: [u8; 4],
-    /// How many may.
+    /// How many may bound one.
     pub bound_count: usize,
 }
 
-/// Bounds nothing.
+/// Stands where a tetrahedron has no further face that may bound a polygon.
+const NO_FACE: u8 = 4;
+
+/// The field of no face.
 const EVERYWHERE: AffineField = AffineField {
     gradient: Vector3::new(0.0, 0.0, 0.0),
     offset: 1.0,
@@ -95,12 +98,13 @@ impl<'a> RelativePair<'a> {
         let (tet, scale, pose_ab) = (self.tet_b(index), self.scales[1], &self.pose_ab);
         let posed = |face: usize| tet.barycentric[face].posed(pose_ab);
         let [n0, n1, n2, n3] = tet.barycentric_steepness;
-        let (mut bounds, mut bound_count) = ([4; 4], 0);
+        // Each face is written, and kept by going on to the next place.
+        let (mut bounds, mut bound_count) = ([NO_FACE; 4], 0);
         for face in 0..4_u8 {
             bounds[bound_count] = face;
             bound_count += usize::from(tet.zero_faces & 1 << face == 0);
         }
-        bounds[bound_count..].fill(4);
+        bounds[bound_count..].fill(NO_FACE);
         PosedTet {
             index,
             tetrahedron: tet.tetrahedron.posed(pose_ab),

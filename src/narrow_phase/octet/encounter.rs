@@ -1,5 +1,5 @@
 use super::Part;
-use crate::lanes::space::{dot, gathered, scaled};
+use crate::lanes::space::{difference, dot, gathered, scaled};
 use crate::lanes::{Lanes, Mask, Numbers};
 use crate::narrow_phase::{PartnerShape, RelativePair};
 
@@ -14,7 +14,8 @@ pub(super) struct Bodies<N> {
     /// Distances (m) up to which values are near zero.
     pub near: N,
     pub is_rigid: bool,
-    /// Whether B's tetrahedra have corners that the plane must pass between.
+    /// Whether the plane must pass between the corners of B's tetrahedra. Where B is rigid or a half-space its faces decide
+    /// that alone (see `RelativePair::signs_at_b`).
     has_corners_b: bool,
 }
 
@@ -42,13 +43,14 @@ pub(super) struct Encounters<N: Numbers> {
     pub gradient_b: [N; 3],
     /// ∇p_A − ∇p_B; a unit vector where there is no generic polygon.
     pub gradient: [N; 3],
-    /// Where the plane passes through both, and no value is near zero.
+    /// Where the plane passes through both, no value is near zero, and the fields are not nearly equal.
     pub is_generic: N::Mask,
-    /// Where some value is.
+    /// Where it passes through both or may, and some value is near zero, or the fields are nearly equal. Elsewhere, where
+    /// neither is set, it surely misses one of them, or there is no pair.
     pub is_special: N::Mask,
 }
 
-/// How values lie about zero.
+/// How the four values at the corners of a tetrahedron lie about zero.
 struct Signs<M> {
     have_below: M,
     have_above: M,
@@ -66,6 +68,23 @@ fn signs<N: Numbers>(values: &[N; 4], zero: N, near: N) -> Signs<N::Mask> {
             | v2.abs().is_at_most(near)
             | v3.abs().is_at_most(near),
     }
+}
+
+/// p_A − p_B (Pa) at A's corners.
+#[inline(always)]
+fn excess_at_corners_of_a<L: Lanes>(
+    lanes: L,
+    bodies: &Bodies<L::Numbers>,
+    part: &Part,
+    (corners_a, gradient_b): (&[[L::Numbers; 3]; 4], [L::Numbers; 3]),
+) -> [L::Numbers; 4] {
+    let offset_b = lanes.gathered(|lane| part.b[lane].field.offset);
+    let mut at_a = [offset_b; 4];
+    for corner in 0..4 {
+        let own = lanes.gathered(|lane| part.a[lane].extents[corner]) * bodies.scale_a;
+        at_a[corner] = own - (dot(gradient_b, corners_a[corner]) + offset_b);
+    }
+    at_a
 }
 
 /// p_A − p_B (Pa) at B's corners, A's field extended beyond its tetrahedron.
@@ -103,22 +122,13 @@ impl<N: Numbers> Encounters<N> {
             gathered(lanes, |lane| &a[lane].tetrahedron.corners[3]),
         ];
         let gradient_b = gathered(lanes, |lane| &b[lane].field.gradient);
-        let offset_b = lanes.gathered(|lane| b[lane].field.offset);
         let sensitivity_b = lanes.gathered(|lane| b[lane].sensitivity);
-        let mut at_a = [zero; 4];
-        for corner in 0..4 {
-            let own = lanes.gathered(|lane| a[lane].extents[corner]) * bodies.scale_a;
-            at_a[corner] = own - (dot(gradient_b, corners_a[corner]) + offset_b);
-        }
+        let at_a = excess_at_corners_of_a(lanes, bodies, part, (&corners_a, gradient_b));
         let signs_a = signs(&at_a, zero, bodies.near * sensitivity_b);
         let extent_gradient = gathered(lanes, |lane| &a[lane].extent.gradient);
         let gradient_a = scaled(extent_gradient, bodies.scale_a);
         let sensitivity_a = lanes.gathered(|lane| a[lane].sensitivity) * bodies.scale_a;
-        let gradient = [
-            gradient_a[0] - gradient_b[0],
-            gradient_a[1] - gradient_b[1],
-            gradient_a[2] - gradient_b[2],
-        ];
+        let gradient = difference(gradient_a, gradient_b);
         let least = sensitivity_a.max(sensitivity_b) * lanes.splat(NEARLY_EQUAL);
         let are_nearly_equal = dot(gradient, gradient).is_at_most(least * least);
         let mut is_met = signs_a.have_below & signs_a.have_above;

@@ -6,7 +6,7 @@ use crate::lanes::{InLanes, Lanes, Numbers, ROW, Row};
 use crate::narrow_phase::RelativePair;
 use std::array;
 
-/// Looks at the pairs of octets.
+/// Looks at the pairs of octets, of which none is empty.
 pub(crate) struct LookAt<'o, 'p, 'a, P> {
     pub pair: &'p RelativePair<'a>,
     /// A tetrahedron of B in A's frame.
@@ -22,8 +22,8 @@ impl<'p, P: Fn(u32) -> &'p PosedTet> InLanes for LookAt<'_, 'p, '_, P> {
         let bodies = Bodies::of(lanes, self.pair);
         for octet in self.octets {
             let a: [_; ROW] =
-                array::from_fn(|place| self.pair.tet_a(octet.standing(place, 0) as usize));
-            let b: [_; ROW] = array::from_fn(|place| (self.posed)(octet.standing(place, 1)));
+                array::from_fn(|place| self.pair.tet_a(octet.tet_or_first(place, 0) as usize));
+            let b: [_; ROW] = array::from_fn(|place| (self.posed)(octet.tet_or_first(place, 1)));
             for first in (0..ROW).step_by(L::COUNT) {
                 if first < octet.len {
                     let (a, b) = (&a[first..], &b[first..]);
@@ -37,22 +37,23 @@ impl<'p, P: Fn(u32) -> &'p PosedTet> InLanes for LookAt<'_, 'p, '_, P> {
 }
 
 impl Octet {
-    /// A tetrahedron of a pair; where there is none, of the first.
+    /// The tetrahedron of A (0) or B (1) of a pair; where there is no pair, that of the first one, so that lanes always have
+    /// something to compute with.
     #[inline(always)]
-    fn standing(&self, place: usize, body: usize) -> u32 {
+    fn tet_or_first(&self, place: usize, body: usize) -> u32 {
         self.tets[if place < self.len { place } else { 0 }][body]
     }
 
-    /// Looks at some pairs.
+    /// Looks at as many pairs as there are lanes.
     #[inline(always)]
     fn fill<L: Lanes>(&mut self, lanes: L, bodies: &Bodies<L::Numbers>, part: &Part) {
-        let (first, b) = (part.first, part.b);
-        let (zero, special) = (lanes.splat(0.0), lanes.splat(f64::from(SPECIAL)));
-        let len = self.len;
+        let (first, b, len) = (part.first, part.b, self.len);
+        let zero = lanes.splat(0.0);
         let is_there = zero.is_less(lanes.gathered(|lane| f64::from(u8::from(first + lane < len))));
         let met = Encounters::of(lanes, bodies, part, is_there);
         if !met.is_any_generic() {
             self.fill_with_nothing(lanes, first);
+            let special = lanes.splat(f64::from(SPECIAL));
             special
                 .or_else(met.is_special, zero)
                 .store(&mut self.codes, first);
@@ -60,45 +61,48 @@ impl Octet {
         }
         let mut planes = Planes::of(lanes, &met);
         let mut outlines = Outlines::of_slices(lanes, &met, &planes);
-        let bounds = (0..L::COUNT)
+        let most_bounds = (0..L::COUNT)
             .map(|lane| b[lane].bound_count)
             .fold(0, usize::max);
-        if bounds > 0 {
-            outlines.clip::<L, 0>(lanes, &planes, bodies.near, b);
-        }
-        if bounds > 1 {
-            outlines.clip::<L, 1>(lanes, &planes, bodies.near, b);
-        }
-        if bounds > 2 {
-            outlines.clip::<L, 2>(lanes, &planes, bodies.near, b);
-        }
-        if bounds > 3 {
-            outlines.clip::<L, 3>(lanes, &planes, bodies.near, b);
-        }
+        outlines.clip_by_bounds(lanes, &planes, bodies.near, (b, most_bounds));
         outlines.recenter(&mut planes);
         let moments = outlines.moments(lanes);
         let counts = zero.is_less(moments[0]) & !outlines.is_near;
         for (row, moment) in self.moments.iter_mut().zip(moments) {
             moment.or_else(counts, zero).store(row, first);
         }
+        self.store_codes(lanes, first, &met, &outlines);
+        self.store_planes(first, &planes);
+        self.store_outlines(first, &outlines);
+        self.store_pressures(lanes, bodies, part, (&met, &planes));
+        self.store_slopes(first, bodies, &met, planes.yielding);
+    }
+
+    #[inline(always)]
+    fn store_codes<L: Lanes>(
+        &mut self,
+        lanes: L,
+        first: usize,
+        met: &Encounters<L::Numbers>,
+        outlines: &Outlines<L::Numbers>,
+    ) {
+        let (zero, special) = (lanes.splat(0.0), lanes.splat(f64::from(SPECIAL)));
         let mut code = zero;
         for (bit, is_set) in outlines.is_there.into_iter().enumerate() {
             code = code + lanes.splat(f64::from(1_u32 << bit)).or_else(is_set, zero);
         }
         for (corner, is_below) in met.below.into_iter().enumerate() {
-            let bit = f64::from(1_u32 << (BELOW as usize + corner));
+            let bit = f64::from(1_u32 << (BELOW + corner));
             code = code + lanes.splat(bit).or_else(is_below, zero);
         }
         let is_special = met.is_special | outlines.is_near;
         special
             .or_else(is_special, code)
             .store(&mut self.codes, first);
-        self.store_planes(first, &planes);
-        self.store_outlines(first, &outlines);
-        self.store_pressures(lanes, bodies, part, (&met, &planes));
     }
 
-    /// Of pairs that are not there, or have no polygon. What other rows have of earlier pairs is finite, and counts by no area.
+    /// Stores that some places have no polygon. Other rows keep what they have of earlier pairs: it is finite, and counts by
+    /// an area of 0.
     #[inline(always)]
     fn fill_with_nothing<L: Lanes>(&mut self, lanes: L, first: usize) {
         let zero = lanes.splat(0.0);
@@ -128,7 +132,8 @@ impl Octet {
         }
     }
 
-    /// The pressure is that of the flatter field, which is rounded less; A's, if B is rigid.
+    /// The pressure is that of the flatter field, which is rounded less; A's, if B is rigid. (`CutPolygon::pressure` is the same
+    /// of one pair.)
     #[inline(always)]
     fn store_pressures<L: Lanes>(
         &mut self,
@@ -158,17 +163,27 @@ impl Octet {
             first,
             [at_origin, dot(gradient, e1), dot(gradient, e2)],
         );
+    }
+
+    /// ∇p_A, and what the slopes of both pressures are to that of their difference.
+    #[inline(always)]
+    fn store_slopes<N: Numbers>(
+        &mut self,
+        first: usize,
+        bodies: &Bodies<N>,
+        met: &Encounters<N>,
+        yielding: N,
+    ) {
+        let gradient_a = scaled(met.extent_gradient, bodies.modulus_a);
         store(&mut self.gradient_a, first, gradient_a);
-        let slope_a = scaled(met.extent_gradient, bodies.scale_a * planes.yielding);
+        let slope_a = scaled(met.extent_gradient, bodies.scale_a * yielding);
         store(&mut self.slopes[0], first, slope_a);
-        store(
-            &mut self.slopes[1],
-            first,
-            scaled(met.gradient_b, planes.yielding),
-        );
+        let slope_b = scaled(met.gradient_b, yielding);
+        store(&mut self.slopes[1], first, slope_b);
     }
 }
 
+/// Writes the vectors of the items from `first` on.
 #[inline(always)]
 fn store<N: Numbers>(rows: &mut [Row; 3], first: usize, numbers: [N; 3]) {
     for (row, number) in rows.iter_mut().zip(numbers) {

@@ -2,7 +2,7 @@
 
 #![expect(
     clippy::needless_range_loop,
-    reason = "iterators take closures, and a closure over lanes may stay a call, compiled for any processor"
+    reason = "adapters of iterators take closures, and a closure over lanes may stay a call, compiled for any processor"
 )]
 
 mod encounter;
@@ -45,14 +45,15 @@ pub(crate) struct Octet {
     pub moments: [Row; 6],
     /// Where the edge of each slot begins, counter-clockwise.
     corners: [[Row; 2]; SLOTS],
-    /// For the faces of B the slot after which theirs comes; −1 where a face cuts nothing off.
+    /// For each of B's `bounds` the slot after which its own comes; −1 where it cuts nothing off.
     after: [Row; 4],
-    /// What was found, as numbers of bits (see [`Self::bits`]).
+    /// What was found: whole numbers of which the lowest bits are the slots with an edge, then come [`SPECIAL`] and, from
+    /// [`BELOW`] on, A's corners below the plane. As `f64`, because lanes know no other numbers.
     codes: Row,
     /// The pairs of tetrahedra, of A and of B.
     tets: [[u32; 2]; ROW],
     len: usize,
-    /// Where the contact surface may go on from each pair.
+    /// Where the contact surface may go on from each pair: the search's to write, once it has looked at the special pairs too.
     pub exits: [Exits; ROW],
 }
 
@@ -80,15 +81,16 @@ impl Exits {
 struct Part<'t> {
     /// The place of the first in the octet.
     first: usize,
+    /// The tetrahedra, from that place on to the octet's end.
     a: &'t [&'t FieldTet],
     b: &'t [&'t PosedTet],
 }
 
-/// A bit of a code, above those for slots: values are near zero.
+/// The bit of a code above those for slots: values are near zero. No other is set beside it.
 const SPECIAL: u32 = 1 << SLOTS;
 
-/// The bit of the first corner of A, above that one: set where the corner is below the plane.
-const BELOW: u32 = 9;
+/// Above it, the place of the bit for A's first corner: set where the corner is below the plane.
+const BELOW: usize = SLOTS + 1;
 
 impl Octet {
     /// Of no pairs.
@@ -110,7 +112,7 @@ impl Octet {
         }
     }
 
-    /// Forgets its pairs.
+    /// Forgets its pairs. What was found of them stays, as numbers that are finite.
     pub fn clear(&mut self) {
         self.len = 0;
     }
@@ -189,6 +191,7 @@ impl Octet {
         (self.bits(place) >> BELOW).to_le_bytes()[0] & 0b1111
     }
 
+    /// The polygon in A's frame, its edges owned by the faces they lie in: bits as of [`Cut::polygon`].
     fn polygon(&self, place: usize, tet_b: &PosedTet) -> ConvexPolygon {
         let origin = vector_at(&self.origin, place);
         let [e1, e2, _] = self.axes.each_ref().map(|axis| vector_at(axis, place));
@@ -215,7 +218,7 @@ impl Octet {
         let below = usize::from(self.below(place));
         let mut next = [0; SLOTS];
         next[..4].copy_from_slice(&NEXT_FACES[below]);
-        // In the order in which the faces of B clipped.
+        // What each bound of B cut off, in the order in which they clipped, its edge takes the place of.
         for bound in 0..4 {
             let after = self.after[bound][place];
             if after >= 0.0 {
@@ -224,6 +227,7 @@ impl Octet {
                 next[left] = 4 + bound;
             }
         }
+        // Faces of A whose edges were dropped are passed all the same: the round of slots is closed.
         let first = face_of_slice(below);
         let mut slot = first;
         loop {

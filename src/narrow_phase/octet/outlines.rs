@@ -1,6 +1,6 @@
 use super::encounter::Encounters;
 use super::{PosedTet, SLOTS};
-use crate::geometry::FACES;
+use crate::geometry::{EDGES, FACES};
 use crate::lanes::space::{difference, dot, gathered, scaled, sum};
 use crate::lanes::{Lanes, Numbers};
 
@@ -28,7 +28,8 @@ impl<N: Numbers> Planes<N> {
     }
 }
 
-/// Two unit vectors that are orthogonal to a third and to each other, without a square root \[Duff 2017\].
+/// Two unit vectors that are orthogonal to a third and to each other, without a square root \[Duff 2017\]: in lanes what
+/// `axes_about` in `contact/plane.rs` is in any scalar.
 #[inline(always)]
 fn axes_beside<N: Numbers>([x, y, z]: [N; 3], [zero, one]: [N; 2]) -> [[N; 3]; 2] {
     let sign = one.or_else(zero.is_at_most(z), -one);
@@ -46,14 +47,13 @@ pub(super) struct Outlines<N: Numbers> {
     pub from: [[N; 2]; SLOTS],
     pub to: [[N; 2]; SLOTS],
     pub is_there: [N::Mask; SLOTS],
-    /// For the faces of B, the slot of the edge at which the outline left; −1 where it did not.
+    /// For each bound of B, the slot of the edge on which the outline left its inner side; −1 where it did not.
     pub after: [N; 4],
-    /// Where a corner came near a face.
+    /// Where a corner came near a bound.
     pub is_near: N::Mask,
 }
 
-/// The edges of a tetrahedron, and where they are in this list.
-const EDGES: [[usize; 2]; 6] = [[0, 1], [0, 2], [0, 3], [1, 2], [1, 3], [2, 3]];
+/// For each two corners of a tetrahedron the place of their edge among [`EDGES`]; 6 where they are the same.
 const EDGE_BETWEEN: [[usize; 4]; 4] = [[6, 0, 1, 2], [0, 6, 3, 4], [1, 3, 6, 5], [2, 4, 5, 6]];
 
 impl<N: Numbers> Outlines<N> {
@@ -112,9 +112,33 @@ impl<N: Numbers> Outlines<N> {
         outlines
     }
 
-    /// Leaves the parts on the inner side of the next face of B that may bound them.
+    /// Leaves the parts on the inner sides of the faces of B that may bound them, of which no lane has more than `most`.
     #[inline(always)]
-    pub fn clip<L: Lanes<Numbers = N>, const BOUND: usize>(
+    pub fn clip_by_bounds<L: Lanes<Numbers = N>>(
+        &mut self,
+        lanes: L,
+        planes: &Planes<N>,
+        near: N,
+        (b, most): (&[&PosedTet], usize),
+    ) {
+        if most > 0 {
+            self.clip::<L, 0>(lanes, planes, near, b);
+        }
+        if most > 1 {
+            self.clip::<L, 1>(lanes, planes, near, b);
+        }
+        if most > 2 {
+            self.clip::<L, 2>(lanes, planes, near, b);
+        }
+        if most > 3 {
+            self.clip::<L, 3>(lanes, planes, near, b);
+        }
+    }
+
+    /// Leaves the parts on the inner side of one face of B: its bound of this number, a constant, so that the loop over the
+    /// slots that may have an edge by now is unrolled.
+    #[inline(always)]
+    fn clip<L: Lanes<Numbers = N>, const BOUND: usize>(
         &mut self,
         lanes: L,
         planes: &Planes<N>,
@@ -134,6 +158,7 @@ impl<N: Numbers> Outlines<N> {
             let (from, to, is_there) = (self.from[slot], self.to[slot], self.is_there[slot]);
             let value_from = at_origin + (slope[0] * from[0] + slope[1] * from[1]);
             let value_to = at_origin + (slope[0] * to[0] + slope[1] * to[1]);
+            // The end of each edge is the beginning of another.
             self.is_near = self.is_near | (is_there & value_from.abs().is_at_most(near));
             let [starts_in, ends_in] = [zero.is_at_most(value_from), zero.is_at_most(value_to)];
             let leaves = is_there & starts_in & !ends_in;
@@ -180,12 +205,15 @@ impl<N: Numbers> Outlines<N> {
     }
 
     /// ∫ m dA for the monomials m = 1, y₁, y₂, y₁², y₁y₂, y₂², over the triangles of the origin and each edge, with their signs.
+    /// A slot without an edge adds exactly 0: both its ends are one point.
+    ///
+    /// With s = a + b and turn = a × b, twice the area of the triangle 0, a, b: ∫ y₁ dA = turn/6·s₁ and
+    /// ∫ y₁² dA = turn/12·(a₁² + a₁b₁ + b₁²) = turn/24·(a₁² + b₁² + s₁²).
     #[inline(always)]
     pub fn moments<L: Lanes<Numbers = N>>(&self, lanes: L) -> [N; 6] {
         let mut sums = [lanes.splat(0.0); 6];
         for slot in 0..SLOTS {
             let ([a1, a2], [b1, b2]) = (self.from[slot], self.to[slot]);
-            // Twice the area.
             let turn = a1 * b2 - a2 * b1;
             let [s1, s2] = [a1 + b1, a2 + b2];
             sums[0] = sums[0] + turn;
@@ -196,14 +224,14 @@ impl<N: Numbers> Outlines<N> {
             sums[5] = sums[5] + turn * (a2 * a2 + b2 * b2 + s2 * s2);
         }
         let (half, sixth) = (lanes.splat(0.5), lanes.splat(1.0 / 6.0));
-        let part = lanes.splat(1.0 / 24.0);
+        let twenty_fourth = lanes.splat(1.0 / 24.0);
         [
             sums[0] * half,
             sums[1] * sixth,
             sums[2] * sixth,
-            sums[3] * part,
-            sums[4] * part,
-            sums[5] * part,
+            sums[3] * twenty_fourth,
+            sums[4] * twenty_fourth,
+            sums[5] * twenty_fourth,
         ]
     }
 }
