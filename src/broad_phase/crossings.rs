@@ -1,8 +1,9 @@
 //! Which triangles of two surfaces may cross.
 //!
-//! Down the tree of B goes a list of the nodes of A's tree, all of one level, that each node of B may touch: their boxes are not
-//! beside its planes either, since the planes around a patch of a smooth surface are much closer together than the sides of
-//! its box. At the leaves four triangles of one body are held against one of the other.
+//! Each node of B's tree takes a list of the nodes of A's tree, all of one level, that it may touch, and narrows it for its
+//! children. A node of A is left out where its box is beside the box of B's node, or beside the two planes around it: around
+//! a patch of a smooth surface these are much closer together than the sides of the box. At the end four triangles of one
+//! body are held against one of the other.
 
 use super::patch::{FourTriangles, Frame, Patch};
 use super::triangle_tree::{Node, SurfaceFace, TriangleTree, WIDTH};
@@ -27,7 +28,7 @@ impl Surface<'_> {
         self.tree.faces()[index].corners(self.tets)
     }
 
-    /// The corners of four triangles, coordinate by coordinate; the last one's again where there are fewer.
+    /// The corners of four triangles, by corner and coordinate; those of the last triangle again where there are fewer.
     #[inline]
     fn four_from(&self, first: usize) -> [[f64x4; 3]; 3] {
         let last = self.tree.faces().len() - 1;
@@ -53,6 +54,7 @@ pub(crate) fn visit_crossings(
     memory: &mut Vec<u32>,
     visit: impl FnMut(SurfaceFace, SurfaceFace),
 ) {
+    // The first list: the root of A.
     memory.resize(memory.len().max(1), 0);
     memory[0] = 0;
     let mut descent = Descent {
@@ -90,6 +92,8 @@ struct Partners {
 }
 
 impl<V: FnMut(SurfaceFace, SurfaceFace)> Descent<'_, '_, V> {
+    /// Goes on from a node of B, at a level and with an index there, and what it may touch of A: to its children or, at the last
+    /// level, to the triangles of both.
     fn descend(&mut self, [level_b, index_b]: [usize; 2], partners: &Partners) {
         let levels = self.b.tree.levels();
         let Some(node) = levels.get(level_b).and_then(|it| it.nodes.get(index_b)) else {
@@ -102,6 +106,8 @@ impl<V: FnMut(SurfaceFace, SurfaceFace)> Descent<'_, '_, V> {
             for slot in 0..WIDTH.min(below.nodes.len() - first) {
                 let patch = Patch::of(&posed, slot);
                 let mut near = self.narrowed(&patch, partners, below.size);
+                // Four triangles of B meet the triangles of A, if these are next. Where A's tree is finer than B's, they are not
+                // yet: each triangle of B then narrows the list further.
                 if is_next_last && near.level + 1 == depth_a {
                     near = self.divided(&patch, &near);
                 }
@@ -184,6 +190,7 @@ impl<V: FnMut(SurfaceFace, SurfaceFace)> Descent<'_, '_, V> {
             end += kept(&mut self.memory[end..], WIDTH as u32 * index, crossed);
         }
         let (faces_a, faces_b) = (self.a.tree.faces(), &self.b.tree.faces()[first..]);
+        // Each a number of a triangle of A, times four, and a slot of B's node.
         for pair in &self.memory[triangles.end..end] {
             let (index, slot) = (*pair as usize / WIDTH, *pair as usize % WIDTH);
             // Where there are fewer than four, the last stands for the others.
@@ -221,8 +228,8 @@ impl<V: FnMut(SurfaceFace, SurfaceFace)> Descent<'_, '_, V> {
     }
 }
 
-/// Writes the numbers from `first` on whose bits are set, and returns how many they are. All are written first and then kept or
-/// not, because which bits are set cannot be guessed.
+/// Writes the numbers from `first` on whose bits are set, and returns how many they are. There must be room for all four: each
+/// is written, and kept by going on to the next place, because a processor cannot guess which bits are set.
 #[inline]
 fn kept(memory: &mut [u32], first: u32, bits: u32) -> usize {
     let Some(room) = memory.first_chunk_mut::<WIDTH>() else {
@@ -366,7 +373,7 @@ mod tests {
     }
 
     /// Asserts that the trees find all triangles that share a point, once, and none that their boxes or planes separate.
-    /// Returns how many share a point.
+    /// Returns how many share a point, by looking at all pairs.
     fn assert_all_found(a: &Body, b: &Body, pose_ab: &Pose) -> usize {
         let list = by_trees(a, b, pose_ab);
         let found: BTreeSet<Pair> = list.iter().copied().collect();
@@ -457,6 +464,7 @@ mod tests {
         let ball = icosphere(1.0, 2);
         let apart = Pose::from_translation(vector![1.2, 1.2, 1.2]);
         assert_eq!(assert_all_found(&ball, &ball, &apart), 0);
+        assert!(by_trees(&ball, &ball, &apart).is_empty());
     }
 
     #[test]

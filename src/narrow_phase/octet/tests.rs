@@ -1,10 +1,10 @@
 //! Octets beside pairs that are decided one by one.
 
 use super::*;
-use crate::broad_phase::Shape;
+use crate::broad_phase::{HalfSpace, RigidShape, Shape};
 use crate::lanes;
-use crate::mesh::shapes;
-use crate::narrow_phase::{ContactBody, Encounter, Partner};
+use crate::mesh::{TriangleSurface, shapes};
+use crate::narrow_phase::{ContactBody, Encounter, EquilibriumPlane, Partner};
 use crate::spatial::Pose;
 use nalgebra::Vector3;
 use rand::rngs::StdRng;
@@ -36,6 +36,48 @@ fn are_same(one: &ConvexPolygon, other: &ConvexPolygon) -> bool {
         })
     };
     count == other.corners().len() && (0..count).any(is_turned)
+}
+
+/// Asserts that the rows of an octet have what its plane and its polygon, made one by one, say: lengths to within [`CLOSE`], and
+/// pressures to within what these make of the gradients.
+fn assert_rows_agree(octet: &Octet, place: usize, pair: &RelativePair, cut: &Cut) {
+    let [a, b] = [pair.tet_a(cut.tets[0]), pair.tet_b(cut.tets[1])];
+    let pressure_a = a.extent.scaled(pair.modulus_a);
+    let plane = if pair.shape_b.is_rigid() {
+        EquilibriumPlane::of_rigid(&cut.field_b)
+    } else {
+        EquilibriumPlane::between(&pressure_a, &cut.field_b)
+    };
+    let at = |rows: &[Row; 3]| vector_at(rows, place);
+    let [e1, e2, normal] = octet.axes.each_ref().map(at);
+    let origin = at(&octet.origin);
+    assert!((normal - plane.normal).norm() < CLOSE);
+    assert!((e1.cross(&e2) - normal).norm() < CLOSE && e1.dot(&e2).abs() < CLOSE);
+    assert!(plane.height_at(&origin).abs() < CLOSE);
+    for (slope, expected) in octet.slopes.iter().zip(&plane.slopes) {
+        assert!((at(slope) - expected).norm() < CLOSE * (1.0 + expected.norm()));
+    }
+    let moments = cut.polygon.moments(&plane.normal);
+    let [area, y1, y2, y11, y12, y22] = octet.moments.map(|row| row[place]);
+    let in_plane = e1 * y1 + e2 * y2;
+    let of_pairs = (e1 * e1.transpose()) * y11
+        + (e1 * e2.transpose() + e2 * e1.transpose()) * y12
+        + (e2 * e2.transpose()) * y22;
+    let second = origin * origin.transpose() * area
+        + origin * in_plane.transpose()
+        + in_plane * origin.transpose()
+        + of_pairs;
+    assert!((area - moments.area).abs() < CLOSE);
+    assert!((origin * area + in_plane - moments.first_about_origin()).norm() < CLOSE);
+    assert!((second - moments.second_about_origin()).norm() < CLOSE);
+    // Along the plane both fields rise alike.
+    let close = CLOSE * (pair.modulus_a * a.sensitivity + pair.scales[1] * b.sensitivity);
+    let gradient = pressure_a.gradient;
+    assert!((at(&octet.gradient_a) - gradient).norm() < close);
+    let pressure = [pressure_a.at(&origin), gradient.dot(&e1), gradient.dot(&e2)];
+    for (row, expected) in octet.pressure.iter().zip(pressure) {
+        assert!((row[place] - expected).abs() < close);
+    }
 }
 
 /// How many pairs have a polygon, and how many are special.
@@ -75,6 +117,7 @@ fn assert_decided_alike(pair: &RelativePair) -> [usize; 2] {
                 polygons += 1;
                 let own = octet.cut(place, pair, &posed[b]);
                 assert!(are_same(&own.polygon, &cut.polygon), "{own:?} {cut:?}");
+                assert_rows_agree(&octet, place, pair, &cut);
                 assert!(own.weights().are_whole() && cut.weights().are_whole());
             }
         }
@@ -101,6 +144,35 @@ fn generic_pairs_have_the_polygons_that_one_by_one_have() {
     }
     assert!(polygons > 2000, "{polygons}");
     assert!(100 * special < polygons, "{special} of {polygons}");
+}
+
+#[test]
+fn generic_pairs_with_cells_have_the_polygons_that_one_by_one_have() {
+    let mut random = StdRng::seed_from_u64(8);
+    let ball = Shape::new(shapes::icosphere(0.5, 1).unwrap());
+    let round = TriangleSurface::around(shapes::icosphere(0.4, 1).unwrap().mesh());
+    let round = RigidShape::new(round.unwrap());
+    let layer = HalfSpace::layer(0.1).unwrap();
+    let (mut polygons, mut special) = ([0; 3], 0);
+    for _ in 0..30 {
+        let mut vector = |size: f64| Vector3::from_fn(|_, _| random.random_range(-size..size));
+        let pose = Pose::from_rotation_vector(&vector(1.5), vector(0.3));
+        let a = ContactBody::new(&ball, Pose::identity(), 1e4).unwrap();
+        let partners = [
+            Partner::rigid(&round, pose).unwrap(),
+            Partner::rigid_half_space(pose).unwrap(),
+            Partner::half_space(&layer, pose, 3e4).unwrap(),
+        ];
+        for (b, polygons) in partners.iter().zip(&mut polygons) {
+            let [more, few] = assert_decided_alike(&RelativePair::of(&a, b, &pose));
+            (*polygons, special) = (*polygons + more, special + few);
+        }
+    }
+    assert!(polygons.iter().all(|&count| count > 200), "{polygons:?}");
+    assert!(
+        100 * special < polygons.iter().sum(),
+        "{special} of {polygons:?}"
+    );
 }
 
 #[test]
