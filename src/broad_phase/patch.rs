@@ -1,4 +1,7 @@
-//! Parts of a surface in another body's frame, and what they may touch: four at a time.
+//! Parts of a surface in another body's frame, and what they may touch: four at a time, one for each child of a node.
+//!
+//! Four is the width of the tree, whatever the processor has, so these are not the numbers of `lanes`: `wide` makes them of the
+//! instructions that the build may assume.
 
 use super::triangle_tree::Node;
 use crate::geometry::Aabb;
@@ -9,13 +12,13 @@ use wide::f64x4;
 /// The pose of B, for four points at once, and the margin.
 pub(super) struct Frame {
     rotation: [[f64x4; 3]; 3],
-    /// |R|, entry by entry: half the edges of a box of B to those of the box around it in A.
+    /// |R|, entry by entry, which takes half the edges of a box of B to those of the box around it in A.
     reach: [[f64x4; 3]; 3],
     translation: [f64x4; 3],
     margin: f64x4,
 }
 
-/// A child of a node of B, in A's frame.
+/// A part of a surface in A's frame: a child of a node of B, or one triangle of either body.
 pub(super) struct Patch {
     bounds: [[f64; 2]; 3],
     normal: [f64; 3],
@@ -87,6 +90,7 @@ impl Frame {
 }
 
 impl Patch {
+    /// A child of a node in A's frame.
     #[inline]
     pub fn of(node: &Node, slot: usize) -> Self {
         let own = |lanes: &f64x4| lanes.as_array()[slot];
@@ -127,6 +131,7 @@ impl Patch {
     pub fn touched(&self, node: &Node) -> u32 {
         let near = overlapping(&node.bounds, &self.bounds);
         let normal = splat(self.normal);
+        // The corners of the boxes that are farthest back and ahead along the normal.
         let back = self.normal.map(|component| usize::from(component < 0.0));
         let behind = [0, 1, 2].map(|axis| node.bounds[axis][back[axis]]);
         let ahead = [0, 1, 2].map(|axis| node.bounds[axis][1 - back[axis]]);

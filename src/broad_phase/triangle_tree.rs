@@ -117,8 +117,9 @@ impl TriangleTree {
         &self.faces
     }
 
-    /// Visits the tetrahedra or triangles (of B) with a triangle of the surface whose box may overlap the box `region` in A:
-    /// that no face of either separates by more than `margin` (m).
+    /// Visits the tetrahedra (of B; of a rigid body the cells, as its triangles are numbered) with a triangle of the surface
+    /// whose box may overlap the box `region` in A: that no face of either separates by more than `margin` (m). One with
+    /// several such triangles is visited for each.
     pub fn visit_near(
         &self,
         region: &Aabb,
@@ -212,23 +213,26 @@ fn arrange(facets: &mut [Facet]) {
     if facets.len() <= WIDTH {
         return;
     }
-    // Triangles to a child of the node around all.
+    // Triangles to a child of the node around all, of which the first half of the children is to be full.
     let mut full = WIDTH;
     while full * WIDTH < facets.len() {
         full *= WIDTH;
     }
     let middle = facets.len().div_ceil(full).div_ceil(2) * full;
-    let center = |facet: &Facet| facet.corners.iter().sum::<Vector3<f64>>();
-    let centers: Vec<_> = facets.iter().map(center).collect();
+    let three_centers = |facet: &Facet| facet.corners.iter().sum::<Vector3<f64>>();
+    let centers: Vec<_> = facets.iter().map(three_centers).collect();
     let axis = Aabb::around(&centers).half_extents().imax();
-    facets.select_nth_unstable_by(middle, |a, b| center(a)[axis].total_cmp(&center(b)[axis]));
+    facets.select_nth_unstable_by(middle, |a, b| {
+        three_centers(a)[axis].total_cmp(&three_centers(b)[axis])
+    });
     let (first, second) = facets.split_at_mut(middle);
     arrange(first);
     arrange(second);
 }
 
+/// The levels of the tree over triangles in their order, from the root down.
 fn levels_over(facets: &[Facet]) -> Vec<Level> {
-    // Triangles to a child.
+    // Triangles to a child of a full node, from the last level up to the one with a single node.
     let mut full = 1;
     let mut levels = Vec::new();
     while full == 1 || full < facets.len() {
@@ -246,6 +250,7 @@ fn levels_over(facets: &[Facet]) -> Vec<Level> {
     levels
 }
 
+/// Mean length (m) of the longest edges of the boxes around these parts of a surface.
 fn mean_size<'f>(nodes: impl ExactSizeIterator<Item = &'f [Facet]>) -> f64 {
     let count = nodes.len() as f64;
     let size = |part: &[Facet]| {
