@@ -38,7 +38,7 @@ pub(super) struct Walk<'w, 'a> {
 
 impl RelativePair<'_> {
     /// Finds the cuts: from those where a component of the contact surface must show, to their neighbors across the
-    /// faces that a polygon reaches, eight pairs after the other. Returns the number of pairs looked at.
+    /// faces that a polygon reaches, eight pairs at a time. Returns the number of pairs looked at.
     ///
     /// A polygon's edge lies on a face of A or of B, and behind that face the neighbor has the same
     /// edge. In a special position, where the plane only touches a pair, or an edge lies on faces of
@@ -54,9 +54,9 @@ impl RelativePair<'_> {
             walk.look_everywhere();
             return walk.scratch.octets.pair_count();
         };
-        if !walk.is_complete_by(&route) {
+        if !walk.follow_route(&route) {
             walk.enter_everywhere();
-            walk.followed();
+            walk.follow_entered();
         }
         walk.scratch.octets.pair_count()
     }
@@ -77,8 +77,8 @@ impl RelativePair<'_> {
         }
     }
 
-    /// Looks at the pairs of octets: at the generic ones several at a time, at the others one by one, of which the cuts are
-    /// taken note of.
+    /// Looks at the pairs of octets: at the generic ones several at a time, at the special ones one by one. Appends the cuts of
+    /// the latter.
     fn look_at(&self, posed_tets: &PosedTets, octets: &mut [Octet], cuts: &mut Vec<Cut>) {
         let posed = |tet_b: u32| posed_tets.get(tet_b);
         lanes::run(LookAt {
@@ -102,7 +102,7 @@ impl RelativePair<'_> {
         }
     }
 
-    /// Over which faces the surface may go on from a pair of tetrahedra; takes note of its cut.
+    /// Over which faces the surface may go on from a pair of tetrahedra. Appends its cut, if it is to be noted.
     #[inline]
     fn exits(&self, tet_a: usize, tet_b: &PosedTet, cuts: &mut Vec<Cut>) -> Exits {
         let tet_a = self.tet_a(tet_a);
@@ -134,6 +134,7 @@ impl Walk<'_, '_> {
         }
     }
 
+    /// Adds a pair to those to be looked at.
     fn add(&mut self, tets: [u32; 2]) {
         self.scratch.posed_tets.add(self.pair, tets[1]);
         self.scratch.octets.push(tets);
@@ -150,7 +151,7 @@ impl Walk<'_, '_> {
 
     /// Looks at the pairs that are waiting, and at those that `go_on` from an octet adds.
     fn look_at_all(&mut self, go_on: impl Fn(&mut Self, usize)) {
-        while let Some(octets) = self.looked_around() {
+        while let Some(octets) = self.look_at_next() {
             for index in octets {
                 self.take_note(index);
                 go_on(self, index);
@@ -159,22 +160,22 @@ impl Walk<'_, '_> {
     }
 
     /// Follows the surface from where its components must show. Returns whether all of it is found.
-    fn is_complete_by(&mut self, route: &Route) -> bool {
+    fn follow_route(&mut self, route: &Route) -> bool {
         match *route {
             Route::OverRigid(shape_b) => {
                 self.enter_at_rims(shape_b.triangle_tree());
                 self.enter_at_components(shape_b);
-                self.is_complete_from_here()
+                self.follow_on()
             }
             Route::BetweenFields { shape_b, seeds } => {
                 self.enter_at_rims(shape_b.triangle_tree());
                 if let [Some(ridges_a), Some(ridges_b)] = seeds.map(|own| own.ridges.as_ref()) {
                     self.enter_at_ridges(shape_b, [ridges_a, ridges_b]);
-                    return self.is_complete_from_here();
+                    return self.follow_on();
                 }
-                self.is_complete_from_here() && {
+                self.follow_on() && {
                     self.enter_at_turns(seeds);
-                    self.is_complete_from_here()
+                    self.follow_on()
                 }
             }
         }
@@ -183,9 +184,9 @@ impl Walk<'_, '_> {
     /// Follows the surface from the pairs that were entered; where round-off decided over which faces it goes on, from all
     /// pairs around too. Returns whether that is all of it: not where the fields are equal over a volume, nor if there was
     /// too much doubt.
-    fn is_complete_from_here(&mut self) -> bool {
+    fn follow_on(&mut self) -> bool {
         loop {
-            let has_equal = !self.followed();
+            let has_equal = !self.follow_entered();
             if has_equal
                 || self.doubts > MOST_DOUBTS.max(self.scratch.octets.pair_count() / DOUBTLESS)
             {
@@ -204,7 +205,7 @@ impl Walk<'_, '_> {
 
     /// Follows the surface from the pairs that were entered. Takes note of those where round-off decided, and returns
     /// whether it met no fields that are equal over a volume.
-    fn followed(&mut self) -> bool {
+    fn follow_entered(&mut self) -> bool {
         let equal_before = self.scratch.equal.len();
         self.look_at_all(|walk, index| {
             for place in 0..walk.scratch.octets.at(index).tets().len() {
@@ -214,9 +215,9 @@ impl Walk<'_, '_> {
         self.scratch.equal.len() == equal_before
     }
 
-    /// Looks at the pairs of all octets that are full or, if none is, of the last one. Gives the octets; none if there are no
-    /// pairs to look at.
-    fn looked_around(&mut self) -> Option<Range<usize>> {
+    /// Looks at the pairs of all octets that are full or, if none is, of the last one. Returns which octets these are; none if
+    /// there are no pairs to look at.
+    fn look_at_next(&mut self) -> Option<Range<usize>> {
         let Scratch {
             posed_tets,
             octets,

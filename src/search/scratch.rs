@@ -20,15 +20,15 @@ const LEAST_KEPT: usize = 1024;
 #[derive(Default)]
 pub(super) struct Scratch {
     pub posed_tets: PosedTets,
-    /// Nodes of A's tree of triangles, for the descent to the rim.
+    /// Nodes of A's tree of triangles, and triangles, for the descent to the rim.
     pub tree_nodes: Vec<u32>,
     /// The pairs of tetrahedra that were looked at or are about to be.
     pub visited: Visited,
-    /// The same pairs, in the order in which they are looked at, and what they have in common.
+    /// The same pairs, in the order in which they are looked at, and the contact polygons of the generic ones.
     pub octets: Octets,
     /// Pairs from which the surface may go on over other faces than it seems.
     pub doubtful: Vec<[u32; 2]>,
-    /// What was found in pairs that are not generic.
+    /// The cuts of special pairs.
     pub cuts: Vec<Cut>,
     /// The pairs in which the fields are equal, so that there is no plane.
     pub equal: Vec<[usize; 2]>,
@@ -65,7 +65,7 @@ pub(super) struct Octets {
     /// Room, of which the first `len` are in use.
     all: Vec<Octet>,
     len: usize,
-    /// How many were looked at, or are being.
+    /// How many were looked at, or are being. Nothing is added to these.
     done: usize,
 }
 
@@ -87,7 +87,7 @@ impl Octets {
         self.all[self.len - 1].push(tets);
     }
 
-    /// The octets to look at next: those that are full or, if none is, the last one.
+    /// The octets to look at next: those that are full or, if none is, the last one. From now on they count as done.
     pub fn next(&mut self) -> Option<(Range<usize>, &mut [Octet])> {
         let start = self.done;
         let full = self.len - usize::from(self.last().is_some_and(|last| !last.is_full()));

@@ -68,7 +68,7 @@ impl Walk<'_, '_> {
         });
     }
 
-    /// Enters where every component with a rim must show: at the pairs of surface triangles that intersect.
+    /// Enters where every component with a rim must show: at the pairs of surface triangles that may cross.
     pub fn enter_at_rims(&mut self, triangles_b: &TriangleTree) {
         let (pair, margin) = (self.pair, self.pair.margin());
         let surfaces = [

@@ -1,7 +1,7 @@
 /// Stands where there is no pair.
 const NONE: u64 = u64::MAX;
 
-/// Places of a new table.
+/// Places of the table with which a search begins: a power of two.
 const LEAST: usize = 64;
 
 /// The pairs of tetrahedra that were entered: a table with open addressing, at most half full.
@@ -43,7 +43,7 @@ impl Visited {
     fn place_of(&self, pair: u64) -> usize {
         let places = &self.places[..self.used];
         let last = self.used - 1;
-        // Fibonacci hashing.
+        // Fibonacci hashing: 2⁶⁴ over the golden ratio, odd.
         let product = pair.wrapping_mul(0x9e37_79b9_7f4a_7c15);
         let mut place = (product >> 32) as usize & last;
         while places[place] != pair && places[place] != NONE {
