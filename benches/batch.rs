@@ -27,15 +27,16 @@ use timing::{count, median};
 const WORLDS: usize = 10_000;
 const STEPS: usize = 100;
 const TIME_STEP: f64 = 2e-4;
+/// After half a second the ball is at rest.
 const SETTLING_STEPS: usize = 2_500;
 const ROUNDS: usize = 5;
 
-/// Of the ball's mesh: 80 tetrahedra.
+/// How often the ball's mesh was refined: it has 80 tetrahedra.
 const ORDER: usize = 1;
 
 fn main() {
     let is_asked = |option: &str| std::env::args().any(|argument| argument == option);
-    // `cargo test` runs benches too, without this.
+    // `cargo test` runs benches too, but does not pass `--bench`.
     let is_quick = is_asked("--quick") || !is_asked("--bench");
     let (worlds, rounds) = if is_quick {
         (WORLDS / 10, 3)
@@ -99,7 +100,7 @@ fn started(world: &World, place: usize) -> World {
     world.clone().starting_from(&state).unwrap()
 }
 
-/// Contact polygons at the start.
+/// Asserts that bodies touch in every state of the rollout. Returns the number of contact polygons at its start.
 fn assert_touches_throughout(world: &World) -> usize {
     let polygons = |state: &State| world.topology(state).unwrap().polygon_count();
     for state in world.rollout(&plan()).take(STEPS) {

@@ -1,4 +1,5 @@
-//! Sums over the cuts of a contact surface.
+//! Sums over a contact surface: over the special cuts one by one, over the generic ones, which are in octets, one by one or
+//! several at a time.
 
 use super::octets::OverOctets;
 use super::polygon::{CutPolygon, CutSurface, PartialSum};
@@ -11,7 +12,7 @@ use crate::threads;
 const PIECE: usize = 32;
 
 impl<T: Scalar> CutSurface<'_, T> {
-    /// Adds up what cuts contribute.
+    /// Adds up what cuts contribute, all of them one by one.
     pub fn sum_of_cuts<S: PartialSum>(&self, add: impl Fn(&mut S, &Cut) + Sync) -> S {
         let mut sum = self.sum_of_special_cuts(&add);
         let piece = |octets: &[Octet]| {
@@ -22,12 +23,14 @@ impl<T: Scalar> CutSurface<'_, T> {
             }
             sum
         };
-        let length = PIECE / ROW;
-        threads::for_pieces(self.found.octets(), length, piece, |piece| sum.merge(piece));
+        let octets_per_piece = PIECE / ROW;
+        threads::for_pieces(self.found.octets(), octets_per_piece, piece, |piece| {
+            sum.merge(piece);
+        });
         sum
     }
 
-    /// Adds up what those contribute that are not in octets.
+    /// Adds up what those cuts contribute that are not in octets.
     pub fn sum_of_special_cuts<S: PartialSum>(&self, add: &(impl Fn(&mut S, &Cut) + Sync)) -> S {
         let piece = |cuts: &[Cut]| {
             let mut sum = S::empty();
@@ -53,7 +56,8 @@ impl<T: Scalar> CutSurface<'_, T> {
         self.sum_of_cuts(|sum, cut| self.add_where(Weights::has_still_area, &add, sum, cut))
     }
 
-    /// Adds up all polygons whose area counts in values or derivatives: without derivatives of their own, several at a time.
+    /// Adds up the polygons whose weights `counts` asks for: those in octets several at a time, unless they carry derivatives of
+    /// their own. Weights of generic polygons are whole, so that `counts` is not asked about them.
     pub fn sum_of_moments<S: OverOctets>(
         &self,
         counts: impl Fn(Weights) -> bool + Sync,
