@@ -3,16 +3,18 @@
 use super::repository::{Repository, Target, knows_flags};
 use super::test_names::{Test, tests_of};
 use super::words::{Words, runner_filters, split};
-use std::path::PathBuf;
+use std::path::Path;
 
 /// Subcommands that make no figures, or none that a document shows.
 const OTHER_SUBCOMMANDS: [&str; 7] = ["clippy", "deny", "doc", "fmt", "install", "package", "tree"];
 
+/// Whether a command makes figures; the error says why it cannot be typed.
 type Verdict = Result<bool, String>;
 
 impl Repository {
-    /// Whether the command makes figures; `None` if it is no command that is known here. The error says what in it is not there.
+    /// `None` if it is no command that is known here.
     pub fn verdict(&self, command: &str) -> Option<Verdict> {
+        // Brackets are around what may be left out.
         let mut words = command
             .split([' ', '[', ']'])
             .filter(|word| !word.is_empty())
@@ -20,6 +22,7 @@ impl Repository {
         let mut variables = Vec::new();
         while let Some((name, _)) = words.peek().and_then(|word| word.split_once('=')) {
             let is_letter = |byte| byte == b'_' || u8::is_ascii_uppercase(&byte);
+            // Of one letter or two is the left side of a formula.
             if name.len() < 3 || !name.bytes().all(is_letter) {
                 return None;
             }
@@ -69,7 +72,7 @@ impl Repository {
         };
         let bench = self.target("bench", name)?;
         self.has_features(bench, words)?;
-        knows_flags(&own_sources(bench), &words.passed)?;
+        knows_flags(own_sources(bench), &words.passed)?;
         Ok(!words.has("--no-run"))
     }
 
@@ -79,7 +82,7 @@ impl Repository {
         };
         let example = self.target("example", name)?;
         self.has_features(example, words)?;
-        knows_flags(&[self.root.join("examples")], &words.passed)?;
+        knows_flags(&self.root.join("examples"), &words.passed)?;
         Ok(true)
     }
 
@@ -144,7 +147,7 @@ impl Repository {
             return Ok(false);
         }
         let path = self.existing(words[0])?;
-        knows_flags(&[path], &words[1..])?;
+        knows_flags(&path, &words[1..])?;
         Ok(true)
     }
 }
@@ -155,11 +158,11 @@ fn is_run(test: &Test, words: &Words) -> bool {
 }
 
 /// The file or the folder that is a bench's own.
-fn own_sources(bench: &Target) -> [PathBuf; 1] {
+fn own_sources(bench: &Target) -> &Path {
     let is_folder = bench
         .source
         .file_name()
         .is_some_and(|name| name == "main.rs");
     let own = bench.source.parent().filter(|_| is_folder);
-    [own.unwrap_or(&bench.source).to_owned()]
+    own.unwrap_or(&bench.source)
 }

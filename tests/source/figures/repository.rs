@@ -73,7 +73,7 @@ impl Repository {
         benches.map(|bench| (bench.name.as_str(), bench.source.as_path()))
     }
 
-    /// Whether programs here read the variables of the environment.
+    /// Whether programs here read all these variables of the environment; the error names one that none reads.
     pub fn are_read(&self, names: &[&str]) -> Result<(), String> {
         let is_foreign = |name: &str| {
             FOREIGN_VARIABLES
@@ -154,12 +154,12 @@ fn with_implied(features: &Value, feature: &str) -> BTreeSet<String> {
     further.chain([feature.to_owned()]).collect()
 }
 
-/// Whether the programs, files or folders of Rust, have the flags among the words.
-pub fn knows_flags(programs: &[PathBuf], words: &[&str]) -> Result<(), String> {
+/// Whether a program, a file or a folder of Rust, has the flags among the words; the error names one that it has not.
+pub fn knows_flags(program: &Path, words: &[&str]) -> Result<(), String> {
     for word in words.iter().filter(|word| word.starts_with("--")) {
         let flag = word.split('=').next().unwrap_or(word);
         let literal = format!("\"{flag}\"");
-        if !programs.iter().any(|program| is_in(program, &literal)) {
+        if !is_in(program, &literal) {
             return Err(format!("the program does not know {flag}"));
         }
     }

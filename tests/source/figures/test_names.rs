@@ -16,16 +16,16 @@ pub fn tests_of(root: &Path) -> Vec<Test> {
     found
 }
 
-/// A file of a module whose files of inner modules are in the folder.
+/// Adds the tests of a file and of the modules below it. `module` is the path before the names of its tests, and the files of
+/// its own modules are in the folder, but for those with a path of their own, which is from where the file is.
 fn collect(file: &Path, module: &str, folder: &Path, found: &mut Vec<Test>) {
     let text = fs::read_to_string(file).unwrap();
     let parsed = parsed(&text, module);
     found.extend(parsed.tests);
     for (name, path) in parsed.modules {
-        let child = |path: &str| file.parent().unwrap().join(path);
         let inner = folder.join(&name);
         let file = match path {
-            Some(path) => child(&path),
+            Some(path) => file.parent().unwrap().join(path),
             None => existing(&folder.join(format!("{name}.rs")), &inner.join("mod.rs")),
         };
         let is_folder_root = file.file_name().is_some_and(|name| name == "mod.rs");

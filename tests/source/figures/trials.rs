@@ -3,9 +3,12 @@
 use super::given::{Given, Origin};
 use super::repository::Repository;
 use super::{Document, root};
+use std::sync::LazyLock;
+
+static REPOSITORY: LazyLock<Repository> = LazyLock::new(|| Repository::new(root()));
 
 fn violations_of(markdown: &str, given: &[Given]) -> Vec<String> {
-    Document::new("x.md", markdown).violations(&Repository::new(root()), given)
+    Document::new("x.md", markdown).violations(&REPOSITORY, given)
 }
 
 const TABLE: &str = "| scene | cost |\n|---|---|\n| ball | 3 |\n";
