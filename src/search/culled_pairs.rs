@@ -101,6 +101,18 @@ impl RelativePair<'_> {
         });
     }
 
+    /// Whether culling would leave over a tetrahedron of A and one of B: neither their boxes nor a fixed direction separate them.
+    pub fn may_touch(&self, tet_a: usize, tet_b: &PosedTet) -> bool {
+        if let PartnerShape::HalfSpace(_) = self.shape_b {
+            return true;
+        }
+        let (margin, of_b) = (self.margin(), &tet_b.tetrahedron);
+        let own = self.shape_a.tree().projections(tet_a);
+        let box_a = self.tet_a(tet_a).tetrahedron.aabb();
+        box_a.overlaps(&of_b.aabb().inflated(margin))
+            && !own.separate(&Projections::of(of_b), Projections::COUNT, margin)
+    }
+
     /// Visits the tetrahedra of A that may touch one of B.
     pub fn visit_partners(&self, culling: Culling, tet_b: &PosedTet, mut visit: impl FnMut(usize)) {
         let (shape_a, margin) = (self.shape_a, self.margin());

@@ -112,8 +112,9 @@ impl RelativePair<'_> {
             Encounter::Met(decisions) => decisions,
         };
         let cut = self.cut(tet_a, tet_b, decisions);
-        // The way to others may lead through tetrahedra without pressure.
-        if cut.is_noted() && !tet_a.is_inert() {
+        // The way to others may lead through tetrahedra without pressure, and, where more than rounding is taken for zero,
+        // past the ends of thin ones.
+        if cut.is_noted() && !tet_a.is_inert() && self.may_touch(tet_a.index, tet_b) {
             cuts.push(cut);
         }
         Exits {

@@ -10,6 +10,9 @@ use nalgebra::vector;
 /// What is left of the stiff body's give at the ratio of 1e8 compared with.
 const RIGID: f64 = 1e-8;
 
+/// How fast pressures rise (Pa/m): a tenth less than they may at the most.
+const STEEP: f64 = 9e152;
+
 /// Round-off of a sum over some tetrahedra.
 const EXACT: f64 = 1e-12;
 
@@ -31,6 +34,25 @@ fn contact_with_an_ever_stiffer_ball_tends_to_that_with_a_rigid_one() {
             assert!(error <= RIGID, "1e{exponent}: {error:e}");
         }
     }
+}
+
+/// Also beside the contact surface, where p_A − p_B is no height above it, nothing leaves double precision.
+#[test]
+fn contact_is_finite_at_the_steepest_pressures() {
+    let ball = Shape::new(shapes::icosphere(1e5, 1).unwrap());
+    let block = Shape::new(shapes::cuboid([1e5, 7e4, 1.3e5]).unwrap());
+    let modulus = |shape: &Shape| STEEP / shape.field().steepest();
+    let pose = Pose::from_rotation_vector(&vector![0.3, -0.7, 0.4], vector![5e4, 3e4, 6e4]);
+    let pair = pair(
+        (&ball, Pose::identity(), modulus(&ball)),
+        (&block, pose, 0.7 * modulus(&block)),
+    );
+    let (wrench, jacobian) = pair.wrench_and_jacobian();
+    assert!(wrench.on_a.force.norm() > 0.0);
+    let numbers = wrench.on_a.to_vector();
+    assert!(numbers.iter().all(|number| number.is_finite()));
+    let numbers = jacobian.on_a.matrix();
+    assert!(numbers.iter().all(|number| number.is_finite()));
 }
 
 /// min(p_A, p_B) is the softer body's pressure almost everywhere: a difference of the stiff one's integrals would

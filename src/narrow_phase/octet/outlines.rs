@@ -20,8 +20,10 @@ impl<N: Numbers> Planes<N> {
         let yielding = one / dot(met.gradient, met.gradient).sqrt();
         let normal = scaled(met.gradient, yielding);
         let [e1, e2] = axes_beside(normal, [zero, one]);
+        // Where there is no generic polygon this is no height, and pressures that far away may be beyond double precision.
+        let height = (met.at_a[0] * yielding).or_else(met.is_generic, zero);
         Self {
-            origin: difference(met.corners_a[0], scaled(normal, met.at_a[0] * yielding)),
+            origin: difference(met.corners_a[0], scaled(normal, height)),
             axes: [e1, e2, normal],
             yielding,
         }
