@@ -93,14 +93,21 @@ impl<T: Scalar> CutSurface<'_, T> {
         self.sum(|sum: &mut f64, polygon| *sum += real_part(polygon.pressure_integrals().0))
     }
 
-    /// The part of it that is on polygons whose pressure would nowhere be told from zero with so many octaves.
+    /// The part of it that is on polygons which with so many octaves would be taken to lie where the pressure is zero. Where
+    /// p_A − p_B counts as zero, so does the height of the plane above a face, which is the greater the more alike the fields
+    /// are.
     pub fn load_at_zero(&self, octaves: i32) -> f64 {
         let pair = self.source.pair.with_near_coincidences(octaves);
         self.sum_of_cuts(|sum: &mut f64, cut| {
             let Some(polygon) = self.source.pressed_polygon(cut) else {
                 return;
             };
-            let zero = pair.margin() * self.source.sensitivity(cut);
+            let slopes = polygon
+                .plane
+                .slopes
+                .map(|slope| slope.map(real_part).norm());
+            let by_excess = slopes[0].min(slopes[1]).max(1.0);
+            let zero = pair.margin() * self.source.sensitivity(cut) * by_excess;
             let is_zero = |corner| real_part(polygon.pressure.at(corner)) <= zero;
             if polygon.polygon.corners().iter().all(is_zero) {
                 *sum += real_part(polygon.pressure_integrals().0);
