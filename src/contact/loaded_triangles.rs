@@ -1,36 +1,80 @@
 //! Triangles of contact polygons under a load, side by side, and the surface law over them.
 
 use super::SurfaceLaw;
-use super::friction::{Affine, Slip, TriangleRule};
+use super::friction::{Slip, TriangleRule};
 use super::plane::{self, PlaneMotion};
 use super::surface_law::RelativeMotion;
-use crate::lanes::space::vector_at;
+use crate::lanes::space::{cross, dot, sum};
 use crate::lanes::{Lanes, Numbers, ROW, Row};
 use crate::narrow_phase::Octet;
-use nalgebra::Matrix3;
+use nalgebra::Vector3;
 
-/// What presses and slips on a polygon, as affine functions c₀ + c₁y₁ + c₂y₂ on its plane.
-pub(super) struct Loads {
-    pressure: Affine<f64>,
-    damping: Affine<f64>,
-    pub slip: Slip<f64>,
+/// What presses and slips on the polygons of an octet, as affine functions c₀ + c₁y₁ + c₂y₂ on their planes.
+pub(super) struct Loads<'o> {
+    pressure: &'o [Row; 3],
+    damping: [Row; 3],
+    /// The slip at the origin, and the spin.
+    slip: [Row; 3],
+    tolerance: f64,
 }
 
-impl Loads {
-    pub fn of(octet: &Octet, place: usize, law: &SurfaceLaw, motion: &RelativeMotion<f64>) -> Self {
-        let axes = octet.axes.each_ref().map(|axis| vector_at(axis, place));
-        let origin = vector_at(&octet.origin, place);
-        let motion = PlaneMotion::of(motion, &Matrix3::from_columns(&axes), &origin);
-        Self {
-            pressure: octet.pressure.map(|row| row[place]),
-            damping: motion.damping(law.dissipation),
-            slip: motion.slip(law),
+impl<'o> Loads<'o> {
+    #[inline(always)]
+    pub fn of<L: Lanes>(
+        lanes: L,
+        octet: &'o Octet,
+        law: &SurfaceLaw,
+        motion: &RelativeMotion<f64>,
+    ) -> Self {
+        let mut loads = Self {
+            pressure: &octet.pressure,
+            damping: [[0.0; ROW]; 3],
+            slip: [[0.0; ROW]; 3],
+            tolerance: law.slip_tolerance,
+        };
+        let all = |vector: &Vector3<f64>| [0, 1, 2].map(|axis| lanes.splat(vector[axis]));
+        let (at_a, angular) = (all(&motion.at_origin), all(&motion.angular));
+        let (dissipation, one) = (lanes.splat(law.dissipation), lanes.splat(1.0));
+        for first in (0..octet.tets().len()).step_by(L::COUNT) {
+            let [e1, e2, normal] = [0, 1, 2].map(|axis| loaded(lanes, &octet.axes[axis], first));
+            let velocity = sum(at_a, cross(angular, loaded(lanes, &octet.origin, first)));
+            let motion = PlaneMotion {
+                velocity: [dot(e1, velocity), dot(e2, velocity), dot(normal, velocity)],
+                angular: [dot(e1, angular), dot(e2, angular), dot(normal, angular)],
+            };
+            let slip = [motion.velocity[0], motion.velocity[1], motion.angular[2]];
+            store(motion.damping(dissipation, one), &mut loads.damping, first);
+            store(slip, &mut loads.slip, first);
+        }
+        loads
+    }
+
+    /// On the polygon at a place.
+    pub fn slip(&self, place: usize) -> Slip<f64> {
+        let [v1, v2, spin] = self.slip.each_ref().map(|row| row[place]);
+        Slip {
+            at_origin: [v1, v2],
+            spin,
+            tolerance: self.tolerance,
         }
     }
 
-    /// Whether the pressure is clamped at a corner.
-    pub fn are_clamped(&self, corners: &[[f64; 2]]) -> bool {
-        corners.iter().any(|y| plane::at(&self.damping, y) < 0.0)
+    /// Whether the pressure is clamped at a corner of the polygon at a place.
+    pub fn are_clamped(&self, place: usize, corners: &[[f64; 2]]) -> bool {
+        let damping = self.damping.each_ref().map(|row| row[place]);
+        corners.iter().any(|y| plane::at(&damping, y) < 0.0)
+    }
+}
+
+#[inline(always)]
+fn loaded<L: Lanes>(lanes: L, rows: &[Row; 3], first: usize) -> [L::Numbers; 3] {
+    [0, 1, 2].map(|axis| lanes.load(&rows[axis], first))
+}
+
+#[inline(always)]
+fn store<N: Numbers>(numbers: [N; 3], rows: &mut [Row; 3], first: usize) {
+    for (number, row) in numbers.into_iter().zip(rows) {
+        number.store(row, first);
     }
 }
 
@@ -60,9 +104,9 @@ impl Triangles {
         rung: 0,
     };
 
+    /// Adds a triangle of a polygon, given by octet and place.
     pub fn push(&mut self, corners: [[f64; 2]; 3], loads: &Loads, polygon: [usize; 2]) {
-        let place = self.len;
-        let ([v1, v2], spin) = (loads.slip.at_origin, loads.slip.spin);
+        let (place, [_, of]) = (self.len, polygon);
         let [from, b, c] = corners;
         let ways = [from, difference(b, from), difference(c, from)];
         for (rows, way) in self.corners.iter_mut().zip(ways) {
@@ -70,9 +114,9 @@ impl Triangles {
             rows[1][place] = way[1];
         }
         for k in 0..3 {
-            self.pressure[k][place] = loads.pressure[k];
-            self.damping[k][place] = loads.damping[k];
-            self.slip[k][place] = [v1, v2, spin][k];
+            self.pressure[k][place] = loads.pressure[k][of];
+            self.damping[k][place] = loads.damping[k][of];
+            self.slip[k][place] = loads.slip[k][of];
         }
         self.places[place] = polygon;
         self.len += 1;
@@ -103,7 +147,7 @@ pub(super) fn integrals<L: Lanes>(
     law: &SurfaceLaw,
 ) -> [L::Numbers; 6] {
     let load = |row: &Row| lanes.load(row, first);
-    let vector = |[x, y, z]: &[Row; 3]| [load(x), load(y), load(z)];
+    let vector = |rows: &[Row; 3]| loaded(lanes, rows, first);
     let corner = |corner: usize| {
         let [y1, y2] = &triangles.corners[corner];
         [load(y1), load(y2)]

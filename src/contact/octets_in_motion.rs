@@ -39,6 +39,10 @@ impl InLanes for InMotion<'_> {
         let (mut sums, mut left) = ([[0.0; ROW]; 6], [0; PIECE]);
         let mut triangles = Triangles::NONE;
         for (index, octet) in self.octets.iter().enumerate() {
+            if !octet.has_polygons() {
+                continue;
+            }
+            let loads = Loads::of(lanes, octet, self.law, self.motion);
             for place in 0..octet.tets().len() {
                 if !octet.has_polygon(place) {
                     continue;
@@ -49,9 +53,8 @@ impl InLanes for InMotion<'_> {
                     count += 1;
                 });
                 let corners = &corners[..count.min(CORNERS)];
-                let loads = Loads::of(octet, place, self.law, self.motion);
-                let rung = loads.slip.rung(corners);
-                let Some(rung) = rung.filter(|_| !loads.are_clamped(corners)) else {
+                let rung = loads.slip(place).rung(corners);
+                let Some(rung) = rung.filter(|_| !loads.are_clamped(place, corners)) else {
                     left[index] |= 1 << place;
                     continue;
                 };

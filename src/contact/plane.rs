@@ -5,6 +5,7 @@ use super::surface_law::RelativeMotion;
 use crate::geometry::POLYGON_CAPACITY;
 use crate::scalar::{Scalar, change, lift, lift_vector, real_part, real_vector};
 use nalgebra::{Matrix3, Vector3};
+use std::ops::{Mul, Neg, Sub};
 
 /// A polygon is a sliver if its area is less than this fraction of its length squared: its centroid is round-off.
 const SLIVER: f64 = 1e-9;
@@ -92,21 +93,6 @@ impl<T: Scalar> PlaneMotion<T> {
         }
     }
 
-    /// 1 − d v₃, the factor of the pressure by Hunt and Crossley: v₃ = v·n.
-    pub fn damping(&self, dissipation: T) -> Affine<T> {
-        let [v0, v1, v2] = self.separating();
-        [
-            -(dissipation * v0) + 1.0,
-            -(dissipation * v1),
-            -(dissipation * v2),
-        ]
-    }
-
-    /// v₃, positive where the surfaces part.
-    pub fn separating(&self) -> Affine<T> {
-        [self.velocity[2], -self.angular[1], self.angular[0]]
-    }
-
     /// The velocity of A relative to B in the plane.
     pub fn slip(&self, law: &SurfaceLaw<T>) -> Slip<T> {
         Slip {
@@ -114,6 +100,25 @@ impl<T: Scalar> PlaneMotion<T> {
             spin: self.angular[2],
             tolerance: law.slip_tolerance,
         }
+    }
+}
+
+impl<N: Copy + Neg<Output = N> + Mul<Output = N> + Sub<Output = N>> PlaneMotion<N> {
+    /// 1 − d v₃, the factor of the pressure by Hunt and Crossley: v₃ = v·n.
+    #[inline(always)]
+    pub fn damping(&self, dissipation: N, one: N) -> [N; 3] {
+        let [v0, v1, v2] = self.separating();
+        [
+            one - dissipation * v0,
+            -(dissipation * v1),
+            -(dissipation * v2),
+        ]
+    }
+
+    /// v₃, positive where the surfaces part.
+    #[inline(always)]
+    pub fn separating(&self) -> [N; 3] {
+        [self.velocity[2], -self.angular[1], self.angular[0]]
     }
 }
 

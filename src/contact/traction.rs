@@ -18,7 +18,7 @@ impl<T: Scalar> CutPolygon<T> {
         let Some(plane) = PlanePolygon::of(self, motion) else {
             return Wrench::zero();
         };
-        let damping = plane.motion.damping(law.dissipation);
+        let damping = plane.motion.damping(law.dissipation, lift(1.0));
         // Surfaces that part faster than the skin recovers do not pull.
         let part = plane.outline.cut(&damping);
         let outline = part.as_ref().unwrap_or(&plane.outline);

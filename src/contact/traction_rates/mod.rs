@@ -184,7 +184,7 @@ impl Traction<'_> {
         law: &SurfaceLaw,
         value: impl FnOnce(&Traction<'_>) -> O,
     ) -> O {
-        let damping = plane.motion.damping(law.dissipation);
+        let damping = plane.motion.damping(law.dissipation, 1.0);
         let part = plane.outline.cut(&damping);
         let pressed = part.as_ref().unwrap_or(&plane.outline);
         let slip = LoadedSlip::on(
