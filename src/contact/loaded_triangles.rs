@@ -2,7 +2,8 @@
 
 use super::SurfaceLaw;
 use super::friction::{Slip, TriangleRule};
-use super::plane::{self, PlaneMotion};
+use super::plane;
+use super::plane_motion::PlaneMotion;
 use super::surface_law::RelativeMotion;
 use crate::lanes::space::{cross, dot, sum};
 use crate::lanes::{Lanes, Numbers, ROW, Row};

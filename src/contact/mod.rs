@@ -40,6 +40,7 @@ mod octets;
 mod octets_in_motion;
 mod pair;
 mod plane;
+mod plane_motion;
 mod polygon;
 mod reaction;
 mod response;

@@ -1,11 +1,10 @@
-use super::SurfaceLaw;
-use super::friction::{Affine, Quadratic, Slip, ends};
+use super::friction::{Affine, Quadratic, ends};
+use super::plane_motion::PlaneMotion;
 use super::polygon::CutPolygon;
 use super::surface_law::RelativeMotion;
 use crate::geometry::POLYGON_CAPACITY;
 use crate::scalar::{Scalar, change, lift, lift_vector, real_part, real_vector};
 use nalgebra::{Matrix3, Vector3};
-use std::ops::{Mul, Neg, Sub};
 
 /// A polygon is a sliver if its area is less than this fraction of its length squared: its centroid is round-off.
 const SLIVER: f64 = 1e-9;
@@ -27,15 +26,6 @@ pub(super) struct PlanePolygon<T> {
     /// The pressure (Pa).
     pub pressure: Affine<T>,
     pub motion: PlaneMotion<T>,
-}
-
-/// How A moves relative to B, seen from a plane: along e₁, e₂ and n.
-#[derive(Clone, Copy)]
-pub(super) struct PlaneMotion<T> {
-    /// The velocity (m/s) where y is zero.
-    pub velocity: [T; 3],
-    /// The angular velocity (rad/s).
-    pub angular: [T; 3],
 }
 
 /// The corners of a polygon in a plane, counter-clockwise.
@@ -80,45 +70,6 @@ impl<T: Scalar> PlanePolygon<T> {
     /// Takes another velocity of A relative to B.
     pub fn move_with(&mut self, motion: &RelativeMotion<T>) {
         self.motion = PlaneMotion::of(motion, &self.axes, &self.center);
-    }
-}
-
-impl<T: Scalar> PlaneMotion<T> {
-    /// From the axes of the plane as columns, and where y is zero.
-    pub fn of(motion: &RelativeMotion<T>, axes: &Matrix3<T>, center: &Vector3<T>) -> Self {
-        let along = |vector: &Vector3<T>| [0, 1, 2].map(|axis| axes.column(axis).dot(vector));
-        Self {
-            velocity: along(&motion.at(center)),
-            angular: along(&motion.angular),
-        }
-    }
-
-    /// The velocity of A relative to B in the plane.
-    pub fn slip(&self, law: &SurfaceLaw<T>) -> Slip<T> {
-        Slip {
-            at_origin: [self.velocity[0], self.velocity[1]],
-            spin: self.angular[2],
-            tolerance: law.slip_tolerance,
-        }
-    }
-}
-
-impl<N: Copy + Neg<Output = N> + Mul<Output = N> + Sub<Output = N>> PlaneMotion<N> {
-    /// 1 − d v₃, the factor of the pressure by Hunt and Crossley: v₃ = v·n.
-    #[inline(always)]
-    pub fn damping(&self, dissipation: N, one: N) -> [N; 3] {
-        let [v0, v1, v2] = self.separating();
-        [
-            one - dissipation * v0,
-            -(dissipation * v1),
-            -(dissipation * v2),
-        ]
-    }
-
-    /// v₃, positive where the surfaces part.
-    #[inline(always)]
-    pub fn separating(&self) -> [N; 3] {
-        [self.velocity[2], -self.angular[1], self.angular[0]]
     }
 }
 

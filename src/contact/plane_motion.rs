@@ -1,0 +1,56 @@
+//! How two bodies move relative to each other, along the axes of the plane of a contact polygon.
+
+use super::SurfaceLaw;
+use super::friction::Slip;
+use super::surface_law::RelativeMotion;
+use crate::scalar::Scalar;
+use nalgebra::{Matrix3, Vector3};
+use std::ops::{Mul, Neg, Sub};
+
+/// How A moves relative to B, seen from a plane: along e₁, e₂ and n.
+#[derive(Clone, Copy)]
+pub(super) struct PlaneMotion<T> {
+    /// The velocity (m/s) where y is zero.
+    pub velocity: [T; 3],
+    /// The angular velocity (rad/s).
+    pub angular: [T; 3],
+}
+
+impl<T: Scalar> PlaneMotion<T> {
+    /// From the axes of the plane as columns, and where y is zero.
+    pub fn of(motion: &RelativeMotion<T>, axes: &Matrix3<T>, center: &Vector3<T>) -> Self {
+        let along = |vector: &Vector3<T>| [0, 1, 2].map(|axis| axes.column(axis).dot(vector));
+        Self {
+            velocity: along(&motion.at(center)),
+            angular: along(&motion.angular),
+        }
+    }
+
+    /// The velocity of A relative to B in the plane.
+    pub fn slip(&self, law: &SurfaceLaw<T>) -> Slip<T> {
+        Slip {
+            at_origin: [self.velocity[0], self.velocity[1]],
+            spin: self.angular[2],
+            tolerance: law.slip_tolerance,
+        }
+    }
+}
+
+impl<N: Copy + Neg<Output = N> + Mul<Output = N> + Sub<Output = N>> PlaneMotion<N> {
+    /// 1 − d v₃, the factor of the pressure by Hunt and Crossley: v₃ = v·n.
+    #[inline(always)]
+    pub fn damping(&self, dissipation: N, one: N) -> [N; 3] {
+        let [v0, v1, v2] = self.separating();
+        [
+            one - dissipation * v0,
+            -(dissipation * v1),
+            -(dissipation * v2),
+        ]
+    }
+
+    /// v₃, positive where the surfaces part.
+    #[inline(always)]
+    pub fn separating(&self) -> [N; 3] {
+        [self.velocity[2], -self.angular[1], self.angular[0]]
+    }
+}
