@@ -5,7 +5,7 @@ use super::friction::{Slip, TriangleRule};
 use super::plane;
 use super::plane_motion::PlaneMotion;
 use super::surface_law::RelativeMotion;
-use crate::lanes::space::{cross, dot, sum};
+use crate::lanes::space::{cross, dot, loaded, store, sum};
 use crate::lanes::{Lanes, Numbers, ROW, Row};
 use crate::narrow_phase::Octet;
 use nalgebra::Vector3;
@@ -43,9 +43,9 @@ impl<'o> Loads<'o> {
                 velocity: [dot(e1, velocity), dot(e2, velocity), dot(normal, velocity)],
                 angular: [dot(e1, angular), dot(e2, angular), dot(normal, angular)],
             };
-            let slip = [motion.velocity[0], motion.velocity[1], motion.angular[2]];
-            store(motion.damping(dissipation, one), &mut loads.damping, first);
-            store(slip, &mut loads.slip, first);
+            let ([v1, v2], spin) = motion.slip();
+            store(&mut loads.damping, first, motion.damping(dissipation, one));
+            store(&mut loads.slip, first, [v1, v2, spin]);
         }
         loads
     }
@@ -64,18 +64,6 @@ impl<'o> Loads<'o> {
     pub fn are_clamped(&self, place: usize, corners: &[[f64; 2]]) -> bool {
         let damping = self.damping.each_ref().map(|row| row[place]);
         corners.iter().any(|y| plane::at(&damping, y) < 0.0)
-    }
-}
-
-#[inline(always)]
-fn loaded<L: Lanes>(lanes: L, rows: &[Row; 3], first: usize) -> [L::Numbers; 3] {
-    [0, 1, 2].map(|axis| lanes.load(&rows[axis], first))
-}
-
-#[inline(always)]
-fn store<N: Numbers>(numbers: [N; 3], rows: &mut [Row; 3], first: usize) {
-    for (number, row) in numbers.into_iter().zip(rows) {
-        number.store(row, first);
     }
 }
 

@@ -2,7 +2,7 @@
 
 use super::jacobian::RelativeJacobian;
 use super::polygon::PartialSum;
-use crate::lanes::space::{cross, scaled, sum};
+use crate::lanes::space::{cross, loaded, scaled, sum};
 use crate::lanes::{self, InLanes, Lanes, Numbers, ROW, Row};
 use crate::narrow_phase::Octet;
 use crate::scalar::{Scalar, lift};
@@ -41,7 +41,7 @@ impl<N: Numbers> Polygons<N> {
     #[inline(always)]
     fn of<L: Lanes<Numbers = N>>(lanes: L, octet: &Octet, first: usize) -> Self {
         let load = |row: &Row| lanes.load(row, first);
-        let vector = |[x, y, z]: &[Row; 3]| [load(x), load(y), load(z)];
+        let vector = |rows: &[Row; 3]| loaded(lanes, rows, first);
         let [e1, e2, normal] = &octet.axes;
         let [slope_a, slope_b] = &octet.slopes;
         Self {

@@ -26,16 +26,18 @@ impl<T: Scalar> PlaneMotion<T> {
         }
     }
 
-    /// The velocity of A relative to B in the plane.
-    pub fn slip(&self, law: &SurfaceLaw<T>) -> Slip<T> {
+    /// How the surfaces slip by this motion.
+    pub fn slip_by(&self, law: &SurfaceLaw<T>) -> Slip<T> {
+        let (at_origin, spin) = self.slip();
         Slip {
-            at_origin: [self.velocity[0], self.velocity[1]],
-            spin: self.angular[2],
+            at_origin,
+            spin,
             tolerance: law.slip_tolerance,
         }
     }
 }
 
+/// For scalars as for lanes.
 impl<N: Copy + Neg<Output = N> + Mul<Output = N> + Sub<Output = N>> PlaneMotion<N> {
     /// 1 − d v₃, the factor of the pressure by Hunt and Crossley: v₃ = v·n.
     #[inline(always)]
@@ -46,6 +48,12 @@ impl<N: Copy + Neg<Output = N> + Mul<Output = N> + Sub<Output = N>> PlaneMotion<
             -(dissipation * v1),
             -(dissipation * v2),
         ]
+    }
+
+    /// The velocity in the plane where y is zero, and the spin about n.
+    #[inline(always)]
+    pub fn slip(&self) -> ([N; 2], N) {
+        ([self.velocity[0], self.velocity[1]], self.angular[2])
     }
 
     /// v₃, positive where the surfaces part.

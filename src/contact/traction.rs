@@ -41,7 +41,7 @@ impl<T: Scalar> PlanePolygon<T> {
         if real_part(law.friction) == 0.0 && !carries_derivatives::<T>() {
             return [lift(0.0); 3];
         }
-        let slip = self.motion.slip(law);
+        let slip = self.motion.slip_by(law);
         let along_slip = slip.resultant(outline.corners(), &self.pressure, damping);
         along_slip.map(|part| -(law.friction * part))
     }

@@ -16,6 +16,24 @@ pub(crate) fn gathered<'v, L: Lanes>(
     ]
 }
 
+/// The vectors of the items from `first` on.
+#[inline(always)]
+pub(crate) fn loaded<L: Lanes>(lanes: L, rows: &[Row; 3], first: usize) -> [L::Numbers; 3] {
+    [
+        lanes.load(&rows[0], first),
+        lanes.load(&rows[1], first),
+        lanes.load(&rows[2], first),
+    ]
+}
+
+/// Writes the vectors of the items from `first` on.
+#[inline(always)]
+pub(crate) fn store<N: Numbers>(rows: &mut [Row; 3], first: usize, numbers: [N; 3]) {
+    for (row, number) in rows.iter_mut().zip(numbers) {
+        number.store(row, first);
+    }
+}
+
 /// The vector at one place of rows.
 #[inline]
 pub(crate) fn vector_at(rows: &[Row; 3], place: usize) -> Vector3<f64> {

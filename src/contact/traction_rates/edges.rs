@@ -314,7 +314,7 @@ mod tests {
             let plane = PlanePolygon::of(&polygon, &REST).unwrap();
             let all = [1.0, 0.0, 0.0];
             let corners = plane.outline.corners();
-            let slip = LoadedSlip::on(corners, plane.motion.slip(&law), &plane.pressure, &all);
+            let slip = LoadedSlip::on(corners, plane.motion.slip_by(&law), &plane.pressure, &all);
             let traction = Traction {
                 plane: &plane,
                 friction: 0.0,

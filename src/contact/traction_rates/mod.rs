@@ -189,7 +189,7 @@ impl Traction<'_> {
         let pressed = part.as_ref().unwrap_or(&plane.outline);
         let slip = LoadedSlip::on(
             pressed.corners(),
-            plane.motion.slip(law),
+            plane.motion.slip_by(law),
             &plane.pressure,
             &damping,
         );

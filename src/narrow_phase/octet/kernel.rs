@@ -1,8 +1,8 @@
 use super::encounter::{Bodies, Encounters};
 use super::outlines::{Outlines, Planes};
 use super::{BELOW, Octet, Part, PosedTet, SLOTS, SPECIAL};
-use crate::lanes::space::{dot, scaled};
-use crate::lanes::{InLanes, Lanes, Numbers, ROW, Row};
+use crate::lanes::space::{dot, scaled, store};
+use crate::lanes::{InLanes, Lanes, Numbers, ROW};
 use crate::narrow_phase::RelativePair;
 use std::array;
 
@@ -180,13 +180,5 @@ impl Octet {
         store(&mut self.slopes[0], first, slope_a);
         let slope_b = scaled(met.gradient_b, yielding);
         store(&mut self.slopes[1], first, slope_b);
-    }
-}
-
-/// Writes the vectors of the items from `first` on.
-#[inline(always)]
-fn store<N: Numbers>(rows: &mut [Row; 3], first: usize, numbers: [N; 3]) {
-    for (row, number) in rows.iter_mut().zip(numbers) {
-        number.store(row, first);
     }
 }
