@@ -1,7 +1,7 @@
 use super::TriangleTree;
 use super::box_tree::BoxTree;
 use crate::geometry::{Aabb, Tetrahedron};
-use crate::mesh::{FieldTet, TriangleSurface};
+use crate::mesh::{FieldTet, OUTSIDE, TriangleSurface};
 use crate::spatial::Pose;
 use nalgebra::Vector3;
 use std::fmt;
@@ -14,6 +14,8 @@ pub struct RigidShape {
     surface: TriangleSurface,
     bounds: Aabb,
     cells: Vec<FieldTet>,
+    /// For each cell those behind the neighboring triangles. Beyond the triangle itself, face 3, there is none.
+    neighbors: Vec<[u32; 4]>,
     triangle_tree: TriangleTree,
     /// One triangle of each connected component of the surface, by its centroid.
     components: BoxTree<usize>,
@@ -35,6 +37,7 @@ impl RigidShape {
             triangle_tree: TriangleTree::of_cells(&cells),
             components: BoxTree::new(starts.map(|&start| (start, point_of(start)))),
             bounds: surface.aabb(),
+            neighbors: surface.neighbors().iter().map(across_faces).collect(),
             surface,
             cells,
         }
@@ -83,11 +86,16 @@ impl RigidShape {
             });
     }
 
-    /// The cell of the triangle beyond a face of a cell. Beyond the triangle itself, face 3, there is none.
-    pub(crate) fn neighbor(&self, cell: usize, face: usize) -> Option<usize> {
-        let edge = CORNERS.get(face)?;
-        Some(self.surface.neighbor(cell, *edge))
+    /// For each cell those beyond its faces, by the opposite corner, or [`OUTSIDE`].
+    pub(crate) fn neighbors(&self) -> &[[u32; 4]] {
+        &self.neighbors
     }
+}
+
+/// The cells across the faces of a cell, from the triangles across the edges of its own.
+fn across_faces(across_edges: &[u32; 3]) -> [u32; 4] {
+    let [a, b, c] = CORNERS.map(|corner| across_edges[corner]);
+    [a, b, c, OUTSIDE]
 }
 
 fn centroid(surface: &TriangleSurface, triangle: usize) -> Vector3<f64> {

@@ -45,6 +45,7 @@ pub use error::MeshError;
 pub use linearised_distances::{DistanceGradient, LinearisedDistances};
 pub use pressure_field::{FieldTet, PressureField};
 pub use shape_rates::ShapeRates;
+pub(crate) use surface::OUTSIDE;
 pub use surface_error::SurfaceError;
 pub use tet_mesh::TetMesh;
 pub use triangle_surface::TriangleSurface;

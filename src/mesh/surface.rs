@@ -2,7 +2,7 @@ use super::MeshError;
 use crate::geometry::FACES;
 
 /// A tetrahedron's neighbor across a face that belongs to no other.
-pub(super) const OUTSIDE: u32 = u32::MAX;
+pub(crate) const OUTSIDE: u32 = u32::MAX;
 
 /// Which tetrahedra meet in a face; the faces that belong to one only, and the vertices on them.
 #[derive(Debug, Clone)]

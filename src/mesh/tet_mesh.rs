@@ -87,6 +87,11 @@ impl TetMesh {
         (neighbor != OUTSIDE).then_some(neighbor as usize)
     }
 
+    /// For each tetrahedron those that share the faces opposite to its corners, or [`OUTSIDE`].
+    pub(crate) fn neighbors(&self) -> &[[u32; 4]] {
+        &self.surface.neighbors
+    }
+
     /// Whether the vertex lies on the surface.
     #[must_use]
     pub fn is_on_surface(&self, vertex: usize) -> bool {

@@ -134,6 +134,11 @@ impl TriangleSurface {
         self.neighbors[triangle][edge] as usize
     }
 
+    /// For each triangle those beyond its edges, by the opposite corner.
+    pub(crate) fn neighbors(&self) -> &[[u32; 3]] {
+        &self.neighbors
+    }
+
     /// Number of connected components. Components that touch at vertices only are several.
     #[must_use]
     pub fn component_count(&self) -> usize {

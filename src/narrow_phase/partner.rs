@@ -207,12 +207,12 @@ impl<'a> PartnerShape<'a> {
         }
     }
 
-    /// The cell beyond a face of a cell, by the opposite corner; none beyond the surface.
-    pub fn neighbor(self, cell: usize, face: usize) -> Option<usize> {
+    /// For each cell those beyond its faces, by the opposite corner, or [`OUTSIDE`](crate::mesh::OUTSIDE); empty for a half-space.
+    pub fn neighbors(self) -> &'a [[u32; 4]] {
         match self {
-            Self::Compliant(shape) => shape.field().mesh().neighbor(cell, face),
-            Self::Rigid(shape) => shape.neighbor(cell, face),
-            Self::HalfSpace(_) => None,
+            Self::Compliant(shape) => shape.field().mesh().neighbors(),
+            Self::Rigid(shape) => shape.neighbors(),
+            Self::HalfSpace(_) => &[],
         }
     }
 

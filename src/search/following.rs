@@ -1,7 +1,7 @@
 use super::Culling;
+use super::across::Across;
 use super::scratch::{PosedTets, Scratch};
 use crate::broad_phase::{RigidShape, Seeds, Shape};
-use crate::geometry::faces_in;
 use crate::lanes;
 use crate::narrow_phase::{
     Cut, Encounter, Exits, LookAt, Octet, PartnerShape, PosedTet, RelativePair,
@@ -129,9 +129,20 @@ impl Walk<'_, '_> {
     /// Puts a pair of tetrahedra among those to be looked at, unless it was there.
     #[inline]
     pub fn enter(&mut self, tet_a: u32, tet_b: u32) {
-        let tets = [tet_a, tet_b];
-        if self.scratch.visited.insert(tets) {
-            self.add(tets);
+        self.enter_all(&[[tet_a, tet_b]]);
+    }
+
+    /// Puts those pairs among the ones to be looked at that were not there.
+    fn enter_all(&mut self, pairs: &[[u32; 2]]) {
+        let Scratch {
+            posed_tets,
+            visited,
+            octets,
+            ..
+        } = &mut *self.scratch;
+        for &tets in visited.insert(pairs) {
+            posed_tets.add(self.pair, tets[1]);
+            octets.push(tets);
         }
     }
 
@@ -209,9 +220,8 @@ impl Walk<'_, '_> {
     fn follow_entered(&mut self) -> bool {
         let equal_before = self.scratch.equal.len();
         self.look_at_all(|walk, index| {
-            for place in 0..walk.scratch.octets.at(index).tets().len() {
-                walk.expand(index, place);
-            }
+            let across = Across::faces_of(walk.scratch.octets.at(index), walk.pair);
+            walk.enter_all(across.pairs());
         });
         self.scratch.equal.len() == equal_before
     }
@@ -243,23 +253,6 @@ impl Walk<'_, '_> {
             if exits.is_ill_conditioned {
                 self.doubts += 1;
                 self.scratch.doubtful.push(tets);
-            }
-        }
-    }
-
-    /// Enters the pairs over the faces that a pair reaches.
-    #[inline]
-    fn expand(&mut self, index: usize, place: usize) {
-        let octet = self.scratch.octets.at(index);
-        let ([tet_a, tet_b], exits) = (octet.tets()[place], octet.exits[place]);
-        let (mesh_a, shape_b) = (self.pair.shape_a.field().mesh(), self.pair.shape_b);
-        for face in faces_in(exits.faces) {
-            if face < 4 {
-                if let Some(next) = mesh_a.neighbor(tet_a as usize, face) {
-                    self.enter(next as u32, tet_b);
-                }
-            } else if let Some(next) = shape_b.neighbor(tet_b as usize, face - 4) {
-                self.enter(tet_a, next as u32);
             }
         }
     }

@@ -10,6 +10,7 @@
     reason = "a mesh has no more tetrahedra than a u32 counts"
 )]
 
+mod across;
 mod culled_pairs;
 mod culling;
 mod following;

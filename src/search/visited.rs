@@ -4,7 +4,10 @@ const NONE: u64 = u64::MAX;
 /// Places of the table with which a search begins: a power of two.
 const LEAST: usize = 64;
 
-/// The pairs of tetrahedra that were entered: a table with open addressing, at most half full.
+/// Places of the table for each pair, at the least.
+const PLACES_PER_PAIR: usize = 4;
+
+/// The pairs of tetrahedra that were entered: a table with open addressing.
 ///
 /// Every search begins with a small table, since emptying a large one takes time. Its memory is kept.
 #[derive(Default)]
@@ -12,7 +15,7 @@ pub(super) struct Visited {
     /// Room, of which a power of two of places is in use.
     places: Vec<u64>,
     used: usize,
-    pairs: Vec<u64>,
+    pairs: Vec<[u32; 2]>,
 }
 
 impl Visited {
@@ -22,42 +25,38 @@ impl Visited {
         self.empty_places(LEAST);
     }
 
-    /// Adds a pair, and returns whether it was not there. The table must have been cleared once.
+    /// Adds pairs, and returns those that were not there, in their order. The table must have been cleared once.
+    ///
+    /// Whether a pair is new is as good as random, and a branch would be guessed wrong: all are written, new ones are counted.
     #[inline]
-    pub fn insert(&mut self, [tet_a, tet_b]: [u32; 2]) -> bool {
-        let pair = u64::from(tet_a) << 32 | u64::from(tet_b);
-        let place = self.place_of(pair);
-        if self.places[place] == pair {
-            return false;
-        }
-        self.places[place] = pair;
-        self.pairs.push(pair);
-        if 2 * self.pairs.len() > self.used {
+    pub fn insert(&mut self, pairs: &[[u32; 2]]) -> &[[u32; 2]] {
+        let before = self.pairs.len();
+        while PLACES_PER_PAIR * (before + pairs.len()) > self.used {
             self.grow();
         }
-        true
-    }
-
-    /// Where a pair is, or would be.
-    #[inline]
-    fn place_of(&self, pair: u64) -> usize {
-        let places = &self.places[..self.used];
-        let last = self.used - 1;
-        // Fibonacci hashing: 2⁶⁴ over the golden ratio, odd.
-        let product = pair.wrapping_mul(0x9e37_79b9_7f4a_7c15);
-        let mut place = (product >> 32) as usize & last;
-        while places[place] != pair && places[place] != NONE {
-            place = (place + 1) & last;
+        self.pairs.extend_from_slice(pairs);
+        let places = &mut self.places[..self.used];
+        let added = &mut self.pairs[before..];
+        let mut new = 0;
+        for &pair in pairs {
+            let key = key(pair);
+            let place = place_of(places, key);
+            let is_new = places[place] != key;
+            places[place] = key;
+            added[new] = pair;
+            new += usize::from(is_new);
         }
-        place
+        self.pairs.truncate(before + new);
+        &self.pairs[before..]
     }
 
     #[cold]
     fn grow(&mut self) {
         self.empty_places(4 * self.used);
-        for index in 0..self.pairs.len() {
-            let place = self.place_of(self.pairs[index]);
-            self.places[place] = self.pairs[index];
+        let places = &mut self.places[..self.used];
+        for &pair in &self.pairs {
+            let key = key(pair);
+            places[place_of(places, key)] = key;
         }
     }
 
@@ -68,6 +67,25 @@ impl Visited {
         }
         self.places[..used].fill(NONE);
     }
+}
+
+#[inline]
+fn key([tet_a, tet_b]: [u32; 2]) -> u64 {
+    u64::from(tet_a) << 32 | u64::from(tet_b)
+}
+
+/// Where a pair is, or would be.
+#[inline]
+fn place_of(places: &[u64], key: u64) -> usize {
+    let last = places.len() - 1;
+    // Fibonacci hashing: 2⁶⁴ over the golden ratio, odd.
+    let product = key.wrapping_mul(0x9e37_79b9_7f4a_7c15);
+    let mut place = (product >> 32) as usize & last;
+    // Not `&&`, which would be two branches. That another pair is there is rare.
+    while (places[place] != key) & (places[place] != NONE) {
+        place = (place + 1) & last;
+    }
+    place
 }
 
 #[cfg(test)]
@@ -81,9 +99,14 @@ mod tests {
         for round in [3_u32, 2000, 10] {
             let mut expected = HashSet::new();
             visited.clear();
-            for k in 0..4 * round {
-                let pair = [k.wrapping_mul(2_654_435_761) % round, k % 7];
-                assert_eq!(visited.insert(pair), expected.insert(pair));
+            for k in 0..2 * round {
+                let pairs = [2 * k, 2 * k + 1, 2 * k]
+                    .map(|k| [k.wrapping_mul(2_654_435_761) % round, k % 7]);
+                let new: Vec<_> = pairs
+                    .into_iter()
+                    .filter(|&pair| expected.insert(pair))
+                    .collect();
+                assert_eq!(visited.insert(&pairs), new);
             }
         }
     }

@@ -1,0 +1,45 @@
+use crate::lanes::ROW;
+use crate::mesh::OUTSIDE;
+use crate::narrow_phase::{Octet, RelativePair};
+
+/// Faces of a pair of tetrahedra: four of A, then four of B.
+const FACES: usize = 8;
+
+/// The pairs of tetrahedra across the faces that contact polygons reach.
+pub(super) struct Across {
+    pairs: [[u32; 2]; ROW * FACES],
+    len: usize,
+}
+
+impl Across {
+    /// Those of an octet, in the order of its places and of their faces, once for each face.
+    ///
+    /// Which faces are reached is as good as random, and branches on it would be guessed wrong: pairs across all faces are written
+    /// down, and those that count moved to the front in one loop over all places.
+    pub fn faces_of(octet: &Octet, pair: &RelativePair) -> Self {
+        let of_a = pair.shape_a.field().mesh().neighbors();
+        let of_b = pair.shape_b.neighbors();
+        let mut pairs = [[OUTSIDE; 2]; ROW * FACES];
+        let mut reached = [0; ROW];
+        for (place, &[tet_a, tet_b]) in octet.tets().iter().enumerate() {
+            reached[place] = octet.exits[place].faces;
+            let (next_a, next_b) = (of_a[tet_a as usize], of_b[tet_b as usize]);
+            for face in 0..4 {
+                pairs[FACES * place + face] = [next_a[face], tet_b];
+                pairs[FACES * place + 4 + face] = [tet_a, next_b[face]];
+            }
+        }
+        let (mut left, mut len) = (u64::from_le_bytes(reached), 0);
+        while left != 0 {
+            let [tet_a, tet_b] = pairs[left.trailing_zeros() as usize];
+            left &= left - 1;
+            pairs[len] = [tet_a, tet_b];
+            len += usize::from((tet_a != OUTSIDE) & (tet_b != OUTSIDE));
+        }
+        Self { pairs, len }
+    }
+
+    pub fn pairs(&self) -> &[[u32; 2]] {
+        &self.pairs[..self.len]
+    }
+}
