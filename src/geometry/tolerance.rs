@@ -30,6 +30,15 @@ impl Closeness {
         self.is_within(Self::ILL_CONDITIONED)
     }
 
+    /// How far a plane may be misplaced in a tetrahedron, as a fraction of its longest edge, by values that are taken for zero:
+    /// along an edge by no more than their ratio to the smallest one that is not. Twice that, to be sure.
+    pub fn misplacement(self) -> f64 {
+        let above = (self.0 >> Self::CLEARANCE)
+            .trailing_zeros()
+            .min(Self::OCTAVES);
+        2.0 * 2_f64.powi(-above.cast_signed())
+    }
+
     /// Whether there was a value above the tolerance by less than so many octaves.
     pub fn is_within(self, octaves: u32) -> bool {
         (self.0 >> Self::CLEARANCE) & ((1 << octaves) - 1) != 0

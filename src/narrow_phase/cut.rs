@@ -2,7 +2,7 @@ use super::equilibrium::is_equal_field;
 use super::relative_pair::PosedTet;
 use super::weights::{CornerSigns, Weights};
 use super::{PartnerShape, RelativePair};
-use crate::geometry::{ALL_FACES, AffineField, Closeness, ConvexPolygon, Tolerance, snapped};
+use crate::geometry::{ALL_FACES, Aabb, AffineField, Closeness, ConvexPolygon, Tolerance, snapped};
 use crate::mesh::FieldTet;
 use crate::scalar::Scalar;
 use crate::spatial::Pose;
@@ -105,6 +105,20 @@ impl RelativePair<'_> {
             field_b: b.field,
             decisions,
         }
+    }
+
+    /// A box (m) around what the equilibrium plane has in common with two tetrahedra that it may meet; none if that is nothing.
+    ///
+    /// It is around the slice of A, which the plane places, and so much smaller than A's own where A is long and thin.
+    pub fn box_of_meeting(&self, a: &FieldTet, b: &PosedTet) -> Option<Aabb> {
+        let Encounter::Met(decisions) = self.encounter(a, b, true) else {
+            return None;
+        };
+        let (slice, own) = (decisions.slice(a, &decisions.at_a), a.tetrahedron.aabb());
+        let misplacement = decisions.closeness.misplacement() * own.half_extents().norm() * 2.0;
+        let around_slice = Aabb::around(slice.corners()).inflated(misplacement);
+        let of_a = if slice.is_empty() { own } else { around_slice };
+        of_a.common(&b.tetrahedron.aabb().inflated(self.margin()))
     }
 
     /// How the plane lies to a tetrahedron of B, and how near its corners are to it. Of a partner without tetrahedra: that it
@@ -225,6 +239,12 @@ impl Decisions {
         }
     }
 
+    /// Slices A by the plane.
+    #[inline]
+    fn slice<T: Scalar>(&self, a: &FieldTet, excess: &[T; 4]) -> ConvexPolygon<T> {
+        a.tetrahedron.sliced_below(self.below.into(), excess)
+    }
+
     /// Slices A by the plane and clips the slice by B's faces, given with the norms of their gradients.
     #[inline]
     fn polygon<T: Scalar>(
@@ -234,7 +254,7 @@ impl Decisions {
         tolerance: Tolerance,
         face_of_b: impl Fn(usize) -> (AffineField<T>, f64),
     ) -> ConvexPolygon<T> {
-        let mut polygon = a.tetrahedron.sliced_below(self.below.into(), excess);
+        let mut polygon = self.slice(a, excess);
         for face in 0..4 {
             if self.bounding_faces & 1 << face != 0 && !polygon.corners().is_empty() {
                 let (field, gradient) = face_of_b(face);

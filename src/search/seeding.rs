@@ -50,15 +50,13 @@ impl Walk<'_, '_> {
         self.enter(tet_a as u32, tet_b as u32);
     }
 
-    /// Enters at all pairs that may have a point in common with a pair: with the box around its tetrahedron of A and that
-    /// around its tetrahedron of B.
+    /// Enters at all pairs that may have a point in common with the contact surface in a pair that was looked at.
     pub fn enter_around(&mut self, tet_a: u32, tet_b: u32) {
         let (pair, margin) = (self.pair, self.pair.margin());
         let tree_a = pair.shape_a.tree();
         let box_of_b = |tet: usize| pair.tet_b(tet).tetrahedron.posed(&pair.pose_ab).aabb();
-        let around_a = pair.tet_a(tet_a as usize).tetrahedron.aabb();
-        let around_b = box_of_b(tet_b as usize).inflated(margin);
-        let Some(region) = around_a.common(&around_b) else {
+        let posed_b = self.scratch.posed_tets.get(tet_b);
+        let Some(region) = pair.box_of_meeting(pair.tet_a(tet_a as usize), posed_b) else {
             return;
         };
         pair.visit_cells_near(&region, |tet_b| {
