@@ -5,13 +5,13 @@
 //! a patch of a smooth surface these are much closer together than the sides of the box. At the end four triangles of one
 //! body are held against one of the other.
 
-use super::patch::{FourTriangles, Frame, Patch};
+use super::patch::{FourCorners, FourTriangles, Frame, Patch};
 use super::triangle_tree::{Node, SurfaceFace, TriangleTree, WIDTH};
+use crate::lanes::{self, InLanes, Lanes};
 use crate::mesh::FieldTet;
 use crate::spatial::Pose;
 use nalgebra::Vector3;
 use std::ops::Range;
-use wide::f64x4;
 
 /// The surface of a body.
 #[derive(Clone, Copy)]
@@ -30,14 +30,14 @@ impl Surface<'_> {
 
     /// The corners of four triangles, by corner and coordinate; those of the last triangle again where there are fewer.
     #[inline]
-    fn four_from(&self, first: usize) -> [[f64x4; 3]; 3] {
+    fn four_from(&self, first: usize) -> FourCorners {
         let last = self.tree.faces().len() - 1;
-        let mut four = [[f64x4::default(); 3]; 3];
+        let mut four = [[[0.0; WIDTH]; 3]; 3];
         for slot in 0..WIDTH {
             let corners = self.corners((first + slot).min(last));
-            for (lanes, corner) in four.iter_mut().zip(&corners) {
+            for (quads, corner) in four.iter_mut().zip(&corners) {
                 for axis in 0..3 {
-                    lanes[axis].as_mut_array()[slot] = corner[axis];
+                    quads[axis][slot] = corner[axis];
                 }
             }
         }
@@ -99,7 +99,10 @@ impl<V: FnMut(SurfaceFace, SurfaceFace)> Descent<'_, '_, V> {
         let Some(node) = levels.get(level_b).and_then(|it| it.nodes.get(index_b)) else {
             return;
         };
-        let posed = self.frame.posed(node);
+        let posed = lanes::run(Posed {
+            frame: &self.frame,
+            node,
+        });
         let (first, depth_a) = (WIDTH * index_b, self.a.tree.levels().len());
         if let Some(below) = levels.get(level_b + 1) {
             let is_next_last = level_b + 2 == levels.len();
@@ -144,51 +147,45 @@ impl<V: FnMut(SurfaceFace, SurfaceFace)> Descent<'_, '_, V> {
 
     /// The children of nodes of A that may touch a part of B's surface.
     fn divided(&mut self, patch: &Patch, partners: &Partners) -> Partners {
-        let Partners { level, ref places } = *partners;
-        let nodes = &self.a.tree.levels()[level].nodes;
-        self.make_room(places.end + WIDTH * places.len());
-        let mut end = places.end;
-        for place in places.clone() {
-            let index = self.memory[place];
-            let touched = patch.touched(&nodes[index as usize]);
-            end += kept(&mut self.memory[end..], WIDTH as u32 * index, touched);
-        }
-        Partners {
-            level: level + 1,
-            places: places.end..end,
-        }
+        self.kept(patch, partners, Keeping::Children)
     }
 
     /// The nodes of A with children that may touch a part of B's surface.
     fn filtered(&mut self, patch: &Patch, partners: &Partners) -> Partners {
+        self.kept(patch, partners, Keeping::Nodes)
+    }
+
+    fn kept(&mut self, patch: &Patch, partners: &Partners, keeping: Keeping) -> Partners {
         let Partners { level, ref places } = *partners;
-        let nodes = &self.a.tree.levels()[level].nodes;
-        self.make_room(places.end + places.len());
-        let mut end = places.end;
-        for place in places.clone() {
-            let index = self.memory[place];
-            let touched = patch.touched(&nodes[index as usize]);
-            self.memory[end] = index;
-            end += usize::from(touched != 0);
-        }
+        self.make_room(places.end + WIDTH * places.len());
+        let end = lanes::run(Touched {
+            nodes: &self.a.tree.levels()[level].nodes,
+            patch,
+            keeping,
+            memory: &mut *self.memory,
+            places: places.clone(),
+        });
         Partners {
-            level,
+            level: match keeping {
+                Keeping::Children => level + 1,
+                Keeping::Nodes => level,
+            },
             places: places.end..end,
         }
     }
 
     /// Visits the pairs that may cross of triangles of A and the triangles, from `first` on, of one node of B.
     fn meet_four(&mut self, posed: &Node, first: usize, triangles: Range<usize>) {
-        let four = self.frame.triangles(posed, &self.b.four_from(first));
         self.make_room(triangles.end + WIDTH * triangles.len());
-        let mut end = triangles.end;
-        for place in triangles.clone() {
-            let index = self.memory[place];
-            let (node, slot) = (index as usize / WIDTH, index as usize % WIDTH);
-            let patch = Patch::of_a(&self.a.tree.leaves()[node], slot, self.margin);
-            let crossed = four.crossed(&patch, &self.a.corners(index as usize));
-            end += kept(&mut self.memory[end..], WIDTH as u32 * index, crossed);
-        }
+        let end = lanes::run(FourCrossed {
+            frame: &self.frame,
+            posed,
+            corners_b: self.b.four_from(first),
+            a: self.a,
+            margin: self.margin,
+            memory: &mut *self.memory,
+            triangles: triangles.clone(),
+        });
         let (faces_a, faces_b) = (self.a.tree.faces(), &self.b.tree.faces()[first..]);
         // Each a number of a triangle of A, times four, and a slot of B's node.
         for pair in &self.memory[triangles.end..end] {
@@ -204,16 +201,15 @@ impl<V: FnMut(SurfaceFace, SurfaceFace)> Descent<'_, '_, V> {
     fn meet_one(&mut self, planes: Patch, index_b: usize, nodes: Range<usize>) {
         let corners = self.b.corners(index_b);
         let corners = corners.map(|corner| self.pose_ab.transformed_point(&corner));
-        let patch = planes.around(&corners, self.margin);
         self.make_room(nodes.end + WIDTH * nodes.len());
-        let mut end = nodes.end;
-        for place in nodes.clone() {
-            let first = WIDTH as u32 * self.memory[place];
-            let node = &self.a.tree.leaves()[self.memory[place] as usize];
-            let four = FourTriangles::of_a(node, &self.a.four_from(first as usize), self.margin);
-            let crossed = four.crossed(&patch, &corners);
-            end += kept(&mut self.memory[end..], first, crossed);
-        }
+        let end = lanes::run(OneCrossed {
+            patch: planes.around(&corners, self.margin),
+            corners,
+            a: self.a,
+            margin: self.margin,
+            memory: &mut *self.memory,
+            nodes: nodes.clone(),
+        });
         let (faces_a, face_b) = (self.a.tree.faces(), self.b.tree.faces()[index_b]);
         for index in &self.memory[nodes.end..end] {
             (self.visit)(faces_a[*index as usize], face_b);
@@ -228,9 +224,125 @@ impl<V: FnMut(SurfaceFace, SurfaceFace)> Descent<'_, '_, V> {
     }
 }
 
+/// What stays of a list of nodes of which some have children that are touched.
+#[derive(Clone, Copy)]
+enum Keeping {
+    Children,
+    Nodes,
+}
+
+/// A node of B in A's frame.
+struct Posed<'d> {
+    frame: &'d Frame,
+    node: &'d Node,
+}
+
+impl InLanes for Posed<'_> {
+    type Output = Node;
+
+    #[inline(always)]
+    fn run<L: Lanes>(self, lanes: L) -> Node {
+        self.frame.posed(lanes, self.node)
+    }
+}
+
+/// Lists what a part of B's surface may touch of the nodes of A at these places of the memory, behind them; gives where that list
+/// ends.
+struct Touched<'d> {
+    nodes: &'d [Node],
+    patch: &'d Patch,
+    keeping: Keeping,
+    memory: &'d mut [u32],
+    places: Range<usize>,
+}
+
+impl InLanes for Touched<'_> {
+    type Output = usize;
+
+    #[inline(always)]
+    fn run<L: Lanes>(self, lanes: L) -> usize {
+        let patch = self.patch.in_lanes(lanes);
+        let mut end = self.places.end;
+        for place in self.places {
+            let index = self.memory[place];
+            let touched = patch.touched(lanes, &self.nodes[index as usize]);
+            match self.keeping {
+                Keeping::Children => {
+                    end += kept(&mut self.memory[end..], WIDTH as u32 * index, touched);
+                }
+                Keeping::Nodes => {
+                    self.memory[end] = index;
+                    end += usize::from(touched != 0);
+                }
+            }
+        }
+        end
+    }
+}
+
+/// Lists which of four triangles of B the triangles of A at these places of the memory may cross, behind them: four times the
+/// number of the latter, and which of the four. Gives where that list ends.
+struct FourCrossed<'d, 's> {
+    frame: &'d Frame,
+    posed: &'d Node,
+    corners_b: FourCorners,
+    a: Surface<'s>,
+    margin: f64,
+    memory: &'d mut [u32],
+    triangles: Range<usize>,
+}
+
+impl InLanes for FourCrossed<'_, '_> {
+    type Output = usize;
+
+    #[inline(always)]
+    fn run<L: Lanes>(self, lanes: L) -> usize {
+        let four = self.frame.triangles(lanes, self.posed, &self.corners_b);
+        let mut end = self.triangles.end;
+        for place in self.triangles {
+            let index = self.memory[place];
+            let (node, slot) = (index as usize / WIDTH, index as usize % WIDTH);
+            let patch = Patch::of_a(&self.a.tree.leaves()[node], slot, self.margin);
+            let crossed = four.crossed(lanes, &patch, &self.a.corners(index as usize));
+            end += kept(&mut self.memory[end..], WIDTH as u32 * index, crossed);
+        }
+        end
+    }
+}
+
+/// Lists the triangles, below the nodes of A at these places of the memory, that one of B may cross, behind them; gives where
+/// that list ends.
+struct OneCrossed<'d, 's> {
+    patch: Patch,
+    corners: [Vector3<f64>; 3],
+    a: Surface<'s>,
+    margin: f64,
+    memory: &'d mut [u32],
+    nodes: Range<usize>,
+}
+
+impl InLanes for OneCrossed<'_, '_> {
+    type Output = usize;
+
+    #[inline(always)]
+    fn run<L: Lanes>(self, lanes: L) -> usize {
+        let mut end = self.nodes.end;
+        for place in self.nodes {
+            let index = self.memory[place];
+            let first = WIDTH as u32 * index;
+            let corners = self.a.four_from(first as usize);
+            let node = &self.a.tree.leaves()[index as usize];
+            let four = FourTriangles::of_a(node, corners, self.margin);
+            let crossed = four.crossed(lanes, &self.patch, &self.corners);
+            end += kept(&mut self.memory[end..], first, crossed);
+        }
+        end
+    }
+}
+
 /// Writes the numbers from `first` on whose bits are set, and returns how many they are. There must be room for all four: each
 /// is written, and kept by going on to the next place, because a processor cannot guess which bits are set.
-#[inline]
+#[inline(always)]
 fn kept(memory: &mut [u32], first: u32, bits: u32) -> usize {
     let Some(room) = memory.first_chunk_mut::<WIDTH>() else {
         return 0;

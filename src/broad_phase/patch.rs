@@ -1,21 +1,19 @@
 //! Parts of a surface in another body's frame, and what they may touch: four at a time, one for each child of a node.
-//!
-//! Four is the width of the tree, whatever the processor has, so these are not the numbers of `lanes`: `wide` makes them of the
-//! instructions that the build may assume.
 
-use super::triangle_tree::Node;
+use super::triangle_tree::{Node, WIDTH};
 use crate::geometry::Aabb;
+use crate::lanes::space::dot;
+use crate::lanes::{Lanes, Mask, Numbers, Quad};
 use crate::spatial::Pose;
 use nalgebra::{Matrix3, Vector3};
-use wide::f64x4;
 
-/// The pose of B, for four points at once, and the margin.
+/// The pose of B, and the margin.
 pub(super) struct Frame {
-    rotation: [[f64x4; 3]; 3],
+    rotation: [[f64; 3]; 3],
     /// |R|, entry by entry, which takes half the edges of a box of B to those of the box around it in A.
-    reach: [[f64x4; 3]; 3],
-    translation: [f64x4; 3],
-    margin: f64x4,
+    reach: [[f64; 3]; 3],
+    translation: [f64; 3],
+    margin: f64,
 }
 
 /// A part of a surface in A's frame: a child of a node of B, or one triangle of either body.
@@ -25,87 +23,130 @@ pub(super) struct Patch {
     between: [f64; 2],
 }
 
+/// A part of a surface, the same in all lanes.
+pub(super) struct PatchInLanes<N> {
+    lower: [N; 3],
+    upper: [N; 3],
+    normal: [N; 3],
+    between: [N; 2],
+    /// Which of both sides of a box is farther back along the normal.
+    back: [usize; 3],
+}
+
+/// The corners of four triangles, by corner and coordinate.
+pub(super) type FourCorners = [[Quad; 3]; 3];
+
 /// Four triangles in A's frame, side by side: of either body.
 pub(super) struct FourTriangles {
-    corners: [[f64x4; 3]; 3],
-    bounds: [[f64x4; 2]; 3],
-    normal: [f64x4; 3],
-    between: [f64x4; 2],
+    corners: FourCorners,
+    bounds: [[Quad; 2]; 3],
+    normal: [Quad; 3],
+    between: [Quad; 2],
 }
 
 impl Frame {
     pub fn new(pose_ab: &Pose<f64>, margin: f64) -> Self {
         let rows = |matrix: &Matrix3<f64>| {
-            [0, 1, 2].map(|row| splat([0, 1, 2].map(|column| matrix[(row, column)])))
+            [0, 1, 2].map(|row| [0, 1, 2].map(|column| matrix[(row, column)]))
         };
         Self {
             rotation: rows(pose_ab.rotation()),
             reach: rows(&pose_ab.rotation().abs()),
-            translation: splat((*pose_ab.translation()).into()),
-            margin: f64x4::splat(margin),
+            translation: (*pose_ab.translation()).into(),
+            margin,
         }
     }
 
     /// A node of B in A's frame, in boxes of A's axes.
-    #[inline]
-    pub fn posed(&self, node: &Node) -> Node {
-        let half = f64x4::splat(0.5);
-        let middles = node.bounds.map(|[lower, upper]| (lower + upper) * half);
-        let halves = node.bounds.map(|[lower, upper]| (upper - lower) * half);
-        let bounds = [0, 1, 2].map(|axis| {
-            let middle = dot(&self.rotation[axis], &middles) + self.translation[axis];
-            let reach = dot(&self.reach[axis], &halves) + self.margin;
-            [middle - reach, middle + reach]
-        });
-        let normal = [0, 1, 2].map(|axis| dot(&self.rotation[axis], &node.normal));
-        let shift = dot(&normal, &self.translation);
-        let [low, high] = node.between;
-        Node {
-            bounds,
-            normal,
-            between: [low + shift - self.margin, high + shift + self.margin],
+    #[inline(always)]
+    pub fn posed<L: Lanes>(&self, lanes: L, node: &Node) -> Node {
+        let mut posed = Node::EMPTY;
+        let (half, margin) = (lanes.splat(0.5), lanes.splat(self.margin));
+        for first in (0..WIDTH).step_by(L::COUNT) {
+            let load = |quad: &Quad| lanes.load_four(quad, first);
+            let (mut middles, mut halves, mut normal) = ([half; 3], [half; 3], [half; 3]);
+            for axis in 0..3 {
+                let [lower, upper] = &node.bounds[axis];
+                middles[axis] = (load(lower) + load(upper)) * half;
+                halves[axis] = (load(upper) - load(lower)) * half;
+            }
+            let own = [
+                load(&node.normal[0]),
+                load(&node.normal[1]),
+                load(&node.normal[2]),
+            ];
+            for axis in 0..3 {
+                let middle = dot(splat(lanes, &self.rotation[axis]), middles)
+                    + lanes.splat(self.translation[axis]);
+                let reach = dot(splat(lanes, &self.reach[axis]), halves) + margin;
+                (middle - reach).store_four(&mut posed.bounds[axis][0], first);
+                (middle + reach).store_four(&mut posed.bounds[axis][1], first);
+                normal[axis] = dot(splat(lanes, &self.rotation[axis]), own);
+                normal[axis].store_four(&mut posed.normal[axis], first);
+            }
+            let shift = dot(normal, splat(lanes, &self.translation));
+            let [low, high] = &node.between;
+            (load(low) + shift - margin).store_four(&mut posed.between[0], first);
+            (load(high) + shift + margin).store_four(&mut posed.between[1], first);
         }
+        posed
     }
 
     /// The four triangles of a node of B, given that node in A's frame.
-    #[inline]
-    pub fn triangles(&self, posed: &Node, corners: &[[f64x4; 3]; 3]) -> FourTriangles {
-        let corners = corners.each_ref().map(|corner| {
-            [0, 1, 2].map(|axis| dot(&self.rotation[axis], corner) + self.translation[axis])
-        });
-        let [a, b, c] = &corners;
-        let bounds = [0, 1, 2].map(|axis| {
-            [
-                a[axis].fast_min(b[axis]).fast_min(c[axis]) - self.margin,
-                a[axis].fast_max(b[axis]).fast_max(c[axis]) + self.margin,
-            ]
-        });
-        FourTriangles {
-            corners,
-            bounds,
+    #[inline(always)]
+    pub fn triangles<L: Lanes>(
+        &self,
+        lanes: L,
+        posed: &Node,
+        corners: &FourCorners,
+    ) -> FourTriangles {
+        let mut four = FourTriangles {
+            corners: *corners,
+            bounds: posed.bounds,
             normal: posed.normal,
             between: posed.between,
+        };
+        let margin = lanes.splat(self.margin);
+        for first in (0..WIDTH).step_by(L::COUNT) {
+            let load = |quad: &Quad| lanes.load_four(quad, first);
+            for axis in 0..3 {
+                let row = splat(lanes, &self.rotation[axis]);
+                let shift = lanes.splat(self.translation[axis]);
+                let mut along = [shift; 3];
+                for corner in 0..3 {
+                    let [x, y, z] = &corners[corner];
+                    along[corner] = dot(row, [load(x), load(y), load(z)]) + shift;
+                    along[corner].store_four(&mut four.corners[corner][axis], first);
+                }
+                let [a, b, c] = along;
+                (a.min(b).min(c) - margin).store_four(&mut four.bounds[axis][0], first);
+                (a.max(b).max(c) + margin).store_four(&mut four.bounds[axis][1], first);
+            }
         }
+        four
     }
 }
 
 impl Patch {
     /// A child of a node in A's frame.
-    #[inline]
+    #[inline(always)]
     pub fn of(node: &Node, slot: usize) -> Self {
-        let own = |lanes: &f64x4| lanes.as_array()[slot];
+        let [[x0, x1], [y0, y1], [z0, z1]] = &node.bounds;
+        let [n1, n2, n3] = &node.normal;
+        let [low, high] = &node.between;
         Self {
-            bounds: node
-                .bounds
-                .each_ref()
-                .map(|sides| sides.each_ref().map(own)),
-            normal: node.normal.each_ref().map(own),
-            between: node.between.each_ref().map(own),
+            bounds: [
+                [x0[slot], x1[slot]],
+                [y0[slot], y1[slot]],
+                [z0[slot], z1[slot]],
+            ],
+            normal: [n1[slot], n2[slot], n3[slot]],
+            between: [low[slot], high[slot]],
         }
     }
 
     /// A triangle of A, given the box and planes of its node, with planes a margin (m) further apart.
-    #[inline]
+    #[inline(always)]
     pub fn of_a(node: &Node, slot: usize, margin: f64) -> Self {
         let own = Self::of(node, slot);
         let [low, high] = own.between;
@@ -116,7 +157,6 @@ impl Patch {
     }
 
     /// The same in the box around the triangle's corners, a margin (m) further out.
-    #[inline]
     pub fn around(self, corners: &[Vector3<f64>; 3], margin: f64) -> Self {
         let aabb = Aabb::around(corners).inflated(margin);
         Self {
@@ -125,72 +165,115 @@ impl Patch {
         }
     }
 
+    #[inline(always)]
+    pub fn in_lanes<L: Lanes>(&self, lanes: L) -> PatchInLanes<L::Numbers> {
+        let [[x0, x1], [y0, y1], [z0, z1]] = self.bounds;
+        let [n1, n2, n3] = self.normal;
+        PatchInLanes {
+            lower: splat(lanes, &[x0, y0, z0]),
+            upper: splat(lanes, &[x1, y1, z1]),
+            normal: splat(lanes, &self.normal),
+            between: [lanes.splat(self.between[0]), lanes.splat(self.between[1])],
+            back: [
+                usize::from(n1 < 0.0),
+                usize::from(n2 < 0.0),
+                usize::from(n3 < 0.0),
+            ],
+        }
+    }
+}
+
+impl<N: Numbers> PatchInLanes<N> {
     /// The children of a node of A whose boxes overlap its own and are not beside its planes, as bits. (The planes of A's
     /// nodes are not asked: that costs more than it saves.)
-    #[inline]
-    pub fn touched(&self, node: &Node) -> u32 {
-        let near = overlapping(&node.bounds, &self.bounds);
-        let normal = splat(self.normal);
-        // The corners of the boxes that are farthest back and ahead along the normal.
-        let back = self.normal.map(|component| usize::from(component < 0.0));
-        let behind = [0, 1, 2].map(|axis| node.bounds[axis][back[axis]]);
-        let ahead = [0, 1, 2].map(|axis| node.bounds[axis][1 - back[axis]]);
-        let [low, high] = self.between.map(f64x4::splat);
-        let cuts = dot(&normal, &behind).simd_le(high) & low.simd_le(dot(&normal, &ahead));
-        (near & cuts).to_bitmask()
+    #[inline(always)]
+    pub fn touched<L: Lanes<Numbers = N>>(&self, lanes: L, node: &Node) -> u32 {
+        let [x, y, z] = &node.bounds;
+        let [back_x, back_y, back_z] = self.back;
+        let mut bits = 0;
+        for first in (0..WIDTH).step_by(L::COUNT) {
+            let load = |quad: &Quad| lanes.load_four(quad, first);
+            // The corners of the boxes that are farthest back and ahead along the normal.
+            let behind = [load(&x[back_x]), load(&y[back_y]), load(&z[back_z])];
+            let ahead = [
+                load(&x[1 - back_x]),
+                load(&y[1 - back_y]),
+                load(&z[1 - back_z]),
+            ];
+            let [low, high] = self.between;
+            let cuts =
+                dot(self.normal, behind).is_at_most(high) & low.is_at_most(dot(self.normal, ahead));
+            let near = self.overlapping(lanes, &node.bounds, first);
+            bits |= (near & cuts).bits() << first;
+        }
+        bits
+    }
+
+    /// Which of four boxes overlap its own.
+    #[inline(always)]
+    fn overlapping<L: Lanes<Numbers = N>>(
+        &self,
+        lanes: L,
+        four: &[[Quad; 2]; 3],
+        first: usize,
+    ) -> N::Mask {
+        let along = |axis: usize| {
+            let [lower, upper] = &four[axis];
+            lanes.load_four(lower, first).is_at_most(self.upper[axis])
+                & self.lower[axis].is_at_most(lanes.load_four(upper, first))
+        };
+        along(0) & along(1) & along(2)
     }
 }
 
 impl FourTriangles {
     /// The four triangles of a node of A, with planes a margin (m) further apart.
-    #[inline]
-    pub fn of_a(node: &Node, corners: &[[f64x4; 3]; 3], margin: f64) -> Self {
-        let (margin, [low, high]) = (f64x4::splat(margin), node.between);
+    #[inline(always)]
+    pub fn of_a(node: &Node, corners: FourCorners, margin: f64) -> Self {
+        let [mut low, mut high] = node.between;
+        for slot in 0..WIDTH {
+            low[slot] -= margin;
+            high[slot] += margin;
+        }
         Self {
-            corners: *corners,
+            corners,
             bounds: node.bounds,
             normal: node.normal,
-            between: [low - margin, high + margin],
+            between: [low, high],
         }
     }
 
     /// Which of them a triangle of the other body may cross, as bits: those whose boxes overlap and of which neither is
     /// beside the other's plane.
-    #[inline]
-    pub fn crossed(&self, patch: &Patch, corners: &[Vector3<f64>; 3]) -> u32 {
-        let near = overlapping(&self.bounds, &patch.bounds);
-        let corners = corners.map(|corner| splat(corner.into()));
-        let is_between =
-            |normal: &[f64x4; 3], corners: &[[f64x4; 3]; 3], [low, high]: [f64x4; 2]| {
-                let [a, b, c] = corners.each_ref().map(|corner| dot(normal, corner));
-                a.fast_min(b).fast_min(c).simd_le(high) & low.simd_le(a.fast_max(b).fast_max(c))
-            };
-        let cuts = is_between(
-            &splat(patch.normal),
-            &self.corners,
-            patch.between.map(f64x4::splat),
-        );
-        let is_cut = is_between(&self.normal, &corners, self.between);
-        (near & cuts & is_cut).to_bitmask()
+    #[inline(always)]
+    pub fn crossed<L: Lanes>(&self, lanes: L, patch: &Patch, corners: &[Vector3<f64>; 3]) -> u32 {
+        let patch = patch.in_lanes(lanes);
+        let mut bits = 0;
+        for first in (0..WIDTH).step_by(L::COUNT) {
+            let load = |quad: &Quad| lanes.load_four(quad, first);
+            let vector = |[x, y, z]: &[Quad; 3]| [load(x), load(y), load(z)];
+            let own_corner = |corner: usize| dot(patch.normal, vector(&self.corners[corner]));
+            let own = [own_corner(0), own_corner(1), own_corner(2)];
+            let cuts = reach_into(own, patch.between);
+            let normal = vector(&self.normal);
+            let corner = |corner: usize| dot(normal, splat(lanes, corners[corner].as_ref()));
+            let [low, high] = &self.between;
+            let is_cut = reach_into([corner(0), corner(1), corner(2)], [load(low), load(high)]);
+            let near = patch.overlapping(lanes, &self.bounds, first);
+            bits |= (near & cuts & is_cut).bits() << first;
+        }
+        bits
     }
 }
 
-#[inline]
-fn dot(a: &[f64x4; 3], b: &[f64x4; 3]) -> f64x4 {
-    a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
+/// Whether three numbers are not all below a range, nor all above.
+#[inline(always)]
+fn reach_into<N: Numbers>([a, b, c]: [N; 3], [low, high]: [N; 2]) -> N::Mask {
+    a.min(b).min(c).is_at_most(high) & low.is_at_most(a.max(b).max(c))
 }
 
-/// Which of four boxes overlap one: a mask.
-#[inline]
-fn overlapping(four: &[[f64x4; 2]; 3], one: &[[f64; 2]; 3]) -> f64x4 {
-    let [along_x, along_y, along_z] = [0, 1, 2].map(|axis| {
-        let [lower, upper] = one[axis].map(f64x4::splat);
-        four[axis][0].simd_le(upper) & lower.simd_le(four[axis][1])
-    });
-    along_x & along_y & along_z
-}
-
-#[inline]
-fn splat(values: [f64; 3]) -> [f64x4; 3] {
-    values.map(f64x4::splat)
+#[inline(always)]
+fn splat<L: Lanes>(lanes: L, values: &[f64; 3]) -> [L::Numbers; 3] {
+    let [x, y, z] = *values;
+    [lanes.splat(x), lanes.splat(y), lanes.splat(z)]
 }

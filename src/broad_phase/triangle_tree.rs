@@ -1,8 +1,8 @@
 use crate::geometry::{Aabb, FACES};
+use crate::lanes::Quad;
 use crate::mesh::{FieldTet, PressureField};
 use crate::spatial::Pose;
 use nalgebra::Vector3;
-use wide::f64x4;
 
 /// Children of a node.
 pub(super) const WIDTH: usize = 4;
@@ -28,13 +28,14 @@ pub(super) struct Level {
 
 /// Where the triangles below each of four children are, side by side: in a box and between two parallel planes.
 #[derive(Debug, Clone)]
+#[repr(C, align(32))]
 pub(super) struct Node {
     /// Along each axis, the smallest coordinates (m) and the largest; inside out where there is no child.
-    pub bounds: [[f64x4; 2]; 3],
+    pub bounds: [[Quad; 2]; 3],
     /// Unit normals of the planes: the mean of those of the triangles. Or 0, where these cancel.
-    pub normal: [f64x4; 3],
+    pub normal: [Quad; 3],
     /// The smallest values of normal · x (m) and the largest.
-    pub between: [f64x4; 2],
+    pub between: [Quad; 2],
 }
 
 /// A triangle of the surface, as a face of its tetrahedron.
@@ -156,10 +157,11 @@ impl TriangleTree {
 }
 
 impl Node {
-    const EMPTY: Self = Self {
-        bounds: [[f64x4::splat(f64::INFINITY), f64x4::splat(f64::NEG_INFINITY)]; 3],
-        normal: [f64x4::splat(0.0); 3],
-        between: [f64x4::splat(f64::INFINITY), f64x4::splat(f64::NEG_INFINITY)],
+    /// Without children.
+    pub const EMPTY: Self = Self {
+        bounds: [[[f64::INFINITY; WIDTH], [f64::NEG_INFINITY; WIDTH]]; 3],
+        normal: [[0.0; WIDTH]; 3],
+        between: [[f64::INFINITY; WIDTH], [f64::NEG_INFINITY; WIDTH]],
     };
 
     /// Around these parts of a surface.
@@ -170,18 +172,15 @@ impl Node {
             let aabb = Aabb::around(corners());
             let normal = mean_normal(part);
             let heights = corners().map(|corner| normal.dot(corner));
-            let [lowest, highest] = node
-                .between
-                .each_mut()
-                .map(|it| &mut it.as_mut_array()[slot]);
+            let [lowest, highest] = node.between.each_mut().map(|it| &mut it[slot]);
             for height in heights {
                 (*lowest, *highest) = (lowest.min(height), highest.max(height));
             }
             for axis in 0..3 {
                 let [lower, upper] = &mut node.bounds[axis];
-                lower.as_mut_array()[slot] = aabb.lower[axis];
-                upper.as_mut_array()[slot] = aabb.upper[axis];
-                node.normal[axis].as_mut_array()[slot] = normal[axis];
+                lower[slot] = aabb.lower[axis];
+                upper[slot] = aabb.upper[axis];
+                node.normal[axis][slot] = normal[axis];
             }
         }
         node
@@ -189,7 +188,7 @@ impl Node {
 
     /// The box of a child.
     fn aabb(&self, slot: usize) -> Aabb {
-        let side = |side: usize| Vector3::from_fn(|k, _| self.bounds[k][side].as_array()[slot]);
+        let side = |side: usize| Vector3::from_fn(|k, _| self.bounds[k][side][slot]);
         Aabb {
             lower: side(0),
             upper: side(1),

@@ -22,6 +22,9 @@ pub(crate) const ROW: usize = 8;
 /// A number of each of eight items.
 pub(crate) type Row = [f64; ROW];
 
+/// A number of each of four items.
+pub(crate) type Quad = [f64; 4];
+
 /// What makes numbers in lanes.
 pub(crate) trait Lanes: Copy {
     type Numbers: Numbers;
@@ -34,6 +37,12 @@ pub(crate) trait Lanes: Copy {
 
     /// The numbers of the items from `first` on.
     fn load(self, row: &Row, first: usize) -> Self::Numbers;
+
+    /// The numbers of four items from `first` on; eight lanes have each twice.
+    #[inline(always)]
+    fn load_four(self, quad: &Quad, first: usize) -> Self::Numbers {
+        self.gathered(|lane| quad[(first + lane) % 4])
+    }
 
     /// A number for each lane, lane 0 first.
     fn gathered(self, number: impl Fn(usize) -> f64) -> Self::Numbers;
@@ -57,6 +66,9 @@ pub(crate) trait Numbers:
     /// Of numbers of which none is NaN, nor both zero: there widths may differ.
     fn max(self, other: Self) -> Self;
 
+    /// Under the same conditions.
+    fn min(self, other: Self) -> Self;
+
     /// False where either number is NaN.
     fn is_less(self, other: Self) -> Self::Mask;
 
@@ -69,6 +81,9 @@ pub(crate) trait Numbers:
 
     /// Writes the numbers of the items from `first` on.
     fn store(self, row: &mut Row, first: usize);
+
+    /// Writes the numbers of four items from `first` on: of eight lanes the first four.
+    fn store_four(self, quad: &mut Quad, first: usize);
 }
 
 /// Whether something is so, in each lane.
@@ -77,6 +92,9 @@ pub(crate) trait Mask:
 {
     /// Whether it is so in any lane.
     fn is_any(self) -> bool;
+
+    /// Bit k for lane k.
+    fn bits(self) -> u32;
 }
 
 /// Something to be computed in lanes.

@@ -1,4 +1,4 @@
-use super::{Lanes, Mask, Numbers, Row};
+use super::{Lanes, Mask, Numbers, Quad, Row};
 use std::ops::{Add, BitAnd, BitOr, Div, Mul, Neg, Not, Sub};
 use wide::f64x2;
 
@@ -52,6 +52,11 @@ impl Numbers for Pair {
     }
 
     #[inline(always)]
+    fn min(self, other: Self) -> Self {
+        Self(self.0.fast_min(other.0))
+    }
+
+    #[inline(always)]
     fn is_less(self, other: Self) -> PairMask {
         PairMask(self.0.simd_lt(other.0))
     }
@@ -72,12 +77,24 @@ impl Numbers for Pair {
         row[first] = numbers[0];
         row[first + 1] = numbers[1];
     }
+
+    #[inline(always)]
+    fn store_four(self, quad: &mut Quad, first: usize) {
+        let numbers = self.0.to_array();
+        quad[first] = numbers[0];
+        quad[first + 1] = numbers[1];
+    }
 }
 
 impl Mask for PairMask {
     #[inline(always)]
     fn is_any(self) -> bool {
-        self.0.to_bitmask() != 0
+        self.bits() != 0
+    }
+
+    #[inline(always)]
+    fn bits(self) -> u32 {
+        self.0.to_bitmask()
     }
 }
 

@@ -1,4 +1,4 @@
-use super::{Lanes, Mask, Numbers, Row};
+use super::{Lanes, Mask, Numbers, Quad, Row};
 use pulp::Simd;
 use pulp::bytemuck::{cast_slice, cast_slice_mut};
 use std::ops::{Add, BitAnd, BitOr, Div, Mul, Neg, Not, Sub};
@@ -86,6 +86,11 @@ impl<S: Simd> Numbers for Vector<S> {
     }
 
     #[inline(always)]
+    fn min(self, other: Self) -> Self {
+        self.made(self.simd.min_f64s(self.numbers, other.numbers))
+    }
+
+    #[inline(always)]
     fn is_less(self, other: Self) -> VectorMask<S> {
         self.mask(self.simd.less_than_f64s(self.numbers, other.numbers))
     }
@@ -111,12 +116,31 @@ impl<S: Simd> Numbers for Vector<S> {
         let lanes: &[f64] = cast_slice(slice::from_ref(&self.numbers));
         row[first..first + S::F64_LANES].copy_from_slice(lanes);
     }
+
+    #[inline(always)]
+    fn store_four(self, quad: &mut Quad, first: usize) {
+        let lanes: &[f64] = cast_slice(slice::from_ref(&self.numbers));
+        let count = S::F64_LANES.min(quad.len());
+        quad[first..first + count].copy_from_slice(&lanes[..count]);
+    }
 }
 
 impl<S: Simd> Mask for VectorMask<S> {
     #[inline(always)]
     fn is_any(self) -> bool {
         self.simd.first_true_m64s(self.mask) != S::F64_LANES
+    }
+
+    #[inline(always)]
+    fn bits(self) -> u32 {
+        let (one, zero) = (self.simd.splat_u64s(1), self.simd.splat_u64s(0));
+        let set = self.simd.select_u64s(self.mask, one, zero);
+        let lanes: &[u64] = cast_slice(slice::from_ref(&set));
+        let mut bits = 0;
+        for (lane, &is_set) in lanes.iter().enumerate() {
+            bits |= is_set << lane;
+        }
+        bits as u32
     }
 }
 
