@@ -4,7 +4,7 @@
 use super::octets::OverOctets;
 use super::polygon::{CutPolygon, CutSurface, PartialSum};
 use crate::lanes::ROW;
-use crate::narrow_phase::{Cut, Octet, Weights};
+use crate::narrow_phase::{Cut, ELASTIC_COINCIDENCE, Octet, Weights};
 use crate::scalar::{Scalar, carries_derivatives, real_part};
 use crate::threads;
 
@@ -42,6 +42,11 @@ impl<T: Scalar> CutSurface<'_, T> {
         let mut sum = S::empty();
         threads::for_pieces(self.found.cuts(), PIECE, piece, |piece| sum.merge(piece));
         sum
+    }
+
+    /// Whether whole polygons lie so near to faces of B that they count as coincident.
+    pub fn is_flat(&self) -> bool {
+        self.found.flatness().is_within(ELASTIC_COINCIDENCE)
     }
 
     /// Whether nothing is pressed on.

@@ -1,6 +1,6 @@
 use super::jacobian::RelativeJacobian;
 use super::linearised::RelativeLinearisation;
-use super::polygon::{CutPolygon, CutSurface, PolygonSource};
+use super::polygon::{CutPolygon, CutSurface, PartialSum, PolygonSource};
 use super::{
     ContactBody, ContactJacobian, ContactPolygon, ContactSurface, ContactWrench, Partner, Search,
 };
@@ -103,10 +103,12 @@ impl<'a, T: Scalar> ContactPair<'a, T> {
 
     /// The elastic contact in A's axes.
     pub(super) fn relative_linearisation(&self) -> RelativeLinearisation<T> {
-        let (surface, finer) =
-            PolygonSource::of(self).for_derivatives(ELASTIC_COINCIDENCE, self.search);
+        let source = PolygonSource::of(self);
+        let ((surface, finer), spilled) =
+            source.for_sum_of_derivatives(ELASTIC_COINCIDENCE, self.search);
         let add = |sum: &mut RelativeJacobian<T>, polygon: &CutPolygon<T>| polygon.add_to(sum);
-        let elastic = surface.sum_of_moments(Weights::have_area, add);
+        let mut elastic = surface.sum_of_moments(Weights::have_area, add);
+        elastic.merge(spilled);
         self.elastic_linearisation(&elastic, (&surface, finer.as_ref()))
     }
 
@@ -216,6 +218,10 @@ impl<T: Scalar> Pipeline<'_, '_, T> {
     /// [`ContactPair::wrench`].
     #[must_use]
     pub fn wrench(&self) -> ContactWrench<T> {
-        self.0.wrench_from_a(&self.0.cut_surface().wrench())
+        let source = PolygonSource::of(&self.0);
+        let (surface, spilled) = source.for_sum_of_values(self.0.search);
+        let mut wrench = surface.wrench();
+        wrench.merge(spilled);
+        self.0.wrench_from_a(&wrench)
     }
 }

@@ -1,3 +1,4 @@
+use super::octets::OverOctets;
 use super::{ContactPair, Culling, Search};
 use crate::geometry::{AffineField, ConvexPolygon, PolygonMoments};
 use crate::narrow_phase::{
@@ -68,6 +69,9 @@ pub(super) struct CutSurface<'a, T> {
     pub found: Found,
 }
 
+/// The surface that derivatives are made from and, if it may be another, that for values.
+pub(super) type Surfaces<'a, T> = (CutSurface<'a, T>, Option<CutSurface<'a, T>>);
+
 /// The contact polygon of a cut in `T`, in A's frame.
 pub(super) struct CutPolygon<T> {
     pub polygon: ConvexPolygon<T>,
@@ -95,22 +99,59 @@ impl<'a, T: Scalar> PolygonSource<'a, T> {
 
     /// The surface that values are made from.
     pub fn for_values(&self, search: Search) -> CutSurface<'a, T> {
-        let plain = self.within(0, search);
-        if plain.found.flatness().is_within(ELASTIC_COINCIDENCE) {
-            // All of it, whichever search: slivers between such planes hang together by less than is told from zero.
-            let everywhere = Search::Culling(Culling::default());
-            return self.settled(ELASTIC_COINCIDENCE, everywhere, || plain).0;
+        self.values_from(self.within(0, search))
+    }
+
+    /// As [`Self::for_values`], to be summed: of a large surface, octets are summed as soon as they are found, and are not in it.
+    pub fn for_sum_of_values<S: OverOctets>(&self, search: Search) -> (CutSurface<'a, T>, S) {
+        let (plain, sum) = self.summed_within(0, search);
+        match sum {
+            Some(_) if plain.is_flat() => (self.for_values(search), S::empty()),
+            Some(sum) => (plain, sum),
+            None => (self.values_from(plain), S::empty()),
         }
-        plain
     }
 
     /// The surface that derivatives are made from. That for values as well, if it may be another.
-    pub fn for_derivatives(
+    pub fn for_derivatives(&self, octaves: u32, search: Search) -> Surfaces<'a, T> {
+        let surface = self.within(octaves.cast_signed(), search);
+        self.derivatives_from(surface, octaves, search)
+    }
+
+    /// As [`Self::for_derivatives`], to be summed: see [`Self::for_sum_of_values`].
+    pub fn for_sum_of_derivatives<S: OverOctets>(
         &self,
         octaves: u32,
         search: Search,
-    ) -> (CutSurface<'a, T>, Option<CutSurface<'a, T>>) {
-        self.settled(octaves, search, || self.for_values(search))
+    ) -> (Surfaces<'a, T>, S) {
+        let (surface, sum) = self.summed_within(octaves.cast_signed(), search);
+        match sum {
+            Some(_) if surface.found.noted_closeness().is_within(octaves) => {
+                (self.for_derivatives(octaves, search), S::empty())
+            }
+            Some(sum) => ((surface, None), sum),
+            None => (self.derivatives_from(surface, octaves, search), S::empty()),
+        }
+    }
+
+    fn values_from(&self, plain: CutSurface<'a, T>) -> CutSurface<'a, T> {
+        if !plain.is_flat() {
+            return plain;
+        }
+        // All of it, whichever search: slivers between such planes hang together by less than is told from zero.
+        let everywhere = Search::Culling(Culling::default());
+        let surface = self.within(ELASTIC_COINCIDENCE.cast_signed(), everywhere);
+        self.settled(surface, ELASTIC_COINCIDENCE, everywhere, || plain)
+            .0
+    }
+
+    fn derivatives_from(
+        &self,
+        surface: CutSurface<'a, T>,
+        octaves: u32,
+        search: Search,
+    ) -> Surfaces<'a, T> {
+        self.settled(surface, octaves, search, || self.for_values(search))
     }
 
     /// The surface where faces within 2^octaves margins of each other count as coincident. The octaves are others where that
@@ -124,11 +165,11 @@ impl<'a, T: Scalar> PolygonSource<'a, T> {
     /// [`Closeness::split`]: crate::geometry::Closeness::split
     fn settled(
         &self,
+        surface: CutSurface<'a, T>,
         octaves: u32,
         search: Search,
         finer: impl FnOnce() -> CutSurface<'a, T>,
-    ) -> (CutSurface<'a, T>, Option<CutSurface<'a, T>>) {
-        let surface = self.within(octaves.cast_signed(), search);
+    ) -> Surfaces<'a, T> {
         if !surface.found.noted_closeness().is_within(octaves) {
             return (surface, None);
         }
@@ -148,15 +189,36 @@ impl<'a, T: Scalar> PolygonSource<'a, T> {
         (self.within(split, search), Some(finer))
     }
 
-    fn within(&self, octaves: i32, search: Search) -> CutSurface<'a, T> {
-        let source = Self {
+    /// With coincidences to within 2^octaves margins.
+    fn with_near_coincidences(&self, octaves: i32) -> Self {
+        Self {
             pair: self.pair.with_near_coincidences(octaves),
             ..*self
-        };
+        }
+    }
+
+    fn within(&self, octaves: i32, search: Search) -> CutSurface<'a, T> {
+        let source = self.with_near_coincidences(octaves);
         CutSurface {
             found: source.pair.found(search),
             source,
         }
+    }
+
+    /// The same, and the sum over the octets that are not in it, if there are any.
+    fn summed_within<S: OverOctets>(
+        &self,
+        octaves: i32,
+        search: Search,
+    ) -> (CutSurface<'a, T>, Option<S>) {
+        if carries_derivatives::<T>() {
+            return (self.within(octaves, search), None);
+        }
+        let (source, mut sum) = (self.with_near_coincidences(octaves), None);
+        let found = source.pair.found_spilling(search, &mut |octets| {
+            sum.get_or_insert_with(S::empty).merge(S::over(octets));
+        });
+        (CutSurface { source, found }, sum)
     }
 
     /// The polygon of a cut if it is part of the contact surface: it has an area, under pressure.

@@ -17,6 +17,12 @@ const PIECE: usize = 32;
 const MOST_DOUBTS: usize = 8;
 const DOUBTLESS: usize = 512;
 
+/// Octets that are not worth to be forgotten.
+const FEW: usize = 64;
+
+/// Takes octets that will be forgotten.
+pub(crate) type Spill<'s> = dyn FnMut(&[Octet]) + 's;
+
 /// Where every component of a contact surface shows.
 enum Route<'a> {
     /// At its rim, or where one without a rim must show in the fields of both bodies.
@@ -32,6 +38,7 @@ enum Route<'a> {
 pub(super) struct Walk<'w, 'a> {
     pub pair: &'w RelativePair<'a>,
     pub scratch: &'w mut Scratch,
+    spill: Option<&'w mut Spill<'w>>,
     /// Number of pairs so far from which the surface may go on over other faces than it seems.
     doubts: usize,
 }
@@ -44,10 +51,17 @@ impl RelativePair<'_> {
     /// edge. In a special position, where the plane only touches a pair, or an edge lies on faces of
     /// both, what is next may be behind several faces; so a pair that is only touched is a step on the
     /// way too.
-    pub(super) fn follow(&self, scratch: &mut Scratch) -> usize {
+    ///
+    /// Octets that were done with are handed to `spill`, if there is one, and forgotten.
+    pub(super) fn follow<'w>(
+        &'w self,
+        scratch: &'w mut Scratch,
+        spill: Option<&'w mut Spill<'w>>,
+    ) -> usize {
         let mut walk = Walk {
             pair: self,
             scratch,
+            spill,
             doubts: 0,
         };
         let Some(route) = self.route() else {
@@ -168,6 +182,18 @@ impl Walk<'_, '_> {
                 self.take_note(index);
                 go_on(self, index);
             }
+            self.spill();
+        }
+    }
+
+    /// Hands on the octets that were looked at, if they are many, and forgets them.
+    fn spill(&mut self) {
+        let octets = &mut self.scratch.octets;
+        if let Some(spill) = &mut self.spill
+            && octets.in_use().len() >= FEW
+        {
+            spill(octets.in_use());
+            octets.forget();
         }
     }
 

@@ -23,6 +23,7 @@ pub use culling::Culling;
 
 use crate::geometry::Closeness;
 use crate::narrow_phase::{Cut, Octet, RelativePair};
+use following::Spill;
 use scratch::Scratch;
 
 /// How the pairs of tetrahedra that touch are found. It changes the time that a wrench takes, and the wrench by no more than
@@ -112,9 +113,19 @@ impl Drop for Found {
 impl RelativePair<'_> {
     /// Finds the pairs of tetrahedra that the plane of equal pressure cuts.
     pub fn found(&self, search: Search) -> Found {
+        self.found_or_spilled(search, None)
+    }
+
+    /// As [`Self::found`]; but where they are many, octets go to `spill`, as soon as they were looked at, and only the last are
+    /// among what was found.
+    pub fn found_spilling(&self, search: Search, spill: &mut Spill) -> Found {
+        self.found_or_spilled(search, Some(spill))
+    }
+
+    fn found_or_spilled(&self, search: Search, spill: Option<&mut Spill>) -> Found {
         let mut scratch = Scratch::taken();
         let candidates = match search {
-            Search::Following => self.follow(&mut scratch),
+            Search::Following => self.follow(&mut scratch, spill.map(|spill| spill as _)),
             Search::Culling(culling) => self.cull(culling, &mut scratch),
         };
         Found {

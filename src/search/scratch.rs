@@ -15,6 +15,9 @@ const LEAST_USED: f64 = 1.0 / 64.0;
 /// Memory never shrinks below the room for this many pairs of tetrahedra.
 const LEAST_KEPT: usize = 1024;
 
+/// Pairs that are looked at together, at the most: their octets stay in a processor's memory of its own.
+const WAVE: usize = 256 * ROW;
+
 /// Memory that one search leaves to the next in the same thread, so that a search allocates nothing
 /// once warm. It carries no information from one to the next.
 #[derive(Default)]
@@ -24,7 +27,8 @@ pub(super) struct Scratch {
     pub tree_nodes: Vec<u32>,
     /// The pairs of tetrahedra that were looked at or are about to be.
     pub visited: Visited,
-    /// The same pairs, in the order in which they are looked at, and the contact polygons of the generic ones.
+    /// The same pairs, in the order in which they are looked at, and the contact polygons of the generic ones, or the last of
+    /// these.
     pub octets: Octets,
     /// Pairs from which the surface may go on over other faces than it seems.
     pub doubtful: Vec<[u32; 2]>,
@@ -40,7 +44,7 @@ impl Scratch {
         let spare = SPARE.with_borrow_mut(Vec::pop);
         let mut scratch = spare.unwrap_or_default();
         let used = scratch.octets.pair_count().max(LEAST_KEPT) as f64;
-        if used < LEAST_USED * (ROW * scratch.octets.all.len()) as f64 {
+        if used < LEAST_USED * scratch.octets.pairs.capacity() as f64 {
             scratch = Self::default();
         }
         scratch.posed_tets.clear();
@@ -59,63 +63,72 @@ impl Scratch {
     }
 }
 
-/// Octets in the order in which their pairs were found: first those that were looked at.
+/// Pairs of tetrahedra in the order in which they were entered, and the octets of those that were looked at.
 #[derive(Default)]
 pub(super) struct Octets {
-    /// Room, of which the first `len` are in use.
-    all: Vec<Octet>,
-    len: usize,
-    /// How many were looked at, or are being. Nothing is added to these.
+    /// The pairs, of which so many were looked at, or are being.
+    pairs: Vec<[u32; 2]>,
     done: usize,
+    /// Room for octets, of which the first `len` are in use.
+    room: Vec<Octet>,
+    len: usize,
 }
 
 impl Octets {
     fn clear(&mut self) {
-        (self.len, self.done) = (0, 0);
+        self.pairs.clear();
+        (self.done, self.len) = (0, 0);
     }
 
     /// Adds a pair to be looked at.
     #[inline]
     pub fn push(&mut self, tets: [u32; 2]) {
-        if self.len == self.done || self.all[self.len - 1].is_full() {
-            if self.len == self.all.len() {
-                self.all.push(Octet::empty());
+        self.pairs.push(tets);
+    }
+
+    /// Fills octets with the pairs to look at next, as many as fill them, or all that are left if these do not fill one. From now
+    /// on they count as done.
+    pub fn next(&mut self) -> Option<(Range<usize>, &mut [Octet])> {
+        let waiting = &self.pairs[self.done..];
+        let count = if waiting.len() < ROW {
+            waiting.len()
+        } else {
+            waiting.len().min(WAVE) / ROW * ROW
+        };
+        let start = self.len;
+        for tets in waiting[..count].chunks(ROW) {
+            if self.len == self.room.len() {
+                self.room.push(Octet::empty());
             }
-            self.all[self.len].clear();
+            self.room[self.len].fill_with(tets);
             self.len += 1;
         }
-        self.all[self.len - 1].push(tets);
-    }
-
-    /// The octets to look at next: those that are full or, if none is, the last one. From now on they count as done.
-    pub fn next(&mut self) -> Option<(Range<usize>, &mut [Octet])> {
-        let start = self.done;
-        let full = self.len - usize::from(self.last().is_some_and(|last| !last.is_full()));
-        self.done = full.max(self.len.min(start + 1));
-        (self.done > start).then(|| (start..self.done, &mut self.all[start..self.done]))
-    }
-
-    fn last(&self) -> Option<&Octet> {
-        self.in_use().last()
+        self.done += count;
+        (count > 0).then(|| (start..self.len, &mut self.room[start..self.len]))
     }
 
     /// The octets.
     pub fn in_use(&self) -> &[Octet] {
-        &self.all[..self.len]
+        &self.room[..self.len]
+    }
+
+    /// Forgets the octets: their room is used again.
+    pub fn forget(&mut self) {
+        self.len = 0;
     }
 
     #[inline]
     pub fn at(&self, index: usize) -> &Octet {
-        &self.all[index]
+        &self.room[index]
     }
 
     pub fn are_all_done(&self) -> bool {
-        self.done == self.len
+        self.done == self.pairs.len()
     }
 
     /// Number of pairs.
     pub fn pair_count(&self) -> usize {
-        self.in_use().iter().map(|octet| octet.tets().len()).sum()
+        self.pairs.len()
     }
 }
 

@@ -112,20 +112,11 @@ impl Octet {
         }
     }
 
-    /// Forgets its pairs. What was found of them stays, as numbers that are finite.
-    pub fn clear(&mut self) {
-        self.len = 0;
-    }
-
-    /// Adds a pair, for which there must be room.
+    /// Makes it one of up to eight other pairs. What was found of the ones before stays, as numbers that are finite.
     #[inline]
-    pub fn push(&mut self, tets: [u32; 2]) {
-        self.tets[self.len] = tets;
-        self.len += 1;
-    }
-
-    pub fn is_full(&self) -> bool {
-        self.len == ROW
+    pub fn fill_with(&mut self, tets: &[[u32; 2]]) {
+        self.len = tets.len();
+        self.tets[..self.len].copy_from_slice(tets);
     }
 
     /// The pairs of tetrahedra.
