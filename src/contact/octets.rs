@@ -212,13 +212,18 @@ impl<T: Scalar> OverOctets for RelativeJacobian<T> {
 
 #[cfg(test)]
 mod tests {
+    use super::super::polygon::{CutPolygon, CutSurface, PolygonSource};
     use super::super::{
         ContactBody, ContactPair, HalfSpace, Partner, RigidShape, Shape, SurfaceLaw,
     };
     use super::*;
     use crate::lanes::tests::at_width;
     use crate::mesh::{TriangleSurface, shapes};
+    use crate::narrow_phase::{ELASTIC_COINCIDENCE, Weights};
     use crate::spatial::{Pose, Twist};
+
+    /// Of sums over thousands of polygons, taken in another order.
+    const ROUND_OFF: f64 = 1e-13;
 
     /// Everything that is computed in lanes, as bits.
     fn bits(pair: &ContactPair) -> Vec<u64> {
@@ -258,8 +263,42 @@ mod tests {
         Pose::from_rotation_vector(&turn, way * distance)
     }
 
+    /// Two balls of so many octets of polygons that their memory is used again.
+    fn with_large_contact<O>(check: impl FnOnce(&ContactPair) -> O) -> O {
+        let ball = Shape::new(shapes::icosphere(1.0, 3).unwrap());
+        let a = ContactBody::new(&ball, pose(1, 0.8), 2e4).unwrap();
+        let b = ContactBody::new(&ball, Pose::identity(), 1e4).unwrap();
+        let pair = ContactPair::new(a, b);
+        assert!(pair.work_count().polygons > 1000);
+        check(&pair)
+    }
+
+    #[test]
+    fn large_contacts_are_summed_as_they_are_found() {
+        with_large_contact(|pair| {
+            let source = PolygonSource::of(pair);
+            let (surface, spilled) = source.for_sum_of_values::<Wrench>(pair.search());
+            let (all, rest) = (pair.cut_surface().wrench(), surface.wrench());
+            let [all, rest, spilled] = [all, rest, spilled].map(|wrench| wrench.to_vector());
+            assert!(rest.norm() > 0.0 && spilled.norm() > rest.norm());
+            assert!((rest + spilled - all).norm() < ROUND_OFF * all.norm());
+            let jacobian = |of: &CutSurface<f64>| {
+                let add = |sum: &mut RelativeJacobian<f64>, it: &CutPolygon<f64>| it.add_to(sum);
+                of.sum_of_moments(Weights::have_area, add).by_motion_of_b
+            };
+            let octaves = ELASTIC_COINCIDENCE;
+            let ((surface, _), spilled) =
+                source.for_sum_of_derivatives::<RelativeJacobian<f64>>(octaves, pair.search());
+            let (all, _) = source.for_derivatives(octaves, pair.search());
+            let (all, rest) = (jacobian(&all), jacobian(&surface));
+            let close = ROUND_OFF * all.norm();
+            assert!((rest + spilled.by_motion_of_b - all).norm() < close && rest.norm() > close);
+        });
+    }
+
     #[test]
     fn bits_are_the_same_at_all_widths() {
+        with_large_contact(|pair| assert_same_at_all_widths(pair, "large"));
         let ball = Shape::new(shapes::icosphere(1.0, 2).unwrap());
         let block = Shape::new(shapes::cuboid([1.0, 1.2, 0.8]).unwrap());
         let round = TriangleSurface::around(shapes::icosphere(0.9, 2).unwrap().mesh());

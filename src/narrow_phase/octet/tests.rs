@@ -88,9 +88,7 @@ fn assert_decided_alike(pair: &RelativePair) -> [usize; 2] {
     let (mut polygons, mut special) = (0, 0);
     for pairs in pairs_of(pair).chunks(ROW) {
         let mut octet = Octet::empty();
-        for &tets in pairs {
-            octet.push(tets);
-        }
+        octet.fill_with(pairs);
         lanes::run(LookAt {
             pair,
             posed: |tet: u32| &posed[tet as usize],
