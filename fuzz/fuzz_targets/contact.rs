@@ -1,11 +1,14 @@
-//! Any two small meshes in any poses have finite wrenches and Jacobians, and push on each other alike.
+//! A small mesh and any partner, in any poses and motion, have finite wrenches and derivatives, and push on each other alike.
 //!
 //! Numbers come in eighths, so that faces and edges often fall on one another.
 #![no_main]
 
-use hydroelastic::contact::{ContactBody, ContactPair, Culling, Search, Shape};
-use hydroelastic::mesh::{MeshError, PressureField, TetMesh, shapes};
-use hydroelastic::spatial::{Pose, Wrench};
+use hydroelastic::contact::{
+    ContactBody, ContactPair, ContactWrench, Culling, HalfSpace, Partner, RigidShape, Search,
+    Shape, SurfaceLaw,
+};
+use hydroelastic::mesh::{MeshError, PressureField, TetMesh, TriangleSurface, shapes};
+use hydroelastic::spatial::{Pose, Twist, Wrench};
 use libfuzzer_sys::arbitrary::{self, Arbitrary};
 use libfuzzer_sys::fuzz_target;
 use nalgebra::Vector3;
@@ -37,18 +40,78 @@ enum Solid {
 }
 
 #[derive(Debug, Arbitrary)]
-struct Placed {
-    solid: Solid,
+struct Place {
     turn: [i8; 3],
     at: [i8; 3],
+}
+
+#[derive(Debug, Arbitrary)]
+struct Placed {
+    solid: Solid,
+    place: Place,
     modulus: u8,
 }
 
-fuzz_target!(|pair: (Placed, Placed)| {
-    let (one, other) = pair;
-    if let (Ok(a), Ok(b)) = (one.solid.field(), other.solid.field()) {
-        let (a, b) = (Shape::new(a), Shape::new(b));
-        check(&ContactPair::new(one.body(&a), other.body(&b)));
+#[derive(Debug, Arbitrary)]
+enum Other {
+    Compliant(Placed),
+    Rigid(Placed),
+    RigidHalfSpace(Place),
+    Layer {
+        thickness: u8,
+        place: Place,
+        modulus: u8,
+    },
+}
+
+#[derive(Debug, Arbitrary)]
+struct Motion {
+    twists: [[[i8; 3]; 2]; 2],
+    dissipation: u8,
+    friction: u8,
+    slip_tolerance: u8,
+}
+
+fuzz_target!(|scene: (Placed, Other, Motion)| {
+    let (one, other, motion) = scene;
+    let Ok(field) = one.solid.field() else {
+        return;
+    };
+    let shape = Shape::new(field);
+    let a = one.body(&shape);
+    match other {
+        Other::Compliant(other) => {
+            if let Ok(field) = other.solid.field() {
+                let shape = Shape::new(field);
+                let b = other.body(&shape);
+                check(&ContactPair::new(a, b), &motion);
+                check_exchanged([a, b]);
+            }
+        }
+        Other::Rigid(other) => {
+            let surface = other.solid.field().ok();
+            let surface = surface.and_then(|field| TriangleSurface::around(field.mesh()).ok());
+            if let Some(surface) = surface {
+                let shape = RigidShape::new(surface);
+                let b = Partner::rigid(&shape, other.place.pose()).expect("the pose is finite");
+                check(&ContactPair::new(a, b), &motion);
+            }
+        }
+        Other::RigidHalfSpace(place) => {
+            let b = Partner::rigid_half_space(place.pose()).expect("the pose is finite");
+            check(&ContactPair::new(a, b), &motion);
+        }
+        Other::Layer {
+            thickness,
+            place,
+            modulus,
+        } => {
+            if let Ok(layer) = HalfSpace::layer(eighths(thickness)) {
+                let b = Partner::half_space(&layer, place.pose(), modulus_of(modulus))
+                    .expect("pose and modulus are finite, and this positive");
+                check(&ContactPair::new(a, b), &motion);
+            }
+        }
     }
 });
 
@@ -95,66 +158,133 @@ fn tetrahedra(vertices: &[[i8; 3]; 5], is_double: bool) -> Result<TetMesh, MeshE
     TetMesh::new(vertices.collect(), tets)
 }
 
+/// From 1 Pa to 1e8 Pa.
+fn modulus_of(number: u8) -> f64 {
+    10_f64.powf(f64::from(number) / 32.0)
+}
+
+impl Place {
+    fn pose(&self) -> Pose {
+        Pose::from_rotation_vector(&vector(self.turn), vector(self.at))
+    }
+}
+
 impl Placed {
     fn body<'a>(&self, shape: &'a Shape) -> ContactBody<'a> {
-        let pose = Pose::from_rotation_vector(&vector(self.turn), vector(self.at));
-        let modulus = 10_f64.powf(f64::from(self.modulus) / 32.0);
-        ContactBody::new(shape, pose, modulus)
+        ContactBody::new(shape, self.place.pose(), modulus_of(self.modulus))
             .expect("pose and modulus are finite, and this positive")
     }
 }
 
-fn check(pair: &ContactPair) {
+impl Motion {
+    fn twists(&self) -> [Twist; 2] {
+        self.twists.map(|[angular, linear]| Twist {
+            angular: vector(angular),
+            linear: vector(linear),
+        })
+    }
+
+    fn law(&self) -> SurfaceLaw {
+        let slip_tolerance = eighths(self.slip_tolerance.max(1));
+        SurfaceLaw::new(
+            eighths(self.dissipation),
+            eighths(self.friction),
+            slip_tolerance,
+        )
+        .expect("all are finite, and the tolerance is positive")
+    }
+}
+
+fn check(pair: &ContactPair, motion: &Motion) {
     let (wrench, jacobian) = pair.wrench_and_jacobian();
-    let matrices = [jacobian.on_a.matrix(), jacobian.on_b.matrix()];
-    assert!(
-        matrices
-            .iter()
-            .all(|matrix| matrix.iter().all(|entry| entry.is_finite())),
-        "{matrices:?}"
-    );
+    assert_finite(jacobian.on_a.matrix().as_slice());
+    assert_finite(jacobian.on_b.matrix().as_slice());
     let scale = force_scale(pair);
     assert!(scale.is_finite());
-    let from_a_to_b = pair.b().pose().translation() - pair.a().pose().translation();
+    assert_opposite(pair, &wrench, scale);
+    let plain = pair.wrench();
     assert_same(
-        &wrench.on_b,
-        &-wrench.on_a.about(&from_a_to_b),
-        scale,
-        "third law",
-    );
-    assert_same(
-        &pair.wrench().on_a,
+        &plain.on_a,
         &wrench.on_a,
         scale,
         "with and without Jacobian",
     );
-    let swapped = ContactPair::new(*pair.b(), *pair.a()).wrench();
+    let culled = pair.with_search(Search::Culling(Culling::default()));
+    assert_same(&culled.wrench().on_a, &wrench.on_a, scale, "by culling");
+
+    let (law, twists) = (motion.law(), motion.twists());
+    let moving = pair.wrench_in_motion(&law, twists);
+    let linearised = pair.linearised(&law, twists);
+    assert_finite(linearised.jacobian().as_slice());
+    let scale = scale * motion_scale(pair, &law, &twists);
+    assert_opposite(pair, &moving, scale);
+    let own = linearised.wrench.on_a;
     assert_same(
-        &swapped.on_b,
+        &own,
+        &moving.on_a,
+        scale,
+        "with and without derivatives, in motion",
+    );
+    let culled = culled.wrench_in_motion(&law, twists).on_a;
+    assert_same(&culled, &moving.on_a, scale, "by culling, in motion");
+}
+
+fn check_exchanged([a, b]: [ContactBody; 2]) {
+    let pair = ContactPair::new(a, b);
+    let exchanged = ContactPair::new(b, a).wrench();
+    let wrench = pair.wrench();
+    let scale = force_scale(&pair);
+    assert_same(
+        &exchanged.on_b,
         &wrench.on_a,
         scale,
         "bodies in the other order",
     );
-    let culled = pair
-        .with_search(Search::Culling(Culling::default()))
-        .wrench();
-    assert_same(&culled.on_a, &wrench.on_a, scale, "by culling");
 }
 
-/// Largest pressure times area that the two could have (N), and so a torque (N m) with their reach.
-fn force_scale(pair: &ContactPair) -> f64 {
-    let of_body = |body: &ContactBody| {
-        let field = body.shape().field();
-        let extent = field
-            .extents()
-            .iter()
-            .fold(0.0, |most: f64, &extent| most.max(extent));
-        let reach = field.reach() + body.pose().translation().norm();
-        (body.modulus() * extent, reach)
+fn assert_finite(numbers: &[f64]) {
+    assert!(
+        numbers.iter().all(|number| number.is_finite()),
+        "{numbers:?}"
+    );
+}
+
+fn assert_opposite(pair: &ContactPair, wrench: &ContactWrench, scale: f64) {
+    let from_a_to_b = pair.b().pose().translation() - pair.a().pose().translation();
+    let from_a = -wrench.on_a.about(&from_a_to_b);
+    assert_same(&wrench.on_b, &from_a, scale, "third law");
+}
+
+/// How far a partner reaches (m) from the origin of the world; a half-space as far as its frame.
+fn reach_of(partner: &Partner) -> f64 {
+    let own = match (partner.shape(), partner.rigid_shape()) {
+        (Some(shape), _) => shape.field().reach(),
+        (_, Some(shape)) => shape.surface().reach(),
+        _ => 0.0,
     };
-    let ((pressure_a, reach_a), (pressure_b, reach_b)) = (of_body(pair.a()), of_body(pair.b()));
-    let reach = 1.0 + reach_a + reach_b;
-    pressure_a.max(pressure_b) * reach.powi(3)
+    own + partner.pose().translation().norm()
+}
+
+/// Largest pressure times area that A could have (N), and so a torque (N m) with the reach of both.
+fn force_scale(pair: &ContactPair) -> f64 {
+    let a = Partner::from(*pair.a());
+    let highest = |partner: &Partner| {
+        let extents = partner
+            .shape()
+            .map_or(&[][..], |shape| shape.field().extents());
+        let extent = extents.iter().copied().fold(0.0, f64::max);
+        extent * partner.modulus().unwrap_or_default()
+    };
+    let reach = 1.0 + reach_of(&a) + reach_of(pair.b());
+    highest(&a).max(highest(pair.b())) * reach.powi(3)
+}
+
+/// By how much more dissipation and friction may push than the pressure.
+fn motion_scale(pair: &ContactPair, law: &SurfaceLaw, twists: &[Twist; 2]) -> f64 {
+    let reach = reach_of(&Partner::from(*pair.a())) + reach_of(pair.b());
+    let speed = |twist: &Twist| twist.linear.norm() + 2.0 * twist.angular.norm() * reach;
+    let speed = speed(&twists[0]) + speed(&twists[1]);
+    (1.0 + law.dissipation() * speed) * (1.0 + law.friction())
 }
 
 fn assert_same(found: &Wrench, expected: &Wrench, scale: f64, what: &str) {
