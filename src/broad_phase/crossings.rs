@@ -5,9 +5,10 @@
 //! a patch of a smooth surface these are much closer together than the sides of the box. At the end four triangles of one
 //! body are held against one of the other.
 
-use super::patch::{FourCorners, FourTriangles, Frame, Patch};
+use super::lists::{FourCrossed, Keeping, OneCrossed, Posed, Touched};
+use super::patch::{FourCorners, Frame, Patch};
 use super::triangle_tree::{Node, SurfaceFace, TriangleTree, WIDTH};
-use crate::lanes::{self, InLanes, Lanes};
+use crate::lanes;
 use crate::mesh::FieldTet;
 use crate::spatial::Pose;
 use nalgebra::Vector3;
@@ -24,13 +25,13 @@ pub(crate) struct Surface<'s> {
 impl Surface<'_> {
     /// The corners of a triangle, by its place in the tree.
     #[inline]
-    fn corners(&self, index: usize) -> [Vector3<f64>; 3] {
+    pub fn corners(&self, index: usize) -> [Vector3<f64>; 3] {
         self.tree.faces()[index].corners(self.tets)
     }
 
     /// The corners of four triangles, by corner and coordinate; those of the last triangle again where there are fewer.
     #[inline]
-    fn four_from(&self, first: usize) -> FourCorners {
+    pub fn four_from(&self, first: usize) -> FourCorners {
         let last = self.tree.faces().len() - 1;
         let mut four = [[[0.0; WIDTH]; 3]; 3];
         for slot in 0..WIDTH {
@@ -222,137 +223,6 @@ impl<V: FnMut(SurfaceFace, SurfaceFace)> Descent<'_, '_, V> {
             self.memory.resize(count, 0);
         }
     }
-}
-
-/// What stays of a list of nodes of which some have children that are touched.
-#[derive(Clone, Copy)]
-enum Keeping {
-    Children,
-    Nodes,
-}
-
-/// A node of B in A's frame.
-struct Posed<'d> {
-    frame: &'d Frame,
-    node: &'d Node,
-}
-
-impl InLanes for Posed<'_> {
-    type Output = Node;
-
-    #[inline(always)]
-    fn run<L: Lanes>(self, lanes: L) -> Node {
-        self.frame.posed(lanes, self.node)
-    }
-}
-
-/// Lists what a part of B's surface may touch of the nodes of A at these places of the memory, behind them; gives where that list
-/// ends.
-struct Touched<'d> {
-    nodes: &'d [Node],
-    patch: &'d Patch,
-    keeping: Keeping,
-    memory: &'d mut [u32],
-    places: Range<usize>,
-}
-
-impl InLanes for Touched<'_> {
-    type Output = usize;
-
-    #[inline(always)]
-    fn run<L: Lanes>(self, lanes: L) -> usize {
-        let patch = self.patch.in_lanes(lanes);
-        let mut end = self.places.end;
-        for place in self.places {
-            let index = self.memory[place];
-            let touched = patch.touched(lanes, &self.nodes[index as usize]);
-            match self.keeping {
-                Keeping::Children => {
-                    end += kept(&mut self.memory[end..], WIDTH as u32 * index, touched);
-                }
-                Keeping::Nodes => {
-                    self.memory[end] = index;
-                    end += usize::from(touched != 0);
-                }
-            }
-        }
-        end
-    }
-}
-
-/// Lists which of four triangles of B the triangles of A at these places of the memory may cross, behind them: four times the
-/// number of the latter, and which of the four. Gives where that list ends.
-struct FourCrossed<'d, 's> {
-    frame: &'d Frame,
-    posed: &'d Node,
-    corners_b: FourCorners,
-    a: Surface<'s>,
-    margin: f64,
-    memory: &'d mut [u32],
-    triangles: Range<usize>,
-}
-
-impl InLanes for FourCrossed<'_, '_> {
-    type Output = usize;
-
-    #[inline(always)]
-    fn run<L: Lanes>(self, lanes: L) -> usize {
-        let four = self.frame.triangles(lanes, self.posed, &self.corners_b);
-        let mut end = self.triangles.end;
-        for place in self.triangles {
-            let index = self.memory[place];
-            let (node, slot) = (index as usize / WIDTH, index as usize % WIDTH);
-            let patch = Patch::of_a(&self.a.tree.leaves()[node], slot, self.margin);
-            let crossed = four.crossed(lanes, &patch, &self.a.corners(index as usize));
-            end += kept(&mut self.memory[end..], WIDTH as u32 * index, crossed);
-        }
-        end
-    }
-}
-
-/// Lists the triangles, below the nodes of A at these places of the memory, that one of B may cross, behind them; gives where
-/// that list ends.
-struct OneCrossed<'d, 's> {
-    patch: Patch,
-    corners: [Vector3<f64>; 3],
-    a: Surface<'s>,
-    margin: f64,
-    memory: &'d mut [u32],
-    nodes: Range<usize>,
-}
-
-impl InLanes for OneCrossed<'_, '_> {
-    type Output = usize;
-
-    #[inline(always)]
-    fn run<L: Lanes>(self, lanes: L) -> usize {
-        let mut end = self.nodes.end;
-        for place in self.nodes {
-            let index = self.memory[place];
-            let first = WIDTH as u32 * index;
-            let corners = self.a.four_from(first as usize);
-            let node = &self.a.tree.leaves()[index as usize];
-            let four = FourTriangles::of_a(node, corners, self.margin);
-            let crossed = four.crossed(lanes, &self.patch, &self.corners);
-            end += kept(&mut self.memory[end..], first, crossed);
-        }
-        end
-    }
-}
-
-/// Writes the numbers from `first` on whose bits are set, and returns how many they are. There must be room for all four: each
-/// is written, and kept by going on to the next place, because a processor cannot guess which bits are set.
-#[inline(always)]
-fn kept(memory: &mut [u32], first: u32, bits: u32) -> usize {
-    let Some(room) = memory.first_chunk_mut::<WIDTH>() else {
-        return 0;
-    };
-    let mut count = 0;
-    for slot in 0..WIDTH as u32 {
-        room[count % WIDTH] = first + slot;
-        count += (bits >> slot & 1) as usize;
-    }
-    count
 }
 
 #[cfg(test)]

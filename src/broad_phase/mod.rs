@@ -19,6 +19,7 @@ mod crossings;
 mod field_tree;
 mod half_space;
 mod landscape;
+mod lists;
 mod patch;
 mod positivity;
 mod projections;

@@ -1,0 +1,140 @@
+//! The work of the descent to the rim that runs in lanes: each job goes through a list of parts of A's surface, in a memory that
+//! is shared, and writes another list behind it.
+
+use super::crossings::Surface;
+use super::patch::{FourCorners, FourTriangles, Frame, Patch};
+use super::triangle_tree::{Node, WIDTH};
+use crate::lanes::{InLanes, Lanes};
+use nalgebra::Vector3;
+use std::ops::Range;
+
+/// What stays of a list of nodes of which some have children that are touched.
+#[derive(Clone, Copy)]
+pub(super) enum Keeping {
+    Children,
+    Nodes,
+}
+
+/// A node of B in A's frame.
+pub(super) struct Posed<'d> {
+    pub frame: &'d Frame,
+    pub node: &'d Node,
+}
+
+impl InLanes for Posed<'_> {
+    type Output = Node;
+
+    #[inline(always)]
+    fn run<L: Lanes>(self, lanes: L) -> Node {
+        self.frame.posed(lanes, self.node)
+    }
+}
+
+/// Lists what a part of B's surface may touch of the nodes of A at these places of the memory, behind them; gives where that list
+/// ends.
+pub(super) struct Touched<'d> {
+    pub nodes: &'d [Node],
+    pub patch: &'d Patch,
+    pub keeping: Keeping,
+    pub memory: &'d mut [u32],
+    pub places: Range<usize>,
+}
+
+impl InLanes for Touched<'_> {
+    type Output = usize;
+
+    #[inline(always)]
+    fn run<L: Lanes>(self, lanes: L) -> usize {
+        let patch = self.patch.in_lanes(lanes);
+        let mut end = self.places.end;
+        for place in self.places {
+            let index = self.memory[place];
+            let touched = patch.touched(lanes, &self.nodes[index as usize]);
+            match self.keeping {
+                Keeping::Children => {
+                    end += kept(&mut self.memory[end..], WIDTH as u32 * index, touched);
+                }
+                Keeping::Nodes => {
+                    self.memory[end] = index;
+                    end += usize::from(touched != 0);
+                }
+            }
+        }
+        end
+    }
+}
+
+/// Lists which of four triangles of B the triangles of A at these places of the memory may cross, behind them: four times the
+/// number of the latter, and which of the four. Gives where that list ends.
+pub(super) struct FourCrossed<'d, 's> {
+    pub frame: &'d Frame,
+    pub posed: &'d Node,
+    pub corners_b: FourCorners,
+    pub a: Surface<'s>,
+    pub margin: f64,
+    pub memory: &'d mut [u32],
+    pub triangles: Range<usize>,
+}
+
+impl InLanes for FourCrossed<'_, '_> {
+    type Output = usize;
+
+    #[inline(always)]
+    fn run<L: Lanes>(self, lanes: L) -> usize {
+        let four = self.frame.triangles(lanes, self.posed, &self.corners_b);
+        let mut end = self.triangles.end;
+        for place in self.triangles {
+            let index = self.memory[place];
+            let (node, slot) = (index as usize / WIDTH, index as usize % WIDTH);
+            let patch = Patch::of_a(&self.a.tree.leaves()[node], slot, self.margin);
+            let crossed = four.crossed(lanes, &patch, &self.a.corners(index as usize));
+            end += kept(&mut self.memory[end..], WIDTH as u32 * index, crossed);
+        }
+        end
+    }
+}
+
+/// Lists the triangles, below the nodes of A at these places of the memory, that one of B may cross, behind them; gives where
+/// that list ends.
+pub(super) struct OneCrossed<'d, 's> {
+    pub patch: Patch,
+    pub corners: [Vector3<f64>; 3],
+    pub a: Surface<'s>,
+    pub margin: f64,
+    pub memory: &'d mut [u32],
+    pub nodes: Range<usize>,
+}
+
+impl InLanes for OneCrossed<'_, '_> {
+    type Output = usize;
+
+    #[inline(always)]
+    fn run<L: Lanes>(self, lanes: L) -> usize {
+        let mut end = self.nodes.end;
+        for place in self.nodes {
+            let index = self.memory[place];
+            let first = WIDTH as u32 * index;
+            let corners = self.a.four_from(first as usize);
+            let node = &self.a.tree.leaves()[index as usize];
+            let four = FourTriangles::of_a(node, corners, self.margin);
+            let crossed = four.crossed(lanes, &self.patch, &self.corners);
+            end += kept(&mut self.memory[end..], first, crossed);
+        }
+        end
+    }
+}
+
+/// Writes the numbers from `first` on whose bits are set, and returns how many they are. There must be room for all four: each
+/// is written, and kept by going on to the next place, because a processor cannot guess which bits are set.
+#[inline(always)]
+fn kept(memory: &mut [u32], first: u32, bits: u32) -> usize {
+    let Some(room) = memory.first_chunk_mut::<WIDTH>() else {
+        return 0;
+    };
+    let mut count = 0;
+    for slot in 0..WIDTH as u32 {
+        room[count % WIDTH] = first + slot;
+        count += (bits >> slot & 1) as usize;
+    }
+    count
+}
