@@ -50,8 +50,15 @@ impl<'o> Loads<'o> {
         loads
     }
 
+    /// The rung of the ladder of rules that is good enough for the polygon at a place, of these corners; none where the slip turns so
+    /// quickly that it has a closed form instead, or where the pressure is clamped at a corner.
+    pub fn rung(&self, place: usize, corners: &[[f64; 2]]) -> Option<usize> {
+        let rung = self.slip(place).rung(corners);
+        rung.filter(|_| !self.are_clamped(place, corners))
+    }
+
     /// On the polygon at a place.
-    pub fn slip(&self, place: usize) -> Slip<f64> {
+    fn slip(&self, place: usize) -> Slip<f64> {
         let [v1, v2, spin] = self.slip.each_ref().map(|row| row[place]);
         Slip {
             at_origin: [v1, v2],
@@ -61,7 +68,7 @@ impl<'o> Loads<'o> {
     }
 
     /// Whether the pressure is clamped at a corner of the polygon at a place.
-    pub fn are_clamped(&self, place: usize, corners: &[[f64; 2]]) -> bool {
+    fn are_clamped(&self, place: usize, corners: &[[f64; 2]]) -> bool {
         let damping = self.damping.each_ref().map(|row| row[place]);
         corners.iter().any(|y| plane::at(&damping, y) < 0.0)
     }

@@ -26,20 +26,20 @@ trait Integrals<const N: usize> {
 }
 
 /// As many contact polygons of an octet as there are lanes: its rows of the same names, in A's frame.
-struct Polygons<N> {
-    origin: [N; 3],
-    e1: [N; 3],
-    e2: [N; 3],
-    normal: [N; 3],
-    pressure: [N; 3],
-    gradient_a: [N; 3],
-    slopes: [[N; 3]; 2],
-    moments: [N; 6],
+pub(super) struct Polygons<N> {
+    pub origin: [N; 3],
+    pub e1: [N; 3],
+    pub e2: [N; 3],
+    pub normal: [N; 3],
+    pub pressure: [N; 3],
+    pub gradient_a: [N; 3],
+    pub slopes: [[N; 3]; 2],
+    pub moments: [N; 6],
 }
 
 impl<N: Numbers> Polygons<N> {
     #[inline(always)]
-    fn of<L: Lanes<Numbers = N>>(lanes: L, octet: &Octet, first: usize) -> Self {
+    pub fn of<L: Lanes<Numbers = N>>(lanes: L, octet: &Octet, first: usize) -> Self {
         let load = |row: &Row| lanes.load(row, first);
         let vector = |rows: &[Row; 3]| loaded(lanes, rows, first);
         let [e1, e2, normal] = &octet.axes;

@@ -53,8 +53,7 @@ impl InLanes for InMotion<'_> {
                     count += 1;
                 });
                 let corners = &corners[..count.min(CORNERS)];
-                let rung = loads.slip(place).rung(corners);
-                let Some(rung) = rung.filter(|_| !loads.are_clamped(place, corners)) else {
+                let Some(rung) = loads.rung(place, corners) else {
                     left[index] |= 1 << place;
                     continue;
                 };

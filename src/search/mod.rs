@@ -22,7 +22,7 @@ mod visited;
 pub use culling::Culling;
 
 use crate::geometry::Closeness;
-use crate::narrow_phase::{Cut, Octet, RelativePair};
+use crate::narrow_phase::{Cut, Octet, PosedTet, RelativePair};
 use following::Spill;
 use scratch::Scratch;
 
@@ -72,10 +72,15 @@ impl Found {
         }
     }
 
+    /// A tetrahedron of B of one of the octets.
+    pub fn posed_tet(&self, tet_b: u32) -> &PosedTet {
+        self.scratch.posed_tets.get(tet_b)
+    }
+
     /// The cut at a place of an octet, which must have a polygon there.
     pub fn cut_of(&self, octet: &Octet, place: usize, pair: &RelativePair) -> Cut {
         let [_, tet_b] = octet.tets()[place];
-        octet.cut(place, pair, self.scratch.posed_tets.get(tet_b))
+        octet.cut(place, pair, self.posed_tet(tet_b))
     }
 
     /// The pairs of tetrahedra in which both pressures have one gradient and come near each other, whether they overlap or not.

@@ -11,8 +11,7 @@ mod quadrature;
 mod rules;
 
 use crate::scalar::{Scalar, carries_derivatives, real_part};
-use rules::EdgeRule;
-pub(super) use rules::TriangleRule;
+pub(super) use rules::{EdgeRule, TriangleRule};
 
 /// An affine function in the plane, c₀ + c₁y₁ + c₂y₂.
 pub(super) type Affine<T> = [T; 3];
@@ -128,6 +127,11 @@ const LADDER: [Rung; 6] = [
 /// The rule for values of a rung.
 pub(super) fn value_rule(rung: usize) -> &'static TriangleRule {
     LADDER[rung].value
+}
+
+/// The rules for derivatives of a rung: over the area, and along edges.
+pub(super) fn slope_rules(rung: usize) -> (&'static TriangleRule, &'static EdgeRule) {
+    (LADDER[rung].slopes, LADDER[rung].edge)
 }
 
 /// How the integrals over a polygon are taken.

@@ -107,7 +107,7 @@ const NONE: Orbits = Orbits {
 };
 
 /// Gauss–Legendre quadrature: exact for polynomials of degree 2n − 1.
-pub(super) struct EdgeRule {
+pub(in crate::contact) struct EdgeRule {
     pairs: [[[f64; 2]; 2]; Self::CAPACITY],
     len: usize,
 }

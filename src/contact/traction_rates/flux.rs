@@ -5,7 +5,7 @@ use crate::contact::plane::{at, up_to_quadratic};
 use nalgebra::Vector6;
 
 /// Gauss' points and weights for the mean over an edge, from its start: exact to degree five.
-pub(super) const THREE_POINTS: [(f64, f64); 3] = [
+pub(in crate::contact::traction_rates) const THREE_POINTS: [(f64, f64); 3] = [
     (0.112_701_665_379_258_31, 5.0 / 18.0),
     (0.5, 4.0 / 9.0),
     (0.887_298_334_620_741_7, 5.0 / 18.0),

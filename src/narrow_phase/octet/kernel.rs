@@ -174,6 +174,7 @@ impl Octet {
         met: &Encounters<N>,
         yielding: N,
     ) {
+        yielding.store(&mut self.yielding, first);
         let gradient_a = scaled(met.extent_gradient, bodies.modulus_a);
         store(&mut self.gradient_a, first, gradient_a);
         let slope_a = scaled(met.extent_gradient, bodies.scale_a * yielding);

@@ -41,6 +41,8 @@ pub(crate) struct Octet {
     pub gradient_a: [Row; 3],
     /// ∇p_A/|g| and ∇p_B/|g| (see [`EquilibriumPlane`](super::EquilibriumPlane)).
     pub slopes: [[Row; 3]; 2],
+    /// 1/|g| (m/Pa), where B is rigid 1.
+    pub yielding: Row,
     /// ∫ m dA for the monomials m = 1, y₁, y₂, y₁², y₁y₂, y₂².
     pub moments: [Row; 6],
     /// Where the edge of each slot begins, counter-clockwise.
@@ -102,6 +104,7 @@ impl Octet {
             pressure: [zero; 3],
             gradient_a: [zero; 3],
             slopes: [[zero; 3]; 2],
+            yielding: zero,
             moments: [zero; 6],
             corners: [[zero; 2]; SLOTS],
             after: [zero; 4],

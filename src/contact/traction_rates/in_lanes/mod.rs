@@ -1,0 +1,266 @@
+//! First derivatives of what dissipation and friction add, over the generic contact polygons, several at a time.
+
+mod edges;
+mod quadrature;
+mod rates;
+#[cfg(test)]
+mod tests;
+
+use crate::contact::SurfaceLaw;
+use crate::contact::friction::slope_rules;
+use crate::contact::linearised::RelativeLinearisation;
+use crate::contact::loaded_triangles::Loads;
+use crate::contact::octets::Polygons;
+use crate::contact::plane_motion::PlaneMotion;
+use crate::contact::polygon::PartialSum;
+use crate::contact::surface_law::RelativeMotion;
+use crate::lanes::space::{cross, dot, sum};
+use crate::lanes::{self, InLanes, Lanes, Numbers, ROW, Row};
+use crate::narrow_phase::{Octet, RelativePair};
+use crate::search::Found;
+use edges::{CORNERS, Edges};
+use nalgebra::{Matrix6, Matrix6x2, Vector3, Vector6};
+use quadrature::{Edge, Field};
+use rates::{Frame, Rates, Six, Traction, plus, times};
+
+/// How many numbers a 6×6 matrix has.
+const MATRIX: usize = 36;
+
+/// By motions and twists, the wrench, and its derivatives by the modulus of B, dissipation and friction.
+const NUMBERS: usize = 2 * MATRIX + 4 * 6;
+
+/// For each octet the places that are left, as bits.
+pub(super) type Left = Vec<u8>;
+
+/// The sum over the polygons of octets of what the law adds, in A's axes about A's origin; of the derivatives by the moduli, only
+/// E_B ∂W/∂E_B, in the second column. Polygons on which the pressure is clamped somewhere, or of which the slip turns quickly,
+/// are left to be taken one by one.
+pub(super) struct AddedInLanes<'o> {
+    pub octets: &'o [Octet],
+    pub found: &'o Found,
+    pub pair: &'o RelativePair<'o>,
+    pub law: &'o SurfaceLaw,
+    pub motion: &'o RelativeMotion<f64>,
+}
+
+impl AddedInLanes<'_> {
+    pub fn sum(self) -> (RelativeLinearisation<f64>, Left) {
+        let (sums, left) = lanes::run(self);
+        let (by_motion, rest) = sums.split_at(MATRIX);
+        let (by_twist, rest) = rest.split_at(MATRIX);
+        let six = |which: usize| Vector6::from_column_slice(&rest[6 * which..6 * which + 6]);
+        let sum = RelativeLinearisation {
+            by_motion: Matrix6::from_column_slice(by_motion),
+            by_twist: Matrix6::from_column_slice(by_twist),
+            wrench: six(0),
+            by_moduli: Matrix6x2::from_columns(&[Vector6::zeros(), six(1)]),
+            by_law: Matrix6x2::from_columns(&[six(2), six(3)]),
+            // Generic polygons have no kinks.
+            ..RelativeLinearisation::empty()
+        };
+        (sum, left)
+    }
+}
+
+impl InLanes for AddedInLanes<'_> {
+    type Output = ([f64; NUMBERS], Left);
+
+    #[inline(always)]
+    fn run<L: Lanes>(self, lanes: L) -> Self::Output {
+        let mut sums = [[0.0; ROW]; NUMBERS];
+        let mut left = vec![0; self.octets.len()];
+        for (octet, left) in self.octets.iter().zip(&mut left) {
+            if !octet.has_polygons() {
+                continue;
+            }
+            let loads = Loads::of(lanes, octet, self.law, self.motion);
+            let (mut edges, mut rung) = (Edges::NONE, 0);
+            for place in 0..octet.tets().len() {
+                if !octet.has_polygon(place) {
+                    continue;
+                }
+                let (mut corners, mut count) = ([[0.0; 2]; CORNERS], 0);
+                octet.visit_edges(place, |_, corner| {
+                    corners[count % CORNERS] = corner;
+                    count += 1;
+                });
+                let corners = &corners[..count.min(CORNERS)];
+                let Some(own) = loads.rung(place, corners) else {
+                    *left |= 1 << place;
+                    continue;
+                };
+                rung = own.max(rung);
+                let [_, tet_b] = octet.tets()[place];
+                let tet_b = self.found.posed_tet(tet_b);
+                edges.set((octet, place), corners, (self.pair, tet_b));
+            }
+            if edges.most > 0 {
+                for first in (0..octet.tets().len()).step_by(L::COUNT) {
+                    self.add(lanes, &mut sums, (octet, first), (&edges, rung));
+                }
+            }
+        }
+        let mut totals = [0.0; NUMBERS];
+        for (total, [a, b, c, d, e, f, g, h]) in totals.iter_mut().zip(sums) {
+            *total = ((a + b) + (c + d)) + ((e + f) + (g + h));
+        }
+        (totals, left)
+    }
+}
+
+impl AddedInLanes<'_> {
+    /// Adds the polygons in as many places as there are lanes.
+    #[inline(always)]
+    fn add<L: Lanes>(
+        &self,
+        lanes: L,
+        sums: &mut [Row; NUMBERS],
+        (octet, first): (&Octet, usize),
+        (edges, rung): (&Edges, usize),
+    ) {
+        let polygons = Polygons::of(lanes, octet, first);
+        let frame = Frame {
+            origin: polygons.origin,
+            axes: [polygons.e1, polygons.e2, polygons.normal],
+        };
+        let traction = self.traction(lanes, &polygons, &frame);
+        let mut rates = self.rates(lanes, (&traction, &frame.axes), (edges, first), rung);
+        let [_, slope_b] = polygons.slopes;
+        rates.add_motion_of_plane(along(&frame.axes, slope_b));
+        // As the modulus of B grows the plane moves by p/|g|.
+        let yielding = if self.pair.shape_b.is_rigid() {
+            lanes.splat(0.0)
+        } else {
+            lanes.load(&octet.yielding, first)
+        };
+        let [p0, p1, p2] = times(&polygons.pressure, yielding);
+        let [k0, k1, k2] = &rates.by_speed;
+        let by_modulus_b = plus(&plus(&times(k0, p0), &times(k1, p1)), &times(k2, p2));
+        let by_motion = frame.turned_matrix(&rates.by_motion);
+        let by_twist = frame.turned_matrix(&rates.by_twist);
+        add_columns(lanes, &mut sums[..MATRIX], first, &by_motion);
+        add_columns(lanes, &mut sums[MATRIX..2 * MATRIX], first, &by_twist);
+        let rest = [
+            frame.turned(&rates.wrench),
+            frame.turned(&by_modulus_b),
+            frame.turned(&rates.by_dissipation),
+            frame.turned(&rates.by_friction),
+        ];
+        add_columns(lanes, &mut sums[2 * MATRIX..], first, &rest);
+    }
+
+    #[inline(always)]
+    fn traction<L: Lanes>(
+        &self,
+        lanes: L,
+        polygons: &Polygons<L::Numbers>,
+        frame: &Frame<L::Numbers>,
+    ) -> Traction<L::Numbers> {
+        let (at_a, angular) = (
+            splat(lanes, &self.motion.at_origin),
+            splat(lanes, &self.motion.angular),
+        );
+        let velocity = sum(at_a, cross(angular, frame.origin));
+        let motion = PlaneMotion {
+            velocity: along(&frame.axes, velocity),
+            angular: along(&frame.axes, angular),
+        };
+        let dissipation = lanes.splat(self.law.dissipation);
+        Traction {
+            zero: lanes.splat(0.0),
+            friction: lanes.splat(self.law.friction),
+            dissipation,
+            pressure: polygons.pressure,
+            damping: motion.damping(dissipation, lanes.splat(1.0)),
+            excess: times(&motion.separating(), -dissipation),
+            motion,
+            along_normal: dot(polygons.gradient_a, polygons.normal),
+        }
+    }
+
+    /// The derivatives of the polygons' wrenches, with all that their edges contribute.
+    #[inline(always)]
+    fn rates<L: Lanes>(
+        &self,
+        lanes: L,
+        (traction, axes): (&Traction<L::Numbers>, &[[L::Numbers; 3]; 3]),
+        (edges, first): (&Edges, usize),
+        rung: usize,
+    ) -> Rates<L::Numbers> {
+        let (over_area, along_edges) = slope_rules(rung);
+        let (slip, spin) = traction.motion.slip();
+        let tolerance = self.law.slip_tolerance;
+        let field = Field {
+            slip,
+            spin,
+            tolerance: lanes.splat(tolerance * tolerance),
+            pressure: traction.pressure,
+            damping: traction.damping,
+            one: lanes.splat(1.0),
+        };
+        let sums = field.over_area(lanes, (edges, first), over_area);
+        let mut rates = Rates::of_area(&sums, traction);
+        if self.law.is_elastic() {
+            return rates;
+        }
+        for number in 0..edges.most.min(CORNERS) {
+            let edge = Edge::of(lanes, edges, number, first);
+            let [u1, u2] = field.along(lanes, &edge, along_edges);
+            let pressed = field.pressed_along(lanes, &edge, &traction.excess);
+            let flux = [
+                times(&u1, -traction.friction),
+                times(&u2, -traction.friction),
+                pressed,
+            ];
+            let [x, y, z] = &edges.normals[number];
+            let normal = [
+                lanes.load(x, first),
+                lanes.load(y, first),
+                lanes.load(z, first),
+            ];
+            let of_b = lanes.load(&edges.of_b[number], first);
+            let normal = over_its_part_in_the_plane(along(axes, normal), traction.zero);
+            rates.add_flux(flux, normal, of_b);
+        }
+        rates
+    }
+}
+
+/// A normal along the axes of a plane over the length of its part in that plane; 0, where that is 0.
+#[inline(always)]
+fn over_its_part_in_the_plane<N: Numbers>(normal: [N; 3], zero: N) -> [N; 3] {
+    let squared = normal[0] * normal[0] + normal[1] * normal[1];
+    let is_there = zero.is_less(squared);
+    let [m1, m2, m3] = normal;
+    let length = squared.sqrt();
+    [
+        (m1 / length).or_else(is_there, zero),
+        (m2 / length).or_else(is_there, zero),
+        (m3 / length).or_else(is_there, zero),
+    ]
+}
+
+/// The components of a vector along axes.
+#[inline(always)]
+fn along<N: Numbers>([e1, e2, n]: &[[N; 3]; 3], vector: [N; 3]) -> [N; 3] {
+    [dot(*e1, vector), dot(*e2, vector), dot(*n, vector)]
+}
+
+#[inline(always)]
+fn splat<L: Lanes>(lanes: L, vector: &Vector3<f64>) -> [L::Numbers; 3] {
+    [
+        lanes.splat(vector.x),
+        lanes.splat(vector.y),
+        lanes.splat(vector.z),
+    ]
+}
+
+/// Adds columns of six to rows.
+#[inline(always)]
+fn add_columns<L: Lanes>(lanes: L, rows: &mut [Row], first: usize, columns: &[Six<L::Numbers>]) {
+    for (rows, column) in rows.chunks_exact_mut(6).zip(columns) {
+        for (row, number) in rows.iter_mut().zip(column) {
+            (lanes.load(row, first) + *number).store(row, first);
+        }
+    }
+}
