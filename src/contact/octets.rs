@@ -2,7 +2,7 @@
 
 use super::jacobian::RelativeJacobian;
 use super::polygon::PartialSum;
-use crate::lanes::space::{cross, loaded, scaled, sum};
+use crate::lanes::space::{cross, scaled, sum};
 use crate::lanes::{self, InLanes, Lanes, Numbers, ROW, Row};
 use crate::narrow_phase::Octet;
 use crate::scalar::{Scalar, lift};
@@ -25,7 +25,7 @@ trait Integrals<const N: usize> {
     fn of<L: Lanes>(lanes: L, polygons: &Polygons<L::Numbers>) -> [L::Numbers; N];
 }
 
-/// As many contact polygons of an octet as there are lanes: its rows of the same names, in A's frame.
+/// As many contact polygons as there are lanes: rows of octets of the same names, in A's frame.
 pub(super) struct Polygons<N> {
     pub origin: [N; 3],
     pub e1: [N; 3],
@@ -34,31 +34,60 @@ pub(super) struct Polygons<N> {
     pub pressure: [N; 3],
     pub gradient_a: [N; 3],
     pub slopes: [[N; 3]; 2],
+    pub yielding: N,
     pub moments: [N; 6],
 }
 
 impl<N: Numbers> Polygons<N> {
+    /// Those of an octet from a place on.
     #[inline(always)]
     pub fn of<L: Lanes<Numbers = N>>(lanes: L, octet: &Octet, first: usize) -> Self {
-        let load = |row: &Row| lanes.load(row, first);
-        let vector = |rows: &[Row; 3]| loaded(lanes, rows, first);
-        let [e1, e2, normal] = &octet.axes;
-        let [slope_a, slope_b] = &octet.slopes;
+        Self::from(|row| lanes.load(row(octet), first))
+    }
+
+    /// Those at places of octets, each given by octet and place, from the one with this number on.
+    #[inline(always)]
+    pub fn gathered<L: Lanes<Numbers = N>>(
+        lanes: L,
+        octets: &[Octet],
+        places: &[[usize; 2]; ROW],
+        first: usize,
+    ) -> Self {
+        Self::from(|row| {
+            lanes.gathered(|lane| {
+                let [octet, place] = places[first + lane];
+                row(&octets[octet])[place]
+            })
+        })
+    }
+
+    #[inline(always)]
+    fn from(load: impl Fn(fn(&Octet) -> &Row) -> N) -> Self {
+        macro_rules! vector {
+            ($($rows:tt)+) => {
+                [
+                    load(|octet| &octet.$($rows)+[0]),
+                    load(|octet| &octet.$($rows)+[1]),
+                    load(|octet| &octet.$($rows)+[2]),
+                ]
+            };
+        }
         Self {
-            origin: vector(&octet.origin),
-            e1: vector(e1),
-            e2: vector(e2),
-            normal: vector(normal),
-            pressure: vector(&octet.pressure),
-            gradient_a: vector(&octet.gradient_a),
-            slopes: [vector(slope_a), vector(slope_b)],
+            origin: vector!(origin),
+            e1: vector!(axes[0]),
+            e2: vector!(axes[1]),
+            normal: vector!(axes[2]),
+            pressure: vector!(pressure),
+            gradient_a: vector!(gradient_a),
+            slopes: [vector!(slopes[0]), vector!(slopes[1])],
+            yielding: load(|octet| &octet.yielding),
             moments: [
-                load(&octet.moments[0]),
-                load(&octet.moments[1]),
-                load(&octet.moments[2]),
-                load(&octet.moments[3]),
-                load(&octet.moments[4]),
-                load(&octet.moments[5]),
+                load(|octet| &octet.moments[0]),
+                load(|octet| &octet.moments[1]),
+                load(|octet| &octet.moments[2]),
+                load(|octet| &octet.moments[3]),
+                load(|octet| &octet.moments[4]),
+                load(|octet| &octet.moments[5]),
             ],
         }
     }

@@ -5,7 +5,7 @@ use nalgebra::Vector3;
 /// Corners that a generic polygon has at the most.
 pub(super) const CORNERS: usize = 8;
 
-/// The polygons of an octet by their edges, side by side. Places without a polygon have all corners at the origin.
+/// Up to eight polygons by their edges, side by side. Those that are missing have all corners at the origin.
 pub(super) struct Edges {
     /// Corners, counter-clockwise from the polygon's origin; after the last one the first, as often as there is room.
     pub corners: [[Row; 2]; CORNERS + 1],
@@ -14,8 +14,13 @@ pub(super) struct Edges {
     pub normals: [[Row; 3]; CORNERS],
     /// 1 for a face of B, which moves with it, and 0 for one of A.
     pub of_b: [Row; CORNERS],
-    /// The most edges that one of the polygons has.
-    pub most: usize,
+    /// How many edges each polygon has.
+    counts: [usize; ROW],
+    /// Octet and place of each; where there is none, of the first.
+    pub places: [[usize; 2]; ROW],
+    pub len: usize,
+    /// The highest rung of the ladder of rules that one of them needs.
+    pub rung: usize,
 }
 
 impl Edges {
@@ -23,20 +28,40 @@ impl Edges {
         corners: [[[0.0; ROW]; 2]; CORNERS + 1],
         normals: [[[0.0; ROW]; 3]; CORNERS],
         of_b: [[0.0; ROW]; CORNERS],
-        most: 0,
+        counts: [0; ROW],
+        places: [[0; 2]; ROW],
+        len: 0,
+        rung: 0,
     };
 
-    /// Takes up the polygon at a place of an octet, of these corners.
-    pub fn set(
+    /// The most edges that a polygon has of so many places from `first` on.
+    #[inline(always)]
+    pub fn most(&self, first: usize, count: usize) -> usize {
+        let mut most = 0;
+        for place in first..first + count {
+            most = self.counts[place].max(most);
+        }
+        most
+    }
+
+    /// Adds the polygon at a place of an octet, of these corners.
+    pub fn push(
         &mut self,
-        (octet, place): (&Octet, usize),
+        (octet, [index, place]): (&Octet, [usize; 2]),
         corners: &[[f64; 2]],
         (pair, tet_b): (&RelativePair, &PosedTet),
     ) {
-        for (index, rows) in self.corners.iter_mut().enumerate() {
-            let corner = corners.get(index).unwrap_or(&corners[0]);
-            rows[0][place] = corner[0];
-            rows[1][place] = corner[1];
+        let lane = self.len;
+        if lane == 0 {
+            self.places = [[index, place]; ROW];
+        }
+        self.places[lane] = [index, place];
+        self.counts[lane] = corners.len();
+        self.len += 1;
+        for (number, rows) in self.corners.iter_mut().enumerate() {
+            let corner = corners.get(number).unwrap_or(&corners[0]);
+            rows[0][lane] = corner[0];
+            rows[1][lane] = corner[1];
         }
         let [tet_a, _] = octet.tets()[place];
         let a = pair.tet_a(tet_a as usize);
@@ -55,11 +80,10 @@ impl Edges {
                 }
             };
             for axis in 0..3 {
-                self.normals[edge % CORNERS][axis][place] = normal[axis];
+                self.normals[edge % CORNERS][axis][lane] = normal[axis];
             }
-            self.of_b[edge % CORNERS][place] = of_b;
+            self.of_b[edge % CORNERS][lane] = of_b;
             edge += 1;
         });
-        self.most = self.most.max(corners.len());
     }
 }

@@ -69,12 +69,12 @@ impl InLanes for AddedInLanes<'_> {
     fn run<L: Lanes>(self, lanes: L) -> Self::Output {
         let mut sums = [[0.0; ROW]; NUMBERS];
         let mut left = vec![0; self.octets.len()];
-        for (octet, left) in self.octets.iter().zip(&mut left) {
+        let mut edges = Edges::NONE;
+        for (index, octet) in self.octets.iter().enumerate() {
             if !octet.has_polygons() {
                 continue;
             }
             let loads = Loads::of(lanes, octet, self.law, self.motion);
-            let (mut edges, mut rung) = (Edges::NONE, 0);
             for place in 0..octet.tets().len() {
                 if !octet.has_polygon(place) {
                     continue;
@@ -85,21 +85,21 @@ impl InLanes for AddedInLanes<'_> {
                     count += 1;
                 });
                 let corners = &corners[..count.min(CORNERS)];
-                let Some(own) = loads.rung(place, corners) else {
-                    *left |= 1 << place;
+                let Some(rung) = loads.rung(place, corners) else {
+                    left[index] |= 1 << place;
                     continue;
                 };
-                rung = own.max(rung);
+                edges.rung = rung.max(edges.rung);
                 let [_, tet_b] = octet.tets()[place];
                 let tet_b = self.found.posed_tet(tet_b);
-                edges.set((octet, place), corners, (self.pair, tet_b));
-            }
-            if edges.most > 0 {
-                for first in (0..octet.tets().len()).step_by(L::COUNT) {
-                    self.add(lanes, &mut sums, (octet, first), (&edges, rung));
+                edges.push((octet, [index, place]), corners, (self.pair, tet_b));
+                if edges.len == ROW {
+                    self.add(lanes, &mut sums, &edges);
+                    edges = Edges::NONE;
                 }
             }
         }
+        self.add(lanes, &mut sums, &edges);
         let mut totals = [0.0; NUMBERS];
         for (total, [a, b, c, d, e, f, g, h]) in totals.iter_mut().zip(sums) {
             *total = ((a + b) + (c + d)) + ((e + f) + (g + h));
@@ -109,29 +109,30 @@ impl InLanes for AddedInLanes<'_> {
 }
 
 impl AddedInLanes<'_> {
-    /// Adds the polygons in as many places as there are lanes.
     #[inline(always)]
-    fn add<L: Lanes>(
-        &self,
-        lanes: L,
-        sums: &mut [Row; NUMBERS],
-        (octet, first): (&Octet, usize),
-        (edges, rung): (&Edges, usize),
-    ) {
-        let polygons = Polygons::of(lanes, octet, first);
+    fn add<L: Lanes>(&self, lanes: L, sums: &mut [Row; NUMBERS], edges: &Edges) {
+        for first in (0..edges.len).step_by(L::COUNT) {
+            self.add_part(lanes, sums, edges, first);
+        }
+    }
+
+    /// Adds as many polygons as there are lanes.
+    #[inline(always)]
+    fn add_part<L: Lanes>(&self, lanes: L, sums: &mut [Row; NUMBERS], edges: &Edges, first: usize) {
+        let polygons = Polygons::gathered(lanes, self.octets, &edges.places, first);
         let frame = Frame {
             origin: polygons.origin,
             axes: [polygons.e1, polygons.e2, polygons.normal],
         };
         let traction = self.traction(lanes, &polygons, &frame);
-        let mut rates = self.rates(lanes, (&traction, &frame.axes), (edges, first), rung);
+        let mut rates = self.rates(lanes, (&traction, &frame.axes), (edges, first));
         let [_, slope_b] = polygons.slopes;
         rates.add_motion_of_plane(along(&frame.axes, slope_b));
         // As the modulus of B grows the plane moves by p/|g|.
         let yielding = if self.pair.shape_b.is_rigid() {
             lanes.splat(0.0)
         } else {
-            lanes.load(&octet.yielding, first)
+            polygons.yielding
         };
         let [p0, p1, p2] = times(&polygons.pressure, yielding);
         let [k0, k1, k2] = &rates.by_speed;
@@ -185,9 +186,8 @@ impl AddedInLanes<'_> {
         lanes: L,
         (traction, axes): (&Traction<L::Numbers>, &[[L::Numbers; 3]; 3]),
         (edges, first): (&Edges, usize),
-        rung: usize,
     ) -> Rates<L::Numbers> {
-        let (over_area, along_edges) = slope_rules(rung);
+        let (over_area, along_edges) = slope_rules(edges.rung);
         let (slip, spin) = traction.motion.slip();
         let tolerance = self.law.slip_tolerance;
         let field = Field {
@@ -203,7 +203,7 @@ impl AddedInLanes<'_> {
         if self.law.is_elastic() {
             return rates;
         }
-        for number in 0..edges.most.min(CORNERS) {
+        for number in 0..edges.most(first, L::COUNT).min(CORNERS) {
             let edge = Edge::of(lanes, edges, number, first);
             let [u1, u2] = field.along(lanes, &edge, along_edges);
             let pressed = field.pressed_along(lanes, &edge, &traction.excess);

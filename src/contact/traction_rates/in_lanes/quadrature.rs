@@ -60,7 +60,7 @@ impl<N: Numbers> Field<N> {
         };
         let from = corner(lanes, edges, 0, first);
         let mut next = Edge::between(from, corner(lanes, edges, 1, first)).way;
-        for last in 2..edges.most {
+        for last in 2..edges.most(first, L::COUNT) {
             let [b, c] = [
                 next,
                 Edge::between(from, corner(lanes, edges, last, first)).way,
@@ -69,6 +69,10 @@ impl<N: Numbers> Field<N> {
             let area = (b[0] * c[1] - b[1] * c[0]) * half;
             for [shares_b, shares_c, weights] in rule.pairs() {
                 for point in 0..2 {
+                    // The place that an odd number of points leaves.
+                    if weights[point] == 0.0 {
+                        continue;
+                    }
                     let shares = [lanes.splat(shares_b[point]), lanes.splat(shares_c[point])];
                     let y = [
                         from[0] + b[0] * shares[0] + c[0] * shares[1],
