@@ -103,6 +103,8 @@ impl<T: Scalar> ContactJacobian<T> {
 /// differentiated through a clip.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct RelativeJacobian<T> {
+    /// W itself. (It is Σ 1/|g| ∫ p (s_A − s_B) dA, too; but where the fields are nearly equal, that is a small difference.)
+    pub wrench: Vector6<T>,
     /// ∂W/∂ξ.
     pub by_motion_of_b: Matrix6<T>,
     /// Σ 1/|g| ∫ p s_A dA.
@@ -115,6 +117,7 @@ pub(super) struct RelativeJacobian<T> {
 impl<T: Scalar> PartialSum for RelativeJacobian<T> {
     fn empty() -> Self {
         Self {
+            wrench: Vector6::from_element(lift(0.0)),
             by_motion_of_b: Matrix6::from_element(lift(0.0)),
             pressed_a: Vector6::from_element(lift(0.0)),
             pressed_b: Vector6::from_element(lift(0.0)),
@@ -123,6 +126,7 @@ impl<T: Scalar> PartialSum for RelativeJacobian<T> {
     }
 
     fn merge(&mut self, next: Self) {
+        self.wrench += next.wrench;
         self.by_motion_of_b += next.by_motion_of_b;
         self.pressed_a += next.pressed_a;
         self.pressed_b += next.pressed_b;
@@ -136,7 +140,7 @@ impl<T: Scalar> RelativeJacobian<T> {
         let by_modulus_a = self.pressed_b * (-modulus_a.recip());
         let by_modulus_b = self.pressed_a * modulus_b.recip();
         RelativeLinearisation {
-            wrench: self.pressed_a - self.pressed_b,
+            wrench: self.wrench,
             by_motion: self.by_motion_of_b,
             by_moduli: Matrix6x2::from_columns(&[by_modulus_a, by_modulus_b]),
             kinks: self.kinks,
@@ -168,10 +172,11 @@ impl<T: Scalar> CutPolygon<T> {
             add_block(&mut sum.by_motion_of_b, place, -block);
         }
         let (total, weighted) = self.pressure_integrals();
-        let pressed = |slope: &Vector3<T>| Wrench {
-            torque: weighted.cross(slope),
-            force: slope * total,
+        let pressed = |way: &Vector3<T>| Wrench {
+            torque: weighted.cross(way),
+            force: way * total,
         };
+        sum.wrench += pressed(&self.plane.normal).to_vector();
         sum.pressed_a += pressed(slope_a).to_vector();
         sum.pressed_b += pressed(slope_b).to_vector();
     }

@@ -17,8 +17,8 @@ const PIECE: usize = 256;
 /// How many numbers a 6×6 matrix has.
 const MATRIX: usize = 36;
 
-/// How many there are in a [`RelativeJacobian`]: a matrix and two wrenches.
-const JACOBIAN: usize = MATRIX + 2 * 6;
+/// How many there are in a [`RelativeJacobian`]: a matrix and three wrenches.
+const JACOBIAN: usize = MATRIX + 3 * 6;
 
 /// `N` numbers that are integrals over each polygon.
 trait Integrals<const N: usize> {
@@ -119,7 +119,7 @@ impl Integrals<6> for OfWrench {
 }
 
 /// The sums of a [`RelativeJacobian`], as [`CutPolygon::add_to`](super::polygon::CutPolygon::add_to) has them: `by_motion_of_b`
-/// column by column, `pressed_a`, `pressed_b`.
+/// column by column, `wrench`, `pressed_a`, `pressed_b`.
 struct OfJacobian;
 
 impl Integrals<JACOBIAN> for OfJacobian {
@@ -155,9 +155,11 @@ impl Integrals<JACOBIAN> for OfJacobian {
             }
         }
         let (total, weighted) = polygons.pressure_integrals();
-        for (place, slope) in [(MATRIX, slope_a), (MATRIX + 6, slope_b)] {
-            let torque = cross(weighted, slope);
-            let force = scaled(slope, total);
+        let ways = [polygons.normal, slope_a, slope_b];
+        for (number, way) in ways.into_iter().enumerate() {
+            let place = MATRIX + 6 * number;
+            let torque = cross(weighted, way);
+            let force = scaled(way, total);
             for axis in 0..3 {
                 sums[place + axis] = torque[axis];
                 sums[place + 3 + axis] = force[axis];
@@ -229,10 +231,13 @@ impl<T: Scalar> OverOctets for RelativeJacobian<T> {
     fn over(octets: &[Octet]) -> Self {
         let sums = sum_of::<OfJacobian, JACOBIAN>(octets).map(lift);
         let (by_motion, pressed) = sums.split_at(MATRIX);
+        let [wrench, pressed_a, pressed_b] =
+            [0, 6, 12].map(|first| Vector6::from_column_slice(&pressed[first..first + 6]));
         Self {
+            wrench,
             by_motion_of_b: Matrix6::from_column_slice(by_motion),
-            pressed_a: Vector6::from_column_slice(&pressed[..6]),
-            pressed_b: Vector6::from_column_slice(&pressed[6..]),
+            pressed_a,
+            pressed_b,
             // Generic polygons have no kinks.
             ..Self::empty()
         }

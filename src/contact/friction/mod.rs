@@ -124,6 +124,9 @@ const LADDER: [Rung; 6] = [
     },
 ];
 
+/// How many rungs there are.
+pub(super) const RUNGS: usize = LADDER.len();
+
 /// The rule for values of a rung.
 pub(super) fn value_rule(rung: usize) -> &'static TriangleRule {
     LADDER[rung].value

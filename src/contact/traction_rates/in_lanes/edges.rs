@@ -5,11 +5,11 @@ use nalgebra::Vector3;
 /// Corners that a generic polygon has at the most.
 pub(super) const CORNERS: usize = 8;
 
-/// Up to eight polygons by their edges, side by side. Those that are missing have all corners at the origin.
+/// Up to eight polygons by their edges, side by side, that are integrated by the same rules.
 pub(super) struct Edges {
     /// Corners, counter-clockwise from the polygon's origin; after the last one the first, as often as there is room.
     pub corners: [[Row; 2]; CORNERS + 1],
-    /// For the edge from each corner on, the outward unit normal of the face that it lies in, in A's axes; 0 for edges at A's rim,
+    /// For the edge from each corner on, as many as there are, the outward unit normal of the face that it lies in, in A's axes; 0 for edges at A's rim,
     /// where there is no pressure.
     pub normals: [[Row; 3]; CORNERS],
     /// 1 for a face of B, which moves with it, and 0 for one of A.
@@ -19,8 +19,6 @@ pub(super) struct Edges {
     /// Octet and place of each; where there is none, of the first.
     pub places: [[usize; 2]; ROW],
     pub len: usize,
-    /// The highest rung of the ladder of rules that one of them needs.
-    pub rung: usize,
 }
 
 impl Edges {
@@ -31,7 +29,6 @@ impl Edges {
         counts: [0; ROW],
         places: [[0; 2]; ROW],
         len: 0,
-        rung: 0,
     };
 
     /// The most edges that a polygon has of so many places from `first` on.
@@ -44,6 +41,16 @@ impl Edges {
         most
     }
 
+    /// Makes polygons without an area of the places that are free, where something may be left of others.
+    pub fn fill_up(&mut self) {
+        for row in self.corners.iter_mut().flatten() {
+            row[self.len..].fill(0.0);
+        }
+        self.counts[self.len..].fill(0);
+        let first = self.places[0];
+        self.places[self.len..].fill(first);
+    }
+
     /// Adds the polygon at a place of an octet, of these corners.
     pub fn push(
         &mut self,
@@ -52,9 +59,6 @@ impl Edges {
         (pair, tet_b): (&RelativePair, &PosedTet),
     ) {
         let lane = self.len;
-        if lane == 0 {
-            self.places = [[index, place]; ROW];
-        }
         self.places[lane] = [index, place];
         self.counts[lane] = corners.len();
         self.len += 1;

@@ -7,7 +7,7 @@ mod rates;
 mod tests;
 
 use crate::contact::SurfaceLaw;
-use crate::contact::friction::slope_rules;
+use crate::contact::friction::{RUNGS, slope_rules};
 use crate::contact::linearised::RelativeLinearisation;
 use crate::contact::loaded_triangles::Loads;
 use crate::contact::octets::Polygons;
@@ -69,7 +69,8 @@ impl InLanes for AddedInLanes<'_> {
     fn run<L: Lanes>(self, lanes: L) -> Self::Output {
         let mut sums = [[0.0; ROW]; NUMBERS];
         let mut left = vec![0; self.octets.len()];
-        let mut edges = Edges::NONE;
+        // By the rung of the ladder of rules that is good enough for a polygon.
+        let mut groups = [const { Edges::NONE }; RUNGS];
         for (index, octet) in self.octets.iter().enumerate() {
             if !octet.has_polygons() {
                 continue;
@@ -89,17 +90,18 @@ impl InLanes for AddedInLanes<'_> {
                     left[index] |= 1 << place;
                     continue;
                 };
-                edges.rung = rung.max(edges.rung);
+                let edges = &mut groups[rung];
                 let [_, tet_b] = octet.tets()[place];
                 let tet_b = self.found.posed_tet(tet_b);
                 edges.push((octet, [index, place]), corners, (self.pair, tet_b));
                 if edges.len == ROW {
-                    self.add(lanes, &mut sums, &edges);
-                    edges = Edges::NONE;
+                    self.add(lanes, &mut sums, (edges, rung));
                 }
             }
         }
-        self.add(lanes, &mut sums, &edges);
+        for (rung, edges) in groups.iter_mut().enumerate() {
+            self.add(lanes, &mut sums, (edges, rung));
+        }
         let mut totals = [0.0; NUMBERS];
         for (total, [a, b, c, d, e, f, g, h]) in totals.iter_mut().zip(sums) {
             *total = ((a + b) + (c + d)) + ((e + f) + (g + h));
@@ -109,23 +111,37 @@ impl InLanes for AddedInLanes<'_> {
 }
 
 impl AddedInLanes<'_> {
+    /// Adds polygons that are integrated by the rules of a rung, and empties their list.
     #[inline(always)]
-    fn add<L: Lanes>(&self, lanes: L, sums: &mut [Row; NUMBERS], edges: &Edges) {
+    fn add<L: Lanes>(
+        &self,
+        lanes: L,
+        sums: &mut [Row; NUMBERS],
+        (edges, rung): (&mut Edges, usize),
+    ) {
+        edges.fill_up();
         for first in (0..edges.len).step_by(L::COUNT) {
-            self.add_part(lanes, sums, edges, first);
+            self.add_part(lanes, sums, (edges, first), rung);
         }
+        edges.len = 0;
     }
 
     /// Adds as many polygons as there are lanes.
     #[inline(always)]
-    fn add_part<L: Lanes>(&self, lanes: L, sums: &mut [Row; NUMBERS], edges: &Edges, first: usize) {
+    fn add_part<L: Lanes>(
+        &self,
+        lanes: L,
+        sums: &mut [Row; NUMBERS],
+        (edges, first): (&Edges, usize),
+        rung: usize,
+    ) {
         let polygons = Polygons::gathered(lanes, self.octets, &edges.places, first);
         let frame = Frame {
             origin: polygons.origin,
             axes: [polygons.e1, polygons.e2, polygons.normal],
         };
         let traction = self.traction(lanes, &polygons, &frame);
-        let mut rates = self.rates(lanes, (&traction, &frame.axes), (edges, first));
+        let mut rates = self.rates(lanes, (&traction, &frame.axes), (edges, first), rung);
         let [_, slope_b] = polygons.slopes;
         rates.add_motion_of_plane(along(&frame.axes, slope_b));
         // As the modulus of B grows the plane moves by p/|g|.
@@ -186,8 +202,9 @@ impl AddedInLanes<'_> {
         lanes: L,
         (traction, axes): (&Traction<L::Numbers>, &[[L::Numbers; 3]; 3]),
         (edges, first): (&Edges, usize),
+        rung: usize,
     ) -> Rates<L::Numbers> {
-        let (over_area, along_edges) = slope_rules(edges.rung);
+        let (over_area, along_edges) = slope_rules(rung);
         let (slip, spin) = traction.motion.slip();
         let tolerance = self.law.slip_tolerance;
         let field = Field {
