@@ -265,7 +265,7 @@ fn reach_of(partner: &Partner) -> f64 {
     own + partner.pose().translation().norm()
 }
 
-/// Largest pressure times area that A could have (N), and so a torque (N m) with the reach of both.
+/// Largest pressure times area that either could have (N), and so a torque (N m) with the reach of both.
 fn force_scale(pair: &ContactPair) -> f64 {
     let a = Partner::from(*pair.a());
     let highest = |partner: &Partner| {

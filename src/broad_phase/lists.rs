@@ -116,7 +116,7 @@ impl InLanes for OneCrossed<'_, '_> {
             let first = WIDTH as u32 * index;
             let corners = self.a.four_from(first as usize);
             let node = &self.a.tree.leaves()[index as usize];
-            let four = FourTriangles::of_a(node, corners, self.margin);
+            let four = FourTriangles::of_a(node, &corners, self.margin);
             let crossed = four.crossed(lanes, &self.patch, &self.corners);
             end += kept(&mut self.memory[end..], first, crossed);
         }

@@ -1,4 +1,12 @@
 //! Parts of a surface in another body's frame, and what they may touch: four at a time, one for each child of a node.
+//!
+//! What is found are comparisons: so zeros of either sign count alike, and a slot without a child, whose numbers may be NaN, touches
+//! nothing. At eight lanes bits 4 to 7 repeat bits 0 to 3, and nobody reads them.
+
+#![expect(
+    clippy::needless_range_loop,
+    reason = "adapters of iterators take closures, and a closure over lanes may stay a call, compiled for any processor"
+)]
 
 use super::triangle_tree::{Node, WIDTH};
 use crate::geometry::Aabb;
@@ -229,14 +237,14 @@ impl<N: Numbers> PatchInLanes<N> {
 impl FourTriangles {
     /// The four triangles of a node of A, with planes a margin (m) further apart.
     #[inline(always)]
-    pub fn of_a(node: &Node, corners: FourCorners, margin: f64) -> Self {
+    pub fn of_a(node: &Node, corners: &FourCorners, margin: f64) -> Self {
         let [mut low, mut high] = node.between;
         for slot in 0..WIDTH {
             low[slot] -= margin;
             high[slot] += margin;
         }
         Self {
-            corners,
+            corners: *corners,
             bounds: node.bounds,
             normal: node.normal,
             between: [low, high],

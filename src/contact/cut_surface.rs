@@ -44,8 +44,8 @@ impl<T: Scalar> CutSurface<'_, T> {
         sum
     }
 
-    /// Whether whole polygons lie so near to faces of B that they count as coincident.
-    pub fn is_flat(&self) -> bool {
+    /// Whether some whole polygon lies so near to a face of B that they count as coincident.
+    pub fn has_polygons_on_faces(&self) -> bool {
         self.found.flatness().is_within(ELASTIC_COINCIDENCE)
     }
 

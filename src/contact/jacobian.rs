@@ -103,7 +103,7 @@ impl<T: Scalar> ContactJacobian<T> {
 /// differentiated through a clip.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct RelativeJacobian<T> {
-    /// W itself. (It is Σ 1/|g| ∫ p (s_A − s_B) dA, too; but where the fields are nearly equal, that is a small difference.)
+    /// The elastic wrench W on A. (`pressed_a` − `pressed_b` is equal to it, but cancels where the fields are nearly equal.)
     pub wrench: Vector6<T>,
     /// ∂W/∂ξ.
     pub by_motion_of_b: Matrix6<T>,

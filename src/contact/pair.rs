@@ -218,7 +218,7 @@ impl<T: Scalar> Pipeline<'_, '_, T> {
     /// [`ContactPair::wrench`].
     #[must_use]
     pub fn wrench(&self) -> ContactWrench<T> {
-        let source = PolygonSource::of(&self.0);
+        let source = PolygonSource::of(self.0);
         let (surface, spilled) = source.for_sum_of_values(self.0.search);
         let mut wrench = surface.wrench();
         wrench.merge(spilled);

@@ -103,10 +103,11 @@ impl<'a, T: Scalar> PolygonSource<'a, T> {
     }
 
     /// As [`Self::for_values`], to be summed: of a large surface, octets are summed as soon as they are found, and are not in it.
+    /// Where whole polygons lie on faces as well, it is searched once more: that is rarer than that memory would be short.
     pub fn for_sum_of_values<S: OverOctets>(&self, search: Search) -> (CutSurface<'a, T>, S) {
         let (plain, sum) = self.summed_within(0, search);
         match sum {
-            Some(_) if plain.is_flat() => (self.for_values(search), S::empty()),
+            Some(_) if plain.has_polygons_on_faces() => (self.for_values(search), S::empty()),
             Some(sum) => (plain, sum),
             None => (self.values_from(plain), S::empty()),
         }
@@ -135,7 +136,7 @@ impl<'a, T: Scalar> PolygonSource<'a, T> {
     }
 
     fn values_from(&self, plain: CutSurface<'a, T>) -> CutSurface<'a, T> {
-        if !plain.is_flat() {
+        if !plain.has_polygons_on_faces() {
             return plain;
         }
         // All of it, whichever search: slivers between such planes hang together by less than is told from zero.

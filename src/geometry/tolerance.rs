@@ -30,13 +30,13 @@ impl Closeness {
         self.is_within(Self::ILL_CONDITIONED)
     }
 
-    /// How far a plane may be misplaced in a tetrahedron, as a fraction of its longest edge, by values that are taken for zero:
-    /// along an edge by no more than their ratio to the smallest one that is not. Twice that, to be sure.
-    pub fn misplacement(self) -> f64 {
-        let above = (self.0 >> Self::CLEARANCE)
+    /// Octaves between the largest value below a split, or actual rounding, and the smallest one above.
+    fn gap(self, split: u32) -> u32 {
+        let above = (self.0 >> split)
             .trailing_zeros()
-            .min(Self::OCTAVES);
-        2.0 * 2_f64.powi(-above.cast_signed())
+            .min(Self::OCTAVES.saturating_sub(split));
+        let below = self.0 & ((1 << split) - 1);
+        above + below.checked_ilog2().map_or(split, |top| split - 1 - top)
     }
 
     /// Whether there was a value above the tolerance by less than so many octaves.
@@ -56,13 +56,7 @@ impl Closeness {
     /// with one, up to [`Self::CLEARANCE`] above; failing this, where the gap is widest, which may be below the tolerance
     /// (a negative number); of gaps that are equal, the last in that order.
     pub fn split(self, most: u32) -> i32 {
-        let clearance = |split: &u32| {
-            let above = (self.0 >> split)
-                .trailing_zeros()
-                .min(Self::OCTAVES - split);
-            let below = self.0 & ((1 << split) - 1);
-            above + below.checked_ilog2().map_or(*split, |top| split - 1 - top)
-        };
+        let clearance = |split: &u32| self.gap(*split);
         let (none, most) = (Self::CLEARANCE, Self::CLEARANCE + most);
         let preferred = || (none..=most).rev().chain(most + 1..=most + Self::CLEARANCE);
         let split = preferred()
@@ -93,6 +87,14 @@ impl Tolerance {
     /// Up to here values are noted: nothing depends on how near to zero larger ones are.
     pub fn noted(self) -> f64 {
         self.rounding * f64::from(1_u32 << Closeness::OCTAVES)
+    }
+
+    /// How far values that count as zero may misplace a plane in a tetrahedron, as a fraction of its longest edge: along an edge
+    /// by their ratio to the smallest value that does not. Twice that, to be sure.
+    pub fn misplacement(self, closeness: Closeness) -> f64 {
+        let is_zero = |octave: &u32| self.rounding * f64::from(1_u32 << octave) <= self.zero;
+        let split = (1..=Closeness::OCTAVES).rev().find(is_zero).unwrap_or(0);
+        2.0 * 2_f64.powi(-closeness.gap(split).cast_signed())
     }
 
     /// For values times a factor.

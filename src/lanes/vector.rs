@@ -138,9 +138,9 @@ impl<S: Simd> Mask for VectorMask<S> {
         let lanes: &[u64] = cast_slice(slice::from_ref(&set));
         let mut bits = 0;
         for (lane, &is_set) in lanes.iter().enumerate() {
-            bits |= is_set << lane;
+            bits |= u32::from(is_set != 0) << lane;
         }
-        bits as u32
+        bits
     }
 }
 

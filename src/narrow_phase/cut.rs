@@ -107,17 +107,21 @@ impl RelativePair<'_> {
         }
     }
 
-    /// A box (m) around what the equilibrium plane has in common with two tetrahedra that it may meet; none if that is nothing.
-    ///
-    /// It is around the slice of A, which the plane places, and so much smaller than A's own where A is long and thin.
-    pub fn box_of_meeting(&self, a: &FieldTet, b: &PosedTet) -> Option<Aabb> {
+    /// A box (m) around where the contact polygon of two tetrahedra may be: around the slice of A, as far as values that count as
+    /// zero may misplace it, or around A where the plane only touches that. None if they do not meet.
+    pub fn box_of_polygon(&self, a: &FieldTet, b: &PosedTet) -> Option<Aabb> {
         let Encounter::Met(decisions) = self.encounter(a, b, true) else {
             return None;
         };
         let (slice, own) = (decisions.slice(a, &decisions.at_a), a.tetrahedron.aabb());
-        let misplacement = decisions.closeness.misplacement() * own.half_extents().norm() * 2.0;
-        let around_slice = Aabb::around(slice.corners()).inflated(misplacement);
-        let of_a = if slice.is_empty() { own } else { around_slice };
+        let of_a = if slice.is_empty() {
+            own
+        } else {
+            // No edge is longer than the diagonal.
+            let longest = 2.0 * own.half_extents().norm();
+            let misplacement = self.tolerance.misplacement(decisions.closeness);
+            Aabb::around(slice.corners()).inflated(misplacement * longest)
+        };
         of_a.common(&b.tetrahedron.aabb().inflated(self.margin()))
     }
 

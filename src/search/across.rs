@@ -11,6 +11,7 @@ pub(super) struct Across {
     len: usize,
 }
 
+#[expect(clippy::needless_bitwise_bool, reason = "a lazy operator is a branch")]
 impl Across {
     /// Those of an octet, in the order of its places and of their faces, once for each face.
     ///
@@ -29,6 +30,7 @@ impl Across {
                 pairs[FACES * place + 4 + face] = [tet_a, next_b[face]];
             }
         }
+        // Bit `FACES·place + face` is for the pair of that index; no more are packed than were looked at.
         let (mut left, mut len) = (u64::from_le_bytes(reached), 0);
         while left != 0 {
             let [tet_a, tet_b] = pairs[left.trailing_zeros() as usize];

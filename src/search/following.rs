@@ -17,10 +17,10 @@ const PIECE: usize = 32;
 const MOST_DOUBTS: usize = 8;
 const DOUBTLESS: usize = 512;
 
-/// Octets that are not worth to be forgotten.
+/// Fewer octets than this are kept: to sum them apart saves nothing, and near coincidences need no second search then.
 const FEW: usize = 64;
 
-/// Takes octets that will be forgotten.
+/// Receives octets before their memory is used again.
 pub(crate) type Spill<'s> = dyn FnMut(&[Octet]) + 's;
 
 /// Where every component of a contact surface shows.
@@ -252,8 +252,8 @@ impl Walk<'_, '_> {
         self.scratch.equal.len() == equal_before
     }
 
-    /// Looks at the pairs of all octets that are full or, if none is, of the last one. Returns which octets these are; none if
-    /// there are no pairs to look at.
+    /// Looks at the pairs that are next (see [`Octets::next`](super::scratch::Octets::next)). Returns the places of their octets;
+    /// none if no pairs wait.
     fn look_at_next(&mut self) -> Option<Range<usize>> {
         let Scratch {
             posed_tets,

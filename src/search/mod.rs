@@ -55,7 +55,7 @@ impl Found {
         &self.scratch.cuts
     }
 
-    /// The generic pairs, in octets.
+    /// The generic pairs, in octets; without those that were spilled.
     pub fn octets(&self) -> &[Octet] {
         self.scratch.octets.in_use()
     }

@@ -15,7 +15,7 @@ const LEAST_USED: f64 = 1.0 / 64.0;
 /// Memory never shrinks below the room for this many pairs of tetrahedra.
 const LEAST_KEPT: usize = 1024;
 
-/// Pairs that are looked at together, at the most: their octets stay in a processor's memory of its own.
+/// Pairs that are looked at together, at the most, so that their octets stay in the cache of a core.
 const WAVE: usize = 256 * ROW;
 
 /// Memory that one search leaves to the next in the same thread, so that a search allocates nothing
@@ -27,8 +27,7 @@ pub(super) struct Scratch {
     pub tree_nodes: Vec<u32>,
     /// The pairs of tetrahedra that were looked at or are about to be.
     pub visited: Visited,
-    /// The same pairs, in the order in which they are looked at, and the contact polygons of the generic ones, or the last of
-    /// these.
+    /// The same pairs, in the order in which they are looked at, and the octets of those, without the ones that were spilled.
     pub octets: Octets,
     /// Pairs from which the surface may go on over other faces than it seems.
     pub doubtful: Vec<[u32; 2]>,
@@ -86,8 +85,8 @@ impl Octets {
         self.pairs.push(tets);
     }
 
-    /// Fills octets with the pairs to look at next, as many as fill them, or all that are left if these do not fill one. From now
-    /// on they count as done.
+    /// Fills octets with the pairs to look at next: no more than a [`WAVE`], and whole octets only, unless fewer than eight pairs
+    /// wait. From now on they count as done.
     pub fn next(&mut self) -> Option<(Range<usize>, &mut [Octet])> {
         let waiting = &self.pairs[self.done..];
         let count = if waiting.len() < ROW {

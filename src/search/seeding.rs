@@ -56,7 +56,7 @@ impl Walk<'_, '_> {
         let tree_a = pair.shape_a.tree();
         let box_of_b = |tet: usize| pair.tet_b(tet).tetrahedron.posed(&pair.pose_ab).aabb();
         let posed_b = self.scratch.posed_tets.get(tet_b);
-        let Some(region) = pair.box_of_meeting(pair.tet_a(tet_a as usize), posed_b) else {
+        let Some(region) = pair.box_of_polygon(pair.tet_a(tet_a as usize), posed_b) else {
             return;
         };
         pair.visit_cells_near(&region, |tet_b| {

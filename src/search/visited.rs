@@ -76,12 +76,13 @@ fn key([tet_a, tet_b]: [u32; 2]) -> u64 {
 
 /// Where a pair is, or would be.
 #[inline]
+#[expect(clippy::needless_bitwise_bool, reason = "a lazy operator is a branch")]
 fn place_of(places: &[u64], key: u64) -> usize {
     let last = places.len() - 1;
     // Fibonacci hashing: 2⁶⁴ over the golden ratio, odd.
     let product = key.wrapping_mul(0x9e37_79b9_7f4a_7c15);
     let mut place = (product >> 32) as usize & last;
-    // Not `&&`, which would be two branches. That another pair is there is rare.
+    // That another pair is there is rare.
     while (places[place] != key) & (places[place] != NONE) {
         place = (place + 1) & last;
     }

@@ -76,6 +76,12 @@ impl Octet {
         self.store_outlines(first, &outlines);
         self.store_pressures(lanes, bodies, part, (&met, &planes));
         self.store_slopes(first, bodies, &met, planes.yielding);
+        let yielding = if bodies.is_rigid {
+            zero
+        } else {
+            planes.yielding
+        };
+        yielding.store(&mut self.yielding, first);
     }
 
     #[inline(always)]
@@ -174,7 +180,6 @@ impl Octet {
         met: &Encounters<N>,
         yielding: N,
     ) {
-        yielding.store(&mut self.yielding, first);
         let gradient_a = scaled(met.extent_gradient, bodies.modulus_a);
         store(&mut self.gradient_a, first, gradient_a);
         let slope_a = scaled(met.extent_gradient, bodies.scale_a * yielding);

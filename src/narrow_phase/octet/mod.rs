@@ -41,7 +41,7 @@ pub(crate) struct Octet {
     pub gradient_a: [Row; 3],
     /// ∇p_A/|g| and ∇p_B/|g| (see [`EquilibriumPlane`](super::EquilibriumPlane)).
     pub slopes: [[Row; 3]; 2],
-    /// 1/|g| (m/Pa), where B is rigid 1.
+    /// 1/|g| (m/Pa), 0 where B is rigid.
     pub yielding: Row,
     /// ∫ m dA for the monomials m = 1, y₁, y₂, y₁², y₁y₂, y₂².
     pub moments: [Row; 6],

@@ -10,7 +10,8 @@ pub(super) struct Edges {
     /// Corners, counter-clockwise from the polygon's origin; after the last one the first, as often as there is room.
     pub corners: [[Row; 2]; CORNERS + 1],
     /// For the edge from each corner on, as many as there are, the outward unit normal of the face that it lies in, in A's axes; 0 for edges at A's rim,
-    /// where there is no pressure.
+    /// where there is no pressure. Beyond the last edge those of earlier polygons, which count for nothing: such edges have no
+    /// length, nor have those of places that are free.
     pub normals: [[Row; 3]; CORNERS],
     /// 1 for a face of B, which moves with it, and 0 for one of A.
     pub of_b: [Row; CORNERS],

@@ -70,7 +70,7 @@ impl InLanes for AddedInLanes<'_> {
         let mut sums = [[0.0; ROW]; NUMBERS];
         let mut left = vec![0; self.octets.len()];
         // By the rung of the ladder of rules that is good enough for a polygon.
-        let mut groups = [const { Edges::NONE }; RUNGS];
+        let mut groups: Vec<_> = (0..RUNGS).map(|_| Edges::NONE).collect();
         for (index, octet) in self.octets.iter().enumerate() {
             if !octet.has_polygons() {
                 continue;
@@ -145,12 +145,7 @@ impl AddedInLanes<'_> {
         let [_, slope_b] = polygons.slopes;
         rates.add_motion_of_plane(along(&frame.axes, slope_b));
         // As the modulus of B grows the plane moves by p/|g|.
-        let yielding = if self.pair.shape_b.is_rigid() {
-            lanes.splat(0.0)
-        } else {
-            polygons.yielding
-        };
-        let [p0, p1, p2] = times(&polygons.pressure, yielding);
+        let [p0, p1, p2] = times(&polygons.pressure, polygons.yielding);
         let [k0, k1, k2] = &rates.by_speed;
         let by_modulus_b = plus(&plus(&times(k0, p0), &times(k1, p1)), &times(k2, p2));
         let by_motion = frame.turned_matrix(&rates.by_motion);
@@ -210,7 +205,7 @@ impl AddedInLanes<'_> {
         let field = Field {
             slip,
             spin,
-            tolerance: lanes.splat(tolerance * tolerance),
+            tolerance_squared: lanes.splat(tolerance * tolerance),
             pressure: traction.pressure,
             damping: traction.damping,
             one: lanes.splat(1.0),

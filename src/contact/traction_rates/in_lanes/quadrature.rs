@@ -12,7 +12,7 @@ pub(super) struct Field<N> {
     pub slip: [N; 2],
     pub spin: N,
     /// v_s².
-    pub tolerance: N,
+    pub tolerance_squared: N,
     pub pressure: [N; 3],
     pub damping: [N; 3],
     pub one: N,
@@ -39,7 +39,7 @@ impl<N: Numbers> Field<N> {
     fn at(&self, [y1, y2]: [N; 2]) -> ([N; 2], N, N) {
         let s1 = self.slip[0] - self.spin * y2;
         let s2 = self.slip[1] + self.spin * y1;
-        let inverse = self.one / (s1 * s1 + s2 * s2 + self.tolerance).sqrt();
+        let inverse = self.one / (s1 * s1 + s2 * s2 + self.tolerance_squared).sqrt();
         let g = at(&self.pressure, [y1, y2]) * at(&self.damping, [y1, y2]);
         ([s1 * inverse, s2 * inverse], inverse, g)
     }
