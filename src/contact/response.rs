@@ -3,7 +3,8 @@
 use super::plane::PlanePolygon;
 use super::polygon::{CutPolygon, PartialSum};
 use crate::geometry::{AffineField, PolygonMoments};
-use crate::narrow_phase::{Cut, Weights};
+use crate::lanes::space::vector_at;
+use crate::narrow_phase::{Cut, Octet, Weights};
 use nalgebra::{Matrix3, Vector3, Vector6};
 
 /// What is kept of each polygon while a contact is linearised: nothing, `()`, or how it answers to changes of shape, a
@@ -14,6 +15,9 @@ pub(super) trait Responses: PartialSum {
 
     /// Keeps a polygon's.
     fn keep(&mut self, response: impl FnOnce() -> PolygonResponse);
+
+    /// Those of several polygons; none, if nothing is kept.
+    fn of(responses: Vec<PolygonResponse>) -> Self;
 }
 
 impl PartialSum for () {
@@ -26,6 +30,8 @@ impl Responses for () {
     const ARE_KEPT: bool = false;
 
     fn keep(&mut self, _: impl FnOnce() -> PolygonResponse) {}
+
+    fn of(_: Vec<PolygonResponse>) -> Self {}
 }
 
 impl Responses for Vec<PolygonResponse> {
@@ -33,6 +39,10 @@ impl Responses for Vec<PolygonResponse> {
 
     fn keep(&mut self, response: impl FnOnce() -> PolygonResponse) {
         self.push(response());
+    }
+
+    fn of(responses: Vec<PolygonResponse>) -> Self {
+        responses
     }
 }
 
@@ -111,6 +121,27 @@ impl PolygonResponse {
             gradient_a: polygon.pressure_a.gradient,
             slope_b: polygon.plane.slopes[1],
             yielding: polygon.plane.yielding,
+            law,
+        }
+    }
+
+    /// Of the polygon at a place of an octet.
+    pub fn at(octet: &Octet, place: usize, law: Option<LawResponse>) -> Self {
+        let [e1, e2, _] = octet.axes.each_ref().map(|axis| vector_at(axis, place));
+        let [area, y1, y2, y11, y12, y22] = octet.moments.map(|row| row[place]);
+        let (by_y1, by_y2) = (e1 * y11 + e2 * y12, e1 * y12 + e2 * y22);
+        Self {
+            tets: octet.tets()[place].map(|tet| tet as usize),
+            moments: PolygonMoments {
+                reference: vector_at(&octet.origin, place),
+                area,
+                first: e1 * y1 + e2 * y2,
+                second: by_y1 * e1.transpose() + by_y2 * e2.transpose(),
+            },
+            weights: Weights::WHOLE,
+            gradient_a: vector_at(&octet.gradient_a, place),
+            slope_b: vector_at(&octet.slopes[1], place),
+            yielding: octet.yielding[place],
             law,
         }
     }
