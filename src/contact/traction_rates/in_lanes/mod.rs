@@ -120,7 +120,11 @@ impl InLanes for AddedInLanes<'_> {
                 }
             }
         }
-        for (rung, edges) in groups.iter_mut().enumerate() {
+        for (rung, edges) in groups
+            .iter_mut()
+            .enumerate()
+            .filter(|(_, edges)| edges.len > 0)
+        {
             self.add(lanes, &mut sums, (edges, rung));
         }
         let mut totals = [0.0; NUMBERS];

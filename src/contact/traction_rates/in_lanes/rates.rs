@@ -233,22 +233,30 @@ pub(super) fn wrenches<N: Numbers>([t1, t2, t3]: [[N; 6]; 3]) -> [Six<N>; 3] {
 /// ∫ f m for an affine f and the monomials up to quadratic ones, from the moments by those up to cubic ones.
 #[inline(always)]
 fn up_to_quadratic<N: Numbers>(f: &[N; 3], m: &[N; 10]) -> [N; 6] {
-    let of = |one: usize, y1: usize, y2: usize| f[0] * m[one] + f[1] * m[y1] + f[2] * m[y2];
     [
-        of(0, 1, 2),
-        of(1, 3, 4),
-        of(2, 4, 5),
-        of(3, 6, 7),
-        of(4, 7, 8),
-        of(5, 8, 9),
+        combined(f, [m[0], m[1], m[2]]),
+        combined(f, [m[1], m[3], m[4]]),
+        combined(f, [m[2], m[4], m[5]]),
+        combined(f, [m[3], m[6], m[7]]),
+        combined(f, [m[4], m[7], m[8]]),
+        combined(f, [m[5], m[8], m[9]]),
     ]
 }
 
 /// The same for the monomials 1, y₁ and y₂.
 #[inline(always)]
 fn up_to_affine<N: Numbers>(f: &[N; 3], m: &[N; 6]) -> [N; 3] {
-    let of = |one: usize, y1: usize, y2: usize| f[0] * m[one] + f[1] * m[y1] + f[2] * m[y2];
-    [of(0, 1, 2), of(1, 3, 4), of(2, 4, 5)]
+    [
+        combined(f, [m[0], m[1], m[2]]),
+        combined(f, [m[1], m[3], m[4]]),
+        combined(f, [m[2], m[4], m[5]]),
+    ]
+}
+
+/// ∫ f from the moments by 1, y₁ and y₂.
+#[inline(always)]
+fn combined<N: Numbers>(f: &[N; 3], [one, y1, y2]: [N; 3]) -> N {
+    f[0] * one + f[1] * y1 + f[2] * y2
 }
 
 #[inline(always)]
