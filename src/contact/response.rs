@@ -6,6 +6,7 @@ use crate::geometry::{AffineField, PolygonMoments};
 use crate::lanes::space::vector_at;
 use crate::narrow_phase::{Cut, Octet, Weights};
 use nalgebra::{Matrix3, Vector3, Vector6};
+use std::ops::{Add, Mul};
 
 /// What is kept of each polygon while a contact is linearised: nothing, `()`, or how it answers to changes of shape, a
 /// [`PolygonResponse`].
@@ -65,9 +66,10 @@ pub(super) struct PolygonResponse {
 pub(super) struct LawResponse {
     pub axes: Matrix3<f64>,
     pub center: Vector3<f64>,
-    /// As the plane moves along its normal at the speeds 1, y₁ and y₂ (y along the axes, from the center): by motions, and by
-    /// growing fields.
-    pub by_speed: [[Vector6<f64>; 3]; 2],
+    /// As the plane moves along its normal at the speeds 1, y₁ and y₂ (y along the axes, from the center).
+    pub by_speed: [Vector6<f64>; 3],
+    /// What to add where that is by growing fields, if anything (see [`Weights`]).
+    pub more_by_growth: Option<[Vector6<f64>; 3]>,
     /// As the pressure grows by 1, y₁ and y₂, all of the polygon counted.
     pub by_pressure: [Vector6<f64>; 3],
     pub by_faces: Vec<FaceResponse>,
@@ -93,17 +95,46 @@ pub(super) struct OfCell {
 /// The barycentric coordinates of the two cells, in A's frame.
 pub(super) type Barycentric = [[AffineField; 4]; 2];
 
-/// A linear function of functions f that are affine on a polygon's plane: `value`·f(`at`) + `slope`·∇f.
+/// A linear function of affine functions f: `value`·f(0) + `slope`·∇f, with 0 at A's origin.
 #[derive(Debug, Clone, Copy)]
 struct AffineForm {
-    at: Vector3<f64>,
     value: f64,
     slope: Vector3<f64>,
 }
 
 impl AffineForm {
+    /// f ↦ `value`·f(`at`) + `slope`·∇f.
+    fn about(at: &Vector3<f64>, value: f64, slope: Vector3<f64>) -> Self {
+        Self {
+            value,
+            slope: slope + at * value,
+        }
+    }
+
     fn of(&self, f: &AffineField) -> f64 {
-        self.value * f.at(&self.at) + self.slope.dot(&f.gradient)
+        self.value * f.offset + self.slope.dot(&f.gradient)
+    }
+}
+
+impl Add for AffineForm {
+    type Output = Self;
+
+    fn add(self, other: Self) -> Self {
+        Self {
+            value: self.value + other.value,
+            slope: self.slope + other.slope,
+        }
+    }
+}
+
+impl Mul<f64> for AffineForm {
+    type Output = Self;
+
+    fn mul(self, factor: f64) -> Self {
+        Self {
+            value: self.value * factor,
+            slope: self.slope * factor,
+        }
     }
 }
 
@@ -157,30 +188,33 @@ impl PolygonResponse {
         moduli: [f64; 2],
         [in_a, in_b]: &Barycentric,
     ) -> [OfCell; 2] {
-        let mut cells = [OfCell::none(); 2];
-        let scale_b = moduli[1] * self.yielding;
-        let by_b = self.flow(&self.gradient_a, covector, 1.0);
-        cells[1].add((&self.slope_b, &by_b), (scale_b, &by_b), in_b);
-        let by_a = self.flow(&self.slope_b, covector, -1.0);
-        cells[0].add((&self.gradient_a, &by_a), (moduli[0], &by_a), in_a);
+        let elastic = [
+            self.flow(&self.slope_b, covector, -1.0),
+            self.flow(&self.gradient_a, covector, 1.0),
+        ];
         let Some(law) = &self.law else {
-            return cells;
+            return self.of_fields([elastic; 2], moduli, [in_a, in_b]);
         };
         let covector = law.covector(covector);
         let form = |wrenches: &[Vector6<f64>; 3]| law.contracted(&covector, wrenches);
-        let [by_motion, by_growth] = law.by_speed.each_ref().map(form);
-        cells[1].add((&self.slope_b, &by_motion), (scale_b, &by_growth), in_b);
-        let Weights { still, moving } = self.weights;
-        let by_pressure = |by_speed: &[Vector6<f64>; 3], weight: f64| {
-            form(&[0, 1, 2].map(|k| law.by_pressure[k] * weight - by_speed[k] * self.yielding))
+        let by_speed = form(&law.by_speed);
+        let by_speed_of_growth = match &law.more_by_growth {
+            Some(more) => by_speed + form(more),
+            None => by_speed,
         };
-        let by_motion = by_pressure(&law.by_speed[0], moving.area());
-        let by_growth = by_pressure(&law.by_speed[1], still.area());
-        cells[0].add(
-            (&self.gradient_a, &by_motion),
-            (moduli[0], &by_growth),
-            in_a,
-        );
+        let by_pressure = form(&law.by_pressure);
+        let with_law = |by_speed: AffineForm, weight: f64| {
+            [
+                elastic[0] + by_pressure * weight + by_speed * -self.yielding,
+                elastic[1] + by_speed,
+            ]
+        };
+        let Weights { still, moving } = self.weights;
+        let forms = [
+            with_law(by_speed, moving.area()),
+            with_law(by_speed_of_growth, still.area()),
+        ];
+        let mut cells = self.of_fields(forms, moduli, [in_a, in_b]);
         for by_face in &law.by_faces {
             let (body, opposite) = (by_face.face / 4, by_face.face % 4);
             let coordinates = [in_a, in_b][body];
@@ -193,6 +227,28 @@ impl PolygonResponse {
         cells
     }
 
+    /// Of what the growth of p_A and of p_B contributes: as corners move, and as extents grow.
+    fn of_fields(
+        &self,
+        [by_motion, by_growth]: [[AffineForm; 2]; 2],
+        moduli: [f64; 2],
+        [in_a, in_b]: [&[AffineField; 4]; 2],
+    ) -> [OfCell; 2] {
+        let scale_b = moduli[1] * self.yielding;
+        [
+            OfCell::of(
+                (&self.gradient_a, &by_motion[0]),
+                (moduli[0], &by_growth[0]),
+                in_a,
+            ),
+            OfCell::of(
+                (&self.slope_b, &by_motion[1]),
+                (scale_b, &by_growth[1]),
+                in_b,
+            ),
+        ]
+    }
+
     /// f ↦ ∫ f a·u dA, times a factor, where u is the velocity of a twist about the origin (its moment, then its force).
     fn flow(&self, a: &Vector3<f64>, twist: &Vector6<f64>, factor: f64) -> AffineForm {
         let (moment, force) = (twist.fixed_rows::<3>(0), twist.fixed_rows::<3>(3));
@@ -201,11 +257,8 @@ impl PolygonResponse {
         let at_reference = a.dot(&(force + moment.cross(&moments.reference)));
         let gradient = a.cross(&moment);
         let value = at_reference * moments.area + gradient.dot(&moments.first);
-        AffineForm {
-            at: moments.reference,
-            value: value * weight,
-            slope: (moments.first * at_reference + moments.second * gradient) * weight,
-        }
+        let slope = moments.first * at_reference + moments.second * gradient;
+        AffineForm::about(&moments.reference, value * weight, slope * weight)
     }
 }
 
@@ -216,7 +269,8 @@ impl LawResponse {
         Self {
             axes: plane.axes,
             center: plane.center,
-            by_speed: [none; 2],
+            by_speed: none,
+            more_by_growth: None,
             by_pressure: none,
             by_faces: Vec::new(),
         }
@@ -233,19 +287,23 @@ impl LawResponse {
     /// From wrenches by 1, y₁ and y₂.
     fn contracted(&self, covector: &Vector6<f64>, wrenches: &[Vector6<f64>; 3]) -> AffineForm {
         let [one, y1, y2] = wrenches.each_ref().map(|wrench| covector.dot(wrench));
-        AffineForm {
-            at: self.center,
-            value: one,
-            slope: self.axes.column(0) * y1 + self.axes.column(1) * y2,
-        }
+        let slope = self.axes.column(0) * y1 + self.axes.column(1) * y2;
+        AffineForm::about(&self.center, one, slope)
     }
 }
 
 impl OfCell {
-    fn none() -> Self {
+    /// A corner that moves by δ takes λ `gradient`·δ from the field, and its extent adds λ `modulus`.
+    fn of(
+        (gradient, by_motion): (&Vector3<f64>, &AffineForm),
+        (modulus, by_growth): (f64, &AffineForm),
+        barycentric: &[AffineField; 4],
+    ) -> Self {
         Self {
-            by_corners: [Vector3::zeros(); 4],
-            by_extents: [0.0; 4],
+            by_corners: barycentric
+                .each_ref()
+                .map(|of| gradient * -by_motion.of(of)),
+            by_extents: barycentric.each_ref().map(|of| modulus * by_growth.of(of)),
         }
     }
 
@@ -254,19 +312,6 @@ impl OfCell {
         Self {
             by_corners: self.by_corners.map(|by_corner| rotation * by_corner),
             ..*self
-        }
-    }
-
-    /// A corner that moves by δ takes λ `gradient`·δ from the field, and its extent adds λ `modulus`.
-    fn add(
-        &mut self,
-        (gradient, by_motion): (&Vector3<f64>, &AffineForm),
-        (modulus, by_growth): (f64, &AffineForm),
-        barycentric: &[AffineField; 4],
-    ) {
-        for (corner, coordinate) in barycentric.iter().enumerate() {
-            self.by_corners[corner] -= gradient * by_motion.of(coordinate);
-            self.by_extents[corner] += modulus * by_growth.of(coordinate);
         }
     }
 }

@@ -41,7 +41,7 @@ use edges::Edges;
 pub(crate) use frozen::AddedByLaw;
 pub(super) use frozen::FrozenPolygon;
 use in_lanes::AddedInLanes;
-use nalgebra::Matrix6x2;
+use nalgebra::{Matrix6x2, Vector6};
 use rates::{Rates, add_along_normal, wrench_of, wrenches};
 
 /// Octets that are linearised by themselves, in one thread: some 100 µs of work.
@@ -218,8 +218,9 @@ impl PolygonSource<'_, f64> {
             rates
         });
         if let Some(response) = &mut response {
-            let of_growth = [0, 1, 2].map(|k| rates.by_speed[k] + rates.more_by_growth[k]);
-            response.by_speed = [rates.by_speed, of_growth];
+            let more = rates.more_by_growth;
+            response.by_speed = rates.by_speed;
+            response.more_by_growth = (more != [Vector6::zeros(); 3]).then_some(more);
             response.by_pressure = rates.by_pressure;
         }
         rates.add_to(&plane, polygon, sum);

@@ -41,7 +41,6 @@ impl ResponseRows {
     pub fn response(&self, octets: &[Octet], edges: &Edges, lane: usize) -> PolygonResponse {
         let [octet, place] = edges.places[lane];
         let octet = &octets[octet];
-        let by_speed = at(&self.by_speed, lane);
         let mut by_faces = Vec::with_capacity(edges.counts[lane]);
         for edge in (0..edges.counts[lane]).filter(|&edge| edges.faces[edge][lane] != NO_FACE) {
             by_faces.push(FaceResponse {
@@ -53,7 +52,8 @@ impl ResponseRows {
         let law = LawResponse {
             axes: Matrix3::from_columns(&octet.axes.each_ref().map(|axis| vector_at(axis, place))),
             center: vector_at(&octet.origin, place),
-            by_speed: [by_speed, by_speed],
+            by_speed: at(&self.by_speed, lane),
+            more_by_growth: None,
             by_pressure: at(&self.by_pressure, lane),
             by_faces,
         };
@@ -71,6 +71,6 @@ fn store<N: Numbers>(rows: &mut Wrenches, first: usize, wrenches: &[Six<N>; 3]) 
 }
 
 fn at(rows: &Wrenches, lane: usize) -> [Vector6<f64>; 3] {
-    let wrench = |rows: &[Row; 6]| Vector6::from_column_slice(&rows.map(|row| row[lane]));
-    rows.each_ref().map(wrench)
+    rows.each_ref()
+        .map(|rows| Vector6::from_fn(|row, _| rows[row][lane % ROW]))
 }
