@@ -171,8 +171,7 @@ impl AddedInLanes<'_> {
             lanes,
             (&traction, &frame.axes),
             (edges, first),
-            rung,
-            &mut sums.rows,
+            (rung, &mut sums.rows),
         );
         let [_, slope_b] = polygons.slopes;
         rates.add_motion_of_plane(along(&frame.axes, slope_b));
@@ -231,8 +230,7 @@ impl AddedInLanes<'_> {
         lanes: L,
         (traction, axes): (&Traction<L::Numbers>, &[[L::Numbers; 3]; 3]),
         (edges, first): (&Edges, usize),
-        rung: usize,
-        rows: &mut Option<ResponseRows>,
+        (rung, rows): (usize, &mut Option<ResponseRows>),
     ) -> Rates<L::Numbers> {
         let (over_area, along_edges) = slope_rules(rung);
         let (slip, spin) = traction.motion.slip();

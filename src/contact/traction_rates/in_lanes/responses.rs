@@ -11,30 +11,31 @@ type Wrenches = [[Row; 6]; 3];
 
 /// How polygons side by side answer to changes of shape: what a [`LawResponse`] says, about their origins.
 pub(super) struct ResponseRows {
-    by_speed: Wrenches,
-    by_pressure: Wrenches,
+    /// By the speed of the plane.
+    speed: Wrenches,
+    pressure: Wrenches,
     /// By the face of each edge.
-    by_faces: [Wrenches; CORNERS],
+    faces: [Wrenches; CORNERS],
 }
 
 impl ResponseRows {
     pub const NONE: Self = Self {
-        by_speed: [[[0.0; ROW]; 6]; 3],
-        by_pressure: [[[0.0; ROW]; 6]; 3],
-        by_faces: [[[[0.0; ROW]; 6]; 3]; CORNERS],
+        speed: [[[0.0; ROW]; 6]; 3],
+        pressure: [[[0.0; ROW]; 6]; 3],
+        faces: [[[[0.0; ROW]; 6]; 3]; CORNERS],
     };
 
     /// Writes those of the polygons from `first` on, but for their faces.
     #[inline(always)]
     pub fn store<N: Numbers>(&mut self, first: usize, rates: &Rates<N>) {
-        store(&mut self.by_speed, first, &rates.by_speed);
-        store(&mut self.by_pressure, first, &rates.by_pressure);
+        store(&mut self.speed, first, &rates.by_speed);
+        store(&mut self.pressure, first, &rates.by_pressure);
     }
 
     /// Writes the wrenches of the flux through an edge as its face moves outwards.
     #[inline(always)]
     pub fn store_face<N: Numbers>(&mut self, edge: usize, first: usize, wrenches: &[Six<N>; 3]) {
-        store(&mut self.by_faces[edge], first, wrenches);
+        store(&mut self.faces[edge], first, wrenches);
     }
 
     /// That of the polygon in a lane.
@@ -46,15 +47,15 @@ impl ResponseRows {
             by_faces.push(FaceResponse {
                 face: usize::from(edges.faces[edge][lane]),
                 normal: vector_at(&edges.normals[edge], lane),
-                by_speed: at(&self.by_faces[edge], lane),
+                by_speed: at(&self.faces[edge], lane),
             });
         }
         let law = LawResponse {
             axes: Matrix3::from_columns(&octet.axes.each_ref().map(|axis| vector_at(axis, place))),
             center: vector_at(&octet.origin, place),
-            by_speed: at(&self.by_speed, lane),
+            by_speed: at(&self.speed, lane),
             more_by_growth: None,
-            by_pressure: at(&self.by_pressure, lane),
+            by_pressure: at(&self.pressure, lane),
             by_faces,
         };
         PolygonResponse::at(octet, place, Some(law))
