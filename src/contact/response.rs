@@ -1,12 +1,12 @@
 //! How the wrench of one polygon answers to changes of the two fields that meet in it, and of the faces that bound it.
 
+use super::affine_form::AffineForm;
 use super::plane::PlanePolygon;
 use super::polygon::{CutPolygon, PartialSum};
 use crate::geometry::{AffineField, PolygonMoments};
 use crate::lanes::space::vector_at;
 use crate::narrow_phase::{Cut, Octet, Weights};
 use nalgebra::{Matrix3, Vector3, Vector6};
-use std::ops::{Add, Mul};
 
 /// What is kept of each polygon while a contact is linearised: nothing, `()`, or how it answers to changes of shape, a
 /// [`PolygonResponse`].
@@ -94,49 +94,6 @@ pub(super) struct OfCell {
 
 /// The barycentric coordinates of the two cells, in A's frame.
 pub(super) type Barycentric = [[AffineField; 4]; 2];
-
-/// A linear function of affine functions f: `value`·f(0) + `slope`·∇f, with 0 at A's origin.
-#[derive(Debug, Clone, Copy)]
-struct AffineForm {
-    value: f64,
-    slope: Vector3<f64>,
-}
-
-impl AffineForm {
-    /// f ↦ `value`·f(`at`) + `slope`·∇f.
-    fn about(at: &Vector3<f64>, value: f64, slope: Vector3<f64>) -> Self {
-        Self {
-            value,
-            slope: slope + at * value,
-        }
-    }
-
-    fn of(&self, f: &AffineField) -> f64 {
-        self.value * f.offset + self.slope.dot(&f.gradient)
-    }
-}
-
-impl Add for AffineForm {
-    type Output = Self;
-
-    fn add(self, other: Self) -> Self {
-        Self {
-            value: self.value + other.value,
-            slope: self.slope + other.slope,
-        }
-    }
-}
-
-impl Mul<f64> for AffineForm {
-    type Output = Self;
-
-    fn mul(self, factor: f64) -> Self {
-        Self {
-            value: self.value * factor,
-            slope: self.slope * factor,
-        }
-    }
-}
 
 impl PolygonResponse {
     pub fn of(cut: &Cut, polygon: &CutPolygon<f64>, law: Option<LawResponse>) -> Self {

@@ -56,7 +56,7 @@ struct Sums {
 }
 
 impl AddedInLanes<'_> {
-    /// And how the polygons answer, of which none is left.
+    /// The sum, how the polygons answer to changes of shape, if that is kept, and which of them are left.
     pub fn sum<R: Responses>(self) -> (RelativeLinearisation<f64>, R, Left) {
         let (sums, responses, left) = lanes::run(self);
         let (by_motion, rest) = sums.split_at(MATRIX);

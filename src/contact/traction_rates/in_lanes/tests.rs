@@ -11,10 +11,10 @@ use rand::rngs::StdRng;
 use rand::{RngExt, SeedableRng};
 
 /// Round-off of sums over some hundred polygons, whose terms cancel, relative to the largest entry of a block.
-const ROUND_OFF: f64 = 1e-11;
+const ROUND_OFF: f64 = 1e-12;
 
 /// Of one polygon: relative to the most that one contributes.
-const CLOSE: f64 = 1e-11;
+const CLOSE: f64 = 1e-12;
 
 /// Spins (1/s) at slips of about 1 m/s: all rungs of the ladder of rules, and the closed form.
 const SPINS: [f64; 7] = [0.0, 1e-6, 1e-3, 0.1, 1.0, 5.0, 30.0];
