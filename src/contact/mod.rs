@@ -29,6 +29,7 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
+mod affine_form;
 mod cut_surface;
 mod energy;
 mod friction;

@@ -256,6 +256,7 @@ mod tests {
     use crate::narrow_phase::{ELASTIC_COINCIDENCE, Weights};
     use crate::spatial::{Pose, Twist};
     use crate::threads::results_of;
+    use nalgebra::SVector;
 
     /// Of sums over thousands of polygons, taken in another order.
     const ROUND_OFF: f64 = 1e-13;
@@ -270,12 +271,18 @@ mod tests {
         let (wrench, jacobian) = pair.wrench_and_jacobian();
         let in_motion = pair.wrench_in_motion(&law, [twist, Twist::zero()]);
         let linearised = pair.linearised(&law, [twist, Twist::zero()]);
+        let covector = SVector::from_fn(|row, _| (row as f64 + 0.5).sin());
+        let shapes = pair.shape_gradients_in_motion(&law, [twist, Twist::zero()], &covector);
+        let vertices = shapes.iter().flat_map(|shape| &shape.by_vertices);
+        let extents = shapes.iter().flat_map(|shape| &shape.by_extents);
         let wrenches = [pair.wrench(), wrench, in_motion, linearised.wrench];
         let wrenches = wrenches.map(|wrench| wrench.on_a.to_vector());
         let numbers = wrenches.iter().flat_map(|wrench| wrench.iter().copied());
         numbers
             .chain(jacobian.on_a.matrix().iter().copied())
             .chain(linearised.jacobian().iter().copied())
+            .chain(vertices.flat_map(|vertex| vertex.iter().copied()))
+            .chain(extents.copied())
             .map(f64::to_bits)
             .collect()
     }

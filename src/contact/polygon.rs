@@ -30,7 +30,11 @@ impl<U: Send> PartialSum for Vec<U> {
     }
 
     fn merge(&mut self, mut next: Self) {
-        self.append(&mut next);
+        if self.is_empty() {
+            *self = next;
+        } else {
+            self.append(&mut next);
+        }
     }
 }
 

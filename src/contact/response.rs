@@ -1,9 +1,11 @@
 //! How the wrench of one polygon answers to changes of the two fields that meet in it, and of the faces that bound it.
 
+use super::affine_form::AffineForm;
 use super::plane::PlanePolygon;
 use super::polygon::{CutPolygon, PartialSum};
 use crate::geometry::{AffineField, PolygonMoments};
-use crate::narrow_phase::{Cut, Weights};
+use crate::lanes::space::vector_at;
+use crate::narrow_phase::{Cut, Octet, Weights};
 use nalgebra::{Matrix3, Vector3, Vector6};
 
 /// What is kept of each polygon while a contact is linearised: nothing, `()`, or how it answers to changes of shape, a
@@ -14,6 +16,9 @@ pub(super) trait Responses: PartialSum {
 
     /// Keeps a polygon's.
     fn keep(&mut self, response: impl FnOnce() -> PolygonResponse);
+
+    /// Those of several polygons; none, if nothing is kept.
+    fn of(responses: Vec<PolygonResponse>) -> Self;
 }
 
 impl PartialSum for () {
@@ -26,6 +31,8 @@ impl Responses for () {
     const ARE_KEPT: bool = false;
 
     fn keep(&mut self, _: impl FnOnce() -> PolygonResponse) {}
+
+    fn of(_: Vec<PolygonResponse>) -> Self {}
 }
 
 impl Responses for Vec<PolygonResponse> {
@@ -33,6 +40,10 @@ impl Responses for Vec<PolygonResponse> {
 
     fn keep(&mut self, response: impl FnOnce() -> PolygonResponse) {
         self.push(response());
+    }
+
+    fn of(responses: Vec<PolygonResponse>) -> Self {
+        responses
     }
 }
 
@@ -55,9 +66,10 @@ pub(super) struct PolygonResponse {
 pub(super) struct LawResponse {
     pub axes: Matrix3<f64>,
     pub center: Vector3<f64>,
-    /// As the plane moves along its normal at the speeds 1, y₁ and y₂ (y along the axes, from the center): by motions, and by
-    /// growing fields.
-    pub by_speed: [[Vector6<f64>; 3]; 2],
+    /// As the plane moves along its normal at the speeds 1, y₁ and y₂ (y along the axes, from the center).
+    pub by_speed: [Vector6<f64>; 3],
+    /// What to add where that is by growing fields, if anything (see [`Weights`]).
+    pub more_by_growth: Option<[Vector6<f64>; 3]>,
     /// As the pressure grows by 1, y₁ and y₂, all of the polygon counted.
     pub by_pressure: [Vector6<f64>; 3],
     pub by_faces: Vec<FaceResponse>,
@@ -83,20 +95,6 @@ pub(super) struct OfCell {
 /// The barycentric coordinates of the two cells, in A's frame.
 pub(super) type Barycentric = [[AffineField; 4]; 2];
 
-/// A linear function of functions f that are affine on a polygon's plane: `value`·f(`at`) + `slope`·∇f.
-#[derive(Debug, Clone, Copy)]
-struct AffineForm {
-    at: Vector3<f64>,
-    value: f64,
-    slope: Vector3<f64>,
-}
-
-impl AffineForm {
-    fn of(&self, f: &AffineField) -> f64 {
-        self.value * f.at(&self.at) + self.slope.dot(&f.gradient)
-    }
-}
-
 impl PolygonResponse {
     pub fn of(cut: &Cut, polygon: &CutPolygon<f64>, law: Option<LawResponse>) -> Self {
         let has_area = polygon.has_area() && polygon.weights.have_area();
@@ -115,6 +113,27 @@ impl PolygonResponse {
         }
     }
 
+    /// Of the polygon at a place of an octet.
+    pub fn at(octet: &Octet, place: usize, law: Option<LawResponse>) -> Self {
+        let [e1, e2, _] = octet.axes.each_ref().map(|axis| vector_at(axis, place));
+        let [area, y1, y2, y11, y12, y22] = octet.moments.map(|row| row[place]);
+        let (by_y1, by_y2) = (e1 * y11 + e2 * y12, e1 * y12 + e2 * y22);
+        Self {
+            tets: octet.tets()[place].map(|tet| tet as usize),
+            moments: PolygonMoments {
+                reference: vector_at(&octet.origin, place),
+                area,
+                first: e1 * y1 + e2 * y2,
+                second: by_y1 * e1.transpose() + by_y2 * e2.transpose(),
+            },
+            weights: Weights::WHOLE,
+            gradient_a: vector_at(&octet.gradient_a, place),
+            slope_b: vector_at(&octet.slopes[1], place),
+            yielding: octet.yielding[place],
+            law,
+        }
+    }
+
     /// What it contributes to a number with this derivative by the wrench on A about A's origin.
     ///
     /// As p_B grows by δ, the plane moves by δ/|g|, and the elastic wrench changes by ∫ δ s_A/|g| dA; as p_A does, by
@@ -126,30 +145,33 @@ impl PolygonResponse {
         moduli: [f64; 2],
         [in_a, in_b]: &Barycentric,
     ) -> [OfCell; 2] {
-        let mut cells = [OfCell::none(); 2];
-        let scale_b = moduli[1] * self.yielding;
-        let by_b = self.flow(&self.gradient_a, covector, 1.0);
-        cells[1].add((&self.slope_b, &by_b), (scale_b, &by_b), in_b);
-        let by_a = self.flow(&self.slope_b, covector, -1.0);
-        cells[0].add((&self.gradient_a, &by_a), (moduli[0], &by_a), in_a);
+        let elastic = [
+            self.flow(&self.slope_b, covector, -1.0),
+            self.flow(&self.gradient_a, covector, 1.0),
+        ];
         let Some(law) = &self.law else {
-            return cells;
+            return self.of_fields([elastic; 2], moduli, [in_a, in_b]);
         };
         let covector = law.covector(covector);
         let form = |wrenches: &[Vector6<f64>; 3]| law.contracted(&covector, wrenches);
-        let [by_motion, by_growth] = law.by_speed.each_ref().map(form);
-        cells[1].add((&self.slope_b, &by_motion), (scale_b, &by_growth), in_b);
-        let Weights { still, moving } = self.weights;
-        let by_pressure = |by_speed: &[Vector6<f64>; 3], weight: f64| {
-            form(&[0, 1, 2].map(|k| law.by_pressure[k] * weight - by_speed[k] * self.yielding))
+        let by_speed = form(&law.by_speed);
+        let by_speed_of_growth = match &law.more_by_growth {
+            Some(more) => by_speed + form(more),
+            None => by_speed,
         };
-        let by_motion = by_pressure(&law.by_speed[0], moving.area());
-        let by_growth = by_pressure(&law.by_speed[1], still.area());
-        cells[0].add(
-            (&self.gradient_a, &by_motion),
-            (moduli[0], &by_growth),
-            in_a,
-        );
+        let by_pressure = form(&law.by_pressure);
+        let with_law = |by_speed: AffineForm, weight: f64| {
+            [
+                elastic[0] + by_pressure * weight + by_speed * -self.yielding,
+                elastic[1] + by_speed,
+            ]
+        };
+        let Weights { still, moving } = self.weights;
+        let forms = [
+            with_law(by_speed, moving.area()),
+            with_law(by_speed_of_growth, still.area()),
+        ];
+        let mut cells = self.of_fields(forms, moduli, [in_a, in_b]);
         for by_face in &law.by_faces {
             let (body, opposite) = (by_face.face / 4, by_face.face % 4);
             let coordinates = [in_a, in_b][body];
@@ -162,6 +184,28 @@ impl PolygonResponse {
         cells
     }
 
+    /// Of what the growth of p_A and of p_B contributes: as corners move, and as extents grow.
+    fn of_fields(
+        &self,
+        [by_motion, by_growth]: [[AffineForm; 2]; 2],
+        moduli: [f64; 2],
+        [in_a, in_b]: [&[AffineField; 4]; 2],
+    ) -> [OfCell; 2] {
+        let scale_b = moduli[1] * self.yielding;
+        [
+            OfCell::of(
+                (&self.gradient_a, &by_motion[0]),
+                (moduli[0], &by_growth[0]),
+                in_a,
+            ),
+            OfCell::of(
+                (&self.slope_b, &by_motion[1]),
+                (scale_b, &by_growth[1]),
+                in_b,
+            ),
+        ]
+    }
+
     /// f ↦ ∫ f a·u dA, times a factor, where u is the velocity of a twist about the origin (its moment, then its force).
     fn flow(&self, a: &Vector3<f64>, twist: &Vector6<f64>, factor: f64) -> AffineForm {
         let (moment, force) = (twist.fixed_rows::<3>(0), twist.fixed_rows::<3>(3));
@@ -170,11 +214,8 @@ impl PolygonResponse {
         let at_reference = a.dot(&(force + moment.cross(&moments.reference)));
         let gradient = a.cross(&moment);
         let value = at_reference * moments.area + gradient.dot(&moments.first);
-        AffineForm {
-            at: moments.reference,
-            value: value * weight,
-            slope: (moments.first * at_reference + moments.second * gradient) * weight,
-        }
+        let slope = moments.first * at_reference + moments.second * gradient;
+        AffineForm::about(&moments.reference, value * weight, slope * weight)
     }
 }
 
@@ -185,7 +226,8 @@ impl LawResponse {
         Self {
             axes: plane.axes,
             center: plane.center,
-            by_speed: [none; 2],
+            by_speed: none,
+            more_by_growth: None,
             by_pressure: none,
             by_faces: Vec::new(),
         }
@@ -202,19 +244,23 @@ impl LawResponse {
     /// From wrenches by 1, y₁ and y₂.
     fn contracted(&self, covector: &Vector6<f64>, wrenches: &[Vector6<f64>; 3]) -> AffineForm {
         let [one, y1, y2] = wrenches.each_ref().map(|wrench| covector.dot(wrench));
-        AffineForm {
-            at: self.center,
-            value: one,
-            slope: self.axes.column(0) * y1 + self.axes.column(1) * y2,
-        }
+        let slope = self.axes.column(0) * y1 + self.axes.column(1) * y2;
+        AffineForm::about(&self.center, one, slope)
     }
 }
 
 impl OfCell {
-    fn none() -> Self {
+    /// A corner that moves by δ takes λ `gradient`·δ from the field, and its extent adds λ `modulus`.
+    fn of(
+        (gradient, by_motion): (&Vector3<f64>, &AffineForm),
+        (modulus, by_growth): (f64, &AffineForm),
+        barycentric: &[AffineField; 4],
+    ) -> Self {
         Self {
-            by_corners: [Vector3::zeros(); 4],
-            by_extents: [0.0; 4],
+            by_corners: barycentric
+                .each_ref()
+                .map(|of| gradient * -by_motion.of(of)),
+            by_extents: barycentric.each_ref().map(|of| modulus * by_growth.of(of)),
         }
     }
 
@@ -223,19 +269,6 @@ impl OfCell {
         Self {
             by_corners: self.by_corners.map(|by_corner| rotation * by_corner),
             ..*self
-        }
-    }
-
-    /// A corner that moves by δ takes λ `gradient`·δ from the field, and its extent adds λ `modulus`.
-    fn add(
-        &mut self,
-        (gradient, by_motion): (&Vector3<f64>, &AffineForm),
-        (modulus, by_growth): (f64, &AffineForm),
-        barycentric: &[AffineField; 4],
-    ) {
-        for (corner, coordinate) in barycentric.iter().enumerate() {
-            self.by_corners[corner] -= gradient * by_motion.of(coordinate);
-            self.by_extents[corner] += modulus * by_growth.of(coordinate);
         }
     }
 }

@@ -1,12 +1,13 @@
 use super::jacobian::RelativeJacobian;
 use super::linearised::{RelativeLinearisation, block_diagonal};
+use super::octets::OverOctets;
 use super::polygon::{PartialSum, PolygonSource};
 use super::reaction::on_both;
 use super::response::{Barycentric, OfCell, PolygonResponse};
 use super::surface_law::RelativeMotion;
 use super::{BodyError, ContactPair, LinearisedContact, PartnerShape, SurfaceLaw};
 use crate::mesh::{MeshError, ShapeRates};
-use crate::narrow_phase::ELASTIC_COINCIDENCE;
+use crate::narrow_phase::{Cut, ELASTIC_COINCIDENCE};
 use crate::spatial::Twist;
 use nalgebra::{SMatrix, SVector, Vector3, Vector6};
 
@@ -195,13 +196,20 @@ impl<'a> ContactPair<'a> {
     fn elastic_responses(&self) -> (RelativeLinearisation<f64>, Vec<PolygonResponse>) {
         let source = PolygonSource::of(self);
         let (surface, finer) = source.for_derivatives(ELASTIC_COINCIDENCE, self.search());
-        let sum = surface.sum_of_cuts(|sum: &mut WithResponses, cut| {
+        let mut sum = surface.sum_of_special_cuts(&|sum: &mut WithResponses, cut: &Cut| {
             let polygon = surface.source.polygon(cut);
             if polygon.has_area() && polygon.weights.have_area() {
                 polygon.add_to(&mut sum.elastic);
                 sum.polygons.push(PolygonResponse::of(cut, &polygon, None));
             }
         });
+        let octets = surface.found.octets();
+        sum.elastic.merge(RelativeJacobian::over(octets));
+        for octet in octets {
+            let places = (0..octet.tets().len()).filter(|&place| octet.has_polygon(place));
+            let responses = places.map(|place| PolygonResponse::at(octet, place, None));
+            sum.polygons.extend(responses);
+        }
         let relative = self.elastic_linearisation(&sum.elastic, (&surface, finer.as_ref()));
         (relative, sum.polygons)
     }
@@ -261,7 +269,7 @@ impl ShapeResponse<'_> {
 
 impl PolygonSource<'_, f64> {
     /// The barycentric coordinates of two cells, in A's frame.
-    fn barycentric(&self, [a, b]: [usize; 2]) -> Barycentric {
+    pub fn barycentric(&self, [a, b]: [usize; 2]) -> Barycentric {
         let [a, b] = [self.pair.tet_a(a), self.pair.tet_b(b)];
         let of_b = b
             .barycentric

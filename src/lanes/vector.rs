@@ -185,7 +185,9 @@ impl<S: Simd> Neg for Vector<S> {
 
     #[inline(always)]
     fn neg(self) -> Self {
-        self.made(self.simd.neg_f64s(self.numbers))
+        // pulp has this as a function that may stay a call, compiled for any processor.
+        let sign = self.simd.splat_f64s(-0.0);
+        self.made(self.simd.xor_f64s(self.numbers, sign))
     }
 }
 

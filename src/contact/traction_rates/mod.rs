@@ -41,7 +41,7 @@ use edges::Edges;
 pub(crate) use frozen::AddedByLaw;
 pub(super) use frozen::FrozenPolygon;
 use in_lanes::AddedInLanes;
-use nalgebra::Matrix6x2;
+use nalgebra::{Matrix6x2, Vector6};
 use rates::{Rates, add_along_normal, wrench_of, wrenches};
 
 /// Octets that are linearised by themselves, in one thread: some 100 µs of work.
@@ -109,49 +109,35 @@ impl RelativeLinearisation<f64> {
     }
 }
 
+impl<R> InMotion<R> {
+    /// The wrench on A and its derivatives, at the given moduli.
+    fn linearisation(self, moduli: [f64; 2]) -> (RelativeLinearisation<f64>, R) {
+        let mut sum = self.elastic.linearisation(moduli);
+        sum.merge(self.added.by_both_moduli(moduli));
+        (sum, self.responses)
+    }
+}
+
 impl CutSurface<'_, f64> {
-    /// The wrench on A and its derivatives.
     fn linearisation<R: Responses>(
         &self,
         law: &SurfaceLaw,
         motion: &RelativeMotion<f64>,
     ) -> (RelativeLinearisation<f64>, R) {
-        let source = &self.source;
-        let moduli = source.moduli();
-        let InMotion {
-            elastic,
-            added,
-            responses,
-        } = self.sum_in_motion(law, motion);
-        let mut sum = elastic.linearisation(moduli);
-        sum.merge(added.by_both_moduli(moduli));
-        (sum, responses)
+        let sum = self.sum_in_motion(law, motion);
+        sum.linearisation(self.source.moduli())
     }
-}
 
-impl CutSurface<'_, f64> {
-    /// Sums over the cuts: over the special ones one by one, and over the generic ones so if something is kept of each, else in
-    /// lanes.
+    /// Sums over the cuts: over the special ones one by one, and over the generic ones in lanes.
     fn sum_in_motion<R: Responses>(
         &self,
         law: &SurfaceLaw,
         motion: &RelativeMotion<f64>,
     ) -> InMotion<R> {
         let source = &self.source;
-        let add = |sum: &mut InMotion<R>, cut: &Cut| {
-            let polygon = source.polygon(cut);
-            if polygon.has_area() && polygon.weights.have_area() {
-                polygon.add_to(&mut sum.elastic);
-            }
-            let law =
-                source.add_traction_rates::<R>((cut, &polygon), (law, motion), &mut sum.added);
-            sum.responses
-                .keep(|| PolygonResponse::of(cut, &polygon, law));
-        };
-        if R::ARE_KEPT {
-            return self.sum_of_cuts(add);
-        }
-        let mut sum = self.sum_of_special_cuts(&add);
+        let mut sum = self.sum_of_special_cuts(&|sum: &mut InMotion<R>, cut: &Cut| {
+            source.add_in_motion(cut, (law, motion), sum);
+        });
         let octets = self.found.octets();
         sum.elastic.merge(RelativeJacobian::over(octets));
         let (found, pair) = (&self.found, &source.pair);
@@ -162,21 +148,18 @@ impl CutSurface<'_, f64> {
                 pair,
                 law,
                 motion,
+                are_responses_kept: R::ARE_KEPT,
             };
-            added.sum()
+            added.sum::<R>()
         };
         let mut pieces = octets.chunks(PIECE);
-        threads::for_pieces(octets, PIECE, piece, |(added, left)| {
+        threads::for_pieces(octets, PIECE, piece, |(added, responses, left)| {
             sum.added.merge(added);
+            sum.responses.merge(responses);
             for (octet, left) in pieces.next().unwrap_or_default().iter().zip(left) {
                 for place in faces_in(left) {
                     let cut = found.cut_of(octet, place, pair);
-                    let polygon = source.polygon(&cut);
-                    source.add_traction_rates::<()>(
-                        (&cut, &polygon),
-                        (law, motion),
-                        &mut sum.added,
-                    );
+                    source.add_law(&cut, &source.polygon(&cut), (law, motion), &mut sum);
                 }
             }
         });
@@ -185,6 +168,33 @@ impl CutSurface<'_, f64> {
 }
 
 impl PolygonSource<'_, f64> {
+    /// Adds all that the polygon of a cut contributes.
+    fn add_in_motion<R: Responses>(
+        &self,
+        cut: &Cut,
+        moving: (&SurfaceLaw, &RelativeMotion<f64>),
+        sum: &mut InMotion<R>,
+    ) {
+        let polygon = self.polygon(cut);
+        if polygon.has_area() && polygon.weights.have_area() {
+            polygon.add_to(&mut sum.elastic);
+        }
+        self.add_law(cut, &polygon, moving, sum);
+    }
+
+    /// Adds what the law contributes, and keeps how the polygon answers.
+    fn add_law<R: Responses>(
+        &self,
+        cut: &Cut,
+        polygon: &CutPolygon<f64>,
+        moving: (&SurfaceLaw, &RelativeMotion<f64>),
+        sum: &mut InMotion<R>,
+    ) {
+        let law = self.add_traction_rates::<R>((cut, polygon), moving, &mut sum.added);
+        sum.responses
+            .keep(|| PolygonResponse::of(cut, polygon, law));
+    }
+
     /// Adds what dissipation and friction contribute to the wrench on A and its derivatives; of those by the moduli, only
     /// E_B ∂W/∂E_B, in the second column. Gives how the polygon answers to changes of shape, if that is kept.
     fn add_traction_rates<R: Responses>(
@@ -208,8 +218,9 @@ impl PolygonSource<'_, f64> {
             rates
         });
         if let Some(response) = &mut response {
-            let of_growth = [0, 1, 2].map(|k| rates.by_speed[k] + rates.more_by_growth[k]);
-            response.by_speed = [rates.by_speed, of_growth];
+            let more = rates.more_by_growth;
+            response.by_speed = rates.by_speed;
+            response.more_by_growth = (more != [Vector6::zeros(); 3]).then_some(more);
             response.by_pressure = rates.by_pressure;
         }
         rates.add_to(&plane, polygon, sum);

@@ -5,6 +5,9 @@ use nalgebra::Vector3;
 /// Corners that a generic polygon has at the most.
 pub(super) const CORNERS: usize = 8;
 
+/// Stands for the face of an edge at A's rim.
+pub(super) const NO_FACE: u8 = u8::MAX;
+
 /// Up to eight polygons by their edges, side by side, that are integrated by the same rules.
 pub(super) struct Edges {
     /// Corners, counter-clockwise from the polygon's origin; after the last one the first, as often as there is room.
@@ -15,8 +18,10 @@ pub(super) struct Edges {
     pub normals: [[Row; 3]; CORNERS],
     /// 1 for a face of B, which moves with it, and 0 for one of A.
     pub of_b: [Row; CORNERS],
+    /// The face of each: 0 to 3 of A, 4 to 7 of B, or [`NO_FACE`].
+    pub faces: [[u8; ROW]; CORNERS],
     /// How many edges each polygon has.
-    counts: [usize; ROW],
+    pub counts: [usize; ROW],
     /// Octet and place of each; where there is none, of the first.
     pub places: [[usize; 2]; ROW],
     pub len: usize,
@@ -27,6 +32,7 @@ impl Edges {
         corners: [[[0.0; ROW]; 2]; CORNERS + 1],
         normals: [[[0.0; ROW]; 3]; CORNERS],
         of_b: [[0.0; ROW]; CORNERS],
+        faces: [[NO_FACE; ROW]; CORNERS],
         counts: [0; ROW],
         places: [[0; 2]; ROW],
         len: 0,
@@ -72,22 +78,26 @@ impl Edges {
         let a = pair.tet_a(tet_a as usize);
         let mut edge = 0;
         octet.visit_edges(place, |slot, _| {
-            let (normal, of_b) = match slot.checked_sub(4) {
-                None if a.zero_faces & 1 << slot != 0 => (Vector3::zeros(), 0.0),
+            let (normal, face) = match slot.checked_sub(4) {
+                None if a.zero_faces & 1 << slot != 0 => (Vector3::zeros(), NO_FACE),
                 None => {
                     let inward = a.barycentric[slot].gradient;
-                    (inward * -a.barycentric_steepness[slot].recip(), 0.0)
+                    let outward = inward * -a.barycentric_steepness[slot].recip();
+                    (outward, slot.to_le_bytes()[0])
                 }
                 Some(bound) => {
-                    let face = usize::from(tet_b.bounds[bound]);
-                    let inward = tet_b.faces[face].gradient;
-                    (inward * -tet_b.face_steepness[face].recip(), 1.0)
+                    let face = tet_b.bounds[bound];
+                    let inward = tet_b.faces[usize::from(face)].gradient;
+                    let outward = inward * -tet_b.face_steepness[usize::from(face)].recip();
+                    (outward, 4 + face)
                 }
             };
             for axis in 0..3 {
                 self.normals[edge % CORNERS][axis][lane] = normal[axis];
             }
-            self.of_b[edge % CORNERS][lane] = of_b;
+            let is_of_b = face != NO_FACE && face >= 4;
+            self.of_b[edge % CORNERS][lane] = f64::from(u8::from(is_of_b));
+            self.faces[edge % CORNERS][lane] = face;
             edge += 1;
         });
     }

@@ -3,6 +3,7 @@
 mod edges;
 mod quadrature;
 mod rates;
+mod responses;
 #[cfg(test)]
 mod tests;
 
@@ -13,6 +14,7 @@ use crate::contact::loaded_triangles::Loads;
 use crate::contact::octets::Polygons;
 use crate::contact::plane_motion::PlaneMotion;
 use crate::contact::polygon::PartialSum;
+use crate::contact::response::{PolygonResponse, Responses};
 use crate::contact::surface_law::RelativeMotion;
 use crate::lanes::space::{cross, dot, sum};
 use crate::lanes::{self, InLanes, Lanes, Numbers, ROW, Row};
@@ -21,7 +23,8 @@ use crate::search::Found;
 use edges::{CORNERS, Edges};
 use nalgebra::{Matrix6, Matrix6x2, Vector3, Vector6};
 use quadrature::{Edge, Field};
-use rates::{Frame, Rates, Six, Traction, plus, times};
+use rates::{Frame, Rates, Six, Traction, plus, times, wrenches};
+use responses::ResponseRows;
 
 /// How many numbers a 6×6 matrix has.
 const MATRIX: usize = 36;
@@ -41,11 +44,21 @@ pub(super) struct AddedInLanes<'o> {
     pub pair: &'o RelativePair<'o>,
     pub law: &'o SurfaceLaw,
     pub motion: &'o RelativeMotion<f64>,
+    /// Whether it is kept how each polygon answers to changes of shape.
+    pub are_responses_kept: bool,
+}
+
+/// What is summed over polygons, those at one place of a list of eight by themselves, and what is kept of each.
+struct Sums {
+    numbers: [Row; NUMBERS],
+    rows: Option<ResponseRows>,
+    responses: Vec<PolygonResponse>,
 }
 
 impl AddedInLanes<'_> {
-    pub fn sum(self) -> (RelativeLinearisation<f64>, Left) {
-        let (sums, left) = lanes::run(self);
+    /// The sum, how the polygons answer to changes of shape, if that is kept, and which of them are left.
+    pub fn sum<R: Responses>(self) -> (RelativeLinearisation<f64>, R, Left) {
+        let (sums, responses, left) = lanes::run(self);
         let (by_motion, rest) = sums.split_at(MATRIX);
         let (by_twist, rest) = rest.split_at(MATRIX);
         let six = |which: usize| Vector6::from_column_slice(&rest[6 * which..6 * which + 6]);
@@ -58,16 +71,24 @@ impl AddedInLanes<'_> {
             // Generic polygons have no kinks.
             ..RelativeLinearisation::empty()
         };
-        (sum, left)
+        (sum, R::of(responses), left)
     }
 }
 
 impl InLanes for AddedInLanes<'_> {
-    type Output = ([f64; NUMBERS], Left);
+    type Output = ([f64; NUMBERS], Vec<PolygonResponse>, Left);
 
     #[inline(always)]
     fn run<L: Lanes>(self, lanes: L) -> Self::Output {
-        let mut sums = [[0.0; ROW]; NUMBERS];
+        let mut sums = Sums {
+            numbers: [[0.0; ROW]; NUMBERS],
+            rows: None,
+            responses: Vec::new(),
+        };
+        if self.are_responses_kept {
+            sums.rows = Some(ResponseRows::NONE);
+            sums.responses.reserve(ROW * self.octets.len());
+        }
         let mut left = vec![0; self.octets.len()];
         // By the rung of the ladder of rules that is good enough for a polygon.
         let mut groups: Vec<_> = (0..RUNGS).map(|_| Edges::NONE).collect();
@@ -99,29 +120,34 @@ impl InLanes for AddedInLanes<'_> {
                 }
             }
         }
-        for (rung, edges) in groups.iter_mut().enumerate() {
+        for (rung, edges) in groups
+            .iter_mut()
+            .enumerate()
+            .filter(|(_, edges)| edges.len > 0)
+        {
             self.add(lanes, &mut sums, (edges, rung));
         }
         let mut totals = [0.0; NUMBERS];
-        for (total, [a, b, c, d, e, f, g, h]) in totals.iter_mut().zip(sums) {
+        for (total, [a, b, c, d, e, f, g, h]) in totals.iter_mut().zip(sums.numbers) {
             *total = ((a + b) + (c + d)) + ((e + f) + (g + h));
         }
-        (totals, left)
+        (totals, sums.responses, left)
     }
 }
 
 impl AddedInLanes<'_> {
     /// Adds polygons that are integrated by the rules of a rung, and empties their list.
     #[inline(always)]
-    fn add<L: Lanes>(
-        &self,
-        lanes: L,
-        sums: &mut [Row; NUMBERS],
-        (edges, rung): (&mut Edges, usize),
-    ) {
+    fn add<L: Lanes>(&self, lanes: L, sums: &mut Sums, (edges, rung): (&mut Edges, usize)) {
         edges.fill_up();
         for first in (0..edges.len).step_by(L::COUNT) {
             self.add_part(lanes, sums, (edges, first), rung);
+        }
+        if let Some(rows) = &sums.rows {
+            for lane in 0..edges.len {
+                let response = rows.response(self.octets, edges, lane);
+                sums.responses.push(response);
+            }
         }
         edges.len = 0;
     }
@@ -131,7 +157,7 @@ impl AddedInLanes<'_> {
     fn add_part<L: Lanes>(
         &self,
         lanes: L,
-        sums: &mut [Row; NUMBERS],
+        sums: &mut Sums,
         (edges, first): (&Edges, usize),
         rung: usize,
     ) {
@@ -141,7 +167,12 @@ impl AddedInLanes<'_> {
             axes: [polygons.e1, polygons.e2, polygons.normal],
         };
         let traction = self.traction(lanes, &polygons, &frame);
-        let mut rates = self.rates(lanes, (&traction, &frame.axes), (edges, first), rung);
+        let mut rates = self.rates(
+            lanes,
+            (&traction, &frame.axes),
+            (edges, first),
+            (rung, &mut sums.rows),
+        );
         let [_, slope_b] = polygons.slopes;
         rates.add_motion_of_plane(along(&frame.axes, slope_b));
         // As the modulus of B grows the plane moves by p/|g|.
@@ -150,15 +181,17 @@ impl AddedInLanes<'_> {
         let by_modulus_b = plus(&plus(&times(k0, p0), &times(k1, p1)), &times(k2, p2));
         let by_motion = frame.turned_matrix(&rates.by_motion);
         let by_twist = frame.turned_matrix(&rates.by_twist);
-        add_columns(lanes, &mut sums[..MATRIX], first, &by_motion);
-        add_columns(lanes, &mut sums[MATRIX..2 * MATRIX], first, &by_twist);
-        let rest = [
+        let (by_motions, rest) = sums.numbers.split_at_mut(MATRIX);
+        let (by_twists, others) = rest.split_at_mut(MATRIX);
+        add_columns(lanes, by_motions, first, &by_motion);
+        add_columns(lanes, by_twists, first, &by_twist);
+        let of_each = [
             frame.turned(&rates.wrench),
             frame.turned(&by_modulus_b),
             frame.turned(&rates.by_dissipation),
             frame.turned(&rates.by_friction),
         ];
-        add_columns(lanes, &mut sums[2 * MATRIX..], first, &rest);
+        add_columns(lanes, others, first, &of_each);
     }
 
     #[inline(always)]
@@ -197,7 +230,7 @@ impl AddedInLanes<'_> {
         lanes: L,
         (traction, axes): (&Traction<L::Numbers>, &[[L::Numbers; 3]; 3]),
         (edges, first): (&Edges, usize),
-        rung: usize,
+        (rung, rows): (usize, &mut Option<ResponseRows>),
     ) -> Rates<L::Numbers> {
         let (over_area, along_edges) = slope_rules(rung);
         let (slip, spin) = traction.motion.slip();
@@ -212,18 +245,20 @@ impl AddedInLanes<'_> {
         };
         let sums = field.over_area(lanes, (edges, first), over_area);
         let mut rates = Rates::of_area(&sums, traction);
-        if self.law.is_elastic() {
-            return rates;
-        }
-        for number in 0..edges.most(first, L::COUNT).min(CORNERS) {
+        let count = if self.law.is_elastic() {
+            0
+        } else {
+            edges.most(first, L::COUNT).min(CORNERS)
+        };
+        for number in 0..count {
             let edge = Edge::of(lanes, edges, number, first);
             let [u1, u2] = field.along(lanes, &edge, along_edges);
             let pressed = field.pressed_along(lanes, &edge, &traction.excess);
-            let flux = [
+            let fluxes = wrenches([
                 times(&u1, -traction.friction),
                 times(&u2, -traction.friction),
                 pressed,
-            ];
+            ]);
             let [x, y, z] = &edges.normals[number];
             let normal = [
                 lanes.load(x, first),
@@ -231,25 +266,30 @@ impl AddedInLanes<'_> {
                 lanes.load(z, first),
             ];
             let of_b = lanes.load(&edges.of_b[number], first);
-            let normal = over_its_part_in_the_plane(along(axes, normal), traction.zero);
-            rates.add_flux(flux, normal, of_b);
+            let normal = along(axes, normal);
+            let outwardness = outwardness(normal, traction.zero, field.one);
+            let fluxes = [
+                times(&fluxes[0], outwardness),
+                times(&fluxes[1], outwardness),
+                times(&fluxes[2], outwardness),
+            ];
+            rates.add_flux(&fluxes, normal, of_b);
+            if let Some(rows) = rows {
+                rows.store_face(number, first, &fluxes);
+            }
+        }
+        if let Some(rows) = rows {
+            rows.store(first, &rates);
         }
         rates
     }
 }
 
-/// A normal along the axes of a plane over the length of its part in that plane; 0, where that is 0.
+/// 1 over the length of the part in the plane of a normal along its axes; 0, where that is 0.
 #[inline(always)]
-fn over_its_part_in_the_plane<N: Numbers>(normal: [N; 3], zero: N) -> [N; 3] {
-    let squared = normal[0] * normal[0] + normal[1] * normal[1];
-    let is_there = zero.is_less(squared);
-    let [m1, m2, m3] = normal;
-    let length = squared.sqrt();
-    [
-        (m1 / length).or_else(is_there, zero),
-        (m2 / length).or_else(is_there, zero),
-        (m3 / length).or_else(is_there, zero),
-    ]
+fn outwardness<N: Numbers>([m1, m2, _]: [N; 3], zero: N, one: N) -> N {
+    let squared = m1 * m1 + m2 * m2;
+    (one / squared.sqrt()).or_else(zero.is_less(squared), zero)
 }
 
 /// The components of a vector along axes.

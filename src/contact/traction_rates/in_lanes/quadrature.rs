@@ -5,6 +5,13 @@ use crate::contact::friction::{EdgeRule, TriangleRule};
 use crate::contact::traction_rates::flux::THREE_POINTS;
 use crate::lanes::{Lanes, Numbers};
 
+/// Where the monomials up to cubic ones times y₁, and times y₂, are among those up to quartic ones (see [`add_up_to_quartic`]).
+const TIMES_Y1: [usize; 10] = [1, 3, 4, 6, 7, 8, 10, 11, 12, 13];
+const TIMES_Y2: [usize; 10] = [2, 4, 5, 7, 8, 9, 11, 12, 13, 14];
+
+/// What the sums of [`moments`] are divided by.
+const DIVISORS: [f64; 10] = [2.0, 6.0, 6.0, 12.0, 12.0, 12.0, 20.0, 20.0, 20.0, 20.0];
+
 /// What slips and presses on a polygon, as affine functions c₀ + c₁y₁ + c₂y₂ on its plane, and the rules by which that is
 /// integrated.
 pub(super) struct Field<N> {
@@ -44,6 +51,7 @@ impl<N: Numbers> Field<N> {
         ([s1 * inverse, s2 * inverse], inverse, g)
     }
 
+    /// By a rule, but for the moments, which are exact. As the slip is affine, ∫ m u dA follows from ∫ m/σ dA by monomials of one degree more.
     #[inline(always)]
     pub fn over_area<L: Lanes<Numbers = N>>(
         &self,
@@ -51,13 +59,9 @@ impl<N: Numbers> Field<N> {
         (edges, first): (&Edges, usize),
         rule: &TriangleRule,
     ) -> AreaSums<N> {
-        let zero = lanes.splat(0.0);
-        let half = lanes.splat(0.5);
-        let mut sums = AreaSums {
-            one: [zero; 10],
-            direction: [[zero; 10]; 2],
-            by_slip: [[zero; 6]; 3],
-        };
+        let (zero, half) = (lanes.splat(0.0), lanes.splat(0.5));
+        let mut by_inverse = [zero; 15];
+        let mut by_slip = [[zero; 6]; 3];
         let from = corner(lanes, edges, 0, first);
         let mut next = Edge::between(from, corner(lanes, edges, 1, first)).way;
         for last in 2..edges.most(first, L::COUNT) {
@@ -78,24 +82,34 @@ impl<N: Numbers> Field<N> {
                         from[0] + b[0] * shares[0] + c[0] * shares[1],
                         from[1] + b[1] * shares[0] + c[1] * shares[1],
                     ];
-                    let weight = area * lanes.splat(weights[point]);
-                    self.add(&mut sums, y, weight);
+                    let ([u1, u2], inverse, g) = self.at(y);
+                    let density = area * lanes.splat(weights[point]) * inverse;
+                    add_up_to_quartic(&mut by_inverse, density, y);
+                    let factor = density * g;
+                    let one = self.one;
+                    add_up_to_quadratic(&mut by_slip[0], (u1 * u1 - one) * factor, y);
+                    add_up_to_quadratic(&mut by_slip[1], u1 * u2 * factor, y);
+                    add_up_to_quadratic(&mut by_slip[2], (u2 * u2 - one) * factor, y);
                 }
             }
         }
-        sums
+        AreaSums {
+            one: moments(lanes, (edges, first)),
+            direction: self.times_slip(&by_inverse),
+            by_slip,
+        }
     }
 
+    /// ∫ m s/σ dA from ∫ m/σ dA.
     #[inline(always)]
-    fn add(&self, sums: &mut AreaSums<N>, y: [N; 2], weight: N) {
-        let ([u1, u2], inverse, g) = self.at(y);
-        add_up_to_cubic(&mut sums.one, weight, y);
-        add_up_to_cubic(&mut sums.direction[0], u1 * weight, y);
-        add_up_to_cubic(&mut sums.direction[1], u2 * weight, y);
-        let factor = weight * g * inverse;
-        add_up_to_quadratic(&mut sums.by_slip[0], (u1 * u1 - self.one) * factor, y);
-        add_up_to_quadratic(&mut sums.by_slip[1], u1 * u2 * factor, y);
-        add_up_to_quadratic(&mut sums.by_slip[2], (u2 * u2 - self.one) * factor, y);
+    fn times_slip(&self, m: &[N; 15]) -> [[N; 10]; 2] {
+        let mut products = [[m[0]; 10]; 2];
+        for place in 0..10 {
+            let (by_y1, by_y2) = (m[TIMES_Y1[place]], m[TIMES_Y2[place]]);
+            products[0][place] = self.slip[0] * m[place] - self.spin * by_y2;
+            products[1][place] = self.slip[1] * m[place] + self.spin * by_y1;
+        }
+        products
     }
 
     /// ∫ g m u₁ dl and ∫ g m u₂ dl along an edge for the monomials m = 1, y₁, y₂, y₁², y₁y₂, y₂².
@@ -197,12 +211,56 @@ fn add_up_to_quadratic<N: Numbers, const M: usize>(
     quadratic
 }
 
-/// Adds a number times the ten monomials: those above, and the cubic ones.
+/// Adds a number times the monomials up to quartic ones: those above, then y₁³, y₁²y₂, y₁y₂², y₂³, y₁⁴, y₁³y₂ and so on.
 #[inline(always)]
-fn add_up_to_cubic<N: Numbers>(sums: &mut [N; 10], value: N, [y1, y2]: [N; 2]) {
+fn add_up_to_quartic<N: Numbers>(sums: &mut [N; 15], value: N, [y1, y2]: [N; 2]) {
     let [squared, mixed, other] = add_up_to_quadratic(sums, value, [y1, y2]);
-    sums[6] = sums[6] + squared * y1;
-    sums[7] = sums[7] + squared * y2;
-    sums[8] = sums[8] + mixed * y2;
-    sums[9] = sums[9] + other * y2;
+    let cubic = [squared * y1, squared * y2, mixed * y2, other * y2];
+    let [c1, c2, c3, c4] = cubic;
+    let quartic = [c1 * y1, c1 * y2, c2 * y2, c3 * y2, c4 * y2];
+    for (place, value) in cubic.into_iter().enumerate() {
+        sums[6 + place] = sums[6 + place] + value;
+    }
+    for (place, value) in quartic.into_iter().enumerate() {
+        sums[10 + place] = sums[10 + place] + value;
+    }
+}
+
+/// The moments of polygons by the ten monomials up to cubic ones: sums over the triangles of the origin and each edge, exactly 0
+/// where an edge is a point.
+///
+/// With turn = a × b, twice the area of such a triangle, ∫ y₁³ dA = turn/20·(a₁³ + a₁²b₁ + a₁b₁² + b₁³).
+#[inline(always)]
+fn moments<L: Lanes>(lanes: L, (edges, first): (&Edges, usize)) -> [L::Numbers; 10] {
+    let mut sums = [lanes.splat(0.0); 10];
+    let (half, third) = (lanes.splat(0.5), lanes.splat(1.0 / 3.0));
+    let mut next = corner(lanes, edges, 0, first);
+    for end in 1..=edges.most(first, L::COUNT) {
+        let ([a1, a2], [b1, b2]) = (next, corner(lanes, edges, end, first));
+        next = [b1, b2];
+        let turn = a1 * b2 - a2 * b1;
+        let [s1, s2] = [a1 + b1, a2 + b2];
+        let (squares1, squares2) = (a1 * a1 + b1 * b1, a2 * a2 + b2 * b2);
+        let (product1, product2) = (a1 * b1, a2 * b2);
+        let (mixed, crossed) = (a1 * a2 + b1 * b2, a1 * b2 + a2 * b1);
+        let of_triangle = [
+            turn,
+            turn * s1,
+            turn * s2,
+            turn * (squares1 + product1),
+            turn * (mixed + crossed * half),
+            turn * (squares2 + product2),
+            turn * (squares1 * s1),
+            turn * (a1 * a1 * a2 + b1 * b1 * b2 + (crossed * s1 + product1 * s2) * third),
+            turn * (a2 * a2 * a1 + b2 * b2 * b1 + (crossed * s2 + product2 * s1) * third),
+            turn * (squares2 * s2),
+        ];
+        for (sum, of_triangle) in sums.iter_mut().zip(of_triangle) {
+            *sum = *sum + of_triangle;
+        }
+    }
+    for (sum, divisor) in sums.iter_mut().zip(DIVISORS) {
+        *sum = *sum * lanes.splat(1.0 / divisor);
+    }
+    sums
 }

@@ -21,6 +21,8 @@ pub(super) struct Rates<N> {
     pub by_twist: Matrix<N>,
     pub by_dissipation: Six<N>,
     pub by_friction: Six<N>,
+    /// Of ∂t/∂p, y₁∂t/∂p and y₂∂t/∂p.
+    pub by_pressure: [Six<N>; 3],
 }
 
 /// What the law makes of slip and pressure on a polygon.
@@ -91,18 +93,18 @@ impl<N: Numbers> Rates<N> {
                 negated(&up_to_affine(parting, &p3)),
             ]),
             by_friction: wrench_of([negated(&loaded1), negated(&loaded2), [traction.zero; 3]]),
+            by_pressure,
         }
     }
 
-    /// Adds what the motion of an edge contributes: the moments of the flux along the axes, the normal of the edge's face along
-    /// them over its part in the plane, and 1 for a face of B, 0 for one of A.
+    /// Adds what the motion of an edge contributes: the wrenches of the flux as the edge's face moves outwards, that face's normal
+    /// along the axes, and 1 for a face of B, 0 for one of A.
     #[inline(always)]
-    pub fn add_flux(&mut self, flux: [Six<N>; 3], normal: [N; 3], of_b: N) {
-        let fluxes = wrenches(flux);
-        for (k, flux) in self.by_speed.iter_mut().zip(&fluxes) {
+    pub fn add_flux(&mut self, fluxes: &[Six<N>; 3], normal: [N; 3], of_b: N) {
+        for (k, flux) in self.by_speed.iter_mut().zip(fluxes) {
             *k = less(k, &times(flux, normal[2]));
         }
-        self.add_along_normal(scaled(normal, of_b), &fluxes);
+        self.add_along_normal(scaled(normal, of_b), fluxes);
     }
 
     /// Adds what the plane contributes as B moves: the slopes of p_B over that of p_A − p_B, along the axes.
@@ -208,7 +210,7 @@ fn wrench_of<N: Numbers>([t1, t2, t3]: [[N; 3]; 3]) -> Six<N> {
 
 /// The wrenches of a traction times 1, y₁ and y₂.
 #[inline(always)]
-fn wrenches<N: Numbers>([t1, t2, t3]: [[N; 6]; 3]) -> [Six<N>; 3] {
+pub(super) fn wrenches<N: Numbers>([t1, t2, t3]: [[N; 6]; 3]) -> [Six<N>; 3] {
     [
         wrench_of([
             [t1[0], t1[1], t1[2]],
@@ -231,22 +233,30 @@ fn wrenches<N: Numbers>([t1, t2, t3]: [[N; 6]; 3]) -> [Six<N>; 3] {
 /// ∫ f m for an affine f and the monomials up to quadratic ones, from the moments by those up to cubic ones.
 #[inline(always)]
 fn up_to_quadratic<N: Numbers>(f: &[N; 3], m: &[N; 10]) -> [N; 6] {
-    let of = |one: usize, y1: usize, y2: usize| f[0] * m[one] + f[1] * m[y1] + f[2] * m[y2];
     [
-        of(0, 1, 2),
-        of(1, 3, 4),
-        of(2, 4, 5),
-        of(3, 6, 7),
-        of(4, 7, 8),
-        of(5, 8, 9),
+        combined(f, [m[0], m[1], m[2]]),
+        combined(f, [m[1], m[3], m[4]]),
+        combined(f, [m[2], m[4], m[5]]),
+        combined(f, [m[3], m[6], m[7]]),
+        combined(f, [m[4], m[7], m[8]]),
+        combined(f, [m[5], m[8], m[9]]),
     ]
 }
 
 /// The same for the monomials 1, y₁ and y₂.
 #[inline(always)]
 fn up_to_affine<N: Numbers>(f: &[N; 3], m: &[N; 6]) -> [N; 3] {
-    let of = |one: usize, y1: usize, y2: usize| f[0] * m[one] + f[1] * m[y1] + f[2] * m[y2];
-    [of(0, 1, 2), of(1, 3, 4), of(2, 4, 5)]
+    [
+        combined(f, [m[0], m[1], m[2]]),
+        combined(f, [m[1], m[3], m[4]]),
+        combined(f, [m[2], m[4], m[5]]),
+    ]
+}
+
+/// ∫ f from the moments by 1, y₁ and y₂.
+#[inline(always)]
+fn combined<N: Numbers>(f: &[N; 3], [one, y1, y2]: [N; 3]) -> N {
+    f[0] * one + f[1] * y1 + f[2] * y2
 }
 
 #[inline(always)]

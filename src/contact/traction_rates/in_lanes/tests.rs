@@ -1,16 +1,20 @@
 use crate::contact::linearised::RelativeLinearisation;
 use crate::contact::polygon::PolygonSource;
-use crate::contact::response::PolygonResponse;
+use crate::contact::response::{OfCell, PolygonResponse};
 use crate::contact::surface_law::RelativeMotion;
+use crate::contact::traction_rates::InMotion;
 use crate::contact::{ContactBody, ContactPair, HalfSpace, Partner, RigidShape, Shape, SurfaceLaw};
 use crate::mesh::{TriangleSurface, shapes};
 use crate::spatial::Pose;
-use nalgebra::{SMatrix, Vector3};
+use nalgebra::{SMatrix, Vector3, Vector6};
 use rand::rngs::StdRng;
 use rand::{RngExt, SeedableRng};
 
 /// Round-off of sums over some hundred polygons, whose terms cancel, relative to the largest entry of a block.
-const ROUND_OFF: f64 = 1e-11;
+const ROUND_OFF: f64 = 1e-12;
+
+/// Of one polygon: relative to the most that one contributes.
+const CLOSE: f64 = 1e-12;
 
 /// Spins (1/s) at slips of about 1 m/s: all rungs of the ladder of rules, and the closed form.
 const SPINS: [f64; 7] = [0.0, 1e-6, 1e-3, 0.1, 1.0, 5.0, 30.0];
@@ -49,6 +53,47 @@ fn assert_blocks_agree([lanes, single, elastic]: [&RelativeLinearisation<f64>; 3
     assert_eq!(lanes.kinks, single.kinks, "{what}");
 }
 
+/// What each polygon contributes to a number by the shapes, to within a fraction of the most that one does.
+fn assert_responses_agree(
+    source: &PolygonSource<f64>,
+    responses: [&[PolygonResponse]; 2],
+    what: &str,
+) {
+    let covector = Vector6::new(0.3, -0.8, 0.5, 0.9, 0.2, -0.6);
+    let [lanes, single] = responses.map(|responses| {
+        let of_cells = |response: &PolygonResponse| {
+            let cells = source.barycentric(response.tets);
+            response.pulled_back(&covector, source.moduli(), &cells)
+        };
+        let mut pulled: Vec<_> = responses.iter().map(|it| (it.tets, of_cells(it))).collect();
+        pulled.sort_by_key(|(tets, _)| *tets);
+        pulled
+    });
+    assert_eq!(lanes.len(), single.len(), "{what}");
+    for body in 0..2 {
+        let corners = |(_, cells): &(_, [OfCell; 2])| cells[body].by_corners.map(|by| by.amax());
+        let extents = |(_, cells): &(_, [OfCell; 2])| cells[body].by_extents.map(f64::abs);
+        let most = |of: &[[f64; 4]]| of.iter().flatten().copied().fold(0.0, f64::max);
+        let by_corners = most(&single.iter().map(corners).collect::<Vec<_>>());
+        let by_extents = most(&single.iter().map(extents).collect::<Vec<_>>());
+        for ((tets, lanes), (others, single)) in lanes.iter().zip(&single) {
+            assert_eq!(tets, others, "{what}");
+            let (lanes, single) = (&lanes[body], &single[body]);
+            for corner in 0..4 {
+                let difference = lanes.by_corners[corner] - single.by_corners[corner];
+                let of_extent = lanes.by_extents[corner] - single.by_extents[corner];
+                assert!(
+                    difference.amax() <= CLOSE * by_corners
+                        && of_extent.abs() <= CLOSE * by_extents,
+                    "{what}, {tets:?}, body {body}: {:e}, {:e}",
+                    difference.amax() / by_corners,
+                    of_extent.abs() / by_extents
+                );
+            }
+        }
+    }
+}
+
 /// Both ways of going over the polygons: in lanes, and one by one. Gives how many there are.
 fn assert_ways_agree(pair: &ContactPair, law: &SurfaceLaw, spin: f64, what: &str) -> usize {
     let surface = PolygonSource::of(pair).for_values(pair.search());
@@ -56,13 +101,19 @@ fn assert_ways_agree(pair: &ContactPair, law: &SurfaceLaw, spin: f64, what: &str
         angular: Vector3::new(0.3, -0.5, 0.8) * spin,
         at_origin: Vector3::new(0.9, -0.4, 0.5),
     };
-    let (lanes, ()) = surface.linearisation(law, &motion);
-    let (single, kept) = surface.linearisation::<Vec<PolygonResponse>>(law, &motion);
+    let source = &surface.source;
+    let (lanes, kept) = surface.linearisation::<Vec<PolygonResponse>>(law, &motion);
+    let single: InMotion<Vec<PolygonResponse>> =
+        surface.sum_of_cuts(|sum, cut| source.add_in_motion(cut, (law, &motion), sum));
+    let (single, kept_singly) = single.linearisation(source.moduli());
     if kept.len() > 20 {
         let none = SurfaceLaw::new(0.0, 0.0, 1e-3).unwrap();
         let (elastic, ()) = surface.linearisation(&none, &motion);
         assert_blocks_agree([&lanes, &single, &elastic], what);
+        assert_responses_agree(source, [&kept, &kept_singly], what);
     }
+    let (without, ()) = surface.linearisation(law, &motion);
+    assert_eq!(without.by_motion, lanes.by_motion, "{what}");
     kept.len()
 }
 
