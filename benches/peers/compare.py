@@ -7,10 +7,12 @@ derivatives right: how many times as long Drake takes, and what its answers are 
     python3 benches/peers/compare.py            # under five minutes after the first run
     python3 benches/peers/compare.py --quick    # about a minute
     python3 benches/peers/compare.py --floors   # the ball on its floors alone
+    python3 benches/peers/compare.py --cold     # five poses at a time by turns: caches are cold
     python3 benches/peers/compare.py --orders 1 2 --poses 100
 
 The first run downloads Drake into a virtual environment in cargo's target directory. The two
-programs stay up side by side and are asked by turns; what is timed says README.md. Output: Markdown.
+programs stay up side by side and are asked one after the other; what is timed says README.md. Output:
+Markdown.
 """
 
 import argparse
@@ -50,6 +52,7 @@ def parsed_options():
     options.add_argument("--poses", type=int, help="per scene (default: more where they are cheap)")
     options.add_argument("--quick", action="store_true", help="orders up to 3 and few poses")
     options.add_argument("--floors", action="store_true", help="the ball on its floors alone")
+    options.add_argument("--cold", action="store_true", help="the programs take turns every five poses")
     options = options.parse_args()
     if options.quick:
         options.orders = [order for order in options.orders if order < 4]

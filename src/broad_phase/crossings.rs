@@ -6,50 +6,16 @@
 //! body are held against one of the other.
 
 use super::lists::{FourCrossed, Keeping, OneCrossed, Posed, Touched};
-use super::patch::{FourCorners, Frame, Patch};
+use super::patch::{Frame, Patch};
 use super::triangle_tree::{Node, SurfaceFace, TriangleTree, WIDTH};
 use crate::lanes;
-use crate::mesh::FieldTet;
 use crate::spatial::Pose;
-use nalgebra::Vector3;
 use std::ops::Range;
-
-/// The surface of a body.
-#[derive(Clone, Copy)]
-pub(crate) struct Surface<'s> {
-    pub tree: &'s TriangleTree,
-    /// The tetrahedra that its triangles are faces of.
-    pub tets: &'s [FieldTet],
-}
-
-impl Surface<'_> {
-    /// The corners of a triangle, by its place in the tree.
-    #[inline]
-    pub fn corners(&self, index: usize) -> [Vector3<f64>; 3] {
-        self.tree.faces()[index].corners(self.tets)
-    }
-
-    /// The corners of four triangles, by corner and coordinate; those of the last triangle again where there are fewer.
-    #[inline]
-    pub fn four_from(&self, first: usize) -> FourCorners {
-        let last = self.tree.faces().len() - 1;
-        let mut four = [[[0.0; WIDTH]; 3]; 3];
-        for slot in 0..WIDTH {
-            let corners = self.corners((first + slot).min(last));
-            for (quads, corner) in four.iter_mut().zip(&corners) {
-                for axis in 0..3 {
-                    quads[axis][slot] = corner[axis];
-                }
-            }
-        }
-        four
-    }
-}
 
 /// Visits the pairs of triangles, of a surface (in A) and another (in B), that may cross or touch: those whose boxes overlap
 /// and of which neither is beside the other's plane, all to within `margin` (m). `memory` is room to work in.
 pub(crate) fn visit_crossings(
-    [a, b]: [Surface; 2],
+    [a, b]: [&TriangleTree; 2],
     pose_ab: &Pose<f64>,
     margin: f64,
     memory: &mut Vec<u32>,
@@ -76,8 +42,8 @@ pub(crate) fn visit_crossings(
 
 /// A descent into both trees at once: down the tree of B, with the nodes of A's tree that each of its nodes may touch.
 struct Descent<'s, 'm, V> {
-    a: Surface<'s>,
-    b: Surface<'s>,
+    a: &'s TriangleTree,
+    b: &'s TriangleTree,
     pose_ab: &'s Pose<f64>,
     margin: f64,
     frame: Frame,
@@ -96,7 +62,7 @@ impl<V: FnMut(SurfaceFace, SurfaceFace)> Descent<'_, '_, V> {
     /// Goes on from a node of B, at a level and with an index there, and what it may touch of A: to its children or, at the last
     /// level, to the triangles of both.
     fn descend(&mut self, [level_b, index_b]: [usize; 2], partners: &Partners) {
-        let levels = self.b.tree.levels();
+        let levels = self.b.levels();
         let Some(node) = levels.get(level_b).and_then(|it| it.nodes.get(index_b)) else {
             return;
         };
@@ -104,7 +70,7 @@ impl<V: FnMut(SurfaceFace, SurfaceFace)> Descent<'_, '_, V> {
             frame: &self.frame,
             node,
         });
-        let (first, depth_a) = (WIDTH * index_b, self.a.tree.levels().len());
+        let (first, depth_a) = (WIDTH * index_b, self.a.levels().len());
         if let Some(below) = levels.get(level_b + 1) {
             let is_next_last = level_b + 2 == levels.len();
             for slot in 0..WIDTH.min(below.nodes.len() - first) {
@@ -125,7 +91,7 @@ impl<V: FnMut(SurfaceFace, SurfaceFace)> Descent<'_, '_, V> {
             self.meet_four(&posed, first, partners.places.clone());
             return;
         }
-        for slot in 0..WIDTH.min(self.b.tree.faces().len() - first) {
+        for slot in 0..WIDTH.min(self.b.faces().len() - first) {
             let patch = Patch::of(&posed, slot);
             let near = self.narrowed(&patch, partners, 0.0);
             self.meet_one(patch, first + slot, near.places);
@@ -134,7 +100,7 @@ impl<V: FnMut(SurfaceFace, SurfaceFace)> Descent<'_, '_, V> {
 
     /// What of A's nodes a part of B's surface may touch, divided until they are about as large as that.
     fn narrowed(&mut self, patch: &Patch, partners: &Partners, size: f64) -> Partners {
-        let levels = self.a.tree.levels();
+        let levels = self.a.levels();
         let is_larger = |level: usize| level + 1 < levels.len() && levels[level].size > size;
         if !is_larger(partners.level) {
             return self.filtered(patch, partners);
@@ -160,7 +126,7 @@ impl<V: FnMut(SurfaceFace, SurfaceFace)> Descent<'_, '_, V> {
         let Partners { level, ref places } = *partners;
         self.make_room(places.end + WIDTH * places.len());
         let end = lanes::run(Touched {
-            nodes: &self.a.tree.levels()[level].nodes,
+            nodes: &self.a.levels()[level].nodes,
             patch,
             keeping,
             memory: &mut *self.memory,
@@ -181,13 +147,13 @@ impl<V: FnMut(SurfaceFace, SurfaceFace)> Descent<'_, '_, V> {
         let end = lanes::run(FourCrossed {
             frame: &self.frame,
             posed,
-            corners_b: self.b.four_from(first),
+            corners_b: &self.b.corners()[first / WIDTH],
             a: self.a,
             margin: self.margin,
             memory: &mut *self.memory,
             triangles: triangles.clone(),
         });
-        let (faces_a, faces_b) = (self.a.tree.faces(), &self.b.tree.faces()[first..]);
+        let (faces_a, faces_b) = (self.a.faces(), &self.b.faces()[first..]);
         // Each a number of a triangle of A, times four, and a slot of B's node.
         for pair in &self.memory[triangles.end..end] {
             let (index, slot) = (*pair as usize / WIDTH, *pair as usize % WIDTH);
@@ -200,7 +166,7 @@ impl<V: FnMut(SurfaceFace, SurfaceFace)> Descent<'_, '_, V> {
 
     /// Visits the pairs that may cross of the triangles below nodes of A and one triangle of B, given its planes.
     fn meet_one(&mut self, planes: Patch, index_b: usize, nodes: Range<usize>) {
-        let corners = self.b.corners(index_b);
+        let corners = self.b.corners_of(index_b);
         let corners = corners.map(|corner| self.pose_ab.transformed_point(&corner));
         self.make_room(nodes.end + WIDTH * nodes.len());
         let end = lanes::run(OneCrossed {
@@ -211,7 +177,7 @@ impl<V: FnMut(SurfaceFace, SurfaceFace)> Descent<'_, '_, V> {
             memory: &mut *self.memory,
             nodes: nodes.clone(),
         });
-        let (faces_a, face_b) = (self.a.tree.faces(), self.b.tree.faces()[index_b]);
+        let (faces_a, face_b) = (self.a.faces(), self.b.faces()[index_b]);
         for index in &self.memory[nodes.end..end] {
             (self.visit)(faces_a[*index as usize], face_b);
         }
@@ -227,7 +193,7 @@ impl<V: FnMut(SurfaceFace, SurfaceFace)> Descent<'_, '_, V> {
 
 #[cfg(test)]
 mod tests {
-    use super::{Surface, visit_crossings};
+    use super::visit_crossings;
     use crate::broad_phase::triangle_tree::{SurfaceFace, TriangleTree};
     use crate::geometry::Aabb;
     use crate::mesh::{FieldTet, PressureField, shapes};
@@ -268,13 +234,6 @@ mod tests {
                 tree,
                 tets: tets.to_vec(),
                 faces,
-            }
-        }
-
-        fn surface(&self) -> Surface<'_> {
-            Surface {
-                tree: &self.tree,
-                tets: &self.tets,
             }
         }
     }
@@ -328,7 +287,7 @@ mod tests {
 
     fn by_trees(a: &Body, b: &Body, pose_ab: &Pose) -> Vec<Pair> {
         let (mut found, mut memory) = (Vec::new(), Vec::new());
-        let surfaces = [a.surface(), b.surface()];
+        let surfaces = [&a.tree, &b.tree];
         visit_crossings(surfaces, pose_ab, MARGIN, &mut memory, |a, b| {
             found.push([a, b].map(|face| (face.tet(), face.face())));
         });
@@ -455,7 +414,7 @@ mod tests {
         let pose_ab = Pose::from_translation(vector![0.9, 0.7, 0.2]);
         let mut memory = Vec::new();
         let mut search = || {
-            let (mut found, surfaces) = (Vec::new(), [ball.surface(), ball.surface()]);
+            let (mut found, surfaces) = (Vec::new(), [&ball.tree; 2]);
             visit_crossings(surfaces, &pose_ab, MARGIN, &mut memory, |a, b| {
                 found.push([a, b]);
             });

@@ -1,9 +1,8 @@
 //! The work of the descent to the rim that runs in lanes: each job goes through a list of parts of A's surface, in a memory that
 //! is shared, and writes another list behind it.
 
-use super::crossings::Surface;
 use super::patch::{FourCorners, FourTriangles, Frame, Patch};
-use super::triangle_tree::{Node, WIDTH};
+use super::triangle_tree::{Node, TriangleTree, WIDTH};
 use crate::lanes::{InLanes, Lanes};
 use nalgebra::Vector3;
 use std::ops::Range;
@@ -66,28 +65,29 @@ impl InLanes for Touched<'_> {
 
 /// Lists which of four triangles of B the triangles of A at these places of the memory may cross, behind them: four times the
 /// number of the latter, and which of the four. Gives where that list ends.
-pub(super) struct FourCrossed<'d, 's> {
+pub(super) struct FourCrossed<'d> {
     pub frame: &'d Frame,
     pub posed: &'d Node,
-    pub corners_b: FourCorners,
-    pub a: Surface<'s>,
+    pub corners_b: &'d FourCorners,
+    pub a: &'d TriangleTree,
     pub margin: f64,
     pub memory: &'d mut [u32],
     pub triangles: Range<usize>,
 }
 
-impl InLanes for FourCrossed<'_, '_> {
+impl InLanes for FourCrossed<'_> {
     type Output = usize;
 
     #[inline(always)]
     fn run<L: Lanes>(self, lanes: L) -> usize {
-        let four = self.frame.triangles(lanes, self.posed, &self.corners_b);
+        let in_a = self.frame.triangles(lanes, self.corners_b);
+        let four = FourTriangles::of_b(self.posed, &in_a);
         let mut end = self.triangles.end;
         for place in self.triangles {
             let index = self.memory[place];
             let (node, slot) = (index as usize / WIDTH, index as usize % WIDTH);
-            let patch = Patch::of_a(&self.a.tree.leaves()[node], slot, self.margin);
-            let crossed = four.crossed(lanes, &patch, &self.a.corners(index as usize));
+            let patch = Patch::of_a(&self.a.leaves()[node], slot, self.margin);
+            let crossed = four.crossed(lanes, &patch, &self.a.corners_of(index as usize));
             end += kept(&mut self.memory[end..], WIDTH as u32 * index, crossed);
         }
         end
@@ -96,16 +96,16 @@ impl InLanes for FourCrossed<'_, '_> {
 
 /// Lists the triangles, below the nodes of A at these places of the memory, that one of B may cross, behind them; gives where
 /// that list ends.
-pub(super) struct OneCrossed<'d, 's> {
+pub(super) struct OneCrossed<'d> {
     pub patch: Patch,
     pub corners: [Vector3<f64>; 3],
-    pub a: Surface<'s>,
+    pub a: &'d TriangleTree,
     pub margin: f64,
     pub memory: &'d mut [u32],
     pub nodes: Range<usize>,
 }
 
-impl InLanes for OneCrossed<'_, '_> {
+impl InLanes for OneCrossed<'_> {
     type Output = usize;
 
     #[inline(always)]
@@ -113,12 +113,11 @@ impl InLanes for OneCrossed<'_, '_> {
         let mut end = self.nodes.end;
         for place in self.nodes {
             let index = self.memory[place];
-            let first = WIDTH as u32 * index;
-            let corners = self.a.four_from(first as usize);
-            let node = &self.a.tree.leaves()[index as usize];
-            let four = FourTriangles::of_a(node, &corners, self.margin);
+            let node = &self.a.leaves()[index as usize];
+            let corners = &self.a.corners()[index as usize];
+            let four = FourTriangles::of_a(node, corners, self.margin);
             let crossed = four.crossed(lanes, &self.patch, &self.corners);
-            end += kept(&mut self.memory[end..], first, crossed);
+            end += kept(&mut self.memory[end..], WIDTH as u32 * index, crossed);
         }
         end
     }

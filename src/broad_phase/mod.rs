@@ -29,7 +29,7 @@ mod shape;
 mod tet_tree;
 mod triangle_tree;
 
-pub(crate) use crossings::{Surface, visit_crossings};
+pub(crate) use crossings::visit_crossings;
 pub(crate) use field_tree::{Below, FieldBounds, FieldNode, FieldTree};
 pub use half_space::{HalfSpace, ThicknessError};
 pub(crate) use landscape::{Escape, Landscape};

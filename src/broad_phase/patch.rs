@@ -45,10 +45,10 @@ pub(super) struct PatchInLanes<N> {
 pub(super) type FourCorners = [[Quad; 3]; 3];
 
 /// Four triangles in A's frame, side by side: of either body.
-pub(super) struct FourTriangles {
-    corners: FourCorners,
-    bounds: [[Quad; 2]; 3],
-    normal: [Quad; 3],
+pub(super) struct FourTriangles<'f> {
+    corners: &'f FourCorners,
+    bounds: &'f [[Quad; 2]; 3],
+    normal: &'f [Quad; 3],
     between: [Quad; 2],
 }
 
@@ -100,20 +100,15 @@ impl Frame {
         posed
     }
 
-    /// The four triangles of a node of B, given that node in A's frame.
+    /// The corners of four triangles of B in A's frame, and boxes around them in A's axes.
     #[inline(always)]
     pub fn triangles<L: Lanes>(
         &self,
         lanes: L,
-        posed: &Node,
         corners: &FourCorners,
-    ) -> FourTriangles {
-        let mut four = FourTriangles {
-            corners: *corners,
-            bounds: posed.bounds,
-            normal: posed.normal,
-            between: posed.between,
-        };
+    ) -> (FourCorners, [[Quad; 2]; 3]) {
+        let mut posed = [[[0.0; WIDTH]; 3]; 3];
+        let mut bounds = [[[0.0; WIDTH]; 2]; 3];
         let margin = lanes.splat(self.margin);
         for first in (0..WIDTH).step_by(L::COUNT) {
             let load = |quad: &Quad| lanes.load_four(quad, first);
@@ -124,14 +119,14 @@ impl Frame {
                 for corner in 0..3 {
                     let [x, y, z] = &corners[corner];
                     along[corner] = dot(row, [load(x), load(y), load(z)]) + shift;
-                    along[corner].store_four(&mut four.corners[corner][axis], first);
+                    along[corner].store_four(&mut posed[corner][axis], first);
                 }
                 let [a, b, c] = along;
-                (a.min(b).min(c) - margin).store_four(&mut four.bounds[axis][0], first);
-                (a.max(b).max(c) + margin).store_four(&mut four.bounds[axis][1], first);
+                (a.min(b).min(c) - margin).store_four(&mut bounds[axis][0], first);
+                (a.max(b).max(c) + margin).store_four(&mut bounds[axis][1], first);
             }
         }
-        four
+        (posed, bounds)
     }
 }
 
@@ -234,19 +229,29 @@ impl<N: Numbers> PatchInLanes<N> {
     }
 }
 
-impl FourTriangles {
-    /// The four triangles of a node of A, with planes a margin (m) further apart.
+impl<'f> FourTriangles<'f> {
+    /// Those of a node of B, given that node, its triangles' corners and the boxes around these in A's frame.
+    pub fn of_b(node: &'f Node, (corners, bounds): &'f (FourCorners, [[Quad; 2]; 3])) -> Self {
+        Self {
+            corners,
+            bounds,
+            normal: &node.normal,
+            between: node.between,
+        }
+    }
+
+    /// Those of a node of A, with planes a margin (m) further apart.
     #[inline(always)]
-    pub fn of_a(node: &Node, corners: &FourCorners, margin: f64) -> Self {
+    pub fn of_a(node: &'f Node, corners: &'f FourCorners, margin: f64) -> Self {
         let [mut low, mut high] = node.between;
         for slot in 0..WIDTH {
             low[slot] -= margin;
             high[slot] += margin;
         }
         Self {
-            corners: *corners,
-            bounds: node.bounds,
-            normal: node.normal,
+            corners,
+            bounds: &node.bounds,
+            normal: &node.normal,
             between: [low, high],
         }
     }
@@ -263,11 +268,11 @@ impl FourTriangles {
             let own_corner = |corner: usize| dot(patch.normal, vector(&self.corners[corner]));
             let own = [own_corner(0), own_corner(1), own_corner(2)];
             let cuts = reach_into(own, patch.between);
-            let normal = vector(&self.normal);
+            let normal = vector(self.normal);
             let corner = |corner: usize| dot(normal, splat(lanes, corners[corner].as_ref()));
             let [low, high] = &self.between;
             let is_cut = reach_into([corner(0), corner(1), corner(2)], [load(low), load(high)]);
-            let near = patch.overlapping(lanes, &self.bounds, first);
+            let near = patch.overlapping(lanes, self.bounds, first);
             bits |= (near & cuts & is_cut).bits() << first;
         }
         bits

@@ -1,8 +1,10 @@
+use super::patch::FourCorners;
 use crate::geometry::{Aabb, FACES};
 use crate::lanes::Quad;
 use crate::mesh::{FieldTet, PressureField};
 use crate::spatial::Pose;
 use nalgebra::Vector3;
+use std::array::from_fn;
 
 /// Children of a node.
 pub(super) const WIDTH: usize = 4;
@@ -16,6 +18,8 @@ pub(crate) struct TriangleTree {
     levels: Vec<Level>,
     /// The triangles, those of each node one after the other.
     faces: Vec<SurfaceFace>,
+    /// Their corners (m), of each node of the last level.
+    corners: Vec<FourCorners>,
 }
 
 /// The nodes that are equally deep.
@@ -100,6 +104,7 @@ impl TriangleTree {
         Self {
             levels: levels_over(&facets),
             faces: facets.iter().map(|facet| facet.face).collect(),
+            corners: facets.chunks(WIDTH).map(side_by_side).collect(),
         }
     }
 
@@ -116,6 +121,20 @@ impl TriangleTree {
     /// The triangles; those of node i of the last level from 4i on.
     pub(super) fn faces(&self) -> &[SurfaceFace] {
         &self.faces
+    }
+
+    /// The corners (m) of the triangles of each node of the last level; the last triangle again where there are fewer than
+    /// four.
+    pub(super) fn corners(&self) -> &[FourCorners] {
+        &self.corners
+    }
+
+    /// The corners (m) of one triangle.
+    #[inline]
+    pub(super) fn corners_of(&self, triangle: usize) -> [Vector3<f64>; 3] {
+        let (four, slot) = (&self.corners[triangle / WIDTH], triangle % WIDTH);
+        four.each_ref()
+            .map(|[x, y, z]| Vector3::new(x[slot], y[slot], z[slot]))
     }
 
     /// Visits the tetrahedra (of B; of a rigid body the cells, as its triangles are numbered) with a triangle of the surface
@@ -194,6 +213,14 @@ impl Node {
             upper: side(1),
         }
     }
+}
+
+/// The corners of up to four triangles; those of the last one again where there are fewer.
+fn side_by_side(facets: &[Facet]) -> FourCorners {
+    let last = facets.len() - 1;
+    let number =
+        |slot: usize, corner: usize, axis: usize| facets[slot.min(last)].corners[corner][axis];
+    from_fn(|corner| from_fn(|axis| from_fn(|slot| number(slot, corner, axis))))
 }
 
 /// The direction of the sum of the triangles' area vectors; 0 where they cancel.

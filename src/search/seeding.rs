@@ -3,9 +3,7 @@
 
 use super::Culling;
 use super::following::Walk;
-use crate::broad_phase::{
-    Escape, Ridges, RigidShape, Shape, Surface, TriangleTree, visit_crossings,
-};
+use crate::broad_phase::{Escape, Ridges, RigidShape, Shape, TriangleTree, visit_crossings};
 use crate::geometry::Aabb;
 use crate::spatial::Pose;
 use nalgebra::Vector3;
@@ -69,16 +67,7 @@ impl Walk<'_, '_> {
     /// Enters where every component with a rim must show: at the pairs of surface triangles that may cross.
     pub fn enter_at_rims(&mut self, triangles_b: &TriangleTree) {
         let (pair, margin) = (self.pair, self.pair.margin());
-        let surfaces = [
-            Surface {
-                tree: pair.shape_a.triangle_tree(),
-                tets: pair.shape_a.field().tets(),
-            },
-            Surface {
-                tree: triangles_b,
-                tets: pair.shape_b.cells(),
-            },
-        ];
+        let surfaces = [pair.shape_a.triangle_tree(), triangles_b];
         let mut memory = std::mem::take(&mut self.scratch.tree_nodes);
         visit_crossings(surfaces, &pair.pose_ab, margin, &mut memory, |a, b| {
             self.enter_pair(a.tet(), b.tet());
