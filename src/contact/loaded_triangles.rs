@@ -1,78 +1,10 @@
 //! Triangles of contact polygons under a load, side by side, and the surface law over them.
 
 use super::SurfaceLaw;
-use super::friction::{Slip, TriangleRule};
-use super::plane;
-use super::plane_motion::PlaneMotion;
-use super::surface_law::RelativeMotion;
-use crate::lanes::space::{cross, dot, loaded, store, sum};
+use super::friction::TriangleRule;
+use super::loads::LoadedPolygon;
+use crate::lanes::space::loaded;
 use crate::lanes::{Lanes, Numbers, ROW, Row};
-use crate::narrow_phase::Octet;
-use nalgebra::Vector3;
-
-/// What presses and slips on the polygons of an octet, as affine functions c₀ + c₁y₁ + c₂y₂ on their planes.
-pub(super) struct Loads<'o> {
-    pressure: &'o [Row; 3],
-    damping: [Row; 3],
-    /// The slip at the origin, and the spin.
-    slip: [Row; 3],
-    tolerance: f64,
-}
-
-impl<'o> Loads<'o> {
-    #[inline(always)]
-    pub fn of<L: Lanes>(
-        lanes: L,
-        octet: &'o Octet,
-        law: &SurfaceLaw,
-        motion: &RelativeMotion<f64>,
-    ) -> Self {
-        let mut loads = Self {
-            pressure: &octet.pressure,
-            damping: [[0.0; ROW]; 3],
-            slip: [[0.0; ROW]; 3],
-            tolerance: law.slip_tolerance,
-        };
-        let all = |vector: &Vector3<f64>| [0, 1, 2].map(|axis| lanes.splat(vector[axis]));
-        let (at_a, angular) = (all(&motion.at_origin), all(&motion.angular));
-        let (dissipation, one) = (lanes.splat(law.dissipation), lanes.splat(1.0));
-        for first in (0..octet.tets().len()).step_by(L::COUNT) {
-            let [e1, e2, normal] = [0, 1, 2].map(|axis| loaded(lanes, &octet.axes[axis], first));
-            let velocity = sum(at_a, cross(angular, loaded(lanes, &octet.origin, first)));
-            let motion = PlaneMotion {
-                velocity: [dot(e1, velocity), dot(e2, velocity), dot(normal, velocity)],
-                angular: [dot(e1, angular), dot(e2, angular), dot(normal, angular)],
-            };
-            let ([v1, v2], spin) = motion.slip();
-            store(&mut loads.damping, first, motion.damping(dissipation, one));
-            store(&mut loads.slip, first, [v1, v2, spin]);
-        }
-        loads
-    }
-
-    /// The rung of the ladder of rules that is good enough for the polygon at a place, of these corners; none where the slip turns so
-    /// quickly that it has a closed form instead, or where the pressure is clamped at a corner.
-    pub fn rung(&self, place: usize, corners: &[[f64; 2]]) -> Option<usize> {
-        let rung = self.slip(place).rung(corners);
-        rung.filter(|_| !self.are_clamped(place, corners))
-    }
-
-    /// On the polygon at a place.
-    fn slip(&self, place: usize) -> Slip<f64> {
-        let [v1, v2, spin] = self.slip.each_ref().map(|row| row[place]);
-        Slip {
-            at_origin: [v1, v2],
-            spin,
-            tolerance: self.tolerance,
-        }
-    }
-
-    /// Whether the pressure is clamped at a corner of the polygon at a place.
-    fn are_clamped(&self, place: usize, corners: &[[f64; 2]]) -> bool {
-        let damping = self.damping.each_ref().map(|row| row[place]);
-        corners.iter().any(|y| plane::at(&damping, y) < 0.0)
-    }
-}
 
 /// Up to eight triangles that are integrated by one rule.
 pub(super) struct Triangles {
@@ -100,10 +32,11 @@ impl Triangles {
         rung: 0,
     };
 
-    /// Adds a triangle of a polygon, given by octet and place.
-    pub fn push(&mut self, corners: [[f64; 2]; 3], loads: &Loads, polygon: [usize; 2]) {
-        let (place, [_, of]) = (self.len, polygon);
-        let [from, b, c] = corners;
+    /// Adds a triangle of a polygon, with these corners.
+    #[inline]
+    pub fn push(&mut self, [from, b, c]: [[f64; 2]; 3], polygon: &LoadedPolygon) {
+        let place = self.len;
+        let (loads, [_, of]) = (polygon.loads, polygon.place);
         let ways = [from, difference(b, from), difference(c, from)];
         for (rows, way) in self.corners.iter_mut().zip(ways) {
             rows[0][place] = way[0];
@@ -114,8 +47,9 @@ impl Triangles {
             self.damping[k][place] = loads.damping[k][of];
             self.slip[k][place] = loads.slip[k][of];
         }
-        self.places[place] = polygon;
+        self.places[place] = polygon.place;
         self.len += 1;
+        self.rung = self.rung.max(polygon.rung);
     }
 
     /// Makes triangles without an area of the places that are free.

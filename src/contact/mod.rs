@@ -37,6 +37,7 @@ mod frozen;
 mod jacobian;
 mod linearised;
 mod loaded_triangles;
+mod loads;
 mod octets;
 mod octets_in_motion;
 mod pair;

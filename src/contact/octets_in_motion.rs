@@ -2,7 +2,8 @@
 
 use super::SurfaceLaw;
 use super::friction::value_rule;
-use super::loaded_triangles::{Loads, Triangles, integrals};
+use super::loaded_triangles::{Triangles, integrals};
+use super::loads::{LoadedPolygon, OctetsInMotion, TakesPolygons};
 use super::polygon::{CutPolygon, CutSurface};
 use super::surface_law::RelativeMotion;
 use crate::geometry::faces_in;
@@ -17,61 +18,38 @@ use nalgebra::Vector3;
 /// Octets that are integrated by themselves, in one thread: some 30 µs of work.
 const PIECE: usize = 32;
 
-/// The corners that a generic polygon has at the most.
-const CORNERS: usize = 8;
-
 /// Adds up the wrenches on A of the polygons of octets, as [`CutPolygon::wrench_in_motion`] has them. Polygons on which the
 /// pressure is clamped somewhere, or of which the slip turns quickly, are left to be taken one by one.
-struct InMotion<'o> {
-    octets: &'o [Octet],
-    law: &'o SurfaceLaw,
-    motion: &'o RelativeMotion<f64>,
-}
+struct InMotion<'o>(OctetsInMotion<'o>);
 
 /// For each octet of a piece the places that are left, as bits.
 type Left = [u8; PIECE];
+
+/// The sum so far, and triangles that are not yet in it.
+struct Sum<'o> {
+    of: OctetsInMotion<'o>,
+    numbers: [Row; 6],
+    triangles: Triangles,
+}
 
 impl InLanes for InMotion<'_> {
     type Output = (Wrench<f64>, Left);
 
     #[inline(always)]
     fn run<L: Lanes>(self, lanes: L) -> Self::Output {
-        let (mut sums, mut left) = ([[0.0; ROW]; 6], [0; PIECE]);
-        let mut triangles = Triangles::NONE;
-        for (index, octet) in self.octets.iter().enumerate() {
-            if !octet.has_polygons() {
-                continue;
-            }
-            let loads = Loads::of(lanes, octet, self.law, self.motion);
-            for place in 0..octet.tets().len() {
-                if !octet.has_polygon(place) {
-                    continue;
-                }
-                let (mut corners, mut count) = ([[0.0; 2]; CORNERS], 0);
-                octet.visit_edges(place, |_, corner| {
-                    corners[count % CORNERS] = corner;
-                    count += 1;
-                });
-                let corners = &corners[..count.min(CORNERS)];
-                let Some(rung) = loads.rung(place, corners) else {
-                    left[index] |= 1 << place;
-                    continue;
-                };
-                for ends in corners.windows(2).skip(1) {
-                    triangles.push([corners[0], ends[0], ends[1]], &loads, [index, place]);
-                    triangles.rung = triangles.rung.max(rung);
-                    if triangles.len == ROW {
-                        self.add(lanes, &mut sums, &mut triangles);
-                    }
-                }
-            }
-        }
-        if triangles.len > 0 {
-            triangles.fill_up();
-            self.add(lanes, &mut sums, &mut triangles);
+        let mut left = [0; PIECE];
+        let mut sum = Sum {
+            of: self.0,
+            numbers: [[0.0; ROW]; 6],
+            triangles: Triangles::NONE,
+        };
+        self.0.visit_polygons(lanes, &mut left, &mut sum);
+        if sum.triangles.len > 0 {
+            sum.triangles.fill_up();
+            sum.add(lanes);
         }
         let total = |row: &Row| row.iter().sum::<f64>();
-        let [t1, t2, t3, f1, f2, f3] = sums.each_ref().map(total);
+        let [t1, t2, t3, f1, f2, f3] = sum.numbers.each_ref().map(total);
         let wrench = Wrench {
             torque: Vector3::new(t1, t2, t3),
             force: Vector3::new(f1, f2, f3),
@@ -80,18 +58,36 @@ impl InLanes for InMotion<'_> {
     }
 }
 
-impl InMotion<'_> {
+impl<L: Lanes> TakesPolygons<L> for Sum<'_> {
+    #[inline(always)]
+    fn take(&mut self, lanes: L, polygon: &LoadedPolygon) {
+        let first = polygon.corners[0];
+        for ends in polygon.corners.windows(2).skip(1) {
+            self.triangles.push([first, ends[0], ends[1]], polygon);
+            if self.triangles.len == ROW {
+                self.add(lanes);
+            }
+        }
+    }
+}
+
+impl Sum<'_> {
     /// Adds the wrenches on A about A's origin in A's axes, and empties the list.
     #[inline(always)]
-    fn add<L: Lanes>(&self, lanes: L, sums: &mut [Row; 6], triangles: &mut Triangles) {
+    fn add<L: Lanes>(&mut self, lanes: L) {
+        let Self {
+            of: OctetsInMotion { octets, law, .. },
+            numbers,
+            triangles,
+        } = self;
         let rule = value_rule(triangles.rung);
         for first in (0..triangles.len).step_by(L::COUNT) {
-            let integrals = integrals(lanes, triangles, first, rule, self.law);
+            let integrals = integrals(lanes, triangles, first, rule, law);
             let vector = |rows: fn(&Octet) -> &[Row; 3]| -> [L::Numbers; 3] {
                 let number = |axis: usize| {
                     lanes.gathered(|lane| {
                         let [octet, place] = triangles.places[first + lane];
-                        rows(&self.octets[octet])[axis][place]
+                        rows(&octets[octet])[axis][place]
                     })
                 };
                 [number(0), number(1), number(2)]
@@ -102,9 +98,9 @@ impl InMotion<'_> {
                 vector(|octet| &octet.axes[1]),
                 vector(|octet| &octet.axes[2]),
             ];
-            let friction = lanes.splat(-self.law.friction);
+            let friction = lanes.splat(-law.friction);
             let wrench = wrench(origin, axes, integrals, friction);
-            for (sum, part) in sums.iter_mut().zip(wrench) {
+            for (sum, part) in numbers.iter_mut().zip(wrench) {
                 (lanes.load(sum, first) + part).store(sum, first);
             }
         }
@@ -143,11 +139,11 @@ impl<T: Scalar> CutSurface<'_, T> {
         });
         let (law, motion) = (&law.real(), &motion.real());
         let piece = |octets: &[Octet]| {
-            lanes::run(InMotion {
+            lanes::run(InMotion(OctetsInMotion {
                 octets,
                 law,
                 motion,
-            })
+            }))
         };
         let mut pieces = self.found.octets().chunks(PIECE);
         threads::for_pieces(self.found.octets(), PIECE, piece, |(wrench, left)| {

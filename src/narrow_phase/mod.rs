@@ -16,7 +16,7 @@ pub(crate) use body::STEEPEST;
 pub use body::{BodyError, ContactBody};
 pub(crate) use cut::{Cut, Encounter};
 pub(crate) use equilibrium::{COINCIDENCE, ELASTIC_COINCIDENCE, EquilibriumPlane};
-pub(crate) use octet::{Exits, LookAt, Octet};
+pub(crate) use octet::{Exits, LookAt, Octet, SLOTS};
 pub use partner::Partner;
 pub(crate) use partner::PartnerShape;
 pub(crate) use relative_pair::{PosedTet, RelativePair, scales};

@@ -127,6 +127,11 @@ const LADDER: [Rung; 6] = [
 /// How many rungs there are.
 pub(super) const RUNGS: usize = LADDER.len();
 
+/// Below which θ each rung is good enough.
+pub(super) fn rung_bounds() -> [f64; RUNGS] {
+    LADDER.each_ref().map(|rung| rung.below)
+}
+
 /// The rule for values of a rung.
 pub(super) fn value_rule(rung: usize) -> &'static TriangleRule {
     LADDER[rung].value
@@ -172,12 +177,6 @@ impl<T: Scalar> Slip<T> {
             Some(rung) => Method::Rule(&LADDER[rung]),
             None => Method::ClosedForm(unevenness.size_squared.sqrt()),
         }
-    }
-
-    /// The first rung of the ladder whose rules are good enough for a polygon; none where the slip turns so quickly that there is
-    /// a closed form instead.
-    pub fn rung(&self, corners: &[[T; 2]]) -> Option<usize> {
-        Unevenness::of(self, corners).rung()
     }
 }
 

@@ -65,7 +65,7 @@ impl Octet {
             .map(|lane| b[lane].bound_count)
             .fold(0, usize::max);
         outlines.clip_by_bounds(lanes, &planes, bodies.near, (b, most_bounds));
-        outlines.recenter(&mut planes);
+        outlines.recenter(lanes, &mut planes);
         let moments = outlines.moments(lanes);
         let counts = zero.is_less(moments[0]) & !outlines.is_near;
         for (row, moment) in self.moments.iter_mut().zip(moments) {

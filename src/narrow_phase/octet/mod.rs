@@ -21,7 +21,7 @@ use crate::lanes::{ROW, Row};
 use crate::mesh::FieldTet;
 
 /// Room for the edges of a polygon, by the faces they lie in: the four of A, and up to four of B.
-const SLOTS: usize = 8;
+pub(crate) const SLOTS: usize = 8;
 
 /// Up to eight pairs of tetrahedra, and the contact polygons of those that are *generic*: no value by which something is decided
 /// is near zero, and the fields are not nearly equal, so that nothing coincides and round-off decides nothing.
@@ -45,8 +45,8 @@ pub(crate) struct Octet {
     pub yielding: Row,
     /// ∫ m dA for the monomials m = 1, y₁, y₂, y₁², y₁y₂, y₂².
     pub moments: [Row; 6],
-    /// Where the edge of each slot begins, counter-clockwise.
-    corners: [[Row; 2]; SLOTS],
+    /// Where the edge of each slot begins, counter-clockwise; at the origin, which is a corner too, where a slot has none.
+    pub corners: [[Row; 2]; SLOTS],
     /// For each of B's `bounds` the slot after which its own comes; −1 where it cuts nothing off.
     after: [Row; 4],
     /// What was found: whole numbers of which the lowest bits are the slots with an edge, then come [`SPECIAL`] and, from
@@ -155,6 +155,12 @@ impl Octet {
         let of_b = |bound: usize| (slots >> (4 + bound) & 1) << (4 + tet_b.bounds[bound]);
         let faces = slots & 0xf | of_b(0) | of_b(1) | of_b(2) | of_b(3);
         faces.to_le_bytes()[0]
+    }
+
+    /// How many edges the polygon of a pair has.
+    #[inline]
+    pub fn edge_count(&self, place: usize) -> u32 {
+        self.slots(place).count_ones()
     }
 
     /// Whether a pair has a polygon.

@@ -187,8 +187,10 @@ impl<N: Numbers> Outlines<N> {
     }
 
     /// Takes a corner of each polygon as the origin: from one that is far away, areas would be differences of large numbers.
+    /// Slots without an edge begin and end there.
     #[inline(always)]
-    pub fn recenter(&mut self, planes: &mut Planes<N>) {
+    pub fn recenter<L: Lanes<Numbers = N>>(&mut self, lanes: L, planes: &mut Planes<N>) {
+        let zero = lanes.splat(0.0);
         let mut corner = self.from[0];
         for slot in 1..SLOTS {
             for axis in 0..2 {
@@ -196,9 +198,10 @@ impl<N: Numbers> Outlines<N> {
             }
         }
         for slot in 0..SLOTS {
+            let (from, to, is_there) = (self.from[slot], self.to[slot], self.is_there[slot]);
             for axis in 0..2 {
-                self.from[slot][axis] = self.from[slot][axis] - corner[axis];
-                self.to[slot][axis] = self.to[slot][axis] - corner[axis];
+                self.from[slot][axis] = (from[axis] - corner[axis]).or_else(is_there, zero);
+                self.to[slot][axis] = (to[axis] - corner[axis]).or_else(is_there, zero);
             }
         }
         let [e1, e2, _] = planes.axes;

@@ -1,9 +1,7 @@
+use crate::contact::loads::LoadedPolygon;
 use crate::lanes::{ROW, Row};
-use crate::narrow_phase::{Octet, PosedTet, RelativePair};
+use crate::narrow_phase::{PosedTet, RelativePair, SLOTS};
 use nalgebra::Vector3;
-
-/// Corners that a generic polygon has at the most.
-pub(super) const CORNERS: usize = 8;
 
 /// Stands for the face of an edge at A's rim.
 pub(super) const NO_FACE: u8 = u8::MAX;
@@ -11,15 +9,15 @@ pub(super) const NO_FACE: u8 = u8::MAX;
 /// Up to eight polygons by their edges, side by side, that are integrated by the same rules.
 pub(super) struct Edges {
     /// Corners, counter-clockwise from the polygon's origin; after the last one the first, as often as there is room.
-    pub corners: [[Row; 2]; CORNERS + 1],
+    pub corners: [[Row; 2]; SLOTS + 1],
     /// For the edge from each corner on, as many as there are, the outward unit normal of the face that it lies in, in A's axes; 0 for edges at A's rim,
     /// where there is no pressure. Beyond the last edge those of earlier polygons, which count for nothing: such edges have no
     /// length, nor have those of places that are free.
-    pub normals: [[Row; 3]; CORNERS],
+    pub normals: [[Row; 3]; SLOTS],
     /// 1 for a face of B, which moves with it, and 0 for one of A.
-    pub of_b: [Row; CORNERS],
+    pub of_b: [Row; SLOTS],
     /// The face of each: 0 to 3 of A, 4 to 7 of B, or [`NO_FACE`].
-    pub faces: [[u8; ROW]; CORNERS],
+    pub faces: [[u8; ROW]; SLOTS],
     /// How many edges each polygon has.
     pub counts: [usize; ROW],
     /// Octet and place of each; where there is none, of the first.
@@ -29,10 +27,10 @@ pub(super) struct Edges {
 
 impl Edges {
     pub const NONE: Self = Self {
-        corners: [[[0.0; ROW]; 2]; CORNERS + 1],
-        normals: [[[0.0; ROW]; 3]; CORNERS],
-        of_b: [[0.0; ROW]; CORNERS],
-        faces: [[NO_FACE; ROW]; CORNERS],
+        corners: [[[0.0; ROW]; 2]; SLOTS + 1],
+        normals: [[[0.0; ROW]; 3]; SLOTS],
+        of_b: [[0.0; ROW]; SLOTS],
+        faces: [[NO_FACE; ROW]; SLOTS],
         counts: [0; ROW],
         places: [[0; 2]; ROW],
         len: 0,
@@ -58,15 +56,19 @@ impl Edges {
         self.places[self.len..].fill(first);
     }
 
-    /// Adds the polygon at a place of an octet, of these corners.
+    /// Adds a polygon, given its tetrahedron of B.
     pub fn push(
         &mut self,
-        (octet, [index, place]): (&Octet, [usize; 2]),
-        corners: &[[f64; 2]],
+        &LoadedPolygon {
+            octet,
+            place,
+            corners,
+            ..
+        }: &LoadedPolygon,
         (pair, tet_b): (&RelativePair, &PosedTet),
     ) {
         let lane = self.len;
-        self.places[lane] = [index, place];
+        self.places[lane] = place;
         self.counts[lane] = corners.len();
         self.len += 1;
         for (number, rows) in self.corners.iter_mut().enumerate() {
@@ -74,10 +76,10 @@ impl Edges {
             rows[0][lane] = corner[0];
             rows[1][lane] = corner[1];
         }
-        let [tet_a, _] = octet.tets()[place];
+        let [tet_a, _] = octet.tets()[place[1]];
         let a = pair.tet_a(tet_a as usize);
         let mut edge = 0;
-        octet.visit_edges(place, |slot, _| {
+        octet.visit_edges(place[1], |slot, _| {
             let (normal, face) = match slot.checked_sub(4) {
                 None if a.zero_faces & 1 << slot != 0 => (Vector3::zeros(), NO_FACE),
                 None => {
@@ -93,11 +95,11 @@ impl Edges {
                 }
             };
             for axis in 0..3 {
-                self.normals[edge % CORNERS][axis][lane] = normal[axis];
+                self.normals[edge % SLOTS][axis][lane] = normal[axis];
             }
             let is_of_b = face != NO_FACE && face >= 4;
-            self.of_b[edge % CORNERS][lane] = f64::from(u8::from(is_of_b));
-            self.faces[edge % CORNERS][lane] = face;
+            self.of_b[edge % SLOTS][lane] = f64::from(u8::from(is_of_b));
+            self.faces[edge % SLOTS][lane] = face;
             edge += 1;
         });
     }

@@ -10,7 +10,7 @@ mod tests;
 use crate::contact::SurfaceLaw;
 use crate::contact::friction::{RUNGS, slope_rules};
 use crate::contact::linearised::RelativeLinearisation;
-use crate::contact::loaded_triangles::Loads;
+use crate::contact::loads::{LoadedPolygon, OctetsInMotion, TakesPolygons};
 use crate::contact::octets::Polygons;
 use crate::contact::plane_motion::PlaneMotion;
 use crate::contact::polygon::PartialSum;
@@ -18,9 +18,9 @@ use crate::contact::response::{PolygonResponse, Responses};
 use crate::contact::surface_law::RelativeMotion;
 use crate::lanes::space::{cross, dot, sum};
 use crate::lanes::{self, InLanes, Lanes, Numbers, ROW, Row};
-use crate::narrow_phase::{Octet, RelativePair};
+use crate::narrow_phase::{Octet, RelativePair, SLOTS};
 use crate::search::Found;
-use edges::{CORNERS, Edges};
+use edges::Edges;
 use nalgebra::{Matrix6, Matrix6x2, Vector3, Vector6};
 use quadrature::{Edge, Field};
 use rates::{Frame, Rates, Six, Traction, plus, times, wrenches};
@@ -53,6 +53,13 @@ struct Sums {
     numbers: [Row; NUMBERS],
     rows: Option<ResponseRows>,
     responses: Vec<PolygonResponse>,
+}
+
+/// The sums so far, and polygons that are not yet in them, by the rung of the ladder of rules that is good enough.
+struct Adding<'o> {
+    to: &'o AddedInLanes<'o>,
+    sums: Sums,
+    groups: Vec<Edges>,
 }
 
 impl AddedInLanes<'_> {
@@ -90,43 +97,23 @@ impl InLanes for AddedInLanes<'_> {
             sums.responses.reserve(ROW * self.octets.len());
         }
         let mut left = vec![0; self.octets.len()];
-        // By the rung of the ladder of rules that is good enough for a polygon.
-        let mut groups: Vec<_> = (0..RUNGS).map(|_| Edges::NONE).collect();
-        for (index, octet) in self.octets.iter().enumerate() {
-            if !octet.has_polygons() {
-                continue;
-            }
-            let loads = Loads::of(lanes, octet, self.law, self.motion);
-            for place in 0..octet.tets().len() {
-                if !octet.has_polygon(place) {
-                    continue;
-                }
-                let (mut corners, mut count) = ([[0.0; 2]; CORNERS], 0);
-                octet.visit_edges(place, |_, corner| {
-                    corners[count % CORNERS] = corner;
-                    count += 1;
-                });
-                let corners = &corners[..count.min(CORNERS)];
-                let Some(rung) = loads.rung(place, corners) else {
-                    left[index] |= 1 << place;
-                    continue;
-                };
-                let edges = &mut groups[rung];
-                let [_, tet_b] = octet.tets()[place];
-                let tet_b = self.found.posed_tet(tet_b);
-                edges.push((octet, [index, place]), corners, (self.pair, tet_b));
-                if edges.len == ROW {
-                    self.add(lanes, &mut sums, (edges, rung));
-                }
+        let mut adding = Adding {
+            to: &self,
+            sums,
+            groups: (0..RUNGS).map(|_| Edges::NONE).collect(),
+        };
+        let in_motion = OctetsInMotion {
+            octets: self.octets,
+            law: self.law,
+            motion: self.motion,
+        };
+        in_motion.visit_polygons(lanes, &mut left, &mut adding);
+        for rung in 0..RUNGS {
+            if adding.groups[rung].len > 0 {
+                adding.add(lanes, rung);
             }
         }
-        for (rung, edges) in groups
-            .iter_mut()
-            .enumerate()
-            .filter(|(_, edges)| edges.len > 0)
-        {
-            self.add(lanes, &mut sums, (edges, rung));
-        }
+        let sums = adding.sums;
         let mut totals = [0.0; NUMBERS];
         for (total, [a, b, c, d, e, f, g, h]) in totals.iter_mut().zip(sums.numbers) {
             *total = ((a + b) + (c + d)) + ((e + f) + (g + h));
@@ -135,23 +122,38 @@ impl InLanes for AddedInLanes<'_> {
     }
 }
 
-impl AddedInLanes<'_> {
-    /// Adds polygons that are integrated by the rules of a rung, and empties their list.
+impl<L: Lanes> TakesPolygons<L> for Adding<'_> {
     #[inline(always)]
-    fn add<L: Lanes>(&self, lanes: L, sums: &mut Sums, (edges, rung): (&mut Edges, usize)) {
+    fn take(&mut self, lanes: L, polygon: &LoadedPolygon) {
+        let edges = &mut self.groups[polygon.rung];
+        let [_, tet_b] = polygon.octet.tets()[polygon.place[1]];
+        edges.push(polygon, (self.to.pair, self.to.found.posed_tet(tet_b)));
+        if edges.len == ROW {
+            self.add(lanes, polygon.rung);
+        }
+    }
+}
+
+impl Adding<'_> {
+    /// Adds the polygons of a rung, and empties their list.
+    #[inline(always)]
+    fn add<L: Lanes>(&mut self, lanes: L, rung: usize) {
+        let (edges, sums) = (&mut self.groups[rung], &mut self.sums);
         edges.fill_up();
         for first in (0..edges.len).step_by(L::COUNT) {
-            self.add_part(lanes, sums, (edges, first), rung);
+            self.to.add_part(lanes, sums, (edges, first), rung);
         }
         if let Some(rows) = &sums.rows {
             for lane in 0..edges.len {
-                let response = rows.response(self.octets, edges, lane);
+                let response = rows.response(self.to.octets, edges, lane);
                 sums.responses.push(response);
             }
         }
         edges.len = 0;
     }
+}
 
+impl AddedInLanes<'_> {
     /// Adds as many polygons as there are lanes.
     #[inline(always)]
     fn add_part<L: Lanes>(
@@ -248,7 +250,7 @@ impl AddedInLanes<'_> {
         let count = if self.law.is_elastic() {
             0
         } else {
-            edges.most(first, L::COUNT).min(CORNERS)
+            edges.most(first, L::COUNT).min(SLOTS)
         };
         for number in 0..count {
             let edge = Edge::of(lanes, edges, number, first);

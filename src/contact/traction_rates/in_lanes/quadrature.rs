@@ -1,9 +1,10 @@
 //! The integrals of slip and load over polygons side by side, one in each lane.
 
-use super::edges::{CORNERS, Edges};
+use super::edges::Edges;
 use crate::contact::friction::{EdgeRule, TriangleRule};
 use crate::contact::traction_rates::flux::THREE_POINTS;
 use crate::lanes::{Lanes, Numbers};
+use crate::narrow_phase::SLOTS;
 
 /// Where the monomials up to cubic ones times y₁, and times y₂, are among those up to quartic ones (see [`add_up_to_quartic`]).
 const TIMES_Y1: [usize; 10] = [1, 3, 4, 6, 7, 8, 10, 11, 12, 13];
@@ -183,7 +184,7 @@ impl<N: Numbers> Edge<N> {
 
 #[inline(always)]
 fn corner<L: Lanes>(lanes: L, edges: &Edges, corner: usize, first: usize) -> [L::Numbers; 2] {
-    let [y1, y2] = &edges.corners[corner.min(CORNERS)];
+    let [y1, y2] = &edges.corners[corner.min(SLOTS)];
     [lanes.load(y1, first), lanes.load(y2, first)]
 }
 

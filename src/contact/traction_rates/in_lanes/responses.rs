@@ -1,9 +1,9 @@
-use super::edges::{CORNERS, Edges, NO_FACE};
+use super::edges::{Edges, NO_FACE};
 use super::rates::{Rates, Six};
 use crate::contact::response::{FaceResponse, LawResponse, PolygonResponse};
 use crate::lanes::space::vector_at;
 use crate::lanes::{Numbers, ROW, Row};
-use crate::narrow_phase::Octet;
+use crate::narrow_phase::{Octet, SLOTS};
 use nalgebra::{Matrix3, Vector6};
 
 /// Three wrenches of each polygon: those of 1, y₁ and y₂.
@@ -15,14 +15,14 @@ pub(super) struct ResponseRows {
     speed: Wrenches,
     pressure: Wrenches,
     /// By the face of each edge.
-    faces: [Wrenches; CORNERS],
+    faces: [Wrenches; SLOTS],
 }
 
 impl ResponseRows {
     pub const NONE: Self = Self {
         speed: [[[0.0; ROW]; 6]; 3],
         pressure: [[[0.0; ROW]; 6]; 3],
-        faces: [[[[0.0; ROW]; 6]; 3]; CORNERS],
+        faces: [[[[0.0; ROW]; 6]; 3]; SLOTS],
     };
 
     /// Writes those of the polygons from `first` on, but for their faces.

@@ -1,0 +1,182 @@
+//! What presses and slips on the generic contact polygons, and by which rules they are integrated.
+
+#![expect(
+    clippy::needless_range_loop,
+    reason = "adapters of iterators take closures, and a closure over lanes may stay a call, compiled for any processor"
+)]
+
+use super::SurfaceLaw;
+use super::friction::{RUNGS, rung_bounds};
+use super::plane_motion::PlaneMotion;
+use super::surface_law::RelativeMotion;
+use crate::lanes::space::{cross, dot, loaded, store, sum};
+use crate::lanes::{Lanes, Numbers, ROW, Row};
+use crate::narrow_phase::{Octet, SLOTS};
+use nalgebra::Vector3;
+
+/// What presses and slips on the polygons of an octet, as affine functions c₀ + c₁y₁ + c₂y₂ on their planes.
+pub(super) struct Loads<'o> {
+    pub pressure: &'o [Row; 3],
+    pub damping: [Row; 3],
+    /// The slip at the origin, and the spin.
+    pub slip: [Row; 3],
+    /// The rung of the ladder of rules that is good enough for each polygon, as a whole number; [`RUNGS`] where the slip turns so
+    /// quickly that it has a closed form instead, or where the pressure is clamped at a corner.
+    rungs: Row,
+}
+
+/// A contact polygon that is integrated by the rules of a rung.
+pub(super) struct LoadedPolygon<'o> {
+    pub octet: &'o Octet,
+    /// The number of the octet, and the place in it.
+    pub place: [usize; 2],
+    /// Counter-clockwise.
+    pub corners: &'o [[f64; 2]],
+    pub loads: &'o Loads<'o>,
+    pub rung: usize,
+}
+
+/// What integrates loaded polygons.
+pub(super) trait TakesPolygons<L: Lanes> {
+    /// Must be inlined.
+    fn take(&mut self, lanes: L, polygon: &LoadedPolygon);
+}
+
+/// The octets and how they move.
+#[derive(Clone, Copy)]
+pub(super) struct OctetsInMotion<'o> {
+    pub octets: &'o [Octet],
+    pub law: &'o SurfaceLaw,
+    pub motion: &'o RelativeMotion<f64>,
+}
+
+impl OctetsInMotion<'_> {
+    /// Hands over the polygons that are integrated by rules; of each octet the places of the others are noted in `left`, as
+    /// bits.
+    #[inline(always)]
+    pub fn visit_polygons<L: Lanes>(
+        self,
+        lanes: L,
+        left: &mut [u8],
+        taker: &mut impl TakesPolygons<L>,
+    ) {
+        for index in 0..self.octets.len() {
+            let octet = &self.octets[index];
+            if !octet.has_polygons() {
+                continue;
+            }
+            let loads = Loads::of(lanes, octet, self.law, self.motion);
+            for place in 0..octet.tets().len() {
+                if !octet.has_polygon(place) {
+                    continue;
+                }
+                let Some(rung) = loads.rung(place) else {
+                    left[index] |= 1 << place;
+                    continue;
+                };
+                let (mut corners, mut count) = ([[0.0; 2]; SLOTS], 0);
+                octet.visit_edges(place, |_, corner| {
+                    corners[count % SLOTS] = corner;
+                    count += 1;
+                });
+                let polygon = LoadedPolygon {
+                    octet,
+                    place: [index, place],
+                    corners: &corners[..count.min(SLOTS)],
+                    loads: &loads,
+                    rung,
+                };
+                taker.take(lanes, &polygon);
+            }
+        }
+    }
+}
+
+impl<'o> Loads<'o> {
+    #[inline(always)]
+    fn of<L: Lanes>(
+        lanes: L,
+        octet: &'o Octet,
+        law: &SurfaceLaw,
+        motion: &RelativeMotion<f64>,
+    ) -> Self {
+        let mut loads = Self {
+            pressure: &octet.pressure,
+            damping: [[0.0; ROW]; 3],
+            slip: [[0.0; ROW]; 3],
+            rungs: [0.0; ROW],
+        };
+        let all = |vector: &Vector3<f64>| [0, 1, 2].map(|axis| lanes.splat(vector[axis]));
+        let (at_a, angular) = (all(&motion.at_origin), all(&motion.angular));
+        let (dissipation, one) = (lanes.splat(law.dissipation), lanes.splat(1.0));
+        let tolerance = lanes.splat(law.slip_tolerance);
+        for first in (0..octet.tets().len()).step_by(L::COUNT) {
+            let [e1, e2, normal] = [0, 1, 2].map(|axis| loaded(lanes, &octet.axes[axis], first));
+            let velocity = sum(at_a, cross(angular, loaded(lanes, &octet.origin, first)));
+            let motion = PlaneMotion {
+                velocity: [dot(e1, velocity), dot(e2, velocity), dot(normal, velocity)],
+                angular: [dot(e1, angular), dot(e2, angular), dot(normal, angular)],
+            };
+            let ([v1, v2], spin) = motion.slip();
+            let (damping, slip) = (motion.damping(dissipation, one), [v1, v2, spin]);
+            store(&mut loads.damping, first, damping);
+            store(&mut loads.slip, first, slip);
+            rungs(lanes, (octet, first), damping, (slip, tolerance)).store(&mut loads.rungs, first);
+        }
+        loads
+    }
+
+    /// The rung of the polygon at a place, if it is integrated by a rule.
+    #[inline]
+    #[expect(
+        clippy::cast_possible_truncation,
+        clippy::cast_sign_loss,
+        reason = "a small whole number"
+    )]
+    fn rung(&self, place: usize) -> Option<usize> {
+        let rung = self.rungs[place] as usize;
+        (rung < RUNGS).then_some(rung)
+    }
+}
+
+/// The [`Loads::rungs`] of as many polygons as there are lanes, by the same θ (see `Rung` in `friction`) that one polygon by itself
+/// has.
+#[inline(always)]
+fn rungs<L: Lanes>(
+    lanes: L,
+    (octet, first): (&Octet, usize),
+    damping: [L::Numbers; 3],
+    ([v1, v2, spin], tolerance): ([L::Numbers; 3], L::Numbers),
+) -> L::Numbers {
+    let (zero, one) = (lanes.splat(0.0), lanes.splat(1.0));
+    let corner = |slot: usize| {
+        let [y1, y2] = &octet.corners[slot];
+        [lanes.load(y1, first), lanes.load(y2, first)]
+    };
+    let mut total = [zero; 2];
+    let mut is_clamped = zero.is_less(zero);
+    for slot in 0..SLOTS {
+        let [y1, y2] = corner(slot);
+        total = [total[0] + y1, total[1] + y2];
+        let at_corner = damping[0] + damping[1] * y1 + damping[2] * y2;
+        is_clamped = is_clamped | at_corner.is_less(zero);
+    }
+    let count = lanes.gathered(|lane| f64::from(octet.edge_count(first + lane).max(1)));
+    let mean = [total[0] / count, total[1] / count];
+    let mut size_squared = zero;
+    for slot in 0..SLOTS {
+        let [y1, y2] = corner(slot);
+        let [d1, d2] = [y1 - mean[0], y2 - mean[1]];
+        size_squared = size_squared.max(d1 * d1 + d2 * d2);
+    }
+    let at_mean = [v1 - spin * mean[1], v2 + spin * mean[0]];
+    let speed_squared = at_mean[0] * at_mean[0] + at_mean[1] * at_mean[1] + tolerance * tolerance;
+    let theta_squared = spin * spin * size_squared / speed_squared;
+    let mut rung = zero;
+    for bound in rung_bounds() {
+        // Of what is not a number no rule is good enough.
+        let is_within = theta_squared.is_less(lanes.splat(bound * bound));
+        rung = rung + zero.or_else(is_within, one);
+    }
+    lanes.splat(RUNGS as f64).or_else(is_clamped, rung)
+}
