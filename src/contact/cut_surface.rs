@@ -53,7 +53,12 @@ impl<T: Scalar> CutSurface<'_, T> {
     pub fn is_empty(&self) -> bool {
         let is_pressed = |cut: &Cut| self.source.pressed_polygon(cut).is_some();
         let has_special = self.found.cuts().iter().any(is_pressed);
-        !has_special && !self.found.octets().iter().any(Octet::has_polygons)
+        !has_special
+            && self
+                .found
+                .octets()
+                .iter()
+                .all(|octet| octet.polygons() == 0)
     }
 
     /// Adds up the contact polygons; for scalars with derivatives also those of zero area, whose area may have a derivative.

@@ -2,14 +2,14 @@
 
 use super::SurfaceLaw;
 use super::friction::TriangleRule;
-use super::loads::LoadedPolygon;
+use super::loads::LoadedOctet;
 use crate::lanes::space::loaded;
 use crate::lanes::{Lanes, Numbers, ROW, Row};
 
-/// Up to eight triangles that are integrated by one rule.
+/// Up to eight triangles that are integrated by one rule, each with a corner at the origin of its plane.
 pub(super) struct Triangles {
-    /// The first corner, and the ways from there to the others (m).
-    corners: [[Row; 2]; 3],
+    /// The other two corners (m).
+    corners: [[Row; 2]; 2],
     pressure: [Row; 3],
     damping: [Row; 3],
     /// The slip at the origin, and the spin.
@@ -23,7 +23,7 @@ pub(super) struct Triangles {
 
 impl Triangles {
     pub const NONE: Self = Self {
-        corners: [[[0.0; ROW]; 2]; 3],
+        corners: [[[0.0; ROW]; 2]; 2],
         pressure: [[0.0; ROW]; 3],
         damping: [[0.0; ROW]; 3],
         slip: [[0.0; ROW]; 3],
@@ -32,24 +32,23 @@ impl Triangles {
         rung: 0,
     };
 
-    /// Adds a triangle of a polygon, with these corners.
+    /// Adds the triangle of the origin and the edge in a slot, of the polygon at a place.
     #[inline]
-    pub fn push(&mut self, [from, b, c]: [[f64; 2]; 3], polygon: &LoadedPolygon) {
-        let place = self.len;
-        let (loads, [_, of]) = (polygon.loads, polygon.place);
-        let ways = [from, difference(b, from), difference(c, from)];
-        for (rows, way) in self.corners.iter_mut().zip(ways) {
-            rows[0][place] = way[0];
-            rows[1][place] = way[1];
+    pub fn push(&mut self, loaded: &LoadedOctet, place: usize, slot: usize) {
+        let LoadedOctet { octet, loads, .. } = loaded;
+        let free = self.len;
+        for (rows, of_slots) in self.corners.iter_mut().zip([&octet.corners, &octet.ends]) {
+            rows[0][free] = of_slots[slot][0][place];
+            rows[1][free] = of_slots[slot][1][place];
         }
         for k in 0..3 {
-            self.pressure[k][place] = loads.pressure[k][of];
-            self.damping[k][place] = loads.damping[k][of];
-            self.slip[k][place] = loads.slip[k][of];
+            self.pressure[k][free] = loads.pressure[k][place];
+            self.damping[k][free] = loads.damping[k][place];
+            self.slip[k][free] = loads.slip[k][place];
         }
-        self.places[place] = polygon.place;
+        self.places[free] = [loaded.number, place];
         self.len += 1;
-        self.rung = self.rung.max(polygon.rung);
+        self.rung = self.rung.max(loaded.rungs[place]);
     }
 
     /// Makes triangles without an area of the places that are free.
@@ -60,10 +59,6 @@ impl Triangles {
         let first = self.places[0];
         self.places[self.len..].fill(first);
     }
-}
-
-fn difference([a1, a2]: [f64; 2], [b1, b2]: [f64; 2]) -> [f64; 2] {
-    [a1 - b1, a2 - b2]
 }
 
 /// ∫ g, ∫ g y₁, ∫ g y₂, ∫ g u₁, ∫ g u₂ and ∫ g (y₁u₂ − y₂u₁) dA, the load g being the damped pressure, and u the regularized
@@ -82,22 +77,21 @@ pub(super) fn integrals<L: Lanes>(
         let [y1, y2] = &triangles.corners[corner];
         [load(y1), load(y2)]
     };
-    let [from, b, c] = [corner(0), corner(1), corner(2)];
+    let [b, c] = [corner(0), corner(1)];
     let [v1, v2, spin] = vector(&triangles.slip);
-    let pressure = along(vector(&triangles.pressure), from, b, c);
-    let damping = along(vector(&triangles.damping), from, b, c);
+    let pressure = along(vector(&triangles.pressure), b, c);
+    let damping = along(vector(&triangles.damping), b, c);
     let slip = [
-        [v1 - spin * from[1], -(spin * b[1]), -(spin * c[1])],
-        [v2 + spin * from[0], spin * b[0], spin * c[0]],
+        [v1, -(spin * b[1]), -(spin * c[1])],
+        [v2, spin * b[0], spin * c[0]],
     ];
-    let y = [[from[0], b[0], c[0]], [from[1], b[1], c[1]]];
     let tolerance = lanes.splat(law.slip_tolerance * law.slip_tolerance);
     let mut sums = [lanes.splat(0.0); 6];
     for [shares_b, shares_c, weights] in rule.pairs() {
         for point in 0..2 {
             let shares = [lanes.splat(shares_b[point]), lanes.splat(shares_c[point])];
             let weight = lanes.splat(weights[point]);
-            let [y1, y2] = [at(y[0], shares), at(y[1], shares)];
+            let [y1, y2] = [mixed(b[0], c[0], shares), mixed(b[1], c[1], shares)];
             let [s1, s2] = [at(slip[0], shares), at(slip[1], shares)];
             let g = at(pressure, shares) * at(damping, shares) * weight;
             let density = g / (s1 * s1 + s2 * s2 + tolerance).sqrt();
@@ -115,17 +109,18 @@ pub(super) fn integrals<L: Lanes>(
     sums
 }
 
-/// An affine function of y as one of the shares of b and c: at the first corner, and what it gains.
+/// An affine function of y as one of the shares of b and c: at the origin, and what it gains.
 #[inline(always)]
-fn along<N: Numbers>([f0, f1, f2]: [N; 3], from: [N; 2], b: [N; 2], c: [N; 2]) -> [N; 3] {
-    [
-        f0 + f1 * from[0] + f2 * from[1],
-        f1 * b[0] + f2 * b[1],
-        f1 * c[0] + f2 * c[1],
-    ]
+fn along<N: Numbers>([f0, f1, f2]: [N; 3], b: [N; 2], c: [N; 2]) -> [N; 3] {
+    [f0, f1 * b[0] + f2 * b[1], f1 * c[0] + f2 * c[1]]
 }
 
 #[inline(always)]
-fn at<N: Numbers>([from, to_b, to_c]: [N; 3], [share_b, share_c]: [N; 2]) -> N {
-    from + (to_b * share_b + to_c * share_c)
+fn at<N: Numbers>([at_origin, to_b, to_c]: [N; 3], shares: [N; 2]) -> N {
+    at_origin + mixed(to_b, to_c, shares)
+}
+
+#[inline(always)]
+fn mixed<N: Numbers>(b: N, c: N, [share_b, share_c]: [N; 2]) -> N {
+    b * share_b + c * share_c
 }

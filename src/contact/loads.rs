@@ -25,21 +25,21 @@ pub(super) struct Loads<'o> {
     rungs: Row,
 }
 
-/// A contact polygon that is integrated by the rules of a rung.
-pub(super) struct LoadedPolygon<'o> {
+/// An octet of polygons of which some are integrated by rules.
+pub(super) struct LoadedOctet<'o> {
+    pub number: usize,
     pub octet: &'o Octet,
-    /// The number of the octet, and the place in it.
-    pub place: [usize; 2],
-    /// Counter-clockwise.
-    pub corners: &'o [[f64; 2]],
-    pub loads: &'o Loads<'o>,
-    pub rung: usize,
+    pub loads: Loads<'o>,
+    /// The rungs of those at places in [`Self::by_rules`].
+    pub rungs: [usize; ROW],
+    /// The places of polygons that are integrated by the rules of their rung, as bits.
+    pub by_rules: u8,
 }
 
 /// What integrates loaded polygons.
-pub(super) trait TakesPolygons<L: Lanes> {
+pub(super) trait TakesOctets<L: Lanes> {
     /// Must be inlined.
-    fn take(&mut self, lanes: L, polygon: &LoadedPolygon);
+    fn take(&mut self, lanes: L, loaded: &LoadedOctet);
 }
 
 /// The octets and how they move.
@@ -51,43 +51,32 @@ pub(super) struct OctetsInMotion<'o> {
 }
 
 impl OctetsInMotion<'_> {
-    /// Hands over the polygons that are integrated by rules; of each octet the places of the others are noted in `left`, as
-    /// bits.
+    /// Hands over the octets with polygons that are integrated by rules; of each octet the places of the other polygons are noted
+    /// in `left`, as bits.
     #[inline(always)]
-    pub fn visit_polygons<L: Lanes>(
-        self,
-        lanes: L,
-        left: &mut [u8],
-        taker: &mut impl TakesPolygons<L>,
-    ) {
-        for index in 0..self.octets.len() {
-            let octet = &self.octets[index];
-            if !octet.has_polygons() {
+    pub fn visit<L: Lanes>(self, lanes: L, left: &mut [u8], taker: &mut impl TakesOctets<L>) {
+        for number in 0..self.octets.len() {
+            let octet = &self.octets[number];
+            let polygons = octet.polygons();
+            if polygons == 0 {
                 continue;
             }
             let loads = Loads::of(lanes, octet, self.law, self.motion);
-            for place in 0..octet.tets().len() {
-                if !octet.has_polygon(place) {
-                    continue;
-                }
-                let Some(rung) = loads.rung(place) else {
-                    left[index] |= 1 << place;
-                    continue;
-                };
-                let (mut corners, mut count) = ([[0.0; 2]; SLOTS], 0);
-                octet.visit_edges(place, |_, corner| {
-                    corners[count % SLOTS] = corner;
-                    count += 1;
-                });
-                let polygon = LoadedPolygon {
-                    octet,
-                    place: [index, place],
-                    corners: &corners[..count.min(SLOTS)],
-                    loads: &loads,
-                    rung,
-                };
-                taker.take(lanes, &polygon);
+            let (mut rungs, mut by_rules) = ([0; ROW], 0);
+            for place in 0..ROW {
+                rungs[place] = loads.rung(place);
+                by_rules |= u8::from(rungs[place] < RUNGS) << place;
             }
+            by_rules &= polygons;
+            left[number] = polygons & !by_rules;
+            let loaded = LoadedOctet {
+                number,
+                octet,
+                loads,
+                rungs,
+                by_rules,
+            };
+            taker.take(lanes, &loaded);
         }
     }
 }
@@ -126,16 +115,14 @@ impl<'o> Loads<'o> {
         loads
     }
 
-    /// The rung of the polygon at a place, if it is integrated by a rule.
     #[inline]
     #[expect(
         clippy::cast_possible_truncation,
         clippy::cast_sign_loss,
         reason = "a small whole number"
     )]
-    fn rung(&self, place: usize) -> Option<usize> {
-        let rung = self.rungs[place] as usize;
-        (rung < RUNGS).then_some(rung)
+    fn rung(&self, place: usize) -> usize {
+        self.rungs[place] as usize
     }
 }
 

@@ -3,13 +3,13 @@
 use super::SurfaceLaw;
 use super::friction::value_rule;
 use super::loaded_triangles::{Triangles, integrals};
-use super::loads::{LoadedPolygon, OctetsInMotion, TakesPolygons};
+use super::loads::{LoadedOctet, OctetsInMotion, TakesOctets};
 use super::polygon::{CutPolygon, CutSurface};
 use super::surface_law::RelativeMotion;
-use crate::geometry::faces_in;
+use crate::geometry::set_bits;
 use crate::lanes::space::{cross, scaled, sum};
 use crate::lanes::{self, InLanes, Lanes, Numbers, ROW, Row};
-use crate::narrow_phase::{Octet, Weights};
+use crate::narrow_phase::{Octet, SLOTS, Weights};
 use crate::scalar::{Scalar, carries_derivatives, lift_vector};
 use crate::spatial::Wrench;
 use crate::threads;
@@ -43,7 +43,7 @@ impl InLanes for InMotion<'_> {
             numbers: [[0.0; ROW]; 6],
             triangles: Triangles::NONE,
         };
-        self.0.visit_polygons(lanes, &mut left, &mut sum);
+        self.0.visit(lanes, &mut left, &mut sum);
         if sum.triangles.len > 0 {
             sum.triangles.fill_up();
             sum.add(lanes);
@@ -58,12 +58,20 @@ impl InLanes for InMotion<'_> {
     }
 }
 
-impl<L: Lanes> TakesPolygons<L> for Sum<'_> {
+impl<L: Lanes> TakesOctets<L> for Sum<'_> {
     #[inline(always)]
-    fn take(&mut self, lanes: L, polygon: &LoadedPolygon) {
-        let first = polygon.corners[0];
-        for ends in polygon.corners.windows(2).skip(1) {
-            self.triangles.push([first, ends[0], ends[1]], polygon);
+    fn take(&mut self, lanes: L, loaded: &LoadedOctet) {
+        // Of all polygons in one loop: how many triangles one of them has, a processor cannot guess.
+        let mut edges = [0; ROW];
+        for (place, edges) in edges.iter_mut().enumerate() {
+            let is_taken = loaded.by_rules >> place & 1;
+            *edges = loaded.octet.opposite_edges(place) * is_taken;
+        }
+        let mut edges = u64::from_le_bytes(edges);
+        while edges != 0 {
+            let number = edges.trailing_zeros() as usize;
+            edges &= edges - 1;
+            self.triangles.push(loaded, number / SLOTS, number % SLOTS);
             if self.triangles.len == ROW {
                 self.add(lanes);
             }
@@ -153,7 +161,7 @@ impl<T: Scalar> CutSurface<'_, T> {
             };
             let octets = pieces.next().unwrap_or_default();
             for (octet, left) in octets.iter().zip(left) {
-                for place in faces_in(left) {
+                for place in set_bits(left) {
                     let cut = self.found.cut_of(octet, place, &self.source.pair);
                     self.add_where(Weights::has_still_area, add, &mut sum, &cut);
                 }

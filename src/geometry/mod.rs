@@ -12,7 +12,7 @@ mod triangle;
 pub use aabb::Aabb;
 pub use affine_field::AffineField;
 pub use moments::PolygonMoments;
-pub(crate) use polygon::faces_in;
+pub(crate) use polygon::set_bits;
 pub use polygon::{ConvexPolygon, POLYGON_CAPACITY};
 pub use tetrahedron::Tetrahedron;
 pub(crate) use tetrahedron::{ALL_FACES, EDGES, FACES, NEXT_FACES, face_of_slice};

@@ -238,13 +238,13 @@ impl ConvexPolygon<f64> {
     }
 }
 
-/// The numbers of the planes in a set of owners, in ascending order.
-pub(crate) fn faces_in(mut owners: u8) -> impl Iterator<Item = usize> {
+/// The numbers of the bits that are set, in ascending order.
+pub(crate) fn set_bits(mut bits: u8) -> impl Iterator<Item = usize> {
     std::iter::from_fn(move || {
-        let face = owners.trailing_zeros() as usize;
-        (owners != 0).then(|| {
-            owners &= owners - 1;
-            face
+        let number = bits.trailing_zeros() as usize;
+        (bits != 0).then(|| {
+            bits &= bits - 1;
+            number
         })
     })
 }

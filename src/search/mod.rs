@@ -62,7 +62,7 @@ impl Found {
 
     /// Whether there is no cut at all.
     pub fn is_empty(&self) -> bool {
-        self.cuts().is_empty() && !self.octets().iter().any(Octet::has_polygons)
+        self.cuts().is_empty() && self.octets().iter().all(|octet| octet.polygons() == 0)
     }
 
     /// Visits the cuts of an octet.

@@ -48,6 +48,10 @@ const REFUSED: &[(&str, &str)] = &[
     ("cut_in_cells.vtu", "tag not closed"),
     ("cut_in_elements.msh", r#"line 19, "1 1 2"#),
     ("cut_in_points_binary.vtk", "line 1"),
+    (
+        "element_for_attribute.vtu",
+        "the element <@RangeMax> has no name of XML",
+    ),
     ("empty.msh", r#"the header """#),
     ("empty.vtk", "line 1"),
     ("empty.vtu", "Unexpected `Event::Eof`"),
@@ -90,6 +94,7 @@ const REFUSED: &[(&str, &str)] = &[
     ),
     ("no_ends.vtk", "list of cells"),
     ("no_zlib_stream.vtu", "corrupt deflate stream"),
+    ("not_closed.vtu", "1 elements are not closed"),
     ("number_beyond_all.msh", r#"line 20, "$EndElemen"#),
     ("tet_twice.msh", "tetrahedra 0 and 1"),
     (

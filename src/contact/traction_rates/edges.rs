@@ -4,7 +4,7 @@ use crate::contact::friction::ends;
 use crate::contact::plane::{PlanePolygon, at};
 use crate::contact::polygon::{CutPolygon, PolygonSource};
 use crate::contact::response::{FaceResponse, LawResponse};
-use crate::geometry::faces_in;
+use crate::geometry::set_bits;
 use crate::narrow_phase::{Cut, NUDGE, Weights};
 use nalgebra::{Vector3, Vector6};
 
@@ -175,7 +175,7 @@ impl<'e> Edges<'e> {
         let has_owner_inside = |edge: usize| {
             let owners = owners[edge];
             owners.count_ones() > 1
-                && faces_in(owners).any(|face| self.line(face, edge).outwardness < 0.0)
+                && set_bits(owners).any(|face| self.line(face, edge).outwardness < 0.0)
         };
         ways().find(|&edge| has_owner_inside(edge))?;
         Some((longest, ways().fold(0, |all, edge| all | owners[edge])))
@@ -205,7 +205,7 @@ impl<'e> Edges<'e> {
         let length = self.length_squared(edge).sqrt();
         let margin = self.source.pair.margin();
         let mut lines = [None; 8];
-        for (place, face) in lines.iter_mut().zip(faces_in(owners)) {
+        for (place, face) in lines.iter_mut().zip(set_bits(owners)) {
             let line = self.line(face, edge);
             *place = (margin * line.outwardness.abs() <= length).then_some(line);
         }

@@ -34,7 +34,7 @@ use super::polygon::{CutPolygon, CutSurface, PartialSum, PolygonSource};
 use super::response::{LawResponse, PolygonResponse, Responses};
 use super::surface_law::RelativeMotion;
 use super::{ContactPair, SurfaceLaw};
-use crate::geometry::faces_in;
+use crate::geometry::set_bits;
 use crate::narrow_phase::{COINCIDENCE, Cut, Octet};
 use crate::threads;
 use edges::Edges;
@@ -157,7 +157,7 @@ impl CutSurface<'_, f64> {
             sum.added.merge(added);
             sum.responses.merge(responses);
             for (octet, left) in pieces.next().unwrap_or_default().iter().zip(left) {
-                for place in faces_in(left) {
+                for place in set_bits(left) {
                     let cut = found.cut_of(octet, place, pair);
                     source.add_law(&cut, &source.polygon(&cut), (law, motion), &mut sum);
                 }

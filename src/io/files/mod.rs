@@ -22,6 +22,8 @@ mod trajectory;
 mod vtk;
 #[cfg(feature = "vtk")]
 mod vtu_lengths;
+#[cfg(feature = "vtk")]
+mod xml;
 
 #[cfg(feature = "vtk")]
 pub use contact_surface::write_surface;

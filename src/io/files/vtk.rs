@@ -1,5 +1,5 @@
 use super::stopped::{beginning, stopped_at};
-use super::{FileError, data_set_fields, file_contents::FileContents, vtu_lengths};
+use super::{FileError, data_set_fields, file_contents::FileContents, vtu_lengths, xml};
 use nalgebra::Vector3;
 use percent_encoding::percent_decode_str;
 use std::borrow::Cow;
@@ -51,6 +51,11 @@ pub(super) fn read_xml(path: &Path, bytes: &[u8]) -> Result<FileContents, FileEr
     const FORMAT: &str = "VTK XML";
     // Raw data is no XML, so this comes first.
     vtu_lengths::check_inline(path, bytes)?;
+    xml::check(bytes).map_err(|source| FileError::Syntax {
+        path: path.into(),
+        format: FORMAT,
+        source,
+    })?;
     let file = VTKFile::parse(bytes).map_err(|error| syntax_error(path, FORMAT, error))?;
     vtu_lengths::check(path, &file)?;
     let vtk = Vtk::try_from(file).map_err(|error| syntax_error(path, FORMAT, error))?;

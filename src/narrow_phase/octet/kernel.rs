@@ -1,6 +1,6 @@
 use super::encounter::{Bodies, Encounters};
 use super::outlines::{Outlines, Planes};
-use super::{BELOW, Octet, Part, PosedTet, SLOTS, SPECIAL};
+use super::{BELOW, OPPOSITE, Octet, Part, PosedTet, SLOTS, SPECIAL};
 use crate::lanes::space::{dot, scaled, store};
 use crate::lanes::{InLanes, Lanes, Numbers, ROW};
 use crate::narrow_phase::RelativePair;
@@ -101,6 +101,12 @@ impl Octet {
             let bit = f64::from(1_u32 << (BELOW + corner));
             code = code + lanes.splat(bit).or_else(is_below, zero);
         }
+        for slot in 0..SLOTS {
+            let bit = f64::from(1_u32 << (OPPOSITE + slot));
+            let is_beside =
+                is_origin(outlines.from[slot], zero) | is_origin(outlines.to[slot], zero);
+            code = code + zero.or_else(is_beside, lanes.splat(bit));
+        }
         let is_special = met.is_special | outlines.is_near;
         special
             .or_else(is_special, code)
@@ -131,6 +137,7 @@ impl Octet {
         for slot in 0..SLOTS {
             for axis in 0..2 {
                 outlines.from[slot][axis].store(&mut self.corners[slot][axis], first);
+                outlines.to[slot][axis].store(&mut self.ends[slot][axis], first);
             }
         }
         for bound in 0..4 {
@@ -187,4 +194,10 @@ impl Octet {
         let slope_b = scaled(met.gradient_b, yielding);
         store(&mut self.slopes[1], first, slope_b);
     }
+}
+
+/// Whether points are the origin.
+#[inline(always)]
+fn is_origin<N: Numbers>([y1, y2]: [N; 2], zero: N) -> N::Mask {
+    (y1.abs() + y2.abs()).is_at_most(zero)
 }

@@ -47,10 +47,13 @@ pub(crate) struct Octet {
     pub moments: [Row; 6],
     /// Where the edge of each slot begins, counter-clockwise; at the origin, which is a corner too, where a slot has none.
     pub corners: [[Row; 2]; SLOTS],
+    /// Where the edge of each slot ends, in the same way.
+    pub ends: [[Row; 2]; SLOTS],
     /// For each of B's `bounds` the slot after which its own comes; −1 where it cuts nothing off.
     after: [Row; 4],
-    /// What was found: whole numbers of which the lowest bits are the slots with an edge, then come [`SPECIAL`] and, from
-    /// [`BELOW`] on, A's corners below the plane. As `f64`, because lanes know no other numbers.
+    /// What was found: whole numbers of which the lowest bits are the slots with an edge, then come [`SPECIAL`], from [`BELOW`] on
+    /// A's corners below the plane, and from [`OPPOSITE`] on the slots with an edge opposite to the origin. As `f64`, because
+    /// lanes know no other numbers.
     codes: Row,
     /// The pairs of tetrahedra, of A and of B.
     tets: [[u32; 2]; ROW],
@@ -94,6 +97,9 @@ const SPECIAL: u32 = 1 << SLOTS;
 /// Above it, the place of the bit for A's first corner: set where the corner is below the plane.
 const BELOW: usize = SLOTS + 1;
 
+/// Above these, the place of the bit for the first slot: set where it has an edge that neither begins nor ends at the origin.
+const OPPOSITE: usize = BELOW + 4;
+
 impl Octet {
     /// Of no pairs.
     pub fn empty() -> Self {
@@ -107,6 +113,7 @@ impl Octet {
             yielding: zero,
             moments: [zero; 6],
             corners: [[zero; 2]; SLOTS],
+            ends: [[zero; 2]; SLOTS],
             after: [zero; 4],
             codes: zero,
             tets: [[0; 2]; ROW],
@@ -130,7 +137,7 @@ impl Octet {
     #[expect(
         clippy::cast_possible_truncation,
         clippy::cast_sign_loss,
-        reason = "a whole number below 2¹³"
+        reason = "a whole number below 2²¹"
     )]
     fn bits(&self, place: usize) -> u32 {
         self.codes[place] as u32
@@ -157,6 +164,13 @@ impl Octet {
         faces.to_le_bytes()[0]
     }
 
+    /// The slots with an edge that neither begins nor ends at the origin, as bits: with the origin they are the triangles of the
+    /// polygon of a pair.
+    #[inline]
+    pub fn opposite_edges(&self, place: usize) -> u8 {
+        (self.bits(place) >> OPPOSITE).to_le_bytes()[0]
+    }
+
     /// How many edges the polygon of a pair has.
     #[inline]
     pub fn edge_count(&self, place: usize) -> u32 {
@@ -168,9 +182,14 @@ impl Octet {
         self.moments[0][place] > 0.0
     }
 
-    /// Whether any pair has one.
-    pub fn has_polygons(&self) -> bool {
-        (0..self.len).any(|place| self.has_polygon(place))
+    /// Which pairs have one, as bits.
+    #[inline]
+    pub fn polygons(&self) -> u8 {
+        let mut bits = 0;
+        for place in 0..self.len.min(ROW) {
+            bits |= u8::from(self.has_polygon(place)) << place;
+        }
+        bits
     }
 
     /// The polygon of a pair by itself.

@@ -217,6 +217,8 @@ def write_vtu():
     depth = 5000
     write("deep.vtu", VTU, ("<Points>", "<a>" * depth + "</a>" * depth + "<Points>"))
     write("entities.vtu", VTU, ('?>', '?><!DOCTYPE a [<!ENTITY b "1 1 1 1 1 1 1 1"><!ENTITY c "&b;&b;&b;&b;">]>'), ("0 0 0 1 0", "0 0 &c; 1 0"))
+    write("element_for_attribute.vtu", VTU, (POINTS, f'{POINTS[:-1]}<DataArray ""></DataArray><@RangeMax ""><VTKFile></VTKFile></@RangeMax><'))
+    write("not_closed.vtu", VTU, ("</VTKFile>", ""))
     write("cut_in_cells.vtu", VTU[: VTU.index('Name="offsets"')])
     write("empty.vtu", "")
     write("empty.msh", "")

@@ -1,4 +1,4 @@
-use crate::contact::loads::LoadedPolygon;
+use crate::contact::loads::LoadedOctet;
 use crate::lanes::{ROW, Row};
 use crate::narrow_phase::{PosedTet, RelativePair, SLOTS};
 use nalgebra::Vector3;
@@ -56,30 +56,22 @@ impl Edges {
         self.places[self.len..].fill(first);
     }
 
-    /// Adds a polygon, given its tetrahedron of B.
+    /// Adds the polygon at a place, given its tetrahedron of B.
     pub fn push(
         &mut self,
-        &LoadedPolygon {
-            octet,
-            place,
-            corners,
-            ..
-        }: &LoadedPolygon,
+        &LoadedOctet { octet, number, .. }: &LoadedOctet,
+        place: usize,
         (pair, tet_b): (&RelativePair, &PosedTet),
     ) {
         let lane = self.len;
-        self.places[lane] = place;
-        self.counts[lane] = corners.len();
+        self.places[lane] = [number, place];
         self.len += 1;
-        for (number, rows) in self.corners.iter_mut().enumerate() {
-            let corner = corners.get(number).unwrap_or(&corners[0]);
-            rows[0][lane] = corner[0];
-            rows[1][lane] = corner[1];
-        }
-        let [tet_a, _] = octet.tets()[place[1]];
+        let [tet_a, _] = octet.tets()[place];
         let a = pair.tet_a(tet_a as usize);
         let mut edge = 0;
-        octet.visit_edges(place[1], |slot, _| {
+        octet.visit_edges(place, |slot, [y1, y2]| {
+            self.corners[edge % SLOTS][0][lane] = y1;
+            self.corners[edge % SLOTS][1][lane] = y2;
             let (normal, face) = match slot.checked_sub(4) {
                 None if a.zero_faces & 1 << slot != 0 => (Vector3::zeros(), NO_FACE),
                 None => {
@@ -102,5 +94,11 @@ impl Edges {
             self.faces[edge % SLOTS][lane] = face;
             edge += 1;
         });
+        self.counts[lane] = edge;
+        let first = self.corners[0].map(|row| row[lane]);
+        for rows in &mut self.corners[edge.min(SLOTS)..] {
+            rows[0][lane] = first[0];
+            rows[1][lane] = first[1];
+        }
     }
 }

@@ -10,12 +10,13 @@ mod tests;
 use crate::contact::SurfaceLaw;
 use crate::contact::friction::{RUNGS, slope_rules};
 use crate::contact::linearised::RelativeLinearisation;
-use crate::contact::loads::{LoadedPolygon, OctetsInMotion, TakesPolygons};
+use crate::contact::loads::{LoadedOctet, OctetsInMotion, TakesOctets};
 use crate::contact::octets::Polygons;
 use crate::contact::plane_motion::PlaneMotion;
 use crate::contact::polygon::PartialSum;
 use crate::contact::response::{PolygonResponse, Responses};
 use crate::contact::surface_law::RelativeMotion;
+use crate::geometry::set_bits;
 use crate::lanes::space::{cross, dot, sum};
 use crate::lanes::{self, InLanes, Lanes, Numbers, ROW, Row};
 use crate::narrow_phase::{Octet, RelativePair, SLOTS};
@@ -107,7 +108,7 @@ impl InLanes for AddedInLanes<'_> {
             law: self.law,
             motion: self.motion,
         };
-        in_motion.visit_polygons(lanes, &mut left, &mut adding);
+        in_motion.visit(lanes, &mut left, &mut adding);
         for rung in 0..RUNGS {
             if adding.groups[rung].len > 0 {
                 adding.add(lanes, rung);
@@ -122,14 +123,18 @@ impl InLanes for AddedInLanes<'_> {
     }
 }
 
-impl<L: Lanes> TakesPolygons<L> for Adding<'_> {
+impl<L: Lanes> TakesOctets<L> for Adding<'_> {
     #[inline(always)]
-    fn take(&mut self, lanes: L, polygon: &LoadedPolygon) {
-        let edges = &mut self.groups[polygon.rung];
-        let [_, tet_b] = polygon.octet.tets()[polygon.place[1]];
-        edges.push(polygon, (self.to.pair, self.to.found.posed_tet(tet_b)));
-        if edges.len == ROW {
-            self.add(lanes, polygon.rung);
+    fn take(&mut self, lanes: L, loaded: &LoadedOctet) {
+        for place in set_bits(loaded.by_rules) {
+            let rung = loaded.rungs[place];
+            let edges = &mut self.groups[rung];
+            let [_, tet_b] = loaded.octet.tets()[place];
+            let tet_b = self.to.found.posed_tet(tet_b);
+            edges.push(loaded, place, (self.to.pair, tet_b));
+            if edges.len == ROW {
+                self.add(lanes, rung);
+            }
         }
     }
 }

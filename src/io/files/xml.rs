@@ -1,0 +1,46 @@
+//! Whether a file is XML at all, before its parts are looked for.
+
+use quick_xml::Reader;
+use quick_xml::events::{BytesStart, Event};
+use std::error::Error;
+
+/// What is wrong with elements, beyond what the reader says itself.
+#[derive(Debug, thiserror::Error)]
+enum ElementError {
+    #[error("the element <{0}> has no name of XML")]
+    Name(String),
+    #[error("{0} elements are not closed")]
+    Open(usize),
+}
+
+/// Checks that all elements have names and are closed in order.
+///
+/// vtkio takes elements by serde, in which names that XML does not know, like `@type`, stand for attributes: these, and elements
+/// that are closed by others, end in a failed assertion of quick-xml where that is built with debug assertions.
+pub(super) fn check(bytes: &[u8]) -> Result<(), Box<dyn Error + Send + Sync>> {
+    let mut reader = Reader::from_reader(bytes);
+    let mut open = 0_usize;
+    loop {
+        match reader.read_event()? {
+            Event::Start(start) => {
+                check_name(&start)?;
+                open += 1;
+            }
+            Event::Empty(start) => check_name(&start)?,
+            // That one is open, and which, the reader has checked.
+            Event::End(_) => open = open.saturating_sub(1),
+            Event::Eof if open > 0 => return Err(ElementError::Open(open).into()),
+            Event::Eof => return Ok(()),
+            _ => {}
+        }
+    }
+}
+
+/// Checks the first character: of the others none matters to vtkio.
+fn check_name(start: &BytesStart) -> Result<(), ElementError> {
+    let name = start.name();
+    match name.as_ref() {
+        [b'A'..=b'Z' | b'a'..=b'z' | b'_' | b':' | 0x80.., ..] => Ok(()),
+        other => Err(ElementError::Name(String::from_utf8_lossy(other).into())),
+    }
+}
