@@ -4,7 +4,8 @@ use super::kinks::{EQUAL_FIELDS, Kink, first_kink};
 use super::measures::{Evaluation, FASTEST, Measures, Motion, ROOM, SAME, SPECK};
 use crate::support::scenes::Random;
 use hydroelastic::contact::{
-    ContactBody, ContactJacobian, ContactPair, ContactWrench, Culling, Search, WrenchJacobian,
+    ContactBody, ContactJacobian, ContactPair, ContactPolygon, ContactWrench, Culling, Search,
+    WrenchJacobian,
 };
 use hydroelastic::spatial::{Pose, Twist};
 use nalgebra::{Vector3, Vector6};
@@ -154,13 +155,17 @@ fn third_law(pair: &ContactPair, wrench: &ContactWrench) -> f64 {
 }
 
 /// Following and culling find the same wrench, up to polygons that are there or not by round-off: these are
-/// no wider than the lines in which planes meet are off.
+/// no wider than the lines in which planes meet are off. Each polygon may be off by its own force times the roundings of its
+/// corners; where forces cancel, of bodies that are nearly the same, that is more than their sum tells.
 fn search_error(pair: &ContactPair, measures: &Measures) -> f64 {
     let everywhere = pair.with_search(Search::Culling(Culling::default()));
     let [followed, culled] = [pair, &everywhere].map(|pair| measures.scaled(&pair.wrench().on_a));
     let speck = measures.force() * (SPECK + measures.blur(measures.error));
-    let same = SAME.max(ROUNDINGS * f64::EPSILON / least_angle(pair));
-    (followed - culled).norm() / (same * culled.norm() + speck)
+    let polygons = &everywhere.surface().polygons;
+    let rounding = |polygon: &ContactPolygon| {
+        SAME.max(ROUNDINGS * f64::EPSILON / least_angle(pair, polygon)) * polygon.force().norm()
+    };
+    (followed - culled).norm() / (polygons.iter().map(rounding).sum::<f64>() + speck)
 }
 
 /// The roundings of a corner that two ways to compute it may differ by.
@@ -169,10 +174,10 @@ const ROUNDINGS: f64 = 16.0;
 /// Faces that meet at a smaller angle are so near to each other that they are special, or do not meet in the bodies.
 const PARALLEL: f64 = 1e-8;
 
-/// The sine of the least angle at which planes of a contact polygon meet: its own, and those of the faces of both tetrahedra.
+/// The sine of the least angle at which planes of a contact polygon meet: its own, and those of the faces of its tetrahedra.
 /// Following computes generic polygons in other coordinates than culling does, and the corner in which two planes meet
 /// is placed by both to round-off over this.
-fn least_angle(pair: &ContactPair) -> f64 {
+fn least_angle(pair: &ContactPair, polygon: &ContactPolygon) -> f64 {
     let Some(b) = pair.b().body() else {
         return 1.0;
     };
@@ -183,19 +188,17 @@ fn least_angle(pair: &ContactPair) -> f64 {
             .each_ref()
             .map(|face| rotation * face.gradient.normalize())
     };
+    let [a, b] = [
+        normals(pair.a(), polygon.tets[0]),
+        normals(&b, polygon.tets[1]),
+    ];
+    let planes: Vec<_> = a.into_iter().chain(b).chain([polygon.normal]).collect();
     let mut least = 1.0_f64;
-    for polygon in &pair.surface().polygons {
-        let [a, b] = [
-            normals(pair.a(), polygon.tets[0]),
-            normals(&b, polygon.tets[1]),
-        ];
-        let planes: Vec<_> = a.into_iter().chain(b).chain([polygon.normal]).collect();
-        for (count, plane) in planes.iter().enumerate() {
-            let sines = planes[..count]
-                .iter()
-                .map(|other| other.cross(plane).norm());
-            least = sines.filter(|&sine| sine > PARALLEL).fold(least, f64::min);
-        }
+    for (count, plane) in planes.iter().enumerate() {
+        let sines = planes[..count]
+            .iter()
+            .map(|other| other.cross(plane).norm());
+        least = sines.filter(|&sine| sine > PARALLEL).fold(least, f64::min);
     }
     least
 }
