@@ -10,7 +10,7 @@
 
 use super::triangle_tree::{Node, WIDTH};
 use crate::geometry::Aabb;
-use crate::lanes::space::dot;
+use crate::lanes::space::{dot, splat};
 use crate::lanes::{Lanes, Mask, Numbers, Quad};
 use crate::spatial::Pose;
 use nalgebra::{Matrix3, Vector3};
@@ -283,10 +283,4 @@ impl<'f> FourTriangles<'f> {
 #[inline(always)]
 fn reach_into<N: Numbers>([a, b, c]: [N; 3], [low, high]: [N; 2]) -> N::Mask {
     a.min(b).min(c).is_at_most(high) & low.is_at_most(a.max(b).max(c))
-}
-
-#[inline(always)]
-fn splat<L: Lanes>(lanes: L, values: &[f64; 3]) -> [L::Numbers; 3] {
-    let [x, y, z] = *values;
-    [lanes.splat(x), lanes.splat(y), lanes.splat(z)]
 }

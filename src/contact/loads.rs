@@ -9,10 +9,9 @@ use super::SurfaceLaw;
 use super::friction::{RUNGS, rung_bounds};
 use super::plane_motion::PlaneMotion;
 use super::surface_law::RelativeMotion;
-use crate::lanes::space::{cross, dot, loaded, store, sum};
+use crate::lanes::space::{loaded, store};
 use crate::lanes::{Lanes, Numbers, ROW, Row};
 use crate::narrow_phase::{Octet, SLOTS};
-use nalgebra::Vector3;
 
 /// What presses and slips on the polygons of an octet, as affine functions c₀ + c₁y₁ + c₂y₂ on their planes.
 pub(super) struct Loads<'o> {
@@ -95,17 +94,17 @@ impl<'o> Loads<'o> {
             slip: [[0.0; ROW]; 3],
             rungs: [0.0; ROW],
         };
-        let all = |vector: &Vector3<f64>| [0, 1, 2].map(|axis| lanes.splat(vector[axis]));
-        let (at_a, angular) = (all(&motion.at_origin), all(&motion.angular));
         let (dissipation, one) = (lanes.splat(law.dissipation), lanes.splat(1.0));
         let tolerance = lanes.splat(law.slip_tolerance);
         for first in (0..octet.tets().len()).step_by(L::COUNT) {
-            let [e1, e2, normal] = [0, 1, 2].map(|axis| loaded(lanes, &octet.axes[axis], first));
-            let velocity = sum(at_a, cross(angular, loaded(lanes, &octet.origin, first)));
-            let motion = PlaneMotion {
-                velocity: [dot(e1, velocity), dot(e2, velocity), dot(normal, velocity)],
-                angular: [dot(e1, angular), dot(e2, angular), dot(normal, angular)],
-            };
+            let [e1, e2, n] = &octet.axes;
+            let axes = [
+                loaded(lanes, e1, first),
+                loaded(lanes, e2, first),
+                loaded(lanes, n, first),
+            ];
+            let origin = loaded(lanes, &octet.origin, first);
+            let motion = PlaneMotion::in_lanes(lanes, motion, &axes, origin);
             let ([v1, v2], spin) = motion.slip();
             let (damping, slip) = (motion.damping(dissipation, one), [v1, v2, spin]);
             store(&mut loads.damping, first, damping);

@@ -3,6 +3,8 @@
 use super::SurfaceLaw;
 use super::friction::Slip;
 use super::surface_law::RelativeMotion;
+use crate::lanes::space::{components, cross, splat, sum};
+use crate::lanes::{Lanes, Numbers};
 use crate::scalar::Scalar;
 use nalgebra::{Matrix3, Vector3};
 use std::ops::{Mul, Neg, Sub};
@@ -33,6 +35,25 @@ impl<T: Scalar> PlaneMotion<T> {
             at_origin,
             spin,
             tolerance: law.slip_tolerance,
+        }
+    }
+}
+
+impl<N: Numbers> PlaneMotion<N> {
+    /// [`Self::of`] for as many planes as there are lanes.
+    #[inline(always)]
+    pub fn in_lanes<L: Lanes<Numbers = N>>(
+        lanes: L,
+        motion: &RelativeMotion<f64>,
+        axes: &[[N; 3]; 3],
+        center: [N; 3],
+    ) -> Self {
+        let angular = splat(lanes, motion.angular.as_ref());
+        let at_origin = splat(lanes, motion.at_origin.as_ref());
+        let velocity = sum(at_origin, cross(angular, center));
+        Self {
+            velocity: components(axes, velocity),
+            angular: components(axes, angular),
         }
     }
 }

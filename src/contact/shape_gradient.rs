@@ -63,7 +63,7 @@ impl ShapeGradient {
 
 impl ContactPair<'_> {
     /// The derivatives, by the shapes of A and of B, of a number that has these derivatives by the elastic wrenches (rows of
-    /// [`LinearisedContact`](super::LinearisedContact): torque and force on A, then on B).
+    /// [`LinearisedContact`]: torque and force on A, then on B).
     ///
     /// A product with a vector from the left, at the cost of a Jacobian: all vertices at once, in closed form, from the same
     /// contact polygons. Moving a vertex of B by δ takes λ ∇p_B·δ from p_B, where λ is the vertex's barycentric coordinate, and
@@ -112,7 +112,7 @@ impl ContactPair<'_> {
         self.shape_gradients_of(Some((law, twists)), by_wrenches)
     }
 
-    /// The derivatives of both wrenches (rows as of [`LinearisedContact`](super::LinearisedContact)) by some vertices of A and
+    /// The derivatives of both wrenches (rows as of [`LinearisedContact`]) by some vertices of A and
     /// of B (m), in the axes of their bodies' frames: of the elastic wrenches or, with a law and twists as of
     /// [`Self::wrench_in_motion`], of those of moving bodies. One vertex takes as long as all of them.
     ///

@@ -13,7 +13,7 @@ impl<T: Scalar> CutPolygon<T> {
     /// t = pψ(−μu₁, −μu₂, 1) along e₁, e₂ and n, ψ = 1 − d v₃, u = (v₁, v₂)/√(v₁² + v₂² + v_s²),
     ///
     /// integrated over the part of the polygon where ψ is positive: the normal part is a polynomial, and friction has a
-    /// closed form (see [`Slip`]).
+    /// closed form (see [`Slip`](super::friction::Slip)).
     pub fn wrench_in_motion(&self, law: &SurfaceLaw<T>, motion: &RelativeMotion<T>) -> Wrench<T> {
         let Some(plane) = PlanePolygon::of(self, motion) else {
             return Wrench::zero();

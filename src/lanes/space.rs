@@ -40,6 +40,18 @@ pub(crate) fn vector_at(rows: &[Row; 3], place: usize) -> Vector3<f64> {
     Vector3::new(rows[0][place], rows[1][place], rows[2][place])
 }
 
+/// The same vector in all lanes.
+#[inline(always)]
+pub(crate) fn splat<L: Lanes>(lanes: L, [x, y, z]: &[f64; 3]) -> [L::Numbers; 3] {
+    [lanes.splat(*x), lanes.splat(*y), lanes.splat(*z)]
+}
+
+/// The components of a vector along axes.
+#[inline(always)]
+pub(crate) fn components<N: Numbers>([e1, e2, n]: &[[N; 3]; 3], vector: [N; 3]) -> [N; 3] {
+    [dot(*e1, vector), dot(*e2, vector), dot(*n, vector)]
+}
+
 #[inline(always)]
 pub(crate) fn dot<N: Numbers>(a: [N; 3], b: [N; 3]) -> N {
     a[0] * b[0] + a[1] * b[1] + a[2] * b[2]

@@ -52,7 +52,7 @@ pub fn rotation_from_vector<T: Scalar>(rotation_vector: &Vector3<T>) -> Matrix3<
     ])
 }
 
-/// exp([v]ₓ)·R: a rotation, turned by the rotation vector v (rad) in the axes of the outer frame.
+/// exp(\[v\]ₓ)·R: a rotation, turned by the rotation vector v (rad) in the axes of the outer frame.
 pub(crate) fn turned_by<T: Scalar>(
     rotation: &Matrix3<T>,
     rotation_vector: &Vector3<T>,
@@ -94,8 +94,8 @@ pub(crate) fn times_constant<T: Scalar>(
     })
 }
 
-/// The matrix J of exp([v + dv]ₓ) = (I + [J·dv]ₓ)·exp([v]ₓ) to first order:
-/// J = I + ((1 − cos θ)/θ²)·[v]ₓ + ((1 − sin θ/θ)/θ²)·[v]ₓ².
+/// The matrix J of exp(\[v + dv\]ₓ) = (I + \[J·dv\]ₓ)·exp(\[v\]ₓ) to first order:
+/// J = I + ((1 − cos θ)/θ²)·\[v\]ₓ + ((1 − sin θ/θ)/θ²)·\[v\]ₓ².
 pub(crate) fn left_jacobian(rotation_vector: &Vector3<f64>) -> Matrix3<f64> {
     let angle_squared = rotation_vector.norm_squared();
     let (sine_term, cosine_term) = exponential_coefficients(angle_squared);
@@ -109,7 +109,7 @@ pub(crate) fn left_jacobian(rotation_vector: &Vector3<f64>) -> Matrix3<f64> {
 }
 
 /// A rotation with the derivatives of a small turn (rad, in the axes of the outer frame) whose real
-/// part is zero: (I + [turn]ₓ)·R.
+/// part is zero: (I + \[turn\]ₓ)·R.
 pub(crate) fn turned_real<T: Scalar>(rotation: &Matrix3<f64>, turn: &Vector3<T>) -> Matrix3<T> {
     let column = |k: usize| {
         let axis = rotation.column(k).into_owned();

@@ -17,12 +17,12 @@ use crate::contact::polygon::PartialSum;
 use crate::contact::response::{PolygonResponse, Responses};
 use crate::contact::surface_law::RelativeMotion;
 use crate::geometry::set_bits;
-use crate::lanes::space::{cross, dot, sum};
+use crate::lanes::space::{components, dot};
 use crate::lanes::{self, InLanes, Lanes, Numbers, ROW, Row};
 use crate::narrow_phase::{Octet, RelativePair, SLOTS};
 use crate::search::Found;
 use edges::Edges;
-use nalgebra::{Matrix6, Matrix6x2, Vector3, Vector6};
+use nalgebra::{Matrix6, Matrix6x2, Vector6};
 use quadrature::{Edge, Field};
 use rates::{Frame, Rates, Six, Traction, plus, times, wrenches};
 use responses::ResponseRows;
@@ -181,7 +181,7 @@ impl AddedInLanes<'_> {
             (rung, &mut sums.rows),
         );
         let [_, slope_b] = polygons.slopes;
-        rates.add_motion_of_plane(along(&frame.axes, slope_b));
+        rates.add_motion_of_plane(components(&frame.axes, slope_b));
         // As the modulus of B grows the plane moves by p/|g|.
         let [p0, p1, p2] = times(&polygons.pressure, polygons.yielding);
         let [k0, k1, k2] = &rates.by_speed;
@@ -208,15 +208,7 @@ impl AddedInLanes<'_> {
         polygons: &Polygons<L::Numbers>,
         frame: &Frame<L::Numbers>,
     ) -> Traction<L::Numbers> {
-        let (at_a, angular) = (
-            splat(lanes, &self.motion.at_origin),
-            splat(lanes, &self.motion.angular),
-        );
-        let velocity = sum(at_a, cross(angular, frame.origin));
-        let motion = PlaneMotion {
-            velocity: along(&frame.axes, velocity),
-            angular: along(&frame.axes, angular),
-        };
+        let motion = PlaneMotion::in_lanes(lanes, self.motion, &frame.axes, frame.origin);
         let dissipation = lanes.splat(self.law.dissipation);
         Traction {
             zero: lanes.splat(0.0),
@@ -273,7 +265,7 @@ impl AddedInLanes<'_> {
                 lanes.load(z, first),
             ];
             let of_b = lanes.load(&edges.of_b[number], first);
-            let normal = along(axes, normal);
+            let normal = components(axes, normal);
             let outwardness = outwardness(normal, traction.zero, field.one);
             let fluxes = [
                 times(&fluxes[0], outwardness),
@@ -297,21 +289,6 @@ impl AddedInLanes<'_> {
 fn outwardness<N: Numbers>([m1, m2, _]: [N; 3], zero: N, one: N) -> N {
     let squared = m1 * m1 + m2 * m2;
     (one / squared.sqrt()).or_else(zero.is_less(squared), zero)
-}
-
-/// The components of a vector along axes.
-#[inline(always)]
-fn along<N: Numbers>([e1, e2, n]: &[[N; 3]; 3], vector: [N; 3]) -> [N; 3] {
-    [dot(*e1, vector), dot(*e2, vector), dot(*n, vector)]
-}
-
-#[inline(always)]
-fn splat<L: Lanes>(lanes: L, vector: &Vector3<f64>) -> [L::Numbers; 3] {
-    [
-        lanes.splat(vector.x),
-        lanes.splat(vector.y),
-        lanes.splat(vector.z),
-    ]
 }
 
 /// Adds columns of six to rows.
