@@ -152,7 +152,7 @@ impl<T: Scalar> Outline<T> {
         Some(part)
     }
 
-    /// ∫ m dA for the ten monomials m of degree three at most, in the order of [`BY_AFFINE`]: as m is homogeneous of degree
+    /// ∫ m dA for the ten monomials m of degree three at most, 1, y₁, y₂, y₁² and so on: as m is homogeneous of degree
     /// d, (d + 2)∫ m dA = ∮ m y·ν dl by the divergence theorem, ν being the outward normal.
     pub fn moments(&self) -> [T; 10] {
         let mut moments = [lift::<T>(0.0); 10];
@@ -214,31 +214,8 @@ const PER_DEGREE: [f64; 10] = [
     1.0 / 5.0,
 ];
 
-/// The places of m, y₁m and y₂m among the monomials, for the first six m.
-const BY_AFFINE: [[usize; 3]; 6] = [
-    [0, 1, 2],
-    [1, 3, 4],
-    [2, 4, 5],
-    [3, 6, 7],
-    [4, 7, 8],
-    [5, 8, 9],
-];
-
 /// The places of m times the first six monomials, for m = 1, y₁ and y₂.
 const BY_QUADRATIC: [[usize; 6]; 3] = [[0, 1, 2, 3, 4, 5], [1, 3, 4, 6, 7, 8], [2, 4, 5, 7, 8, 9]];
-
-/// ∫ f m for an affine f and the first `N` monomials m, from the moments by monomials.
-#[inline]
-pub(super) fn affine_moments<T: Scalar, const M: usize, const N: usize>(
-    f: &Affine<T>,
-    moments: &[T; M],
-) -> [T; N] {
-    let mut products = [lift(0.0); N];
-    for (product, [one, y1, y2]) in products.iter_mut().zip(&BY_AFFINE) {
-        *product = f[0] * moments[*one] + f[1] * moments[*y1] + f[2] * moments[*y2];
-    }
-    products
-}
 
 /// ∫ f m for a quadratic f and m = 1, y₁ and y₂.
 #[inline]

@@ -4,10 +4,9 @@ use super::SurfaceLaw;
 use super::friction::Slip;
 use super::surface_law::RelativeMotion;
 use crate::lanes::space::{components, cross, splat, sum};
-use crate::lanes::{Lanes, Numbers};
+use crate::lanes::{Lanes, Linear, Numbers};
 use crate::scalar::Scalar;
 use nalgebra::{Matrix3, Vector3};
-use std::ops::{Mul, Neg, Sub};
 
 /// How A moves relative to B, seen from a plane: along e₁, e₂ and n.
 #[derive(Clone, Copy)]
@@ -59,7 +58,7 @@ impl<N: Numbers> PlaneMotion<N> {
 }
 
 /// For scalars as for lanes.
-impl<N: Copy + Neg<Output = N> + Mul<Output = N> + Sub<Output = N>> PlaneMotion<N> {
+impl<N: Linear> PlaneMotion<N> {
     /// 1 − d v₃, the factor of the pressure by Hunt and Crossley: v₃ = v·n.
     #[inline(always)]
     pub fn damping(&self, dissipation: N, one: N) -> [N; 3] {

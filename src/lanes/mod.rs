@@ -48,15 +48,19 @@ pub(crate) trait Lanes: Copy {
     fn gathered(self, number: impl Fn(usize) -> f64) -> Self::Numbers;
 }
 
-/// A number in each lane.
-pub(crate) trait Numbers:
-    Copy
-    + Add<Output = Self>
-    + Sub<Output = Self>
-    + Mul<Output = Self>
-    + Div<Output = Self>
-    + Neg<Output = Self>
+/// A number, or one in each lane: what sums and products are made of.
+pub(crate) trait Linear:
+    Copy + Add<Output = Self> + Sub<Output = Self> + Mul<Output = Self> + Neg<Output = Self>
 {
+}
+
+impl<N> Linear for N where
+    N: Copy + Add<Output = N> + Sub<Output = N> + Mul<Output = N> + Neg<Output = N>
+{
+}
+
+/// A number in each lane.
+pub(crate) trait Numbers: Linear + Div<Output = Self> {
     type Mask: Mask;
 
     fn abs(self) -> Self;

@@ -1,6 +1,6 @@
-//! Vectors in space, one in each lane.
+//! Vectors in space: one, or one in each lane.
 
-use super::{Lanes, Numbers, Row};
+use super::{Lanes, Linear, Numbers, Row};
 use nalgebra::Vector3;
 
 /// A vector for each lane.
@@ -48,17 +48,17 @@ pub(crate) fn splat<L: Lanes>(lanes: L, [x, y, z]: &[f64; 3]) -> [L::Numbers; 3]
 
 /// The components of a vector along axes.
 #[inline(always)]
-pub(crate) fn components<N: Numbers>([e1, e2, n]: &[[N; 3]; 3], vector: [N; 3]) -> [N; 3] {
+pub(crate) fn components<N: Linear>([e1, e2, n]: &[[N; 3]; 3], vector: [N; 3]) -> [N; 3] {
     [dot(*e1, vector), dot(*e2, vector), dot(*n, vector)]
 }
 
 #[inline(always)]
-pub(crate) fn dot<N: Numbers>(a: [N; 3], b: [N; 3]) -> N {
+pub(crate) fn dot<N: Linear>(a: [N; 3], b: [N; 3]) -> N {
     a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 }
 
 #[inline(always)]
-pub(crate) fn cross<N: Numbers>(a: [N; 3], b: [N; 3]) -> [N; 3] {
+pub(crate) fn cross<N: Linear>(a: [N; 3], b: [N; 3]) -> [N; 3] {
     [
         a[1] * b[2] - a[2] * b[1],
         a[2] * b[0] - a[0] * b[2],
@@ -67,16 +67,16 @@ pub(crate) fn cross<N: Numbers>(a: [N; 3], b: [N; 3]) -> [N; 3] {
 }
 
 #[inline(always)]
-pub(crate) fn sum<N: Numbers>(a: [N; 3], b: [N; 3]) -> [N; 3] {
+pub(crate) fn sum<N: Linear>(a: [N; 3], b: [N; 3]) -> [N; 3] {
     [a[0] + b[0], a[1] + b[1], a[2] + b[2]]
 }
 
 #[inline(always)]
-pub(crate) fn difference<N: Numbers>(a: [N; 3], b: [N; 3]) -> [N; 3] {
+pub(crate) fn difference<N: Linear>(a: [N; 3], b: [N; 3]) -> [N; 3] {
     [a[0] - b[0], a[1] - b[1], a[2] - b[2]]
 }
 
 #[inline(always)]
-pub(crate) fn scaled<N: Numbers>(a: [N; 3], factor: N) -> [N; 3] {
+pub(crate) fn scaled<N: Linear>(a: [N; 3], factor: N) -> [N; 3] {
     [a[0] * factor, a[1] * factor, a[2] * factor]
 }

@@ -39,12 +39,12 @@ pub(super) struct LoadedSlip<'a> {
 }
 
 /// Integrals over the area, in plane coordinates, of the regularized direction of slip u and the load g = pressure·damping.
-pub(super) struct SlipMoments {
+pub(super) struct SlipMoments<N = f64> {
     /// ∫ m·u dA for the monomials m = 1, y₁, y₂, y₁², y₁y₂, y₂², y₁³, y₁²y₂, y₁y₂², y₂³.
-    pub direction: [[f64; 10]; 2],
+    pub direction: [[N; 10]; 2],
     /// ∫ g·m·(u uᵀ − 1)/σ dA for the first six monomials: entries 11, 12 and 22. Minus the derivative by the slip of
     /// ∫ g·m·u dA.
-    pub by_slip: [[f64; 6]; 3],
+    pub by_slip: [[N; 6]; 3],
 }
 
 /// The load g = pressure·damping.

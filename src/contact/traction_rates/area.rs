@@ -1,170 +1,272 @@
-use super::{Rates, Traction, VectorMoments, wrench_of, wrenches};
-use crate::contact::plane::affine_moments;
-use crate::contact::polygon::CutPolygon;
-use crate::narrow_phase::Weights;
-use nalgebra::{Matrix6, Vector6};
+//! What dissipation and friction add over the area of a polygon: of one polygon, or of several side by side.
 
-/// The moments of a component that is zero.
-const ZERO: [f64; 6] = [0.0; 6];
+use super::wrenches::{Matrix, Six, minus, negated, plus, times, wrench_of, wrenches};
+use crate::contact::friction::SlipMoments;
+use crate::contact::plane_motion::PlaneMotion;
+use crate::lanes::Linear;
+use crate::lanes::space::scaled;
 
-impl Rates {
-    /// Sets the integrals over the area: velocities, law, and K without the edges.
-    pub fn set_area(&mut self, traction: &Traction, polygon: &CutPolygon<f64>) {
-        let area = AreaMoments::of(traction);
-        let by_velocities = area.by_velocities();
-        self.by_twist = by_twist(&by_velocities);
-        let [by_velocity, by_y1, by_y2] = by_velocities;
-        let t = &area.traction;
-        self.wrench = wrench_of(t);
-        self.by_dissipation = wrench_of(&area.by_dissipation);
-        self.by_friction = wrench_of(&area.by_friction);
-        let [q1, q2, q3] = &area.by_pressure;
-        let by_pressure = wrenches([q1, q2, q3]);
-        let along_normal = polygon.pressure_a.gradient.dot(&polygon.plane.normal);
-        let [v1, v2, v3] = traction.plane.motion.velocity;
-        let [w1, w2, w3] = traction.plane.motion.angular;
-        let by_speed = |k: usize, [first, second, _]: &[Vector6<f64>; 3]| {
-            let lifted = Vector6::new(-t[1][k], t[0][k], 0.0, 0.0, 0.0, 0.0);
-            by_pressure[k] * along_normal + first * w2 - second * w1 + lifted
-        };
-        // The wrench of v_i times column j of T.
-        let times_v1 = |j: usize| by_velocity[j] * v1 - by_y2[j] * w3;
-        let times_v2 = |j: usize| by_velocity[j] * v2 + by_y1[j] * w3;
-        let times_v3 = |j: usize| by_velocity[j] * v3 - by_y1[j] * w2 + by_y2[j] * w1;
-        let (none, less) = ([0.0; 3], [-t[2][0], -t[2][1], -t[2][2]]);
-        let turned1 = wrench_of(&[less, none, t[0]]) + times_v3(0) - times_v1(2);
-        let turned2 = wrench_of(&[none, less, t[1]]) + times_v3(1) - times_v2(2);
-        self.by_speed = [
-            by_speed(0, &by_velocity),
-            by_speed(1, &by_y1) + turned1,
-            by_speed(2, &by_y2) + turned2,
-        ];
-        self.by_pressure = by_pressure;
-        if !polygon.weights.are_whole() {
-            self.scale(polygon.weights);
-        }
-    }
-
-    /// As far as the polygon counts.
-    fn scale(&mut self, Weights { still, moving }: Weights) {
-        let more = still.area() - moving.area();
-        self.more_by_growth = self.by_speed.map(|k| k * more);
-        self.by_speed = self.by_speed.map(|k| k * moving.area());
-        self.wrench *= still.area();
-        self.by_twist *= still.area();
-        self.by_dissipation *= still.area();
-        self.by_friction *= still.area();
-    }
+/// What the law makes of slip and pressure on the plane of a polygon: affine functions c₀ + c₁y₁ + c₂y₂.
+pub(super) struct LawOnPlane<N> {
+    pub zero: N,
+    pub friction: N,
+    pub dissipation: N,
+    pub pressure: [N; 3],
+    /// ψ = 1 − d v₃.
+    pub damping: [N; 3],
+    /// ψ − 1 = −d v₃.
+    pub excess: [N; 3],
+    pub motion: PlaneMotion<N>,
 }
+
+/// Of a vector along e₁, e₂ and n, the moments by 1, y₁, y₂, y₁², y₁y₂ and y₂².
+type VectorMoments<N> = [[N; 6]; 3];
+
+/// The wrenches of ∂t/∂vᵢ times 1, y₁ and y₂.
+type ByVelocity<N> = [[Six<N>; 3]; 3];
 
 /// Moments over the area of a polygon.
-pub(super) struct AreaMoments {
+pub(super) struct AreaMoments<N> {
     /// Of t along each axis, by 1, y₁ and y₂.
-    pub traction: [[f64; 3]; 3],
+    traction: [[N; 3]; 3],
     /// Of ∂t/∂p.
-    pub by_pressure: VectorMoments,
-    /// Of the entries 11, 12 and 22 of T, whose other entries in the first two columns are zero.
-    by_slip: [[f64; 6]; 3],
-    /// Of ∂t/∂v₃, the third column of T.
-    by_parting: VectorMoments,
+    by_pressure: VectorMoments<N>,
+    /// Of the columns of T.
+    by_velocity: [VectorMoments<N>; 3],
     /// Of ∂t/∂d and ∂t/∂μ along each axis, by 1, y₁ and y₂.
-    by_dissipation: [[f64; 3]; 3],
-    by_friction: [[f64; 3]; 3],
+    by_dissipation: [[N; 3]; 3],
+    by_friction: [[N; 3]; 3],
 }
 
-impl AreaMoments {
-    /// With ψ, u and σ as in [`Traction`] and [`LoadedSlip`], on the part where ψ > 0
+/// The derivatives of a polygon's wrench, about its origin along its axes.
+pub(super) struct Rates<N> {
+    pub wrench: Six<N>,
+    /// K₀, K₁ and K₂.
+    pub by_speed: [Six<N>; 3],
+    pub by_motion: Matrix<N>,
+    pub by_twist: Matrix<N>,
+    pub by_dissipation: Six<N>,
+    pub by_friction: Six<N>,
+    /// Of ∂t/∂p, y₁∂t/∂p and y₂∂t/∂p.
+    pub by_pressure: [Six<N>; 3],
+}
+
+impl<N: Linear> AreaMoments<N> {
+    /// With ψ, u and σ as in [`LawOnPlane`] and [`LoadedSlip`], on the part where ψ > 0
     ///
     /// t = p(−μψu₁, −μψu₂, ψ − 1),  ∂t/∂(v₁, v₂) = μpψ(u uᵀ − 1)/σ,  ∂t/∂v₃ = −dp(−μu₁, −μu₂, 1),
     ///
     /// and ∂t/∂d the same as ∂t/∂v₃ with v₃ in place of d. Beyond, t = −p n.
     ///
+    /// Takes the moments of the slip and of that part and, if it is not all of the polygon, those of the whole.
+    ///
     /// [`LoadedSlip`]: crate::contact::friction::LoadedSlip
-    pub fn of(traction: &Traction) -> Self {
-        let (plane, pressure, damping) =
-            (traction.plane, &traction.plane.pressure, &traction.damping);
-        let (mu, d) = (traction.friction, traction.dissipation);
-        let slip = traction.slip.moments();
+    #[inline(always)]
+    pub fn of(
+        law: &LawOnPlane<N>,
+        slip: &SlipMoments<N>,
+        one: &[N; 10],
+        whole: Option<&[N; 10]>,
+    ) -> Self {
+        let (mu, d) = (law.friction, law.dissipation);
+        let (pressure, damping) = (&law.pressure, &law.damping);
         let [u1, u2] = &slip.direction;
-        let one = traction.pressed.moments();
-        // ∫ p m u and ∫ p m dA.
-        let p1: [f64; 6] = affine_moments(pressure, u1);
-        let p2: [f64; 6] = affine_moments(pressure, u2);
-        let p3: [f64; 6] = affine_moments(pressure, &one);
-        // ∫ pψ m u dA.
-        let loaded: [[f64; 3]; 2] = [affine_moments(damping, &p1), affine_moments(damping, &p2)];
-        let (normal, normal_by_pressure) = if traction.is_clamped {
-            let whole = plane.outline.moments();
-            let all: [f64; 6] = affine_moments(pressure, &whole);
-            (
-                less(affine_moments(damping, &p3), &all),
-                less(affine_moments(damping, &one), &whole),
-            )
-        } else {
-            let excess = &traction.excess;
-            (affine_moments(excess, &p3), affine_moments(excess, &one))
+        // ∫ p m u and ∫ p m dA; ∫ pψ m u dA.
+        let (p1, p2) = (up_to_quadratic(pressure, u1), up_to_quadratic(pressure, u2));
+        let p3 = up_to_quadratic(pressure, one);
+        let (loaded1, loaded2) = (up_to_affine(damping, &p1), up_to_affine(damping, &p2));
+        let (normal, normal_by_pressure) = match whole {
+            None => (
+                up_to_affine(&law.excess, &p3),
+                up_to_quadratic(&law.excess, one),
+            ),
+            Some(whole) => {
+                let [all, by_y1, by_y2, ..] = up_to_quadratic(pressure, whole);
+                let [w0, w1, w2, w3, w4, w5, ..] = *whole;
+                (
+                    minus(&up_to_affine(damping, &p3), &[all, by_y1, by_y2]),
+                    minus(&up_to_quadratic(damping, one), &[w0, w1, w2, w3, w4, w5]),
+                )
+            }
         };
-        let parting = plane.motion.separating();
+        let none = [law.zero; 6];
+        let [s11, s12, s22] = &slip.by_slip;
+        let (t11, t12, t22) = (times(s11, mu), times(s12, mu), times(s22, mu));
+        let parting = &law.motion.separating();
         Self {
-            traction: [scaled(&loaded[0], -mu), scaled(&loaded[1], -mu), normal],
+            traction: [times(&loaded1, -mu), times(&loaded2, -mu), normal],
             by_pressure: [
-                scaled(&affine_moments(damping, u1), -mu),
-                scaled(&affine_moments(damping, u2), -mu),
+                times(&up_to_quadratic(damping, u1), -mu),
+                times(&up_to_quadratic(damping, u2), -mu),
                 normal_by_pressure,
             ],
-            by_slip: [0, 1, 2].map(|entry| scaled(&slip.by_slip[entry], mu)),
-            by_parting: [scaled(&p1, d * mu), scaled(&p2, d * mu), scaled(&p3, -d)],
-            by_dissipation: [
-                scaled(&affine_moments(&parting, &p1), mu),
-                scaled(&affine_moments(&parting, &p2), mu),
-                scaled(&affine_moments(&parting, &p3), -1.0),
+            by_velocity: [
+                [t11, t12, none],
+                [t12, t22, none],
+                [times(&p1, d * mu), times(&p2, d * mu), times(&p3, -d)],
             ],
-            by_friction: [scaled(&loaded[0], -1.0), scaled(&loaded[1], -1.0), [0.0; 3]],
+            by_dissipation: [
+                times(&up_to_affine(parting, &p1), mu),
+                times(&up_to_affine(parting, &p2), mu),
+                negated(&up_to_affine(parting, &p3)),
+            ],
+            by_friction: [negated(&loaded1), negated(&loaded2), [law.zero; 3]],
+        }
+    }
+
+    #[inline(always)]
+    pub fn wrench(&self) -> Six<N> {
+        wrench_of(&self.traction)
+    }
+
+    /// The wrenches of ∂t/∂p, y₁∂t/∂p and y₂∂t/∂p.
+    #[inline(always)]
+    pub fn by_pressure(&self) -> [Six<N>; 3] {
+        wrenches(&self.by_pressure)
+    }
+
+    /// The derivative of the wrench by the velocity (angular, linear at the origin).
+    #[inline(always)]
+    pub fn by_twist(&self) -> Matrix<N> {
+        by_twist(&self.by_velocities())
+    }
+
+    #[inline(always)]
+    fn by_velocities(&self) -> ByVelocity<N> {
+        let [first, second, third] = &self.by_velocity;
+        [wrenches(first), wrenches(second), wrenches(third)]
+    }
+}
+
+impl<N: Linear> Rates<N> {
+    /// All but what the edges contribute, given ∇p_A·n.
+    #[inline(always)]
+    pub fn of_area(moments: &AreaMoments<N>, law: &LawOnPlane<N>, along_normal: N) -> Self {
+        let by_velocities = moments.by_velocities();
+        let by_pressure = moments.by_pressure();
+        Self {
+            wrench: moments.wrench(),
+            by_speed: by_speed(
+                law,
+                &moments.traction,
+                (&by_pressure, along_normal),
+                &by_velocities,
+            ),
+            by_motion: [[law.zero; 6]; 6],
+            by_twist: by_twist(&by_velocities),
+            by_dissipation: wrench_of(&moments.by_dissipation),
+            by_friction: wrench_of(&moments.by_friction),
+            by_pressure,
+        }
+    }
+
+    /// Adds what the motion of an edge contributes: the wrenches of the flux as the edge's face moves outwards, that face's normal
+    /// along the axes, and 1 for a face of B, 0 for one of A.
+    #[inline(always)]
+    pub fn add_flux(&mut self, fluxes: &[Six<N>; 3], normal: [N; 3], of_b: N) {
+        for (k, flux) in self.by_speed.iter_mut().zip(fluxes) {
+            *k = minus(k, &times(flux, normal[2]));
+        }
+        self.add_along_normal(scaled(normal, of_b), fluxes);
+    }
+
+    /// Adds what the plane contributes as B moves: the slopes of p_B over that of p_A − p_B, along the axes.
+    #[inline(always)]
+    pub fn add_motion_of_plane(&mut self, slope_b: [N; 3]) {
+        let by_speed = self.by_speed;
+        self.add_along_normal([-slope_b[0], -slope_b[1], -slope_b[2]], &by_speed);
+    }
+
+    /// Adds what the motion (θ, u) about the origin contributes by moving points y with the speed m·(u + θ × y), from what speeds of
+    /// 1, y₁ and y₂ contribute: m·(θ × y) = θ·(y × m), y × m = (y₂m₃, −y₁m₃, y₁m₂ − y₂m₁).
+    #[inline(always)]
+    fn add_along_normal(&mut self, [m1, m2, m3]: [N; 3], [f0, f1, f2]: &[Six<N>; 3]) {
+        for row in 0..6 {
+            let (f0, f1, f2) = (f0[row], f1[row], f2[row]);
+            let [c0, c1, c2, c3, c4, c5] = &mut self.by_motion;
+            c0[row] = c0[row] + f2 * m3;
+            c1[row] = c1[row] - f1 * m3;
+            c2[row] = c2[row] + (f1 * m2 - f2 * m1);
+            c3[row] = c3[row] + f0 * m1;
+            c4[row] = c4[row] + f0 * m2;
+            c5[row] = c5[row] + f0 * m3;
         }
     }
 }
 
-impl AreaMoments {
-    /// The wrenches of the columns of T, times 1, y₁ and y₂.
-    fn by_velocities(&self) -> [[Vector6<f64>; 3]; 3] {
-        let [t11, t12, t22] = &self.by_slip;
-        let first = wrenches([t11, t12, &ZERO]);
-        let second = wrenches([t12, t22, &ZERO]);
-        let [p1, p2, p3] = &self.by_parting;
-        let third = wrenches([p1, p2, p3]);
-        [0, 1, 2].map(|times| [first[times], second[times], third[times]])
-    }
-
-    /// The derivative of the wrench by the velocity (angular, linear at the center).
-    pub fn by_twist(&self) -> Matrix6<f64> {
-        by_twist(&self.by_velocities())
-    }
+#[inline(always)]
+fn by_twist<N: Linear>([by_v1, by_v2, by_v3]: &ByVelocity<N>) -> Matrix<N> {
+    [
+        by_v3[2],
+        negated(&by_v3[1]),
+        minus(&by_v2[1], &by_v1[2]),
+        by_v1[0],
+        by_v2[0],
+        by_v3[0],
+    ]
 }
 
-fn by_twist([by_velocity, by_y1, by_y2]: &[[Vector6<f64>; 3]; 3]) -> Matrix6<f64> {
-    Matrix6::from_columns(&[
-        by_y2[2],
-        -by_y1[2],
-        by_y1[1] - by_y2[0],
-        by_velocity[0],
-        by_velocity[1],
-        by_velocity[2],
-    ])
+/// K₀, K₁ and K₂ without the edges.
+#[inline(always)]
+fn by_speed<N: Linear>(
+    law: &LawOnPlane<N>,
+    t: &[[N; 3]; 3],
+    (by_pressure, along_normal): (&[Six<N>; 3], N),
+    [by_v1, by_v2, by_v3]: &ByVelocity<N>,
+) -> [Six<N>; 3] {
+    let PlaneMotion {
+        velocity: [v1, v2, v3],
+        angular: [w1, w2, w3],
+    } = law.motion;
+    let zero = law.zero;
+    let mut by_speed = [[zero; 6]; 3];
+    for k in 0..3 {
+        by_speed[k] = plus(
+            &times(&by_pressure[k], along_normal),
+            &minus(&times(&by_v1[k], w2), &times(&by_v2[k], w1)),
+        );
+        by_speed[k][0] = by_speed[k][0] - t[1][k];
+        by_speed[k][1] = by_speed[k][1] + t[0][k];
+    }
+    let [t1, t2, t3] = t;
+    let turned1 = [t1[2], -t1[1], t3[2], -t3[0], zero, t1[0]];
+    let turned2 = [t2[2], -t2[1], -t3[1], zero, -t3[0], t2[0]];
+    for row in 0..6 {
+        let times_v3 = by_v1[0][row] * v3 - by_v1[1][row] * w2 + by_v1[2][row] * w1;
+        let times_v1 = by_v3[0][row] * v1 - by_v3[2][row] * w3;
+        by_speed[1][row] = by_speed[1][row] + (turned1[row] + times_v3 - times_v1);
+        let times_v3 = by_v2[0][row] * v3 - by_v2[1][row] * w2 + by_v2[2][row] * w1;
+        let times_v2 = by_v3[0][row] * v2 + by_v3[1][row] * w3;
+        by_speed[2][row] = by_speed[2][row] + (turned2[row] + times_v3 - times_v2);
+    }
+    by_speed
 }
 
-#[inline]
-fn scaled<const N: usize>(moments: &[f64; N], factor: f64) -> [f64; N] {
-    let mut scaled = *moments;
-    for moment in &mut scaled {
-        *moment *= factor;
-    }
-    scaled
+/// ∫ f m for an affine f and the monomials up to quadratic ones, from the moments by those up to cubic ones.
+#[inline(always)]
+fn up_to_quadratic<N: Linear>(f: &[N; 3], m: &[N; 10]) -> [N; 6] {
+    [
+        combined(f, [m[0], m[1], m[2]]),
+        combined(f, [m[1], m[3], m[4]]),
+        combined(f, [m[2], m[4], m[5]]),
+        combined(f, [m[3], m[6], m[7]]),
+        combined(f, [m[4], m[7], m[8]]),
+        combined(f, [m[5], m[8], m[9]]),
+    ]
 }
 
-#[inline]
-fn less<const N: usize>(mut moments: [f64; N], others: &[f64]) -> [f64; N] {
-    for (moment, other) in moments.iter_mut().zip(others) {
-        *moment -= other;
-    }
-    moments
+/// The same for the monomials 1, y₁ and y₂.
+#[inline(always)]
+fn up_to_affine<N: Linear>(f: &[N; 3], m: &[N; 6]) -> [N; 3] {
+    [
+        combined(f, [m[0], m[1], m[2]]),
+        combined(f, [m[1], m[3], m[4]]),
+        combined(f, [m[2], m[4], m[5]]),
+    ]
+}
+
+/// ∫ f from the moments by 1, y₁ and y₂.
+#[inline(always)]
+fn combined<N: Linear>(f: &[N; 3], [one, y1, y2]: [N; 3]) -> N {
+    f[0] * one + f[1] * y1 + f[2] * y2
 }

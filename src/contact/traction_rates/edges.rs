@@ -1,5 +1,5 @@
 use super::lines::{Line, Lines, outwardness, share_out};
-use super::{Rates, Traction, add_along_normal};
+use super::{PolygonRates, Traction, add_along_normal};
 use crate::contact::friction::ends;
 use crate::contact::plane::{PlanePolygon, at};
 use crate::contact::polygon::{CutPolygon, PolygonSource};
@@ -68,7 +68,7 @@ impl<'e> Edges<'e> {
     pub fn add_to(
         &self,
         traction: &Traction,
-        rates: &mut Rates,
+        rates: &mut PolygonRates,
         mut response: Option<&mut LawResponse>,
     ) {
         // At the rim there is no pressure.
@@ -226,7 +226,7 @@ impl PlanePolygon<f64> {
     }
 }
 
-impl Rates {
+impl PolygonRates {
     /// Adds the flux through an edge.
     fn add_flux(&mut self, flux: &[Vector6<f64>; 3], drift: &Drift) {
         for (k, f) in self.by_speed.iter_mut().zip(flux) {
@@ -246,6 +246,7 @@ impl Rates {
 
 #[cfg(test)]
 mod tests {
+    use super::super::LawOnPlane;
     use super::super::flux::THREE_POINTS;
     use super::*;
     use crate::contact::friction::LoadedSlip;
@@ -317,15 +318,20 @@ mod tests {
             let slip = LoadedSlip::on(corners, plane.motion.slip_by(&law), &plane.pressure, &all);
             let traction = Traction {
                 plane: &plane,
-                friction: 0.0,
-                dissipation: 0.0,
-                damping: all,
-                excess: all,
+                law: LawOnPlane {
+                    zero: 0.0,
+                    friction: 0.0,
+                    dissipation: 0.0,
+                    pressure: plane.pressure,
+                    damping: all,
+                    excess: all,
+                    motion: plane.motion,
+                },
                 pressed: &plane.outline,
                 is_clamped: false,
                 slip,
             };
-            let mut rates = Rates::default();
+            let mut rates = PolygonRates::default();
             if polygon.has_area() {
                 rates.set_area(&traction, &polygon);
             }

@@ -1,6 +1,7 @@
 //! The flux of a traction through an edge.
 
-use super::{Traction, wrenches};
+use super::Traction;
+use super::wrenches::wrenches;
 use crate::contact::plane::{at, up_to_quadratic};
 use nalgebra::Vector6;
 
@@ -19,23 +20,23 @@ impl Traction<'_> {
     pub fn along_edge(&self, edge: usize) -> [Vector6<f64>; 3] {
         let mut parts = self.pressed.edges().iter();
         let [first, second] = match parts.position(|&of| usize::from(of) == edge) {
-            Some(part) => self.slip.flux(part, -self.friction),
+            Some(part) => self.slip.flux(part, -self.law.friction),
             None => [[0.0; 6]; 2],
         };
-        let normal = if self.excess.iter().any(|&c| c != 0.0) {
+        let normal = if self.law.excess.iter().any(|&c| c != 0.0) {
             self.normal_along_edge(edge)
         } else {
             [0.0; 6]
         };
-        wrenches([&first, &second, &normal])
+        wrenches(&[first, second, normal]).map(Vector6::from)
     }
 
     /// ∫ p (ψ − 1) m dl, with ψ = 0 where it would be negative.
     fn normal_along_edge(&self, edge: usize) -> [f64; 6] {
         let [from, to] = self.plane.ends(edge);
-        let [start, end] = [from, to].map(|y| at(&self.damping, &y));
+        let [start, end] = [from, to].map(|y| at(&self.law.damping, &y));
         if start >= 0.0 && end >= 0.0 {
-            return self.edge_moments([from, to], &self.excess);
+            return self.edge_moments([from, to], &self.law.excess);
         }
         if start < 0.0 && end < 0.0 {
             return self.edge_moments([from, to], &MINUS_ONE);
@@ -47,7 +48,7 @@ impl Traction<'_> {
         } else {
             ([middle, to], [from, middle])
         };
-        let inside = self.edge_moments(inside, &self.excess);
+        let inside = self.edge_moments(inside, &self.law.excess);
         let outside = self.edge_moments(outside, &MINUS_ONE);
         std::array::from_fn(|m| inside[m] + outside[m])
     }

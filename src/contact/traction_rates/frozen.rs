@@ -1,8 +1,8 @@
 //! What dissipation and friction add on contact polygons that stay as they are, while velocities and pressures change.
 
+use super::Traction;
 use super::area::AreaMoments;
-use super::frame::PlaneFrame;
-use super::{Traction, wrench_of, wrenches};
+use super::frame::Frame;
 use crate::contact::SurfaceLaw;
 use crate::contact::plane::PlanePolygon;
 use crate::contact::polygon::CutPolygon;
@@ -77,17 +77,14 @@ impl FrozenPolygon {
         if let Some(under_pressure) = plane.outline.cut(&plane.pressure) {
             plane.outline = under_pressure;
         }
-        let area = Traction::on(&plane, law, AreaMoments::of);
-        let frame = PlaneFrame::of(&plane);
-        frame.add_matrix(&(area.by_twist() * self.weight), &mut sum.by_twist);
-        let [q1, q2, q3] = &area.by_pressure;
-        let [by_first, by_second, by_third] = wrenches([q1, q2, q3]);
-        let [wrench, by_first] = frame.of_wrenches([&wrench_of(&area.traction), &by_first]);
-        let by_gradient = frame.of_wrenches([&by_second, &by_third]);
-        sum.wrench += wrench * self.weight;
-        let by_coefficients = [by_first, by_gradient[0], by_gradient[1]];
+        let area = Traction::on(&plane, law, AreaMoments::on);
+        let frame = Frame::of(&plane);
+        let in_a = |wrench: &[f64; 6]| Vector6::from(frame.turned(wrench)) * self.weight;
+        sum.wrench += in_a(&area.wrench());
+        sum.by_twist += Matrix6::from(frame.turned_matrix(&area.by_twist())) * self.weight;
+        let by_coefficients = area.by_pressure().each_ref().map(in_a);
         for (by_coefficient, by_motion) in by_coefficients.iter().zip(&self.pressure_by_motion) {
-            sum.by_motion += (by_coefficient * self.weight) * by_motion.transpose();
+            sum.by_motion += by_coefficient * by_motion.transpose();
         }
     }
 }

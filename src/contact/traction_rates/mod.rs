@@ -24,6 +24,7 @@ mod frozen;
 mod in_lanes;
 mod lines;
 mod rates;
+mod wrenches;
 
 use super::friction::LoadedSlip;
 use super::jacobian::RelativeJacobian;
@@ -37,18 +38,16 @@ use super::{ContactPair, SurfaceLaw};
 use crate::geometry::set_bits;
 use crate::narrow_phase::{COINCIDENCE, Cut, Octet};
 use crate::threads;
+use area::{AreaMoments, LawOnPlane};
 use edges::Edges;
 pub(crate) use frozen::AddedByLaw;
 pub(super) use frozen::FrozenPolygon;
 use in_lanes::AddedInLanes;
 use nalgebra::{Matrix6x2, Vector6};
-use rates::{Rates, add_along_normal, wrench_of, wrenches};
+use rates::{PolygonRates, add_along_normal};
 
 /// Octets that are linearised by themselves, in one thread: some 100 µs of work.
 const PIECE: usize = 16;
-
-/// Of a vector along e₁, e₂ and n, the moments by 1, y₁, y₂, y₁², y₁y₂ and y₂².
-type VectorMoments = [[f64; 6]; 3];
 
 /// The elastic contact, what the surface law adds to it, and what is kept of the polygons.
 struct InMotion<R> {
@@ -206,7 +205,7 @@ impl PolygonSource<'_, f64> {
         let plane = PlanePolygon::of(polygon, motion)?;
         let mut response = R::ARE_KEPT.then(|| LawResponse::on(&plane));
         let rates = Traction::on(&plane, law, |traction| {
-            let mut rates = Rates::default();
+            let mut rates = PolygonRates::default();
             sum.kinks.are_clamped |= traction.is_clamped;
             if polygon.has_area() && polygon.weights.have_area() {
                 rates.set_area(traction, polygon);
@@ -231,12 +230,7 @@ impl PolygonSource<'_, f64> {
 /// What the surface law adds to the pressure on a polygon.
 struct Traction<'p> {
     plane: &'p PlanePolygon<f64>,
-    friction: f64,
-    dissipation: f64,
-    /// ψ = 1 − d v₃.
-    damping: [f64; 3],
-    /// ψ − 1 = −d v₃.
-    excess: [f64; 3],
+    law: LawOnPlane<f64>,
     /// The part of the polygon where ψ is positive, and whether that is not all of it.
     pressed: &'p Outline<f64>,
     is_clamped: bool,
@@ -261,13 +255,28 @@ impl Traction<'_> {
         );
         value(&Traction {
             plane,
-            friction: law.friction,
-            dissipation: law.dissipation,
-            damping,
-            excess: plane.motion.separating().map(|c| -law.dissipation * c),
+            law: LawOnPlane {
+                zero: 0.0,
+                friction: law.friction,
+                dissipation: law.dissipation,
+                pressure: plane.pressure,
+                damping,
+                excess: plane.motion.separating().map(|c| -law.dissipation * c),
+                motion: plane.motion,
+            },
             pressed,
             is_clamped: part.is_some(),
             slip,
         })
+    }
+}
+
+impl AreaMoments<f64> {
+    fn on(traction: &Traction) -> Self {
+        let whole = traction
+            .is_clamped
+            .then(|| traction.plane.outline.moments());
+        let (slip, pressed) = (traction.slip.moments(), traction.pressed.moments());
+        Self::of(&traction.law, &slip, &pressed, whole.as_ref())
     }
 }

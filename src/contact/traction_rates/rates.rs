@@ -1,18 +1,20 @@
-use super::frame::PlaneFrame;
+use super::Traction;
+use super::area::{AreaMoments, Rates};
+use super::frame::Frame;
 use crate::contact::linearised::RelativeLinearisation;
 use crate::contact::plane::PlanePolygon;
 use crate::contact::polygon::CutPolygon;
-use crate::narrow_phase::EquilibriumPlane;
-use nalgebra::{Matrix6, Vector3, Vector6};
+use crate::narrow_phase::{EquilibriumPlane, Weights};
+use nalgebra::{Matrix6, Matrix6x2, Vector3, Vector6};
 
-/// The derivatives of one polygon's wrench, about its center along its axes.
+/// The derivatives of one polygon's wrench, about its center along its axes, with what its edges and weights make of them.
 #[derive(Default)]
-pub(super) struct Rates {
+pub(super) struct PolygonRates {
     pub wrench: Vector6<f64>,
     /// K₀, K₁ and K₂ as bodies move.
     pub by_speed: [Vector6<f64>; 3],
     /// What to add to `by_speed` as the modulus of B grows: zero unless the polygon or an edge has another weight then (see
-    /// [`Weights`](crate::narrow_phase::Weights)).
+    /// [`Weights`]).
     pub more_by_growth: [Vector6<f64>; 3],
     pub by_motion: Matrix6<f64>,
     pub by_twist: Matrix6<f64>,
@@ -22,20 +24,33 @@ pub(super) struct Rates {
     pub by_pressure: [Vector6<f64>; 3],
 }
 
-/// The wrench of a traction from its moments by 1, y₁ and y₂ along each axis.
-#[inline]
-pub(super) fn wrench_of([t1, t2, t3]: &[[f64; 3]; 3]) -> Vector6<f64> {
-    Vector6::new(t3[2], -t3[1], t2[1] - t1[2], t1[0], t2[0], t3[0])
-}
+impl PolygonRates {
+    /// Sets the integrals over the area: velocities, law, and K without the edges.
+    pub fn set_area(&mut self, traction: &Traction, polygon: &CutPolygon<f64>) {
+        let along_normal = polygon.pressure_a.gradient.dot(&polygon.plane.normal);
+        let area = Rates::of_area(&AreaMoments::on(traction), &traction.law, along_normal);
+        self.wrench = area.wrench.into();
+        self.by_speed = area.by_speed.map(Vector6::from);
+        self.by_twist = area.by_twist.into();
+        self.by_dissipation = area.by_dissipation.into();
+        self.by_friction = area.by_friction.into();
+        self.by_pressure = area.by_pressure.map(Vector6::from);
+        if !polygon.weights.are_whole() {
+            self.scale(polygon.weights);
+        }
+    }
 
-/// The wrenches of a traction times 1, y₁ and y₂.
-#[inline]
-pub(super) fn wrenches(traction: [&[f64; 6]; 3]) -> [Vector6<f64>; 3] {
-    let times = |[one, y1, y2]: [usize; 3]| wrench_of(&traction.map(|t| [t[one], t[y1], t[y2]]));
-    [times([0, 1, 2]), times([1, 3, 4]), times([2, 4, 5])]
-}
+    /// As far as the polygon counts.
+    fn scale(&mut self, Weights { still, moving }: Weights) {
+        let more = still.area() - moving.area();
+        self.more_by_growth = self.by_speed.map(|k| k * more);
+        self.by_speed = self.by_speed.map(|k| k * moving.area());
+        self.wrench *= still.area();
+        self.by_twist *= still.area();
+        self.by_dissipation *= still.area();
+        self.by_friction *= still.area();
+    }
 
-impl Rates {
     /// Adds the rates to those in A's axes about A's origin.
     pub fn add_to(
         mut self,
@@ -51,19 +66,16 @@ impl Rates {
         add_along_normal(&slope_b, &self.by_speed, &mut self.by_motion);
         let [p0, p1, p2] = plane.pressure.map(|p| p * yielding);
         let [k0, k1, k2] = [0, 1, 2].map(|k| self.by_speed[k] + self.more_by_growth[k]);
-        let frame = PlaneFrame::of(plane);
-        frame.add_matrix(&self.by_motion, &mut sum.by_motion);
-        frame.add_matrix(&self.by_twist, &mut sum.by_twist);
+        let frame = Frame::of(plane);
         let by_modulus_b = k0 * p0 + k1 * p1 + k2 * p2;
-        let [wrench, by_modulus_b] = frame.of_wrenches([&self.wrench, &by_modulus_b]);
-        let by_law = frame.of_wrenches([&self.by_dissipation, &self.by_friction]);
-        sum.wrench += wrench;
-        let mut of_modulus_b = sum.by_moduli.column_mut(1);
-        of_modulus_b += by_modulus_b;
-        for (column, rate) in by_law.iter().enumerate() {
-            let mut own = sum.by_law.column_mut(column);
-            own += rate;
-        }
+        sum.by_motion += frame.of_matrix(&self.by_motion);
+        sum.by_twist += frame.of_matrix(&self.by_twist);
+        sum.wrench += frame.of_wrench(&self.wrench);
+        let none = Vector6::zeros();
+        let in_a = |wrench: &Vector6<f64>| frame.of_wrench(wrench);
+        sum.by_moduli += Matrix6x2::from_columns(&[none, in_a(&by_modulus_b)]);
+        let by_law = [&self.by_dissipation, &self.by_friction].map(in_a);
+        sum.by_law += Matrix6x2::from_columns(&by_law);
     }
 }
 

@@ -2,7 +2,6 @@
 
 mod edges;
 mod quadrature;
-mod rates;
 mod responses;
 #[cfg(test)]
 mod tests;
@@ -16,6 +15,9 @@ use crate::contact::plane_motion::PlaneMotion;
 use crate::contact::polygon::PartialSum;
 use crate::contact::response::{PolygonResponse, Responses};
 use crate::contact::surface_law::RelativeMotion;
+use crate::contact::traction_rates::area::{AreaMoments, LawOnPlane, Rates};
+use crate::contact::traction_rates::frame::Frame;
+use crate::contact::traction_rates::wrenches::{Six, plus, times, wrenches};
 use crate::geometry::set_bits;
 use crate::lanes::space::{components, dot};
 use crate::lanes::{self, InLanes, Lanes, Numbers, ROW, Row};
@@ -23,8 +25,7 @@ use crate::narrow_phase::{Octet, RelativePair, SLOTS};
 use crate::search::Found;
 use edges::Edges;
 use nalgebra::{Matrix6, Matrix6x2, Vector6};
-use quadrature::{Edge, Field};
-use rates::{Frame, Rates, Six, Traction, plus, times, wrenches};
+use quadrature::{Edge, Field, moments};
 use responses::ResponseRows;
 
 /// How many numbers a 6×6 matrix has.
@@ -173,10 +174,10 @@ impl AddedInLanes<'_> {
             origin: polygons.origin,
             axes: [polygons.e1, polygons.e2, polygons.normal],
         };
-        let traction = self.traction(lanes, &polygons, &frame);
+        let law = self.law_on(lanes, &polygons, &frame);
         let mut rates = self.rates(
             lanes,
-            (&traction, &frame.axes),
+            (&law, &polygons),
             (edges, first),
             (rung, &mut sums.rows),
         );
@@ -202,15 +203,15 @@ impl AddedInLanes<'_> {
     }
 
     #[inline(always)]
-    fn traction<L: Lanes>(
+    fn law_on<L: Lanes>(
         &self,
         lanes: L,
         polygons: &Polygons<L::Numbers>,
         frame: &Frame<L::Numbers>,
-    ) -> Traction<L::Numbers> {
+    ) -> LawOnPlane<L::Numbers> {
         let motion = PlaneMotion::in_lanes(lanes, self.motion, &frame.axes, frame.origin);
         let dissipation = lanes.splat(self.law.dissipation);
-        Traction {
+        LawOnPlane {
             zero: lanes.splat(0.0),
             friction: lanes.splat(self.law.friction),
             dissipation,
@@ -218,7 +219,6 @@ impl AddedInLanes<'_> {
             damping: motion.damping(dissipation, lanes.splat(1.0)),
             excess: times(&motion.separating(), -dissipation),
             motion,
-            along_normal: dot(polygons.gradient_a, polygons.normal),
         }
     }
 
@@ -227,23 +227,26 @@ impl AddedInLanes<'_> {
     fn rates<L: Lanes>(
         &self,
         lanes: L,
-        (traction, axes): (&Traction<L::Numbers>, &[[L::Numbers; 3]; 3]),
+        (law, polygons): (&LawOnPlane<L::Numbers>, &Polygons<L::Numbers>),
         (edges, first): (&Edges, usize),
         (rung, rows): (usize, &mut Option<ResponseRows>),
     ) -> Rates<L::Numbers> {
         let (over_area, along_edges) = slope_rules(rung);
-        let (slip, spin) = traction.motion.slip();
+        let (slip, spin) = law.motion.slip();
         let tolerance = self.law.slip_tolerance;
         let field = Field {
             slip,
             spin,
             tolerance_squared: lanes.splat(tolerance * tolerance),
-            pressure: traction.pressure,
-            damping: traction.damping,
+            pressure: law.pressure,
+            damping: law.damping,
             one: lanes.splat(1.0),
         };
-        let sums = field.over_area(lanes, (edges, first), over_area);
-        let mut rates = Rates::of_area(&sums, traction);
+        let slip = field.over_area(lanes, (edges, first), over_area);
+        let area = AreaMoments::of(law, &slip, &moments(lanes, (edges, first)), None);
+        let along_normal = dot(polygons.gradient_a, polygons.normal);
+        let mut rates = Rates::of_area(&area, law, along_normal);
+        let axes = [polygons.e1, polygons.e2, polygons.normal];
         let count = if self.law.is_elastic() {
             0
         } else {
@@ -252,10 +255,10 @@ impl AddedInLanes<'_> {
         for number in 0..count {
             let edge = Edge::of(lanes, edges, number, first);
             let [u1, u2] = field.along(lanes, &edge, along_edges);
-            let pressed = field.pressed_along(lanes, &edge, &traction.excess);
-            let fluxes = wrenches([
-                times(&u1, -traction.friction),
-                times(&u2, -traction.friction),
+            let pressed = field.pressed_along(lanes, &edge, &law.excess);
+            let fluxes = wrenches(&[
+                times(&u1, -law.friction),
+                times(&u2, -law.friction),
                 pressed,
             ]);
             let [x, y, z] = &edges.normals[number];
@@ -265,8 +268,8 @@ impl AddedInLanes<'_> {
                 lanes.load(z, first),
             ];
             let of_b = lanes.load(&edges.of_b[number], first);
-            let normal = components(axes, normal);
-            let outwardness = outwardness(normal, traction.zero, field.one);
+            let normal = components(&axes, normal);
+            let outwardness = outwardness(normal, law.zero, field.one);
             let fluxes = [
                 times(&fluxes[0], outwardness),
                 times(&fluxes[1], outwardness),

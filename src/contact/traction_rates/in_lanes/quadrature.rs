@@ -1,7 +1,7 @@
 //! The integrals of slip and load over polygons side by side, one in each lane.
 
 use super::edges::Edges;
-use crate::contact::friction::{EdgeRule, TriangleRule};
+use crate::contact::friction::{EdgeRule, SlipMoments, TriangleRule};
 use crate::contact::traction_rates::flux::THREE_POINTS;
 use crate::lanes::{Lanes, Numbers};
 use crate::narrow_phase::SLOTS;
@@ -26,13 +26,6 @@ pub(super) struct Field<N> {
     pub one: N,
 }
 
-/// Integrals over the area of a polygon: those of [`SlipMoments`](crate::contact::friction::SlipMoments), and its moments.
-pub(super) struct AreaSums<N> {
-    pub one: [N; 10],
-    pub direction: [[N; 10]; 2],
-    pub by_slip: [[N; 6]; 3],
-}
-
 /// An edge of each polygon.
 pub(super) struct Edge<N> {
     pub from: [N; 2],
@@ -52,14 +45,14 @@ impl<N: Numbers> Field<N> {
         ([s1 * inverse, s2 * inverse], inverse, g)
     }
 
-    /// By a rule, but for the moments, which are exact. As the slip is affine, ∫ m u dA follows from ∫ m/σ dA by monomials of one degree more.
+    /// By a rule. As the slip is affine, ∫ m u dA follows from ∫ m/σ dA by monomials of one degree more.
     #[inline(always)]
     pub fn over_area<L: Lanes<Numbers = N>>(
         &self,
         lanes: L,
         (edges, first): (&Edges, usize),
         rule: &TriangleRule,
-    ) -> AreaSums<N> {
+    ) -> SlipMoments<N> {
         let (zero, half) = (lanes.splat(0.0), lanes.splat(0.5));
         let mut by_inverse = [zero; 15];
         let mut by_slip = [[zero; 6]; 3];
@@ -94,8 +87,7 @@ impl<N: Numbers> Field<N> {
                 }
             }
         }
-        AreaSums {
-            one: moments(lanes, (edges, first)),
+        SlipMoments {
             direction: self.times_slip(&by_inverse),
             by_slip,
         }
@@ -232,7 +224,7 @@ fn add_up_to_quartic<N: Numbers>(sums: &mut [N; 15], value: N, [y1, y2]: [N; 2])
 ///
 /// With turn = a × b, twice the area of such a triangle, ∫ y₁³ dA = turn/20·(a₁³ + a₁²b₁ + a₁b₁² + b₁³).
 #[inline(always)]
-fn moments<L: Lanes>(lanes: L, (edges, first): (&Edges, usize)) -> [L::Numbers; 10] {
+pub(super) fn moments<L: Lanes>(lanes: L, (edges, first): (&Edges, usize)) -> [L::Numbers; 10] {
     let mut sums = [lanes.splat(0.0); 10];
     let (half, third) = (lanes.splat(0.5), lanes.splat(1.0 / 3.0));
     let mut next = corner(lanes, edges, 0, first);

@@ -1,6 +1,7 @@
 use super::edges::{Edges, NO_FACE};
-use super::rates::{Rates, Six};
 use crate::contact::response::{FaceResponse, LawResponse, PolygonResponse};
+use crate::contact::traction_rates::area::Rates;
+use crate::contact::traction_rates::wrenches::Six;
 use crate::lanes::space::vector_at;
 use crate::lanes::{Numbers, ROW, Row};
 use crate::narrow_phase::{Octet, SLOTS};

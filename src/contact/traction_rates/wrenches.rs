@@ -1,0 +1,73 @@
+//! Wrenches of tractions, from their moments: of one polygon, or of several side by side.
+
+use crate::lanes::Linear;
+
+/// A wrench or a motion: torque or turn, then force or shift.
+pub(super) type Six<N> = [N; 6];
+
+/// Columns.
+pub(super) type Matrix<N> = [Six<N>; 6];
+
+/// The wrench of a traction from its moments by 1, y₁ and y₂ along each axis.
+#[inline(always)]
+pub(super) fn wrench_of<N: Linear>([t1, t2, t3]: &[[N; 3]; 3]) -> Six<N> {
+    [t3[2], -t3[1], t2[1] - t1[2], t1[0], t2[0], t3[0]]
+}
+
+/// The wrenches of a traction times 1, y₁ and y₂.
+#[inline(always)]
+pub(super) fn wrenches<N: Linear>([t1, t2, t3]: &[[N; 6]; 3]) -> [Six<N>; 3] {
+    [
+        wrench_of(&[
+            [t1[0], t1[1], t1[2]],
+            [t2[0], t2[1], t2[2]],
+            [t3[0], t3[1], t3[2]],
+        ]),
+        wrench_of(&[
+            [t1[1], t1[3], t1[4]],
+            [t2[1], t2[3], t2[4]],
+            [t3[1], t3[3], t3[4]],
+        ]),
+        wrench_of(&[
+            [t1[2], t1[4], t1[5]],
+            [t2[2], t2[4], t2[5]],
+            [t3[2], t3[4], t3[5]],
+        ]),
+    ]
+}
+
+#[inline(always)]
+pub(super) fn times<N: Linear, const K: usize>(numbers: &[N; K], factor: N) -> [N; K] {
+    let mut products = *numbers;
+    for product in &mut products {
+        *product = *product * factor;
+    }
+    products
+}
+
+#[inline(always)]
+pub(super) fn negated<N: Linear, const K: usize>(numbers: &[N; K]) -> [N; K] {
+    let mut negated = *numbers;
+    for number in &mut negated {
+        *number = -*number;
+    }
+    negated
+}
+
+#[inline(always)]
+pub(super) fn plus<N: Linear, const K: usize>(numbers: &[N; K], others: &[N; K]) -> [N; K] {
+    let mut sums = *numbers;
+    for (sum, other) in sums.iter_mut().zip(others) {
+        *sum = *sum + *other;
+    }
+    sums
+}
+
+#[inline(always)]
+pub(super) fn minus<N: Linear, const K: usize>(numbers: &[N; K], others: &[N; K]) -> [N; K] {
+    let mut differences = *numbers;
+    for (difference, other) in differences.iter_mut().zip(others) {
+        *difference = *difference - *other;
+    }
+    differences
+}
