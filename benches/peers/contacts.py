@@ -11,7 +11,7 @@ DISTANCES = [1.0, 1.7]  # m, between the centres of two spheres of radius 1 m
 GRID_DISTANCE = 0.9  # m, between the centres of two cubes of edge 1 m
 FAR = 10.0  # m
 POSES = {1: 60, 2: 30, 3: 10, 4: 3, "grid": 10}
-COLD_BATCH = 5  # poses
+COLD_BATCH = 5  # poses, between which the other program fills the caches
 ROUNDS = {"wrench": 3, "jacobian": 2}
 
 OFF = 1e-6  # of the largest entry: a derivative further off its differences counts as wrong
@@ -20,10 +20,10 @@ SAME = 1e-12  # of the largest entry: wrenches further apart come from different
 
 def compare(programs, files, options):
     """Measures all scenes and prints two tables, of times and of errors."""
-    asked = asked_by_turns if options.cold else asked_in_one_go
-    results = [compared(programs, asked, *scene) for scene in contact_scenes(files, options)]
+    batch = COLD_BATCH if options.cold else None
+    results = [compared(programs, batch, *scene) for scene in contact_scenes(files, options)]
     print_times(results)
-    print_without_contact(programs, asked, files["grid"])
+    print_without_contact(programs, batch, files["grid"])
     print_errors(results)
 
 
@@ -37,13 +37,13 @@ def contact_scenes(files, options):
     yield f"layered cube (3,072), {GRID_DISTANCE}", files["grid"], GRID_DISTANCE, count
 
 
-def compared(programs, asked, name, mesh, distance, count):
+def compared(programs, batch, name, mesh, distance, count):
     """All that is measured of a scene, by what is asked and the program asked."""
     print(f"{name} ...", file=sys.stderr)
     generator = numpy.random.default_rng(20 + int(10 * distance))
     poses = [random_poses(generator, distance) for _ in range(count)]
     scene = {"meshes": [mesh, mesh], "modulus": MODULUS}
-    answers = {ask: asked(programs, ask, scene, poses) for ask in ("wrench", "jacobian")}
+    answers = {ask: asked(programs, ask, scene, poses, batch) for ask in ("wrench", "jacobian")}
     found = {key: numpy.array(answers["wrench"][key]["wrenches"]) for key in programs}
     scale = abs(found["ours"]).max(axis=1, keepdims=True)
     difference = (abs(found["drake"] - found["ours"]) / scale).max()
@@ -56,35 +56,23 @@ def compared(programs, asked, name, mesh, distance, count):
     return {"name": name, "answers": answers, "difference": difference, "errors": errors}
 
 
-def asked_in_one_go(programs, ask, scene, poses):
-    """Answers of each program about all poses, asked several times over before the other program is; of its times for a
-    pose the shortest."""
+def asked(programs, ask, scene, poses, batch):
+    """Answers of each program about all poses, asked several times over; of its times for a pose the shortest. The programs
+    take turns every so many poses; without a number each is asked in one go."""
     rounds = ROUNDS[ask]
-    together = {}
-    for key, program in programs.items():
-        answer = program.ask(ask=ask, scene=scene, poses=poses * rounds)
-        together[key] = {what: entries[: len(poses)] for what, entries in answer.items()}
-        times = numpy.reshape(answer["seconds"], (rounds, len(poses)))
-        together[key]["seconds"] = times.min(axis=0).tolist()
-    return together
-
-
-def asked_by_turns(programs, ask, scene, poses):
-    """The same, but asked a few poses at a time by turns: before each few the other program has filled the caches."""
+    questions = poses * rounds
+    batch = min(batch, len(poses)) if batch else len(questions)
     together = {key: {} for key in programs}
-    times = {key: [] for key in programs}
-    for _ in range(ROUNDS[ask]):
-        for key in programs:
-            together[key] = {}
-        for first in range(0, len(poses), COLD_BATCH):
-            for key, program in programs.items():
-                few = poses[first : first + COLD_BATCH]
-                for what, entries in program.ask(ask=ask, scene=scene, poses=few).items():
-                    together[key].setdefault(what, []).extend(entries)
-        for key in programs:
-            times[key].append(together[key]["seconds"])
-    for key in programs:
-        together[key]["seconds"] = numpy.min(times[key], axis=0).tolist()
+    for first in range(0, len(questions), batch):
+        for key, program in programs.items():
+            answer = program.ask(ask=ask, scene=scene, poses=questions[first : first + batch])
+            for what, entries in answer.items():
+                together[key].setdefault(what, []).extend(entries)
+    for answers in together.values():
+        seconds = numpy.reshape(answers["seconds"], (rounds, len(poses)))
+        for what, entries in answers.items():
+            answers[what] = entries[: len(poses)]
+        answers["seconds"] = seconds.min(axis=0).tolist()
     return together
 
 
@@ -112,13 +100,13 @@ def print_times(results):
         print("| " + " | ".join(row) + " |")
 
 
-def print_without_contact(programs, asked, mesh):
+def print_without_contact(programs, batch, mesh):
     """What a call costs at least: bodies far apart."""
     generator = numpy.random.default_rng(1)
     poses = [random_poses(generator, FAR) for _ in range(50)]
     scene = {"meshes": [mesh, mesh], "modulus": MODULUS}
     for ask, words in [("wrench", "a wrench"), ("jacobian", "12 derivatives")]:
-        drake, ours, _ = ratio_columns(asked(programs, ask, scene, poses))
+        drake, ours, _ = ratio_columns(asked(programs, ask, scene, poses, batch))
         print(f"\nOf two bodies far apart, {words}: Drake {drake}, ours {ours}.")
 
 

@@ -48,7 +48,7 @@ impl Triangles {
         }
         self.places[free] = [loaded.number, place];
         self.len += 1;
-        self.rung = self.rung.max(loaded.rungs[place]);
+        self.rung = self.rung.max(loads.rung(place));
     }
 
     /// Makes triangles without an area of the places that are free.

@@ -6,7 +6,7 @@
 )]
 
 use super::SurfaceLaw;
-use super::friction::{RUNGS, rung_bounds};
+use super::friction::{RUNGS, rung_bounds, theta_squared};
 use super::plane_motion::PlaneMotion;
 use super::surface_law::RelativeMotion;
 use crate::lanes::space::{loaded, store};
@@ -29,8 +29,6 @@ pub(super) struct LoadedOctet<'o> {
     pub number: usize,
     pub octet: &'o Octet,
     pub loads: Loads<'o>,
-    /// The rungs of those at places in [`Self::by_rules`].
-    pub rungs: [usize; ROW],
     /// The places of polygons that are integrated by the rules of their rung, as bits.
     pub by_rules: u8,
 }
@@ -61,10 +59,9 @@ impl OctetsInMotion<'_> {
                 continue;
             }
             let loads = Loads::of(lanes, octet, self.law, self.motion);
-            let (mut rungs, mut by_rules) = ([0; ROW], 0);
+            let mut by_rules = 0;
             for place in 0..ROW {
-                rungs[place] = loads.rung(place);
-                by_rules |= u8::from(rungs[place] < RUNGS) << place;
+                by_rules |= u8::from(loads.rung(place) < RUNGS) << place;
             }
             by_rules &= polygons;
             left[number] = polygons & !by_rules;
@@ -72,7 +69,6 @@ impl OctetsInMotion<'_> {
                 number,
                 octet,
                 loads,
-                rungs,
                 by_rules,
             };
             taker.take(lanes, &loaded);
@@ -114,19 +110,19 @@ impl<'o> Loads<'o> {
         loads
     }
 
+    /// The rung of the polygon at a place.
     #[inline]
     #[expect(
         clippy::cast_possible_truncation,
         clippy::cast_sign_loss,
         reason = "a small whole number"
     )]
-    fn rung(&self, place: usize) -> usize {
+    pub fn rung(&self, place: usize) -> usize {
         self.rungs[place] as usize
     }
 }
 
-/// The [`Loads::rungs`] of as many polygons as there are lanes, by the same θ (see `Rung` in `friction`) that one polygon by itself
-/// has.
+/// The [`Loads::rungs`] of as many polygons as there are lanes, as [`Slip`](super::friction::Slip) has the rung of one polygon.
 #[inline(always)]
 fn rungs<L: Lanes>(
     lanes: L,
@@ -155,9 +151,7 @@ fn rungs<L: Lanes>(
         let [d1, d2] = [y1 - mean[0], y2 - mean[1]];
         size_squared = size_squared.max(d1 * d1 + d2 * d2);
     }
-    let at_mean = [v1 - spin * mean[1], v2 + spin * mean[0]];
-    let speed_squared = at_mean[0] * at_mean[0] + at_mean[1] * at_mean[1] + tolerance * tolerance;
-    let theta_squared = spin * spin * size_squared / speed_squared;
+    let theta_squared = theta_squared(([v1, v2], spin, tolerance), mean, size_squared);
     let mut rung = zero;
     for bound in rung_bounds() {
         // Of what is not a number no rule is good enough.

@@ -10,8 +10,10 @@ mod edge;
 mod quadrature;
 mod rules;
 
+use crate::lanes::Linear;
 use crate::scalar::{Scalar, carries_derivatives, real_part};
 pub(super) use rules::{EdgeRule, TriangleRule};
+use std::ops::Div;
 
 /// An affine function in the plane, c₀ + c₁y₁ + c₂y₂.
 pub(super) type Affine<T> = [T; 3];
@@ -132,6 +134,18 @@ pub(super) fn rung_bounds() -> [f64; RUNGS] {
     LADDER.each_ref().map(|rung| rung.below)
 }
 
+/// θ² of a [`Rung`] from the slip at the origin, the spin and the slip tolerance, the mean of the corners, and the square of the
+/// distance of the farthest from it: of one polygon, or of one in each lane.
+#[inline(always)]
+pub(super) fn theta_squared<N: Linear + Div<Output = N>>(
+    (at_origin, spin, tolerance): ([N; 2], N, N),
+    mean: [N; 2],
+    size_squared: N,
+) -> N {
+    let [s1, s2] = [at_origin[0] - spin * mean[1], at_origin[1] + spin * mean[0]];
+    spin * spin * size_squared / (s1 * s1 + s2 * s2 + tolerance * tolerance)
+}
+
 /// The rule for values of a rung.
 pub(super) fn value_rule(rung: usize) -> &'static TriangleRule {
     LADDER[rung].value
@@ -199,14 +213,10 @@ impl Unevenness {
         let squared = |y: [f64; 2]| (y[0] - mean[0]).powi(2) + (y[1] - mean[1]).powi(2);
         let size_squared = corners.iter().map(|y| squared(real(y))).fold(0.0, f64::max);
         let spin = real_part(slip.spin);
-        let at_mean = [
-            real_part(slip.at_origin[0]) - spin * mean[1],
-            real_part(slip.at_origin[1]) + spin * mean[0],
-        ];
-        let speed_squared = at_mean[0].powi(2) + at_mean[1].powi(2) + slip.tolerance.powi(2);
+        let at_origin = slip.at_origin.map(real_part);
         Self {
             size_squared,
-            theta_squared: spin * spin * size_squared / speed_squared,
+            theta_squared: theta_squared((at_origin, spin, slip.tolerance), mean, size_squared),
         }
     }
 

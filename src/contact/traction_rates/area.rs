@@ -19,6 +19,26 @@ pub(super) struct LawOnPlane<N> {
     pub motion: PlaneMotion<N>,
 }
 
+impl<N: Linear> LawOnPlane<N> {
+    #[inline(always)]
+    pub fn of(
+        [friction, dissipation]: [N; 2],
+        pressure: [N; 3],
+        motion: PlaneMotion<N>,
+        [zero, one]: [N; 2],
+    ) -> Self {
+        Self {
+            zero,
+            friction,
+            dissipation,
+            pressure,
+            damping: motion.damping(dissipation, one),
+            excess: times(&motion.separating(), -dissipation),
+            motion,
+        }
+    }
+}
+
 /// Of a vector along e₁, e₂ and n, the moments by 1, y₁, y₂, y₁², y₁y₂ and y₂².
 type VectorMoments<N> = [[N; 6]; 3];
 
@@ -39,6 +59,7 @@ pub(super) struct AreaMoments<N> {
 }
 
 /// The derivatives of a polygon's wrench, about its origin along its axes.
+#[derive(Default)]
 pub(super) struct Rates<N> {
     pub wrench: Six<N>,
     /// K₀, K₁ and K₂.
@@ -180,7 +201,7 @@ impl<N: Linear> Rates<N> {
     /// Adds what the motion (θ, u) about the origin contributes by moving points y with the speed m·(u + θ × y), from what speeds of
     /// 1, y₁ and y₂ contribute: m·(θ × y) = θ·(y × m), y × m = (y₂m₃, −y₁m₃, y₁m₂ − y₂m₁).
     #[inline(always)]
-    fn add_along_normal(&mut self, [m1, m2, m3]: [N; 3], [f0, f1, f2]: &[Six<N>; 3]) {
+    pub fn add_along_normal(&mut self, [m1, m2, m3]: [N; 3], [f0, f1, f2]: &[Six<N>; 3]) {
         for row in 0..6 {
             let (f0, f1, f2) = (f0[row], f1[row], f2[row]);
             let [c0, c1, c2, c3, c4, c5] = &mut self.by_motion;

@@ -1,5 +1,6 @@
 use super::lines::{Line, Lines, outwardness, share_out};
-use super::{PolygonRates, Traction, add_along_normal};
+use super::wrenches::{Six, minus, times};
+use super::{PolygonRates, Traction};
 use crate::contact::friction::ends;
 use crate::contact::plane::{PlanePolygon, at};
 use crate::contact::polygon::{CutPolygon, PolygonSource};
@@ -82,7 +83,7 @@ impl<'e> Edges<'e> {
                     response.by_faces.push(FaceResponse {
                         face: line.face,
                         normal: self.plane.axes * line.normal,
-                        by_speed: flux.map(|flux| flux * share),
+                        by_speed: flux.map(|flux| Vector6::from(flux) * share),
                     });
                 });
             }
@@ -228,18 +229,18 @@ impl PlanePolygon<f64> {
 
 impl PolygonRates {
     /// Adds the flux through an edge.
-    fn add_flux(&mut self, flux: &[Vector6<f64>; 3], drift: &Drift) {
-        for (k, f) in self.by_speed.iter_mut().zip(flux) {
-            *k -= f * drift.by_plane;
+    fn add_flux(&mut self, flux: &[Six<f64>; 3], drift: &Drift) {
+        for (k, f) in self.rates.by_speed.iter_mut().zip(flux) {
+            *k = minus(k, &times(f, drift.by_plane));
         }
         let more = drift.growing - drift.by_plane;
         if more != 0.0 {
             for (k, f) in self.more_by_growth.iter_mut().zip(flux) {
-                *k -= f * more;
+                *k = minus(k, &times(f, more));
             }
         }
         if drift.by_b != Vector3::zeros() {
-            add_along_normal(&drift.by_b, flux, &mut self.by_motion);
+            self.rates.add_along_normal(drift.by_b.into(), flux);
         }
     }
 }

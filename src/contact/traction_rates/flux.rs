@@ -1,9 +1,8 @@
 //! The flux of a traction through an edge.
 
 use super::Traction;
-use super::wrenches::wrenches;
+use super::wrenches::{Six, wrenches};
 use crate::contact::plane::{at, up_to_quadratic};
-use nalgebra::Vector6;
 
 /// Gauss' points and weights for the mean over an edge, from its start: exact to degree five.
 pub(in crate::contact::traction_rates) const THREE_POINTS: [(f64, f64); 3] = [
@@ -17,7 +16,7 @@ const MINUS_ONE: [f64; 3] = [-1.0, 0.0, 0.0];
 
 impl Traction<'_> {
     /// The wrenches of t, y₁t and y₂t, integrated along an edge of the contact polygon.
-    pub fn along_edge(&self, edge: usize) -> [Vector6<f64>; 3] {
+    pub fn along_edge(&self, edge: usize) -> [Six<f64>; 3] {
         let mut parts = self.pressed.edges().iter();
         let [first, second] = match parts.position(|&of| usize::from(of) == edge) {
             Some(part) => self.slip.flux(part, -self.law.friction),
@@ -28,7 +27,7 @@ impl Traction<'_> {
         } else {
             [0.0; 6]
         };
-        wrenches(&[first, second, normal]).map(Vector6::from)
+        wrenches(&[first, second, normal])
     }
 
     /// ∫ p (ψ − 1) m dl, with ψ = 0 where it would be negative.

@@ -2,7 +2,6 @@ use super::wrenches::{Matrix, Six};
 use crate::contact::plane::PlanePolygon;
 use crate::lanes::Linear;
 use crate::lanes::space::{cross, scaled, sum};
-use nalgebra::{Matrix6, Vector6};
 
 /// A plane's origin and axes, e₁, e₂ and n.
 pub(super) struct Frame<N> {
@@ -46,15 +45,5 @@ impl Frame<f64> {
             origin: plane.center.into(),
             axes: plane.axes.data.0,
         }
-    }
-
-    /// A wrench as [`Self::turned`] has it.
-    pub fn of_wrench(&self, wrench: &Vector6<f64>) -> Vector6<f64> {
-        self.turned(&wrench.data.0[0]).into()
-    }
-
-    /// A matrix as [`Self::turned_matrix`] has it.
-    pub fn of_matrix(&self, matrix: &Matrix6<f64>) -> Matrix6<f64> {
-        self.turned_matrix(&matrix.data.0).into()
     }
 }

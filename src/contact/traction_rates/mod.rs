@@ -29,6 +29,7 @@ mod wrenches;
 use super::friction::LoadedSlip;
 use super::jacobian::RelativeJacobian;
 use super::linearised::RelativeLinearisation;
+use super::loads::OctetsInMotion;
 use super::octets::OverOctets;
 use super::plane::{Outline, PlanePolygon};
 use super::polygon::{CutPolygon, CutSurface, PartialSum, PolygonSource};
@@ -44,7 +45,7 @@ pub(crate) use frozen::AddedByLaw;
 pub(super) use frozen::FrozenPolygon;
 use in_lanes::AddedInLanes;
 use nalgebra::{Matrix6x2, Vector6};
-use rates::{PolygonRates, add_along_normal};
+use rates::PolygonRates;
 
 /// Octets that are linearised by themselves, in one thread: some 100 µs of work.
 const PIECE: usize = 16;
@@ -142,11 +143,13 @@ impl CutSurface<'_, f64> {
         let (found, pair) = (&self.found, &source.pair);
         let piece = |octets: &[Octet]| {
             let added = AddedInLanes {
-                octets,
+                moving: OctetsInMotion {
+                    octets,
+                    law,
+                    motion,
+                },
                 found,
                 pair,
-                law,
-                motion,
                 are_responses_kept: R::ARE_KEPT,
             };
             added.sum::<R>()
@@ -217,10 +220,10 @@ impl PolygonSource<'_, f64> {
             rates
         });
         if let Some(response) = &mut response {
-            let more = rates.more_by_growth;
-            response.by_speed = rates.by_speed;
+            let more = rates.more_by_growth.map(Vector6::from);
+            response.by_speed = rates.rates.by_speed.map(Vector6::from);
             response.more_by_growth = (more != [Vector6::zeros(); 3]).then_some(more);
-            response.by_pressure = rates.by_pressure;
+            response.by_pressure = rates.rates.by_pressure.map(Vector6::from);
         }
         rates.add_to(&plane, polygon, sum);
         response
@@ -244,7 +247,9 @@ impl Traction<'_> {
         law: &SurfaceLaw,
         value: impl FnOnce(&Traction<'_>) -> O,
     ) -> O {
-        let damping = plane.motion.damping(law.dissipation, 1.0);
+        let numbers = [law.friction, law.dissipation];
+        let on_plane = LawOnPlane::of(numbers, plane.pressure, plane.motion, [0.0, 1.0]);
+        let damping = on_plane.damping;
         let part = plane.outline.cut(&damping);
         let pressed = part.as_ref().unwrap_or(&plane.outline);
         let slip = LoadedSlip::on(
@@ -255,15 +260,7 @@ impl Traction<'_> {
         );
         value(&Traction {
             plane,
-            law: LawOnPlane {
-                zero: 0.0,
-                friction: law.friction,
-                dissipation: law.dissipation,
-                pressure: plane.pressure,
-                damping,
-                excess: plane.motion.separating().map(|c| -law.dissipation * c),
-                motion: plane.motion,
-            },
+            law: on_plane,
             pressed,
             is_clamped: part.is_some(),
             slip,

@@ -36,6 +36,12 @@ pub(super) fn wrenches<N: Linear>([t1, t2, t3]: &[[N; 6]; 3]) -> [Six<N>; 3] {
     ]
 }
 
+/// What speeds that are affine in y contribute, from what 1, y₁ and y₂ do.
+#[inline(always)]
+pub(super) fn by_affine<N: Linear>([k0, k1, k2]: &[Six<N>; 3], [h0, h1, h2]: [N; 3]) -> Six<N> {
+    plus(&plus(&times(k0, h0), &times(k1, h1)), &times(k2, h2))
+}
+
 #[inline(always)]
 pub(super) fn times<N: Linear, const K: usize>(numbers: &[N; K], factor: N) -> [N; K] {
     let mut products = *numbers;

@@ -51,11 +51,7 @@ pub(super) fn read_xml(path: &Path, bytes: &[u8]) -> Result<FileContents, FileEr
     const FORMAT: &str = "VTK XML";
     // Raw data is no XML, so this comes first.
     vtu_lengths::check_inline(path, bytes)?;
-    xml::check(bytes).map_err(|source| FileError::Syntax {
-        path: path.into(),
-        format: FORMAT,
-        source,
-    })?;
+    xml::check(bytes).map_err(|error| syntax_error(path, FORMAT, error))?;
     let file = VTKFile::parse(bytes).map_err(|error| syntax_error(path, FORMAT, error))?;
     vtu_lengths::check(path, &file)?;
     let vtk = Vtk::try_from(file).map_err(|error| syntax_error(path, FORMAT, error))?;

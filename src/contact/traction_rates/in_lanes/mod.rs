@@ -6,7 +6,6 @@ mod responses;
 #[cfg(test)]
 mod tests;
 
-use crate::contact::SurfaceLaw;
 use crate::contact::friction::{RUNGS, slope_rules};
 use crate::contact::linearised::RelativeLinearisation;
 use crate::contact::loads::{LoadedOctet, OctetsInMotion, TakesOctets};
@@ -14,14 +13,13 @@ use crate::contact::octets::Polygons;
 use crate::contact::plane_motion::PlaneMotion;
 use crate::contact::polygon::PartialSum;
 use crate::contact::response::{PolygonResponse, Responses};
-use crate::contact::surface_law::RelativeMotion;
 use crate::contact::traction_rates::area::{AreaMoments, LawOnPlane, Rates};
 use crate::contact::traction_rates::frame::Frame;
-use crate::contact::traction_rates::wrenches::{Six, plus, times, wrenches};
+use crate::contact::traction_rates::wrenches::{Six, by_affine, times, wrenches};
 use crate::geometry::set_bits;
 use crate::lanes::space::{components, dot};
 use crate::lanes::{self, InLanes, Lanes, Numbers, ROW, Row};
-use crate::narrow_phase::{Octet, RelativePair, SLOTS};
+use crate::narrow_phase::{RelativePair, SLOTS};
 use crate::search::Found;
 use edges::Edges;
 use nalgebra::{Matrix6, Matrix6x2, Vector6};
@@ -41,11 +39,9 @@ pub(super) type Left = Vec<u8>;
 /// E_B ∂W/∂E_B, in the second column. Polygons on which the pressure is clamped somewhere, or of which the slip turns quickly,
 /// are left to be taken one by one.
 pub(super) struct AddedInLanes<'o> {
-    pub octets: &'o [Octet],
+    pub moving: OctetsInMotion<'o>,
     pub found: &'o Found,
     pub pair: &'o RelativePair<'o>,
-    pub law: &'o SurfaceLaw,
-    pub motion: &'o RelativeMotion<f64>,
     /// Whether it is kept how each polygon answers to changes of shape.
     pub are_responses_kept: bool,
 }
@@ -96,20 +92,15 @@ impl InLanes for AddedInLanes<'_> {
         };
         if self.are_responses_kept {
             sums.rows = Some(ResponseRows::NONE);
-            sums.responses.reserve(ROW * self.octets.len());
+            sums.responses.reserve(ROW * self.moving.octets.len());
         }
-        let mut left = vec![0; self.octets.len()];
+        let mut left = vec![0; self.moving.octets.len()];
         let mut adding = Adding {
             to: &self,
             sums,
             groups: (0..RUNGS).map(|_| Edges::NONE).collect(),
         };
-        let in_motion = OctetsInMotion {
-            octets: self.octets,
-            law: self.law,
-            motion: self.motion,
-        };
-        in_motion.visit(lanes, &mut left, &mut adding);
+        self.moving.visit(lanes, &mut left, &mut adding);
         for rung in 0..RUNGS {
             if adding.groups[rung].len > 0 {
                 adding.add(lanes, rung);
@@ -128,7 +119,7 @@ impl<L: Lanes> TakesOctets<L> for Adding<'_> {
     #[inline(always)]
     fn take(&mut self, lanes: L, loaded: &LoadedOctet) {
         for place in set_bits(loaded.by_rules) {
-            let rung = loaded.rungs[place];
+            let rung = loaded.loads.rung(place);
             let edges = &mut self.groups[rung];
             let [_, tet_b] = loaded.octet.tets()[place];
             let tet_b = self.to.found.posed_tet(tet_b);
@@ -151,7 +142,7 @@ impl Adding<'_> {
         }
         if let Some(rows) = &sums.rows {
             for lane in 0..edges.len {
-                let response = rows.response(self.to.octets, edges, lane);
+                let response = rows.response(self.to.moving.octets, edges, lane);
                 sums.responses.push(response);
             }
         }
@@ -169,7 +160,7 @@ impl AddedInLanes<'_> {
         (edges, first): (&Edges, usize),
         rung: usize,
     ) {
-        let polygons = Polygons::gathered(lanes, self.octets, &edges.places, first);
+        let polygons = Polygons::gathered(lanes, self.moving.octets, &edges.places, first);
         let frame = Frame {
             origin: polygons.origin,
             axes: [polygons.e1, polygons.e2, polygons.normal],
@@ -184,9 +175,8 @@ impl AddedInLanes<'_> {
         let [_, slope_b] = polygons.slopes;
         rates.add_motion_of_plane(components(&frame.axes, slope_b));
         // As the modulus of B grows the plane moves by p/|g|.
-        let [p0, p1, p2] = times(&polygons.pressure, polygons.yielding);
-        let [k0, k1, k2] = &rates.by_speed;
-        let by_modulus_b = plus(&plus(&times(k0, p0), &times(k1, p1)), &times(k2, p2));
+        let speed = times(&polygons.pressure, polygons.yielding);
+        let by_modulus_b = by_affine(&rates.by_speed, speed);
         let by_motion = frame.turned_matrix(&rates.by_motion);
         let by_twist = frame.turned_matrix(&rates.by_twist);
         let (by_motions, rest) = sums.numbers.split_at_mut(MATRIX);
@@ -209,17 +199,13 @@ impl AddedInLanes<'_> {
         polygons: &Polygons<L::Numbers>,
         frame: &Frame<L::Numbers>,
     ) -> LawOnPlane<L::Numbers> {
-        let motion = PlaneMotion::in_lanes(lanes, self.motion, &frame.axes, frame.origin);
-        let dissipation = lanes.splat(self.law.dissipation);
-        LawOnPlane {
-            zero: lanes.splat(0.0),
-            friction: lanes.splat(self.law.friction),
-            dissipation,
-            pressure: polygons.pressure,
-            damping: motion.damping(dissipation, lanes.splat(1.0)),
-            excess: times(&motion.separating(), -dissipation),
-            motion,
-        }
+        let motion = PlaneMotion::in_lanes(lanes, self.moving.motion, &frame.axes, frame.origin);
+        let numbers = [
+            lanes.splat(self.moving.law.friction),
+            lanes.splat(self.moving.law.dissipation),
+        ];
+        let zero_and_one = [lanes.splat(0.0), lanes.splat(1.0)];
+        LawOnPlane::of(numbers, polygons.pressure, motion, zero_and_one)
     }
 
     /// The derivatives of the polygons' wrenches, with all that their edges contribute.
@@ -233,7 +219,7 @@ impl AddedInLanes<'_> {
     ) -> Rates<L::Numbers> {
         let (over_area, along_edges) = slope_rules(rung);
         let (slip, spin) = law.motion.slip();
-        let tolerance = self.law.slip_tolerance;
+        let tolerance = self.moving.law.slip_tolerance;
         let field = Field {
             slip,
             spin,
@@ -247,7 +233,7 @@ impl AddedInLanes<'_> {
         let along_normal = dot(polygons.gradient_a, polygons.normal);
         let mut rates = Rates::of_area(&area, law, along_normal);
         let axes = [polygons.e1, polygons.e2, polygons.normal];
-        let count = if self.law.is_elastic() {
+        let count = if self.moving.law.is_elastic() {
             0
         } else {
             edges.most(first, L::COUNT).min(SLOTS)
