@@ -82,7 +82,7 @@ def enter_virtual_environment(folder, requirements=REQUIREMENTS):
 def built_ours(bench="peers_ours"):
     """The path of our side, built in release mode and without threads."""
     command = ["cargo", "bench", "--no-run", "--bench", bench]
-    command += ["--no-default-features", "--features", "vtk"]
+    command += ["--no-default-features", "--features", "avx512,vtk"]
     command += ["--message-format", "json-render-diagnostics"]
     build = subprocess.run(command, cwd=REPOSITORY, check=True, stdout=subprocess.PIPE)
     messages = [json.loads(line) for line in build.stdout.splitlines()]

@@ -52,11 +52,18 @@ impl<K: Copy> BoxTree<K> {
         [least, most]: [f64; 2],
         mut visit: impl FnMut(K),
     ) {
-        let slope = field.gradient.abs();
+        let slope = field.gradient;
+        let rises = [slope.x, slope.y, slope.z].map(|along| usize::from(along >= 0.0));
         let is_near = |node: &RTreeNode<Keyed<K>>| {
-            let aabb = aabb_of(node);
-            let (middle, reach) = (field.at(&aabb.center()), slope.dot(&aabb.half_extents()));
-            middle - reach <= most && middle + reach >= least
+            let Aabb { lower, upper } = aabb_of(node);
+            // Of each axis, the sides where the field is lowest and highest.
+            let (mut lowest, mut highest) = (field.offset, field.offset);
+            for axis in 0..3 {
+                let sides = [lower[axis], upper[axis]];
+                lowest += slope[axis] * sides[1 - rises[axis]];
+                highest += slope[axis] * sides[rises[axis]];
+            }
+            lowest <= most && highest >= least
         };
         descend(self.0.root(), &is_near, &mut visit);
     }

@@ -29,7 +29,7 @@ pub(crate) fn visit_crossings(
         b,
         pose_ab,
         margin,
-        frame: Frame::new(pose_ab, margin),
+        frame: Frame::new(*a.bounds(), pose_ab, margin),
         memory,
         visit,
     };
@@ -66,14 +66,16 @@ impl<V: FnMut(SurfaceFace, SurfaceFace)> Descent<'_, '_, V> {
         let Some(node) = levels.get(level_b).and_then(|it| it.nodes.get(index_b)) else {
             return;
         };
-        let posed = lanes::run(Posed {
+        let (posed, near) = lanes::run(Posed {
             frame: &self.frame,
             node,
         });
+        let near_slots =
+            |count: usize| (0..WIDTH.min(count)).filter(move |slot| near >> slot & 1 != 0);
         let (first, depth_a) = (WIDTH * index_b, self.a.levels().len());
         if let Some(below) = levels.get(level_b + 1) {
             let is_next_last = level_b + 2 == levels.len();
-            for slot in 0..WIDTH.min(below.nodes.len() - first) {
+            for slot in near_slots(below.nodes.len() - first) {
                 let patch = Patch::of(&posed, slot);
                 let mut near = self.narrowed(&patch, partners, below.size);
                 // Four triangles of B meet the triangles of A, if these are next. Where A's tree is finer than B's, they are not
@@ -91,7 +93,7 @@ impl<V: FnMut(SurfaceFace, SurfaceFace)> Descent<'_, '_, V> {
             self.meet_four(&posed, first, partners.places.clone());
             return;
         }
-        for slot in 0..WIDTH.min(self.b.faces().len() - first) {
+        for slot in near_slots(self.b.faces().len() - first) {
             let patch = Patch::of(&posed, slot);
             let near = self.narrowed(&patch, partners, 0.0);
             self.meet_one(patch, first + slot, near.places);

@@ -1,7 +1,8 @@
 //! The work of the descent to the rim that runs in lanes: each job goes through a list of parts of A's surface, in a memory that
 //! is shared, and writes another list behind it.
 
-use super::patch::{FourCorners, FourTriangles, Frame, Patch};
+use super::four_triangles::{FourCorners, FourTriangles};
+use super::patch::{Frame, Patch};
 use super::triangle_tree::{Node, TriangleTree, WIDTH};
 use crate::lanes::{InLanes, Lanes};
 use nalgebra::Vector3;
@@ -14,17 +15,17 @@ pub(super) enum Keeping {
     Nodes,
 }
 
-/// A node of B in A's frame.
+/// A node of B in A's frame, and which of its children are near A's surface (see [`Frame::posed`]).
 pub(super) struct Posed<'d> {
     pub frame: &'d Frame,
     pub node: &'d Node,
 }
 
 impl InLanes for Posed<'_> {
-    type Output = Node;
+    type Output = (Node, u32);
 
     #[inline(always)]
-    fn run<L: Lanes>(self, lanes: L) -> Node {
+    fn run<L: Lanes>(self, lanes: L) -> (Node, u32) {
         self.frame.posed(lanes, self.node)
     }
 }

@@ -17,6 +17,7 @@
 mod box_tree;
 mod crossings;
 mod field_tree;
+mod four_triangles;
 mod half_space;
 mod landscape;
 mod lists;

@@ -8,6 +8,7 @@
     reason = "adapters of iterators take closures, and a closure over lanes may stay a call, compiled for any processor"
 )]
 
+use super::four_triangles::FourCorners;
 use super::triangle_tree::{Node, WIDTH};
 use crate::geometry::Aabb;
 use crate::lanes::space::{dot, splat};
@@ -15,13 +16,14 @@ use crate::lanes::{Lanes, Mask, Numbers, Quad};
 use crate::spatial::Pose;
 use nalgebra::{Matrix3, Vector3};
 
-/// The pose of B, and the margin.
+/// The pose of B, the margin, and the box around A's surface.
 pub(super) struct Frame {
     rotation: [[f64; 3]; 3],
     /// |R|, entry by entry, which takes half the edges of a box of B to those of the box around it in A.
     reach: [[f64; 3]; 3],
     translation: [f64; 3],
     margin: f64,
+    around_a: [[f64; 2]; 3],
 }
 
 /// A part of a surface in A's frame: a child of a node of B, or one triangle of either body.
@@ -35,25 +37,14 @@ pub(super) struct Patch {
 pub(super) struct PatchInLanes<N> {
     lower: [N; 3],
     upper: [N; 3],
-    normal: [N; 3],
-    between: [N; 2],
+    pub normal: [N; 3],
+    pub between: [N; 2],
     /// Which of both sides of a box is farther back along the normal.
     back: [usize; 3],
 }
 
-/// The corners of four triangles, by corner and coordinate.
-pub(super) type FourCorners = [[Quad; 3]; 3];
-
-/// Four triangles in A's frame, side by side: of either body.
-pub(super) struct FourTriangles<'f> {
-    corners: &'f FourCorners,
-    bounds: &'f [[Quad; 2]; 3],
-    normal: &'f [Quad; 3],
-    between: [Quad; 2],
-}
-
 impl Frame {
-    pub fn new(pose_ab: &Pose<f64>, margin: f64) -> Self {
+    pub fn new(around_a: [[f64; 2]; 3], pose_ab: &Pose<f64>, margin: f64) -> Self {
         let rows = |matrix: &Matrix3<f64>| {
             [0, 1, 2].map(|row| [0, 1, 2].map(|column| matrix[(row, column)]))
         };
@@ -62,13 +53,15 @@ impl Frame {
             reach: rows(&pose_ab.rotation().abs()),
             translation: (*pose_ab.translation()).into(),
             margin,
+            around_a,
         }
     }
 
-    /// A node of B in A's frame, in boxes of A's axes.
+    /// A node of B in A's frame, in boxes of A's axes; and which of its children have boxes that overlap the one around A's
+    /// surface, as bits.
     #[inline(always)]
-    pub fn posed<L: Lanes>(&self, lanes: L, node: &Node) -> Node {
-        let mut posed = Node::EMPTY;
+    pub fn posed<L: Lanes>(&self, lanes: L, node: &Node) -> (Node, u32) {
+        let (mut posed, mut near) = (Node::EMPTY, 0);
         let (half, margin) = (lanes.splat(0.5), lanes.splat(self.margin));
         for first in (0..WIDTH).step_by(L::COUNT) {
             let load = |quad: &Quad| lanes.load_four(quad, first);
@@ -83,12 +76,16 @@ impl Frame {
                 load(&node.normal[1]),
                 load(&node.normal[2]),
             ];
+            let mut overlap = half.is_at_most(half);
             for axis in 0..3 {
                 let middle = dot(splat(lanes, &self.rotation[axis]), middles)
                     + lanes.splat(self.translation[axis]);
                 let reach = dot(splat(lanes, &self.reach[axis]), halves) + margin;
-                (middle - reach).store_four(&mut posed.bounds[axis][0], first);
-                (middle + reach).store_four(&mut posed.bounds[axis][1], first);
+                let (lower, upper) = (middle - reach, middle + reach);
+                let [lower_a, upper_a] = self.around_a[axis].map(|side| lanes.splat(side));
+                overlap = overlap & lower.is_at_most(upper_a) & lower_a.is_at_most(upper);
+                lower.store_four(&mut posed.bounds[axis][0], first);
+                upper.store_four(&mut posed.bounds[axis][1], first);
                 normal[axis] = dot(splat(lanes, &self.rotation[axis]), own);
                 normal[axis].store_four(&mut posed.normal[axis], first);
             }
@@ -96,8 +93,9 @@ impl Frame {
             let [low, high] = &node.between;
             (load(low) + shift - margin).store_four(&mut posed.between[0], first);
             (load(high) + shift + margin).store_four(&mut posed.between[1], first);
+            near |= overlap.bits() << first;
         }
-        posed
+        (posed, near)
     }
 
     /// The corners of four triangles of B in A's frame, and boxes around them in A's axes.
@@ -214,7 +212,7 @@ impl<N: Numbers> PatchInLanes<N> {
 
     /// Which of four boxes overlap its own.
     #[inline(always)]
-    fn overlapping<L: Lanes<Numbers = N>>(
+    pub fn overlapping<L: Lanes<Numbers = N>>(
         &self,
         lanes: L,
         four: &[[Quad; 2]; 3],
@@ -227,60 +225,4 @@ impl<N: Numbers> PatchInLanes<N> {
         };
         along(0) & along(1) & along(2)
     }
-}
-
-impl<'f> FourTriangles<'f> {
-    /// Those of a node of B, given that node, its triangles' corners and the boxes around these in A's frame.
-    pub fn of_b(node: &'f Node, (corners, bounds): &'f (FourCorners, [[Quad; 2]; 3])) -> Self {
-        Self {
-            corners,
-            bounds,
-            normal: &node.normal,
-            between: node.between,
-        }
-    }
-
-    /// Those of a node of A, with planes a margin (m) further apart.
-    #[inline(always)]
-    pub fn of_a(node: &'f Node, corners: &'f FourCorners, margin: f64) -> Self {
-        let [mut low, mut high] = node.between;
-        for slot in 0..WIDTH {
-            low[slot] -= margin;
-            high[slot] += margin;
-        }
-        Self {
-            corners,
-            bounds: &node.bounds,
-            normal: &node.normal,
-            between: [low, high],
-        }
-    }
-
-    /// Which of them a triangle of the other body may cross, as bits: those whose boxes overlap and of which neither is
-    /// beside the other's plane.
-    #[inline(always)]
-    pub fn crossed<L: Lanes>(&self, lanes: L, patch: &Patch, corners: &[Vector3<f64>; 3]) -> u32 {
-        let patch = patch.in_lanes(lanes);
-        let mut bits = 0;
-        for first in (0..WIDTH).step_by(L::COUNT) {
-            let load = |quad: &Quad| lanes.load_four(quad, first);
-            let vector = |[x, y, z]: &[Quad; 3]| [load(x), load(y), load(z)];
-            let own_corner = |corner: usize| dot(patch.normal, vector(&self.corners[corner]));
-            let own = [own_corner(0), own_corner(1), own_corner(2)];
-            let cuts = reach_into(own, patch.between);
-            let normal = vector(self.normal);
-            let corner = |corner: usize| dot(normal, splat(lanes, corners[corner].as_ref()));
-            let [low, high] = &self.between;
-            let is_cut = reach_into([corner(0), corner(1), corner(2)], [load(low), load(high)]);
-            let near = patch.overlapping(lanes, self.bounds, first);
-            bits |= (near & cuts & is_cut).bits() << first;
-        }
-        bits
-    }
-}
-
-/// Whether three numbers are not all below a range, nor all above.
-#[inline(always)]
-fn reach_into<N: Numbers>([a, b, c]: [N; 3], [low, high]: [N; 2]) -> N::Mask {
-    a.min(b).min(c).is_at_most(high) & low.is_at_most(a.max(b).max(c))
 }

@@ -1,4 +1,4 @@
-use super::patch::FourCorners;
+use super::four_triangles::FourCorners;
 use crate::geometry::{Aabb, FACES};
 use crate::lanes::Quad;
 use crate::mesh::{FieldTet, PressureField};
@@ -20,6 +20,8 @@ pub(crate) struct TriangleTree {
     faces: Vec<SurfaceFace>,
     /// Their corners (m), of each node of the last level.
     corners: Vec<FourCorners>,
+    /// The box around all of them: along each axis, the smallest coordinate (m) and the largest.
+    bounds: [[f64; 2]; 3],
 }
 
 /// The nodes that are equally deep.
@@ -101,11 +103,18 @@ impl TriangleTree {
         };
         let mut facets: Vec<Facet> = faces.map(facet).collect();
         arrange(&mut facets);
+        let around = Aabb::around(facets.iter().flat_map(|facet| &facet.corners));
         Self {
             levels: levels_over(&facets),
             faces: facets.iter().map(|facet| facet.face).collect(),
             corners: facets.chunks(WIDTH).map(side_by_side).collect(),
+            bounds: from_fn(|axis| [around.lower[axis], around.upper[axis]]),
         }
+    }
+
+    /// The box around the surface: along each axis, the smallest coordinate (m) and the largest.
+    pub(super) fn bounds(&self) -> &[[f64; 2]; 3] {
+        &self.bounds
     }
 
     /// From the root down.

@@ -81,10 +81,6 @@ pub(super) fn integrals<L: Lanes>(
     let [v1, v2, spin] = vector(&triangles.slip);
     let pressure = along(vector(&triangles.pressure), b, c);
     let damping = along(vector(&triangles.damping), b, c);
-    let slip = [
-        [v1, -(spin * b[1]), -(spin * c[1])],
-        [v2, spin * b[0], spin * c[0]],
-    ];
     let tolerance = lanes.splat(law.slip_tolerance * law.slip_tolerance);
     let mut sums = [lanes.splat(0.0); 6];
     for [shares_b, shares_c, weights] in rule.pairs() {
@@ -92,7 +88,7 @@ pub(super) fn integrals<L: Lanes>(
             let shares = [lanes.splat(shares_b[point]), lanes.splat(shares_c[point])];
             let weight = lanes.splat(weights[point]);
             let [y1, y2] = [mixed(b[0], c[0], shares), mixed(b[1], c[1], shares)];
-            let [s1, s2] = [at(slip[0], shares), at(slip[1], shares)];
+            let [s1, s2] = [v1 - spin * y2, v2 + spin * y1];
             let g = at(pressure, shares) * at(damping, shares) * weight;
             let density = g / (s1 * s1 + s2 * s2 + tolerance).sqrt();
             let (g1, g2) = (density * s1, density * s2);

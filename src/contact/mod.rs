@@ -67,6 +67,7 @@ pub use pair::{ContactPair, Pipeline, WorkCount};
 pub use shape_gradient::ShapeGradient;
 pub(crate) use shape_gradient::ShapeResponse;
 pub use surface::{ContactPolygon, ContactSurface};
+pub(crate) use surface_law::SLIP_TOLERANCES;
 pub use surface_law::SurfaceLaw;
 pub(crate) use traction_rates::AddedByLaw;
 pub use wrench::ContactWrench;

@@ -2,6 +2,10 @@ use super::{BodyError, ContactPair, ContactWrench, LinearisedContact, Pipeline};
 use crate::scalar::{Order, Scalar, real_part, real_vector, times};
 use crate::spatial::Twist;
 use nalgebra::Vector3;
+use std::ops::RangeInclusive;
+
+/// Slip tolerances (m/s) of which squares and cubes, and their inverses, are numbers of double precision.
+pub(crate) const SLIP_TOLERANCES: RangeInclusive<f64> = 1e-100..=1e100;
 
 /// What the surfaces of a pair add to the elastic pressure when they move against each other.
 ///
@@ -23,16 +27,16 @@ impl<T: Scalar> SurfaceLaw<T> {
     /// tolerance v_s (m/s): the speed at which friction has 71 % of its full value.
     ///
     /// # Errors
-    /// If dissipation or friction is negative, the slip tolerance is not positive, or one of them is
-    /// not finite.
+    /// If dissipation or friction is negative or not finite, or the slip tolerance is not from 1e-100 to 1e100 m/s.
     pub fn new(dissipation: T, friction: T, slip_tolerance: f64) -> Result<Self, BodyError> {
+        let not_negative = 0.0..=f64::MAX;
         let numbers = [
-            ("dissipation", real_part(dissipation), 0.0),
-            ("friction", real_part(friction), 0.0),
-            ("slip tolerance", slip_tolerance, f64::MIN_POSITIVE),
+            ("dissipation", real_part(dissipation), &not_negative),
+            ("friction", real_part(friction), &not_negative),
+            ("slip tolerance", slip_tolerance, &SLIP_TOLERANCES),
         ];
-        for (quantity, value, least) in numbers {
-            if !(value >= least && value.is_finite()) {
+        for (quantity, value, range) in numbers {
+            if !range.contains(&value) {
                 return Err(BodyError::SurfaceLaw { quantity, value });
             }
         }

@@ -1,4 +1,4 @@
-use crate::contact::STEEPEST;
+use crate::contact::{SLIP_TOLERANCES, STEEPEST};
 use crate::spatial::PoseError;
 use crate::threads::Panicked;
 
@@ -190,6 +190,17 @@ pub(super) fn check_finite(quantity: &'static str, numbers: &[f64]) -> Result<()
 /// Checks that a number is positive and finite.
 pub(super) fn check_positive(quantity: &'static str, value: f64) -> Result<(), WorldError> {
     check(quantity, value, value > 0.0, "positive and finite")
+}
+
+/// Checks that a slip tolerance (m/s) can be computed with.
+pub(super) fn check_slip_tolerance(value: f64) -> Result<(), WorldError> {
+    let is_in_range = SLIP_TOLERANCES.contains(&value);
+    check(
+        "slip tolerance",
+        value,
+        is_in_range,
+        "from 1e-100 to 1e100 m/s",
+    )
 }
 
 /// Checks that a number is not negative, and finite.

@@ -1,4 +1,4 @@
-use super::error::{check_finite, check_positive};
+use super::error::{check_finite, check_slip_tolerance};
 use super::system::{FORCE_PARAMETER, System};
 use super::{Body, Control, Force, Motion, PrescribedPath, State, WorldError};
 use crate::scalar::Scalar;
@@ -209,9 +209,9 @@ impl<F: Force> World<f64, F> {
     /// [`SurfaceLaw`](crate::contact::SurfaceLaw).
     ///
     /// # Errors
-    /// If it is not positive and finite.
+    /// If it is not from 1e-100 to 1e100 m/s.
     pub fn with_slip_tolerance(mut self, slip_tolerance: f64) -> Result<Self, WorldError> {
-        check_positive("slip tolerance", slip_tolerance)?;
+        check_slip_tolerance(slip_tolerance)?;
         self.system.slip_tolerance = slip_tolerance;
         Ok(self)
     }

@@ -86,18 +86,27 @@ impl RelativePair<'_> {
         }
     }
 
-    /// Visits the tetrahedra of A that may have points from the surface of a half-space down to where its field has the value
-    /// `deepest`.
+    /// Visits the tetrahedra of A that have points from the surface of a half-space down to where its field has the value
+    /// `deepest`, or nearly.
     pub fn visit_reaching(
         &self,
         half_space: &PosedTet,
         deepest: f64,
         mut visit: impl FnMut(&FieldTet),
     ) {
-        let zero = self.margin() * half_space.sensitivity;
+        let field = &half_space.field;
+        let near = self.tolerance.noted() * half_space.sensitivity;
+        let [least, most] = [-near, deepest + near];
         let tree = self.shape_a.tree();
-        tree.visit_between(&half_space.field, [-zero, deepest + zero], |tet_a| {
-            visit(self.tet_a(tet_a));
+        tree.visit_between(field, [least, most], |tet_a| {
+            // Many boxes reach where their tetrahedra do not.
+            let tet_a = self.tet_a(tet_a);
+            let values = tet_a.tetrahedron.corners.map(|corner| field.at(&corner));
+            if values.iter().any(|&value| value <= most)
+                && values.iter().any(|&value| value >= least)
+            {
+                visit(tet_a);
+            }
         });
     }
 

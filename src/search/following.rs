@@ -147,23 +147,22 @@ impl Walk<'_, '_> {
     }
 
     /// Puts those pairs among the ones to be looked at that were not there.
-    fn enter_all(&mut self, pairs: &[[u32; 2]]) {
+    pub fn enter_all(&mut self, pairs: &[[u32; 2]]) {
         let Scratch {
             posed_tets,
             visited,
             octets,
             ..
         } = &mut *self.scratch;
-        for &tets in visited.insert(pairs) {
-            posed_tets.add(self.pair, tets[1]);
-            octets.push(tets);
+        for &[_, tet_b] in visited.append(octets.pairs(), pairs) {
+            posed_tets.add(self.pair, tet_b);
         }
     }
 
     /// Adds a pair to those to be looked at.
     fn add(&mut self, tets: [u32; 2]) {
         self.scratch.posed_tets.add(self.pair, tets[1]);
-        self.scratch.octets.push(tets);
+        self.scratch.octets.pairs().push(tets);
     }
 
     /// Looks at all pairs that culling leaves over.

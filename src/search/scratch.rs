@@ -25,9 +25,11 @@ pub(super) struct Scratch {
     pub posed_tets: PosedTets,
     /// Nodes of A's tree of triangles, and triangles, for the descent to the rim.
     pub tree_nodes: Vec<u32>,
-    /// The pairs of tetrahedra that were looked at or are about to be.
+    /// The pairs of triangles that may cross at the rim, by their tetrahedra.
+    pub crossings: Vec<[u32; 2]>,
+    /// Which pairs of tetrahedra were looked at or are about to be.
     pub visited: Visited,
-    /// The same pairs, in the order in which they are looked at, and the octets of those, without the ones that were spilled.
+    /// These pairs, in the order in which they are looked at, and their octets, without the ones that were spilled.
     pub octets: Octets,
     /// Pairs from which the surface may go on over other faces than it seems.
     pub doubtful: Vec<[u32; 2]>,
@@ -79,10 +81,10 @@ impl Octets {
         (self.done, self.len) = (0, 0);
     }
 
-    /// Adds a pair to be looked at.
+    /// The pairs so far: those that are appended will be looked at.
     #[inline]
-    pub fn push(&mut self, tets: [u32; 2]) {
-        self.pairs.push(tets);
+    pub fn pairs(&mut self) -> &mut Vec<[u32; 2]> {
+        &mut self.pairs
     }
 
     /// Fills octets with the pairs to look at next: no more than a [`WAVE`], and whole octets only, unless fewer than eight pairs

@@ -68,11 +68,14 @@ impl Walk<'_, '_> {
     pub fn enter_at_rims(&mut self, triangles_b: &TriangleTree) {
         let (pair, margin) = (self.pair, self.pair.margin());
         let surfaces = [pair.shape_a.triangle_tree(), triangles_b];
-        let mut memory = std::mem::take(&mut self.scratch.tree_nodes);
-        visit_crossings(surfaces, &pair.pose_ab, margin, &mut memory, |a, b| {
-            self.enter_pair(a.tet(), b.tet());
+        let mut crossings = std::mem::take(&mut self.scratch.crossings);
+        let memory = &mut self.scratch.tree_nodes;
+        visit_crossings(surfaces, &pair.pose_ab, margin, memory, |a, b| {
+            crossings.push([a.tet() as u32, b.tet() as u32]);
         });
-        self.scratch.tree_nodes = memory;
+        self.enter_all(&crossings);
+        crossings.clear();
+        self.scratch.crossings = crossings;
     }
 
     /// Enters at the tetrahedra with convex creases, of either body, with all of the other body that they may touch.

@@ -7,7 +7,7 @@ const LEAST: usize = 64;
 /// Places of the table for each pair, at the least.
 const PLACES_PER_PAIR: usize = 4;
 
-/// The pairs of tetrahedra that were entered: a table with open addressing.
+/// Which pairs of tetrahedra are on a list: a table with open addressing.
 ///
 /// Every search begins with a small table, since emptying a large one takes time. Its memory is kept.
 #[derive(Default)]
@@ -15,28 +15,31 @@ pub(super) struct Visited {
     /// Room, of which a power of two of places is in use.
     places: Vec<u64>,
     used: usize,
-    pairs: Vec<[u32; 2]>,
 }
 
 impl Visited {
-    /// Forgets all pairs.
+    /// Begins anew, with an empty list.
     pub fn clear(&mut self) {
-        self.pairs.clear();
         self.empty_places(LEAST);
     }
 
-    /// Adds pairs, and returns those that were not there, in their order. The table must have been cleared once.
+    /// Appends pairs to the list, those that are not on it yet, and returns them. The table must have been cleared once, and the
+    /// list be the same one since.
     ///
     /// Whether a pair is new is as good as random, and a branch would be guessed wrong: all are written, new ones are counted.
     #[inline]
-    pub fn insert(&mut self, pairs: &[[u32; 2]]) -> &[[u32; 2]] {
-        let before = self.pairs.len();
+    pub fn append<'l>(
+        &mut self,
+        list: &'l mut Vec<[u32; 2]>,
+        pairs: &[[u32; 2]],
+    ) -> &'l [[u32; 2]] {
+        let before = list.len();
         while PLACES_PER_PAIR * (before + pairs.len()) > self.used {
-            self.grow();
+            self.grow(list);
         }
-        self.pairs.extend_from_slice(pairs);
+        list.extend_from_slice(pairs);
         let places = &mut self.places[..self.used];
-        let added = &mut self.pairs[before..];
+        let added = &mut list[before..];
         let mut new = 0;
         for &pair in pairs {
             let key = key(pair);
@@ -46,15 +49,15 @@ impl Visited {
             added[new] = pair;
             new += usize::from(is_new);
         }
-        self.pairs.truncate(before + new);
-        &self.pairs[before..]
+        list.truncate(before + new);
+        &list[before..]
     }
 
     #[cold]
-    fn grow(&mut self) {
+    fn grow(&mut self, list: &[[u32; 2]]) {
         self.empty_places(4 * self.used);
         let places = &mut self.places[..self.used];
-        for &pair in &self.pairs {
+        for &pair in list {
             let key = key(pair);
             places[place_of(places, key)] = key;
         }
@@ -98,7 +101,7 @@ mod tests {
     fn a_pair_is_new_once() {
         let mut visited = Visited::default();
         for round in [3_u32, 2000, 10] {
-            let mut expected = HashSet::new();
+            let (mut expected, mut list) = (HashSet::new(), Vec::new());
             visited.clear();
             for k in 0..2 * round {
                 let pairs = [2 * k, 2 * k + 1, 2 * k]
@@ -107,7 +110,7 @@ mod tests {
                     .into_iter()
                     .filter(|&pair| expected.insert(pair))
                     .collect();
-                assert_eq!(visited.insert(&pairs), new);
+                assert_eq!(visited.append(&mut list, &pairs), new);
             }
         }
     }

@@ -295,8 +295,35 @@ fn numbers_out_of_range_make_no_law() {
         assert_eq!(quantity([0.4, bad, 0.1]), "friction");
         assert_eq!(quantity([0.4, 0.3, bad]), "slip tolerance");
     }
-    assert_eq!(quantity([0.4, 0.3, 0.0]), "slip tolerance");
-    assert!(SurfaceLaw::new(0.0, 0.0, f64::MIN_POSITIVE).is_ok());
+    for bad in [0.0, 0.9e-100, 1.1e100] {
+        assert_eq!(quantity([0.4, 0.3, bad]), "slip tolerance");
+    }
+}
+
+#[test]
+fn extreme_slip_tolerances_give_the_friction_of_the_law() {
+    let ball = Shape::new(shapes::icosphere(0.1, 2).unwrap());
+    let block = Shape::new(shapes::cuboid([0.4, 0.4, 0.2]).unwrap());
+    let at = Pose::from_translation(vector![0.01, 0.02, 0.195]);
+    let a = ContactBody::new(&ball, at, 1e5).unwrap();
+    let b = ContactBody::new(&block, Pose::identity(), 1e6).unwrap();
+    let pair = ContactPair::new(a, b);
+    for slip_tolerance in [1e-100, 1e-50, 1e50, 1e100] {
+        let law = SurfaceLaw::new(0.0, 0.5, slip_tolerance).unwrap();
+        for speed in [0.0, 1e-120, 1e-100, 1.0, 1e100, 1e120] {
+            let mut sliding = Twist::zero();
+            sliding.linear.x = speed;
+            let linearised = pair.linearised(&law, [sliding, Twist::zero()]);
+            assert!(linearised.jacobian().iter().all(|entry| entry.is_finite()));
+            let force = pair
+                .wrench_in_motion(&law, [sliding, Twist::zero()])
+                .on_a
+                .force;
+            let expected = -0.5 * force.z * (speed / speed.hypot(slip_tolerance));
+            // Sums of a few dozen polygons are rounded.
+            assert!((force.x - expected).abs() <= 1e-13 * force.z);
+        }
+    }
 }
 
 /// Two ways to the same sums.

@@ -250,12 +250,15 @@ fn settings_of_the_world_out_of_range_are_refused() {
         );
     }
     for value in NOT_POSITIVE {
-        let slip = world().with_slip_tolerance(value).unwrap_err();
         let step = Plan::new(value, 0).unwrap_err();
-        for (error, quantity) in [(slip, "slip tolerance"), (step, "time step")] {
-            assert!(matches!(error, WorldError::Setting { .. }));
-            let found = format!("the {quantity} is {value}, but must be positive and finite");
-            assert_names(&error, &found);
-        }
+        assert!(matches!(step, WorldError::Setting { .. }));
+        let found = format!("the time step is {value}, but must be positive and finite");
+        assert_names(&step, &found);
+    }
+    for value in NOT_POSITIVE.into_iter().chain([0.9e-100, 1.1e100]) {
+        let slip = world().with_slip_tolerance(value).unwrap_err();
+        assert!(matches!(slip, WorldError::Setting { .. }));
+        let found = format!("the slip tolerance is {value}, but must be from 1e-100 to 1e100 m/s");
+        assert_names(&slip, &found);
     }
 }
