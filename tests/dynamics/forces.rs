@@ -485,18 +485,20 @@ fn controls_and_states_that_cannot_be_are_refused() {
             .is_err()
     );
     let experiment = Experiment::new(&world, &Plan::new(1e-3, 1).unwrap());
-    let beyond = experiment.linearised(&[Parameter::Control("left".into(), 1)]);
+    let refused = |name: &str, interval| {
+        let by = [Parameter::Control(name.into(), interval)];
+        experiment.linearised(&by).unwrap_err()
+    };
+    let beyond = refused("left", 1);
     assert!(matches!(
-        beyond.unwrap_err(),
+        beyond,
         GradientError::NoControl {
             interval: 1,
             intervals: 1,
             ..
         }
     ));
-    assert!(
-        experiment
-            .linearised(&[Parameter::Control("right".into(), 0)])
-            .is_err()
-    );
+    assert!(beyond.to_string().contains("its intervals are 0 to 0"));
+    let without = refused("right", 0).to_string();
+    assert!(without.contains("the body has no control"), "{without}");
 }

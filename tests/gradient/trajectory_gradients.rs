@@ -6,7 +6,7 @@ use hydroelastic::dynamics::{
     Body, BodyState, Control, Integrator, Mass, Material, Plan, Trajectory, World,
 };
 use hydroelastic::gradient::{
-    Experiment, FinalState, GradientError, Outcome, Parameter, RecordedStates,
+    Experiment, FinalState, GradientError, Mode, Outcome, Parameter, RecordedStates,
 };
 use hydroelastic::mesh::shapes;
 use hydroelastic::scalar::{Scalar, lift, real_part};
@@ -182,7 +182,7 @@ fn real_parts_of_a_dual_rollout_are_the_rollout() {
 }
 
 #[test]
-fn an_experiment_tells_how_many_steps_a_jacobian_takes() {
+fn more_than_96_numbers_take_two_rollouts_forwards_or_one_back() {
     const INTERVALS: usize = 17;
     let ball = Shape::new(shapes::icosphere(0.1, 0).unwrap());
     let ball = Body::dynamic("ball", ball, Material::elastic(1e5), Mass::Total(1.0)).unwrap();
@@ -201,6 +201,8 @@ fn an_experiment_tells_how_many_steps_a_jacobian_takes() {
         counted.jacobian(&by, &outcome).unwrap();
         assert_eq!(taken.load(Ordering::Relaxed), steps);
         assert_eq!(experiment.steps_by(6 * intervals), steps);
+        let goes_back = experiment.mode_for(&by) == Mode::Reverse;
+        assert_eq!(goes_back, steps > 5);
     }
 }
 
