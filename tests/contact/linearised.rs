@@ -100,6 +100,14 @@ fn changes_pushed_forward_and_covectors_pulled_back_are_products_with_the_jacobi
 }
 
 #[test]
+fn contacts_at_generic_poses_have_no_kinks() {
+    for_scenes(50, 34, |scene, _| {
+        let contact = scene.pair.linearised(&scene.law(), scene.twists);
+        assert!(!contact.kinks.is_any(), "{:?}", contact.kinks);
+    });
+}
+
+#[test]
 fn bodies_that_are_apart_have_a_wrench_of_zero() {
     let ball = Shape::new(shapes::icosphere(0.1, 1).unwrap());
     let at =
