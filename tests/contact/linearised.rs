@@ -80,6 +80,34 @@ fn derivatives_of_a_pair_in_motion_are_differences() {
 }
 
 #[test]
+fn changes_pushed_forward_and_covectors_pulled_back_are_products_with_the_jacobian() {
+    for_scenes(20, 33, |scene, random| {
+        let contact = scene.pair.linearised(&scene.law(), scene.twists);
+        let jacobian = contact.jacobian();
+        // Derivatives by moduli are so much smaller than others: in changes of their own size, all columns count.
+        let change = SVector::<f64, COLUMNS>::from_fn(|column, _| {
+            random.between(-1.0, 1.0) / jacobian.column(column).amax().max(f64::MIN_POSITIVE)
+        });
+        let covector = SVector::<f64, 12>::from_fn(|_, _| random.between(-1.0, 1.0));
+        let error = (contact.pushforward(&change) - jacobian * change).amax();
+        assert!(error <= SAME_VALUE * COLUMNS as f64, "{error:e}");
+        let back = contact.pullback(&covector) - jacobian.tr_mul(&covector);
+        for (column, error) in back.iter().enumerate() {
+            let largest = jacobian.column(column).amax();
+            assert!(error.abs() <= SAME_VALUE * largest, "{column}: {error:e}");
+        }
+    });
+}
+
+#[test]
+fn contacts_at_generic_poses_have_no_kinks() {
+    for_scenes(50, 34, |scene, _| {
+        let contact = scene.pair.linearised(&scene.law(), scene.twists);
+        assert!(!contact.kinks.is_any(), "{:?}", contact.kinks);
+    });
+}
+
+#[test]
 fn bodies_that_are_apart_have_a_wrench_of_zero() {
     let ball = Shape::new(shapes::icosphere(0.1, 1).unwrap());
     let at =

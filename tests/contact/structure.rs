@@ -1,12 +1,13 @@
 //! What must hold at every pose: balance, symmetry, homogeneity, and that the wrench is the
 //! derivative of an energy. Each is checked on the closed form and on dual numbers.
 
-use crate::support::scenes::{Random, mixed_shapes, random_pair};
-use hydroelastic::contact::{ContactBody, ContactJacobian, ContactPair, ContactWrench};
+use crate::support::scenes::{Random, mixed_shapes, pair, random_pair};
+use hydroelastic::contact::{ContactBody, ContactJacobian, ContactPair, ContactWrench, Shape};
 use hydroelastic::gradient::dual_wrench_jacobian;
+use hydroelastic::mesh::shapes;
 use hydroelastic::scalar::{Scalar, lift};
 use hydroelastic::spatial::{Pose, Twist, skew};
-use nalgebra::{Matrix3, SVector, Vector6};
+use nalgebra::{Matrix3, SVector, Vector6, vector};
 use num_dual::{DualSVec64, gradient};
 
 /// Round-off of a wrench.
@@ -176,4 +177,33 @@ fn the_surface_adds_up_to_the_wrench() {
         }
         assert!((sum - wrench.on_a.to_vector()).amax() <= SAME * sum.amax());
     });
+}
+
+/// Where one body is so much softer that nowhere inside the other it has as much pressure, no surface is left, but all of its
+/// energy. In contact or apart bodies have not sunk. All of it at any radius and modulus of the one.
+#[test]
+fn a_soft_body_within_a_hard_one_has_sunk_through_and_bodies_in_contact_or_apart_have_not() {
+    let cube = Shape::new(shapes::cuboid([1.0; 3]).unwrap());
+    let hard = (&cube, Pose::identity(), 1e5);
+    for (radius, softer) in [(0.1, 1.0), (0.1, 1e-6), (1e-4, 1.0), (1e-4, 1e-6)] {
+        let ball = Shape::new(shapes::icosphere(radius, 1).unwrap());
+        for (x, modulus, has_sunk) in [
+            (0.1, softer, true),
+            (0.5 + 0.3 * radius, 1e5, false),
+            (0.5 + 3.0 * radius, softer, false),
+        ] {
+            let ball = (
+                &ball,
+                Pose::from_translation(vector![x, 0.13, -0.07]),
+                modulus,
+            );
+            for pair in [pair(ball, hard), pair(hard, ball)] {
+                let found = pair.has_sunk_through();
+                assert_eq!(found, has_sunk, "{x}, {radius} m, {modulus} Pa");
+            }
+        }
+    }
+    // All polygons of these lie on faces.
+    let above = Pose::from_translation(vector![0.0, 0.0, 0.9]);
+    assert!(!pair((&cube, above, 1e5), hard).has_sunk_through());
 }

@@ -285,6 +285,13 @@ fn parting_faster_than_the_skin_recovers_has_no_derivatives() {
 }
 
 #[test]
+fn a_law_tells_the_numbers_that_it_was_made_of() {
+    let law = law(LAW);
+    let numbers = [law.dissipation(), law.friction(), law.slip_tolerance()];
+    assert_eq!(numbers.map(f64::to_bits), LAW.map(f64::to_bits));
+}
+
+#[test]
 fn numbers_out_of_range_make_no_law() {
     let quantity = |numbers: [f64; 3]| match SurfaceLaw::new(numbers[0], numbers[1], numbers[2]) {
         Err(BodyError::SurfaceLaw { quantity, .. }) => quantity,

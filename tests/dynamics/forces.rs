@@ -500,3 +500,15 @@ fn controls_and_states_that_cannot_be_are_refused() {
             .is_err()
     );
 }
+
+#[test]
+fn a_control_that_is_not_there_is_told_with_those_that_are() {
+    let control = Control::new("left", 0.1, vec![Wrench::zero(); 2]).unwrap();
+    let world = two().with_control(control).unwrap();
+    let experiment = Experiment::new(&world, &Plan::new(1e-3, 1).unwrap());
+    for (name, told) in [("left", "0 to 1"), ("right", "no control")] {
+        let by = [Parameter::Control(name.into(), 2)];
+        let error = experiment.linearised(&by).unwrap_err().to_string();
+        assert!(error.contains(told), "{error}");
+    }
+}

@@ -3,7 +3,7 @@
 use crate::scenes::{SKIN, at, ball, ball_shape, down, floor, still_at};
 use hydroelastic::dynamics::{
     Batch, Body, BodyState, Integrator, Mass, Material, Plan, Recorded, RolloutError, State,
-    Trajectory, World, WorldError,
+    StateCovector, Trajectory, World, WorldError,
 };
 use hydroelastic::gradient::{Experiment, FinalPosition, GradientError, Parameter};
 use nalgebra::{Isometry3, Quaternion, Translation3, UnitQuaternion};
@@ -215,6 +215,19 @@ fn a_flag_stops_rollouts_experiments_and_batches_before_their_next_step() {
     flag.store(false, Ordering::Relaxed);
     assert_eq!(rollout().recorded().unwrap().states().len(), 11);
     assert!(batch.of_worlds(&[world])[0].is_ok());
+}
+
+#[test]
+fn a_flag_that_is_set_after_the_rollout_stops_the_sweep_back() {
+    let world = World::new(vec![ball("ball")]).unwrap();
+    let flag = Arc::new(AtomicBool::new(false));
+    let experiment = Experiment::new(&world, &Plan::new(1e-3, 10).unwrap());
+    let experiment = experiment.stopped_by(Arc::clone(&flag));
+    let found = experiment.pullback(&[Parameter::Gravity], |trajectory| {
+        flag.store(true, Ordering::Relaxed);
+        vec![vec![StateCovector::zero()]; trajectory.states().len()]
+    });
+    assert_eq!(found, Err(GradientError::Rollout(RolloutError::Stopped)));
 }
 
 #[test]

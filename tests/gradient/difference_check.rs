@@ -177,6 +177,34 @@ fn steps_by_a_mass_are_parts_of_it() {
     assert_first_errors(&check, 0, |step| step * step);
 }
 
+/// A force along x that is the cube of a number.
+struct Cubed;
+
+impl Force for Cubed {
+    fn add_to<T: Scalar>(&self, wrenches: &mut Wrenches<T>, now: &Situation<T>) {
+        let number = now.parameter("number").unwrap_or(lift(0.0));
+        let force = number * number * number;
+        wrenches.push_center(0, &vector![force, lift(0.0), lift(0.0)]);
+    }
+}
+
+#[test]
+fn steps_by_a_number_of_forces_are_parts_of_its_magnitude_or_of_1_if_it_is_0() {
+    let check = |number: f64| {
+        let world = world().with_forces(Cubed).unwrap();
+        let world = world.with_force_parameter("number", number).unwrap();
+        let experiment = Experiment::new(world, &Plan::new(TIME_STEP, STEPS).unwrap());
+        let by = [Parameter::OfForces("number".into())];
+        experiment.difference_check(&by, &Reading::X).unwrap()
+    };
+    // 3 n² + h² against 3 n², h being parts of n.
+    for number in [-2.0, 0.5] {
+        assert_first_errors(&check(number), 0, |step| step * step / (3.0 + step * step));
+    }
+    // h² against 0.
+    assert_first_errors(&check(0.0), 0, |_| 1.0);
+}
+
 #[test]
 fn wrong_derivatives_are_off_at_every_step_by_as_much_as_they_are_wrong() {
     let wrong = [

@@ -3,17 +3,18 @@
 
 use hydroelastic::contact::Shape;
 use hydroelastic::dynamics::{
-    Body, BodyState, Integrator, Mass, Material, Plan, Trajectory, World,
+    Body, BodyState, Control, Integrator, Mass, Material, Plan, Trajectory, World,
 };
 use hydroelastic::gradient::{
-    Experiment, FinalState, GradientError, Outcome, Parameter, RecordedStates,
+    Experiment, FinalState, GradientError, Mode, Outcome, Parameter, RecordedStates,
 };
 use hydroelastic::mesh::shapes;
 use hydroelastic::scalar::{Scalar, lift, real_part};
-use hydroelastic::spatial::{Pose, Twist};
+use hydroelastic::spatial::{Pose, Twist, Wrench};
 use nalgebra::{DVector, Vector3, Vector6, vector};
 use num_dual::DualSVec64;
 use std::sync::Arc;
+use std::sync::atomic::{AtomicUsize, Ordering};
 
 /// Agreement with differences, of the largest entry of a column, without and with friction.
 const ELASTIC: f64 = 1e-7;
@@ -177,6 +178,31 @@ fn real_parts_of_a_dual_rollout_are_the_rollout() {
                 "{pose:e} {turn:e} {speed:e}"
             );
         }
+    }
+}
+
+#[test]
+fn more_than_96_numbers_take_two_rollouts_forwards_or_one_back() {
+    const INTERVALS: usize = 17;
+    let ball = Shape::new(shapes::icosphere(0.1, 0).unwrap());
+    let ball = Body::dynamic("ball", ball, Material::elastic(1e5), Mass::Total(1.0)).unwrap();
+    let control = Control::new("ball", 0.1, vec![Wrench::zero(); INTERVALS]).unwrap();
+    let world = World::new(vec![ball]).unwrap();
+    let world = world.with_control(control).unwrap();
+    let experiment = Experiment::new(&world, &Plan::new(0.1, 5).unwrap());
+    let outcome = FinalState::of_body(&world, "ball").unwrap();
+    assert_eq!(experiment.steps_by(0), 5);
+    // 96 numbers and 102.
+    for (intervals, steps) in [(1, 5), (16, 5), (INTERVALS, 10)] {
+        let by = (0..intervals).map(|interval| Parameter::Control("ball".into(), interval));
+        let by: Vec<_> = by.collect();
+        let taken = Arc::new(AtomicUsize::new(0));
+        let counted = experiment.clone().counted_by(Arc::clone(&taken));
+        counted.jacobian(&by, &outcome).unwrap();
+        assert_eq!(taken.load(Ordering::Relaxed), steps);
+        assert_eq!(experiment.steps_by(6 * intervals), steps);
+        let goes_back = experiment.mode_for(&by) == Mode::Reverse;
+        assert_eq!(goes_back, steps > 5);
     }
 }
 
