@@ -1,6 +1,6 @@
 //! States in local coordinates: how far one is from another, in as few numbers as there are degrees of freedom.
 
-use super::error::check_finite;
+use super::settings::check_finite;
 use super::{BodyState, Force, State, World, WorldError};
 use crate::spatial::{Pose, Twist};
 use nalgebra::{DVector, Rotation3, UnitQuaternion, Vector3, Vector6};

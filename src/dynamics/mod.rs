@@ -55,6 +55,7 @@ mod reverse;
 mod rollout;
 #[cfg(feature = "serde")]
 mod serial;
+mod settings;
 mod stability;
 mod state;
 mod steps;

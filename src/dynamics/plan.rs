@@ -1,4 +1,4 @@
-use super::error::check_positive;
+use super::settings::check_positive;
 use super::{Integrator, WorldError};
 
 /// Solver tolerance of a new plan: the last correction, which is applied, leaves far less.

@@ -1,4 +1,4 @@
-use super::error::check_finite;
+use super::settings::check_finite;
 use super::{Body, WorldError};
 use crate::scalar::{Scalar, lift_vector, real_vector};
 use crate::spatial::{Pose, Twist};

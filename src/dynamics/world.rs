@@ -1,4 +1,4 @@
-use super::error::{check_finite, check_slip_tolerance};
+use super::settings::{check_finite, check_slip_tolerance};
 use super::system::{FORCE_PARAMETER, System};
 use super::{Body, Control, Force, Motion, PrescribedPath, State, WorldError};
 use crate::scalar::Scalar;

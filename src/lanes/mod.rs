@@ -1,7 +1,7 @@
 //! Several numbers to an instruction: code that is written once and runs at as many lanes as the processor has.
 //!
-//! Two by what every processor has or by NEON, four by AVX2; eight, by AVX-512, where a crate of the same build switches on
-//! pulp's feature `x86-v4`. Tests run all three widths on any processor.
+//! Two by what every processor has or by NEON, four by AVX2; eight by AVX-512, with the feature `avx512`. Tests run all three
+//! widths on any processor.
 //!
 //! Lanes know sums, differences, products, quotients, square roots and comparisons, each rounded as IEEE 754 says, and nothing
 //! is contracted to fused operations. So a lane has the same bits at every width and on every processor. Where the order of

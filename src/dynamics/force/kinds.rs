@@ -1,6 +1,6 @@
 use super::{Force, Situation, Wrenches};
 use crate::dynamics::body::{known_place, place_of};
-use crate::dynamics::error::{check_finite, check_not_negative};
+use crate::dynamics::settings::{check_finite, check_not_negative};
 use crate::dynamics::{Body, WorldError};
 use crate::scalar::{Scalar, lift, real_part};
 use crate::spatial::Wrench;
