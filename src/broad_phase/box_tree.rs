@@ -1,4 +1,4 @@
-use crate::geometry::{Aabb, AffineField};
+use crate::geometry::Aabb;
 use crate::spatial::Pose;
 use rstar::{AABB, ParentNode, RTree, RTreeNode, RTreeObject};
 use std::ops::ControlFlow;
@@ -43,29 +43,6 @@ impl<K: Copy> BoxTree<K> {
                 visit(found.key);
                 ControlFlow::Continue(())
             });
-    }
-
-    /// Visits the keys of the boxes that an affine field has values in, from `least` to `most`, or may have.
-    pub fn visit_between(
-        &self,
-        field: &AffineField,
-        [least, most]: [f64; 2],
-        mut visit: impl FnMut(K),
-    ) {
-        let slope = field.gradient;
-        let rises = [slope.x, slope.y, slope.z].map(|along| usize::from(along >= 0.0));
-        let is_near = |node: &RTreeNode<Keyed<K>>| {
-            let Aabb { lower, upper } = aabb_of(node);
-            // Of each axis, the sides where the field is lowest and highest.
-            let (mut lowest, mut highest) = (field.offset, field.offset);
-            for axis in 0..3 {
-                let sides = [lower[axis], upper[axis]];
-                lowest += slope[axis] * sides[1 - rises[axis]];
-                highest += slope[axis] * sides[rises[axis]];
-            }
-            lowest <= most && highest >= least
-        };
-        descend(self.0.root(), &is_near, &mut visit);
     }
 
     /// Visits the keys of the boxes (in B) that may overlap the box `region` in the frame of A, given

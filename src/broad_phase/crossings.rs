@@ -5,9 +5,10 @@
 //! a patch of a smooth surface these are much closer together than the sides of the box. At the end four triangles of one
 //! body are held against one of the other.
 
+use super::flat_tree::WIDTH;
 use super::lists::{FourCrossed, Keeping, OneCrossed, Posed, Touched};
 use super::patch::{Frame, Patch};
-use super::triangle_tree::{Node, SurfaceFace, TriangleTree, WIDTH};
+use super::triangle_tree::{Node, SurfaceFace, TriangleTree};
 use crate::lanes;
 use crate::spatial::Pose;
 use std::ops::Range;

@@ -1,7 +1,8 @@
 //! Four triangles of a surface side by side, and which of them a triangle of the other body may cross.
 
+use super::flat_tree::{FourBoxes, WIDTH};
 use super::patch::Patch;
-use super::triangle_tree::{Node, WIDTH};
+use super::triangle_tree::Node;
 use crate::lanes::space::{dot, splat};
 use crate::lanes::{Lanes, Mask, Numbers, Quad};
 use nalgebra::Vector3;
@@ -12,14 +13,14 @@ pub(super) type FourCorners = [[Quad; 3]; 3];
 /// Four triangles in A's frame, side by side: of either body.
 pub(super) struct FourTriangles<'f> {
     corners: &'f FourCorners,
-    bounds: &'f [[Quad; 2]; 3],
+    bounds: &'f FourBoxes,
     normal: &'f [Quad; 3],
     between: [Quad; 2],
 }
 
 impl<'f> FourTriangles<'f> {
     /// Those of a node of B, given that node, its triangles' corners and the boxes around these in A's frame.
-    pub fn of_b(node: &'f Node, (corners, bounds): &'f (FourCorners, [[Quad; 2]; 3])) -> Self {
+    pub fn of_b(node: &'f Node, (corners, bounds): &'f (FourCorners, FourBoxes)) -> Self {
         Self {
             corners,
             bounds,

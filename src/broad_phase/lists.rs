@@ -1,9 +1,10 @@
 //! The work of the descent to the rim that runs in lanes: each job goes through a list of parts of A's surface, in a memory that
 //! is shared, and writes another list behind it.
 
+use super::flat_tree::WIDTH;
 use super::four_triangles::{FourCorners, FourTriangles};
 use super::patch::{Frame, Patch};
-use super::triangle_tree::{Node, TriangleTree, WIDTH};
+use super::triangle_tree::{Node, TriangleTree};
 use crate::lanes::{InLanes, Lanes};
 use nalgebra::Vector3;
 use std::ops::Range;

@@ -1,5 +1,5 @@
 //! Which tetrahedra of two bodies may touch: R\*-trees of the boxes of a mesh's tetrahedra and of its
-//! creases, and a flat tree of its surface triangles, built once in the body's frame and never again,
+//! creases, and flat trees of its surface triangles and tetrahedra, built once in the body's frame and never again,
 //! however the poses change (the paper, §IV-C).
 //!
 //! For a relative pose, [`TetTree::visit_near`] walks B's tree down to the tetrahedra that come
@@ -17,6 +17,7 @@
 mod box_tree;
 mod crossings;
 mod field_tree;
+mod flat_tree;
 mod four_triangles;
 mod half_space;
 mod landscape;

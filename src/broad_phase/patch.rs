@@ -8,8 +8,9 @@
     reason = "adapters of iterators take closures, and a closure over lanes may stay a call, compiled for any processor"
 )]
 
+use super::flat_tree::WIDTH;
 use super::four_triangles::FourCorners;
-use super::triangle_tree::{Node, WIDTH};
+use super::triangle_tree::Node;
 use crate::geometry::Aabb;
 use crate::lanes::space::{dot, splat};
 use crate::lanes::{Lanes, Mask, Numbers, Quad};

@@ -1,3 +1,4 @@
+use super::flat_tree::{FourBoxes, NO_BOXES, WIDTH, arrange};
 use super::four_triangles::FourCorners;
 use crate::geometry::{Aabb, FACES};
 use crate::lanes::Quad;
@@ -6,12 +7,8 @@ use crate::spatial::Pose;
 use nalgebra::Vector3;
 use std::array::from_fn;
 
-/// Children of a node.
-pub(super) const WIDTH: usize = 4;
-
-/// The triangles of a body's surface in a tree of four children to a node, in the body frame. All leaves are equally deep, and
-/// all nodes full, but for the last of each level: so child k of node i is node 4i + k of the level below, or triangle
-/// 4i + k.
+/// The triangles of a body's surface in a tree like a [`FlatTree`](super::flat_tree::FlatTree), in the body frame: child k of
+/// node i is node 4i + k of the level below, or triangle 4i + k.
 #[derive(Debug, Clone)]
 pub(crate) struct TriangleTree {
     /// From the root down.
@@ -36,8 +33,8 @@ pub(super) struct Level {
 #[derive(Debug, Clone)]
 #[repr(C, align(32))]
 pub(super) struct Node {
-    /// Along each axis, the smallest coordinates (m) and the largest; inside out where there is no child.
-    pub bounds: [[Quad; 2]; 3],
+    /// The boxes.
+    pub bounds: FourBoxes,
     /// Unit normals of the planes: the mean of those of the triangles. Or 0, where these cancel.
     pub normal: [Quad; 3],
     /// The smallest values of normal · x (m) and the largest.
@@ -102,7 +99,9 @@ impl TriangleTree {
             corners: face.corners(tets),
         };
         let mut facets: Vec<Facet> = faces.map(facet).collect();
-        arrange(&mut facets);
+        arrange(&mut facets, &|facet| {
+            facet.corners.iter().sum::<Vector3<f64>>()
+        });
         let around = Aabb::around(facets.iter().flat_map(|facet| &facet.corners));
         Self {
             levels: levels_over(&facets),
@@ -187,7 +186,7 @@ impl TriangleTree {
 impl Node {
     /// Without children.
     pub const EMPTY: Self = Self {
-        bounds: [[[f64::INFINITY; WIDTH], [f64::NEG_INFINITY; WIDTH]]; 3],
+        bounds: NO_BOXES,
         normal: [[0.0; WIDTH]; 3],
         between: [[f64::INFINITY; WIDTH], [f64::NEG_INFINITY; WIDTH]],
     };
@@ -240,29 +239,6 @@ fn mean_normal(part: &[Facet]) -> Vector3<f64> {
     });
     let sum: Vector3<f64> = vectors.sum();
     sum.try_normalize(f64::MIN_POSITIVE).unwrap_or_default()
-}
-
-/// Orders the triangles so that those of each node follow one another: divided across the longest edge of the box around
-/// their centers, until they fill one node of the last level.
-fn arrange(facets: &mut [Facet]) {
-    if facets.len() <= WIDTH {
-        return;
-    }
-    // Triangles to a child of the node around all, of which the first half of the children is to be full.
-    let mut full = WIDTH;
-    while full * WIDTH < facets.len() {
-        full *= WIDTH;
-    }
-    let middle = facets.len().div_ceil(full).div_ceil(2) * full;
-    let three_centers = |facet: &Facet| facet.corners.iter().sum::<Vector3<f64>>();
-    let centers: Vec<_> = facets.iter().map(three_centers).collect();
-    let axis = Aabb::around(&centers).half_extents().imax();
-    facets.select_nth_unstable_by(middle, |a, b| {
-        three_centers(a)[axis].total_cmp(&three_centers(b)[axis])
-    });
-    let (first, second) = facets.split_at_mut(middle);
-    arrange(first);
-    arrange(second);
 }
 
 /// The levels of the tree over triangles in their order, from the root down.

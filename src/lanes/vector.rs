@@ -1,6 +1,6 @@
 use super::{Lanes, Mask, Numbers, Quad, Row};
 use pulp::Simd;
-use pulp::bytemuck::{cast_slice, cast_slice_mut};
+use pulp::bytemuck::{bytes_of, cast_slice, cast_slice_mut};
 use std::ops::{Add, BitAnd, BitOr, Div, Mul, Neg, Not, Sub};
 use std::slice;
 
@@ -133,6 +133,10 @@ impl<S: Simd> Mask for VectorMask<S> {
 
     #[inline(always)]
     fn bits(self) -> u32 {
+        // By AVX-512 a mask is a byte of bits already.
+        if let [bits] = bytes_of(&self.mask) {
+            return (*bits).into();
+        }
         let (one, zero) = (self.simd.splat_u64s(1), self.simd.splat_u64s(0));
         let set = self.simd.select_u64s(self.mask, one, zero);
         let lanes: &[u64] = cast_slice(slice::from_ref(&set));

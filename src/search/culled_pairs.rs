@@ -98,16 +98,7 @@ impl RelativePair<'_> {
         let near = self.tolerance.noted() * half_space.sensitivity;
         let [least, most] = [-near, deepest + near];
         let tree = self.shape_a.tree();
-        tree.visit_between(field, [least, most], |tet_a| {
-            // Many boxes reach where their tetrahedra do not.
-            let tet_a = self.tet_a(tet_a);
-            let values = tet_a.tetrahedron.corners.map(|corner| field.at(&corner));
-            if values.iter().any(|&value| value <= most)
-                && values.iter().any(|&value| value >= least)
-            {
-                visit(tet_a);
-            }
-        });
+        tree.visit_between(field, [least, most], |tet_a| visit(self.tet_a(tet_a)));
     }
 
     /// Whether culling would leave over a tetrahedron of A and one of B: neither their boxes nor a fixed direction separate them.
