@@ -146,10 +146,10 @@ impl<N: Numbers> FieldInLanes<N> {
         let mut bits = 0;
         for first in (0..WIDTH).step_by(L::COUNT) {
             let (mut lowest, mut highest) = (self.offset, self.offset);
-            for axis in 0..3 {
+            for (axis, sides) in boxes.iter().enumerate() {
                 // The sides where the field is lowest and highest.
                 let rises = usize::from(self.rises[axis]);
-                let [falling, rising] = [&boxes[axis][1 - rises], &boxes[axis][rises]];
+                let [falling, rising] = [&sides[1 - rises], &sides[rises]];
                 lowest = lowest + self.gradient[axis] * lanes.load_four(falling, first);
                 highest = highest + self.gradient[axis] * lanes.load_four(rising, first);
             }
