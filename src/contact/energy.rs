@@ -109,15 +109,12 @@ impl<T: Scalar> PolygonSource<'_, T> {
     /// triangle from outside. With these signs, the fan of such tetrahedra over all triangles is the body.
     fn energy_behind_triangle(&self, cell: &Tetrahedron, apex: Vector3<f64>) -> T {
         let [a, b, c, _] = cell.corners;
-        let mut fan = Tetrahedron {
+        let fan = Tetrahedron {
             corners: [a, b, c, apex],
         };
         let volume = fan.signed_volume();
         if volume == 0.0 {
             return lift(0.0);
-        }
-        if volume < 0.0 {
-            fan.corners.swap(0, 1);
         }
         let faces = fan.barycentric_fields();
         let faces = faces.each_ref().map(|face| face.posed(&self.pose_ab));

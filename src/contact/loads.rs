@@ -10,7 +10,7 @@ use super::friction::{RUNGS, rung_bounds, theta_squared};
 use super::plane_motion::PlaneMotion;
 use super::surface_law::RelativeMotion;
 use crate::lanes::space::{loaded, store};
-use crate::lanes::{Lanes, Numbers, ROW, Row};
+use crate::lanes::{Lanes, Mask, Numbers, ROW, Row};
 use crate::narrow_phase::{Octet, SLOTS};
 
 /// What presses and slips on the polygons of an octet, as affine functions c₀ + c₁y₁ + c₂y₂ on their planes.
@@ -156,7 +156,7 @@ fn rungs<L: Lanes>(
     for bound in rung_bounds() {
         // Of what is not a number no rule is good enough.
         let is_within = theta_squared.is_less(lanes.splat(bound * bound));
-        rung = rung + zero.or_else(is_within, one);
+        rung = rung + is_within.select(zero, one);
     }
-    lanes.splat(RUNGS as f64).or_else(is_clamped, rung)
+    is_clamped.select(lanes.splat(RUNGS as f64), rung)
 }

@@ -61,7 +61,7 @@ impl<N> Linear for N where
 
 /// A number in each lane.
 pub(crate) trait Numbers: Linear + Div<Output = Self> {
-    type Mask: Mask;
+    type Mask: Mask<Self>;
 
     fn abs(self) -> Self;
 
@@ -79,10 +79,6 @@ pub(crate) trait Numbers: Linear + Div<Output = Self> {
     /// False where either number is NaN.
     fn is_at_most(self, other: Self) -> Self::Mask;
 
-    /// These numbers where the mask is set, and the other ones elsewhere. Both are computed; of those not taken, NaN and
-    /// infinities leave no trace.
-    fn or_else(self, mask: Self::Mask, other: Self) -> Self;
-
     /// Writes the numbers of the items from `first` on.
     fn store(self, row: &mut Row, first: usize);
 
@@ -90,10 +86,13 @@ pub(crate) trait Numbers: Linear + Div<Output = Self> {
     fn store_four(self, quad: &mut Quad, first: usize);
 }
 
-/// Whether something is so, in each lane.
-pub(crate) trait Mask:
+/// Whether something is so, in each lane of numbers.
+pub(crate) trait Mask<N>:
     Copy + BitAnd<Output = Self> + BitOr<Output = Self> + Not<Output = Self>
 {
+    /// The first numbers where it is so, the others elsewhere; NaN and infinities that are not taken leave no trace.
+    fn select(self, if_so: N, otherwise: N) -> N;
+
     /// Whether it is so in any lane.
     fn is_any(self) -> bool;
 

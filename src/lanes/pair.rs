@@ -67,11 +67,6 @@ impl Numbers for Pair {
     }
 
     #[inline(always)]
-    fn or_else(self, mask: PairMask, other: Self) -> Self {
-        Self(mask.0.bitselect(self.0, other.0))
-    }
-
-    #[inline(always)]
     fn store(self, row: &mut Row, first: usize) {
         let numbers = self.0.to_array();
         row[first] = numbers[0];
@@ -86,7 +81,12 @@ impl Numbers for Pair {
     }
 }
 
-impl Mask for PairMask {
+impl Mask<Pair> for PairMask {
+    #[inline(always)]
+    fn select(self, if_so: Pair, otherwise: Pair) -> Pair {
+        Pair(self.0.bitselect(if_so.0, otherwise.0))
+    }
+
     #[inline(always)]
     fn is_any(self) -> bool {
         self.bits() != 0

@@ -104,14 +104,6 @@ impl<S: Simd> Numbers for Vector<S> {
     }
 
     #[inline(always)]
-    fn or_else(self, mask: VectorMask<S>, other: Self) -> Self {
-        let chosen = self
-            .simd
-            .select_f64s(mask.mask, self.numbers, other.numbers);
-        self.made(chosen)
-    }
-
-    #[inline(always)]
     fn store(self, row: &mut Row, first: usize) {
         let lanes: &[f64] = cast_slice(slice::from_ref(&self.numbers));
         row[first..first + S::F64_LANES].copy_from_slice(lanes);
@@ -125,7 +117,15 @@ impl<S: Simd> Numbers for Vector<S> {
     }
 }
 
-impl<S: Simd> Mask for VectorMask<S> {
+impl<S: Simd> Mask<Vector<S>> for VectorMask<S> {
+    #[inline(always)]
+    fn select(self, if_so: Vector<S>, otherwise: Vector<S>) -> Vector<S> {
+        let chosen = self
+            .simd
+            .select_f64s(self.mask, if_so.numbers, otherwise.numbers);
+        if_so.made(chosen)
+    }
+
     #[inline(always)]
     fn is_any(self) -> bool {
         self.simd.first_true_m64s(self.mask) != S::F64_LANES

@@ -28,7 +28,7 @@ pub enum BodyError {
     },
     /// A number of a surface law is out of range.
     #[error(
-        "the {quantity} of a surface law is {value}, but dissipation and friction must not be negative, but finite, and the slip tolerance must be from 1e-100 to 1e100 m/s"
+        "the {quantity} of a surface law is {value}, but dissipation and friction must be finite and not negative, and the slip tolerance must be from 1e-100 to 1e100 m/s"
     )]
     SurfaceLaw {
         /// Which number.

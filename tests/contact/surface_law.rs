@@ -305,6 +305,11 @@ fn numbers_out_of_range_make_no_law() {
     for bad in [0.0, 0.9e-100, 1.1e100] {
         assert_eq!(quantity([0.4, 0.3, bad]), "slip tolerance");
     }
+    assert_eq!(
+        SurfaceLaw::new(-1.0, 0.3, 0.1).unwrap_err().to_string(),
+        "the dissipation of a surface law is -1, but dissipation and friction must be finite and not negative, and the slip \
+         tolerance must be from 1e-100 to 1e100 m/s"
+    );
 }
 
 #[test]

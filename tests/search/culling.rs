@@ -1,8 +1,8 @@
 //! The search changes the time a wrench takes, never the wrench.
 
-use crate::support::scenes::{Random, mixed_shapes, pair, random_pair};
+use crate::support::scenes::{Random, grid, mixed_shapes, pair, random_pair};
 use hydroelastic::broad_phase::Projections;
-use hydroelastic::contact::{ContactPair, Culling, Search, Shape};
+use hydroelastic::contact::{ContactBody, ContactPair, Culling, HalfSpace, Partner, Search, Shape};
 use hydroelastic::mesh::shapes;
 use hydroelastic::spatial::Pose;
 use nalgebra::vector;
@@ -78,4 +78,65 @@ fn each_step_of_the_default_leaves_fewer_candidates() {
         counts[1]
     );
     assert_eq!(count(Culling::default()), counts[2]);
+}
+
+/// Rounding of heights (m), of shapes of size 1: such a corner is on the plane.
+const ON_PLANE: f64 = 1e-13;
+
+/// Asserts that of the body's tetrahedra those are candidates at a half-space that have a corner below its surface or on it,
+/// and, where it is rigid, another above or on it.
+fn assert_reaching_are_candidates(shape: &Shape, pose: Pose, ground: Pose) {
+    let body = ContactBody::new(shape, pose, 1e5).unwrap();
+    let to_ground = ground.inverse() * pose;
+    let heights = shape.field().tets().iter().map(|tet| {
+        let corners = tet.tetrahedron.corners.iter();
+        corners.map(|corner| to_ground.transformed_point(corner).z)
+    });
+    let [mut reaching, mut crossing] = [0, 0];
+    for heights in heights {
+        let lowest = heights.clone().fold(f64::INFINITY, f64::min);
+        let highest = heights.fold(f64::NEG_INFINITY, f64::max);
+        reaching += usize::from(lowest <= ON_PLANE);
+        crossing += usize::from(lowest <= ON_PLANE && highest >= -ON_PLANE);
+    }
+    let layer = HalfSpace::layer(0.3).unwrap();
+    let partners = [
+        (Partner::half_space(&layer, ground, 1e6).unwrap(), reaching),
+        (Partner::rigid_half_space(ground).unwrap(), crossing),
+    ];
+    for (partner, expected) in partners {
+        for search in [Search::Following, Search::Culling(Culling::default())] {
+            let pair = ContactPair::new(body, partner).with_search(search);
+            assert_eq!(pair.work_count().candidate_pairs, expected, "{search:?}");
+        }
+    }
+}
+
+#[test]
+fn candidates_at_a_half_space_are_the_tetrahedra_that_reach_it() {
+    let (shapes, mut random) = (mixed_shapes(), Random::new(52));
+    for shape in &shapes {
+        for _ in 0..20 {
+            let [body, ground] = [0.9, 0.3].map(|away| {
+                Pose::from_rotation_vector(&random.rotation_vector(), random.vector() * away)
+            });
+            assert_reaching_are_candidates(shape, body, ground);
+        }
+    }
+}
+
+#[test]
+fn tetrahedra_flush_with_a_half_space_are_candidates() {
+    let block = Shape::new(shapes::cuboid([1.0; 3]).unwrap());
+    let cells = Shape::new(grid(&[4, 3, 2], 0.25, |_| true).unwrap());
+    // Its surface on the plane from above and from below, and its center, which for the cells is a layer of inner faces.
+    for (shape, half) in [(&block, 0.5), (&cells, 0.25)] {
+        for height in [half, 0.0, -half] {
+            for turn in [0.0, 0.4] {
+                let turn = vector![0.0, 0.0, turn];
+                let pose = Pose::from_rotation_vector(&turn, vector![0.2, 0.1, height]);
+                assert_reaching_are_candidates(shape, pose, Pose::identity());
+            }
+        }
+    }
 }

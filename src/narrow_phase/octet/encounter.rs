@@ -156,9 +156,9 @@ impl<N: Numbers> Encounters<N> {
             extent_gradient,
             gradient_b,
             gradient: [
-                gradient[0].or_else(is_generic, zero),
-                gradient[1].or_else(is_generic, zero),
-                gradient[2].or_else(is_generic, one),
+                is_generic.select(gradient[0], zero),
+                is_generic.select(gradient[1], zero),
+                is_generic.select(gradient[2], one),
             ],
             is_generic,
             is_special: is_there & may_meet & is_doubtful,

@@ -2,7 +2,7 @@ use super::encounter::{Bodies, Encounters};
 use super::outlines::{Outlines, Planes};
 use super::{BELOW, OPPOSITE, Octet, Part, PosedTet, SLOTS, SPECIAL};
 use crate::lanes::space::{dot, scaled, store};
-use crate::lanes::{InLanes, Lanes, Numbers, ROW};
+use crate::lanes::{InLanes, Lanes, Mask, Numbers, ROW};
 use crate::narrow_phase::RelativePair;
 use std::array;
 
@@ -54,8 +54,8 @@ impl Octet {
         if !met.is_any_generic() {
             self.fill_with_nothing(lanes, first);
             let special = lanes.splat(f64::from(SPECIAL));
-            special
-                .or_else(met.is_special, zero)
+            met.is_special
+                .select(special, zero)
                 .store(&mut self.codes, first);
             return;
         }
@@ -69,7 +69,7 @@ impl Octet {
         let moments = outlines.moments(lanes);
         let counts = zero.is_less(moments[0]) & !outlines.is_near;
         for (row, moment) in self.moments.iter_mut().zip(moments) {
-            moment.or_else(counts, zero).store(row, first);
+            counts.select(moment, zero).store(row, first);
         }
         self.store_codes(lanes, first, &met, &outlines);
         self.store_planes(first, &planes);
@@ -95,21 +95,21 @@ impl Octet {
         let (zero, special) = (lanes.splat(0.0), lanes.splat(f64::from(SPECIAL)));
         let mut code = zero;
         for (bit, is_set) in outlines.is_there.into_iter().enumerate() {
-            code = code + lanes.splat(f64::from(1_u32 << bit)).or_else(is_set, zero);
+            code = code + is_set.select(lanes.splat(f64::from(1_u32 << bit)), zero);
         }
         for (corner, is_below) in met.below.into_iter().enumerate() {
             let bit = f64::from(1_u32 << (BELOW + corner));
-            code = code + lanes.splat(bit).or_else(is_below, zero);
+            code = code + is_below.select(lanes.splat(bit), zero);
         }
         for slot in 0..SLOTS {
             let bit = f64::from(1_u32 << (OPPOSITE + slot));
             let is_beside =
                 is_origin(outlines.from[slot], zero) | is_origin(outlines.to[slot], zero);
-            code = code + zero.or_else(is_beside, lanes.splat(bit));
+            code = code + is_beside.select(zero, lanes.splat(bit));
         }
         let is_special = met.is_special | outlines.is_near;
-        special
-            .or_else(is_special, code)
+        is_special
+            .select(special, code)
             .store(&mut self.codes, first);
     }
 
@@ -165,9 +165,9 @@ impl Octet {
             let steepness_a = lanes.gathered(|lane| a[lane].steepness) * bodies.scale_a;
             let is_a = steepness_a.is_at_most(lanes.gathered(|lane| b[lane].steepness));
             for axis in 0..3 {
-                gradient[axis] = gradient[axis].or_else(is_a, met.gradient_b[axis]);
+                gradient[axis] = is_a.select(gradient[axis], met.gradient_b[axis]);
             }
-            offset = offset.or_else(is_a, lanes.gathered(|lane| b[lane].field.offset));
+            offset = is_a.select(offset, lanes.gathered(|lane| b[lane].field.offset));
         }
         let [e1, e2, _] = planes.axes;
         let at_origin = dot(gradient, planes.origin) + offset;

@@ -2,7 +2,7 @@ use super::encounter::Encounters;
 use super::{PosedTet, SLOTS};
 use crate::geometry::{EDGES, FACES};
 use crate::lanes::space::{difference, dot, gathered, scaled, sum};
-use crate::lanes::{Lanes, Numbers};
+use crate::lanes::{Lanes, Mask, Numbers};
 
 /// The planes of equal pressure, with coordinates y in them: along e₁ and e₂, n being the third, from an origin.
 pub(super) struct Planes<N> {
@@ -21,7 +21,7 @@ impl<N: Numbers> Planes<N> {
         let normal = scaled(met.gradient, yielding);
         let [e1, e2] = axes_beside(normal, [zero, one]);
         // Where there is no generic polygon this is no height, and pressures that far away may be beyond double precision.
-        let height = (met.at_a[0] * yielding).or_else(met.is_generic, zero);
+        let height = met.is_generic.select(met.at_a[0] * yielding, zero);
         Self {
             origin: difference(met.corners_a[0], scaled(normal, height)),
             axes: [e1, e2, normal],
@@ -34,7 +34,7 @@ impl<N: Numbers> Planes<N> {
 /// `axes_about` in `contact/plane.rs` is in any scalar.
 #[inline(always)]
 fn axes_beside<N: Numbers>([x, y, z]: [N; 3], [zero, one]: [N; 2]) -> [[N; 3]; 2] {
-    let sign = one.or_else(zero.is_at_most(z), -one);
+    let sign = zero.is_at_most(z).select(one, -one);
     let factor = -(one / (z + sign));
     let product = x * y * factor;
     let e1 = [x * x * factor * sign + one, product * sign, -(x * sign)];
@@ -102,12 +102,12 @@ impl<N: Numbers> Outlines<N> {
                     crossings[qr][axis],
                     crossings[rp][axis],
                 ];
-                let from = on_qr.or_else(below_r & !below_q, on_rp);
-                let from = on_pq.or_else(below_q & !below_p, from);
-                let to = on_qr.or_else(below_q & !below_r, on_rp);
-                let to = on_pq.or_else(below_p & !below_q, to);
-                outlines.from[face][axis] = from.or_else(is_there, zero);
-                outlines.to[face][axis] = to.or_else(is_there, zero);
+                let from = (below_r & !below_q).select(on_qr, on_rp);
+                let from = (below_q & !below_p).select(on_pq, from);
+                let to = (below_q & !below_r).select(on_qr, on_rp);
+                let to = (below_p & !below_q).select(on_pq, to);
+                outlines.from[face][axis] = is_there.select(from, zero);
+                outlines.to[face][axis] = is_there.select(to, zero);
             }
             outlines.is_there[face] = is_there;
         }
@@ -169,14 +169,14 @@ impl<N: Numbers> Outlines<N> {
             let share = value_from / (value_from - value_to);
             for axis in 0..2 {
                 let crossing = from[axis] + (to[axis] - from[axis]) * share;
-                exit[axis] = crossing.or_else(leaves, exit[axis]);
-                entry[axis] = crossing.or_else(enters, entry[axis]);
-                let start = from[axis].or_else(starts_in, crossing);
-                let end = to[axis].or_else(ends_in, crossing);
-                self.from[slot][axis] = start.or_else(stays, zero);
-                self.to[slot][axis] = end.or_else(stays, zero);
+                exit[axis] = leaves.select(crossing, exit[axis]);
+                entry[axis] = enters.select(crossing, entry[axis]);
+                let start = starts_in.select(from[axis], crossing);
+                let end = ends_in.select(to[axis], crossing);
+                self.from[slot][axis] = stays.select(start, zero);
+                self.to[slot][axis] = stays.select(end, zero);
             }
-            after = lanes.splat(slot as f64).or_else(leaves, after);
+            after = leaves.select(lanes.splat(slot as f64), after);
             self.is_there[slot] = stays;
             is_cut = is_cut | leaves;
         }
@@ -194,14 +194,14 @@ impl<N: Numbers> Outlines<N> {
         let mut corner = self.from[0];
         for slot in 1..SLOTS {
             for axis in 0..2 {
-                corner[axis] = self.from[slot][axis].or_else(self.is_there[slot], corner[axis]);
+                corner[axis] = self.is_there[slot].select(self.from[slot][axis], corner[axis]);
             }
         }
         for slot in 0..SLOTS {
             let (from, to, is_there) = (self.from[slot], self.to[slot], self.is_there[slot]);
             for axis in 0..2 {
-                self.from[slot][axis] = (from[axis] - corner[axis]).or_else(is_there, zero);
-                self.to[slot][axis] = (to[axis] - corner[axis]).or_else(is_there, zero);
+                self.from[slot][axis] = is_there.select(from[axis] - corner[axis], zero);
+                self.to[slot][axis] = is_there.select(to[axis] - corner[axis], zero);
             }
         }
         let [e1, e2, _] = planes.axes;

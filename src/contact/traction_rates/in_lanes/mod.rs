@@ -18,7 +18,7 @@ use crate::contact::traction_rates::frame::Frame;
 use crate::contact::traction_rates::wrenches::{Six, by_affine, times, wrenches};
 use crate::geometry::set_bits;
 use crate::lanes::space::{components, dot};
-use crate::lanes::{self, InLanes, Lanes, Numbers, ROW, Row};
+use crate::lanes::{self, InLanes, Lanes, Mask, Numbers, ROW, Row};
 use crate::narrow_phase::{RelativePair, SLOTS};
 use crate::search::Found;
 use edges::Edges;
@@ -277,7 +277,7 @@ impl AddedInLanes<'_> {
 #[inline(always)]
 fn outwardness<N: Numbers>([m1, m2, _]: [N; 3], zero: N, one: N) -> N {
     let squared = m1 * m1 + m2 * m2;
-    (one / squared.sqrt()).or_else(zero.is_less(squared), zero)
+    zero.is_less(squared).select(one / squared.sqrt(), zero)
 }
 
 /// Adds columns of six to rows.
