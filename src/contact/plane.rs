@@ -230,3 +230,23 @@ pub(super) fn quadratic_moments<T: Scalar>(f: &Quadratic<T>, moments: &[T; 10]) 
 pub(super) fn at<T: Scalar>(function: &Affine<T>, y: &[T; 2]) -> T {
     function[0] + function[1] * y[0] + function[2] * y[1]
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Round-off may bend an outline so that a line cuts it many times.
+    #[test]
+    fn an_outline_that_is_cut_into_more_corners_than_it_has_room_for_drops_some() {
+        let mut zigzag = Outline::<f64>::empty();
+        for edge in 0..12 {
+            let aside = if edge % 2 == 0 { 1.0 } else { -1.0 };
+            zigzag.push([f64::from(edge), aside], edge);
+        }
+        let part = zigzag.cut(&[0.0, 0.0, 1.0]).unwrap();
+        // Each of 12 edges is cut, and 6 corners are inside.
+        assert_eq!(part.corners().len(), PLANE_CAPACITY);
+        assert_eq!(part.edges().len(), PLANE_CAPACITY);
+        assert!(part.corners().iter().all(|[_, y2]| *y2 >= 0.0));
+    }
+}

@@ -5,7 +5,7 @@ use super::plane::PlanePolygon;
 use super::polygon::{CutPolygon, PartialSum};
 use crate::geometry::{AffineField, PolygonMoments};
 use crate::lanes::space::vector_at;
-use crate::narrow_phase::{Cut, Octet, Weights};
+use crate::narrow_phase::{Cut, Octet, Weight, Weights};
 use nalgebra::{Matrix3, Vector3, Vector6};
 
 /// What is kept of each polygon while a contact is linearised: nothing, `()`, or how it answers to changes of shape, a
@@ -149,8 +149,10 @@ impl PolygonResponse {
             self.flow(&self.slope_b, covector, -1.0),
             self.flow(&self.gradient_a, covector, 1.0),
         ];
+        let [moving, still] = [self.weights.moving, self.weights.still].map(Weight::area);
         let Some(law) = &self.law else {
-            return self.of_fields([elastic; 2], moduli, [in_a, in_b]);
+            let forms = [moving, still].map(|weight| elastic.map(|form| form * weight));
+            return self.of_fields(forms, moduli, [in_a, in_b]);
         };
         let covector = law.covector(covector);
         let form = |wrenches: &[Vector6<f64>; 3]| law.contracted(&covector, wrenches);
@@ -162,14 +164,13 @@ impl PolygonResponse {
         let by_pressure = form(&law.by_pressure);
         let with_law = |by_speed: AffineForm, weight: f64| {
             [
-                elastic[0] + by_pressure * weight + by_speed * -self.yielding,
-                elastic[1] + by_speed,
+                (elastic[0] + by_pressure) * weight + by_speed * -self.yielding,
+                elastic[1] * weight + by_speed,
             ]
         };
-        let Weights { still, moving } = self.weights;
         let forms = [
-            with_law(by_speed, moving.area()),
-            with_law(by_speed_of_growth, still.area()),
+            with_law(by_speed, moving),
+            with_law(by_speed_of_growth, still),
         ];
         let mut cells = self.of_fields(forms, moduli, [in_a, in_b]);
         for by_face in &law.by_faces {
@@ -206,16 +207,16 @@ impl PolygonResponse {
         ]
     }
 
-    /// f ↦ ∫ f a·u dA, times a factor, where u is the velocity of a twist about the origin (its moment, then its force).
+    /// f ↦ ∫ f a·u dA over all of the polygon, times a factor, where u is the velocity of a twist about the origin (its moment,
+    /// then its force).
     fn flow(&self, a: &Vector3<f64>, twist: &Vector6<f64>, factor: f64) -> AffineForm {
         let (moment, force) = (twist.fixed_rows::<3>(0), twist.fixed_rows::<3>(3));
         let moments = &self.moments;
-        let weight = self.weights.moving.area() * factor;
         let at_reference = a.dot(&(force + moment.cross(&moments.reference)));
         let gradient = a.cross(&moment);
         let value = at_reference * moments.area + gradient.dot(&moments.first);
         let slope = moments.first * at_reference + moments.second * gradient;
-        AffineForm::about(&moments.reference, value * weight, slope * weight)
+        AffineForm::about(&moments.reference, value * factor, slope * factor)
     }
 }
 

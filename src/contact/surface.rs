@@ -45,8 +45,10 @@ impl<T: Scalar> ContactPolygon<T> {
         let offset = moments.first / moments.area;
         let moment = moments.second * gradient - offset * moments.first.dot(gradient);
         let area = moments.area * lift::<T>(polygon.weights.still.area());
-        let center_of_pressure = if real_part(pressure) > 0.0 {
-            centroid + moment / (pressure * moments.area)
+        // 0 too where it is less than the least number.
+        let load = pressure * moments.area;
+        let center_of_pressure = if real_part(load) > 0.0 {
+            centroid + moment / load
         } else {
             centroid
         };

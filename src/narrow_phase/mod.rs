@@ -20,4 +20,4 @@ pub(crate) use octet::{Exits, LookAt, Octet, SLOTS};
 pub use partner::Partner;
 pub(crate) use partner::PartnerShape;
 pub(crate) use relative_pair::{PosedTet, RelativePair, scales};
-pub(crate) use weights::{NUDGE, Weights};
+pub(crate) use weights::{NUDGE, Weight, Weights};

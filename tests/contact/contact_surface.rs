@@ -1,8 +1,9 @@
 //! The contact surface of two octahedra, polygon by polygon: all that can be read from it has a closed value.
 
 use crate::support::octahedra::{OVERLAP, fall, force, octahedron, places, slope, stacked, stage};
-use crate::support::scenes::{Random, mixed_shapes, pair, random_pair};
-use hydroelastic::contact::ContactPolygon;
+use crate::support::scenes::{Random, grid, mixed_shapes, pair, random_pair};
+use hydroelastic::contact::{ContactBody, ContactPair, ContactPolygon, Partner, Shape};
+use hydroelastic::mesh::shapes;
 use hydroelastic::spatial::Pose;
 use nalgebra::{Vector3, vector};
 
@@ -208,4 +209,35 @@ fn pressure_gradient_of_a_polygon_is_that_of_the_flatter_field() {
 #[test]
 fn a_shape_is_printed_by_its_number_of_tetrahedra() {
     assert_eq!(format!("{:?}", octahedron(0)), "Shape { tets: 8, .. }");
+}
+
+/// Two grids of which a layer of inner faces lies in the contact surface: what is above it in one and below it in the other has
+/// a polygon in common that counts for nothing.
+#[test]
+fn all_polygons_have_an_area_where_inner_faces_of_both_bodies_lie_in_the_surface() {
+    let layers = Shape::new(grid(&[4, 4, 4], 0.25, |_| true).unwrap());
+    for aside in [[0.03, 0.02], [0.0, 0.02], [0.125, 0.0]] {
+        let above = Pose::from_translation(vector![aside[0], aside[1], 0.5]);
+        let pair = pair((&layers, above, 2e4), (&layers, Pose::identity(), 2e4));
+        let surface = pair.surface();
+        assert!(surface.polygons.iter().all(|polygon| polygon.area > 0.0));
+        assert_eq!(pair.touching_tets().len(), surface.polygons.len());
+    }
+}
+
+#[test]
+fn the_center_of_pressure_is_the_centroid_where_the_force_is_less_than_the_least_number() {
+    let cube = Shape::new(shapes::cuboid([1.0; 3]).unwrap());
+    let pressed_in = Pose::from_translation(vector![0.0, 0.0, 0.4]);
+    let plane = Partner::rigid_half_space(Pose::identity()).unwrap();
+    // With the one the pressure is 0 in double precision, with the other the force of small polygons.
+    for modulus in [5e-324, 1e-322] {
+        let cube = ContactBody::new(&cube, pressed_in, modulus).unwrap();
+        let mut polygons = ContactPair::new(cube, plane).surface().polygons;
+        polygons.retain(|polygon| polygon.pressure * polygon.area == 0.0);
+        assert!(!polygons.is_empty());
+        for polygon in polygons {
+            assert_eq!(polygon.center_of_pressure, polygon.centroid);
+        }
+    }
 }

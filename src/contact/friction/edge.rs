@@ -21,7 +21,7 @@ pub(super) struct EdgeMeans<T> {
     /// The means of tᵏR.
     pub by_r: [T; 4],
     /// The length, 0 where the corners coincide.
-    pub length: T,
+    pub length: f64,
 }
 
 /// A corner of the polygon: its place from the center of rotation, and R there.
@@ -82,7 +82,7 @@ impl<T: Scalar> EdgeMeans<T> {
             direction,
             over_r,
             by_r: [0, 1, 2, 3].map(|k| over_r[k + 2] + c_squared * over_r[k]),
-            length,
+            length: real_part(length),
         }
     }
 
@@ -114,7 +114,7 @@ impl<T: Scalar> EdgeMeans<T> {
             direction,
             over_r,
             by_r,
-            length: length_or_zero(span),
+            length: real_part(dot(span, span)).sqrt(),
         }
     }
 }
@@ -126,17 +126,6 @@ fn sum_without_cancellation<T: Scalar>(root: T, t: T, c_squared: T) -> T {
         root + t
     } else {
         c_squared / (root - t)
-    }
-}
-
-/// A root has no derivative at zero.
-#[inline]
-fn length_or_zero<T: Scalar>(span: Vector<T>) -> T {
-    let squared = dot(span, span);
-    if real_part(squared) > 0.0 {
-        squared.sqrt()
-    } else {
-        lift(0.0)
     }
 }
 

@@ -2,7 +2,7 @@
 
 use super::{for_pairs, motion, row, vertices};
 use crate::support::octahedra::octahedron;
-use crate::support::scenes::{Random, pair};
+use crate::support::scenes::{Random, grid, pair};
 use hydroelastic::contact::{
     BodyError, ContactBody, ContactPair, LinearisedContact, Partner, RigidShape, Shape, SurfaceLaw,
 };
@@ -13,8 +13,8 @@ use nalgebra::{SMatrix, SVector, Vector3, Vector6};
 /// Round-off of sums over polygons and vertices, of the largest entry.
 const SAME: f64 = 1e-12;
 
-/// Pairs as of [`for_pairs`], boxes of which sides are flush, and an octahedron of which inner faces lie in the contact surface:
-/// of polygons on either side of them one half counts.
+/// Pairs as of [`for_pairs`], boxes of which sides are flush, grids in layers, of both of which inner faces or edges lie in the
+/// contact surface, and an octahedron of which inner faces lie there: of polygons on either side of them one half counts.
 fn for_pairs_and_flush_ones(
     count: usize,
     seed: u8,
@@ -28,6 +28,14 @@ fn for_pairs_and_flush_ones(
         let (a, b) = (
             (&a, Pose::from_translation(shift.into()), 2e4),
             (&b, Pose::identity(), 1e4),
+        );
+        check(&pair(a, b), &mut random);
+    }
+    let layers = Shape::new(grid(&[4, 4, 4], 0.25, |_| true).unwrap());
+    for shift in [[0.03, 0.02, 0.5], [0.03, 0.02, 0.25], [0.125, 0.0, 0.5]] {
+        let (a, b) = (
+            (&layers, Pose::from_translation(shift.into()), 2e4),
+            (&layers, Pose::identity(), 2e4),
         );
         check(&pair(a, b), &mut random);
     }
