@@ -16,7 +16,7 @@ use nalgebra::{Matrix3, Matrix6, Matrix6x2, SMatrix, SVector, Vector3, Vector6};
 /// In closed form: nothing is differentiated through a clip. The elastic part needs areas and moments of the contact
 /// polygons alone; what dissipation and friction add needs the motion of the polygons' edges too, which is that of the
 /// faces they lie in. Where the wrench has a kink, as friction has where sides are flush, the derivatives by poses and
-/// moduli are the mean of those on either side; poses within 2.5e-10 of the bodies' size of a kink count as being on it, or
+/// moduli are the mean of those on either side; poses within 2.5e-10 of the bodies' size of a kink count as being on it, or within
 /// less where bodies are pressed in by less. Where several kinks meet, no linear function is the mean in all directions,
 /// and the derivatives are those about one generic direction. Derivatives by velocities and law are those at the pose
 /// itself. Surfaces that face each other and only touch have no contact, and derivatives of 0. The slip tolerance is a
