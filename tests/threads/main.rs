@@ -1,4 +1,5 @@
-//! The same bits, whatever the number of threads and in every run.
+//! The same bits, whatever the number of threads, in every run and on every processor.
 
+mod every_processor;
 mod reproducible;
 mod same_bits;

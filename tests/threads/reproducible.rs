@@ -61,7 +61,7 @@ fn touching_pairs(world: &World) -> usize {
     pairs.filter(|&(i, j)| topology.touches(i, j)).count()
 }
 
-fn numbers(state: &State) -> impl Iterator<Item = f64> {
+pub fn numbers(state: &State) -> impl Iterator<Item = f64> {
     state.bodies.iter().flat_map(|body| {
         let pose = body.pose.rotation().iter().chain(body.pose.translation());
         let twist = body.twist.angular.iter().chain(&body.twist.linear);
@@ -69,12 +69,12 @@ fn numbers(state: &State) -> impl Iterator<Item = f64> {
     })
 }
 
-fn bytes(numbers: impl IntoIterator<Item = f64>) -> Vec<u8> {
+pub fn bytes(numbers: impl IntoIterator<Item = f64>) -> Vec<u8> {
     numbers.into_iter().flat_map(f64::to_le_bytes).collect()
 }
 
 /// FNV-1a of 64 bits, which never changes, as the standard library's hash may.
-fn hash(bytes: &[u8]) -> u64 {
+pub fn hash(bytes: &[u8]) -> u64 {
     bytes.iter().fold(0xcbf2_9ce4_8422_2325, |hash, &byte| {
         (hash ^ u64::from(byte)).wrapping_mul(0x100_0000_01b3)
     })

@@ -1,7 +1,7 @@
 //! A cargo command in its words.
 
 /// Of cargo, before `--`: those alone, and those with a value.
-const SWITCHES: [&str; 11] = [
+const SWITCHES: [&str; 13] = [
     "--release",
     "--locked",
     "--offline",
@@ -13,13 +13,16 @@ const SWITCHES: [&str; 11] = [
     "--list",
     "--all-targets",
     "--lib",
+    "--no-report",
+    "--summary-only",
 ];
-const WITH_VALUES: [&str; 9] = [
+const WITH_VALUES: [&str; 10] = [
     "--bench",
     "--test",
     "--example",
     "--features",
     "--manifest-path",
+    "--target",
     "--target-dir",
     "-e",
     "-f",

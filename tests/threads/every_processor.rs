@@ -1,0 +1,302 @@
+//! The same bits on every processor: contacts and worlds whose numbers come from sums, products, quotients and square roots
+//! alone, which IEEE 754 defines to the last bit, held against bits that are written down.
+//!
+//! Numbers in lanes have the same bits with 2, 4 and 8 of them. Poses are turned by quaternions of whole numbers, meshes have
+//! no circles, and bodies that turn have equal moments, so that no sine or cosine decides a bit. What is left out, since
+//! it asks the platform's mathematical library, whose last bits are its own: friction where the slip turns quickly within a
+//! polygon (an arc tangent and a logarithm), explicit steps of bodies with unequal moments or that turn by 0.5 rad and more
+//! (sines and cosines), implicit steps (an arc tangent, of how far a body has turned; from 16 bodies on products and sums
+//! are fused, too, where the processor can), cylinders, and poses from rotation vectors.
+//!
+//! Where a change of the library is meant to change bits, the new ones are read off the failures of
+//!
+//! ```sh
+//! cargo test --test threads every_processor::
+//! ```
+
+use crate::reproducible::{bytes, hash, numbers};
+use hydroelastic::contact::{
+    ContactBody, ContactPair, HalfSpace, Partner, RigidShape, Shape, SurfaceLaw,
+};
+use hydroelastic::dynamics::{Body, Integrator, Mass, Material, Plan, World};
+use hydroelastic::gradient::{Experiment, FinalPosition, Parameter};
+use hydroelastic::mesh::{TriangleSurface, shapes};
+use hydroelastic::spatial::{Pose, Twist};
+use nalgebra::{Matrix3, SVector, Vector3, vector};
+use std::sync::Arc;
+
+/// Hash of all bits of each contact, of A with its partner.
+const CONTACTS: [(&str, u64); 13] = [
+    ("many polygons", 0xa106_5e48_ce18_9231),
+    ("ball, ball", 0x3413_baa0_ef41_5700),
+    ("ball, block", 0x1640_9307_cfe9_8542),
+    ("ball, rigid ball", 0x9736_66e5_b36f_0bed),
+    ("ball, half-space", 0xd1f1_4ad2_0da3_3ad1),
+    ("ball, layer", 0x3232_cfd6_1c85_39f3),
+    ("block, block", 0xffcc_bbff_922d_d4f3),
+    ("flush blocks", 0xbe5f_af9c_81d2_a0de),
+    ("flush blocks, turned", 0x8385_9893_2383_14e5),
+    ("flush, rigid", 0xd340_1b4b_d041_c7f4),
+    ("flush, half-space", 0x2602_53ec_1837_3f31),
+    ("flush, layer", 0x6cf6_e3b5_f6a1_7dd4),
+    ("same block", 0xc30d_21e0_3c10_a206),
+];
+
+/// Hash of all bits of all states, by the integrator.
+const ROLLOUTS: [(Integrator, u64); 2] = [
+    (Integrator::SymplecticEuler, 0x747c_cc6e_b196_5a13),
+    (Integrator::Leapfrog, 0x6482_5257_fd4c_50f3),
+];
+
+/// Hash of the derivatives of a rollout, and of its end.
+const GRADIENT: [(&str, u64); 1] = [("gradient", 0xf42f_e59a_289f_12d2)];
+
+const TIME_STEP: f64 = 1e-3;
+const STEPS: usize = 300;
+
+/// Slip tolerances (m/s): a slip that turns by little within a polygon, and by more, on other rungs of the rules.
+const SLIP_TOLERANCES: [f64; 2] = [20.0, 0.5];
+
+/// Slip tolerance (m/s) of the heap.
+const SLIP_TOLERANCE: f64 = 2.0;
+
+/// The rotation of a quaternion w + v of whole numbers: (w² − v·v)·I + 2·v·vᵀ + 2w·\[v\]ₓ, exact until divided by w² + v·v.
+fn rotation([w, x, y, z]: [i32; 4]) -> Matrix3<f64> {
+    let (w, v) = (f64::from(w), Vector3::new(x, y, z).map(f64::from));
+    let along = Matrix3::from_diagonal_element(w * w - v.dot(&v));
+    let turned = v * v.transpose() + v.cross_matrix() * w;
+    (along + turned * 2.0) / (w * w + v.dot(&v))
+}
+
+fn pose(quaternion: [i32; 4], translation: Vector3<f64>) -> Pose {
+    Pose::new(rotation(quaternion), translation).unwrap()
+}
+
+/// Wrenches, Jacobians and gradients by the shapes, at rest and with friction and without.
+fn contact(pair: &ContactPair) -> Vec<u8> {
+    let twists = [
+        Twist {
+            angular: vector![1.0, -2.0, 0.75],
+            linear: vector![0.25, 0.125, -0.5],
+        },
+        Twist {
+            angular: vector![-0.5, 0.25, 1.0],
+            linear: vector![0.0, 0.5, 0.25],
+        },
+    ];
+    let covector = SVector::from_fn(|row, _| 1.0 / (row as f64 + 3.0));
+    let (wrench, jacobian) = pair.wrench_and_jacobian();
+    let mut wrenches = vec![pair.wrench(), wrench];
+    let mut all = vec![pair.potential_energy(), pair.surface().area()];
+    for body in [jacobian.on_a, jacobian.on_b] {
+        all.extend(body.matrix().iter());
+    }
+    for (friction, slip_tolerance) in [0.0, 0.5].into_iter().zip(SLIP_TOLERANCES) {
+        let law = SurfaceLaw::new(0.5, friction, slip_tolerance).unwrap();
+        let linearised = pair.linearised(&law, twists);
+        wrenches.extend([pair.wrench_in_motion(&law, twists), linearised.wrench]);
+        all.extend(linearised.jacobian().iter());
+        for shape in pair.shape_gradients_in_motion(&law, twists, &covector) {
+            all.extend(shape.by_vertices.iter().flatten());
+            all.extend(shape.by_extents);
+        }
+    }
+    for wrench in wrenches {
+        all.extend(wrench.on_a.to_vector().iter());
+        all.extend(wrench.on_b.to_vector().iter());
+    }
+    bytes(all)
+}
+
+struct Shapes {
+    fine: Shape,
+    ball: Shape,
+    block: Shape,
+    rigid_ball: RigidShape,
+    rigid_block: RigidShape,
+    layer: HalfSpace,
+}
+
+impl Shapes {
+    fn new() -> Self {
+        let [fine, ball] = [3, 2].map(|times| Shape::new(shapes::icosphere(0.1, times).unwrap()));
+        let block = Shape::new(shapes::cuboid([0.1, 0.125, 0.0875]).unwrap());
+        let rigid = |shape: &Shape| {
+            let surface = TriangleSurface::around(shape.field().mesh());
+            RigidShape::new(surface.unwrap())
+        };
+        Self {
+            rigid_ball: rigid(&ball),
+            rigid_block: rigid(&block),
+            layer: HalfSpace::layer(0.02).unwrap(),
+            fine,
+            ball,
+            block,
+        }
+    }
+
+    /// At generic poses: polygons are looked at in lanes.
+    fn generic(&self) -> [(&'static str, ContactPair<'_>); 7] {
+        let turned = pose([1, 2, 2, 4], vector![0.02, 0.05, 0.09]);
+        let other = pose([2, -1, 4, 2], vector![-0.03, 0.01, 0.02]);
+        let ground = pose([4, -2, 1, 2], vector![0.01, -0.02, 0.03]);
+        let on = |partner| pair((&self.ball, turned), partner);
+        let fine = hard(&self.fine, other);
+        [
+            ("many polygons", pair((&self.fine, turned), fine)),
+            ("ball, ball", on(hard(&self.ball, other))),
+            ("ball, block", on(hard(&self.block, other))),
+            ("ball, rigid ball", on(rigid(&self.rigid_ball, other))),
+            ("ball, half-space", on(half_space(ground))),
+            ("ball, layer", on(layer(&self.layer, ground))),
+            (
+                "block, block",
+                pair((&self.block, turned), hard(&self.block, other)),
+            ),
+        ]
+    }
+
+    /// With faces in one plane, exactly or to round-off: polygons go the way of one pair.
+    fn flush(&self) -> [(&'static str, ContactPair<'_>); 6] {
+        let ground = pose([4, -2, 1, 2], vector![0.01, -0.02, 0.03]);
+        let here = Pose::identity();
+        let on_top: Pose = Pose::from_translation(vector![0.0125, 0.0, 0.0625]);
+        let sunk: Pose = Pose::from_translation(vector![0.0, 0.0, 0.04]);
+        let block = |pose, partner| pair((&self.block, pose), partner);
+        [
+            ("flush blocks", block(on_top, hard(&self.block, here))),
+            (
+                "flush blocks, turned",
+                block(ground * on_top, hard(&self.block, ground)),
+            ),
+            (
+                "flush, rigid",
+                block(on_top, rigid(&self.rigid_block, here)),
+            ),
+            ("flush, half-space", block(sunk, half_space(here))),
+            ("flush, layer", block(sunk, layer(&self.layer, here))),
+            ("same block", block(ground, hard(&self.block, ground))),
+        ]
+    }
+}
+
+fn pair<'s>((shape, pose): (&'s Shape, Pose), partner: Partner<'s>) -> ContactPair<'s> {
+    ContactPair::new(ContactBody::new(shape, pose, 1e5).unwrap(), partner)
+}
+
+fn hard(shape: &Shape, pose: Pose) -> Partner<'_> {
+    ContactBody::new(shape, pose, 2e5).unwrap().into()
+}
+
+fn rigid(shape: &RigidShape, pose: Pose) -> Partner<'_> {
+    Partner::rigid(shape, pose).unwrap()
+}
+
+fn half_space(pose: Pose) -> Partner<'static> {
+    Partner::rigid_half_space(pose).unwrap()
+}
+
+fn layer(shape: &HalfSpace, pose: Pose) -> Partner<'_> {
+    Partner::half_space(shape, pose, 3e5).unwrap()
+}
+
+/// Balls and cubes, pressed into one another and into a soft layer, turning and rubbing.
+fn heap() -> World {
+    let skin = Material::elastic(1e5)
+        .with_dissipation(0.25)
+        .with_friction(0.5);
+    let ball = Arc::new(Shape::new(shapes::icosphere(0.1, 1).unwrap()));
+    let cube = Arc::new(Shape::new(shapes::cuboid([0.1875; 3]).unwrap()));
+    let falling = |index: u32| {
+        let cell = Vector3::from([index % 2, index / 2 % 2, index / 4].map(f64::from));
+        let shape = [&ball, &cube][(index % 3 % 2) as usize];
+        let body = Body::dynamic(
+            &format!("body {index}"),
+            Arc::clone(shape),
+            skin,
+            Mass::Total(1.0),
+        );
+        let quaternion = [[1, 2, 2, 4], [4, -2, 1, 2], [2, -1, 4, 2]][index as usize % 3];
+        body.unwrap()
+            .at(pose(quaternion, cell * 0.1875 + vector![0.0, 0.0, 0.09375]))
+            .with_spin(vector![2.0, -1.0, 0.5])
+    };
+    let ground = Body::fixed("ground", HalfSpace::layer(0.05).unwrap(), skin).unwrap();
+    let world = World::new((0..8).map(falling).chain([ground]).collect()).unwrap();
+    let world = world.with_gravity(vector![0.0, 0.0, -9.8125]).unwrap();
+    world.with_slip_tolerance(SLIP_TOLERANCE).unwrap()
+}
+
+fn rollout(integrator: Integrator) -> Vec<u8> {
+    let plan = Plan::new(TIME_STEP, STEPS)
+        .unwrap()
+        .with_integrator(integrator);
+    let world = heap();
+    let states = world.rollout(&plan).take(STEPS);
+    bytes(states.flat_map(|state| numbers(&state.unwrap()).collect::<Vec<_>>()))
+}
+
+fn gradient() -> Vec<u8> {
+    let by = [
+        Parameter::InitialVelocity("body 7".into()),
+        Parameter::InitialSpin("body 0".into()),
+        Parameter::Friction("body 0".into()),
+        Parameter::Modulus("body 1".into()),
+        Parameter::Gravity,
+    ];
+    let world = heap();
+    let end = FinalPosition::of_body(&world, "body 4").unwrap();
+    let experiment = Experiment::new(&world, &Plan::new(TIME_STEP, STEPS / 10).unwrap());
+    let found = experiment.jacobian(&by, &end).unwrap();
+    assert!(found.jacobian.column(0).amax() > 0.0);
+    bytes(found.value.iter().chain(found.jacobian.iter()).copied())
+}
+
+/// As it is written in the tables.
+fn grouped(hash: u64) -> String {
+    let groups = [48, 32, 16, 0].map(|shift| format!("{:04x}", hash >> shift & 0xffff));
+    format!("0x{}", groups.join("_"))
+}
+
+/// That bits are those written down, all at once: the message has a line for each that is not, as it would be written.
+fn assert_written_down<N: PartialEq + std::fmt::Debug>(
+    found: impl IntoIterator<Item = (N, Vec<u8>)>,
+    written: &[(N, u64)],
+) {
+    let found: Vec<_> = found
+        .into_iter()
+        .map(|(name, bits)| (name, hash(&bits)))
+        .collect();
+    let others = found.iter().filter(|found| !written.contains(found));
+    let others: Vec<_> = others
+        .map(|(name, hash)| format!("({name:?}, {}),", grouped(*hash)))
+        .collect();
+    assert!(
+        others.is_empty() && found.len() == written.len(),
+        "other bits than are written down. Is this a change that is meant to change bits? Then write these in the table:\n{}",
+        others.join("\n")
+    );
+}
+
+#[test]
+fn contacts_have_the_bits_that_are_written_down() {
+    let shapes = Shapes::new();
+    let (generic, flush) = (shapes.generic(), shapes.flush());
+    // Octets of polygons are summed and their memory used again.
+    assert!(generic[0].1.work_count().polygons > 1000);
+    let pairs = generic.iter().chain(&flush);
+    assert_written_down(pairs.map(|(name, pair)| (*name, contact(pair))), &CONTACTS);
+}
+
+#[test]
+fn rollouts_have_the_bits_that_are_written_down() {
+    assert_written_down(
+        ROLLOUTS.map(|(integrator, _)| (integrator, rollout(integrator))),
+        &ROLLOUTS,
+    );
+}
+
+#[test]
+fn the_gradient_of_a_rollout_has_the_bits_that_are_written_down() {
+    assert_written_down([("gradient", gradient())], &GRADIENT);
+}
