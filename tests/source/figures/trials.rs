@@ -93,10 +93,6 @@ fn commands_that_cannot_be_typed_are_found() {
             "cargo mutants -f 'src/contacts/**'",
             "src/contacts/ does not exist",
         ),
-        (
-            "cargo llvm-cov --no-report --test contacts",
-            "no test is named contacts",
-        ),
         ("cargo time --release", "no such subcommand is known here"),
         ("cargo test --fast", "--fast is not known here"),
         (

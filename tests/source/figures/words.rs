@@ -1,7 +1,7 @@
 //! A cargo command in its words.
 
 /// Of cargo, before `--`: those alone, and those with a value.
-const SWITCHES: [&str; 13] = [
+const SWITCHES: [&str; 11] = [
     "--release",
     "--locked",
     "--offline",
@@ -13,8 +13,6 @@ const SWITCHES: [&str; 13] = [
     "--list",
     "--all-targets",
     "--lib",
-    "--no-report",
-    "--summary-only",
 ];
 const WITH_VALUES: [&str; 10] = [
     "--bench",
