@@ -61,8 +61,9 @@ const SLIP_TOLERANCES: [f64; 2] = [20.0, 0.5];
 const SLIP_TOLERANCE: f64 = 2.0;
 
 /// The rotation of a quaternion w + v of whole numbers: (w² − v·v)·I + 2·v·vᵀ + 2w·\[v\]ₓ, exact until divided by w² + v·v.
-fn rotation([w, x, y, z]: [i32; 4]) -> Matrix3<f64> {
-    let (w, v) = (f64::from(w), Vector3::new(x, y, z).map(f64::from));
+fn rotation(quaternion: [i32; 4]) -> Matrix3<f64> {
+    let [w, v @ ..] = quaternion.map(f64::from);
+    let v = Vector3::from(v);
     let along = Matrix3::from_diagonal_element(w * w - v.dot(&v));
     let turned = v * v.transpose() + v.cross_matrix() * w;
     (along + turned * 2.0) / (w * w + v.dot(&v))
