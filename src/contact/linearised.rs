@@ -234,8 +234,8 @@ impl<T: Scalar> RelativeLinearisation<T> {
         let from_a_to_b = pair.b().pose().translation() - pair.a().pose().translation();
         let wrench = pair.wrench_from_a(&Wrench::from_vector(&self.wrench));
         let turned = block_diagonal(rotation);
-        let [by_motion, by_twist] =
-            [self.by_motion, self.by_twist].map(|by| turned * by * turned.transpose());
+        let in_world = |by: &Matrix6<T>| turned * by * turned.transpose();
+        let by_motion = in_world(&self.by_motion);
         let one = Matrix6::<T>::identity();
         // Turning B about its own origin moves the point of B at A's origin by r × ω.
         let mut lever = one;
@@ -245,13 +245,15 @@ impl<T: Scalar> RelativeLinearisation<T> {
         add_block(&mut by_pose_a, [0, 0], -skew(&wrench.on_a.torque));
         add_block(&mut by_pose_a, [3, 0], -skew(&wrench.on_a.force));
         let mut by_pose_b = by_motion * lever;
+        let mut by_twists = [Matrix6::from_element(lift(0.0)); 2];
         if let Some((motion, spin_b)) = motion {
+            let by_twist = in_world(&self.by_twist);
             let [turn, shift] = motion.by_pose_a(rotation, spin_b);
             by_pose_a += by_twist * (turn - shift);
             by_pose_b += by_twist * shift;
+            // B's velocity counts where A's origin is.
+            by_twists = [by_twist, -(by_twist * lever)];
         }
-        // B's velocity counts where A's origin is.
-        let by_twists = [by_twist, -(by_twist * lever)];
         let reaction = Reaction {
             from_a_to_b,
             force: wrench.on_a.force,

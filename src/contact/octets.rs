@@ -185,8 +185,8 @@ impl<I: Integrals<N>, const N: usize> InLanes for Sum<'_, I, N> {
             for first in (0..octet.tets().len()).step_by(L::COUNT) {
                 let polygons = Polygons::of(lanes, octet, first);
                 let integrals = I::of(lanes, &polygons);
-                for (sum, integral) in sums.iter_mut().zip(integrals) {
-                    (lanes.load(sum, first) + integral).store(sum, first);
+                for (sum, integral) in sums.iter_mut().zip(&integrals) {
+                    (lanes.load(sum, first) + *integral).store(sum, first);
                 }
             }
         }
