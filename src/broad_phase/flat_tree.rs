@@ -15,7 +15,7 @@ const WAITING: usize = 3 * 16 + 1;
 /// equally deep, and all nodes full, but for the last of each level: so child k of node i is node 4i + k of the level below,
 /// or tetrahedron 4i + k.
 #[derive(Debug, Clone)]
-pub(super) struct FlatTree {
+pub(crate) struct FlatTree {
     /// The nodes of each level above the leaves, from the root down.
     levels: Vec<Vec<FourBoxes>>,
     leaves: Vec<FourTets>,
@@ -57,12 +57,17 @@ impl FlatTree {
     }
 
     /// Visits the keys of the tetrahedra in which an affine field has values from `least` to `most`.
-    pub fn visit_between(&self, field: &AffineField, between: [f64; 2], visit: impl FnMut(u32)) {
+    pub fn visit_between(
+        &self,
+        field: &AffineField,
+        between: [f64; 2],
+        mut visit: impl FnMut(usize),
+    ) {
         lanes::run(Descent {
             tree: self,
             field,
             between,
-            visit,
+            visit: |key: u32| visit(key as usize),
         });
     }
 }

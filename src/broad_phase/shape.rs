@@ -1,7 +1,9 @@
+use super::flat_tree::FlatTree;
 use super::{NotFollowed, Seeds, TetTree, TriangleTree};
 use crate::mesh::PressureField;
 use crate::threads;
 use std::fmt;
+use std::sync::OnceLock;
 
 /// What a body is made of for contact: a pressure field and the trees over its tetrahedra.
 ///
@@ -12,6 +14,8 @@ pub struct Shape {
     tree: TetTree,
     triangle_tree: TriangleTree,
     seeds: Result<Seeds, NotFollowed>,
+    /// Made when the first half-space is met: few shapes meet one.
+    flat_tree: OnceLock<FlatTree>,
 }
 
 impl Shape {
@@ -27,6 +31,7 @@ impl Shape {
             tree,
             triangle_tree,
             seeds,
+            flat_tree: OnceLock::new(),
         }
     }
 
@@ -45,6 +50,15 @@ impl Shape {
     /// The tree over the triangles of its surface.
     pub(crate) fn triangle_tree(&self) -> &TriangleTree {
         &self.triangle_tree
+    }
+
+    /// The tree over the tetrahedra that planes are held against; without inert ones.
+    pub(crate) fn flat_tree(&self) -> &FlatTree {
+        self.flat_tree.get_or_init(|| {
+            let tets = (0_u32..).zip(self.field.tets());
+            let pressing = tets.filter(|(_, tet)| !tet.is_inert());
+            FlatTree::new(pressing.map(|(index, tet)| (index, tet.tetrahedron)))
+        })
     }
 
     /// Checks that contact surfaces with this shape can be followed from polygon to polygon. If they can with both shapes of a

@@ -1,7 +1,6 @@
 use super::Projections;
 use super::box_tree::BoxTree;
-use super::flat_tree::FlatTree;
-use crate::geometry::{Aabb, AffineField};
+use crate::geometry::Aabb;
 use crate::mesh::PressureField;
 use crate::spatial::Pose;
 use crate::threads;
@@ -12,7 +11,6 @@ use nalgebra::Vector3;
 pub struct TetTree {
     tree: BoxTree<u32>,
     inert: BoxTree<u32>,
-    flat: FlatTree,
     bounds: Aabb,
     projections: Vec<Projections>,
 }
@@ -22,18 +20,14 @@ impl TetTree {
     #[must_use]
     pub fn new(field: &PressureField) -> Self {
         let tets = field.tets();
-        let tets_of = |is_inert: bool| {
-            let own = (0_u32..).zip(tets);
-            let own = own.filter(move |(_, tet)| tet.is_inert() == is_inert);
-            own.map(|(index, tet)| (index, tet.tetrahedron))
-        };
         let tree_of = |is_inert: bool| {
-            BoxTree::new(tets_of(is_inert).map(|(index, tet)| (index, tet.aabb())))
+            let own = (0_u32..).zip(tets);
+            let own = own.filter(|(_, tet)| tet.is_inert() == is_inert);
+            BoxTree::new(own.map(|(index, tet)| (index, tet.tetrahedron.aabb())))
         };
         Self {
             tree: tree_of(false),
             inert: tree_of(true),
-            flat: FlatTree::new(tets_of(false)),
             bounds: field.mesh().aabb(),
             projections: threads::values_of(tets.len(), |tet| {
                 Projections::of(&tets[tet].tetrahedron)
@@ -65,17 +59,6 @@ impl TetTree {
     pub fn visit_overlapping(&self, query: &Aabb, mut visit: impl FnMut(usize)) {
         self.tree
             .visit_overlapping(query, |tet| visit(tet as usize));
-    }
-
-    /// Visits the tetrahedra in which an affine field has values from `least` to `most`, but for inert ones.
-    pub(crate) fn visit_between(
-        &self,
-        field: &AffineField,
-        [least, most]: [f64; 2],
-        mut visit: impl FnMut(usize),
-    ) {
-        self.flat
-            .visit_between(field, [least, most], |tet| visit(tet as usize));
     }
 
     /// Visits the tetrahedra (of B) that may overlap the box `region` in the frame of A, given to

@@ -97,7 +97,7 @@ impl RelativePair<'_> {
         let field = &half_space.field;
         let near = self.tolerance.noted() * half_space.sensitivity;
         let [least, most] = [-near, deepest + near];
-        let tree = self.shape_a.tree();
+        let tree = self.shape_a.flat_tree();
         tree.visit_between(field, [least, most], |tet_a| visit(self.tet_a(tet_a)));
     }
 
