@@ -43,7 +43,7 @@ impl FlatTree {
         let mut boxes: Vec<Aabb> = tets.chunks(WIDTH).map(around_four).collect();
         let mut levels = Vec::new();
         while boxes.len() > 1 {
-            levels.push(boxes.chunks(WIDTH).map(side_by_side).collect());
+            levels.push(boxes.chunks(WIDTH).map(four_boxes).collect());
             let around =
                 |part: &[Aabb]| part.iter().fold(Aabb::around([]), |all, it| all.union(it));
             boxes = boxes.chunks(WIDTH).map(around).collect();
@@ -51,23 +51,21 @@ impl FlatTree {
         levels.reverse();
         Self {
             levels,
-            leaves: tets.chunks(WIDTH).map(four_tets).collect(),
+            leaves: tets
+                .chunks(WIDTH)
+                .map(|four| side_by_side(four, |tet| &tet.corners))
+                .collect(),
             keys,
         }
     }
 
     /// Visits the keys of the tetrahedra in which an affine field has values from `least` to `most`.
-    pub fn visit_between(
-        &self,
-        field: &AffineField,
-        between: [f64; 2],
-        mut visit: impl FnMut(usize),
-    ) {
+    pub fn visit_between(&self, field: &AffineField, between: [f64; 2], visit: impl FnMut(usize)) {
         lanes::run(Descent {
             tree: self,
             field,
             between,
-            visit: |key: u32| visit(key as usize),
+            visit,
         });
     }
 }
@@ -80,7 +78,7 @@ struct Descent<'t, V> {
     visit: V,
 }
 
-impl<V: FnMut(u32)> InLanes for Descent<'_, V> {
+impl<V: FnMut(usize)> InLanes for Descent<'_, V> {
     type Output = ();
 
     #[inline(always)]
@@ -114,7 +112,7 @@ impl<V: FnMut(u32)> InLanes for Descent<'_, V> {
                 let keys = &keys[first as usize..];
                 for (slot, &key) in keys.iter().take(WIDTH).enumerate() {
                     if reached >> slot & 1 != 0 {
-                        (self.visit)(key);
+                        (self.visit)(key as usize);
                     }
                 }
             }
@@ -193,20 +191,29 @@ fn of_four(bits: u32) -> u32 {
 }
 
 /// Up to four boxes side by side.
-fn side_by_side(boxes: &[Aabb]) -> FourBoxes {
+fn four_boxes(boxes: &[Aabb]) -> FourBoxes {
     let mut four = NO_BOXES;
     for (slot, aabb) in boxes.iter().enumerate() {
-        for (axis, [lower, upper]) in four.iter_mut().enumerate() {
-            (lower[slot], upper[slot]) = (aabb.lower[axis], aabb.upper[axis]);
-        }
+        set_box(&mut four, slot, aabb);
     }
     four
 }
 
-fn four_tets(tets: &[Tetrahedron]) -> FourTets {
-    let last = tets.len() - 1;
+/// Puts a box at one of four places.
+pub(super) fn set_box(boxes: &mut FourBoxes, slot: usize, aabb: &Aabb) {
+    for (axis, [lower, upper]) in boxes.iter_mut().enumerate() {
+        (lower[slot], upper[slot]) = (aabb.lower[axis], aabb.upper[axis]);
+    }
+}
+
+/// The corners of up to four parts, by corner and coordinate; those of the last one again where there are fewer.
+pub(super) fn side_by_side<P, const N: usize>(
+    parts: &[P],
+    corners: impl Fn(&P) -> &[Vector3<f64>; N],
+) -> [[Quad; 3]; N] {
+    let last = parts.len() - 1;
     let number =
-        |slot: usize, corner: usize, axis: usize| tets[slot.min(last)].corners[corner][axis];
+        |slot: usize, corner: usize, axis: usize| corners(&parts[slot.min(last)])[corner][axis];
     from_fn(|corner| from_fn(|axis| from_fn(|slot| number(slot, corner, axis))))
 }
 

@@ -1,4 +1,4 @@
-use super::flat_tree::{FourBoxes, NO_BOXES, WIDTH, arrange};
+use super::flat_tree::{FourBoxes, NO_BOXES, WIDTH, arrange, set_box, side_by_side};
 use super::four_triangles::FourCorners;
 use crate::geometry::{Aabb, FACES};
 use crate::lanes::Quad;
@@ -99,14 +99,15 @@ impl TriangleTree {
             corners: face.corners(tets),
         };
         let mut facets: Vec<Facet> = faces.map(facet).collect();
-        arrange(&mut facets, &|facet| {
-            facet.corners.iter().sum::<Vector3<f64>>()
-        });
+        arrange(&mut facets, &|facet| facet.corners.iter().sum());
         let around = Aabb::around(facets.iter().flat_map(|facet| &facet.corners));
         Self {
             levels: levels_over(&facets),
             faces: facets.iter().map(|facet| facet.face).collect(),
-            corners: facets.chunks(WIDTH).map(side_by_side).collect(),
+            corners: facets
+                .chunks(WIDTH)
+                .map(|four| side_by_side(four, |facet| &facet.corners))
+                .collect(),
             bounds: from_fn(|axis| [around.lower[axis], around.upper[axis]]),
         }
     }
@@ -196,17 +197,14 @@ impl Node {
         let mut node = Self::EMPTY;
         for (slot, part) in parts.enumerate() {
             let corners = || part.iter().flat_map(|facet| &facet.corners);
-            let aabb = Aabb::around(corners());
             let normal = mean_normal(part);
             let heights = corners().map(|corner| normal.dot(corner));
             let [lowest, highest] = node.between.each_mut().map(|it| &mut it[slot]);
             for height in heights {
                 (*lowest, *highest) = (lowest.min(height), highest.max(height));
             }
+            set_box(&mut node.bounds, slot, &Aabb::around(corners()));
             for axis in 0..3 {
-                let [lower, upper] = &mut node.bounds[axis];
-                lower[slot] = aabb.lower[axis];
-                upper[slot] = aabb.upper[axis];
                 node.normal[axis][slot] = normal[axis];
             }
         }
@@ -221,14 +219,6 @@ impl Node {
             upper: side(1),
         }
     }
-}
-
-/// The corners of up to four triangles; those of the last one again where there are fewer.
-fn side_by_side(facets: &[Facet]) -> FourCorners {
-    let last = facets.len() - 1;
-    let number =
-        |slot: usize, corner: usize, axis: usize| facets[slot.min(last)].corners[corner][axis];
-    from_fn(|corner| from_fn(|axis| from_fn(|slot| number(slot, corner, axis))))
 }
 
 /// The direction of the sum of the triangles' area vectors; 0 where they cancel.

@@ -15,7 +15,7 @@
 
 use hydroelastic::contact::Shape;
 use hydroelastic::dynamics::{Batch, Body, Integrator, Mass, Material, Plan, State, World};
-use hydroelastic::gradient::{Experiment, FinalState, Parameter};
+use hydroelastic::gradient::{Experiment, FinalState, Outcome, Parameter};
 use hydroelastic::io::{Recording, write_trajectory};
 use hydroelastic::mesh::shapes;
 use hydroelastic::spatial::Pose;
@@ -61,7 +61,7 @@ fn touching_pairs(world: &World) -> usize {
     pairs.filter(|&(i, j)| topology.touches(i, j)).count()
 }
 
-pub fn numbers(state: &State) -> impl Iterator<Item = f64> {
+fn numbers(state: &State) -> impl Iterator<Item = f64> {
     state.bodies.iter().flat_map(|body| {
         let pose = body.pose.rotation().iter().chain(body.pose.translation());
         let twist = body.twist.angular.iter().chain(&body.twist.linear);
@@ -71,6 +71,19 @@ pub fn numbers(state: &State) -> impl Iterator<Item = f64> {
 
 pub fn bytes(numbers: impl IntoIterator<Item = f64>) -> Vec<u8> {
     numbers.into_iter().flat_map(f64::to_le_bytes).collect()
+}
+
+/// Of all states of a rollout.
+pub fn rollout_bytes(world: &World, plan: &Plan) -> Vec<u8> {
+    let states = world.rollout(plan).take(plan.steps());
+    bytes(states.flat_map(|state| numbers(&state.unwrap()).collect::<Vec<_>>()))
+}
+
+/// Of the derivatives of where a rollout ends, and of that.
+pub fn jacobian_bytes(world: &World, plan: &Plan, by: &[Parameter], end: &impl Outcome) -> Vec<u8> {
+    let found = Experiment::new(world, plan).jacobian(by, end).unwrap();
+    assert!(found.jacobian.column(0).amax() > 0.0);
+    bytes(found.value.iter().chain(found.jacobian.iter()).copied())
 }
 
 /// FNV-1a of 64 bits, which never changes, as the standard library's hash may.
@@ -99,11 +112,8 @@ fn a_rollout_with_friction_has_the_same_bits_in_every_run() {
     assert!(touching_pairs(&heap()) > 16, "{}", touching_pairs(&heap()));
     for integrator in [Integrator::Leapfrog, Integrator::SymplecticEuler] {
         assert_reproducible(&format!("rollout, {integrator:?}"), || {
-            let world = heap();
             let plan = Plan::new(TIME_STEP, STEPS).unwrap();
-            let rollout = world.rollout(&plan.with_integrator(integrator));
-            let states = rollout.take(STEPS);
-            bytes(states.flat_map(|state| numbers(&state.unwrap()).collect::<Vec<_>>()))
+            rollout_bytes(&heap(), &plan.with_integrator(integrator))
         });
     }
 }
@@ -119,10 +129,7 @@ fn the_jacobian_of_a_rollout_with_friction_has_the_same_bits_in_every_run() {
     assert_reproducible("Jacobian", || {
         let world = heap();
         let end = FinalState::of_body(&world, "egg 4").unwrap();
-        let experiment = Experiment::new(&world, &Plan::new(TIME_STEP, STEPS / 4).unwrap());
-        let found = experiment.jacobian(&by, &end).unwrap();
-        assert!(found.jacobian.column(0).amax() > 0.0);
-        bytes(found.value.iter().chain(found.jacobian.iter()).copied())
+        jacobian_bytes(&world, &Plan::new(TIME_STEP, STEPS / 4).unwrap(), &by, &end)
     });
 }
 
