@@ -1,8 +1,7 @@
 //! A cargo command in its words.
 
 /// Of cargo, before `--`: those alone, and those with a value.
-const SWITCHES: [&str; 12] = [
-    "--summary-only",
+const SWITCHES: [&str; 11] = [
     "--release",
     "--locked",
     "--offline",
