@@ -8,6 +8,10 @@ use nalgebra::Vector3;
 /// rest is room for corners that round-off adds.
 pub const POLYGON_CAPACITY: usize = 12;
 
+/// An edge so many times as long as the distance within which corners count as on a plane has a direction: which side of the plane
+/// it is on is told by both ends alike.
+const LONG: f64 = 64.0;
+
 /// A planar convex polygon in space, on the stack; empty where nothing is left of it.
 ///
 /// Each edge knows its *owners*: the planes it lies in, one bit for each of up to eight planes that bound the polygon.
@@ -117,32 +121,86 @@ impl<T: Scalar> ConvexPolygon<T> {
     /// both ways give the mean of the rates at which it opens on either side.
     #[must_use]
     pub fn clipped(mut self, field: &AffineField<T>, tolerance: f64, side: u8) -> Self {
-        self.clip(field, Tolerance::new(tolerance), side);
+        self.clip(field, Tolerance::new(tolerance), side, 0);
         self
     }
 
     /// [`Self::clipped`] in place: most faces do not cut, and a polygon is large to hand on.
+    ///
+    /// Edges of the owners `unmet` are known not to meet that side: those that are inside do not count as on it, however near they
+    /// are.
     #[inline]
-    pub(crate) fn clip(&mut self, field: &AffineField<T>, tolerance: Tolerance, side: u8) {
+    pub(crate) fn clip(
+        &mut self,
+        field: &AffineField<T>,
+        tolerance: Tolerance,
+        side: u8,
+        unmet: u8,
+    ) {
         let mut values = [lift(0.0); POLYGON_CAPACITY];
-        let (mut is_near, mut closeness, mut zeros) = (false, Closeness::default(), 0_u32);
+        let (mut is_near, mut closeness) = (false, Closeness::default());
         for (value, corner) in values.iter_mut().zip(&self.corners[..self.len()]) {
             *value = field.at(corner);
             let real = real_part(*value);
             is_near |= real <= tolerance.zero;
-            zeros += u32::from(real.abs() <= tolerance.zero);
             closeness = closeness.or(tolerance.closeness(real));
-            *value = snapped(*value, tolerance.zero);
         }
+        let zeros = if is_near {
+            let kept = if unmet == 0 {
+                0
+            } else {
+                let near = tolerance.zero / real_vector(&field.gradient).norm();
+                self.beside(&values, tolerance.zero, near, unmet)
+            };
+            self.snap(&mut values, tolerance.zero, kept)
+        } else {
+            0
+        };
         if closeness != Closeness::default() {
             self.note(closeness, &values, tolerance);
         }
+        if zeros >= 2 {
+            self.own_where_zero(&values, side);
+        }
         if is_near {
-            if zeros >= 2 {
-                self.own_where_zero(&values, side);
-            }
             self.cut(&values, side);
         }
+    }
+
+    /// Sets values at corners to zero where they are within `zero` of it, but for those at the corners `kept` (bits). Gives how many
+    /// are zero.
+    #[inline]
+    fn snap(&self, values: &mut [T; POLYGON_CAPACITY], zero: f64, kept: u32) -> u32 {
+        let mut zeros = 0;
+        for (corner, value) in values[..self.len()].iter_mut().enumerate() {
+            if kept >> corner & 1 == 0 {
+                *value = snapped(*value, zero);
+                zeros += u32::from(real_part(*value) == 0.0);
+            }
+        }
+        zeros
+    }
+
+    /// The corners (bits) at edges of these owners that are inside, though nowhere further than `near` (m) from zero: all of the
+    /// edge lies beside the side and not on it.
+    #[cold]
+    fn beside(&self, values: &[T; POLYGON_CAPACITY], zero: f64, near: f64, owners: u8) -> u32 {
+        let is_beside = |corner: usize| {
+            let real = real_part(values[corner]);
+            real > 0.0 && real <= zero
+        };
+        let mut corners = 0;
+        for now in 0..self.len() {
+            let next = if now + 1 == self.len() { 0 } else { now + 1 };
+            if self.owners[now] & owners == 0 || !is_beside(now) || !is_beside(next) {
+                continue;
+            }
+            let edge = real_vector(&(self.corners[next] - self.corners[now]));
+            if edge.norm() > LONG * near {
+                corners |= 1 << now | 1 << next;
+            }
+        }
+        corners
     }
 
     #[cold]

@@ -30,6 +30,8 @@ pub(crate) struct Decisions {
     faces_in_plane: u8,
     /// The faces of B that may bound the polygon.
     bounding_faces: u8,
+    /// For each face of B, those whose lines in the plane do not meet its own within B.
+    unmet_faces: [u8; 4],
     weights: Weights,
     is_at_ends: bool,
     closeness: Closeness,
@@ -76,6 +78,11 @@ impl RelativePair<'_> {
         let [ends_a, ends_b] = [in_plane_a & a.zero_faces, in_plane_b & zero_faces_b];
         let is_at_ends = ends_a != 0 && ends_b != 0;
         let signs = [signs_a, signs_b];
+        let unmet_faces = match self.shape_b {
+            PartnerShape::Compliant(_) => signs_b.unmet_faces(),
+            PartnerShape::Rigid(_) | PartnerShape::HalfSpace(_) => [0; 4],
+        };
+        let missed_faces = (0..4).fold(0, |all, face| all | unmet_faces[face] & 1 << face);
         let weights = if is_at_ends {
             Weights::of_touching(signs)
         } else {
@@ -86,9 +93,10 @@ impl RelativePair<'_> {
             zero: tolerance_a.zero,
             below: signs_a.sliced_below(),
             faces_in_plane: in_plane_a | in_plane_b << 4,
-            // A face in the plane itself does not bound the polygon; nor does one at which B ends, for no
-            // pressure of A is below 0.
-            bounding_faces: ALL_FACES & !in_plane_b & !zero_faces_b,
+            // A face in the plane itself does not bound the polygon, nor one that the plane misses; nor does one at which B ends,
+            // for no pressure of A is below 0.
+            bounding_faces: ALL_FACES & !in_plane_b & !missed_faces & !zero_faces_b,
+            unmet_faces,
             weights,
             is_at_ends,
             closeness: tolerance_a.closeness_of(&excess_a).or(closeness_b),
@@ -237,6 +245,7 @@ impl Decisions {
             below,
             faces_in_plane: 0,
             bounding_faces: ALL_FACES & !b.zero_faces,
+            unmet_faces: [0; 4],
             weights: Weights::WHOLE,
             is_at_ends: false,
             closeness: Closeness::default(),
@@ -262,7 +271,8 @@ impl Decisions {
         for face in 0..4 {
             if self.bounding_faces & 1 << face != 0 && !polygon.corners().is_empty() {
                 let (field, gradient) = face_of_b(face);
-                polygon.clip(&field, tolerance.scaled(gradient), 1 << (4 + face));
+                let unmet = self.unmet_faces[face] << 4;
+                polygon.clip(&field, tolerance.scaled(gradient), 1 << (4 + face), unmet);
             }
         }
         polygon

@@ -50,6 +50,20 @@ impl CornerSigns {
         self.below != ALL_CORNERS && self.below | self.zero != 0
     }
 
+    /// For each face, the faces that the plane does not meet in the same place within the tetrahedron: both corners of their common
+    /// edge are on one side of the plane, and not on it. The face itself is among them if all its corners are.
+    pub fn unmet_faces(self) -> [u8; 4] {
+        let is_unmet = |corners: u8| {
+            self.below & corners == corners || (self.below | self.zero) & corners == 0
+        };
+        let bits = [0, 1, 2, 3].map(|corner| 1_u8 << corner);
+        bits.map(|face| {
+            let others = bits.into_iter();
+            let unmet = others.filter(|other| is_unmet(ALL_CORNERS & !face & !other));
+            unmet.fold(0, |all, other| all | other)
+        })
+    }
+
     /// The sides of the plane on which the tetrahedron has corners.
     fn corner_sides(self) -> u8 {
         let is_above = self.below | self.zero != ALL_CORNERS;

@@ -10,6 +10,7 @@ mod flush_motion;
 mod half_plane_twin;
 mod hostile;
 mod jacobian;
+mod layers;
 mod linearised;
 mod partners;
 mod plateaus;
