@@ -230,8 +230,15 @@ impl<'a> PartnerShape<'a> {
         match self {
             Self::Compliant(shape) => shape.field().reach(),
             Self::Rigid(shape) => shape.surface().reach(),
-            // As far as A is from that origin.
-            Self::HalfSpace(_) => pose_ab.translation().norm(),
+            // As far as A is from that origin; at any distance, squares of which may be none.
+            Self::HalfSpace(_) => {
+                let (way, largest) = (pose_ab.translation(), pose_ab.translation().amax());
+                if largest == 0.0 {
+                    0.0
+                } else {
+                    (way / largest).norm() * largest
+                }
+            }
         }
     }
 }

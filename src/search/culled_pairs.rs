@@ -95,7 +95,8 @@ impl RelativePair<'_> {
         mut visit: impl FnMut(&FieldTet),
     ) {
         let field = &half_space.field;
-        let near = self.tolerance.noted() * half_space.sensitivity;
+        // Finite, or children of nodes would be near that do not exist.
+        let near = (self.tolerance.noted() * half_space.sensitivity).min(f64::MAX);
         let [least, most] = [-near, deepest + near];
         let tree = self.shape_a.flat_tree();
         tree.visit_between(field, [least, most], |tet_a| visit(self.tet_a(tet_a)));

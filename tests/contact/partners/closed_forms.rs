@@ -7,7 +7,7 @@ use super::rigid;
 use hydroelastic::contact::{ContactBody, ContactPair, HalfSpace, Partner, Shape};
 use hydroelastic::mesh::shapes;
 use hydroelastic::spatial::Pose;
-use nalgebra::{Rotation3, UnitVector3, Vector3, vector};
+use nalgebra::{Rotation3, UnitVector3, Vector3, Vector6, vector};
 
 /// Round-off of a sum of some twenty polygons.
 const EXACT: f64 = 1e-12;
@@ -198,4 +198,34 @@ fn a_body_that_has_sunk_through_is_pushed_by_nothing_and_holds_all_its_energy() 
         let most = MODULUS * EDGE.powi(3) / 4.0;
         assert_close(name, pair.potential_energy(), most);
     });
+}
+
+/// Squares of such distances are not finite.
+#[test]
+fn however_far_above_a_half_space_a_body_does_not_touch_it() {
+    let cube = Shape::new(shapes::cuboid([1.0; 3]).unwrap());
+    let layer = HalfSpace::layer(0.5).unwrap();
+    let turned: Pose = Pose::from_rotation_vector(&vector![0.1, 0.2, 0.3], Vector3::zeros());
+    for ground in [Pose::identity(), turned] {
+        let partners = [
+            Partner::rigid_half_space(ground).unwrap(),
+            Partner::half_space(&layer, ground, 2e4).unwrap(),
+        ];
+        for (partner, exponent) in partners
+            .into_iter()
+            .flat_map(|partner| [3, 100, 154, 155, 200, 307].map(|exponent| (partner, exponent)))
+        {
+            let height = vector![0.3, 0.2, 2.0] * 10_f64.powi(exponent);
+            let pose = ground * Pose::from_translation(height);
+            let cube = ContactBody::new(&cube, pose, 1e4).unwrap();
+            let pair = ContactPair::new(cube, partner);
+            assert_eq!(
+                pair.wrench().on_a.to_vector(),
+                Vector6::zeros(),
+                "1e{exponent}"
+            );
+            assert_eq!(pair.potential_energy(), 0.0, "1e{exponent}");
+            assert!(!pair.has_sunk_through(), "1e{exponent}");
+        }
+    }
 }
