@@ -117,3 +117,109 @@ impl FrozenContact {
         sum
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::contact::{ContactBody, Shape};
+    use crate::mesh::{PressureField, TetMesh, shapes};
+    use crate::narrow_phase::Cut;
+    use crate::spatial::Pose;
+    use nalgebra::{Vector3, vector};
+
+    /// Round-off of sums over polygons, relative to the largest entry.
+    const EXACT: f64 = 1e-12;
+
+    /// Of central differences with this step (rad, m, rad/s or m/s), relative to the largest entry: at the rim the step cuts off a
+    /// part on one side only.
+    const DIFFERENCES: f64 = 1e-6;
+    const STEP: f64 = 1e-7;
+
+    /// A rotation and a translation, or their speeds, of no special direction.
+    const SOME: [f64; 6] = [0.3, -0.5, 0.4, 0.7, 0.2, -0.6];
+
+    fn law() -> SurfaceLaw {
+        SurfaceLaw::new(0.3, 0.4, 0.1).unwrap()
+    }
+
+    /// Eight tetrahedra about the origin, with corners at ±r along x and y and at ±h along z. The extent falls from the middle
+    /// to 0 on the surface.
+    fn octahedron([r, h]: [f64; 2], extent: f64) -> Shape {
+        let along =
+            |axis: usize, length: f64| [1.0, -1.0].map(|side| Vector3::ith(axis, side * length));
+        let tips = [along(0, r), along(1, r), along(2, h)].concat();
+        let vertices = [vec![Vector3::zeros()], tips].concat();
+        let octants = (0..8).map(|octant| [0, 1 + octant % 2, 3 + octant / 2 % 2, 5 + octant / 4]);
+        let extents = [vec![extent], vec![0.0; 6]].concat();
+        let mesh = TetMesh::new(vertices, octants.collect()).unwrap();
+        Shape::new(PressureField::new(mesh, extents).unwrap())
+    }
+
+    /// Hands on a pair at a generic pose, and one whose contact surface is the square |x| + |y| ≤ 1 inside both bodies, in faces
+    /// that tetrahedra of A share: E_A (1 − |x| − |y| − |z|) is E_B (2 − |x| − |y| − 2|z + ½|) there.
+    fn for_pairs(mut check: impl FnMut(&ContactPair)) {
+        let body = |shape, pose| ContactBody::new(shape, pose, 2.0).unwrap();
+        let (ball, cube) = (shapes::icosphere(1.0, 1), shapes::cuboid([1.0, 1.4, 0.8]));
+        let [ball, cube] = [ball, cube].map(|field| Shape::new(field.unwrap()));
+        let pose = Pose::from_rotation_vector(&vector![0.3, -0.5, 0.4], vector![0.5, 0.3, 0.8]);
+        let generic = ContactPair::new(body(&ball, Pose::identity()), body(&cube, pose));
+        let [small, large] = [octahedron([1.0; 2], 1.0), octahedron([2.0, 1.0], 2.0)];
+        let below = Pose::from_translation(vector![0.0, 0.0, -0.5]);
+        let in_faces = ContactPair::new(body(&small, Pose::identity()), body(&large, below));
+        let source = PolygonSource::of(&in_faces);
+        let weights = in_faces
+            .cut_surface()
+            .sum_of_cuts(|weights: &mut Vec<f64>, cut: &Cut| {
+                let polygon = source.pressed_polygon(cut);
+                weights.extend(polygon.map(|polygon| polygon.weights.still.area()));
+            });
+        assert_eq!(weights, [0.5; 8]);
+        [generic, in_faces].iter().for_each(&mut check);
+    }
+
+    #[test]
+    fn the_model_of_a_contact_as_it_is_has_the_wrench_of_the_contact() {
+        let twists = [1.0, -0.3].map(|part| Twist::from_vector(&(Vector6::from(SOME) * part)));
+        for_pairs(|pair| {
+            let found = pair.frozen(Some((&law(), twists))).unwrap().wrench;
+            let exact = pair.wrench_in_motion(&law(), twists);
+            for (found, exact) in [(found.on_a, exact.on_a), (found.on_b, exact.on_b)] {
+                let [found, exact] = [found, exact].map(|wrench| wrench.to_vector());
+                let error = (found - exact).amax();
+                assert!(error <= EXACT * exact.amax(), "{error:e}");
+            }
+        });
+    }
+
+    #[test]
+    fn the_model_of_a_contact_has_the_derivatives_of_differences() {
+        let some = Vector6::from(SOME);
+        for_pairs(|pair| {
+            let frozen = pair.frozen(Some((&law(), [Twist::zero(); 2]))).unwrap();
+            for (motion, twist) in [(some * 0.0, some), (some * 0.03, some * -0.5)] {
+                let AddedByLaw {
+                    by_motion,
+                    by_twist,
+                    ..
+                } = frozen.added(&motion, &twist);
+                let wrench = |d: &Vector6<f64>, v: &Vector6<f64>| {
+                    frozen.added(&(motion + d), &(twist + v)).wrench
+                };
+                let none = Vector6::zeros();
+                for column in 0..6 {
+                    let step = Vector6::ith(column, STEP);
+                    let by =
+                        |ahead: Vector6<f64>, behind: Vector6<f64>| (ahead - behind) / (2.0 * STEP);
+                    let pairs = [
+                        (by_motion, by(wrench(&step, &none), wrench(&-step, &none))),
+                        (by_twist, by(wrench(&none, &step), wrench(&none, &-step))),
+                    ];
+                    for (found, difference) in pairs {
+                        let error = (found.column(column) - difference).amax();
+                        assert!(error <= DIFFERENCES * found.amax(), "{column}: {error:e}");
+                    }
+                }
+            }
+        });
+    }
+}

@@ -12,7 +12,7 @@ use crate::spatial::Pose;
 const LITTLE: f64 = 1e-6;
 
 /// Where more would be, the tolerance is taken this many octaves narrower.
-const NARROWER: i32 = 3;
+const NARROWER: usize = 3;
 
 /// Something that is added up over a contact surface: pieces of it are summed by themselves, and
 /// merged in their order.
@@ -161,7 +161,8 @@ impl<'a, T: Scalar> PolygonSource<'a, T> {
 
     /// The surface where faces within 2^octaves margins of each other count as coincident. The octaves are others where that
     /// many would merge distinct corners (see [`Closeness::split`]), and fewer where they would take the load for zero:
-    /// bodies that are pressed in by less do not just touch. Otherwise the load may change: where it jumps as faces pass
+    /// bodies that are pressed in by less do not just touch. For this they are narrowed down to the margin, which values are
+    /// made with. Otherwise the load may change: where it jumps as faces pass
     /// each other, the derivatives belong to neither side.
     ///
     /// If there are such faces, gives the finer surface as well. They are looked for in cuts that do not count, too: where corners
@@ -184,10 +185,10 @@ impl<'a, T: Scalar> PolygonSource<'a, T> {
             return (surface, Some(finer));
         };
         let load = finer.load();
-        let mut split = closeness.split(octaves);
-        while split > 0 && finer.load_at_zero(split) > LITTLE * load {
-            split -= NARROWER;
-        }
+        let leaves_load = |octaves: &i32| finer.load_at_zero(*octaves) <= LITTLE * load;
+        let split = closeness.split(octaves);
+        let mut narrower = (1..=split).rev().step_by(NARROWER);
+        let split = narrower.find(leaves_load).unwrap_or(split.min(0));
         if split == octaves.cast_signed() {
             return (surface, Some(finer));
         }
@@ -288,5 +289,55 @@ impl<T: Scalar> CutPolygon<T> {
     /// Whether it turns about its normal: else nothing but round-off is left of it.
     pub fn has_area(&self) -> bool {
         real_part(self.moments.area) > 0.0
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::contact::{ContactBody, Shape};
+    use crate::mesh::shapes;
+    use crate::narrow_phase::COINCIDENCE;
+    use nalgebra::vector;
+
+    /// Rounding of a depth of 1.5 margins, which is some 1e-13 of the height that the upper cube is placed at.
+    const ROUNDING: f64 = 1e-2;
+
+    /// How far apart (m) faces may be that count as coincident, for derivatives; the same for values; and how deep the bodies are
+    /// pressed in: cubes, by so many margins.
+    fn tolerances(octaves: u32, margins: f64) -> [f64; 3] {
+        let cube = Shape::new(shapes::cuboid([1.0; 3]).unwrap());
+        let body = |height: f64| {
+            let place = Pose::from_translation(vector![0.1, 0.2, 1.0].scale(height));
+            ContactBody::new(&cube, place, 1.0).unwrap()
+        };
+        let margin = |upper: ContactBody| {
+            PolygonSource::of(&ContactPair::new(upper, body(0.0)))
+                .pair
+                .margin()
+        };
+        let depth = margins * margin(body(1.0));
+        let place = Pose::from_translation(vector![0.1, 0.2, 1.0 - depth]);
+        let upper = ContactBody::new(&cube, place, 1.0).unwrap();
+        let pair = ContactPair::new(upper, body(0.0));
+        let source = PolygonSource::of(&pair);
+        let (surface, _) = source.for_derivatives(octaves, pair.search());
+        [surface.source.pair.margin(), source.pair.margin(), depth]
+    }
+
+    /// It is the pressure half as deep that is held against the tolerance, of which there is one every three octaves.
+    #[test]
+    fn faces_count_as_coincident_within_what_bodies_are_pressed_in_by_and_not_only_within_much_less()
+     {
+        for octaves in [ELASTIC_COINCIDENCE, COINCIDENCE] {
+            for margins in [1.5, 3.0, 5.0, 10.0, 30.0, 1e2, 3e2, 1e3, 3e3, 1e4, 3e4, 1e6] {
+                let [found, least, depth] = tolerances(octaves, margins);
+                let most = least * f64::from(1 << octaves);
+                assert!((least..=most).contains(&found), "{margins:e}");
+                assert!(found <= depth.max(least), "{margins:e}");
+                let sixteenth = depth / 16.0 * (1.0 - ROUNDING);
+                assert!(found >= sixteenth.min(most), "{margins:e}");
+            }
+        }
     }
 }

@@ -116,7 +116,7 @@ fn everything(pair: &ContactPair, units: Units) -> Vec<f64> {
     numbers
 }
 
-/// Sliding at speeds in the unit of length per second.
+/// Sliding at speeds in the unit of length per second, with derivatives by all numbers.
 fn in_motion(pair: &ContactPair, units: Units) -> Vec<f64> {
     let twist = |numbers: [f64; 6]| {
         let mut twist = Twist::from_vector(&Vector6::from(numbers));
@@ -129,11 +129,24 @@ fn in_motion(pair: &ContactPair, units: Units) -> Vec<f64> {
         [-0.4, 0.2, 0.1, 0.1, 0.1, 0.3],
     ]
     .map(twist);
-    torque_and_force(
-        &pair.wrench_in_motion(&law, twists).on_a.to_vector(),
-        units,
-        0,
-    )
+    let wrench = pair.wrench_in_motion(&law, twists).on_a.to_vector();
+    let mut numbers = torque_and_force(&wrench, units, 0);
+    let jacobian = pair.linearised(&law, twists).jacobian();
+    for (number, column) in jacobian.column_iter().enumerate() {
+        // By angles and lengths of poses and twists, moduli, dissipation (s/m) and friction.
+        let by = match number {
+            0..24 if number % 6 < 3 => 0,
+            0..24 => -units.length,
+            24 | 25 => units.extent - units.pressure,
+            26 => units.length,
+            _ => 0,
+        };
+        for body in [0, 6] {
+            let on_body = column.fixed_rows::<6>(body).into_owned();
+            numbers.extend(torque_and_force(&on_body, units, by));
+        }
+    }
+    numbers
 }
 
 fn bits(numbers: &[f64]) -> Vec<u64> {

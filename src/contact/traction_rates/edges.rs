@@ -174,9 +174,8 @@ impl<'e> Edges<'e> {
         let least = WAY * WAY * length(&longest);
         let ways = || (0..owners.len()).filter(|edge| length(edge) > least);
         let has_owner_inside = |edge: usize| {
-            let owners = owners[edge];
-            owners.count_ones() > 1
-                && set_bits(owners).any(|face| self.line(face, edge).outwardness < 0.0)
+            let lines = self.lines(edge, owners[edge]);
+            lines.iter().flatten().any(|line| line.outwardness < 0.0)
         };
         ways().find(|&edge| has_owner_inside(edge))?;
         Some((longest, ways().fold(0, |all, edge| all | owners[edge])))

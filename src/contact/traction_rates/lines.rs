@@ -27,7 +27,8 @@ pub(super) type Lines = [Option<Line>; 8];
 /// After a little of a change, ahead or behind, in which the lines' faces move outwards at these speeds relative to the
 /// plane, the polygon ends at the innermost of the lines that bound it from outside, and begins at the outermost of those
 /// that bound it from inside, if that lies further in. So of any number of lines that bound it from outside alone, the
-/// slowest and the fastest share the edge. What is ahead and what is behind have their own weights.
+/// slowest and the fastest share the edge. A face that lies in the plane bounds nothing in it. What is ahead and what is behind
+/// have their own weights.
 pub(super) fn share_out(
     lines: &Lines,
     speed: impl Fn(&Line) -> f64,
@@ -36,11 +37,12 @@ pub(super) fn share_out(
 ) {
     let owning = || lines.iter().flatten();
     let is_outer = |line: &&Line| line.outwardness > 0.0;
+    let is_inner = |line: &&Line| line.outwardness < 0.0;
     for (way, weight) in [1.0, -1.0].into_iter().zip(ways) {
         let speed = |line: &&Line| way * line.outwardness * speed(line);
         let by_speed = |one: &&Line, other: &&Line| speed(one).total_cmp(&speed(other));
         let end = owning().filter(is_outer).min_by(by_speed);
-        let start = owning().filter(|line| !is_outer(line)).max_by(by_speed);
+        let start = owning().filter(is_inner).max_by(by_speed);
         let ends = end.zip(start);
         if ends.is_some_and(|(end, start)| speed(&end) <= speed(&start)) {
             continue;
@@ -62,5 +64,52 @@ pub(super) fn outwardness(along: &[f64; 2], m: &Vector3<f64>) -> f64 {
         0.0
     } else {
         turn.signum() / sine
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A line of the face with a number.
+    fn line(face: usize, outwardness: f64) -> Option<Line> {
+        let normal = Vector3::new(1.0, 0.0, 0.0);
+        Some(Line {
+            face,
+            normal,
+            outwardness,
+        })
+    }
+
+    /// What each face gets of an edge, where faces move at these speeds.
+    fn shares(lines: [Option<Line>; 3], speeds: [f64; 3]) -> [f64; 3] {
+        let mut padded = [None; 8];
+        padded[..3].copy_from_slice(&lines);
+        let mut shares = [0.0; 3];
+        share_out(
+            &padded,
+            |line| speeds[line.face],
+            [1.0, 1.0],
+            |line, share| shares[line.face] += share,
+        );
+        shares
+    }
+
+    #[test]
+    fn a_face_in_the_plane_takes_no_share_of_an_edge_and_leaves_those_of_the_others_as_they_are() {
+        let speeds = [-2.0, -1.0, 1.0, 2.0];
+        for (first, second) in speeds.into_iter().flat_map(|v| speeds.map(|w| (v, w))) {
+            for sides in [[1.0, 1.0], [1.0, -1.0], [-1.0, 1.0], [-1.0, -1.0]] {
+                let others = [line(0, sides[0]), line(1, sides[1])];
+                for [a, b] in [others, [others[0], None]] {
+                    let without = shares([a, b, None], [first, second, 0.0]);
+                    for in_plane in [-3.0, 0.0, 3.0] {
+                        let speeds = [first, second, in_plane];
+                        let with = shares([a, b, line(2, 0.0)], speeds);
+                        assert_eq!(with, without, "{sides:?} {speeds:?}");
+                    }
+                }
+            }
+        }
     }
 }

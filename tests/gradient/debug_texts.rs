@@ -1,0 +1,38 @@
+//! What experiments and gradients look like where they are printed for debugging.
+
+use hydroelastic::contact::Shape;
+use hydroelastic::dynamics::{Body, Mass, Material, Plan, Trajectory, World};
+use hydroelastic::gradient::{Experiment, Outcome};
+use hydroelastic::mesh::shapes;
+use hydroelastic::scalar::Scalar;
+use nalgebra::vector;
+
+/// Where the ball is at the end.
+struct Height;
+
+impl Outcome for Height {
+    fn of<T: Scalar>(&self, trajectory: &Trajectory<T>) -> Vec<T> {
+        vec![trajectory.last().bodies[0].position().z]
+    }
+}
+
+fn falling() -> World {
+    let ball = Shape::new(shapes::icosphere(0.1, 0).unwrap());
+    let ball = Body::dynamic("ball", ball, Material::elastic(1e5), Mass::Total(1.0)).unwrap();
+    let world = World::new(vec![ball]).unwrap();
+    world.with_gravity(vector![0.0, 0.0, -8.0]).unwrap()
+}
+
+#[test]
+fn an_experiment_shows_its_plan_and_a_gradient_the_value_it_is_of() {
+    let plan = Plan::new(0.125, 8).unwrap();
+    let experiment = Experiment::new(falling(), &plan);
+    let text = format!("{experiment:?}");
+    assert_eq!(text, format!("Experiment {{ plan: {plan:?}, .. }}"));
+    let gradient = experiment.gradient_by_all(&Height).unwrap();
+    let text = format!("{gradient:?}");
+    assert_eq!(
+        text,
+        format!("RolloutGradient {{ value: {:?}, .. }}", gradient.value)
+    );
+}
