@@ -24,7 +24,8 @@
 //!
 //! A program gives the same bits in every run, with any number of threads: wrenches, Jacobians, rollouts,
 //! batches and files; with the instructions of any processor, too: several contact polygons are computed at a time,
-//! and none depends on how many. The compiler neither fuses products with sums nor reorders them, so builds should agree
+//! and none depends on how many. The exception are implicit steps of 16 bodies and more, whose sparse solver (feature `sparse`)
+//! fuses products with sums where the processor can. The compiler neither fuses nor reorders them, so builds should agree
 //! as well: those at optimisation levels 0 and 2 did (`cargo test --test threads reproducible:: -- --nocapture` prints
 //! hashes to compare).
 //!

@@ -59,7 +59,8 @@ impl FlatTree {
         }
     }
 
-    /// Visits the keys of the tetrahedra in which an affine field has values from `least` to `most`.
+    /// Visits the keys of the tetrahedra in which an affine field has values from `least` to `most`, of which `least` is finite:
+    /// places without a child have no finite value.
     pub fn visit_between(&self, field: &AffineField, between: [f64; 2], visit: impl FnMut(usize)) {
         lanes::run(Descent {
             tree: self,
@@ -161,7 +162,7 @@ impl<N: Numbers> FieldInLanes<N> {
         of_four(bits)
     }
 
-    /// Which of four tetrahedra have.
+    /// Which of four tetrahedra have, as bits. Of 0 and −0 either may be the least or the greatest: they compare alike.
     #[inline(always)]
     fn reaches_tets<L: Lanes<Numbers = N>>(&self, lanes: L, tets: &FourTets) -> u32 {
         let mut bits = 0;
@@ -218,8 +219,8 @@ pub(super) fn side_by_side<P, const N: usize>(
 }
 
 /// Orders parts so that those of each node of a tree follow one another: divided across the longest edge of the box around
-/// their centers, until they fill one node of the last level.
-pub(super) fn arrange<P>(parts: &mut [P], center: &impl Fn(&P) -> Vector3<f64>) {
+/// their positions, until they fill one node of the last level. Positions may be centers or any multiple of these.
+pub(super) fn arrange<P>(parts: &mut [P], position: &impl Fn(&P) -> Vector3<f64>) {
     if parts.len() <= WIDTH {
         return;
     }
@@ -229,10 +230,12 @@ pub(super) fn arrange<P>(parts: &mut [P], center: &impl Fn(&P) -> Vector3<f64>) 
         full *= WIDTH;
     }
     let middle = parts.len().div_ceil(full).div_ceil(2) * full;
-    let centers: Vec<_> = parts.iter().map(center).collect();
-    let axis = Aabb::around(&centers).half_extents().imax();
-    parts.select_nth_unstable_by(middle, |a, b| center(a)[axis].total_cmp(&center(b)[axis]));
+    let positions: Vec<_> = parts.iter().map(position).collect();
+    let axis = Aabb::around(&positions).half_extents().imax();
+    parts.select_nth_unstable_by(middle, |a, b| {
+        position(a)[axis].total_cmp(&position(b)[axis])
+    });
     let (first, second) = parts.split_at_mut(middle);
-    arrange(first, center);
-    arrange(second, center);
+    arrange(first, position);
+    arrange(second, position);
 }

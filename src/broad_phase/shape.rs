@@ -14,12 +14,12 @@ pub struct Shape {
     tree: TetTree,
     triangle_tree: TriangleTree,
     seeds: Result<Seeds, NotFollowed>,
-    /// Made when the first half-space is met: few shapes meet one.
+    /// Over the tetrahedra that press, without inert ones. Made when the shape meets its first half-space: few do.
     flat_tree: OnceLock<FlatTree>,
 }
 
 impl Shape {
-    /// Builds the trees over the field's tetrahedra and surface.
+    /// Builds the trees over the field's tetrahedra and surface. One more is built as soon as the shape meets a half-space.
     #[must_use]
     pub fn new(field: PressureField) -> Self {
         let (tree, (triangle_tree, seeds)) = threads::both(

@@ -16,8 +16,8 @@ use nalgebra::{Matrix3, Matrix6, Matrix6x2, SMatrix, SVector, Vector3, Vector6};
 /// In closed form: nothing is differentiated through a clip. The elastic part needs areas and moments of the contact
 /// polygons alone; what dissipation and friction add needs the motion of the polygons' edges too, which is that of the
 /// faces they lie in. Where the wrench has a kink, as friction has where sides are flush, the derivatives by poses and
-/// moduli are the mean of those on either side; poses within 2.5e-10 of the bodies' size of a kink count as being on it, or within
-/// less where bodies are pressed in by less. Where several kinks meet, no linear function is the mean in all directions,
+/// moduli are the mean of those on either side; poses within 2.5e-10 of the bodies' size of a kink count as being on it at most, and
+/// within less where bodies are pressed in by less. Where several kinks meet, no linear function is the mean in all directions,
 /// and the derivatives are those about one generic direction. Derivatives by velocities and law are those at the pose
 /// itself. Surfaces that face each other and only touch have no contact, and derivatives of 0. The slip tolerance is a
 /// constant.
@@ -66,7 +66,7 @@ pub struct LinearisedContact<T = f64> {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
 #[non_exhaustive]
 pub struct Kinks {
-    /// Faces of both bodies coincide, to 2.5e-10 of the bodies' size in motion, to 2e-12 of it for elastic bodies.
+    /// Faces of both bodies coincide, or nearly: to 2.5e-10 of the bodies' size in motion at most, to 2e-12 of it for elastic ones.
     pub are_flush: bool,
     /// Somewhere surfaces part so fast that the pressure is clamped at 0: beyond that place, derivatives are 0.
     pub are_clamped: bool,

@@ -70,7 +70,7 @@ pub(super) struct LawResponse {
     pub by_speed: [Vector6<f64>; 3],
     /// What to add where that is by growing fields, if anything (see [`Weights`]).
     pub more_by_growth: Option<[Vector6<f64>; 3]>,
-    /// As the pressure grows by 1, y₁ and y₂, all of the polygon counted.
+    /// As the pressure grows by 1, y₁ and y₂: of the whole polygon, whatever its weights.
     pub by_pressure: [Vector6<f64>; 3],
     pub by_faces: Vec<FaceResponse>,
 }
@@ -139,6 +139,9 @@ impl PolygonResponse {
     /// As p_B grows by δ, the plane moves by δ/|g|, and the elastic wrench changes by ∫ δ s_A/|g| dA; as p_A does, by
     /// −∫ δ s_B/|g| dA (see [`RelativeJacobian`](super::jacobian::RelativeJacobian)). What the law adds changes by K as the
     /// plane moves; as p_A grows the plane moves by −δ/|g|, and the pressure at a fixed point grows too.
+    ///
+    /// A corner that moves is a motion, an extent that grows is the growth of a field: the polygon counts with the weight of
+    /// either (see [`Weights`]).
     pub fn pulled_back(
         &self,
         covector: &Vector6<f64>,

@@ -73,7 +73,10 @@ impl ContactPair<'_> {
     ///
     /// and with A and B exchanged, and W for −W, for A's vertices. Surface vertices are no exception, and nothing is
     /// differentiated through a clip. Where faces of both bodies are flush, the derivatives by all vertices together give those
-    /// by the pose, about one generic direction; those by one vertex may be one-sided.
+    /// by the pose, about one generic direction, and those by all extents, times these, add up to that by the modulus, times this.
+    /// That by a single vertex need not lie between those of both sides, where the vertex moves at an angle to the face. Where
+    /// fields are equal over a volume ([`Kinks::are_equal`](crate::contact::Kinks)), the sums need not be those by pose and
+    /// modulus.
     ///
     /// ```
     /// use hydroelastic::contact::{ContactBody, ContactPair, Partner, Shape};

@@ -24,7 +24,7 @@ pub struct ContactPolygon<T = f64> {
     /// Gradient (Pa/m) of the pressure of the body whose field is the flatter there; along the polygon, the
     /// other's is the same.
     pub pressure_gradient: Vector3<T>,
-    /// The point (m) through which the polygon's force acts: ∫ p x dA / ∫ p dA.
+    /// The point (m) through which the polygon's force acts: ∫ p x dA / ∫ p dA; the centroid where the force rounds to 0.
     pub center_of_pressure: Vector3<T>,
 }
 
@@ -45,7 +45,7 @@ impl<T: Scalar> ContactPolygon<T> {
         let offset = moments.first / moments.area;
         let moment = moments.second * gradient - offset * moments.first.dot(gradient);
         let area = moments.area * lift::<T>(polygon.weights.still.area());
-        // 0 too where it is less than the least number.
+        // May round to 0 where neither factor does.
         let load = pressure * moments.area;
         let center_of_pressure = if real_part(load) > 0.0 {
             centroid + moment / load

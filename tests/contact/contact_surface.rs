@@ -220,6 +220,7 @@ fn all_polygons_have_an_area_where_inner_faces_of_both_bodies_lie_in_the_surface
         let above = Pose::from_translation(vector![aside[0], aside[1], 0.5]);
         let pair = pair((&layers, above, 2e4), (&layers, Pose::identity(), 2e4));
         let surface = pair.surface();
+        assert!(!surface.polygons.is_empty());
         assert!(surface.polygons.iter().all(|polygon| polygon.area > 0.0));
         assert_eq!(pair.touching_tets().len(), surface.polygons.len());
     }

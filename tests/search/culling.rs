@@ -84,8 +84,9 @@ fn each_step_of_the_default_leaves_fewer_candidates() {
 const ON_PLANE: f64 = 1e-13;
 
 /// Asserts that of the body's tetrahedra those are candidates at a half-space that have a corner below its surface or on it,
-/// and, where it is rigid, another above or on it.
-fn assert_reaching_are_candidates(shape: &Shape, pose: Pose, ground: Pose) {
+/// and, where it is rigid, another above or on it. Gives how many cross it, how many reach it, and how
+/// many there are.
+fn assert_reaching_are_candidates(shape: &Shape, pose: Pose, ground: Pose) -> [usize; 3] {
     let body = ContactBody::new(shape, pose, 1e5).unwrap();
     let to_ground = ground.inverse() * pose;
     let heights = shape.field().tets().iter().map(|tet| {
@@ -110,19 +111,23 @@ fn assert_reaching_are_candidates(shape: &Shape, pose: Pose, ground: Pose) {
             assert_eq!(pair.work_count().candidate_pairs, expected, "{search:?}");
         }
     }
+    [crossing, reaching, shape.field().tets().len()]
 }
 
 #[test]
 fn candidates_at_a_half_space_are_the_tetrahedra_that_reach_it() {
     let (shapes, mut random) = (mixed_shapes(), Random::new(52));
+    let mut tells_apart = 0;
     for shape in &shapes {
         for _ in 0..20 {
             let [body, ground] = [0.9, 0.3].map(|away| {
                 Pose::from_rotation_vector(&random.rotation_vector(), random.vector() * away)
             });
-            assert_reaching_are_candidates(shape, body, ground);
+            let [crossing, reaching, all] = assert_reaching_are_candidates(shape, body, ground);
+            tells_apart += usize::from(0 < crossing && crossing < reaching && reaching < all);
         }
     }
+    assert!(tells_apart > shapes.len(), "{tells_apart}");
 }
 
 #[test]

@@ -72,27 +72,28 @@ mod tests {
     use super::*;
 
     /// A line of the face with a number.
-    fn line(face: usize, outwardness: f64) -> Option<Line> {
-        let normal = Vector3::new(1.0, 0.0, 0.0);
-        Some(Line {
+    fn line(face: usize, outwardness: f64) -> Line {
+        Line {
             face,
-            normal,
+            normal: Vector3::x(),
             outwardness,
-        })
+        }
     }
 
-    /// What each face gets of an edge, where faces move at these speeds.
-    fn shares(lines: [Option<Line>; 3], speeds: [f64; 3]) -> [f64; 3] {
-        let mut padded = [None; 8];
-        padded[..3].copy_from_slice(&lines);
+    /// The bits of what each face gets of an edge, where faces move at these speeds.
+    fn shares(lines: &[Line], speeds: [f64; 3]) -> [u64; 3] {
+        let mut owning = [None; 8];
+        for (place, line) in owning.iter_mut().zip(lines) {
+            *place = Some(*line);
+        }
         let mut shares = [0.0; 3];
         share_out(
-            &padded,
+            &owning,
             |line| speeds[line.face],
             [1.0, 1.0],
             |line, share| shares[line.face] += share,
         );
-        shares
+        shares.map(f64::to_bits)
     }
 
     #[test]
@@ -100,12 +101,12 @@ mod tests {
         let speeds = [-2.0, -1.0, 1.0, 2.0];
         for (first, second) in speeds.into_iter().flat_map(|v| speeds.map(|w| (v, w))) {
             for sides in [[1.0, 1.0], [1.0, -1.0], [-1.0, 1.0], [-1.0, -1.0]] {
-                let others = [line(0, sides[0]), line(1, sides[1])];
-                for [a, b] in [others, [others[0], None]] {
-                    let without = shares([a, b, None], [first, second, 0.0]);
+                let both = [line(0, sides[0]), line(1, sides[1])];
+                for others in [&both[..], &both[..1]] {
+                    let without = shares(others, [first, second, 0.0]);
                     for in_plane in [-3.0, 0.0, 3.0] {
                         let speeds = [first, second, in_plane];
-                        let with = shares([a, b, line(2, 0.0)], speeds);
+                        let with = shares(&[others, &[line(2, 0.0)]].concat(), speeds);
                         assert_eq!(with, without, "{sides:?} {speeds:?}");
                     }
                 }

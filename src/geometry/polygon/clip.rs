@@ -1,0 +1,147 @@
+//! Clipping: the part of a polygon on one side of a plane.
+
+use super::{ConvexPolygon, POLYGON_CAPACITY};
+use crate::geometry::AffineField;
+use crate::geometry::tolerance::{Closeness, Tolerance, snapped};
+use crate::scalar::{Scalar, lift, real_part, real_vector};
+
+/// An edge so many times as long as the distance within which corners count as on a plane has a direction: which side of the plane
+/// it is on is told by both ends alike.
+const LONG: f64 = 64.0;
+
+impl<T: Scalar> ConvexPolygon<T> {
+    /// The part of the polygon where `field` ≥ 0; values within `tolerance` of zero count as zero. Edges on which it is 0
+    /// are owned by `side` (one bit).
+    ///
+    /// Where an edge crosses from below to zero, the corner at zero comes out twice, with the same place and an edge
+    /// without length between. A polygon reduced to one edge is thus a line traversed forth and back, and the owners of
+    /// both ways give the mean of the rates at which it opens on either side.
+    #[must_use]
+    pub fn clipped(mut self, field: &AffineField<T>, tolerance: f64, side: u8) -> Self {
+        self.clip(field, Tolerance::new(tolerance), side, 0);
+        self
+    }
+
+    /// [`Self::clipped`] in place: most faces do not cut, and a polygon is large to hand on.
+    ///
+    /// Edges of the owners `unmet` are known not to meet that side: those that are inside do not count as on it, however near they
+    /// are.
+    #[inline]
+    pub(crate) fn clip(
+        &mut self,
+        field: &AffineField<T>,
+        tolerance: Tolerance,
+        side: u8,
+        unmet: u8,
+    ) {
+        let mut values = [lift(0.0); POLYGON_CAPACITY];
+        let (mut is_near, mut closeness) = (false, Closeness::default());
+        for (value, corner) in values.iter_mut().zip(&self.corners[..self.len()]) {
+            *value = field.at(corner);
+            let real = real_part(*value);
+            is_near |= real <= tolerance.zero;
+            closeness = closeness.or(tolerance.closeness(real));
+        }
+        let zeros = if is_near {
+            let kept = if unmet == 0 {
+                0
+            } else {
+                let near = tolerance.zero / real_vector(&field.gradient).norm();
+                self.beside(&values, tolerance.zero, near, unmet)
+            };
+            self.snap(&mut values, tolerance.zero, kept)
+        } else {
+            0
+        };
+        if closeness != Closeness::default() {
+            self.note(closeness, &values, tolerance);
+        }
+        if zeros >= 2 {
+            self.own_where_zero(&values, side);
+        }
+        if is_near {
+            self.cut(&values, side);
+        }
+    }
+
+    /// Sets values at corners to zero where they are within `zero` of it, but for those at the corners `kept` (bits). Gives how many
+    /// are zero.
+    #[inline]
+    fn snap(&self, values: &mut [T; POLYGON_CAPACITY], zero: f64, kept: u32) -> u32 {
+        let mut zeros = 0;
+        for (corner, value) in values[..self.len()].iter_mut().enumerate() {
+            if kept >> corner & 1 == 0 {
+                *value = snapped(*value, zero);
+                zeros += u32::from(real_part(*value) == 0.0);
+            }
+        }
+        zeros
+    }
+
+    /// The corners (bits) at edges of these owners that are inside, though nowhere further than `near` (m) from zero: all of the
+    /// edge lies beside the side and not on it.
+    #[cold]
+    fn beside(&self, values: &[T; POLYGON_CAPACITY], zero: f64, near: f64, owners: u8) -> u32 {
+        let is_beside = |corner: usize| {
+            let real = real_part(values[corner]);
+            real > 0.0 && real <= zero
+        };
+        let mut corners = 0;
+        for now in 0..self.len() {
+            let next = if now + 1 == self.len() { 0 } else { now + 1 };
+            if self.owners[now] & owners == 0 || !is_beside(now) || !is_beside(next) {
+                continue;
+            }
+            let edge = real_vector(&(self.corners[next] - self.corners[now]));
+            if edge.norm() > LONG * near {
+                corners |= 1 << now | 1 << next;
+            }
+        }
+        corners
+    }
+
+    #[cold]
+    fn note(&mut self, closeness: Closeness, values: &[T], tolerance: Tolerance) {
+        let sizes = values[..self.len()]
+            .iter()
+            .map(|&value| real_part(value).abs());
+        let flatness = tolerance.closeness(sizes.fold(0.0, f64::max));
+        self.closeness = self.closeness.or(closeness);
+        self.flatness = self.flatness.or(flatness);
+    }
+
+    /// Edges along which the values are zero belong to the side too.
+    #[cold]
+    fn own_where_zero(&mut self, values: &[T; POLYGON_CAPACITY], side: u8) {
+        for now in 0..self.len() {
+            let next = if now + 1 == self.len() { 0 } else { now + 1 };
+            if [now, next].iter().all(|&end| real_part(values[end]) == 0.0) {
+                self.owners[now] |= side;
+            }
+        }
+    }
+
+    /// Leaves the part of the polygon where values are ≥ 0.
+    #[inline]
+    fn cut(&mut self, values: &[T; POLYGON_CAPACITY], side: u8) {
+        let whole = *self;
+        self.len = 0;
+        let mut before = whole.len().saturating_sub(1);
+        for now in 0..whole.len() {
+            let (value_before, value) = (values[before], values[now]);
+            let (was_inside, is_inside) = (real_part(value_before) >= 0.0, real_part(value) >= 0.0);
+            let (previous, corner) = (&whole.corners[before], &whole.corners[now]);
+            let crossing =
+                || previous + (corner - previous) * (value_before / (value_before - value));
+            // Where the outline comes in again, the edge that was cut goes on.
+            let owners = if is_inside {
+                whole.owners[before]
+            } else {
+                side
+            };
+            self.push_if(was_inside != is_inside, crossing, owners);
+            self.push_if(is_inside, || *corner, whole.owners[now]);
+            before = now;
+        }
+    }
+}
