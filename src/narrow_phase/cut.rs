@@ -30,8 +30,8 @@ pub(crate) struct Decisions {
     faces_in_plane: u8,
     /// The faces of B that may bound the polygon.
     bounding_faces: u8,
-    /// For each face of B, those whose lines in the plane do not meet its own within B.
-    unmet_faces: [u8; 4],
+    /// How the plane lies to B's corners, as far as that is known.
+    signs_b: CornerSigns,
     weights: Weights,
     is_at_ends: bool,
     closeness: Closeness,
@@ -78,11 +78,11 @@ impl RelativePair<'_> {
         let [ends_a, ends_b] = [in_plane_a & a.zero_faces, in_plane_b & zero_faces_b];
         let is_at_ends = ends_a != 0 && ends_b != 0;
         let signs = [signs_a, signs_b];
-        let unmet_faces = match self.shape_b {
-            PartnerShape::Compliant(_) => signs_b.unmet_faces(),
-            PartnerShape::Rigid(_) | PartnerShape::HalfSpace(_) => [0; 4],
+        let signs_of_corners = match self.shape_b {
+            PartnerShape::Compliant(_) => signs_b,
+            PartnerShape::Rigid(_) | PartnerShape::HalfSpace(_) => CornerSigns::UNKNOWN,
         };
-        let missed_faces = (0..4).fold(0, |all, face| all | unmet_faces[face] & 1 << face);
+        let missed_faces = signs_of_corners.missed_faces();
         let weights = if is_at_ends {
             Weights::of_touching(signs)
         } else {
@@ -96,7 +96,7 @@ impl RelativePair<'_> {
             // A face in the plane itself does not bound the polygon, nor one that the plane misses; nor does one at which B ends,
             // for no pressure of A is below 0.
             bounding_faces: ALL_FACES & !in_plane_b & !missed_faces & !zero_faces_b,
-            unmet_faces,
+            signs_b: signs_of_corners,
             weights,
             is_at_ends,
             closeness: tolerance_a.closeness_of(&excess_a).or(closeness_b),
@@ -245,7 +245,7 @@ impl Decisions {
             below,
             faces_in_plane: 0,
             bounding_faces: ALL_FACES & !b.zero_faces,
-            unmet_faces: [0; 4],
+            signs_b: CornerSigns::UNKNOWN,
             weights: Weights::WHOLE,
             is_at_ends: false,
             closeness: Closeness::default(),
@@ -271,7 +271,7 @@ impl Decisions {
         for face in 0..4 {
             if self.bounding_faces & 1 << face != 0 && !polygon.corners().is_empty() {
                 let (field, gradient) = face_of_b(face);
-                let unmet = self.unmet_faces[face] << 4;
+                let unmet = || self.signs_b.unmet_faces(face) << 4;
                 polygon.clip(&field, tolerance.scaled(gradient), 1 << (4 + face), unmet);
             }
         }

@@ -27,6 +27,12 @@ impl CornerSigns {
         zero: 0,
     };
 
+    /// Of which nothing is known.
+    pub const UNKNOWN: Self = Self {
+        below: 0,
+        zero: ALL_CORNERS,
+    };
+
     /// Of a tetrahedron with face 3 in the plane, that lies below the plane or above it.
     pub fn on_face(is_below: bool) -> Self {
         Self {
@@ -50,18 +56,23 @@ impl CornerSigns {
         self.below != ALL_CORNERS && self.below | self.zero != 0
     }
 
-    /// For each face, the faces that the plane does not meet in the same place within the tetrahedron: both corners of their common
-    /// edge are on one side of the plane, and not on it. The face itself is among them if all its corners are.
-    pub fn unmet_faces(self) -> [u8; 4] {
-        let is_unmet = |corners: u8| {
-            self.below & corners == corners || (self.below | self.zero) & corners == 0
+    /// Whether these corners are all on one side of the plane, and not on it.
+    fn are_beside(self, corners: u8) -> bool {
+        self.below & corners == corners || (self.below | self.zero) & corners == 0
+    }
+
+    /// The faces that the plane misses: bit k for the face opposite to corner k.
+    pub fn missed_faces(self) -> u8 {
+        let bit = |corner: u8| u8::from(self.are_beside(ALL_CORNERS & !(1 << corner))) << corner;
+        bit(0) | bit(1) | bit(2) | bit(3)
+    }
+
+    /// The faces whose lines in the plane do not meet that of this face within the tetrahedron: the plane misses their common edge.
+    pub fn unmet_faces(self, face: usize) -> u8 {
+        let bit = |corner: u8| {
+            u8::from(self.are_beside(ALL_CORNERS & !(1 << face | 1 << corner))) << corner
         };
-        let bits = [0, 1, 2, 3].map(|corner| 1_u8 << corner);
-        bits.map(|face| {
-            let others = bits.into_iter();
-            let unmet = others.filter(|other| is_unmet(ALL_CORNERS & !face & !other));
-            unmet.fold(0, |all, other| all | other)
-        })
+        bit(0) | bit(1) | bit(2) | bit(3)
     }
 
     /// The sides of the plane on which the tetrahedron has corners.

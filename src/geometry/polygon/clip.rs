@@ -18,7 +18,7 @@ impl<T: Scalar> ConvexPolygon<T> {
     /// both ways give the mean of the rates at which it opens on either side.
     #[must_use]
     pub fn clipped(mut self, field: &AffineField<T>, tolerance: f64, side: u8) -> Self {
-        self.clip(field, Tolerance::new(tolerance), side, 0);
+        self.clip(field, Tolerance::new(tolerance), side, || 0);
         self
     }
 
@@ -32,72 +32,54 @@ impl<T: Scalar> ConvexPolygon<T> {
         field: &AffineField<T>,
         tolerance: Tolerance,
         side: u8,
-        unmet: u8,
+        unmet: impl FnOnce() -> u8,
     ) {
         let mut values = [lift(0.0); POLYGON_CAPACITY];
-        let (mut is_near, mut closeness) = (false, Closeness::default());
+        let (mut is_near, mut closeness, mut zeros) = (false, Closeness::default(), 0_u32);
         for (value, corner) in values.iter_mut().zip(&self.corners[..self.len()]) {
             *value = field.at(corner);
             let real = real_part(*value);
             is_near |= real <= tolerance.zero;
+            zeros += u32::from(real.abs() <= tolerance.zero);
             closeness = closeness.or(tolerance.closeness(real));
+            *value = snapped(*value, tolerance.zero);
         }
-        let zeros = if is_near {
-            let kept = if unmet == 0 {
-                0
-            } else {
-                let near = tolerance.zero / real_vector(&field.gradient).norm();
-                self.beside(&values, tolerance.zero, near, unmet)
-            };
-            self.snap(&mut values, tolerance.zero, kept)
-        } else {
-            0
-        };
+        if zeros >= 2 {
+            self.restore_beside(&mut values, (field, tolerance.zero), unmet());
+        }
         if closeness != Closeness::default() {
             self.note(closeness, &values, tolerance);
         }
-        if zeros >= 2 {
-            self.own_where_zero(&values, side);
-        }
         if is_near {
+            if zeros >= 2 {
+                self.own_where_zero(&values, side);
+            }
             self.cut(&values, side);
         }
     }
 
-    /// Sets values at corners to zero where they are within `zero` of it, but for those at the corners `kept` (bits). Gives how many
-    /// are zero.
-    #[inline]
-    fn snap(&self, values: &mut [T; POLYGON_CAPACITY], zero: f64, kept: u32) -> u32 {
-        let mut zeros = 0;
-        for (corner, value) in values[..self.len()].iter_mut().enumerate() {
-            if kept >> corner & 1 == 0 {
-                *value = snapped(*value, zero);
-                zeros += u32::from(real_part(*value) == 0.0);
-            }
-        }
-        zeros
-    }
-
-    /// The corners (bits) at edges of these owners that are inside, though nowhere further than `near` (m) from zero: all of the
-    /// edge lies beside the side and not on it.
+    /// Sets values that count as zero to what they are where both ends of an edge of these owners are inside: it lies beside the
+    /// side, not on it.
     #[cold]
-    fn beside(&self, values: &[T; POLYGON_CAPACITY], zero: f64, near: f64, owners: u8) -> u32 {
-        let is_beside = |corner: usize| {
-            let real = real_part(values[corner]);
-            real > 0.0 && real <= zero
-        };
-        let mut corners = 0;
+    fn restore_beside(
+        &self,
+        values: &mut [T; POLYGON_CAPACITY],
+        (field, zero): (&AffineField<T>, f64),
+        owners: u8,
+    ) {
         for now in 0..self.len() {
             let next = if now + 1 == self.len() { 0 } else { now + 1 };
-            if self.owners[now] & owners == 0 || !is_beside(now) || !is_beside(next) {
+            if self.owners[now] & owners == 0 {
                 continue;
             }
-            let edge = real_vector(&(self.corners[next] - self.corners[now]));
-            if edge.norm() > LONG * near {
-                corners |= 1 << now | 1 << next;
+            let [from, to] = [now, next].map(|end| &self.corners[end]);
+            let exact = [field.at(from), field.at(to)];
+            let is_beside = |value: &T| 0.0 < real_part(*value) && real_part(*value) <= zero;
+            let near = zero / real_vector(&field.gradient).norm();
+            if exact.iter().all(is_beside) && real_vector(&(to - from)).norm() > LONG * near {
+                [values[now], values[next]] = exact;
             }
         }
-        corners
     }
 
     #[cold]
