@@ -4,7 +4,7 @@
 Serves the decision which program to optimise controls with, through contact and friction: what a
 gradient costs, in time and in rollouts, and how right it is. Run
 
-    python3 benches/peers/gradients.py            # a quarter of an hour, most of it compilation in JAX
+    python3 benches/peers/gradients.py            # three minutes to a quarter of an hour, most of it compilation in JAX
     python3 benches/peers/gradients.py --quick    # a tenth of the steps and controls
 
 The first run downloads MJX into a virtual environment in cargo's target directory. README.md says
