@@ -4,7 +4,7 @@
 Serves the decision which program, integrator and step to take for an error small enough. Run
 
     python3 benches/peers/accuracy.py            # ten minutes to an hour, most of it Drake's references
-    python3 benches/peers/accuracy.py --quick    # a quarter of that
+    python3 benches/peers/accuracy.py --quick    # half of that
     python3 benches/peers/accuracy.py --ours     # this library alone
 
 The first run downloads Drake into a virtual environment in cargo's target directory, where Drake's
