@@ -11,7 +11,9 @@ mod reverse;
 mod reverse_implicit;
 mod shapes;
 mod stacks;
+mod switched_forces;
 mod trajectory_gradients;
+mod zero_lengths;
 
 #[path = "../support/mod.rs"]
 mod support;

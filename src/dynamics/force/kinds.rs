@@ -2,13 +2,17 @@ use super::{Force, Situation, Wrenches};
 use crate::dynamics::body::{known_place, place_of};
 use crate::dynamics::settings::{check_finite, check_not_negative};
 use crate::dynamics::{Body, WorldError};
-use crate::scalar::{Scalar, lift, real_part};
+use crate::scalar::{Scalar, lift, real_vector};
 use crate::spatial::Wrench;
 use std::slice;
 
 /// A spring and a damper between points of two bodies, along the line that joins them.
 ///
-/// Points closer than a billionth of the rest length, or of a metre, have no line between them, and no force.
+/// The force on the first point is k·r − k·L·d + c·(v·d)·d: stiffness k, damping c, rest length L, r from the first point to
+/// the second, v its rate of change, d its direction. Without rest length and damping it is linear in r, and so are its
+/// derivatives where the points coincide. Closer than a billionth of the rest length, or than the rounding of the points'
+/// coordinates, d has no meaning: the rest length counts as zero there, and the damping is c·v, as for points that part along
+/// the line.
 #[derive(Debug, Clone, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(feature = "serde", serde(deny_unknown_fields))]
@@ -51,9 +55,12 @@ pub struct Thruster {
     pub force: [f64; 3],
 }
 
-/// Below this fraction of its rest length (of a metre, if that is 0) a spring has no direction: what is left of the
-/// difference of its two points is mostly round-off.
+/// Below this fraction of its rest length a spring has no direction: the derivatives of the direction would exceed those of
+/// the length by its inverse.
 const NO_LENGTH: f64 = 1e-9;
+
+/// Rounding error of the difference of two points, relative to their coordinates, with a margin of about 50.
+const ROUNDING: f64 = 1e-14;
 
 impl Force for Spring {
     fn add_to<T: Scalar>(&self, wrenches: &mut Wrenches<T>, now: &Situation<T>) {
@@ -63,21 +70,18 @@ impl Force for Spring {
         let [point_a, velocity_a] = now.point(a, &self.points[0].into());
         let [point_b, velocity_b] = now.point(b, &self.points[1].into());
         let line = point_b - point_a;
-        let squared = line.dot(&line);
-        let least = NO_LENGTH
-            * if self.rest_length > 0.0 {
-                self.rest_length
-            } else {
-                1.0
-            };
-        if real_part(squared) <= least * least {
-            return;
-        }
-        let length = squared.sqrt();
-        let direction = line / length;
-        let parting = (velocity_b - velocity_a).dot(&direction);
-        let tension = (length - self.rest_length) * self.stiffness + parting * self.damping;
-        let pull = direction * tension;
+        let parting = velocity_b - velocity_a;
+        let reach = real_vector(&point_a).amax() + real_vector(&point_b).amax();
+        let least = (NO_LENGTH * self.rest_length).max(ROUNDING * reach);
+        let pull = if real_vector(&line).norm() <= least {
+            line.map(|x| x * self.stiffness) + parting.map(|x| x * self.damping)
+        } else {
+            let length = line.dot(&line).sqrt();
+            let direction = line / length;
+            let parting = parting.dot(&direction);
+            let tension = (length - self.rest_length) * self.stiffness + parting * self.damping;
+            direction * tension
+        };
         wrenches.push(a, &pull, &point_a);
         wrenches.push(b, &-pull, &point_b);
     }

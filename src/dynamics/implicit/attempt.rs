@@ -4,7 +4,7 @@ use super::newton::{Root, Unsolved};
 use super::problem::own;
 use super::report::{EnergyBalance, Work};
 use super::scheme::Stage;
-use super::steps::{Moving, Stepper, Stuck, velocities_of};
+use super::steps::{Moving, Part, Stepper, Stuck, velocities_of};
 use crate::dynamics::BodyState;
 use crate::geometry::Aabb;
 use nalgebra::{DVector, Vector6};
@@ -98,7 +98,8 @@ impl<'s, 'a> Attempt<'s, 'a> {
             (pose, self.momenta[place] + impulse)
         });
         let (poses, momenta) = starts.unzip();
-        let when = [self.offset + stage.offset, stage.duration];
+        let time = Part::time(self.of.start, self.offset, &stage);
+        let when = [time, stage.duration];
         let problem = self.of.problem(poses, momenta, when)?;
         let guess = velocities_of(&self.tried.bodies);
         let solved = problem.solved(&guess, self.of.tolerance, &mut self.work);

@@ -70,7 +70,7 @@ impl<T: Scalar> Carrier<'_, T> {
                 poses: poses.collect(),
                 momenta: start.collect(),
                 duration: stage.duration,
-                time: self.start + part.offset + stage.offset,
+                time: Part::time(self.start, part.offset, &stage),
             };
             let velocities = carried.solved(root, states)?;
             rates.push(carried.rates(velocities, states, stage));

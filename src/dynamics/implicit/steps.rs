@@ -5,7 +5,7 @@ use super::attempt::{Attempt, Tried};
 use super::island::Island;
 use super::problem::{Problem, joined_all};
 use super::report::{EnergyBalance, Work};
-use super::scheme::Scheme;
+use super::scheme::{Scheme, Stage};
 use crate::dynamics::system::System;
 use crate::dynamics::{BodyState, Inertia, RolloutError};
 use crate::geometry::Aabb;
@@ -30,6 +30,14 @@ pub(super) struct Part {
     pub offset: f64,
     pub duration: f64,
     pub stages: Vec<DVector<f64>>,
+}
+
+impl Part {
+    /// The time (s) at which the wrenches of a stage act, in a time step from `start` on. The real pass, the derivative pass and
+    /// the reverse sweep all ask here: two orders of these sums differ by an ulp, which decides at a switched force.
+    pub fn time(start: f64, offset: f64, stage: &Stage) -> f64 {
+        start + (offset + stage.offset)
+    }
 }
 
 /// An island's way through a time step.
@@ -153,7 +161,7 @@ impl<'a> Stepper<'a> {
             return Ok(());
         }
         let poses = self.way.bodies.iter().map(|body| body.state.pose);
-        let problem = self.problem(poses.collect(), Vec::new(), [0.0, 0.0])?;
+        let problem = self.problem(poses.collect(), Vec::new(), [self.start, 0.0])?;
         let evaluation = problem.evaluation(velocities_of(&self.way.bodies), false);
         let acting = (0..self.way.bodies.len()).map(|place| evaluation.acting(place));
         let acting: Vec<_> = acting.collect();
@@ -209,14 +217,13 @@ impl<'a> Stepper<'a> {
         self.inertias.iter().zip(bodies).map(of_body).sum()
     }
 
-    /// A stage from poses with momenta, that ends some time after the start and has a duration (s).
+    /// A stage from poses with momenta, that ends at a time (s) and has a duration (s).
     pub fn problem(
         &self,
         poses: Vec<Pose>,
         momenta: Vec<Vector6<f64>>,
-        [offset, duration]: [f64; 2],
+        [time, duration]: [f64; 2],
     ) -> Result<Problem<'_>, Stuck> {
-        let time = self.start + offset;
         let neighbors = self.scene.neighbors_at(self.island, time);
         if let Some(lost) = neighbors.iter().position(|state| !state.is_finite()) {
             let body = self.island.neighbors[lost];

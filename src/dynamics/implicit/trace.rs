@@ -107,7 +107,7 @@ impl<'a> Follower<'a> {
             let starts = self.inertias.iter().zip(&from).zip(&displacements);
             let poses = starts
                 .map(|((inertia, body), displacement)| inertia.displaced(&body.pose, displacement));
-            let time = self.start + (part.offset + stage.offset);
+            let time = Part::time(self.start, part.offset, &stage);
             let problem = Problem {
                 scene: self.scene,
                 island: &self.trace.island,

@@ -1,0 +1,144 @@
+//! Forces that are switched at a time: all passes through a rollout ask for them at the same times, bit for bit.
+
+use super::reverse::SAME;
+use crate::support::scenes::Random;
+use hydroelastic::contact::{HalfSpace, Shape};
+use hydroelastic::dynamics::{
+    Body, BodyState, Force, Integrator, Mass, Material, Plan, Situation, Trajectory, World,
+    Wrenches,
+};
+use hydroelastic::gradient::{Experiment, Mode, Outcome, Parameter};
+use hydroelastic::mesh::shapes;
+use hydroelastic::scalar::{Scalar, lift};
+use hydroelastic::spatial::{Pose, Twist};
+use nalgebra::{Vector3, vector};
+use std::collections::BTreeSet;
+use std::sync::{Arc, Mutex};
+
+const INTEGRATORS: [Integrator; 4] = [
+    Integrator::Leapfrog,
+    Integrator::SymplecticEuler,
+    Integrator::Sdirk2,
+    Integrator::ImplicitEuler,
+];
+
+/// Pushes the first body by the number "before" until a time, by the number "after" from then on; and notes when it is asked.
+struct Switched {
+    at: f64,
+    asked_at: Arc<Mutex<BTreeSet<u64>>>,
+}
+
+impl Force for Switched {
+    fn add_to<T: Scalar>(&self, wrenches: &mut Wrenches<T>, now: &Situation<T>) {
+        self.asked_at.lock().unwrap().insert(now.time.to_bits());
+        let name = if now.time < self.at {
+            "before"
+        } else {
+            "after"
+        };
+        let push = now.parameter(name).unwrap();
+        wrenches.push_center(0, &Vector3::new(push, push * 0.3, lift(0.0)));
+    }
+}
+
+/// Velocity and position of the first body at the end, mixed.
+struct End;
+
+impl Outcome for End {
+    fn of<T: Scalar>(&self, trajectory: &Trajectory<T>) -> Vec<T> {
+        let body = &trajectory.last().bodies[0];
+        let [p, v] = [body.position(), &body.velocity()].map(|x| x.x + x.y * 0.7 + x.z * 0.4);
+        vec![p * 3.0 + v]
+    }
+}
+
+struct Case {
+    world: World<f64, Switched>,
+    plan: Plan,
+    asked_at: Arc<Mutex<BTreeSet<u64>>>,
+}
+
+/// A ball above a floor or in it, beside it a plate on a path, a switch after a whole number of steps or parts of one.
+fn case(random: &mut Random, ball: &Arc<Shape>, integrator: Integrator) -> Case {
+    let step = [1e-3, 2e-3, 3e-3, 5e-3, 7e-3, 1e-2][random.below(6)];
+    let step = step * [1.0, 1.0, random.between(0.5, 1.0)][random.below(3)];
+    let steps = 2 + random.below(40);
+    let part = [0.0, 0.0, 0.25, 0.5, random.between(0.0, 1.0)][random.below(5)];
+    let at = (random.below(steps) as f64 + part) * step;
+    let skin = Material::elastic(3e3)
+        .with_dissipation(0.3)
+        .with_friction(0.2);
+    let height = random.between(0.047, 0.07);
+    let path = |time: f64| BodyState {
+        pose: Pose::from_translation(vector![0.0, 0.2 - 0.3 * time, 0.05]),
+        twist: Twist {
+            angular: Vector3::zeros(),
+            linear: vector![0.0, -0.3, 0.0],
+        },
+    };
+    let moving = Body::dynamic("ball", Arc::clone(ball), skin, Mass::Total(1.0)).unwrap();
+    let mut bodies = vec![
+        moving
+            .at(Pose::from_translation(vector![0.0, 0.0, height]))
+            .with_velocity(random.vector() * 0.3),
+        Body::fixed(
+            "floor",
+            HalfSpace::rigid(),
+            Material::rigid().with_friction(0.2),
+        )
+        .unwrap(),
+    ];
+    if random.below(2) == 0 {
+        bodies.push(Body::prescribed("plate", Arc::clone(ball), skin, Arc::new(path)).unwrap());
+    }
+    let asked_at = Arc::default();
+    let force = Switched {
+        at,
+        asked_at: Arc::clone(&asked_at),
+    };
+    let world = World::new(bodies)
+        .and_then(|world| world.with_gravity(vector![0.0, 0.0, -9.81]))
+        .and_then(|world| world.with_slip_tolerance(0.1))
+        .and_then(|world| world.with_forces(force))
+        .and_then(|world| world.with_force_parameter("before", random.between(-5.0, 5.0)))
+        .and_then(|world| world.with_force_parameter("after", random.between(-50.0, 50.0)))
+        .unwrap();
+    let plan = Plan::new(step, steps).unwrap().with_integrator(integrator);
+    Case {
+        world,
+        plan,
+        asked_at,
+    }
+}
+
+/// Sums of two orders differ by an ulp of the time, which decides on which side of a switch a stage lies: a derivative of a
+/// thousandth of the motion then belongs to the other push.
+#[test]
+fn forwards_and_backwards_agree_in_a_thousand_worlds_with_a_switch() {
+    let ball = Arc::new(Shape::new(shapes::icosphere(0.05, 1).unwrap()));
+    let mut random = Random::numbered(4711);
+    for number in 0..1_000 {
+        let Case {
+            world,
+            plan,
+            asked_at,
+        } = case(&mut random, &ball, INTEGRATORS[number % 4]);
+        let experiment = Experiment::new(&world, &plan);
+        let by = [
+            Parameter::OfForces("before".into()),
+            Parameter::OfForces("after".into()),
+            Parameter::InitialVelocity("ball".into()),
+        ];
+        experiment.value(&End).unwrap();
+        let in_values = std::mem::take(&mut *asked_at.lock().unwrap());
+        let [forward, reverse] = [Mode::Forward, Mode::Reverse]
+            .map(|mode| experiment.gradient_by(mode, &by, &End).unwrap().1);
+        let error = (&forward - &reverse).amax() / forward.amax();
+        assert!(error <= SAME, "{number}, {plan:?}: {forward} {reverse}");
+        let asked_at = asked_at.lock().unwrap();
+        assert!(
+            asked_at.is_subset(&in_values),
+            "{number}, {plan:?}: the passes of derivatives ask for forces at times of their own"
+        );
+    }
+}

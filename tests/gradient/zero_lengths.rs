@@ -1,0 +1,125 @@
+//! Springs whose points coincide.
+
+use hydroelastic::contact::Shape;
+use hydroelastic::dynamics::{Body, Integrator, Mass, Material, Plan, Spring, Trajectory, World};
+use hydroelastic::gradient::{Experiment, FinalState, Mode, Outcome, Parameter};
+use hydroelastic::mesh::shapes;
+use hydroelastic::scalar::Scalar;
+use hydroelastic::spatial::Pose;
+use nalgebra::{Vector3, vector};
+
+/// The motion is linear in the start, so that differences are exact but for round-off.
+const SAME: f64 = 1e-8;
+
+/// An arm turns the body, which bends the line: of second order in the change.
+const BENT: f64 = 1e-6;
+
+/// SDIRK2 takes the first step of a changed start in parts, since it begins at rest without gravity, and that of the start
+/// itself, where nothing moves, as a whole: the ends differ by the error of that step.
+const IN_PARTS: f64 = 1e-7;
+
+/// Change of a start (m, m/s).
+const CHANGE: f64 = 1e-4;
+
+/// (hω)²/24 of the phase by leapfrog, (hω)²/12 or so by SDIRK2, hω by implicit Euler, times the phase.
+const DISCRETE: [(Integrator, f64); 3] = [
+    (Integrator::Leapfrog, 1e-4),
+    (Integrator::Sdirk2, 1e-3),
+    (Integrator::ImplicitEuler, 5e-2),
+];
+
+const STIFFNESS: f64 = 100.0;
+const TIME_STEP: f64 = 1e-3;
+const STEPS: usize = 314;
+
+/// Position and velocity of the first body, along an axis.
+struct Along(usize);
+
+impl Outcome for Along {
+    fn of<T: Scalar>(&self, trajectory: &Trajectory<T>) -> Vec<T> {
+        let body = &trajectory.last().bodies[0];
+        vec![body.position()[self.0] + body.velocity()[self.0] * 0.01]
+    }
+}
+
+/// 1 kg on a spring whose ends, so many metres from its own origin and from that of the post, coincide at the start.
+fn hung(away: f64, rest_length: f64, damping: f64, scale: f64) -> World<f64, Spring> {
+    let ball = || Shape::new(shapes::icosphere(0.1 * scale, 1).unwrap());
+    let post = Vector3::new(1.0, 0.3, 0.7) * scale;
+    let skin = Material::elastic(1e5);
+    let bodies = vec![
+        Body::dynamic("ball", ball(), skin, Mass::Total(1.0)).unwrap(),
+        Body::fixed("post", ball(), skin)
+            .unwrap()
+            .at(Pose::from_translation(post)),
+    ];
+    let arm = vector![away, 0.0, 0.0] * scale;
+    let spring = Spring {
+        bodies: ["ball".into(), "post".into()],
+        points: [arm.into(), (arm - post).into()],
+        rest_length,
+        stiffness: STIFFNESS,
+        damping,
+    };
+    World::new(bodies).unwrap().with_forces(spring).unwrap()
+}
+
+fn plan(integrator: Integrator) -> Plan {
+    let plan = Plan::new(TIME_STEP, STEPS).unwrap();
+    let plan = plan.with_integrator(integrator);
+    plan.with_solver_tolerance(1e-13).unwrap()
+}
+
+#[test]
+fn a_body_at_its_anchor_swings_back_by_the_cosine() {
+    let phase = STIFFNESS.sqrt() * TIME_STEP * STEPS as f64;
+    for (integrator, discrete) in DISCRETE {
+        for scale in [1e-6, 1.0, 1e6] {
+            let world = hung(0.0, 0.0, 0.0, scale);
+            let experiment = Experiment::new(&world, &plan(integrator));
+            let by = [Parameter::InitialPosition("ball".into())];
+            let end = FinalState::of_body(&world, "ball").unwrap();
+            let jacobian = experiment.jacobian(&by, &end).unwrap().jacobian;
+            for axis in 0..3 {
+                let error = jacobian[(axis, axis)] - phase.cos();
+                assert!(error.abs() < discrete, "{integrator:?}, {scale}: {error:e}");
+            }
+        }
+    }
+}
+
+/// Damped too: the body starts at rest, and where it is moved along a line the damping acts along it.
+#[test]
+fn forwards_backwards_and_differences_agree_at_length_zero() {
+    for (integrator, _) in DISCRETE {
+        for (away, damping) in [(0.0, 0.0), (0.0, 2.0), (0.2, 0.0)] {
+            let world = hung(away, 0.0, damping, 1.0);
+            let experiment = Experiment::new(&world, &plan(integrator));
+            for axis in 0..3 {
+                for parameter in [Parameter::InitialPosition, Parameter::InitialVelocity] {
+                    let by = [parameter("ball".into())];
+                    let [forward, reverse] = [Mode::Forward, Mode::Reverse]
+                        .map(|mode| experiment.gradient_by(mode, &by, &Along(axis)).unwrap().1);
+                    assert!((&forward - &reverse).amax() <= SAME * forward.amax());
+                    let value = |sign: f64| {
+                        let mut change = [0.0; 3];
+                        change[axis] = sign * CHANGE;
+                        experiment.value_after(&by, &change, &Along(axis)).unwrap()[0]
+                    };
+                    let difference = (value(1.0) - value(-1.0)) / (2.0 * CHANGE);
+                    let error = (forward[axis] - difference).abs();
+                    let allowed = match integrator {
+                        _ if away > 0.0 => BENT,
+                        Integrator::Sdirk2 if damping > 0.0 => IN_PARTS,
+                        _ => SAME,
+                    };
+                    assert!(
+                        error <= allowed * difference.abs(),
+                        "{integrator:?}, {away} m, {damping}: {} for {difference}",
+                        forward[axis]
+                    );
+                }
+            }
+        }
+    }
+}
