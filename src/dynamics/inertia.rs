@@ -7,6 +7,10 @@ use nalgebra::{Matrix3, SymmetricEigen, Vector3};
 /// Moments that agree to this fraction are made equal: sums over thousands of tetrahedra are rounded by as much.
 const SPHERE: f64 = 1e-12;
 
+/// The largest moment of a plate is the sum of the others. Moments with five significant digits are off by 5e-5 each, so that
+/// the largest may exceed the sum by this fraction.
+const FIVE_DIGITS: f64 = 1e-4;
+
 /// Mass and rotational inertia of a body whose mass may carry derivatives.
 ///
 /// The shape of the inertia is constant; the mass scales it.
@@ -96,11 +100,12 @@ impl<T: Scalar> Inertia<T> {
 }
 
 impl PrincipalInertia {
-    fn of(inertia: Matrix3<f64>) -> Self {
+    /// From an inertia tensor over the mass, which is symmetric up to rounding.
+    pub fn of(inertia: Matrix3<f64>) -> Self {
         let SymmetricEigen {
             eigenvectors,
             eigenvalues,
-        } = SymmetricEigen::new(inertia);
+        } = SymmetricEigen::new((inertia + inertia.transpose()) / 2.0);
         let mut order = [0, 1, 2];
         order.sort_by(|&i, &j| eigenvalues[i].total_cmp(&eigenvalues[j]));
         let mut axes = Matrix3::from_columns(&order.map(|axis| eigenvectors.column(axis)));
@@ -117,6 +122,15 @@ impl PrincipalInertia {
             },
             axes,
         }
+    }
+
+    /// Whether the moments are those of a solid, the smallest first: positive, finite, and the largest at most the sum of the
+    /// others, up to rounding to five digits. Construction and loading share this check, so that each world that was made can
+    /// be loaded.
+    pub fn is_of_solid(&self) -> bool {
+        let [smallest, middle, largest] = self.moments.into();
+        let is_ordered = 0.0 < smallest && smallest <= middle && middle <= largest;
+        is_ordered && largest.is_finite() && largest <= (smallest + middle) * (1.0 + FIVE_DIGITS)
     }
 
     /// Whether all moments are equal to the last bit: then the axes do not matter.

@@ -1,12 +1,10 @@
+use super::inertia::PrincipalInertia;
 use super::{Body, WorldError};
 use crate::spatial::MassProperties;
-use nalgebra::{Matrix3, Vector3};
+use nalgebra::Vector3;
 
 /// Round-off that a turned inertia matrix may have between its two halves, of its largest entry.
 const SYMMETRY: f64 = 1e-9;
-
-/// The largest moment of a plate is the sum of the others; numbers rounded to five digits must pass.
-const ROUNDED: f64 = 1e-5;
 
 /// Mass properties are those of a uniform solid if they agree with these to this fraction: numbers in a file have nine digits.
 const UNIFORM: f64 = 1e-9;
@@ -39,7 +37,7 @@ impl Mass {
         check_mass_number(body, quantity, value)?;
         check_mass_number(body, "mass", properties.mass)?;
         check_center(body, &properties.center_of_mass)?;
-        check_inertia(body, &properties.inertia)?;
+        check_inertia(body, &properties)?;
         Ok(properties)
     }
 }
@@ -69,7 +67,8 @@ fn check_center(body: &str, center_of_mass: &Vector3<f64>) -> Result<(), WorldEr
     }
 }
 
-fn check_inertia(body: &str, inertia: &Matrix3<f64>) -> Result<(), WorldError> {
+fn check_inertia(body: &str, properties: &MassProperties) -> Result<(), WorldError> {
+    let MassProperties { mass, inertia, .. } = properties;
     if let Some(&value) = inertia.iter().find(|value| !value.is_finite()) {
         check_mass_number(body, "inertia", value)?;
     }
@@ -80,18 +79,21 @@ fn check_inertia(body: &str, inertia: &Matrix3<f64>) -> Result<(), WorldError> {
             difference,
         });
     }
-    let moments = ((inertia + inertia.transpose()) / 2.0).symmetric_eigenvalues();
-    check_mass_number(body, "smallest principal moment of inertia", moments.min())?;
-    let (largest, others) = (moments.max(), moments.sum() - moments.max());
-    if largest > others * (1.0 + ROUNDED) {
-        let body = body.to_owned();
-        return Err(WorldError::ImpossibleInertia {
-            body,
-            largest,
-            others,
-        });
+    let principal = PrincipalInertia::of(inertia / *mass);
+    let [smallest, middle, largest] = principal.moments.into();
+    check_mass_number(
+        body,
+        "smallest principal moment of inertia",
+        smallest * mass,
+    )?;
+    if principal.is_of_solid() {
+        return Ok(());
     }
-    Ok(())
+    Err(WorldError::ImpossibleInertia {
+        body: body.to_owned(),
+        largest: largest * mass,
+        others: (smallest + middle) * mass,
+    })
 }
 
 /// Checks that a body's mass, density or moment is positive and finite.

@@ -11,9 +11,9 @@ use nalgebra::{Matrix3, Vector3, Vector6};
 use serde::de::{Deserialize, Deserializer, Error as _};
 use serde::ser::{Error as _, Serialize, Serializer};
 
-/// How far principal axes may be from orthonormal, and the largest moment may exceed the sum of the others: round-off of the
-/// eigenvalue solver that they came from, with room. Numbers written by hand are given as [`Mass::Given`](super::Mass).
-const ROUNDED: f64 = 1e-12;
+/// How far principal axes may be from orthonormal: rounding of the eigenvalue solver that they came from, with a margin of
+/// about a thousand.
+const ORTHONORMAL: f64 = 1e-12;
 
 /// A world as it is saved.
 #[derive(serde::Serialize, serde::Deserialize)]
@@ -266,18 +266,15 @@ impl InertiaLayout {
     /// The inertia, if it is one.
     fn inertia(&self) -> Option<Inertia> {
         let (moments, axes) = (Vector3::from(self.moments), Matrix3::from(self.axes));
-        let [smallest, middle, largest] = self.moments;
-        let finite = moments.iter().chain(&axes).chain(&self.center_of_mass);
-        let is_solid = smallest > 0.0
-            && smallest <= middle
-            && middle <= largest
-            && largest <= (smallest + middle) * (1.0 + ROUNDED);
-        let is_frame = (axes.tr_mul(&axes) - Matrix3::identity()).amax() <= ROUNDED
+        let principal = PrincipalInertia { moments, axes };
+        let mut numbers = axes.iter().chain(&self.center_of_mass);
+        let is_frame = (axes.tr_mul(&axes) - Matrix3::identity()).amax() <= ORTHONORMAL
             && axes.determinant() > 0.0;
-        (finite.into_iter().all(|x| x.is_finite()) && is_solid && is_frame).then(|| Inertia {
+        let is_valid = numbers.all(|x| x.is_finite()) && is_frame && principal.is_of_solid();
+        is_valid.then(|| Inertia {
             mass: self.mass,
             center_of_mass: self.center_of_mass.into(),
-            principal: PrincipalInertia { moments, axes },
+            principal,
         })
     }
 }

@@ -1,6 +1,10 @@
 //! Poses, states, materials, trajectories, plans and whole worlds, saved and loaded by serde.
 
+mod random_worlds;
 mod refusals;
 mod round_trips;
 mod text_and_bits;
 mod worlds;
+
+#[path = "../support/mod.rs"]
+mod support;
