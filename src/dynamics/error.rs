@@ -188,6 +188,15 @@ pub enum RolloutError {
     /// The state that it was to start from does not fit the world.
     #[error(transparent)]
     State(#[from] WorldError),
+    /// A body starts wholly below the surface of a half-space, where there is no force to push it out.
+    #[error(
+        "body {:?} starts wholly below the surface of half-space {:?}, where nothing pushes it out: start it above (z > 0 in the frame of the half-space), turn the half-space, or name the pair as one to ignore",
+        .bodies[0], .bodies[1]
+    )]
+    StartsBelow {
+        /// Names of the body and of the half-space.
+        bodies: [String; 2],
+    },
     /// It was [stopped](super::Rollout::stopped_by), or the batch that it belongs to was ended before it began.
     #[error("the rollout was stopped before its end")]
     Stopped,
@@ -213,10 +222,10 @@ pub enum RolloutError {
         /// Name of the body.
         body: String,
     },
-    /// The time step is too long for the contacts of a step: a rollout
-    /// [with a stability check](super::Plan::with_stability_check) ends before it blows up.
+    /// An explicit time step is too long for the contacts that it meets: the rollout ends before it becomes unstable, unless the
+    /// plan is [without this check](super::Plan::without_stability_check).
     #[error(
-        "step {step} (from t = {time:.6} s) was not taken: {time_step:.3e} s is too long where the contacts allow {limit:.3e} s, stiffest that of bodies {:?} and {:?}",
+        "step {step} (from t = {time:.6} s) was not taken: {time_step:.3e} s is too long where the contacts allow {limit:.3e} s, stiffest that of bodies {:?} and {:?}; take shorter steps or an implicit integrator (Sdirk2), make the contact softer, or, if friction sets the limit, raise the slip tolerance",
         .bodies[0], .bodies[1]
     )]
     TimeStepTooLong {
@@ -230,6 +239,24 @@ pub enum RolloutError {
         limit: f64,
         /// Names of the two bodies whose contact, by itself, allows the shortest step.
         bodies: [String; 2],
+    },
+    /// An explicit time step would have made energy out of nothing: a body moved so far into another in it that contact throws
+    /// it out again, although the contacts by themselves are stable where they acted.
+    #[error(
+        "step {step} (from t = {time:.6} s) was not taken: bodies and contacts would have {after:.3e} J after it, but there were {before:.3e} J, work in the step included, so that {time_step:.3e} s is too long for this impact; take shorter steps or an implicit integrator (Sdirk2)"
+    )]
+    EnergyGained {
+        /// The step that was not taken, counted from 1.
+        step: usize,
+        /// The time of the state it would have started from (s).
+        time: f64,
+        /// The time step (s).
+        time_step: f64,
+        /// Kinetic energy and potential energy of contacts before the step, and what gravity, forces, controls and paths did in
+        /// it (J).
+        before: f64,
+        /// Kinetic energy and potential energy of contacts after the step (J).
+        after: f64,
     },
     /// The equations of an implicit step were not solved, however often it was divided.
     #[error(

@@ -1,6 +1,6 @@
 use super::sweep::Sweep;
 use super::system::System;
-use super::{Force, State, World, WorldError};
+use super::{BodyShape, BodyState, Force, Inertia, RolloutError, State, World, WorldError};
 use crate::scalar::{Scalar, lift, lift_vector};
 use nalgebra::Vector3;
 
@@ -100,8 +100,8 @@ impl<T: Scalar, F: Force> World<T, F> {
         Ok(self.system.report(state))
     }
 
-    /// The places of the bodies, A and B, of which one has been [swallowed](crate::contact::ContactPair::has_sunk_through) by the
-    /// other in a state: no force pushes them apart any more.
+    /// The places of the bodies, A and B, that have passed into each other so far in a state that contact may no longer push them
+    /// apart: see [`ContactPair::has_sunk_through`](crate::contact::ContactPair::has_sunk_through).
     ///
     /// # Errors
     /// If the state does not fit the world: another number of bodies, a pose that is not rigid, or a number that is not finite.
@@ -125,9 +125,9 @@ impl<T: Scalar> System<T> {
     fn report(&self, state: &State<T>) -> Report<T> {
         let zero = lift_vector(&Vector3::zeros());
         let mut report = Report {
-            kinetic_energy: lift(0.0),
+            kinetic_energy: self.kinetic_energy(state),
             gravitational_energy: lift(0.0),
-            contact_energy: lift(0.0),
+            contact_energy: self.contact_energy(state),
             momentum: Momentum {
                 linear: zero,
                 angular: zero,
@@ -141,17 +141,31 @@ impl<T: Scalar> System<T> {
             let center = pose.translation() + pose.rotated_constant(&inertia.center_of_mass);
             let linear = twist.linear * inertia.mass;
             let spin = inertia.angular_momentum(pose.rotation(), &twist.angular);
-            let doubled = linear.dot(&twist.linear) + spin.dot(&twist.angular);
-            report.kinetic_energy += doubled * 0.5;
             report.gravitational_energy -= self.gravity.dot(&center) * inertia.mass;
             report.momentum.linear += linear;
             report.momentum.angular += spin + center.cross(&linear);
         }
-        for &(i, j) in self.close_pairs(&state.bodies, &mut Sweep::default()) {
-            let pair = self.pair_of([i, j], [&state.bodies[i], &state.bodies[j]]);
-            report.contact_energy += pair.map_or(lift(0.0), |pair| pair.potential_energy());
-        }
         report
+    }
+
+    /// Kinetic energy (J) of all dynamic bodies.
+    pub(super) fn kinetic_energy(&self, state: &State<T>) -> T {
+        let bodies = self.bodies.iter().zip(&state.bodies);
+        bodies.fold(lift(0.0), |sum, (body, state)| {
+            let of_body =
+                |inertia: &Inertia<T>| inertia.momentum(state).dot(&state.twist.to_vector()) * 0.5;
+            sum + body.inertia().map_or(lift(0.0), of_body)
+        })
+    }
+
+    /// Potential energy (J) of all contacts.
+    pub(super) fn contact_energy(&self, state: &State<T>) -> T {
+        let mut sweep = Sweep::default();
+        let pairs = self.close_pairs(&state.bodies, &mut sweep).iter();
+        pairs.fold(lift(0.0), |sum, &(i, j)| {
+            let pair = self.pair_of([i, j], [&state.bodies[i], &state.bodies[j]]);
+            sum + pair.map_or(lift(0.0), |pair| pair.potential_energy())
+        })
     }
 
     /// The bodies of which one has been swallowed by the other in a state that fits the bodies.
@@ -163,6 +177,27 @@ impl<T: Scalar> System<T> {
             pair.is_some_and(|pair| pair.has_sunk_through())
         });
         sunk.map(|&(i, j)| [i, j]).collect()
+    }
+
+    /// An error if a body starts wholly below the surface of a half-space, where no force would push it out.
+    pub(super) fn below_half_space(&self, states: &[BodyState<T>]) -> Option<RolloutError> {
+        let is_half_space =
+            |index: &usize| matches!(self.bodies[*index].shape, BodyShape::HalfSpace(_));
+        let names = |places: [usize; 2]| places.map(|index| self.bodies[index].name().to_owned());
+        for half_space in (0..states.len()).filter(is_half_space) {
+            let from_world = states[half_space].pose.real().inverse();
+            for body in self.dynamic_bodies() {
+                let pose = from_world * states[body].pose.real();
+                let places = [body.min(half_space), body.max(half_space)];
+                if self.contact_order(places[0], places[1]).is_some()
+                    && self.bodies[body].shape.bounds_at(&pose).upper.z < 0.0
+                {
+                    let bodies = names([body, half_space]);
+                    return Some(RolloutError::StartsBelow { bodies });
+                }
+            }
+        }
+        None
     }
 
     /// Which tetrahedra touch in a state that fits the bodies.

@@ -13,8 +13,8 @@ use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 /// An endless iterator over the states that follow a world's initial state, one a time step; [`Self::recorded`] takes the
 /// steps that were planned.
 ///
-/// Each item is the next state. A state that is not finite, a time step that fails a
-/// [stability check](Plan::with_stability_check), or an implicit step that is not solved, is given as an error, and after it
+/// Each item is the next state. A state that is not finite, an explicit step that fails the
+/// [stability check](Plan::without_stability_check), or an implicit step that is not solved, is given as an error, and after it
 /// nothing.
 ///
 /// A panic in a function that was passed in (a force, a path) passes through the iterator and
@@ -37,7 +37,8 @@ impl<T: Scalar, F: Force> World<T, F> {
     }
 
     /// The state one time step after another one, by the time step, the integrator and the stability check of a plan.
-    /// [`Rollout::advance`] takes many without allocating, and with times that are multiples of the step.
+    /// [`Rollout::advance`] takes many without allocating, and with times that are multiples of the step; its stability check is
+    /// cheaper too, because it knows the step before.
     ///
     /// # Errors
     /// If the state does not fit the world (see [`Rollout::starting_from`]), or the next one is not finite or fails the

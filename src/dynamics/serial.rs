@@ -15,7 +15,8 @@ struct PlanLayout {
     steps: usize,
     integrator: Integrator,
     record_every: usize,
-    check_every: Option<usize>,
+    #[serde(default = "checks_stability")]
+    checks_stability: bool,
     #[serde(default = "solver_tolerance")]
     solver_tolerance: f64,
 }
@@ -23,6 +24,11 @@ struct PlanLayout {
 /// Of plans that were saved without one.
 fn solver_tolerance() -> f64 {
     SOLVER_TOLERANCE
+}
+
+/// Of plans that were saved without it.
+fn checks_stability() -> bool {
+    true
 }
 
 /// The state of a body as it is saved.
@@ -76,7 +82,7 @@ impl Serialize for Plan {
             steps: self.steps(),
             integrator: self.integrator(),
             record_every: self.record_every(),
-            check_every: self.check_every(),
+            checks_stability: self.checks_stability(),
             solver_tolerance: self.solver_tolerance(),
         };
         layout.serialize(serializer)
@@ -91,9 +97,10 @@ impl<'de> Deserialize<'de> for Plan {
         let plan = plan.recording_every(layout.record_every);
         let plan = plan.with_solver_tolerance(layout.solver_tolerance);
         let plan = plan.map_err(D::Error::custom)?;
-        Ok(match layout.check_every {
-            Some(every) => plan.with_stability_check(every),
-            None => plan,
+        Ok(if layout.checks_stability {
+            plan
+        } else {
+            plan.without_stability_check()
         })
     }
 }

@@ -5,6 +5,7 @@ use super::system::System;
 use super::workspace::Workspace;
 use super::{Body, Motion, Plan, RolloutError, State};
 use crate::scalar::Scalar;
+use crate::spatial::Wrench;
 use nalgebra::Vector6;
 use std::mem;
 
@@ -81,6 +82,9 @@ impl<T: Scalar> Steps<T> {
     ) -> Result<&State<T>, RolloutError> {
         let system = world.system();
         let step = self.taken + 1;
+        if self.taken == 0 {
+            self.stop_at(system.below_half_space(&self.state.bodies))?;
+        }
         self.next.time = self.state.time;
         self.next.bodies.clone_from(&self.state.bodies);
         // From the count of steps: a sum of 10⁶ time steps would have drifted.
@@ -93,6 +97,12 @@ impl<T: Scalar> Steps<T> {
         let lost = self.lost_path(system, step);
         self.stop_at(lost.or_else(|| self.lost_body(system, step)))?;
         mem::swap(&mut self.state, &mut self.next);
+        let Workspace {
+            contact,
+            last_contact,
+            ..
+        } = &mut self.workspace;
+        mem::swap(contact, last_contact);
         self.taken = step;
         Ok(&self.state)
     }
@@ -106,11 +116,27 @@ impl<T: Scalar> Steps<T> {
         let (system, time_step) = (world.system(), plan.time_step());
         splitting.approach(system, &mut self.next, time_step);
         self.stop_at(self.lost_path(system, step))?;
-        if plan.checks(step) {
-            self.stop_at(self.exceeded_limit(system, step, time_step))?;
-        }
         splitting.complete(world, &mut self.next, time_step, &mut self.workspace);
+        if plan.checks_stability() && self.may_exceed_limit(system, time_step) {
+            let error = self.instability(system, (splitting, time_step), step);
+            return self.stop_at(error);
+        }
         Ok(())
+    }
+
+    /// Whether contact with any body changes so fast that the step that was taken may be too long.
+    fn may_exceed_limit(&self, system: &System<T>, time_step: f64) -> bool {
+        let Workspace {
+            contact,
+            last_contact,
+            ..
+        } = &self.workspace;
+        let none = Wrench::zero();
+        let mut bodies = system.bodies.iter().zip(&self.state.bodies).enumerate();
+        bodies.any(|(index, (body, state))| {
+            let last = last_contact.get(index).unwrap_or(&none);
+            body.may_exceed_limit(state, [last, &contact[index]], time_step)
+        })
     }
 
     fn advance_implicitly(
@@ -157,20 +183,33 @@ impl<T: Scalar> Steps<T> {
         Some(body.name().to_owned())
     }
 
-    /// An error, if the time step is too long where the kick acts.
-    fn exceeded_limit(
+    /// An error, if the step that was taken is too long where the kick acted.
+    fn instability(
         &self,
         system: &System<T>,
+        (splitting, time_step): (Splitting, f64),
         step: usize,
-        time_step: f64,
     ) -> Option<RolloutError> {
-        let (limit, bodies) = system.exceeded_limit(&self.next.bodies, time_step)?;
-        Some(RolloutError::TimeStepTooLong {
+        let time = self.state.time;
+        let mut at_kick = self.state.clone();
+        splitting.approach(system, &mut at_kick, time_step);
+        if let Some((limit, bodies)) = system.exceeded_limit(&at_kick.bodies, time_step) {
+            return Some(RolloutError::TimeStepTooLong {
+                step,
+                time,
+                time_step,
+                limit,
+                bodies,
+            });
+        }
+        let Workspace { contact, all, .. } = &self.workspace;
+        let gained = system.energy_gained([&self.state, &self.next], [contact, all], time_step);
+        gained.map(|[before, after]| RolloutError::EnergyGained {
             step,
-            time: self.state.time,
+            time,
             time_step,
-            limit,
-            bodies,
+            before,
+            after,
         })
     }
 }

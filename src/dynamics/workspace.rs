@@ -5,7 +5,7 @@ use crate::spatial::Wrench;
 /// Scratch memory of one step.
 ///
 /// A rollout has one, so that its steps allocate nothing once all room is there. Every step fills it
-/// anew: no result depends on what was in it.
+/// anew: no state depends on what was in it. Only the stability check reads the last step's wrenches.
 #[derive(Debug, Clone)]
 pub(super) struct Workspace<T> {
     /// The search for close pairs.
@@ -14,6 +14,8 @@ pub(super) struct Workspace<T> {
     pub pair_wrenches: Vec<ContactWrench<T>>,
     /// Net contact wrench on each body.
     pub contact: Vec<Wrench<T>>,
+    /// Net contact wrench on each body in the last step that was taken; empty before it.
+    pub last_contact: Vec<Wrench<T>>,
     /// The wrench of all forces on each body.
     pub all: Vec<Wrench<T>>,
 }
@@ -24,6 +26,7 @@ impl<T> Default for Workspace<T> {
             sweep: Sweep::default(),
             pair_wrenches: Vec::new(),
             contact: Vec::new(),
+            last_contact: Vec::new(),
             all: Vec::new(),
         }
     }

@@ -31,7 +31,7 @@ impl Inertia {
     }
 
     /// The velocities that an impulse (N m s, N s) gives to the body.
-    pub(super) fn velocities(
+    pub(in crate::dynamics) fn velocities(
         &self,
         rotation: &Matrix3<f64>,
         impulse: &Vector6<f64>,

@@ -1,7 +1,9 @@
 //! How long a time step may be.
 
+mod energy;
 mod limit;
 mod pair;
+mod secant;
 
 use super::sweep::Sweep;
 use super::system::System;
@@ -41,8 +43,8 @@ impl<T: Scalar, F: Force> World<T, F> {
     ///
     /// # What it knows
     ///
-    /// - Only this state: deeper contact is stiffer, and so is contact to come. Ask at the deepest
-    ///   state, or along the way: [`Plan::with_stability_check`](super::Plan::with_stability_check).
+    /// - Only this state: deeper contact is stiffer, and so is contact to come. Rollouts check along the way, unless the plan
+    ///   is [without](super::Plan::without_stability_check).
     /// - Contacts alone: drag, springs and other forces are not included.
     /// - The symmetric parts of stiffness and damping, and no stiffness of friction. Where contacts slide
     ///   this changes the limit by a per cent or so (`cargo test --test dynamics stability:: -- --nocapture`), where a weak contact

@@ -1,8 +1,10 @@
 //! The check of the time step along a rollout: where it ends one, and what it leaves as it is.
 
 use super::scenes::falling;
-use hydroelastic::contact::Shape;
-use hydroelastic::dynamics::{Batch, Body, Mass, Material, Plan, RolloutError, State, World};
+use hydroelastic::contact::{HalfSpace, Shape};
+use hydroelastic::dynamics::{
+    Batch, Body, Integrator, Mass, Material, Plan, RolloutError, State, World,
+};
 use hydroelastic::gradient::{Experiment, FinalPosition, GradientError, Parameter};
 use hydroelastic::mesh::shapes;
 use hydroelastic::spatial::Pose;
@@ -33,7 +35,7 @@ fn ended(error: &RolloutError) -> (usize, f64, f64) {
 #[test]
 fn a_rollout_whose_step_is_too_long_ends_before_the_first_kick_that_shows_it() {
     let world = falling();
-    let plan = Plan::new(TOO_LONG, 0).unwrap().with_stability_check(1);
+    let plan = Plan::new(TOO_LONG, 0).unwrap();
     let mut rollout = world.rollout(&plan);
     let states: Vec<State> = rollout.by_ref().map_while(Result::ok).collect();
     let (step, time, limit) = ended(&rollout.advance().unwrap_err());
@@ -76,10 +78,11 @@ fn impacts_that_would_make_energy_are_stopped() {
                 slab.at(Pose::from_translation(vector![0.013, 0.021, -0.2])),
             ])
             .unwrap();
-            let plan = Plan::new(1e-3, 40).unwrap().recording_every(40);
+            let checked = Plan::new(1e-3, 40).unwrap().recording_every(40);
+            let plan = checked.without_stability_check();
             let energy = |end: &State| (end.bodies[0].twist.linear.norm() / 3.0).powi(2);
             unchecked = unchecked.max(energy(world.rollout(&plan).recorded().unwrap().last()));
-            match world.rollout(&plan.with_stability_check(1)).recorded() {
+            match world.rollout(&checked).recorded() {
                 Ok(trajectory) => worst = worst.max(energy(trajectory.last())),
                 Err(_) => stopped += 1,
             }
@@ -94,25 +97,25 @@ fn impacts_that_would_make_energy_are_stopped() {
 fn what_was_recorded_before_is_kept() {
     let world = falling();
     let plan = Plan::new(TOO_LONG, 100).unwrap();
-    for (every, checked, step) in [(1, 1, 6), (2, 1, 6), (1, 3, 7), (4, 6, 7)] {
-        let plan = plan.recording_every(every).with_stability_check(checked);
+    let step = 6;
+    for every in [1, 2, 4] {
+        let plan = plan.recording_every(every);
         let interrupted = world.rollout(&plan).recorded().unwrap_err();
         assert_eq!(ended(&interrupted.error).0, step);
         let recorded = interrupted.trajectory.states().len();
         assert_eq!(recorded, 1 + (step - 1) / every);
     }
-    // Between two checks nothing is looked at.
-    let rollout = world.rollout(&plan.with_stability_check(100));
+    let rollout = world.rollout(&plan.without_stability_check());
     assert!(rollout.recorded().is_ok());
 }
 
 #[test]
 fn a_rollout_whose_step_is_short_enough_goes_on_with_the_same_states() {
     let world = falling();
-    let plain = Plan::new(SHORT_ENOUGH, 200).unwrap();
-    let checked = world.rollout(&plain.with_stability_check(1));
-    let checked = checked.recorded().unwrap();
-    let unchecked = world.rollout(&plain).recorded().unwrap();
+    let plan = Plan::new(SHORT_ENOUGH, 200).unwrap();
+    let checked = world.rollout(&plan).recorded().unwrap();
+    let unchecked = world.rollout(&plan.without_stability_check());
+    let unchecked = unchecked.recorded().unwrap();
     for (checked, unchecked) in checked.states().iter().zip(unchecked.states()) {
         let [a, b] = [checked, unchecked].map(|state| state.bodies[0].position().z);
         assert_eq!(a.to_bits(), b.to_bits());
@@ -124,8 +127,8 @@ fn batches_and_experiments_check_too_and_so_do_dual_numbers() {
     let world = falling();
     let lifted = world.lifted::<Dual64>();
     let plan = Plan::new(TOO_LONG, 100).unwrap();
-    assert!(Batch::new(&plan).of_worlds(std::slice::from_ref(&world))[0].is_ok());
-    let plan = plan.with_stability_check(1);
+    let unchecked = Batch::new(&plan.without_stability_check());
+    assert!(unchecked.of_worlds(std::slice::from_ref(&world))[0].is_ok());
     let batch = Batch::new(&plan);
     let results = batch.of_worlds(std::slice::from_ref(&lifted));
     assert_eq!(ended(&results[0].as_ref().unwrap_err().error).0, 6);
@@ -145,4 +148,108 @@ fn batches_and_experiments_check_too_and_so_do_dual_numbers() {
         };
         assert_eq!(ended(&error).0, 6);
     }
+}
+
+/// A light ball of a stiff skin in steps that robot simulators take: a default plan flew off to 845 m.
+#[test]
+fn default_plans_end_in_an_error_with_the_remedy_or_in_a_right_motion() {
+    let ball = Arc::new(Shape::new(shapes::icosphere(0.1, 2).unwrap()));
+    let (mut ended, mut right) = (0, 0);
+    for (modulus, mass, height, friction) in [
+        (1e7, 0.01, 0.2, 0.5),
+        (1e7, 0.01, 0.13, 0.0),
+        (1e6, 0.1, 0.2, 0.5),
+        (1e5, 1.0, 0.15, 0.0),
+        (1e5, 10.0, 0.2, 0.0),
+        (1e6, 1.0, 0.2, 0.0),
+        (1e9, 1.0, 0.3, 0.0),
+    ] {
+        for (time_step, steps) in [
+            (5e-3, 200),
+            (2e-3, 500),
+            (1e-3, 1_000),
+            (5e-4, 2_000),
+            (1e-4, 10_000),
+        ] {
+            for integrator in [Integrator::Leapfrog, Integrator::SymplecticEuler] {
+                let skin = Material::elastic(modulus).with_friction(friction);
+                let hard = Material::rigid().with_friction(friction);
+                let ball = Body::dynamic("ball", Arc::clone(&ball), skin, Mass::Total(mass));
+                let world = World::new(vec![
+                    ball.unwrap()
+                        .at(Pose::from_translation(vector![0.0, 0.0, height])),
+                    Body::fixed("floor", HalfSpace::rigid(), hard).unwrap(),
+                ]);
+                let world = world
+                    .unwrap()
+                    .with_gravity(vector![0.0, 0.0, -9.81])
+                    .unwrap();
+                let plan = Plan::new(time_step, steps).unwrap();
+                let plan = plan.with_integrator(integrator);
+                match world.rollout(&plan).recorded() {
+                    Err(interrupted) => {
+                        let message = interrupted.error.to_string();
+                        let states = interrupted.trajectory.states();
+                        assert!(message.contains("Sdirk2") && message.contains("shorter"));
+                        assert!(
+                            states
+                                .iter()
+                                .all(|state| state.bodies[0].position().z < 1.02 * height)
+                        );
+                        ended += 1;
+                    }
+                    Ok(trajectory) => {
+                        let states = trajectory.states().iter();
+                        let highest = states.clone().map(|state| state.bodies[0].position().z);
+                        let highest = highest.skip(states.len() / 2).fold(0.0, f64::max);
+                        let rise = (highest - 0.1) / (height - 0.1);
+                        println!("{modulus:e} {mass} {height} {time_step} {integrator:?}: {rise}");
+                        assert!(rise > 0.6 && rise < 1.3, "{rise}");
+                        right += 1;
+                    }
+                }
+            }
+        }
+    }
+    println!("{ended} {right}");
+    assert!(ended > 5 && right > 5);
+}
+
+/// A small fast ball and a thin plate: a step leads into the plate, or through it.
+#[test]
+fn steps_that_lead_through_a_plate_make_no_energy() {
+    let ball = Arc::new(Shape::new(shapes::icosphere(0.01, 2).unwrap()));
+    let plate = Arc::new(Shape::new(shapes::cuboid([0.2, 0.2, 0.01]).unwrap()));
+    let mut reasons = [0; 3];
+    for modulus in [1e5, 1e6, 1e7, 1e9] {
+        for phase in 0..60 {
+            let skin = Material::elastic(modulus);
+            let height = 0.03 + 4.2e-4 * f64::from(phase);
+            let ball = Body::dynamic("ball", Arc::clone(&ball), skin, Mass::Density(1000.0));
+            let world = World::new(vec![
+                ball.unwrap()
+                    .at(Pose::from_translation(vector![0.001, 0.002, height]))
+                    .with_velocity(vector![0.0, 0.0, -5.0]),
+                Body::fixed("plate", Arc::clone(&plate), skin).unwrap(),
+            ]);
+            let plan = Plan::new(5e-3, 8).unwrap();
+            match world.unwrap().rollout(&plan).recorded() {
+                Ok(trajectory) => {
+                    let speed = trajectory.last().bodies[0].twist.linear.norm();
+                    assert!(speed < 5.0 * 11_f64.sqrt(), "{speed}");
+                    reasons[0] += 1;
+                }
+                Err(interrupted) => match interrupted.error {
+                    RolloutError::TimeStepTooLong { .. } => reasons[1] += 1,
+                    RolloutError::EnergyGained { before, after, .. } => {
+                        assert!(after > 11.0 * before);
+                        reasons[2] += 1;
+                    }
+                    other => panic!("{other}"),
+                },
+            }
+        }
+    }
+    println!("{reasons:?}");
+    assert!(reasons.iter().all(|&count| count > 0), "{reasons:?}");
 }

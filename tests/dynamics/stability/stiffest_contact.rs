@@ -55,7 +55,7 @@ fn the_limit_of_many_is_that_of_the_stiffest_contact_and_names_it() {
     let alone = World::new(bodies[1..3].to_vec()).unwrap();
     assert_close(limit(&world), limit(&alone), FOUND);
     let plan = Plan::new(2.0 * limit(&world), 1).unwrap();
-    let mut rollout = world.rollout(&plan.with_stability_check(10));
+    let mut rollout = world.rollout(&plan);
     let ended = rollout.next().unwrap();
     let Err(RolloutError::TimeStepTooLong { step, bodies, .. }) = ended else {
         panic!("{ended:?}")
