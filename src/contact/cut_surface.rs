@@ -61,6 +61,12 @@ impl<T: Scalar> CutSurface<'_, T> {
                 .all(|octet| octet.polygons() == 0)
     }
 
+    /// Whether surfaces touch face to face somewhere, without pressure.
+    pub fn touches(&self) -> bool {
+        let mut touches = self.found.cuts().iter().filter(|cut| cut.is_touch());
+        touches.any(|cut| self.source.polygon(cut).has_area())
+    }
+
     /// Adds up the contact polygons; for scalars with derivatives also those of zero area, whose area may have a derivative.
     pub fn sum<S: PartialSum>(&self, add: impl Fn(&mut S, &CutPolygon<T>) + Sync) -> S {
         self.sum_of_cuts(|sum, cut| self.add_where(Weights::has_still_area, &add, sum, cut))

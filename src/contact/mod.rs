@@ -47,6 +47,7 @@ mod polygon;
 mod reaction;
 mod response;
 mod shape_gradient;
+mod sunk;
 mod surface;
 mod surface_law;
 mod tangent;

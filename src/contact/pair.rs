@@ -1,12 +1,14 @@
 use super::jacobian::RelativeJacobian;
 use super::linearised::RelativeLinearisation;
 use super::polygon::{CutPolygon, CutSurface, PartialSum, PolygonSource};
+use super::surface_law::RelativeMotion;
 use super::{
     ContactBody, ContactJacobian, ContactPolygon, ContactSurface, ContactWrench, Partner, Search,
+    SurfaceLaw,
 };
 use crate::narrow_phase::{ELASTIC_COINCIDENCE, Weights};
 use crate::scalar::{Order, Scalar, real_part};
-use crate::spatial::Pose;
+use crate::spatial::{Pose, Twist};
 
 /// Two bodies that may touch: the wrench, the contact surface, the potential energy and the
 /// Jacobian of their contact.
@@ -120,6 +122,7 @@ impl<'a, T: Scalar> ContactPair<'a, T> {
     ) -> RelativeLinearisation<T> {
         let mut linearisation = elastic.linearisation(self.moduli());
         linearisation.kinks.are_equal = surface.has_equal_fields();
+        linearisation.kinks.are_flush |= surface.touches();
         if let Some(finer) = finer {
             linearisation.wrench = finer.wrench().to_vector();
             linearisation.kinks.are_flush = true;
@@ -130,7 +133,33 @@ impl<'a, T: Scalar> ContactPair<'a, T> {
     /// The contact surface, polygon by polygon.
     #[must_use]
     pub fn surface(&self) -> ContactSurface<T> {
-        let surface = self.cut_surface();
+        self.surface_of(&self.cut_surface())
+    }
+
+    /// The contact surface and the wrenches, of bodies at rest or, by a law, in motion; none if the bodies do not touch. In
+    /// `f64` and for derivatives of second and higher order both come from one search.
+    pub(crate) fn surface_and_wrench(
+        &self,
+        moving: Option<(&SurfaceLaw<T>, [Twist<T>; 2])>,
+    ) -> Option<(ContactSurface<T>, ContactWrench<T>)> {
+        let cuts = self.cut_surface();
+        let surface = self.surface_of(&cuts);
+        if surface.is_empty() {
+            return None;
+        }
+        let wrench = match moving {
+            Some((law, twists)) if Order::<T>::IS_FIRST => self.wrench_in_motion(law, twists),
+            None if Order::<T>::IS_FIRST => self.wrench(),
+            Some((law, twists)) => {
+                let motion = RelativeMotion::of(self, twists);
+                self.wrench_from_a(&cuts.wrench_in_motion(law, &motion))
+            }
+            None => self.wrench_from_a(&cuts.wrench()),
+        };
+        Some((surface, wrench))
+    }
+
+    fn surface_of(&self, surface: &CutSurface<T>) -> ContactSurface<T> {
         let polygons = surface.sum_of_cuts(|polygons: &mut Vec<_>, cut| {
             let pressed = surface.source.pressed_polygon(cut);
             polygons.extend(pressed.map(|p| ContactPolygon::of(cut.tets, &p, self.a.pose())));
@@ -146,17 +175,6 @@ impl<'a, T: Scalar> ContactPair<'a, T> {
     #[must_use]
     pub fn potential_energy(&self) -> T {
         PolygonSource::of(self).energy()
-    }
-
-    /// Whether one body has sunk through the surface of the other: they overlap, but no contact surface is left, and no force
-    /// pushes them apart. A body sinks through when more work is done on the contact than its pressure field can hold, the
-    /// integral of its pressure over its volume.
-    ///
-    /// Takes as long as [`Self::potential_energy`] if there is no contact surface.
-    #[must_use]
-    pub fn has_sunk_through(&self) -> bool {
-        let real = self.real();
-        real.cut_surface().is_empty() && PolygonSource::of(&real).has_energy()
     }
 
     /// The pairs of tetrahedra (of A, of B) that have a contact polygon, in no special order. Where B is a rigid body, its

@@ -37,15 +37,18 @@ impl<T: Scalar> System<T> {
         let (mut sweep, mut contacts) = (Sweep::default(), Vec::new());
         let pairs = self.close_pairs(&state.bodies, &mut sweep);
         mapped_into(&mut contacts, pairs, |&(i, j)| {
-            let states = [&state.bodies[i], &state.bodies[j]];
+            let (bodies, states) = ([i, j], [&state.bodies[i], &state.bodies[j]]);
+            let moving = self.motion_of(bodies, states);
+            let moving = moving.as_ref().map(|(law, twists)| (law, *twists));
+            let pair = self.pair_of(bodies, states)?;
+            let (surface, wrench) = pair.surface_and_wrench(moving)?;
             Some(Contact {
-                bodies: [i, j],
-                surface: self.pair_of([i, j], states)?.surface(),
-                wrench: self.pair_wrench(&state.bodies, i, j),
+                bodies,
+                surface,
+                wrench,
             })
         });
-        let contacts = contacts.into_iter().flatten();
-        let mut contacts: Vec<_> = contacts.filter(|it| !it.surface.is_empty()).collect();
+        let mut contacts: Vec<_> = contacts.into_iter().flatten().collect();
         contacts.sort_by_key(|contact| contact.bodies);
         contacts
     }

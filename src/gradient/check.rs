@@ -7,6 +7,10 @@ use std::fmt;
 /// Steps that differences are taken with, in typical changes of each parameter.
 const STEPS: [f64; 7] = [1e-3, 1e-4, 1e-5, 1e-6, 1e-7, 1e-8, 1e-9];
 
+/// A derivative below this fraction of the largest in its row, or of the outcome itself, counts as zero: the outcome's rounding
+/// errors, over the longest step, are 1e-6 of this.
+const ZERO: f64 = 1e-6;
+
 /// A step lies on the plateau if its error is within this factor of the best.
 const PLATEAU: f64 = 10.0;
 
@@ -15,8 +19,9 @@ const PLATEAU: f64 = 10.0;
 /// A difference over too long a step is off by the curvature (and by kinks it straddles), over too
 /// short a one by rounding; a correct derivative shows as a plateau between the two, where the error
 /// is small whatever the step. Errors are relative to the largest entry of a column, that is, of
-/// the derivatives by one parameter. What is not finite is an infinite error: a derivative or an outcome
-/// at every step, a difference at its own.
+/// the derivatives by one parameter. Where all of a column is rightly zero, rounding errors are all that it holds: errors
+/// are never judged against less than a millionth of the largest entry of their row, and of the largest number of the outcome. What is
+/// not finite is an infinite error: a derivative or an outcome at every step, a difference at its own.
 #[derive(Debug, Clone)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(
@@ -115,6 +120,13 @@ impl Experiment {
         let (expected, _) = self.differentiated(parameters, outcome)?;
         let scales = self.scales(parameters);
         let has_value = are_finite(&expected.value);
+        let mut derivatives = expected.jacobian;
+        for (mut column, scale) in derivatives.column_iter_mut().zip(&scales) {
+            column *= *scale;
+        }
+        let largest_value = expected.value.amax();
+        let of_row = |row: usize| ZERO * derivatives.row(row).amax().max(largest_value);
+        let least = DVector::from_fn(derivatives.nrows(), |row, _| of_row(row));
         let mut errors = DMatrix::zeros(STEPS.len(), scales.len());
         for (row, step) in STEPS.iter().enumerate() {
             for (column, scale) in scales.iter().enumerate() {
@@ -123,9 +135,9 @@ impl Experiment {
                 let [ahead, behind] = self.values_beside(parameters, &change, outcome)?;
                 same_length([&expected.value, &ahead, &behind])?;
                 let difference = (ahead - behind) / 2.0 / *step;
-                let derivative = expected.jacobian.column(column) * *scale;
                 errors[(row, column)] = if has_value {
-                    relative_error(&derivative, &difference)
+                    let derivative = derivatives.column(column).into_owned();
+                    relative_error(&derivative, &difference, &least)
                 } else {
                     f64::INFINITY
                 };
@@ -155,19 +167,26 @@ impl Experiment {
     }
 }
 
-/// The largest difference of two columns, relative to the largest number in them; infinite if a number
-/// is not finite.
-fn relative_error(derivative: &DVector<f64>, difference: &DVector<f64>) -> f64 {
+/// The largest difference of two columns, relative to the largest number in them, or to the least that is expected in its row;
+/// infinite if a number is not finite.
+fn relative_error(
+    derivative: &DVector<f64>,
+    difference: &DVector<f64>,
+    least: &DVector<f64>,
+) -> f64 {
     // `amax` passes over what is not a number.
     if !are_finite(derivative) || !are_finite(difference) {
         return f64::INFINITY;
     }
     let largest = derivative.amax().max(difference.amax());
-    if largest == 0.0 {
-        // A parameter without influence has no derivative, and none is right.
-        return 0.0;
-    }
-    (difference - derivative).amax() / largest
+    let errors = (difference - derivative).zip_map(least, |error, least| {
+        if error == 0.0 {
+            0.0
+        } else {
+            error.abs() / largest.max(least)
+        }
+    });
+    errors.amax()
 }
 
 fn are_finite(numbers: &DVector<f64>) -> bool {

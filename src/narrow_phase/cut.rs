@@ -34,6 +34,8 @@ pub(crate) struct Decisions {
     signs_b: CornerSigns,
     weights: Weights,
     is_at_ends: bool,
+    /// Whether these ends face each other.
+    is_touch: bool,
     closeness: Closeness,
 }
 
@@ -99,6 +101,7 @@ impl RelativePair<'_> {
             signs_b: signs_of_corners,
             weights,
             is_at_ends,
+            is_touch: is_at_ends && gradient_a.dot(&b.field.gradient) < 0.0,
             closeness: tolerance_a.closeness_of(&excess_a).or(closeness_b),
         })
     }
@@ -194,9 +197,15 @@ impl Cut {
         !self.decisions.weights.are_none() && !self.polygon.is_empty()
     }
 
-    /// Whether it does, or would but for a little.
+    /// Whether it does, or would but for a little: round-off, or a motion of faces that touch towards each other.
     pub fn is_noted(&self) -> bool {
-        self.counts() || self.is_ill_conditioned()
+        self.counts() || self.is_ill_conditioned() || self.is_touch()
+    }
+
+    /// Whether surfaces that face each other touch on an area. There is no pressure yet; the derivative jumps as the bodies
+    /// approach.
+    pub fn is_touch(&self) -> bool {
+        self.decisions.is_touch && !self.polygon.is_empty()
     }
 
     /// Whether it lies where both bodies end, in flush surfaces: there is no pressure on it, but there may be as soon
@@ -248,6 +257,7 @@ impl Decisions {
             signs_b: CornerSigns::UNKNOWN,
             weights: Weights::WHOLE,
             is_at_ends: false,
+            is_touch: false,
             closeness: Closeness::default(),
         }
     }

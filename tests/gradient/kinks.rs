@@ -1,11 +1,11 @@
 //! Kinks on the way are counted: those that are there, and no others.
 
-use hydroelastic::contact::{HalfSpace, Shape};
+use hydroelastic::contact::{HalfSpace, RigidShape, Shape};
 use hydroelastic::dynamics::{
-    Body, Integrator, Kink, KinksMet, Mass, Material, Plan, Trajectory, World,
+    Body, BodyShape, Integrator, Kink, KinksMet, Mass, Material, Plan, Trajectory, World,
 };
 use hydroelastic::gradient::{Experiment, Outcome};
-use hydroelastic::mesh::shapes;
+use hydroelastic::mesh::{TriangleSurface, shapes};
 use hydroelastic::scalar::Scalar;
 use hydroelastic::spatial::Pose;
 use nalgebra::{Vector3, vector};
@@ -148,4 +148,55 @@ fn divided_steps() {
     assert!(*count <= last + 1 - first && *last <= 8, "{all:?}");
     assert_eq!(kinks(&world(0.12, -2.0), &euler), []);
     assert_eq!(kinks(&world(0.3, 0.0), &sdirk2), []);
+}
+
+/// A step from where a brick just touches a floor with a whole face: pressed in, it is pushed back, and lifted it is not.
+#[test]
+fn the_first_touch_of_parallel_faces() {
+    let skin = Material::elastic(1e5);
+    let floors = [
+        (HalfSpace::rigid().into(), Material::rigid(), 0.0),
+        (HalfSpace::layer(0.1).unwrap().into(), skin, 0.0),
+        (BodyShape::from(cuboid([1.0, 1.0, 0.2])), skin, -0.1),
+        (
+            RigidShape::new(
+                TriangleSurface::around(cuboid([1.0, 1.0, 0.2]).field().mesh()).unwrap(),
+            )
+            .into(),
+            Material::rigid(),
+            -0.1,
+        ),
+    ];
+    for (floor, material, place) in floors {
+        for (dissipation, friction) in [(0.0, 0.0), (1.0, 0.0), (0.0, 0.5), (1.0, 0.5)] {
+            for speed in [0.0, -0.1, 0.1] {
+                let skin = skin.with_dissipation(dissipation).with_friction(friction);
+                let brick = at(cuboid([0.2, 0.1, 0.1]), skin, vector![0.01, 0.02, 0.05]);
+                let brick = brick.with_velocity(vector![0.0, 0.0, speed]);
+                let floor = Body::fixed("floor", floor.clone(), material.with_friction(friction));
+                let floor = floor
+                    .unwrap()
+                    .at(Pose::from_translation(vector![0.0, 0.0, place]));
+                let world = World::new(vec![brick, floor]).unwrap();
+                // Its first kick acts at the start.
+                let plan = steps(1).with_integrator(Integrator::SymplecticEuler);
+                let all = kinks(&world, &plan);
+                assert_eq!(
+                    all,
+                    [(Kink::Flush, vec![0, 1], 1, [1, 1])],
+                    "{place} {dissipation} {friction} {speed}"
+                );
+                let world = lifted(&world, 1e-6);
+                assert_eq!(kinks(&world, &plan), []);
+            }
+        }
+    }
+}
+
+/// The same bodies, those that forces move higher (m).
+fn lifted(world: &World, height: f64) -> World {
+    let mut state = world.initial_state();
+    let pose = &mut state.bodies[0].pose;
+    *pose = pose.with_translation(pose.translation() + vector![0.0, 0.0, height]);
+    world.clone().starting_from(&state).unwrap()
 }

@@ -88,6 +88,7 @@ impl ContactPair<'_> {
         let (surface, finer) = PolygonSource::of(self).for_derivatives(COINCIDENCE, self.search());
         let (mut sum, responses) = surface.linearisation(law, motion);
         sum.kinks.are_equal = surface.has_equal_fields();
+        sum.kinks.are_flush |= surface.touches();
         if let Some(finer) = finer {
             // Its derivatives by motions and moduli are not used; near coincidences are rare.
             let (exact, ()) = finer.linearisation(law, motion);

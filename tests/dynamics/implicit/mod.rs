@@ -9,6 +9,7 @@ mod forces;
 mod grasp;
 mod hostile;
 mod islands;
+mod order;
 mod scenes;
 mod slopes;
 mod stacks;
