@@ -19,8 +19,10 @@ fn rounded(value: f64, digits: usize) -> f64 {
 /// Principal moments of a solid, often a plate or nearly, as a file has them.
 fn moments(random: &mut Random) -> Vector3<f64> {
     let size = 10_f64.powf(random.between(-6.0, 3.0));
-    let mut part = || size * [1.0, 1.0, random.between(0.0, 1.0), 1e-7, 0.0][random.below(5)];
-    let [a, b, c] = [part(), part(), part()];
+    let [a, b, c] = [(); 3].map(|()| {
+        let parts = [1.0, 1.0, random.between(0.0, 1.0), 1e-7, 0.0];
+        size * parts[random.below(5)]
+    });
     let digits = [5, 5, 9, 17][random.below(4)];
     vector![b + c, a + c, a + b].map(|moment| rounded(moment, digits))
 }
@@ -78,18 +80,19 @@ fn world(kit: &Kit, random: &mut Random) -> Result<World<f64, Vec<Spring>>, Worl
     let [hard, soft] = floors;
     let (floor, skin) = if random.below(2) == 0 { hard } else { soft };
     bodies.push(Body::fixed("floor", floor, skin)?);
-    let springs = (0..random.below(2)).map(|_| Spring {
+    let spring = Spring {
         bodies: ["a".into(), "floor".into()],
         points: [random.vector().into(), random.vector().into()],
         rest_length: random.between(0.0, 1.0),
         stiffness: random.between(0.0, 10.0),
         damping: random.between(0.0, 1.0),
-    });
+    };
+    let springs = vec![spring; random.below(2)];
     let ignored = [["a", "floor"], ["b", "floor"], ["a", "b"]];
     let count = bodies.len();
     let mut world = World::new_ignoring(bodies, if count == 3 { &ignored } else { &ignored[..1] })
         .and_then(|world| world.with_gravity(random.vector() * 10.0))?
-        .with_forces(springs.collect())?;
+        .with_forces(springs)?;
     if random.below(2) == 0 {
         world = world.with_slip_tolerance(10_f64.powf(random.between(-6.0, 0.0)))?;
     }
