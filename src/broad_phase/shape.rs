@@ -54,10 +54,12 @@ impl Shape {
 
     /// The tree over the tetrahedra that planes are held against; without inert ones.
     pub(crate) fn flat_tree(&self) -> &FlatTree {
-        self.flat_tree.get_or_init(|| {
+        self.flat_tree.get().unwrap_or_else(|| {
             let tets = (0_u32..).zip(self.field.tets());
             let pressing = tets.filter(|(_, tet)| !tet.is_inert());
-            FlatTree::new(pressing.map(|(index, tet)| (index, tet.tetrahedron)))
+            let tree = FlatTree::new(pressing.map(|(index, tet)| (index, tet.tetrahedron)));
+            // Made outside the lock: a child forked meanwhile would wait for the lock forever.
+            self.flat_tree.get_or_init(|| tree)
         })
     }
 

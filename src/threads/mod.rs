@@ -2,6 +2,11 @@
 //! the feature `parallel` the same values come one after another.
 
 #[cfg(feature = "parallel")]
+mod pool;
+
+#[cfg(feature = "parallel")]
+use pool::Threads;
+#[cfg(feature = "parallel")]
 use rayon::prelude::*;
 use std::any::Any;
 use std::cell::Cell;
@@ -99,10 +104,13 @@ pub(crate) fn contained<O, E: From<Panicked>>(job: impl FnOnce() -> Result<O, E>
     result.unwrap_or_else(|payload| Err(Panicked(panic_message(&*payload)).into()))
 }
 
-/// Whether a long list of items is shared out in pieces of this length.
+/// The threads that share a list of items in pieces of this length, if it is long enough.
 #[cfg(feature = "parallel")]
-fn is_shared_out(items: usize, length: usize) -> bool {
-    items >= WORTH_PIECES * length && !HAS_JOB.get() && rayon::current_num_threads() > 1
+fn threads_for(items: usize, length: usize) -> Option<Threads> {
+    if items < WORTH_PIECES * length || HAS_JOB.get() {
+        return None;
+    }
+    Threads::available().filter(|threads| threads.count() > 1)
 }
 
 /// Appends, in order, what is found in each piece of `length` items, which may change: by several threads where so many items
@@ -114,13 +122,14 @@ pub(crate) fn collect_pieces<I: Send, C: Send>(
     found: &mut Vec<C>,
 ) {
     #[cfg(feature = "parallel")]
-    if is_shared_out(items.len(), length) {
+    if let Some(threads) = threads_for(items.len(), length) {
         let find_in = |items: &mut [I]| {
             let mut found = Vec::new();
             find(items, &mut found);
             found
         };
-        let finds: Vec<Vec<C>> = items.par_chunks_mut(length).map(find_in).collect();
+        let finds: Vec<Vec<C>> =
+            threads.run(|| items.par_chunks_mut(length).map(find_in).collect());
         return finds
             .into_iter()
             .for_each(|mut find| found.append(&mut find));
@@ -133,9 +142,9 @@ pub(crate) fn collect_pieces<I: Send, C: Send>(
 /// pay.
 pub(crate) fn values_of<O: Send>(count: usize, value: impl Fn(usize) -> O + Sync + Send) -> Vec<O> {
     #[cfg(feature = "parallel")]
-    if is_shared_out(count, LEAST_VALUES) {
+    if let Some(threads) = threads_for(count, LEAST_VALUES) {
         let indices = (0..count).into_par_iter().with_min_len(LEAST_VALUES);
-        return indices.map(value).collect();
+        return threads.run(|| indices.map(value).collect());
     }
     (0..count).map(value).collect()
 }
@@ -146,8 +155,10 @@ pub(crate) fn both<P: Send, Q: Send>(
     second: impl FnOnce() -> Q + Send,
 ) -> (P, Q) {
     #[cfg(feature = "parallel")]
-    if !HAS_JOB.get() {
-        return rayon::join(first, second);
+    if !HAS_JOB.get()
+        && let Some(threads) = Threads::available()
+    {
+        return threads.run(|| rayon::join(first, second));
     }
     (first(), second())
 }
@@ -160,8 +171,8 @@ pub(crate) fn for_pieces<I: Sync, S: Send>(
     take: impl FnMut(S),
 ) {
     #[cfg(feature = "parallel")]
-    if is_shared_out(items.len(), length) {
-        let values: Vec<S> = items.par_chunks(length).map(value).collect();
+    if let Some(threads) = threads_for(items.len(), length) {
+        let values: Vec<S> = threads.run(|| items.par_chunks(length).map(value).collect());
         return values.into_iter().for_each(take);
     }
     items.chunks(length).map(value).for_each(take);
@@ -176,14 +187,12 @@ fn panic_message(payload: &(dyn Any + Send)) -> String {
 }
 
 /// An item at a time for each thread: items differ widely in what they take.
-#[cfg(feature = "parallel")]
 fn spread_into<I: Sync, O: Send>(values: &mut Vec<O>, items: &[I], value: impl Fn(&I) -> O + Sync) {
-    let singly = items.par_iter().with_max_len(1);
-    singly.map(&value).collect_into_vec(values);
-}
-
-#[cfg(not(feature = "parallel"))]
-fn spread_into<I, O>(values: &mut Vec<O>, items: &[I], value: impl Fn(&I) -> O) {
+    #[cfg(feature = "parallel")]
+    if let Some(threads) = Threads::available() {
+        let singly = items.par_iter().with_max_len(1);
+        return threads.run(|| singly.map(&value).collect_into_vec(values));
+    }
     values.clear();
     values.extend(items.iter().map(value));
 }
