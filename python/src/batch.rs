@@ -27,7 +27,7 @@ use std::sync::atomic::Ordering;
 ///
 /// A batch can be pickled if its progress function can.
 ///
-/// Ctrl-C ends a batch: rollouts that run end before their next step. RAYON_NUM_THREADS=1 in the environment keeps to one core.
+/// Ctrl-C ends a batch: rollouts that run end before their next step, or during an implicit one. RAYON_NUM_THREADS=1 in the environment keeps to one core.
 #[pyclass(frozen, module = "hydroelastic")]
 pub struct Batch {
     plan: dynamics::Plan,

@@ -20,12 +20,6 @@ pub struct Shared {
     pub done: Arc<AtomicUsize>,
 }
 
-impl Shared {
-    pub fn is_stopped(&self) -> bool {
-        self.stop.load(Ordering::Relaxed)
-    }
-}
-
 /// A function of Python that is told how many parts are done.
 pub struct Progress<'py>(Bound<'py, PyAny>);
 

@@ -9,7 +9,8 @@ use crate::trajectory::Trajectory;
 use hydroelastic::dynamics::{self, RolloutError};
 use pyo3::exceptions::PyTypeError;
 use pyo3::prelude::*;
-use std::sync::atomic::Ordering;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
 
 /// The steps of a world by a plan: an iterator over the states after each, as many as are planned. Made by World.rollout.
 ///
@@ -23,17 +24,40 @@ pub struct Rollout {
     plan: dynamics::Plan,
     taken: usize,
     total: Option<dynamics::StepReport>,
+    /// Ends the steps once it is true.
+    stop: Arc<AtomicBool>,
 }
 
 impl Rollout {
     pub fn of(steps: dynamics::Rollout, plan: dynamics::Plan) -> Self {
-        let (taken, total) = (0, None);
+        let (taken, total, stop) = (0, None, Arc::<AtomicBool>::default());
         Self {
-            steps,
+            steps: steps.stopped_by(Arc::clone(&stop)),
             plan,
             taken,
             total,
+            stop,
         }
+    }
+
+    /// The same steps without a flag that is set: a job that was stopped may go on.
+    fn begun(&self) -> Shared {
+        self.stop.store(false, Ordering::Relaxed);
+        Shared {
+            stop: Arc::clone(&self.stop),
+            ..Shared::default()
+        }
+    }
+
+    /// Takes a step that Ctrl-C ends if it is implicit: explicit ones are short.
+    pub fn next_step(&mut self, py: Python<'_>) -> PyResult<()> {
+        let shared = self.begun();
+        let found = if self.plan.integrator().is_implicit() {
+            run(py, &shared, None, || self.step())?
+        } else {
+            py.detach(|| self.step())
+        };
+        found.map_err(|why| ended(&why))
     }
 
     fn step(&mut self) -> Result<(), RolloutError> {
@@ -52,9 +76,6 @@ impl Rollout {
         shared: &Shared,
     ) -> Result<(), RolloutError> {
         while self.taken < self.plan.steps() {
-            if shared.is_stopped() {
-                return Err(RolloutError::Stopped);
-            }
             self.step()?;
             if self.taken.is_multiple_of(self.plan.record_every())
                 || self.taken == self.plan.steps()
@@ -77,7 +98,7 @@ impl Rollout {
 
     /// The state last reached, or the initial one.
     #[getter]
-    fn state(&self) -> State {
+    pub fn state(&self) -> State {
         State(self.steps.state().clone())
     }
 
@@ -105,7 +126,8 @@ impl Rollout {
     ///
     /// Raises
     /// ------
-    /// RolloutError, with the states so far as its trajectory. Ctrl-C ends the rollout before its next step.
+    /// RolloutError, with the states so far as its trajectory. Ctrl-C ends the rollout before its next step, or during an
+    /// implicit one.
     #[pyo3(signature = (*, progress=None))]
     fn recorded(
         &mut self,
@@ -113,7 +135,7 @@ impl Rollout {
         progress: Option<&Bound<'_, PyAny>>,
     ) -> PyResult<Trajectory> {
         let progress = Progress::of(py, progress, self.plan.steps())?;
-        let shared = Shared::default();
+        let shared = self.begun();
         let mut states = vec![self.steps.state().clone()];
         let result = run(py, &shared, progress.as_ref(), || {
             self.record(&mut states, &shared)
@@ -133,7 +155,7 @@ impl Rollout {
         if self.taken >= self.plan.steps() {
             return Ok(None);
         }
-        py.detach(|| self.step()).map_err(|why| ended(&why))?;
+        self.next_step(py)?;
         Ok(Some(self.state()))
     }
 

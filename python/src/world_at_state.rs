@@ -2,7 +2,7 @@
 
 use crate::arrays::{Floats, array, list};
 use crate::contacts::{Contact, Topology};
-use crate::errors::{ended, refused};
+use crate::errors::refused;
 use crate::plan::Plan;
 use crate::report::Report;
 use crate::rollout::Rollout;
@@ -25,8 +25,9 @@ impl World {
 
     /// The state one time step after another one.
     fn step(&self, py: Python<'_>, state: &State, plan: &Plan) -> PyResult<State> {
-        let next = py.detach(|| self.inner.step(&state.0, &plan.0));
-        next.map(State).map_err(|why| ended(&why))
+        let mut rollout = self.rollout(plan, Some(state))?;
+        rollout.next_step(py)?;
+        Ok(rollout.state())
     }
 
     /// Energies and momentum of a state. The contact energy takes longer than a step.

@@ -9,11 +9,14 @@ use crate::parameter::{Parameter, inner};
 use crate::plan::Plan;
 use crate::trajectory::Trajectory;
 use crate::world::World;
-use hydroelastic::dynamics::{self, Integrator};
-use hydroelastic::gradient::{self, Experiment, GradientError};
+use hydroelastic::dynamics;
+use hydroelastic::gradient::{self, Experiment, GradientError, Mode};
 use hydroelastic::nalgebra::DMatrix;
 use pyo3::prelude::*;
 use std::sync::Arc;
+
+/// How many sweeps back take about as long as a rollout that carries derivatives along.
+const SWEEPS: usize = 2;
 
 impl World {
     /// What is read from an experiment, which Ctrl-C stops; with progress over the steps of derivatives by so many numbers.
@@ -56,7 +59,7 @@ impl World {
     /// Derivatives are constants to whoever takes them: there are no second ones.
     ///
     /// progress : True for a progress bar of tqdm, if that is installed; or a function of (done, total) steps. Ctrl-C ends the
-    ///     rollout before its next step.
+    ///     rollout before its next step, or during an implicit one.
     ///
     /// Raises
     /// ------
@@ -135,15 +138,21 @@ impl World {
         Ok(found.into_iter().map(met).collect())
     }
 
-    /// Whether a gradient by these parameters is best found backwards, by pullback: where they have more than 12 numbers, or 96
-    /// if steps are implicit. A Jacobian is one of all recorded states, of which a gradient then has to be made.
-    #[allow(clippy::unused_self, reason = "it is the world's rollout")]
-    fn sweeps_back(&self, plan: &Plan, parameters: Vec<Bound<'_, Parameter>>) -> bool {
-        let is_explicit = matches!(
-            plan.0.integrator(),
-            Integrator::Leapfrog | Integrator::SymplecticEuler
-        );
-        width(&inner(&parameters)) > if is_explicit { 12 } else { 96 }
+    /// Whether derivatives of so many numbers, gradients of losses, are best found backwards by these parameters, by pullback: a
+    /// gradient if the parameters have more than 12 numbers, or 96 if steps are implicit, and two for every 96 numbers. A
+    /// Jacobian is one of all recorded states, of which gradients then have to be made.
+    #[pyo3(signature = (plan, parameters, losses=1))]
+    fn sweeps_back(
+        &self,
+        plan: &Plan,
+        parameters: Vec<Bound<'_, Parameter>>,
+        losses: usize,
+    ) -> bool {
+        let by = inner(&parameters);
+        let experiment = Experiment::new(&self.inner, &plan.0);
+        let steps = experiment.steps_by(width(&by));
+        experiment.mode_for(&by) == Mode::Reverse
+            && losses * experiment.steps_by(0) <= SWEEPS * steps
     }
 
     /// The end of a rollout to first order in local coordinates, 12 numbers for each of d dynamic bodies as of displacement: A

@@ -86,13 +86,22 @@ def test_worlds_of_a_batch_have_the_bits_of_each(driven):
     assert not np.array_equal(found[0], found[1])
 
 
-def test_backwards_where_it_pays(driven):
-    velocities = [he.Parameter.initial_velocity("ball"), he.Parameter.initial_velocity("brick")]
-    assert not driven.sweeps_back(PLAN, velocities * 2)
-    assert driven.sweeps_back(PLAN, [*velocities * 2, he.Parameter.friction("ball")])
-    implicit = he.Plan(5e-3, 36, he.Integrator.SDIRK2)
-    assert not driven.sweeps_back(implicit, velocities * 16)
-    assert driven.sweeps_back(implicit, velocities * 17)
+@pytest.mark.parametrize(
+    "integrator, most",
+    [
+        (he.Integrator.LEAPFROG, 12),
+        (he.Integrator.SYMPLECTIC_EULER, 12),
+        (he.Integrator.SDIRK2, 96),
+        (he.Integrator.IMPLICIT_EULER, 96),
+    ],
+)
+def test_backwards_from_as_many_numbers_on_as_in_the_library(driven, integrator, most):
+    # As tests/gradient/trajectory_gradients.rs has it.
+    plan, by = he.Plan(1e-3, 2, integrator), [he.Parameter.mass("ball")]
+    assert not driven.sweeps_back(plan, by * most)
+    assert driven.sweeps_back(plan, by * (most + 1))
+    # Two sweeps take about as long as a rollout that carries 96 derivatives.
+    assert driven.sweeps_back(plan, by * 97, 4) and not driven.sweeps_back(plan, by * 97, 5)
 
 
 def test_controls_of_bodies_over_time_are_an_array():

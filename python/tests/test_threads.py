@@ -121,6 +121,39 @@ except KeyboardInterrupt:
 """
 
 
+# Body of 1,000 t that spins in a floor: one step of 128 parts, with some 10 s of contacts, whatever the solver makes of it.
+LONG_STEP = """
+import hydroelastic as he, signal
+signal.signal(signal.SIGINT, signal.default_int_handler)
+egg, skin = he.Shape.ellipsoid([0.1, 0.11, 0.12], 5), he.Material(1e5, 0.2, 0.4)
+egg = he.Body.dynamic("egg", egg, skin, 1e6, pose=he.pose([0.0, 0.0, 0.05]), spin=[1200.0, 900.0, 600.0])
+world = he.World([egg, he.Body.fixed("floor", he.HalfSpace(), he.Material.rigid(0.5))])
+plan = he.Plan(0.1, 1, he.Integrator.SDIRK2)
+print("begun", flush=True)
+try:
+    {work}
+except KeyboardInterrupt:
+    print("interrupted", flush=True)
+"""
+# Seconds from Ctrl-C to the end: those of one look at the contacts, and of the interpreter.
+AT_ONCE = 5.0
+
+
+def assert_ctrl_c_ends(script):
+    process = subprocess.Popen(
+        [sys.executable, "-c", script], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
+    )
+    assert process.stdout.readline() == "begun\n"
+    time.sleep(0.3)
+    assert process.poll() is None
+    process.send_signal(signal.SIGINT)
+    try:
+        output, errors = process.communicate(timeout=AT_ONCE)
+    finally:
+        process.kill()
+    assert output == "interrupted\n", errors
+
+
 @pytest.mark.parametrize(
     "work",
     [
@@ -131,18 +164,33 @@ except KeyboardInterrupt:
     ],
 )
 def test_ctrl_c_ends_a_rollout_before_its_next_step(work):
-    process = subprocess.Popen(
-        [sys.executable, "-c", ENDLESS.format(work=work)], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
-    )
-    assert process.stdout.readline() == "begun\n"
-    time.sleep(0.3)
-    assert process.poll() is None
-    process.send_signal(signal.SIGINT)
-    try:
-        output, errors = process.communicate(timeout=10)
-    finally:
-        process.kill()
-    assert output == "interrupted\n", errors
+    assert_ctrl_c_ends(ENDLESS.format(work=work))
+
+
+@pytest.mark.parametrize(
+    "work",
+    [
+        "world.rollout(plan).recorded()",
+        "next(world.rollout(plan))",
+        "world.step(world.initial_state, plan)",
+        "world.kinks(plan)",
+        "world.linearised(plan)",
+        "he.Batch(plan).of_worlds([world] * 3)",
+    ],
+)
+def test_ctrl_c_ends_a_step_that_is_under_way(work):
+    assert_ctrl_c_ends(LONG_STEP.format(work=work))
+
+
+def test_a_rollout_that_was_stopped_goes_on():
+    rollout = long_world().rollout(he.Plan(2e-4, 2_000, record_every=2_000))
+    with pytest.raises(ZeroDivisionError):
+        rollout.recorded(progress=lambda done, total: 1 / 0)
+    taken = rollout.taken
+    assert 0 < taken < 2_000
+    rest = rollout.recorded()
+    expected = long_world().rollout(he.Plan(2e-4, 2_000, record_every=2_000)).recorded()
+    assert rollout.taken == 2_000 and rest[-1].poses.tobytes() == expected[-1].poses.tobytes()
 
 
 def test_a_progress_function_that_raises_ends_the_rollout():

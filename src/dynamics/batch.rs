@@ -87,8 +87,9 @@ impl Batch {
         }
     }
 
-    /// The same batch, which ends once the flag is true: rollouts that run end before their next step, others are not begun,
-    /// and both have the error [`RolloutError::Stopped`]. For another thread, or a handler of signals, to set.
+    /// The same batch, which ends once the flag is true: rollouts that run end before their next step, or during an implicit
+    /// step. Others are not begun. Both have the error [`RolloutError::Stopped`]. For another thread, or a handler of signals,
+    /// to set.
     #[must_use]
     pub fn stopped_by(self, flag: Arc<AtomicBool>) -> Self {
         Self { stop: flag, ..self }

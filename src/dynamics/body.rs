@@ -21,6 +21,16 @@ pub enum Motion<T = f64> {
     Prescribed(Arc<PrescribedPath>),
 }
 
+impl<T> Motion<T> {
+    /// Whether it is a path.
+    pub(crate) fn is_prescribed(&self) -> bool {
+        match self {
+            Self::Prescribed(_) => true,
+            Self::Dynamic(_) | Self::Fixed => false,
+        }
+    }
+}
+
 /// A shape with a name, a material, a motion and an initial state.
 ///
 /// A shape goes in as a [`Shape`](crate::contact::Shape), a [`RigidShape`](crate::contact::RigidShape) or a

@@ -25,7 +25,7 @@ use crate::spatial::{Twist, Wrench};
 /// from, and the duration τ. Steps may be as long as the task allows, 1 to 10 ms for most, however stiff the contact and small
 /// the slip tolerance. Bodies that do not touch are solved, and their steps divided, by themselves. Derivatives are those of
 /// the solution, by the implicit function theorem. Stages are solved to [`Plan::with_solver_tolerance`](super::Plan::with_solver_tolerance).
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[non_exhaustive]
 pub enum Integrator {
@@ -51,6 +51,12 @@ pub enum Integrator {
 }
 
 impl Integrator {
+    /// Whether its steps are solutions of equations.
+    #[must_use]
+    pub fn is_implicit(self) -> bool {
+        matches!(self.kind(), Kind::Implicit(_))
+    }
+
     /// Whether it is an explicit scheme, and which.
     pub(super) fn kind(self) -> Kind {
         match self {

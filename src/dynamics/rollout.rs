@@ -25,7 +25,6 @@ pub struct Rollout<T = f64> {
     world: Arc<dyn AnyWorld<T>>,
     plan: Plan,
     steps: Steps<T>,
-    stop: Option<Arc<AtomicBool>>,
     count: Option<Arc<AtomicUsize>>,
 }
 
@@ -65,7 +64,6 @@ impl<T: Scalar> Rollout<T> {
             world,
             plan: *plan,
             steps,
-            stop: None,
             count: None,
         }
     }
@@ -81,18 +79,17 @@ impl<T: Scalar> Rollout<T> {
 
     /// The same rollout from a state that fits the world.
     pub(super) fn starting_from_fitting(self, state: State<T>) -> Self {
-        Self {
-            steps: Steps::from(self.world.system().placed(state)),
-            ..self
-        }
+        let steps = Steps::from(self.world.system().placed(state));
+        let steps = steps.stopped_by(self.steps.stop);
+        Self { steps, ..self }
     }
 
-    /// The same rollout, which [`Self::recorded`] ends with [`RolloutError::Stopped`], before its next step, once the flag is
-    /// true: for another thread, or a handler of signals, to set.
+    /// The same rollout, which ends with [`RolloutError::Stopped`] once the flag is true: before its next step, or during an
+    /// implicit step. For another thread, or a handler of signals, to set. [`Self::state`] is the one before the step.
     #[must_use]
     pub fn stopped_by(self, flag: Arc<AtomicBool>) -> Self {
-        let stop = Some(flag);
-        Self { stop, ..self }
+        let steps = self.steps.stopped_by(flag);
+        Self { steps, ..self }
     }
 
     /// The same rollout, of which [`Self::recorded`] adds 1 to a number for each step taken: for another thread to read, that
@@ -101,12 +98,6 @@ impl<T: Scalar> Rollout<T> {
     pub fn counted_by(self, count: Arc<AtomicUsize>) -> Self {
         let count = Some(count);
         Self { count, ..self }
-    }
-
-    /// Whether the flag that stops it, if there is one, is set.
-    fn is_stopped(&self) -> bool {
-        let stop = self.stop.as_ref();
-        stop.is_some_and(|flag| flag.load(Ordering::Relaxed))
     }
 
     /// The state last given, or the initial one.
@@ -146,9 +137,6 @@ impl<T: Scalar> Rollout<T> {
         mut show: impl FnMut(usize, &Steps<T>),
     ) -> Result<(), RolloutError> {
         for step in 1..=self.plan.steps() {
-            if self.is_stopped() {
-                return Err(RolloutError::Stopped);
-            }
             self.steps.advance(&*self.world, &self.plan)?;
             show(step, &self.steps);
             if self.plan.records(step) {
@@ -167,7 +155,8 @@ impl<T: Scalar> Rollout<T> {
     /// bodies touch.
     ///
     /// # Errors
-    /// If the state is not finite, or the step fails the stability check; [`Self::state`] is then still the one before.
+    /// If the state is not finite, the step fails the stability check, or the rollout is [stopped](Self::stopped_by);
+    /// [`Self::state`] is then still the one before.
     pub fn advance(&mut self) -> Result<&State<T>, RolloutError> {
         self.steps.advance(&*self.world, &self.plan)
     }

@@ -3,11 +3,13 @@ use super::implicit::{Memory, Scheme, Step, Trace};
 use super::integrator::{Kind, Splitting};
 use super::system::System;
 use super::workspace::Workspace;
-use super::{Body, Motion, Plan, RolloutError, State};
+use super::{Body, Plan, RolloutError, State};
 use crate::scalar::Scalar;
 use crate::spatial::Wrench;
 use nalgebra::Vector6;
 use std::mem;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
 
 /// The state that a world's steps have led to.
 #[derive(Debug, Clone)]
@@ -23,6 +25,8 @@ pub(crate) struct Steps<T> {
     /// Steps taken since then.
     taken: usize,
     pub(super) has_failed: bool,
+    /// Ends the steps, an implicit one that is under way too, once it is true.
+    pub(super) stop: Arc<AtomicBool>,
 }
 
 /// What steps need to go on with the same bits.
@@ -43,6 +47,7 @@ impl<T: Scalar> From<State<T>> for Steps<T> {
             memory: None,
             taken: 0,
             has_failed: false,
+            stop: Arc::default(),
         }
     }
 }
@@ -51,7 +56,7 @@ impl Steps<f64> {
     /// The steps of a world's rollout, so many of which have led here.
     pub(super) fn resumed(here: &Checkpoint, world: &dyn AnyWorld<f64>, taken: usize) -> Self {
         let acting = here.acting.as_ref();
-        let memory = acting.map(|acting| Memory::of(world).with(acting.clone()));
+        let memory = acting.map(|acting| Memory::of(world, Arc::default()).with(acting.clone()));
         Self {
             start: world.system().start,
             memory,
@@ -75,11 +80,21 @@ impl Steps<f64> {
 }
 
 impl<T: Scalar> Steps<T> {
+    /// The same steps, which end with [`RolloutError::Stopped`] once the flag is true.
+    pub(super) fn stopped_by(mut self, stop: Arc<AtomicBool>) -> Self {
+        if let Some(memory) = &mut self.memory {
+            memory.stop = Arc::clone(&stop);
+        }
+        Self { stop, ..self }
+    }
+
     pub(super) fn advance(
         &mut self,
         world: &dyn AnyWorld<T>,
         plan: &Plan,
     ) -> Result<&State<T>, RolloutError> {
+        let is_stopped = self.stop.load(Ordering::Relaxed);
+        self.stop_at(is_stopped.then_some(RolloutError::Stopped))?;
         let system = world.system();
         let step = self.taken + 1;
         if self.taken == 0 {
@@ -145,7 +160,8 @@ impl<T: Scalar> Steps<T> {
         (plan, scheme): (&Plan, &'static Scheme),
         end: f64,
     ) -> Result<(), RolloutError> {
-        let memory = self.memory.get_or_insert_with(|| Memory::of(world));
+        let new = || Memory::of(world, Arc::clone(&self.stop));
+        let memory = self.memory.get_or_insert_with(new);
         let step = Step {
             scheme,
             tolerance: plan.solver_tolerance(),
@@ -165,7 +181,7 @@ impl<T: Scalar> Steps<T> {
 
     /// An error, if a path is not finite at the time of the next state.
     fn lost_path(&self, system: &System<T>, step: usize) -> Option<RolloutError> {
-        let is_prescribed = |body: &Body<T>| matches!(body.motion, Motion::Prescribed(_));
+        let is_prescribed = |body: &Body<T>| body.motion.is_prescribed();
         let (time, body) = (self.next.time, self.lost(system, is_prescribed)?);
         Some(RolloutError::PathNotFinite { step, time, body })
     }

@@ -7,7 +7,7 @@ use crate::threads::contained;
 use nalgebra::{DMatrix, DVector};
 use std::fmt;
 use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
+use std::sync::atomic::{AtomicBool, AtomicUsize};
 
 /// Memory (bytes) for the steps that a sweep back goes over, unless [`Experiment::with_memory`] sets another.
 const MEMORY: usize = 256 << 20;
@@ -52,8 +52,8 @@ impl Experiment {
         }
     }
 
-    /// The same experiment, whose rollouts end with [`RolloutError::Stopped`](crate::dynamics::RolloutError::Stopped), before
-    /// their next step, once the flag is true: for another thread, or a handler of signals, to set.
+    /// The same experiment, whose rollouts end with [`RolloutError::Stopped`](crate::dynamics::RolloutError::Stopped) once the
+    /// flag is true: before their next step, or during an implicit step. For another thread, or a handler of signals, to set.
     #[must_use]
     pub fn stopped_by(self, flag: Arc<AtomicBool>) -> Self {
         Self { stop: flag, ..self }
@@ -89,14 +89,14 @@ impl Experiment {
         self.plan.steps() * numbers.div_ceil(WIDE).max(1)
     }
 
-    /// Whether the flag that stops it is set.
-    pub(super) fn is_stopped(&self) -> bool {
-        self.stop.load(Ordering::Relaxed)
+    /// The flag that stops it.
+    pub(super) fn stop(&self) -> Arc<AtomicBool> {
+        Arc::clone(&self.stop)
     }
 
     /// The rollout of the world, or of one that was made of it.
     pub(super) fn rollout_of<T: Scalar>(&self, world: Arc<dyn AnyWorld<T>>) -> Rollout<T> {
-        let rollout = Rollout::of(world, &self.plan).stopped_by(Arc::clone(&self.stop));
+        let rollout = Rollout::of(world, &self.plan).stopped_by(self.stop());
         rollout.counted_by(Arc::clone(&self.count))
     }
 
@@ -164,7 +164,7 @@ impl Experiment {
         }
     }
 
-    /// A loss and its gradient: forwards by up to 96 numbers, backwards by more, which is faster then.
+    /// A loss and its gradient, by the faster mode: see [`Self::mode_for`].
     ///
     /// # Errors
     /// As [`Self::gradient_by`].

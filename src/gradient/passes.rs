@@ -99,7 +99,7 @@ impl Experiment {
             return Ok(None);
         };
         let columns = columns_not_finite(jacobian);
-        let mut rollout = Rollout::of(world, self.plan());
+        let mut rollout = Rollout::of(world, self.plan()).stopped_by(self.stop());
         for step in 0..=self.plan().steps() {
             if step > 0 {
                 contained(|| rollout.advance().map(|_| ()))?;

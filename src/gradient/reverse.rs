@@ -1,6 +1,6 @@
 use super::changes::{changed, check_together, checked_dimension};
 use super::outcome_covectors::{RecordedCovectors, of_outcome};
-use super::widths::{DifferentiableOutcome, WIDE};
+use super::widths::{DifferentiableOutcome, MIDDLE, WIDE};
 use super::{Experiment, GradientError, Outcome, Parameter, RolloutGradient};
 use crate::dynamics::{
     AnyWorld, KinksMet, Reversal, RolloutError, StateCovector, System, SystemGradient, Tape,
@@ -9,6 +9,7 @@ use crate::dynamics::{
 use crate::threads::contained;
 use nalgebra::DVector;
 use std::sync::Arc;
+use std::sync::atomic::Ordering;
 
 /// From which end a rollout is differentiated.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
@@ -23,12 +24,13 @@ pub enum Mode {
 }
 
 impl Experiment {
-    /// How [`Self::gradient`] differentiates by these parameters: backwards where more than one rollout forwards would be
-    /// needed (`cargo bench --bench reverse`).
+    /// How [`Self::gradient`] differentiates by these parameters: backward by more than 12 numbers, or by more than 96 if steps
+    /// are implicit, because solving these costs more than carrying derivatives along (`cargo bench --bench reverse`).
     #[must_use]
     pub fn mode_for(&self, parameters: &[Parameter]) -> Mode {
         let count: usize = parameters.iter().map(Parameter::dimension).sum();
-        if count > WIDE {
+        let is_implicit = self.plan().integrator().is_implicit();
+        if count > if is_implicit { WIDE } else { MIDDLE } {
             Mode::Reverse
         } else {
             Mode::Forward
@@ -148,11 +150,11 @@ impl Experiment {
         read: impl FnOnce(&System, &Trajectory) -> Result<(V, RecordedCovectors), GradientError>,
     ) -> Result<(V, SystemGradient), GradientError> {
         contained(|| {
-            let mut reversal = Reversal::of(&**world, self.plan());
+            let mut reversal = Reversal::of(&**world, self.plan(), self.stop());
             if by_shapes {
                 reversal = reversal.with_shapes();
             }
-            let mut tape = Tape::new(&**world, self.plan(), self.memory());
+            let mut tape = Tape::new(&**world, self.plan(), self.memory(), self.stop());
             let trajectory = self.taped(world, &mut tape)?;
             let (value, by_states) = read(world.system(), &trajectory)?;
             Ok((value, self.sweep(reversal, tape, by_states)?))
@@ -169,7 +171,7 @@ impl Experiment {
         let plan = self.plan();
         by_states.add_to(plan.steps().div_ceil(plan.record_every()), &mut reversal);
         for step in (1..=plan.steps()).rev() {
-            if self.is_stopped() {
+            if self.stop().load(Ordering::Relaxed) {
                 return Err(RolloutError::Stopped.into());
             }
             self.check_finite(&reversal, step + 1)?;

@@ -19,6 +19,7 @@ mod rollout;
 mod scenes;
 mod stability;
 mod starts_and_endings;
+mod stopping;
 
 #[path = "../support/mod.rs"]
 mod support;

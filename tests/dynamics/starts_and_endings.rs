@@ -2,13 +2,12 @@
 
 use crate::scenes::{SKIN, at, ball, ball_shape, down, floor, still_at};
 use hydroelastic::dynamics::{
-    Batch, Body, BodyState, Integrator, Mass, Material, Plan, Recorded, RolloutError, State,
-    StateCovector, Trajectory, World, WorldError,
+    Batch, Body, BodyState, Integrator, Mass, Material, Plan, RolloutError, State, Trajectory,
+    World, WorldError,
 };
 use hydroelastic::gradient::{Experiment, FinalPosition, GradientError, Parameter};
 use nalgebra::{Isometry3, Quaternion, Translation3, UnitQuaternion};
 use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, Ordering};
 
 /// A ball without weight to speak of that falls on a floor as stiff as a modulus can be, and one far
 /// away.
@@ -183,75 +182,6 @@ fn time_is_counted_in_steps_from_any_start() {
         let last = rollout.nth(9_999).unwrap().unwrap();
         assert_eq!(last.time.to_bits(), (start + 1e4 * 1e-3_f64).to_bits());
     }
-}
-
-#[test]
-fn a_flag_stops_rollouts_experiments_and_batches_before_their_next_step() {
-    let world = World::new(vec![ball("ball")]).unwrap();
-    let plan = Plan::new(1e-3, 10).unwrap();
-    let flag = Arc::new(AtomicBool::new(true));
-    let stopped = |recorded: Recorded| {
-        let interrupted = recorded.unwrap_err();
-        assert_eq!(interrupted.error, RolloutError::Stopped);
-        interrupted.trajectory.states().len()
-    };
-    let rollout = || world.rollout(&plan).stopped_by(Arc::clone(&flag));
-    let mut begun = rollout();
-    begun.advance().unwrap();
-    assert_eq!(stopped(begun.recorded()), 1);
-    let experiment = Experiment::new(&world, &plan).stopped_by(Arc::clone(&flag));
-    assert_eq!(stopped(experiment.trajectory()), 1);
-    let by = [Parameter::InitialVelocity("ball".into())];
-    let end = FinalPosition::of_body(&world, "ball").unwrap();
-    assert_eq!(
-        experiment.jacobian(&by, &end),
-        Err(GradientError::Rollout(RolloutError::Stopped))
-    );
-    let batch = Batch::new(&plan).stopped_by(Arc::clone(&flag));
-    let states = vec![world.initial_state(); 3];
-    for recorded in batch.starting_from(&world, &states).unwrap() {
-        assert_eq!(stopped(recorded), 1);
-    }
-    flag.store(false, Ordering::Relaxed);
-    assert_eq!(rollout().recorded().unwrap().states().len(), 11);
-    assert!(batch.of_worlds(&[world])[0].is_ok());
-}
-
-#[test]
-fn a_flag_that_is_set_after_the_rollout_stops_the_sweep_back() {
-    let world = World::new(vec![ball("ball")]).unwrap();
-    let flag = Arc::new(AtomicBool::new(false));
-    let experiment = Experiment::new(&world, &Plan::new(1e-3, 10).unwrap());
-    let experiment = experiment.stopped_by(Arc::clone(&flag));
-    let found = experiment.pullback(&[Parameter::Gravity], |trajectory| {
-        flag.store(true, Ordering::Relaxed);
-        vec![vec![StateCovector::zero()]; trajectory.states().len()]
-    });
-    assert_eq!(found, Err(GradientError::Rollout(RolloutError::Stopped)));
-}
-
-#[test]
-fn a_flag_stops_a_batch_within_its_rollouts() {
-    let world = World::new(vec![ball("ball")]).unwrap();
-    let flag = Arc::new(AtomicBool::new(false));
-    let setter = Arc::clone(&flag);
-    // The path sets the flag in the middle of the first rollout.
-    let path = move |time: f64| {
-        if time > 4.5e-3 {
-            setter.store(true, Ordering::Relaxed);
-        }
-        still_at(5.0)
-    };
-    let driven = Body::prescribed("driven", ball_shape(), SKIN, Arc::new(path)).unwrap();
-    let bodies = [world.bodies()[0].clone(), driven];
-    let worlds = vec![World::new(bodies.to_vec()).unwrap(); 4];
-    let batch = Batch::new(&Plan::new(1e-3, 10).unwrap()).stopped_by(flag);
-    let lengths = batch.of_worlds(&worlds).into_iter().map(|recorded| {
-        let interrupted = recorded.unwrap_err();
-        assert_eq!(interrupted.error, RolloutError::Stopped);
-        interrupted.trajectory.states().len()
-    });
-    assert!(lengths.max().unwrap() < 11);
 }
 
 #[test]

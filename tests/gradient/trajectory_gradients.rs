@@ -189,7 +189,7 @@ fn real_parts_of_a_dual_rollout_are_the_rollout() {
 }
 
 #[test]
-fn more_than_96_numbers_take_two_rollouts_forwards_or_one_back() {
+fn jacobians_by_more_than_96_numbers_take_two_rollouts() {
     const INTERVALS: usize = 17;
     let ball = Shape::new(shapes::icosphere(0.1, 0).unwrap());
     let ball = Body::dynamic("ball", ball, Material::elastic(1e5), Mass::Total(1.0)).unwrap();
@@ -208,8 +208,24 @@ fn more_than_96_numbers_take_two_rollouts_forwards_or_one_back() {
         counted.jacobian(&by, &outcome).unwrap();
         assert_eq!(taken.load(Ordering::Relaxed), steps);
         assert_eq!(experiment.steps_by(6 * intervals), steps);
-        let goes_back = experiment.mode_for(&by) == Mode::Reverse;
-        assert_eq!(goes_back, steps > 5);
+    }
+}
+
+/// The package for Python is held to the same numbers in its test_pullbacks.py.
+#[test]
+fn gradients_go_back_from_13_numbers_on_or_97_by_implicit_steps() {
+    let world = thrown(0.0, 0.0);
+    let mass = || Parameter::Mass("ball".into());
+    for (integrator, most) in [
+        (Integrator::Leapfrog, 12),
+        (Integrator::SymplecticEuler, 12),
+        (Integrator::Sdirk2, 96),
+        (Integrator::ImplicitEuler, 96),
+    ] {
+        let plan = Plan::new(1e-3, 2).unwrap().with_integrator(integrator);
+        let experiment = Experiment::new(&world, &plan);
+        let mode = |count: usize| experiment.mode_for(&vec![mass(); count]);
+        assert_eq!([mode(most), mode(most + 1)], [Mode::Forward, Mode::Reverse]);
     }
 }
 

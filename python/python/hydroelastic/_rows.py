@@ -23,9 +23,6 @@ _T = TypeVar("_T")
 POSE = 16
 TWIST = 6
 WRENCHES = 12
-# Columns of a Jacobian that one rollout on dual numbers gives, and how many sweeps back take about as long as such a rollout.
-PASS = 96
-SWEEPS = 2
 
 
 class Function:
@@ -174,8 +171,8 @@ class Rollout(Function):
 
     def pullbacks(self, rows: Floats, cotangents: Floats) -> tuple[Floats, Errors]:
         by = self._initial_parameters() + self._parameters
-        count, passes = cotangents.shape[1], -(-sum(parameter.dimension for parameter in by) // PASS)
-        if not self.sweeps_back or count > SWEEPS * passes:
+        count = cotangents.shape[1]
+        if not self._world.sweeps_back(self._plan, by, count):
             return super().pullbacks(rows, cotangents)
         found, errors = np.full((*cotangents.shape[:2], self.columns), np.nan), Errors()
         worlds = _each(self._started, rows, errors)

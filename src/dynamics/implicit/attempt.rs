@@ -103,6 +103,9 @@ impl<'s, 'a> Attempt<'s, 'a> {
         let problem = self.of.problem(poses, momenta, when)?;
         let guess = velocities_of(&self.tried.bodies);
         let solved = problem.solved(&guess, self.of.tolerance, &mut self.work);
+        if self.of.scene.is_stopped() {
+            return Err(Stuck::Stopped);
+        }
         let Root { velocities, least } = solved.map_err(|Unsolved(left)| Stuck::Unsolved {
             body: problem.fastest(&left),
             duration: self.duration,

@@ -35,6 +35,9 @@ impl<T: Scalar> Carrier<'_, T> {
     }
 
     fn part(&self, part: &Part, states: &mut [BodyState<T>]) -> Result<(), Stuck> {
+        if self.scene.is_stopped() {
+            return Err(Stuck::Stopped);
+        }
         let system = self.world.system();
         let inertias: Vec<_> = self
             .island

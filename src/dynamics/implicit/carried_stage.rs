@@ -7,7 +7,7 @@ use super::scheme::Stage;
 use super::{PairWrenches, Stuck};
 use crate::contact::{ContactWrench, LinearisedContact};
 use crate::dynamics::sweep::Sweep;
-use crate::dynamics::{BodyState, Inertia, Motion};
+use crate::dynamics::{BodyState, Inertia};
 use crate::scalar::{Scalar, change, lift};
 use crate::spatial::{Pose, Twist, Wrench};
 use crate::threads::mapped_into;
@@ -37,7 +37,7 @@ impl<T: Scalar> Carried<'_, T> {
         let neighbors = scene.neighbors_at(island, self.time);
         for (&body, state) in island.neighbors.iter().zip(&neighbors) {
             // A path carries no derivatives; the pose of a fixed body may.
-            if matches!(scene.system.bodies[body].motion, Motion::Prescribed(_)) {
+            if scene.system.bodies[body].motion.is_prescribed() {
                 states[body] = state.lifted();
             }
         }

@@ -12,6 +12,8 @@ use crate::geometry::Aabb;
 use crate::scalar::{Scalar, carries_derivatives};
 use crate::threads::mapped_into;
 use nalgebra::Vector6;
+use std::sync::Arc;
+use std::sync::atomic::AtomicBool;
 
 /// What implicit steps keep from one to the next.
 #[derive(Debug, Clone)]
@@ -27,6 +29,8 @@ pub(in crate::dynamics) struct Memory {
     /// The ways of all islands through the last step.
     pub traces: Vec<Trace>,
     pub report: StepReport,
+    /// Ends a step once it is true.
+    pub stop: Arc<AtomicBool>,
 }
 
 /// One time step.
@@ -39,7 +43,7 @@ pub(in crate::dynamics) struct Step {
 }
 
 impl Memory {
-    pub fn of<T: Scalar>(world: &dyn AnyWorld<T>) -> Self {
+    pub fn of<T: Scalar>(world: &dyn AnyWorld<T>, stop: Arc<AtomicBool>) -> Self {
         let system = world.system().real();
         let forces = world.real_forces();
         Self {
@@ -49,6 +53,7 @@ impl Memory {
             acting: vec![None; system.bodies.len()],
             traces: Vec::new(),
             report: StepReport::default(),
+            stop,
             system,
         }
     }
@@ -70,6 +75,7 @@ impl Memory {
             (self.lifted.as_ref(), &self.coupled, &self.patterns),
             start,
             control_time,
+            &self.stop,
         )
     }
 

@@ -38,7 +38,7 @@ pub(super) struct Root {
     pub least: f64,
 }
 
-/// The velocities that were left over where the solver gave up.
+/// The velocities that were left over where the solver gave up, or the step was stopped.
 pub(super) struct Unsolved(pub DVector<f64>);
 
 /// A look at the contacts, and the step of Newton's method from there.
@@ -124,6 +124,9 @@ impl Problem<'_> {
         is_exact: bool,
         work: &mut Work,
     ) -> Result<Look, Unsolved> {
+        if self.scene.is_stopped() {
+            return Err(Unsolved(velocities));
+        }
         let evaluation = self.evaluation(velocities, is_exact);
         work.looks += 1;
         work.evaluations += usize::from(!evaluation.contacts.is_empty());
@@ -166,7 +169,7 @@ impl Problem<'_> {
                     return velocities;
                 }
             };
-            if left <= least.max(INNER * look.size) {
+            if left <= least.max(INNER * look.size) || self.scene.is_stopped() {
                 break;
             }
             work.iterations += 1;

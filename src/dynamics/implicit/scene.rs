@@ -10,6 +10,7 @@ use crate::dynamics::{Body, BodyState, Inertia, Motion};
 use crate::geometry::Aabb;
 use crate::spatial::{Pose, Twist};
 use nalgebra::Vector6;
+use std::sync::atomic::{AtomicBool, Ordering};
 
 /// A world in `f64`, in one of its steps.
 pub(in crate::dynamics) struct Scene<'a> {
@@ -25,6 +26,8 @@ pub(in crate::dynamics) struct Scene<'a> {
     pub(super) given: Vec<Vector6<f64>>,
     /// All bodies at the start of the step.
     pub(super) start: &'a [BodyState],
+    /// True once the step should end.
+    stop: &'a AtomicBool,
 }
 
 impl<'a> Scene<'a> {
@@ -34,6 +37,7 @@ impl<'a> Scene<'a> {
         (lifted, coupled, patterns): (Option<&'a System<Seeded>>, &'a [Vec<usize>], &'a Patterns),
         start: &'a [BodyState],
         control_time: f64,
+        stop: &'a AtomicBool,
     ) -> Self {
         Self {
             system,
@@ -43,7 +47,13 @@ impl<'a> Scene<'a> {
             coupled,
             given: system.given(control_time),
             start,
+            stop,
         }
+    }
+
+    /// Whether the step should end.
+    pub(super) fn is_stopped(&self) -> bool {
+        self.stop.load(Ordering::Relaxed)
     }
 
     /// Of an island's dynamic bodies.

@@ -66,6 +66,8 @@ pub(in crate::dynamics) enum Stuck {
     Path { body: usize, time: f64 },
     /// The place of the body farthest from a solution, and the shortest duration (s) that was tried.
     Unsolved { body: usize, duration: f64 },
+    /// The step should end.
+    Stopped,
 }
 
 impl Stuck {
@@ -77,6 +79,7 @@ impl Stuck {
     ) -> RolloutError {
         let name = |body: usize| system.bodies[body].name().to_owned();
         match self {
+            Self::Stopped => RolloutError::Stopped,
             Self::Path { body, time } => RolloutError::PathNotFinite {
                 step,
                 time,

@@ -156,6 +156,9 @@ impl StageTaken<'_> {
         contacts: impl Iterator<Item = ([usize; 2], &'c LinearisedContact)>,
         by_velocities: &[Vector6<f64>],
     ) -> Result<Vec<Vector6<f64>>, Stuck> {
+        if self.problem.scene.is_stopped() {
+            return Err(Stuck::Stopped);
+        }
         let pairs = contacts.map(|(bodies, contact)| {
             PairWrenches::of(
                 &self.problem.geometry(bodies, &self.states),

@@ -18,13 +18,15 @@ mod tape;
 use super::any_world::AnyWorld;
 use super::implicit::Memory;
 use super::integrator::Kind;
-use super::{Body, Motion, Plan, RolloutError};
+use super::{Body, Plan, RolloutError};
 use crate::contact::ShapeGradient;
 pub(crate) use covector::SystemGradient;
 pub use covector::{Kink, KinksMet, StateCovector};
 use explicit::ExplicitSteps;
 use implicit::ImplicitSteps;
 use pullback::Pullback;
+use std::sync::Arc;
+use std::sync::atomic::AtomicBool;
 pub(crate) use tape::{StepTaken, Tape};
 
 /// A rollout that is taken backwards.
@@ -39,8 +41,8 @@ enum Steps {
 }
 
 impl<'w> Reversal<'w> {
-    /// Of a plan's steps.
-    pub fn of(world: &'w dyn AnyWorld<f64>, plan: &Plan) -> Self {
+    /// Of a plan's steps. An implicit step that is taken back ends once the flag is true.
+    pub fn of(world: &'w dyn AnyWorld<f64>, plan: &Plan, stop: Arc<AtomicBool>) -> Self {
         let time_step = plan.time_step();
         let steps = match plan.integrator().kind() {
             Kind::Explicit(splitting) => {
@@ -48,7 +50,7 @@ impl<'w> Reversal<'w> {
                 Steps::Explicit(ExplicitSteps::new(splitting, time_step, count))
             }
             Kind::Implicit(scheme) => {
-                let memory = Memory::of(world);
+                let memory = Memory::of(world, stop);
                 Steps::Implicit(Box::new(ImplicitSteps::new(scheme, time_step, memory)))
             }
         };
@@ -70,7 +72,7 @@ impl<'w> Reversal<'w> {
     pub fn add(&mut self, body: usize, by_state: &StateCovector) {
         // Where a path leads, nothing else does.
         let motion = &self.pullback.system().bodies[body].motion;
-        if !matches!(motion, Motion::Prescribed(_)) {
+        if !motion.is_prescribed() {
             self.pullback.states[body].add(by_state);
         }
     }

@@ -1,9 +1,9 @@
 use super::contact::{Touching, WrenchCovector};
 use super::forces::SeededForces;
 use super::{StateCovector, SystemGradient};
+use crate::dynamics::BodyState;
 use crate::dynamics::any_world::AnyWorld;
 use crate::dynamics::system::System;
-use crate::dynamics::{BodyState, Motion};
 use crate::spatial::Wrench;
 
 /// The derivatives of a number by the state that a sweep has come to, and by all else as far as later steps depend on it; and how
@@ -64,7 +64,7 @@ impl<'w> Pullback<'w> {
     /// Forgets derivatives by the states of bodies that follow paths: where a path leads, nothing else does.
     pub fn forget_paths(&mut self) {
         for (body, by_state) in self.world.system().bodies.iter().zip(&mut self.states) {
-            if matches!(body.motion, Motion::Prescribed(_)) {
+            if body.motion.is_prescribed() {
                 *by_state = StateCovector::zero();
             }
         }

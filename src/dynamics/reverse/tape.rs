@@ -6,6 +6,8 @@ use crate::dynamics::steps::{Checkpoint, Steps};
 use crate::dynamics::{BodyState, Plan, RolloutError};
 use nalgebra::Vector6;
 use std::cmp;
+use std::sync::Arc;
+use std::sync::atomic::AtomicBool;
 
 /// As many steps are kept even where they take more than the memory allowed.
 const LEAST: usize = 16;
@@ -21,6 +23,8 @@ pub(crate) struct Tape<'w> {
     kept: Vec<Kept>,
     /// The place of the next step to be kept.
     next: usize,
+    /// Ends steps that are taken again once it is true.
+    stop: Arc<AtomicBool>,
 }
 
 struct Kept {
@@ -41,7 +45,12 @@ pub(crate) struct StepTaken {
 impl<'w> Tape<'w> {
     /// Without steps yet, with room for as many as go into this memory (bytes): counted as if none were divided, although
     /// divided steps take more.
-    pub fn new(world: &'w dyn AnyWorld<f64>, plan: &'w Plan, memory: usize) -> Self {
+    pub fn new(
+        world: &'w dyn AnyWorld<f64>,
+        plan: &'w Plan,
+        memory: usize,
+        stop: Arc<AtomicBool>,
+    ) -> Self {
         let of_body = size_of::<BodyState>()
             + match plan.integrator().kind() {
                 Kind::Explicit(_) => 0,
@@ -60,6 +69,7 @@ impl<'w> Tape<'w> {
             room,
             kept,
             next: 0,
+            stop,
         }
     }
 
@@ -109,7 +119,8 @@ impl<'w> Tape<'w> {
         self.plan_next(end);
         let last = &self.kept[self.kept.len() - 1];
         let first = last.place;
-        let mut steps = Steps::resumed(&last.step.before, self.world, first);
+        let steps = Steps::resumed(&last.step.before, self.world, first);
+        let mut steps = steps.stopped_by(Arc::clone(&self.stop));
         // They were checked when they were taken first.
         let plan = self.plan.without_stability_check();
         for taken in first + 1..=end {
@@ -150,7 +161,7 @@ mod tests {
     fn read(world: &World, plan: &Plan, room: usize) -> Vec<String> {
         let mut tape = Tape {
             room,
-            ..Tape::new(world, plan, 0)
+            ..Tape::new(world, plan, 0, Arc::default())
         };
         let mut steps = Steps::from(world.initial_state());
         tape.keep(0, &steps);
@@ -202,7 +213,7 @@ mod tests {
     fn plans_longer_than_any_memory_are_begun() {
         let (world, plan) = (world(), Plan::new(5e-3, usize::MAX).unwrap());
         for memory in [0, usize::MAX] {
-            let mut tape = Tape::new(&world, &plan, memory);
+            let mut tape = Tape::new(&world, &plan, memory, Arc::default());
             let mut steps = Steps::from(world.initial_state());
             tape.keep(0, &steps);
             for taken in 1..=3 {
