@@ -239,14 +239,14 @@ fn worlds(found: &mut Found) -> Result<(), Box<dyn Error>> {
     let spring = Spring {
         bodies: ["ball".into(), "brick".into()],
         points: [[0.0; 3], [0.01, 0.02, 0.1]],
-        rest_length: 0.5,
-        stiffness: 20.0,
-        damping: 0.1,
+        rest_length: 0.5.into(),
+        stiffness: 20.0.into(),
+        damping: 0.1.into(),
     };
     let drag = Drag {
         body: "ball".into(),
-        linear: 0.3,
-        angular: 0.01,
+        linear: 0.3.into(),
+        angular: 0.01.into(),
     };
     let thruster = Thruster {
         body: "brick".into(),

@@ -1,7 +1,7 @@
 //! Forces other than contact and gravity.
 
 use crate::arrays::{Floats, array, row};
-use hydroelastic::dynamics::{self, Body, Force, Situation, WorldError, Wrenches};
+use hydroelastic::dynamics::{self, Body, Force, ForceNumber, Situation, WorldError, Wrenches};
 use hydroelastic::scalar::Scalar;
 use pyo3::prelude::*;
 use serde::{Deserialize, Serialize};
@@ -31,12 +31,43 @@ impl Force for AnyForce {
         }
     }
 
-    fn check(&self, bodies: &[Body]) -> Result<(), WorldError> {
+    fn check(&self, bodies: &[Body], parameters: &[(String, f64)]) -> Result<(), WorldError> {
         match self {
-            Self::Spring(force) => force.check(bodies),
-            Self::Drag(force) => force.check(bodies),
-            Self::Thruster(force) => force.check(bodies),
+            Self::Spring(force) => force.check(bodies, parameters),
+            Self::Drag(force) => force.check(bodies, parameters),
+            Self::Thruster(force) => force.check(bodies, parameters),
         }
+    }
+}
+
+/// A number of a force: its value, or the name of a force parameter.
+#[derive(FromPyObject, IntoPyObject)]
+pub enum Number {
+    Value(f64),
+    Name(String),
+}
+
+impl Number {
+    fn inner(self) -> ForceNumber {
+        match self {
+            Self::Value(value) => ForceNumber::Constant(value),
+            Self::Name(name) => ForceNumber::Parameter(name),
+        }
+    }
+
+    fn of(number: &ForceNumber) -> Self {
+        match number {
+            ForceNumber::Constant(value) => Self::Value(*value),
+            ForceNumber::Parameter(name) => Self::Name(name.clone()),
+        }
+    }
+}
+
+/// A number of a force as Python writes it.
+fn shown(number: &ForceNumber) -> String {
+    match number {
+        ForceNumber::Constant(value) => format!("{value:?}"),
+        ForceNumber::Parameter(name) => format!("{name:?}"),
     }
 }
 
@@ -85,6 +116,8 @@ impl From<&AnyForce> for Shown {
 /// rest_length : length (m) without force.
 /// stiffness : (N/m). damping : (N s/m).
 ///
+/// Each of the last three is a number, or the name of a force parameter of the world.
+///
 /// Names and numbers are checked where a world is given the force.
 #[pyclass(frozen, module = "hydroelastic")]
 pub struct Spring(dynamics::Spring);
@@ -92,20 +125,23 @@ pub struct Spring(dynamics::Spring);
 #[pymethods]
 impl Spring {
     #[new]
-    #[pyo3(signature = (bodies, points, rest_length, stiffness, damping=0.0))]
+    #[pyo3(
+        signature = (bodies, points, rest_length, stiffness, damping=Number::Value(0.0)),
+        text_signature = "(bodies, points, rest_length, stiffness, damping=0.0)"
+    )]
     fn new(
         bodies: (String, String),
         points: (Bound<'_, PyAny>, Bound<'_, PyAny>),
-        rest_length: f64,
-        stiffness: f64,
-        damping: f64,
+        rest_length: Number,
+        stiffness: Number,
+        damping: Number,
     ) -> PyResult<Self> {
         Ok(Self(dynamics::Spring {
             bodies: bodies.into(),
             points: [row(&points.0, "points[0]")?, row(&points.1, "points[1]")?],
-            rest_length,
-            stiffness,
-            damping,
+            rest_length: rest_length.inner(),
+            stiffness: stiffness.inner(),
+            damping: damping.inner(),
         }))
     }
 
@@ -124,20 +160,20 @@ impl Spring {
 
     /// Length (m) without force.
     #[getter]
-    fn rest_length(&self) -> f64 {
-        self.0.rest_length
+    fn rest_length(&self) -> Number {
+        Number::of(&self.0.rest_length)
     }
 
     /// Stiffness (N/m).
     #[getter]
-    fn stiffness(&self) -> f64 {
-        self.0.stiffness
+    fn stiffness(&self) -> Number {
+        Number::of(&self.0.stiffness)
     }
 
     /// Damping (N s/m).
     #[getter]
-    fn damping(&self) -> f64 {
-        self.0.damping
+    fn damping(&self) -> Number {
+        Number::of(&self.0.damping)
     }
 
     fn __repr__(&self) -> String {
@@ -148,38 +184,49 @@ impl Spring {
             damping,
             ..
         } = &self.0;
+        let [rest_length, stiffness, damping] = [rest_length, stiffness, damping].map(shown);
         format!(
-            "Spring({a:?} to {b:?}, rest_length={rest_length:?}, stiffness={stiffness:?}, damping={damping:?})"
+            "Spring({a:?} to {b:?}, rest_length={rest_length}, stiffness={stiffness}, damping={damping})"
         )
     }
+
     fn __getnewargs__<'py>(
         &self,
         py: Python<'py>,
-    ) -> PyResult<((String, String), (Floats<'py>, Floats<'py>), f64, f64, f64)> {
-        let it = &self.0;
+    ) -> PyResult<(
+        (String, String),
+        (Floats<'py>, Floats<'py>),
+        Number,
+        Number,
+        Number,
+    )> {
         Ok((
             self.bodies(),
             self.points(py)?,
-            it.rest_length,
-            it.stiffness,
-            it.damping,
+            self.rest_length(),
+            self.stiffness(),
+            self.damping(),
         ))
     }
 }
 
-/// A drag in proportion to the velocity of a body's center of mass (N s/m) and to its spin (N m s/rad).
+/// A drag in proportion to the velocity of a body's center of mass (N s/m) and to its spin (N m s/rad): each a number, or the
+/// name of a force parameter of the world.
 #[pyclass(frozen, module = "hydroelastic")]
 pub struct Drag(dynamics::Drag);
 
 #[pymethods]
 impl Drag {
     #[new]
-    #[pyo3(signature = (body, linear=0.0, angular=0.0))]
-    fn new(body: String, linear: f64, angular: f64) -> Self {
+    #[pyo3(
+        signature = (body, linear=Number::Value(0.0), angular=Number::Value(0.0)),
+        text_signature = "(body, linear=0.0, angular=0.0)"
+    )]
+    fn new(body: String, linear: Number, angular: Number) -> Self {
         Self(dynamics::Drag {
             body,
-            linear,
-            angular,
+            linear: linear.inner(),
+            angular: angular.inner(),
         })
     }
 
@@ -191,14 +238,14 @@ impl Drag {
 
     /// Force over velocity (N s/m).
     #[getter]
-    fn linear(&self) -> f64 {
-        self.0.linear
+    fn linear(&self) -> Number {
+        Number::of(&self.0.linear)
     }
 
     /// Torque over spin (N m s/rad).
     #[getter]
-    fn angular(&self) -> f64 {
-        self.0.angular
+    fn angular(&self) -> Number {
+        Number::of(&self.0.angular)
     }
 
     fn __repr__(&self) -> String {
@@ -207,11 +254,12 @@ impl Drag {
             linear,
             angular,
         } = &self.0;
-        format!("Drag({body:?}, linear={linear:?}, angular={angular:?})")
+        let [linear, angular] = [linear, angular].map(shown);
+        format!("Drag({body:?}, linear={linear}, angular={angular})")
     }
 
-    fn __getnewargs__(&self) -> (&str, f64, f64) {
-        (&self.0.body, self.0.linear, self.0.angular)
+    fn __getnewargs__(&self) -> (&str, Number, Number) {
+        (&self.0.body, self.linear(), self.angular())
     }
 }
 

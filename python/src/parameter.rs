@@ -1,38 +1,14 @@
 //! What a rollout is differentiated by.
 
+use crate::pickle::{Reduced, loaded, reduced};
 use hydroelastic::gradient;
 use pyo3::prelude::*;
 use std::sync::Arc;
 
 /// Something that went into a world, and that a derivative may be taken by.
 #[pyclass(frozen, eq, hash, module = "hydroelastic")]
-#[derive(Clone, PartialEq, Eq)]
+#[derive(Clone, PartialEq, Eq, Hash)]
 pub struct Parameter(pub gradient::Parameter);
-
-impl std::hash::Hash for Parameter {
-    fn hash<H: std::hash::Hasher>(&self, state: &mut H) {
-        self.named().hash(state);
-    }
-}
-
-impl Parameter {
-    /// The name of its constructor, the body and the interval.
-    fn named(&self) -> (&'static str, Option<&str>, Option<usize>) {
-        use gradient::Parameter as P;
-        match &self.0 {
-            P::InitialPosition(body) => ("initial_position", Some(body), None),
-            P::InitialOrientation(body) => ("initial_orientation", Some(body), None),
-            P::InitialVelocity(body) => ("initial_velocity", Some(body), None),
-            P::InitialSpin(body) => ("initial_spin", Some(body), None),
-            P::Modulus(body) => ("modulus", Some(body), None),
-            P::Dissipation(body) => ("dissipation", Some(body), None),
-            P::Friction(body) => ("friction", Some(body), None),
-            P::Mass(body) => ("mass", Some(body), None),
-            P::Control(body, interval) => ("control", Some(body), Some(*interval)),
-            _ => ("gravity", None, None),
-        }
-    }
-}
 
 #[pymethods]
 impl Parameter {
@@ -109,6 +85,12 @@ impl Parameter {
         (0..intervals).flat_map(of_interval).collect()
     }
 
+    /// A number that forces name: see World.
+    #[staticmethod]
+    fn of_forces(name: &str) -> Self {
+        Self(gradient::Parameter::OfForces(name.into()))
+    }
+
     /// How many numbers it is.
     #[getter]
     fn dimension(&self) -> usize {
@@ -118,43 +100,38 @@ impl Parameter {
     /// Name of the body that it belongs to, or None.
     #[getter]
     fn body(&self) -> Option<&str> {
-        self.named().1
+        self.0.body()
     }
 
     fn __repr__(&self) -> String {
-        let (name, body, interval) = self.named();
-        let body = body.map(|body| format!("{body:?}"));
-        let interval = interval.map(|interval| interval.to_string());
-        let arguments: Vec<String> = body.into_iter().chain(interval).collect();
-        format!("Parameter.{name}({})", arguments.join(", "))
+        use gradient::Parameter as P;
+        let call = match &self.0 {
+            P::InitialPosition(body) => format!("initial_position({body:?})"),
+            P::InitialOrientation(body) => format!("initial_orientation({body:?})"),
+            P::InitialVelocity(body) => format!("initial_velocity({body:?})"),
+            P::InitialSpin(body) => format!("initial_spin({body:?})"),
+            P::Modulus(body) => format!("modulus({body:?})"),
+            P::Dissipation(body) => format!("dissipation({body:?})"),
+            P::Friction(body) => format!("friction({body:?})"),
+            P::Mass(body) => format!("mass({body:?})"),
+            P::Gravity => "gravity()".to_owned(),
+            P::Control(body, interval) => format!("control({body:?}, {interval})"),
+            P::OfForces(name) => format!("of_forces({name:?})"),
+            // Without a constructor in Python.
+            other => format!("{other:?}"),
+        };
+        format!("Parameter.{call}")
     }
 
-    fn __reduce__<'py>(
-        slf: &Bound<'py, Self>,
-    ) -> PyResult<(Bound<'py, PyAny>, (&'py str, Option<String>, Option<usize>))> {
-        let load = slf
-            .py()
-            .import("hydroelastic._core")?
-            .getattr("_load_parameter")?;
-        let (name, body, interval) = slf.get().named();
-        Ok((load, (name, body.map(str::to_owned), interval)))
+    fn __reduce__<'py>(&self, py: Python<'py>) -> PyResult<Reduced<'py>> {
+        reduced(py, "_load_parameter", &self.0)
     }
 }
 
 /// A parameter from what pickle has kept.
 #[pyfunction]
-pub fn _load_parameter<'py>(
-    py: Python<'py>,
-    name: &str,
-    body: Option<&str>,
-    interval: Option<usize>,
-) -> PyResult<Bound<'py, PyAny>> {
-    let class = py.get_type::<Parameter>();
-    match (body, interval) {
-        (Some(body), Some(interval)) => class.call_method1(name, (body, interval)),
-        (Some(body), None) => class.call_method1(name, (body,)),
-        _ => class.call_method0(name),
-    }
+pub fn _load_parameter(saved: &[u8]) -> PyResult<Parameter> {
+    Ok(Parameter(loaded(saved)?))
 }
 
 /// The parameters of a list.

@@ -8,63 +8,49 @@ use pyo3::prelude::*;
 ///
 /// LEAPFROG and SYMPLECTIC_EULER are explicit: short steps, one evaluation of the contacts each. SDIRK2 and IMPLICIT_EULER are
 /// implicit: steps of 1 to 10 ms, however stiff the contact and small the slip tolerance.
-#[pyclass(
-    frozen,
-    eq,
-    hash,
-    module = "hydroelastic",
-    rename_all = "SCREAMING_SNAKE_CASE"
-)]
+#[pyclass(frozen, eq, hash, module = "hydroelastic")]
 #[derive(Clone, Copy, PartialEq, Eq, Hash)]
-pub enum Integrator {
-    /// Kick, then drift: first order.
-    SymplecticEuler,
-    /// Half a drift, kick, half a drift: second order. The default.
-    Leapfrog,
-    /// Two implicit stages of second order; impacts are resolved by halved steps.
-    Sdirk2,
-    /// One implicit stage of first order, which calms what moves fast: for what should come to rest.
-    ImplicitEuler,
-}
+pub struct Integrator(dynamics::Integrator);
 
 impl Integrator {
-    fn inner(self) -> dynamics::Integrator {
-        match self {
-            Self::SymplecticEuler => dynamics::Integrator::SymplecticEuler,
-            Self::Leapfrog => dynamics::Integrator::Leapfrog,
-            Self::Sdirk2 => dynamics::Integrator::Sdirk2,
-            Self::ImplicitEuler => dynamics::Integrator::ImplicitEuler,
+    /// The name of the attribute: that of the library with underscores.
+    fn name(&self) -> String {
+        let mut name = String::new();
+        for character in format!("{:?}", self.0).chars() {
+            if character.is_uppercase() && !name.is_empty() {
+                name.push('_');
+            }
+            name.push(character.to_ascii_uppercase());
         }
-    }
-
-    fn of(integrator: dynamics::Integrator) -> Self {
-        match integrator {
-            dynamics::Integrator::SymplecticEuler => Self::SymplecticEuler,
-            dynamics::Integrator::Sdirk2 => Self::Sdirk2,
-            dynamics::Integrator::ImplicitEuler => Self::ImplicitEuler,
-            _ => Self::Leapfrog,
-        }
-    }
-
-    fn name(self) -> &'static str {
-        match self {
-            Self::SymplecticEuler => "SYMPLECTIC_EULER",
-            Self::Leapfrog => "LEAPFROG",
-            Self::Sdirk2 => "SDIRK2",
-            Self::ImplicitEuler => "IMPLICIT_EULER",
-        }
+        name
     }
 }
 
 #[pymethods]
 impl Integrator {
+    /// Kick, then drift: first order.
+    #[classattr]
+    const SYMPLECTIC_EULER: Self = Self(dynamics::Integrator::SymplecticEuler);
+
+    /// Half a drift, kick, half a drift: second order. The default.
+    #[classattr]
+    const LEAPFROG: Self = Self(dynamics::Integrator::Leapfrog);
+
+    /// Two implicit stages of second order; impacts are resolved by halved steps.
+    #[classattr]
+    const SDIRK2: Self = Self(dynamics::Integrator::Sdirk2);
+
+    /// One implicit stage of first order, which calms what moves fast: for what should come to rest.
+    #[classattr]
+    const IMPLICIT_EULER: Self = Self(dynamics::Integrator::ImplicitEuler);
+
     fn __repr__(&self) -> String {
         format!("Integrator.{}", self.name())
     }
 
     fn __reduce__<'py>(
         slf: &Bound<'py, Self>,
-    ) -> PyResult<(Bound<'py, PyAny>, (Bound<'py, PyAny>, &'static str))> {
+    ) -> PyResult<(Bound<'py, PyAny>, (Bound<'py, PyAny>, String))> {
         let getattr = slf.py().import("builtins")?.getattr("getattr")?;
         Ok((
             getattr,
@@ -105,8 +91,7 @@ impl Plan {
         solver_tolerance: f64,
     ) -> PyResult<Self> {
         let plan = dynamics::Plan::new(time_step, steps).map_err(refused)?;
-        let plan =
-            plan.with_integrator(integrator.copied().unwrap_or(Integrator::Leapfrog).inner());
+        let plan = plan.with_integrator(integrator.map_or_else(Default::default, |it| it.0));
         let plan = plan.recording_every(record_every);
         let plan = plan
             .with_solver_tolerance(solver_tolerance)
@@ -132,7 +117,7 @@ impl Plan {
     /// The integrator.
     #[getter]
     fn integrator(&self) -> Integrator {
-        Integrator::of(self.0.integrator())
+        Integrator(self.0.integrator())
     }
 
     /// After how many steps a state is recorded.

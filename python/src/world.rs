@@ -11,6 +11,7 @@ use crate::state::State;
 use hydroelastic::dynamics::{self, WorldError};
 use hydroelastic::nalgebra::Vector3;
 use pyo3::prelude::*;
+use std::collections::BTreeMap;
 
 /// The world of the library with forces that can be saved.
 pub type Inner = dynamics::World<f64, Vec<AnyForce>>;
@@ -22,6 +23,7 @@ pub type Inner = dynamics::World<f64, Vec<AnyForce>>;
 /// bodies : a list of Body with different names.
 /// gravity : (3,) (m/s²).
 /// forces : a list of Spring, Drag and Thruster.
+/// force_parameters : numbers that forces name, {name: value}. Derivatives are taken by Parameter.of_forces(name).
 /// controls : a list of Control, one for a body.
 /// ignoring : pairs of names, of bodies that pass through each other. Between bodies of RigidShape and HalfSpace there is no
 ///     contact: any two of which forces move one have to be among these pairs.
@@ -43,6 +45,7 @@ pub struct World {
 struct Settings<'a, 'py> {
     gravity: Option<&'a Bound<'py, PyAny>>,
     forces: Option<Vec<Given<'py>>>,
+    force_parameters: Option<BTreeMap<String, f64>>,
     controls: Option<Vec<Bound<'py, Control>>>,
     slip_tolerance: Option<f64>,
     start: Option<&'a Bound<'py, State>>,
@@ -56,6 +59,9 @@ impl Settings<'_, '_> {
         }
         if let Some(tolerance) = self.slip_tolerance {
             world = world.with_slip_tolerance(tolerance).map_err(refused)?;
+        }
+        for (name, value) in self.force_parameters.into_iter().flatten() {
+            world = world.with_force_parameter(&name, value).map_err(refused)?;
         }
         if let Some(forces) = self.forces {
             let forces: Vec<AnyForce> = forces.iter().map(Given::force).collect();
@@ -104,11 +110,12 @@ impl World {
 #[pymethods]
 impl World {
     #[new]
-    #[pyo3(signature = (bodies, *, gravity=None, forces=None, controls=None, ignoring=None, slip_tolerance=None, start=None))]
+    #[pyo3(signature = (bodies, *, gravity=None, forces=None, force_parameters=None, controls=None, ignoring=None, slip_tolerance=None, start=None))]
     fn new(
         bodies: Vec<Bound<'_, Body>>,
         gravity: Option<&Bound<'_, PyAny>>,
         forces: Option<Vec<Given<'_>>>,
+        force_parameters: Option<BTreeMap<String, f64>>,
         controls: Option<Vec<Bound<'_, Control>>>,
         ignoring: Option<Vec<(String, String)>>,
         slip_tolerance: Option<f64>,
@@ -123,6 +130,7 @@ impl World {
         let settings = Settings {
             gravity,
             forces,
+            force_parameters,
             controls,
             slip_tolerance,
             start,
@@ -133,12 +141,14 @@ impl World {
         })
     }
 
-    /// The same world with other settings: arguments as those of World. Forces replace all forces, a control that of its body.
-    #[pyo3(signature = (*, gravity=None, forces=None, controls=None, slip_tolerance=None, start=None))]
+    /// The same world with other settings: arguments as those of World. Forces replace all forces, a control that of its body, a
+    /// force parameter the one of its name.
+    #[pyo3(signature = (*, gravity=None, forces=None, force_parameters=None, controls=None, slip_tolerance=None, start=None))]
     fn replace(
         &self,
         gravity: Option<&Bound<'_, PyAny>>,
         forces: Option<Vec<Given<'_>>>,
+        force_parameters: Option<BTreeMap<String, f64>>,
         controls: Option<Vec<Bound<'_, Control>>>,
         slip_tolerance: Option<f64>,
         start: Option<&Bound<'_, State>>,
@@ -146,6 +156,7 @@ impl World {
         let settings = Settings {
             gravity,
             forces,
+            force_parameters,
             controls,
             slip_tolerance,
             start,
@@ -209,6 +220,12 @@ impl World {
     #[getter]
     fn forces(&self) -> Vec<Shown> {
         self.inner.forces().iter().map(Shown::from).collect()
+    }
+
+    /// The numbers that forces name: {name: value}.
+    #[getter]
+    fn force_parameters(&self) -> BTreeMap<String, f64> {
+        self.inner.force_parameters().iter().cloned().collect()
     }
 
     /// The controls.

@@ -66,7 +66,13 @@ def test_energy_has_the_wrench_as_its_slope(ball_on_block):
 
 def test_rollout_by_every_parameter(bounce):
     world, plan = bounce
-    world = world.replace(controls=[he.Control("ball", 0.05, np.ones((3, 6)) * 0.1)])
+    numbers = {"length": 0.3, "stiffness": 5.0, "damping": 0.1, "drag": 0.2, "brake": 1e-3}
+    spring = he.Spring(("ball", "floor"), ([0.0, 0.05, 0.0], [0.2, 0.0, 0.0]), "length", "stiffness", "damping")
+    world = world.replace(
+        controls=[he.Control("ball", 0.05, np.ones((3, 6)) * 0.1)],
+        force_parameters=numbers,
+        forces=[spring, he.Drag("ball", "drag", angular="brake")],
+    )
     by = [
         he.Parameter.initial_position("ball"),
         he.Parameter.initial_orientation("ball"),
@@ -78,6 +84,7 @@ def test_rollout_by_every_parameter(bounce):
         he.Parameter.mass("ball"),
         he.Parameter.gravity(),
         he.Parameter.control("ball", 1),
+        *map(he.Parameter.of_forces, numbers),
     ]
     trajectory, jacobian = world.jacobian(plan, by)
     width = sum(parameter.dimension for parameter in by)
@@ -97,6 +104,15 @@ def test_rollout_by_every_parameter(bounce):
     exact = jacobian.poses[-1, 0, ..., 6]
     assert np.abs(found - exact).max() <= 1e-5 * np.abs(exact).max()
     assert np.abs(exact[:3, 3]).max() > 0.1
+
+    # All of them count, and those by forces have the values of constants.
+    assert np.abs(jacobian.twists[-1, 0]).max(axis=0).min() > 0.0
+    constants = [
+        he.Spring(spring.bodies, spring.points, *(numbers[name] for name in ("length", "stiffness", "damping"))),
+        he.Drag("ball", numbers["drag"], numbers["brake"]),
+    ]
+    same = world.replace(forces=constants).rollout(plan).recorded()
+    assert same.twists.tobytes() == world.rollout(plan).recorded().twists.tobytes()
 
 
 def test_a_step_to_first_order(bounce):

@@ -78,22 +78,65 @@ def test_pairs_surfaces_and_derivatives(ball_on_block, bounce):
     assert again(report).total_energy == report.total_energy
 
 
+INTEGRATORS = [
+    he.Integrator.SYMPLECTIC_EULER,
+    he.Integrator.LEAPFROG,
+    he.Integrator.SDIRK2,
+    he.Integrator.IMPLICIT_EULER,
+]
+PARAMETERS = [
+    he.Parameter.initial_position("ball"),
+    he.Parameter.initial_orientation("ball"),
+    he.Parameter.initial_velocity("ball"),
+    he.Parameter.initial_spin("ball"),
+    he.Parameter.modulus("ball"),
+    he.Parameter.dissipation("ball"),
+    he.Parameter.friction("ball"),
+    he.Parameter.mass("ball"),
+    he.Parameter.control("ball", 3),
+    he.Parameter.gravity(),
+    he.Parameter.of_forces("ball"),
+]
+
+
 @pytest.mark.parametrize(
     "value",
     [
         he.Plan(1e-3, 7, he.Integrator.SDIRK2, record_every=3, check_every=2, solver_tolerance=1e-9),
         he.Material(1e5, 0.1 / 3, 0.4),
         he.SurfaceLaw(0.1 / 3, 0.4, 1e-2),
-        he.Integrator.IMPLICIT_EULER,
-        he.Parameter.initial_spin("ball"),
-        he.Parameter.control("ball", 3),
-        he.Parameter.gravity(),
+        *INTEGRATORS,
+        *PARAMETERS,
     ],
     ids=repr,
 )
 def test_settings(value):
     assert again(value) == value == copy.deepcopy(value)
     assert repr(again(value)) == repr(value)
+
+
+def test_integrators_and_parameters_differ_from_one_another():
+    for values in (INTEGRATORS, PARAMETERS):
+        assert len(set(values)) == len(values) == len(set(map(repr, values)))
+        assert set(map(again, values)) == set(values)
+        assert [eval(repr(value), {"Integrator": he.Integrator, "Parameter": he.Parameter}) for value in values] == values
+    assert [he.Plan(1e-3, 1, it).integrator for it in INTEGRATORS] == INTEGRATORS
+    assert he.Plan(1e-3, 1).integrator == he.Integrator.LEAPFROG
+    assert [it.body for it in PARAMETERS] == ["ball"] * 9 + [None, None]
+
+
+def test_forces_by_name(driven):
+    spring = he.Spring(("ball", "brick"), ([0.0] * 3, [0.0, 0.1, 0.0]), 0.5, "k", "c")
+    world = driven.replace(force_parameters={"k": 20.0, "c": 0.1 / 3, "d": 0.2}, forces=[spring, he.Drag("ball", "d")])
+    loaded = again(world)
+    assert loaded.force_parameters == world.force_parameters == {"k": 20.0, "c": 0.1 / 3, "d": 0.2}
+    assert repr(loaded.forces) == repr(again(world.forces)) == repr(world.forces)
+    found = again(spring)
+    assert (found.rest_length, found.stiffness, found.damping) == (0.5, "k", "c")
+    assert 'stiffness="k"' in repr(spring) and loaded.forces[1].linear == "d"
+    plan, by = he.Plan(5e-4, 20), [he.Parameter.of_forces("c")]
+    same(world.jacobian(plan, by)[1].poses, loaded.jacobian(plan, by)[1].poses)
+    assert world.changed(by, [0.5]).force_parameters["c"] == 0.1 / 3 + 0.5
 
 
 def test_bodies(driven, bounce):

@@ -35,6 +35,12 @@ def refusals():
     plan = he.Plan(1e-3, 5)
     tets = np.array([[0, 1, 2, 3]])
     corners = np.array([[0.0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]])
+
+    def driven(**numbers):
+        """By a spring of stiffness "k"."""
+        spring = he.Spring(("ball", "wall"), ([0.0] * 3, [0.0] * 3), 0.1, "k")
+        return he.World([body, he.Body.fixed("wall", ball, skin)], forces=[spring], **numbers)
+
     return {
         "pose_a must have the shape (4, 4) or (n, 4, 4), but has (3, 4)": lambda: pair.wrench(eye[:3], eye),
         "pose_a is a batch of 3, but pose_b one of 2": lambda: pair.wrench(np.stack([eye] * 3), np.stack([eye] * 2)),
@@ -72,6 +78,14 @@ def refusals():
         "the stiffness of a spring is -1": lambda: he.World(
             [body, he.Body.fixed("wall", ball, skin)],
             forces=[he.Spring(("ball", "wall"), ([0.0] * 3, [0.0] * 3), 0.1, -1.0)],
+        ),
+        "the stiffness of a spring is -2": lambda: driven(force_parameters={"k": -2.0}),
+        'no force parameter is named "k"; there are ["c"]': lambda: driven(force_parameters={"c": 1.0}),
+        "the stiffness of a spring is -3": lambda: driven(force_parameters={"k": 1.0}).changed(
+            [he.Parameter.of_forces("k")], [-4.0]
+        ),
+        'the world has no force parameter "c"': lambda: driven(force_parameters={"k": 1.0}).jacobian(
+            plan, [he.Parameter.of_forces("c")]
         ),
         "twists must be finite": lambda: he.State(0.0, eye[None], np.full((1, 6), np.inf)),
         "a trajectory needs at least one state": lambda: he.Trajectory([]),

@@ -110,7 +110,7 @@ impl BodyShape {
             (Self::Compliant(one), Self::Compliant(other)) => Arc::ptr_eq(one, other),
             (Self::Rigid(one), Self::Rigid(other)) => Arc::ptr_eq(one, other),
             (Self::HalfSpace(one), Self::HalfSpace(other)) => Arc::ptr_eq(one, other),
-            _ => false,
+            (Self::Compliant(_) | Self::Rigid(_) | Self::HalfSpace(_), _) => false,
         }
     }
 }

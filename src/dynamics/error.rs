@@ -130,6 +130,14 @@ pub enum WorldError {
         /// The names there are.
         known: Vec<String>,
     },
+    /// A force reads a number that the world does not have.
+    #[error("no force parameter is named {name:?}; there are {known:?}")]
+    UnknownForceParameter {
+        /// The name that the force has.
+        name: String,
+        /// The names there are.
+        known: Vec<String>,
+    },
     /// A state does not fit the world.
     #[error("a state of {found} bodies does not fit a world of {expected}")]
     StateSize {

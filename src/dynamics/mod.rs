@@ -75,7 +75,7 @@ pub use body::{Body, PrescribedPath};
 pub use body_shape::BodyShape;
 pub use contacts::Contact;
 pub use error::{RolloutError, WorldError};
-pub use force::{Control, Drag, Force, Situation, Spring, Thruster, Wrenches};
+pub use force::{Control, Drag, Force, ForceNumber, Situation, Spring, Thruster, Wrenches};
 pub use implicit::{EnergyBalance, StepReport, Work};
 pub use inertia::Inertia;
 pub use integrator::Integrator;

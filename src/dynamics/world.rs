@@ -67,7 +67,7 @@ impl World {
         system.check_partners()?;
         // A body on a path has its pose from there, orthonormal already.
         for body in &mut system.bodies {
-            if !matches!(body.motion, Motion::Prescribed(_)) {
+            if !body.motion.is_prescribed() {
                 body.initial.pose = body.initial.pose.orthonormalised();
             }
         }
@@ -116,24 +116,33 @@ impl<F: Force> World<f64, F> {
     /// ```
     ///
     /// # Errors
-    /// If it is not finite.
+    /// If it is not finite, or a force [cannot act](Force::check) with it.
     pub fn with_force_parameter(mut self, name: &str, value: f64) -> Result<Self, WorldError> {
         check_finite(FORCE_PARAMETER, &[value])?;
         self.system.force_parameters.retain(|(own, _)| own != name);
         self.system.force_parameters.push((name.into(), value));
+        self.check_forces()?;
         Ok(self)
     }
 
-    /// The same world with these forces, in place of those it had: one, or a sum of several as a tuple or a list.
+    /// Checks that the forces can act.
+    pub(crate) fn check_forces(&self) -> Result<(), WorldError> {
+        let system = &self.system;
+        self.forces.check(&system.bodies, &system.force_parameters)
+    }
+
+    /// The same world with these forces, in place of those it had: one, or a sum of several as a tuple or a list. The world must
+    /// already have the [force parameters](Self::with_force_parameter) that these check.
     ///
     /// # Errors
     /// If a force [cannot act](Force::check) on the bodies.
     pub fn with_forces<G: Force>(self, forces: G) -> Result<World<f64, G>, WorldError> {
-        forces.check(&self.system.bodies)?;
-        Ok(World {
+        let world = World {
             system: self.system,
             forces: Arc::new(forces),
-        })
+        };
+        world.check_forces()?;
+        Ok(world)
     }
 
     /// The same world with another initial state, at its own time. Bodies that forces do not move stay as they are: a fixed
@@ -259,6 +268,12 @@ impl<T: Scalar, F: Force> World<T, F> {
     #[must_use]
     pub fn controls(&self) -> &[Control<T>] {
         &self.system.controls
+    }
+
+    /// The names and values of the numbers that forces may read.
+    #[must_use]
+    pub fn force_parameters(&self) -> &[(String, T)] {
+        &self.system.force_parameters
     }
 
     /// The forces besides contact, gravity and controls.

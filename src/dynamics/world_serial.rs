@@ -158,8 +158,7 @@ impl<F: Force> WorldLayout<F> {
         // Not through `World::new`, which makes poses orthonormal once more.
         let mut world = World::without_forces(System::starting_at(self.start, bodies?)?)
             .with_gravity(self.gravity.into())?
-            .with_slip_tolerance(self.slip_tolerance)?
-            .with_forces(self.forces)?;
+            .with_slip_tolerance(self.slip_tolerance)?;
         for [first, second] in &self.ignored {
             world = world.ignoring(first, second)?;
         }
@@ -167,6 +166,7 @@ impl<F: Force> WorldLayout<F> {
         for (name, value) in &self.force_parameters {
             world = world.with_force_parameter(name, *value)?;
         }
+        let mut world = world.with_forces(self.forces)?;
         for control in self.controls {
             world = world.with_control(control.control()?)?;
         }

@@ -14,8 +14,9 @@ impl<F: Force> World<f64, F> {
         parameters: &[Parameter],
         changes: &[f64],
     ) -> Result<Self, GradientError> {
-        let system = changed_within_range(&self.system, parameters, changes)?;
-        Ok(self.with_system(system))
+        let world = self.with_system(changed_within_range(&self.system, parameters, changes)?);
+        world.check_forces()?;
+        Ok(world)
     }
 }
 

@@ -2,9 +2,7 @@
 
 use super::GradientError;
 use super::widths::{DifferentiableOutcome, NARROW, OutcomeIn, WIDE};
-use crate::dynamics::{
-    BodyState, LOCAL, Motion, Reversal, State, StateCovector, System, Trajectory,
-};
+use crate::dynamics::{BodyState, LOCAL, Reversal, State, StateCovector, System, Trajectory};
 use crate::scalar::{DenseDual, GenericDirection, Scalar};
 use crate::spatial::Twist;
 use nalgebra::{SVector, Vector6};
@@ -74,7 +72,7 @@ pub(super) fn of_outcome(
     let [value] = value[..] else {
         return Err(GradientError::NotALoss { count: value.len() });
     };
-    let moves = |body: &usize| !matches!(system.bodies[*body].motion, Motion::Prescribed(_));
+    let moves = |body: &usize| !system.bodies[*body].motion.is_prescribed();
     let bodies: Vec<usize> = (0..system.bodies.len()).filter(moves).collect();
     let looked = Looked {
         loss,

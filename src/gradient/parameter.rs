@@ -7,7 +7,8 @@ use std::fmt;
 use std::sync::Arc;
 
 /// Something that went into a world, and that a derivative may be taken by.
-#[derive(Debug, Clone, PartialEq, Eq)]
+#[derive(Debug, Clone, PartialEq, Eq, Hash)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[non_exhaustive]
 pub enum Parameter {
     /// Initial position (m) of the named body's origin: 3 numbers.
@@ -58,10 +59,18 @@ impl Parameter {
 
     /// A name for each of its numbers, for messages.
     pub(super) fn number_names(&self) -> Vec<String> {
-        let numbers: &[&str] = match self.dimension() {
-            1 => return vec![format!("{self:?}")],
-            3 => &["x", "y", "z"],
-            _ => &[
+        let numbers: &[&str] = match self {
+            Self::InitialPosition(_)
+            | Self::InitialOrientation(_)
+            | Self::InitialVelocity(_)
+            | Self::InitialSpin(_)
+            | Self::Gravity => &["x", "y", "z"],
+            Self::Modulus(_)
+            | Self::Dissipation(_)
+            | Self::Friction(_)
+            | Self::Mass(_)
+            | Self::OfForces(_) => return vec![format!("{self:?}")],
+            Self::Control(..) => &[
                 "torque x", "torque y", "torque z", "force x", "force y", "force z",
             ],
         };
@@ -69,8 +78,9 @@ impl Parameter {
         numbers.iter().map(name).collect()
     }
 
-    /// Name of the body it belongs to.
-    fn body(&self) -> Option<&str> {
+    /// Name of the body that it belongs to, if it belongs to one.
+    #[must_use]
+    pub fn body(&self) -> Option<&str> {
         match self {
             Self::InitialPosition(name)
             | Self::InitialOrientation(name)
@@ -126,32 +136,24 @@ impl Parameter {
                 })
             };
         }
-        let needs_forces = !matches!(
-            self,
-            Self::InitialPosition(_)
-                | Self::InitialOrientation(_)
-                | Self::Modulus(_)
-                | Self::Dissipation(_)
-                | Self::Friction(_)
-        );
-        let follows_path = matches!(body.motion, Motion::Prescribed(_)) && self.is_initial();
-        if (needs_forces && body.inertia().is_none()) || follows_path {
+        let is_missing = match self {
+            Self::InitialPosition(_) | Self::InitialOrientation(_) => body.motion.is_prescribed(),
+            Self::InitialVelocity(_) | Self::InitialSpin(_) | Self::Mass(_) | Self::Control(..) => {
+                body.inertia().is_none()
+            }
+            Self::Modulus(_)
+            | Self::Dissipation(_)
+            | Self::Friction(_)
+            | Self::Gravity
+            | Self::OfForces(_) => false,
+        };
+        if is_missing {
             return Err(GradientError::NotDynamic {
                 body: name.to_owned(),
                 parameter: self.to_string(),
             });
         }
         Ok(())
-    }
-
-    fn is_initial(&self) -> bool {
-        matches!(
-            self,
-            Self::InitialPosition(_)
-                | Self::InitialOrientation(_)
-                | Self::InitialVelocity(_)
-                | Self::InitialSpin(_)
-        )
     }
 
     /// A typical change of the parameter, which difference steps are multiples of: the value itself
@@ -170,7 +172,13 @@ impl Parameter {
             Self::Dissipation(_) => body.material.dissipation,
             Self::Friction(_) => body.material.friction,
             Self::Mass(_) => body.inertia().map_or(1.0, |inertia| inertia.mass),
-            _ => 1.0,
+            Self::InitialPosition(_)
+            | Self::InitialOrientation(_)
+            | Self::InitialVelocity(_)
+            | Self::InitialSpin(_)
+            | Self::Gravity
+            | Self::Control(..)
+            | Self::OfForces(_) => 1.0,
         };
         if value > 0.0 { value } else { 1.0 }
     }
@@ -181,8 +189,11 @@ impl Parameter {
             return vec![gradient.force_parameters[place]];
         }
         let body = self.body().and_then(|name| system.index_of(name).ok());
-        let Some(body) = body else {
+        if let Self::Gravity = self {
             return gradient.gravity.as_slice().to_vec();
+        }
+        let Some(body) = body else {
+            return Vec::new();
         };
         if let Self::Control(name, interval) = self {
             let mut controls = system.controls.iter().zip(&gradient.controls);
@@ -212,8 +223,10 @@ impl Parameter {
         }
         let zero = lift_vector(&Vector3::zeros());
         let vector = || Vector3::new(change[0], change[1], change[2]);
-        let Some(name) = self.body() else {
+        if let Self::Gravity = self {
             system.gravity += vector();
+        }
+        let Some(name) = self.body() else {
             return;
         };
         if let Self::Control(_, interval) = self {

@@ -32,9 +32,9 @@ fn spring(points: [[f64; 3]; 2]) -> Spring {
     Spring {
         bodies: ["left", "right"].map(str::to_owned),
         points,
-        rest_length: 0.7,
-        stiffness: 50.0,
-        damping: 0.0,
+        rest_length: 0.7.into(),
+        stiffness: 50.0.into(),
+        damping: 0.0.into(),
     }
 }
 
@@ -63,8 +63,8 @@ fn everything() -> World<f64, (Spring, Drag, Thruster)> {
     let spring = spring([[0.05, 0.03, 0.01], [-0.05, 0.0, 0.0]]);
     let drag = Drag {
         body: "left".into(),
-        linear: 0.5,
-        angular: 0.01,
+        linear: 0.5.into(),
+        angular: 0.01.into(),
     };
     let thruster = Thruster {
         body: "right".into(),
@@ -97,7 +97,7 @@ fn bodies_on_a_spring_swing_with_the_frequency_of_their_reduced_mass() {
 #[test]
 fn springs_with_dampers_keep_momentum_and_lose_energy() {
     let spring = Spring {
-        damping: 2.0,
+        damping: 2.0.into(),
         ..spring([[0.05, 0.1, 0.0], [0.0, -0.1, 0.15]])
     };
     let world = two().with_forces(spring).unwrap();
@@ -126,8 +126,8 @@ fn springs_with_dampers_keep_momentum_and_lose_energy() {
 fn drag_takes_the_same_part_of_the_velocity_in_each_step() {
     let drag = Drag {
         body: "left".into(),
-        linear: 0.4,
-        angular: 0.0,
+        linear: 0.4.into(),
+        angular: 0.0.into(),
     };
     let left = cube("left", 2.0, Vector3::zeros()).with_velocity(vector![3.0, 0.0, 0.0]);
     let world = World::new(vec![left]).unwrap().with_forces(drag).unwrap();
@@ -196,8 +196,8 @@ fn forces_in_any_list_add_up() {
     let drags = || {
         ["left", "right"].map(|body| Drag {
             body: body.into(),
-            linear: 0.3,
-            angular: 0.02,
+            linear: 0.3.into(),
+            angular: 0.02.into(),
         })
     };
     let [first, second] = drags();
@@ -395,15 +395,15 @@ fn floor() -> World {
 fn what_cannot_act_is_refused() {
     let unknown = Drag {
         body: "middle".into(),
-        linear: 1.0,
-        angular: 0.0,
+        linear: 1.0.into(),
+        angular: 0.0.into(),
     };
     assert!(matches!(
         two().with_forces(unknown).unwrap_err(),
         WorldError::UnknownBody { name, .. } if name == "middle"
     ));
     let stiffness = Spring {
-        stiffness: -1.0,
+        stiffness: (-1.0).into(),
         ..spring([[0.0; 3]; 2])
     };
     assert!(matches!(
@@ -412,8 +412,8 @@ fn what_cannot_act_is_refused() {
     ));
     let drag = Drag {
         body: "floor".into(),
-        linear: 1.0,
-        angular: 0.0,
+        linear: 1.0.into(),
+        angular: 0.0.into(),
     };
     assert!(matches!(
         floor().with_forces(drag).unwrap_err(),

@@ -2,7 +2,10 @@
 
 use super::reverse::{Mixed, compare, skin};
 use hydroelastic::contact::{HalfSpace, Shape};
-use hydroelastic::dynamics::{Body, Force, Integrator, Mass, Plan, Situation, World, Wrenches};
+use hydroelastic::dynamics::{
+    Body, Drag, Force, Integrator, Mass, Plan, Situation, Spring, Trajectory, World, WorldError,
+    Wrenches,
+};
 use hydroelastic::gradient::{Experiment, GradientError, Parameter};
 use hydroelastic::mesh::shapes;
 use hydroelastic::scalar::{Scalar, lift};
@@ -45,7 +48,7 @@ fn numbers() -> Vec<(String, f64)> {
 }
 
 /// A ball that slides and rolls on a floor.
-fn world() -> World<f64, Rig> {
+fn sliding() -> World {
     let law = [0.3, 0.4];
     let ball = Shape::new(shapes::icosphere(0.1, 1).unwrap());
     let ball = Body::dynamic("ball", ball, skin(1e5, law), Mass::Total(1.0)).unwrap();
@@ -55,24 +58,57 @@ fn world() -> World<f64, Rig> {
         .with_spin(vector![1.0, 2.0, 3.0]);
     let floor = Body::fixed("floor", HalfSpace::layer(0.05).unwrap(), skin(1e6, law)).unwrap();
     let world = World::new(vec![ball, floor]).unwrap();
-    let world = world.with_gravity(vector![0.0, 0.0, -9.81]).unwrap();
-    let mut world = world.with_forces(Rig).unwrap();
+    world.with_gravity(vector![0.0, 0.0, -9.81]).unwrap()
+}
+
+fn world() -> World<f64, Rig> {
+    let mut world = sliding().with_forces(Rig).unwrap();
     for (name, value) in numbers() {
         world = world.with_force_parameter(&name, value).unwrap();
     }
     world
 }
 
-fn parameters() -> Vec<Parameter> {
-    let names = numbers().into_iter().map(|(name, _)| name);
-    names.map(|name| Parameter::OfForces(name.into())).collect()
+/// The ball with a spring and a drag whose numbers are parameters.
+fn sprung() -> World<f64, (Spring, Drag)> {
+    let spring = Spring {
+        bodies: ["ball".into(), "floor".into()],
+        points: [[0.0, 0.05, 0.0], [0.0, 0.0, -0.1]],
+        rest_length: "length".into(),
+        stiffness: "stiffness".into(),
+        damping: "damping".into(),
+    };
+    let drag = Drag {
+        body: "ball".into(),
+        linear: "drag".into(),
+        angular: "brake".into(),
+    };
+    let numbers = [
+        ("length", 0.2),
+        ("stiffness", 30.0),
+        ("damping", 0.3),
+        ("drag", 0.2),
+        ("brake", 2e-3),
+    ];
+    let mut world = sliding();
+    for (name, value) in numbers {
+        world = world.with_force_parameter(name, value).unwrap();
+    }
+    world.with_forces((spring, drag)).unwrap()
 }
 
 #[test]
 fn both_ways_and_differences_agree() {
+    assert_derivatives_agree(&world());
+    assert_derivatives_agree(&sprung());
+}
+
+fn assert_derivatives_agree<F: Force>(world: &World<f64, F>) {
     let mixed = Mixed { every: 7 };
-    let with_others = [Parameter::Gravity, Parameter::Mass("ball".into())];
-    let by: Vec<_> = parameters().into_iter().chain(with_others).collect();
+    let numbers = world.force_parameters();
+    let of_forces = |(name, _): &(String, f64)| Parameter::OfForces(name.as_str().into());
+    let mut by: Vec<_> = numbers.iter().map(of_forces).collect();
+    by.extend([Parameter::Gravity, Parameter::Mass("ball".into())]);
     for (integrator, time_step, steps) in [
         (Integrator::Leapfrog, 5e-4, 200),
         (Integrator::SymplecticEuler, 5e-4, 200),
@@ -84,10 +120,10 @@ fn both_ways_and_differences_agree() {
             .with_integrator(integrator)
             .with_solver_tolerance(1e-13)
             .unwrap();
-        let found = compare(&world(), &plan, &by, &mixed);
-        let experiment = Experiment::new(world(), &plan);
-        for (place, (_, own)) in numbers().into_iter().enumerate() {
-            let parameter = &parameters()[place];
+        let found = compare(world, &plan, &by, &mixed);
+        let experiment = Experiment::new(world, &plan);
+        for (place, (_, own)) in numbers.iter().enumerate() {
+            let parameter = &by[place];
             let value = |change: f64| {
                 let after = experiment.value_after(slice::from_ref(parameter), &[change], &mixed);
                 after.unwrap()[0]
@@ -125,6 +161,46 @@ fn what_is_not_there_or_not_finite_is_refused() {
     let by = [Parameter::OfForces("stiffness".into())];
     let refused = experiment.value_after(&by, &[f64::INFINITY], &Mixed { every: 1 });
     assert!(refused.is_err());
+}
+
+#[test]
+fn springs_whose_numbers_are_missing_or_out_of_range_are_refused() {
+    let (spring, _) = sprung().forces().clone();
+    let refused = sliding().with_forces(spring).map(|_| ()).unwrap_err();
+    let expected = WorldError::UnknownForceParameter {
+        name: "length".into(),
+        known: Vec::new(),
+    };
+    assert_eq!(refused, expected);
+    let refused = sprung().with_force_parameter("drag", -1.0);
+    let message = refused.map(|_| ()).unwrap_err().to_string();
+    assert!(message.contains("drag on the velocity"), "{message}");
+    let by = [Parameter::OfForces("stiffness".into())];
+    let refused = sprung().changed(&by, &[-31.0]).map(|_| ()).unwrap_err();
+    assert!(refused.to_string().contains("stiffness of a spring"));
+}
+
+/// A name in place of a number changes no bit.
+#[test]
+fn springs_and_drags_by_name_are_those_by_value() {
+    let (spring, drag) = sprung().forces().clone();
+    let spring = Spring {
+        rest_length: 0.2.into(),
+        stiffness: 30.0.into(),
+        damping: 0.3.into(),
+        ..spring
+    };
+    let drag = Drag {
+        linear: 0.2.into(),
+        angular: 2e-3.into(),
+        ..drag
+    };
+    let constant = sliding().with_forces((spring, drag)).unwrap();
+    let plan = Plan::new(5e-4, 100).unwrap();
+    let found = sprung().rollout(&plan).recorded().unwrap();
+    let expected = constant.rollout(&plan).recorded().unwrap();
+    let text = |trajectory: Trajectory| format!("{:?}", trajectory.states());
+    assert_eq!(text(found), text(expected));
 }
 
 /// The last one of a name counts, and a value is changed as that of any parameter.

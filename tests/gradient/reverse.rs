@@ -274,14 +274,14 @@ pub fn with_forces_and_controls() -> (World<f64, impl Force>, Vec<Parameter>) {
     let spring = Spring {
         bodies: ["a".into(), "b".into()],
         points: [[0.05, 0.0, 0.0], [0.0, 0.05, 0.0]],
-        rest_length: 0.1,
-        stiffness: 30.0,
-        damping: 0.3,
+        rest_length: 0.1.into(),
+        stiffness: 30.0.into(),
+        damping: 0.3.into(),
     };
     let drag = Drag {
         body: "b".into(),
-        linear: 0.3,
-        angular: 1e-3,
+        linear: 0.3.into(),
+        angular: 1e-3.into(),
     };
     let thruster = Thruster {
         body: "a".into(),

@@ -105,14 +105,14 @@ fn bricks(law: [f64; 2], speed: f64) -> World<f64, (Spring, Drag)> {
     let spring = Spring {
         bodies: ["third".into(), "fourth".into()],
         points: [[0.05, 0.0, 0.0], [-0.05, 0.01, 0.0]],
-        rest_length: 0.05,
-        stiffness: 30.0,
-        damping: 0.3,
+        rest_length: 0.05.into(),
+        stiffness: 30.0.into(),
+        damping: 0.3.into(),
     };
     let drag = Drag {
         body: "second".into(),
-        linear: 0.3,
-        angular: 1e-3,
+        linear: 0.3.into(),
+        angular: 1e-3.into(),
     };
     World::new(bodies)
         .and_then(|world| world.with_gravity(vector![0.0, 0.0, -9.81]))

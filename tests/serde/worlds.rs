@@ -25,9 +25,9 @@ fn furnished() -> World<f64, Spring> {
     let spring = Spring {
         bodies: ["ball".into(), "brick".into()],
         points: [[0.0; 3], [0.01, 0.02, 0.1]],
-        rest_length: 0.3,
-        stiffness: 40.0,
-        damping: 0.1,
+        rest_length: 0.3.into(),
+        stiffness: 40.0.into(),
+        damping: 0.1.into(),
     };
     let push = Wrench {
         torque: vector![0.01, 0.0, 0.1 / 3.0],

@@ -1,8 +1,9 @@
+use super::ForceNumber;
 use super::{Force, Situation, Wrenches};
 use crate::dynamics::body::{known_place, place_of};
-use crate::dynamics::settings::{check_finite, check_not_negative};
+use crate::dynamics::settings::check_finite;
 use crate::dynamics::{Body, WorldError};
-use crate::scalar::{Scalar, lift, real_vector};
+use crate::scalar::{Scalar, real_part, real_vector};
 use crate::spatial::Wrench;
 use std::slice;
 
@@ -22,11 +23,11 @@ pub struct Spring {
     /// A point (m) of each, in its own frame.
     pub points: [[f64; 3]; 2],
     /// Length (m) without force.
-    pub rest_length: f64,
+    pub rest_length: ForceNumber,
     /// Stiffness (N/m).
-    pub stiffness: f64,
+    pub stiffness: ForceNumber,
     /// Damping (N s/m).
-    pub damping: f64,
+    pub damping: ForceNumber,
 }
 
 /// A drag in proportion to the velocity and the spin of a body.
@@ -37,9 +38,9 @@ pub struct Drag {
     /// Name of the body.
     pub body: String,
     /// Force over the velocity of the centre of mass (N s/m).
-    pub linear: f64,
+    pub linear: ForceNumber,
     /// Torque over the spin (N m s/rad).
-    pub angular: f64,
+    pub angular: ForceNumber,
 }
 
 /// A force that is fixed to a body and turns with it.
@@ -71,15 +72,16 @@ impl Force for Spring {
         let [point_b, velocity_b] = now.point(b, &self.points[1].into());
         let line = point_b - point_a;
         let parting = velocity_b - velocity_a;
+        let [rest_length, stiffness, damping] =
+            [&self.rest_length, &self.stiffness, &self.damping].map(|number| number.value(now));
         let reach = real_vector(&point_a).amax() + real_vector(&point_b).amax();
-        let least = (NO_LENGTH * self.rest_length).max(ROUNDING * reach);
+        let least = (NO_LENGTH * real_part(rest_length)).max(ROUNDING * reach);
         let pull = if real_vector(&line).norm() <= least {
-            line.map(|x| x * self.stiffness) + parting.map(|x| x * self.damping)
+            line * stiffness + parting * damping
         } else {
             let length = line.dot(&line).sqrt();
             let direction = line / length;
-            let parting = parting.dot(&direction);
-            let tension = (length - self.rest_length) * self.stiffness + parting * self.damping;
+            let tension = (length - rest_length) * stiffness + parting.dot(&direction) * damping;
             direction * tension
         };
         wrenches.push(a, &pull, &point_a);
@@ -90,15 +92,16 @@ impl Force for Spring {
         together(&self.bodies, bodies)
     }
 
-    fn check(&self, bodies: &[Body]) -> Result<(), WorldError> {
+    fn check(&self, bodies: &[Body], parameters: &[(String, f64)]) -> Result<(), WorldError> {
         let [a, b] = &self.bodies;
         if a == b {
             return Err(WorldError::SameBody(a.clone()));
         }
         check_dynamic(&[a, b], "spring", bodies)?;
-        check_not_negative("rest length of a spring", self.rest_length)?;
-        check_not_negative("stiffness of a spring", self.stiffness)?;
-        check_not_negative("damping of a spring", self.damping)?;
+        self.rest_length
+            .check("rest length of a spring", parameters)?;
+        self.stiffness.check("stiffness of a spring", parameters)?;
+        self.damping.check("damping of a spring", parameters)?;
         check_finite("point of a spring", self.points.as_flattened())
     }
 }
@@ -107,8 +110,8 @@ impl Force for Drag {
     fn add_to<T: Scalar>(&self, wrenches: &mut Wrenches<T>, now: &Situation<T>) {
         if let Some(body) = now.index_of(&self.body) {
             let twist = &now.states[body].twist;
-            let torque = twist.angular * lift::<T>(-self.angular);
-            let force = twist.linear * lift::<T>(-self.linear);
+            let torque = twist.angular * -self.angular.value(now);
+            let force = twist.linear * -self.linear.value(now);
             wrenches.add(body, &Wrench { torque, force });
         }
     }
@@ -117,10 +120,10 @@ impl Force for Drag {
         together(slice::from_ref(&self.body), bodies)
     }
 
-    fn check(&self, bodies: &[Body]) -> Result<(), WorldError> {
+    fn check(&self, bodies: &[Body], parameters: &[(String, f64)]) -> Result<(), WorldError> {
         check_dynamic(&[&self.body], "drag", bodies)?;
-        check_not_negative("drag on the velocity", self.linear)?;
-        check_not_negative("drag on the spin", self.angular)
+        self.linear.check("drag on the velocity", parameters)?;
+        self.angular.check("drag on the spin", parameters)
     }
 }
 
@@ -137,7 +140,7 @@ impl Force for Thruster {
         together(slice::from_ref(&self.body), bodies)
     }
 
-    fn check(&self, bodies: &[Body]) -> Result<(), WorldError> {
+    fn check(&self, bodies: &[Body], _: &[(String, f64)]) -> Result<(), WorldError> {
         check_dynamic(&[&self.body], "thruster", bodies)?;
         check_finite("point of a thruster", &self.point)?;
         check_finite("force of a thruster", &self.force)

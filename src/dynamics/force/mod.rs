@@ -2,9 +2,11 @@
 
 mod control;
 mod kinds;
+mod number;
 
 pub use control::Control;
 pub use kinds::{Drag, Spring, Thruster};
+pub use number::ForceNumber;
 
 use super::body::place_of;
 use super::{Body, BodyState, WorldError};
@@ -80,12 +82,13 @@ pub trait Force: Send + Sync + 'static {
         false
     }
 
-    /// Checks the force against the bodies of a world that it is given to: that those it acts on are there.
+    /// Checks the force against the bodies and the force parameters of a world that it is given to: that those it depends on
+    /// are there.
     ///
     /// # Errors
     /// If it cannot act in this world.
-    fn check(&self, bodies: &[Body]) -> Result<(), WorldError> {
-        let _ = bodies;
+    fn check(&self, bodies: &[Body], parameters: &[(String, f64)]) -> Result<(), WorldError> {
+        let _ = (bodies, parameters);
         Ok(())
     }
 }
@@ -192,9 +195,13 @@ macro_rules! sums {
                 $($names.is_nothing())&&+
             }
 
-            fn check(&self, bodies: &[Body]) -> Result<(), WorldError> {
+            fn check(
+                &self,
+                bodies: &[Body],
+                parameters: &[(String, f64)],
+            ) -> Result<(), WorldError> {
                 let ($($names,)+) = self;
-                $($names.check(bodies)?;)+
+                $($names.check(bodies, parameters)?;)+
                 Ok(())
             }
         }
@@ -223,7 +230,8 @@ impl<F: Force> Force for Vec<F> {
         self.iter().all(Force::is_nothing)
     }
 
-    fn check(&self, bodies: &[Body]) -> Result<(), WorldError> {
-        self.iter().try_for_each(|force| force.check(bodies))
+    fn check(&self, bodies: &[Body], parameters: &[(String, f64)]) -> Result<(), WorldError> {
+        self.iter()
+            .try_for_each(|force| force.check(bodies, parameters))
     }
 }

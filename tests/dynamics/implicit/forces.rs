@@ -44,14 +44,14 @@ fn everything() -> World<f64, ((Spring, Drag, Thruster), Leaning)> {
     let spring = Spring {
         bodies: ["askew", "other"].map(str::to_owned),
         points: [[0.05, 0.03, 0.01], [-0.05, 0.0, 0.0]],
-        rest_length: 0.5,
-        stiffness: 200.0,
-        damping: 1.0,
+        rest_length: 0.5.into(),
+        stiffness: 200.0.into(),
+        damping: 1.0.into(),
     };
     let drag = Drag {
         body: "askew".into(),
-        linear: 0.5,
-        angular: 0.01,
+        linear: 0.5.into(),
+        angular: 0.01.into(),
     };
     let thruster = Thruster {
         body: "other".into(),

@@ -82,9 +82,9 @@ fn a_spring_to_a_body_on_a_path_pulls_to_where_that_is() {
     let spring = Spring {
         bodies: ["brick", "driven"].map(str::to_owned),
         points: [[0.0; 3]; 2],
-        rest_length: 0.5,
-        stiffness: 200.0,
-        damping: 1.0,
+        rest_length: 0.5.into(),
+        stiffness: 200.0.into(),
+        damping: 1.0.into(),
     };
     let bodies = vec![
         brick("brick", [0.1; 3], elastic),
