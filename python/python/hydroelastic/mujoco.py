@@ -37,14 +37,15 @@ from typing import Any, Self, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from ._core import HydroelasticError, Pair, Shape, pose
+from ._core import HydroelasticError, Pair, RolloutError, Shape, SurfaceLaw, pose
+from ._stability import Rates, TimeStepError, Watch, resistance, time_step_error
 
 try:
     import mujoco  # type: ignore[import-untyped, import-not-found, unused-ignore]
 except ImportError as _missing:
     raise ImportError('hydroelastic.mujoco needs MuJoCo: pip install "hydroelastic[mujoco]"') from _missing
 
-__all__ = ["Carrier", "ContactPair", "PassiveContacts", "body", "exclude", "geom", "shape_of_geom", "site"]
+__all__ = ["Carrier", "ContactPair", "PassiveContacts", "TimeStepError", "body", "exclude", "geom", "shape_of_geom", "site"]
 
 _Floats: TypeAlias = NDArray[np.float64]
 
@@ -52,6 +53,17 @@ _KINDS = {"geom": mujoco.mjtObj.mjOBJ_GEOM, "body": mujoco.mjtObj.mjOBJ_BODY, "s
 # Springs and dampers are disabled together, or in older versions by one bit.
 _PASSIVE_BITS = ("mjDSBL_SPRING", "mjDSBL_DAMPER", "mjDSBL_PASSIVE")
 _NO_PASSIVE_FORCES = sum(int(getattr(mujoco.mjtDisableBit, name, 0)) for name in _PASSIVE_BITS)
+
+_NO_EULER_DAMPING = int(mujoco.mjtDisableBit.mjDSBL_EULERDAMP)
+_IMPLICIT = (int(mujoco.mjtIntegrator.mjINT_IMPLICIT), int(mujoco.mjtIntegrator.mjINT_IMPLICITFAST))
+_DIVERGED = (mujoco.mjtWarning.mjWARN_BADQPOS, mujoco.mjtWarning.mjWARN_BADQVEL, mujoco.mjtWarning.mjWARN_BADQACC)
+# Round-off of the time, relative to the time step.
+_CLOCK = 1e-3
+# Friction beyond its limit stays bounded: bodies chatter, at √(x² − 1) slip tolerances for steps of x limits. Up to this x they
+# are let chatter.
+_CHATTER = 2.5
+# So many instances of MjData are told apart.
+_MOST_HISTORIES = 4096
 
 
 @dataclass(frozen=True)
@@ -134,6 +146,7 @@ class _Side:
         self.body = _body_index(model, carrier.kind, self.index)
         self.root = int(model.body_rootid[self.body])
         self.is_fixed = int(model.body_weldid[self.body]) == 0
+        self.dofs = _dofs(model, self.body)
         self.in_carrier = None if carrier.pose is None else _checked_pose(carrier.pose)
         self.places = {"geom": ("geom_xpos", "geom_xmat"), "site": ("site_xpos", "site_xmat")}.get(
             carrier.kind, ("xpos", "xmat")
@@ -156,6 +169,21 @@ class _Side:
         twist[3:] += (wy * z - wz * y, wz * x - wx * z, wx * y - wy * x)
         return twist
 
+    def joint_forces(self, data: Any, wrench: _Floats, place: _Floats) -> _Floats:
+        """Jᵀ w, of the joints that move the body."""
+        (x, y, z), (fx, fy, fz) = place - data.subtree_com[self.root], wrench[3:]
+        about_com = wrench.copy()
+        about_com[:3] += (y * fz - z * fy, z * fx - x * fz, x * fy - y * fx)
+        forces: _Floats = data.cdof[self.dofs].dot(about_com)
+        return forces
+
+    def jacobian(self, data: Any, place: _Floats) -> _Floats:
+        """Of the twist of the shape's origin, (6, nv)."""
+        found = np.zeros((6, len(data.qvel)))
+        found[:, self.dofs] = data.cdof[self.dofs].T
+        found[3:] += np.cross(found[:3], (place - data.subtree_com[self.root])[:, None], axis=0)
+        return found
+
 
 class PassiveContacts:
     """The contacts of a MuJoCo model. As a context, they act in every step of this model.
@@ -164,20 +192,25 @@ class PassiveContacts:
     ----------
     model : mujoco.MjModel.
     contacts : the contact pairs.
+    check_stability : whether a time step that is too long for the contacts raises TimeStepError.
 
     Raises
     ------
     HydroelasticError if a carrier is not there, both carriers of a contact are on one body, a pose is not rigid, MuJoCo's own
-    contact between the bodies is not excluded, or the model has no passive forces. In a context, a state that is not finite
-    raises it from ``mj_step``.
+    contact between the bodies is not excluded, or the model has no passive forces. In a context, ``mj_step`` raises
+    TimeStepError, one step late, if the time step is too long, and RolloutError if the state is not finite.
     """
 
-    def __init__(self, model: Any, contacts: Sequence[ContactPair]) -> None:
+    def __init__(self, model: Any, contacts: Sequence[ContactPair], *, check_stability: bool = True) -> None:
         self._model = model
         self._contacts = tuple(contacts)
         self._sides = [(_Side(model, it.a), _Side(model, it.b)) for it in self._contacts]
-        for contact, (a, b) in zip(self._contacts, self._sides, strict=True):
-            names = f"{contact.a.kind} {contact.a.name!r} and {contact.b.kind} {contact.b.name!r}"
+        self._names = [f"{it.a.kind} {it.a.name!r} and {it.b.kind} {it.b.name!r}" for it in self._contacts]
+        self._checks_stability = check_stability
+        self._chattering = [_with_slip_tolerance(it.pair, _CHATTER * it.pair.law.slip_tolerance) for it in self._contacts]
+        self._mass_places = _mass_places(model)
+        self._histories: dict[int, _History] = {}
+        for names, (a, b) in zip(self._names, self._sides, strict=True):
             if int(model.body_weldid[a.body]) == int(model.body_weldid[b.body]):
                 raise HydroelasticError(f"{names} are fixed to each other: expected two bodies that move")
             if _collide(model, a.body, b.body):
@@ -220,15 +253,18 @@ class PassiveContacts:
 
     def add_to(self, data: Any) -> None:
         """Adds Jᵀ w of all contacts to ``data.qfrc_passive``, as the context does: for a passive callback of one's own."""
-        # All wrenches first: an error after a call of MuJoCo inside its callback would end the process in versions before 4.
-        found = [self._wrench(number, data) for number in range(len(self._sides))]
-        for sides, (wrenches, poses) in zip(self._sides, found, strict=True):
+        # No call of MuJoCo: in versions before 4, an error after a call inside its callback ends the process.
+        forces = np.zeros((len(self._sides), len(data.qvel)))
+        for number, sides in enumerate(self._sides):
+            wrenches, poses = self._wrench(number, data)
             if not wrenches.any():
                 continue
-            for side, wrench, place in zip(sides, wrenches.reshape(2, 2, 3), poses, strict=True):
+            for side, wrench, place in zip(sides, wrenches.reshape(2, 6), poses, strict=True):
                 if not side.is_fixed:
-                    point = np.ascontiguousarray(place[:3, 3])
-                    mujoco.mj_applyFT(self._model, data, wrench[1], wrench[0], point, side.body, data.qfrc_passive)
+                    forces[number, side.dofs] += side.joint_forces(data, wrench, place[:3, 3])
+        if self._checks_stability:
+            self._check(data, forces)
+        data.qfrc_passive[:] += forces.sum(axis=0)
 
     def __enter__(self) -> Self:
         """Makes the contacts act."""
@@ -240,15 +276,90 @@ class PassiveContacts:
     ) -> None:
         """Ends it, whatever happened."""
         _DISPATCH.remove(self)
+        self._histories.clear()
 
     def _wrench(self, number: int, data: Any) -> tuple[_Floats, tuple[_Floats, _Floats]]:
         a, b = self._sides[number]
         pose_a, pose_b = a.pose(data), b.pose(data)
         twists = a.twist(data, pose_a[:3, 3]), b.twist(data, pose_b[:3, 3])
-        wrenches = self._contacts[number].pair.wrench(pose_a, pose_b, *twists)
+        try:
+            wrenches = self._contacts[number].pair.wrench(pose_a, pose_b, *twists)
+        except HydroelasticError as error:
+            raise RolloutError(f"{self._place(data)}, {self._names[number]}: {error}") from error
         if not math.isfinite(wrenches.dot(wrenches)):
-            raise HydroelasticError("a contact wrench is not finite: the state is not, or the motion has diverged")
+            raise RolloutError(
+                f"{self._place(data)}: the wrench of the contact of {self._names[number]} is not finite, at finite poses and "
+                "velocities: the motion has diverged"
+            )
         return wrenches, (pose_a, pose_b)
+
+    def _place(self, data: Any) -> str:
+        return f"step {round(data.time / self._model.opt.timestep)} (t = {data.time:.6g} s)"
+
+    def _check(self, data: Any, forces: _Floats) -> None:
+        """Compares the evaluation with the one a time step before, if there was one: within a step, and where MuJoCo evaluates
+        a state without stepping, the time does not advance so far."""
+        time, time_step = float(data.time), float(self._model.opt.timestep)
+        history = self._histories.get(data._address)
+        if history is None:
+            while len(self._histories) >= _MOST_HISTORIES:
+                self._histories.pop(next(iter(self._histories)), None)
+            is_rk4 = int(self._model.opt.integrator) == int(mujoco.mjtIntegrator.mjINT_RK4)
+            history = self._histories[data._address] = _History(Watch(self._names, is_rk4=is_rk4))
+        passed, velocity = time - history.time, data.qvel.copy()
+        if 0.0 < passed < (1.0 - _CLOCK) * time_step:
+            return
+        history.time = time
+        if not abs(passed - time_step) < _CLOCK * time_step:
+            if passed < 0.0 and any(data.warning[it].number for it in _DIVERGED):
+                raise RolloutError(
+                    f"step {round((time - passed) / time_step)} (t = {time - passed:.6g} s): positions, velocities or accelerations "
+                    "are not finite or beyond 1e10, and MuJoCo has reset the state: the motion has diverged"
+                )
+            history.watch.keep(forces, velocity)
+            return
+        found = history.watch.fault(
+            forces, velocity, time_step, lambda: self._mass(data), lambda velocity: self._rates(data, velocity)
+        )
+        if found is not None:
+            raise time_step_error(*found, time_step, round(time / time_step), time)
+
+    def _mass(self, data: Any) -> _Floats:
+        mass = np.zeros((len(data.qvel), len(data.qvel)))
+        rows, columns = self._mass_places
+        mass[rows, columns] = mass[columns, rows] = data.qM if hasattr(data, "qM") else data.M
+        return mass
+
+    def _rates(self, data: Any, velocity: _Floats) -> Rates:
+        """Stiffness and damping of the contacts at a velocity, with the damping of the joints."""
+        size, model = len(data.qvel), self._model
+        stiffness, damping = np.zeros((2, len(self._sides), size, size))
+        for number, (pair, sides) in enumerate(zip(self._chattering, self._sides, strict=True)):
+            poses = [side.pose(data) for side in sides]
+            jacobian = np.vstack([side.jacobian(data, place[:3, 3]) for side, place in zip(sides, poses, strict=True)])
+            law = np.array([pair.law.dissipation, pair.law.friction])
+            twists = jacobian.dot(velocity).reshape(2, 6)
+            stiffness[number], damping[number] = resistance(pair, poses, twists, jacobian, None, law)
+        joints, flags = np.diag(model.dof_damping), int(model.opt.disableflags)
+        if int(model.opt.integrator) in _IMPLICIT:
+            # Of the last step: zero in the first.
+            joints = np.zeros((size, size))
+            joints[self._damping_places(data)] = -data.qDeriv
+        elif int(model.opt.integrator) == int(mujoco.mjtIntegrator.mjINT_RK4) or flags & _NO_EULER_DAMPING:
+            joints = -joints
+        return Rates(stiffness, damping, self._mass(data), joints)
+
+    def _damping_places(self, data: Any) -> tuple[_Floats, _Floats]:
+        of = self._model if hasattr(self._model, "D_colind") else data
+        return np.repeat(np.arange(len(of.D_rownnz)), of.D_rownnz), of.D_colind
+
+
+class _History:
+    """What is known of the last step of a ``mujoco.MjData``."""
+
+    def __init__(self, watch: Watch) -> None:
+        self.watch = watch
+        self.time = math.inf
 
 
 class _Dispatch:
@@ -308,6 +419,34 @@ def _index(model: Any, carrier: Carrier) -> int:
 
 def _body_index(model: Any, kind: str, index: int) -> int:
     return index if kind == "body" else int({"geom": model.geom_bodyid, "site": model.site_bodyid}[kind][index])
+
+
+def _with_slip_tolerance(pair: Pair, slip_tolerance: float) -> Pair:
+    return Pair(*pair.shapes, *pair.moduli, SurfaceLaw(pair.law.dissipation, pair.law.friction, slip_tolerance))
+
+
+def _dofs(model: Any, body: int) -> NDArray[np.intp]:
+    """The degrees of freedom that move a body."""
+    found: list[int] = []
+    while body:
+        start = int(model.body_dofadr[body])
+        found += range(start, start + int(model.body_dofnum[body])) if start >= 0 else ()
+        body = int(model.body_parentid[body])
+    return np.array(found, dtype=np.intp)
+
+
+def _mass_places(model: Any) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
+    """Rows and columns of the entries of ``data.qM``, or of ``data.M`` in versions without it."""
+    if not hasattr(mujoco.MjData, "qM"):
+        return np.repeat(np.arange(model.nv), model.M_rownnz), model.M_colind.astype(np.intp)
+    places = []
+    for row in range(model.nv):
+        column = row
+        while column >= 0:
+            places.append((row, column))
+            column = int(model.dof_parentid[column])
+    rows, columns = np.array(places, dtype=np.intp).reshape(-1, 2).T
+    return rows, columns
 
 
 def _body_of_spec(spec: Any, carrier: Carrier) -> str:
