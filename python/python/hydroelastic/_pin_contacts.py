@@ -5,6 +5,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import TYPE_CHECKING, Any, TypeAlias
 
 import numpy as np
@@ -72,6 +73,7 @@ class Contact:
     def __init__(self, model: Any, contact: ContactPair, column: int, width: int) -> None:
         nv = model.nv
         self.pair = contact.pair
+        self.name = f"frame {contact.frame_a!r} and frame {contact.frame_b!r}"
         self.poses: list[Floats] = []
         self.twists = [np.zeros(6), np.zeros(6)]
         # Rows are the columns of Pair.linearised, columns those of ``Robot``: q, v and the materials of all contacts.
@@ -106,7 +108,7 @@ class Contact:
             jacobian = pinocchio.getFrameJacobian(model, data, mount.joint, mount.placement, WORLD_AXES)
             self.twists[mount.side] = jacobian.dot(v).take(SWAPPED)
             jacobians.append(jacobian)
-        wrenches = self.pair.wrench(*self.poses, *self.twists, moduli=material[0], law=material[1])
+        wrenches = self.wrench(material)
         if not wrenches.dot(wrenches):
             return None
         torques = [wrenches[m.part].take(SWAPPED).dot(j) for m, j in zip(self.moving, jacobians, strict=True)]
@@ -122,16 +124,36 @@ class Contact:
             placements.append(placement)
         return placements
 
-    def linearised(self, material: Material) -> tuple[Floats, Floats]:
-        return self.pair.linearised(*self.poses, *self.twists, moduli=material[0], law=material[1])
+    def wrench(self, material: Material) -> Floats:
+        """The wrenches, (12,), at the poses and twists."""
+        try:
+            wrenches = self.pair.wrench(*self.poses, *self.twists, moduli=material[0], law=material[1])
+        except HydroelasticError as error:
+            raise HydroelasticError(f"contact of {self.name}: {error}") from error
+        return self._finite(wrenches)
 
-    def joint_torque_slopes(self, model: Any, data: Any, v: Floats, material: Material, forces: Any) -> Floats | None:
-        """Adds the wrenches to the forces on the joints, in their own axes. The derivatives of Jᵀ w by q, v and the materials
+    def linearised(self, material: Material) -> tuple[Floats, Floats]:
+        """The wrenches and their derivatives, (12, 28)."""
+        try:
+            wrenches, jacobian = self.pair.linearised(*self.poses, *self.twists, moduli=material[0], law=material[1])
+        except HydroelasticError as error:
+            raise HydroelasticError(f"contact of {self.name}: {error}") from error
+        return self._finite(wrenches), jacobian
+
+    def _finite(self, wrenches: Floats) -> Floats:
+        if not math.isfinite(wrenches.dot(wrenches)):
+            raise HydroelasticError(f"contact of {self.name}: the wrench is not finite, at finite poses and velocities")
+        return wrenches
+
+    def joint_torque_slopes(
+        self, model: Any, data: Any, v: Floats, material: Material, forces: Any
+    ) -> tuple[Floats, Floats] | tuple[None, None]:
+        """Adds the wrenches to the forces on the joints, in their own axes. Jᵀ w, and its derivatives by q, v and the materials
         beyond what such forces, held constant, contribute by themselves; None without contact."""
         self.move(model, data, v)
         wrenches, jacobian = self.linearised(material)
         if not wrenches.dot(wrenches):
-            return None
+            return None, None
         for mount in self.moving:
             wrench = wrenches[mount.part]
             # In axes that turn with the link a constant wrench changes by −ω × w, its torque and its force.
@@ -139,8 +161,7 @@ class Contact:
             np.add(by_turn, CROSSES.dot(wrench).reshape(6, 3), out=by_turn)
             in_shape = wrench.reshape(2, 3).dot(self.poses[mount.side][:3, :3])[::-1].ravel()
             forces[mount.joint] += mount.placement.act(pinocchio.Force(in_shape))
-        slopes: Floats = self.both_jacobians.T.dot(jacobian.dot(self.motion))
-        return slopes
+        return self.both_jacobians.T.dot(wrenches), self.both_jacobians.T.dot(jacobian.dot(self.motion))
 
 
 def _frame_index(model: Any, name: str | int) -> int:

@@ -25,6 +25,8 @@ from numpy.typing import NDArray
 from ._core import Pair, RolloutError
 
 Floats: TypeAlias = NDArray[np.float64]
+# Jᵀ w of each contact, (nv,); None for a contact that touches nothing.
+Forces: TypeAlias = list[Floats | None]
 
 # The secant test: half of the least mean of a mode that grows.
 _ALARM = 1.0
@@ -34,6 +36,8 @@ _ROUND_OFF = 1e-6
 _REST, _GROWTH = 32, 2.0
 # The secant test takes a mass matrix that is at most so many evaluations old.
 _MASS_AGE = 50
+# Instead of a resistance of zero (W).
+_LEAST = 1e-300
 # Relative accuracy of a limit.
 _SETTLED = 1e-9
 # RK4 multiplies a mode z = hμ by 1 + z + z²/2 + z³/6 + z⁴/24; it is stable nowhere beyond |z| = 3.
@@ -54,6 +58,21 @@ class TimeStepError(RolloutError):
     time_step: float
     limit: float
     contact: str
+
+    def at_step(self, step: int, time: float) -> None:
+        """Says where the error came."""
+        self.step, self.time = step, time
+        self.args = (f"step {step} (t = {time:.6g} s): {self.args[0]}",)
+
+
+def time_step_error(contact: str, limit: float, time_step: float) -> TimeStepError:
+    error = TimeStepError(
+        f"the time step of {time_step:.3g} s exceeds the stability limit of {limit:.3g} s of the contacts, stiffest that of "
+        f"{contact}. Take shorter steps, a lower modulus or dissipation, or a larger slip tolerance; or simulate a "
+        "hydroelastic.World by implicit steps. check_stability=False allows the step"
+    )
+    error.time_step, error.limit, error.contact = time_step, limit, contact
+    return error
 
 
 class Rates(NamedTuple):
@@ -87,9 +106,10 @@ class Watch:
     def __init__(self, names: Sequence[str], *, is_rk4: bool = False) -> None:
         self._names = names
         self._is_rk4 = is_rk4
-        self._last: tuple[Floats, Floats] | None = None
+        self._last: tuple[Forces, Floats | None, Floats] | None = None
         self._inverse_mass: Floats | None = None
         self._age = 0
+        self._turn = 0
         self._alarm = _ALARM
         self._rest = 0
 
@@ -98,47 +118,59 @@ class Watch:
         self._last = None
         self._inverse_mass = None
 
-    def keep(self, forces: Floats, velocity: Floats) -> None:
-        """Takes an evaluation, (contacts, nv) and (nv,), without a test."""
-        self._last = forces, velocity
+    def keep(self, forces: Forces, velocity: Floats) -> None:
+        """Takes the forces of an evaluation and the velocity (nv,), without a test."""
+        self._last = forces, _sum(forces), velocity
 
     def fault(
-        self, forces: Floats, velocity: Floats, time_step: float, mass: Callable[[], Floats], rates: Callable[[Floats], Rates]
+        self, forces: Forces, velocity: Floats, time_step: float, mass: Callable[[], Floats], rates: Callable[[Floats], Rates]
     ) -> tuple[str, float] | None:
         """The name of the stiffest contact and the limit (s), if the time step exceeds it.
 
-        ``forces`` (contacts, nv) and ``velocity`` (nv,) are those of this evaluation; the state has moved by ``velocity`` since the
-        last. ``rates`` gives the derivatives at a velocity.
+        The state has moved by ``velocity`` since the last evaluation. ``rates`` gives the derivatives at a velocity. A first
+        evaluation has no secant, so the derivatives decide.
         """
-        last, self._last = self._last, (forces, velocity)
+        last, total = self._last, _sum(forces)
+        self._last = forces, total, velocity
         if last is None:
-            return self._decided(time_step, rates, velocity) if forces.any() else None
-        change, growth = forces - last[0], velocity - last[1]
-        if len(forces) > 1:
-            change = np.vstack([change, change.sum(axis=0)])
+            return None if total is None else self._decided(time_step, rates, velocity)
+        forces_before, total_before, velocity_before = last
+        if total is None and total_before is None:
+            return None
         if self._inverse_mass is None or self._age >= _MASS_AGE:
-            self._inverse_mass, self._age = np.linalg.inv(mass()), 0
+            self._inverse_mass, self._age = np.asarray(np.linalg.inv(mass()), dtype=np.float64), 0
         self._age += 1
+        growth = velocity - velocity_before
+        mean = self._mean(total, total_before, velocity, growth, time_step)
+        if len(forces) > 1:
+            self._turn = (self._turn + 1) % len(forces)
+            of_one = self._mean(forces[self._turn], forces_before[self._turn], velocity, growth, time_step)
+            mean = max(mean, of_one)
         if self._rest:
             self._rest -= 1
-            if not self._rest:
-                self._alarm = _ALARM
-        power = time_step * (change.dot(self._inverse_mass) * change).sum(axis=1)
-        resistance = np.abs(change.dot(velocity)) + 0.5 * np.abs(change.dot(growth))
-        alarms = power > self._alarm * resistance
-        if not alarms.any():
+        if mean <= (self._alarm if self._rest else _ALARM):
             return None
-        sizes = np.abs(change).max(axis=1)
-        alarms &= sizes > _ROUND_OFF * np.abs(forces).max()
-        if not alarms.any():
-            return None
-        found = self._decided(time_step, rates, velocity, 0.5 * (velocity + last[1])) or self._bounced(
-            forces, last[0], velocity, time_step
-        )
+        found = self._decided(time_step, rates, velocity, 0.5 * (velocity + velocity_before))
+        found = found or self._bounced(forces, forces_before, velocity, time_step)
         if found is None:
-            self._alarm = _GROWTH * float((power[alarms] / np.maximum(resistance[alarms], 1e-300)).max())
-            self._rest = _REST
+            self._alarm, self._rest = _GROWTH * mean, _REST
         return found
+
+    def _mean(
+        self, force: Floats | None, before: Floats | None, velocity: Floats, growth: Floats, time_step: float
+    ) -> float:
+        """The mean of h²k and 2hc that the change of a force tells; 0 if it is round-off."""
+        if force is None:
+            if before is None:
+                return 0.0
+            change = before
+        else:
+            change = force if before is None else force - before
+        power = time_step * float(self._inverse_mass.dot(change).dot(change))
+        resistance = abs(float(change.dot(velocity))) + 0.5 * abs(float(change.dot(growth)))
+        if power <= resistance or (force is not None and _is_round_off(change, force)):
+            return 0.0
+        return power / max(resistance, _LEAST)
 
     def _decided(self, time_step: float, rates: Callable[[Floats], Rates], *velocities: Floats) -> tuple[str, float] | None:
         """By the derivatives at each velocity. The limit is the least of these and of sticking friction."""
@@ -160,17 +192,31 @@ class Watch:
         alone = [limit(*it) for it in zip(rates.stiffness, rates.damping, strict=True)]
         return self._names[int(np.argmin(alone))], limit(rates.stiffness.sum(axis=0), rates.damping.sum(axis=0))
 
-    def _bounced(self, forces: Floats, before: Floats, velocity: Floats, time_step: float) -> tuple[str, float] | None:
+    def _bounced(
+        self, forces: Forces, before: Forces, velocity: Floats, time_step: float
+    ) -> tuple[str, float] | None:
         """A contact that began in the last step, and pushes the bodies apart faster than they came: it gives more energy than it
         took."""
-        assert self._inverse_mass is not None
-        for index in np.flatnonzero(forces.any(axis=1) & ~before.any(axis=1)):
-            force = forces[index]
-            taken, given = -2.0 * force.dot(velocity), time_step * force.dot(self._inverse_mass).dot(force)
+        for name, force, earlier in zip(self._names, forces, before, strict=True):
+            if force is None or earlier is not None:
+                continue
+            taken, given = -2.0 * force.dot(velocity), time_step * float(self._inverse_mass.dot(force).dot(force))
             if given > taken > 0.0:
                 # The force grows with the depth, and so with the time step: ``given`` with its square.
-                return self._names[index], time_step * float(np.sqrt(taken / given))
+                return name, time_step * float(np.sqrt(taken / given))
         return None
+
+
+def _sum(forces: Forces) -> Floats | None:
+    total = None
+    for force in forces:
+        if force is not None:
+            total = force if total is None else total + force
+    return total
+
+
+def _is_round_off(change: Floats, force: Floats) -> bool:
+    return bool(np.abs(change).max() <= _ROUND_OFF * np.abs(force).max())
 
 
 def _euler_limit(stiffness: Floats, damping: Floats) -> float:
@@ -208,15 +254,3 @@ def _rk4_limit(stiffness: Floats, damping: Floats) -> float:
     radii: Any = _RADII[np.argmax(grows, axis=0), 0]
     return float((radii / sizes[decays]).min(initial=np.inf))
 
-
-def time_step_error(
-    contact: str, limit: float, time_step: float, step: int | None = None, time: float | None = None
-) -> TimeStepError:
-    place = "" if step is None else f"step {step} (t = {time:.6g} s): "
-    error = TimeStepError(
-        f"{place}the time step of {time_step:.3g} s exceeds the stability limit of {limit:.3g} s of the contacts, stiffest that "
-        f"of {contact}. Take shorter steps, a lower modulus or dissipation, or a larger slip tolerance; or simulate a "
-        "hydroelastic.World by implicit steps. check_stability=False allows the step"
-    )
-    error.step, error.time, error.time_step, error.limit, error.contact = step, time, time_step, limit, contact
-    return error

@@ -50,6 +50,7 @@ __all__ = ["Carrier", "ContactPair", "PassiveContacts", "TimeStepError", "body",
 _Floats: TypeAlias = NDArray[np.float64]
 
 _KINDS = {"geom": mujoco.mjtObj.mjOBJ_GEOM, "body": mujoco.mjtObj.mjOBJ_BODY, "site": mujoco.mjtObj.mjOBJ_SITE}
+_IDENTITY = np.eye(4)
 # Springs and dampers are disabled together, or in older versions by one bit.
 _PASSIVE_BITS = ("mjDSBL_SPRING", "mjDSBL_DAMPER", "mjDSBL_PASSIVE")
 _NO_PASSIVE_FORCES = sum(int(getattr(mujoco.mjtDisableBit, name, 0)) for name in _PASSIVE_BITS)
@@ -153,7 +154,7 @@ class _Side:
         )
 
     def pose(self, data: Any) -> _Floats:
-        found = np.eye(4)
+        found = _IDENTITY.copy()
         position, axes = self.places
         found[:3, 3] = getattr(data, position)[self.index]
         found[:3, :3] = getattr(data, axes)[self.index].reshape(3, 3)
@@ -254,17 +255,13 @@ class PassiveContacts:
     def add_to(self, data: Any) -> None:
         """Adds Jᵀ w of all contacts to ``data.qfrc_passive``, as the context does: for a passive callback of one's own."""
         # No call of MuJoCo: in versions before 4, an error after a call inside its callback ends the process.
-        forces = np.zeros((len(self._sides), len(data.qvel)))
-        for number, sides in enumerate(self._sides):
-            wrenches, poses = self._wrench(number, data)
-            if not wrenches.any():
-                continue
-            for side, wrench, place in zip(sides, wrenches.reshape(2, 6), poses, strict=True):
-                if not side.is_fixed:
-                    forces[number, side.dofs] += side.joint_forces(data, wrench, place[:3, 3])
+        forces = [self._joint_forces(number, data) for number in range(len(self._sides))]
         if self._checks_stability:
             self._check(data, forces)
-        data.qfrc_passive[:] += forces.sum(axis=0)
+        passive = data.qfrc_passive
+        for force in forces:
+            if force is not None:
+                passive += force
 
     def __enter__(self) -> Self:
         """Makes the contacts act."""
@@ -293,10 +290,21 @@ class PassiveContacts:
             )
         return wrenches, (pose_a, pose_b)
 
+    def _joint_forces(self, number: int, data: Any) -> _Floats | None:
+        """Jᵀ w of a contact, (nv,); None if nothing touches."""
+        wrenches, poses = self._wrench(number, data)
+        if not wrenches.dot(wrenches):
+            return None
+        forces = np.zeros(self._model.nv)
+        for side, wrench, place in zip(self._sides[number], (wrenches[:6], wrenches[6:]), poses, strict=True):
+            if not side.is_fixed:
+                forces[side.dofs] += side.joint_forces(data, wrench, place[:3, 3])
+        return forces
+
     def _place(self, data: Any) -> str:
         return f"step {round(data.time / self._model.opt.timestep)} (t = {data.time:.6g} s)"
 
-    def _check(self, data: Any, forces: _Floats) -> None:
+    def _check(self, data: Any, forces: list[_Floats | None]) -> None:
         """Compares the evaluation with the one a time step before, if there was one: within a step, and where MuJoCo evaluates
         a state without stepping, the time does not advance so far."""
         time, time_step = float(data.time), float(self._model.opt.timestep)
@@ -322,7 +330,9 @@ class PassiveContacts:
             forces, velocity, time_step, lambda: self._mass(data), lambda velocity: self._rates(data, velocity)
         )
         if found is not None:
-            raise time_step_error(*found, time_step, round(time / time_step), time)
+            error = time_step_error(*found, time_step)
+            error.at_step(round(time / time_step), time)
+            raise error
 
     def _mass(self, data: Any) -> _Floats:
         mass = np.zeros((len(data.qvel), len(data.qvel)))

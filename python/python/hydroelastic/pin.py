@@ -27,7 +27,7 @@ from typing import Any, NamedTuple, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from ._core import HydroelasticError, Pair
+from ._core import HydroelasticError, Pair, RolloutError
 
 try:
     import pinocchio  # type: ignore[import-untyped, import-not-found, unused-ignore]
@@ -37,6 +37,7 @@ except ImportError as _missing:
 from ._pin_checks import check_array, check_time_step, checked, finite
 from ._pin_contacts import Contact
 from ._rows import moduli_of
+from ._stability import Forces, Rates, TimeStepError, Watch, resistance, time_step_error
 
 __all__ = [
     "Acceleration",
@@ -46,6 +47,7 @@ __all__ = [
     "RobotJacobian",
     "RobotTrajectory",
     "Step",
+    "TimeStepError",
     "Wrenches",
 ]
 
@@ -157,15 +159,17 @@ class Robot:
     ----------
     model : pinocchio.Model, from a URDF, an MJCF or built in code. It is used as it is, and must not change.
     contacts : the contact pairs. A pair that is far apart costs its broad phase only.
+    check_stability : whether a time step that is too long for the contacts raises TimeStepError.
 
     Raises
     ------
     HydroelasticError if a frame is not there, both frames of a contact are fixed to each other, or a pose is not rigid; every
     method, if an array has another shape, a number is not finite, or a quaternion is not normalized. TypeError if an array is
-    not of float64.
+    not of float64. Steps and rollouts raise TimeStepError if the time step is too long, and rollouts RolloutError if a step fails;
+    the ``trajectory`` of both errors holds the recorded states before.
     """
 
-    def __init__(self, model: Any, contacts: Sequence[ContactPair]) -> None:
+    def __init__(self, model: Any, contacts: Sequence[ContactPair], *, check_stability: bool = True) -> None:
         # Versions before these joints have no list of them.
         if len(getattr(model, "mimicking_joints", ())):
             raise HydroelasticError("the model has mimic joints, which Pinocchio's derivatives do not take")
@@ -180,11 +184,15 @@ class Robot:
         for _ in range(model.njoints):
             self._forces.append(pinocchio.Force.Zero())
         self._loaded = sorted({mount.joint for it in self._contacts for mount in it.moving})
+        self._checks_stability = check_stability
+        self._watch = Watch([it.name for it in self._contacts])
+        # What the last step left: the next one goes on from there, or elsewhere.
+        self._after: tuple[float, bytes, bytes] | None = None
         numbers = [[*moduli_of(it.pair), it.pair.law.dissipation, it.pair.law.friction] for it in self._pairs]
         self._set_materials(np.array(numbers, dtype=np.float64).reshape(-1, 4))
 
     def __reduce__(self) -> tuple[Callable[..., Robot], tuple[Any, ...]]:
-        return _loaded_robot, (self._model, self._pairs, self._materials)
+        return _loaded_robot, (self._model, self._pairs, self._materials, self._checks_stability)
 
     @property
     def model(self) -> Any:
@@ -204,41 +212,53 @@ class Robot:
 
     def with_materials(self, materials: _Floats) -> Robot:
         """The same robot with other ``materials``, (contacts, 4)."""
-        robot = Robot(self._model, self._pairs)
+        robot = Robot(self._model, self._pairs, check_stability=self._checks_stability)
         robot._set_materials(checked(materials, "materials", (len(self._pairs), 4)).copy())
         return robot
 
     def acceleration(self, q: _Floats, v: _Floats, tau: _Floats) -> _Floats:
         """Joint accelerations (nv,) at q (nq,), v (nv,) and joint torques tau (nv,)."""
+        return self._acceleration(q, v, tau)[0]
+
+    def _acceleration(self, q: _Floats, v: _Floats, tau: _Floats) -> tuple[_Floats, Forces]:
+        """The accelerations and Jᵀ w of each contact."""
         model, data = self._model, self._data
         self._check(q, v, tau)
         pinocchio.computeJointJacobians(model, data, q)
-        for contact, material in zip(self._contacts, self._by_contact, strict=True):
-            torques = contact.joint_torques(model, data, v, material)
-            if torques is not None:
-                tau = tau + torques
-        return finite(pinocchio.aba(model, data, q, v, tau))
+        forces = [
+            contact.joint_torques(model, data, v, material)
+            for contact, material in zip(self._contacts, self._by_contact, strict=True)
+        ]
+        for force in forces:
+            if force is not None:
+                tau = tau + force
+        return finite(pinocchio.aba(model, data, q, v, tau)), forces
 
     def linearised(self, q: _Floats, v: _Floats, tau: _Floats) -> Acceleration:
         """Joint accelerations and their derivatives by q, v, tau and the materials."""
+        return self._linearised(q, v, tau)[0]
+
+    def _linearised(self, q: _Floats, v: _Floats, tau: _Floats) -> tuple[Acceleration, Forces]:
+        """``linearised``, and Jᵀ w of each contact."""
         model, data, nv = self._model, self._data, self._model.nv
         self._check(q, v, tau)
         pinocchio.computeForwardKinematicsDerivatives(model, data, q, v, self._zero)
         forces = self._forces
         for joint in self._loaded:
             forces[joint].setZero()
-        slopes = None
+        slopes, torques = None, []
         for contact, material in zip(self._contacts, self._by_contact, strict=True):
-            added = contact.joint_torque_slopes(model, data, v, material, forces)
+            found, added = contact.joint_torque_slopes(model, data, v, material, forces)
+            torques.append(found)
             if added is not None:
                 slopes = added if slopes is None else slopes + added
         by_q, by_v, by_tau = pinocchio.computeABADerivatives(model, data, q, v, tau, forces)
         a = finite(data.ddq.copy())
         if slopes is None:
-            return Acceleration(a, by_q, by_v, by_tau, np.zeros((nv, len(self._pairs), 4)))
+            return Acceleration(a, by_q, by_v, by_tau, np.zeros((nv, len(self._pairs), 4))), torques
         slopes = by_tau.dot(slopes)
         by_material = slopes[:, 2 * nv :].reshape(nv, -1, 4)
-        return Acceleration(a, by_q + slopes[:, :nv], by_v + slopes[:, nv : 2 * nv], by_tau, by_material)
+        return Acceleration(a, by_q + slopes[:, :nv], by_v + slopes[:, nv : 2 * nv], by_tau, by_material), torques
 
     def wrenches(self, q: _Floats, v: _Floats) -> _Floats:
         """Wrenches of all contacts, (contacts, 12), as in ``Wrenches``."""
@@ -246,9 +266,9 @@ class Robot:
         model, data = self._model, self._data
         pinocchio.computeForwardKinematicsDerivatives(model, data, q, v, self._zero)
         found = np.zeros((len(self._pairs), 12))
-        for k, (contact, (moduli, law)) in enumerate(zip(self._contacts, self._by_contact, strict=True)):
+        for k, (contact, material) in enumerate(zip(self._contacts, self._by_contact, strict=True)):
             contact.move(model, data, v)
-            found[k] = contact.pair.wrench(*contact.poses, *contact.twists, moduli=moduli, law=law)
+            found[k] = contact.wrench(material)
         return finite(found, "a contact wrench")
 
     def linearised_wrenches(self, q: _Floats, v: _Floats) -> Wrenches:
@@ -284,14 +304,17 @@ class Robot:
     def step(self, q: _Floats, v: _Floats, tau: _Floats, time_step: float) -> tuple[_Floats, _Floats]:
         """q and v after a semi-implicit Euler step (s): v grows by the acceleration, and q moves by the new v."""
         check_time_step(time_step)
-        v = v + time_step * self.acceleration(q, v, tau)
-        return pinocchio.integrate(self._model, q, time_step * v), v
+        a, forces = self._acceleration(q, v, tau)
+        self._check_stability(q, v, forces, time_step)
+        v = v + time_step * a
+        return self._moved(q, v, time_step), v
 
     def linearised_step(self, q: _Floats, v: _Floats, tau: _Floats, time_step: float) -> Step:
         """``step`` with its derivatives by the state, tau and the materials."""
         check_time_step(time_step)
         nv = self._model.nv
-        a, by_q, by_v, by_tau, by_material = self.linearised(q, v, tau)
+        (a, by_q, by_v, by_tau, by_material), forces = self._linearised(q, v, tau)
+        self._check_stability(q, v, forces, time_step)
         # Of the new velocity, by q, v, tau and the materials.
         slopes = time_step * np.hstack([by_q, by_v, by_tau, by_material.reshape(nv, -1)])
         slopes[:, nv : 2 * nv] += np.eye(nv)
@@ -301,7 +324,7 @@ class Robot:
         of_q[:, :nv] += moved
         whole = np.vstack([of_q, slopes])
         by_state, by_tau, by_material = whole[:, : 2 * nv], whole[:, 2 * nv : 3 * nv], whole[:, 3 * nv :]
-        q = pinocchio.integrate(self._model, q, time_step * v)
+        q = self._moved(q, v, time_step)
         return Step(q, v, by_state, by_tau, by_material.reshape(2 * nv, -1, 4))
 
     def rollout(
@@ -323,7 +346,11 @@ class Robot:
         records = _Records(steps, record_every, time_step)
         records.offer(0, (q, v))
         for k in range(steps):
-            q, v = self.step(q, v, torques(k * time_step, q, v, k).tau, time_step)
+            feedback = torques(k * time_step, q, v, k)
+            try:
+                q, v = self.step(q, v, feedback.tau, time_step)
+            except HydroelasticError as error:
+                raise records.failed(k, error) from error.__cause__
             records.offer(k + 1, (q, v))
         return RobotTrajectory(records.times(), *records.stacked())
 
@@ -352,7 +379,10 @@ class Robot:
         records.offer(0, (q, v, slopes))
         for k in range(steps):
             feedback = torques(k * time_step, q, v, k) if k else first
-            step = self.linearised_step(q, v, feedback.tau, time_step)
+            try:
+                step = self.linearised_step(q, v, feedback.tau, time_step)
+            except HydroelasticError as error:
+                raise records.failed(k, error) from error.__cause__
             by_state = step.by_state + step.by_tau @ self._by_state(feedback)
             slopes = by_state @ slopes
             slopes[:, 2 * nv : self._width] += step.by_material.reshape(2 * nv, -1)
@@ -370,6 +400,39 @@ class Robot:
         materials.flags.writeable = False
         self._materials = materials
         self._by_contact = [(row[:2], row[2:]) for row in materials]
+
+    def _moved(self, q: _Floats, v: _Floats, time_step: float) -> _Floats:
+        """q after a step at the velocity v."""
+        q = pinocchio.integrate(self._model, q, time_step * v)
+        self._after = time_step, q.tobytes(), v.tobytes()
+        return q
+
+    def _check_stability(self, q: _Floats, v: _Floats, forces: Forces, time_step: float) -> None:
+        if not self._checks_stability:
+            return
+        if self._after != (time_step, q.tobytes(), v.tobytes()):
+            self._watch.forget()
+        found = self._watch.fault(forces, v, time_step, lambda: self._mass(q), lambda velocity: self._rates(q, velocity))
+        if found is not None:
+            self._after = None
+            raise time_step_error(*found, time_step)
+
+    def _mass(self, q: _Floats) -> _Floats:
+        upper = np.triu(pinocchio.crba(self._model, self._data, q))
+        mass: _Floats = upper + np.triu(upper, 1).T
+        return mass
+
+    def _rates(self, q: _Floats, v: _Floats) -> Rates:
+        """Stiffness and damping of the contacts."""
+        model, data = self._model, self._data
+        stiffness, damping = np.zeros((2, len(self._contacts), model.nv, model.nv))
+        pinocchio.computeForwardKinematicsDerivatives(model, data, q, v, self._zero)
+        for k, (contact, (moduli, law)) in enumerate(zip(self._contacts, self._by_contact, strict=True)):
+            contact.move(model, data, v)
+            stiffness[k], damping[k] = resistance(
+                contact.pair, contact.poses, contact.twists, contact.both_jacobians, moduli, law
+            )
+        return Rates(stiffness, damping, self._mass(q))
 
     def _check(self, q: _Floats, v: _Floats | None = None, tau: _Floats | None = None) -> None:
         model = self._model
@@ -419,6 +482,18 @@ class _Records:
         self._time_step = time_step
         self._states: list[tuple[_Floats, ...]] = []
 
+    def failed(self, step: int, error: HydroelasticError) -> RolloutError:
+        """The error with the step, its time and the states before."""
+        time = step * self._time_step
+        if isinstance(error, TimeStepError):
+            error.at_step(step, time)
+            failure: RolloutError = error
+        else:
+            failure = RolloutError(f"step {step} (t = {time:.6g} s): {error}")
+        q, v, *_ = self.stacked()
+        failure.trajectory = RobotTrajectory(self.times(), q, v)  # type: ignore[assignment]
+        return failure
+
     def offer(self, step: int, state: tuple[_Floats, ...]) -> None:
         """Takes the state after so many steps, if it is one to record."""
         if step % self._every == 0:
@@ -434,8 +509,8 @@ class _Records:
         return [np.stack(arrays) for arrays in zip(*self._states)]
 
 
-def _loaded_robot(model: Any, contacts: Sequence[ContactPair], materials: _Floats) -> Robot:
+def _loaded_robot(model: Any, contacts: Sequence[ContactPair], materials: _Floats, check_stability: bool) -> Robot:
     """What pickle calls."""
-    robot = Robot(model, contacts)
+    robot = Robot(model, contacts, check_stability=check_stability)
     robot._set_materials(np.array(materials))
     return robot
