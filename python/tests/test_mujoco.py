@@ -334,6 +334,171 @@ def test_the_check_finds_what_mujoco_finds(geoms, flag, expected):
             soft.PassiveContacts(model, [contact])
 
 
+EDGE, MODULUS = 0.2, 1e6
+# A cube of 1 kg, flat on a rigid plane: the rate of its stiffness (1/s²), and the limits of both kinds of integrators.
+RATE = MODULUS / (EDGE / 2) * EDGE**2
+LIMITS = {"Euler": 2.0, "implicit": 2.0, "implicitfast": 2.0, "RK4": np.sqrt(8.0)}
+# Of a limit in closed form: RK4's is looked for in steps of 1/280 of it.
+LIMIT = 5e-3
+
+
+def cube_on_plane(time_step, law=None, height=EDGE / 2 - 3e-5, kind="Euler", gravity="0 0 -9.81", **keywords):
+    """A cube in the plane z = 0, a little deeper than where it would rest, and its contacts."""
+    xml = f"""
+    <mujoco>
+      <option timestep="{float(time_step)!r}" gravity="{gravity}" integrator="{kind}"><flag contact="disable"/></option>
+      <worldbody>
+        <geom name="floor" type="plane" size="1 1 1"/>
+        <body name="cube" pos="0 0 {float(height)!r}"><freejoint/><geom name="cube" type="box" size=".1 .1 .1" mass="1"/></body>
+      </worldbody>
+    </mujoco>"""
+    model = mujoco.MjModel.from_xml_string(xml)
+    pair = he.Pair(he.Shape.cuboid([EDGE] * 3), he.HalfSpace(), MODULUS, None, law or he.SurfaceLaw())
+    contacts = soft.PassiveContacts(model, [soft.ContactPair(pair, soft.geom("cube"), soft.geom("floor"))], **keywords)
+    return model, mujoco.MjData(model), contacts
+
+
+@pytest.mark.parametrize("kind", LIMITS)
+def test_a_step_above_the_limit_raises_and_names_it(kind):
+    limit = LIMITS[kind] / np.sqrt(RATE)
+    model, data, contacts = cube_on_plane(1.25 * limit, kind=kind)
+    with pytest.raises(soft.TimeStepError, match=r"exceeds .* s, the stability limit .* geom 'cube' and geom 'floor'") as caught, contacts:
+        mujoco.mj_step(model, data, 100)
+    error = caught.value
+    assert error.limit == pytest.approx(limit, rel=LIMIT)
+    assert error.time_step == model.opt.timestep and error.contact == "geom 'cube' and geom 'floor'"
+    assert error.time == pytest.approx(error.step * model.opt.timestep) and 0 < error.step < 20
+    for text in (f"step {error.step} (t = {error.time:.6g} s)", f"{error.time_step:.3g} s", f"{error.limit:.3g} s", "check_stability"):
+        assert text in str(error)
+
+
+@pytest.mark.parametrize("kind", LIMITS)
+def test_a_step_below_the_limit_oscillates_as_the_scheme_does(kind):
+    model, data, contacts = cube_on_plane(0.8 * LIMITS[kind] / np.sqrt(RATE), kind=kind)
+    heights = []
+    with contacts:
+        for _ in range(2000):
+            mujoco.mj_step(model, data)
+            heights.append(data.qpos[2])
+    # The amplitude of a symplectic step at h²k = 2.56 is 1/√(1 − 0.64) of that of the start; RK4 damps.
+    rest = EDGE / 2 - 9.81 / RATE
+    assert np.abs(np.array(heights) - rest).max() < 1.001 / 0.6 * (3e-5 - 9.81 / RATE)
+
+
+def test_steps_above_the_limit_are_taken_on_request():
+    model, data, contacts = cube_on_plane(1.25 * 2.0 / np.sqrt(RATE), check_stability=False)
+    with contacts:
+        mujoco.mj_step(model, data, 100)
+    assert data.time == pytest.approx(100 * model.opt.timestep)
+    assert np.abs(data.qpos[2] - EDGE / 2) > 1e-3
+
+
+# Of the creep: the start decays over 2,000 steps.
+CREEP = 1e-4
+PRESS, WALL_LAW = 20.0, he.SurfaceLaw(0.5, 0.8, 1e-2)
+
+
+def pressed_to_wall(time_step):
+    """A cube pressed to a wall that carries it by friction. Its weight acts where friction does, so that the cube does not turn."""
+    model, data, contacts = cube_on_plane(time_step, WALL_LAW, EDGE / 2 - PRESS / RATE, gravity="0 0 0")
+    data.xfrc_applied[1] = [-9.81, 0.0, -PRESS, 0.0, 9.81 * EDGE / 2, 0.0]
+    return model, data, contacts
+
+
+def sticking_limit(slip_tolerance):
+    """Of the same cube in a world."""
+    skin = he.Material(MODULUS, WALL_LAW.dissipation, WALL_LAW.friction)
+    cube = he.Shape.cuboid([EDGE] * 3)
+    body = he.Body.dynamic("cube", cube, skin, 1.0, pose=he.pose([0.0, 0.0, EDGE / 2 - PRESS / RATE]))
+    hard = he.Material.rigid(WALL_LAW.friction)
+    world = he.World([body, he.Body.fixed("wall", he.HalfSpace(), hard)], slip_tolerance=slip_tolerance)
+    return world.largest_stable_step(world.initial_state)
+
+
+def test_a_block_that_friction_carries_creeps_by_the_law_or_the_step_is_refused():
+    load = 9.81 / (WALL_LAW.friction * PRESS)
+    creep = WALL_LAW.slip_tolerance * load / np.sqrt(1.0 - load**2)
+    model, data, contacts = pressed_to_wall(0.8 * sticking_limit(WALL_LAW.slip_tolerance))
+    with contacts:
+        mujoco.mj_step(model, data, 2000)
+    assert -data.qvel[0] == pytest.approx(creep, rel=CREEP)
+    limit = sticking_limit(soft._CHATTER * WALL_LAW.slip_tolerance)
+    for excess in (1.25, 10.0):
+        model, data, contacts = pressed_to_wall(excess * limit)
+        with pytest.raises(soft.TimeStepError) as caught, contacts:
+            mujoco.mj_step(model, data, 2000)
+        # Far above the limit a few steps have already changed the contact.
+        assert excess > 2.0 or caught.value.limit == pytest.approx(limit, rel=0.1)
+    # Between both limits the cube chatters, at some slip tolerances.
+    model, data, contacts = pressed_to_wall(0.8 * limit)
+    with contacts:
+        mujoco.mj_step(model, data, 2000)
+    assert np.abs(data.qvel[:3]).max() < 3.0 * WALL_LAW.slip_tolerance
+
+
+def test_a_contact_that_begins_deep_within_a_step_gives_no_energy():
+    """The step is below the limit, h²k is 3, but it moves the cube by all but the gap: it would leave at 1.9 times its speed."""
+    time_step, speed = np.sqrt(3.0 / RATE), 0.01
+    gap = 0.03 * time_step * speed
+    model, data, contacts = cube_on_plane(time_step, height=EDGE / 2 + gap, gravity="0 0 0")
+    data.qvel[2] = -speed
+    with pytest.raises(soft.TimeStepError, match="gives more energy than it takes") as caught, contacts:
+        mujoco.mj_step(model, data, 3)
+    assert caught.value.step == 1
+    assert caught.value.limit == pytest.approx(np.sqrt(2.0 / 0.97 / RATE), rel=0.01)
+    # The same state is no fault where it was set.
+    model, data, contacts = cube_on_plane(time_step, height=EDGE / 2 + 1.0, gravity="0 0 0")
+    with contacts:
+        mujoco.mj_step(model, data)
+        data.qpos[2], data.qvel[2] = EDGE / 2 - 2.0 * time_step * speed, -speed
+        mujoco.mj_step(model, data)
+
+
+def test_evaluations_outside_a_step_raise_nothing():
+    model, data, contacts = cube_on_plane(1.25 * 2.0 / np.sqrt(RATE))
+    size = 2 * model.nv
+    a = np.zeros((size, size))
+    with pytest.raises(soft.TimeStepError), contacts:
+        for height in (0.09, 0.05, EDGE / 2 - 2.5e-5):
+            data.qpos[2] = height
+            mujoco.mj_forward(model, data)
+        mujoco.mjd_transitionFD(model, data, 1e-6, True, a, None, None, None)
+        mujoco.mj_step(model, data)
+        assert data.time == model.opt.timestep
+        mujoco.mj_step(model, data)
+
+
+def test_scenes_that_rest_raise_nothing_over_many_steps():
+    law = he.SurfaceLaw(5.0, 0.6, 1e-2)
+    model, data, contacts = cube_on_plane(1e-4, law, EDGE / 2 + 1e-3)
+    alarms = []
+    decided = soft.Watch._decided
+    with pytest.MonkeyPatch.context() as patch, contacts:
+        patch.setattr(soft.Watch, "_decided", lambda *all: alarms.append(1) or decided(*all))
+        mujoco.mj_step(model, data, 20_000)
+    assert np.abs(data.qvel).max() < 1e-9
+    # The derivatives are not asked either: they would cost more than the steps.
+    assert len(alarms) < 20
+
+
+def test_a_state_that_is_not_finite_is_named_with_its_step():
+    model, contacts = drop()
+    data = mujoco.MjData(model)
+    with pytest.raises(he.RolloutError, match=r"after step 4 \(t = 0.0004 s\) the motion has diverged"), contacts:
+        mujoco.mj_step(model, data, 5)
+        data.qvel[0] = np.nan
+        mujoco.mj_step(model, data)
+    data = mujoco.MjData(model)
+    with pytest.raises(he.RolloutError, match=r"at the first step the motion has diverged"), contacts:
+        data.qpos[0] = np.inf
+        mujoco.mj_step(model, data)
+    data = mujoco.MjData(model)
+    data.time, data.qpos[2], data.qvel[0] = 3e-4, 0.19, np.nan
+    with pytest.raises(he.RolloutError, match=r"step 3 \(t = 0.0003 s\), geom 'ball' and geom 'block': .*finite"), contacts:
+        mujoco.mj_fwdPosition(model, data)
+        mujoco.mj_fwdVelocity(model, data)
+
+
 def test_shapes_of_geoms():
     model = mujoco.MjModel.from_xml_string("""
     <mujoco><worldbody>

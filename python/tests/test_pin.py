@@ -9,7 +9,7 @@ import hydroelastic as he
 
 pinocchio = pytest.importorskip("pinocchio")
 
-from hydroelastic.pin import ContactPair, Feedback, Robot  # noqa: E402
+from hydroelastic.pin import ContactPair, Feedback, Robot, TimeStepError  # noqa: E402
 
 # Of derivatives, relative to the largest entry: central differences over steps of 1e-6 have round-off of 1e-10 and more.
 DERIVATIVE = 1e-8
@@ -317,6 +317,94 @@ def test_a_free_flyer_bounces_as_a_body_of_a_world():
     gap, fallen = gap_to_world([0.0, 0.0, -0.3], [0.0, 0.0, 0.0], 2e-4)
     assert gap < 1e-6 and fallen > 0.02
     assert moved > 0.02
+
+
+def resting_ball(depth=9.2e-3):
+    """The ball of ``ball_and_floor``, pressed into the floor about as deep as it rests: world, robot, q and the limit of the world."""
+    world, robot, q, _ = ball_and_floor([0.0, 0.0, 0.0], [0.0, 0.0, 0.0])
+    q[2] = 0.2 - depth
+    body, floor = world.bodies
+    state = he.State(0.0, np.stack([pinocchio.XYZQUATToSE3(q).homogeneous, floor.pose]), np.zeros((2, 6)))
+    return world, robot, q, world.largest_stable_step(state)
+
+
+# Of a limit: where two modes are nearly as stiff, the search of the world ends early, at a shorter step.
+LIMIT = 1e-3
+
+
+def test_the_limit_is_that_of_a_world():
+    _, robot, q, limit = resting_ball()
+    still = np.zeros(6)
+    robot.step(q, still, still, 0.999 * limit)
+    for excess in (1.001, 1.25, 10.0):
+        for step in (robot.step, robot.linearised_step):
+            with pytest.raises(TimeStepError, match="the stiffest is that of frame 'ball' and frame 'universe'") as caught:
+                step(q, still, still, excess * limit)
+            assert caught.value.limit == pytest.approx(limit, rel=LIMIT)
+            assert caught.value.time_step == excess * limit and caught.value.step is None
+
+
+def test_rollouts_above_the_limit_raise_and_keep_the_states_before():
+    """The ball falls, and the contact is met on the way."""
+    _, robot, q, limit = resting_ball(-1e-3)
+    assert limit is None
+    still = np.zeros(6)
+    for rollout in (robot.rollout, robot.linearised_rollout):
+        with pytest.raises(TimeStepError, match=r"^step \d+ \(t = 0\.\d+ s\): the time step of 0.005 s exceeds") as caught:
+            rollout(q, still, still, 5e-3, 400)
+        error = caught.value
+        assert error.limit < 5e-3 and error.time == pytest.approx(5e-3 * error.step)
+        assert len(error.trajectory.times) == error.step + 1 and error.trajectory.q[-1, 2] < 0.2
+
+
+def test_below_the_limit_a_rollout_converges_and_so_do_its_derivatives():
+    _, robot, q, limit = resting_ball()
+    still, end = np.zeros(6), 0.05
+    found = []
+    for part in (0.8, 0.02):
+        steps = round(end / (part * limit))
+        motion, jacobian = robot.linearised_rollout(q, still, still, end / steps, steps, record_every=steps)
+        found.append((motion.q[-1, 2], jacobian.by_start[-1]))
+    (coarse, by_start), (fine, of_fine) = found
+    assert abs(coarse - fine) < 0.1 * abs(fine - q[2])
+    # Above the limit, derivatives grow with each step.
+    assert np.abs(by_start).max() < 2.0 * np.abs(of_fine).max()
+    loose = Robot(robot.model, robot.contacts, check_stability=False)
+    steps = round(end / (3.0 * limit))
+    _, jacobian = loose.linearised_rollout(q, still, still, end / steps, steps, record_every=steps)
+    assert np.abs(jacobian.by_start[-1]).max() > 10.0 * np.abs(of_fine).max()
+
+
+def test_a_ball_that_rocks_raises_nothing_over_many_steps_and_asks_for_few_derivatives():
+    _, robot, q, limit = resting_ball()
+    alarms = []
+    decided = robot._watch._decided
+    robot._watch._decided = lambda *all: alarms.append(1) or decided(*all)
+    motion = robot.rollout(q, np.zeros(6), np.zeros(6), 0.3 * limit, 20_000, record_every=1000)
+    assert np.abs(motion.q[:, 2] - q[2]).max() < 1e-3
+    # The first step has none before it, so the derivatives decide.
+    assert 0 < len(alarms) < 20
+
+
+def test_the_check_is_left_out_on_request():
+    _, robot, q, limit = resting_ball()
+    still = np.zeros(6)
+    loose = Robot(robot.model, robot.contacts, check_stability=False)
+    for robot in (loose, loose.with_materials(loose.materials), pickle.loads(pickle.dumps(loose))):
+        robot.step(q, still, still, 10.0 * limit)
+
+
+def test_a_rollout_that_is_not_finite_names_step_time_and_contact():
+    robot, (q, v, tau) = pressed_arm(order=1)
+
+    def failing(time, q, v):
+        return Feedback(tau if time < 6.5e-4 else np.full(3, np.nan))
+
+    with pytest.raises(he.RolloutError, match=r"^step 7 \(t = 0.0007 s\): the acceleration is not finite") as caught:
+        robot.rollout(q, v, failing, 1e-4, 10)
+    assert len(caught.value.trajectory.times) == 8
+    with pytest.raises(he.RolloutError, match=r"^step 0 \(t = 0 s\): .*frame 'finger' and frame 'universe'.*finite"):
+        robot.rollout(q, np.array([np.nan, 0.0, 0.0]), tau, 1e-4, 10)
 
 
 def test_a_step_to_first_order(case):

@@ -1,6 +1,6 @@
 """The stability check of explicit steps, which ``mujoco`` and ``pin`` share.
 
-Contacts have the stiffness K and the damping C in joint coordinates, the mechanism the mass matrix M. A semi-implicit Euler step h
+Let K and C be the stiffness and damping of the contacts in joint coordinates, and M the mass matrix. A semi-implicit Euler step h
 is stable if no eigenvalue of M⁻¹(h²K + 2hC) exceeds 4: the rule of ``World.largest_stable_step``. K and C are made of the
 derivatives of the contacts, which cost more than a step. Each step therefore makes a *secant test* first.
 
@@ -9,9 +9,15 @@ stiffness k and the damping c per mass, ΔW = −(k h v + c Δv), and
 
     h ΔWᵀM⁻¹ΔW / (|ΔWᵀv| + |ΔWᵀΔv| / 2)
 
-is a mean of h²k and 2hc, weighted by |v| and |Δv|/2. The mode that grows beyond the limit changes its sign in each step,
-so Δv is −2v or more, and the mean is at least (h²k + 2hc)/2 ≥ 2. If the mean of any contact, or of all together, exceeds 1, the
-derivatives decide.
+is a mean of h²k and 2hc, weighted by |v| and |Δv|/2. A mode that grows beyond the limit changes its sign in each step. It has
+|Δv| ≈ 2|v|, and the mean is about (h²k + 2hc)/2 ≥ 2. If the mean exceeds 1, the derivatives decide. The test takes the sum
+of all contacts and one of them in turn.
+
+Friction that reverses the slip within a step has a small slope before and after it. The derivatives are therefore also taken at
+the mean of both velocities.
+
+A contact that begins within a step is not linear. Below the limit too, it may push the bodies apart faster than they came. The
+secant from a force of zero tells, because the mean then compares the energy that the contact gives and takes.
 """
 
 from __future__ import annotations
@@ -48,8 +54,8 @@ _RADII = np.arange(0.01, 3.01, 0.01)[:, None]
 class TimeStepError(RolloutError):
     """A time step that is too long for the contacts of a mechanism.
 
-    ``time_step`` and ``limit`` are in s, and ``contact`` names the two sides of the stiffest contact. ``step`` and ``time`` (s) say
-    where; both are None for a step that belongs to no rollout. ``trajectory`` holds the recorded states of a rollout, else it is
+    ``time_step`` and ``limit`` are in s, and ``contact`` names the two sides of the stiffest contact. ``step`` and ``time`` (s)
+    say where; both are None for a step that belongs to no rollout. ``trajectory`` holds the recorded states of a rollout, else it is
     None.
     """
 
@@ -65,14 +71,31 @@ class TimeStepError(RolloutError):
         self.args = (f"step {step} (t = {time:.6g} s): {self.args[0]}",)
 
 
-def time_step_error(contact: str, limit: float, time_step: float) -> TimeStepError:
-    error = TimeStepError(
-        f"the time step of {time_step:.3g} s exceeds the stability limit of {limit:.3g} s of the contacts, stiffest that of "
-        f"{contact}. Take shorter steps, a lower modulus or dissipation, or a larger slip tolerance; or simulate a "
-        "hydroelastic.World by implicit steps. check_stability=False allows the step"
-    )
-    error.time_step, error.limit, error.contact = time_step, limit, contact
-    return error
+class Fault(NamedTuple):
+    """Why a time step is too long: the name of the stiffest contact and the limit (s).
+
+    ``begins`` is the number of a contact that begins in a step below the stability limit and gives more energy than it takes.
+    """
+
+    contact: str
+    limit: float
+    begins: int | None = None
+
+    def error(self, time_step: float) -> TimeStepError:
+        """The error of a time step (s)."""
+        why = (
+            f"exceeds {self.limit:.3g} s, the stability limit of the contacts at this state; the stiffest is that of "
+            f"{self.contact}"
+            if self.begins is None
+            else f"exceeds about {self.limit:.3g} s, above which the contact of {self.contact} begins deep and gives more energy "
+            "than it takes"
+        )
+        error = TimeStepError(
+            f"the time step of {time_step:.3g} s {why}. Use shorter steps, a lower modulus or dissipation, or a larger slip "
+            "tolerance; or simulate a hydroelastic.World by implicit steps. check_stability=False turns the check off"
+        )
+        error.time_step, error.limit, error.contact = time_step, self.limit, self.contact
+        return error
 
 
 class Rates(NamedTuple):
@@ -106,9 +129,9 @@ class Watch:
     def __init__(self, names: Sequence[str], *, is_rk4: bool = False) -> None:
         self._names = names
         self._is_rk4 = is_rk4
-        self._last: tuple[Forces, Floats | None, Floats] | None = None
-        self._inverse_mass: Floats | None = None
-        self._age = 0
+        self._last: tuple[Forces, Floats] | None = None
+        self._inverse_mass = np.zeros((0, 0))
+        self._age = _MASS_AGE
         self._turn = 0
         self._alarm = _ALARM
         self._rest = 0
@@ -116,71 +139,73 @@ class Watch:
     def forget(self) -> None:
         """Forgets the last evaluation."""
         self._last = None
-        self._inverse_mass = None
+        self._age = _MASS_AGE
 
     def keep(self, forces: Forces, velocity: Floats) -> None:
         """Takes the forces of an evaluation and the velocity (nv,), without a test."""
-        self._last = forces, _sum(forces), velocity
+        self._last = forces, velocity
 
     def fault(
         self, forces: Forces, velocity: Floats, time_step: float, mass: Callable[[], Floats], rates: Callable[[Floats], Rates]
-    ) -> tuple[str, float] | None:
-        """The name of the stiffest contact and the limit (s), if the time step exceeds it.
+    ) -> Fault | None:
+        """Why the time step is too long; None if it is not.
 
         The state has moved by ``velocity`` since the last evaluation. ``rates`` gives the derivatives at a velocity. A first
         evaluation has no secant, so the derivatives decide.
         """
-        last, total = self._last, _sum(forces)
-        self._last = forces, total, velocity
+        last, self._last = self._last, (forces, velocity)
         if last is None:
-            return None if total is None else self._decided(time_step, rates, velocity)
-        forces_before, total_before, velocity_before = last
-        if total is None and total_before is None:
+            touches = any(force is not None for force in forces)
+            return self._decided(time_step, rates, velocity) if touches else None
+        forces_before, velocity_before = last
+        # A contact that has ended has no derivatives here. If it comes back too fast, it is tested then.
+        changes = [
+            (force if before is None else force - before, force)
+            for force, before in zip(forces, forces_before, strict=True)
+            if force is not None
+        ]
+        if not changes:
             return None
-        if self._inverse_mass is None or self._age >= _MASS_AGE:
+        if self._age >= _MASS_AGE:
             self._inverse_mass, self._age = np.asarray(np.linalg.inv(mass()), dtype=np.float64), 0
         self._age += 1
-        growth = velocity - velocity_before
-        mean = self._mean(total, total_before, velocity, growth, time_step)
-        if len(forces) > 1:
-            self._turn = (self._turn + 1) % len(forces)
-            of_one = self._mean(forces[self._turn], forces_before[self._turn], velocity, growth, time_step)
-            mean = max(mean, of_one)
+        velocities = velocity, velocity_before
+        self._turn += 1
+        mean = self._mean(*changes[self._turn % len(changes)], *velocities, time_step)
+        if len(changes) > 1:
+            change, total = changes[0]
+            for change_of_one, force in changes[1:]:
+                change, total = change + change_of_one, total + force
+            mean = max(mean, self._mean(change, total, *velocities, time_step))
         if self._rest:
             self._rest -= 1
         if mean <= (self._alarm if self._rest else _ALARM):
             return None
         found = self._decided(time_step, rates, velocity, 0.5 * (velocity + velocity_before))
-        found = found or self._bounced(forces, forces_before, velocity, time_step)
+        if found is None and not self._is_rk4:
+            found = self._bounced(forces, forces_before, velocity, time_step)
         if found is None:
             self._alarm, self._rest = _GROWTH * mean, _REST
         return found
 
-    def _mean(
-        self, force: Floats | None, before: Floats | None, velocity: Floats, growth: Floats, time_step: float
-    ) -> float:
-        """The mean of h²k and 2hc that the change of a force tells; 0 if it is round-off."""
-        if force is None:
-            if before is None:
-                return 0.0
-            change = before
-        else:
-            change = force if before is None else force - before
+    def _mean(self, change: Floats, force: Floats, velocity: Floats, before: Floats, time_step: float) -> float:
+        """The mean of h²k and 2hc that the change of a force tells, or 0 if it is at most 1 or the change is round-off."""
         power = time_step * float(self._inverse_mass.dot(change).dot(change))
-        resistance = abs(float(change.dot(velocity))) + 0.5 * abs(float(change.dot(growth)))
-        if power <= resistance or (force is not None and _is_round_off(change, force)):
+        along = float(change.dot(velocity))
+        resistance = abs(along) + 0.5 * abs(along - float(change.dot(before)))
+        if power <= _ALARM * resistance or np.abs(change).max() <= _ROUND_OFF * np.abs(force).max():
             return 0.0
         return power / max(resistance, _LEAST)
 
-    def _decided(self, time_step: float, rates: Callable[[Floats], Rates], *velocities: Floats) -> tuple[str, float] | None:
+    def _decided(self, time_step: float, rates: Callable[[Floats], Rates], *velocities: Floats) -> Fault | None:
         """By the derivatives at each velocity. The limit is the least of these and of sticking friction."""
         limits = [self._limit(rates(velocity)) for velocity in velocities]
-        if not any(time_step > limit for _, limit in limits):
+        if not any(time_step > it.limit for it in limits):
             return None
         limits.append(self._limit(rates(np.zeros_like(velocities[0]))))
-        return min(limits, key=lambda it: it[1])
+        return min(limits, key=lambda it: it.limit)
 
-    def _limit(self, rates: Rates) -> tuple[str, float]:
+    def _limit(self, rates: Rates) -> Fault:
         """The stiffest contact and the limit (s) of all."""
         per_mass = np.linalg.inv(np.linalg.cholesky(rates.mass))
         limit_of = _rk4_limit if self._is_rk4 else _euler_limit
@@ -190,33 +215,18 @@ class Watch:
             return limit_of(*(0.5 * per_mass @ (it + it.T) @ per_mass.T for it in (stiffness, damping)))
 
         alone = [limit(*it) for it in zip(rates.stiffness, rates.damping, strict=True)]
-        return self._names[int(np.argmin(alone))], limit(rates.stiffness.sum(axis=0), rates.damping.sum(axis=0))
+        return Fault(self._names[int(np.argmin(alone))], limit(rates.stiffness.sum(axis=0), rates.damping.sum(axis=0)))
 
-    def _bounced(
-        self, forces: Forces, before: Forces, velocity: Floats, time_step: float
-    ) -> tuple[str, float] | None:
-        """A contact that began in the last step, and pushes the bodies apart faster than they came: it gives more energy than it
-        took."""
-        for name, force, earlier in zip(self._names, forces, before, strict=True):
+    def _bounced(self, forces: Forces, before: Forces, velocity: Floats, time_step: float) -> Fault | None:
+        """A contact that began in the last step, and pushes the bodies apart faster than they came."""
+        for number, (force, earlier) in enumerate(zip(forces, before, strict=True)):
             if force is None or earlier is not None:
                 continue
-            taken, given = -2.0 * force.dot(velocity), time_step * float(self._inverse_mass.dot(force).dot(force))
+            taken, given = -2.0 * float(force.dot(velocity)), time_step * float(self._inverse_mass.dot(force).dot(force))
             if given > taken > 0.0:
                 # The force grows with the depth, and so with the time step: ``given`` with its square.
-                return name, time_step * float(np.sqrt(taken / given))
+                return Fault(self._names[number], time_step * float(np.sqrt(taken / given)), number)
         return None
-
-
-def _sum(forces: Forces) -> Floats | None:
-    total = None
-    for force in forces:
-        if force is not None:
-            total = force if total is None else total + force
-    return total
-
-
-def _is_round_off(change: Floats, force: Floats) -> bool:
-    return bool(np.abs(change).max() <= _ROUND_OFF * np.abs(force).max())
 
 
 def _euler_limit(stiffness: Floats, damping: Floats) -> float:

@@ -19,6 +19,12 @@ Limits:
   before is called first, and set again after the last context.
 - MuJoCo's integrators do not see the derivative of a callback: ``implicit`` and ``implicitfast`` treat the contacts explicitly, as
   ``Euler`` does, and the time step must resolve their stiffness and damping. ``RK4`` evaluates them four times a step.
+- A time step that is too long for this raises ``TimeStepError`` from the second step on. The check takes bodies as free to
+  move: MuJoCo's own constraints do not raise the limit, and its springs and actuators do not lower it.
+- Sticking friction has the shortest limit. Above it, friction chatters but does not grow without bound. The check allows up
+  to 2.5 times this limit, at which bodies chatter at about 2.3 slip tolerances and creep 2.5 times as fast. ``hydroelastic.pin``
+  allows no chatter, because derivatives grow in it. Neither does ``World.largest_stable_step``.
+- MuJoCo resets a state that is not finite. The check raises ``RolloutError`` then.
 - ``mjd_transitionFD`` differentiates through the callback by differences. ``hydroelastic.pin`` has exact derivatives.
 - The callback takes the GIL: threads, those of ``mujoco.rollout`` too, wait for each other there. Use processes.
 - The callback is not called where ``disableflags`` has both springs and dampers off; such a model is refused.
@@ -37,8 +43,8 @@ from typing import Any, Self, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from ._core import HydroelasticError, Pair, RolloutError, Shape, SurfaceLaw, pose
-from ._stability import Rates, TimeStepError, Watch, resistance, time_step_error
+from ._core import HydroelasticError, Pair, RolloutError, Shape, SurfaceLaw, moved_pose, pose
+from ._stability import Forces, Rates, TimeStepError, Watch, resistance
 
 try:
     import mujoco  # type: ignore[import-untyped, import-not-found, unused-ignore]
@@ -57,11 +63,11 @@ _NO_PASSIVE_FORCES = sum(int(getattr(mujoco.mjtDisableBit, name, 0)) for name in
 
 _NO_EULER_DAMPING = int(mujoco.mjtDisableBit.mjDSBL_EULERDAMP)
 _IMPLICIT = (int(mujoco.mjtIntegrator.mjINT_IMPLICIT), int(mujoco.mjtIntegrator.mjINT_IMPLICITFAST))
+_RK4 = int(mujoco.mjtIntegrator.mjINT_RK4)
 _DIVERGED = (mujoco.mjtWarning.mjWARN_BADQPOS, mujoco.mjtWarning.mjWARN_BADQVEL, mujoco.mjtWarning.mjWARN_BADQACC)
 # Round-off of the time, relative to the time step.
 _CLOCK = 1e-3
-# Friction beyond its limit stays bounded: bodies chatter, at √(x² − 1) slip tolerances for steps of x limits. Up to this x they
-# are let chatter.
+# Steps of x times the limit of sticking friction make bodies chatter at √(x² − 1) slip tolerances. The check allows x up to this.
 _CHATTER = 2.5
 # So many instances of MjData are told apart.
 _MOST_HISTORIES = 4096
@@ -199,7 +205,7 @@ class PassiveContacts:
     ------
     HydroelasticError if a carrier is not there, both carriers of a contact are on one body, a pose is not rigid, MuJoCo's own
     contact between the bodies is not excluded, or the model has no passive forces. In a context, ``mj_step`` raises
-    TimeStepError, one step late, if the time step is too long, and RolloutError if the state is not finite.
+    TimeStepError if the time step is too long, and RolloutError if the state or a wrench is not finite.
     """
 
     def __init__(self, model: Any, contacts: Sequence[ContactPair], *, check_stability: bool = True) -> None:
@@ -304,35 +310,48 @@ class PassiveContacts:
     def _place(self, data: Any) -> str:
         return f"step {round(data.time / self._model.opt.timestep)} (t = {data.time:.6g} s)"
 
-    def _check(self, data: Any, forces: list[_Floats | None]) -> None:
+    def _check(self, data: Any, forces: Forces) -> None:
         """Compares the evaluation with the one a time step before, if there was one: within a step, and where MuJoCo evaluates
         a state without stepping, the time does not advance so far."""
         time, time_step = float(data.time), float(self._model.opt.timestep)
         history = self._histories.get(data._address)
         if history is None:
-            while len(self._histories) >= _MOST_HISTORIES:
-                self._histories.pop(next(iter(self._histories)), None)
-            is_rk4 = int(self._model.opt.integrator) == int(mujoco.mjtIntegrator.mjINT_RK4)
-            history = self._histories[data._address] = _History(Watch(self._names, is_rk4=is_rk4))
+            if len(self._histories) >= _MOST_HISTORIES:
+                self._histories.clear()
+            history = self._histories[data._address] = _History(self._names, int(self._model.opt.integrator) == _RK4)
         passed, velocity = time - history.time, data.qvel.copy()
         if 0.0 < passed < (1.0 - _CLOCK) * time_step:
             return
-        history.time = time
         if not abs(passed - time_step) < _CLOCK * time_step:
-            if passed < 0.0 and any(data.warning[it].number for it in _DIVERGED):
+            before, history.time = history.time, time
+            if passed <= 0.0 and any(data.warning[it].number for it in _DIVERGED):
+                is_first = not math.isfinite(before)
+                where = "at the first step" if is_first else f"after step {round(before / time_step)} (t = {before:.6g} s)"
                 raise RolloutError(
-                    f"step {round((time - passed) / time_step)} (t = {time - passed:.6g} s): positions, velocities or accelerations "
-                    "are not finite or beyond 1e10, and MuJoCo has reset the state: the motion has diverged"
+                    f"{where} the motion has diverged, and MuJoCo resets the state: a position, a velocity or an acceleration was "
+                    "not finite or beyond 1e10"
                 )
             history.watch.keep(forces, velocity)
             return
+        if history.is_rk4 and not history.saw_last_stage:
+            history.saw_last_stage = True
+            return
+        history.time, history.saw_last_stage = time, False
         found = history.watch.fault(
             forces, velocity, time_step, lambda: self._mass(data), lambda velocity: self._rates(data, velocity)
         )
-        if found is not None:
-            error = time_step_error(*found, time_step)
+        if found is not None and (found.begins is None or self._came_in(found.begins, data)):
+            error = found.error(time_step)
             error.at_step(round(time / time_step), time)
             raise error
+
+    def _came_in(self, number: int, data: Any) -> bool:
+        """Whether a contact began by a step, and not because the state was set."""
+        poses = [side.pose(data) for side in self._sides[number]]
+        twists = [side.twist(data, place[:3, 3]) for side, place in zip(self._sides[number], poses, strict=True)]
+        moves = zip(poses, twists, strict=True)
+        before = [moved_pose(place, -self._model.opt.timestep * twist) for place, twist in moves]
+        return not self._contacts[number].pair.wrench(*before).any()
 
     def _mass(self, data: Any) -> _Floats:
         mass = np.zeros((len(data.qvel), len(data.qvel)))
@@ -355,7 +374,7 @@ class PassiveContacts:
             # Of the last step: zero in the first.
             joints = np.zeros((size, size))
             joints[self._damping_places(data)] = -data.qDeriv
-        elif int(model.opt.integrator) == int(mujoco.mjtIntegrator.mjINT_RK4) or flags & _NO_EULER_DAMPING:
+        elif int(model.opt.integrator) == _RK4 or flags & _NO_EULER_DAMPING:
             joints = -joints
         return Rates(stiffness, damping, self._mass(data), joints)
 
@@ -367,9 +386,12 @@ class PassiveContacts:
 class _History:
     """What is known of the last step of a ``mujoco.MjData``."""
 
-    def __init__(self, watch: Watch) -> None:
-        self.watch = watch
+    def __init__(self, names: Sequence[str], is_rk4: bool) -> None:
+        self.watch = Watch(names, is_rk4=is_rk4)
+        self.is_rk4 = is_rk4
         self.time = math.inf
+        # The last stage of RK4 has the time of the next step, at a state that is not taken.
+        self.saw_last_stage = False
 
 
 class _Dispatch:

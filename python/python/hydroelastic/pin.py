@@ -15,6 +15,10 @@ Conventions are those of Pinocchio for joints, and those of this package for con
   the linear part first.
 - Pinocchio's ABA takes armatures (rotor inertias) of the model, and not its joint friction and damping: put these into τ.
 
+Steps are explicit, so they must resolve the stiffness and damping of the contacts, friction included. A time step that is too long
+raises ``TimeStepError``, which names the limit. Values may look right above the limit, but derivatives grow in each step. The
+check leaves out the stiffness and damping of a controller. ``python python/tests/times_pin.py`` prints its cost.
+
 A ``Robot`` works in buffers of its own and of its ``pinocchio.Data``: use one a thread. It can be pickled.
 """
 
@@ -37,7 +41,7 @@ except ImportError as _missing:
 from ._pin_checks import check_array, check_time_step, checked, finite
 from ._pin_contacts import Contact
 from ._rows import moduli_of
-from ._stability import Forces, Rates, TimeStepError, Watch, resistance, time_step_error
+from ._stability import Forces, Rates, TimeStepError, Watch, resistance
 
 __all__ = [
     "Acceleration",
@@ -415,7 +419,7 @@ class Robot:
         found = self._watch.fault(forces, v, time_step, lambda: self._mass(q), lambda velocity: self._rates(q, velocity))
         if found is not None:
             self._after = None
-            raise time_step_error(*found, time_step)
+            raise found.error(time_step)
 
     def _mass(self, q: _Floats) -> _Floats:
         upper = np.triu(pinocchio.crba(self._model, self._data, q))
