@@ -468,6 +468,21 @@ def test_evaluations_outside_a_step_raise_nothing():
         mujoco.mj_step(model, data)
 
 
+def test_an_error_in_a_thread_of_mujoco_is_raised_at_the_end():
+    rollout = pytest.importorskip("mujoco.rollout")
+    model, data, contacts = cube_on_plane(1.25 * 2.0 / np.sqrt(RATE))
+    kind = mujoco.mjtState.mjSTATE_FULLPHYSICS
+    state = np.zeros(mujoco.mj_stateSize(model, kind))
+    mujoco.mj_getState(model, data, state, kind)
+    threads = [mujoco.MjData(model) for _ in range(2)]
+    with pytest.raises(soft.TimeStepError, match="step 2"), contacts:
+        states, _ = rollout.rollout(model, threads, np.stack([state] * 4), nstep=10)
+    assert states.shape[:2] == (4, 10)
+    # The next context starts anew.
+    with contacts:
+        mujoco.mj_step(model, data)
+
+
 def test_scenes_that_rest_raise_nothing_over_many_steps():
     law = he.SurfaceLaw(5.0, 0.6, 1e-2)
     model, data, contacts = cube_on_plane(1e-4, law, EDGE / 2 + 1e-3)

@@ -26,7 +26,8 @@ Limits:
   allows no chatter, because derivatives grow in it. Neither does ``World.largest_stable_step``.
 - MuJoCo resets a state that is not finite. The check raises ``RolloutError`` then.
 - ``mjd_transitionFD`` differentiates through the callback by differences. ``hydroelastic.pin`` has exact derivatives.
-- The callback takes the GIL: threads, those of ``mujoco.rollout`` too, wait for each other there. Use processes.
+- The callback takes the GIL: threads, those of ``mujoco.rollout`` too, wait for each other there. Use processes. An error in a
+  thread of ``mujoco.rollout`` is raised at the end of the context, because MuJoCo would end the process.
 - The callback is not called where ``disableflags`` has both springs and dampers off; such a model is refused.
 - Contacts wake no sleeping bodies.
 """
@@ -217,6 +218,7 @@ class PassiveContacts:
         self._chattering = [_with_slip_tolerance(it.pair, _CHATTER * it.pair.law.slip_tolerance) for it in self._contacts]
         self._mass_places = _mass_places(model)
         self._histories: dict[int, _History] = {}
+        self._failure: HydroelasticError | None = None
         for names, (a, b) in zip(self._names, self._sides, strict=True):
             if int(model.body_weldid[a.body]) == int(model.body_weldid[b.body]):
                 raise HydroelasticError(f"{names} are fixed to each other: expected two bodies that move")
@@ -261,9 +263,16 @@ class PassiveContacts:
     def add_to(self, data: Any) -> None:
         """Adds Jᵀ w of all contacts to ``data.qfrc_passive``, as the context does: for a passive callback of one's own."""
         # No call of MuJoCo: in versions before 4, an error after a call inside its callback ends the process.
-        forces = [self._joint_forces(number, data) for number in range(len(self._sides))]
-        if self._checks_stability:
-            self._check(data, forces)
+        try:
+            forces = [self._joint_forces(number, data) for number in range(len(self._sides))]
+            if self._checks_stability:
+                self._check(data, forces)
+        except HydroelasticError as error:
+            if not isinstance(threading.current_thread(), threading._DummyThread):
+                raise
+            # In a thread that MuJoCo has started, an error ends the process.
+            self._failure = self._failure or error
+            return
         passive = data.qfrc_passive
         for force in forces:
             if force is not None:
@@ -277,9 +286,12 @@ class PassiveContacts:
     def __exit__(
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
-        """Ends it, whatever happened."""
+        """Ends it, whatever happened. Raises the first error of a thread that MuJoCo started."""
         _DISPATCH.remove(self)
         self._histories.clear()
+        failure, self._failure = self._failure, None
+        if failure is not None and error is None:
+            raise failure
 
     def _wrench(self, number: int, data: Any) -> tuple[_Floats, tuple[_Floats, _Floats]]:
         a, b = self._sides[number]
