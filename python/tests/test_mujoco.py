@@ -385,6 +385,36 @@ def test_a_step_below_the_limit_oscillates_as_the_scheme_does(kind):
     assert np.abs(np.array(heights) - rest).max() < 1.001 / 0.6 * (3e-5 - 9.81 / RATE)
 
 
+@pytest.mark.parametrize("kind", LIMITS)
+def test_joint_damping_raises_the_limit_where_it_is_implicit(kind):
+    """A slide with the damping rate d: h²k ≤ 4 + 2hd where it is implicit, h²k + 2hd ≤ 4 where it is not."""
+    rate = 400.0
+    root = np.sqrt(rate**2 + 4.0 * RATE)
+    limit = (rate + root) / RATE
+
+    def run(time_step):
+        model, _, contacts = cube_on_plane(time_step, kind=kind)
+        spec = mujoco.MjSpec.from_string(f"""
+        <mujoco><option timestep="{float(time_step)!r}" integrator="{kind}"><flag contact="disable"/></option><worldbody>
+          <geom name="floor" type="plane" size="1 1 1"/>
+          <body name="cube" pos="0 0 {EDGE / 2 - 2.5e-5!r}"><joint type="slide" axis="0 0 1" damping="{rate}"/>
+            <geom name="cube" type="box" size=".1 .1 .1" mass="1"/></body>
+        </worldbody></mujoco>""")
+        model = spec.compile()
+        contacts = soft.PassiveContacts(model, contacts.contacts)
+        with contacts:
+            mujoco.mj_step(model, mujoco.MjData(model), 300)
+
+    if kind == "RK4":
+        run(0.5 * limit)
+        limit = 4.0 / (rate + root)
+    else:
+        run(0.8 * limit)
+    with pytest.raises(soft.TimeStepError) as caught:
+        run(1.25 * limit if kind != "RK4" else 2.0 * limit)
+    assert kind == "RK4" or caught.value.limit == pytest.approx(limit, rel=LIMIT)
+
+
 def test_steps_above_the_limit_are_taken_on_request():
     model, data, contacts = cube_on_plane(1.25 * 2.0 / np.sqrt(RATE), check_stability=False)
     with contacts:

@@ -99,16 +99,17 @@ class Fault(NamedTuple):
 
 
 class Rates(NamedTuple):
-    """Stiffness and damping of each contact, (contacts, nv, nv), the mass matrix, and the damping of joints that a step takes
-    implicitly; explicit damping is negative.
+    """Stiffness and damping of each contact, (contacts, nv, nv), the mass matrix, and the damping of the joints.
 
-    The implicit damping D has the mass M + hD in the step, which allows the damping C of the contacts to be larger by D.
+    Joint damping D that a step takes implicitly has the mass M + hD in the step. It allows the damping of the contacts to be larger
+    by D. Explicit joint damping adds to that of the contacts.
     """
 
     stiffness: Floats
     damping: Floats
     mass: Floats
-    implicit_damping: Floats | float = 0.0
+    joint_damping: Floats | float = 0.0
+    is_implicit: bool = False
 
 
 def resistance(
@@ -183,7 +184,7 @@ class Watch:
             return None
         found = self._decided(time_step, rates, velocity, 0.5 * (velocity + velocity_before))
         if found is None and not self._is_rk4:
-            found = self._bounced(forces, forces_before, velocity, time_step)
+            found = self._bounced(forces, forces_before, velocity, time_step, rates(velocity))
         if found is None:
             self._alarm, self._rest = _GROWTH * mean, _REST
         return found
@@ -211,18 +212,21 @@ class Watch:
         limit_of = _rk4_limit if self._is_rk4 else _euler_limit
 
         def limit(stiffness: Floats, damping: Floats) -> float:
-            damping = damping - rates.implicit_damping
+            damping = damping - rates.joint_damping if rates.is_implicit else damping + rates.joint_damping
             return limit_of(*(0.5 * per_mass @ (it + it.T) @ per_mass.T for it in (stiffness, damping)))
 
         alone = [limit(*it) for it in zip(rates.stiffness, rates.damping, strict=True)]
         return Fault(self._names[int(np.argmin(alone))], limit(rates.stiffness.sum(axis=0), rates.damping.sum(axis=0)))
 
-    def _bounced(self, forces: Forces, before: Forces, velocity: Floats, time_step: float) -> Fault | None:
+    def _bounced(
+        self, forces: Forces, before: Forces, velocity: Floats, time_step: float, rates: Rates
+    ) -> Fault | None:
         """A contact that began in the last step, and pushes the bodies apart faster than they came."""
+        mass = rates.mass + time_step * rates.joint_damping if rates.is_implicit else rates.mass
         for number, (force, earlier) in enumerate(zip(forces, before, strict=True)):
             if force is None or earlier is not None:
                 continue
-            taken, given = -2.0 * float(force.dot(velocity)), time_step * float(self._inverse_mass.dot(force).dot(force))
+            taken, given = -2.0 * float(force.dot(velocity)), time_step * float(np.linalg.solve(mass, force).dot(force))
             if given > taken > 0.0:
                 # The force grows with the depth, and so with the time step: ``given`` with its square.
                 return Fault(self._names[number], time_step * float(np.sqrt(taken / given)), number)
@@ -232,13 +236,17 @@ class Watch:
 def _euler_limit(stiffness: Floats, damping: Floats) -> float:
     """The step (s) at which the largest eigenvalue of h²K + 2hC is 4; infinite if nothing resists.
 
-    The mode of that eigenvalue at a longer step has its own limit between both, from which the search goes on.
+    Each mode has a limit of its own, and the least of these is looked for. At a longer step, the mode of the largest eigenvalue
+    has a shorter limit, from which the search goes on.
     """
-    largest = [float(np.linalg.eigvalsh(it)[-1]) for it in (stiffness, damping)]
-    step = min(_step_of_mode(largest[0], 0.0), _step_of_mode(0.0, largest[1]))
+
+    def of_mode(matrix: Floats) -> float:
+        mode = np.linalg.eigh(matrix)[1][:, -1]
+        return _step_of_mode(float(mode @ stiffness @ mode), float(mode @ damping @ mode))
+
+    step = min(of_mode(stiffness), of_mode(damping))
     while np.isfinite(step):
-        mode = np.linalg.eigh(step * stiffness + 2.0 * damping)[1][:, -1]
-        shorter = _step_of_mode(float(mode @ stiffness @ mode), float(mode @ damping @ mode))
+        shorter = of_mode(step * stiffness + 2.0 * damping)
         if not shorter < (1.0 - _SETTLED) * step:
             break
         step = shorter

@@ -381,14 +381,14 @@ class PassiveContacts:
             law = np.array([pair.law.dissipation, pair.law.friction])
             twists = jacobian.dot(velocity).reshape(2, 6)
             stiffness[number], damping[number] = resistance(pair, poses, twists, jacobian, None, law)
-        joints, flags = np.diag(model.dof_damping), int(model.opt.disableflags)
-        if int(model.opt.integrator) in _IMPLICIT:
-            # Of the last step: zero in the first.
-            joints = np.zeros((size, size))
+        integrator = int(model.opt.integrator)
+        is_implicit = integrator != _RK4 and not int(model.opt.disableflags) & _NO_EULER_DAMPING
+        joints = np.diag(model.dof_damping)
+        if integrator in _IMPLICIT:
+            # That of actuators too, of the last step.
+            is_implicit, joints = True, np.zeros((size, size))
             joints[self._damping_places(data)] = -data.qDeriv
-        elif int(model.opt.integrator) == _RK4 or flags & _NO_EULER_DAMPING:
-            joints = -joints
-        return Rates(stiffness, damping, self._mass(data), joints)
+        return Rates(stiffness, damping, self._mass(data), joints, is_implicit)
 
     def _damping_places(self, data: Any) -> tuple[_Floats, _Floats]:
         of = self._model if hasattr(self._model, "D_colind") else data
