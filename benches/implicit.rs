@@ -25,7 +25,7 @@ const ALL: [(Integrator, f64); 3] = [(Integrator::Leapfrog, 1e-5), IMPLICIT[0], 
 const SKIN: Material = Material {
     modulus: Some(1e7),
     dissipation: 0.5,
-    friction: 0.5,
+    friction: Some(0.5),
 };
 
 fn box_shape(edges: [f64; 3]) -> Shape {

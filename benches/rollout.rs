@@ -35,7 +35,7 @@ const MATERIALS: [(&str, Material); 2] = [
         Material {
             modulus: Some(1e5),
             dissipation: 0.0,
-            friction: 0.0,
+            friction: Some(0.0),
         },
     ),
     (
@@ -43,7 +43,7 @@ const MATERIALS: [(&str, Material); 2] = [
         Material {
             modulus: Some(1e5),
             dissipation: 0.5,
-            friction: 0.4,
+            friction: Some(0.4),
         },
     ),
 ];

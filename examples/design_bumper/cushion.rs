@@ -130,7 +130,9 @@ impl Cushion {
             by_center_of_mass: Vector3::zeros(),
             by_inertia: Matrix3::zeros(),
         };
-        let mut by_volume = self.mesh.mass_gradient(1.0, &volume);
+        // A density of 1 is one that every mesh can have.
+        let by_volume = self.mesh.mass_gradient(1.0, &volume);
+        let mut by_volume = by_volume.unwrap_or_default();
         self.hold(&mut by_volume);
         by_volume
     }

@@ -50,7 +50,7 @@ fn check(file: &MeshFile) {
 
 fn check_surface(surface: &TriangleSurface) {
     assert!(surface.volume() > 0.0);
-    assert!(surface.mass_properties(1.0).mass.is_finite());
+    assert!(surface.mass_properties(1.0).unwrap().mass.is_finite());
     for triangle in 0..surface.triangles().len() {
         for edge in 0..3 {
             let neighbor = surface.neighbor(triangle, edge);

@@ -108,7 +108,7 @@ impl Body<f64> {
             name: name.to_owned(),
             shape,
             material,
-            rubs: material.dissipation > 0.0 || material.friction > 0.0,
+            rubs: material.dissipation > 0.0 || material.friction.is_some_and(|it| it > 0.0),
             motion,
             initial,
         })

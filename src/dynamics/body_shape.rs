@@ -1,6 +1,7 @@
 use super::{Mass, WorldError};
 use crate::contact::{HalfSpace, PartnerShape, RigidShape, Shape};
 use crate::geometry::Aabb;
+use crate::mesh::DensityError;
 use crate::spatial::{MassGradient, MassProperties, Pose};
 use nalgebra::Vector3;
 use std::sync::Arc;
@@ -95,11 +96,15 @@ impl BodyShape {
     }
 
     /// The derivatives by the vertices of a number with these by the mass properties at a density (kg/m³).
-    pub(crate) fn mass_gradient(&self, density: f64, gradient: &MassGradient) -> Vec<Vector3<f64>> {
+    pub(crate) fn mass_gradient(
+        &self,
+        density: f64,
+        gradient: &MassGradient,
+    ) -> Result<Vec<Vector3<f64>>, DensityError> {
         match self {
             Self::Compliant(shape) => shape.field().mesh().mass_gradient(density, gradient),
             Self::Rigid(shape) => shape.surface().mass_gradient(density, gradient),
-            Self::HalfSpace(_) => Vec::new(),
+            Self::HalfSpace(_) => Ok(Vec::new()),
         }
     }
 

@@ -1,5 +1,6 @@
 use super::inertia::PrincipalInertia;
 use super::{Body, WorldError};
+use crate::mesh::DensityError;
 use crate::spatial::MassProperties;
 use nalgebra::Vector3;
 
@@ -27,15 +28,27 @@ impl Mass {
         &self,
         body: &str,
         volume: f64,
-        at_density: impl Fn(f64) -> MassProperties,
+        at_density: impl Fn(f64) -> Result<MassProperties, DensityError>,
     ) -> Result<MassProperties, WorldError> {
-        let (quantity, value, properties) = match *self {
-            Self::Density(density) => ("density", density, at_density(density)),
-            Self::Total(mass) => ("mass", mass, at_density(mass / volume)),
-            Self::Given(properties) => ("mass", properties.mass, properties),
+        let (quantity, value, density) = match *self {
+            Self::Density(density) => ("density", density, density),
+            Self::Total(mass) => ("mass", mass, mass / volume),
+            Self::Given(properties) => ("mass", properties.mass, properties.mass / volume),
         };
         check_mass_number(body, quantity, value)?;
-        check_mass_number(body, "mass", properties.mass)?;
+        check_mass_number(body, "mass", density * volume)?;
+        let properties = match *self {
+            Self::Given(properties) => properties,
+            Self::Density(_) | Self::Total(_) => at_density(density).map_err(|_| {
+                let (body, value) = (body.to_owned(), f64::INFINITY);
+                let quantity = "inertia";
+                WorldError::Mass {
+                    body,
+                    quantity,
+                    value,
+                }
+            })?,
+        };
         check_center(body, &properties.center_of_mass)?;
         check_inertia(body, &properties)?;
         Ok(properties)

@@ -9,8 +9,8 @@ pub struct Material<T = f64> {
     pub modulus: Option<T>,
     /// Hunt–Crossley dissipation (s/m), not negative. That of a rigid body has no effect.
     pub dissipation: T,
-    /// Coefficient of friction, not negative.
-    pub friction: T,
+    /// Coefficient of friction, not negative. None takes the coefficient of the partner in each contact.
+    pub friction: Option<T>,
 }
 
 impl Material<f64> {
@@ -19,17 +19,17 @@ impl Material<f64> {
     pub fn elastic(modulus: f64) -> Self {
         Self {
             modulus: Some(modulus),
-            ..Self::rigid()
+            ..Self::rigid().with_friction(0.0)
         }
     }
 
-    /// That of a rigid body, without dissipation and friction.
+    /// That of a rigid body: without dissipation, and with the friction of whatever it touches.
     #[must_use]
     pub fn rigid() -> Self {
         Self {
             modulus: None,
             dissipation: 0.0,
-            friction: 0.0,
+            friction: None,
         }
     }
 
@@ -45,6 +45,7 @@ impl Material<f64> {
     /// The same material with a coefficient of friction.
     #[must_use]
     pub fn with_friction(self, friction: f64) -> Self {
+        let friction = Some(friction);
         Self { friction, ..self }
     }
 
@@ -54,7 +55,7 @@ impl Material<f64> {
         Material {
             modulus: self.modulus.map(lift),
             dissipation: lift(self.dissipation),
-            friction: lift(self.friction),
+            friction: self.friction.map(lift),
         }
     }
 }
@@ -65,13 +66,14 @@ impl<T: Scalar> Material<T> {
         Material {
             modulus: self.modulus.map(real_part),
             dissipation: real_part(self.dissipation),
-            friction: real_part(self.friction),
+            friction: self.friction.map(real_part),
         }
     }
 
     /// The law of two surfaces. Each body dissipates in the measure in which it gives way, so the dissipations are weighted with
     /// the *other* body's modulus, and a rigid body dissipates nothing. The coefficients of friction enter by their harmonic
-    /// mean: a body without friction makes the pair frictionless. The slip tolerance (m/s) is taken as it is, unchecked.
+    /// mean: a coefficient of 0 makes the pair frictionless. A material without a coefficient takes that of the other, and two
+    /// such materials have no friction. The slip tolerance (m/s) is taken as it is, unchecked.
     ///
     /// Where both coefficients a and b are 0, the mean 2ab/(a + b) has directional derivatives, but no derivative: dual
     /// numbers get 0, which is right by one of the two alone.
@@ -85,11 +87,12 @@ impl<T: Scalar> Material<T> {
             (None, Some(_)) => other.dissipation,
             (None, None) => lift(0.0),
         };
-        let friction_sum = self.friction + other.friction;
-        let friction = if real_part(friction_sum) > 0.0 {
-            self.friction * other.friction * 2.0 / friction_sum
-        } else {
-            lift(0.0)
+        let friction = match (self.friction, other.friction) {
+            (Some(own), Some(others)) if real_part(own + others) > 0.0 => {
+                own * others * 2.0 / (own + others)
+            }
+            (Some(friction), None) | (None, Some(friction)) => friction,
+            (Some(_), Some(_)) | (None, None) => lift(0.0),
         };
         SurfaceLaw {
             dissipation,
@@ -127,13 +130,12 @@ impl<T: Scalar> Material<T> {
         if !(modulus > 0.0 && modulus.is_finite()) {
             return Some(("hydroelastic modulus", modulus));
         }
+        let friction = self.friction.map_or(0.0, real_part);
         let others = [
-            ("dissipation", self.dissipation),
-            ("friction", self.friction),
+            ("dissipation", real_part(self.dissipation)),
+            ("friction", friction),
         ];
-        let mut values = others
-            .map(|(name, value)| (name, real_part(value)))
-            .into_iter();
+        let mut values = others.into_iter();
         values.find(|(_, value)| !(*value >= 0.0 && value.is_finite()))
     }
 }

@@ -54,7 +54,8 @@ struct MaterialLayout {
     /// None of a rigid body.
     modulus: Option<f64>,
     dissipation: f64,
-    friction: f64,
+    /// None of one that takes the friction of its partner.
+    friction: Option<f64>,
 }
 
 /// A trajectory as it is saved.

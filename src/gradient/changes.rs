@@ -70,7 +70,8 @@ pub(super) fn check_together(
     let without_friction = |index: &usize| {
         let name = system.bodies[*index].name();
         let is_parameter = parameters.contains(&Parameter::Friction(name.into()));
-        is_parameter && system.bodies[*index].material.friction <= 0.0
+        let friction = system.bodies[*index].material.friction;
+        is_parameter && friction.is_some_and(|friction| friction <= 0.0)
     };
     let bodies: Vec<usize> = (0..system.bodies.len()).filter(without_friction).collect();
     for (place, &i) in bodies.iter().enumerate() {

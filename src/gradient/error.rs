@@ -1,5 +1,6 @@
 use super::OutcomeJacobian;
 use crate::dynamics::{Interrupted, RolloutError, WorldError};
+use crate::mesh::DensityError;
 use crate::threads::Panicked;
 use nalgebra::DVector;
 
@@ -13,6 +14,9 @@ pub enum GradientError {
     /// The rollout did not reach its end.
     #[error(transparent)]
     Rollout(#[from] RolloutError),
+    /// The density of a body gives no mass properties.
+    #[error(transparent)]
+    Density(#[from] DensityError),
     /// The parameter belongs to a body that forces do not move.
     #[error(
         "{parameter} has no effect, because forces do not move body {body:?}: it is fixed or follows a path"
@@ -26,6 +30,14 @@ pub enum GradientError {
     /// The modulus of a rigid body is a parameter.
     #[error("body {body:?} is rigid: it has no modulus to differentiate by")]
     NoModulus {
+        /// Name of the body.
+        body: String,
+    },
+    /// The friction of a body is a parameter, but its material takes the friction of its partners.
+    #[error(
+        "body {body:?} has no friction of its own, but takes that of what it touches: give its material a friction to differentiate by"
+    )]
+    NoOwnFriction {
         /// Name of the body.
         body: String,
     },
@@ -47,6 +59,16 @@ pub enum GradientError {
         found: usize,
         /// How many the parameters have.
         expected: usize,
+    },
+    /// A number of the outcome is NaN or infinite, at states that are finite.
+    #[error(
+        "number {row} of the outcome, counted from 0, is {value}, but must be finite: the outcome may divide by zero, or take a root or a logarithm of a negative number"
+    )]
+    OutcomeNotFinite {
+        /// Which number of the outcome.
+        row: usize,
+        /// Its value.
+        value: f64,
     },
     /// A derivative of a state is not finite, and neither is one of the outcome's by the same number.
     #[error(
@@ -142,6 +164,17 @@ pub enum GradientError {
         /// How many numbers it has.
         count: usize,
     },
+}
+
+/// Checks that the numbers of an outcome are finite.
+pub(super) fn check_outcome(numbers: &[f64]) -> Result<(), GradientError> {
+    match numbers.iter().position(|number| !number.is_finite()) {
+        None => Ok(()),
+        Some(row) => Err(GradientError::OutcomeNotFinite {
+            row,
+            value: numbers[row],
+        }),
+    }
 }
 
 /// Checks that outcomes have as many numbers as the first of them.

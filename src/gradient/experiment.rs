@@ -1,4 +1,5 @@
 use super::changes::{changed, changed_within_range};
+use super::error::check_outcome;
 use super::widths::{DifferentiableOutcome, DifferentiableWorld, OutcomeIn, WIDE};
 use super::{GradientError, Mode, Outcome, Parameter};
 use crate::dynamics::{AnyWorld, Force, Plan, Recorded, Rollout, System, World};
@@ -127,9 +128,11 @@ impl Experiment {
     /// The outcome without derivatives.
     ///
     /// # Errors
-    /// If the rollout ends early.
+    /// If the rollout ends early, or a number of the outcome is not finite.
     pub fn value(&self, outcome: &impl Outcome) -> Result<Vec<f64>, GradientError> {
-        self.value_of(outcome)
+        let value = self.value_of(outcome)?;
+        check_outcome(&value)?;
+        Ok(value)
     }
 
     /// The outcome in the world itself. Not generic, so that it is compiled in this library.
@@ -145,6 +148,7 @@ impl Experiment {
     ///
     /// # Errors
     /// - If a parameter is not one of the world's, or the rollout ends early.
+    /// - [`GradientError::OutcomeNotFinite`] if a number of the outcome is not finite.
     /// - If a derivative of the outcome is not finite. The error tells by which number of the parameters,
     ///   and the first step that led to a state with such a derivative, or that the outcome itself has
     ///   lost it; it holds the value and the other derivatives. To find the step takes the rollout's time
@@ -158,6 +162,7 @@ impl Experiment {
         outcome: &impl Outcome,
     ) -> Result<OutcomeJacobian, GradientError> {
         let (found, breakdown) = self.differentiated(parameters, outcome)?;
+        check_outcome(found.value.as_slice())?;
         match breakdown {
             None => Ok(found),
             Some(breakdown) => Err(breakdown.into_error(self.system(), parameters, found)),
@@ -200,7 +205,7 @@ impl Experiment {
     /// The outcome after changes of the parameters, as a line search asks for it.
     ///
     /// # Errors
-    /// As [`World::changed`], and if the rollout ends early.
+    /// As [`World::changed`], and as [`Self::value`].
     pub fn value_after(
         &self,
         parameters: &[Parameter],
@@ -208,7 +213,9 @@ impl Experiment {
         outcome: &impl Outcome,
     ) -> Result<Vec<f64>, GradientError> {
         let system = changed_within_range(self.system(), parameters, changes)?;
-        self.value_in(system, outcome)
+        let value = self.value_in(system, outcome)?;
+        check_outcome(&value)?;
+        Ok(value)
     }
 
     /// The outcome beside the world's own parameters, where a material's number may have left its

@@ -1,6 +1,7 @@
 //! The derivatives of a number by recorded states: given, or those of a loss by the states that it looks at.
 
 use super::GradientError;
+use super::error::check_outcome;
 use super::widths::{DifferentiableOutcome, NARROW, OutcomeIn, WIDE};
 use crate::dynamics::{BodyState, LOCAL, Reversal, State, StateCovector, System, Trajectory};
 use crate::scalar::{DenseDual, GenericDirection, Scalar};
@@ -72,6 +73,7 @@ pub(super) fn of_outcome(
     let [value] = value[..] else {
         return Err(GradientError::NotALoss { count: value.len() });
     };
+    check_outcome(&[value])?;
     let moves = |body: &usize| !system.bodies[*body].motion.is_prescribed();
     let bodies: Vec<usize> = (0..system.bodies.len()).filter(moves).collect();
     let looked = Looked {

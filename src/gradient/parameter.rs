@@ -122,6 +122,11 @@ impl Parameter {
                 body: name.to_owned(),
             });
         }
+        if matches!(self, Self::Friction(_)) && body.material.friction.is_none() {
+            return Err(GradientError::NoOwnFriction {
+                body: name.to_owned(),
+            });
+        }
         if let Self::Control(_, interval) = self {
             let mut controls = system.controls.iter();
             let control = controls.find(|control| control.body() == name);
@@ -170,7 +175,7 @@ impl Parameter {
         let value = match self {
             Self::Modulus(_) => body.material.modulus.unwrap_or(1.0),
             Self::Dissipation(_) => body.material.dissipation,
-            Self::Friction(_) => body.material.friction,
+            Self::Friction(_) => body.material.friction.unwrap_or(1.0),
             Self::Mass(_) => body.inertia().map_or(1.0, |inertia| inertia.mass),
             Self::InitialPosition(_)
             | Self::InitialOrientation(_)
@@ -251,8 +256,10 @@ impl Parameter {
                 body.rubs = true;
             }
             Self::Friction(_) => {
-                body.material.friction += change[0];
-                body.rubs = true;
+                if let Some(friction) = &mut body.material.friction {
+                    *friction += change[0];
+                    body.rubs = true;
+                }
             }
             Self::Mass(_) => change_mass(body, change[0]),
             Self::InitialVelocity(_) => body.initial.twist.linear += vector(),

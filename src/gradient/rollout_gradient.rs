@@ -116,7 +116,7 @@ impl RolloutGradient {
             -by.by_inertia.dot(&inertia.per_mass())
         };
         let (shape, by) = (body.shape(), MassGradient { by_mass, ..by });
-        Ok(shape.mass_gradient(inertia.mass / shape.volume(), &by))
+        Ok(shape.mass_gradient(inertia.mass / shape.volume(), &by)?)
     }
 }
 

@@ -2,6 +2,11 @@ use crate::geometry::{FACES, Tetrahedron};
 use crate::spatial::{MassGradient, MassProperties};
 use nalgebra::{Matrix3, Vector3};
 
+/// A density is out of range, or gives a mass or an inertia that is.
+#[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
+#[error("the density is {0} kg/m³, but must be positive, with a finite mass and inertia")]
+pub struct DensityError(pub f64);
+
 /// Exact mass properties of the sum of signed tetrahedra at a uniform density (kg/m³).
 ///
 /// Over a tetrahedron with corners at `c` from any origin, ∫ x xᵀ dV = V/20·(Σ c cᵀ + s sᵀ) with
@@ -10,7 +15,7 @@ pub(super) fn mass_properties(
     origin: Vector3<f64>,
     tetrahedra: impl Iterator<Item = Tetrahedron>,
     density: f64,
-) -> MassProperties {
+) -> Result<MassProperties, DensityError> {
     let (mut volume, mut first, mut second) = (0.0, Vector3::zeros(), Matrix3::zeros());
     for tetrahedron in tetrahedra {
         let tet_volume = tetrahedron.signed_volume();
@@ -23,10 +28,16 @@ pub(super) fn mass_properties(
     }
     let offset = first / volume;
     let central = second - offset * offset.transpose() * volume;
-    MassProperties {
+    let properties = MassProperties {
         mass: density * volume,
         center_of_mass: origin + offset,
         inertia: (Matrix3::identity() * central.trace() - central) * density,
+    };
+    let inertia = properties.inertia.sum();
+    if density > 0.0 && properties.mass.is_finite() && inertia.is_finite() {
+        Ok(properties)
+    } else {
+        Err(DensityError(density))
     }
 }
 
@@ -40,12 +51,12 @@ pub(super) fn mass_gradients(
     tetrahedra: impl Iterator<Item = Tetrahedron> + Clone,
     density: f64,
     gradient: &MassGradient,
-) -> impl Iterator<Item = [Vector3<f64>; 4]> {
+) -> Result<impl Iterator<Item = [Vector3<f64>; 4]>, DensityError> {
     let MassProperties {
         mass,
         center_of_mass,
         ..
-    } = mass_properties(origin, tetrahedra.clone(), density);
+    } = mass_properties(origin, tetrahedra.clone(), density)?;
     let (volume, center) = (mass / density, center_of_mass - origin);
     let by_inertia = (gradient.by_inertia + gradient.by_inertia.transpose()) * 0.5;
     let by_second = (Matrix3::identity() * by_inertia.trace() - by_inertia) * density;
@@ -53,7 +64,7 @@ pub(super) fn mass_gradients(
     let by_first = by_center - by_second * center * 2.0;
     let by_volume =
         density * gradient.by_mass - by_center.dot(&center) + center.dot(&(by_second * center));
-    tetrahedra.map(move |tetrahedron| {
+    Ok(tetrahedra.map(move |tetrahedron| {
         let corners = tetrahedron.corners.map(|corner| corner - origin);
         let sum: Vector3<f64> = corners.iter().sum();
         let squares = corners
@@ -68,5 +79,5 @@ pub(super) fn mass_gradients(
             let moved = by_first / 4.0 + by_second * (corners[corner] + sum) / 10.0;
             by_corner * mean + moved * tet_volume
         })
-    })
+    }))
 }

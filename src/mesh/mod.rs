@@ -43,6 +43,7 @@ mod welding;
 
 pub use error::MeshError;
 pub use linearised_distances::{DistanceGradient, LinearisedDistances};
+pub use mass::DensityError;
 pub use pressure_field::{FieldTet, PressureField};
 pub use shape_rates::ShapeRates;
 pub(crate) use surface::OUTSIDE;

@@ -1,5 +1,5 @@
 use super::surface::{OUTSIDE, Surface};
-use super::{MeshError, coordinates, mass, splitting};
+use super::{DensityError, MeshError, coordinates, mass, splitting};
 use crate::geometry::{Aabb, Tetrahedron};
 use crate::spatial::{MassGradient, MassProperties};
 use nalgebra::Vector3;
@@ -121,26 +121,34 @@ impl TetMesh {
     }
 
     /// Mass, center of mass and inertia tensor at a uniform density (kg/m³).
-    #[must_use]
-    pub fn mass_properties(&self, density: f64) -> MassProperties {
+    ///
+    /// # Errors
+    /// If the density is not positive, or the mass or the inertia is not finite.
+    pub fn mass_properties(&self, density: f64) -> Result<MassProperties, DensityError> {
         let tetrahedra = (0..self.tet_count()).map(|tet| self.tetrahedron(tet));
         mass::mass_properties(self.aabb().center(), tetrahedra, density)
     }
 
     /// The derivatives by the vertices (the number's unit over m) of a number that has these derivatives by
     /// [`Self::mass_properties`] at this density (kg/m³). Exact up to round-off; those by inner vertices are 0.
-    #[must_use]
-    pub fn mass_gradient(&self, density: f64, gradient: &MassGradient) -> Vec<Vector3<f64>> {
+    ///
+    /// # Errors
+    /// As [`Self::mass_properties`].
+    pub fn mass_gradient(
+        &self,
+        density: f64,
+        gradient: &MassGradient,
+    ) -> Result<Vec<Vector3<f64>>, DensityError> {
         let tetrahedra = (0..self.tet_count()).map(|tet| self.tetrahedron(tet));
         let origin = self.aabb().center();
-        let by_corners = mass::mass_gradients(origin, tetrahedra, density, gradient);
+        let by_corners = mass::mass_gradients(origin, tetrahedra, density, gradient)?;
         let mut by_vertices = vec![Vector3::zeros(); self.vertex_count()];
         for (tet, by_corners) in self.tets.iter().zip(by_corners) {
             for (&vertex, by_corner) in tet.iter().zip(by_corners) {
                 by_vertices[vertex] += by_corner;
             }
         }
-        by_vertices
+        Ok(by_vertices)
     }
 
     /// The mesh with a new vertex at the center of every edge, then every face, then every

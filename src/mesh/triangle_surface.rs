@@ -1,5 +1,7 @@
 use super::triangle_components::Components;
-use super::{SurfaceError, TetMesh, coordinates, mass, triangle_edges, triangle_solid, welding};
+use super::{
+    DensityError, SurfaceError, TetMesh, coordinates, mass, triangle_edges, triangle_solid, welding,
+};
 use crate::geometry::{Aabb, Tetrahedron};
 use crate::spatial::{MassGradient, MassProperties};
 use nalgebra::Vector3;
@@ -171,19 +173,27 @@ impl TriangleSurface {
     }
 
     /// Mass, center of mass and inertia tensor of the solid inside at a uniform density (kg/m³). Exact up to round-off.
-    #[must_use]
-    pub fn mass_properties(&self, density: f64) -> MassProperties {
+    ///
+    /// # Errors
+    /// If the density is not positive, or the mass or the inertia is not finite.
+    pub fn mass_properties(&self, density: f64) -> Result<MassProperties, DensityError> {
         let middle = self.aabb().center();
         mass::mass_properties(middle, self.tetrahedra_to(middle), density)
     }
 
     /// The derivatives by the vertices (the number's unit over m) of a number that has these derivatives by
     /// [`Self::mass_properties`] at this density (kg/m³). Exact up to round-off.
-    #[must_use]
-    pub fn mass_gradient(&self, density: f64, gradient: &MassGradient) -> Vec<Vector3<f64>> {
+    ///
+    /// # Errors
+    /// As [`Self::mass_properties`].
+    pub fn mass_gradient(
+        &self,
+        density: f64,
+        gradient: &MassGradient,
+    ) -> Result<Vec<Vector3<f64>>, DensityError> {
         let middle = self.aabb().center();
         let by_corners =
-            mass::mass_gradients(middle, self.tetrahedra_to(middle), density, gradient);
+            mass::mass_gradients(middle, self.tetrahedra_to(middle), density, gradient)?;
         let mut by_vertices = vec![Vector3::zeros(); self.vertices.len()];
         // What the middle makes of a change is nothing in the sum.
         for (triangle, [_, by_corners @ ..]) in self.triangles.iter().zip(by_corners) {
@@ -191,7 +201,7 @@ impl TriangleSurface {
                 by_vertices[vertex] += by_corner;
             }
         }
-        by_vertices
+        Ok(by_vertices)
     }
 
     /// The signed tetrahedra between a point and the triangles.

@@ -58,7 +58,7 @@ fn an_ignored_pair_leaves_the_other_pairs() {
 #[test]
 fn fixed_bodies_never_move() {
     let skin = Material {
-        friction: 0.5,
+        friction: Some(0.5),
         ..SKIN
     };
     let tilted = Pose::from_rotation_vector(&vector![0.1, 0.2, 0.3], vector![0.0, 0.0, -0.25]);
@@ -160,7 +160,7 @@ fn a_turning_pusher_pushes_with_the_velocity_of_its_surface() {
     // A roller turns under a ball that lies on it, both of the same shape: friction drives the ball
     // the way the roller's top goes, and turns it the other way round.
     let skin = Material {
-        friction: 0.5,
+        friction: Some(0.5),
         dissipation: 1.0,
         ..SKIN
     };

@@ -90,7 +90,7 @@ fn two_colliding_bodies_conserve_momentum_and_angular_momentum_in_every_step() {
     for (dissipation, friction) in [(0.0, 0.0), (0.5, 0.4)] {
         let skin = Material {
             dissipation,
-            friction,
+            friction: Some(friction),
             ..Material::elastic(1e5)
         };
         let block = Body::dynamic("block", Arc::clone(&block), skin, Mass::Density(100.0)).unwrap();

@@ -262,7 +262,7 @@ const REST_DEPTH_OF_BLOCK: f64 = GRAVITY / (0.09 * 3.704e6);
 fn a_sliding_block_stops_after_the_distance_of_coulomb_friction() {
     let material = Material {
         dissipation: 1.0,
-        friction: 0.5,
+        friction: Some(0.5),
         ..Material::elastic(1e6)
     };
     let speed = 1.0;
@@ -294,7 +294,7 @@ fn a_block_slides_down_an_incline_with_the_acceleration_that_friction_leaves() {
     let (tilt, friction) = (0.5_f64, 0.3);
     let material = Material {
         dissipation: 1.0,
-        friction,
+        friction: Some(friction),
         ..Material::elastic(1e6)
     };
     let world = resting_block(material, tilt)

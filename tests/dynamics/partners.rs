@@ -371,3 +371,19 @@ fn a_body_that_starts_below_a_floor_is_an_error() {
         }
     }
 }
+
+#[test]
+fn a_body_without_friction_of_its_own_takes_that_of_its_partner() {
+    let [rough, smooth, hard] = [skin(), skin().with_friction(0.0), Material::rigid()];
+    for (material, other, expected) in [
+        (rough, hard, 0.4),
+        (hard, rough, 0.4),
+        (smooth, hard, 0.0),
+        (hard, hard, 0.0),
+        (rough, hard.with_friction(0.0), 0.0),
+        (rough, hard.with_friction(0.6), 0.48),
+    ] {
+        let found = material.law_with(&other, 1e-3).friction();
+        assert_relative_eq!(found, expected, max_relative = f64::EPSILON);
+    }
+}

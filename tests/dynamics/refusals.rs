@@ -39,7 +39,7 @@ fn a_material_out_of_range_is_refused_with_the_body_the_quantity_and_the_value()
             ..SKIN
         };
         refused(sticky, "dissipation", value);
-        let friction = value;
+        let friction = Some(value);
         refused(Material { friction, ..SKIN }, "friction", value);
     }
 }

@@ -17,7 +17,7 @@ pub const ROUND_OFF: f64 = 1e-12;
 pub const SKIN: Material = Material {
     modulus: Some(1e5),
     dissipation: 0.0,
-    friction: 0.0,
+    friction: Some(0.0),
 };
 
 pub fn ball_shape() -> Arc<Shape> {

@@ -62,7 +62,7 @@ fn compare(found: f64, value: impl Fn(f64) -> f64, what: &str) {
 
 /// The ways to keep mass properties, and masses to build with: those of the shape that is given.
 fn masses(field: &PressureField) -> [(Keeping, Mass); 3] {
-    let own = field.mesh().mass_properties(250.0);
+    let own = field.mesh().mass_properties(250.0).unwrap();
     [
         (Keeping::Density, Mass::Density(250.0)),
         (Keeping::Mass, Mass::Total(own.mass)),

@@ -2,10 +2,10 @@
 
 use hydroelastic::contact::Shape;
 use hydroelastic::dynamics::{
-    Batch, Body, Force, Mass, Material, Plan, Situation, Trajectory, World, Wrenches,
+    Batch, Body, Force, Mass, Material, Plan, Situation, StateCovector, Trajectory, World, Wrenches,
 };
 use hydroelastic::gradient::{
-    Experiment, FinalPosition, GradientError, Outcome, OutcomeJacobian, Parameter,
+    Experiment, FinalPosition, GradientError, Mode, Outcome, OutcomeJacobian, Parameter,
 };
 use hydroelastic::mesh::shapes;
 use hydroelastic::scalar::{Scalar, lift};
@@ -365,4 +365,136 @@ fn bodies_without_friction_that_cannot_touch_have_derivatives_by_the_friction_of
     let (experiment, place) = slide(&ignoring);
     let found = experiment.jacobian(&both(), &place).unwrap();
     assert!(found.jacobian.amax() <= 0.0);
+}
+
+/// Some numbers, whatever the trajectory is.
+struct Constants(&'static [f64]);
+
+impl Outcome for Constants {
+    fn of<T: Scalar>(&self, _: &Trajectory<T>) -> Vec<T> {
+        self.0.iter().map(|&number| lift(number)).collect()
+    }
+}
+
+fn is_not_finite(error: &GradientError, row: usize, value: f64) {
+    let text = format!("number {row} of the outcome, counted from 0, is {value}");
+    assert!(
+        matches!(error, GradientError::OutcomeNotFinite { row: found, .. } if *found == row),
+        "{error}"
+    );
+    assert!(error.to_string().starts_with(&text), "{error}");
+}
+
+#[test]
+fn an_outcome_that_is_not_finite_is_an_error_that_names_its_number() {
+    let world = sliding(0.2, 0.4);
+    let (experiment, _) = slide(&world);
+    let (by, batch) = ([velocity()], Batch::new(experiment.plan()));
+    for (value, numbers) in [
+        (f64::NAN, &[1.0, f64::NAN]),
+        (f64::INFINITY, &[1.0, f64::INFINITY]),
+        (f64::NEG_INFINITY, &[1.0, f64::NEG_INFINITY]),
+    ] {
+        let (outcome, loss) = (Constants(numbers), Constants(&numbers[1..]));
+        let changes = [[0.0; 3]];
+        let errors = [
+            experiment.value(&outcome).err(),
+            experiment.value_after(&by, &changes[0], &outcome).err(),
+            experiment.jacobian(&by, &outcome).err(),
+            experiment.jacobian(&[], &outcome).err(),
+            batch.values_after(&world, &by, &changes, &outcome)[0]
+                .clone()
+                .err(),
+            batch.jacobians_after(&world, &by, &changes, &outcome)[0]
+                .clone()
+                .err(),
+        ];
+        for error in errors {
+            is_not_finite(&error.unwrap(), 1, value);
+        }
+        let errors = [
+            experiment.gradient_by(Mode::Forward, &by, &loss).err(),
+            experiment.gradient_by(Mode::Reverse, &by, &loss).err(),
+            experiment.gradient_by_all(&loss).err(),
+            batch.gradients_after(&world, &by, &changes, &loss)[0]
+                .clone()
+                .err(),
+        ];
+        for error in errors {
+            is_not_finite(&error.unwrap(), 0, value);
+        }
+    }
+}
+
+#[test]
+fn a_covector_that_is_not_finite_is_an_error_that_names_its_body() {
+    let world = sliding(0.2, 0.4);
+    let (experiment, _) = slide(&world);
+    for value in [f64::NAN, f64::INFINITY] {
+        let shift = vector![value, 0.0, 0.0];
+        let lost = StateCovector {
+            shift,
+            ..StateCovector::zero()
+        };
+        for (record, step) in [(50, 51), (20, 21), (0, 1)] {
+            let found = experiment.pullback(&[velocity()], |trajectory| {
+                let bodies = |state: usize| {
+                    let of = |body| {
+                        if (state, body) == (record, 0) {
+                            lost
+                        } else {
+                            StateCovector::zero()
+                        }
+                    };
+                    (0..4).map(of).collect()
+                };
+                (0..trajectory.states().len()).map(bodies).collect()
+            });
+            let body = "ball".into();
+            assert_eq!(found, Err(GradientError::BackwardNotFinite { step, body }));
+        }
+    }
+}
+
+#[test]
+fn a_body_without_a_friction_of_its_own_has_no_derivative_by_it() {
+    let floor = |friction| Material {
+        friction,
+        ..Material::elastic(1e5)
+    };
+    let with = |friction| {
+        let mut bodies = sliding(0.3, 0.0).bodies().to_vec();
+        let shape = bodies[1].shape().clone();
+        let pose = bodies[1].initial().pose;
+        bodies[1] = Body::fixed("floor", shape, floor(friction))
+            .unwrap()
+            .at(pose);
+        World::new(bodies).unwrap()
+    };
+    let (borrowed, given) = (with(None), with(Some(0.3)));
+    let (experiment, place) = slide(&borrowed);
+    let body = "floor".into();
+    assert_eq!(
+        experiment
+            .jacobian(&[friction("floor")], &place)
+            .unwrap_err(),
+        GradientError::NoOwnFriction { body }
+    );
+    // The friction of the ball is that of the pair: as if the floor had the same and changed with it.
+    let by_ball = experiment.jacobian(&[friction("ball")], &place).unwrap();
+    let swept = experiment
+        .gradient_by(Mode::Reverse, &[friction("ball")], &Reading::X)
+        .unwrap();
+    let by_both = slide(&given).0.jacobian(&both(), &place).unwrap();
+    assert_eq!(by_ball.value, by_both.value);
+    let sum = by_both.jacobian.column_sum();
+    assert!((by_ball.jacobian.column(0) - &sum).amax() <= RUBBING * sum.amax());
+    assert!((swept.1[0] - sum[0]).abs() <= RUBBING * sum[0].abs());
+    assert!(
+        experiment
+            .difference_check(&[friction("ball")], &place)
+            .unwrap()
+            .best()
+            <= RUBBING
+    );
 }

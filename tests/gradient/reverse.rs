@@ -86,7 +86,7 @@ pub fn skin(modulus: f64, [dissipation, friction]: [f64; 2]) -> Material {
     Material {
         modulus: Some(modulus),
         dissipation,
-        friction,
+        friction: Some(friction),
     }
 }
 
@@ -260,7 +260,7 @@ impl Force for Odd {
         let mass = now.bodies[1].inertia().unwrap().mass;
         let touch = now.contact[1].force * lift::<T>(0.1) + now.contact[1].torque;
         let material = now.bodies[2].material();
-        let friction = material.friction * 0.3 + material.dissipation;
+        let friction = material.friction.unwrap() * 0.3 + material.dissipation;
         let modulus = material.modulus.unwrap() * 1e-6;
         let weight = now.gravity * (mass * 0.1 + friction + modulus);
         wrenches.push_center(0, &(touch + weight));

@@ -182,7 +182,7 @@ fn vertices_of_bodies_through_contact_and_mass_equal_differences() {
             let shape = |time| moved(&field, &velocities, time);
             let original = Arc::new(shape(0.0));
             let density = 300.0;
-            let mass = original.field().mesh().mass_properties(density);
+            let mass = original.field().mesh().mass_properties(density).unwrap();
             let of = |time: f64, mass: Mass| {
                 let block = moved(&block, &vec![Vector3::zeros(); 9], 0.0);
                 loss(&thrown(shape(time), block, mass, law), &plan)

@@ -133,7 +133,7 @@ fn columns_of(body: &Body) -> Vec<Column> {
     let mut all = vec![
         column(Parameter::Modulus(name.into()), skin.modulus.unwrap()),
         column(Parameter::Dissipation(name.into()), skin.dissipation),
-        column(Parameter::Friction(name.into()), skin.friction),
+        column(Parameter::Friction(name.into()), skin.friction.unwrap()),
     ];
     if let Some(inertia) = body.inertia() {
         all.extend([

@@ -43,7 +43,7 @@ fn thrown(dissipation: f64, friction: f64) -> World {
     let skin = |modulus| Material {
         modulus: Some(modulus),
         dissipation,
-        friction,
+        friction: Some(friction),
     };
     let ball = Body::dynamic("ball", ball, skin(1e5), Mass::Density(240.0)).unwrap();
     let slab = Body::fixed("slab", slab, skin(4e5)).unwrap();
@@ -365,7 +365,10 @@ fn a_changed_world_is_the_one_that_is_made_of_the_sums() {
         let pairs = [
             (found.modulus.unwrap(), material.modulus.unwrap() + modulus),
             (found.dissipation, material.dissipation + dissipation),
-            (found.friction, material.friction + friction),
+            (
+                found.friction.unwrap(),
+                material.friction.unwrap() + friction,
+            ),
         ];
         for (found, expected) in pairs {
             assert!(

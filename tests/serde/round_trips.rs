@@ -148,8 +148,8 @@ proptest! {
         prop_assert_eq!(pose_bits(&reloaded(&pose)), pose_bits(&pose));
         let twist = Twist { angular: vector![a, b, c], linear: vector![d, e, f] };
         prop_assert_eq!(twist_bits(&reloaded(&twist)), twist_bits(&twist));
-        let skin = Material { modulus: Some(a.abs().max(f64::MIN_POSITIVE)), dissipation: b.abs(), friction: c.abs() };
-        let bits = |skin: &Material| [skin.modulus.unwrap(), skin.dissipation, skin.friction].map(f64::to_bits);
+        let skin = Material { modulus: Some(a.abs().max(f64::MIN_POSITIVE)), dissipation: b.abs(), friction: Some(c.abs()) };
+        let bits = |skin: &Material| [skin.modulus.unwrap(), skin.dissipation, skin.friction.unwrap()].map(f64::to_bits);
         prop_assert_eq!(bits(&reloaded(&skin)), bits(&skin));
     }
 }

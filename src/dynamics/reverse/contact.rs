@@ -198,7 +198,7 @@ impl Material {
         Material {
             modulus: self.modulus.map(|modulus| seed(modulus, 0)),
             dissipation: seed(self.dissipation, 1),
-            friction: seed(self.friction, 2),
+            friction: self.friction.map(|friction| seed(friction, 2)),
         }
     }
 }

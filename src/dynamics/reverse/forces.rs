@@ -202,7 +202,9 @@ impl<'a> Situated<'a> {
             *modulus += seeds[7];
         }
         seeded.material.dissipation += seeds[8];
-        seeded.material.friction += seeds[9];
+        if let Some(friction) = &mut seeded.material.friction {
+            *friction += seeds[9];
+        }
     }
 
     /// By what is seeded.

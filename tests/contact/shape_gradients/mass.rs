@@ -40,7 +40,7 @@ fn two_corners_of_a_cube() {
     };
     let corners = [vertex([0.5, 0.5, 0.5]), vertex([0.5, 0.5, -0.5])];
     let expect = |gradient: MassGradient, expected: [[f64; 3]; 2]| {
-        let by_vertices = mesh.mass_gradient(1.0, &gradient);
+        let by_vertices = mesh.mass_gradient(1.0, &gradient).unwrap();
         for (corner, expected) in corners.iter().zip(expected) {
             let error = (by_vertices[*corner] - Vector3::from(expected)).amax();
             assert!(error <= EXACT, "{error:e}");
@@ -107,19 +107,19 @@ fn meshes_and_surfaces_against_differences() {
         let velocities_of_mesh = velocities(mesh.vertex_count());
         let moved = |time: f64| moved_mesh(mesh, &velocities_of_mesh, time);
         check(
-            &mesh.mass_gradient(1.3, &gradient),
+            &mesh.mass_gradient(1.3, &gradient).unwrap(),
             &velocities_of_mesh,
-            |time| value(&gradient, &moved(time).mass_properties(1.3)),
+            |time| value(&gradient, &moved(time).mass_properties(1.3).unwrap()),
         );
         let surface = rigid.surface();
         let velocities_of_surface = velocities(surface.vertices().len());
         check(
-            &surface.mass_gradient(1.3, &gradient),
+            &surface.mass_gradient(1.3, &gradient).unwrap(),
             &velocities_of_surface,
             |time| {
                 let moves = velocities_of_surface.iter().map(|velocity| velocity * time);
                 let moved = rigid_reshaped(rigid, &moves.collect::<Vec<_>>());
-                value(&gradient, &moved.surface().mass_properties(1.3))
+                value(&gradient, &moved.surface().mass_properties(1.3).unwrap())
             },
         );
     }
@@ -130,7 +130,9 @@ fn inner_vertices_count_for_nothing() {
     let (shapes, mut random) = (Shapes::mixed(), Random::new(78));
     for shape in &shapes.compliant {
         let mesh = shape.field().mesh();
-        let by_vertices = mesh.mass_gradient(1.3, &random_gradient(&mut random));
+        let by_vertices = mesh
+            .mass_gradient(1.3, &random_gradient(&mut random))
+            .unwrap();
         let largest = by_vertices.iter().map(Vector3::amax).fold(0.0, f64::max);
         let inner = (0..mesh.vertex_count()).filter(|&vertex| !mesh.is_on_surface(vertex));
         for vertex in inner {

@@ -27,7 +27,7 @@ pub const TIME_STEP: f64 = 5e-4;
 pub const ELASTIC: Material = Material {
     modulus: Some(1e5),
     dissipation: 0.0,
-    friction: 0.0,
+    friction: Some(0.0),
 };
 pub const DOWN: Vector3<f64> = vector![0.0, 0.0, -9.81];
 

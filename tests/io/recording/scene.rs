@@ -6,10 +6,15 @@ use super::recorded_worlds::{
 };
 use gltf_json::mesh::Semantic;
 use gltf_json::validation::Checked;
-use hydroelastic::dynamics::World;
+use hydroelastic::contact::{HalfSpace, Shape};
+use hydroelastic::dynamics::{Body, Mass, Material, World};
 use hydroelastic::io::Recording;
+use hydroelastic::mesh::shapes;
+use hydroelastic::spatial::Pose;
 use nalgebra::{Vector3, vector};
+use std::f64::consts::FRAC_PI_2;
 use std::fs;
+use std::sync::Arc;
 
 #[test]
 fn up_is_against_gravity() {
@@ -104,4 +109,43 @@ fn a_recording_is_the_same_bytes_each_time() {
         fs::read(file(&format!("{name}.glb"))).unwrap()
     };
     assert!(bytes("first") == bytes("second"));
+}
+
+#[test]
+fn half_spaces_are_drawn_below_the_bodies_that_move_and_as_wide_as_they_reach() {
+    let ball = Shape::new(shapes::cuboid([0.2, 0.2, 0.1]).unwrap());
+    let ball = Body::dynamic("ball", ball, ELASTIC, Mass::Total(1.0)).unwrap();
+    let away = Shape::new(shapes::cuboid([0.1; 3]).unwrap());
+    let away = Body::fixed("away", away, ELASTIC).unwrap();
+    let half_space = Arc::new(HalfSpace::rigid());
+    let plane = |name, pose| {
+        let body = Body::fixed(name, Arc::clone(&half_space), Material::rigid()).unwrap();
+        body.at(pose)
+    };
+    // The wall is the plane x = -1 and faces along x.
+    let wall = Pose::from_rotation_vector(&vector![0.0, FRAC_PI_2, 0.0], vector![-1.0, 0.0, 7.0]);
+    let bodies = vec![
+        ball.at(Pose::from_translation(vector![3.0, 2.0, 1.0])),
+        away.at(Pose::from_translation(vector![50.0, 0.0, 0.0])),
+        plane("ground", Pose::identity()),
+        plane("wall", wall),
+    ];
+    let world = World::new(bodies).unwrap();
+    let glb = read_back("tiles", &Recording::new(&world, &standing(&world)));
+    for (name, center) in [
+        ("ground", vector![3.0, 2.0, 0.0]),
+        ("wall", vector![-1.0, 2.0, 1.0]),
+    ] {
+        let (node, placement) = (glb.node(name), glb.placement(glb.node(name), 0.0));
+        let corners = glb.mesh(node).points;
+        let shown = corners
+            .iter()
+            .map(|corner| placement.rotation * corner + placement.translation);
+        let shown: Vec<Vector3<f64>> = shown.collect();
+        let middle = shown.iter().sum::<Vector3<f64>>() / 4.0;
+        assert_near(&middle, &center, 8.0 * SINGLE * 7.0);
+        // The diagonal of the box around the ball.
+        let edge = (shown[1] - shown[0]).norm();
+        assert!((edge - 0.3).abs() <= 8.0 * SINGLE * 7.0, "{name}: {edge}");
+    }
 }

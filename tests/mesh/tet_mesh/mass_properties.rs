@@ -3,7 +3,8 @@
 use super::sample_meshes::{
     FIVE, KUHN, ROUND_OFF, assert_inertia, assert_relative, cube, meshes, transformed, unit_tet,
 };
-use hydroelastic::mesh::TetMesh;
+use hydroelastic::mesh::{DensityError, TetMesh, TriangleSurface};
+use hydroelastic::spatial::MassGradient;
 use nalgebra::{Matrix3, Rotation3, Vector3, vector};
 
 /// Moments of a shape ten times its size away from the origin: about a hundred roundings of
@@ -27,7 +28,7 @@ fn boxes_have_their_mass_properties_wherever_they_are() {
     ] {
         let mesh = transformed(&cube(&KUHN), |v| v.component_mul(&lengths) + shift);
         assert_relative(mesh.volume(), 1.0, tolerance);
-        let properties = mesh.mass_properties(density);
+        let properties = mesh.mass_properties(density).unwrap();
         assert_relative(properties.mass, density, tolerance);
         let center = lengths * 0.5 + shift;
         assert!((properties.center_of_mass - center).amax() <= tolerance);
@@ -45,7 +46,7 @@ fn a_turned_box_has_the_turned_inertia() {
     let rotation = Rotation3::new(vector![0.4, -1.1, 0.3]);
     let mesh = transformed(&cube(&FIVE), |v| rotation * v.component_mul(&lengths));
     let expected = rotation * box_inertia(density, &lengths) * rotation.transpose();
-    let inertia = mesh.mass_properties(density).inertia;
+    let inertia = mesh.mass_properties(density).unwrap().inertia;
     assert_inertia(&inertia, &expected, ROUND_OFF);
     // Exactly symmetric, so that its use as such loses nothing.
     assert_eq!(inertia, inertia.transpose());
@@ -53,7 +54,7 @@ fn a_turned_box_has_the_turned_inertia() {
 
 #[test]
 fn a_tetrahedron_has_its_mass_properties() {
-    let properties = unit_tet().mass_properties(6.0);
+    let properties = unit_tet().mass_properties(6.0).unwrap();
     assert_relative(properties.mass, 1.0, ROUND_OFF);
     assert!((properties.center_of_mass - Vector3::repeat(0.25)).amax() <= ROUND_OFF);
     // Over the unit tetrahedron ∫ x² dV = 1/60 and ∫ x y dV = 1/120. With mass 1 about the
@@ -79,9 +80,44 @@ fn mass_properties_do_not_depend_on_the_order_of_vertices_and_tetrahedra() {
             .rev()
             .map(|[a, b, c, d]| [*c, *a, *d, *b].map(place));
         let shuffled = TetMesh::new(vertices, tets.collect()).unwrap();
-        let (found, expected) = (shuffled.mass_properties(2.0), mesh.mass_properties(2.0));
+        let (found, expected) = (
+            shuffled.mass_properties(2.0).unwrap(),
+            mesh.mass_properties(2.0).unwrap(),
+        );
         assert_relative(found.mass, expected.mass, ROUND_OFF);
         assert!((found.center_of_mass - expected.center_of_mass).amax() <= ROUND_OFF);
         assert_inertia(&found.inertia, &expected.inertia, ROUND_OFF);
+    }
+}
+
+#[test]
+fn densities_that_give_no_mass_are_refused() {
+    let mesh = transformed(&cube(&KUHN), |v| v * 100.0);
+    let surface = TriangleSurface::around(&mesh).unwrap();
+    let gradient = MassGradient {
+        by_mass: 1.0,
+        by_center_of_mass: Vector3::zeros(),
+        by_inertia: Matrix3::zeros(),
+    };
+    // The mass at 1e305 is finite, the inertia is not.
+    for density in [
+        0.0,
+        -1.0,
+        f64::NAN,
+        f64::INFINITY,
+        f64::NEG_INFINITY,
+        1e308,
+        1e305,
+    ] {
+        let errors = [
+            mesh.mass_properties(density).err(),
+            surface.mass_properties(density).err(),
+            mesh.mass_gradient(density, &gradient).err(),
+            surface.mass_gradient(density, &gradient).err(),
+        ];
+        for error in errors {
+            let DensityError(found) = error.unwrap();
+            assert_eq!(found.to_bits(), density.to_bits());
+        }
     }
 }

@@ -4,8 +4,8 @@ use super::document::Document;
 use super::drawing::{Triangles, primitive, quaternion, single};
 use super::frames::Frame;
 use super::materials::{self, lit, unlit};
-use super::view::diagonal;
-use crate::dynamics::{Body, BodyShape, BodyState};
+use crate::dynamics::{Body, BodyShape, BodyState, Motion};
+use crate::geometry::Aabb;
 use gltf_json::animation::{Interpolation, Property};
 use gltf_json::mesh::{Mesh, Mode};
 use gltf_json::scene::UnitQuaternion;
@@ -20,9 +20,6 @@ const EDGE_OPACITY: f32 = 0.3;
 
 /// No edge shows between triangles whose normals have a cosine above this: that of 15 degrees.
 const SMOOTH: f64 = 0.966;
-
-/// A half-space is drawn as a tile so many times as wide as the bodies and their ways from its origin.
-const TILE: f64 = 2.0;
 
 /// The accessors of a shape's surface: bodies of one shape share them.
 #[derive(Clone, Copy)]
@@ -49,9 +46,11 @@ pub(super) fn add(document: &mut Document, bodies: &[Body], frames: &[Frame]) {
             None => lit(materials::SCENERY, SCENERY_OPACITY),
         };
         let skin = document.material(skin);
+        // The tile of a half-space depends on where the half-space is.
+        let has_own = matches!(body.shape(), BodyShape::HalfSpace(_));
         let known = outlines
             .iter()
-            .find(|(shape, _)| shape.is_same(body.shape()));
+            .find(|(shape, _)| !has_own && shape.is_same(body.shape()));
         let outline = match known {
             Some((_, outline)) => *outline,
             None => Outline::of(&surface(body, place, bodies, frames), document),
@@ -102,17 +101,35 @@ fn surface(body: &Body, place: usize, bodies: &[Body], frames: &[Frame]) -> Tria
             Triangles::of_surface(surface.vertices(), surface.triangles())
         }
         BodyShape::HalfSpace(_) => {
-            let ways = frames.iter().flat_map(|frame| {
-                let origin = frame.state.bodies[place].position();
-                let states = frame.state.bodies.iter().zip(bodies);
-                // Other half-spaces have no size.
-                let sized = states.filter_map(|(state, other)| Some((state, diagonal(other)?)));
-                sized.map(move |(state, size)| (state.position() - origin).norm() + size)
-            });
-            let farthest = ways.reduce(f64::max).unwrap_or(1.0);
-            Triangles::tile(TILE * farthest)
+            let (center, half_edge) = match scene_below(place, bodies, frames) {
+                Some(scene) => (scene.center(), scene.half_extents().norm()),
+                None => (Vector3::zeros(), 1.0),
+            };
+            Triangles::tile(&center, half_edge)
         }
     }
+}
+
+/// The box, in the frame of the half-space in some place, around the bodies that move in all frames, or around all bodies if
+/// none moves. The tile that is drawn of the half-space is as wide as its diagonal.
+fn scene_below(place: usize, bodies: &[Body], frames: &[Frame]) -> Option<Aabb> {
+    let around = |only_moving: bool| {
+        let boxes = frames.iter().flat_map(move |frame| {
+            let states = &frame.state.bodies;
+            let to_tile = states[place].pose.inverse();
+            let drawn = bodies.iter().zip(states);
+            let drawn = drawn.filter(move |(body, _)| !only_moving || !is_fixed(body));
+            drawn.filter_map(move |(body, state)| {
+                Some(body.shape().bounds()?.posed(&(to_tile * state.pose)))
+            })
+        });
+        boxes.reduce(|one, other| one.union(&other))
+    };
+    around(true).or_else(|| around(false))
+}
+
+fn is_fixed(body: &Body) -> bool {
+    matches!(body.motion, Motion::Fixed)
 }
 
 /// Moves the node of a body from frame to frame, if the body moves.

@@ -35,9 +35,10 @@ impl Triangles {
         Self { points, triangles }
     }
 
-    /// A square in the plane z = 0 about the origin, seen from above.
-    pub fn tile(half_edge: f64) -> Self {
-        let corner = |x: f64, y: f64| Vector3::new(x, y, 0.0) * half_edge;
+    /// A square in the plane z = 0 about the foot of a point, seen from above.
+    pub fn tile(center: &Vector3<f64>, half_edge: f64) -> Self {
+        let corner =
+            |x: f64, y: f64| Vector3::new(center.x + x * half_edge, center.y + y * half_edge, 0.0);
         Self {
             points: vec![
                 corner(-1.0, -1.0),
