@@ -1,10 +1,10 @@
-//! Arrays of `float64` in, and what else is refused; arrays out.
+//! Arrays of numbers in, and what else is refused; arrays out.
 
 use crate::errors::refused;
 use numpy::ndarray::{Array, Array2, ArrayView2, IxDyn};
 use numpy::{
-    IntoPyArray, PyArray1, PyArray2, PyArrayDyn, PyArrayMethods, PyUntypedArray,
-    PyUntypedArrayMethods, ToPyArray,
+    IntoPyArray, PyArray1, PyArray2, PyArrayDescrMethods, PyArrayDyn, PyArrayMethods,
+    PyUntypedArray, PyUntypedArrayMethods, ToPyArray,
 };
 use pyo3::exceptions::PyTypeError;
 use pyo3::prelude::*;
@@ -19,7 +19,7 @@ pub struct Numbers {
     pub shape: Vec<usize>,
 }
 
-/// The numbers of a `float64` array, or of a list or a tuple of numbers.
+/// The numbers of an array of `float64` or of integers, or of a list or a tuple of numbers or of rows of them.
 pub fn numbers(argument: &Bound<'_, PyAny>, name: &str) -> PyResult<Numbers> {
     if let Ok(array) = argument.cast::<PyArrayDyn<f64>>() {
         let shape = array.shape().to_vec();
@@ -30,35 +30,101 @@ pub fn numbers(argument: &Bound<'_, PyAny>, name: &str) -> PyResult<Numbers> {
         };
         return Ok(Numbers { values, shape });
     }
-    if argument.is_instance_of::<PyList>() || argument.is_instance_of::<PyTuple>() {
-        return listed(argument, name);
+    let is_list = argument.is_instance_of::<PyList>() || argument.is_instance_of::<PyTuple>();
+    let array = if is_list {
+        let numpy = argument.py().import("numpy")?;
+        let array = numpy.call_method1("asarray", (argument,));
+        array.map_err(|_| not_numbers(argument, name))?
+    } else {
+        argument.clone()
+    };
+    let Ok(untyped) = array.cast::<PyUntypedArray>() else {
+        return Err(not_numbers(argument, name));
+    };
+    match untyped.dtype().kind() {
+        b'i' | b'u' => numbers(&array.call_method1("astype", ("float64",))?, name),
+        b'f' if is_list && untyped.dtype().itemsize() == size_of::<f64>() => numbers(&array, name),
+        _ => Err(not_numbers(&array, name)),
     }
-    Err(not_floats(argument, name))
 }
 
-/// The numbers of a list, one for each entry.
-fn listed(argument: &Bound<'_, PyAny>, name: &str) -> PyResult<Numbers> {
-    match argument.extract::<Vec<f64>>() {
-        Ok(values) => {
-            let shape = vec![values.len()];
-            Ok(Numbers { values, shape })
-        }
-        Err(_) => Err(PyTypeError::new_err(format!(
-            "{name} must be a float64 array, or one row of numbers as a list or tuple"
-        ))),
-    }
-}
-
-/// The exception for an argument that is no array of `float64`.
-fn not_floats(argument: &Bound<'_, PyAny>, name: &str) -> PyErr {
+/// The exception for an argument that is no array of numbers that are kept as they are.
+fn not_numbers(argument: &Bound<'_, PyAny>, name: &str) -> PyErr {
     let found = match argument.cast::<PyUntypedArray>() {
         Ok(array) => format!("an array of {}", array.dtype()),
         Err(_) => format!("{}", argument.get_type()),
     };
     PyTypeError::new_err(format!(
-        "{name} must be a numpy array of float64, but is {found}: contact is computed in float64 alone, and a conversion would \
-         hide lost digits (array.astype(numpy.float64) makes one)"
+        "{name} must be a numpy array of float64 or integers, or a list of numbers, but is {found}: contact is computed in float64 \
+         alone, and a conversion would hide lost digits (array.astype(numpy.float64) makes one)"
     ))
+}
+
+/// Checks that numbers are finite.
+pub fn check_finite(values: &[f64], name: &str) -> PyResult<()> {
+    match values.iter().position(|value| !value.is_finite()) {
+        None => Ok(()),
+        Some(place) => Err(refused(format!(
+            "{name} must be finite, but number {place}, counted from 0, is {}",
+            values[place]
+        ))),
+    }
+}
+
+/// A number of Python's, checked to be finite.
+pub fn finite(value: f64, name: &str) -> PyResult<f64> {
+    if value.is_finite() {
+        return Ok(value);
+    }
+    Err(refused(format!("{name} must be finite, but is {value}")))
+}
+
+/// A whole number of Python's, as an argument that [`count`] checks.
+pub type Whole = i128;
+
+/// A whole number from 0 on.
+pub fn count(value: Whole, name: &str) -> PyResult<usize> {
+    match usize::try_from(value) {
+        Ok(count) if isize::try_from(count).is_ok() => Ok(count),
+        _ => Err(refused(format!(
+            "{name} must be from 0 to {}, but is {value}",
+            isize::MAX
+        ))),
+    }
+}
+
+/// A whole number from 1 on.
+pub fn positive_count(value: Whole, name: &str) -> PyResult<usize> {
+    match count(value, name)? {
+        0 => Err(refused(format!("{name} must be at least 1, but is 0"))),
+        count => Ok(count),
+    }
+}
+
+/// An array that a class keeps, checked to be finite and to have as many axes as its names say.
+pub fn kept(
+    py: Python<'_>,
+    array: &Py<PyArrayDyn<f64>>,
+    name: &str,
+    axes: &[&[&str]],
+) -> PyResult<()> {
+    let Numbers { values, shape } = numbers(array.bind(py), name)?;
+    let fits = |expected: &&[&str]| {
+        let mut pairs = expected.iter().zip(&shape);
+        expected.len() == shape.len()
+            && pairs.all(|(axis, &size)| {
+                axis.parse().is_ok_and(|fixed: usize| fixed == size)
+                    || axis.parse::<usize>().is_err()
+            })
+    };
+    if !axes.iter().any(fits) {
+        let shown: Vec<String> = axes
+            .iter()
+            .map(|axes| format!("({})", axes.join(", ")))
+            .collect();
+        return Err(wrong_shape(name, &shown.join(" or "), &shape));
+    }
+    check_finite(&values, name)
 }
 
 /// The exception for an array of another shape.
@@ -175,6 +241,13 @@ pub fn row<const N: usize>(argument: &Bound<'_, PyAny>, name: &str) -> PyResult<
     }
 }
 
+/// So many numbers, all finite.
+pub fn finite_row<const N: usize>(argument: &Bound<'_, PyAny>, name: &str) -> PyResult<[f64; N]> {
+    let values = row(argument, name)?;
+    check_finite(&values, name)?;
+    Ok(values)
+}
+
 /// A list of numbers.
 pub fn list(argument: &Bound<'_, PyAny>, name: &str) -> PyResult<Vec<f64>> {
     let Numbers { values, shape } = numbers(argument, name)?;
@@ -189,15 +262,26 @@ pub fn indices<const N: usize>(
     argument: &Bound<'_, PyAny>,
     name: &str,
 ) -> PyResult<Vec<[usize; N]>> {
+    let is_list = argument.is_instance_of::<PyList>() || argument.is_instance_of::<PyTuple>();
+    let argument = if is_list {
+        let numpy = argument.py().import("numpy")?;
+        numpy
+            .call_method1("asarray", (argument,))
+            .unwrap_or_else(|_| argument.clone())
+    } else {
+        argument.clone()
+    };
     let array = argument.call_method1("astype", ("int64",)).ok();
     let kind = argument
         .getattr("dtype")
         .and_then(|dtype| dtype.getattr("kind"));
     let is_whole =
         kind.is_ok_and(|kind| kind.eq("i").unwrap_or(false) || kind.eq("u").unwrap_or(false));
-    let array = array
-        .filter(|_| is_whole)
-        .ok_or_else(|| PyTypeError::new_err(format!("{name} must be a numpy array of integers")))?;
+    let array = array.filter(|_| is_whole).ok_or_else(|| {
+        PyTypeError::new_err(format!(
+            "{name} must be a numpy array of integers, or a list of rows of them"
+        ))
+    })?;
     let array = array.cast_into::<PyArrayDyn<i64>>()?;
     let shape = array.shape().to_vec();
     if shape.len() != 2 || shape[1] != N {

@@ -6,8 +6,8 @@ use crate::errors::refused;
 use crate::material::Material;
 use crate::path::Path;
 use crate::poses::{matrix, one};
-use hydroelastic::dynamics::{self, Mass};
-use hydroelastic::nalgebra::Matrix3;
+use hydroelastic::dynamics::{self, Mass, WorldError};
+use hydroelastic::nalgebra::{Matrix3, Vector3};
 use hydroelastic::spatial::MassProperties;
 use pyo3::prelude::*;
 
@@ -41,9 +41,29 @@ fn mass_of(
                 inertia: Matrix3::from_row_slice(&values),
             }))
         }
+        (Some(mass), Some(density), ..) => Err(refused(format!(
+            "a dynamic body has a mass or a density, but both were given, mass={mass:?} kg and density={density:?} kg/m³: leave one out"
+        ))),
         _ => Err(refused(
             "a dynamic body needs its mass, or its density, or mass, center_of_mass and inertia together",
         )),
+    }
+}
+
+/// A velocity or a spin of the body of a name.
+fn motion_of(
+    body: &str,
+    quantity: &'static str,
+    argument: &Bound<'_, PyAny>,
+) -> PyResult<Vector3<f64>> {
+    let vector = row::<3>(argument, quantity)?;
+    match vector.iter().find(|value| !value.is_finite()) {
+        None => Ok(vector.into()),
+        Some(&value) => Err(refused(WorldError::Velocity {
+            body: body.to_owned(),
+            quantity,
+            value,
+        })),
     }
 }
 
@@ -83,10 +103,10 @@ impl Body {
             body = body.at(one(pose, "pose")?);
         }
         if let Some(velocity) = velocity {
-            body = body.with_velocity(row::<3>(velocity, "velocity")?.into());
+            body = body.with_velocity(motion_of(name, "velocity", velocity)?);
         }
         if let Some(spin) = spin {
-            body = body.with_spin(row::<3>(spin, "spin")?.into());
+            body = body.with_spin(motion_of(name, "spin", spin)?);
         }
         Ok(Self {
             inner: body,

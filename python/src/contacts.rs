@@ -1,6 +1,6 @@
 //! Which bodies of a world touch.
 
-use crate::arrays::array;
+use crate::arrays::{Whole, array, check_finite, count, kept};
 use crate::pair::wrench_numbers;
 use crate::pickle::{Reduced, loaded, reduced};
 use crate::surface::Surface;
@@ -23,7 +23,9 @@ pub struct Contact {
 impl Contact {
     pub fn of(py: Python<'_>, contact: &dynamics::Contact, names: &[&str]) -> PyResult<Self> {
         let [a, b] = contact.bodies.map(|place| names[place].to_owned());
-        let wrench = array(py, wrench_numbers(&contact.wrench).to_vec(), &[12])?;
+        let wrench = wrench_numbers(&contact.wrench);
+        check_finite(&wrench, &format!("the wrench of {a:?} and {b:?}"))?;
+        let wrench = array(py, wrench.to_vec(), &[12])?;
         let surface = Py::new(py, Surface::of(py, &contact.surface)?)?;
         Ok(Self {
             bodies: (a, b),
@@ -36,12 +38,18 @@ impl Contact {
 #[pymethods]
 impl Contact {
     #[new]
-    fn new(bodies: (String, String), wrench: Py<PyArrayDyn<f64>>, surface: Py<Surface>) -> Self {
-        Self {
+    fn new(
+        py: Python<'_>,
+        bodies: (String, String),
+        wrench: Py<PyArrayDyn<f64>>,
+        surface: Py<Surface>,
+    ) -> PyResult<Self> {
+        kept(py, &wrench, "wrench", &[&["12"]])?;
+        Ok(Self {
             bodies,
             wrench,
             surface,
-        }
+        })
     }
 
     fn __repr__(&self, py: Python<'_>) -> PyResult<String> {
@@ -78,8 +86,10 @@ impl Topology {
     }
 
     /// Whether two bodies, by their places in the world's list, touch.
-    fn touches(&self, first: usize, second: usize) -> bool {
-        self.0.touches(first, second)
+    fn touches(&self, first: Whole, second: Whole) -> PyResult<bool> {
+        Ok(self
+            .0
+            .touches(count(first, "first")?, count(second, "second")?))
     }
 
     /// Number of pairs of tetrahedra that touch in one of two states and not in the other.

@@ -1,9 +1,12 @@
 //! Forces other than contact and gravity.
 
-use crate::arrays::{Floats, array, row};
+use crate::arrays::{Floats, array, finite_row};
+use crate::errors::refused;
 use hydroelastic::dynamics::{self, Body, Force, ForceNumber, Situation, WorldError, Wrenches};
 use hydroelastic::scalar::Scalar;
+use pyo3::exceptions::PyTypeError;
 use pyo3::prelude::*;
+use pyo3::types::PyString;
 use serde::{Deserialize, Serialize};
 
 /// A force of a world.
@@ -48,10 +51,18 @@ pub enum Number {
 }
 
 impl Number {
-    fn inner(self) -> ForceNumber {
+    /// The number of the library, if it is a name, or finite and not negative.
+    fn not_negative(self, quantity: &'static str) -> PyResult<ForceNumber> {
         match self {
-            Self::Value(value) => ForceNumber::Constant(value),
-            Self::Name(name) => ForceNumber::Parameter(name),
+            Self::Value(value) if value >= 0.0 && value.is_finite() => {
+                Ok(ForceNumber::Constant(value))
+            }
+            Self::Value(value) => Err(refused(WorldError::Setting {
+                quantity,
+                value,
+                expected: "not negative and finite",
+            })),
+            Self::Name(name) => Ok(ForceNumber::Parameter(name)),
         }
     }
 
@@ -116,9 +127,12 @@ impl From<&AnyForce> for Shown {
 /// rest_length : length (m) without force.
 /// stiffness : (N/m). damping : (N s/m).
 ///
-/// Each of the last three is a number, or the name of a force parameter of the world.
+/// Each of the last three is a number, or the name of a force parameter of the world. Names are checked where a world is given
+/// the force.
 ///
-/// Names and numbers are checked where a world is given the force.
+/// Raises
+/// ------
+/// HydroelasticError if a number is out of range.
 #[pyclass(frozen, module = "hydroelastic")]
 pub struct Spring(dynamics::Spring);
 
@@ -130,18 +144,27 @@ impl Spring {
         text_signature = "(bodies, points, rest_length, stiffness, damping=0.0)"
     )]
     fn new(
-        bodies: (String, String),
-        points: (Bound<'_, PyAny>, Bound<'_, PyAny>),
+        bodies: &Bound<'_, PyAny>,
+        points: &Bound<'_, PyAny>,
         rest_length: Number,
         stiffness: Number,
         damping: Number,
     ) -> PyResult<Self> {
+        let names = two(bodies, "bodies", "the names of two bodies")?;
+        let points = two(points, "points", "a point (3,) of each body")?;
+        let name = |name: &Bound<'_, PyAny>| {
+            name.extract::<String>()
+                .map_err(|_| not_two(bodies, "bodies", "the names of two bodies"))
+        };
         Ok(Self(dynamics::Spring {
-            bodies: bodies.into(),
-            points: [row(&points.0, "points[0]")?, row(&points.1, "points[1]")?],
-            rest_length: rest_length.inner(),
-            stiffness: stiffness.inner(),
-            damping: damping.inner(),
+            bodies: [name(&names[0])?, name(&names[1])?],
+            points: [
+                finite_row(&points[0], "points[0]")?,
+                finite_row(&points[1], "points[1]")?,
+            ],
+            rest_length: rest_length.not_negative("rest length of a spring")?,
+            stiffness: stiffness.not_negative("stiffness of a spring")?,
+            damping: damping.not_negative("damping of a spring")?,
         }))
     }
 
@@ -210,6 +233,27 @@ impl Spring {
     }
 }
 
+/// The two items of a list or a tuple.
+fn two<'py>(
+    argument: &Bound<'py, PyAny>,
+    name: &str,
+    expected: &str,
+) -> PyResult<[Bound<'py, PyAny>; 2]> {
+    let is_text = argument.is_instance_of::<PyString>();
+    let items = (!is_text).then(|| argument.try_iter()?.collect::<PyResult<Vec<_>>>());
+    items
+        .and_then(Result::ok)
+        .and_then(|items| items.try_into().ok())
+        .ok_or_else(|| not_two(argument, name, expected))
+}
+
+fn not_two(argument: &Bound<'_, PyAny>, name: &str, expected: &str) -> PyErr {
+    PyTypeError::new_err(format!(
+        "{name} must be {expected}, but is {argument}: write Spring((\"a\", \"b\"), ([0.0, 0.0, 0.0], [0.0, 0.0, 0.1]), rest_length, \
+         stiffness, damping)"
+    ))
+}
+
 /// A drag in proportion to the velocity of a body's center of mass (N s/m) and to its spin (N m s/rad): each a number, or the
 /// name of a force parameter of the world.
 #[pyclass(frozen, module = "hydroelastic")]
@@ -222,12 +266,12 @@ impl Drag {
         signature = (body, linear=Number::Value(0.0), angular=Number::Value(0.0)),
         text_signature = "(body, linear=0.0, angular=0.0)"
     )]
-    fn new(body: String, linear: Number, angular: Number) -> Self {
-        Self(dynamics::Drag {
+    fn new(body: String, linear: Number, angular: Number) -> PyResult<Self> {
+        Ok(Self(dynamics::Drag {
             body,
-            linear: linear.inner(),
-            angular: angular.inner(),
-        })
+            linear: linear.not_negative("drag on the velocity")?,
+            angular: angular.not_negative("drag on the spin")?,
+        }))
     }
 
     /// Name of the body.
@@ -271,7 +315,7 @@ pub struct Thruster(dynamics::Thruster);
 impl Thruster {
     #[new]
     fn new(body: String, point: &Bound<'_, PyAny>, force: &Bound<'_, PyAny>) -> PyResult<Self> {
-        let (point, force) = (row(point, "point")?, row(force, "force")?);
+        let (point, force) = (finite_row(point, "point")?, finite_row(force, "force")?);
         Ok(Self(dynamics::Thruster { body, point, force }))
     }
 

@@ -1,6 +1,6 @@
 //! Derivatives of recorded states.
 
-use crate::arrays::{Floats, array};
+use crate::arrays::{Floats, array, kept};
 use crate::errors::refused;
 use crate::pickle::{Reduced, loaded, reduced};
 use crate::trajectory::Trajectory;
@@ -46,8 +46,14 @@ pub struct TrajectoryJacobian {
 #[pymethods]
 impl TrajectoryJacobian {
     #[new]
-    fn new(poses: Py<PyArrayDyn<f64>>, twists: Py<PyArrayDyn<f64>>) -> Self {
-        Self { poses, twists }
+    fn new(
+        py: Python<'_>,
+        poses: Py<PyArrayDyn<f64>>,
+        twists: Py<PyArrayDyn<f64>>,
+    ) -> PyResult<Self> {
+        kept(py, &poses, "poses", &[&["k", "n", "4", "4", "p"]])?;
+        kept(py, &twists, "twists", &[&["k", "n", "6", "p"]])?;
+        Ok(Self { poses, twists })
     }
 
     fn __repr__(&self, py: Python<'_>) -> PyResult<String> {

@@ -10,9 +10,11 @@ use pyo3::prelude::*;
 /// ----------
 /// modulus : hydroelastic modulus (Pa), positive; None for a RigidShape, or a HalfSpace without a layer.
 /// dissipation : Hunt–Crossley dissipation (s/m), not negative. That of a rigid body does not count.
-/// friction : coefficient of friction, not negative.
+/// friction : coefficient of friction, not negative; None takes that of the partner in each contact.
 ///
-/// Numbers out of range are refused where a body is made of them.
+/// Raises
+/// ------
+/// HydroelasticError if a number is out of range.
 #[pyclass(frozen, eq, module = "hydroelastic")]
 #[derive(Clone, Copy, PartialEq)]
 pub struct Material {
@@ -22,9 +24,9 @@ pub struct Material {
     /// Hunt–Crossley dissipation (s/m).
     #[pyo3(get)]
     dissipation: f64,
-    /// Coefficient of friction.
+    /// Coefficient of friction; None for that of the partner.
     #[pyo3(get)]
-    friction: f64,
+    friction: Option<f64>,
 }
 
 impl Material {
@@ -57,23 +59,42 @@ pub fn modulus_repr(modulus: Option<f64>) -> String {
 impl Material {
     #[new]
     #[pyo3(signature = (modulus, dissipation=0.0, friction=0.0))]
-    fn new(modulus: Option<f64>, dissipation: f64, friction: f64) -> Self {
-        Self {
+    fn new(modulus: Option<f64>, dissipation: f64, friction: Option<f64>) -> PyResult<Self> {
+        let is_in_range = [
+            (
+                "hydroelastic modulus",
+                modulus,
+                modulus.is_none_or(|it| it > 0.0),
+            ),
+            ("dissipation", Some(dissipation), dissipation >= 0.0),
+            ("friction", friction, friction.is_none_or(|it| it >= 0.0)),
+        ];
+        for (quantity, value, is_in_range) in is_in_range {
+            if let Some(value) = value.filter(|value| !(is_in_range && value.is_finite())) {
+                return Err(refused(format!(
+                    "the {quantity} of a material is {value}: a modulus must be positive, dissipation and friction not \
+                     negative, and all finite"
+                )));
+            }
+        }
+        Ok(Self {
             modulus,
             dissipation,
             friction,
-        }
+        })
     }
 
-    /// That of a body that does not give way, which has no modulus and dissipates nothing.
+    /// That of a body that does not give way, which has no modulus and dissipates nothing. Without a friction, it takes that of
+    /// whatever it touches; 0 makes these contacts frictionless.
     #[staticmethod]
-    #[pyo3(signature = (friction=0.0))]
-    fn rigid(friction: f64) -> Self {
+    #[pyo3(signature = (friction=None))]
+    fn rigid(friction: Option<f64>) -> PyResult<Self> {
         Self::new(None, 0.0, friction)
     }
 
     /// The law of two surfaces, as in a world: each dissipation is weighted with the other body's modulus, so that a rigid one
-    /// dissipates nothing, and friction is the harmonic mean. slip_tolerance in m/s.
+    /// dissipates nothing, and friction is the harmonic mean, or that of the other body if one has none of its own. slip_tolerance
+    /// in m/s.
     #[pyo3(signature = (other, slip_tolerance=1e-3))]
     fn law_with(&self, other: &Self, slip_tolerance: f64) -> PyResult<SurfaceLaw> {
         let law = self.inner().law_with(&other.inner(), slip_tolerance);
@@ -86,11 +107,11 @@ impl Material {
             dissipation,
             friction,
         } = self;
-        let modulus = modulus_repr(*modulus);
-        format!("Material(modulus={modulus}, dissipation={dissipation:?}, friction={friction:?})")
+        let [modulus, friction] = [*modulus, *friction].map(modulus_repr);
+        format!("Material(modulus={modulus}, dissipation={dissipation:?}, friction={friction})")
     }
 
-    fn __getnewargs__(&self) -> (Option<f64>, f64, f64) {
+    fn __getnewargs__(&self) -> (Option<f64>, f64, Option<f64>) {
         (self.modulus, self.dissipation, self.friction)
     }
 }

@@ -12,6 +12,7 @@ use hydroelastic::contact::{ContactJacobian, ContactPair, ContactWrench, Lineari
 use hydroelastic::nalgebra::SMatrix;
 use hydroelastic::spatial::Pose;
 use numpy::PyUntypedArrayMethods;
+use pyo3::exceptions::PyTypeError;
 use pyo3::prelude::*;
 use std::path::PathBuf;
 
@@ -136,7 +137,7 @@ impl Pair {
     #[new]
     #[pyo3(signature = (a, b, modulus_a, modulus_b=None, law=None))]
     fn new(
-        a: &Shape,
+        a: Given<'_>,
         b: Given<'_>,
         modulus_a: f64,
         modulus_b: Option<f64>,
@@ -145,7 +146,16 @@ impl Pair {
         let law = law
             .copied()
             .map_or_else(|| SurfaceLaw::new(0.0, 0.0, 1e-3), Ok)?;
-        let (a, b) = (a.clone(), b.shape());
+        let b = b.shape();
+        let a = match a.shape() {
+            AnyShape::Compliant(shape) => shape,
+            other => {
+                return Err(PyTypeError::new_err(format!(
+                    "a must be a Shape, which is compliant, but is {}: in a pair, the rigid one is b",
+                    other.__repr__()
+                )));
+            }
+        };
         check_modulus(&b, modulus_b)?;
         let pair = Self {
             a,

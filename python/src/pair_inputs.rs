@@ -1,6 +1,6 @@
 //! What a pair is evaluated at: one set of poses, twists and numbers, or n of them.
 
-use crate::arrays::{Floats, Many, array, copied, rows};
+use crate::arrays::{Floats, Many, array, check_finite, copied, rows};
 use crate::errors::refused;
 use crate::pair::Pair;
 use crate::poses::{poses, twist_of};
@@ -71,7 +71,11 @@ impl Inputs {
 
     /// The same, with derivatives of a number by both wrenches.
     pub fn with_covectors(self, by_wrenches: &Bound<'_, PyAny>) -> PyResult<Self> {
-        let by_wrenches = rows(by_wrenches, "by_wrenches")?;
+        let by_wrenches =
+            rows(by_wrenches, "by_wrenches")?.mapped("by_wrenches", |it: &[f64; 12]| {
+                check_finite(it, "derivatives by wrenches")?;
+                Ok(*it)
+            })?;
         Ok(Self {
             by_wrenches,
             ..self
@@ -129,6 +133,7 @@ impl Inputs {
             let situation = self.situation(pair, 0)?;
             let mut numbers = vec![0.0; width];
             py.detach(|| write(&situation, &mut numbers));
+            check_result(&numbers, None)?;
             return Ok(Found {
                 numbers,
                 width,
@@ -146,12 +151,26 @@ impl Inputs {
             numbers
         };
         let numbers = py.detach(|| results_of(&chunks, of_chunk)).concat();
+        for (item, numbers) in numbers.chunks(width.max(1)).enumerate() {
+            check_result(numbers, Some(item))?;
+        }
         Ok(Found {
             numbers,
             width,
             count,
         })
     }
+}
+
+/// Checks that the numbers of a contact, which may be one of a batch, are finite.
+fn check_result(numbers: &[f64], item: Option<usize>) -> PyResult<()> {
+    if numbers.iter().all(|number| number.is_finite()) {
+        return Ok(());
+    }
+    let item = item.map_or_else(String::new, |item| format!(" {item} of the batch"));
+    Err(refused(format!(
+        "contact{item} is not finite: a pose, a twist, a modulus, a number of the law or a derivative is too large to compute with"
+    )))
 }
 
 /// The numbers of one contact, or of each of a batch: those of one array after those of another.

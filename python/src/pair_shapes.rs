@@ -1,7 +1,7 @@
 //! Derivatives of a contact by the shapes of its bodies.
 
 use crate::any_shape::AnyShape;
-use crate::arrays::Floats;
+use crate::arrays::{Floats, Whole, count};
 use crate::errors::refused;
 use crate::pair::{BOTH, Pair, write_columns};
 use crate::pair_inputs::Inputs;
@@ -72,8 +72,8 @@ impl Pair {
         py: Python<'py>,
         pose_a: &Bound<'py, PyAny>,
         pose_b: &Bound<'py, PyAny>,
-        vertices_a: Vec<usize>,
-        vertices_b: Vec<usize>,
+        vertices_a: Vec<Whole>,
+        vertices_b: Vec<Whole>,
         twist_a: Option<&Bound<'py, PyAny>>,
         twist_b: Option<&Bound<'py, PyAny>>,
         moduli: Option<&Bound<'py, PyAny>>,
@@ -82,6 +82,14 @@ impl Pair {
         let (poses, twists) = ([pose_a, pose_b], [twist_a, twist_b]);
         let inputs = Inputs::of(self, poses, twists, moduli, law)?;
         let at_rest = twist_a.is_none() && twist_b.is_none();
+        let indices = |vertices: &[Whole], name| {
+            let indices = vertices.iter().map(|&vertex| count(vertex, name));
+            indices.collect::<PyResult<Vec<_>>>()
+        };
+        let [vertices_a, vertices_b] = [
+            indices(&vertices_a, "vertices_a")?,
+            indices(&vertices_b, "vertices_b")?,
+        ];
         let vertices = [&*vertices_a, &*vertices_b];
         self.check_vertices(vertices)?;
         let [of_a, of_b] = vertices.map(|it| it.len() * BY_VERTEX);

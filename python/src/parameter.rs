@@ -1,7 +1,9 @@
 //! What a rollout is differentiated by.
 
+use crate::arrays::{Whole, count};
 use crate::pickle::{Reduced, loaded, reduced};
 use hydroelastic::gradient;
+use pyo3::exceptions::PyMemoryError;
 use pyo3::prelude::*;
 use std::sync::Arc;
 
@@ -68,21 +70,28 @@ impl Parameter {
 
     /// The wrench of an interval, counted from 0, of a body's control: 6 numbers, torque (N m), then force (N).
     #[staticmethod]
-    fn control(body: &str, interval: usize) -> Self {
-        Self(gradient::Parameter::Control(body.into(), interval))
+    fn control(body: &str, interval: Whole) -> PyResult<Self> {
+        let interval = count(interval, "interval")?;
+        Ok(Self(gradient::Parameter::Control(body.into(), interval)))
     }
 
     /// The wrenches of all of so many intervals of the controls of some bodies: a list, whose numbers together are those of an array
     /// (intervals, bodies, 6).
     #[staticmethod]
-    fn controls(bodies: Vec<String>, intervals: usize) -> Vec<Self> {
+    fn controls(bodies: Vec<String>, intervals: Whole) -> PyResult<Vec<Self>> {
+        let intervals = count(intervals, "intervals")?;
+        let mut all = Vec::new();
+        let size = intervals.saturating_mul(bodies.len());
+        all.try_reserve_exact(size)
+            .map_err(|_| PyMemoryError::new_err(format!("{size} parameters")))?;
         let bodies: Vec<Arc<str>> = bodies.into_iter().map(Into::into).collect();
         let of_interval = |interval| {
             let control =
                 move |body: &Arc<str>| gradient::Parameter::Control(Arc::clone(body), interval);
             bodies.iter().map(control).map(Self)
         };
-        (0..intervals).flat_map(of_interval).collect()
+        all.extend((0..intervals).flat_map(of_interval));
+        Ok(all)
     }
 
     /// A number that forces name: see World.

@@ -1,9 +1,11 @@
 //! Paths of bodies that forces do not move.
 
-use crate::arrays::{Floats, Many, Numbers, array, list, numbers, row, wrong_shape};
+use crate::arrays::{
+    Floats, Many, Numbers, array, check_finite, finite, finite_row, list, numbers, wrong_shape,
+};
 use crate::errors::refused;
 use crate::pickle::{Reduced, loaded, reduced};
-use crate::poses::{matrix, one, poses, twist_of};
+use crate::poses::{finite_matrix, one, poses, twist_of};
 use hydroelastic::dynamics::{BodyState, PrescribedPath};
 use hydroelastic::nalgebra::{Matrix3, Rotation3, UnitQuaternion, Vector3};
 use hydroelastic::spatial::{Pose, Twist, rotation_from_vector, skew};
@@ -19,7 +21,8 @@ const SMALL: f64 = 1e-8;
 /// Path(times, poses, twists=None) goes through poses, smoothly: (n,) float64 increasing times (s), (n, 4, 4) poses, and (n, 6)
 /// twists (angular rad/s, linear m/s of the body's origin, world axes), or None for those of central differences. Between two
 /// poses the position is a cubic, and so is the rotation vector from the first to the second, with the twists at both ends;
-/// pose and twist are consistent. Before the first time and after the last the body rests.
+/// pose and twist are consistent. Before the first time and after the last the body rests; at the last time itself it still has the
+/// twist that it arrives with.
 ///
 /// Raises
 /// ------
@@ -68,21 +71,17 @@ impl Path {
     /// with a constant velocity. twist: (6,), angular (rad/s), linear (m/s).
     #[staticmethod]
     fn steady(pose: &Bound<'_, PyAny>, twist: &Bound<'_, PyAny>) -> PyResult<Self> {
-        let (pose, twist) = (one(pose, "pose")?, row::<6>(twist, "twist")?);
-        if let Some(value) = twist.iter().find(|value| !value.is_finite()) {
-            return Err(refused(format!(
-                "a twist must be finite, but has the component {value}"
-            )));
-        }
-        let twist = twist_of(&twist);
+        let pose = one(pose, "pose")?;
+        let twist = twist_of(&finite_row(twist, "twist")?);
         Ok(Self(Arc::new(Kind::Steady { pose, twist })))
     }
 
-    /// The pose (4, 4) and the twist (6,) at a time (s).
+    /// The pose (4, 4) and the twist (6,) at a time (s). HydroelasticError if the time, or what the path is then, is not finite.
     fn at<'py>(&self, py: Python<'py>, time: f64) -> PyResult<(Floats<'py>, Floats<'py>)> {
-        let BodyState { pose, twist } = self.state_at(time);
+        let BodyState { pose, twist } = self.state_at(finite(time, "time")?);
         let twist = twist.to_vector().as_slice().to_vec();
-        Ok((matrix(py, &pose)?, array(py, twist, &[6])?))
+        check_finite(&twist, "the twist of the path")?;
+        Ok((finite_matrix(py, &pose)?, array(py, twist, &[6])?))
     }
 
     fn __repr__(&self) -> String {
@@ -142,7 +141,13 @@ fn through(knots: &[Knot], time: f64) -> BodyState {
     };
     match next {
         0 => rest(&knots[0]),
-        next if next == knots.len() => rest(&knots[next - 1]),
+        next if next == knots.len() => {
+            let last = &knots[next - 1];
+            let arrives = next > 1 && time <= last.time;
+            let twist = if arrives { last.twist } else { Twist::zero() };
+            let pose = last.pose;
+            BodyState { pose, twist }
+        }
         next => between(&knots[next - 1], &knots[next], time),
     }
 }

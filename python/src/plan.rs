@@ -1,5 +1,6 @@
 //! How a world is stepped.
 
+use crate::arrays::{Whole, count, positive_count};
 use crate::errors::refused;
 use hydroelastic::dynamics;
 use pyo3::prelude::*;
@@ -12,7 +13,38 @@ use pyo3::prelude::*;
 #[derive(Clone, Copy, PartialEq, Eq, Hash)]
 pub struct Integrator(dynamics::Integrator);
 
+/// An integrator as an argument.
+#[derive(FromPyObject)]
+pub enum Named<'py> {
+    Integrator(Bound<'py, Integrator>),
+    #[pyo3(annotation = "str")]
+    Name(String),
+}
+
+impl Named<'_> {
+    fn integrator(self) -> PyResult<Integrator> {
+        let name = match self {
+            Self::Integrator(integrator) => return Ok(*integrator.get()),
+            Self::Name(name) => name,
+        };
+        let all = Integrator::ALL.into_iter();
+        let mut found = all.filter(|it| it.name().eq_ignore_ascii_case(&name));
+        found.next().ok_or_else(|| {
+            let names = Integrator::ALL.map(|it| format!("{:?}", it.name().to_lowercase()));
+            let names = names.join(", ");
+            refused(format!("there is no integrator {name:?}: expected {names}"))
+        })
+    }
+}
+
 impl Integrator {
+    const ALL: [Self; 4] = [
+        Self::SYMPLECTIC_EULER,
+        Self::LEAPFROG,
+        Self::SDIRK2,
+        Self::IMPLICIT_EULER,
+    ];
+
     /// The name of the attribute: that of the library with underscores.
     fn name(&self) -> String {
         let mut name = String::new();
@@ -65,7 +97,7 @@ impl Integrator {
 /// ----------
 /// time_step : (s), positive.
 /// steps : how many.
-/// integrator : Integrator.LEAPFROG by default.
+/// integrator : an Integrator or its name, as "sdirk2"; Integrator.LEAPFROG by default.
 /// record_every : the initial state, every so many-th after it and the last are recorded.
 /// check_every : the time step is held against World.largest_stable_step in the first step and every so many-th after it, and
 ///     the rollout ends where it is too long; None for no check. Implicit steps are not checked.
@@ -73,7 +105,8 @@ impl Integrator {
 ///
 /// Raises
 /// ------
-/// HydroelasticError if the time step or the tolerance is not positive and finite.
+/// HydroelasticError if the time step or the tolerance is not positive and finite, a count is out of range, or there is no integrator
+/// of the name.
 #[pyclass(frozen, eq, module = "hydroelastic")]
 #[derive(Clone, Copy, PartialEq)]
 pub struct Plan(pub dynamics::Plan);
@@ -84,20 +117,21 @@ impl Plan {
     #[pyo3(signature = (time_step, steps, integrator=None, *, record_every=1, check_every=None, solver_tolerance=1e-10))]
     fn new(
         time_step: f64,
-        steps: usize,
-        integrator: Option<&Integrator>,
-        record_every: usize,
-        check_every: Option<usize>,
+        steps: Whole,
+        integrator: Option<Named<'_>>,
+        record_every: Whole,
+        check_every: Option<Whole>,
         solver_tolerance: f64,
     ) -> PyResult<Self> {
-        let plan = dynamics::Plan::new(time_step, steps).map_err(refused)?;
-        let plan = plan.with_integrator(integrator.map_or_else(Default::default, |it| it.0));
-        let plan = plan.recording_every(record_every);
+        let plan = dynamics::Plan::new(time_step, count(steps, "steps")?).map_err(refused)?;
+        let integrator = integrator.map_or(Ok(Integrator::LEAPFROG), Named::integrator)?;
+        let plan = plan.with_integrator(integrator.0);
+        let plan = plan.recording_every(positive_count(record_every, "record_every")?);
         let plan = plan
             .with_solver_tolerance(solver_tolerance)
             .map_err(refused)?;
         Ok(Self(match check_every {
-            Some(every) => plan.with_stability_check(every),
+            Some(every) => plan.with_stability_check(positive_count(every, "check_every")?),
             None => plan,
         }))
     }

@@ -1,6 +1,8 @@
 //! Poses as 4×4 homogeneous matrices, twists as 6-vectors.
 
-use crate::arrays::{Floats, Many, Numbers, array, numbers, row, short_matrix, wrong_shape};
+use crate::arrays::{
+    Floats, Many, Numbers, array, check_finite, finite_row, numbers, short_matrix, wrong_shape,
+};
 use crate::errors::refused;
 use hydroelastic::nalgebra::{Matrix3, Vector3, Vector6};
 use hydroelastic::spatial::{Pose, Twist};
@@ -19,6 +21,10 @@ pub const ENTRIES: usize = 16;
 /// Returns
 /// -------
 /// (4, 4) float64: maps coordinates in the frame to coordinates outside it.
+///
+/// Raises
+/// ------
+/// HydroelasticError if a number is not finite, or too large for a rotation.
 #[pyfunction]
 #[pyo3(signature = (translation=None, rotation_vector=None))]
 pub fn pose<'py>(
@@ -27,12 +33,12 @@ pub fn pose<'py>(
     rotation_vector: Option<&Bound<'py, PyAny>>,
 ) -> PyResult<Floats<'py>> {
     let vector = |argument: Option<&Bound<'py, PyAny>>, name| match argument {
-        Some(argument) => row::<3>(argument, name).map(Vector3::from),
+        Some(argument) => finite_row::<3>(argument, name).map(Vector3::from),
         None => Ok(Vector3::zeros()),
     };
     let translation = vector(translation, "translation")?;
     let turn = vector(rotation_vector, "rotation_vector")?;
-    matrix(py, &Pose::from_rotation_vector(&turn, translation))
+    finite_matrix(py, &Pose::from_rotation_vector(&turn, translation))
 }
 
 /// A pose after a small motion in the axes of the outer frame: the frame turns about its own origin by the angular part of a
@@ -46,14 +52,18 @@ pub fn pose<'py>(
 /// Returns
 /// -------
 /// (4, 4) float64.
+///
+/// Raises
+/// ------
+/// HydroelasticError if the pose is not rigid, or a number is not finite.
 #[pyfunction]
 pub fn moved_pose<'py>(
     py: Python<'py>,
     pose: &Bound<'py, PyAny>,
     twist: &Bound<'py, PyAny>,
 ) -> PyResult<Floats<'py>> {
-    let moved = one(pose, "pose")?.moved_by(&twist_of(&row(twist, "twist")?));
-    matrix(py, &moved)
+    let moved = one(pose, "pose")?.moved_by(&twist_of(&finite_row(twist, "twist")?));
+    finite_matrix(py, &moved)
 }
 
 /// A pose from the entries of its matrix, row by row.
@@ -106,6 +116,12 @@ pub fn entries(pose: &Pose) -> [f64; ENTRIES] {
         (row, 3) => translation[row],
         (row, column) => rotation[(row, column)],
     })
+}
+
+/// A pose that was computed as an array, unless numbers were too large for it.
+pub fn finite_matrix<'py>(py: Python<'py>, pose: &Pose) -> PyResult<Floats<'py>> {
+    check_finite(&entries(pose), "the entries of the pose")?;
+    matrix(py, pose)
 }
 
 /// A pose as an array.

@@ -1,6 +1,6 @@
 //! What a step took, and the energies of a state.
 
-use crate::arrays::{Floats, array};
+use crate::arrays::{Floats, array, finite, kept};
 use crate::pickle::{Reduced, loaded, reduced};
 use hydroelastic::dynamics;
 use numpy::PyArrayDyn;
@@ -142,14 +142,14 @@ impl Report {
         let momentum = [&report.momentum.linear, &report.momentum.angular];
         let [linear, angular] =
             momentum.map(|it| -> PyResult<Floats<'_>> { array(py, it.as_slice().to_vec(), &[3]) });
-        Ok(Self {
-            kinetic_energy: report.kinetic_energy,
-            gravitational_energy: report.gravitational_energy,
-            contact_energy: report.contact_energy,
-            total_energy: report.total_energy(),
-            linear_momentum: linear?.unbind(),
-            angular_momentum: angular?.unbind(),
-        })
+        Self::new(
+            py,
+            report.kinetic_energy,
+            report.gravitational_energy,
+            report.contact_energy,
+            report.total_energy(),
+            (linear?.unbind(), angular?.unbind()),
+        )
     }
 }
 
@@ -157,21 +157,28 @@ impl Report {
 impl Report {
     #[new]
     fn new(
+        py: Python<'_>,
         kinetic_energy: f64,
         gravitational_energy: f64,
         contact_energy: f64,
         total_energy: f64,
         momenta: (Py<PyArrayDyn<f64>>, Py<PyArrayDyn<f64>>),
-    ) -> Self {
+    ) -> PyResult<Self> {
         let (linear_momentum, angular_momentum) = momenta;
-        Self {
+        kept(py, &linear_momentum, "linear_momentum", &[&["3"]])?;
+        kept(py, &angular_momentum, "angular_momentum", &[&["3"]])?;
+        finite(kinetic_energy, "kinetic_energy")?;
+        finite(gravitational_energy, "gravitational_energy")?;
+        finite(contact_energy, "contact_energy")?;
+        finite(total_energy, "total_energy")?;
+        Ok(Self {
             kinetic_energy,
             gravitational_energy,
             contact_energy,
             total_energy,
             linear_momentum,
             angular_momentum,
-        }
+        })
     }
 
     fn __repr__(&self) -> String {

@@ -1,8 +1,8 @@
 //! Rigid shapes: closed surfaces of triangles with their search trees.
 
-use crate::arrays::{Floats, array, indices, signed, table, whole_array};
+use crate::arrays::{Floats, array, check_finite, indices, signed, table, whole_array};
 use crate::errors::refused;
-use crate::shape::{Shape, mass_arrays};
+use crate::shape::{Shape, check_door, mass_arrays, warn_of_size};
 use crate::shape_gradient::mass_gradient;
 use hydroelastic::contact;
 use hydroelastic::io::read_triangle_surface;
@@ -55,15 +55,28 @@ impl RigidShape {
 
     /// The surface in a file: STL (.stl, binary or ASCII) or Wavefront (.obj). Vertices at exactly the same place become one.
     ///
-    /// unit : what one of the file is in metres: 0.001 for the millimetres of most CAD programs.
+    /// unit : what one of the file is in meters: 0.001 for the millimeters of most CAD programs; None for 1, with a warning if the
+    ///     surface is larger than 100 m.
     ///
     /// Raises
     /// ------
     /// HydroelasticError if the file is damaged, or its surface not closed.
     #[staticmethod]
-    #[pyo3(signature = (path, unit=1.0))]
-    fn read(py: Python<'_>, path: PathBuf, unit: f64) -> PyResult<Self> {
-        py.detach(|| Self::of(Ok(read_triangle_surface(path, unit).map_err(refused)?)))
+    #[pyo3(signature = (path, unit=None))]
+    fn read(py: Python<'_>, path: PathBuf, unit: Option<f64>) -> PyResult<Self> {
+        check_door(&path, &["msh", "vtk", "vtu"], |path| {
+            format!(
+                "{path} holds a mesh of tetrahedra, not a surface: Shape.read reads it, and RigidShape.around(Shape.read(path)) makes a \
+                 rigid body of it"
+            )
+        })?;
+        let read = |path: &PathBuf| read_triangle_surface(path, unit.unwrap_or(1.0));
+        let shape = py.detach(|| Self::of(Ok(read(&path).map_err(refused)?)))?;
+        if unit.is_none() {
+            let bounds = shape.surface().aabb();
+            warn_of_size(py, &path, 2.0 * bounds.half_extents().amax())?;
+        }
+        Ok(shape)
     }
 
     /// The surface of a compliant shape: a rigid body of the same form.
@@ -100,7 +113,8 @@ impl RigidShape {
         py: Python<'py>,
         density: f64,
     ) -> PyResult<(f64, Floats<'py>, Floats<'py>)> {
-        mass_arrays(py, &self.surface().mass_properties(density))
+        let found = self.surface().mass_properties(density);
+        mass_arrays(py, &found.map_err(refused)?)
     }
 
     /// (n, 3) float64: the derivatives by the vertices of a number that has these by the mass properties at a uniform density
@@ -116,7 +130,9 @@ impl RigidShape {
     ) -> PyResult<Floats<'py>> {
         let gradient = mass_gradient(by_mass, by_center, by_inertia)?;
         let found = self.surface().mass_gradient(density, &gradient);
-        let values = found.iter().flatten().copied().collect();
+        let found = found.map_err(refused)?;
+        let values: Vec<f64> = found.iter().flatten().copied().collect();
+        check_finite(&values, "the gradient")?;
         array(py, values, &[found.len(), 3])
     }
 

@@ -1,6 +1,6 @@
 //! Steps of a world, one after another.
 
-use crate::errors::{ended, interrupted};
+use crate::errors::{ended, interrupted, refused};
 use crate::interrupt::{Progress, Shared, run};
 use crate::plan::Plan;
 use crate::report::StepReport;
@@ -9,17 +9,22 @@ use crate::trajectory::Trajectory;
 use hydroelastic::dynamics::{self, RolloutError};
 use pyo3::exceptions::PyTypeError;
 use pyo3::prelude::*;
-use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Arc, Mutex, MutexGuard, TryLockError};
 
 /// The steps of a world by a plan: an iterator over the states after each, as many as are planned. Made by World.rollout.
 ///
 /// A rollout cannot be pickled: what implicit steps remember of earlier ones does not travel. World.rollout with rollout.state
 /// for its start goes on from there, explicit steps with the same bits.
 ///
+/// A rollout is taken by one thread at a time: another one that uses it meanwhile gets a HydroelasticError.
+///
 /// A step that leads to a state that is not finite, fails the stability check or is not solved raises RolloutError.
-#[pyclass(module = "hydroelastic")]
-pub struct Rollout {
+#[pyclass(frozen, module = "hydroelastic")]
+pub struct Rollout(Mutex<Steps>);
+
+/// The steps, and how many were taken.
+struct Steps {
     steps: dynamics::Rollout,
     plan: dynamics::Plan,
     taken: usize,
@@ -31,15 +36,33 @@ pub struct Rollout {
 impl Rollout {
     pub fn of(steps: dynamics::Rollout, plan: dynamics::Plan) -> Self {
         let (taken, total, stop) = (0, None, Arc::<AtomicBool>::default());
-        Self {
+        Self(Mutex::new(Steps {
             steps: steps.stopped_by(Arc::clone(&stop)),
             plan,
             taken,
             total,
             stop,
+        }))
+    }
+
+    /// The steps, unless another thread is taking some.
+    fn steps(&self) -> PyResult<MutexGuard<'_, Steps>> {
+        match self.0.try_lock() {
+            Ok(steps) => Ok(steps),
+            Err(TryLockError::Poisoned(steps)) => Ok(steps.into_inner()),
+            Err(TryLockError::WouldBlock) => Err(refused(
+                "another thread is taking steps of this rollout: a rollout is of one thread at a time, and each thread makes its own",
+            )),
         }
     }
 
+    /// Takes a step, to the state that it gives.
+    pub fn next_step(&self, py: Python<'_>) -> PyResult<State> {
+        self.steps()?.next_step(py)
+    }
+}
+
+impl Steps {
     /// The same steps without a flag that is set: a job that was stopped may go on.
     fn begun(&self) -> Shared {
         self.stop.store(false, Ordering::Relaxed);
@@ -50,14 +73,15 @@ impl Rollout {
     }
 
     /// Takes a step that Ctrl-C ends if it is implicit: explicit ones are short.
-    pub fn next_step(&mut self, py: Python<'_>) -> PyResult<()> {
+    fn next_step(&mut self, py: Python<'_>) -> PyResult<State> {
         let shared = self.begun();
         let found = if self.plan.integrator().is_implicit() {
             run(py, &shared, None, || self.step())?
         } else {
             py.detach(|| self.step())
         };
-        found.map_err(|why| ended(&why))
+        found.map_err(|why| ended(&why))?;
+        Ok(State(self.steps.state().clone()))
     }
 
     fn step(&mut self) -> Result<(), RolloutError> {
@@ -92,32 +116,32 @@ impl Rollout {
 impl Rollout {
     /// The plan.
     #[getter]
-    fn plan(&self) -> Plan {
-        Plan(self.plan)
+    fn plan(&self) -> PyResult<Plan> {
+        Ok(Plan(self.steps()?.plan))
     }
 
     /// The state last reached, or the initial one.
     #[getter]
-    pub fn state(&self) -> State {
-        State(self.steps.state().clone())
+    fn state(&self) -> PyResult<State> {
+        Ok(State(self.steps()?.steps.state().clone()))
     }
 
     /// Number of steps taken.
     #[getter]
-    fn taken(&self) -> usize {
-        self.taken
+    fn taken(&self) -> PyResult<usize> {
+        Ok(self.steps()?.taken)
     }
 
     /// What the last step took; None before it, and for explicit steps.
     #[getter]
-    fn report(&self) -> Option<StepReport> {
-        self.steps.report().copied().map(StepReport)
+    fn report(&self) -> PyResult<Option<StepReport>> {
+        Ok(self.steps()?.steps.report().copied().map(StepReport))
     }
 
     /// What all steps took so far; None before the first, and for explicit steps.
     #[getter]
-    fn total_report(&self) -> Option<StepReport> {
-        self.total.map(StepReport)
+    fn total_report(&self) -> PyResult<Option<StepReport>> {
+        Ok(self.steps()?.total.map(StepReport))
     }
 
     /// Takes all remaining steps and returns the states that the plan records, the present one first.
@@ -130,17 +154,19 @@ impl Rollout {
     /// implicit one.
     #[pyo3(signature = (*, progress=None))]
     fn recorded(
-        &mut self,
+        &self,
         py: Python<'_>,
         progress: Option<&Bound<'_, PyAny>>,
     ) -> PyResult<Trajectory> {
-        let progress = Progress::of(py, progress, self.plan.steps())?;
-        let shared = self.begun();
-        let mut states = vec![self.steps.state().clone()];
+        let mut guard = self.steps()?;
+        let steps = &mut *guard;
+        let progress = Progress::of(py, progress, steps.plan.steps())?;
+        let shared = steps.begun();
+        let mut states = vec![steps.steps.state().clone()];
         let result = run(py, &shared, progress.as_ref(), || {
-            self.record(&mut states, &shared)
+            steps.record(&mut states, &shared)
         })?;
-        let trajectory = dynamics::Trajectory::new(states).map_err(crate::errors::refused)?;
+        let trajectory = dynamics::Trajectory::new(states).map_err(refused)?;
         match result {
             Ok(()) => Ok(trajectory.into()),
             Err(why) => Err(interrupted(py, &why, trajectory)),
@@ -151,12 +177,13 @@ impl Rollout {
         slf
     }
 
-    fn __next__(&mut self, py: Python<'_>) -> PyResult<Option<State>> {
-        if self.taken >= self.plan.steps() {
+    fn __next__(&self, py: Python<'_>) -> PyResult<Option<State>> {
+        let mut guard = self.steps()?;
+        let steps = &mut *guard;
+        if steps.taken >= steps.plan.steps() {
             return Ok(None);
         }
-        self.next_step(py)?;
-        Ok(Some(self.state()))
+        steps.next_step(py).map(Some)
     }
 
     #[allow(clippy::unused_self, reason = "a method, to pickle")]
@@ -167,8 +194,13 @@ impl Rollout {
         ))
     }
 
-    fn __repr__(&self) -> String {
-        let (taken, plan) = (self.taken, Plan(self.plan).__repr__());
-        format!("Rollout({taken} of {} steps, {plan})", self.plan.steps())
+    fn __repr__(&self) -> PyResult<String> {
+        let steps = self.steps()?;
+        let (taken, plan) = (steps.taken, steps.plan);
+        let shown = Plan(plan).__repr__();
+        Ok(format!(
+            "Rollout({taken} of {} steps, {shown})",
+            plan.steps()
+        ))
     }
 }

@@ -1,6 +1,8 @@
 //! Shapes: pressure fields with their search trees.
 
-use crate::arrays::{Floats, array, indices, list, row, signed, table, whole_array};
+use crate::arrays::{
+    Floats, Whole, array, check_finite, count, indices, list, row, signed, table, whole_array,
+};
 use crate::errors::refused;
 use crate::shape_gradient::mass_gradient;
 use hydroelastic::contact::{self, BodyError, ContactBody};
@@ -43,6 +45,28 @@ impl Shape {
         self.0.field()
     }
 
+    /// The mesh in a file, as many meters large as the numbers say.
+    fn in_file(py: Python<'_>, path: PathBuf, extents: Option<&str>) -> PyResult<Self> {
+        if is_of(&path, &["vtk", "vtu"]) {
+            let found = py.import("hydroelastic._vtk")?;
+            let found = found.call_method1("read_mesh", (&path, extents))?;
+            let (vertices, tets, extents): (Bound<'_, PyAny>, Bound<'_, PyAny>, Option<_>) =
+                found.extract()?;
+            let shape = Self::new(&vertices, &tets, extents.as_ref(), false);
+            return shape.map_err(|error| {
+                let (path, why) = (path.display(), error.value(py));
+                refused(format!("{path} does not hold a usable mesh: {why}"))
+            });
+        }
+        py.detach(|| {
+            let file = read_mesh(path).map_err(refused)?;
+            match extents {
+                Some(name) => Self::of(Ok(file.pressure_field(name).map_err(refused)?)),
+                None => Self::of(PressureField::from_distance(&file.mesh)),
+            }
+        })
+    }
+
     /// The body of a contact, at a pose, with a modulus (Pa).
     pub fn at(&self, pose: Pose, modulus: f64) -> Result<ContactBody<'_>, BodyError> {
         ContactBody::new(&self.0, pose, modulus)
@@ -63,12 +87,38 @@ pub fn mass_arrays<'py>(
     ))
 }
 
-/// Whether the name of a file is one of VTK.
-fn is_of_vtk(path: &Path) -> bool {
-    let extension = path.extension().unwrap_or_default();
-    ["vtk", "vtu"]
-        .iter()
-        .any(|of| extension.eq_ignore_ascii_case(of))
+/// Above this size (m), the numbers of a file without a unit are more likely to be millimeters.
+const LARGE: f64 = 100.0;
+
+/// Whether the name of a file has one of some extensions.
+fn is_of(path: &Path, extensions: &[&str]) -> bool {
+    let own = path.extension().unwrap_or_default();
+    extensions.iter().any(|of| own.eq_ignore_ascii_case(of))
+}
+
+/// Refuses a file that has the extension of what another class reads.
+pub fn check_door(
+    path: &Path,
+    extensions: &[&str],
+    remedy: impl Fn(std::path::Display<'_>) -> String,
+) -> PyResult<()> {
+    if is_of(path, extensions) {
+        return Err(refused(remedy(path.display())));
+    }
+    Ok(())
+}
+
+/// Warns of a file whose numbers make a shape of an unlikely size (m).
+pub fn warn_of_size(py: Python<'_>, path: &Path, size: f64) -> PyResult<()> {
+    if size <= LARGE {
+        return Ok(());
+    }
+    let message = format!(
+        "{} is {size:.4} m large if its numbers are meters: unit=1e-3 reads millimeters, and unit=1.0 meters without this warning",
+        path.display()
+    );
+    let warnings = py.import("warnings")?;
+    warnings.call_method1("warn", (message,)).map(|_| ())
 }
 
 #[pymethods]
@@ -94,48 +144,60 @@ impl Shape {
         })
     }
 
-    /// A mesh from a file in metres: Gmsh 4.1 (.msh), VTK legacy (.vtk) or VTK XML (.vtu). Files of VTK are read by meshio, which
+    /// A mesh from a file: Gmsh 4.1 (.msh), VTK legacy (.vtk) or VTK XML (.vtu). Files of VTK are read by meshio, which
     /// the extra hydroelastic[files] installs. Vertices that no tetrahedron uses are left out.
     ///
     /// extents : the name of a point-data array of a VTK file, or None for the distance to the surface.
+    /// unit : what one of the file is in meters, 0.001 for millimeters; None for 1, with a warning if the mesh is larger than 100 m.
     ///
     /// Raises
     /// ------
     /// ImportError for a file of VTK without meshio; HydroelasticError if the file is damaged or has no tetrahedra of first
     /// order, or solids of another kind.
     #[staticmethod]
-    #[pyo3(signature = (path, extents=None))]
-    fn read(py: Python<'_>, path: PathBuf, extents: Option<&str>) -> PyResult<Self> {
-        if is_of_vtk(&path) {
-            let found = py.import("hydroelastic._vtk")?;
-            let found = found.call_method1("read_mesh", (&path, extents))?;
-            let (vertices, tets, extents): (Bound<'_, PyAny>, Bound<'_, PyAny>, Option<_>) =
-                found.extract()?;
-            let shape = Self::new(&vertices, &tets, extents.as_ref(), false);
-            return shape.map_err(|error| {
-                let (path, why) = (path.display(), error.value(py));
-                refused(format!("{path} does not hold a usable mesh: {why}"))
-            });
+    #[pyo3(signature = (path, extents=None, unit=None))]
+    fn read(
+        py: Python<'_>,
+        path: PathBuf,
+        extents: Option<&str>,
+        unit: Option<f64>,
+    ) -> PyResult<Self> {
+        check_door(&path, &["stl", "obj"], |path| {
+            format!(
+                "{path} holds a surface, not a mesh of tetrahedra: RigidShape.read reads it as a rigid body, Shape.star_shaped makes \
+                 a compliant one of vertices and triangles, and a mesher makes tetrahedra"
+            )
+        })?;
+        let shape = Self::in_file(py, path.clone(), extents)?;
+        let Some(unit) = unit else {
+            let bounds = shape.field().mesh().aabb();
+            warn_of_size(py, &path, 2.0 * bounds.half_extents().amax())?;
+            return Ok(shape);
+        };
+        if !(unit > 0.0 && unit.is_finite()) {
+            return Err(refused(format!(
+                "the unit of {} is {unit} m, but must be positive and finite",
+                path.display()
+            )));
         }
-        py.detach(|| {
-            let file = read_mesh(path).map_err(refused)?;
-            match extents {
-                Some(name) => Self::of(Ok(file.pressure_field(name).map_err(refused)?)),
-                None => Self::of(PressureField::from_distance(&file.mesh)),
-            }
-        })
+        let (mesh, extents) = (shape.field().mesh(), shape.field().extents().to_vec());
+        let vertices = mesh.vertices().iter().map(|vertex| vertex * unit).collect();
+        let mesh = TetMesh::new(vertices, mesh.tets().to_vec()).map_err(refused)?;
+        Self::of(PressureField::with_inert_tets(mesh, extents))
     }
 
     /// A ball about the origin of the body frame: radius (m), and how often the 20 faces of an icosahedron are divided by four
     /// (0 to 8).
     #[staticmethod]
-    fn icosphere(radius: f64, subdivisions: usize) -> PyResult<Self> {
+    fn icosphere(radius: f64, subdivisions: Whole) -> PyResult<Self> {
+        let subdivisions = count(subdivisions, "subdivisions")?;
         Self::of(shapes::icosphere(radius, subdivisions))
     }
 
     /// An ellipsoid with three semi-axes (m): an icosphere, stretched.
     #[staticmethod]
-    fn ellipsoid(semi_axes: &Bound<'_, PyAny>, subdivisions: usize) -> PyResult<Self> {
+    fn ellipsoid(semi_axes: &Bound<'_, PyAny>, subdivisions: Whole) -> PyResult<Self> {
+        let subdivisions = count(subdivisions, "subdivisions")?;
         Self::of(shapes::ellipsoid(
             row(semi_axes, "semi_axes")?,
             subdivisions,
@@ -156,7 +218,8 @@ impl Shape {
 
     /// A prism with a regular polygon of some segments as its base, for a cylinder along z: radius (m), length (m).
     #[staticmethod]
-    fn cylinder(radius: f64, length: f64, segments: usize) -> PyResult<Self> {
+    fn cylinder(radius: f64, length: f64, segments: Whole) -> PyResult<Self> {
+        let segments = count(segments, "segments")?;
         Self::of(shapes::cylinder(radius, length, segments))
     }
 
@@ -231,7 +294,8 @@ impl Shape {
         py: Python<'py>,
         density: f64,
     ) -> PyResult<(f64, Floats<'py>, Floats<'py>)> {
-        mass_arrays(py, &self.field().mesh().mass_properties(density))
+        let found = self.field().mesh().mass_properties(density);
+        mass_arrays(py, &found.map_err(refused)?)
     }
 
     /// (n, 3) float64: the derivatives by the vertices of a number that has these by the mass properties at a uniform density
@@ -247,7 +311,9 @@ impl Shape {
     ) -> PyResult<Floats<'py>> {
         let gradient = mass_gradient(by_mass, by_center, by_inertia)?;
         let found = self.field().mesh().mass_gradient(density, &gradient);
-        let values = found.iter().flatten().copied().collect();
+        let found = found.map_err(refused)?;
+        let values: Vec<f64> = found.iter().flatten().copied().collect();
+        check_finite(&values, "the gradient")?;
         array(py, values, &[found.len(), 3])
     }
 

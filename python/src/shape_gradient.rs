@@ -1,7 +1,7 @@
 //! Derivatives by the shapes of a contact.
 
 use crate::any_shape::AnyShape;
-use crate::arrays::{Floats, row, wrong_shape};
+use crate::arrays::{Floats, check_finite, finite, finite_row, kept, table, wrong_shape};
 use crate::errors::refused;
 use crate::pair_inputs::Found;
 use crate::shape_rates::ShapeRates;
@@ -24,11 +24,22 @@ pub struct ShapeGradient {
 #[pymethods]
 impl ShapeGradient {
     #[new]
-    fn new(by_vertices: Py<PyArrayDyn<f64>>, by_extents: Py<PyArrayDyn<f64>>) -> Self {
-        Self {
+    fn new(
+        py: Python<'_>,
+        by_vertices: Py<PyArrayDyn<f64>>,
+        by_extents: Py<PyArrayDyn<f64>>,
+    ) -> PyResult<Self> {
+        kept(
+            py,
+            &by_vertices,
+            "by_vertices",
+            &[&["v", "3"], &["n", "v", "3"]],
+        )?;
+        kept(py, &by_extents, "by_extents", &[&["v"], &["n", "v"]])?;
+        Ok(Self {
             by_vertices,
             by_extents,
-        }
+        })
     }
 
     /// The derivatives by the numbers of these rates, whose vertices and extents are those of the shape: (), (k,), (n,) or (n, k).
@@ -150,7 +161,8 @@ pub fn mass_gradient(
     by_center: &Bound<'_, PyAny>,
     by_inertia: &Bound<'_, PyAny>,
 ) -> PyResult<MassGradient> {
-    let rows = crate::arrays::table::<3>(by_inertia, "by_inertia")?;
+    let rows = table::<3>(by_inertia, "by_inertia")?;
+    check_finite(rows.as_flattened(), "by_inertia")?;
     let [x, y, z] = rows[..] else {
         let message = format!(
             "by_inertia must have the shape (3, 3), but has ({}, 3)",
@@ -159,8 +171,8 @@ pub fn mass_gradient(
         return Err(refused(message));
     };
     Ok(MassGradient {
-        by_mass,
-        by_center_of_mass: Vector3::from(row::<3>(by_center, "by_center")?),
+        by_mass: finite(by_mass, "by_mass")?,
+        by_center_of_mass: Vector3::from(finite_row::<3>(by_center, "by_center")?),
         by_inertia: Matrix3::from([x, y, z]).transpose(),
     })
 }

@@ -1,6 +1,8 @@
 //! How shapes change with the numbers that they are made of.
 
-use crate::arrays::{Floats, array, indices, list, row, signed, table, whole_array};
+use crate::arrays::{
+    Floats, Whole, array, check_finite, count, indices, kept, list, row, signed, table, whole_array,
+};
 use crate::errors::refused;
 use crate::shape::Shape;
 use hydroelastic::mesh::{self, LinearisedDistances, PressureField, TetMesh, shapes};
@@ -52,15 +54,19 @@ impl ShapeRates {
     #[new]
     #[pyo3(signature = (vertices, extents, ambiguous=vec![]))]
     fn new(
+        py: Python<'_>,
         vertices: Py<PyArrayDyn<f64>>,
         extents: Py<PyArrayDyn<f64>>,
-        ambiguous: Vec<usize>,
-    ) -> Self {
-        Self {
+        ambiguous: Vec<Whole>,
+    ) -> PyResult<Self> {
+        kept(py, &vertices, "vertices", &[&["v", "3"], &["k", "v", "3"]])?;
+        kept(py, &extents, "extents", &[&["v"], &["k", "v"]])?;
+        let ambiguous = ambiguous.into_iter().map(|it| count(it, "ambiguous"));
+        Ok(Self {
             vertices,
             extents,
-            ambiguous,
-        }
+            ambiguous: ambiguous.collect::<PyResult<_>>()?,
+        })
     }
 
     fn __repr__(&self, py: Python<'_>) -> PyResult<String> {
@@ -91,7 +97,8 @@ impl ShapeRates {
 impl Shape {
     /// How Shape.icosphere changes with its radius (m): k is 1.
     #[staticmethod]
-    fn icosphere_rates(py: Python<'_>, radius: f64, subdivisions: usize) -> PyResult<ShapeRates> {
+    fn icosphere_rates(py: Python<'_>, radius: f64, subdivisions: Whole) -> PyResult<ShapeRates> {
+        let subdivisions = count(subdivisions, "subdivisions")?;
         let rates = shapes::icosphere_rates(radius, subdivisions);
         ShapeRates::of(py, rates.map(|it| [it]))
     }
@@ -101,8 +108,9 @@ impl Shape {
     fn ellipsoid_rates(
         py: Python<'_>,
         semi_axes: &Bound<'_, PyAny>,
-        subdivisions: usize,
+        subdivisions: Whole,
     ) -> PyResult<ShapeRates> {
+        let subdivisions = count(subdivisions, "subdivisions")?;
         let semi_axes = row(semi_axes, "semi_axes")?;
         ShapeRates::of(py, shapes::ellipsoid_rates(semi_axes, subdivisions))
     }
@@ -127,8 +135,9 @@ impl Shape {
         py: Python<'_>,
         radius: f64,
         length: f64,
-        segments: usize,
+        segments: Whole,
     ) -> PyResult<ShapeRates> {
+        let segments = count(segments, "segments")?;
         ShapeRates::of(py, shapes::cylinder_rates(radius, length, segments))
     }
 }
@@ -162,7 +171,8 @@ impl LinearisedShape {
         tets: &Bound<'_, PyAny>,
         depth: Option<f64>,
     ) -> PyResult<Self> {
-        let vertices = vectors(vertices, "vertices")?;
+        let vertices = table::<3>(vertices, "vertices")?;
+        let vertices = vertices.into_iter().map(Into::into).collect();
         let tets = indices(tets, "tets")?;
         let mesh = TetMesh::new(vertices, tets).map_err(refused)?;
         let made = match depth {
@@ -202,6 +212,7 @@ impl LinearisedShape {
     ) -> PyResult<(Floats<'py>, f64)> {
         let by_vertices = vectors(by_vertices, "by_vertices")?;
         let by_extents = list(by_extents, "by_extents")?;
+        check_finite(&by_extents, "by_extents")?;
         let found = self.distances.pullback(&by_vertices, &by_extents);
         let found = found.map_err(refused)?;
         let values = found.by_vertices.iter().flatten().copied().collect();
@@ -244,5 +255,6 @@ impl LinearisedShape {
 
 fn vectors(argument: &Bound<'_, PyAny>, name: &str) -> PyResult<Vec<Vector3<f64>>> {
     let rows = table::<3>(argument, name)?;
+    check_finite(rows.as_flattened(), name)?;
     Ok(rows.into_iter().map(Into::into).collect())
 }

@@ -1,5 +1,6 @@
 //! Pictures for notebooks: what `hydroelastic.view` draws.
 
+use crate::arrays::Whole;
 use crate::state::State;
 use crate::surface::Surface;
 use crate::trajectory::Trajectory;
@@ -33,7 +34,7 @@ impl Surface {
     fn show<'py>(
         slf: &Bound<'py, Self>,
         pressure_limit: Option<f64>,
-        height: u32,
+        height: Whole,
     ) -> PyResult<Bound<'py, PyAny>> {
         let options = PyDict::new(slf.py());
         options.set_item("pressure_limit", pressure_limit)?;
@@ -61,7 +62,7 @@ impl World {
         slf: &Bound<'py, Self>,
         state: Option<Bound<'py, State>>,
         pressure_limit: Option<f64>,
-        height: u32,
+        height: Whole,
     ) -> PyResult<Bound<'py, PyAny>> {
         let options = PyDict::new(slf.py());
         options.set_item("state", state)?;
@@ -90,9 +91,9 @@ impl Trajectory {
     fn show<'py>(
         slf: &Bound<'py, Self>,
         world: Option<Bound<'py, World>>,
-        frames: usize,
+        frames: Whole,
         pressure_limit: Option<f64>,
-        height: u32,
+        height: Whole,
     ) -> PyResult<Bound<'py, PyAny>> {
         let options = PyDict::new(slf.py());
         options.set_item("world", world)?;

@@ -1,6 +1,6 @@
 //! Contact surfaces as arrays.
 
-use crate::arrays::{array, signed, whole_array};
+use crate::arrays::{array, finite, kept, signed, whole_array};
 use hydroelastic::contact::ContactSurface;
 use numpy::PyArrayDyn;
 use pyo3::prelude::*;
@@ -89,6 +89,7 @@ impl Surface {
 impl Surface {
     #[new]
     fn new(
+        py: Python<'_>,
         vertices: Floats,
         offsets: Whole,
         pressures: Floats,
@@ -99,8 +100,18 @@ impl Surface {
         tets: Whole,
         area: f64,
         center_of_pressure: Option<Floats>,
-    ) -> Self {
-        Self {
+    ) -> PyResult<Self> {
+        kept(py, &vertices, "vertices", &[&["k", "3"]])?;
+        kept(py, &pressures, "pressures", &[&["k"]])?;
+        kept(py, &normals, "normals", &[&["m", "3"]])?;
+        kept(py, &areas, "areas", &[&["m"]])?;
+        kept(py, &centroids, "centroids", &[&["m", "3"]])?;
+        kept(py, &mean_pressures, "mean_pressures", &[&["m"]])?;
+        finite(area, "area")?;
+        if let Some(point) = &center_of_pressure {
+            kept(py, point, "center_of_pressure", &[&["3"]])?;
+        }
+        Ok(Self {
             vertices,
             offsets,
             pressures,
@@ -111,7 +122,7 @@ impl Surface {
             tets,
             area,
             center_of_pressure,
-        }
+        })
     }
 
     fn __len__(&self, py: Python<'_>) -> PyResult<usize> {

@@ -1,6 +1,6 @@
 //! Recorded states.
 
-use crate::arrays::{Floats, array};
+use crate::arrays::{Floats, Whole, array};
 use crate::errors::refused;
 use crate::state::{State, numbers_of};
 use hydroelastic::dynamics;
@@ -83,14 +83,15 @@ impl Trajectory {
     }
 
     /// The state of a place, counted from the end if it is negative.
-    fn __getitem__(&self, place: isize) -> PyResult<State> {
+    fn __getitem__(&self, place: Whole) -> PyResult<State> {
         let states = self.inner.states();
         let from_start = if place < 0 {
-            place.checked_add_unsigned(states.len())
+            place + states.len() as Whole
         } else {
-            Some(place)
+            place
         };
-        let found = from_start.and_then(|place| states.get(usize::try_from(place).ok()?));
+        let place_found = usize::try_from(from_start).ok();
+        let found = place_found.and_then(|place| states.get(place));
         found.map(|state| State(state.clone())).ok_or_else(|| {
             PyIndexError::new_err(format!(
                 "there are {} states, but number {place} was asked for",

@@ -10,6 +10,7 @@ use crate::path::Path;
 use crate::state::State;
 use hydroelastic::dynamics::{self, WorldError};
 use hydroelastic::nalgebra::Vector3;
+use numpy::PyUntypedArray;
 use pyo3::prelude::*;
 use std::collections::BTreeMap;
 
@@ -21,7 +22,7 @@ pub type Inner = dynamics::World<f64, Vec<AnyForce>>;
 /// Parameters
 /// ----------
 /// bodies : a list of Body with different names.
-/// gravity : (3,) (m/s²).
+/// gravity : (3,) (m/s²), or its component along z, as -9.81; None for no gravity.
 /// forces : a list of Spring, Drag and Thruster.
 /// force_parameters : numbers that forces name, {name: value}. Derivatives are taken by Parameter.of_forces(name).
 /// controls : a list of Control, one for a body.
@@ -54,7 +55,12 @@ struct Settings<'a, 'py> {
 impl Settings<'_, '_> {
     fn applied(self, mut world: Inner) -> PyResult<Inner> {
         if let Some(gravity) = self.gravity {
-            let gravity = Vector3::from(row::<3>(gravity, "gravity")?);
+            let along_z = gravity.extract::<f64>().ok();
+            let along_z = along_z.filter(|_| gravity.cast::<PyUntypedArray>().is_err());
+            let gravity = match along_z {
+                Some(along_z) => Vector3::new(0.0, 0.0, along_z),
+                None => Vector3::from(row::<3>(gravity, "gravity")?),
+            };
             world = world.with_gravity(gravity).map_err(refused)?;
         }
         if let Some(tolerance) = self.slip_tolerance {

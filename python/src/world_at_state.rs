@@ -25,9 +25,7 @@ impl World {
 
     /// The state one time step after another one.
     fn step(&self, py: Python<'_>, state: &State, plan: &Plan) -> PyResult<State> {
-        let mut rollout = self.rollout(plan, Some(state))?;
-        rollout.next_step(py)?;
-        Ok(rollout.state())
+        self.rollout(plan, Some(state))?.next_step(py)
     }
 
     /// Energies and momentum of a state. The contact energy takes longer than a step.

@@ -1,6 +1,6 @@
 //! Derivatives of rollouts.
 
-use crate::arrays::{Floats, array};
+use crate::arrays::{Floats, Whole, array, count};
 use crate::by_states::ByStates;
 use crate::errors::not_differentiated;
 use crate::interrupt::{Progress, Shared, run};
@@ -100,8 +100,9 @@ impl World {
         parameters: Vec<Bound<'py, Parameter>>,
         by_poses: &Bound<'py, PyAny>,
         by_twists: &Bound<'py, PyAny>,
-        memory: Option<usize>,
+        memory: Option<Whole>,
     ) -> PyResult<Floats<'py>> {
+        let memory = memory.map(|it| count(it, "memory")).transpose()?;
         let by = inner(&parameters);
         let recorded = (&plan.0, self.inner.bodies().len());
         let by_states = ByStates::of(by_poses, by_twists, recorded, None)?;

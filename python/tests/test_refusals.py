@@ -6,10 +6,10 @@ import pytest
 import hydroelastic as he
 
 
-@pytest.mark.parametrize("kind", [np.float32, np.int64, np.complex128, object])
+@pytest.mark.parametrize("kind", [np.float32, np.complex128, np.bool_, np.str_, object])
 def test_arrays_of_other_types(ball_on_block, kind):
     pair, pose_a, pose_b = ball_on_block
-    with pytest.raises(TypeError, match=r"pose_b must be a numpy array of float64, but is an array of"):
+    with pytest.raises(TypeError, match=r"pose_b must be a numpy array of float64 or integers, .* but is an array of"):
         pair.wrench(pose_a, np.zeros((4, 4), dtype=kind))
     with pytest.raises(TypeError, match="gravity must be a numpy array of float64"):
         he.World([], gravity=np.zeros(3, dtype=kind))
@@ -17,9 +17,75 @@ def test_arrays_of_other_types(ball_on_block, kind):
 
 def test_what_is_no_array(ball_on_block):
     pair, pose_a, _ = ball_on_block
-    for other in ("pose", None, 1.0, [[1.0]]):
+    complex_rows = [[1j] * 4] * 4
+    for other in ("pose", None, 1.0, [[1.0], [1.0, 2.0]], [["1"] * 4] * 4, complex_rows, [[None] * 4] * 4):
         with pytest.raises(TypeError, match="pose_b"):
             pair.wrench(pose_a, other)
+
+
+@pytest.mark.parametrize("kind", [np.int64, np.int32, np.uint8, list])
+def test_integers_and_lists_are_numbers(kind):
+    def given(rows):
+        return rows if kind is list else np.array(rows, dtype=kind)
+
+    ball, eye, push = he.Shape.icosphere(0.1, 1), np.eye(4, dtype=int).tolist(), [0, 0, 0, 1, 0, 0]
+    pair = he.Pair(ball, ball, 1e5, 1e5)
+    assert np.array_equal(pair.wrench(given([eye, eye]), given(eye)), pair.wrench(np.stack([np.eye(4)] * 2), np.eye(4)))
+    assert np.array_equal(he.moved_pose(given(eye), given(push)), he.pose([1.0, 0.0, 0.0]))
+    assert np.array_equal(he.Control("ball", 1.0, given([push])).wrenches, [push])
+    assert np.array_equal(he.State(0.0, given([eye]), given([push])).twists, [push])
+    assert he.Shape(given([[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]]), given([[0, 1, 2, 3]])).volume == pytest.approx(1 / 6)
+    body = he.Body.dynamic("ball", ball, he.Material(10**5), 1, pose=given(eye), velocity=given([1, 0, 0]))
+    assert np.array_equal(body.twist, push)
+
+
+def test_a_number_for_gravity_is_its_component_along_z():
+    for number in (-9.81, np.float64(-9.81)):
+        assert np.array_equal(he.World([], gravity=number).gravity, [0.0, 0.0, -9.81])
+    assert np.array_equal(he.World([], gravity=-10).gravity, [0.0, 0.0, -10.0])
+
+
+def test_an_integrator_goes_by_its_name():
+    assert he.Plan(1e-3, 10, "sdirk2") == he.Plan(1e-3, 10, he.Integrator.SDIRK2)
+    assert he.Plan(1e-3, 10, "IMPLICIT_EULER").integrator == he.Integrator.IMPLICIT_EULER
+    names = 'no integrator "rk4": expected "symplectic_euler", "leapfrog", "sdirk2", "implicit_euler"'
+    with pytest.raises(he.HydroelasticError, match=names):
+        he.Plan(1e-3, 10, "rk4")
+
+
+def test_a_wrong_order_of_arguments_is_met_with_the_right_one():
+    with pytest.raises(TypeError, match=r'bodies must be the names of two bodies, but is ball: write Spring\(\("a", "b"\), '):
+        he.Spring("ball", "floor", 1.0, 1.0, 1.0)
+    with pytest.raises(TypeError, match=r"points must be a point \(3,\) of each body"):
+        he.Spring(["ball", "floor"], 1.0, 1.0, 1.0)
+    with pytest.raises(TypeError, match=r"a must be a Shape, which is compliant, but is HalfSpace\(\)"):
+        he.Pair(he.HalfSpace(), he.Shape.icosphere(0.1, 1), 1e5)
+
+
+def tetrahedron(size, path):
+    corners = size * np.array([[0.0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]])
+    if path.suffix == ".obj":
+        lines = [f"v {x} {y} {z}" for x, y, z in corners] + ["f 1 3 2", "f 1 2 4", "f 2 3 4", "f 1 4 3"]
+        path.write_text("\n".join(lines) + "\n")
+    else:
+        nodes = "\n".join(f"{x} {y} {z}" for x, y, z in corners)
+        tags = "\n".join("1234")
+        path.write_text(
+            f"$MeshFormat\n4.1 0 8\n$EndMeshFormat\n$Nodes\n1 4 1 4\n3 1 0 4\n{tags}\n{nodes}\n$EndNodes\n"
+            "$Elements\n1 1 1 1\n3 1 4 1\n1 1 2 3 4\n$EndElements\n"
+        )
+    return path
+
+
+@pytest.mark.parametrize(("kind", "name"), [(he.RigidShape, "part.obj"), (he.Shape, "part.msh")])
+def test_a_file_without_a_unit_that_is_over_100_m_large_gets_a_warning(tmp_path, recwarn, kind, name):
+    small, large = (tetrahedron(size, tmp_path / f"{size}_{name}") for size in (99.0, 200.0))
+    assert kind.read(small).volume == pytest.approx(99.0**3 / 6)
+    assert kind.read(large, unit=1.0).volume == pytest.approx(200.0**3 / 6)
+    assert kind.read(large, unit=1e-3).volume == pytest.approx(0.2**3 / 6)
+    assert not recwarn
+    with pytest.warns(UserWarning, match=r"is 200\.0000 m large if its numbers are meters: unit=1e-3 reads millimeters"):
+        kind.read(large)
 
 
 def refusals():
@@ -62,7 +128,13 @@ def refusals():
         "indices count from 0": lambda: he.Shape(corners, tets - 1),
         "the mass of body": lambda: he.Body.dynamic("ball", ball, skin, -1.0),
         "needs its mass, or its density": lambda: he.Body.dynamic("ball", ball, skin),
-        "the friction of body": lambda: he.Body.fixed("ball", ball, he.Material(1e5, 0.0, -0.1)),
+        "the friction of a material is -0.1": lambda: he.Material(1e5, 0.0, -0.1),
+        "both were given, mass=1.0 kg and density=3.0 kg/m³": lambda: he.Body.dynamic("ball", ball, skin, 1.0, density=3.0),
+        "part.stl holds a surface, not a mesh of tetrahedra: RigidShape.read": lambda: he.Shape.read("part.stl"),
+        "part.msh holds a mesh of tetrahedra, not a surface: Shape.read": lambda: he.RigidShape.read("part.msh"),
+        "body \"floor\" has no friction of its own": lambda: he.World(
+            [body, he.Body.fixed("floor", he.HalfSpace(), he.Material.rigid())]
+        ).jacobian(plan, [he.Parameter.friction("floor")]),
         "two bodies are named": lambda: he.World([body, body]),
         'no body is named "floor"; there are ["ball"]': lambda: world.index_of("floor"),
         'no body is named "wall"': lambda: world.jacobian(plan, [he.Parameter.friction("wall")]),

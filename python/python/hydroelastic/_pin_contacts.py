@@ -12,7 +12,7 @@ import numpy as np
 import pinocchio  # type: ignore[import-untyped, import-not-found, unused-ignore]
 
 from ._core import HydroelasticError, pose
-from ._pin_checks import Floats, checked
+from ._pin_checks import Floats, checked_pose
 
 if TYPE_CHECKING:
     from .pin import ContactPair
@@ -85,7 +85,7 @@ class Contact:
         frames = ((contact.frame_a, contact.pose_a), (contact.frame_b, contact.pose_b))
         for side, (name, in_frame) in enumerate(frames):
             frame = model.frames[_frame_index(model, name)]
-            placement = frame.placement * pinocchio.SE3(_checked_pose(in_frame))
+            placement = frame.placement * pinocchio.SE3(pose() if in_frame is None else checked_pose(in_frame))
             joints.append(frame.parentJoint)
             self.poses.append(np.ascontiguousarray(placement.homogeneous))
             if frame.parentJoint:
@@ -178,14 +178,3 @@ def _frame_index(model: Any, name: str | int) -> int:
         raise HydroelasticError(f"frame {name} of a model with {model.nframes} frames")
     return name
 
-
-def _checked_pose(given: Floats | None) -> Floats:
-    if given is None:
-        return pose()
-    found = checked(given, "pose", (4, 4))
-    rotation = found[:3, :3]
-    if not (np.allclose(rotation @ rotation.T, np.eye(3), rtol=0.0, atol=1e-9) and np.linalg.det(rotation) > 0.0):
-        raise HydroelasticError("the pose of a shape in its frame is not rigid")
-    if not (np.isfinite(found).all() and np.array_equal(found[3], [0.0, 0.0, 0.0, 1.0])):
-        raise HydroelasticError("the pose of a shape in its frame is not a finite homogeneous matrix")
-    return found

@@ -205,6 +205,8 @@ class Rollout(Function):
             entries, twists = self.bodies * POSE, self.bodies * TWIST
             poses = row[:entries].reshape(self.bodies, 4, 4)
             twists_of_bodies = row[entries : entries + twists].reshape(self.bodies, TWIST)
+            if row[-1] < 0.0:
+                raise HydroelasticError(f"taken must be at least 0, but is {row[-1]:.0f}")
             time = self._world.initial_state.time + row[-1] * self._plan.time_step
             world = world.replace(start=State(time, poses, twists_of_bodies))
             changes = row[entries + twists : -1]

@@ -93,9 +93,9 @@ def pose(translation: _Array = (0.0, 0.0, 0.0), rotation_vector: _Array = (0.0, 
     -------
     (4, 4) float64.
     """
-    translation = _floats(translation, "translation", (3,))
-    found: Array = _posed(_floats(rotation_vector, "rotation_vector", (3,)), translation)
-    return found
+    translation = _finite(_floats(translation, "translation", (3,)), "translation")
+    vector = _finite(_floats(rotation_vector, "rotation_vector", (3,)), "rotation_vector")
+    return _finite(_posed(vector, translation), "the pose")
 
 
 def moved_pose(pose: _Array, twist: _Array) -> Array:
@@ -111,9 +111,9 @@ def moved_pose(pose: _Array, twist: _Array) -> Array:
     -------
     (4, 4) float64.
     """
-    pose, twist = _floats(pose, "pose", (4, 4)), _floats(twist, "twist", (6,))
-    found: Array = _moved(pose, twist)
-    return found
+    pose = _finite(_floats(pose, "pose", (4, 4)), "pose")
+    twist = _finite(_floats(twist, "twist", (6,)), "twist")
+    return _finite(_moved(pose, twist), "the pose")
 
 
 def wrench(
@@ -272,7 +272,7 @@ def _floats(value: _Array, name: str, shape: tuple[int, ...]) -> Array:
     """An argument as a float64 array that ends in a shape."""
     _check_precision()
     array = jnp.asarray(value)
-    if isinstance(value, list | tuple) and jnp.issubdtype(array.dtype, jnp.integer):
+    if jnp.issubdtype(array.dtype, jnp.integer):
         array = array.astype(jnp.float64)
     if array.dtype != jnp.float64:
         raise TypeError(
@@ -281,6 +281,13 @@ def _floats(value: _Array, name: str, shape: tuple[int, ...]) -> Array:
         )
     if array.ndim < len(shape) or array.shape[array.ndim - len(shape) :] != shape:
         raise HydroelasticError(f"{name} must have the shape {shape}, or end in it, but has {array.shape}")
+    return array
+
+
+def _finite(array: Array, name: str) -> Array:
+    """The array. Outside transformations, numbers that are not finite are refused; inside, they go on."""
+    if not isinstance(array, jax.core.Tracer) and not np.isfinite(np.asarray(array)).all():
+        raise HydroelasticError(f"{name} must be finite, but is {np.asarray(array).tolist()}")
     return array
 
 

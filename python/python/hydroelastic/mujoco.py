@@ -44,7 +44,8 @@ from typing import Any, Self, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from ._core import HydroelasticError, Pair, RolloutError, Shape, SurfaceLaw, moved_pose, pose
+from ._core import HydroelasticError, Pair, RolloutError, Shape, SurfaceLaw, moved_pose
+from ._pin_checks import check_count, checked_pose
 from ._stability import Forces, Rates, TimeStepError, Watch, resistance
 
 try:
@@ -81,6 +82,10 @@ class Carrier:
     kind: str
     name: str
     pose: _Floats | None = None
+
+    def __post_init__(self) -> None:
+        if self.pose is not None:
+            checked_pose(self.pose)
 
 
 def geom(name: str, pose: _Floats | None = None) -> Carrier:
@@ -130,6 +135,7 @@ def shape_of_geom(model: Any, name: str, refinement: int = 3) -> Shape:
     ``refinement`` is the number of subdivisions of the icosahedron; cylinders have 4 · 2^refinement segments. Raises
     HydroelasticError for geoms of other types: that of a plane is ``hydroelastic.HalfSpace()``, in the frame of the geom too.
     """
+    refinement = check_count(refinement, "refinement")
     index = _index(model, geom(name))
     size = [float(length) for length in model.geom_size[index]]
     kind = mujoco.mjtGeom(int(model.geom_type[index]))
@@ -155,7 +161,7 @@ class _Side:
         self.root = int(model.body_rootid[self.body])
         self.is_fixed = int(model.body_weldid[self.body]) == 0
         self.dofs = _dofs(model, self.body)
-        self.in_carrier = None if carrier.pose is None else _checked_pose(carrier.pose)
+        self.in_carrier = None if carrier.pose is None else checked_pose(carrier.pose)
         self.places = {"geom": ("geom_xpos", "geom_xmat"), "site": ("site_xpos", "site_xmat")}.get(
             carrier.kind, ("xpos", "xmat")
         )
@@ -525,13 +531,3 @@ def _filters_pass(model: Any, first: int, second: int) -> bool:
     kinds, affinities = model.geom_contype, model.geom_conaffinity
     return any((kinds[i] & affinities[j]) or (kinds[j] & affinities[i]) for i in geoms[0] for j in geoms[1])
 
-
-def _checked_pose(given: Any) -> _Floats:
-    if not isinstance(given, np.ndarray) or given.dtype != np.float64:
-        raise TypeError("the pose of a shape in its carrier is not an array of float64")
-    if given.shape != (4, 4) or not np.isfinite(given).all() or not np.array_equal(given[3], pose()[3]):
-        raise HydroelasticError("the pose of a shape in its carrier is not a finite (4, 4) homogeneous matrix")
-    rotation = given[:3, :3]
-    if not np.allclose(rotation @ rotation.T, np.eye(3), rtol=0.0, atol=1e-9) or np.linalg.det(rotation) < 0.0:
-        raise HydroelasticError("the pose of a shape in its carrier is not rigid")
-    return given.copy()

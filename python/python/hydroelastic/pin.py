@@ -31,14 +31,14 @@ from typing import Any, NamedTuple, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from ._core import HydroelasticError, Pair, RolloutError
+from ._core import HydroelasticError, Pair, RolloutError, SurfaceLaw
 
 try:
     import pinocchio  # type: ignore[import-untyped, import-not-found, unused-ignore]
 except ImportError as _missing:
     raise ImportError('hydroelastic.pin needs Pinocchio: pip install "hydroelastic[pin]"') from _missing
 
-from ._pin_checks import check_array, check_time_step, checked, finite
+from ._pin_checks import check_count, check_time_step, checked, checked_pose, finite
 from ._pin_contacts import Contact
 from ._rows import moduli_of
 from ._stability import Forces, Rates, TimeStepError, Watch, resistance
@@ -77,6 +77,11 @@ class ContactPair:
     frame_b: str | int = "universe"
     pose_a: _Floats | None = None
     pose_b: _Floats | None = None
+
+    def __post_init__(self) -> None:
+        for given in (self.pose_a, self.pose_b):
+            if given is not None:
+                checked_pose(given)
 
 
 class Acceleration(NamedTuple):
@@ -168,9 +173,9 @@ class Robot:
     Raises
     ------
     HydroelasticError if a frame is not there, both frames of a contact are fixed to each other, or a pose is not rigid; every
-    method, if an array has another shape, a number is not finite, or a quaternion is not normalized. TypeError if an array is
-    not of float64. Steps and rollouts raise TimeStepError if the time step is too long, and rollouts RolloutError if a step fails;
-    the ``trajectory`` of both errors holds the recorded states before.
+    method, if an array has another shape, a number is not finite, or a quaternion is not normalized. TypeError if an argument is no
+    array of float64 or integers, nor a list of numbers. Steps and rollouts raise TimeStepError if the time step is too long, and
+    rollouts RolloutError if a step fails; the ``trajectory`` of both errors holds the recorded states before.
     """
 
     def __init__(self, model: Any, contacts: Sequence[ContactPair], *, check_stability: bool = True) -> None:
@@ -217,7 +222,12 @@ class Robot:
     def with_materials(self, materials: _Floats) -> Robot:
         """The same robot with other ``materials``, (contacts, 4)."""
         robot = Robot(self._model, self._pairs, check_stability=self._checks_stability)
-        robot._set_materials(checked(materials, "materials", (len(self._pairs), 4)).copy())
+        found = checked(materials, "materials", (len(self._pairs), 4), infinite=True).copy()
+        for contact, (modulus_a, modulus_b, *law) in zip(self._pairs, found, strict=True):
+            # Refuses what a pair refuses. That of a rigid B is infinite.
+            rigid = contact.pair.moduli[1] is None
+            Pair(*contact.pair.shapes, modulus_a, None if rigid else modulus_b, SurfaceLaw(*law))
+        robot._set_materials(found)
         return robot
 
     def acceleration(self, q: _Floats, v: _Floats, tau: _Floats) -> _Floats:
@@ -227,7 +237,7 @@ class Robot:
     def _acceleration(self, q: _Floats, v: _Floats, tau: _Floats) -> tuple[_Floats, Forces]:
         """The accelerations and Jᵀ w of each contact."""
         model, data = self._model, self._data
-        self._check(q, v, tau)
+        q, v, tau = self._check(q, v, tau)
         pinocchio.computeJointJacobians(model, data, q)
         forces = [
             contact.joint_torques(model, data, v, material)
@@ -245,7 +255,7 @@ class Robot:
     def _linearised(self, q: _Floats, v: _Floats, tau: _Floats) -> tuple[Acceleration, Forces]:
         """``linearised``, and Jᵀ w of each contact."""
         model, data, nv = self._model, self._data, self._model.nv
-        self._check(q, v, tau)
+        q, v, tau = self._check(q, v, tau)
         pinocchio.computeForwardKinematicsDerivatives(model, data, q, v, self._zero)
         forces = self._forces
         for joint in self._loaded:
@@ -266,7 +276,7 @@ class Robot:
 
     def wrenches(self, q: _Floats, v: _Floats) -> _Floats:
         """Wrenches of all contacts, (contacts, 12), as in ``Wrenches``."""
-        self._check(q, v)
+        q, v = self._check(q, v)
         model, data = self._model, self._data
         pinocchio.computeForwardKinematicsDerivatives(model, data, q, v, self._zero)
         found = np.zeros((len(self._pairs), 12))
@@ -277,7 +287,7 @@ class Robot:
 
     def linearised_wrenches(self, q: _Floats, v: _Floats) -> Wrenches:
         """Wrenches of all contacts and their derivatives by q, v and the materials."""
-        self._check(q, v)
+        q, v = self._check(q, v)
         model, data, nv = self._model, self._data, self._model.nv
         pinocchio.computeForwardKinematicsDerivatives(model, data, q, v, self._zero)
         count = len(self._pairs)
@@ -292,7 +302,7 @@ class Robot:
 
     def poses(self, q: _Floats) -> _Floats:
         """Poses of the shapes of all contacts in the world, (contacts, 2, 4, 4): those of A, those of B."""
-        self._check(q)
+        (q,) = self._check(q)
         pinocchio.forwardKinematics(self._model, self._data, q)
         for contact in self._contacts:
             contact.place(self._data)
@@ -308,6 +318,7 @@ class Robot:
     def step(self, q: _Floats, v: _Floats, tau: _Floats, time_step: float) -> tuple[_Floats, _Floats]:
         """q and v after a semi-implicit Euler step (s): v grows by the acceleration, and q moves by the new v."""
         check_time_step(time_step)
+        q, v, tau = self._check(q, v, tau)
         a, forces = self._acceleration(q, v, tau)
         self._check_stability(q, v, forces, time_step)
         v = v + time_step * a
@@ -316,6 +327,7 @@ class Robot:
     def linearised_step(self, q: _Floats, v: _Floats, tau: _Floats, time_step: float) -> Step:
         """``step`` with its derivatives by the state, tau and the materials."""
         check_time_step(time_step)
+        q, v, tau = self._check(q, v, tau)
         nv = self._model.nv
         (a, by_q, by_v, by_tau, by_material), forces = self._linearised(q, v, tau)
         self._check_stability(q, v, forces, time_step)
@@ -346,8 +358,9 @@ class Robot:
         tau is constant, (nv,), has a row a step, (steps, nv), or is a function of the time (s), q and v that returns a
         ``Feedback``, of which only tau is used here.
         """
-        torques = self._torques(tau, steps)
         records = _Records(steps, record_every, time_step)
+        torques = self._torques(tau, steps)
+        q, v = self._check(q, v)
         records.offer(0, (q, v))
         for k in range(steps):
             feedback = torques(k * time_step, q, v, k)
@@ -374,8 +387,9 @@ class Robot:
         ``linearised_step``.
         """
         nv, count = self._model.nv, len(self._pairs)
-        torques = self._torques(tau, steps)
         records = _Records(steps, record_every, time_step)
+        torques = self._torques(tau, steps)
+        q, v = self._check(q, v)
         first = torques(0.0, q, v, 0) if steps else Feedback(self._zero)
         numbers = 0 if first.by_parameters is None else np.shape(first.by_parameters)[-1]
         slopes = np.zeros((2 * nv, self._width + numbers))
@@ -438,15 +452,15 @@ class Robot:
             )
         return Rates(stiffness, damping, self._mass(q))
 
-    def _check(self, q: _Floats, v: _Floats | None = None, tau: _Floats | None = None) -> None:
+    def _check(self, *arrays: _Floats) -> tuple[_Floats, ...]:
+        """q; q and v; or q, v and tau as arrays of float64."""
         model = self._model
-        check_array(q, "q", (model.nq,))
-        if v is not None:
-            check_array(v, "v", (model.nv,))
-        if tau is not None:
-            check_array(tau, "tau", (model.nv,))
+        sizes = (model.nq, model.nv, model.nv)
+        found = tuple(checked(it, name, (size,)) for it, name, size in zip(arrays, ("q", "v", "tau"), sizes))
+        q = found[0]
         if model.nq != model.nv and not pinocchio.isNormalized(model, q, _NORMALIZED):
             raise HydroelasticError("q has a quaternion or a continuous joint that is not normalized: see pinocchio.normalize")
+        return found
 
     def _torques(self, tau: _Floats | Controller, steps: int) -> Callable[[float, _Floats, _Floats, int], Feedback]:
         nv = self._model.nv
@@ -479,8 +493,8 @@ class _Records:
     """The states of a rollout that are recorded, each a tuple of arrays: the first, and every so many-th after it."""
 
     def __init__(self, steps: int, every: int, time_step: float) -> None:
-        if steps < 0 or every < 1:
-            raise HydroelasticError(f"{steps} steps recorded every {every}: expected at least 0, and 1")
+        check_count(steps, "steps")
+        every = check_count(every, "record_every", 1)
         check_time_step(time_step)
         self._every = every
         self._time_step = time_step

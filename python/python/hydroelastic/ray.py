@@ -19,6 +19,7 @@ from numpy.typing import NDArray
 
 from . import _core, _progress
 from ._core import HydroelasticError, Parameter, Plan, RolloutError, State, Trajectory, TrajectoryJacobian, World
+from ._pin_checks import check_count
 
 try:
     import ray  # type: ignore[import-not-found, unused-ignore]
@@ -108,10 +109,10 @@ class Batch:
     ) -> None:
         if not isinstance(plan, Plan):
             raise TypeError(f"plan must be a Plan, but is {plan!r}")
-        if chunk is not None and chunk < 1:
-            raise HydroelasticError(f"chunk must be at least 1, but is {chunk}")
-        if max_retries < -1:
-            raise HydroelasticError(f"max_retries must be -1 (without end) or more, but is {max_retries}")
+        if chunk is not None:
+            chunk = check_count(chunk, "chunk", 1)
+        # -1 is without end.
+        max_retries = check_count(max_retries, "max_retries", -1)
         self._plan = plan
         self._progress = progress
         self._chunk = chunk
@@ -159,6 +160,7 @@ class Batch:
         self, method: str, world: World, parameters: Sequence[Parameter], samples: NDArray[np.float64]
     ) -> list[Any]:
         """Either of the two methods above, whose arguments the local batch refuses here, as far as it does without running."""
+        samples = np.asarray(samples) if isinstance(samples, list | tuple) else samples
         has_rows = isinstance(samples, np.ndarray) and samples.ndim == 2
         getattr(_core.Batch(self._plan), method)(world, parameters, samples[:0] if has_rows else samples)
         return self._over_the_cluster(method, (world, list(parameters)), samples)

@@ -79,8 +79,9 @@ def pose(translation: _Tensor = (0.0, 0.0, 0.0), rotation_vector: _Tensor = (0.0
     -------
     (4, 4) float64.
     """
-    translation = _floats(translation, "translation", (3,))
-    return _homogeneous(_rotation(_floats(rotation_vector, "rotation_vector", (3,))), translation)
+    translation = _finite(_floats(translation, "translation", (3,)), "translation")
+    vector = _finite(_floats(rotation_vector, "rotation_vector", (3,)), "rotation_vector")
+    return _finite(_homogeneous(_rotation(vector), translation), "the pose")
 
 
 def moved_pose(pose: _Tensor, twist: _Tensor) -> Tensor:
@@ -96,8 +97,10 @@ def moved_pose(pose: _Tensor, twist: _Tensor) -> Tensor:
     -------
     (4, 4) float64.
     """
-    pose, twist = _floats(pose, "pose", (4, 4)), _floats(twist, "twist", (6,))
-    return _homogeneous(_rotation(twist[..., :3]) @ pose[..., :3, :3], pose[..., :3, 3] + twist[..., 3:])
+    pose = _finite(_floats(pose, "pose", (4, 4)), "pose")
+    twist = _finite(_floats(twist, "twist", (6,)), "twist")
+    moved = _homogeneous(_rotation(twist[..., :3]) @ pose[..., :3, :3], pose[..., :3, 3] + twist[..., 3:])
+    return _finite(moved, "the pose")
 
 
 def wrench(
@@ -230,6 +233,8 @@ def _floats(value: _Tensor, name: str, shape: tuple[int, ...]) -> Tensor:
         value = torch.tensor(value, dtype=torch.float64)
     elif not isinstance(value, torch.Tensor):
         value = torch.from_numpy(np.array(value))
+    if not (value.dtype.is_floating_point or value.dtype.is_complex or value.dtype == torch.bool):
+        value = value.to(torch.float64)
     if value.dtype != torch.float64:
         raise TypeError(
             f"{name} must be a tensor of float64, but is one of {value.dtype}: contact is computed in float64 alone, and "
@@ -241,6 +246,14 @@ def _floats(value: _Tensor, name: str, shape: tuple[int, ...]) -> Tensor:
         raise HydroelasticError(f"{name} must have the shape {shape}, or end in it, but has {tuple(value.shape)}")
     found: Tensor = value
     return found
+
+
+def _finite(value: Tensor, name: str) -> Tensor:
+    """The tensor. Outside transformations and compiled functions, numbers that are not finite are refused; inside, they go on."""
+    is_traced = torch.compiler.is_compiling() or torch._C._functorch.is_functorch_wrapped_tensor(value)
+    if not is_traced and not bool(torch.isfinite(value.detach()).all()):
+        raise HydroelasticError(f"{name} must be finite, but is {value.tolist()}")
+    return value
 
 
 def _count(taken: Tensor | int) -> Tensor:

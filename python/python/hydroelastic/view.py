@@ -26,6 +26,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ._core import HalfSpace, HydroelasticError, RigidShape, Shape, State, Surface, Trajectory, World
+from ._pin_checks import check_count
 
 __all__ = ["Picture", "html", "of_surface", "of_trajectory", "of_world", "picture", "save"]
 
@@ -165,8 +166,7 @@ def of_trajectory(
     HydroelasticError if the trajectory is not one of this world, or frames is below 1.
     """
     _check(height, pressure_limit)
-    if frames < 1:
-        raise HydroelasticError(f"frames must be at least 1, but is {frames}")
+    frames = check_count(frames, "frames", 1)
     bodies = trajectory.poses.shape[1]
     if world is not None and len(world.names) != bodies:
         raise HydroelasticError(f"a trajectory of {bodies} bodies is not one of a world of {len(world.names)}")
@@ -189,8 +189,7 @@ def of_trajectory(
 
 
 def _check(height: int, pressure_limit: float | None) -> None:
-    if height < 1:
-        raise HydroelasticError(f"height must be at least 1, but is {height}")
+    check_count(height, "height", 1)
     if pressure_limit is not None and not (math.isfinite(pressure_limit) and pressure_limit > 0.0):
         raise HydroelasticError(f"pressure_limit must be above 0 and finite, but is {pressure_limit}")
 
