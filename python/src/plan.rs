@@ -99,8 +99,8 @@ impl Integrator {
 /// steps : how many.
 /// integrator : an Integrator or its name, as "sdirk2"; Integrator.LEAPFROG by default.
 /// record_every : the initial state, every so many-th after it and the last are recorded.
-/// check_every : the time step is held against World.largest_stable_step in the first step and every so many-th after it, and
-///     the rollout ends where it is too long; None for no check. Implicit steps are not checked.
+/// check_stability : explicit steps are checked where contact begins or changes fast: the rollout ends with a RolloutError where
+///     the time step is above World.largest_stable_step, or contact makes energy out of nothing. False takes such steps.
 /// solver_tolerance : implicit steps are solved until a correction is below this fraction of the velocities.
 ///
 /// Raises
@@ -114,13 +114,13 @@ pub struct Plan(pub dynamics::Plan);
 #[pymethods]
 impl Plan {
     #[new]
-    #[pyo3(signature = (time_step, steps, integrator=None, *, record_every=1, check_every=None, solver_tolerance=1e-10))]
+    #[pyo3(signature = (time_step, steps, integrator=None, *, record_every=1, check_stability=true, solver_tolerance=1e-10))]
     fn new(
         time_step: f64,
         steps: Whole,
         integrator: Option<Named<'_>>,
         record_every: Whole,
-        check_every: Option<Whole>,
+        check_stability: bool,
         solver_tolerance: f64,
     ) -> PyResult<Self> {
         let plan = dynamics::Plan::new(time_step, count(steps, "steps")?).map_err(refused)?;
@@ -130,9 +130,10 @@ impl Plan {
         let plan = plan
             .with_solver_tolerance(solver_tolerance)
             .map_err(refused)?;
-        Ok(Self(match check_every {
-            Some(every) => plan.with_stability_check(positive_count(every, "check_every")?),
-            None => plan,
+        Ok(Self(if check_stability {
+            plan
+        } else {
+            plan.without_stability_check()
         }))
     }
 
@@ -160,10 +161,10 @@ impl Plan {
         self.0.record_every()
     }
 
-    /// After how many steps the time step is checked, or None.
+    /// Whether explicit steps are checked.
     #[getter]
-    fn check_every(&self) -> Option<usize> {
-        self.0.check_every()
+    fn check_stability(&self) -> bool {
+        self.0.checks_stability()
     }
 
     /// Tolerance of implicit steps.
@@ -183,15 +184,16 @@ impl Plan {
             1 => String::new(),
             every => format!(", record_every={every}"),
         };
-        let check = self
-            .check_every()
-            .map(|every| format!(", check_every={every}"));
+        let check = if self.check_stability() {
+            ""
+        } else {
+            ", check_stability=False"
+        };
         format!(
-            "Plan({:?}, {}, {}{every}{}, solver_tolerance={:?})",
+            "Plan({:?}, {}, {}{every}{check}, solver_tolerance={:?})",
             self.time_step(),
             self.steps(),
             self.integrator().__repr__(),
-            check.unwrap_or_default(),
             self.solver_tolerance()
         )
     }
@@ -201,7 +203,7 @@ impl Plan {
     ) -> PyResult<((f64, usize, Integrator), Bound<'py, pyo3::types::PyDict>)> {
         let keywords = pyo3::types::PyDict::new(py);
         keywords.set_item("record_every", self.record_every())?;
-        keywords.set_item("check_every", self.check_every())?;
+        keywords.set_item("check_stability", self.check_stability())?;
         keywords.set_item("solver_tolerance", self.solver_tolerance())?;
         Ok((
             (self.time_step(), self.steps(), self.integrator()),

@@ -89,7 +89,7 @@ def test_every_method_has_the_results_of_the_local_batch(Batch, bounce):
 
 def test_rollouts_that_end_early_come_back_as_values(Batch, bounce):
     world, _ = bounce
-    plan = he.Plan(5e-2, 60, check_every=1)  # Far above the stable step.
+    plan = he.Plan(5e-2, 60)  # Far above the stable step.
     samples = throws(4)
     expected = he.Batch(plan).trajectories_after(world, BY, samples)
     assert any(isinstance(result, he.RolloutError) and len(result.trajectory) > 1 for result in expected)

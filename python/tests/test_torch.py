@@ -293,7 +293,7 @@ def test_arguments_of_rollouts_that_are_refused(bounce):
     with pytest.raises(TypeError, match="taken must be an integer"):
         ht.step(world, plan, ht.initial_state(world), taken=0.5)
     # Unstable in the contact: the check ends it.
-    coarse = he.Plan(2e-2, 20, check_every=1)
+    coarse = he.Plan(2e-2, 20)
     changes = variable([[0.0, 0.0, 20.0], [0.0, 0.0, 0.0]])
     with pytest.raises(he.RolloutError, match="row 1 of 2"):
         ht.rollout(world, coarse, [he.Parameter.initial_velocity("ball")], changes)

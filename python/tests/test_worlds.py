@@ -61,7 +61,7 @@ def test_energies_contacts_and_stable_steps(bounce):
     step = world.largest_stable_step(pressed)
     assert 1e-5 < step < 1.0 and world.largest_stable_step(world.initial_state) is None
     with pytest.raises(he.RolloutError, match="is too long where the contacts allow"):
-        world.rollout(he.Plan(2 * step, 3, check_every=1), start=pressed).recorded()
+        world.rollout(he.Plan(2 * step, 3), start=pressed).recorded()
 
 
 def test_paths_go_through_their_poses_with_consistent_twists():

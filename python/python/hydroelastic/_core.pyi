@@ -526,7 +526,7 @@ class Plan:
         integrator: Integrator | str | None = None,
         *,
         record_every: int = 1,
-        check_every: int | None = None,
+        check_stability: bool = True,
         solver_tolerance: float = 1e-10,
     ) -> Self: ...
     @property
@@ -538,7 +538,7 @@ class Plan:
     @property
     def record_every(self) -> int: ...
     @property
-    def check_every(self) -> int | None: ...
+    def check_stability(self) -> bool: ...
     @property
     def solver_tolerance(self) -> float: ...
     @property

@@ -347,7 +347,7 @@ def _recording(plan: Plan, every: int, steps: int | None = None) -> Plan:
         plan.steps if steps is None else steps,
         plan.integrator,
         record_every=every,
-        check_every=plan.check_every,
+        check_stability=plan.check_stability,
         solver_tolerance=plan.solver_tolerance,
     )
 
