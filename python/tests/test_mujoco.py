@@ -35,7 +35,9 @@ EXCLUDE = '<contact><exclude body1="world" body2="ball"/></contact>'
 
 
 @pytest.fixture(autouse=True)
-def the_callback_is_cleared():
+def the_callback_is_cleared(monkeypatch, tmp_path):
+    # MuJoCo writes its warnings to a file where it runs.
+    monkeypatch.chdir(tmp_path)
     assert mujoco.get_mjcb_passive() is None
     yield
     assert mujoco.get_mjcb_passive() is None

@@ -38,8 +38,9 @@ Forces: TypeAlias = list[Floats | None]
 _ALARM = 1.0
 # A change of the contact forces that is smaller, relative to the forces, is round-off.
 _ROUND_OFF = 1e-6
-# After the derivatives have found a step stable, so many evaluations raise no new alarm unless the mean grows by this factor.
-_REST, _GROWTH = 32, 2.0
+# After the derivatives have found a step stable, so many evaluations raise no new alarm unless the mean grows by this factor or a
+# contact begins.
+_REST, _GROWTH = 16, 1.5
 # The secant test takes a mass matrix that is at most so many evaluations old.
 _MASS_AGE = 50
 # Instead of a resistance of zero (W).
@@ -180,7 +181,10 @@ class Watch:
             mean = max(mean, self._mean(change, total, *velocities, time_step))
         if self._rest:
             self._rest -= 1
-        if mean <= (self._alarm if self._rest else _ALARM):
+        if mean <= _ALARM:
+            return None
+        begins = any(force is not None and before is None for force, before in zip(forces, forces_before, strict=True))
+        if self._rest and not begins and mean <= self._alarm:
             return None
         found = self._decided(time_step, rates, velocity, 0.5 * (velocity + velocity_before))
         if found is None and not self._is_rk4:
