@@ -9,6 +9,7 @@ use numpy::{
 use pyo3::exceptions::PyTypeError;
 use pyo3::prelude::*;
 use pyo3::types::{PyList, PyTuple};
+use std::collections::BTreeMap;
 
 /// An array that is handed to Python.
 pub type Floats<'py> = Bound<'py, PyArrayDyn<f64>>;
@@ -101,30 +102,38 @@ pub fn positive_count(value: Whole, name: &str) -> PyResult<usize> {
     }
 }
 
-/// An array that a class keeps, checked to be finite and to have as many axes as its names say.
-pub fn kept(
-    py: Python<'_>,
-    array: &Py<PyArrayDyn<f64>>,
-    name: &str,
-    axes: &[&[&str]],
-) -> PyResult<()> {
-    let Numbers { values, shape } = numbers(array.bind(py), name)?;
-    let fits = |expected: &&[&str]| {
-        let mut pairs = expected.iter().zip(&shape);
-        expected.len() == shape.len()
-            && pairs.all(|(axis, &size)| {
-                axis.parse().is_ok_and(|fixed: usize| fixed == size)
-                    || axis.parse::<usize>().is_err()
-            })
-    };
-    if !axes.iter().any(fits) {
-        let shown: Vec<String> = axes
-            .iter()
-            .map(|axes| format!("({})", axes.join(", ")))
-            .collect();
-        return Err(wrong_shape(name, &shown.join(" or "), &shape));
+/// An array that a class keeps, the name of its argument, and its axes: sizes, or letters for sizes that are equal wherever the
+/// letter is the same. A first axis with a question mark may be missing.
+pub type Kept<'a> = (&'a Py<PyArrayDyn<f64>>, &'a str, &'static [&'static str]);
+
+/// Checks that arrays that a class keeps are finite, and that their shapes fit each other.
+pub fn check_kept(py: Python<'_>, arrays: &[Kept<'_>]) -> PyResult<()> {
+    let mut sizes: BTreeMap<&'static str, usize> = BTreeMap::new();
+    for (array, name, axes) in arrays {
+        let Numbers { values, shape } = numbers(array.bind(py), name)?;
+        let is_short = axes[0].ends_with('?') && shape.len() + 1 == axes.len();
+        let own = &axes[usize::from(is_short)..];
+        let mut pairs = own.iter().zip(&shape);
+        let mut known = |axis: &'static str, size| {
+            axis.parse()
+                .unwrap_or_else(|_| *sizes.entry(axis).or_insert(size))
+        };
+        let fits = own.len() == shape.len() && pairs.all(|(axis, &size)| known(axis, size) == size);
+        if !fits {
+            let shown = axes.iter().map(|axis| match sizes.get(axis) {
+                Some(size) => size.to_string(),
+                None => (*axis).to_owned(),
+            });
+            let shown: Vec<String> = shown.collect();
+            return Err(wrong_shape(
+                name,
+                &format!("({})", shown.join(", ")),
+                &shape,
+            ));
+        }
+        check_finite(&values, name)?;
     }
-    check_finite(&values, name)
+    Ok(())
 }
 
 /// The exception for an array of another shape.

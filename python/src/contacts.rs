@@ -1,6 +1,6 @@
 //! Which bodies of a world touch.
 
-use crate::arrays::{Whole, array, check_finite, count, kept};
+use crate::arrays::{Whole, array, check_finite, check_kept, count};
 use crate::pair::wrench_numbers;
 use crate::pickle::{Reduced, loaded, reduced};
 use crate::surface::Surface;
@@ -44,7 +44,7 @@ impl Contact {
         wrench: Py<PyArrayDyn<f64>>,
         surface: Py<Surface>,
     ) -> PyResult<Self> {
-        kept(py, &wrench, "wrench", &[&["12"]])?;
+        check_kept(py, &[(&wrench, "wrench", &["12"])])?;
         Ok(Self {
             bodies,
             wrench,

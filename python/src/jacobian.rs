@@ -1,6 +1,6 @@
 //! Derivatives of recorded states.
 
-use crate::arrays::{Floats, array, kept};
+use crate::arrays::{Floats, array, check_kept};
 use crate::errors::refused;
 use crate::pickle::{Reduced, loaded, reduced};
 use crate::trajectory::Trajectory;
@@ -51,8 +51,13 @@ impl TrajectoryJacobian {
         poses: Py<PyArrayDyn<f64>>,
         twists: Py<PyArrayDyn<f64>>,
     ) -> PyResult<Self> {
-        kept(py, &poses, "poses", &[&["k", "n", "4", "4", "p"]])?;
-        kept(py, &twists, "twists", &[&["k", "n", "6", "p"]])?;
+        check_kept(
+            py,
+            &[
+                (&poses, "poses", &["k", "n", "4", "4", "p"]),
+                (&twists, "twists", &["k", "n", "6", "p"]),
+            ],
+        )?;
         Ok(Self { poses, twists })
     }
 

@@ -1,6 +1,6 @@
 //! What a step took, and the energies of a state.
 
-use crate::arrays::{Floats, array, finite, kept};
+use crate::arrays::{Floats, array, check_kept, finite};
 use crate::pickle::{Reduced, loaded, reduced};
 use hydroelastic::dynamics;
 use numpy::PyArrayDyn;
@@ -165,8 +165,13 @@ impl Report {
         momenta: (Py<PyArrayDyn<f64>>, Py<PyArrayDyn<f64>>),
     ) -> PyResult<Self> {
         let (linear_momentum, angular_momentum) = momenta;
-        kept(py, &linear_momentum, "linear_momentum", &[&["3"]])?;
-        kept(py, &angular_momentum, "angular_momentum", &[&["3"]])?;
+        check_kept(
+            py,
+            &[
+                (&linear_momentum, "linear_momentum", &["3"]),
+                (&angular_momentum, "angular_momentum", &["3"]),
+            ],
+        )?;
         finite(kinetic_energy, "kinetic_energy")?;
         finite(gravitational_energy, "gravitational_energy")?;
         finite(contact_energy, "contact_energy")?;

@@ -1,7 +1,7 @@
 //! Derivatives by the shapes of a contact.
 
 use crate::any_shape::AnyShape;
-use crate::arrays::{Floats, check_finite, finite, finite_row, kept, table, wrong_shape};
+use crate::arrays::{Floats, check_finite, check_kept, finite, finite_row, table, wrong_shape};
 use crate::errors::refused;
 use crate::pair_inputs::Found;
 use crate::shape_rates::ShapeRates;
@@ -29,13 +29,17 @@ impl ShapeGradient {
         by_vertices: Py<PyArrayDyn<f64>>,
         by_extents: Py<PyArrayDyn<f64>>,
     ) -> PyResult<Self> {
-        kept(
+        // A rigid body has no extents.
+        let rigid = by_extents.bind(py).shape().last() == Some(&0);
+        let axes: &[&str] = if rigid { &["n?", "0"] } else { &["n?", "v"] };
+        let by_vertices_axes: &[&str] = &["n?", "v", "3"];
+        check_kept(
             py,
-            &by_vertices,
-            "by_vertices",
-            &[&["v", "3"], &["n", "v", "3"]],
+            &[
+                (&by_vertices, "by_vertices", by_vertices_axes),
+                (&by_extents, "by_extents", axes),
+            ],
         )?;
-        kept(py, &by_extents, "by_extents", &[&["v"], &["n", "v"]])?;
         Ok(Self {
             by_vertices,
             by_extents,

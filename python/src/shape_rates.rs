@@ -1,7 +1,8 @@
 //! How shapes change with the numbers that they are made of.
 
 use crate::arrays::{
-    Floats, Whole, array, check_finite, count, indices, kept, list, row, signed, table, whole_array,
+    Floats, Whole, array, check_finite, check_kept, count, indices, list, row, signed, table,
+    whole_array,
 };
 use crate::errors::refused;
 use crate::shape::Shape;
@@ -59,8 +60,13 @@ impl ShapeRates {
         extents: Py<PyArrayDyn<f64>>,
         ambiguous: Vec<Whole>,
     ) -> PyResult<Self> {
-        kept(py, &vertices, "vertices", &[&["v", "3"], &["k", "v", "3"]])?;
-        kept(py, &extents, "extents", &[&["v"], &["k", "v"]])?;
+        check_kept(
+            py,
+            &[
+                (&vertices, "vertices", &["k?", "v", "3"]),
+                (&extents, "extents", &["k?", "v"]),
+            ],
+        )?;
         let ambiguous = ambiguous.into_iter().map(|it| count(it, "ambiguous"));
         Ok(Self {
             vertices,

@@ -1,8 +1,8 @@
 //! Contact surfaces as arrays.
 
-use crate::arrays::{array, finite, kept, signed, whole_array};
+use crate::arrays::{array, check_kept, finite, signed, whole_array, wrong_shape};
 use hydroelastic::contact::ContactSurface;
-use numpy::PyArrayDyn;
+use numpy::{PyArrayDyn, PyUntypedArrayMethods};
 use pyo3::prelude::*;
 
 type Floats = Py<PyArrayDyn<f64>>;
@@ -81,7 +81,7 @@ impl Surface {
     }
 
     fn count(&self, py: Python<'_>) -> PyResult<usize> {
-        self.tets.bind(py).len()
+        Ok(self.tets.bind(py).shape()[0])
     }
 }
 
@@ -101,15 +101,30 @@ impl Surface {
         area: f64,
         center_of_pressure: Option<Floats>,
     ) -> PyResult<Self> {
-        kept(py, &vertices, "vertices", &[&["k", "3"]])?;
-        kept(py, &pressures, "pressures", &[&["k"]])?;
-        kept(py, &normals, "normals", &[&["m", "3"]])?;
-        kept(py, &areas, "areas", &[&["m"]])?;
-        kept(py, &centroids, "centroids", &[&["m", "3"]])?;
-        kept(py, &mean_pressures, "mean_pressures", &[&["m"]])?;
+        check_kept(
+            py,
+            &[
+                (&vertices, "vertices", &["k", "3"]),
+                (&pressures, "pressures", &["k"]),
+                (&normals, "normals", &["m", "3"]),
+                (&areas, "areas", &["m"]),
+                (&centroids, "centroids", &["m", "3"]),
+                (&mean_pressures, "mean_pressures", &["m"]),
+            ],
+        )?;
+        let count = areas.bind(py).shape()[0];
+        for (array, name, expected) in [
+            (&offsets, "offsets", &[count + 1][..]),
+            (&tets, "tets", &[count, 2][..]),
+        ] {
+            let shape = array.bind(py).shape();
+            if shape != expected {
+                return Err(wrong_shape(name, &format!("{expected:?}"), shape));
+            }
+        }
         finite(area, "area")?;
         if let Some(point) = &center_of_pressure {
-            kept(py, point, "center_of_pressure", &[&["3"]])?;
+            check_kept(py, &[(point, "center_of_pressure", &["3"])])?;
         }
         Ok(Self {
             vertices,

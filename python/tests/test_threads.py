@@ -206,3 +206,27 @@ def test_a_progress_function_that_raises_ends_the_rollout():
 def test_progress_bars_need_no_tqdm(bounce):
     world, plan = bounce
     assert len(world.rollout(plan).recorded(progress=True)) == 4
+
+
+def test_a_rollout_that_another_thread_is_taking_is_refused():
+    rollout = long_world().rollout(he.Plan(1e-4, 100_000))
+    began, refusals = threading.Event(), []
+
+    def told(done, total):
+        began.set()
+        if refusals:
+            raise KeyboardInterrupt
+
+    def record():
+        with pytest.raises(KeyboardInterrupt):
+            rollout.recorded(progress=told)
+
+    thread = threading.Thread(target=record)
+    thread.start()
+    assert began.wait(60.0)
+    for use in (lambda: rollout.state, lambda: rollout.taken, lambda: next(rollout), rollout.recorded, lambda: repr(rollout)):
+        with pytest.raises(he.HydroelasticError, match="another thread is taking steps of this rollout"):
+            use()
+    refusals.append(True)
+    thread.join()
+    assert 0 < rollout.taken < 100_000

@@ -80,6 +80,18 @@ def test_paths_go_through_their_poses_with_consistent_twists():
     assert np.array_equal(path.at(9.0)[1], np.zeros(6)) and np.array_equal(path.at(-1.0)[1], np.zeros(6))
 
 
+def test_a_path_arrives_with_its_twist_and_rests_after_it():
+    push = np.array([0.1, 0.2, 0.3, 1.0, 0.5, 0.0])
+    path = he.Path([0.0, 0.5], np.stack([he.pose(), he.pose([0.2, 0.1, 0.0])]), np.stack([np.zeros(6), push]))
+    (before, arriving), (end, at_end) = path.at(0.5 - 1e-9), path.at(0.5)
+    assert np.allclose(at_end, arriving, atol=1e-6) and np.allclose(before, end, atol=1e-8)
+    assert np.array_equal(at_end, push)
+    after, rest = path.at(np.nextafter(0.5, 1.0))
+    assert np.array_equal(after, end) and np.array_equal(rest, np.zeros(6))
+    # A single pose leads nowhere.
+    assert np.array_equal(he.Path([0.0], he.pose()[None], push[None]).at(0.0)[1], np.zeros(6))
+
+
 def test_a_conveyor_carries_a_box():
     skin = he.Material(1e6, 0.5, 0.5)
     belt = he.Path.steady(he.pose([0.0, 0.0, -0.05]), [0.0, 0.0, 0.0, 0.5, 0.0, 0.0])

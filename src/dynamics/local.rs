@@ -30,7 +30,7 @@ impl<F: Force> World<f64, F> {
     /// The state after such a change: the inverse of [`Self::displacement`]. Bodies that forces do not move, and the time, stay.
     ///
     /// # Errors
-    /// If the state does not fit the world, or there are not 12 finite numbers for each dynamic body.
+    /// If the state before or after the change does not fit the world, or there are not 12 finite numbers for each dynamic body.
     pub fn displaced(&self, state: &State, change: &[f64]) -> Result<State, WorldError> {
         state.check_fits(self.bodies())?;
         check_finite("change of a state", change)?;
@@ -55,6 +55,7 @@ impl<F: Force> World<f64, F> {
                 },
             };
         }
+        moved.check_fits(self.bodies())?;
         Ok(moved)
     }
 }

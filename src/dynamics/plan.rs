@@ -1,4 +1,4 @@
-use super::settings::check_positive;
+use super::settings::{check_finite, check_positive};
 use super::{Integrator, WorldError};
 
 /// Solver tolerance of a new plan: the last correction, which is applied, leaves far less.
@@ -30,9 +30,10 @@ impl Plan {
     /// A number of leapfrog steps of `time_step` (s), with every state recorded.
     ///
     /// # Errors
-    /// If the time step is not positive and finite.
+    /// If the time step is not positive and finite, or all steps together are not finite.
     pub fn new(time_step: f64, steps: usize) -> Result<Self, WorldError> {
         check_positive("time step", time_step)?;
+        check_finite("duration of a plan", &[time_step * steps as f64])?;
         Ok(Self {
             time_step,
             steps,

@@ -268,9 +268,10 @@ class Robot:
                 slopes = added if slopes is None else slopes + added
         by_q, by_v, by_tau = pinocchio.computeABADerivatives(model, data, q, v, tau, forces)
         a = finite(data.ddq.copy())
+        finite(by_q + by_v, "a derivative of the acceleration")
         if slopes is None:
             return Acceleration(a, by_q, by_v, by_tau, np.zeros((nv, len(self._pairs), 4))), torques
-        slopes = by_tau.dot(slopes)
+        slopes = finite(by_tau.dot(slopes), "a derivative of the acceleration")
         by_material = slopes[:, 2 * nv :].reshape(nv, -1, 4)
         return Acceleration(a, by_q + slopes[:, :nv], by_v + slopes[:, nv : 2 * nv], by_tau, by_material), torques
 
@@ -321,7 +322,7 @@ class Robot:
         q, v, tau = self._check(q, v, tau)
         a, forces = self._acceleration(q, v, tau)
         self._check_stability(q, v, forces, time_step)
-        v = v + time_step * a
+        v = finite(v + time_step * a, "v")
         return self._moved(q, v, time_step), v
 
     def linearised_step(self, q: _Floats, v: _Floats, tau: _Floats, time_step: float) -> Step:
@@ -338,7 +339,7 @@ class Robot:
         moved, turned = pinocchio.dIntegrate(self._model, q, time_step * v)
         of_q = time_step * (turned @ slopes)
         of_q[:, :nv] += moved
-        whole = np.vstack([of_q, slopes])
+        whole = finite(np.vstack([of_q, slopes]), "a derivative of the step")
         by_state, by_tau, by_material = whole[:, : 2 * nv], whole[:, 2 * nv : 3 * nv], whole[:, 3 * nv :]
         q = self._moved(q, v, time_step)
         return Step(q, v, by_state, by_tau, by_material.reshape(2 * nv, -1, 4))
@@ -421,7 +422,7 @@ class Robot:
 
     def _moved(self, q: _Floats, v: _Floats, time_step: float) -> _Floats:
         """q after a step at the velocity v."""
-        q = pinocchio.integrate(self._model, q, time_step * v)
+        q = finite(pinocchio.integrate(self._model, q, time_step * v), "q")
         self._after = time_step, q.tobytes(), v.tobytes()
         return q
 

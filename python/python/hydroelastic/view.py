@@ -62,7 +62,7 @@ class Picture:
 
     def __init__(self, page: str, height: int, shows: str) -> None:
         self._page = page
-        self._height = height
+        self._height = check_count(height, "height", 1)
         self._shows = shows
 
     @property

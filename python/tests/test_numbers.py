@@ -1,0 +1,511 @@
+"""Every public callable that takes numbers refuses what is no number, out of range or of another shape."""
+
+import ast
+import importlib
+import inspect
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import hydroelastic as he
+
+# What an argument is annotated with if it is made of numbers.
+NUMERIC = {"float", "int", "_Floats", "_Numbers", "_Rows", "_Indices", "_Whole", "_Array", "_Tensor", "Controller", "NDArray"}
+REFUSED = (he.HydroelasticError, TypeError, ValueError)
+HUGE = 1e308
+
+
+class Positive(float):
+    """A number that must be above 0."""
+
+
+class NotNegative(float):
+    """A number that must not be below 0."""
+
+
+class Signed(int):
+    """A whole number that may be negative."""
+
+
+# Arrays of numbers that must not be negative.
+NOT_NEGATIVE = {"moduli", "law", "materials"}
+# Numbers that may be infinite: the modulus of a rigid body.
+INFINITE = {"materials"}
+
+
+def refused_values(name, value):
+    """Values that must be refused in place of a good one, by what is wrong with them."""
+    if isinstance(value, np.ndarray) and value.dtype.kind == "i":
+        return {"shape": value[None], "negative": -1 - value, "floats": value.astype(float)}
+    if isinstance(value, np.ndarray):
+        found = {"axes": value[None, None], "length": value.ravel()[:-1], "text": value.astype(str), "complex": value * 1j}
+        numbers = {"NaN": np.nan, "infinite": np.inf, "minus infinity": -np.inf}
+        if name in NOT_NEGATIVE:
+            numbers["negative"] = -1.0
+        if name in INFINITE:
+            del numbers["infinite"]
+        return found | {what: changed(value, number) for what, number in numbers.items()}
+    if isinstance(value, bool | Signed):
+        return {"NaN": np.nan, "a fraction": 1.5}
+    if isinstance(value, int):
+        return {"negative": -1, "NaN": np.nan, "a fraction": 1.5, "text": "1"}
+    found = {"NaN": np.nan, "infinite": np.inf, "minus infinity": -np.inf, "text": "1", "complex": 1j}
+    if isinstance(value, Positive):
+        found["zero"] = 0.0
+    if isinstance(value, Positive | NotNegative):
+        found["negative"] = -1.0
+    return found
+
+
+def changed(value, number):
+    found = np.array(value, dtype=np.float64)
+    found.flat[0] = number
+    return found
+
+
+def huge_values(value):
+    """Values that must be refused, or give finite results."""
+    if isinstance(value, np.ndarray) and value.dtype.kind == "f":
+        return [changed(value, HUGE), changed(value, -HUGE)]
+    return [HUGE, 1e-308] if isinstance(value, float) else []
+
+
+def numbers_in(value):
+    """All numbers of a result."""
+    if isinstance(value, float | np.ndarray | np.floating):
+        yield np.asarray(value, dtype=np.float64)
+    elif isinstance(value, dict):
+        yield from numbers_in(list(value.values()))
+    elif isinstance(value, list | tuple):
+        for item in value:
+            yield from numbers_in(item)
+    elif type(value).__module__.startswith("hydroelastic") and not isinstance(value, he.World | he.Rollout):
+        for name in dir(type(value)):
+            if not name.startswith("_") and inspect.isgetsetdescriptor(getattr(type(value), name)):
+                yield from numbers_in(getattr(value, name))
+    elif hasattr(value, "__array__"):
+        yield from numbers_in(np.asarray(value))
+
+
+def check(call, arguments, takes_batches=False):
+    """Feeds a callable all that it must refuse, one argument after another; with what is good it must go through."""
+    for found in numbers_in(call(**arguments)):
+        assert np.isfinite(found).all()
+    for name, value in arguments.items():
+        for what, bad in refused_values(name, value).items():
+            if takes_batches and what == "axes":
+                continue
+            try:
+                found = call(**arguments | {name: bad})
+            except REFUSED as error:
+                assert str(error), f"{name}: {what}"
+            else:
+                pytest.fail(f"{name}: {what}: {bad!r} was taken, and gave {found!r}")
+        for huge in huge_values(value):
+            try:
+                found = call(**arguments | {name: huge})
+            except REFUSED:
+                continue
+            for numbers in numbers_in(found):
+                assert np.isfinite(numbers).all(), f"{name}: {huge!r} gave {found!r}"
+
+
+def raised(results):
+    """The results of a batch, unless one of them is an error."""
+    for result in results:
+        if isinstance(result, he.HydroelasticError):
+            raise result
+    return results
+
+
+def scene():
+    skin = he.Material(1e5, 0.2, 0.4)
+    ball = he.Body.dynamic("ball", he.Shape.icosphere(0.1, 1), skin, 1.0, pose=he.pose([0.0, 0.0, 0.09]))
+    floor = he.Body.fixed("floor", he.HalfSpace(), he.Material.rigid())
+    return he.World([ball, floor], gravity=-9.81, controls=[he.Control("ball", 1.0, np.zeros((1, 6)))])
+
+
+CORNERS = np.array([[0.0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]])
+TET, FACES = np.array([[0, 1, 2, 3]]), np.array([[0, 2, 1], [0, 1, 3], [1, 2, 3], [0, 3, 2]])
+EYE, TWIST, POINT = np.eye(4), np.full(6, 0.1), np.full(3, 0.1)
+
+
+def cases(folder):
+    """A callable by its name, and good numbers by their arguments. What comes after a dot or in brackets tells several apart."""
+    ball, skin, world, plan = he.Shape.icosphere(0.1, 1), he.Material(1e5), scene(), he.Plan(1e-3, 2)
+    rigid = he.RigidShape.around(ball)
+    pair = he.Pair(ball, ball, 1e5, 1e5, he.SurfaceLaw(0.1, 0.2))
+    linearised = he.LinearisedShape(CORNERS, TET)
+    state, trajectory = world.initial_state, world.rollout(plan).recorded()
+    surface = pair.surface(EYE, he.pose([0.0, 0.0, 0.19]))
+    gravity, batch = [he.Parameter.gravity()], he.Batch(plan)
+    poses = {"pose_a": he.pose([0.0, 0.0, 0.19]), "pose_b": EYE}
+    moduli = {"moduli": np.array([1e5, 2e5])}
+    moving = poses | {"twist_a": TWIST, "twist_b": -TWIST} | moduli | {"law": np.array([0.1, 0.2])}
+    by_mass = {"density": Positive(2.0), "by_mass": 1.0, "by_center": POINT, "by_inertia": np.eye(3)}
+    covectors = {"by_poses": np.zeros((3, 2, 4, 4)), "by_twists": np.zeros((3, 2, 6))}
+    many = {name: array[None] for name, array in covectors.items()}
+    shown = {"pressure_limit": Positive(1e3), "height": 300}
+    stl = folder / "part.obj"
+    stl.write_text("".join(f"v {x} {y} {z}\n" for x, y, z in CORNERS) + "".join(f"f {a} {b} {c}\n" for a, b, c in FACES + 1))
+    msh = folder / "part.vtk"
+    given = he.Material(1e5)
+
+    def recording(slowdown, targets, radius, paths, camera, at):
+        marks = {"targets": {"a": (targets, radius)}, "paths": {"b": paths}, "camera": (camera, at)}
+        world.write_recording(folder / "a.glb", trajectory, slowdown=slowdown, **marks)
+
+    def spring(points, second, rest_length, stiffness, damping):
+        return he.Spring(("ball", "floor"), (points, second), rest_length, stiffness, damping)
+
+    def mesh(unit):
+        import meshio
+
+        meshio.write(msh, meshio.Mesh(CORNERS, [("tetra", TET)]))
+        return he.Shape.read(msh, unit=unit)
+
+    fields = ("vertices", "pressures", "normals", "areas", "centroids", "mean_pressures", "area", "center_of_pressure")
+    arrays = {name: getattr(surface, name) for name in fields}
+    whole = {"offsets": surface.offsets, "tets": surface.tets}
+    report = world.report(state)
+    energies = {name: float(getattr(report, name)) for name in ("kinetic_energy", "gravitational_energy", "contact_energy", "total_energy")}
+
+    return {
+        "pose": (he.pose, {"translation": POINT, "rotation_vector": POINT}),
+        "moved_pose": (he.moved_pose, {"pose": EYE, "twist": TWIST}),
+        "Shape": (he.Shape, {"vertices": CORNERS, "tets": TET}),
+        "Shape (with extents)": (lambda **it: he.Shape(ball.vertices, ball.tets, **it), {"extents": ball.extents}),
+        "Shape.read": (mesh, {"unit": Positive(1.0)}),
+        "Shape.icosphere": (he.Shape.icosphere, {"radius": Positive(0.1), "subdivisions": 1}),
+        "Shape.ellipsoid": (he.Shape.ellipsoid, {"semi_axes": POINT, "subdivisions": 1}),
+        "Shape.cuboid": (he.Shape.cuboid, {"lengths": POINT}),
+        "Shape.distance_cuboid": (he.Shape.distance_cuboid, {"lengths": POINT}),
+        "Shape.cylinder": (he.Shape.cylinder, {"radius": Positive(0.1), "length": Positive(0.3), "segments": 8}),
+        "Shape.icosphere_rates": (he.Shape.icosphere_rates, {"radius": Positive(0.1), "subdivisions": 1}),
+        "Shape.ellipsoid_rates": (he.Shape.ellipsoid_rates, {"semi_axes": POINT, "subdivisions": 1}),
+        "Shape.cuboid_rates": (he.Shape.cuboid_rates, {"lengths": POINT}),
+        "Shape.distance_cuboid_rates": (he.Shape.distance_cuboid_rates, {"lengths": POINT}),
+        "Shape.cylinder_rates": (he.Shape.cylinder_rates, {"radius": Positive(0.1), "length": Positive(0.3), "segments": 8}),
+        "Shape.star_shaped": (he.Shape.star_shaped, {"vertices": CORNERS, "triangles": FACES, "inner_point": POINT}),
+        "Shape.mass_properties": (ball.mass_properties, {"density": Positive(2.0)}),
+        "Shape.mass_gradient": (ball.mass_gradient, by_mass),
+        "RigidShape": (he.RigidShape, {"vertices": CORNERS, "triangles": FACES}),
+        "RigidShape.read": (lambda unit: he.RigidShape.read(stl, unit), {"unit": Positive(1.0)}),
+        "RigidShape.mass_properties": (rigid.mass_properties, {"density": Positive(2.0)}),
+        "RigidShape.mass_gradient": (rigid.mass_gradient, by_mass),
+        "HalfSpace": (he.HalfSpace, {"thickness": Positive(0.1)}),
+        "Material": (he.Material, {"modulus": Positive(1e5), "dissipation": NotNegative(0.1), "friction": NotNegative(0.1)}),
+        "Material.rigid": (he.Material.rigid, {"friction": NotNegative(0.1)}),
+        "Material.law_with": (lambda **it: given.law_with(given, **it), {"slip_tolerance": Positive(1e-3)}),
+        "SurfaceLaw": (
+            he.SurfaceLaw,
+            {"dissipation": NotNegative(0.1), "friction": NotNegative(0.1), "slip_tolerance": Positive(1e-3)},
+        ),
+        "Pair": (lambda **it: he.Pair(ball, ball, **it), {"modulus_a": Positive(1e5), "modulus_b": Positive(1e5)}),
+        "Pair.wrench": (pair.wrench, moving),
+        "Pair.wrench_and_jacobian": (pair.wrench_and_jacobian, poses | moduli),
+        "Pair.linearised": (pair.linearised, moving),
+        "Pair.shape_gradients": (pair.shape_gradients, moving | {"by_wrenches": np.ones(12)}),
+        "Pair.vertex_jacobians": (pair.vertex_jacobians, moving),
+        "Pair.vertex_jacobians (vertices)": (
+            lambda vertices_a, vertices_b: pair.vertex_jacobians(EYE, EYE, [vertices_a], [vertices_b]),
+            {"vertices_a": 0, "vertices_b": 1},
+        ),
+        "Pair.potential_energy": (pair.potential_energy, poses | moduli),
+        "Pair.surface": (pair.surface, poses),
+        "Pair.has_sunk_through": (pair.has_sunk_through, poses),
+        "Pair.write_surface": (lambda **it: pair.write_surface(folder / "a.vtp", **it), poses),
+        "ShapeGradient": (he.ShapeGradient, {"by_vertices": np.ones((4, 3)), "by_extents": np.ones(4)}),
+        "ShapeRates": (
+            lambda ambiguous, **it: he.ShapeRates(ambiguous=[ambiguous], **it),
+            {"vertices": np.ones((4, 3)), "extents": np.ones(4), "ambiguous": 0},
+        ),
+        "LinearisedShape": (he.LinearisedShape, {"vertices": CORNERS, "tets": TET}),
+        "LinearisedShape (of a skin)": (lambda depth: he.LinearisedShape(CORNERS, TET, depth), {"depth": Positive(0.1)}),
+        "LinearisedShape.pullback": (
+            linearised.pullback,
+            {"by_vertices": np.ones_like(linearised.shape.vertices), "by_extents": np.ones_like(linearised.shape.extents)},
+        ),
+        "LinearisedShape.rates": (linearised.rates, {"velocities": CORNERS}),
+        "Surface": (lambda **it: he.Surface(**whole, **it), arrays),
+        "Surface.show": (surface.show, shown),
+        "Body.dynamic": (
+            lambda **it: he.Body.dynamic("ball", ball, skin, **it),
+            {"mass": Positive(1.0), "center_of_mass": POINT, "inertia": np.eye(3)}
+            | {"pose": EYE, "velocity": POINT, "spin": POINT},
+        ),
+        "Body.dynamic (of a density)": (lambda **it: he.Body.dynamic("ball", ball, skin, **it), {"density": Positive(1.0)}),
+        "Body.fixed": (lambda **it: he.Body.fixed("ball", ball, skin, **it), {"pose": EYE}),
+        "Path": (he.Path, {"times": np.array([0.0, 1.0]), "poses": np.stack([EYE, EYE]), "twists": np.zeros((2, 6))}),
+        "Path.steady": (he.Path.steady, {"pose": EYE, "twist": TWIST}),
+        "Path.at": (he.Path.steady(EYE, TWIST).at, {"time": 0.5}),
+        "Path.at (of a fast one)": (lambda **it: he.Path.steady(EYE, **it).at(10.0), {"twist": TWIST}),
+        "Path.at (between poses)": (
+            lambda **it: he.Path([0.0, 1.0], np.stack([EYE, EYE]), **it).at(0.5),
+            {"twists": np.zeros((2, 6))},
+        ),
+        "Spring": (
+            spring,
+            {"points": POINT, "second": POINT, "rest_length": NotNegative(0.1)}
+            | {"stiffness": NotNegative(1.0), "damping": NotNegative(1.0)},
+        ),
+        "Drag": (lambda **it: he.Drag("ball", **it), {"linear": NotNegative(0.1), "angular": NotNegative(0.1)}),
+        "Thruster": (lambda **it: he.Thruster("ball", **it), {"point": POINT, "force": POINT}),
+        "Control": (lambda **it: he.Control("ball", **it), {"interval": Positive(0.1), "wrenches": np.ones((2, 6))}),
+        "World": (lambda **it: he.World([], **it), {"gravity": POINT, "slip_tolerance": Positive(1e-3)}),
+        "World (along z)": (lambda **it: he.World([], **it), {"gravity": -9.81}),
+        "World.replace": (world.replace, {"gravity": POINT, "slip_tolerance": Positive(1e-3)}),
+        "World.changed": (lambda **it: world.changed(gravity, **it), {"changes": POINT}),
+        "World.displaced": (lambda **it: world.displaced(state, **it), {"change": np.full(12, 0.1)}),
+        "World.pullback": (lambda **it: world.pullback(plan, gravity, **it), covectors | {"memory": 4096}),
+        "World.write_recording": (
+            recording,
+            {"slowdown": Positive(1.0), "targets": POINT, "radius": Positive(0.1), "paths": CORNERS}
+            | {"camera": 2.0 * POINT, "at": POINT},
+        ),
+        "World.show": (world.show, shown),
+        "Plan": (
+            he.Plan,
+            {"time_step": Positive(1e-3), "steps": 5, "record_every": 1, "check_every": 1, "solver_tolerance": Positive(1e-9)},
+        ),
+        "State": (he.State, {"time": 0.5, "poses": EYE[None], "twists": TWIST[None]}),
+        "Trajectory.show": (trajectory.show, shown | {"frames": 2}),
+        "Batch.trajectories_after": (
+            lambda **it: raised(batch.trajectories_after(world, gravity, **it)),
+            {"samples": np.zeros((2, 3))},
+        ),
+        "Batch.jacobians_after": (
+            lambda **it: raised(batch.jacobians_after(world, gravity, **it)),
+            {"samples": np.zeros((2, 3))},
+        ),
+        "Batch.pullbacks_of_worlds": (lambda **it: raised(batch.pullbacks_of_worlds([world], gravity, **it)), many),
+        "Parameter.control": (lambda **it: he.Parameter.control("ball", **it), {"interval": 0}),
+        "Parameter.controls": (lambda **it: he.Parameter.controls(["ball"], **it), {"intervals": 1}),
+        "TrajectoryJacobian": (he.TrajectoryJacobian, {"poses": np.ones((2, 1, 4, 4, 3)), "twists": np.ones((2, 1, 6, 3))}),
+        "Report": (
+            lambda momenta, **it: he.Report(momenta=(momenta, POINT), **it),
+            energies | {"momenta": POINT},
+        ),
+        "Contact": (lambda **it: he.Contact(("a", "b"), surface=surface, **it), {"wrench": np.ones(12)}),
+        "Topology.touches": (world.topology(state).touches, {"first": 0, "second": 1}),
+    }
+
+
+def takes_numbers(annotation):
+    """Whether an annotation has numbers in it."""
+    names = {node.id for node in ast.walk(annotation) if isinstance(node, ast.Name)}
+    return bool(names & NUMERIC)
+
+
+def callables_of_the_stub():
+    """The callables that take numbers, with these arguments, of the compiled part."""
+    stub = ast.parse((Path(he.__file__).parent / "_core.pyi").read_text())
+    found = {}
+
+    def add(name, function):
+        arguments = [*function.args.args, *function.args.kwonlyargs]
+        numeric = {it.arg for it in arguments if it.annotation is not None and takes_numbers(it.annotation)}
+        if numeric:
+            found[name] = numeric
+
+    for node in stub.body:
+        if isinstance(node, ast.FunctionDef) and not node.name.startswith("_"):
+            add(node.name, node)
+        for method in node.body if isinstance(node, ast.ClassDef) else []:
+            if isinstance(method, ast.FunctionDef) and method.name == "__new__":
+                add(node.name, method)
+            elif isinstance(method, ast.FunctionDef) and not method.name.startswith("_"):
+                add(f"{node.name}.{method.name}", method)
+    return found
+
+
+def callables_of(module):
+    """The same of a module of Python; what it returns as named tuples is not looked at."""
+    found = {}
+
+    def add(name, function):
+        parameters = inspect.signature(function).parameters.values()
+        annotated = (it for it in parameters if isinstance(it.annotation, str))
+        numeric = {it.name for it in annotated if takes_numbers(ast.parse(it.annotation).body[0])}
+        if numeric:
+            found[name] = numeric
+
+    for name in module.__all__:
+        member = getattr(module, name)
+        if not inspect.isclass(member):
+            add(name, member)
+        elif not hasattr(member, "_fields") and not issubclass(member, Exception):
+            add(name, member)
+            for method, function in inspect.getmembers(member, inspect.isfunction):
+                if not method.startswith("_"):
+                    add(f"{name}.{method}", function)
+    return found
+
+
+def arguments_in(table):
+    """The arguments that a table has numbers for, by callable."""
+    found = {}
+    for name, (_, arguments) in table.items():
+        found.setdefault(name.split(" (")[0], set()).update(arguments)
+    return found
+
+
+def assert_complete(expected, table, beside):
+    """That a table has all arguments that take numbers, but for some beside it, by callable, that are told why."""
+    known = arguments_in(table)
+    missing = {name: arguments - known.get(name, set()) - beside.get(name, set()) for name, arguments in expected.items()}
+    assert not {name: arguments for name, arguments in missing.items() if arguments}
+
+
+# Arguments of the stub that are not fed: whole numbers that only pickles hold.
+OF_PICKLES = {"Surface": {"offsets", "tets"}}
+
+
+def test_every_callable_that_takes_numbers_is_in_the_table(tmp_path):
+    expected = callables_of_the_stub()
+    assert len(expected) > 60
+    assert_complete(expected, cases(tmp_path), OF_PICKLES)
+
+
+NAMES = sorted(callables_of_the_stub())
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_numbers_out_of_range_are_refused(name, tmp_path):
+    if name in ("Pair.write_surface", "Shape.read"):
+        pytest.importorskip("meshio")
+    own = {case: it for case, it in cases(tmp_path).items() if case.split(" (")[0] == name and it[1]}
+    assert own
+    for call, arguments in own.values():
+        check(call, arguments)
+
+
+def test_jax_refuses_what_the_package_refuses():
+    jax = pytest.importorskip("jax")
+    jax.config.update("jax_enable_x64", True)
+    soft = importlib.import_module("hydroelastic.jax")
+    world, plan, gravity = scene(), he.Plan(1e-3, 2), [he.Parameter.gravity()]
+    pair = he.Pair(he.Shape.icosphere(0.1, 1), he.Shape.icosphere(0.1, 1), 1e5, 1e5)
+    state = world.initial_state
+    start = soft.State(state.poses, state.twists)
+    changes = {"changes": np.full(3, 0.1)}
+    table = {
+        "pose": (soft.pose, {"translation": POINT, "rotation_vector": POINT}),
+        "moved_pose": (soft.moved_pose, {"pose": EYE, "twist": TWIST}),
+        "wrench": (
+            lambda **it: soft.wrench(pair, **it),
+            {"pose_a": he.pose([0.0, 0.0, 0.19]), "pose_b": EYE, "twist_a": TWIST, "twist_b": TWIST}
+            | {"moduli": np.array([1e5, 1e5]), "law": np.array([0.1, 0.2])},
+        ),
+        "rollout": (lambda taken, **it: soft.rollout(world, plan, gravity, start=start, taken=taken, **it), changes | {"taken": 0}),
+        "final_state": (
+            lambda taken, **it: soft.final_state(world, plan, gravity, start=start, taken=taken, **it),
+            changes | {"taken": 0},
+        ),
+        "final_state (of a start)": (
+            lambda poses, twists: soft.final_state(world, plan, start=soft.State(poses, twists)),
+            {"poses": state.poses, "twists": state.twists},
+        ),
+        "step": (lambda taken, **it: soft.step(world, plan, start, gravity, taken=taken, **it), changes | {"taken": 0}),
+    }
+    assert_complete(callables_of(soft), table, {})
+    for call, arguments in table.values():
+        check(call, arguments, takes_batches=True)
+    # Inside transformations, rows that are refused are NaN.
+    assert np.isnan(jax.jit(soft.pose)(np.full(3, np.nan))[:3, 3]).all()
+
+
+def test_pinocchio_refuses_what_the_package_refuses():
+    pinocchio = pytest.importorskip("pinocchio")
+    soft = importlib.import_module("hydroelastic.pin")
+    model = pinocchio.Model()
+    joint = 0
+    for kind in (pinocchio.JointModelPZ(), pinocchio.JointModelPX()):
+        joint = model.addJoint(joint, kind, pinocchio.SE3.Identity(), f"slide {joint}")
+        model.appendBodyToJoint(joint, pinocchio.Inertia.FromSphere(1.0, 0.1), pinocchio.SE3.Identity())
+    model.addFrame(pinocchio.Frame("ball", joint, pinocchio.SE3.Identity(), pinocchio.FrameType.BODY))
+    pair = he.Pair(he.Shape.icosphere(0.1, 1), he.HalfSpace(), 1e5, law=he.SurfaceLaw(0.1, 0.2))
+    robot = soft.Robot(model, [soft.ContactPair(pair, "ball")])
+    two = np.full(2, 0.09)
+    state = {"q": two, "v": two}
+    driven = state | {"tau": two}
+    stepped = driven | {"time_step": Positive(1e-4)}
+    rolled = stepped | {"steps": 2, "record_every": 1}
+    table = {
+        "ContactPair": (lambda **it: soft.ContactPair(pair, "ball", **it), {"pose_a": EYE, "pose_b": EYE}),
+        "Robot.with_materials": (robot.with_materials, {"materials": np.array([[1e5, np.inf, 0.1, 0.2]])}),
+        "Robot.acceleration": (robot.acceleration, driven),
+        "Robot.linearised": (robot.linearised, driven),
+        "Robot.wrenches": (robot.wrenches, state),
+        "Robot.linearised_wrenches": (robot.linearised_wrenches, state),
+        "Robot.poses": (robot.poses, {"q": two}),
+        "Robot.contact_energy": (robot.contact_energy, {"q": two}),
+        "Robot.step": (robot.step, stepped),
+        "Robot.linearised_step": (robot.linearised_step, stepped),
+        "Robot.rollout": (robot.rollout, rolled),
+        "Robot.linearised_rollout": (robot.linearised_rollout, rolled),
+    }
+    # A frame is a name or an index, which the model is asked for.
+    assert_complete(callables_of(soft), table, {"ContactPair": {"frame_a", "frame_b"}})
+    materials = table.pop("Robot.with_materials")
+    for call, arguments in table.values():
+        check(call, arguments)
+    good = materials[1]["materials"]
+    for bad in [*refused_values("materials", good).values(), changed(good, np.inf), changed(good, HUGE * 10)]:
+        with pytest.raises(REFUSED):
+            robot.with_materials(bad)
+    # Integers and lists are numbers.
+    assert np.array_equal(robot.acceleration([0, 0], [0, 0], np.zeros(2, dtype=int)), robot.acceleration(*np.zeros((3, 2))))
+
+
+def test_mujoco_refuses_what_the_package_refuses():
+    mujoco = pytest.importorskip("mujoco")
+    soft = importlib.import_module("hydroelastic.mujoco")
+    xml = '<mujoco><worldbody><geom name="ball" type="sphere" size=".1"/></worldbody></mujoco>'
+    model = mujoco.MjModel.from_xml_string(xml)
+    carriers = {kind: (lambda kind=kind, **it: getattr(soft, kind)("ball", **it), {"pose": EYE}) for kind in ("geom", "body", "site")}
+    table = carriers | {
+        "Carrier": (lambda **it: soft.Carrier("geom", "ball", **it), {"pose": EYE}),
+        "shape_of_geom": (lambda **it: soft.shape_of_geom(model, "ball", **it), {"refinement": 1}),
+    }
+    assert_complete(callables_of(soft), table, {})
+    for call, arguments in table.values():
+        check(call, arguments)
+
+
+def test_pictures_refuse_what_the_package_refuses():
+    soft = importlib.import_module("hydroelastic.view")
+    world = scene()
+    trajectory = world.rollout(he.Plan(1e-3, 2)).recorded()
+    (contact,) = world.contacts(world.initial_state)
+    shown = {"pressure_limit": Positive(1e3), "height": 300}
+    table = {
+        "Picture": (lambda **it: soft.Picture("", shows="nothing", **it), {"height": 300}),
+        "of_surface": (lambda **it: soft.of_surface(contact.surface, **it), shown),
+        "of_world": (lambda **it: soft.of_world(world, **it), shown),
+        "of_trajectory": (lambda **it: soft.of_trajectory(trajectory, **it), shown | {"frames": 2}),
+    }
+    assert_complete(callables_of(soft), table, {})
+    for call, arguments in table.values():
+        check(call, arguments)
+
+
+def test_batches_of_ray_refuse_what_the_package_refuses():
+    pytest.importorskip("ray")
+    soft = importlib.import_module("hydroelastic.ray")
+    plan, world = he.Plan(1e-3, 2), scene()
+    refused = {"samples": np.full((2, 3), 0.1)}
+    table = {"Batch": (lambda **it: soft.Batch(plan, **it) and None, {"chunk": 1, "max_retries": Signed(1)})}
+    # Samples go through the local batch before any work is sent: what is wrong with their shape or type is raised there.
+    beside = {"Batch": {"progress"}, "Batch.trajectories_after": {"samples"}, "Batch.jacobians_after": {"samples"}}
+    assert_complete(callables_of(soft), table, beside)
+    for call, arguments in table.values():
+        check(call, arguments)
+    with pytest.raises(he.HydroelasticError, match="max_retries must be at least -1"):
+        soft.Batch(plan, max_retries=-2)
+    for what, bad in refused_values("samples", refused["samples"]).items():
+        if what in ("axes", "text", "complex"):
+            for method in ("trajectories_after", "jacobians_after"):
+                with pytest.raises(REFUSED):
+                    getattr(soft.Batch(plan), method)(world, [he.Parameter.gravity()], bad)
