@@ -100,7 +100,7 @@ impl Integrator {
 /// integrator : an Integrator or its name, as "sdirk2"; Integrator.LEAPFROG by default.
 /// record_every : the initial state, every so many-th after it and the last are recorded.
 /// check_stability : explicit steps are checked where contact begins or changes fast: the rollout ends with a RolloutError where
-///     the time step is above World.largest_stable_step, or contact makes energy out of nothing. False takes such steps.
+///     the time step is above World.largest_stable_step, friction aside, or contact makes energy out of nothing. False takes such steps.
 /// solver_tolerance : implicit steps are solved until a correction is below this fraction of the velocities.
 ///
 /// Raises

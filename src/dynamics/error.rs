@@ -233,7 +233,7 @@ pub enum RolloutError {
     /// An explicit time step is too long for the contacts that it meets: the rollout ends before it becomes unstable, unless the
     /// plan is [without this check](super::Plan::without_stability_check).
     #[error(
-        "step {step} (from t = {time:.6} s) was not taken: {time_step:.3e} s is too long where the contacts allow {limit:.3e} s, stiffest that of bodies {:?} and {:?}; take shorter steps or an implicit integrator (Sdirk2), make the contact softer, or, if friction sets the limit, raise the slip tolerance",
+        "step {step} (from t = {time:.6} s) was not taken: {time_step:.3e} s is too long where the contacts allow {limit:.3e} s, stiffest that of bodies {:?} and {:?}; take shorter steps or an implicit integrator (Sdirk2), or make the contact softer",
         .bodies[0], .bodies[1]
     )]
     TimeStepTooLong {
@@ -243,7 +243,7 @@ pub enum RolloutError {
         time: f64,
         /// The time step (s).
         time_step: f64,
-        /// [`World::largest_stable_step`](super::World::largest_stable_step) where the contacts would have acted (s).
+        /// [`World::largest_stable_step`](super::World::largest_stable_step) where the contacts would have acted (s), friction aside.
         limit: f64,
         /// Names of the two bodies whose contact, by itself, allows the shortest step.
         bodies: [String; 2],

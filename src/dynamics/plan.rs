@@ -69,8 +69,9 @@ impl Plan {
     /// The same plan, whose explicit steps are not checked.
     ///
     /// By default each explicit step is checked where contact begins or changes fast: the time step against
-    /// [`World::largest_stable_step`](super::World::largest_stable_step), where the contacts act, and the energy that contact
-    /// gives against the energy that was there. If either fails, the rollout ends with
+    /// [`World::largest_stable_step`](super::World::largest_stable_step), where the contacts act and without friction, which
+    /// chatters beyond its limit but does not blow up; and the energy that contact gives against the energy that was there. If
+    /// either fails, the rollout ends with
     /// [`RolloutError::TimeStepTooLong`](super::RolloutError::TimeStepTooLong) or
     /// [`RolloutError::EnergyGained`](super::RolloutError::EnergyGained), at the last good state. States are the same with
     /// and without the check. Below half of the limit it costs a few per cent; above, each step in contact is linearized.

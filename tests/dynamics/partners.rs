@@ -127,9 +127,7 @@ fn derivatives_of_throws_are_what_differences_say() {
         let world = thrown(floor, ball, 0.14);
         let plan = Plan::new(time_step, steps)
             .unwrap()
-            .with_integrator(integrator)
-            // As the ball begins to roll, friction allows 0.05 ms. The derivatives are those of the steps all the same.
-            .without_stability_check();
+            .with_integrator(integrator);
         let outcome = FinalState::of_body(&world, "ball").unwrap();
         let experiment = Experiment::new(&world, &plan);
         let check = experiment.difference_check(&parameters, &outcome).unwrap();

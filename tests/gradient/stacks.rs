@@ -183,9 +183,7 @@ fn error_at_kink(experiment: &Experiment, column: &Column, number: usize) -> f64
 /// Asserts that all derivatives of a rollout equal differences. Returns by how many numbers that takes more than the
 /// steps of [`Experiment::difference_check`].
 fn assert_gradients(what: &str, world: &World, steps: usize) -> usize {
-    // Friction of five boxes at rest allows 0.19 ms.
     let plan = Plan::new(TIME_STEP, steps).unwrap();
-    let plan = plan.without_stability_check();
     let experiment = Experiment::new(world, &plan.recording_every(steps / 2));
     let columns = all_columns(world);
     let parameters: Vec<Parameter> = columns

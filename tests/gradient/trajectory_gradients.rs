@@ -58,15 +58,8 @@ fn thrown(dissipation: f64, friction: f64) -> World {
     .unwrap()
 }
 
-/// Unchecked: as the ball begins to roll, friction allows 0.26 ms. The derivatives are those of the steps all the same.
 fn plan() -> Plan {
-    let plan = Plan::new(4e-4, 1_000).unwrap().recording_every(1_000);
-    plan.without_stability_check()
-}
-
-/// As unchecked, with steps of 1 ms.
-fn coarse(steps: usize) -> Plan {
-    Plan::new(1e-3, steps).unwrap().without_stability_check()
+    Plan::new(4e-4, 1_000).unwrap().recording_every(1_000)
 }
 
 #[test]
@@ -136,7 +129,7 @@ fn recorded_states_have_the_derivatives_of_shorter_rollouts() {
 #[test]
 fn chunks_of_parameters_give_what_each_parameter_gives_alone() {
     let world = thrown(0.4, 0.3);
-    let experiment = Experiment::new(&world, &coarse(300));
+    let experiment = Experiment::new(&world, &Plan::new(1e-3, 300).unwrap());
     let outcome = FinalState::of_body(&world, "ball").unwrap();
     let together = experiment
         .jacobian(&everything(), &outcome)
@@ -252,7 +245,7 @@ fn an_experiment_takes_the_steps_of_its_integrator() {
 #[test]
 fn differences_by_a_material_are_taken_over_parts_of_its_number() {
     let world = thrown(0.4, 0.3);
-    let experiment = Experiment::new(&world, &coarse(200));
+    let experiment = Experiment::new(&world, &Plan::new(1e-3, 200).unwrap());
     let outcome = FinalState::of_body(&world, "ball").unwrap();
     let numbers = [
         (Parameter::Modulus("ball".into()), 1e5),
@@ -296,7 +289,7 @@ fn a_derivative_by_a_dissipation_of_zero_is_checked() {
         }
     }
     let world = thrown(0.0, 0.0);
-    let experiment = Experiment::new(&world, &coarse(200));
+    let experiment = Experiment::new(&world, &Plan::new(1e-3, 200).unwrap());
     let check = experiment
         .difference_check(&[Parameter::Dissipation("ball".into())], &Forgotten)
         .unwrap();
@@ -322,7 +315,7 @@ fn a_body_on_a_path_has_derivatives_by_its_material() {
     let table = Body::prescribed("table", table, skin, Arc::new(rising)).unwrap();
     let ball = ball.at(Pose::from_translation(vector![0.0, 0.0, 0.099]));
     let world = World::new(vec![ball, table]).unwrap();
-    let experiment = Experiment::new(&world, &coarse(100));
+    let experiment = Experiment::new(&world, &Plan::new(1e-3, 100).unwrap());
     let parameters = [
         Parameter::Modulus("table".into()),
         Parameter::Friction("table".into()),

@@ -158,7 +158,7 @@ mod tests {
         for edge in 2..=4 {
             let world = bed(edge);
             let states = world.initial_state().bodies;
-            let pairs = world.system.rates(&states);
+            let pairs = world.system.rates(&states, true);
             let limit = stability_limit(&pairs, states.len()).unwrap();
             let matrix = dense(&pairs, states.len(), limit);
             let largest = matrix.symmetric_eigenvalues().max();
@@ -193,7 +193,7 @@ mod tests {
         for attempt in 0..600 {
             let world = pressed_deep(attempt);
             let states = world.initial_state().bodies;
-            let pairs = world.system.rates(&states);
+            let pairs = world.system.rates(&states, true);
             let eigenvalues = dense(&pairs, 2, 1.0).symmetric_eigenvalues();
             let (lowest, largest) = (eigenvalues.min(), eigenvalues.max());
             if pairs.is_empty() || largest < STEP * -lowest {

@@ -43,8 +43,8 @@ impl<T: Scalar, F: Force> World<T, F> {
     ///
     /// # What it knows
     ///
-    /// - Only this state: deeper contact is stiffer, and so is contact to come. Rollouts check along the way, unless the plan
-    ///   is [without](super::Plan::without_stability_check).
+    /// - Only this state: deeper contact is stiffer, and so is contact to come. Rollouts check along the way, friction aside,
+    ///   unless the plan is [without](super::Plan::without_stability_check).
     /// - Contacts alone: drag, springs and other forces are not included.
     /// - The symmetric parts of stiffness and damping, and no stiffness of friction. Where contacts slide
     ///   this changes the limit by a per cent or so (`cargo test --test dynamics stability:: -- --nocapture`), where a weak contact
@@ -83,32 +83,32 @@ impl<T: Scalar, F: Force> World<T, F> {
     /// If the state does not fit the world: another number of bodies, a pose that is not rigid, or a number that is not finite.
     pub fn largest_stable_step(&self, state: &State<T>) -> Result<Option<f64>, WorldError> {
         state.check_fits(self.bodies())?;
-        let rates = self.system.rates(&state.bodies);
+        let rates = self.system.rates(&state.bodies, true);
         Ok(stability_limit(&rates, state.bodies.len()))
     }
 }
 
 impl<T: Scalar> System<T> {
-    /// Whether a time step is too long for the contacts of a state: if so the limit (s), and the
-    /// names of the two bodies in the stiffest contact.
+    /// Whether a time step is too long for the contacts of a state, friction aside, which does not blow up: if so the limit (s),
+    /// and the names of the two bodies in the stiffest contact.
     pub(super) fn exceeded_limit(
         &self,
         states: &[BodyState<T>],
         time_step: f64,
     ) -> Option<(f64, [String; 2])> {
-        let rates = self.rates(states);
+        let rates = self.rates(states, false);
         let limit = stability_limit(&rates, states.len()).filter(|&limit| time_step > limit)?;
         let names = |bodies: [usize; 2]| bodies.map(|index| self.bodies[index].name().to_owned());
         stiffest(&rates).map(|pair| (limit, names(pair.bodies)))
     }
 
-    /// All contacts of a state, linearised.
-    fn rates(&self, states: &[BodyState<T>]) -> Vec<PairRates> {
+    /// All contacts of a state, linearised, with the damping of friction or without.
+    fn rates(&self, states: &[BodyState<T>], with_friction: bool) -> Vec<PairRates> {
         let (mut sweep, mut rates) = (Sweep::default(), Vec::new());
         let pairs = self.close_pairs(states, &mut sweep);
         mapped_into(&mut rates, pairs, |&(i, j)| {
             let bodies = [i, j].map(|index| RealBody::of(&self.bodies[index], &states[index]));
-            PairRates::of([i, j], &bodies, self.slip_tolerance)
+            PairRates::of([i, j], &bodies, self.slip_tolerance, with_friction)
         });
         rates.into_iter().flatten().collect()
     }

@@ -20,25 +20,31 @@ pub(super) struct PairRates {
 }
 
 impl PairRates {
-    /// Of the bodies in two places; none if they do not touch.
+    /// Of the bodies in two places, with the damping of friction or without; none if they do not touch.
     ///
     /// Stiffness is that of the pressure, which dissipation raises as bodies approach. Friction adds
     /// nothing to it: its slope by the poses (more pressure, more friction) stands on one side of the
     /// diagonal only, where it hardly moves an eigenvalue, while half of it on either side would.
-    pub fn of(places: [usize; 2], bodies: &[RealBody; 2], slip_tolerance: f64) -> Option<Self> {
+    pub fn of(
+        places: [usize; 2],
+        bodies: &[RealBody; 2],
+        slip_tolerance: f64,
+        with_friction: bool,
+    ) -> Option<Self> {
         let [a, b] = bodies;
         let pair = ContactPair::new(a.contact.body()?, b.contact);
         let twists = [a.twist, b.twist];
         let law = a.material.law_with(&b.material, slip_tolerance);
-        let contact = pair.linearised(&law, twists);
-        let by_poses = if law.friction > 0.0 {
-            let frictionless = SurfaceLaw {
-                friction: 0.0,
-                ..law
-            };
-            about_centers(bodies, &pair.linearised(&frictionless, twists))
+        let frictionless = SurfaceLaw {
+            friction: 0.0,
+            ..law
+        };
+        let pressed = pair.linearised(&frictionless, twists);
+        let by_poses = about_centers(bodies, &pressed);
+        let contact = if with_friction && law.friction > 0.0 {
+            pair.linearised(&law, twists)
         } else {
-            about_centers(bodies, &contact)
+            pressed
         };
         (by_poses.amax() > 0.0).then(|| Self {
             bodies: places,

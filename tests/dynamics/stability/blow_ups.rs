@@ -49,6 +49,11 @@ fn assert_blows_up_at_the_limit(world: &World) {
     let blown = bisected(range, RESOLUTION / 10.0, |step| blows_up(world, step));
     println!("{found:e} {:e}", found / blown - 1.0);
     assert_close(found, blown, RESOLUTION);
+}
+
+/// A plan ends with an error where a world blows up, and not below.
+fn assert_checked_at_the_limit(world: &World) {
+    let found = limit(world);
     for (part, is_stopped) in [(0.98, false), (1.02, true)] {
         let plan = Plan::new(part * found, STEPS).unwrap();
         let ended = world.rollout(&plan.recording_every(STEPS)).recorded();
@@ -58,7 +63,9 @@ fn assert_blows_up_at_the_limit(world: &World) {
 
 #[test]
 fn an_elastic_cube_blows_up_at_the_limit() {
-    assert_blows_up_at_the_limit(&cube_on_slab(Material::elastic(1e6), REST));
+    let world = cube_on_slab(Material::elastic(1e6), REST);
+    assert_blows_up_at_the_limit(&world);
+    assert_checked_at_the_limit(&world);
 }
 
 #[test]
@@ -67,6 +74,7 @@ fn a_cube_ruled_by_dissipation_blows_up_at_the_limit() {
     let elastic = cube_on_slab(Material::elastic(1e6), REST);
     assert!(limit(&world) < 0.1 * limit(&elastic));
     assert_blows_up_at_the_limit(&world);
+    assert_checked_at_the_limit(&world);
 }
 
 #[test]
