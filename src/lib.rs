@@ -23,17 +23,21 @@
 //! # The same bits
 //!
 //! A program gives the same bits in every run, with any number of threads: wrenches, Jacobians, rollouts,
-//! batches and files; with the instructions of any processor, too: several contact polygons are computed at a time,
-//! and none depends on how many. The exception are implicit steps of 16 bodies and more, whose sparse solver (feature `sparse`)
-//! fuses products with sums where the processor can. The compiler neither fuses nor reorders them, so builds should agree
+//! batches and files. The compiler neither fuses nor reorders floating-point operations, so builds should agree
 //! as well: those at optimisation levels 0 and 2 did (`cargo test --test threads reproducible:: -- --nocapture` prints
 //! hashes to compare).
 //!
-//! On x86-64 and aarch64 contacts have the same bits too, as long as no sine, arc tangent or logarithm is asked of the platform's
-//! mathematical library, whose last bits are its own (`cargo test --test threads every_processor::`): friction whose slip turns
-//! quickly within a polygon does, and so do most bodies that turn. So no bits are promised between platforms, or versions of
-//! Rust. Nor between versions of this library, between `f64`
-//! and dual numbers, or between dual numbers of different widths: these agree to round-off.
+//! Contacts, rollouts and their derivatives also have the same bits on every processor and with every C library
+//! (`cargo test --test threads every_processor::`). Several contact polygons are computed at a time, and none depends on how many.
+//! Sines, arc tangents and logarithms are computed by the crate `libm`, which uses only operations that IEEE 754 defines. Three
+//! exceptions depend on the platform:
+//!
+//! - Implicit steps of 16 bodies and more: the sparse solver (feature `sparse`) fuses products with sums, if the processor can.
+//! - Forces, paths and losses of your own that call `sin`, `ln` and the like on `f64` or dual numbers.
+//! - Quaternions in recordings, which have single precision.
+//!
+//! No bits are promised between versions of this library, between `f64` and dual numbers, or between dual numbers of different
+//! widths: these agree to round-off.
 //!
 //! # References
 //!
@@ -49,6 +53,9 @@
 //!   vibroimpact", Journal of Applied Mechanics 42(2), 1975.
 //! - \[Okabe 2008\] M. Okabe, K. Ito, "Color Universal Design: how to make figures and presentations
 //!   that are friendly to colorblind people", 2008.
+
+// Their last bits depend on the platform: `scalar::portable` has the functions that do not.
+#![cfg_attr(not(test), warn(clippy::disallowed_methods))]
 
 pub mod broad_phase;
 pub mod contact;

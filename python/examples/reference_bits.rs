@@ -23,8 +23,6 @@ type Found = Map<String, Value>;
 
 fn main() -> Result<(), Box<dyn Error>> {
     let mut found = Found::new();
-    let platform = format!("{} {}", std::env::consts::OS, std::env::consts::ARCH);
-    found.insert("platform".into(), platform.into());
     contact(&mut found)?;
     partners(&mut found)?;
     rigid_world(&mut found)?;

@@ -1,4 +1,5 @@
 use crate::geometry::Tetrahedron;
+use crate::scalar::portable::sin_cos;
 use nalgebra::Vector3;
 use std::sync::LazyLock;
 
@@ -10,8 +11,8 @@ static DIRECTIONS: LazyLock<[Vector3<f64>; Projections::COUNT]> = LazyLock::new(
     std::array::from_fn(|k| {
         let [u, v] = SPREAD.map(|step| ((k + 1) as f64 * step).fract());
         let (z, angle) = (2.0 * u - 1.0, std::f64::consts::TAU * v);
-        let across = (1.0 - z * z).sqrt();
-        Vector3::new(across * angle.cos(), across * angle.sin(), z)
+        let (across, (sine, cosine)) = ((1.0 - z * z).sqrt(), sin_cos(angle));
+        Vector3::new(across * cosine, across * sine, z)
     })
 });
 

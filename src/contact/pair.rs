@@ -227,7 +227,7 @@ impl<'a, T: Scalar> ContactPair<'a, T> {
         }
     }
 
-    pub(super) fn search(&self) -> Search {
+    pub(crate) fn search(&self) -> Search {
         self.search
     }
 }

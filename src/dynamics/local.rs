@@ -2,6 +2,7 @@
 
 use super::settings::check_finite;
 use super::{BodyState, Force, State, World, WorldError};
+use crate::scalar::portable::atan2;
 use crate::spatial::{Pose, Twist};
 use nalgebra::{DVector, Rotation3, UnitQuaternion, Vector3, Vector6};
 
@@ -72,5 +73,9 @@ fn turn_and_shift(from: &Pose, to: &Pose) -> Vector6<f64> {
 /// The rotation vector (rad, at most half a turn) that turns one pose to another.
 pub(super) fn turn_between(from: &Pose, to: &Pose) -> Vector3<f64> {
     let turn = Rotation3::from_matrix_unchecked(to.rotation() * from.rotation().transpose());
-    UnitQuaternion::from_rotation_matrix(&turn).scaled_axis()
+    let quaternion = UnitQuaternion::from_rotation_matrix(&turn);
+    quaternion.axis().map_or_else(Vector3::zeros, |axis| {
+        let half_angle = atan2(quaternion.imag().norm(), quaternion.w.abs());
+        axis.into_inner() * (2.0 * half_angle)
+    })
 }

@@ -30,7 +30,7 @@ fn wrench_after(pair: &ContactPair, motion: &Motion) -> ContactWrench<DenseDual<
         pair.a().perturbed(&twist(0), motion[12]),
         pair.b().perturbed(&twist(6), motion[13]),
     );
-    moved.pipeline().wrench()
+    moved.with_search(pair.search()).pipeline().wrench()
 }
 
 fn derivatives(wrench: &Wrench<DenseDual<14>>) -> WrenchJacobian {

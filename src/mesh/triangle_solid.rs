@@ -4,6 +4,7 @@ use super::tet_mesh::FLATNESS;
 use super::triangle_components::Components;
 use super::{SurfaceError, coordinates};
 use crate::geometry::Aabb;
+use crate::scalar::portable::atan2;
 use nalgebra::Vector3;
 use std::f64::consts::TAU;
 
@@ -123,5 +124,5 @@ impl<'a> Part<'a> {
 fn solid_angle([a, b, c]: Corners) -> f64 {
     let [r_a, r_b, r_c] = [a, b, c].map(|corner| corner.norm());
     let adjacent = r_a * r_b * r_c + a.dot(&b) * r_c + b.dot(&c) * r_a + c.dot(&a) * r_b;
-    2.0 * a.dot(&b.cross(&c)).atan2(adjacent)
+    2.0 * atan2(a.dot(&b.cross(&c)), adjacent)
 }

@@ -1,5 +1,13 @@
 //! The elementary functions of a [`DenseDual`]: each from its value and its slope.
 
+#![cfg_attr(
+    not(test),
+    expect(
+        clippy::disallowed_methods,
+        reason = "values are those of `f64`, for whoever calls these functions: the library calls those of `portable`"
+    )
+)]
+
 use super::DenseDual;
 use num_dual::DualNum;
 use num_traits::{One, Zero};

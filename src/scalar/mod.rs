@@ -20,6 +20,7 @@ mod dense_dual;
 mod elementary;
 mod generic_direction;
 mod number_traits;
+pub(crate) mod portable;
 
 pub use dense_dual::DenseDual;
 pub(crate) use generic_direction::GenericDirection;

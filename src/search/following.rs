@@ -1,6 +1,7 @@
 use super::Culling;
 use super::across::Across;
 use super::scratch::{PosedTets, Scratch};
+use super::turns::Normals;
 use crate::broad_phase::{RigidShape, Seeds, Shape};
 use crate::lanes;
 use crate::narrow_phase::{
@@ -41,6 +42,8 @@ pub(super) struct Walk<'w, 'a> {
     spill: Option<&'w mut Spill<'w>>,
     /// Number of pairs so far from which the surface may go on over other faces than it seems.
     doubts: usize,
+    /// Normals of the generic polygons so far, also of those that were spilled.
+    pub normals: Normals,
 }
 
 impl RelativePair<'_> {
@@ -63,6 +66,7 @@ impl RelativePair<'_> {
             scratch,
             spill,
             doubts: 0,
+            normals: Normals::default(),
         };
         let Some(route) = self.route() else {
             walk.look_everywhere();
@@ -268,9 +272,10 @@ impl Walk<'_, '_> {
         Some(range)
     }
 
-    /// Takes note of the pairs of an octet in which fields are equal, or round-off decided.
+    /// Takes note of the normals of an octet, and of its pairs in which fields are equal, or round-off decided.
     fn take_note(&mut self, index: usize) {
         let octet = self.scratch.octets.at(index);
+        self.normals.add_octet(octet);
         for (exits, &tets) in octet.exits.iter().zip(octet.tets()) {
             if exits.is_equal {
                 self.scratch.equal.push(tets.map(|tet| tet as usize));

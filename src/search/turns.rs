@@ -1,7 +1,8 @@
 use super::following::Walk;
 use crate::broad_phase::{Below, FieldBounds, FieldNode, Projections, Seeds};
 use crate::geometry::AffineField;
-use crate::narrow_phase::{Cut, RelativePair};
+use crate::lanes::space::vector_at;
+use crate::narrow_phase::{Cut, Octet, RelativePair};
 use nalgebra::{Matrix3, Vector3};
 use std::f64::consts::FRAC_1_SQRT_2;
 
@@ -63,7 +64,8 @@ impl Walk<'_, '_> {
     /// Enters where components without a rim may turn around.
     pub fn enter_at_turns(&mut self, seeds: [&Seeds; 2]) {
         let pair = self.pair;
-        let mut turns = Turns::of(pair, seeds, &self.scratch.cuts);
+        self.normals.add_cuts(&self.scratch.cuts, pair);
+        let mut turns = Turns::of(pair, seeds, self.normals.directions());
         turns.partners.push(seeds[0].slopes.root());
         turns.descend(seeds[1].slopes.root(), 0, &mut |tet_a, tet_b| {
             self.enter(tet_a, tet_b);
@@ -71,27 +73,54 @@ impl Walk<'_, '_> {
     }
 }
 
-/// The directions u and d of [`Turns`] for which least has to be looked at again in what is known of the contact surface: u is
-/// the one in which its normals point least, d the direction across u in which p_A − p_B mostly rises on it.
-fn known_directions(pair: &RelativePair, cuts: &[Cut]) -> [Vector3<f64>; 2] {
-    let (mut sum, mut squares) = (Vector3::zeros(), Matrix3::zeros());
-    for cut in cuts {
-        let pressure_a = pair.tet_a(cut.tets[0]).extent.gradient * pair.scales[0];
-        let normal = (pressure_a - cut.field_b.gradient).normalize();
-        sum += normal;
-        squares += normal * normal.transpose();
+/// Sums over the unit normals of the contact polygons found so far.
+#[derive(Default)]
+pub(super) struct Normals {
+    /// Σ n.
+    sum: Vector3<f64>,
+    /// Σ n·nᵀ.
+    squares: Matrix3<f64>,
+}
+
+impl Normals {
+    fn add(&mut self, normal: &Vector3<f64>) {
+        self.sum += normal;
+        self.squares += normal * normal.transpose();
     }
-    let axes = squares.symmetric_eigen();
-    let up: Vector3<f64> = axes.eigenvectors.column(axes.eigenvalues.imin()).into();
-    let any = up.cross(&Vector3::ith(up.iamin(), 1.0));
-    let rise = (sum - up * up.dot(&sum)).try_normalize(FLATNESS);
-    [up, rise.unwrap_or_else(|| any.normalize())]
+
+    /// Adds the generic polygons of an octet.
+    pub fn add_octet(&mut self, octet: &Octet) {
+        for place in (0..octet.tets().len()).filter(|&place| octet.has_polygon(place)) {
+            self.add(&vector_at(&octet.axes[2], place));
+        }
+    }
+
+    /// Adds the polygons of special pairs.
+    fn add_cuts(&mut self, cuts: &[Cut], pair: &RelativePair) {
+        for cut in cuts {
+            let pressure_a = pair.tet_a(cut.tets[0]).extent.gradient * pair.scales[0];
+            self.add(&(pressure_a - cut.field_b.gradient).normalize());
+        }
+    }
+
+    /// The directions u and d of [`Turns`] for which (1) and (2) exclude most of the known contact surface. u is the direction in
+    /// which its normals point least. d is the direction across u in which p_A − p_B mostly rises on it.
+    fn directions(&self) -> [Vector3<f64>; 2] {
+        let axes = self.squares.symmetric_eigen();
+        let up: Vector3<f64> = axes.eigenvectors.column(axes.eigenvalues.imin()).into();
+        let any = up.cross(&Vector3::ith(up.iamin(), 1.0));
+        let rise = (self.sum - up * up.dot(&self.sum)).try_normalize(FLATNESS);
+        [up, rise.unwrap_or_else(|| any.normalize())]
+    }
 }
 
 impl<'s, 'a> Turns<'s, 'a> {
-    /// With directions that suit the cuts found so far.
-    fn of(pair: &'s RelativePair<'a>, seeds: [&'s Seeds; 2], cuts: &[Cut]) -> Self {
-        let [up, rise] = known_directions(pair, cuts);
+    /// With the directions u and d.
+    fn of(
+        pair: &'s RelativePair<'a>,
+        seeds: [&'s Seeds; 2],
+        [up, rise]: [Vector3<f64>; 2],
+    ) -> Self {
         let side = up.cross(&rise);
         let rotation = pair.pose_ab.rotation();
         let between = [(rise + side) * FRAC_1_SQRT_2, (rise - side) * FRAC_1_SQRT_2];

@@ -1,3 +1,4 @@
+use crate::scalar::portable::sin_cos;
 use crate::scalar::{
     Order, Scalar, change, constant_times, cross_constant, dot_constant, lift, real_part,
     real_vector,
@@ -73,7 +74,7 @@ pub(crate) fn turned_about_own_axis<T: Scalar>(
     axis: usize,
     angle: T,
 ) -> Matrix3<T> {
-    let (sine, cosine) = angle.sin_cos();
+    let (sine, cosine) = sin_cos(angle);
     let (next, last) = ((axis + 1) % 3, (axis + 2) % 3);
     let (first, second) = (frame.column(next), frame.column(last));
     let mut turned = *frame;
@@ -145,10 +146,8 @@ fn exponential_coefficients<T: Scalar>(angle_squared: T) -> (T, T) {
         );
     }
     let angle = angle_squared.sqrt();
-    (
-        angle.sin() / angle,
-        (-angle.cos() + lift::<T>(1.0)) / angle_squared,
-    )
+    let (sine, cosine) = sin_cos(angle);
+    (sine / angle, (-cosine + lift::<T>(1.0)) / angle_squared)
 }
 
 /// Σₙ (−x)ⁿ/(2n + first)! by Horner's rule: sin θ/θ for `first` = 1, (1 − cos θ)/θ² for 2,

@@ -3,10 +3,11 @@
 
 use crate::support::differences::{by_motion, central_difference};
 use crate::support::scenes::{Random, mixed_shapes, pair, random_pair};
-use hydroelastic::contact::{ContactBody, ContactPair, Shape};
+use hydroelastic::contact::{ContactBody, ContactPair, Culling, Search, Shape};
 use hydroelastic::gradient::dual_wrench_jacobian;
 use hydroelastic::mesh::shapes;
-use hydroelastic::spatial::Pose;
+use hydroelastic::scalar::DenseDual;
+use hydroelastic::spatial::{Pose, Twist};
 use nalgebra::{SMatrix, SVector, vector};
 use num_dual::{DualNum, DualSVec64, jacobian};
 
@@ -110,6 +111,26 @@ fn the_jacobian_of_the_wrench_on_b_is_the_one_of_exchanged_bodies() {
             "{differences:?} of {scale}"
         );
     }
+}
+
+/// A culling search sums the polygons in another order than one that follows the surface, which the last bits show.
+#[test]
+fn the_jacobian_by_dual_numbers_keeps_the_search() {
+    let ball = Shape::new(shapes::icosphere(1.0, 2).unwrap());
+    let there = Pose::from_rotation_vector(&vector![0.3, -0.2, 0.5], vector![0.9, 0.5, 0.3]);
+    let followed = pair((&ball, Pose::identity(), 1.0), (&ball, there, 2.0));
+    let culled = followed.with_search(Search::Culling(Culling::default()));
+    let [by_following, by_culling] =
+        [followed, culled].map(|pair| dual_wrench_jacobian(&pair).0.on_a.to_vector());
+    assert_ne!(by_following, by_culling);
+    let (at_rest, unchanged) = (Twist::zero(), DenseDual::<14>::from(0.0));
+    let in_duals = ContactPair::new(
+        culled.a().perturbed(&at_rest, unchanged),
+        culled.b().perturbed(&at_rest, unchanged),
+    );
+    let expected = in_duals.with_search(Search::Culling(Culling::default()));
+    let expected = expected.pipeline().wrench().on_a.real().to_vector();
+    assert_eq!(by_culling, expected);
 }
 
 #[test]

@@ -10,8 +10,7 @@
 //! CARGO_PROFILE_DEV_OPT_LEVEL=0 CARGO_PROFILE_TEST_OPT_LEVEL=0 cargo test --test threads reproducible:: -- --nocapture
 //! ```
 //!
-//! Those of the first and the last build agreed. They are no constants here: sines and cosines come from the
-//! platform's mathematical library, and its last bits are its own.
+//! Those of the first and the last build agreed. `every_processor.rs` holds bits to constants.
 
 use hydroelastic::contact::Shape;
 use hydroelastic::dynamics::{Batch, Body, Integrator, Mass, Material, Plan, State, World};

@@ -11,6 +11,7 @@
 
 use super::edge::{Corner, EdgeMeans, Vector, cross, dot};
 use super::{Affine, Load, Quadratic, Slip, product};
+use crate::scalar::portable::atan2;
 use crate::scalar::{Scalar, lift, real_part};
 
 /// Where ε is a smaller fraction of the polygon's size it is taken for this one, lest its powers underflow. The
@@ -100,7 +101,7 @@ impl<T: Scalar> HalfSolidAngle<T> {
     }
 
     pub fn solid_angle(&self) -> T {
-        self.0[1].atan2(self.0[0]) * 2.0
+        atan2(self.0[1], self.0[0]) * 2.0
     }
 }
 

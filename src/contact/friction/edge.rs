@@ -1,4 +1,5 @@
 use super::rules::EDGE_8;
+use crate::scalar::portable::ln_1p;
 use crate::scalar::{Scalar, lift, real_part};
 
 /// A vector in the plane of the polygon.
@@ -68,7 +69,7 @@ impl<T: Scalar> EdgeMeans<T> {
         // R_a + t_a and R_b − t_b, neither of them by a difference of equals.
         let from_a = sum_without_cancellation(a.distance, t_a, c_squared);
         let from_b = sum_without_cancellation(b.distance, -t_b, c_squared);
-        let logarithm = (length * 2.0 / (from_a + from_b)).ln_1p();
+        let logarithm = ln_1p(length * 2.0 / (from_a + from_b));
         let mut over_r = [logarithm * per_length; 6];
         over_r[1] = (t_a + t_b) / (a.distance + b.distance);
         let (mut at_a, mut at_b) = (a.distance * per_length, b.distance * per_length);

@@ -77,7 +77,7 @@ pub(super) fn stiffest(pairs: &[PairRates]) -> Option<&PairRates> {
 /// The step (s) with h²k + 2hc = 4; none if nothing resists.
 fn step_of_mode(stiffness: f64, damping: f64) -> Option<f64> {
     let (stiffness, damping) = (stiffness.max(0.0), damping.max(0.0));
-    let step = 4.0 / (damping + damping.hypot(2.0 * stiffness.sqrt()));
+    let step = 4.0 / (damping + (damping * damping + 4.0 * stiffness).sqrt());
     step.is_finite().then_some(step)
 }
 

@@ -1,6 +1,7 @@
 use super::cored::{CoredSurface, core_size, is_about_to_open, least};
 use super::{check_resolution, checked_lengths, variables};
 use crate::mesh::{MeshError, PressureField, ShapeRates};
+use crate::scalar::portable::sin_cos;
 use crate::scalar::{Scalar, lift, real_part};
 use nalgebra::Vector3;
 use std::f64::consts::{PI, TAU};
@@ -47,7 +48,8 @@ fn checked_dimensions(radius: f64, length: f64, segments: usize) -> Result<[f64;
 
 /// The prism with this radius and length.
 fn filled<T: Scalar>([radius, length]: [T; 2], segments: usize) -> CoredSurface<T> {
-    let inscribed = radius * (PI / segments as f64).cos();
+    let (sine_of_half, cosine_of_half) = sin_cos(PI / segments as f64);
+    let inscribed = radius * cosine_of_half;
     let half_length = length / 2.0;
     let depth = least(&[inscribed, half_length]);
     let core = [
@@ -57,10 +59,10 @@ fn filled<T: Scalar>([radius, length]: [T; 2], segments: usize) -> CoredSurface<
     // The slimmest tetrahedra stand on a triangle of the core polygon, or join an edge of the ring
     // to the core segment.
     let (edge, longest) = (
-        2.0 * real_part(radius) * (PI / segments as f64).sin(),
+        2.0 * real_part(radius) * sine_of_half,
         real_part(radius).max(real_part(length)),
     );
-    let core_triangle = real_part(core[0]) * (TAU / segments as f64).sin();
+    let core_triangle = real_part(core[0]) * sin_cos(TAU / segments as f64).0;
     let across = [
         core_triangle * real_part(depth),
         2.0 * edge * real_part(inscribed),
@@ -81,7 +83,7 @@ fn prism_vertices<T: Scalar>(radius: T, half_length: T, segments: usize) -> Vec<
         .iter()
         .flat_map(|&z| {
             let ring = (0..segments).map(move |k| {
-                let (sine, cosine) = (TAU * k as f64 / segments as f64).sin_cos();
+                let (sine, cosine) = sin_cos(TAU * k as f64 / segments as f64);
                 Vector3::new(radius * cosine, radius * sine, z)
             });
             std::iter::once(Vector3::new(lift(0.0), lift(0.0), z)).chain(ring)

@@ -3,6 +3,7 @@ use super::cored::CoredSurface;
 use crate::geometry::Tetrahedron;
 use crate::mesh::tet_mesh::is_flat;
 use crate::mesh::{MeshError, PressureField};
+use crate::scalar::portable::atan2;
 use nalgebra::Vector3;
 use std::f64::consts::PI;
 
@@ -123,5 +124,5 @@ fn solid_angle_of(corners: [Vector3<f64>; 3]) -> f64 {
     // Of length one, or products of lengths would leave the range of f64.
     let [a, b, c] = corners.map(|corner| corner.normalize());
     let numerator = a.dot(&b.cross(&c));
-    2.0 * numerator.atan2(1.0 + a.dot(&b) + b.dot(&c) + c.dot(&a))
+    2.0 * atan2(numerator, 1.0 + a.dot(&b) + b.dot(&c) + c.dot(&a))
 }

@@ -1,6 +1,7 @@
 //! Points, triangles and turns as glTF has them.
 
 use super::document::Document;
+use crate::scalar::portable::sin_cos;
 use crate::spatial::Pose;
 use gltf_json::mesh::{Mode, Primitive, Semantic};
 use gltf_json::validation::Checked;
@@ -54,8 +55,8 @@ impl Triangles {
     pub fn turned(profile: &[[f64; 2]]) -> Self {
         let ring = |&[radius, height]: &[f64; 2]| {
             std::array::from_fn::<_, SIDES, _>(|side| {
-                let angle = TAU * side as f64 / SIDES as f64;
-                Vector3::new(radius * angle.cos(), radius * angle.sin(), height)
+                let (sine, cosine) = sin_cos(TAU * side as f64 / SIDES as f64);
+                Vector3::new(radius * cosine, radius * sine, height)
             })
         };
         Self::between_rings(&profile.iter().map(ring).collect::<Vec<_>>())

@@ -4,6 +4,7 @@ use super::document::Document;
 use super::drawing::{Triangles, single};
 use super::materials::{Color, PATHS, TARGET, lit, mixed};
 use super::view::square_to;
+use crate::scalar::portable::sin_cos;
 use gltf_json::{Material, Node};
 use nalgebra::Vector3;
 
@@ -29,7 +30,8 @@ const OPACITY: f32 = 0.6;
 pub(super) fn add_targets(document: &mut Document, targets: &[Target]) {
     let meridian: Vec<[f64; 2]> = (0..=SEGMENTS)
         .map(|step| std::f64::consts::PI * step as f64 / SEGMENTS as f64)
-        .map(|angle| [angle.sin(), -angle.cos()])
+        .map(sin_cos)
+        .map(|(sine, cosine)| [sine, -cosine])
         .collect();
     let ball = Triangles::turned(&meridian);
     for target in targets {

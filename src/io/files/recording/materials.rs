@@ -1,5 +1,6 @@
 //! Colours and materials.
 
+use crate::scalar::portable::powf;
 use gltf_json::Material;
 use gltf_json::extensions::material::{Material as Extensions, Unlit};
 use gltf_json::material::{AlphaMode, PbrBaseColorFactor, PbrMetallicRoughness, StrengthFactor};
@@ -104,6 +105,6 @@ fn linear(part: u8) -> f64 {
     if part <= 0.04045 {
         part / 12.92
     } else {
-        ((part + 0.055) / 1.055).powf(2.4)
+        powf((part + 0.055) / 1.055, 2.4)
     }
 }

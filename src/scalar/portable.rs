@@ -1,0 +1,120 @@
+//! Elementary functions with the same bits on every platform.
+//!
+//! IEEE 754 defines sums, products, quotients and square roots to the last bit, but not sines or logarithms. Their last bits
+//! depend on the C library and on the processor. These functions take the real part to the crate `libm`, which consists of
+//! operations that IEEE 754 defines. A dual number adds its change d from the real part x, by the addition theorem of the
+//! function: f(x + d) follows from f(x) and f(d′), where d′ has the real part zero. At zero every library is exact.
+//!
+//! Clippy rejects the methods of `f64` and of `DualNum` elsewhere in the library (`clippy.toml`).
+
+#![cfg_attr(
+    not(test),
+    expect(
+        clippy::disallowed_methods,
+        reason = "their arguments have the real part zero here"
+    )
+)]
+
+use super::{Order, Scalar, carries_derivatives, change, lift, real_part};
+
+/// Sine and cosine of an angle (rad).
+#[inline]
+pub(crate) fn sin_cos<T: Scalar>(angle: T) -> (T, T) {
+    let (sine, cosine) = libm::sincos(real_part(angle));
+    if !carries_derivatives::<T>() {
+        return (lift(sine), lift(cosine));
+    }
+    let turn = change(angle);
+    let (sine_of_turn, cosine_of_turn) = about_zero(turn, T::sin_cos, (turn, lift(1.0)));
+    (
+        cosine_of_turn * sine + sine_of_turn * cosine,
+        cosine_of_turn * cosine - sine_of_turn * sine,
+    )
+}
+
+/// ln(1 + x).
+#[inline]
+pub(crate) fn ln_1p<T: Scalar>(x: T) -> T {
+    let real = real_part(x);
+    let logarithm = libm::log1p(real);
+    if !carries_derivatives::<T>() {
+        return lift(logarithm);
+    }
+    let relative = change(x) * (1.0 + real).recip();
+    about_zero(relative, T::ln_1p, relative) + logarithm
+}
+
+/// The angle (rad) of the point (x, y) from the x axis, in (−π, π].
+#[inline]
+pub(crate) fn atan2<T: Scalar>(y: T, x: T) -> T {
+    let [real_y, real_x] = [y, x].map(real_part);
+    let angle = libm::atan2(real_y, real_x);
+    if !carries_derivatives::<T>() {
+        return lift(angle);
+    }
+    let per_square = (real_x * real_x + real_y * real_y).recip();
+    let across = (y * real_x - x * real_y) * per_square;
+    let along = || (x * real_x + y * real_y) * per_square;
+    about_zero(across, |across| across.atan2(along()), across) + angle
+}
+
+/// A power of a positive number.
+#[cfg(feature = "files")]
+pub(crate) fn powf(base: f64, exponent: f64) -> f64 {
+    libm::pow(base, exponent)
+}
+
+/// The value of a function at a number whose real part is zero: the linear value, where derivatives of higher order do not
+/// count.
+#[inline]
+fn about_zero<T: Scalar, O>(x: T, function: impl FnOnce(&T) -> O, linear: O) -> O {
+    if Order::<T>::IS_FIRST {
+        linear
+    } else {
+        function(&x)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use num_dual::{Dual3_64, DualNum};
+
+    /// Agreement with another library, of the largest derivative: some of the last bits of sums of a few products.
+    const LAST_BITS: f64 = 4e-15;
+
+    /// A variable with three derivatives, at values of every sign and size.
+    fn variables() -> impl Iterator<Item = Dual3_64> {
+        let sizes = [0.0, 1e-9, 0.03, 0.7, 1.0, 2.9];
+        sizes
+            .into_iter()
+            .flat_map(|size| [size, -size])
+            .map(|x| Dual3_64::from_re(x).derivative())
+    }
+
+    fn assert_close(found: Dual3_64, expected: Dual3_64) {
+        let parts = |x: Dual3_64| [x.re, x.v1, x.v2, x.v3];
+        let largest = parts(expected)
+            .into_iter()
+            .fold(1.0, |largest: f64, part| largest.max(part.abs()));
+        for (found, expected) in parts(found).into_iter().zip(parts(expected)) {
+            assert!(
+                (found - expected).abs() <= LAST_BITS * largest,
+                "{found} instead of {expected}"
+            );
+        }
+    }
+
+    #[test]
+    fn portable_functions_are_those_of_the_platform_with_all_derivatives() {
+        for x in variables() {
+            let (sine, cosine) = sin_cos(x);
+            assert_close(sine, x.sin());
+            assert_close(cosine, x.cos());
+            let positive = x * x;
+            assert_close(ln_1p(positive), positive.ln_1p());
+            let (y, x) = (x * 0.7 - 0.2, x * x * 0.3 - 0.4);
+            assert_close(atan2(y, x), y.atan2(x));
+        }
+    }
+}
