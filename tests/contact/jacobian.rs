@@ -7,7 +7,7 @@ use hydroelastic::contact::{ContactBody, ContactPair, Culling, Search, Shape};
 use hydroelastic::gradient::dual_wrench_jacobian;
 use hydroelastic::mesh::shapes;
 use hydroelastic::scalar::DenseDual;
-use hydroelastic::spatial::{Pose, Twist};
+use hydroelastic::spatial::Pose;
 use nalgebra::{SMatrix, SVector, vector};
 use num_dual::{DualNum, DualSVec64, jacobian};
 
@@ -123,11 +123,10 @@ fn the_jacobian_by_dual_numbers_keeps_the_search() {
     let [by_following, by_culling] =
         [followed, culled].map(|pair| dual_wrench_jacobian(&pair).0.on_a.to_vector());
     assert_ne!(by_following, by_culling);
-    let (at_rest, unchanged) = (Twist::zero(), DenseDual::<14>::from(0.0));
-    let in_duals = ContactPair::new(
-        culled.a().perturbed(&at_rest, unchanged),
-        culled.b().perturbed(&at_rest, unchanged),
-    );
+    let in_duals = |pose: Pose, modulus: f64| {
+        ContactBody::new(&ball, Pose::lifted(&pose), DenseDual::<14>::from(modulus)).unwrap()
+    };
+    let in_duals = ContactPair::new(in_duals(Pose::identity(), 1.0), in_duals(there, 2.0));
     let expected = in_duals.with_search(Search::Culling(Culling::default()));
     let expected = expected.pipeline().wrench().on_a.real().to_vector();
     assert_eq!(by_culling, expected);

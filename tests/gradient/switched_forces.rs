@@ -47,7 +47,7 @@ struct End;
 impl Outcome for End {
     fn of<T: Scalar>(&self, trajectory: &Trajectory<T>) -> Vec<T> {
         let body = &trajectory.last().bodies[0];
-        let [p, v] = [body.position(), &body.velocity()].map(|x| x.x + x.y * 0.7 + x.z * 0.4);
+        let [p, v] = [body.position(), body.velocity()].map(|x| x.x + x.y * 0.7 + x.z * 0.4);
         vec![p * 3.0 + v]
     }
 }

@@ -57,9 +57,9 @@ fn hung(away: f64, rest_length: f64, damping: f64, scale: f64) -> World<f64, Spr
     let spring = Spring {
         bodies: ["ball".into(), "post".into()],
         points: [arm.into(), (arm - post).into()],
-        rest_length,
-        stiffness: STIFFNESS,
-        damping,
+        rest_length: rest_length.into(),
+        stiffness: STIFFNESS.into(),
+        damping: damping.into(),
     };
     World::new(bodies).unwrap().with_forces(spring).unwrap()
 }

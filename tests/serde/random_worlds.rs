@@ -83,9 +83,9 @@ fn world(kit: &Kit, random: &mut Random) -> Result<World<f64, Vec<Spring>>, Worl
     let spring = Spring {
         bodies: ["a".into(), "floor".into()],
         points: [random.vector().into(), random.vector().into()],
-        rest_length: random.between(0.0, 1.0),
-        stiffness: random.between(0.0, 10.0),
-        damping: random.between(0.0, 1.0),
+        rest_length: random.between(0.0, 1.0).into(),
+        stiffness: random.between(0.0, 10.0).into(),
+        damping: random.between(0.0, 1.0).into(),
     };
     let springs = vec![spring; random.below(2)];
     let ignored = [["a", "floor"], ["b", "floor"], ["a", "b"]];
@@ -148,7 +148,7 @@ fn ten_thousand_random_worlds_are_loaded_as_they_were_saved() {
 fn plates_rounded_to_five_digits_are_bodies_and_can_be_loaded() {
     for moments in [
         [1.0, 1.0, 2.00001],
-        [0.083333, 0.083333, 0.16667],
+        [0.083_333, 0.083_333, 0.166_67],
         [1.0, 1.0, 2.0001],
     ] {
         let cube = Shape::new(shapes::cuboid([0.1; 3]).unwrap());
