@@ -298,7 +298,7 @@ def test_what_is_not_of_float64_is_refused(ball_on_block, monkeypatch):
     with pytest.raises(TypeError, match="pose_a must be an array of float64, but is one of float32"):
         hj.wrench(pair, pose_a.astype(np.float32), pose_b)
     with pytest.raises(TypeError, match="moduli must be an array of float64"):
-        hj.wrench(pair, pose_a, pose_b, moduli=np.array([1, 2]))
+        hj.wrench(pair, pose_a, pose_b, moduli=np.array([1, 2], dtype=np.float32))
     with enable_x64(False):
         for call in (
             lambda: hj.wrench(pair, pose_a, pose_b),

@@ -42,8 +42,8 @@ pub(super) struct Walk<'w, 'a> {
     spill: Option<&'w mut Spill<'w>>,
     /// Number of pairs so far from which the surface may go on over other faces than it seems.
     doubts: usize,
-    /// Normals of the generic polygons so far, also of those that were spilled.
-    pub normals: Normals,
+    /// Normals of the generic polygons so far, also of those that were spilled; None if they are not needed.
+    pub normals: Option<Normals>,
 }
 
 impl RelativePair<'_> {
@@ -66,7 +66,7 @@ impl RelativePair<'_> {
             scratch,
             spill,
             doubts: 0,
-            normals: Normals::default(),
+            normals: None,
         };
         let Some(route) = self.route() else {
             walk.look_everywhere();
@@ -214,6 +214,7 @@ impl Walk<'_, '_> {
                     self.enter_at_ridges(shape_b, [ridges_a, ridges_b]);
                     return self.follow_on();
                 }
+                self.normals = Some(Normals::default());
                 self.follow_on() && {
                     self.enter_at_turns(seeds);
                     self.follow_on()
@@ -275,7 +276,9 @@ impl Walk<'_, '_> {
     /// Takes note of the normals of an octet, and of its pairs in which fields are equal, or round-off decided.
     fn take_note(&mut self, index: usize) {
         let octet = self.scratch.octets.at(index);
-        self.normals.add_octet(octet);
+        if let Some(normals) = &mut self.normals {
+            normals.add_octet(octet);
+        }
         for (exits, &tets) in octet.exits.iter().zip(octet.tets()) {
             if exits.is_equal {
                 self.scratch.equal.push(tets.map(|tet| tet as usize));

@@ -64,8 +64,9 @@ impl Walk<'_, '_> {
     /// Enters where components without a rim may turn around.
     pub fn enter_at_turns(&mut self, seeds: [&Seeds; 2]) {
         let pair = self.pair;
-        self.normals.add_cuts(&self.scratch.cuts, pair);
-        let mut turns = Turns::of(pair, seeds, self.normals.directions());
+        let mut normals = self.normals.take().unwrap_or_default();
+        normals.add_cuts(&self.scratch.cuts, pair);
+        let mut turns = Turns::of(pair, seeds, normals.directions());
         turns.partners.push(seeds[0].slopes.root());
         turns.descend(seeds[1].slopes.root(), 0, &mut |tet_a, tet_b| {
             self.enter(tet_a, tet_b);

@@ -12,8 +12,8 @@ the value alone where no derivative is taken, and where one is, value and Jacobi
 differ by round-off. Gradients of rollouts by many numbers take the steps back instead, at about the same cost whatever
 the numbers are: see ``rollout``.
 
-Arrays are of float64, and ``jax_enable_x64`` must be on: a contact of float32 numbers has no digits left. Arguments may
-have any axes in front, which are broadcast against each other, and then so has the result; ``jax.vmap`` makes such a
+Arrays are of float64, to which those of integers are converted, and ``jax_enable_x64`` must be on: a contact of float32 numbers
+has no digits left. Arguments may have any axes in front, which are broadcast against each other, and then so has the result; ``jax.vmap`` makes such a
 batch too. All cores compute a batch.
 
 Derivatives by poses. Poses are (4, 4). A tangent dT of a pose counts as the twist (ω, v) in world axes by which it
