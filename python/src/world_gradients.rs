@@ -147,13 +147,13 @@ impl World {
         &self,
         plan: &Plan,
         parameters: Vec<Bound<'_, Parameter>>,
-        losses: usize,
-    ) -> bool {
-        let by = inner(&parameters);
+        losses: Whole,
+    ) -> PyResult<bool> {
+        let (by, losses) = (inner(&parameters), count(losses, "losses")?);
         let experiment = Experiment::new(&self.inner, &plan.0);
         let steps = experiment.steps_by(width(&by));
-        experiment.mode_for(&by) == Mode::Reverse
-            && losses * experiment.steps_by(0) <= SWEEPS * steps
+        let is_cheaper = losses.saturating_mul(experiment.steps_by(0)) <= SWEEPS * steps;
+        Ok(experiment.mode_for(&by) == Mode::Reverse && is_cheaper)
     }
 
     /// The end of a rollout to first order in local coordinates, 12 numbers for each of d dynamic bodies as of displacement: A

@@ -619,7 +619,7 @@ def test_a_fixed_body_ignores_its_state(bounce):
 def test_rollouts_that_end_early_are_nan(bounce, caplog):
     world, _ = bounce
     # Unstable in the contact: the check ends it.
-    plan = he.Plan(2e-2, 20)
+    plan = he.Plan(4e-2, 20)
     by = [he.Parameter.initial_velocity("ball")]
     changes = np.array([[0.0, 0.0, 20.0], [0.0, 0.0, 0.0]])
     with pytest.raises(he.RolloutError, match="row 1 of 2"):

@@ -24,6 +24,10 @@ class NotNegative(float):
     """A number that must not be below 0."""
 
 
+class Named(NotNegative):
+    """A number that must not be below 0, or a name."""
+
+
 class Signed(int):
     """A whole number that may be negative."""
 
@@ -51,6 +55,8 @@ def refused_values(name, value):
     if isinstance(value, int):
         return {"negative": -1, "NaN": np.nan, "a fraction": 1.5, "text": "1"}
     found = {"NaN": np.nan, "infinite": np.inf, "minus infinity": -np.inf, "text": "1", "complex": 1j}
+    if isinstance(value, Named):
+        del found["text"]
     if isinstance(value, Positive):
         found["zero"] = 0.0
     if isinstance(value, Positive | NotNegative):
@@ -247,13 +253,21 @@ def cases(folder):
         ),
         "Spring": (
             spring,
-            {"points": POINT, "second": POINT, "rest_length": NotNegative(0.1)}
-            | {"stiffness": NotNegative(1.0), "damping": NotNegative(1.0)},
+            {"points": POINT, "second": POINT, "rest_length": Named(0.1), "stiffness": Named(1.0), "damping": Named(1.0)},
         ),
-        "Drag": (lambda **it: he.Drag("ball", **it), {"linear": NotNegative(0.1), "angular": NotNegative(0.1)}),
+        "Drag": (lambda **it: he.Drag("ball", **it), {"linear": Named(0.1), "angular": Named(0.1)}),
         "Thruster": (lambda **it: he.Thruster("ball", **it), {"point": POINT, "force": POINT}),
         "Control": (lambda **it: he.Control("ball", **it), {"interval": Positive(0.1), "wrenches": np.ones((2, 6))}),
         "World": (lambda **it: he.World([], **it), {"gravity": POINT, "slip_tolerance": Positive(1e-3)}),
+        "World (of force parameters)": (
+            lambda force_parameters: he.World([], force_parameters={"k": force_parameters}),
+            {"force_parameters": 1.0},
+        ),
+        "World.replace (of force parameters)": (
+            lambda force_parameters: world.replace(force_parameters={"k": force_parameters}),
+            {"force_parameters": 1.0},
+        ),
+        "World.sweeps_back": (lambda **it: world.sweeps_back(plan, gravity, **it), {"losses": 1}),
         "World (along z)": (lambda **it: he.World([], **it), {"gravity": -9.81}),
         "World.replace": (world.replace, {"gravity": POINT, "slip_tolerance": Positive(1e-3)}),
         "World.changed": (lambda **it: world.changed(gravity, **it), {"changes": POINT}),
@@ -267,7 +281,7 @@ def cases(folder):
         "World.show": (world.show, shown),
         "Plan": (
             he.Plan,
-            {"time_step": Positive(1e-3), "steps": 5, "record_every": 1, "check_every": 1, "solver_tolerance": Positive(1e-9)},
+            {"time_step": Positive(1e-3), "steps": 5, "record_every": 1, "solver_tolerance": Positive(1e-9)},
         ),
         "State": (he.State, {"time": 0.5, "poses": EYE[None], "twists": TWIST[None]}),
         "Trajectory.show": (trajectory.show, shown | {"frames": 2}),

@@ -400,7 +400,7 @@ def test_a_rollout_that_is_not_finite_names_step_time_and_contact():
     def failing(time, q, v):
         return Feedback(tau if time < 6.5e-4 else np.full(3, np.nan))
 
-    with pytest.raises(he.RolloutError, match=r"^step 7 \(t = 0.0007 s\): the acceleration is not finite") as caught:
+    with pytest.raises(he.RolloutError, match=r"^step 7 \(t = 0.0007 s\): tau must be finite") as caught:
         robot.rollout(q, v, failing, 1e-4, 10)
     assert len(caught.value.trajectory.times) == 8
     with pytest.raises(he.RolloutError, match=r"^step 0 \(t = 0 s\): .*frame 'finger' and frame 'universe'.*finite"):

@@ -127,6 +127,6 @@ def test_what_does_not_fit_is_refused(driven):
     twists[2, 1, 4] = np.nan
     with pytest.raises(he.HydroelasticError, match='state of body "brick" before step 501 is not finite'):
         driven.pullback(PLAN, by, poses, twists)
-    long = he.Plan(2e-2, 20)
+    long = he.Plan(0.1, 20)
     (found,) = he.Batch(long).pullbacks_of_worlds([driven], by, np.zeros((1, 21, 3, 4, 4)), np.zeros((1, 21, 3, 6)))
     assert isinstance(found, he.RolloutError)

@@ -80,8 +80,9 @@ mod tests {
     use super::*;
     use num_dual::{Dual3_64, DualNum};
 
-    /// Agreement with another library, of the largest derivative: some of the last bits of sums of a few products.
-    const LAST_BITS: f64 = 4e-15;
+    /// Agreement with another library, of the largest derivative: some of the last bits of sums of a few products. Third
+    /// derivatives of the arc tangent divide by the cube of the distance from its pole, 0.4 here, and lose a digit more.
+    const LAST_BITS: f64 = 4e-14;
 
     /// A variable with three derivatives, at values of every sign and size.
     fn variables() -> impl Iterator<Item = Dual3_64> {
