@@ -260,7 +260,7 @@ pub enum RolloutError {
         time: f64,
         /// The time step (s).
         time_step: f64,
-        /// Kinetic energy and potential energy of contacts before the step, and what gravity, forces, controls and paths did in
+        /// Kinetic energy and potential energy of contacts before the step, and what gravity, forces and controls did in
         /// it (J).
         before: f64,
         /// Kinetic energy and potential energy of contacts after the step (J).

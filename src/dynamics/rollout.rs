@@ -150,8 +150,8 @@ impl<T: Scalar> Rollout<T> {
     }
 
     /// Takes a step and shows the state it led to: [`Iterator::next`] without a copy. Steps allocate
-    /// nothing once the rollout has the room it needs, unless their contacts are so many, or one is so
-    /// large, that they are spread over threads. Implicit steps allocate: their matrices have another size wherever other
+    /// nothing once the rollout has the room it needs, unless the stability check linearizes their contacts, or these are so many,
+    /// or one is so large, that they are spread over threads. Implicit steps allocate: their matrices have another size wherever other
     /// bodies touch.
     ///
     /// # Errors

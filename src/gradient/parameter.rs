@@ -59,18 +59,10 @@ impl Parameter {
 
     /// A name for each of its numbers, for messages.
     pub(super) fn number_names(&self) -> Vec<String> {
-        let numbers: &[&str] = match self {
-            Self::InitialPosition(_)
-            | Self::InitialOrientation(_)
-            | Self::InitialVelocity(_)
-            | Self::InitialSpin(_)
-            | Self::Gravity => &["x", "y", "z"],
-            Self::Modulus(_)
-            | Self::Dissipation(_)
-            | Self::Friction(_)
-            | Self::Mass(_)
-            | Self::OfForces(_) => return vec![format!("{self:?}")],
-            Self::Control(..) => &[
+        let numbers: &[&str] = match self.dimension() {
+            1 => return vec![format!("{self:?}")],
+            3 => &["x", "y", "z"],
+            _ => &[
                 "torque x", "torque y", "torque z", "force x", "force y", "force z",
             ],
         };

@@ -101,7 +101,7 @@ impl RelativePair<'_> {
             signs_b: signs_of_corners,
             weights,
             is_at_ends,
-            is_touch: is_at_ends && gradient_a.dot(&b.field.gradient) < 0.0,
+            is_touch: is_at_ends && a.extent.gradient.dot(&b.field.gradient) < 0.0,
             closeness: tolerance_a.closeness_of(&excess_a).or(closeness_b),
         })
     }
