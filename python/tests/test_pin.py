@@ -403,7 +403,7 @@ def test_a_rollout_that_is_not_finite_names_step_time_and_contact():
     with pytest.raises(he.RolloutError, match=r"^step 7 \(t = 0.0007 s\): tau must be finite") as caught:
         robot.rollout(q, v, failing, 1e-4, 10)
     assert len(caught.value.trajectory.times) == 8
-    with pytest.raises(he.RolloutError, match=r"^step 0 \(t = 0 s\): .*frame 'finger' and frame 'universe'.*finite"):
+    with pytest.raises(he.HydroelasticError, match="v must be finite, but number 0"):
         robot.rollout(q, np.array([np.nan, 0.0, 0.0]), tau, 1e-4, 10)
 
 
