@@ -24,6 +24,10 @@ use std::sync::{Arc, Mutex, MutexGuard, TryLockError};
 pub struct Rollout(Mutex<Steps>);
 
 /// The steps, and how many were taken.
+#[allow(
+    clippy::struct_field_names,
+    reason = "the steps of the library are one part of it"
+)]
 struct Steps {
     steps: dynamics::Rollout,
     plan: dynamics::Plan,

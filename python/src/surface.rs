@@ -80,8 +80,8 @@ impl Surface {
         })
     }
 
-    fn count(&self, py: Python<'_>) -> PyResult<usize> {
-        Ok(self.tets.bind(py).shape()[0])
+    fn count(&self, py: Python<'_>) -> usize {
+        self.tets.bind(py).shape()[0]
     }
 }
 
@@ -140,16 +140,12 @@ impl Surface {
         })
     }
 
-    fn __len__(&self, py: Python<'_>) -> PyResult<usize> {
+    fn __len__(&self, py: Python<'_>) -> usize {
         self.count(py)
     }
 
-    fn __repr__(&self, py: Python<'_>) -> PyResult<String> {
-        Ok(format!(
-            "Surface({} polygons, {:.4e} m²)",
-            self.count(py)?,
-            self.area
-        ))
+    fn __repr__(&self, py: Python<'_>) -> String {
+        format!("Surface({} polygons, {:.4e} m²)", self.count(py), self.area)
     }
     fn __getnewargs__(
         &self,
