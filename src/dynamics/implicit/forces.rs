@@ -2,8 +2,9 @@
 //! depend on.
 
 use super::about_centers::{block, part};
+use super::evaluation::ForceSlopes;
 use super::pair_model::PairWrenches;
-use super::problem::{ForceSlopes, Problem};
+use super::stage::StageEquations;
 use crate::dynamics::BodyState;
 use crate::dynamics::any_world::Seeded;
 use crate::dynamics::system::System;
@@ -11,32 +12,32 @@ use crate::scalar::lift;
 use crate::spatial::{Twist, Wrench};
 use nalgebra::{Matrix6, Vector6};
 
-impl Problem<'_> {
+impl StageEquations<'_> {
     /// What forces do to the dynamic bodies of the island.
     pub(super) fn forces(
         &self,
         states: &[BodyState],
         contacts: &[PairWrenches],
     ) -> Vec<Vector6<f64>> {
-        let scene = self.scene;
+        let scene = self.step.scene;
         let mut all = scene.start.to_vec();
         let mut contact = vec![Wrench::zero(); all.len()];
         for (participant, state) in states.iter().enumerate() {
-            all[self.island.body(participant)] = *state;
+            all[self.step.island.body(participant)] = *state;
         }
         for pair in contacts {
             for (side, &participant) in pair.bodies.iter().enumerate() {
                 let wrench = Wrench::from_vector(&part(&pair.wrenches, side));
-                contact[self.island.body(participant)] += wrench;
+                contact[self.step.island.body(participant)] += wrench;
             }
         }
         let mut sums = vec![Wrench::zero(); all.len()];
-        let here = (self.time, &*all, &*contact);
+        let here = (self.start.time, &*all, &*contact);
         let forces = scene.forces;
         scene.system.with_forces(here, &mut sums, |wrenches, now| {
             forces.add_real(wrenches, now);
         });
-        let own = self.island.dynamic.iter();
+        let own = self.step.island.dynamic.iter();
         own.map(|&body| sums[body].to_vector()).collect()
     }
 
@@ -46,16 +47,16 @@ impl Problem<'_> {
         states: &[BodyState],
         contacts: &[PairWrenches],
     ) -> Vec<ForceSlopes> {
-        let coupled = self.scene.coupled;
+        let coupled = self.step.scene.coupled;
         let is_coupled = |body: &usize| coupled.iter().any(|group| group.contains(body));
-        let Some(system) = self.scene.lifted else {
+        let Some(system) = self.step.scene.lifted else {
             return Vec::new();
         };
         let all = self.lifted_states(states);
         // A force may depend on contact, and so on the state of whatever touches.
-        let is_acted_on = self.island.dynamic.iter().any(is_coupled)
+        let is_acted_on = self.step.island.dynamic.iter().any(is_coupled)
             || self.feels_contact((system, &all), contacts);
-        let columns = 0..self.island.dynamic.len();
+        let columns = 0..self.step.island.dynamic.len();
         columns
             .filter(|_| is_acted_on)
             .flat_map(|column| self.force_slopes_by(column, (system, &all), contacts))
@@ -79,7 +80,7 @@ impl Problem<'_> {
                 let slope = (2.0 + participant as f64).sqrt();
                 let seeded = |k: usize, value| Seeded::variable(0.0, k) * slope + value;
                 let wrench = Vector6::from_fn(|k, _| seeded(k, values[k]));
-                contact[self.island.body(participant)] += Wrench::from_vector(&wrench);
+                contact[self.step.island.body(participant)] += Wrench::from_vector(&wrench);
             }
         }
         let wrenches = self.seeded_forces(system, all, &contact);
@@ -95,7 +96,7 @@ impl Problem<'_> {
         contacts: &[PairWrenches],
     ) -> Vec<ForceSlopes> {
         let mut all = all.to_vec();
-        let body = self.island.dynamic[column];
+        let body = self.step.island.dynamic[column];
         if let Some(inertia) = system.bodies[body].inertia() {
             let seeds = |first: usize| Vector6::from_fn(|i, _| Seeded::variable(0.0, first + i));
             let state = &mut all[body];
@@ -123,9 +124,15 @@ impl Problem<'_> {
 
     /// The states of all bodies of the world, constant.
     fn lifted_states(&self, states: &[BodyState]) -> Vec<BodyState<Seeded>> {
-        let mut all: Vec<_> = self.scene.start.iter().map(BodyState::lifted).collect();
+        let mut all: Vec<_> = self
+            .step
+            .scene
+            .start
+            .iter()
+            .map(BodyState::lifted)
+            .collect();
         for (participant, state) in states.iter().enumerate() {
-            all[self.island.body(participant)] = state.lifted();
+            all[self.step.island.body(participant)] = state.lifted();
         }
         all
     }
@@ -138,17 +145,21 @@ impl Problem<'_> {
         contact: &[Wrench<Seeded>],
     ) -> Vec<Vector6<Seeded>> {
         let mut sums = vec![Wrench::zero(); all.len()];
-        let forces = self.scene.forces;
-        system.with_forces((self.time, all, contact), &mut sums, |wrenches, now| {
-            forces.add_seeded(wrenches, now);
-        });
-        let own = self.island.dynamic.iter();
+        let forces = self.step.scene.forces;
+        system.with_forces(
+            (self.start.time, all, contact),
+            &mut sums,
+            |wrenches, now| {
+                forces.add_seeded(wrenches, now);
+            },
+        );
+        let own = self.step.island.dynamic.iter();
         own.map(|&body| sums[body].to_vector()).collect()
     }
 
     /// The wrench of contact on each body of the world by the state of one of the island.
     fn seeded_contact(&self, by: usize, contacts: &[PairWrenches]) -> Vec<Wrench<Seeded>> {
-        let mut wrenches = vec![Wrench::zero(); self.scene.start.len()];
+        let mut wrenches = vec![Wrench::zero(); self.step.scene.start.len()];
         for pair in contacts {
             for (side, &participant) in pair.bodies.iter().enumerate() {
                 let mut wrench = part(&pair.wrenches, side).map(lift::<Seeded>);
@@ -162,7 +173,7 @@ impl Problem<'_> {
                         }
                     }
                 }
-                wrenches[self.island.body(participant)] += Wrench::from_vector(&wrench);
+                wrenches[self.step.island.body(participant)] += Wrench::from_vector(&wrench);
             }
         }
         wrenches

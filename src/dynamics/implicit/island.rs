@@ -28,11 +28,6 @@ impl Island {
     pub fn bodies(&self) -> impl Iterator<Item = usize> {
         self.dynamic.iter().chain(&self.neighbors).copied()
     }
-
-    /// The number of participants.
-    pub fn len(&self) -> usize {
-        self.dynamic.len() + self.neighbors.len()
-    }
 }
 
 impl Scene<'_> {

@@ -1,10 +1,11 @@
-use super::carried::Carrier;
+use super::advance::{BodyProgress, IslandSolver, SolvedStep};
+use super::dual_pass::DualPass;
 use super::island::Island;
+use super::island_step::IslandStep;
 use super::matrix::Patterns;
 use super::report::StepReport;
 use super::scheme::Scheme;
-use super::steps::{Moving, Stepper, Way};
-use super::{Scene, Stuck, Trace};
+use super::{Scene, StepError, Trace};
 use crate::dynamics::any_world::{AnyWorld, RealForces, Seeded};
 use crate::dynamics::system::System;
 use crate::dynamics::{BodyState, State};
@@ -26,7 +27,7 @@ pub(in crate::dynamics) struct Memory {
     patterns: Patterns,
     /// The wrench of contact and forces on each body at the end of the last step.
     pub acting: Vec<Option<Vector6<f64>>>,
-    /// The ways of all islands through the last step.
+    /// All islands in the last step.
     pub traces: Vec<Trace>,
     pub report: StepReport,
     /// Ends a step once it is true.
@@ -85,7 +86,7 @@ impl Memory {
         world: &dyn AnyWorld<T>,
         state: &mut State<T>,
         step: &Step,
-    ) -> Result<(), Stuck> {
+    ) -> Result<(), StepError> {
         let start: Vec<BodyState> = state.bodies.iter().map(BodyState::real).collect();
         let control_time = state.time + step.duration / 2.0;
         let scene = self.scene(world.real_forces(), &start, control_time);
@@ -93,21 +94,17 @@ impl Memory {
         if carries_derivatives::<T>() {
             let mut bodies = state.bodies.clone();
             let given = world.system().given(control_time);
-            for (island, way) in &solved {
-                let carrier = Carrier {
-                    world,
-                    scene: &scene,
-                    island,
-                    scheme: step.scheme,
-                    start: state.time,
-                    given: &given,
-                };
-                carrier.through(way, &mut bodies)?;
+            for (island, solved) in &solved {
+                let step = IslandStep::new(&scene, island, step.scheme, state.time);
+                let pass = DualPass::new(world, &step, &given);
+                for substep in &solved.substeps {
+                    pass.advance(substep, &mut bodies)?;
+                }
             }
             state.bodies = bodies;
         } else {
-            for (island, way) in &solved {
-                for (&body, moved) in island.dynamic.iter().zip(&way.bodies) {
+            for (island, solved) in &solved {
+                for (&body, moved) in island.dynamic.iter().zip(&solved.bodies) {
                     state.bodies[body] = moved.state.lifted();
                 }
             }
@@ -118,29 +115,37 @@ impl Memory {
         Ok(())
     }
 
-    fn keep(&mut self, solved: Vec<(Island, Way)>) {
+    fn keep(&mut self, solved: Vec<(Island, SolvedStep)>) {
         self.report = StepReport::default();
         self.traces.clear();
-        for (island, way) in solved {
-            for (&body, moved) in island.dynamic.iter().zip(&way.bodies) {
+        for (island, step) in solved {
+            for (&body, moved) in island.dynamic.iter().zip(&step.bodies) {
                 self.acting[body] = moved.acting;
             }
             self.report += StepReport {
                 islands: 1,
-                work: way.work,
-                energy: way.energy,
+                work: step.work,
+                energy: step.energy,
             };
-            self.traces.push(Trace::of(island, way));
+            self.traces.push(Trace {
+                island,
+                substeps: step.substeps,
+            });
         }
     }
 
-    /// All islands with their ways. Where bodies of two islands come to where the others have been, these are one.
-    fn solved(&self, scene: &Scene, start: f64, step: &Step) -> Result<Vec<(Island, Way)>, Stuck> {
+    /// Solves all islands. Islands whose bodies reach each other's swept boxes are joined and solved again.
+    fn solved(
+        &self,
+        scene: &Scene,
+        start: f64,
+        step: &Step,
+    ) -> Result<Vec<(Island, SolvedStep)>, StepError> {
         let mut boxes = scene.reach(start, step.duration);
-        let mut solved: Vec<(Island, Way)> = Vec::new();
+        let mut solved: Vec<(Island, SolvedStep)> = Vec::new();
         loop {
             let islands = scene.islands(&boxes);
-            let mut kept: Vec<(Island, Way)> = Vec::new();
+            let mut kept: Vec<(Island, SolvedStep)> = Vec::new();
             let mut due: Vec<Island> = Vec::new();
             for island in islands {
                 match solved.iter().position(|(other, _)| *other == island) {
@@ -148,23 +153,24 @@ impl Memory {
                     None => due.push(island),
                 }
             }
-            let mut ways = Vec::new();
-            mapped_into(&mut ways, &due, |island| {
-                let bodies = island.dynamic.iter().map(|&body| Moving {
+            let mut results = Vec::new();
+            mapped_into(&mut results, &due, |island| {
+                let bodies = island.dynamic.iter().map(|&body| BodyProgress {
                     state: scene.start[body],
                     acting: self.acting[body],
                 });
-                let method = (step.scheme, step.tolerance);
-                Stepper::new(scene, island, method, start, bodies.collect()).through(step.duration)
+                let island_step = IslandStep::new(scene, island, step.scheme, start);
+                let solver = IslandSolver::new(&island_step, step.tolerance, bodies.collect());
+                solver.solve(step.duration)
             });
             let is_done = due.is_empty();
-            for (island, way) in due.into_iter().zip(ways) {
-                let way = way?;
-                for (participant, swept) in way.swept.iter().enumerate() {
+            for (island, result) in due.into_iter().zip(results) {
+                let result = result?;
+                for (participant, swept) in result.swept.iter().enumerate() {
                     let body = island.body(participant);
                     boxes[body] = boxes[body].union(swept);
                 }
-                kept.push((island, way));
+                kept.push((island, result));
             }
             kept.sort_by_key(|(island, _)| island.dynamic[0]);
             solved = kept;

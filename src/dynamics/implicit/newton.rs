@@ -2,9 +2,10 @@
 //! Both are damped by the natural test: a step is measured by the velocities that it still leaves, J⁻¹r, and not by the
 //! residual r, in which stiff contact drowns everything by its round-off \[Deuflhard 2011, §3.3\].
 
+use super::evaluation::Evaluation;
 use super::matrix::Factors;
-use super::problem::{Evaluation, Problem};
 use super::report::Work;
+use super::stage::StageEquations;
 use nalgebra::DVector;
 
 /// How often contacts are looked at before the duration is taken to be too long.
@@ -49,7 +50,7 @@ struct Look {
     size: f64,
 }
 
-impl Problem<'_> {
+impl StageEquations<'_> {
     /// The velocities, beginning at a guess, to a tolerance relative to the velocities at hand.
     pub fn solved(
         &self,
@@ -124,7 +125,7 @@ impl Problem<'_> {
         is_exact: bool,
         work: &mut Work,
     ) -> Result<Look, Unsolved> {
-        if self.scene.is_stopped() {
+        if self.step.scene.is_stopped() {
             return Err(Unsolved(velocities));
         }
         let evaluation = self.evaluation(velocities, is_exact);
@@ -132,7 +133,7 @@ impl Problem<'_> {
         work.evaluations += usize::from(!evaluation.contacts.is_empty());
         work.iterations += 1;
         let (residual, matrix) = self.residual_in(&evaluation);
-        let factors = matrix.factorised(self.scene.patterns);
+        let factors = matrix.factorised(self.step.scene.patterns);
         let step = factors.solve(&-residual);
         let size = step.as_ref().map_or(f64::INFINITY, |step| self.speed(step));
         match step {
@@ -169,11 +170,11 @@ impl Problem<'_> {
                     return velocities;
                 }
             };
-            if left <= least.max(INNER * look.size) || self.scene.is_stopped() {
+            if left <= least.max(INNER * look.size) || self.step.scene.is_stopped() {
                 break;
             }
             work.iterations += 1;
-            let factors = matrix.factorised(self.scene.patterns);
+            let factors = matrix.factorised(self.step.scene.patterns);
             let Some(next) = factors.solve(&-residual) else {
                 break;
             };
@@ -187,23 +188,27 @@ impl Problem<'_> {
     /// The velocities (m/s) that bodies have, or would get from what acts on them.
     fn scale(&self, evaluation: &Evaluation) -> f64 {
         let of_body = |place: usize| {
-            let (inertia, pose) = (self.inertias[place], &self.poses[place]);
+            let (inertia, pose) = (self.inertias[place], &self.start.poses[place]);
             let [momentum, given, acting] = [
-                self.momenta[place],
-                self.given(place) * self.duration,
-                evaluation.acting(place) * self.duration,
+                self.start.momenta[place],
+                self.given(place) * self.start.duration,
+                evaluation.acting[place] * self.start.duration,
             ]
             .map(|impulse| inertia.speed(&inertia.velocities(pose.rotation(), &impulse)));
             momentum + given + acting
         };
         let neighbors = self.neighbors.iter().map(|state| state.twist.linear.norm());
-        let bodies = (0..self.island.dynamic.len()).map(of_body);
+        let bodies = (0..self.inertias.len()).map(of_body);
         bodies.chain(neighbors).fold(0.0, f64::max)
     }
 
     /// The velocities (m/s) that the rounding of coordinates makes.
     fn rounding(&self) -> f64 {
-        let places = self.poses.iter().map(|pose| pose.translation().amax());
-        4.0 * f64::EPSILON * places.fold(0.0, f64::max) / self.duration
+        let places = self
+            .start
+            .poses
+            .iter()
+            .map(|pose| pose.translation().amax());
+        4.0 * f64::EPSILON * places.fold(0.0, f64::max) / self.start.duration
     }
 }

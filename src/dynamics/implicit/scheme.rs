@@ -1,5 +1,6 @@
 //! Diagonally implicit Runge–Kutta methods, stiffly accurate: the last stage is the end of the step.
 
+use crate::scalar::Scalar;
 use nalgebra::Vector6;
 use std::f64::consts::FRAC_1_SQRT_2;
 
@@ -65,8 +66,8 @@ impl Stage {
         self.before.iter().map(|weight| weight * self.step)
     }
 
-    /// What the stages before it add up to, from their rates.
-    pub fn accumulated<T: crate::scalar::Scalar>(&self, rates: &[Vector6<T>]) -> Vector6<T> {
+    /// The sum that the rates of the stages before it give.
+    pub fn accumulated<T: Scalar>(&self, rates: impl Iterator<Item = Vector6<T>>) -> Vector6<T> {
         let terms = self.before().zip(rates);
         terms.fold(super::rigid::none(), |sum, (time, rate)| {
             sum + rate.map(|number| number * time)

@@ -8,7 +8,8 @@ use super::contact::{Touching, WrenchCovector};
 use super::pullback::{Here, Pullback};
 use super::{Kink, StateCovector};
 use crate::dynamics::implicit::{
-    Follower, Island, Memory, PartTaken, Scheme, StageTaken, Stuck, Trace, displaced_back,
+    Island, Memory, Replay, ReplayedStage, ReplayedSubstep, Scheme, StepError, Trace,
+    displaced_back,
 };
 use crate::dynamics::{BodyState, Inertia, State};
 use crate::spatial::Wrench;
@@ -53,7 +54,7 @@ impl ImplicitSteps {
         pullback: &mut Pullback,
         before: &State,
         traces: &[Trace],
-    ) -> Result<(), Stuck> {
+    ) -> Result<(), StepError> {
         let control_time = before.time + self.time_step / 2.0;
         let scene = self
             .memory
@@ -66,8 +67,8 @@ impl ImplicitSteps {
         };
         traces.iter().try_for_each(|trace| {
             back.pullback.meet_parts(trace);
-            let follower = Follower::of(&scene, trace, self.scheme, before.time);
-            back.island_back(&follower, &before.bodies)
+            let replay = Replay::new(&scene, trace, self.scheme, before.time);
+            back.island_back(&replay, &before.bodies)
         })
     }
 }
@@ -95,10 +96,10 @@ impl Pullback<'_> {
 
 impl StepBack<'_, '_> {
     /// Takes an island back to the states that it started from.
-    fn island_back(&mut self, follower: &Follower, start: &[BodyState]) -> Result<(), Stuck> {
-        let island = follower.island();
-        for part in follower.parts().iter().rev() {
-            self.part_back(follower, part)?;
+    fn island_back(&mut self, replay: &Replay, start: &[BodyState]) -> Result<(), StepError> {
+        let island = replay.island();
+        for substep in replay.substeps().iter().rev() {
+            self.substep_back(replay, substep)?;
         }
         for body in island.bodies() {
             self.states[body] = start[body];
@@ -106,9 +107,13 @@ impl StepBack<'_, '_> {
         Ok(())
     }
 
-    /// From the states after a part of the step to those before it.
-    fn part_back(&mut self, follower: &Follower, part: &PartTaken) -> Result<(), Stuck> {
-        let none = || vec![Vector6::zeros(); part.from.len()];
+    /// From the states after a substep to those before it.
+    fn substep_back(
+        &mut self,
+        replay: &Replay,
+        substep: &ReplayedSubstep,
+    ) -> Result<(), StepError> {
+        let none = || vec![Vector6::zeros(); substep.from.len()];
         let mut start = ByStart {
             poses: none(),
             momenta: none(),
@@ -117,16 +122,16 @@ impl StepBack<'_, '_> {
             velocities: none(),
             wrenches: none(),
         };
-        let mut by_rates = vec![no_rates; part.stages.len()];
-        for stage in part.stages.iter().rev() {
+        let mut by_rates = vec![no_rates; substep.stages.len()];
+        for stage in substep.stages.iter().rev() {
             let Some(own) = by_rates.pop() else {
                 break;
             };
-            let begun = self.stage_back(follower, stage, &own)?;
-            for place in 0..part.from.len() {
+            let begun = self.stage_back(replay, stage, &own)?;
+            for place in 0..substep.from.len() {
                 let (by_pose, by_momentum) = (&begun.poses[place], &begun.momenta[place]);
                 let [by_pose, by_displacement] =
-                    displaced_back(&stage.displacements[place], by_pose);
+                    displaced_back(&stage.start().displacements[place], by_pose);
                 start.poses[place] += by_pose;
                 start.momenta[place] += by_momentum;
                 for (by_rates, time) in by_rates.iter_mut().zip(stage.stage.before()) {
@@ -135,14 +140,14 @@ impl StepBack<'_, '_> {
                 }
             }
         }
-        self.set_by_start(follower, part, &start);
+        self.set_by_start(replay, substep, &start);
         Ok(())
     }
 
-    /// Makes the derivatives by where the first stage begins those by the states before the part.
-    fn set_by_start(&mut self, follower: &Follower, part: &PartTaken, start: &ByStart) {
-        for (place, &body) in follower.island().dynamic.iter().enumerate() {
-            let own = (follower.inertias[place], &part.from[place]);
+    /// Makes the derivatives by where the first stage begins those by the states before the substep.
+    fn set_by_start(&mut self, replay: &Replay, substep: &ReplayedSubstep, start: &ByStart) {
+        for (place, &body) in replay.island().dynamic.iter().enumerate() {
+            let own = (replay.inertias()[place], &substep.from[place]);
             let [by_pose, by_twist] = self.pull_back_momentum(body, own, &start.momenta[place]);
             let about_center = StateCovector::from_parts([start.poses[place] + by_pose, by_twist]);
             let arm = self.pullback.system().arm(body, own.1);
@@ -154,14 +159,14 @@ impl StepBack<'_, '_> {
     /// From where a stage leads, and what later ones take of it, to where it begins.
     fn stage_back(
         &mut self,
-        follower: &Follower,
-        stage: &StageTaken,
+        replay: &Replay,
+        stage: &ReplayedStage,
         by_rates: &ByRates,
-    ) -> Result<ByStart, Stuck> {
-        let duration = stage.stage.duration;
-        let bodies = || follower.island().dynamic.iter().copied().enumerate();
-        let own = |place: usize| (follower.inertias[place], &stage.states[place]);
-        let displacement = |place: usize| stage.velocities(place) * duration;
+    ) -> Result<ByStart, StepError> {
+        let duration = stage.start().duration;
+        let bodies = || replay.island().dynamic.iter().copied().enumerate();
+        let own = |place: usize| (replay.inertias()[place], &stage.states[place]);
+        let displacement = |place: usize| stage.states[place].twist.to_vector() * duration;
         let (mut poses, mut by_velocities) = (Vec::new(), Vec::new());
         for (place, body) in bodies() {
             let by_gained = by_rates.wrenches[place] / duration;
@@ -174,7 +179,7 @@ impl StepBack<'_, '_> {
             );
             poses.push(by_pose);
         }
-        let by_lack = self.by_lack(follower, stage, &by_velocities)?;
+        let by_lack = self.by_lack(replay, stage, &by_velocities)?;
         let mut momenta = Vec::new();
         for (place, body) in bodies() {
             let by_lack = &by_lack[place];
@@ -191,11 +196,11 @@ impl StepBack<'_, '_> {
     /// all wrenches f, at velocities that stay.
     fn by_lack(
         &mut self,
-        follower: &Follower,
-        stage: &StageTaken,
+        replay: &Replay,
+        stage: &ReplayedStage,
         by_velocities: &[Vector6<f64>],
-    ) -> Result<BySix, Stuck> {
-        let (island, system) = (follower.island(), self.pullback.system());
+    ) -> Result<BySix, StepError> {
+        let (island, system) = (replay.island(), self.pullback.system());
         for (participant, state) in stage.states.iter().enumerate() {
             self.states[island.body(participant)] = *state;
         }
@@ -212,13 +217,14 @@ impl StepBack<'_, '_> {
             .filter_map(|((a, b), touching)| Some(([a, b], touching?)))
             .unzip();
         let linearised = contacts.iter().map(|touching| &touching.contact);
-        let by_lack = stage.by_lack(participants.into_iter().zip(linearised), by_velocities)?;
+        let by_lack =
+            stage.solve_transposed(participants.into_iter().zip(linearised), by_velocities)?;
         for (&body, by_lack) in island.dynamic.iter().zip(&by_lack) {
-            let by_wrench = Wrench::from_vector(&(by_lack * stage.stage.duration));
+            let by_wrench = Wrench::from_vector(&(by_lack * stage.start().duration));
             self.add_by_weight(body, &by_wrench);
             self.by_wrenches[body] = by_wrench;
         }
-        self.pull_back_wrenches(stage.time(), island, &contacts);
+        self.pull_back_wrenches(stage.start().time, island, &contacts);
         for &body in &island.dynamic {
             self.by_wrenches[body] = Wrench::zero();
         }

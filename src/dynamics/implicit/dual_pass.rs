@@ -1,0 +1,199 @@
+//! The derivative pass of a step: the stages that were solved in `f64`, once more in a scalar that carries derivatives.
+//!
+//! At the real solution u₀ of a stage, u = u₀ − J⁻¹·(r(u) − re r(u)) makes the residual r vanish to one order more each time,
+//! with the real matrix J: by the implicit function theorem the first of them gives all first derivatives, and all
+//! parameters share one factorization.
+
+use super::island_step::{IslandStep, StepError, Substep};
+use super::rigid::none;
+use super::stage::{StageEquations, Stages, six_of};
+use crate::contact::{ContactWrench, LinearisedContact};
+use crate::dynamics::any_world::AnyWorld;
+use crate::dynamics::sweep::Sweep;
+use crate::dynamics::{BodyState, Inertia};
+use crate::scalar::{Scalar, change, lift};
+use crate::spatial::Wrench;
+use crate::threads::mapped_into;
+use nalgebra::{DMatrix, DVector, Vector6};
+
+/// The contact of two participants.
+type Linearised = ([usize; 2], LinearisedContact);
+
+/// An island's step in a scalar that carries derivatives.
+pub(super) struct DualPass<'a, T> {
+    world: &'a dyn AnyWorld<T>,
+    step: &'a IslandStep<'a>,
+    /// Weight and control of each body of the world.
+    given: &'a [Vector6<T>],
+    /// Inertias of the dynamic bodies.
+    inertias: Vec<&'a Inertia<T>>,
+}
+
+impl<'a, T: Scalar> DualPass<'a, T> {
+    pub fn new(
+        world: &'a dyn AnyWorld<T>,
+        step: &'a IslandStep<'a>,
+        given: &'a [Vector6<T>],
+    ) -> Self {
+        let bodies = &world.system().bodies;
+        let dynamic = step.island.dynamic.iter();
+        Self {
+            world,
+            step,
+            given,
+            inertias: dynamic.filter_map(|&body| bodies[body].inertia()).collect(),
+        }
+    }
+
+    /// Takes the states of the island's bodies through a substep, among those of all bodies.
+    pub fn advance(&self, substep: &Substep, states: &mut [BodyState<T>]) -> Result<(), StepError> {
+        if self.step.scene.is_stopped() {
+            return Err(StepError::Stopped);
+        }
+        let island = self.step.island;
+        let from = island.dynamic.iter().map(|&body| states[body]).collect();
+        let mut stages = Stages::new(self.step, &self.inertias, substep.offset, from);
+        for (stage, root) in self
+            .step
+            .scheme
+            .stages(substep.duration)
+            .zip(&substep.roots)
+        {
+            let start = stages.start(&stage);
+            let neighbors = self.step.scene.neighbors_at(island, start.time);
+            for (&body, state) in island.neighbors.iter().zip(&neighbors) {
+                // A path carries no derivatives; the pose of a fixed body may.
+                if self.step.scene.system.bodies[body].motion.is_prescribed() {
+                    states[body] = state.lifted();
+                }
+            }
+            let equations = StageEquations {
+                step: self.step,
+                inertias: &self.inertias,
+                given: self.given,
+                start,
+                neighbors: island.neighbors.iter().map(|&body| states[body]).collect(),
+            };
+            self.solve(&equations, root, states)?;
+            let ends: Vec<_> = island.dynamic.iter().map(|&body| states[body]).collect();
+            stages.push(&equations.start, &ends);
+        }
+        Ok(())
+    }
+
+    /// Adds the derivatives to the real solution of a stage, and sets the states that it leads to.
+    fn solve(
+        &self,
+        equations: &StageEquations<'_, T>,
+        root: &DVector<f64>,
+        states: &mut [BodyState<T>],
+    ) -> Result<(), StepError> {
+        let lifted = (0..self.inertias.len()).map(|place| six_of(root, place).map(lift));
+        let mut velocities: Vec<Vector6<T>> = lifted.collect();
+        let set = |velocities: &[Vector6<T>], states: &mut [BodyState<T>]| {
+            let moved = equations.states_with(|place| velocities[place]);
+            for (&body, state) in self.step.island.dynamic.iter().zip(&moved) {
+                states[body] = *state;
+            }
+            moved
+        };
+        let mut inverse: Option<DMatrix<f64>> = None;
+        for _ in 0..T::NDERIV {
+            let moved = set(&velocities, states);
+            let (acting, contacts) = self.acting(equations, states, inverse.is_none());
+            let residual = equations.residual(&moved, &acting);
+            let inverse = match inverse.take() {
+                Some(known) => inverse.insert(known),
+                None => inverse.insert(inverse_at(&equations.real(), root, &contacts)?),
+            };
+            correct(&mut velocities, inverse, &residual);
+        }
+        set(&velocities, states);
+        Ok(())
+    }
+
+    /// The wrenches of contacts and forces on the dynamic bodies; and the linearized contacts, if they are asked for.
+    fn acting(
+        &self,
+        equations: &StageEquations<'_, T>,
+        states: &[BodyState<T>],
+        wants_contacts: bool,
+    ) -> (Vec<Vector6<T>>, Vec<Linearised>) {
+        let (scene, island) = (self.step.scene, self.step.island);
+        let system = self.world.system();
+        let real: Vec<_> = island.bodies().map(|body| states[body].real()).collect();
+        let mut sweep = Sweep::default();
+        let pairs = scene.close_pairs(island, &real, &mut sweep);
+        let mut found = Vec::new();
+        mapped_into(&mut found, pairs, |&(i, j)| {
+            let pair = [i, j];
+            let [a, b] = pair.map(|participant| island.body(participant));
+            if !wants_contacts {
+                return Some((pair, system.pair_wrench(states, a, b), None));
+            }
+            let touching = system.pair_of([a, b], [&states[a], &states[b]])?;
+            let moving = system.motion_of([a, b], [&states[a], &states[b]]);
+            let moving = moving.as_ref().map(|(law, twists)| (law, *twists));
+            let (wrench, linearised) = touching.wrench_and_linearised(moving);
+            Some((pair, wrench, Some(linearised)))
+        });
+        let mut contact = vec![Wrench::zero(); states.len()];
+        let mut contacts = Vec::new();
+        for (pair, ContactWrench { on_a, on_b }, linearised) in found.into_iter().flatten() {
+            for (participant, wrench) in pair.into_iter().zip([on_a, on_b]) {
+                let body = island.body(participant);
+                let inertia = system.bodies[body].inertia();
+                contact[body] += inertia.map_or(wrench, |inertia| {
+                    let arm = states[body].pose.rotated_constant(&inertia.center_of_mass);
+                    wrench.about(&arm)
+                });
+            }
+            contacts.extend(linearised.map(|linearised| (pair, linearised)));
+        }
+        let mut all = contact.clone();
+        let here = (equations.start.time, states, &*contact);
+        system.with_forces(here, &mut all, |wrenches, now| {
+            self.world.add_forces(wrenches, now);
+        });
+        let dynamic = island.dynamic.iter();
+        (
+            dynamic.map(|&body| all[body].to_vector()).collect(),
+            contacts,
+        )
+    }
+}
+
+/// J⁻¹ at the real solution of a stage.
+fn inverse_at(
+    equations: &StageEquations,
+    root: &DVector<f64>,
+    contacts: &[Linearised],
+) -> Result<DMatrix<f64>, StepError> {
+    let states = equations.states_with(|place| six_of(root, place));
+    let contacts = contacts.iter().map(|(bodies, contact)| (*bodies, contact));
+    let matrix = equations.exact_matrix(&states, contacts);
+    let factors = matrix.factorised(equations.step.scene.patterns);
+    factors.inverse().ok_or_else(|| equations.singular())
+}
+
+/// u − J⁻¹·(r − re r).
+fn correct<T: Scalar>(
+    velocities: &mut [Vector6<T>],
+    inverse: &DMatrix<f64>,
+    residual: &[Vector6<T>],
+) {
+    let changes: Vec<T> = residual
+        .iter()
+        .flatten()
+        .map(|&number| change(number))
+        .collect();
+    for (place, own) in velocities.iter_mut().enumerate() {
+        let mut step: Vector6<T> = none();
+        for (column, number) in changes.iter().enumerate() {
+            for row in 0..6 {
+                step[row] += *number * inverse[(6 * place + row, column)];
+            }
+        }
+        *own -= step;
+    }
+}

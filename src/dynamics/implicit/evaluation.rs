@@ -1,0 +1,214 @@
+//! The equations of a stage near a solution: contacts, forces and their derivatives, in `f64`.
+
+use super::about_centers::{PairVector, block, joined, part};
+use super::island_step::StepError;
+use super::matrix::BlockMatrix;
+use super::pair_model::{PairModel, PairWrenches};
+use super::rigid::displacement;
+use super::stage::{StageEquations, concatenated, six_of};
+use crate::contact::LinearisedContact;
+use crate::dynamics::BodyState;
+use crate::dynamics::sweep::Sweep;
+use crate::threads::mapped_into;
+use nalgebra::{DVector, Matrix6, Vector6};
+
+/// Contacts, forces and states for some velocities, and a model of them nearby.
+pub(super) struct Evaluation {
+    pub velocities: DVector<f64>,
+    pub states: Vec<BodyState>,
+    pub contacts: Vec<PairModel>,
+    /// Sum of contacts and forces on each dynamic body.
+    pub acting: Vec<Vector6<f64>>,
+    /// Forces other than contact on each dynamic body; empty if there are none.
+    forces: Vec<Vector6<f64>>,
+    slopes: Vec<ForceSlopes>,
+}
+
+/// The derivatives of the wrench on one body with respect to the displacement and the velocities of another.
+pub(super) struct ForceSlopes {
+    pub row: usize,
+    pub column: usize,
+    pub by_displacement: Matrix6<f64>,
+    pub by_velocities: Matrix6<f64>,
+}
+
+impl StageEquations<'_> {
+    /// Evaluates contacts and forces for these velocities. This is the only place where the solver searches for contacts.
+    pub fn evaluation(&self, velocities: DVector<f64>, is_exact: bool) -> Evaluation {
+        let (scene, island) = (self.step.scene, self.step.island);
+        let states = self.states_with(|place| six_of(&velocities, place));
+        let mut sweep = Sweep::default();
+        let pairs = scene.close_pairs(island, &states, &mut sweep);
+        let mut models = Vec::new();
+        mapped_into(&mut models, pairs, |&(i, j)| {
+            let pair = scene.pair(island, [i, j], &states)?;
+            PairModel::of(&pair, [i, j], is_exact)
+        });
+        let contacts: Vec<_> = models.into_iter().flatten().collect();
+        let (mut forces, mut slopes) = (vec![Vector6::zeros(); self.inertias.len()], Vec::new());
+        if !scene.forces.is_nothing() {
+            let here: Vec<_> = contacts.iter().map(PairModel::here).collect();
+            forces = self.forces(&states, &here);
+            slopes = self.force_slopes(&states, &here);
+        }
+        let wrenches = contacts
+            .iter()
+            .map(|contact| (contact.bodies, &contact.wrenches));
+        Evaluation {
+            acting: with_contacts(forces.clone(), wrenches),
+            velocities,
+            states,
+            contacts,
+            forces,
+            slopes,
+        }
+    }
+
+    /// The residual and its matrix in an evaluated state.
+    pub fn residual_in(&self, evaluation: &Evaluation) -> (DVector<f64>, BlockMatrix) {
+        let Evaluation {
+            states,
+            acting,
+            slopes,
+            ..
+        } = evaluation;
+        let contacts: Vec<_> = evaluation.contacts.iter().map(PairModel::here).collect();
+        let matrix = self.matrix(states, &contacts, slopes);
+        (concatenated(self.residual(states, acting)), matrix)
+    }
+
+    /// The residual and its matrix near an evaluated state, with the contact polygons of that state.
+    pub fn residual_near(
+        &self,
+        evaluation: &Evaluation,
+        velocities: &DVector<f64>,
+    ) -> (DVector<f64>, BlockMatrix) {
+        let states = self.states_with(|place| six_of(velocities, place));
+        let change = velocities - &evaluation.velocities;
+        let displacement = |place: usize| {
+            let [from, to] = [&evaluation.states[place].pose, &states[place].pose];
+            displacement(self.inertias[place], from, to)
+        };
+        let count = self.inertias.len();
+        let displacements: Vec<_> = (0..count).map(displacement).collect();
+        let near = |contact: &PairModel| {
+            let of = |numbers: &dyn Fn(usize) -> Vector6<f64>| {
+                let of_dynamic = |body: usize| (body < count).then(|| numbers(body));
+                joined(contact.bodies.map(of_dynamic))
+            };
+            let velocities = of(&|body| six_of(&change, body));
+            contact.near(&of(&|body| displacements[body]), &velocities)
+        };
+        let contacts: Vec<_> = evaluation.contacts.iter().map(near).collect();
+        let mut forces = evaluation.forces.clone();
+        for slopes in &evaluation.slopes {
+            forces[slopes.row] += slopes.by_displacement * displacements[slopes.column]
+                + slopes.by_velocities * six_of(&change, slopes.column);
+        }
+        let matrix = self.matrix(&states, &contacts, &evaluation.slopes);
+        let wrenches = contacts
+            .iter()
+            .map(|contact| (contact.bodies, &contact.wrenches));
+        let acting = with_contacts(forces, wrenches);
+        (concatenated(self.residual(&states, &acting)), matrix)
+    }
+
+    /// The derivatives of the residual with respect to the velocities.
+    fn matrix(
+        &self,
+        states: &[BodyState],
+        contacts: &[PairWrenches],
+        forces: &[ForceSlopes],
+    ) -> BlockMatrix {
+        let (count, duration) = (self.inertias.len(), self.start.duration);
+        let rates: Vec<_> = (0..count)
+            .map(|place| self.inertias[place].rates(&states[place], duration))
+            .collect();
+        let mut matrix = BlockMatrix::zeros(count);
+        for (place, rates) in rates.iter().enumerate() {
+            let by_pose = rates.momentum_by_pose * rates.displacement;
+            matrix.add(place, place, &(by_pose + rates.momentum_by_twist));
+        }
+        let mut add = |row: usize,
+                       column: usize,
+                       by_displacement: &Matrix6<f64>,
+                       by_velocities: &Matrix6<f64>| {
+            let slopes = by_displacement * rates[column].displacement + by_velocities;
+            matrix.add(row, column, &(slopes * -duration));
+        };
+        for slopes in forces {
+            add(
+                slopes.row,
+                slopes.column,
+                &slopes.by_displacement,
+                &slopes.by_velocities,
+            );
+        }
+        for contact in contacts {
+            for (row, &body) in contact.bodies.iter().enumerate() {
+                for (column, &other) in contact.bodies.iter().enumerate() {
+                    if body < count && other < count {
+                        let slopes = [&contact.by_displacements, &contact.by_velocities];
+                        let [by_displacement, by_velocities] =
+                            slopes.map(|slopes| block(slopes, row, column));
+                        add(body, other, &by_displacement, &by_velocities);
+                    }
+                }
+            }
+        }
+        matrix
+    }
+
+    /// The matrix at the solution, from the exact derivatives of its contacts, each of two participants.
+    pub fn exact_matrix<'c>(
+        &self,
+        states: &[BodyState],
+        contacts: impl Iterator<Item = ([usize; 2], &'c LinearisedContact)>,
+    ) -> BlockMatrix {
+        let (scene, island) = (self.step.scene, self.step.island);
+        let contacts: Vec<_> = contacts
+            .map(|(bodies, contact)| {
+                PairWrenches::of(&scene.geometry(island, bodies, states), bodies, contact)
+            })
+            .collect();
+        self.matrix(states, &contacts, &self.force_slopes(states, &contacts))
+    }
+
+    /// The error that the matrix of the stage is singular.
+    pub fn singular(&self) -> StepError {
+        StepError::Unsolved {
+            body: self.step.island.dynamic[0],
+            duration: self.start.duration,
+        }
+    }
+
+    /// The speed (m/s) of velocities of all bodies.
+    pub fn speed(&self, velocities: &DVector<f64>) -> f64 {
+        let inertias = self.inertias.iter().enumerate();
+        let speeds = inertias.map(|(place, inertia)| inertia.speed(&six_of(velocities, place)));
+        speeds.map(|speed| speed * speed).sum::<f64>().sqrt()
+    }
+
+    /// The body with the largest of these velocities.
+    pub fn fastest(&self, velocities: &DVector<f64>) -> usize {
+        let speed = |place: usize| self.inertias[place].speed(&six_of(velocities, place));
+        let places = 0..self.inertias.len();
+        let fastest = places.max_by(|&one, &other| speed(one).total_cmp(&speed(other)));
+        self.step.island.dynamic[fastest.unwrap_or_default()]
+    }
+}
+
+/// The sum of forces on each dynamic body and the wrenches of contacts, each of two participants.
+fn with_contacts<'c>(
+    mut forces: Vec<Vector6<f64>>,
+    contacts: impl Iterator<Item = ([usize; 2], &'c PairVector)>,
+) -> Vec<Vector6<f64>> {
+    for (bodies, wrenches) in contacts {
+        for (side, &body) in bodies.iter().enumerate() {
+            if let Some(sum) = forces.get_mut(body) {
+                *sum += part(wrenches, side);
+            }
+        }
+    }
+    forces
+}

@@ -1,0 +1,119 @@
+//! One time step of an island, as the real pass, the derivative pass and the reverse sweep share it.
+
+use super::Scene;
+use super::island::Island;
+use super::scheme::Scheme;
+use super::stage::{StageEquations, StageStart};
+use crate::dynamics::system::System;
+use crate::dynamics::{Inertia, RolloutError};
+use crate::scalar::Scalar;
+use nalgebra::{DVector, Vector6};
+
+/// The bodies, the method and the time of an island's step.
+pub(in crate::dynamics) struct IslandStep<'a> {
+    pub scene: &'a Scene<'a>,
+    pub island: &'a Island,
+    /// Inertias of the dynamic bodies.
+    pub inertias: Vec<&'a Inertia>,
+    pub scheme: &'a Scheme,
+    /// Time at the start of the step (s).
+    pub start: f64,
+}
+
+/// A part of a time step with the velocities that solve its stages.
+#[derive(Debug, Clone)]
+pub(in crate::dynamics) struct Substep {
+    /// Start, counted from the start of the time step (s).
+    pub offset: f64,
+    pub duration: f64,
+    /// Velocities of the dynamic bodies, one vector for each stage.
+    pub roots: Vec<DVector<f64>>,
+}
+
+/// An island and the substeps that led it through a time step.
+#[derive(Debug, Clone)]
+pub(in crate::dynamics) struct Trace {
+    pub island: Island,
+    pub substeps: Vec<Substep>,
+}
+
+/// The reason why a step was not taken.
+#[derive(Debug)]
+pub(in crate::dynamics) enum StepError {
+    /// The path of a body is not finite at a time (s).
+    Path { body: usize, time: f64 },
+    /// A stage has no solution down to the shortest duration (s) that was tried; the body is the farthest from one.
+    Unsolved { body: usize, duration: f64 },
+    /// The step should end.
+    Stopped,
+}
+
+impl<'a> IslandStep<'a> {
+    pub fn new(scene: &'a Scene<'a>, island: &'a Island, scheme: &'a Scheme, start: f64) -> Self {
+        Self {
+            scene,
+            island,
+            inertias: scene.inertias(island),
+            scheme,
+            start,
+        }
+    }
+
+    /// The equations of a stage in `f64`.
+    ///
+    /// # Errors
+    /// If the path of a neighbor is not finite.
+    pub(super) fn equations(&self, start: StageStart) -> Result<StageEquations<'_>, StepError> {
+        let equations = StageEquations::new(self, start);
+        let lost = equations
+            .neighbors
+            .iter()
+            .position(|state| !state.is_finite());
+        match lost {
+            Some(place) => Err(StepError::Path {
+                body: self.island.neighbors[place],
+                time: equations.start.time,
+            }),
+            None => Ok(equations),
+        }
+    }
+}
+
+impl Trace {
+    /// Returns whether the step was divided.
+    pub fn is_divided(&self) -> bool {
+        self.substeps.len() > 1
+    }
+
+    /// Memory of one body in a step that is not divided (bytes).
+    pub fn least_size(scheme: &Scheme) -> usize {
+        let stage = size_of::<DVector<f64>>() + size_of::<Vector6<f64>>();
+        let stages = scheme.stages(1.0).count();
+        size_of::<Self>() + size_of::<usize>() + size_of::<Substep>() + stages * stage
+    }
+}
+
+impl StepError {
+    /// The error of a rollout, in a step that begins at a time (s).
+    pub fn into_error<T: Scalar>(
+        self,
+        system: &System<T>,
+        (step, start): (usize, f64),
+    ) -> RolloutError {
+        let name = |body: usize| system.bodies[body].name().to_owned();
+        match self {
+            Self::Stopped => RolloutError::Stopped,
+            Self::Path { body, time } => RolloutError::PathNotFinite {
+                step,
+                time,
+                body: name(body),
+            },
+            Self::Unsolved { body, duration } => RolloutError::NotSolved {
+                step,
+                time: start,
+                body: name(body),
+                shortest: duration,
+            },
+        }
+    }
+}

@@ -1,0 +1,122 @@
+//! A step that was taken, replayed in `f64` for the reverse sweep.
+
+use super::island_step::{IslandStep, StepError, Substep, Trace};
+use super::scheme::{Scheme, Stage};
+use super::stage::{StageEquations, StageStart, Stages, concatenated, six_of};
+use super::{Island, Scene};
+use crate::contact::LinearisedContact;
+use crate::dynamics::sweep::Sweep;
+use crate::dynamics::{BodyState, Inertia};
+use nalgebra::Vector6;
+
+/// An island's step that was taken.
+pub(in crate::dynamics) struct Replay<'a> {
+    step: IslandStep<'a>,
+    substeps: &'a [Substep],
+}
+
+/// A substep that was taken.
+pub(in crate::dynamics) struct ReplayedSubstep<'a> {
+    /// The dynamic bodies at its start.
+    pub from: Vec<BodyState>,
+    pub stages: Vec<ReplayedStage<'a>>,
+}
+
+/// A stage that was solved.
+pub(in crate::dynamics) struct ReplayedStage<'a> {
+    pub stage: Stage,
+    equations: StageEquations<'a>,
+    /// States of all participants at its end.
+    pub states: Vec<BodyState>,
+}
+
+impl<'a> Replay<'a> {
+    /// The replay of a trace, of a step that begins at a time (s).
+    pub fn new(scene: &'a Scene<'a>, trace: &'a Trace, scheme: &'a Scheme, start: f64) -> Self {
+        Self {
+            step: IslandStep::new(scene, &trace.island, scheme, start),
+            substeps: &trace.substeps,
+        }
+    }
+
+    pub fn island(&self) -> &'a Island {
+        self.step.island
+    }
+
+    /// Inertias of the dynamic bodies.
+    pub fn inertias(&self) -> &[&'a Inertia] {
+        &self.step.inertias
+    }
+
+    /// The substeps, the first one first.
+    pub fn substeps(&self) -> Vec<ReplayedSubstep<'_>> {
+        let bodies = self.step.island.dynamic.iter();
+        let mut states: Vec<_> = bodies.map(|&body| self.step.scene.start[body]).collect();
+        let replayed = self.substeps.iter().map(|substep| {
+            let replayed = self.substep(substep, states.clone());
+            if let Some(last) = replayed.stages.last() {
+                states = last.states[..states.len()].to_vec();
+            }
+            replayed
+        });
+        replayed.collect()
+    }
+
+    fn substep(&self, substep: &Substep, from: Vec<BodyState>) -> ReplayedSubstep<'_> {
+        let mut stages = Stages::new(&self.step, &self.step.inertias, substep.offset, from);
+        let mut replayed = Vec::new();
+        for (stage, root) in self
+            .step
+            .scheme
+            .stages(substep.duration)
+            .zip(&substep.roots)
+        {
+            let equations = StageEquations::new(&self.step, stages.start(&stage));
+            let states = equations.states_with(|place| six_of(root, place));
+            stages.push(&equations.start, &states);
+            replayed.push(ReplayedStage {
+                stage,
+                equations,
+                states,
+            });
+        }
+        ReplayedSubstep {
+            from: stages.from,
+            stages: replayed,
+        }
+    }
+}
+
+impl ReplayedStage<'_> {
+    /// The start of the stage.
+    pub fn start(&self) -> &StageStart {
+        &self.equations.start
+    }
+
+    /// The pairs of participants that may touch, A first.
+    pub fn close_pairs(&self) -> Vec<(usize, usize)> {
+        let IslandStep { scene, island, .. } = self.equations.step;
+        let mut sweep = Sweep::default();
+        scene.close_pairs(island, &self.states, &mut sweep).to_vec()
+    }
+
+    /// Solves the transposed linearization of the stage: J⁻ᵀ times the derivatives of a number with respect to the velocities
+    /// of each body. The contacts are all of the stage, each of two participants.
+    pub fn solve_transposed<'c>(
+        &self,
+        contacts: impl Iterator<Item = ([usize; 2], &'c LinearisedContact)>,
+        by_velocities: &[Vector6<f64>],
+    ) -> Result<Vec<Vector6<f64>>, StepError> {
+        let scene = self.equations.step.scene;
+        if scene.is_stopped() {
+            return Err(StepError::Stopped);
+        }
+        let matrix = self.equations.exact_matrix(&self.states, contacts);
+        let factors = matrix.transposed().factorised(scene.patterns);
+        let right = concatenated(by_velocities.iter().copied());
+        let solution = factors.solve(&right);
+        let solution = solution.ok_or_else(|| self.equations.singular())?;
+        let places = 0..by_velocities.len();
+        Ok(places.map(|place| six_of(&solution, place)).collect())
+    }
+}

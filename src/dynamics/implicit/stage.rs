@@ -1,0 +1,202 @@
+//! One implicit stage: velocities u of an island's bodies for which
+//!
+//! P(q̃ ⊕ τu, u) = p̃ + τ f(q̃ ⊕ τu, u, t),
+//!
+//! with poses q̃ and momenta p̃ to start from, a duration τ, and f all wrenches about the centres of mass. Momenta P and
+//! not velocities stand in it, so no gyroscopic term is needed, and free bodies keep their momentum.
+
+use super::island_step::IslandStep;
+use super::scheme::Stage;
+use crate::dynamics::{BodyState, Inertia};
+use crate::scalar::{Scalar, real_part};
+use crate::spatial::{Pose, Twist};
+use nalgebra::{DVector, Vector6};
+
+/// The start of a stage.
+pub(in crate::dynamics) struct StageStart<T = f64> {
+    /// Displacements of the dynamic bodies (turn and shift about the center of mass) since the start of the substep.
+    pub displacements: Vec<Vector6<T>>,
+    /// q̃ of the dynamic bodies.
+    pub poses: Vec<Pose<T>>,
+    /// p̃ (N m s, N s) of the dynamic bodies.
+    pub momenta: Vec<Vector6<T>>,
+    /// τ (s).
+    pub duration: f64,
+    /// Time (s) at which the wrenches of the stage act.
+    pub time: f64,
+}
+
+/// The equations of a stage of an island, in the scalar of a pass: see the module.
+pub(super) struct StageEquations<'a, T = f64> {
+    pub step: &'a IslandStep<'a>,
+    /// Inertias of the dynamic bodies.
+    pub inertias: &'a [&'a Inertia<T>],
+    /// Weight and control of each body of the world.
+    pub given: &'a [Vector6<T>],
+    pub start: StageStart<T>,
+    /// States of the neighbors at the time of the stage.
+    pub neighbors: Vec<BodyState<T>>,
+}
+
+/// Stages of a substep, in the scalar of a pass: the start of each follows from the rates of those before.
+///
+/// The real pass, the derivative pass and the reverse sweep take poses, momenta and times from here. Another order of these sums
+/// would differ in the last bit, which decides at a switched force.
+pub(super) struct Stages<'a, T = f64> {
+    pub step: &'a IslandStep<'a>,
+    inertias: &'a [&'a Inertia<T>],
+    offset: f64,
+    /// The dynamic bodies at the start of the substep.
+    pub from: Vec<BodyState<T>>,
+    momenta: Vec<Vector6<T>>,
+    rates: Vec<StageRates<T>>,
+}
+
+/// Velocities of the dynamic bodies, and the wrenches that act on them, in a stage.
+pub(super) struct StageRates<T = f64> {
+    pub velocities: Vec<Vector6<T>>,
+    pub wrenches: Vec<Vector6<T>>,
+}
+
+impl<T: Scalar> StageEquations<'_, T> {
+    /// The states of all participants at the end of the stage, from the velocities of each dynamic body.
+    pub fn states_with(&self, velocities: impl Fn(usize) -> Vector6<T>) -> Vec<BodyState<T>> {
+        let moved = self.start.poses.iter().enumerate().map(|(place, pose)| {
+            let own = velocities(place);
+            let displacement = own.map(|number| number * self.start.duration);
+            BodyState {
+                pose: self.inertias[place].displaced(pose, &displacement),
+                twist: Twist::from_vector(&own),
+            }
+        });
+        moved.chain(self.neighbors.iter().copied()).collect()
+    }
+
+    /// The residual P − p̃ − τf of each dynamic body, from the states and the wrenches of contacts and forces at the end.
+    pub fn residual(&self, states: &[BodyState<T>], acting: &[Vector6<T>]) -> Vec<Vector6<T>> {
+        let of_body = |place: usize| {
+            let force = self.given(place) + acting[place];
+            let impulse = force.map(|number| number * self.start.duration);
+            self.inertias[place].momentum(&states[place]) - self.start.momenta[place] - impulse
+        };
+        (0..self.inertias.len()).map(of_body).collect()
+    }
+
+    /// Gravity and controls on a dynamic body.
+    pub fn given(&self, place: usize) -> Vector6<T> {
+        self.given[self.step.island.dynamic[place]]
+    }
+
+    /// The same equations without derivatives.
+    pub fn real(&self) -> StageEquations<'_> {
+        let real = |vectors: &[Vector6<T>]| vectors.iter().map(|six| six.map(real_part)).collect();
+        let StageStart {
+            displacements,
+            poses,
+            momenta,
+            duration,
+            time,
+        } = &self.start;
+        StageEquations {
+            step: self.step,
+            inertias: &self.step.inertias,
+            given: &self.step.scene.given,
+            start: StageStart {
+                displacements: real(displacements),
+                poses: poses.iter().map(Pose::real).collect(),
+                momenta: real(momenta),
+                duration: *duration,
+                time: *time,
+            },
+            neighbors: self.neighbors.iter().map(BodyState::real).collect(),
+        }
+    }
+}
+
+impl<'a> StageEquations<'a> {
+    /// The equations in `f64`.
+    pub fn new(step: &'a IslandStep<'a>, start: StageStart) -> Self {
+        Self {
+            step,
+            inertias: &step.inertias,
+            given: &step.scene.given,
+            neighbors: step.scene.neighbors_at(step.island, start.time),
+            start,
+        }
+    }
+}
+
+impl<'a, T: Scalar> Stages<'a, T> {
+    /// The stages of a substep that begins at an offset (s) from the start of the step.
+    pub fn new(
+        step: &'a IslandStep<'a>,
+        inertias: &'a [&'a Inertia<T>],
+        offset: f64,
+        from: Vec<BodyState<T>>,
+    ) -> Self {
+        let bodies = inertias.iter().zip(&from);
+        Self {
+            step,
+            inertias,
+            offset,
+            momenta: bodies
+                .map(|(inertia, state)| inertia.momentum(state))
+                .collect(),
+            from,
+            rates: Vec::new(),
+        }
+    }
+
+    /// The start of the next stage.
+    pub fn start(&self, stage: &Stage) -> StageStart<T> {
+        let places = 0..self.from.len();
+        let displacements: Vec<_> = places
+            .clone()
+            .map(|i| stage.accumulated(self.rates.iter().map(|rates| rates.velocities[i])))
+            .collect();
+        let impulse =
+            |i: usize| stage.accumulated(self.rates.iter().map(|rates| rates.wrenches[i]));
+        StageStart {
+            poses: places
+                .clone()
+                .map(|i| self.inertias[i].displaced(&self.from[i].pose, &displacements[i]))
+                .collect(),
+            momenta: places.map(|i| self.momenta[i] + impulse(i)).collect(),
+            displacements,
+            duration: stage.duration,
+            time: self.step.start + (self.offset + stage.offset),
+        }
+    }
+
+    /// Adds the rates of the stage that led from a start to states of the bodies.
+    pub fn push(&mut self, start: &StageStart<T>, states: &[BodyState<T>]) -> &StageRates<T> {
+        let per_duration = start.duration.recip();
+        let bodies = self.inertias.iter().zip(states).zip(&start.momenta);
+        let wrenches = bodies.map(|((inertia, state), momentum)| {
+            (inertia.momentum(state) - momentum).map(|number| number * per_duration)
+        });
+        let rates = StageRates {
+            velocities: states[..self.from.len()]
+                .iter()
+                .map(|state| state.twist.to_vector())
+                .collect(),
+            wrenches: wrenches.collect(),
+        };
+        self.rates.push(rates);
+        &self.rates[self.rates.len() - 1]
+    }
+}
+
+/// The six numbers of one body in a vector of all.
+pub(super) fn six_of(vector: &DVector<f64>, place: usize) -> Vector6<f64> {
+    vector.fixed_rows::<6>(6 * place).into_owned()
+}
+
+/// The vector of the six numbers of all bodies.
+pub(super) fn concatenated(bodies: impl IntoIterator<Item = Vector6<f64>>) -> DVector<f64> {
+    let mut numbers = Vec::new();
+    for six in bodies {
+        numbers.extend_from_slice(six.as_slice());
+    }
+    DVector::from_vec(numbers)
+}
