@@ -26,7 +26,7 @@ pub const STEPS: usize = 1_000;
 const GOAL: [f64; 2] = [0.3, 0.2];
 const ANGLE: f64 = 0.8;
 
-/// What counts as there: place (m), angle (rad), speed (m/s). Friction stops a block of this speed within 0.1 mm.
+/// Tolerances of the goal: position (m), angle (rad), speed (m/s). Friction stops a block of this speed within 0.1 mm.
 pub const NEAR: [f64; 3] = [1e-3, 1e-2, 2e-2];
 
 /// The numbers of a wrench that may be pushed with: torque about the vertical, force along x and y.

@@ -50,7 +50,7 @@ fn mass_of(
     }
 }
 
-/// A velocity or a spin of the body of a name.
+/// Returns the velocity or spin of a body; an error names the body.
 fn motion_of(
     body: &str,
     quantity: &'static str,

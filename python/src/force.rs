@@ -51,7 +51,7 @@ pub enum Number {
 }
 
 impl Number {
-    /// The number of the library, if it is a name, or finite and not negative.
+    /// Converts to the library's type. Returns an error if a value is negative or not finite.
     fn not_negative(self, quantity: &'static str) -> PyResult<ForceNumber> {
         match self {
             Self::Value(value) if value >= 0.0 && value.is_finite() => {
@@ -74,7 +74,7 @@ impl Number {
     }
 }
 
-/// A number of a force as Python writes it.
+/// The Python expression of a number of a force.
 fn shown(number: &ForceNumber) -> String {
     match number {
         ForceNumber::Constant(value) => format!("{value:?}"),
@@ -127,8 +127,7 @@ impl From<&AnyForce> for Shown {
 /// rest_length : length (m) without force.
 /// stiffness : (N/m). damping : (N s/m).
 ///
-/// Each of the last three is a number, or the name of a force parameter of the world. Names are checked where a world is given
-/// the force.
+/// Each of the last three is a number, or the name of a force parameter of the world. The world checks the names.
 ///
 /// Raises
 /// ------
@@ -233,7 +232,7 @@ impl Spring {
     }
 }
 
-/// The two items of a list or a tuple.
+/// Returns the two items of a list or a tuple.
 fn two<'py>(
     argument: &Bound<'py, PyAny>,
     name: &str,

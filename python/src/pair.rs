@@ -151,7 +151,7 @@ impl Pair {
             AnyShape::Compliant(shape) => shape,
             other => {
                 return Err(PyTypeError::new_err(format!(
-                    "a must be a Shape, which is compliant, but is {}: in a pair, the rigid one is b",
+                    "a must be a compliant Shape, but is {}: pass the rigid body as b",
                     other.__repr__()
                 )));
             }

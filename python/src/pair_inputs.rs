@@ -162,14 +162,14 @@ impl Inputs {
     }
 }
 
-/// Checks that the numbers of a contact, which may be one of a batch, are finite.
+/// Checks that the results of a contact are finite. `item` is its index in a batch.
 fn check_result(numbers: &[f64], item: Option<usize>) -> PyResult<()> {
     if numbers.iter().all(|number| number.is_finite()) {
         return Ok(());
     }
     let item = item.map_or_else(String::new, |item| format!(" {item} of the batch"));
     Err(refused(format!(
-        "contact{item} is not finite: a pose, a twist, a modulus, a number of the law or a derivative is too large to compute with"
+        "the result of contact{item} is not finite: a pose, a twist, a modulus, a number of the law or a derivative is too large"
     )))
 }
 

@@ -94,7 +94,7 @@ impl Parameter {
         Ok(all)
     }
 
-    /// A number that forces name: see World.
+    /// A force parameter of the world, by its name: see World.
     #[staticmethod]
     fn of_forces(name: &str) -> Self {
         Self(gradient::Parameter::OfForces(name.into()))
@@ -126,7 +126,7 @@ impl Parameter {
             P::Gravity => "gravity()".to_owned(),
             P::Control(body, interval) => format!("control({body:?}, {interval})"),
             P::OfForces(name) => format!("of_forces({name:?})"),
-            // Without a constructor in Python.
+            // Other parameters have no constructor in Python.
             other => format!("{other:?}"),
         };
         format!("Parameter.{call}")

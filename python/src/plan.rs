@@ -13,7 +13,7 @@ use pyo3::prelude::*;
 #[derive(Clone, Copy, PartialEq, Eq, Hash)]
 pub struct Integrator(dynamics::Integrator);
 
-/// An integrator as an argument.
+/// An argument that is an Integrator or its name.
 #[derive(FromPyObject)]
 pub enum Named<'py> {
     Integrator(Bound<'py, Integrator>),
@@ -28,9 +28,9 @@ impl Named<'_> {
             Self::Name(name) => name,
         };
         let all = Integrator::ALL.into_iter();
-        let mut found = all.filter(|it| it.name().eq_ignore_ascii_case(&name));
+        let mut found = all.filter(|integrator| integrator.name().eq_ignore_ascii_case(&name));
         found.next().ok_or_else(|| {
-            let names = Integrator::ALL.map(|it| format!("{:?}", it.name().to_lowercase()));
+            let names = Integrator::ALL.map(|known| format!("{:?}", known.name().to_lowercase()));
             let names = names.join(", ");
             refused(format!("there is no integrator {name:?}: expected {names}"))
         })
@@ -45,7 +45,7 @@ impl Integrator {
         Self::IMPLICIT_EULER,
     ];
 
-    /// The name of the attribute: that of the library with underscores.
+    /// Name of the class attribute: the name in the library, in capitals and with underscores.
     fn name(&self) -> String {
         let mut name = String::new();
         for character in format!("{:?}", self.0).chars() {
@@ -72,7 +72,7 @@ impl Integrator {
     #[classattr]
     const SDIRK2: Self = Self(dynamics::Integrator::Sdirk2);
 
-    /// One implicit stage of first order, which calms what moves fast: for what should come to rest.
+    /// One implicit stage of first order. It damps fast motion, so use it for scenes that should come to rest.
     #[classattr]
     const IMPLICIT_EULER: Self = Self(dynamics::Integrator::ImplicitEuler);
 
@@ -97,16 +97,16 @@ impl Integrator {
 /// ----------
 /// time_step : (s), positive.
 /// steps : how many.
-/// integrator : an Integrator or its name, as "sdirk2"; Integrator.LEAPFROG by default.
+/// integrator : an Integrator or its name, such as "sdirk2"; Integrator.LEAPFROG by default.
 /// record_every : the initial state, every so many-th after it and the last are recorded.
-/// check_stability : explicit steps are checked where contact begins or changes fast: the rollout ends with a RolloutError where
-///     the time step is above World.largest_stable_step, friction aside, or contact makes energy out of nothing. False takes such steps.
+/// check_stability : whether explicit steps are checked where contact begins or changes fast. The rollout ends with a RolloutError if
+///     the time step is above World.largest_stable_step, computed without friction, or if contact creates energy.
 /// solver_tolerance : implicit steps are solved until a correction is below this fraction of the velocities.
 ///
 /// Raises
 /// ------
-/// HydroelasticError if the time step or the tolerance is not positive and finite, a count is out of range, or there is no integrator
-/// of the name.
+/// HydroelasticError if the time step or the tolerance is not positive and finite, a count is out of range, or the name of the
+/// integrator is unknown.
 #[pyclass(frozen, eq, module = "hydroelastic")]
 #[derive(Clone, Copy, PartialEq)]
 pub struct Plan(pub dynamics::Plan);

@@ -2,7 +2,7 @@
 
 use crate::arrays::{Floats, array, check_finite, indices, signed, table, whole_array};
 use crate::errors::refused;
-use crate::shape::{Shape, check_door, mass_arrays, warn_of_size};
+use crate::shape::{Shape, check_extension, mass_arrays, warn_of_size};
 use crate::shape_gradient::mass_gradient;
 use hydroelastic::contact;
 use hydroelastic::io::read_triangle_surface;
@@ -55,7 +55,7 @@ impl RigidShape {
 
     /// The surface in a file: STL (.stl, binary or ASCII) or Wavefront (.obj). Vertices at exactly the same place become one.
     ///
-    /// unit : what one of the file is in meters: 0.001 for the millimeters of most CAD programs; None for 1, with a warning if the
+    /// unit : the unit of the file in meters: 0.001 for the millimeters of most CAD programs. None means 1, with a warning if the
     ///     surface is larger than 100 m.
     ///
     /// Raises
@@ -64,7 +64,7 @@ impl RigidShape {
     #[staticmethod]
     #[pyo3(signature = (path, unit=None))]
     fn read(py: Python<'_>, path: PathBuf, unit: Option<f64>) -> PyResult<Self> {
-        check_door(&path, &["msh", "vtk", "vtu"], |path| {
+        check_extension(&path, &["msh", "vtk", "vtu"], |path| {
             format!(
                 "{path} holds a mesh of tetrahedra, not a surface: Shape.read reads it, and RigidShape.around(Shape.read(path)) makes a \
                  rigid body of it"

@@ -45,7 +45,7 @@ impl Shape {
         self.0.field()
     }
 
-    /// The mesh in a file, as many meters large as the numbers say.
+    /// Reads the mesh in a file, with the numbers of the file in meters.
     fn in_file(py: Python<'_>, path: PathBuf, extents: Option<&str>) -> PyResult<Self> {
         if is_of(&path, &["vtk", "vtu"]) {
             let found = py.import("hydroelastic._vtk")?;
@@ -87,17 +87,19 @@ pub fn mass_arrays<'py>(
     ))
 }
 
-/// Above this size (m), the numbers of a file without a unit are more likely to be millimeters.
+/// Above this size (m), the numbers of a file without a unit are probably in millimeters.
 const LARGE: f64 = 100.0;
 
-/// Whether the name of a file has one of some extensions.
+/// Whether the name of a file has one of these extensions.
 fn is_of(path: &Path, extensions: &[&str]) -> bool {
-    let own = path.extension().unwrap_or_default();
-    extensions.iter().any(|of| own.eq_ignore_ascii_case(of))
+    let extension = path.extension().unwrap_or_default();
+    extensions
+        .iter()
+        .any(|known| extension.eq_ignore_ascii_case(known))
 }
 
-/// Refuses a file that has the extension of what another class reads.
-pub fn check_door(
+/// Returns an error if a file has an extension that another class reads.
+pub fn check_extension(
     path: &Path,
     extensions: &[&str],
     remedy: impl Fn(std::path::Display<'_>) -> String,
@@ -108,7 +110,7 @@ pub fn check_door(
     Ok(())
 }
 
-/// Warns of a file whose numbers make a shape of an unlikely size (m).
+/// Warns if the shape in a file has an unlikely size (m).
 pub fn warn_of_size(py: Python<'_>, path: &Path, size: f64) -> PyResult<()> {
     if size <= LARGE {
         return Ok(());
@@ -148,7 +150,7 @@ impl Shape {
     /// the extra hydroelastic[files] installs. Vertices that no tetrahedron uses are left out.
     ///
     /// extents : the name of a point-data array of a VTK file, or None for the distance to the surface.
-    /// unit : what one of the file is in meters, 0.001 for millimeters; None for 1, with a warning if the mesh is larger than 100 m.
+    /// unit : the unit of the file in meters, 0.001 for millimeters. None means 1, with a warning if the mesh is larger than 100 m.
     ///
     /// Raises
     /// ------
@@ -162,7 +164,7 @@ impl Shape {
         extents: Option<&str>,
         unit: Option<f64>,
     ) -> PyResult<Self> {
-        check_door(&path, &["stl", "obj"], |path| {
+        check_extension(&path, &["stl", "obj"], |path| {
             format!(
                 "{path} holds a surface, not a mesh of tetrahedra: RigidShape.read reads it as a rigid body, Shape.star_shaped makes \
                  a compliant one of vertices and triangles, and a mesher makes tetrahedra"

@@ -22,9 +22,9 @@ pub type Inner = dynamics::World<f64, Vec<AnyForce>>;
 /// Parameters
 /// ----------
 /// bodies : a list of Body with different names.
-/// gravity : (3,) (m/s²), or its component along z, as -9.81; None for no gravity.
+/// gravity : (3,) (m/s²), or its component along z, such as -9.81; None for no gravity.
 /// forces : a list of Spring, Drag and Thruster.
-/// force_parameters : numbers that forces name, {name: value}. Derivatives are taken by Parameter.of_forces(name).
+/// force_parameters : {name: value} of numbers that forces name. Parameter.of_forces(name) gives derivatives by them.
 /// controls : a list of Control, one for a body.
 /// ignoring : pairs of names, of bodies that pass through each other. Between bodies of RigidShape and HalfSpace there is no
 ///     contact: any two of which forces move one have to be among these pairs.
@@ -147,8 +147,8 @@ impl World {
         })
     }
 
-    /// The same world with other settings: arguments as those of World. Forces replace all forces, a control that of its body, a
-    /// force parameter the one of its name.
+    /// A copy of the world with other settings; the arguments are those of World. forces replaces all forces. A control replaces the
+    /// control of its body, and a force parameter the parameter of the same name.
     #[pyo3(signature = (*, gravity=None, forces=None, force_parameters=None, controls=None, slip_tolerance=None, start=None))]
     fn replace(
         &self,
@@ -228,7 +228,7 @@ impl World {
         self.inner.forces().iter().map(Shown::from).collect()
     }
 
-    /// The numbers that forces name: {name: value}.
+    /// The force parameters: {name: value}.
     #[getter]
     fn force_parameters(&self) -> BTreeMap<String, f64> {
         self.inner.force_parameters().iter().cloned().collect()

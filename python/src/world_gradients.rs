@@ -15,7 +15,7 @@ use hydroelastic::nalgebra::DMatrix;
 use pyo3::prelude::*;
 use std::sync::Arc;
 
-/// How many sweeps back take about as long as a rollout that carries derivatives along.
+/// Number of reverse sweeps that take about as long as one rollout with forward derivatives.
 const SWEEPS: usize = 2;
 
 impl World {
@@ -59,7 +59,7 @@ impl World {
     /// Derivatives are constants to whoever takes them: there are no second ones.
     ///
     /// progress : True for a progress bar of tqdm, if that is installed; or a function of (done, total) steps. Ctrl-C ends the
-    ///     rollout before its next step, or during an implicit one.
+    ///     rollout before its next step, or during an implicit step.
     ///
     /// Raises
     /// ------
@@ -139,9 +139,11 @@ impl World {
         Ok(found.into_iter().map(met).collect())
     }
 
-    /// Whether derivatives of so many numbers, gradients of losses, are best found backwards by these parameters, by pullback: a
-    /// gradient if the parameters have more than 12 numbers, or 96 if steps are implicit, and two for every 96 numbers. A
-    /// Jacobian is one of all recorded states, of which gradients then have to be made.
+    /// Whether pullback computes the gradients of this many losses by these parameters faster than jacobian.
+    ///
+    /// For one gradient, pullback is faster if the parameters have more than 12 numbers, or more than 96 if steps are implicit. Two
+    /// pullbacks take about as long as the rollout of jacobian for every 96 numbers. jacobian gives the Jacobian of all recorded
+    /// states, from which the gradients then have to be computed.
     #[pyo3(signature = (plan, parameters, losses=1))]
     fn sweeps_back(
         &self,

@@ -1,4 +1,4 @@
-//! Whether bodies have passed into each other so far that contact no longer keeps them apart.
+//! Detection of bodies that have passed so far into each other that contact no longer keeps them apart.
 
 use super::ContactPair;
 use super::polygon::PolygonSource;
@@ -12,13 +12,13 @@ use nalgebra::Vector3;
 const PEAK: f64 = 1e-9;
 
 impl<T: Scalar> ContactPair<'_, T> {
-    /// Whether the bodies have passed into each other so far that contact may no longer push them apart:
+    /// Whether the bodies have passed so far into each other that contact may no longer push them apart. There are three cases:
     ///
-    /// - they overlap without a contact surface, so that there is no force: one was swallowed, because more work was done on the
-    ///   contact than its pressure field can hold, the integral of its pressure over its volume; or
-    /// - one of them, with a mesh or a surface, is wholly inside the other; or
-    /// - each of two compliant bodies holds a point of the other's highest pressure: their fields are used up, and the force soon
-    ///   pushes them on instead of back.
+    /// - The bodies overlap without a contact surface, so there is no force. The work done on the contact has exceeded the energy
+    ///   that the pressure field of one body can store: the integral of its pressure over its volume.
+    /// - One of the bodies, with a mesh or a surface, is wholly inside the other.
+    /// - Each of two compliant bodies contains a point of the other's highest pressure. The force will soon push the bodies further
+    ///   in instead of apart.
     ///
     /// Takes as long as [`Self::potential_energy`] if there is no contact surface.
     #[must_use]
@@ -29,13 +29,13 @@ impl<T: Scalar> ContactPair<'_, T> {
             return source.has_energy();
         }
         let (a, pose_ab) = (source.pair.shape_a, &source.pair.pose_ab);
-        let in_a = |vertex: &Vector3<f64>| holds(a, &pose_ab.transformed_point(vertex));
+        let in_a = |vertex: &Vector3<f64>| contains(a, &pose_ab.transformed_point(vertex));
         match source.pair.shape_b {
             PartnerShape::HalfSpace(_) => false,
             PartnerShape::Rigid(b) => b.surface().vertices().iter().all(in_a),
             PartnerShape::Compliant(b) => {
                 let pose_ba = pose_ab.inverse();
-                let in_b = |v: &Vector3<f64>| holds(b, &pose_ba.transformed_point(v));
+                let in_b = |v: &Vector3<f64>| contains(b, &pose_ba.transformed_point(v));
                 b.field().mesh().vertices().iter().all(in_a)
                     || a.field().mesh().vertices().iter().all(in_b)
                     || has_peak_in(a, b, &pose_ba) && has_peak_in(b, a, pose_ab)
@@ -44,8 +44,8 @@ impl<T: Scalar> ContactPair<'_, T> {
     }
 }
 
-/// Whether a point, in the body frame, is in a shape.
-fn holds(shape: &Shape, point: &Vector3<f64>) -> bool {
+/// Whether a shape contains a point, given in the body frame.
+fn contains(shape: &Shape, point: &Vector3<f64>) -> bool {
     let (tets, mut is_inside) = (shape.field().tets(), false);
     shape.tree().visit_at(point, 0.0, |tet| {
         let mut coordinates = tets[tet].barycentric.iter();
@@ -54,12 +54,12 @@ fn holds(shape: &Shape, point: &Vector3<f64>) -> bool {
     is_inside
 }
 
-/// Whether a point of a shape's highest pressure is in another shape, to whose frame the pose leads.
+/// Whether a point of a shape's highest pressure is in another shape. `pose` maps the frame of the shape to the frame of the other.
 fn has_peak_in(shape: &Shape, other: &Shape, pose: &Pose) -> bool {
     let field = shape.field();
     let highest = field.extents().iter().copied().fold(0.0, f64::max);
     let mut vertices = field.mesh().vertices().iter().zip(field.extents());
     vertices.any(|(vertex, &extent)| {
-        extent >= highest * (1.0 - PEAK) && holds(other, &pose.transformed_point(vertex))
+        extent >= highest * (1.0 - PEAK) && contains(other, &pose.transformed_point(vertex))
     })
 }

@@ -22,7 +22,7 @@ pub enum Motion<T = f64> {
 }
 
 impl<T> Motion<T> {
-    /// Whether it is a path.
+    /// Whether the body follows a path.
     pub(crate) fn is_prescribed(&self) -> bool {
         match self {
             Self::Prescribed(_) => true,
@@ -108,7 +108,8 @@ impl Body<f64> {
             name: name.to_owned(),
             shape,
             material,
-            rubs: material.dissipation > 0.0 || material.friction.is_some_and(|it| it > 0.0),
+            rubs: material.dissipation > 0.0
+                || material.friction.is_some_and(|friction| friction > 0.0),
             motion,
             initial,
         })

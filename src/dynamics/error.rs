@@ -130,12 +130,12 @@ pub enum WorldError {
         /// The names there are.
         known: Vec<String>,
     },
-    /// A force reads a number that the world does not have.
+    /// A force names a force parameter that the world does not have.
     #[error("no force parameter is named {name:?}; there are {known:?}")]
     UnknownForceParameter {
-        /// The name that the force has.
+        /// Name that the force asks for.
         name: String,
-        /// The names there are.
+        /// Names of the world's force parameters.
         known: Vec<String>,
     },
     /// A state does not fit the world.
@@ -196,9 +196,9 @@ pub enum RolloutError {
     /// The state that it was to start from does not fit the world.
     #[error(transparent)]
     State(#[from] WorldError),
-    /// A body starts wholly below the surface of a half-space, where there is no force to push it out.
+    /// A body starts wholly below the surface of a half-space, where no force pushes it out.
     #[error(
-        "body {:?} starts wholly below the surface of half-space {:?}, where nothing pushes it out: start it above (z > 0 in the frame of the half-space), turn the half-space, or name the pair as one to ignore",
+        "body {:?} starts wholly below the surface of half-space {:?}, where no force pushes it out: start it above (z > 0 in the frame of the half-space), turn the half-space, or ignore the pair",
         .bodies[0], .bodies[1]
     )]
     StartsBelow {
@@ -230,10 +230,10 @@ pub enum RolloutError {
         /// Name of the body.
         body: String,
     },
-    /// An explicit time step is too long for the contacts that it meets: the rollout ends before it becomes unstable, unless the
-    /// plan is [without this check](super::Plan::without_stability_check).
+    /// An explicit time step is too long for the contacts, so the rollout ends before it becomes unstable.
+    /// [`Plan::without_stability_check`](super::Plan::without_stability_check) turns this check off.
     #[error(
-        "step {step} (from t = {time:.6} s) was not taken: {time_step:.3e} s is too long where the contacts allow {limit:.3e} s, stiffest that of bodies {:?} and {:?}; take shorter steps or an implicit integrator (Sdirk2), or make the contact softer",
+        "step {step} (from t = {time:.6} s) was not taken: the time step of {time_step:.3e} s exceeds {limit:.3e} s, the stability limit of the contacts; the stiffest contact is that of bodies {:?} and {:?}; use shorter steps or an implicit integrator (Sdirk2), or make the contact softer",
         .bodies[0], .bodies[1]
     )]
     TimeStepTooLong {
@@ -243,15 +243,15 @@ pub enum RolloutError {
         time: f64,
         /// The time step (s).
         time_step: f64,
-        /// [`World::largest_stable_step`](super::World::largest_stable_step) where the contacts would have acted (s), friction aside.
+        /// [`World::largest_stable_step`](super::World::largest_stable_step) without friction, at the poses of the contacts (s).
         limit: f64,
         /// Names of the two bodies whose contact, by itself, allows the shortest step.
         bodies: [String; 2],
     },
-    /// An explicit time step would have made energy out of nothing: a body moved so far into another in it that contact throws
-    /// it out again, although the contacts by themselves are stable where they acted.
+    /// Contact would have created energy in an explicit time step. A body moved so far into another within the step that contact
+    /// would throw it out faster than it came, although the step is below the stability limit of the contacts.
     #[error(
-        "step {step} (from t = {time:.6} s) was not taken: bodies and contacts would have {after:.3e} J after it, but there were {before:.3e} J, work in the step included, so that {time_step:.3e} s is too long for this impact; take shorter steps or an implicit integrator (Sdirk2)"
+        "step {step} (from t = {time:.6} s) was not taken: the energy of bodies and contacts would have grown from {before:.3e} J, including the work done in the step, to {after:.3e} J; the time step of {time_step:.3e} s is too long for this impact; use shorter steps or an implicit integrator (Sdirk2)"
     )]
     EnergyGained {
         /// The step that was not taken, counted from 1.
@@ -260,8 +260,8 @@ pub enum RolloutError {
         time: f64,
         /// The time step (s).
         time_step: f64,
-        /// Kinetic energy and potential energy of contacts before the step, and what gravity, forces and controls did in
-        /// it (J).
+        /// Kinetic energy and potential energy of contacts before the step, plus the work of gravity, forces and controls in the
+        /// step (J).
         before: f64,
         /// Kinetic energy and potential energy of contacts after the step (J).
         after: f64,

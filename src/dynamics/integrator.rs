@@ -51,7 +51,7 @@ pub enum Integrator {
 }
 
 impl Integrator {
-    /// Whether its steps are solutions of equations.
+    /// Whether each step solves a system of equations.
     #[must_use]
     pub fn is_implicit(self) -> bool {
         matches!(self.kind(), Kind::Implicit(_))

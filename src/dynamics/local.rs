@@ -28,7 +28,8 @@ impl<F: Force> World<f64, F> {
         Ok(DVector::from_vec(numbers.collect()))
     }
 
-    /// The state after such a change: the inverse of [`Self::displacement`]. Bodies that forces do not move, and the time, stay.
+    /// The state after a change in local coordinates: the inverse of [`Self::displacement`]. The time, and bodies that forces do not
+    /// move, stay the same.
     ///
     /// # Errors
     /// If the state before or after the change does not fit the world, or there are not 12 finite numbers for each dynamic body.

@@ -25,7 +25,7 @@ pub(crate) struct Steps<T> {
     /// Steps taken since then.
     taken: usize,
     pub(super) has_failed: bool,
-    /// Ends the steps, an implicit one that is under way too, once it is true.
+    /// Stop flag. Once it is true, steps end, also an implicit step in progress.
     pub(super) stop: Arc<AtomicBool>,
 }
 
@@ -80,7 +80,7 @@ impl Steps<f64> {
 }
 
 impl<T: Scalar> Steps<T> {
-    /// The same steps, which end with [`RolloutError::Stopped`] once the flag is true.
+    /// Ends the steps with [`RolloutError::Stopped`] once the flag is true.
     pub(super) fn stopped_by(mut self, stop: Arc<AtomicBool>) -> Self {
         if let Some(memory) = &mut self.memory {
             memory.stop = Arc::clone(&stop);
@@ -139,17 +139,17 @@ impl<T: Scalar> Steps<T> {
         Ok(())
     }
 
-    /// Whether contact with any body changes so fast that the step that was taken may be too long.
+    /// Whether contact with any body begins, or changes so fast that the step may be too long.
     fn may_exceed_limit(&self, system: &System<T>, time_step: f64) -> bool {
         let Workspace {
             contact,
             last_contact,
             ..
         } = &self.workspace;
-        let none = Wrench::zero();
+        let zero = Wrench::zero();
         let mut bodies = system.bodies.iter().zip(&self.state.bodies).enumerate();
         bodies.any(|(index, (body, state))| {
-            let last = last_contact.get(index).unwrap_or(&none);
+            let last = last_contact.get(index).unwrap_or(&zero);
             body.may_exceed_limit(state, [last, &contact[index]], time_step)
         })
     }
@@ -199,7 +199,7 @@ impl<T: Scalar> Steps<T> {
         Some(body.name().to_owned())
     }
 
-    /// An error, if the step that was taken is too long where the kick acted.
+    /// Returns an error if the step is too long for the contacts at the kick, or if contact creates energy in it.
     fn instability(
         &self,
         system: &System<T>,

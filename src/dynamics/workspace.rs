@@ -14,7 +14,7 @@ pub(super) struct Workspace<T> {
     pub pair_wrenches: Vec<ContactWrench<T>>,
     /// Net contact wrench on each body.
     pub contact: Vec<Wrench<T>>,
-    /// Net contact wrench on each body in the last step that was taken; empty before it.
+    /// Net contact wrench on each body in the last step; empty before the first step.
     pub last_contact: Vec<Wrench<T>>,
     /// The wrench of all forces on each body.
     pub all: Vec<Wrench<T>>,

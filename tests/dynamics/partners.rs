@@ -285,7 +285,7 @@ fn the_largest_stable_step_on_a_half_space_is_that_of_its_stiffness() {
     );
 }
 
-/// The field of such a box holds 5 kJ at a modulus of 2e4 Pa, and a fall of 0.5 m brings as much and more.
+/// The pressure field of a box stores up to 5 kJ at a modulus of 2e4 Pa. A fall of 0.5 m releases at least as much energy.
 #[test]
 fn equal_boxes_that_pass_through_each_other_are_reported() {
     for (modulus, offset, passes) in [

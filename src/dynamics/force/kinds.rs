@@ -9,11 +9,12 @@ use std::slice;
 
 /// A spring and a damper between points of two bodies, along the line that joins them.
 ///
-/// The force on the first point is k·r − k·L·d + c·(v·d)·d: stiffness k, damping c, rest length L, r from the first point to
-/// the second, v its rate of change, d its direction. Without rest length and damping it is linear in r, and so are its
-/// derivatives where the points coincide. Closer than a billionth of the rest length, or than the rounding of the points'
-/// coordinates, d has no meaning: the rest length counts as zero there, and the damping is c·v, as for points that part along
-/// the line.
+/// The force on the first point is k·r − k·L·d + c·(v·d)·d, with the stiffness k, the damping c, the rest length L, the vector r
+/// from the first point to the second, its rate of change v and its direction d. Without rest length and damping the force is
+/// linear in r, so it has derivatives also where the points coincide.
+///
+/// The direction d is undefined if the points are closer than a billionth of the rest length, or than the rounding error of their
+/// coordinates. The force is then k·r + c·v.
 #[derive(Debug, Clone, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(feature = "serde", serde(deny_unknown_fields))]
@@ -56,11 +57,11 @@ pub struct Thruster {
     pub force: [f64; 3],
 }
 
-/// Below this fraction of its rest length a spring has no direction: the derivatives of the direction would exceed those of
-/// the length by its inverse.
+/// A spring shorter than this fraction of its rest length has no direction, because the derivatives of the direction would be
+/// larger than those of the length by the inverse of this fraction.
 const NO_LENGTH: f64 = 1e-9;
 
-/// Rounding error of the difference of two points, relative to their coordinates, with a margin of about 50.
+/// Rounding-error bound of the difference of two points, relative to their coordinates, with a margin of about 50.
 const ROUNDING: f64 = 1e-14;
 
 impl Force for Spring {

@@ -43,8 +43,8 @@ impl<T: Scalar, F: Force> World<T, F> {
     ///
     /// # What it knows
     ///
-    /// - Only this state: deeper contact is stiffer, and so is contact to come. Rollouts check along the way, friction aside,
-    ///   unless the plan is [without](super::Plan::without_stability_check).
+    /// - Only this state: later contact may be deeper, and therefore stiffer. Rollouts also check their steps, without friction, unless
+    ///   [`Plan::without_stability_check`](super::Plan::without_stability_check) turns the check off.
     /// - Contacts alone: drag, springs and other forces are not included.
     /// - The symmetric parts of stiffness and damping, and no stiffness of friction. Where contacts slide
     ///   this changes the limit by a per cent or so (`cargo test --test dynamics stability:: -- --nocapture`), where a weak contact
@@ -89,8 +89,8 @@ impl<T: Scalar, F: Force> World<T, F> {
 }
 
 impl<T: Scalar> System<T> {
-    /// Whether a time step is too long for the contacts of a state, friction aside, which does not blow up: if so the limit (s),
-    /// and the names of the two bodies in the stiffest contact.
+    /// Returns the limit (s) and the names of the two bodies in the stiffest contact if a time step is too long for the contacts of
+    /// a state. Friction is left out, because it does not grow without bound.
     pub(super) fn exceeded_limit(
         &self,
         states: &[BodyState<T>],
@@ -102,7 +102,7 @@ impl<T: Scalar> System<T> {
         stiffest(&rates).map(|pair| (limit, names(pair.bodies)))
     }
 
-    /// All contacts of a state, linearised, with the damping of friction or without.
+    /// All contacts of a state, linearized with or without the damping of friction.
     fn rates(&self, states: &[BodyState<T>], with_friction: bool) -> Vec<PairRates> {
         let (mut sweep, mut rates) = (Sweep::default(), Vec::new());
         let pairs = self.close_pairs(states, &mut sweep);
