@@ -100,7 +100,8 @@ impl Integrator {
 /// integrator : an Integrator or its name, such as "sdirk2"; Integrator.LEAPFROG by default.
 /// record_every : the initial state, every so many-th after it and the last are recorded.
 /// check_stability : whether explicit steps are checked where contact begins or changes fast. The rollout ends with a RolloutError if
-///     the time step is above World.largest_stable_step, computed without friction, or if contact creates energy.
+///     the time step is above World.largest_stable_step, computed without friction, or if a contact returns
+///     more than twice the energy that it has absorbed.
 /// solver_tolerance : implicit steps are solved until a correction is below this fraction of the velocities.
 ///
 /// Raises

@@ -248,10 +248,11 @@ pub enum RolloutError {
         /// Names of the two bodies whose contact, by itself, allows the shortest step.
         bodies: [String; 2],
     },
-    /// Contact would have created energy in an explicit time step. A body moved so far into another within the step that contact
-    /// would throw it out faster than it came, although the step is below the stability limit of the contacts.
+    /// A contact has created energy in explicit time steps: it returned more than twice the energy that it absorbed. A body moved
+    /// far into another within a step, or bounces gained energy one after another.
     #[error(
-        "step {step} (from t = {time:.6} s) was not taken: the energy of bodies and contacts would have grown from {before:.3e} J, including the work done in the step, to {after:.3e} J; the time step of {time_step:.3e} s is too long for this impact; use shorter steps or an implicit integrator (Sdirk2)"
+        "step {step} (from t = {time:.6} s) was not taken: the contact of bodies {:?} and {:?} would have returned {returned:.3e} J, after it absorbed {absorbed:.3e} J; the time step of {time_step:.3e} s is too long for their impacts; use shorter steps or an implicit integrator (Sdirk2)",
+        .bodies[0], .bodies[1]
     )]
     EnergyGained {
         /// The step that was not taken, counted from 1.
@@ -260,11 +261,12 @@ pub enum RolloutError {
         time: f64,
         /// The time step (s).
         time_step: f64,
-        /// Kinetic energy and potential energy of contacts before the step, plus the work of gravity, forces and controls in the
-        /// step (J).
-        before: f64,
-        /// Kinetic energy and potential energy of contacts after the step (J).
-        after: f64,
+        /// Names of the two bodies.
+        bodies: [String; 2],
+        /// Energy that the contact has absorbed from the bodies, or stored at the start of the rollout (J).
+        absorbed: f64,
+        /// Energy that the contact would have returned to the bodies (J).
+        returned: f64,
     },
     /// The equations of an implicit step were not solved, however often it was divided.
     #[error(

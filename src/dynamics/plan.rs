@@ -73,8 +73,9 @@ impl Plan {
     ///
     /// - [`RolloutError::TimeStepTooLong`](super::RolloutError::TimeStepTooLong) if the time step exceeds
     ///   [`World::largest_stable_step`](super::World::largest_stable_step) at the poses where the contacts act. Friction is left
-    ///   out, because it chatters above its limit but does not grow without bound.
-    /// - [`RolloutError::EnergyGained`](super::RolloutError::EnergyGained) if contact creates energy in the step.
+    ///   out, because the chatter of bodies at rest is bounded.
+    /// - [`RolloutError::EnergyGained`](super::RolloutError::EnergyGained) if a contact returns more than twice the energy that
+    ///   it has absorbed, in this step or over many.
     ///
     /// The check does not change states. It costs a few per cent below half of the limit. Above half of the limit, each step in
     /// contact is linearized.

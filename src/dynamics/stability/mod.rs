@@ -1,15 +1,15 @@
 //! How long a time step may be.
 
-mod energy;
+mod balance;
 mod limit;
 mod pair;
-mod secant;
 
 use super::sweep::Sweep;
 use super::system::System;
 use super::{BodyState, Force, State, World, WorldError};
-use crate::scalar::Scalar;
+use crate::scalar::{Scalar, real_part};
 use crate::threads::mapped_into;
+pub(super) use balance::{ContactBalances, Kick};
 use limit::{stability_limit, stiffest};
 use pair::{PairRates, RealBody};
 
@@ -51,8 +51,7 @@ impl<T: Scalar, F: Force> World<T, F> {
     ///   slides fast by more.
     /// - The growth that a time step makes. What is unstable by nature, like a pencil on its tip, stays
     ///   so at any step.
-    /// - Friction beyond its limit does not blow up, since its force is bounded: bodies at rest
-    ///   chatter instead, at speeds of about hμF/(2m) (m/s).
+    /// - Friction beyond its limit makes bodies at rest chatter, at speeds of about hμF/(2m) (m/s): its force is bounded.
     /// - Derivatives of the state play no part.
     ///
     /// Linearises each contact once, one with friction twice.
@@ -90,7 +89,7 @@ impl<T: Scalar, F: Force> World<T, F> {
 
 impl<T: Scalar> System<T> {
     /// Returns the limit (s) and the names of the two bodies in the stiffest contact if a time step is too long for the contacts of
-    /// a state. Friction is left out, because it does not grow without bound.
+    /// a state. Friction is left out, because the chatter of bodies at rest is bounded.
     pub(super) fn exceeded_limit(
         &self,
         states: &[BodyState<T>],
@@ -100,6 +99,13 @@ impl<T: Scalar> System<T> {
         let limit = stability_limit(&rates, states.len()).filter(|&limit| time_step > limit)?;
         let names = |bodies: [usize; 2]| bodies.map(|index| self.bodies[index].name().to_owned());
         stiffest(&rates).map(|pair| (limit, names(pair.bodies)))
+    }
+
+    /// The potential energy (J) of the contact of two bodies.
+    fn stored_energy(&self, bodies: [usize; 2], states: &[BodyState]) -> f64 {
+        let states = bodies.map(|place| states[place].lifted());
+        let pair = self.pair_of(bodies, [&states[0], &states[1]]);
+        pair.map_or(0.0, |pair| real_part(pair.potential_energy()))
     }
 
     /// All contacts of a state, linearized with or without the damping of friction.

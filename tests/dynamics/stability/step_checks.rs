@@ -13,7 +13,7 @@ use num_dual::Dual64;
 use std::sync::Arc;
 
 const TOO_LONG: f64 = 6e-3;
-const SHORT_ENOUGH: f64 = 5e-3;
+const SHORT_ENOUGH: f64 = 3e-3;
 
 /// The step, the time and the limit at which a rollout was ended.
 fn ended(error: &RolloutError) -> (usize, f64, f64) {
@@ -236,13 +236,16 @@ fn steps_that_lead_through_a_plate_make_no_energy() {
             match world.unwrap().rollout(&plan).recorded() {
                 Ok(trajectory) => {
                     let speed = trajectory.last().bodies[0].twist.linear.norm();
-                    assert!(speed < 5.0 * 11_f64.sqrt(), "{speed}");
+                    // Twice the energy, and what a fall for a step has.
+                    assert!(speed < 5.1 * 2_f64.sqrt(), "{speed}");
                     reasons[0] += 1;
                 }
                 Err(interrupted) => match interrupted.error {
                     RolloutError::TimeStepTooLong { .. } => reasons[1] += 1,
-                    RolloutError::EnergyGained { before, after, .. } => {
-                        assert!(after > 11.0 * before);
+                    RolloutError::EnergyGained {
+                        absorbed, returned, ..
+                    } => {
+                        assert!(returned > 2.0 * absorbed);
                         reasons[2] += 1;
                     }
                     other => panic!("{other}"),

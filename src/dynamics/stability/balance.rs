@@ -1,0 +1,332 @@
+//! A check of every explicit step, from the contact wrenches of its kick: whether the step may be too long, and whether contact has
+//! created energy.
+//!
+//! The net work of a contact on its two bodies is at most the energy that it stored at the start: it gives back what it absorbed,
+//! less the losses by dissipation and friction. This holds in every frame, for bodies on paths, and whatever other bodies do.
+//! A contact that has given back more than twice what it absorbed has created energy.
+
+use crate::contact::ContactWrench;
+use crate::dynamics::local::turn_between;
+use crate::dynamics::system::System;
+use crate::dynamics::{BodyState, Inertia};
+use crate::scalar::{Scalar, real_part};
+use crate::spatial::{Pose, Twist, Wrench};
+use nalgebra::Vector6;
+use std::mem;
+
+/// Secants below this need no exact check. At 1, half of the largest stable step, an impact lasts about three kicks; a longer
+/// step may turn a body around in a single kick, which shows as a secant above 1.
+const LARGEST_SECANT: f64 = 1.0;
+
+/// Relative changes of a wrench below this value are round-off of a body at rest. An unstable mode grows through this value.
+const ROUND_OFF: f64 = 1e-6;
+
+/// The contacts of a rollout, over its explicit steps.
+#[derive(Debug, Clone, Default)]
+pub(in crate::dynamics) struct ContactBalances {
+    /// All bodies at the start of the rollout.
+    start: Vec<BodyState>,
+    /// After the last step that was taken.
+    last: Kicked,
+    /// After the step that is tried.
+    next: Kicked,
+    /// The change of the contacts with each body in the kick.
+    changes: Vec<ContactChange>,
+}
+
+/// Bodies and contacts after a kick.
+#[derive(Debug, Clone, Default)]
+struct Kicked {
+    poses: Vec<Pose>,
+    /// Contacts that act or have created energy, in the order of their bodies.
+    contacts: Vec<Balance>,
+}
+
+/// The work of a contact on its two bodies.
+#[derive(Debug, Clone)]
+struct Balance {
+    /// The places of the two bodies, A first.
+    bodies: [usize; 2],
+    /// Wrenches in the kick, about the reference points of the two bodies; zero if the contact does not act.
+    now: [Vector6<f64>; 2],
+    /// Wrenches in the last kick.
+    last: [Vector6<f64>; 2],
+    /// Energy (J) stored at the start of the rollout; none if it was not evaluated yet.
+    stored: Option<f64>,
+    /// Net work (J) since the contact began.
+    given: f64,
+    /// The largest energy (J) that was absorbed, net.
+    absorbed: f64,
+}
+
+/// Energy that a contact has created.
+#[derive(Debug, Clone, Copy)]
+pub(in crate::dynamics) struct EnergyGain {
+    /// The places of the two bodies.
+    pub bodies: [usize; 2],
+    /// Energy (J) that the contact has absorbed, or stored at the start.
+    pub absorbed: f64,
+    /// Energy (J) that it has given back.
+    pub returned: f64,
+}
+
+/// The kick of an explicit step.
+pub(in crate::dynamics) struct Kick<'a, T> {
+    pub time_step: f64,
+    /// Twists of all bodies before the kick.
+    pub before: &'a [Twist],
+    /// All bodies after the kick.
+    pub after: &'a [BodyState<T>],
+    /// Close pairs of bodies, and their contacts.
+    pub pairs: &'a [(usize, usize)],
+    pub contacts: &'a [ContactWrench<T>],
+    /// Net contact wrench on each body, about its center of mass.
+    pub contact: &'a [Wrench<T>],
+    /// Wrench of all but gravity on each body.
+    pub all: &'a [Wrench<T>],
+}
+
+/// What a kick does to one body, without derivatives.
+struct KickedBody<'a> {
+    inertia: Option<Inertia>,
+    pose: Pose,
+    before: &'a Twist,
+    after: Twist,
+    /// Wrench of all but contact.
+    others: Vector6<f64>,
+}
+
+/// Change of the contacts with one body since the last kick.
+#[derive(Debug, Clone, Copy, Default)]
+struct ContactChange {
+    last: Vector6<f64>,
+    now: Vector6<f64>,
+    /// Power (W) of the changes of all its contacts, on both of their bodies.
+    power: f64,
+}
+
+const NONE: [Vector6<f64>; 2] = [Vector6::new(0.0, 0.0, 0.0, 0.0, 0.0, 0.0); 2];
+
+impl ContactBalances {
+    /// Tries a kick in a rollout that began at a state. Returns whether the time step may exceed the stability limit, and energy
+    /// that a contact has created.
+    pub fn kicked<T: Scalar>(
+        &mut self,
+        system: &System<T>,
+        kick: &Kick<T>,
+        start: &[BodyState<T>],
+    ) -> (bool, Option<EnergyGain>) {
+        if self.start.is_empty() {
+            self.start.extend(start.iter().map(BodyState::real));
+        }
+        self.set_wrenches(system, kick);
+        self.changes.clear();
+        self.changes
+            .resize(kick.after.len(), ContactChange::default());
+        let mut gain = None;
+        for balance in &mut self.next.contacts {
+            let bodies = balance.bodies.map(|place| kick.body(system, place));
+            balance.add_change(&bodies, &mut self.changes);
+            let last_poses = balance.bodies.map(|place| self.last.poses.get(place));
+            balance.add_work(&bodies, last_poses, kick.time_step);
+            let allowed = balance.allowed(&bodies, kick.time_step);
+            if balance.has_created(allowed) {
+                let stored = || system.stored_energy(balance.bodies, &self.start);
+                balance.stored.get_or_insert_with(stored);
+                if balance.has_created(allowed) {
+                    gain.get_or_insert(balance.gain());
+                }
+            }
+        }
+        let mut changes = self.changes.iter().enumerate();
+        let may_exceed = changes.any(|(place, change)| {
+            change.now != change.last
+                && kick
+                    .body(system, place)
+                    .may_exceed_limit(change, kick.time_step)
+        });
+        let poses = kick.after.iter().map(|state| state.pose.real());
+        self.next.poses.clear();
+        self.next.poses.extend(poses);
+        (may_exceed, gain)
+    }
+
+    /// Keeps the kick that was tried last.
+    pub fn accept(&mut self) {
+        mem::swap(&mut self.last, &mut self.next);
+    }
+
+    /// Sets the wrenches of all contacts in a kick, and drops the contacts that have ended without having created energy.
+    fn set_wrenches<T: Scalar>(&mut self, system: &System<T>, kick: &Kick<T>) {
+        let contacts = &mut self.next.contacts;
+        contacts.clone_from(&self.last.contacts);
+        contacts.retain(|balance| balance.now != NONE || balance.given > 0.0);
+        for balance in &mut *contacts {
+            balance.last = mem::replace(&mut balance.now, NONE);
+        }
+        for (&(a, b), contact) in kick.pairs.iter().zip(kick.contacts) {
+            let (bodies, wrenches) = ([a, b], [&contact.on_a, &contact.on_b]);
+            if wrenches
+                .iter()
+                .all(|wrench| wrench.real().to_vector().amax() == 0.0)
+            {
+                continue;
+            }
+            let found = contacts.binary_search_by_key(&bodies, |balance| balance.bodies);
+            let index = found.unwrap_or_else(|index| {
+                contacts.insert(index, Balance::new(bodies));
+                index
+            });
+            let side = |side: usize| {
+                kick.body(system, bodies[side])
+                    .about_reference(wrenches[side])
+            };
+            contacts[index].now = [side(0), side(1)];
+        }
+    }
+}
+
+impl Balance {
+    fn new(bodies: [usize; 2]) -> Self {
+        Self {
+            bodies,
+            now: NONE,
+            last: NONE,
+            stored: None,
+            given: 0.0,
+            absorbed: 0.0,
+        }
+    }
+
+    /// Adds the change since the last kick to those of both bodies.
+    fn add_change(&self, bodies: &[KickedBody; 2], changes: &mut [ContactChange]) {
+        let power = |side: usize| {
+            let change = self.now[side] - self.last[side];
+            change.dot(&bodies[side].before.to_vector())
+        };
+        let power = power(0) + power(1);
+        for (side, &place) in self.bodies.iter().enumerate() {
+            let change = &mut changes[place];
+            change.now += self.now[side];
+            change.last += self.last[side];
+            change.power += power;
+        }
+    }
+
+    fn add_work(
+        &mut self,
+        bodies: &[KickedBody; 2],
+        last_poses: [Option<&Pose>; 2],
+        time_step: f64,
+    ) {
+        for (side, body) in bodies.iter().enumerate() {
+            self.given += body.work(&self.now[side], last_poses[side], time_step);
+        }
+        self.absorbed = self.absorbed.max(-self.given);
+    }
+
+    /// The energy (J) that the forces of one kick give to the bodies from rest: of all forces but contact, and of this contact if it
+    /// acted in the last kick. Friction at rest may reverse velocities of this size in each step, which does not grow.
+    fn allowed(&self, bodies: &[KickedBody; 2], time_step: f64) -> f64 {
+        let of_contact = |wrenches: &[Vector6<f64>; 2]| {
+            let energies = bodies.iter().zip(wrenches);
+            energies
+                .map(|(body, wrench)| body.energy(wrench, time_step))
+                .sum::<f64>()
+        };
+        let others = bodies
+            .iter()
+            .map(|body| body.energy(&body.others, time_step));
+        others.sum::<f64>() + of_contact(&self.now).min(of_contact(&self.last))
+    }
+
+    /// Whether the contact has given more than twice the energy that was there, and more than an allowed one (J). Infinite energy is
+    /// that of a state that is not finite, which has an error of its own.
+    fn has_created(&self, allowed: f64) -> bool {
+        let most = self.absorbed + 2.0 * self.stored.unwrap_or(0.0) + allowed;
+        self.given > most && self.given.is_finite()
+    }
+
+    fn gain(&self) -> EnergyGain {
+        EnergyGain {
+            bodies: self.bodies,
+            absorbed: self.absorbed + self.stored.unwrap_or(0.0),
+            returned: self.given + self.absorbed,
+        }
+    }
+}
+
+impl<T: Scalar> Kick<'_, T> {
+    fn body(&self, system: &System<T>, place: usize) -> KickedBody<'_> {
+        let after = self.after[place].real();
+        let inertia = system.bodies[place].inertia().map(Inertia::real);
+        let mut others = self.all[place].real() + -self.contact[place].real();
+        if let Some(inertia) = &inertia {
+            others.force += system.gravity.map(real_part) * inertia.mass;
+        }
+        KickedBody {
+            inertia,
+            pose: after.pose,
+            before: &self.before[place],
+            after: after.twist,
+            others: others.to_vector(),
+        }
+    }
+}
+
+impl KickedBody<'_> {
+    /// A wrench about the reference point: the center of mass, or the origin of a body without inertia.
+    fn about_reference<T: Scalar>(&self, wrench: &Wrench<T>) -> Vector6<f64> {
+        let center = self.inertia.as_ref().map(|inertia| inertia.center_of_mass);
+        let arm = self.pose.rotation() * center.unwrap_or_default();
+        wrench.real().about(&arm).to_vector()
+    }
+
+    /// The work (J) of a wrench in the kick. A body on a path moves by its twist or by its poses, whichever takes more energy from
+    /// the contact: nothing ensures that the twist of a path is the rate of its poses.
+    fn work(&self, wrench: &Vector6<f64>, last_pose: Option<&Pose>, time_step: f64) -> f64 {
+        let mean = (self.before.to_vector() + self.after.to_vector()) / 2.0;
+        let by_twist = wrench.dot(&mean) * time_step;
+        match (last_pose, &self.inertia) {
+            (Some(last), None) => {
+                let turn = turn_between(last, &self.pose);
+                let shift = self.pose.translation() - last.translation();
+                let displacement = Twist {
+                    angular: turn,
+                    linear: shift,
+                }
+                .to_vector();
+                by_twist.min(wrench.dot(&displacement))
+            }
+            _ => by_twist,
+        }
+    }
+
+    /// The energy (J) that a wrench gives to the body from rest in the kick.
+    fn energy(&self, wrench: &Vector6<f64>, time_step: f64) -> f64 {
+        let velocities = self
+            .inertia
+            .as_ref()
+            .map(|inertia| inertia.velocities(self.pose.rotation(), wrench));
+        velocities.map_or(0.0, |velocities| {
+            wrench.dot(&velocities) * time_step * time_step / 2.0
+        })
+    }
+
+    /// Whether contact with the body begins, or changes so fast that the time step (s) may be too long for it.
+    ///
+    /// With the change ΔW of the wrench and the velocities v that led to it, h ΔW·M⁻¹ΔW/|ΔW·v| is a Rayleigh quotient of h²K. The
+    /// power ΔW·v is that of both bodies of each contact, so it depends on their relative velocities. For elastic contact with a
+    /// body at rest, the quotient is a lower bound of the largest eigenvalue, and it approaches this eigenvalue as an unstable mode
+    /// grows.
+    fn may_exceed_limit(&self, contact: &ContactChange, time_step: f64) -> bool {
+        let ContactChange { last, now, power } = contact;
+        let change = now - last;
+        if self.inertia.is_none() || change.amax() == 0.0 || last.amax() == 0.0 {
+            return self.inertia.is_some() && change.amax() > 0.0;
+        }
+        let [of_change, of_all] =
+            [&change, now].map(|wrench| 2.0 * self.energy(wrench, time_step) / time_step);
+        of_change > LARGEST_SECANT * power.abs() && of_change > ROUND_OFF * ROUND_OFF * of_all
+    }
+}
