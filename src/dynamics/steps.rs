@@ -1,10 +1,10 @@
 use super::any_world::AnyWorld;
 use super::implicit::{Memory, Scheme, Step, Trace};
 use super::integrator::{Kind, Splitting};
-use super::stability::{ContactBalances, Kick};
+use super::stability::{ContactBalances, Instability, Kick};
 use super::system::System;
 use super::workspace::Workspace;
-use super::{Body, BodyState, Plan, RolloutError, State};
+use super::{Body, Plan, RolloutError, State};
 use crate::scalar::Scalar;
 use nalgebra::Vector6;
 use std::mem;
@@ -212,36 +212,28 @@ impl<T: Scalar> Steps<T> {
             contact,
             all,
         };
-        let (may_exceed, gain) = self.balances.kicked(system, &kick, &self.state.bodies);
-        if may_exceed {
-            let states = self.next.bodies.iter().zip(before_kick);
-            let at_kick = states.map(|(state, &twist)| {
-                let state = BodyState {
-                    twist,
-                    ..state.real()
-                };
-                state.lifted()
-            });
-            let exceeded = system.exceeded_limit(&at_kick.collect::<Vec<_>>(), time_step);
-            if let Some((limit, bodies)) = exceeded {
-                return Some(RolloutError::TimeStepTooLong {
-                    step,
-                    time,
-                    time_step,
-                    limit,
-                    bodies,
-                });
-            }
-        }
-        gain.map(|gain| RolloutError::EnergyGained {
-            step,
-            time,
-            time_step,
-            bodies: gain
-                .bodies
-                .map(|place| system.bodies[place].name().to_owned()),
-            absorbed: gain.absorbed,
-            returned: gain.returned,
+        let names = |bodies: [usize; 2]| bodies.map(|place| system.bodies[place].name().to_owned());
+        let instability = self.balances.kicked(system, &kick, &self.state.bodies)?;
+        Some(match instability {
+            Instability::AboveLimit { bodies, limit } => RolloutError::TimeStepTooLong {
+                step,
+                time,
+                time_step,
+                limit,
+                bodies: names(bodies),
+            },
+            Instability::EnergyGain {
+                bodies,
+                absorbed,
+                returned,
+            } => RolloutError::EnergyGained {
+                step,
+                time,
+                time_step,
+                bodies: names(bodies),
+                absorbed,
+                returned,
+            },
         })
     }
 }

@@ -5,6 +5,7 @@
 //! less the losses by dissipation and friction. This holds in every frame, for bodies on paths, and whatever other bodies do.
 //! A contact that has given back more than twice what it absorbed has created energy.
 
+use super::limit::stiffest;
 use crate::contact::ContactWrench;
 use crate::dynamics::local::turn_between;
 use crate::dynamics::system::System;
@@ -20,6 +21,12 @@ const LARGEST_SECANT: f64 = 1.0;
 
 /// Relative changes of a wrench below this value are round-off of a body at rest. An unstable mode grows through this value.
 const ROUND_OFF: f64 = 1e-6;
+
+/// A stability limit beyond this many time steps is far.
+const FAR: f64 = 2.0;
+
+/// The longest pause of comparisons with the limit, in steps.
+const LONGEST_PAUSE: usize = 31;
 
 /// The contacts of a rollout, over its explicit steps.
 #[derive(Debug, Clone, Default)]
@@ -40,6 +47,10 @@ struct Kicked {
     poses: Vec<Pose>,
     /// Contacts that act or have created energy, in the order of their bodies.
     contacts: Vec<Balance>,
+    /// Steps without a comparison with the limit to come.
+    pause: usize,
+    /// Steps without a comparison after the last one.
+    last_pause: usize,
 }
 
 /// The work of a contact on its two bodies.
@@ -59,15 +70,17 @@ struct Balance {
     absorbed: f64,
 }
 
-/// Energy that a contact has created.
+/// The reason why a step is too long, for the contact of two bodies at some places.
 #[derive(Debug, Clone, Copy)]
-pub(in crate::dynamics) struct EnergyGain {
-    /// The places of the two bodies.
-    pub bodies: [usize; 2],
-    /// Energy (J) that the contact has absorbed, or stored at the start.
-    pub absorbed: f64,
-    /// Energy (J) that it has given back.
-    pub returned: f64,
+pub(in crate::dynamics) enum Instability {
+    /// The time step exceeds the stability limit (s). The contact is the stiffest one.
+    AboveLimit { bodies: [usize; 2], limit: f64 },
+    /// The contact has returned much more energy (J) than it absorbed or stored at the start.
+    EnergyGain {
+        bodies: [usize; 2],
+        absorbed: f64,
+        returned: f64,
+    },
 }
 
 /// The kick of an explicit step.
@@ -108,14 +121,13 @@ struct ContactChange {
 const NONE: [Vector6<f64>; 2] = [Vector6::new(0.0, 0.0, 0.0, 0.0, 0.0, 0.0); 2];
 
 impl ContactBalances {
-    /// Tries a kick in a rollout that began at a state. Returns whether the time step may exceed the stability limit, and energy
-    /// that a contact has created.
+    /// Tries a kick in a rollout that began at a state. Returns the reason if its time step is too long.
     pub fn kicked<T: Scalar>(
         &mut self,
         system: &System<T>,
         kick: &Kick<T>,
         start: &[BodyState<T>],
-    ) -> (bool, Option<EnergyGain>) {
+    ) -> Option<Instability> {
         if self.start.is_empty() {
             self.start.extend(start.iter().map(BodyState::real));
         }
@@ -148,7 +160,41 @@ impl ContactBalances {
         let poses = kick.after.iter().map(|state| state.pose.real());
         self.next.poses.clear();
         self.next.poses.extend(poses);
-        (may_exceed, gain)
+        let above_limit = self.compared_with_limit(system, kick, may_exceed);
+        above_limit.or(gain)
+    }
+
+    /// Compares the time step with the stability limit if it may exceed the limit. After a step far below the limit, the next
+    /// comparisons pause for a growing number of steps: they linearize all contacts, and the balances notice a growing mode.
+    fn compared_with_limit<T: Scalar>(
+        &mut self,
+        system: &System<T>,
+        kick: &Kick<T>,
+        may_exceed: bool,
+    ) -> Option<Instability> {
+        let Kicked {
+            pause, last_pause, ..
+        } = self.last;
+        (self.next.pause, self.next.last_pause) = (pause.saturating_sub(1), last_pause);
+        if !may_exceed || pause > 0 {
+            return None;
+        }
+        let found = system.limit_without_friction(&kick.states_before());
+        let is_far = found
+            .as_ref()
+            .is_none_or(|(limit, _)| *limit > FAR * kick.time_step);
+        let pause = if is_far {
+            LONGEST_PAUSE.min(2 * last_pause + 1)
+        } else {
+            0
+        };
+        (self.next.pause, self.next.last_pause) = (pause, pause);
+        let (limit, contacts) = found.filter(|(limit, _)| kick.time_step > *limit)?;
+        let stiffest = stiffest(&contacts)?;
+        Some(Instability::AboveLimit {
+            bodies: stiffest.bodies,
+            limit,
+        })
     }
 
     /// Keeps the kick that was tried last.
@@ -247,8 +293,8 @@ impl Balance {
         self.given > most && self.given.is_finite()
     }
 
-    fn gain(&self) -> EnergyGain {
-        EnergyGain {
+    fn gain(&self) -> Instability {
+        Instability::EnergyGain {
             bodies: self.bodies,
             absorbed: self.absorbed + self.stored.unwrap_or(0.0),
             returned: self.given + self.absorbed,
@@ -257,6 +303,16 @@ impl Balance {
 }
 
 impl<T: Scalar> Kick<'_, T> {
+    /// All bodies before the kick, without derivatives.
+    fn states_before(&self) -> Vec<BodyState<T>> {
+        let states = self.after.iter().zip(self.before);
+        let before = states.map(|(state, &twist)| BodyState {
+            twist,
+            ..state.real()
+        });
+        before.map(|state| state.lifted()).collect()
+    }
+
     fn body(&self, system: &System<T>, place: usize) -> KickedBody<'_> {
         let after = self.after[place].real();
         let inertia = system.bodies[place].inertia().map(Inertia::real);

@@ -9,8 +9,8 @@ use super::system::System;
 use super::{BodyState, Force, State, World, WorldError};
 use crate::scalar::{Scalar, real_part};
 use crate::threads::mapped_into;
-pub(super) use balance::{ContactBalances, Kick};
-use limit::{stability_limit, stiffest};
+pub(super) use balance::{ContactBalances, Instability, Kick};
+use limit::stability_limit;
 use pair::{PairRates, RealBody};
 
 impl<T: Scalar, F: Force> World<T, F> {
@@ -88,17 +88,11 @@ impl<T: Scalar, F: Force> World<T, F> {
 }
 
 impl<T: Scalar> System<T> {
-    /// Returns the limit (s) and the names of the two bodies in the stiffest contact if a time step is too long for the contacts of
-    /// a state. Friction is left out, because the chatter of bodies at rest is bounded.
-    pub(super) fn exceeded_limit(
-        &self,
-        states: &[BodyState<T>],
-        time_step: f64,
-    ) -> Option<(f64, [String; 2])> {
+    /// The stability limit (s) of the contacts of a state, and the contacts; none if nothing is resisted. Friction is left out,
+    /// because the chatter of bodies at rest is bounded.
+    fn limit_without_friction(&self, states: &[BodyState<T>]) -> Option<(f64, Vec<PairRates>)> {
         let rates = self.rates(states, false);
-        let limit = stability_limit(&rates, states.len()).filter(|&limit| time_step > limit)?;
-        let names = |bodies: [usize; 2]| bodies.map(|index| self.bodies[index].name().to_owned());
-        stiffest(&rates).map(|pair| (limit, names(pair.bodies)))
+        stability_limit(&rates, states.len()).map(|limit| (limit, rates))
     }
 
     /// The potential energy (J) of the contact of two bodies.
