@@ -1,6 +1,7 @@
 //! How long a time step may be.
 
 mod balance;
+mod kick;
 mod limit;
 mod pair;
 
@@ -9,7 +10,8 @@ use super::system::System;
 use super::{BodyState, Force, State, World, WorldError};
 use crate::scalar::{Scalar, real_part};
 use crate::threads::mapped_into;
-pub(super) use balance::{ContactBalances, Instability, Kick};
+pub(super) use balance::{ContactBalances, Instability};
+pub(super) use kick::Kick;
 use limit::stability_limit;
 use pair::{PairRates, RealBody};
 
