@@ -196,9 +196,9 @@ pub enum RolloutError {
     /// The state that it was to start from does not fit the world.
     #[error(transparent)]
     State(#[from] WorldError),
-    /// A body starts wholly below the surface of a half-space, where no force pushes it out.
+    /// A body starts wholly below the surface of a half-space without a contact that pushes it out.
     #[error(
-        "body {:?} starts wholly below the surface of half-space {:?}, where no force pushes it out: start it above (z > 0 in the frame of the half-space), turn the half-space, or ignore the pair",
+        "body {:?} starts wholly below the surface of half-space {:?}, and no contact pushes it out: start it above (z > 0 in the frame of the half-space), turn the half-space, or ignore the pair",
         .bodies[0], .bodies[1]
     )]
     StartsBelow {

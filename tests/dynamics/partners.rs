@@ -336,6 +336,26 @@ fn a_body_wholly_inside_another_has_sunk_through() {
     }
 }
 
+/// A soft layer presses up a body that is wholly below its surface, so rollouts may start there.
+#[test]
+fn a_rollout_may_start_below_a_soft_layer_that_pushes_the_body_out() {
+    let layer = HalfSpace::layer(0.1).unwrap();
+    let layer = Body::fixed("layer", layer, Material::elastic(3e4)).unwrap();
+    let ball = Arc::new(Shape::new(shapes::icosphere(0.01, 2).unwrap()));
+    let ball = Body::dynamic("ball", ball, Material::elastic(1e6), Mass::Total(0.008)).unwrap();
+    let plan = Plan::new(1e-4, 10).unwrap();
+    for (height, is_lost) in [(-0.02, false), (-10.0, true)] {
+        let start = Pose::from_translation(vector![0.0, 0.0, height]);
+        let world = World::new(vec![ball.clone().at(start), layer.clone()]).unwrap();
+        match world.rollout(&plan).recorded() {
+            Ok(states) => assert!(!is_lost && states.last().bodies[0].twist.linear.z > 0.0),
+            Err(Interrupted { error, .. }) => {
+                assert!(is_lost && matches!(error, RolloutError::StartsBelow { .. }));
+            }
+        }
+    }
+}
+
 #[test]
 fn a_body_that_starts_below_a_floor_is_an_error() {
     for floor in floors() {
