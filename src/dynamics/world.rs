@@ -156,7 +156,7 @@ impl<F: Force> World<f64, F> {
         let placed = self.system.placed(state.clone());
         self.system.start = placed.time;
         for (body, initial) in self.system.bodies.iter_mut().zip(placed.bodies) {
-            body.initial = initial;
+            (body.initial, body.start) = (initial, placed.time);
         }
         self.system.check()?;
         Ok(self)
