@@ -60,7 +60,8 @@ def checked_pose(argument: Any) -> Floats:
 
 
 def check_time_step(time_step: float) -> None:
-    if not (math.isfinite(time_step) and time_step > 0.0):
+    # The comparison is exact for integers of any size, which isfinite does not accept.
+    if not 0.0 < time_step <= sys.float_info.max:
         raise HydroelasticError(f"the time step is {time_step} s: expected a positive number")
 
 
