@@ -6,7 +6,7 @@ use numpy::{
     IntoPyArray, PyArray1, PyArray2, PyArrayDescrMethods, PyArrayDyn, PyArrayMethods,
     PyUntypedArray, PyUntypedArrayMethods, ToPyArray,
 };
-use pyo3::exceptions::PyTypeError;
+use pyo3::exceptions::{PyOverflowError, PyTypeError};
 use pyo3::prelude::*;
 use pyo3::types::{PyList, PyTuple};
 use std::collections::BTreeMap;
@@ -78,6 +78,46 @@ pub fn finite(value: f64, name: &str) -> PyResult<f64> {
         return Ok(value);
     }
     Err(refused(format!("{name} must be finite, but is {value}")))
+}
+
+/// Converts an argument to a number. Booleans and integers beyond float64 are errors.
+pub fn real(argument: &Bound<'_, PyAny>) -> PyResult<f64> {
+    extracted(argument)
+}
+
+/// Converts an argument to a number, or None.
+pub fn optional_real(argument: &Bound<'_, PyAny>) -> PyResult<Option<f64>> {
+    if argument.is_none() {
+        return Ok(None);
+    }
+    real(argument).map(Some)
+}
+
+/// Converts an argument to an integer. Booleans and integers beyond 128 bits are errors.
+pub fn whole(argument: &Bound<'_, PyAny>) -> PyResult<Whole> {
+    extracted(argument)
+}
+
+/// Converts an argument to a list of integers.
+pub fn wholes(argument: &Bound<'_, PyAny>) -> PyResult<Vec<Whole>> {
+    argument.try_iter()?.map(|item| whole(&item?)).collect()
+}
+
+fn extracted<'py, T>(argument: &Bound<'py, PyAny>) -> PyResult<T>
+where
+    T: for<'a> FromPyObject<'a, 'py, Error = PyErr>,
+{
+    if argument.extract::<bool>().is_ok() {
+        return Err(PyTypeError::new_err(
+            "a number is expected, but the argument is a bool",
+        ));
+    }
+    argument.extract().map_err(|error: PyErr| {
+        if error.is_instance_of::<PyOverflowError>(argument.py()) {
+            return refused("an integer argument is too large");
+        }
+        error
+    })
 }
 
 /// An integer argument, before [`count`] checks its range.

@@ -1,5 +1,6 @@
 //! Materials of bodies, and the surface law of a pair.
 
+use crate::arrays::{optional_real, real};
 use crate::errors::refused;
 use hydroelastic::{contact, dynamics};
 use pyo3::prelude::*;
@@ -59,7 +60,11 @@ pub fn modulus_repr(modulus: Option<f64>) -> String {
 impl Material {
     #[new]
     #[pyo3(signature = (modulus, dissipation=0.0, friction=0.0))]
-    fn new(modulus: Option<f64>, dissipation: f64, friction: Option<f64>) -> PyResult<Self> {
+    fn new(
+        #[pyo3(from_py_with = optional_real)] modulus: Option<f64>,
+        #[pyo3(from_py_with = real)] dissipation: f64,
+        #[pyo3(from_py_with = optional_real)] friction: Option<f64>,
+    ) -> PyResult<Self> {
         let is_in_range = [
             (
                 "hydroelastic modulus",
@@ -92,7 +97,7 @@ impl Material {
     /// makes them frictionless.
     #[staticmethod]
     #[pyo3(signature = (friction=None))]
-    fn rigid(friction: Option<f64>) -> PyResult<Self> {
+    fn rigid(#[pyo3(from_py_with = optional_real)] friction: Option<f64>) -> PyResult<Self> {
         Self::new(None, 0.0, friction)
     }
 
@@ -100,7 +105,11 @@ impl Material {
     /// dissipates nothing. Friction is the harmonic mean, or the coefficient of one body if the other has none. slip_tolerance in
     /// m/s.
     #[pyo3(signature = (other, slip_tolerance=1e-3))]
-    fn law_with(&self, other: &Self, slip_tolerance: f64) -> PyResult<SurfaceLaw> {
+    fn law_with(
+        &self,
+        other: &Self,
+        #[pyo3(from_py_with = real)] slip_tolerance: f64,
+    ) -> PyResult<SurfaceLaw> {
         let law = self.inner().law_with(&other.inner(), slip_tolerance);
         SurfaceLaw::new(law.dissipation(), law.friction(), law.slip_tolerance())
     }
@@ -161,7 +170,11 @@ impl SurfaceLaw {
 impl SurfaceLaw {
     #[new]
     #[pyo3(signature = (dissipation=0.0, friction=0.0, slip_tolerance=1e-3))]
-    pub fn new(dissipation: f64, friction: f64, slip_tolerance: f64) -> PyResult<Self> {
+    pub fn new(
+        #[pyo3(from_py_with = real)] dissipation: f64,
+        #[pyo3(from_py_with = real)] friction: f64,
+        #[pyo3(from_py_with = real)] slip_tolerance: f64,
+    ) -> PyResult<Self> {
         let law = Self {
             dissipation,
             friction,

@@ -145,7 +145,7 @@ impl Inputs {
         let chunks: Vec<&[Situation<'_>]> = situations.chunks(CHUNK).collect();
         let of_chunk = |chunk: &&[Situation<'_>]| {
             let mut numbers = vec![0.0; width * chunk.len()];
-            for (situation, row) in chunk.iter().zip(numbers.chunks_mut(width)) {
+            for (situation, row) in chunk.iter().zip(numbers.chunks_mut(width.max(1))) {
                 write(situation, row);
             }
             numbers
@@ -192,7 +192,7 @@ impl Found {
         let Some(count) = self.count else {
             return copied(py, &self.numbers[range], shape);
         };
-        let rows = self.numbers.chunks(self.width);
+        let rows = (0..count).map(|item| &self.numbers[item * self.width..]);
         let values: Vec<f64> = rows.flat_map(|row| &row[range.clone()]).copied().collect();
         array(py, values, &[&[count], shape].concat())
     }

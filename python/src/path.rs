@@ -1,7 +1,8 @@
 //! Paths of bodies that forces do not move.
 
 use crate::arrays::{
-    Floats, Many, Numbers, array, check_finite, finite, finite_row, list, numbers, wrong_shape,
+    Floats, Many, Numbers, array, check_finite, finite, finite_row, list, numbers, real,
+    wrong_shape,
 };
 use crate::errors::refused;
 use crate::pickle::{Reduced, loaded, reduced};
@@ -77,7 +78,11 @@ impl Path {
     }
 
     /// The pose (4, 4) and the twist (6,) at a time (s). HydroelasticError if the time, the pose or the twist is not finite.
-    fn at<'py>(&self, py: Python<'py>, time: f64) -> PyResult<(Floats<'py>, Floats<'py>)> {
+    fn at<'py>(
+        &self,
+        py: Python<'py>,
+        #[pyo3(from_py_with = real)] time: f64,
+    ) -> PyResult<(Floats<'py>, Floats<'py>)> {
         let BodyState { pose, twist } = self.state_at(finite(time, "time")?);
         let twist = twist.to_vector().as_slice().to_vec();
         check_finite(&twist, "the twist of the path")?;

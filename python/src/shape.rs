@@ -1,7 +1,8 @@
 //! Shapes: pressure fields with their search trees.
 
 use crate::arrays::{
-    Floats, Whole, array, check_finite, count, indices, list, row, signed, table, whole_array,
+    Floats, Whole, array, check_finite, count, indices, list, optional_real, real, row, signed,
+    table, whole, whole_array,
 };
 use crate::errors::refused;
 use crate::shape_gradient::mass_gradient;
@@ -162,7 +163,7 @@ impl Shape {
         py: Python<'_>,
         path: PathBuf,
         extents: Option<&str>,
-        unit: Option<f64>,
+        #[pyo3(from_py_with = optional_real)] unit: Option<f64>,
     ) -> PyResult<Self> {
         check_extension(&path, &["stl", "obj"], |path| {
             format!(
@@ -191,14 +192,20 @@ impl Shape {
     /// A ball about the origin of the body frame: radius (m), and how often the 20 faces of an icosahedron are divided by four
     /// (0 to 8).
     #[staticmethod]
-    fn icosphere(radius: f64, subdivisions: Whole) -> PyResult<Self> {
+    fn icosphere(
+        #[pyo3(from_py_with = real)] radius: f64,
+        #[pyo3(from_py_with = whole)] subdivisions: Whole,
+    ) -> PyResult<Self> {
         let subdivisions = count(subdivisions, "subdivisions")?;
         Self::of(shapes::icosphere(radius, subdivisions))
     }
 
     /// An ellipsoid with three semi-axes (m): an icosphere, stretched.
     #[staticmethod]
-    fn ellipsoid(semi_axes: &Bound<'_, PyAny>, subdivisions: Whole) -> PyResult<Self> {
+    fn ellipsoid(
+        semi_axes: &Bound<'_, PyAny>,
+        #[pyo3(from_py_with = whole)] subdivisions: Whole,
+    ) -> PyResult<Self> {
         let subdivisions = count(subdivisions, "subdivisions")?;
         Self::of(shapes::ellipsoid(
             row(semi_axes, "semi_axes")?,
@@ -220,7 +227,11 @@ impl Shape {
 
     /// A prism with a regular polygon of some segments as its base, for a cylinder along z: radius (m), length (m).
     #[staticmethod]
-    fn cylinder(radius: f64, length: f64, segments: Whole) -> PyResult<Self> {
+    fn cylinder(
+        #[pyo3(from_py_with = real)] radius: f64,
+        #[pyo3(from_py_with = real)] length: f64,
+        #[pyo3(from_py_with = whole)] segments: Whole,
+    ) -> PyResult<Self> {
         let segments = count(segments, "segments")?;
         Self::of(shapes::cylinder(radius, length, segments))
     }
@@ -294,7 +305,7 @@ impl Shape {
     fn mass_properties<'py>(
         &self,
         py: Python<'py>,
-        density: f64,
+        #[pyo3(from_py_with = real)] density: f64,
     ) -> PyResult<(f64, Floats<'py>, Floats<'py>)> {
         let found = self.field().mesh().mass_properties(density);
         mass_arrays(py, &found.map_err(refused)?)
@@ -306,8 +317,8 @@ impl Shape {
     fn mass_gradient<'py>(
         &self,
         py: Python<'py>,
-        density: f64,
-        by_mass: f64,
+        #[pyo3(from_py_with = real)] density: f64,
+        #[pyo3(from_py_with = real)] by_mass: f64,
         by_center: &Bound<'py, PyAny>,
         by_inertia: &Bound<'py, PyAny>,
     ) -> PyResult<Floats<'py>> {

@@ -1,6 +1,6 @@
 //! Derivatives of rollouts.
 
-use crate::arrays::{Floats, Whole, array, count};
+use crate::arrays::{Floats, Whole, array, count, whole};
 use crate::by_states::ByStates;
 use crate::errors::not_differentiated;
 use crate::interrupt::{Progress, Shared, run};
@@ -100,9 +100,9 @@ impl World {
         parameters: Vec<Bound<'py, Parameter>>,
         by_poses: &Bound<'py, PyAny>,
         by_twists: &Bound<'py, PyAny>,
-        memory: Option<Whole>,
+        memory: Option<&Bound<'_, PyAny>>,
     ) -> PyResult<Floats<'py>> {
-        let memory = memory.map(|it| count(it, "memory")).transpose()?;
+        let memory = memory.map(|it| count(whole(it)?, "memory")).transpose()?;
         let by = inner(&parameters);
         let recorded = (&plan.0, self.inner.bodies().len());
         let by_states = ByStates::of(by_poses, by_twists, recorded, None)?;
@@ -149,7 +149,7 @@ impl World {
         &self,
         plan: &Plan,
         parameters: Vec<Bound<'_, Parameter>>,
-        losses: Whole,
+        #[pyo3(from_py_with = whole)] losses: Whole,
     ) -> PyResult<bool> {
         let (by, losses) = (inner(&parameters), count(losses, "losses")?);
         let experiment = Experiment::new(&self.inner, &plan.0);

@@ -53,8 +53,9 @@ def refused_values(name, value):
     if isinstance(value, bool | Signed):
         return {"NaN": np.nan, "a fraction": 1.5}
     if isinstance(value, int):
-        return {"negative": -1, "NaN": np.nan, "a fraction": 1.5, "text": "1"}
+        return {"negative": -1, "NaN": np.nan, "a fraction": 1.5, "text": "1", "a huge integer": 10**400, "a bool": True}
     found = {"NaN": np.nan, "infinite": np.inf, "minus infinity": -np.inf, "text": "1", "complex": 1j}
+    found |= {"a huge integer": 10**400, "a bool": True}
     if isinstance(value, Named):
         del found["text"]
     if isinstance(value, Positive):

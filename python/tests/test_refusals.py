@@ -62,6 +62,18 @@ def test_errors_of_wrong_arguments_show_the_right_call():
         he.Pair(he.HalfSpace(), he.Shape.icosphere(0.1, 1), 1e5)
 
 
+    with pytest.raises(TypeError, match="a force must be a Spring, a Drag or a Thruster, but is 1"):
+        he.World([], forces=[1])
+    with pytest.raises(TypeError, match='integrator must be an Integrator or its name, "symplectic_euler", .*, but is 1'):
+        he.Plan(1e-3, 5, 1)
+    with pytest.raises(TypeError, match="a shape must be a Shape, a RigidShape or a HalfSpace, but is 1"):
+        he.Body.fixed("floor", 1, he.Material(1e5))
+    with pytest.raises(TypeError, match="a number is expected, but the argument is a bool"):
+        he.World([], gravity=True)
+    with pytest.raises(he.HydroelasticError, match="an integer argument is too large"):
+        he.Plan(1e-3, 10**400)
+
+
 def tetrahedron(size, path):
     corners = size * np.array([[0.0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]])
     if path.suffix == ".obj":
@@ -158,6 +170,15 @@ def refusals():
         ),
         'the world has no force parameter "c"': lambda: driven(force_parameters={"k": 1.0}).jacobian(
             plan, [he.Parameter.of_forces("c")]
+        ),
+        "a force parameter needs a name": lambda: he.World([body], force_parameters={"": 1.0}),
+        'body "ball" has two controls': lambda: he.World([body], controls=[he.Control("ball", 0.1, np.ones((1, 6)))] * 2),
+        'a spring between bodies "wall" and "block" moves nothing': lambda: he.World(
+            [he.Body.fixed("wall", ball, skin), he.Body.fixed("block", ball, skin)],
+            forces=[he.Spring(("wall", "block"), ([0.0] * 3, [0.0] * 3), 0.1, 1.0)],
+        ),
+        "the change between two states is inf": lambda: world.displacement(
+            *(he.State(0.0, he.pose([x, 0.0, 0.0])[None], np.zeros((1, 6))) for x in (-1e308, 1e308))
         ),
         "twists must be finite": lambda: he.State(0.0, eye[None], np.full((1, 6), np.inf)),
         "a trajectory needs at least one state": lambda: he.Trajectory([]),

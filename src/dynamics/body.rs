@@ -44,6 +44,8 @@ pub struct Body<T = f64> {
     pub(crate) rubs: bool,
     pub(crate) motion: Motion<T>,
     pub(crate) initial: BodyState<T>,
+    /// Time (s) of the initial state.
+    pub(super) start: f64,
 }
 
 impl Body<f64> {
@@ -112,6 +114,7 @@ impl Body<f64> {
                 || material.friction.is_some_and(|friction| friction > 0.0),
             motion,
             initial,
+            start: 0.0,
         })
     }
 
@@ -150,28 +153,37 @@ impl Body<f64> {
                 Motion::Prescribed(path) => Motion::Prescribed(Arc::clone(path)),
             },
             initial: self.initial.lifted(),
+            start: self.start,
         }
     }
 
-    /// Checks that material, mass and initial state, at a time (s), are usable.
-    pub(crate) fn check(&self, time: f64) -> Result<(), WorldError> {
+    /// Moves the initial state to a time (s): that of a body on a path along the path.
+    pub(super) fn start_at(&mut self, time: f64) {
+        self.start = time;
+        if let Motion::Prescribed(path) = &self.motion {
+            self.initial = state_on(&**path, time);
+        }
+    }
+
+    /// Checks that material, mass and initial state are usable.
+    pub(crate) fn check(&self) -> Result<(), WorldError> {
         self.material.check_on(&self.name, &self.shape)?;
         if let Some(inertia) = self.inertia() {
             check_mass_number(&self.name, "mass", inertia.mass)?;
         }
         self.initial.check(&self.name)?;
-        self.check_own_start(time)
+        self.check_own_start()
     }
 
-    /// Checks that the body starts at a time (s) as it goes on: a fixed one at rest, one with a path on it.
-    fn check_own_start(&self, time: f64) -> Result<(), WorldError> {
+    /// Checks that a fixed body starts at rest, and a body with a path on the path.
+    fn check_own_start(&self) -> Result<(), WorldError> {
         let start = match &self.motion {
             Motion::Dynamic(_) => return Ok(()),
             Motion::Fixed => BodyState {
                 pose: self.initial.pose,
                 twist: Twist::zero(),
             },
-            Motion::Prescribed(path) => state_on(&**path, time),
+            Motion::Prescribed(path) => state_on(&**path, self.start),
         };
         let (given, twist) = (&self.initial, &self.initial.twist);
         let keeps = [
@@ -207,6 +219,7 @@ impl<T: Scalar> Body<T> {
                 Motion::Prescribed(path) => Motion::Prescribed(Arc::clone(path)),
             },
             initial: self.initial.real(),
+            start: self.start,
         }
     }
 
@@ -241,6 +254,12 @@ impl<T: Scalar> Body<T> {
     #[must_use]
     pub fn initial(&self) -> &BodyState<T> {
         &self.initial
+    }
+
+    /// Time (s) of the initial state: 0, or the time at which the world of the body starts.
+    #[must_use]
+    pub fn initial_time(&self) -> f64 {
+        self.start
     }
 
     /// The centre of mass (m) in the world, of a body that forces do not move its origin.

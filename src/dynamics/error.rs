@@ -95,6 +95,17 @@ pub enum WorldError {
         /// What it was given.
         quantity: &'static str,
     },
+    /// Forces move neither of the two bodies of a force.
+    #[error(
+        "a {quantity} between bodies {:?} and {:?} moves nothing: each is fixed or follows a path, so make one of them dynamic",
+        .bodies[0], .bodies[1]
+    )]
+    NeitherDynamic {
+        /// Names of the bodies.
+        bodies: [String; 2],
+        /// Kind of the force.
+        quantity: &'static str,
+    },
     /// A body that forces move was given a path.
     #[error("body {0:?} cannot follow a path: forces move it")]
     Dynamic(String),
@@ -138,6 +149,9 @@ pub enum WorldError {
         /// Names of the world's force parameters.
         known: Vec<String>,
     },
+    /// The name of a force parameter is empty.
+    #[error("a force parameter needs a name, but its name is empty")]
+    UnnamedForceParameter,
     /// A state does not fit the world.
     #[error("a state of {found} bodies does not fit a world of {expected}")]
     StateSize {
@@ -196,9 +210,9 @@ pub enum RolloutError {
     /// The state that it was to start from does not fit the world.
     #[error(transparent)]
     State(#[from] WorldError),
-    /// A body starts wholly below the surface of a half-space, where no force pushes it out.
+    /// A body starts wholly below the surface of a half-space without a contact that pushes it out.
     #[error(
-        "body {:?} starts wholly below the surface of half-space {:?}, where no force pushes it out: start it above (z > 0 in the frame of the half-space), turn the half-space, or ignore the pair",
+        "body {:?} starts wholly below the surface of half-space {:?}, and no contact pushes it out: start it above (z > 0 in the frame of the half-space), turn the half-space, or ignore the pair",
         .bodies[0], .bodies[1]
     )]
     StartsBelow {

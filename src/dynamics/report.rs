@@ -179,7 +179,7 @@ impl<T: Scalar> System<T> {
         sunk.map(|&(i, j)| [i, j]).collect()
     }
 
-    /// Returns an error if a dynamic body is wholly below the surface of a half-space, because no force would push it out.
+    /// Returns an error if a dynamic body is wholly below the surface of a half-space without a contact that would push it out.
     pub(super) fn below_half_space(&self, states: &[BodyState<T>]) -> Option<RolloutError> {
         let is_half_space =
             |index: &usize| matches!(self.bodies[*index].shape, BodyShape::HalfSpace(_));
@@ -188,10 +188,13 @@ impl<T: Scalar> System<T> {
             let from_world = states[half_space].pose.real().inverse();
             for body in self.dynamic_bodies() {
                 let pose = from_world * states[body].pose.real();
-                let pair = [body.min(half_space), body.max(half_space)];
-                if self.contact_order(pair[0], pair[1]).is_some()
-                    && self.bodies[body].shape.bounds_at(&pose).upper.z < 0.0
-                {
+                let order = self.contact_order(body.min(half_space), body.max(half_space));
+                let Some((a, b)) = order else {
+                    continue;
+                };
+                let is_below = self.bodies[body].shape.bounds_at(&pose).upper.z < 0.0;
+                let contact = self.pair_of([a, b], [&states[a], &states[b]]);
+                if is_below && contact.is_none_or(|pair| pair.touching_tets().is_empty()) {
                     let bodies = names([body, half_space]);
                     return Some(RolloutError::StartsBelow { bodies });
                 }

@@ -116,8 +116,11 @@ impl<F: Force> World<f64, F> {
     /// ```
     ///
     /// # Errors
-    /// If the value is not finite, or a force [cannot act](Force::check) with it.
+    /// If the name is empty, the value is not finite, or a force [cannot act](Force::check) with it.
     pub fn with_force_parameter(mut self, name: &str, value: f64) -> Result<Self, WorldError> {
+        if name.is_empty() {
+            return Err(WorldError::UnnamedForceParameter);
+        }
         check_finite(FORCE_PARAMETER, &[value])?;
         self.system.force_parameters.retain(|(own, _)| own != name);
         self.system.force_parameters.push((name.into(), value));
@@ -156,7 +159,7 @@ impl<F: Force> World<f64, F> {
         let placed = self.system.placed(state.clone());
         self.system.start = placed.time;
         for (body, initial) in self.system.bodies.iter_mut().zip(placed.bodies) {
-            body.initial = initial;
+            (body.initial, body.start) = (initial, placed.time);
         }
         self.system.check()?;
         Ok(self)

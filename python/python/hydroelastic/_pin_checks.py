@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import operator
+import sys
 from typing import Any, TypeAlias
 
 import numpy as np
@@ -33,13 +34,17 @@ def checked(array: Any, name: str, shape: tuple[int, ...], infinite: bool = Fals
 
 
 def check_count(count: Any, name: str, least: int = 0) -> int:
-    """Returns an integer. Raises an error if it is below ``least``."""
+    """Returns an integer. Raises an error if it is a bool, below ``least``, or too large."""
+    if isinstance(count, bool):
+        raise TypeError(f"{name} must be an integer, but is {count!r}")
     try:
         value = operator.index(count)
     except TypeError:
         raise TypeError(f"{name} must be an integer, but is {count!r}") from None
     if value < least:
         raise HydroelasticError(f"{name} must be at least {least}, but is {value}")
+    if value > sys.maxsize:
+        raise HydroelasticError(f"{name} must be at most {sys.maxsize}")
     return value
 
 
@@ -55,7 +60,8 @@ def checked_pose(argument: Any) -> Floats:
 
 
 def check_time_step(time_step: float) -> None:
-    if not (math.isfinite(time_step) and time_step > 0.0):
+    # The comparison is exact for integers of any size, which isfinite does not accept.
+    if not 0.0 < time_step <= sys.float_info.max:
         raise HydroelasticError(f"the time step is {time_step} s: expected a positive number")
 
 

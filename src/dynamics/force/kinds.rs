@@ -98,7 +98,13 @@ impl Force for Spring {
         if a == b {
             return Err(WorldError::SameBody(a.clone()));
         }
-        check_dynamic(&[a, b], "spring", bodies)?;
+        let moves = |name| Ok(bodies[known_place(name, bodies)?].inertia().is_some());
+        if !(moves(a)? | moves(b)?) {
+            return Err(WorldError::NeitherDynamic {
+                bodies: self.bodies.clone(),
+                quantity: "spring",
+            });
+        }
         self.rest_length
             .check("rest length of a spring", parameters)?;
         self.stiffness.check("stiffness of a spring", parameters)?;
@@ -122,7 +128,7 @@ impl Force for Drag {
     }
 
     fn check(&self, bodies: &[Body], parameters: &[(String, f64)]) -> Result<(), WorldError> {
-        check_dynamic(&[&self.body], "drag", bodies)?;
+        check_dynamic(&self.body, "drag", bodies)?;
         self.linear.check("drag on the velocity", parameters)?;
         self.angular.check("drag on the spin", parameters)
     }
@@ -142,7 +148,7 @@ impl Force for Thruster {
     }
 
     fn check(&self, bodies: &[Body], _: &[(String, f64)]) -> Result<(), WorldError> {
-        check_dynamic(&[&self.body], "thruster", bodies)?;
+        check_dynamic(&self.body, "thruster", bodies)?;
         check_finite("point of a thruster", &self.point)?;
         check_finite("force of a thruster", &self.force)
     }
@@ -154,21 +160,13 @@ fn together(names: &[String], bodies: &[Body]) -> Vec<Vec<usize>> {
     vec![places.collect()]
 }
 
-/// Checks that there are bodies of these names, and that forces move at least one of them; if not, the error names the first.
-fn check_dynamic(
-    names: &[&str],
-    quantity: &'static str,
-    bodies: &[Body],
-) -> Result<(), WorldError> {
-    let mut any_moves = false;
-    for name in names {
-        any_moves |= bodies[known_place(name, bodies)?].inertia().is_some();
+/// Checks that there is a body of this name, and that forces move it.
+fn check_dynamic(name: &str, quantity: &'static str, bodies: &[Body]) -> Result<(), WorldError> {
+    match bodies[known_place(name, bodies)?].inertia() {
+        Some(_) => Ok(()),
+        None => Err(WorldError::NotDynamic {
+            body: name.to_owned(),
+            quantity,
+        }),
     }
-    if any_moves {
-        return Ok(());
-    }
-    Err(WorldError::NotDynamic {
-        body: names[0].to_owned(),
-        quantity,
-    })
 }
