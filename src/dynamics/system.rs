@@ -1,4 +1,5 @@
-use super::body::{known_place, state_on};
+use super::body::known_place;
+use super::motion::state_on;
 use super::settings::check_finite;
 use super::{Body, BodyState, Control, Motion, State, WorldError};
 use crate::scalar::{Scalar, lift, lift_vector, real_part, real_vector};
