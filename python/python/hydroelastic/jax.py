@@ -271,7 +271,7 @@ def _rows_of(function: _rows.Function, numbers: Any) -> _rows.Floats:
 def _floats(value: _Array, name: str, shape: tuple[int, ...]) -> Array:
     """An argument as a float64 array that ends in a shape."""
     _check_precision()
-    array = jnp.asarray(value)
+    array = _array(value, name)
     if jnp.issubdtype(array.dtype, jnp.integer):
         array = array.astype(jnp.float64)
     if array.dtype != jnp.float64:
@@ -284,6 +284,13 @@ def _floats(value: _Array, name: str, shape: tuple[int, ...]) -> Array:
     return array
 
 
+def _array(value: _Array | int, name: str) -> Array:
+    try:
+        return jnp.asarray(value)
+    except OverflowError as error:
+        raise HydroelasticError(f"{name} has a number that is too large: {error}") from None
+
+
 def _finite(array: Array, name: str) -> Array:
     """Returns the array. Raises an error if a number is not finite, except inside transformations, where it propagates."""
     if not isinstance(array, jax.core.Tracer) and not np.isfinite(np.asarray(array)).all():
@@ -292,7 +299,7 @@ def _finite(array: Array, name: str) -> Array:
 
 
 def _count(taken: _Array | int) -> Array:
-    array = jnp.asarray(taken)
+    array = _array(taken, "taken")
     if not jnp.issubdtype(array.dtype, jnp.integer):
         raise TypeError(f"taken must be an integer or an array of integers, but is of {array.dtype}")
     return array.astype(jnp.float64)

@@ -229,10 +229,13 @@ class _Arrays:
 
 def _floats(value: _Tensor, name: str, shape: tuple[int, ...]) -> Tensor:
     """An argument as a tensor of float64 on the CPU that ends in a shape."""
-    if isinstance(value, list | tuple):
-        value = torch.tensor(value, dtype=torch.float64)
-    elif not isinstance(value, torch.Tensor):
-        value = torch.from_numpy(np.array(value))
+    try:
+        if isinstance(value, list | tuple):
+            value = torch.tensor(value, dtype=torch.float64)
+        elif not isinstance(value, torch.Tensor):
+            value = torch.from_numpy(np.array(value))
+    except OverflowError as error:
+        raise HydroelasticError(f"{name} has a number that is too large: {error}") from None
     if not (value.dtype.is_floating_point or value.dtype.is_complex or value.dtype == torch.bool):
         value = value.to(torch.float64)
     if value.dtype != torch.float64:
@@ -258,7 +261,10 @@ def _finite(value: Tensor, name: str) -> Tensor:
 
 
 def _count(taken: Tensor | int) -> Tensor:
-    taken = torch.as_tensor(taken)
+    try:
+        taken = torch.as_tensor(taken)
+    except (RuntimeError, TypeError, ValueError) as error:
+        raise TypeError(f"taken must be an integer or a tensor of integers: {error}") from None
     if taken.dtype.is_floating_point or taken.dtype.is_complex or taken.dtype == torch.bool:
         raise TypeError(f"taken must be an integer or a tensor of integers, but is of {taken.dtype}")
     found: Tensor = taken.to(torch.float64)
