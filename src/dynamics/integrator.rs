@@ -1,5 +1,5 @@
 use super::any_world::AnyWorld;
-use super::implicit::{IMPLICIT_EULER, SDIRK2, Scheme};
+use super::implicit::{IMPLICIT_EULER, SDIRK3, Scheme};
 use super::system::System;
 use super::workspace::Workspace;
 use super::wrenches::all_wrenches;
@@ -62,7 +62,7 @@ impl Integrator {
         match self {
             Self::SymplecticEuler => Kind::Explicit(Splitting::KickDrift),
             Self::Leapfrog => Kind::Explicit(Splitting::DriftKickDrift),
-            Self::Sdirk2 => Kind::Implicit(&SDIRK2),
+            Self::Sdirk2 => Kind::Implicit(&SDIRK3),
             Self::ImplicitEuler => Kind::Implicit(&IMPLICIT_EULER),
         }
     }

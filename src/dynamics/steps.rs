@@ -33,8 +33,8 @@ pub(crate) struct Steps<T> {
 #[derive(Debug, Clone)]
 pub(crate) struct Checkpoint {
     pub state: State,
-    /// The wrench on each body at the end of the last step, if that was implicit.
-    acting: Option<Vec<Option<Vector6<f64>>>>,
+    /// Wrenches and durations that errors allow, of each body.
+    last: Option<(Vec<Option<Vector6<f64>>>, Vec<f64>)>,
 }
 
 impl<T: Scalar> From<State<T>> for Steps<T> {
@@ -55,8 +55,8 @@ impl<T: Scalar> From<State<T>> for Steps<T> {
 impl Steps<f64> {
     /// The steps of a world's rollout, so many of which have led here.
     pub(super) fn resumed(here: &Checkpoint, world: &dyn AnyWorld<f64>, taken: usize) -> Self {
-        let acting = here.acting.as_ref();
-        let memory = acting.map(|acting| Memory::of(world, Arc::default()).with(acting.clone()));
+        let last = here.last.as_ref();
+        let memory = last.map(|last| Memory::of(world, Arc::default()).with(last.clone()));
         Self {
             start: world.system().start,
             memory,
@@ -69,7 +69,7 @@ impl Steps<f64> {
         let memory = self.memory.as_ref();
         Checkpoint {
             state: self.state.clone(),
-            acting: memory.map(|memory| memory.acting.clone()),
+            last: memory.map(|memory| (memory.acting.clone(), memory.allowed.clone())),
         }
     }
 
@@ -165,6 +165,7 @@ impl<T: Scalar> Steps<T> {
         let step = Step {
             scheme,
             tolerance: plan.solver_tolerance(),
+            accuracy: plan.accuracy(),
             duration: plan.time_step(),
             end,
         };

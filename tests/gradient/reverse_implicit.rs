@@ -73,7 +73,7 @@ fn islands_and_halvings<F: hydroelastic::dynamics::Force>(
         rollout.advance().unwrap();
         let report = rollout.report().unwrap();
         islands.push(report.islands);
-        halvings += report.work.halvings;
+        halvings += report.work.rejections;
     }
     let [least, most] = [islands.iter().min(), islands.iter().max()].map(|count| *count.unwrap());
     ([least, most], halvings)

@@ -32,6 +32,33 @@ pub(super) struct ForceSlopes {
     pub by_velocities: Matrix6<f64>,
 }
 
+/// Contacts and forces at the solution of a stage, with all exact first derivatives.
+pub(super) struct Couplings {
+    pub contacts: Vec<PairWrenches>,
+    pub forces: Vec<ForceSlopes>,
+}
+
+impl Couplings {
+    /// The change of contacts and forces on each dynamic body, from the displacements and the changes of velocity of all
+    /// participants.
+    pub fn change(&self, count: usize, changes: &[[Vector6<f64>; 2]]) -> Vec<Vector6<f64>> {
+        let mut forces = vec![Vector6::zeros(); count];
+        for slopes in &self.forces {
+            let [displacement, velocities] = &changes[slopes.column];
+            forces[slopes.row] +=
+                slopes.by_displacement * displacement + slopes.by_velocities * velocities;
+        }
+        let of_contact = |contact: &PairWrenches| {
+            let [displacements, velocities] =
+                [0, 1].map(|kind| joined(contact.bodies.map(|body| Some(changes[body][kind]))));
+            contact.by_displacements * displacements + contact.by_velocities * velocities
+        };
+        let wrenches: Vec<_> = self.contacts.iter().map(of_contact).collect();
+        let bodies = self.contacts.iter().map(|contact| contact.bodies);
+        with_contacts(forces, bodies.zip(&wrenches))
+    }
+}
+
 impl StageEquations<'_> {
     /// Evaluates contacts and forces for these velocities. This is the only place where the solver searches for contacts.
     pub fn evaluation(&self, velocities: DVector<f64>, is_exact: bool) -> Evaluation {
@@ -48,7 +75,7 @@ impl StageEquations<'_> {
         let (mut forces, mut slopes) = (vec![Vector6::zeros(); self.inertias.len()], Vec::new());
         if !scene.forces.is_nothing() {
             let here: Vec<_> = contacts.iter().map(PairModel::here).collect();
-            forces = self.forces(&states, &here);
+            forces = self.forces(self.start.time, &states, &here);
             slopes = self.force_slopes(&states, &here);
         }
         let wrenches = contacts
@@ -114,7 +141,7 @@ impl StageEquations<'_> {
     }
 
     /// The derivatives of the residual with respect to the velocities.
-    fn matrix(
+    pub fn matrix(
         &self,
         states: &[BodyState],
         contacts: &[PairWrenches],
@@ -172,6 +199,25 @@ impl StageEquations<'_> {
             })
             .collect();
         self.matrix(states, &contacts, &self.force_slopes(states, &contacts))
+    }
+
+    /// The contacts and forces at the solution.
+    pub fn couplings(&self, states: &[BodyState]) -> Couplings {
+        let (scene, island) = (self.step.scene, self.step.island);
+        let mut sweep = Sweep::default();
+        let pairs = scene.close_pairs(island, states, &mut sweep);
+        let mut contacts = Vec::new();
+        mapped_into(&mut contacts, pairs, |&(i, j)| {
+            let pair = scene.pair(island, [i, j], states)?;
+            Some(PairWrenches::of(
+                &pair.geometry(),
+                [i, j],
+                &pair.linearised(),
+            ))
+        });
+        let contacts: Vec<_> = contacts.into_iter().flatten().collect();
+        let forces = self.force_slopes(states, &contacts);
+        Couplings { contacts, forces }
     }
 
     /// The error that the matrix of the stage is singular.

@@ -1,5 +1,6 @@
 use super::advance::{BodyProgress, IslandSolver, SolvedStep};
 use super::dual_pass::DualPass;
+use super::error_control::ErrorControl;
 use super::island::Island;
 use super::island_step::IslandStep;
 use super::matrix::Patterns;
@@ -8,7 +9,7 @@ use super::scheme::Scheme;
 use super::{Scene, StepError, Trace};
 use crate::dynamics::any_world::{AnyWorld, RealForces, Seeded};
 use crate::dynamics::system::System;
-use crate::dynamics::{BodyState, State};
+use crate::dynamics::{Accuracy, BodyState, State};
 use crate::geometry::Aabb;
 use crate::scalar::{Scalar, carries_derivatives};
 use crate::threads::mapped_into;
@@ -27,6 +28,8 @@ pub(in crate::dynamics) struct Memory {
     patterns: Patterns,
     /// The wrench of contact and forces on each body at the end of the last step.
     pub acting: Vec<Option<Vector6<f64>>>,
+    /// Duration (s) that errors allowed each body for the next substep.
+    pub allowed: Vec<f64>,
     /// All islands in the last step.
     pub traces: Vec<Trace>,
     pub report: StepReport,
@@ -38,6 +41,7 @@ pub(in crate::dynamics) struct Memory {
 pub(in crate::dynamics) struct Step {
     pub scheme: &'static Scheme,
     pub tolerance: f64,
+    pub accuracy: Accuracy,
     pub duration: f64,
     /// The time it leads to (s).
     pub end: f64,
@@ -52,6 +56,7 @@ impl Memory {
             coupled: forces.coupled(&system.bodies),
             patterns: Patterns::default(),
             acting: vec![None; system.bodies.len()],
+            allowed: vec![f64::INFINITY; system.bodies.len()],
             traces: Vec::new(),
             report: StepReport::default(),
             stop,
@@ -59,9 +64,13 @@ impl Memory {
         }
     }
 
-    /// The same after a step at whose end these wrenches act on the bodies.
-    pub fn with(self, acting: Vec<Option<Vector6<f64>>>) -> Self {
-        Self { acting, ..self }
+    /// The same after a step at whose end these wrenches act on the bodies, with the durations that errors allow.
+    pub fn with(self, (acting, allowed): (Vec<Option<Vector6<f64>>>, Vec<f64>)) -> Self {
+        Self {
+            acting,
+            allowed,
+            ..self
+        }
     }
 
     /// The world from a state on, with the controls of a time (s).
@@ -121,6 +130,7 @@ impl Memory {
         for (island, step) in solved {
             for (&body, moved) in island.dynamic.iter().zip(&step.bodies) {
                 self.acting[body] = moved.acting;
+                self.allowed[body] = moved.allowed;
             }
             self.report += StepReport {
                 islands: 1,
@@ -158,9 +168,12 @@ impl Memory {
                 let bodies = island.dynamic.iter().map(|&body| BodyProgress {
                     state: scene.start[body],
                     acting: self.acting[body],
+                    allowed: self.allowed[body],
                 });
                 let island_step = IslandStep::new(scene, island, step.scheme, start);
-                let solver = IslandSolver::new(&island_step, step.tolerance, bodies.collect());
+                let control = ErrorControl::new(scene, island, step.accuracy);
+                let solver =
+                    IslandSolver::new(&island_step, step.tolerance, control, bodies.collect());
                 solver.solve(step.duration)
             });
             let is_done = due.is_empty();

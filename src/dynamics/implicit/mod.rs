@@ -8,6 +8,8 @@
 mod about_centers;
 mod advance;
 mod dual_pass;
+mod error_control;
+mod errors;
 mod evaluation;
 mod forces;
 mod island;
@@ -21,6 +23,7 @@ mod report;
 mod rigid;
 mod scene;
 mod scheme;
+mod solved_stage;
 #[cfg(feature = "sparse")]
 mod sparse;
 mod stage;
@@ -33,4 +36,4 @@ pub(super) use replay::{Replay, ReplayedStage, ReplayedSubstep};
 pub use report::{EnergyBalance, StepReport, Work};
 pub(super) use rigid::displaced_back;
 pub(super) use scene::Scene;
-pub(super) use scheme::{IMPLICIT_EULER, SDIRK2, Scheme};
+pub(super) use scheme::{IMPLICIT_EULER, SDIRK3, Scheme};

@@ -87,7 +87,7 @@ struct StepBack<'a, 'w> {
 impl Pullback<'_> {
     /// Counts an island's step as a kink if it was divided.
     fn meet_parts(&mut self, trace: &Trace) {
-        if trace.is_divided() {
+        if trace.is_missed() {
             let (bodies, step) = (&trace.island.dynamic, self.step);
             self.gradient.meet(Kink::Divided, bodies, step);
         }
