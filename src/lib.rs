@@ -28,16 +28,17 @@
 //! hashes to compare).
 //!
 //! Contacts, rollouts and their derivatives also have the same bits on every processor and with every C library
-//! (`cargo test --test threads every_processor::`). Several contact polygons are computed at a time, and none depends on how many.
+//! (`cargo test --test threads every_processor::`). Several contact polygons are computed at a time, and the
+//! bits do not depend on how many.
 //! Sines, arc tangents and logarithms are computed by the crate `libm`, which uses only operations that IEEE 754 defines. Three
 //! exceptions depend on the platform:
 //!
-//! - Implicit steps of 16 bodies and more: the sparse solver (feature `sparse`) fuses products with sums, if the processor can.
-//! - Forces, paths and losses of your own that call `sin`, `ln` and the like on `f64` or dual numbers.
+//! - Implicit steps of 16 or more bodies: the sparse solver (feature `sparse`) uses fused multiply-add if the processor has it.
+//! - Your own forces, paths and losses that call `sin`, `ln` and the like on `f64` or dual numbers.
 //! - Quaternions in recordings, which have single precision.
 //!
-//! No bits are promised between versions of this library, between `f64` and dual numbers, or between dual numbers of different
-//! widths: these agree to round-off.
+//! Bits may differ between versions of this library, between `f64` and dual numbers, and between dual numbers of different widths.
+//! These agree to round-off.
 //!
 //! # References
 //!
@@ -54,7 +55,7 @@
 //! - \[Okabe 2008\] M. Okabe, K. Ito, "Color Universal Design: how to make figures and presentations
 //!   that are friendly to colorblind people", 2008.
 
-// Their last bits depend on the platform: `scalar::portable` has the functions that do not.
+// The last bits of these methods depend on the platform. `scalar::portable` has replacements.
 #![cfg_attr(not(test), warn(clippy::disallowed_methods))]
 
 pub mod broad_phase;

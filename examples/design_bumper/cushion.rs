@@ -130,7 +130,7 @@ impl Cushion {
             by_center_of_mass: Vector3::zeros(),
             by_inertia: Matrix3::zeros(),
         };
-        // A density of 1 is one that every mesh can have.
+        // A density of 1 kg/m³ is valid for every mesh.
         let by_volume = self.mesh.mass_gradient(1.0, &volume);
         let mut by_volume = by_volume.unwrap_or_default();
         self.hold(&mut by_volume);

@@ -26,8 +26,8 @@ pub const STEPS: usize = 1_000;
 const GOAL: [f64; 2] = [0.3, 0.2];
 const ANGLE: f64 = 0.8;
 
-/// What counts as there: place (m), angle (rad), speed (m/s). Friction stops a block of this speed within 0.1 mm.
-pub const NEAR: [f64; 3] = [1e-3, 1e-2, 2e-2];
+/// Tolerances of the goal: position (m), angle (rad), speed (m/s).
+pub const NEAR: [f64; 3] = [1e-3, 1e-2, 1e-2];
 
 /// The numbers of a wrench that may be pushed with: torque about the vertical, force along x and y.
 pub const PUSHES: [usize; 3] = [2, 3, 4];
@@ -85,11 +85,12 @@ impl Scene {
         Ok(self.world.clone().with_control(control)?)
     }
 
-    /// How far a state is from the goal: place (m), angle (rad), speed (m/s).
+    /// Distance of a state from the goal along the floor: place (m), angle (rad), speed (m/s). Pushes do not control how the block
+    /// vibrates on the floor, up and down and by tilting.
     pub fn missed(&self, end: &State) -> Found<[f64; 3]> {
         let away = self.world.displacement(&self.goal, end)?;
-        let part = |first: usize| away.rows(first, 3).norm();
-        Ok([part(3), part(0), part(9)])
+        let along_floor = |first: usize| away.rows(first, 2).norm();
+        Ok([along_floor(3), away[2].abs(), along_floor(9)])
     }
 }
 

@@ -7,28 +7,9 @@ use crate::shape::Shape;
 use hydroelastic::contact::{BodyError, Partner};
 use hydroelastic::dynamics::BodyShape;
 use hydroelastic::spatial::Pose;
+use pyo3::exceptions::PyTypeError;
 use pyo3::prelude::*;
 use std::sync::Arc;
-
-/// A shape as an argument.
-#[derive(FromPyObject)]
-pub enum Given<'py> {
-    #[pyo3(annotation = "Shape")]
-    Compliant(Bound<'py, Shape>),
-    #[pyo3(annotation = "RigidShape")]
-    Rigid(Bound<'py, RigidShape>),
-    HalfSpace(Bound<'py, HalfSpace>),
-}
-
-impl Given<'_> {
-    pub fn shape(&self) -> AnyShape {
-        match self {
-            Self::Compliant(it) => AnyShape::Compliant(it.get().clone()),
-            Self::Rigid(it) => AnyShape::Rigid(it.get().clone()),
-            Self::HalfSpace(it) => AnyShape::HalfSpace(it.get().clone()),
-        }
-    }
-}
 
 /// A shape of one of the kinds.
 #[derive(Clone, IntoPyObject)]
@@ -36,6 +17,23 @@ pub enum AnyShape {
     Compliant(Shape),
     Rigid(RigidShape),
     HalfSpace(HalfSpace),
+}
+
+/// Converts an argument to a shape.
+pub fn shape(argument: &Bound<'_, PyAny>) -> PyResult<AnyShape> {
+    if let Ok(it) = argument.cast::<Shape>() {
+        return Ok(AnyShape::Compliant(it.get().clone()));
+    }
+    if let Ok(it) = argument.cast::<RigidShape>() {
+        return Ok(AnyShape::Rigid(it.get().clone()));
+    }
+    match argument.cast::<HalfSpace>() {
+        Ok(it) => Ok(AnyShape::HalfSpace(it.get().clone())),
+        Err(_) => Err(PyTypeError::new_err(format!(
+            "a shape must be a Shape, a RigidShape or a HalfSpace, but is {}",
+            argument.repr()?
+        ))),
+    }
 }
 
 impl AnyShape {

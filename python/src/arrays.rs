@@ -1,4 +1,4 @@
-//! Arrays of numbers in, and what else is refused; arrays out.
+//! Conversion of Python arguments to numbers, with checks, and of results to NumPy arrays.
 
 use crate::errors::refused;
 use numpy::ndarray::{Array, Array2, ArrayView2, IxDyn};
@@ -6,7 +6,7 @@ use numpy::{
     IntoPyArray, PyArray1, PyArray2, PyArrayDescrMethods, PyArrayDyn, PyArrayMethods,
     PyUntypedArray, PyUntypedArrayMethods, ToPyArray,
 };
-use pyo3::exceptions::PyTypeError;
+use pyo3::exceptions::{PyOverflowError, PyTypeError};
 use pyo3::prelude::*;
 use pyo3::types::{PyList, PyTuple};
 use std::collections::BTreeMap;
@@ -20,7 +20,7 @@ pub struct Numbers {
     pub shape: Vec<usize>,
 }
 
-/// The numbers of an array of `float64` or of integers, or of a list or a tuple of numbers or of rows of them.
+/// The numbers of an array of `float64` or integers, or of a list or tuple, which may be nested.
 pub fn numbers(argument: &Bound<'_, PyAny>, name: &str) -> PyResult<Numbers> {
     if let Ok(array) = argument.cast::<PyArrayDyn<f64>>() {
         let shape = array.shape().to_vec();
@@ -49,7 +49,7 @@ pub fn numbers(argument: &Bound<'_, PyAny>, name: &str) -> PyResult<Numbers> {
     }
 }
 
-/// The exception for an argument that is no array of numbers that are kept as they are.
+/// The exception for an argument that cannot be converted to `float64` without a loss.
 fn not_numbers(argument: &Bound<'_, PyAny>, name: &str) -> PyErr {
     let found = match argument.cast::<PyUntypedArray>() {
         Ok(array) => format!("an array of {}", array.dtype()),
@@ -65,14 +65,14 @@ fn not_numbers(argument: &Bound<'_, PyAny>, name: &str) -> PyErr {
 pub fn check_finite(values: &[f64], name: &str) -> PyResult<()> {
     match values.iter().position(|value| !value.is_finite()) {
         None => Ok(()),
-        Some(place) => Err(refused(format!(
-            "{name} must be finite, but number {place}, counted from 0, is {}",
-            values[place]
+        Some(index) => Err(refused(format!(
+            "{name} must be finite, but number {index}, counted from 0, is {}",
+            values[index]
         ))),
     }
 }
 
-/// A number of Python's, checked to be finite.
+/// Returns a number, or an error if it is not finite.
 pub fn finite(value: f64, name: &str) -> PyResult<f64> {
     if value.is_finite() {
         return Ok(value);
@@ -80,10 +80,50 @@ pub fn finite(value: f64, name: &str) -> PyResult<f64> {
     Err(refused(format!("{name} must be finite, but is {value}")))
 }
 
-/// A whole number of Python's, as an argument that [`count`] checks.
+/// Converts an argument to a number. Booleans and integers beyond float64 are errors.
+pub fn real(argument: &Bound<'_, PyAny>) -> PyResult<f64> {
+    extracted(argument)
+}
+
+/// Converts an argument to a number, or None.
+pub fn optional_real(argument: &Bound<'_, PyAny>) -> PyResult<Option<f64>> {
+    if argument.is_none() {
+        return Ok(None);
+    }
+    real(argument).map(Some)
+}
+
+/// Converts an argument to an integer. Booleans and integers beyond 128 bits are errors.
+pub fn whole(argument: &Bound<'_, PyAny>) -> PyResult<Whole> {
+    extracted(argument)
+}
+
+/// Converts an argument to a list of integers.
+pub fn wholes(argument: &Bound<'_, PyAny>) -> PyResult<Vec<Whole>> {
+    argument.try_iter()?.map(|item| whole(&item?)).collect()
+}
+
+fn extracted<'py, T>(argument: &Bound<'py, PyAny>) -> PyResult<T>
+where
+    T: for<'a> FromPyObject<'a, 'py, Error = PyErr>,
+{
+    if argument.extract::<bool>().is_ok() {
+        return Err(PyTypeError::new_err(
+            "a number is expected, but the argument is a bool",
+        ));
+    }
+    argument.extract().map_err(|error: PyErr| {
+        if error.is_instance_of::<PyOverflowError>(argument.py()) {
+            return refused("an integer argument is too large");
+        }
+        error
+    })
+}
+
+/// An integer argument, before [`count`] checks its range.
 pub type Whole = i128;
 
-/// A whole number from 0 on.
+/// Returns an integer, or an error if it is negative or too large.
 pub fn count(value: Whole, name: &str) -> PyResult<usize> {
     match usize::try_from(value) {
         Ok(count) if isize::try_from(count).is_ok() => Ok(count),
@@ -94,7 +134,7 @@ pub fn count(value: Whole, name: &str) -> PyResult<usize> {
     }
 }
 
-/// A whole number from 1 on.
+/// Returns an integer, or an error if it is below 1 or too large.
 pub fn positive_count(value: Whole, name: &str) -> PyResult<usize> {
     match count(value, name)? {
         0 => Err(refused(format!("{name} must be at least 1, but is 0"))),
@@ -102,23 +142,24 @@ pub fn positive_count(value: Whole, name: &str) -> PyResult<usize> {
     }
 }
 
-/// An array that a class keeps, the name of its argument, and its axes: sizes, or letters for sizes that are equal wherever the
-/// letter is the same. A first axis with a question mark may be missing.
+/// An array that a class stores, the name of its argument, and its axes. An axis is a size or a letter, and equal letters stand for
+/// equal sizes. A first axis with a question mark is optional.
 pub type Kept<'a> = (&'a Py<PyArrayDyn<f64>>, &'a str, &'static [&'static str]);
 
-/// Checks that arrays that a class keeps are finite, and that their shapes fit each other.
+/// Checks that the arrays that a class stores are finite, and that their shapes match.
 pub fn check_kept(py: Python<'_>, arrays: &[Kept<'_>]) -> PyResult<()> {
     let mut sizes: BTreeMap<&'static str, usize> = BTreeMap::new();
     for (array, name, axes) in arrays {
         let Numbers { values, shape } = numbers(array.bind(py), name)?;
         let is_short = axes[0].ends_with('?') && shape.len() + 1 == axes.len();
-        let own = &axes[usize::from(is_short)..];
-        let mut pairs = own.iter().zip(&shape);
+        let present = &axes[usize::from(is_short)..];
+        let mut pairs = present.iter().zip(&shape);
         let mut known = |axis: &'static str, size| {
             axis.parse()
                 .unwrap_or_else(|_| *sizes.entry(axis).or_insert(size))
         };
-        let fits = own.len() == shape.len() && pairs.all(|(axis, &size)| known(axis, size) == size);
+        let fits =
+            present.len() == shape.len() && pairs.all(|(axis, &size)| known(axis, size) == size);
         if !fits {
             let shown = axes.iter().map(|axis| match sizes.get(axis) {
                 Some(size) => size.to_string(),
@@ -250,7 +291,7 @@ pub fn row<const N: usize>(argument: &Bound<'_, PyAny>, name: &str) -> PyResult<
     }
 }
 
-/// So many numbers, all finite.
+/// Returns `N` numbers, or an error if one is not finite.
 pub fn finite_row<const N: usize>(argument: &Bound<'_, PyAny>, name: &str) -> PyResult<[f64; N]> {
     let values = row(argument, name)?;
     check_finite(&values, name)?;

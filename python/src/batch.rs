@@ -27,7 +27,8 @@ use std::sync::atomic::Ordering;
 ///
 /// A batch can be pickled if its progress function can.
 ///
-/// Ctrl-C ends a batch: rollouts that run end before their next step, or during an implicit one. RAYON_NUM_THREADS=1 in the environment keeps to one core.
+/// Ctrl-C ends a batch: running rollouts end before their next step, or during an implicit step. RAYON_NUM_THREADS=1 in the
+/// environment limits a batch to one core.
 #[pyclass(frozen, module = "hydroelastic")]
 pub struct Batch {
     plan: dynamics::Plan,

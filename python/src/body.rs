@@ -1,7 +1,7 @@
 //! Bodies of a world.
 
-use crate::any_shape::{AnyShape, Given};
-use crate::arrays::{Floats, Numbers, array, numbers, row, wrong_shape};
+use crate::any_shape::{self, AnyShape};
+use crate::arrays::{Floats, Numbers, array, numbers, optional_real, row, wrong_shape};
 use crate::errors::refused;
 use crate::material::Material;
 use crate::path::Path;
@@ -50,7 +50,7 @@ fn mass_of(
     }
 }
 
-/// A velocity or a spin of the body of a name.
+/// Returns the velocity or spin of a body; an error names the body.
 fn motion_of(
     body: &str,
     quantity: &'static str,
@@ -85,10 +85,10 @@ impl Body {
                         velocity=None, spin=None))]
     fn dynamic(
         name: &str,
-        shape: Given<'_>,
+        #[pyo3(from_py_with = any_shape::shape)] shape: AnyShape,
         material: &Material,
-        mass: Option<f64>,
-        density: Option<f64>,
+        #[pyo3(from_py_with = optional_real)] mass: Option<f64>,
+        #[pyo3(from_py_with = optional_real)] density: Option<f64>,
         center_of_mass: Option<&Bound<'_, PyAny>>,
         inertia: Option<&Bound<'_, PyAny>>,
         pose: Option<&Bound<'_, PyAny>>,
@@ -96,7 +96,7 @@ impl Body {
         spin: Option<&Bound<'_, PyAny>>,
     ) -> PyResult<Self> {
         let mass = mass_of(mass, density, center_of_mass, inertia)?;
-        let shape = shape.shape().inner();
+        let shape = shape.inner();
         let mut body =
             dynamics::Body::dynamic(name, shape, material.inner(), mass).map_err(refused)?;
         if let Some(pose) = pose {
@@ -119,11 +119,11 @@ impl Body {
     #[pyo3(signature = (name, shape, material, *, pose=None))]
     fn fixed(
         name: &str,
-        shape: Given<'_>,
+        #[pyo3(from_py_with = any_shape::shape)] shape: AnyShape,
         material: &Material,
         pose: Option<&Bound<'_, PyAny>>,
     ) -> PyResult<Self> {
-        let shape = shape.shape().inner();
+        let shape = shape.inner();
         let mut body = dynamics::Body::fixed(name, shape, material.inner()).map_err(refused)?;
         if let Some(pose) = pose {
             body = body.at(one(pose, "pose")?);
@@ -138,11 +138,11 @@ impl Body {
     #[staticmethod]
     fn prescribed(
         name: &str,
-        shape: Given<'_>,
+        #[pyo3(from_py_with = any_shape::shape)] shape: AnyShape,
         material: &Material,
         path: &Path,
     ) -> PyResult<Self> {
-        let shape = shape.shape().inner();
+        let shape = shape.inner();
         let body = dynamics::Body::prescribed(name, shape, material.inner(), path.function());
         let path = Some(path.clone());
         Ok(Self {

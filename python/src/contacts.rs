@@ -1,6 +1,6 @@
 //! Which bodies of a world touch.
 
-use crate::arrays::{Whole, array, check_finite, check_kept, count};
+use crate::arrays::{Whole, array, check_finite, check_kept, count, whole};
 use crate::pair::wrench_numbers;
 use crate::pickle::{Reduced, loaded, reduced};
 use crate::surface::Surface;
@@ -86,7 +86,11 @@ impl Topology {
     }
 
     /// Whether two bodies, by their places in the world's list, touch.
-    fn touches(&self, first: Whole, second: Whole) -> PyResult<bool> {
+    fn touches(
+        &self,
+        #[pyo3(from_py_with = whole)] first: Whole,
+        #[pyo3(from_py_with = whole)] second: Whole,
+    ) -> PyResult<bool> {
         Ok(self
             .0
             .touches(count(first, "first")?, count(second, "second")?))

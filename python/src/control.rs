@@ -1,6 +1,6 @@
 //! Wrenches that are constant over intervals of time.
 
-use crate::arrays::{Floats, array, table};
+use crate::arrays::{Floats, array, real, table};
 use crate::errors::refused;
 use hydroelastic::dynamics;
 use hydroelastic::nalgebra::Vector6;
@@ -25,7 +25,11 @@ pub struct Control(pub dynamics::Control);
 #[pymethods]
 impl Control {
     #[new]
-    fn new(body: &str, interval: f64, wrenches: &Bound<'_, PyAny>) -> PyResult<Self> {
+    fn new(
+        body: &str,
+        #[pyo3(from_py_with = real)] interval: f64,
+        wrenches: &Bound<'_, PyAny>,
+    ) -> PyResult<Self> {
         let wrenches = table::<6>(wrenches, "wrenches")?.into_iter();
         let wrenches = wrenches.map(|numbers| Wrench::from_vector(&Vector6::from(numbers)));
         let control = dynamics::Control::new(body, interval, wrenches.collect());

@@ -1,6 +1,6 @@
 //! Forces other than contact and gravity.
 
-use crate::arrays::{Floats, array, finite_row};
+use crate::arrays::{Floats, array, finite_row, real};
 use crate::errors::refused;
 use hydroelastic::dynamics::{self, Body, Force, ForceNumber, Situation, WorldError, Wrenches};
 use hydroelastic::scalar::Scalar;
@@ -44,14 +44,14 @@ impl Force for AnyForce {
 }
 
 /// A number of a force: its value, or the name of a force parameter.
-#[derive(FromPyObject, IntoPyObject)]
+#[derive(IntoPyObject)]
 pub enum Number {
     Value(f64),
     Name(String),
 }
 
 impl Number {
-    /// The number of the library, if it is a name, or finite and not negative.
+    /// Converts to the library's type. Returns an error if a value is negative or not finite.
     fn not_negative(self, quantity: &'static str) -> PyResult<ForceNumber> {
         match self {
             Self::Value(value) if value >= 0.0 && value.is_finite() => {
@@ -74,7 +74,7 @@ impl Number {
     }
 }
 
-/// A number of a force as Python writes it.
+/// The Python expression of a number of a force.
 fn shown(number: &ForceNumber) -> String {
     match number {
         ForceNumber::Constant(value) => format!("{value:?}"),
@@ -82,21 +82,36 @@ fn shown(number: &ForceNumber) -> String {
     }
 }
 
-/// A force as an argument.
-#[derive(FromPyObject)]
-pub enum Given<'py> {
-    Spring(Bound<'py, Spring>),
-    Drag(Bound<'py, Drag>),
-    Thruster(Bound<'py, Thruster>),
+/// Converts an argument to a number of a force.
+fn number(argument: &Bound<'_, PyAny>) -> PyResult<Number> {
+    match argument.cast::<PyString>() {
+        Ok(name) => Ok(Number::Name(name.to_string())),
+        Err(_) => real(argument).map(Number::Value),
+    }
 }
 
-impl Given<'_> {
-    pub fn force(&self) -> AnyForce {
-        match self {
-            Self::Spring(it) => AnyForce::Spring(it.get().0.clone()),
-            Self::Drag(it) => AnyForce::Drag(it.get().0.clone()),
-            Self::Thruster(it) => AnyForce::Thruster(it.get().0.clone()),
-        }
+/// Converts an argument to a list of forces, or None.
+pub fn forces(argument: &Bound<'_, PyAny>) -> PyResult<Option<Vec<AnyForce>>> {
+    if argument.is_none() {
+        return Ok(None);
+    }
+    let forces = argument.try_iter()?.map(|force| of_class(&force?));
+    forces.collect::<PyResult<_>>().map(Some)
+}
+
+fn of_class(force: &Bound<'_, PyAny>) -> PyResult<AnyForce> {
+    if let Ok(it) = force.cast::<Spring>() {
+        return Ok(AnyForce::Spring(it.get().0.clone()));
+    }
+    if let Ok(it) = force.cast::<Drag>() {
+        return Ok(AnyForce::Drag(it.get().0.clone()));
+    }
+    match force.cast::<Thruster>() {
+        Ok(it) => Ok(AnyForce::Thruster(it.get().0.clone())),
+        Err(_) => Err(PyTypeError::new_err(format!(
+            "a force must be a Spring, a Drag or a Thruster, but is {}",
+            force.repr()?
+        ))),
     }
 }
 
@@ -127,8 +142,7 @@ impl From<&AnyForce> for Shown {
 /// rest_length : length (m) without force.
 /// stiffness : (N/m). damping : (N s/m).
 ///
-/// Each of the last three is a number, or the name of a force parameter of the world. Names are checked where a world is given
-/// the force.
+/// Each of the last three is a number, or the name of a force parameter of the world. The world checks the names.
 ///
 /// Raises
 /// ------
@@ -146,9 +160,9 @@ impl Spring {
     fn new(
         bodies: &Bound<'_, PyAny>,
         points: &Bound<'_, PyAny>,
-        rest_length: Number,
-        stiffness: Number,
-        damping: Number,
+        #[pyo3(from_py_with = number)] rest_length: Number,
+        #[pyo3(from_py_with = number)] stiffness: Number,
+        #[pyo3(from_py_with = number)] damping: Number,
     ) -> PyResult<Self> {
         let names = two(bodies, "bodies", "the names of two bodies")?;
         let points = two(points, "points", "a point (3,) of each body")?;
@@ -233,7 +247,7 @@ impl Spring {
     }
 }
 
-/// The two items of a list or a tuple.
+/// Returns the two items of a list or a tuple.
 fn two<'py>(
     argument: &Bound<'py, PyAny>,
     name: &str,
@@ -266,7 +280,11 @@ impl Drag {
         signature = (body, linear=Number::Value(0.0), angular=Number::Value(0.0)),
         text_signature = "(body, linear=0.0, angular=0.0)"
     )]
-    fn new(body: String, linear: Number, angular: Number) -> PyResult<Self> {
+    fn new(
+        body: String,
+        #[pyo3(from_py_with = number)] linear: Number,
+        #[pyo3(from_py_with = number)] angular: Number,
+    ) -> PyResult<Self> {
         Ok(Self(dynamics::Drag {
             body,
             linear: linear.not_negative("drag on the velocity")?,

@@ -1,5 +1,6 @@
 //! Half-spaces: grounds and walls without an end.
 
+use crate::arrays::optional_real;
 use crate::errors::refused;
 use hydroelastic::contact;
 use pyo3::prelude::*;
@@ -24,7 +25,7 @@ pub struct HalfSpace(pub Arc<contact::HalfSpace>);
 impl HalfSpace {
     #[new]
     #[pyo3(signature = (thickness=None))]
-    fn new(thickness: Option<f64>) -> PyResult<Self> {
+    fn new(#[pyo3(from_py_with = optional_real)] thickness: Option<f64>) -> PyResult<Self> {
         let inner = match thickness {
             None => contact::HalfSpace::rigid(),
             Some(thickness) => contact::HalfSpace::layer(thickness).map_err(refused)?,

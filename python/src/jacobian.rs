@@ -155,8 +155,8 @@ impl DifferenceCheck {
         self.0.numbers.clone()
     }
 
-    /// (7, p) float64: the error at each step and number, relative to the column's largest entry, at least to a
-    /// millionth of the largest entry of the row and of the largest number of the outcome.
+    /// (7, p) float64: the error at each step and number, relative to the largest entry of the column, or to a millionth of the
+    /// largest entry of the row and of the largest number of the outcome if that is larger.
     #[getter]
     fn errors<'py>(&self, py: Python<'py>) -> PyResult<Floats<'py>> {
         let errors = &self.0.errors;

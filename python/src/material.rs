@@ -1,5 +1,6 @@
 //! Materials of bodies, and the surface law of a pair.
 
+use crate::arrays::{optional_real, real};
 use crate::errors::refused;
 use hydroelastic::{contact, dynamics};
 use pyo3::prelude::*;
@@ -10,7 +11,7 @@ use pyo3::prelude::*;
 /// ----------
 /// modulus : hydroelastic modulus (Pa), positive; None for a RigidShape, or a HalfSpace without a layer.
 /// dissipation : Hunt–Crossley dissipation (s/m), not negative. That of a rigid body does not count.
-/// friction : coefficient of friction, not negative; None takes that of the partner in each contact.
+/// friction : coefficient of friction, not negative; None takes the coefficient of the partner in each contact.
 ///
 /// Raises
 /// ------
@@ -24,7 +25,7 @@ pub struct Material {
     /// Hunt–Crossley dissipation (s/m).
     #[pyo3(get)]
     dissipation: f64,
-    /// Coefficient of friction; None for that of the partner.
+    /// Coefficient of friction; None takes the coefficient of the partner.
     #[pyo3(get)]
     friction: Option<f64>,
 }
@@ -59,15 +60,23 @@ pub fn modulus_repr(modulus: Option<f64>) -> String {
 impl Material {
     #[new]
     #[pyo3(signature = (modulus, dissipation=0.0, friction=0.0))]
-    fn new(modulus: Option<f64>, dissipation: f64, friction: Option<f64>) -> PyResult<Self> {
+    fn new(
+        #[pyo3(from_py_with = optional_real)] modulus: Option<f64>,
+        #[pyo3(from_py_with = real)] dissipation: f64,
+        #[pyo3(from_py_with = optional_real)] friction: Option<f64>,
+    ) -> PyResult<Self> {
         let is_in_range = [
             (
                 "hydroelastic modulus",
                 modulus,
-                modulus.is_none_or(|it| it > 0.0),
+                modulus.is_none_or(|value| value > 0.0),
             ),
             ("dissipation", Some(dissipation), dissipation >= 0.0),
-            ("friction", friction, friction.is_none_or(|it| it >= 0.0)),
+            (
+                "friction",
+                friction,
+                friction.is_none_or(|value| value >= 0.0),
+            ),
         ];
         for (quantity, value, is_in_range) in is_in_range {
             if let Some(value) = value.filter(|value| !(is_in_range && value.is_finite())) {
@@ -84,19 +93,23 @@ impl Material {
         })
     }
 
-    /// That of a body that does not give way, which has no modulus and dissipates nothing. Without a friction, it takes that of
-    /// whatever it touches; 0 makes these contacts frictionless.
+    /// Material of a rigid body, without modulus and dissipation. If friction is None, contacts have the friction of the partner; 0
+    /// makes them frictionless.
     #[staticmethod]
     #[pyo3(signature = (friction=None))]
-    fn rigid(friction: Option<f64>) -> PyResult<Self> {
+    fn rigid(#[pyo3(from_py_with = optional_real)] friction: Option<f64>) -> PyResult<Self> {
         Self::new(None, 0.0, friction)
     }
 
-    /// The law of two surfaces, as in a world: each dissipation is weighted with the other body's modulus, so that a rigid one
-    /// dissipates nothing, and friction is the harmonic mean, or that of the other body if one has none of its own. slip_tolerance
-    /// in m/s.
+    /// The law of two surfaces, as in a world: each dissipation is weighted with the other body's modulus, so a rigid body
+    /// dissipates nothing. Friction is the harmonic mean, or the coefficient of one body if the other has none. slip_tolerance in
+    /// m/s.
     #[pyo3(signature = (other, slip_tolerance=1e-3))]
-    fn law_with(&self, other: &Self, slip_tolerance: f64) -> PyResult<SurfaceLaw> {
+    fn law_with(
+        &self,
+        other: &Self,
+        #[pyo3(from_py_with = real)] slip_tolerance: f64,
+    ) -> PyResult<SurfaceLaw> {
         let law = self.inner().law_with(&other.inner(), slip_tolerance);
         SurfaceLaw::new(law.dissipation(), law.friction(), law.slip_tolerance())
     }
@@ -157,7 +170,11 @@ impl SurfaceLaw {
 impl SurfaceLaw {
     #[new]
     #[pyo3(signature = (dissipation=0.0, friction=0.0, slip_tolerance=1e-3))]
-    pub fn new(dissipation: f64, friction: f64, slip_tolerance: f64) -> PyResult<Self> {
+    pub fn new(
+        #[pyo3(from_py_with = real)] dissipation: f64,
+        #[pyo3(from_py_with = real)] friction: f64,
+        #[pyo3(from_py_with = real)] slip_tolerance: f64,
+    ) -> PyResult<Self> {
         let law = Self {
             dissipation,
             friction,

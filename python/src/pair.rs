@@ -1,7 +1,7 @@
 //! Two shapes that may touch.
 
-use crate::any_shape::{AnyShape, Given};
-use crate::arrays::Floats;
+use crate::any_shape::{self, AnyShape};
+use crate::arrays::{Floats, optional_real, real};
 use crate::errors::refused;
 use crate::material::{SurfaceLaw, modulus_repr};
 use crate::pair_inputs::Inputs;
@@ -137,21 +137,20 @@ impl Pair {
     #[new]
     #[pyo3(signature = (a, b, modulus_a, modulus_b=None, law=None))]
     fn new(
-        a: Given<'_>,
-        b: Given<'_>,
-        modulus_a: f64,
-        modulus_b: Option<f64>,
+        #[pyo3(from_py_with = any_shape::shape)] a: AnyShape,
+        #[pyo3(from_py_with = any_shape::shape)] b: AnyShape,
+        #[pyo3(from_py_with = real)] modulus_a: f64,
+        #[pyo3(from_py_with = optional_real)] modulus_b: Option<f64>,
         law: Option<&SurfaceLaw>,
     ) -> PyResult<Self> {
         let law = law
             .copied()
             .map_or_else(|| SurfaceLaw::new(0.0, 0.0, 1e-3), Ok)?;
-        let b = b.shape();
-        let a = match a.shape() {
+        let a = match a {
             AnyShape::Compliant(shape) => shape,
             other => {
                 return Err(PyTypeError::new_err(format!(
-                    "a must be a Shape, which is compliant, but is {}: in a pair, the rigid one is b",
+                    "a must be a compliant Shape, but is {}: pass the rigid body as b",
                     other.__repr__()
                 )));
             }
@@ -293,8 +292,9 @@ impl Pair {
         Surface::of(py, &surface)
     }
 
-    /// Whether one body has been swallowed whole by the other: they overlap, but no contact surface is left, and no force to push
-    /// them apart.
+    /// Whether the bodies have passed so far into each other that contact may no longer push them apart: no contact surface is left,
+    /// one is wholly inside the other, or each contains the middle of the other. A rod that pierces a body beside the point of
+    /// highest pressure is not reported.
     fn has_sunk_through(
         &self,
         py: Python<'_>,

@@ -145,7 +145,7 @@ impl Inputs {
         let chunks: Vec<&[Situation<'_>]> = situations.chunks(CHUNK).collect();
         let of_chunk = |chunk: &&[Situation<'_>]| {
             let mut numbers = vec![0.0; width * chunk.len()];
-            for (situation, row) in chunk.iter().zip(numbers.chunks_mut(width)) {
+            for (situation, row) in chunk.iter().zip(numbers.chunks_mut(width.max(1))) {
                 write(situation, row);
             }
             numbers
@@ -162,14 +162,14 @@ impl Inputs {
     }
 }
 
-/// Checks that the numbers of a contact, which may be one of a batch, are finite.
+/// Checks that the results of a contact are finite. `item` is its index in a batch.
 fn check_result(numbers: &[f64], item: Option<usize>) -> PyResult<()> {
     if numbers.iter().all(|number| number.is_finite()) {
         return Ok(());
     }
     let item = item.map_or_else(String::new, |item| format!(" {item} of the batch"));
     Err(refused(format!(
-        "contact{item} is not finite: a pose, a twist, a modulus, a number of the law or a derivative is too large to compute with"
+        "the result of contact{item} is not finite: a pose, a twist, a modulus, a number of the law or a derivative is too large"
     )))
 }
 
@@ -192,7 +192,7 @@ impl Found {
         let Some(count) = self.count else {
             return copied(py, &self.numbers[range], shape);
         };
-        let rows = self.numbers.chunks(self.width);
+        let rows = (0..count).map(|item| &self.numbers[item * self.width..]);
         let values: Vec<f64> = rows.flat_map(|row| &row[range.clone()]).copied().collect();
         array(py, values, &[&[count], shape].concat())
     }

@@ -1,7 +1,7 @@
 //! Derivatives of a contact by the shapes of its bodies.
 
 use crate::any_shape::AnyShape;
-use crate::arrays::{Floats, Whole, count};
+use crate::arrays::{Floats, Whole, count, wholes};
 use crate::errors::refused;
 use crate::pair::{BOTH, Pair, write_columns};
 use crate::pair_inputs::Inputs;
@@ -72,8 +72,8 @@ impl Pair {
         py: Python<'py>,
         pose_a: &Bound<'py, PyAny>,
         pose_b: &Bound<'py, PyAny>,
-        vertices_a: Vec<Whole>,
-        vertices_b: Vec<Whole>,
+        #[pyo3(from_py_with = wholes)] vertices_a: Vec<Whole>,
+        #[pyo3(from_py_with = wholes)] vertices_b: Vec<Whole>,
         twist_a: Option<&Bound<'py, PyAny>>,
         twist_b: Option<&Bound<'py, PyAny>>,
         moduli: Option<&Bound<'py, PyAny>>,

@@ -1,6 +1,6 @@
 //! What a rollout is differentiated by.
 
-use crate::arrays::{Whole, count};
+use crate::arrays::{Whole, count, whole};
 use crate::pickle::{Reduced, loaded, reduced};
 use hydroelastic::gradient;
 use pyo3::exceptions::PyMemoryError;
@@ -70,7 +70,7 @@ impl Parameter {
 
     /// The wrench of an interval, counted from 0, of a body's control: 6 numbers, torque (N m), then force (N).
     #[staticmethod]
-    fn control(body: &str, interval: Whole) -> PyResult<Self> {
+    fn control(body: &str, #[pyo3(from_py_with = whole)] interval: Whole) -> PyResult<Self> {
         let interval = count(interval, "interval")?;
         Ok(Self(gradient::Parameter::Control(body.into(), interval)))
     }
@@ -78,7 +78,10 @@ impl Parameter {
     /// The wrenches of all of so many intervals of the controls of some bodies: a list, whose numbers together are those of an array
     /// (intervals, bodies, 6).
     #[staticmethod]
-    fn controls(bodies: Vec<String>, intervals: Whole) -> PyResult<Vec<Self>> {
+    fn controls(
+        bodies: Vec<String>,
+        #[pyo3(from_py_with = whole)] intervals: Whole,
+    ) -> PyResult<Vec<Self>> {
         let intervals = count(intervals, "intervals")?;
         let mut all = Vec::new();
         let size = intervals.saturating_mul(bodies.len());
@@ -94,7 +97,7 @@ impl Parameter {
         Ok(all)
     }
 
-    /// A number that forces name: see World.
+    /// A force parameter of the world, by its name: see World.
     #[staticmethod]
     fn of_forces(name: &str) -> Self {
         Self(gradient::Parameter::OfForces(name.into()))
@@ -126,7 +129,7 @@ impl Parameter {
             P::Gravity => "gravity()".to_owned(),
             P::Control(body, interval) => format!("control({body:?}, {interval})"),
             P::OfForces(name) => format!("of_forces({name:?})"),
-            // Without a constructor in Python.
+            // Other parameters have no constructor in Python.
             other => format!("{other:?}"),
         };
         format!("Parameter.{call}")

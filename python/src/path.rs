@@ -1,7 +1,8 @@
 //! Paths of bodies that forces do not move.
 
 use crate::arrays::{
-    Floats, Many, Numbers, array, check_finite, finite, finite_row, list, numbers, wrong_shape,
+    Floats, Many, Numbers, array, check_finite, finite, finite_row, list, numbers, real,
+    wrong_shape,
 };
 use crate::errors::refused;
 use crate::pickle::{Reduced, loaded, reduced};
@@ -21,8 +22,8 @@ const SMALL: f64 = 1e-8;
 /// Path(times, poses, twists=None) goes through poses, smoothly: (n,) float64 increasing times (s), (n, 4, 4) poses, and (n, 6)
 /// twists (angular rad/s, linear m/s of the body's origin, world axes), or None for those of central differences. Between two
 /// poses the position is a cubic, and so is the rotation vector from the first to the second, with the twists at both ends;
-/// pose and twist are consistent. Before the first time and after the last the body rests; at the last time itself it still has the
-/// twist that it arrives with.
+/// pose and twist are consistent. Before the first time and after the last the body rests. At the last time itself it still has the
+/// last twist.
 ///
 /// Raises
 /// ------
@@ -76,8 +77,12 @@ impl Path {
         Ok(Self(Arc::new(Kind::Steady { pose, twist })))
     }
 
-    /// The pose (4, 4) and the twist (6,) at a time (s). HydroelasticError if the time, or what the path is then, is not finite.
-    fn at<'py>(&self, py: Python<'py>, time: f64) -> PyResult<(Floats<'py>, Floats<'py>)> {
+    /// The pose (4, 4) and the twist (6,) at a time (s). HydroelasticError if the time, the pose or the twist is not finite.
+    fn at<'py>(
+        &self,
+        py: Python<'py>,
+        #[pyo3(from_py_with = real)] time: f64,
+    ) -> PyResult<(Floats<'py>, Floats<'py>)> {
         let BodyState { pose, twist } = self.state_at(finite(time, "time")?);
         let twist = twist.to_vector().as_slice().to_vec();
         check_finite(&twist, "the twist of the path")?;

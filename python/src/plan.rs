@@ -1,8 +1,9 @@
 //! How a world is stepped.
 
-use crate::arrays::{Whole, count, positive_count};
+use crate::arrays::{Whole, count, positive_count, real, whole};
 use crate::errors::refused;
 use hydroelastic::dynamics;
+use pyo3::exceptions::PyTypeError;
 use pyo3::prelude::*;
 
 /// How a state is taken one time step further.
@@ -13,28 +14,25 @@ use pyo3::prelude::*;
 #[derive(Clone, Copy, PartialEq, Eq, Hash)]
 pub struct Integrator(dynamics::Integrator);
 
-/// An integrator as an argument.
-#[derive(FromPyObject)]
-pub enum Named<'py> {
-    Integrator(Bound<'py, Integrator>),
-    #[pyo3(annotation = "str")]
-    Name(String),
-}
-
-impl Named<'_> {
-    fn integrator(self) -> PyResult<Integrator> {
-        let name = match self {
-            Self::Integrator(integrator) => return Ok(*integrator.get()),
-            Self::Name(name) => name,
-        };
-        let all = Integrator::ALL.into_iter();
-        let mut found = all.filter(|it| it.name().eq_ignore_ascii_case(&name));
-        found.next().ok_or_else(|| {
-            let names = Integrator::ALL.map(|it| format!("{:?}", it.name().to_lowercase()));
-            let names = names.join(", ");
-            refused(format!("there is no integrator {name:?}: expected {names}"))
-        })
+/// Converts an argument that is an Integrator, its name or None.
+fn integrator(argument: &Bound<'_, PyAny>) -> PyResult<Integrator> {
+    if argument.is_none() {
+        return Ok(Integrator::LEAPFROG);
     }
+    if let Ok(integrator) = argument.cast::<Integrator>() {
+        return Ok(*integrator.get());
+    }
+    let names = Integrator::ALL.map(|known| format!("{:?}", known.name().to_lowercase()));
+    let names = names.join(", ");
+    let Ok(name) = argument.extract::<String>() else {
+        return Err(PyTypeError::new_err(format!(
+            "integrator must be an Integrator or its name, {names}, but is {}",
+            argument.repr()?
+        )));
+    };
+    let mut all = Integrator::ALL.into_iter();
+    all.find(|integrator| integrator.name().eq_ignore_ascii_case(&name))
+        .ok_or_else(|| refused(format!("there is no integrator {name:?}: expected {names}")))
 }
 
 impl Integrator {
@@ -45,7 +43,7 @@ impl Integrator {
         Self::IMPLICIT_EULER,
     ];
 
-    /// The name of the attribute: that of the library with underscores.
+    /// Name of the class attribute: the name in the library, in capitals and with underscores.
     fn name(&self) -> String {
         let mut name = String::new();
         for character in format!("{:?}", self.0).chars() {
@@ -72,7 +70,7 @@ impl Integrator {
     #[classattr]
     const SDIRK2: Self = Self(dynamics::Integrator::Sdirk2);
 
-    /// One implicit stage of first order, which calms what moves fast: for what should come to rest.
+    /// One implicit stage of first order. It damps fast motion, so use it for scenes that should come to rest.
     #[classattr]
     const IMPLICIT_EULER: Self = Self(dynamics::Integrator::ImplicitEuler);
 
@@ -97,16 +95,17 @@ impl Integrator {
 /// ----------
 /// time_step : (s), positive.
 /// steps : how many.
-/// integrator : an Integrator or its name, as "sdirk2"; Integrator.LEAPFROG by default.
+/// integrator : an Integrator or its name, such as "sdirk2"; Integrator.LEAPFROG by default.
 /// record_every : the initial state, every so many-th after it and the last are recorded.
-/// check_stability : explicit steps are checked where contact begins or changes fast: the rollout ends with a RolloutError where
-///     the time step is above World.largest_stable_step, friction aside, or contact makes energy out of nothing. False takes such steps.
+/// check_stability : whether explicit steps are checked where contact begins or changes fast. The rollout ends with a RolloutError if
+///     the time step is above World.largest_stable_step, computed without friction, or if a contact returns
+///     more than twice the energy that it has absorbed.
 /// solver_tolerance : implicit steps are solved until a correction is below this fraction of the velocities.
 ///
 /// Raises
 /// ------
-/// HydroelasticError if the time step or the tolerance is not positive and finite, a count is out of range, or there is no integrator
-/// of the name.
+/// HydroelasticError if the time step or the tolerance is not positive and finite, a count is out of range, or the name of the
+/// integrator is unknown.
 #[pyclass(frozen, eq, module = "hydroelastic")]
 #[derive(Clone, Copy, PartialEq)]
 pub struct Plan(pub dynamics::Plan);
@@ -114,17 +113,17 @@ pub struct Plan(pub dynamics::Plan);
 #[pymethods]
 impl Plan {
     #[new]
-    #[pyo3(signature = (time_step, steps, integrator=None, *, record_every=1, check_stability=true, solver_tolerance=1e-10))]
+    #[pyo3(signature = (time_step, steps, integrator=Integrator::LEAPFROG, *, record_every=1, check_stability=true, solver_tolerance=1e-10),
+        text_signature = "(time_step, steps, integrator=None, *, record_every=1, check_stability=True, solver_tolerance=1e-10)")]
     fn new(
-        time_step: f64,
-        steps: Whole,
-        integrator: Option<Named<'_>>,
-        record_every: Whole,
+        #[pyo3(from_py_with = real)] time_step: f64,
+        #[pyo3(from_py_with = whole)] steps: Whole,
+        #[pyo3(from_py_with = integrator)] integrator: Integrator,
+        #[pyo3(from_py_with = whole)] record_every: Whole,
         check_stability: bool,
-        solver_tolerance: f64,
+        #[pyo3(from_py_with = real)] solver_tolerance: f64,
     ) -> PyResult<Self> {
         let plan = dynamics::Plan::new(time_step, count(steps, "steps")?).map_err(refused)?;
-        let integrator = integrator.map_or(Ok(Integrator::LEAPFROG), Named::integrator)?;
         let plan = plan.with_integrator(integrator.0);
         let plan = plan.recording_every(positive_count(record_every, "record_every")?);
         let plan = plan

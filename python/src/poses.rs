@@ -118,7 +118,7 @@ pub fn entries(pose: &Pose) -> [f64; ENTRIES] {
     })
 }
 
-/// A pose that was computed as an array, unless numbers were too large for it.
+/// Returns a computed pose as an array, or an error if an entry is not finite.
 pub fn finite_matrix<'py>(py: Python<'py>, pose: &Pose) -> PyResult<Floats<'py>> {
     check_finite(&entries(pose), "the entries of the pose")?;
     matrix(py, pose)

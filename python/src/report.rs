@@ -1,6 +1,6 @@
 //! What a step took, and the energies of a state.
 
-use crate::arrays::{Floats, array, check_kept, finite};
+use crate::arrays::{Floats, array, check_kept, finite, real};
 use crate::pickle::{Reduced, loaded, reduced};
 use hydroelastic::dynamics;
 use numpy::PyArrayDyn;
@@ -158,10 +158,10 @@ impl Report {
     #[new]
     fn new(
         py: Python<'_>,
-        kinetic_energy: f64,
-        gravitational_energy: f64,
-        contact_energy: f64,
-        total_energy: f64,
+        #[pyo3(from_py_with = real)] kinetic_energy: f64,
+        #[pyo3(from_py_with = real)] gravitational_energy: f64,
+        #[pyo3(from_py_with = real)] contact_energy: f64,
+        #[pyo3(from_py_with = real)] total_energy: f64,
         momenta: (Py<PyArrayDyn<f64>>, Py<PyArrayDyn<f64>>),
     ) -> PyResult<Self> {
         let (linear_momentum, angular_momentum) = momenta;

@@ -1,8 +1,10 @@
 //! Rigid shapes: closed surfaces of triangles with their search trees.
 
-use crate::arrays::{Floats, array, check_finite, indices, signed, table, whole_array};
+use crate::arrays::{
+    Floats, array, check_finite, indices, optional_real, real, signed, table, whole_array,
+};
 use crate::errors::refused;
-use crate::shape::{Shape, check_door, mass_arrays, warn_of_size};
+use crate::shape::{Shape, check_extension, mass_arrays, warn_of_size};
 use crate::shape_gradient::mass_gradient;
 use hydroelastic::contact;
 use hydroelastic::io::read_triangle_surface;
@@ -55,7 +57,7 @@ impl RigidShape {
 
     /// The surface in a file: STL (.stl, binary or ASCII) or Wavefront (.obj). Vertices at exactly the same place become one.
     ///
-    /// unit : what one of the file is in meters: 0.001 for the millimeters of most CAD programs; None for 1, with a warning if the
+    /// unit : the unit of the file in meters: 0.001 for the millimeters of most CAD programs. None means 1, with a warning if the
     ///     surface is larger than 100 m.
     ///
     /// Raises
@@ -63,8 +65,12 @@ impl RigidShape {
     /// HydroelasticError if the file is damaged, or its surface not closed.
     #[staticmethod]
     #[pyo3(signature = (path, unit=None))]
-    fn read(py: Python<'_>, path: PathBuf, unit: Option<f64>) -> PyResult<Self> {
-        check_door(&path, &["msh", "vtk", "vtu"], |path| {
+    fn read(
+        py: Python<'_>,
+        path: PathBuf,
+        #[pyo3(from_py_with = optional_real)] unit: Option<f64>,
+    ) -> PyResult<Self> {
+        check_extension(&path, &["msh", "vtk", "vtu"], |path| {
             format!(
                 "{path} holds a mesh of tetrahedra, not a surface: Shape.read reads it, and RigidShape.around(Shape.read(path)) makes a \
                  rigid body of it"
@@ -111,7 +117,7 @@ impl RigidShape {
     fn mass_properties<'py>(
         &self,
         py: Python<'py>,
-        density: f64,
+        #[pyo3(from_py_with = real)] density: f64,
     ) -> PyResult<(f64, Floats<'py>, Floats<'py>)> {
         let found = self.surface().mass_properties(density);
         mass_arrays(py, &found.map_err(refused)?)
@@ -123,8 +129,8 @@ impl RigidShape {
     fn mass_gradient<'py>(
         &self,
         py: Python<'py>,
-        density: f64,
-        by_mass: f64,
+        #[pyo3(from_py_with = real)] density: f64,
+        #[pyo3(from_py_with = real)] by_mass: f64,
         by_center: &Bound<'py, PyAny>,
         by_inertia: &Bound<'py, PyAny>,
     ) -> PyResult<Floats<'py>> {

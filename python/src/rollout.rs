@@ -17,23 +17,23 @@ use std::sync::{Arc, Mutex, MutexGuard, TryLockError};
 /// A rollout cannot be pickled: what implicit steps remember of earlier ones does not travel. World.rollout with rollout.state
 /// for its start goes on from there, explicit steps with the same bits.
 ///
-/// A rollout is taken by one thread at a time: another one that uses it meanwhile gets a HydroelasticError.
+/// Only one thread at a time can use a rollout. Another thread gets a HydroelasticError.
 ///
 /// A step that leads to a state that is not finite, fails the stability check or is not solved raises RolloutError.
 #[pyclass(frozen, module = "hydroelastic")]
 pub struct Rollout(Mutex<Steps>);
 
-/// The steps, and how many were taken.
+/// The steps, and the number of steps taken.
 #[allow(
     clippy::struct_field_names,
-    reason = "the steps of the library are one part of it"
+    reason = "the library's steps are one of the fields"
 )]
 struct Steps {
     steps: dynamics::Rollout,
     plan: dynamics::Plan,
     taken: usize,
     total: Option<dynamics::StepReport>,
-    /// Ends the steps once it is true.
+    /// Stop flag: steps end once it is true.
     stop: Arc<AtomicBool>,
 }
 
@@ -49,25 +49,25 @@ impl Rollout {
         }))
     }
 
-    /// The steps, unless another thread is taking some.
+    /// Locks the steps. Returns an error if another thread is taking steps.
     fn steps(&self) -> PyResult<MutexGuard<'_, Steps>> {
         match self.0.try_lock() {
             Ok(steps) => Ok(steps),
             Err(TryLockError::Poisoned(steps)) => Ok(steps.into_inner()),
             Err(TryLockError::WouldBlock) => Err(refused(
-                "another thread is taking steps of this rollout: a rollout is of one thread at a time, and each thread makes its own",
+                "another thread is taking steps of this rollout: use one rollout for each thread",
             )),
         }
     }
 
-    /// Takes a step, to the state that it gives.
+    /// Takes a step and returns the state after it.
     pub fn next_step(&self, py: Python<'_>) -> PyResult<State> {
         self.steps()?.next_step(py)
     }
 }
 
 impl Steps {
-    /// The same steps without a flag that is set: a job that was stopped may go on.
+    /// Clears the stop flag, so that stopped steps can go on. Returns the data that a job shares with its caller.
     fn begun(&self) -> Shared {
         self.stop.store(false, Ordering::Relaxed);
         Shared {
@@ -76,7 +76,7 @@ impl Steps {
         }
     }
 
-    /// Takes a step that Ctrl-C ends if it is implicit: explicit ones are short.
+    /// Takes a step. Ctrl-C can end an implicit step; explicit steps are short.
     fn next_step(&mut self, py: Python<'_>) -> PyResult<State> {
         let shared = self.begun();
         let found = if self.plan.integrator().is_implicit() {
@@ -155,7 +155,7 @@ impl Rollout {
     /// Raises
     /// ------
     /// RolloutError, with the states so far as its trajectory. Ctrl-C ends the rollout before its next step, or during an
-    /// implicit one.
+    /// implicit step.
     #[pyo3(signature = (*, progress=None))]
     fn recorded(
         &self,

@@ -1,7 +1,8 @@
 //! Shapes: pressure fields with their search trees.
 
 use crate::arrays::{
-    Floats, Whole, array, check_finite, count, indices, list, row, signed, table, whole_array,
+    Floats, Whole, array, check_finite, count, indices, list, optional_real, real, row, signed,
+    table, whole, whole_array,
 };
 use crate::errors::refused;
 use crate::shape_gradient::mass_gradient;
@@ -45,7 +46,7 @@ impl Shape {
         self.0.field()
     }
 
-    /// The mesh in a file, as many meters large as the numbers say.
+    /// Reads the mesh in a file, with the numbers of the file in meters.
     fn in_file(py: Python<'_>, path: PathBuf, extents: Option<&str>) -> PyResult<Self> {
         if is_of(&path, &["vtk", "vtu"]) {
             let found = py.import("hydroelastic._vtk")?;
@@ -87,17 +88,19 @@ pub fn mass_arrays<'py>(
     ))
 }
 
-/// Above this size (m), the numbers of a file without a unit are more likely to be millimeters.
+/// Above this size (m), the numbers of a file without a unit are probably in millimeters.
 const LARGE: f64 = 100.0;
 
-/// Whether the name of a file has one of some extensions.
+/// Whether the name of a file has one of these extensions.
 fn is_of(path: &Path, extensions: &[&str]) -> bool {
-    let own = path.extension().unwrap_or_default();
-    extensions.iter().any(|of| own.eq_ignore_ascii_case(of))
+    let extension = path.extension().unwrap_or_default();
+    extensions
+        .iter()
+        .any(|known| extension.eq_ignore_ascii_case(known))
 }
 
-/// Refuses a file that has the extension of what another class reads.
-pub fn check_door(
+/// Returns an error if a file has an extension that another class reads.
+pub fn check_extension(
     path: &Path,
     extensions: &[&str],
     remedy: impl Fn(std::path::Display<'_>) -> String,
@@ -108,7 +111,7 @@ pub fn check_door(
     Ok(())
 }
 
-/// Warns of a file whose numbers make a shape of an unlikely size (m).
+/// Warns if the shape in a file has an unlikely size (m).
 pub fn warn_of_size(py: Python<'_>, path: &Path, size: f64) -> PyResult<()> {
     if size <= LARGE {
         return Ok(());
@@ -148,7 +151,7 @@ impl Shape {
     /// the extra hydroelastic[files] installs. Vertices that no tetrahedron uses are left out.
     ///
     /// extents : the name of a point-data array of a VTK file, or None for the distance to the surface.
-    /// unit : what one of the file is in meters, 0.001 for millimeters; None for 1, with a warning if the mesh is larger than 100 m.
+    /// unit : the unit of the file in meters, 0.001 for millimeters. None means 1, with a warning if the mesh is larger than 100 m.
     ///
     /// Raises
     /// ------
@@ -160,9 +163,9 @@ impl Shape {
         py: Python<'_>,
         path: PathBuf,
         extents: Option<&str>,
-        unit: Option<f64>,
+        #[pyo3(from_py_with = optional_real)] unit: Option<f64>,
     ) -> PyResult<Self> {
-        check_door(&path, &["stl", "obj"], |path| {
+        check_extension(&path, &["stl", "obj"], |path| {
             format!(
                 "{path} holds a surface, not a mesh of tetrahedra: RigidShape.read reads it as a rigid body, Shape.star_shaped makes \
                  a compliant one of vertices and triangles, and a mesher makes tetrahedra"
@@ -189,14 +192,20 @@ impl Shape {
     /// A ball about the origin of the body frame: radius (m), and how often the 20 faces of an icosahedron are divided by four
     /// (0 to 8).
     #[staticmethod]
-    fn icosphere(radius: f64, subdivisions: Whole) -> PyResult<Self> {
+    fn icosphere(
+        #[pyo3(from_py_with = real)] radius: f64,
+        #[pyo3(from_py_with = whole)] subdivisions: Whole,
+    ) -> PyResult<Self> {
         let subdivisions = count(subdivisions, "subdivisions")?;
         Self::of(shapes::icosphere(radius, subdivisions))
     }
 
     /// An ellipsoid with three semi-axes (m): an icosphere, stretched.
     #[staticmethod]
-    fn ellipsoid(semi_axes: &Bound<'_, PyAny>, subdivisions: Whole) -> PyResult<Self> {
+    fn ellipsoid(
+        semi_axes: &Bound<'_, PyAny>,
+        #[pyo3(from_py_with = whole)] subdivisions: Whole,
+    ) -> PyResult<Self> {
         let subdivisions = count(subdivisions, "subdivisions")?;
         Self::of(shapes::ellipsoid(
             row(semi_axes, "semi_axes")?,
@@ -218,7 +227,11 @@ impl Shape {
 
     /// A prism with a regular polygon of some segments as its base, for a cylinder along z: radius (m), length (m).
     #[staticmethod]
-    fn cylinder(radius: f64, length: f64, segments: Whole) -> PyResult<Self> {
+    fn cylinder(
+        #[pyo3(from_py_with = real)] radius: f64,
+        #[pyo3(from_py_with = real)] length: f64,
+        #[pyo3(from_py_with = whole)] segments: Whole,
+    ) -> PyResult<Self> {
         let segments = count(segments, "segments")?;
         Self::of(shapes::cylinder(radius, length, segments))
     }
@@ -292,7 +305,7 @@ impl Shape {
     fn mass_properties<'py>(
         &self,
         py: Python<'py>,
-        density: f64,
+        #[pyo3(from_py_with = real)] density: f64,
     ) -> PyResult<(f64, Floats<'py>, Floats<'py>)> {
         let found = self.field().mesh().mass_properties(density);
         mass_arrays(py, &found.map_err(refused)?)
@@ -304,8 +317,8 @@ impl Shape {
     fn mass_gradient<'py>(
         &self,
         py: Python<'py>,
-        density: f64,
-        by_mass: f64,
+        #[pyo3(from_py_with = real)] density: f64,
+        #[pyo3(from_py_with = real)] by_mass: f64,
         by_center: &Bound<'py, PyAny>,
         by_inertia: &Bound<'py, PyAny>,
     ) -> PyResult<Floats<'py>> {

@@ -1,8 +1,8 @@
 //! How shapes change with the numbers that they are made of.
 
 use crate::arrays::{
-    Floats, Whole, array, check_finite, check_kept, count, indices, list, row, signed, table,
-    whole_array,
+    Floats, Whole, array, check_finite, check_kept, count, indices, list, optional_real, real, row,
+    signed, table, whole, whole_array, wholes,
 };
 use crate::errors::refused;
 use crate::shape::Shape;
@@ -58,7 +58,7 @@ impl ShapeRates {
         py: Python<'_>,
         vertices: Py<PyArrayDyn<f64>>,
         extents: Py<PyArrayDyn<f64>>,
-        ambiguous: Vec<Whole>,
+        #[pyo3(from_py_with = wholes)] ambiguous: Vec<Whole>,
     ) -> PyResult<Self> {
         check_kept(
             py,
@@ -103,7 +103,11 @@ impl ShapeRates {
 impl Shape {
     /// How Shape.icosphere changes with its radius (m): k is 1.
     #[staticmethod]
-    fn icosphere_rates(py: Python<'_>, radius: f64, subdivisions: Whole) -> PyResult<ShapeRates> {
+    fn icosphere_rates(
+        py: Python<'_>,
+        #[pyo3(from_py_with = real)] radius: f64,
+        #[pyo3(from_py_with = whole)] subdivisions: Whole,
+    ) -> PyResult<ShapeRates> {
         let subdivisions = count(subdivisions, "subdivisions")?;
         let rates = shapes::icosphere_rates(radius, subdivisions);
         ShapeRates::of(py, rates.map(|it| [it]))
@@ -114,7 +118,7 @@ impl Shape {
     fn ellipsoid_rates(
         py: Python<'_>,
         semi_axes: &Bound<'_, PyAny>,
-        subdivisions: Whole,
+        #[pyo3(from_py_with = whole)] subdivisions: Whole,
     ) -> PyResult<ShapeRates> {
         let subdivisions = count(subdivisions, "subdivisions")?;
         let semi_axes = row(semi_axes, "semi_axes")?;
@@ -139,9 +143,9 @@ impl Shape {
     #[staticmethod]
     fn cylinder_rates(
         py: Python<'_>,
-        radius: f64,
-        length: f64,
-        segments: Whole,
+        #[pyo3(from_py_with = real)] radius: f64,
+        #[pyo3(from_py_with = real)] length: f64,
+        #[pyo3(from_py_with = whole)] segments: Whole,
     ) -> PyResult<ShapeRates> {
         let segments = count(segments, "segments")?;
         ShapeRates::of(py, shapes::cylinder_rates(radius, length, segments))
@@ -175,7 +179,7 @@ impl LinearisedShape {
     fn new(
         vertices: &Bound<'_, PyAny>,
         tets: &Bound<'_, PyAny>,
-        depth: Option<f64>,
+        #[pyo3(from_py_with = optional_real)] depth: Option<f64>,
     ) -> PyResult<Self> {
         let vertices = table::<3>(vertices, "vertices")?;
         let vertices = vertices.into_iter().map(Into::into).collect();

@@ -1,6 +1,6 @@
 //! Pictures for notebooks: what `hydroelastic.view` draws.
 
-use crate::arrays::Whole;
+use crate::arrays::{Whole, optional_real, whole};
 use crate::state::State;
 use crate::surface::Surface;
 use crate::trajectory::Trajectory;
@@ -33,8 +33,8 @@ impl Surface {
     #[pyo3(signature = (*, pressure_limit=None, height=420))]
     fn show<'py>(
         slf: &Bound<'py, Self>,
-        pressure_limit: Option<f64>,
-        height: Whole,
+        #[pyo3(from_py_with = optional_real)] pressure_limit: Option<f64>,
+        #[pyo3(from_py_with = whole)] height: Whole,
     ) -> PyResult<Bound<'py, PyAny>> {
         let options = PyDict::new(slf.py());
         options.set_item("pressure_limit", pressure_limit)?;
@@ -61,8 +61,8 @@ impl World {
     fn show<'py>(
         slf: &Bound<'py, Self>,
         state: Option<Bound<'py, State>>,
-        pressure_limit: Option<f64>,
-        height: Whole,
+        #[pyo3(from_py_with = optional_real)] pressure_limit: Option<f64>,
+        #[pyo3(from_py_with = whole)] height: Whole,
     ) -> PyResult<Bound<'py, PyAny>> {
         let options = PyDict::new(slf.py());
         options.set_item("state", state)?;
@@ -91,9 +91,9 @@ impl Trajectory {
     fn show<'py>(
         slf: &Bound<'py, Self>,
         world: Option<Bound<'py, World>>,
-        frames: Whole,
-        pressure_limit: Option<f64>,
-        height: Whole,
+        #[pyo3(from_py_with = whole)] frames: Whole,
+        #[pyo3(from_py_with = optional_real)] pressure_limit: Option<f64>,
+        #[pyo3(from_py_with = whole)] height: Whole,
     ) -> PyResult<Bound<'py, PyAny>> {
         let options = PyDict::new(slf.py());
         options.set_item("world", world)?;

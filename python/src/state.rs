@@ -1,6 +1,6 @@
 //! States of a world.
 
-use crate::arrays::{Floats, Many, array, wrong_shape};
+use crate::arrays::{Floats, Many, array, real, wrong_shape};
 use crate::errors::refused;
 use crate::path::many_twists;
 use crate::poses::{entries, poses};
@@ -35,7 +35,11 @@ pub fn numbers_of<'s>(states: impl IntoIterator<Item = &'s dynamics::State>) -> 
 #[pymethods]
 impl State {
     #[new]
-    fn new(time: f64, poses: &Bound<'_, PyAny>, twists: &Bound<'_, PyAny>) -> PyResult<Self> {
+    fn new(
+        #[pyo3(from_py_with = real)] time: f64,
+        poses: &Bound<'_, PyAny>,
+        twists: &Bound<'_, PyAny>,
+    ) -> PyResult<Self> {
         if !time.is_finite() {
             return Err(refused(format!(
                 "the time of a state must be finite, but is {time}"

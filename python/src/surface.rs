@@ -1,6 +1,6 @@
 //! Contact surfaces as arrays.
 
-use crate::arrays::{array, check_kept, finite, signed, whole_array, wrong_shape};
+use crate::arrays::{array, check_kept, finite, real, signed, whole_array, wrong_shape};
 use hydroelastic::contact::ContactSurface;
 use numpy::{PyArrayDyn, PyUntypedArrayMethods};
 use pyo3::prelude::*;
@@ -98,7 +98,7 @@ impl Surface {
         centroids: Floats,
         mean_pressures: Floats,
         tets: Whole,
-        area: f64,
+        #[pyo3(from_py_with = real)] area: f64,
         center_of_pressure: Option<Floats>,
     ) -> PyResult<Self> {
         check_kept(

@@ -1,6 +1,6 @@
 //! Recorded states.
 
-use crate::arrays::{Floats, Whole, array};
+use crate::arrays::{Floats, Whole, array, whole};
 use crate::errors::refused;
 use crate::state::{State, numbers_of};
 use hydroelastic::dynamics;
@@ -83,7 +83,7 @@ impl Trajectory {
     }
 
     /// The state of a place, counted from the end if it is negative.
-    fn __getitem__(&self, place: Whole) -> PyResult<State> {
+    fn __getitem__(&self, #[pyo3(from_py_with = whole)] place: Whole) -> PyResult<State> {
         let states = self.inner.states();
         let from_start = if place < 0 {
             place + states.len() as Whole

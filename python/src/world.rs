@@ -1,10 +1,10 @@
 //! Bodies and what acts on them.
 
-use crate::arrays::{Floats, array, row};
+use crate::arrays::{Floats, array, optional_real, real, row};
 use crate::body::Body;
 use crate::control::Control;
 use crate::errors::{not_differentiated, refused};
-use crate::force::{AnyForce, Given, Shown};
+use crate::force::{AnyForce, Shown, forces};
 use crate::parameter::{Parameter, inner};
 use crate::path::Path;
 use crate::state::State;
@@ -12,7 +12,7 @@ use hydroelastic::dynamics::{self, WorldError};
 use hydroelastic::nalgebra::Vector3;
 use numpy::PyUntypedArray;
 use pyo3::prelude::*;
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 /// The world of the library with forces that can be saved.
 pub type Inner = dynamics::World<f64, Vec<AnyForce>>;
@@ -22,10 +22,10 @@ pub type Inner = dynamics::World<f64, Vec<AnyForce>>;
 /// Parameters
 /// ----------
 /// bodies : a list of Body with different names.
-/// gravity : (3,) (m/s²), or its component along z, as -9.81; None for no gravity.
+/// gravity : (3,) (m/s²), or its component along z, such as -9.81; None for no gravity.
 /// forces : a list of Spring, Drag and Thruster.
-/// force_parameters : numbers that forces name, {name: value}. Derivatives are taken by Parameter.of_forces(name).
-/// controls : a list of Control, one for a body.
+/// force_parameters : {name: value} of numbers that forces name. Parameter.of_forces(name) gives derivatives by them.
+/// controls : a list of Control, one at most for a body.
 /// ignoring : pairs of names, of bodies that pass through each other. Between bodies of RigidShape and HalfSpace there is no
 ///     contact: any two of which forces move one have to be among these pairs.
 /// slip_tolerance : (m/s), of friction in all contacts.
@@ -44,8 +44,8 @@ pub struct World {
 
 /// What a new world or a change of one sets.
 struct Settings<'a, 'py> {
-    gravity: Option<&'a Bound<'py, PyAny>>,
-    forces: Option<Vec<Given<'py>>>,
+    gravity: Option<Vector3<f64>>,
+    forces: Option<Vec<AnyForce>>,
     force_parameters: Option<BTreeMap<String, f64>>,
     controls: Option<Vec<Bound<'py, Control>>>,
     slip_tolerance: Option<f64>,
@@ -55,12 +55,6 @@ struct Settings<'a, 'py> {
 impl Settings<'_, '_> {
     fn applied(self, mut world: Inner) -> PyResult<Inner> {
         if let Some(gravity) = self.gravity {
-            let along_z = gravity.extract::<f64>().ok();
-            let along_z = along_z.filter(|_| gravity.cast::<PyUntypedArray>().is_err());
-            let gravity = match along_z {
-                Some(along_z) => Vector3::new(0.0, 0.0, along_z),
-                None => Vector3::from(row::<3>(gravity, "gravity")?),
-            };
             world = world.with_gravity(gravity).map_err(refused)?;
         }
         if let Some(tolerance) = self.slip_tolerance {
@@ -70,10 +64,16 @@ impl Settings<'_, '_> {
             world = world.with_force_parameter(&name, value).map_err(refused)?;
         }
         if let Some(forces) = self.forces {
-            let forces: Vec<AnyForce> = forces.iter().map(Given::force).collect();
             world = world.with_forces(forces).map_err(refused)?;
         }
+        let mut controlled = BTreeSet::new();
         for control in self.controls.into_iter().flatten() {
+            let body = control.get().0.body();
+            if !controlled.insert(body.to_owned()) {
+                return Err(refused(format!(
+                    "body {body:?} has two controls, but must have one at most"
+                )));
+            }
             world = world
                 .with_control(control.get().0.clone())
                 .map_err(refused)?;
@@ -83,6 +83,27 @@ impl Settings<'_, '_> {
             None => Ok(world),
         }
     }
+}
+
+/// Converts an argument to gravity (m/s²): from a vector, its component along z or None.
+fn gravity(argument: &Bound<'_, PyAny>) -> PyResult<Option<Vector3<f64>>> {
+    if argument.is_none() {
+        return Ok(None);
+    }
+    let is_number = argument.hasattr("__float__")? && argument.cast::<PyUntypedArray>().is_err();
+    Ok(Some(if is_number {
+        Vector3::new(0.0, 0.0, real(argument)?)
+    } else {
+        row::<3>(argument, "gravity")?.into()
+    }))
+}
+
+/// Converts an argument to numbers by name, or None.
+fn reals(argument: &Bound<'_, PyAny>) -> PyResult<Option<BTreeMap<String, f64>>> {
+    let numbers: Option<BTreeMap<String, Bound<'_, PyAny>>> = argument.extract()?;
+    let number = |(name, value)| Ok((name, real(&value)?));
+    let numbers = numbers.map(|numbers| numbers.into_iter().map(number).collect());
+    numbers.transpose()
 }
 
 /// A world of bodies, without forces.
@@ -119,12 +140,12 @@ impl World {
     #[pyo3(signature = (bodies, *, gravity=None, forces=None, force_parameters=None, controls=None, ignoring=None, slip_tolerance=None, start=None))]
     fn new(
         bodies: Vec<Bound<'_, Body>>,
-        gravity: Option<&Bound<'_, PyAny>>,
-        forces: Option<Vec<Given<'_>>>,
-        force_parameters: Option<BTreeMap<String, f64>>,
+        #[pyo3(from_py_with = gravity)] gravity: Option<Vector3<f64>>,
+        #[pyo3(from_py_with = forces)] forces: Option<Vec<AnyForce>>,
+        #[pyo3(from_py_with = reals)] force_parameters: Option<BTreeMap<String, f64>>,
         controls: Option<Vec<Bound<'_, Control>>>,
         ignoring: Option<Vec<(String, String)>>,
-        slip_tolerance: Option<f64>,
+        #[pyo3(from_py_with = optional_real)] slip_tolerance: Option<f64>,
         start: Option<&Bound<'_, State>>,
     ) -> PyResult<Self> {
         let world = of_bodies(&bodies, &ignoring.unwrap_or_default()).map_err(refused)?;
@@ -147,16 +168,16 @@ impl World {
         })
     }
 
-    /// The same world with other settings: arguments as those of World. Forces replace all forces, a control that of its body, a
-    /// force parameter the one of its name.
+    /// A copy of the world with other settings; the arguments are those of World. forces replaces all forces. A control replaces the
+    /// control of its body, and a force parameter the parameter of the same name.
     #[pyo3(signature = (*, gravity=None, forces=None, force_parameters=None, controls=None, slip_tolerance=None, start=None))]
     fn replace(
         &self,
-        gravity: Option<&Bound<'_, PyAny>>,
-        forces: Option<Vec<Given<'_>>>,
-        force_parameters: Option<BTreeMap<String, f64>>,
+        #[pyo3(from_py_with = gravity)] gravity: Option<Vector3<f64>>,
+        #[pyo3(from_py_with = forces)] forces: Option<Vec<AnyForce>>,
+        #[pyo3(from_py_with = reals)] force_parameters: Option<BTreeMap<String, f64>>,
         controls: Option<Vec<Bound<'_, Control>>>,
-        slip_tolerance: Option<f64>,
+        #[pyo3(from_py_with = optional_real)] slip_tolerance: Option<f64>,
         start: Option<&Bound<'_, State>>,
     ) -> PyResult<Self> {
         let settings = Settings {
@@ -228,7 +249,7 @@ impl World {
         self.inner.forces().iter().map(Shown::from).collect()
     }
 
-    /// The numbers that forces name: {name: value}.
+    /// The force parameters: {name: value}.
     #[getter]
     fn force_parameters(&self) -> BTreeMap<String, f64> {
         self.inner.force_parameters().iter().cloned().collect()

@@ -46,7 +46,8 @@ impl World {
             .collect()
     }
 
-    /// The bodies, by name, of which one has been swallowed whole by the other in a state: no force pushes them apart any more.
+    /// The bodies, by name, that have passed so far into each other in a state that contact may no longer push them apart: see
+    /// Pair.has_sunk_through.
     /// Takes as long as a report.
     fn sunk_through(&self, py: Python<'_>, state: &State) -> PyResult<Vec<(&str, &str)>> {
         let sunk = py

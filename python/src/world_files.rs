@@ -1,6 +1,6 @@
 //! Files of what a world did.
 
-use crate::arrays::{row, table};
+use crate::arrays::{real, row, table};
 use crate::errors::refused;
 use crate::trajectory::Trajectory;
 use crate::world::World;
@@ -39,14 +39,15 @@ impl World {
         py: Python<'py>,
         path: PathBuf,
         trajectory: &Trajectory,
-        slowdown: f64,
-        targets: Option<BTreeMap<String, (Bound<'py, PyAny>, f64)>>,
+        #[pyo3(from_py_with = real)] slowdown: f64,
+        targets: Option<BTreeMap<String, (Bound<'py, PyAny>, Bound<'py, PyAny>)>>,
         paths: Option<BTreeMap<String, Bound<'py, PyAny>>>,
         camera: Option<(Bound<'py, PyAny>, Bound<'py, PyAny>)>,
     ) -> PyResult<()> {
         let mut recording = Recording::new(&self.inner, &trajectory.inner).slowed(slowdown);
         for (name, (point, radius)) in targets.unwrap_or_default() {
-            recording = recording.with_target(&name, row::<3>(&point, "point")?.into(), radius);
+            let (point, radius) = (row::<3>(&point, "point")?, real(&radius)?);
+            recording = recording.with_target(&name, point.into(), radius);
         }
         for (name, points) in paths.unwrap_or_default() {
             let points = table::<3>(&points, "points")?;

@@ -1,6 +1,6 @@
 //! Derivatives of rollouts.
 
-use crate::arrays::{Floats, Whole, array, count};
+use crate::arrays::{Floats, Whole, array, count, whole};
 use crate::by_states::ByStates;
 use crate::errors::not_differentiated;
 use crate::interrupt::{Progress, Shared, run};
@@ -15,7 +15,7 @@ use hydroelastic::nalgebra::DMatrix;
 use pyo3::prelude::*;
 use std::sync::Arc;
 
-/// How many sweeps back take about as long as a rollout that carries derivatives along.
+/// Number of reverse sweeps that take about as long as one rollout with forward derivatives.
 const SWEEPS: usize = 2;
 
 impl World {
@@ -59,7 +59,7 @@ impl World {
     /// Derivatives are constants to whoever takes them: there are no second ones.
     ///
     /// progress : True for a progress bar of tqdm, if that is installed; or a function of (done, total) steps. Ctrl-C ends the
-    ///     rollout before its next step, or during an implicit one.
+    ///     rollout before its next step, or during an implicit step.
     ///
     /// Raises
     /// ------
@@ -100,9 +100,9 @@ impl World {
         parameters: Vec<Bound<'py, Parameter>>,
         by_poses: &Bound<'py, PyAny>,
         by_twists: &Bound<'py, PyAny>,
-        memory: Option<Whole>,
+        memory: Option<&Bound<'_, PyAny>>,
     ) -> PyResult<Floats<'py>> {
-        let memory = memory.map(|it| count(it, "memory")).transpose()?;
+        let memory = memory.map(|it| count(whole(it)?, "memory")).transpose()?;
         let by = inner(&parameters);
         let recorded = (&plan.0, self.inner.bodies().len());
         let by_states = ByStates::of(by_poses, by_twists, recorded, None)?;
@@ -139,15 +139,17 @@ impl World {
         Ok(found.into_iter().map(met).collect())
     }
 
-    /// Whether derivatives of so many numbers, gradients of losses, are best found backwards by these parameters, by pullback: a
-    /// gradient if the parameters have more than 12 numbers, or 96 if steps are implicit, and two for every 96 numbers. A
-    /// Jacobian is one of all recorded states, of which gradients then have to be made.
+    /// Whether pullback computes the gradients of this many losses by these parameters faster than jacobian.
+    ///
+    /// For one gradient, pullback is faster if the parameters have more than 12 numbers, or more than 96 if steps are implicit. Two
+    /// pullbacks take about as long as the rollout of jacobian for every 96 numbers. jacobian gives the Jacobian of all recorded
+    /// states, from which the gradients then have to be computed.
     #[pyo3(signature = (plan, parameters, losses=1))]
     fn sweeps_back(
         &self,
         plan: &Plan,
         parameters: Vec<Bound<'_, Parameter>>,
-        losses: Whole,
+        #[pyo3(from_py_with = whole)] losses: Whole,
     ) -> PyResult<bool> {
         let (by, losses) = (inner(&parameters), count(losses, "losses")?);
         let experiment = Experiment::new(&self.inner, &plan.0);

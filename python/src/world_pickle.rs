@@ -5,7 +5,7 @@ use crate::errors::refused;
 use crate::path::{Kind, Path};
 use crate::pickle::{Reduced, loaded, reduced};
 use crate::world::{Inner, World};
-use hydroelastic::dynamics;
+use hydroelastic::dynamics::{self, State};
 use pyo3::prelude::*;
 use std::sync::Arc;
 
@@ -27,11 +27,15 @@ impl World {
 
 #[pymethods]
 impl Body {
-    /// As the world of this body alone.
+    /// As the world of this body alone, at the time of its initial state.
     fn __reduce__<'py>(&self, py: Python<'py>) -> PyResult<Reduced<'py>> {
         let alone = dynamics::World::new(vec![self.inner.clone()]);
+        let start = State {
+            time: self.inner.initial_time(),
+            bodies: vec![*self.inner.initial()],
+        };
         let inner = alone
-            .and_then(|world| world.with_forces(Vec::new()))
+            .and_then(|world| world.starting_from(&start)?.with_forces(Vec::new()))
             .map_err(refused)?;
         let name = self.inner.name().to_owned();
         let paths = self.path.iter().map(|path| (name.clone(), path.clone()));

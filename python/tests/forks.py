@@ -1,6 +1,6 @@
-"""Calls that use threads, in a process and in children that it forks: python tests/forks.py WAY, for the ways below.
+"""Runs calls that use threads in a process and in forked children: python tests/forks.py WAY, with a name from WAYS.
 
-Prints "same" if the children returned the bits of the parent. A child without threads would wait for them forever.
+Prints "same" if the children returned the bits of the parent. A child that waits for threads of its parent would hang.
 """
 
 import hashlib
@@ -19,9 +19,9 @@ SKIN = he.Material(1e5, 0.2, 0.4)
 BALL = he.Shape.icosphere(0.1, 1)
 BLOCK = he.Shape.cuboid([0.4, 0.4, 0.2])
 PAIR = he.Pair(he.Shape.icosphere(0.1, 2), BLOCK, 1e5, 1e6)
-# Contact with more polygons than one thread keeps to itself.
+# A contact with enough polygons to use several threads.
 LARGE = he.Pair(he.Shape.icosphere(0.1, 5), BLOCK, 1e5, 1e6, he.SurfaceLaw(0.2, 0.4, 1e-2))
-# A layer of balls that touch the floor and one another: more contacts than one thread keeps to itself.
+# A layer of balls that touch the floor and one another, with enough contacts to use several threads.
 PLACES = [[0.19 * (place % 4), 0.19 * (place // 4), 0.095] for place in range(16)]
 BALLS = [he.Body.dynamic(f"ball {place}", BALL, SKIN, 1.0, pose=he.pose(at)) for place, at in enumerate(PLACES)]
 FLOOR = he.Body.fixed("floor", he.HalfSpace(), he.Material.rigid(0.5))
@@ -31,8 +31,8 @@ EXPLICIT, IMPLICIT = he.Plan(2e-4, 5), he.Plan(5e-3, 3, he.Integrator.SDIRK2)
 BY = [he.Parameter.gravity(), he.Parameter.friction("ball 0")]
 
 
-def found(_=None):
-    """The digest of what calls through every door return."""
+def digest(_=None):
+    """Returns a digest of the results of calls that use threads."""
     heights = np.stack([he.pose([0.0, 0.0, z]) for z in np.linspace(0.185, 0.195, 100)])
     twist = np.array([0.1, 0.2, 0.3, 0.5, 0.0, -0.1])
     explicit, implicit = (HEAP.rollout(plan).recorded() for plan in (EXPLICIT, IMPLICIT))
@@ -48,14 +48,14 @@ def found(_=None):
         HEAP.pullback(IMPLICIT, BY, np.ones_like(implicit.poses), np.ones_like(implicit.twists)),
         *(trajectory.poses for trajectory in he.Batch(IMPLICIT).of_worlds([ONE] * 20)),
     ]
-    digest = hashlib.sha256()
+    sha = hashlib.sha256()
     for result in results:
-        digest.update(np.ascontiguousarray(result).tobytes())
-    return digest.hexdigest()
+        sha.update(np.ascontiguousarray(result).tobytes())
+    return sha.hexdigest()
 
 
 def put(queue):
-    queue.put(found())
+    queue.put(digest())
 
 
 def in_process(target=put):
@@ -68,7 +68,7 @@ def in_process(target=put):
 
 
 def put_of_child(queue):
-    queue.put(found() + in_process())
+    queue.put(digest() + in_process())
 
 
 def process():
@@ -82,16 +82,16 @@ def grandchild():
 
 def pool():
     with FORK.Pool(2) as children:
-        return children.map(found, range(4))
+        return children.map(digest, range(4))
 
 
 def executor():
     with ProcessPoolExecutor(2, mp_context=FORK) as children:
-        return list(children.map(found, range(4)))
+        return list(children.map(digest, range(4)))
 
 
 def while_a_thread_works():
-    """A child of a process that is in the middle of a batch."""
+    """Forks a child in the middle of a batch."""
     children = []
 
     def fork(done, total):
@@ -110,7 +110,7 @@ def data_loader():
             return 4
 
         def __getitem__(self, place):
-            return found()
+            return digest()
 
     loader = DataLoader(Digests(), batch_size=None, num_workers=2, multiprocessing_context="fork")
     return list(loader)
@@ -119,7 +119,7 @@ def data_loader():
 WAYS = {way.__name__: way for way in (process, grandchild, pool, executor, while_a_thread_works, data_loader)}
 
 if __name__ == "__main__":
-    expected = found()
+    expected = digest()
     children = WAYS[sys.argv[1]]()
     assert children and all(child == expected for child in children), (expected, children)
     print("same", os.environ.get("RAYON_NUM_THREADS"), expected)

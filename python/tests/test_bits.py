@@ -1,6 +1,6 @@
-"""Values have the bits of the library's, on every platform: data/reference_bits.json is what examples/reference_bits.rs prints.
+"""Values have the same bits as the library, on every platform: data/reference_bits.json is the output of examples/reference_bits.rs.
 
-Numpy's products of matrices and powers have other bits on other processors: no tested number goes through them.
+NumPy's matrix products and powers have other bits on other processors, so no tested number depends on them.
 """
 
 import json
@@ -11,7 +11,7 @@ import pytest
 
 import hydroelastic as he
 
-# Round-off of a turn that is passed to a pullback as the derivatives by a rotation matrix.
+# Round-off of a derivative by a turn that is passed to a pullback as derivatives by a rotation matrix.
 TURN_AS_MATRIX = 1e-13
 
 REFERENCE = json.loads((Path(__file__).parent / "data" / "reference_bits.json").read_text())

@@ -1,4 +1,4 @@
-"""Children made by fork: they compute what their parent does, and do not hang."""
+"""Child processes made by fork compute the same bits as their parent, and do not hang."""
 
 import os
 import subprocess
@@ -7,14 +7,14 @@ from pathlib import Path
 
 import pytest
 
-pytestmark = pytest.mark.skipif(not hasattr(os, "fork"), reason="there is no fork here")
+pytestmark = pytest.mark.skipif(not hasattr(os, "fork"), reason="this platform has no fork")
 
-# A child that waits for threads waits forever. Calls and children take a few seconds.
+# Seconds. A child that waits for threads of its parent hangs. All calls together take a few seconds.
 TIMEOUT = 120
 
 
 def digest(way, threads):
-    """What parent and children found, the same."""
+    """Returns the digest that parent and children agree on."""
     environment = {name: value for name, value in os.environ.items() if name != "RAYON_NUM_THREADS"}
     if threads is not None:
         environment["RAYON_NUM_THREADS"] = str(threads)

@@ -105,7 +105,7 @@ def test_rollout_by_every_parameter(bounce):
     assert np.abs(found - exact).max() <= 1e-5 * np.abs(exact).max()
     assert np.abs(exact[:3, 3]).max() > 0.1
 
-    # All of them count, and those by forces have the values of constants.
+    # Every parameter has an effect. Force parameters give the same motion as constants.
     assert np.abs(jacobian.twists[-1, 0]).max(axis=0).min() > 0.0
     constants = [
         he.Spring(spring.bodies, spring.points, *(numbers[name] for name in ("length", "stiffness", "damping"))),

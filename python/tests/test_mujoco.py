@@ -36,7 +36,7 @@ EXCLUDE = '<contact><exclude body1="world" body2="ball"/></contact>'
 
 @pytest.fixture(autouse=True)
 def the_callback_is_cleared(monkeypatch, tmp_path):
-    # MuJoCo writes its warnings to a file where it runs.
+    # MuJoCo writes its warnings to a file in the working directory.
     monkeypatch.chdir(tmp_path)
     assert mujoco.get_mjcb_passive() is None
     yield
@@ -337,15 +337,16 @@ def test_the_check_finds_what_mujoco_finds(geoms, flag, expected):
 
 
 EDGE, MODULUS = 0.2, 1e6
-# A cube of 1 kg, flat on a rigid plane: the rate of its stiffness (1/s²), and the limits of both kinds of integrators.
+# Stiffness over mass (1/s²) of a cube of 1 kg that lies flat on a rigid plane.
 RATE = MODULUS / (EDGE / 2) * EDGE**2
+# Limits of the integrators, times the square root of RATE.
 LIMITS = {"Euler": 2.0, "implicit": 2.0, "implicitfast": 2.0, "RK4": np.sqrt(8.0)}
-# Of a limit in closed form: RK4's is looked for in steps of 1/280 of it.
+# Relative tolerance of a limit in closed form. The limit of RK4 is searched in steps of 1/280 of the limit.
 LIMIT = 5e-3
 
 
 def cube_on_plane(time_step, law=None, height=EDGE / 2 - 3e-5, kind="Euler", gravity="0 0 -9.81", **keywords):
-    """A cube in the plane z = 0, a little deeper than where it would rest, and its contacts."""
+    """A cube on the plane z = 0, a little deeper than at rest, and its contacts."""
     xml = f"""
     <mujoco>
       <option timestep="{float(time_step)!r}" gravity="{gravity}" integrator="{kind}"><flag contact="disable"/></option>
@@ -382,14 +383,14 @@ def test_a_step_below_the_limit_oscillates_as_the_scheme_does(kind):
         for _ in range(2000):
             mujoco.mj_step(model, data)
             heights.append(data.qpos[2])
-    # The amplitude of a symplectic step at h²k = 2.56 is 1/√(1 − 0.64) of that of the start; RK4 damps.
+    # At h²k = 2.56 the amplitude of symplectic steps is 1/√(1 − 0.64) times the initial amplitude; RK4 damps.
     rest = EDGE / 2 - 9.81 / RATE
     assert np.abs(np.array(heights) - rest).max() < 1.001 / 0.6 * (3e-5 - 9.81 / RATE)
 
 
 @pytest.mark.parametrize("kind", LIMITS)
-def test_joint_damping_raises_the_limit_where_it_is_implicit(kind):
-    """A slide with the damping rate d: h²k ≤ 4 + 2hd where it is implicit, h²k + 2hd ≤ 4 where it is not."""
+def test_joint_damping_raises_the_limit_if_it_is_implicit(kind):
+    """A slide joint with the damping rate d: h²k ≤ 4 + 2hd if the damping is implicit, h²k + 2hd ≤ 4 if it is explicit."""
     rate = 400.0
     root = np.sqrt(rate**2 + 4.0 * RATE)
     limit = (rate + root) / RATE
@@ -425,7 +426,7 @@ def test_steps_above_the_limit_are_taken_on_request():
     assert np.abs(data.qpos[2] - EDGE / 2) > 1e-3
 
 
-# Of the creep: the start decays over 2,000 steps.
+# Relative tolerance of the creep: the initial motion decays over 2,000 steps.
 CREEP = 1e-4
 PRESS, WALL_LAW = 20.0, he.SurfaceLaw(0.5, 0.8, 1e-2)
 
@@ -438,7 +439,7 @@ def pressed_to_wall(time_step):
 
 
 def sticking_limit(slip_tolerance):
-    """Of the same cube in a world."""
+    """Returns the largest stable step of the same cube in a world."""
     skin = he.Material(MODULUS, WALL_LAW.dissipation, WALL_LAW.friction)
     cube = he.Shape.cuboid([EDGE] * 3)
     body = he.Body.dynamic("cube", cube, skin, 1.0, pose=he.pose([0.0, 0.0, EDGE / 2 - PRESS / RATE]))
@@ -459,7 +460,7 @@ def test_a_block_that_friction_carries_creeps_by_the_law_or_the_step_is_refused(
         model, data, contacts = pressed_to_wall(excess * limit)
         with pytest.raises(soft.TimeStepError) as caught, contacts:
             mujoco.mj_step(model, data, 2000)
-        # Far above the limit a few steps have already changed the contact.
+        # Far above the limit, the first steps have already changed the contact.
         assert excess > 2.0 or caught.value.limit == pytest.approx(limit, rel=0.1)
     # Between both limits the cube chatters, at some slip tolerances.
     model, data, contacts = pressed_to_wall(0.8 * limit)
@@ -468,17 +469,17 @@ def test_a_block_that_friction_carries_creeps_by_the_law_or_the_step_is_refused(
     assert np.abs(data.qvel[:3]).max() < 3.0 * WALL_LAW.slip_tolerance
 
 
-def test_a_contact_that_begins_deep_within_a_step_gives_no_energy():
-    """The step is below the limit, h²k is 3, but it moves the cube by all but the gap: it would leave at 1.9 times its speed."""
+def test_a_contact_that_begins_deep_within_a_step_adds_no_energy():
+    """The step is below the limit (h²k = 3), but contact begins early in it, so the cube would leave at 1.9 times its speed."""
     time_step, speed = np.sqrt(3.0 / RATE), 0.01
     gap = 0.03 * time_step * speed
     model, data, contacts = cube_on_plane(time_step, height=EDGE / 2 + gap, gravity="0 0 0")
     data.qvel[2] = -speed
-    with pytest.raises(soft.TimeStepError, match="gives more energy than it takes") as caught, contacts:
+    with pytest.raises(soft.TimeStepError, match="returns more energy than it absorbs") as caught, contacts:
         mujoco.mj_step(model, data, 3)
     assert caught.value.step == 1
     assert caught.value.limit == pytest.approx(np.sqrt(2.0 / 0.97 / RATE), rel=0.01)
-    # The same state is no fault where it was set.
+    # The same state raises nothing if it was set.
     model, data, contacts = cube_on_plane(time_step, height=EDGE / 2 + 1.0, gravity="0 0 0")
     with contacts:
         mujoco.mj_step(model, data)
@@ -524,7 +525,7 @@ def test_scenes_that_rest_raise_nothing_over_many_steps():
         patch.setattr(soft.Watch, "_decided", lambda *all: alarms.append(1) or decided(*all))
         mujoco.mj_step(model, data, 20_000)
     assert np.abs(data.qvel).max() < 1e-9
-    # The derivatives are not asked either: they would cost more than the steps.
+    # Few derivatives are computed, because they would cost more than the steps.
     assert len(alarms) < 20
 
 

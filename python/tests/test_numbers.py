@@ -1,4 +1,4 @@
-"""Every public callable that takes numbers refuses what is no number, out of range or of another shape."""
+"""Every public callable that takes numbers refuses other types, numbers out of range and wrong shapes."""
 
 import ast
 import importlib
@@ -10,7 +10,7 @@ import pytest
 
 import hydroelastic as he
 
-# What an argument is annotated with if it is made of numbers.
+# Names in the annotations of numeric arguments.
 NUMERIC = {"float", "int", "_Floats", "_Numbers", "_Rows", "_Indices", "_Whole", "_Array", "_Tensor", "Controller", "NDArray"}
 REFUSED = (he.HydroelasticError, TypeError, ValueError)
 HUGE = 1e308
@@ -29,7 +29,7 @@ class Named(NotNegative):
 
 
 class Signed(int):
-    """A whole number that may be negative."""
+    """An integer that may be negative."""
 
 
 # Arrays of numbers that must not be negative.
@@ -39,7 +39,7 @@ INFINITE = {"materials"}
 
 
 def refused_values(name, value):
-    """Values that must be refused in place of a good one, by what is wrong with them."""
+    """Invalid values in place of a valid one, by what is wrong with them."""
     if isinstance(value, np.ndarray) and value.dtype.kind == "i":
         return {"shape": value[None], "negative": -1 - value, "floats": value.astype(float)}
     if isinstance(value, np.ndarray):
@@ -53,8 +53,9 @@ def refused_values(name, value):
     if isinstance(value, bool | Signed):
         return {"NaN": np.nan, "a fraction": 1.5}
     if isinstance(value, int):
-        return {"negative": -1, "NaN": np.nan, "a fraction": 1.5, "text": "1"}
+        return {"negative": -1, "NaN": np.nan, "a fraction": 1.5, "text": "1", "a huge integer": 10**400, "a bool": True}
     found = {"NaN": np.nan, "infinite": np.inf, "minus infinity": -np.inf, "text": "1", "complex": 1j}
+    found |= {"a huge integer": 10**400, "a bool": True}
     if isinstance(value, Named):
         del found["text"]
     if isinstance(value, Positive):
@@ -71,7 +72,7 @@ def changed(value, number):
 
 
 def huge_values(value):
-    """Values that must be refused, or give finite results."""
+    """Values that must either be refused or give finite results."""
     if isinstance(value, np.ndarray) and value.dtype.kind == "f":
         return [changed(value, HUGE), changed(value, -HUGE)]
     return [HUGE, 1e-308] if isinstance(value, float) else []
@@ -95,7 +96,7 @@ def numbers_in(value):
 
 
 def check(call, arguments, takes_batches=False):
-    """Feeds a callable all that it must refuse, one argument after another; with what is good it must go through."""
+    """Checks that a callable accepts valid arguments and refuses every invalid value, one argument at a time."""
     for found in numbers_in(call(**arguments)):
         assert np.isfinite(found).all()
     for name, value in arguments.items():
@@ -138,7 +139,7 @@ EYE, TWIST, POINT = np.eye(4), np.full(6, 0.1), np.full(3, 0.1)
 
 
 def cases(folder):
-    """A callable by its name, and good numbers by their arguments. What comes after a dot or in brackets tells several apart."""
+    """Callables with valid arguments, by name. A suffix in parentheses distinguishes several cases of one callable."""
     ball, skin, world, plan = he.Shape.icosphere(0.1, 1), he.Material(1e5), scene(), he.Plan(1e-3, 2)
     rigid = he.RigidShape.around(ball)
     pair = he.Pair(ball, ball, 1e5, 1e5, he.SurfaceLaw(0.1, 0.2))
@@ -307,13 +308,13 @@ def cases(folder):
 
 
 def takes_numbers(annotation):
-    """Whether an annotation has numbers in it."""
+    """Returns whether an annotation is that of a numeric argument."""
     names = {node.id for node in ast.walk(annotation) if isinstance(node, ast.Name)}
     return bool(names & NUMERIC)
 
 
 def callables_of_the_stub():
-    """The callables that take numbers, with these arguments, of the compiled part."""
+    """Returns the numeric arguments of each callable of the compiled module, by name."""
     stub = ast.parse((Path(he.__file__).parent / "_core.pyi").read_text())
     found = {}
 
@@ -335,7 +336,7 @@ def callables_of_the_stub():
 
 
 def callables_of(module):
-    """The same of a module of Python; what it returns as named tuples is not looked at."""
+    """Returns the numeric arguments of each callable of a Python module, by name, without named tuples."""
     found = {}
 
     def add(name, function):
@@ -358,21 +359,21 @@ def callables_of(module):
 
 
 def arguments_in(table):
-    """The arguments that a table has numbers for, by callable."""
+    """Returns the arguments in a table of cases, by callable."""
     found = {}
     for name, (_, arguments) in table.items():
         found.setdefault(name.split(" (")[0], set()).update(arguments)
     return found
 
 
-def assert_complete(expected, table, beside):
-    """That a table has all arguments that take numbers, but for some beside it, by callable, that are told why."""
+def assert_complete(expected, table, excluded):
+    """Checks that a table has all numeric arguments except the excluded ones, which the callers explain."""
     known = arguments_in(table)
-    missing = {name: arguments - known.get(name, set()) - beside.get(name, set()) for name, arguments in expected.items()}
+    missing = {name: arguments - known.get(name, set()) - excluded.get(name, set()) for name, arguments in expected.items()}
     assert not {name: arguments for name, arguments in missing.items() if arguments}
 
 
-# Arguments of the stub that are not fed: whole numbers that only pickles hold.
+# Arguments of the stub that are not tested: integers that only pickles pass.
 OF_PICKLES = {"Surface": {"offsets", "tets"}}
 
 
@@ -389,9 +390,9 @@ NAMES = sorted(callables_of_the_stub())
 def test_numbers_out_of_range_are_refused(name, tmp_path):
     if name in ("Pair.write_surface", "Shape.read"):
         pytest.importorskip("meshio")
-    own = {case: it for case, it in cases(tmp_path).items() if case.split(" (")[0] == name and it[1]}
-    assert own
-    for call, arguments in own.values():
+    found = {case: it for case, it in cases(tmp_path).items() if case.split(" (")[0] == name and it[1]}
+    assert found
+    for call, arguments in found.values():
         check(call, arguments)
 
 
@@ -426,7 +427,7 @@ def test_jax_refuses_what_the_package_refuses():
     assert_complete(callables_of(soft), table, {})
     for call, arguments in table.values():
         check(call, arguments, takes_batches=True)
-    # Inside transformations, rows that are refused are NaN.
+    # Inside transformations, the results for invalid rows are NaN.
     assert np.isnan(jax.jit(soft.pose)(np.full(3, np.nan))[:3, 3]).all()
 
 
@@ -460,7 +461,7 @@ def test_pinocchio_refuses_what_the_package_refuses():
         "Robot.rollout": (robot.rollout, rolled),
         "Robot.linearised_rollout": (robot.linearised_rollout, rolled),
     }
-    # A frame is a name or an index, which the model is asked for.
+    # A frame is a name or an index that is looked up in the model.
     assert_complete(callables_of(soft), table, {"ContactPair": {"frame_a", "frame_b"}})
     materials = table.pop("Robot.with_materials")
     for call, arguments in table.values():
@@ -469,7 +470,7 @@ def test_pinocchio_refuses_what_the_package_refuses():
     for bad in [*refused_values("materials", good).values(), changed(good, np.inf), changed(good, HUGE * 10)]:
         with pytest.raises(REFUSED):
             robot.with_materials(bad)
-    # Integers and lists are numbers.
+    # Integers and lists are converted.
     assert np.array_equal(robot.acceleration([0, 0], [0, 0], np.zeros(2, dtype=int)), robot.acceleration(*np.zeros((3, 2))))
 
 
@@ -511,9 +512,9 @@ def test_batches_of_ray_refuse_what_the_package_refuses():
     plan, world = he.Plan(1e-3, 2), scene()
     refused = {"samples": np.full((2, 3), 0.1)}
     table = {"Batch": (lambda **it: soft.Batch(plan, **it) and None, {"chunk": 1, "max_retries": Signed(1)})}
-    # Samples go through the local batch before any work is sent: what is wrong with their shape or type is raised there.
-    beside = {"Batch": {"progress"}, "Batch.trajectories_after": {"samples"}, "Batch.jacobians_after": {"samples"}}
-    assert_complete(callables_of(soft), table, beside)
+    # The local batch checks the samples before any work is sent, and raises errors of their shape or type.
+    excluded = {"Batch": {"progress"}, "Batch.trajectories_after": {"samples"}, "Batch.jacobians_after": {"samples"}}
+    assert_complete(callables_of(soft), table, excluded)
     for call, arguments in table.values():
         check(call, arguments)
     with pytest.raises(he.HydroelasticError, match="max_retries must be at least -1"):

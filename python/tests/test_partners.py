@@ -88,6 +88,16 @@ def test_a_ball_sinks_through_and_is_reported():
     assert world.sunk_through(world.initial_state) == []
 
 
+def test_a_soft_box_that_passes_through_a_rigid_one_is_reported():
+    box, skin = he.Shape.cuboid([1.0, 1.0, 1.0]), he.Material(2e4, 1.0, 0.5)
+    soft, hard = (box, skin), (he.RigidShape.around(box), he.Material.rigid())
+    for upper, lower in ((soft, hard), (hard, soft)):
+        body = he.Body.dynamic("body", *upper, 1000.0, pose=he.pose([0.1, 0.05, 1.5]))
+        world = he.World([body, he.Body.fixed("below", *lower)], gravity=GRAVITY)
+        states = world.rollout(he.Plan(1e-2, 150, "sdirk2")).recorded()
+        assert any(world.sunk_through(state) for state in states)
+
+
 def test_a_rigid_shape_has_what_its_surface_encloses():
     solid = he.Shape.distance_cuboid([0.2, 0.3, 0.5])
     shape = he.RigidShape.around(solid)

@@ -50,6 +50,24 @@ def test_worlds_with_paths():
     assert abs(expected.poses[-1, 1, 0, 3] - 0.03) < 1e-4 and expected.poses[-1, 0, 0, 3] > 1e-3
 
 
+def test_bodies_of_a_world_at_a_later_time():
+    skin = he.Material(1e5)
+    path = he.Path.steady(he.pose([0.0, 0.0, -0.1]), [0.0, 0.0, 0.0, 0.5, 0.0, 0.0])
+    belt = he.Body.prescribed("belt", he.Shape.cuboid([1.0, 1.0, 0.2]), skin, path)
+    ball = he.Body.dynamic("ball", he.Shape.icosphere(0.1, 1), skin, 1.0, pose=he.pose([0.0, 0.0, 0.2]))
+    world = he.World([ball, belt])
+    world = world.replace(start=world.rollout(he.Plan(1e-3, 10)).recorded()[-1])
+    for body, pickled, copied in zip(world.bodies, again(world.bodies), copy.deepcopy(world.bodies), strict=True):
+        for other in (pickled, copied):
+            same(body.pose, other.pose)
+            same(body.twist, other.twist)
+    # A new world starts at time 0, where the path begins.
+    assert world.bodies[1].pose[0, 3] == 0.005
+    for bodies in (world.bodies, again(world.bodies)):
+        assert he.World(bodies).initial_state.poses[1, 0, 3] == 0.0
+        same(he.World(bodies, start=world.initial_state).initial_state.poses, world.initial_state.poses)
+
+
 def test_states_and_trajectories(scene):
     trajectory = scene.rollout(he.Plan(2e-4, 500, record_every=100)).recorded()
     loaded = again(trajectory)

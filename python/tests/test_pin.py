@@ -320,7 +320,7 @@ def test_a_free_flyer_bounces_as_a_body_of_a_world():
 
 
 def resting_ball(depth=9.2e-3):
-    """The ball of ``ball_and_floor``, pressed into the floor about as deep as it rests: world, robot, q and the limit of the world."""
+    """Returns world, robot, q and the limit of the world for the ball of ``ball_and_floor``, about as deep in the floor as at rest."""
     world, robot, q, _ = ball_and_floor([0.0, 0.0, 0.0], [0.0, 0.0, 0.0])
     q[2] = 0.2 - depth
     body, floor = world.bodies
@@ -328,7 +328,7 @@ def resting_ball(depth=9.2e-3):
     return world, robot, q, world.largest_stable_step(state)
 
 
-# Of a limit: where two modes are nearly as stiff, the search of the world ends early, at a shorter step.
+# Relative tolerance of a limit: if two modes are nearly as stiff, the search of the world ends early, at a shorter step.
 LIMIT = 1e-3
 
 
@@ -345,7 +345,7 @@ def test_the_limit_is_that_of_a_world():
 
 
 def test_rollouts_above_the_limit_raise_and_keep_the_states_before():
-    """The ball falls, and the contact is met on the way."""
+    """The ball falls, and contact begins during the rollout."""
     _, robot, q, limit = resting_ball(-1e-3)
     assert limit is None
     still = np.zeros(6)
@@ -375,14 +375,14 @@ def test_below_the_limit_a_rollout_converges_and_so_do_its_derivatives():
     assert np.abs(jacobian.by_start[-1]).max() > 10.0 * np.abs(of_fine).max()
 
 
-def test_a_ball_that_rocks_raises_nothing_over_many_steps_and_asks_for_few_derivatives():
+def test_a_ball_that_rocks_raises_nothing_over_many_steps_and_computes_few_derivatives():
     _, robot, q, limit = resting_ball()
     alarms = []
     decided = robot._watch._decided
     robot._watch._decided = lambda *all: alarms.append(1) or decided(*all)
     motion = robot.rollout(q, np.zeros(6), np.zeros(6), 0.3 * limit, 20_000, record_every=1000)
     assert np.abs(motion.q[:, 2] - q[2]).max() < 1e-3
-    # The first step has none before it, so the derivatives decide.
+    # The first step has no previous step, so it computes derivatives.
     assert 0 < len(alarms) < 20
 
 

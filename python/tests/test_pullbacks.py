@@ -95,8 +95,8 @@ def test_worlds_of_a_batch_have_the_bits_of_each(driven):
         (he.Integrator.IMPLICIT_EULER, 96),
     ],
 )
-def test_backwards_from_as_many_numbers_on_as_in_the_library(driven, integrator, most):
-    # As tests/gradient/trajectory_gradients.rs has it.
+def test_reverse_mode_begins_at_as_many_numbers_as_in_the_library(driven, integrator, most):
+    # The numbers of tests/gradient/trajectory_gradients.rs.
     plan, by = he.Plan(1e-3, 2, integrator), [he.Parameter.mass("ball")]
     assert not driven.sweeps_back(plan, by * most)
     assert driven.sweeps_back(plan, by * (most + 1))

@@ -24,18 +24,18 @@ def test_what_is_no_array(ball_on_block):
 
 
 @pytest.mark.parametrize("kind", [np.int64, np.int32, np.uint8, list])
-def test_integers_and_lists_are_numbers(kind):
-    def given(rows):
+def test_arrays_of_integers_and_lists_are_converted(kind):
+    def array(rows):
         return rows if kind is list else np.array(rows, dtype=kind)
 
     ball, eye, push = he.Shape.icosphere(0.1, 1), np.eye(4, dtype=int).tolist(), [0, 0, 0, 1, 0, 0]
     pair = he.Pair(ball, ball, 1e5, 1e5)
-    assert np.array_equal(pair.wrench(given([eye, eye]), given(eye)), pair.wrench(np.stack([np.eye(4)] * 2), np.eye(4)))
-    assert np.array_equal(he.moved_pose(given(eye), given(push)), he.pose([1.0, 0.0, 0.0]))
-    assert np.array_equal(he.Control("ball", 1.0, given([push])).wrenches, [push])
-    assert np.array_equal(he.State(0.0, given([eye]), given([push])).twists, [push])
-    assert he.Shape(given([[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]]), given([[0, 1, 2, 3]])).volume == pytest.approx(1 / 6)
-    body = he.Body.dynamic("ball", ball, he.Material(10**5), 1, pose=given(eye), velocity=given([1, 0, 0]))
+    assert np.array_equal(pair.wrench(array([eye, eye]), array(eye)), pair.wrench(np.stack([np.eye(4)] * 2), np.eye(4)))
+    assert np.array_equal(he.moved_pose(array(eye), array(push)), he.pose([1.0, 0.0, 0.0]))
+    assert np.array_equal(he.Control("ball", 1.0, array([push])).wrenches, [push])
+    assert np.array_equal(he.State(0.0, array([eye]), array([push])).twists, [push])
+    assert he.Shape(array([[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]]), array([[0, 1, 2, 3]])).volume == pytest.approx(1 / 6)
+    body = he.Body.dynamic("ball", ball, he.Material(10**5), 1, pose=array(eye), velocity=array([1, 0, 0]))
     assert np.array_equal(body.twist, push)
 
 
@@ -45,7 +45,7 @@ def test_a_number_for_gravity_is_its_component_along_z():
     assert np.array_equal(he.World([], gravity=-10).gravity, [0.0, 0.0, -10.0])
 
 
-def test_an_integrator_goes_by_its_name():
+def test_an_integrator_can_be_given_by_its_name():
     assert he.Plan(1e-3, 10, "sdirk2") == he.Plan(1e-3, 10, he.Integrator.SDIRK2)
     assert he.Plan(1e-3, 10, "IMPLICIT_EULER").integrator == he.Integrator.IMPLICIT_EULER
     names = 'no integrator "rk4": expected "symplectic_euler", "leapfrog", "sdirk2", "implicit_euler"'
@@ -53,13 +53,25 @@ def test_an_integrator_goes_by_its_name():
         he.Plan(1e-3, 10, "rk4")
 
 
-def test_a_wrong_order_of_arguments_is_met_with_the_right_one():
+def test_errors_of_wrong_arguments_show_the_right_call():
     with pytest.raises(TypeError, match=r'bodies must be the names of two bodies, but is ball: write Spring\(\("a", "b"\), '):
         he.Spring("ball", "floor", 1.0, 1.0, 1.0)
     with pytest.raises(TypeError, match=r"points must be a point \(3,\) of each body"):
         he.Spring(["ball", "floor"], 1.0, 1.0, 1.0)
-    with pytest.raises(TypeError, match=r"a must be a Shape, which is compliant, but is HalfSpace\(\)"):
+    with pytest.raises(TypeError, match=r"a must be a compliant Shape, but is HalfSpace\(\)"):
         he.Pair(he.HalfSpace(), he.Shape.icosphere(0.1, 1), 1e5)
+
+
+    with pytest.raises(TypeError, match="a force must be a Spring, a Drag or a Thruster, but is 1"):
+        he.World([], forces=[1])
+    with pytest.raises(TypeError, match='integrator must be an Integrator or its name, "symplectic_euler", .*, but is 1'):
+        he.Plan(1e-3, 5, 1)
+    with pytest.raises(TypeError, match="a shape must be a Shape, a RigidShape or a HalfSpace, but is 1"):
+        he.Body.fixed("floor", 1, he.Material(1e5))
+    with pytest.raises(TypeError, match="a number is expected, but the argument is a bool"):
+        he.World([], gravity=True)
+    with pytest.raises(he.HydroelasticError, match="an integer argument is too large"):
+        he.Plan(1e-3, 10**400)
 
 
 def tetrahedron(size, path):
@@ -103,7 +115,7 @@ def refusals():
     corners = np.array([[0.0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]])
 
     def driven(**numbers):
-        """By a spring of stiffness "k"."""
+        """Returns a world with a spring of stiffness "k"."""
         spring = he.Spring(("ball", "wall"), ([0.0] * 3, [0.0] * 3), 0.1, "k")
         return he.World([body, he.Body.fixed("wall", ball, skin)], forces=[spring], **numbers)
 
@@ -158,6 +170,15 @@ def refusals():
         ),
         'the world has no force parameter "c"': lambda: driven(force_parameters={"k": 1.0}).jacobian(
             plan, [he.Parameter.of_forces("c")]
+        ),
+        "a force parameter needs a name": lambda: he.World([body], force_parameters={"": 1.0}),
+        'body "ball" has two controls': lambda: he.World([body], controls=[he.Control("ball", 0.1, np.ones((1, 6)))] * 2),
+        'a spring between bodies "wall" and "block" moves nothing': lambda: he.World(
+            [he.Body.fixed("wall", ball, skin), he.Body.fixed("block", ball, skin)],
+            forces=[he.Spring(("wall", "block"), ([0.0] * 3, [0.0] * 3), 0.1, 1.0)],
+        ),
+        "the change between two states is inf": lambda: world.displacement(
+            *(he.State(0.0, he.pose([x, 0.0, 0.0])[None], np.zeros((1, 6))) for x in (-1e308, 1e308))
         ),
         "twists must be finite": lambda: he.State(0.0, eye[None], np.full((1, 6), np.inf)),
         "a trajectory needs at least one state": lambda: he.Trajectory([]),

@@ -81,6 +81,21 @@ def test_batches_have_the_bits_of_single_calls(ball_on_block, twists, by_wrenche
             assert np.array_equal(one[k], other)
 
 
+def test_empty_batches_and_no_vertices_give_empty_arrays(ball_on_block, by_wrenches):
+    pair, pose_a, pose_b = ball_on_block
+    empty = np.zeros((0, 4, 4))
+    for poses, shape in ((pose_a, ()), (np.stack([pose_a] * 5), (5,)), (empty, (0,))):
+        for found in pair.vertex_jacobians(poses, pose_b):
+            assert found.shape == (*shape, 0, 12, 3)
+        by_a, by_b = pair.vertex_jacobians(poses, pose_b, [0, 1])
+        assert by_a.shape == (*shape, 2, 12, 3) and by_b.shape == (*shape, 0, 12, 3)
+    for call in (pair.wrench, pair.potential_energy, pair.linearised, pair.wrench_and_jacobian):
+        found = call(empty, pose_b)
+        assert all(len(it) == 0 for it in (found if isinstance(found, tuple) else (found,)))
+    for gradient in pair.shape_gradients(empty, pose_b, by_wrenches):
+        assert gradient.by_vertices.shape[0] == gradient.by_extents.shape[0] == 0
+
+
 def test_partners_have_the_vertices_of_their_kind(ball_on_block, by_wrenches):
     pair, pose_a, _ = ball_on_block
     ball, block = pair.shapes

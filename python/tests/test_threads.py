@@ -121,7 +121,7 @@ except KeyboardInterrupt:
 """
 
 
-# Body of 1,000 t that spins in a floor: one step of 128 parts, with some 10 s of contacts, whatever the solver makes of it.
+# A body of 1,000 t spins in a floor: one step has 128 parts, and needs about 10 s of contact evaluations.
 LONG_STEP = """
 import hydroelastic as he, signal
 signal.signal(signal.SIGINT, signal.default_int_handler)
@@ -135,7 +135,7 @@ try:
 except KeyboardInterrupt:
     print("interrupted", flush=True)
 """
-# Seconds from Ctrl-C to the end: those of one look at the contacts, and of the interpreter.
+# Maximum time (s) from Ctrl-C to the end: one evaluation of the contacts, and the exit of the interpreter.
 AT_ONCE = 5.0
 
 
@@ -178,11 +178,11 @@ def test_ctrl_c_ends_a_rollout_before_its_next_step(work):
         "he.Batch(plan).of_worlds([world] * 3)",
     ],
 )
-def test_ctrl_c_ends_a_step_that_is_under_way(work):
+def test_ctrl_c_ends_a_step_in_progress(work):
     assert_ctrl_c_ends(LONG_STEP.format(work=work))
 
 
-def test_a_rollout_that_was_stopped_goes_on():
+def test_a_stopped_rollout_can_go_on():
     rollout = long_world().rollout(he.Plan(2e-4, 2_000, record_every=2_000))
     with pytest.raises(ZeroDivisionError):
         rollout.recorded(progress=lambda done, total: 1 / 0)
@@ -208,18 +208,18 @@ def test_progress_bars_need_no_tqdm(bounce):
     assert len(world.rollout(plan).recorded(progress=True)) == 4
 
 
-def test_a_rollout_that_another_thread_is_taking_is_refused():
+def test_a_rollout_in_use_by_another_thread_is_refused():
     rollout = long_world().rollout(he.Plan(1e-4, 100_000))
     began, refusals = threading.Event(), []
 
-    def told(done, total):
+    def on_progress(done, total):
         began.set()
         if refusals:
             raise KeyboardInterrupt
 
     def record():
         with pytest.raises(KeyboardInterrupt):
-            rollout.recorded(progress=told)
+            rollout.recorded(progress=on_progress)
 
     thread = threading.Thread(target=record)
     thread.start()

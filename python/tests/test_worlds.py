@@ -59,9 +59,9 @@ def test_energies_contacts_and_stable_steps(bounce):
     assert world.topology(pressed).touches(0, 1)
     assert world.topology(pressed).changes_since(world.topology(world.initial_state)) == len(contact.surface)
     step = world.largest_stable_step(pressed)
-    # Friction rules it; the check leaves that out.
+    # Friction sets this limit, but the check leaves friction out.
     assert 1e-5 < step < 1.0 and world.largest_stable_step(world.initial_state) is None
-    with pytest.raises(he.RolloutError, match="is too long where the contacts allow"):
+    with pytest.raises(he.RolloutError, match="the stability limit of the contacts"):
         world.rollout(he.Plan(32 * step, 3), start=pressed).recorded()
 
 
@@ -89,7 +89,7 @@ def test_a_path_arrives_with_its_twist_and_rests_after_it():
     assert np.array_equal(at_end, push)
     after, rest = path.at(np.nextafter(0.5, 1.0))
     assert np.array_equal(after, end) and np.array_equal(rest, np.zeros(6))
-    # A single pose leads nowhere.
+    # A path with a single pose is at rest.
     assert np.array_equal(he.Path([0.0], he.pose()[None], push[None]).at(0.0)[1], np.zeros(6))
 
 

@@ -58,7 +58,7 @@ impl Shape {
             let tets = (0_u32..).zip(self.field.tets());
             let pressing = tets.filter(|(_, tet)| !tet.is_inert());
             let tree = FlatTree::new(pressing.map(|(index, tet)| (index, tet.tetrahedron)));
-            // Made outside the lock: a child forked meanwhile would wait for the lock forever.
+            // Built outside the lock, because a child process that is forked while the lock is held would wait for it forever.
             self.flat_tree.get_or_init(|| tree)
         })
     }

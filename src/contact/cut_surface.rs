@@ -61,7 +61,7 @@ impl<T: Scalar> CutSurface<'_, T> {
                 .all(|octet| octet.polygons() == 0)
     }
 
-    /// Whether surfaces touch face to face somewhere, without pressure.
+    /// Whether the surfaces touch face to face on some area, without pressure.
     pub fn touches(&self) -> bool {
         let mut touches = self.found.cuts().iter().filter(|cut| cut.is_touch());
         touches.any(|cut| self.source.polygon(cut).has_area())

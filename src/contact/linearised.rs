@@ -66,7 +66,7 @@ pub struct LinearisedContact<T = f64> {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
 #[non_exhaustive]
 pub struct Kinks {
-    /// Faces of both bodies coincide, side by side or, where they only touch, face to face; or nearly: to 2.5e-10 of the bodies' size in motion at most, to 2e-12 of it for elastic ones.
+    /// Faces coincide, or touch, to 2.5e-10 of the bodies' size with friction or dissipation, and to 2e-12 of it in elastic contact.
     pub are_flush: bool,
     /// Somewhere surfaces part so fast that the pressure is clamped at 0: beyond that place, derivatives are 0.
     pub are_clamped: bool,

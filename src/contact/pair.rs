@@ -136,8 +136,8 @@ impl<'a, T: Scalar> ContactPair<'a, T> {
         self.surface_of(&self.cut_surface())
     }
 
-    /// The contact surface and the wrenches, of bodies at rest or, by a law, in motion; none if the bodies do not touch. In
-    /// `f64` and for derivatives of second and higher order both come from one search.
+    /// Contact surface and wrenches; `None` if the bodies do not touch. `moving` has the law and the twists of bodies in motion,
+    /// and is `None` for bodies at rest. In `f64`, and for derivatives of second and higher order, one search gives both.
     pub(crate) fn surface_and_wrench(
         &self,
         moving: Option<(&SurfaceLaw<T>, [Twist<T>; 2])>,

@@ -1,24 +1,32 @@
-//! Whether bodies have passed into each other so far that contact no longer keeps them apart.
+//! Detection of bodies that have passed so far into each other that contact no longer keeps them apart.
 
 use super::ContactPair;
 use super::polygon::PolygonSource;
 use crate::broad_phase::Shape;
+use crate::mesh::TriangleSurface;
 use crate::narrow_phase::PartnerShape;
 use crate::scalar::Scalar;
-use crate::spatial::Pose;
 use nalgebra::Vector3;
 
 /// Extents within this fraction of the largest are peaks of the field.
 const PEAK: f64 = 1e-9;
 
+/// A line crosses a triangle if it misses the triangle by less than this fraction of its area. Rounding then leaves no gap between
+/// neighboring triangles.
+const GAP: f64 = 1e-9;
+
 impl<T: Scalar> ContactPair<'_, T> {
-    /// Whether the bodies have passed into each other so far that contact may no longer push them apart:
+    /// Whether the bodies have passed so far into each other that contact may no longer push them apart. There are four cases:
     ///
-    /// - they overlap without a contact surface, so that there is no force: one was swallowed, because more work was done on the
-    ///   contact than its pressure field can hold, the integral of its pressure over its volume; or
-    /// - one of them, with a mesh or a surface, is wholly inside the other; or
-    /// - each of two compliant bodies holds a point of the other's highest pressure: their fields are used up, and the force soon
-    ///   pushes them on instead of back.
+    /// - The bodies overlap without a contact surface, so there is no force. The work done on the contact has exceeded the energy
+    ///   that the pressure field of one body can store: the integral of its pressure over its volume.
+    /// - One of the bodies, with a mesh or a surface, is wholly inside the other.
+    /// - Each of two compliant bodies contains a point of the other's highest pressure. The force will soon push the bodies further
+    ///   in instead of apart.
+    /// - A rigid body contains a point of the compliant body's highest pressure, and the compliant body contains the middle of the
+    ///   rigid body there. The middle is that of the chord through the point along the contact force.
+    ///
+    /// A rod or a plate that pierces a body beside the points of highest pressure is not reported.
     ///
     /// Takes as long as [`Self::potential_energy`] if there is no contact surface.
     #[must_use]
@@ -29,23 +37,32 @@ impl<T: Scalar> ContactPair<'_, T> {
             return source.has_energy();
         }
         let (a, pose_ab) = (source.pair.shape_a, &source.pair.pose_ab);
-        let in_a = |vertex: &Vector3<f64>| holds(a, &pose_ab.transformed_point(vertex));
+        let in_a = |vertex: &Vector3<f64>| contains(a, &pose_ab.transformed_point(vertex));
         match source.pair.shape_b {
             PartnerShape::HalfSpace(_) => false,
-            PartnerShape::Rigid(b) => b.surface().vertices().iter().all(in_a),
+            PartnerShape::Rigid(b) => {
+                let (surface, pose_ba) = (b.surface(), pose_ab.inverse());
+                let force = pose_ba.rotation() * real.wrench().on_a.force;
+                let direction = force.try_normalize(0.0).unwrap_or_else(Vector3::z);
+                let has_middle_in_a = |peak: &Vector3<f64>| {
+                    let peak = pose_ba.transformed_point(peak);
+                    middle_of_chord(surface, &peak, &direction).is_some_and(|middle| in_a(&middle))
+                };
+                surface.vertices().iter().all(in_a) || peaks(a).any(has_middle_in_a)
+            }
             PartnerShape::Compliant(b) => {
                 let pose_ba = pose_ab.inverse();
-                let in_b = |v: &Vector3<f64>| holds(b, &pose_ba.transformed_point(v));
+                let in_b = |v: &Vector3<f64>| contains(b, &pose_ba.transformed_point(v));
                 b.field().mesh().vertices().iter().all(in_a)
                     || a.field().mesh().vertices().iter().all(in_b)
-                    || has_peak_in(a, b, &pose_ba) && has_peak_in(b, a, pose_ab)
+                    || peaks(a).any(in_b) && peaks(b).any(in_a)
             }
         }
     }
 }
 
-/// Whether a point, in the body frame, is in a shape.
-fn holds(shape: &Shape, point: &Vector3<f64>) -> bool {
+/// Whether a shape contains a point, given in the body frame.
+fn contains(shape: &Shape, point: &Vector3<f64>) -> bool {
     let (tets, mut is_inside) = (shape.field().tets(), false);
     shape.tree().visit_at(point, 0.0, |tet| {
         let mut coordinates = tets[tet].barycentric.iter();
@@ -54,12 +71,35 @@ fn holds(shape: &Shape, point: &Vector3<f64>) -> bool {
     is_inside
 }
 
-/// Whether a point of a shape's highest pressure is in another shape, to whose frame the pose leads.
-fn has_peak_in(shape: &Shape, other: &Shape, pose: &Pose) -> bool {
+/// The points of a shape's highest pressure, in the body frame.
+fn peaks(shape: &Shape) -> impl Iterator<Item = &Vector3<f64>> {
     let field = shape.field();
     let highest = field.extents().iter().copied().fold(0.0, f64::max);
-    let mut vertices = field.mesh().vertices().iter().zip(field.extents());
-    vertices.any(|(vertex, &extent)| {
-        extent >= highest * (1.0 - PEAK) && holds(other, &pose.transformed_point(vertex))
-    })
+    let vertices = field.mesh().vertices().iter().zip(field.extents());
+    let peaks = vertices.filter(move |(_, extent)| **extent >= highest * (1.0 - PEAK));
+    peaks.map(|(vertex, _)| vertex)
+}
+
+/// The middle of the chord through a point: the part of a line around the point that is inside a surface. None if the point is
+/// outside.
+fn middle_of_chord(
+    surface: &TriangleSurface,
+    point: &Vector3<f64>,
+    direction: &Vector3<f64>,
+) -> Option<Vector3<f64>> {
+    // The distance to the nearest triangle ahead and behind, and whether the point is on its inner side.
+    let mut ends = [(f64::INFINITY, false); 2];
+    for triangle in 0..surface.triangles().len() {
+        let [a, b, c] = surface.corners(triangle).map(|corner| corner - point);
+        let areas = [b.cross(&c), c.cross(&a), a.cross(&b)].map(|area| area.dot(direction));
+        let area: f64 = areas.iter().sum();
+        let distance = a.dot(&b.cross(&c)) / area;
+        let end = &mut ends[usize::from(distance < 0.0)];
+        if areas.iter().all(|part| part / area >= -GAP) && distance.abs() < end.0 {
+            *end = (distance.abs(), (area > 0.0) == (distance >= 0.0));
+        }
+    }
+    let [(ahead, is_inside_ahead), (behind, is_inside_behind)] = ends;
+    let middle = point + direction * ((ahead - behind) / 2.0);
+    (is_inside_ahead && is_inside_behind).then_some(middle)
 }

@@ -87,9 +87,8 @@ impl Batch {
         }
     }
 
-    /// The same batch, which ends once the flag is true: rollouts that run end before their next step, or during an implicit
-    /// step. Others are not begun. Both have the error [`RolloutError::Stopped`]. For another thread, or a handler of signals,
-    /// to set.
+    /// Ends the batch once the flag is true. Running rollouts end before their next step, or during an implicit step, and no other
+    /// rollout begins. Both return the error [`RolloutError::Stopped`]. Another thread or a signal handler can set the flag.
     #[must_use]
     pub fn stopped_by(self, flag: Arc<AtomicBool>) -> Self {
         Self { stop: flag, ..self }

@@ -1,35 +1,10 @@
 use super::mass::check_mass_number;
-use super::{BodyShape, BodyState, Inertia, Mass, Material, WorldError};
+use super::motion::state_on;
+use super::{BodyShape, BodyState, Inertia, Mass, Material, Motion, PrescribedPath, WorldError};
 use crate::scalar::Scalar;
 use crate::spatial::{Pose, Twist};
 use nalgebra::Vector3;
-use std::fmt;
 use std::sync::Arc;
-
-/// A path through time: pose and twist at a time (s).
-pub type PrescribedPath = dyn Fn(f64) -> BodyState + Send + Sync;
-
-/// How a body comes by its motion.
-#[derive(Clone)]
-#[non_exhaustive]
-pub enum Motion<T = f64> {
-    /// By forces.
-    Dynamic(Inertia<T>),
-    /// Not at all.
-    Fixed,
-    /// Along a given path, whatever pushes it. The path carries no derivatives.
-    Prescribed(Arc<PrescribedPath>),
-}
-
-impl<T> Motion<T> {
-    /// Whether it is a path.
-    pub(crate) fn is_prescribed(&self) -> bool {
-        match self {
-            Self::Prescribed(_) => true,
-            Self::Dynamic(_) | Self::Fixed => false,
-        }
-    }
-}
 
 /// A shape with a name, a material, a motion and an initial state.
 ///
@@ -44,6 +19,8 @@ pub struct Body<T = f64> {
     pub(crate) rubs: bool,
     pub(crate) motion: Motion<T>,
     pub(crate) initial: BodyState<T>,
+    /// Time (s) of the initial state.
+    pub(super) start: f64,
 }
 
 impl Body<f64> {
@@ -108,9 +85,11 @@ impl Body<f64> {
             name: name.to_owned(),
             shape,
             material,
-            rubs: material.dissipation > 0.0 || material.friction.is_some_and(|it| it > 0.0),
+            rubs: material.dissipation > 0.0
+                || material.friction.is_some_and(|friction| friction > 0.0),
             motion,
             initial,
+            start: 0.0,
         })
     }
 
@@ -149,28 +128,37 @@ impl Body<f64> {
                 Motion::Prescribed(path) => Motion::Prescribed(Arc::clone(path)),
             },
             initial: self.initial.lifted(),
+            start: self.start,
         }
     }
 
-    /// Checks that material, mass and initial state, at a time (s), are usable.
-    pub(crate) fn check(&self, time: f64) -> Result<(), WorldError> {
+    /// Moves the initial state to a time (s): that of a body on a path along the path.
+    pub(super) fn start_at(&mut self, time: f64) {
+        self.start = time;
+        if let Motion::Prescribed(path) = &self.motion {
+            self.initial = state_on(&**path, time);
+        }
+    }
+
+    /// Checks that material, mass and initial state are usable.
+    pub(crate) fn check(&self) -> Result<(), WorldError> {
         self.material.check_on(&self.name, &self.shape)?;
         if let Some(inertia) = self.inertia() {
             check_mass_number(&self.name, "mass", inertia.mass)?;
         }
         self.initial.check(&self.name)?;
-        self.check_own_start(time)
+        self.check_own_start()
     }
 
-    /// Checks that the body starts at a time (s) as it goes on: a fixed one at rest, one with a path on it.
-    fn check_own_start(&self, time: f64) -> Result<(), WorldError> {
+    /// Checks that a fixed body starts at rest, and a body with a path on the path.
+    fn check_own_start(&self) -> Result<(), WorldError> {
         let start = match &self.motion {
             Motion::Dynamic(_) => return Ok(()),
             Motion::Fixed => BodyState {
                 pose: self.initial.pose,
                 twist: Twist::zero(),
             },
-            Motion::Prescribed(path) => state_on(&**path, time),
+            Motion::Prescribed(path) => state_on(&**path, self.start),
         };
         let (given, twist) = (&self.initial, &self.initial.twist);
         let keeps = [
@@ -206,6 +194,7 @@ impl<T: Scalar> Body<T> {
                 Motion::Prescribed(path) => Motion::Prescribed(Arc::clone(path)),
             },
             initial: self.initial.real(),
+            start: self.start,
         }
     }
 
@@ -242,6 +231,12 @@ impl<T: Scalar> Body<T> {
         &self.initial
     }
 
+    /// Time (s) of the initial state: 0, or the time at which the world of the body starts.
+    #[must_use]
+    pub fn initial_time(&self) -> f64 {
+        self.start
+    }
+
     /// The centre of mass (m) in the world, of a body that forces do not move its origin.
     pub(super) fn center_in(&self, state: &BodyState<T>) -> Vector3<T> {
         let origin = *state.pose.translation();
@@ -275,24 +270,4 @@ pub(super) fn known_place<T: Scalar>(name: &str, bodies: &[Body<T>]) -> Result<u
         name: name.to_owned(),
         known: bodies.iter().map(|b| b.name().to_owned()).collect(),
     })
-}
-
-/// The state a path gives at a time (s), its rotation orthonormal to round-off: the only place that
-/// asks a path.
-pub(super) fn state_on(path: &PrescribedPath, time: f64) -> BodyState {
-    let state = path(time);
-    BodyState {
-        pose: state.pose.orthonormalised(),
-        ..state
-    }
-}
-
-impl<T: fmt::Debug> fmt::Debug for Motion<T> {
-    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::Dynamic(inertia) => formatter.debug_tuple("Dynamic").field(inertia).finish(),
-            Self::Fixed => formatter.write_str("Fixed"),
-            Self::Prescribed(_) => formatter.write_str("Prescribed"),
-        }
-    }
 }

@@ -1,6 +1,5 @@
 use crate::contact::STEEPEST;
 use crate::spatial::PoseError;
-use crate::threads::Panicked;
 
 /// Why bodies, settings or a state do not make or fit a world.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
@@ -95,6 +94,17 @@ pub enum WorldError {
         /// What it was given.
         quantity: &'static str,
     },
+    /// Forces move neither of the two bodies of a force.
+    #[error(
+        "a {quantity} between bodies {:?} and {:?} moves nothing: each is fixed or follows a path, so make one of them dynamic",
+        .bodies[0], .bodies[1]
+    )]
+    NeitherDynamic {
+        /// Names of the bodies.
+        bodies: [String; 2],
+        /// Kind of the force.
+        quantity: &'static str,
+    },
     /// A body that forces move was given a path.
     #[error("body {0:?} cannot follow a path: forces move it")]
     Dynamic(String),
@@ -130,14 +140,17 @@ pub enum WorldError {
         /// The names there are.
         known: Vec<String>,
     },
-    /// A force reads a number that the world does not have.
+    /// A force names a force parameter that the world does not have.
     #[error("no force parameter is named {name:?}; there are {known:?}")]
     UnknownForceParameter {
-        /// The name that the force has.
+        /// Name that the force asks for.
         name: String,
-        /// The names there are.
+        /// Names of the world's force parameters.
         known: Vec<String>,
     },
+    /// The name of a force parameter is empty.
+    #[error("a force parameter needs a name, but its name is empty")]
+    UnnamedForceParameter,
     /// A state does not fit the world.
     #[error("a state of {found} bodies does not fit a world of {expected}")]
     StateSize {
@@ -187,111 +200,4 @@ pub enum WorldError {
         /// What it must be.
         expected: &'static str,
     },
-}
-
-/// Why a rollout ended.
-#[derive(Debug, Clone, PartialEq, thiserror::Error)]
-#[non_exhaustive]
-pub enum RolloutError {
-    /// The state that it was to start from does not fit the world.
-    #[error(transparent)]
-    State(#[from] WorldError),
-    /// A body starts wholly below the surface of a half-space, where there is no force to push it out.
-    #[error(
-        "body {:?} starts wholly below the surface of half-space {:?}, where nothing pushes it out: start it above (z > 0 in the frame of the half-space), turn the half-space, or name the pair as one to ignore",
-        .bodies[0], .bodies[1]
-    )]
-    StartsBelow {
-        /// Names of the body and of the half-space.
-        bodies: [String; 2],
-    },
-    /// It was [stopped](super::Rollout::stopped_by), or the batch that it belongs to was ended before it began.
-    #[error("the rollout was stopped before its end")]
-    Stopped,
-    /// A state is no longer finite.
-    #[error(
-        "step {step} (t = {time} s) took body {body:?} to a state that is not finite: the time step may be too long for its stiffness (see World::largest_stable_step)"
-    )]
-    NotFinite {
-        /// The step that gave the state, counted from 1.
-        step: usize,
-        /// The time of the state (s).
-        time: f64,
-        /// Name of the body.
-        body: String,
-    },
-    /// The path of a prescribed body gives a pose or a twist that is not finite.
-    #[error("step {step} (t = {time} s): the path of body {body:?} is not finite there")]
-    PathNotFinite {
-        /// The step to that time, counted from 1.
-        step: usize,
-        /// The time (s).
-        time: f64,
-        /// Name of the body.
-        body: String,
-    },
-    /// An explicit time step is too long for the contacts that it meets: the rollout ends before it becomes unstable, unless the
-    /// plan is [without this check](super::Plan::without_stability_check).
-    #[error(
-        "step {step} (from t = {time:.6} s) was not taken: {time_step:.3e} s is too long where the contacts allow {limit:.3e} s, stiffest that of bodies {:?} and {:?}; take shorter steps or an implicit integrator (Sdirk2), or make the contact softer",
-        .bodies[0], .bodies[1]
-    )]
-    TimeStepTooLong {
-        /// The step that was not taken, counted from 1.
-        step: usize,
-        /// The time of the state it would have started from (s).
-        time: f64,
-        /// The time step (s).
-        time_step: f64,
-        /// [`World::largest_stable_step`](super::World::largest_stable_step) where the contacts would have acted (s), friction aside.
-        limit: f64,
-        /// Names of the two bodies whose contact, by itself, allows the shortest step.
-        bodies: [String; 2],
-    },
-    /// An explicit time step would have made energy out of nothing: a body moved so far into another in it that contact throws
-    /// it out again, although the contacts by themselves are stable where they acted.
-    #[error(
-        "step {step} (from t = {time:.6} s) was not taken: bodies and contacts would have {after:.3e} J after it, but there were {before:.3e} J, work in the step included, so that {time_step:.3e} s is too long for this impact; take shorter steps or an implicit integrator (Sdirk2)"
-    )]
-    EnergyGained {
-        /// The step that was not taken, counted from 1.
-        step: usize,
-        /// The time of the state it would have started from (s).
-        time: f64,
-        /// The time step (s).
-        time_step: f64,
-        /// Kinetic energy and potential energy of contacts before the step, and what gravity, forces and controls did in
-        /// it (J).
-        before: f64,
-        /// Kinetic energy and potential energy of contacts after the step (J).
-        after: f64,
-    },
-    /// The equations of an implicit step were not solved, however often it was divided.
-    #[error(
-        "step {step} (from t = {time:.6} s) was not solved, down to {shortest:.3e} s: body {body:?} is the farthest from a solution; it may have started deep inside another, or a force may not be smooth"
-    )]
-    NotSolved {
-        /// The step that was not taken, counted from 1.
-        step: usize,
-        /// The time of the state it would have started from (s).
-        time: f64,
-        /// Name of the body whose velocity is farthest from a solution.
-        body: String,
-        /// The shortest duration that was tried (s).
-        shortest: f64,
-    },
-    /// A function that was passed in panicked while a rollout was recorded, alone or in a
-    /// [`Batch`](super::Batch), or its outcome was read. In a program whose panics abort there is no
-    /// such error.
-    #[error("a force, a path or an outcome panicked: {message}")]
-    Panicked {
-        /// What it said.
-        message: String,
-    },
-}
-
-impl From<Panicked> for RolloutError {
-    fn from(Panicked(message): Panicked) -> Self {
-        Self::Panicked { message }
-    }
 }

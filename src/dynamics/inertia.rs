@@ -7,7 +7,7 @@ use nalgebra::{Matrix3, SymmetricEigen, Vector3};
 /// Moments that agree to this fraction are made equal: sums over thousands of tetrahedra are rounded by as much.
 const SPHERE: f64 = 1e-12;
 
-/// The largest moment of a plate is the sum of the others. Moments with five significant digits are off by 5e-5 each, so that
+/// The largest moment of a plate is the sum of the others. Moments with five significant digits are off by up to 5e-5 each, so
 /// the largest may exceed the sum by this fraction.
 const FIVE_DIGITS: f64 = 1e-4;
 
@@ -100,7 +100,7 @@ impl<T: Scalar> Inertia<T> {
 }
 
 impl PrincipalInertia {
-    /// From an inertia tensor over the mass, which is symmetric up to rounding.
+    /// Principal moments and axes of an inertia tensor divided by the mass. The tensor is symmetric up to rounding.
     pub fn of(inertia: Matrix3<f64>) -> Self {
         let SymmetricEigen {
             eigenvectors,
@@ -124,9 +124,9 @@ impl PrincipalInertia {
         }
     }
 
-    /// Whether the moments are those of a solid, the smallest first: positive, finite, and the largest at most the sum of the
-    /// others, up to rounding to five digits. Construction and loading share this check, so that each world that was made can
-    /// be loaded.
+    /// Whether a solid can have these moments, the smallest first: they are positive and finite, and the largest is at most the sum
+    /// of the others, up to rounding to five digits. Construction and loading share this check, so every world that can be
+    /// constructed can be loaded.
     pub fn is_of_solid(&self) -> bool {
         let [smallest, middle, largest] = self.moments.into();
         let is_ordered = 0.0 < smallest && smallest <= middle && middle <= largest;

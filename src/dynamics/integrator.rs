@@ -51,7 +51,7 @@ pub enum Integrator {
 }
 
 impl Integrator {
-    /// Whether its steps are solutions of equations.
+    /// Whether each step solves a system of equations.
     #[must_use]
     pub fn is_implicit(self) -> bool {
         matches!(self.kind(), Kind::Implicit(_))
@@ -95,8 +95,8 @@ impl Splitting {
         }
     }
 
-    /// The rest of the time step.
-    pub(super) fn complete<T: Scalar>(
+    /// Lets all forces act for the time step (s) at fixed poses, the controls as they are in the middle of the step.
+    pub(super) fn kick<T: Scalar>(
         self,
         world: &dyn AnyWorld<T>,
         state: &mut State<T>,
@@ -104,9 +104,19 @@ impl Splitting {
         workspace: &mut Workspace<T>,
     ) {
         let middle = self.middle(state, time_step);
-        kick(world, state, time_step, middle, workspace);
+        let wrenches = all_wrenches(world, state, middle, workspace);
+        accelerate(world.system(), state, wrenches, time_step);
+    }
+
+    /// The rest of the time step.
+    pub(super) fn depart<T: Scalar>(
+        self,
+        system: &System<T>,
+        state: &mut State<T>,
+        time_step: f64,
+    ) {
         let [_, share] = self.drifts();
-        world.system().drift(state, share * time_step);
+        system.drift(state, share * time_step);
     }
 
     /// The parts of a time step that bodies drift for before the kick, and after it.
@@ -122,18 +132,6 @@ impl Splitting {
         let [_, share] = self.drifts();
         state.time + (share - 0.5) * time_step
     }
-}
-
-/// Lets all forces act for a time (s) at fixed poses, the controls as they are in the middle of the step.
-fn kick<T: Scalar>(
-    world: &dyn AnyWorld<T>,
-    state: &mut State<T>,
-    duration: f64,
-    middle: f64,
-    workspace: &mut Workspace<T>,
-) {
-    let wrenches = all_wrenches(world, state, middle, workspace);
-    accelerate(world.system(), state, wrenches, duration);
 }
 
 /// Changes the velocities by gravity and wrenches about the centres of mass, which act for a time (s).

@@ -15,7 +15,7 @@ impl<F: Force> World<f64, F> {
     /// rad/s, velocity of the centre of mass in m/s).
     ///
     /// # Errors
-    /// If a state does not fit the world.
+    /// If a state does not fit the world, or the change is not finite.
     pub fn displacement(&self, from: &State, to: &State) -> Result<DVector<f64>, WorldError> {
         from.check_fits(self.bodies())?;
         to.check_fits(self.bodies())?;
@@ -25,10 +25,13 @@ impl<F: Force> World<f64, F> {
             let twist = to.twist.to_vector() - from.twist.to_vector();
             pose.iter().chain(&twist).copied().collect::<Vec<_>>()
         });
-        Ok(DVector::from_vec(numbers.collect()))
+        let numbers: Vec<f64> = numbers.collect();
+        check_finite("change between two states", &numbers)?;
+        Ok(numbers.into())
     }
 
-    /// The state after such a change: the inverse of [`Self::displacement`]. Bodies that forces do not move, and the time, stay.
+    /// The state after a change in local coordinates: the inverse of [`Self::displacement`]. The time, and bodies that forces do not
+    /// move, stay the same.
     ///
     /// # Errors
     /// If the state before or after the change does not fit the world, or there are not 12 finite numbers for each dynamic body.

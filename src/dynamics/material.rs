@@ -9,7 +9,7 @@ pub struct Material<T = f64> {
     pub modulus: Option<T>,
     /// Hunt–Crossley dissipation (s/m), not negative. That of a rigid body has no effect.
     pub dissipation: T,
-    /// Coefficient of friction, not negative. None takes the coefficient of the partner in each contact.
+    /// Coefficient of friction, not negative. `None` takes the coefficient of the partner in each contact.
     pub friction: Option<T>,
 }
 
@@ -23,7 +23,7 @@ impl Material<f64> {
         }
     }
 
-    /// That of a rigid body: without dissipation, and with the friction of whatever it touches.
+    /// Material of a rigid body, without dissipation. Each contact has the friction of the partner.
     #[must_use]
     pub fn rigid() -> Self {
         Self {
@@ -72,8 +72,8 @@ impl<T: Scalar> Material<T> {
 
     /// The law of two surfaces. Each body dissipates in the measure in which it gives way, so the dissipations are weighted with
     /// the *other* body's modulus, and a rigid body dissipates nothing. The coefficients of friction enter by their harmonic
-    /// mean: a coefficient of 0 makes the pair frictionless. A material without a coefficient takes that of the other, and two
-    /// such materials have no friction. The slip tolerance (m/s) is taken as it is, unchecked.
+    /// mean: a coefficient of 0 makes the pair frictionless. A material without a coefficient takes the coefficient of the other
+    /// material. Two materials without coefficients have no friction. The slip tolerance (m/s) is taken as it is, unchecked.
     ///
     /// Where both coefficients a and b are 0, the mean 2ab/(a + b) has directional derivatives, but no derivative: dual
     /// numbers get 0, which is right by one of the two alone.

@@ -31,7 +31,7 @@ impl Plan {
     /// A number of leapfrog steps of `time_step` (s), with every state recorded.
     ///
     /// # Errors
-    /// If the time step is not positive and finite, or all steps together are not finite.
+    /// If the time step is not positive and finite, or the duration of all steps is not finite.
     pub fn new(time_step: f64, steps: usize) -> Result<Self, WorldError> {
         check_positive("time step", time_step)?;
         check_finite("duration of a plan", &[time_step * steps as f64])?;
@@ -68,15 +68,19 @@ impl Plan {
         }
     }
 
-    /// The same plan, whose explicit steps are not checked.
+    /// Turns off the stability check of explicit steps.
     ///
-    /// By default each explicit step is checked where contact begins or changes fast: the time step against
-    /// [`World::largest_stable_step`](super::World::largest_stable_step), where the contacts act and without friction, which
-    /// chatters beyond its limit but does not blow up; and the energy that contact gives against the energy that was there. If
-    /// either fails, the rollout ends with
-    /// [`RolloutError::TimeStepTooLong`](super::RolloutError::TimeStepTooLong) or
-    /// [`RolloutError::EnergyGained`](super::RolloutError::EnergyGained), at the last good state. States are the same with
-    /// and without the check. Below half of the limit it costs a few per cent; above, each step in contact is linearized.
+    /// By default, explicit steps are checked where contact begins or changes fast. If a check fails, the rollout ends at the last
+    /// good state with one of two errors:
+    ///
+    /// - [`RolloutError::TimeStepTooLong`](super::RolloutError::TimeStepTooLong) if the time step exceeds
+    ///   [`World::largest_stable_step`](super::World::largest_stable_step) at the poses where the contacts act. Friction is left
+    ///   out, because the chatter of bodies at rest is bounded.
+    /// - [`RolloutError::EnergyGained`](super::RolloutError::EnergyGained) if a contact returns more than twice the energy that
+    ///   it has absorbed, in this step or over many.
+    ///
+    /// The check does not change states. Below half of the limit it costs a part of a step. Above half of the limit, each step in
+    /// contact is linearized.
     #[must_use]
     pub fn without_stability_check(self) -> Self {
         Self {

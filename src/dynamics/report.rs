@@ -100,8 +100,8 @@ impl<T: Scalar, F: Force> World<T, F> {
         Ok(self.system.report(state))
     }
 
-    /// The places of the bodies, A and B, that have passed into each other so far in a state that contact may no longer push them
-    /// apart: see [`ContactPair::has_sunk_through`](crate::contact::ContactPair::has_sunk_through).
+    /// Indices of bodies, A and B, that have passed so far into each other that contact may no longer push them apart: see
+    /// [`ContactPair::has_sunk_through`](crate::contact::ContactPair::has_sunk_through).
     ///
     /// # Errors
     /// If the state does not fit the world: another number of bodies, a pose that is not rigid, or a number that is not finite.
@@ -179,19 +179,22 @@ impl<T: Scalar> System<T> {
         sunk.map(|&(i, j)| [i, j]).collect()
     }
 
-    /// An error if a body starts wholly below the surface of a half-space, where no force would push it out.
+    /// Returns an error if a dynamic body is wholly below the surface of a half-space without a contact that would push it out.
     pub(super) fn below_half_space(&self, states: &[BodyState<T>]) -> Option<RolloutError> {
         let is_half_space =
             |index: &usize| matches!(self.bodies[*index].shape, BodyShape::HalfSpace(_));
-        let names = |places: [usize; 2]| places.map(|index| self.bodies[index].name().to_owned());
+        let names = |indices: [usize; 2]| indices.map(|index| self.bodies[index].name().to_owned());
         for half_space in (0..states.len()).filter(is_half_space) {
             let from_world = states[half_space].pose.real().inverse();
             for body in self.dynamic_bodies() {
                 let pose = from_world * states[body].pose.real();
-                let places = [body.min(half_space), body.max(half_space)];
-                if self.contact_order(places[0], places[1]).is_some()
-                    && self.bodies[body].shape.bounds_at(&pose).upper.z < 0.0
-                {
+                let order = self.contact_order(body.min(half_space), body.max(half_space));
+                let Some((a, b)) = order else {
+                    continue;
+                };
+                let is_below = self.bodies[body].shape.bounds_at(&pose).upper.z < 0.0;
+                let contact = self.pair_of([a, b], [&states[a], &states[b]]);
+                if is_below && contact.is_none_or(|pair| pair.touching_tets().is_empty()) {
                     let bodies = names([body, half_space]);
                     return Some(RolloutError::StartsBelow { bodies });
                 }

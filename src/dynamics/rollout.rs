@@ -13,9 +13,8 @@ use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 /// An endless iterator over the states that follow a world's initial state, one a time step; [`Self::recorded`] takes the
 /// steps that were planned.
 ///
-/// Each item is the next state. A state that is not finite, an explicit step that fails the
-/// [stability check](Plan::without_stability_check), or an implicit step that is not solved, is given as an error, and after it
-/// nothing.
+/// Each item is the next state. The iterator returns an error and ends if a state is not finite, an explicit step fails the
+/// [stability check](Plan::without_stability_check), or an implicit step is not solved.
 ///
 /// A panic in a function that was passed in (a force, a path) passes through the iterator and
 /// through [`Self::advance`]. Whoever catches it finds the last good state in [`Self::state`], and
@@ -36,8 +35,8 @@ impl<T: Scalar, F: Force> World<T, F> {
     }
 
     /// The state one time step after another one, by the time step, the integrator and the stability check of a plan.
-    /// [`Rollout::advance`] takes many without allocating, and with times that are multiples of the step; its stability check is
-    /// cheaper too, because it knows the step before.
+    /// [`Rollout::advance`] takes many steps without allocating, at times that are multiples of the time step. Its stability check is
+    /// cheaper too, because it compares each step with the previous step.
     ///
     /// # Errors
     /// If the state does not fit the world (see [`Rollout::starting_from`]), or the next one is not finite or fails the
@@ -84,8 +83,8 @@ impl<T: Scalar> Rollout<T> {
         Self { steps, ..self }
     }
 
-    /// The same rollout, which ends with [`RolloutError::Stopped`] once the flag is true: before its next step, or during an
-    /// implicit step. For another thread, or a handler of signals, to set. [`Self::state`] is the one before the step.
+    /// Ends the rollout with [`RolloutError::Stopped`] once the flag is true: before its next step, or during an implicit step.
+    /// Another thread or a signal handler can set the flag. [`Self::state`] stays the state before the step.
     #[must_use]
     pub fn stopped_by(self, flag: Arc<AtomicBool>) -> Self {
         let steps = self.steps.stopped_by(flag);
@@ -149,14 +148,14 @@ impl<T: Scalar> Rollout<T> {
         Ok(())
     }
 
-    /// Takes a step and shows the state it led to: [`Iterator::next`] without a copy. Steps allocate
-    /// nothing once the rollout has the room it needs, unless the stability check linearizes their contacts, or these are so many,
-    /// or one is so large, that they are spread over threads. Implicit steps allocate: their matrices have another size wherever other
-    /// bodies touch.
+    /// Takes a step and shows the state it led to: [`Iterator::next`] without a copy. Explicit
+    /// steps allocate nothing once the buffers are large enough, with two exceptions: the stability check linearizes contacts, and
+    /// many contacts, or a large one, are computed by several threads. Implicit steps allocate, because the size of their matrices
+    /// depends on which bodies touch.
     ///
     /// # Errors
-    /// If the state is not finite, the step fails the stability check, or the rollout is [stopped](Self::stopped_by);
-    /// [`Self::state`] is then still the one before.
+    /// If the state is not finite, the step fails the stability check, or the rollout is [stopped](Self::stopped_by).
+    /// [`Self::state`] then stays the state before the step.
     pub fn advance(&mut self) -> Result<&State<T>, RolloutError> {
         self.steps.advance(&*self.world, &self.plan)
     }

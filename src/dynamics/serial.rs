@@ -26,7 +26,7 @@ fn solver_tolerance() -> f64 {
     SOLVER_TOLERANCE
 }
 
-/// Of plans that were saved without it.
+/// Default for plans that were saved without this field.
 fn checks_stability() -> bool {
     true
 }
@@ -54,7 +54,7 @@ struct MaterialLayout {
     /// None of a rigid body.
     modulus: Option<f64>,
     dissipation: f64,
-    /// None of one that takes the friction of its partner.
+    /// `None` takes the friction of the partner.
     friction: Option<f64>,
 }
 

@@ -1,11 +1,11 @@
 use super::any_world::AnyWorld;
 use super::implicit::{Memory, Scheme, Step, Trace};
 use super::integrator::{Kind, Splitting};
+use super::stability::{ContactBalances, Instability, Kick};
 use super::system::System;
 use super::workspace::Workspace;
 use super::{Body, Plan, RolloutError, State};
 use crate::scalar::Scalar;
-use crate::spatial::Wrench;
 use nalgebra::Vector6;
 use std::mem;
 use std::sync::Arc;
@@ -18,6 +18,8 @@ pub(crate) struct Steps<T> {
     /// The next state while it is computed; `state` stays until that one is known to be finite.
     next: State<T>,
     workspace: Workspace<T>,
+    /// The contacts of explicit steps that are checked.
+    balances: ContactBalances,
     /// What implicit steps keep; none before the first.
     pub(super) memory: Option<Memory>,
     /// Time (s) of the state that steps are counted from.
@@ -25,7 +27,7 @@ pub(crate) struct Steps<T> {
     /// Steps taken since then.
     taken: usize,
     pub(super) has_failed: bool,
-    /// Ends the steps, an implicit one that is under way too, once it is true.
+    /// Stop flag. Once it is true, steps end, also an implicit step in progress.
     pub(super) stop: Arc<AtomicBool>,
 }
 
@@ -44,6 +46,7 @@ impl<T: Scalar> From<State<T>> for Steps<T> {
             start: state.time,
             state,
             workspace: Workspace::default(),
+            balances: ContactBalances::default(),
             memory: None,
             taken: 0,
             has_failed: false,
@@ -80,7 +83,7 @@ impl Steps<f64> {
 }
 
 impl<T: Scalar> Steps<T> {
-    /// The same steps, which end with [`RolloutError::Stopped`] once the flag is true.
+    /// Ends the steps with [`RolloutError::Stopped`] once the flag is true.
     pub(super) fn stopped_by(mut self, stop: Arc<AtomicBool>) -> Self {
         if let Some(memory) = &mut self.memory {
             memory.stop = Arc::clone(&stop);
@@ -112,12 +115,7 @@ impl<T: Scalar> Steps<T> {
         let lost = self.lost_path(system, step);
         self.stop_at(lost.or_else(|| self.lost_body(system, step)))?;
         mem::swap(&mut self.state, &mut self.next);
-        let Workspace {
-            contact,
-            last_contact,
-            ..
-        } = &mut self.workspace;
-        mem::swap(contact, last_contact);
+        self.balances.accept();
         self.taken = step;
         Ok(&self.state)
     }
@@ -131,27 +129,18 @@ impl<T: Scalar> Steps<T> {
         let (system, time_step) = (world.system(), plan.time_step());
         splitting.approach(system, &mut self.next, time_step);
         self.stop_at(self.lost_path(system, step))?;
-        splitting.complete(world, &mut self.next, time_step, &mut self.workspace);
-        if plan.checks_stability() && self.may_exceed_limit(system, time_step) {
-            let error = self.instability(system, (splitting, time_step), step);
-            return self.stop_at(error);
+        if plan.checks_stability() {
+            let twists = &mut self.workspace.before_kick;
+            twists.clear();
+            twists.extend(self.next.bodies.iter().map(|state| state.real().twist));
         }
+        splitting.kick(world, &mut self.next, time_step, &mut self.workspace);
+        if plan.checks_stability() {
+            let error = self.instability(system, time_step, step);
+            self.stop_at(error)?;
+        }
+        splitting.depart(system, &mut self.next, time_step);
         Ok(())
-    }
-
-    /// Whether contact with any body changes so fast that the step that was taken may be too long.
-    fn may_exceed_limit(&self, system: &System<T>, time_step: f64) -> bool {
-        let Workspace {
-            contact,
-            last_contact,
-            ..
-        } = &self.workspace;
-        let none = Wrench::zero();
-        let mut bodies = system.bodies.iter().zip(&self.state.bodies).enumerate();
-        bodies.any(|(index, (body, state))| {
-            let last = last_contact.get(index).unwrap_or(&none);
-            body.may_exceed_limit(state, [last, &contact[index]], time_step)
-        })
     }
 
     fn advance_implicitly(
@@ -200,33 +189,52 @@ impl<T: Scalar> Steps<T> {
         Some(body.name().to_owned())
     }
 
-    /// An error, if the step that was taken is too long where the kick acted.
+    /// Returns an error if the step is too long for the contacts at the kick, or if contact has created energy.
     fn instability(
-        &self,
+        &mut self,
         system: &System<T>,
-        (splitting, time_step): (Splitting, f64),
+        time_step: f64,
         step: usize,
     ) -> Option<RolloutError> {
         let time = self.state.time;
-        let mut at_kick = self.state.clone();
-        splitting.approach(system, &mut at_kick, time_step);
-        if let Some((limit, bodies)) = system.exceeded_limit(&at_kick.bodies, time_step) {
-            return Some(RolloutError::TimeStepTooLong {
+        let Workspace {
+            sweep,
+            pair_wrenches,
+            contact,
+            all,
+            before_kick,
+        } = &self.workspace;
+        let kick = Kick {
+            time_step,
+            before: before_kick,
+            after: &self.next.bodies,
+            pairs: sweep.pairs(),
+            contacts: pair_wrenches,
+            contact,
+            all,
+        };
+        let names = |bodies: [usize; 2]| bodies.map(|place| system.bodies[place].name().to_owned());
+        let instability = self.balances.kicked(system, &kick, &self.state.bodies)?;
+        Some(match instability {
+            Instability::AboveLimit { bodies, limit } => RolloutError::TimeStepTooLong {
                 step,
                 time,
                 time_step,
                 limit,
+                bodies: names(bodies),
+            },
+            Instability::EnergyGain {
                 bodies,
-            });
-        }
-        let Workspace { contact, all, .. } = &self.workspace;
-        let gained = system.energy_gained([&self.state, &self.next], [contact, all], time_step);
-        gained.map(|[before, after]| RolloutError::EnergyGained {
-            step,
-            time,
-            time_step,
-            before,
-            after,
+                absorbed,
+                returned,
+            } => RolloutError::EnergyGained {
+                step,
+                time,
+                time_step,
+                bodies: names(bodies),
+                absorbed,
+                returned,
+            },
         })
     }
 }

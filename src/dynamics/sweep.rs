@@ -12,6 +12,11 @@ pub(super) struct Sweep {
 }
 
 impl Sweep {
+    /// The pairs of the last search.
+    pub fn pairs(&self) -> &[(usize, usize)] {
+        &self.pairs
+    }
+
     /// What `pair` makes of the pairs (i, j), i < j, of boxes that overlap, sorted.
     pub fn overlapping(
         &mut self,

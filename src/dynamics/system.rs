@@ -1,4 +1,5 @@
-use super::body::{known_place, state_on};
+use super::body::known_place;
+use super::motion::state_on;
 use super::settings::check_finite;
 use super::{Body, BodyState, Control, Motion, State, WorldError};
 use crate::scalar::{Scalar, lift, lift_vector, real_part, real_vector};
@@ -26,14 +27,17 @@ pub(crate) struct System<T = f64> {
 }
 
 impl System {
-    /// Bodies whose initial states are those of a time (s), without gravity.
-    pub(super) fn starting_at(start: f64, bodies: Vec<Body>) -> Result<Self, WorldError> {
+    /// Bodies that start at a time (s), without gravity.
+    pub(super) fn starting_at(start: f64, mut bodies: Vec<Body>) -> Result<Self, WorldError> {
         check_finite("time of the initial state", &[start])?;
         let mut names = BTreeSet::new();
-        for body in &bodies {
-            body.check(start)?;
-            if !names.insert(body.name()) {
-                return Err(WorldError::DuplicateName(body.name().to_owned()));
+        for body in &mut bodies {
+            // Before the move, because the move would hide a start that is not on the path.
+            body.check()?;
+            body.start_at(start);
+            body.check()?;
+            if !names.insert(body.name.clone()) {
+                return Err(WorldError::DuplicateName(body.name.clone()));
             }
         }
         Ok(Self {
@@ -78,7 +82,7 @@ impl System {
     /// Checks all numbers that a parameter or another start may have changed.
     pub(crate) fn check(&self) -> Result<(), WorldError> {
         let mut bodies = self.bodies.iter();
-        bodies.try_for_each(|body| body.check(self.start))?;
+        bodies.try_for_each(Body::check)?;
         self.controls.iter().try_for_each(Control::check)?;
         let mut numbers = self.force_parameters.iter();
         numbers.try_for_each(|(_, value)| check_finite(FORCE_PARAMETER, &[*value]))?;

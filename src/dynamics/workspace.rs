@@ -1,11 +1,11 @@
 use super::sweep::Sweep;
 use crate::contact::ContactWrench;
-use crate::spatial::Wrench;
+use crate::spatial::{Twist, Wrench};
 
 /// Scratch memory of one step.
 ///
 /// A rollout has one, so that its steps allocate nothing once all room is there. Every step fills it
-/// anew: no state depends on what was in it. Only the stability check reads the last step's wrenches.
+/// anew: no state depends on what was in it.
 #[derive(Debug, Clone)]
 pub(super) struct Workspace<T> {
     /// The search for close pairs.
@@ -14,10 +14,10 @@ pub(super) struct Workspace<T> {
     pub pair_wrenches: Vec<ContactWrench<T>>,
     /// Net contact wrench on each body.
     pub contact: Vec<Wrench<T>>,
-    /// Net contact wrench on each body in the last step that was taken; empty before it.
-    pub last_contact: Vec<Wrench<T>>,
     /// The wrench of all forces on each body.
     pub all: Vec<Wrench<T>>,
+    /// Twists of all bodies before the kick, for the stability check.
+    pub before_kick: Vec<Twist>,
 }
 
 impl<T> Default for Workspace<T> {
@@ -26,8 +26,8 @@ impl<T> Default for Workspace<T> {
             sweep: Sweep::default(),
             pair_wrenches: Vec::new(),
             contact: Vec::new(),
-            last_contact: Vec::new(),
             all: Vec::new(),
+            before_kick: Vec::new(),
         }
     }
 }

@@ -116,8 +116,11 @@ impl<F: Force> World<f64, F> {
     /// ```
     ///
     /// # Errors
-    /// If it is not finite, or a force [cannot act](Force::check) with it.
+    /// If the name is empty, the value is not finite, or a force [cannot act](Force::check) with it.
     pub fn with_force_parameter(mut self, name: &str, value: f64) -> Result<Self, WorldError> {
+        if name.is_empty() {
+            return Err(WorldError::UnnamedForceParameter);
+        }
         check_finite(FORCE_PARAMETER, &[value])?;
         self.system.force_parameters.retain(|(own, _)| own != name);
         self.system.force_parameters.push((name.into(), value));
@@ -131,8 +134,8 @@ impl<F: Force> World<f64, F> {
         self.forces.check(&system.bodies, &system.force_parameters)
     }
 
-    /// The same world with these forces, in place of those it had: one, or a sum of several as a tuple or a list. The world must
-    /// already have the [force parameters](Self::with_force_parameter) that these check.
+    /// Replaces the forces of the world by one force, or by several as a tuple or a list. The world must already have the
+    /// [force parameters](Self::with_force_parameter) that the forces name.
     ///
     /// # Errors
     /// If a force [cannot act](Force::check) on the bodies.
@@ -156,7 +159,7 @@ impl<F: Force> World<f64, F> {
         let placed = self.system.placed(state.clone());
         self.system.start = placed.time;
         for (body, initial) in self.system.bodies.iter_mut().zip(placed.bodies) {
-            body.initial = initial;
+            (body.initial, body.start) = (initial, placed.time);
         }
         self.system.check()?;
         Ok(self)
@@ -270,7 +273,7 @@ impl<T: Scalar, F: Force> World<T, F> {
         &self.system.controls
     }
 
-    /// The names and values of the numbers that forces may read.
+    /// Names and values of the force parameters.
     #[must_use]
     pub fn force_parameters(&self) -> &[(String, T)] {
         &self.system.force_parameters

@@ -11,8 +11,7 @@ use nalgebra::{Matrix3, Vector3, Vector6};
 use serde::de::{Deserialize, Deserializer, Error as _};
 use serde::ser::{Error as _, Serialize, Serializer};
 
-/// How far principal axes may be from orthonormal: rounding of the eigenvalue solver that they came from, with a margin of
-/// about a thousand.
+/// Tolerance of the orthonormality of principal axes: rounding error of the eigenvalue solver, with a margin of about 1000.
 const ORTHONORMAL: f64 = 1e-12;
 
 /// A world as it is saved.

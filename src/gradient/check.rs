@@ -7,8 +7,8 @@ use std::fmt;
 /// Steps that differences are taken with, in typical changes of each parameter.
 const STEPS: [f64; 7] = [1e-3, 1e-4, 1e-5, 1e-6, 1e-7, 1e-8, 1e-9];
 
-/// A derivative below this fraction of the largest in its row, or of the outcome itself, counts as zero: the outcome's rounding
-/// errors, over the longest step, are 1e-6 of this.
+/// A derivative below this fraction of the largest in its row, or of the outcome, counts as zero. Rounding errors of the outcome,
+/// divided by the longest step, are 1e-6 of this bound.
 const ZERO: f64 = 1e-6;
 
 /// A step lies on the plateau if its error is within this factor of the best.
@@ -19,9 +19,11 @@ const PLATEAU: f64 = 10.0;
 /// A difference over too long a step is off by the curvature (and by kinks it straddles), over too
 /// short a one by rounding; a correct derivative shows as a plateau between the two, where the error
 /// is small whatever the step. Errors are relative to the largest entry of a column, that is, of
-/// the derivatives by one parameter. Where all of a column is rightly zero, rounding errors are all that it holds: errors
-/// are never judged against less than a millionth of the largest entry of their row, and of the largest number of the outcome. What is
-/// not finite is an infinite error: a derivative or an outcome at every step, a difference at its own.
+/// the derivatives by one parameter. A column that should be zero holds only rounding errors.
+/// Errors are therefore relative to at least a millionth of the largest entry of the row and of the largest number of the outcome.
+///
+/// If a derivative or the outcome is not finite, the errors at all steps are infinite. If a difference is not finite, the error at its
+/// step is infinite.
 #[derive(Debug, Clone)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(
@@ -167,8 +169,8 @@ impl Experiment {
     }
 }
 
-/// The largest difference of two columns, relative to the largest number in them, or to the least that is expected in its row;
-/// infinite if a number is not finite.
+/// The largest difference of two columns, relative to the largest number in them, or to the scale of the row in `least` if that is
+/// larger. Infinite if a number is not finite.
 fn relative_error(
     derivative: &DVector<f64>,
     difference: &DVector<f64>,

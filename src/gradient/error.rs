@@ -14,7 +14,7 @@ pub enum GradientError {
     /// The rollout did not reach its end.
     #[error(transparent)]
     Rollout(#[from] RolloutError),
-    /// The density of a body gives no mass properties.
+    /// The density of a body is out of range, or gives mass properties that are not finite.
     #[error(transparent)]
     Density(#[from] DensityError),
     /// The parameter belongs to a body that forces do not move.
@@ -35,7 +35,7 @@ pub enum GradientError {
     },
     /// The friction of a body is a parameter, but its material takes the friction of its partners.
     #[error(
-        "body {body:?} has no friction of its own, but takes that of what it touches: give its material a friction to differentiate by"
+        "body {body:?} has no friction of its own, but takes the friction of its partners: give its material a friction to differentiate by"
     )]
     NoOwnFriction {
         /// Name of the body.
@@ -65,7 +65,7 @@ pub enum GradientError {
         "number {row} of the outcome, counted from 0, is {value}, but must be finite: the outcome may divide by zero, or take a root or a logarithm of a negative number"
     )]
     OutcomeNotFinite {
-        /// Which number of the outcome.
+        /// Index of the number.
         row: usize,
         /// Its value.
         value: f64,

@@ -53,8 +53,8 @@ impl Experiment {
         }
     }
 
-    /// The same experiment, whose rollouts end with [`RolloutError::Stopped`](crate::dynamics::RolloutError::Stopped) once the
-    /// flag is true: before their next step, or during an implicit step. For another thread, or a handler of signals, to set.
+    /// Ends the rollouts of the experiment with [`RolloutError::Stopped`](crate::dynamics::RolloutError::Stopped) once the flag is
+    /// true: before their next step, or during an implicit step. Another thread or a signal handler can set the flag.
     #[must_use]
     pub fn stopped_by(self, flag: Arc<AtomicBool>) -> Self {
         Self { stop: flag, ..self }
@@ -90,7 +90,7 @@ impl Experiment {
         self.plan.steps() * numbers.div_ceil(WIDE).max(1)
     }
 
-    /// The flag that stops it.
+    /// Stop flag of the experiment.
     pub(super) fn stop(&self) -> Arc<AtomicBool> {
         Arc::clone(&self.stop)
     }

@@ -70,7 +70,7 @@ impl Parameter {
         numbers.iter().map(name).collect()
     }
 
-    /// Name of the body that it belongs to, if it belongs to one.
+    /// Name of the body; `None` for gravity and force parameters.
     #[must_use]
     pub fn body(&self) -> Option<&str> {
         match self {

@@ -24,8 +24,8 @@ pub enum Mode {
 }
 
 impl Experiment {
-    /// How [`Self::gradient`] differentiates by these parameters: backward by more than 12 numbers, or by more than 96 if steps
-    /// are implicit, because solving these costs more than carrying derivatives along (`cargo bench --bench reverse`).
+    /// Mode of [`Self::gradient`] for these parameters: reverse for more than 12 numbers, or for more than 96 if steps are implicit,
+    /// because solving an implicit step costs more than carrying derivatives along (`cargo bench --bench reverse`).
     #[must_use]
     pub fn mode_for(&self, parameters: &[Parameter]) -> Mode {
         let count: usize = parameters.iter().map(Parameter::dimension).sum();

@@ -2,7 +2,7 @@ use crate::geometry::{FACES, Tetrahedron};
 use crate::spatial::{MassGradient, MassProperties};
 use nalgebra::{Matrix3, Vector3};
 
-/// A density is out of range, or gives a mass or an inertia that is.
+/// A density that is not positive and finite, or that gives a mass or an inertia that is not finite.
 #[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
 #[error("the density is {0} kg/m³, but must be positive, with a finite mass and inertia")]
 pub struct DensityError(pub f64);

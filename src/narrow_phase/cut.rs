@@ -34,7 +34,7 @@ pub(crate) struct Decisions {
     signs_b: CornerSigns,
     weights: Weights,
     is_at_ends: bool,
-    /// Whether these ends face each other.
+    /// Whether the surfaces of the bodies face each other there.
     is_touch: bool,
     closeness: Closeness,
 }
@@ -197,12 +197,13 @@ impl Cut {
         !self.decisions.weights.are_none() && !self.polygon.is_empty()
     }
 
-    /// Whether it does, or would but for a little: round-off, or a motion of faces that touch towards each other.
+    /// Whether the cut [counts](Self::counts), or could count after a small change: round-off, or touching faces that approach each
+    /// other.
     pub fn is_noted(&self) -> bool {
         self.counts() || self.is_ill_conditioned() || self.is_touch()
     }
 
-    /// Whether surfaces that face each other touch on an area. There is no pressure yet; the derivative jumps as the bodies
+    /// Whether surfaces that face each other touch on an area. There is no pressure yet, but the derivative jumps when the bodies
     /// approach.
     pub fn is_touch(&self) -> bool {
         self.decisions.is_touch && !self.polygon.is_empty()

@@ -4,7 +4,7 @@
     not(test),
     expect(
         clippy::disallowed_methods,
-        reason = "values are those of `f64`, for whoever calls these functions: the library calls those of `portable`"
+        reason = "callers outside the library get the values of `f64`; the library itself calls `portable`"
     )
 )]
 

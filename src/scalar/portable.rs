@@ -2,8 +2,9 @@
 //!
 //! IEEE 754 defines sums, products, quotients and square roots to the last bit, but not sines or logarithms. Their last bits
 //! depend on the C library and on the processor. These functions take the real part to the crate `libm`, which consists of
-//! operations that IEEE 754 defines. A dual number adds its change d from the real part x, by the addition theorem of the
-//! function: f(x + d) follows from f(x) and f(d′), where d′ has the real part zero. At zero every library is exact.
+//! operations that IEEE 754 defines. For a dual number x + d with the real part x, the
+//! addition theorem of the function gives f(x + d) from f(x) and f(d′), where d′ has the real part zero. At zero every library is
+//! exact.
 //!
 //! Clippy rejects the methods of `f64` and of `DualNum` elsewhere in the library (`clippy.toml`).
 
@@ -64,8 +65,7 @@ pub(crate) fn powf(base: f64, exponent: f64) -> f64 {
     libm::pow(base, exponent)
 }
 
-/// The value of a function at a number whose real part is zero: the linear value, where derivatives of higher order do not
-/// count.
+/// Value of a function at a number whose real part is zero. If the scalar has only first derivatives, this is the linear value.
 #[inline]
 fn about_zero<T: Scalar, O>(x: T, function: impl FnOnce(&T) -> O, linear: O) -> O {
     if Order::<T>::IS_FIRST {
@@ -80,7 +80,7 @@ mod tests {
     use super::*;
     use num_dual::{Dual3_64, DualNum};
 
-    /// Agreement with another library, of the largest derivative: some of the last bits of sums of a few products. Third
+    /// Agreement with another library, relative to the largest derivative: a few last bits of sums of a few products. Third
     /// derivatives of the arc tangent divide by the cube of the distance from its pole, 0.4 here, and lose a digit more.
     const LAST_BITS: f64 = 4e-14;
 

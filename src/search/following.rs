@@ -42,7 +42,7 @@ pub(super) struct Walk<'w, 'a> {
     spill: Option<&'w mut Spill<'w>>,
     /// Number of pairs so far from which the surface may go on over other faces than it seems.
     doubts: usize,
-    /// Normals of the generic polygons so far, also of those that were spilled; None if they are not needed.
+    /// Normals of the generic polygons found so far, including spilled polygons; `None` if they are not needed.
     pub normals: Option<Normals>,
 }
 
@@ -273,7 +273,7 @@ impl Walk<'_, '_> {
         Some(range)
     }
 
-    /// Takes note of the normals of an octet, and of its pairs in which fields are equal, or round-off decided.
+    /// Records the normals of an octet, and its pairs in which the fields are equal or a decision is within round-off.
     fn take_note(&mut self, index: usize) {
         let octet = self.scratch.octets.at(index);
         if let Some(normals) = &mut self.normals {

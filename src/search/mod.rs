@@ -49,8 +49,8 @@ pub(crate) struct Found {
 }
 
 impl Found {
-    /// The cuts that count and are not in [octets](Self::octets), and those of which round-off decided that they do not count
-    /// or where faces only touch; each once, and always in the same order.
+    /// Cuts that count and are not in [octets](Self::octets), cuts that do not count only because of round-off, and cuts where faces
+    /// only touch. Each cut appears once, always in the same order.
     pub fn cuts(&self) -> &[Cut] {
         &self.scratch.cuts
     }

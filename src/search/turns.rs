@@ -105,7 +105,7 @@ impl Normals {
     }
 
     /// The directions u and d of [`Turns`] for which (1) and (2) exclude most of the known contact surface. u is the direction in
-    /// which its normals point least. d is the direction across u in which p_A − p_B mostly rises on it.
+    /// which the normals of this surface point least. d is the direction across u in which p_A − p_B mostly rises on the surface.
     fn directions(&self) -> [Vector3<f64>; 2] {
         let axes = self.squares.symmetric_eigen();
         let up: Vector3<f64> = axes.eigenvectors.column(axes.eigenvalues.imin()).into();
@@ -116,7 +116,7 @@ impl Normals {
 }
 
 impl<'s, 'a> Turns<'s, 'a> {
-    /// With the directions u and d.
+    /// Creates a search with the directions u and d.
     fn of(
         pair: &'s RelativePair<'a>,
         seeds: [&'s Seeds; 2],

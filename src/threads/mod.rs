@@ -104,7 +104,7 @@ pub(crate) fn contained<O, E: From<Panicked>>(job: impl FnOnce() -> Result<O, E>
     result.unwrap_or_else(|payload| Err(Panicked(panic_message(&*payload)).into()))
 }
 
-/// The threads that share a list of items in pieces of this length, if it is long enough.
+/// Threads that share a list of items in pieces of this length; `None` if the list is too short.
 #[cfg(feature = "parallel")]
 fn threads_for(items: usize, length: usize) -> Option<Threads> {
     if items < WORTH_PIECES * length || HAS_JOB.get() {

@@ -1,22 +1,22 @@
-//! The threads of this process. A child that `fork` made has none of its parent's threads, so it starts a pool of its own.
+//! The threads of this process. A child process made by `fork` has none of its parent's threads, so it starts its own pool.
 
 use rayon::{ThreadPool, ThreadPoolBuilder};
 use std::process;
 use std::sync::OnceLock;
 use std::sync::atomic::{AtomicU32, Ordering};
 
-/// Longest line of forks in which each process has threads. Later processes work on one thread.
+/// Maximum depth of nested forks in which each process has its own threads. Deeper processes use one thread.
 const MOST_PROCESSES: usize = 64;
 
 /// A process that has used threads, and its pool. The first process uses rayon's global pool instead.
 struct Process {
-    /// 0 for none.
+    /// Process id; 0 for an unused entry.
     id: AtomicU32,
     pool: OnceLock<Option<ThreadPool>>,
 }
 
-/// This process after its ancestors. A child gets a copy and takes the next entry, so it never waits for a lock that another
-/// thread of its parent held during the fork.
+/// Entries of the ancestors of this process, then its own. A child process gets a copy and takes the next entry, so it never waits
+/// for a lock that another thread of its parent held during the fork.
 static PROCESSES: [Process; MOST_PROCESSES] = [const {
     Process {
         id: AtomicU32::new(0),
@@ -24,27 +24,27 @@ static PROCESSES: [Process; MOST_PROCESSES] = [const {
     }
 }; MOST_PROCESSES];
 
-/// Threads that jobs can be given to: those of a pool, or of rayon's current pool.
+/// Threads that can run jobs: the threads of a pool, or of rayon's current pool if `None`.
 pub(super) struct Threads(Option<&'static ThreadPool>);
 
 impl Threads {
-    /// The threads of the pool that the caller runs in, or else those of this process; none if they cannot be started.
+    /// The threads of the pool that the caller runs in, or else the threads of this process; `None` if they cannot be started.
     pub fn available() -> Option<Self> {
         if rayon::current_thread_index().is_some() {
             return Some(Self(None));
         }
         let id = process::id();
-        let place = PROCESSES.iter().position(|process| {
+        let depth = PROCESSES.iter().position(|process| {
             if process.id.load(Ordering::SeqCst) == 0 {
                 process.id.store(id, Ordering::SeqCst);
             }
             process.id.load(Ordering::SeqCst) == id
         })?;
-        if place == 0 {
+        if depth == 0 {
             return Some(Self(None));
         }
         let start = || ThreadPoolBuilder::new().build().ok();
-        let pool = PROCESSES[place].pool.get_or_init(start).as_ref()?;
+        let pool = PROCESSES[depth].pool.get_or_init(start).as_ref()?;
         Some(Self(Some(pool)))
     }
 
@@ -54,7 +54,7 @@ impl Threads {
             .map_or_else(rayon::current_num_threads, ThreadPool::current_num_threads)
     }
 
-    /// Does a job on one of the threads, from which rayon reaches the others.
+    /// Runs a job on one of the threads. Parallel iterators in the job use all of them.
     pub fn run<O: Send>(&self, job: impl FnOnce() -> O + Send) -> O {
         match self.0 {
             Some(pool) => pool.install(job),

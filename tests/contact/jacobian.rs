@@ -113,7 +113,7 @@ fn the_jacobian_of_the_wrench_on_b_is_the_one_of_exchanged_bodies() {
     }
 }
 
-/// A culling search sums the polygons in another order than one that follows the surface, which the last bits show.
+/// A culling search sums the polygons in another order than a search that follows the surface, so the last bits differ.
 #[test]
 fn the_jacobian_by_dual_numbers_keeps_the_search() {
     let ball = Shape::new(shapes::icosphere(1.0, 2).unwrap());

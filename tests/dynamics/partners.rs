@@ -285,7 +285,7 @@ fn the_largest_stable_step_on_a_half_space_is_that_of_its_stiffness() {
     );
 }
 
-/// The field of such a box holds 5 kJ at a modulus of 2e4 Pa, and a fall of 0.5 m brings as much and more.
+/// The pressure field of a box stores up to 5 kJ at a modulus of 2e4 Pa. A fall of 0.5 m releases at least as much energy.
 #[test]
 fn equal_boxes_that_pass_through_each_other_are_reported() {
     for (modulus, offset, passes) in [
@@ -294,23 +294,50 @@ fn equal_boxes_that_pass_through_each_other_are_reported() {
         (1e4, [0.0, 0.013], true),
         (2e5, [0.1, 0.05], false),
     ] {
-        let cube = || Shape::new(shapes::cuboid([1.0; 3]).unwrap());
+        let cube = shapes::cuboid([1.0; 3]).unwrap();
         let skin = Material::elastic(modulus)
             .with_dissipation(1.0)
             .with_friction(0.5);
-        let body = Body::dynamic("body", cube(), skin, Mass::Density(1000.0)).unwrap();
-        let [x, y] = offset;
-        let start = Pose::from_translation(vector![x, y, 1.5]);
-        let below = Body::fixed("below", cube(), skin).unwrap();
-        let world = World::new(vec![body.at(start), below]).unwrap();
-        let world = world.with_gravity(GRAVITY).unwrap();
-        let plan = Plan::new(1e-2, 100).unwrap();
-        let plan = plan.with_integrator(Integrator::Sdirk2);
-        let states = world.rollout(&plan).recorded().unwrap();
-        let states = states.states().iter();
-        let reported = states.filter(|state| world.sunk_through(state).unwrap() == [[0, 1]]);
-        let reported = reported.count();
-        assert_eq!(reported > 0, passes, "{modulus} Pa, {offset:?}: {reported}");
+        let soft = (BodyShape::from(Shape::new(cube.clone())), skin);
+        let hard = (BodyShape::from(rigid(&cube)), Material::rigid());
+        for [upper, lower] in [[&soft, &soft], [&soft, &hard], [&hard, &soft]] {
+            let mass = Mass::Density(1000.0);
+            let body = Body::dynamic("body", upper.0.clone(), upper.1, mass).unwrap();
+            let [x, y] = offset;
+            let start = Pose::from_translation(vector![x, y, 1.5]);
+            let below = Body::fixed("below", lower.0.clone(), lower.1).unwrap();
+            let world = World::new(vec![body.at(start), below]).unwrap();
+            let world = world.with_gravity(GRAVITY).unwrap();
+            let plan = Plan::new(1e-2, 100).unwrap();
+            let plan = plan.with_integrator(Integrator::Sdirk2);
+            let states = world.rollout(&plan).recorded().unwrap();
+            let is_reported = |state| !world.sunk_through(state).unwrap().is_empty();
+            let reported = states.states().iter().filter(|state| is_reported(state));
+            assert_eq!(reported.count() > 0, passes, "{modulus} Pa, {offset:?}");
+        }
+    }
+}
+
+/// A soft ball at heights beside, in and on rigid bodies of different thickness. A thick body still pushes out a ball whose center
+/// it contains.
+#[test]
+fn a_ball_that_passes_through_a_rigid_body_is_reported() {
+    let ball = Shape::new(shapes::icosphere(0.1, 1).unwrap());
+    let surface = |edges| rigid(&shapes::cuboid(edges).unwrap());
+    let (table, block) = (surface([2.0, 2.0, 0.02]), surface([2.0; 3]));
+    let rod = surface([0.02, 0.02, 1.0]);
+    for (name, body, top, depth, is_reported) in [
+        ("on the table", &table, 0.01, 0.02, false),
+        ("half in the table", &table, 0.01, 0.107, true),
+        ("half in the block", &block, 1.0, 0.107, false),
+        ("in the block", &block, 1.0, 0.25, true),
+        ("on the tip of the rod", &rod, 0.5, 0.09, false),
+        ("pierced by the rod", &rod, 0.5, 0.6, true),
+    ] {
+        let pose = Pose::from_translation(vector![0.003, 0.002, top + 0.1 - depth]);
+        let ball = ContactBody::new(&ball, pose, 1e5).unwrap();
+        let pair = ContactPair::new(ball, Partner::rigid(body, Pose::identity()).unwrap());
+        assert_eq!(pair.has_sunk_through(), is_reported, "{name}");
     }
 }
 
@@ -332,6 +359,26 @@ fn a_body_wholly_inside_another_has_sunk_through() {
         ];
         for pair in pairs {
             assert_eq!(pair.has_sunk_through(), is_inside, "{height}");
+        }
+    }
+}
+
+/// A soft layer presses up a body that is wholly below its surface, so rollouts may start there.
+#[test]
+fn a_rollout_may_start_below_a_soft_layer_that_pushes_the_body_out() {
+    let layer = HalfSpace::layer(0.1).unwrap();
+    let layer = Body::fixed("layer", layer, Material::elastic(3e4)).unwrap();
+    let ball = Arc::new(Shape::new(shapes::icosphere(0.01, 2).unwrap()));
+    let ball = Body::dynamic("ball", ball, Material::elastic(1e6), Mass::Total(0.008)).unwrap();
+    let plan = Plan::new(1e-4, 10).unwrap();
+    for (height, is_lost) in [(-0.02, false), (-10.0, true)] {
+        let start = Pose::from_translation(vector![0.0, 0.0, height]);
+        let world = World::new(vec![ball.clone().at(start), layer.clone()]).unwrap();
+        match world.rollout(&plan).recorded() {
+            Ok(states) => assert!(!is_lost && states.last().bodies[0].twist.linear.z > 0.0),
+            Err(Interrupted { error, .. }) => {
+                assert!(is_lost && matches!(error, RolloutError::StartsBelow { .. }));
+            }
         }
     }
 }

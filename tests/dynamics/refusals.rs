@@ -1,7 +1,7 @@
 //! Numbers, names and settings that bodies and worlds refuse, and by which name.
 
 use crate::scenes::{SKIN, assert_names, asymmetric, at, ball, ball_shape, still_at};
-use hydroelastic::dynamics::{Body, Mass, Material, Plan, World, WorldError};
+use hydroelastic::dynamics::{Body, Mass, Material, Plan, Spring, World, WorldError};
 use hydroelastic::spatial::{MassProperties, Pose, PoseError};
 use nalgebra::{Matrix3, Vector3, vector};
 use std::sync::Arc;
@@ -212,6 +212,60 @@ fn a_body_that_forces_do_not_move_takes_no_start_that_it_would_not_keep() {
     }
     World::new(vec![fixed().at(at(1.0, 2.0, 3.0))]).unwrap();
     World::new(vec![driven()]).unwrap();
+}
+
+/// A path belongs to the body, so a body of a world at any time fits a new world, which starts at time 0.
+#[test]
+fn a_body_on_a_path_can_be_taken_from_a_world_at_any_time() {
+    let path = Arc::new(|time| still_at(1.0 + time));
+    let driven = Body::prescribed("rock", ball_shape(), SKIN, path).unwrap();
+    let world = World::new(vec![driven]).unwrap();
+    let mut state = world.initial_state();
+    state.time = 0.25;
+    let later = world.starting_from(&state).unwrap();
+    let body = &later.bodies()[0];
+    assert_eq!(body.initial_time().to_bits(), 0.25_f64.to_bits());
+    assert_eq!(body.initial().position(), still_at(1.25).position());
+    let anew = World::new(later.bodies().to_vec()).unwrap();
+    assert_eq!(
+        anew.initial_state().bodies[0].position(),
+        still_at(1.0).position()
+    );
+}
+
+#[test]
+fn a_force_parameter_needs_a_name() {
+    let world = World::new(vec![ball("one")]).unwrap();
+    let error = world.with_force_parameter("", 1.0).unwrap_err();
+    assert_eq!(error, WorldError::UnnamedForceParameter);
+}
+
+#[test]
+fn a_spring_between_two_bodies_that_do_not_move_is_refused() {
+    let body = |name| Body::fixed(name, ball_shape(), SKIN).unwrap();
+    let world = World::new(vec![body("one"), body("two")]).unwrap();
+    let spring = Spring {
+        bodies: ["one".into(), "two".into()],
+        points: [[0.0; 3]; 2],
+        rest_length: 0.0.into(),
+        stiffness: 1.0.into(),
+        damping: 0.0.into(),
+    };
+    let error = world.with_forces(spring).unwrap_err();
+    assert_names(
+        &error,
+        "a spring between bodies \"one\" and \"two\" moves nothing",
+    );
+}
+
+#[test]
+fn a_change_between_states_that_is_not_finite_is_refused() {
+    let world = World::new(vec![ball("one")]).unwrap();
+    let [mut from, mut to] = [world.initial_state(), world.initial_state()];
+    from.bodies[0].pose = at(-1e308, 0.0, 0.0);
+    to.bodies[0].pose = at(1e308, 0.0, 0.0);
+    let error = world.displacement(&from, &to).unwrap_err();
+    assert!(matches!(error, WorldError::Setting { .. }), "{error}");
 }
 
 #[test]

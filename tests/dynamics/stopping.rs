@@ -86,14 +86,14 @@ fn a_flag_stops_a_batch_within_its_rollouts() {
     assert!(lengths.max().unwrap() < 11);
 }
 
-/// Calls of a path or a force, the first of which may set a flag.
+/// A count of the calls of a path or a force. One of the calls may set a flag.
 #[derive(Default)]
 struct Calls {
     /// Whether calls are counted.
     is_armed: AtomicBool,
     count: AtomicUsize,
     flag: Arc<AtomicBool>,
-    /// The count at which the flag is set; 0 for never.
+    /// Count at which the flag is set; 0 means never.
     last: usize,
 }
 
@@ -112,10 +112,10 @@ impl Calls {
     }
 }
 
-/// Calls of a force after the flag was set: those of the evaluation that is under way.
+/// Maximum number of calls of a force after the flag was set, by the evaluation in progress.
 const REST_OF_EVALUATION: usize = 2;
 
-/// A push that turns round where the body stands still: no velocity solves the step, however often it is divided.
+/// A push against the velocity that jumps at zero velocity: no velocity solves the step, however often the step is halved.
 struct Reversing(Arc<Calls>);
 
 impl Force for Reversing {
@@ -127,7 +127,7 @@ impl Force for Reversing {
 }
 
 #[test]
-fn a_flag_stops_an_implicit_step_that_is_under_way() {
+fn a_flag_stops_an_implicit_step_in_progress() {
     let run = |last: usize, integrator: Integrator| {
         let calls = Arc::new(Calls {
             is_armed: AtomicBool::new(true),
@@ -155,12 +155,12 @@ fn a_flag_stops_an_implicit_step_that_is_under_way() {
     }
 }
 
-/// Evaluations of a path in one step.
+/// Number of evaluations of a path in one step.
 const CALLS_OF_A_STEP: usize = 4;
 
-/// Of 2,000 steps 16 are kept, so more than 100 are taken again before the first one is taken back.
+/// The tape keeps 16 of 2,000 steps, so more than 100 steps are repeated before the first step is reversed.
 #[test]
-fn a_flag_stops_steps_that_are_taken_again_for_the_sweep_back() {
+fn a_flag_stops_steps_that_the_sweep_back_repeats() {
     let calls = Arc::new(Calls {
         last: 1,
         ..Calls::default()

@@ -182,7 +182,7 @@ fn springs_whose_numbers_are_missing_or_out_of_range_are_refused() {
 
 /// A name in place of a number changes no bit.
 #[test]
-fn springs_and_drags_by_name_are_those_by_value() {
+fn springs_and_drags_by_name_equal_those_by_value() {
     let (spring, drag) = sprung().forces().clone();
     let spring = Spring {
         rest_length: 0.2.into(),

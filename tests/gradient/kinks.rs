@@ -150,9 +150,9 @@ fn divided_steps() {
     assert_eq!(kinks(&world(0.3, 0.0), &sdirk2), []);
 }
 
-/// A step from where a brick just touches a floor with a whole face: pressed in, it is pushed back, and lifted it is not.
+/// A whole face of a brick just touches a floor. The floor pushes the brick back if it moves down, and does not if it moves up.
 #[test]
-fn the_first_touch_of_parallel_faces() {
+fn the_first_touch_of_parallel_faces_is_a_kink() {
     let skin = Material::elastic(1e5);
     let floors = [
         (HalfSpace::rigid().into(), Material::rigid(), 0.0),
@@ -178,7 +178,7 @@ fn the_first_touch_of_parallel_faces() {
                     .unwrap()
                     .at(Pose::from_translation(vector![0.0, 0.0, place]));
                 let world = World::new(vec![brick, floor]).unwrap();
-                // Its first kick acts at the start.
+                // The first kick of this integrator acts at the initial state.
                 let plan = steps(1).with_integrator(Integrator::SymplecticEuler);
                 let all = kinks(&world, &plan);
                 assert_eq!(
@@ -193,7 +193,7 @@ fn the_first_touch_of_parallel_faces() {
     }
 }
 
-/// The same bodies, those that forces move higher (m).
+/// The same world with its dynamic body higher by a height (m).
 fn lifted(world: &World, height: f64) -> World {
     let mut state = world.initial_state();
     let pose = &mut state.bodies[0].pose;

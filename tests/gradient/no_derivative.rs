@@ -367,7 +367,7 @@ fn bodies_without_friction_that_cannot_touch_have_derivatives_by_the_friction_of
     assert!(found.jacobian.amax() <= 0.0);
 }
 
-/// Some numbers, whatever the trajectory is.
+/// An outcome that does not depend on the trajectory.
 struct Constants(&'static [f64]);
 
 impl Outcome for Constants {
@@ -376,7 +376,7 @@ impl Outcome for Constants {
     }
 }
 
-fn is_not_finite(error: &GradientError, row: usize, value: f64) {
+fn assert_not_finite(error: &GradientError, row: usize, value: f64) {
     let text = format!("number {row} of the outcome, counted from 0, is {value}");
     assert!(
         matches!(error, GradientError::OutcomeNotFinite { row: found, .. } if *found == row),
@@ -410,7 +410,7 @@ fn an_outcome_that_is_not_finite_is_an_error_that_names_its_number() {
                 .err(),
         ];
         for error in errors {
-            is_not_finite(&error.unwrap(), 1, value);
+            assert_not_finite(&error.unwrap(), 1, value);
         }
         let errors = [
             experiment.gradient_by(Mode::Forward, &by, &loss).err(),
@@ -421,7 +421,7 @@ fn an_outcome_that_is_not_finite_is_an_error_that_names_its_number() {
                 .err(),
         ];
         for error in errors {
-            is_not_finite(&error.unwrap(), 0, value);
+            assert_not_finite(&error.unwrap(), 0, value);
         }
     }
 }
@@ -457,7 +457,7 @@ fn a_covector_that_is_not_finite_is_an_error_that_names_its_body() {
 }
 
 #[test]
-fn a_body_without_a_friction_of_its_own_has_no_derivative_by_it() {
+fn a_body_without_its_own_friction_has_no_derivative_by_friction() {
     let floor = |friction| Material {
         friction,
         ..Material::elastic(1e5)
@@ -480,7 +480,7 @@ fn a_body_without_a_friction_of_its_own_has_no_derivative_by_it() {
             .unwrap_err(),
         GradientError::NoOwnFriction { body }
     );
-    // The friction of the ball is that of the pair: as if the floor had the same and changed with it.
+    // The pair has the friction of the ball, as if the floor had an equal coefficient that changed with it.
     let by_ball = experiment.jacobian(&[friction("ball")], &place).unwrap();
     let swept = experiment
         .gradient_by(Mode::Reverse, &[friction("ball")], &Reading::X)

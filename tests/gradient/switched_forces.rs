@@ -1,4 +1,4 @@
-//! Forces that are switched at a time: all passes through a rollout ask for them at the same times, bit for bit.
+//! Forces that switch at a given time: all passes through a rollout evaluate them at the same times, bit for bit.
 
 use super::reverse::SAME;
 use crate::support::scenes::Random;
@@ -22,7 +22,8 @@ const INTEGRATORS: [Integrator; 4] = [
     Integrator::ImplicitEuler,
 ];
 
-/// Pushes the first body by the number "before" until a time, by the number "after" from then on; and notes when it is asked.
+/// Pushes the first body by the parameter "before" until a time, and by the parameter "after" from then on. Records the times of its
+/// evaluations.
 struct Switched {
     at: f64,
     asked_at: Arc<Mutex<BTreeSet<u64>>>,
@@ -41,7 +42,7 @@ impl Force for Switched {
     }
 }
 
-/// Velocity and position of the first body at the end, mixed.
+/// A weighted sum of velocity and position of the first body at the end.
 struct End;
 
 impl Outcome for End {
@@ -58,7 +59,7 @@ struct Case {
     asked_at: Arc<Mutex<BTreeSet<u64>>>,
 }
 
-/// A ball above a floor or in it, beside it a plate on a path, a switch after a whole number of steps or parts of one.
+/// A ball above a floor or in it, a plate on a path beside the ball, and a switch after a whole or fractional number of steps.
 fn case(random: &mut Random, ball: &Arc<Shape>, integrator: Integrator) -> Case {
     let step = [1e-3, 2e-3, 3e-3, 5e-3, 7e-3, 1e-2][random.below(6)];
     let step = step * [1.0, 1.0, random.between(0.5, 1.0)][random.below(3)];
@@ -111,8 +112,8 @@ fn case(random: &mut Random, ball: &Arc<Shape>, integrator: Integrator) -> Case 
     }
 }
 
-/// Sums of two orders differ by an ulp of the time, which decides on which side of a switch a stage lies: a derivative of a
-/// thousandth of the motion then belongs to the other push.
+/// Times that are summed in two orders may differ by one ulp, and a stage may then lie on the other side of the switch. Such a stage
+/// would change the derivative by about a thousandth.
 #[test]
 fn forwards_and_backwards_agree_in_a_thousand_worlds_with_a_switch() {
     let ball = Arc::new(Shape::new(shapes::icosphere(0.05, 1).unwrap()));
@@ -138,7 +139,7 @@ fn forwards_and_backwards_agree_in_a_thousand_worlds_with_a_switch() {
         let asked_at = asked_at.lock().unwrap();
         assert!(
             asked_at.is_subset(&in_values),
-            "{number}, {plan:?}: the passes of derivatives ask for forces at times of their own"
+            "{number}, {plan:?}: passes with derivatives evaluate forces at other times"
         );
     }
 }

@@ -204,9 +204,9 @@ fn jacobians_by_more_than_96_numbers_take_two_rollouts() {
     }
 }
 
-/// The package for Python is held to the same numbers in its test_pullbacks.py.
+/// `test_pullbacks.py` of the Python package tests the same numbers.
 #[test]
-fn gradients_go_back_from_13_numbers_on_or_97_by_implicit_steps() {
+fn gradients_use_reverse_mode_from_13_numbers_or_97_with_implicit_steps() {
     let world = thrown(0.0, 0.0);
     let mass = || Parameter::Mass("ball".into());
     for (integrator, most) in [

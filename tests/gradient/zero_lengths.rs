@@ -8,20 +8,20 @@ use hydroelastic::scalar::Scalar;
 use hydroelastic::spatial::Pose;
 use nalgebra::{Vector3, vector};
 
-/// The motion is linear in the start, so that differences are exact but for round-off.
+/// The motion is linear in the initial state, so differences are exact up to round-off.
 const SAME: f64 = 1e-8;
 
-/// An arm turns the body, which bends the line: of second order in the change.
+/// With an arm the body turns, so the motion has a term of second order in the change.
 const BENT: f64 = 1e-6;
 
-/// SDIRK2 takes the first step of a changed start in parts, since it begins at rest without gravity, and that of the start
-/// itself, where nothing moves, as a whole: the ends differ by the error of that step.
+/// SDIRK2 divides the first step from a changed initial state, and does not divide it from the initial state itself, at which nothing
+/// moves. The final states differ by the error of this step.
 const IN_PARTS: f64 = 1e-7;
 
-/// Change of a start (m, m/s).
+/// Change of the initial state (m, m/s).
 const CHANGE: f64 = 1e-4;
 
-/// (hω)²/24 of the phase by leapfrog, (hω)²/12 or so by SDIRK2, hω by implicit Euler, times the phase.
+/// Discretization error times the phase: the factor is (hω)²/24 for leapfrog, about (hω)²/12 for SDIRK2, hω for implicit Euler.
 const DISCRETE: [(Integrator, f64); 3] = [
     (Integrator::Leapfrog, 1e-4),
     (Integrator::Sdirk2, 1e-3),
@@ -42,7 +42,7 @@ impl Outcome for Along {
     }
 }
 
-/// 1 kg on a spring whose ends, so many metres from its own origin and from that of the post, coincide at the start.
+/// A body of 1 kg on a spring whose ends coincide at the start. The end on the body is `away` (m) from the origin of the body.
 fn hung(away: f64, rest_length: f64, damping: f64, scale: f64) -> World<f64, Spring> {
     let ball = || Shape::new(shapes::icosphere(0.1 * scale, 1).unwrap());
     let post = Vector3::new(1.0, 0.3, 0.7) * scale;
@@ -88,7 +88,7 @@ fn a_body_at_its_anchor_swings_back_by_the_cosine() {
     }
 }
 
-/// Damped too: the body starts at rest, and where it is moved along a line the damping acts along it.
+/// The damping has a derivative too, because it acts along the line on which the body moves.
 #[test]
 fn forwards_backwards_and_differences_agree_at_length_zero() {
     for (integrator, _) in DISCRETE {

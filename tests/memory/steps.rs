@@ -37,7 +37,7 @@ fn scene(skin: Material) -> World {
     .unwrap()
 }
 
-/// Without the check, which allocates where it linearizes contacts.
+/// A plan without the stability check, which allocates when it linearizes contacts.
 fn plan(integrator: Integrator) -> Plan {
     let plan = Plan::new(TIME_STEP, WARM_UP + COUNTED).unwrap();
     let plan = plan.with_integrator(integrator);

@@ -77,8 +77,8 @@ fn round_bodies_at_generic_poses() {
     round_bodies(&shapes, 60);
 }
 
-/// Pairs examined for each contact polygon of two balls: 1.11 with the directions that the known normals suggest, and 1.33 with
-/// directions that have nothing to do with the contact.
+/// Maximum number of pairs examined for each contact polygon of two balls. The number is 1.11 with directions from the known normals,
+/// and 1.33 with directions that do not depend on the contact.
 const EXAMINED: f64 = 1.2;
 
 #[test]

@@ -1,4 +1,4 @@
-//! Every world that can be made, and stepped, can be saved and loaded.
+//! Every world that can be constructed can be saved and loaded, also after some steps.
 
 use crate::support::scenes::Random;
 use crate::text_and_bits::{TIME_STEP, saved, trajectory_bits};
@@ -11,12 +11,12 @@ use hydroelastic::spatial::{MassProperties, Pose};
 use nalgebra::{Matrix3, Vector3, vector};
 use std::sync::Arc;
 
-/// Rounds to so many significant digits.
+/// Rounds to a number of significant digits.
 fn rounded(value: f64, digits: usize) -> f64 {
     format!("{value:.*e}", digits - 1).parse().unwrap()
 }
 
-/// Principal moments of a solid, often a plate or nearly, as a file has them.
+/// Principal moments of a solid, often of a plate or nearly a plate, rounded as in a file.
 fn moments(random: &mut Random) -> Vector3<f64> {
     let size = 10_f64.powf(random.between(-6.0, 3.0));
     let [a, b, c] = [(); 3].map(|()| {
@@ -55,7 +55,7 @@ fn shape(kit: &Kit, random: &mut Random) -> (BodyShape, Material) {
     }
 }
 
-/// One or two bodies near a floor, with or without a spring; an error if what was drawn is no world.
+/// One or two bodies near a floor, with or without a spring; an error if the random numbers make no valid world.
 fn world(kit: &Kit, random: &mut Random) -> Result<World<f64, Vec<Spring>>, WorldError> {
     let mut bodies = Vec::new();
     for name in ["a", "b"].into_iter().take(1 + random.below(2)) {
@@ -124,7 +124,7 @@ fn ten_thousand_random_worlds_are_loaded_as_they_were_saved() {
             Ok(trajectory) => trajectory,
             Err(interrupted) => interrupted.trajectory,
         };
-        // Where it starts, and where it has come to.
+        // The initial state, and the state after some steps.
         for start in [&world.initial_state(), states.last()] {
             let world = world.clone().starting_from(start).unwrap();
             let text = saved(&world);
@@ -143,7 +143,7 @@ fn ten_thousand_random_worlds_are_loaded_as_they_were_saved() {
     assert!(refused < 10_000, "{refused}");
 }
 
-/// The largest moment of a plate, rounded to five digits as in a URDF, exceeds the sum of the others.
+/// The largest moment of a plate, rounded to five digits as in a URDF, may exceed the sum of the others.
 #[test]
 fn plates_rounded_to_five_digits_are_bodies_and_can_be_loaded() {
     for moments in [

@@ -1,8 +1,8 @@
-//! The same bits on every processor and with every C library: contacts and worlds, held against bits that are written down.
+//! Contacts and worlds have the same bits on every processor and with every C library. The tests compare them with recorded bits.
 //!
 //! Numbers come from sums, products, quotients and square roots, which IEEE 754 defines to the last bit. Sines, arc tangents and
-//! logarithms are made of these, too (`scalar::portable`). Numbers in lanes have the same bits with 2, 4 and 8 of them.
-//! Implicit steps of 16 bodies and more are not tested here: their sparse solver fuses products with sums, if the processor can.
+//! logarithms use only these operations, too (`scalar::portable`). Numbers in lanes have the same bits with 2, 4 and 8 lanes. Implicit
+//! steps of 16 or more bodies are not tested here, because their sparse solver uses fused multiply-add if the processor has it.
 //!
 //! Where a change of the library is meant to change bits, the new ones are read off the failures of
 //!
@@ -54,8 +54,9 @@ const JACOBIAN: [(&str, u64); 1] = [("jacobian", 0xa839_6b20_5c59_9370)];
 const TIME_STEP: f64 = 1e-3;
 const JACOBIAN_STEPS: usize = 30;
 
-/// Friction coefficients with slip tolerances (m/s): a slip that turns by little within a polygon, one that turns by more, on other
-/// rungs of the rules, and one that turns quickly, integrated in closed form by logarithms and arc tangents.
+/// Friction coefficients with slip tolerances (m/s). The slip turns little within a polygon with the first law. It turns more with the
+/// second law, which needs other quadrature rules, and quickly with the third law, which needs the closed form with its logarithms and
+/// arc tangents.
 const LAWS: [[f64; 2]; 3] = [[0.0, 20.0], [0.5, 0.5], [0.5, 1e-3]];
 
 /// Slip tolerance (m/s) of the heap.

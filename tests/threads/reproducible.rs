@@ -10,7 +10,7 @@
 //! CARGO_PROFILE_DEV_OPT_LEVEL=0 CARGO_PROFILE_TEST_OPT_LEVEL=0 cargo test --test threads reproducible:: -- --nocapture
 //! ```
 //!
-//! Those of the first and the last build agreed. `every_processor.rs` holds bits to constants.
+//! The hashes of the first and the last build agreed. `every_processor.rs` compares bits with constants.
 
 use hydroelastic::contact::Shape;
 use hydroelastic::dynamics::{Batch, Body, Integrator, Mass, Material, Plan, State, World};

@@ -7,8 +7,9 @@ Conventions, everywhere:
 - 6-vectors have the angular part first: wrenches are (torque, force), twists (angular, linear).
 - Derivatives by a pose are by a twist in world axes: the body turns about its own origin, which moves (``moved_pose``).
 - The normal of a contact points out of B into A; the wrench on B is the negative of that on A about the same point.
-- Arrays are of float64 or integers, or lists of numbers. Others are refused, since a conversion would hide lost digits.
-- Numbers that are not finite, or out of range, are refused; so are arguments for which a result would not be finite.
+- Arrays have type float64 or integer, or are lists of numbers. Other types are refused, because a conversion
+  would lose digits silently.
+- Numbers that are not finite or out of range are refused, and so are arguments for which a result would not be finite.
 
 What the library refuses raises ``HydroelasticError``, a ``ValueError``; an array of another type raises ``TypeError``.
 """

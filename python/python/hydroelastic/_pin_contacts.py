@@ -142,14 +142,14 @@ class Contact:
 
     def _finite(self, wrenches: Floats) -> Floats:
         if not math.isfinite(wrenches.dot(wrenches)):
-            raise HydroelasticError(f"contact of {self.name}: the wrench is not finite, at finite poses and velocities")
+            raise HydroelasticError(f"contact of {self.name}: the wrench is not finite, although the poses and velocities are")
         return wrenches
 
     def joint_torque_slopes(
         self, model: Any, data: Any, v: Floats, material: Material, forces: Any
     ) -> tuple[Floats, Floats] | tuple[None, None]:
-        """Adds the wrenches to the forces on the joints, in their own axes. Jᵀ w, and its derivatives by q, v and the materials
-        beyond what such forces, held constant, contribute by themselves; None without contact."""
+        """Adds the wrenches to the forces on the joints, in the axes of the joints. Returns Jᵀ w and its derivatives by q, v and the
+        materials, without the contribution of constant joint forces. Returns None without contact."""
         self.move(model, data, v)
         wrenches, jacobian = self.linearised(material)
         if not wrenches.dot(wrenches):

@@ -1,8 +1,8 @@
 """The stability check of explicit steps, which ``mujoco`` and ``pin`` share.
 
 Let K and C be the stiffness and damping of the contacts in joint coordinates, and M the mass matrix. A semi-implicit Euler step h
-is stable if no eigenvalue of M⁻¹(h²K + 2hC) exceeds 4: the rule of ``World.largest_stable_step``. K and C are made of the
-derivatives of the contacts, which cost more than a step. Each step therefore makes a *secant test* first.
+is stable if no eigenvalue of M⁻¹(h²K + 2hC) exceeds 4, as in ``World.largest_stable_step``. K and C are computed from the
+derivatives of the contacts, which cost more than a step. Each step therefore runs a *secant test* first.
 
 Between two evaluations the state moves by h v, v changes by Δv, and the contact forces change by ΔW. In one mode with the
 stiffness k and the damping c per mass, ΔW = −(k h v + c Δv), and
@@ -10,14 +10,15 @@ stiffness k and the damping c per mass, ΔW = −(k h v + c Δv), and
     h ΔWᵀM⁻¹ΔW / (|ΔWᵀv| + |ΔWᵀΔv| / 2)
 
 is a mean of h²k and 2hc, weighted by |v| and |Δv|/2. A mode that grows beyond the limit changes its sign in each step. It has
-|Δv| ≈ 2|v|, and the mean is about (h²k + 2hc)/2 ≥ 2. If the mean exceeds 1, the derivatives decide. The test takes the sum
-of all contacts and one of them in turn.
+|Δv| ≈ 2|v|, and the mean is about (h²k + 2hc)/2 ≥ 2. If the mean exceeds 1, the limit is computed from the derivatives.
+Each test uses the sum of all contacts and, in turn, one single contact.
 
 Friction that reverses the slip within a step has a small slope before and after it. The derivatives are therefore also taken at
 the mean of both velocities.
 
-A contact that begins within a step is not linear. Below the limit too, it may push the bodies apart faster than they came. The
-secant from a force of zero tells, because the mean then compares the energy that the contact gives and takes.
+A contact that begins within a step is not linear. Even below the limit, it may push the bodies apart faster than they approached.
+The secant from zero force detects this, because the mean then compares the energy that the contact returns with the energy that it
+absorbs.
 """
 
 from __future__ import annotations
@@ -31,19 +32,19 @@ from numpy.typing import NDArray
 from ._core import Pair, RolloutError
 
 Floats: TypeAlias = NDArray[np.float64]
-# Jᵀ w of each contact, (nv,); None for a contact that touches nothing.
+# Jᵀ w of each contact, (nv,); None for a contact whose bodies do not touch.
 Forces: TypeAlias = list[Floats | None]
 
-# The secant test: half of the least mean of a mode that grows.
+# Threshold of the secant test: half of the smallest mean of a growing mode.
 _ALARM = 1.0
-# A change of the contact forces that is smaller, relative to the forces, is round-off.
+# Smaller changes of the contact forces, relative to the forces, are round-off.
 _ROUND_OFF = 1e-6
-# After the derivatives have found a step stable, so many evaluations raise no new alarm unless the mean grows by this factor or a
-# contact begins.
+# After the derivatives have shown a step to be stable, the next _REST evaluations raise no alarm unless the mean grows by the factor
+# _GROWTH or a contact begins.
 _REST, _GROWTH = 16, 1.5
-# The secant test takes a mass matrix that is at most so many evaluations old.
+# Maximum age of the mass matrix in the secant test (evaluations).
 _MASS_AGE = 50
-# Instead of a resistance of zero (W).
+# Lower bound of the resistance, to avoid division by zero (W).
 _LEAST = 1e-300
 # Relative accuracy of a limit.
 _SETTLED = 1e-9
@@ -56,8 +57,7 @@ class TimeStepError(RolloutError):
     """A time step that is too long for the contacts of a mechanism.
 
     ``time_step`` and ``limit`` are in s, and ``contact`` names the two sides of the stiffest contact. ``step`` and ``time`` (s)
-    say where; both are None for a step that belongs to no rollout. ``trajectory`` holds the recorded states of a rollout, else it is
-    None.
+    locate the step in a rollout. ``trajectory`` holds the recorded states of the rollout. All three are None outside a rollout.
     """
 
     step: int | None = None
@@ -67,7 +67,7 @@ class TimeStepError(RolloutError):
     contact: str
 
     def at_step(self, step: int, time: float) -> None:
-        """Says where the error came."""
+        """Adds the step and its time to the error."""
         self.step, self.time = step, time
         self.args = (f"step {step} (t = {time:.6g} s): {self.args[0]}",)
 
@@ -75,7 +75,7 @@ class TimeStepError(RolloutError):
 class Fault(NamedTuple):
     """Why a time step is too long: the name of the stiffest contact and the limit (s).
 
-    ``begins`` is the number of a contact that begins in a step below the stability limit and gives more energy than it takes.
+    ``begins`` is the index of a contact that begins in a step below the stability limit and returns more energy than it absorbs.
     """
 
     contact: str
@@ -83,17 +83,17 @@ class Fault(NamedTuple):
     begins: int | None = None
 
     def error(self, time_step: float) -> TimeStepError:
-        """The error of a time step (s)."""
+        """Returns the error for a time step (s)."""
         why = (
             f"exceeds {self.limit:.3g} s, the stability limit of the contacts at this state; the stiffest is that of "
             f"{self.contact}"
             if self.begins is None
-            else f"exceeds about {self.limit:.3g} s, above which the contact of {self.contact} begins deep and gives more energy "
-            "than it takes"
+            else f"exceeds about {self.limit:.3g} s, above which the contact of {self.contact} begins so deep that it returns more "
+            "energy than it absorbs"
         )
         error = TimeStepError(
             f"the time step of {time_step:.3g} s {why}. Use shorter steps, a lower modulus or dissipation, or a larger slip "
-            "tolerance; or simulate a hydroelastic.World by implicit steps. check_stability=False turns the check off"
+            "tolerance; or simulate a hydroelastic.World with implicit steps. check_stability=False turns the check off"
         )
         error.time_step, error.limit, error.contact = time_step, self.limit, self.contact
         return error
@@ -102,8 +102,8 @@ class Fault(NamedTuple):
 class Rates(NamedTuple):
     """Stiffness and damping of each contact, (contacts, nv, nv), the mass matrix, and the damping of the joints.
 
-    Joint damping D that a step takes implicitly has the mass M + hD in the step. It allows the damping of the contacts to be larger
-    by D. Explicit joint damping adds to that of the contacts.
+    Implicit joint damping D changes the mass matrix of a step to M + hD, so the damping of the contacts may be larger by D. Explicit
+    joint damping adds to the damping of the contacts.
     """
 
     stiffness: Floats
@@ -126,7 +126,7 @@ def resistance(
 
 
 class Watch:
-    """Makes the secant test, and has the derivatives decide if it gives alarm."""
+    """Runs the secant test, and computes the limit from the derivatives if the test raises an alarm."""
 
     def __init__(self, names: Sequence[str], *, is_rk4: bool = False) -> None:
         self._names = names
@@ -144,23 +144,23 @@ class Watch:
         self._age = _MASS_AGE
 
     def keep(self, forces: Forces, velocity: Floats) -> None:
-        """Takes the forces of an evaluation and the velocity (nv,), without a test."""
+        """Stores the forces and the velocity (nv,) of an evaluation without a test."""
         self._last = forces, velocity
 
     def fault(
         self, forces: Forces, velocity: Floats, time_step: float, mass: Callable[[], Floats], rates: Callable[[Floats], Rates]
     ) -> Fault | None:
-        """Why the time step is too long; None if it is not.
+        """Returns why the time step is too long, or None if it is not.
 
-        The state has moved by ``velocity`` since the last evaluation. ``rates`` gives the derivatives at a velocity. A first
-        evaluation has no secant, so the derivatives decide.
+        The state has moved with ``velocity`` since the last evaluation. ``rates`` returns the stiffness and damping at a velocity. The
+        first evaluation has no secant, so the limit is computed from the derivatives.
         """
         last, self._last = self._last, (forces, velocity)
         if last is None:
             touches = any(force is not None for force in forces)
             return self._decided(time_step, rates, velocity) if touches else None
         forces_before, velocity_before = last
-        # A contact that has ended has no derivatives here. If it comes back too fast, it is tested then.
+        # A contact that has ended has no derivatives here. If it begins again, it is tested then.
         changes = [
             (force if before is None else force - before, force)
             for force, before in zip(forces, forces_before, strict=True)
@@ -186,15 +186,15 @@ class Watch:
         begins = any(force is not None and before is None for force, before in zip(forces, forces_before, strict=True))
         if self._rest and not begins and mean <= self._alarm:
             return None
-        found = self._decided(time_step, rates, velocity, 0.5 * (velocity + velocity_before))
-        if found is None and not self._is_rk4:
-            found = self._bounced(forces, forces_before, velocity, time_step, rates(velocity))
-        if found is None:
+        fault = self._decided(time_step, rates, velocity, 0.5 * (velocity + velocity_before))
+        if fault is None and not self._is_rk4:
+            fault = self._bounced(forces, forces_before, velocity, time_step, rates(velocity))
+        if fault is None:
             self._alarm, self._rest = _GROWTH * mean, _REST
-        return found
+        return fault
 
     def _mean(self, change: Floats, force: Floats, velocity: Floats, before: Floats, time_step: float) -> float:
-        """The mean of h²k and 2hc that the change of a force tells, or 0 if it is at most 1 or the change is round-off."""
+        """Returns the mean of h²k and 2hc from the change of a force, or 0 if the mean is at most 1 or the change is round-off."""
         power = time_step * float(self._inverse_mass.dot(change).dot(change))
         along = float(change.dot(velocity))
         resistance = abs(along) + 0.5 * abs(along - float(change.dot(before)))
@@ -203,45 +203,47 @@ class Watch:
         return power / max(resistance, _LEAST)
 
     def _decided(self, time_step: float, rates: Callable[[Floats], Rates], *velocities: Floats) -> Fault | None:
-        """By the derivatives at each velocity. The limit is the least of these and of sticking friction."""
-        limits = [self._limit(rates(velocity)) for velocity in velocities]
-        if not any(time_step > it.limit for it in limits):
+        """Returns a fault if the step exceeds the limit at one of the velocities. Its limit is the smallest of the limits at these
+        velocities and of the limit of sticking friction."""
+        faults = [self._limit(rates(velocity)) for velocity in velocities]
+        if not any(time_step > fault.limit for fault in faults):
             return None
-        limits.append(self._limit(rates(np.zeros_like(velocities[0]))))
-        return min(limits, key=lambda it: it.limit)
+        faults.append(self._limit(rates(np.zeros_like(velocities[0]))))
+        return min(faults, key=lambda fault: fault.limit)
 
     def _limit(self, rates: Rates) -> Fault:
-        """The stiffest contact and the limit (s) of all."""
+        """Returns the stiffest contact and the limit (s) of all contacts together."""
         per_mass = np.linalg.inv(np.linalg.cholesky(rates.mass))
         limit_of = _rk4_limit if self._is_rk4 else _euler_limit
 
         def limit(stiffness: Floats, damping: Floats) -> float:
             damping = damping - rates.joint_damping if rates.is_implicit else damping + rates.joint_damping
-            return limit_of(*(0.5 * per_mass @ (it + it.T) @ per_mass.T for it in (stiffness, damping)))
+            return limit_of(*(0.5 * per_mass @ (matrix + matrix.T) @ per_mass.T for matrix in (stiffness, damping)))
 
-        alone = [limit(*it) for it in zip(rates.stiffness, rates.damping, strict=True)]
+        alone = [limit(*matrices) for matrices in zip(rates.stiffness, rates.damping, strict=True)]
         return Fault(self._names[int(np.argmin(alone))], limit(rates.stiffness.sum(axis=0), rates.damping.sum(axis=0)))
 
     def _bounced(
         self, forces: Forces, before: Forces, velocity: Floats, time_step: float, rates: Rates
     ) -> Fault | None:
-        """A contact that began in the last step, and pushes the bodies apart faster than they came."""
+        """Returns a contact that began in the last step and pushes the bodies apart faster than they approached."""
         mass = rates.mass + time_step * rates.joint_damping if rates.is_implicit else rates.mass
         for number, (force, earlier) in enumerate(zip(forces, before, strict=True)):
             if force is None or earlier is not None:
                 continue
-            taken, given = -2.0 * float(force.dot(velocity)), time_step * float(np.linalg.solve(mass, force).dot(force))
-            if given > taken > 0.0:
-                # The force grows with the depth, and so with the time step: ``given`` with its square.
-                return Fault(self._names[number], time_step * float(np.sqrt(taken / given)), number)
+            absorbed = -2.0 * float(force.dot(velocity))
+            returned = time_step * float(np.linalg.solve(mass, force).dot(force))
+            if returned > absorbed > 0.0:
+                # The force grows with the depth, and so with the time step h: ``returned / absorbed`` grows with h².
+                return Fault(self._names[number], time_step * float(np.sqrt(absorbed / returned)), number)
         return None
 
 
 def _euler_limit(stiffness: Floats, damping: Floats) -> float:
-    """The step (s) at which the largest eigenvalue of h²K + 2hC is 4; infinite if nothing resists.
+    """Returns the step h (s) at which the largest eigenvalue of h²K + 2hC is 4; infinite without stiffness and damping.
 
-    Each mode has a limit of its own, and the least of these is looked for. At a longer step, the mode of the largest eigenvalue
-    has a shorter limit, from which the search goes on.
+    Each mode has its own limit, and the search finds the smallest. At a longer step, the mode of the largest eigenvalue has a shorter
+    limit, with which the search continues.
     """
 
     def of_mode(matrix: Floats) -> float:
@@ -258,13 +260,13 @@ def _euler_limit(stiffness: Floats, damping: Floats) -> float:
 
 
 def _step_of_mode(stiffness: float, damping: float) -> float:
-    """The step (s) with h²k + 2hc = 4; infinite if nothing resists."""
+    """Returns the step h (s) with h²k + 2hc = 4; infinite without stiffness and damping."""
     resistance = damping + np.sqrt(max(damping**2 + 4.0 * stiffness, 0.0))
     return float(4.0 / resistance) if resistance > 0.0 else np.inf
 
 
 def _rk4_limit(stiffness: Floats, damping: Floats) -> float:
-    """The step (s) at which a mode leaves the region of stability of RK4. Modes that grow by themselves do not count."""
+    """Returns the step (s) at which a mode leaves the stability region of RK4. Modes that grow at any step are ignored."""
     still, unit = np.zeros_like(stiffness), np.eye(len(stiffness))
     modes = np.linalg.eigvals(np.block([[still, unit], [-stiffness, -damping]]))
     sizes = np.abs(modes)

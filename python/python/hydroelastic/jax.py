@@ -12,8 +12,8 @@ the value alone where no derivative is taken, and where one is, value and Jacobi
 differ by round-off. Gradients of rollouts by many numbers take the steps back instead, at about the same cost whatever
 the numbers are: see ``rollout``.
 
-Arrays are of float64, to which those of integers are converted, and ``jax_enable_x64`` must be on: a contact of float32 numbers
-has no digits left. Arguments may have any axes in front, which are broadcast against each other, and then so has the result; ``jax.vmap`` makes such a
+Arrays are of float64; arrays of integers are converted. ``jax_enable_x64`` must be on, because contact in float32 has no accurate
+digits. Arguments may have any axes in front, which are broadcast against each other, and then so has the result; ``jax.vmap`` makes such a
 batch too. All cores compute a batch.
 
 Derivatives by poses. Poses are (4, 4). A tangent dT of a pose counts as the twist (ω, v) in world axes by which it
@@ -285,7 +285,7 @@ def _floats(value: _Array, name: str, shape: tuple[int, ...]) -> Array:
 
 
 def _finite(array: Array, name: str) -> Array:
-    """The array. Outside transformations, numbers that are not finite are refused; inside, they go on."""
+    """Returns the array. Raises an error if a number is not finite, except inside transformations, where it propagates."""
     if not isinstance(array, jax.core.Tracer) and not np.isfinite(np.asarray(array)).all():
         raise HydroelasticError(f"{name} must be finite, but is {np.asarray(array).tolist()}")
     return array

@@ -19,15 +19,15 @@ Limits:
   before is called first, and set again after the last context.
 - MuJoCo's integrators do not see the derivative of a callback: ``implicit`` and ``implicitfast`` treat the contacts explicitly, as
   ``Euler`` does, and the time step must resolve their stiffness and damping. ``RK4`` evaluates them four times a step.
-- A time step that is too long for this raises ``TimeStepError`` from the second step on. The check takes bodies as free to
-  move: MuJoCo's own constraints do not raise the limit, and its springs and actuators do not lower it.
+- A time step that is too long for the contacts raises ``TimeStepError`` from the second step on. The check treats bodies
+  as free: MuJoCo's own constraints do not raise the limit, and its springs and actuators do not lower it.
 - Sticking friction has the shortest limit. Above it, friction chatters but does not grow without bound. The check allows up
   to 2.5 times this limit, at which bodies chatter at about 2.3 slip tolerances and creep 2.5 times as fast. ``hydroelastic.pin``
   allows no chatter, because derivatives grow in it. Neither does ``World.largest_stable_step``.
-- MuJoCo resets a state that is not finite. The check raises ``RolloutError`` then.
+- If MuJoCo resets a state that is not finite, the check raises ``RolloutError``.
 - ``mjd_transitionFD`` differentiates through the callback by differences. ``hydroelastic.pin`` has exact derivatives.
-- The callback takes the GIL: threads, those of ``mujoco.rollout`` too, wait for each other there. Use processes. An error in a
-  thread of ``mujoco.rollout`` is raised at the end of the context, because MuJoCo would end the process.
+- The callback takes the GIL, so threads wait for each other in it, also the threads of ``mujoco.rollout``. Use processes. An error in
+  a thread of ``mujoco.rollout`` is raised at the end of the context, because MuJoCo would end the process.
 - The callback is not called where ``disableflags`` has both springs and dampers off; such a model is refused.
 - Contacts wake no sleeping bodies.
 """
@@ -71,7 +71,7 @@ _DIVERGED = (mujoco.mjtWarning.mjWARN_BADQPOS, mujoco.mjtWarning.mjWARN_BADQVEL,
 _CLOCK = 1e-3
 # Steps of x times the limit of sticking friction make bodies chatter at √(x² − 1) slip tolerances. The check allows x up to this.
 _CHATTER = 2.5
-# So many instances of MjData are told apart.
+# Maximum number of MjData instances whose histories are kept.
 _MOST_HISTORIES = 4096
 
 
@@ -183,20 +183,20 @@ class _Side:
         twist[3:] += (wy * z - wz * y, wz * x - wx * z, wx * y - wy * x)
         return twist
 
-    def joint_forces(self, data: Any, wrench: _Floats, place: _Floats) -> _Floats:
-        """Jᵀ w, of the joints that move the body."""
-        (x, y, z), (fx, fy, fz) = place - data.subtree_com[self.root], wrench[3:]
+    def joint_forces(self, data: Any, wrench: _Floats, position: _Floats) -> _Floats:
+        """Returns Jᵀ w for the joints that move the body; w is about the position."""
+        (x, y, z), (fx, fy, fz) = position - data.subtree_com[self.root], wrench[3:]
         about_com = wrench.copy()
         about_com[:3] += (y * fz - z * fy, z * fx - x * fz, x * fy - y * fx)
         forces: _Floats = data.cdof[self.dofs].dot(about_com)
         return forces
 
-    def jacobian(self, data: Any, place: _Floats) -> _Floats:
-        """Of the twist of the shape's origin, (6, nv)."""
-        found = np.zeros((6, len(data.qvel)))
-        found[:, self.dofs] = data.cdof[self.dofs].T
-        found[3:] += np.cross(found[:3], (place - data.subtree_com[self.root])[:, None], axis=0)
-        return found
+    def jacobian(self, data: Any, position: _Floats) -> _Floats:
+        """Returns the Jacobian, (6, nv), of the twist of the shape's origin, which is at the position."""
+        jacobian = np.zeros((6, len(data.qvel)))
+        jacobian[:, self.dofs] = data.cdof[self.dofs].T
+        jacobian[3:] += np.cross(jacobian[:3], (position - data.subtree_com[self.root])[:, None], axis=0)
+        return jacobian
 
 
 class PassiveContacts:
@@ -268,7 +268,7 @@ class PassiveContacts:
 
     def add_to(self, data: Any) -> None:
         """Adds Jᵀ w of all contacts to ``data.qfrc_passive``, as the context does: for a passive callback of one's own."""
-        # No call of MuJoCo: in versions before 4, an error after a call inside its callback ends the process.
+        # This method must not call MuJoCo, because in versions before 4 an error after such a call in the callback ends the process.
         try:
             forces = [self._joint_forces(number, data) for number in range(len(self._sides))]
             if self._checks_stability:
@@ -276,7 +276,7 @@ class PassiveContacts:
         except HydroelasticError as error:
             if not isinstance(threading.current_thread(), threading._DummyThread):
                 raise
-            # In a thread that MuJoCo has started, an error ends the process.
+            # An error in a thread that MuJoCo has started would end the process.
             self._failure = self._failure or error
             return
         passive = data.qfrc_passive
@@ -292,7 +292,7 @@ class PassiveContacts:
     def __exit__(
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
-        """Ends it, whatever happened. Raises the first error of a thread that MuJoCo started."""
+        """Ends the context. Raises the first error of a thread that MuJoCo started."""
         _DISPATCH.remove(self)
         self._histories.clear()
         failure, self._failure = self._failure, None
@@ -309,28 +309,28 @@ class PassiveContacts:
             raise RolloutError(f"{self._place(data)}, {self._names[number]}: {error}") from error
         if not math.isfinite(wrenches.dot(wrenches)):
             raise RolloutError(
-                f"{self._place(data)}: the wrench of the contact of {self._names[number]} is not finite, at finite poses and "
-                "velocities: the motion has diverged"
+                f"{self._place(data)}: the wrench of the contact of {self._names[number]} is not finite, although the poses "
+                "and velocities are: the motion has diverged"
             )
         return wrenches, (pose_a, pose_b)
 
     def _joint_forces(self, number: int, data: Any) -> _Floats | None:
-        """Jᵀ w of a contact, (nv,); None if nothing touches."""
+        """Returns Jᵀ w of a contact, (nv,), or None if the bodies do not touch."""
         wrenches, poses = self._wrench(number, data)
         if not wrenches.dot(wrenches):
             return None
         forces = np.zeros(self._model.nv)
-        for side, wrench, place in zip(self._sides[number], (wrenches[:6], wrenches[6:]), poses, strict=True):
+        for side, wrench, pose in zip(self._sides[number], (wrenches[:6], wrenches[6:]), poses, strict=True):
             if not side.is_fixed:
-                forces[side.dofs] += side.joint_forces(data, wrench, place[:3, 3])
+                forces[side.dofs] += side.joint_forces(data, wrench, pose[:3, 3])
         return forces
 
     def _place(self, data: Any) -> str:
         return f"step {round(data.time / self._model.opt.timestep)} (t = {data.time:.6g} s)"
 
     def _check(self, data: Any, forces: Forces) -> None:
-        """Compares the evaluation with the one a time step before, if there was one: within a step, and where MuJoCo evaluates
-        a state without stepping, the time does not advance so far."""
+        """Compares the evaluation with the evaluation a time step earlier, if there is one. Evaluations within a step are skipped.
+        Other evaluations, for example of a state that was set, only start a new history."""
         time, time_step = float(data.time), float(self._model.opt.timestep)
         history = self._histories.get(data._address)
         if history is None:
@@ -342,7 +342,7 @@ class PassiveContacts:
             return
         if not abs(passed - time_step) < _CLOCK * time_step:
             before, history.time = history.time, time
-            if passed <= 0.0 and any(data.warning[it].number for it in _DIVERGED):
+            if passed <= 0.0 and any(data.warning[kind].number for kind in _DIVERGED):
                 is_first = not math.isfinite(before)
                 where = "at the first step" if is_first else f"after step {round(before / time_step)} (t = {before:.6g} s)"
                 raise RolloutError(
@@ -355,20 +355,20 @@ class PassiveContacts:
             history.saw_last_stage = True
             return
         history.time, history.saw_last_stage = time, False
-        found = history.watch.fault(
+        fault = history.watch.fault(
             forces, velocity, time_step, lambda: self._mass(data), lambda velocity: self._rates(data, velocity)
         )
-        if found is not None and (found.begins is None or self._came_in(found.begins, data)):
-            error = found.error(time_step)
+        if fault is not None and (fault.begins is None or self._came_in(fault.begins, data)):
+            error = fault.error(time_step)
             error.at_step(round(time / time_step), time)
             raise error
 
     def _came_in(self, number: int, data: Any) -> bool:
-        """Whether a contact began by a step, and not because the state was set."""
+        """Returns whether a contact began in a step, and not because the state was set."""
         poses = [side.pose(data) for side in self._sides[number]]
-        twists = [side.twist(data, place[:3, 3]) for side, place in zip(self._sides[number], poses, strict=True)]
+        twists = [side.twist(data, pose[:3, 3]) for side, pose in zip(self._sides[number], poses, strict=True)]
         moves = zip(poses, twists, strict=True)
-        before = [moved_pose(place, -self._model.opt.timestep * twist) for place, twist in moves]
+        before = [moved_pose(pose, -self._model.opt.timestep * twist) for pose, twist in moves]
         return not self._contacts[number].pair.wrench(*before).any()
 
     def _mass(self, data: Any) -> _Floats:
@@ -383,7 +383,7 @@ class PassiveContacts:
         stiffness, damping = np.zeros((2, len(self._sides), size, size))
         for number, (pair, sides) in enumerate(zip(self._chattering, self._sides, strict=True)):
             poses = [side.pose(data) for side in sides]
-            jacobian = np.vstack([side.jacobian(data, place[:3, 3]) for side, place in zip(sides, poses, strict=True)])
+            jacobian = np.vstack([side.jacobian(data, pose[:3, 3]) for side, pose in zip(sides, poses, strict=True)])
             law = np.array([pair.law.dissipation, pair.law.friction])
             twists = jacobian.dot(velocity).reshape(2, 6)
             stiffness[number], damping[number] = resistance(pair, poses, twists, jacobian, None, law)
@@ -391,7 +391,7 @@ class PassiveContacts:
         is_implicit = integrator != _RK4 and not int(model.opt.disableflags) & _NO_EULER_DAMPING
         joints = np.diag(model.dof_damping)
         if integrator in _IMPLICIT:
-            # That of actuators too, of the last step.
+            # Damping of the last step, including the damping of actuators.
             is_implicit, joints = True, np.zeros((size, size))
             joints[self._damping_places(data)] = -data.qDeriv
         return Rates(stiffness, damping, self._mass(data), joints, is_implicit)
@@ -402,13 +402,13 @@ class PassiveContacts:
 
 
 class _History:
-    """What is known of the last step of a ``mujoco.MjData``."""
+    """The last step of a ``mujoco.MjData``."""
 
     def __init__(self, names: Sequence[str], is_rk4: bool) -> None:
         self.watch = Watch(names, is_rk4=is_rk4)
         self.is_rk4 = is_rk4
         self.time = math.inf
-        # The last stage of RK4 has the time of the next step, at a state that is not taken.
+        # The last stage of RK4 has the time of the next step, but not its state.
         self.saw_last_stage = False
 
 
@@ -476,17 +476,17 @@ def _with_slip_tolerance(pair: Pair, slip_tolerance: float) -> Pair:
 
 
 def _dofs(model: Any, body: int) -> NDArray[np.intp]:
-    """The degrees of freedom that move a body."""
-    found: list[int] = []
+    """Returns the indices of the degrees of freedom that move a body."""
+    dofs: list[int] = []
     while body:
         start = int(model.body_dofadr[body])
-        found += range(start, start + int(model.body_dofnum[body])) if start >= 0 else ()
+        dofs += range(start, start + int(model.body_dofnum[body])) if start >= 0 else ()
         body = int(model.body_parentid[body])
-    return np.array(found, dtype=np.intp)
+    return np.array(dofs, dtype=np.intp)
 
 
 def _mass_places(model: Any) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
-    """Rows and columns of the entries of ``data.qM``, or of ``data.M`` in versions without it."""
+    """Returns rows and columns of the entries of ``data.qM``, or of ``data.M`` in versions without ``qM``."""
     if not hasattr(mujoco.MjData, "qM"):
         return np.repeat(np.arange(model.nv), model.M_rownnz), model.M_colind.astype(np.intp)
     places = []

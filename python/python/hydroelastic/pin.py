@@ -79,9 +79,9 @@ class ContactPair:
     pose_b: _Floats | None = None
 
     def __post_init__(self) -> None:
-        for given in (self.pose_a, self.pose_b):
-            if given is not None:
-                checked_pose(given)
+        for pose in (self.pose_a, self.pose_b):
+            if pose is not None:
+                checked_pose(pose)
 
 
 class Acceleration(NamedTuple):
@@ -173,9 +173,9 @@ class Robot:
     Raises
     ------
     HydroelasticError if a frame is not there, both frames of a contact are fixed to each other, or a pose is not rigid; every
-    method, if an array has another shape, a number is not finite, or a quaternion is not normalized. TypeError if an argument is no
-    array of float64 or integers, nor a list of numbers. Steps and rollouts raise TimeStepError if the time step is too long, and
-    rollouts RolloutError if a step fails; the ``trajectory`` of both errors holds the recorded states before.
+    method, if an array has another shape, a number is not finite, or a quaternion is not normalized. TypeError if an argument is
+    neither an array of float64 or integers nor a list of numbers. Steps and rollouts raise TimeStepError if the time step is too long, and
+    rollouts RolloutError if a step fails; the ``trajectory`` of both errors holds the recorded earlier states.
     """
 
     def __init__(self, model: Any, contacts: Sequence[ContactPair], *, check_stability: bool = True) -> None:
@@ -195,7 +195,7 @@ class Robot:
         self._loaded = sorted({mount.joint for it in self._contacts for mount in it.moving})
         self._checks_stability = check_stability
         self._watch = Watch([it.name for it in self._contacts])
-        # What the last step left: the next one goes on from there, or elsewhere.
+        # Time step, q and v after the last step, to tell whether the next step continues from there.
         self._after: tuple[float, bytes, bytes] | None = None
         numbers = [[*moduli_of(it.pair), it.pair.law.dissipation, it.pair.law.friction] for it in self._pairs]
         self._set_materials(np.array(numbers, dtype=np.float64).reshape(-1, 4))
@@ -224,7 +224,7 @@ class Robot:
         robot = Robot(self._model, self._pairs, check_stability=self._checks_stability)
         found = checked(materials, "materials", (len(self._pairs), 4), infinite=True).copy()
         for contact, (modulus_a, modulus_b, *law) in zip(self._pairs, found, strict=True):
-            # Refuses what a pair refuses. That of a rigid B is infinite.
+            # Raises the errors of a pair. The modulus of a rigid B is infinite.
             rigid = contact.pair.moduli[1] is None
             Pair(*contact.pair.shapes, modulus_a, None if rigid else modulus_b, SurfaceLaw(*law))
         robot._set_materials(found)
@@ -235,7 +235,7 @@ class Robot:
         return self._acceleration(q, v, tau)[0]
 
     def _acceleration(self, q: _Floats, v: _Floats, tau: _Floats) -> tuple[_Floats, Forces]:
-        """The accelerations and Jᵀ w of each contact."""
+        """Returns the accelerations and Jᵀ w of each contact."""
         model, data = self._model, self._data
         q, v, tau = self._check(q, v, tau)
         pinocchio.computeJointJacobians(model, data, q)
@@ -253,7 +253,7 @@ class Robot:
         return self._linearised(q, v, tau)[0]
 
     def _linearised(self, q: _Floats, v: _Floats, tau: _Floats) -> tuple[Acceleration, Forces]:
-        """``linearised``, and Jᵀ w of each contact."""
+        """Returns the result of ``linearised`` and Jᵀ w of each contact."""
         model, data, nv = self._model, self._data, self._model.nv
         q, v, tau = self._check(q, v, tau)
         pinocchio.computeForwardKinematicsDerivatives(model, data, q, v, self._zero)
@@ -431,10 +431,10 @@ class Robot:
             return
         if self._after != (time_step, q.tobytes(), v.tobytes()):
             self._watch.forget()
-        found = self._watch.fault(forces, v, time_step, lambda: self._mass(q), lambda velocity: self._rates(q, velocity))
-        if found is not None:
+        fault = self._watch.fault(forces, v, time_step, lambda: self._mass(q), lambda velocity: self._rates(q, velocity))
+        if fault is not None:
             self._after = None
-            raise found.error(time_step)
+            raise fault.error(time_step)
 
     def _mass(self, q: _Floats) -> _Floats:
         upper = np.triu(pinocchio.crba(self._model, self._data, q))
@@ -454,7 +454,7 @@ class Robot:
         return Rates(stiffness, damping, self._mass(q))
 
     def _check(self, *arrays: _Floats) -> tuple[_Floats, ...]:
-        """q; q and v; or q, v and tau as arrays of float64."""
+        """Returns q, or q and v, or q, v and tau, as arrays of float64."""
         model = self._model
         sizes = (model.nq, model.nv, model.nv)
         found = tuple(checked(it, name, (size,)) for it, name, size in zip(arrays, ("q", "v", "tau"), sizes))
@@ -502,7 +502,7 @@ class _Records:
         self._states: list[tuple[_Floats, ...]] = []
 
     def failed(self, step: int, error: HydroelasticError) -> RolloutError:
-        """The error with the step, its time and the states before."""
+        """Returns the error with the step, its time and the earlier states."""
         time = step * self._time_step
         if isinstance(error, TimeStepError):
             error.at_step(step, time)

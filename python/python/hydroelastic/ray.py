@@ -111,7 +111,7 @@ class Batch:
             raise TypeError(f"plan must be a Plan, but is {plan!r}")
         if chunk is not None:
             chunk = check_count(chunk, "chunk", 1)
-        # -1 is without end.
+        # -1 means no limit.
         max_retries = check_count(max_retries, "max_retries", -1)
         self._plan = plan
         self._progress = progress

@@ -249,7 +249,8 @@ def _floats(value: _Tensor, name: str, shape: tuple[int, ...]) -> Tensor:
 
 
 def _finite(value: Tensor, name: str) -> Tensor:
-    """The tensor. Outside transformations and compiled functions, numbers that are not finite are refused; inside, they go on."""
+    """Returns the tensor. Raises an error if a number is not finite, except inside transformations and compiled functions, where it
+    propagates."""
     is_traced = torch.compiler.is_compiling() or torch._C._functorch.is_functorch_wrapped_tensor(value)
     if not is_traced and not bool(torch.isfinite(value.detach()).all()):
         raise HydroelasticError(f"{name} must be finite, but is {value.tolist()}")

@@ -16,6 +16,7 @@ import html as _html
 import json
 import math
 import os
+import sys
 import warnings
 import zlib
 from collections.abc import Sequence
@@ -190,7 +191,9 @@ def of_trajectory(
 
 def _check(height: int, pressure_limit: float | None) -> None:
     check_count(height, "height", 1)
-    if pressure_limit is not None and not (math.isfinite(pressure_limit) and pressure_limit > 0.0):
+    if isinstance(pressure_limit, bool):
+        raise TypeError(f"pressure_limit must be a number, but is {pressure_limit}")
+    if pressure_limit is not None and not 0.0 < pressure_limit <= sys.float_info.max:
         raise HydroelasticError(f"pressure_limit must be above 0 and finite, but is {pressure_limit}")
 
 

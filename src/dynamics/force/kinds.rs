@@ -9,11 +9,12 @@ use std::slice;
 
 /// A spring and a damper between points of two bodies, along the line that joins them.
 ///
-/// The force on the first point is k·r − k·L·d + c·(v·d)·d: stiffness k, damping c, rest length L, r from the first point to
-/// the second, v its rate of change, d its direction. Without rest length and damping it is linear in r, and so are its
-/// derivatives where the points coincide. Closer than a billionth of the rest length, or than the rounding of the points'
-/// coordinates, d has no meaning: the rest length counts as zero there, and the damping is c·v, as for points that part along
-/// the line.
+/// The force on the first point is k·r − k·L·d + c·(v·d)·d, with the stiffness k, the damping c, the rest length L, the vector r
+/// from the first point to the second, its rate of change v and its direction d. Without rest length and damping the force is
+/// linear in r, so it has derivatives also where the points coincide.
+///
+/// The direction d is undefined if the points are closer than a billionth of the rest length, or than the rounding error of their
+/// coordinates. The force is then k·r + c·v.
 #[derive(Debug, Clone, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(feature = "serde", serde(deny_unknown_fields))]
@@ -56,11 +57,11 @@ pub struct Thruster {
     pub force: [f64; 3],
 }
 
-/// Below this fraction of its rest length a spring has no direction: the derivatives of the direction would exceed those of
-/// the length by its inverse.
+/// A spring shorter than this fraction of its rest length has no direction, because the derivatives of the direction would be
+/// larger than those of the length by the inverse of this fraction.
 const NO_LENGTH: f64 = 1e-9;
 
-/// Rounding error of the difference of two points, relative to their coordinates, with a margin of about 50.
+/// Rounding-error bound of the difference of two points, relative to their coordinates, with a margin of about 50.
 const ROUNDING: f64 = 1e-14;
 
 impl Force for Spring {
@@ -97,7 +98,13 @@ impl Force for Spring {
         if a == b {
             return Err(WorldError::SameBody(a.clone()));
         }
-        check_dynamic(&[a, b], "spring", bodies)?;
+        let moves = |name| Ok(bodies[known_place(name, bodies)?].inertia().is_some());
+        if !(moves(a)? | moves(b)?) {
+            return Err(WorldError::NeitherDynamic {
+                bodies: self.bodies.clone(),
+                quantity: "spring",
+            });
+        }
         self.rest_length
             .check("rest length of a spring", parameters)?;
         self.stiffness.check("stiffness of a spring", parameters)?;
@@ -121,7 +128,7 @@ impl Force for Drag {
     }
 
     fn check(&self, bodies: &[Body], parameters: &[(String, f64)]) -> Result<(), WorldError> {
-        check_dynamic(&[&self.body], "drag", bodies)?;
+        check_dynamic(&self.body, "drag", bodies)?;
         self.linear.check("drag on the velocity", parameters)?;
         self.angular.check("drag on the spin", parameters)
     }
@@ -141,7 +148,7 @@ impl Force for Thruster {
     }
 
     fn check(&self, bodies: &[Body], _: &[(String, f64)]) -> Result<(), WorldError> {
-        check_dynamic(&[&self.body], "thruster", bodies)?;
+        check_dynamic(&self.body, "thruster", bodies)?;
         check_finite("point of a thruster", &self.point)?;
         check_finite("force of a thruster", &self.force)
     }
@@ -153,21 +160,13 @@ fn together(names: &[String], bodies: &[Body]) -> Vec<Vec<usize>> {
     vec![places.collect()]
 }
 
-/// Checks that there are bodies of these names, and that forces move at least one of them; if not, the error names the first.
-fn check_dynamic(
-    names: &[&str],
-    quantity: &'static str,
-    bodies: &[Body],
-) -> Result<(), WorldError> {
-    let mut any_moves = false;
-    for name in names {
-        any_moves |= bodies[known_place(name, bodies)?].inertia().is_some();
+/// Checks that there is a body of this name, and that forces move it.
+fn check_dynamic(name: &str, quantity: &'static str, bodies: &[Body]) -> Result<(), WorldError> {
+    match bodies[known_place(name, bodies)?].inertia() {
+        Some(_) => Ok(()),
+        None => Err(WorldError::NotDynamic {
+            body: name.to_owned(),
+            quantity,
+        }),
     }
-    if any_moves {
-        return Ok(());
-    }
-    Err(WorldError::NotDynamic {
-        body: names[0].to_owned(),
-        quantity,
-    })
 }

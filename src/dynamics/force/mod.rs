@@ -82,8 +82,7 @@ pub trait Force: Send + Sync + 'static {
         false
     }
 
-    /// Checks the force against the bodies and the force parameters of a world that it is given to: that those it depends on
-    /// are there.
+    /// Checks that a world has the bodies and the force parameters that the force depends on.
     ///
     /// # Errors
     /// If it cannot act in this world.

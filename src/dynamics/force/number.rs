@@ -4,8 +4,9 @@ use crate::dynamics::settings::check_not_negative;
 use crate::scalar::{Scalar, lift};
 
 /// A number of a force: a constant, or the name of a force parameter of the world
-/// ([`World::with_force_parameter`](crate::dynamics::World::with_force_parameter)). Derivatives are taken by a parameter
-/// ([`Parameter::OfForces`](crate::gradient::Parameter::OfForces)), and several forces may share it.
+/// ([`World::with_force_parameter`](crate::dynamics::World::with_force_parameter)). Rollouts can be
+/// differentiated by a force parameter ([`Parameter::OfForces`](crate::gradient::Parameter::OfForces)), and several forces may
+/// share one.
 ///
 /// ```
 /// use hydroelastic::dynamics::ForceNumber;
@@ -17,7 +18,7 @@ use crate::scalar::{Scalar, lift};
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(feature = "serde", serde(untagged))]
 pub enum ForceNumber {
-    /// The number itself.
+    /// A constant value.
     Constant(f64),
     /// Name of the force parameter.
     Parameter(String),
@@ -36,7 +37,7 @@ impl From<&str> for ForceNumber {
 }
 
 impl ForceNumber {
-    /// The number in a world that has the parameter, which the check of a force ensures.
+    /// Value of the number. The world has the parameter, because [`Force::check`](super::Force::check) ensures this.
     pub(super) fn value<T: Scalar>(&self, now: &Situation<T>) -> T {
         match self {
             Self::Constant(value) => lift(*value),
@@ -44,7 +45,7 @@ impl ForceNumber {
         }
     }
 
-    /// Checks that the number is not negative, and that it is among the parameters if it is one of them.
+    /// Checks that the value is finite and not negative, and that the world has the parameter if the number is one.
     pub(super) fn check(
         &self,
         quantity: &'static str,
@@ -54,11 +55,11 @@ impl ForceNumber {
             Self::Constant(value) => return check_not_negative(quantity, *value),
             Self::Parameter(name) => name,
         };
-        match parameters.iter().find(|(own, _)| own == name) {
+        match parameters.iter().find(|(known, _)| known == name) {
             Some((_, value)) => check_not_negative(quantity, *value),
             None => Err(WorldError::UnknownForceParameter {
                 name: name.clone(),
-                known: parameters.iter().map(|(own, _)| own.clone()).collect(),
+                known: parameters.iter().map(|(known, _)| known.clone()).collect(),
             }),
         }
     }

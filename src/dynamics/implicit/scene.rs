@@ -3,7 +3,7 @@ use super::island::Island;
 use super::matrix::Patterns;
 use crate::contact::{ContactPair, FrozenContact, LinearisedContact, SurfaceLaw};
 use crate::dynamics::any_world::{RealForces, Seeded};
-use crate::dynamics::body::state_on;
+use crate::dynamics::motion::state_on;
 use crate::dynamics::sweep::Sweep;
 use crate::dynamics::system::System;
 use crate::dynamics::{Body, BodyState, Inertia, Motion};

@@ -1,16 +1,18 @@
 //! How long a time step may be.
 
-mod energy;
+mod balance;
+mod kick;
 mod limit;
 mod pair;
-mod secant;
 
 use super::sweep::Sweep;
 use super::system::System;
 use super::{BodyState, Force, State, World, WorldError};
-use crate::scalar::Scalar;
+use crate::scalar::{Scalar, real_part};
 use crate::threads::mapped_into;
-use limit::{stability_limit, stiffest};
+pub(super) use balance::{ContactBalances, Instability};
+pub(super) use kick::Kick;
+use limit::stability_limit;
 use pair::{PairRates, RealBody};
 
 impl<T: Scalar, F: Force> World<T, F> {
@@ -43,16 +45,15 @@ impl<T: Scalar, F: Force> World<T, F> {
     ///
     /// # What it knows
     ///
-    /// - Only this state: deeper contact is stiffer, and so is contact to come. Rollouts check along the way, friction aside,
-    ///   unless the plan is [without](super::Plan::without_stability_check).
+    /// - Only this state: later contact may be deeper, and therefore stiffer. Rollouts also check their steps, without friction, unless
+    ///   [`Plan::without_stability_check`](super::Plan::without_stability_check) turns the check off.
     /// - Contacts alone: drag, springs and other forces are not included.
     /// - The symmetric parts of stiffness and damping, and no stiffness of friction. Where contacts slide
     ///   this changes the limit by a per cent or so (`cargo test --test dynamics stability:: -- --nocapture`), where a weak contact
     ///   slides fast by more.
     /// - The growth that a time step makes. What is unstable by nature, like a pencil on its tip, stays
     ///   so at any step.
-    /// - Friction beyond its limit does not blow up, since its force is bounded: bodies at rest
-    ///   chatter instead, at speeds of about hμF/(2m) (m/s).
+    /// - Friction beyond its limit makes bodies at rest chatter, at speeds of about hμF/(2m) (m/s): its force is bounded.
     /// - Derivatives of the state play no part.
     ///
     /// Linearises each contact once, one with friction twice.
@@ -89,20 +90,21 @@ impl<T: Scalar, F: Force> World<T, F> {
 }
 
 impl<T: Scalar> System<T> {
-    /// Whether a time step is too long for the contacts of a state, friction aside, which does not blow up: if so the limit (s),
-    /// and the names of the two bodies in the stiffest contact.
-    pub(super) fn exceeded_limit(
-        &self,
-        states: &[BodyState<T>],
-        time_step: f64,
-    ) -> Option<(f64, [String; 2])> {
+    /// The stability limit (s) of the contacts of a state, and the contacts; none if nothing is resisted. Friction is left out,
+    /// because the chatter of bodies at rest is bounded.
+    fn limit_without_friction(&self, states: &[BodyState<T>]) -> Option<(f64, Vec<PairRates>)> {
         let rates = self.rates(states, false);
-        let limit = stability_limit(&rates, states.len()).filter(|&limit| time_step > limit)?;
-        let names = |bodies: [usize; 2]| bodies.map(|index| self.bodies[index].name().to_owned());
-        stiffest(&rates).map(|pair| (limit, names(pair.bodies)))
+        stability_limit(&rates, states.len()).map(|limit| (limit, rates))
     }
 
-    /// All contacts of a state, linearised, with the damping of friction or without.
+    /// The potential energy (J) of the contact of two bodies.
+    fn stored_energy(&self, bodies: [usize; 2], states: &[BodyState]) -> f64 {
+        let states = bodies.map(|place| states[place].lifted());
+        let pair = self.pair_of(bodies, [&states[0], &states[1]]);
+        pair.map_or(0.0, |pair| real_part(pair.potential_energy()))
+    }
+
+    /// All contacts of a state, linearized with or without the damping of friction.
     fn rates(&self, states: &[BodyState<T>], with_friction: bool) -> Vec<PairRates> {
         let (mut sweep, mut rates) = (Sweep::default(), Vec::new());
         let pairs = self.close_pairs(states, &mut sweep);

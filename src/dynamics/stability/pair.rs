@@ -20,7 +20,8 @@ pub(super) struct PairRates {
 }
 
 impl PairRates {
-    /// Of the bodies in two places, with the damping of friction or without; none if they do not touch.
+    /// Rates of the contact of two bodies, with or without the damping of friction; `None` if they do not touch. `places` are the
+    /// indices of the bodies.
     ///
     /// Stiffness is that of the pressure, which dissipation raises as bodies approach. Friction adds
     /// nothing to it: its slope by the poses (more pressure, more friction) stands on one side of the

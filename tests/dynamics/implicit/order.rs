@@ -9,11 +9,12 @@ use hydroelastic::spatial::Pose;
 use nalgebra::{Vector3, vector};
 use std::sync::Arc;
 
-/// Ends that differ by more (m) took another way: rounding, of sums in another order, grows to less in such short motions.
-const ANOTHER_WAY: f64 = 1e-6;
+/// Ends that differ by more (m) are ends of another motion. Rounding errors of sums in another order grow to less in such short
+/// motions.
+const ANOTHER_MOTION: f64 = 1e-6;
 
-/// Steps of implicit Euler as long as an impact have several solutions. Another order finds another one in at most this part of
-/// the scenes: about a third were seen.
+/// Steps of implicit Euler that are as long as an impact have several solutions. Another order of bodies selects another solution in
+/// at most this fraction of the scenes; the observed fraction is about a third.
 const MOST: f64 = 0.5;
 
 /// Three or four bodies that fall onto a floor and each other.
@@ -42,7 +43,7 @@ fn bodies(random: &mut Random) -> Vec<Body> {
     bodies
 }
 
-/// Where the bodies end, by their names.
+/// Final positions of the bodies, sorted by their names.
 fn ends(bodies: &[Body], integrator: Integrator) -> Vec<Vector3<f64>> {
     let world = World::new(bodies.to_vec()).unwrap();
     let world = world.with_gravity(vector![0.0, 0.0, -9.81]).unwrap();
@@ -53,7 +54,7 @@ fn ends(bodies: &[Body], integrator: Integrator) -> Vec<Vector3<f64>> {
     ends.iter().map(|(_, state)| *state.position()).collect()
 }
 
-/// In how many of so many scenes the ends differ, by integrator, and the largest distance (m) between them.
+/// Number of scenes whose ends differ, for each integrator, and the largest distance (m) between the ends.
 fn differing(scenes: usize) -> [(usize, f64); 2] {
     let mut random = Random::numbered(150);
     let mut found = [(0, 0.0_f64); 2];
@@ -64,7 +65,7 @@ fn differing(scenes: usize) -> [(usize, f64); 2] {
             let [one, other] = [&listed, &reversed].map(|bodies| ends(bodies, integrator));
             let apart = one.iter().zip(&other).map(|(a, b)| (a - b).norm());
             let apart = apart.fold(0.0, f64::max);
-            found.0 += usize::from(apart > ANOTHER_WAY);
+            found.0 += usize::from(apart > ANOTHER_MOTION);
             found.1 = found.1.max(apart);
         }
     }

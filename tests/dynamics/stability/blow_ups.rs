@@ -51,7 +51,7 @@ fn assert_blows_up_at_the_limit(world: &World) {
     assert_close(found, blown, RESOLUTION);
 }
 
-/// A plan ends with an error where a world blows up, and not below.
+/// Checks that a rollout ends with an error above the stability limit, and not below it.
 fn assert_checked_at_the_limit(world: &World) {
     let found = limit(world);
     for (part, is_stopped) in [(0.98, false), (1.02, true)] {

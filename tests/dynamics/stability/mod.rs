@@ -4,6 +4,7 @@
 mod blow_ups;
 mod closed_forms;
 mod eigenvalues;
+mod energy_balance;
 mod scenes;
 mod step_checks;
 mod stiffest_contact;

@@ -13,7 +13,7 @@ use num_dual::Dual64;
 use std::sync::Arc;
 
 const TOO_LONG: f64 = 6e-3;
-const SHORT_ENOUGH: f64 = 5e-3;
+const SHORT_ENOUGH: f64 = 3e-3;
 
 /// The step, the time and the limit at which a rollout was ended.
 fn ended(error: &RolloutError) -> (usize, f64, f64) {
@@ -54,7 +54,7 @@ fn a_rollout_whose_step_is_too_long_ends_before_the_first_kick_that_shows_it() {
     assert!(limit < TOO_LONG);
     assert!(rollout.next().is_none());
     let message = rollout.advance().unwrap_err().to_string();
-    assert!(message.contains("6.000e-3 s is too long"), "{message}");
+    assert!(message.contains("6.000e-3 s exceeds"), "{message}");
     assert!(message.contains("\"cube\" and \"slab\""), "{message}");
 }
 
@@ -150,9 +150,9 @@ fn batches_and_experiments_check_too_and_so_do_dual_numbers() {
     }
 }
 
-/// A light ball of a stiff skin in steps that robot simulators take: a default plan flew off to 845 m.
+/// A light, stiff ball with the time steps of robot simulators. Before the check, a default plan threw it to 845 m.
 #[test]
-fn default_plans_end_in_an_error_with_the_remedy_or_in_a_right_motion() {
+fn default_plans_end_with_an_error_that_names_the_remedy_or_give_a_correct_motion() {
     let ball = Arc::new(Shape::new(shapes::icosphere(0.1, 2).unwrap()));
     let (mut ended, mut right) = (0, 0);
     for (modulus, mass, height, friction) in [
@@ -236,13 +236,16 @@ fn steps_that_lead_through_a_plate_make_no_energy() {
             match world.unwrap().rollout(&plan).recorded() {
                 Ok(trajectory) => {
                     let speed = trajectory.last().bodies[0].twist.linear.norm();
-                    assert!(speed < 5.0 * 11_f64.sqrt(), "{speed}");
+                    // Twice the energy, and what a fall for a step has.
+                    assert!(speed < 5.1 * 2_f64.sqrt(), "{speed}");
                     reasons[0] += 1;
                 }
                 Err(interrupted) => match interrupted.error {
                     RolloutError::TimeStepTooLong { .. } => reasons[1] += 1,
-                    RolloutError::EnergyGained { before, after, .. } => {
-                        assert!(after > 11.0 * before);
+                    RolloutError::EnergyGained {
+                        absorbed, returned, ..
+                    } => {
+                        assert!(returned > 2.0 * absorbed);
                         reasons[2] += 1;
                     }
                     other => panic!("{other}"),

@@ -60,11 +60,11 @@ const THINNESS: (&str, &str) = (
     "const THINNESS: f64 = 1e-12;",
 );
 const HALVINGS: (&str, &str) = (
-    "src/dynamics/implicit/steps.rs",
+    "src/dynamics/implicit/advance.rs",
     "const MOST_HALVINGS: u32 = 7;",
 );
 const RETRIES: (&str, &str) = (
-    "src/dynamics/implicit/steps.rs",
+    "src/dynamics/implicit/advance.rs",
     "const MOST_RETRIES: u32 = 12;",
 );
 
@@ -168,11 +168,11 @@ pub const GIVEN: [Given; 22] = [
             HALVINGS,
             RETRIES,
             (
-                "src/dynamics/implicit/steps.rs",
+                "src/dynamics/implicit/advance.rs",
                 "const LARGEST_GAIN: f64 = 0.04;",
             ),
             (
-                "src/dynamics/implicit/attempt.rs",
+                "src/dynamics/implicit/substep.rs",
                 "const LARGEST_TURN: f64 = 0.3;",
             ),
         ]),

@@ -46,11 +46,11 @@ pub(super) fn add(document: &mut Document, bodies: &[Body], frames: &[Frame]) {
             None => lit(materials::SCENERY, SCENERY_OPACITY),
         };
         let skin = document.material(skin);
-        // The tile of a half-space depends on where the half-space is.
-        let has_own = matches!(body.shape(), BodyShape::HalfSpace(_));
+        // The tile of a half-space depends on its pose, so half-spaces share no outline.
+        let is_half_space = matches!(body.shape(), BodyShape::HalfSpace(_));
         let known = outlines
             .iter()
-            .find(|(shape, _)| !has_own && shape.is_same(body.shape()));
+            .find(|(shape, _)| !is_half_space && shape.is_same(body.shape()));
         let outline = match known {
             Some((_, outline)) => *outline,
             None => Outline::of(&surface(body, place, bodies, frames), document),
@@ -110,8 +110,8 @@ fn surface(body: &Body, place: usize, bodies: &[Body], frames: &[Frame]) -> Tria
     }
 }
 
-/// The box, in the frame of the half-space in some place, around the bodies that move in all frames, or around all bodies if
-/// none moves. The tile that is drawn of the half-space is as wide as its diagonal.
+/// Bounding box of the moving bodies in all frames, or of all bodies if none moves, in the frame of the half-space with this index.
+/// The tile of the half-space is as wide as the diagonal of the box.
 fn scene_below(place: usize, bodies: &[Body], frames: &[Frame]) -> Option<Aabb> {
     let around = |only_moving: bool| {
         let boxes = frames.iter().flat_map(move |frame| {

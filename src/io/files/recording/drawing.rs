@@ -36,7 +36,7 @@ impl Triangles {
         Self { points, triangles }
     }
 
-    /// A square in the plane z = 0 about the foot of a point, seen from above.
+    /// A square in the plane z = 0 around the projection of a point, visible from above.
     pub fn tile(center: &Vector3<f64>, half_edge: f64) -> Self {
         let corner =
             |x: f64, y: f64| Vector3::new(center.x + x * half_edge, center.y + y * half_edge, 0.0);

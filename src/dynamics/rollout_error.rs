@@ -1,0 +1,111 @@
+use super::WorldError;
+use crate::threads::Panicked;
+
+/// Why a rollout ended.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum RolloutError {
+    /// The state that it was to start from does not fit the world.
+    #[error(transparent)]
+    State(#[from] WorldError),
+    /// A body starts wholly below the surface of a half-space without a contact that pushes it out.
+    #[error(
+        "body {:?} starts wholly below the surface of half-space {:?}, and no contact pushes it out: start it above (z > 0 in the frame of the half-space), turn the half-space, or ignore the pair",
+        .bodies[0], .bodies[1]
+    )]
+    StartsBelow {
+        /// Names of the body and of the half-space.
+        bodies: [String; 2],
+    },
+    /// It was [stopped](super::Rollout::stopped_by), or the batch that it belongs to was ended before it began.
+    #[error("the rollout was stopped before its end")]
+    Stopped,
+    /// A state is no longer finite.
+    #[error(
+        "step {step} (t = {time} s) took body {body:?} to a state that is not finite: the time step may be too long for its stiffness (see World::largest_stable_step)"
+    )]
+    NotFinite {
+        /// The step that gave the state, counted from 1.
+        step: usize,
+        /// The time of the state (s).
+        time: f64,
+        /// Name of the body.
+        body: String,
+    },
+    /// The path of a prescribed body gives a pose or a twist that is not finite.
+    #[error("step {step} (t = {time} s): the path of body {body:?} is not finite there")]
+    PathNotFinite {
+        /// The step to that time, counted from 1.
+        step: usize,
+        /// The time (s).
+        time: f64,
+        /// Name of the body.
+        body: String,
+    },
+    /// An explicit time step is too long for the contacts, so the rollout ends before it becomes unstable.
+    /// [`Plan::without_stability_check`](super::Plan::without_stability_check) turns this check off.
+    #[error(
+        "step {step} (from t = {time:.6} s) was not taken: the time step of {time_step:.3e} s exceeds {limit:.3e} s, the stability limit of the contacts; the stiffest contact is that of bodies {:?} and {:?}; use shorter steps or an implicit integrator (Sdirk2), or make the contact softer",
+        .bodies[0], .bodies[1]
+    )]
+    TimeStepTooLong {
+        /// The step that was not taken, counted from 1.
+        step: usize,
+        /// The time of the state it would have started from (s).
+        time: f64,
+        /// The time step (s).
+        time_step: f64,
+        /// [`World::largest_stable_step`](super::World::largest_stable_step) without friction, at the poses of the contacts (s).
+        limit: f64,
+        /// Names of the two bodies whose contact, by itself, allows the shortest step.
+        bodies: [String; 2],
+    },
+    /// A contact has created energy in explicit time steps: it returned more than twice the energy that it absorbed. A body moved
+    /// far into another within a step, or bounces gained energy one after another.
+    #[error(
+        "step {step} (from t = {time:.6} s) was not taken: the contact of bodies {:?} and {:?} would have returned {returned:.3e} J, after it absorbed {absorbed:.3e} J; the time step of {time_step:.3e} s is too long for their impacts; use shorter steps or an implicit integrator (Sdirk2)",
+        .bodies[0], .bodies[1]
+    )]
+    EnergyGained {
+        /// The step that was not taken, counted from 1.
+        step: usize,
+        /// The time of the state it would have started from (s).
+        time: f64,
+        /// The time step (s).
+        time_step: f64,
+        /// Names of the two bodies.
+        bodies: [String; 2],
+        /// Energy that the contact has absorbed from the bodies, or stored at the start of the rollout (J).
+        absorbed: f64,
+        /// Energy that the contact would have returned to the bodies (J).
+        returned: f64,
+    },
+    /// The equations of an implicit step were not solved, however often it was divided.
+    #[error(
+        "step {step} (from t = {time:.6} s) was not solved, down to {shortest:.3e} s: body {body:?} is the farthest from a solution; it may have started deep inside another, or a force may not be smooth"
+    )]
+    NotSolved {
+        /// The step that was not taken, counted from 1.
+        step: usize,
+        /// The time of the state it would have started from (s).
+        time: f64,
+        /// Name of the body whose velocity is farthest from a solution.
+        body: String,
+        /// The shortest duration that was tried (s).
+        shortest: f64,
+    },
+    /// A function that was passed in panicked while a rollout was recorded, alone or in a
+    /// [`Batch`](super::Batch), or its outcome was read. In a program whose panics abort there is no
+    /// such error.
+    #[error("a force, a path or an outcome panicked: {message}")]
+    Panicked {
+        /// What it said.
+        message: String,
+    },
+}
+
+impl From<Panicked> for RolloutError {
+    fn from(Panicked(message): Panicked) -> Self {
+        Self::Panicked { message }
+    }
+}

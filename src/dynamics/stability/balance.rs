@@ -1,0 +1,260 @@
+//! A check of every explicit step, from the contact wrenches of its kick: whether the step may be too long, and whether contact has
+//! created energy.
+//!
+//! The net work of a contact on its two bodies is at most the energy that it stored at the start: it gives back what it absorbed,
+//! less the losses by dissipation and friction. This holds in every frame, for bodies on paths, and whatever other bodies do.
+//! A contact that has given back more than twice what it absorbed has created energy.
+
+use super::kick::{ContactChange, Kick, KickedBody};
+use super::limit::stiffest;
+use crate::dynamics::BodyState;
+use crate::dynamics::system::System;
+use crate::scalar::Scalar;
+use crate::spatial::Pose;
+use nalgebra::Vector6;
+use std::mem;
+
+/// A stability limit beyond this many time steps is far.
+const FAR: f64 = 2.0;
+
+/// The longest pause of comparisons with the limit, in steps.
+const LONGEST_PAUSE: usize = 31;
+
+/// The contacts of a rollout, over its explicit steps.
+#[derive(Debug, Clone, Default)]
+pub(in crate::dynamics) struct ContactBalances {
+    /// All bodies at the start of the rollout.
+    start: Vec<BodyState>,
+    /// After the last step that was taken.
+    last: Kicked,
+    /// After the step that is tried.
+    next: Kicked,
+    /// The change of the contacts with each body in the kick.
+    changes: Vec<ContactChange>,
+}
+
+/// Bodies and contacts after a kick.
+#[derive(Debug, Clone, Default)]
+struct Kicked {
+    poses: Vec<Pose>,
+    /// Contacts that act or have created energy, in the order of their bodies.
+    contacts: Vec<Balance>,
+    /// Steps without a comparison with the limit to come.
+    pause: usize,
+    /// Steps without a comparison after the last one.
+    last_pause: usize,
+}
+
+/// The work of a contact on its two bodies.
+#[derive(Debug, Clone)]
+struct Balance {
+    /// The places of the two bodies, A first.
+    bodies: [usize; 2],
+    /// Wrenches in the kick, about the reference points of the two bodies; zero if the contact does not act.
+    now: [Vector6<f64>; 2],
+    /// Wrenches in the last kick.
+    last: [Vector6<f64>; 2],
+    /// Energy (J) stored at the start of the rollout; none if it was not evaluated yet.
+    stored: Option<f64>,
+    /// Net work (J) since the contact began.
+    given: f64,
+    /// The largest energy (J) that was absorbed, net.
+    absorbed: f64,
+}
+
+/// The reason why a step is too long, for the contact of two bodies at some places.
+#[derive(Debug, Clone, Copy)]
+pub(in crate::dynamics) enum Instability {
+    /// The time step exceeds the stability limit (s). The contact is the stiffest one.
+    AboveLimit { bodies: [usize; 2], limit: f64 },
+    /// The contact has returned much more energy (J) than it absorbed or stored at the start.
+    EnergyGain {
+        bodies: [usize; 2],
+        absorbed: f64,
+        returned: f64,
+    },
+}
+
+const NONE: [Vector6<f64>; 2] = [Vector6::new(0.0, 0.0, 0.0, 0.0, 0.0, 0.0); 2];
+
+impl ContactBalances {
+    /// Tries a kick in a rollout that began at a state. Returns the reason if its time step is too long.
+    pub fn kicked<T: Scalar>(
+        &mut self,
+        system: &System<T>,
+        kick: &Kick<T>,
+        start: &[BodyState<T>],
+    ) -> Option<Instability> {
+        if self.start.is_empty() {
+            self.start.extend(start.iter().map(BodyState::real));
+        }
+        self.set_wrenches(system, kick);
+        self.changes.clear();
+        self.changes
+            .resize(kick.after.len(), ContactChange::default());
+        let mut gain = None;
+        for balance in &mut self.next.contacts {
+            let bodies = balance.bodies.map(|place| kick.body(system, place));
+            balance.add_change(&bodies, &mut self.changes);
+            let last_poses = balance.bodies.map(|place| self.last.poses.get(place));
+            balance.add_work(&bodies, last_poses, kick.time_step);
+            let allowed = balance.allowed(&bodies, kick.time_step);
+            if balance.has_created(allowed) {
+                let stored = || system.stored_energy(balance.bodies, &self.start);
+                balance.stored.get_or_insert_with(stored);
+                if balance.has_created(allowed) {
+                    gain.get_or_insert(balance.gain());
+                }
+            }
+        }
+        let mut changes = self.changes.iter().enumerate();
+        let may_exceed = changes.any(|(place, change)| {
+            change.now != change.last
+                && kick
+                    .body(system, place)
+                    .may_exceed_limit(change, kick.time_step)
+        });
+        let poses = kick.after.iter().map(|state| state.pose.real());
+        self.next.poses.clear();
+        self.next.poses.extend(poses);
+        let above_limit = self.compared_with_limit(system, kick, may_exceed);
+        above_limit.or(gain)
+    }
+
+    /// Compares the time step with the stability limit if it may exceed the limit. After a step far below the limit, the next
+    /// comparisons pause for a growing number of steps: they linearize all contacts, and the balances notice a growing mode.
+    fn compared_with_limit<T: Scalar>(
+        &mut self,
+        system: &System<T>,
+        kick: &Kick<T>,
+        may_exceed: bool,
+    ) -> Option<Instability> {
+        let Kicked {
+            pause, last_pause, ..
+        } = self.last;
+        (self.next.pause, self.next.last_pause) = (pause.saturating_sub(1), last_pause);
+        if !may_exceed || pause > 0 {
+            return None;
+        }
+        let found = system.limit_without_friction(&kick.states_before());
+        let is_far = found
+            .as_ref()
+            .is_none_or(|(limit, _)| *limit > FAR * kick.time_step);
+        let pause = if is_far {
+            LONGEST_PAUSE.min(2 * last_pause + 1)
+        } else {
+            0
+        };
+        (self.next.pause, self.next.last_pause) = (pause, pause);
+        let (limit, contacts) = found.filter(|(limit, _)| kick.time_step > *limit)?;
+        let stiffest = stiffest(&contacts)?;
+        Some(Instability::AboveLimit {
+            bodies: stiffest.bodies,
+            limit,
+        })
+    }
+
+    /// Keeps the kick that was tried last.
+    pub fn accept(&mut self) {
+        mem::swap(&mut self.last, &mut self.next);
+    }
+
+    /// Sets the wrenches of all contacts in a kick, and drops the contacts that have ended without having created energy.
+    fn set_wrenches<T: Scalar>(&mut self, system: &System<T>, kick: &Kick<T>) {
+        let contacts = &mut self.next.contacts;
+        contacts.clone_from(&self.last.contacts);
+        contacts.retain(|balance| balance.now != NONE || balance.given > 0.0);
+        for balance in &mut *contacts {
+            balance.last = mem::replace(&mut balance.now, NONE);
+        }
+        for (&(a, b), contact) in kick.pairs.iter().zip(kick.contacts) {
+            let (bodies, wrenches) = ([a, b], [&contact.on_a, &contact.on_b]);
+            if wrenches
+                .iter()
+                .all(|wrench| wrench.real().to_vector().amax() == 0.0)
+            {
+                continue;
+            }
+            let found = contacts.binary_search_by_key(&bodies, |balance| balance.bodies);
+            let index = found.unwrap_or_else(|index| {
+                contacts.insert(index, Balance::new(bodies));
+                index
+            });
+            let side = |side: usize| {
+                kick.body(system, bodies[side])
+                    .about_reference(wrenches[side])
+            };
+            contacts[index].now = [side(0), side(1)];
+        }
+    }
+}
+
+impl Balance {
+    fn new(bodies: [usize; 2]) -> Self {
+        Self {
+            bodies,
+            now: NONE,
+            last: NONE,
+            stored: None,
+            given: 0.0,
+            absorbed: 0.0,
+        }
+    }
+
+    /// Adds the change since the last kick to those of both bodies.
+    fn add_change(&self, bodies: &[KickedBody; 2], changes: &mut [ContactChange]) {
+        let power = |side: usize| {
+            let change = self.now[side] - self.last[side];
+            change.dot(&bodies[side].before.to_vector())
+        };
+        let power = power(0) + power(1);
+        for (side, &place) in self.bodies.iter().enumerate() {
+            let change = &mut changes[place];
+            change.now += self.now[side];
+            change.last += self.last[side];
+            change.power += power;
+        }
+    }
+
+    fn add_work(
+        &mut self,
+        bodies: &[KickedBody; 2],
+        last_poses: [Option<&Pose>; 2],
+        time_step: f64,
+    ) {
+        for (side, body) in bodies.iter().enumerate() {
+            self.given += body.work(&self.now[side], last_poses[side], time_step);
+        }
+        self.absorbed = self.absorbed.max(-self.given);
+    }
+
+    /// The energy (J) that the forces of one kick give to the bodies from rest: of all forces but contact, and of this contact if it
+    /// acted in the last kick. Friction at rest may reverse velocities of this size in each step, which does not grow.
+    fn allowed(&self, bodies: &[KickedBody; 2], time_step: f64) -> f64 {
+        let of_contact = |wrenches: &[Vector6<f64>; 2]| {
+            let energies = bodies.iter().zip(wrenches);
+            energies
+                .map(|(body, wrench)| body.energy(wrench, time_step))
+                .sum::<f64>()
+        };
+        let others = bodies
+            .iter()
+            .map(|body| body.energy(&body.others, time_step));
+        others.sum::<f64>() + of_contact(&self.now).min(of_contact(&self.last))
+    }
+
+    /// Whether the contact has given more than twice the energy that was there, and more than an allowed one (J). Infinite energy is
+    /// that of a state that is not finite, which has an error of its own.
+    fn has_created(&self, allowed: f64) -> bool {
+        let most = self.absorbed + 2.0 * self.stored.unwrap_or(0.0) + allowed;
+        self.given > most && self.given.is_finite()
+    }
+
+    fn gain(&self) -> Instability {
+        Instability::EnergyGain {
+            bodies: self.bodies,
+            absorbed: self.absorbed + self.stored.unwrap_or(0.0),
+            returned: self.given + self.absorbed,
+        }
+    }
+}

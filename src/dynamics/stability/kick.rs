@@ -1,0 +1,136 @@
+//! The kick of an explicit step, as the stability check sees it.
+
+use crate::contact::ContactWrench;
+use crate::dynamics::local::turn_between;
+use crate::dynamics::system::System;
+use crate::dynamics::{BodyState, Inertia};
+use crate::scalar::{Scalar, real_part};
+use crate::spatial::{Pose, Twist, Wrench};
+use nalgebra::Vector6;
+
+/// Secants below this need no exact check. At 1, half of the largest stable step, an impact lasts about three kicks; a longer
+/// step may turn a body around in a single kick, which shows as a secant above 1.
+const LARGEST_SECANT: f64 = 1.0;
+
+/// Relative changes of a wrench below this value are round-off of a body at rest. An unstable mode grows through this value.
+const ROUND_OFF: f64 = 1e-6;
+
+/// The kick of an explicit step.
+pub(in crate::dynamics) struct Kick<'a, T> {
+    pub time_step: f64,
+    /// Twists of all bodies before the kick.
+    pub before: &'a [Twist],
+    /// All bodies after the kick.
+    pub after: &'a [BodyState<T>],
+    /// Close pairs of bodies, and their contacts.
+    pub pairs: &'a [(usize, usize)],
+    pub contacts: &'a [ContactWrench<T>],
+    /// Net contact wrench on each body, about its center of mass.
+    pub contact: &'a [Wrench<T>],
+    /// Wrench of all but gravity on each body.
+    pub all: &'a [Wrench<T>],
+}
+
+/// What a kick does to one body, without derivatives.
+pub(super) struct KickedBody<'a> {
+    inertia: Option<Inertia>,
+    pose: Pose,
+    pub before: &'a Twist,
+    after: Twist,
+    /// Wrench of all but contact.
+    pub others: Vector6<f64>,
+}
+
+/// Change of the contacts with one body since the last kick.
+#[derive(Debug, Clone, Copy, Default)]
+pub(super) struct ContactChange {
+    pub last: Vector6<f64>,
+    pub now: Vector6<f64>,
+    /// Power (W) of the changes of all its contacts, on both of their bodies.
+    pub power: f64,
+}
+
+impl<T: Scalar> Kick<'_, T> {
+    /// All bodies before the kick, without derivatives.
+    pub(super) fn states_before(&self) -> Vec<BodyState<T>> {
+        let states = self.after.iter().zip(self.before);
+        let before = states.map(|(state, &twist)| BodyState {
+            twist,
+            ..state.real()
+        });
+        before.map(|state| state.lifted()).collect()
+    }
+
+    pub(super) fn body(&self, system: &System<T>, place: usize) -> KickedBody<'_> {
+        let after = self.after[place].real();
+        let inertia = system.bodies[place].inertia().map(Inertia::real);
+        let mut others = self.all[place].real() + -self.contact[place].real();
+        if let Some(inertia) = &inertia {
+            others.force += system.gravity.map(real_part) * inertia.mass;
+        }
+        KickedBody {
+            inertia,
+            pose: after.pose,
+            before: &self.before[place],
+            after: after.twist,
+            others: others.to_vector(),
+        }
+    }
+}
+
+impl KickedBody<'_> {
+    /// A wrench about the reference point: the center of mass, or the origin of a body without inertia.
+    pub fn about_reference<T: Scalar>(&self, wrench: &Wrench<T>) -> Vector6<f64> {
+        let center = self.inertia.as_ref().map(|inertia| inertia.center_of_mass);
+        let arm = self.pose.rotation() * center.unwrap_or_default();
+        wrench.real().about(&arm).to_vector()
+    }
+
+    /// The work (J) of a wrench in the kick. A body on a path moves by its twist or by its poses, whichever takes more energy from
+    /// the contact: nothing ensures that the twist of a path is the rate of its poses.
+    pub fn work(&self, wrench: &Vector6<f64>, last_pose: Option<&Pose>, time_step: f64) -> f64 {
+        let mean = (self.before.to_vector() + self.after.to_vector()) / 2.0;
+        let by_twist = wrench.dot(&mean) * time_step;
+        match (last_pose, &self.inertia) {
+            (Some(last), None) => {
+                let turn = turn_between(last, &self.pose);
+                let shift = self.pose.translation() - last.translation();
+                let displacement = Twist {
+                    angular: turn,
+                    linear: shift,
+                }
+                .to_vector();
+                by_twist.min(wrench.dot(&displacement))
+            }
+            _ => by_twist,
+        }
+    }
+
+    /// The energy (J) that a wrench gives to the body from rest in the kick.
+    pub fn energy(&self, wrench: &Vector6<f64>, time_step: f64) -> f64 {
+        let velocities = self
+            .inertia
+            .as_ref()
+            .map(|inertia| inertia.velocities(self.pose.rotation(), wrench));
+        velocities.map_or(0.0, |velocities| {
+            wrench.dot(&velocities) * time_step * time_step / 2.0
+        })
+    }
+
+    /// Whether contact with the body begins, or changes so fast that the time step (s) may be too long for it.
+    ///
+    /// With the change ΔW of the wrench and the velocities v that led to it, h ΔW·M⁻¹ΔW/|ΔW·v| is a Rayleigh quotient of h²K. The
+    /// power ΔW·v is that of both bodies of each contact, so it depends on their relative velocities. For elastic contact with a
+    /// body at rest, the quotient is a lower bound of the largest eigenvalue, and it approaches this eigenvalue as an unstable mode
+    /// grows.
+    pub fn may_exceed_limit(&self, contact: &ContactChange, time_step: f64) -> bool {
+        let ContactChange { last, now, power } = contact;
+        let change = now - last;
+        if self.inertia.is_none() || change.amax() == 0.0 || last.amax() == 0.0 {
+            return self.inertia.is_some() && change.amax() > 0.0;
+        }
+        let [of_change, of_all] =
+            [&change, now].map(|wrench| 2.0 * self.energy(wrench, time_step) / time_step);
+        of_change > LARGEST_SECANT * power.abs() && of_change > ROUND_OFF * ROUND_OFF * of_all
+    }
+}

@@ -1,0 +1,269 @@
+//! Contact that creates energy ends a rollout, whatever else is in the world and however the world moves.
+
+use hydroelastic::contact::{HalfSpace, Shape};
+use hydroelastic::dynamics::{Body, BodyState, Mass, Material, Plan, RolloutError, World};
+use hydroelastic::mesh::shapes;
+use hydroelastic::spatial::{Pose, Twist};
+use nalgebra::{Vector3, vector};
+use std::sync::Arc;
+
+fn at(x: f64, y: f64, z: f64) -> Pose {
+    Pose::from_translation(vector![x, y, z])
+}
+
+fn down() -> Vector3<f64> {
+    vector![0.0, 0.0, -9.81]
+}
+
+fn rigid_floor() -> Body {
+    Body::fixed("floor", HalfSpace::rigid(), Material::rigid()).unwrap()
+}
+
+/// A path at a constant velocity.
+fn steady(start: Pose, twist: Twist) -> Arc<dyn Fn(f64) -> BodyState + Send + Sync> {
+    Arc::new(move |time| BodyState {
+        pose: start.with_translation(start.translation() + twist.linear * time),
+        twist,
+    })
+}
+
+/// A light ball that a step of 20 ms leads deep into the floor.
+fn thrown_ball() -> Body {
+    let ball = Shape::new(shapes::icosphere(0.05, 2).unwrap());
+    let ball = Body::dynamic("ball", ball, Material::elastic(1e5), Mass::Total(0.01)).unwrap();
+    let turn = vector![-0.4, -0.6, -0.5];
+    ball.at(Pose::from_rotation_vector(
+        &turn,
+        vector![0.013, 0.017, 1.05],
+    ))
+    .with_velocity(vector![0.0, 0.0, -3.0])
+}
+
+/// Bodies that move beside the ball and never touch it.
+fn companions() -> Vec<(&'static str, Vec<Body>)> {
+    let ball = || Shape::new(shapes::icosphere(0.05, 0).unwrap());
+    let heavy =
+        || Body::dynamic("other", ball(), Material::elastic(1e5), Mass::Total(10.0)).unwrap();
+    let skin = Material::elastic(2e4)
+        .with_dissipation(0.1)
+        .with_friction(0.5);
+    let belt = Shape::new(shapes::cuboid([1.0, 1.0, 0.2]).unwrap());
+    let moving = Twist {
+        angular: Vector3::zeros(),
+        linear: vector![0.1, 0.0, 0.0],
+    };
+    let path = steady(at(5.0, 0.0, -0.1), moving);
+    let block = Shape::new(shapes::cuboid([0.2, 0.2, 0.1]).unwrap());
+    let block = Body::dynamic("block", block, skin, Mass::Total(5.0)).unwrap();
+    vec![
+        ("nothing", vec![]),
+        (
+            "a fast body",
+            vec![
+                heavy()
+                    .at(at(5.0, 0.0, 50.0))
+                    .with_velocity(vector![30.0, 0.0, 0.0]),
+            ],
+        ),
+        (
+            "a spinning body",
+            vec![
+                heavy()
+                    .at(at(5.0, 0.0, 50.0))
+                    .with_spin(vector![0.0, 0.0, 1000.0]),
+            ],
+        ),
+        (
+            "a block on a belt",
+            vec![
+                Body::prescribed("belt", belt, skin, path).unwrap(),
+                block.at(at(5.0, 0.0, 0.047)),
+            ],
+        ),
+    ]
+}
+
+#[test]
+fn created_energy_ends_a_rollout_whatever_other_bodies_do() {
+    let mut steps = Vec::new();
+    for (name, others) in companions() {
+        let bodies = [thrown_ball(), rigid_floor()].into_iter().chain(others);
+        let world = World::new(bodies.collect())
+            .unwrap()
+            .with_gravity(down())
+            .unwrap();
+        let plan = Plan::new(2e-2, 50).unwrap();
+        let error = world.rollout(&plan).recorded().unwrap_err().error;
+        let RolloutError::EnergyGained {
+            step,
+            bodies,
+            absorbed,
+            returned,
+            ..
+        } = error
+        else {
+            panic!("{name}: {error}")
+        };
+        assert_eq!(bodies, ["ball", "floor"]);
+        assert!(returned > 2.0 * absorbed, "{name}: {returned} {absorbed}");
+        steps.push(step);
+    }
+    assert!(steps.iter().all(|step| *step == steps[0]), "{steps:?}");
+}
+
+/// Flat elastic impacts on a block of the same skin or on a rigid floor, below the stability limit: single bounces may return more
+/// than they absorbed, and bounces add up.
+#[test]
+fn bounces_do_not_add_energy_up_in_silence() {
+    let cube = Arc::new(Shape::new(shapes::cuboid([0.1; 3]).unwrap()));
+    let block = Arc::new(Shape::new(shapes::cuboid([2.0, 2.0, 0.2]).unwrap()));
+    let (mut ended, mut right) = (0, 0);
+    for (mass, modulus, time_step, steps) in [
+        (0.5, 1e6, 5e-3, 2_000),
+        (2.0, 1e7, 2e-3, 5_000),
+        (1.0, 1e7, 2e-3, 5_000),
+        (1.0, 1e6, 2e-3, 5_000),
+    ] {
+        for dissipation in [0.0, 0.1, 0.3] {
+            for drop in [0.01, 0.03, 0.05] {
+                let skin = Material::elastic(modulus).with_dissipation(dissipation);
+                let cube =
+                    Body::dynamic("cube", Arc::clone(&cube), skin, Mass::Total(mass)).unwrap();
+                let floor = Body::fixed("floor", Arc::clone(&block), skin).unwrap();
+                let world = World::new(vec![
+                    cube.at(at(0.0, 0.0, 0.05 + drop)),
+                    floor.at(at(0.0, 0.0, -0.1)),
+                ]);
+                let world = world.unwrap().with_gravity(down()).unwrap();
+                let plan = Plan::new(time_step, steps).unwrap();
+                match world.rollout(&plan).recorded() {
+                    Ok(trajectory) => {
+                        let states = trajectory.states().iter();
+                        let heights = states.map(|state| state.bodies[0].position().z - 0.05);
+                        let highest = heights.fold(0.0, f64::max);
+                        assert!(
+                            highest < 2.1 * drop,
+                            "{mass} {modulus:e} {dissipation} {drop}: {highest}"
+                        );
+                        right += 1;
+                    }
+                    Err(interrupted) => {
+                        let error = interrupted.error;
+                        assert!(
+                            matches!(
+                                error,
+                                RolloutError::EnergyGained { .. }
+                                    | RolloutError::TimeStepTooLong { .. }
+                            ),
+                            "{error}"
+                        );
+                        ended += 1;
+                    }
+                }
+            }
+        }
+    }
+    assert!(ended > 5 && right > 5, "{ended} {right}");
+}
+
+/// Coins and dice with friction, thrown: friction at fast spins may create energy below the limit of the normal contact.
+#[test]
+fn thrown_coins_and_dice_gain_no_energy_in_silence() {
+    let coin = Arc::new(Shape::new(shapes::cylinder(0.0125, 0.002, 24).unwrap()));
+    let die = Arc::new(Shape::new(shapes::cuboid([0.016; 3]).unwrap()));
+    let (mut ended, mut right) = (0, 0);
+    for throw in 0..60 {
+        let number = |factor: f64| (factor * f64::from(throw + 1)).fract() - 0.5;
+        let (shape, mass) = if throw % 2 == 0 {
+            (&coin, 0.008)
+        } else {
+            (&die, 0.006)
+        };
+        let friction = 0.5 + 0.6 * (number(0.618_034) + 0.5);
+        let skin = Material::elastic(1e6)
+            .with_dissipation(0.5)
+            .with_friction(friction);
+        let turn = vector![number(0.414), number(0.732), number(0.236)] * 6.0;
+        let velocity = vector![number(0.646), number(0.317), 0.0] * 4.0;
+        let spin = vector![number(0.162), number(0.485), number(0.873)] * 10.0;
+        let body = Body::dynamic("body", Arc::clone(shape), skin, Mass::Total(mass)).unwrap();
+        let start = Pose::from_rotation_vector(&turn, vector![0.0, 0.0, 0.17]);
+        let body = body.at(start).with_velocity(velocity).with_spin(spin);
+        let world = World::new(vec![body, rigid_floor()])
+            .unwrap()
+            .with_gravity(down())
+            .unwrap();
+        let plan = Plan::new([1e-3, 5e-4][usize::from(throw % 4 > 1)], 3000).unwrap();
+        let energy = |state: &_| world.report(state).unwrap().total_energy();
+        match world.rollout(&plan).recorded() {
+            Ok(trajectory) => {
+                let energies = trajectory.states().iter().map(energy);
+                let most = energies.fold(0.0, f64::max);
+                let first = energy(&world.initial_state());
+                assert!(most < 2.1 * first, "{throw}: {most} of {first}");
+                right += 1;
+            }
+            Err(interrupted) => {
+                let error = interrupted.error;
+                assert!(
+                    matches!(
+                        error,
+                        RolloutError::EnergyGained { .. } | RolloutError::TimeStepTooLong { .. }
+                    ),
+                    "{error}"
+                );
+                ended += 1;
+            }
+        }
+    }
+    println!("{ended} ended, {right} right");
+    assert!(ended > 0 && right > 0, "{ended} {right}");
+}
+
+/// The check refuses the same plans in a lift as at rest. Rounding differs, so steps may.
+#[test]
+fn the_check_does_not_depend_on_the_frame() {
+    let ball = Arc::new(Shape::new(shapes::icosphere(0.1, 2).unwrap()));
+    let ends =
+        |modulus: f64, mass: f64, (time_step, steps): (f64, usize), velocity: Vector3<f64>| {
+            let ball = Body::dynamic(
+                "ball",
+                Arc::clone(&ball),
+                Material::elastic(modulus),
+                Mass::Total(mass),
+            );
+            let lift = Twist {
+                angular: Vector3::zeros(),
+                linear: velocity,
+            };
+            let path = steady(Pose::identity(), lift);
+            let floor =
+                Body::prescribed("floor", HalfSpace::rigid(), Material::rigid(), path).unwrap();
+            let ball = ball.unwrap().at(at(0.0, 0.0, 0.12)).with_velocity(velocity);
+            let world = World::new(vec![ball, floor])
+                .unwrap()
+                .with_gravity(down())
+                .unwrap();
+            let plan = Plan::new(time_step, steps).unwrap();
+            world.rollout(&plan).recorded().is_err()
+        };
+    let (mut refused, mut differing) = (0, 0);
+    for modulus in [1e6, 5e6, 1e7, 1e8] {
+        for mass in [0.05, 0.2, 1.0] {
+            for plan in [(5e-4, 4_000), (1e-3, 2_000), (3e-3, 700)] {
+                let at_rest = ends(modulus, mass, plan, Vector3::zeros());
+                refused += usize::from(at_rest);
+                for velocity in [
+                    vector![0.0, 0.0, 10.0],
+                    vector![0.0, 0.0, 30.0],
+                    vector![30.0, 0.0, 0.0],
+                ] {
+                    differing += usize::from(ends(modulus, mass, plan, velocity) != at_rest);
+                }
+            }
+        }
+    }
+    println!("{refused} refused, {differing} of 108 differ");
+    assert!(refused > 5 && refused < 36, "{refused}");
+    assert!(differing <= 2, "{differing}");
+}
