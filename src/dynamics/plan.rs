@@ -77,7 +77,7 @@ impl Plan {
     /// - [`RolloutError::EnergyGained`](super::RolloutError::EnergyGained) if a contact returns more than twice the energy that
     ///   it has absorbed, in this step or over many.
     ///
-    /// The check does not change states. Below half of the limit it costs a part of a step. Above half of the limit, each step in
+    /// The check does not change states. Below half of the limit it costs less than a step. Above half of the limit, each step in
     /// contact is linearized.
     #[must_use]
     pub fn without_stability_check(self) -> Self {

@@ -213,7 +213,7 @@ impl<T: Scalar> Steps<T> {
             all,
         };
         let names = |bodies: [usize; 2]| bodies.map(|place| system.bodies[place].name().to_owned());
-        let instability = self.balances.kicked(system, &kick, &self.state.bodies)?;
+        let instability = self.balances.check(system, &kick, &self.state.bodies)?;
         Some(match instability {
             Instability::AboveLimit { bodies, limit } => RolloutError::TimeStepTooLong {
                 step,

@@ -4,8 +4,7 @@ use super::island_step::{IslandStep, StepError, Substep};
 use super::report::{EnergyBalance, Work};
 use super::stage::{StageStart, concatenated};
 use super::substep::Trial;
-use crate::dynamics::BodyState;
-use crate::dynamics::Inertia;
+use crate::dynamics::{BodyState, Inertia};
 use crate::geometry::Aabb;
 use nalgebra::{DVector, Vector6};
 

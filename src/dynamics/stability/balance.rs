@@ -1,9 +1,10 @@
 //! A check of every explicit step, from the contact wrenches of its kick: whether the step may be too long, and whether contact has
 //! created energy.
 //!
-//! The net work of a contact on its two bodies is at most the energy that it stored at the start: it gives back what it absorbed,
-//! less the losses by dissipation and friction. This holds in every frame, for bodies on paths, and whatever other bodies do.
-//! A contact that has given back more than twice what it absorbed has created energy.
+//! The net work of a contact on its two bodies is at most the energy that the contact stored at the start, because a contact returns
+//! what it absorbed, less the losses by dissipation and friction. This holds in every frame, for bodies on paths, and for any
+//! motion of other bodies. A contact has created energy if it returned more than twice the energy that it absorbed. The factor of
+//! two leaves room for stable steps, in which the energy of a mode swings.
 
 use super::kick::{ContactChange, Kick, KickedBody};
 use super::limit::stiffest;
@@ -14,10 +15,10 @@ use crate::spatial::Pose;
 use nalgebra::Vector6;
 use std::mem;
 
-/// A stability limit beyond this many time steps is far.
+/// A stability limit beyond this many time steps is far: no comparison is required below half of the limit.
 const FAR: f64 = 2.0;
 
-/// The longest pause of comparisons with the limit, in steps.
+/// The longest pause between comparisons with the limit, in steps. A comparison costs several steps.
 const LONGEST_PAUSE: usize = 31;
 
 /// The contacts of a rollout, over its explicit steps.
@@ -27,7 +28,7 @@ pub(in crate::dynamics) struct ContactBalances {
     start: Vec<BodyState>,
     /// After the last step that was taken.
     last: Kicked,
-    /// After the step that is tried.
+    /// After the kick that is checked.
     next: Kicked,
     /// The change of the contacts with each body in the kick.
     changes: Vec<ContactChange>,
@@ -37,18 +38,18 @@ pub(in crate::dynamics) struct ContactBalances {
 #[derive(Debug, Clone, Default)]
 struct Kicked {
     poses: Vec<Pose>,
-    /// Contacts that act or have created energy, in the order of their bodies.
+    /// Contacts that act or have a net gain of energy, sorted by their bodies.
     contacts: Vec<Balance>,
-    /// Steps without a comparison with the limit to come.
+    /// Remaining steps until the next comparison with the limit.
     pause: usize,
-    /// Steps without a comparison after the last one.
+    /// Length (steps) of the last pause.
     last_pause: usize,
 }
 
 /// The work of a contact on its two bodies.
 #[derive(Debug, Clone)]
 struct Balance {
-    /// The places of the two bodies, A first.
+    /// Indices of the two bodies, A first.
     bodies: [usize; 2],
     /// Wrenches in the kick, about the reference points of the two bodies; zero if the contact does not act.
     now: [Vector6<f64>; 2],
@@ -57,12 +58,12 @@ struct Balance {
     /// Energy (J) stored at the start of the rollout; none if it was not evaluated yet.
     stored: Option<f64>,
     /// Net work (J) since the contact began.
-    given: f64,
-    /// The largest energy (J) that was absorbed, net.
+    net_work: f64,
+    /// Largest energy (J) that the bodies have given to the contact, net.
     absorbed: f64,
 }
 
-/// The reason why a step is too long, for the contact of two bodies at some places.
+/// The reason why a step is too long. `bodies` are the indices of the two bodies of the contact.
 #[derive(Debug, Clone, Copy)]
 pub(in crate::dynamics) enum Instability {
     /// The time step exceeds the stability limit (s). The contact is the stiffest one.
@@ -75,11 +76,12 @@ pub(in crate::dynamics) enum Instability {
     },
 }
 
-const NONE: [Vector6<f64>; 2] = [Vector6::new(0.0, 0.0, 0.0, 0.0, 0.0, 0.0); 2];
+const ZERO: [Vector6<f64>; 2] = [Vector6::new(0.0, 0.0, 0.0, 0.0, 0.0, 0.0); 2];
 
 impl ContactBalances {
-    /// Tries a kick in a rollout that began at a state. Returns the reason if its time step is too long.
-    pub fn kicked<T: Scalar>(
+    /// Checks a kick of a rollout that began at a state. Returns the reason if the time step is too long. [`Self::accept`] keeps the
+    /// kick.
+    pub fn check<T: Scalar>(
         &mut self,
         system: &System<T>,
         kick: &Kick<T>,
@@ -94,11 +96,12 @@ impl ContactBalances {
             .resize(kick.after.len(), ContactChange::default());
         let mut gain = None;
         for balance in &mut self.next.contacts {
-            let bodies = balance.bodies.map(|place| kick.body(system, place));
+            let bodies = balance.bodies.map(|index| kick.body(system, index));
             balance.add_change(&bodies, &mut self.changes);
-            let last_poses = balance.bodies.map(|place| self.last.poses.get(place));
+            let last_poses = balance.bodies.map(|index| self.last.poses.get(index));
             balance.add_work(&bodies, last_poses, kick.time_step);
-            let allowed = balance.allowed(&bodies, kick.time_step);
+            let others = balance.bodies.map(|index| kick.other_forces(system, index));
+            let allowed = balance.allowed(&bodies, &others, kick.time_step);
             if balance.has_created(allowed) {
                 let stored = || system.stored_energy(balance.bodies, &self.start);
                 balance.stored.get_or_insert_with(stored);
@@ -108,10 +111,10 @@ impl ContactBalances {
             }
         }
         let mut changes = self.changes.iter().enumerate();
-        let may_exceed = changes.any(|(place, change)| {
+        let may_exceed = changes.any(|(index, change)| {
             change.now != change.last
                 && kick
-                    .body(system, place)
+                    .body(system, index)
                     .may_exceed_limit(change, kick.time_step)
         });
         let poses = kick.after.iter().map(|state| state.pose.real());
@@ -121,8 +124,8 @@ impl ContactBalances {
         above_limit.or(gain)
     }
 
-    /// Compares the time step with the stability limit if it may exceed the limit. After a step far below the limit, the next
-    /// comparisons pause for a growing number of steps: they linearize all contacts, and the balances notice a growing mode.
+    /// Compares the time step with the stability limit if it may exceed the limit. After a step far below the limit, comparisons
+    /// pause for a growing number of steps, because they linearize all contacts. The balances detect a mode that grows meanwhile.
     fn compared_with_limit<T: Scalar>(
         &mut self,
         system: &System<T>,
@@ -136,8 +139,8 @@ impl ContactBalances {
         if !may_exceed || pause > 0 {
             return None;
         }
-        let found = system.limit_without_friction(&kick.states_before());
-        let is_far = found
+        let limit = system.limit_without_friction(&kick.states_before());
+        let is_far = limit
             .as_ref()
             .is_none_or(|(limit, _)| *limit > FAR * kick.time_step);
         let pause = if is_far {
@@ -146,7 +149,7 @@ impl ContactBalances {
             0
         };
         (self.next.pause, self.next.last_pause) = (pause, pause);
-        let (limit, contacts) = found.filter(|(limit, _)| kick.time_step > *limit)?;
+        let (limit, contacts) = limit.filter(|(limit, _)| kick.time_step > *limit)?;
         let stiffest = stiffest(&contacts)?;
         Some(Instability::AboveLimit {
             bodies: stiffest.bodies,
@@ -154,18 +157,18 @@ impl ContactBalances {
         })
     }
 
-    /// Keeps the kick that was tried last.
+    /// Keeps the kick that was checked last.
     pub fn accept(&mut self) {
         mem::swap(&mut self.last, &mut self.next);
     }
 
-    /// Sets the wrenches of all contacts in a kick, and drops the contacts that have ended without having created energy.
+    /// Sets the wrenches of all contacts in a kick, and removes contacts that have ended without a net gain.
     fn set_wrenches<T: Scalar>(&mut self, system: &System<T>, kick: &Kick<T>) {
         let contacts = &mut self.next.contacts;
         contacts.clone_from(&self.last.contacts);
-        contacts.retain(|balance| balance.now != NONE || balance.given > 0.0);
+        contacts.retain(|balance| balance.now != ZERO || balance.net_work > 0.0);
         for balance in &mut *contacts {
-            balance.last = mem::replace(&mut balance.now, NONE);
+            balance.last = mem::replace(&mut balance.now, ZERO);
         }
         for (&(a, b), contact) in kick.pairs.iter().zip(kick.contacts) {
             let (bodies, wrenches) = ([a, b], [&contact.on_a, &contact.on_b]);
@@ -175,8 +178,8 @@ impl ContactBalances {
             {
                 continue;
             }
-            let found = contacts.binary_search_by_key(&bodies, |balance| balance.bodies);
-            let index = found.unwrap_or_else(|index| {
+            let position = contacts.binary_search_by_key(&bodies, |balance| balance.bodies);
+            let index = position.unwrap_or_else(|index| {
                 contacts.insert(index, Balance::new(bodies));
                 index
             });
@@ -193,10 +196,10 @@ impl Balance {
     fn new(bodies: [usize; 2]) -> Self {
         Self {
             bodies,
-            now: NONE,
-            last: NONE,
+            now: ZERO,
+            last: ZERO,
             stored: None,
-            given: 0.0,
+            net_work: 0.0,
             absorbed: 0.0,
         }
     }
@@ -208,8 +211,8 @@ impl Balance {
             change.dot(&bodies[side].before.to_vector())
         };
         let power = power(0) + power(1);
-        for (side, &place) in self.bodies.iter().enumerate() {
-            let change = &mut changes[place];
+        for (side, &index) in self.bodies.iter().enumerate() {
+            let change = &mut changes[index];
             change.now += self.now[side];
             change.last += self.last[side];
             change.power += power;
@@ -223,38 +226,35 @@ impl Balance {
         time_step: f64,
     ) {
         for (side, body) in bodies.iter().enumerate() {
-            self.given += body.work(&self.now[side], last_poses[side], time_step);
+            self.net_work += body.work(&self.now[side], last_poses[side], time_step);
         }
-        self.absorbed = self.absorbed.max(-self.given);
+        self.absorbed = self.absorbed.max(-self.net_work);
     }
 
-    /// The energy (J) that the forces of one kick give to the bodies from rest: of all forces but contact, and of this contact if it
-    /// acted in the last kick. Friction at rest may reverse velocities of this size in each step, which does not grow.
-    fn allowed(&self, bodies: &[KickedBody; 2], time_step: f64) -> f64 {
-        let of_contact = |wrenches: &[Vector6<f64>; 2]| {
+    /// The energy (J) that the forces of one kick give to the bodies from rest. The forces are all but contact, and this contact if it
+    /// acted in the last kick, too. Friction at rest may reverse velocities of this size in each step, but they do not grow.
+    fn allowed(&self, bodies: &[KickedBody; 2], others: &[Vector6<f64>; 2], time_step: f64) -> f64 {
+        let energy = |wrenches: &[Vector6<f64>; 2]| {
             let energies = bodies.iter().zip(wrenches);
             energies
                 .map(|(body, wrench)| body.energy(wrench, time_step))
                 .sum::<f64>()
         };
-        let others = bodies
-            .iter()
-            .map(|body| body.energy(&body.others, time_step));
-        others.sum::<f64>() + of_contact(&self.now).min(of_contact(&self.last))
+        energy(others) + energy(&self.now).min(energy(&self.last))
     }
 
-    /// Whether the contact has given more than twice the energy that was there, and more than an allowed one (J). Infinite energy is
-    /// that of a state that is not finite, which has an error of its own.
+    /// Whether the contact has returned more than twice the energy that it absorbed or stored, and more than an allowed energy (J).
+    /// Infinite energy is left to the error for states that are not finite.
     fn has_created(&self, allowed: f64) -> bool {
         let most = self.absorbed + 2.0 * self.stored.unwrap_or(0.0) + allowed;
-        self.given > most && self.given.is_finite()
+        self.net_work > most && self.net_work.is_finite()
     }
 
     fn gain(&self) -> Instability {
         Instability::EnergyGain {
             bodies: self.bodies,
             absorbed: self.absorbed + self.stored.unwrap_or(0.0),
-            returned: self.given + self.absorbed,
+            returned: self.net_work + self.absorbed,
         }
     }
 }

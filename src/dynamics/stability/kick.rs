@@ -31,14 +31,12 @@ pub(in crate::dynamics) struct Kick<'a, T> {
     pub all: &'a [Wrench<T>],
 }
 
-/// What a kick does to one body, without derivatives.
+/// One body in a kick, without derivatives.
 pub(super) struct KickedBody<'a> {
     inertia: Option<Inertia>,
     pose: Pose,
     pub before: &'a Twist,
     after: Twist,
-    /// Wrench of all but contact.
-    pub others: Vector6<f64>,
 }
 
 /// Change of the contacts with one body since the last kick.
@@ -61,20 +59,24 @@ impl<T: Scalar> Kick<'_, T> {
         before.map(|state| state.lifted()).collect()
     }
 
-    pub(super) fn body(&self, system: &System<T>, place: usize) -> KickedBody<'_> {
-        let after = self.after[place].real();
-        let inertia = system.bodies[place].inertia().map(Inertia::real);
-        let mut others = self.all[place].real() + -self.contact[place].real();
-        if let Some(inertia) = &inertia {
-            others.force += system.gravity.map(real_part) * inertia.mass;
-        }
+    /// The body of an index.
+    pub(super) fn body(&self, system: &System<T>, index: usize) -> KickedBody<'_> {
+        let after = self.after[index].real();
         KickedBody {
-            inertia,
+            inertia: system.bodies[index].inertia().map(Inertia::real),
             pose: after.pose,
-            before: &self.before[place],
+            before: &self.before[index],
             after: after.twist,
-            others: others.to_vector(),
         }
+    }
+
+    /// Wrench of all but contact on a body, about its center of mass.
+    pub(super) fn other_forces(&self, system: &System<T>, index: usize) -> Vector6<f64> {
+        let mut others = self.all[index].real() + -self.contact[index].real();
+        if let Some(inertia) = system.bodies[index].inertia() {
+            others.force += system.gravity.map(real_part) * real_part(inertia.mass);
+        }
+        others.to_vector()
     }
 }
 

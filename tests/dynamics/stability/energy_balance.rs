@@ -83,6 +83,17 @@ fn companions() -> Vec<(&'static str, Vec<Body>)> {
     ]
 }
 
+/// Checks that a rollout ended because its time step is too long.
+fn assert_step_is_too_long(error: &RolloutError) {
+    assert!(
+        matches!(
+            error,
+            RolloutError::EnergyGained { .. } | RolloutError::TimeStepTooLong { .. }
+        ),
+        "{error}"
+    );
+}
+
 #[test]
 fn created_energy_ends_a_rollout_whatever_other_bodies_do() {
     let mut steps = Vec::new();
@@ -148,15 +159,7 @@ fn bounces_do_not_add_energy_up_in_silence() {
                         right += 1;
                     }
                     Err(interrupted) => {
-                        let error = interrupted.error;
-                        assert!(
-                            matches!(
-                                error,
-                                RolloutError::EnergyGained { .. }
-                                    | RolloutError::TimeStepTooLong { .. }
-                            ),
-                            "{error}"
-                        );
+                        assert_step_is_too_long(&interrupted.error);
                         ended += 1;
                     }
                 }
@@ -204,14 +207,7 @@ fn thrown_coins_and_dice_gain_no_energy_in_silence() {
                 right += 1;
             }
             Err(interrupted) => {
-                let error = interrupted.error;
-                assert!(
-                    matches!(
-                        error,
-                        RolloutError::EnergyGained { .. } | RolloutError::TimeStepTooLong { .. }
-                    ),
-                    "{error}"
-                );
+                assert_step_is_too_long(&interrupted.error);
                 ended += 1;
             }
         }
