@@ -18,7 +18,7 @@ use std::time::Duration;
 const STEPS: usize = 60;
 const TIME_STEP: f64 = 5e-3;
 const IMPLICIT: [(Integrator, f64); 2] = [
-    (Integrator::Sdirk2, TIME_STEP),
+    (Integrator::Sdirk3, TIME_STEP),
     (Integrator::ImplicitEuler, TIME_STEP),
 ];
 const ALL: [(Integrator, f64); 3] = [(Integrator::Leapfrog, 1e-5), IMPLICIT[0], IMPLICIT[1]];

@@ -127,7 +127,7 @@ fn main() {
 
 /// The same in as much time by implicit steps.
 fn implicit() {
-    for integrator in [Integrator::Sdirk2, Integrator::ImplicitEuler] {
+    for integrator in [Integrator::Sdirk3, Integrator::ImplicitEuler] {
         for (name, law) in MATERIALS {
             let world = sliding(2, law, 167);
             let plan = Plan::new(25.0 * TIME_STEP, STEPS / 25).unwrap();

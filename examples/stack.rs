@@ -19,7 +19,7 @@ use std::sync::Arc;
 
 /// Integrator, steps per second, and the speed (m/s) below which friction is not full.
 /// Implicit Euler is quicker, but it steps over the start of the slide, where friction is less than full.
-const STEPPING: (Integrator, usize, f64) = (Integrator::Sdirk2, 200, 1e-3);
+const STEPPING: (Integrator, usize, f64) = (Integrator::Sdirk3, 200, 1e-3);
 
 const GRAVITY: f64 = 9.81;
 /// A block (m, kg), how many there are, and the one that is pushed, which lies on the slippery one.

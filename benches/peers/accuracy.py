@@ -30,7 +30,7 @@ STEPS = [1e-4, 2e-4, 5e-4, 1e-3, 2e-3, 5e-3, 1e-2]  # s
 # Explicit steps must be short beside the stiffest contact.
 EXPLICIT_STEPS = [1e-5, 2e-5, 5e-5, *STEPS]
 # The names of our integrators, as rollouts.rs has them, with their steps.
-OURS = {"leapfrog": EXPLICIT_STEPS, "sdirk2": STEPS, "implicit_euler": STEPS}
+OURS = {"leapfrog": EXPLICIT_STEPS, "sdirk3": STEPS, "implicit_euler": STEPS}
 DRAKE = {approximation: STEPS for approximation in ("tamsi", "sap", "similar", "lagged")}
 # All of ours share a reference, each approximation of Drake has its own.
 OUR_REFERENCE = "leapfrog"

@@ -99,7 +99,7 @@ fn integrator(name: &str) -> Answer<Integrator> {
     match name {
         "leapfrog" => Ok(Integrator::Leapfrog),
         "symplectic_euler" => Ok(Integrator::SymplecticEuler),
-        "sdirk2" => Ok(Integrator::Sdirk2),
+        "sdirk3" => Ok(Integrator::Sdirk3),
         "implicit_euler" => Ok(Integrator::ImplicitEuler),
         other => Err(format!("there is no integrator called {other}").into()),
     }

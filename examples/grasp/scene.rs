@@ -18,7 +18,7 @@ pub const LEADING: usize = 2;
 
 /// Integrator, steps per second, and the speed (m/s) below which friction is not full. Explicit steps would have to be
 /// shorter the smaller that speed is; implicit ones need not.
-pub const STEPPING: (Integrator, usize, f64) = (Integrator::Sdirk2, 200, 1e-3);
+pub const STEPPING: (Integrator, usize, f64) = (Integrator::Sdirk3, 200, 1e-3);
 
 /// Made by mug.py.
 const MESH: &str = "examples/grasp/mug.msh";

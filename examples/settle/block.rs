@@ -34,7 +34,7 @@ pub fn released(
     let block = Body::dynamic("block", Arc::clone(block), block_skin, Mass::Given(solid))?;
     let ground = Body::fixed("ground", ground.clone(), ground_skin)?;
     let world = World::new(vec![block.at(pose), ground])?.with_gravity(GRAVITY)?;
-    let plan = Plan::new(TIME_STEP, STEPS)?.with_integrator(Integrator::Sdirk2);
+    let plan = Plan::new(TIME_STEP, STEPS)?.with_integrator(Integrator::Sdirk3);
     let trajectory = world.rollout(&plan).recorded()?;
     Ok((world, trajectory))
 }

@@ -164,7 +164,7 @@ fn rigid_world(found: &mut Found) -> Result<(), Box<dyn Error>> {
     let world = World::new_ignoring(bodies, &[["block", "ground"]])?;
     let world = world.with_gravity(vector![0.0, 0.0, -9.81])?;
     let plan = Plan::new(5e-3, 40)?
-        .with_integrator(Integrator::Sdirk2)
+        .with_integrator(Integrator::Sdirk3)
         .recording_every(20);
     recorded(found, "rigid world", &world, &plan)
 }
@@ -221,8 +221,8 @@ fn worlds(found: &mut Found) -> Result<(), Box<dyn Error>> {
     let euler = explicit.with_integrator(Integrator::SymplecticEuler);
     recorded(found, "symplectic Euler", &world, &euler)?;
     let implicit = Plan::new(5e-3, 40)?.recording_every(20);
-    let sdirk = implicit.with_integrator(Integrator::Sdirk2);
-    recorded(found, "sdirk2", &world, &sdirk)?;
+    let sdirk = implicit.with_integrator(Integrator::Sdirk3);
+    recorded(found, "sdirk3", &world, &sdirk)?;
     recorded(
         found,
         "implicit Euler",
@@ -254,7 +254,7 @@ fn worlds(found: &mut Found) -> Result<(), Box<dyn Error>> {
     let driven = scene()?.with_control(Control::new("ball", 0.05, vec![push, -push, push])?)?;
     let driven = driven.with_forces((spring, drag, thruster))?;
     recorded(found, "forces, leapfrog", &driven, &explicit)?;
-    recorded(found, "forces, sdirk2", &driven, &sdirk)?;
+    recorded(found, "forces, sdirk3", &driven, &sdirk)?;
 
     let by = [
         Parameter::InitialVelocity("ball".into()),

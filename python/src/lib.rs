@@ -77,6 +77,7 @@ fn _core(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_class::<force::Thruster>()?;
     module.add_class::<control::Control>()?;
     module.add_class::<world::World>()?;
+    module.add_class::<plan::Accuracy>()?;
     module.add_class::<plan::Integrator>()?;
     module.add_class::<plan::Plan>()?;
     module.add_class::<state::State>()?;

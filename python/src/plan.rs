@@ -1,6 +1,6 @@
 //! How a world is stepped.
 
-use crate::arrays::{Whole, count, positive_count, real, whole};
+use crate::arrays::{Whole, count, optional_real, positive_count, real, whole};
 use crate::errors::refused;
 use hydroelastic::dynamics;
 use pyo3::exceptions::PyTypeError;
@@ -8,7 +8,7 @@ use pyo3::prelude::*;
 
 /// How a state is taken one time step further.
 ///
-/// LEAPFROG and SYMPLECTIC_EULER are explicit: short steps, one evaluation of the contacts each. SDIRK2 and IMPLICIT_EULER are
+/// LEAPFROG and SYMPLECTIC_EULER are explicit: short steps, one evaluation of the contacts each. SDIRK3 and IMPLICIT_EULER are
 /// implicit: steps of 1 to 10 ms, however stiff the contact and small the slip tolerance.
 #[pyclass(frozen, eq, hash, module = "hydroelastic")]
 #[derive(Clone, Copy, PartialEq, Eq, Hash)]
@@ -39,7 +39,7 @@ impl Integrator {
     const ALL: [Self; 4] = [
         Self::SYMPLECTIC_EULER,
         Self::LEAPFROG,
-        Self::SDIRK2,
+        Self::SDIRK3,
         Self::IMPLICIT_EULER,
     ];
 
@@ -66,11 +66,12 @@ impl Integrator {
     #[classattr]
     const LEAPFROG: Self = Self(dynamics::Integrator::Leapfrog);
 
-    /// Two implicit stages of second order; impacts are resolved by halved steps.
+    /// Three implicit stages of third order. Steps are divided as Accuracy tells, so that derivatives are those of the motion.
     #[classattr]
-    const SDIRK2: Self = Self(dynamics::Integrator::Sdirk2);
+    const SDIRK3: Self = Self(dynamics::Integrator::Sdirk3);
 
-    /// One implicit stage of first order. It damps fast motion, so use it for scenes that should come to rest.
+    /// One implicit stage of first order. It damps fast motion, so use it for scenes that should come to rest. Derivatives are
+    /// those of the damped motion.
     #[classattr]
     const IMPLICIT_EULER: Self = Self(dynamics::Integrator::ImplicitEuler);
 
@@ -89,18 +90,87 @@ impl Integrator {
     }
 }
 
+/// How closely Integrator.SDIRK3 follows the motion: the tolerances by which it divides a time step.
+///
+/// The relative tolerances hold for a body that moves faster than the resting speed. Below it they grow: impacts below 0.18 of the
+/// resting speed are not resolved at the default tolerances, and bodies come to rest.
+///
+/// Parameters
+/// ----------
+/// values : relative tolerance of velocities, positive.
+/// slopes : relative tolerance of derivatives of velocities, positive.
+/// resting_speed : (m/s) of all bodies. By default that of a body after a fall by a hundredth of its smallest extent.
+///
+/// Raises
+/// ------
+/// HydroelasticError if a number is not positive and finite.
+#[pyclass(frozen, eq, module = "hydroelastic")]
+#[derive(Clone, Copy, PartialEq)]
+pub struct Accuracy(dynamics::Accuracy);
+
+#[pymethods]
+impl Accuracy {
+    #[new]
+    #[pyo3(signature = (values=1e-3, slopes=2e-3, resting_speed=None))]
+    fn new(
+        #[pyo3(from_py_with = real)] values: f64,
+        #[pyo3(from_py_with = real)] slopes: f64,
+        #[pyo3(from_py_with = optional_real)] resting_speed: Option<f64>,
+    ) -> PyResult<Self> {
+        let accuracy = dynamics::Accuracy::new(values, slopes).map_err(refused)?;
+        let accuracy = match resting_speed {
+            Some(speed) => accuracy.with_resting_speed(speed).map_err(refused)?,
+            None => accuracy,
+        };
+        Ok(Self(accuracy))
+    }
+
+    /// Relative tolerance of velocities.
+    #[getter]
+    fn values(&self) -> f64 {
+        self.0.values()
+    }
+
+    /// Relative tolerance of derivatives of velocities.
+    #[getter]
+    fn slopes(&self) -> f64 {
+        self.0.slopes()
+    }
+
+    /// Resting speed (m/s) of all bodies; None if it follows from their sizes.
+    #[getter]
+    fn resting_speed(&self) -> Option<f64> {
+        self.0.resting_speed()
+    }
+
+    fn __repr__(&self) -> String {
+        let resting = self.resting_speed();
+        let resting = resting.map_or(String::new(), |speed| format!(", resting_speed={speed:?}"));
+        format!(
+            "Accuracy(values={:?}, slopes={:?}{resting})",
+            self.values(),
+            self.slopes()
+        )
+    }
+
+    fn __getnewargs__(&self) -> (f64, f64, Option<f64>) {
+        (self.values(), self.slopes(), self.resting_speed())
+    }
+}
+
 /// How a world is stepped, and which states are recorded.
 ///
 /// Parameters
 /// ----------
 /// time_step : (s), positive.
 /// steps : how many.
-/// integrator : an Integrator or its name, such as "sdirk2"; Integrator.LEAPFROG by default.
+/// integrator : an Integrator or its name, such as "sdirk3"; Integrator.LEAPFROG by default.
 /// record_every : the initial state, every so many-th after it and the last are recorded.
 /// check_stability : whether explicit steps are checked where contact begins or changes fast. The rollout ends with a RolloutError if
 ///     the time step is above World.largest_stable_step, computed without friction, or if a contact returns
 ///     more than twice the energy that it has absorbed.
 /// solver_tolerance : implicit steps are solved until a correction is below this fraction of the velocities.
+/// accuracy : how closely SDIRK3 follows the motion; Accuracy() by default.
 ///
 /// Raises
 /// ------
@@ -113,8 +183,8 @@ pub struct Plan(pub dynamics::Plan);
 #[pymethods]
 impl Plan {
     #[new]
-    #[pyo3(signature = (time_step, steps, integrator=Integrator::LEAPFROG, *, record_every=1, check_stability=true, solver_tolerance=1e-10),
-        text_signature = "(time_step, steps, integrator=None, *, record_every=1, check_stability=True, solver_tolerance=1e-10)")]
+    #[pyo3(signature = (time_step, steps, integrator=Integrator::LEAPFROG, *, record_every=1, check_stability=true, solver_tolerance=1e-10, accuracy=None),
+        text_signature = "(time_step, steps, integrator=None, *, record_every=1, check_stability=True, solver_tolerance=1e-10, accuracy=None)")]
     fn new(
         #[pyo3(from_py_with = real)] time_step: f64,
         #[pyo3(from_py_with = whole)] steps: Whole,
@@ -122,6 +192,7 @@ impl Plan {
         #[pyo3(from_py_with = whole)] record_every: Whole,
         check_stability: bool,
         #[pyo3(from_py_with = real)] solver_tolerance: f64,
+        accuracy: Option<PyRef<'_, Accuracy>>,
     ) -> PyResult<Self> {
         let plan = dynamics::Plan::new(time_step, count(steps, "steps")?).map_err(refused)?;
         let plan = plan.with_integrator(integrator.0);
@@ -129,6 +200,7 @@ impl Plan {
         let plan = plan
             .with_solver_tolerance(solver_tolerance)
             .map_err(refused)?;
+        let plan = plan.with_accuracy(accuracy.map(|accuracy| accuracy.0).unwrap_or_default());
         Ok(Self(if check_stability {
             plan
         } else {
@@ -172,6 +244,12 @@ impl Plan {
         self.0.solver_tolerance()
     }
 
+    /// How closely SDIRK3 follows the motion.
+    #[getter]
+    fn accuracy(&self) -> Accuracy {
+        Accuracy(self.0.accuracy())
+    }
+
     /// Time (s) of all steps.
     #[getter]
     fn duration(&self) -> f64 {
@@ -188,8 +266,13 @@ impl Plan {
         } else {
             ", check_stability=False"
         };
+        let accuracy = if self.0.accuracy() == dynamics::Accuracy::default() {
+            String::new()
+        } else {
+            format!(", accuracy={}", self.accuracy().__repr__())
+        };
         format!(
-            "Plan({:?}, {}, {}{every}{check}, solver_tolerance={:?})",
+            "Plan({:?}, {}, {}{every}{check}, solver_tolerance={:?}{accuracy})",
             self.time_step(),
             self.steps(),
             self.integrator().__repr__(),
@@ -204,6 +287,7 @@ impl Plan {
         keywords.set_item("record_every", self.record_every())?;
         keywords.set_item("check_stability", self.check_stability())?;
         keywords.set_item("solver_tolerance", self.solver_tolerance())?;
+        keywords.set_item("accuracy", self.accuracy())?;
         Ok((
             (self.time_step(), self.steps(), self.integrator()),
             keywords,

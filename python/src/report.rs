@@ -19,7 +19,7 @@ impl StepReport {
         self.0.islands
     }
 
-    /// Systems of equations: one for each stage of each step of an island, halved ones included.
+    /// Systems of equations: one for each stage of each substep of an island, rejected ones included.
     #[getter]
     fn solves(&self) -> usize {
         self.0.work.solves
@@ -43,13 +43,31 @@ impl StepReport {
         self.0.work.iterations
     }
 
-    /// Steps of an island that were halved because its forces change too much in them.
+    /// Substeps that were taken, of all islands.
     #[getter]
-    fn halvings(&self) -> usize {
-        self.0.work.halvings
+    fn substeps(&self) -> usize {
+        self.0.work.substeps
     }
 
-    /// Steps that were halved because a system was not solved.
+    /// Substeps that were taken although their error exceeds the tolerance.
+    #[getter]
+    fn missed(&self) -> usize {
+        self.0.work.missed
+    }
+
+    /// Exact linearizations of an island's contacts, for the errors of its substeps.
+    #[getter]
+    fn linearizations(&self) -> usize {
+        self.0.work.linearizations
+    }
+
+    /// Substeps that were rejected because their error exceeds the tolerance.
+    #[getter]
+    fn rejections(&self) -> usize {
+        self.0.work.rejections
+    }
+
+    /// Substeps that were rejected because a system was not solved.
     #[getter]
     fn failures(&self) -> usize {
         self.0.work.failures
@@ -94,13 +112,14 @@ impl StepReport {
             ..
         } = &self.0;
         format!(
-            "StepReport(islands={islands}, solves={}, evaluations={}, looks={}, iterations={}, halvings={}, failures={}, \
+            "StepReport(islands={islands}, solves={}, evaluations={}, looks={}, iterations={}, substeps={}, missed={}, \
+             linearizations={}, rejections={}, failures={}, \
              kinetic={:?}, given={:?}, acting={:?}, numerical_loss={:?})",
             work.solves,
             work.evaluations,
             work.looks,
             work.iterations,
-            work.halvings,
+            work.rejections,
             work.failures,
             energy.kinetic,
             energy.given,

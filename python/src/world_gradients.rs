@@ -118,7 +118,7 @@ impl World {
     /// names of the bodies, the number of steps, and the first and the last of them, counted from 1.
     ///
     /// "flush faces": faces of two bodies coincide. "clamped pressure": they part so fast that it is 0 somewhere. "equal fields":
-    /// both pressures are equal over a volume. "divided step": an implicit step was divided.
+    /// both pressures are equal over a volume. "unresolved step": the errors of an implicit step exceed the tolerances of the plan.
     ///
     /// Raises
     /// ------

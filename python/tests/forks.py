@@ -27,7 +27,7 @@ BALLS = [he.Body.dynamic(f"ball {place}", BALL, SKIN, 1.0, pose=he.pose(at)) for
 FLOOR = he.Body.fixed("floor", he.HalfSpace(), he.Material.rigid(0.5))
 HEAP = he.World([*BALLS, FLOOR], gravity=[0.0, 0.0, -9.81])
 ONE = he.World([BALLS[0], FLOOR], gravity=[0.0, 0.0, -9.81])
-EXPLICIT, IMPLICIT = he.Plan(2e-4, 5), he.Plan(5e-3, 3, he.Integrator.SDIRK2)
+EXPLICIT, IMPLICIT = he.Plan(2e-4, 5), he.Plan(5e-3, 3, he.Integrator.SDIRK3)
 BY = [he.Parameter.gravity(), he.Parameter.friction("ball 0")]
 
 

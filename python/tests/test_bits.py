@@ -78,7 +78,7 @@ def test_partners(ball_on_block, twists, name, partner, modulus, height):
 
 
 def test_rigid_world(rigid_world):
-    assert_same("rigid world", numbers(rigid_world.rollout(SDIRK2).recorded()))
+    assert_same("rigid world", numbers(rigid_world.rollout(SDIRK3).recorded()))
 
 
 def numbers(trajectory):
@@ -88,13 +88,13 @@ def numbers(trajectory):
 
 EXPLICIT = he.Plan(2e-4, 900, record_every=300)
 EULER = he.Plan(2e-4, 900, he.Integrator.SYMPLECTIC_EULER, record_every=300)
-SDIRK2 = he.Plan(5e-3, 40, he.Integrator.SDIRK2, record_every=20)
+SDIRK3 = he.Plan(5e-3, 40, he.Integrator.SDIRK3, record_every=20)
 IMPLICIT = he.Plan(5e-3, 40, he.Integrator.IMPLICIT_EULER, record_every=20)
 
 
 @pytest.mark.parametrize(
     ("name", "plan"),
-    [("leapfrog", EXPLICIT), ("symplectic Euler", EULER), ("sdirk2", SDIRK2), ("implicit Euler", IMPLICIT)],
+    [("leapfrog", EXPLICIT), ("symplectic Euler", EULER), ("sdirk3", SDIRK3), ("implicit Euler", IMPLICIT)],
 )
 def test_rollouts(scene, name, plan):
     assert_same(name, numbers(scene.rollout(plan).recorded()))
@@ -102,7 +102,7 @@ def test_rollouts(scene, name, plan):
 
 def test_rollouts_with_forces_and_controls(driven):
     assert_same("forces, leapfrog", numbers(driven.rollout(EXPLICIT).recorded()))
-    assert_same("forces, sdirk2", numbers(driven.rollout(SDIRK2).recorded()))
+    assert_same("forces, sdirk3", numbers(driven.rollout(SDIRK3).recorded()))
 
 
 def test_jacobians(driven):

@@ -284,6 +284,10 @@ def cases(folder):
             he.Plan,
             {"time_step": Positive(1e-3), "steps": 5, "record_every": 1, "solver_tolerance": Positive(1e-9)},
         ),
+        "Accuracy": (
+            he.Accuracy,
+            {"values": Positive(1e-3), "slopes": Positive(2e-3), "resting_speed": Positive(0.1)},
+        ),
         "State": (he.State, {"time": 0.5, "poses": EYE[None], "twists": TWIST[None]}),
         "Trajectory.show": (trajectory.show, shown | {"frames": 2}),
         "Batch.trajectories_after": (

@@ -94,7 +94,7 @@ def test_a_soft_box_that_passes_through_a_rigid_one_is_reported():
     for upper, lower in ((soft, hard), (hard, soft)):
         body = he.Body.dynamic("body", *upper, 1000.0, pose=he.pose([0.1, 0.05, 1.5]))
         world = he.World([body, he.Body.fixed("below", *lower)], gravity=GRAVITY)
-        states = world.rollout(he.Plan(1e-2, 150, "sdirk2")).recorded()
+        states = world.rollout(he.Plan(1e-2, 150, "sdirk3")).recorded()
         assert any(world.sunk_through(state) for state in states)
 
 
@@ -211,14 +211,14 @@ def test_what_was_pickled_has_the_bits_of_what_it_was(rigid_world):
         pair = he.Pair(he.Shape.icosphere(0.1, 2), ground, 1e5, modulus, he.SurfaceLaw(0.1, 0.2))
         pose_a = he.pose([0.0, 0.0, 0.09])
         assert np.array_equal(again(pair).wrench(pose_a, pose_b), pair.wrench(pose_a, pose_b)) and repr(again(pair)) == repr(pair)
-    plan = he.Plan(5e-3, 40, he.Integrator.SDIRK2, record_every=20)
+    plan = he.Plan(5e-3, 40, he.Integrator.SDIRK3, record_every=20)
     expected, found = (it.rollout(plan).recorded() for it in (rigid_world, again(rigid_world)))
     assert np.array_equal(expected.poses, found.poses) and np.array_equal(expected.twists, found.twists)
     assert again(rigid_world).ignored == [("block", "ground")]
 
 
 def test_a_rigid_world_moves_and_has_derivatives(rigid_world):
-    plan = he.Plan(1e-3, 300, he.Integrator.SDIRK2, record_every=300)
+    plan = he.Plan(1e-3, 300, he.Integrator.SDIRK3, record_every=300)
     by = [he.Parameter.initial_velocity("block"), he.Parameter.friction("ground"), he.Parameter.modulus("ball")]
     trajectory, jacobian = rigid_world.jacobian(plan, by)
     # The block, above the ground's friction, has pushed the ball.

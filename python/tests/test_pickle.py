@@ -99,7 +99,7 @@ def test_pairs_surfaces_and_derivatives(ball_on_block, bounce):
 INTEGRATORS = [
     he.Integrator.SYMPLECTIC_EULER,
     he.Integrator.LEAPFROG,
-    he.Integrator.SDIRK2,
+    he.Integrator.SDIRK3,
     he.Integrator.IMPLICIT_EULER,
 ]
 PARAMETERS = [
@@ -120,7 +120,9 @@ PARAMETERS = [
 @pytest.mark.parametrize(
     "value",
     [
-        he.Plan(1e-3, 7, he.Integrator.SDIRK2, record_every=3, check_stability=False, solver_tolerance=1e-9),
+        he.Plan(1e-3, 7, he.Integrator.SDIRK3, record_every=3, check_stability=False, solver_tolerance=1e-9),
+        he.Accuracy(0.1 / 3, 1e-4, 0.2),
+        he.Plan(5e-3, 7, he.Integrator.SDIRK3, accuracy=he.Accuracy(slopes=0.1 / 3)),
         he.Material(1e5, 0.1 / 3, 0.4),
         he.SurfaceLaw(0.1 / 3, 0.4, 1e-2),
         *INTEGRATORS,
@@ -197,7 +199,7 @@ def test_batches_travel_and_rollouts_say_why_not(bounce):
 
 def test_reports_and_exceptions(bounce):
     world, _ = bounce
-    rollout = world.rollout(he.Plan(5e-3, 30, he.Integrator.SDIRK2))
+    rollout = world.rollout(he.Plan(5e-3, 30, he.Integrator.SDIRK3))
     rollout.recorded()
     assert again(rollout.total_report) == rollout.total_report
     error = he.RolloutError("ended")

@@ -43,7 +43,7 @@ def assert_same(found, expected, by):
     [
         PLAN,
         he.Plan(2e-4, 900, he.Integrator.SYMPLECTIC_EULER, record_every=250),
-        he.Plan(5e-3, 36, he.Integrator.SDIRK2, record_every=10, solver_tolerance=1e-13),
+        he.Plan(5e-3, 36, he.Integrator.SDIRK3, record_every=10, solver_tolerance=1e-13),
     ],
 )
 def test_a_pullback_is_a_product_with_the_jacobian(driven, plan):
@@ -54,7 +54,7 @@ def test_a_pullback_is_a_product_with_the_jacobian(driven, plan):
     assert_same(driven.pullback(plan, by, *by_states), product(*by_states, jacobian), by)
 
 
-@pytest.mark.parametrize("integrator", [he.Integrator.LEAPFROG, he.Integrator.SDIRK2])
+@pytest.mark.parametrize("integrator", [he.Integrator.LEAPFROG, he.Integrator.SDIRK3])
 def test_steps_that_do_not_go_into_memory_are_taken_again_with_the_same_bits(driven, integrator):
     plan = he.Plan(1e-3, 100, integrator)
     by = everything(driven)
@@ -91,7 +91,7 @@ def test_worlds_of_a_batch_have_the_bits_of_each(driven):
     [
         (he.Integrator.LEAPFROG, 12),
         (he.Integrator.SYMPLECTIC_EULER, 12),
-        (he.Integrator.SDIRK2, 96),
+        (he.Integrator.SDIRK3, 96),
         (he.Integrator.IMPLICIT_EULER, 96),
     ],
 )

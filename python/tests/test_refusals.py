@@ -46,9 +46,9 @@ def test_a_number_for_gravity_is_its_component_along_z():
 
 
 def test_an_integrator_can_be_given_by_its_name():
-    assert he.Plan(1e-3, 10, "sdirk2") == he.Plan(1e-3, 10, he.Integrator.SDIRK2)
+    assert he.Plan(1e-3, 10, "sdirk3") == he.Plan(1e-3, 10, he.Integrator.SDIRK3)
     assert he.Plan(1e-3, 10, "IMPLICIT_EULER").integrator == he.Integrator.IMPLICIT_EULER
-    names = 'no integrator "rk4": expected "symplectic_euler", "leapfrog", "sdirk2", "implicit_euler"'
+    names = 'no integrator "rk4": expected "symplectic_euler", "leapfrog", "sdirk3", "implicit_euler"'
     with pytest.raises(he.HydroelasticError, match=names):
         he.Plan(1e-3, 10, "rk4")
 

@@ -128,7 +128,7 @@ signal.signal(signal.SIGINT, signal.default_int_handler)
 egg, skin = he.Shape.ellipsoid([0.1, 0.11, 0.12], 5), he.Material(1e5, 0.2, 0.4)
 egg = he.Body.dynamic("egg", egg, skin, 1e6, pose=he.pose([0.0, 0.0, 0.05]), spin=[1200.0, 900.0, 600.0])
 world = he.World([egg, he.Body.fixed("floor", he.HalfSpace(), he.Material.rigid(0.5))])
-plan = he.Plan(0.1, 1, he.Integrator.SDIRK2)
+plan = he.Plan(0.1, 1, he.Integrator.SDIRK3)
 print("begun", flush=True)
 try:
     {work}

@@ -430,7 +430,7 @@ def test_rollouts_have_the_bits_of_the_library(bounce):
 
 def test_steps_are_a_rollout(driven):
     """With controls and forces: the derivative of 20 steps, by their chain rule, is that of the rollout."""
-    plan = he.Plan(5e-3, 20, he.Integrator.SDIRK2, record_every=20)
+    plan = he.Plan(5e-3, 20, he.Integrator.SDIRK3, record_every=20)
     by = [he.Parameter.friction("ball"), he.Parameter.control("ball", 1)]
     weights = torch.linspace(-1.0, 1.0, 66, dtype=torch.float64)
 

@@ -33,7 +33,7 @@ def test_steps_and_rollouts_agree(scene):
 
 
 def test_implicit_steps_report_what_they_took(scene):
-    rollout = scene.rollout(he.Plan(5e-3, 60, he.Integrator.SDIRK2))
+    rollout = scene.rollout(he.Plan(5e-3, 60, he.Integrator.SDIRK3))
     reports = [rollout.report for _ in rollout]
     total = rollout.total_report
     assert sum(report.evaluations for report in reports) == total.evaluations > 0
@@ -99,7 +99,7 @@ def test_a_conveyor_carries_a_box():
     box = he.Body.dynamic("box", he.Shape.cuboid([0.2, 0.2, 0.05]), skin, 1.0, pose=he.pose([0.0, 0.0, 0.025]))
     belt = he.Body.prescribed("belt", he.Shape.cuboid([4.0, 1.0, 0.1]), skin, belt)
     world = he.World([box, belt], gravity=[0.0, 0.0, -9.81])
-    end = world.rollout(he.Plan(5e-3, 100, he.Integrator.SDIRK2)).recorded()[-1]
+    end = world.rollout(he.Plan(5e-3, 100, he.Integrator.SDIRK3)).recorded()[-1]
     assert end.twists[0, 3] == pytest.approx(0.5, abs=1e-3)
 
 

@@ -1,5 +1,5 @@
 use super::any_world::AnyWorld;
-use super::implicit::{IMPLICIT_EULER, SDIRK2, Scheme};
+use super::implicit::{IMPLICIT_EULER, SDIRK3, Scheme};
 use super::system::System;
 use super::workspace::Workspace;
 use super::wrenches::all_wrenches;
@@ -20,11 +20,11 @@ use crate::spatial::{Twist, Wrench};
 ///
 /// # Implicit steps
 ///
-/// [`Sdirk2`](Self::Sdirk2) and [`ImplicitEuler`](Self::ImplicitEuler) solve, in each stage, for velocities u that the wrenches f
+/// [`Sdirk3`](Self::Sdirk3) and [`ImplicitEuler`](Self::ImplicitEuler) solve, in each stage, for velocities u that the wrenches f
 /// at the end of the stage lead to: P(q̃ ⊕ τu, u) = p̃ + τ f(q̃ ⊕ τu, u), with momenta P, poses q̃ and momenta p̃ to start
 /// from, and the duration τ. Steps may be as long as the task allows, 1 to 10 ms for most, however stiff the contact and small
-/// the slip tolerance. Bodies that do not touch are solved, and their steps divided, by themselves. Derivatives are those of
-/// the solution, by the implicit function theorem. Stages are solved to [`Plan::with_solver_tolerance`](super::Plan::with_solver_tolerance).
+/// the slip tolerance. Bodies that do not touch are solved, and their steps divided, by themselves. Derivatives are exact for the
+/// steps that are taken, by the implicit function theorem. Stages are solved to [`Plan::with_solver_tolerance`](super::Plan::with_solver_tolerance).
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[non_exhaustive]
@@ -36,17 +36,16 @@ pub enum Integrator {
     /// the velocities before the kick, which is first order. The same cost: one evaluation of the contacts per step.
     #[default]
     Leapfrog,
-    /// Two stages, each an implicit equation for the velocities, of second order, L-stable and stiffly accurate
-    /// \[Alexander 1977, γ = 1 − 1/√2\].
-    ///
-    /// Where the wrench on a body changes from one stage to the next so much that over the step it could bring the body more
-    /// energy than 4 % of its kinetic energy and m(gh)², twice that of a fall for the step h, or a body whose moments differ turns
-    /// by more than 0.3 rad, the step is taken in halves, down to 1/128: an impact is resolved, and rest, sliding and flight
-    /// take one step.
-    Sdirk2,
-    /// One implicit stage, of first order, which takes energy from everything that moves fast against the step: the quiet one.
-    /// Steps are not halved, unless a stage is not solved: where a body moves by more than its own size in a step, it may pass
-    /// through another, and what is wholly inside another feels no force.
+    /// Three stages, each an implicit equation for the velocities, of third order, L-stable and stiffly accurate
+    /// \[Alexander 1977\]. The time step is the longest substep and the interval between states. A step is divided until the errors of
+    /// values and of derivatives are below the tolerances of [`Plan::with_accuracy`](super::Plan::with_accuracy), so that derivatives
+    /// are those of the motion. Rest, sliding and flight take one substep. A body on which nothing acts yet moves, in a substep,
+    /// by no more than the thickness of what it may hit.
+    Sdirk3,
+    /// One implicit stage, of first order. It is the cheapest choice, and damps whatever is fast compared with the step: bodies
+    /// come to rest and do not bounce. Its derivatives are those of the damped motion: right for pushing, sliding and settling,
+    /// and wrong for what bounces. The step is divided only if a stage is not solved: a body that moves by more than its own size
+    /// in a step may pass through another, and what is wholly inside another feels no force.
     ImplicitEuler,
 }
 
@@ -62,7 +61,7 @@ impl Integrator {
         match self {
             Self::SymplecticEuler => Kind::Explicit(Splitting::KickDrift),
             Self::Leapfrog => Kind::Explicit(Splitting::DriftKickDrift),
-            Self::Sdirk2 => Kind::Implicit(&SDIRK2),
+            Self::Sdirk3 => Kind::Implicit(&SDIRK3),
             Self::ImplicitEuler => Kind::Implicit(&IMPLICIT_EULER),
         }
     }

@@ -35,6 +35,7 @@
 //! in each, and keeps the order of time; materials are in range; every number is finite. A rollout that
 //! goes on from a loaded state ([`Rollout::starting_from`]) has the bits of one from the state itself.
 
+mod accuracy;
 mod any_world;
 mod batch;
 mod body;
@@ -70,6 +71,7 @@ mod world;
 mod world_serial;
 mod wrenches;
 
+pub use accuracy::Accuracy;
 pub(crate) use any_world::{AnyWorld, WithSystem};
 pub use batch::{Batch, Progress};
 pub use body::Body;

@@ -1,5 +1,5 @@
 use super::settings::{check_finite, check_positive};
-use super::{Integrator, WorldError};
+use super::{Accuracy, Integrator, WorldError};
 
 /// Solver tolerance of a new plan: the last correction, which is applied, leaves far less.
 pub(super) const SOLVER_TOLERANCE: f64 = 1e-10;
@@ -24,6 +24,7 @@ pub struct Plan {
     record_every: usize,
     checks_stability: bool,
     solver_tolerance: f64,
+    accuracy: Accuracy,
 }
 
 impl Plan {
@@ -41,6 +42,7 @@ impl Plan {
             record_every: 1,
             checks_stability: true,
             solver_tolerance: SOLVER_TOLERANCE,
+            accuracy: Accuracy::default(),
         })
     }
 
@@ -99,6 +101,19 @@ impl Plan {
             solver_tolerance: tolerance,
             ..self
         })
+    }
+
+    /// The same plan with another accuracy of implicit steps with error control. The time step is then the longest substep, and
+    /// the frame rate.
+    #[must_use]
+    pub fn with_accuracy(self, accuracy: Accuracy) -> Self {
+        Self { accuracy, ..self }
+    }
+
+    /// Accuracy of implicit steps with error control.
+    #[must_use]
+    pub fn accuracy(&self) -> Accuracy {
+        self.accuracy
     }
 
     /// Tolerance of implicit steps.

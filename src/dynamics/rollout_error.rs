@@ -45,7 +45,7 @@ pub enum RolloutError {
     /// An explicit time step is too long for the contacts, so the rollout ends before it becomes unstable.
     /// [`Plan::without_stability_check`](super::Plan::without_stability_check) turns this check off.
     #[error(
-        "step {step} (from t = {time:.6} s) was not taken: the time step of {time_step:.3e} s exceeds {limit:.3e} s, the stability limit of the contacts; the stiffest contact is that of bodies {:?} and {:?}; use shorter steps or an implicit integrator (Sdirk2), or make the contact softer",
+        "step {step} (from t = {time:.6} s) was not taken: the time step of {time_step:.3e} s exceeds {limit:.3e} s, the stability limit of the contacts; the stiffest contact is that of bodies {:?} and {:?}; use shorter steps or an implicit integrator (Sdirk3), or make the contact softer",
         .bodies[0], .bodies[1]
     )]
     TimeStepTooLong {
@@ -63,7 +63,7 @@ pub enum RolloutError {
     /// A contact has created energy in explicit time steps: it returned more than twice the energy that it absorbed. A body moved
     /// far into another within a step, or bounces gained energy one after another.
     #[error(
-        "step {step} (from t = {time:.6} s) was not taken: the contact of bodies {:?} and {:?} would have returned {returned:.3e} J, after it absorbed {absorbed:.3e} J; the time step of {time_step:.3e} s is too long for their impacts; use shorter steps or an implicit integrator (Sdirk2)",
+        "step {step} (from t = {time:.6} s) was not taken: the contact of bodies {:?} and {:?} would have returned {returned:.3e} J, after it absorbed {absorbed:.3e} J; the time step of {time_step:.3e} s is too long for their impacts; use shorter steps or an implicit integrator (Sdirk3)",
         .bodies[0], .bodies[1]
     )]
     EnergyGained {

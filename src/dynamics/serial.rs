@@ -1,7 +1,7 @@
 //! Plans, states, materials and trajectories, saved and loaded by serde.
 
 use super::plan::SOLVER_TOLERANCE;
-use super::{BodyState, Integrator, Material, Plan, State, Trajectory};
+use super::{Accuracy, BodyState, Integrator, Material, Plan, State, Trajectory, WorldError};
 use crate::spatial::{Pose, Twist};
 use serde::de::{Deserialize, Deserializer, Error};
 use serde::ser::{Serialize, Serializer};
@@ -19,6 +19,17 @@ struct PlanLayout {
     checks_stability: bool,
     #[serde(default = "solver_tolerance")]
     solver_tolerance: f64,
+    #[serde(default)]
+    accuracy: Accuracy,
+}
+
+/// An accuracy as it is saved.
+#[derive(serde::Serialize, serde::Deserialize)]
+#[serde(rename = "Accuracy", deny_unknown_fields)]
+pub(super) struct AccuracyLayout {
+    values: f64,
+    slopes: f64,
+    resting_speed: Option<f64>,
 }
 
 /// Of plans that were saved without one.
@@ -85,6 +96,7 @@ impl Serialize for Plan {
             record_every: self.record_every(),
             checks_stability: self.checks_stability(),
             solver_tolerance: self.solver_tolerance(),
+            accuracy: self.accuracy(),
         };
         layout.serialize(serializer)
     }
@@ -94,7 +106,9 @@ impl<'de> Deserialize<'de> for Plan {
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
         let layout = PlanLayout::deserialize(deserializer)?;
         let plan = Plan::new(layout.time_step, layout.steps).map_err(D::Error::custom)?;
-        let plan = plan.with_integrator(layout.integrator);
+        let plan = plan
+            .with_integrator(layout.integrator)
+            .with_accuracy(layout.accuracy);
         let plan = plan.recording_every(layout.record_every);
         let plan = plan.with_solver_tolerance(layout.solver_tolerance);
         let plan = plan.map_err(D::Error::custom)?;
@@ -103,6 +117,27 @@ impl<'de> Deserialize<'de> for Plan {
         } else {
             plan.without_stability_check()
         })
+    }
+}
+
+impl From<Accuracy> for AccuracyLayout {
+    fn from(accuracy: Accuracy) -> Self {
+        Self {
+            values: accuracy.values(),
+            slopes: accuracy.slopes(),
+            resting_speed: accuracy.resting_speed(),
+        }
+    }
+}
+
+impl TryFrom<AccuracyLayout> for Accuracy {
+    type Error = WorldError;
+
+    fn try_from(layout: AccuracyLayout) -> Result<Self, WorldError> {
+        let accuracy = Self::new(layout.values, layout.slopes)?;
+        layout
+            .resting_speed
+            .map_or(Ok(accuracy), |speed| accuracy.with_resting_speed(speed))
     }
 }
 

@@ -1,12 +1,11 @@
 use super::any_world::AnyWorld;
-use super::implicit::{Memory, Scheme, Step, Trace};
+use super::implicit::{LastStep, Memory, Scheme, Step, Trace};
 use super::integrator::{Kind, Splitting};
 use super::stability::{ContactBalances, Instability, Kick};
 use super::system::System;
 use super::workspace::Workspace;
 use super::{Body, Plan, RolloutError, State};
 use crate::scalar::Scalar;
-use nalgebra::Vector6;
 use std::mem;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -35,8 +34,8 @@ pub(crate) struct Steps<T> {
 #[derive(Debug, Clone)]
 pub(crate) struct Checkpoint {
     pub state: State,
-    /// The wrench on each body at the end of the last step, if that was implicit.
-    acting: Option<Vec<Option<Vector6<f64>>>>,
+    /// What the last implicit step left; none before the first.
+    last: Option<LastStep>,
 }
 
 impl<T: Scalar> From<State<T>> for Steps<T> {
@@ -58,8 +57,8 @@ impl<T: Scalar> From<State<T>> for Steps<T> {
 impl Steps<f64> {
     /// The steps of a world's rollout, so many of which have led here.
     pub(super) fn resumed(here: &Checkpoint, world: &dyn AnyWorld<f64>, taken: usize) -> Self {
-        let acting = here.acting.as_ref();
-        let memory = acting.map(|acting| Memory::of(world, Arc::default()).with(acting.clone()));
+        let last = here.last.as_ref();
+        let memory = last.map(|last| Memory::of(world, Arc::default()).after(last.clone()));
         Self {
             start: world.system().start,
             memory,
@@ -72,7 +71,7 @@ impl Steps<f64> {
         let memory = self.memory.as_ref();
         Checkpoint {
             state: self.state.clone(),
-            acting: memory.map(|memory| memory.acting.clone()),
+            last: memory.map(|memory| memory.last.clone()),
         }
     }
 
@@ -154,6 +153,7 @@ impl<T: Scalar> Steps<T> {
         let step = Step {
             scheme,
             tolerance: plan.solver_tolerance(),
+            accuracy: plan.accuracy(),
             duration: plan.time_step(),
             end,
         };

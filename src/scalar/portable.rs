@@ -45,6 +45,11 @@ pub(crate) fn ln_1p<T: Scalar>(x: T) -> T {
     about_zero(relative, T::ln_1p, relative) + logarithm
 }
 
+/// xʸ.
+pub(crate) fn power(x: f64, y: f64) -> f64 {
+    libm::pow(x, y)
+}
+
 /// The angle (rad) of the point (x, y) from the x axis, in (−π, π].
 #[inline]
 pub(crate) fn atan2<T: Scalar>(y: T, x: T) -> T {

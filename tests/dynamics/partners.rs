@@ -70,7 +70,7 @@ fn a_cube_comes_to_rest_where_its_weight_is_carried() {
         let world = world.with_gravity(GRAVITY).unwrap();
         let plan = Plan::new(0.005, 400)
             .unwrap()
-            .with_integrator(Integrator::Sdirk2);
+            .with_integrator(Integrator::Sdirk3);
         let end = world.rollout(&plan).recorded().unwrap();
         let state = end.last();
         let depth = 0.1 - state.bodies[1].position().z;
@@ -119,7 +119,7 @@ fn derivatives_of_throws_are_what_differences_say() {
     for (floor, integrator, time_step, steps) in floors().into_iter().flat_map(|floor| {
         [
             (floor.clone(), Integrator::default(), 2e-4, 600),
-            (floor, Integrator::Sdirk2, 2e-3, 60),
+            (floor, Integrator::Sdirk3, 2e-3, 60),
         ]
     }) {
         let ball = Shape::new(shapes::ellipsoid([0.1, 0.11, 0.09], 1).unwrap());
@@ -171,7 +171,7 @@ fn a_rigid_tool_pushes_a_soft_block() {
     let world = world.with_gravity(GRAVITY).unwrap();
     let plan = Plan::new(0.002, 300)
         .unwrap()
-        .with_integrator(Integrator::Sdirk2);
+        .with_integrator(Integrator::Sdirk3);
     let recorded = world.rollout(&plan).recorded().unwrap();
     let state = recorded.last();
     let height = state.bodies[1].position().z;
@@ -309,7 +309,7 @@ fn equal_boxes_that_pass_through_each_other_are_reported() {
             let world = World::new(vec![body.at(start), below]).unwrap();
             let world = world.with_gravity(GRAVITY).unwrap();
             let plan = Plan::new(1e-2, 100).unwrap();
-            let plan = plan.with_integrator(Integrator::Sdirk2);
+            let plan = plan.with_integrator(Integrator::Sdirk3);
             let states = world.rollout(&plan).recorded().unwrap();
             let is_reported = |state| !world.sunk_through(state).unwrap().is_empty();
             let reported = states.states().iter().filter(|state| is_reported(state));
@@ -392,7 +392,7 @@ fn a_body_that_starts_below_a_floor_is_an_error() {
             let brick = Body::dynamic("brick", cube(), skin(), Mass::Total(1.0)).unwrap();
             let start = Pose::from_translation(vector![0.0, 0.0, height]);
             let world = World::new(vec![brick.at(start), fixed.clone()]).unwrap();
-            for integrator in [Integrator::Leapfrog, Integrator::Sdirk2] {
+            for integrator in [Integrator::Leapfrog, Integrator::Sdirk3] {
                 let plan = Plan::new(1e-4, 1).unwrap().with_integrator(integrator);
                 let started = world.rollout(&plan).recorded();
                 let is_half_space = fixed.shape().bounds().is_none();

@@ -115,7 +115,7 @@ impl Calls {
 /// Maximum number of calls of a force after the flag was set, by the evaluation in progress.
 const REST_OF_EVALUATION: usize = 2;
 
-/// A push against the velocity that jumps at zero velocity: no velocity solves the step, however often the step is halved.
+/// A push against the velocity that jumps at zero velocity: no velocity solves the step, however short the substep.
 struct Reversing(Arc<Calls>);
 
 impl Force for Reversing {
@@ -141,7 +141,7 @@ fn a_flag_stops_an_implicit_step_in_progress() {
         let rollout = world.rollout(&plan).stopped_by(Arc::clone(&calls.flag));
         (rollout.recorded().unwrap_err(), calls)
     };
-    for integrator in [Integrator::Sdirk2, Integrator::ImplicitEuler] {
+    for integrator in [Integrator::Sdirk3, Integrator::ImplicitEuler] {
         let (interrupted, calls) = run(0, integrator);
         assert!(matches!(interrupted.error, RolloutError::NotSolved { .. }));
         let all = calls.count();

@@ -99,7 +99,7 @@ fn differences_of_bodies_that_forces_see() {
             parameters.push(Parameter::Mass(name.into()));
             parameters.push(Parameter::Modulus(name.into()));
         }
-        for integrator in [Integrator::Leapfrog, Integrator::Sdirk2] {
+        for integrator in [Integrator::Leapfrog, Integrator::Sdirk3] {
             let plan = Plan::new(1e-3, 20).unwrap().with_integrator(integrator);
             compare(&world, &plan, &parameters, &Height);
         }

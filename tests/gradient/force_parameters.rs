@@ -112,7 +112,7 @@ fn assert_derivatives_agree<F: Force>(world: &World<f64, F>) {
     for (integrator, time_step, steps) in [
         (Integrator::Leapfrog, 5e-4, 200),
         (Integrator::SymplecticEuler, 5e-4, 200),
-        (Integrator::Sdirk2, 4e-3, 25),
+        (Integrator::Sdirk3, 4e-3, 25),
         (Integrator::ImplicitEuler, 4e-3, 25),
     ] {
         let plan = Plan::new(time_step, steps).unwrap();

@@ -1,6 +1,7 @@
 //! Derivatives of rollouts, and what checks them.
 
 mod cancelling;
+mod converged;
 mod debug_texts;
 mod difference_check;
 mod dimensions;

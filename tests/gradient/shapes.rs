@@ -213,7 +213,7 @@ fn vertices_of_bodies_through_contact_and_mass_equal_differences() {
 fn vertices_through_implicit_steps_equal_differences() {
     let block = shapes::cuboid([0.3, 0.26, 0.2]).unwrap();
     let still = vec![Vector3::zeros(); 9];
-    for integrator in [Integrator::Sdirk2, Integrator::ImplicitEuler] {
+    for integrator in [Integrator::Sdirk3, Integrator::ImplicitEuler] {
         let plan = Plan::new(4e-3, 30).unwrap().with_integrator(integrator);
         let plan = plan
             .recording_every(30)
@@ -340,7 +340,7 @@ fn sizes_backwards_and_all_else_forwards_are_a_change_of_the_unit_of_length() {
     for (integrator, time_step, steps) in [
         (Integrator::Leapfrog, 5e-4, 240),
         (Integrator::SymplecticEuler, 5e-4, 240),
-        (Integrator::Sdirk2, 5e-3, 24),
+        (Integrator::Sdirk3, 5e-3, 24),
         (Integrator::ImplicitEuler, 5e-3, 24),
     ] {
         for dissipation in [0.0, 0.4] {

@@ -18,7 +18,7 @@ use std::sync::{Arc, Mutex};
 const INTEGRATORS: [Integrator; 4] = [
     Integrator::Leapfrog,
     Integrator::SymplecticEuler,
-    Integrator::Sdirk2,
+    Integrator::Sdirk3,
     Integrator::ImplicitEuler,
 ];
 

@@ -212,7 +212,7 @@ fn gradients_use_reverse_mode_from_13_numbers_or_97_with_implicit_steps() {
     for (integrator, most) in [
         (Integrator::Leapfrog, 12),
         (Integrator::SymplecticEuler, 12),
-        (Integrator::Sdirk2, 96),
+        (Integrator::Sdirk3, 96),
         (Integrator::ImplicitEuler, 96),
     ] {
         let plan = Plan::new(1e-3, 2).unwrap().with_integrator(integrator);

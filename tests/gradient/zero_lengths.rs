@@ -14,17 +14,17 @@ const SAME: f64 = 1e-8;
 /// With an arm the body turns, so the motion has a term of second order in the change.
 const BENT: f64 = 1e-6;
 
-/// SDIRK2 divides the first step from a changed initial state, and does not divide it from the initial state itself, at which nothing
+/// SDIRK3 divides the first step from a changed initial state, and does not divide it from the initial state itself, at which nothing
 /// moves. The final states differ by the error of this step.
 const IN_PARTS: f64 = 1e-7;
 
 /// Change of the initial state (m, m/s).
 const CHANGE: f64 = 1e-4;
 
-/// Discretization error times the phase: the factor is (hω)²/24 for leapfrog, about (hω)²/12 for SDIRK2, hω for implicit Euler.
+/// Discretization error times the phase: the factor is (hω)²/24 for leapfrog, about (hω)²/12 for SDIRK3, hω for implicit Euler.
 const DISCRETE: [(Integrator, f64); 3] = [
     (Integrator::Leapfrog, 1e-4),
-    (Integrator::Sdirk2, 1e-3),
+    (Integrator::Sdirk3, 1e-3),
     (Integrator::ImplicitEuler, 5e-2),
 ];
 
@@ -110,7 +110,7 @@ fn forwards_backwards_and_differences_agree_at_length_zero() {
                     let error = (forward[axis] - difference).abs();
                     let allowed = match integrator {
                         _ if away > 0.0 => BENT,
-                        Integrator::Sdirk2 if damping > 0.0 => IN_PARTS,
+                        Integrator::Sdirk3 if damping > 0.0 => IN_PARTS,
                         _ => SAME,
                     };
                     assert!(

@@ -117,7 +117,7 @@ fn ten_thousand_random_worlds_are_loaded_as_they_were_saved() {
             refused += 1;
             continue;
         };
-        let integrator = [Integrator::Leapfrog, Integrator::Sdirk2][loaded % 2];
+        let integrator = [Integrator::Leapfrog, Integrator::Sdirk3][loaded % 2];
         let plan = Plan::new(TIME_STEP, 2).unwrap().with_integrator(integrator);
         let plan = plan.without_stability_check();
         let states = match world.rollout(&plan).recorded() {

@@ -157,9 +157,11 @@ fn what_is_no_world_is_refused() {
 
 #[test]
 fn plans_are_checked_and_paths_are_not_saved() {
-    let plan = saved(&Plan::new(1e-3, 5).unwrap());
-    let refused = refusal::<Plan>(&plan.replace("0.001", "-0.001"));
+    let plan = saved(&Plan::new(0.015, 5).unwrap());
+    let refused = refusal::<Plan>(&plan.replace("0.015", "-0.015"));
     assert!(refused.contains("time step"), "{refused}");
+    let refused = refusal::<Plan>(&plan.replace("0.002", "-0.002"));
+    assert!(refused.contains("tolerance of slopes"), "{refused}");
     let path = Arc::new(|_: f64| BodyState {
         pose: Pose::identity(),
         twist: Twist::zero(),

@@ -15,6 +15,7 @@ What the library refuses raises ``HydroelasticError``, a ``ValueError``; an arra
 """
 
 from ._core import (
+    Accuracy,
     Batch,
     Body,
     Contact,
@@ -53,6 +54,7 @@ from ._core import (
 )
 
 __all__ = [
+    "Accuracy",
     "Batch",
     "Body",
     "Contact",

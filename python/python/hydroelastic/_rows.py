@@ -349,6 +349,7 @@ def _recording(plan: Plan, every: int, steps: int | None = None) -> Plan:
         record_every=every,
         check_stability=plan.check_stability,
         solver_tolerance=plan.solver_tolerance,
+        accuracy=plan.accuracy,
     )
 
 

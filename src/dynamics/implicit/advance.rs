@@ -1,22 +1,28 @@
-//! The real pass of a step: an island in as many substeps as its forces require.
+//! The real pass of a step: an island in as many substeps as its errors require.
 
+use super::error_control::ErrorControl;
 use super::island_step::{IslandStep, StepError, Substep};
 use super::report::{EnergyBalance, Work};
 use super::stage::{StageStart, concatenated};
+use super::step_size::StepSize;
 use super::substep::Trial;
-use crate::dynamics::{BodyState, Inertia};
+use crate::dynamics::BodyState;
 use crate::geometry::Aabb;
+use crate::scalar::portable::power;
 use nalgebra::{DVector, Vector6};
 
-/// A substep is halved if the wrench on a body changes between two stages so much that over the substep the change could give
-/// the body more energy than this fraction of its kinetic energy, and twice the energy of a fall for the time step.
-const LARGEST_GAIN: f64 = 0.04;
+/// Shortest substep, as a fraction of the time step. Where contact begins with a jump of stiffness, such as a flat face on a
+/// half-space, substeps become so short that one of them ends at the touch.
+const SHORTEST: f64 = 1.0 / (1 << 30) as f64;
 
-/// Halvings of a step whose forces change much: to 1/128.
-const MOST_HALVINGS: u32 = 7;
+/// Substeps of a time step that may be rejected because a stage is not solved.
+const MOST_FAILURES: usize = 100;
 
-/// Halvings of a step with a stage that was not solved: to 1/4096.
-const MOST_RETRIES: u32 = 12;
+/// Substeps of one body in a time step, rejected ones included, before the tolerances grow.
+const BUDGET: f64 = 256.0;
+
+/// How often the tolerances double while as many substeps again as the budget are taken.
+const DOUBLINGS: f64 = 8.0;
 
 /// The motion of an island through a time step.
 #[derive(Debug)]
@@ -35,6 +41,8 @@ pub(super) struct BodyProgress {
     pub state: BodyState,
     /// Wrench of contacts and forces in the last stage; none before the first.
     pub acting: Option<Vector6<f64>>,
+    /// Duration (s) that the errors of the last substep allow for the next.
+    pub allowed: f64,
 }
 
 /// The real pass over an island's step.
@@ -42,17 +50,21 @@ pub(super) struct IslandSolver<'a> {
     pub step: &'a IslandStep<'a>,
     /// Tolerance of velocities in a stage, relative to the velocities.
     pub tolerance: f64,
-    /// The change of speed (m/s) of each body that forces may cause between two stages.
-    pub largest_changes: Vec<f64>,
+    pub control: ErrorControl,
     pub solved: SolvedStep,
 }
 
 impl<'a> IslandSolver<'a> {
-    pub fn new(step: &'a IslandStep<'a>, tolerance: f64, bodies: Vec<BodyProgress>) -> Self {
+    pub fn new(
+        step: &'a IslandStep<'a>,
+        tolerance: f64,
+        control: ErrorControl,
+        bodies: Vec<BodyProgress>,
+    ) -> Self {
         Self {
             step,
             tolerance,
-            largest_changes: Vec::new(),
+            control,
             solved: SolvedStep {
                 substeps: Vec::new(),
                 bodies,
@@ -65,25 +77,11 @@ impl<'a> IslandSolver<'a> {
 
     /// Takes the step.
     pub fn solve(mut self, duration: f64) -> Result<SolvedStep, StepError> {
-        self.limit_changes(duration);
-        if self.step.scheme.is_adaptive {
+        if self.step.scheme.estimate.is_some() {
             self.evaluate_start()?;
         }
-        self.advance(0.0, duration, 0)?;
+        self.advance(duration)?;
         Ok(self.solved)
-    }
-
-    /// Sets the speed δ that gives a body of speed v the energy vδ + δ²/2 (m²/s², per mass) at which substeps are halved. It is
-    /// the same in all substeps, because a change that is harmless for the step is not worth more substeps.
-    fn limit_changes(&mut self, duration: f64) {
-        let fall = self.step.scene.system.gravity.norm() * duration;
-        let of_body = |(inertia, body): (&&Inertia, &BodyProgress)| {
-            let speed = inertia.speed(&body.state.twist.to_vector());
-            let doubled_energy = LARGEST_GAIN * speed * speed + 2.0 * fall * fall;
-            (speed * speed + doubled_energy).sqrt() - speed
-        };
-        let bodies = self.step.inertias.iter().zip(&self.solved.bodies);
-        self.largest_changes = bodies.map(of_body).collect();
     }
 
     /// Evaluates the wrenches at the start, unless the last step left them.
@@ -109,26 +107,94 @@ impl<'a> IslandSolver<'a> {
         Ok(())
     }
 
-    /// Takes a part of the step, in halves if necessary.
-    fn advance(&mut self, offset: f64, duration: f64, depth: u32) -> Result<(), StepError> {
-        let (trial, work) = self.try_substep(offset, duration);
-        self.solved.work += work;
-        match trial {
-            Ok(trial) if trial.change > 1.0 && depth < MOST_HALVINGS => {
-                self.solved.work.halvings += 1;
+    /// Takes substeps until the end of the step.
+    fn advance(&mut self, duration: f64) -> Result<(), StepError> {
+        let shortest = SHORTEST * duration;
+        let bodies = self.solved.bodies.iter();
+        let allowed = bodies
+            .map(|body| body.allowed)
+            .fold(f64::INFINITY, f64::min);
+        let estimate = self.step.scheme.estimate.as_ref();
+        let mut size = StepSize::new(allowed, estimate.map_or(1.0, |estimate| estimate.order));
+        let mut offset = 0.0;
+        while offset < duration {
+            let left = duration - offset;
+            let longest = self.longest_unseen() * self.allowance();
+            let substep = size.next(left, shortest, longest);
+            let is_shortest = substep <= shortest * (1.0 + 1e-9);
+            let (trial, work) = self.try_substep(offset, substep);
+            self.solved.work += work;
+            let allowance = self.allowance();
+            match trial {
+                Ok(trial)
+                    if trial.error <= allowance || (is_shortest && trial.error.is_finite()) =>
+                {
+                    size.accept(substep, trial.error / allowance);
+                    self.accept(trial, offset, substep);
+                    offset = if substep >= left {
+                        duration
+                    } else {
+                        offset + substep
+                    };
+                }
+                Ok(trial) if !is_shortest => {
+                    self.solved.work.rejections += 1;
+                    size.reject(substep, trial.error / allowance);
+                }
+                Err(StepError::Unsolved { .. })
+                    if !is_shortest && self.solved.work.failures < MOST_FAILURES =>
+                {
+                    self.solved.work.failures += 1;
+                    size.fail(substep);
+                }
+                // The error is not finite.
+                Ok(_) => {
+                    return Err(StepError::Unsolved {
+                        body: self.step.island.dynamic[0],
+                        duration: substep,
+                    });
+                }
+                Err(error) => return Err(error),
             }
-            Ok(trial) => {
-                self.accept(trial, offset, duration);
-                return Ok(());
-            }
-            Err(StepError::Unsolved { .. }) if depth < MOST_RETRIES => {
-                self.solved.work.failures += 1;
-            }
-            Err(error) => return Err(error),
         }
-        let half = duration / 2.0;
-        self.advance(offset, half, depth + 1)?;
-        self.advance(offset + half, half, depth + 1)
+        for body in &mut self.solved.bodies {
+            body.allowed = size.allowed();
+        }
+        Ok(())
+    }
+
+    /// How much more than the tolerance an error may be: 1 within the budget of substeps, and more and more beyond it.
+    fn allowance(&self) -> f64 {
+        let spent = self.solved.work.substeps + self.solved.work.rejections;
+        let share = (spent * self.solved.bodies.len()) as f64 / BUDGET;
+        power(2.0, DOUBLINGS * (share - 1.0).max(0.0))
+    }
+
+    /// The time (s) in which a body that no contact holds may pass through another: the sum of their thicknesses over their
+    /// relative speed.
+    fn longest_unseen(&self) -> f64 {
+        if self.step.scheme.estimate.is_none() {
+            return f64::INFINITY;
+        }
+        let (scene, island) = (self.step.scene, self.step.island);
+        let bodies = &self.solved.bodies;
+        let thickness = |participant: usize| scene.thickness(island.body(participant));
+        let velocity = |participant: usize| match bodies.get(participant) {
+            Some(body) => body.state.twist.linear,
+            None => scene.start[island.body(participant)].twist.linear,
+        };
+        let mut longest = f64::INFINITY;
+        for (place, body) in bodies.iter().enumerate() {
+            let is_acted_on = body.acting.is_some_and(|acting| acting.norm() > 0.0);
+            if is_acted_on && scene.forces.is_nothing() {
+                continue;
+            }
+            for other in (0..island.bodies().count()).filter(|&other| other != place) {
+                let speed = (velocity(place) - velocity(other)).norm();
+                longest = longest.min((thickness(place) + thickness(other)) / speed);
+            }
+        }
+        longest
     }
 
     fn accept(&mut self, trial: Trial, offset: f64, duration: f64) {
@@ -140,11 +206,16 @@ impl<'a> IslandSolver<'a> {
                 *all = all.union(own);
             }
         }
+        self.solved.work.substeps += 1;
+        let is_missed = trial.error > 1.0;
+        self.solved.work.missed += usize::from(is_missed);
         self.solved.substeps.push(Substep {
             offset,
             duration,
             roots: trial.roots,
+            is_missed,
         });
+        self.control.speeds = trial.speeds;
         self.solved.bodies = trial.bodies;
         self.solved.energy += trial.energy;
     }

@@ -21,7 +21,9 @@ pub(super) struct Evaluation {
     pub acting: Vec<Vector6<f64>>,
     /// Forces other than contact on each dynamic body; empty if there are none.
     forces: Vec<Vector6<f64>>,
-    slopes: Vec<ForceSlopes>,
+    pub slopes: Vec<ForceSlopes>,
+    /// Whether the derivatives of the contacts here are exact.
+    pub is_exact: bool,
 }
 
 /// The derivatives of the wrench on one body with respect to the displacement and the velocities of another.
@@ -48,7 +50,7 @@ impl StageEquations<'_> {
         let (mut forces, mut slopes) = (vec![Vector6::zeros(); self.inertias.len()], Vec::new());
         if !scene.forces.is_nothing() {
             let here: Vec<_> = contacts.iter().map(PairModel::here).collect();
-            forces = self.forces(&states, &here);
+            forces = self.forces(self.start.time, &states, &here);
             slopes = self.force_slopes(&states, &here);
         }
         let wrenches = contacts
@@ -56,6 +58,7 @@ impl StageEquations<'_> {
             .map(|contact| (contact.bodies, &contact.wrenches));
         Evaluation {
             acting: with_contacts(forces.clone(), wrenches),
+            is_exact: is_exact || !contacts.iter().any(PairModel::rubs),
             velocities,
             states,
             contacts,
@@ -64,17 +67,9 @@ impl StageEquations<'_> {
         }
     }
 
-    /// The residual and its matrix in an evaluated state.
-    pub fn residual_in(&self, evaluation: &Evaluation) -> (DVector<f64>, BlockMatrix) {
-        let Evaluation {
-            states,
-            acting,
-            slopes,
-            ..
-        } = evaluation;
-        let contacts: Vec<_> = evaluation.contacts.iter().map(PairModel::here).collect();
-        let matrix = self.matrix(states, &contacts, slopes);
-        (concatenated(self.residual(states, acting)), matrix)
+    /// The residual in an evaluated state.
+    pub fn residual_in(&self, evaluation: &Evaluation) -> DVector<f64> {
+        concatenated(self.residual(&evaluation.states, &evaluation.acting))
     }
 
     /// The residual and its matrix near an evaluated state, with the contact polygons of that state.
@@ -114,7 +109,7 @@ impl StageEquations<'_> {
     }
 
     /// The derivatives of the residual with respect to the velocities.
-    fn matrix(
+    pub fn matrix(
         &self,
         states: &[BodyState],
         contacts: &[PairWrenches],
@@ -199,7 +194,7 @@ impl StageEquations<'_> {
 }
 
 /// The sum of forces on each dynamic body and the wrenches of contacts, each of two participants.
-fn with_contacts<'c>(
+pub(super) fn with_contacts<'c>(
     mut forces: Vec<Vector6<f64>>,
     contacts: impl Iterator<Item = ([usize; 2], &'c PairVector)>,
 ) -> Vec<Vector6<f64>> {

@@ -13,9 +13,10 @@ use crate::spatial::{Twist, Wrench};
 use nalgebra::{Matrix6, Vector6};
 
 impl StageEquations<'_> {
-    /// What forces do to the dynamic bodies of the island.
+    /// The wrenches of forces other than contact on the dynamic bodies of the island, at a time (s).
     pub(super) fn forces(
         &self,
+        time: f64,
         states: &[BodyState],
         contacts: &[PairWrenches],
     ) -> Vec<Vector6<f64>> {
@@ -32,7 +33,7 @@ impl StageEquations<'_> {
             }
         }
         let mut sums = vec![Wrench::zero(); all.len()];
-        let here = (self.start.time, &*all, &*contact);
+        let here = (time, &*all, &*contact);
         let forces = scene.forces;
         scene.system.with_forces(here, &mut sums, |wrenches, now| {
             forces.add_real(wrenches, now);

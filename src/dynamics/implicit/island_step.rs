@@ -28,6 +28,8 @@ pub(in crate::dynamics) struct Substep {
     pub duration: f64,
     /// Velocities of the dynamic bodies, one vector for each stage.
     pub roots: Vec<DVector<f64>>,
+    /// Whether its error exceeds the tolerance, because a shorter substep is not allowed.
+    pub is_missed: bool,
 }
 
 /// An island and the substeps that led it through a time step.
@@ -80,9 +82,9 @@ impl<'a> IslandStep<'a> {
 }
 
 impl Trace {
-    /// Returns whether the step was divided.
-    pub fn is_divided(&self) -> bool {
-        self.substeps.len() > 1
+    /// Returns whether a substep exceeds its tolerance.
+    pub fn is_missed(&self) -> bool {
+        self.substeps.iter().any(|substep| substep.is_missed)
     }
 
     /// Memory of one body in a step that is not divided (bytes).

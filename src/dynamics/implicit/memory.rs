@@ -1,5 +1,6 @@
 use super::advance::{BodyProgress, IslandSolver, SolvedStep};
 use super::dual_pass::DualPass;
+use super::error_control::ErrorControl;
 use super::island::Island;
 use super::island_step::IslandStep;
 use super::matrix::Patterns;
@@ -8,7 +9,7 @@ use super::scheme::Scheme;
 use super::{Scene, StepError, Trace};
 use crate::dynamics::any_world::{AnyWorld, RealForces, Seeded};
 use crate::dynamics::system::System;
-use crate::dynamics::{BodyState, State};
+use crate::dynamics::{Accuracy, BodyState, State};
 use crate::geometry::Aabb;
 use crate::scalar::{Scalar, carries_derivatives};
 use crate::threads::mapped_into;
@@ -25,8 +26,7 @@ pub(in crate::dynamics) struct Memory {
     lifted: Option<System<Seeded>>,
     coupled: Vec<Vec<usize>>,
     patterns: Patterns,
-    /// The wrench of contact and forces on each body at the end of the last step.
-    pub acting: Vec<Option<Vector6<f64>>>,
+    pub last: LastStep,
     /// All islands in the last step.
     pub traces: Vec<Trace>,
     pub report: StepReport,
@@ -34,10 +34,20 @@ pub(in crate::dynamics) struct Memory {
     pub stop: Arc<AtomicBool>,
 }
 
+/// What a step leaves for the next.
+#[derive(Debug, Clone)]
+pub(in crate::dynamics) struct LastStep {
+    /// The wrench of contact and forces on each body at its end; none before the first.
+    acting: Vec<Option<Vector6<f64>>>,
+    /// Duration (s) that errors allow each body for the next substep.
+    allowed: Vec<f64>,
+}
+
 /// One time step.
 pub(in crate::dynamics) struct Step {
     pub scheme: &'static Scheme,
     pub tolerance: f64,
+    pub accuracy: Accuracy,
     pub duration: f64,
     /// The time it leads to (s).
     pub end: f64,
@@ -51,7 +61,10 @@ impl Memory {
             lifted: (!forces.is_nothing()).then(|| system.lifted()),
             coupled: forces.coupled(&system.bodies),
             patterns: Patterns::default(),
-            acting: vec![None; system.bodies.len()],
+            last: LastStep {
+                acting: vec![None; system.bodies.len()],
+                allowed: vec![f64::INFINITY; system.bodies.len()],
+            },
             traces: Vec::new(),
             report: StepReport::default(),
             stop,
@@ -59,9 +72,9 @@ impl Memory {
         }
     }
 
-    /// The same after a step at whose end these wrenches act on the bodies.
-    pub fn with(self, acting: Vec<Option<Vector6<f64>>>) -> Self {
-        Self { acting, ..self }
+    /// The same after a step.
+    pub fn after(self, last: LastStep) -> Self {
+        Self { last, ..self }
     }
 
     /// The world from a state on, with the controls of a time (s).
@@ -120,7 +133,8 @@ impl Memory {
         self.traces.clear();
         for (island, step) in solved {
             for (&body, moved) in island.dynamic.iter().zip(&step.bodies) {
-                self.acting[body] = moved.acting;
+                self.last.acting[body] = moved.acting;
+                self.last.allowed[body] = moved.allowed;
             }
             self.report += StepReport {
                 islands: 1,
@@ -157,10 +171,13 @@ impl Memory {
             mapped_into(&mut results, &due, |island| {
                 let bodies = island.dynamic.iter().map(|&body| BodyProgress {
                     state: scene.start[body],
-                    acting: self.acting[body],
+                    acting: self.last.acting[body],
+                    allowed: self.last.allowed[body],
                 });
                 let island_step = IslandStep::new(scene, island, step.scheme, start);
-                let solver = IslandSolver::new(&island_step, step.tolerance, bodies.collect());
+                let control = ErrorControl::new(scene, island, step.accuracy);
+                let solver =
+                    IslandSolver::new(&island_step, step.tolerance, control, bodies.collect());
                 solver.solve(step.duration)
             });
             let is_done = due.is_empty();

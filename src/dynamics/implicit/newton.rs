@@ -3,7 +3,9 @@
 //! residual r, in which stiff contact drowns everything by its round-off \[Deuflhard 2011, §3.3\].
 
 use super::evaluation::Evaluation;
+use super::linearization::Linearization;
 use super::matrix::Factors;
+use super::pair_model::{PairModel, PairWrenches};
 use super::report::Work;
 use super::stage::StageEquations;
 use nalgebra::DVector;
@@ -37,6 +39,8 @@ pub(super) struct Root {
     pub velocities: DVector<f64>,
     /// The speed (m/s) to which they are known, at least.
     pub least: f64,
+    /// The linearization of the last look at the contacts.
+    pub linearization: Linearization,
 }
 
 /// The velocities that were left over where the solver gave up, or the step was stopped.
@@ -45,9 +49,26 @@ pub(super) struct Unsolved(pub DVector<f64>);
 /// A look at the contacts, and the step of Newton's method from there.
 struct Look {
     evaluation: Evaluation,
+    contacts: Vec<PairWrenches>,
     factors: Factors,
     step: DVector<f64>,
     size: f64,
+}
+
+impl Look {
+    /// The root that the look leads to.
+    fn root(self, velocities: DVector<f64>, least: f64) -> Root {
+        Root {
+            velocities,
+            least,
+            linearization: Linearization {
+                contacts: self.contacts,
+                forces: self.evaluation.slopes,
+                factors: self.factors,
+                is_exact: self.evaluation.is_exact,
+            },
+        }
+    }
 }
 
 impl StageEquations<'_> {
@@ -70,14 +91,12 @@ impl StageEquations<'_> {
             let least = tolerance * scale + self.rounding();
             let at = &look.evaluation.velocities;
             if look.size <= least {
-                return Ok(Root {
-                    velocities: at + &look.step,
-                    least,
-                });
+                let velocities = at + &look.step;
+                return Ok(look.root(velocities, least));
             }
             let velocities = self.solved_near(&look, 0.1 * least, work);
             if look.size * rate <= PREDICTED * least {
-                return Ok(Root { velocities, least });
+                return Ok(look.root(velocities, least));
             }
             let mut step = velocities - at;
             if self.speed(&step) <= 0.0 {
@@ -132,13 +151,15 @@ impl StageEquations<'_> {
         work.looks += 1;
         work.evaluations += usize::from(!evaluation.contacts.is_empty());
         work.iterations += 1;
-        let (residual, matrix) = self.residual_in(&evaluation);
+        let contacts: Vec<_> = evaluation.contacts.iter().map(PairModel::here).collect();
+        let matrix = self.matrix(&evaluation.states, &contacts, &evaluation.slopes);
         let factors = matrix.factorised(self.step.scene.patterns);
-        let step = factors.solve(&-residual);
+        let step = factors.solve(&-self.residual_in(&evaluation));
         let size = step.as_ref().map_or(f64::INFINITY, |step| self.speed(step));
         match step {
             Some(step) if size.is_finite() => Ok(Look {
                 evaluation,
+                contacts,
                 factors,
                 step,
                 size,
@@ -204,11 +225,9 @@ impl StageEquations<'_> {
 
     /// The velocities (m/s) that the rounding of coordinates makes.
     fn rounding(&self) -> f64 {
-        let places = self
-            .start
-            .poses
-            .iter()
-            .map(|pose| pose.translation().amax());
+        let neighbors = self.neighbors.iter().map(|state| &state.pose);
+        let poses = self.start.poses.iter().chain(neighbors);
+        let places = poses.map(|pose| pose.translation().amax());
         4.0 * f64::EPSILON * places.fold(0.0, f64::max) / self.start.duration
     }
 }

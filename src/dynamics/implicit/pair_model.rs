@@ -69,6 +69,11 @@ impl PairModel {
         Some(model)
     }
 
+    /// Returns whether dissipation and friction add anything.
+    pub fn rubs(&self) -> bool {
+        self.contact.rubs()
+    }
+
     /// In the state that was evaluated.
     pub fn here(&self) -> PairWrenches {
         self.with(self.wrenches, &self.contact.added)

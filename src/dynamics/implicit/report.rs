@@ -18,7 +18,11 @@ pub struct StepReport {
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[non_exhaustive]
 pub struct Work {
-    /// Systems of equations: one for each stage of each step of an island, halved ones included.
+    /// Substeps that were taken, of all islands.
+    pub substeps: usize,
+    /// Substeps that were taken although their error exceeds the tolerance, because they are as short as allowed.
+    pub missed: usize,
+    /// Systems of equations: one for each stage of each substep, rejected ones included.
     pub solves: usize,
     /// How often contacts were evaluated: looks at an island in which something touches. Derivatives, and looks that take
     /// the exact derivatives of friction for the time of two, are not counted twice.
@@ -27,9 +31,11 @@ pub struct Work {
     pub looks: usize,
     /// Iterations of Newton's method, most of them on contact polygons as they are.
     pub iterations: usize,
-    /// Steps of an island that were halved because its forces change too much in them.
-    pub halvings: usize,
-    /// Steps that were halved because a system was not solved.
+    /// Exact linearizations of an island's contacts, for the errors of its substeps.
+    pub linearizations: usize,
+    /// Substeps that were rejected because their error exceeds the tolerance.
+    pub rejections: usize,
+    /// Substeps that were rejected because a system was not solved.
     pub failures: usize,
 }
 
@@ -61,7 +67,10 @@ impl AddAssign for Work {
         self.evaluations += other.evaluations;
         self.looks += other.looks;
         self.iterations += other.iterations;
-        self.halvings += other.halvings;
+        self.substeps += other.substeps;
+        self.missed += other.missed;
+        self.linearizations += other.linearizations;
+        self.rejections += other.rejections;
         self.failures += other.failures;
     }
 }

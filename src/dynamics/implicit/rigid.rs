@@ -50,13 +50,6 @@ impl Inertia {
         (angular.norm_squared() * gyration_squared + linear.norm_squared()).sqrt()
     }
 
-    /// The spin (rad/s) of a body with different moments, in whose free rotation it changes.
-    pub(super) fn wobble(&self, twist: &Twist) -> f64 {
-        let moments = &self.principal.moments;
-        let spread = (moments.max() - moments.min()) / moments.max();
-        twist.angular.norm() * spread
-    }
-
     /// The derivatives of a body's motion over a time (s), at the state it leads to.
     pub(super) fn rates(&self, state: &BodyState, duration: f64) -> Rates {
         let turning = left_jacobian(&(state.twist.angular * duration)) * duration;

@@ -108,6 +108,16 @@ impl<'a> Scene<'a> {
         self.system.bodies[body].shape.bounds_at(pose)
     }
 
+    /// The smallest extent (m) of the box around a body in its own axes; zero if the body has no bounds.
+    pub(super) fn thickness(&self, body: usize) -> f64 {
+        let extents = self.bounds(body, &Pose::identity()).half_extents() * 2.0;
+        if extents.max().is_finite() {
+            extents.min()
+        } else {
+            0.0
+        }
+    }
+
     /// Two participants that may touch, A first.
     pub(super) fn pair<'s>(
         &'s self,

@@ -1,69 +1,109 @@
-//! Diagonally implicit Runge–Kutta methods, stiffly accurate: the last stage is the end of the step.
+//! Diagonally implicit Runge–Kutta methods, stiffly accurate: the last stage is the end of the substep.
 
 use crate::scalar::Scalar;
 use nalgebra::Vector6;
-use std::f64::consts::FRAC_1_SQRT_2;
 
 /// A method by its coefficients.
 #[derive(Debug)]
 pub(in crate::dynamics) struct Scheme {
-    /// For each stage the weights of the stages before it, and its own.
+    /// For each stage, the weights of the stages before it, and its own.
     stages: &'static [(&'static [f64], f64)],
-    /// Whether steps are halved where forces change much in them.
-    pub is_adaptive: bool,
+    /// The estimate of the local error; none for substeps that errors do not divide.
+    pub estimate: Option<ErrorEstimate>,
 }
 
-/// γ = 1 − 1/√2, with which two stages are of second order and L-stable.
-const GAMMA: f64 = 1.0 - FRAC_1_SQRT_2;
+/// The difference from an embedded formula of lower order.
+#[derive(Debug)]
+pub(in crate::dynamics) struct ErrorEstimate {
+    /// Weights of the rates of the stages.
+    weights: &'static [f64],
+    /// Power of the duration with which the estimate decreases.
+    pub order: f64,
+}
 
-pub(in crate::dynamics) const SDIRK2: Scheme = Scheme {
-    stages: &[(&[], GAMMA), (&[1.0 - GAMMA], GAMMA)],
-    is_adaptive: true,
+/// γ, with which three stages are of third order and L-stable: the middle root of 6γ³ − 18γ² + 9γ − 1 = 0.
+const GAMMA: f64 = 0.435_866_521_508_459;
+
+/// Weights of the first two stages in the third.
+const LAST: [f64; 2] = [
+    -(6.0 * GAMMA * GAMMA - 16.0 * GAMMA + 1.0) / 4.0,
+    (6.0 * GAMMA * GAMMA - 20.0 * GAMMA + 5.0) / 4.0,
+];
+
+/// Third order \[Alexander 1977\], with the formula of second order that the first two stages give.
+pub(in crate::dynamics) const SDIRK3: Scheme = Scheme {
+    stages: &[
+        (&[], GAMMA),
+        (&[(1.0 - GAMMA) / 2.0], GAMMA),
+        (&LAST, GAMMA),
+    ],
+    estimate: Some(ErrorEstimate {
+        weights: &[
+            LAST[0] - GAMMA / (1.0 - GAMMA),
+            LAST[1] - (1.0 - 2.0 * GAMMA) / (1.0 - GAMMA),
+            GAMMA,
+        ],
+        order: 3.0,
+    }),
 };
 
 pub(in crate::dynamics) const IMPLICIT_EULER: Scheme = Scheme {
     stages: &[(&[], 1.0)],
-    is_adaptive: false,
+    estimate: None,
 };
 
-/// A stage of a step of some duration.
+/// A stage of a substep.
 #[derive(Debug, Clone, Copy)]
 pub(in crate::dynamics) struct Stage {
-    /// The part of the step that each stage before it counts for.
+    /// The weight of each stage before it.
     before: &'static [f64],
-    /// The step (s).
-    step: f64,
+    /// Duration of the substep (s).
+    substep: f64,
     /// The time (s) of its own velocities and wrenches.
     pub duration: f64,
-    /// When they act, from the start of the step (s).
+    /// When they act, from the start of the substep (s).
     pub offset: f64,
 }
 
 impl Scheme {
-    pub(super) fn stages(&self, step: f64) -> impl Iterator<Item = Stage> {
+    pub(super) fn stages(&self, substep: f64) -> impl Iterator<Item = Stage> {
         self.stages.iter().map(move |&(before, own)| Stage {
             before,
-            step,
-            duration: own * step,
-            offset: (before.iter().sum::<f64>() + own) * step,
+            substep,
+            duration: own * substep,
+            offset: (before.iter().sum::<f64>() + own) * substep,
         })
     }
 
-    /// The weights (s) by which the stages make up a step.
-    pub(super) fn weights(&self, step: f64) -> impl Iterator<Item = f64> {
+    /// The weights (s) by which the stages make up a substep.
+    pub(super) fn weights(&self, substep: f64) -> impl Iterator<Item = f64> {
         let (before, own) = self.stages.last().copied().unwrap_or_default();
         before
             .iter()
             .copied()
             .chain([own])
-            .map(move |weight| weight * step)
+            .map(move |weight| weight * substep)
+    }
+}
+
+impl ErrorEstimate {
+    /// The estimate for one number, from its rates in all stages.
+    pub(super) fn of(
+        &self,
+        rates: impl Iterator<Item = Vector6<f64>>,
+        substep: f64,
+    ) -> Vector6<f64> {
+        let terms = self.weights.iter().zip(rates);
+        terms.fold(Vector6::zeros(), |sum, (weight, rate)| {
+            sum + rate * (weight * substep)
+        })
     }
 }
 
 impl Stage {
     /// The time (s) for which each stage before it counts.
     pub fn before(&self) -> impl Iterator<Item = f64> {
-        self.before.iter().map(|weight| weight * self.step)
+        self.before.iter().map(|weight| weight * self.substep)
     }
 
     /// The sum that the rates of the stages before it give.

@@ -13,6 +13,7 @@ use crate::spatial::{Pose, Twist};
 use nalgebra::{DVector, Vector6};
 
 /// The start of a stage.
+#[derive(Clone)]
 pub(in crate::dynamics) struct StageStart<T = f64> {
     /// Displacements of the dynamic bodies (turn and shift about the center of mass) since the start of the substep.
     pub displacements: Vec<Vector6<T>>,
@@ -184,6 +185,11 @@ impl<'a, T: Scalar> Stages<'a, T> {
         };
         self.rates.push(rates);
         &self.rates[self.rates.len() - 1]
+    }
+
+    /// The rates of the stages so far.
+    pub fn rates(&self) -> &[StageRates<T>] {
+        &self.rates
     }
 }
 

@@ -1,21 +1,15 @@
 //! A trial of a substep: its stages, one after another.
 
 use super::advance::{BodyProgress, IslandSolver, velocities_of};
+use super::errors::ErrorEstimator;
 use super::island_step::StepError;
 use super::newton::{Root, Unsolved};
 use super::report::{EnergyBalance, Work};
-use super::scheme::Stage;
-use super::stage::{Stages, six_of};
-use crate::dynamics::{BodyState, Inertia};
+use super::solved_stage::SolvedStage;
+use super::stage::{StageEquations, StageRates, Stages, six_of};
+use crate::dynamics::BodyState;
 use crate::geometry::Aabb;
-use nalgebra::{DVector, Vector6};
-
-/// A change of velocity up to this many times the solver's tolerance is always allowed. Without motion and weight the change is
-/// round-off.
-const UNKNOWN: f64 = 100.0;
-
-/// Largest turn (rad) in a substep of a body with different moments: free rotation is of second order, too.
-const LARGEST_TURN: f64 = 0.3;
+use nalgebra::DVector;
 
 /// A substep that was tried.
 pub(super) struct Trial {
@@ -24,8 +18,10 @@ pub(super) struct Trial {
     pub bodies: Vec<BodyProgress>,
     pub energy: EnergyBalance,
     pub swept: Vec<Aabb>,
-    /// The largest change of a body's forces, or turn, relative to the allowed one.
-    pub change: f64,
+    /// Largest relative speed (m/s) of each dynamic body in the step so far.
+    pub speeds: Vec<f64>,
+    /// The largest error of a body, relative to its tolerance.
+    pub error: f64,
 }
 
 impl IslandSolver<'_> {
@@ -37,90 +33,124 @@ impl IslandSolver<'_> {
     }
 
     fn trial(&self, offset: f64, duration: f64, work: &mut Work) -> Result<Trial, StepError> {
-        let before = &self.solved.bodies;
-        let scheme = self.step.scheme;
-        let from = before.iter().map(|body| body.state).collect();
-        let mut stages = Stages::new(self.step, &self.step.inertias, offset, from);
+        let (step, before) = (self.step, &self.solved.bodies);
         let mut trial = Trial {
             roots: Vec::new(),
             bodies: before.clone(),
             energy: EnergyBalance::default(),
             swept: Vec::new(),
-            change: 0.0,
+            speeds: self.control.speeds.clone(),
+            error: 0.0,
         };
-        let weights = scheme.weights(duration);
-        for (stage, weight) in scheme.stages(duration).zip(weights) {
-            self.try_stage((stage, weight), duration, (&mut stages, &mut trial), work)?;
+        let from = before.iter().map(|body| body.state).collect();
+        let mut stages = Stages::new(step, &step.inertias, offset, from);
+        let mut solved = Vec::new();
+        let weights = step.scheme.weights(duration);
+        for (stage, weight) in step.scheme.stages(duration).zip(weights) {
+            let equations = step.equations(stages.start(&stage))?;
+            let guess = self.guess(offset, &equations, &solved);
+            let root = self.root(&equations, &guess, duration, work)?;
+            let states = equations.states_with(|place| six_of(&root.velocities, place));
+            step.scene.sweep(step.island, &states, &mut trial.swept);
+            let rates = stages.push(&equations.start, &states);
+            Self::add_stage(&equations, (rates, weight), &states, &mut trial);
+            solved.push(SolvedStage {
+                equations,
+                states,
+                root,
+            });
         }
         trial.energy.kinetic = self.kinetic(&trial.bodies) - self.kinetic(before);
+        if let Some(estimate) = &step.scheme.estimate {
+            for (place, speed) in trial.speeds.iter_mut().enumerate() {
+                let speeds = solved.iter().map(|stage| stage.relative_speed(place));
+                *speed = speeds.fold(*speed, f64::max);
+            }
+            let mut estimator = ErrorEstimator {
+                solver: self,
+                estimate,
+                stages: &stages,
+                solved,
+                speeds: &trial.speeds,
+                offset,
+                duration,
+            };
+            trial.error = estimator.error(work);
+            solved = estimator.solved;
+        }
+        let solved = solved.into_iter();
+        trial.roots = solved.map(|stage| stage.root.velocities).collect();
         Ok(trial)
     }
 
-    /// Solves a stage with a weight (s) in the substep.
-    fn try_stage(
+    /// Velocities from which to solve a stage: on the line through those of the last two stages, or of the start and the first.
+    fn guess(
         &self,
-        (stage, weight): (Stage, f64),
+        offset: f64,
+        equations: &StageEquations,
+        solved: &[SolvedStage],
+    ) -> DVector<f64> {
+        let start = (self.step.start + offset, velocities_of(&self.solved.bodies));
+        let known = solved.iter().map(|stage| {
+            let velocities = stage.root.velocities.clone();
+            (stage.equations.start.time, velocities)
+        });
+        let known: Vec<_> = [start].into_iter().chain(known).collect();
+        match &*known {
+            [.., (early, first), (late, second)] => {
+                let ahead = (equations.start.time - late) / (late - early);
+                if ahead.is_finite() {
+                    second + (second - first) * ahead
+                } else {
+                    second.clone()
+                }
+            }
+            _ => known[0].1.clone(),
+        }
+    }
+
+    /// Solves a stage of a trial, from the velocities of the stage before.
+    fn root(
+        &self,
+        equations: &StageEquations,
+        guess: &DVector<f64>,
         duration: f64,
-        (stages, trial): (&mut Stages, &mut Trial),
         work: &mut Work,
-    ) -> Result<(), StepError> {
-        let (scene, island) = (self.step.scene, self.step.island);
-        let equations = self.step.equations(stages.start(&stage))?;
-        let guess = velocities_of(&trial.bodies);
-        let root = equations.solved(&guess, self.tolerance, work);
-        if scene.is_stopped() {
+    ) -> Result<Root, StepError> {
+        let root = equations.solved(guess, self.tolerance, work);
+        if self.step.scene.is_stopped() {
             return Err(StepError::Stopped);
         }
-        let Root { velocities, least } = root.map_err(|Unsolved(left)| StepError::Unsolved {
+        root.map_err(|Unsolved(left)| StepError::Unsolved {
             body: equations.fastest(&left),
             duration,
-        })?;
-        let states = equations.states_with(|place| six_of(&velocities, place));
-        scene.sweep(island, &states, &mut trial.swept);
-        let rates = stages.push(&equations.start, &states);
-        for (place, wrench) in rates.wrenches.iter().enumerate() {
+        })
+    }
+
+    /// Adds the energy of a stage with a weight (s), and moves the bodies to its end.
+    fn add_stage(
+        equations: &StageEquations,
+        (rates, weight): (&StageRates, f64),
+        states: &[BodyState],
+        trial: &mut Trial,
+    ) {
+        for (place, body) in trial.bodies.iter_mut().enumerate() {
             let (velocity, given) = (&rates.velocities[place], equations.given(place));
-            let acting = wrench - given;
+            let acting = rates.wrenches[place] - given;
             trial.energy.given += weight * given.dot(velocity);
             trial.energy.acting += weight * acting.dot(velocity);
-            let body = &mut trial.bodies[place];
-            if let Some(last) = body.acting
-                && self.step.scheme.is_adaptive
-            {
-                let impulse = (acting - last) * duration;
-                let allowed = self.largest_changes[place] + UNKNOWN * least;
-                let inertia = self.step.inertias[place];
-                let change = relative_change(inertia, &states[place], &impulse, allowed);
-                let turn = inertia.wobble(&states[place].twist) * duration / LARGEST_TURN;
-                // `max` ignores NaN, which is zero over zero here.
-                trial.change = trial.change.max(change).max(turn);
-            }
-            *body = BodyProgress {
-                state: states[place],
-                acting: Some(acting),
-            };
+            body.state = states[place];
+            body.acting = Some(acting);
         }
-        trial.roots.push(velocities);
-        Ok(())
     }
 
     /// The kinetic energy (J).
     fn kinetic(&self, bodies: &[BodyProgress]) -> f64 {
-        let of_body = |(inertia, body): (&&Inertia, &BodyProgress)| {
+        let bodies = self.step.inertias.iter().zip(bodies);
+        let energies = bodies.map(|(inertia, body)| {
             let twist = body.state.twist.to_vector();
             inertia.momentum(&body.state).dot(&twist) / 2.0
-        };
-        self.step.inertias.iter().zip(bodies).map(of_body).sum()
+        });
+        energies.sum()
     }
-}
-
-/// The speed that an impulse gives to a body, relative to an allowed speed (m/s).
-fn relative_change(
-    inertia: &Inertia,
-    state: &BodyState,
-    impulse: &Vector6<f64>,
-    allowed: f64,
-) -> f64 {
-    let change = inertia.velocities(state.pose.rotation(), impulse);
-    inertia.speed(&change) / allowed
 }

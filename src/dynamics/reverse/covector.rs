@@ -122,9 +122,9 @@ pub enum Kink {
     Clamped,
     /// Two bodies have equal pressures over a volume: [`Kinks::are_equal`].
     EqualFields,
-    /// An implicit step was divided for these bodies, which move together. Derivatives are those of the parts as they are:
-    /// where their number changes, the end of the step jumps by an error of integration.
-    Divided,
+    /// An implicit step has substeps whose errors exceed the tolerances of [`Accuracy`](crate::dynamics::Accuracy) for one of
+    /// these bodies, which move together. Derivatives are those of the steps, and may not be those of the motion.
+    Unresolved,
 }
 
 impl fmt::Display for Kink {
@@ -133,7 +133,7 @@ impl fmt::Display for Kink {
             Self::Flush => "flush faces",
             Self::Clamped => "clamped pressure",
             Self::EqualFields => "equal fields",
-            Self::Divided => "divided step",
+            Self::Unresolved => "unresolved step",
         })
     }
 }

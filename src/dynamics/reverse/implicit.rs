@@ -66,7 +66,7 @@ impl ImplicitSteps {
             by_wrenches: vec![Wrench::zero(); before.bodies.len()],
         };
         traces.iter().try_for_each(|trace| {
-            back.pullback.meet_parts(trace);
+            back.pullback.meet_unresolved(trace);
             let replay = Replay::new(&scene, trace, self.scheme, before.time);
             back.island_back(&replay, &before.bodies)
         })
@@ -85,11 +85,11 @@ struct StepBack<'a, 'w> {
 }
 
 impl Pullback<'_> {
-    /// Counts an island's step as a kink if it was divided.
-    fn meet_parts(&mut self, trace: &Trace) {
-        if trace.is_divided() {
+    /// Counts an island's step as a kink if it exceeds its tolerances.
+    fn meet_unresolved(&mut self, trace: &Trace) {
+        if trace.is_missed() {
             let (bodies, step) = (&trace.island.dynamic, self.step);
-            self.gradient.meet(Kink::Divided, bodies, step);
+            self.gradient.meet(Kink::Unresolved, bodies, step);
         }
     }
 }

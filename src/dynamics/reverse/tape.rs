@@ -179,7 +179,7 @@ mod tests {
     fn steps_that_are_not_kept_are_taken_again_with_the_same_bits() {
         for (integrator, time_step) in [
             (Integrator::Leapfrog, 1e-3),
-            (Integrator::Sdirk2, 5e-3),
+            (Integrator::Sdirk3, 5e-3),
             (Integrator::ImplicitEuler, 5e-3),
         ] {
             let plan = Plan::new(time_step, 40).unwrap();
@@ -196,7 +196,7 @@ mod tests {
     fn steps_resumed_from_a_checkpoint_take_what_the_others_take() {
         let world = world();
         let plan = Plan::new(5e-3, 40).unwrap();
-        let plan = plan.with_integrator(Integrator::Sdirk2);
+        let plan = plan.with_integrator(Integrator::Sdirk3);
         let mut steps = Steps::from(world.initial_state());
         for taken in 0..plan.steps() {
             let mut resumed = Steps::resumed(&steps.checkpoint(), &world, taken);

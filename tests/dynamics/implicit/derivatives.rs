@@ -1,6 +1,6 @@
-//! Derivatives through implicit steps, against differences.
+//! Derivatives through implicit steps, against differences of the same steps.
 
-use super::scenes::{IMPLICIT, ball, brick, grasp, ground, on_slope, stack};
+use super::scenes::{IMPLICIT, ball, brick, grasp, ground, on_slope, stack, undivided};
 use hydroelastic::dynamics::{Integrator, Material, Plan, World};
 use hydroelastic::gradient::{Experiment, FinalState, OutcomeJacobian, Parameter};
 use hydroelastic::spatial::Pose;
@@ -14,7 +14,7 @@ const OFF: f64 = 1e-6;
 /// a thousandth of the largest (of typical changes) do not count. Differences are noise of some 4e-9 of the largest, so that
 /// for the smallest columns that count one or two step sizes will do at best.
 fn check((label, world, plan): (&str, &World, &Plan), body: &str, parameters: &[Parameter]) {
-    let experiment = Experiment::new(world, plan);
+    let experiment = Experiment::new(world, &undivided(*plan));
     let outcome = FinalState::of_body(world, body).unwrap();
     let OutcomeJacobian { jacobian, value } = experiment.jacobian(parameters, &outcome).unwrap();
     let plain = DVector::from_vec(experiment.value(&outcome).unwrap());
@@ -152,7 +152,7 @@ fn of_a_grasp() {
     let world = grasp(1e7, 1e-4);
     let plan = Plan::new(5e-3, 60)
         .unwrap()
-        .with_integrator(Integrator::Sdirk2)
+        .with_integrator(Integrator::Sdirk3)
         .recording_every(60);
     check(("grasp", &world, &plan), "ball", &of_ball("ball"));
 }
@@ -162,7 +162,7 @@ fn of_a_stack() {
     let world = stack(2, 1e7, 1e-3);
     let plan = Plan::new(5e-3, 20)
         .unwrap()
-        .with_integrator(Integrator::Sdirk2)
+        .with_integrator(Integrator::Sdirk3)
         .recording_every(20);
     check(("stack", &world, &plan), "1", &of_ball("1"));
 }

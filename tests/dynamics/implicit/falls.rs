@@ -80,7 +80,7 @@ fn check_falls(seed: u64, count: usize) {
         let fall = random_fall(&mut numbers);
         let (expected, _, _) = rebound(&fall, Integrator::Leapfrog, 1e-5);
         for time_step in [1e-3, 3e-3, 1e-2] {
-            let (found, work, taken) = rebound(&fall, Integrator::Sdirk2, time_step);
+            let (found, work, taken) = rebound(&fall, Integrator::Sdirk3, time_step);
             let off = (found - expected) / fall.height;
             if off.abs() > 0.01 {
                 println!(

@@ -9,7 +9,7 @@ fn a_ball_that_two_fingers_lift_creeps_alike_at_1_ms_and_at_5_ms() {
     for slip_tolerance in [1e-4, 1e-5] {
         let creep = [1e-3, 5e-3].map(|time_step| {
             let world = grasp(1e7, slip_tolerance);
-            let mut rollout = rollout(&world, Integrator::Sdirk2, time_step);
+            let mut rollout = rollout(&world, Integrator::Sdirk3, time_step);
             let mut work = run(&mut rollout, time_step, 0.8);
             let height = rollout.state().bodies[0].position().z;
             work += run(&mut rollout, time_step, 0.2);

@@ -33,7 +33,7 @@ fn apart(count: usize) -> World {
 #[test]
 fn bodies_that_touch_only_the_ground_are_islands_of_their_own() {
     let world = apart(4);
-    let mut rollout = rollout(&world, Integrator::Sdirk2, 5e-3);
+    let mut rollout = rollout(&world, Integrator::Sdirk3, 5e-3);
     rollout.advance().unwrap();
     let report = rollout.report().unwrap();
     assert_eq!(report.islands, 4);
@@ -95,7 +95,7 @@ fn a_fast_body_meets_another_within_a_step() {
         rollout.state().bodies[1].twist.linear.x
     };
     let expected = state(Integrator::Leapfrog, 1e-5);
-    let found = state(Integrator::Sdirk2, 1e-2);
+    let found = state(Integrator::Sdirk3, 1e-2);
     println!("10 m/s against a brick at rest: {found:.4} m/s, explicitly {expected:.4} m/s");
     assert!((found / expected - 1.0).abs() < 0.02);
 }

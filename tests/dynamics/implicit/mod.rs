@@ -5,6 +5,7 @@ mod conservation;
 mod derivatives;
 mod energy;
 mod falls;
+mod flat_falls;
 mod forces;
 mod grasp;
 mod hostile;

@@ -13,6 +13,10 @@ use std::sync::Arc;
 /// motions.
 const ANOTHER_MOTION: f64 = 1e-6;
 
+/// The same by steps that errors divide (m). Where a body touches another, a substep ends at the touch, and its duration depends on
+/// rounding errors: ends differ by a part of the tolerance.
+const ANOTHER_DIVISION: f64 = 1e-4;
+
 /// Steps of implicit Euler that are as long as an impact have several solutions. Another order of bodies selects another solution in
 /// at most this fraction of the scenes; the observed fraction is about a third.
 const MOST: f64 = 0.5;
@@ -65,7 +69,11 @@ fn differing(scenes: usize) -> [(usize, f64); 2] {
             let [one, other] = [&listed, &reversed].map(|bodies| ends(bodies, integrator));
             let apart = one.iter().zip(&other).map(|(a, b)| (a - b).norm());
             let apart = apart.fold(0.0, f64::max);
-            found.0 += usize::from(apart > ANOTHER_MOTION);
+            let least = match integrator {
+                Integrator::Sdirk3 => ANOTHER_DIVISION,
+                _ => ANOTHER_MOTION,
+            };
+            found.0 += usize::from(apart > least);
             found.1 = found.1.max(apart);
         }
     }
@@ -78,18 +86,18 @@ fn differing(scenes: usize) -> [(usize, f64); 2] {
 }
 
 fn assert_differ_little(scenes: usize) {
-    let [(by_sdirk2, farthest), (by_euler, _)] = differing(scenes);
-    assert!(by_sdirk2 == 0, "{by_sdirk2} of {scenes}, {farthest:e} m");
+    let [(by_sdirk3, farthest), (by_euler, _)] = differing(scenes);
+    assert!(by_sdirk3 == 0, "{by_sdirk3} of {scenes}, {farthest:e} m");
     assert!(by_euler as f64 <= MOST * scenes as f64, "{by_euler}");
 }
 
 #[test]
-fn reversing_the_list_of_bodies_changes_no_end_by_sdirk2() {
+fn reversing_the_list_of_bodies_changes_no_end_by_sdirk3() {
     assert_differ_little(12);
 }
 
 #[test]
 #[ignore = "150 scenes: minutes"]
-fn reversing_the_list_of_bodies_changes_no_end_by_sdirk2_in_150_scenes() {
+fn reversing_the_list_of_bodies_changes_no_end_by_sdirk3_in_150_scenes() {
     assert_differ_little(150);
 }

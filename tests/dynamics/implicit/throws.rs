@@ -35,7 +35,7 @@ fn check_throws(seed: u64, least: usize) {
             0.0,
             slip_tolerance,
         );
-        let mut rollout = rollout(&world, Integrator::Sdirk2, time_step);
+        let mut rollout = rollout(&world, Integrator::Sdirk3, time_step);
         while rollout.state().time < 1.0 {
             if let Err(error) = rollout.advance() {
                 panic!(

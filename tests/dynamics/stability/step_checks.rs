@@ -190,7 +190,7 @@ fn default_plans_end_with_an_error_that_names_the_remedy_or_give_a_correct_motio
                     Err(interrupted) => {
                         let message = interrupted.error.to_string();
                         let states = interrupted.trajectory.states();
-                        assert!(message.contains("Sdirk2") && message.contains("shorter"));
+                        assert!(message.contains("Sdirk3") && message.contains("shorter"));
                         assert!(
                             states
                                 .iter()

@@ -59,25 +59,12 @@ const THINNESS: (&str, &str) = (
     "src/mesh/triangle_surface.rs",
     "const THINNESS: f64 = 1e-12;",
 );
-const HALVINGS: (&str, &str) = (
-    "src/dynamics/implicit/advance.rs",
-    "const MOST_HALVINGS: u32 = 7;",
-);
-const RETRIES: (&str, &str) = (
-    "src/dynamics/implicit/advance.rs",
-    "const MOST_RETRIES: u32 = 12;",
-);
 
-pub const GIVEN: [Given; 22] = [
+pub const GIVEN: [Given; 21] = [
     given(
         "ARCHITECTURE.md",
         "at 2, 4 and 8 lanes",
         Code(&[("src/lanes/mod.rs", "/// How many lanes: 2, 4 or 8.")]),
-    ),
-    given(
-        "ARCHITECTURE.md",
-        "7 times over at most",
-        Code(&[HALVINGS, RETRIES]),
     ),
     given(
         "ARCHITECTURE.md",
@@ -163,18 +150,10 @@ pub const GIVEN: [Given; 22] = [
     given("docs/guide/6_time_steps.md", "5 ms is a good start", Choice),
     given(
         "docs/guide/6_time_steps.md",
-        "more energy than 4 % of its kinetic energy",
+        "1e-3 for values and 2e-3 for slopes by default",
         Code(&[
-            HALVINGS,
-            RETRIES,
-            (
-                "src/dynamics/implicit/advance.rs",
-                "const LARGEST_GAIN: f64 = 0.04;",
-            ),
-            (
-                "src/dynamics/implicit/substep.rs",
-                "const LARGEST_TURN: f64 = 0.3;",
-            ),
+            ("src/dynamics/accuracy.rs", "values: 1e-3,"),
+            ("src/dynamics/accuracy.rs", "slopes: 2e-3,"),
         ]),
     ),
     given(

@@ -1,0 +1,89 @@
+use super::WorldError;
+use super::settings::check_positive;
+
+/// How closely [`Integrator::Sdirk3`](super::Integrator::Sdirk3) follows the motion.
+///
+/// Each time step is divided until two errors are below their tolerances for every body: the local error of its velocity, and the
+/// error of the derivative of its velocity. Let v be the speed of a body relative to the bodies that it touches, with its spin
+/// counted by the radius of gyration, and let f be the *resting speed*. A tolerance t then allows
+///
+/// t·v + min(t·f⁴/v³, f·t^¼).
+///
+/// A body faster than f is held to the relative tolerance. Below f the tolerance grows. Below f·t^¼, which is 0.18 f by default,
+/// impacts are not resolved, and bodies come to rest. An error of a derivative counts for the time of the flight that it changes,
+/// v/g and at most 1 s.
+///
+/// The work in one time step is bounded. After 256 substeps of a single body, or 256/n of n bodies in contact, the tolerances
+/// double, and again after each eighth of that number. [`Work::missed`](super::Work::missed) counts the substeps that exceed the
+/// tolerances.
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(
+    feature = "serde",
+    serde(
+        try_from = "super::serial::AccuracyLayout",
+        into = "super::serial::AccuracyLayout"
+    )
+)]
+pub struct Accuracy {
+    values: f64,
+    slopes: f64,
+    resting_speed: Option<f64>,
+}
+
+impl Default for Accuracy {
+    fn default() -> Self {
+        Self {
+            values: 1e-3,
+            slopes: 2e-3,
+            resting_speed: None,
+        }
+    }
+}
+
+impl Accuracy {
+    /// Tolerances of values and of slopes (derivatives), both relative. The defaults are 1e-3 and 2e-3.
+    ///
+    /// # Errors
+    /// If a tolerance is not positive and finite.
+    pub fn new(values: f64, slopes: f64) -> Result<Self, WorldError> {
+        check_positive("tolerance of values", values)?;
+        check_positive("tolerance of slopes", slopes)?;
+        Ok(Self {
+            values,
+            slopes,
+            resting_speed: None,
+        })
+    }
+
+    /// The same tolerances with a resting speed (m/s) for all bodies. By default the resting speed of a body is the speed after a
+    /// fall by a hundredth of its smallest extent under standard gravity, 0.14 m/s for a cube of 0.1 m.
+    ///
+    /// # Errors
+    /// If the speed is not positive and finite.
+    pub fn with_resting_speed(self, speed: f64) -> Result<Self, WorldError> {
+        check_positive("resting speed", speed)?;
+        Ok(Self {
+            resting_speed: Some(speed),
+            ..self
+        })
+    }
+
+    /// Tolerance of values.
+    #[must_use]
+    pub fn values(&self) -> f64 {
+        self.values
+    }
+
+    /// Tolerance of slopes.
+    #[must_use]
+    pub fn slopes(&self) -> f64 {
+        self.slopes
+    }
+
+    /// Resting speed (m/s) of all bodies, if it was set.
+    #[must_use]
+    pub fn resting_speed(&self) -> Option<f64> {
+        self.resting_speed
+    }
+}

@@ -1,0 +1,64 @@
+//! Tolerances of a substep, for each body.
+
+use super::Scene;
+use super::island::Island;
+use crate::dynamics::Accuracy;
+
+/// The resting speed of a body is that of a fall by this fraction of its smallest extent.
+const RESTING_FALL: f64 = 0.01;
+
+/// Gravity (m/s²) of that fall, also in a world without gravity.
+const STANDARD_GRAVITY: f64 = 9.806_65;
+
+/// Longest time (s) for which an error of a velocity counts in a derivative.
+const LONGEST_FLIGHT: f64 = 1.0;
+
+/// The tolerances of the bodies of an island in a step.
+#[derive(Debug, Clone)]
+pub(super) struct ErrorControl {
+    accuracy: Accuracy,
+    gravity: f64,
+    /// Resting speed (m/s) of each dynamic body.
+    resting: Vec<f64>,
+    /// Largest speed (m/s) of each dynamic body in the step so far, relative to the bodies that it touches or approaches.
+    pub speeds: Vec<f64>,
+}
+
+impl ErrorControl {
+    pub fn new(scene: &Scene, island: &Island, accuracy: Accuracy) -> Self {
+        let gravity = scene.system.gravity.norm();
+        let resting = |&body: &usize| {
+            let fall = RESTING_FALL * scene.thickness(body);
+            let default = (2.0 * STANDARD_GRAVITY * fall).sqrt();
+            accuracy.resting_speed().unwrap_or(default)
+        };
+        Self {
+            accuracy,
+            gravity,
+            resting: island.dynamic.iter().map(resting).collect(),
+            speeds: vec![0.0; island.dynamic.len()],
+        }
+    }
+
+    /// The allowed error of the velocity (m/s) of a body with a speed.
+    pub fn velocity(&self, place: usize, speed: f64) -> f64 {
+        self.allowed(self.accuracy.values(), place, speed)
+    }
+
+    /// The allowed error of the derivative of the velocity (m/s) along the motion, times the flight that it changes.
+    pub fn slope(&self, place: usize, speed: f64) -> f64 {
+        self.allowed(self.accuracy.slopes(), place, speed)
+    }
+
+    /// The time (s) for which an error of a velocity counts in a derivative: the flight that a speed can cause.
+    pub fn flight(&self, speed: f64) -> f64 {
+        LONGEST_FLIGHT.min(speed / self.gravity)
+    }
+
+    /// See [`Accuracy`].
+    fn allowed(&self, tolerance: f64, place: usize, speed: f64) -> f64 {
+        let resting = self.resting[place];
+        let slow = tolerance * resting * (resting / speed).powi(3);
+        tolerance * speed + slow.min(tolerance.sqrt().sqrt() * resting)
+    }
+}

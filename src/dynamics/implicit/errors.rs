@@ -1,0 +1,192 @@
+//! The errors that decide whether a substep is short enough.
+//!
+//! The *error of values* is the difference from an embedded formula of lower order, taken through the last stage. The *error of
+//! slopes* is that of the derivative along the motion: the time derivative of the state obeys the same linearized equations as
+//! every other sensitivity, and it is known at both ends of a substep as velocities and accelerations. The stages carry the rates
+//! at the start to the end, and the difference from the rates there estimates the error of all derivatives.
+
+use super::advance::IslandSolver;
+use super::report::Work;
+use super::scheme::ErrorEstimate;
+use super::solved_stage::{BodyChange, Change, ChangedBodies, RatesInTime, SolvedStage};
+use super::stage::{StageStart, Stages};
+use crate::dynamics::{BodyState, Inertia};
+use crate::spatial::Twist;
+use nalgebra::Vector6;
+
+/// An error up to this many times the tolerance of the solver is always allowed.
+const UNKNOWN: f64 = 100.0;
+
+/// An error of slopes, relative to the tolerance, for which the derivatives of the solver suffice. Those of friction are not
+/// exact, which the estimate takes for an error.
+const NEGLIGIBLE: f64 = 0.2;
+
+/// The estimates of the errors of a substep that was solved.
+pub(super) struct ErrorEstimator<'a> {
+    pub solver: &'a IslandSolver<'a>,
+    pub estimate: &'a ErrorEstimate,
+    pub stages: &'a Stages<'a>,
+    pub solved: Vec<SolvedStage<'a>>,
+    /// Largest relative speeds (m/s) of the dynamic bodies in the step so far.
+    pub speeds: &'a [f64],
+    /// Start of the substep, from that of the step (s).
+    pub offset: f64,
+    pub duration: f64,
+}
+
+impl ErrorEstimator<'_> {
+    /// The larger of the two errors, relative to the tolerances of the bodies. Takes the exact derivatives of contacts where they
+    /// matter.
+    pub fn error(&mut self, work: &mut Work) -> f64 {
+        let [values, mut slopes] = self.errors();
+        if slopes > NEGLIGIBLE {
+            let mut count = 0;
+            for stage in &mut self.solved {
+                if !stage.root.linearization.is_exact {
+                    stage.linearize();
+                    count += 1;
+                }
+            }
+            work.linearizations += count;
+            if count > 0 {
+                [_, slopes] = self.errors();
+            }
+        }
+        values.max(slopes)
+    }
+
+    /// The errors of values and of slopes, relative to the tolerances: the largest of a body.
+    fn errors(&self) -> [f64; 2] {
+        let changed = ChangedBodies::new(self.solver.step);
+        let inertias: Vec<_> = changed.inertias.iter().collect();
+        let bodies = (&*inertias, &*changed.given);
+        let control = &self.solver.control;
+        [
+            self.largest(self.errors_of_values(bodies), |place, speed| {
+                control.velocity(place, speed)
+            }),
+            self.largest(self.errors_of_slopes(bodies), |place, speed| {
+                control.slope(place, speed)
+            }),
+        ]
+    }
+
+    /// The largest error (m/s) of a body, relative to the tolerance of the body; infinite if there are none.
+    fn largest(&self, errors: Option<Vec<f64>>, tolerance: impl Fn(usize, f64) -> f64) -> f64 {
+        let Some(errors) = errors else {
+            return f64::INFINITY;
+        };
+        let relative = |(place, error): (usize, f64)| {
+            let allowed = tolerance(place, self.speeds[place]) + UNKNOWN * self.least();
+            // A body at rest without gravity has neither error nor tolerance. `max` would ignore NaN.
+            match error / allowed {
+                _ if error == 0.0 => 0.0,
+                relative if relative.is_nan() => f64::INFINITY,
+                relative => relative,
+            }
+        };
+        errors
+            .into_iter()
+            .enumerate()
+            .map(relative)
+            .fold(0.0, f64::max)
+    }
+
+    /// The speed (m/s) to which the velocities of the last stage are known.
+    fn least(&self) -> f64 {
+        self.solved.last().map_or(0.0, |stage| stage.root.least)
+    }
+
+    /// The error of the velocity (m/s) of each dynamic body; none if a stage is singular.
+    fn errors_of_values(
+        &self,
+        (inertias, given): (&[&Inertia<Change>], &[Vector6<Change>]),
+    ) -> Option<Vec<f64>> {
+        let last = self.solved.last()?;
+        let count = inertias.len();
+        let start = self.start_with_difference(last, inertias);
+        let still = RatesInTime::none(last.states.len() - count, count);
+        let ends = last.response((inertias, given), &start, &still)?;
+        let error = |place: usize| {
+            let inertia = self.solver.step.inertias[place];
+            let change = BodyChange::in_state(inertias[place], &ends[place]);
+            let shift = inertia.speed(&change.displacement) / self.duration;
+            inertia.speed(&change.velocities).max(shift)
+        };
+        Some((0..count).map(error).collect())
+    }
+
+    /// The start of the last stage with its difference from that of the embedded formula.
+    fn start_with_difference(
+        &self,
+        last: &SolvedStage,
+        inertias: &[&Inertia<Change>],
+    ) -> StageStart<Change> {
+        let start = &last.equations.start;
+        let rates = self.stages.rates();
+        let difference = |place: usize| {
+            let [velocities, wrenches] = [
+                rates.iter().map(|rates| rates.velocities[place]).collect(),
+                rates.iter().map(|rates| rates.wrenches[place]).collect(),
+            ];
+            [velocities, wrenches]
+                .map(|rates: Vec<_>| self.estimate.of(rates.into_iter(), self.duration))
+        };
+        let (mut poses, mut momenta) = (Vec::new(), Vec::new());
+        for (place, inertia) in inertias.iter().enumerate() {
+            let [displacement, impulse] = difference(place);
+            let state = BodyState {
+                pose: start.poses[place],
+                twist: Twist::zero(),
+            };
+            let change = BodyChange {
+                displacement,
+                velocities: Vector6::zeros(),
+            };
+            poses.push(change.of_state(inertia, &state).pose);
+            momenta.push(
+                start.momenta[place]
+                    .zip_map(&impulse, |value, change| Change::new(value, [change])),
+            );
+        }
+        StageStart {
+            displacements: Vec::new(),
+            poses,
+            momenta,
+            duration: start.duration,
+            time: start.time,
+        }
+    }
+
+    /// The error of the derivative of the velocity (m/s) of each dynamic body along the motion; none if a stage is singular.
+    fn errors_of_slopes(
+        &self,
+        (inertias, given): (&[&Inertia<Change>], &[Vector6<Change>]),
+    ) -> Option<Vec<f64>> {
+        let (step, last) = (self.solver.step, self.solved.last()?);
+        let bodies = self.solver.solved.bodies.iter().enumerate();
+        let from = bodies.map(|(place, body)| {
+            let given = step.scene.given[step.island.dynamic[place]];
+            let wrench = body.acting.unwrap_or_default() + given;
+            let rates = BodyChange::rates(step.inertias[place], &body.state, &wrench);
+            rates.of_state(inertias[place], &body.state)
+        });
+        let mut carried = Stages::new(step, inertias, self.offset, from.collect());
+        let mut ends = carried.from.clone();
+        for (stage, solved) in step.scheme.stages(self.duration).zip(&self.solved) {
+            let start = carried.start(&stage);
+            ends = solved.response((inertias, given), &start, &solved.rates_in_time())?;
+            carried.push(&start, &ends);
+        }
+        let wrenches = &self.stages.rates().last()?.wrenches;
+        let error = |place: usize| {
+            let inertia = step.inertias[place];
+            let carried = BodyChange::in_state(inertias[place], &ends[place]);
+            let rates = BodyChange::rates(inertia, &last.states[place], &wrenches[place]);
+            let flight = self.solver.control.flight(self.speeds[place]);
+            inertia.speed(&(carried.displacement - rates.displacement))
+                + flight * inertia.speed(&(carried.velocities - rates.velocities))
+        };
+        Some((0..inertias.len()).map(error).collect())
+    }
+}

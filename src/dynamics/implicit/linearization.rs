@@ -1,0 +1,69 @@
+//! How the contacts, the forces and the residual of a stage change with the states of its bodies.
+
+use super::about_centers::joined;
+use super::evaluation::{ForceSlopes, with_contacts};
+use super::matrix::Factors;
+use super::pair_model::PairWrenches;
+use super::stage::StageEquations;
+use crate::dynamics::BodyState;
+use crate::dynamics::sweep::Sweep;
+use crate::threads::mapped_into;
+use nalgebra::Vector6;
+
+/// The linearization of a stage at its solution.
+pub(super) struct Linearization {
+    pub contacts: Vec<PairWrenches>,
+    pub forces: Vec<ForceSlopes>,
+    /// Of the derivatives of the residual with respect to the velocities.
+    pub factors: Factors,
+    /// Whether the derivatives of the contacts are exact, or those of the polygons that the solver had.
+    pub is_exact: bool,
+}
+
+impl Linearization {
+    /// The change of contacts and forces on each dynamic body, from the displacements and the changes of velocity of all
+    /// participants.
+    pub fn change(&self, count: usize, changes: &[[Vector6<f64>; 2]]) -> Vec<Vector6<f64>> {
+        let mut forces = vec![Vector6::zeros(); count];
+        for slopes in &self.forces {
+            let [displacement, velocities] = &changes[slopes.column];
+            forces[slopes.row] +=
+                slopes.by_displacement * displacement + slopes.by_velocities * velocities;
+        }
+        let of_contact = |contact: &PairWrenches| {
+            let [displacements, velocities] =
+                [0, 1].map(|kind| joined(contact.bodies.map(|body| Some(changes[body][kind]))));
+            contact.by_displacements * displacements + contact.by_velocities * velocities
+        };
+        let wrenches: Vec<_> = self.contacts.iter().map(of_contact).collect();
+        let bodies = self.contacts.iter().map(|contact| contact.bodies);
+        with_contacts(forces, bodies.zip(&wrenches))
+    }
+}
+
+impl StageEquations<'_> {
+    /// The linearization with all exact first derivatives.
+    pub fn linearized(&self, states: &[BodyState]) -> Linearization {
+        let (scene, island) = (self.step.scene, self.step.island);
+        let mut sweep = Sweep::default();
+        let pairs = scene.close_pairs(island, states, &mut sweep);
+        let mut contacts = Vec::new();
+        mapped_into(&mut contacts, pairs, |&(i, j)| {
+            let pair = scene.pair(island, [i, j], states)?;
+            Some(PairWrenches::of(
+                &pair.geometry(),
+                [i, j],
+                &pair.linearised(),
+            ))
+        });
+        let contacts: Vec<_> = contacts.into_iter().flatten().collect();
+        let forces = self.force_slopes(states, &contacts);
+        let matrix = self.matrix(states, &contacts, &forces);
+        Linearization {
+            factors: matrix.factorised(scene.patterns),
+            contacts,
+            forces,
+            is_exact: true,
+        }
+    }
+}

@@ -1,0 +1,218 @@
+//! A solved stage and its response, to first order, to a change of its start.
+
+use super::island_step::IslandStep;
+use super::newton::Root;
+use super::rigid::six;
+use super::stage::{StageEquations, StageStart, concatenated, six_of};
+use crate::dynamics::{BodyState, Inertia};
+use crate::scalar::{DenseDual, lift};
+use crate::spatial::{Twist, turn_from_real};
+use nalgebra::{Vector3, Vector6};
+
+/// A number and its change.
+pub(super) type Change = DenseDual<1>;
+
+/// Bodies of an island in numbers with a change.
+pub(super) struct ChangedBodies {
+    pub inertias: Vec<Inertia<Change>>,
+    /// Weight and control of each body of the world.
+    pub given: Vec<Vector6<Change>>,
+}
+
+/// Rates along the motion that the states of the dynamic bodies do not determine.
+pub(super) struct RatesInTime {
+    /// Displacement and velocities of the neighbors, per second.
+    pub neighbors: Vec<[Vector6<f64>; 2]>,
+    /// Forces other than contact on the dynamic bodies, per second.
+    pub forces: Vec<Vector6<f64>>,
+}
+
+/// Half the time of a difference quotient, as a fraction of the duration of a stage.
+const SHORT: f64 = 1e-3;
+
+/// The displacement of a body about its center of mass, and its velocities: changes of these, or rates.
+pub(super) struct BodyChange {
+    pub displacement: Vector6<f64>,
+    pub velocities: Vector6<f64>,
+}
+
+/// A stage with its solution.
+pub(super) struct SolvedStage<'a> {
+    pub equations: StageEquations<'a>,
+    /// States of all participants at the end.
+    pub states: Vec<BodyState>,
+    pub root: Root,
+}
+
+impl SolvedStage<'_> {
+    /// Takes the exact derivatives of all contacts.
+    pub fn linearize(&mut self) {
+        self.root.linearization = self.equations.linearized(&self.states);
+    }
+
+    /// The states of the dynamic bodies at the end, from a start with a change and from changes in time; none if the matrix is
+    /// singular.
+    pub fn response(
+        &self,
+        (inertias, given): (&[&Inertia<Change>], &[Vector6<Change>]),
+        start: &StageStart<Change>,
+        in_time: &RatesInTime,
+    ) -> Option<Vec<BodyState<Change>>> {
+        let equations = StageEquations {
+            step: self.equations.step,
+            inertias,
+            given,
+            start: start.clone(),
+            neighbors: Vec::new(),
+        };
+        let count = inertias.len();
+        let mut velocities: Vec<_> = (0..count)
+            .map(|place| {
+                six_of(&self.root.velocities, place).map(|number| Change::new(number, [0.0]))
+            })
+            .collect();
+        let states = equations.states_with(|place| velocities[place]);
+        let bodies = inertias.iter().zip(&states);
+        let dynamic = bodies.map(|(inertia, state)| BodyChange::in_state(inertia, state));
+        let dynamic = dynamic.map(|change| [change.displacement, change.velocities]);
+        let changes: Vec<_> = dynamic.chain(in_time.neighbors.iter().copied()).collect();
+        let acting = self.root.linearization.change(count, &changes);
+        let acting = acting
+            .iter()
+            .zip(&in_time.forces)
+            .map(|(change, in_time)| (change + in_time).map(|change| Change::new(0.0, [change])));
+        let acting: Vec<_> = acting.collect();
+        let residual = equations.residual(&states, &acting);
+        let right = residual.iter().map(|six| six.map(|number| -number.eps[0]));
+        let correction = self
+            .root
+            .linearization
+            .factors
+            .solve(&concatenated(right))?;
+        for (place, six) in velocities.iter_mut().enumerate() {
+            for (number, change) in six.iter_mut().zip(&six_of(&correction, place)) {
+                number.eps[0] = *change;
+            }
+        }
+        Some(equations.states_with(|place| velocities[place]))
+    }
+
+    /// The rates of neighbors and forces at the solution, by differences in time.
+    pub fn rates_in_time(&self) -> RatesInTime {
+        let StageEquations { step, start, .. } = &self.equations;
+        let (scene, count) = (step.scene, step.inertias.len());
+        let short = SHORT * start.duration;
+        let [early, late] = [-short, short].map(|shift| {
+            let time = start.time + shift;
+            let mut states = self.states.clone();
+            states[count..].copy_from_slice(&scene.neighbors_at(step.island, time));
+            let forces = if scene.forces.is_nothing() {
+                vec![Vector6::zeros(); count]
+            } else {
+                self.equations
+                    .forces(time, &states, &self.root.linearization.contacts)
+            };
+            (states, forces)
+        });
+        let rate = |early: &Vector6<f64>, late: &Vector6<f64>| (late - early) / (2.0 * short);
+        let velocities = |state: &BodyState| state.twist.to_vector();
+        let neighbors = (count..self.states.len()).map(|i| {
+            let [early, late] = [&early.0, &late.0].map(|states| velocities(&states[i]));
+            [velocities(&self.states[i]), rate(&early, &late)]
+        });
+        let forces = early.1.iter().zip(&late.1);
+        RatesInTime {
+            neighbors: neighbors.collect(),
+            forces: forces.map(|(early, late)| rate(early, late)).collect(),
+        }
+    }
+
+    /// The largest speed (m/s) of a dynamic body relative to the bodies that it touches or approaches; without any, that of its
+    /// spin alone.
+    pub fn relative_speed(&self, place: usize) -> f64 {
+        let inertia = self.equations.inertias[place];
+        let center = |participant: usize| {
+            let (pose, inertias) = (&self.states[participant].pose, self.equations.inertias);
+            let center = inertias
+                .get(participant)
+                .map(|inertia| inertia.center_of_mass);
+            pose.transformed_point(&center.unwrap_or_default())
+        };
+        let own = &self.states[place].twist;
+        let relative = |other: usize| {
+            let Twist { angular, linear } = &self.states[other].twist;
+            let carried = linear + angular.cross(&(center(place) - center(other)));
+            inertia.speed(&six(&(own.angular - angular), &(own.linear - carried)))
+        };
+        let contacts = self.root.linearization.contacts.iter();
+        let partners = contacts.filter_map(|contact| match contact.bodies {
+            [a, b] if a == place => Some(b),
+            [a, b] if b == place => Some(a),
+            _ => None,
+        });
+        let speeds = partners.map(relative);
+        speeds.fold(
+            inertia.speed(&six(&own.angular, &Vector3::zeros())),
+            f64::max,
+        )
+    }
+}
+
+impl RatesInTime {
+    /// No rates of so many neighbors and dynamic bodies.
+    pub fn none(neighbors: usize, dynamic: usize) -> Self {
+        Self {
+            neighbors: vec![[Vector6::zeros(); 2]; neighbors],
+            forces: vec![Vector6::zeros(); dynamic],
+        }
+    }
+}
+
+impl ChangedBodies {
+    /// The bodies of an island in a step, without a change yet.
+    pub fn new(step: &IslandStep) -> Self {
+        let given = step.scene.given.iter();
+        Self {
+            inertias: step
+                .inertias
+                .iter()
+                .map(|inertia| inertia.lifted())
+                .collect(),
+            given: given.map(|six| six.map(lift)).collect(),
+        }
+    }
+}
+
+impl BodyChange {
+    /// The rates of a body on which a wrench acts in total.
+    pub fn rates(inertia: &Inertia, state: &BodyState, wrench: &Vector6<f64>) -> Self {
+        let displacement = state.twist.to_vector();
+        let [by_pose, _] = inertia.momentum_slopes(state);
+        let impulse = wrench - by_pose * displacement;
+        Self {
+            displacement,
+            velocities: inertia.velocities(state.pose.rotation(), &impulse),
+        }
+    }
+
+    /// The change that a state carries.
+    pub fn in_state(inertia: &Inertia<Change>, state: &BodyState<Change>) -> Self {
+        let change = |number: Change| number.eps[0];
+        let turn = turn_from_real(state.pose.rotation());
+        let arm = state.pose.rotated_constant(&inertia.center_of_mass);
+        Self {
+            displacement: six(&turn, &(state.pose.translation() + arm)).map(change),
+            velocities: state.twist.to_vector().map(change),
+        }
+    }
+
+    /// The state with this change.
+    pub fn of_state(&self, inertia: &Inertia<Change>, state: &BodyState) -> BodyState<Change> {
+        let lifted = state.lifted::<Change>();
+        let change = |number: f64| Change::new(0.0, [number]);
+        BodyState {
+            pose: inertia.displaced(&lifted.pose, &self.displacement.map(change)),
+            twist: Twist::from_vector(&(lifted.twist.to_vector() + self.velocities.map(change))),
+        }
+    }
+}

@@ -1,0 +1,103 @@
+//! The durations of substeps, by the errors of those before.
+
+use crate::scalar::portable::{ln_1p, power};
+use std::f64::consts::LN_2;
+
+/// Safety factor of the next duration.
+const SAFETY: f64 = 0.9;
+
+/// Growth of the duration after a substep, and after one that was rejected before.
+const MOST_GROWTH: [f64; 2] = [5.0, 1.0];
+
+/// Reduction of the duration after a rejected substep.
+const REDUCTIONS: [f64; 2] = [0.02, 0.6];
+
+/// Lowest power of the duration with which errors are taken to decrease. Contact that begins or ends lowers it.
+const LOWEST_ORDER: f64 = 0.7;
+
+/// Reduction of the duration after a stage that was not solved.
+const RETRY: f64 = 0.25;
+
+/// Durations between one and its double.
+const PER_OCTAVE: f64 = 8.0;
+
+/// The duration that the errors of the last substep allow for the next.
+pub(super) struct StepSize {
+    /// Duration (s).
+    allowed: f64,
+    /// Power of the duration with which errors decrease.
+    order: f64,
+    /// Duration (s) and error of the last substep, if it was rejected.
+    rejected: Option<(f64, f64)>,
+}
+
+impl StepSize {
+    pub fn new(allowed: f64, order: f64) -> Self {
+        Self {
+            allowed,
+            order,
+            rejected: None,
+        }
+    }
+
+    /// Duration (s) that errors allow.
+    pub fn allowed(&self) -> f64 {
+        self.allowed
+    }
+
+    /// The next duration (s) out of a time that is left, with the shortest and longest ones.
+    ///
+    /// Durations are powers of 2 with exponents that are multiples of an eighth. A small change of the state therefore changes no
+    /// duration, and derivatives at fixed durations are those of the steps.
+    pub fn next(&self, left: f64, shortest: f64, longest: f64) -> f64 {
+        let wanted = self.allowed.min(longest).max(shortest).min(2.0 * left);
+        let exponent = ln_1p(wanted / shortest - 1.0) / LN_2 * PER_OCTAVE;
+        let wanted = shortest * power(2.0, exponent.floor() / PER_OCTAVE);
+        // Two halves instead of a long substep and a short one.
+        if wanted >= left {
+            left
+        } else {
+            wanted.min(left / 2.0)
+        }
+    }
+
+    /// After a substep with an error, relative to what is allowed.
+    pub fn accept(&mut self, substep: f64, error: f64) {
+        let growth = growth(error, self.order);
+        let most = MOST_GROWTH[usize::from(self.rejected.is_some())];
+        let next = substep * growth.min(most);
+        // The end of the step cuts substeps short, which says nothing about the next.
+        self.allowed = if growth >= 1.0 && self.allowed.is_finite() {
+            self.allowed.max(next).min(most * self.allowed)
+        } else {
+            next
+        };
+        self.rejected = None;
+    }
+
+    /// After a substep with an error, relative to what is allowed, that is too large.
+    pub fn reject(&mut self, substep: f64, error: f64) {
+        let order = self.rejected.map_or(self.order, |(longer, before)| {
+            let seen = ln_1p(before / error - 1.0) / ln_1p(longer / substep - 1.0);
+            if seen.is_finite() {
+                seen.clamp(LOWEST_ORDER, self.order)
+            } else {
+                self.order
+            }
+        });
+        self.rejected = Some((substep, error));
+        let [least, most] = REDUCTIONS;
+        self.allowed = substep * growth(error, order).clamp(least, most);
+    }
+
+    /// After a substep with a stage that was not solved.
+    pub fn fail(&mut self, substep: f64) {
+        self.rejected = Some((substep, f64::INFINITY));
+        self.allowed = substep * RETRY;
+    }
+}
+
+/// The factor of the duration at which an error would be just allowed.
+fn growth(error: f64, order: f64) -> f64 {
+    SAFETY * power(error, -order.recip())
+}

@@ -1,0 +1,63 @@
+//! Rebounds of bodies whose whole face meets a half-space at once, in steps far longer than the impact.
+
+use super::scenes::brick;
+use crate::scenes::at;
+use hydroelastic::contact::HalfSpace;
+use hydroelastic::dynamics::{Body, Integrator, Material, Plan, World};
+use nalgebra::vector;
+
+/// Error of a rebound, of the speed before it.
+const OFF: f64 = 0.02;
+
+/// Most that an elastic rebound may gain, of the speed.
+const GAIN: f64 = 0.002;
+
+/// The speed after an impact on a linear spring with the dissipation of Hunt and Crossley (s/m), by bisection of the closed form.
+fn rebound(speed: f64, dissipation: f64) -> f64 {
+    if dissipation == 0.0 {
+        return speed;
+    }
+    let potential = |v: f64| v / dissipation - (dissipation * v).ln_1p() / dissipation.powi(2);
+    let (mut low, mut high) = (0.0, speed.min((1.0 - 1e-12) / dissipation));
+    for _ in 0..100 {
+        let middle = 0.5 * (low + high);
+        if potential(-middle) < potential(speed) {
+            low = middle;
+        } else {
+            high = middle;
+        }
+    }
+    low
+}
+
+#[test]
+fn flat_faces_rebound_by_the_law() {
+    let (mut worst, mut gain) = (0.0_f64, 0.0_f64);
+    for edges in [[0.1, 0.1, 0.01], [0.016; 3], [0.2, 0.2, 0.1]] {
+        for (modulus, dissipation) in [(1e8, 0.0), (1e8, 1.0), (1e9, 0.0), (1e9, 3.0), (1e10, 0.0)]
+        {
+            for (phase, time_step) in (0..8).map(|phase| (phase, [5e-3, 1e-2][phase % 2])) {
+                let speed = 0.6 + 0.1 * phase as f64;
+                let skin = Material::elastic(modulus).with_dissipation(dissipation);
+                let way = speed * time_step * (1.0 + phase as f64 / 8.0);
+                let body = brick("body", edges, skin).at(at(0.0, 0.0, edges[2] / 2.0 + way));
+                let body = body.with_velocity(vector![0.0, 0.0, -speed]);
+                let floor = Body::fixed("floor", HalfSpace::rigid(), Material::rigid()).unwrap();
+                let world = World::new(vec![body, floor]).unwrap();
+                let plan = Plan::new(time_step, 5).unwrap();
+                let plan = plan.with_integrator(Integrator::Sdirk3);
+                let end = world.rollout(&plan).recorded().unwrap();
+                let found = end.last().bodies[0].velocity().z / speed;
+                let off = found - rebound(speed, dissipation) / speed;
+                worst = worst.max(off.abs());
+                gain = gain.max(if dissipation == 0.0 { off } else { 0.0 });
+                assert!(
+                    off.abs() < OFF,
+                    "{edges:?} {modulus:e} {dissipation} {phase}: {found}, off by {off}"
+                );
+            }
+        }
+    }
+    println!("flat rebounds: off by {worst:.1e} at most, gain {gain:.1e}");
+    assert!(gain < GAIN);
+}

@@ -1,0 +1,324 @@
+//! Derivatives of motions at the default accuracy, in steps of 5 ms, against the motion itself: closed forms, and differences of
+//! outcomes at tight tolerances over changes wider than their noise.
+
+use hydroelastic::contact::{HalfSpace, RigidShape, Shape};
+use hydroelastic::dynamics::{Accuracy, Body, Integrator, Mass, Material, Plan, World};
+use hydroelastic::gradient::{Experiment, FinalState, Parameter};
+use hydroelastic::mesh::{TriangleSurface, shapes};
+use hydroelastic::spatial::Pose;
+use nalgebra::{DMatrix, DVector, Vector3, vector};
+
+/// Longest step (s), many times as long as the impacts.
+const TIME_STEP: f64 = 5e-3;
+
+/// Error of a derivative, of the largest of its column.
+const OFF: f64 = 0.02;
+
+/// Tolerances of the motions that derivatives are compared with.
+fn tight() -> Accuracy {
+    let accuracy = Accuracy::new(1e-6, 3e-5).unwrap();
+    accuracy.with_resting_speed(0.03).unwrap()
+}
+
+fn plan(steps: usize) -> Plan {
+    Plan::new(TIME_STEP, steps)
+        .unwrap()
+        .with_integrator(Integrator::Sdirk3)
+        .recording_every(steps)
+}
+
+fn at(x: f64, y: f64, z: f64) -> Pose {
+    Pose::from_translation(vector![x, y, z])
+}
+
+fn rigid_floor(friction: f64) -> Body {
+    let skin = Material::rigid().with_friction(friction);
+    Body::fixed("floor", HalfSpace::rigid(), skin).unwrap()
+}
+
+fn ball(radius: f64, skin: Material) -> Body {
+    let shape = Shape::new(shapes::icosphere(radius, 2).unwrap());
+    Body::dynamic("body", shape, skin, Mass::Total(1.0)).unwrap()
+}
+
+fn cuboid(edges: [f64; 3], skin: Material) -> Body {
+    let shape = Shape::new(shapes::cuboid(edges).unwrap());
+    Body::dynamic("body", shape, skin, Mass::Total(1.0)).unwrap()
+}
+
+fn falling(bodies: Vec<Body>) -> World {
+    let world = World::new(bodies).unwrap();
+    world.with_gravity(vector![0.0, 0.0, -9.81]).unwrap()
+}
+
+/// Final state of the body by parameters, the position first.
+fn jacobian(world: &World, plan: &Plan, by: &[Parameter]) -> DMatrix<f64> {
+    let outcome = FinalState::of_body(world, "body").unwrap();
+    let experiment = Experiment::new(world, plan);
+    experiment.jacobian(by, &outcome).unwrap().jacobian
+}
+
+/// Checks the derivatives of the final position by each number of a parameter, against differences over a change on either side.
+fn check((label, world, plan): (&str, &World, &Plan), by: &Parameter, change: f64) {
+    let by = std::slice::from_ref(by);
+    let found = jacobian(world, plan, by).rows(0, 3).into_owned();
+    let outcome = FinalState::of_body(world, "body").unwrap();
+    let motion = Experiment::new(world, &plan.with_accuracy(tight()));
+    let column = |place: usize| {
+        let end = |times: f64| {
+            let mut changes = vec![0.0; found.ncols()];
+            changes[place] = times * change;
+            let end = motion.value_after(by, &changes, &outcome).unwrap();
+            DVector::from_vec(end).rows(0, 3).into_owned()
+        };
+        // Of fourth order.
+        ((end(1.0) - end(-1.0)) * 8.0 - (end(2.0) - end(-2.0))) / (12.0 * change)
+    };
+    for place in 0..found.ncols() {
+        let expected = column(place);
+        let off = (found.column(place) - &expected).amax() / expected.amax();
+        println!(
+            "{label}, {:?} {place}: off by {off:.1e} of {:.3}",
+            by[0],
+            expected.amax()
+        );
+        assert!(off < OFF, "{label}, {:?} {place}: off by {off}", by[0]);
+    }
+}
+
+/// The ball of the guide: E 1e9 Pa, friction and dissipation, four heights.
+#[test]
+fn of_a_ball_that_is_thrown_on_a_floor() {
+    let skin = Material::elastic(1e9)
+        .with_dissipation(0.3)
+        .with_friction(0.4);
+    for rise in [0.0, 0.002, 0.004, 0.006] {
+        let body = ball(0.05, skin)
+            .at(at(0.013, 0.017, 0.25 + rise))
+            .with_velocity(vector![0.3, 0.1, 0.0]);
+        let floor = Shape::new(shapes::cuboid([2.0, 2.0, 0.4]).unwrap());
+        let floor = Body::fixed("floor", floor, skin)
+            .unwrap()
+            .at(at(0.0, 0.0, -0.2));
+        let world = falling(vec![body, floor]);
+        let label = format!("throw from {rise}");
+        check(
+            (&label, &world, &plan(60)),
+            &Parameter::InitialVelocity("body".into()),
+            1e-4,
+        );
+    }
+}
+
+/// Facets of the ball arrive one after the other. The derivative of a sphere is −1.
+#[test]
+fn of_an_elastic_bounce_without_gravity() {
+    for phase in 0..8 {
+        let rise = 5.0 * TIME_STEP * f64::from(phase) / 8.0;
+        let body = ball(0.1, Material::elastic(1e9))
+            .at(at(0.0, 0.0, 0.4 + rise))
+            .with_velocity(vector![0.0, 0.0, -5.0]);
+        let world = World::new(vec![body, rigid_floor(0.0)]).unwrap();
+        let found = jacobian(
+            &world,
+            &plan(40),
+            &[Parameter::InitialPosition("body".into())],
+        );
+        assert!((found[(2, 2)] + 1.0).abs() < 0.04, "{}", found[(2, 2)]);
+        check(
+            (&format!("bounce {phase}"), &world, &plan(40)),
+            &Parameter::InitialPosition("body".into()),
+            1e-4,
+        );
+    }
+}
+
+/// The stiffness jumps as a whole face touches.
+#[test]
+fn of_a_cube_that_falls_flat() {
+    for rise in [0.0, 0.002, 0.004, 0.006] {
+        let body = cuboid([0.1; 3], Material::elastic(1e9)).at(at(0.0, 0.0, 0.15 + rise));
+        let world = falling(vec![body, rigid_floor(0.0)]);
+        let by = [Parameter::InitialPosition("body".into())];
+        let found = jacobian(&world, &plan(60), &by)[(2, 2)];
+        // A fall from h takes √(2h/g), and the contact half a period of the linear spring, which does not depend on h:
+        // z = v t − g t²/2 with v = √(2gh) and t what is left after fall and contact.
+        let (gravity, height) = (9.81_f64, 0.1 + rise);
+        let (fall, speed) = (
+            (2.0 * height / gravity).sqrt(),
+            (2.0 * gravity * height).sqrt(),
+        );
+        let stiffness = 0.1 * 0.1 * 1e9 / 0.05;
+        let left = 0.3 - fall - std::f64::consts::PI / f64::sqrt(stiffness);
+        let [by_fall, by_speed] = [1.0 / speed, gravity / speed];
+        let expected = by_speed * left - (speed - gravity * left) * by_fall;
+        println!("flat from {rise}: {found} for {expected}");
+        assert!(
+            (found / expected - 1.0).abs() < OFF,
+            "{found} for {expected}"
+        );
+    }
+}
+
+#[test]
+fn of_two_balls_head_on() {
+    let shape = || Shape::new(shapes::icosphere(0.1, 1).unwrap());
+    let skin = Material::elastic(1e9);
+    let left = Body::dynamic("left", shape(), skin, Mass::Total(1.0)).unwrap();
+    let right = Body::dynamic("body", shape(), skin, Mass::Total(1.0)).unwrap();
+    let world = World::new(vec![
+        left.with_velocity(vector![1.0, 0.0, 0.0]),
+        right.at(at(0.52, 0.0, 0.0)),
+    ])
+    .unwrap();
+    let by = [
+        Parameter::InitialPosition("left".into()),
+        Parameter::InitialPosition("body".into()),
+        Parameter::InitialVelocity("left".into()),
+        Parameter::InitialVelocity("body".into()),
+    ];
+    let found = jacobian(&world, &plan(200), &by);
+    // Equal bodies exchange their velocities.
+    for (place, expected) in [1.0, 0.0, 1.0, 0.0].into_iter().enumerate() {
+        let found = found[(0, 3 * place)];
+        println!("exchange {place}: {found}");
+        assert!((found - expected).abs() < OFF, "{place}: {found}");
+    }
+}
+
+/// The speed after an impact by Hunt and Crossley's law, by the speed before it: with G(v) = v/d − ln(1 + dv)/d², the speed after
+/// solves G(v′) at −d = G(v).
+#[test]
+fn of_an_impact_with_dissipation() {
+    let (speed, dissipation) = (1.0_f64, 1.0_f64);
+    let before = speed / dissipation - (dissipation * speed).ln_1p() / dissipation.powi(2);
+    let after = |v: f64| -v / dissipation - (-dissipation * v).ln_1p() / dissipation.powi(2);
+    let (mut low, mut high) = (0.0, speed.min(1.0 / dissipation) - 1e-12);
+    for _ in 0..100 {
+        let middle = 0.5 * (low + high);
+        if after(middle) < before {
+            low = middle;
+        } else {
+            high = middle;
+        }
+    }
+    let slope = speed / (1.0 + dissipation * speed) * (1.0 - dissipation * low) / low;
+    let skin = Material::elastic(1e9).with_dissipation(dissipation);
+    for phase in 0..5 {
+        let body = ball(0.1, skin)
+            .at(at(0.0, 0.0, 0.12 + TIME_STEP * f64::from(phase) / 5.0))
+            .with_velocity(vector![0.0, 0.0, -speed]);
+        let world = World::new(vec![body, rigid_floor(0.0)]).unwrap();
+        let by = [Parameter::InitialVelocity("body".into())];
+        let outcome = FinalState::of_body(&world, "body").unwrap();
+        let found = Experiment::new(&world, &plan(30))
+            .jacobian(&by, &outcome)
+            .unwrap();
+        let (rows, value) = (found.jacobian, found.value);
+        let velocity = 14; // along z, after position and rotation
+        println!(
+            "Hunt and Crossley {phase}: {} for {low}, {} for {slope}",
+            value[velocity],
+            -rows[(velocity, 2)]
+        );
+        assert!((value[velocity] / low - 1.0).abs() < 1e-3);
+        assert!((-rows[(velocity, 2)] / slope - 1.0).abs() < 5e-3);
+    }
+}
+
+/// The way to a stop is v²/(2μg).
+#[test]
+fn of_a_slide_to_a_stop() {
+    let skin = Material::elastic(1e9)
+        .with_dissipation(0.5)
+        .with_friction(0.5);
+    let depth = 9.81 * 0.05 / (0.2 * 0.2 * 1e9);
+    let body = cuboid([0.2, 0.2, 0.1], skin)
+        .at(at(0.0, 0.0, 0.05 - depth))
+        .with_velocity(vector![1.0, 0.0, 0.0]);
+    let world = falling(vec![body, rigid_floor(0.5)]);
+    let by = [
+        Parameter::InitialVelocity("body".into()),
+        Parameter::Friction("body".into()),
+    ];
+    let found = jacobian(&world, &plan(100), &by);
+    let by_speed = 1.0 / (0.5 * 9.81);
+    // The friction of the body counts for half: the coefficient of two equal ones is theirs.
+    let by_friction = -0.5 / (2.0 * 0.25 * 9.81);
+    println!(
+        "slide: {} {}",
+        found[(0, 0)] / by_speed,
+        found[(0, 3)] / by_friction
+    );
+    assert!((found[(0, 0)] / by_speed - 1.0).abs() < OFF);
+    assert!((found[(0, 3)] / by_friction - 1.0).abs() < OFF);
+}
+
+/// A fast small ball neither passes through a thin plate nor through a half-space.
+#[test]
+fn of_fast_balls_and_thin_bodies() {
+    let small = |modulus| {
+        let shape = Shape::new(shapes::icosphere(0.01, 2).unwrap());
+        let mass = Mass::Density(1000.0);
+        Body::dynamic("body", shape, Material::elastic(modulus), mass).unwrap()
+    };
+    let plate = shapes::cuboid([1.0, 1.0, 0.01]).unwrap();
+    let plate = RigidShape::new(TriangleSurface::around(plate.mesh()).unwrap());
+    let plate = || Body::fixed("plate", plate.clone(), Material::rigid()).unwrap();
+    let thrown = |modulus: f64, speed: f64, height: f64| {
+        let body = small(modulus).at(at(0.013, 0.017, height));
+        body.with_velocity(vector![0.0, 0.0, -speed])
+    };
+    for phase in 0..20 {
+        let start = |speed: f64| 0.06 + speed * TIME_STEP * f64::from(phase) / 20.0;
+        for (speed, bodies) in [
+            (5.0, vec![thrown(1e7, 5.0, start(5.0)), plate()]),
+            (10.0, vec![thrown(1e9, 10.0, start(10.0)), rigid_floor(0.0)]),
+        ] {
+            let world = World::new(bodies).unwrap();
+            let plan = plan(20);
+            let end = world.rollout(&plan).recorded().unwrap();
+            let velocity: Vector3<f64> = *end.last().bodies[0].velocity();
+            assert!(
+                (velocity.norm() / speed - 1.0).abs() < 2e-3 && velocity.z > 0.9 * speed,
+                "{phase}: {velocity:?}"
+            );
+        }
+    }
+}
+
+/// A ball that falls on the floor of a train bounces as in one that stands.
+#[test]
+fn of_a_bounce_on_a_train() {
+    let skin = Material::elastic(1e7);
+    let found = [0.0, 10.0, 30.0, 100.0].map(|speed| {
+        let body = ball(0.05, skin)
+            .at(at(0.013, 0.017, 0.153))
+            .with_velocity(vector![speed, 0.0, 0.0]);
+        let floor = Shape::new(shapes::cuboid([1.0, 1.0, 0.4]).unwrap());
+        let ride = move |time: f64| hydroelastic::dynamics::BodyState {
+            pose: at(speed * time, 0.0, -0.2),
+            twist: hydroelastic::spatial::Twist {
+                linear: vector![speed, 0.0, 0.0],
+                ..hydroelastic::spatial::Twist::zero()
+            },
+        };
+        let floor = Body::prescribed("floor", floor, skin, std::sync::Arc::new(ride)).unwrap();
+        let world = falling(vec![body, floor]);
+        let by = [Parameter::InitialVelocity("body".into())];
+        let outcome = FinalState::of_body(&world, "body").unwrap();
+        let found = Experiment::new(&world, &plan(50))
+            .jacobian(&by, &outcome)
+            .unwrap();
+        [found.value[2], found.jacobian[(2, 2)]]
+    });
+    println!("on a train: {found:?}");
+    let [[height, slope], ..] = found;
+    for [other_height, other_slope] in found {
+        assert!((other_height - height).abs() < 1e-3 * height);
+        assert!(
+            (other_slope - slope).abs() < 0.01 * slope.abs(),
+            "{found:?}"
+        );
+    }
+}
