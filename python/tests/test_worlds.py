@@ -37,7 +37,7 @@ def test_implicit_steps_report_what_they_took(scene):
     reports = [rollout.report for _ in rollout]
     total = rollout.total_report
     assert sum(report.evaluations for report in reports) == total.evaluations > 0
-    assert total.halvings > 0 and total.failures == 0 and total.islands >= 60
+    assert total.rejections > 0 and total.failures == 0 and total.islands >= 60
     loss = total.given + total.acting - total.kinetic
     assert total.numerical_loss == pytest.approx(loss)
     assert abs(total.numerical_loss) < 0.05 * abs(total.given)

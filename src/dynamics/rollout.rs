@@ -105,7 +105,7 @@ impl<T: Scalar> Rollout<T> {
         &self.steps.state
     }
 
-    /// What the last implicit step took, halved ones included; none before it, or if steps are explicit.
+    /// What the last implicit step took, rejected substeps included; none before it, or if steps are explicit.
     #[must_use]
     pub fn report(&self) -> Option<&StepReport> {
         self.steps.memory.as_ref().map(|memory| &memory.report)

@@ -62,21 +62,21 @@ fn a_ball_that_rolls_and_a_symmetric_top() {
     }
 }
 
-/// The most islands and the fewest in a step, and how many steps were halved.
-fn islands_and_halvings<F: hydroelastic::dynamics::Force>(
+/// The most islands and the fewest in a step, and how many substeps were rejected.
+fn islands_and_rejections<F: hydroelastic::dynamics::Force>(
     world: &World<f64, F>,
     plan: &Plan,
 ) -> ([usize; 2], usize) {
     let mut rollout = world.rollout(plan);
-    let (mut islands, mut halvings) = (Vec::new(), 0);
+    let (mut islands, mut rejections) = (Vec::new(), 0);
     for _ in 0..plan.steps() {
         rollout.advance().unwrap();
         let report = rollout.report().unwrap();
         islands.push(report.islands);
-        halvings += report.work.rejections;
+        rejections += report.work.rejections;
     }
     let [least, most] = [islands.iter().min(), islands.iter().max()].map(|count| *count.unwrap());
-    ([least, most], halvings)
+    ([least, most], rejections)
 }
 
 /// Bricks beside each other, of which the first slides to the second, with a floor and forces on some of them.
@@ -146,14 +146,14 @@ fn by_bricks(rubs: bool) -> Vec<Parameter> {
 }
 
 #[test]
-fn islands_that_merge_and_steps_that_are_halved() {
+fn islands_that_merge_and_steps_that_are_divided() {
     for law in [[0.0; 2], [0.3, 0.3]] {
         let world = bricks(law, 2.0);
         for plan in plans(5e-3, 20) {
-            let (islands, halvings) = islands_and_halvings(&world, &plan);
+            let (islands, rejections) = islands_and_rejections(&world, &plan);
             assert_eq!(islands, [2, 3]);
             let is_adaptive = plan.integrator() == Integrator::Sdirk3;
-            assert!(!is_adaptive || halvings > 0);
+            assert!(!is_adaptive || rejections > 0);
             compare(&world, &plan, &by_bricks(law[1] > 0.0), &END);
         }
     }
@@ -186,7 +186,7 @@ fn a_chain_of_twenty() {
         ]);
     }
     for plan in plans(5e-3, 10) {
-        let (islands, _) = islands_and_halvings(&world, &plan);
+        let (islands, _) = islands_and_rejections(&world, &plan);
         assert_eq!(islands, [1, 1]);
         compare(&world, &plan, &parameters, &END);
     }
