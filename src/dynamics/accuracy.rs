@@ -4,17 +4,18 @@ use super::settings::check_positive;
 /// How closely [`Integrator::Sdirk3`](super::Integrator::Sdirk3) follows the motion.
 ///
 /// Each time step is divided until two errors are below their tolerances for every body: the local error of its velocity, and the
-/// error of the derivative of its velocity. Let v be the speed of a body relative to the bodies that it touches, with its spin
+/// error of the derivatives of its motion. Let v be the speed of a body relative to the bodies that it touches, with its spin
 /// counted by the radius of gyration, and let f be the *resting speed*. A tolerance t then allows
 ///
 /// t·v + min(t·f⁴/v³, f·t^¼).
 ///
-/// A body faster than f is held to the relative tolerance. Below f the tolerance grows. Below f·t^¼, which is 0.18 f by default,
-/// impacts are not resolved, and bodies come to rest. An error of a derivative counts for the time of the flight that it changes,
+/// If a body is faster than f, the tolerance is relative. Below f the tolerance grows. Below f·t^¼, which is 0.18 f by default,
+/// impacts are not resolved, and bodies come to rest. The error of the derivatives is
+/// that of the rate of displacement (m/s), plus that of the acceleration (m/s²) times the duration of the flight that v can cause,
 /// v/g and at most 1 s.
 ///
-/// The work in one time step is bounded. After 256 substeps of a single body, or 256/n of n bodies in contact, the tolerances
-/// double, and again after each eighth of that number. [`Work::missed`](super::Work::missed) counts the substeps that exceed the
+/// The tolerances grow when a step needs many substeps. A group of n bodies that move together may take 256/n substeps, rejected ones
+/// included. Beyond that, the tolerances double for each further eighth of this number. [`Work::missed`](super::Work::missed) counts the substeps that exceed the
 /// tolerances.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]

@@ -104,7 +104,7 @@ impl Plan {
     }
 
     /// The same plan with another accuracy of implicit steps with error control. The time step is then the longest substep, and
-    /// the frame rate.
+    /// the shortest interval between recorded states.
     #[must_use]
     pub fn with_accuracy(self, accuracy: Accuracy) -> Self {
         Self { accuracy, ..self }

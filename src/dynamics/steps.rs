@@ -34,7 +34,7 @@ pub(crate) struct Steps<T> {
 #[derive(Debug, Clone)]
 pub(crate) struct Checkpoint {
     pub state: State,
-    /// What the last implicit step left; none before the first.
+    /// What the last implicit step carries on to the next; none before the first.
     last: Option<LastStep>,
 }
 

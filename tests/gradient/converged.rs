@@ -11,7 +11,7 @@ use nalgebra::{DMatrix, DVector, Vector3, vector};
 /// Longest step (s), many times as long as the impacts.
 const TIME_STEP: f64 = 5e-3;
 
-/// Error of a derivative, of the largest of its column.
+/// Largest error of a derivative, relative to the largest entry of its column.
 const OFF: f64 = 0.02;
 
 /// Tolerances of the motions that derivatives are compared with.
@@ -58,7 +58,8 @@ fn jacobian(world: &World, plan: &Plan, by: &[Parameter]) -> DMatrix<f64> {
     experiment.jacobian(by, &outcome).unwrap().jacobian
 }
 
-/// Checks the derivatives of the final position by each number of a parameter, against differences over a change on either side.
+/// Checks the derivatives of the final position by each number of a parameter, against differences over a change on either side. A
+/// change of 1e-3 is wide enough: outcomes at tight tolerances have noise of up to 1e-6.
 fn check((label, world, plan): (&str, &World, &Plan), by: &Parameter, change: f64) {
     let by = std::slice::from_ref(by);
     let found = jacobian(world, plan, by).rows(0, 3).into_owned();
@@ -105,12 +106,12 @@ fn of_a_ball_that_is_thrown_on_a_floor() {
         check(
             (&label, &world, &plan(60)),
             &Parameter::InitialVelocity("body".into()),
-            1e-4,
+            1e-3,
         );
     }
 }
 
-/// Facets of the ball arrive one after the other. The derivative of a sphere is −1.
+/// Facets of the ball arrive one after the other. For an exact sphere the derivative is −1.
 #[test]
 fn of_an_elastic_bounce_without_gravity() {
     for phase in 0..8 {
@@ -128,7 +129,7 @@ fn of_an_elastic_bounce_without_gravity() {
         check(
             (&format!("bounce {phase}"), &world, &plan(40)),
             &Parameter::InitialPosition("body".into()),
-            1e-4,
+            1e-3,
         );
     }
 }
@@ -243,7 +244,7 @@ fn of_a_slide_to_a_stop() {
     ];
     let found = jacobian(&world, &plan(100), &by);
     let by_speed = 1.0 / (0.5 * 9.81);
-    // The friction of the body counts for half: the coefficient of two equal ones is theirs.
+    // The coefficient of the pair depends on those of both bodies. If these are equal, its derivative by one of them is 1/2.
     let by_friction = -0.5 / (2.0 * 0.25 * 9.81);
     println!(
         "slide: {} {}",
@@ -287,7 +288,7 @@ fn of_fast_balls_and_thin_bodies() {
     }
 }
 
-/// A ball that falls on the floor of a train bounces as in one that stands.
+/// A ball that falls on the floor of a train bounces as on a floor at rest.
 #[test]
 fn of_a_bounce_on_a_train() {
     let skin = Material::elastic(1e7);

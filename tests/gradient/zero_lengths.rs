@@ -21,7 +21,7 @@ const IN_PARTS: f64 = 1e-7;
 /// Change of the initial state (m, m/s).
 const CHANGE: f64 = 1e-4;
 
-/// Discretization error times the phase: the factor is (hω)²/24 for leapfrog, about (hω)²/12 for SDIRK3, hω for implicit Euler.
+/// Discretization error times the phase: the factor is (hω)²/24 for leapfrog, of order (hω)³ for SDIRK3, hω for implicit Euler.
 const DISCRETE: [(Integrator, f64); 3] = [
     (Integrator::Leapfrog, 1e-4),
     (Integrator::Sdirk3, 1e-3),

@@ -21,7 +21,7 @@ const MOST_FAILURES: usize = 100;
 /// Substeps of one body in a time step, rejected ones included, before the tolerances grow.
 const BUDGET: f64 = 256.0;
 
-/// How often the tolerances double while as many substeps again as the budget are taken.
+/// Number of doublings of the tolerances for each further budget of substeps.
 const DOUBLINGS: f64 = 8.0;
 
 /// The motion of an island through a time step.
@@ -163,15 +163,15 @@ impl<'a> IslandSolver<'a> {
         Ok(())
     }
 
-    /// How much more than the tolerance an error may be: 1 within the budget of substeps, and more and more beyond it.
+    /// The factor by which an error may exceed its tolerance: 1 within the budget of substeps, and exponentially growing beyond it.
     fn allowance(&self) -> f64 {
         let spent = self.solved.work.substeps + self.solved.work.rejections;
         let share = (spent * self.solved.bodies.len()) as f64 / BUDGET;
         power(2.0, DOUBLINGS * (share - 1.0).max(0.0))
     }
 
-    /// The time (s) in which a body that no contact holds may pass through another: the sum of their thicknesses over their
-    /// relative speed.
+    /// The longest substep (s) in which no body can pass through another: the sum of their thicknesses over their relative speed.
+    /// Bodies in contact are left out, unless other forces act, too.
     fn longest_unseen(&self) -> f64 {
         if self.step.scheme.estimate.is_none() {
             return f64::INFINITY;

@@ -40,12 +40,12 @@ impl ErrorControl {
         }
     }
 
-    /// The allowed error of the velocity (m/s) of a body with a speed.
+    /// The tolerance of the velocity (m/s) of a body at a speed (m/s).
     pub fn velocity(&self, place: usize, speed: f64) -> f64 {
         self.allowed(self.accuracy.values(), place, speed)
     }
 
-    /// The allowed error of the derivative of the velocity (m/s) along the motion, times the flight that it changes.
+    /// The tolerance of the derivatives (m/s) of a body along the motion at a speed (m/s).
     pub fn slope(&self, place: usize, speed: f64) -> f64 {
         self.allowed(self.accuracy.slopes(), place, speed)
     }
@@ -55,7 +55,7 @@ impl ErrorControl {
         LONGEST_FLIGHT.min(speed / self.gravity)
     }
 
-    /// See [`Accuracy`].
+    /// The tolerance at a speed, by the formula of [`Accuracy`].
     fn allowed(&self, tolerance: f64, place: usize, speed: f64) -> f64 {
         let resting = self.resting[place];
         let slow = tolerance * resting * (resting / speed).powi(3);

@@ -3,7 +3,8 @@
 //! The *error of values* is the difference from an embedded formula of lower order, taken through the last stage. The *error of
 //! slopes* is that of the derivative along the motion: the time derivative of the state obeys the same linearized equations as
 //! every other sensitivity, and it is known at both ends of a substep as velocities and accelerations. The stages carry the rates
-//! at the start to the end, and the difference from the rates there estimates the error of all derivatives.
+//! at the start to the end. The difference from the rates there is the error of the derivative along the motion. It serves as the
+//! estimate for all derivatives.
 
 use super::advance::IslandSolver;
 use super::report::Work;
@@ -14,11 +15,11 @@ use crate::dynamics::{BodyState, Inertia};
 use crate::spatial::Twist;
 use nalgebra::Vector6;
 
-/// An error up to this many times the tolerance of the solver is always allowed.
+/// Errors below this multiple of the solver's tolerance are always accepted, because they may be round-off.
 const UNKNOWN: f64 = 100.0;
 
-/// An error of slopes, relative to the tolerance, for which the derivatives of the solver suffice. Those of friction are not
-/// exact, which the estimate takes for an error.
+/// Above this error of slopes, relative to the tolerance, the estimate takes exact derivatives of contacts. The solver approximates
+/// those of friction, and the approximation would count as an error.
 const NEGLIGIBLE: f64 = 0.2;
 
 /// The estimates of the errors of a substep that was solved.
@@ -71,7 +72,7 @@ impl ErrorEstimator<'_> {
         ]
     }
 
-    /// The largest error (m/s) of a body, relative to the tolerance of the body; infinite if there are none.
+    /// The largest error (m/s) of a body, relative to the tolerance of the body; infinite if a stage is singular.
     fn largest(&self, errors: Option<Vec<f64>>, tolerance: impl Fn(usize, f64) -> f64) -> f64 {
         let Some(errors) = errors else {
             return f64::INFINITY;
@@ -158,7 +159,8 @@ impl ErrorEstimator<'_> {
         }
     }
 
-    /// The error of the derivative of the velocity (m/s) of each dynamic body along the motion; none if a stage is singular.
+    /// The error of the derivatives of each dynamic body along the motion: that of the rate of displacement (m/s) and that of the
+    /// acceleration (m/s²) times the flight (s); none if a stage is singular.
     fn errors_of_slopes(
         &self,
         (inertias, given): (&[&Inertia<Change>], &[Vector6<Change>]),

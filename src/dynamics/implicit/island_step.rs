@@ -28,7 +28,7 @@ pub(in crate::dynamics) struct Substep {
     pub duration: f64,
     /// Velocities of the dynamic bodies, one vector for each stage.
     pub roots: Vec<DVector<f64>>,
-    /// Whether its error exceeds the tolerance, because a shorter substep is not allowed.
+    /// Whether its error exceeds the tolerance.
     pub is_missed: bool,
 }
 

@@ -1,4 +1,4 @@
-//! How the contacts, the forces and the residual of a stage change with the states of its bodies.
+//! The linearization of a stage: derivatives of contacts, forces and the residual.
 
 use super::about_centers::joined;
 use super::evaluation::{ForceSlopes, with_contacts};
@@ -14,9 +14,9 @@ use nalgebra::Vector6;
 pub(super) struct Linearization {
     pub contacts: Vec<PairWrenches>,
     pub forces: Vec<ForceSlopes>,
-    /// Of the derivatives of the residual with respect to the velocities.
+    /// Factors of the derivatives of the residual with respect to the velocities.
     pub factors: Factors,
-    /// Whether the derivatives of the contacts are exact, or those of the polygons that the solver had.
+    /// Whether the derivatives of the contacts are exact. If not, they hold the contact polygons fixed and approximate friction.
     pub is_exact: bool,
 }
 

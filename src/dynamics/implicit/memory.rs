@@ -34,12 +34,12 @@ pub(in crate::dynamics) struct Memory {
     pub stop: Arc<AtomicBool>,
 }
 
-/// What a step leaves for the next.
+/// What is carried from one step to the next.
 #[derive(Debug, Clone)]
 pub(in crate::dynamics) struct LastStep {
-    /// The wrench of contact and forces on each body at its end; none before the first.
+    /// The wrench of contacts and forces on each body at the end of the step; none before the first step.
     acting: Vec<Option<Vector6<f64>>>,
-    /// Duration (s) that errors allow each body for the next substep.
+    /// Duration (s) that the errors of each body allow for its next substep.
     allowed: Vec<f64>,
 }
 

@@ -69,7 +69,7 @@ impl PairModel {
         Some(model)
     }
 
-    /// Returns whether dissipation and friction add anything.
+    /// Returns whether dissipation or friction adds to the wrenches.
     pub fn rubs(&self) -> bool {
         self.contact.rubs()
     }

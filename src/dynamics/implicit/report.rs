@@ -20,7 +20,8 @@ pub struct StepReport {
 pub struct Work {
     /// Substeps that were taken, of all islands.
     pub substeps: usize,
-    /// Substeps that were taken although their error exceeds the tolerance, because they are as short as allowed.
+    /// Accepted substeps whose error exceeds the tolerance. Such a substep is as short as allowed, or the step has used its budget of
+    /// substeps ([`Accuracy`](crate::dynamics::Accuracy)).
     pub missed: usize,
     /// Systems of equations: one for each stage of each substep, rejected ones included.
     pub solves: usize,

@@ -8,7 +8,7 @@ use nalgebra::Vector6;
 pub(in crate::dynamics) struct Scheme {
     /// For each stage, the weights of the stages before it, and its own.
     stages: &'static [(&'static [f64], f64)],
-    /// The estimate of the local error; none for substeps that errors do not divide.
+    /// The estimate of the local error; none for a method without error control.
     pub estimate: Option<ErrorEstimate>,
 }
 
@@ -30,7 +30,7 @@ const LAST: [f64; 2] = [
     (6.0 * GAMMA * GAMMA - 20.0 * GAMMA + 5.0) / 4.0,
 ];
 
-/// Third order \[Alexander 1977\], with the formula of second order that the first two stages give.
+/// Third order \[Alexander 1977\]. The first two stages make the embedded formula of second order.
 pub(in crate::dynamics) const SDIRK3: Scheme = Scheme {
     stages: &[
         (&[], GAMMA),
@@ -87,7 +87,7 @@ impl Scheme {
 }
 
 impl ErrorEstimate {
-    /// The estimate for one number, from its rates in all stages.
+    /// The estimate for the displacement or the momentum of a body, from its rates in all stages.
     pub(super) fn of(
         &self,
         rates: impl Iterator<Item = Vector6<f64>>,

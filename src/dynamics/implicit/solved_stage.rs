@@ -9,10 +9,10 @@ use crate::scalar::{DenseDual, lift};
 use crate::spatial::{Twist, turn_from_real};
 use nalgebra::{Vector3, Vector6};
 
-/// A number and its change.
+/// A number with one derivative: its change.
 pub(super) type Change = DenseDual<1>;
 
-/// Bodies of an island in numbers with a change.
+/// Bodies of an island in numbers that carry a change.
 pub(super) struct ChangedBodies {
     pub inertias: Vec<Inertia<Change>>,
     /// Weight and control of each body of the world.
@@ -27,7 +27,7 @@ pub(super) struct RatesInTime {
     pub forces: Vec<Vector6<f64>>,
 }
 
-/// Half the time of a difference quotient, as a fraction of the duration of a stage.
+/// Half the step of central differences in time, as a fraction of the duration of a stage.
 const SHORT: f64 = 1e-3;
 
 /// The displacement of a body about its center of mass, and its velocities: changes of these, or rates.
@@ -127,8 +127,7 @@ impl SolvedStage<'_> {
         }
     }
 
-    /// The largest speed (m/s) of a dynamic body relative to the bodies that it touches or approaches; without any, that of its
-    /// spin alone.
+    /// The largest speed (m/s) of a dynamic body relative to the bodies that it touches, and at least that of its own spin.
     pub fn relative_speed(&self, place: usize) -> f64 {
         let inertia = self.equations.inertias[place];
         let center = |participant: usize| {
@@ -206,7 +205,7 @@ impl BodyChange {
         }
     }
 
-    /// The state with this change.
+    /// The state, carrying this change.
     pub fn of_state(&self, inertia: &Inertia<Change>, state: &BodyState) -> BodyState<Change> {
         let lifted = state.lifted::<Change>();
         let change = |number: f64| Change::new(0.0, [number]);

@@ -6,10 +6,10 @@ use std::f64::consts::LN_2;
 /// Safety factor of the next duration.
 const SAFETY: f64 = 0.9;
 
-/// Growth of the duration after a substep, and after one that was rejected before.
+/// Largest growth of the duration after an accepted substep: normally, and directly after a rejection.
 const MOST_GROWTH: [f64; 2] = [5.0, 1.0];
 
-/// Reduction of the duration after a rejected substep.
+/// Smallest and largest factor of the duration after a rejected substep.
 const REDUCTIONS: [f64; 2] = [0.02, 0.6];
 
 /// Lowest power of the duration with which errors are taken to decrease. Contact that begins or ends lowers it.
@@ -18,7 +18,7 @@ const LOWEST_ORDER: f64 = 0.7;
 /// Reduction of the duration after a stage that was not solved.
 const RETRY: f64 = 0.25;
 
-/// Durations between one and its double.
+/// Number of durations in a factor of two.
 const PER_OCTAVE: f64 = 8.0;
 
 /// The duration that the errors of the last substep allow for the next.
@@ -40,15 +40,15 @@ impl StepSize {
         }
     }
 
-    /// Duration (s) that errors allow.
+    /// Duration (s) that errors allow for the next substep.
     pub fn allowed(&self) -> f64 {
         self.allowed
     }
 
     /// The next duration (s) out of a time that is left, with the shortest and longest ones.
     ///
-    /// Durations are powers of 2 with exponents that are multiples of an eighth. A small change of the state therefore changes no
-    /// duration, and derivatives at fixed durations are those of the steps.
+    /// Durations are the shortest one times 2^(k/8) with an integer k, except at the end of the step. Most small changes of the state
+    /// change no duration, so derivatives hold the durations fixed.
     pub fn next(&self, left: f64, shortest: f64, longest: f64) -> f64 {
         let wanted = self.allowed.min(longest).max(shortest).min(2.0 * left);
         let exponent = ln_1p(wanted / shortest - 1.0) / LN_2 * PER_OCTAVE;
@@ -61,7 +61,7 @@ impl StepSize {
         }
     }
 
-    /// After a substep with an error, relative to what is allowed.
+    /// Sets the next duration after an accepted substep, from its error relative to what is allowed.
     pub fn accept(&mut self, substep: f64, error: f64) {
         let growth = growth(error, self.order);
         let most = MOST_GROWTH[usize::from(self.rejected.is_some())];
@@ -75,7 +75,8 @@ impl StepSize {
         self.rejected = None;
     }
 
-    /// After a substep with an error, relative to what is allowed, that is too large.
+    /// Reduces the duration after a substep that was rejected for its error, relative to what is allowed. Two rejections in a row
+    /// tell with which power of the duration errors decrease.
     pub fn reject(&mut self, substep: f64, error: f64) {
         let order = self.rejected.map_or(self.order, |(longer, before)| {
             let seen = ln_1p(before / error - 1.0) / ln_1p(longer / substep - 1.0);
@@ -90,7 +91,7 @@ impl StepSize {
         self.allowed = substep * growth(error, order).clamp(least, most);
     }
 
-    /// After a substep with a stage that was not solved.
+    /// Reduces the duration after a stage that was not solved.
     pub fn fail(&mut self, substep: f64) {
         self.rejected = Some((substep, f64::INFINITY));
         self.allowed = substep * RETRY;

@@ -109,7 +109,7 @@ impl IslandSolver<'_> {
         }
     }
 
-    /// Solves a stage of a trial, from the velocities of the stage before.
+    /// Solves a stage, beginning at a guess of its velocities.
     fn root(
         &self,
         equations: &StageEquations,

@@ -123,7 +123,7 @@ pub enum Kink {
     /// Two bodies have equal pressures over a volume: [`Kinks::are_equal`].
     EqualFields,
     /// An implicit step has substeps whose errors exceed the tolerances of [`Accuracy`](crate::dynamics::Accuracy) for one of
-    /// these bodies, which move together. Derivatives are those of the steps, and may not be those of the motion.
+    /// these bodies, which move together. The derivative of the numerical solution may differ from that of the motion.
     Unresolved,
 }
 

@@ -6,10 +6,10 @@ use hydroelastic::contact::HalfSpace;
 use hydroelastic::dynamics::{Body, Integrator, Material, Plan, World};
 use nalgebra::vector;
 
-/// Error of a rebound, of the speed before it.
+/// Largest error of a rebound, relative to the speed before it.
 const OFF: f64 = 0.02;
 
-/// Most that an elastic rebound may gain, of the speed.
+/// Largest relative gain of speed in an elastic rebound.
 const GAIN: f64 = 0.002;
 
 /// The speed after an impact on a linear spring with the dissipation of Hunt and Crossley (s/m), by bisection of the closed form.

@@ -13,8 +13,8 @@ use std::sync::Arc;
 /// motions.
 const ANOTHER_MOTION: f64 = 1e-6;
 
-/// The same by steps that errors divide (m). Where a body touches another, a substep ends at the touch, and its duration depends on
-/// rounding errors: ends differ by a part of the tolerance.
+/// The same for steps with error control (m). Where a body touches another, a substep ends at the touch, and its duration depends on
+/// rounding errors: ends differ by a fraction of the tolerance.
 const ANOTHER_DIVISION: f64 = 1e-4;
 
 /// Steps of implicit Euler that are as long as an impact have several solutions. Another order of bodies selects another solution in

@@ -43,8 +43,8 @@ pub fn on_slope(bodies: Vec<Body>, angle: f64, slip_tolerance: f64) -> World {
         .unwrap()
 }
 
-/// A plan whose steps errors do not divide, except where a body might pass through another: differences of its outcomes are
-/// derivatives of the same steps.
+/// The plan without error control. Steps are still divided if a body might pass through another. Finite differences then take the
+/// same substeps as derivatives.
 pub fn undivided(plan: Plan) -> Plan {
     plan.with_accuracy(Accuracy::new(1e9, 1e9).unwrap())
 }
