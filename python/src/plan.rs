@@ -98,7 +98,7 @@ impl Integrator {
 /// Parameters
 /// ----------
 /// values : relative tolerance of velocities, positive.
-/// slopes : relative tolerance of derivatives of velocities, positive.
+/// slopes : relative tolerance of the derivatives of the motion, positive.
 /// resting_speed : (m/s) of all bodies. By default that of a body after a fall by a hundredth of its smallest extent.
 ///
 /// Raises
@@ -131,7 +131,7 @@ impl Accuracy {
         self.0.values()
     }
 
-    /// Relative tolerance of derivatives of velocities.
+    /// Relative tolerance of the derivatives of the motion.
     #[getter]
     fn slopes(&self) -> f64 {
         self.0.slopes()

@@ -10,13 +10,12 @@ use super::settings::check_positive;
 /// t·v + min(t·f⁴/v³, f·t^¼).
 ///
 /// If a body is faster than f, the tolerance is relative. Below f the tolerance grows. Below f·t^¼, which is 0.18 f by default,
-/// impacts are not resolved, and bodies come to rest. The error of the derivatives is
-/// that of the rate of displacement (m/s), plus that of the acceleration (m/s²) times the duration of the flight that v can cause,
-/// v/g and at most 1 s.
+/// impacts are not resolved, and bodies come to rest. The error of the derivatives is that of the rate of displacement (m/s), plus
+/// that of the acceleration (m/s²) times the duration of the flight that v can cause, v/g and at most 1 s.
 ///
-/// The tolerances grow when a step needs many substeps. A group of n bodies that move together may take 256/n substeps, rejected ones
-/// included. Beyond that, the tolerances double for each further eighth of this number. [`Work::missed`](super::Work::missed) counts the substeps that exceed the
-/// tolerances.
+/// The tolerances grow when a step needs many substeps. A group of n bodies that move together may take 256/n substeps, rejected
+/// ones included. Beyond that, the tolerances double for each further eighth of this number.
+/// [`Work::missed`](super::Work::missed) counts the substeps that exceed the tolerances.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(

@@ -10,6 +10,7 @@ pub mod exact_claims;
 pub mod glb;
 pub mod half_planes;
 pub mod hostile;
+pub mod impacts;
 pub mod moved_meshes;
 pub mod moving;
 pub mod octahedra;

@@ -119,12 +119,11 @@ impl<'a> IslandSolver<'a> {
         let mut offset = 0.0;
         while offset < duration {
             let left = duration - offset;
-            let longest = self.longest_unseen() * self.allowance();
-            let substep = size.next(left, shortest, longest);
+            let allowance = self.allowance();
+            let substep = size.next(left, shortest, self.longest_unseen() * allowance);
             let is_shortest = substep <= shortest * (1.0 + 1e-9);
             let (trial, work) = self.try_substep(offset, substep);
             self.solved.work += work;
-            let allowance = self.allowance();
             match trial {
                 Ok(trial)
                     if trial.error <= allowance || (is_shortest && trial.error.is_finite()) =>

@@ -39,37 +39,29 @@ impl ErrorEstimator<'_> {
     /// The larger of the two errors, relative to the tolerances of the bodies. Takes the exact derivatives of contacts where they
     /// matter.
     pub fn error(&mut self, work: &mut Work) -> f64 {
-        let [values, mut slopes] = self.errors();
-        if slopes > NEGLIGIBLE {
-            let mut count = 0;
-            for stage in &mut self.solved {
-                if !stage.root.linearization.is_exact {
-                    stage.linearize();
-                    count += 1;
-                }
-            }
-            work.linearizations += count;
-            if count > 0 {
-                [_, slopes] = self.errors();
-            }
-        }
-        values.max(slopes)
-    }
-
-    /// The errors of values and of slopes, relative to the tolerances: the largest of a body.
-    fn errors(&self) -> [f64; 2] {
         let changed = ChangedBodies::new(self.solver.step);
         let inertias: Vec<_> = changed.inertias.iter().collect();
         let bodies = (&*inertias, &*changed.given);
         let control = &self.solver.control;
-        [
-            self.largest(self.errors_of_values(bodies), |place, speed| {
-                control.velocity(place, speed)
-            }),
-            self.largest(self.errors_of_slopes(bodies), |place, speed| {
-                control.slope(place, speed)
-            }),
-        ]
+        let values = self.largest(self.errors_of_values(bodies), |place, speed| {
+            control.velocity(place, speed)
+        });
+        let slopes = |estimator: &Self| {
+            let errors = estimator.errors_of_slopes(bodies);
+            estimator.largest(errors, |place, speed| control.slope(place, speed))
+        };
+        let by_solver = slopes(self);
+        if by_solver <= NEGLIGIBLE {
+            return values.max(by_solver);
+        }
+        let stages = self.solved.iter_mut();
+        let mut count = 0;
+        for stage in stages.filter(|stage| !stage.root.linearization.is_exact) {
+            stage.linearize();
+            count += 1;
+        }
+        work.linearizations += count;
+        values.max(if count > 0 { slopes(self) } else { by_solver })
     }
 
     /// The largest error (m/s) of a body, relative to the tolerance of the body; infinite if a stage is singular.
@@ -125,17 +117,12 @@ impl ErrorEstimator<'_> {
     ) -> StageStart<Change> {
         let start = &last.equations.start;
         let rates = self.stages.rates();
-        let difference = |place: usize| {
-            let [velocities, wrenches] = [
-                rates.iter().map(|rates| rates.velocities[place]).collect(),
-                rates.iter().map(|rates| rates.wrenches[place]).collect(),
-            ];
-            [velocities, wrenches]
-                .map(|rates: Vec<_>| self.estimate.of(rates.into_iter(), self.duration))
-        };
         let (mut poses, mut momenta) = (Vec::new(), Vec::new());
         for (place, inertia) in inertias.iter().enumerate() {
-            let [displacement, impulse] = difference(place);
+            let velocities = rates.iter().map(|rates| rates.velocities[place]);
+            let wrenches = rates.iter().map(|rates| rates.wrenches[place]);
+            let displacement = self.estimate.of(velocities, self.duration);
+            let impulse = self.estimate.of(wrenches, self.duration);
             let state = BodyState {
                 pose: start.poses[place],
                 twist: Twist::zero(),

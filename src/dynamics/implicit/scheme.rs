@@ -93,10 +93,7 @@ impl ErrorEstimate {
         rates: impl Iterator<Item = Vector6<f64>>,
         substep: f64,
     ) -> Vector6<f64> {
-        let terms = self.weights.iter().zip(rates);
-        terms.fold(Vector6::zeros(), |sum, (weight, rate)| {
-            sum + rate * (weight * substep)
-        })
+        sum(self.weights.iter().map(|weight| weight * substep), rates)
     }
 }
 
@@ -108,9 +105,18 @@ impl Stage {
 
     /// The sum that the rates of the stages before it give.
     pub fn accumulated<T: Scalar>(&self, rates: impl Iterator<Item = Vector6<T>>) -> Vector6<T> {
-        let terms = self.before().zip(rates);
-        terms.fold(super::rigid::none(), |sum, (time, rate)| {
+        sum(self.before(), rates)
+    }
+}
+
+/// The sum of rates, each times a time (s).
+fn sum<T: Scalar>(
+    times: impl Iterator<Item = f64>,
+    rates: impl Iterator<Item = Vector6<T>>,
+) -> Vector6<T> {
+    times
+        .zip(rates)
+        .fold(super::rigid::none(), |sum, (time, rate)| {
             sum + rate.map(|number| number * time)
         })
-    }
 }

@@ -90,22 +90,22 @@ impl IslandSolver<'_> {
         equations: &StageEquations,
         solved: &[SolvedStage],
     ) -> DVector<f64> {
-        let start = (self.step.start + offset, velocities_of(&self.solved.bodies));
-        let known = solved.iter().map(|stage| {
-            let velocities = stage.root.velocities.clone();
-            (stage.equations.start.time, velocities)
-        });
-        let known: Vec<_> = [start].into_iter().chain(known).collect();
-        match &*known {
-            [.., (early, first), (late, second)] => {
-                let ahead = (equations.start.time - late) / (late - early);
-                if ahead.is_finite() {
-                    second + (second - first) * ahead
-                } else {
-                    second.clone()
-                }
-            }
-            _ => known[0].1.clone(),
+        let start = velocities_of(&self.solved.bodies);
+        let Some((last, before)) = solved.split_last() else {
+            return start;
+        };
+        let time = |stage: &SolvedStage| stage.equations.start.time;
+        let (early, first) = before
+            .last()
+            .map_or((self.step.start + offset, &start), |before| {
+                (time(before), &before.root.velocities)
+            });
+        let (late, second) = (time(last), &last.root.velocities);
+        let ahead = (equations.start.time - late) / (late - early);
+        if ahead.is_finite() {
+            second + (second - first) * ahead
+        } else {
+            second.clone()
         }
     }
 

@@ -2,6 +2,7 @@
 
 use super::scenes::brick;
 use crate::scenes::at;
+use crate::support::impacts::rebound;
 use hydroelastic::contact::HalfSpace;
 use hydroelastic::dynamics::{Body, Integrator, Material, Plan, World};
 use nalgebra::vector;
@@ -11,24 +12,6 @@ const OFF: f64 = 0.02;
 
 /// Largest relative gain of speed in an elastic rebound.
 const GAIN: f64 = 0.002;
-
-/// The speed after an impact on a linear spring with the dissipation of Hunt and Crossley (s/m), by bisection of the closed form.
-fn rebound(speed: f64, dissipation: f64) -> f64 {
-    if dissipation == 0.0 {
-        return speed;
-    }
-    let potential = |v: f64| v / dissipation - (dissipation * v).ln_1p() / dissipation.powi(2);
-    let (mut low, mut high) = (0.0, speed.min((1.0 - 1e-12) / dissipation));
-    for _ in 0..100 {
-        let middle = 0.5 * (low + high);
-        if potential(-middle) < potential(speed) {
-            low = middle;
-        } else {
-            high = middle;
-        }
-    }
-    low
-}
 
 #[test]
 fn flat_faces_rebound_by_the_law() {
