@@ -33,6 +33,19 @@ impl Outcome for AllStates {
     }
 }
 
+/// The positions of all bodies in the recorded states but the first.
+pub struct RecordedPositions;
+
+impl Outcome for RecordedPositions {
+    fn of<T: Scalar>(&self, trajectory: &dynamics::Trajectory<T>) -> Vec<T> {
+        let states = trajectory.states()[1..].iter();
+        let bodies = states.flat_map(|state| &state.bodies);
+        bodies
+            .flat_map(|body| body.position().iter().copied())
+            .collect()
+    }
+}
+
 /// The derivatives of a trajectory by p numbers of parameters: each of its arrays with p at the end, so that derivatives have
 /// the indices of what they are of.
 #[pyclass(frozen, get_all, module = "hydroelastic")]
@@ -193,6 +206,67 @@ impl DifferenceCheck {
             self.0.best()
         )
     }
+}
+
+/// The derivatives of recorded positions by p numbers of parameters, compared with the slopes of the motion.
+#[pyclass(frozen, module = "hydroelastic")]
+pub struct DerivativeCheck(pub gradient::DerivativeCheck);
+
+#[pymethods]
+impl DerivativeCheck {
+    /// What each derivative is by: a parameter, and which of its numbers.
+    #[getter]
+    fn numbers(&self) -> Vec<String> {
+        let derivatives = self.0.derivatives.iter();
+        derivatives.map(|found| found.number.clone()).collect()
+    }
+
+    /// For each derivative "right", "kink", "unresolved" or "chaotic".
+    #[getter]
+    fn verdicts(&self) -> Vec<String> {
+        let derivatives = self.0.derivatives.iter();
+        derivatives.map(|found| found.verdict.to_string()).collect()
+    }
+
+    /// (p,) float64: the largest difference between derivative and slope, relative to the larger of their largest entries.
+    #[getter]
+    fn errors<'py>(&self, py: Python<'py>) -> PyResult<Floats<'py>> {
+        let errors: Vec<f64> = self.0.derivatives.iter().map(|found| found.error).collect();
+        let count = errors.len();
+        array(py, errors, &[count])
+    }
+
+    /// For each derivative the time (s) of the first recorded state where it is not the slope, and the name of the body; None if it
+    /// is right.
+    #[getter]
+    fn first(&self) -> Vec<Option<(f64, String)>> {
+        let derivatives = self.0.derivatives.iter();
+        derivatives.map(|found| found.first.clone()).collect()
+    }
+
+    /// Whether all derivatives are right.
+    #[getter]
+    fn is_right(&self) -> bool {
+        self.0.is_right()
+    }
+
+    fn __reduce__<'py>(&self, py: Python<'py>) -> PyResult<Reduced<'py>> {
+        reduced(py, "_load_derivative_check", &self.0)
+    }
+
+    fn __str__(&self) -> String {
+        self.0.to_string()
+    }
+
+    fn __repr__(&self) -> String {
+        format!("DerivativeCheck({:?})", self.verdicts())
+    }
+}
+
+/// A check from what pickle has kept.
+#[pyfunction]
+pub fn _load_derivative_check(saved: &[u8]) -> PyResult<DerivativeCheck> {
+    loaded(saved).map(DerivativeCheck)
 }
 
 /// A check from what pickle has kept.

@@ -59,6 +59,7 @@ fn _core(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_function(wrap_pyfunction!(world_pickle::_load_world, module)?)?;
     module.add_function(wrap_pyfunction!(world_pickle::_load_body, module)?)?;
     module.add_function(wrap_pyfunction!(contacts::_load_topology, module)?)?;
+    module.add_function(wrap_pyfunction!(jacobian::_load_derivative_check, module)?)?;
     module.add_function(wrap_pyfunction!(jacobian::_load_difference_check, module)?)?;
     module.add_class::<shape::Shape>()?;
     module.add_class::<rigid_shape::RigidShape>()?;
@@ -86,6 +87,7 @@ fn _core(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_class::<batch::Batch>()?;
     module.add_class::<parameter::Parameter>()?;
     module.add_class::<jacobian::TrajectoryJacobian>()?;
+    module.add_class::<jacobian::DerivativeCheck>()?;
     module.add_class::<jacobian::DifferenceCheck>()?;
     module.add_class::<report::StepReport>()?;
     module.add_class::<report::Report>()?;

@@ -8,7 +8,7 @@ use pyo3::prelude::*;
 
 /// What one implicit step, or several, took.
 #[pyclass(frozen, eq, module = "hydroelastic")]
-#[derive(Clone, Copy, PartialEq)]
+#[derive(Clone, PartialEq)]
 pub struct StepReport(pub dynamics::StepReport);
 
 #[pymethods]
@@ -97,10 +97,29 @@ impl StepReport {
         self.0.energy.numerical_loss()
     }
 
+    /// (n,) float64: the estimated error of the velocity of each body, relative as the tolerance of values is, summed over substeps.
+    /// 0 for bodies that forces do not move, and without error control.
+    #[getter]
+    fn errors_of_values<'py>(&self, py: Python<'py>) -> PyResult<Floats<'py>> {
+        self.of_bodies(py, |errors| errors.values)
+    }
+
+    /// (n,) float64: the same of the derivatives of each body's motion, relative as the tolerance of slopes is.
+    #[getter]
+    fn errors_of_slopes<'py>(&self, py: Python<'py>) -> PyResult<Floats<'py>> {
+        self.of_bodies(py, |errors| errors.slopes)
+    }
+
+    /// For each body the substeps in which one of its errors exceeds the tolerance.
+    #[getter]
+    fn missed_by_body(&self) -> Vec<usize> {
+        self.0.errors.iter().map(|errors| errors.missed).collect()
+    }
+
     /// The sum of two reports.
     fn __add__(&self, other: &Self) -> Self {
-        let mut sum = self.0;
-        sum += other.0;
+        let mut sum = self.0.clone();
+        sum += other.0.clone();
         Self(sum)
     }
 
@@ -133,6 +152,19 @@ impl StepReport {
 
     fn __reduce__<'py>(&self, py: Python<'py>) -> PyResult<Reduced<'py>> {
         reduced(py, "_load_step_report", &self.0)
+    }
+}
+
+impl StepReport {
+    /// A number of the errors of each body.
+    fn of_bodies<'py>(
+        &self,
+        py: Python<'py>,
+        number: fn(&dynamics::BodyErrors) -> f64,
+    ) -> PyResult<Floats<'py>> {
+        let numbers: Vec<f64> = self.0.errors.iter().map(number).collect();
+        let count = numbers.len();
+        array(py, numbers, &[count])
     }
 }
 

@@ -92,7 +92,7 @@ impl Steps {
         self.steps.advance()?;
         self.taken += 1;
         if let Some(report) = self.steps.report() {
-            *self.total.get_or_insert_default() += *report;
+            *self.total.get_or_insert_default() += report.clone();
         }
         Ok(())
     }
@@ -139,13 +139,13 @@ impl Rollout {
     /// What the last step took; None before it, and for explicit steps.
     #[getter]
     fn report(&self) -> PyResult<Option<StepReport>> {
-        Ok(self.steps()?.steps.report().copied().map(StepReport))
+        Ok(self.steps()?.steps.report().cloned().map(StepReport))
     }
 
     /// What all steps took so far; None before the first, and for explicit steps.
     #[getter]
     fn total_report(&self) -> PyResult<Option<StepReport>> {
-        Ok(self.steps()?.total.map(StepReport))
+        Ok(self.steps()?.total.clone().map(StepReport))
     }
 
     /// Takes all remaining steps and returns the states that the plan records, the present one first.

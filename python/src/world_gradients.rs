@@ -4,7 +4,9 @@ use crate::arrays::{Floats, Whole, array, count, whole};
 use crate::by_states::ByStates;
 use crate::errors::not_differentiated;
 use crate::interrupt::{Progress, Shared, run};
-use crate::jacobian::{AllStates, DifferenceCheck, TrajectoryJacobian, both};
+use crate::jacobian::{
+    AllStates, DerivativeCheck, DifferenceCheck, RecordedPositions, TrajectoryJacobian, both,
+};
 use crate::parameter::{Parameter, inner};
 use crate::plan::Plan;
 use crate::trajectory::Trajectory;
@@ -184,7 +186,31 @@ impl World {
         ))
     }
 
-    /// Compares the derivatives of the recorded states with central differences at seven steps. Takes 1 + 14 p rollouts.
+    /// Compares the derivatives of the recorded positions with the slopes of the motion over a width on either side. Takes 1 + 4 p
+    /// rollouts at tight tolerances, and a Jacobian there if a derivative is not right.
+    ///
+    /// width : in typical changes of each number, its value for materials and masses, else 1 SI unit: the tolerance to which the
+    /// number matters.
+    ///
+    /// The verdict on a derivative is "right"; "kink" if the slopes on the two sides differ, and it is one of them; "unresolved" if
+    /// it is right at tight tolerances, but not at those of the plan; and "chaotic" if it is not the slope at any tolerance.
+    #[pyo3(signature = (plan, parameters, *, width=1e-3))]
+    fn derivative_check(
+        &self,
+        py: Python<'_>,
+        plan: &Plan,
+        parameters: Vec<Bound<'_, Parameter>>,
+        width: f64,
+    ) -> PyResult<DerivativeCheck> {
+        let by = inner(&parameters);
+        let found = self.experiment(py, plan, (0, None), |it| {
+            it.derivative_check(&by, &RecordedPositions, width)
+        })?;
+        Ok(DerivativeCheck(found))
+    }
+
+    /// Compares the derivatives of the recorded states with central differences of the same steps, at seven steps. Takes 1 + 14 p
+    /// rollouts.
     fn difference_check(
         &self,
         py: Python<'_>,

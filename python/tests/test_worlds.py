@@ -45,6 +45,9 @@ def test_implicit_steps_report_what_they_took(scene):
     for report in reports[1:]:
         summed += report
     assert summed == total
+    assert total.missed_by_body == [0, 0]
+    for errors in (total.errors_of_values, total.errors_of_slopes):
+        assert errors.shape == (2,) and 0.0 < errors[0] < 0.1 and errors[1] == 0.0
 
 
 def test_energies_contacts_and_stable_steps(bounce):

@@ -1,6 +1,9 @@
 use super::WorldError;
 use super::settings::check_positive;
 
+/// Tolerances of values and of slopes that are tight for most motions.
+const TIGHT: [f64; 2] = [1e-6, 3e-5];
+
 /// How closely [`Integrator::Sdirk3`](super::Integrator::Sdirk3) follows the motion.
 ///
 /// Each time step is divided until two errors are below their tolerances for every body: the local error of its velocity, and the
@@ -67,6 +70,16 @@ impl Accuracy {
             resting_speed: Some(speed),
             ..self
         })
+    }
+
+    /// Tolerances at which outcomes and derivatives serve as those of the motion.
+    pub(super) fn tighter(self) -> Self {
+        let [values, slopes] = TIGHT;
+        Self {
+            values: values.min(0.1 * self.values),
+            slopes: slopes.min(0.1 * self.slopes),
+            ..self
+        }
     }
 
     /// Tolerance of values.

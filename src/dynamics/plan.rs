@@ -4,6 +4,9 @@ use super::{Accuracy, Integrator, WorldError};
 /// Solver tolerance of a new plan: the last correction, which is applied, leaves far less.
 pub(super) const SOLVER_TOLERANCE: f64 = 1e-10;
 
+/// How many steps of a converged plan without error control take the place of one.
+const SHORTER: usize = 8;
+
 /// How a world is stepped, and what is recorded of it: the settings of a [`Rollout`](super::Rollout), a
 /// [`Batch`](super::Batch) or an [`Experiment`](crate::gradient::Experiment).
 ///
@@ -156,6 +159,19 @@ impl Plan {
     #[must_use]
     pub fn checks_stability(&self) -> bool {
         self.checks_stability
+    }
+
+    /// The plan whose outcomes serve as those of the motion: tight tolerances, or short steps if these have no error control.
+    pub(crate) fn converged(&self) -> Self {
+        if self.integrator.has_error_control() {
+            return self.with_accuracy(self.accuracy.tighter());
+        }
+        Self {
+            time_step: self.time_step / SHORTER as f64,
+            steps: self.steps * SHORTER,
+            record_every: self.record_every.saturating_mul(SHORTER),
+            ..*self
+        }
     }
 
     /// Whether the state after so many steps is recorded.

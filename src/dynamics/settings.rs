@@ -10,7 +10,7 @@ pub(super) fn check_finite(quantity: &'static str, numbers: &[f64]) -> Result<()
 }
 
 /// Checks that a number is positive and finite.
-pub(super) fn check_positive(quantity: &'static str, value: f64) -> Result<(), WorldError> {
+pub(crate) fn check_positive(quantity: &'static str, value: f64) -> Result<(), WorldError> {
     check(quantity, value, value > 0.0, "positive and finite")
 }
 

@@ -21,7 +21,7 @@ pub(crate) struct System<T = f64> {
     /// Numbers that forces read, by their names.
     pub force_parameters: Vec<(String, T)>,
     /// Time (s) of the initial state.
-    pub(super) start: f64,
+    pub(crate) start: f64,
     pub(super) ignored: BTreeSet<(usize, usize)>,
     pub(super) slip_tolerance: f64,
 }

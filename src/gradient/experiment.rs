@@ -90,6 +90,14 @@ impl Experiment {
         self.plan.steps() * numbers.div_ceil(WIDE).max(1)
     }
 
+    /// The same experiment by another plan.
+    pub(super) fn with_plan(&self, plan: Plan) -> Self {
+        Self {
+            plan,
+            ..self.clone()
+        }
+    }
+
     /// Stop flag of the experiment.
     pub(super) fn stop(&self) -> Arc<AtomicBool> {
         Arc::clone(&self.stop)
@@ -160,6 +168,15 @@ impl Experiment {
         &self,
         parameters: &[Parameter],
         outcome: &impl Outcome,
+    ) -> Result<OutcomeJacobian, GradientError> {
+        self.jacobian_of(parameters, outcome)
+    }
+
+    /// Not generic, so that it is compiled in this library.
+    pub(super) fn jacobian_of(
+        &self,
+        parameters: &[Parameter],
+        outcome: &dyn DifferentiableOutcome,
     ) -> Result<OutcomeJacobian, GradientError> {
         let (found, breakdown) = self.differentiated(parameters, outcome)?;
         check_outcome(found.value.as_slice())?;

@@ -1,7 +1,8 @@
 //! Derivatives by dual numbers: seed the inputs, run the same functions on them, read the derivatives.
 //!
 //! An [`Experiment`] differentiates a rollout: any [`Outcome`] by any selection of named
-//! [`Parameter`]s, and [`Experiment::difference_check`] holds the result against differences.
+//! [`Parameter`]s. [`Experiment::difference_check`] compares the result with differences of the same steps,
+//! [`Experiment::derivative_check`] with the motion.
 //!
 //! ```
 //! use hydroelastic::contact::Shape;
@@ -48,10 +49,12 @@
 mod batch;
 mod breakdown;
 mod changes;
-mod check;
+mod derivative_check;
+mod difference_check;
 mod error;
 mod experiment;
 mod linearised;
+mod motion_slopes;
 mod outcome;
 mod outcome_covectors;
 mod parameter;
@@ -63,7 +66,8 @@ mod serial;
 mod widths;
 mod wrench_jacobian;
 
-pub use check::DifferenceCheck;
+pub use derivative_check::{CheckedDerivative, DerivativeCheck, Verdict};
+pub use difference_check::DifferenceCheck;
 pub use error::GradientError;
 pub use experiment::{Experiment, OutcomeJacobian};
 pub use linearised::LinearisedRollout;

@@ -51,4 +51,10 @@ pub(super) trait DifferentiableOutcome:
 {
 }
 
-impl<O: Outcome> DifferentiableOutcome for O {}
+impl<O> DifferentiableOutcome for O where
+    O: OutcomeIn<f64>
+        + OutcomeIn<DenseDual<NARROW>>
+        + OutcomeIn<DenseDual<MIDDLE>>
+        + OutcomeIn<DenseDual<WIDE>>
+{
+}

@@ -11,7 +11,7 @@ use nalgebra::{DMatrix, DVector, Vector3, vector};
 use std::sync::Arc;
 
 /// Longest step (s), many times as long as the impacts.
-const TIME_STEP: f64 = 5e-3;
+pub const TIME_STEP: f64 = 5e-3;
 
 /// Largest error of a derivative, relative to the largest entry of its column.
 const OFF: f64 = 0.02;
@@ -22,33 +22,33 @@ fn tight() -> Accuracy {
     accuracy.with_resting_speed(0.03).unwrap()
 }
 
-fn plan(steps: usize) -> Plan {
+pub fn plan(steps: usize) -> Plan {
     Plan::new(TIME_STEP, steps)
         .unwrap()
         .with_integrator(Integrator::Sdirk3)
         .recording_every(steps)
 }
 
-fn at(x: f64, y: f64, z: f64) -> Pose {
+pub fn at(x: f64, y: f64, z: f64) -> Pose {
     Pose::from_translation(vector![x, y, z])
 }
 
-fn rigid_floor(friction: f64) -> Body {
+pub fn rigid_floor(friction: f64) -> Body {
     let skin = Material::rigid().with_friction(friction);
     Body::fixed("floor", HalfSpace::rigid(), skin).unwrap()
 }
 
-fn ball(radius: f64, skin: Material) -> Body {
+pub fn ball(radius: f64, skin: Material) -> Body {
     let shape = Shape::new(shapes::icosphere(radius, 2).unwrap());
     Body::dynamic("body", shape, skin, Mass::Total(1.0)).unwrap()
 }
 
-fn cuboid(edges: [f64; 3], skin: Material) -> Body {
+pub fn cuboid(edges: [f64; 3], skin: Material) -> Body {
     let shape = Shape::new(shapes::cuboid(edges).unwrap());
     Body::dynamic("body", shape, skin, Mass::Total(1.0)).unwrap()
 }
 
-fn falling(bodies: Vec<Body>) -> World {
+pub fn falling(bodies: Vec<Body>) -> World {
     let world = World::new(bodies).unwrap();
     world.with_gravity(vector![0.0, 0.0, -9.81]).unwrap()
 }

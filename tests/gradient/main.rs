@@ -3,6 +3,7 @@
 mod cancelling;
 mod converged;
 mod debug_texts;
+mod derivative_check;
 mod difference_check;
 mod dimensions;
 mod force_parameters;

@@ -2,7 +2,7 @@
 
 use super::error_control::ErrorControl;
 use super::island_step::{IslandStep, StepError, Substep};
-use super::report::{EnergyBalance, Work};
+use super::report::{BodyErrors, EnergyBalance, Work};
 use super::stage::{StageStart, concatenated};
 use super::step_size::StepSize;
 use super::substep::Trial;
@@ -31,6 +31,8 @@ pub(super) struct SolvedStep {
     pub bodies: Vec<BodyProgress>,
     pub work: Work,
     pub energy: EnergyBalance,
+    /// Estimated errors of the dynamic bodies.
+    pub errors: Vec<BodyErrors>,
     /// Box around each participant in all substeps.
     pub swept: Vec<Aabb>,
 }
@@ -67,6 +69,7 @@ impl<'a> IslandSolver<'a> {
             control,
             solved: SolvedStep {
                 substeps: Vec::new(),
+                errors: vec![BodyErrors::default(); bodies.len()],
                 bodies,
                 work: Work::default(),
                 energy: EnergyBalance::default(),
@@ -126,9 +129,9 @@ impl<'a> IslandSolver<'a> {
             self.solved.work += work;
             match trial {
                 Ok(trial)
-                    if trial.error <= allowance || (is_shortest && trial.error.is_finite()) =>
+                    if trial.error() <= allowance || (is_shortest && trial.error().is_finite()) =>
                 {
-                    size.accept(substep, trial.error / allowance);
+                    size.accept(substep, trial.error() / allowance);
                     self.accept(trial, offset, substep);
                     offset = if substep >= left {
                         duration
@@ -138,7 +141,7 @@ impl<'a> IslandSolver<'a> {
                 }
                 Ok(trial) if !is_shortest => {
                     self.solved.work.rejections += 1;
-                    size.reject(substep, trial.error / allowance);
+                    size.reject(substep, trial.error() / allowance);
                 }
                 Err(StepError::Unsolved { .. })
                     if !is_shortest && self.solved.work.failures < MOST_FAILURES =>
@@ -205,14 +208,20 @@ impl<'a> IslandSolver<'a> {
                 *all = all.union(own);
             }
         }
+        let mut missed = Vec::new();
+        let errors = self.solved.errors.iter_mut().zip(&trial.errors);
+        for (place, (sum, errors)) in errors.enumerate() {
+            if sum.add(errors, &self.control.accuracy) {
+                missed.push(place);
+            }
+        }
         self.solved.work.substeps += 1;
-        let is_missed = trial.error > 1.0;
-        self.solved.work.missed += usize::from(is_missed);
+        self.solved.work.missed += usize::from(!missed.is_empty());
         self.solved.substeps.push(Substep {
             offset,
             duration,
             roots: trial.roots,
-            is_missed,
+            missed,
         });
         self.control.speeds = trial.speeds;
         self.solved.bodies = trial.bodies;

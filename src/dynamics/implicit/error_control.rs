@@ -16,7 +16,7 @@ const LONGEST_FLIGHT: f64 = 1.0;
 /// The tolerances of the bodies of an island in a step.
 #[derive(Debug, Clone)]
 pub(super) struct ErrorControl {
-    accuracy: Accuracy,
+    pub accuracy: Accuracy,
     gravity: f64,
     /// Resting speed (m/s) of each dynamic body.
     resting: Vec<f64>,

@@ -36,38 +36,45 @@ pub(super) struct ErrorEstimator<'a> {
 }
 
 impl ErrorEstimator<'_> {
-    /// The larger of the two errors, relative to the tolerances of the bodies. Takes the exact derivatives of contacts where they
-    /// matter.
-    pub fn error(&mut self, work: &mut Work) -> f64 {
+    /// The errors of values and of slopes of each dynamic body, relative to its tolerances. Takes the exact derivatives of contacts
+    /// where they matter.
+    pub fn errors(&mut self, work: &mut Work) -> Vec<[f64; 2]> {
         let changed = ChangedBodies::new(self.solver.step);
         let inertias: Vec<_> = changed.inertias.iter().collect();
         let bodies = (&*inertias, &*changed.given);
         let control = &self.solver.control;
-        let values = self.largest(self.errors_of_values(bodies), |place, speed| {
+        let values = self.relative(self.errors_of_values(bodies), |place, speed| {
             control.velocity(place, speed)
         });
-        let slopes = |estimator: &Self| {
+        let of_slopes = |estimator: &Self| {
             let errors = estimator.errors_of_slopes(bodies);
-            estimator.largest(errors, |place, speed| control.slope(place, speed))
+            estimator.relative(errors, |place, speed| control.slope(place, speed))
         };
-        let by_solver = slopes(self);
-        if by_solver <= NEGLIGIBLE {
-            return values.max(by_solver);
+        let mut slopes = of_slopes(self);
+        if slopes.iter().any(|&error| error > NEGLIGIBLE) {
+            let stages = self.solved.iter_mut();
+            let mut count = 0;
+            for stage in stages.filter(|stage| !stage.root.linearization.is_exact) {
+                stage.linearize();
+                count += 1;
+            }
+            work.linearizations += count;
+            if count > 0 {
+                slopes = of_slopes(self);
+            }
         }
-        let stages = self.solved.iter_mut();
-        let mut count = 0;
-        for stage in stages.filter(|stage| !stage.root.linearization.is_exact) {
-            stage.linearize();
-            count += 1;
-        }
-        work.linearizations += count;
-        values.max(if count > 0 { slopes(self) } else { by_solver })
+        let both = values.into_iter().zip(slopes);
+        both.map(|(value, slope)| [value, slope]).collect()
     }
 
-    /// The largest error (m/s) of a body, relative to the tolerance of the body; infinite if a stage is singular.
-    fn largest(&self, errors: Option<Vec<f64>>, tolerance: impl Fn(usize, f64) -> f64) -> f64 {
+    /// The errors (m/s) of the bodies, relative to their tolerances; infinite if a stage is singular.
+    fn relative(
+        &self,
+        errors: Option<Vec<f64>>,
+        tolerance: impl Fn(usize, f64) -> f64,
+    ) -> Vec<f64> {
         let Some(errors) = errors else {
-            return f64::INFINITY;
+            return vec![f64::INFINITY; self.speeds.len()];
         };
         let relative = |(place, error): (usize, f64)| {
             let allowed = tolerance(place, self.speeds[place]) + UNKNOWN * self.least();
@@ -78,11 +85,7 @@ impl ErrorEstimator<'_> {
                 relative => relative,
             }
         };
-        errors
-            .into_iter()
-            .enumerate()
-            .map(relative)
-            .fold(0.0, f64::max)
+        errors.into_iter().enumerate().map(relative).collect()
     }
 
     /// The speed (m/s) to which the velocities of the last stage are known.

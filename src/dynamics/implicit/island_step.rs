@@ -28,8 +28,8 @@ pub(in crate::dynamics) struct Substep {
     pub duration: f64,
     /// Velocities of the dynamic bodies, one vector for each stage.
     pub roots: Vec<DVector<f64>>,
-    /// Whether its error exceeds the tolerance.
-    pub is_missed: bool,
+    /// The dynamic bodies, by their places in the island, whose errors exceed their tolerances.
+    pub missed: Vec<usize>,
 }
 
 /// An island and the substeps that led it through a time step.
@@ -82,9 +82,10 @@ impl<'a> IslandStep<'a> {
 }
 
 impl Trace {
-    /// Returns whether a substep exceeds its tolerance.
-    pub fn is_missed(&self) -> bool {
-        self.substeps.iter().any(|substep| substep.is_missed)
+    /// The bodies of the world whose errors exceed their tolerances in a substep, some of them repeatedly.
+    pub fn missed(&self) -> impl Iterator<Item = usize> {
+        let places = self.substeps.iter().flat_map(|substep| &substep.missed);
+        places.map(|&place| self.island.dynamic[place])
     }
 
     /// Memory of one body in a step that is not divided (bytes).

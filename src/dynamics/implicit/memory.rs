@@ -4,7 +4,7 @@ use super::error_control::ErrorControl;
 use super::island::Island;
 use super::island_step::IslandStep;
 use super::matrix::Patterns;
-use super::report::StepReport;
+use super::report::{BodyErrors, StepReport};
 use super::scheme::Scheme;
 use super::{Scene, StepError, Trace};
 use crate::dynamics::any_world::{AnyWorld, RealForces, Seeded};
@@ -129,18 +129,21 @@ impl Memory {
     }
 
     fn keep(&mut self, solved: Vec<(Island, SolvedStep)>) {
-        self.report = StepReport::default();
+        let count = self.system.bodies.len();
+        self.report = StepReport {
+            errors: vec![BodyErrors::default(); count],
+            ..StepReport::default()
+        };
         self.traces.clear();
         for (island, step) in solved {
-            for (&body, moved) in island.dynamic.iter().zip(&step.bodies) {
+            for (place, (&body, moved)) in island.dynamic.iter().zip(&step.bodies).enumerate() {
                 self.last.acting[body] = moved.acting;
                 self.last.allowed[body] = moved.allowed;
+                self.report.errors[body] = step.errors[place];
             }
-            self.report += StepReport {
-                islands: 1,
-                work: step.work,
-                energy: step.energy,
-            };
+            self.report.islands += 1;
+            self.report.work += step.work;
+            self.report.energy += step.energy;
             self.traces.push(Trace {
                 island,
                 substeps: step.substeps,

@@ -35,7 +35,7 @@ pub(super) use island::Island;
 pub(super) use island_step::{StepError, Trace};
 pub(super) use memory::{LastStep, Memory, Step};
 pub(super) use replay::{Replay, ReplayedStage, ReplayedSubstep};
-pub use report::{EnergyBalance, StepReport, Work};
+pub use report::{BodyErrors, EnergyBalance, StepReport, Work};
 pub(super) use rigid::displaced_back;
 pub(super) use scene::Scene;
 pub(super) use scheme::{IMPLICIT_EULER, SDIRK3, Scheme};

@@ -1,7 +1,8 @@
+use crate::dynamics::Accuracy;
 use std::ops::AddAssign;
 
 /// What an implicit time step took.
-#[derive(Debug, Clone, Copy, Default, PartialEq)]
+#[derive(Debug, Clone, Default, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[non_exhaustive]
 pub struct StepReport {
@@ -11,6 +12,34 @@ pub struct StepReport {
     pub work: Work,
     /// Where the energy went, all bodies together.
     pub energy: EnergyBalance,
+    /// The estimated errors of each body of the world: 0 for bodies that forces do not move, and without error control.
+    pub errors: Vec<BodyErrors>,
+}
+
+/// The magnitudes of the estimated errors of a body, summed over substeps. The errors of the motion are mostly smaller, because errors
+/// of different signs cancel. They are larger if the motion amplifies them.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[non_exhaustive]
+pub struct BodyErrors {
+    /// Of its velocity, relative as the tolerance of values is ([`Accuracy`]).
+    pub values: f64,
+    /// Of the derivatives of its motion, relative as the tolerance of slopes is.
+    pub slopes: f64,
+    /// Substeps in which one of its errors exceeds the tolerance.
+    pub missed: usize,
+}
+
+impl BodyErrors {
+    /// Adds the errors of values and of slopes of a substep, given relative to their tolerances. Returns whether one of them
+    /// exceeds its tolerance.
+    pub(super) fn add(&mut self, [values, slopes]: &[f64; 2], accuracy: &Accuracy) -> bool {
+        let is_missed = values.max(*slopes) > 1.0;
+        self.values += values * accuracy.values();
+        self.slopes += slopes * accuracy.slopes();
+        self.missed += usize::from(is_missed);
+        is_missed
+    }
 }
 
 /// What a solver did.
@@ -89,5 +118,18 @@ impl AddAssign for StepReport {
         self.islands += other.islands;
         self.work += other.work;
         self.energy += other.energy;
+        let count = self.errors.len().max(other.errors.len());
+        self.errors.resize(count, BodyErrors::default());
+        for (sum, errors) in self.errors.iter_mut().zip(other.errors) {
+            *sum += errors;
+        }
+    }
+}
+
+impl AddAssign for BodyErrors {
+    fn add_assign(&mut self, other: Self) {
+        self.values += other.values;
+        self.slopes += other.slopes;
+        self.missed += other.missed;
     }
 }

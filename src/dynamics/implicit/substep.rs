@@ -20,8 +20,15 @@ pub(super) struct Trial {
     pub swept: Vec<Aabb>,
     /// Largest relative speed (m/s) of each dynamic body in the step so far.
     pub speeds: Vec<f64>,
+    /// The errors of values and of slopes of each dynamic body, relative to its tolerances; none without error control.
+    pub errors: Vec<[f64; 2]>,
+}
+
+impl Trial {
     /// The largest error of a body, relative to its tolerance.
-    pub error: f64,
+    pub fn error(&self) -> f64 {
+        self.errors.iter().flatten().copied().fold(0.0, f64::max)
+    }
 }
 
 impl IslandSolver<'_> {
@@ -40,7 +47,7 @@ impl IslandSolver<'_> {
             energy: EnergyBalance::default(),
             swept: Vec::new(),
             speeds: self.control.speeds.clone(),
-            error: 0.0,
+            errors: Vec::new(),
         };
         let from = before.iter().map(|body| body.state).collect();
         let mut stages = Stages::new(step, &step.inertias, offset, from);
@@ -75,7 +82,7 @@ impl IslandSolver<'_> {
                 offset,
                 duration,
             };
-            trial.error = estimator.error(work);
+            trial.errors = estimator.errors(work);
             solved = estimator.solved;
         }
         let solved = solved.into_iter();

@@ -85,11 +85,10 @@ struct StepBack<'a, 'w> {
 }
 
 impl Pullback<'_> {
-    /// Counts an island's step as a kink if it exceeds its tolerances.
+    /// Counts a kink for each body whose errors exceed their tolerances in an island's step.
     fn meet_unresolved(&mut self, trace: &Trace) {
-        if trace.is_missed() {
-            let (bodies, step) = (&trace.island.dynamic, self.step);
-            self.gradient.meet(Kink::Unresolved, bodies, step);
+        for body in trace.missed() {
+            self.gradient.meet(Kink::Unresolved, &[body], self.step);
         }
     }
 }

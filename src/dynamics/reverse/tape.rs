@@ -202,7 +202,7 @@ mod tests {
             let mut resumed = Steps::resumed(&steps.checkpoint(), &world, taken);
             let reports = [&mut steps, &mut resumed].map(|steps| {
                 steps.advance(&world, &plan).unwrap();
-                steps.memory.as_ref().map(|memory| memory.report)
+                steps.memory.as_ref().map(|memory| memory.report.clone())
             });
             assert_eq!(reports[0], reports[1]);
         }

@@ -1,0 +1,136 @@
+use super::motion_slopes::{MotionCheck, WithPositions};
+use super::widths::DifferentiableOutcome;
+use super::{Experiment, GradientError, Outcome, Parameter};
+use crate::dynamics::check_positive;
+use std::fmt;
+
+/// How a derivative of the numerical solution compares with the slope of the motion.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[non_exhaustive]
+pub enum Verdict {
+    /// The derivative is the slope.
+    Right,
+    /// The slopes on the two sides differ, and the derivative is one of them.
+    Kink,
+    /// The derivative is the slope at tight tolerances, but not at those of the plan: its steps do not resolve the motion.
+    Unresolved,
+    /// Even at tight tolerances the derivative is not the slope over the width. The motion amplifies small changes, or it bends
+    /// within the width. Dissipation, rounder meshes, or a larger resting speed make it smoother.
+    Chaotic,
+}
+
+/// A derivative of an outcome by one number of the parameters, compared with the slope of the motion.
+#[derive(Debug, Clone, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[non_exhaustive]
+pub struct CheckedDerivative {
+    /// A parameter, and which of its numbers.
+    pub number: String,
+    /// How they compare.
+    pub verdict: Verdict,
+    /// Largest difference between derivative and slope, relative to the larger of their largest entries.
+    pub error: f64,
+    /// The time (s) of the first recorded state in which the derivative of a position is not the slope, and the name of the body.
+    pub first: Option<(f64, String)>,
+}
+
+/// The derivatives of an outcome, compared with the slopes of the motion: see [`Experiment::derivative_check`].
+#[derive(Debug, Clone, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[non_exhaustive]
+pub struct DerivativeCheck {
+    /// One for each number of the parameters.
+    pub derivatives: Vec<CheckedDerivative>,
+}
+
+impl DerivativeCheck {
+    /// Whether all derivatives are right.
+    #[must_use]
+    pub fn is_right(&self) -> bool {
+        let mut derivatives = self.derivatives.iter();
+        derivatives.all(|derivative| derivative.verdict == Verdict::Right)
+    }
+}
+
+impl fmt::Display for Verdict {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        formatter.write_str(match self {
+            Self::Right => "right",
+            Self::Kink => "kink",
+            Self::Unresolved => "unresolved",
+            Self::Chaotic => "chaotic",
+        })
+    }
+}
+
+impl fmt::Display for CheckedDerivative {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let percent = 100.0 * self.error;
+        write!(
+            formatter,
+            "{}: {}, {percent:.1} % off",
+            self.number, self.verdict
+        )?;
+        match &self.first {
+            Some((time, body)) => write!(formatter, ", from body {body:?} at {time:.4} s on"),
+            None => Ok(()),
+        }
+    }
+}
+
+impl fmt::Display for DerivativeCheck {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        for (place, derivative) in self.derivatives.iter().enumerate() {
+            if place > 0 {
+                writeln!(formatter)?;
+            }
+            write!(formatter, "{derivative}")?;
+        }
+        Ok(())
+    }
+}
+
+impl Experiment {
+    /// Compares the Jacobian with the slopes of the motion over a width on either side.
+    ///
+    /// The width is in typical changes of each number, as in [`DifferenceCheck::steps`](super::DifferenceCheck::steps). It should be
+    /// the tolerance to which a number matters: what is finer than this is not seen. 1e-3 suits most scenes.
+    ///
+    /// Slopes are differences of outcomes at tight tolerances ([`Accuracy`](crate::dynamics::Accuracy)), or of eight times as many
+    /// steps if these have no error control. This takes 1 + 4 n such rollouts for n numbers, and one more Jacobian if a derivative is
+    /// not right. A difference below the noise of these outcomes, about 1e-6 of the largest over the width, is not seen.
+    ///
+    /// [`Experiment::difference_check`] compares with differences of the *same* steps instead. It tells whether these steps are
+    /// differentiated exactly, and not whether they follow the motion.
+    ///
+    /// # Errors
+    /// As [`Self::jacobian`]; if the width is not positive and finite, or a rollout beside the parameters ends early.
+    pub fn derivative_check(
+        &self,
+        parameters: &[Parameter],
+        outcome: &impl Outcome,
+        width: f64,
+    ) -> Result<DerivativeCheck, GradientError> {
+        self.derivative_check_of(parameters, outcome, width)
+    }
+
+    /// Not generic, so that it is compiled in this library.
+    fn derivative_check_of(
+        &self,
+        parameters: &[Parameter],
+        outcome: &dyn DifferentiableOutcome,
+        width: f64,
+    ) -> Result<DerivativeCheck, GradientError> {
+        check_positive("width of a derivative check", width)?;
+        let watched = WithPositions(outcome);
+        let check = MotionCheck::new(self, parameters, &watched)?;
+        let names = parameters.iter().flat_map(Parameter::number_names);
+        let columns = names.zip(self.scales(parameters)).enumerate();
+        let derivatives =
+            columns.map(|(column, (number, scale))| check.checked(number, column, width * scale));
+        Ok(DerivativeCheck {
+            derivatives: derivatives.collect::<Result<_, _>>()?,
+        })
+    }
+}

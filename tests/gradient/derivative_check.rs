@@ -1,0 +1,136 @@
+//! The check of derivatives by the motion: functions whose verdicts are known, and motions that steps do or do not resolve.
+
+use crate::converged::{TIME_STEP, at, ball, cuboid, falling, plan, rigid_floor};
+use hydroelastic::contact::Shape;
+use hydroelastic::dynamics::{Accuracy, Body, Mass, Material, Plan, Trajectory, World, WorldError};
+use hydroelastic::gradient::{
+    Experiment, FinalPosition, GradientError, Outcome, Parameter, Verdict,
+};
+use hydroelastic::mesh::shapes;
+use hydroelastic::scalar::{Scalar, lift};
+use hydroelastic::spatial::Pose;
+use nalgebra::vector;
+
+const WIDTH: f64 = 1e-3;
+
+/// A function of where a ball ends, which starts at 0 and rests.
+#[derive(Clone, Copy)]
+enum Reading {
+    /// x³ + 2 x.
+    Smooth,
+    /// The distance from the start.
+    Distance,
+    /// x, with a wave of a length that is far below the width.
+    Ripple,
+}
+
+impl Outcome for Reading {
+    fn of<T: Scalar>(&self, trajectory: &Trajectory<T>) -> Vec<T> {
+        let x = trajectory.last().bodies[0].position().x;
+        vec![match self {
+            Self::Smooth => x * x * x + x * 2.0,
+            Self::Distance if x < lift::<T>(0.0) => -x,
+            Self::Distance => x,
+            Self::Ripple => x + (x * 3e5).sin() * 1e-4,
+        }]
+    }
+}
+
+fn verdict(world: &World, plan: &Plan, outcome: &impl Outcome) -> (Verdict, f64) {
+    let by = [Parameter::InitialPosition("body".into())];
+    let check = Experiment::new(world, plan).derivative_check(&by, outcome, WIDTH);
+    let first = check.unwrap().derivatives.swap_remove(0);
+    (first.verdict, first.error)
+}
+
+#[test]
+fn verdicts_of_functions_that_are_known() {
+    let skin = Material::elastic(1e5);
+    let world = World::new(vec![ball(0.1, skin)]).unwrap();
+    for plan in [plan(4), Plan::new(TIME_STEP, 4).unwrap()] {
+        let (smooth, error) = verdict(&world, &plan, &Reading::Smooth);
+        assert_eq!(smooth, Verdict::Right);
+        assert!(error < 1e-9, "{error}");
+        // 1 on the one side and −1 on the other; the slope over both is 0.
+        let kink = verdict(&world, &plan, &Reading::Distance);
+        assert_eq!(kink, (Verdict::Kink, 1.0));
+        let (ripple, error) = verdict(&world, &plan, &Reading::Ripple);
+        // 31 for about 1.
+        assert_eq!(ripple, Verdict::Chaotic);
+        assert!((0.9..1.1).contains(&error), "{error}");
+    }
+}
+
+/// The ball of a millisecond's impact: undivided steps give slopes that are of no use, and the check says where from.
+#[test]
+fn undivided_steps_are_unresolved_from_the_impact_on() {
+    let skin = Material::elastic(1e9)
+        .with_dissipation(0.3)
+        .with_friction(0.4);
+    let body = ball(0.05, skin)
+        .at(at(0.013, 0.017, 0.25))
+        .with_velocity(vector![0.3, 0.1, 0.0]);
+    let world = falling(vec![body, rigid_floor(0.4)]);
+    let outcome = FinalPosition::of_body(&world, "body").unwrap();
+    let by = [Parameter::InitialVelocity("body".into())];
+    let resolved = plan(60).recording_every(1);
+    let check = |plan: &Plan| {
+        let experiment = Experiment::new(&world, plan);
+        experiment.derivative_check(&by, &outcome, WIDTH).unwrap()
+    };
+    let right = check(&resolved);
+    println!("{right}");
+    assert!(right.is_right(), "{right}");
+    let loose = Accuracy::new(1e9, 1e9).unwrap();
+    let unresolved = check(&resolved.with_accuracy(loose));
+    println!("{unresolved}");
+    let vertical = &unresolved.derivatives[2];
+    assert_eq!(vertical.verdict, Verdict::Unresolved);
+    let (time, body) = vertical.first.as_ref().unwrap();
+    // The ball falls by 0.2 m.
+    let impact = (2.0_f64 * 0.2 / 9.81).sqrt();
+    assert_eq!(body, "body");
+    assert!((0.0..3.0 * TIME_STEP).contains(&(time - impact)), "{time}");
+}
+
+/// A block that is put down from 1 mm rattles as it slides, and the rattle is not resolved.
+#[test]
+#[ignore = "takes half a minute"]
+fn a_rattling_slide_is_unresolved() {
+    let skin = Material::elastic(1e6)
+        .with_dissipation(0.5)
+        .with_friction(0.35);
+    let body = cuboid([0.1, 0.1, 0.05], skin)
+        .at(Pose::from_rotation_vector(
+            &vector![0.0, 0.0, 0.3],
+            vector![0.0, 0.0, 0.026],
+        ))
+        .with_velocity(vector![1.5, 0.2, 0.0]);
+    let world = falling(vec![body, rigid_floor(0.5)]);
+    let outcome = FinalPosition::of_body(&world, "body").unwrap();
+    let by = [Parameter::Friction("body".into())];
+    let plan = plan(100).recording_every(1);
+    let check = Experiment::new(&world, &plan).derivative_check(&by, &outcome, WIDTH);
+    let check = check.unwrap();
+    println!("{check}");
+    assert_eq!(check.derivatives[0].verdict, Verdict::Unresolved);
+}
+
+#[test]
+fn a_width_that_is_no_width_is_refused() {
+    let skin = Material::elastic(1e5);
+    let shape = Shape::new(shapes::icosphere(0.1, 0).unwrap());
+    let body = Body::dynamic("body", shape, skin, Mass::Total(1.0)).unwrap();
+    let world = World::new(vec![body]).unwrap();
+    let by = [Parameter::InitialPosition("body".into())];
+    for width in [0.0, -1e-3, f64::NAN, f64::INFINITY] {
+        let check =
+            Experiment::new(&world, &plan(1)).derivative_check(&by, &Reading::Smooth, width);
+        let refused = GradientError::World(WorldError::Setting {
+            quantity: "width of a derivative check",
+            value: width,
+            expected: "positive and finite",
+        });
+        assert_eq!(format!("{:?}", check.unwrap_err()), format!("{refused:?}"));
+    }
+}
