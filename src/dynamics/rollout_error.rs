@@ -17,6 +17,17 @@ pub enum RolloutError {
         /// Names of the body and of the half-space.
         bodies: [String; 2],
     },
+    /// The slip tolerance of the world is too small for implicit steps: friction would change by its full value within what the
+    /// velocities of a stage are known to.
+    #[error(
+        "implicit steps need a slip tolerance of at least {least:e} m/s, but that of the world is {found:e} m/s: raise it by World::with_slip_tolerance"
+    )]
+    SlipTolerance {
+        /// Slip tolerance of the world (m/s).
+        found: f64,
+        /// The least (m/s).
+        least: f64,
+    },
     /// It was [stopped](super::Rollout::stopped_by), or the batch that it belongs to was ended before it began.
     #[error("the rollout was stopped before its end")]
     Stopped,

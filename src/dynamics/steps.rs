@@ -10,6 +10,9 @@ use std::mem;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
+/// The least slip tolerance (m/s) of implicit steps. With 1e-7 m/s, impacts with friction are not solved any more here and there.
+const LEAST_SLIP_TOLERANCE: f64 = 1e-6;
+
 /// The state that a world's steps have led to.
 #[derive(Debug, Clone)]
 pub(crate) struct Steps<T> {
@@ -148,6 +151,12 @@ impl<T: Scalar> Steps<T> {
         (plan, scheme): (&Plan, &'static Scheme),
         end: f64,
     ) -> Result<(), RolloutError> {
+        let found = world.system().slip_tolerance;
+        let error = RolloutError::SlipTolerance {
+            found,
+            least: LEAST_SLIP_TOLERANCE,
+        };
+        self.stop_at((found < LEAST_SLIP_TOLERANCE).then_some(error))?;
         let new = || Memory::of(world, Arc::clone(&self.stop));
         let memory = self.memory.get_or_insert_with(new);
         let step = Step {

@@ -217,8 +217,8 @@ impl<F: Force> World<f64, F> {
         Ok(self)
     }
 
-    /// The same world with another slip tolerance (m/s): see
-    /// [`SurfaceLaw`](crate::contact::SurfaceLaw).
+    /// The same world with another slip tolerance (m/s): see [`SurfaceLaw`](crate::contact::SurfaceLaw). Implicit steps need at
+    /// least 1e-6 m/s.
     ///
     /// # Errors
     /// If it is not from 1e-100 to 1e100 m/s.

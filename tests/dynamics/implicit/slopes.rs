@@ -2,7 +2,7 @@
 
 use super::scenes::{IMPLICIT, ball, brick, ground, on_slope, per_solve, rollout, run};
 use crate::scenes::{GRAVITY, at};
-use hydroelastic::dynamics::{Body, Integrator, Material, Work, World};
+use hydroelastic::dynamics::{Body, Integrator, Material, Plan, RolloutError, Work, World};
 use hydroelastic::spatial::Pose;
 use nalgebra::{Vector3, vector};
 
@@ -66,6 +66,62 @@ fn a_brick_on_a_slope_creeps_at_the_speed_of_the_law() {
             per_solve(&at_rest)
         );
         assert!(per_solve(&at_rest) < EVALUATIONS_AT_REST);
+    }
+}
+
+/// A brick that is put down rattles by the law of contact: short steps follow it, long ones let the brick rest.
+#[test]
+fn a_brick_that_is_put_down_rattles_in_short_steps_and_rests_in_long_ones() {
+    let (angle, slip_tolerance) = (20_f64.to_radians(), 1e-3);
+    let skin = Material::elastic(1e7)
+        .with_dissipation(0.5)
+        .with_friction(0.5);
+    let creep = |integrator, time_step: f64| {
+        let bodies = vec![
+            brick("brick", [0.2, 0.2, 0.1], skin).at(at(0.0, 0.0, 0.05)),
+            ground([2.0, 2.0, 0.4], skin),
+        ];
+        let world = on_slope(bodies, angle, slip_tolerance);
+        let steps = (1.0 / time_step) as usize;
+        let plan = Plan::new(time_step, 2 * steps).unwrap();
+        let plan = plan.with_integrator(integrator).recording_every(steps);
+        let found = world.rollout(&plan).recorded().unwrap();
+        let [_, middle, end] = found.states() else {
+            panic!("three states are recorded")
+        };
+        let way = end.bodies[0].position().x - middle.bodies[0].position().x;
+        let creep = way / slip_tolerance / creep_over_slip_tolerance();
+        println!("{integrator:?}, {time_step} s: {creep:.3} times the law");
+        creep
+    };
+    let explicit = creep(Integrator::Leapfrog, 5e-5);
+    let short = creep(Integrator::Sdirk3, 5e-4);
+    assert!((short / explicit - 1.0).abs() < 0.1, "{short} {explicit}");
+    assert!(short > 5.0, "{short}");
+    for (integrator, time_step) in [
+        (Integrator::Sdirk3, 2e-3),
+        (Integrator::Sdirk3, 5e-3),
+        (Integrator::ImplicitEuler, 1e-3),
+    ] {
+        let rests = creep(integrator, time_step);
+        assert!((rests - 1.0).abs() < 0.01, "{rests}");
+    }
+}
+
+#[test]
+fn implicit_steps_refuse_slip_tolerances_that_are_too_small() {
+    for integrator in IMPLICIT {
+        let world = brick_at_rest(1e7, 9e-7);
+        let plan = Plan::new(5e-3, 1).unwrap().with_integrator(integrator);
+        let interrupted = world.rollout(&plan).recorded().unwrap_err();
+        let refused = RolloutError::SlipTolerance {
+            found: 9e-7,
+            least: 1e-6,
+        };
+        assert_eq!(interrupted.error, refused);
+        assert_eq!(interrupted.trajectory.states().len(), 1);
+        let world = brick_at_rest(1e7, 1e-6);
+        assert!(world.rollout(&plan).recorded().is_ok());
     }
 }
 
