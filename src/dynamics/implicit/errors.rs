@@ -156,13 +156,9 @@ impl ErrorEstimator<'_> {
         (inertias, given): (&[&Inertia<Change>], &[Vector6<Change>]),
     ) -> Option<Vec<f64>> {
         let (step, last) = (self.solver.step, self.solved.last()?);
-        let bodies = self.solver.solved.bodies.iter().enumerate();
-        let from = bodies.map(|(place, body)| {
-            let given = step.scene.given[step.island.dynamic[place]];
-            let wrench = body.acting.unwrap_or_default() + given;
-            let rates = BodyChange::rates(step.inertias[place], &body.state, &wrench);
-            rates.of_state(inertias[place], &body.state)
-        });
+        let bodies = inertias.iter().zip(&self.solver.solved.bodies);
+        let from = self.solver.rates().zip(bodies);
+        let from = from.map(|(rates, (inertia, body))| rates.of_state(inertia, &body.state));
         let mut carried = Stages::new(step, inertias, self.offset, from.collect());
         let mut ends = carried.from.clone();
         for (stage, solved) in step.scheme.stages(self.duration).zip(&self.solved) {

@@ -5,8 +5,8 @@ use super::errors::ErrorEstimator;
 use super::island_step::StepError;
 use super::newton::{Root, Unsolved};
 use super::report::{EnergyBalance, Work};
-use super::solved_stage::SolvedStage;
-use super::stage::{StageEquations, StageRates, Stages, six_of};
+use super::solved_stage::{BodyChange, SolvedStage};
+use super::stage::{StageEquations, StageRates, Stages, concatenated, six_of};
 use crate::dynamics::BodyState;
 use crate::geometry::Aabb;
 use nalgebra::DVector;
@@ -56,7 +56,16 @@ impl IslandSolver<'_> {
         for (stage, weight) in step.scheme.stages(duration).zip(weights) {
             let equations = step.equations(stages.start(&stage))?;
             let guess = self.guess(offset, &equations, &solved);
-            let root = self.root(&equations, &guess, duration, work)?;
+            let root = match self.root(&equations, &guess, duration, work) {
+                Err(StepError::Unsolved { .. }) => {
+                    let last = solved
+                        .last()
+                        .map(|stage: &SolvedStage| &stage.root.velocities);
+                    let nearest = last.cloned().unwrap_or_else(|| velocities_of(before));
+                    self.root(&equations, &nearest, duration, work)?
+                }
+                root => root?,
+            };
             let states = equations.states_with(|place| six_of(&root.velocities, place));
             step.scene.sweep(step.island, &states, &mut trial.swept);
             let rates = stages.push(&equations.start, &states);
@@ -90,7 +99,19 @@ impl IslandSolver<'_> {
         Ok(trial)
     }
 
-    /// Velocities from which to solve a stage: on the line through those of the last two stages, or of the start and the first.
+    /// The rates of the dynamic bodies where a substep starts.
+    pub fn rates(&self) -> impl Iterator<Item = BodyChange> {
+        let step = self.step;
+        let bodies = self.solved.bodies.iter().enumerate();
+        bodies.map(move |(place, body)| {
+            let given = step.scene.given[step.island.dynamic[place]];
+            let wrench = body.acting.unwrap_or_default() + given;
+            BodyChange::rates(step.inertias[place], &body.state, &wrench)
+        })
+    }
+
+    /// Velocities from which to solve a stage: on the line through those of the last two stages, or of the start and the first. The
+    /// first stage starts from the accelerations at the start, if error control has evaluated them.
     fn guess(
         &self,
         offset: f64,
@@ -99,7 +120,11 @@ impl IslandSolver<'_> {
     ) -> DVector<f64> {
         let start = velocities_of(&self.solved.bodies);
         let Some((last, before)) = solved.split_last() else {
-            return start;
+            if self.step.scheme.estimate.is_none() {
+                return start;
+            }
+            let ahead = equations.start.time - (self.step.start + offset);
+            return start + concatenated(self.rates().map(|rates| rates.velocities * ahead));
         };
         let time = |stage: &SolvedStage| stage.equations.start.time;
         let (early, first) = before
