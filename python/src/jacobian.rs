@@ -239,9 +239,9 @@ impl DerivativeCheck {
     /// For each derivative the time (s) of the first recorded state where it is not the slope, and the name of the body; None if it
     /// is right.
     #[getter]
-    fn first(&self) -> Vec<Option<(f64, String)>> {
+    fn first_mismatch(&self) -> Vec<Option<(f64, String)>> {
         let derivatives = self.0.derivatives.iter();
-        derivatives.map(|found| found.first.clone()).collect()
+        derivatives.map(|found| found.first_mismatch.clone()).collect()
     }
 
     /// Whether all derivatives are right.

@@ -19,13 +19,14 @@ impl StepReport {
         self.0.islands
     }
 
-    /// Systems of equations: one for each stage of each substep of an island, rejected ones included.
+    /// Systems of equations: one for each stage of each substep of an island, rejected ones included, and two if the first guess does
+    /// not lead to a solution.
     #[getter]
     fn solves(&self) -> usize {
         self.0.work.solves
     }
 
-    /// How often contacts were evaluated: this takes the time.
+    /// Evaluations of an island that has contacts. They dominate the run time.
     #[getter]
     fn evaluations(&self) -> usize {
         self.0.work.evaluations
@@ -67,13 +68,13 @@ impl StepReport {
         self.0.work.rejections
     }
 
-    /// Substeps that were rejected because a system was not solved.
+    /// Substeps that were repeated with a shorter duration because a system was not solved.
     #[getter]
     fn failures(&self) -> usize {
         self.0.work.failures
     }
 
-    /// What the kinetic energy has grown by (J).
+    /// Change of the kinetic energy (J).
     #[getter]
     fn kinetic(&self) -> f64 {
         self.0.energy.kinetic
@@ -91,20 +92,20 @@ impl StepReport {
         self.0.energy.acting
     }
 
-    /// What the integrator has lost of the work that was done (J); negative if it made some.
+    /// Work minus the change of kinetic energy (J): what the integrator has lost, or made if negative.
     #[getter]
     fn numerical_loss(&self) -> f64 {
         self.0.energy.numerical_loss()
     }
 
-    /// (n,) float64: the estimated error of the velocity of each body, relative as the tolerance of values is, summed over substeps.
-    /// 0 for bodies that forces do not move, and without error control.
+    /// (n,) float64: the estimated error of the velocity of each body, as the sum over substeps of error over tolerance, times
+    /// Accuracy.values. 0 for bodies that forces do not move, and without error control.
     #[getter]
     fn errors_of_values<'py>(&self, py: Python<'py>) -> PyResult<Floats<'py>> {
         self.of_bodies(py, |errors| errors.values)
     }
 
-    /// (n,) float64: the same of the derivatives of each body's motion, relative as the tolerance of slopes is.
+    /// (n,) float64: the same for the derivatives of each body's motion, times Accuracy.slopes.
     #[getter]
     fn errors_of_slopes<'py>(&self, py: Python<'py>) -> PyResult<Floats<'py>> {
         self.of_bodies(py, |errors| errors.slopes)

@@ -192,7 +192,7 @@ impl World {
     /// width : in typical changes of each number, its value for materials and masses, else 1 SI unit: the tolerance to which the
     /// number matters.
     ///
-    /// The verdict on a derivative is "right"; "kink" if the slopes on the two sides differ, and it is one of them; "unresolved" if
+    /// The verdict on a derivative is "right"; "kink" if it is the slope on one side only; "unresolved" if
     /// it is right at tight tolerances, but not at those of the plan; and "chaotic" if it is not the slope at any tolerance.
     #[pyo3(signature = (plan, parameters, *, width=1e-3))]
     fn derivative_check(

@@ -97,7 +97,7 @@ def test_rollout_by_every_parameter(bounce):
     derivatives = world.derivative_check(plan, by[:2])
     assert derivatives.is_right, str(derivatives)
     assert derivatives.errors.max() < 0.03 and set(derivatives.verdicts) == {"right"}
-    assert derivatives.numbers == check.numbers[: len(derivatives.numbers)] and not any(derivatives.first)
+    assert derivatives.numbers == check.numbers[: len(derivatives.numbers)] and not any(derivatives.first_mismatch)
 
     # And one by hand: the last position by the initial velocity.
     def end(step):

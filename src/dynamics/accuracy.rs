@@ -6,15 +6,16 @@ const TIGHT: [f64; 2] = [1e-6, 3e-5];
 
 /// How closely [`Integrator::Sdirk3`](super::Integrator::Sdirk3) follows the motion.
 ///
-/// Each time step is divided until two errors are below their tolerances for every body: the local error of its velocity, and the
-/// error of the derivatives of its motion. Let v be the speed of a body relative to the bodies that it touches, with its spin
-/// counted by the radius of gyration, and let f be the *resting speed*. A tolerance t then allows
+/// Each time step is divided until two errors are below their tolerances for every body: the local error of its velocity, or of its
+/// displacement over the duration if that is larger, and the error of the derivatives of its motion. Let v be the speed of a body relative
+/// to the bodies that it touches, with its spin counted by the radius of gyration. It is at least the speed of the spin, and only that if
+/// the body touches nothing. Let f be the *resting speed*. A tolerance t then allows
 ///
 /// t·v + min(t·f⁴/v³, f·t^¼).
 ///
-/// If a body is faster than f, the tolerance is relative. Below f the tolerance grows. Below f·t^¼, which is 0.18 f by default,
-/// impacts are not resolved, and bodies come to rest. The error of the derivatives is that of the rate of displacement (m/s), plus
-/// that of the acceleration (m/s²) times the duration of the flight that v can cause, v/g and at most 1 s.
+/// If a body is faster than f, the tolerance is relative. Below f the tolerance grows. Below f·t^¼, which is 0.18 f for values and
+/// 0.21 f for slopes by default, impacts are not resolved, and bodies come to rest. The error of the derivatives is that of the rate of displacement (m/s), plus
+/// that of the acceleration (m/s²) times the time in which gravity changes the velocity by v, v/g and at most 1 s.
 ///
 /// The tolerances grow when a step needs many substeps. A group of n bodies that move together may take 256/n substeps, rejected
 /// ones included. Beyond that, the tolerances double for each further eighth of this number.

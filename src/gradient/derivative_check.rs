@@ -11,12 +11,12 @@ use std::fmt;
 pub enum Verdict {
     /// The derivative is the slope.
     Right,
-    /// The slopes on the two sides differ, and the derivative is one of them.
+    /// The derivative, that of the plan or that at tight tolerances, is the slope on one side, but not that over both.
     Kink,
     /// The derivative is the slope at tight tolerances, but not at those of the plan: its steps do not resolve the motion.
     Unresolved,
-    /// Even at tight tolerances the derivative is not the slope over the width. The motion amplifies small changes, or it bends
-    /// within the width. Dissipation, rounder meshes, or a larger resting speed make it smoother.
+    /// Even at tight tolerances the derivative is not the slope over the width. The motion amplifies small changes, or the outcome bends
+    /// within the width. Dissipation, finer meshes, or a larger resting speed make it smoother.
     Chaotic,
 }
 
@@ -31,8 +31,9 @@ pub struct CheckedDerivative {
     pub verdict: Verdict,
     /// Largest difference between derivative and slope, relative to the larger of their largest entries.
     pub error: f64,
-    /// The time (s) of the first recorded state in which the derivative of a position is not the slope, and the name of the body.
-    pub first: Option<(f64, String)>,
+    /// The time (s) of the first recorded state in which the derivative of a position is not the slope, and the name of the body. None if
+    /// the derivative is right, or those of all recorded positions are.
+    pub first_mismatch: Option<(f64, String)>,
 }
 
 /// The derivatives of an outcome, compared with the slopes of the motion: see [`Experiment::derivative_check`].
@@ -72,7 +73,7 @@ impl fmt::Display for CheckedDerivative {
             "{}: {}, {percent:.1} % off",
             self.number, self.verdict
         )?;
-        match &self.first {
+        match &self.first_mismatch {
             Some((time, body)) => write!(formatter, ", from body {body:?} at {time:.4} s on"),
             None => Ok(()),
         }
@@ -94,18 +95,20 @@ impl fmt::Display for DerivativeCheck {
 impl Experiment {
     /// Compares the Jacobian with the slopes of the motion over a width on either side.
     ///
-    /// The width is in typical changes of each number, as in [`DifferenceCheck::steps`](super::DifferenceCheck::steps). It should be
-    /// the tolerance to which a number matters: what is finer than this is not seen. 1e-3 suits most scenes.
+    /// The width is a multiple of the typical change of each number, as in
+    /// [`DifferenceCheck::steps`](super::DifferenceCheck::steps). It should be the smallest change that matters, because the check
+    /// ignores what is finer. 1e-3 suits most scenes.
     ///
-    /// Slopes are differences of outcomes at tight tolerances ([`Accuracy`](crate::dynamics::Accuracy)), or of eight times as many
-    /// steps if these have no error control. This takes 1 + 4 n such rollouts for n numbers, and one more Jacobian if a derivative is
-    /// not right. A difference below the noise of these outcomes, about 1e-6 of the largest over the width, is not seen.
+    /// Slopes are differences of outcomes at tight tolerances ([`Accuracy`](crate::dynamics::Accuracy)), 1e-6 for values and 3e-5 for
+    /// slopes, or a tenth of those of the plan if that is less. Steps without error control are divided by eight instead. This takes
+    /// 1 + 4 n such rollouts for n numbers, and one more Jacobian if a derivative is not right. Errors below 1e-6 of the largest
+    /// outcome or recorded coordinate, divided by the width, are ignored.
     ///
     /// [`Experiment::difference_check`] compares with differences of the *same* steps instead. It tells whether these steps are
     /// differentiated exactly, and not whether they follow the motion.
     ///
     /// # Errors
-    /// As [`Self::jacobian`]; if the width is not positive and finite, or a rollout beside the parameters ends early.
+    /// As [`Self::jacobian`]; if the width is not positive and finite, or a rollout at changed parameters ends early.
     pub fn derivative_check(
         &self,
         parameters: &[Parameter],

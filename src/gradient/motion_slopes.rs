@@ -46,7 +46,9 @@ pub(super) struct MotionCheck<'a> {
     parameters: &'a [Parameter],
     watched: &'a WithPositions<'a>,
     found: OutcomeJacobian,
-    /// The Jacobian at tight tolerances, where it was asked for.
+    /// The outcome at tight tolerances.
+    middle: DVector<f64>,
+    /// The Jacobian at tight tolerances, computed on demand.
     converged: OnceCell<OutcomeJacobian>,
 }
 
@@ -56,7 +58,7 @@ struct Slopes {
     both: DVector<f64>,
     /// On either side, of second order.
     sides: [DVector<f64>; 2],
-    /// What slopes are known to.
+    /// Bound of the error of the slopes.
     noise: f64,
 }
 
@@ -66,9 +68,11 @@ impl<'a> MotionCheck<'a> {
         parameters: &'a [Parameter],
         watched: &'a WithPositions<'a>,
     ) -> Result<Self, GradientError> {
+        let motion = experiment.with_plan(experiment.plan().converged());
         Ok(Self {
             experiment,
-            motion: experiment.with_plan(experiment.plan().converged()),
+            middle: DVector::from_vec(motion.value_of(watched)?),
+            motion,
             parameters,
             watched,
             found: experiment.jacobian_of(parameters, watched)?,
@@ -95,10 +99,10 @@ impl<'a> MotionCheck<'a> {
             number,
             verdict,
             error: if error == 0.0 { 0.0 } else { error / largest },
-            first: if is_right {
+            first_mismatch: if is_right {
                 None
             } else {
-                self.first(&derivative, &slopes, outcome.end)
+                self.first_mismatch(&derivative, &slopes, outcome.end)
             },
         })
     }
@@ -133,7 +137,7 @@ impl<'a> MotionCheck<'a> {
     }
 
     /// The time and the body where a derivative of a position first is not the slope.
-    fn first(
+    fn first_mismatch(
         &self,
         derivative: &DVectorView<f64>,
         slopes: &Slopes,
@@ -184,12 +188,11 @@ impl<'a> MotionCheck<'a> {
                 .value_beside(self.parameters, &change, self.watched)?;
             Ok::<_, GradientError>(DVector::from_vec(value))
         };
-        let middle = value(0.0)?;
         // Whole and half the width, for each side.
         let [whole_ahead, half_ahead] = [value(1.0)?, value(0.5)?];
         let [whole_behind, half_behind] = [value(-1.0)?, value(-0.5)?];
         let side = |whole: &DVector<f64>, half: &DVector<f64>, width: f64| {
-            ((half - &middle) * 4.0 - (whole - &middle)) / width
+            ((half - &self.middle) * 4.0 - (whole - &self.middle)) / width
         };
         let sides = [
             side(&whole_ahead, &half_ahead, width),
@@ -198,7 +201,7 @@ impl<'a> MotionCheck<'a> {
         let both =
             ((half_ahead - half_behind) * 8.0 - (whole_ahead - whole_behind)) / (6.0 * width);
         Ok(Slopes {
-            noise: NOISE * middle.amax() / width,
+            noise: NOISE * self.middle.amax() / width,
             both,
             sides,
         })
@@ -206,7 +209,7 @@ impl<'a> MotionCheck<'a> {
 }
 
 impl Slopes {
-    /// Whether a derivative is a slope.
+    /// Returns whether a derivative agrees with a slope.
     fn agree(&self, derivative: &DVector<f64>, slope: &DVectorView<f64>) -> bool {
         let largest = derivative.amax().max(slope.amax());
         (derivative - slope).amax() <= AGREEMENT * largest + self.noise

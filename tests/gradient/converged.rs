@@ -91,7 +91,7 @@ fn check((label, world, plan): (&str, &World, &Plan), by: &Parameter, change: f6
 
 /// The ball of the guide: E 1e9 Pa, friction and dissipation, four heights.
 #[test]
-fn of_a_ball_that_is_thrown_on_a_floor() {
+fn a_thrown_ball_has_the_derivatives_of_its_motion() {
     let skin = Material::elastic(1e9)
         .with_dissipation(0.3)
         .with_friction(0.4);
@@ -115,7 +115,7 @@ fn of_a_ball_that_is_thrown_on_a_floor() {
 
 /// Facets of the ball arrive one after the other. For an exact sphere the derivative is −1.
 #[test]
-fn of_an_elastic_bounce_without_gravity() {
+fn an_elastic_bounce_has_the_derivative_minus_one() {
     for phase in 0..8 {
         let rise = 5.0 * TIME_STEP * f64::from(phase) / 8.0;
         let body = ball(0.1, Material::elastic(1e9))
@@ -138,7 +138,7 @@ fn of_an_elastic_bounce_without_gravity() {
 
 /// The stiffness jumps as a whole face touches.
 #[test]
-fn of_a_cube_that_falls_flat() {
+fn a_flat_fall_has_the_derivatives_of_the_closed_form() {
     for rise in [0.0, 0.002, 0.004, 0.006] {
         let body = cuboid([0.1; 3], Material::elastic(1e9)).at(at(0.0, 0.0, 0.15 + rise));
         let world = falling(vec![body, rigid_floor(0.0)]);
@@ -164,7 +164,7 @@ fn of_a_cube_that_falls_flat() {
 }
 
 #[test]
-fn of_two_balls_head_on() {
+fn two_balls_exchange_their_velocities() {
     let shape = || Shape::new(shapes::icosphere(0.1, 1).unwrap());
     let skin = Material::elastic(1e9);
     let left = Body::dynamic("left", shape(), skin, Mass::Total(1.0)).unwrap();
@@ -191,7 +191,7 @@ fn of_two_balls_head_on() {
 
 /// The derivative of the speed after an impact by the speed before it: that of G(−v′) = G(v), with G of [`rebound`].
 #[test]
-fn of_an_impact_with_dissipation() {
+fn an_impact_with_dissipation_has_the_derivative_of_the_closed_form() {
     let (speed, dissipation) = (1.0_f64, 1.0_f64);
     let after = rebound(speed, dissipation);
     let slope = speed / (1.0 + dissipation * speed) * (1.0 - dissipation * after) / after;
@@ -220,7 +220,7 @@ fn of_an_impact_with_dissipation() {
 
 /// The way to a stop is v²/(2μg).
 #[test]
-fn of_a_slide_to_a_stop() {
+fn a_slide_to_a_stop_has_the_derivatives_of_the_textbook() {
     let skin = Material::elastic(1e9)
         .with_dissipation(0.5)
         .with_friction(0.5);
@@ -248,7 +248,7 @@ fn of_a_slide_to_a_stop() {
 
 /// A fast small ball neither passes through a thin plate nor through a half-space.
 #[test]
-fn of_fast_balls_and_thin_bodies() {
+fn fast_balls_do_not_pass_through_thin_bodies() {
     let small = |modulus| {
         let shape = Shape::new(shapes::icosphere(0.01, 2).unwrap());
         let mass = Mass::Density(1000.0);
@@ -281,7 +281,7 @@ fn of_fast_balls_and_thin_bodies() {
 
 /// A ball that falls on the floor of a train bounces as on a floor at rest.
 #[test]
-fn of_a_bounce_on_a_train() {
+fn a_bounce_on_a_train_has_the_derivatives_of_one_at_rest() {
     let skin = Material::elastic(1e7);
     let found = [0.0, 10.0, 30.0, 100.0].map(|speed| {
         let body = ball(0.05, skin)

@@ -123,7 +123,7 @@ impl<'a> IslandSolver<'a> {
         while offset < duration {
             let left = duration - offset;
             let allowance = self.allowance();
-            let substep = size.next(left, shortest, self.longest_unseen() * allowance);
+            let substep = size.next(left, shortest, self.tunneling_limit() * allowance);
             let is_shortest = substep <= shortest * (1.0 + 1e-9);
             let (trial, work) = self.try_substep(offset, substep);
             self.solved.work += work;
@@ -172,9 +172,9 @@ impl<'a> IslandSolver<'a> {
         power(2.0, DOUBLINGS * (share - 1.0).max(0.0))
     }
 
-    /// The longest substep (s) in which no body can pass through another: the sum of their thicknesses over their relative speed.
-    /// Bodies in contact are left out, unless other forces act, too.
-    fn longest_unseen(&self) -> f64 {
+    /// The longest substep (s) in which bodies move relative to each other by at most the sum of their thicknesses. Bodies in contact
+    /// are left out. If the world has forces, all bodies count, because `acting` includes these forces.
+    fn tunneling_limit(&self) -> f64 {
         if self.step.scheme.estimate.is_none() {
             return f64::INFINITY;
         }

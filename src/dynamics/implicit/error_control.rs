@@ -20,7 +20,8 @@ pub(super) struct ErrorControl {
     gravity: f64,
     /// Resting speed (m/s) of each dynamic body.
     resting: Vec<f64>,
-    /// Largest speed (m/s) of each dynamic body in the step so far, relative to the bodies that it touches or approaches.
+    /// Largest speed (m/s) of each dynamic body in the step so far, relative to the bodies that it touches, and at least that of its
+    /// spin.
     pub speeds: Vec<f64>,
 }
 
@@ -50,7 +51,7 @@ impl ErrorControl {
         self.allowed(self.accuracy.slopes(), place, speed)
     }
 
-    /// The time (s) for which an error of a velocity counts in a derivative: the flight that a speed can cause.
+    /// The time (s) for which an error of a velocity counts in a derivative: that in which gravity makes a speed.
     pub fn flight(&self, speed: f64) -> f64 {
         LONGEST_FLIGHT.min(speed / self.gravity)
     }

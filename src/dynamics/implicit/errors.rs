@@ -16,10 +16,10 @@ use crate::spatial::Twist;
 use nalgebra::Vector6;
 
 /// Errors below this multiple of the solver's tolerance are always accepted, because they may be round-off.
-const UNKNOWN: f64 = 100.0;
+const ROUND_OFF: f64 = 100.0;
 
 /// Above this error of slopes, relative to the tolerance, the estimate takes exact derivatives of contacts. The solver approximates
-/// those of friction, and the approximation would count as an error.
+/// those of friction and dissipation, and the approximation would count as an error.
 const NEGLIGIBLE: f64 = 0.2;
 
 /// The estimates of the errors of a substep that was solved.
@@ -77,8 +77,8 @@ impl ErrorEstimator<'_> {
             return vec![f64::INFINITY; self.speeds.len()];
         };
         let relative = |(place, error): (usize, f64)| {
-            let allowed = tolerance(place, self.speeds[place]) + UNKNOWN * self.least();
-            // A body at rest without gravity has neither error nor tolerance. `max` would ignore NaN.
+            let allowed = tolerance(place, self.speeds[place]) + ROUND_OFF * self.least();
+            // 0/0 is no error. `max` would ignore NaN.
             match error / allowed {
                 _ if error == 0.0 => 0.0,
                 relative if relative.is_nan() => f64::INFINITY,
@@ -93,7 +93,8 @@ impl ErrorEstimator<'_> {
         self.solved.last().map_or(0.0, |stage| stage.root.least)
     }
 
-    /// The error of the velocity (m/s) of each dynamic body; none if a stage is singular.
+    /// The error of the velocity (m/s) of each dynamic body, or of its displacement over the duration if that is larger; none if a
+    /// stage is singular.
     fn errors_of_values(
         &self,
         (inertias, given): (&[&Inertia<Change>], &[Vector6<Change>]),
@@ -105,7 +106,7 @@ impl ErrorEstimator<'_> {
         let ends = last.response((inertias, given), &start, &still)?;
         let error = |place: usize| {
             let inertia = self.solver.step.inertias[place];
-            let change = BodyChange::in_state(inertias[place], &ends[place]);
+            let change = BodyChange::carried_by(inertias[place], &ends[place]);
             let shift = inertia.speed(&change.displacement) / self.duration;
             inertia.speed(&change.velocities).max(shift)
         };
@@ -134,7 +135,7 @@ impl ErrorEstimator<'_> {
                 displacement,
                 velocities: Vector6::zeros(),
             };
-            poses.push(change.of_state(inertia, &state).pose);
+            poses.push(change.applied_to(inertia, &state).pose);
             momenta.push(
                 start.momenta[place]
                     .zip_map(&impulse, |value, change| Change::new(value, [change])),
@@ -158,7 +159,7 @@ impl ErrorEstimator<'_> {
         let (step, last) = (self.solver.step, self.solved.last()?);
         let bodies = inertias.iter().zip(&self.solver.solved.bodies);
         let from = self.solver.rates().zip(bodies);
-        let from = from.map(|(rates, (inertia, body))| rates.of_state(inertia, &body.state));
+        let from = from.map(|(rates, (inertia, body))| rates.applied_to(inertia, &body.state));
         let mut carried = Stages::new(step, inertias, self.offset, from.collect());
         let mut ends = carried.from.clone();
         for (stage, solved) in step.scheme.stages(self.duration).zip(&self.solved) {
@@ -169,7 +170,7 @@ impl ErrorEstimator<'_> {
         let wrenches = &self.stages.rates().last()?.wrenches;
         let error = |place: usize| {
             let inertia = step.inertias[place];
-            let carried = BodyChange::in_state(inertias[place], &ends[place]);
+            let carried = BodyChange::carried_by(inertias[place], &ends[place]);
             let rates = BodyChange::rates(inertia, &last.states[place], &wrenches[place]);
             let flight = self.solver.control.flight(self.speeds[place]);
             inertia.speed(&(carried.displacement - rates.displacement))

@@ -1,6 +1,6 @@
-//! The solver of one stage: contacts are looked at anew outside, and Newton's method runs on frozen contact polygons inside.
-//! Both are damped by the natural test: a step is measured by the velocities that it still leaves, J⁻¹r, and not by the
-//! residual r, in which stiff contact drowns everything by its round-off \[Deuflhard 2011, §3.3\].
+//! The solver of one stage. Outer iterations evaluate the contacts; inner iterations of Newton's method hold the contact polygons
+//! fixed. Both are damped by the natural test: a step is measured by the next correction J⁻¹r, and not by the residual r, because the
+//! round-off of stiff contacts dominates the residual \[Deuflhard 2011, §3.3\].
 
 use super::evaluation::Evaluation;
 use super::linearization::Linearization;
@@ -10,7 +10,7 @@ use super::report::Work;
 use super::stage::StageEquations;
 use nalgebra::DVector;
 
-/// How often contacts are looked at before the duration is taken to be too long.
+/// Outer iterations after which a stage counts as not solved.
 const MOST_EVALUATIONS: usize = 25;
 
 /// Iterations on frozen polygons.
@@ -19,31 +19,31 @@ const MOST_ITERATIONS: usize = 30;
 /// The shortest parts of a step that are tried, outside and inside.
 const SHORTEST: [f64; 2] = [1.0 / 8.0, 1e-3];
 
-/// How much of the first step inner iterations may leave, which the outer ones find out anyway.
+/// Inner iterations end when the correction is below this fraction of the first one.
 const INNER: f64 = 1e-4;
 
-/// The next look is not taken where, leaving again as much as the last one did of what was left before it, it would find less
-/// than this part of what may be left.
+/// Iterations end if the predicted next correction, the last one times the rate of convergence, is below this fraction of the
+/// tolerance.
 const PREDICTED: f64 = 0.01;
 
-/// Where a look at the contacts leaves more than this of what the one before it left, the next ones take the exact
-/// derivatives of friction, for the time of two.
+/// If a correction is larger than this fraction of the one before, later evaluations take the exact derivatives of friction and
+/// dissipation, in twice the time.
 const SLOW: f64 = 0.1;
 
-/// How much longer than a step of Newton's method one that solves the stage on frozen polygons may be, to be measured by its
-/// own length: beyond that, the polygons are not those that it leads to.
+/// Largest size against which the natural test measures an inner solution, in sizes of the last correction. A longer one leads to where
+/// the frozen polygons are no longer valid.
 const LONGER: f64 = 4.0;
 
 /// Velocities that solve a stage.
 pub(super) struct Root {
     pub velocities: DVector<f64>,
-    /// The speed (m/s) to which they are known, at least.
+    /// Bound of their error (m/s).
     pub least: f64,
     /// The linearization of the last look at the contacts.
     pub linearization: Linearization,
 }
 
-/// The velocities that were left over where the solver gave up, or the step was stopped.
+/// The stage was not solved: the last correction, or the velocities where the matrix is singular or the step was stopped.
 pub(super) struct Unsolved(pub DVector<f64>);
 
 /// A look at the contacts, and the step of Newton's method from there.
@@ -86,7 +86,7 @@ impl StageEquations<'_> {
         let mut scale = f64::INFINITY;
         let mut rate = f64::INFINITY;
         while work.looks - first < MOST_EVALUATIONS {
-            // The least so far: velocities that run away must not loosen what they are held to.
+            // The smallest so far: diverging velocities must not loosen the tolerance.
             scale = scale.min(self.scale(&look.evaluation));
             let least = tolerance * scale + self.rounding();
             let at = &look.evaluation.velocities;
@@ -110,7 +110,7 @@ impl StageEquations<'_> {
         Err(Unsolved(look.step))
     }
 
-    /// A look at the contacts after a step, or so much of it that less is left.
+    /// A look at the contacts after a step, which is halved until the correction decreases.
     fn damped(
         &self,
         from: &Look,
@@ -133,7 +133,7 @@ impl StageEquations<'_> {
             }
             fraction *= 0.5;
         }
-        // Contacts that come and go make another measure of each look: one that leaves no more counts, though it is not much less.
+        // New contacts change the matrix that measures corrections, so a correction that does not grow is accepted, too.
         best.filter(|best| best.size <= from.size)
             .ok_or_else(|| Unsolved(step.clone()))
     }
@@ -168,7 +168,7 @@ impl StageEquations<'_> {
         }
     }
 
-    /// The velocities that solve the stage on the polygons as they are.
+    /// The velocities that solve the stage with the polygons held fixed.
     fn solved_near(&self, look: &Look, least: f64, work: &mut Work) -> DVector<f64> {
         let mut velocities = look.evaluation.velocities.clone();
         let mut step = look.step.clone();

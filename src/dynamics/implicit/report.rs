@@ -22,9 +22,9 @@ pub struct StepReport {
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[non_exhaustive]
 pub struct BodyErrors {
-    /// Of its velocity, relative as the tolerance of values is ([`Accuracy`]).
+    /// Of its velocity: the sum of error over tolerance, times [`Accuracy::values`].
     pub values: f64,
-    /// Of the derivatives of its motion, relative as the tolerance of slopes is.
+    /// Of the derivatives of its motion: the sum of error over tolerance, times [`Accuracy::slopes`].
     pub slopes: f64,
     /// Substeps in which one of its errors exceeds the tolerance.
     pub missed: usize,
@@ -52,10 +52,11 @@ pub struct Work {
     /// Accepted substeps whose error exceeds the tolerance. Such a substep is as short as allowed, or the step has used its budget of
     /// substeps ([`Accuracy`](crate::dynamics::Accuracy)).
     pub missed: usize,
-    /// Systems of equations: one for each stage of each substep, rejected ones included.
+    /// Systems of equations: one for each stage of each substep, rejected ones included, and two if the first guess does not lead to a
+    /// solution.
     pub solves: usize,
-    /// How often contacts were evaluated: looks at an island in which something touches. Derivatives, and looks that take
-    /// the exact derivatives of friction for the time of two, are not counted twice.
+    /// Evaluations of an island that has contacts, including the one at the start of a rollout. One with exact derivatives of friction
+    /// and dissipation takes twice the time, and counts once.
     pub evaluations: usize,
     /// Looks at the contacts, whether anything is near or not.
     pub looks: usize,
@@ -65,7 +66,7 @@ pub struct Work {
     pub linearizations: usize,
     /// Substeps that were rejected because their error exceeds the tolerance.
     pub rejections: usize,
-    /// Substeps that were rejected because a system was not solved.
+    /// Substeps that were repeated with a shorter duration because a system was not solved.
     pub failures: usize,
 }
 
@@ -74,7 +75,7 @@ pub struct Work {
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[non_exhaustive]
 pub struct EnergyBalance {
-    /// What the kinetic energy has grown by.
+    /// Change of the kinetic energy.
     pub kinetic: f64,
     /// The work of gravity and controls.
     pub given: f64,
@@ -83,8 +84,8 @@ pub struct EnergyBalance {
 }
 
 impl EnergyBalance {
-    /// What the integrator has lost of the work that was done, by the kinetic energy; negative if it made some. The work of
-    /// contacts is that at the stages, and so differs a little from the change of their potential energy.
+    /// Work minus the change of kinetic energy: what the integrator has lost, or made if negative. The work of contacts is that at the
+    /// stages, and so differs slightly from the change of their potential energy.
     #[must_use]
     pub fn numerical_loss(&self) -> f64 {
         self.given + self.acting - self.kinetic

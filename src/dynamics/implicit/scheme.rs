@@ -59,9 +59,9 @@ pub(in crate::dynamics) struct Stage {
     before: &'static [f64],
     /// Duration of the substep (s).
     substep: f64,
-    /// The time (s) of its own velocities and wrenches.
+    /// Its diagonal coefficient times the substep (s).
     pub duration: f64,
-    /// When they act, from the start of the substep (s).
+    /// Its abscissa times the substep (s).
     pub offset: f64,
 }
 
@@ -75,7 +75,7 @@ impl Scheme {
         })
     }
 
-    /// The weights (s) by which the stages make up a substep.
+    /// The weights of the stages in the substep, times the substep (s).
     pub(super) fn weights(&self, substep: f64) -> impl Iterator<Item = f64> {
         let (before, own) = self.stages.last().copied().unwrap_or_default();
         before
@@ -98,12 +98,12 @@ impl ErrorEstimate {
 }
 
 impl Stage {
-    /// The time (s) for which each stage before it counts.
+    /// The coefficients of the stages before it, times the substep (s).
     pub fn before(&self) -> impl Iterator<Item = f64> {
         self.before.iter().map(|weight| weight * self.substep)
     }
 
-    /// The sum that the rates of the stages before it give.
+    /// The sum of the rates of the stages before it, each times its coefficient.
     pub fn accumulated<T: Scalar>(&self, rates: impl Iterator<Item = Vector6<T>>) -> Vector6<T> {
         sum(self.before(), rates)
     }

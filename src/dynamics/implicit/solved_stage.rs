@@ -73,7 +73,7 @@ impl SolvedStage<'_> {
             .collect();
         let states = equations.states_with(|place| velocities[place]);
         let bodies = inertias.iter().zip(&states);
-        let dynamic = bodies.map(|(inertia, state)| BodyChange::in_state(inertia, state));
+        let dynamic = bodies.map(|(inertia, state)| BodyChange::carried_by(inertia, state));
         let dynamic = dynamic.map(|change| [change.displacement, change.velocities]);
         let changes: Vec<_> = dynamic.chain(in_time.neighbors.iter().copied()).collect();
         let acting = self.root.linearization.change(count, &changes);
@@ -158,7 +158,7 @@ impl SolvedStage<'_> {
 }
 
 impl RatesInTime {
-    /// No rates of so many neighbors and dynamic bodies.
+    /// Zero rates for a number of neighbors and a number of dynamic bodies.
     pub fn none(neighbors: usize, dynamic: usize) -> Self {
         Self {
             neighbors: vec![[Vector6::zeros(); 2]; neighbors],
@@ -194,8 +194,8 @@ impl BodyChange {
         }
     }
 
-    /// The change that a state carries.
-    pub fn in_state(inertia: &Inertia<Change>, state: &BodyState<Change>) -> Self {
+    /// The derivative part of a state.
+    pub fn carried_by(inertia: &Inertia<Change>, state: &BodyState<Change>) -> Self {
         let change = |number: Change| number.eps[0];
         let turn = turn_from_real(state.pose.rotation());
         let arm = state.pose.rotated_constant(&inertia.center_of_mass);
@@ -205,8 +205,8 @@ impl BodyChange {
         }
     }
 
-    /// The state, carrying this change.
-    pub fn of_state(&self, inertia: &Inertia<Change>, state: &BodyState) -> BodyState<Change> {
+    /// The state with this derivative part.
+    pub fn applied_to(&self, inertia: &Inertia<Change>, state: &BodyState) -> BodyState<Change> {
         let lifted = state.lifted::<Change>();
         let change = |number: f64| Change::new(0.0, [number]);
         BodyState {

@@ -1,4 +1,4 @@
-//! The durations of substeps, by the errors of those before.
+//! The durations of substeps, chosen from the errors of those before.
 
 use crate::scalar::portable::{ln_1p, power};
 use std::f64::consts::LN_2;
@@ -12,7 +12,7 @@ const MOST_GROWTH: [f64; 2] = [5.0, 1.0];
 /// Smallest and largest factor of the duration after a rejected substep.
 const REDUCTIONS: [f64; 2] = [0.02, 0.6];
 
-/// Lowest power of the duration with which errors are taken to decrease. Contact that begins or ends lowers it.
+/// Lowest assumed order of convergence of the errors. Contact that begins or ends lowers it.
 const LOWEST_ORDER: f64 = 0.7;
 
 /// Reduction of the duration after a stage that was not solved.
@@ -45,19 +45,19 @@ impl StepSize {
         self.allowed
     }
 
-    /// The next duration (s) out of a time that is left, with the shortest and longest ones.
+    /// The next duration (s), from the remaining time and the limits.
     ///
-    /// Durations are the shortest one times 2^(k/8) with an integer k, except at the end of the step. Most small changes of the state
-    /// change no duration, so derivatives hold the durations fixed.
-    pub fn next(&self, left: f64, shortest: f64, longest: f64) -> f64 {
-        let wanted = self.allowed.min(longest).max(shortest).min(2.0 * left);
+    /// Durations are the shortest one times 2^(k/8) with an integer k, except for the last one or two of a step, which share the
+    /// remaining time. Most small changes of the state change no duration, so derivatives hold the durations fixed.
+    pub fn next(&self, remaining: f64, shortest: f64, longest: f64) -> f64 {
+        let wanted = self.allowed.min(longest).max(shortest).min(2.0 * remaining);
         let exponent = ln_1p(wanted / shortest - 1.0) / LN_2 * PER_OCTAVE;
         let wanted = shortest * power(2.0, exponent.floor() / PER_OCTAVE);
         // Two halves instead of a long substep and a short one.
-        if wanted >= left {
-            left
+        if wanted >= remaining {
+            remaining
         } else {
-            wanted.min(left / 2.0)
+            wanted.min(remaining / 2.0)
         }
     }
 
@@ -75,8 +75,8 @@ impl StepSize {
         self.rejected = None;
     }
 
-    /// Reduces the duration after a substep that was rejected for its error, relative to what is allowed. Two rejections in a row
-    /// tell with which power of the duration errors decrease.
+    /// Reduces the duration after a substep that was rejected for its error, relative to what is allowed. After two rejections in a
+    /// row, the order of convergence is estimated from both errors.
     pub fn reject(&mut self, substep: f64, error: f64) {
         let order = self.rejected.map_or(self.order, |(longer, before)| {
             let seen = ln_1p(before / error - 1.0) / ln_1p(longer / substep - 1.0);
