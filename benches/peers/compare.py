@@ -19,14 +19,15 @@ import argparse
 import json
 import os
 import pathlib
+import shutil
 import subprocess
 import sys
-import venv
 
 sys.dont_write_bytecode = True
 HERE = pathlib.Path(__file__).resolve().parent
 REPOSITORY = HERE.parent.parent
-REQUIREMENTS = ["drake==1.51.1", "numpy", "matplotlib"]
+REQUIREMENTS = ["drake==1.58.0", "mujoco==4.0.0", "numpy", "matplotlib"]
+OLDEST_PYTHON = (3, 12)  # that Drake supports
 
 
 def main():
@@ -73,10 +74,23 @@ def enter_virtual_environment(folder, requirements=REQUIREMENTS):
         return
     installed = folder / "installed"
     if not (installed.exists() and installed.read_text() == str(requirements)):
-        venv.create(folder, with_pip=True, clear=True)
+        subprocess.run([interpreter(), "-m", "venv", "--clear", folder], check=True)
         subprocess.run([python, "-m", "pip", "install", "--quiet", *requirements], check=True)
         installed.write_text(str(requirements))
     os.execv(python, [python, *sys.argv])
+
+
+def interpreter():
+    """Path of a Python that is new enough for Drake."""
+    if sys.version_info >= OLDEST_PYTHON:
+        return sys.executable
+    versions = pathlib.Path.home() / ".pyenv/versions"
+    for name in ("python3.13", "python3.12"):
+        for python in [shutil.which(name), *sorted(versions.glob(f"*/bin/{name}"))]:
+            # Shims of pyenv are on the path for versions that are not active.
+            if python and subprocess.run([python, "-c", ""], capture_output=True).returncode == 0:
+                return python
+    sys.exit("Drake needs Python 3.12 or later: none on the path or under ~/.pyenv/versions")
 
 
 def built_ours(bench="peers_ours"):

@@ -12,7 +12,7 @@ FLOORS = ["soft box", "rigid box", "half-space"]
 MODULUS = 1e5  # Pa
 DISSIPATION = 1.0  # s/m
 FRICTION = 0.4
-APPROXIMATIONS = ["tamsi", "sap", "similar", "lagged"]
+APPROXIMATIONS = ["sap", "similar", "lagged"]
 OURS = "ours, leapfrog"
 STEPS, DERIVATIVE_STEPS, ROUNDS = 500, 20, 5
 
