@@ -1,164 +1,232 @@
 #!/usr/bin/env python3
-"""Speed against error, here and in Drake: four scenes, steps from 0.1 to 10 ms, one thread each.
+"""Errors of values and of slopes against processor time, here, in Drake and in MuJoCo.
 
-Serves the decision which program, integrator and step to take for an error small enough. Run
+Serves the choice of a program, a method and its accuracy for a given error. Run
 
-    python3 benches/peers/accuracy.py            # ten minutes to an hour, most of it Drake's references
-    python3 benches/peers/accuracy.py --quick    # half of that
-    python3 benches/peers/accuracy.py --ours     # this library alone
+    python3 benches/peers/accuracy.py            # about half an hour
+    python3 benches/peers/accuracy.py --quick    # about five minutes
+    python3 benches/peers/accuracy.py --scenes "stiff ball" grasp
 
-The first run downloads Drake into a virtual environment in cargo's target directory, where Drake's
-references are kept too. What is measured says README.md. Output: Markdown, and the plot
-`docs/figures/accuracy.svg` (with --quick in the target directory).
+The first run downloads Drake and MuJoCo into a virtual environment in cargo's target directory, where
+references are kept too. README.md says what is measured. Output: Markdown, and the plot
+`docs/figures/accuracy.svg` (with options in the target directory).
 """
 
 import argparse
+import dataclasses
 import hashlib
 import json
-import math
 import os
-import statistics
+import pathlib
 import sys
-from concurrent.futures import ThreadPoolExecutor
 
 from compare import HERE, REPOSITORY, Program, built_ours, enter_virtual_environment
 from compare import target_directory
 
 sys.dont_write_bytecode = True
 
-STEPS = [1e-4, 2e-4, 5e-4, 1e-3, 2e-3, 5e-3, 1e-2]  # s
-# Explicit steps must be short beside the stiffest contact.
-EXPLICIT_STEPS = [1e-5, 2e-5, 5e-5, *STEPS]
-# The names of our integrators, as rollouts.rs has them, with their steps.
-OURS = {"leapfrog": EXPLICIT_STEPS, "sdirk3": STEPS, "implicit_euler": STEPS}
-DRAKE = {approximation: STEPS for approximation in ("tamsi", "sap", "similar", "lagged")}
-# All of ours share a reference, each approximation of Drake has its own.
-OUR_REFERENCE = "leapfrog"
-# Shorter ones (s) take minutes where many polygons meet; the leapfrog needs them.
-SHORTEST = {"stack of five cubes": 2e-4, "grasp": 2e-4}
-QUICK_REFERENCE = 5  # times as long
-QUICK_SHORTEST = {"ours": 5e-5, "drake": 5e-4}
-DRAKE_SIDE = [sys.executable, HERE / "drake_rollouts.py"]
-SHORT = 1.0  # s: shorter rollouts are timed as often as fit into this, at least twice
-LONG = 6.0  # s: longer ones are timed once
-MOST_ROUNDS = 8
+# Tolerances of values and slopes, and resting speeds (m/s), of `Sdirk3`; the second line is the default.
+TOLERANCES = {
+    1e-2: (1e-2, 2e-2, None),
+    1e-3: (1e-3, 2e-3, None),
+    1e-4: (1e-4, 5e-4, None),
+    1e-5: (1e-5, 1e-4, 0.03),
+    1e-6: (1e-6, 3e-5, 0.03),
+}
+LONGEST_STEP = 5e-3  # s, with error control
+STEPS = [1e-2, 5e-3, 2e-3, 1e-3, 5e-4, 2e-4]  # s
+SHORT_STEPS = [1e-3, 5e-4, 2e-4, 1e-4, 5e-5, 2e-5, 1e-5]  # s
+CHANGE = 1e-3  # SI units, to either side: differences whose error is measured
+WIDE_CHANGE = 5e-3  # SI units: differences of references, and half as wide
+LARGEST_DRIFT, LARGEST_SPREAD = 1e-3, 0.2  # m, relative: references above these are not converged
+SHORT, LONG = 0.5, 3.0  # s: shorter measurements are repeated, longer ones are made once
+MOST_ROUNDS = 5
+
+
+@dataclasses.dataclass(frozen=True)
+class Method:
+    """A method of a program with its settings: accuracies, or steps (s)."""
+
+    program: str
+    name: str
+    has_error_control: bool
+    settings: tuple
+    # Settings of references: in short scenes, longer ones, and long ones of many polygons.
+    references: tuple = ()
+    # The default accuracy of the program, if it has one.
+    default: float | None = None
+
+    def coarser(self, setting):
+        factor = 10 if self.has_error_control else 5
+        return float(f"{factor * setting:.3g}")
+
+    def question(self, scene, setting):
+        step = LONGEST_STEP if self.has_error_control else setting
+        accuracy = setting if self.has_error_control else None
+        if self.program == "ours" and accuracy:
+            accuracy = TOLERANCES[setting]
+        steps = round(scene["duration"] / step)
+        return {"method": self.name, "time_step": step, "steps": steps, "accuracy": accuracy}
+
+
+METHODS = [
+    Method("ours", "sdirk3", True, (1e-2, 1e-3, 1e-4, 1e-5), (1e-6, 1e-6, 1e-6), 1e-3),
+    Method("ours", "implicit_euler", False, tuple(STEPS)),
+    Method("ours", "leapfrog", False, tuple(SHORT_STEPS), (2e-6, 2e-6, 5e-6)),
+    Method("drake", "cenic", True, (1e-2, 1e-3, 1e-4, 1e-5, 1e-6, 1e-7), (1e-11, 1e-9, 1e-7), 1e-4),
+    Method("drake", "sap", False, tuple(STEPS), (5e-6, 2e-5, 2e-4)),
+    Method("mujoco", "euler", False, tuple(STEPS + SHORT_STEPS[3:5]), (2e-6, 2e-6, 2e-5)),
+]
 
 
 def main():
     options = parsed_options()
     target = target_directory()
+    os.environ.update({f"{name}_NUM_THREADS": "1" for name in ("OMP", "OPENBLAS", "MKL")})
     enter_virtual_environment(target / "peers_environment")
     # These need numpy and matplotlib, which the virtual environment has.
     import accuracy_tables
     import rollout_scenes
 
-    scenes = rollout_scenes.Builder(target / "peers_meshes").groups()
+    scenes = rollout_scenes.Builder(target / "peers_meshes").scenes()
     names = options.scenes or list(scenes)
-    with Program([built_ours("peers_rollouts"), "--serve"]) as ours, Program(DRAKE_SIDE) as drake:
-        study = Study({"ours": ours, "drake": drake}, target / "peers_references", options)
-        study.prepare([scenes[name] for name in names])
+    sides = {name: [sys.executable, HERE / f"{name}_rollouts.py"] for name in ("drake", "mujoco")}
+    ours = [built_ours("peers_rollouts"), "--serve"]
+    with Program(ours) as ours, Program(sides["drake"]) as drake, Program(sides["mujoco"]) as mujoco:
+        programs = {"ours": ours, "drake": drake, "mujoco": mujoco}
+        study = Study(programs, target / "peers_references", options.quick)
         results = {name: study.measured(name, scenes[name]) for name in names}
-    accuracy_tables.print_all(results)
-    in_part = options.quick or options.ours or options.scenes
-    folder = target if in_part else REPOSITORY / "docs/figures"
+    accuracy_tables.print_all(results, scenes)
+    folder = target if options.quick or options.scenes else REPOSITORY / "docs/figures"
     accuracy_tables.plot(results, folder / "accuracy.svg")
 
 
 def parsed_options():
     options = argparse.ArgumentParser(description=__doc__.split("\n\n")[0])
-    options.add_argument("--quick", action="store_true", help="longer steps, coarser references")
-    options.add_argument("--ours", action="store_true", help="without Drake")
+    options.add_argument("--quick", action="store_true", help="fewer settings, coarser references")
     options.add_argument("--scenes", nargs="+", help="names of scenes (default: all)")
     return options.parse_args()
 
 
 class Study:
-    """Asks both programs about scenes."""
+    """Asks the programs about scenes."""
 
-    def __init__(self, programs, references, options):
-        self.programs, self.references, self.options = programs, references, options
-        self.own_references = {}
+    def __init__(self, programs, references, is_quick):
+        self.programs, self.references, self.is_quick = programs, references, is_quick
         references.mkdir(exist_ok=True)
 
-    def methods(self, name):
-        """Program, method and steps in a scene."""
-        of_programs = {"ours": OURS} if self.options.ours else {"ours": OURS, "drake": DRAKE}
-        quick = QUICK_SHORTEST if self.options.quick else {"ours": 0.0, "drake": 0.0}
-        for key, methods in of_programs.items():
-            for method, steps in methods.items():
-                of_scene = 0.0 if steps is EXPLICIT_STEPS else SHORTEST.get(name, 0.0)
-                shortest = max(quick[key], of_scene)
-                yield key, method, [step for step in steps if step >= shortest]
-
-    def measured(self, name, scenes):
-        """Of each method: the reference, and speed and error by the step."""
-        print(f"{name}, references ...", file=sys.stderr)
-        found, methods_of = {}, {}
-        for key, method, steps in self.methods(name):
-            reference = [self.reference(key, method, scene) for scene in scenes]
-            found[key, method] = {"reference": reference, "rows": {}}
-            for step in steps:
-                methods_of.setdefault(step, []).append((key, method))
-        for step, methods in sorted(methods_of.items()):
-            print(f"{name}, {1e3 * step:g} ms ...", file=sys.stderr)
-            for method, (seconds, measured) in self.timed(methods, scenes, step).items():
-                of_method = found[method]
-                row = rated(scenes, seconds, measured, of_method["reference"])
-                of_method["rows"][step] = row
+    def measured(self, name, scene):
+        """The reference of each method, and its errors and times by setting."""
+        found = {}
+        for method in METHODS:
+            print(f"{name}, reference of {method.name} ...", file=sys.stderr)
+            found[method] = {"reference": self.reference(method, scene), "rows": {}}
+        jobs = [(method, setting) for method in METHODS for setting in self.settings(method, scene)]
+        for job, answers in self.by_turns(name, scene, jobs).items():
+            method, setting = job
+            found[method]["rows"][setting] = rated(answers, found[method]["reference"], scene)
         return found
 
-    def reference(self, key, method, scene):
-        """What is measured of the scene, by the program's own short steps. Drake's, which take
-        long, are kept in files, named by all that they depend on."""
-        if key == "ours":
-            return self.own_reference(scene)
-        file = self.reference_file(method, scene)
-        if not file.exists():
-            with Program(DRAKE_SIDE) as own:
-                step = self.reference_step(key, scene)
-                measured = asked(own, method, scene, step)[1]
-            file.write_text(json.dumps(measured))
-        return json.loads(file.read_text())
+    def settings(self, method, scene):
+        """Settings that are coarser than that of the reference by a factor of two at least."""
+        settings = method.settings[:-1] if self.is_quick else method.settings
+        if not method.references:
+            return settings
+        finest = 2 * self.reference_setting(method, scene)
+        return [setting for setting in settings if setting >= finest]
 
-    def own_reference(self, scene):
-        question = json.dumps(scene)
-        if question not in self.own_references:
-            step = self.reference_step("ours", scene)
-            self.own_references[question] = self.rollout("ours", OUR_REFERENCE, scene, step)[1]
-        return self.own_references[question]
+    def reference_setting(self, method, scene):
+        is_long, has_many = scene["duration"] > 0.5, len(scene["question"]["bodies"]) > 2
+        setting = method.references[is_long + has_many]
+        return method.coarser(setting) if self.is_quick else setting
 
-    def reference_step(self, key, scene):
-        return scene["reference_steps"][key] * (QUICK_REFERENCE if self.options.quick else 1)
-
-    def reference_file(self, method, scene):
-        program = DRAKE_SIDE[-1].read_text()
-        question = json.dumps([program, method, scene, self.reference_step("drake", scene)])
-        return self.references / (hashlib.sha256(question.encode()).hexdigest()[:16] + ".json")
-
-    def prepare(self, groups):
-        """Computes Drake's references, on all cores: they are not timed."""
-        if self.options.ours:
-            return
-        wanted = [(method, scene) for scenes in groups for scene in scenes for method in DRAKE]
-        with ThreadPoolExecutor(os.cpu_count()) as pool:
-            list(pool.map(lambda each: self.reference("drake", *each), wanted))
-
-    def timed(self, methods, scenes, step):
-        """Of each method: the shortest time (s) of several rounds of the scenes, and what was
-        measured. The methods, and so the programs, take turns: what else the cores do meets
-        all of them."""
-        times, measured = {method: [] for method in methods}, {}
-        waiting = methods
+    def by_turns(self, name, scene, jobs):
+        """Values and slopes of each job with the shortest times (s). The programs take turns, so
+        other load on the processor affects all of them."""
+        answers, times, waiting, turn = {}, {job: [] for job in jobs}, jobs, 0
         while waiting:
-            for method in waiting:
-                answers = [self.rollout(*method, scene, step) for scene in scenes]
-                times[method].append(sum(seconds for seconds, _ in answers))
-                measured[method] = [positions for _, positions in answers]
-            waiting = [method for method in waiting if needs_more(times[method])]
-        return {method: (min(times[method]), measured[method]) for method in methods}
+            turn += 1
+            print(f"{name}, round {turn}, {len(waiting)} measurements ...", file=sys.stderr)
+            for job in waiting:
+                values, slopes = self.asked(*job, scene), self.slopes(*job, scene)
+                times[job].append((values[0], slopes[0]))
+                seconds = [min(each) for each in zip(*times[job])]
+                answers[job] = [(seconds[0], values[1]), (seconds[1], slopes[1])]
+            waiting = [job for job in waiting if needs_more([sum(both) for both in times[job]])]
+        return answers
 
-    def rollout(self, key, method, scene, step):
-        return asked(self.programs[key], method, scene, step)
+    def slopes(self, method, setting, scene):
+        """Processor time (s), and slopes (SI units, a column per parameter)."""
+        if method.program == "ours":
+            seconds, _, jacobian = self.asked(method, setting, scene, parameters=scene["parameters"])
+            return seconds, jacobian
+        return self.differences(method, setting, scene, CHANGE)
+
+    def differences(self, method, setting, scene, change):
+        """Time (s) and slopes by central differences."""
+        import numpy
+
+        total, columns = 0.0, []
+        for parameter in scene["parameters"]:
+            changes = [(parameter, sign * change) for sign in (-1, 1)]
+            low, high = (self.asked(method, setting, scene, each) for each in changes)
+            total += low[0] + high[0]
+            if low[1] is None or high[1] is None:
+                return total, None
+            columns.append((high[1] - low[1]) / (2 * change))
+        return total, numpy.array(columns).T
+
+    def asked(self, method, setting, scene, change=None, parameters=()):
+        """Processor time (s), measured positions (m) and, with parameters, their slopes; `None` if
+        the rollout failed."""
+        import rollout_scenes
+
+        question = scene["question"]
+        if change:
+            question = rollout_scenes.changed(question, *change)
+        answer = self.programs[method.program].ask(
+            scene=question, parameters=parameters, **method.question(scene, setting)
+        )
+        if answer["positions"] is None:
+            return answer["seconds"], None, None
+        numbers = [answer["positions"], answer.get("jacobian") or answer["positions"]]
+        return answer["seconds"], *(rollout_scenes.measured_rows(scene, rows) for rows in numbers)
+
+    def reference(self, method, scene):
+        """Values and slopes of the program's own converged motion, kept in a file. All of our
+        methods share one. `drift` is the distance (m) from the values at a coarser setting. The
+        slopes are extrapolated from differences of two widths, and `spread` is the relative difference
+        between these."""
+        import numpy
+
+        if method.program == "ours":
+            names = {each.name: each for each in METHODS}
+            method = names[scene["our_reference"]]
+        setting = self.reference_setting(method, scene)
+        file = self.reference_file(method, scene, setting)
+        if not file.exists():
+            values = self.asked(method, setting, scene)[1]
+            coarse_values = self.asked(method, method.coarser(setting), scene)[1]
+            changes = (WIDE_CHANGE, WIDE_CHANGE / 2)
+            widths = [self.differences(method, setting, scene, change)[1] for change in changes]
+            if any(found is None for found in (values, coarse_values, *widths)):
+                return None
+            slopes = (4 * widths[1] - widths[0]) / 3
+            numbers = {"values": values.tolist(), "slopes": slopes.tolist()}
+            numbers["drift"] = distance(values, coarse_values, scene)
+            numbers["spread"] = relative_error(*widths)
+            file.write_text(json.dumps(numbers))
+        numbers = json.loads(file.read_text())
+        return {name: numpy.array(number) for name, number in numbers.items()}
+
+    def reference_file(self, method, scene, setting):
+        """The name depends on all that the reference depends on."""
+        files = [pathlib.Path(word) for word in self.programs[method.program].process.args]
+        question = [scene, method.question(scene, setting), method.coarser(setting), WIDE_CHANGE]
+        digest = hashlib.sha256(json.dumps(question).encode())
+        # Our executable, or the script of the other program.
+        digest.update((files[0] if method.program == "ours" else files[1]).read_bytes())
+        return self.references / f"{digest.hexdigest()[:16]}.json"
 
 
 def needs_more(times):
@@ -167,29 +235,33 @@ def needs_more(times):
     return sum(times) < SHORT and len(times) < MOST_ROUNDS
 
 
-def rated(scenes, seconds, measured, references):
-    """Simulated seconds per second, and the error (m): root mean square over the scenes and their
-    bodies; nothing if a rollout failed."""
-    if None in measured or None in references:
-        return None
-    squares = []
-    for positions, reference in zip(measured, references):
-        squares += [math.dist(*both) ** 2 for both in zip(positions, reference)]
-    duration = sum(scene["duration"] for scene in scenes)
-    return {"speed": duration / seconds, "error": math.sqrt(statistics.fmean(squares))}
+def rated(answers, reference, scene):
+    """Times (s), and errors of values (m, root mean square over bodies) and of slopes (relative).
+    An error is `None` if the rollout failed or the reference is not converged."""
+    times, (values, slopes) = zip(*answers)
+    row = {"seconds": times, "errors": [None, None]}
+    if reference is None or reference["drift"] > LARGEST_DRIFT:
+        return row
+    if values is not None:
+        row["errors"][0] = distance(values, reference["values"], scene)
+    if slopes is not None and reference["spread"] <= LARGEST_SPREAD:
+        row["errors"][1] = relative_error(slopes, reference["slopes"])
+    return row
 
 
-def asked(program, method, scene, step):
-    """The time (s) of a rollout, and what is measured after it; nothing if it failed."""
-    import rollout_scenes
+def distance(values, others, scene):
+    """Root mean square over the bodies of the distance (m) between their positions."""
+    import numpy
 
-    steps = round(scene["duration"] / step)
-    answer = program.ask(scene=scene["question"], method=method, time_step=step, steps=steps)
-    if answer["positions"] is None:
-        print(f"{method}, {1e3 * step:g} ms: {answer['failure'][:100]}", file=sys.stderr)
-        return answer["seconds"], None
-    measured = rollout_scenes.measured_positions(scene, answer["positions"])
-    return answer["seconds"], measured.tolist()
+    return float(numpy.linalg.norm(values - others) / len(scene["measured"][0]) ** 0.5)
+
+
+def relative_error(slopes, reference):
+    """Root mean square over the columns of the error's norm over the column's norm."""
+    import numpy
+
+    norms = numpy.linalg.norm(slopes - reference, axis=0) / numpy.linalg.norm(reference, axis=0)
+    return float(numpy.sqrt(numpy.mean(norms**2)))
 
 
 if __name__ == "__main__":

@@ -1,4 +1,4 @@
-"""Tables and plot of `accuracy.py`: results by scene, then by (program, method)."""
+"""Tables and plot of `accuracy.py`: results by scene, then by method."""
 
 import matplotlib
 
@@ -6,38 +6,48 @@ matplotlib.use("svg")
 import matplotlib.pyplot as pyplot
 import numpy
 
-# Errors (m) that a user may allow.
-ALLOWED = [1e-3, 1e-4, 1e-5]
-NAMES = {"ours": "ours", "drake": "Drake"}
+ALLOWED_SLOPES = [0.1, 0.01, 0.001]  # relative errors
+NAMES = {"ours": "ours", "drake": "Drake", "mujoco": "MuJoCo"}
 COLORS = {
-    "ours": ["#000000", "#c44e00", "#7a3fa0"],
-    "drake": ["#8c96a0", "#2ca25f", "#9ecae1", "#4292c6"],
+    "ours": ["#c44e00", "#7a3fa0", "#000000"],
+    "drake": ["#2ca25f", "#4292c6"],
+    "mujoco": ["#8c96a0"],
 }
-MARKERS = {"ours": "o", "drake": "s"}
-# The plot ends here: what is further off is no answer (m), what is less is round-off.
-LARGEST, SMALLEST = 0.2, 1e-8
+MARKERS = {"ours": "o", "drake": "s", "mujoco": "^"}
+# Errors outside these are drawn at the limit: values (m), slopes.
+LIMITS = [(1e-8, 1.0), (1e-6, 100.0)]
 
 
-def print_all(results):
+def print_all(results, scenes):
     print_references(results)
     print_rows(results)
-    print_fastest(results)
+    print_fastest(results, scenes)
 
 
-def label(key, method):
-    return f"{NAMES[key]}, {method.replace('_', ' ')}"
+def label(method):
+    return f"{NAMES[method.program]}, {method.name.replace('_', ' ')}"
 
 
 def print_references(results):
-    """Of the first scene of a group, the last coordinate that is measured."""
-    methods = [label(*method) for method in next(iter(results.values()))]
-    print("Where a body ends by the reference of each method (m): height of the ball, way of the")
-    print("brick from the middle, height of the top cube, height of the ball.\n")
-    print_line("scene", methods)
-    print_line("---", ["---"] * len(methods))
+    """Prints the last measured coordinate and its slope with respect to each parameter."""
+    print("Converged motions: last measured coordinate (m), in parentheses the change from a coarser")
+    print("setting (m); its slopes, in parentheses the relative change between two widths.\n")
+    print_line("scene", ["program", "coordinate", "slopes"])
+    print_line("---", ["---"] * 3)
     for name, found in results.items():
-        ends = [of_method["reference"][0] for of_method in found.values()]
-        print_line(name, ["–" if end is None else f"{end[-1][-1]:.6f}" for end in ends])
+        for method, of_method in found.items():
+            # Our methods share a reference.
+            if method.program != "ours" or method.name == "sdirk3":
+                program = "ours" if method.program == "ours" else label(method)
+                print_line(name, [program, *reference_cells(of_method["reference"])])
+
+
+def reference_cells(reference):
+    if reference is None:
+        return ["–", "–"]
+    slopes = ", ".join(f"{slope:.4g}" for slope in reference["slopes"][-1])
+    value = f"{reference['values'][-1]:.6f} ({reference['drift']:.0e})"
+    return [value, f"{slopes} ({reference['spread']:.0e})"]
 
 
 def print_line(first, cells):
@@ -45,87 +55,89 @@ def print_line(first, cells):
 
 
 def print_rows(results):
-    of_methods = [of_method for found in results.values() for of_method in found.values()]
-    steps = sorted({step for of_method in of_methods for step in of_method["rows"]})
-    print("\nError (m), and simulated seconds per second:\n")
-    print_line("scene, method", [f"{1e3 * step:g} ms" for step in steps])
-    print_line("---", ["---"] * len(steps))
+    print("\nAll settings:\n")
+    headings = ["accuracy or step (ms)", "error (m)", "ms", "error of slopes", "ms"]
+    print_line("scene, method", headings)
+    print_line("---", ["---"] * len(headings))
     for name, found in results.items():
         for method, of_method in found.items():
-            cells = [cell(of_method["rows"], step) for step in steps]
-            print_line(f"{name}: {label(*method)}", cells)
+            for setting, row in of_method["rows"].items():
+                cells = [setting_name(method, setting)]
+                for error, seconds in zip(row["errors"], row["seconds"]):
+                    cells += ["–" if error is None else f"{error:.1e}", milliseconds(seconds)]
+                print_line(f"{name}: {label(method)}", cells)
 
 
-def cell(rows, step):
-    if step not in rows:
-        return ""
-    row = rows[step]
-    return f"{row['error']:.0e}, {speed(row['speed'])}" if row else "failed"
+def setting_name(method, setting):
+    return f"{setting if method.has_error_control else 1e3 * setting:g}"
 
 
-def speed(number):
-    return f"{number:,.0f}" if number >= 10 else f"{number:.2g}"
+def milliseconds(seconds):
+    return f"{1e3 * seconds:,.0f}" if seconds >= 0.01 else f"{1e3 * seconds:.2g}"
 
 
-def print_fastest(results):
-    """The largest speed whose error, and that of all shorter steps, is within a bound."""
+def print_fastest(results, scenes):
+    """Prints the shortest time whose error, and that of all finer settings, is within a bound."""
     methods = list(next(iter(results.values())))
-    print("\nSimulated seconds per second (step in ms) with no larger error:\n")
-    print_line("scene, error", [label(*method) for method in methods])
+    print("\nProcessor time (ms) with no larger error, and the accuracy or step (ms):\n")
+    print_line("scene, error", [label(method) for method in methods])
     print_line("---", ["---"] * len(methods))
     for name, found in results.items():
-        for bound in ALLOWED:
-            cells = [fastest(found[method]["rows"], bound) for method in methods]
-            print_line(f"{name}, {1e3 * bound:g} mm", cells)
+        bounds = [(0, bound, f"{1e3 * bound:g} mm") for bound in scenes[name]["allowed"]]
+        bounds += [(1, bound, f"slopes {100 * bound:g} %") for bound in ALLOWED_SLOPES]
+        for which, bound, text in bounds:
+            cells = [fastest(method, found[method], which, bound) for method in methods]
+            print_line(f"{name}, {text}", cells)
 
 
-def fastest(rows, bound):
-    best = None
-    for step in sorted(rows):
-        if not rows[step] or not rows[step]["error"] <= bound:
+def fastest(method, of_method, which, bound):
+    """The shortest time; nothing if the reference itself is not known to the bound."""
+    reference, rows, best = of_method["reference"], of_method["rows"], None
+    if reference is None or reference["drift" if which == 0 else "spread"] > bound:
+        return "–"
+    for setting in sorted(rows):
+        error, seconds = rows[setting]["errors"][which], rows[setting]["seconds"][which]
+        if error is None or not error <= bound:
             break
-        if best is None or rows[step]["speed"] > rows[best]["speed"]:
-            best = step
-    return "–" if best is None else f"{speed(rows[best]['speed'])} ({1e3 * best:g})"
+        if best is None or seconds < best[0]:
+            best = seconds, setting
+    return "–" if best is None else f"{milliseconds(best[0])} ({setting_name(method, best[1])})"
 
 
 def plot(results, path):
-    """A panel for each scene: error across, speed upwards, a point for each step."""
+    """A row of panels for each scene: errors of values and of slopes against processor time."""
     pyplot.rcParams.update({"svg.hashsalt": "accuracy", "svg.fonttype": "none", "font.size": 9})
-    across = 2 if len(results) > 1 else 1
-    down = (len(results) + 1) // 2
-    size = (5.2 * across, 4.1 * down)
-    figure, panels = pyplot.subplots(down, across, figsize=size, squeeze=False)
-    for panel, (name, found) in zip(panels.flat, results.items()):
-        draw(panel, name, found)
-    lines, labels = panels.flat[0].get_legend_handles_labels()
-    figure.legend(lines, labels, loc="lower center", ncols=4, frameon=False)
-    figure.tight_layout(rect=(0, 0.06, 1, 1))
+    size = (10.0, 3.3 * len(results) + 0.5)
+    figure, panels = pyplot.subplots(len(results), 2, figsize=size, squeeze=False)
+    for row, (name, found) in zip(panels, results.items()):
+        for which, panel in enumerate(row):
+            draw(panel, found, which)
+        row[0].set(title=f"{name}: values", ylabel="error of values (m)")
+        row[1].set(title=f"{name}: slopes", ylabel="relative error of slopes")
+    lines, labels = panels[0, 0].get_legend_handles_labels()
+    figure.legend(lines, labels, loc="lower center", ncols=len(labels) // 2, frameon=False)
+    figure.tight_layout(rect=(0, 0.6 / size[1], 1, 1))
     figure.savefig(path, metadata={"Date": None})
     # matplotlib leaves spaces at the ends of lines.
     path.write_text("\n".join(line.rstrip() for line in path.read_text().splitlines()) + "\n")
 
 
-def draw(panel, name, found):
-    colors = {key: iter(of_program) for key, of_program in COLORS.items()}
-    for (key, method), of_method in found.items():
-        rows = {step: row for step, row in sorted(of_method["rows"].items()) if row}
-        errors = numpy.array([max(row["error"], SMALLEST) for row in rows.values()])
-        errors[~(errors <= LARGEST)] = numpy.nan
-        speeds = [row["speed"] for row in rows.values()]
-        panel.loglog(
-            errors, speeds, MARKERS[key] + "-", color=next(colors[key]), label=label(key, method),
-            markersize=4, linewidth=1.8 if key == "ours" else 1.2,
-        )
-        mark_steps(panel, rows, errors)
-    panel.set(title=name, xlabel="error (m)", ylabel="simulated seconds per second")
+def draw(panel, found, which):
+    """Lines of one panel; a large marker is the default accuracy of the program."""
+    colors = {program: iter(of_program) for program, of_program in COLORS.items()}
+    for method, of_method in found.items():
+        color = next(colors[method.program])
+        points = [
+            (1e3 * row["seconds"][which], row["errors"][which], setting)
+            for setting, row in of_method["rows"].items()
+            if row["errors"][which] is not None and numpy.isfinite(row["errors"][which])
+        ]
+        times, errors, settings = (list(column) for column in zip(*points)) if points else ([], [], [])
+        errors = numpy.clip(errors, *LIMITS[which])
+        style = {"color": color, "marker": MARKERS[method.program]}
+        panel.loglog(times, errors, label=label(method), markersize=4, linewidth=1.4, **style)
+        for time, error, setting in zip(times, errors, settings):
+            if setting == method.default:
+                panel.loglog([time], [error], markersize=9, **style)
+    panel.set(xlabel="processor time (ms)")
     panel.grid(True, which="major", color="#e1e1e1", linewidth=0.7)
-
-
-def mark_steps(panel, rows, errors):
-    """Writes the step beside the first and last points of a line."""
-    shown = [place for place, error in enumerate(errors) if numpy.isfinite(error)]
-    for place in {shown[0], shown[-1]} if shown else ():
-        step = list(rows)[place]
-        at = (errors[place], rows[step]["speed"])
-        panel.annotate(f"{1e3 * step:g} ms", at, (4, 4), textcoords="offset points", fontsize=6)

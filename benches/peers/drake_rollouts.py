@@ -1,11 +1,10 @@
 """Drake's side of `accuracy.py`: answers questions on stdin, a JSON line each, until it closes.
 
-Timed is `Simulator.AdvanceTo` of a discrete `MultibodyPlant`, in processor time. A body on a path is
-one on prismatic joints, without gravity. Before each step, outside the time, it is put where the path
-is, with the mean velocity of the step, and stiff controllers on the joints, which Drake treats
-implicitly, hold it to that. TAMSI has no such controllers: there the body is so heavy that contacts
-change its velocity by 1e-6 m/s in 10 ms. (The others converge relative to the momentum of *all*
-bodies: heavy ones that move let them end before they have found the forces on a light one.)
+The time is processor time of `Simulator.AdvanceTo`. With an accuracy, the plant is continuous and its
+integrator is CENIC; otherwise the plant is discrete. A body on a path has prismatic joints with stiff
+controllers, and no gravity. CENIC reads the path from a `TrajectorySource`. Before each discrete step,
+outside the time, the body is put on the path with the mean velocity of the step, and the controllers
+hold it there.
 """
 
 import json
@@ -13,8 +12,8 @@ import sys
 import time
 
 import numpy
-from drake_side import rotation_and_origin, skin
-from pydrake.geometry import Mesh
+from drake_side import hard_skin, rotation_and_origin, skin
+from pydrake.geometry import HalfSpace, Mesh
 from pydrake.math import RigidTransform
 from pydrake.multibody.math import SpatialVelocity
 from pydrake.multibody.plant import AddMultibodyPlant, MultibodyPlantConfig
@@ -25,24 +24,27 @@ from pydrake.multibody.tree import (
     SpatialInertia,
     UnitInertia,
 )
-from pydrake.systems.analysis import Simulator
+from pydrake.systems.analysis import ApplySimulatorConfig, Simulator, SimulatorConfig
 from pydrake.systems.framework import DiagramBuilder
+from pydrake.systems.primitives import TrajectorySource
+from pydrake.trajectories import PiecewisePolynomial
+from rollout_scenes import displacement
 
-HEAVY, LIGHT = 1e6, 1.0  # kg
-STIFFNESS = 1e9  # N/m
+FINGER = 1.0  # kg
+STIFFNESS, DAMPING = 1e9, 2 * (1e9 * FINGER) ** 0.5  # N/m, N s/m
 
 
 class Rollout:
-    """A scene at its start, to be stepped by a contact approximation."""
+    """A scene at its start, with a method that steps it."""
 
-    def __init__(self, scene, approximation, time_step):
+    def __init__(self, scene, method, time_step, accuracy):
         self.time_step, self.bodies = time_step, scene["bodies"]
-        self.is_controlled = approximation != "tamsi"
+        self.is_continuous = accuracy is not None
         builder = DiagramBuilder()
         config = MultibodyPlantConfig(
-            time_step=time_step,
+            time_step=0.0 if self.is_continuous else time_step,
             contact_model="hydroelastic_with_fallback",
-            discrete_contact_approximation=approximation,
+            discrete_contact_approximation="lagged" if self.is_continuous else method,
             contact_surface_representation="polygon",
             stiction_tolerance=scene["slip_tolerance"],
         )
@@ -52,10 +54,16 @@ class Rollout:
         for body in self.bodies:
             self.add(body, scene)
         self.plant.Finalize()
+        if self.is_continuous:
+            self.connect_paths(builder)
         self.simulator = Simulator(builder.Build())
         root = self.simulator.get_mutable_context()
-        # Between two steps, here and later: rounding cannot add or drop one.
-        root.SetTime(-time_step / 2)
+        if self.is_continuous:
+            integrator = {"integration_scheme": method, "accuracy": accuracy}
+            ApplySimulatorConfig(SimulatorConfig(**integrator, max_step_size=0.1), self.simulator)
+        else:
+            # Between two steps, here and later: rounding cannot add or drop one.
+            root.SetTime(-time_step / 2)
         self.context = self.plant.GetMyMutableContextFromRoot(root)
         for body in self.bodies:
             self.start(body)
@@ -69,11 +77,13 @@ class Rollout:
             unit = UnitInertia(*(numpy.array(body["moments"]) / body["mass"]))
             inertia = SpatialInertia(body["mass"], numpy.zeros(3), unit)
             link, place = self.plant.AddRigidBody(body["name"], inertia), RigidTransform()
-        material = skin(body["modulus"], scene["dissipation"], scene["friction"])
-        material.AddProperty("material", "relaxation_time", scene["relaxation_time"])
-        self.plant.RegisterCollisionGeometry(
-            link, place, Mesh(body["mesh"]), body["name"], material
-        )
+        shape, material = HalfSpace(), hard_skin(0.0, body["friction"])
+        if body["mesh"]:
+            shape = Mesh(body["mesh"])
+            material = skin(body["modulus"], scene["dissipation"], body["friction"])
+        relaxation_time = scene["relaxation_time"] if body["mesh"] else 0.0
+        material.AddProperty("material", "relaxation_time", relaxation_time)
+        self.plant.RegisterCollisionGeometry(link, place, shape, body["name"], material)
 
     def moved_link(self, body):
         """A body on a prismatic joint for each axis that its moves have."""
@@ -81,17 +91,15 @@ class Rollout:
         axes = numpy.flatnonzero(numpy.any([move["by"] for move in body["moves"]], axis=0))
         link, joints = self.plant.world_body(), []
         for axis in axes:
-            mass = LIGHT if self.is_controlled else HEAVY
-            inertia = SpatialInertia.SolidSphereWithMass(mass, 1.0)
+            inertia = SpatialInertia.SolidSphereWithMass(FINGER, 1.0)
             name = f"{body['name']}, {'xyz'[axis]}"
             frame = pose(body) if not joints else None
             child = self.plant.AddRigidBody(name, model, inertia)
             unit = numpy.eye(3)[axis]
             joint = PrismaticJoint(name, self.frame(link, frame, name), child.body_frame(), unit)
             joints.append((axis, self.plant.AddJoint(joint)))
-            if self.is_controlled:
-                actuator = self.plant.AddJointActuator(name, joints[-1][1])
-                actuator.set_controller_gains(PdControllerGains(p=STIFFNESS, d=0.0))
+            actuator = self.plant.AddJointActuator(name, joints[-1][1])
+            actuator.set_controller_gains(PdControllerGains(p=STIFFNESS, d=DAMPING))
             link = child
         self.plant.set_gravity_enabled(model, False)
         self.joints[body["name"]] = joints
@@ -102,29 +110,46 @@ class Rollout:
             return link.body_frame()
         return self.plant.AddFrame(FixedOffsetFrame(f"{name}, start", link.body_frame(), offset))
 
+    def connect_paths(self, builder):
+        """Connects the controllers to the paths: cubic polynomials at rest where moves begin and end."""
+        for body in self.bodies:
+            if not body.get("moves"):
+                continue
+            ends = {move[end] for move in body["moves"] for end in ("from", "until")}
+            times = sorted({0.0, *ends, 1e3})
+            axes = [axis for axis, _ in self.joints[body["name"]]]
+            positions = numpy.array([displacement(body["moves"], now)[axes] for now in times]).T
+            path = PiecewisePolynomial.CubicHermite(times, positions, numpy.zeros_like(positions))
+            source = builder.AddSystem(TrajectorySource(path, output_derivative_order=1))
+            model = self.plant.GetModelInstanceByName(body["name"])
+            port = self.plant.get_desired_state_input_port(model)
+            builder.Connect(source.get_output_port(), port)
+
     def start(self, body):
         if not body.get("mass"):
             return
         link = self.plant.GetBodyByName(body["name"])
         self.plant.SetFreeBodyPose(self.context, link, pose(body))
-        velocity = SpatialVelocity(numpy.zeros(3), numpy.array(body.get("velocity", [0.0] * 3)))
+        velocity = SpatialVelocity(numpy.zeros(3), numpy.array(body["velocity"]))
         self.plant.SetFreeBodySpatialVelocity(self.context, link, velocity)
 
     def answer(self, steps):
-        """The processor time (s) that the steps take, and where the bodies are then."""
+        """The processor time (s) of the steps, and the positions of the bodies at the end."""
         reply = {"seconds": 0.0, "positions": None, "failure": None}
-        # Bodies on paths are moved before every step.
-        at_once = 1 if self.joints else steps
+        is_prescribed = bool(self.joints) and not self.is_continuous
+        # Bodies on paths are moved before every discrete step.
+        at_once, offset = 1 if is_prescribed else steps, 0.0 if self.is_continuous else 0.5
         try:
             for done in range(0, steps, at_once):
-                self.prescribe(done * self.time_step)
-                end = (done + at_once - 0.5) * self.time_step
+                if is_prescribed:
+                    self.prescribe(done * self.time_step)
+                end = (done + at_once - offset) * self.time_step
                 start = time.process_time()
                 self.simulator.AdvanceTo(end)
                 reply["seconds"] += time.process_time() - start
         except RuntimeError as error:
             return {**reply, "failure": str(error)}
-        positions = numpy.array([self.position(body) for body in self.bodies])
+        positions = numpy.concatenate([self.position(body) for body in self.bodies])
         if not numpy.isfinite(positions).all():
             return {**reply, "failure": "not finite"}
         return {**reply, "positions": positions.tolist()}
@@ -140,8 +165,7 @@ class Rollout:
             for axis, joint in self.joints[body["name"]]:
                 joint.set_translation(self.context, here[axis])
                 joint.set_translation_rate(self.context, velocity[axis])
-            if self.is_controlled:
-                self.control(body["name"], there, velocity)
+            self.control(body["name"], there, velocity)
 
     def control(self, name, position, velocity):
         """Tells the controllers of a body where it shall be at the end of the step."""
@@ -160,19 +184,9 @@ def pose(body):
     return RigidTransform(*rotation_and_origin(body["pose"]))
 
 
-def displacement(moves, now):
-    """Sum of the moves (m) until a time (s): 3s² − 2s³ of each, where s is the part of its interval
-    that is over."""
-    total = numpy.zeros(3)
-    for move in moves:
-        over = (now - move["from"]) / (move["until"] - move["from"])
-        over = min(max(over, 0.0), 1.0)
-        total += numpy.array(move["by"]) * over * over * (3 - 2 * over)
-    return total
-
-
 if __name__ == "__main__":
     for line in sys.stdin:
         question = json.loads(line)
-        rollout = Rollout(question["scene"], question["method"], question["time_step"])
+        names = ("scene", "method", "time_step", "accuracy")
+        rollout = Rollout(*(question[name] for name in names))
         print(json.dumps(rollout.answer(question["steps"])), flush=True)

@@ -1,18 +1,21 @@
 //! This library's side of `accuracy.py`: answers questions on stdin, a JSON line each.
 //!
-//! Serves the decision which step and integrator to take, here or in Drake, for an error that is
+//! Serves the decision which step and integrator to take, here or in another program, for an error that is
 //! small enough. The script runs it with `--serve`; run by hand, it says so and ends.
 //!
-//! A question is a scene, a time step, their number and the name of an integrator. The answer is the
-//! processor time that the rollout took and where the bodies are after it.
+//! A question is a scene, a time step, the number of steps, the name of an integrator, and parameters
+//! if a Jacobian is wanted. The answer is the processor time of the rollout or of the Jacobian, and
+//! the positions of the bodies at the end.
 
 use cpu_time::ProcessTime;
-use hydroelastic::contact::Shape;
+use hydroelastic::contact::{HalfSpace, Shape};
 use hydroelastic::dynamics::{
-    Body, BodyState, Integrator, Mass, Material, Plan, PrescribedPath, World,
+    Accuracy, Body, BodyState, Integrator, Mass, Material, Plan, PrescribedPath, Trajectory, World,
 };
+use hydroelastic::gradient::{Experiment, Outcome, Parameter};
 use hydroelastic::io::read_mesh;
 use hydroelastic::mesh::PressureField;
+use hydroelastic::scalar::Scalar;
 use hydroelastic::spatial::{Pose, Twist};
 use nalgebra::{Matrix3, Vector3};
 use serde::{Deserialize, Serialize};
@@ -28,14 +31,26 @@ struct Question {
     method: String,
     time_step: f64,
     steps: usize,
+    /// Tolerances of values and slopes, and the resting speed (m/s) if it is not the default.
+    accuracy: Option<(f64, f64, Option<f64>)>,
+    parameters: Vec<ScalarParameter>,
 }
 
-/// Bodies whose skins differ in the modulus only.
+/// One number of a body.
+#[derive(Deserialize)]
+struct ScalarParameter {
+    kind: String,
+    /// Axis of a vector.
+    axis: Option<usize>,
+    /// Index of the body.
+    body: usize,
+}
+
+/// Bodies whose skins differ in modulus and friction only.
 #[derive(Deserialize)]
 struct Scene {
     bodies: Vec<SceneBody>,
     dissipation: f64,
-    friction: f64,
     slip_tolerance: f64,
     gravity: f64,
 }
@@ -44,11 +59,13 @@ struct Scene {
 #[derive(Deserialize)]
 struct SceneBody {
     name: String,
-    mesh: String,
+    /// A rigid half-space if absent.
+    mesh: Option<String>,
     modulus: f64,
+    friction: f64,
     /// Nine entries of the rotation, row by row, and three of the translation (m).
     pose: [f64; 12],
-    velocity: Option<[f64; 3]>,
+    velocity: [f64; 3],
     mass: Option<f64>,
     moves: Option<Vec<Move>>,
 }
@@ -64,33 +81,85 @@ struct Move {
 #[derive(Serialize)]
 struct Rollout {
     seconds: f64,
-    /// Of each body (m); nothing if the rollout failed.
-    positions: Option<Vec<[f64; 3]>>,
+    /// Three coordinates per body (m); nothing if the rollout failed.
+    positions: Option<Vec<f64>>,
+    /// Derivatives of the positions, row by row.
+    jacobian: Vec<Vec<f64>>,
     failure: Option<String>,
+}
+
+/// Final positions of all bodies.
+struct FinalPositions;
+
+impl Outcome for FinalPositions {
+    fn of<T: Scalar>(&self, trajectory: &Trajectory<T>) -> Vec<T> {
+        let bodies = trajectory.last().bodies.iter();
+        bodies
+            .flat_map(|body| body.position().iter().copied().collect::<Vec<_>>())
+            .collect()
+    }
 }
 
 impl Question {
     fn answer(&self) -> Answer<Rollout> {
-        let world = self.scene.world()?;
-        let plan = Plan::new(self.time_step, self.steps)?
-            .with_integrator(integrator(&self.method)?)
-            .recording_every(self.steps);
+        let (world, plan) = (self.scene.world()?, self.plan()?);
         let start = ProcessTime::now();
-        let result = world.rollout(&plan).recorded();
+        let result = self.positions(&world, &plan);
         let seconds = start.elapsed().as_secs_f64();
-        let (positions, failure) = match result {
-            Ok(trajectory) => {
-                let bodies = &trajectory.last().bodies;
-                let positions = bodies.iter().map(|body| (*body.position()).into());
-                (Some(positions.collect()), None)
-            }
-            Err(error) => (None, Some(error.to_string())),
+        let (positions, jacobian, failure) = match result {
+            Ok((positions, jacobian)) => (Some(positions), jacobian, None),
+            Err(error) => (None, vec![], Some(error.to_string())),
         };
         Ok(Rollout {
             seconds,
             positions,
+            jacobian,
             failure,
         })
+    }
+
+    fn plan(&self) -> Answer<Plan> {
+        let plan = Plan::new(self.time_step, self.steps)?
+            .with_integrator(integrator(&self.method)?)
+            .recording_every(self.steps);
+        let Some((values, slopes, resting_speed)) = self.accuracy else {
+            return Ok(plan);
+        };
+        let accuracy = Accuracy::new(values, slopes)?;
+        Ok(plan.with_accuracy(match resting_speed {
+            Some(speed) => accuracy.with_resting_speed(speed)?,
+            None => accuracy,
+        }))
+    }
+
+    /// Final positions, and their derivatives with respect to the parameters, if any.
+    fn positions(&self, world: &World, plan: &Plan) -> Answer<(Vec<f64>, Vec<Vec<f64>>)> {
+        if self.parameters.is_empty() {
+            let trajectory = world.rollout(plan).recorded()?;
+            return Ok((FinalPositions.of(&trajectory), vec![]));
+        }
+        let (mut by, mut columns, mut count) = (vec![], vec![], 0);
+        for scalar in &self.parameters {
+            let parameter = self.named(scalar)?;
+            columns.push(count + scalar.axis.unwrap_or(0));
+            count += parameter.dimension();
+            by.push(parameter);
+        }
+        let found = Experiment::new(world, plan).jacobian(&by, &FinalPositions)?;
+        let rows = found.jacobian.row_iter();
+        let jacobian = rows.map(|row| columns.iter().map(|&column| row[column]).collect());
+        Ok((found.value.iter().copied().collect(), jacobian.collect()))
+    }
+
+    fn named(&self, parameter: &ScalarParameter) -> Answer<Parameter> {
+        let name = self.scene.bodies[parameter.body].name.as_str().into();
+        match parameter.kind.as_str() {
+            "position" => Ok(Parameter::InitialPosition(name)),
+            "velocity" => Ok(Parameter::InitialVelocity(name)),
+            "friction" => Ok(Parameter::Friction(name)),
+            "mass" => Ok(Parameter::Mass(name)),
+            other => Err(format!("there is no parameter called {other}").into()),
+        }
     }
 }
 
@@ -98,7 +167,6 @@ impl Question {
 fn integrator(name: &str) -> Answer<Integrator> {
     match name {
         "leapfrog" => Ok(Integrator::Leapfrog),
-        "symplectic_euler" => Ok(Integrator::SymplecticEuler),
         "sdirk3" => Ok(Integrator::Sdirk3),
         "implicit_euler" => Ok(Integrator::ImplicitEuler),
         other => Err(format!("there is no integrator called {other}").into()),
@@ -114,18 +182,22 @@ impl Scene {
     }
 
     fn body(&self, body: &SceneBody) -> Answer<Body> {
-        let shape = Shape::new(PressureField::from_distance(&read_mesh(&body.mesh)?.mesh)?);
+        let (name, pose) = (&body.name, pose(&body.pose)?);
+        let Some(mesh) = &body.mesh else {
+            let skin = Material::rigid().with_friction(body.friction);
+            return Ok(Body::fixed(name, HalfSpace::rigid(), skin)?.at(pose));
+        };
+        let shape = Shape::new(PressureField::from_distance(&read_mesh(mesh)?.mesh)?);
         let skin = Material::elastic(body.modulus)
             .with_dissipation(self.dissipation)
-            .with_friction(self.friction);
-        let (name, pose) = (&body.name, pose(&body.pose)?);
+            .with_friction(body.friction);
         if let Some(moves) = body.moves.clone() {
             return Ok(Body::prescribed(name, shape, skin, path(pose, moves))?);
         }
         let Some(mass) = body.mass else {
             return Ok(Body::fixed(name, shape, skin)?.at(pose));
         };
-        let velocity = Vector3::from(body.velocity.unwrap_or_default());
+        let velocity = Vector3::from(body.velocity);
         let body = Body::dynamic(name, shape, skin, Mass::Total(mass))?;
         Ok(body.at(pose).with_velocity(velocity))
     }
@@ -164,7 +236,7 @@ impl Move {
 
 fn main() -> Answer<()> {
     if !std::env::args().any(|argument| argument == "--serve") {
-        println!("run benches/peers/accuracy.py, which runs this beside Drake");
+        println!("run benches/peers/accuracy.py, which runs this beside Drake and MuJoCo");
         return Ok(());
     }
     for line in stdin().lock().lines() {
