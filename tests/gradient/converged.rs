@@ -17,7 +17,7 @@ pub const TIME_STEP: f64 = 5e-3;
 const OFF: f64 = 0.02;
 
 /// Tolerances of the motions that derivatives are compared with.
-fn tight() -> Accuracy {
+pub fn tight() -> Accuracy {
     let accuracy = Accuracy::new(1e-6, 3e-5).unwrap();
     accuracy.with_resting_speed(0.03).unwrap()
 }

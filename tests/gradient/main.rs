@@ -9,6 +9,7 @@ mod dimensions;
 mod force_parameters;
 mod kinks;
 mod no_derivative;
+mod random_scenes;
 mod reverse;
 mod reverse_implicit;
 mod shapes;
