@@ -111,7 +111,7 @@ pub struct Accuracy(dynamics::Accuracy);
 #[pymethods]
 impl Accuracy {
     #[new]
-    #[pyo3(signature = (values=1e-3, slopes=2e-3, resting_speed=None))]
+    #[pyo3(signature = (values=3e-4, slopes=2e-3, resting_speed=None))]
     fn new(
         #[pyo3(from_py_with = real)] values: f64,
         #[pyo3(from_py_with = real)] slopes: f64,

@@ -13,7 +13,7 @@ const TIGHT: [f64; 2] = [1e-6, 3e-5];
 ///
 /// t·v + min(t·f⁴/v³, f·t^¼).
 ///
-/// If a body is faster than f, the tolerance is relative. Below f the tolerance grows. Below f·t^¼, which is 0.18 f for values and
+/// If a body is faster than f, the tolerance is relative. Below f the tolerance grows. Below f·t^¼, which is 0.13 f for values and
 /// 0.21 f for slopes by default, impacts are not resolved, and bodies come to rest. The error of the derivatives is that of the rate of displacement (m/s), plus
 /// that of the acceleration (m/s²) times the time in which gravity changes the velocity by v, v/g and at most 1 s.
 ///
@@ -38,7 +38,7 @@ pub struct Accuracy {
 impl Default for Accuracy {
     fn default() -> Self {
         Self {
-            values: 1e-3,
+            values: 3e-4,
             slopes: 2e-3,
             resting_speed: None,
         }
@@ -46,7 +46,7 @@ impl Default for Accuracy {
 }
 
 impl Accuracy {
-    /// Tolerances of values and of slopes (derivatives), both relative. The defaults are 1e-3 and 2e-3.
+    /// Tolerances of values and of slopes (derivatives), both relative. The defaults are 3e-4 and 2e-3.
     ///
     /// # Errors
     /// If a tolerance is not positive and finite.

@@ -11,8 +11,9 @@ use hydroelastic::scalar::{Scalar, lift};
 use hydroelastic::spatial::{Pose, Twist, Wrench};
 use nalgebra::{DVector, Matrix3, Vector3, vector};
 
-/// Round-off of hundreds of steps, of the largest entry of a parameter's gradient.
-pub const SAME: f64 = 1e-11;
+/// Round-off of hundreds of substeps, of the largest entry of a parameter's gradient. Forwards a stage multiplies by the inverse of
+/// its matrix, and backwards it solves with the transposed factors. Up to 1.1e-11 was found where a ball hits a floor.
+pub const SAME: f64 = 2e-11;
 
 /// A sum of all numbers of some states, each with a factor of its own.
 #[derive(Clone, Copy)]

@@ -11,8 +11,9 @@ use std::sync::Arc;
 
 const BODIES: usize = 10;
 
-/// What a gradient takes beside the steps that it keeps (bytes).
-const BESIDE: usize = 1 << 19;
+/// What a gradient takes beside the steps that it keeps, and the least number of steps that it does keep, divided as impacts need
+/// them (bytes).
+const BESIDE: usize = 3 << 18;
 
 /// Bricks that slide and turn on a half-space, lifted or pressed in a little, far from each other.
 fn world() -> World {

@@ -44,7 +44,7 @@ const CONTACTS: [(&str, u64); 15] = [
 const ROLLOUTS: [((Integrator, usize), u64); 4] = [
     ((Integrator::SymplecticEuler, 300), 0x4153_55ff_6c66_1beb),
     ((Integrator::Leapfrog, 300), 0xf10e_76ed_a6b2_585a),
-    ((Integrator::Sdirk3, 40), 0x1d47_a798_99a5_c25b),
+    ((Integrator::Sdirk3, 40), 0x24eb_f724_8b09_01fa),
     ((Integrator::ImplicitEuler, 40), 0xdee7_ae23_5bb0_0453),
 ];
 

@@ -151,7 +151,7 @@ impl ErrorEstimator<'_> {
     }
 
     /// The error of the derivatives of each dynamic body along the motion: that of the rate of displacement (m/s) and that of the
-    /// acceleration (m/s²) times the flight (s); none if a stage is singular.
+    /// acceleration (m/s²) times the flight (s); none if a stage is singular, or the step should end.
     fn errors_of_slopes(
         &self,
         (inertias, given): (&[&Inertia<Change>], &[Vector6<Change>]),
@@ -163,6 +163,9 @@ impl ErrorEstimator<'_> {
         let mut carried = Stages::new(step, inertias, self.offset, from.collect());
         let mut ends = carried.from.clone();
         for (stage, solved) in step.scheme.stages(self.duration).zip(&self.solved) {
+            if step.scene.is_stopped() {
+                return None;
+            }
             let start = carried.start(&stage);
             ends = solved.response((inertias, given), &start, &solved.rates_in_time())?;
             carried.push(&start, &ends);

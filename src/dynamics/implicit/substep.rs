@@ -92,6 +92,9 @@ impl IslandSolver<'_> {
                 duration,
             };
             trial.errors = estimator.errors(work);
+            if step.scene.is_stopped() {
+                return Err(StepError::Stopped);
+            }
             solved = estimator.solved;
         }
         let solved = solved.into_iter();

@@ -111,6 +111,8 @@ fn linearised_steps_agree_with_differences() {
     let control = [0, 1].map(|interval| Parameter::Control("other".into(), interval));
     for integrator in IMPLICIT {
         let plan = Plan::new(5e-3, 8).unwrap().with_integrator(integrator);
+        // Durations of substeps may jump within the differences.
+        let plan = undivided(plan);
         let found = Experiment::new(&world, &plan).linearised(&control).unwrap();
         let start = world.initial_state();
         let end = |world: &World<f64, _>| world.rollout(&plan).recorded().unwrap().last().clone();

@@ -150,9 +150,9 @@ pub const GIVEN: [Given; 21] = [
     given("docs/guide/6_time_steps.md", "5 ms is a good start", Choice),
     given(
         "docs/guide/6_time_steps.md",
-        "1e-3 for values and 2e-3 for slopes by default",
+        "3e-4 for values and 2e-3 for slopes by default",
         Code(&[
-            ("src/dynamics/accuracy.rs", "values: 1e-3,"),
+            ("src/dynamics/accuracy.rs", "values: 3e-4,"),
             ("src/dynamics/accuracy.rs", "slopes: 2e-3,"),
         ]),
     ),
