@@ -241,7 +241,9 @@ impl DerivativeCheck {
     #[getter]
     fn first_mismatch(&self) -> Vec<Option<(f64, String)>> {
         let derivatives = self.0.derivatives.iter();
-        derivatives.map(|found| found.first_mismatch.clone()).collect()
+        derivatives
+            .map(|found| found.first_mismatch.clone())
+            .collect()
     }
 
     /// Whether all derivatives are right.

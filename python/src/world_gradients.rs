@@ -1,6 +1,6 @@
 //! Derivatives of rollouts.
 
-use crate::arrays::{Floats, Whole, array, count, whole};
+use crate::arrays::{Floats, Whole, array, count, real, whole};
 use crate::by_states::ByStates;
 use crate::errors::not_differentiated;
 use crate::interrupt::{Progress, Shared, run};
@@ -200,7 +200,7 @@ impl World {
         py: Python<'_>,
         plan: &Plan,
         parameters: Vec<Bound<'_, Parameter>>,
-        width: f64,
+        #[pyo3(from_py_with = real)] width: f64,
     ) -> PyResult<DerivativeCheck> {
         let by = inner(&parameters);
         let found = self.experiment(py, plan, (0, None), |it| {

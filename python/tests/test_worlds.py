@@ -45,9 +45,9 @@ def test_implicit_steps_report_what_they_took(scene):
     for report in reports[1:]:
         summed += report
     assert summed == total
-    assert total.missed_by_body == [0, 0]
+    assert total.missed_by_body == [0, 0, 0]
     for errors in (total.errors_of_values, total.errors_of_slopes):
-        assert errors.shape == (2,) and 0.0 < errors[0] < 0.5 and errors[1] == 0.0
+        assert errors.shape == (3,) and 0.0 < errors[0] < 0.5 and errors[2] == 0.0
 
 
 def test_energies_contacts_and_stable_steps(bounce):
