@@ -1,7 +1,6 @@
 //! Derivatives of an experiment, compared with slopes of the motion.
 
 use super::derivative_check::{CheckedDerivative, Verdict};
-use super::outcome::position_of;
 use super::widths::{DifferentiableOutcome, OutcomeIn};
 use super::{Experiment, GradientError, OutcomeJacobian, Parameter};
 use crate::dynamics::{State, Trajectory};
@@ -25,10 +24,9 @@ where
 {
     fn of_trajectory(&self, trajectory: &Trajectory<T>) -> Vec<T> {
         let mut numbers = self.0.of_trajectory(trajectory);
-        for state in &trajectory.states()[1..] {
-            for body in 0..state.bodies.len() {
-                numbers.extend(position_of(state, body));
-            }
+        let states = trajectory.states()[1..].iter();
+        for body in states.flat_map(|state| &state.bodies) {
+            numbers.extend(body.position().iter().copied());
         }
         numbers
     }
@@ -145,9 +143,7 @@ impl<'a> MotionCheck<'a> {
     ) -> Option<(f64, String)> {
         let system = self.experiment.system();
         let count = 3 * system.bodies.len();
-        let plan = self.experiment.plan();
-        let recorded = (1..=plan.steps()).filter(|&step| plan.records(step));
-        for (record, step) in recorded.enumerate() {
+        for (record, step) in self.recorded().enumerate() {
             let all = start + record * count..start + (record + 1) * count;
             let largest = slopes.both.rows_range(all.clone()).amax();
             for (place, body) in system.bodies.iter().enumerate() {
@@ -155,7 +151,7 @@ impl<'a> MotionCheck<'a> {
                 let slope = slopes.both.rows_range(own.clone());
                 let error = (derivative.rows_range(own) - slope).amax();
                 if error > AGREEMENT * largest + slopes.noise {
-                    let time = system.start + step as f64 * plan.time_step();
+                    let time = system.start + step as f64 * self.experiment.plan().time_step();
                     return Some((time, body.name().to_owned()));
                 }
             }
@@ -165,9 +161,13 @@ impl<'a> MotionCheck<'a> {
 
     /// How many of the watched numbers are positions.
     fn positions(&self) -> usize {
+        3 * self.experiment.system().bodies.len() * self.recorded().count()
+    }
+
+    /// The steps whose states are recorded.
+    fn recorded(&self) -> impl Iterator<Item = usize> {
         let plan = self.experiment.plan();
-        let recorded = (1..=plan.steps()).filter(|&step| plan.records(step));
-        3 * self.experiment.system().bodies.len() * recorded.count()
+        (1..=plan.steps()).filter(|&step| plan.records(step))
     }
 
     fn converged(&self) -> Result<&OutcomeJacobian, GradientError> {

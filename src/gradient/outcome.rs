@@ -164,11 +164,6 @@ impl Outcome for RecordedStates {
     }
 }
 
-/// The position of a body in a state.
-pub(super) fn position_of<T: Scalar>(state: &State<T>, body: usize) -> impl Iterator<Item = T> {
-    state.bodies[body].position().iter().copied()
-}
-
 /// The 18 numbers of a body's state.
 pub(super) fn numbers<T: Scalar>(state: &State<T>, body: usize) -> impl Iterator<Item = T> {
     let body = &state.bodies[body];
