@@ -94,7 +94,8 @@ impl StageEquations<'_> {
             let velocities = of(&|body| six_of(&change, body));
             contact.near(&of(&|body| displacements[body]), &velocities)
         };
-        let contacts: Vec<_> = evaluation.contacts.iter().map(near).collect();
+        let mut contacts = Vec::new();
+        mapped_into(&mut contacts, &evaluation.contacts, near);
         let mut forces = evaluation.forces.clone();
         for slopes in &evaluation.slopes {
             forces[slopes.row] += slopes.by_displacement * displacements[slopes.column]

@@ -7,6 +7,7 @@
 
 mod about_centers;
 mod advance;
+mod damping;
 mod dual_pass;
 mod error_control;
 mod errors;

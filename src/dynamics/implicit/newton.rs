@@ -1,7 +1,7 @@
 //! The solver of one stage. Outer iterations evaluate the contacts; inner iterations of Newton's method hold the contact polygons
-//! fixed. Both are damped by the natural test: a step is measured by the next correction J⁻¹r, and not by the residual r, because the
-//! round-off of stiff contacts dominates the residual \[Deuflhard 2011, §3.3\].
+//! fixed. Both are damped, and measure a step by the next correction J⁻¹r: see [`super::damping`].
 
+use super::damping::{DampedStep, NextWithSameMatrix};
 use super::evaluation::Evaluation;
 use super::linearization::Linearization;
 use super::matrix::Factors;
@@ -16,8 +16,8 @@ const MOST_EVALUATIONS: usize = 25;
 /// Iterations on frozen polygons.
 const MOST_ITERATIONS: usize = 30;
 
-/// The shortest parts of a step that are tried, outside and inside.
-const SHORTEST: [f64; 2] = [1.0 / 8.0, 1e-3];
+/// The shortest fraction of an outer step that is tried.
+const SHORTEST: f64 = 1.0 / 8.0;
 
 /// Inner iterations end when the correction is below this fraction of the first one.
 const INNER: f64 = 1e-4;
@@ -121,7 +121,7 @@ impl StageEquations<'_> {
         let size = self.speed(step).clamp(from.size, LONGER * from.size);
         let mut best: Option<Look> = None;
         let mut fraction = 1.0;
-        while fraction >= SHORTEST[0] {
+        while fraction >= SHORTEST {
             let velocities = &from.evaluation.velocities + step * fraction;
             if let Ok(look) = self.look(velocities, is_exact, work) {
                 if look.size <= (1.0 - fraction / 4.0) * size {
@@ -170,37 +170,37 @@ impl StageEquations<'_> {
 
     /// The velocities that solve the stage with the polygons held fixed.
     fn solved_near(&self, look: &Look, least: f64, work: &mut Work) -> DVector<f64> {
+        let speed = |step: &DVector<f64>| self.speed(step);
         let mut velocities = look.evaluation.velocities.clone();
-        let mut step = look.step.clone();
-        let mut size = look.size;
+        let mut damped = DampedStep::full(look.step.clone(), look.size);
         let mut new_factors = None;
         for _ in 0..MOST_ITERATIONS {
             let factors = new_factors.as_ref().unwrap_or(&look.factors);
-            let mut fraction = 1.0;
-            let (residual, matrix, left) = loop {
-                let next = &velocities + &step * fraction;
-                let (residual, matrix) = self.residual_near(&look.evaluation, &next);
-                let left = factors.solve(&residual);
-                let left = left.map_or(f64::INFINITY, |left| self.speed(&left));
-                if left <= (1.0 - fraction / 4.0) * size {
-                    velocities = next;
-                    break (residual, matrix, left);
+            let (matrix, residual, next) = loop {
+                let ahead = &velocities + &damped.step * damped.fraction;
+                let (residual, matrix) = self.residual_near(&look.evaluation, &ahead);
+                let Some(step) = factors.solve(&-&residual) else {
+                    return velocities;
+                };
+                let size = speed(&step);
+                let next = NextWithSameMatrix { step, size };
+                if damped.is_accepted(&next) {
+                    velocities = ahead;
+                    break (matrix, residual, next);
                 }
-                fraction *= 0.5;
-                if fraction < SHORTEST[1] {
+                if !damped.shorten(&next, speed) {
                     return velocities;
                 }
             };
-            if left <= least.max(INNER * look.size) || self.step.scene.is_stopped() {
+            if next.size <= least.max(INNER * look.size) || self.step.scene.is_stopped() {
                 break;
             }
             work.iterations += 1;
             let factors = matrix.factorised(self.step.scene.patterns);
-            let Some(next) = factors.solve(&-residual) else {
+            let Some(step) = factors.solve(&-residual) else {
                 break;
             };
-            size = self.speed(&next);
-            step = next;
+            damped = damped.followed_by(&next, step, speed);
             new_factors = Some(factors);
         }
         velocities
