@@ -33,6 +33,8 @@ pub struct Accuracy {
     values: f64,
     slopes: f64,
     resting_speed: Option<f64>,
+    /// Factor of all resting speeds, those by default too.
+    resting_part: f64,
 }
 
 impl Default for Accuracy {
@@ -41,6 +43,7 @@ impl Default for Accuracy {
             values: 3e-4,
             slopes: 2e-3,
             resting_speed: None,
+            resting_part: 1.0,
         }
     }
 }
@@ -56,7 +59,7 @@ impl Accuracy {
         Ok(Self {
             values,
             slopes,
-            resting_speed: None,
+            ..Self::default()
         })
     }
 
@@ -74,13 +77,29 @@ impl Accuracy {
     }
 
     /// Tolerances at which outcomes and derivatives serve as those of the motion.
-    pub(super) fn tighter(self) -> Self {
+    pub(super) fn tight(self) -> Self {
         let [values, slopes] = TIGHT;
+        let tenth = self.tenth();
         Self {
-            values: values.min(0.1 * self.values),
-            slopes: slopes.min(0.1 * self.slopes),
+            values: values.min(tenth.values),
+            slopes: slopes.min(tenth.slopes),
+            resting_part: 0.1 * self.resting_part,
             ..self
         }
+    }
+
+    /// A tenth of these tolerances.
+    pub(super) fn tenth(self) -> Self {
+        Self {
+            values: 0.1 * self.values,
+            slopes: 0.1 * self.slopes,
+            ..self
+        }
+    }
+
+    /// The resting speed (m/s) of a body whose resting speed is this by default.
+    pub(super) fn resting_speed_or(&self, default: f64) -> f64 {
+        self.resting_part * self.resting_speed.unwrap_or(default)
     }
 
     /// Tolerance of values.

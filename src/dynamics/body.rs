@@ -143,11 +143,17 @@ impl Body<f64> {
     /// Checks that material, mass and initial state are usable.
     pub(crate) fn check(&self) -> Result<(), WorldError> {
         self.material.check_on(&self.name, &self.shape)?;
-        if let Some(inertia) = self.inertia() {
-            check_mass_number(&self.name, "mass", inertia.mass)?;
-        }
+        self.check_mass()?;
         self.initial.check(&self.name)?;
         self.check_own_start()
+    }
+
+    /// Checks that the mass is usable.
+    pub(crate) fn check_mass(&self) -> Result<(), WorldError> {
+        let inertia = self.inertia();
+        inertia.map_or(Ok(()), |inertia| {
+            check_mass_number(&self.name, "mass", inertia.mass)
+        })
     }
 
     /// Checks that a fixed body starts at rest, and a body with a path on the path.

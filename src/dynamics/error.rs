@@ -45,6 +45,14 @@ pub enum WorldError {
         .0[0], .0[1]
     )]
     NoContact([String; 2]),
+    /// [`Force::coupled`](super::Force::coupled) names a body that the world does not have.
+    #[error("a force couples body {found}, counted from 0, but the world has {bodies} bodies")]
+    CoupledBody {
+        /// The place that the force names.
+        found: usize,
+        /// Number of bodies.
+        bodies: usize,
+    },
     /// Mass, density or inertia are not those of a solid.
     #[error("the {quantity} of body {body:?} is {value}, but must be positive and finite")]
     Mass {

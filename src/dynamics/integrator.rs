@@ -3,7 +3,7 @@ use super::implicit::{IMPLICIT_EULER, SDIRK3, Scheme};
 use super::system::System;
 use super::workspace::Workspace;
 use super::wrenches::all_wrenches;
-use super::{BodyState, Inertia, State};
+use super::{BodyState, Inertia, State, TimeSpan};
 use crate::scalar::Scalar;
 use crate::spatial::{Twist, Wrench};
 
@@ -39,8 +39,8 @@ pub enum Integrator {
     /// Three stages, each an implicit equation for the velocities, of third order, L-stable and stiffly accurate
     /// \[Alexander 1977\]. The time step is the longest substep and the interval between states. A step is divided until the errors of
     /// values and of derivatives are below the tolerances of [`Plan::with_accuracy`](super::Plan::with_accuracy), so that derivatives
-    /// are those of the motion. Rest, sliding and flight take one substep. In a substep, a body without contact moves, relative
-    /// to each body that it may hit, by at most the sum of both thicknesses.
+    /// are those of the motion. Rest, sliding and flight take one substep. Two bodies that do not touch when a substep begins,
+    /// but might within it, move in it relative to each other by at most the sum of their thicknesses.
     Sdirk3,
     /// One implicit stage, of first order. It is the cheapest choice, and damps whatever is fast compared with the step: bodies
     /// come to rest and do not bounce. Its derivatives are those of the damped motion: right for pushing, sliding and settling,
@@ -99,7 +99,7 @@ impl Splitting {
         }
     }
 
-    /// Lets all forces act for the time step (s) at fixed poses, the controls as they are in the middle of the step.
+    /// Lets all forces act for the time step (s) at fixed poses, the mean controls over the step.
     pub(super) fn kick<T: Scalar>(
         self,
         world: &dyn AnyWorld<T>,
@@ -107,8 +107,8 @@ impl Splitting {
         time_step: f64,
         workspace: &mut Workspace<T>,
     ) {
-        let middle = self.middle(state, time_step);
-        let wrenches = all_wrenches(world, state, middle, workspace);
+        let span = self.span(state, time_step);
+        let wrenches = all_wrenches(world, state, span, workspace);
         accelerate(world.system(), state, wrenches, time_step);
     }
 
@@ -131,10 +131,10 @@ impl Splitting {
         }
     }
 
-    /// The time (s) in the middle of the step, from the state at which the kick acts.
-    pub(super) fn middle<T: Scalar>(self, state: &State<T>, time_step: f64) -> f64 {
-        let [_, share] = self.drifts();
-        state.time + (share - 0.5) * time_step
+    /// When a step (s) begins and ends, from the state at which the kick acts.
+    pub(super) fn span<T: Scalar>(self, state: &State<T>, time_step: f64) -> TimeSpan {
+        let [before, _] = self.drifts();
+        TimeSpan::new(state.time - before * time_step, time_step)
     }
 }
 

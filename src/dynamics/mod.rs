@@ -78,6 +78,7 @@ pub use body::Body;
 pub use body_shape::BodyShape;
 pub use contacts::Contact;
 pub use error::WorldError;
+use force::TimeSpan;
 pub use force::{Control, Drag, Force, ForceNumber, Situation, Spring, Thruster, Wrenches};
 pub use implicit::{BodyErrors, EnergyBalance, StepReport, Work};
 pub use inertia::Inertia;

@@ -4,8 +4,8 @@ use super::{Accuracy, Integrator, WorldError};
 /// Solver tolerance of a new plan: the last correction, which is applied, leaves far less.
 pub(super) const SOLVER_TOLERANCE: f64 = 1e-10;
 
-/// How many steps of a converged plan without error control take the place of one.
-const SHORTER: usize = 8;
+/// How many steps of a converged plan take the place of one, with error control and without.
+const SHORTER: [usize; 2] = [4, 8];
 
 /// How a world is stepped, and what is recorded of it: the settings of a [`Rollout`](super::Rollout), a
 /// [`Batch`](super::Batch) or an [`Experiment`](crate::gradient::Experiment).
@@ -161,15 +161,32 @@ impl Plan {
         self.checks_stability
     }
 
-    /// The plan whose outcomes serve as those of the motion: tight tolerances, or short steps if these have no error control.
+    /// The plan whose outcomes serve as those of the motion: shorter steps, and tight tolerances if these are under error control.
     pub(crate) fn converged(&self) -> Self {
+        let [controlled, fixed] = SHORTER;
         if self.integrator.has_error_control() {
-            return self.with_accuracy(self.accuracy.tighter());
+            self.with_accuracy(self.accuracy.tight())
+                .divided(controlled)
+        } else {
+            self.divided(fixed)
         }
+    }
+
+    /// A plan that is finer than a converged one.
+    pub(crate) fn finer(&self) -> Self {
+        if self.integrator.has_error_control() {
+            self.with_accuracy(self.accuracy.tenth())
+        } else {
+            self.divided(2)
+        }
+    }
+
+    /// The same states recorded in steps that are each divided into so many.
+    fn divided(&self, parts: usize) -> Self {
         Self {
-            time_step: self.time_step / SHORTER as f64,
-            steps: self.steps * SHORTER,
-            record_every: self.record_every.saturating_mul(SHORTER),
+            time_step: self.time_step / parts as f64,
+            steps: self.steps.saturating_mul(parts),
+            record_every: self.record_every.saturating_mul(parts),
             ..*self
         }
     }

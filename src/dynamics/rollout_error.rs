@@ -53,6 +53,18 @@ pub enum RolloutError {
         /// Name of the body.
         body: String,
     },
+    /// Contact or another force on a body is not finite in an implicit step, however often that was divided.
+    #[error(
+        "step {step} (t = {time} s): the sum of the forces on body {body:?} is not finite there: a force that was passed in may divide by zero"
+    )]
+    ForceNotFinite {
+        /// The step that was not taken, counted from 1.
+        step: usize,
+        /// The time (s).
+        time: f64,
+        /// Name of the body.
+        body: String,
+    },
     /// An explicit time step is too long for the contacts, so the rollout ends before it becomes unstable.
     /// [`Plan::without_stability_check`](super::Plan::without_stability_check) turns this check off.
     #[error(

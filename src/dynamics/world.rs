@@ -130,15 +130,27 @@ impl<F: Force> World<f64, F> {
 
     /// Checks that the forces can act.
     pub(crate) fn check_forces(&self) -> Result<(), WorldError> {
-        let system = &self.system;
-        self.forces.check(&system.bodies, &system.force_parameters)
+        let System {
+            bodies,
+            force_parameters,
+            ..
+        } = &self.system;
+        let groups = self.forces.coupled(bodies);
+        let mut coupled = groups.into_iter().flatten();
+        match coupled.find(|&body| body >= bodies.len()) {
+            None => self.forces.check(bodies, force_parameters),
+            Some(found) => Err(WorldError::CoupledBody {
+                found,
+                bodies: bodies.len(),
+            }),
+        }
     }
 
     /// Replaces the forces of the world by one force, or by several as a tuple or a list. The world must already have the
     /// [force parameters](Self::with_force_parameter) that the forces name.
     ///
     /// # Errors
-    /// If a force [cannot act](Force::check) on the bodies.
+    /// If a force [cannot act](Force::check) on the bodies, or [couples](Force::coupled) one that the world does not have.
     pub fn with_forces<G: Force>(self, forces: G) -> Result<World<f64, G>, WorldError> {
         let world = World {
             system: self.system,

@@ -2,19 +2,19 @@ use super::any_world::AnyWorld;
 use super::sweep::Sweep;
 use super::system::System;
 use super::workspace::Workspace;
-use super::{Body, BodyState, Force, Situation, State, World, WorldError, Wrenches};
+use super::{Body, BodyState, Force, Situation, State, TimeSpan, World, WorldError, Wrenches};
 use crate::contact::{ContactBody, ContactPair, ContactWrench, Partner, SurfaceLaw};
 use crate::scalar::{Scalar, lift, lift_vector};
 use crate::spatial::{Twist, Wrench};
 use crate::threads::mapped_into;
 use nalgebra::{Vector3, Vector6};
 
-/// The wrench on each body of a world about its centre of mass, in world axes, of all but gravity; the controls as of a time
-/// (s) of their own.
+/// The wrench on each body of a world about its centre of mass, in world axes, of all but gravity; the controls are the means
+/// over a time step.
 pub(super) fn all_wrenches<'s, T: Scalar>(
     world: &dyn AnyWorld<T>,
     state: &State<T>,
-    control_time: f64,
+    time_step: TimeSpan,
     workspace: &'s mut Workspace<T>,
 ) -> &'s [Wrench<T>] {
     let system = world.system();
@@ -25,7 +25,7 @@ pub(super) fn all_wrenches<'s, T: Scalar>(
         (state.time, &state.bodies, contact),
         all,
         |wrenches, now| {
-            system.add_controls(wrenches, now, control_time);
+            system.add_controls(wrenches, now, time_step);
             world.add_forces(wrenches, now);
         },
     );
@@ -76,17 +76,22 @@ impl<T: Scalar> System<T> {
         add(&mut Wrenches::new(&now, sums), &now);
     }
 
-    /// Adds the controls as of a time (s).
-    pub(super) fn add_controls(&self, wrenches: &mut Wrenches<T>, now: &Situation<T>, time: f64) {
+    /// Adds the mean controls over a time step.
+    pub(super) fn add_controls(
+        &self,
+        wrenches: &mut Wrenches<T>,
+        now: &Situation<T>,
+        time_step: TimeSpan,
+    ) {
         for control in &self.controls {
             if let Some(body) = now.index_of(control.body()) {
-                wrenches.add(body, &control.wrench_at(time));
+                wrenches.add(body, &control.mean_over(time_step));
             }
         }
     }
 
-    /// The weight of each body and its control as of a time (s): torque and force about the centre of mass.
-    pub(super) fn given(&self, control_time: f64) -> Vec<Vector6<T>> {
+    /// The weight of each body and its mean control over a time step: torque and force about the center of mass.
+    pub(super) fn given(&self, time_step: TimeSpan) -> Vec<Vector6<T>> {
         let weight = |body: &Body<T>| {
             let mass = body.inertia().map_or(lift(0.0), |inertia| inertia.mass);
             let force = self.gravity.map(|component| component * mass);
@@ -96,7 +101,7 @@ impl<T: Scalar> System<T> {
         let mut given: Vec<_> = self.bodies.iter().map(weight).collect();
         for control in &self.controls {
             if let Ok(body) = self.index_of(control.body()) {
-                given[body] += control.wrench_at(control_time).to_vector();
+                given[body] += control.mean_over(time_step).to_vector();
             }
         }
         given

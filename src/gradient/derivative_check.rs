@@ -18,6 +18,8 @@ pub enum Verdict {
     /// Even at tight tolerances the derivative is not the slope over the width. The motion amplifies small changes, or the outcome bends
     /// within the width. Dissipation, finer meshes, or a larger resting speed make it smoother.
     Chaotic,
+    /// The derivative agrees with the slope, but so would many others: the errors of the rollouts hide it over so small a width.
+    Noisy,
 }
 
 /// A derivative of an outcome by one number of the parameters, compared with the slope of the motion.
@@ -29,7 +31,8 @@ pub struct CheckedDerivative {
     pub number: String,
     /// How they compare.
     pub verdict: Verdict,
-    /// Largest difference between derivative and slope, relative to the larger of their largest entries.
+    /// Largest difference between derivative and slope, relative to the larger of their largest entries. Zero if it is below the errors
+    /// of the rollouts.
     pub error: f64,
     /// The time (s) of the first recorded state in which the derivative of a position is not the slope, and the name of the body. None if
     /// the derivative is right, or those of all recorded positions are.
@@ -61,6 +64,7 @@ impl fmt::Display for Verdict {
             Self::Kink => "kink",
             Self::Unresolved => "unresolved",
             Self::Chaotic => "chaotic",
+            Self::Noisy => "noisy",
         })
     }
 }
@@ -100,15 +104,19 @@ impl Experiment {
     /// ignores what is finer. 1e-3 suits most scenes.
     ///
     /// Slopes are differences of outcomes at tight tolerances ([`Accuracy`](crate::dynamics::Accuracy)), 1e-6 for values and 3e-5 for
-    /// slopes, or a tenth of those of the plan if that is less. Steps without error control are divided by eight instead. This takes
-    /// 1 + 4 n such rollouts for n numbers, and one more Jacobian if a derivative is not right. Errors below 1e-6 of the largest
-    /// outcome or recorded coordinate, divided by the width, are ignored.
+    /// slopes, or a tenth of those of the plan if that is less, with a tenth of the resting speeds and a quarter of the time step. Steps
+    /// without error control are divided by eight instead. This takes 3 + 4 n such rollouts for n numbers, two at even tighter
+    /// tolerances, and one more Jacobian if a derivative is not right.
+    ///
+    /// Bodies at rest vibrate against each other. A vibration with a period well below the time step is damped in both the
+    /// derivative and the slopes, so the check does not see it.
     ///
     /// [`Experiment::difference_check`] compares with differences of the *same* steps instead. It tells whether these steps are
     /// differentiated exactly, and not whether they follow the motion.
     ///
     /// # Errors
-    /// As [`Self::jacobian`]; if the width is not positive and finite, or a rollout at changed parameters ends early.
+    /// As [`Self::jacobian`]; if the width is not positive and finite, or makes a mass negative; and if a rollout at changed parameters
+    /// ends early.
     pub fn derivative_check(
         &self,
         parameters: &[Parameter],
@@ -127,11 +135,11 @@ impl Experiment {
     ) -> Result<DerivativeCheck, GradientError> {
         check_positive("width of a derivative check", width)?;
         let watched = WithPositions(outcome);
-        let check = MotionCheck::new(self, parameters, &watched)?;
+        let check = MotionCheck::new(self, parameters, &watched, width)?;
         let names = parameters.iter().flat_map(Parameter::number_names);
         let columns = names.zip(self.scales(parameters)).enumerate();
         let derivatives =
-            columns.map(|(column, (number, scale))| check.checked(number, column, width * scale));
+            columns.map(|(column, (number, scale))| check.checked(number, (column, scale), width));
         Ok(DerivativeCheck {
             derivatives: derivatives.collect::<Result<_, _>>()?,
         })

@@ -2,7 +2,7 @@ use super::changes::{changed, changed_within_range};
 use super::error::check_outcome;
 use super::widths::{DifferentiableOutcome, DifferentiableWorld, OutcomeIn, WIDE};
 use super::{GradientError, Mode, Outcome, Parameter};
-use crate::dynamics::{AnyWorld, Force, Plan, Recorded, Rollout, System, World};
+use crate::dynamics::{AnyWorld, Body, Force, Plan, Recorded, Rollout, System, World};
 use crate::scalar::Scalar;
 use crate::threads::contained;
 use nalgebra::{DMatrix, DVector};
@@ -235,15 +235,17 @@ impl Experiment {
         Ok(value)
     }
 
-    /// The outcome beside the world's own parameters, where a material's number may have left its
-    /// range by a difference's step.
+    /// The outcome beside the world's own parameters, where a material's number may have left its range by a difference's step, but no
+    /// mass.
     pub(super) fn value_beside(
         &self,
         parameters: &[Parameter],
         changes: &[f64],
         outcome: &dyn DifferentiableOutcome,
     ) -> Result<Vec<f64>, GradientError> {
-        self.value_in(changed(self.system(), parameters, changes), outcome)
+        let system = changed(self.system(), parameters, changes);
+        system.bodies.iter().try_for_each(Body::check_mass)?;
+        self.value_in(system, outcome)
     }
 
     /// The outcome in another system. Not generic, so that it is compiled in this library.

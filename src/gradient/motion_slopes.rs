@@ -1,6 +1,7 @@
 //! Derivatives of an experiment, compared with slopes of the motion.
 
 use super::derivative_check::{CheckedDerivative, Verdict};
+use super::error::{check_outcome, same_length};
 use super::widths::{DifferentiableOutcome, OutcomeIn};
 use super::{Experiment, GradientError, OutcomeJacobian, Parameter};
 use crate::dynamics::{State, Trajectory};
@@ -12,8 +13,11 @@ use std::ops::Range;
 /// Largest difference between a derivative and a slope that agree, relative to the larger of the two.
 const AGREEMENT: f64 = 0.03;
 
-/// Errors of outcomes at tight tolerances, relative to the largest number of the outcome.
-const NOISE: f64 = 1e-6;
+/// Error of a slope over the width, in errors of the outcome over the width: the sum of the weights of its differences, or more.
+const AMPLIFIED: f64 = 4.0;
+
+/// Round-off of outcomes, relative to their largest number.
+const ROUND_OFF: f64 = 1e-13;
 
 /// An outcome, followed by the position of each body in each recorded state but the first.
 pub(super) struct WithPositions<'a>(pub &'a dyn DifferentiableOutcome);
@@ -46,6 +50,8 @@ pub(super) struct MotionCheck<'a> {
     found: OutcomeJacobian,
     /// The outcome at tight tolerances.
     middle: DVector<f64>,
+    /// Error of each of its numbers at tight tolerances, as far as it differs between two rollouts.
+    noise: DVector<f64>,
     /// The Jacobian at tight tolerances, computed on demand.
     converged: OnceCell<OutcomeJacobian>,
 }
@@ -56,8 +62,8 @@ struct Slopes {
     both: DVector<f64>,
     /// On either side, of second order.
     sides: [DVector<f64>; 2],
-    /// Bound of the error of the slopes.
-    noise: f64,
+    /// Bounds of their errors.
+    noise: DVector<f64>,
 }
 
 impl<'a> MotionCheck<'a> {
@@ -65,61 +71,98 @@ impl<'a> MotionCheck<'a> {
         experiment: &'a Experiment,
         parameters: &'a [Parameter],
         watched: &'a WithPositions<'a>,
+        width: f64,
     ) -> Result<Self, GradientError> {
+        let found = experiment.jacobian_of(parameters, watched)?;
         let motion = experiment.with_plan(experiment.plan().converged());
-        Ok(Self {
+        let mut check = Self {
             experiment,
             middle: DVector::from_vec(motion.value_of(watched)?),
+            noise: DVector::zeros(found.jacobian.nrows()),
             motion,
             parameters,
             watched,
-            found: experiment.jacobian_of(parameters, watched)?,
+            found,
             converged: OnceCell::new(),
-        })
+        };
+        same_length([&check.noise, &check.middle])?;
+        check.noise = check.measured_noise(width)?;
+        Ok(check)
     }
 
-    /// Compares the derivatives by one number with the slopes over a width.
+    /// By how much the errors of the outcome at tight tolerances differ between its own parameters and changed ones.
+    fn measured_noise(&self, width: f64) -> Result<DVector<f64>, GradientError> {
+        let finer = self.motion.with_plan(self.motion.plan().finer());
+        let own = vec![0.0; self.found.jacobian.ncols()];
+        let scales = self.experiment.scales(self.parameters);
+        let changed: Vec<_> = scales.iter().map(|scale| width * scale).collect();
+        let error = |change: &[f64]| {
+            let [coarse, fine] = [&self.motion, &finer].map(|motion| self.value(motion, change));
+            Ok::<_, GradientError>(coarse? - fine?)
+        };
+        Ok((error(&changed)? - error(&own)?).abs())
+    }
+
+    /// The outcome after a change of the parameters.
+    fn value(&self, motion: &Experiment, change: &[f64]) -> Result<DVector<f64>, GradientError> {
+        let value = motion.value_beside(self.parameters, change, self.watched)?;
+        check_outcome(&value)?;
+        let value = DVector::from_vec(value);
+        same_length([&self.middle, &value])?;
+        Ok(value)
+    }
+
+    /// Compares the derivatives by one number, whose typical change is given, with the slopes over a width in such changes.
     pub fn checked(
         &self,
         number: String,
-        column: usize,
+        (column, scale): (usize, f64),
         width: f64,
     ) -> Result<CheckedDerivative, GradientError> {
-        let slopes = self.slopes(column, width)?;
+        let slopes = self.slopes(column, width * scale)?;
         let derivative = self.found.jacobian.column(column);
         let outcome = 0..derivative.len() - self.positions();
-        let verdict = self.verdict(column, &slopes, &outcome)?;
+        let verdict = self.verdict((column, scale), &slopes, &outcome)?;
         let [own, slope] = [derivative, slopes.both.column(0)].map(|all| rows(&all, &outcome));
-        let largest = own.amax().max(slope.amax());
-        let error = (own - slope).amax();
-        let is_right = verdict == Verdict::Right;
+        let error = (&own - &slope).amax();
+        let first_mismatch = match verdict {
+            Verdict::Right | Verdict::Noisy => None,
+            Verdict::Kink | Verdict::Unresolved | Verdict::Chaotic => {
+                self.first_mismatch(&derivative, &slopes, outcome.end)
+            }
+        };
         Ok(CheckedDerivative {
             number,
             verdict,
-            error: if error == 0.0 { 0.0 } else { error / largest },
-            first_mismatch: if is_right {
-                None
+            error: if error <= slopes.noise_in(&outcome) {
+                0.0
             } else {
-                self.first_mismatch(&derivative, &slopes, outcome.end)
+                error / own.amax().max(slope.amax())
             },
+            first_mismatch,
         })
     }
 
     fn verdict(
         &self,
-        column: usize,
+        (column, scale): (usize, f64),
         slopes: &Slopes,
         outcome: &Range<usize>,
     ) -> Result<Verdict, GradientError> {
         let agrees = |jacobian: &OutcomeJacobian, slope: &DVector<f64>| {
             let derivative = jacobian.jacobian.column(column);
-            slopes.agree(
-                &rows(&derivative, outcome),
-                &slope.rows_range(outcome.clone()),
-            )
+            slopes.agree(&derivative, slope, outcome)
         };
         if agrees(&self.found, &slopes.both) {
-            return Ok(Verdict::Right);
+            // A slope of less than this changes the outcome little, and may be zero.
+            let little = self.middle.rows_range(outcome.clone()).amax() / scale;
+            let largest = slopes.both.rows_range(outcome.clone()).amax().max(little);
+            let is_known = slopes.noise_in(outcome) <= AGREEMENT * largest;
+            return Ok(if is_known {
+                Verdict::Right
+            } else {
+                Verdict::Noisy
+            });
         }
         let converged = self.converged()?;
         if agrees(converged, &slopes.both) {
@@ -149,8 +192,8 @@ impl<'a> MotionCheck<'a> {
             for (place, body) in system.bodies.iter().enumerate() {
                 let own = all.start + 3 * place..all.start + 3 * (place + 1);
                 let slope = slopes.both.rows_range(own.clone());
-                let error = (derivative.rows_range(own) - slope).amax();
-                if error > AGREEMENT * largest + slopes.noise {
+                let error = (derivative.rows_range(own.clone()) - slope).amax();
+                if error > AGREEMENT * largest + slopes.noise_in(&own) {
                     let time = system.start + step as f64 * self.experiment.plan().time_step();
                     return Some((time, body.name().to_owned()));
                 }
@@ -183,10 +226,7 @@ impl<'a> MotionCheck<'a> {
         let value = |times: f64| {
             let mut change = vec![0.0; self.found.jacobian.ncols()];
             change[column] = times * width;
-            let value = self
-                .motion
-                .value_beside(self.parameters, &change, self.watched)?;
-            Ok::<_, GradientError>(DVector::from_vec(value))
+            self.value(&self.motion, &change)
         };
         // Whole and half the width, for each side.
         let [whole_ahead, half_ahead] = [value(1.0)?, value(0.5)?];
@@ -200,19 +240,32 @@ impl<'a> MotionCheck<'a> {
         ];
         let both =
             ((half_ahead - half_behind) * 8.0 - (whole_ahead - whole_behind)) / (6.0 * width);
-        Ok(Slopes {
-            noise: NOISE * self.middle.amax() / width,
-            both,
-            sides,
-        })
+        let noise = self.noise.zip_map(&self.middle, |noise, value| {
+            AMPLIFIED * (noise + ROUND_OFF * value.abs()) / width
+        });
+        Ok(Slopes { noise, both, sides })
     }
 }
 
 impl Slopes {
-    /// Returns whether a derivative agrees with a slope.
-    fn agree(&self, derivative: &DVector<f64>, slope: &DVectorView<f64>) -> bool {
+    /// Whether a derivative agrees with a slope in a range of rows.
+    fn agree(
+        &self,
+        derivative: &DVectorView<f64>,
+        slope: &DVector<f64>,
+        range: &Range<usize>,
+    ) -> bool {
+        let (derivative, slope) = (
+            derivative.rows_range(range.clone()),
+            slope.rows_range(range.clone()),
+        );
         let largest = derivative.amax().max(slope.amax());
-        (derivative - slope).amax() <= AGREEMENT * largest + self.noise
+        (derivative - slope).amax() <= AGREEMENT * largest + self.noise_in(range)
+    }
+
+    /// Bound of the errors in a range of rows.
+    fn noise_in(&self, range: &Range<usize>) -> f64 {
+        self.noise.rows_range(range.clone()).amax()
     }
 }
 

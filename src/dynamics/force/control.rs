@@ -3,12 +3,21 @@ use crate::dynamics::settings::{check_finite, check_positive};
 use crate::scalar::{Scalar, lift};
 use crate::spatial::Wrench;
 
+/// Part of a time step below which an interval counts as not overlapping with it.
+const ROUND_OFF: f64 = 1e-6;
+
+/// The times (s) at which a time step begins and ends.
+#[derive(Debug, Clone, Copy)]
+pub(in crate::dynamics) struct TimeSpan {
+    pub from: f64,
+    pub until: f64,
+}
+
 /// A wrench on a body that is constant over intervals of time, to be chosen: its numbers are parameters
 /// ([`Parameter::Control`](crate::gradient::Parameter::Control)).
 ///
-/// Interval k lasts from k times the interval's duration to k + 1 times it. Over a time step acts the wrench of the interval
-/// that the middle of the step is in, so an interval should be a whole number of steps; after the last interval, and before
-/// time 0, none does.
+/// Interval k lasts from k times the interval's duration to k + 1 times it. After the last interval, and before time 0, no wrench
+/// acts. The mean wrench over a time step acts in the whole step.
 ///
 /// ```
 /// use hydroelastic::dynamics::Control;
@@ -25,6 +34,16 @@ pub struct Control<T = f64> {
     body: String,
     interval: f64,
     wrenches: Vec<Wrench<T>>,
+}
+
+impl TimeSpan {
+    /// From a start and a duration (s).
+    pub fn new(from: f64, duration: f64) -> Self {
+        Self {
+            from,
+            until: from + duration,
+        }
+    }
 }
 
 impl Control {
@@ -93,21 +112,50 @@ impl<T: Scalar> Control<T> {
     /// The wrench at a time (s).
     #[must_use]
     pub fn wrench_at(&self, time: f64) -> Wrench<T> {
-        let interval = self.interval_at(time);
-        let wrench = interval.and_then(|interval| self.wrenches.get(interval));
+        let wrench = self.wrenches.get(self.index_of(time));
+        let wrench = wrench.filter(|_| time >= 0.0);
         wrench.copied().unwrap_or_else(Wrench::zero)
     }
 
-    /// The interval that a time (s) is in, from 0 on, if it is not before the first.
-    pub(in crate::dynamics) fn interval_at(&self, time: f64) -> Option<usize> {
-        let interval = (time / self.interval).floor();
+    /// The mean wrench over a time step.
+    pub(in crate::dynamics) fn mean_over(&self, step: TimeSpan) -> Wrench<T> {
+        let mut mean = Wrench::zero();
+        for (interval, share) in self.shares_of(step) {
+            let wrench = self.wrenches[interval].to_vector();
+            mean += Wrench::from_vector(&wrench.map(|number| number * share));
+        }
+        mean
+    }
+
+    /// The intervals that overlap with a time step, each with its share of the step.
+    pub(in crate::dynamics) fn shares_of(
+        &self,
+        step: TimeSpan,
+    ) -> impl Iterator<Item = (usize, f64)> {
+        let (first, last) = (self.index_of(step.from), self.index_of(step.until));
+        let share = move |index: usize| {
+            let from = step.from.max(index as f64 * self.interval);
+            let until = step.until.min((index + 1) as f64 * self.interval);
+            (until - from) / (step.until - step.from)
+        };
+        let overlapping = first..last.saturating_add(1).min(self.wrenches.len());
+        overlapping.filter_map(move |index| match share(index) {
+            // Of steps that begin and end with intervals, up to rounding.
+            share if share < ROUND_OFF => None,
+            share if share > 1.0 - ROUND_OFF => Some((index, 1.0)),
+            share => Some((index, share)),
+        })
+    }
+
+    /// The interval that a time (s) is in; the first one before its start.
+    fn index_of(&self, time: f64) -> usize {
         #[expect(
             clippy::cast_possible_truncation,
             clippy::cast_sign_loss,
-            reason = "an interval beyond what a usize counts is after the last one"
+            reason = "a time before the first interval counts as in it, and one beyond what a usize counts is after the last"
         )]
-        let interval = (interval >= 0.0).then_some(interval as usize);
-        interval
+        let index = (time / self.interval).floor() as usize;
+        index
     }
 
     /// The wrench of an interval, to be changed.

@@ -1,6 +1,7 @@
 //! The real pass of a step: an island in as many substeps as its errors require.
 
 use super::error_control::ErrorControl;
+use super::evaluation::Evaluation;
 use super::island_step::{IslandStep, StepError, Substep};
 use super::report::{BodyErrors, EnergyBalance, Work};
 use super::stage::{StageStart, concatenated};
@@ -20,6 +21,12 @@ const MOST_FAILURES: usize = 100;
 
 /// Substeps of one body in a time step, rejected ones included, before the tolerances grow.
 const BUDGET: f64 = 256.0;
+
+/// Part of the longest substep in which no bodies pass through each other.
+const SAFETY: f64 = 0.9;
+
+/// Reduction of the duration after a stage that was not solved.
+const RETRY: f64 = 0.25;
 
 /// Number of doublings of the tolerances for each further budget of substeps.
 const DOUBLINGS: f64 = 8.0;
@@ -89,25 +96,51 @@ impl<'a> IslandSolver<'a> {
 
     /// Evaluates the wrenches at the start, unless the last step left them.
     fn evaluate_start(&mut self) -> Result<(), StepError> {
-        let SolvedStep { bodies, work, .. } = &mut self.solved;
+        let SolvedStep { bodies, .. } = &self.solved;
         if bodies.iter().all(|body| body.acting.is_some()) {
             return Ok(());
         }
+        let evaluation = self.evaluated(0.0)?;
+        let SolvedStep { bodies, work, .. } = &mut self.solved;
+        work.evaluations += usize::from(!evaluation.contacts.is_empty());
+        for (body, acting) in bodies.iter_mut().zip(evaluation.acting) {
+            body.acting.get_or_insert(acting);
+        }
+        Ok(())
+    }
+
+    /// Contacts and forces where the bodies are now.
+    fn evaluated(&self, offset: f64) -> Result<Evaluation, StepError> {
+        let bodies = &self.solved.bodies;
         let none = vec![Vector6::zeros(); bodies.len()];
         let start = StageStart {
             displacements: none.clone(),
             poses: bodies.iter().map(|body| body.state.pose).collect(),
             momenta: none,
             duration: 0.0,
-            time: self.step.start,
+            time: self.step.start + offset,
         };
         let equations = self.step.equations(start)?;
-        let evaluation = equations.evaluation(velocities_of(bodies), false);
-        work.evaluations += usize::from(!evaluation.contacts.is_empty());
-        for (body, acting) in bodies.iter_mut().zip(evaluation.acting) {
-            body.acting.get_or_insert(acting);
+        Ok(equations.evaluation(velocities_of(bodies), false))
+    }
+
+    /// The error of a substep that is not solved however short it is: that of the forces, if these are not finite where it starts.
+    fn cause(&self, error: StepError, offset: f64) -> StepError {
+        if !matches!(error, StepError::Unsolved { .. }) {
+            return error;
         }
-        Ok(())
+        let acting = match self.evaluated(offset) {
+            Ok(evaluation) => evaluation.acting,
+            Err(error) => return error,
+        };
+        let is_lost = |wrench: &Vector6<f64>| !wrench.iter().all(|number| number.is_finite());
+        acting
+            .iter()
+            .position(is_lost)
+            .map_or(error, |place| StepError::Force {
+                body: self.step.island.dynamic[place],
+                time: self.step.start + offset,
+            })
     }
 
     /// Takes substeps until the end of the step.
@@ -123,11 +156,15 @@ impl<'a> IslandSolver<'a> {
         while offset < duration {
             let left = duration - offset;
             let allowance = self.allowance();
-            let substep = size.next(left, shortest, self.tunneling_limit() * allowance);
+            let substep = size.next(left, shortest);
             let is_shortest = substep <= shortest * (1.0 + 1e-9);
             let (trial, work) = self.try_substep(offset, substep);
             self.solved.work += work;
             match trial {
+                Ok(trial) if trial.tunneling > 1.0 && !is_shortest => {
+                    self.solved.work.rejections += 1;
+                    size.shorten(substep, SAFETY / trial.tunneling);
+                }
                 Ok(trial)
                     if trial.error() <= allowance || (is_shortest && trial.error().is_finite()) =>
                 {
@@ -147,16 +184,17 @@ impl<'a> IslandSolver<'a> {
                     if !is_shortest && self.solved.work.failures < MOST_FAILURES =>
                 {
                     self.solved.work.failures += 1;
-                    size.fail(substep);
+                    size.shorten(substep, RETRY);
                 }
                 // The error is not finite.
                 Ok(_) => {
-                    return Err(StepError::Unsolved {
+                    let error = StepError::Unsolved {
                         body: self.step.island.dynamic[0],
                         duration: substep,
-                    });
+                    };
+                    return Err(self.cause(error, offset));
                 }
-                Err(error) => return Err(error),
+                Err(error) => return Err(self.cause(error, offset)),
             }
         }
         for body in &mut self.solved.bodies {
@@ -170,33 +208,6 @@ impl<'a> IslandSolver<'a> {
         let spent = self.solved.work.substeps + self.solved.work.rejections;
         let share = (spent * self.solved.bodies.len()) as f64 / BUDGET;
         power(2.0, DOUBLINGS * (share - 1.0).max(0.0))
-    }
-
-    /// The longest substep (s) in which bodies move relative to each other by at most the sum of their thicknesses. Bodies in contact
-    /// are left out. If the world has forces, all bodies count, because `acting` includes these forces.
-    fn tunneling_limit(&self) -> f64 {
-        if self.step.scheme.estimate.is_none() {
-            return f64::INFINITY;
-        }
-        let (scene, island) = (self.step.scene, self.step.island);
-        let bodies = &self.solved.bodies;
-        let thickness = |participant: usize| scene.thickness(island.body(participant));
-        let velocity = |participant: usize| match bodies.get(participant) {
-            Some(body) => body.state.twist.linear,
-            None => scene.start[island.body(participant)].twist.linear,
-        };
-        let mut longest = f64::INFINITY;
-        for (place, body) in bodies.iter().enumerate() {
-            let is_acted_on = body.acting.is_some_and(|acting| acting.norm() > 0.0);
-            if is_acted_on && scene.forces.is_nothing() {
-                continue;
-            }
-            for other in (0..island.bodies().count()).filter(|&other| other != place) {
-                let speed = (velocity(place) - velocity(other)).norm();
-                longest = longest.min((thickness(place) + thickness(other)) / speed);
-            }
-        }
-        longest
     }
 
     fn accept(&mut self, trial: Trial, offset: f64, duration: f64) {

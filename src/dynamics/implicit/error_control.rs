@@ -31,7 +31,7 @@ impl ErrorControl {
         let resting = |&body: &usize| {
             let fall = RESTING_FALL * scene.thickness(body);
             let default = (2.0 * STANDARD_GRAVITY * fall).sqrt();
-            accuracy.resting_speed().unwrap_or(default)
+            accuracy.resting_speed_or(default)
         };
         Self {
             accuracy,

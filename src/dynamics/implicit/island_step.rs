@@ -44,6 +44,8 @@ pub(in crate::dynamics) struct Trace {
 pub(in crate::dynamics) enum StepError {
     /// The path of a body is not finite at a time (s).
     Path { body: usize, time: f64 },
+    /// The force on a body is not finite at a time (s).
+    Force { body: usize, time: f64 },
     /// A stage has no solution down to the shortest duration (s) that was tried; the body is the farthest from one.
     Unsolved { body: usize, duration: f64 },
     /// The step should end.
@@ -107,6 +109,11 @@ impl StepError {
         match self {
             Self::Stopped => RolloutError::Stopped,
             Self::Path { body, time } => RolloutError::PathNotFinite {
+                step,
+                time,
+                body: name(body),
+            },
+            Self::Force { body, time } => RolloutError::ForceNotFinite {
                 step,
                 time,
                 body: name(body),

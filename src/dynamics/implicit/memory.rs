@@ -9,7 +9,7 @@ use super::scheme::Scheme;
 use super::{Scene, StepError, Trace};
 use crate::dynamics::any_world::{AnyWorld, RealForces, Seeded};
 use crate::dynamics::system::System;
-use crate::dynamics::{Accuracy, BodyState, State};
+use crate::dynamics::{Accuracy, BodyState, State, TimeSpan};
 use crate::geometry::Aabb;
 use crate::scalar::{Scalar, carries_derivatives};
 use crate::threads::mapped_into;
@@ -77,18 +77,18 @@ impl Memory {
         Self { last, ..self }
     }
 
-    /// The world from a state on, with the controls of a time (s).
+    /// The world from a state on, in a time step.
     pub fn scene<'a>(
         &'a self,
         forces: &'a dyn RealForces,
         start: &'a [BodyState],
-        control_time: f64,
+        time_step: TimeSpan,
     ) -> Scene<'a> {
         Scene::new(
             (&self.system, forces),
             (self.lifted.as_ref(), &self.coupled, &self.patterns),
             start,
-            control_time,
+            time_step,
             &self.stop,
         )
     }
@@ -101,12 +101,12 @@ impl Memory {
         step: &Step,
     ) -> Result<(), StepError> {
         let start: Vec<BodyState> = state.bodies.iter().map(BodyState::real).collect();
-        let control_time = state.time + step.duration / 2.0;
-        let scene = self.scene(world.real_forces(), &start, control_time);
+        let span = TimeSpan::new(state.time, step.duration);
+        let scene = self.scene(world.real_forces(), &start, span);
         let solved = self.solved(&scene, state.time, step)?;
         if carries_derivatives::<T>() {
             let mut bodies = state.bodies.clone();
-            let given = world.system().given(control_time);
+            let given = world.system().given(span);
             for (island, solved) in &solved {
                 let step = IslandStep::new(&scene, island, step.scheme, state.time);
                 let pass = DualPass::new(world, &step, &given);

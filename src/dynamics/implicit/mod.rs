@@ -31,6 +31,7 @@ mod sparse;
 mod stage;
 mod step_size;
 mod substep;
+mod tunneling;
 
 pub(super) use island::Island;
 pub(super) use island_step::{StepError, Trace};

@@ -6,7 +6,7 @@ use crate::dynamics::any_world::{RealForces, Seeded};
 use crate::dynamics::motion::state_on;
 use crate::dynamics::sweep::Sweep;
 use crate::dynamics::system::System;
-use crate::dynamics::{Body, BodyState, Inertia, Motion};
+use crate::dynamics::{Body, BodyState, Inertia, Motion, TimeSpan};
 use crate::geometry::Aabb;
 use crate::spatial::{Pose, Twist};
 use nalgebra::Vector6;
@@ -22,7 +22,7 @@ pub(in crate::dynamics) struct Scene<'a> {
     pub(super) patterns: &'a Patterns,
     /// Bodies that a force holds together.
     pub(super) coupled: &'a [Vec<usize>],
-    /// Weight and control of each body.
+    /// Weight and mean control of each body.
     pub(super) given: Vec<Vector6<f64>>,
     /// All bodies at the start of the step.
     pub(super) start: &'a [BodyState],
@@ -31,12 +31,12 @@ pub(in crate::dynamics) struct Scene<'a> {
 }
 
 impl<'a> Scene<'a> {
-    /// The controls are those of a time (s).
+    /// In a step from one time to another.
     pub(super) fn new(
         (system, forces): (&'a System, &'a dyn RealForces),
         (lifted, coupled, patterns): (Option<&'a System<Seeded>>, &'a [Vec<usize>], &'a Patterns),
         start: &'a [BodyState],
-        control_time: f64,
+        time_step: TimeSpan,
         stop: &'a AtomicBool,
     ) -> Self {
         Self {
@@ -45,7 +45,7 @@ impl<'a> Scene<'a> {
             lifted,
             patterns,
             coupled,
-            given: system.given(control_time),
+            given: system.given(time_step),
             start,
             stop,
         }
@@ -80,15 +80,23 @@ impl<'a> Scene<'a> {
         states: &[BodyState],
         sweep: &'s mut Sweep,
     ) -> &'s [(usize, usize)] {
-        let system = self.system;
         let boxes = states.iter().enumerate();
         let boxes =
             boxes.map(|(participant, state)| self.bounds(island.body(participant), &state.pose));
+        self.overlapping(island, boxes, sweep)
+    }
+
+    /// The pairs of participants whose boxes overlap and that may touch, A first.
+    pub(super) fn overlapping<'s>(
+        &self,
+        island: &Island,
+        boxes: impl Iterator<Item = Aabb>,
+        sweep: &'s mut Sweep,
+    ) -> &'s [(usize, usize)] {
         sweep.overlapping(boxes, |i, j| {
-            let bodies = [island.body(i), island.body(j)];
-            let (a, _) =
-                system.contact_order(bodies[0].min(bodies[1]), bodies[0].max(bodies[1]))?;
-            Some(if a == bodies[0] { (i, j) } else { (j, i) })
+            let [one, other] = [i, j].map(|participant| island.body(participant));
+            let (a, _) = self.system.contact_order(one.min(other), one.max(other))?;
+            Some(if a == one { (i, j) } else { (j, i) })
         })
     }
 

@@ -15,9 +15,6 @@ const REDUCTIONS: [f64; 2] = [0.02, 0.6];
 /// Lowest assumed order of convergence of the errors. Contact that begins or ends lowers it.
 const LOWEST_ORDER: f64 = 0.7;
 
-/// Reduction of the duration after a stage that was not solved.
-const RETRY: f64 = 0.25;
-
 /// Number of durations in a factor of two.
 const PER_OCTAVE: f64 = 8.0;
 
@@ -45,12 +42,12 @@ impl StepSize {
         self.allowed
     }
 
-    /// The next duration (s), from the remaining time and the limits.
+    /// The next duration (s), from the remaining time and the shortest one.
     ///
     /// Durations are the shortest one times 2^(k/8) with an integer k, except for the last one or two of a step, which share the
     /// remaining time. Most small changes of the state change no duration, so derivatives hold the durations fixed.
-    pub fn next(&self, remaining: f64, shortest: f64, longest: f64) -> f64 {
-        let wanted = self.allowed.min(longest).max(shortest).min(2.0 * remaining);
+    pub fn next(&self, remaining: f64, shortest: f64) -> f64 {
+        let wanted = self.allowed.max(shortest).min(2.0 * remaining);
         let exponent = ln_1p(wanted / shortest - 1.0) / LN_2 * PER_OCTAVE;
         let wanted = shortest * power(2.0, exponent.floor() / PER_OCTAVE);
         // Two halves instead of a long substep and a short one.
@@ -91,10 +88,10 @@ impl StepSize {
         self.allowed = substep * growth(error, order).clamp(least, most);
     }
 
-    /// Reduces the duration after a stage that was not solved.
-    pub fn fail(&mut self, substep: f64) {
+    /// Reduces the duration by a factor, for another reason than errors.
+    pub fn shorten(&mut self, substep: f64, factor: f64) {
         self.rejected = Some((substep, f64::INFINITY));
-        self.allowed = substep * RETRY;
+        self.allowed = substep * factor;
     }
 }
 

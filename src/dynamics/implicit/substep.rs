@@ -20,6 +20,8 @@ pub(super) struct Trial {
     pub swept: Vec<Aabb>,
     /// Largest relative speed (m/s) of each dynamic body in the step so far.
     pub speeds: Vec<f64>,
+    /// The largest motion of two bodies that may hit each other, over the sum of their thicknesses.
+    pub tunneling: f64,
     /// The errors of values and of slopes of each dynamic body, relative to its tolerances; none without error control.
     pub errors: Vec<[f64; 2]>,
 }
@@ -47,8 +49,12 @@ impl IslandSolver<'_> {
             energy: EnergyBalance::default(),
             swept: Vec::new(),
             speeds: self.control.speeds.clone(),
+            tunneling: 0.0,
             errors: Vec::new(),
         };
+        let participants = self.participants_at(offset);
+        step.scene
+            .sweep(step.island, &participants, &mut trial.swept);
         let from = before.iter().map(|body| body.state).collect();
         let mut stages = Stages::new(step, &step.inertias, offset, from);
         let mut solved = Vec::new();
@@ -78,6 +84,10 @@ impl IslandSolver<'_> {
         }
         trial.energy.kinetic = self.kinetic(&trial.bodies) - self.kinetic(before);
         if let Some(estimate) = &step.scheme.estimate {
+            trial.tunneling = self.tunneling(&participants, &solved, &trial.swept, duration);
+            if trial.tunneling > 1.0 {
+                return Ok(trial);
+            }
             for (place, speed) in trial.speeds.iter_mut().enumerate() {
                 let speeds = solved.iter().map(|stage| stage.relative_speed(place));
                 *speed = speeds.fold(*speed, f64::max);

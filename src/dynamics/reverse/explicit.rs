@@ -4,7 +4,7 @@ use super::contact::{Touching, WrenchCovector};
 use super::pullback::{Here, Pullback};
 use crate::dynamics::integrator::{Splitting, accelerate};
 use crate::dynamics::sweep::Sweep;
-use crate::dynamics::{BodyState, Inertia, State};
+use crate::dynamics::{BodyState, Inertia, State, TimeSpan};
 use crate::spatial::Wrench;
 
 /// Explicit steps.
@@ -41,17 +41,17 @@ impl ExplicitSteps {
         let [approach, complete] = self.splitting.drifts().map(|share| share * self.time_step);
         let mut state = before.clone();
         self.splitting.approach(system, &mut state, self.time_step);
-        let middle = self.splitting.middle(&state, self.time_step);
-        let acting = self.acting(pullback, &state, middle);
+        let span = self.splitting.span(&state, self.time_step);
+        let acting = self.acting(pullback, &state, span);
         let mut kicked = state.clone();
         accelerate(system, &mut kicked, &acting.all, self.time_step);
         drift_back(pullback, &kicked, complete);
-        self.kick_back(pullback, &state, &acting, middle);
+        self.kick_back(pullback, &state, &acting, span);
         drift_back(pullback, before, approach);
     }
 
-    /// What acts in the kick at a state, controls at the time `middle` (s).
-    fn acting<'w>(&mut self, pullback: &Pullback<'w>, state: &State, middle: f64) -> Acting<'w> {
+    /// What acts in the kick at a state, the mean controls over the time step.
+    fn acting<'w>(&mut self, pullback: &Pullback<'w>, state: &State, span: TimeSpan) -> Acting<'w> {
         let (world, system) = (pullback.world, pullback.system());
         let pairs = system.close_pairs(&state.bodies, &mut self.sweep);
         let contacts = Touching::of_pairs(system, &state.bodies, pairs, pullback.wants_shapes());
@@ -60,7 +60,7 @@ impl ExplicitSteps {
         let mut all = contact.clone();
         let here = (state.time, &*state.bodies, &*contact);
         system.with_forces(here, &mut all, |wrenches, now| {
-            system.add_controls(wrenches, now, middle);
+            system.add_controls(wrenches, now, span);
             world.add_forces(wrenches, now);
         });
         Acting {
@@ -71,7 +71,7 @@ impl ExplicitSteps {
     }
 
     /// Takes the kick back: poses stay, and velocities before it count for the wrenches.
-    fn kick_back(&self, pullback: &mut Pullback, state: &State, acting: &Acting, middle: f64) {
+    fn kick_back(&self, pullback: &mut Pullback, state: &State, acting: &Acting, span: TimeSpan) {
         let mut by_wrenches = vec![Wrench::zero(); state.bodies.len()];
         for (body, by_wrench) in by_wrenches.iter_mut().enumerate() {
             if let Some(inertia) = pullback.system().bodies[body].inertia() {
@@ -82,7 +82,7 @@ impl ExplicitSteps {
         }
         let here = Here {
             time: state.time,
-            control_time: middle,
+            time_step: span,
             states: &state.bodies,
             bodies: &self.bodies,
             contacts: &acting.contacts,

@@ -11,7 +11,7 @@ use crate::dynamics::implicit::{
     Island, Memory, Replay, ReplayedStage, ReplayedSubstep, Scheme, StepError, Trace,
     displaced_back,
 };
-use crate::dynamics::{BodyState, Inertia, State};
+use crate::dynamics::{BodyState, Inertia, State, TimeSpan};
 use crate::spatial::Wrench;
 use nalgebra::{Vector3, Vector6};
 use std::mem;
@@ -55,13 +55,13 @@ impl ImplicitSteps {
         before: &State,
         traces: &[Trace],
     ) -> Result<(), StepError> {
-        let control_time = before.time + self.time_step / 2.0;
+        let span = TimeSpan::new(before.time, self.time_step);
         let scene = self
             .memory
-            .scene(pullback.world.real_forces(), &before.bodies, control_time);
+            .scene(pullback.world.real_forces(), &before.bodies, span);
         let mut back = StepBack {
             pullback,
-            control_time,
+            span,
             states: before.bodies.clone(),
             by_wrenches: vec![Wrench::zero(); before.bodies.len()],
         };
@@ -76,8 +76,7 @@ impl ImplicitSteps {
 /// A step on the way back.
 struct StepBack<'a, 'w> {
     pullback: &'a mut Pullback<'w>,
-    /// The time (s) of which the controls are.
-    control_time: f64,
+    span: TimeSpan,
     /// All bodies, those of an island as they are in its stage.
     states: Vec<BodyState>,
     /// By the wrench on each body, those of the island.
@@ -237,7 +236,7 @@ impl StepBack<'_, '_> {
             .map(|_| Touching::net_wrenches(contacts, system, &self.states));
         let here = Here {
             time,
-            control_time: self.control_time,
+            time_step: self.span,
             states: &self.states,
             bodies: &island.bodies().collect::<Vec<_>>(),
             contacts,

@@ -15,3 +15,4 @@ mod scenes;
 mod slopes;
 mod stacks;
 mod throws;
+mod tunneling;

@@ -1,0 +1,146 @@
+//! Bodies that would pass through each other within one step: sliding, spinning, falling from rest, pushed or hit by a path.
+
+use super::scenes::{brick, finger, steps};
+use crate::scenes::{GRAVITY, at, box_shape};
+use hydroelastic::contact::{HalfSpace, Shape};
+use hydroelastic::dynamics::{
+    Body, BodyState, Control, Integrator, Mass, Material, Plan, PrescribedPath, State, World,
+};
+use hydroelastic::mesh::shapes;
+use hydroelastic::spatial::{Pose, Twist, Wrench};
+use nalgebra::{Vector3, vector};
+use std::sync::Arc;
+
+const STIFF: f64 = 1e9;
+
+/// The last state after steps with error control.
+fn end(world: &World, time_step: f64, steps: usize) -> State {
+    let plan = Plan::new(time_step, steps).unwrap();
+    let plan = plan
+        .with_integrator(Integrator::Sdirk3)
+        .recording_every(steps);
+    let trajectory = world.rollout(&plan).recorded().unwrap();
+    trajectory.last().clone()
+}
+
+fn ball(name: &str, radius: f64, mass: f64) -> Body {
+    let shape = Shape::new(shapes::icosphere(radius, 1).unwrap());
+    let skin = Material::elastic(STIFF).with_dissipation(0.1);
+    Body::dynamic(name, shape, skin, Mass::Total(mass)).unwrap()
+}
+
+fn falling(bodies: Vec<Body>) -> World {
+    let world = World::new(bodies).unwrap();
+    world.with_gravity(vector![0.0, 0.0, -GRAVITY]).unwrap()
+}
+
+fn floor() -> Body {
+    Body::fixed("floor", HalfSpace::rigid(), Material::rigid()).unwrap()
+}
+
+#[test]
+fn a_puck_that_slides_on_a_floor_stops_at_a_thin_wall() {
+    for (speed, thickness, size, time_step) in [
+        (10.0, 0.002, 0.01, 5e-3),
+        (20.0, 0.002, 0.01, 5e-3),
+        (40.0, 0.01, 0.05, 5e-3),
+        (10.0, 0.01, 0.02, 1e-2),
+    ] {
+        for phase in 0..5 {
+            let skin = Material::elastic(STIFF)
+                .with_dissipation(0.3)
+                .with_friction(0.1);
+            let way = 0.2 + speed * time_step * f64::from(phase) / 5.0;
+            let puck = brick("puck", [size, size, 0.01], skin)
+                .at(at(-way, 0.0, 0.005 - 1e-7))
+                .with_velocity(vector![speed, 0.0, 0.0]);
+            let wall = Body::fixed("wall", box_shape([thickness, 1.0, 0.3]), skin).unwrap();
+            let world = falling(vec![puck, floor(), wall.at(at(0.0, 1e-3, 0.1))]);
+            let end = end(&world, time_step, steps(0.7 / speed, time_step) + 1);
+            let x = end.bodies[0].position().x;
+            assert!(x < 0.0, "{speed} {thickness} {phase}: x = {x}");
+        }
+    }
+}
+
+#[test]
+fn a_rod_that_spins_meets_a_small_ball() {
+    let skin = Material::elastic(STIFF);
+    for spin in [50.0, 200.0] {
+        for phase in 0..4 {
+            let turn = vector![0.0, 0.0, -0.3 - 0.2 * f64::from(phase)];
+            let rod = brick("rod", [1.0, 0.01, 0.01], skin)
+                .at(Pose::from_rotation_vector(&turn, Vector3::zeros()))
+                .with_spin(vector![0.0, 0.0, spin]);
+            let shape = Shape::new(shapes::icosphere(0.005, 1).unwrap());
+            let peg = Body::fixed("peg", shape, skin).unwrap();
+            let world = World::new(vec![rod, peg.at(at(0.4, 0.0, 0.001))]).unwrap();
+            // Until well after it reaches the peg, and before its other end does.
+            let end = end(&world, 5e-3, if spin > 100.0 { 2 } else { 6 });
+            let speed = end.bodies[0].velocity().norm();
+            assert!(speed > 0.1, "{spin} {phase}: its center moves at {speed}");
+        }
+    }
+}
+
+#[test]
+fn what_falls_from_rest_stays_above_a_floor_in_long_steps() {
+    for (radius, time_step) in [(0.05, 0.2), (0.01, 0.1), (1e-3, 0.03)] {
+        for phase in 0..5 {
+            let height = radius * (1.5 + 2.0 * f64::from(phase));
+            let body = ball("ball", radius, 1000.0 * radius.powi(3));
+            let world = falling(vec![body.at(at(0.0, 0.0, height)), floor()]);
+            let z = end(&world, time_step, 3).bodies[0].position().z;
+            assert!(z > 0.0, "{radius} {phase}: z = {z}");
+        }
+    }
+}
+
+#[test]
+fn fast_balls_rebound_however_many_substeps_that_takes() {
+    let plate = Body::fixed(
+        "plate",
+        box_shape([0.01, 1.0, 1.0]),
+        Material::elastic(1e12),
+    )
+    .unwrap();
+    let bullet = ball("bullet", 0.01, 1e-3).with_velocity(vector![1000.0, 0.0, 0.0]);
+    let world = World::new(vec![bullet.at(at(-7.0, 0.1, 0.05)), plate]).unwrap();
+    let velocity = end(&world, 0.02, 1).bodies[0].velocity().x;
+    assert!(velocity < 0.0, "{velocity}");
+}
+
+#[test]
+fn what_starts_within_a_step_is_met() {
+    let shape = [0.01, 0.5, 0.5];
+    let skin = Material::elastic(STIFF).with_dissipation(0.1);
+    // A paddle that sweeps by 1 m within one step of 0.1 s, from rest to rest.
+    let sweep: Arc<PrescribedPath> = Arc::new(|time| {
+        let part = (time / 0.1).clamp(0.0, 1.0);
+        let place = -0.5 + part * part * (3.0 - 2.0 * part);
+        let speed = 6.0 * part * (1.0 - part) / 0.1;
+        let twist = Twist {
+            linear: vector![speed, 0.0, 0.0],
+            ..Twist::zero()
+        };
+        let pose = at(place, 0.0, 0.0);
+        BodyState { pose, twist }
+    });
+    let body = ball("ball", 0.02, 0.1);
+    let world = World::new(vec![body, finger("paddle", shape, skin, sweep)]).unwrap();
+    let hit = &end(&world, 0.1, 2).bodies[0];
+    assert!(hit.position().x > 0.5, "{}", hit.position().x);
+    // A push of 10 N on 10 g, towards a wall.
+    let force = vector![10.0, 0.0, 0.0];
+    let push = Wrench {
+        force,
+        ..Wrench::zero()
+    };
+    let control = Control::new("ball", 0.1, vec![push]).unwrap();
+    let wall = Body::fixed("wall", box_shape(shape), skin).unwrap();
+    let bodies = vec![ball("ball", 0.02, 0.01), wall.at(at(1.0, 0.0, 0.0))];
+    let world = World::new(bodies).and_then(|world| world.with_control(control));
+    let pushed = end(&world.unwrap(), 0.1, 1);
+    let x = pushed.bodies[0].position().x;
+    assert!(x < 1.0, "{x}");
+}
