@@ -186,14 +186,15 @@ impl World {
         ))
     }
 
-    /// Compares the derivatives of the recorded positions with the slopes of the motion over a width on either side. Takes 1 + 4 p
+    /// Compares the derivatives of the recorded positions with the slopes of the motion over a width on either side. Takes 4 + 4 p
     /// rollouts at tight tolerances, and a Jacobian there if a derivative is not right.
     ///
     /// width : in typical changes of each number, its value for materials and masses, else 1 SI unit: the tolerance to which the
     /// number matters.
     ///
     /// The verdict on a derivative is "right"; "kink" if it is the slope on one side only; "unresolved" if
-    /// it is right at tight tolerances, but not at those of the plan; and "chaotic" if it is not the slope at any tolerance.
+    /// it is right at tight tolerances, but not at those of the plan; "chaotic" if it is not the slope at any tolerance; and "noisy" if
+    /// the errors of the rollouts hide the slope over so small a width.
     #[pyo3(signature = (plan, parameters, *, width=1e-3))]
     fn derivative_check(
         &self,

@@ -105,7 +105,7 @@ impl Experiment {
     ///
     /// Slopes are differences of outcomes at tight tolerances ([`Accuracy`](crate::dynamics::Accuracy)), 1e-6 for values and 3e-5 for
     /// slopes, or a tenth of those of the plan if that is less, with a tenth of the resting speeds and a quarter of the time step. Steps
-    /// without error control are divided by eight instead. This takes 3 + 4 n such rollouts for n numbers, two at even tighter
+    /// without error control are divided by eight instead. This takes 2 + 4 n such rollouts for n numbers, two at even tighter
     /// tolerances, and one more Jacobian if a derivative is not right.
     ///
     /// Bodies at rest vibrate against each other. A vibration with a period well below the time step is damped in both the

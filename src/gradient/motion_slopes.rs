@@ -1,7 +1,7 @@
 //! Derivatives of an experiment, compared with slopes of the motion.
 
 use super::derivative_check::{CheckedDerivative, Verdict};
-use super::error::{check_outcome, same_length};
+use super::error::check_outcome;
 use super::widths::{DifferentiableOutcome, OutcomeIn};
 use super::{Experiment, GradientError, OutcomeJacobian, Parameter};
 use crate::dynamics::{State, Trajectory};
@@ -15,6 +15,9 @@ const AGREEMENT: f64 = 0.03;
 
 /// Error of a slope over the width, in errors of the outcome over the width: the sum of the weights of its differences, or more.
 const AMPLIFIED: f64 = 4.0;
+
+/// A slope by which a typical change alters the outcome by less than this part counts as zero.
+const LITTLE: f64 = 1e-4;
 
 /// Round-off of outcomes, relative to their largest number.
 const ROUND_OFF: f64 = 1e-13;
@@ -75,17 +78,19 @@ impl<'a> MotionCheck<'a> {
     ) -> Result<Self, GradientError> {
         let found = experiment.jacobian_of(parameters, watched)?;
         let motion = experiment.with_plan(experiment.plan().converged());
+        let none = DVector::zeros(found.jacobian.nrows());
         let mut check = Self {
             experiment,
-            middle: DVector::from_vec(motion.value_of(watched)?),
-            noise: DVector::zeros(found.jacobian.nrows()),
+            middle: none.clone(),
+            noise: none,
             motion,
             parameters,
             watched,
             found,
             converged: OnceCell::new(),
         };
-        same_length([&check.noise, &check.middle])?;
+        let unchanged = vec![0.0; check.found.jacobian.ncols()];
+        check.middle = check.value(&check.motion, &unchanged)?;
         check.noise = check.measured_noise(width)?;
         Ok(check)
     }
@@ -96,20 +101,21 @@ impl<'a> MotionCheck<'a> {
         let own = vec![0.0; self.found.jacobian.ncols()];
         let scales = self.experiment.scales(self.parameters);
         let changed: Vec<_> = scales.iter().map(|scale| width * scale).collect();
-        let error = |change: &[f64]| {
-            let [coarse, fine] = [&self.motion, &finer].map(|motion| self.value(motion, change));
-            Ok::<_, GradientError>(coarse? - fine?)
-        };
-        Ok((error(&changed)? - error(&own)?).abs())
+        let error = self.value(&self.motion, &changed)? - self.value(&finer, &changed)?;
+        let before = &self.middle - self.value(&finer, &own)?;
+        Ok((error - before).abs())
     }
 
     /// The outcome after a change of the parameters.
     fn value(&self, motion: &Experiment, change: &[f64]) -> Result<DVector<f64>, GradientError> {
         let value = motion.value_beside(self.parameters, change, self.watched)?;
         check_outcome(&value)?;
-        let value = DVector::from_vec(value);
-        same_length([&self.middle, &value])?;
-        Ok(value)
+        let [found, expected] = [value.len(), self.found.jacobian.nrows()];
+        if found != expected {
+            let [found, expected] = [found, expected].map(|length| length - self.positions());
+            return Err(GradientError::OutcomeLength { found, expected });
+        }
+        Ok(DVector::from_vec(value))
     }
 
     /// Compares the derivatives by one number, whose typical change is given, with the slopes over a width in such changes.
@@ -154,10 +160,11 @@ impl<'a> MotionCheck<'a> {
             slopes.agree(&derivative, slope, outcome)
         };
         if agrees(&self.found, &slopes.both) {
-            // A slope of less than this changes the outcome little, and may be zero.
-            let little = self.middle.rows_range(outcome.clone()).amax() / scale;
-            let largest = slopes.both.rows_range(outcome.clone()).amax().max(little);
-            let is_known = slopes.noise_in(outcome) <= AGREEMENT * largest;
+            let own = self.found.jacobian.column(column);
+            let [own, slope, value] = [&own, &slopes.both.column(0), &self.middle.column(0)]
+                .map(|all| rows(all, outcome).amax());
+            let largest = own.max(slope).max(LITTLE * value / scale);
+            let is_known = own.max(slope) == 0.0 || slopes.noise_in(outcome) <= AGREEMENT * largest;
             return Ok(if is_known {
                 Verdict::Right
             } else {

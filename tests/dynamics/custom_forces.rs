@@ -1,7 +1,9 @@
 //! Forces of the user's own: the motion and the derivatives that they give.
 
 use crate::scenes::{GRAVITY, ROUND_OFF, at, ball, down};
-use hydroelastic::dynamics::{Force, Plan, Situation, World, Wrenches};
+use hydroelastic::dynamics::{
+    Body, Force, Integrator, Plan, RolloutError, Situation, World, WorldError, Wrenches,
+};
 use hydroelastic::gradient::{Experiment, FinalState, Parameter};
 use hydroelastic::scalar::{Scalar, lift};
 use hydroelastic::spatial::{Twist, Wrench};
@@ -138,4 +140,58 @@ fn forces_of_the_users_own_know_the_time_and_the_body() {
         Vector3::zeros(),
         "the force takes gravity away"
     );
+}
+
+/// A force on one body that is not finite from a time (s) on, and couples a body of a number.
+struct Broken {
+    from: f64,
+    coupled: usize,
+}
+
+impl Force for Broken {
+    fn add_to<T: Scalar>(&self, wrenches: &mut Wrenches<T>, now: &Situation<T>) {
+        if now.time > self.from {
+            wrenches.push_center(1, &Vector3::x().map(|_: f64| lift::<T>(f64::NAN)));
+        }
+    }
+
+    fn coupled(&self, _: &[Body]) -> Vec<Vec<usize>> {
+        vec![vec![self.coupled]]
+    }
+}
+
+fn with_broken(force: Broken) -> Result<World<f64, Broken>, WorldError> {
+    let bodies = vec![ball("one"), ball("other").at(at(0.0, 1.0, 0.0))];
+    World::new(bodies)?.with_forces(force)
+}
+
+#[test]
+fn a_force_that_couples_a_body_of_another_world_is_refused() {
+    let refused = with_broken(Broken {
+        from: 1.0,
+        coupled: 2,
+    });
+    let expected = WorldError::CoupledBody {
+        found: 2,
+        bodies: 2,
+    };
+    assert_eq!(refused.err(), Some(expected));
+}
+
+#[test]
+fn implicit_steps_name_a_force_that_is_not_finite() {
+    for integrator in [Integrator::Sdirk3, Integrator::ImplicitEuler] {
+        let world = with_broken(Broken {
+            from: 0.25,
+            coupled: 1,
+        });
+        let plan = Plan::new(0.1, 5).unwrap().with_integrator(integrator);
+        let interrupted = world.unwrap().rollout(&plan).recorded().unwrap_err();
+        let RolloutError::ForceNotFinite { step, time, body } = interrupted.error else {
+            panic!("{integrator:?}: {}", interrupted.error);
+        };
+        assert_eq!((step, body.as_str()), (3, "other"));
+        // The last substep that is tried begins where the force is still finite.
+        assert!((0.2..0.26).contains(&time), "{integrator:?}: {time}");
+    }
 }

@@ -3,9 +3,9 @@
 use hydroelastic::contact::Shape;
 use hydroelastic::dynamics::{
     Body, Control, Drag, Force, Integrator, Mass, Material, Plan, Situation, Spring, State,
-    Thruster, World, WorldError, Wrenches,
+    Thruster, Trajectory, World, WorldError, Wrenches,
 };
-use hydroelastic::gradient::{Experiment, FinalState, GradientError, Parameter};
+use hydroelastic::gradient::{Experiment, FinalState, GradientError, Mode, Outcome, Parameter};
 use hydroelastic::mesh::shapes;
 use hydroelastic::scalar::{Scalar, lift};
 use hydroelastic::spatial::{Pose, Wrench};
@@ -243,6 +243,59 @@ fn controls_give_the_momentum_of_their_intervals() {
                     "{integrator:?}, step {step}"
                 );
             }
+        }
+    }
+}
+
+/// The speed of the first body along x.
+struct FirstSpeed;
+
+impl Outcome for FirstSpeed {
+    fn of<T: Scalar>(&self, trajectory: &Trajectory<T>) -> Vec<T> {
+        vec![trajectory.last().bodies[0].velocity().x]
+    }
+}
+
+#[test]
+fn controls_act_by_their_mean_where_steps_and_intervals_do_not_fit() {
+    // In steps of 50 ms: whole intervals of 30 ms lie between the middles of two steps.
+    const INTERVAL: f64 = 0.03;
+    const STEP: f64 = 0.05;
+    let forces = [1.0, -3.0, 7.0, 2.0, -1.0];
+    let push = |x: &f64| Wrench {
+        force: vector![*x, 0.0, 0.0],
+        ..Wrench::zero()
+    };
+    let control = Control::new("left", INTERVAL, forces.iter().map(push).collect()).unwrap();
+    let world = two().with_control(control).unwrap();
+    let by: Vec<_> = (0..forces.len())
+        .map(|interval| Parameter::Control("left".into(), interval))
+        .collect();
+    let implicit = [Integrator::Sdirk3, Integrator::ImplicitEuler];
+    for integrator in INTEGRATORS.into_iter().chain(implicit) {
+        for steps in 1..5 {
+            let plan = Plan::new(STEP, steps).unwrap().with_integrator(integrator);
+            let experiment = Experiment::new(&world, &plan);
+            let found = experiment.jacobian(&by, &FirstSpeed).unwrap();
+            let mut momentum = 0.0;
+            for (interval, force) in forces.iter().enumerate() {
+                let until = STEP * steps as f64;
+                let time = (until - INTERVAL * interval as f64).clamp(0.0, INTERVAL);
+                momentum += force * time;
+                let derivative = found.jacobian[(0, 6 * interval + 3)];
+                let error = (derivative - time).abs();
+                assert!(
+                    error < 1e-12,
+                    "{integrator:?} {steps} {interval}: {error:e}"
+                );
+            }
+            let error = (found.value[0] - momentum).abs();
+            assert!(error < 1e-12, "{integrator:?} {steps}: {error:e}");
+            let (_, back) = experiment
+                .gradient_by(Mode::Reverse, &by, &FirstSpeed)
+                .unwrap();
+            let error = (back - found.jacobian.row(0).transpose()).amax();
+            assert!(error < 1e-12, "{integrator:?} {steps}: {error:e}");
         }
     }
 }

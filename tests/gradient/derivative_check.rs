@@ -2,12 +2,14 @@
 
 use crate::converged::{TIME_STEP, at, ball, cuboid, falling, plan, rigid_floor};
 use hydroelastic::contact::Shape;
-use hydroelastic::dynamics::{Accuracy, Body, Mass, Material, Plan, Trajectory, World, WorldError};
+use hydroelastic::dynamics::{
+    Accuracy, Body, Integrator, Mass, Material, Plan, Trajectory, World, WorldError,
+};
 use hydroelastic::gradient::{
     Experiment, FinalPosition, GradientError, Outcome, Parameter, Verdict,
 };
 use hydroelastic::mesh::shapes;
-use hydroelastic::scalar::{Scalar, lift};
+use hydroelastic::scalar::{Scalar, lift, real_part};
 use hydroelastic::spatial::Pose;
 use nalgebra::vector;
 
@@ -132,5 +134,117 @@ fn a_width_that_is_no_width_is_refused() {
             expected: "positive and finite",
         });
         assert_eq!(format!("{:?}", check.unwrap_err()), format!("{refused:?}"));
+    }
+}
+
+/// An outcome that no derivative check can use.
+#[derive(Clone, Copy)]
+enum Misread {
+    /// One number more on the one side of the start than on the other.
+    Length,
+    /// √x is not finite on the other side.
+    Root,
+}
+
+impl Outcome for Misread {
+    fn of<T: Scalar>(&self, trajectory: &Trajectory<T>) -> Vec<T> {
+        let x = trajectory.last().bodies[0].position().x;
+        match self {
+            Self::Length if x > lift::<T>(0.0) => vec![x, x],
+            Self::Length => vec![x],
+            Self::Root => vec![(x + 1e-4).sqrt()],
+        }
+    }
+}
+
+#[test]
+fn outcomes_that_differences_cannot_use_are_refused() {
+    let world = World::new(vec![ball(0.1, Material::elastic(1e5))]).unwrap();
+    let by = [Parameter::InitialPosition("body".into())];
+    let plan = plan(1);
+    let refused = |outcome| {
+        let check = Experiment::new(&world, &plan).derivative_check(&by, &outcome, WIDTH);
+        check.unwrap_err()
+    };
+    let length = refused(Misread::Length);
+    assert!(matches!(
+        length,
+        GradientError::OutcomeLength {
+            found: 2,
+            expected: 1
+        }
+    ));
+    let root = refused(Misread::Root);
+    assert!(matches!(
+        root,
+        GradientError::OutcomeNotFinite { row: 0, .. }
+    ));
+}
+
+#[test]
+fn a_width_that_takes_the_mass_away_is_refused() {
+    let world = World::new(vec![ball(0.1, Material::elastic(1e5))]).unwrap();
+    let by = [Parameter::Mass("body".into())];
+    for width in [1.0, 10.0] {
+        let check =
+            Experiment::new(&world, &plan(1)).derivative_check(&by, &Reading::Smooth, width);
+        let refused = check.unwrap_err();
+        assert!(matches!(
+            refused,
+            GradientError::World(WorldError::Mass {
+                quantity: "mass",
+                ..
+            })
+        ));
+    }
+}
+
+/// An outcome without its derivative.
+#[derive(Clone, Copy)]
+struct Dropped;
+
+impl Outcome for Dropped {
+    fn of<T: Scalar>(&self, trajectory: &Trajectory<T>) -> Vec<T> {
+        let x = trajectory.last().bodies[0].position().x;
+        vec![lift(0.1 + real_part(x))]
+    }
+}
+
+#[test]
+fn a_derivative_that_is_dropped_is_found_down_to_the_noise() {
+    let world = World::new(vec![ball(0.1, Material::elastic(1e5))]).unwrap();
+    let by = [Parameter::InitialPosition("body".into())];
+    let verdict = |width| {
+        let check = Experiment::new(&world, &plan(1)).derivative_check(&by, &Dropped, width);
+        check.unwrap().derivatives[0].verdict
+    };
+    for width in [1e-3, 1e-6, 1e-9] {
+        assert_eq!(verdict(width), Verdict::Chaotic, "{width}");
+    }
+    // Differences over this width are round-off.
+    assert_eq!(verdict(1e-15), Verdict::Noisy);
+}
+
+/// A block at rest on soft ground, in steps that damp its vibration.
+#[test]
+fn a_vibration_that_steps_damp_is_unresolved() {
+    let shape = Shape::new(shapes::distance_cuboid([0.2, 0.2, 0.1]).unwrap());
+    let skin = Material::elastic(2e4);
+    let body = Body::dynamic("body", shape, skin, Mass::Total(2.0)).unwrap();
+    // Where weight and contact balance.
+    let depth = 2.0 * 9.81 * 0.05 / (2e4 * 0.04);
+    let world = falling(vec![body.at(at(0.0, 0.0, 0.05 - depth)), rigid_floor(0.5)]);
+    let outcome = FinalPosition::of_body(&world, "body").unwrap();
+    let by = [Parameter::InitialVelocity("body".into())];
+    for (time_step, steps, expected) in
+        [(1e-2, 20, Verdict::Unresolved), (1e-3, 200, Verdict::Right)]
+    {
+        let plan = Plan::new(time_step, steps).unwrap();
+        let plan = plan
+            .with_integrator(Integrator::Sdirk3)
+            .recording_every(steps);
+        let check = Experiment::new(&world, &plan).derivative_check(&by, &outcome, WIDTH);
+        let vertical = &check.unwrap().derivatives[2];
+        assert_eq!(vertical.verdict, expected, "{vertical}");
     }
 }

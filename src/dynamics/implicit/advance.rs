@@ -124,23 +124,26 @@ impl<'a> IslandSolver<'a> {
         Ok(equations.evaluation(velocities_of(bodies), false))
     }
 
-    /// The error of a substep that is not solved however short it is: that of the forces, if these are not finite where it starts.
-    fn cause(&self, error: StepError, offset: f64) -> StepError {
+    /// The error of a substep that is not solved however short it is: that of the forces, if these are not finite where it starts, or
+    /// there when it ends.
+    fn cause(&self, error: StepError, offset: f64, duration: f64) -> StepError {
         if !matches!(error, StepError::Unsolved { .. }) {
             return error;
         }
-        let acting = match self.evaluated(offset) {
-            Ok(evaluation) => evaluation.acting,
-            Err(error) => return error,
-        };
         let is_lost = |wrench: &Vector6<f64>| !wrench.iter().all(|number| number.is_finite());
-        acting
-            .iter()
-            .position(is_lost)
-            .map_or(error, |place| StepError::Force {
-                body: self.step.island.dynamic[place],
-                time: self.step.start + offset,
-            })
+        for offset in [offset, offset + duration] {
+            let acting = match self.evaluated(offset) {
+                Ok(evaluation) => evaluation.acting,
+                Err(error) => return error,
+            };
+            if let Some(place) = acting.iter().position(is_lost) {
+                return StepError::Force {
+                    body: self.step.island.dynamic[place],
+                    time: self.step.start + offset,
+                };
+            }
+        }
+        error
     }
 
     /// Takes substeps until the end of the step.
@@ -192,9 +195,9 @@ impl<'a> IslandSolver<'a> {
                         body: self.step.island.dynamic[0],
                         duration: substep,
                     };
-                    return Err(self.cause(error, offset));
+                    return Err(self.cause(error, offset, substep));
                 }
-                Err(error) => return Err(self.cause(error, offset)),
+                Err(error) => return Err(self.cause(error, offset, substep)),
             }
         }
         for body in &mut self.solved.bodies {
