@@ -33,8 +33,8 @@ pub struct Accuracy {
     values: f64,
     slopes: f64,
     resting_speed: Option<f64>,
-    /// Factor of all resting speeds, those by default too.
-    resting_part: f64,
+    /// Factor of every resting speed, set or default.
+    resting_speed_factor: f64,
 }
 
 impl Default for Accuracy {
@@ -43,7 +43,7 @@ impl Default for Accuracy {
             values: 3e-4,
             slopes: 2e-3,
             resting_speed: None,
-            resting_part: 1.0,
+            resting_speed_factor: 1.0,
         }
     }
 }
@@ -76,19 +76,19 @@ impl Accuracy {
         })
     }
 
-    /// Tolerances at which outcomes and derivatives serve as those of the motion.
+    /// Tolerances at which outcomes and derivatives serve as those of the motion, and a tenth of the resting speeds.
     pub(super) fn tight(self) -> Self {
         let [values, slopes] = TIGHT;
         let tenth = self.tenth();
         Self {
             values: values.min(tenth.values),
             slopes: slopes.min(tenth.slopes),
-            resting_part: 0.1 * self.resting_part,
+            resting_speed_factor: 0.1 * self.resting_speed_factor,
             ..self
         }
     }
 
-    /// A tenth of these tolerances.
+    /// A tenth of these tolerances, with the same resting speeds.
     pub(super) fn tenth(self) -> Self {
         Self {
             values: 0.1 * self.values,
@@ -97,9 +97,9 @@ impl Accuracy {
         }
     }
 
-    /// The resting speed (m/s) of a body whose resting speed is this by default.
+    /// The resting speed (m/s) of a body, from its default.
     pub(super) fn resting_speed_or(&self, default: f64) -> f64 {
-        self.resting_part * self.resting_speed.unwrap_or(default)
+        self.resting_speed_factor * self.resting_speed.unwrap_or(default)
     }
 
     /// Tolerance of values.

@@ -45,11 +45,13 @@ pub enum WorldError {
         .0[0], .0[1]
     )]
     NoContact([String; 2]),
-    /// [`Force::coupled`](super::Force::coupled) names a body that the world does not have.
-    #[error("a force couples body {found}, counted from 0, but the world has {bodies} bodies")]
+    /// [`Force::coupled`](super::Force::coupled) returned the index of a body that the world does not have.
+    #[error(
+        "Force::coupled returned body index {index}, but the world has {bodies} bodies, counted from 0"
+    )]
     CoupledBody {
-        /// The place that the force names.
-        found: usize,
+        /// The index that was returned.
+        index: usize,
         /// Number of bodies.
         bodies: usize,
     },

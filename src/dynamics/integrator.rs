@@ -39,8 +39,8 @@ pub enum Integrator {
     /// Three stages, each an implicit equation for the velocities, of third order, L-stable and stiffly accurate
     /// \[Alexander 1977\]. The time step is the longest substep and the interval between states. A step is divided until the errors of
     /// values and of derivatives are below the tolerances of [`Plan::with_accuracy`](super::Plan::with_accuracy), so that derivatives
-    /// are those of the motion. Rest, sliding and flight take one substep. Two bodies that do not touch when a substep begins,
-    /// but might within it, move in it relative to each other by at most the sum of their thicknesses.
+    /// are those of the motion. Rest, sliding and flight take one substep. If two bodies
+    /// that are apart might collide within a substep, they move relative to each other by at most the sum of their thicknesses in it.
     Sdirk3,
     /// One implicit stage, of first order. It is the cheapest choice, and damps whatever is fast compared with the step: bodies
     /// come to rest and do not bounce. Its derivatives are those of the damped motion: right for pushing, sliding and settling,
@@ -99,7 +99,7 @@ impl Splitting {
         }
     }
 
-    /// Lets all forces act for the time step (s) at fixed poses, the mean controls over the step.
+    /// Lets all forces act for the time step (s) at fixed poses. Controls act by their means over the step.
     pub(super) fn kick<T: Scalar>(
         self,
         world: &dyn AnyWorld<T>,
@@ -131,7 +131,7 @@ impl Splitting {
         }
     }
 
-    /// When a step (s) begins and ends, from the state at which the kick acts.
+    /// The time step of this duration (s) that has its kick at a state.
     pub(super) fn span<T: Scalar>(self, state: &State<T>, time_step: f64) -> TimeSpan {
         let [before, _] = self.drifts();
         TimeSpan::new(state.time - before * time_step, time_step)

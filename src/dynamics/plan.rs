@@ -4,7 +4,7 @@ use super::{Accuracy, Integrator, WorldError};
 /// Solver tolerance of a new plan: the last correction, which is applied, leaves far less.
 pub(super) const SOLVER_TOLERANCE: f64 = 1e-10;
 
-/// How many steps of a converged plan take the place of one, with error control and without.
+/// Number of steps of a converged plan for each step of the plan, with error control and without.
 const SHORTER: [usize; 2] = [4, 8];
 
 /// How a world is stepped, and what is recorded of it: the settings of a [`Rollout`](super::Rollout), a
@@ -161,7 +161,8 @@ impl Plan {
         self.checks_stability
     }
 
-    /// The plan whose outcomes serve as those of the motion: shorter steps, and tight tolerances if these are under error control.
+    /// The plan whose outcomes serve as those of the motion: shorter steps, and tight tolerances if there is
+    /// error control.
     pub(crate) fn converged(&self) -> Self {
         let [controlled, fixed] = SHORTER;
         if self.integrator.has_error_control() {
@@ -181,7 +182,7 @@ impl Plan {
         }
     }
 
-    /// The same states recorded in steps that are each divided into so many.
+    /// Divides each step into so many. States are recorded at the same times.
     fn divided(&self, parts: usize) -> Self {
         Self {
             time_step: self.time_step / parts as f64,

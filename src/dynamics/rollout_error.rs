@@ -53,9 +53,9 @@ pub enum RolloutError {
         /// Name of the body.
         body: String,
     },
-    /// Contact or another force on a body is not finite in an implicit step, however often that was divided.
+    /// Contact or another force on a body is not finite in an implicit step.
     #[error(
-        "step {step} (t = {time} s): the sum of the forces on body {body:?} is not finite there: a force that was passed in may divide by zero"
+        "step {step} (t = {time} s): the sum of the forces on body {body:?} is not finite; a force that was passed in may divide by zero"
     )]
     ForceNotFinite {
         /// The step that was not taken, counted from 1.

@@ -1,3 +1,4 @@
+use super::force::check_coupled;
 use super::settings::{check_finite, check_slip_tolerance};
 use super::system::{FORCE_PARAMETER, System};
 use super::{Body, Control, Force, Motion, PrescribedPath, State, WorldError};
@@ -130,20 +131,10 @@ impl<F: Force> World<f64, F> {
 
     /// Checks that the forces can act.
     pub(crate) fn check_forces(&self) -> Result<(), WorldError> {
-        let System {
-            bodies,
-            force_parameters,
-            ..
-        } = &self.system;
-        let groups = self.forces.coupled(bodies);
-        let mut coupled = groups.into_iter().flatten();
-        match coupled.find(|&body| body >= bodies.len()) {
-            None => self.forces.check(bodies, force_parameters),
-            Some(found) => Err(WorldError::CoupledBody {
-                found,
-                bodies: bodies.len(),
-            }),
-        }
+        let system = &self.system;
+        self.forces
+            .check(&system.bodies, &system.force_parameters)?;
+        check_coupled(&self.forces.coupled(&system.bodies), system.bodies.len())
     }
 
     /// Replaces the forces of the world by one force, or by several as a tuple or a list. The world must already have the

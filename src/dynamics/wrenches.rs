@@ -9,12 +9,12 @@ use crate::spatial::{Twist, Wrench};
 use crate::threads::mapped_into;
 use nalgebra::{Vector3, Vector6};
 
-/// The wrench on each body of a world about its centre of mass, in world axes, of all but gravity; the controls are the means
-/// over a time step.
+/// The wrench on each body of a world about its centre of mass, in world axes, of all but gravity. Controls are averaged over a
+/// time step.
 pub(super) fn all_wrenches<'s, T: Scalar>(
     world: &dyn AnyWorld<T>,
     state: &State<T>,
-    time_step: TimeSpan,
+    span: TimeSpan,
     workspace: &'s mut Workspace<T>,
 ) -> &'s [Wrench<T>] {
     let system = world.system();
@@ -25,7 +25,7 @@ pub(super) fn all_wrenches<'s, T: Scalar>(
         (state.time, &state.bodies, contact),
         all,
         |wrenches, now| {
-            system.add_controls(wrenches, now, time_step);
+            system.add_controls(wrenches, now, span);
             world.add_forces(wrenches, now);
         },
     );
@@ -81,17 +81,17 @@ impl<T: Scalar> System<T> {
         &self,
         wrenches: &mut Wrenches<T>,
         now: &Situation<T>,
-        time_step: TimeSpan,
+        span: TimeSpan,
     ) {
         for control in &self.controls {
             if let Some(body) = now.index_of(control.body()) {
-                wrenches.add(body, &control.mean_over(time_step));
+                wrenches.add(body, &control.mean_over(span));
             }
         }
     }
 
     /// The weight of each body and its mean control over a time step: torque and force about the center of mass.
-    pub(super) fn given(&self, time_step: TimeSpan) -> Vec<Vector6<T>> {
+    pub(super) fn given(&self, span: TimeSpan) -> Vec<Vector6<T>> {
         let weight = |body: &Body<T>| {
             let mass = body.inertia().map_or(lift(0.0), |inertia| inertia.mass);
             let force = self.gravity.map(|component| component * mass);
@@ -101,7 +101,7 @@ impl<T: Scalar> System<T> {
         let mut given: Vec<_> = self.bodies.iter().map(weight).collect();
         for control in &self.controls {
             if let Ok(body) = self.index_of(control.body()) {
-                given[body] += control.mean_over(time_step).to_vector();
+                given[body] += control.mean_over(span).to_vector();
             }
         }
         given

@@ -18,7 +18,8 @@ pub enum Verdict {
     /// Even at tight tolerances the derivative is not the slope over the width. The motion amplifies small changes, or the outcome bends
     /// within the width. Dissipation, finer meshes, or a larger resting speed make it smoother.
     Chaotic,
-    /// The derivative agrees with the slope, but so would many others: the errors of the rollouts hide it over so small a width.
+    /// The derivative agrees with the slope within the noise of the rollouts, but this noise exceeds 3 % of the slope. A larger width
+    /// tells more.
     Noisy,
 }
 
@@ -35,7 +36,7 @@ pub struct CheckedDerivative {
     /// of the rollouts.
     pub error: f64,
     /// The time (s) of the first recorded state in which the derivative of a position is not the slope, and the name of the body. None if
-    /// the derivative is right, or those of all recorded positions are.
+    /// the verdict is right or noisy, or the derivatives of all recorded positions agree with their slopes.
     pub first_mismatch: Option<(f64, String)>,
 }
 
@@ -106,7 +107,7 @@ impl Experiment {
     /// Slopes are differences of outcomes at tight tolerances ([`Accuracy`](crate::dynamics::Accuracy)), 1e-6 for values and 3e-5 for
     /// slopes, or a tenth of those of the plan if that is less, with a tenth of the resting speeds and a quarter of the time step. Steps
     /// without error control are divided by eight instead. This takes 2 + 4 n such rollouts for n numbers, two at even tighter
-    /// tolerances, and one more Jacobian if a derivative is not right.
+    /// tolerances, and one more Jacobian if a derivative does not agree.
     ///
     /// Bodies at rest vibrate against each other. A vibration with a period well below the time step is damped in both the
     /// derivative and the slopes, so the check does not see it.
@@ -115,7 +116,7 @@ impl Experiment {
     /// differentiated exactly, and not whether they follow the motion.
     ///
     /// # Errors
-    /// As [`Self::jacobian`]; if the width is not positive and finite, or makes a mass negative; and if a rollout at changed parameters
+    /// As [`Self::jacobian`]; if the width is not positive and finite, or makes a mass zero or negative; and if a rollout at changed parameters
     /// ends early.
     pub fn derivative_check(
         &self,

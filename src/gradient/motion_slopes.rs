@@ -13,11 +13,11 @@ use std::ops::Range;
 /// Largest difference between a derivative and a slope that agree, relative to the larger of the two.
 const AGREEMENT: f64 = 0.03;
 
-/// Error of a slope over the width, in errors of the outcome over the width: the sum of the weights of its differences, or more.
-const AMPLIFIED: f64 = 4.0;
+/// Amplification of the noise of outcomes by the difference formula over both sides, 3, and a margin.
+const NOISE_GAIN: f64 = 4.0;
 
-/// A slope by which a typical change alters the outcome by less than this part counts as zero.
-const LITTLE: f64 = 1e-4;
+/// Slopes below this part of the outcome per typical change count as zero.
+const NEGLIGIBLE_SLOPE: f64 = 1e-4;
 
 /// Round-off of outcomes, relative to their largest number.
 const ROUND_OFF: f64 = 1e-13;
@@ -53,7 +53,7 @@ pub(super) struct MotionCheck<'a> {
     found: OutcomeJacobian,
     /// The outcome at tight tolerances.
     middle: DVector<f64>,
-    /// Error of each of its numbers at tight tolerances, as far as it differs between two rollouts.
+    /// Noise of each of its numbers: by how much the error at tight tolerances changes over the width.
     noise: DVector<f64>,
     /// The Jacobian at tight tolerances, computed on demand.
     converged: OnceCell<OutcomeJacobian>,
@@ -78,11 +78,11 @@ impl<'a> MotionCheck<'a> {
     ) -> Result<Self, GradientError> {
         let found = experiment.jacobian_of(parameters, watched)?;
         let motion = experiment.with_plan(experiment.plan().converged());
-        let none = DVector::zeros(found.jacobian.nrows());
+        let zeros = DVector::zeros(found.jacobian.nrows());
         let mut check = Self {
             experiment,
-            middle: none.clone(),
-            noise: none,
+            middle: zeros.clone(),
+            noise: zeros,
             motion,
             parameters,
             watched,
@@ -95,15 +95,15 @@ impl<'a> MotionCheck<'a> {
         Ok(check)
     }
 
-    /// By how much the errors of the outcome at tight tolerances differ between its own parameters and changed ones.
+    /// Estimates the noise of the outcome, by one rollout with all parameters changed by the width, and two finer ones.
     fn measured_noise(&self, width: f64) -> Result<DVector<f64>, GradientError> {
         let finer = self.motion.with_plan(self.motion.plan().finer());
-        let own = vec![0.0; self.found.jacobian.ncols()];
+        let unchanged = vec![0.0; self.found.jacobian.ncols()];
         let scales = self.experiment.scales(self.parameters);
         let changed: Vec<_> = scales.iter().map(|scale| width * scale).collect();
-        let error = self.value(&self.motion, &changed)? - self.value(&finer, &changed)?;
-        let before = &self.middle - self.value(&finer, &own)?;
-        Ok((error - before).abs())
+        let error_changed = self.value(&self.motion, &changed)? - self.value(&finer, &changed)?;
+        let error_unchanged = &self.middle - self.value(&finer, &unchanged)?;
+        Ok((error_changed - error_unchanged).abs())
     }
 
     /// The outcome after a change of the parameters.
@@ -118,7 +118,8 @@ impl<'a> MotionCheck<'a> {
         Ok(DVector::from_vec(value))
     }
 
-    /// Compares the derivatives by one number, whose typical change is given, with the slopes over a width in such changes.
+    /// Compares the derivatives by one number with the slopes. The scale is the typical change of the number, and the width counts in
+    /// such changes.
     pub fn checked(
         &self,
         number: String,
@@ -160,10 +161,10 @@ impl<'a> MotionCheck<'a> {
             slopes.agree(&derivative, slope, outcome)
         };
         if agrees(&self.found, &slopes.both) {
-            let own = self.found.jacobian.column(column);
-            let [own, slope, value] = [&own, &slopes.both.column(0), &self.middle.column(0)]
+            let derivative = self.found.jacobian.column(column);
+            let [own, slope, value] = [&derivative, &slopes.both.column(0), &self.middle.column(0)]
                 .map(|all| rows(all, outcome).amax());
-            let largest = own.max(slope).max(LITTLE * value / scale);
+            let largest = own.max(slope).max(NEGLIGIBLE_SLOPE * value / scale);
             let is_known = own.max(slope) == 0.0 || slopes.noise_in(outcome) <= AGREEMENT * largest;
             return Ok(if is_known {
                 Verdict::Right
@@ -248,9 +249,9 @@ impl<'a> MotionCheck<'a> {
         let both =
             ((half_ahead - half_behind) * 8.0 - (whole_ahead - whole_behind)) / (6.0 * width);
         let noise = self.noise.zip_map(&self.middle, |noise, value| {
-            AMPLIFIED * (noise + ROUND_OFF * value.abs()) / width
+            NOISE_GAIN * (noise + ROUND_OFF * value.abs()) / width
         });
-        Ok(Slopes { noise, both, sides })
+        Ok(Slopes { both, sides, noise })
     }
 }
 

@@ -140,9 +140,9 @@ fn a_width_that_is_no_width_is_refused() {
 /// An outcome that no derivative check can use.
 #[derive(Clone, Copy)]
 enum Misread {
-    /// One number more on the one side of the start than on the other.
+    /// Two numbers for x > 0, else one.
     Length,
-    /// √x is not finite on the other side.
+    /// √(x + 10⁻⁴) is NaN for x < −10⁻⁴.
     Root,
 }
 
@@ -231,7 +231,7 @@ fn a_vibration_that_steps_damp_is_unresolved() {
     let shape = Shape::new(shapes::distance_cuboid([0.2, 0.2, 0.1]).unwrap());
     let skin = Material::elastic(2e4);
     let body = Body::dynamic("body", shape, skin, Mass::Total(2.0)).unwrap();
-    // Where weight and contact balance.
+    // Depth of equilibrium.
     let depth = 2.0 * 9.81 * 0.05 / (2e4 * 0.04);
     let world = falling(vec![body.at(at(0.0, 0.0, 0.05 - depth)), rigid_floor(0.5)]);
     let outcome = FinalPosition::of_body(&world, "body").unwrap();

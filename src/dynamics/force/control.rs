@@ -3,10 +3,10 @@ use crate::dynamics::settings::{check_finite, check_positive};
 use crate::scalar::{Scalar, lift};
 use crate::spatial::Wrench;
 
-/// Part of a time step below which an interval counts as not overlapping with it.
-const ROUND_OFF: f64 = 1e-6;
+/// Shares of a time step below this are rounding: intervals are meant to end where steps do.
+const NEGLIGIBLE_SHARE: f64 = 1e-6;
 
-/// The times (s) at which a time step begins and ends.
+/// A time step, from its start to its end (s).
 #[derive(Debug, Clone, Copy)]
 pub(in crate::dynamics) struct TimeSpan {
     pub from: f64,
@@ -37,7 +37,7 @@ pub struct Control<T = f64> {
 }
 
 impl TimeSpan {
-    /// From a start and a duration (s).
+    /// Creates it from its start and its duration (s).
     pub fn new(from: f64, duration: f64) -> Self {
         Self {
             from,
@@ -140,19 +140,18 @@ impl<T: Scalar> Control<T> {
         };
         let overlapping = first..last.saturating_add(1).min(self.wrenches.len());
         overlapping.filter_map(move |index| match share(index) {
-            // Of steps that begin and end with intervals, up to rounding.
-            share if share < ROUND_OFF => None,
-            share if share > 1.0 - ROUND_OFF => Some((index, 1.0)),
+            share if share < NEGLIGIBLE_SHARE => None,
+            share if share > 1.0 - NEGLIGIBLE_SHARE => Some((index, 1.0)),
             share => Some((index, share)),
         })
     }
 
-    /// The interval that a time (s) is in; the first one before its start.
+    /// The interval that a time (s) is in. Times before 0 give the first.
     fn index_of(&self, time: f64) -> usize {
         #[expect(
             clippy::cast_possible_truncation,
             clippy::cast_sign_loss,
-            reason = "a time before the first interval counts as in it, and one beyond what a usize counts is after the last"
+            reason = "negative times give 0, and times beyond what a usize counts are after the last interval"
         )]
         let index = (time / self.interval).floor() as usize;
         index

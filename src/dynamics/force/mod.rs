@@ -160,6 +160,17 @@ impl<'a, T: Scalar> Wrenches<'a, T> {
     }
 }
 
+/// Checks that groups of coupled bodies are of a world with so many bodies.
+pub(in crate::dynamics) fn check_coupled(
+    groups: &[Vec<usize>],
+    bodies: usize,
+) -> Result<(), WorldError> {
+    match groups.iter().flatten().find(|&&body| body >= bodies) {
+        None => Ok(()),
+        Some(&index) => Err(WorldError::CoupledBody { index, bodies }),
+    }
+}
+
 /// No force.
 impl Force for () {
     fn add_to<T: Scalar>(&self, _: &mut Wrenches<T>, _: &Situation<T>) {}

@@ -22,8 +22,8 @@ const MOST_FAILURES: usize = 100;
 /// Substeps of one body in a time step, rejected ones included, before the tolerances grow.
 const BUDGET: f64 = 256.0;
 
-/// Part of the longest substep in which no bodies pass through each other.
-const SAFETY: f64 = 0.9;
+/// Safety factor of the duration after a substep in which bodies might have passed through each other.
+const TUNNELING_SAFETY: f64 = 0.9;
 
 /// Reduction of the duration after a stage that was not solved.
 const RETRY: f64 = 0.25;
@@ -60,6 +60,8 @@ pub(super) struct IslandSolver<'a> {
     /// Tolerance of velocities in a stage, relative to the velocities.
     pub tolerance: f64,
     pub control: ErrorControl,
+    /// Substeps in this step, those included that were rejected for their errors.
+    spent: usize,
     pub solved: SolvedStep,
 }
 
@@ -74,6 +76,7 @@ impl<'a> IslandSolver<'a> {
             step,
             tolerance,
             control,
+            spent: 0,
             solved: SolvedStep {
                 substeps: Vec::new(),
                 errors: vec![BodyErrors::default(); bodies.len()],
@@ -100,7 +103,7 @@ impl<'a> IslandSolver<'a> {
         if bodies.iter().all(|body| body.acting.is_some()) {
             return Ok(());
         }
-        let evaluation = self.evaluated(0.0)?;
+        let evaluation = self.evaluation_at(0.0)?;
         let SolvedStep { bodies, work, .. } = &mut self.solved;
         work.evaluations += usize::from(!evaluation.contacts.is_empty());
         for (body, acting) in bodies.iter_mut().zip(evaluation.acting) {
@@ -109,8 +112,8 @@ impl<'a> IslandSolver<'a> {
         Ok(())
     }
 
-    /// Contacts and forces where the bodies are now.
-    fn evaluated(&self, offset: f64) -> Result<Evaluation, StepError> {
+    /// Contacts and forces at the current poses, at a time (s) after the start of the step.
+    fn evaluation_at(&self, offset: f64) -> Result<Evaluation, StepError> {
         let bodies = &self.solved.bodies;
         let none = vec![Vector6::zeros(); bodies.len()];
         let start = StageStart {
@@ -124,19 +127,19 @@ impl<'a> IslandSolver<'a> {
         Ok(equations.evaluation(velocities_of(bodies), false))
     }
 
-    /// The error of a substep that is not solved however short it is: that of the forces, if these are not finite where it starts, or
-    /// there when it ends.
-    fn cause(&self, error: StepError, offset: f64, duration: f64) -> StepError {
+    /// Finds why a substep was not solved. That is a force if one is not finite at the poses where the substep starts, at its first or its
+    /// last time, and else the error itself.
+    fn diagnosed(&self, error: StepError, offset: f64, duration: f64) -> StepError {
         if !matches!(error, StepError::Unsolved { .. }) {
             return error;
         }
-        let is_lost = |wrench: &Vector6<f64>| !wrench.iter().all(|number| number.is_finite());
+        let is_not_finite = |wrench: &Vector6<f64>| !wrench.iter().all(|number| number.is_finite());
         for offset in [offset, offset + duration] {
-            let acting = match self.evaluated(offset) {
+            let acting = match self.evaluation_at(offset) {
                 Ok(evaluation) => evaluation.acting,
                 Err(error) => return error,
             };
-            if let Some(place) = acting.iter().position(is_lost) {
+            if let Some(place) = acting.iter().position(is_not_finite) {
                 return StepError::Force {
                     body: self.step.island.dynamic[place],
                     time: self.step.start + offset,
@@ -164,9 +167,9 @@ impl<'a> IslandSolver<'a> {
             let (trial, work) = self.try_substep(offset, substep);
             self.solved.work += work;
             match trial {
-                Ok(trial) if trial.tunneling > 1.0 && !is_shortest => {
+                Ok(trial) if trial.tunneling_ratio > 1.0 && !is_shortest => {
                     self.solved.work.rejections += 1;
-                    size.shorten(substep, SAFETY / trial.tunneling);
+                    size.shorten(substep, TUNNELING_SAFETY / trial.tunneling_ratio);
                 }
                 Ok(trial)
                     if trial.error() <= allowance || (is_shortest && trial.error().is_finite()) =>
@@ -181,6 +184,7 @@ impl<'a> IslandSolver<'a> {
                 }
                 Ok(trial) if !is_shortest => {
                     self.solved.work.rejections += 1;
+                    self.spent += 1;
                     size.reject(substep, trial.error() / allowance);
                 }
                 Err(StepError::Unsolved { .. })
@@ -195,9 +199,9 @@ impl<'a> IslandSolver<'a> {
                         body: self.step.island.dynamic[0],
                         duration: substep,
                     };
-                    return Err(self.cause(error, offset, substep));
+                    return Err(self.diagnosed(error, offset, substep));
                 }
-                Err(error) => return Err(self.cause(error, offset, substep)),
+                Err(error) => return Err(self.diagnosed(error, offset, substep)),
             }
         }
         for body in &mut self.solved.bodies {
@@ -208,8 +212,7 @@ impl<'a> IslandSolver<'a> {
 
     /// The factor by which an error may exceed its tolerance: 1 within the budget of substeps, and exponentially growing beyond it.
     fn allowance(&self) -> f64 {
-        let spent = self.solved.work.substeps + self.solved.work.rejections;
-        let share = (spent * self.solved.bodies.len()) as f64 / BUDGET;
+        let share = (self.spent * self.solved.bodies.len()) as f64 / BUDGET;
         power(2.0, DOUBLINGS * (share - 1.0).max(0.0))
     }
 
@@ -230,6 +233,7 @@ impl<'a> IslandSolver<'a> {
             }
         }
         self.solved.work.substeps += 1;
+        self.spent += 1;
         self.solved.work.missed += usize::from(!missed.is_empty());
         self.solved.substeps.push(Substep {
             offset,

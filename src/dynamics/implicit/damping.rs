@@ -1,5 +1,5 @@
-//! Fractions of the steps of Newton's method \[Deuflhard 2011, §3.3, algorithm NLEQ-ERR\]. A step is measured by the next one with
-//! the same matrix, and not by the residual, because the round-off of stiff contacts dominates the residual.
+//! Damping of Newton's method by Deuflhard's error-oriented estimates \[Deuflhard 2011, §3.3, algorithm NLEQ-ERR\]. A step is judged by
+//! the simplified correction, and not by the residual, because the round-off of stiff contacts dominates the residual.
 
 use nalgebra::DVector;
 
@@ -13,21 +13,21 @@ const REDUCTIONS: [f64; 2] = [0.1, 0.5];
 pub(super) struct DampedStep {
     /// Change of the velocities.
     pub step: DVector<f64>,
-    /// Its speed (m/s).
+    /// Norm of the step (m/s).
     pub size: f64,
     /// Between 0 and 1.
     pub fraction: f64,
 }
 
-/// The next step from where a fraction of a step led, with the matrix of that step.
-pub(super) struct NextWithSameMatrix {
+/// The step that Newton's method would take from the trial velocities with the matrix of the step before.
+pub(super) struct SimplifiedCorrection {
     pub step: DVector<f64>,
-    /// Its speed (m/s).
+    /// Norm of the step (m/s).
     pub size: f64,
 }
 
 impl DampedStep {
-    /// A step of which all is tried.
+    /// A step that is not damped yet.
     pub fn full(step: DVector<f64>, size: f64) -> Self {
         Self {
             step,
@@ -36,38 +36,40 @@ impl DampedStep {
         }
     }
 
-    /// The natural test: whether a fraction makes the next step smaller.
-    pub fn is_accepted(&self, next: &NextWithSameMatrix) -> bool {
-        next.size <= (1.0 - self.fraction / 4.0) * self.size
+    /// The natural monotonicity test: whether the simplified correction is smaller than the step, by a quarter of the fraction at least.
+    pub fn is_accepted(&self, simplified: &SimplifiedCorrection) -> bool {
+        simplified.size <= (1.0 - self.fraction / 4.0) * self.size
     }
 
-    /// Takes a smaller fraction after a failed test: the one that solves best if the part of the next step that is not
-    /// linear grows with the square of the fraction. False if that is too short to be tried.
+    /// Reduces the fraction after a failed test. The nonlinear part of the correction is taken to grow with the square of the
+    /// fraction, and the fraction is chosen for which the correction is then smallest. Returns false if it is too short to be tried.
     pub fn shorten(
         &mut self,
-        next: &NextWithSameMatrix,
-        speed: impl Fn(&DVector<f64>) -> f64,
+        simplified: &SimplifiedCorrection,
+        norm: impl Fn(&DVector<f64>) -> f64,
     ) -> bool {
-        let bend = speed(&(&next.step - &self.step * (1.0 - self.fraction)));
-        let best = self.size * self.fraction / (2.0 * bend);
+        let nonlinear = norm(&(&simplified.step - &self.step * (1.0 - self.fraction)));
+        let best = self.size * self.fraction / (2.0 * nonlinear);
         let [least, most] = REDUCTIONS;
         // `max` and `min` ignore NaN.
         self.fraction *= best.max(least).min(most);
         self.fraction >= SHORTEST
     }
 
-    /// The next step, with its own matrix. The change of the matrix tells how far it is valid.
+    /// The next step, after this one was accepted. Its fraction is predicted from the difference that the new matrix makes to the
+    /// simplified correction.
     pub fn followed_by(
         self,
-        next: &NextWithSameMatrix,
+        simplified: &SimplifiedCorrection,
         step: DVector<f64>,
-        speed: impl Fn(&DVector<f64>) -> f64,
+        norm: impl Fn(&DVector<f64>) -> f64,
     ) -> Self {
-        let size = speed(&step);
-        let change = speed(&(&next.step - &step));
-        let valid = self.fraction * self.size * next.size / (change * size);
-        let fraction = if valid < 1.0 {
-            valid.max(2.0 * SHORTEST)
+        let size = norm(&step);
+        let difference = norm(&(&simplified.step - &step));
+        let predicted = self.fraction * self.size * simplified.size / (difference * size);
+        // Without a difference the prediction may be NaN.
+        let fraction = if predicted < 1.0 {
+            predicted.max(2.0 * SHORTEST)
         } else {
             1.0
         };
@@ -86,35 +88,35 @@ mod tests {
 
     /// Newton's method for atan(x) = 0, and the number of function values that it takes.
     fn root_of_atan(from: f64) -> (f64, usize) {
-        let speed = |step: &DVector<f64>| step.norm();
+        let norm = |step: &DVector<f64>| step.norm();
         let newton = |x: f64| -x.atan() * (1.0 + x * x);
         let (mut x, mut count) = (from, 0);
         let first = dvector![newton(x)];
-        let mut damped = DampedStep::full(first.clone(), speed(&first));
+        let mut damped = DampedStep::full(first.clone(), norm(&first));
         for _ in 0..30 {
-            let next = loop {
+            let simplified = loop {
                 let ahead = x + damped.step[0] * damped.fraction;
                 let step = dvector![-ahead.atan() * (1.0 + x * x)];
-                let size = speed(&step);
+                let size = norm(&step);
                 count += 1;
-                let next = NextWithSameMatrix { step, size };
-                if damped.is_accepted(&next) {
+                let simplified = SimplifiedCorrection { step, size };
+                if damped.is_accepted(&simplified) {
                     x = ahead;
-                    break next;
+                    break simplified;
                 }
-                assert!(damped.shorten(&next, speed));
+                assert!(damped.shorten(&simplified, norm));
             };
-            if next.size < 1e-14 {
+            if simplified.size < 1e-14 {
                 break;
             }
-            damped = damped.followed_by(&next, dvector![newton(x)], speed);
+            damped = damped.followed_by(&simplified, dvector![newton(x)], norm);
         }
         (x, count)
     }
 
     #[test]
     fn a_damped_step_finds_the_root_from_where_newtons_method_diverges() {
-        // Undamped, it diverges from 1.392 on.
+        // The method diverges from starts above 1.392 if it is not damped.
         for (from, most) in [(1.0, 6), (3.0, 9), (10.0, 12), (100.0, 16)] {
             let (root, count) = root_of_atan(from);
             assert!(root.abs() < 1e-12, "{from}: {root:e}");

@@ -82,13 +82,13 @@ impl Memory {
         &'a self,
         forces: &'a dyn RealForces,
         start: &'a [BodyState],
-        time_step: TimeSpan,
+        span: TimeSpan,
     ) -> Scene<'a> {
         Scene::new(
             (&self.system, forces),
             (self.lifted.as_ref(), &self.coupled, &self.patterns),
             start,
-            time_step,
+            span,
             &self.stop,
         )
     }

@@ -1,7 +1,8 @@
 //! The solver of one stage. Outer iterations evaluate the contacts; inner iterations of Newton's method hold the contact polygons
-//! fixed. Both are damped, and measure a step by the next correction J⁻¹r: see [`super::damping`].
+//! fixed. Inner steps are [damped](super::damping). Outer steps are halved until the next correction, with the new matrix, is
+//! smaller.
 
-use super::damping::{DampedStep, NextWithSameMatrix};
+use super::damping::{DampedStep, SimplifiedCorrection};
 use super::evaluation::Evaluation;
 use super::linearization::Linearization;
 use super::matrix::Factors;
@@ -176,23 +177,23 @@ impl StageEquations<'_> {
         let mut new_factors = None;
         for _ in 0..MOST_ITERATIONS {
             let factors = new_factors.as_ref().unwrap_or(&look.factors);
-            let (matrix, residual, next) = loop {
+            let (matrix, residual, simplified) = loop {
                 let ahead = &velocities + &damped.step * damped.fraction;
                 let (residual, matrix) = self.residual_near(&look.evaluation, &ahead);
                 let Some(step) = factors.solve(&-&residual) else {
                     return velocities;
                 };
                 let size = speed(&step);
-                let next = NextWithSameMatrix { step, size };
-                if damped.is_accepted(&next) {
+                let simplified = SimplifiedCorrection { step, size };
+                if damped.is_accepted(&simplified) {
                     velocities = ahead;
-                    break (matrix, residual, next);
+                    break (matrix, residual, simplified);
                 }
-                if !damped.shorten(&next, speed) {
+                if !damped.shorten(&simplified, speed) {
                     return velocities;
                 }
             };
-            if next.size <= least.max(INNER * look.size) || self.step.scene.is_stopped() {
+            if simplified.size <= least.max(INNER * look.size) || self.step.scene.is_stopped() {
                 break;
             }
             work.iterations += 1;
@@ -200,7 +201,7 @@ impl StageEquations<'_> {
             let Some(step) = factors.solve(&-residual) else {
                 break;
             };
-            damped = damped.followed_by(&next, step, speed);
+            damped = damped.followed_by(&simplified, step, speed);
             new_factors = Some(factors);
         }
         velocities

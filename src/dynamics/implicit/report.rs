@@ -64,7 +64,7 @@ pub struct Work {
     pub iterations: usize,
     /// Exact linearizations of an island's contacts, for the errors of its substeps.
     pub linearizations: usize,
-    /// Substeps that were rejected because their error exceeds the tolerance.
+    /// Substeps that were rejected: an error exceeded its tolerance, or bodies might have passed through each other.
     pub rejections: usize,
     /// Substeps that were repeated with a shorter duration because a system was not solved.
     pub failures: usize,

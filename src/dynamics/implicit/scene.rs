@@ -31,12 +31,12 @@ pub(in crate::dynamics) struct Scene<'a> {
 }
 
 impl<'a> Scene<'a> {
-    /// In a step from one time to another.
+    /// Creates the scene of a time step.
     pub(super) fn new(
         (system, forces): (&'a System, &'a dyn RealForces),
         (lifted, coupled, patterns): (Option<&'a System<Seeded>>, &'a [Vec<usize>], &'a Patterns),
         start: &'a [BodyState],
-        time_step: TimeSpan,
+        span: TimeSpan,
         stop: &'a AtomicBool,
     ) -> Self {
         Self {
@@ -45,7 +45,7 @@ impl<'a> Scene<'a> {
             lifted,
             patterns,
             coupled,
-            given: system.given(time_step),
+            given: system.given(span),
             start,
             stop,
         }

@@ -20,8 +20,8 @@ pub(super) struct Trial {
     pub swept: Vec<Aabb>,
     /// Largest relative speed (m/s) of each dynamic body in the step so far.
     pub speeds: Vec<f64>,
-    /// The largest motion of two bodies that may hit each other, over the sum of their thicknesses.
-    pub tunneling: f64,
+    /// The largest motion of two bodies that may hit each other, over the sum of their thicknesses, if it is more than 1.
+    pub tunneling_ratio: f64,
     /// The errors of values and of slopes of each dynamic body, relative to its tolerances; none without error control.
     pub errors: Vec<[f64; 2]>,
 }
@@ -49,29 +49,23 @@ impl IslandSolver<'_> {
             energy: EnergyBalance::default(),
             swept: Vec::new(),
             speeds: self.control.speeds.clone(),
-            tunneling: 0.0,
+            tunneling_ratio: 0.0,
             errors: Vec::new(),
         };
-        let participants = self.participants_at(offset);
-        step.scene
-            .sweep(step.island, &participants, &mut trial.swept);
         let from = before.iter().map(|body| body.state).collect();
         let mut stages = Stages::new(step, &step.inertias, offset, from);
         let mut solved = Vec::new();
         let weights = step.scheme.weights(duration);
         for (stage, weight) in step.scheme.stages(duration).zip(weights) {
             let equations = step.equations(stages.start(&stage))?;
-            let guess = self.guess(offset, &equations, &solved);
-            let root = match self.root(&equations, &guess, duration, work) {
-                Err(StepError::Unsolved { .. }) => {
-                    let last = solved
-                        .last()
-                        .map(|stage: &SolvedStage| &stage.root.velocities);
-                    let nearest = last.cloned().unwrap_or_else(|| velocities_of(before));
-                    self.root(&equations, &nearest, duration, work)?
-                }
-                root => root?,
-            };
+            let last = solved
+                .last()
+                .map(|stage: &SolvedStage| stage.root.velocities.clone());
+            let guesses = [
+                self.guess(offset, &equations, &solved),
+                last.unwrap_or_else(|| velocities_of(before)),
+            ];
+            let root = self.root(&equations, &guesses, duration, work)?;
             let states = equations.states_with(|place| six_of(&root.velocities, place));
             step.scene.sweep(step.island, &states, &mut trial.swept);
             let rates = stages.push(&equations.start, &states);
@@ -84,10 +78,8 @@ impl IslandSolver<'_> {
         }
         trial.energy.kinetic = self.kinetic(&trial.bodies) - self.kinetic(before);
         if let Some(estimate) = &step.scheme.estimate {
-            trial.tunneling = self.tunneling(&participants, &solved, &trial.swept, duration);
-            if trial.tunneling > 1.0 {
-                return Ok(trial);
-            }
+            let participants = self.participants_at(offset);
+            trial.tunneling_ratio = self.tunneling_ratio(&participants, &solved, duration);
             for (place, speed) in trial.speeds.iter_mut().enumerate() {
                 let speeds = solved.iter().map(|stage| stage.relative_speed(place));
                 *speed = speeds.fold(*speed, f64::max);
@@ -154,15 +146,20 @@ impl IslandSolver<'_> {
         }
     }
 
-    /// Solves a stage, beginning at a guess of its velocities.
+    /// Solves a stage, beginning at the first guess of its velocities from which it can be solved.
     fn root(
         &self,
         equations: &StageEquations,
-        guess: &DVector<f64>,
+        guesses: &[DVector<f64>; 2],
         duration: f64,
         work: &mut Work,
     ) -> Result<Root, StepError> {
-        let root = equations.solved(guess, self.tolerance, work);
+        let [first, second] = guesses;
+        let solved = |guess, work: &mut Work| equations.solved(guess, self.tolerance, work);
+        let root = match solved(first, work) {
+            Err(_) if first != second => solved(second, work),
+            root => root,
+        };
         if self.step.scene.is_stopped() {
             return Err(StepError::Stopped);
         }

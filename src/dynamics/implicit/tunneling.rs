@@ -5,7 +5,20 @@ use super::solved_stage::SolvedStage;
 use crate::dynamics::BodyState;
 use crate::dynamics::sweep::Sweep;
 use crate::geometry::Aabb;
+use crate::scalar::portable::sin_cos;
 use crate::spatial::Pose;
+use nalgebra::Vector3;
+use std::f64::consts::FRAC_PI_2;
+use std::iter::once;
+
+/// A participant in a state, as far as its motion counts.
+struct Moving {
+    /// Its center of mass, or its origin if it has none.
+    center: Vector3<f64>,
+    state: BodyState,
+    /// Largest distance (m) of its points from the center.
+    radius: f64,
+}
 
 impl IslandSolver<'_> {
     /// The states of all participants at the start of a substep.
@@ -16,57 +29,93 @@ impl IslandSolver<'_> {
         bodies.chain(neighbors).collect()
     }
 
-    /// The largest motion of two bodies relative to each other in a substep, over the sum of their thicknesses; 0 if no two bodies may
-    /// hit each other. Bodies that touch at the start are left out, because their contact acts in all stages.
-    pub fn tunneling(
+    /// The largest motion of two bodies relative to each other in a substep, over the sum of their thicknesses; 0 if it is at most 1,
+    /// or no two bodies may hit each other. Bodies that touch at the start are left out: error control follows their contact.
+    pub fn tunneling_ratio(
         &self,
         from: &[BodyState],
         stages: &[SolvedStage],
-        swept: &[Aabb],
         duration: f64,
     ) -> f64 {
         let (scene, island) = (self.step.scene, self.step.island);
+        let looks: Vec<_> = once(from)
+            .chain(stages.iter().map(|stage| &*stage.states))
+            .collect();
         let mut sweep = Sweep::default();
-        let pairs = scene.overlapping(island, swept.iter().copied(), &mut sweep);
-        let motion = |&(i, j): &(usize, usize)| {
-            let thickness = [i, j].map(|participant| scene.thickness(island.body(participant)));
-            let states = stages.iter().map(|stage| &*stage.states).chain([from]);
-            let speed = states.map(|states| self.relative_speed([i, j], states));
-            speed.fold(0.0, f64::max) * duration / (thickness[0] + thickness[1])
+        let boxes = (0..from.len()).map(|participant| self.swept(participant, &looks, duration));
+        let pairs = scene.overlapping(island, boxes, &mut sweep);
+        let ratio = |&(i, j): &(usize, usize)| {
+            let [a, b] = [i, j].map(|participant| scene.thickness(island.body(participant)));
+            self.relative_motion([i, j], &looks, duration) / (a + b)
         };
-        let touch = |&(i, j): &(usize, usize)| {
+        let is_touching = |&(i, j): &(usize, usize)| {
             let pair = scene.pair(island, [i, j], from);
             pair.is_some_and(|pair| pair.frozen().is_some())
         };
-        let pairs = pairs.iter().map(|pair| (pair, motion(pair)));
-        let far = pairs.filter(|(pair, motion)| *motion > 1.0 && !touch(pair));
-        far.map(|(_, motion)| motion).fold(0.0, f64::max)
+        let pairs = pairs.iter().map(|pair| (pair, ratio(pair)));
+        let far = pairs.filter(|(pair, ratio)| *ratio > 1.0 && !is_touching(pair));
+        far.map(|(_, ratio)| ratio).fold(0.0, f64::max)
     }
 
-    /// Bound of the speed (m/s) of the points that two participants may have in common: that of either body in the axes of the other.
-    fn relative_speed(&self, pair: [usize; 2], states: &[BodyState]) -> f64 {
-        let [a, b] = pair.map(|participant| {
-            let body = self.step.island.body(participant);
-            let (pose, inertia) = (
-                &states[participant].pose,
-                self.step.inertias.get(participant),
-            );
-            let center = inertia
-                .map(|inertia| inertia.center_of_mass)
-                .unwrap_or_default();
-            let own = self.step.scene.bounds(body, &Pose::identity());
-            let radius = (own.center() - center).norm() + own.half_extents().norm();
-            (
-                pose.transformed_point(&center),
-                &states[participant].twist,
-                radius,
-            )
-        });
-        let spin = (a.1.angular - b.1.angular).norm();
-        let bounds = [(a, b), (b, a)].map(|((center, twist, radius), (about, frame, _))| {
-            let carried = frame.linear + frame.angular.cross(&(center - about));
-            (twist.linear - carried).norm() + if spin > 0.0 { spin * radius } else { 0.0 }
-        });
-        bounds[0].min(bounds[1])
+    /// A box around all that a participant passes in a substep: around its looks, and the arcs by which it turns between them.
+    fn swept(&self, participant: usize, looks: &[&[BodyState]], duration: f64) -> Aabb {
+        let body = self.step.island.body(participant);
+        let bounds = |state: &BodyState| self.step.scene.bounds(body, &state.pose);
+        let (mut all, mut spin) = (bounds(&looks[0][participant]), 0.0_f64);
+        for states in looks {
+            let state = &states[participant];
+            all = all.union(&bounds(state));
+            spin = spin.max(state.twist.angular.norm());
+        }
+        if spin <= 0.0 {
+            return all;
+        }
+        // Two looks are less than half a substep apart. An arc rises above its chord by r (1 − cos φ) with half its angle φ.
+        let half_angle = (spin * duration / 4.0).min(FRAC_PI_2);
+        let (sine, _) = sin_cos(half_angle / 2.0);
+        let radius = self.moving(participant, looks[0]).radius;
+        all.inflated(2.0 * radius * sine * sine)
+    }
+
+    /// Upper bound of the motion (m) of two participants relative to each other in a substep: by their speeds at all looks, and by
+    /// their places.
+    fn relative_motion(&self, pair: [usize; 2], looks: &[&[BodyState]], duration: f64) -> f64 {
+        let moving =
+            |states: &[BodyState]| pair.map(|participant| self.moving(participant, states));
+        let looks: Vec<_> = looks.iter().map(|states| moving(states)).collect();
+        let speeds = looks
+            .iter()
+            .map(|[a, b]| a.speed_beside(b).min(b.speed_beside(a)));
+        let apart = |[a, b]: &[Moving; 2]| a.center - b.center;
+        let ways = looks
+            .windows(2)
+            .map(|two| (apart(&two[1]) - apart(&two[0])).norm());
+        (duration * speeds.fold(0.0, f64::max)).max(ways.sum())
+    }
+
+    fn moving(&self, participant: usize, states: &[BodyState]) -> Moving {
+        let body = self.step.island.body(participant);
+        let inertia = self.step.inertias.get(participant);
+        let center = inertia.map(|inertia| inertia.center_of_mass);
+        let center = center.unwrap_or_default();
+        let bounds = self.step.scene.bounds(body, &Pose::identity());
+        let state = states[participant];
+        Moving {
+            center: state.pose.transformed_point(&center),
+            state,
+            radius: (bounds.center() - center).norm() + bounds.half_extents().norm(),
+        }
+    }
+}
+
+impl Moving {
+    /// Upper bound of the speed (m/s) of its points in the axes of another body.
+    fn speed_beside(&self, other: &Self) -> f64 {
+        let (own, other_twist) = (&self.state.twist, &other.state.twist);
+        let frame = other_twist.linear + other_twist.angular.cross(&(self.center - other.center));
+        let spin = (own.angular - other_twist.angular).norm();
+        // A half-space has no radius, and does not spin.
+        let turning = if spin > 0.0 { spin * self.radius } else { 0.0 };
+        (own.linear - frame).norm() + turning
     }
 }

@@ -50,7 +50,7 @@ impl ExplicitSteps {
         drift_back(pullback, before, approach);
     }
 
-    /// What acts in the kick at a state, the mean controls over the time step.
+    /// What acts in the kick at a state. Controls act by their means over a time step.
     fn acting<'w>(&mut self, pullback: &Pullback<'w>, state: &State, span: TimeSpan) -> Acting<'w> {
         let (world, system) = (pullback.world, pullback.system());
         let pairs = system.close_pairs(&state.bodies, &mut self.sweep);
@@ -82,7 +82,7 @@ impl ExplicitSteps {
         }
         let here = Here {
             time: state.time,
-            time_step: span,
+            span,
             states: &state.bodies,
             bodies: &self.bodies,
             contacts: &acting.contacts,

@@ -76,6 +76,7 @@ impl ImplicitSteps {
 /// A step on the way back.
 struct StepBack<'a, 'w> {
     pullback: &'a mut Pullback<'w>,
+    /// The time step over which controls are averaged.
     span: TimeSpan,
     /// All bodies, those of an island as they are in its stage.
     states: Vec<BodyState>,
@@ -236,7 +237,7 @@ impl StepBack<'_, '_> {
             .map(|_| Touching::net_wrenches(contacts, system, &self.states));
         let here = Here {
             time,
-            time_step: self.span,
+            span: self.span,
             states: &self.states,
             bodies: &island.bodies().collect::<Vec<_>>(),
             contacts,

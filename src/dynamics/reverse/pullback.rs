@@ -26,8 +26,8 @@ pub(super) struct Pullback<'w> {
 pub(super) struct Here<'a> {
     /// Time (s) at which forces act.
     pub time: f64,
-    /// The step over which the controls are means.
-    pub time_step: TimeSpan,
+    /// The time step over which controls are averaged.
+    pub span: TimeSpan,
     /// The states of all bodies.
     pub states: &'a [BodyState],
     /// The bodies whose states are looked at.
@@ -73,17 +73,17 @@ impl<'w> Pullback<'w> {
 
     /// Adds what follows from the derivatives by the wrenches of all but gravity about the centres of mass.
     pub fn pull_back_wrenches(&mut self, here: Here, by_wrenches: &[WrenchCovector]) {
-        self.pull_back_controls(here.time_step, by_wrenches);
+        self.pull_back_controls(here.span, by_wrenches);
         let mut by_contact = by_wrenches.to_vec();
         self.pull_back_forces(here, by_wrenches, &mut by_contact);
         self.pull_back_contacts(here.states, here.contacts, &by_contact);
     }
 
-    fn pull_back_controls(&mut self, time_step: TimeSpan, by_wrenches: &[WrenchCovector]) {
+    fn pull_back_controls(&mut self, span: TimeSpan, by_wrenches: &[WrenchCovector]) {
         let controls = self.system().controls.iter().zip(&self.controlled);
         for ((control, &body), by_intervals) in controls.zip(&mut self.gradient.controls) {
             let Some(body) = body else { continue };
-            for (interval, share) in control.shares_of(time_step) {
+            for (interval, share) in control.shares_of(span) {
                 by_intervals[interval] += by_wrenches[body].to_vector() * share;
             }
         }
