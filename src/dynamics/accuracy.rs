@@ -17,7 +17,7 @@ const TIGHT: [f64; 2] = [1e-6, 3e-5];
 /// 0.21 f for slopes by default, impacts are not resolved, and bodies come to rest. The error of the derivatives is that of the rate of displacement (m/s), plus
 /// that of the acceleration (m/s²) times the time in which gravity changes the velocity by v, v/g and at most 1 s.
 ///
-/// The tolerances grow when a step needs many substeps. A group of n bodies that move together may take 256/n substeps, rejected
+/// The tolerances grow when a step needs many substeps. A group of n bodies that move together may take 1024/n^(3/2) substeps, rejected
 /// ones included. Beyond that, the tolerances double for each further eighth of this number.
 /// [`Work::missed`](super::Work::missed) counts the substeps that exceed the tolerances.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -20,7 +20,7 @@ const SHORTEST: f64 = 1.0 / (1 << 30) as f64;
 const MOST_FAILURES: usize = 100;
 
 /// Substeps of one body in a time step, rejected ones included, before the tolerances grow.
-const BUDGET: f64 = 256.0;
+const BUDGET: f64 = 1024.0;
 
 /// Safety factor of the duration after a substep in which bodies might have passed through each other.
 const TUNNELING_SAFETY: f64 = 0.9;
@@ -212,7 +212,8 @@ impl<'a> IslandSolver<'a> {
 
     /// The factor by which an error may exceed its tolerance: 1 within the budget of substeps, and exponentially growing beyond it.
     fn allowance(&self) -> f64 {
-        let share = (self.spent * self.solved.bodies.len()) as f64 / BUDGET;
+        let count = self.solved.bodies.len() as f64;
+        let share = self.spent as f64 * count * count.sqrt() / BUDGET;
         power(2.0, DOUBLINGS * (share - 1.0).max(0.0))
     }
 
