@@ -57,11 +57,6 @@ impl Integrator {
     }
 
     /// Whether it is an explicit scheme, and which.
-    /// Whether steps are divided by their errors.
-    pub(super) fn has_error_control(self) -> bool {
-        matches!(self.kind(), Kind::Implicit(scheme) if scheme.estimate.is_some())
-    }
-
     pub(super) fn kind(self) -> Kind {
         match self {
             Self::SymplecticEuler => Kind::Explicit(Splitting::KickDrift),

@@ -4,7 +4,7 @@ use super::{Accuracy, Integrator, WorldError};
 /// Solver tolerance of a new plan: the last correction, which is applied, leaves far less.
 pub(super) const SOLVER_TOLERANCE: f64 = 1e-10;
 
-/// Number of steps of a converged plan for each step of the plan, with error control and without.
+/// Number of steps of a converged plan for each step of the plan, of implicit and of explicit ones.
 const SHORTER: [usize; 2] = [4, 8];
 
 /// How a world is stepped, and what is recorded of it: the settings of a [`Rollout`](super::Rollout), a
@@ -161,21 +161,19 @@ impl Plan {
         self.checks_stability
     }
 
-    /// The plan whose outcomes serve as those of the motion: shorter steps, and tight tolerances if there is
-    /// error control.
+    /// The plan whose outcomes serve as those of the motion: shorter steps, and for implicit ones `Sdirk3` at tight tolerances.
     pub(crate) fn converged(&self) -> Self {
-        let [controlled, fixed] = SHORTER;
-        if self.integrator.has_error_control() {
-            self.with_accuracy(self.accuracy.tight())
-                .divided(controlled)
-        } else {
-            self.divided(fixed)
+        let [implicit, explicit] = SHORTER;
+        if !self.integrator.is_implicit() {
+            return self.divided(explicit);
         }
+        let tight = self.with_accuracy(self.accuracy.tight());
+        tight.with_integrator(Integrator::Sdirk3).divided(implicit)
     }
 
     /// A plan that is finer than a converged one.
     pub(crate) fn finer(&self) -> Self {
-        if self.integrator.has_error_control() {
+        if self.integrator.is_implicit() {
             self.with_accuracy(self.accuracy.tenth())
         } else {
             self.divided(2)

@@ -32,8 +32,8 @@ pub struct CheckedDerivative {
     pub number: String,
     /// How they compare.
     pub verdict: Verdict,
-    /// Largest difference between derivative and slope, relative to the larger of their largest entries. Zero if it is below the errors
-    /// of the rollouts.
+    /// Largest difference between derivative and slope, relative to the larger of their largest entries. Zero if it is below the noise
+    /// of the rollouts. With the verdict noisy, it is this noise, relative to the same.
     pub error: f64,
     /// The time (s) of the first recorded state in which the derivative of a position is not the slope, and the name of the body. None if
     /// the verdict is right or noisy, or the derivatives of all recorded positions agree with their slopes.
@@ -73,11 +73,14 @@ impl fmt::Display for Verdict {
 impl fmt::Display for CheckedDerivative {
     fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
         let percent = 100.0 * self.error;
-        write!(
-            formatter,
-            "{}: {}, {percent:.1} % off",
-            self.number, self.verdict
-        )?;
+        let (number, verdict) = (&self.number, self.verdict);
+        if verdict == Verdict::Noisy {
+            return write!(
+                formatter,
+                "{number}: {verdict}, slope known to ±{percent:.0} %"
+            );
+        }
+        write!(formatter, "{number}: {verdict}, {percent:.1} % off")?;
         match &self.first_mismatch {
             Some((time, body)) => write!(formatter, ", from body {body:?} at {time:.4} s on"),
             None => Ok(()),
@@ -105,8 +108,8 @@ impl Experiment {
     /// ignores what is finer. 1e-3 suits most scenes.
     ///
     /// Slopes are differences of outcomes at tight tolerances ([`Accuracy`](crate::dynamics::Accuracy)), 1e-6 for values and 3e-5 for
-    /// slopes, or a tenth of those of the plan if that is less, with a tenth of the resting speeds and a quarter of the time step. Steps
-    /// without error control are divided by eight instead. This takes 2 + 4 n such rollouts for n numbers, two at even tighter
+    /// slopes, or a tenth of those of the plan if that is less, with a tenth of the resting speeds and a quarter of the time step. Steps of
+    /// `ImplicitEuler` are compared with the same motion. Explicit steps are divided by eight instead. This takes 2 + 4 n such rollouts for n numbers, two at even tighter
     /// tolerances, and one more Jacobian if a derivative does not agree.
     ///
     /// Bodies at rest vibrate against each other. A vibration with a period well below the time step is damped in both the

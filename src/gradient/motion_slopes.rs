@@ -131,7 +131,8 @@ impl<'a> MotionCheck<'a> {
         let outcome = 0..derivative.len() - self.positions();
         let verdict = self.verdict((column, scale), &slopes, &outcome)?;
         let [own, slope] = [derivative, slopes.both.column(0)].map(|all| rows(&all, &outcome));
-        let error = (&own - &slope).amax();
+        let (difference, noise) = ((&own - &slope).amax(), slopes.noise_in(&outcome));
+        let largest = own.amax().max(slope.amax());
         let first_mismatch = match verdict {
             Verdict::Right | Verdict::Noisy => None,
             Verdict::Kink | Verdict::Unresolved | Verdict::Chaotic => {
@@ -141,10 +142,10 @@ impl<'a> MotionCheck<'a> {
         Ok(CheckedDerivative {
             number,
             verdict,
-            error: if error <= slopes.noise_in(&outcome) {
-                0.0
-            } else {
-                error / own.amax().max(slope.amax())
+            error: match verdict {
+                Verdict::Noisy => noise / largest,
+                _ if difference <= noise => 0.0,
+                _ => difference / largest,
             },
             first_mismatch,
         })

@@ -89,6 +89,9 @@ fn undivided_steps_are_unresolved_from_the_impact_on() {
     let vertical = &unresolved.derivatives[2];
     assert_eq!(vertical.verdict, Verdict::Unresolved);
     let (time, body) = vertical.first_mismatch.as_ref().unwrap();
+    let damped = check(&resolved.with_integrator(Integrator::ImplicitEuler));
+    println!("{damped}");
+    assert_eq!(damped.derivatives[2].verdict, Verdict::Unresolved);
     // The ball falls by 0.2 m.
     let impact = (2.0_f64 * 0.2 / 9.81).sqrt();
     assert_eq!(body, "body");
