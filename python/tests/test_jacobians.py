@@ -97,7 +97,7 @@ def test_rollout_by_every_parameter(bounce):
     derivatives = world.derivative_check(plan, by[:2])
     # The orientation hardly moves the ball: by less than the noise of the rollouts over the width.
     assert derivatives.verdicts == ["right"] * 3 + ["noisy"] * 3, str(derivatives)
-    assert derivatives.errors.max() < 0.03 and not derivatives.is_right
+    assert derivatives.errors[:3].max() < 0.03 < derivatives.errors[3:].min() and not derivatives.is_right
     assert world.derivative_check(plan, by[:1]).is_right
     assert derivatives.numbers == check.numbers[: len(derivatives.numbers)] and not any(derivatives.first_mismatch)
 
