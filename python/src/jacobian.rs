@@ -228,7 +228,8 @@ impl DerivativeCheck {
         derivatives.map(|found| found.verdict.to_string()).collect()
     }
 
-    /// (p,) float64: the largest difference between derivative and slope, relative to the larger of their largest entries.
+    /// (p,) float64: the largest difference between derivative and slope, relative to the larger of their largest entries; of noisy ones
+    /// the noise, relative to the same.
     #[getter]
     fn errors<'py>(&self, py: Python<'py>) -> PyResult<Floats<'py>> {
         let errors: Vec<f64> = self.0.derivatives.iter().map(|found| found.error).collect();
