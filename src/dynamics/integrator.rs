@@ -39,8 +39,8 @@ pub enum Integrator {
     /// Three stages, each an implicit equation for the velocities, of third order, L-stable and stiffly accurate
     /// \[Alexander 1977\]. The time step is the longest substep and the interval between states. A step is divided until the errors of
     /// values and of derivatives are below the tolerances of [`Plan::with_accuracy`](super::Plan::with_accuracy), so that derivatives
-    /// are those of the motion. Rest, sliding and flight take one substep. If two bodies
-    /// that are apart might collide within a substep, they move relative to each other by at most the sum of their thicknesses in it.
+    /// are those of the motion. Rest, sliding and flight take one substep. If two bodies that are apart might collide within a substep,
+    /// they move relative to each other by at most the sum of their thicknesses in it.
     Sdirk3,
     /// One implicit stage, of first order. It is the cheapest choice, and damps whatever is fast compared with the step: bodies
     /// come to rest and do not bounce. Its derivatives are those of the damped motion: right for pushing, sliding and settling,

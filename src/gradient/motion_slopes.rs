@@ -16,7 +16,8 @@ const AGREEMENT: f64 = 0.03;
 /// Amplification of the noise of outcomes by the difference formula over both sides, 3, and a margin.
 const NOISE_GAIN: f64 = 4.0;
 
-/// Slopes below this part of the outcome per typical change count as zero.
+/// Slopes below this part of the outcome per typical change count as zero. Without such a bound, parameters without effect would never
+/// be right, because the noise exceeds every part of a zero slope.
 const NEGLIGIBLE_SLOPE: f64 = 1e-4;
 
 /// Round-off of outcomes, relative to their largest number.

@@ -19,7 +19,8 @@ const SHORTEST: f64 = 1.0 / (1 << 30) as f64;
 /// Substeps of a time step that may be rejected because a stage is not solved.
 const MOST_FAILURES: usize = 100;
 
-/// Substeps of one body in a time step, rejected ones included, before the tolerances grow.
+/// Substeps of one body in a time step, rejected ones included, before the tolerances grow. An island of n bodies has 1/(n√n) of this:
+/// two or three bodies resolve several impacts in a step, and the time of a heap's step stays bounded.
 const BUDGET: f64 = 1024.0;
 
 /// Safety factor of the duration after a substep in which bodies might have passed through each other.
