@@ -78,8 +78,7 @@ impl IslandSolver<'_> {
         }
         trial.energy.kinetic = self.kinetic(&trial.bodies) - self.kinetic(before);
         if let Some(estimate) = &step.scheme.estimate {
-            let participants = self.participants_at(offset);
-            trial.tunneling_ratio = self.tunneling_ratio(&participants, &solved, duration);
+            trial.tunneling_ratio = self.tunneling_ratio((offset, duration), &solved, &trial.swept);
             for (place, speed) in trial.speeds.iter_mut().enumerate() {
                 let speeds = solved.iter().map(|stage| stage.relative_speed(place));
                 *speed = speeds.fold(*speed, f64::max);

@@ -22,7 +22,7 @@ struct Moving {
 
 impl IslandSolver<'_> {
     /// The states of all participants at the start of a substep.
-    pub fn participants_at(&self, offset: f64) -> Vec<BodyState> {
+    fn participants_at(&self, offset: f64) -> Vec<BodyState> {
         let step = self.step;
         let neighbors = step.scene.neighbors_at(step.island, step.start + offset);
         let bodies = self.solved.bodies.iter().map(|body| body.state);
@@ -33,16 +33,21 @@ impl IslandSolver<'_> {
     /// or no two bodies may hit each other. Bodies that touch at the start are left out: error control follows their contact.
     pub fn tunneling_ratio(
         &self,
-        from: &[BodyState],
+        (offset, duration): (f64, f64),
         stages: &[SolvedStage],
-        duration: f64,
+        swept: &[Aabb],
     ) -> f64 {
+        let from = &*self.participants_at(offset);
         let (scene, island) = (self.step.scene, self.step.island);
         let looks: Vec<_> = once(from)
             .chain(stages.iter().map(|stage| &*stage.states))
             .collect();
         let mut sweep = Sweep::default();
-        let boxes = (0..from.len()).map(|participant| self.swept(participant, &looks, duration));
+        let boxes = swept.iter().enumerate().map(|(participant, stages)| {
+            let start = scene.bounds(island.body(participant), &from[participant].pose);
+            let margin = self.arc_height(participant, &looks, duration);
+            stages.union(&start).inflated(margin)
+        });
         let pairs = scene.overlapping(island, boxes, &mut sweep);
         let ratio = |&(i, j): &(usize, usize)| {
             let [a, b] = [i, j].map(|participant| scene.thickness(island.body(participant)));
@@ -57,24 +62,21 @@ impl IslandSolver<'_> {
         far.map(|(_, ratio)| ratio).fold(0.0, f64::max)
     }
 
-    /// A box around all that a participant passes in a substep: around its looks, and the arcs by which it turns between them.
-    fn swept(&self, participant: usize, looks: &[&[BodyState]], duration: f64) -> Aabb {
-        let body = self.step.island.body(participant);
-        let bounds = |state: &BodyState| self.step.scene.bounds(body, &state.pose);
-        let (mut all, mut spin) = (bounds(&looks[0][participant]), 0.0_f64);
-        for states in looks {
-            let state = &states[participant];
-            all = all.union(&bounds(state));
-            spin = spin.max(state.twist.angular.norm());
-        }
+    /// By how much (m) a participant that spins may leave its boxes at two looks in a row between them.
+    fn arc_height(&self, participant: usize, looks: &[&[BodyState]], duration: f64) -> f64 {
+        let spins = looks
+            .iter()
+            .map(|states| states[participant].twist.angular.norm());
+        let spin = spins.fold(0.0, f64::max);
+        // A half-space has no radius, and does not spin.
         if spin <= 0.0 {
-            return all;
+            return 0.0;
         }
         // Two looks are less than half a substep apart. An arc rises above its chord by r (1 − cos φ) with half its angle φ.
         let half_angle = (spin * duration / 4.0).min(FRAC_PI_2);
         let (sine, _) = sin_cos(half_angle / 2.0);
         let radius = self.moving(participant, looks[0]).radius;
-        all.inflated(2.0 * radius * sine * sine)
+        2.0 * radius * sine * sine
     }
 
     /// Upper bound of the motion (m) of two participants relative to each other in a substep: by their speeds at all looks, and by
