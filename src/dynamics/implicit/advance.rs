@@ -7,7 +7,7 @@ use super::report::{BodyErrors, EnergyBalance, Work};
 use super::stage::{StageStart, concatenated};
 use super::step_size::StepSize;
 use super::substep::Trial;
-use crate::dynamics::BodyState;
+use crate::dynamics::{Accuracy, BodyState};
 use crate::geometry::Aabb;
 use crate::scalar::portable::power;
 use nalgebra::{DVector, Vector6};
@@ -19,18 +19,18 @@ const SHORTEST: f64 = 1.0 / (1 << 30) as f64;
 /// Substeps of a time step that may be rejected because a stage is not solved.
 const MOST_FAILURES: usize = 100;
 
-/// Substeps of one body in a time step, rejected ones included, before the tolerances grow. An island of n bodies has 1/(n√n) of this:
-/// two or three bodies resolve several impacts in a step, and the time of a heap's step stays bounded.
-const BUDGET: f64 = 1024.0;
+/// Trials of substeps of a single body in a time step, at the default tolerance. An island of n bodies has 1/n² of this: a few bodies
+/// resolve several impacts in a step, and the time of a heap's step stays bounded.
+const BUDGET: f64 = 2500.0;
+
+/// Smallest budget: three short substeps to start with, and one for the rest of the step.
+const LEAST_BUDGET: f64 = 4.0;
 
 /// Safety factor of the duration after a substep in which bodies might have passed through each other.
 const TUNNELING_SAFETY: f64 = 0.9;
 
 /// Reduction of the duration after a stage that was not solved.
 const RETRY: f64 = 0.25;
-
-/// Number of doublings of the tolerances for each further budget of substeps.
-const DOUBLINGS: f64 = 8.0;
 
 /// The motion of an island through a time step.
 #[derive(Debug)]
@@ -61,8 +61,6 @@ pub(super) struct IslandSolver<'a> {
     /// Tolerance of velocities in a stage, relative to the velocities.
     pub tolerance: f64,
     pub control: ErrorControl,
-    /// Substeps in this step, those included that were rejected for their errors.
-    spent: usize,
     pub solved: SolvedStep,
 }
 
@@ -77,7 +75,6 @@ impl<'a> IslandSolver<'a> {
             step,
             tolerance,
             control,
-            spent: 0,
             solved: SolvedStep {
                 substeps: Vec::new(),
                 errors: vec![BodyErrors::default(); bodies.len()],
@@ -152,19 +149,19 @@ impl<'a> IslandSolver<'a> {
 
     /// Takes substeps until the end of the step.
     fn advance(&mut self, duration: f64) -> Result<(), StepError> {
-        let shortest = SHORTEST * duration;
         let bodies = self.solved.bodies.iter();
         let allowed = bodies
             .map(|body| body.allowed)
             .fold(f64::INFINITY, f64::min);
         let estimate = self.step.scheme.estimate.as_ref();
-        let mut size = StepSize::new(allowed, estimate.map_or(1.0, |estimate| estimate.order));
+        let order = estimate.map_or(1.0, |estimate| estimate.order);
+        let mut size = StepSize::new(allowed, order, SHORTEST * duration, self.budget());
         let mut offset = 0.0;
         while offset < duration {
-            let left = duration - offset;
-            let allowance = self.allowance();
-            let substep = size.next(left, shortest);
-            let is_shortest = substep <= shortest * (1.0 + 1e-9);
+            let remaining = duration - offset;
+            let substep = size.next(remaining);
+            let is_shortest = size.is_shortest(substep);
+            let is_last_trial = is_shortest || size.is_last_trial(substep, remaining);
             let (trial, work) = self.try_substep(offset, substep);
             self.solved.work += work;
             match trial {
@@ -173,11 +170,11 @@ impl<'a> IslandSolver<'a> {
                     size.shorten(substep, TUNNELING_SAFETY / trial.tunneling_ratio);
                 }
                 Ok(trial)
-                    if trial.error() <= allowance || (is_shortest && trial.error().is_finite()) =>
+                    if trial.error() <= 1.0 || (is_last_trial && trial.error().is_finite()) =>
                 {
-                    size.accept(substep, trial.error() / allowance);
+                    size.accept(substep, trial.error());
                     self.accept(trial, offset, substep);
-                    offset = if substep >= left {
+                    offset = if substep >= remaining {
                         duration
                     } else {
                         offset + substep
@@ -185,8 +182,7 @@ impl<'a> IslandSolver<'a> {
                 }
                 Ok(trial) if !is_shortest => {
                     self.solved.work.rejections += 1;
-                    self.spent += 1;
-                    size.reject(substep, trial.error() / allowance);
+                    size.reject(substep, trial.error());
                 }
                 Err(StepError::Unsolved { .. })
                     if !is_shortest && self.solved.work.failures < MOST_FAILURES =>
@@ -211,11 +207,12 @@ impl<'a> IslandSolver<'a> {
         Ok(())
     }
 
-    /// The factor by which an error may exceed its tolerance: 1 within the budget of substeps, and exponentially growing beyond it.
-    fn allowance(&self) -> f64 {
+    /// The number of trials in a step. Tighter tolerances have more, by the order at which errors of values decrease.
+    fn budget(&self) -> f64 {
         let count = self.solved.bodies.len() as f64;
-        let share = self.spent as f64 * count * count.sqrt() / BUDGET;
-        power(2.0, DOUBLINGS * (share - 1.0).max(0.0))
+        let tightness = Accuracy::default().values() / self.control.accuracy.values();
+        let trials = BUDGET / (count * count) * power(tightness, 1.0 / 3.0);
+        trials.max(LEAST_BUDGET).floor()
     }
 
     fn accept(&mut self, trial: Trial, offset: f64, duration: f64) {
@@ -235,7 +232,6 @@ impl<'a> IslandSolver<'a> {
             }
         }
         self.solved.work.substeps += 1;
-        self.spent += 1;
         self.solved.work.missed += usize::from(!missed.is_empty());
         self.solved.substeps.push(Substep {
             offset,

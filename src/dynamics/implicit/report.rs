@@ -49,8 +49,8 @@ impl BodyErrors {
 pub struct Work {
     /// Substeps that were taken, of all islands.
     pub substeps: usize,
-    /// Accepted substeps whose error exceeds the tolerance. Such a substep is as short as allowed, or the step has used its budget of
-    /// substeps ([`Accuracy`]).
+    /// Accepted substeps whose error exceeds the tolerance. Such a substep is as short as allowed, or the step is near the end of its
+    /// budget ([`Accuracy`]).
     pub missed: usize,
     /// Systems of equations: one for each stage of each substep, rejected ones included, and two if the first guess does not lead to a
     /// solution.

@@ -1,4 +1,4 @@
-//! The durations of substeps, chosen from the errors of those before.
+//! The durations of substeps, chosen from the errors of those before, within a budget of trials.
 
 use crate::scalar::portable::{ln_1p, power};
 use std::f64::consts::LN_2;
@@ -6,8 +6,8 @@ use std::f64::consts::LN_2;
 /// Safety factor of the next duration.
 const SAFETY: f64 = 0.9;
 
-/// Largest growth of the duration after an accepted substep: normally, and directly after a rejection.
-const MOST_GROWTH: [f64; 2] = [5.0, 1.0];
+/// Largest growth of the duration after an accepted substep.
+const MOST_GROWTH: f64 = 5.0;
 
 /// Smallest and largest factor of the duration after a rejected substep.
 const REDUCTIONS: [f64; 2] = [0.02, 0.6];
@@ -18,7 +18,7 @@ const LOWEST_ORDER: f64 = 0.7;
 /// Number of durations in a factor of two.
 const PER_OCTAVE: f64 = 8.0;
 
-/// The duration that the errors of the last substep allow for the next.
+/// The duration that the errors of the last substep allow for the next, and the trials that are left.
 pub(super) struct StepSize {
     /// Duration (s).
     allowed: f64,
@@ -26,14 +26,25 @@ pub(super) struct StepSize {
     order: f64,
     /// Duration (s) and error of the last substep, if it was rejected.
     rejected: Option<(f64, f64)>,
+    /// Duration (s) that even the budget does not exceed, because a longer substep was not solved or might have missed a contact.
+    limit: f64,
+    /// Shortest duration (s).
+    shortest: f64,
+    /// Trials that are left of the budget.
+    trials: f64,
 }
 
 impl StepSize {
-    pub fn new(allowed: f64, order: f64) -> Self {
+    /// The durations of a step, from that which was allowed at the end of the last step (s), the order of the errors, the shortest
+    /// duration (s) and the number of trials for the whole step.
+    pub fn new(allowed: f64, order: f64, shortest: f64, budget: f64) -> Self {
         Self {
             allowed,
             order,
             rejected: None,
+            limit: f64::INFINITY,
+            shortest,
+            trials: budget,
         }
     }
 
@@ -42,26 +53,41 @@ impl StepSize {
         self.allowed
     }
 
-    /// The next duration (s), from the remaining time and the shortest one.
+    /// The next duration (s), from the time that remains (s).
     ///
     /// Durations are the shortest one times 2^(k/8) with an integer k, except for the last one or two of a step, which share the
     /// remaining time. Most small changes of the state change no duration, so derivatives hold the durations fixed.
-    pub fn next(&self, remaining: f64, shortest: f64) -> f64 {
-        let wanted = self.allowed.max(shortest).min(2.0 * remaining);
-        let exponent = ln_1p(wanted / shortest - 1.0) / LN_2 * PER_OCTAVE;
-        let wanted = shortest * power(2.0, exponent.floor() / PER_OCTAVE);
-        // Two halves instead of a long substep and a short one.
+    pub fn next(&self, remaining: f64) -> f64 {
+        let least = least_duration(remaining, self.trials).min(self.limit);
+        let wanted = self.allowed.max(least).max(self.shortest);
         if wanted >= remaining {
-            remaining
-        } else {
-            wanted.min(remaining / 2.0)
+            return remaining;
         }
+        let exponent = ln_1p(wanted / self.shortest - 1.0) / LN_2 * PER_OCTAVE;
+        let wanted = self.shortest * power(2.0, exponent.floor() / PER_OCTAVE);
+        // Two halves instead of a long substep and a short one.
+        wanted.min(remaining / 2.0)
     }
 
-    /// Sets the next duration after an accepted substep, from its error relative to what is allowed.
+    /// Whether a substep cannot be shorter.
+    pub fn is_shortest(&self, substep: f64) -> bool {
+        substep <= self.shortest * (1.0 + 1e-9)
+    }
+
+    /// Whether the remaining time (s) leaves no trial for a shorter substep.
+    pub fn is_last_trial(&self, substep: f64, remaining: f64) -> bool {
+        substep <= least_duration(remaining, self.trials - 1.0)
+    }
+
+    /// Sets the next duration after an accepted substep, from its error relative to the tolerance.
     pub fn accept(&mut self, substep: f64, error: f64) {
         let growth = growth(error, self.order);
-        let most = MOST_GROWTH[usize::from(self.rejected.is_some())];
+        // After a rejection the duration does not grow.
+        let most = if self.rejected.is_some() {
+            1.0
+        } else {
+            MOST_GROWTH
+        };
         let next = substep * growth.min(most);
         // The end of the step cuts substeps short, which says nothing about the next.
         self.allowed = if growth >= 1.0 && self.allowed.is_finite() {
@@ -70,9 +96,11 @@ impl StepSize {
             next
         };
         self.rejected = None;
+        self.limit *= MOST_GROWTH;
+        self.trials -= 1.0;
     }
 
-    /// Reduces the duration after a substep that was rejected for its error, relative to what is allowed. After two rejections in a
+    /// Reduces the duration after a substep that was rejected for its error, relative to the tolerance. After two rejections in a
     /// row, the order of convergence is estimated from both errors.
     pub fn reject(&mut self, substep: f64, error: f64) {
         let order = self.rejected.map_or(self.order, |(longer, before)| {
@@ -86,16 +114,86 @@ impl StepSize {
         self.rejected = Some((substep, error));
         let [least, most] = REDUCTIONS;
         self.allowed = substep * growth(error, order).clamp(least, most);
+        self.trials -= 1.0;
     }
 
-    /// Reduces the duration by a factor, for another reason than errors.
+    /// Reduces the duration by a factor, for another reason than errors. The budget does not count it.
     pub fn shorten(&mut self, substep: f64, factor: f64) {
         self.rejected = Some((substep, f64::INFINITY));
         self.allowed = substep * factor;
+        self.limit = self.allowed;
     }
+}
+
+/// The first duration (s) of so many substeps that fill the remaining time (s) if each is longer than the one before by the largest
+/// growth; infinite without any.
+fn least_duration(remaining: f64, substeps: f64) -> f64 {
+    remaining * (MOST_GROWTH - 1.0) / (power(MOST_GROWTH, substeps.max(0.0)) - 1.0)
 }
 
 /// The factor of the duration at which an error would be just allowed.
 fn growth(error: f64, order: f64) -> f64 {
     SAFETY * power(error, -order.recip())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The accepted durations of a step of 1 s, and the number of trials, if a substep has this error.
+    fn step(budget: f64, allowed: f64, error: impl Fn(f64) -> f64) -> (Vec<f64>, usize) {
+        let mut size = StepSize::new(allowed, 3.0, 1e-9, budget);
+        let (mut remaining, mut accepted, mut trials) = (1.0, Vec::new(), 0);
+        while remaining > 0.0 {
+            let substep = size.next(remaining);
+            trials += 1;
+            let error = error(substep);
+            if error <= 1.0 || size.is_last_trial(substep, remaining) {
+                size.accept(substep, error);
+                accepted.push(substep);
+                remaining = if substep >= remaining {
+                    0.0
+                } else {
+                    remaining - substep
+                };
+            } else {
+                size.reject(substep, error);
+            }
+        }
+        (accepted, trials)
+    }
+
+    #[test]
+    fn a_step_ends_within_its_budget_whatever_the_errors() {
+        for budget in [1.0, 2.0, 4.0, 10.0, 100.0] {
+            for allowed in [f64::INFINITY, 1e-4] {
+                for error in [0.5, 10.0, 1e6] {
+                    let (_, trials) = step(budget, allowed, |_| error);
+                    assert!(
+                        trials as f64 <= budget,
+                        "{budget} {allowed} {error}: {trials}"
+                    );
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn a_large_budget_leaves_the_durations_to_the_errors() {
+        // Errors of third order, at the tolerance for 0.01 s.
+        let (accepted, _) = step(2500.0, 1.0, |substep| (100.0 * substep).powi(3));
+        let sum: f64 = accepted.iter().sum();
+        assert!((sum - 1.0).abs() < 1e-12);
+        assert!(accepted.iter().all(|&substep| substep <= 0.01));
+        assert!(accepted.len() < 150, "{}", accepted.len());
+    }
+
+    #[test]
+    fn the_budget_does_not_exceed_a_duration_that_was_not_solved() {
+        let mut size = StepSize::new(f64::INFINITY, 3.0, 1e-9, 1.0);
+        assert_eq!(size.next(1.0), 1.0);
+        size.shorten(1.0, 0.25);
+        let second = size.next(1.0);
+        assert!((0.2..=0.25).contains(&second), "{second}");
+    }
 }
