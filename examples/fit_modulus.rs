@@ -89,6 +89,6 @@ fn pressed(ball: &Shape, depth: f64, modulus: f64) -> Result<(f64, f64), BodyErr
     let center = Pose::from_translation(vector![0.0, 0.0, RADIUS - depth]);
     let ball = ContactBody::new(ball, center, modulus)?;
     let plate = Partner::rigid_half_space(Pose::identity())?;
-    let (wrench, jacobian) = ContactPair::new(ball, plate).wrench_and_jacobian();
-    Ok((wrench.on_a.force.z, jacobian.on_a.by_modulus_a[5]))
+    let contact = ContactPair::new(ball, plate).linearised();
+    Ok((contact.wrench.on_a.force.z, contact.by_moduli[(5, 0)]))
 }

@@ -7,7 +7,7 @@
 //! `steps` times a rollout of a ball at rest on a box, or the Jacobian of one.
 
 use hydroelastic::contact::{
-    ContactBody, ContactPair, HalfSpace, RigidShape, Shape, WrenchJacobian,
+    ContactBody, ContactPair, HalfSpace, LinearisedContact, RigidShape, Shape,
 };
 use hydroelastic::dynamics::{Body, Mass, Material, Plan, State, World};
 use hydroelastic::gradient::{Experiment, FinalState, Parameter};
@@ -142,10 +142,10 @@ impl Server {
         let mut times = ContactTimes::default();
         for numbers in poses {
             let poses = both_poses(numbers)?;
-            let work = || Ok(pair(&shapes, black_box(poses), scene.modulus)?.wrench_and_jacobian());
-            let (seconds, (wrench, jacobian)) = timed(work)?;
-            times.push(seconds, &wrench.on_a);
-            times.jacobians.push(rows_by_poses(&jacobian.on_a));
+            let work = || Ok(pair(&shapes, black_box(poses), scene.modulus)?.linearised());
+            let (seconds, contact) = timed(work)?;
+            times.push(seconds, &contact.wrench.on_a);
+            times.jacobians.push(rows_by_poses(&contact));
         }
         times.with_polygons(&shapes, scene.modulus, poses)
     }
@@ -287,11 +287,10 @@ fn pose(numbers: &PoseNumbers) -> Answer<Pose> {
     )?)
 }
 
-/// Rows of the Jacobian, by both poses.
-fn rows_by_poses(jacobian: &WrenchJacobian) -> Vec<Vec<f64>> {
-    let matrix = jacobian.matrix();
+/// Rows of the derivatives of the wrench on A, by both poses.
+fn rows_by_poses(contact: &LinearisedContact) -> Vec<Vec<f64>> {
     (0..6)
-        .map(|row| (0..12).map(|column| matrix[(row, column)]).collect())
+        .map(|row| contact.by_poses.row(row).iter().copied().collect())
         .collect()
 }
 

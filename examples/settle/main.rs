@@ -90,12 +90,12 @@ fn main() -> Result<(), Box<dyn Error>> {
 
 /// Contact and weight about the block's origin, and the derivatives by the block's pose.
 fn net_wrench(pair: &ContactPair) -> (Vector6<f64>, Matrix6<f64>) {
-    let (contact, jacobian) = pair.wrench_and_jacobian();
+    let contact = pair.linearised();
     let arm = pair.a().pose().rotation() * CENTER_OF_MASS;
     let force = GRAVITY * MASS;
     let torque = arm.cross(&force);
-    let wrench = contact.on_a + Wrench { torque, force };
-    let mut by_pose = jacobian.on_a.by_pose_a;
+    let wrench = contact.wrench.on_a + Wrench { torque, force };
+    let mut by_pose = contact.by_poses.fixed_view::<6, 6>(0, 0).into_owned();
     // A turn δθ moves the arm by δθ × arm, so δ(arm × F) = F × (arm × δθ).
     let mut by_turn = by_pose.fixed_view_mut::<3, 3>(0, 0);
     by_turn += skew(&force) * skew(&arm);

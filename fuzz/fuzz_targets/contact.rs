@@ -196,9 +196,9 @@ impl Motion {
 }
 
 fn check(pair: &ContactPair, motion: &Motion) {
-    let (wrench, jacobian) = pair.wrench_and_jacobian();
-    assert_finite(jacobian.on_a.matrix().as_slice());
-    assert_finite(jacobian.on_b.matrix().as_slice());
+    let contact = pair.linearised();
+    let wrench = contact.wrench;
+    assert_finite(contact.jacobian().as_slice());
     let scale = force_scale(pair);
     assert!(scale.is_finite());
     assert_opposite(pair, &wrench, scale);
@@ -207,14 +207,14 @@ fn check(pair: &ContactPair, motion: &Motion) {
         &plain.on_a,
         &wrench.on_a,
         scale,
-        "with and without Jacobian",
+        "with and without derivatives",
     );
     let culled = pair.with_search(Search::Culling(Culling::default()));
     assert_same(&culled.wrench().on_a, &wrench.on_a, scale, "by culling");
 
     let (law, twists) = (motion.law(), motion.twists());
-    let moving = pair.wrench_in_motion(&law, twists);
-    let linearised = pair.linearised(&law, twists);
+    let moving = pair.moving(law, twists).wrench();
+    let linearised = pair.moving(law, twists).linearised();
     assert_finite(linearised.jacobian().as_slice());
     let scale = scale * motion_scale(pair, &law, &twists);
     assert_opposite(pair, &moving, scale);
@@ -225,7 +225,7 @@ fn check(pair: &ContactPair, motion: &Motion) {
         scale,
         "with and without derivatives, in motion",
     );
-    let culled = culled.wrench_in_motion(&law, twists).on_a;
+    let culled = culled.moving(law, twists).wrench().on_a;
     assert_same(&culled, &moving.on_a, scale, "by culling, in motion");
 }
 

@@ -33,10 +33,11 @@ fn main() -> Result<(), Box<dyn Error>> {
         println!(
             "order {order}: wrench {:.2}, with Jacobian {:.2}, in motion {:.2}, linearised {:.2}",
             least(3000, || pair().map(|it| it.wrench())),
-            least(3000, || pair().map(|it| it.wrench_and_jacobian())),
+            least(3000, || pair().map(|it| it.linearised())),
             least(3000, || pair()
-                .map(|it| it.wrench_in_motion(&law, [twist; 2]))),
-            least(3000, || pair().map(|it| it.linearised(&law, [twist; 2]))),
+                .map(|it| it.moving(law, [twist; 2]).wrench())),
+            least(3000, || pair()
+                .map(|it| it.moving(law, [twist; 2]).linearised())),
         );
     }
     Ok(())

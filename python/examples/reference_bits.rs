@@ -64,19 +64,22 @@ fn contact(found: &mut Found) -> Result<(), Box<dyn Error>> {
     );
     let pair = ContactPair::new(a, b);
     keep(found, "wrench", &both(&pair.wrench()));
-    let (_, jacobian) = pair.wrench_and_jacobian();
-    let rows = [
-        jacobian.on_a.matrix().transpose(),
-        jacobian.on_b.matrix().transpose(),
-    ];
-    keep(found, "jacobian", rows.iter().flatten());
+    let contact = pair.linearised();
+    let rows = (0..12).flat_map(|row| {
+        let of_row = contact.by_poses.row(row).into_owned();
+        let by_moduli = contact.by_moduli.row(row).into_owned();
+        let numbers: Vec<_> = of_row.iter().chain(&by_moduli).copied().collect();
+        numbers
+    });
+    let rows: Vec<_> = rows.collect();
+    keep(found, "jacobian", &rows);
     let law = SurfaceLaw::new(0.2, 0.4, 1e-2)?;
     keep(
         found,
         "wrench in motion",
-        &both(&pair.wrench_in_motion(&law, twists())),
+        &both(&pair.moving(law, twists()).wrench()),
     );
-    let linearised = pair.linearised(&law, twists());
+    let linearised = pair.moving(law, twists()).linearised();
     keep(found, "linearised wrench", &both(&linearised.wrench));
     keep(
         found,
@@ -88,7 +91,7 @@ fn contact(found: &mut Found) -> Result<(), Box<dyn Error>> {
     keep(found, "area", &[surface.area()]);
     let halves = std::iter::successors(Some(1.0), |factor| Some(factor / 2.0));
     let by_wrenches = SVector::from_iterator(halves);
-    let gradients = pair.shape_gradients_in_motion(&law, twists(), &by_wrenches);
+    let gradients = pair.moving(law, twists()).shape_gradients(&by_wrenches);
     for (gradient, name) in gradients.iter().zip(["A", "B"]) {
         let by_vertices = gradient.by_vertices.iter().flatten();
         keep(found, &format!("by vertices of {name}"), by_vertices);
@@ -129,7 +132,7 @@ fn partners(found: &mut Found) -> Result<(), Box<dyn Error>> {
         ),
     ] {
         let pair = ContactPair::new(ball, partner);
-        let linearised = pair.linearised(&law, twists());
+        let linearised = pair.moving(law, twists()).linearised();
         keep(found, name, &both(&pair.wrench()));
         keep(
             found,

@@ -8,7 +8,7 @@ use crate::pair_inputs::Inputs;
 use crate::poses::one;
 use crate::shape::Shape;
 use crate::surface::Surface;
-use hydroelastic::contact::{ContactJacobian, ContactPair, ContactWrench, LinearisedContact};
+use hydroelastic::contact::{ContactPair, ContactWrench, LinearisedContact};
 use hydroelastic::nalgebra::SMatrix;
 use hydroelastic::spatial::Pose;
 use numpy::PyUntypedArrayMethods;
@@ -114,14 +114,9 @@ pub fn write_columns<const R: usize, const C: usize>(
 }
 
 /// Writes the Jacobian at rest, row by row.
-fn write_at_rest(rows: &mut [f64], jacobian: &ContactJacobian) {
-    let halves = rows.split_at_mut(6 * AT_REST);
-    for (rows, on) in [(halves.0, &jacobian.on_a), (halves.1, &jacobian.on_b)] {
-        write_columns(rows, AT_REST, 0, &on.by_pose_a);
-        write_columns(rows, AT_REST, 6, &on.by_pose_b);
-        write_columns(rows, AT_REST, 12, &on.by_modulus_a);
-        write_columns(rows, AT_REST, 13, &on.by_modulus_b);
-    }
+fn write_at_rest(rows: &mut [f64], contact: &LinearisedContact) {
+    write_columns(rows, AT_REST, 0, &contact.by_poses);
+    write_columns(rows, AT_REST, 12, &contact.by_moduli);
 }
 
 /// Writes the Jacobian in motion, row by row.
@@ -201,14 +196,8 @@ impl Pair {
     ) -> PyResult<Floats<'py>> {
         let (poses, twists) = ([pose_a, pose_b], [twist_a, twist_b]);
         let inputs = Inputs::of(self, poses, twists, moduli, law)?;
-        let at_rest = twist_a.is_none() && twist_b.is_none();
         let found = inputs.found(py, self, BOTH, |at, row| {
-            let wrench = if at_rest {
-                at.pair.wrench()
-            } else {
-                at.pair.wrench_in_motion(&at.law, at.twists)
-            };
-            row.copy_from_slice(&wrench_numbers(&wrench));
+            row.copy_from_slice(&wrench_numbers(&at.pair.wrench()));
         })?;
         found.array(py, 0, &[BOTH])
     }
@@ -226,10 +215,10 @@ impl Pair {
         let (poses, twists, law) = ([pose_a, pose_b], [None, None], None);
         let inputs = Inputs::of(self, poses, twists, moduli, law)?;
         let found = inputs.found(py, self, BOTH * (1 + AT_REST), |at, row| {
-            let (wrench, jacobian) = at.pair.wrench_and_jacobian();
+            let contact = at.pair.linearised();
             let (wrenches, rows) = row.split_at_mut(BOTH);
-            wrenches.copy_from_slice(&wrench_numbers(&wrench));
-            write_at_rest(rows, &jacobian);
+            wrenches.copy_from_slice(&wrench_numbers(&contact.wrench));
+            write_at_rest(rows, &contact);
         })?;
         let wrenches = found.array(py, 0, &[BOTH])?;
         Ok((wrenches, found.array(py, BOTH, &[BOTH, AT_REST])?))
@@ -249,9 +238,9 @@ impl Pair {
         law: Option<&Bound<'py, PyAny>>,
     ) -> PyResult<(Floats<'py>, Floats<'py>)> {
         let (poses, twists) = ([pose_a, pose_b], [twist_a, twist_b]);
-        let inputs = Inputs::of(self, poses, twists, moduli, law)?;
+        let inputs = Inputs::of(self, poses, twists, moduli, law)?.moving();
         let found = inputs.found(py, self, BOTH * (1 + IN_MOTION), |at, row| {
-            let linearised = at.pair.linearised(&at.law, at.twists);
+            let linearised = at.pair.linearised();
             let (wrenches, rows) = row.split_at_mut(BOTH);
             wrenches.copy_from_slice(&wrench_numbers(&linearised.wrench));
             write_in_motion(rows, &linearised);

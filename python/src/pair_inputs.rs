@@ -6,7 +6,7 @@ use crate::pair::Pair;
 use crate::poses::{poses, twist_of};
 use hydroelastic::contact::{ContactPair, SurfaceLaw, results_of};
 use hydroelastic::nalgebra::SVector;
-use hydroelastic::spatial::{Pose, Twist};
+use hydroelastic::spatial::Pose;
 use pyo3::prelude::*;
 
 /// Contacts that a thread takes at a time: some take a few µs.
@@ -19,13 +19,12 @@ pub struct Inputs {
     moduli: Many<[f64; 2]>,
     law: Many<SurfaceLaw>,
     by_wrenches: Many<[f64; 12]>,
+    is_moving: bool,
 }
 
 /// One contact to evaluate.
 pub struct Situation<'s> {
     pub pair: ContactPair<'s>,
-    pub law: SurfaceLaw,
-    pub twists: [Twist; 2],
     /// The derivatives of a number by both wrenches.
     pub by_wrenches: SVector<f64, 12>,
 }
@@ -66,7 +65,16 @@ impl Inputs {
             },
             law: law.mapped("law", |numbers| pair.law.inner_with(*numbers))?,
             by_wrenches: Many::One([0.0; 12]),
+            is_moving: twist_a.is_some() || twist_b.is_some(),
         })
+    }
+
+    /// The same in motion, with or without twists: friction counts in the derivatives by twists.
+    pub fn moving(self) -> Self {
+        Self {
+            is_moving: true,
+            ..self
+        }
     }
 
     /// The same, with derivatives of a number by both wrenches.
@@ -112,10 +120,14 @@ impl Inputs {
     /// The contact of an item.
     fn situation<'s>(&self, pair: &'s Pair, item: usize) -> PyResult<Situation<'s>> {
         let poses = self.poses.each_ref().map(|poses| *poses.at(item));
+        let pair = pair.at(poses, *self.moduli.at(item))?;
+        let twists = [0, 1].map(|side| twist_of(self.twists[side].at(item)));
         Ok(Situation {
-            pair: pair.at(poses, *self.moduli.at(item))?,
-            law: *self.law.at(item),
-            twists: [0, 1].map(|side| twist_of(self.twists[side].at(item))),
+            pair: if self.is_moving {
+                pair.moving(*self.law.at(item), twists)
+            } else {
+                pair
+            },
             by_wrenches: SVector::from(*self.by_wrenches.at(item)),
         })
     }

@@ -49,15 +49,9 @@ impl Pair {
     ) -> PyResult<(ShapeGradient, ShapeGradient)> {
         let (poses, twists) = ([pose_a, pose_b], [twist_a, twist_b]);
         let inputs = Inputs::of(self, poses, twists, moduli, law)?.with_covectors(by_wrenches)?;
-        let at_rest = twist_a.is_none() && twist_b.is_none();
         let counts = self.counts();
         let found = inputs.found(py, self, shape_gradient::width(counts), |at, row| {
-            let gradients = if at_rest {
-                at.pair.shape_gradients(&at.by_wrenches)
-            } else {
-                at.pair
-                    .shape_gradients_in_motion(&at.law, at.twists, &at.by_wrenches)
-            };
+            let gradients = at.pair.shape_gradients(&at.by_wrenches);
             shape_gradient::write(row, &gradients);
         })?;
         shape_gradient::both(py, &found, counts)
@@ -81,7 +75,6 @@ impl Pair {
     ) -> PyResult<(Floats<'py>, Floats<'py>)> {
         let (poses, twists) = ([pose_a, pose_b], [twist_a, twist_b]);
         let inputs = Inputs::of(self, poses, twists, moduli, law)?;
-        let at_rest = twist_a.is_none() && twist_b.is_none();
         let indices = |vertices: &[Whole], name| {
             let indices = vertices.iter().map(|&vertex| count(vertex, name));
             indices.collect::<PyResult<Vec<_>>>()
@@ -94,9 +87,8 @@ impl Pair {
         self.check_vertices(vertices)?;
         let [of_a, of_b] = vertices.map(|it| it.len() * BY_VERTEX);
         let found = inputs.found(py, self, of_a + of_b, |at, row| {
-            let moving = (!at_rest).then_some((&at.law, at.twists));
             // The vertices have been checked.
-            let Ok(jacobians) = at.pair.vertex_jacobians(moving, vertices) else {
+            let Ok(jacobians) = at.pair.vertex_jacobians(vertices) else {
                 return;
             };
             let jacobians = jacobians.iter().flatten();

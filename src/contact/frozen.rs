@@ -1,6 +1,6 @@
 use super::jacobian::RelativeJacobian;
+use super::motion::RelativeMotion;
 use super::polygon::{CutSurface, PartialSum, PolygonSource};
-use super::surface_law::RelativeMotion;
 use super::traction_rates::{AddedByLaw, FrozenPolygon};
 use super::{ContactPair, ContactWrench, LinearisedContact, SurfaceLaw};
 use crate::spatial::{Twist, Wrench};
@@ -27,7 +27,7 @@ pub(crate) struct FrozenContact {
 
 struct FrozenSum {
     wrench: Wrench,
-    elastic: RelativeJacobian<f64>,
+    elastic: RelativeJacobian,
     polygons: Vec<FrozenPolygon>,
 }
 
@@ -48,15 +48,9 @@ impl PartialSum for FrozenSum {
 }
 
 impl ContactPair<'_> {
-    /// The contact as it is, with a model of it nearby: of moving bodies by a law, with arguments as of
-    /// [`Self::wrench_in_motion`], or, without one, of elastic ones. Takes little longer than the wrench. None if the bodies
-    /// do not touch.
-    pub(crate) fn frozen(
-        &self,
-        moving: Option<(&SurfaceLaw, [Twist; 2])>,
-    ) -> Option<FrozenContact> {
-        let moving = moving.filter(|(law, _)| !law.is_elastic());
-        let moving = moving.map(|(law, twists)| (law, RelativeMotion::of(self, twists)));
+    /// The contact as it is, with a model of it nearby. Takes little longer than the wrench. None if the bodies do not touch.
+    pub(crate) fn frozen(&self) -> Option<FrozenContact> {
+        let moving = self.relative_motion().filter(|(law, _)| !law.is_elastic());
         let surface = PolygonSource::of(self).for_values(self.search());
         if surface.found.is_empty() {
             return None;
@@ -72,12 +66,12 @@ impl ContactPair<'_> {
         elastic.wrench = sum.wrench.to_vector() + added.wrench;
         let LinearisedContact {
             wrench, by_poses, ..
-        } = elastic.in_world(self, None);
+        } = elastic.in_world(&self.at_rest());
         Some(FrozenContact {
             wrench,
             by_poses,
             added,
-            law: moving.map(|(law, _)| *law),
+            law: moving.map(|(law, _)| law),
             polygons: sum.polygons,
         })
     }
@@ -181,8 +175,8 @@ mod tests {
     fn the_model_of_a_contact_as_it_is_has_the_wrench_of_the_contact() {
         let twists = [1.0, -0.3].map(|part| Twist::from_vector(&(Vector6::from(SOME) * part)));
         for_pairs(|pair| {
-            let found = pair.frozen(Some((&law(), twists))).unwrap().wrench;
-            let exact = pair.wrench_in_motion(&law(), twists);
+            let found = pair.moving(law(), twists).frozen().unwrap().wrench;
+            let exact = pair.moving(law(), twists).wrench();
             for (found, exact) in [(found.on_a, exact.on_a), (found.on_b, exact.on_b)] {
                 let [found, exact] = [found, exact].map(|wrench| wrench.to_vector());
                 let error = (found - exact).amax();
@@ -195,7 +189,7 @@ mod tests {
     fn the_model_of_a_contact_has_the_derivatives_of_differences() {
         let some = Vector6::from(SOME);
         for_pairs(|pair| {
-            let frozen = pair.frozen(Some((&law(), [Twist::zero(); 2]))).unwrap();
+            let frozen = pair.moving(law(), [Twist::zero(); 2]).frozen().unwrap();
             for (motion, twist) in [(some * 0.0, some), (some * 0.03, some * -0.5)] {
                 let AddedByLaw {
                     by_motion,

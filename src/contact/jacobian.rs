@@ -1,85 +1,11 @@
 use super::linearised::{RelativeLinearisation, add_block};
-use super::polygon::{CutPolygon, PartialSum};
-use super::{Kinks, LinearisedContact};
-use crate::scalar::{Scalar, lift};
+use super::octets::OverOctets;
+use super::polygon::{CutPolygon, PartialSum, PolygonSource};
+use super::response::{PolygonResponse, Responses};
+use super::{ContactPair, Kinks};
+use crate::narrow_phase::{Cut, ELASTIC_COINCIDENCE, Weights};
 use crate::spatial::{Wrench, skew};
-use nalgebra::{Matrix6, Matrix6x2, SMatrix, Vector3, Vector6};
-
-/// The derivatives of one body's wrench (rows: torque, force) by both poses and both moduli.
-///
-/// A pose moves by a twist (columns: angular, linear) in world axes: the body turns by `angular`
-/// (rad) about its own origin, which moves by `linear` (m); see [`Pose::moved_by`](crate::spatial::Pose::moved_by). The torque is
-/// about the body's own origin wherever that moves.
-#[derive(Debug, Clone, Copy)]
-pub struct WrenchJacobian<T = f64> {
-    /// By the pose of A: torques (N m/rad, N m/m), forces (N/rad, N/m).
-    pub by_pose_a: Matrix6<T>,
-    /// By the pose of B: the same units.
-    pub by_pose_b: Matrix6<T>,
-    /// By the modulus of A (N m/Pa, N/Pa).
-    pub by_modulus_a: Vector6<T>,
-    /// By the modulus of B.
-    pub by_modulus_b: Vector6<T>,
-}
-
-/// The derivatives of both wrenches of a pair.
-#[derive(Debug, Clone, Copy)]
-pub struct ContactJacobian<T = f64> {
-    /// Of the wrench on A, about A's origin.
-    pub on_a: WrenchJacobian<T>,
-    /// Of the wrench on B, about B's origin.
-    pub on_b: WrenchJacobian<T>,
-}
-
-impl<T: Scalar> WrenchJacobian<T> {
-    /// The 6×14 matrix: rows torque, force; columns pose A, pose B (angular, linear each),
-    /// modulus A, modulus B.
-    #[must_use]
-    pub fn matrix(&self) -> SMatrix<T, 6, 14> {
-        SMatrix::from_fn(|row, column| match column {
-            0..6 => self.by_pose_a[(row, column)],
-            6..12 => self.by_pose_b[(row, column - 6)],
-            12 => self.by_modulus_a[row],
-            _ => self.by_modulus_b[row],
-        })
-    }
-
-    /// From the 6×14 matrix of [`Self::matrix`].
-    #[must_use]
-    pub fn from_matrix(matrix: &SMatrix<T, 6, 14>) -> Self {
-        Self {
-            by_pose_a: matrix.fixed_view::<6, 6>(0, 0).into_owned(),
-            by_pose_b: matrix.fixed_view::<6, 6>(0, 6).into_owned(),
-            by_modulus_a: matrix.column(12).into_owned(),
-            by_modulus_b: matrix.column(13).into_owned(),
-        }
-    }
-}
-
-impl<T: Scalar> ContactJacobian<T> {
-    /// The derivatives by poses and moduli.
-    pub(super) fn of(contact: &LinearisedContact<T>) -> Self {
-        let of_rows = |row: usize| {
-            let block = |column| {
-                contact
-                    .by_poses
-                    .fixed_view::<6, 6>(row, column)
-                    .into_owned()
-            };
-            let column = |of: usize| contact.by_moduli.fixed_view::<6, 1>(row, of).into_owned();
-            WrenchJacobian {
-                by_pose_a: block(0),
-                by_pose_b: block(6),
-                by_modulus_a: column(0),
-                by_modulus_b: column(1),
-            }
-        };
-        Self {
-            on_a: of_rows(0),
-            on_b: of_rows(6),
-        }
-    }
-}
+use nalgebra::{Matrix6, Matrix6x2, Vector3, Vector6};
 
 /// Wrench on A and its derivatives as B moves relative to A, all in A's axes about A's origin.
 ///
@@ -102,25 +28,25 @@ impl<T: Scalar> ContactJacobian<T> {
 /// All integrands are quadratic, so areas and moments give the exact values; nothing is
 /// differentiated through a clip.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct RelativeJacobian<T> {
+pub(super) struct RelativeJacobian {
     /// The elastic wrench W on A. (`pressed_a` − `pressed_b` is equal to it, but cancels where the fields are nearly equal.)
-    pub wrench: Vector6<T>,
+    pub wrench: Vector6<f64>,
     /// ∂W/∂ξ.
-    pub by_motion_of_b: Matrix6<T>,
+    pub by_motion_of_b: Matrix6<f64>,
     /// Σ 1/|g| ∫ p s_A dA.
-    pub pressed_a: Vector6<T>,
+    pub pressed_a: Vector6<f64>,
     /// Σ 1/|g| ∫ p s_B dA.
-    pub pressed_b: Vector6<T>,
+    pub pressed_b: Vector6<f64>,
     pub kinks: Kinks,
 }
 
-impl<T: Scalar> PartialSum for RelativeJacobian<T> {
+impl PartialSum for RelativeJacobian {
     fn empty() -> Self {
         Self {
-            wrench: Vector6::from_element(lift(0.0)),
-            by_motion_of_b: Matrix6::from_element(lift(0.0)),
-            pressed_a: Vector6::from_element(lift(0.0)),
-            pressed_b: Vector6::from_element(lift(0.0)),
+            wrench: Vector6::zeros(),
+            by_motion_of_b: Matrix6::zeros(),
+            pressed_a: Vector6::zeros(),
+            pressed_b: Vector6::zeros(),
             kinks: Kinks::default(),
         }
     }
@@ -134,9 +60,9 @@ impl<T: Scalar> PartialSum for RelativeJacobian<T> {
     }
 }
 
-impl<T: Scalar> RelativeJacobian<T> {
+impl RelativeJacobian {
     /// The same as a linearisation that knows of no velocity, at the given moduli.
-    pub fn linearisation(&self, [modulus_a, modulus_b]: [T; 2]) -> RelativeLinearisation<T> {
+    pub fn linearisation(&self, [modulus_a, modulus_b]: [f64; 2]) -> RelativeLinearisation {
         let by_modulus_a = self.pressed_b * (-modulus_a.recip());
         let by_modulus_b = self.pressed_a * modulus_b.recip();
         RelativeLinearisation {
@@ -149,12 +75,76 @@ impl<T: Scalar> RelativeJacobian<T> {
     }
 }
 
-impl<T: Scalar> CutPolygon<T> {
+/// The sums of an elastic contact, and what is kept of its polygons.
+struct Elastic<R> {
+    sums: RelativeJacobian,
+    responses: R,
+}
+
+impl<R: Responses> PartialSum for Elastic<R> {
+    fn empty() -> Self {
+        Self {
+            sums: RelativeJacobian::empty(),
+            responses: R::empty(),
+        }
+    }
+
+    fn merge(&mut self, next: Self) {
+        self.sums.merge(next.sums);
+        self.responses.merge(next.responses);
+    }
+}
+
+impl ContactPair<'_> {
+    /// The elastic contact in A's axes, of a pair in A's frame, and what is kept of its polygons.
+    pub(super) fn elastic_linearisation<R: Responses>(&self) -> (RelativeLinearisation, R) {
+        let source = PolygonSource::of(self);
+        let (octaves, search) = (ELASTIC_COINCIDENCE, self.search());
+        let ((surface, finer), spilled) = if R::ARE_KEPT {
+            let surfaces = source.for_derivatives(octaves, search);
+            (surfaces, RelativeJacobian::empty())
+        } else {
+            source.for_sum_of_derivatives(octaves, search)
+        };
+        let add = |sum: &mut Elastic<R>, cut: &Cut| {
+            let add = |sum: &mut Elastic<R>, polygon: &CutPolygon<f64>| {
+                polygon.add_to(&mut sum.sums);
+                sum.responses
+                    .keep(|| PolygonResponse::of(cut, polygon, None));
+            };
+            surface.add_where(Weights::have_area, add, sum, cut);
+        };
+        let mut elastic = surface.sum_of_special_cuts(&add);
+        elastic
+            .sums
+            .merge(RelativeJacobian::over(surface.found.octets()));
+        elastic.sums.merge(spilled);
+        if R::ARE_KEPT {
+            for octet in surface.found.octets() {
+                let places = (0..octet.tets().len()).filter(|&place| octet.has_polygon(place));
+                for place in places {
+                    let response = || PolygonResponse::at(octet, place, None);
+                    elastic.responses.keep(response);
+                }
+            }
+        }
+        let mut linearisation = elastic.sums.linearisation(self.moduli());
+        linearisation.kinks.are_equal = surface.has_equal_fields();
+        linearisation.kinks.are_flush |= surface.touches();
+        if let Some(finer) = finer {
+            linearisation.wrench = finer.wrench().to_vector();
+            linearisation.kinks.are_flush = true;
+        }
+        (linearisation, elastic.responses)
+    }
+}
+
+impl CutPolygon<f64> {
     /// The polygon's share of the wrench on A and of its derivatives.
-    pub fn add_to(&self, sum: &mut RelativeJacobian<T>) {
+    pub fn add_to(&self, sum: &mut RelativeJacobian) {
         let (gradient_a, [slope_a, slope_b]) = (&self.pressure_a.gradient, &self.plane.slopes);
         sum.kinks.are_flush |= !self.weights.are_whole() || self.polygon.shares_edges();
-        let weight = lift::<T>(self.weights.moving.area());
+        let weight = self.weights.moving.area();
         let area = self.moments.area * weight;
         let first = self.moments.first_about_origin() * weight;
         let second = self.moments.second_about_origin() * weight;
@@ -172,7 +162,7 @@ impl<T: Scalar> CutPolygon<T> {
             add_block(&mut sum.by_motion_of_b, place, -block);
         }
         let (total, weighted) = self.pressure_integrals();
-        let pressed = |way: &Vector3<T>| Wrench {
+        let pressed = |way: &Vector3<f64>| Wrench {
             torque: weighted.cross(way),
             force: way * total,
         };

@@ -1,9 +1,10 @@
+use super::motion::{Motion, RelativeMotion};
 use super::polygon::PartialSum;
 use super::reaction::Reaction;
-use super::surface_law::RelativeMotion;
-use super::{ContactPair, ContactWrench, SurfaceLaw};
-use crate::scalar::{Order, Scalar, lift, real_vector};
-use crate::spatial::{Twist, Wrench, skew};
+use super::response::Responses;
+use super::{ContactPair, ContactWrench};
+use crate::scalar::{Order, Scalar, lift};
+use crate::spatial::{Wrench, skew};
 use nalgebra::{Matrix3, Matrix6, Matrix6x2, SMatrix, SVector, Vector3, Vector6};
 
 /// The wrenches of a contact and all their first derivatives, in the world.
@@ -36,7 +37,7 @@ use nalgebra::{Matrix3, Matrix6, Matrix6x2, SMatrix, SVector, Vector3, Vector6};
 /// );
 /// let law = SurfaceLaw::new(0.3, 0.4, 1e-2)?; // dissipation (s/m), friction, slip tolerance (m/s)
 /// let sliding = Twist { linear: vector![0.5, 0.0, 0.0], ..Twist::zero() };
-/// let contact = pair.linearised(&law, [sliding, Twist::zero()]);
+/// let contact = pair.moving(law, [sliding, Twist::zero()]).linearised();
 /// // The force of friction on A (row 3) by the speed of A along y (column 4), where it turns friction's direction.
 /// assert!((contact.by_twists[(4, 4)] - contact.wrench.on_a.force.x / 0.5).abs() < 1e-2);
 /// // A change of all numbers, and of the wrenches to first order.
@@ -46,17 +47,17 @@ use nalgebra::{Matrix3, Matrix6, Matrix6x2, SMatrix, SVector, Vector3, Vector6};
 /// ```
 #[derive(Debug, Clone, Copy)]
 #[non_exhaustive]
-pub struct LinearisedContact<T = f64> {
+pub struct LinearisedContact {
     /// The wrenches.
-    pub wrench: ContactWrench<T>,
+    pub wrench: ContactWrench,
     /// By motions of A and of B (angular, linear each; rad and m), twists in the world staying as they are.
-    pub by_poses: SMatrix<T, 12, 12>,
+    pub by_poses: SMatrix<f64, 12, 12>,
     /// By the twists of A and B (rad/s and m/s, in world axes).
-    pub by_twists: SMatrix<T, 12, 12>,
+    pub by_twists: SMatrix<f64, 12, 12>,
     /// By the hydroelastic moduli of A and B (Pa).
-    pub by_moduli: SMatrix<T, 12, 2>,
+    pub by_moduli: SMatrix<f64, 12, 2>,
     /// By the dissipation (s/m) and the coefficient of friction of the surface law.
-    pub by_law: SMatrix<T, 12, 2>,
+    pub by_law: SMatrix<f64, 12, 2>,
     /// Where derivatives may be one of several.
     pub kinks: Kinks,
 }
@@ -89,10 +90,10 @@ impl Kinks {
     }
 }
 
-impl<T: Scalar> LinearisedContact<T> {
+impl LinearisedContact {
     /// The 12×28 Jacobian: columns poses of A and B, twists of A and B, moduli of A and B, dissipation, friction.
     #[must_use]
-    pub fn jacobian(&self) -> SMatrix<T, 12, 28> {
+    pub fn jacobian(&self) -> SMatrix<f64, 12, 28> {
         SMatrix::from_fn(|row, column| match column {
             0..12 => self.by_poses[(row, column)],
             12..24 => self.by_twists[(row, column - 12)],
@@ -104,7 +105,7 @@ impl<T: Scalar> LinearisedContact<T> {
     /// The change of the wrenches by a change of the numbers that are columns of [`Self::jacobian`]: its product with
     /// a vector from the right.
     #[must_use]
-    pub fn pushforward(&self, change: &SVector<T, 28>) -> SVector<T, 12> {
+    pub fn pushforward(&self, change: &SVector<f64, 28>) -> SVector<f64, 12> {
         self.by_poses * change.fixed_rows::<12>(0)
             + self.by_twists * change.fixed_rows::<12>(12)
             + self.by_moduli * change.fixed_rows::<2>(24)
@@ -114,7 +115,7 @@ impl<T: Scalar> LinearisedContact<T> {
     /// The derivatives, by the columns of [`Self::jacobian`], of a number that has these derivatives by the wrenches:
     /// the product with a vector from the left.
     #[must_use]
-    pub fn pullback(&self, by_wrenches: &SVector<T, 12>) -> SVector<T, 28> {
+    pub fn pullback(&self, by_wrenches: &SVector<f64, 12>) -> SVector<f64, 28> {
         let [poses, twists] = [self.by_poses, self.by_twists].map(|by| by.tr_mul(by_wrenches));
         let [moduli, law] = [self.by_moduli, self.by_law].map(|by| by.tr_mul(by_wrenches));
         SVector::from_fn(|row, _| match row {
@@ -126,64 +127,59 @@ impl<T: Scalar> LinearisedContact<T> {
     }
 }
 
+impl ContactPair<'_> {
+    /// The wrenches with all their first derivatives, in closed form.
+    #[must_use]
+    pub fn linearised(&self) -> LinearisedContact {
+        let (relative, ()) = self.relative_linearisation();
+        relative.in_world(self)
+    }
+}
+
 impl<T: Scalar> ContactPair<'_, T> {
-    /// The elastic contact, on which velocities and a law have no influence.
-    pub(crate) fn linearised_at_rest(&self) -> LinearisedContact<T> {
-        self.relative_linearisation().in_world(self, None)
+    /// The wrenches in the scalar, and the contact of the real parts with its first derivatives, for one search.
+    pub(crate) fn wrench_and_linearised(&self) -> (ContactWrench<T>, LinearisedContact) {
+        let (relative, ()) = self.relative_linearisation();
+        let wrench = if Order::<T>::IS_FIRST {
+            self.wrench_from_a(&relative.pushforward(&self.tangent()))
+        } else {
+            self.wrench()
+        };
+        (wrench, relative.in_world(&self.real_in_place()))
     }
 
-    /// The wrenches in the scalar, and the contact of the real parts with its first derivatives, for one search: of moving
-    /// bodies by a law, or, without one, of elastic ones.
-    pub(crate) fn wrench_and_linearised(
-        &self,
-        moving: Option<(&SurfaceLaw<T>, [Twist<T>; 2])>,
-    ) -> (ContactWrench<T>, LinearisedContact) {
+    /// The contact of the real parts in A's axes, and what is kept of its polygons.
+    pub(super) fn relative_linearisation<R: Responses>(&self) -> (RelativeLinearisation, R) {
         let real = self.real();
-        let in_place = self.real_in_place();
-        let Some((law, twists)) = moving else {
-            let relative = real.relative_linearisation();
-            let wrench = if Order::<T>::IS_FIRST {
-                self.wrench_from_a(&relative.pushforward(&self.tangent()))
-            } else {
-                self.wrench()
-            };
-            return (wrench, relative.in_world(&in_place, None));
-        };
-        let motion = RelativeMotion::of(self, twists);
-        let (relative, ()) = real.linearisation_in_motion(&law.real(), &motion.real());
-        let wrench = if Order::<T>::IS_FIRST {
-            self.wrench_from_a(&relative.pushforward(&self.tangent_in_motion(law, &motion)))
-        } else {
-            self.wrench_in_motion(law, twists)
-        };
-        let moving = Some((&motion.real(), &real_vector(&twists[1].angular)));
-        (wrench, relative.in_world(&in_place, moving))
+        match self.relative_motion() {
+            Some((law, motion)) => real.linearisation_in_motion(&law.real(), &motion.real()),
+            None => real.elastic_linearisation(),
+        }
     }
 }
 
 /// The wrench on A and its derivatives, in A's axes about A's origin.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct RelativeLinearisation<T> {
-    pub wrench: Vector6<T>,
+pub(super) struct RelativeLinearisation {
+    pub wrench: Vector6<f64>,
     /// By a motion of B (angular, linear, of the point at A's origin).
-    pub by_motion: Matrix6<T>,
-    pub by_moduli: Matrix6x2<T>,
+    pub by_motion: Matrix6<f64>,
+    pub by_moduli: Matrix6x2<f64>,
     /// By the velocity of A relative to B (angular, linear at A's origin).
-    pub by_twist: Matrix6<T>,
+    pub by_twist: Matrix6<f64>,
     /// By dissipation and friction.
-    pub by_law: Matrix6x2<T>,
+    pub by_law: Matrix6x2<f64>,
     pub kinks: Kinks,
 }
 
-impl<T: Scalar> PartialSum for RelativeLinearisation<T> {
+impl PartialSum for RelativeLinearisation {
     fn empty() -> Self {
-        let zero = lift::<T>(0.0);
         Self {
-            wrench: Vector6::from_element(zero),
-            by_motion: Matrix6::from_element(zero),
-            by_moduli: Matrix6x2::from_element(zero),
-            by_twist: Matrix6::from_element(zero),
-            by_law: Matrix6x2::from_element(zero),
+            wrench: Vector6::zeros(),
+            by_motion: Matrix6::zeros(),
+            by_moduli: Matrix6x2::zeros(),
+            by_twist: Matrix6::zeros(),
+            by_law: Matrix6x2::zeros(),
             kinks: Kinks::default(),
         }
     }
@@ -198,10 +194,9 @@ impl<T: Scalar> PartialSum for RelativeLinearisation<T> {
     }
 }
 
-impl RelativeLinearisation<f64> {
-    /// The chain rule: the wrench after changes, with real parts of zero, of the numbers it depends on: motion of B,
-    /// moduli, and as far as there are any velocity, dissipation and friction.
-    pub fn pushforward<T: Scalar, const K: usize>(&self, changes: &[T; K]) -> Wrench<T> {
+impl RelativeLinearisation {
+    /// The chain rule: the wrench after changes, with real parts of zero, of the numbers of [`ContactPair::tangent`].
+    pub fn pushforward<T: Scalar>(&self, changes: &[T; 16]) -> Wrench<T> {
         let number = |row: usize| {
             let slope = |column: usize| match column {
                 0..6 => self.by_motion[(row, column)],
@@ -220,23 +215,16 @@ impl RelativeLinearisation<f64> {
             force: Vector3::from_fn(|i, _| number(3 + i)),
         }
     }
-}
 
-impl<T: Scalar> RelativeLinearisation<T> {
-    /// In the world: for bodies in motion with the velocity of A relative to B, in A's axes, and the angular velocity
-    /// of B in the world.
-    pub fn in_world(
-        &self,
-        pair: &ContactPair<T>,
-        motion: Option<(&RelativeMotion<T>, &Vector3<T>)>,
-    ) -> LinearisedContact<T> {
+    /// The contact in the world, of a pair where it is.
+    pub fn in_world(&self, pair: &ContactPair) -> LinearisedContact {
         let rotation = pair.a().pose().rotation();
         let from_a_to_b = pair.b().pose().translation() - pair.a().pose().translation();
         let wrench = pair.wrench_from_a(&Wrench::from_vector(&self.wrench));
         let turned = block_diagonal(rotation);
-        let in_world = |by: &Matrix6<T>| turned * by * turned.transpose();
+        let in_world = |by: &Matrix6<f64>| turned * by * turned.transpose();
         let by_motion = in_world(&self.by_motion);
-        let one = Matrix6::<T>::identity();
+        let one = Matrix6::identity();
         // Turning B about its own origin moves the point of B at A's origin by r × ω.
         let mut lever = one;
         add_block(&mut lever, [3, 0], skew(&from_a_to_b));
@@ -245,10 +233,11 @@ impl<T: Scalar> RelativeLinearisation<T> {
         add_block(&mut by_pose_a, [0, 0], -skew(&wrench.on_a.torque));
         add_block(&mut by_pose_a, [3, 0], -skew(&wrench.on_a.force));
         let mut by_pose_b = by_motion * lever;
-        let mut by_twists = [Matrix6::from_element(lift(0.0)); 2];
-        if let Some((motion, spin_b)) = motion {
+        let mut by_twists = [Matrix6::zeros(); 2];
+        if let Some(Motion { twists, .. }) = pair.motion() {
+            let motion = RelativeMotion::of(pair, *twists);
             let by_twist = in_world(&self.by_twist);
-            let [turn, shift] = motion.by_pose_a(rotation, spin_b);
+            let [turn, shift] = motion.by_pose_a(rotation, &twists[1].angular);
             by_pose_a += by_twist * (turn - shift);
             by_pose_b += by_twist * shift;
             // B's velocity counts where A's origin is.
@@ -269,21 +258,21 @@ impl<T: Scalar> RelativeLinearisation<T> {
     }
 }
 
-impl<T: Scalar> RelativeMotion<T> {
+impl RelativeMotion<f64> {
     /// How the velocity of A relative to B (in A's axes, given back in world axes) changes with A's axes as A turns, and
     /// with the place of A's origin on B as B moves against it.
-    fn by_pose_a(&self, rotation: &Matrix3<T>, spin_b: &Vector3<T>) -> [Matrix6<T>; 2] {
-        let mut turn = Matrix6::from_element(lift(0.0));
+    fn by_pose_a(&self, rotation: &Matrix3<f64>, spin_b: &Vector3<f64>) -> [Matrix6<f64>; 2] {
+        let mut turn = Matrix6::zeros();
         add_block(&mut turn, [0, 0], skew(&(rotation * self.angular)));
         add_block(&mut turn, [3, 0], skew(&(rotation * self.at_origin)));
-        let mut shift = Matrix6::from_element(lift(0.0));
+        let mut shift = Matrix6::zeros();
         add_block(&mut shift, [3, 3], skew(spin_b));
         [turn, shift]
     }
 }
 
-pub(super) fn block_diagonal<T: Scalar>(rotation: &Matrix3<T>) -> Matrix6<T> {
-    let mut matrix = Matrix6::from_element(lift(0.0));
+pub(super) fn block_diagonal(rotation: &Matrix3<f64>) -> Matrix6<f64> {
+    let mut matrix = Matrix6::zeros();
     add_block(&mut matrix, [0, 0], *rotation);
     add_block(&mut matrix, [3, 3], *rotation);
     matrix

@@ -7,8 +7,8 @@
 
 use super::SurfaceLaw;
 use super::friction::{RUNGS, rung_bounds, theta_squared};
+use super::motion::RelativeMotion;
 use super::plane_motion::PlaneMotion;
-use super::surface_law::RelativeMotion;
 use crate::lanes::space::{loaded, store};
 use crate::lanes::{Lanes, Mask, Numbers, ROW, Row};
 use crate::narrow_phase::{Octet, SLOTS};

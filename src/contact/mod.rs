@@ -22,10 +22,10 @@
 //!     ContactBody::new(&ball, on_top, 1e5)?,
 //!     ContactBody::new(&block, Pose::identity(), 1e6)?,
 //! );
-//! let (wrench, jacobian) = pair.wrench_and_jacobian();
-//! assert!(wrench.on_a.force.z > 0.0);
-//! // Lifting the ball lessens the force: row and column 5 are the z force and z translation.
-//! assert!(jacobian.on_a.by_pose_a[(5, 5)] < 0.0);
+//! let contact = pair.linearised();
+//! assert!(contact.wrench.on_a.force.z > 0.0);
+//! // Lifting the ball lessens the force: row and column 5 are the z force on A and the z translation of A.
+//! assert!(contact.by_poses[(5, 5)] < 0.0);
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
@@ -38,6 +38,7 @@ mod jacobian;
 mod linearised;
 mod loaded_triangles;
 mod loads;
+mod motion;
 mod octets;
 mod octets_in_motion;
 mod pair;
@@ -61,7 +62,6 @@ pub(crate) use crate::narrow_phase::{PartnerShape, STEEPEST};
 pub use crate::search::{Culling, Search};
 pub use crate::threads::results_of;
 pub(crate) use frozen::FrozenContact;
-pub use jacobian::{ContactJacobian, WrenchJacobian};
 pub(crate) use linearised::add_block;
 pub use linearised::{Kinks, LinearisedContact};
 pub use pair::{ContactPair, Pipeline, WorkCount};

@@ -227,9 +227,9 @@ impl<T: Scalar> OverOctets for Wrench<T> {
     }
 }
 
-impl<T: Scalar> OverOctets for RelativeJacobian<T> {
+impl OverOctets for RelativeJacobian {
     fn over(octets: &[Octet]) -> Self {
-        let sums = sum_of::<OfJacobian, JACOBIAN>(octets).map(lift);
+        let sums = sum_of::<OfJacobian, JACOBIAN>(octets);
         let (by_motion, pressed) = sums.split_at(MATRIX);
         let [wrench, pressed_a, pressed_b] =
             [0, 6, 12].map(|first| Vector6::from_column_slice(&pressed[first..first + 6]));
@@ -268,19 +268,22 @@ mod tests {
             angular: Vector3::new(1.0, -2.0, 0.7),
             linear: Vector3::new(0.3, 0.1, -0.2),
         };
-        let (wrench, jacobian) = pair.wrench_and_jacobian();
-        let in_motion = pair.wrench_in_motion(&law, [twist, Twist::zero()]);
-        let linearised = pair.linearised(&law, [twist, Twist::zero()]);
+        let moving = pair.moving(law, [twist, Twist::zero()]);
         let covector = SVector::from_fn(|row, _| (row as f64 + 0.5).sin());
-        let shapes = pair.shape_gradients_in_motion(&law, [twist, Twist::zero()], &covector);
+        let linearised = [pair, &moving].map(ContactPair::linearised);
+        let shapes = moving.shape_gradients(&covector);
         let vertices = shapes.iter().flat_map(|shape| &shape.by_vertices);
         let extents = shapes.iter().flat_map(|shape| &shape.by_extents);
-        let wrenches = [pair.wrench(), wrench, in_motion, linearised.wrench];
+        let [at_rest, in_motion] = linearised.each_ref().map(|contact| contact.wrench);
+        let wrenches = [pair.wrench(), at_rest, moving.wrench(), in_motion];
         let wrenches = wrenches.map(|wrench| wrench.on_a.to_vector());
         let numbers = wrenches.iter().flat_map(|wrench| wrench.iter().copied());
         numbers
-            .chain(jacobian.on_a.matrix().iter().copied())
-            .chain(linearised.jacobian().iter().copied())
+            .chain(
+                linearised
+                    .iter()
+                    .flat_map(|contact| contact.jacobian().iter().copied().collect::<Vec<_>>()),
+            )
             .chain(vertices.flat_map(|vertex| vertex.iter().copied()))
             .chain(extents.copied())
             .map(f64::to_bits)
@@ -324,12 +327,12 @@ mod tests {
             assert!(rest.norm() > 0.0 && spilled.norm() > rest.norm());
             assert!((rest + spilled - all).norm() < ROUND_OFF * all.norm());
             let jacobian = |of: &CutSurface<f64>| {
-                let add = |sum: &mut RelativeJacobian<f64>, it: &CutPolygon<f64>| it.add_to(sum);
+                let add = |sum: &mut RelativeJacobian, it: &CutPolygon<f64>| it.add_to(sum);
                 of.sum_of_moments(Weights::have_area, add).by_motion_of_b
             };
             let octaves = ELASTIC_COINCIDENCE;
             let ((surface, _), spilled) =
-                source.for_sum_of_derivatives::<RelativeJacobian<f64>>(octaves, pair.search());
+                source.for_sum_of_derivatives::<RelativeJacobian>(octaves, pair.search());
             let (all, _) = source.for_derivatives(octaves, pair.search());
             let (all, rest) = (jacobian(&all), jacobian(&surface));
             let close = ROUND_OFF * all.norm();

@@ -1,29 +1,28 @@
-use super::jacobian::RelativeJacobian;
-use super::linearised::RelativeLinearisation;
-use super::polygon::{CutPolygon, CutSurface, PartialSum, PolygonSource};
-use super::surface_law::RelativeMotion;
+use super::motion::Motion;
+use super::polygon::{CutSurface, PartialSum, PolygonSource};
 use super::{
-    ContactBody, ContactJacobian, ContactPolygon, ContactSurface, ContactWrench, Partner, Search,
-    SurfaceLaw,
+    ContactBody, ContactPolygon, ContactSurface, ContactWrench, Partner, Search, SurfaceLaw,
 };
-use crate::narrow_phase::{ELASTIC_COINCIDENCE, Weights};
 use crate::scalar::{Order, Scalar, real_part};
 use crate::spatial::{Pose, Twist};
 
-/// Two bodies that may touch: the wrench, the contact surface, the potential energy and the
-/// Jacobian of their contact.
+/// Two bodies that may touch: the wrench, its derivatives, the contact surface and the potential energy of their contact.
 ///
 /// A is a compliant body with a mesh. B is any [`Partner`]: another compliant body, a rigid one, or a half-space. A rigid B has
 /// no modulus, and derivatives by it are 0. There is no contact of rigid bodies and half-spaces among themselves.
 ///
-/// Every quantity is generic over the scalar: with `f64` poses and moduli it is a value, with dual
-/// numbers it carries derivatives of whatever order they have. No contact is an empty surface and
-/// a zero wrench with zero derivatives.
+/// A new pair is at rest, and its contact elastic. [`Self::moving`] gives it twists and a law for dissipation and friction.
+///
+/// Wrench, contact surface and energy are generic over the scalar: with `f64` poses and moduli they are values, with dual
+/// numbers they carry derivatives of any order. If the bodies do not touch, the surface is empty, and the wrench and its
+/// derivatives are zero.
 #[derive(Debug, Clone, Copy)]
 pub struct ContactPair<'a, T = f64> {
     a: ContactBody<'a, T>,
     b: Partner<'a, T>,
     search: Search,
+    /// None for a pair at rest.
+    motion: Option<Motion<T>>,
 }
 
 /// The contact of a pair computed in the scalar throughout: all geometry, clipping and integration carry the derivatives.
@@ -45,7 +44,7 @@ pub struct WorkCount {
 }
 
 impl<'a, T: Scalar> ContactPair<'a, T> {
-    /// A pair with the default search.
+    /// A pair at rest, with the default search.
     #[inline]
     #[must_use]
     pub fn new(a: ContactBody<'a, T>, b: impl Into<Partner<'a, T>>) -> Self {
@@ -53,6 +52,17 @@ impl<'a, T: Scalar> ContactPair<'a, T> {
             a,
             b: b.into(),
             search: Search::default(),
+            motion: None,
+        }
+    }
+
+    /// The same pair in motion: the surfaces have a law for dissipation and friction, and each body a twist in world axes, with
+    /// the velocity of the body's origin as its linear part.
+    #[must_use]
+    pub fn moving(self, law: SurfaceLaw<T>, twists: [Twist<T>; 2]) -> Self {
+        Self {
+            motion: Some(Motion { law, twists }),
+            ..self
         }
     }
 
@@ -80,54 +90,14 @@ impl<'a, T: Scalar> ContactPair<'a, T> {
         &self.b
     }
 
-    /// The exact contact wrenches (the paper, §III-C and §III-D).
+    /// The exact contact wrenches (the paper, §III-C and §III-D). Dissipation and friction are integrated exactly, too.
     #[must_use]
     pub fn wrench(&self) -> ContactWrench<T> {
         if Order::<T>::IS_FIRST {
-            let linearisation = self.real().relative_linearisation();
+            let (linearisation, ()) = self.relative_linearisation();
             return self.wrench_from_a(&linearisation.pushforward(&self.tangent()));
         }
         self.pipeline().wrench()
-    }
-
-    /// The wrenches and their derivatives by both poses and both moduli, in closed form from the
-    /// polygons' areas and moments: exact, and right also where a derivative through the clipping
-    /// would be lost in round-off.
-    ///
-    /// Wrenches and motions are in world axes, about each body's own origin. Faces within 2e-12 of the bodies' size of each
-    /// other count as coincident in the Jacobian, which is there the mean of both sides (about one generic direction where
-    /// several coincide).
-    #[must_use]
-    pub fn wrench_and_jacobian(&self) -> (ContactWrench<T>, ContactJacobian<T>) {
-        let linearised = self.linearised_at_rest();
-        (linearised.wrench, ContactJacobian::of(&linearised))
-    }
-
-    /// The elastic contact in A's axes.
-    pub(super) fn relative_linearisation(&self) -> RelativeLinearisation<T> {
-        let source = PolygonSource::of(self);
-        let ((surface, finer), spilled) =
-            source.for_sum_of_derivatives(ELASTIC_COINCIDENCE, self.search);
-        let add = |sum: &mut RelativeJacobian<T>, polygon: &CutPolygon<T>| polygon.add_to(sum);
-        let mut elastic = surface.sum_of_moments(Weights::have_area, add);
-        elastic.merge(spilled);
-        self.elastic_linearisation(&elastic, (&surface, finer.as_ref()))
-    }
-
-    /// From the sums over the surface that derivatives are made from, and that of values, if it is another.
-    pub(super) fn elastic_linearisation(
-        &self,
-        elastic: &RelativeJacobian<T>,
-        (surface, finer): (&CutSurface<T>, Option<&CutSurface<T>>),
-    ) -> RelativeLinearisation<T> {
-        let mut linearisation = elastic.linearisation(self.moduli());
-        linearisation.kinks.are_equal = surface.has_equal_fields();
-        linearisation.kinks.are_flush |= surface.touches();
-        if let Some(finer) = finer {
-            linearisation.wrench = finer.wrench().to_vector();
-            linearisation.kinks.are_flush = true;
-        }
-        linearisation
     }
 
     /// The contact surface, polygon by polygon.
@@ -136,25 +106,21 @@ impl<'a, T: Scalar> ContactPair<'a, T> {
         self.surface_of(&self.cut_surface())
     }
 
-    /// Contact surface and wrenches; `None` if the bodies do not touch. `moving` has the law and the twists of bodies in motion,
-    /// and is `None` for bodies at rest. In `f64`, and for derivatives of second and higher order, one search gives both.
-    pub(crate) fn surface_and_wrench(
-        &self,
-        moving: Option<(&SurfaceLaw<T>, [Twist<T>; 2])>,
-    ) -> Option<(ContactSurface<T>, ContactWrench<T>)> {
+    /// Contact surface and wrenches; `None` if the bodies do not touch. In `f64`, and for derivatives of second and higher order,
+    /// one search gives both.
+    pub(crate) fn surface_and_wrench(&self) -> Option<(ContactSurface<T>, ContactWrench<T>)> {
         let cuts = self.cut_surface();
         let surface = self.surface_of(&cuts);
         if surface.is_empty() {
             return None;
         }
-        let wrench = match moving {
-            Some((law, twists)) if Order::<T>::IS_FIRST => self.wrench_in_motion(law, twists),
-            None if Order::<T>::IS_FIRST => self.wrench(),
-            Some((law, twists)) => {
-                let motion = RelativeMotion::of(self, twists);
-                self.wrench_from_a(&cuts.wrench_in_motion(law, &motion))
-            }
-            None => self.wrench_from_a(&cuts.wrench()),
+        let wrench = if Order::<T>::IS_FIRST {
+            self.wrench()
+        } else {
+            self.wrench_from_a(&match self.relative_motion() {
+                Some((law, motion)) => cuts.wrench_in_motion(&law, &motion),
+                None => cuts.wrench(),
+            })
         };
         Some((surface, wrench))
     }
@@ -207,10 +173,23 @@ impl<'a, T: Scalar> ContactPair<'a, T> {
         [self.a.modulus(), self.b.scale()]
     }
 
-    /// The pair without derivatives, in A's frame.
+    /// The pair at rest.
+    pub(super) fn at_rest(&self) -> Self {
+        Self {
+            motion: None,
+            ..*self
+        }
+    }
+
+    /// How the bodies move; none for a pair at rest.
+    pub(crate) fn motion(&self) -> Option<&Motion<T>> {
+        self.motion.as_ref()
+    }
+
+    /// The pair at rest without derivatives, in A's frame.
     pub(super) fn real(&self) -> ContactPair<'a> {
         let pose_ab = self.a.pose().real().inverse() * self.b.pose().real();
-        self.real_at([Pose::identity(), pose_ab])
+        self.at_rest().real_at([Pose::identity(), pose_ab])
     }
 
     /// The pair without derivatives, where it is.
@@ -224,6 +203,7 @@ impl<'a, T: Scalar> ContactPair<'a, T> {
             a: ContactBody::from_valid(self.a.shape(), pose_a, modulus),
             b: self.b.with(pose_b, real_part),
             search: self.search,
+            motion: self.motion.as_ref().map(Motion::real),
         }
     }
 
@@ -236,10 +216,13 @@ impl<T: Scalar> Pipeline<'_, '_, T> {
     /// [`ContactPair::wrench`].
     #[must_use]
     pub fn wrench(&self) -> ContactWrench<T> {
-        let source = PolygonSource::of(self.0);
-        let (surface, spilled) = source.for_sum_of_values(self.0.search);
+        let pair = self.0;
+        if let Some((law, motion)) = pair.relative_motion() {
+            return pair.wrench_from_a(&pair.cut_surface().wrench_in_motion(&law, &motion));
+        }
+        let (surface, spilled) = PolygonSource::of(pair).for_sum_of_values(pair.search);
         let mut wrench = surface.wrench();
         wrench.merge(spilled);
-        self.0.wrench_from_a(&wrench)
+        pair.wrench_from_a(&wrench)
     }
 }

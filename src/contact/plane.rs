@@ -1,7 +1,7 @@
 use super::friction::{Affine, Quadratic, ends};
+use super::motion::RelativeMotion;
 use super::plane_motion::PlaneMotion;
 use super::polygon::CutPolygon;
-use super::surface_law::RelativeMotion;
 use crate::geometry::POLYGON_CAPACITY;
 use crate::scalar::{Scalar, change, lift, lift_vector, real_part, real_vector};
 use nalgebra::{Matrix3, Vector3};

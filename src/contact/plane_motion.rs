@@ -2,7 +2,7 @@
 
 use super::SurfaceLaw;
 use super::friction::Slip;
-use super::surface_law::RelativeMotion;
+use super::motion::RelativeMotion;
 use crate::lanes::space::{components, cross, splat, sum};
 use crate::lanes::{Lanes, Linear, Numbers};
 use crate::scalar::Scalar;

@@ -1,14 +1,9 @@
-use super::jacobian::RelativeJacobian;
-use super::linearised::{RelativeLinearisation, block_diagonal};
-use super::octets::OverOctets;
-use super::polygon::{PartialSum, PolygonSource};
+use super::linearised::block_diagonal;
+use super::polygon::PolygonSource;
 use super::reaction::on_both;
 use super::response::{Barycentric, OfCell, PolygonResponse};
-use super::surface_law::RelativeMotion;
-use super::{BodyError, ContactPair, LinearisedContact, PartnerShape, SurfaceLaw};
+use super::{BodyError, ContactPair, LinearisedContact, PartnerShape};
 use crate::mesh::{MeshError, ShapeRates};
-use crate::narrow_phase::{Cut, ELASTIC_COINCIDENCE};
-use crate::spatial::Twist;
 use nalgebra::{SMatrix, SVector, Vector3, Vector6};
 
 /// The derivatives of a number by the shape of a body: by where the vertices of its mesh or surface are, and by their extents.
@@ -62,7 +57,7 @@ impl ShapeGradient {
 }
 
 impl ContactPair<'_> {
-    /// The derivatives, by the shapes of A and of B, of a number that has these derivatives by the elastic wrenches (rows of
+    /// The derivatives, by the shapes of A and of B, of a number that has these derivatives by the wrenches (rows of
     /// [`LinearisedContact`]: torque and force on A, then on B).
     ///
     /// A product with a vector from the left, at the cost of a Jacobian: all vertices at once, in closed form, from the same
@@ -98,38 +93,25 @@ impl ContactPair<'_> {
     /// ```
     #[must_use]
     pub fn shape_gradients(&self, by_wrenches: &SVector<f64, 12>) -> [ShapeGradient; 2] {
-        self.shape_gradients_of(None, by_wrenches)
-    }
-
-    /// [`Self::shape_gradients`] of the wrenches of moving bodies, with law and twists as of [`Self::wrench_in_motion`].
-    ///
-    /// What the law adds jumps from polygon to polygon, so that the motion of their edges counts too: that of the faces that
-    /// they lie in.
-    #[must_use]
-    pub fn shape_gradients_in_motion(
-        &self,
-        law: &SurfaceLaw,
-        twists: [Twist; 2],
-        by_wrenches: &SVector<f64, 12>,
-    ) -> [ShapeGradient; 2] {
-        self.shape_gradients_of(Some((law, twists)), by_wrenches)
+        let [mut of_a, mut of_b] = self.shapes().map(ShapeGradient::zero);
+        let (_, response) = self.linearised_with_shapes();
+        response.pull_back(by_wrenches, [&mut of_a, &mut of_b]);
+        [of_a, of_b]
     }
 
     /// The derivatives of both wrenches (rows as of [`LinearisedContact`]) by some vertices of A and
-    /// of B (m), in the axes of their bodies' frames: of the elastic wrenches or, with a law and twists as of
-    /// [`Self::wrench_in_motion`], of those of moving bodies. One vertex takes as long as all of them.
+    /// of B (m), in the axes of their bodies' frames. One vertex takes as long as all of them.
     ///
     /// # Errors
     /// If a body has no vertex of such an index.
     pub fn vertex_jacobians(
         &self,
-        moving: Option<(&SurfaceLaw, [Twist; 2])>,
         vertices: [&[usize]; 2],
     ) -> Result<[Vec<SMatrix<f64, 12, 3>>; 2], BodyError> {
         let unit = |row: usize| Vector6::from_fn(|i, _| if i == row { 1.0 } else { 0.0 });
         let mut rows = [0, 1, 2, 3, 4, 5].map(|_| self.shapes().map(ShapeGradient::zero));
         let gradients = rows.each_mut().map(|[of_a, of_b]| [of_a, of_b]);
-        let (_, response) = self.linearised_with_shapes(moving);
+        let (_, response) = self.linearised_with_shapes();
         response.pull_back_relative(&[0, 1, 2, 3, 4, 5].map(unit), gradients);
         let (pose_wa, pose_wb) = (self.a().pose(), self.b().pose());
         let from_a_to_b = pose_wb.translation() - pose_wa.translation();
@@ -149,17 +131,6 @@ impl ContactPair<'_> {
         Ok(jacobians)
     }
 
-    fn shape_gradients_of(
-        &self,
-        moving: Option<(&SurfaceLaw, [Twist; 2])>,
-        by_wrenches: &SVector<f64, 12>,
-    ) -> [ShapeGradient; 2] {
-        let [mut of_a, mut of_b] = self.shapes().map(ShapeGradient::zero);
-        let (_, response) = self.linearised_with_shapes(moving);
-        response.pull_back(by_wrenches, [&mut of_a, &mut of_b]);
-        [of_a, of_b]
-    }
-
     fn shapes(&self) -> [PartnerShape<'_>; 2] {
         [
             PartnerShape::Compliant(self.a().shape()),
@@ -175,66 +146,11 @@ pub(crate) struct ShapeResponse<'a> {
 }
 
 impl<'a> ContactPair<'a> {
-    /// The contact with all its first derivatives, those by the shapes among them: of moving bodies by a law, with twists as of
-    /// [`Self::wrench_in_motion`], or, without one, of elastic ones.
-    pub(crate) fn linearised_with_shapes(
-        &self,
-        moving: Option<(&SurfaceLaw, [Twist; 2])>,
-    ) -> (LinearisedContact, ShapeResponse<'a>) {
-        let real = self.real();
-        let (linearised, polygons) = if let Some((law, twists)) = moving {
-            let motion = RelativeMotion::of(self, twists);
-            let (relative, polygons) = real.linearisation_in_motion(law, &motion);
-            let moving = Some((&motion, &twists[1].angular));
-            (relative.in_world(self, moving), polygons)
-        } else {
-            let (relative, polygons) = real.elastic_responses();
-            (relative.in_world(self, None), polygons)
-        };
+    /// The contact with all its first derivatives, those by the shapes among them.
+    pub(crate) fn linearised_with_shapes(&self) -> (LinearisedContact, ShapeResponse<'a>) {
+        let (relative, polygons) = self.relative_linearisation();
         let pair = *self;
-        (linearised, ShapeResponse { pair, polygons })
-    }
-
-    /// [`Self::relative_linearisation`], and how each polygon answers to changes of shape.
-    fn elastic_responses(&self) -> (RelativeLinearisation<f64>, Vec<PolygonResponse>) {
-        let source = PolygonSource::of(self);
-        let (surface, finer) = source.for_derivatives(ELASTIC_COINCIDENCE, self.search());
-        let mut sum = surface.sum_of_special_cuts(&|sum: &mut WithResponses, cut: &Cut| {
-            let polygon = surface.source.polygon(cut);
-            if polygon.has_area() && polygon.weights.have_area() {
-                polygon.add_to(&mut sum.elastic);
-                sum.polygons.push(PolygonResponse::of(cut, &polygon, None));
-            }
-        });
-        let octets = surface.found.octets();
-        sum.elastic.merge(RelativeJacobian::over(octets));
-        for octet in octets {
-            let places = (0..octet.tets().len()).filter(|&place| octet.has_polygon(place));
-            let responses = places.map(|place| PolygonResponse::at(octet, place, None));
-            sum.polygons.extend(responses);
-        }
-        let relative = self.elastic_linearisation(&sum.elastic, (&surface, finer.as_ref()));
-        (relative, sum.polygons)
-    }
-}
-
-/// The elastic contact, and how each polygon answers.
-struct WithResponses {
-    elastic: RelativeJacobian<f64>,
-    polygons: Vec<PolygonResponse>,
-}
-
-impl PartialSum for WithResponses {
-    fn empty() -> Self {
-        Self {
-            elastic: RelativeJacobian::empty(),
-            polygons: Vec::new(),
-        }
-    }
-
-    fn merge(&mut self, next: Self) {
-        self.elastic.merge(next.elastic);
-        self.polygons.merge(next.polygons);
+        (relative.in_world(self), ShapeResponse { pair, polygons })
     }
 }
 

@@ -1,7 +1,5 @@
-use super::{BodyError, ContactPair, ContactWrench, LinearisedContact, Pipeline};
-use crate::scalar::{Order, Scalar, real_part, real_vector, times};
-use crate::spatial::Twist;
-use nalgebra::Vector3;
+use super::BodyError;
+use crate::scalar::{Scalar, real_part};
 use std::ops::RangeInclusive;
 
 /// Slip tolerances (m/s) of which squares and cubes, and their inverses, are numbers of double precision.
@@ -65,77 +63,6 @@ impl<T: Copy> SurfaceLaw<T> {
     #[must_use]
     pub fn slip_tolerance(&self) -> f64 {
         self.slip_tolerance
-    }
-}
-
-impl<T: Scalar> ContactPair<'_, T> {
-    /// The contact wrenches of moving bodies. Each twist is in world axes, its linear part the
-    /// velocity of the body's origin.
-    ///
-    /// The law is integrated exactly over the contact polygons. Without dissipation and friction this is
-    /// [`Self::wrench`].
-    #[must_use]
-    pub fn wrench_in_motion(&self, law: &SurfaceLaw<T>, twists: [Twist<T>; 2]) -> ContactWrench<T> {
-        if Order::<T>::IS_FIRST {
-            let motion = RelativeMotion::of(self, twists);
-            let real = self.real();
-            let (linearisation, ()) = real.linearisation_in_motion(&law.real(), &motion.real());
-            let tangent = self.tangent_in_motion(law, &motion);
-            return self.wrench_from_a(&linearisation.pushforward(&tangent));
-        }
-        self.pipeline().wrench_in_motion(law, twists)
-    }
-}
-
-impl<T: Scalar> Pipeline<'_, '_, T> {
-    /// [`ContactPair::wrench_in_motion`].
-    #[must_use]
-    pub fn wrench_in_motion(&self, law: &SurfaceLaw<T>, twists: [Twist<T>; 2]) -> ContactWrench<T> {
-        let motion = RelativeMotion::of(self.0, twists);
-        let surface = self.0.cut_surface();
-        let wrench_a = surface.wrench_in_motion(law, &motion);
-        self.0.wrench_from_a(&wrench_a)
-    }
-}
-
-impl ContactPair<'_> {
-    /// The contact of moving bodies with all its first derivatives; arguments as of [`Self::wrench_in_motion`].
-    #[must_use]
-    pub fn linearised(&self, law: &SurfaceLaw, twists: [Twist; 2]) -> LinearisedContact {
-        let motion = RelativeMotion::of(self, twists);
-        let (relative, ()) = self.real().linearisation_in_motion(law, &motion);
-        relative.in_world(self, Some((&motion, &twists[1].angular)))
-    }
-}
-
-/// The velocity of A relative to B as a field, in A's axes about A's origin.
-#[derive(Clone, Copy)]
-pub(super) struct RelativeMotion<T> {
-    pub angular: Vector3<T>,
-    pub at_origin: Vector3<T>,
-}
-
-impl<T: Scalar> RelativeMotion<T> {
-    pub fn of(pair: &ContactPair<T>, [twist_a, twist_b]: [Twist<T>; 2]) -> Self {
-        let (pose_wa, pose_wb) = (pair.a().pose(), pair.b().pose());
-        let to_origin_a = pose_wa.translation() - pose_wb.translation();
-        let velocity_of_b = twist_b.linear + twist_b.angular.cross(&to_origin_a);
-        let in_a = pose_wa.rotation().transpose();
-        Self {
-            angular: times(&in_a, &(twist_a.angular - twist_b.angular)),
-            at_origin: times(&in_a, &(twist_a.linear - velocity_of_b)),
-        }
-    }
-
-    pub fn at(&self, point: &Vector3<T>) -> Vector3<T> {
-        self.at_origin + self.angular.cross(point)
-    }
-
-    pub fn real(&self) -> RelativeMotion<f64> {
-        RelativeMotion {
-            angular: real_vector(&self.angular),
-            at_origin: real_vector(&self.at_origin),
-        }
     }
 }
 

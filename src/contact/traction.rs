@@ -1,8 +1,8 @@
 use super::SurfaceLaw;
 use super::friction::{Affine, product};
+use super::motion::RelativeMotion;
 use super::plane::{Outline, PlanePolygon, quadratic_moments};
 use super::polygon::CutPolygon;
-use super::surface_law::RelativeMotion;
 use crate::scalar::{Scalar, carries_derivatives, lift, real_part};
 use crate::spatial::Wrench;
 use nalgebra::Vector3;

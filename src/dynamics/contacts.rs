@@ -38,10 +38,7 @@ impl<T: Scalar> System<T> {
         let pairs = self.close_pairs(&state.bodies, &mut sweep);
         mapped_into(&mut contacts, pairs, |&(i, j)| {
             let (bodies, states) = ([i, j], [&state.bodies[i], &state.bodies[j]]);
-            let moving = self.motion_of(bodies, states);
-            let moving = moving.as_ref().map(|(law, twists)| (law, *twists));
-            let pair = self.pair_of(bodies, states)?;
-            let (surface, wrench) = pair.surface_and_wrench(moving)?;
+            let (surface, wrench) = self.pair_of(bodies, states)?.surface_and_wrench()?;
             Some(Contact {
                 bodies,
                 surface,

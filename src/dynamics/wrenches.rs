@@ -3,9 +3,9 @@ use super::sweep::Sweep;
 use super::system::System;
 use super::workspace::Workspace;
 use super::{Body, BodyState, Force, Situation, State, TimeSpan, World, WorldError, Wrenches};
-use crate::contact::{ContactBody, ContactPair, ContactWrench, Partner, SurfaceLaw};
+use crate::contact::{ContactBody, ContactPair, ContactWrench, Partner};
 use crate::scalar::{Scalar, lift, lift_vector};
-use crate::spatial::{Twist, Wrench};
+use crate::spatial::Wrench;
 use crate::threads::mapped_into;
 use nalgebra::{Vector3, Vector6};
 
@@ -33,8 +33,8 @@ pub(super) fn all_wrenches<'s, T: Scalar>(
 }
 
 impl<T: Scalar, F: Force> World<T, F> {
-    /// The contact of two bodies by name, in a state: its surface, its elastic wrench, its Jacobian. A is the first one, unless
-    /// that is rigid or a half-space.
+    /// The contact of two bodies by name, in a state: its surface, its wrench with friction and dissipation, and its derivatives. A is
+    /// the first one, unless that is rigid or a half-space.
     ///
     /// # Errors
     /// If there is no body of one of the names, both are the same, neither is compliant with a mesh, or the state is of another
@@ -150,7 +150,8 @@ impl<T: Scalar> System<T> {
         sweep.overlapping(boxes, |i, j| self.contact_order(i, j))
     }
 
-    /// The contact of two bodies in these states, if the first is compliant with a mesh.
+    /// The contact of two bodies in these states, if the first is compliant with a mesh. It is in motion if the bodies have
+    /// dissipation or friction.
     #[inline]
     pub(super) fn pair_of(
         &self,
@@ -160,23 +161,18 @@ impl<T: Scalar> System<T> {
         let [a, b] = places.map(|place| &self.bodies[place]);
         let modulus = |body: &Body<T>| body.material.modulus;
         let shape_a = a.shape.compliant()?;
-        let a = ContactBody::from_valid(shape_a, states[0].pose, modulus(a)?);
+        let on_a = ContactBody::from_valid(shape_a, states[0].pose, modulus(a)?);
         let modulus_b = modulus(b).unwrap_or(lift(1.0));
-        let b = Partner::from_valid(b.shape.partner(), states[1].pose, modulus_b);
-        Some(ContactPair::new(a, b))
-    }
-
-    /// The surface law of two bodies and the twists of their origins; none if neither dissipates or rubs.
-    pub(super) fn motion_of(
-        &self,
-        places: [usize; 2],
-        states: [&BodyState<T>; 2],
-    ) -> Option<(SurfaceLaw<T>, [Twist<T>; 2])> {
-        let [a, b] = places.map(|place| &self.bodies[place]);
-        (a.rubs || b.rubs).then(|| {
+        let on_b = Partner::from_valid(b.shape.partner(), states[1].pose, modulus_b);
+        let pair = ContactPair::new(on_a, on_b);
+        Some(if a.rubs || b.rubs {
             let law = a.material.law_with(&b.material, self.slip_tolerance);
-            let twists = [a.twist_at_origin(states[0]), b.twist_at_origin(states[1])];
-            (law, twists)
+            pair.moving(
+                law,
+                [a.twist_at_origin(states[0]), b.twist_at_origin(states[1])],
+            )
+        } else {
+            pair
         })
     }
 
@@ -187,13 +183,8 @@ impl<T: Scalar> System<T> {
         j: usize,
     ) -> ContactWrench<T> {
         let (places, states) = ([i, j], [&states[i], &states[j]]);
-        let Some(pair) = self.pair_of(places, states) else {
-            return ContactWrench::zero();
-        };
-        match self.motion_of(places, states) {
-            Some((law, twists)) => pair.wrench_in_motion(&law, twists),
-            None => pair.wrench(),
-        }
+        let pair = self.pair_of(places, states);
+        pair.map_or_else(ContactWrench::zero, |pair| pair.wrench())
     }
 }
 

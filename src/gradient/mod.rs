@@ -22,7 +22,7 @@
 //! ```
 //!
 //! [`dual_wrench_jacobian`] is the reference that the closed form of
-//! [`ContactPair::wrench_and_jacobian`](crate::contact::ContactPair::wrench_and_jacobian) is
+//! [`ContactPair::linearised`](crate::contact::ContactPair::linearised) is
 //! checked against: the same numbers by an independent way, differentiating through every slice
 //! and clip. Where a vertex of one body lies exactly in a face of the other's tetrahedra, that way may give
 //! derivatives that are off. Any other derivative is a call of num-dual on the library's functions:
@@ -51,6 +51,7 @@ mod breakdown;
 mod changes;
 mod derivative_check;
 mod difference_check;
+mod dual_jacobian;
 mod error;
 mod experiment;
 mod linearised;
@@ -64,10 +65,10 @@ mod rollout_gradient;
 #[cfg(feature = "serde")]
 mod serial;
 mod widths;
-mod wrench_jacobian;
 
 pub use derivative_check::{CheckedDerivative, DerivativeCheck, Verdict};
 pub use difference_check::DifferenceCheck;
+pub use dual_jacobian::dual_wrench_jacobian;
 pub use error::GradientError;
 pub use experiment::{Experiment, OutcomeJacobian};
 pub use linearised::LinearisedRollout;
@@ -75,4 +76,3 @@ pub use outcome::{FinalPosition, FinalState, Integral, Outcome, Rate, RecordedSt
 pub use parameter::Parameter;
 pub use reverse::Mode;
 pub use rollout_gradient::{Keeping, RolloutGradient};
-pub use wrench_jacobian::dual_wrench_jacobian;

@@ -135,14 +135,22 @@ mod cube_on_box {
 
     #[test]
     fn force_and_derivatives_are_the_closed_ones() {
-        let (wrench, jacobian) = shapes_and(0.01, |pair| pair.wrench_and_jacobian());
-        let [by_a, by_b] = [jacobian.on_a.by_modulus_a, jacobian.on_a.by_modulus_b];
+        let contact = shapes_and(0.01, |pair| pair.linearised());
+        let (wrench, by_moduli) = (contact.wrench, contact.by_moduli.row(5));
         assert_relative_eq!(force(0.01), 1_444.453_125, max_relative = EXACT);
         assert_relative_eq!(wrench.on_a.force.z, 1_444.453_125, max_relative = EXACT);
-        let stiffness = jacobian.on_a.by_pose_a[(5, 5)];
+        let stiffness = contact.by_poses[(5, 5)];
         assert_relative_eq!(stiffness, -138_960.937_5, max_relative = EXACT);
-        assert_relative_eq!(by_a[5] * MODULI[0], 575.947_265_625, max_relative = EXACT);
-        assert_relative_eq!(by_b[5] * MODULI[1], 868.505_859_375, max_relative = EXACT);
+        assert_relative_eq!(
+            by_moduli[0] * MODULI[0],
+            575.947_265_625,
+            max_relative = EXACT
+        );
+        assert_relative_eq!(
+            by_moduli[1] * MODULI[1],
+            868.505_859_375,
+            max_relative = EXACT
+        );
         let lateral = wrench.on_a.force.xy().amax();
         assert!(lateral <= EXACT * wrench.on_a.force.z, "{lateral:e}");
     }
@@ -163,16 +171,14 @@ mod cube_on_box {
     fn rest_depth_under_gravity_is_found_by_newtons_method_on_the_wrench() {
         let (mut depth, weight) = (1e-4, 9.81);
         for _ in 0..8 {
-            let (wrench, jacobian) = shapes_and(depth, |pair| pair.wrench_and_jacobian());
-            depth += (weight - wrench.on_a.force.z) / -jacobian.on_a.by_pose_a[(5, 5)];
+            let contact = shapes_and(depth, |pair| pair.linearised());
+            depth += (weight - contact.wrench.on_a.force.z) / -contact.by_poses[(5, 5)];
         }
         assert!(
             (depth - 6.541_604_590_930e-5).abs() <= REST_DEPTH * depth,
             "{depth:e}"
         );
-        let stiffness = shapes_and(depth, |pair| {
-            -pair.wrench_and_jacobian().1.on_a.by_pose_a[(5, 5)]
-        });
+        let stiffness = shapes_and(depth, |pair| -pair.linearised().by_poses[(5, 5)]);
         assert!((stiffness.sqrt() / 387.203_326 - 1.0).abs() <= FREQUENCY);
     }
 }

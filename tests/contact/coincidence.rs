@@ -292,7 +292,7 @@ fn assert_those_of_differences(count: usize) {
 /// The largest error against derivatives through slices and clips.
 pub(super) fn error_of_pipeline(scene: &Scene) -> f64 {
     let (pair, law, twists) = scene.changed(&seeds());
-    let expected = jacobian_of(&pair.pipeline().wrench_in_motion(&law, twists));
+    let expected = jacobian_of(&pair.moving(law, twists).pipeline().wrench());
     let scaled = Scaled::of(scene);
     let [found, expected] =
         [scene.linearised(), expected].map(|jacobian| scaled.relative(&jacobian));

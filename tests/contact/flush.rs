@@ -1,7 +1,7 @@
 //! Bodies with flush faces, as stacked blocks have them: the wrench is differentiable there, although
 //! no contact polygon is in its generic place.
 
-use crate::support::differences::{by_motion, central_difference};
+use crate::support::differences::{at_rest, by_motion, central_difference};
 use crate::support::hostile::kinks::kink_of;
 use crate::support::hostile::measures::Measures;
 use crate::support::hostile::{Family, Hostile};
@@ -56,7 +56,7 @@ fn a_wrench_of_first_order_has_the_derivatives_of_the_generic_pipeline() {
     let (shapes, mut random) = (mixed_shapes(), Random::new(71));
     for _ in 0..200 {
         let pair = random_pair(&shapes, &mut random);
-        let dual = by_motion(&dual_wrench_jacobian(&pair).1.on_a.matrix(), &pair);
+        let dual = by_motion(&at_rest(&dual_wrench_jacobian(&pair).1), &pair);
         let error = (first_order_jacobian(&pair) - dual).amax();
         assert!(
             error <= TWO_WAYS * dual.amax(),
@@ -72,7 +72,7 @@ fn assert_equal_differences(shape: &Shape, pose: Pose, moduli: [f64; 2]) {
         (shape, Pose::identity(), moduli[1]),
     );
     let differences = central_difference(&pair, STEP);
-    let closed = by_motion(&pair.wrench_and_jacobian().1.on_a.matrix(), &pair);
+    let closed = by_motion(&at_rest(&pair.linearised().jacobian()), &pair);
     let ways = [
         ("closed form", closed, DIFFERENCES),
         ("first order", first_order_jacobian(&pair), DIFFERENCES),
@@ -138,10 +138,10 @@ fn cubes_that_only_touch_have_no_contact() {
         for [a, b] in [[1.0, 2.0], [2.0, 1.0], [1.0, 1.0]] {
             let place = Pose::from_translation(offset);
             let pair = pair((&cube, place, a), (&cube, Pose::identity(), b));
-            let (wrench, jacobian) = pair.wrench_and_jacobian();
+            let contact = pair.linearised();
             assert!(pair.surface().is_empty() && pair.touching_tets().is_empty());
-            assert!(wrench.on_a.to_vector().amax() <= 0.0);
-            assert!(jacobian.on_a.matrix().amax() <= 0.0);
+            assert!(contact.wrench.on_a.to_vector().amax() <= 0.0);
+            assert!(contact.jacobian().amax() <= 0.0);
         }
     }
 }
@@ -153,13 +153,13 @@ fn two_ways(family: Family, numbers: std::ops::Range<u64>) -> [usize; 2] {
     let (mut pairs, mut differing) = (0, 0);
     for number in numbers {
         let pair = hostile.pair(family, number);
-        let (wrench, closed) = pair.wrench_and_jacobian();
-        if kink_of(&pair).is_some() || wrench.on_a.force == Vector3::zeros() {
+        let contact = pair.linearised();
+        if kink_of(&pair).is_some() || contact.wrench.on_a.force == Vector3::zeros() {
             continue;
         }
         let through_clips = dual_wrench_jacobian(&pair).1;
-        let [closed, through_clips] =
-            [closed, through_clips].map(|jacobian| by_motion(&jacobian.on_a.matrix(), &pair));
+        let [closed, through_clips] = [contact.jacobian(), through_clips]
+            .map(|jacobian| by_motion(&at_rest(&jacobian), &pair));
         let scale = closed.amax().max(Measures::of(&pair).force());
         pairs += 1;
         // NaN differs.

@@ -37,7 +37,11 @@ impl Scene<'_> {
 
     /// Columns by the moduli are by parts of them.
     fn jacobian(&self) -> SMatrix<f64, 12, COLUMNS> {
-        let mut jacobian = self.pair.linearised(&self.law(), self.twists).jacobian();
+        let mut jacobian = self
+            .pair
+            .moving(self.law(), self.twists)
+            .linearised()
+            .jacobian();
         for (column, body) in [(24, self.pair.a()), (25, &self.pair.b().body().unwrap())] {
             jacobian.column_mut(column).scale_mut(body.modulus());
         }
@@ -71,7 +75,7 @@ impl Scene<'_> {
             friction + changes[27],
             slip_tolerance,
         );
-        let wrench = moved.wrench_in_motion(&law.unwrap(), twists);
+        let wrench = moved.moving(law.unwrap(), twists).wrench();
         let [a, b] = [wrench.on_a, wrench.on_b].map(|wrench| wrench.to_vector());
         SVector::from_fn(|row, _| if row < 6 { a[row] } else { b[row - 6] })
     }

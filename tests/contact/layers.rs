@@ -40,7 +40,7 @@ fn by_motions(edge: f64, gap: f64) -> [(Matrix6<f64>, Kinks); 2] {
             (&large, Pose::identity(), 1.0),
             (&small, Pose::from_translation(PLACE + up), modulus),
         );
-        let contact = pair(bodies.0, bodies.1).linearised(&law, twists);
+        let contact = pair(bodies.0, bodies.1).moving(law, twists).linearised();
         let by_motions = contact.by_poses.fixed_view::<6, 6>(0, 6) / (0.5 * modulus * edge);
         (by_motions, contact.kinks)
     })

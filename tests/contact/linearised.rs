@@ -44,7 +44,7 @@ fn for_scenes(count: usize, seed: u8, mut check: impl FnMut(&Scene, &mut Random)
     let (shapes, mut random) = (mixed_shapes(), Random::new(seed));
     let mut checked = 0;
     while checked < count {
-        let scene = Scene::at_random(random_pair(&shapes, &mut random), &mut random);
+        let scene = Scene::at_random(&random_pair(&shapes, &mut random), &mut random);
         if !scene.pair.surface().is_empty() {
             check(&scene, &mut random);
             checked += 1;
@@ -58,8 +58,8 @@ fn wrenches_of_first_order_have_the_derivatives_of_the_generic_pipeline() {
     for_scenes(200, 31, |scene, _| {
         let (pair, law, twists) = scene.changed(&seeds());
         let elastic = assert_same(&pair.wrench(), &pair.pipeline().wrench());
-        let closed = pair.wrench_in_motion(&law, twists);
-        let through_clips = pair.pipeline().wrench_in_motion(&law, twists);
+        let closed = pair.moving(law, twists).wrench();
+        let through_clips = pair.moving(law, twists).pipeline().wrench();
         let rubbing = assert_same(&closed, &through_clips);
         worst = [worst[0].max(elastic), worst[1].max(rubbing)];
     });
@@ -71,7 +71,7 @@ fn derivatives_of_a_pair_in_motion_are_differences() {
     let mut worst = 0.0_f64;
     for_scenes(200, 32, |scene, random| {
         let (pair, law, twists) = scene.changed(&seeds());
-        let by_inputs = jacobian_of(&pair.wrench_in_motion(&law, twists));
+        let by_inputs = jacobian_of(&pair.moving(law, twists).wrench());
         let direction = SVector::<f64, COLUMNS>::from_fn(|_, _| random.between(-1.0, 1.0));
         worst = worst.max(scene.error_along(&direction, &by_inputs, &STEPS));
         assert!(worst <= DIFFERENCES, "{worst:e}");
@@ -82,7 +82,7 @@ fn derivatives_of_a_pair_in_motion_are_differences() {
 #[test]
 fn changes_pushed_forward_and_covectors_pulled_back_are_products_with_the_jacobian() {
     for_scenes(20, 33, |scene, random| {
-        let contact = scene.pair.linearised(&scene.law(), scene.twists);
+        let contact = scene.pair.moving(scene.law(), scene.twists).linearised();
         let jacobian = contact.jacobian();
         // Derivatives by moduli are so much smaller than others: in changes of their own size, all columns count.
         let change = SVector::<f64, COLUMNS>::from_fn(|column, _| {
@@ -102,7 +102,7 @@ fn changes_pushed_forward_and_covectors_pulled_back_are_products_with_the_jacobi
 #[test]
 fn contacts_at_generic_poses_have_no_kinks() {
     for_scenes(50, 34, |scene, _| {
-        let contact = scene.pair.linearised(&scene.law(), scene.twists);
+        let contact = scene.pair.moving(scene.law(), scene.twists).linearised();
         assert!(!contact.kinks.is_any(), "{:?}", contact.kinks);
     });
 }
@@ -115,10 +115,7 @@ fn bodies_that_are_apart_have_a_wrench_of_zero() {
     let body = |x| ContactBody::new(&ball, at(x), lift(1e5)).unwrap();
     let pair = ContactPair::new(body(0.0), body(1.0));
     let law = SurfaceLaw::new(lift(0.5), lift(0.5), 0.01).unwrap();
-    for wrench in [
-        pair.wrench(),
-        pair.wrench_in_motion(&law, [Twist::zero(); 2]),
-    ] {
+    for wrench in [pair.wrench(), pair.moving(law, [Twist::zero(); 2]).wrench()] {
         assert!(numbers(&wrench).iter().all(|n| n.re == 0.0));
         assert!(jacobian_of(&wrench).iter().all(|&slope| slope == 0.0));
     }
@@ -230,16 +227,16 @@ fn layers_of_equal_pressure_have_the_derivatives_of_differences_by_either_modulu
             let position = random.direction() * random.between(0.2, 1.2);
             let turned = Pose::from_rotation_vector(&random.rotation_vector(), position);
             let layers = pair((&ball, turned, 2.0), (&ball, Pose::identity(), 2.0));
-            let scene = Scene::at_random(layers, &mut random);
+            let scene = Scene::at_random(&layers, &mut random);
             let (pair, law, twists) = scene.changed(&seeds());
             let [elastic, in_motion] =
-                [pair.wrench(), pair.wrench_in_motion(&law, twists)].map(|w| jacobian_of(&w));
+                [pair.wrench(), pair.moving(law, twists).wrench()].map(|w| jacobian_of(&w));
             for modulus in [24, 25] {
                 let values = |step: f64| {
                     let mut changes = SVector::<f64, COLUMNS>::zeros();
                     changes[modulus] = step;
                     let (pair, law, twists) = scene.changed(&changes);
-                    [pair.wrench(), pair.wrench_in_motion(&law, twists)].map(|w| numbers(&w))
+                    [pair.wrench(), pair.moving(law, twists).wrench()].map(|w| numbers(&w))
                 };
                 let ways = [&elastic, &in_motion];
                 for (way, jacobian) in ways.into_iter().enumerate() {
@@ -288,8 +285,8 @@ fn faces_that_are_hardly_pressed_in_do_not_just_touch() {
             ),
         );
         let law = SurfaceLaw::new(0.0, 0.0, 1e-3).unwrap();
-        let in_motion = pair.linearised(&law, [Twist::zero(); 2]).by_poses[(5, 5)];
-        let elastic = pair.wrench_and_jacobian().1.on_a.by_pose_a[(5, 5)];
+        let in_motion = pair.moving(law, [Twist::zero(); 2]).linearised().by_poses[(5, 5)];
+        let elastic = pair.linearised().by_poses[(5, 5)];
         for found in [in_motion, elastic] {
             // Facets of the contact's rim are of the depth.
             assert!(

@@ -148,10 +148,7 @@ fn a_brick_that_spins_about_its_own_middle_is_not_pushed_sideways() {
             angular: vector![0.0, 0.0, 10.0],
             linear: Vector3::zeros(),
         };
-        let force = pair
-            .wrench_in_motion(&law, [spin, Twist::zero()])
-            .on_a
-            .force;
+        let force = pair.moving(law, [spin, Twist::zero()]).wrench().on_a.force;
         let sideways = force.xy().norm() / (FRICTION * force.z);
         println!("sideways {sideways:.1e}");
         assert!(sideways <= ROUND_OFF, "{sideways:e}");
@@ -180,7 +177,8 @@ fn integral_error(brick: &Shape, law: [f64; 3], motion: &Twist) -> f64 {
     let [dissipation, friction, slip_tolerance] = law;
     let surface_law = SurfaceLaw::new(dissipation, friction, slip_tolerance).unwrap();
     let found = pair
-        .wrench_in_motion(&surface_law, [at_origin, Twist::zero()])
+        .moving(surface_law, [at_origin, Twist::zero()])
+        .wrench()
         .on_a;
     let expected = integrated(&pair, law, motion).about(&origin);
     let scale = pair.wrench().on_a.force.norm() * friction.max(1.0);

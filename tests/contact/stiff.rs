@@ -47,11 +47,12 @@ fn contact_is_finite_at_the_steepest_pressures() {
         (&ball, Pose::identity(), modulus(&ball)),
         (&block, pose, 0.7 * modulus(&block)),
     );
-    let (wrench, jacobian) = pair.wrench_and_jacobian();
+    let contact = pair.linearised();
+    let wrench = contact.wrench;
     assert!(wrench.on_a.force.norm() > 0.0);
     let numbers = wrench.on_a.to_vector();
     assert!(numbers.iter().all(|number| number.is_finite()));
-    let numbers = jacobian.on_a.matrix();
+    let numbers = contact.jacobian();
     assert!(numbers.iter().all(|number| number.is_finite()));
 }
 

@@ -69,7 +69,7 @@ fn on_stage(wrench: &ContactWrench) -> Wrench {
 }
 
 fn wrench(pair: &ContactPair, law: &SurfaceLaw, twists: [Twist; 2]) -> Wrench {
-    let found = pair.wrench_in_motion(law, twists);
+    let found = pair.moving(*law, twists).wrench();
     // The third law, about one point.
     let [a, b] = places().map(|place| *place.translation());
     let reaction = found.on_b.about(&(a - b));
@@ -244,9 +244,9 @@ fn differentiated(velocity: Vector3<f64>, is_linearised: bool) -> ContactWrench<
         variable(twists[0].linear[i], direction)
     });
     if is_linearised {
-        pair.wrench_in_motion(&law, dual)
+        pair.moving(law, dual).wrench()
     } else {
-        pair.pipeline().wrench_in_motion(&law, dual)
+        pair.moving(law, dual).pipeline().wrench()
     }
 }
 
@@ -324,9 +324,9 @@ fn friction_depends_on_slip_over_slip_tolerance_alone_however_small_or_large() {
         let law = SurfaceLaw::new(0.0, 0.5, slip_tolerance).unwrap();
         let mut twist = Twist::zero();
         twist.linear.x = ratio * slip_tolerance;
-        let linearised = pair.linearised(&law, [twist, Twist::zero()]);
+        let linearised = pair.moving(law, [twist, Twist::zero()]).linearised();
         assert!(linearised.jacobian().iter().all(|entry| entry.is_finite()));
-        pair.wrench_in_motion(&law, [twist, Twist::zero()]).on_a
+        pair.moving(law, [twist, Twist::zero()]).wrench().on_a
     };
     for ratio in [0.0, 1e-20, 0.7, 1e20] {
         let expected = sliding(1.0, ratio).to_vector();
@@ -367,8 +367,8 @@ fn friction_does_not_depend_on_where_a_polygon_begins() {
                 angular: vector![0.3, -0.2, 0.5] * sign / size,
                 linear: vector![0.02, 0.1, -0.05] * sign,
             });
-            let force = pair.wrench_in_motion(&law, twists).on_a.force;
-            let other = exchanged.wrench_in_motion(&law, [twists[1], twists[0]]);
+            let force = pair.moving(law, twists).wrench().on_a.force;
+            let other = exchanged.moving(law, [twists[1], twists[0]]).wrench();
             let error = (force - other.on_b.force).norm();
             assert!(force.norm() > 0.0);
             assert!(error <= SAME * force.norm(), "{error:e} {:e}", force.norm());

@@ -87,17 +87,22 @@ fn point(point: &Vector3<f64>, units: Units) -> impl Iterator<Item = f64> {
 
 /// All that can be asked of a pair, in the units that its copy began with.
 fn everything(pair: &ContactPair, units: Units) -> Vec<f64> {
-    let (wrench, jacobian) = pair.wrench_and_jacobian();
+    let contact = pair.linearised();
+    let wrench = contact.wrench;
     let mut numbers = torque_and_force(&pair.wrench().on_a.to_vector(), units, 0);
     for on in [wrench.on_a, wrench.on_b] {
         numbers.extend(torque_and_force(&on.to_vector(), units, 0));
     }
-    for on in [jacobian.on_a, jacobian.on_b] {
-        numbers.extend(by_pose(&on.by_pose_a, units));
-        numbers.extend(by_pose(&on.by_pose_b, units));
+    for row in [0, 6] {
+        let by_poses = [0, 6].map(|column| contact.by_poses.fixed_view::<6, 6>(row, column));
+        let by_moduli = [0, 1].map(|column| contact.by_moduli.fixed_view::<6, 1>(row, column));
+        for by in by_poses {
+            numbers.extend(by_pose(&by.into_owned(), units));
+        }
         let per_modulus = units.extent - units.pressure;
-        numbers.extend(torque_and_force(&on.by_modulus_a, units, per_modulus));
-        numbers.extend(torque_and_force(&on.by_modulus_b, units, per_modulus));
+        for by in by_moduli {
+            numbers.extend(torque_and_force(&by.into_owned(), units, per_modulus));
+        }
     }
     numbers.extend(in_motion(pair, units));
     numbers.push(pair.potential_energy() * power(-units.moment(3)));
@@ -129,9 +134,9 @@ fn in_motion(pair: &ContactPair, units: Units) -> Vec<f64> {
         [-0.4, 0.2, 0.1, 0.1, 0.1, 0.3],
     ]
     .map(twist);
-    let wrench = pair.wrench_in_motion(&law, twists).on_a.to_vector();
+    let wrench = pair.moving(law, twists).wrench().on_a.to_vector();
     let mut numbers = torque_and_force(&wrench, units, 0);
-    let jacobian = pair.linearised(&law, twists).jacobian();
+    let jacobian = pair.moving(law, twists).linearised().jacobian();
     for (number, column) in jacobian.column_iter().enumerate() {
         // By angles and lengths of poses and twists, moduli, dissipation (s/m) and friction.
         let by = match number {

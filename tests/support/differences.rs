@@ -35,6 +35,11 @@ pub fn central_difference(pair: &ContactPair, step: f64) -> SMatrix<f64, 6, 14> 
     SMatrix::from_columns(&columns)
 }
 
+/// The columns of a 12×28 Jacobian by both poses and both moduli; the rows of the wrench on A.
+pub fn at_rest(jacobian: &SMatrix<f64, 12, 28>) -> SMatrix<f64, 6, 14> {
+    SMatrix::from_fn(|row, column| jacobian[(row, if column < 12 { column } else { column + 12 })])
+}
+
 /// The Jacobian of the wrench on A by a motion, from the one by moduli.
 pub fn by_motion(matrix: &SMatrix<f64, 6, 14>, pair: &ContactPair) -> SMatrix<f64, 6, 14> {
     let mut matrix = *matrix;

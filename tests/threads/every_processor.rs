@@ -88,18 +88,19 @@ fn contact(pair: &ContactPair) -> Vec<u8> {
         },
     ];
     let covector = SVector::from_fn(|row, _| 1.0 / (row as f64 + 3.0));
-    let (wrench, jacobian) = pair.wrench_and_jacobian();
-    let mut wrenches = vec![pair.wrench(), wrench];
+    let contact = pair.linearised();
+    let mut wrenches = vec![pair.wrench(), contact.wrench];
     let mut all = vec![pair.potential_energy(), pair.surface().area()];
-    for body in [jacobian.on_a, jacobian.on_b] {
-        all.extend(body.matrix().iter());
+    for row in [0, 6] {
+        all.extend(contact.by_poses.fixed_rows::<6>(row).iter());
+        all.extend(contact.by_moduli.fixed_rows::<6>(row).iter());
     }
     for [friction, slip_tolerance] in LAWS {
         let law = SurfaceLaw::new(0.5, friction, slip_tolerance).unwrap();
-        let linearised = pair.linearised(&law, twists);
-        wrenches.extend([pair.wrench_in_motion(&law, twists), linearised.wrench]);
+        let linearised = pair.moving(law, twists).linearised();
+        wrenches.extend([pair.moving(law, twists).wrench(), linearised.wrench]);
         all.extend(linearised.jacobian().iter());
-        for shape in pair.shape_gradients_in_motion(&law, twists, &covector) {
+        for shape in pair.moving(law, twists).shape_gradients(&covector) {
             all.extend(shape.by_vertices.iter().flatten());
             all.extend(shape.by_extents);
         }

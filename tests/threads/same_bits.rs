@@ -103,8 +103,8 @@ fn a_large_contact_in_motion_has_the_same_bits_whatever_the_number_of_threads() 
     };
     let twists = [turning, Twist::zero()];
     let contact = || {
-        let linearised = pair.linearised(&law, twists);
-        let wrenches = [pair.wrench_in_motion(&law, twists), linearised.wrench];
+        let linearised = pair.moving(law, twists).linearised();
+        let wrenches = [pair.moving(law, twists).wrench(), linearised.wrench];
         let jacobian = linearised.jacobian();
         let numbers = wrenches.map(|wrench| wrench.on_a.to_vector());
         let all = numbers.iter().flatten().chain(jacobian.iter());
@@ -118,14 +118,14 @@ fn the_contact_of_a_large_pair_has_the_same_bits_whatever_the_number_of_threads(
     let ball = Shape::new(shapes::icosphere(1.0, 4).unwrap());
     let pair = large_pair(&ball);
     let contact = || {
-        let (wrench, jacobian) = pair.wrench_and_jacobian();
+        let contact = pair.linearised();
         let areas = pair
             .surface()
             .polygons
             .into_iter()
             .map(|polygon| polygon.area);
-        let entries = jacobian.on_a.matrix();
-        let numbers = wrench.on_a.to_vector();
+        let entries = contact.jacobian();
+        let numbers = contact.wrench.on_a.to_vector();
         let all = numbers.iter().chain(entries.iter()).copied().chain(areas);
         all.map(f64::to_bits).collect()
     };

@@ -4,9 +4,9 @@ use super::Traction;
 use super::area::AreaMoments;
 use super::frame::Frame;
 use crate::contact::SurfaceLaw;
+use crate::contact::motion::RelativeMotion;
 use crate::contact::plane::PlanePolygon;
 use crate::contact::polygon::CutPolygon;
-use crate::contact::surface_law::RelativeMotion;
 use crate::spatial::Wrench;
 use nalgebra::{Matrix6, Vector3, Vector6};
 

@@ -30,11 +30,11 @@ use super::friction::LoadedSlip;
 use super::jacobian::RelativeJacobian;
 use super::linearised::RelativeLinearisation;
 use super::loads::OctetsInMotion;
+use super::motion::RelativeMotion;
 use super::octets::OverOctets;
 use super::plane::{Outline, PlanePolygon};
 use super::polygon::{CutPolygon, CutSurface, PartialSum, PolygonSource};
 use super::response::{LawResponse, PolygonResponse, Responses};
-use super::surface_law::RelativeMotion;
 use super::{ContactPair, SurfaceLaw};
 use crate::geometry::set_bits;
 use crate::narrow_phase::{COINCIDENCE, Cut, Octet};
@@ -52,8 +52,8 @@ const PIECE: usize = 16;
 
 /// The elastic contact, what the surface law adds to it, and what is kept of the polygons.
 struct InMotion<R> {
-    elastic: RelativeJacobian<f64>,
-    added: RelativeLinearisation<f64>,
+    elastic: RelativeJacobian,
+    added: RelativeLinearisation,
     responses: R,
 }
 
@@ -84,7 +84,7 @@ impl ContactPair<'_> {
         &self,
         law: &SurfaceLaw,
         motion: &RelativeMotion<f64>,
-    ) -> (RelativeLinearisation<f64>, R) {
+    ) -> (RelativeLinearisation, R) {
         let (surface, finer) = PolygonSource::of(self).for_derivatives(COINCIDENCE, self.search());
         let (mut sum, responses) = surface.linearisation(law, motion);
         sum.kinks.are_equal = surface.has_equal_fields();
@@ -99,7 +99,7 @@ impl ContactPair<'_> {
     }
 }
 
-impl RelativeLinearisation<f64> {
+impl RelativeLinearisation {
     /// From E_B ∂W/∂E_B as the second column by the moduli to the derivatives by both: as the wrench is homogeneous of
     /// degree one in the moduli, E_A ∂W/∂E_A + E_B ∂W/∂E_B = W.
     fn by_both_moduli(mut self, [modulus_a, modulus_b]: [f64; 2]) -> Self {
@@ -112,7 +112,7 @@ impl RelativeLinearisation<f64> {
 
 impl<R> InMotion<R> {
     /// The wrench on A and its derivatives, at the given moduli.
-    fn linearisation(self, moduli: [f64; 2]) -> (RelativeLinearisation<f64>, R) {
+    fn linearisation(self, moduli: [f64; 2]) -> (RelativeLinearisation, R) {
         let mut sum = self.elastic.linearisation(moduli);
         sum.merge(self.added.by_both_moduli(moduli));
         (sum, self.responses)
@@ -124,7 +124,7 @@ impl CutSurface<'_, f64> {
         &self,
         law: &SurfaceLaw,
         motion: &RelativeMotion<f64>,
-    ) -> (RelativeLinearisation<f64>, R) {
+    ) -> (RelativeLinearisation, R) {
         let sum = self.sum_in_motion(law, motion);
         sum.linearisation(self.source.moduli())
     }
@@ -204,7 +204,7 @@ impl PolygonSource<'_, f64> {
         &self,
         (cut, polygon): (&Cut, &CutPolygon<f64>),
         (law, motion): (&SurfaceLaw, &RelativeMotion<f64>),
-        sum: &mut RelativeLinearisation<f64>,
+        sum: &mut RelativeLinearisation,
     ) -> Option<LawResponse> {
         let plane = PlanePolygon::of(polygon, motion)?;
         let mut response = R::ARE_KEPT.then(|| LawResponse::on(&plane));

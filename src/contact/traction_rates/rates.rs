@@ -49,7 +49,7 @@ impl PolygonRates {
         mut self,
         plane: &PlanePolygon<f64>,
         polygon: &CutPolygon<f64>,
-        sum: &mut RelativeLinearisation<f64>,
+        sum: &mut RelativeLinearisation,
     ) {
         // h = −s_B·ξ/|g| for a motion ξ of B, and p/|g| for δE_B/E_B.
         let EquilibriumPlane {

@@ -132,9 +132,7 @@ impl<'a, T: Scalar> DualPass<'a, T> {
                 return Some((pair, system.pair_wrench(states, a, b), None));
             }
             let touching = system.pair_of([a, b], [&states[a], &states[b]])?;
-            let moving = system.motion_of([a, b], [&states[a], &states[b]]);
-            let moving = moving.as_ref().map(|(law, twists)| (law, *twists));
-            let (wrench, linearised) = touching.wrench_and_linearised(moving);
+            let (wrench, linearised) = touching.wrench_and_linearised();
             Some((pair, wrench, Some(linearised)))
         });
         let mut contact = vec![Wrench::zero(); states.len()];

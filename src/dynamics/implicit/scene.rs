@@ -1,14 +1,14 @@
 use super::about_centers::PairGeometry;
 use super::island::Island;
 use super::matrix::Patterns;
-use crate::contact::{ContactPair, FrozenContact, LinearisedContact, SurfaceLaw};
+use crate::contact::{ContactPair, FrozenContact, LinearisedContact};
 use crate::dynamics::any_world::{RealForces, Seeded};
 use crate::dynamics::motion::state_on;
 use crate::dynamics::sweep::Sweep;
 use crate::dynamics::system::System;
 use crate::dynamics::{Body, BodyState, Inertia, Motion, TimeSpan};
 use crate::geometry::Aabb;
-use crate::spatial::{Pose, Twist};
+use crate::spatial::Pose;
 use nalgebra::Vector6;
 use std::sync::atomic::{AtomicBool, Ordering};
 
@@ -139,7 +139,6 @@ impl<'a> Scene<'a> {
             bodies: places.map(|place| &self.system.bodies[place]),
             states,
             contact: self.system.pair_of(places, states)?,
-            moving: self.system.motion_of(places, states),
         })
     }
 
@@ -162,8 +161,6 @@ pub(super) struct Pair<'s> {
     bodies: [&'s Body; 2],
     states: [&'s BodyState; 2],
     contact: ContactPair<'s>,
-    /// Their law and the twists of their origins; none if they are elastic.
-    moving: Option<(SurfaceLaw, [Twist; 2])>,
 }
 
 impl<'s> Pair<'s> {
@@ -177,15 +174,11 @@ impl<'s> Pair<'s> {
 
     /// The contact as it is; none if the bodies do not touch.
     pub fn frozen(&self) -> Option<FrozenContact> {
-        self.contact.frozen(self.moving())
+        self.contact.frozen()
     }
 
     /// The contact with all its first derivatives.
     pub fn linearised(&self) -> LinearisedContact {
-        self.contact.wrench_and_linearised(self.moving()).1
-    }
-
-    fn moving(&self) -> Option<(&SurfaceLaw, [Twist; 2])> {
-        self.moving.as_ref().map(|(law, twists)| (law, *twists))
+        self.contact.linearised()
     }
 }

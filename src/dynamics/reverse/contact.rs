@@ -35,20 +35,16 @@ impl<'w> Touching<'w> {
         mapped_into(&mut found, pairs, |&(i, j)| {
             let (bodies, states) = ([i, j], [&states[i], &states[j]]);
             let pair = system.pair_of(bodies, states)?;
-            let moving = system.motion_of(bodies, states);
-            let by_law = moving.as_ref().map(|(law, twists)| (law, *twists));
-            let (contact, shapes) = match by_law {
-                _ if with_shapes => {
-                    let (contact, shapes) = pair.linearised_with_shapes(by_law);
-                    (contact, Some(shapes))
-                }
-                Some((law, twists)) => (pair.linearised(law, twists), None),
-                None => (pair.linearised_at_rest(), None),
+            let (contact, shapes) = if with_shapes {
+                let (contact, shapes) = pair.linearised_with_shapes();
+                (contact, Some(shapes))
+            } else {
+                (pair.linearised(), None)
             };
             Some(Self {
                 bodies,
                 contact,
-                rubs: by_law.is_some(),
+                rubs: pair.motion().is_some(),
                 shapes,
             })
         });

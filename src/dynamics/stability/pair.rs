@@ -40,10 +40,10 @@ impl PairRates {
             friction: 0.0,
             ..law
         };
-        let pressed = pair.linearised(&frictionless, twists);
+        let pressed = pair.moving(frictionless, twists).linearised();
         let by_poses = about_centers(bodies, &pressed);
         let contact = if with_friction && law.friction > 0.0 {
-            pair.linearised(&law, twists)
+            pair.moving(law, twists).linearised()
         } else {
             pressed
         };

@@ -18,13 +18,12 @@ const MODULUS: f64 = 1e6;
 /// Force up, its derivatives by depth, and by both moduli times these.
 fn force(a: &Shape, pose: Pose, b: Partner) -> [f64; 4] {
     let pair = ContactPair::new(ContactBody::new(a, pose, MODULUS).unwrap(), b);
-    let (wrench, jacobian) = pair.wrench_and_jacobian();
-    let on_a = &jacobian.on_a;
+    let contact = pair.linearised();
     [
-        wrench.on_a.force.z,
-        -on_a.by_pose_a[(5, 5)],
-        on_a.by_modulus_a[5] * MODULUS,
-        on_a.by_modulus_b[5] * b.modulus().unwrap_or(1.0),
+        contact.wrench.on_a.force.z,
+        -contact.by_poses[(5, 5)],
+        contact.by_moduli[(5, 0)] * MODULUS,
+        contact.by_moduli[(5, 1)] * b.modulus().unwrap_or(1.0),
     ]
 }
 

@@ -26,8 +26,8 @@ fn force_and_slope(block: &Shape, cube: &RigidShape, height: f64) -> [f64; 2] {
     let pose = Pose::from_translation(vector![0.013, -0.021, height + HALF]);
     let block = ContactBody::new(block, Pose::identity(), 1.0).unwrap();
     let pair = ContactPair::new(block, Partner::rigid(cube, pose).unwrap());
-    let (wrench, jacobian) = pair.wrench_and_jacobian();
-    [wrench.on_a.force.z, jacobian.on_a.by_pose_b[(5, 5)]]
+    let contact = pair.linearised();
+    [contact.wrench.on_a.force.z, contact.by_poses[(5, 11)]]
 }
 
 /// The force is that of an independent program. Its slope jumps where the cube's side passes the layer, and at the layer is the

@@ -16,10 +16,10 @@ fn the_linearised_contact_is_that_of_the_generic_pipeline() {
     let shapes = Shapes::mixed();
     let mut worst = 0.0_f64;
     shapes.for_pairs(200, 51, |pair, random| {
-        let scene = Scene::at_random(*pair, random);
+        let scene = Scene::at_random(pair, random);
         let (moved, law, twists) = scene.changed(&seeds());
-        let expected = jacobian_of(&moved.pipeline().wrench_in_motion(&law, twists));
-        let carried = jacobian_of(&moved.wrench_in_motion(&law, twists));
+        let expected = jacobian_of(&moved.moving(law, twists).pipeline().wrench());
+        let carried = jacobian_of(&moved.moving(law, twists).wrench());
         for found in [scene.linearised(), carried] {
             worst = worst.max((found - expected).amax() / expected.amax());
         }
@@ -33,7 +33,7 @@ fn the_linearised_contact_is_what_differences_say() {
     let shapes = Shapes::mixed();
     let mut worst = 0.0_f64;
     shapes.for_pairs(200, 52, |pair, random| {
-        let scene = Scene::at_random(*pair, random);
+        let scene = Scene::at_random(pair, random);
         let direction = SVector::<f64, COLUMNS>::from_fn(|_, _| random.between(-1.0, 1.0));
         worst = worst.max(scene.error_along(&direction, &scene.linearised(), &STEPS));
         assert!(worst <= DIFFERENCES, "{worst:e}");

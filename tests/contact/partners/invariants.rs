@@ -53,16 +53,18 @@ fn forces_and_moments_balance_and_turn_with_the_world() {
 fn moving_one_body_is_minus_the_transpose_of_moving_the_other() {
     let shapes = Shapes::mixed();
     shapes.for_pairs(300, 42, |pair, _| {
-        let (wrench, jacobian) = pair.wrench_and_jacobian();
+        let contact = pair.linearised();
+        let by_poses =
+            [0, 6].map(|column| contact.by_poses.fixed_view::<6, 6>(0, column).into_owned());
         let arm = lever(pair);
         // Moving B about A's origin: its own turned by ω is about there shifted by ω × (p_A − p_B).
         let mut about_a = Matrix6::<f64>::identity();
         about_a.fixed_view_mut::<3, 3>(3, 0).copy_from(&skew(&arm));
-        let by_b = jacobian.on_a.by_pose_b * about_a.try_inverse().unwrap();
+        let by_b = by_poses[1] * about_a.try_inverse().unwrap();
         // About a fixed point, A's wrench has the torque F × δp less.
-        let mut by_a = jacobian.on_a.by_pose_a;
+        let mut by_a = by_poses[0];
         let mut corner = by_a.fixed_view_mut::<3, 3>(0, 3);
-        corner -= skew(&wrench.on_a.force);
+        corner -= skew(&contact.wrench.on_a.force);
         let error = (by_a + by_b.transpose()).amax();
         assert!(
             error <= JACOBIAN * by_b.amax(),
@@ -76,14 +78,14 @@ fn moving_one_body_is_minus_the_transpose_of_moving_the_other() {
 fn the_wrench_is_homogeneous_in_the_moduli() {
     let shapes = Shapes::mixed();
     shapes.for_pairs(300, 43, |pair, _| {
-        let (wrench, jacobian) = pair.wrench_and_jacobian();
-        let on_a = &jacobian.on_a;
-        let by_b = on_a.by_modulus_b * pair.b().modulus().unwrap_or(0.0);
-        let sum = on_a.by_modulus_a * pair.a().modulus() + by_b;
-        let expected = wrench.on_a.to_vector();
+        let contact = pair.linearised();
+        let column = |body: usize| contact.by_moduli.fixed_view::<6, 1>(0, body).into_owned();
+        let (by_a, by_b) = (column(0), column(1));
+        let sum = by_a * pair.a().modulus() + by_b * pair.b().modulus().unwrap_or(0.0);
+        let expected = contact.wrench.on_a.to_vector();
         assert!((sum - expected).amax() <= SAME * expected.amax());
         if pair.b().modulus().is_none() {
-            assert_eq!(on_a.by_modulus_b, Vector6::zeros());
+            assert_eq!(by_b, Vector6::zeros());
         }
     });
 }
@@ -93,14 +95,15 @@ fn closed_form_and_dual_numbers_agree() {
     let shapes = Shapes::mixed();
     let mut worst = 0.0_f64;
     shapes.for_pairs(300, 44, |pair, _| {
-        let (wrench, closed) = pair.wrench_and_jacobian();
+        let contact = pair.linearised();
         let (dual_wrench, dual) = dual_wrench_jacobian(pair);
-        for (found, expected, own, others) in [
-            (closed.on_a, dual.on_a, wrench.on_a, dual_wrench.on_a),
-            (closed.on_b, dual.on_b, wrench.on_b, dual_wrench.on_b),
+        for (row, own, others) in [
+            (0, contact.wrench.on_a, dual_wrench.on_a),
+            (6, contact.wrench.on_b, dual_wrench.on_b),
         ] {
-            let (found, expected) = (found.matrix(), expected.matrix());
-            worst = worst.max((found - expected).amax() / expected.amax());
+            let expected = dual.fixed_rows::<6>(row);
+            let error = (contact.jacobian().fixed_rows::<6>(row) - expected).amax();
+            worst = worst.max(error / expected.amax());
             let (own, others) = (own.to_vector(), others.to_vector());
             assert!((own - others).amax() <= SAME * others.amax());
         }

@@ -66,7 +66,7 @@ fn gradients(
     rows: &SVector<f64, 12>,
 ) -> [ShapeGradient; 2] {
     match law {
-        Some(law) => pair.shape_gradients_in_motion(law, twists, rows),
+        Some(law) => pair.moving(*law, twists).shape_gradients(rows),
         None => pair.shape_gradients(rows),
     }
 }
@@ -117,8 +117,9 @@ fn moving_all_vertices_moves_the_body() {
                 // Else the velocity of a point would change as the body's origin moves away from it.
                 twists[moved] = Twist::zero();
                 let found = by_motion_of_vertices(pair, (law.as_ref(), twists), moved);
-                let LinearisedContact { by_poses, .. } =
-                    pair.linearised(&law.unwrap_or_else(elastic), twists);
+                let LinearisedContact { by_poses, .. } = pair
+                    .moving(law.unwrap_or_else(elastic), twists)
+                    .linearised();
                 let expected = by_poses.fixed_view::<6, 6>(6 * (1 - moved), 6 * moved);
                 note(&mut worst, (found - expected).amax() / expected.amax());
             }
@@ -139,12 +140,12 @@ fn forces_grow_with_the_square_of_the_size() {
         twist_a.angular = Vector3::zeros();
         let twists = [twist_a, Twist::zero()];
         for law in [law, elastic()] {
-            let wrench = pair.wrench_in_motion(&law, twists).on_a;
+            let wrench = pair.moving(law, twists).wrench().on_a;
             let shift = pair.b().pose().translation() - pair.a().pose().translation();
             let from_b = pair.b().pose().rotation().transpose() * shift;
             let scaled_b: Vec<_> = vertices(pair)[1].iter().map(|x| x + from_b).collect();
             let grown = |of: usize| {
-                let [by_a, by_b] = pair.shape_gradients_in_motion(&law, twists, &row(of));
+                let [by_a, by_b] = pair.moving(law, twists).shape_gradients(&row(of));
                 let along_a = by_a.along(&vertices(pair)[0].to_vec().into()).unwrap();
                 along_a + by_b.along(&scaled_b.clone().into()).unwrap()
             };
@@ -166,8 +167,9 @@ fn growing_all_extents_grows_the_modulus() {
     for_pairs_and_flush_ones(60, 73, |pair, random| {
         let (law, twists) = motion(random);
         for law in [Some(law), Some(elastic()), None] {
-            let LinearisedContact { by_moduli, .. } =
-                pair.linearised(&law.unwrap_or_else(elastic), twists);
+            let LinearisedContact { by_moduli, .. } = pair
+                .moving(law.unwrap_or_else(elastic), twists)
+                .linearised();
             let moduli = [Some(pair.a().modulus()), pair.b().modulus()];
             let shapes = [Some(pair.a().shape()), pair.b().shape()];
             for body in 0..2 {
@@ -198,8 +200,8 @@ fn columns_are_those_of_the_products() {
         let all = vertices(pair).map(|vertices| (0..vertices.len()).collect::<Vec<_>>());
         let chosen = [&all[0][..], &all[1][..]];
         let covector = SVector::<f64, 12>::from_fn(|_, _| random.between(-1.0, 1.0));
-        let jacobians = pair.vertex_jacobians(Some((&law, twists)), chosen).unwrap();
-        let gradients = pair.shape_gradients_in_motion(&law, twists, &covector);
+        let jacobians = pair.moving(law, twists).vertex_jacobians(chosen).unwrap();
+        let gradients = pair.moving(law, twists).shape_gradients(&covector);
         for (jacobians, gradient) in jacobians.iter().zip(&gradients) {
             let largest = gradient
                 .by_vertices
@@ -211,7 +213,7 @@ fn columns_are_those_of_the_products() {
                 note(&mut worst, (found - expected).amax() / largest);
             }
         }
-        let elastic = pair.vertex_jacobians(None, [&[0], &[]]).unwrap();
+        let elastic = pair.vertex_jacobians([&[0], &[]]).unwrap();
         let expected = pair.shape_gradients(&covector)[0].by_vertices[0];
         let error = (elastic[0][0].tr_mul(&covector) - expected).amax();
         assert!(error <= SAME * expected.amax(), "{error:e}");
@@ -223,7 +225,7 @@ fn columns_are_those_of_the_products() {
 fn a_vertex_that_is_not_there_is_refused() {
     for_pairs(6, 75, |pair, _| {
         let count = vertices(pair)[1].len();
-        let refused = pair.vertex_jacobians(None, [&[0], &[count]]);
+        let refused = pair.vertex_jacobians([&[0], &[count]]);
         assert_eq!(
             refused.unwrap_err(),
             BodyError::Vertex {

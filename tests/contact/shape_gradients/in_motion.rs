@@ -56,7 +56,11 @@ impl Change {
         let shape_a = reshaped(a.shape(), &moves[0], &changes[0]);
         let body = ContactBody::new(&shape_a, *a.pose(), a.modulus()).unwrap();
         let wrench = |partner: Partner| {
-            numbers(&ContactPair::new(body, partner).wrench_in_motion(law, twists))
+            numbers(
+                &ContactPair::new(body, partner)
+                    .moving(*law, twists)
+                    .wrench(),
+            )
         };
         if let Some(shape) = b.shape() {
             let shape = reshaped(shape, &moves[1], &changes[1]);
@@ -80,7 +84,7 @@ impl Change {
     ) -> SVector<f64, 12> {
         SVector::from_fn(|row, _| {
             let rows = super::row(row);
-            let gradients = pair.shape_gradients_in_motion(law, twists, &rows);
+            let gradients = pair.moving(*law, twists).shape_gradients(&rows);
             let by_body = [0, 1].map(|body| {
                 let rates = ShapeRates {
                     vertices: self.velocities[body].clone(),

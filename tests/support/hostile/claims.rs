@@ -4,8 +4,7 @@ use super::kinks::{EQUAL_FIELDS, Kink, first_kink};
 use super::measures::{Evaluation, FASTEST, Measures, Motion, ROOM, SAME, SPECK};
 use crate::support::scenes::Random;
 use hydroelastic::contact::{
-    ContactBody, ContactJacobian, ContactPair, ContactPolygon, ContactWrench, Culling, Search,
-    WrenchJacobian,
+    ContactBody, ContactPair, ContactPolygon, ContactWrench, Culling, LinearisedContact, Search,
 };
 use hydroelastic::spatial::{Pose, Twist};
 use nalgebra::{Vector3, Vector6};
@@ -42,17 +41,11 @@ pub struct Verdict {
 pub fn verdict(pair: &ContactPair, with_energy: bool, random: &mut Random) -> Verdict {
     let mut verdict = Verdict::default();
     let measures = Measures::of(pair);
-    let (wrench, jacobian) = pair.wrench_and_jacobian();
+    let contact = pair.linearised();
+    let wrench = contact.wrench;
     verdict.touches = wrench.on_a.force != Vector3::zeros();
     verdict.kink = first_kink(pair, &measures);
-    verdict.claim(
-        "finite",
-        if is_finite(&wrench, &jacobian) {
-            0.0
-        } else {
-            2.0
-        },
-    );
+    verdict.claim("finite", if is_finite(&contact) { 0.0 } else { 2.0 });
     verdict.claim("third law", third_law(pair, &wrench));
     let own = measures.evaluation(pair);
     if verdict.kink != Some(Kink::Blurred) {
@@ -143,15 +136,12 @@ impl Verdict {
     }
 }
 
-fn is_finite(wrench: &ContactWrench, jacobian: &ContactJacobian) -> bool {
-    let wrenches = [wrench.on_a, wrench.on_b].map(|wrench| wrench.to_vector());
-    let jacobians = [&jacobian.on_a, &jacobian.on_b].map(WrenchJacobian::matrix);
-    wrenches
-        .iter()
-        .all(|wrench| wrench.iter().all(|x| x.is_finite()))
-        && jacobians
-            .iter()
-            .all(|matrix| matrix.iter().all(|x| x.is_finite()))
+fn is_finite(contact: &LinearisedContact) -> bool {
+    let ContactWrench { on_a, on_b } = contact.wrench;
+    let wrenches = [on_a, on_b].map(|wrench| wrench.to_vector());
+    let jacobian = contact.jacobian();
+    let mut numbers = wrenches.iter().flatten().chain(&jacobian);
+    numbers.all(|number| number.is_finite())
 }
 
 /// Forces opposite, and torques about the same point.

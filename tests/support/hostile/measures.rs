@@ -1,8 +1,8 @@
 //! What errors are relative to, and what round-off explains.
 
-use hydroelastic::contact::{ContactBody, ContactJacobian, ContactPair, RigidShape, Shape};
+use hydroelastic::contact::{ContactBody, ContactPair, RigidShape, Shape};
 use hydroelastic::spatial::{Twist, Wrench};
-use nalgebra::Vector6;
+use nalgebra::{Matrix6, Vector6};
 
 /// The kernel's own margin: what counts as zero, relative to the bodies' reach.
 pub const MARGIN: f64 = 3e-14;
@@ -44,7 +44,8 @@ pub struct Measures {
 /// of one body.
 pub struct Evaluation {
     pub wrench: Vector6<f64>,
-    pub jacobian: ContactJacobian,
+    /// By the poses of A and of B.
+    pub by_poses: [Matrix6<f64>; 2],
 }
 
 impl Measures {
@@ -92,10 +93,11 @@ impl Measures {
     }
 
     pub fn evaluation(&self, pair: &ContactPair) -> Evaluation {
-        let (wrench, jacobian) = pair.wrench_and_jacobian();
+        let contact = pair.linearised();
+        let by_pose = |column| contact.by_poses.fixed_view::<6, 6>(0, column).into_owned();
         Evaluation {
-            wrench: self.scaled(&wrench.on_a),
-            jacobian,
+            wrench: self.scaled(&contact.wrench.on_a),
+            by_poses: [0, 6].map(by_pose),
         }
     }
 
@@ -114,7 +116,7 @@ impl Measures {
 
     /// How far the wrench changes (N) as B's coordinates change by an error (m), by the Jacobian.
     pub fn explained(&self, evaluation: &Evaluation, error: f64) -> f64 {
-        let by_pose = &evaluation.jacobian.on_a.by_pose_b;
+        let by_pose = &evaluation.by_poses[1];
         let arm = self.reach[1];
         let columns = (0..6).map(|k| {
             let column: Vector6<f64> = by_pose.column(k).into_owned();
@@ -131,8 +133,7 @@ impl Measures {
 
     /// The change of the wrench (N) by a motion, by the Jacobian.
     pub fn predicted(&self, evaluation: &Evaluation, (body, twist): &Motion) -> Vector6<f64> {
-        let on_a = &evaluation.jacobian.on_a;
-        let by_pose = [&on_a.by_pose_a, &on_a.by_pose_b][*body];
+        let by_pose = evaluation.by_poses[*body];
         let (w, v) = (&twist.angular, &twist.linear);
         self.scaled_vector(&(by_pose * Vector6::new(w.x, w.y, w.z, v.x, v.y, v.z)))
     }

@@ -51,11 +51,11 @@ pub struct Scene<'a> {
 
 impl<'a> Scene<'a> {
     /// A pair in no special position, with twists of up to 0.5 (rad/s, m/s), dissipation and friction at random.
-    pub fn at_random(pair: ContactPair<'a>, random: &mut Random) -> Self {
+    pub fn at_random(pair: &ContactPair<'a>, random: &mut Random) -> Self {
         let mut number = || random.between(-0.5, 0.5);
         let twists = [0, 1].map(|_| Twist::from_vector(&SVector::from_fn(|_, _| number())));
         Self {
-            pair,
+            pair: *pair,
             twists,
             dissipation: random.between(0.0, 0.8),
             friction: random.between(0.0, 1.0),
@@ -70,7 +70,10 @@ impl<'a> Scene<'a> {
 
     /// 12×28: see [`hydroelastic::contact::LinearisedContact::jacobian`].
     pub fn linearised(&self) -> Jacobian {
-        self.pair.linearised(&self.law(), self.twists).jacobian()
+        self.pair
+            .moving(self.law(), self.twists)
+            .linearised()
+            .jacobian()
     }
 
     /// The pair, its law and its velocities after changes of the numbers.
@@ -104,7 +107,7 @@ impl<'a> Scene<'a> {
     /// The wrenches after changes.
     pub fn wrenches(&self, changes: &SVector<f64, COLUMNS>) -> SVector<f64, 12> {
         let (pair, law, twists) = self.changed(changes);
-        numbers(&pair.wrench_in_motion(&law, twists))
+        numbers(&pair.moving(law, twists).wrench())
     }
 
     /// The error of a Jacobian along a direction against the best of central differences with these steps, relative to the

@@ -62,7 +62,7 @@ struct Adding<'o> {
 
 impl AddedInLanes<'_> {
     /// The sum, how the polygons answer to changes of shape, if that is kept, and which of them are left.
-    pub fn sum<R: Responses>(self) -> (RelativeLinearisation<f64>, R, Left) {
+    pub fn sum<R: Responses>(self) -> (RelativeLinearisation, R, Left) {
         let (sums, responses, left) = lanes::run(self);
         let (by_motion, rest) = sums.split_at(MATRIX);
         let (by_twist, rest) = rest.split_at(MATRIX);

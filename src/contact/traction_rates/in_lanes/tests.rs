@@ -1,7 +1,7 @@
 use crate::contact::linearised::RelativeLinearisation;
+use crate::contact::motion::RelativeMotion;
 use crate::contact::polygon::PolygonSource;
 use crate::contact::response::{OfCell, PolygonResponse};
-use crate::contact::surface_law::RelativeMotion;
 use crate::contact::traction_rates::InMotion;
 use crate::contact::{ContactBody, ContactPair, HalfSpace, Partner, RigidShape, Shape, SurfaceLaw};
 use crate::mesh::{TriangleSurface, shapes};
@@ -24,7 +24,7 @@ fn largest<const R: usize, const C: usize>(matrix: &SMatrix<f64, R, C>) -> f64 {
 }
 
 /// To within a fraction of what the pressure alone does, at least: where all of it is clamped, nothing is left.
-fn assert_blocks_agree([lanes, single, elastic]: [&RelativeLinearisation<f64>; 3], what: &str) {
+fn assert_blocks_agree([lanes, single, elastic]: [&RelativeLinearisation; 3], what: &str) {
     let agree = |difference: f64, scale: f64, of: &str| {
         assert!(
             difference <= ROUND_OFF * scale,
