@@ -195,7 +195,9 @@ fn an_open_mesh_is_refused() {
     let (vertices, mut triangles) = parry_box();
     triangles.pop();
     let error = field_from_trimesh(&trimesh((vertices, triangles))).unwrap_err();
-    assert!(matches!(error, MeshError::OpenSurface { .. }), "{error}");
+    let ShapeError::Surface(SurfaceError::Open { edge_count: 3, .. }) = error else {
+        panic!("{error}")
+    };
 }
 
 #[test]
@@ -231,7 +233,7 @@ fn a_mesh_that_is_not_star_shaped_is_refused() {
         triangles.chain(sides).collect(),
     ));
     let error = field_from_trimesh(&mesh).unwrap_err();
-    let MeshError::HiddenTriangle { triangle, distance } = error else {
+    let ShapeError::Field(MeshError::HiddenTriangle { triangle, distance }) = error else {
         panic!("{error}")
     };
     // The inner sides of the arms are 0.5 m from the centre, which is on their outer side, and the floor
@@ -267,9 +269,9 @@ fn points_without_a_hull_are_refused() {
     assert!(
         matches!(
             error,
-            HullError::Mesh {
+            HullError::Shape {
                 point_count: 50,
-                source: MeshError::EnclosedVolume { .. }
+                source: ShapeError::Surface(SurfaceError::Flat { .. })
             }
         ),
         "{error:?}"

@@ -8,7 +8,7 @@ use crate::errors::refused;
 use crate::shape_gradient::mass_gradient;
 use hydroelastic::contact::{self, BodyError, ContactBody};
 use hydroelastic::io::read_mesh;
-use hydroelastic::mesh::{MeshError, PressureField, TetMesh, shapes};
+use hydroelastic::mesh::{MeshError, PressureField, TetMesh, TriangleSurface, shapes};
 use hydroelastic::spatial::{MassProperties, Pose};
 use numpy::PyArrayDyn;
 use pyo3::prelude::*;
@@ -237,6 +237,7 @@ impl Shape {
     }
 
     /// The solid inside a closed surface of triangles that can all be seen from one point inside, as those of convex solids.
+    /// Vertices at exactly the same place are merged, and vertices that no triangle uses are dropped.
     ///
     /// vertices : (n, 3) float64 (m); triangles : (m, 3) integers; inner_point : (3,) (m), or None for the center of volume.
     #[staticmethod]
@@ -249,11 +250,12 @@ impl Shape {
         let vertices = table::<3>(vertices, "vertices")?;
         let vertices = vertices.into_iter().map(Into::into).collect();
         let triangles = indices(triangles, "triangles")?;
+        let surface = TriangleSurface::welded(vertices, triangles).map_err(refused)?;
         Self::of(match inner_point {
-            None => shapes::star_shaped(vertices, triangles),
+            None => shapes::star_shaped(&surface),
             Some(point) => {
                 let point = row::<3>(point, "inner_point")?;
-                shapes::star_shaped_about(point.into(), vertices, triangles)
+                shapes::star_shaped_about(point.into(), &surface)
             }
         })
     }

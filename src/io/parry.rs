@@ -1,5 +1,6 @@
 use crate::geometry::Aabb;
-use crate::mesh::{MeshError, PressureField, TetMesh, shapes};
+use crate::io::ShapeError;
+use crate::mesh::{PressureField, TetMesh, TriangleSurface, shapes};
 use crate::spatial::Pose;
 use nalgebra::{Isometry3, Quaternion, Translation3, UnitQuaternion, Vector3};
 use parry3d_f64::math::{Pose3, Rot3, Vec3};
@@ -33,11 +34,11 @@ pub enum HullError {
     /// parry's hull is no usable solid: the points lie in a plane or almost so, or make triangles without
     /// area.
     #[error("the convex hull of {point_count} points is not usable")]
-    Mesh {
+    Shape {
         /// How many points there are.
         point_count: usize,
         /// Why not.
-        source: MeshError,
+        source: ShapeError,
     },
     /// parry's hull leaves a point out.
     #[error("the convex hull that was found leaves point {point} outside, by {distance:.3e} m")]
@@ -53,18 +54,16 @@ pub enum HullError {
 ///
 /// # Errors
 /// If a coordinate is not finite, or the polyhedron is so slender that tetrahedra are flat to round-off.
-pub fn field_from_polyhedron(polyhedron: &ConvexPolyhedron) -> Result<PressureField, MeshError> {
+pub fn field_from_polyhedron(polyhedron: &ConvexPolyhedron) -> Result<PressureField, ShapeError> {
     let (vertices, triangles) = polyhedron.to_trimesh();
     star_shaped(&vertices, &triangles)
 }
 
-/// The field of the solid inside a triangle mesh of parry (m), by [`shapes::star_shaped`]: closed, turned
-/// outwards, and seen as a whole from the center of its volume. Vertices at exactly the same place are
-/// joined.
+/// The field of the solid inside a triangle mesh of parry (m), by [`TriangleSurface::welded`] and [`shapes::star_shaped`].
 ///
 /// # Errors
-/// As [`shapes::star_shaped`].
-pub fn field_from_trimesh(mesh: &TriMesh) -> Result<PressureField, MeshError> {
+/// As those two functions.
+pub fn field_from_trimesh(mesh: &TriMesh) -> Result<PressureField, ShapeError> {
     star_shaped(mesh.vertices(), mesh.indices())
 }
 
@@ -89,7 +88,7 @@ pub fn field_from_hull(points: &[Vector3<f64>]) -> Result<PressureField, HullErr
         point_count,
         source,
     })?;
-    let field = star_shaped(&vertices, &triangles).map_err(|source| HullError::Mesh {
+    let field = star_shaped(&vertices, &triangles).map_err(|source| HullError::Shape {
         point_count,
         source,
     })?;
@@ -114,10 +113,11 @@ fn check_contains(mesh: &TetMesh, points: &[Vector3<f64>]) -> Result<(), HullErr
     Ok(())
 }
 
-fn star_shaped(vertices: &[Vec3], triangles: &[[u32; 3]]) -> Result<PressureField, MeshError> {
+fn star_shaped(vertices: &[Vec3], triangles: &[[u32; 3]]) -> Result<PressureField, ShapeError> {
     let vertices = vertices.iter().map(|v| Vector3::new(v.x, v.y, v.z));
     let triangles = triangles.iter().map(|t| t.map(|vertex| vertex as usize));
-    shapes::star_shaped(vertices.collect(), triangles.collect())
+    let surface = TriangleSurface::welded(vertices.collect(), triangles.collect())?;
+    Ok(shapes::star_shaped(&surface)?)
 }
 
 /// The same pose with its rotation as a matrix. Its numbers are taken as they are, and checked where a

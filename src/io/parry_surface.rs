@@ -1,4 +1,4 @@
-use crate::mesh::{SurfaceError, TriangleSurface};
+use crate::mesh::{MeshError, SurfaceError, TriangleSurface};
 use nalgebra::Vector3;
 use parry3d_f64::math::Vec3;
 use parry3d_f64::shape::{Shape, ShapeType, TypedShape};
@@ -7,7 +7,7 @@ use parry3d_f64::shape::{Shape, ShapeType, TypedShape};
 /// `u32` counts.
 const SEGMENTS: std::ops::RangeInclusive<u32> = 4..=4096;
 
-/// Why a shape of parry does not become a rigid surface.
+/// Why a shape of parry does not become a surface or a field.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum ShapeError {
@@ -33,6 +33,9 @@ pub enum ShapeError {
     /// The triangles are no closed surface turned outwards.
     #[error("the triangles of the shape are no usable surface: {0}")]
     Surface(#[from] SurfaceError),
+    /// The surface cannot be filled from the center of its volume.
+    #[error("the surface of the shape cannot be filled with tetrahedra: {0}")]
+    Field(#[from] MeshError),
 }
 
 /// The surface of a shape of parry (m), for a rigid body: a ball, cuboid, capsule, cylinder, cone, convex polyhedron, or a

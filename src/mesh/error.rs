@@ -111,73 +111,6 @@ pub enum MeshError {
         /// Index of the tetrahedron.
         tet: usize,
     },
-    /// A surface has no triangle.
-    #[error("a surface needs at least one triangle")]
-    NoTriangles,
-    /// A triangle names a vertex that does not exist.
-    #[error("triangle {triangle} refers to vertex {vertex}, but there are {vertex_count} vertices")]
-    TriangleVertexOutOfRange {
-        /// Index of the triangle.
-        triangle: usize,
-        /// The index it refers to.
-        vertex: usize,
-        /// How many vertices there are.
-        vertex_count: usize,
-    },
-    /// A triangle has two corners at the same place.
-    #[error(
-        "triangle {triangle} has vertex {vertex}, or its place, twice, but needs three corners"
-    )]
-    RepeatedTriangleVertex {
-        /// Index of the triangle.
-        triangle: usize,
-        /// The vertex, or the first one at its place.
-        vertex: usize,
-    },
-    /// Two triangles that meet in an edge are turned different ways, or more than two meet there.
-    #[error(
-        "triangles {first} and {second} both run along the edge from vertex {} to vertex {}: one of them is turned the wrong way round, or more than two meet there",
-        edge[0],
-        edge[1]
-    )]
-    InconsistentTriangles {
-        /// Index of one triangle.
-        first: usize,
-        /// Index of another.
-        second: usize,
-        /// The vertices of the edge (of several at the same place, the first).
-        edge: [usize; 2],
-    },
-    /// An edge belongs to one triangle only: the surface has a hole.
-    #[error(
-        "the surface is not closed: the edge from vertex {} to vertex {} of triangle {triangle} belongs to no other triangle",
-        edge[0],
-        edge[1]
-    )]
-    OpenSurface {
-        /// Index of the triangle.
-        triangle: usize,
-        /// The vertices of the edge (of several at the same place, the first).
-        edge: [usize; 2],
-    },
-    /// A closed surface encloses no positive volume, to round-off.
-    #[error(
-        "the triangles enclose a volume of {volume:.3e} m³ in a box of diagonal {diagonal:.3e} m: they are turned inwards if that is negative, and else the solid is flat to round-off"
-    )]
-    EnclosedVolume {
-        /// The volume (m³).
-        volume: f64,
-        /// Diagonal (m) of the smallest box around the triangles.
-        diagonal: f64,
-    },
-    /// A closed surface is so large that its volume, or the center of it, is beyond double precision.
-    #[error(
-        "the triangles lie in a box of diagonal {diagonal:e} m, and the volume in them or its center is beyond double precision"
-    )]
-    SurfaceTooLarge {
-        /// Diagonal (m) of the smallest box around the triangles.
-        diagonal: f64,
-    },
     /// The inner point of a star-shaped solid is NaN or infinite.
     #[error("the inner point of a solid has the coordinate {value}, but must be finite")]
     NonFiniteInnerPoint {
@@ -196,7 +129,7 @@ pub enum MeshError {
     },
     /// The inner point of a star-shaped solid sees a triangle from the side, to round-off.
     #[error(
-        "triangle {triangle} and the inner point span a volume of {volume:.3e} m³, which is flat to round-off: the triangle has no area, or the point lies in its plane"
+        "triangle {triangle} and the inner point span a volume of {volume:.3e} m³, which is flat to round-off: the triangle is too small, or the point lies in its plane"
     )]
     TriangleSeenEdgeOn {
         /// Index of the triangle.

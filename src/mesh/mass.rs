@@ -7,15 +7,13 @@ use nalgebra::{Matrix3, Vector3};
 #[error("the density is {0} kg/m³, but must be positive, with a finite mass and inertia")]
 pub struct DensityError(pub f64);
 
-/// Exact mass properties of the sum of signed tetrahedra at a uniform density (kg/m³).
+/// Volume (m³) of the sum of signed tetrahedra, and its first (m⁴) and second moment (m⁵) about an origin.
 ///
-/// Over a tetrahedron with corners at `c` from any origin, ∫ x xᵀ dV = V/20·(Σ c cᵀ + s sᵀ) with
-/// s = Σ c. The origin should be in the middle of them, so that little cancels.
-pub(super) fn mass_properties(
-    origin: Vector3<f64>,
+/// Over a tetrahedron with corners at `c` from the origin, ∫ x xᵀ dV = V/20·(Σ c cᵀ + s sᵀ) with s = Σ c.
+fn moments(
+    origin: &Vector3<f64>,
     tetrahedra: impl Iterator<Item = Tetrahedron>,
-    density: f64,
-) -> Result<MassProperties, DensityError> {
+) -> (f64, Vector3<f64>, Matrix3<f64>) {
     let (mut volume, mut first, mut second) = (0.0, Vector3::zeros(), Matrix3::zeros());
     for tetrahedron in tetrahedra {
         let tet_volume = tetrahedron.signed_volume();
@@ -26,6 +24,27 @@ pub(super) fn mass_properties(
         first += sum * (tet_volume / 4.0);
         second += (squares + sum * sum.transpose()) * (tet_volume / 20.0);
     }
+    (volume, first, second)
+}
+
+/// Center (m) of the volume of the sum of signed tetrahedra. The arguments are those of [`mass_properties`].
+pub(super) fn center(
+    origin: Vector3<f64>,
+    tetrahedra: impl Iterator<Item = Tetrahedron>,
+) -> Vector3<f64> {
+    let (volume, first, _) = moments(&origin, tetrahedra);
+    origin + first / volume
+}
+
+/// Exact mass properties of the sum of signed tetrahedra at a uniform density (kg/m³).
+///
+/// An origin in the middle of the tetrahedra keeps cancellation small.
+pub(super) fn mass_properties(
+    origin: Vector3<f64>,
+    tetrahedra: impl Iterator<Item = Tetrahedron>,
+    density: f64,
+) -> Result<MassProperties, DensityError> {
+    let (volume, first, second) = moments(&origin, tetrahedra);
     let offset = first / volume;
     let central = second - offset * offset.transpose() * volume;
     let properties = MassProperties {

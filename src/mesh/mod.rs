@@ -35,6 +35,7 @@ mod surface;
 mod surface_error;
 mod surface_tree;
 mod tet_mesh;
+mod triangle_checks;
 mod triangle_components;
 mod triangle_edges;
 mod triangle_solid;

@@ -34,8 +34,10 @@ pub enum SurfaceError {
         /// How many vertices there are.
         vertex_count: usize,
     },
-    /// A triangle names a vertex twice.
-    #[error("triangle {triangle} refers to vertex {vertex} twice, but needs three corners")]
+    /// A triangle names a vertex twice, or two vertices that were merged because they are at the same place.
+    #[error(
+        "triangle {triangle} has two corners at vertex {vertex}, but needs three different corners"
+    )]
     RepeatedVertex {
         /// Index of the triangle.
         triangle: usize,
@@ -142,4 +144,23 @@ pub enum SurfaceError {
         /// Diagonal (m) of the smallest box around the vertices.
         diagonal: f64,
     },
+}
+
+impl SurfaceError {
+    /// Replaces the index of each vertex by the index in `original`.
+    pub(super) fn with_vertices(mut self, original: &[usize]) -> Self {
+        match &mut self {
+            Self::NonFiniteCoordinate { vertex, .. } | Self::RepeatedVertex { vertex, .. } => {
+                *vertex = original[*vertex];
+            }
+            Self::Open { edge, .. }
+            | Self::CrowdedEdge { edge, .. }
+            | Self::InconsistentOrientation { edge, .. } => {
+                *edge = edge.map(|vertex| original[vertex]);
+            }
+            // The other errors name no vertices, or are found before vertices are renumbered.
+            _ => {}
+        }
+        self
+    }
 }

@@ -1,14 +1,12 @@
 use super::triangle_components::Components;
+use super::welding::{Used, merge};
 use super::{
-    DensityError, SurfaceError, TetMesh, coordinates, mass, triangle_edges, triangle_solid, welding,
+    DensityError, SurfaceError, TetMesh, coordinates, mass, triangle_checks, triangle_edges,
+    triangle_solid,
 };
 use crate::geometry::{Aabb, Tetrahedron};
 use crate::spatial::{MassGradient, MassProperties};
 use nalgebra::Vector3;
-
-/// A triangle counts as a line where its height over its longest edge is below this fraction of that edge: its normal would
-/// have fewer than four correct digits left, like the gradients of a tetrahedron that counts as flat.
-const THINNESS: f64 = 1e-12;
 
 /// The closed surface of a solid: triangles, counter-clockwise seen from outside, that meet two by two in their edges.
 /// All `f64`, validated once: finite vertices, all in use; triangles that have a normal; components that enclose a volume.
@@ -61,14 +59,15 @@ impl TriangleSurface {
         vertices: Vec<Vector3<f64>>,
         triangles: Vec<[usize; 3]>,
     ) -> Result<Self, SurfaceError> {
-        check_size(vertices.len(), triangles.len())?;
+        triangle_checks::check_size(vertices.len(), triangles.len())?;
         if let Some((vertex, value)) = coordinates::first_non_finite(&vertices) {
             return Err(SurfaceError::NonFiniteCoordinate { vertex, value });
         }
-        check_indices(&triangles, vertices.len())?;
+        triangle_checks::check_range(&triangles, vertices.len())?;
+        triangle_checks::check_corners(&triangles, vertices.len())?;
         triangle_solid::check_moments(&vertices, triangles.len())?;
         for (triangle, corners) in triangles.iter().enumerate() {
-            check_thickness(triangle, corners.map(|vertex| vertices[vertex]))?;
+            triangle_checks::check_thickness(triangle, corners.map(|vertex| vertices[vertex]))?;
         }
         let neighbors = triangle_edges::neighbors(&triangles)?;
         let components = Components::of(&neighbors);
@@ -82,15 +81,41 @@ impl TriangleSurface {
         })
     }
 
-    /// From triangles with corners (m) of their own, as an STL file has them, counter-clockwise seen from outside. Corners
-    /// at exactly the same place become one vertex. Triangles of which two corners are then the same are left
-    /// out: they have no area, and their neighbors meet where they were.
+    /// Merges vertices (m) at exactly the same place, drops vertices that no triangle uses, and continues as [`Self::new`].
+    ///
+    /// The triangles keep their order and the vertices theirs. An unused vertex may have any coordinates.
     ///
     /// # Errors
-    /// As [`Self::new`], which counts triangles without those left out.
+    /// As [`Self::new`]. An error names vertices by their index in `vertices`, and merged vertices by the first of them.
+    pub fn welded(
+        vertices: Vec<Vector3<f64>>,
+        mut triangles: Vec<[usize; 3]>,
+    ) -> Result<Self, SurfaceError> {
+        triangle_checks::check_range(&triangles, vertices.len())?;
+        merge(&vertices, &mut triangles);
+        Self::without_unused(vertices, &triangles)
+    }
+
+    /// From triangles with corners (m) of their own, as an STL file has them, counter-clockwise seen from outside.
+    ///
+    /// Corners at exactly the same place become one vertex. A triangle with two corners at the same place is omitted,
+    /// because it has no area. Its neighbors then share an edge.
+    ///
+    /// # Errors
+    /// As [`Self::new`]. An error counts triangles without the omitted ones. It names a vertex by the first corner there:
+    /// corner k of triangle t, counted with the omitted ones, has the index 3t + k.
     pub fn from_soup(corners: &[[Vector3<f64>; 3]]) -> Result<Self, SurfaceError> {
-        let (vertices, triangles) = welding::welded(corners)?;
-        Self::new(vertices, triangles)
+        let vertices = corners.as_flattened();
+        if let Some((vertex, value)) = coordinates::first_non_finite(vertices) {
+            return Err(SurfaceError::NonFiniteCoordinate { vertex, value });
+        }
+        let has_three_places = |&triangle: &usize| {
+            let [a, b, c] = corners[triangle];
+            a != b && b != c && c != a
+        };
+        let triangles = (0..corners.len()).filter(has_three_places);
+        let triangles = triangles.map(|triangle| [0, 1, 2].map(|corner| 3 * triangle + corner));
+        Self::welded(vertices.to_vec(), triangles.collect())
     }
 
     /// The surface of a tetrahedral mesh: a rigid body of the same shape.
@@ -99,9 +124,17 @@ impl TriangleSurface {
     /// If more than two triangles of the mesh's surface meet in an edge, which is so where parts of the solid touch in that
     /// edge alone; or as [`Self::new`], if a part of the solid is flat to round-off, although its tetrahedra are not.
     pub fn around(mesh: &TetMesh) -> Result<Self, SurfaceError> {
-        let (vertices, triangles) =
-            welding::without_unused(mesh.vertices().to_vec(), mesh.surface_triangles());
-        Self::new(vertices, triangles)
+        Self::without_unused(mesh.vertices().to_vec(), mesh.surface_triangles())
+    }
+
+    /// Drops unused vertices. Errors name vertices by their index in `vertices`. All indices are in range.
+    fn without_unused(
+        vertices: Vec<Vector3<f64>>,
+        triangles: &[[usize; 3]],
+    ) -> Result<Self, SurfaceError> {
+        let used = Used::of(vertices, triangles);
+        let surface = Self::new(used.vertices, used.triangles);
+        surface.map_err(|error| error.with_vertices(&used.original))
     }
 
     /// Positions of the vertices (m), in the body frame.
@@ -204,6 +237,12 @@ impl TriangleSurface {
         Ok(by_vertices)
     }
 
+    /// Center of the volume inside (m).
+    pub(super) fn center(&self) -> Vector3<f64> {
+        let middle = self.aabb().center();
+        mass::center(middle, self.tetrahedra_to(middle))
+    }
+
     /// The signed tetrahedra between a point and the triangles.
     fn tetrahedra_to(&self, point: Vector3<f64>) -> impl Iterator<Item = Tetrahedron> + Clone {
         (0..self.triangles.len()).map(move |triangle| {
@@ -213,55 +252,4 @@ impl TriangleSurface {
             }
         })
     }
-}
-
-fn check_size(vertex_count: usize, triangle_count: usize) -> Result<(), SurfaceError> {
-    let (count, limit) = (vertex_count.max(triangle_count), u32::MAX as usize);
-    if triangle_count < 4 {
-        let count = triangle_count;
-        Err(SurfaceError::TooFewTriangles { count })
-    } else if count > limit {
-        Err(SurfaceError::TooLarge { count, limit })
-    } else {
-        Ok(())
-    }
-}
-
-/// Checks that the indices are in range, three different ones for each triangle, and that all vertices are used.
-fn check_indices(triangles: &[[usize; 3]], vertex_count: usize) -> Result<(), SurfaceError> {
-    let mut used = vec![false; vertex_count];
-    for (triangle, corners) in triangles.iter().enumerate() {
-        for (place, &vertex) in corners.iter().enumerate() {
-            if vertex >= vertex_count {
-                return Err(SurfaceError::VertexOutOfRange {
-                    triangle,
-                    vertex,
-                    vertex_count,
-                });
-            }
-            if corners[..place].contains(&vertex) {
-                return Err(SurfaceError::RepeatedVertex { triangle, vertex });
-            }
-            used[vertex] = true;
-        }
-    }
-    match used.iter().position(|used| !used) {
-        Some(vertex) => Err(SurfaceError::UnusedVertex { vertex }),
-        None => Ok(()),
-    }
-}
-
-/// Checks that a triangle is no line to round-off, nor so small that its area underflows.
-fn check_thickness(triangle: usize, [a, b, c]: [Vector3<f64>; 3]) -> Result<(), SurfaceError> {
-    let twice_area = (b - a).cross(&(c - a)).norm();
-    let edges = [b - a, c - b, a - c];
-    let longest_edge = edges.iter().map(nalgebra::Matrix::norm).fold(0.0, f64::max);
-    if twice_area > THINNESS * longest_edge.powi(2) {
-        return Ok(());
-    }
-    Err(SurfaceError::ThinTriangle {
-        triangle,
-        area: 0.5 * twice_area,
-        longest_edge,
-    })
 }

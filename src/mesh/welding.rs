@@ -1,34 +1,18 @@
 //! Triangles and the vertices they share.
 
-use super::SurfaceError;
-use super::coordinates::first_non_finite;
 use nalgebra::Vector3;
 use std::collections::HashMap;
 
-/// Vertices and triangles as indices of them.
-pub(super) type Indexed = (Vec<Vector3<f64>>, Vec<[usize; 3]>);
-
-/// Triangles whose corners at exactly the same place are one vertex, without those of which two corners are the same.
-pub(super) fn welded(corners: &[[Vector3<f64>; 3]]) -> Result<Indexed, SurfaceError> {
-    if let Some((vertex, value)) = first_non_finite(corners.iter().flatten()) {
-        return Err(SurfaceError::NonFiniteCoordinate { vertex, value });
+/// Makes the triangles refer to the first of the vertices at exactly the same place. All indices are in range.
+pub(super) fn merge(vertices: &[Vector3<f64>], triangles: &mut [[usize; 3]]) {
+    let mut first_at_place = HashMap::new();
+    let first_at = |(vertex, position): (usize, &Vector3<f64>)| {
+        *first_at_place.entry(place_key(position)).or_insert(vertex)
+    };
+    let first: Vec<usize> = vertices.iter().enumerate().map(first_at).collect();
+    for vertex in triangles.as_flattened_mut() {
+        *vertex = first[*vertex];
     }
-    let mut vertices = Vec::new();
-    let mut vertex_at = HashMap::new();
-    let mut triangles = Vec::with_capacity(corners.len());
-    for positions in corners {
-        let indices = positions.map(|position| {
-            *vertex_at.entry(place_key(&position)).or_insert_with(|| {
-                vertices.push(position);
-                vertices.len() - 1
-            })
-        });
-        let [a, b, c] = indices;
-        if a != b && b != c && c != a {
-            triangles.push(indices);
-        }
-    }
-    Ok(without_unused(vertices, &triangles))
 }
 
 /// A key that two points have in common if all their coordinates are equal, and only then.
@@ -37,20 +21,34 @@ pub(super) fn place_key(point: &Vector3<f64>) -> [u64; 3] {
     std::array::from_fn(|axis| (point[axis] + 0.0).to_bits())
 }
 
-/// Only the vertices that triangles use, in their order. All indices are in range.
-pub(super) fn without_unused(vertices: Vec<Vector3<f64>>, triangles: &[[usize; 3]]) -> Indexed {
-    let mut new_index = vec![None; vertices.len()];
-    for &vertex in triangles.iter().flatten() {
-        new_index[vertex] = Some(0);
-    }
-    let mut kept = Vec::with_capacity(vertices.len());
-    for (position, index) in vertices.into_iter().zip(&mut new_index) {
-        if let Some(index) = index {
-            *index = kept.len();
-            kept.push(position);
+/// The vertices that triangles use, in their order, and the triangles as indices of them.
+pub(super) struct Used {
+    pub vertices: Vec<Vector3<f64>>,
+    pub triangles: Vec<[usize; 3]>,
+    /// For each vertex its index among all vertices.
+    pub original: Vec<usize>,
+}
+
+impl Used {
+    /// Drops the vertices that no triangle uses. All indices are in range.
+    pub fn of(vertices: Vec<Vector3<f64>>, triangles: &[[usize; 3]]) -> Self {
+        let mut new_index = vec![None; vertices.len()];
+        for &vertex in triangles.as_flattened() {
+            new_index[vertex] = Some(0);
+        }
+        let (mut kept, mut original) = (Vec::new(), Vec::new());
+        for (vertex, position) in vertices.into_iter().enumerate() {
+            if let Some(index) = &mut new_index[vertex] {
+                *index = kept.len();
+                kept.push(position);
+                original.push(vertex);
+            }
+        }
+        let renumbered = |triangle: &[usize; 3]| triangle.map(|v| new_index[v].unwrap_or_default());
+        Self {
+            vertices: kept,
+            triangles: triangles.iter().map(renumbered).collect(),
+            original,
         }
     }
-    let renumbered = |triangle: &[usize; 3]| triangle.map(|v| new_index[v].unwrap_or_default());
-    let triangles = triangles.iter().map(renumbered).collect();
-    (kept, triangles)
 }

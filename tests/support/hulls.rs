@@ -1,6 +1,6 @@
 //! Convex hulls of a few points, by brute force.
 
-use hydroelastic::mesh::{PressureField, shapes};
+use hydroelastic::mesh::{PressureField, TriangleSurface, shapes};
 use nalgebra::Vector3;
 
 /// The convex hull of points in general position (m), as a pressure field. Every triple of points is tried.
@@ -12,7 +12,7 @@ pub fn hull(points: Vec<Vector3<f64>>) -> PressureField {
     });
     let triangles = triples.filter_map(|triple| outward(&points, triple));
     let triangles = triangles.collect();
-    shapes::star_shaped(points, triangles).unwrap()
+    shapes::star_shaped(&TriangleSurface::welded(points, triangles).unwrap()).unwrap()
 }
 
 /// The triangle of three points, counter-clockwise seen from outside, if all points are on one side of it.

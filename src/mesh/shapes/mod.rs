@@ -4,7 +4,6 @@
 //! For a shape with dimensions, a function `…_rates` of the same arguments tells how its vertices and extents change with
 //! them: with [`ShapeGradient::along`](crate::contact::ShapeGradient::along), derivatives by the shape become those by the dimensions.
 
-mod closed_surface;
 mod cored;
 mod cuboid;
 mod cylinder;

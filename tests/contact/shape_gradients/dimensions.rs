@@ -259,7 +259,8 @@ fn the_center_of_a_star_shaped_solid_follows_its_surface() {
     let velocities: Vec<_> = vertices.iter().map(|_| random.vector()).collect();
     let shape = |time: f64| {
         let vertices = moved_vertices(&vertices, &velocities, time);
-        Shape::new(shapes::star_shaped(vertices, triangles.clone()).unwrap())
+        let surface = TriangleSurface::new(vertices, triangles.clone()).unwrap();
+        Shape::new(shapes::star_shaped(&surface).unwrap())
     };
     let (original, other) = (shape(0.0), Shape::new(shapes::cuboid([0.8; 3]).unwrap()));
     let poses = [Vector3::zeros(), vector![0.2, 0.3, 0.6]]

@@ -4,3 +4,4 @@ mod neighbors;
 mod sample_surfaces;
 mod solids;
 mod validation;
+mod welding;

@@ -56,7 +56,7 @@ const EQUAL_FIELDS: (&str, &str) = (
     "const EQUAL_FIELDS: f64 = 1e-9;",
 );
 const THINNESS: (&str, &str) = (
-    "src/mesh/triangle_surface.rs",
+    "src/mesh/triangle_checks.rs",
     "const THINNESS: f64 = 1e-12;",
 );
 

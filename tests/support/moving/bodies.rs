@@ -2,7 +2,7 @@
 
 use crate::support::scenes::{Random, dented_ball, grid, layered};
 use hydroelastic::contact::Shape;
-use hydroelastic::mesh::{MeshError, PressureField, shapes};
+use hydroelastic::mesh::{MeshError, PressureField, TriangleSurface, shapes};
 use nalgebra::Vector3;
 use std::f64::consts::TAU;
 
@@ -76,5 +76,6 @@ fn prism(corners: usize, width: f64, height: f64) -> Result<PressureField, MeshE
             triangles.push([corners, k + corners, next + corners]);
         }
     }
-    shapes::star_shaped_about(Vector3::zeros(), vertices, triangles)
+    let surface = TriangleSurface::new(vertices, triangles).unwrap();
+    shapes::star_shaped_about(Vector3::zeros(), &surface)
 }

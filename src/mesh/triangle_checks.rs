@@ -1,0 +1,76 @@
+//! Checks of the triangles of a surface, one by one.
+
+use super::SurfaceError;
+use nalgebra::Vector3;
+
+/// A triangle counts as a line if its height over its longest edge is below this fraction of that edge. Its normal would have fewer
+/// than four correct digits, like the gradients of a tetrahedron that counts as flat.
+const THINNESS: f64 = 1e-12;
+
+/// Checks that there are at least 4 triangles, and that a `u32` can count triangles and vertices.
+pub(super) fn check_size(vertex_count: usize, triangle_count: usize) -> Result<(), SurfaceError> {
+    let (count, limit) = (vertex_count.max(triangle_count), u32::MAX as usize);
+    if triangle_count < 4 {
+        let count = triangle_count;
+        Err(SurfaceError::TooFewTriangles { count })
+    } else if count > limit {
+        Err(SurfaceError::TooLarge { count, limit })
+    } else {
+        Ok(())
+    }
+}
+
+/// Checks that the triangles refer to vertices that exist.
+pub(super) fn check_range(
+    triangles: &[[usize; 3]],
+    vertex_count: usize,
+) -> Result<(), SurfaceError> {
+    for (triangle, corners) in triangles.iter().enumerate() {
+        if let Some(&vertex) = corners.iter().find(|&&vertex| vertex >= vertex_count) {
+            return Err(SurfaceError::VertexOutOfRange {
+                triangle,
+                vertex,
+                vertex_count,
+            });
+        }
+    }
+    Ok(())
+}
+
+/// Checks that each triangle has three different corners, and that all vertices are used.
+pub(super) fn check_corners(
+    triangles: &[[usize; 3]],
+    vertex_count: usize,
+) -> Result<(), SurfaceError> {
+    let mut used = vec![false; vertex_count];
+    for (triangle, corners) in triangles.iter().enumerate() {
+        for (corner, &vertex) in corners.iter().enumerate() {
+            if corners[..corner].contains(&vertex) {
+                return Err(SurfaceError::RepeatedVertex { triangle, vertex });
+            }
+            used[vertex] = true;
+        }
+    }
+    match used.iter().position(|used| !used) {
+        Some(vertex) => Err(SurfaceError::UnusedVertex { vertex }),
+        None => Ok(()),
+    }
+}
+
+/// Checks that a triangle is not a line to round-off, and that its area does not underflow.
+pub(super) fn check_thickness(
+    triangle: usize,
+    [a, b, c]: [Vector3<f64>; 3],
+) -> Result<(), SurfaceError> {
+    let twice_area = (b - a).cross(&(c - a)).norm();
+    let edges = [b - a, c - b, a - c];
+    let longest_edge = edges.iter().map(nalgebra::Matrix::norm).fold(0.0, f64::max);
+    if twice_area > THINNESS * longest_edge.powi(2) {
+        return Ok(());
+    }
+    Err(SurfaceError::ThinTriangle {
+        triangle,
+        area: 0.5 * twice_area,
+        longest_edge,
+    })
+}

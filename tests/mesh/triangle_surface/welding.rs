@@ -1,0 +1,106 @@
+//! Vertices at the same place are merged, and unused vertices are dropped.
+
+use super::sample_surfaces::{Triangulation, soup, unit_block};
+use hydroelastic::mesh::{SurfaceError, TriangleSurface, shapes};
+use nalgebra::{Vector3, vector};
+
+fn cube() -> Triangulation {
+    unit_block(Vector3::zeros())
+}
+
+/// A cube with three vertices for each triangle, behind one that no triangle uses.
+fn separate_cube() -> Triangulation {
+    let corners = soup(&cube());
+    let stray = Vector3::repeat(f64::NAN);
+    let vertices = [&[stray], corners.as_flattened()].concat();
+    let triangles = (0..corners.len()).map(|t| [1, 2, 3].map(|corner| 3 * t + corner));
+    (vertices, triangles.collect())
+}
+
+fn refusal((vertices, triangles): Triangulation) -> SurfaceError {
+    TriangleSurface::welded(vertices, triangles).unwrap_err()
+}
+
+/// The first of the vertices at the place of a vertex.
+fn first_there(vertices: &[Vector3<f64>], vertex: usize) -> usize {
+    let there = vertices.iter().position(|place| *place == vertices[vertex]);
+    there.unwrap()
+}
+
+#[test]
+fn vertices_at_the_same_place_become_one() {
+    let (mut vertices, triangles) = separate_cube();
+    // Zeros of either sign are the same place.
+    for vertex in vertices.iter_mut().step_by(2) {
+        *vertex = vertex.map(|x| if x == 0.0 { -0.0 } else { x });
+    }
+    let welded = TriangleSurface::welded(vertices.clone(), triangles.clone()).unwrap();
+    assert_eq!((welded.vertices().len(), welded.component_count()), (8, 1));
+    for (index, triangle) in triangles.iter().enumerate() {
+        assert_eq!(welded.corners(index), triangle.map(|v| vertices[v]));
+    }
+    let field = shapes::star_shaped(&welded).unwrap();
+    assert_eq!(
+        (field.mesh().vertex_count(), field.mesh().tet_count()),
+        (9, 12)
+    );
+}
+
+#[test]
+fn unused_vertices_are_dropped_whatever_their_coordinates() {
+    let (vertices, triangles) = cube();
+    let shifted: Vec<_> = triangles.iter().map(|t| t.map(|v| v + 1)).collect();
+    for stray in [vector![1e4, 0.0, 0.0], Vector3::repeat(f64::NAN)] {
+        let with_strays = [&[stray], vertices.as_slice(), &[stray]].concat();
+        let welded = TriangleSurface::welded(with_strays, shifted.clone()).unwrap();
+        assert_eq!(welded.vertices(), vertices);
+        assert_eq!(welded.triangles(), triangles);
+    }
+}
+
+#[test]
+fn errors_name_the_first_of_merged_vertices_by_its_given_index() {
+    let (mut vertices, triangles) = separate_cube();
+    vertices[16].y = f64::NAN;
+    let refused = refusal((vertices, triangles));
+    assert!(
+        matches!(
+            refused,
+            SurfaceError::NonFiniteCoordinate { vertex: 16, .. }
+        ),
+        "{refused}"
+    );
+
+    let (vertices, mut triangles) = separate_cube();
+    triangles[5][1] = 37;
+    let expected = SurfaceError::VertexOutOfRange {
+        triangle: 5,
+        vertex: 37,
+        vertex_count: 37,
+    };
+    assert_eq!(refusal((vertices, triangles)), expected);
+
+    let (mut vertices, triangles) = separate_cube();
+    vertices[15] = vertices[14];
+    let vertex = first_there(&vertices, 14);
+    assert_eq!(
+        refusal((vertices, triangles)).to_string(),
+        format!("triangle 4 has two corners at vertex {vertex}, but needs three different corners")
+    );
+
+    let (vertices, mut triangles) = separate_cube();
+    let removed = triangles.remove(7).map(|v| first_there(&vertices, v));
+    let SurfaceError::Open { edge, .. } = refusal((vertices, triangles)) else {
+        panic!("a cube without a triangle is open");
+    };
+    assert!(edge.iter().all(|vertex| removed.contains(vertex)));
+
+    let (vertices, mut triangles) = separate_cube();
+    triangles[7].swap(0, 1);
+    let turned = triangles[7].map(|v| first_there(&vertices, v));
+    let refused = refusal((vertices, triangles));
+    let SurfaceError::InconsistentOrientation { edge, .. } = refused else {
+        panic!("{refused}");
+    };
+    assert!(edge.iter().all(|vertex| turned.contains(vertex)));
+}
