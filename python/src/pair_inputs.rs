@@ -69,7 +69,7 @@ impl Inputs {
         })
     }
 
-    /// The same in motion, with or without twists: friction counts in the derivatives by twists.
+    /// Sets the pairs in motion even if no twist is given, because derivatives by twists depend on the law.
     pub fn moving(self) -> Self {
         Self {
             is_moving: true,

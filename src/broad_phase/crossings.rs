@@ -7,8 +7,9 @@
 
 use super::flat_tree::WIDTH;
 use super::lists::{FourCrossed, Keeping, OneCrossed, Posed, Touched};
+use super::nodes::Node;
 use super::patch::{Frame, Patch};
-use super::triangle_tree::{Node, SurfaceFace, TriangleTree};
+use super::triangle_tree::{SurfaceFace, TriangleTree};
 use crate::lanes;
 use crate::spatial::Pose;
 use std::ops::Range;

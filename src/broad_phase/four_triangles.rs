@@ -1,14 +1,11 @@
 //! Four triangles of a surface side by side, and which of them a triangle of the other body may cross.
 
 use super::flat_tree::{FourBoxes, WIDTH};
+use super::nodes::{FourCorners, Node};
 use super::patch::Patch;
-use super::triangle_tree::Node;
 use crate::lanes::space::{dot, splat};
 use crate::lanes::{Lanes, Mask, Numbers, Quad};
 use nalgebra::Vector3;
-
-/// The corners of four triangles, by corner and coordinate.
-pub(super) type FourCorners = [[Quad; 3]; 3];
 
 /// Four triangles in A's frame, side by side: of either body.
 pub(super) struct FourTriangles<'f> {

@@ -2,9 +2,10 @@
 //! is shared, and writes another list behind it.
 
 use super::flat_tree::WIDTH;
-use super::four_triangles::{FourCorners, FourTriangles};
+use super::four_triangles::FourTriangles;
+use super::nodes::{FourCorners, Node};
 use super::patch::{Frame, Patch};
-use super::triangle_tree::{Node, TriangleTree};
+use super::triangle_tree::TriangleTree;
 use crate::lanes::{InLanes, Lanes};
 use nalgebra::Vector3;
 use std::ops::Range;

@@ -22,6 +22,7 @@ mod four_triangles;
 mod half_space;
 mod landscape;
 mod lists;
+mod nodes;
 mod patch;
 mod positivity;
 mod projections;

@@ -9,8 +9,7 @@
 )]
 
 use super::flat_tree::WIDTH;
-use super::four_triangles::FourCorners;
-use super::triangle_tree::Node;
+use super::nodes::{FourCorners, Node};
 use crate::geometry::Aabb;
 use crate::lanes::space::{dot, splat};
 use crate::lanes::{Lanes, Mask, Numbers, Quad};

@@ -1,7 +1,6 @@
-use super::flat_tree::{FourBoxes, NO_BOXES, WIDTH, arrange, set_box, side_by_side};
-use super::four_triangles::FourCorners;
+use super::flat_tree::{WIDTH, arrange, set_box, side_by_side};
+use super::nodes::{FourCorners, Node};
 use crate::geometry::{Aabb, FACES};
-use crate::lanes::Quad;
 use crate::mesh::{FieldTet, PressureField};
 use crate::spatial::Pose;
 use nalgebra::Vector3;
@@ -27,18 +26,6 @@ pub(super) struct Level {
     pub nodes: Vec<Node>,
     /// Mean length (m) of the longest edges of the boxes around the nodes.
     pub size: f64,
-}
-
-/// Where the triangles below each of four children are, side by side: in a box and between two parallel planes.
-#[derive(Debug, Clone)]
-#[repr(C, align(32))]
-pub(super) struct Node {
-    /// The boxes.
-    pub bounds: FourBoxes,
-    /// Unit normals of the planes: the mean of those of the triangles. Or 0, where these cancel.
-    pub normal: [Quad; 3],
-    /// The smallest values of normal · x (m) and the largest.
-    pub between: [Quad; 2],
 }
 
 /// A triangle of the surface, as a face of its tetrahedron.
@@ -184,41 +171,23 @@ impl TriangleTree {
     }
 }
 
-impl Node {
-    /// Without children.
-    pub const EMPTY: Self = Self {
-        bounds: NO_BOXES,
-        normal: [[0.0; WIDTH]; 3],
-        between: [[f64::INFINITY; WIDTH], [f64::NEG_INFINITY; WIDTH]],
-    };
-
-    /// Around these parts of a surface.
-    fn over<'f>(parts: impl Iterator<Item = &'f [Facet]>) -> Self {
-        let mut node = Self::EMPTY;
-        for (slot, part) in parts.enumerate() {
-            let corners = || part.iter().flat_map(|facet| &facet.corners);
-            let normal = mean_normal(part);
-            let heights = corners().map(|corner| normal.dot(corner));
-            let [lowest, highest] = node.between.each_mut().map(|it| &mut it[slot]);
-            for height in heights {
-                (*lowest, *highest) = (lowest.min(height), highest.max(height));
-            }
-            set_box(&mut node.bounds, slot, &Aabb::around(corners()));
-            for axis in 0..3 {
-                node.normal[axis][slot] = normal[axis];
-            }
+/// The node around these parts of a surface.
+fn node_over<'f>(parts: impl Iterator<Item = &'f [Facet]>) -> Node {
+    let mut node = Node::EMPTY;
+    for (slot, part) in parts.enumerate() {
+        let corners = || part.iter().flat_map(|facet| &facet.corners);
+        let normal = mean_normal(part);
+        let heights = corners().map(|corner| normal.dot(corner));
+        let [lowest, highest] = node.between.each_mut().map(|it| &mut it[slot]);
+        for height in heights {
+            (*lowest, *highest) = (lowest.min(height), highest.max(height));
         }
-        node
-    }
-
-    /// The box of a child.
-    fn aabb(&self, slot: usize) -> Aabb {
-        let side = |side: usize| Vector3::from_fn(|k, _| self.bounds[k][side][slot]);
-        Aabb {
-            lower: side(0),
-            upper: side(1),
+        set_box(&mut node.bounds, slot, &Aabb::around(corners()));
+        for axis in 0..3 {
+            node.normal[axis][slot] = normal[axis];
         }
     }
+    node
 }
 
 /// The direction of the sum of the triangles' area vectors; 0 where they cancel.
@@ -241,7 +210,7 @@ fn levels_over(facets: &[Facet]) -> Vec<Level> {
         levels.push(Level {
             nodes: nodes
                 .clone()
-                .map(|part| Node::over(part.chunks(full)))
+                .map(|part| node_over(part.chunks(full)))
                 .collect(),
             size: mean_size(nodes),
         });

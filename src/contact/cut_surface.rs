@@ -1,8 +1,9 @@
 //! Sums over a contact surface: over the special cuts one by one, over the generic ones, which are in octets, one by one or
 //! several at a time.
 
-use super::octets::OverOctets;
-use super::polygon::{CutPolygon, CutSurface, PartialSum};
+use super::polygon::{CutPolygon, CutSurface};
+use super::sums::OverOctets;
+use super::sums::PartialSum;
 use crate::lanes::ROW;
 use crate::narrow_phase::{Cut, ELASTIC_COINCIDENCE, Octet, Weights};
 use crate::scalar::{Scalar, carries_derivatives, real_part};

@@ -1,6 +1,7 @@
 use super::jacobian::RelativeJacobian;
 use super::motion::RelativeMotion;
-use super::polygon::{CutSurface, PartialSum, PolygonSource};
+use super::polygon::CutSurface;
+use super::sums::PartialSum;
 use super::traction_rates::{AddedByLaw, FrozenPolygon};
 use super::{ContactPair, ContactWrench, LinearisedContact, SurfaceLaw};
 use crate::spatial::{Twist, Wrench};
@@ -48,10 +49,10 @@ impl PartialSum for FrozenSum {
 }
 
 impl ContactPair<'_> {
-    /// The contact as it is, with a model of it nearby. Takes little longer than the wrench. None if the bodies do not touch.
+    /// Evaluates the contact and a model of it nearby, in little more time than the wrench. Returns `None` if the bodies do not touch.
     pub(crate) fn frozen(&self) -> Option<FrozenContact> {
         let moving = self.relative_motion().filter(|(law, _)| !law.is_elastic());
-        let surface = PolygonSource::of(self).for_values(self.search());
+        let surface = self.source().for_values(self.search());
         if surface.found.is_empty() {
             return None;
         }
@@ -160,7 +161,7 @@ mod tests {
         let [small, large] = [octahedron([1.0; 2], 1.0), octahedron([2.0, 1.0], 2.0)];
         let below = Pose::from_translation(vector![0.0, 0.0, -0.5]);
         let in_faces = ContactPair::new(body(&small, Pose::identity()), body(&large, below));
-        let source = PolygonSource::of(&in_faces);
+        let source = in_faces.source();
         let weights = in_faces
             .cut_surface()
             .sum_of_cuts(|weights: &mut Vec<f64>, cut: &Cut| {

@@ -1,10 +1,11 @@
-use super::linearised::{RelativeLinearisation, add_block};
-use super::octets::OverOctets;
-use super::polygon::{CutPolygon, PartialSum, PolygonSource};
+use super::linearised::RelativeLinearisation;
+use super::polygon::CutPolygon;
 use super::response::{PolygonResponse, Responses};
+use super::sums::OverOctets;
+use super::sums::PartialSum;
 use super::{ContactPair, Kinks};
 use crate::narrow_phase::{Cut, ELASTIC_COINCIDENCE, Weights};
-use crate::spatial::{Wrench, skew};
+use crate::spatial::{Wrench, add_block, skew};
 use nalgebra::{Matrix6, Matrix6x2, Vector3, Vector6};
 
 /// Wrench on A and its derivatives as B moves relative to A, all in A's axes about A's origin.
@@ -75,7 +76,7 @@ impl RelativeJacobian {
     }
 }
 
-/// The sums of an elastic contact, and what is kept of its polygons.
+/// Sums over an elastic contact, with the responses of its polygons.
 struct Elastic<R> {
     sums: RelativeJacobian,
     responses: R,
@@ -96,9 +97,9 @@ impl<R: Responses> PartialSum for Elastic<R> {
 }
 
 impl ContactPair<'_> {
-    /// The elastic contact in A's axes, of a pair in A's frame, and what is kept of its polygons.
+    /// Linearizes the elastic contact of a pair in A's frame. Returns the responses of its polygons, too, if `R` keeps them.
     pub(super) fn elastic_linearisation<R: Responses>(&self) -> (RelativeLinearisation, R) {
-        let source = PolygonSource::of(self);
+        let source = self.source();
         let (octaves, search) = (ELASTIC_COINCIDENCE, self.search());
         let ((surface, finer), spilled) = if R::ARE_KEPT {
             let surfaces = source.for_derivatives(octaves, search);
@@ -107,12 +108,12 @@ impl ContactPair<'_> {
             source.for_sum_of_derivatives(octaves, search)
         };
         let add = |sum: &mut Elastic<R>, cut: &Cut| {
-            let add = |sum: &mut Elastic<R>, polygon: &CutPolygon<f64>| {
+            let add_polygon = |sum: &mut Elastic<R>, polygon: &CutPolygon<f64>| {
                 polygon.add_to(&mut sum.sums);
                 sum.responses
                     .keep(|| PolygonResponse::of(cut, polygon, None));
             };
-            surface.add_where(Weights::have_area, add, sum, cut);
+            surface.add_where(Weights::have_area, add_polygon, sum, cut);
         };
         let mut elastic = surface.sum_of_special_cuts(&add);
         elastic

@@ -1,10 +1,10 @@
 use super::motion::{Motion, RelativeMotion};
-use super::polygon::PartialSum;
 use super::reaction::Reaction;
 use super::response::Responses;
+use super::sums::PartialSum;
 use super::{ContactPair, ContactWrench};
 use crate::scalar::{Order, Scalar, lift};
-use crate::spatial::{Wrench, skew};
+use crate::spatial::{Wrench, add_block, skew};
 use nalgebra::{Matrix3, Matrix6, Matrix6x2, SMatrix, SVector, Vector3, Vector6};
 
 /// The wrenches of a contact and all their first derivatives, in the world.
@@ -128,7 +128,8 @@ impl LinearisedContact {
 }
 
 impl ContactPair<'_> {
-    /// The wrenches with all their first derivatives, in closed form.
+    /// The wrenches and all their first derivatives, in closed form. For a pair at rest, derivatives by twists and by the law are zero,
+    /// and faces count as coincident within 2e-12 of the size of the bodies.
     #[must_use]
     pub fn linearised(&self) -> LinearisedContact {
         let (relative, ()) = self.relative_linearisation();
@@ -137,7 +138,7 @@ impl ContactPair<'_> {
 }
 
 impl<T: Scalar> ContactPair<'_, T> {
-    /// The wrenches in the scalar, and the contact of the real parts with its first derivatives, for one search.
+    /// The wrenches in the scalar, and the linearization of the real parts. For scalars of first order, both come from one search.
     pub(crate) fn wrench_and_linearised(&self) -> (ContactWrench<T>, LinearisedContact) {
         let (relative, ()) = self.relative_linearisation();
         let wrench = if Order::<T>::IS_FIRST {
@@ -148,7 +149,7 @@ impl<T: Scalar> ContactPair<'_, T> {
         (wrench, relative.in_world(&self.real_in_place()))
     }
 
-    /// The contact of the real parts in A's axes, and what is kept of its polygons.
+    /// Linearizes the real parts in A's axes. Returns the responses of the polygons, too, if `R` keeps them.
     pub(super) fn relative_linearisation<R: Responses>(&self) -> (RelativeLinearisation, R) {
         let real = self.real();
         match self.relative_motion() {
@@ -195,7 +196,8 @@ impl PartialSum for RelativeLinearisation {
 }
 
 impl RelativeLinearisation {
-    /// The chain rule: the wrench after changes, with real parts of zero, of the numbers of [`ContactPair::tangent`].
+    /// Applies the chain rule: the wrench after `changes` of the numbers that [`ContactPair::tangent`] lists. The real parts of
+    /// `changes` are zero.
     pub fn pushforward<T: Scalar>(&self, changes: &[T; 16]) -> Wrench<T> {
         let number = |row: usize| {
             let slope = |column: usize| match column {
@@ -216,7 +218,7 @@ impl RelativeLinearisation {
         }
     }
 
-    /// The contact in the world, of a pair where it is.
+    /// Transforms the linearization to world axes. `pair` has the poses and the motion in the world.
     pub fn in_world(&self, pair: &ContactPair) -> LinearisedContact {
         let rotation = pair.a().pose().rotation();
         let from_a_to_b = pair.b().pose().translation() - pair.a().pose().translation();
@@ -234,8 +236,9 @@ impl RelativeLinearisation {
         add_block(&mut by_pose_a, [3, 0], -skew(&wrench.on_a.force));
         let mut by_pose_b = by_motion * lever;
         let mut by_twists = [Matrix6::zeros(); 2];
-        if let Some(Motion { twists, .. }) = pair.motion() {
-            let motion = RelativeMotion::of(pair, *twists);
+        if let (Some((_, motion)), Some(Motion { twists, .. })) =
+            (pair.relative_motion(), pair.motion())
+        {
             let by_twist = in_world(&self.by_twist);
             let [turn, shift] = motion.by_pose_a(rotation, &twists[1].angular);
             by_pose_a += by_twist * (turn - shift);
@@ -276,14 +279,4 @@ pub(super) fn block_diagonal(rotation: &Matrix3<f64>) -> Matrix6<f64> {
     add_block(&mut matrix, [0, 0], *rotation);
     add_block(&mut matrix, [3, 3], *rotation);
     matrix
-}
-
-/// Adds a 3×3 block at the given row and column.
-pub(crate) fn add_block<T: Scalar, const R: usize, const C: usize>(
-    matrix: &mut SMatrix<T, R, C>,
-    [row, column]: [usize; 2],
-    block: Matrix3<T>,
-) {
-    let mut view = matrix.fixed_view_mut::<3, 3>(row, column);
-    view += block;
 }

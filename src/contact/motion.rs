@@ -1,8 +1,8 @@
 //! The motion of a pair of bodies.
 
-use super::{ContactPair, SurfaceLaw};
+use super::SurfaceLaw;
 use crate::scalar::{Scalar, real_vector, times};
-use crate::spatial::Twist;
+use crate::spatial::{Pose, Twist};
 use nalgebra::Vector3;
 
 /// The surface law of a pair, and the twists of its bodies at their origins, in world axes.
@@ -24,15 +24,7 @@ impl<T: Scalar> Motion<T> {
     }
 }
 
-impl<T: Scalar> ContactPair<'_, T> {
-    /// The law and the velocity of A relative to B; none for a pair at rest.
-    pub(super) fn relative_motion(&self) -> Option<(SurfaceLaw<T>, RelativeMotion<T>)> {
-        let Motion { law, twists } = self.motion()?;
-        Some((*law, RelativeMotion::of(self, *twists)))
-    }
-}
-
-/// The velocity of A relative to B as a field, in A's axes about A's origin.
+/// Velocity field of A relative to B, in A's axes: the angular velocity and the velocity at A's origin.
 #[derive(Clone, Copy)]
 pub(super) struct RelativeMotion<T> {
     pub angular: Vector3<T>,
@@ -40,8 +32,8 @@ pub(super) struct RelativeMotion<T> {
 }
 
 impl<T: Scalar> RelativeMotion<T> {
-    pub fn of(pair: &ContactPair<T>, [twist_a, twist_b]: [Twist<T>; 2]) -> Self {
-        let (pose_wa, pose_wb) = (pair.a().pose(), pair.b().pose());
+    /// The relative motion of two bodies with these poses and twists in the world.
+    pub fn of([pose_wa, pose_wb]: [&Pose<T>; 2], [twist_a, twist_b]: &[Twist<T>; 2]) -> Self {
         let to_origin_a = pose_wa.translation() - pose_wb.translation();
         let velocity_of_b = twist_b.linear + twist_b.angular.cross(&to_origin_a);
         let in_a = pose_wa.rotation().transpose();

@@ -1,7 +1,7 @@
 //! Integrals over the generic contact polygons, several at a time.
 
 use super::jacobian::RelativeJacobian;
-use super::polygon::PartialSum;
+use super::sums::{OverOctets, PartialSum};
 use crate::lanes::space::{cross, scaled, sum};
 use crate::lanes::{self, InLanes, Lanes, Numbers, ROW, Row};
 use crate::narrow_phase::Octet;
@@ -211,12 +211,6 @@ fn sum_of<I: Integrals<N>, const N: usize>(octets: &[Octet]) -> [f64; N] {
     total
 }
 
-/// What can be integrated several polygons at a time: by moments alone, so elastic sums.
-pub(super) trait OverOctets: PartialSum {
-    /// The sum over the polygons of octets, without derivatives of its own.
-    fn over(octets: &[Octet]) -> Self;
-}
-
 impl<T: Scalar> OverOctets for Wrench<T> {
     fn over(octets: &[Octet]) -> Self {
         let [t1, t2, t3, f1, f2, f3] = sum_of::<OfWrench, 6>(octets).map(lift);
@@ -246,7 +240,7 @@ impl OverOctets for RelativeJacobian {
 
 #[cfg(test)]
 mod tests {
-    use super::super::polygon::{CutPolygon, CutSurface, PolygonSource};
+    use super::super::polygon::{CutPolygon, CutSurface};
     use super::super::{
         ContactBody, ContactPair, HalfSpace, Partner, RigidShape, Shape, SurfaceLaw,
     };
@@ -320,7 +314,7 @@ mod tests {
     #[test]
     fn large_contacts_are_summed_as_they_are_found() {
         with_large_contact(|pair| {
-            let source = PolygonSource::of(pair);
+            let source = pair.source();
             let (surface, spilled) = source.for_sum_of_values::<Wrench>(pair.search());
             let (all, rest) = (pair.cut_surface().wrench(), surface.wrench());
             let [all, rest, spilled] = [all, rest, spilled].map(|wrench| wrench.to_vector());

@@ -1,10 +1,11 @@
-use super::motion::Motion;
-use super::polygon::{CutSurface, PartialSum, PolygonSource};
+use super::motion::{Motion, RelativeMotion};
+use super::polygon::{CutSurface, PolygonSource};
+use super::sums::PartialSum;
 use super::{
     ContactBody, ContactPolygon, ContactSurface, ContactWrench, Partner, Search, SurfaceLaw,
 };
 use crate::scalar::{Order, Scalar, real_part};
-use crate::spatial::{Pose, Twist};
+use crate::spatial::{Pose, Twist, Wrench};
 
 /// Two bodies that may touch: the wrench, its derivatives, the contact surface and the potential energy of their contact.
 ///
@@ -56,8 +57,8 @@ impl<'a, T: Scalar> ContactPair<'a, T> {
         }
     }
 
-    /// The same pair in motion: the surfaces have a law for dissipation and friction, and each body a twist in world axes, with
-    /// the velocity of the body's origin as its linear part.
+    /// The same pair in motion, with a law for dissipation and friction. Twists are in world axes; the linear part is the velocity of
+    /// the body's origin. The contact surface and the potential energy do not depend on the motion.
     #[must_use]
     pub fn moving(self, law: SurfaceLaw<T>, twists: [Twist<T>; 2]) -> Self {
         Self {
@@ -90,7 +91,8 @@ impl<'a, T: Scalar> ContactPair<'a, T> {
         &self.b
     }
 
-    /// The exact contact wrenches (the paper, §III-C and §III-D). Dissipation and friction are integrated exactly, too.
+    /// The exact contact wrenches (the paper, §III-C and §III-D). For a pair in motion they include dissipation and friction, integrated
+    /// exactly.
     #[must_use]
     pub fn wrench(&self) -> ContactWrench<T> {
         if Order::<T>::IS_FIRST {
@@ -140,7 +142,7 @@ impl<'a, T: Scalar> ContactPair<'a, T> {
     /// contribute, not only those at the contact surface.
     #[must_use]
     pub fn potential_energy(&self) -> T {
-        PolygonSource::of(self).energy()
+        self.source().energy()
     }
 
     /// The pairs of tetrahedra (of A, of B) that have a contact polygon, in no special order. Where B is a rigid body, its
@@ -164,9 +166,19 @@ impl<'a, T: Scalar> ContactPair<'a, T> {
         }
     }
 
+    /// Both wrenches in the world, from the one on A about A's origin in A's axes.
+    pub(super) fn wrench_from_a(&self, wrench_a: &Wrench<T>) -> ContactWrench<T> {
+        ContactWrench::from_a(wrench_a, [self.a.pose(), self.b.pose()])
+    }
+
+    /// The source of the pair's contact polygons.
+    pub(super) fn source(&self) -> PolygonSource<'a, T> {
+        PolygonSource::of(&self.a, &self.b)
+    }
+
     /// The cuts that values are made from.
     pub(super) fn cut_surface(&self) -> CutSurface<'a, T> {
-        PolygonSource::of(self).for_values(self.search)
+        self.source().for_values(self.search)
     }
 
     pub(super) fn moduli(&self) -> [T; 2] {
@@ -181,9 +193,16 @@ impl<'a, T: Scalar> ContactPair<'a, T> {
         }
     }
 
-    /// How the bodies move; none for a pair at rest.
+    /// The motion of the bodies, or `None` for a pair at rest.
     pub(crate) fn motion(&self) -> Option<&Motion<T>> {
         self.motion.as_ref()
+    }
+
+    /// The law and the velocity of A relative to B, or `None` for a pair at rest.
+    pub(super) fn relative_motion(&self) -> Option<(SurfaceLaw<T>, RelativeMotion<T>)> {
+        let Motion { law, twists } = self.motion()?;
+        let poses = [self.a.pose(), self.b.pose()];
+        Some((*law, RelativeMotion::of(poses, twists)))
     }
 
     /// The pair at rest without derivatives, in A's frame.
@@ -220,7 +239,7 @@ impl<T: Scalar> Pipeline<'_, '_, T> {
         if let Some((law, motion)) = pair.relative_motion() {
             return pair.wrench_from_a(&pair.cut_surface().wrench_in_motion(&law, &motion));
         }
-        let (surface, spilled) = PolygonSource::of(pair).for_sum_of_values(pair.search);
+        let (surface, spilled) = pair.source().for_sum_of_values(pair.search);
         let mut wrench = surface.wrench();
         wrench.merge(spilled);
         pair.wrench_from_a(&wrench)

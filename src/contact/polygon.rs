@@ -1,5 +1,5 @@
-use super::octets::OverOctets;
-use super::{ContactPair, Culling, Search};
+use super::sums::OverOctets;
+use super::{ContactBody, Culling, Partner, Search};
 use crate::geometry::{AffineField, ConvexPolygon, PolygonMoments};
 use crate::narrow_phase::{
     Cut, ELASTIC_COINCIDENCE, EquilibriumPlane, RelativePair, Weights, scales,
@@ -13,50 +13,6 @@ const LITTLE: f64 = 1e-6;
 
 /// Where more would be, the tolerance is taken this many octaves narrower.
 const NARROWER: usize = 3;
-
-/// Something that is added up over a contact surface: pieces of it are summed by themselves, and
-/// merged in their order.
-pub(super) trait PartialSum: Send {
-    /// The sum of nothing.
-    fn empty() -> Self;
-
-    /// Adds the next piece.
-    fn merge(&mut self, next: Self);
-}
-
-impl<U: Send> PartialSum for Vec<U> {
-    fn empty() -> Self {
-        Vec::new()
-    }
-
-    fn merge(&mut self, mut next: Self) {
-        if self.is_empty() {
-            *self = next;
-        } else {
-            self.append(&mut next);
-        }
-    }
-}
-
-impl PartialSum for f64 {
-    fn empty() -> Self {
-        0.0
-    }
-
-    fn merge(&mut self, next: Self) {
-        *self += next;
-    }
-}
-
-impl PartialSum for usize {
-    fn empty() -> Self {
-        0
-    }
-
-    fn merge(&mut self, next: Self) {
-        *self += next;
-    }
-}
 
 /// A pair of bodies from which contact polygons are made in `T`, in A's frame.
 pub(super) struct PolygonSource<'a, T> {
@@ -91,12 +47,12 @@ pub(super) struct CutPolygon<T> {
 }
 
 impl<'a, T: Scalar> PolygonSource<'a, T> {
-    pub fn of(pair: &ContactPair<'a, T>) -> Self {
-        let pose_ab = pair.a().pose().inverse() * *pair.b().pose();
+    pub fn of(a: &ContactBody<'a, T>, b: &Partner<'a, T>) -> Self {
+        let pose_ab = a.pose().inverse() * *b.pose();
         Self {
-            pair: RelativePair::of(pair.a(), pair.b(), &pose_ab),
-            modulus_a: pair.a().modulus(),
-            scales: scales(pair.a(), pair.b()),
+            pair: RelativePair::of(a, b, &pose_ab),
+            modulus_a: a.modulus(),
+            scales: scales(a, b),
             pose_ab,
         }
     }
@@ -295,7 +251,7 @@ impl<T: Scalar> CutPolygon<T> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::contact::{ContactBody, Shape};
+    use crate::contact::{ContactBody, ContactPair, Shape};
     use crate::mesh::shapes;
     use crate::narrow_phase::COINCIDENCE;
     use nalgebra::vector;
@@ -311,16 +267,12 @@ mod tests {
             let place = Pose::from_translation(vector![0.1, 0.2, 1.0].scale(height));
             ContactBody::new(&cube, place, 1.0).unwrap()
         };
-        let margin = |upper: ContactBody| {
-            PolygonSource::of(&ContactPair::new(upper, body(0.0)))
-                .pair
-                .margin()
-        };
+        let margin = |upper: ContactBody| ContactPair::new(upper, body(0.0)).source().pair.margin();
         let depth = margins * margin(body(1.0));
         let place = Pose::from_translation(vector![0.1, 0.2, 1.0 - depth]);
         let upper = ContactBody::new(&cube, place, 1.0).unwrap();
         let pair = ContactPair::new(upper, body(0.0));
-        let source = PolygonSource::of(&pair);
+        let source = pair.source();
         let (surface, _) = source.for_derivatives(octaves, pair.search());
         [surface.source.pair.margin(), source.pair.margin(), depth]
     }

@@ -1,5 +1,4 @@
-use super::add_block;
-use crate::spatial::skew;
+use crate::spatial::{add_block, skew};
 use nalgebra::{Matrix6, SMatrix, Vector3};
 
 /// From the wrench on A to that on B: force −F, torque −(τ − r × F) about a point r away, which moves with B against A.

@@ -2,7 +2,8 @@
 
 use super::affine_form::AffineForm;
 use super::plane::PlanePolygon;
-use super::polygon::{CutPolygon, PartialSum};
+use super::polygon::CutPolygon;
+use super::sums::PartialSum;
 use crate::geometry::{AffineField, PolygonMoments};
 use crate::lanes::space::vector_at;
 use crate::narrow_phase::{Cut, Octet, Weight, Weights};
@@ -19,12 +20,6 @@ pub(super) trait Responses: PartialSum {
 
     /// Those of several polygons; none, if nothing is kept.
     fn of(responses: Vec<PolygonResponse>) -> Self;
-}
-
-impl PartialSum for () {
-    fn empty() -> Self {}
-
-    fn merge(&mut self, (): Self) {}
 }
 
 impl Responses for () {

@@ -146,7 +146,7 @@ pub(crate) struct ShapeResponse<'a> {
 }
 
 impl<'a> ContactPair<'a> {
-    /// The contact with all its first derivatives, those by the shapes among them.
+    /// Linearizes the contact, including derivatives by the shapes.
     pub(crate) fn linearised_with_shapes(&self) -> (LinearisedContact, ShapeResponse<'a>) {
         let (relative, polygons) = self.relative_linearisation();
         let pair = *self;
@@ -172,7 +172,7 @@ impl ShapeResponse<'_> {
         mut gradients: [[&mut ShapeGradient; 2]; N],
     ) {
         let shapes = self.pair.shapes();
-        let source = PolygonSource::of(&self.pair.real());
+        let source = self.pair.real().source();
         let rotation_ba = source.pose_ab.rotation().transpose();
         for polygon in &self.polygons {
             let vertices = [0, 1].map(|body| shapes[body].corner_vertices(polygon.tets[body]));

@@ -1,7 +1,6 @@
 //! Detection of bodies that have passed so far into each other that contact no longer keeps them apart.
 
 use super::ContactPair;
-use super::polygon::PolygonSource;
 use crate::broad_phase::Shape;
 use crate::mesh::TriangleSurface;
 use crate::narrow_phase::PartnerShape;
@@ -32,7 +31,7 @@ impl<T: Scalar> ContactPair<'_, T> {
     #[must_use]
     pub fn has_sunk_through(&self) -> bool {
         let real = self.real();
-        let source = PolygonSource::of(&real);
+        let source = real.source();
         if real.cut_surface().is_empty() {
             return source.has_energy();
         }

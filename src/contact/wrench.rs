@@ -1,8 +1,7 @@
-use super::ContactPair;
-use super::polygon::{CutPolygon, CutSurface, PartialSum};
+use super::polygon::{CutPolygon, CutSurface};
 use crate::narrow_phase::Weights;
 use crate::scalar::{Scalar, lift};
-use crate::spatial::Wrench;
+use crate::spatial::{Pose, Wrench};
 use nalgebra::Vector3;
 
 /// The contact wrenches on two bodies, in world axes, each about the origin of its own body frame.
@@ -20,26 +19,13 @@ impl<T: Scalar> ContactWrench<T> {
         let [on_a, on_b] = [Wrench::zero(); 2];
         Self { on_a, on_b }
     }
-}
 
-impl<T: Scalar> ContactPair<'_, T> {
     /// Both wrenches in the world, from the one on A about A's origin in A's axes.
-    pub(super) fn wrench_from_a(&self, wrench_a: &Wrench<T>) -> ContactWrench<T> {
-        let (pose_wa, pose_wb) = (self.a().pose(), self.b().pose());
+    pub(super) fn from_a(wrench_a: &Wrench<T>, [pose_wa, pose_wb]: [&Pose<T>; 2]) -> Self {
         let on_a = wrench_a.rotated(pose_wa.rotation());
         let from_a_to_b = pose_wb.translation() - pose_wa.translation();
         let on_b = -on_a.about(&from_a_to_b);
-        ContactWrench { on_a, on_b }
-    }
-}
-
-impl<T: Scalar> PartialSum for Wrench<T> {
-    fn empty() -> Self {
-        Self::zero()
-    }
-
-    fn merge(&mut self, next: Self) {
-        *self += next;
+        Self { on_a, on_b }
     }
 }
 

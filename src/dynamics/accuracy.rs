@@ -17,9 +17,9 @@ const TIGHT: [f64; 2] = [1e-6, 3e-5];
 /// 0.21 f for slopes by default, impacts are not resolved, and bodies come to rest. The error of the derivatives is that of the rate of displacement (m/s), plus
 /// that of the acceleration (m/s²) times the time in which gravity changes the velocity by v, v/g and at most 1 s.
 ///
-/// A step has a budget: a group of n bodies that move together tries at most 2500/n² substeps, at least 4, and more by the cube root of
-/// 3e-4/t with a smaller tolerance t of values. When the budget nears its end, the next substeps become longer by a factor of 5 each, so
-/// that they reach the end of the step, whatever their errors.
+/// Each step has a budget of trials. For a group of n bodies that move together it is 2500/n² · (3e-4/t)^⅓ with the tolerance t of
+/// values, and at least 4. Rejected substeps count, except those that are not solved or in which bodies might pass through each other.
+/// Near the end of the budget, each substep may be five times as long as the one before, and is accepted whatever its error.
 /// [`Work::missed`](super::Work::missed) counts the substeps that exceed the tolerances.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]

@@ -150,7 +150,7 @@ impl<T: Scalar> System<T> {
         sweep.overlapping(boxes, |i, j| self.contact_order(i, j))
     }
 
-    /// The contact of two bodies in these states, if the first is compliant with a mesh. It is in motion if the bodies have
+    /// The contact of two bodies in these states, if the first is compliant with a mesh. It is in motion if either body has
     /// dissipation or friction.
     #[inline]
     pub(super) fn pair_of(
@@ -161,10 +161,10 @@ impl<T: Scalar> System<T> {
         let [a, b] = places.map(|place| &self.bodies[place]);
         let modulus = |body: &Body<T>| body.material.modulus;
         let shape_a = a.shape.compliant()?;
-        let on_a = ContactBody::from_valid(shape_a, states[0].pose, modulus(a)?);
+        let body_a = ContactBody::from_valid(shape_a, states[0].pose, modulus(a)?);
         let modulus_b = modulus(b).unwrap_or(lift(1.0));
-        let on_b = Partner::from_valid(b.shape.partner(), states[1].pose, modulus_b);
-        let pair = ContactPair::new(on_a, on_b);
+        let partner_b = Partner::from_valid(b.shape.partner(), states[1].pose, modulus_b);
+        let pair = ContactPair::new(body_a, partner_b);
         Some(if a.rubs || b.rubs {
             let law = a.material.law_with(&b.material, self.slip_tolerance);
             pair.moving(

@@ -62,7 +62,7 @@ pub fn field_from_polyhedron(polyhedron: &ConvexPolyhedron) -> Result<PressureFi
 /// The field of the solid inside a triangle mesh of parry (m), by [`TriangleSurface::welded`] and [`shapes::star_shaped`].
 ///
 /// # Errors
-/// As those two functions.
+/// If [`TriangleSurface::welded`] or [`shapes::star_shaped`] fails.
 pub fn field_from_trimesh(mesh: &TriMesh) -> Result<PressureField, ShapeError> {
     star_shaped(mesh.vertices(), mesh.indices())
 }

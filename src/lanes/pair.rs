@@ -1,4 +1,4 @@
-use super::{Lanes, Mask, Numbers, Quad, Row};
+use super::traits::{Lanes, Mask, Numbers, Quad, Row};
 use std::ops::{Add, BitAnd, BitOr, Div, Mul, Neg, Not, Sub};
 use wide::f64x2;
 

@@ -1,6 +1,6 @@
 //! Vectors in space: one, or one in each lane.
 
-use super::{Lanes, Linear, Numbers, Row};
+use super::traits::{Lanes, Linear, Numbers, Row};
 use nalgebra::Vector3;
 
 /// A vector for each lane.

@@ -1,4 +1,4 @@
-use super::{Lanes, Mask, Numbers, Quad, Row};
+use super::traits::{Lanes, Mask, Numbers, Quad, Row};
 use pulp::Simd;
 use pulp::bytemuck::{bytes_of, cast_slice, cast_slice_mut};
 use std::ops::{Add, BitAnd, BitOr, Div, Mul, Neg, Not, Sub};

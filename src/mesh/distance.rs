@@ -1,8 +1,8 @@
-use super::skin::Passage;
 use super::splitting::{self, Center};
 use super::surface_tree::SurfaceTree;
 use super::{MeshError, TetMesh};
 use crate::threads;
+use nalgebra::Vector3;
 
 /// A mesh with extents from the distance to its surface, and how both came about.
 pub(super) struct MadeOfDistances {
@@ -16,6 +16,20 @@ pub(super) struct MadeOfDistances {
     pub distances: Vec<f64>,
     /// The vertices that follow the centers: where edges pass the depth of a skin.
     pub passages: Vec<Passage>,
+}
+
+/// A new vertex where an edge passes the depth of a skin: at from + share·(to − from) with
+/// share = (1 − e_from)/(e_to − e_from), e the distance over the depth.
+#[derive(Debug, Clone)]
+pub(super) struct Passage {
+    /// The vertices of the edge.
+    pub ends: [usize; 2],
+    /// How far along the edge, from 0 to 1.
+    pub share: f64,
+    /// From one end to the other (m).
+    pub edge: Vector3<f64>,
+    /// The derivatives of the share by the extents at the ends.
+    pub slopes: [f64; 2],
 }
 
 /// For each vertex its distance (m) to the surface, of which this is the tree: 0 on it.

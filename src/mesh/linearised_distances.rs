@@ -1,7 +1,7 @@
-use super::distance::MadeOfDistances;
+use super::distance::{MadeOfDistances, Passage};
 use super::nearest_feet::{Dependence, EQUAL, dependences};
 use super::shape_rates::{check_rates, check_velocities};
-use super::skin::{Passage, is_at_end};
+use super::skin::is_at_end;
 use super::splitting::Center;
 use super::{MeshError, ShapeRates, TetMesh};
 use nalgebra::Vector3;

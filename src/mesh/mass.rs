@@ -7,7 +7,7 @@ use nalgebra::{Matrix3, Vector3};
 #[error("the density is {0} kg/m³, but must be positive, with a finite mass and inertia")]
 pub struct DensityError(pub f64);
 
-/// Volume (m³) of the sum of signed tetrahedra, and its first (m⁴) and second moment (m⁵) about an origin.
+/// Volume (m³), first moment (m⁴) and second moment (m⁵) of a sum of signed tetrahedra, about an origin.
 ///
 /// Over a tetrahedron with corners at `c` from the origin, ∫ x xᵀ dV = V/20·(Σ c cᵀ + s sᵀ) with s = Σ c.
 fn moments(
@@ -27,7 +27,7 @@ fn moments(
     (volume, first, second)
 }
 
-/// Center (m) of the volume of the sum of signed tetrahedra. The arguments are those of [`mass_properties`].
+/// Centroid (m) of a sum of signed tetrahedra, with the arguments of [`mass_properties`] except the density.
 pub(super) fn center(
     origin: Vector3<f64>,
     tetrahedra: impl Iterator<Item = Tetrahedron>,

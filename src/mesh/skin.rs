@@ -1,25 +1,10 @@
-use super::distance::{MadeOfDistances, distances};
+use super::distance::{MadeOfDistances, Passage, distances};
 use super::splitting::{self, Division};
 use super::surface_tree::SurfaceTree;
 use super::{MeshError, TetMesh};
-use nalgebra::Vector3;
 
 /// A vertex counts as lying where the skin ends if its extent is so near to 1.
 const NEARNESS: f64 = 1e-3;
-
-/// A new vertex where an edge passes the depth of a skin: at from + share·(to − from) with
-/// share = (1 − e_from)/(e_to − e_from), e the distance over the depth.
-#[derive(Debug, Clone)]
-pub(super) struct Passage {
-    /// The vertices of the edge.
-    pub ends: [usize; 2],
-    /// How far along the edge, from 0 to 1.
-    pub share: f64,
-    /// From one end to the other (m).
-    pub edge: Vector3<f64>,
-    /// The derivatives of the share by the extents at the ends.
-    pub slopes: [f64; 2],
-}
 
 /// Whether a vertex of this extent counts as lying where the skin ends.
 pub(super) fn is_at_end(extent: f64) -> bool {

@@ -158,7 +158,7 @@ impl SurfaceError {
             | Self::InconsistentOrientation { edge, .. } => {
                 *edge = edge.map(|vertex| original[vertex]);
             }
-            // The other errors name no vertices, or are found before vertices are renumbered.
+            // The other errors name no vertex, or cannot occur after unused vertices are dropped.
             _ => {}
         }
         self

@@ -1,5 +1,5 @@
 use super::surface::{OUTSIDE, Surface};
-use super::{DensityError, MeshError, coordinates, mass, splitting};
+use super::{DensityError, MeshError, coordinates, mass};
 use crate::geometry::{Aabb, Tetrahedron};
 use crate::spatial::{MassGradient, MassProperties};
 use nalgebra::Vector3;
@@ -149,18 +149,6 @@ impl TetMesh {
             }
         }
         Ok(by_vertices)
-    }
-
-    /// The mesh with a new vertex at the center of every edge, then every face, then every
-    /// tetrahedron that runs through the inside although all its corners lie on the surface.
-    ///
-    /// A pressure field is 0 on the surface, so over such an edge, face or tetrahedron it would
-    /// be 0 too; with the new vertices it can rise everywhere inside. The shape stays the same.
-    ///
-    /// # Errors
-    /// If a part of a split tetrahedron is flat to round-off.
-    pub fn with_inner_vertices(&self) -> Result<Self, MeshError> {
-        Ok(splitting::with_inner_vertices(self)?.0.into_owned())
     }
 }
 

@@ -1,4 +1,4 @@
-//! Checks of the triangles of a surface, one by one.
+//! Checks of the size, the indices and the shapes of a surface's triangles.
 
 use super::SurfaceError;
 use nalgebra::Vector3;

@@ -122,7 +122,7 @@ impl<'a> Part<'a> {
 ///
 /// With r for the lengths, tan(Ω/2) = a·(b×c) / (r_a r_b r_c + a·b r_c + b·c r_a + c·a r_b) [Van Oosterom, Strackee 1983].
 ///
-/// The products stay in range: [`check_moments`] limits sizes, and a solid whose cube underflows is refused as flat.
+/// The products do not overflow, because [`check_moments`] limits sizes.
 pub(super) fn solid_angle([a, b, c]: Corners) -> f64 {
     let [r_a, r_b, r_c] = [a, b, c].map(|corner| corner.norm());
     let adjacent = r_a * r_b * r_c + a.dot(&b) * r_c + b.dot(&c) * r_a + c.dot(&a) * r_b;

@@ -1,5 +1,5 @@
 use super::triangle_components::Components;
-use super::welding::{Used, merge};
+use super::welding::{UsedVertices, merge_coincident};
 use super::{
     DensityError, SurfaceError, TetMesh, coordinates, mass, triangle_checks, triangle_edges,
     triangle_solid,
@@ -81,18 +81,19 @@ impl TriangleSurface {
         })
     }
 
-    /// Merges vertices (m) at exactly the same place, drops vertices that no triangle uses, and continues as [`Self::new`].
+    /// Merges vertices (m) at exactly the same place, drops unused vertices, and builds the surface as [`Self::new`] does.
     ///
-    /// The triangles keep their order and the vertices theirs. An unused vertex may have any coordinates.
+    /// Triangles and remaining vertices keep their order. An unused vertex may have any coordinates. A triangle with two corners at the
+    /// same place is an error; [`Self::from_soup`] omits it.
     ///
     /// # Errors
-    /// As [`Self::new`]. An error names vertices by their index in `vertices`, and merged vertices by the first of them.
+    /// See [`Self::new`]. Vertices are named by their index in `vertices`; of merged vertices, the first is named.
     pub fn welded(
         vertices: Vec<Vector3<f64>>,
         mut triangles: Vec<[usize; 3]>,
     ) -> Result<Self, SurfaceError> {
         triangle_checks::check_range(&triangles, vertices.len())?;
-        merge(&vertices, &mut triangles);
+        merge_coincident(&vertices, &mut triangles);
         Self::without_unused(vertices, &triangles)
     }
 
@@ -102,8 +103,8 @@ impl TriangleSurface {
     /// because it has no area. Its neighbors then share an edge.
     ///
     /// # Errors
-    /// As [`Self::new`]. An error counts triangles without the omitted ones. It names a vertex by the first corner there:
-    /// corner k of triangle t, counted with the omitted ones, has the index 3t + k.
+    /// See [`Self::new`]. Triangles are counted without the omitted ones. A vertex is named by its first corner: corner k of triangle t
+    /// of `corners` has the index 3t + k.
     pub fn from_soup(corners: &[[Vector3<f64>; 3]]) -> Result<Self, SurfaceError> {
         let vertices = corners.as_flattened();
         if let Some((vertex, value)) = coordinates::first_non_finite(vertices) {
@@ -127,12 +128,12 @@ impl TriangleSurface {
         Self::without_unused(mesh.vertices().to_vec(), mesh.surface_triangles())
     }
 
-    /// Drops unused vertices. Errors name vertices by their index in `vertices`. All indices are in range.
+    /// Drops unused vertices. Errors name vertices by their index in `vertices`. All indices must be in range.
     fn without_unused(
         vertices: Vec<Vector3<f64>>,
         triangles: &[[usize; 3]],
     ) -> Result<Self, SurfaceError> {
-        let used = Used::of(vertices, triangles);
+        let used = UsedVertices::of(vertices, triangles);
         let surface = Self::new(used.vertices, used.triangles);
         surface.map_err(|error| error.with_vertices(&used.original))
     }

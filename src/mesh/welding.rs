@@ -1,10 +1,10 @@
-//! Triangles and the vertices they share.
+//! Merging of coincident vertices and removal of unused ones.
 
 use nalgebra::Vector3;
 use std::collections::HashMap;
 
-/// Makes the triangles refer to the first of the vertices at exactly the same place. All indices are in range.
-pub(super) fn merge(vertices: &[Vector3<f64>], triangles: &mut [[usize; 3]]) {
+/// Replaces each index by that of the first vertex at exactly the same place. All indices must be in range.
+pub(super) fn merge_coincident(vertices: &[Vector3<f64>], triangles: &mut [[usize; 3]]) {
     let mut first_at_place = HashMap::new();
     let first_at = |(vertex, position): (usize, &Vector3<f64>)| {
         *first_at_place.entry(place_key(position)).or_insert(vertex)
@@ -22,15 +22,15 @@ pub(super) fn place_key(point: &Vector3<f64>) -> [u64; 3] {
 }
 
 /// The vertices that triangles use, in their order, and the triangles as indices of them.
-pub(super) struct Used {
+pub(super) struct UsedVertices {
     pub vertices: Vec<Vector3<f64>>,
     pub triangles: Vec<[usize; 3]>,
-    /// For each vertex its index among all vertices.
+    /// Index of each vertex in the input.
     pub original: Vec<usize>,
 }
 
-impl Used {
-    /// Drops the vertices that no triangle uses. All indices are in range.
+impl UsedVertices {
+    /// Drops the vertices that no triangle uses. All indices must be in range.
     pub fn of(vertices: Vec<Vector3<f64>>, triangles: &[[usize; 3]]) -> Self {
         let mut new_index = vec![None; vertices.len()];
         for &vertex in triangles.as_flattened() {

@@ -14,6 +14,7 @@ mod across;
 mod culled_pairs;
 mod culling;
 mod following;
+mod normals;
 mod scratch;
 mod seeding;
 mod turns;

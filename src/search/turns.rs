@@ -1,8 +1,7 @@
 use super::following::Walk;
 use crate::broad_phase::{Below, FieldBounds, FieldNode, Projections, Seeds};
 use crate::geometry::AffineField;
-use crate::lanes::space::vector_at;
-use crate::narrow_phase::{Cut, Octet, RelativePair};
+use crate::narrow_phase::RelativePair;
 use nalgebra::{Matrix3, Vector3};
 use std::f64::consts::FRAC_1_SQRT_2;
 
@@ -71,47 +70,6 @@ impl Walk<'_, '_> {
         turns.descend(seeds[1].slopes.root(), 0, &mut |tet_a, tet_b| {
             self.enter(tet_a, tet_b);
         });
-    }
-}
-
-/// Sums over the unit normals of the contact polygons found so far.
-#[derive(Default)]
-pub(super) struct Normals {
-    /// Σ n.
-    sum: Vector3<f64>,
-    /// Σ n·nᵀ.
-    squares: Matrix3<f64>,
-}
-
-impl Normals {
-    fn add(&mut self, normal: &Vector3<f64>) {
-        self.sum += normal;
-        self.squares += normal * normal.transpose();
-    }
-
-    /// Adds the generic polygons of an octet.
-    pub fn add_octet(&mut self, octet: &Octet) {
-        for place in (0..octet.tets().len()).filter(|&place| octet.has_polygon(place)) {
-            self.add(&vector_at(&octet.axes[2], place));
-        }
-    }
-
-    /// Adds the polygons of special pairs.
-    fn add_cuts(&mut self, cuts: &[Cut], pair: &RelativePair) {
-        for cut in cuts {
-            let pressure_a = pair.tet_a(cut.tets[0]).extent.gradient * pair.scales[0];
-            self.add(&(pressure_a - cut.field_b.gradient).normalize());
-        }
-    }
-
-    /// The directions u and d of [`Turns`] for which (1) and (2) exclude most of the known contact surface. u is the direction in
-    /// which the normals of this surface point least. d is the direction across u in which p_A − p_B mostly rises on the surface.
-    fn directions(&self) -> [Vector3<f64>; 2] {
-        let axes = self.squares.symmetric_eigen();
-        let up: Vector3<f64> = axes.eigenvectors.column(axes.eigenvalues.imin()).into();
-        let any = up.cross(&Vector3::ith(up.iamin(), 1.0));
-        let rise = (self.sum - up * up.dot(&self.sum)).try_normalize(FLATNESS);
-        [up, rise.unwrap_or_else(|| any.normalize())]
     }
 }
 

@@ -28,7 +28,8 @@ mod wrench;
 pub use mass_properties::{MassGradient, MassProperties};
 pub use pose::{Pose, PoseError};
 pub(crate) use rotation::{
-    left_jacobian, times_constant, turn_from_real, turned_about_own_axis, turned_by, turned_real,
+    add_block, left_jacobian, times_constant, turn_from_real, turned_about_own_axis, turned_by,
+    turned_real,
 };
 pub use rotation::{rotation_from_vector, skew};
 pub use twist::Twist;

@@ -3,7 +3,7 @@ use crate::scalar::{
     Order, Scalar, change, constant_times, cross_constant, dot_constant, lift, real_part,
     real_vector,
 };
-use nalgebra::{Matrix3, RowVector3, Vector3};
+use nalgebra::{Matrix3, RowVector3, SMatrix, Vector3};
 
 /// Below this squared angle (rad²) the exponential map is evaluated by its series.
 const SERIES_LIMIT: f64 = 0.25;
@@ -20,6 +20,16 @@ pub fn skew<T: Scalar>(vector: &Vector3<T>) -> Matrix3<T> {
         vector.z, zero, -vector.x, //
         -vector.y, vector.x, zero,
     )
+}
+
+/// Adds a 3×3 block at the given row and column.
+pub(crate) fn add_block<T: Scalar, const R: usize, const C: usize>(
+    matrix: &mut SMatrix<T, R, C>,
+    [row, column]: [usize; 2],
+    block: Matrix3<T>,
+) {
+    let mut view = matrix.fixed_view_mut::<3, 3>(row, column);
+    view += block;
 }
 
 /// The rotation by `|rotation_vector|` radians about the direction of `rotation_vector`: the

@@ -35,7 +35,7 @@ pub fn central_difference(pair: &ContactPair, step: f64) -> SMatrix<f64, 6, 14> 
     SMatrix::from_columns(&columns)
 }
 
-/// The columns of a 12×28 Jacobian by both poses and both moduli; the rows of the wrench on A.
+/// The 6×14 block of a 12×28 Jacobian: the wrench on A by both poses and both moduli.
 pub fn at_rest(jacobian: &SMatrix<f64, 12, 28>) -> SMatrix<f64, 6, 14> {
     SMatrix::from_fn(|row, column| jacobian[(row, if column < 12 { column } else { column + 12 })])
 }

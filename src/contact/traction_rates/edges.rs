@@ -1,6 +1,7 @@
 use super::lines::{Line, Lines, outwardness, share_out};
+use super::rates::PolygonRates;
+use super::traction::Traction;
 use super::wrenches::{Six, minus, times};
-use super::{PolygonRates, Traction};
 use crate::contact::friction::ends;
 use crate::contact::plane::{PlanePolygon, at};
 use crate::contact::polygon::{CutPolygon, PolygonSource};
@@ -246,13 +247,13 @@ impl PolygonRates {
 
 #[cfg(test)]
 mod tests {
-    use super::super::LawOnPlane;
+    use super::super::area::LawOnPlane;
     use super::super::flux::THREE_POINTS;
     use super::*;
     use crate::contact::friction::LoadedSlip;
     use crate::contact::linearised::RelativeLinearisation;
     use crate::contact::motion::RelativeMotion;
-    use crate::contact::polygon::PartialSum;
+    use crate::contact::sums::PartialSum;
     use crate::contact::{ContactBody, ContactPair, Shape, SurfaceLaw};
     use crate::mesh::shapes;
     use crate::spatial::Pose;
@@ -305,10 +306,7 @@ mod tests {
 
     /// The elastic linearisation from moments and edges, as if the whole pressure were what a law adds.
     fn by_edges(pair: &ContactPair) -> RelativeLinearisation {
-        let (source, law) = (
-            PolygonSource::of(pair),
-            SurfaceLaw::new(0.0, 0.0, 1.0).unwrap(),
-        );
+        let (source, law) = (pair.source(), SurfaceLaw::new(0.0, 0.0, 1.0).unwrap());
         let mut sum = RelativeLinearisation::empty();
         for cut in &all_cuts(pair) {
             let polygon = source.polygon(cut);
@@ -367,7 +365,7 @@ mod tests {
 
     /// The derivatives of these by the place of B: interior, and flux of 1, p and p x through the edges.
     fn integral_rates(pair: &ContactPair) -> SMatrix<f64, 5, 3> {
-        let (source, mut rates) = (PolygonSource::of(pair), SMatrix::<f64, 5, 3>::zeros());
+        let (source, mut rates) = (pair.source(), SMatrix::<f64, 5, 3>::zeros());
         for cut in &all_cuts(pair) {
             let polygon = source.polygon(cut);
             let plane = PlanePolygon::of(&polygon, &REST).unwrap();

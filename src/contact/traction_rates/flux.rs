@@ -1,6 +1,6 @@
 //! The flux of a traction through an edge.
 
-use super::Traction;
+use super::traction::Traction;
 use super::wrenches::{Six, wrenches};
 use crate::contact::plane::{at, up_to_quadratic};
 

@@ -1,8 +1,8 @@
 //! What dissipation and friction add on contact polygons that stay as they are, while velocities and pressures change.
 
-use super::Traction;
 use super::area::AreaMoments;
 use super::frame::Frame;
+use super::traction::Traction;
 use crate::contact::SurfaceLaw;
 use crate::contact::motion::RelativeMotion;
 use crate::contact::plane::PlanePolygon;

@@ -24,28 +24,29 @@ mod frozen;
 mod in_lanes;
 mod lines;
 mod rates;
+mod traction;
 mod wrenches;
 
-use super::friction::LoadedSlip;
 use super::jacobian::RelativeJacobian;
 use super::linearised::RelativeLinearisation;
 use super::loads::OctetsInMotion;
 use super::motion::RelativeMotion;
-use super::octets::OverOctets;
-use super::plane::{Outline, PlanePolygon};
-use super::polygon::{CutPolygon, CutSurface, PartialSum, PolygonSource};
+use super::plane::PlanePolygon;
+use super::polygon::{CutPolygon, CutSurface, PolygonSource};
 use super::response::{LawResponse, PolygonResponse, Responses};
+use super::sums::OverOctets;
+use super::sums::PartialSum;
 use super::{ContactPair, SurfaceLaw};
 use crate::geometry::set_bits;
 use crate::narrow_phase::{COINCIDENCE, Cut, Octet};
 use crate::threads;
-use area::{AreaMoments, LawOnPlane};
 use edges::Edges;
 pub(crate) use frozen::AddedByLaw;
 pub(super) use frozen::FrozenPolygon;
 use in_lanes::AddedInLanes;
 use nalgebra::{Matrix6x2, Vector6};
 use rates::PolygonRates;
+use traction::Traction;
 
 /// Octets that are linearised by themselves, in one thread: some 100 µs of work.
 const PIECE: usize = 16;
@@ -85,7 +86,7 @@ impl ContactPair<'_> {
         law: &SurfaceLaw,
         motion: &RelativeMotion<f64>,
     ) -> (RelativeLinearisation, R) {
-        let (surface, finer) = PolygonSource::of(self).for_derivatives(COINCIDENCE, self.search());
+        let (surface, finer) = self.source().for_derivatives(COINCIDENCE, self.search());
         let (mut sum, responses) = surface.linearisation(law, motion);
         sum.kinks.are_equal = surface.has_equal_fields();
         sum.kinks.are_flush |= surface.touches();
@@ -228,53 +229,5 @@ impl PolygonSource<'_, f64> {
         }
         rates.add_to(&plane, polygon, sum);
         response
-    }
-}
-
-/// What the surface law adds to the pressure on a polygon.
-struct Traction<'p> {
-    plane: &'p PlanePolygon<f64>,
-    law: LawOnPlane<f64>,
-    /// The part of the polygon where ψ is positive, and whether that is not all of it.
-    pressed: &'p Outline<f64>,
-    is_clamped: bool,
-    slip: LoadedSlip<'p>,
-}
-
-impl Traction<'_> {
-    /// Hands on that of a law on a polygon.
-    fn on<O>(
-        plane: &PlanePolygon<f64>,
-        law: &SurfaceLaw,
-        value: impl FnOnce(&Traction<'_>) -> O,
-    ) -> O {
-        let numbers = [law.friction, law.dissipation];
-        let on_plane = LawOnPlane::of(numbers, plane.pressure, plane.motion, [0.0, 1.0]);
-        let damping = on_plane.damping;
-        let part = plane.outline.cut(&damping);
-        let pressed = part.as_ref().unwrap_or(&plane.outline);
-        let slip = LoadedSlip::on(
-            pressed.corners(),
-            plane.motion.slip_by(law),
-            &plane.pressure,
-            &damping,
-        );
-        value(&Traction {
-            plane,
-            law: on_plane,
-            pressed,
-            is_clamped: part.is_some(),
-            slip,
-        })
-    }
-}
-
-impl AreaMoments<f64> {
-    fn on(traction: &Traction) -> Self {
-        let whole = traction
-            .is_clamped
-            .then(|| traction.plane.outline.moments());
-        let (slip, pressed) = (traction.slip.moments(), traction.pressed.moments());
-        Self::of(&traction.law, &slip, &pressed, whole.as_ref())
     }
 }

@@ -1,6 +1,6 @@
-use super::Traction;
 use super::area::{AreaMoments, Rates};
 use super::frame::Frame;
+use super::traction::Traction;
 use super::wrenches::{Six, by_affine, plus, times};
 use crate::contact::linearised::RelativeLinearisation;
 use crate::contact::plane::PlanePolygon;

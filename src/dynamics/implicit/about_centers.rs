@@ -1,8 +1,8 @@
 //! A contact of two bodies about their centres of mass.
 
-use crate::contact::{LinearisedContact, add_block};
+use crate::contact::LinearisedContact;
 use crate::dynamics::{Body, BodyState};
-use crate::spatial::{Wrench, skew};
+use crate::spatial::{Wrench, add_block, skew};
 use nalgebra::{Matrix6, SMatrix, SVector, Vector3, Vector6};
 
 /// Of two bodies, A's six numbers before B's.

@@ -1,10 +1,11 @@
 //! Rigid bodies in the coordinates of an implicit step: about the centre of mass, angular before linear.
 
-use crate::contact::add_block;
 use crate::dynamics::local::turn_between;
 use crate::dynamics::{BodyState, Inertia};
 use crate::scalar::{Scalar, lift};
-use crate::spatial::{Pose, Twist, left_jacobian, rotation_from_vector, skew, turned_by};
+use crate::spatial::{
+    Pose, Twist, add_block, left_jacobian, rotation_from_vector, skew, turned_by,
+};
 use nalgebra::{Matrix3, Matrix6, Vector3, Vector6};
 
 impl<T: Scalar> Inertia<T> {

@@ -18,7 +18,7 @@ const LOWEST_ORDER: f64 = 0.7;
 /// Number of durations in a factor of two.
 const PER_OCTAVE: f64 = 8.0;
 
-/// The duration that the errors of the last substep allow for the next, and the trials that are left.
+/// Chooses the duration of the next substep from the error of the last one and from the remaining trials.
 pub(super) struct StepSize {
     /// Duration (s).
     allowed: f64,
@@ -26,17 +26,18 @@ pub(super) struct StepSize {
     order: f64,
     /// Duration (s) and error of the last substep, if it was rejected.
     rejected: Option<(f64, f64)>,
-    /// Duration (s) that even the budget does not exceed, because a longer substep was not solved or might have missed a contact.
+    /// Upper bound (s) of durations that the budget requires. A longer substep was not solved, or bodies might have passed through
+    /// each other in it.
     limit: f64,
     /// Shortest duration (s).
     shortest: f64,
-    /// Trials that are left of the budget.
-    trials: f64,
+    /// Remaining trials of the budget.
+    remaining_trials: f64,
 }
 
 impl StepSize {
-    /// The durations of a step, from that which was allowed at the end of the last step (s), the order of the errors, the shortest
-    /// duration (s) and the number of trials for the whole step.
+    /// Creates the control for one step. `allowed` (s) is the duration that the last step allowed, `order` the order of the errors,
+    /// `shortest` (s) the shortest duration, and `budget` the number of trials.
     pub fn new(allowed: f64, order: f64, shortest: f64, budget: f64) -> Self {
         Self {
             allowed,
@@ -44,7 +45,7 @@ impl StepSize {
             rejected: None,
             limit: f64::INFINITY,
             shortest,
-            trials: budget,
+            remaining_trials: budget,
         }
     }
 
@@ -58,7 +59,7 @@ impl StepSize {
     /// Durations are the shortest one times 2^(k/8) with an integer k, except for the last one or two of a step, which share the
     /// remaining time. Most small changes of the state change no duration, so derivatives hold the durations fixed.
     pub fn next(&self, remaining: f64) -> f64 {
-        let least = least_duration(remaining, self.trials).min(self.limit);
+        let least = least_duration(remaining, self.remaining_trials).min(self.limit);
         let wanted = self.allowed.max(least).max(self.shortest);
         if wanted >= remaining {
             return remaining;
@@ -74,9 +75,9 @@ impl StepSize {
         substep <= self.shortest * (1.0 + 1e-9)
     }
 
-    /// Whether the remaining time (s) leaves no trial for a shorter substep.
+    /// Whether the budget has no trial left for a shorter substep, so that this one must be accepted.
     pub fn is_last_trial(&self, substep: f64, remaining: f64) -> bool {
-        substep <= least_duration(remaining, self.trials - 1.0)
+        substep <= least_duration(remaining, self.remaining_trials - 1.0)
     }
 
     /// Sets the next duration after an accepted substep, from its error relative to the tolerance.
@@ -91,13 +92,13 @@ impl StepSize {
         let next = substep * growth.min(most);
         // The end of the step cuts substeps short, which says nothing about the next.
         self.allowed = if growth >= 1.0 && self.allowed.is_finite() {
-            self.allowed.max(next).min(most * self.allowed)
+            self.allowed.max(next).min(most * self.allowed.max(substep))
         } else {
             next
         };
         self.rejected = None;
-        self.limit *= MOST_GROWTH;
-        self.trials -= 1.0;
+        self.limit *= most;
+        self.remaining_trials -= 1.0;
     }
 
     /// Reduces the duration after a substep that was rejected for its error, relative to the tolerance. After two rejections in a
@@ -114,10 +115,11 @@ impl StepSize {
         self.rejected = Some((substep, error));
         let [least, most] = REDUCTIONS;
         self.allowed = substep * growth(error, order).clamp(least, most);
-        self.trials -= 1.0;
+        self.remaining_trials -= 1.0;
     }
 
-    /// Reduces the duration by a factor, for another reason than errors. The budget does not count it.
+    /// Reduces the duration after a trial that failed for a reason other than its error. Such a trial does not count against the
+    /// budget.
     pub fn shorten(&mut self, substep: f64, factor: f64) {
         self.rejected = Some((substep, f64::INFINITY));
         self.allowed = substep * factor;
@@ -125,8 +127,8 @@ impl StepSize {
     }
 }
 
-/// The first duration (s) of so many substeps that fill the remaining time (s) if each is longer than the one before by the largest
-/// growth; infinite without any.
+/// The first of `substeps` durations (s) that sum to the remaining time (s), if each is [`MOST_GROWTH`] times the one before. It is
+/// infinite if `substeps` is zero.
 fn least_duration(remaining: f64, substeps: f64) -> f64 {
     remaining * (MOST_GROWTH - 1.0) / (power(MOST_GROWTH, substeps.max(0.0)) - 1.0)
 }
@@ -140,7 +142,7 @@ fn growth(error: f64, order: f64) -> f64 {
 mod tests {
     use super::*;
 
-    /// The accepted durations of a step of 1 s, and the number of trials, if a substep has this error.
+    /// The accepted durations of a step of 1 s and the number of trials, for an error that depends on the duration.
     fn step(budget: f64, allowed: f64, error: impl Fn(f64) -> f64) -> (Vec<f64>, usize) {
         let mut size = StepSize::new(allowed, 3.0, 1e-9, budget);
         let (mut remaining, mut accepted, mut trials) = (1.0, Vec::new(), 0);
@@ -179,8 +181,16 @@ mod tests {
     }
 
     #[test]
+    fn a_long_substep_that_the_budget_required_counts_if_its_error_is_small() {
+        let mut size = StepSize::new(1e-6, 3.0, 1e-9, 1.0);
+        let forced = size.next(1.0);
+        size.accept(forced, 1e-3);
+        assert!(size.allowed() >= forced, "{}", size.allowed());
+    }
+
+    #[test]
     fn a_large_budget_leaves_the_durations_to_the_errors() {
-        // Errors of third order, at the tolerance for 0.01 s.
+        // The error is of third order and equals the tolerance at 0.01 s.
         let (accepted, _) = step(2500.0, 1.0, |substep| (100.0 * substep).powi(3));
         let sum: f64 = accepted.iter().sum();
         assert!((sum - 1.0).abs() < 1e-12);
@@ -189,11 +199,15 @@ mod tests {
     }
 
     #[test]
-    fn the_budget_does_not_exceed_a_duration_that_was_not_solved() {
+    fn the_budget_keeps_substeps_below_a_duration_that_failed() {
         let mut size = StepSize::new(f64::INFINITY, 3.0, 1e-9, 1.0);
         let first = size.next(1.0);
         size.shorten(first, 0.25);
         let second = size.next(1.0);
         assert!((0.2..=0.25).contains(&second), "{second}");
+        // Nor does it lengthen the one after that.
+        size.accept(second, 1e3);
+        let third = size.next(1.0 - second);
+        assert!(third <= 0.25, "{third}");
     }
 }

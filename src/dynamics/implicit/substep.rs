@@ -34,10 +34,19 @@ impl Trial {
 }
 
 impl IslandSolver<'_> {
-    /// Tries a substep. Returns the work of its stages, too.
+    /// Tries a substep. Returns the work of its stages, too. A substep without a finite error counts as not solved.
     pub fn try_substep(&self, offset: f64, duration: f64) -> (Result<Trial, StepError>, Work) {
         let mut work = Work::default();
-        let trial = self.trial(offset, duration, &mut work);
+        let is_infinite = |errors: &[f64; 2]| !errors.iter().all(|error| error.is_finite());
+        let trial = self.trial(offset, duration, &mut work).and_then(|trial| {
+            match trial.errors.iter().position(is_infinite) {
+                Some(place) => Err(StepError::Unsolved {
+                    body: self.step.island.dynamic[place],
+                    duration,
+                }),
+                None => Ok(trial),
+            }
+        });
         (trial, work)
     }
 

@@ -6,8 +6,8 @@ use crate::mesh::{MeshError, PressureField, TriangleSurface};
 use nalgebra::Vector3;
 use std::f64::consts::PI;
 
-/// The solid inside a closed surface whose triangles can all be seen from the center of its volume, such as any convex
-/// solid. The extent is 1 at the center.
+/// The solid inside a closed surface, if every triangle is visible from the center of its volume. Any convex solid qualifies. The
+/// extent is 1 at the center.
 ///
 /// The mesh has a tetrahedron for each triangle, between the triangle and the center. The vertices of the surface come first,
 /// in their order, and the center last. [`TriangleSurface::welded`] makes a surface of triangles with corners of their own.
@@ -39,7 +39,7 @@ pub fn star_shaped(surface: &TriangleSurface) -> Result<PressureField, MeshError
     star_shaped_about(surface.center(), surface)
 }
 
-/// As [`star_shaped`], with a point (m) of the caller's choice in place of the center.
+/// Fills the surface as [`star_shaped`] does, from a given inner point (m) instead of the center.
 ///
 /// # Errors
 /// As [`star_shaped`], or if the point is not finite.

@@ -8,7 +8,7 @@ fn cube() -> Triangulation {
     unit_block(Vector3::zeros())
 }
 
-/// A cube with three vertices for each triangle, behind one that no triangle uses.
+/// An unused vertex, then a cube with three vertices for each triangle.
 fn separate_cube() -> Triangulation {
     let corners = soup(&cube());
     let stray = Vector3::repeat(f64::NAN);
@@ -21,7 +21,7 @@ fn refusal((vertices, triangles): Triangulation) -> SurfaceError {
     TriangleSurface::welded(vertices, triangles).unwrap_err()
 }
 
-/// The first of the vertices at the place of a vertex.
+/// Index of the first vertex with the same coordinates.
 fn first_there(vertices: &[Vector3<f64>], vertex: usize) -> usize {
     let there = vertices.iter().position(|place| *place == vertices[vertex]);
     there.unwrap()

@@ -64,7 +64,7 @@ pub const GIVEN: [Given; 21] = [
     given(
         "ARCHITECTURE.md",
         "at 2, 4 and 8 lanes",
-        Code(&[("src/lanes/mod.rs", "/// How many lanes: 2, 4 or 8.")]),
+        Code(&[("src/lanes/traits.rs", "/// How many lanes: 2, 4 or 8.")]),
     ),
     given(
         "ARCHITECTURE.md",

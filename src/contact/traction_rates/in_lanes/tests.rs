@@ -96,7 +96,7 @@ fn assert_responses_agree(
 
 /// Both ways of going over the polygons: in lanes, and one by one. Gives how many there are.
 fn assert_ways_agree(pair: &ContactPair, law: &SurfaceLaw, spin: f64, what: &str) -> usize {
-    let surface = PolygonSource::of(pair).for_values(pair.search());
+    let surface = pair.source().for_values(pair.search());
     let motion = RelativeMotion {
         angular: Vector3::new(0.3, -0.5, 0.8) * spin,
         at_origin: Vector3::new(0.9, -0.4, 0.5),

@@ -1,0 +1,70 @@
+//! Sums over a contact surface.
+
+use crate::narrow_phase::Octet;
+use crate::scalar::Scalar;
+use crate::spatial::Wrench;
+
+/// A sum over a contact surface. Pieces of the surface are summed by themselves and merged in their order.
+pub(super) trait PartialSum: Send {
+    /// The empty sum.
+    fn empty() -> Self;
+
+    /// Adds the next piece.
+    fn merge(&mut self, next: Self);
+}
+
+impl<U: Send> PartialSum for Vec<U> {
+    fn empty() -> Self {
+        Vec::new()
+    }
+
+    fn merge(&mut self, mut next: Self) {
+        if self.is_empty() {
+            *self = next;
+        } else {
+            self.append(&mut next);
+        }
+    }
+}
+
+impl PartialSum for f64 {
+    fn empty() -> Self {
+        0.0
+    }
+
+    fn merge(&mut self, next: Self) {
+        *self += next;
+    }
+}
+
+impl PartialSum for usize {
+    fn empty() -> Self {
+        0
+    }
+
+    fn merge(&mut self, next: Self) {
+        *self += next;
+    }
+}
+
+/// A sum that needs only the moments of polygons, so it takes the polygons of an octet at a time: an elastic sum.
+pub(super) trait OverOctets: PartialSum {
+    /// The sum over the polygons of octets, without derivatives of its own.
+    fn over(octets: &[Octet]) -> Self;
+}
+
+impl<T: Scalar> PartialSum for Wrench<T> {
+    fn empty() -> Self {
+        Self::zero()
+    }
+
+    fn merge(&mut self, next: Self) {
+        *self += next;
+    }
+}
+
+impl PartialSum for () {
+    fn empty() -> Self {}
+
+    fn merge(&mut self, (): Self) {}
+}
