@@ -165,11 +165,15 @@ impl<'a> IslandSolver<'a> {
             let (trial, work) = self.try_substep(offset, substep);
             self.solved.work += work;
             match trial {
+                Ok(trial) if trial.error() > 1.0 && !is_last_trial => {
+                    self.solved.work.rejections += 1;
+                    size.reject(substep, trial.error());
+                }
                 Ok(trial) if trial.tunneling_ratio > 1.0 && !is_shortest => {
                     self.solved.work.rejections += 1;
                     size.shorten(substep, TUNNELING_SAFETY / trial.tunneling_ratio);
                 }
-                Ok(trial) if trial.error() <= 1.0 || is_last_trial => {
+                Ok(trial) => {
                     size.accept(substep, trial.error());
                     self.accept(trial, offset, substep);
                     offset = if substep >= remaining {
@@ -177,10 +181,6 @@ impl<'a> IslandSolver<'a> {
                     } else {
                         offset + substep
                     };
-                }
-                Ok(trial) => {
-                    self.solved.work.rejections += 1;
-                    size.reject(substep, trial.error());
                 }
                 Err(StepError::Unsolved { .. })
                     if !is_shortest && self.solved.work.failures < MOST_FAILURES =>

@@ -87,7 +87,6 @@ impl IslandSolver<'_> {
         }
         trial.energy.kinetic = self.kinetic(&trial.bodies) - self.kinetic(before);
         if let Some(estimate) = &step.scheme.estimate {
-            trial.tunneling_ratio = self.tunneling_ratio((offset, duration), &solved, &trial.swept);
             for (place, speed) in trial.speeds.iter_mut().enumerate() {
                 let speeds = solved.iter().map(|stage| stage.relative_speed(place));
                 *speed = speeds.fold(*speed, f64::max);
@@ -106,6 +105,10 @@ impl IslandSolver<'_> {
                 return Err(StepError::Stopped);
             }
             solved = estimator.solved;
+            let follows_contacts = trial.error() <= 1.0;
+            let span = (offset, duration);
+            trial.tunneling_ratio =
+                self.tunneling_ratio(span, &solved, &trial.swept, follows_contacts);
         }
         let solved = solved.into_iter();
         trial.roots = solved.map(|stage| stage.root.velocities).collect();

@@ -30,12 +30,14 @@ impl IslandSolver<'_> {
     }
 
     /// The largest motion of two bodies relative to each other in a substep, over the sum of their thicknesses; 0 if it is at most 1,
-    /// or no two bodies may hit each other. Bodies that touch at the start are left out: error control follows their contact.
+    /// or no two bodies may hit each other. Bodies that touch at the start are omitted if the errors are within the tolerances, because
+    /// error control then follows their contact.
     pub fn tunneling_ratio(
         &self,
         (offset, duration): (f64, f64),
         stages: &[SolvedStage],
         swept: &[Aabb],
+        follows_contacts: bool,
     ) -> f64 {
         let from = &*self.participants_at(offset);
         let (scene, island) = (self.step.scene, self.step.island);
@@ -58,7 +60,8 @@ impl IslandSolver<'_> {
             pair.is_some_and(|pair| pair.frozen().is_some())
         };
         let pairs = pairs.iter().map(|pair| (pair, ratio(pair)));
-        let far = pairs.filter(|(pair, ratio)| *ratio > 1.0 && !is_touching(pair));
+        let is_omitted = |pair| follows_contacts && is_touching(pair);
+        let far = pairs.filter(|(pair, ratio)| *ratio > 1.0 && !is_omitted(pair));
         far.map(|(_, ratio)| ratio).fold(0.0, f64::max)
     }
 
