@@ -31,6 +31,14 @@ impl Trial {
     pub fn error(&self) -> f64 {
         self.errors.iter().flatten().copied().fold(0.0, f64::max)
     }
+
+    /// Raises the speeds to the relative speeds in these stages.
+    fn include_speeds_of(&mut self, stages: &[SolvedStage]) {
+        for (place, speed) in self.speeds.iter_mut().enumerate() {
+            let speeds = stages.iter().map(|stage| stage.relative_speed(place));
+            *speed = speeds.fold(*speed, f64::max);
+        }
+    }
 }
 
 impl IslandSolver<'_> {
@@ -87,10 +95,7 @@ impl IslandSolver<'_> {
         }
         trial.energy.kinetic = self.kinetic(&trial.bodies) - self.kinetic(before);
         if let Some(estimate) = &step.scheme.estimate {
-            for (place, speed) in trial.speeds.iter_mut().enumerate() {
-                let speeds = solved.iter().map(|stage| stage.relative_speed(place));
-                *speed = speeds.fold(*speed, f64::max);
-            }
+            trial.include_speeds_of(&solved);
             let mut estimator = ErrorEstimator {
                 solver: self,
                 estimate,
