@@ -236,9 +236,8 @@ impl RelativeLinearisation {
         add_block(&mut by_pose_a, [3, 0], -skew(&wrench.on_a.force));
         let mut by_pose_b = by_motion * lever;
         let mut by_twists = [Matrix6::zeros(); 2];
-        if let (Some((_, motion)), Some(Motion { twists, .. })) =
-            (pair.relative_motion(), pair.motion())
-        {
+        if let Some(Motion { twists, .. }) = pair.motion() {
+            let motion = RelativeMotion::of([pair.a().pose(), pair.b().pose()], twists);
             let by_twist = in_world(&self.by_twist);
             let [turn, shift] = motion.by_pose_a(rotation, &twists[1].angular);
             by_pose_a += by_twist * (turn - shift);

@@ -16,10 +16,7 @@ impl<T: Scalar> Motion<T> {
     pub fn real(&self) -> Motion<f64> {
         Motion {
             law: self.law.real(),
-            twists: self.twists.each_ref().map(|twist| Twist {
-                angular: real_vector(&twist.angular),
-                linear: real_vector(&twist.linear),
-            }),
+            twists: self.twists.each_ref().map(Twist::real),
         }
     }
 }

@@ -47,12 +47,6 @@ impl PartialSum for usize {
     }
 }
 
-/// A sum that needs only the moments of polygons, so it takes the polygons of an octet at a time: an elastic sum.
-pub(super) trait OverOctets: PartialSum {
-    /// The sum over the polygons of octets, without derivatives of its own.
-    fn over(octets: &[Octet]) -> Self;
-}
-
 impl<T: Scalar> PartialSum for Wrench<T> {
     fn empty() -> Self {
         Self::zero()
@@ -67,4 +61,10 @@ impl PartialSum for () {
     fn empty() -> Self {}
 
     fn merge(&mut self, (): Self) {}
+}
+
+/// A sum that needs only the moments of polygons, so it takes the polygons of an octet at a time: an elastic sum.
+pub(super) trait OverOctets: PartialSum {
+    /// The sum over the polygons of octets, without derivatives of its own.
+    fn over(octets: &[Octet]) -> Self;
 }

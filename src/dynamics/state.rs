@@ -1,6 +1,6 @@
 use super::settings::check_finite;
 use super::{Body, WorldError};
-use crate::scalar::{Scalar, lift_vector, real_vector};
+use crate::scalar::{Scalar, lift_vector};
 use crate::spatial::{Pose, Twist};
 use nalgebra::Vector3;
 
@@ -70,10 +70,7 @@ impl<T: Scalar> BodyState<T> {
     pub fn real(&self) -> BodyState<f64> {
         BodyState {
             pose: self.pose.real(),
-            twist: Twist {
-                angular: real_vector(&self.twist.angular),
-                linear: real_vector(&self.twist.linear),
-            },
+            twist: self.twist.real(),
         }
     }
 }

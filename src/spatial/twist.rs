@@ -1,4 +1,4 @@
-use crate::scalar::{Scalar, lift_vector};
+use crate::scalar::{Scalar, lift_vector, real_vector};
 use nalgebra::{Vector3, Vector6};
 
 /// Angular and linear velocity of a rigid body, or a small rigid motion.
@@ -36,5 +36,14 @@ impl<T: Scalar> Twist<T> {
     pub fn to_vector(&self) -> Vector6<T> {
         let (a, l) = (&self.angular, &self.linear);
         Vector6::new(a.x, a.y, a.z, l.x, l.y, l.z)
+    }
+
+    /// The twist without its derivatives.
+    #[must_use]
+    pub fn real(&self) -> Twist<f64> {
+        Twist {
+            angular: real_vector(&self.angular),
+            linear: real_vector(&self.linear),
+        }
     }
 }

@@ -1,6 +1,6 @@
 use crate::contact::{ContactPair, LinearisedContact, Partner, SurfaceLaw};
 use crate::dynamics::{Body, BodyState, Material};
-use crate::scalar::{Scalar, real_part, real_vector};
+use crate::scalar::{Scalar, real_part};
 use crate::spatial::{Pose, Twist, skew};
 use nalgebra::{Matrix3, Matrix6, SMatrix, Vector3};
 
@@ -81,10 +81,7 @@ impl<'a> RealBody<'a> {
                 material.modulus.unwrap_or(1.0),
             ),
             material,
-            twist: Twist {
-                angular: real_vector(&twist.angular),
-                linear: real_vector(&twist.linear),
-            },
+            twist: twist.real(),
             unit_motions: unit_motions(body, &pose, &to_center),
             to_center,
         }
