@@ -59,6 +59,7 @@
 #![cfg_attr(not(test), warn(clippy::disallowed_methods))]
 
 pub mod broad_phase;
+mod bvh;
 pub mod contact;
 pub mod dynamics;
 pub mod geometry;

@@ -5,11 +5,11 @@
 //! a patch of a smooth surface these are much closer together than the sides of the box. At the end four triangles of one
 //! body are held against one of the other.
 
-use super::flat_tree::WIDTH;
 use super::lists::{FourCrossed, Keeping, OneCrossed, Posed, Touched};
-use super::nodes::Node;
 use super::patch::{Frame, Patch};
-use super::triangle_tree::{SurfaceFace, TriangleTree};
+use super::slabs::{BoxesAndSlabs, FourSlabs};
+use super::triangle_bvh::{SurfaceFace, TriangleBvh};
+use crate::bvh::{Node, WIDTH};
 use crate::lanes;
 use crate::spatial::Pose;
 use std::ops::Range;
@@ -17,7 +17,7 @@ use std::ops::Range;
 /// Visits the pairs of triangles, of a surface (in A) and another (in B), that may cross or touch: those whose boxes overlap
 /// and of which neither is beside the other's plane, all to within `margin` (m). `memory` is room to work in.
 pub(crate) fn visit_crossings(
-    [a, b]: [&TriangleTree; 2],
+    [a, b]: [&TriangleBvh; 2],
     pose_ab: &Pose<f64>,
     margin: f64,
     memory: &mut Vec<u32>,
@@ -31,7 +31,7 @@ pub(crate) fn visit_crossings(
         b,
         pose_ab,
         margin,
-        frame: Frame::new(*a.bounds(), pose_ab, margin),
+        frame: Frame::new(a.bounds(), pose_ab, margin),
         memory,
         visit,
     };
@@ -39,13 +39,13 @@ pub(crate) fn visit_crossings(
         level: 0,
         places: 0..1,
     };
-    descent.descend([0, 0], &root);
+    descent.descend(Node::ROOT, &root);
 }
 
 /// A descent into both trees at once: down the tree of B, with the nodes of A's tree that each of its nodes may touch.
 struct Descent<'s, 'm, V> {
-    a: &'s TriangleTree,
-    b: &'s TriangleTree,
+    a: &'s TriangleBvh,
+    b: &'s TriangleBvh,
     pose_ab: &'s Pose<f64>,
     margin: f64,
     frame: Frame,
@@ -61,42 +61,43 @@ struct Partners {
 }
 
 impl<V: FnMut(SurfaceFace, SurfaceFace)> Descent<'_, '_, V> {
-    /// Goes on from a node of B, at a level and with an index there, and what it may touch of A: to its children or, at the last
-    /// level, to the triangles of both.
-    fn descend(&mut self, [level_b, index_b]: [usize; 2], partners: &Partners) {
-        let levels = self.b.levels();
-        let Some(node) = levels.get(level_b).and_then(|it| it.nodes.get(index_b)) else {
-            return;
-        };
-        let (posed, near) = lanes::run(Posed {
+    /// Goes on from a node of B and what it may touch of A: to its children or, at the last level, to the triangles of both.
+    fn descend(&mut self, node: Node, partners: &Partners) {
+        let (boxes, slabs, near) = lanes::run(Posed {
             frame: &self.frame,
-            node,
+            node: self.b.level(node.level).node(node.index),
         });
+        let posed = BoxesAndSlabs {
+            boxes: &boxes,
+            slabs: &slabs,
+        };
+        let (b, depth_a) = (self.b, self.a.depth());
         let near_slots =
             |count: usize| (0..WIDTH.min(count)).filter(move |slot| near >> slot & 1 != 0);
-        let (first, depth_a) = (WIDTH * index_b, self.a.levels().len());
-        if let Some(below) = levels.get(level_b + 1) {
-            let is_next_last = level_b + 2 == levels.len();
-            for slot in near_slots(below.nodes.len() - first) {
-                let patch = Patch::of(&posed, slot);
-                let mut near = self.narrowed(&patch, partners, below.size);
+        let (level, first) = (node.level + 1, WIDTH * node.index);
+        if level < b.depth() {
+            let (count, is_next_last) = (b.level(level).boxes.len(), level + 1 == b.depth());
+            for slot in near_slots(count - first) {
+                let patch = Patch::of(posed, slot);
+                let mut near = self.narrowed(&patch, partners, b.sizes()[level]);
                 // Four triangles of B meet the triangles of A, if these are next. Where A's tree is finer than B's, they are not
                 // yet: each triangle of B then narrows the list further.
                 if is_next_last && near.level + 1 == depth_a {
                     near = self.divided(&patch, &near);
                 }
                 if !near.places.is_empty() {
-                    self.descend([level_b + 1, first + slot], &near);
+                    let index = first + slot;
+                    self.descend(Node { level, index }, &near);
                 }
             }
             return;
         }
         if partners.level == depth_a {
-            self.meet_four(&posed, first, partners.places.clone());
+            self.meet_four(&slabs, first, partners.places.clone());
             return;
         }
-        for slot in near_slots(self.b.faces().len() - first) {
-            let patch = Patch::of(&posed, slot);
+        for slot in near_slots(b.faces().len() - first) {
+            let patch = Patch::of(posed, slot);
             let near = self.narrowed(&patch, partners, 0.0);
             self.meet_one(patch, first + slot, near.places);
         }
@@ -104,8 +105,8 @@ impl<V: FnMut(SurfaceFace, SurfaceFace)> Descent<'_, '_, V> {
 
     /// What of A's nodes a part of B's surface may touch, divided until they are about as large as that.
     fn narrowed(&mut self, patch: &Patch, partners: &Partners, size: f64) -> Partners {
-        let levels = self.a.levels();
-        let is_larger = |level: usize| level + 1 < levels.len() && levels[level].size > size;
+        let sizes = self.a.sizes();
+        let is_larger = |level: usize| level + 1 < sizes.len() && sizes[level] > size;
         if !is_larger(partners.level) {
             return self.filtered(patch, partners);
         }
@@ -130,7 +131,7 @@ impl<V: FnMut(SurfaceFace, SurfaceFace)> Descent<'_, '_, V> {
         let Partners { level, ref places } = *partners;
         self.make_room(places.end + WIDTH * places.len());
         let end = lanes::run(Touched {
-            nodes: &self.a.levels()[level].nodes,
+            nodes: self.a.level(level).boxes,
             patch,
             keeping,
             memory: &mut *self.memory,
@@ -146,11 +147,11 @@ impl<V: FnMut(SurfaceFace, SurfaceFace)> Descent<'_, '_, V> {
     }
 
     /// Visits the pairs that may cross of triangles of A and the triangles, from `first` on, of one node of B.
-    fn meet_four(&mut self, posed: &Node, first: usize, triangles: Range<usize>) {
+    fn meet_four(&mut self, slabs: &FourSlabs, first: usize, triangles: Range<usize>) {
         self.make_room(triangles.end + WIDTH * triangles.len());
         let end = lanes::run(FourCrossed {
             frame: &self.frame,
-            posed,
+            slabs,
             corners_b: &self.b.corners()[first / WIDTH],
             a: self.a,
             margin: self.margin,
@@ -198,7 +199,7 @@ impl<V: FnMut(SurfaceFace, SurfaceFace)> Descent<'_, '_, V> {
 #[cfg(test)]
 mod tests {
     use super::visit_crossings;
-    use crate::broad_phase::triangle_tree::{SurfaceFace, TriangleTree};
+    use crate::broad_phase::triangle_bvh::{SurfaceFace, TriangleBvh};
     use crate::geometry::Aabb;
     use crate::mesh::{FieldTet, PressureField, shapes};
     use crate::spatial::Pose;
@@ -216,22 +217,22 @@ mod tests {
 
     /// A surface with a tree, and its triangles in no order.
     struct Body {
-        tree: TriangleTree,
+        tree: TriangleBvh,
         tets: Vec<FieldTet>,
         faces: Vec<SurfaceFace>,
     }
 
     impl Body {
         fn of(field: &PressureField) -> Self {
-            Self::with(TriangleTree::of(field), field.tets())
+            Self::with(TriangleBvh::of(field), field.tets())
         }
 
         /// The first faces of these tetrahedra.
         fn of_cells(cells: &[FieldTet]) -> Self {
-            Self::with(TriangleTree::of_cells(cells), cells)
+            Self::with(TriangleBvh::of_cells(cells), cells)
         }
 
-        fn with(tree: TriangleTree, tets: &[FieldTet]) -> Self {
+        fn with(tree: TriangleBvh, tets: &[FieldTet]) -> Self {
             let mut faces = tree.faces().to_vec();
             faces.sort_by_key(|face| (face.tet(), face.face()));
             Self {

@@ -1,43 +1,43 @@
 //! Four triangles of a surface side by side, and which of them a triangle of the other body may cross.
 
-use super::flat_tree::{FourBoxes, WIDTH};
-use super::nodes::{FourCorners, Node};
 use super::patch::Patch;
+use super::slabs::{BoxesAndSlabs, FourSlabs};
+use crate::bvh::{FourBoxes, FourCorners, WIDTH, four_bits};
 use crate::lanes::space::{dot, splat};
-use crate::lanes::{Lanes, Mask, Numbers, Quad};
+use crate::lanes::{Lanes, Numbers, Quad};
 use nalgebra::Vector3;
 
 /// Four triangles in A's frame, side by side: of either body.
 pub(super) struct FourTriangles<'f> {
-    corners: &'f FourCorners,
-    bounds: &'f FourBoxes,
+    corners: &'f FourCorners<3>,
+    boxes: &'f FourBoxes,
     normal: &'f [Quad; 3],
     between: [Quad; 2],
 }
 
 impl<'f> FourTriangles<'f> {
-    /// Those of a node of B, given that node, its triangles' corners and the boxes around these in A's frame.
-    pub fn of_b(node: &'f Node, (corners, bounds): &'f (FourCorners, FourBoxes)) -> Self {
+    /// Those of a node of B, given their slabs, corners and the boxes around these in A's frame.
+    pub fn of_b(slabs: &'f FourSlabs, (corners, boxes): &'f (FourCorners<3>, FourBoxes)) -> Self {
         Self {
             corners,
-            bounds,
-            normal: &node.normal,
-            between: node.between,
+            boxes,
+            normal: &slabs.normal,
+            between: slabs.between,
         }
     }
 
     /// Those of a node of A, with planes a margin (m) further apart.
     #[inline(always)]
-    pub fn of_a(node: &'f Node, corners: &'f FourCorners, margin: f64) -> Self {
-        let [mut low, mut high] = node.between;
+    pub fn of_a(node: BoxesAndSlabs<'f>, corners: &'f FourCorners<3>, margin: f64) -> Self {
+        let [mut low, mut high] = node.slabs.between;
         for slot in 0..WIDTH {
             low[slot] -= margin;
             high[slot] += margin;
         }
         Self {
             corners,
-            bounds: &node.bounds,
-            normal: &node.normal,
+            boxes: node.boxes,
+            normal: &node.slabs.normal,
             between: [low, high],
         }
     }
@@ -58,8 +58,8 @@ impl<'f> FourTriangles<'f> {
             let corner = |corner: usize| dot(normal, splat(lanes, corners[corner].as_ref()));
             let [low, high] = &self.between;
             let is_cut = reach_into([corner(0), corner(1), corner(2)], [load(low), load(high)]);
-            let near = patch.overlapping(lanes, self.bounds, first);
-            bits |= (near & cuts & is_cut).bits() << first;
+            let near = self.boxes.overlapping(lanes, patch.sides(), first);
+            bits |= four_bits(near & cuts & is_cut, first);
         }
         bits
     }

@@ -1,11 +1,11 @@
 //! The work of the descent to the rim that runs in lanes: each job goes through a list of parts of A's surface, in a memory that
 //! is shared, and writes another list behind it.
 
-use super::flat_tree::WIDTH;
 use super::four_triangles::FourTriangles;
-use super::nodes::{FourCorners, Node};
 use super::patch::{Frame, Patch};
-use super::triangle_tree::TriangleTree;
+use super::slabs::{BoxesAndSlabs, FourSlabs};
+use super::triangle_bvh::TriangleBvh;
+use crate::bvh::{FourBoxes, FourCorners, WIDTH};
 use crate::lanes::{InLanes, Lanes};
 use nalgebra::Vector3;
 use std::ops::Range;
@@ -20,14 +20,14 @@ pub(super) enum Keeping {
 /// A node of B in A's frame, and which of its children are near A's surface (see [`Frame::posed`]).
 pub(super) struct Posed<'d> {
     pub frame: &'d Frame,
-    pub node: &'d Node,
+    pub node: BoxesAndSlabs<'d>,
 }
 
 impl InLanes for Posed<'_> {
-    type Output = (Node, u32);
+    type Output = (FourBoxes, FourSlabs, u32);
 
     #[inline(always)]
-    fn run<L: Lanes>(self, lanes: L) -> (Node, u32) {
+    fn run<L: Lanes>(self, lanes: L) -> Self::Output {
         self.frame.posed(lanes, self.node)
     }
 }
@@ -35,7 +35,7 @@ impl InLanes for Posed<'_> {
 /// Lists what a part of B's surface may touch of the nodes of A at these places of the memory, behind them; gives where that list
 /// ends.
 pub(super) struct Touched<'d> {
-    pub nodes: &'d [Node],
+    pub nodes: &'d [FourBoxes],
     pub patch: &'d Patch,
     pub keeping: Keeping,
     pub memory: &'d mut [u32],
@@ -70,9 +70,9 @@ impl InLanes for Touched<'_> {
 /// number of the latter, and which of the four. Gives where that list ends.
 pub(super) struct FourCrossed<'d> {
     pub frame: &'d Frame,
-    pub posed: &'d Node,
-    pub corners_b: &'d FourCorners,
-    pub a: &'d TriangleTree,
+    pub slabs: &'d FourSlabs,
+    pub corners_b: &'d FourCorners<3>,
+    pub a: &'d TriangleBvh,
     pub margin: f64,
     pub memory: &'d mut [u32],
     pub triangles: Range<usize>,
@@ -84,12 +84,12 @@ impl InLanes for FourCrossed<'_> {
     #[inline(always)]
     fn run<L: Lanes>(self, lanes: L) -> usize {
         let in_a = self.frame.triangles(lanes, self.corners_b);
-        let four = FourTriangles::of_b(self.posed, &in_a);
-        let mut end = self.triangles.end;
+        let four = FourTriangles::of_b(self.slabs, &in_a);
+        let (leaves, mut end) = (self.a.leaves(), self.triangles.end);
         for place in self.triangles {
             let index = self.memory[place];
             let (node, slot) = (index as usize / WIDTH, index as usize % WIDTH);
-            let patch = Patch::of_a(&self.a.leaves()[node], slot, self.margin);
+            let patch = Patch::of_a(leaves.node(node), slot, self.margin);
             let crossed = four.crossed(lanes, &patch, &self.a.corners_of(index as usize));
             end += kept(&mut self.memory[end..], WIDTH as u32 * index, crossed);
         }
@@ -102,7 +102,7 @@ impl InLanes for FourCrossed<'_> {
 pub(super) struct OneCrossed<'d> {
     pub patch: Patch,
     pub corners: [Vector3<f64>; 3],
-    pub a: &'d TriangleTree,
+    pub a: &'d TriangleBvh,
     pub margin: f64,
     pub memory: &'d mut [u32],
     pub nodes: Range<usize>,
@@ -113,10 +113,10 @@ impl InLanes for OneCrossed<'_> {
 
     #[inline(always)]
     fn run<L: Lanes>(self, lanes: L) -> usize {
-        let mut end = self.nodes.end;
+        let (leaves, mut end) = (self.a.leaves(), self.nodes.end);
         for place in self.nodes {
             let index = self.memory[place];
-            let node = &self.a.leaves()[index as usize];
+            let node = leaves.node(index as usize);
             let corners = &self.a.corners()[index as usize];
             let four = FourTriangles::of_a(node, corners, self.margin);
             let crossed = four.crossed(lanes, &self.patch, &self.corners);

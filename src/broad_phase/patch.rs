@@ -1,18 +1,18 @@
 //! Parts of a surface in another body's frame, and what they may touch: four at a time, one for each child of a node.
 //!
 //! What is found are comparisons: so zeros of either sign count alike, and a slot without a child, whose numbers may be NaN, touches
-//! nothing. At eight lanes bits 4 to 7 repeat bits 0 to 3, and nobody reads them.
+//! nothing.
 
 #![expect(
     clippy::needless_range_loop,
     reason = "adapters of iterators take closures, and a closure over lanes may stay a call, compiled for any processor"
 )]
 
-use super::flat_tree::WIDTH;
-use super::nodes::{FourCorners, Node};
+use super::slabs::{BoxesAndSlabs, FourSlabs};
+use crate::bvh::{FourBoxes, FourCorners, WIDTH, four_bits};
 use crate::geometry::Aabb;
 use crate::lanes::space::{dot, splat};
-use crate::lanes::{Lanes, Mask, Numbers, Quad};
+use crate::lanes::{Lanes, Numbers, Quad};
 use crate::spatial::Pose;
 use nalgebra::{Matrix3, Vector3};
 
@@ -23,7 +23,7 @@ pub(super) struct Frame {
     reach: [[f64; 3]; 3],
     translation: [f64; 3],
     margin: f64,
-    around_a: [[f64; 2]; 3],
+    around_a: Aabb,
 }
 
 /// A part of a surface in A's frame: a child of a node of B, or one triangle of either body.
@@ -44,7 +44,7 @@ pub(super) struct PatchInLanes<N> {
 }
 
 impl Frame {
-    pub fn new(around_a: [[f64; 2]; 3], pose_ab: &Pose<f64>, margin: f64) -> Self {
+    pub fn new(around_a: Aabb, pose_ab: &Pose<f64>, margin: f64) -> Self {
         let rows = |matrix: &Matrix3<f64>| {
             [0, 1, 2].map(|row| [0, 1, 2].map(|column| matrix[(row, column)]))
         };
@@ -60,21 +60,21 @@ impl Frame {
     /// A node of B in A's frame, in boxes of A's axes; and which of its children have boxes that overlap the one around A's
     /// surface, as bits.
     #[inline(always)]
-    pub fn posed<L: Lanes>(&self, lanes: L, node: &Node) -> (Node, u32) {
-        let (mut posed, mut near) = (Node::EMPTY, 0);
+    pub fn posed<L: Lanes>(&self, lanes: L, node: BoxesAndSlabs) -> (FourBoxes, FourSlabs, u32) {
+        let (mut boxes, mut slabs, mut near) = (FourBoxes::EMPTY, FourSlabs::EMPTY, 0);
         let (half, margin) = (lanes.splat(0.5), lanes.splat(self.margin));
         for first in (0..WIDTH).step_by(L::COUNT) {
             let load = |quad: &Quad| lanes.load_four(quad, first);
             let (mut middles, mut halves, mut normal) = ([half; 3], [half; 3], [half; 3]);
             for axis in 0..3 {
-                let [lower, upper] = &node.bounds[axis];
+                let [lower, upper] = &node.boxes.0[axis];
                 middles[axis] = (load(lower) + load(upper)) * half;
                 halves[axis] = (load(upper) - load(lower)) * half;
             }
             let own = [
-                load(&node.normal[0]),
-                load(&node.normal[1]),
-                load(&node.normal[2]),
+                load(&node.slabs.normal[0]),
+                load(&node.slabs.normal[1]),
+                load(&node.slabs.normal[2]),
             ];
             let mut overlap = half.is_at_most(half);
             for axis in 0..3 {
@@ -82,20 +82,21 @@ impl Frame {
                     + lanes.splat(self.translation[axis]);
                 let reach = dot(splat(lanes, &self.reach[axis]), halves) + margin;
                 let (lower, upper) = (middle - reach, middle + reach);
-                let [lower_a, upper_a] = self.around_a[axis].map(|side| lanes.splat(side));
+                let lower_a = lanes.splat(self.around_a.lower[axis]);
+                let upper_a = lanes.splat(self.around_a.upper[axis]);
                 overlap = overlap & lower.is_at_most(upper_a) & lower_a.is_at_most(upper);
-                lower.store_four(&mut posed.bounds[axis][0], first);
-                upper.store_four(&mut posed.bounds[axis][1], first);
+                lower.store_four(&mut boxes.0[axis][0], first);
+                upper.store_four(&mut boxes.0[axis][1], first);
                 normal[axis] = dot(splat(lanes, &self.rotation[axis]), own);
-                normal[axis].store_four(&mut posed.normal[axis], first);
+                normal[axis].store_four(&mut slabs.normal[axis], first);
             }
             let shift = dot(normal, splat(lanes, &self.translation));
-            let [low, high] = &node.between;
-            (load(low) + shift - margin).store_four(&mut posed.between[0], first);
-            (load(high) + shift + margin).store_four(&mut posed.between[1], first);
-            near |= overlap.bits() << first;
+            let [low, high] = &node.slabs.between;
+            (load(low) + shift - margin).store_four(&mut slabs.between[0], first);
+            (load(high) + shift + margin).store_four(&mut slabs.between[1], first);
+            near |= four_bits(overlap, first);
         }
-        (posed, near)
+        (boxes, slabs, near)
     }
 
     /// The corners of four triangles of B in A's frame, and boxes around them in A's axes.
@@ -103,10 +104,10 @@ impl Frame {
     pub fn triangles<L: Lanes>(
         &self,
         lanes: L,
-        corners: &FourCorners,
-    ) -> (FourCorners, [[Quad; 2]; 3]) {
+        corners: &FourCorners<3>,
+    ) -> (FourCorners<3>, FourBoxes) {
         let mut posed = [[[0.0; WIDTH]; 3]; 3];
-        let mut bounds = [[[0.0; WIDTH]; 2]; 3];
+        let mut boxes = FourBoxes::EMPTY;
         let margin = lanes.splat(self.margin);
         for first in (0..WIDTH).step_by(L::COUNT) {
             let load = |quad: &Quad| lanes.load_four(quad, first);
@@ -120,21 +121,21 @@ impl Frame {
                     along[corner].store_four(&mut posed[corner][axis], first);
                 }
                 let [a, b, c] = along;
-                (a.min(b).min(c) - margin).store_four(&mut bounds[axis][0], first);
-                (a.max(b).max(c) + margin).store_four(&mut bounds[axis][1], first);
+                (a.min(b).min(c) - margin).store_four(&mut boxes.0[axis][0], first);
+                (a.max(b).max(c) + margin).store_four(&mut boxes.0[axis][1], first);
             }
         }
-        (posed, bounds)
+        (posed, boxes)
     }
 }
 
 impl Patch {
     /// A child of a node in A's frame.
     #[inline(always)]
-    pub fn of(node: &Node, slot: usize) -> Self {
-        let [[x0, x1], [y0, y1], [z0, z1]] = &node.bounds;
-        let [n1, n2, n3] = &node.normal;
-        let [low, high] = &node.between;
+    pub fn of(node: BoxesAndSlabs, slot: usize) -> Self {
+        let [[x0, x1], [y0, y1], [z0, z1]] = &node.boxes.0;
+        let [n1, n2, n3] = &node.slabs.normal;
+        let [low, high] = &node.slabs.between;
         Self {
             bounds: [
                 [x0[slot], x1[slot]],
@@ -148,7 +149,7 @@ impl Patch {
 
     /// A triangle of A, given the box and planes of its node, with planes a margin (m) further apart.
     #[inline(always)]
-    pub fn of_a(node: &Node, slot: usize, margin: f64) -> Self {
+    pub fn of_a(node: BoxesAndSlabs, slot: usize, margin: f64) -> Self {
         let own = Self::of(node, slot);
         let [low, high] = own.between;
         Self {
@@ -188,8 +189,8 @@ impl<N: Numbers> PatchInLanes<N> {
     /// The children of a node of A whose boxes overlap its own and are not beside its planes, as bits. (The planes of A's
     /// nodes are not asked: that costs more than it saves.)
     #[inline(always)]
-    pub fn touched<L: Lanes<Numbers = N>>(&self, lanes: L, node: &Node) -> u32 {
-        let [x, y, z] = &node.bounds;
+    pub fn touched<L: Lanes<Numbers = N>>(&self, lanes: L, boxes: &FourBoxes) -> u32 {
+        let [x, y, z] = &boxes.0;
         let [back_x, back_y, back_z] = self.back;
         let mut bits = 0;
         for first in (0..WIDTH).step_by(L::COUNT) {
@@ -204,25 +205,15 @@ impl<N: Numbers> PatchInLanes<N> {
             let [low, high] = self.between;
             let cuts =
                 dot(self.normal, behind).is_at_most(high) & low.is_at_most(dot(self.normal, ahead));
-            let near = self.overlapping(lanes, &node.bounds, first);
-            bits |= (near & cuts).bits() << first;
+            let near = boxes.overlapping(lanes, self.sides(), first);
+            bits |= four_bits(near & cuts, first);
         }
         bits
     }
 
-    /// Which of four boxes overlap its own.
+    /// The sides of its box.
     #[inline(always)]
-    pub fn overlapping<L: Lanes<Numbers = N>>(
-        &self,
-        lanes: L,
-        four: &[[Quad; 2]; 3],
-        first: usize,
-    ) -> N::Mask {
-        let along = |axis: usize| {
-            let [lower, upper] = &four[axis];
-            lanes.load_four(lower, first).is_at_most(self.upper[axis])
-                & self.lower[axis].is_at_most(lanes.load_four(upper, first))
-        };
-        along(0) & along(1) & along(2)
+    pub fn sides(&self) -> [&[N; 3]; 2] {
+        [&self.lower, &self.upper]
     }
 }

@@ -1,5 +1,5 @@
-use super::TriangleTree;
-use super::box_tree::BoxTree;
+use super::TriangleBvh;
+use crate::bvh::Bvh;
 use crate::geometry::{Aabb, Tetrahedron};
 use crate::mesh::{FieldTet, OUTSIDE, TriangleSurface};
 use crate::spatial::Pose;
@@ -16,9 +16,9 @@ pub struct RigidShape {
     cells: Vec<FieldTet>,
     /// For each cell those behind the neighboring triangles. Beyond the triangle itself, face 3, there is none.
     neighbors: Vec<[u32; 4]>,
-    triangle_tree: TriangleTree,
+    triangle_bvh: TriangleBvh,
     /// One triangle of each connected component of the surface, by its centroid.
-    components: BoxTree<usize>,
+    components: Bvh<usize>,
 }
 
 /// Which corner of its triangle each of a cell's first three corners is: the order in which the cell, with the apex as fourth
@@ -32,10 +32,10 @@ impl RigidShape {
         let triangles = 0..surface.triangles().len();
         let cells: Vec<_> = triangles.map(|triangle| cell(&surface, triangle)).collect();
         let starts = surface.component_starts().iter();
-        let point_of = |triangle: usize| Aabb::around([&centroid(&surface, triangle)]);
+        let point_of = |triangle: usize| [centroid(&surface, triangle)];
         Self {
-            triangle_tree: TriangleTree::of_cells(&cells),
-            components: BoxTree::new(starts.map(|&start| (start, point_of(start)))),
+            triangle_bvh: TriangleBvh::of_cells(&cells),
+            components: Bvh::new(starts.map(|&start| (start, point_of(start)))),
             bounds: surface.aabb(),
             neighbors: surface.neighbors().iter().map(across_faces).collect(),
             surface,
@@ -67,8 +67,8 @@ impl RigidShape {
     }
 
     /// The tree over its triangles.
-    pub(crate) fn triangle_tree(&self) -> &TriangleTree {
-        &self.triangle_tree
+    pub(crate) fn triangle_bvh(&self) -> &TriangleBvh {
+        &self.triangle_bvh
     }
 
     /// Visits one triangle of each connected component of the surface and its centroid (m, in B), if that may lie in the box

@@ -1,6 +1,6 @@
-use super::box_tree::BoxTree;
 use super::positivity::check_positive_inside;
-use super::{Escape, FieldTree, Landscape, NotFollowed};
+use super::{Escape, FieldBounds, Landscape, NotFollowed};
+use crate::bvh::{Bvh, PerNode};
 use crate::geometry::Aabb;
 use crate::mesh::PressureField;
 use crate::spatial::Pose;
@@ -10,24 +10,25 @@ use crate::spatial::Pose;
 pub(crate) struct Seeds {
     /// What such a component cannot avoid, where the field rises to few peaks.
     pub ridges: Option<Ridges>,
-    /// Bounds of the field's values and slopes, from which follows where such a component may turn.
-    pub slopes: FieldTree,
+    /// Bounds of the field's values and slopes for each node of the tree of tetrahedra, from which follows where such a
+    /// component may turn.
+    pub bounds: PerNode<FieldBounds>,
 }
 
 /// What a component without a rim cannot avoid (see [`Landscape`]), if both bodies have it. In the body frame.
 #[derive(Debug, Clone)]
 pub(crate) struct Ridges {
-    creased: BoxTree<usize>,
-    escapes: BoxTree<Escape>,
+    creased: Bvh<usize>,
+    escapes: Bvh<Escape>,
 }
 
 impl Seeds {
-    /// Of a field that is positive inside.
-    pub fn of(field: &PressureField) -> Result<Self, NotFollowed> {
+    /// Of a field that is positive inside, with a tree of its tetrahedra.
+    pub fn of(field: &PressureField, tets: &Bvh) -> Result<Self, NotFollowed> {
         check_positive_inside(field)?;
         Ok(Self {
             ridges: Ridges::of(field),
-            slopes: FieldTree::new(field),
+            bounds: FieldBounds::of_nodes(field, tets),
         })
     }
 }
@@ -35,17 +36,14 @@ impl Seeds {
 impl Ridges {
     fn of(field: &PressureField) -> Option<Self> {
         let (landscape, tets) = (Landscape::of(field)?, field.tets());
-        let box_of_escape = |escape: Escape| {
+        let ends_of = |escape: Escape| {
             let corners = &tets[escape.tet].tetrahedron.corners;
-            (
-                escape,
-                Aabb::around(&escape.corners.map(|corner| corners[corner])),
-            )
+            (escape, escape.corners.map(|corner| corners[corner]))
         };
         let creased = landscape.creased.iter();
         Some(Self {
-            creased: BoxTree::new(creased.map(|&tet| (tet, tets[tet].tetrahedron.aabb()))),
-            escapes: BoxTree::new(landscape.escapes.into_iter().map(box_of_escape)),
+            creased: Bvh::new(creased.map(|&tet| (tet, tets[tet].tetrahedron.corners))),
+            escapes: Bvh::new(landscape.escapes.into_iter().map(ends_of)),
         })
     }
 

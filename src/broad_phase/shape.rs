@@ -1,5 +1,5 @@
-use super::flat_tree::FlatTree;
-use super::{NotFollowed, Seeds, TetTree, TriangleTree};
+use super::{NotFollowed, Projections, RStarTree, Seeds, TetBvh, TriangleBvh};
+use crate::geometry::Aabb;
 use crate::mesh::PressureField;
 use crate::threads;
 use std::fmt;
@@ -11,27 +11,41 @@ use std::sync::OnceLock;
 #[derive(Clone)]
 pub struct Shape {
     field: PressureField,
-    tree: TetTree,
-    triangle_tree: TriangleTree,
+    bounds: Aabb,
+    tet_bvh: TetBvh,
+    triangle_bvh: TriangleBvh,
+    projections: Vec<Projections>,
     seeds: Result<Seeds, NotFollowed>,
-    /// Over the tetrahedra that press, without inert ones. Made when the shape meets its first half-space: few do.
-    flat_tree: OnceLock<FlatTree>,
+    /// Built when the shape is first culled by it: few shapes are.
+    r_star_tree: OnceLock<RStarTree>,
 }
 
 impl Shape {
-    /// Builds the trees over the field's tetrahedra and surface. One more is built as soon as the shape meets a half-space.
+    /// Builds the trees over the field's tetrahedra and surface. The R\*-tree is built when
+    /// [`Culling`](crate::contact::Culling) first needs it.
     #[must_use]
     pub fn new(field: PressureField) -> Self {
-        let (tree, (triangle_tree, seeds)) = threads::both(
-            || TetTree::new(&field),
-            || threads::both(|| TriangleTree::of(&field), || Seeds::of(&field)),
+        let tets = field.tets();
+        let ((tet_bvh, seeds), (triangle_bvh, projections)) = threads::both(
+            || {
+                let tet_bvh = TetBvh::of(&field);
+                let seeds = Seeds::of(&field, tet_bvh.pressing());
+                (tet_bvh, seeds)
+            },
+            || {
+                let projections = |tet: usize| Projections::of(&tets[tet].tetrahedron);
+                let of_tets = || threads::values_of(tets.len(), projections);
+                threads::both(|| TriangleBvh::of(&field), of_tets)
+            },
         );
         Self {
+            bounds: field.mesh().aabb(),
             field,
-            tree,
-            triangle_tree,
+            tet_bvh,
+            triangle_bvh,
+            projections,
             seeds,
-            flat_tree: OnceLock::new(),
+            r_star_tree: OnceLock::new(),
         }
     }
 
@@ -41,25 +55,33 @@ impl Shape {
         &self.field
     }
 
-    /// The tree over the tetrahedra.
+    /// The box around all tetrahedra, in the body frame.
     #[must_use]
-    pub fn tree(&self) -> &TetTree {
-        &self.tree
+    pub fn bounds(&self) -> Aabb {
+        self.bounds
+    }
+
+    /// The tree over the tetrahedra.
+    pub(crate) fn tet_bvh(&self) -> &TetBvh {
+        &self.tet_bvh
     }
 
     /// The tree over the triangles of its surface.
-    pub(crate) fn triangle_tree(&self) -> &TriangleTree {
-        &self.triangle_tree
+    pub(crate) fn triangle_bvh(&self) -> &TriangleBvh {
+        &self.triangle_bvh
     }
 
-    /// The tree over the tetrahedra that planes are held against; without inert ones.
-    pub(crate) fn flat_tree(&self) -> &FlatTree {
-        self.flat_tree.get().unwrap_or_else(|| {
-            let tets = (0_u32..).zip(self.field.tets());
-            let pressing = tets.filter(|(_, tet)| !tet.is_inert());
-            let tree = FlatTree::new(pressing.map(|(index, tet)| (index, tet.tetrahedron)));
+    /// The projections of a tetrahedron, in the body frame.
+    pub(crate) fn projections(&self, tet: usize) -> &Projections {
+        &self.projections[tet]
+    }
+
+    /// The R\*-tree of the tetrahedra, for culling.
+    pub(crate) fn r_star_tree(&self) -> &RStarTree {
+        self.r_star_tree.get().unwrap_or_else(|| {
+            let tree = RStarTree::new(&self.field);
             // Built outside the lock, because a child process that is forked while the lock is held would wait for it forever.
-            self.flat_tree.get_or_init(|| tree)
+            self.r_star_tree.get_or_init(|| tree)
         })
     }
 

@@ -100,7 +100,7 @@ impl<T: Scalar> PolygonSource<'_, T> {
     /// tetrahedra of the fan hold little more of A than B does, and little cancels. None if the boxes are apart.
     fn apex(&self, shape_b: &RigidShape) -> Option<Vector3<f64>> {
         let pose_ba = self.pair.pose_ab.inverse();
-        let a = self.pair.shape_a.tree().bounds().posed(&pose_ba);
+        let a = self.pair.shape_a.bounds().posed(&pose_ba);
         let common = a.common(&shape_b.bounds())?;
         Some(common.center() + APEX * common.half_extents().norm())
     }
@@ -123,7 +123,7 @@ impl<T: Scalar> PolygonSource<'_, T> {
         let region = posed.aabb().inflated(self.pair.margin());
         self.pair
             .shape_a
-            .tree()
+            .tet_bvh()
             .visit_overlapping(&region, |tet_a| {
                 let tet_a = self.pair.tet_a(tet_a);
                 if !posed.is_beyond(&tet_a.barycentric) {

@@ -63,7 +63,7 @@ impl<T: Scalar> ContactPair<'_, T> {
 /// Whether a shape contains a point, given in the body frame.
 fn contains(shape: &Shape, point: &Vector3<f64>) -> bool {
     let (tets, mut is_inside) = (shape.field().tets(), false);
-    shape.tree().visit_at(point, 0.0, |tet| {
+    shape.tet_bvh().visit_at(point, 0.0, |tet| {
         let mut coordinates = tets[tet].barycentric.iter();
         is_inside |= coordinates.all(|coordinate| coordinate.at(point) >= 0.0);
     });

@@ -41,7 +41,7 @@ impl BodyShape {
     #[must_use]
     pub fn bounds(&self) -> Option<Aabb> {
         match self {
-            Self::Compliant(shape) => Some(shape.tree().bounds()),
+            Self::Compliant(shape) => Some(shape.bounds()),
             Self::Rigid(shape) => Some(shape.bounds()),
             Self::HalfSpace(_) => None,
         }

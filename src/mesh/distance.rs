@@ -1,5 +1,5 @@
 use super::splitting::{self, Center};
-use super::surface_tree::SurfaceTree;
+use super::surface_distance::SurfaceDistance;
 use super::{MeshError, TetMesh};
 use crate::threads;
 use nalgebra::Vector3;
@@ -7,8 +7,7 @@ use nalgebra::Vector3;
 /// A mesh with extents from the distance to its surface, and how both came about.
 pub(super) struct MadeOfDistances {
     pub mesh: TetMesh,
-    /// Over its surface.
-    pub tree: SurfaceTree,
+    pub surface: SurfaceDistance,
     pub extents: Vec<f64>,
     /// The vertices that follow those of the given mesh: in the middle of edges, faces and tetrahedra that were split.
     pub centers: Vec<Center>,
@@ -32,13 +31,13 @@ pub(super) struct Passage {
     pub slopes: [f64; 2],
 }
 
-/// For each vertex its distance (m) to the surface, of which this is the tree: 0 on it.
-pub(super) fn distances(mesh: &TetMesh, tree: &SurfaceTree) -> Vec<f64> {
+/// For each vertex its distance (m) to the surface: 0 on it.
+pub(super) fn distances(mesh: &TetMesh, surface: &SurfaceDistance) -> Vec<f64> {
     threads::values_of(mesh.vertex_count(), |vertex| {
         if mesh.is_on_surface(vertex) {
             0.0
         } else {
-            tree.distance_to(&mesh.vertices()[vertex])
+            surface.to(&mesh.vertices()[vertex])
         }
     })
 }
@@ -46,8 +45,8 @@ pub(super) fn distances(mesh: &TetMesh, tree: &SurfaceTree) -> Vec<f64> {
 /// Distances over the largest of them: in [0, 1]. All zero where no vertex lies inside.
 pub(super) fn normalized(mesh: &TetMesh) -> Result<MadeOfDistances, MeshError> {
     let (mesh, centers) = splitting::with_inner_vertices(mesh)?;
-    let tree = SurfaceTree::of(&mesh);
-    let distances = distances(&mesh, &tree);
+    let surface = SurfaceDistance::of(&mesh);
+    let distances = distances(&mesh, &surface);
     let mut extents = distances.clone();
     let largest = distances.iter().copied().fold(0.0, f64::max);
     if largest > 0.0 {
@@ -57,7 +56,7 @@ pub(super) fn normalized(mesh: &TetMesh) -> Result<MadeOfDistances, MeshError> {
     }
     Ok(MadeOfDistances {
         mesh: mesh.into_owned(),
-        tree,
+        surface,
         extents,
         centers,
         distances,

@@ -74,7 +74,7 @@ impl LinearisedDistances {
     /// Of the field that has the distances over the largest of them.
     pub(super) fn normalized(mesh: &TetMesh, made: MadeOfDistances) -> Self {
         let largest = made.distances.iter().copied().fold(0.0, f64::max);
-        let equal = EQUAL * made.tree.size();
+        let equal = EQUAL * made.surface.size();
         let is_farthest = |&vertex: &usize| largest - made.distances[vertex] <= equal;
         let farthest: Vec<_> = (0..made.distances.len()).filter(is_farthest).collect();
         let equally_far = if farthest.len() > 1 {

@@ -1,6 +1,6 @@
 use super::TetMesh;
 use super::distance::MadeOfDistances;
-use super::surface_tree::{Facet, SurfaceTree};
+use super::surface_distance::{SurfaceDistance, SurfaceTriangle};
 use crate::geometry::Foot;
 use crate::threads;
 use nalgebra::Vector3;
@@ -30,7 +30,7 @@ pub(super) struct Dependence {
 pub(super) fn dependences(made: &MadeOfDistances) -> (Vec<Dependence>, Vec<usize>) {
     let MadeOfDistances {
         mesh,
-        tree,
+        surface,
         distances,
         ..
     } = made;
@@ -38,7 +38,7 @@ pub(super) fn dependences(made: &MadeOfDistances) -> (Vec<Dependence>, Vec<usize
         if mesh.is_on_surface(vertex) {
             return Vec::new();
         }
-        of_vertex(tree, mesh, vertex, distances[vertex])
+        of_vertex(surface, mesh, vertex, distances[vertex])
     });
     let is_ambiguous = |found: &Vec<Dependence>| {
         found.len() > 1 || found.iter().any(|it| it.direction == Vector3::zeros())
@@ -49,9 +49,14 @@ pub(super) fn dependences(made: &MadeOfDistances) -> (Vec<Dependence>, Vec<usize
 }
 
 /// The dependences of a vertex inside, at this distance (m) from the surface: one for each place of it that is nearest.
-fn of_vertex(tree: &SurfaceTree, mesh: &TetMesh, vertex: usize, distance: f64) -> Vec<Dependence> {
+fn of_vertex(
+    surface: &SurfaceDistance,
+    mesh: &TetMesh,
+    vertex: usize,
+    distance: f64,
+) -> Vec<Dependence> {
     let point = &mesh.vertices()[vertex];
-    let mut near = tree.feet(point, distance + EQUAL * tree.size());
+    let mut near = surface.feet(point, distance + EQUAL * surface.size());
     near.sort_by(|(a, ..), (b, ..)| a.total_cmp(b));
     // Parts of triangles that were looked at: one that is nearest in a part of a nearer triangle is none of its own.
     let mut seen = FxHashSet::default();
@@ -61,7 +66,7 @@ fn of_vertex(tree: &SurfaceTree, mesh: &TetMesh, vertex: usize, distance: f64) -
         is_new
     });
     let count = near.len() as f64;
-    let dependence = |(_, facet, foot): (f64, &Facet, Foot)| Dependence {
+    let dependence = |(_, facet, foot): (f64, &SurfaceTriangle, Foot)| Dependence {
         vertex,
         corners: facet.vertices,
         shares: foot.shares,
@@ -79,12 +84,12 @@ fn sorted(mut part: Part) -> Part {
 }
 
 /// The least part of the triangle in which its nearest point lies.
-fn part_below(facet: &Facet, foot: &Foot) -> Part {
+fn part_below(facet: &SurfaceTriangle, foot: &Foot) -> Part {
     std::array::from_fn(|corner| (foot.shares[corner] > 0.0).then_some(facet.vertices[corner]))
 }
 
 /// All parts of the triangle.
-fn parts(facet: &Facet) -> impl Iterator<Item = Part> {
+fn parts(facet: &SurfaceTriangle) -> impl Iterator<Item = Part> {
     let part = |bits: usize| {
         std::array::from_fn(|corner| (bits >> corner & 1 == 1).then_some(facet.vertices[corner]))
     };

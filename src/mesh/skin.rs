@@ -1,6 +1,6 @@
 use super::distance::{MadeOfDistances, Passage, distances};
 use super::splitting::{self, Division};
-use super::surface_tree::SurfaceTree;
+use super::surface_distance::SurfaceDistance;
 use super::{MeshError, TetMesh};
 
 /// A vertex counts as lying where the skin ends if its extent is so near to 1.
@@ -19,8 +19,8 @@ pub(super) fn layered(mesh: &TetMesh, depth: f64) -> Result<MadeOfDistances, Mes
         return Err(MeshError::InvalidDimension { name, value });
     }
     let (mesh, centers) = splitting::with_inner_vertices(mesh)?;
-    let tree = SurfaceTree::of(&mesh);
-    let distances = distances(&mesh, &tree);
+    let surface = SurfaceDistance::of(&mesh);
+    let distances = distances(&mesh, &surface);
     let mut extents = distances.clone();
     for extent in &mut extents {
         *extent /= depth;
@@ -42,7 +42,7 @@ pub(super) fn layered(mesh: &TetMesh, depth: f64) -> Result<MadeOfDistances, Mes
     Ok(MadeOfDistances {
         mesh,
         // New vertices are inside, and the surface is the same.
-        tree,
+        surface,
         extents,
         centers,
         distances,

@@ -28,47 +28,50 @@ impl RelativePair<'_> {
         candidates
     }
 
-    /// Visits the pairs of tetrahedra whose boxes overlap.
-    pub fn visit_overlapping(&self, visit: impl FnMut(usize, &PosedTet)) {
-        self.visit_candidates(Culling::default(), visit);
+    /// Visits the pairs of tetrahedra that neither their boxes nor a fixed direction separate.
+    pub fn visit_overlapping(&self, mut visit: impl FnMut(usize, &PosedTet)) {
+        if let PartnerShape::HalfSpace(_) = self.shape_b {
+            let half_space = self.posed_tet(0);
+            self.visit_at_half_space(&half_space, |a| visit(a.index, &half_space));
+            return;
+        }
+        self.visit_cells_near(&self.shape_a.bounds(), |index_b| {
+            let tet_b = self.posed_tet(index_b);
+            self.visit_partners(&tet_b, |index_a| visit(index_a, &tet_b));
+        });
     }
 
     /// Visits the pairs of tetrahedra that culling leaves over.
-    pub fn visit_candidates(&self, culling: Culling, mut visit: impl FnMut(usize, &PosedTet)) {
-        if let PartnerShape::HalfSpace(_) = self.shape_b {
-            let half_space = self.posed_tet(0);
-            self.visit_at_half_space(culling, &half_space, |a| visit(a.index, &half_space));
-            return;
-        }
-        let visit_partners = |index_b: usize| {
+    fn visit_candidates(&self, culling: Culling, mut visit: impl FnMut(usize, &PosedTet)) {
+        let region = self.shape_a.bounds();
+        let visit_culled = |index_b: usize| {
             let tet_b = self.posed_tet(index_b);
-            self.visit_partners(culling, &tet_b, |index_a| visit(index_a, &tet_b));
+            self.visit_culled(culling, &tet_b, |index_a| visit(index_a, &tet_b));
         };
-        if culling.tree {
-            self.visit_cells_near(&self.shape_a.tree().bounds(), visit_partners);
-        } else {
-            (0..self.shape_b.cells().len())
+        match self.shape_b {
+            PartnerShape::HalfSpace(_) if culling.tree => self.visit_overlapping(visit),
+            PartnerShape::HalfSpace(_) => {
+                let (half_space, tets) = (self.posed_tet(0), self.shape_a.field().tets());
+                let pressing = tets.iter().filter(|a| !a.is_inert());
+                pressing.for_each(|a| visit(a.index, &half_space));
+            }
+            PartnerShape::Rigid(_) if culling.tree => self.visit_cells_near(&region, visit_culled),
+            PartnerShape::Compliant(shape) if culling.tree => {
+                let tree = shape.r_star_tree();
+                tree.visit_near(&region, &self.pose_ab, self.margin(), visit_culled);
+            }
+            _ => (0..self.shape_b.cells().len())
                 .filter(|&b| !self.tet_b(b).is_inert())
-                .for_each(visit_partners);
+                .for_each(visit_culled),
         }
     }
 
     /// Visits the tetrahedra of A in which its pressure may be that of a half-space.
-    fn visit_at_half_space(
-        &self,
-        culling: Culling,
-        half_space: &PosedTet,
-        visit: impl FnMut(&FieldTet),
-    ) {
-        if culling.tree {
-            // The plane of a rigid one is its surface; in others it lies somewhere below.
-            let is_rigid = self.shape_b.is_rigid();
-            let deepest = if is_rigid { 0.0 } else { f64::INFINITY };
-            self.visit_reaching(half_space, deepest, visit);
-        } else {
-            let tets = self.shape_a.field().tets().iter();
-            tets.filter(|a| !a.is_inert()).for_each(visit);
-        }
+    fn visit_at_half_space(&self, half_space: &PosedTet, visit: impl FnMut(&FieldTet)) {
+        // The plane of a rigid one is its surface; in others it lies somewhere below.
+        let is_rigid = self.shape_b.is_rigid();
+        let deepest = if is_rigid { 0.0 } else { f64::INFINITY };
+        self.visit_reaching(half_space, deepest, visit);
     }
 
     /// Visits the tetrahedra or triangles of B that may overlap the box `region` in A's frame; a half-space, which has none,
@@ -77,10 +80,10 @@ impl RelativePair<'_> {
         let (pose_ab, margin) = (&self.pose_ab, self.margin());
         match self.shape_b {
             PartnerShape::Compliant(shape) => {
-                shape.tree().visit_near(region, pose_ab, margin, visit);
+                shape.tet_bvh().visit_near(region, pose_ab, margin, visit);
             }
             PartnerShape::Rigid(shape) => shape
-                .triangle_tree()
+                .triangle_bvh()
                 .visit_near(region, pose_ab, margin, visit),
             PartnerShape::HalfSpace(_) => {}
         }
@@ -98,7 +101,7 @@ impl RelativePair<'_> {
         // Finite, or children of nodes would be near that do not exist.
         let near = (self.tolerance.noted() * half_space.sensitivity).min(f64::MAX);
         let [least, most] = [-near, deepest + near];
-        let tree = self.shape_a.flat_tree();
+        let tree = self.shape_a.tet_bvh();
         tree.visit_between(field, [least, most], |tet_a| visit(self.tet_a(tet_a)));
     }
 
@@ -108,27 +111,36 @@ impl RelativePair<'_> {
             return true;
         }
         let (margin, of_b) = (self.margin(), &tet_b.tetrahedron);
-        let own = self.shape_a.tree().projections(tet_a);
         let box_a = self.tet_a(tet_a).tetrahedron.aabb();
         box_a.overlaps(&of_b.aabb().inflated(margin))
-            && !own.separate(&Projections::of(of_b), Projections::COUNT, margin)
+            && !self.are_separated(tet_a, &Projections::of(of_b), Projections::COUNT)
     }
 
     /// Visits the tetrahedra of A that may touch one of B.
-    pub fn visit_partners(&self, culling: Culling, tet_b: &PosedTet, mut visit: impl FnMut(usize)) {
-        let (shape_a, margin) = (self.shape_a, self.margin());
-        let directions = culling.projections;
-        let query = tet_b.tetrahedron.aabb().inflated(margin);
+    pub fn visit_partners(&self, tet_b: &PosedTet, mut visit: impl FnMut(usize)) {
+        let query = tet_b.tetrahedron.aabb().inflated(self.margin());
+        let shadows = Projections::of(&tet_b.tetrahedron);
+        self.shape_a.tet_bvh().visit_overlapping(&query, |index_a| {
+            if !self.are_separated(index_a, &shadows, Projections::COUNT) {
+                visit(index_a);
+            }
+        });
+    }
+
+    /// Visits the tetrahedra of A that culling leaves over for one of B.
+    fn visit_culled(&self, culling: Culling, tet_b: &PosedTet, mut visit: impl FnMut(usize)) {
+        let (shape_a, directions) = (self.shape_a, culling.projections);
+        let query = tet_b.tetrahedron.aabb().inflated(self.margin());
         let shadows = (directions > 0).then(|| Projections::of(&tet_b.tetrahedron));
         let visit_partner = |index_a: usize| {
-            let own = shape_a.tree().projections(index_a);
-            let apart = |shadows| own.separate(shadows, directions, margin);
+            let apart = |shadows| self.are_separated(index_a, shadows, directions);
             if !shadows.as_ref().is_some_and(apart) {
                 visit(index_a);
             }
         };
         if culling.tree {
-            shape_a.tree().visit_overlapping(&query, visit_partner);
+            let tree = shape_a.r_star_tree();
+            tree.visit_overlapping(&query, visit_partner);
         } else {
             let boxes = culling.bounding_boxes;
             (0..shape_a.field().tets().len())
@@ -136,5 +148,12 @@ impl RelativePair<'_> {
                 .filter(|&a| !boxes || self.tet_a(a).tetrahedron.aabb().overlaps(&query))
                 .for_each(visit_partner);
         }
+    }
+
+    /// Whether one of the first `count` fixed directions separates a tetrahedron of A from another with these projections.
+    #[inline]
+    fn are_separated(&self, tet_a: usize, shadows: &Projections, count: usize) -> bool {
+        let own = self.shape_a.projections(tet_a);
+        own.separate(shadows, count, self.margin())
     }
 }

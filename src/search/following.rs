@@ -1,4 +1,3 @@
-use super::Culling;
 use super::across::Across;
 use super::normals::Normals;
 use super::scratch::{PosedTets, Scratch};
@@ -169,10 +168,10 @@ impl Walk<'_, '_> {
         self.scratch.octets.pairs().push(tets);
     }
 
-    /// Looks at all pairs that culling leaves over.
+    /// Looks at all pairs of tetrahedra that may touch.
     fn look_everywhere(&mut self) {
         let pair = self.pair;
-        pair.visit_candidates(Culling::default(), |tet_a, tet_b| {
+        pair.visit_overlapping(|tet_a, tet_b| {
             self.add([tet_a as u32, tet_b.index as u32]);
         });
         self.look_at_all(|_, _| {});
@@ -204,19 +203,19 @@ impl Walk<'_, '_> {
     fn follow_route(&mut self, route: &Route) -> bool {
         match *route {
             Route::OverRigid(shape_b) => {
-                self.enter_at_rims(shape_b.triangle_tree());
+                self.enter_at_rims(shape_b.triangle_bvh());
                 self.enter_at_components(shape_b);
                 self.follow_on()
             }
             Route::BetweenFields { shape_b, seeds } => {
-                self.enter_at_rims(shape_b.triangle_tree());
+                self.enter_at_rims(shape_b.triangle_bvh());
                 if let [Some(ridges_a), Some(ridges_b)] = seeds.map(|own| own.ridges.as_ref()) {
                     self.enter_at_ridges(shape_b, [ridges_a, ridges_b]);
                     return self.follow_on();
                 }
                 self.normals = Some(Normals::default());
                 self.follow_on() && {
-                    self.enter_at_turns(seeds);
+                    self.enter_at_turns(shape_b, seeds);
                     self.follow_on()
                 }
             }

@@ -1,9 +1,8 @@
 //! Where the walk over a contact surface enters it: at the rims and, for components without a rim, at components of a rigid
 //! surface, or at peaks and creases of the fields. (At turns: `turns.rs`.)
 
-use super::Culling;
 use super::following::Walk;
-use crate::broad_phase::{Escape, Ridges, RigidShape, Shape, TriangleTree, visit_crossings};
+use crate::broad_phase::{Escape, Ridges, RigidShape, Shape, TriangleBvh, visit_crossings};
 use crate::geometry::Aabb;
 use crate::spatial::Pose;
 use nalgebra::Vector3;
@@ -19,27 +18,26 @@ impl Walk<'_, '_> {
     /// Enters at one point of each component of a rigid surface: of one without a rim, all points are in A.
     pub fn enter_at_components(&mut self, shape_b: &RigidShape) {
         let (pair, margin) = (self.pair, self.pair.margin());
-        let tree_a = pair.shape_a.tree();
+        let shape_a = pair.shape_a;
         let mut enter = |triangle: usize, point: &Vector3<f64>| {
             let in_a = pair.pose_ab.transformed_point(point);
-            tree_a.visit_at(&in_a, margin, |tet_a| self.enter_pair(tet_a, triangle));
+            let enter_pair = |tet_a| self.enter_pair(tet_a, triangle);
+            shape_a.tet_bvh().visit_at(&in_a, margin, enter_pair);
         };
-        shape_b.visit_components_near(&tree_a.bounds(), &pair.pose_ab, margin, &mut enter);
+        shape_b.visit_components_near(&shape_a.bounds(), &pair.pose_ab, margin, &mut enter);
     }
 
     /// Enters at a cell of B with every tetrahedron of A that it may touch.
     fn enter_with_all_of_a(&mut self, cell: usize) {
         let posed = self.pair.posed_tet(cell);
         self.pair
-            .visit_partners(Culling::default(), &posed, |tet_a| {
-                self.enter_pair(tet_a, cell);
-            });
+            .visit_partners(&posed, |tet_a| self.enter_pair(tet_a, cell));
     }
 
-    /// Enters at all pairs that culling leaves over.
+    /// Enters at all pairs of tetrahedra that may touch.
     pub fn enter_everywhere(&mut self) {
         let pair = self.pair;
-        pair.visit_candidates(Culling::default(), |tet_a, tet_b| {
+        pair.visit_overlapping(|tet_a, tet_b| {
             self.enter_pair(tet_a, tet_b.index);
         });
     }
@@ -51,7 +49,7 @@ impl Walk<'_, '_> {
     /// Enters at all pairs that may have a point in common with the contact surface in a pair that was looked at.
     pub fn enter_around(&mut self, tet_a: u32, tet_b: u32) {
         let (pair, margin) = (self.pair, self.pair.margin());
-        let tree_a = pair.shape_a.tree();
+        let tree_a = pair.shape_a.tet_bvh();
         let box_of_b = |tet: usize| pair.tet_b(tet).tetrahedron.posed(&pair.pose_ab).aabb();
         let posed_b = self.scratch.posed_tets.get(tet_b);
         let Some(region) = pair.box_of_polygon(pair.tet_a(tet_a as usize), posed_b) else {
@@ -65,9 +63,9 @@ impl Walk<'_, '_> {
     }
 
     /// Enters where every component with a rim must show: at the pairs of surface triangles that may cross.
-    pub fn enter_at_rims(&mut self, triangles_b: &TriangleTree) {
+    pub fn enter_at_rims(&mut self, triangles_b: &TriangleBvh) {
         let (pair, margin) = (self.pair, self.pair.margin());
-        let surfaces = [pair.shape_a.triangle_tree(), triangles_b];
+        let surfaces = [pair.shape_a.triangle_bvh(), triangles_b];
         let mut crossings = std::mem::take(&mut self.scratch.crossings);
         let memory = &mut self.scratch.tree_nodes;
         visit_crossings(surfaces, &pair.pose_ab, margin, memory, |a, b| {
@@ -81,12 +79,12 @@ impl Walk<'_, '_> {
     /// Enters at the tetrahedra with convex creases, of either body, with all of the other body that they may touch.
     fn enter_at_creases(&mut self, shape_b: &Shape, [ridges_a, ridges_b]: [&Ridges; 2]) {
         let (pair, margin) = (self.pair, self.pair.margin());
-        let [tree_a, tree_b] = [pair.shape_a, shape_b].map(Shape::tree);
-        ridges_b.visit_creased_near(&tree_a.bounds(), &pair.pose_ab, margin, |tet_b| {
+        let tree_b = shape_b.tet_bvh();
+        ridges_b.visit_creased_near(&pair.shape_a.bounds(), &pair.pose_ab, margin, |tet_b| {
             self.enter_with_all_of_a(tet_b);
         });
         let pose_ba = pair.pose_ab.inverse();
-        ridges_a.visit_creased_near(&tree_b.bounds(), &pose_ba, margin, |tet_a| {
+        ridges_a.visit_creased_near(&shape_b.bounds(), &pose_ba, margin, |tet_a| {
             let posed_a = pair.tet_a(tet_a).tetrahedron.posed(&pose_ba);
             let query = posed_a.aabb().inflated(margin);
             tree_b.visit_overlapping(&query, |tet_b| self.enter_pair(tet_a, tet_b));
@@ -128,21 +126,26 @@ fn visit_escapes(
     (pose, margin): (&Pose<f64>, f64),
     mut visit: impl FnMut(usize, usize),
 ) {
-    let tree = other.shape.tree();
+    let tree = other.shape.tet_bvh();
     let [own_tets, other_tets] = [own, other].map(|body| body.shape.field().tets());
-    ridges.visit_escapes_near(&tree.bounds(), pose, margin, |Escape { tet, corners }| {
-        let own_tet = &own_tets[tet];
-        let ends = corners.map(|c| pose.transformed_point(&own_tet.tetrahedron.corners[c]));
-        let pressures = corners.map(|c| own_tet.extents[c] * own.modulus);
-        tree.visit_overlapping(&Aabb::around(&ends).inflated(margin), |partner| {
-            let other_field = other_tets[partner].extent.scaled(other.modulus);
-            let tolerance = margin * other.modulus * other_tets[partner].sensitivity;
-            let excess = [0, 1].map(|end| pressures[end] - other_field.at(&ends[end]));
-            if may_be_zero(&excess, tolerance) {
-                visit(tet, partner);
-            }
-        });
-    });
+    ridges.visit_escapes_near(
+        &other.shape.bounds(),
+        pose,
+        margin,
+        |Escape { tet, corners }| {
+            let own_tet = &own_tets[tet];
+            let ends = corners.map(|c| pose.transformed_point(&own_tet.tetrahedron.corners[c]));
+            let pressures = corners.map(|c| own_tet.extents[c] * own.modulus);
+            tree.visit_overlapping(&Aabb::around(&ends).inflated(margin), |partner| {
+                let other_field = other_tets[partner].extent.scaled(other.modulus);
+                let tolerance = margin * other.modulus * other_tets[partner].sensitivity;
+                let excess = [0, 1].map(|end| pressures[end] - other_field.at(&ends[end]));
+                if may_be_zero(&excess, tolerance) {
+                    visit(tet, partner);
+                }
+            });
+        },
+    );
 }
 
 /// Whether an affine function with these values, each to within the tolerance, may be zero between them.

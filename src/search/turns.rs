@@ -1,5 +1,6 @@
 use super::following::Walk;
-use crate::broad_phase::{Below, FieldBounds, FieldNode, Projections, Seeds};
+use crate::broad_phase::{FieldBounds, Projections, Seeds, Shape};
+use crate::bvh::{Bvh, Node, PerNode};
 use crate::geometry::AffineField;
 use crate::narrow_phase::RelativePair;
 use nalgebra::{Matrix3, Vector3};
@@ -25,13 +26,20 @@ const FLATNESS: f64 = 1e-10;
 /// these.
 struct Turns<'s, 'a> {
     pair: &'s RelativePair<'a>,
-    seeds: [&'s Seeds; 2],
+    trees: [BoundsTree<'s>; 2],
     /// |R|: maps half the edges of a box of B to those of the box around it in A's axes.
     reach: Matrix3<f64>,
     /// The directions d of (2); the first is that of (1).
     across: [Direction; 4],
     /// Nodes of A's tree, for each node of B's from the root down to where the search is those it may meet.
-    partners: Vec<&'s FieldNode>,
+    partners: Vec<Node>,
+}
+
+/// A body's tree of tetrahedra, with bounds of the field for each node.
+#[derive(Clone, Copy)]
+struct BoundsTree<'s> {
+    bvh: &'s Bvh,
+    bounds: &'s PerNode<FieldBounds>,
 }
 
 /// A unit vector in the frames of A and B, and the absolute values of its components: how far a box reaches along it is their
@@ -55,19 +63,32 @@ struct PosedBounds {
     slopes_around: [[f64; 2]; 4],
     /// What the rounding of a coordinate can make of the pressure (Pa/m).
     sensitivity: f64,
-    /// Half the diagonal of the box (m).
-    size: f64,
+    /// Half the diagonal of the box in B, squared (m²).
+    squared_size: f64,
+}
+
+impl<'s> BoundsTree<'s> {
+    fn of(shape: &'s Shape, seeds: &'s Seeds) -> Self {
+        Self {
+            bvh: shape.tet_bvh().pressing(),
+            bounds: &seeds.bounds,
+        }
+    }
 }
 
 impl Walk<'_, '_> {
     /// Enters where components without a rim may turn around.
-    pub fn enter_at_turns(&mut self, seeds: [&Seeds; 2]) {
+    pub fn enter_at_turns(&mut self, shape_b: &Shape, seeds: [&Seeds; 2]) {
         let pair = self.pair;
+        let trees = [
+            BoundsTree::of(pair.shape_a, seeds[0]),
+            BoundsTree::of(shape_b, seeds[1]),
+        ];
         let mut normals = self.normals.take().unwrap_or_default();
         normals.add_cuts(&self.scratch.cuts, pair);
-        let mut turns = Turns::of(pair, seeds, normals.directions());
-        turns.partners.push(seeds[0].slopes.root());
-        turns.descend(seeds[1].slopes.root(), 0, &mut |tet_a, tet_b| {
+        let mut turns = Turns::of(pair, trees, normals.directions());
+        turns.partners.push(Node::ROOT);
+        turns.descend(Node::ROOT, 0, &mut |tet_a, tet_b| {
             self.enter(tet_a, tet_b);
         });
     }
@@ -77,7 +98,7 @@ impl<'s, 'a> Turns<'s, 'a> {
     /// Creates a search with the directions u and d.
     fn of(
         pair: &'s RelativePair<'a>,
-        seeds: [&'s Seeds; 2],
+        trees: [BoundsTree<'s>; 2],
         [up, rise]: [Vector3<f64>; 2],
     ) -> Self {
         let side = up.cross(&rise);
@@ -92,7 +113,7 @@ impl<'s, 'a> Turns<'s, 'a> {
         });
         Self {
             pair,
-            seeds,
+            trees,
             reach: rotation.abs(),
             across,
             partners: Vec::new(),
@@ -101,24 +122,20 @@ impl<'s, 'a> Turns<'s, 'a> {
 
     /// Visits the pairs of tetrahedra where a component may turn, of those below a node of B and below its partners from
     /// the given place on.
-    fn descend(&mut self, node_b: &FieldNode, from: usize, visit: &mut impl FnMut(u32, u32)) {
-        let posed = self.posed(&node_b.bounds, node_b.size);
+    fn descend(&mut self, node_b: Node, from: usize, visit: &mut impl FnMut(u32, u32)) {
+        let BoundsTree { bvh, bounds } = self.trees[1];
+        let bounds = &bounds[node_b];
+        let posed = self.posed(bounds);
         let to = self.partners.len();
         for place in from..to {
             self.keep(self.partners[place], &posed);
         }
         if self.partners.len() > to {
-            match self.seeds[1].slopes.below(node_b) {
-                Below::Children(children) => {
-                    for child in children {
-                        self.descend(child, to, visit);
-                    }
-                }
-                Below::Tets(tets) => {
-                    for &tet_b in tets {
-                        self.visit_partners(tet_b, &node_b.bounds, to, visit);
-                    }
-                }
+            for child in bvh.child_nodes(node_b) {
+                self.descend(child, to, visit);
+            }
+            for &tet_b in bvh.leaf_items(node_b) {
+                self.visit_partners(tet_b, bounds, to, visit);
             }
         }
         self.partners.truncate(to);
@@ -133,15 +150,14 @@ impl<'s, 'a> Turns<'s, 'a> {
         visit: &mut impl FnMut(u32, u32),
     ) {
         let (pair, field_tet) = (self.pair, self.pair.tet_b(tet_b as usize));
-        let posed = self.posed(&around.narrowed_to(field_tet), 0.0);
-        let tree_a = pair.shape_a.tree();
+        let posed = self.posed(&around.narrowed_to(field_tet));
         let mut shadow = None;
-        for node_a in &self.partners[from..] {
+        for &node_a in &self.partners[from..] {
             self.visit_tets(node_a, &posed, &mut |tet_a| {
                 let shadow = shadow.get_or_insert_with(|| {
                     Projections::of(&field_tet.tetrahedron.posed(&pair.pose_ab))
                 });
-                let own = tree_a.projections(tet_a as usize);
+                let own = pair.shape_a.projections(tet_a as usize);
                 if !own.separate(shadow, Projections::COUNT, pair.margin()) {
                     visit(tet_a, tet_b);
                 }
@@ -150,44 +166,42 @@ impl<'s, 'a> Turns<'s, 'a> {
     }
 
     /// Adds to the partners those at a node of A and below that are no larger than one of B, if they may meet it.
-    fn keep(&mut self, node_a: &'s FieldNode, b: &PosedBounds) {
-        if !self.may_turn(&node_a.bounds, b) {
+    fn keep(&mut self, node_a: Node, b: &PosedBounds) {
+        let BoundsTree { bvh, bounds } = self.trees[0];
+        let bounds = &bounds[node_a];
+        if !self.may_turn(bounds, b) {
             return;
         }
-        match self.seeds[0].slopes.below(node_a) {
-            Below::Children(children) if node_a.size > b.size => {
-                for child in children {
-                    self.keep(child, b);
-                }
+        let is_leaf = !bvh.leaf_items(node_a).is_empty();
+        if is_leaf || bounds.half.norm_squared() <= b.squared_size {
+            self.partners.push(node_a);
+        } else {
+            for child in bvh.child_nodes(node_a) {
+                self.keep(child, b);
             }
-            _ => self.partners.push(node_a),
         }
     }
 
     /// Visits the tetrahedra below a node of A in which, with one of B, a component may turn.
-    fn visit_tets(&self, node_a: &FieldNode, b: &PosedBounds, visit: &mut impl FnMut(u32)) {
-        if !self.may_turn(&node_a.bounds, b) {
+    fn visit_tets(&self, node_a: Node, b: &PosedBounds, visit: &mut impl FnMut(u32)) {
+        let BoundsTree { bvh, bounds } = self.trees[0];
+        let bounds = &bounds[node_a];
+        if !self.may_turn(bounds, b) {
             return;
         }
-        match self.seeds[0].slopes.below(node_a) {
-            Below::Children(children) => {
-                for child in children {
-                    self.visit_tets(child, b, visit);
-                }
-            }
-            Below::Tets(tets) => {
-                for &tet in tets {
-                    let bounds = node_a.bounds.narrowed_to(self.pair.tet_a(tet as usize));
-                    if self.may_turn(&bounds, b) {
-                        visit(tet);
-                    }
-                }
+        for child in bvh.child_nodes(node_a) {
+            self.visit_tets(child, b, visit);
+        }
+        for &tet in bvh.leaf_items(node_a) {
+            let narrowed = bounds.narrowed_to(self.pair.tet_a(tet as usize));
+            if self.may_turn(&narrowed, b) {
+                visit(tet);
             }
         }
     }
 
-    /// Bounds of B's field as A sees them; of a box with this half diagonal (m).
-    fn posed(&self, bounds: &FieldBounds, size: f64) -> PosedBounds {
+    /// Bounds of B's field in A's frame.
+    fn posed(&self, bounds: &FieldBounds) -> PosedBounds {
         let (pair, modulus) = (self.pair, self.pair.scales[1]);
         let center = pair.pose_ab.transformed_point(&bounds.center);
         let half = (self.reach * bounds.half).add_scalar(pair.margin());
@@ -207,7 +221,7 @@ impl<'s, 'a> Turns<'s, 'a> {
             steepest: rise + spread,
             slopes_around: self.across.each_ref().map(around),
             sensitivity: modulus * bounds.sensitivity,
-            size,
+            squared_size: bounds.half.norm_squared(),
         }
     }
 

@@ -7,13 +7,14 @@ use std::fs;
 use std::path::Path;
 
 /// Lowest first: a module uses only modules before it.
-const MODULES: [&str; 14] = [
+const MODULES: [&str; 15] = [
     "guide",
     "threads",
     "lanes",
     "scalar",
     "spatial",
     "geometry",
+    "bvh",
     "mesh",
     "broad_phase",
     "narrow_phase",

@@ -1,0 +1,91 @@
+use crate::bvh::{Bvh, PerNode};
+use crate::geometry::{Aabb, AffineField};
+use crate::mesh::{FieldTet, PressureField};
+use nalgebra::Vector3;
+
+/// Bounds of a field in some tetrahedra.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct FieldBounds {
+    /// Center of the box around them (m).
+    pub center: Vector3<f64>,
+    /// Half its edges (m).
+    pub half: Vector3<f64>,
+    /// An affine function near the extent: its gradient is in the middle of all, and its offset errs least with that.
+    pub mean: AffineField,
+    /// How far the extent is above `mean` or below, at most.
+    pub error: f64,
+    /// How far the components of the extent's gradient are from those of `mean`, at most (1/m).
+    pub spread: Vector3<f64>,
+    /// Center of the box around the gradients in all tetrahedra that share a vertex with these (1/m).
+    pub gradient_around: Vector3<f64>,
+    /// Half the edges of that box (1/m).
+    pub spread_around: Vector3<f64>,
+    /// Largest sensitivity (1/m).
+    pub sensitivity: f64,
+}
+
+/// For each vertex the box around the gradients in the tetrahedra that have it.
+fn gradients_around(field: &PressureField) -> Vec<Aabb> {
+    let mut boxes = vec![Aabb::around([]); field.mesh().vertex_count()];
+    for (tet, vertices) in field.tets().iter().zip(field.mesh().tets()) {
+        for &vertex in vertices {
+            boxes[vertex] = boxes[vertex].union(&Aabb::around([&tet.extent.gradient]));
+        }
+    }
+    boxes
+}
+
+impl FieldBounds {
+    /// Computes the bounds below each node of a tree of tetrahedra.
+    pub fn of_nodes(field: &PressureField, tets: &Bvh) -> PerNode<Self> {
+        let around = gradients_around(field);
+        PerNode::of(tets, |part, _| Self::of(field, &around, part))
+    }
+
+    /// In these tetrahedra of a field, given the box around the gradients at each vertex.
+    fn of(field: &PressureField, around: &[Aabb], part: &[u32]) -> Self {
+        let tets = || part.iter().map(|&tet| &field.tets()[tet as usize]);
+        let place = Aabb::around(tets().flat_map(|tet| &tet.tetrahedron.corners));
+        let gradients = Aabb::around(tets().map(|tet| &tet.extent.gradient));
+        let gradient = gradients.center();
+        let rests = tets().flat_map(|tet| {
+            let corners = tet.tetrahedron.corners.iter().zip(tet.extents);
+            corners.map(|(corner, extent)| extent - gradient.dot(corner))
+        });
+        let (low, high) = rests.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), rest| {
+            (low.min(rest), high.max(rest))
+        });
+        let vertices = part
+            .iter()
+            .flat_map(|&tet| field.mesh().tets()[tet as usize]);
+        let around = vertices.fold(gradients, |all, vertex| all.union(&around[vertex]));
+        Self {
+            center: place.center(),
+            half: place.half_extents(),
+            mean: AffineField {
+                gradient,
+                offset: 0.5 * (low + high),
+            },
+            error: 0.5 * (high - low),
+            spread: gradients.half_extents(),
+            gradient_around: around.center(),
+            spread_around: around.half_extents(),
+            sensitivity: tets().map(|tet| tet.sensitivity).fold(0.0, f64::max),
+        }
+    }
+
+    /// The bounds in one of these tetrahedra, but for the gradients around, which stay those of all.
+    #[inline]
+    pub fn narrowed_to(&self, tet: &FieldTet) -> Self {
+        let place = tet.tetrahedron.aabb();
+        Self {
+            center: place.center(),
+            half: place.half_extents(),
+            mean: tet.extent,
+            error: 0.0,
+            spread: Vector3::zeros(),
+            sensitivity: tet.sensitivity,
+            ..*self
+        }
+    }
+}

@@ -1,0 +1,143 @@
+use crate::bvh::{BoxTest, Bvh, FourBoxes, FourCorners, WIDTH, four_bits};
+use crate::geometry::{Aabb, AffineField};
+use crate::lanes::space::{dot, splat};
+use crate::lanes::{Lanes, Numbers, Quad};
+use crate::mesh::PressureField;
+use crate::spatial::Pose;
+use nalgebra::Vector3;
+
+/// The bounding-volume hierarchies of a mesh's tetrahedra, in the body frame. Inert ones have one of their own.
+#[derive(Debug, Clone)]
+pub(crate) struct TetBvh {
+    pressing: Bvh,
+    /// The corners of the tetrahedra that press, for each node of the last level.
+    corners: Vec<FourCorners<4>>,
+    inert: Bvh,
+}
+
+impl TetBvh {
+    /// Builds the trees: O(n log n).
+    pub fn of(field: &PressureField) -> Self {
+        let bvh_of = |is_inert: bool| {
+            let tets = (0_u32..).zip(field.tets());
+            let own = tets.filter(|(_, tet)| tet.is_inert() == is_inert);
+            Bvh::new(own.map(|(index, tet)| (index, tet.tetrahedron.corners)))
+        };
+        let pressing = bvh_of(false);
+        Self {
+            corners: pressing.corners(|tet| field.tets()[tet as usize].tetrahedron.corners),
+            pressing,
+            inert: bvh_of(true),
+        }
+    }
+
+    /// The tree of the tetrahedra that are not inert.
+    pub fn pressing(&self) -> &Bvh {
+        &self.pressing
+    }
+
+    /// Visits all tetrahedra, inert ones too, in whose boxes a point is, given to within `margin` (m).
+    pub fn visit_at(&self, point: &Vector3<f64>, margin: f64, mut visit: impl FnMut(usize)) {
+        let query = Aabb::around([point]).inflated(margin);
+        for bvh in [&self.pressing, &self.inert] {
+            bvh.visit_overlapping(&query, |tet| visit(tet as usize));
+        }
+    }
+
+    /// Visits the tetrahedra whose boxes overlap `query`, but for inert ones.
+    pub fn visit_overlapping(&self, query: &Aabb, mut visit: impl FnMut(usize)) {
+        self.pressing
+            .visit_overlapping(query, |tet| visit(tet as usize));
+    }
+
+    /// Visits the tetrahedra (of B) whose boxes may overlap the box `region` in the frame of A, given to within `margin` (m), but
+    /// for inert ones.
+    pub fn visit_near(
+        &self,
+        region: &Aabb,
+        pose_ab: &Pose<f64>,
+        margin: f64,
+        mut visit: impl FnMut(usize),
+    ) {
+        self.pressing
+            .visit_near(region, pose_ab, margin, |tet| visit(tet as usize));
+    }
+
+    /// Visits the tetrahedra in which an affine field has values from `least` to `most`, but for inert ones. `least` must be
+    /// finite, because the boxes of missing children are at infinity.
+    pub fn visit_between(
+        &self,
+        field: &AffineField,
+        [least, most]: [f64; 2],
+        mut visit: impl FnMut(usize),
+    ) {
+        let gradient: [f64; 3] = field.gradient.into();
+        let test = FieldRange {
+            gradient,
+            offset: field.offset,
+            rises: gradient.map(|slope| slope >= 0.0),
+            least,
+            most,
+            tets: &self.corners,
+        };
+        self.pressing.traverse(test, |tet| visit(tet as usize));
+    }
+}
+
+/// Whether an affine field has values of a range.
+struct FieldRange<'t> {
+    gradient: [f64; 3],
+    offset: f64,
+    /// Along which axes the field rises.
+    rises: [bool; 3],
+    least: f64,
+    most: f64,
+    tets: &'t [FourCorners<4>],
+}
+
+impl FieldRange<'_> {
+    /// Whether the values from `lowest` to `highest`, in each lane, meet the range, as bits.
+    #[inline(always)]
+    fn are_met<L: Lanes>(&self, lanes: L, [lowest, highest]: [L::Numbers; 2], first: usize) -> u32 {
+        let [least, most] = [self.least, self.most].map(|limit| lanes.splat(limit));
+        four_bits(lowest.is_at_most(most) & least.is_at_most(highest), first)
+    }
+}
+
+impl BoxTest for FieldRange<'_> {
+    #[inline(always)]
+    fn children<L: Lanes>(&self, lanes: L, boxes: &FourBoxes) -> u32 {
+        let gradient = splat(lanes, &self.gradient);
+        let mut bits = 0;
+        for first in (0..WIDTH).step_by(L::COUNT) {
+            let [mut lowest, mut highest] = [lanes.splat(self.offset); 2];
+            for (axis, sides) in boxes.0.iter().enumerate() {
+                // The sides where the field is lowest and highest.
+                let rises = usize::from(self.rises[axis]);
+                let [falling, rising] = [&sides[1 - rises], &sides[rises]];
+                lowest = lowest + gradient[axis] * lanes.load_four(falling, first);
+                highest = highest + gradient[axis] * lanes.load_four(rising, first);
+            }
+            bits |= self.are_met(lanes, [lowest, highest], first);
+        }
+        bits
+    }
+
+    /// Tests the corners of tetrahedra. Of 0 and −0 either may be the least or the greatest: they compare alike.
+    #[inline(always)]
+    fn items<L: Lanes>(&self, lanes: L, _boxes: &FourBoxes, leaf: usize) -> u32 {
+        let (tets, gradient) = (&self.tets[leaf], splat(lanes, &self.gradient));
+        let mut bits = 0;
+        for first in (0..WIDTH).step_by(L::COUNT) {
+            let load = |quad: &Quad| lanes.load_four(quad, first);
+            let corner = |[x, y, z]: &[Quad; 3]| [load(x), load(y), load(z)];
+            let value = |tet_corner: usize| dot(gradient, corner(&tets[tet_corner]));
+            let [a, b, c, d] = [value(0), value(1), value(2), value(3)];
+            let offset = lanes.splat(self.offset);
+            let lowest = a.min(b).min(c.min(d)) + offset;
+            let highest = a.max(b).max(c.max(d)) + offset;
+            bits |= self.are_met(lanes, [lowest, highest], first);
+        }
+        bits
+    }
+}

@@ -1,0 +1,35 @@
+use super::four_boxes::WIDTH;
+use super::tree::{Bvh, Node};
+use std::ops::Index;
+
+/// A value for each node of a [`Bvh`].
+#[derive(Debug, Clone)]
+pub(crate) struct PerNode<V>(Vec<Vec<V>>);
+
+impl<V> PerNode<V> {
+    /// Computes the values. `value` takes the items below a node, and the number of them below each child but the last.
+    pub fn of<K: Copy>(bvh: &Bvh<K>, value: impl Fn(&[K], usize) -> V) -> Self {
+        let depth = bvh.levels().len() as u32;
+        let level = |level: u32| {
+            let below_child = WIDTH.pow(depth - 1 - level);
+            let nodes = bvh.items().chunks(WIDTH * below_child);
+            nodes.map(|items| value(items, below_child)).collect()
+        };
+        Self((0..depth).map(level).collect())
+    }
+
+    /// The values of the nodes of a level: 0 is that of the root.
+    #[inline]
+    pub fn level(&self, level: usize) -> &[V] {
+        &self.0[level]
+    }
+}
+
+impl<V> Index<Node> for PerNode<V> {
+    type Output = V;
+
+    #[inline]
+    fn index(&self, Node { level, index }: Node) -> &V {
+        &self.0[level][index]
+    }
+}

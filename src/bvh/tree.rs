@@ -1,0 +1,235 @@
+use super::four_boxes::{FourBoxes, FourCorners, WIDTH, side_by_side};
+use crate::geometry::Aabb;
+use crate::lanes::{self, InLanes, Lanes};
+use nalgebra::Vector3;
+
+/// Nodes that wait during a traversal, at most: three of each level above 2³² items, and one.
+const MAX_WAITING: usize = 3 * 16 + 1;
+
+/// A bounding-volume hierarchy without pointers. All items are equally deep, and all nodes are full but the last of each level:
+/// so child k of node i is node 4i + k of the next level or, on the last level, item 4i + k.
+#[derive(Debug, Clone)]
+pub(crate) struct Bvh<K = u32> {
+    /// The boxes of the children of each node, from the root down.
+    levels: Vec<Vec<FourBoxes>>,
+    /// The keys of the items, in the order of the tree.
+    items: Vec<K>,
+    bounds: Aabb,
+}
+
+/// A node of a [`Bvh`].
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Node {
+    /// Its depth: 0 for the root.
+    pub level: usize,
+    /// Its index on that level.
+    pub index: usize,
+}
+
+/// Decides which children of a node a traversal enters.
+pub(crate) trait BoxTest {
+    /// The children to enter, as bits. Missing children must not be among them.
+    fn children<L: Lanes>(&self, lanes: L, boxes: &FourBoxes) -> u32;
+
+    /// The items to visit of a node of the last level, as bits.
+    #[inline(always)]
+    fn items<L: Lanes>(&self, lanes: L, boxes: &FourBoxes, _leaf: usize) -> u32 {
+        self.children(lanes, boxes)
+    }
+}
+
+/// An item that is being sorted into the tree.
+struct Item<K> {
+    key: K,
+    /// Sum of its corners (m).
+    position: Vector3<f64>,
+    bounds: Aabb,
+}
+
+impl Node {
+    /// The node above all others.
+    pub const ROOT: Self = Self { level: 0, index: 0 };
+}
+
+impl<K: Copy> Bvh<K> {
+    /// Builds the tree of items, each with a key and corners: O(n log n).
+    pub fn new<const N: usize>(items: impl Iterator<Item = (K, [Vector3<f64>; N])>) -> Self {
+        let item = |(key, corners): (K, [Vector3<f64>; N])| Item {
+            key,
+            position: corners.iter().sum(),
+            bounds: Aabb::around(&corners),
+        };
+        let mut items: Vec<Item<K>> = items.map(item).collect();
+        median_split(&mut items);
+        let mut boxes: Vec<Aabb> = items.iter().map(|item| item.bounds).collect();
+        let mut levels = Vec::new();
+        while levels.is_empty() || boxes.len() > 1 {
+            let level: Vec<_> = boxes.chunks(WIDTH).map(FourBoxes::of).collect();
+            boxes = level.iter().map(FourBoxes::union).collect();
+            levels.push(level);
+        }
+        levels.reverse();
+        Self {
+            levels,
+            items: items.iter().map(|item| item.key).collect(),
+            bounds: boxes.first().copied().unwrap_or(Aabb::around([])),
+        }
+    }
+
+    /// The boxes of the children of each node, from the root down.
+    pub fn levels(&self) -> &[Vec<FourBoxes>] {
+        &self.levels
+    }
+
+    /// The keys of the items; those of node i of the last level from 4i on.
+    pub fn items(&self) -> &[K] {
+        &self.items
+    }
+
+    /// The box around all items.
+    pub fn bounds(&self) -> Aabb {
+        self.bounds
+    }
+
+    /// The corners of the items of each node of the last level, given those of an item by its key.
+    pub fn corners<const N: usize>(
+        &self,
+        corners: impl Fn(K) -> [Vector3<f64>; N],
+    ) -> Vec<FourCorners<N>> {
+        let of_items: Vec<_> = self.items.iter().map(|&key| corners(key)).collect();
+        of_items.chunks(WIDTH).map(side_by_side).collect()
+    }
+
+    /// The children of a node; none on the last level.
+    #[inline]
+    pub fn child_nodes(&self, Node { level, index }: Node) -> impl Iterator<Item = Node> {
+        let next = level + 1;
+        let count = self.levels.get(next).map_or(0, Vec::len);
+        let children = WIDTH * index..(WIDTH * (index + 1)).min(count);
+        children.map(move |index| Node { level: next, index })
+    }
+
+    /// The keys of the items of a node of the last level; none on other levels.
+    #[inline]
+    pub fn leaf_items(&self, Node { level, index }: Node) -> &[K] {
+        if level + 1 < self.levels.len() {
+            return &[];
+        }
+        let first = WIDTH * index;
+        &self.items[first..(first + WIDTH).min(self.items.len())]
+    }
+
+    /// Visits the keys of the items that a test lets through, in the order of the tree.
+    pub fn traverse(&self, test: impl BoxTest, visit: impl FnMut(K)) {
+        lanes::run(Traversal {
+            bvh: self,
+            test,
+            visit,
+        });
+    }
+
+    /// Visits items from a point outwards. `visit` returns the square (m²) of a distance; items farther away need not be visited.
+    pub fn visit_outwards(&self, point: &Vector3<f64>, mut visit: impl FnMut(K) -> f64) {
+        self.approach(Node::ROOT, point, f64::INFINITY, &mut visit);
+    }
+
+    /// Visits the children of a node, the nearest first, and returns the last limit (m²).
+    fn approach(
+        &self,
+        Node { level, index }: Node,
+        point: &Vector3<f64>,
+        mut limit: f64,
+        visit: &mut impl FnMut(K) -> f64,
+    ) -> f64 {
+        let Some(boxes) = self.levels[level].get(index) else {
+            return limit;
+        };
+        let mut children = [0, 1, 2, 3].map(|slot| {
+            (
+                boxes.aabb(slot).squared_distance_to(point),
+                WIDTH * index + slot,
+            )
+        });
+        children.sort_unstable_by(|a, b| a.0.total_cmp(&b.0));
+        for (squared_distance, index) in children {
+            if squared_distance > limit {
+                break;
+            }
+            let level = level + 1;
+            if level < self.levels.len() {
+                limit = self.approach(Node { level, index }, point, limit, visit);
+            } else if let Some(&key) = self.items.get(index) {
+                limit = visit(key);
+            }
+        }
+        limit
+    }
+}
+
+/// A traversal from the root down, with a stack of nodes.
+struct Traversal<'t, K, T, V> {
+    bvh: &'t Bvh<K>,
+    test: T,
+    visit: V,
+}
+
+impl<K: Copy, T: BoxTest, V: FnMut(K)> InLanes for Traversal<'_, K, T, V> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run<L: Lanes>(mut self, lanes: L) {
+        let Bvh { levels, items, .. } = self.bvh;
+        if items.is_empty() {
+            return;
+        }
+        let last = levels.len() as u32 - 1;
+        let mut waiting = [[0; 2]; MAX_WAITING];
+        let mut count = 1;
+        while count > 0 {
+            count -= 1;
+            let [level, index] = waiting[count];
+            let first = WIDTH as u32 * index;
+            let boxes = &levels[level as usize][index as usize];
+            if level < last {
+                let mut entered = self.test.children(lanes, boxes);
+                while entered != 0 {
+                    // The last child first, so that the first is the next.
+                    let slot = entered.ilog2();
+                    entered &= !(1 << slot);
+                    waiting[count] = [level + 1, first + slot];
+                    count += 1;
+                }
+            } else {
+                let mut reached = self.test.items(lanes, boxes, index as usize);
+                while reached != 0 {
+                    let slot = reached.trailing_zeros();
+                    reached &= reached - 1;
+                    // Where there are fewer than four items, the last stands for the others.
+                    if let Some(&key) = items.get((first + slot) as usize) {
+                        (self.visit)(key);
+                    }
+                }
+            }
+        }
+    }
+}
+
+/// Sorts items so that those of each node follow one another: splits at the median along the longest edge of the box around
+/// their positions, until they fill one node of the last level.
+fn median_split<K>(items: &mut [Item<K>]) {
+    if items.len() <= WIDTH {
+        return;
+    }
+    // Items to a child of the node around all, of which the first half of the children is to be full.
+    let mut full = WIDTH;
+    while full * WIDTH < items.len() {
+        full *= WIDTH;
+    }
+    let middle = items.len().div_ceil(full).div_ceil(2) * full;
+    let around = Aabb::around(items.iter().map(|item| &item.position));
+    let axis = around.half_extents().imax();
+    items.select_nth_unstable_by(middle, |a, b| a.position[axis].total_cmp(&b.position[axis]));
+    let (first, second) = items.split_at_mut(middle);
+    median_split(first);
+    median_split(second);
+}

@@ -1,0 +1,128 @@
+use super::TetMesh;
+use crate::bvh::Bvh;
+use crate::geometry::{Aabb, Foot, Triangle};
+use nalgebra::Vector3;
+
+/// Rounding of a distance, relative to the size of the surface, with room.
+const ROUNDING: f64 = 1e-14;
+
+/// The distance of points to the surface of a mesh.
+pub(super) struct SurfaceDistance {
+    triangles: Vec<SurfaceTriangle>,
+    /// Over the indices of the triangles.
+    bvh: Bvh<usize>,
+    /// Diagonal (m) of the box around the surface.
+    size: f64,
+    /// What two ways to round a distance (m) may differ by.
+    rounding: f64,
+}
+
+/// A triangle of the surface.
+pub(super) struct SurfaceTriangle {
+    triangle: Triangle,
+    /// Its corners in the mesh.
+    pub vertices: [usize; 3],
+}
+
+impl SurfaceDistance {
+    /// Builds the tree over the surface of a mesh: O(n log n).
+    pub fn of(mesh: &TetMesh) -> Self {
+        let triangle = |&vertices: &[usize; 3]| SurfaceTriangle {
+            triangle: Triangle::new(vertices.map(|vertex| mesh.vertices()[vertex])),
+            vertices,
+        };
+        let triangles: Vec<_> = mesh.surface_triangles().iter().map(triangle).collect();
+        let corners = triangles.iter().map(|it| *it.triangle.corners());
+        let bvh = Bvh::new(corners.enumerate());
+        let radius = bvh.bounds().half_extents().norm();
+        Self {
+            triangles,
+            bvh,
+            size: 2.0 * radius,
+            rounding: ROUNDING * radius,
+        }
+    }
+
+    /// Distance (m) from a point to the nearest triangle: the least of those to all triangles.
+    pub fn to(&self, point: &Vector3<f64>) -> f64 {
+        let mut least = f64::INFINITY;
+        self.bvh.visit_outwards(point, |index| {
+            let triangle = &self.triangles[index].triangle;
+            // The plane of a flat triangle is NaN. It leaves out nothing.
+            let is_beyond = triangle.distance_to_plane(point) > least + self.rounding;
+            if !is_beyond {
+                least = least.min(triangle.distance_to(point));
+            }
+            // Boxes farther away than this have no nearer triangle, however distances are rounded.
+            (least + self.rounding).powi(2)
+        });
+        least
+    }
+
+    /// Diagonal (m) of the box around the surface.
+    pub fn size(&self) -> f64 {
+        self.size
+    }
+
+    /// The triangles within a distance (m) from a point: the distance to each, the triangle, and its nearest point.
+    pub fn feet(&self, point: &Vector3<f64>, distance: f64) -> Vec<(f64, &SurfaceTriangle, Foot)> {
+        let mut feet = Vec::new();
+        let query = Aabb::around([point]).inflated(distance + self.rounding);
+        self.bvh.visit_overlapping(&query, |index| {
+            let it = &self.triangles[index];
+            let found = it.triangle.distance_to(point);
+            if found <= distance {
+                feet.push((found, it, it.triangle.foot_of(point)));
+            }
+        });
+        feet
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::SurfaceDistance;
+    use crate::geometry::Triangle;
+    use crate::mesh::{TetMesh, shapes};
+    use nalgebra::Vector3;
+
+    /// Points in and about the unit cube that lie nowhere in particular.
+    fn scattered(count: u32) -> impl Iterator<Item = Vector3<f64>> {
+        let steps = Vector3::new(0.819_172_5, 0.671_043_6, 0.549_700_5);
+        (1..=count).map(move |k| steps.map(|step| (f64::from(k) * step).fract() * 3.0 - 1.5))
+    }
+
+    fn assert_least(mesh: &TetMesh, points: impl Iterator<Item = Vector3<f64>>) {
+        let surface = SurfaceDistance::of(mesh);
+        let corners = |triangle: &[usize; 3]| triangle.map(|vertex| mesh.vertices()[vertex]);
+        let triangles = mesh.surface_triangles().iter();
+        let triangles: Vec<_> = triangles.map(|t| Triangle::new(corners(t))).collect();
+        for point in points {
+            let all = triangles.iter().map(|t| t.distance_to(&point));
+            let least = all.fold(f64::INFINITY, f64::min);
+            let found = surface.to(&point);
+            assert_eq!(found.to_bits(), least.to_bits(), "{found} {least} {point}");
+        }
+    }
+
+    #[test]
+    fn the_tree_finds_the_least_distance_of_all_triangles_to_the_bit() {
+        let fields = [
+            shapes::icosphere(1.0, 3),
+            shapes::ellipsoid([0.02, 0.9, 1.3], 3),
+            shapes::cylinder(0.7, 1.9, 40),
+            shapes::cuboid([0.7, 1e-4, 2.0]),
+        ];
+        for field in fields {
+            let mesh = field.unwrap().mesh().clone();
+            // On corners, edges and faces of triangles too, and where all of them are equally near.
+            let middles = mesh.tets().iter().map(|tet| {
+                let [a, b, c, _] = tet.map(|vertex| mesh.vertices()[vertex]);
+                (a + b + c) / 3.0
+            });
+            let special = mesh.vertices().iter().copied().chain(middles);
+            let origin = [Vector3::zeros()];
+            assert_least(&mesh, scattered(300).chain(special.take(900)).chain(origin));
+        }
+    }
+}
