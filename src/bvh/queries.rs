@@ -1,12 +1,17 @@
 //! The items that overlap a box, in the same frame or in another.
 
+#![expect(
+    clippy::needless_range_loop,
+    reason = "adapters of iterators take closures, and a closure over lanes may stay a call, compiled for any processor"
+)]
+
 use super::four_boxes::{FourBoxes, WIDTH, four_bits};
 use super::tree::{BoxTest, Bvh};
 use crate::geometry::Aabb;
-use crate::lanes::space::{difference, dot, scaled, splat, sum};
+use crate::lanes::space::{dot, splat};
 use crate::lanes::{Lanes, Numbers};
 use crate::spatial::Pose;
-use nalgebra::{Matrix3, Vector3};
+use nalgebra::Vector3;
 
 impl<K: Copy> Bvh<K> {
     /// Visits the items whose boxes overlap `query`.
@@ -35,9 +40,11 @@ struct Overlap {
 
 /// Whether boxes in B may overlap one in A: [`Aabb::may_overlap_posed`] for four boxes.
 struct OverlapPosed {
-    rotation: Matrix3<f64>,
-    /// |R|, entry by entry.
-    reach: Matrix3<f64>,
+    /// Rows and columns of the rotation R.
+    rows: [[f64; 3]; 3],
+    columns: [[f64; 3]; 3],
+    /// Rows of |R|, entry by entry.
+    reach: [[f64; 3]; 3],
     /// From the center of the box in A to the origin of B (m).
     offset: Vector3<f64>,
     /// Half its edges along the axes of A, and how far it reaches along those of B, each with the margin (m).
@@ -67,10 +74,12 @@ impl BoxTest for Overlap {
 
 impl OverlapPosed {
     fn of(region: &Aabb, pose_ab: &Pose<f64>, margin: f64) -> Self {
-        let (half, reach) = (region.half_extents(), pose_ab.rotation().abs());
+        let (half, rotation) = (region.half_extents(), pose_ab.rotation());
+        let reach = rotation.abs();
         Self {
-            rotation: *pose_ab.rotation(),
-            reach,
+            rows: rotation.transpose().into(),
+            columns: (*rotation).into(),
+            reach: reach.transpose().into(),
             offset: pose_ab.translation() - region.center(),
             limits: [half, reach.tr_mul(&half)].map(|limit| limit.add_scalar(margin)),
         }
@@ -80,22 +89,30 @@ impl OverlapPosed {
 impl BoxTest for OverlapPosed {
     #[inline(always)]
     fn children<L: Lanes>(&self, lanes: L, boxes: &FourBoxes) -> u32 {
-        let row = |matrix: &Matrix3<f64>, i: usize| [0, 1, 2].map(|j| lanes.splat(matrix[(i, j)]));
-        let column = |i: usize| [0, 1, 2].map(|j| lanes.splat(self.rotation[(j, i)]));
-        let [limit_a, limit_b] = self.limits.map(|limit| splat(lanes, limit.as_ref()));
-        let (offset, middle) = (splat(lanes, self.offset.as_ref()), lanes.splat(0.5));
+        let middle = lanes.splat(0.5);
         let mut bits = 0;
         for first in (0..WIDTH).step_by(L::COUNT) {
-            let sides = |side: usize| [0, 1, 2].map(|k| lanes.load_four(&boxes.0[k][side], first));
-            let (lower, upper) = (sides(0), sides(1));
-            let center = scaled(sum(upper, lower), middle);
-            let half = scaled(difference(upper, lower), middle);
-            let between = [0, 1, 2].map(|k| dot(row(&self.rotation, k), center) + offset[k]);
-            let along = |k: usize| {
-                (between[k].abs()).is_at_most(limit_a[k] + dot(row(&self.reach, k), half))
-                    & (dot(column(k), between).abs()).is_at_most(limit_b[k] + half[k])
-            };
-            bits |= four_bits(along(0) & along(1) & along(2), first);
+            let (mut center, mut half, mut between) = ([middle; 3], [middle; 3], [middle; 3]);
+            for k in 0..3 {
+                let [lower, upper] = &boxes.0[k];
+                let (lower, upper) = (lanes.load_four(lower, first), lanes.load_four(upper, first));
+                (center[k], half[k]) = ((lower + upper) * middle, (upper - lower) * middle);
+            }
+            let mut near = middle.is_at_most(middle);
+            for k in 0..3 {
+                between[k] = dot(splat(lanes, &self.rows[k]), center) + lanes.splat(self.offset[k]);
+                let reach =
+                    dot(splat(lanes, &self.reach[k]), half) + lanes.splat(self.limits[0][k]);
+                near = near & between[k].abs().is_at_most(reach);
+            }
+            for k in 0..3 {
+                let reach = half[k] + lanes.splat(self.limits[1][k]);
+                near = near
+                    & dot(splat(lanes, &self.columns[k]), between)
+                        .abs()
+                        .is_at_most(reach);
+            }
+            bits |= four_bits(near, first);
         }
         bits
     }
