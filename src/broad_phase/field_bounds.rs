@@ -37,14 +37,14 @@ fn gradients_around(field: &PressureField) -> Vec<Aabb> {
 
 impl FieldBounds {
     /// Computes the bounds below each node of a tree of tetrahedra.
-    pub fn of_nodes(field: &PressureField, tets: &Bvh) -> PerNode<Self> {
+    pub fn of_nodes(field: &PressureField, tets: &Bvh<usize>) -> PerNode<Self> {
         let around = gradients_around(field);
         PerNode::of(tets, |part, _| Self::of(field, &around, part))
     }
 
     /// In these tetrahedra of a field, given the box around the gradients at each vertex.
-    fn of(field: &PressureField, around: &[Aabb], part: &[u32]) -> Self {
-        let tets = || part.iter().map(|&tet| &field.tets()[tet as usize]);
+    fn of(field: &PressureField, around: &[Aabb], part: &[usize]) -> Self {
+        let tets = || part.iter().map(|&tet| &field.tets()[tet]);
         let place = Aabb::around(tets().flat_map(|tet| &tet.tetrahedron.corners));
         let gradients = Aabb::around(tets().map(|tet| &tet.extent.gradient));
         let gradient = gradients.center();
@@ -55,9 +55,7 @@ impl FieldBounds {
         let (low, high) = rests.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), rest| {
             (low.min(rest), high.max(rest))
         });
-        let vertices = part
-            .iter()
-            .flat_map(|&tet| field.mesh().tets()[tet as usize]);
+        let vertices = part.iter().flat_map(|&tet| field.mesh().tets()[tet]);
         let around = vertices.fold(gradients, |all, vertex| all.union(&around[vertex]));
         Self {
             center: place.center(),

@@ -2,7 +2,6 @@ use super::TriangleBvh;
 use crate::bvh::Bvh;
 use crate::geometry::{Aabb, Tetrahedron};
 use crate::mesh::{FieldTet, OUTSIDE, TriangleSurface};
-use crate::spatial::Pose;
 use nalgebra::Vector3;
 use std::fmt;
 
@@ -71,19 +70,14 @@ impl RigidShape {
         &self.triangle_bvh
     }
 
-    /// Visits one triangle of each connected component of the surface and its centroid (m, in B), if that may lie in the box
-    /// `region` in the frame of A, given to within `margin` (m).
-    pub(crate) fn visit_components_near(
-        &self,
-        region: &Aabb,
-        pose_ab: &Pose<f64>,
-        margin: f64,
-        mut visit: impl FnMut(usize, &Vector3<f64>),
-    ) {
-        self.components
-            .visit_near(region, pose_ab, margin, |triangle| {
-                visit(triangle, &centroid(&self.surface, triangle));
-            });
+    /// One triangle of each connected component of the surface, by its centroid.
+    pub(crate) fn components(&self) -> &Bvh<usize> {
+        &self.components
+    }
+
+    /// The centroid of a triangle (m).
+    pub(crate) fn centroid(&self, triangle: usize) -> Vector3<f64> {
+        centroid(&self.surface, triangle)
     }
 
     /// For each cell those beyond its faces, by the opposite corner, or [`OUTSIDE`].

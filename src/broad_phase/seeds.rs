@@ -1,9 +1,7 @@
 use super::positivity::check_positive_inside;
 use super::{Escape, FieldBounds, Landscape, NotFollowed};
 use crate::bvh::{Bvh, PerNode};
-use crate::geometry::Aabb;
 use crate::mesh::PressureField;
-use crate::spatial::Pose;
 
 /// Where a component of a contact surface without a rim can be entered. In the body frame.
 #[derive(Debug, Clone)]
@@ -18,13 +16,15 @@ pub(crate) struct Seeds {
 /// What a component without a rim cannot avoid (see [`Landscape`]), if both bodies have it. In the body frame.
 #[derive(Debug, Clone)]
 pub(crate) struct Ridges {
-    creased: Bvh<usize>,
-    escapes: Bvh<Escape>,
+    /// The tetrahedra at convex creases.
+    pub creased: Bvh<usize>,
+    /// The edges on the ways from peaks and creases to the surface.
+    pub escapes: Bvh<Escape>,
 }
 
 impl Seeds {
     /// Of a field that is positive inside, with a tree of its tetrahedra.
-    pub fn of(field: &PressureField, tets: &Bvh) -> Result<Self, NotFollowed> {
+    pub fn of(field: &PressureField, tets: &Bvh<usize>) -> Result<Self, NotFollowed> {
         check_positive_inside(field)?;
         Ok(Self {
             ridges: Ridges::of(field),
@@ -45,28 +45,5 @@ impl Ridges {
             creased: Bvh::new(creased.map(|&tet| (tet, tets[tet].tetrahedron.corners))),
             escapes: Bvh::new(landscape.escapes.into_iter().map(ends_of)),
         })
-    }
-
-    /// Visits the tetrahedra at convex creases (of B) that may overlap the box `region` in A.
-    pub fn visit_creased_near(
-        &self,
-        region: &Aabb,
-        pose_ab: &Pose<f64>,
-        margin: f64,
-        visit: impl FnMut(usize),
-    ) {
-        self.creased.visit_near(region, pose_ab, margin, visit);
-    }
-
-    /// Visits the edges (of B) on the ways from peaks and creases to the surface that may overlap the box
-    /// `region` in A.
-    pub fn visit_escapes_near(
-        &self,
-        region: &Aabb,
-        pose_ab: &Pose<f64>,
-        margin: f64,
-        visit: impl FnMut(Escape),
-    ) {
-        self.escapes.visit_near(region, pose_ab, margin, visit);
     }
 }

@@ -3,36 +3,35 @@ use crate::geometry::{Aabb, AffineField};
 use crate::lanes::space::{dot, splat};
 use crate::lanes::{Lanes, Numbers, Quad};
 use crate::mesh::PressureField;
-use crate::spatial::Pose;
 use nalgebra::Vector3;
 
 /// The bounding-volume hierarchies of a mesh's tetrahedra, in the body frame. Inert ones have one of their own.
 #[derive(Debug, Clone)]
 pub(crate) struct TetBvh {
-    pressing: Bvh,
+    pressing: Bvh<usize>,
     /// The corners of the tetrahedra that press, for each node of the last level.
     corners: Vec<FourCorners<4>>,
-    inert: Bvh,
+    inert: Bvh<usize>,
 }
 
 impl TetBvh {
     /// Builds the trees: O(n log n).
     pub fn of(field: &PressureField) -> Self {
         let bvh_of = |is_inert: bool| {
-            let tets = (0_u32..).zip(field.tets());
+            let tets = field.tets().iter().enumerate();
             let own = tets.filter(|(_, tet)| tet.is_inert() == is_inert);
             Bvh::new(own.map(|(index, tet)| (index, tet.tetrahedron.corners)))
         };
         let pressing = bvh_of(false);
         Self {
-            corners: pressing.corners(|tet| field.tets()[tet as usize].tetrahedron.corners),
+            corners: pressing.corners(|tet| field.tets()[tet].tetrahedron.corners),
             pressing,
             inert: bvh_of(true),
         }
     }
 
     /// The tree of the tetrahedra that are not inert.
-    pub fn pressing(&self) -> &Bvh {
+    pub fn pressing(&self) -> &Bvh<usize> {
         &self.pressing
     }
 
@@ -40,27 +39,8 @@ impl TetBvh {
     pub fn visit_at(&self, point: &Vector3<f64>, margin: f64, mut visit: impl FnMut(usize)) {
         let query = Aabb::around([point]).inflated(margin);
         for bvh in [&self.pressing, &self.inert] {
-            bvh.visit_overlapping(&query, |tet| visit(tet as usize));
+            bvh.visit_overlapping(&query, &mut visit);
         }
-    }
-
-    /// Visits the tetrahedra whose boxes overlap `query`, but for inert ones.
-    pub fn visit_overlapping(&self, query: &Aabb, mut visit: impl FnMut(usize)) {
-        self.pressing
-            .visit_overlapping(query, |tet| visit(tet as usize));
-    }
-
-    /// Visits the tetrahedra (of B) whose boxes may overlap the box `region` in the frame of A, given to within `margin` (m), but
-    /// for inert ones.
-    pub fn visit_near(
-        &self,
-        region: &Aabb,
-        pose_ab: &Pose<f64>,
-        margin: f64,
-        mut visit: impl FnMut(usize),
-    ) {
-        self.pressing
-            .visit_near(region, pose_ab, margin, |tet| visit(tet as usize));
     }
 
     /// Visits the tetrahedra in which an affine field has values from `least` to `most`, but for inert ones. `least` must be
@@ -69,7 +49,7 @@ impl TetBvh {
         &self,
         field: &AffineField,
         [least, most]: [f64; 2],
-        mut visit: impl FnMut(usize),
+        visit: impl FnMut(usize),
     ) {
         let gradient: [f64; 3] = field.gradient.into();
         let test = FieldRange {
@@ -80,7 +60,7 @@ impl TetBvh {
             most,
             tets: &self.corners,
         };
-        self.pressing.traverse(test, |tet| visit(tet as usize));
+        self.pressing.traverse(test, visit);
     }
 }
 

@@ -1,8 +1,7 @@
 use super::slabs::{FourSlabs, Level};
 use crate::bvh::{Bvh, FourBoxes, FourCorners, PerNode, WIDTH};
-use crate::geometry::{Aabb, FACES};
+use crate::geometry::FACES;
 use crate::mesh::{FieldTet, PressureField};
-use crate::spatial::Pose;
 use nalgebra::Vector3;
 
 /// The triangles of a body's surface in a bounding-volume hierarchy of boxes and slabs, in the body frame.
@@ -76,23 +75,9 @@ impl TriangleBvh {
         }
     }
 
-    /// Visits the tetrahedra (of B; of a rigid body the cells, as its triangles are numbered) with a triangle of the surface
-    /// whose box may overlap the box `region` in A: that no face of either separates by more than `margin` (m). One with
-    /// several such triangles is visited for each.
-    pub fn visit_near(
-        &self,
-        region: &Aabb,
-        pose_ab: &Pose<f64>,
-        margin: f64,
-        mut visit: impl FnMut(usize),
-    ) {
-        self.bvh
-            .visit_near(region, pose_ab, margin, |face| visit(face.tet()));
-    }
-
-    /// The box around the surface.
-    pub(super) fn bounds(&self) -> Aabb {
-        self.bvh.bounds()
+    /// The tree of the triangles.
+    pub fn bvh(&self) -> &Bvh<SurfaceFace> {
+        &self.bvh
     }
 
     /// Mean length (m) of the longest edges of the boxes around the nodes, for each level from the root down.

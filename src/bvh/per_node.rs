@@ -1,6 +1,5 @@
 use super::four_boxes::WIDTH;
-use super::tree::{Bvh, Node};
-use std::ops::Index;
+use super::tree::Bvh;
 
 /// A value for each node of a [`Bvh`].
 #[derive(Debug, Clone)]
@@ -22,14 +21,5 @@ impl<V> PerNode<V> {
     #[inline]
     pub fn level(&self, level: usize) -> &[V] {
         &self.0[level]
-    }
-}
-
-impl<V> Index<Node> for PerNode<V> {
-    type Output = V;
-
-    #[inline]
-    fn index(&self, Node { level, index }: Node) -> &V {
-        &self.0[level][index]
     }
 }

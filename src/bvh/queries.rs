@@ -16,7 +16,7 @@ use nalgebra::Vector3;
 impl<K: Copy> Bvh<K> {
     /// Visits the items whose boxes overlap `query`.
     pub fn visit_overlapping(&self, query: &Aabb, visit: impl FnMut(K)) {
-        self.traverse(Overlap::of(query), visit);
+        self.traverse(query, visit);
     }
 
     /// Visits the items (in B) whose boxes may overlap the box `region` in the frame of A: no face of either separates them by
@@ -32,12 +32,6 @@ impl<K: Copy> Bvh<K> {
     }
 }
 
-/// Whether boxes overlap one in the same frame.
-struct Overlap {
-    lower: [f64; 3],
-    upper: [f64; 3],
-}
-
 /// Whether boxes in B may overlap one in A: [`Aabb::may_overlap_posed`] for four boxes.
 struct OverlapPosed {
     /// Rows and columns of the rotation R.
@@ -51,19 +45,11 @@ struct OverlapPosed {
     limits: [Vector3<f64>; 2],
 }
 
-impl Overlap {
-    fn of(query: &Aabb) -> Self {
-        Self {
-            lower: query.lower.into(),
-            upper: query.upper.into(),
-        }
-    }
-}
-
-impl BoxTest for Overlap {
+/// Whether boxes overlap this one.
+impl BoxTest for &Aabb {
     #[inline(always)]
     fn children<L: Lanes>(&self, lanes: L, boxes: &FourBoxes) -> u32 {
-        let (lower, upper) = (splat(lanes, &self.lower), splat(lanes, &self.upper));
+        let [lower, upper] = [&self.lower, &self.upper].map(|side| splat(lanes, side.as_ref()));
         let mut bits = 0;
         for first in (0..WIDTH).step_by(L::COUNT) {
             bits |= four_bits(boxes.overlapping(lanes, [&lower, &upper], first), first);

@@ -9,7 +9,7 @@ const MAX_WAITING: usize = 3 * 16 + 1;
 /// A bounding-volume hierarchy without pointers. All items are equally deep, and all nodes are full but the last of each level:
 /// so child k of node i is node 4i + k of the next level or, on the last level, item 4i + k.
 #[derive(Debug, Clone)]
-pub(crate) struct Bvh<K = u32> {
+pub(crate) struct Bvh<K> {
     /// The boxes of the children of each node, from the root down.
     levels: Vec<Vec<FourBoxes>>,
     /// The keys of the items, in the order of the tree.

@@ -124,6 +124,7 @@ impl<T: Scalar> PolygonSource<'_, T> {
         self.pair
             .shape_a
             .tet_bvh()
+            .pressing()
             .visit_overlapping(&region, |tet_a| {
                 let tet_a = self.pair.tet_a(tet_a);
                 if !posed.is_beyond(&tet_a.barycentric) {

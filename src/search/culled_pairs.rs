@@ -76,15 +76,17 @@ impl RelativePair<'_> {
 
     /// Visits the tetrahedra or triangles of B that may overlap the box `region` in A's frame; a half-space, which has none,
     /// not at all.
-    pub fn visit_cells_near(&self, region: &Aabb, visit: impl FnMut(usize)) {
+    pub fn visit_cells_near(&self, region: &Aabb, mut visit: impl FnMut(usize)) {
         let (pose_ab, margin) = (&self.pose_ab, self.margin());
         match self.shape_b {
             PartnerShape::Compliant(shape) => {
-                shape.tet_bvh().visit_near(region, pose_ab, margin, visit);
+                let bvh = shape.tet_bvh().pressing();
+                bvh.visit_near(region, pose_ab, margin, visit);
             }
-            PartnerShape::Rigid(shape) => shape
-                .triangle_bvh()
-                .visit_near(region, pose_ab, margin, visit),
+            PartnerShape::Rigid(shape) => {
+                let bvh = shape.triangle_bvh().bvh();
+                bvh.visit_near(region, pose_ab, margin, |face| visit(face.tet()));
+            }
             PartnerShape::HalfSpace(_) => {}
         }
     }
@@ -120,7 +122,8 @@ impl RelativePair<'_> {
     pub fn visit_partners(&self, tet_b: &PosedTet, mut visit: impl FnMut(usize)) {
         let query = tet_b.tetrahedron.aabb().inflated(self.margin());
         let shadows = Projections::of(&tet_b.tetrahedron);
-        self.shape_a.tet_bvh().visit_overlapping(&query, |index_a| {
+        let bvh = self.shape_a.tet_bvh().pressing();
+        bvh.visit_overlapping(&query, |index_a| {
             if !self.are_separated(index_a, &shadows, Projections::COUNT) {
                 visit(index_a);
             }

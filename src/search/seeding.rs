@@ -5,7 +5,6 @@ use super::following::Walk;
 use crate::broad_phase::{Escape, Ridges, RigidShape, Shape, TriangleBvh, visit_crossings};
 use crate::geometry::Aabb;
 use crate::spatial::Pose;
-use nalgebra::Vector3;
 
 impl Walk<'_, '_> {
     /// Enters where a component without a rim must show, if both bodies' fields rise to few peaks: at the convex creases, and
@@ -19,12 +18,12 @@ impl Walk<'_, '_> {
     pub fn enter_at_components(&mut self, shape_b: &RigidShape) {
         let (pair, margin) = (self.pair, self.pair.margin());
         let shape_a = pair.shape_a;
-        let mut enter = |triangle: usize, point: &Vector3<f64>| {
-            let in_a = pair.pose_ab.transformed_point(point);
+        let (components, bounds) = (shape_b.components(), shape_a.bounds());
+        components.visit_near(&bounds, &pair.pose_ab, margin, |triangle| {
+            let in_a = pair.pose_ab.transformed_point(&shape_b.centroid(triangle));
             let enter_pair = |tet_a| self.enter_pair(tet_a, triangle);
             shape_a.tet_bvh().visit_at(&in_a, margin, enter_pair);
-        };
-        shape_b.visit_components_near(&shape_a.bounds(), &pair.pose_ab, margin, &mut enter);
+        });
     }
 
     /// Enters at a cell of B with every tetrahedron of A that it may touch.
@@ -42,14 +41,14 @@ impl Walk<'_, '_> {
         });
     }
 
-    fn enter_pair(&mut self, tet_a: usize, tet_b: usize) {
+    pub fn enter_pair(&mut self, tet_a: usize, tet_b: usize) {
         self.enter(tet_a as u32, tet_b as u32);
     }
 
     /// Enters at all pairs that may have a point in common with the contact surface in a pair that was looked at.
     pub fn enter_around(&mut self, tet_a: u32, tet_b: u32) {
         let (pair, margin) = (self.pair, self.pair.margin());
-        let tree_a = pair.shape_a.tet_bvh();
+        let tree_a = pair.shape_a.tet_bvh().pressing();
         let box_of_b = |tet: usize| pair.tet_b(tet).tetrahedron.posed(&pair.pose_ab).aabb();
         let posed_b = self.scratch.posed_tets.get(tet_b);
         let Some(region) = pair.box_of_polygon(pair.tet_a(tet_a as usize), posed_b) else {
@@ -79,12 +78,13 @@ impl Walk<'_, '_> {
     /// Enters at the tetrahedra with convex creases, of either body, with all of the other body that they may touch.
     fn enter_at_creases(&mut self, shape_b: &Shape, [ridges_a, ridges_b]: [&Ridges; 2]) {
         let (pair, margin) = (self.pair, self.pair.margin());
-        let tree_b = shape_b.tet_bvh();
-        ridges_b.visit_creased_near(&pair.shape_a.bounds(), &pair.pose_ab, margin, |tet_b| {
+        let tree_b = shape_b.tet_bvh().pressing();
+        let bounds_a = pair.shape_a.bounds();
+        (ridges_b.creased).visit_near(&bounds_a, &pair.pose_ab, margin, |tet_b| {
             self.enter_with_all_of_a(tet_b);
         });
         let pose_ba = pair.pose_ab.inverse();
-        ridges_a.visit_creased_near(&shape_b.bounds(), &pose_ba, margin, |tet_a| {
+        (ridges_a.creased).visit_near(&shape_b.bounds(), &pose_ba, margin, |tet_a| {
             let posed_a = pair.tet_a(tet_a).tetrahedron.posed(&pose_ba);
             let query = posed_a.aabb().inflated(margin);
             tree_b.visit_overlapping(&query, |tet_b| self.enter_pair(tet_a, tet_b));
@@ -126,9 +126,9 @@ fn visit_escapes(
     (pose, margin): (&Pose<f64>, f64),
     mut visit: impl FnMut(usize, usize),
 ) {
-    let tree = other.shape.tet_bvh();
+    let tree = other.shape.tet_bvh().pressing();
     let [own_tets, other_tets] = [own, other].map(|body| body.shape.field().tets());
-    ridges.visit_escapes_near(
+    (ridges.escapes).visit_near(
         &other.shape.bounds(),
         pose,
         margin,

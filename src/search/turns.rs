@@ -36,9 +36,8 @@ struct Turns<'s, 'a> {
 }
 
 /// A body's tree of tetrahedra, with bounds of the field for each node.
-#[derive(Clone, Copy)]
 struct BoundsTree<'s> {
-    bvh: &'s Bvh,
+    bvh: &'s Bvh<usize>,
     bounds: &'s PerNode<FieldBounds>,
 }
 
@@ -74,6 +73,12 @@ impl<'s> BoundsTree<'s> {
             bounds: &seeds.bounds,
         }
     }
+
+    /// The tree, and the bounds at one of its nodes.
+    #[inline]
+    fn at(&self, node: Node) -> (&'s Bvh<usize>, &'s FieldBounds) {
+        (self.bvh, &self.bounds.level(node.level)[node.index])
+    }
 }
 
 impl Walk<'_, '_> {
@@ -89,7 +94,7 @@ impl Walk<'_, '_> {
         let mut turns = Turns::of(pair, trees, normals.directions());
         turns.partners.push(Node::ROOT);
         turns.descend(Node::ROOT, 0, &mut |tet_a, tet_b| {
-            self.enter(tet_a, tet_b);
+            self.enter_pair(tet_a, tet_b);
         });
     }
 }
@@ -122,9 +127,8 @@ impl<'s, 'a> Turns<'s, 'a> {
 
     /// Visits the pairs of tetrahedra where a component may turn, of those below a node of B and below its partners from
     /// the given place on.
-    fn descend(&mut self, node_b: Node, from: usize, visit: &mut impl FnMut(u32, u32)) {
-        let BoundsTree { bvh, bounds } = self.trees[1];
-        let bounds = &bounds[node_b];
+    fn descend(&mut self, node_b: Node, from: usize, visit: &mut impl FnMut(usize, usize)) {
+        let (bvh, bounds) = self.trees[1].at(node_b);
         let posed = self.posed(bounds);
         let to = self.partners.len();
         for place in from..to {
@@ -144,12 +148,12 @@ impl<'s, 'a> Turns<'s, 'a> {
     /// Visits the tetrahedra below the partners, from the given place on, with which a component may turn in one of B.
     fn visit_partners(
         &self,
-        tet_b: u32,
+        tet_b: usize,
         around: &FieldBounds,
         from: usize,
-        visit: &mut impl FnMut(u32, u32),
+        visit: &mut impl FnMut(usize, usize),
     ) {
-        let (pair, field_tet) = (self.pair, self.pair.tet_b(tet_b as usize));
+        let (pair, field_tet) = (self.pair, self.pair.tet_b(tet_b));
         let posed = self.posed(&around.narrowed_to(field_tet));
         let mut shadow = None;
         for &node_a in &self.partners[from..] {
@@ -157,7 +161,7 @@ impl<'s, 'a> Turns<'s, 'a> {
                 let shadow = shadow.get_or_insert_with(|| {
                     Projections::of(&field_tet.tetrahedron.posed(&pair.pose_ab))
                 });
-                let own = pair.shape_a.projections(tet_a as usize);
+                let own = pair.shape_a.projections(tet_a);
                 if !own.separate(shadow, Projections::COUNT, pair.margin()) {
                     visit(tet_a, tet_b);
                 }
@@ -167,8 +171,7 @@ impl<'s, 'a> Turns<'s, 'a> {
 
     /// Adds to the partners those at a node of A and below that are no larger than one of B, if they may meet it.
     fn keep(&mut self, node_a: Node, b: &PosedBounds) {
-        let BoundsTree { bvh, bounds } = self.trees[0];
-        let bounds = &bounds[node_a];
+        let (bvh, bounds) = self.trees[0].at(node_a);
         if !self.may_turn(bounds, b) {
             return;
         }
@@ -183,9 +186,8 @@ impl<'s, 'a> Turns<'s, 'a> {
     }
 
     /// Visits the tetrahedra below a node of A in which, with one of B, a component may turn.
-    fn visit_tets(&self, node_a: Node, b: &PosedBounds, visit: &mut impl FnMut(u32)) {
-        let BoundsTree { bvh, bounds } = self.trees[0];
-        let bounds = &bounds[node_a];
+    fn visit_tets(&self, node_a: Node, b: &PosedBounds, visit: &mut impl FnMut(usize)) {
+        let (bvh, bounds) = self.trees[0].at(node_a);
         if !self.may_turn(bounds, b) {
             return;
         }
@@ -193,7 +195,7 @@ impl<'s, 'a> Turns<'s, 'a> {
             self.visit_tets(child, b, visit);
         }
         for &tet in bvh.leaf_items(node_a) {
-            let narrowed = bounds.narrowed_to(self.pair.tet_a(tet as usize));
+            let narrowed = bounds.narrowed_to(self.pair.tet_a(tet));
             if self.may_turn(&narrowed, b) {
                 visit(tet);
             }
