@@ -1,29 +1,38 @@
 //! The surface law over the generic contact polygons, several triangles of them at a time.
 
 use super::SurfaceLaw;
-use super::friction::value_rule;
+use super::friction::{product, value_rule};
+use super::integrate::{Integrand, Left};
 use super::loaded_triangles::{Triangles, integrals};
 use super::loads::{LoadedOctet, OctetsInMotion, TakesOctets};
 use super::motion::RelativeMotion;
-use super::polygon::{CutPolygon, CutSurface};
-use crate::geometry::set_bits;
+use super::outline::quadratic_moments;
+use super::plane_motion::PlaneMotion;
+use super::plane_polygon::PlanePolygon;
+use super::polygon::PolygonSource;
 use crate::lanes::space::{cross, scaled, sum};
 use crate::lanes::{self, InLanes, Lanes, Numbers, ROW, Row};
-use crate::narrow_phase::{Octet, SLOTS, Weights};
-use crate::scalar::{Scalar, carries_derivatives, lift_vector};
+use crate::narrow_phase::{Cut, Octet, SLOTS, Weights};
+use crate::scalar::{Scalar, carries_derivatives, lift, real_part};
+use crate::search::GenericPairs;
 use crate::spatial::Wrench;
-use crate::threads;
-use nalgebra::Vector3;
+use nalgebra::Vector6;
 
-/// Octets that are integrated by themselves, in one thread: some 30 µs of work.
-const PIECE: usize = 32;
+/// Octets that are integrated in one thread: some 30 µs of work.
+const OCTETS: usize = 32;
 
-/// Adds up the wrenches on A of the polygons of octets, as [`CutPolygon::wrench_in_motion`] has them. Polygons on which the
-/// pressure is clamped somewhere, or of which the slip turns quickly, are left to be taken one by one.
-struct InMotion<'o>(OctetsInMotion<'o>);
+/// The wrench on A of bodies that move by a law, in A's axes about A's origin.
+pub(super) struct MovingWrench<T> {
+    pub law: SurfaceLaw<T>,
+    pub motion: RelativeMotion<T>,
+}
 
-/// For each octet of a piece the places that are left, as bits.
-type Left = [u8; PIECE];
+/// Adds up the wrenches on A of the polygons of octets, as [`PlanePolygon::wrench_in_motion`] has them. Polygons on which the
+/// pressure is clamped somewhere, or of which the slip turns quickly, are left.
+struct InLanesOver<'o> {
+    moving: OctetsInMotion<'o>,
+    left: &'o mut Left,
+}
 
 /// The sum so far, and triangles that are not yet in it.
 struct Sum<'o> {
@@ -32,29 +41,22 @@ struct Sum<'o> {
     triangles: Triangles,
 }
 
-impl InLanes for InMotion<'_> {
-    type Output = (Wrench<f64>, Left);
+impl InLanes for InLanesOver<'_> {
+    type Output = [f64; 6];
 
     #[inline(always)]
     fn run<L: Lanes>(self, lanes: L) -> Self::Output {
-        let mut left = [0; PIECE];
         let mut sum = Sum {
-            of: self.0,
+            of: self.moving,
             numbers: [[0.0; ROW]; 6],
             triangles: Triangles::NONE,
         };
-        self.0.visit(lanes, &mut left, &mut sum);
+        self.moving.visit(lanes, self.left, &mut sum);
         if sum.triangles.len > 0 {
             sum.triangles.fill_up();
             sum.add(lanes);
         }
-        let total = |row: &Row| row.iter().sum::<f64>();
-        let [t1, t2, t3, f1, f2, f3] = sum.numbers.each_ref().map(total);
-        let wrench = Wrench {
-            torque: Vector3::new(t1, t2, t3),
-            force: Vector3::new(f1, f2, f3),
-        };
-        (wrench, left)
+        sum.numbers.map(|row| row.iter().sum())
     }
 }
 
@@ -133,40 +135,66 @@ fn wrench<N: Numbers>(
     [t1, t2, t3, f1, f2, f3]
 }
 
-impl<T: Scalar> CutSurface<'_, T> {
-    /// The wrench on A of moving bodies, in A's axes about A's origin.
-    pub fn wrench_in_motion(&self, law: &SurfaceLaw<T>, motion: &RelativeMotion<T>) -> Wrench<T> {
-        let add = |sum: &mut Wrench<T>, polygon: &CutPolygon<T>| {
-            *sum += polygon.wrench_in_motion(law, motion);
-        };
-        if carries_derivatives::<T>() {
-            return self.sum(add);
+impl<T: Scalar> Integrand<T> for MovingWrench<T> {
+    type Sum = Wrench<T>;
+
+    const OCTETS: usize = OCTETS;
+
+    fn add(&self, source: &PolygonSource<T>, cut: &Cut, sum: &mut Wrench<T>) {
+        if let Some(polygon) = source.counted_polygon(cut, Weights::has_still_area) {
+            *sum += polygon.wrench_in_motion(&self.law, &self.motion);
         }
-        let mut sum = self.sum_of_special_cuts(&|sum: &mut Wrench<T>, cut| {
-            self.add_where(Weights::has_still_area, add, sum, cut);
+    }
+
+    fn add_octets(
+        &self,
+        _: &PolygonSource<T>,
+        generic: GenericPairs,
+        left: &mut Left,
+        sum: &mut Wrench<T>,
+    ) {
+        let wrench = lanes::run(InLanesOver {
+            moving: OctetsInMotion {
+                octets: generic.octets,
+                law: &self.law.real(),
+                motion: &self.motion.real(),
+            },
+            left,
         });
-        let (law, motion) = (&law.real(), &motion.real());
-        let piece = |octets: &[Octet]| {
-            lanes::run(InMotion(OctetsInMotion {
-                octets,
-                law,
-                motion,
-            }))
+        *sum += Wrench::from_vector(&Vector6::from(wrench.map(lift)));
+    }
+}
+
+impl<T: Scalar> PlanePolygon<T> {
+    /// Wrench on A about A's origin in A's axes, of the traction
+    ///
+    /// t = pψ(−μu₁, −μu₂, 1) along e₁, e₂ and n, ψ = 1 − d v₃, u = (v₁, v₂)/√(v₁² + v₂² + v_s²),
+    ///
+    /// integrated over the part of the polygon where ψ is positive: the normal part is a polynomial, and friction has a
+    /// closed form (see [`Slip`](super::friction::Slip)).
+    fn wrench_in_motion(&self, law: &SurfaceLaw<T>, motion: &RelativeMotion<T>) -> Wrench<T> {
+        let plane = &self.plane;
+        let motion = PlaneMotion::of(motion, plane);
+        let damping = motion.damping(law.dissipation, lift(1.0));
+        // Surfaces that part faster than the skin recovers do not pull.
+        let part = self.outline.cut(&damping);
+        let (outline, moments) = match &part {
+            Some(part) => (part, part.moments()),
+            None => (&self.outline, self.moments()),
         };
-        let mut pieces = self.found.octets().chunks(PIECE);
-        threads::for_pieces(self.found.octets(), PIECE, piece, |(wrench, left)| {
-            sum += Wrench {
-                torque: lift_vector(&wrench.torque),
-                force: lift_vector(&wrench.force),
-            };
-            let octets = pieces.next().unwrap_or_default();
-            for (octet, left) in octets.iter().zip(left) {
-                for place in set_bits(left) {
-                    let cut = self.found.cut_of(octet, place, &self.source.pair);
-                    self.add_where(Weights::has_still_area, add, &mut sum, &cut);
-                }
-            }
-        });
-        sum
+        let traction = product(&plane.pressure, &damping);
+        let [normal, by_y1, by_y2] = quadratic_moments(&traction, &moments);
+        let friction = if real_part(law.friction) == 0.0 && !carries_derivatives::<T>() {
+            [lift(0.0); 3]
+        } else {
+            let slip = motion.slip_by(law);
+            let along_slip = slip.resultant(outline.corners(), &plane.pressure, &damping);
+            along_slip.map(|part| -(law.friction * part))
+        };
+        let [along_e1, along_e2, about_n] = friction;
+        let weight = lift::<T>(self.weights.still.area());
+        let wrench = [by_y2, -by_y1, about_n, along_e1, along_e2, normal];
+        let wrench = plane.in_a(&wrench.map(|entry| entry * weight));
+        Wrench::from_vector(&Vector6::from(wrench))
     }
 }
