@@ -75,12 +75,12 @@ impl ContactPair<'_> {
         let rubs = moving.is_some();
         let (elastic, polygons) = surface.integral(&Freeze { rubs });
         let mut elastic = elastic.linearisation(self.moduli());
-        let mut added = AddedByLaw::nothing();
-        if let Some((law, motion)) = &moving {
-            for polygon in &polygons {
-                polygon.add_to(&mut added, law, (&Vector6::zeros(), motion));
+        let added = match &moving {
+            Some((law, motion)) => {
+                FrozenPolygon::added(&polygons, law, (&Vector6::zeros(), motion))
             }
-        }
+            None => AddedByLaw::nothing(),
+        };
         elastic.wrench += added.wrench;
         let LinearisedContact {
             wrench, by_poses, ..
@@ -104,18 +104,15 @@ impl FrozenContact {
     /// What dissipation and friction add after a motion of B (angular, linear, of the point at A's origin) with a velocity
     /// of A relative to B (angular, linear at A's origin), all in A's axes.
     pub fn added(&self, motion: &Vector6<f64>, twist: &Vector6<f64>) -> AddedByLaw {
-        let mut sum = AddedByLaw::nothing();
+        let Some(law) = &self.law else {
+            return AddedByLaw::nothing();
+        };
         let Twist { angular, linear } = Twist::from_vector(twist);
         let velocity = RelativeMotion {
             angular,
             at_origin: linear,
         };
-        if let Some(law) = &self.law {
-            for polygon in &self.polygons {
-                polygon.add_to(&mut sum, law, (motion, &velocity));
-            }
-        }
-        sum
+        FrozenPolygon::added(&self.polygons, law, (motion, &velocity))
     }
 }
 

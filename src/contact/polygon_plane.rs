@@ -61,6 +61,38 @@ impl<N: Numbers> PolygonPlane<N> {
     }
 }
 
+impl<N: Numbers> PolygonPlane<N> {
+    /// One plane for each lane.
+    #[inline(always)]
+    pub fn side_by_side<'p, L: Lanes<Numbers = N>>(
+        lanes: L,
+        plane: impl Fn(usize) -> &'p PolygonPlane<f64>,
+    ) -> Self {
+        macro_rules! vector {
+            ($($field:tt)+) => {
+                [
+                    lanes.gathered(|lane| plane(lane).$($field)+[0]),
+                    lanes.gathered(|lane| plane(lane).$($field)+[1]),
+                    lanes.gathered(|lane| plane(lane).$($field)+[2]),
+                ]
+            };
+        }
+        let mut moments = [lanes.splat(0.0); 6];
+        for (moment, number) in moments.iter_mut().enumerate() {
+            *number = lanes.gathered(|lane| plane(lane).moments[moment]);
+        }
+        Self {
+            origin: vector!(origin),
+            axes: [vector!(axes[0]), vector!(axes[1]), vector!(axes[2])],
+            pressure: vector!(pressure),
+            gradient_a: vector!(gradient_a),
+            slopes: [vector!(slopes[0]), vector!(slopes[1])],
+            yielding: lanes.gathered(|lane| plane(lane).yielding),
+            moments,
+        }
+    }
+}
+
 impl<N: Copy> PolygonPlane<N> {
     #[inline(always)]
     fn from(load: impl Fn(fn(&Octet) -> &Row) -> N) -> Self {

@@ -1,10 +1,14 @@
 //! What dissipation and friction add on contact polygons that stay as they are, while velocities and pressures change.
 
 use super::area::AreaMoments;
+use super::in_lanes::FrozenInLanes;
 use super::traction::Traction;
 use crate::contact::SurfaceLaw;
 use crate::contact::motion::RelativeMotion;
+use crate::contact::outline::Outline;
 use crate::contact::plane_polygon::PlanePolygon;
+use crate::contact::polygon_plane::PolygonPlane;
+use crate::lanes;
 use crate::spatial::Wrench;
 use nalgebra::{Matrix6, Vector3, Vector6};
 
@@ -23,7 +27,7 @@ pub(crate) struct AddedByLaw {
 pub(in crate::contact) struct FrozenPolygon {
     polygon: PlanePolygon<f64>,
     /// The changes of the pressure's coefficients by a motion of B.
-    pressure_by_motion: [Vector6<f64>; 3],
+    pub(super) pressure_by_motion: [Vector6<f64>; 3],
 }
 
 impl AddedByLaw {
@@ -58,23 +62,59 @@ impl FrozenPolygon {
         }
     }
 
-    /// Adds what the law adds after a motion of B with a velocity of A relative to B.
-    pub fn add_to(
+    /// What the law adds to polygons after a motion of B with a velocity of A relative to B.
+    pub fn added(
+        polygons: &[Self],
+        law: &SurfaceLaw,
+        (motion, velocity): (&Vector6<f64>, &RelativeMotion<f64>),
+    ) -> AddedByLaw {
+        let (mut sum, left) = lanes::run(FrozenInLanes {
+            polygons,
+            law,
+            motion,
+            velocity,
+        });
+        for polygon in left {
+            polygons[polygon].add_to(&mut sum, law, (motion, velocity));
+        }
+        sum
+    }
+
+    pub(super) fn plane(&self) -> &PolygonPlane<f64> {
+        &self.polygon.plane
+    }
+
+    pub(super) fn outline(&self) -> &Outline<f64> {
+        &self.polygon.outline
+    }
+
+    pub(super) fn weight(&self) -> f64 {
+        self.polygon.weights.still.area()
+    }
+
+    /// The coefficients of the pressure after a motion of B.
+    pub(super) fn pressure_after(&self, motion: &Vector6<f64>) -> [f64; 3] {
+        let mut pressure = self.polygon.plane.pressure;
+        for (coefficient, by_motion) in pressure.iter_mut().zip(&self.pressure_by_motion) {
+            *coefficient += by_motion.dot(motion);
+        }
+        pressure
+    }
+
+    /// Adds what the law adds to this polygon alone.
+    fn add_to(
         &self,
         sum: &mut AddedByLaw,
         law: &SurfaceLaw,
         (motion, velocity): (&Vector6<f64>, &RelativeMotion<f64>),
     ) {
         let mut polygon = self.polygon.clone();
-        let pressure = &mut polygon.plane.pressure;
-        for (coefficient, by_motion) in pressure.iter_mut().zip(&self.pressure_by_motion) {
-            *coefficient += by_motion.dot(motion);
-        }
-        if let Some(under_pressure) = polygon.outline.cut(pressure) {
+        polygon.plane.pressure = self.pressure_after(motion);
+        if let Some(under_pressure) = polygon.outline.cut(&polygon.plane.pressure) {
             polygon.set_outline(under_pressure);
         }
         let area = Traction::on(&polygon, (law, velocity), AreaMoments::on);
-        let (plane, weight) = (&polygon.plane, polygon.weights.still.area());
+        let (plane, weight) = (&polygon.plane, self.weight());
         let in_a = |wrench: &[f64; 6]| Vector6::from(plane.in_a(wrench)) * weight;
         sum.wrench += in_a(&area.wrench());
         sum.by_twist += Matrix6::from(plane.matrix_in_a(&area.by_twist())) * weight;

@@ -1,14 +1,18 @@
 //! First derivatives of what dissipation and friction add, over the generic contact polygons, several at a time.
 
+mod corners;
 mod edges;
+mod frozen;
 mod quadrature;
 mod responses;
 #[cfg(test)]
 mod tests;
 
+use crate::contact::SurfaceLaw;
 use crate::contact::friction::{RUNGS, slope_rules};
 use crate::contact::integrate::Left;
 use crate::contact::loads::{LoadedOctet, OctetsInMotion, TakesOctets};
+use crate::contact::motion::RelativeMotion;
 use crate::contact::plane_motion::PlaneMotion;
 use crate::contact::polygon_plane::{PolygonPlane, Six};
 use crate::contact::relative_linearisation::RelativeLinearisation;
@@ -22,6 +26,7 @@ use crate::lanes::{self, InLanes, Lanes, Mask, Numbers, ROW, Row};
 use crate::narrow_phase::{RelativePair, SLOTS};
 use crate::search::GenericPairs;
 use edges::Edges;
+pub(super) use frozen::FrozenInLanes;
 use nalgebra::{Matrix6, Matrix6x2, Vector6};
 use quadrature::{Edge, Field, moments};
 use responses::ResponseRows;
@@ -105,7 +110,7 @@ impl InLanes for Run<'_> {
         };
         added.moving.visit(lanes, left, &mut adding);
         for rung in 0..RUNGS {
-            if adding.groups[rung].len > 0 {
+            if adding.groups[rung].corners.len > 0 {
                 adding.add(lanes, rung);
             }
         }
@@ -127,7 +132,7 @@ impl<L: Lanes> TakesOctets<L> for Adding<'_> {
             let [_, tet_b] = loaded.octet.tets()[place];
             let tet_b = self.to.generic.posed_tet(tet_b);
             edges.push(loaded, place, (self.to.pair, tet_b));
-            if edges.len == ROW {
+            if edges.corners.len == ROW {
                 self.add(lanes, rung);
             }
         }
@@ -140,16 +145,16 @@ impl Adding<'_> {
     fn add<L: Lanes>(&mut self, lanes: L, rung: usize) {
         let (edges, sums) = (&mut self.groups[rung], &mut self.sums);
         edges.fill_up();
-        for first in (0..edges.len).step_by(L::COUNT) {
+        for first in (0..edges.corners.len).step_by(L::COUNT) {
             self.to.add_part(lanes, sums, (edges, first), rung);
         }
         if let Some(rows) = &sums.rows {
-            for lane in 0..edges.len {
+            for lane in 0..edges.corners.len {
                 let response = rows.response(self.to.moving.octets, edges, lane);
                 sums.responses.push(response);
             }
         }
-        edges.len = 0;
+        edges.corners.len = 0;
     }
 }
 
@@ -164,7 +169,7 @@ impl AddedInLanes<'_> {
         rung: usize,
     ) {
         let planes = PolygonPlane::gathered(lanes, self.moving.octets, &edges.places, first);
-        let law = self.law_on(lanes, &planes);
+        let law = law_on(lanes, &planes, (self.moving.law, self.moving.motion));
         let mut rates = self.rates(
             lanes,
             (&law, &planes),
@@ -191,21 +196,6 @@ impl AddedInLanes<'_> {
         add_columns(lanes, others, first, &of_each);
     }
 
-    #[inline(always)]
-    fn law_on<L: Lanes>(
-        &self,
-        lanes: L,
-        planes: &PolygonPlane<L::Numbers>,
-    ) -> LawOnPlane<L::Numbers> {
-        let motion = PlaneMotion::in_lanes(lanes, self.moving.motion, &planes.axes, planes.origin);
-        let numbers = [
-            lanes.splat(self.moving.law.friction),
-            lanes.splat(self.moving.law.dissipation),
-        ];
-        let zero_and_one = [lanes.splat(0.0), lanes.splat(1.0)];
-        LawOnPlane::of(numbers, planes.pressure, motion, zero_and_one)
-    }
-
     /// The derivatives of the polygons' wrenches, with all that their edges contribute.
     #[inline(always)]
     fn rates<L: Lanes>(
@@ -216,26 +206,18 @@ impl AddedInLanes<'_> {
         (rung, rows): (usize, &mut Option<ResponseRows>),
     ) -> Rates<L::Numbers> {
         let (over_area, along_edges) = slope_rules(rung);
-        let (slip, spin) = law.motion.slip();
-        let tolerance = self.moving.law.slip_tolerance;
-        let field = Field {
-            slip,
-            spin,
-            tolerance_squared: lanes.splat(tolerance * tolerance),
-            pressure: law.pressure,
-            damping: law.damping,
-            one: lanes.splat(1.0),
-        };
-        let slip = field.over_area(lanes, (edges, first), over_area);
-        let area = AreaMoments::of(law, &slip, &moments(lanes, (edges, first)), None);
+        let field = Field::of(lanes, law, self.moving.law.slip_tolerance);
+        let corners = &edges.corners;
+        let slip = field.over_area(lanes, (corners, first), over_area);
+        let area = AreaMoments::of(law, &slip, &moments(lanes, (corners, first)), None);
         let mut rates = Rates::of_area(&area, law, planes.slope_along_normal());
         let count = if self.moving.law.is_elastic() {
             0
         } else {
-            edges.most(first, L::COUNT).min(SLOTS)
+            corners.most::<L>(first).min(SLOTS)
         };
         for number in 0..count {
-            let edge = Edge::of(lanes, edges, number, first);
+            let edge = Edge::of(lanes, corners, number, first);
             let [u1, u2] = field.along(lanes, &edge, along_edges);
             let pressed = field.pressed_along(lanes, &edge, &law.excess);
             let fluxes = wrenches(&[
@@ -267,6 +249,18 @@ impl AddedInLanes<'_> {
         }
         rates
     }
+}
+
+#[inline(always)]
+fn law_on<L: Lanes>(
+    lanes: L,
+    planes: &PolygonPlane<L::Numbers>,
+    (law, motion): (&SurfaceLaw, &RelativeMotion<f64>),
+) -> LawOnPlane<L::Numbers> {
+    let motion = PlaneMotion::in_lanes(lanes, motion, &planes.axes, planes.origin);
+    let numbers = [lanes.splat(law.friction), lanes.splat(law.dissipation)];
+    let zero_and_one = [lanes.splat(0.0), lanes.splat(1.0)];
+    LawOnPlane::of(numbers, planes.pressure, motion, zero_and_one)
 }
 
 /// 1 over the length of the part in the plane of a normal along its axes; 0, where that is 0.

@@ -1,11 +1,11 @@
 //! The integrals of slip and load over polygons side by side, one in each lane.
 
-use super::edges::Edges;
+use super::corners::Corners;
 use crate::contact::friction::{EdgeRule, SlipMoments, TriangleRule};
+use crate::contact::traction_rates::area::LawOnPlane;
 use crate::contact::traction_rates::flux::THREE_POINTS;
 use crate::geometry::{PER_TRIANGLE, add_triangle};
 use crate::lanes::{Lanes, Numbers};
-use crate::narrow_phase::SLOTS;
 
 /// Where the monomials up to cubic ones times y₁, and times y₂, are among those up to quartic ones (see [`add_up_to_quartic`]).
 const TIMES_Y1: [usize; 10] = [1, 3, 4, 6, 7, 8, 10, 11, 12, 13];
@@ -33,6 +33,19 @@ pub(super) struct Edge<N> {
 }
 
 impl<N: Numbers> Field<N> {
+    #[inline(always)]
+    pub fn of<L: Lanes<Numbers = N>>(lanes: L, law: &LawOnPlane<N>, slip_tolerance: f64) -> Self {
+        let (slip, spin) = law.motion.slip();
+        Self {
+            slip,
+            spin,
+            tolerance_squared: lanes.splat(slip_tolerance * slip_tolerance),
+            pressure: law.pressure,
+            damping: law.damping,
+            one: lanes.splat(1.0),
+        }
+    }
+
     /// u, 1/σ and g.
     #[inline(always)]
     fn at(&self, [y1, y2]: [N; 2]) -> ([N; 2], N, N) {
@@ -48,18 +61,18 @@ impl<N: Numbers> Field<N> {
     pub fn over_area<L: Lanes<Numbers = N>>(
         &self,
         lanes: L,
-        (edges, first): (&Edges, usize),
+        (corners, first): (&Corners, usize),
         rule: &TriangleRule,
     ) -> SlipMoments<N> {
         let (zero, half) = (lanes.splat(0.0), lanes.splat(0.5));
         let mut by_inverse = [zero; 15];
         let mut by_slip = [[zero; 6]; 3];
-        let from = corner(lanes, edges, 0, first);
-        let mut next = Edge::between(from, corner(lanes, edges, 1, first)).way;
-        for last in 2..edges.most(first, L::COUNT) {
+        let from = corners.at(lanes, 0, first);
+        let mut next = Edge::between(from, corners.at(lanes, 1, first)).way;
+        for last in 2..corners.most::<L>(first) {
             let [b, c] = [
                 next,
-                Edge::between(from, corner(lanes, edges, last, first)).way,
+                Edge::between(from, corners.at(lanes, last, first)).way,
             ];
             next = c;
             let area = (b[0] * c[1] - b[1] * c[0]) * half;
@@ -166,16 +179,15 @@ impl<N: Numbers> Edge<N> {
 
     /// The edge from a corner to the next.
     #[inline(always)]
-    pub fn of<L: Lanes<Numbers = N>>(lanes: L, edges: &Edges, edge: usize, first: usize) -> Self {
-        let end = corner(lanes, edges, edge + 1, first);
-        Self::between(corner(lanes, edges, edge, first), end)
+    pub fn of<L: Lanes<Numbers = N>>(
+        lanes: L,
+        corners: &Corners,
+        edge: usize,
+        first: usize,
+    ) -> Self {
+        let end = corners.at(lanes, edge + 1, first);
+        Self::between(corners.at(lanes, edge, first), end)
     }
-}
-
-#[inline(always)]
-fn corner<L: Lanes>(lanes: L, edges: &Edges, corner: usize, first: usize) -> [L::Numbers; 2] {
-    let [y1, y2] = &edges.corners[corner.min(SLOTS)];
-    [lanes.load(y1, first), lanes.load(y2, first)]
 }
 
 /// The value of an affine function.
@@ -220,12 +232,12 @@ fn add_up_to_quartic<N: Numbers>(sums: &mut [N; 15], value: N, [y1, y2]: [N; 2])
 /// The moments of polygons by the ten monomials up to cubic ones: sums over the triangles of the origin and each edge, exactly 0
 /// where an edge is a point.
 #[inline(always)]
-pub(super) fn moments<L: Lanes>(lanes: L, (edges, first): (&Edges, usize)) -> [L::Numbers; 10] {
+pub(super) fn moments<L: Lanes>(lanes: L, (corners, first): (&Corners, usize)) -> [L::Numbers; 10] {
     let mut sums = [lanes.splat(0.0); 10];
     let constants = [lanes.splat(0.5), lanes.splat(1.0 / 3.0)];
-    let mut next = corner(lanes, edges, 0, first);
-    for end in 1..=edges.most(first, L::COUNT) {
-        let (from, to) = (next, corner(lanes, edges, end, first));
+    let mut next = corners.at(lanes, 0, first);
+    for end in 1..=corners.most::<L>(first) {
+        let (from, to) = (next, corners.at(lanes, end, first));
         next = to;
         add_triangle(&mut sums, from, to, constants);
     }

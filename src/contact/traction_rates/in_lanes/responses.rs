@@ -43,8 +43,10 @@ impl ResponseRows {
     pub fn response(&self, octets: &[Octet], edges: &Edges, lane: usize) -> PolygonResponse {
         let [octet, place] = edges.places[lane];
         let octet = &octets[octet];
-        let mut by_faces = Vec::with_capacity(edges.counts[lane]);
-        for edge in (0..edges.counts[lane]).filter(|&edge| edges.faces[edge][lane] != NO_FACE) {
+        let mut by_faces = Vec::with_capacity(edges.corners.count(lane));
+        for edge in
+            (0..edges.corners.count(lane)).filter(|&edge| edges.faces[edge][lane] != NO_FACE)
+        {
             by_faces.push(FaceResponse {
                 face: usize::from(edges.faces[edge][lane]),
                 normal: vector_at(&edges.normals[edge], lane),
