@@ -1,4 +1,18 @@
 //! What counts as coincident in the surfaces that values and derivatives are made from.
+//!
+//! A corner is on a plane if it is within a margin, the rounding of coordinates. Values use this margin. A single margin for values and
+//! derivatives was tried: derivatives were wrong in the tests `flush_motion` and `coincidence`. These cases need more:
+//!
+//! - *Faces that miss each other by about a margin.* Some corners count as on the plane and others do not, so polygons with weight ½
+//!   have no partner. Derivatives therefore use a wider tolerance ([`COINCIDENCE`](crate::narrow_phase::COINCIDENCE),
+//!   [`ELASTIC_COINCIDENCE`]). It is placed in a gap of the distances to coincidence, if there is one
+//!   ([`Closeness::split`](crate::geometry::Closeness::split)), so that its own edge does not separate the corners of a face.
+//! - *Nearly equal fields.* A force jumps within a very small distance, and the derivative within this distance is far larger than the
+//!   slope that a longer step sees. The wider tolerance gives the mean of both sides.
+//! - *Bodies that are pressed in by less than the tolerance.* The wider tolerance would take their pressure for zero. It is narrowed
+//!   until the load stays (`CutSurface::load_at_zero`).
+//! - *A whole polygon near a face of B.* Neighbors beyond the face would both count it, or neither. Values use a wider tolerance too,
+//!   placed and narrowed in the same way: with a fixed one the force jumps at its edge.
 
 use super::integrate::{CutSurface, Integrand};
 use super::polygon::PolygonSource;
