@@ -1,7 +1,8 @@
 //! What counts as coincident in the surfaces that values and derivatives are made from.
 //!
 //! A corner is on a plane if it is within a margin, the rounding of coordinates. Values use this margin. A single margin for values and
-//! derivatives was tried: derivatives were wrong in the tests `flush_motion` and `coincidence`. These cases need more:
+//! derivatives was tried: derivatives were wrong in the tests `flush_motion` and `coincidence`. A single margin is not enough in these
+//! cases:
 //!
 //! - *Faces that miss each other by about a margin.* Some corners count as on the plane and others do not, so polygons with weight ½
 //!   have no partner. Derivatives therefore use a wider tolerance ([`COINCIDENCE`](crate::narrow_phase::COINCIDENCE),
@@ -21,10 +22,10 @@ use super::{Culling, Search};
 use crate::narrow_phase::ELASTIC_COINCIDENCE;
 use crate::scalar::{Scalar, carries_derivatives};
 
-/// No more than this fraction of the load may be taken for zero.
+/// Largest fraction of the load that may count as zero.
 const LITTLE: f64 = 1e-6;
 
-/// Where more would be, the tolerance is taken this many octaves narrower.
+/// Octaves by which the tolerance is narrowed at a time while more of the load would count as zero.
 const NARROWER: usize = 3;
 
 /// The surface that derivatives are made from and, if it may be another, that for values.
@@ -40,7 +41,7 @@ impl<'a, T: Scalar> PolygonSource<'a, T> {
     pub fn integral_for_values<I: Integrand<T>>(&self, search: Search, integrand: &I) -> I::Sum {
         let (surface, spilled) = self.integrated_within(0, search, integrand);
         let (surface, spilled) = match spilled {
-            // Rare: searching once more is cheaper than keeping the octets.
+            // Rare: repeating the search is cheaper than keeping the octets of every large contact.
             Some(_) if surface.has_polygons_on_faces() => (self.for_values(search), None),
             Some(_) => (surface, spilled),
             None => (self.values_from(surface), None),
@@ -54,8 +55,8 @@ impl<'a, T: Scalar> PolygonSource<'a, T> {
         self.derivatives_from(surface, octaves, search)
     }
 
-    /// Integrates over the first of [`Self::for_derivatives`] in the same way, and returns these surfaces, of which the first may lack
-    /// octets.
+    /// Integrates over the surface that derivatives are made from, in the same way. Returns the surfaces of [`Self::for_derivatives`]
+    /// too; the first lacks the octets that were spilled.
     pub fn integral_for_derivatives<I: Integrand<T>>(
         &self,
         octaves: u32,
@@ -78,7 +79,7 @@ impl<'a, T: Scalar> PolygonSource<'a, T> {
         if !plain.has_polygons_on_faces() {
             return plain;
         }
-        // All of it, whichever search: slivers between such planes hang together by less than is told from zero.
+        // Culling finds all slivers. Following might miss some, because the edges that connect them are shorter than round-off.
         let everywhere = Search::Culling(Culling::default());
         let surface = self.within(ELASTIC_COINCIDENCE.cast_signed(), everywhere);
         self.settled(surface, ELASTIC_COINCIDENCE, everywhere, || plain)
@@ -138,14 +139,14 @@ impl<'a, T: Scalar> PolygonSource<'a, T> {
         }
     }
 
-    /// The same, and the integral over the octets that are not in it, if there are any.
+    /// Finds the surface and integrates over the octets that are spilled. Returns no integral if none are.
     pub fn integrated_within<I: Integrand<T>>(
         &self,
         octaves: i32,
         search: Search,
         integrand: &I,
     ) -> (CutSurface<'a, T>, Option<I::Sum>) {
-        if carries_derivatives::<T>() {
+        if carries_derivatives::<T>() || !I::IS_SPILLED {
             return (self.within(octaves, search), None);
         }
         let (source, mut sum) = (self.with_near_coincidences(octaves), None);

@@ -1,4 +1,4 @@
-//! Questions about a contact surface.
+//! Properties of a contact surface.
 
 use super::integrate::CutSurface;
 use super::outline::at;
@@ -27,7 +27,7 @@ impl<T: Scalar> CutSurface<'_, T> {
         })
     }
 
-    /// Number of contact polygons.
+    /// Number of contact polygons, including those where both bodies end.
     pub fn polygon_count(&self) -> usize {
         self.sum_of_cuts(|count: &mut usize, cut| {
             let polygon = self.source.counted_polygon(cut, Weights::has_still_area);

@@ -145,7 +145,7 @@ fn over_octets<I: Integrals<K>, const K: usize>(octets: &[Octet]) -> [f64; K] {
 }
 
 impl<T: Scalar> PlanePolygon<T> {
-    /// ∫ p dA (N), as far as the polygon counts.
+    /// ∫ p dA (N), times the polygon's weight in values.
     pub fn load(&self) -> T {
         let (total, _) = self.plane.pressure_integrals();
         total * self.weights.still.area()
@@ -157,6 +157,8 @@ pub(super) struct ElasticWrench;
 
 impl<T: Scalar> Integrand<T> for ElasticWrench {
     type Sum = Wrench<T>;
+
+    const IS_SPILLED: bool = true;
 
     const OCTETS: usize = OCTETS;
 
@@ -191,6 +193,8 @@ impl<R> ElasticJacobian<R> {
 
 impl<R: Responses> Integrand<f64> for ElasticJacobian<R> {
     type Sum = (RelativeJacobian, R);
+
+    const IS_SPILLED: bool = true;
 
     const OCTETS: usize = OCTETS;
 
@@ -289,7 +293,18 @@ mod tests {
         let wrenches = [pair.wrench(), at_rest, moving.wrench(), in_motion];
         let wrenches = wrenches.map(|wrench| wrench.on_a.to_vector());
         let numbers = wrenches.iter().flat_map(|wrench| wrench.iter().copied());
+        let frozen = moving.frozen().map(|frozen| {
+            let (motion, twist) = (
+                Vector6::repeat(1e-3),
+                Vector6::new(0.9, -1.8, 0.6, 0.3, 0.2, 0.1),
+            );
+            let added = frozen.added(&motion, &twist);
+            let matrices = added.by_motion.iter().chain(&added.by_twist);
+            let wrench = added.wrench.iter();
+            wrench.chain(matrices).copied().collect::<Vec<_>>()
+        });
         numbers
+            .chain(frozen.into_iter().flatten())
             .chain(
                 linearised
                     .iter()

@@ -30,7 +30,7 @@ pub(crate) struct FrozenContact {
     polygons: Vec<FrozenPolygon>,
 }
 
-/// The exact elastic contact, and the polygons if there is more to be added.
+/// The integrand of a frozen contact: the exact elastic contact, and the polygons if dissipation or friction add to it.
 struct Freeze {
     rubs: bool,
 }
@@ -184,6 +184,35 @@ mod tests {
                 let [found, exact] = [found, exact].map(|wrench| wrench.to_vector());
                 let error = (found - exact).amax();
                 assert!(error <= EXACT * exact.amax(), "{error:e}");
+            }
+        });
+    }
+
+    #[test]
+    fn frozen_polygons_side_by_side_add_what_they_add_one_by_one() {
+        let some = Vector6::from(SOME);
+        let law = law();
+        for_pairs(|pair| {
+            let frozen = pair.moving(law, [Twist::zero(); 2]).frozen().unwrap();
+            for (part, spin) in [(0.0, 0.0), (0.03, 1e-3), (-0.2, 1.0), (0.2, 30.0)] {
+                let (motion, mut twist) = (some * part, some);
+                twist.fixed_rows_mut::<3>(0).scale_mut(spin);
+                let Twist { angular, linear } = Twist::from_vector(&twist);
+                let velocity = RelativeMotion {
+                    angular,
+                    at_origin: linear,
+                };
+                let found = frozen.added(&motion, &twist);
+                let mut singly = AddedByLaw::nothing();
+                for polygon in &frozen.polygons {
+                    polygon.add_to(&mut singly, &law, (&motion, &velocity));
+                }
+                let errors = [
+                    (found.wrench - singly.wrench).amax() / singly.wrench.amax(),
+                    (found.by_motion - singly.by_motion).amax() / singly.by_motion.amax(),
+                    (found.by_twist - singly.by_twist).amax() / singly.by_twist.amax(),
+                ];
+                assert!(errors.iter().all(|&error| error <= EXACT), "{errors:?}");
             }
         });
     }

@@ -1,4 +1,4 @@
-//! The pass over a contact surface. It decides on threads and on the order of sums, for everything that is integrated.
+//! The pass over a contact surface. It decides which pieces are integrated in which threads, and in which order they are added.
 
 use super::polygon::PolygonSource;
 use super::sums::PartialSum;
@@ -13,7 +13,7 @@ use std::marker::PhantomData;
 /// Polygons that are integrated one by one in one thread: some 20 µs of work in `f64`.
 const SINGLE: usize = 32;
 
-/// The most octets that are integrated in one thread.
+/// The most octets of a piece of work.
 const MOST_OCTETS: usize = 256;
 
 /// For each octet the places of polygons that are left to be added one by one, as bits.
@@ -29,14 +29,18 @@ pub(super) struct CutSurface<'a, T> {
 pub(super) trait Integrand<T>: Sync {
     type Sum: PartialSum;
 
-    /// Octets that are integrated in one thread, up to [`MOST_OCTETS`].
+    /// Whether octets of large contacts are integrated as soon as they are found. They are integrated again if faces then turn out to
+    /// coincide, so the integral should be cheap.
+    const IS_SPILLED: bool = false;
+
+    /// Octets to a piece of work for a thread, up to [`MOST_OCTETS`].
     const OCTETS: usize;
 
     /// Adds the polygon of a cut.
     fn add(&self, source: &PolygonSource<T>, cut: &Cut, sum: &mut Self::Sum);
 
-    /// Adds the polygons of octets, several at a time, without derivatives. Some may be left: their bits are set in `left`, which comes
-    /// with zeros.
+    /// Adds the polygons of octets, several at a time, for scalars without derivatives. Sets the bits of polygons that it skips in
+    /// `left`, which is zero at first.
     fn add_octets(
         &self,
         source: &PolygonSource<T>,
@@ -95,7 +99,7 @@ impl<T: Scalar> CutSurface<'_, T> {
         self.integral_after(I::Sum::empty(), integrand)
     }
 
-    /// Adds the integral over the surface to that over a part that is no longer in it.
+    /// Adds the integral over the surface to `sum`, the integral over octets that were spilled.
     pub fn integral_after<I: Integrand<T>>(&self, mut sum: I::Sum, integrand: &I) -> I::Sum {
         let piece = |cuts: &[Cut]| {
             let mut sum = I::Sum::empty();
@@ -119,7 +123,7 @@ impl<T: Scalar> CutSurface<'_, T> {
     }
 }
 
-/// Something that each cut adds to a sum.
+/// A sum over cuts by a closure.
 struct OneByOne<F, S> {
     add: F,
     sum: PhantomData<fn() -> S>,

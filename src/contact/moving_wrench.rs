@@ -1,4 +1,5 @@
-//! The surface law over the generic contact polygons, several triangles of them at a time.
+//! The wrench of a contact with the surface law: of generic polygons in lanes, several triangles at a time, of special ones one by
+//! one.
 
 use super::SurfaceLaw;
 use super::friction::{product, value_rule};
@@ -21,7 +22,7 @@ use nalgebra::Vector6;
 /// Octets that are integrated in one thread: some 30 µs of work.
 const OCTETS: usize = 32;
 
-/// The wrench on A of bodies that move by a law, in A's axes about A's origin.
+/// The wrench on A of moving bodies with a surface law, in A's axes about A's origin.
 pub(super) struct MovingWrench<T> {
     pub law: SurfaceLaw<T>,
     pub motion: RelativeMotion<T>,
@@ -170,8 +171,8 @@ impl<T: Scalar> PlanePolygon<T> {
     ///
     /// t = pψ(−μu₁, −μu₂, 1) along e₁, e₂ and n, ψ = 1 − d v₃, u = (v₁, v₂)/√(v₁² + v₂² + v_s²),
     ///
-    /// integrated over the part of the polygon where ψ is positive: the normal part is a polynomial, and friction has a
-    /// closed form (see [`Slip`](super::friction::Slip)).
+    /// integrated over the part of the polygon where ψ is positive: the normal part is a polynomial, and friction is
+    /// integrated by rules or in closed form (see [`Slip`](super::friction::Slip)).
     fn wrench_in_motion(&self, law: &SurfaceLaw<T>, motion: &RelativeMotion<T>) -> Wrench<T> {
         let plane = &self.plane;
         let motion = PlaneMotion::of(motion, plane);

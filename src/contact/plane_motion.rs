@@ -45,11 +45,11 @@ impl<N: Numbers> PlaneMotion<N> {
         lanes: L,
         motion: &RelativeMotion<f64>,
         axes: &[[N; 3]; 3],
-        center: [N; 3],
+        origin: [N; 3],
     ) -> Self {
         let angular = splat(lanes, motion.angular.as_ref());
         let at_origin = splat(lanes, motion.at_origin.as_ref());
-        let velocity = sum(at_origin, cross(angular, center));
+        let velocity = sum(at_origin, cross(angular, origin));
         Self {
             velocity: components(axes, velocity),
             angular: components(axes, angular),

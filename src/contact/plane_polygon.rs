@@ -15,7 +15,7 @@ pub(super) struct PlanePolygon<T> {
     pub outline: Outline<T>,
     /// ∫ m dA for the monomials m = y₁³, y₁²y₂, y₁y₂², y₂³.
     cubic_moments: [T; 4],
-    /// How much of it counts.
+    /// Its weights in values and in derivatives.
     pub weights: Weights,
     /// Whether an edge lies in several faces.
     pub shares_edges: bool,
@@ -34,7 +34,7 @@ pub(super) struct SpacePolygon<T> {
 impl<T: Scalar> SpacePolygon<T> {
     /// The polygon in its plane; `None` if it has no corner.
     ///
-    /// The origin is a constant but for the motion of the plane along its normal.
+    /// The only derivative of the origin is the motion of the plane along its normal.
     #[inline]
     pub fn in_plane(&self, weights: Weights) -> Option<PlanePolygon<T>> {
         let Self {
@@ -91,7 +91,7 @@ impl<T: Scalar> SpacePolygon<T> {
 }
 
 impl<T: Scalar> PlanePolygon<T> {
-    /// Whether it turns about its normal: else nothing but round-off is left of it.
+    /// Whether the signed area is positive. Otherwise the polygon is round-off.
     pub fn has_area(&self) -> bool {
         real_part(self.plane.moments[0]) > 0.0
     }
@@ -103,7 +103,7 @@ impl<T: Scalar> PlanePolygon<T> {
         [area, y1, y2, y11, y12, y22, y111, y112, y122, y222]
     }
 
-    /// Makes it another part of its plane.
+    /// Replaces the outline and its moments.
     pub fn set_outline(&mut self, outline: Outline<T>) {
         (self.plane.moments, self.cubic_moments) = split(outline.moments());
         self.outline = outline;
@@ -114,7 +114,7 @@ impl<T: Scalar> PlanePolygon<T> {
         !self.weights.are_whole() || self.shares_edges
     }
 
-    /// The point (m) with these coordinates.
+    /// The point (m) with these coordinates, in A's frame.
     pub fn point(&self, [y1, y2]: [T; 2]) -> Vector3<T> {
         let [e1, e2, _] = self.plane.axes.map(Vector3::from);
         Vector3::from(self.plane.origin) + e1 * y1 + e2 * y2

@@ -32,7 +32,7 @@ impl<'a, T: Scalar> PolygonSource<'a, T> {
         }
     }
 
-    /// Whether the polygon of a cut is part of the contact surface: it has an area, under pressure.
+    /// Whether the polygon of a cut has a positive area and does not lie where both bodies end.
     pub fn is_pressed(&self, cut: &Cut) -> bool {
         self.pressed_polygon(cut).is_some()
     }

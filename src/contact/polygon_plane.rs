@@ -8,8 +8,8 @@ pub(super) type Six<N> = [N; 6];
 /// A 6×6 matrix by its columns.
 pub(super) type Columns<N> = [Six<N>; 6];
 
-/// The plane of a contact polygon in A's frame, with the fields of both bodies and the moments of the polygon: of one polygon,
-/// where N is a scalar, or of one in each lane.
+/// The plane of a contact polygon in A's frame, with the fields of both bodies and the moments of the polygon: of one polygon
+/// if N is a scalar, or of one in each lane.
 ///
 /// Points of the plane have coordinates y₁ and y₂ along e₁ and e₂ from the origin.
 #[derive(Clone, Copy)]
@@ -38,7 +38,7 @@ impl PolygonPlane<f64> {
 }
 
 impl<N: Numbers> PolygonPlane<N> {
-    /// The planes of an octet from a place on.
+    /// Loads the planes of an octet from a place on.
     #[inline(always)]
     pub fn loaded<L: Lanes<Numbers = N>>(lanes: L, octet: &Octet, first: usize) -> Self {
         Self::from(|row| lanes.load(row(octet), first))
@@ -137,7 +137,8 @@ impl<N: Linear> PolygonPlane<N> {
         sum(sum(scaled(*e1, c1), scaled(*e2, c2)), scaled(*n, c3))
     }
 
-    /// From a wrench about the origin along the axes to that about A's origin in A's axes; and the same way for motions.
+    /// Transforms a wrench about the origin along the axes to A's axes about A's origin. Derivatives by motions transform in the same
+    /// way.
     #[inline(always)]
     pub fn in_a(&self, [t1, t2, t3, f1, f2, f3]: &Six<N>) -> Six<N> {
         let force = Self::vector(&self.axes, [*f1, *f2, *f3]);

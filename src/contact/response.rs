@@ -209,7 +209,7 @@ impl PolygonResponse {
         self.plane.axes.map(Into::into)
     }
 
-    /// The derivative by a wrench about the origin of the plane along its axes, from that by one about A's origin.
+    /// Transforms a derivative by a wrench about A's origin to one by a wrench about the origin of the plane along its axes.
     fn in_plane(&self, covector: &Vector6<f64>) -> Vector6<f64> {
         let moment: Vector3<f64> = covector.fixed_rows::<3>(0).into_owned();
         let force = covector.fixed_rows::<3>(3) + moment.cross(&self.origin());

@@ -2,7 +2,7 @@
 
 use crate::lanes::Linear;
 
-/// What the sums of [`add_triangle`] are to be multiplied by.
+/// Factors that turn the sums of [`add_triangle`] into moments.
 pub(crate) const PER_TRIANGLE: [f64; 10] = [
     1.0 / 2.0,
     1.0 / 6.0,
@@ -18,7 +18,7 @@ pub(crate) const PER_TRIANGLE: [f64; 10] = [
 
 /// Adds the moments of the triangle of the origin, `a` and `b`, times the inverse of [`PER_TRIANGLE`]: ∫ m dA for the monomials m = 1,
 /// y₁, y₂, y₁², y₁y₂, y₂² and, if K is 10, y₁³, y₁²y₂, y₁y₂², y₂³. The sign is that of the turn from `a` to `b`, so sums over the edges
-/// of a polygon are its moments. `constants` are ½ and ⅓.
+/// of a polygon are its moments. The last argument is [½, ⅓].
 ///
 /// With turn = a × b, twice the area of the triangle, ∫ y₁ dA = turn/6·(a₁ + b₁), ∫ y₁² dA = turn/12·(a₁² + a₁b₁ + b₁²) and
 /// ∫ y₁³ dA = turn/20·(a₁³ + a₁²b₁ + a₁b₁² + b₁³).

@@ -62,7 +62,7 @@ impl FrozenPolygon {
         }
     }
 
-    /// What the law adds to polygons after a motion of B with a velocity of A relative to B.
+    /// Computes what dissipation and friction add over frozen polygons after a motion of B with a velocity of A relative to B.
     pub fn added(
         polygons: &[Self],
         law: &SurfaceLaw,
@@ -101,8 +101,8 @@ impl FrozenPolygon {
         pressure
     }
 
-    /// Adds what the law adds to this polygon alone.
-    fn add_to(
+    /// Adds the contribution of this polygon, computed without lanes.
+    pub fn add_to(
         &self,
         sum: &mut AddedByLaw,
         law: &SurfaceLaw,

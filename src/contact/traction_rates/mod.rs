@@ -50,7 +50,7 @@ use traction::Traction;
 /// Octets that are linearized in one thread: some 100 µs of work.
 const OCTETS: usize = 16;
 
-/// The wrench on A of bodies that move by a law, and its derivatives, with the responses of the polygons if `R` keeps them.
+/// The wrench on A of moving bodies with a surface law, and its derivatives, with the responses of the polygons if `R` keeps them.
 pub(super) struct MovingJacobian<'l, R> {
     law: &'l SurfaceLaw,
     motion: &'l RelativeMotion<f64>,

@@ -10,7 +10,7 @@ use nalgebra::{Matrix6, Matrix6x2, Vector6};
 /// The derivatives of one polygon's wrench, with what its edges and weights make of them.
 #[derive(Default)]
 pub(super) struct PolygonRates {
-    /// About its center; those by the pressure with all of the polygon counted.
+    /// About the origin of the polygon's plane; those by the pressure with all of the polygon counted.
     pub rates: Rates<f64>,
     /// What to add to [`Rates::by_speed`] as the modulus of B grows: zero unless the polygon or an edge has another weight then
     /// (see [`Weights`]).

@@ -19,7 +19,7 @@ pub(super) struct Traction<'p> {
 }
 
 impl Traction<'_> {
-    /// Hands on that of a law on a polygon of moving bodies.
+    /// Calls `value` with the traction of a law on a polygon of moving bodies, and returns its result.
     pub fn on<O>(
         polygon: &PlanePolygon<f64>,
         (law, motion): (&SurfaceLaw, &RelativeMotion<f64>),

@@ -18,8 +18,8 @@ use nalgebra::{Matrix6, Vector6};
 /// By motions and twists, and the wrench.
 const NUMBERS: usize = 2 * MATRIX + 6;
 
-/// What the law adds over frozen polygons after a motion of B, where the pressure is positive. Polygons that are not integrated by
-/// rules, or on which the damping is clamped, are left.
+/// The wrench and derivatives that the law adds over frozen polygons after a motion of B, where the pressure is positive. Polygons are
+/// left if they are not integrated by rules, if the damping is clamped, or if they have more than [`SLOTS`] corners.
 pub(in crate::contact::traction_rates) struct FrozenInLanes<'p> {
     pub polygons: &'p [FrozenPolygon],
     pub law: &'p SurfaceLaw,
@@ -49,6 +49,9 @@ impl InLanes for FrozenInLanes<'_> {
             let pressure = polygon.pressure_after(self.motion);
             let part = polygon.outline().cut(&pressure);
             let outline = part.as_ref().unwrap_or(polygon.outline());
+            if outline.corners().len() < 3 {
+                continue;
+            }
             let Some(rung) = self.rung(polygon, outline.corners()) else {
                 left.push(number);
                 continue;
@@ -78,13 +81,13 @@ impl InLanes for FrozenInLanes<'_> {
 }
 
 impl FrozenInLanes<'_> {
-    /// The rung of the ladder of rules that is good enough for the part of a polygon with these corners; `None` if there is none, or
-    /// if the damping is negative at a corner.
+    /// Returns the rung of the ladder of rules that is good enough for the part of a polygon with these corners. Returns `None` if
+    /// there is none, if the damping is not positive at every corner, or if there are more than [`SLOTS`] corners.
     fn rung(&self, polygon: &FrozenPolygon, corners: &[[f64; 2]]) -> Option<usize> {
         let motion = PlaneMotion::of(self.velocity, polygon.plane());
         let damping = motion.damping(self.law.dissipation, 1.0);
         let is_damped = |y: &[f64; 2]| at(&damping, y) >= 0.0;
-        let fits = (3..=SLOTS).contains(&corners.len()) && corners.iter().all(is_damped);
+        let fits = corners.len() <= SLOTS && corners.iter().all(is_damped);
         fits.then(|| motion.slip_by(self.law).rung(corners))?
     }
 
