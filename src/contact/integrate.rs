@@ -69,9 +69,7 @@ impl<T: Scalar> PolygonSource<'_, T> {
             let (mut sum, mut left) = (I::Sum::empty(), [0; MOST_OCTETS]);
             let left = &mut left[..generic.octets.len()];
             if are_single {
-                for (octet, left) in generic.octets.iter().zip(&mut *left) {
-                    *left = octet.polygons();
-                }
+                leave_all(generic, left);
             } else {
                 integrand.add_octets(self, generic, left, &mut sum);
             }
@@ -139,8 +137,13 @@ impl<T: Scalar, S: PartialSum, F: Fn(&mut S, &Cut) + Sync> Integrand<T> for OneB
     }
 
     fn add_octets(&self, _: &PolygonSource<T>, generic: GenericPairs, left: &mut Left, _: &mut S) {
-        for (octet, left) in generic.octets.iter().zip(left) {
-            *left = octet.polygons();
-        }
+        leave_all(generic, left);
+    }
+}
+
+/// Leaves all polygons to be added one by one.
+fn leave_all(generic: GenericPairs, left: &mut Left) {
+    for (octet, left) in generic.octets.iter().zip(left) {
+        *left = octet.polygons();
     }
 }

@@ -109,9 +109,7 @@ impl ContactPair<'_> {
         let (relative, ()) = self.relative_linearisation();
         relative.in_world(self)
     }
-}
 
-impl ContactPair<'_> {
     /// Linearizes the elastic contact of a pair in A's frame. Returns the responses of its polygons, too, if `R` keeps them.
     fn elastic_linearisation<R: Responses>(&self) -> (RelativeLinearisation, R) {
         let integrand = ElasticJacobian::<R>::new();

@@ -11,9 +11,9 @@ use super::outline::quadratic_moments;
 use super::plane_motion::PlaneMotion;
 use super::plane_polygon::PlanePolygon;
 use super::polygon::PolygonSource;
-use crate::lanes::space::{cross, scaled, sum};
+use super::polygon_plane::PolygonPlane;
 use crate::lanes::{self, InLanes, Lanes, Numbers, ROW, Row};
-use crate::narrow_phase::{Cut, Octet, SLOTS, Weights};
+use crate::narrow_phase::{Cut, SLOTS, Weights};
 use crate::scalar::{Scalar, carries_derivatives, lift, real_part};
 use crate::search::GenericPairs;
 use crate::spatial::Wrench;
@@ -93,47 +93,18 @@ impl Sum<'_> {
         } = self;
         let rule = value_rule(triangles.rung);
         for first in (0..triangles.len).step_by(L::COUNT) {
-            let integrals = integrals(lanes, triangles, first, rule, law);
-            let vector = |rows: fn(&Octet) -> &[Row; 3]| -> [L::Numbers; 3] {
-                let number = |axis: usize| {
-                    lanes.gathered(|lane| {
-                        let [octet, place] = triangles.places[first + lane];
-                        rows(&octets[octet])[axis][place]
-                    })
-                };
-                [number(0), number(1), number(2)]
-            };
-            let origin = vector(|octet| &octet.origin);
-            let axes = [
-                vector(|octet| &octet.axes[0]),
-                vector(|octet| &octet.axes[1]),
-                vector(|octet| &octet.axes[2]),
-            ];
+            let [pressed, by_y1, by_y2, along1, along2, about] =
+                integrals(lanes, triangles, first, rule, law);
+            let plane = PolygonPlane::gathered(lanes, octets, &triangles.places, first);
             let friction = lanes.splat(-law.friction);
-            let wrench = wrench(origin, axes, integrals, friction);
+            let [along1, along2, about] = [along1 * friction, along2 * friction, about * friction];
+            let wrench = plane.in_a(&[by_y2, -by_y1, about, along1, along2, pressed]);
             for (sum, part) in numbers.iter_mut().zip(wrench) {
                 (lanes.load(sum, first) + part).store(sum, first);
             }
         }
         (triangles.len, triangles.rung) = (0, 0);
     }
-}
-
-/// The wrench of tractions, from their [`integrals`] in a plane.
-#[inline(always)]
-fn wrench<N: Numbers>(
-    origin: [N; 3],
-    [e1, e2, normal]: [[N; 3]; 3],
-    [pressed, by_y1, by_y2, along1, along2, about]: [N; 6],
-    friction: N,
-) -> [N; 6] {
-    let in_plane = sum(scaled(e1, along1 * friction), scaled(e2, along2 * friction));
-    let force = sum(in_plane, scaled(normal, pressed));
-    let tilt = sum(scaled(e1, by_y2), scaled(e2, -by_y1));
-    let about_origin = sum(tilt, scaled(normal, about * friction));
-    let [t1, t2, t3] = sum(about_origin, cross(origin, force));
-    let [f1, f2, f3] = force;
-    [t1, t2, t3, f1, f2, f3]
 }
 
 impl<T: Scalar> Integrand<T> for MovingWrench<T> {

@@ -59,9 +59,7 @@ impl<N: Numbers> PolygonPlane<N> {
             })
         })
     }
-}
 
-impl<N: Numbers> PolygonPlane<N> {
     /// One plane for each lane.
     #[inline(always)]
     pub fn side_by_side<'p, L: Lanes<Numbers = N>>(
