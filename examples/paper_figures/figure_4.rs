@@ -6,7 +6,7 @@ use super::clipping::clipped;
 use super::half_planes::{HalfPlane, TOLERANCE, intersection};
 use super::half_planes_picture::{Panel, draw_gap, draw_panel};
 use super::style::ground;
-use nalgebra::{Vector2, Vector3};
+use nalgebra::Vector2;
 use std::path::Path;
 
 const SIZE: (u32, u32) = (1600, 1080);
@@ -57,7 +57,7 @@ pub fn draw(path: &Path) -> Answer<String> {
 fn check_overlapping() {
     let upper = half_planes(UPPER.map(|[x, y]| [x, y - OVERLAP]));
     let theirs = shoelace(&intersection([half_planes(LOWER), upper].concat()));
-    let ours = clipped(LOWER, &upper).moments(&Vector3::z()).area;
+    let ours = clipped(LOWER, &upper).area_vector().z;
     assert!(
         ours > LARGE && (theirs - ours).abs() < SAME,
         "{theirs} {ours}"

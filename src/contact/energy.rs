@@ -1,4 +1,5 @@
-use super::polygon::{CutSurface, PolygonSource};
+use super::integrate::CutSurface;
+use super::polygon::PolygonSource;
 use super::{RigidShape, Shape};
 use crate::geometry::{AffineField, Tetrahedron, snapped};
 use crate::mesh::FieldTet;

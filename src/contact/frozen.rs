@@ -1,10 +1,14 @@
+use super::integrate::{Integrand, Left};
 use super::jacobian::RelativeJacobian;
 use super::motion::RelativeMotion;
-use super::polygon::CutSurface;
-use super::sums::PartialSum;
+use super::plane_polygon::PlanePolygon;
+use super::polygon::PolygonSource;
 use super::traction_rates::{AddedByLaw, FrozenPolygon};
 use super::{ContactPair, ContactWrench, LinearisedContact, SurfaceLaw};
-use crate::spatial::{Twist, Wrench};
+use crate::geometry::set_bits;
+use crate::narrow_phase::{Cut, Weights};
+use crate::search::GenericPairs;
+use crate::spatial::Twist;
 use nalgebra::{SMatrix, Vector6};
 
 /// A contact of moving bodies at one pose, with a model of it nearby: what an implicit time step iterates on between two
@@ -26,25 +30,37 @@ pub(crate) struct FrozenContact {
     polygons: Vec<FrozenPolygon>,
 }
 
-struct FrozenSum {
-    wrench: Wrench,
-    elastic: RelativeJacobian,
-    polygons: Vec<FrozenPolygon>,
+/// The integrand of a frozen contact: the exact elastic contact, and the polygons if dissipation or friction add to it.
+struct Freeze {
+    rubs: bool,
 }
 
-impl PartialSum for FrozenSum {
-    fn empty() -> Self {
-        Self {
-            wrench: Wrench::zero(),
-            elastic: RelativeJacobian::empty(),
-            polygons: Vec::new(),
+impl Integrand<f64> for Freeze {
+    type Sum = (RelativeJacobian, Vec<FrozenPolygon>);
+
+    const OCTETS: usize = 32;
+
+    fn add(&self, source: &PolygonSource<f64>, cut: &Cut, (elastic, polygons): &mut Self::Sum) {
+        if let Some(polygon) = source.counted_polygon(cut, Weights::has_still_area) {
+            elastic.add(&polygon);
+            polygons.extend(self.rubs.then(|| FrozenPolygon::of(polygon)));
         }
     }
 
-    fn merge(&mut self, next: Self) {
-        self.wrench += next.wrench;
-        self.elastic.merge(next.elastic);
-        self.polygons.extend(next.polygons);
+    fn add_octets(
+        &self,
+        _: &PolygonSource<f64>,
+        generic: GenericPairs,
+        _: &mut Left,
+        (elastic, polygons): &mut Self::Sum,
+    ) {
+        elastic.add_octets(generic.octets);
+        if self.rubs {
+            for octet in generic.octets {
+                let polygon = |place| FrozenPolygon::of(PlanePolygon::at(octet, place));
+                polygons.extend(set_bits(octet.polygons()).map(polygon));
+            }
+        }
     }
 }
 
@@ -56,15 +72,16 @@ impl ContactPair<'_> {
         if surface.found.is_empty() {
             return None;
         }
-        let sum = surface.frozen(moving.as_ref().map(|(_, motion)| motion));
-        let mut elastic = sum.elastic.linearisation(self.moduli());
-        let mut added = AddedByLaw::nothing();
-        if let Some((law, motion)) = &moving {
-            for polygon in &sum.polygons {
-                polygon.add_to(&mut added, law, (&Vector6::zeros(), motion));
+        let rubs = moving.is_some();
+        let (elastic, polygons) = surface.integral(&Freeze { rubs });
+        let mut elastic = elastic.linearisation(self.moduli());
+        let added = match &moving {
+            Some((law, motion)) => {
+                FrozenPolygon::added(&polygons, law, (&Vector6::zeros(), motion))
             }
-        }
-        elastic.wrench = sum.wrench.to_vector() + added.wrench;
+            None => AddedByLaw::nothing(),
+        };
+        elastic.wrench += added.wrench;
         let LinearisedContact {
             wrench, by_poses, ..
         } = elastic.in_world(&self.at_rest());
@@ -73,18 +90,7 @@ impl ContactPair<'_> {
             by_poses,
             added,
             law: moving.map(|(law, _)| law),
-            polygons: sum.polygons,
-        })
-    }
-}
-
-impl CutSurface<'_, f64> {
-    fn frozen(&self, motion: Option<&RelativeMotion<f64>>) -> FrozenSum {
-        self.sum(|sum: &mut FrozenSum, polygon| {
-            polygon.add_to(&mut sum.elastic);
-            sum.wrench += polygon.wrench();
-            let frozen = motion.and_then(|motion| FrozenPolygon::of(polygon, motion));
-            sum.polygons.extend(frozen);
+            polygons,
         })
     }
 }
@@ -98,18 +104,15 @@ impl FrozenContact {
     /// What dissipation and friction add after a motion of B (angular, linear, of the point at A's origin) with a velocity
     /// of A relative to B (angular, linear at A's origin), all in A's axes.
     pub fn added(&self, motion: &Vector6<f64>, twist: &Vector6<f64>) -> AddedByLaw {
-        let mut sum = AddedByLaw::nothing();
+        let Some(law) = &self.law else {
+            return AddedByLaw::nothing();
+        };
         let Twist { angular, linear } = Twist::from_vector(twist);
         let velocity = RelativeMotion {
             angular,
             at_origin: linear,
         };
-        if let Some(law) = &self.law {
-            for polygon in &self.polygons {
-                polygon.add_to(&mut sum, law, (motion, &velocity));
-            }
-        }
-        sum
+        FrozenPolygon::added(&self.polygons, law, (motion, &velocity))
     }
 }
 
@@ -118,7 +121,6 @@ mod tests {
     use super::*;
     use crate::contact::{ContactBody, Shape};
     use crate::mesh::{PressureField, TetMesh, shapes};
-    use crate::narrow_phase::Cut;
     use crate::spatial::Pose;
     use nalgebra::{Vector3, vector};
 
@@ -182,6 +184,35 @@ mod tests {
                 let [found, exact] = [found, exact].map(|wrench| wrench.to_vector());
                 let error = (found - exact).amax();
                 assert!(error <= EXACT * exact.amax(), "{error:e}");
+            }
+        });
+    }
+
+    #[test]
+    fn frozen_polygons_side_by_side_add_what_they_add_one_by_one() {
+        let some = Vector6::from(SOME);
+        let law = law();
+        for_pairs(|pair| {
+            let frozen = pair.moving(law, [Twist::zero(); 2]).frozen().unwrap();
+            for (part, spin) in [(0.0, 0.0), (0.03, 1e-3), (-0.2, 1.0), (0.2, 30.0)] {
+                let (motion, mut twist) = (some * part, some);
+                twist.fixed_rows_mut::<3>(0).scale_mut(spin);
+                let Twist { angular, linear } = Twist::from_vector(&twist);
+                let velocity = RelativeMotion {
+                    angular,
+                    at_origin: linear,
+                };
+                let found = frozen.added(&motion, &twist);
+                let mut singly = AddedByLaw::nothing();
+                for polygon in &frozen.polygons {
+                    polygon.add_to(&mut singly, &law, (&motion, &velocity));
+                }
+                let errors = [
+                    (found.wrench - singly.wrench).amax() / singly.wrench.amax(),
+                    (found.by_motion - singly.by_motion).amax() / singly.by_motion.amax(),
+                    (found.by_twist - singly.by_twist).amax() / singly.by_twist.amax(),
+                ];
+                assert!(errors.iter().all(|&error| error <= EXACT), "{errors:?}");
             }
         });
     }

@@ -1,12 +1,7 @@
-use super::linearised::RelativeLinearisation;
-use super::polygon::CutPolygon;
-use super::response::{PolygonResponse, Responses};
-use super::sums::OverOctets;
+use super::Kinks;
+use super::relative_linearisation::RelativeLinearisation;
 use super::sums::PartialSum;
-use super::{ContactPair, Kinks};
-use crate::narrow_phase::{Cut, ELASTIC_COINCIDENCE, Weights};
-use crate::spatial::{Wrench, add_block, skew};
-use nalgebra::{Matrix6, Matrix6x2, Vector3, Vector6};
+use nalgebra::{Matrix6, Matrix6x2, Vector6};
 
 /// Wrench on A and its derivatives as B moves relative to A, all in A's axes about A's origin.
 ///
@@ -73,102 +68,5 @@ impl RelativeJacobian {
             kinks: self.kinks,
             ..RelativeLinearisation::empty()
         }
-    }
-}
-
-/// Sums over an elastic contact, with the responses of its polygons.
-struct Elastic<R> {
-    sums: RelativeJacobian,
-    responses: R,
-}
-
-impl<R: Responses> PartialSum for Elastic<R> {
-    fn empty() -> Self {
-        Self {
-            sums: RelativeJacobian::empty(),
-            responses: R::empty(),
-        }
-    }
-
-    fn merge(&mut self, next: Self) {
-        self.sums.merge(next.sums);
-        self.responses.merge(next.responses);
-    }
-}
-
-impl ContactPair<'_> {
-    /// Linearizes the elastic contact of a pair in A's frame. Returns the responses of its polygons, too, if `R` keeps them.
-    pub(super) fn elastic_linearisation<R: Responses>(&self) -> (RelativeLinearisation, R) {
-        let source = self.source();
-        let (octaves, search) = (ELASTIC_COINCIDENCE, self.search());
-        let ((surface, finer), spilled) = if R::ARE_KEPT {
-            let surfaces = source.for_derivatives(octaves, search);
-            (surfaces, RelativeJacobian::empty())
-        } else {
-            source.for_sum_of_derivatives(octaves, search)
-        };
-        let add = |sum: &mut Elastic<R>, cut: &Cut| {
-            let add_polygon = |sum: &mut Elastic<R>, polygon: &CutPolygon<f64>| {
-                polygon.add_to(&mut sum.sums);
-                sum.responses
-                    .keep(|| PolygonResponse::of(cut, polygon, None));
-            };
-            surface.add_where(Weights::have_area, add_polygon, sum, cut);
-        };
-        let mut elastic = surface.sum_of_special_cuts(&add);
-        elastic
-            .sums
-            .merge(RelativeJacobian::over(surface.found.octets()));
-        elastic.sums.merge(spilled);
-        if R::ARE_KEPT {
-            for octet in surface.found.octets() {
-                let places = (0..octet.tets().len()).filter(|&place| octet.has_polygon(place));
-                for place in places {
-                    let response = || PolygonResponse::at(octet, place, None);
-                    elastic.responses.keep(response);
-                }
-            }
-        }
-        let mut linearisation = elastic.sums.linearisation(self.moduli());
-        linearisation.kinks.are_equal = surface.has_equal_fields();
-        linearisation.kinks.are_flush |= surface.touches();
-        if let Some(finer) = finer {
-            linearisation.wrench = finer.wrench().to_vector();
-            linearisation.kinks.are_flush = true;
-        }
-        (linearisation, elastic.responses)
-    }
-}
-
-impl CutPolygon<f64> {
-    /// The polygon's share of the wrench on A and of its derivatives.
-    pub fn add_to(&self, sum: &mut RelativeJacobian) {
-        let (gradient_a, [slope_a, slope_b]) = (&self.pressure_a.gradient, &self.plane.slopes);
-        sum.kinks.are_flush |= !self.weights.are_whole() || self.polygon.shares_edges();
-        let weight = self.weights.moving.area();
-        let area = self.moments.area * weight;
-        let first = self.moments.first_about_origin() * weight;
-        let second = self.moments.second_about_origin() * weight;
-        // ∫ (x × a)(x × b)ᵀ = [a]ₓ (∫ x xᵀ) [b]ₓᵀ, since x × a = −[a]ₓ x.
-        let torque_torque = skew(gradient_a) * second * skew(slope_b).transpose();
-        let arm_a = first.cross(gradient_a);
-        let arm_b = first.cross(slope_b);
-        let blocks = [
-            ([0, 0], torque_torque),
-            ([0, 3], arm_a * slope_b.transpose()),
-            ([3, 0], gradient_a * arm_b.transpose()),
-            ([3, 3], gradient_a * slope_b.transpose() * area),
-        ];
-        for (place, block) in blocks {
-            add_block(&mut sum.by_motion_of_b, place, -block);
-        }
-        let (total, weighted) = self.pressure_integrals();
-        let pressed = |way: &Vector3<f64>| Wrench {
-            torque: weighted.cross(way),
-            force: way * total,
-        };
-        sum.wrench += pressed(&self.plane.normal).to_vector();
-        sum.pressed_a += pressed(slope_a).to_vector();
-        sum.pressed_b += pressed(slope_b).to_vector();
     }
 }

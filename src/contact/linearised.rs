@@ -1,11 +1,13 @@
+use super::elastic::{ElasticJacobian, ElasticWrench};
 use super::motion::{Motion, RelativeMotion};
 use super::reaction::Reaction;
+use super::relative_linearisation::RelativeLinearisation;
 use super::response::Responses;
-use super::sums::PartialSum;
-use super::{ContactPair, ContactWrench};
-use crate::scalar::{Order, Scalar, lift};
+use super::{ContactPair, ContactWrench, Kinks};
+use crate::narrow_phase::ELASTIC_COINCIDENCE;
+use crate::scalar::{Order, Scalar};
 use crate::spatial::{Wrench, add_block, skew};
-use nalgebra::{Matrix3, Matrix6, Matrix6x2, SMatrix, SVector, Vector3, Vector6};
+use nalgebra::{Matrix3, Matrix6, SMatrix, SVector, Vector3};
 
 /// The wrenches of a contact and all their first derivatives, in the world.
 ///
@@ -62,34 +64,6 @@ pub struct LinearisedContact {
     pub kinks: Kinks,
 }
 
-/// Whether the wrenches of a contact have no derivative, or are so near to such a place that it makes no difference: what is given
-/// then is the mean of both sides, or the derivative about one generic direction.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
-#[non_exhaustive]
-pub struct Kinks {
-    /// Faces coincide, or touch, to 2.5e-10 of the bodies' size with friction or dissipation, and to 2e-12 of it in elastic contact.
-    pub are_flush: bool,
-    /// Somewhere surfaces part so fast that the pressure is clamped at 0: beyond that place, derivatives are 0.
-    pub are_clamped: bool,
-    /// Somewhere the pressures of both bodies are equal over a volume: there is no surface of equal pressure in it, and the wrench
-    /// differs from one side of such a pose to the other.
-    pub are_equal: bool,
-}
-
-impl Kinks {
-    /// Whether there is any.
-    #[must_use]
-    pub fn is_any(self) -> bool {
-        self.are_flush || self.are_clamped || self.are_equal
-    }
-
-    pub(super) fn merge(&mut self, other: Self) {
-        self.are_flush |= other.are_flush;
-        self.are_clamped |= other.are_clamped;
-        self.are_equal |= other.are_equal;
-    }
-}
-
 impl LinearisedContact {
     /// The 12×28 Jacobian: columns poses of A and B, twists of A and B, moduli of A and B, dissipation, friction.
     #[must_use]
@@ -135,6 +109,22 @@ impl ContactPair<'_> {
         let (relative, ()) = self.relative_linearisation();
         relative.in_world(self)
     }
+
+    /// Linearizes the elastic contact of a pair in A's frame. Returns the responses of its polygons, too, if `R` keeps them.
+    fn elastic_linearisation<R: Responses>(&self) -> (RelativeLinearisation, R) {
+        let integrand = ElasticJacobian::<R>::new();
+        let ((sum, responses), (surface, finer)) =
+            self.source()
+                .integral_for_derivatives(ELASTIC_COINCIDENCE, self.search(), &integrand);
+        let mut linearisation = sum.linearisation(self.moduli());
+        linearisation.kinks.are_equal = surface.has_equal_fields();
+        linearisation.kinks.are_flush |= surface.touches();
+        if let Some(finer) = finer {
+            linearisation.wrench = finer.integral(&ElasticWrench).to_vector();
+            linearisation.kinks.are_flush = true;
+        }
+        (linearisation, responses)
+    }
 }
 
 impl<T: Scalar> ContactPair<'_, T> {
@@ -159,65 +149,7 @@ impl<T: Scalar> ContactPair<'_, T> {
     }
 }
 
-/// The wrench on A and its derivatives, in A's axes about A's origin.
-#[derive(Debug, Clone, Copy)]
-pub(super) struct RelativeLinearisation {
-    pub wrench: Vector6<f64>,
-    /// By a motion of B (angular, linear, of the point at A's origin).
-    pub by_motion: Matrix6<f64>,
-    pub by_moduli: Matrix6x2<f64>,
-    /// By the velocity of A relative to B (angular, linear at A's origin).
-    pub by_twist: Matrix6<f64>,
-    /// By dissipation and friction.
-    pub by_law: Matrix6x2<f64>,
-    pub kinks: Kinks,
-}
-
-impl PartialSum for RelativeLinearisation {
-    fn empty() -> Self {
-        Self {
-            wrench: Vector6::zeros(),
-            by_motion: Matrix6::zeros(),
-            by_moduli: Matrix6x2::zeros(),
-            by_twist: Matrix6::zeros(),
-            by_law: Matrix6x2::zeros(),
-            kinks: Kinks::default(),
-        }
-    }
-
-    fn merge(&mut self, next: Self) {
-        self.wrench += next.wrench;
-        self.by_motion += next.by_motion;
-        self.by_moduli += next.by_moduli;
-        self.by_twist += next.by_twist;
-        self.by_law += next.by_law;
-        self.kinks.merge(next.kinks);
-    }
-}
-
 impl RelativeLinearisation {
-    /// Applies the chain rule: the wrench after `changes` of the numbers that [`ContactPair::tangent`] lists. The real parts of
-    /// `changes` are zero.
-    pub fn pushforward<T: Scalar>(&self, changes: &[T; 16]) -> Wrench<T> {
-        let number = |row: usize| {
-            let slope = |column: usize| match column {
-                0..6 => self.by_motion[(row, column)],
-                6..8 => self.by_moduli[(row, column - 6)],
-                8..14 => self.by_twist[(row, column - 8)],
-                _ => self.by_law[(row, column - 14)],
-            };
-            let mut sum = lift::<T>(self.wrench[row]);
-            for (column, change) in changes.iter().enumerate() {
-                sum += *change * slope(column);
-            }
-            sum
-        };
-        Wrench {
-            torque: Vector3::from_fn(|i, _| number(i)),
-            force: Vector3::from_fn(|i, _| number(3 + i)),
-        }
-    }
-
     /// Transforms the linearization to world axes. `pair` has the poses and the motion in the world.
     pub fn in_world(&self, pair: &ContactPair) -> LinearisedContact {
         let rotation = pair.a().pose().rotation();

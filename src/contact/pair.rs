@@ -1,6 +1,8 @@
+use super::elastic::ElasticWrench;
+use super::integrate::CutSurface;
 use super::motion::{Motion, RelativeMotion};
-use super::polygon::{CutSurface, PolygonSource};
-use super::sums::PartialSum;
+use super::moving_wrench::MovingWrench;
+use super::polygon::PolygonSource;
 use super::{
     ContactBody, ContactPolygon, ContactSurface, ContactWrench, Partner, Search, SurfaceLaw,
 };
@@ -120,8 +122,8 @@ impl<'a, T: Scalar> ContactPair<'a, T> {
             self.wrench()
         } else {
             self.wrench_from_a(&match self.relative_motion() {
-                Some((law, motion)) => cuts.wrench_in_motion(&law, &motion),
-                None => cuts.wrench(),
+                Some((law, motion)) => cuts.integral(&MovingWrench { law, motion }),
+                None => cuts.integral(&ElasticWrench),
             })
         };
         Some((surface, wrench))
@@ -129,8 +131,14 @@ impl<'a, T: Scalar> ContactPair<'a, T> {
 
     fn surface_of(&self, surface: &CutSurface<T>) -> ContactSurface<T> {
         let polygons = surface.sum_of_cuts(|polygons: &mut Vec<_>, cut| {
-            let pressed = surface.source.pressed_polygon(cut);
-            polygons.extend(pressed.map(|p| ContactPolygon::of(cut.tets, &p, self.a.pose())));
+            if let Some(in_plane) = surface.source.pressed_polygon(cut) {
+                let polygon = surface.source.polygon_in_space(cut);
+                polygons.push(ContactPolygon::of(
+                    cut.tets,
+                    (&polygon, &in_plane),
+                    self.a.pose(),
+                ));
+            }
         });
         ContactSurface { polygons }
     }
@@ -151,8 +159,7 @@ impl<'a, T: Scalar> ContactPair<'a, T> {
     pub fn touching_tets(&self) -> Vec<[usize; 2]> {
         let surface = self.real().cut_surface();
         surface.sum_of_cuts(|tets: &mut Vec<_>, cut| {
-            let is_pressed = surface.source.pressed_polygon(cut).is_some();
-            tets.extend(is_pressed.then_some(cut.tets));
+            tets.extend(surface.source.is_pressed(cut).then_some(cut.tets));
         })
     }
 
@@ -162,7 +169,7 @@ impl<'a, T: Scalar> ContactPair<'a, T> {
         let surface = self.real().cut_surface();
         WorkCount {
             candidate_pairs: surface.found.candidates,
-            polygons: surface.sum(|polygons: &mut usize, _| *polygons += 1),
+            polygons: surface.polygon_count(),
         }
     }
 
@@ -236,12 +243,12 @@ impl<T: Scalar> Pipeline<'_, '_, T> {
     #[must_use]
     pub fn wrench(&self) -> ContactWrench<T> {
         let pair = self.0;
-        if let Some((law, motion)) = pair.relative_motion() {
-            return pair.wrench_from_a(&pair.cut_surface().wrench_in_motion(&law, &motion));
-        }
-        let (surface, spilled) = pair.source().for_sum_of_values(pair.search);
-        let mut wrench = surface.wrench();
-        wrench.merge(spilled);
-        pair.wrench_from_a(&wrench)
+        let source = pair.source();
+        pair.wrench_from_a(&match pair.relative_motion() {
+            Some((law, motion)) => {
+                source.integral_for_values(pair.search, &MovingWrench { law, motion })
+            }
+            None => source.integral_for_values(pair.search, &ElasticWrench),
+        })
     }
 }

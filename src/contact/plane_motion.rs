@@ -3,10 +3,11 @@
 use super::SurfaceLaw;
 use super::friction::Slip;
 use super::motion::RelativeMotion;
+use super::polygon_plane::PolygonPlane;
 use crate::lanes::space::{components, cross, splat, sum};
 use crate::lanes::{Lanes, Linear, Numbers};
 use crate::scalar::Scalar;
-use nalgebra::{Matrix3, Vector3};
+use nalgebra::Vector3;
 
 /// How A moves relative to B, seen from a plane: along e₁, e₂ and n.
 #[derive(Clone, Copy)]
@@ -18,12 +19,11 @@ pub(super) struct PlaneMotion<T> {
 }
 
 impl<T: Scalar> PlaneMotion<T> {
-    /// From the axes of the plane as columns, and where y is zero.
-    pub fn of(motion: &RelativeMotion<T>, axes: &Matrix3<T>, center: &Vector3<T>) -> Self {
-        let along = |vector: &Vector3<T>| [0, 1, 2].map(|axis| axes.column(axis).dot(vector));
+    pub fn of(motion: &RelativeMotion<T>, plane: &PolygonPlane<T>) -> Self {
+        let velocity = motion.at(&Vector3::from(plane.origin)).into();
         Self {
-            velocity: along(&motion.at(center)),
-            angular: along(&motion.angular),
+            velocity: components(&plane.axes, velocity),
+            angular: components(&plane.axes, motion.angular.into()),
         }
     }
 
@@ -45,11 +45,11 @@ impl<N: Numbers> PlaneMotion<N> {
         lanes: L,
         motion: &RelativeMotion<f64>,
         axes: &[[N; 3]; 3],
-        center: [N; 3],
+        origin: [N; 3],
     ) -> Self {
         let angular = splat(lanes, motion.angular.as_ref());
         let at_origin = splat(lanes, motion.at_origin.as_ref());
-        let velocity = sum(at_origin, cross(angular, center));
+        let velocity = sum(at_origin, cross(angular, origin));
         Self {
             velocity: components(axes, velocity),
             angular: components(axes, angular),

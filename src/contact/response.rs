@@ -1,12 +1,11 @@
 //! How the wrench of one polygon answers to changes of the two fields that meet in it, and of the faces that bound it.
 
 use super::affine_form::AffineForm;
-use super::plane::PlanePolygon;
-use super::polygon::CutPolygon;
+use super::plane_polygon::PlanePolygon;
+use super::polygon_plane::PolygonPlane;
 use super::sums::PartialSum;
-use crate::geometry::{AffineField, PolygonMoments};
-use crate::lanes::space::vector_at;
-use crate::narrow_phase::{Cut, Octet, Weight, Weights};
+use crate::geometry::AffineField;
+use crate::narrow_phase::{Octet, Weight, Weights};
 use nalgebra::{Matrix3, Vector3, Vector6};
 
 /// What is kept of each polygon while a contact is linearised: nothing, `()`, or how it answers to changes of shape, a
@@ -46,25 +45,18 @@ impl Responses for Vec<PolygonResponse> {
 /// form that [`Self::pulled_back`] needs.
 pub(super) struct PolygonResponse {
     pub tets: [usize; 2],
-    moments: PolygonMoments,
+    plane: PolygonPlane<f64>,
     weights: Weights,
-    /// ∇p_A (Pa/m).
-    gradient_a: Vector3<f64>,
-    /// ∇p_B/|g|.
-    slope_b: Vector3<f64>,
-    /// 1/|g| (m/Pa).
-    yielding: f64,
     law: Option<LawResponse>,
 }
 
-/// What dissipation and friction add, about the center of the polygon along its axes.
+/// What dissipation and friction add, about the origin of the polygon's plane along its axes.
+#[derive(Default)]
 pub(super) struct LawResponse {
-    pub axes: Matrix3<f64>,
-    pub center: Vector3<f64>,
-    /// As the plane moves along its normal at the speeds 1, y₁ and y₂ (y along the axes, from the center).
+    /// As the plane moves along its normal at the speeds 1, y₁ and y₂.
     pub by_speed: [Vector6<f64>; 3],
     /// What to add where that is by growing fields, if anything (see [`Weights`]).
-    pub more_by_growth: Option<[Vector6<f64>; 3]>,
+    pub more_by_growth: Option<Box<[Vector6<f64>; 3]>>,
     /// As the pressure grows by 1, y₁ and y₂: of the whole polygon, whatever its weights.
     pub by_pressure: [Vector6<f64>; 3],
     pub by_faces: Vec<FaceResponse>,
@@ -91,40 +83,25 @@ pub(super) struct OfCell {
 pub(super) type Barycentric = [[AffineField; 4]; 2];
 
 impl PolygonResponse {
-    pub fn of(cut: &Cut, polygon: &CutPolygon<f64>, law: Option<LawResponse>) -> Self {
-        let has_area = polygon.has_area() && polygon.weights.have_area();
+    pub fn of(tets: [usize; 2], polygon: &PlanePolygon<f64>, law: Option<LawResponse>) -> Self {
+        let mut plane = polygon.plane;
+        if !polygon.has_area() || !polygon.weights.have_area() {
+            plane.moments = [0.0; 6];
+        }
         Self {
-            tets: cut.tets,
-            moments: if has_area {
-                polygon.moments
-            } else {
-                PolygonMoments::zero(polygon.moments.reference)
-            },
+            tets,
+            plane,
             weights: polygon.weights,
-            gradient_a: polygon.pressure_a.gradient,
-            slope_b: polygon.plane.slopes[1],
-            yielding: polygon.plane.yielding,
             law,
         }
     }
 
     /// Of the polygon at a place of an octet.
     pub fn at(octet: &Octet, place: usize, law: Option<LawResponse>) -> Self {
-        let [e1, e2, _] = octet.axes.each_ref().map(|axis| vector_at(axis, place));
-        let [area, y1, y2, y11, y12, y22] = octet.moments.map(|row| row[place]);
-        let (by_y1, by_y2) = (e1 * y11 + e2 * y12, e1 * y12 + e2 * y22);
         Self {
             tets: octet.tets()[place].map(|tet| tet as usize),
-            moments: PolygonMoments {
-                reference: vector_at(&octet.origin, place),
-                area,
-                first: e1 * y1 + e2 * y2,
-                second: by_y1 * e1.transpose() + by_y2 * e2.transpose(),
-            },
+            plane: PolygonPlane::at(octet, place),
             weights: Weights::WHOLE,
-            gradient_a: vector_at(&octet.gradient_a, place),
-            slope_b: vector_at(&octet.slopes[1], place),
-            yielding: octet.yielding[place],
             law,
         }
     }
@@ -143,17 +120,18 @@ impl PolygonResponse {
         moduli: [f64; 2],
         [in_a, in_b]: &Barycentric,
     ) -> [OfCell; 2] {
+        let [_, slope_b] = self.plane.slopes;
         let elastic = [
-            self.flow(&self.slope_b, covector, -1.0),
-            self.flow(&self.gradient_a, covector, 1.0),
+            self.flow(slope_b, covector, -1.0),
+            self.flow(self.plane.gradient_a, covector, 1.0),
         ];
         let [moving, still] = [self.weights.moving, self.weights.still].map(Weight::area);
         let Some(law) = &self.law else {
             let forms = [moving, still].map(|weight| elastic.map(|form| form * weight));
             return self.of_fields(forms, moduli, [in_a, in_b]);
         };
-        let covector = law.covector(covector);
-        let form = |wrenches: &[Vector6<f64>; 3]| law.contracted(&covector, wrenches);
+        let covector = self.in_plane(covector);
+        let form = |wrenches: &[Vector6<f64>; 3]| self.contracted(&covector, wrenches);
         let by_speed = form(&law.by_speed);
         let by_speed_of_growth = match &law.more_by_growth {
             Some(more) => by_speed + form(more),
@@ -162,7 +140,7 @@ impl PolygonResponse {
         let by_pressure = form(&law.by_pressure);
         let with_law = |by_speed: AffineForm, weight: f64| {
             [
-                (elastic[0] + by_pressure) * weight + by_speed * -self.yielding,
+                (elastic[0] + by_pressure) * weight + by_speed * -self.plane.yielding,
                 elastic[1] * weight + by_speed,
             ]
         };
@@ -190,15 +168,15 @@ impl PolygonResponse {
         moduli: [f64; 2],
         [in_a, in_b]: [&[AffineField; 4]; 2],
     ) -> [OfCell; 2] {
-        let scale_b = moduli[1] * self.yielding;
+        let scale_b = moduli[1] * self.plane.yielding;
         [
             OfCell::of(
-                (&self.gradient_a, &by_motion[0]),
+                (&self.plane.gradient_a.into(), &by_motion[0]),
                 (moduli[0], &by_growth[0]),
                 in_a,
             ),
             OfCell::of(
-                (&self.slope_b, &by_motion[1]),
+                (&self.plane.slopes[1].into(), &by_motion[1]),
                 (scale_b, &by_growth[1]),
                 in_b,
             ),
@@ -207,44 +185,44 @@ impl PolygonResponse {
 
     /// f ↦ ∫ f a·u dA over all of the polygon, times a factor, where u is the velocity of a twist about the origin (its moment,
     /// then its force).
-    fn flow(&self, a: &Vector3<f64>, twist: &Vector6<f64>, factor: f64) -> AffineForm {
-        let (moment, force) = (twist.fixed_rows::<3>(0), twist.fixed_rows::<3>(3));
-        let moments = &self.moments;
-        let at_reference = a.dot(&(force + moment.cross(&moments.reference)));
-        let gradient = a.cross(&moment);
-        let value = at_reference * moments.area + gradient.dot(&moments.first);
-        let slope = moments.first * at_reference + moments.second * gradient;
-        AffineForm::about(&moments.reference, value * factor, slope * factor)
-    }
-}
-
-impl LawResponse {
-    /// Of a polygon in this plane to which the law adds nothing yet.
-    pub fn on(plane: &PlanePolygon<f64>) -> Self {
-        let none = [Vector6::zeros(); 3];
-        Self {
-            axes: plane.axes,
-            center: plane.center,
-            by_speed: none,
-            more_by_growth: None,
-            by_pressure: none,
-            by_faces: Vec::new(),
-        }
+    fn flow(&self, a: [f64; 3], twist: &Vector6<f64>, factor: f64) -> AffineForm {
+        let (origin, [e1, e2, _]) = (self.origin(), self.axes());
+        let [moment, force] =
+            [0, 3].map(|first| twist.fixed_rows::<3>(first).into_owned() * factor);
+        let a = Vector3::from(a);
+        // a·u = c₀ + c₁y₁ + c₂y₂.
+        let turned = a.cross(&moment);
+        let c0 = a.dot(&(force + moment.cross(&origin)));
+        let [c1, c2] = [e1.dot(&turned), e2.dot(&turned)];
+        let [area, y1, y2, y11, y12, y22] = self.plane.moments;
+        let value = c0 * area + c1 * y1 + c2 * y2;
+        let by_y1 = c0 * y1 + c1 * y11 + c2 * y12;
+        let by_y2 = c0 * y2 + c1 * y12 + c2 * y22;
+        AffineForm::about(&origin, value, e1 * by_y1 + e2 * by_y2)
     }
 
-    /// The derivative by a wrench about the center along the axes, from that by one about the origin.
-    fn covector(&self, covector: &Vector6<f64>) -> Vector6<f64> {
+    fn origin(&self) -> Vector3<f64> {
+        self.plane.origin.into()
+    }
+
+    fn axes(&self) -> [Vector3<f64>; 3] {
+        self.plane.axes.map(Into::into)
+    }
+
+    /// Transforms a derivative by a wrench about A's origin to one by a wrench about the origin of the plane along its axes.
+    fn in_plane(&self, covector: &Vector6<f64>) -> Vector6<f64> {
         let moment: Vector3<f64> = covector.fixed_rows::<3>(0).into_owned();
-        let force = covector.fixed_rows::<3>(3) + moment.cross(&self.center);
-        let [moment, force] = [moment, force].map(|vector| self.axes.tr_mul(&vector));
+        let force = covector.fixed_rows::<3>(3) + moment.cross(&self.origin());
+        let axes = Matrix3::from_columns(&self.axes());
+        let [moment, force] = [moment, force].map(|vector| axes.tr_mul(&vector));
         Vector6::new(moment.x, moment.y, moment.z, force.x, force.y, force.z)
     }
 
     /// From wrenches by 1, y₁ and y₂.
     fn contracted(&self, covector: &Vector6<f64>, wrenches: &[Vector6<f64>; 3]) -> AffineForm {
         let [one, y1, y2] = wrenches.each_ref().map(|wrench| covector.dot(wrench));
-        let slope = self.axes.column(0) * y1 + self.axes.column(1) * y2;
-        AffineForm::about(&self.center, one, slope)
+        let [e1, e2, _] = self.axes();
+        AffineForm::about(&self.origin(), one, e1 * y1 + e2 * y2)
     }
 }
 

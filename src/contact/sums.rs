@@ -1,6 +1,5 @@
 //! Sums over a contact surface.
 
-use crate::narrow_phase::Octet;
 use crate::scalar::Scalar;
 use crate::spatial::Wrench;
 
@@ -63,8 +62,13 @@ impl PartialSum for () {
     fn merge(&mut self, (): Self) {}
 }
 
-/// A sum that needs only the moments of polygons, so it takes the polygons of an octet at a time: an elastic sum.
-pub(super) trait OverOctets: PartialSum {
-    /// The sum over the polygons of octets, without derivatives of its own.
-    fn over(octets: &[Octet]) -> Self;
+impl<P: PartialSum, Q: PartialSum> PartialSum for (P, Q) {
+    fn empty() -> Self {
+        (P::empty(), Q::empty())
+    }
+
+    fn merge(&mut self, next: Self) {
+        self.0.merge(next.0);
+        self.1.merge(next.1);
+    }
 }

@@ -1,4 +1,4 @@
-use super::polygon::CutPolygon;
+use super::plane_polygon::{PlanePolygon, SpacePolygon};
 use crate::geometry::ConvexPolygon;
 use crate::scalar::{Scalar, lift, real_part};
 use crate::spatial::Pose;
@@ -36,31 +36,37 @@ pub struct ContactSurface<T = f64> {
 }
 
 impl<T: Scalar> ContactPolygon<T> {
-    pub(super) fn of(tets: [usize; 2], polygon: &CutPolygon<T>, pose_wa: &Pose<T>) -> Self {
-        let moments = &polygon.moments;
-        let centroid = moments.centroid();
-        let pressure = polygon.pressure.at(&centroid);
-        let gradient = &polygon.pressure.gradient;
-        // About the centroid c: ∫ p (x − c) dA = (∫ (x − c)(x − c)ᵀ dA)·∇p.
-        let offset = moments.first / moments.area;
-        let moment = moments.second * gradient - offset * moments.first.dot(gradient);
-        let area = moments.area * lift::<T>(polygon.weights.still.area());
+    pub(super) fn of(
+        tets: [usize; 2],
+        (polygon, in_plane): (&SpacePolygon<T>, &PlanePolygon<T>),
+        pose_wa: &Pose<T>,
+    ) -> Self {
+        let [area, y1, y2, y11, y12, y22] = in_plane.plane.moments;
+        let [p0, p1, p2] = in_plane.plane.pressure;
+        let [c1, c2] = [y1 / area, y2 / area];
+        let pressure = p0 + p1 * c1 + p2 * c2;
         // May round to 0 where neither factor does.
-        let load = pressure * moments.area;
+        let load = pressure * area;
         let center_of_pressure = if real_part(load) > 0.0 {
-            centroid + moment / load
+            // About the centroid c: ∫ p (y − c) dA = (∫ (y − c)(y − c)ᵀ dA)·∇p.
+            let (y11, y12, y22) = (y11 - c1 * y1, y12 - c1 * y2, y22 - c2 * y2);
+            [
+                c1 + (y11 * p1 + y12 * p2) / load,
+                c2 + (y12 * p1 + y22 * p2) / load,
+            ]
         } else {
-            centroid
+            [c1, c2]
         };
+        let in_world = |y: [T; 2]| pose_wa.transformed_point(&in_plane.point(y));
         Self {
             tets,
-            outline: polygon.polygon.transformed(pose_wa),
+            outline: polygon.outline.transformed(pose_wa),
             normal: pose_wa.rotation() * polygon.plane.normal,
-            area,
-            centroid: pose_wa.transformed_point(&centroid),
+            area: area * lift::<T>(in_plane.weights.still.area()),
+            centroid: in_world([c1, c2]),
             pressure,
-            pressure_gradient: pose_wa.rotation() * gradient,
-            center_of_pressure: pose_wa.transformed_point(&center_of_pressure),
+            pressure_gradient: pose_wa.rotation() * polygon.pressure.gradient,
+            center_of_pressure: in_world(center_of_pressure),
         }
     }
 

@@ -1,9 +1,8 @@
-//! Shapes without physics: [`AffineField`], [`Tetrahedron`], [`ConvexPolygon`] and its
-//! [`PolygonMoments`], boxes, and triangles.
+//! Shapes without physics: [`AffineField`], [`Tetrahedron`], [`ConvexPolygon`], boxes, and triangles.
 
 mod aabb;
 mod affine_field;
-mod moments;
+mod plane_moments;
 mod polygon;
 mod tetrahedron;
 mod tolerance;
@@ -11,7 +10,7 @@ mod triangle;
 
 pub use aabb::Aabb;
 pub use affine_field::AffineField;
-pub use moments::PolygonMoments;
+pub(crate) use plane_moments::{PER_TRIANGLE, add_triangle};
 pub(crate) use polygon::set_bits;
 pub use polygon::{ConvexPolygon, POLYGON_CAPACITY};
 pub use tetrahedron::Tetrahedron;

@@ -1,6 +1,5 @@
 mod clip;
 
-use super::PolygonMoments;
 use super::tolerance::Closeness;
 use crate::scalar::{Scalar, carries_derivatives, lift, lift_vector, real_vector};
 use crate::spatial::Pose;
@@ -111,19 +110,16 @@ impl<T: Scalar> ConvexPolygon<T> {
         self.len += u8::from(is_kept);
     }
 
-    /// Area and moments, about the first corner. The area is positive where the corners turn
-    /// counter-clockwise about the unit `normal`, negative else.
+    /// The area (m²) times the unit normal about which the corners turn counter-clockwise.
     #[must_use]
-    pub fn moments(&self, normal: &Vector3<T>) -> PolygonMoments<T> {
-        let corners = self.corners();
-        let Some(&reference) = corners.first() else {
-            return PolygonMoments::zero(Vector3::from_element(lift(0.0)));
-        };
-        let mut moments = PolygonMoments::zero(reference);
-        for pair in corners[1..].windows(2) {
-            moments.add_triangle(normal, &(pair[0] - reference), &(pair[1] - reference));
+    pub fn area_vector(&self) -> Vector3<T> {
+        let mut sum = Vector3::from_element(lift(0.0));
+        if let Some((first, others)) = self.corners().split_first() {
+            for pair in others.windows(2) {
+                sum += (pair[0] - first).cross(&(pair[1] - first));
+            }
         }
-        moments
+        sum * lift::<T>(0.5)
     }
 
     /// The polygon in the outer frame.

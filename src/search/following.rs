@@ -1,6 +1,7 @@
 use super::across::Across;
 use super::normals::Normals;
 use super::scratch::{PosedTets, Scratch};
+use super::{Culling, GenericPairs};
 use crate::broad_phase::{RigidShape, Seeds, Shape};
 use crate::lanes;
 use crate::narrow_phase::{
@@ -20,8 +21,8 @@ const DOUBTLESS: usize = 512;
 /// Fewer octets than this are kept: to sum them apart saves nothing, and near coincidences need no second search then.
 const FEW: usize = 64;
 
-/// Receives octets before their memory is used again.
-pub(crate) type Spill<'s> = dyn FnMut(&[Octet]) + 's;
+/// Receives generic pairs before their memory is used again.
+pub(crate) type Spill<'s> = dyn FnMut(GenericPairs) + 's;
 
 /// Where every component of a contact surface shows.
 enum Route<'a> {
@@ -190,11 +191,13 @@ impl Walk<'_, '_> {
 
     /// Hands on the octets that were looked at, if they are many, and forgets them.
     fn spill(&mut self) {
-        let octets = &mut self.scratch.octets;
+        let Scratch {
+            octets, posed_tets, ..
+        } = &mut *self.scratch;
         if let Some(spill) = &mut self.spill
             && octets.in_use().len() >= FEW
         {
-            spill(octets.in_use());
+            spill(GenericPairs::new(octets.in_use(), posed_tets));
             octets.forget();
         }
     }

@@ -14,6 +14,7 @@ mod across;
 mod culled_pairs;
 mod culling;
 mod following;
+mod generic;
 mod normals;
 mod scratch;
 mod seeding;
@@ -23,8 +24,9 @@ mod visited;
 pub use culling::Culling;
 
 use crate::geometry::Closeness;
-use crate::narrow_phase::{Cut, Octet, PosedTet, RelativePair};
+use crate::narrow_phase::{Cut, RelativePair};
 use following::Spill;
+pub(crate) use generic::GenericPairs;
 use scratch::Scratch;
 
 /// How the pairs of tetrahedra that touch are found. It changes the time that a wrench takes, and the wrench by no more than
@@ -50,38 +52,20 @@ pub(crate) struct Found {
 }
 
 impl Found {
-    /// Cuts that count and are not in [octets](Self::octets), cuts that do not count only because of round-off, and cuts where faces
+    /// Cuts that count and are not [generic](Self::generic), cuts that do not count only because of round-off, and cuts where faces
     /// only touch. Each cut appears once, always in the same order.
     pub fn cuts(&self) -> &[Cut] {
         &self.scratch.cuts
     }
 
-    /// The generic pairs, in octets; without those that were spilled.
-    pub fn octets(&self) -> &[Octet] {
-        self.scratch.octets.in_use()
+    /// The generic pairs, without those that were spilled.
+    pub fn generic(&self) -> GenericPairs<'_> {
+        GenericPairs::new(self.scratch.octets.in_use(), &self.scratch.posed_tets)
     }
 
     /// Whether there is no cut at all.
     pub fn is_empty(&self) -> bool {
-        self.cuts().is_empty() && self.octets().iter().all(|octet| octet.polygons() == 0)
-    }
-
-    /// Visits the cuts of an octet.
-    pub fn visit_cuts_of(&self, octet: &Octet, pair: &RelativePair, mut visit: impl FnMut(&Cut)) {
-        for place in (0..octet.tets().len()).filter(|&place| octet.has_polygon(place)) {
-            visit(&self.cut_of(octet, place, pair));
-        }
-    }
-
-    /// A tetrahedron of B of one of the octets.
-    pub fn posed_tet(&self, tet_b: u32) -> &PosedTet {
-        self.scratch.posed_tets.get(tet_b)
-    }
-
-    /// The cut at a place of an octet, which must have a polygon there.
-    pub fn cut_of(&self, octet: &Octet, place: usize, pair: &RelativePair) -> Cut {
-        let [_, tet_b] = octet.tets()[place];
-        octet.cut(place, pair, self.posed_tet(tet_b))
+        self.cuts().is_empty() && !self.generic().have_polygons()
     }
 
     /// The pairs of tetrahedra in which both pressures have one gradient and come near each other, whether they overlap or not.

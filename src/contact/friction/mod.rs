@@ -185,6 +185,11 @@ impl<T: Scalar> Slip<T> {
         }
     }
 
+    /// The rung of the ladder of rules that is good enough; `None` if there is none.
+    pub fn rung(&self, corners: &[[T; 2]]) -> Option<usize> {
+        Unevenness::of(self, corners).rung()
+    }
+
     fn method(&self, corners: &[[T; 2]]) -> Method {
         let unevenness = Unevenness::of(self, corners);
         match unevenness.rung() {

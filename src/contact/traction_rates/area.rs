@@ -1,8 +1,9 @@
 //! What dissipation and friction add over the area of a polygon: of one polygon, or of several side by side.
 
-use super::wrenches::{Matrix, Six, minus, negated, plus, times, wrench_of, wrenches};
+use super::wrenches::{minus, negated, plus, times, wrench_of, wrenches};
 use crate::contact::friction::SlipMoments;
 use crate::contact::plane_motion::PlaneMotion;
+use crate::contact::polygon_plane::{Columns, Six};
 use crate::lanes::Linear;
 use crate::lanes::space::scaled;
 
@@ -64,8 +65,8 @@ pub(super) struct Rates<N> {
     pub wrench: Six<N>,
     /// K₀, K₁ and K₂.
     pub by_speed: [Six<N>; 3],
-    pub by_motion: Matrix<N>,
-    pub by_twist: Matrix<N>,
+    pub by_motion: Columns<N>,
+    pub by_twist: Columns<N>,
     pub by_dissipation: Six<N>,
     pub by_friction: Six<N>,
     /// Of ∂t/∂p, y₁∂t/∂p and y₂∂t/∂p.
@@ -148,7 +149,7 @@ impl<N: Linear> AreaMoments<N> {
 
     /// The derivative of the wrench by the velocity (angular, linear at the origin).
     #[inline(always)]
-    pub fn by_twist(&self) -> Matrix<N> {
+    pub fn by_twist(&self) -> Columns<N> {
         by_twist(&self.by_velocities())
     }
 
@@ -216,7 +217,7 @@ impl<N: Linear> Rates<N> {
 }
 
 #[inline(always)]
-fn by_twist<N: Linear>([by_v1, by_v2, by_v3]: &ByVelocity<N>) -> Matrix<N> {
+fn by_twist<N: Linear>([by_v1, by_v2, by_v3]: &ByVelocity<N>) -> Columns<N> {
     [
         by_v3[2],
         negated(&by_v3[1]),

@@ -1,14 +1,16 @@
 use super::lines::{Line, Lines, outwardness, share_out};
 use super::rates::PolygonRates;
 use super::traction::Traction;
-use super::wrenches::{Six, minus, times};
+use super::wrenches::{minus, times};
 use crate::contact::friction::ends;
-use crate::contact::plane::{PlanePolygon, at};
-use crate::contact::polygon::{CutPolygon, PolygonSource};
+use crate::contact::outline::at;
+use crate::contact::plane_polygon::PlanePolygon;
+use crate::contact::polygon::PolygonSource;
+use crate::contact::polygon_plane::Six;
 use crate::contact::response::{FaceResponse, LawResponse};
 use crate::geometry::set_bits;
 use crate::narrow_phase::{Cut, NUDGE, Weights};
-use nalgebra::{Vector3, Vector6};
+use nalgebra::{Matrix3, Vector3, Vector6};
 
 /// How fast an edge moves outwards in its plane, where h is the speed of the plane along its normal.
 #[derive(Default)]
@@ -40,7 +42,9 @@ impl Drift {
 pub(super) struct Edges<'e> {
     source: &'e PolygonSource<'e, f64>,
     cut: &'e Cut,
-    plane: &'e PlanePolygon<f64>,
+    polygon: &'e PlanePolygon<f64>,
+    /// e₁, e₂ and n as columns.
+    axes: Matrix3<f64>,
     /// Normal speed of the plane as B moves by [`NUDGE`] (m/s), and, per pressure, as its modulus grows at the relative rate
     /// of 1/s (m/(s Pa)).
     plane_speed: f64,
@@ -53,15 +57,16 @@ const WAY: f64 = 1e-6;
 impl<'e> Edges<'e> {
     pub fn of(
         source: &'e PolygonSource<'e, f64>,
-        (cut, polygon): (&'e Cut, &CutPolygon<f64>),
-        plane: &'e PlanePolygon<f64>,
+        (cut, polygon): (&'e Cut, &'e PlanePolygon<f64>),
     ) -> Self {
+        let plane = &polygon.plane;
         Self {
             source,
             cut,
-            plane,
-            plane_speed: -polygon.plane.slopes[1].dot(&NUDGE),
-            by_pressure: polygon.plane.yielding,
+            polygon,
+            axes: Matrix3::from_columns(&plane.axes.map(Vector3::from)),
+            plane_speed: -Vector3::from(plane.slopes[1]).dot(&NUDGE),
+            by_pressure: plane.yielding,
         }
     }
 
@@ -83,7 +88,7 @@ impl<'e> Edges<'e> {
                     let share = share * line.outwardness;
                     response.by_faces.push(FaceResponse {
                         face: line.face,
-                        normal: self.plane.axes * line.normal,
+                        normal: self.axes * line.normal,
                         by_speed: flux.map(|flux| Vector6::from(flux) * share),
                     });
                 });
@@ -119,9 +124,9 @@ impl<'e> Edges<'e> {
         } else {
             let lines = self.lines(edge, owners);
             self.share_out_motion(&lines, |line, share| drift.add(line, share));
-            let [from, to] = self.plane.ends(edge);
+            let [from, to] = self.polygon.ends(edge);
             let middle = [0, 1].map(|i| 0.5 * (from[i] + to[i]));
-            let plane_speed = self.by_pressure * at(&self.plane.pressure, &middle);
+            let plane_speed = self.by_pressure * at(&self.polygon.plane.pressure, &middle);
             let growth = |line: &Line| -plane_speed * line.normal.z;
             share_out(&lines, growth, still.ways(), |line, share| {
                 drift.add_growing(line, share);
@@ -142,7 +147,7 @@ impl<'e> Edges<'e> {
 
     fn share_out_motion(&self, lines: &Lines, add: impl FnMut(&Line, f64)) {
         let own_speed = |line: &Line| {
-            let normal = self.plane.axes * line.normal;
+            let normal = self.axes * line.normal;
             if line.moves_with_b() {
                 normal.dot(&NUDGE)
             } else {
@@ -154,18 +159,18 @@ impl<'e> Edges<'e> {
     }
 
     fn owners(&self) -> &[u8] {
-        &self.cut.polygon.owners()[..self.plane.outline.corners().len()]
+        &self.cut.polygon.owners()[..self.polygon.outline.corners().len()]
     }
 
     fn length_squared(&self, edge: usize) -> f64 {
-        let [y1, y2] = self.plane.edge(edge);
+        let [y1, y2] = self.polygon.edge(edge);
         y1 * y1 + y2 * y2
     }
 
     /// Of a polygon that is but a line, forth and back, one of its two ways and the owners of both. An owner of one of the
     /// ways has the polygon on its outer side.
     fn line_way(&self) -> Option<(usize, u8)> {
-        if !self.cut.polygon.shares_edges() {
+        if !self.polygon.shares_edges {
             return None;
         }
         let owners = self.owners();
@@ -192,10 +197,10 @@ impl<'e> Edges<'e> {
             let in_b = b.barycentric[face].gradient * -b.barycentric_steepness[face].recip();
             self.source.pose_ab.rotation() * in_b
         };
-        let normal = self.plane.axes.tr_mul(&outward);
+        let normal = self.axes.tr_mul(&outward);
         Line {
             normal,
-            outwardness: outwardness(&self.plane.edge(edge), &normal),
+            outwardness: outwardness(&self.polygon.edge(edge), &normal),
             face,
         }
     }
@@ -251,8 +256,9 @@ mod tests {
     use super::super::flux::THREE_POINTS;
     use super::*;
     use crate::contact::friction::LoadedSlip;
-    use crate::contact::linearised::RelativeLinearisation;
     use crate::contact::motion::RelativeMotion;
+    use crate::contact::plane_motion::PlaneMotion;
+    use crate::contact::relative_linearisation::RelativeLinearisation;
     use crate::contact::sums::PartialSum;
     use crate::contact::{ContactBody, ContactPair, Shape, SurfaceLaw};
     use crate::mesh::shapes;
@@ -309,13 +315,14 @@ mod tests {
         let (source, law) = (pair.source(), SurfaceLaw::new(0.0, 0.0, 1.0).unwrap());
         let mut sum = RelativeLinearisation::empty();
         for cut in &all_cuts(pair) {
-            let polygon = source.polygon(cut);
-            let plane = PlanePolygon::of(&polygon, &REST).unwrap();
+            let polygon = source.polygon(cut).unwrap();
+            let plane = &polygon.plane;
             let all = [1.0, 0.0, 0.0];
-            let corners = plane.outline.corners();
-            let slip = LoadedSlip::on(corners, plane.motion.slip_by(&law), &plane.pressure, &all);
+            let corners = polygon.outline.corners();
+            let motion = PlaneMotion::of(&REST, plane);
+            let slip = LoadedSlip::on(corners, motion.slip_by(&law), &plane.pressure, &all);
             let traction = Traction {
-                plane: &plane,
+                polygon: &polygon,
                 law: LawOnPlane {
                     zero: 0.0,
                     friction: 0.0,
@@ -323,18 +330,18 @@ mod tests {
                     pressure: plane.pressure,
                     damping: all,
                     excess: all,
-                    motion: plane.motion,
+                    motion,
                 },
-                pressed: &plane.outline,
+                pressed: &polygon.outline,
                 is_clamped: false,
                 slip,
             };
             let mut rates = PolygonRates::default();
             if polygon.has_area() {
-                rates.set_area(&traction, &polygon);
+                rates.set_area(&traction);
             }
-            Edges::of(&source, (cut, &polygon), &plane).add_to(&traction, &mut rates, None);
-            rates.add_to(&plane, &polygon, &mut sum);
+            Edges::of(&source, (cut, &polygon)).add_to(&traction, &mut rates, None);
+            rates.add_to(plane, &mut sum);
         }
         sum
     }
@@ -367,40 +374,35 @@ mod tests {
     fn integral_rates(pair: &ContactPair) -> SMatrix<f64, 5, 3> {
         let (source, mut rates) = (pair.source(), SMatrix::<f64, 5, 3>::zeros());
         for cut in &all_cuts(pair) {
-            let polygon = source.polygon(cut);
-            let plane = PlanePolygon::of(&polygon, &REST).unwrap();
-            let n = polygon.plane.normal;
-            let by_place = -polygon.plane.slopes[1];
-            let (total, _) = polygon.pressure_integrals();
-            let slope = polygon.pressure_a.gradient.dot(&n);
-            let weighted = polygon.moments.first_about_origin() * slope + n * total;
-            let inner = [
-                0.0,
-                slope * polygon.moments.area,
-                weighted.x,
-                weighted.y,
-                weighted.z,
-            ];
+            let polygon = source.polygon(cut).unwrap();
+            let plane = &polygon.plane;
+            let [e1, e2, n] = plane.axes.map(Vector3::from);
+            let by_place = -Vector3::from(plane.slopes[1]);
+            let slope = plane.slope_along_normal();
+            let [area, y1, y2, ..] = plane.moments;
+            let first = Vector3::from(plane.origin) * area + e1 * y1 + e2 * y2;
+            let weighted = first * slope + n * polygon.load();
+            let inner = [0.0, slope * area, weighted.x, weighted.y, weighted.z];
             rates += SMatrix::<f64, 5, 1>::from([inner]) * by_place.transpose();
-            let edges = Edges::of(&source, (cut, &polygon), &plane);
+            let edges = Edges::of(&source, (cut, &polygon));
             edges.visit(0, |edge, owners| {
                 let drift = edges.drift(edge, owners);
-                let speed = plane.axes * drift.by_b - by_place * drift.by_plane;
-                rates += flux(&plane, edge) * speed.transpose();
+                let speed = edges.axes * drift.by_b - by_place * drift.by_plane;
+                rates += flux(&polygon, edge) * speed.transpose();
             });
         }
         rates
     }
 
     /// ∫ 1, p and p x dl along an edge.
-    fn flux(plane: &PlanePolygon<f64>, edge: usize) -> SMatrix<f64, 5, 1> {
-        let [from, to] = plane.ends(edge);
-        let [d1, d2] = plane.edge(edge);
+    fn flux(polygon: &PlanePolygon<f64>, edge: usize) -> SMatrix<f64, 5, 1> {
+        let [from, to] = polygon.ends(edge);
+        let [d1, d2] = polygon.edge(edge);
         let mut sum = SMatrix::<f64, 5, 1>::zeros();
         for (share, weight) in THREE_POINTS {
             let y = [0, 1].map(|i| from[i] + share * (to[i] - from[i]));
-            let x = plane.center + plane.axes * Vector3::new(y[0], y[1], 0.0);
-            let p = at(&plane.pressure, &y);
+            let x = polygon.point(y);
+            let p = at(&polygon.plane.pressure, &y);
             let point = SMatrix::from([[1.0, p, p * x.x, p * x.y, p * x.z]]);
             sum += point * (weight * d1.hypot(d2));
         }

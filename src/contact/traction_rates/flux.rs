@@ -1,8 +1,9 @@
 //! The flux of a traction through an edge.
 
 use super::traction::Traction;
-use super::wrenches::{Six, wrenches};
-use crate::contact::plane::{at, up_to_quadratic};
+use super::wrenches::wrenches;
+use crate::contact::outline::{at, up_to_quadratic};
+use crate::contact::polygon_plane::Six;
 
 /// Gauss' points and weights for the mean over an edge, from its start: exact to degree five.
 pub(in crate::contact::traction_rates) const THREE_POINTS: [(f64, f64); 3] = [
@@ -32,7 +33,7 @@ impl Traction<'_> {
 
     /// ∫ p (ψ − 1) m dl, with ψ = 0 where it would be negative.
     fn normal_along_edge(&self, edge: usize) -> [f64; 6] {
-        let [from, to] = self.plane.ends(edge);
+        let [from, to] = self.polygon.ends(edge);
         let [start, end] = [from, to].map(|y| at(&self.law.damping, &y));
         if start >= 0.0 && end >= 0.0 {
             return self.edge_moments([from, to], &self.law.excess);
@@ -60,7 +61,7 @@ impl Traction<'_> {
         let mut moments = [0.0; 6];
         for (share, weight) in THREE_POINTS {
             let y = [0, 1].map(|i| from[i] + share * along[i]);
-            let value = at(&self.plane.pressure, &y) * at(f, &y) * (weight * length);
+            let value = at(&self.polygon.plane.pressure, &y) * at(f, &y) * (weight * length);
             for (moment, value) in moments.iter_mut().zip(&up_to_quadratic(value, &y)) {
                 *moment += value;
             }

@@ -1,12 +1,14 @@
 //! What dissipation and friction add on contact polygons that stay as they are, while velocities and pressures change.
 
 use super::area::AreaMoments;
-use super::frame::Frame;
+use super::in_lanes::FrozenInLanes;
 use super::traction::Traction;
 use crate::contact::SurfaceLaw;
 use crate::contact::motion::RelativeMotion;
-use crate::contact::plane::PlanePolygon;
-use crate::contact::polygon::CutPolygon;
+use crate::contact::outline::Outline;
+use crate::contact::plane_polygon::PlanePolygon;
+use crate::contact::polygon_plane::PolygonPlane;
+use crate::lanes;
 use crate::spatial::Wrench;
 use nalgebra::{Matrix6, Vector3, Vector6};
 
@@ -23,10 +25,9 @@ pub(crate) struct AddedByLaw {
 /// A contact polygon that stays as it is.
 #[derive(Clone)]
 pub(in crate::contact) struct FrozenPolygon {
-    plane: PlanePolygon<f64>,
-    weight: f64,
+    polygon: PlanePolygon<f64>,
     /// The changes of the pressure's coefficients by a motion of B.
-    pressure_by_motion: [Vector6<f64>; 3],
+    pub(super) pressure_by_motion: [Vector6<f64>; 3],
 }
 
 impl AddedByLaw {
@@ -42,46 +43,81 @@ impl AddedByLaw {
 impl FrozenPolygon {
     /// With the plane of equal pressure, p_A changes by −(∇p_A·n)/|g| of what B's motion (θ, u) takes from p_B at a fixed
     /// point x, ∇p_B·(u + θ × x).
-    pub fn of(polygon: &CutPolygon<f64>, motion: &RelativeMotion<f64>) -> Option<Self> {
-        let plane = PlanePolygon::of(polygon, motion)?;
-        let slope_b = polygon.plane.slopes[1];
-        let share = -polygon.pressure_a.gradient.dot(&polygon.plane.normal);
-        let by_motion = |arm: &Vector3<f64>, force: Vector3<f64>| {
-            let torque = arm.cross(&slope_b) * share;
+    pub fn of(polygon: PlanePolygon<f64>) -> Self {
+        let plane = &polygon.plane;
+        let [_, slope_b] = plane.slopes.map(Vector3::from);
+        let share = -plane.slope_along_normal();
+        let by_motion = |arm: [f64; 3], force: Vector3<f64>| {
+            let torque = Vector3::from(arm).cross(&slope_b) * share;
             Wrench { torque, force }.to_vector()
         };
-        let [e1, e2] = [0, 1].map(|axis| plane.axes.column(axis).into_owned());
-        Some(Self {
+        let [e1, e2, _] = plane.axes;
+        Self {
             pressure_by_motion: [
-                by_motion(&plane.center, slope_b * share),
-                by_motion(&e1, Vector3::zeros()),
-                by_motion(&e2, Vector3::zeros()),
+                by_motion(plane.origin, slope_b * share),
+                by_motion(e1, Vector3::zeros()),
+                by_motion(e2, Vector3::zeros()),
             ],
-            weight: polygon.weights.still.area(),
-            plane,
-        })
+            polygon,
+        }
     }
 
-    /// Adds what the law adds after a motion of B with a velocity of A relative to B.
+    /// Computes what dissipation and friction add over frozen polygons after a motion of B with a velocity of A relative to B.
+    pub fn added(
+        polygons: &[Self],
+        law: &SurfaceLaw,
+        (motion, velocity): (&Vector6<f64>, &RelativeMotion<f64>),
+    ) -> AddedByLaw {
+        let (mut sum, left) = lanes::run(FrozenInLanes {
+            polygons,
+            law,
+            motion,
+            velocity,
+        });
+        for polygon in left {
+            polygons[polygon].add_to(&mut sum, law, (motion, velocity));
+        }
+        sum
+    }
+
+    pub(super) fn plane(&self) -> &PolygonPlane<f64> {
+        &self.polygon.plane
+    }
+
+    pub(super) fn outline(&self) -> &Outline<f64> {
+        &self.polygon.outline
+    }
+
+    pub(super) fn weight(&self) -> f64 {
+        self.polygon.weights.still.area()
+    }
+
+    /// The coefficients of the pressure after a motion of B.
+    pub(super) fn pressure_after(&self, motion: &Vector6<f64>) -> [f64; 3] {
+        let mut pressure = self.polygon.plane.pressure;
+        for (coefficient, by_motion) in pressure.iter_mut().zip(&self.pressure_by_motion) {
+            *coefficient += by_motion.dot(motion);
+        }
+        pressure
+    }
+
+    /// Adds the contribution of this polygon, computed without lanes.
     pub fn add_to(
         &self,
         sum: &mut AddedByLaw,
         law: &SurfaceLaw,
         (motion, velocity): (&Vector6<f64>, &RelativeMotion<f64>),
     ) {
-        let mut plane = self.plane.clone();
-        plane.move_with(velocity);
-        for (coefficient, by_motion) in plane.pressure.iter_mut().zip(&self.pressure_by_motion) {
-            *coefficient += by_motion.dot(motion);
+        let mut polygon = self.polygon.clone();
+        polygon.plane.pressure = self.pressure_after(motion);
+        if let Some(under_pressure) = polygon.outline.cut(&polygon.plane.pressure) {
+            polygon.set_outline(under_pressure);
         }
-        if let Some(under_pressure) = plane.outline.cut(&plane.pressure) {
-            plane.outline = under_pressure;
-        }
-        let area = Traction::on(&plane, law, AreaMoments::on);
-        let frame = Frame::of(&plane);
-        let in_a = |wrench: &[f64; 6]| Vector6::from(frame.turned(wrench)) * self.weight;
+        let area = Traction::on(&polygon, (law, velocity), AreaMoments::on);
+        let (plane, weight) = (&polygon.plane, self.weight());
+        let in_a = |wrench: &[f64; 6]| Vector6::from(plane.in_a(wrench)) * weight;
         sum.wrench += in_a(&area.wrench());
-        sum.by_twist += Matrix6::from(frame.turned_matrix(&area.by_twist())) * self.weight;
+        sum.by_twist += Matrix6::from(plane.matrix_in_a(&area.by_twist())) * weight;
         let by_coefficients = area.by_pressure().each_ref().map(in_a);
         for (by_coefficient, by_motion) in by_coefficients.iter().zip(&self.pressure_by_motion) {
             sum.by_motion += by_coefficient * by_motion.transpose();

@@ -19,7 +19,6 @@
 mod area;
 mod edges;
 mod flux;
-mod frame;
 mod frozen;
 mod in_lanes;
 mod lines;
@@ -27,33 +26,41 @@ mod rates;
 mod traction;
 mod wrenches;
 
+use super::integrate::{Integrand, Left};
 use super::jacobian::RelativeJacobian;
-use super::linearised::RelativeLinearisation;
 use super::loads::OctetsInMotion;
 use super::motion::RelativeMotion;
-use super::plane::PlanePolygon;
-use super::polygon::{CutPolygon, CutSurface, PolygonSource};
+use super::plane_polygon::PlanePolygon;
+use super::polygon::PolygonSource;
+use super::relative_linearisation::RelativeLinearisation;
 use super::response::{LawResponse, PolygonResponse, Responses};
-use super::sums::OverOctets;
 use super::sums::PartialSum;
 use super::{ContactPair, SurfaceLaw};
-use crate::geometry::set_bits;
-use crate::narrow_phase::{COINCIDENCE, Cut, Octet};
-use crate::threads;
+use crate::narrow_phase::{COINCIDENCE, Cut};
+use crate::search::GenericPairs;
 use edges::Edges;
 pub(crate) use frozen::AddedByLaw;
 pub(super) use frozen::FrozenPolygon;
 use in_lanes::AddedInLanes;
 use nalgebra::{Matrix6x2, Vector6};
 use rates::PolygonRates;
+use std::marker::PhantomData;
 use traction::Traction;
 
-/// Octets that are linearised by themselves, in one thread: some 100 µs of work.
-const PIECE: usize = 16;
+/// Octets that are linearized in one thread: some 100 µs of work.
+const OCTETS: usize = 16;
+
+/// The wrench on A of moving bodies with a surface law, and its derivatives, with the responses of the polygons if `R` keeps them.
+pub(super) struct MovingJacobian<'l, R> {
+    law: &'l SurfaceLaw,
+    motion: &'l RelativeMotion<f64>,
+    responses: PhantomData<fn() -> R>,
+}
 
 /// The elastic contact, what the surface law adds to it, and what is kept of the polygons.
-struct InMotion<R> {
+pub(super) struct InMotion<R> {
     elastic: RelativeJacobian,
+    /// Of the derivatives by the moduli, only E_B ∂W/∂E_B, in the second column.
     added: RelativeLinearisation,
     responses: R,
 }
@@ -86,13 +93,17 @@ impl ContactPair<'_> {
         law: &SurfaceLaw,
         motion: &RelativeMotion<f64>,
     ) -> (RelativeLinearisation, R) {
-        let (surface, finer) = self.source().for_derivatives(COINCIDENCE, self.search());
-        let (mut sum, responses) = surface.linearisation(law, motion);
+        let integrand = MovingJacobian::<R>::new(law, motion);
+        let (sum, (surface, finer)) =
+            self.source()
+                .integral_for_derivatives(COINCIDENCE, self.search(), &integrand);
+        let (mut sum, responses) = sum.linearisation(self.moduli());
         sum.kinks.are_equal = surface.has_equal_fields();
         sum.kinks.are_flush |= surface.touches();
         if let Some(finer) = finer {
             // Its derivatives by motions and moduli are not used; near coincidences are rare.
-            let (exact, ()) = finer.linearisation(law, motion);
+            let exact = finer.integral(&MovingJacobian::<()>::new(law, motion));
+            let (exact, ()) = exact.linearisation(self.moduli());
             (sum.wrench, sum.by_twist, sum.by_law) = (exact.wrench, exact.by_twist, exact.by_law);
             sum.kinks.are_flush = true;
         }
@@ -120,103 +131,80 @@ impl<R> InMotion<R> {
     }
 }
 
-impl CutSurface<'_, f64> {
-    fn linearisation<R: Responses>(
-        &self,
-        law: &SurfaceLaw,
-        motion: &RelativeMotion<f64>,
-    ) -> (RelativeLinearisation, R) {
-        let sum = self.sum_in_motion(law, motion);
-        sum.linearisation(self.source.moduli())
-    }
-
-    /// Sums over the cuts: over the special ones one by one, and over the generic ones in lanes.
-    fn sum_in_motion<R: Responses>(
-        &self,
-        law: &SurfaceLaw,
-        motion: &RelativeMotion<f64>,
-    ) -> InMotion<R> {
-        let source = &self.source;
-        let mut sum = self.sum_of_special_cuts(&|sum: &mut InMotion<R>, cut: &Cut| {
-            source.add_in_motion(cut, (law, motion), sum);
-        });
-        let octets = self.found.octets();
-        sum.elastic.merge(RelativeJacobian::over(octets));
-        let (found, pair) = (&self.found, &source.pair);
-        let piece = |octets: &[Octet]| {
-            let added = AddedInLanes {
-                moving: OctetsInMotion {
-                    octets,
-                    law,
-                    motion,
-                },
-                found,
-                pair,
-                are_responses_kept: R::ARE_KEPT,
-            };
-            added.sum::<R>()
-        };
-        let mut pieces = octets.chunks(PIECE);
-        threads::for_pieces(octets, PIECE, piece, |(added, responses, left)| {
-            sum.added.merge(added);
-            sum.responses.merge(responses);
-            for (octet, left) in pieces.next().unwrap_or_default().iter().zip(left) {
-                for place in set_bits(left) {
-                    let cut = found.cut_of(octet, place, pair);
-                    source.add_law(&cut, &source.polygon(&cut), (law, motion), &mut sum);
-                }
-            }
-        });
-        sum
+impl<'l, R> MovingJacobian<'l, R> {
+    pub fn new(law: &'l SurfaceLaw, motion: &'l RelativeMotion<f64>) -> Self {
+        Self {
+            law,
+            motion,
+            responses: PhantomData,
+        }
     }
 }
 
-impl PolygonSource<'_, f64> {
-    /// Adds all that the polygon of a cut contributes.
-    fn add_in_motion<R: Responses>(
-        &self,
-        cut: &Cut,
-        moving: (&SurfaceLaw, &RelativeMotion<f64>),
-        sum: &mut InMotion<R>,
-    ) {
-        let polygon = self.polygon(cut);
+impl<R: Responses> Integrand<f64> for MovingJacobian<'_, R> {
+    type Sum = InMotion<R>;
+
+    const OCTETS: usize = OCTETS;
+
+    fn add(&self, source: &PolygonSource<f64>, cut: &Cut, sum: &mut InMotion<R>) {
+        let Some(polygon) = source.polygon(cut) else {
+            return;
+        };
         if polygon.has_area() && polygon.weights.have_area() {
-            polygon.add_to(&mut sum.elastic);
+            sum.elastic.add(&polygon);
         }
-        self.add_law(cut, &polygon, moving, sum);
+        self.add_law(source, (cut, &polygon), sum);
     }
 
-    /// Adds what the law contributes, and keeps how the polygon answers.
-    fn add_law<R: Responses>(
+    fn add_octets(
         &self,
-        cut: &Cut,
-        polygon: &CutPolygon<f64>,
-        moving: (&SurfaceLaw, &RelativeMotion<f64>),
+        source: &PolygonSource<f64>,
+        generic: GenericPairs,
+        left: &mut Left,
         sum: &mut InMotion<R>,
     ) {
-        let law = self.add_traction_rates::<R>((cut, polygon), moving, &mut sum.added);
-        sum.responses
-            .keep(|| PolygonResponse::of(cut, polygon, law));
+        sum.elastic.add_octets(generic.octets);
+        let added = AddedInLanes {
+            moving: OctetsInMotion {
+                octets: generic.octets,
+                law: self.law,
+                motion: self.motion,
+            },
+            generic,
+            pair: &source.pair,
+            are_responses_kept: R::ARE_KEPT,
+        };
+        let (added, responses) = added.sum::<R>(left);
+        sum.added.merge(added);
+        sum.responses.merge(responses);
     }
 
-    /// Adds what dissipation and friction contribute to the wrench on A and its derivatives; of those by the moduli, only
-    /// E_B ∂W/∂E_B, in the second column. Gives how the polygon answers to changes of shape, if that is kept.
-    fn add_traction_rates<R: Responses>(
+    fn add_left(&self, source: &PolygonSource<f64>, cut: &Cut, sum: &mut InMotion<R>) {
+        if let Some(polygon) = source.polygon(cut) {
+            self.add_law(source, (cut, &polygon), sum);
+        }
+    }
+}
+
+impl<R: Responses> MovingJacobian<'_, R> {
+    /// Adds what dissipation and friction contribute to the wrench on A and its derivatives, and keeps how the polygon answers to
+    /// changes of shape.
+    fn add_law(
         &self,
-        (cut, polygon): (&Cut, &CutPolygon<f64>),
-        (law, motion): (&SurfaceLaw, &RelativeMotion<f64>),
-        sum: &mut RelativeLinearisation,
-    ) -> Option<LawResponse> {
-        let plane = PlanePolygon::of(polygon, motion)?;
-        let mut response = R::ARE_KEPT.then(|| LawResponse::on(&plane));
-        let rates = Traction::on(&plane, law, |traction| {
+        source: &PolygonSource<f64>,
+        (cut, polygon): (&Cut, &PlanePolygon<f64>),
+        sum: &mut InMotion<R>,
+    ) {
+        let added = &mut sum.added;
+        let mut response = R::ARE_KEPT.then(LawResponse::default);
+        let rates = Traction::on(polygon, (self.law, self.motion), |traction| {
             let mut rates = PolygonRates::default();
-            sum.kinks.are_clamped |= traction.is_clamped;
+            added.kinks.are_clamped |= traction.is_clamped;
             if polygon.has_area() && polygon.weights.have_area() {
-                rates.set_area(traction, polygon);
+                rates.set_area(traction);
             }
-            if !law.is_elastic() {
-                let edges = Edges::of(self, (cut, polygon), &plane);
+            if !self.law.is_elastic() {
+                let edges = Edges::of(source, (cut, polygon));
                 edges.add_to(traction, &mut rates, response.as_mut());
             }
             rates
@@ -224,10 +212,11 @@ impl PolygonSource<'_, f64> {
         if let Some(response) = &mut response {
             let more = rates.more_by_growth.map(Vector6::from);
             response.by_speed = rates.rates.by_speed.map(Vector6::from);
-            response.more_by_growth = (more != [Vector6::zeros(); 3]).then_some(more);
+            response.more_by_growth = (more != [Vector6::zeros(); 3]).then(|| Box::new(more));
             response.by_pressure = rates.rates.by_pressure.map(Vector6::from);
         }
-        rates.add_to(&plane, polygon, sum);
-        response
+        rates.add_to(&polygon.plane, added);
+        sum.responses
+            .keep(|| PolygonResponse::of(cut.tets, polygon, response));
     }
 }

@@ -1,17 +1,16 @@
 use super::area::{AreaMoments, Rates};
-use super::frame::Frame;
 use super::traction::Traction;
-use super::wrenches::{Six, by_affine, plus, times};
-use crate::contact::linearised::RelativeLinearisation;
-use crate::contact::plane::PlanePolygon;
-use crate::contact::polygon::CutPolygon;
-use crate::narrow_phase::{EquilibriumPlane, Weights};
+use super::wrenches::{by_affine, plus, times};
+use crate::contact::polygon_plane::{PolygonPlane, Six};
+use crate::contact::relative_linearisation::RelativeLinearisation;
+use crate::lanes::space::components;
+use crate::narrow_phase::Weights;
 use nalgebra::{Matrix6, Matrix6x2, Vector6};
 
 /// The derivatives of one polygon's wrench, with what its edges and weights make of them.
 #[derive(Default)]
 pub(super) struct PolygonRates {
-    /// About its center; those by the pressure with all of the polygon counted.
+    /// About the origin of the polygon's plane; those by the pressure with all of the polygon counted.
     pub rates: Rates<f64>,
     /// What to add to [`Rates::by_speed`] as the modulus of B grows: zero unless the polygon or an edge has another weight then
     /// (see [`Weights`]).
@@ -20,8 +19,9 @@ pub(super) struct PolygonRates {
 
 impl PolygonRates {
     /// Sets the integrals over the area: velocities, law, and K without the edges.
-    pub fn set_area(&mut self, traction: &Traction, polygon: &CutPolygon<f64>) {
-        let along_normal = polygon.pressure_a.gradient.dot(&polygon.plane.normal);
+    pub fn set_area(&mut self, traction: &Traction) {
+        let polygon = traction.polygon;
+        let along_normal = polygon.plane.slope_along_normal();
         self.rates = Rates::of_area(&AreaMoments::on(traction), &traction.law, along_normal);
         if !polygon.weights.are_whole() {
             self.scale(polygon.weights);
@@ -45,25 +45,16 @@ impl PolygonRates {
     }
 
     /// Adds the rates to those in A's axes about A's origin.
-    pub fn add_to(
-        mut self,
-        plane: &PlanePolygon<f64>,
-        polygon: &CutPolygon<f64>,
-        sum: &mut RelativeLinearisation,
-    ) {
+    pub fn add_to(mut self, plane: &PolygonPlane<f64>, sum: &mut RelativeLinearisation) {
         // h = −s_B·ξ/|g| for a motion ξ of B, and p/|g| for δE_B/E_B.
-        let EquilibriumPlane {
-            slopes, yielding, ..
-        } = &polygon.plane;
         let rates = &mut self.rates;
-        rates.add_motion_of_plane(plane.axes.tr_mul(&slopes[1]).into());
+        rates.add_motion_of_plane(components(&plane.axes, plane.slopes[1]));
         let more = &self.more_by_growth;
         let by_growth = [0, 1, 2].map(|k| plus(&rates.by_speed[k], &more[k]));
-        let by_modulus_b = by_affine(&by_growth, plane.pressure.map(|p| p * yielding));
-        let frame = Frame::of(plane);
-        let in_a = |wrench: &Six<f64>| Vector6::from(frame.turned(wrench));
-        sum.by_motion += Matrix6::from(frame.turned_matrix(&rates.by_motion));
-        sum.by_twist += Matrix6::from(frame.turned_matrix(&rates.by_twist));
+        let by_modulus_b = by_affine(&by_growth, plane.pressure.map(|p| p * plane.yielding));
+        let in_a = |wrench: &Six<f64>| Vector6::from(plane.in_a(wrench));
+        sum.by_motion += Matrix6::from(plane.matrix_in_a(&rates.by_motion));
+        sum.by_twist += Matrix6::from(plane.matrix_in_a(&rates.by_twist));
         sum.wrench += in_a(&rates.wrench);
         sum.by_moduli += Matrix6x2::from_columns(&[Vector6::zeros(), in_a(&by_modulus_b)]);
         let by_law = [&rates.by_dissipation, &rates.by_friction].map(in_a);

@@ -3,11 +3,14 @@
 use super::area::{AreaMoments, LawOnPlane};
 use crate::contact::SurfaceLaw;
 use crate::contact::friction::LoadedSlip;
-use crate::contact::plane::{Outline, PlanePolygon};
+use crate::contact::motion::RelativeMotion;
+use crate::contact::outline::Outline;
+use crate::contact::plane_motion::PlaneMotion;
+use crate::contact::plane_polygon::PlanePolygon;
 
 /// What the surface law adds to the pressure on a polygon.
 pub(super) struct Traction<'p> {
-    pub plane: &'p PlanePolygon<f64>,
+    pub polygon: &'p PlanePolygon<f64>,
     pub law: LawOnPlane<f64>,
     /// The part of the polygon where ψ is positive, and whether that is not all of it.
     pub pressed: &'p Outline<f64>,
@@ -16,25 +19,27 @@ pub(super) struct Traction<'p> {
 }
 
 impl Traction<'_> {
-    /// Hands on that of a law on a polygon.
+    /// Calls `value` with the traction of a law on a polygon of moving bodies, and returns its result.
     pub fn on<O>(
-        plane: &PlanePolygon<f64>,
-        law: &SurfaceLaw,
+        polygon: &PlanePolygon<f64>,
+        (law, motion): (&SurfaceLaw, &RelativeMotion<f64>),
         value: impl FnOnce(&Traction<'_>) -> O,
     ) -> O {
+        let PlanePolygon { plane, outline, .. } = polygon;
         let numbers = [law.friction, law.dissipation];
-        let on_plane = LawOnPlane::of(numbers, plane.pressure, plane.motion, [0.0, 1.0]);
+        let motion = PlaneMotion::of(motion, plane);
+        let on_plane = LawOnPlane::of(numbers, plane.pressure, motion, [0.0, 1.0]);
         let damping = on_plane.damping;
-        let part = plane.outline.cut(&damping);
-        let pressed = part.as_ref().unwrap_or(&plane.outline);
+        let part = outline.cut(&damping);
+        let pressed = part.as_ref().unwrap_or(outline);
         let slip = LoadedSlip::on(
             pressed.corners(),
-            plane.motion.slip_by(law),
+            motion.slip_by(law),
             &plane.pressure,
             &damping,
         );
         value(&Traction {
-            plane,
+            polygon,
             law: on_plane,
             pressed,
             is_clamped: part.is_some(),
@@ -45,10 +50,16 @@ impl Traction<'_> {
 
 impl AreaMoments<f64> {
     pub fn on(traction: &Traction) -> Self {
-        let whole = traction
-            .is_clamped
-            .then(|| traction.plane.outline.moments());
-        let (slip, pressed) = (traction.slip.moments(), traction.pressed.moments());
-        Self::of(&traction.law, &slip, &pressed, whole.as_ref())
+        let (slip, all) = (traction.slip.moments(), traction.polygon.moments());
+        if traction.is_clamped {
+            Self::of(
+                &traction.law,
+                &slip,
+                &traction.pressed.moments(),
+                Some(&all),
+            )
+        } else {
+            Self::of(&traction.law, &slip, &all, None)
+        }
     }
 }

@@ -1,12 +1,7 @@
 //! Wrenches of tractions, from their moments: of one polygon, or of several side by side.
 
+use crate::contact::polygon_plane::Six;
 use crate::lanes::Linear;
-
-/// A wrench or a motion: torque or turn, then force or shift.
-pub(super) type Six<N> = [N; 6];
-
-/// Columns.
-pub(super) type Matrix<N> = [Six<N>; 6];
 
 /// The wrench of a traction from its moments by 1, y₁ and y₂ along each axis.
 #[inline(always)]

@@ -145,7 +145,7 @@ impl Octet {
         }
     }
 
-    /// The pressure is that of the flatter field, which is rounded less; A's, if B is rigid. (`CutPolygon::pressure` is the same
+    /// The pressure is that of the flatter field, which is rounded less; A's, if B is rigid. (`SpacePolygon::pressure` is the same
     /// of one pair.)
     #[inline(always)]
     fn store_pressures<L: Lanes>(

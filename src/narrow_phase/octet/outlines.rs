@@ -1,6 +1,6 @@
 use super::encounter::Encounters;
 use super::{PosedTet, SLOTS};
-use crate::geometry::{EDGES, FACES};
+use crate::geometry::{EDGES, FACES, PER_TRIANGLE, add_triangle};
 use crate::lanes::space::{difference, dot, gathered, scaled, sum};
 use crate::lanes::{Lanes, Mask, Numbers};
 
@@ -31,7 +31,7 @@ impl<N: Numbers> Planes<N> {
 }
 
 /// Two unit vectors that are orthogonal to a third and to each other, without a square root \[Duff 2017\]: in lanes what
-/// `axes_about` in `contact/plane.rs` is in any scalar.
+/// `axes_beside` in `contact/plane_polygon.rs` is in any scalar.
 #[inline(always)]
 fn axes_beside<N: Numbers>([x, y, z]: [N; 3], [zero, one]: [N; 2]) -> [[N; 3]; 2] {
     let sign = zero.is_at_most(z).select(one, -one);
@@ -211,32 +211,16 @@ impl<N: Numbers> Outlines<N> {
 
     /// ∫ m dA for the monomials m = 1, y₁, y₂, y₁², y₁y₂, y₂², over the triangles of the origin and each edge, with their signs.
     /// A slot without an edge adds exactly 0: both its ends are one point.
-    ///
-    /// With s = a + b and turn = a × b, twice the area of the triangle 0, a, b: ∫ y₁ dA = turn/6·s₁ and
-    /// ∫ y₁² dA = turn/12·(a₁² + a₁b₁ + b₁²) = turn/24·(a₁² + b₁² + s₁²).
     #[inline(always)]
     pub fn moments<L: Lanes<Numbers = N>>(&self, lanes: L) -> [N; 6] {
         let mut sums = [lanes.splat(0.0); 6];
+        let constants = [lanes.splat(0.5), lanes.splat(1.0 / 3.0)];
         for slot in 0..SLOTS {
-            let ([a1, a2], [b1, b2]) = (self.from[slot], self.to[slot]);
-            let turn = a1 * b2 - a2 * b1;
-            let [s1, s2] = [a1 + b1, a2 + b2];
-            sums[0] = sums[0] + turn;
-            sums[1] = sums[1] + turn * s1;
-            sums[2] = sums[2] + turn * s2;
-            sums[3] = sums[3] + turn * (a1 * a1 + b1 * b1 + s1 * s1);
-            sums[4] = sums[4] + turn * (a1 * a2 + b1 * b2 + s1 * s2);
-            sums[5] = sums[5] + turn * (a2 * a2 + b2 * b2 + s2 * s2);
+            add_triangle(&mut sums, self.from[slot], self.to[slot], constants);
         }
-        let (half, sixth) = (lanes.splat(0.5), lanes.splat(1.0 / 6.0));
-        let twenty_fourth = lanes.splat(1.0 / 24.0);
-        [
-            sums[0] * half,
-            sums[1] * sixth,
-            sums[2] * sixth,
-            sums[3] * twenty_fourth,
-            sums[4] * twenty_fourth,
-            sums[5] * twenty_fourth,
-        ]
+        for (sum, factor) in sums.iter_mut().zip(PER_TRIANGLE) {
+            *sum = *sum * lanes.splat(factor);
+        }
+        sums
     }
 }

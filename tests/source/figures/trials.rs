@@ -160,11 +160,11 @@ fn numbers_that_nobody_measures_are_listed_once() {
         );
     }
     let constants = [
-        Origin::Code(&[("src/contact/plane.rs", "const SLIVER: f64 = 1e-9;")]),
-        Origin::Code(&[("src/contact/plane.rs", "const SLIVER: f64 = 1e-8;")]),
+        Origin::Code(&[("src/contact/plane_polygon.rs", "const SLIVER: f64 = 1e-9;")]),
+        Origin::Code(&[("src/contact/plane_polygon.rs", "const SLIVER: f64 = 1e-8;")]),
     ];
     let [there, gone] = constants.map(|origin| listed("", origin).fault());
     assert_eq!(there, None);
-    let expected = "x.md: src/contact/plane.rs has no const SLIVER: f64 = 1e-8;";
+    let expected = "x.md: src/contact/plane_polygon.rs has no const SLIVER: f64 = 1e-8;";
     assert_eq!(gone.as_deref(), Some(expected));
 }

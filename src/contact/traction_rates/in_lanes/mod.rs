@@ -1,27 +1,32 @@
 //! First derivatives of what dissipation and friction add, over the generic contact polygons, several at a time.
 
+mod corners;
 mod edges;
+mod frozen;
 mod quadrature;
 mod responses;
 #[cfg(test)]
 mod tests;
 
+use crate::contact::SurfaceLaw;
 use crate::contact::friction::{RUNGS, slope_rules};
-use crate::contact::linearised::RelativeLinearisation;
+use crate::contact::integrate::Left;
 use crate::contact::loads::{LoadedOctet, OctetsInMotion, TakesOctets};
-use crate::contact::octets::Polygons;
+use crate::contact::motion::RelativeMotion;
 use crate::contact::plane_motion::PlaneMotion;
+use crate::contact::polygon_plane::{PolygonPlane, Six};
+use crate::contact::relative_linearisation::RelativeLinearisation;
 use crate::contact::response::{PolygonResponse, Responses};
 use crate::contact::sums::PartialSum;
 use crate::contact::traction_rates::area::{AreaMoments, LawOnPlane, Rates};
-use crate::contact::traction_rates::frame::Frame;
-use crate::contact::traction_rates::wrenches::{Six, by_affine, times, wrenches};
+use crate::contact::traction_rates::wrenches::{by_affine, times, wrenches};
 use crate::geometry::set_bits;
-use crate::lanes::space::{components, dot};
+use crate::lanes::space::components;
 use crate::lanes::{self, InLanes, Lanes, Mask, Numbers, ROW, Row};
 use crate::narrow_phase::{RelativePair, SLOTS};
-use crate::search::Found;
+use crate::search::GenericPairs;
 use edges::Edges;
+pub(super) use frozen::FrozenInLanes;
 use nalgebra::{Matrix6, Matrix6x2, Vector6};
 use quadrature::{Edge, Field, moments};
 use responses::ResponseRows;
@@ -32,15 +37,12 @@ const MATRIX: usize = 36;
 /// By motions and twists, the wrench, and its derivatives by the modulus of B, dissipation and friction.
 const NUMBERS: usize = 2 * MATRIX + 4 * 6;
 
-/// For each octet the places that are left, as bits.
-pub(super) type Left = Vec<u8>;
-
 /// The sum over the polygons of octets of what the law adds, in A's axes about A's origin; of the derivatives by the moduli, only
 /// E_B ∂W/∂E_B, in the second column. Polygons on which the pressure is clamped somewhere, or of which the slip turns quickly,
 /// are left to be taken one by one.
 pub(super) struct AddedInLanes<'o> {
     pub moving: OctetsInMotion<'o>,
-    pub found: &'o Found,
+    pub generic: GenericPairs<'o>,
     pub pair: &'o RelativePair<'o>,
     /// Whether it is kept how each polygon answers to changes of shape.
     pub are_responses_kept: bool,
@@ -61,9 +63,9 @@ struct Adding<'o> {
 }
 
 impl AddedInLanes<'_> {
-    /// The sum, how the polygons answer to changes of shape, if that is kept, and which of them are left.
-    pub fn sum<R: Responses>(self) -> (RelativeLinearisation, R, Left) {
-        let (sums, responses, left) = lanes::run(self);
+    /// The sum, and how the polygons answer to changes of shape, if that is kept. Notes which of them are left.
+    pub fn sum<R: Responses>(self, left: &mut Left) -> (RelativeLinearisation, R) {
+        let (sums, responses) = lanes::run(Run { added: self, left });
         let (by_motion, rest) = sums.split_at(MATRIX);
         let (by_twist, rest) = rest.split_at(MATRIX);
         let six = |which: usize| Vector6::from_column_slice(&rest[6 * which..6 * which + 6]);
@@ -76,12 +78,18 @@ impl AddedInLanes<'_> {
             // Generic polygons have no kinks.
             ..RelativeLinearisation::empty()
         };
-        (sum, R::of(responses), left)
+        (sum, R::of(responses))
     }
 }
 
-impl InLanes for AddedInLanes<'_> {
-    type Output = ([f64; NUMBERS], Vec<PolygonResponse>, Left);
+/// A sum that is being taken, and where to note the places that are left.
+struct Run<'o> {
+    added: AddedInLanes<'o>,
+    left: &'o mut Left,
+}
+
+impl InLanes for Run<'_> {
+    type Output = ([f64; NUMBERS], Vec<PolygonResponse>);
 
     #[inline(always)]
     fn run<L: Lanes>(self, lanes: L) -> Self::Output {
@@ -90,19 +98,19 @@ impl InLanes for AddedInLanes<'_> {
             rows: None,
             responses: Vec::new(),
         };
-        if self.are_responses_kept {
+        let Self { added, left } = self;
+        if added.are_responses_kept {
             sums.rows = Some(ResponseRows::NONE);
-            sums.responses.reserve(ROW * self.moving.octets.len());
+            sums.responses.reserve(ROW * added.moving.octets.len());
         }
-        let mut left = vec![0; self.moving.octets.len()];
         let mut adding = Adding {
-            to: &self,
+            to: &added,
             sums,
             groups: (0..RUNGS).map(|_| Edges::NONE).collect(),
         };
-        self.moving.visit(lanes, &mut left, &mut adding);
+        added.moving.visit(lanes, left, &mut adding);
         for rung in 0..RUNGS {
-            if adding.groups[rung].len > 0 {
+            if adding.groups[rung].corners.len > 0 {
                 adding.add(lanes, rung);
             }
         }
@@ -111,7 +119,7 @@ impl InLanes for AddedInLanes<'_> {
         for (total, [a, b, c, d, e, f, g, h]) in totals.iter_mut().zip(sums.numbers) {
             *total = ((a + b) + (c + d)) + ((e + f) + (g + h));
         }
-        (totals, sums.responses, left)
+        (totals, sums.responses)
     }
 }
 
@@ -122,9 +130,9 @@ impl<L: Lanes> TakesOctets<L> for Adding<'_> {
             let rung = loaded.loads.rung(place);
             let edges = &mut self.groups[rung];
             let [_, tet_b] = loaded.octet.tets()[place];
-            let tet_b = self.to.found.posed_tet(tet_b);
+            let tet_b = self.to.generic.posed_tet(tet_b);
             edges.push(loaded, place, (self.to.pair, tet_b));
-            if edges.len == ROW {
+            if edges.corners.len == ROW {
                 self.add(lanes, rung);
             }
         }
@@ -137,16 +145,16 @@ impl Adding<'_> {
     fn add<L: Lanes>(&mut self, lanes: L, rung: usize) {
         let (edges, sums) = (&mut self.groups[rung], &mut self.sums);
         edges.fill_up();
-        for first in (0..edges.len).step_by(L::COUNT) {
+        for first in (0..edges.corners.len).step_by(L::COUNT) {
             self.to.add_part(lanes, sums, (edges, first), rung);
         }
         if let Some(rows) = &sums.rows {
-            for lane in 0..edges.len {
+            for lane in 0..edges.corners.len {
                 let response = rows.response(self.to.moving.octets, edges, lane);
                 sums.responses.push(response);
             }
         }
-        edges.len = 0;
+        edges.corners.len = 0;
     }
 }
 
@@ -160,52 +168,32 @@ impl AddedInLanes<'_> {
         (edges, first): (&Edges, usize),
         rung: usize,
     ) {
-        let polygons = Polygons::gathered(lanes, self.moving.octets, &edges.places, first);
-        let frame = Frame {
-            origin: polygons.origin,
-            axes: [polygons.e1, polygons.e2, polygons.normal],
-        };
-        let law = self.law_on(lanes, &polygons, &frame);
+        let planes = PolygonPlane::gathered(lanes, self.moving.octets, &edges.places, first);
+        let law = law_on(lanes, &planes, (self.moving.law, self.moving.motion));
         let mut rates = self.rates(
             lanes,
-            (&law, &polygons),
+            (&law, &planes),
             (edges, first),
             (rung, &mut sums.rows),
         );
-        let [_, slope_b] = polygons.slopes;
-        rates.add_motion_of_plane(components(&frame.axes, slope_b));
+        let [_, slope_b] = planes.slopes;
+        rates.add_motion_of_plane(components(&planes.axes, slope_b));
         // As the modulus of B grows the plane moves by p/|g|.
-        let speed = times(&polygons.pressure, polygons.yielding);
+        let speed = times(&planes.pressure, planes.yielding);
         let by_modulus_b = by_affine(&rates.by_speed, speed);
-        let by_motion = frame.turned_matrix(&rates.by_motion);
-        let by_twist = frame.turned_matrix(&rates.by_twist);
+        let by_motion = planes.matrix_in_a(&rates.by_motion);
+        let by_twist = planes.matrix_in_a(&rates.by_twist);
         let (by_motions, rest) = sums.numbers.split_at_mut(MATRIX);
         let (by_twists, others) = rest.split_at_mut(MATRIX);
         add_columns(lanes, by_motions, first, &by_motion);
         add_columns(lanes, by_twists, first, &by_twist);
         let of_each = [
-            frame.turned(&rates.wrench),
-            frame.turned(&by_modulus_b),
-            frame.turned(&rates.by_dissipation),
-            frame.turned(&rates.by_friction),
+            planes.in_a(&rates.wrench),
+            planes.in_a(&by_modulus_b),
+            planes.in_a(&rates.by_dissipation),
+            planes.in_a(&rates.by_friction),
         ];
         add_columns(lanes, others, first, &of_each);
-    }
-
-    #[inline(always)]
-    fn law_on<L: Lanes>(
-        &self,
-        lanes: L,
-        polygons: &Polygons<L::Numbers>,
-        frame: &Frame<L::Numbers>,
-    ) -> LawOnPlane<L::Numbers> {
-        let motion = PlaneMotion::in_lanes(lanes, self.moving.motion, &frame.axes, frame.origin);
-        let numbers = [
-            lanes.splat(self.moving.law.friction),
-            lanes.splat(self.moving.law.dissipation),
-        ];
-        let zero_and_one = [lanes.splat(0.0), lanes.splat(1.0)];
-        LawOnPlane::of(numbers, polygons.pressure, motion, zero_and_one)
     }
 
     /// The derivatives of the polygons' wrenches, with all that their edges contribute.
@@ -213,33 +201,23 @@ impl AddedInLanes<'_> {
     fn rates<L: Lanes>(
         &self,
         lanes: L,
-        (law, polygons): (&LawOnPlane<L::Numbers>, &Polygons<L::Numbers>),
+        (law, planes): (&LawOnPlane<L::Numbers>, &PolygonPlane<L::Numbers>),
         (edges, first): (&Edges, usize),
         (rung, rows): (usize, &mut Option<ResponseRows>),
     ) -> Rates<L::Numbers> {
         let (over_area, along_edges) = slope_rules(rung);
-        let (slip, spin) = law.motion.slip();
-        let tolerance = self.moving.law.slip_tolerance;
-        let field = Field {
-            slip,
-            spin,
-            tolerance_squared: lanes.splat(tolerance * tolerance),
-            pressure: law.pressure,
-            damping: law.damping,
-            one: lanes.splat(1.0),
-        };
-        let slip = field.over_area(lanes, (edges, first), over_area);
-        let area = AreaMoments::of(law, &slip, &moments(lanes, (edges, first)), None);
-        let along_normal = dot(polygons.gradient_a, polygons.normal);
-        let mut rates = Rates::of_area(&area, law, along_normal);
-        let axes = [polygons.e1, polygons.e2, polygons.normal];
+        let field = Field::of(lanes, law, self.moving.law.slip_tolerance);
+        let corners = &edges.corners;
+        let slip = field.over_area(lanes, (corners, first), over_area);
+        let area = AreaMoments::of(law, &slip, &moments(lanes, (corners, first)), None);
+        let mut rates = Rates::of_area(&area, law, planes.slope_along_normal());
         let count = if self.moving.law.is_elastic() {
             0
         } else {
-            edges.most(first, L::COUNT).min(SLOTS)
+            corners.most::<L>(first).min(SLOTS)
         };
         for number in 0..count {
-            let edge = Edge::of(lanes, edges, number, first);
+            let edge = Edge::of(lanes, corners, number, first);
             let [u1, u2] = field.along(lanes, &edge, along_edges);
             let pressed = field.pressed_along(lanes, &edge, &law.excess);
             let fluxes = wrenches(&[
@@ -254,7 +232,7 @@ impl AddedInLanes<'_> {
                 lanes.load(z, first),
             ];
             let of_b = lanes.load(&edges.of_b[number], first);
-            let normal = components(&axes, normal);
+            let normal = components(&planes.axes, normal);
             let outwardness = outwardness(normal, law.zero, field.one);
             let fluxes = [
                 times(&fluxes[0], outwardness),
@@ -271,6 +249,18 @@ impl AddedInLanes<'_> {
         }
         rates
     }
+}
+
+#[inline(always)]
+fn law_on<L: Lanes>(
+    lanes: L,
+    planes: &PolygonPlane<L::Numbers>,
+    (law, motion): (&SurfaceLaw, &RelativeMotion<f64>),
+) -> LawOnPlane<L::Numbers> {
+    let motion = PlaneMotion::in_lanes(lanes, motion, &planes.axes, planes.origin);
+    let numbers = [lanes.splat(law.friction), lanes.splat(law.dissipation)];
+    let zero_and_one = [lanes.splat(0.0), lanes.splat(1.0)];
+    LawOnPlane::of(numbers, planes.pressure, motion, zero_and_one)
 }
 
 /// 1 over the length of the part in the plane of a normal along its axes; 0, where that is 0.

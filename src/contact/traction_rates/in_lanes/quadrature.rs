@@ -1,17 +1,15 @@
 //! The integrals of slip and load over polygons side by side, one in each lane.
 
-use super::edges::Edges;
+use super::corners::Corners;
 use crate::contact::friction::{EdgeRule, SlipMoments, TriangleRule};
+use crate::contact::traction_rates::area::LawOnPlane;
 use crate::contact::traction_rates::flux::THREE_POINTS;
+use crate::geometry::{PER_TRIANGLE, add_triangle};
 use crate::lanes::{Lanes, Numbers};
-use crate::narrow_phase::SLOTS;
 
 /// Where the monomials up to cubic ones times y₁, and times y₂, are among those up to quartic ones (see [`add_up_to_quartic`]).
 const TIMES_Y1: [usize; 10] = [1, 3, 4, 6, 7, 8, 10, 11, 12, 13];
 const TIMES_Y2: [usize; 10] = [2, 4, 5, 7, 8, 9, 11, 12, 13, 14];
-
-/// What the sums of [`moments`] are divided by.
-const DIVISORS: [f64; 10] = [2.0, 6.0, 6.0, 12.0, 12.0, 12.0, 20.0, 20.0, 20.0, 20.0];
 
 /// What slips and presses on a polygon, as affine functions c₀ + c₁y₁ + c₂y₂ on its plane, and the rules by which that is
 /// integrated.
@@ -35,6 +33,19 @@ pub(super) struct Edge<N> {
 }
 
 impl<N: Numbers> Field<N> {
+    #[inline(always)]
+    pub fn of<L: Lanes<Numbers = N>>(lanes: L, law: &LawOnPlane<N>, slip_tolerance: f64) -> Self {
+        let (slip, spin) = law.motion.slip();
+        Self {
+            slip,
+            spin,
+            tolerance_squared: lanes.splat(slip_tolerance * slip_tolerance),
+            pressure: law.pressure,
+            damping: law.damping,
+            one: lanes.splat(1.0),
+        }
+    }
+
     /// u, 1/σ and g.
     #[inline(always)]
     fn at(&self, [y1, y2]: [N; 2]) -> ([N; 2], N, N) {
@@ -50,18 +61,18 @@ impl<N: Numbers> Field<N> {
     pub fn over_area<L: Lanes<Numbers = N>>(
         &self,
         lanes: L,
-        (edges, first): (&Edges, usize),
+        (corners, first): (&Corners, usize),
         rule: &TriangleRule,
     ) -> SlipMoments<N> {
         let (zero, half) = (lanes.splat(0.0), lanes.splat(0.5));
         let mut by_inverse = [zero; 15];
         let mut by_slip = [[zero; 6]; 3];
-        let from = corner(lanes, edges, 0, first);
-        let mut next = Edge::between(from, corner(lanes, edges, 1, first)).way;
-        for last in 2..edges.most(first, L::COUNT) {
+        let from = corners.at(lanes, 0, first);
+        let mut next = Edge::between(from, corners.at(lanes, 1, first)).way;
+        for last in 2..corners.most::<L>(first) {
             let [b, c] = [
                 next,
-                Edge::between(from, corner(lanes, edges, last, first)).way,
+                Edge::between(from, corners.at(lanes, last, first)).way,
             ];
             next = c;
             let area = (b[0] * c[1] - b[1] * c[0]) * half;
@@ -168,16 +179,15 @@ impl<N: Numbers> Edge<N> {
 
     /// The edge from a corner to the next.
     #[inline(always)]
-    pub fn of<L: Lanes<Numbers = N>>(lanes: L, edges: &Edges, edge: usize, first: usize) -> Self {
-        let end = corner(lanes, edges, edge + 1, first);
-        Self::between(corner(lanes, edges, edge, first), end)
+    pub fn of<L: Lanes<Numbers = N>>(
+        lanes: L,
+        corners: &Corners,
+        edge: usize,
+        first: usize,
+    ) -> Self {
+        let end = corners.at(lanes, edge + 1, first);
+        Self::between(corners.at(lanes, edge, first), end)
     }
-}
-
-#[inline(always)]
-fn corner<L: Lanes>(lanes: L, edges: &Edges, corner: usize, first: usize) -> [L::Numbers; 2] {
-    let [y1, y2] = &edges.corners[corner.min(SLOTS)];
-    [lanes.load(y1, first), lanes.load(y2, first)]
 }
 
 /// The value of an affine function.
@@ -221,39 +231,18 @@ fn add_up_to_quartic<N: Numbers>(sums: &mut [N; 15], value: N, [y1, y2]: [N; 2])
 
 /// The moments of polygons by the ten monomials up to cubic ones: sums over the triangles of the origin and each edge, exactly 0
 /// where an edge is a point.
-///
-/// With turn = a × b, twice the area of such a triangle, ∫ y₁³ dA = turn/20·(a₁³ + a₁²b₁ + a₁b₁² + b₁³).
 #[inline(always)]
-pub(super) fn moments<L: Lanes>(lanes: L, (edges, first): (&Edges, usize)) -> [L::Numbers; 10] {
+pub(super) fn moments<L: Lanes>(lanes: L, (corners, first): (&Corners, usize)) -> [L::Numbers; 10] {
     let mut sums = [lanes.splat(0.0); 10];
-    let (half, third) = (lanes.splat(0.5), lanes.splat(1.0 / 3.0));
-    let mut next = corner(lanes, edges, 0, first);
-    for end in 1..=edges.most(first, L::COUNT) {
-        let ([a1, a2], [b1, b2]) = (next, corner(lanes, edges, end, first));
-        next = [b1, b2];
-        let turn = a1 * b2 - a2 * b1;
-        let [s1, s2] = [a1 + b1, a2 + b2];
-        let (squares1, squares2) = (a1 * a1 + b1 * b1, a2 * a2 + b2 * b2);
-        let (product1, product2) = (a1 * b1, a2 * b2);
-        let (mixed, crossed) = (a1 * a2 + b1 * b2, a1 * b2 + a2 * b1);
-        let of_triangle = [
-            turn,
-            turn * s1,
-            turn * s2,
-            turn * (squares1 + product1),
-            turn * (mixed + crossed * half),
-            turn * (squares2 + product2),
-            turn * (squares1 * s1),
-            turn * (a1 * a1 * a2 + b1 * b1 * b2 + (crossed * s1 + product1 * s2) * third),
-            turn * (a2 * a2 * a1 + b2 * b2 * b1 + (crossed * s2 + product2 * s1) * third),
-            turn * (squares2 * s2),
-        ];
-        for (sum, of_triangle) in sums.iter_mut().zip(of_triangle) {
-            *sum = *sum + of_triangle;
-        }
+    let constants = [lanes.splat(0.5), lanes.splat(1.0 / 3.0)];
+    let mut next = corners.at(lanes, 0, first);
+    for end in 1..=corners.most::<L>(first) {
+        let (from, to) = (next, corners.at(lanes, end, first));
+        next = to;
+        add_triangle(&mut sums, from, to, constants);
     }
-    for (sum, divisor) in sums.iter_mut().zip(DIVISORS) {
-        *sum = *sum * lanes.splat(1.0 / divisor);
+    for (sum, factor) in sums.iter_mut().zip(PER_TRIANGLE) {
+        *sum = *sum * lanes.splat(factor);
     }
     sums
 }

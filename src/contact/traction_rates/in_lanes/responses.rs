@@ -1,11 +1,11 @@
 use super::edges::{Edges, NO_FACE};
+use crate::contact::polygon_plane::Six;
 use crate::contact::response::{FaceResponse, LawResponse, PolygonResponse};
 use crate::contact::traction_rates::area::Rates;
-use crate::contact::traction_rates::wrenches::Six;
 use crate::lanes::space::vector_at;
 use crate::lanes::{Numbers, ROW, Row};
 use crate::narrow_phase::{Octet, SLOTS};
-use nalgebra::{Matrix3, Vector6};
+use nalgebra::Vector6;
 
 /// Three wrenches of each polygon: those of 1, y₁ and y₂.
 type Wrenches = [[Row; 6]; 3];
@@ -43,8 +43,10 @@ impl ResponseRows {
     pub fn response(&self, octets: &[Octet], edges: &Edges, lane: usize) -> PolygonResponse {
         let [octet, place] = edges.places[lane];
         let octet = &octets[octet];
-        let mut by_faces = Vec::with_capacity(edges.counts[lane]);
-        for edge in (0..edges.counts[lane]).filter(|&edge| edges.faces[edge][lane] != NO_FACE) {
+        let mut by_faces = Vec::with_capacity(edges.corners.count(lane));
+        for edge in
+            (0..edges.corners.count(lane)).filter(|&edge| edges.faces[edge][lane] != NO_FACE)
+        {
             by_faces.push(FaceResponse {
                 face: usize::from(edges.faces[edge][lane]),
                 normal: vector_at(&edges.normals[edge], lane),
@@ -52,8 +54,6 @@ impl ResponseRows {
             });
         }
         let law = LawResponse {
-            axes: Matrix3::from_columns(&octet.axes.each_ref().map(|axis| vector_at(axis, place))),
-            center: vector_at(&octet.origin, place),
             by_speed: at(&self.speed, lane),
             more_by_growth: None,
             by_pressure: at(&self.pressure, lane),

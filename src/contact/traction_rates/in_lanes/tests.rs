@@ -1,8 +1,9 @@
-use crate::contact::linearised::RelativeLinearisation;
+use crate::contact::integrate::Integrand;
 use crate::contact::motion::RelativeMotion;
 use crate::contact::polygon::PolygonSource;
+use crate::contact::relative_linearisation::RelativeLinearisation;
 use crate::contact::response::{OfCell, PolygonResponse};
-use crate::contact::traction_rates::InMotion;
+use crate::contact::traction_rates::{InMotion, MovingJacobian};
 use crate::contact::{ContactBody, ContactPair, HalfSpace, Partner, RigidShape, Shape, SurfaceLaw};
 use crate::mesh::{TriangleSurface, shapes};
 use crate::spatial::Pose;
@@ -102,18 +103,22 @@ fn assert_ways_agree(pair: &ContactPair, law: &SurfaceLaw, spin: f64, what: &str
         at_origin: Vector3::new(0.9, -0.4, 0.5),
     };
     let source = &surface.source;
-    let (lanes, kept) = surface.linearisation::<Vec<PolygonResponse>>(law, &motion);
-    let single: InMotion<Vec<PolygonResponse>> =
-        surface.sum_of_cuts(|sum, cut| source.add_in_motion(cut, (law, &motion), sum));
-    let (single, kept_singly) = single.linearisation(source.moduli());
+    let integrand = MovingJacobian::<Vec<PolygonResponse>>::new(law, &motion);
+    let moduli = source.moduli();
+    let (lanes, kept) = surface.integral(&integrand).linearisation(moduli);
+    let single: InMotion<_> = surface.sum_of_cuts(|sum, cut| integrand.add(source, cut, sum));
+    let (single, kept_singly) = single.linearisation(moduli);
+    let values = |law: &SurfaceLaw| {
+        let integrand = MovingJacobian::<()>::new(law, &motion);
+        surface.integral(&integrand).linearisation(moduli).0
+    };
     if kept.len() > 20 {
         let none = SurfaceLaw::new(0.0, 0.0, 1e-3).unwrap();
-        let (elastic, ()) = surface.linearisation(&none, &motion);
+        let elastic = values(&none);
         assert_blocks_agree([&lanes, &single, &elastic], what);
         assert_responses_agree(source, [&kept, &kept_singly], what);
     }
-    let (without, ()) = surface.linearisation(law, &motion);
-    assert_eq!(without.by_motion, lanes.by_motion, "{what}");
+    assert_eq!(values(law).by_motion, lanes.by_motion, "{what}");
     kept.len()
 }
 

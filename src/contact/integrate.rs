@@ -1,0 +1,149 @@
+//! The pass over a contact surface. It decides which pieces are integrated in which threads, and in which order they are added.
+
+use super::polygon::PolygonSource;
+use super::sums::PartialSum;
+use crate::geometry::set_bits;
+use crate::lanes::ROW;
+use crate::narrow_phase::Cut;
+use crate::scalar::{Scalar, carries_derivatives};
+use crate::search::{Found, GenericPairs};
+use crate::threads;
+use std::marker::PhantomData;
+
+/// Polygons that are integrated one by one in one thread: some 20 µs of work in `f64`.
+const SINGLE: usize = 32;
+
+/// The most octets of a piece of work.
+const MOST_OCTETS: usize = 256;
+
+/// For each octet the places of polygons that are left to be added one by one, as bits.
+pub(super) type Left = [u8];
+
+/// Cuts, and the source that makes polygons of them, by what counted as coincident.
+pub(super) struct CutSurface<'a, T> {
+    pub source: PolygonSource<'a, T>,
+    pub found: Found,
+}
+
+/// A quantity that is summed over the polygons of a contact surface.
+pub(super) trait Integrand<T>: Sync {
+    type Sum: PartialSum;
+
+    /// Whether octets of large contacts are integrated as soon as they are found. They are integrated again if faces then turn out to
+    /// coincide, so the integral should be cheap.
+    const IS_SPILLED: bool = false;
+
+    /// Octets to a piece of work for a thread, up to [`MOST_OCTETS`].
+    const OCTETS: usize;
+
+    /// Adds the polygon of a cut.
+    fn add(&self, source: &PolygonSource<T>, cut: &Cut, sum: &mut Self::Sum);
+
+    /// Adds the polygons of octets, several at a time, for scalars without derivatives. Sets the bits of polygons that it skips in
+    /// `left`, which is zero at first.
+    fn add_octets(
+        &self,
+        source: &PolygonSource<T>,
+        generic: GenericPairs,
+        left: &mut Left,
+        sum: &mut Self::Sum,
+    );
+
+    /// Adds what [`Self::add_octets`] did not add of a polygon that it left.
+    fn add_left(&self, source: &PolygonSource<T>, cut: &Cut, sum: &mut Self::Sum) {
+        self.add(source, cut, sum);
+    }
+}
+
+impl<T: Scalar> PolygonSource<'_, T> {
+    /// Adds the integral over generic polygons.
+    pub fn add_generic<I: Integrand<T>>(
+        &self,
+        generic: GenericPairs,
+        integrand: &I,
+        sum: &mut I::Sum,
+    ) {
+        const { assert!(I::OCTETS <= MOST_OCTETS) };
+        let are_single = carries_derivatives::<T>();
+        let piece = |generic: GenericPairs| {
+            let (mut sum, mut left) = (I::Sum::empty(), [0; MOST_OCTETS]);
+            let left = &mut left[..generic.octets.len()];
+            if are_single {
+                leave_all(generic, left);
+            } else {
+                integrand.add_octets(self, generic, left, &mut sum);
+            }
+            for (octet, left) in generic.octets.iter().zip(left) {
+                for place in set_bits(*left) {
+                    let cut = generic.cut(octet, place, &self.pair);
+                    if are_single {
+                        integrand.add(self, &cut, &mut sum);
+                    } else {
+                        integrand.add_left(self, &cut, &mut sum);
+                    }
+                }
+            }
+            sum
+        };
+        let length = if are_single { SINGLE / ROW } else { I::OCTETS };
+        let piece = |octets: &[_]| piece(generic.part(octets));
+        threads::for_pieces(generic.octets, length, piece, |piece| sum.merge(piece));
+    }
+}
+
+impl<T: Scalar> CutSurface<'_, T> {
+    /// Integrates over the surface.
+    pub fn integral<I: Integrand<T>>(&self, integrand: &I) -> I::Sum {
+        self.integral_after(I::Sum::empty(), integrand)
+    }
+
+    /// Adds the integral over the surface to `sum`, the integral over octets that were spilled.
+    pub fn integral_after<I: Integrand<T>>(&self, mut sum: I::Sum, integrand: &I) -> I::Sum {
+        let piece = |cuts: &[Cut]| {
+            let mut sum = I::Sum::empty();
+            for cut in cuts {
+                integrand.add(&self.source, cut, &mut sum);
+            }
+            sum
+        };
+        threads::for_pieces(self.found.cuts(), SINGLE, piece, |piece| sum.merge(piece));
+        self.source
+            .add_generic(self.found.generic(), integrand, &mut sum);
+        sum
+    }
+
+    /// Sums over the cuts, one by one.
+    pub fn sum_of_cuts<S: PartialSum>(&self, add: impl Fn(&mut S, &Cut) + Sync) -> S {
+        self.integral(&OneByOne {
+            add,
+            sum: PhantomData,
+        })
+    }
+}
+
+/// A sum over cuts by a closure.
+struct OneByOne<F, S> {
+    add: F,
+    sum: PhantomData<fn() -> S>,
+}
+
+impl<T: Scalar, S: PartialSum, F: Fn(&mut S, &Cut) + Sync> Integrand<T> for OneByOne<F, S> {
+    type Sum = S;
+
+    const OCTETS: usize = SINGLE / ROW;
+
+    fn add(&self, _: &PolygonSource<T>, cut: &Cut, sum: &mut S) {
+        (self.add)(sum, cut);
+    }
+
+    fn add_octets(&self, _: &PolygonSource<T>, generic: GenericPairs, left: &mut Left, _: &mut S) {
+        leave_all(generic, left);
+    }
+}
+
+/// Leaves all polygons to be added one by one.
+fn leave_all(generic: GenericPairs, left: &mut Left) {
+    for (octet, left) in generic.octets.iter().zip(left) {
+        *left = octet.polygons();
+    }
+}

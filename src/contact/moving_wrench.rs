@@ -1,0 +1,172 @@
+//! The wrench of a contact with the surface law: of generic polygons in lanes, several triangles at a time, of special ones one by
+//! one.
+
+use super::SurfaceLaw;
+use super::friction::{product, value_rule};
+use super::integrate::{Integrand, Left};
+use super::loaded_triangles::{Triangles, integrals};
+use super::loads::{LoadedOctet, OctetsInMotion, TakesOctets};
+use super::motion::RelativeMotion;
+use super::outline::quadratic_moments;
+use super::plane_motion::PlaneMotion;
+use super::plane_polygon::PlanePolygon;
+use super::polygon::PolygonSource;
+use super::polygon_plane::PolygonPlane;
+use crate::lanes::{self, InLanes, Lanes, Numbers, ROW, Row};
+use crate::narrow_phase::{Cut, SLOTS, Weights};
+use crate::scalar::{Scalar, carries_derivatives, lift, real_part};
+use crate::search::GenericPairs;
+use crate::spatial::Wrench;
+use nalgebra::Vector6;
+
+/// Octets that are integrated in one thread: some 30 µs of work.
+const OCTETS: usize = 32;
+
+/// The wrench on A of moving bodies with a surface law, in A's axes about A's origin.
+pub(super) struct MovingWrench<T> {
+    pub law: SurfaceLaw<T>,
+    pub motion: RelativeMotion<T>,
+}
+
+/// Adds up the wrenches on A of the polygons of octets, as [`PlanePolygon::wrench_in_motion`] has them. Polygons on which the
+/// pressure is clamped somewhere, or of which the slip turns quickly, are left.
+struct InLanesOver<'o> {
+    moving: OctetsInMotion<'o>,
+    left: &'o mut Left,
+}
+
+/// The sum so far, and triangles that are not yet in it.
+struct Sum<'o> {
+    of: OctetsInMotion<'o>,
+    numbers: [Row; 6],
+    triangles: Triangles,
+}
+
+impl InLanes for InLanesOver<'_> {
+    type Output = [f64; 6];
+
+    #[inline(always)]
+    fn run<L: Lanes>(self, lanes: L) -> Self::Output {
+        let mut sum = Sum {
+            of: self.moving,
+            numbers: [[0.0; ROW]; 6],
+            triangles: Triangles::NONE,
+        };
+        self.moving.visit(lanes, self.left, &mut sum);
+        if sum.triangles.len > 0 {
+            sum.triangles.fill_up();
+            sum.add(lanes);
+        }
+        sum.numbers.map(|row| row.iter().sum())
+    }
+}
+
+impl<L: Lanes> TakesOctets<L> for Sum<'_> {
+    #[inline(always)]
+    fn take(&mut self, lanes: L, loaded: &LoadedOctet) {
+        // Of all polygons in one loop: how many triangles one of them has, a processor cannot guess.
+        let mut edges = [0; ROW];
+        for (place, edges) in edges.iter_mut().enumerate() {
+            let is_taken = loaded.by_rules >> place & 1;
+            *edges = loaded.octet.opposite_edges(place) * is_taken;
+        }
+        let mut edges = u64::from_le_bytes(edges);
+        while edges != 0 {
+            let number = edges.trailing_zeros() as usize;
+            edges &= edges - 1;
+            self.triangles.push(loaded, number / SLOTS, number % SLOTS);
+            if self.triangles.len == ROW {
+                self.add(lanes);
+            }
+        }
+    }
+}
+
+impl Sum<'_> {
+    /// Adds the wrenches on A about A's origin in A's axes, and empties the list.
+    #[inline(always)]
+    fn add<L: Lanes>(&mut self, lanes: L) {
+        let Self {
+            of: OctetsInMotion { octets, law, .. },
+            numbers,
+            triangles,
+        } = self;
+        let rule = value_rule(triangles.rung);
+        for first in (0..triangles.len).step_by(L::COUNT) {
+            let [pressed, by_y1, by_y2, along1, along2, about] =
+                integrals(lanes, triangles, first, rule, law);
+            let plane = PolygonPlane::gathered(lanes, octets, &triangles.places, first);
+            let friction = lanes.splat(-law.friction);
+            let [along1, along2, about] = [along1 * friction, along2 * friction, about * friction];
+            let wrench = plane.in_a(&[by_y2, -by_y1, about, along1, along2, pressed]);
+            for (sum, part) in numbers.iter_mut().zip(wrench) {
+                (lanes.load(sum, first) + part).store(sum, first);
+            }
+        }
+        (triangles.len, triangles.rung) = (0, 0);
+    }
+}
+
+impl<T: Scalar> Integrand<T> for MovingWrench<T> {
+    type Sum = Wrench<T>;
+
+    const OCTETS: usize = OCTETS;
+
+    fn add(&self, source: &PolygonSource<T>, cut: &Cut, sum: &mut Wrench<T>) {
+        if let Some(polygon) = source.counted_polygon(cut, Weights::has_still_area) {
+            *sum += polygon.wrench_in_motion(&self.law, &self.motion);
+        }
+    }
+
+    fn add_octets(
+        &self,
+        _: &PolygonSource<T>,
+        generic: GenericPairs,
+        left: &mut Left,
+        sum: &mut Wrench<T>,
+    ) {
+        let wrench = lanes::run(InLanesOver {
+            moving: OctetsInMotion {
+                octets: generic.octets,
+                law: &self.law.real(),
+                motion: &self.motion.real(),
+            },
+            left,
+        });
+        *sum += Wrench::from_vector(&Vector6::from(wrench.map(lift)));
+    }
+}
+
+impl<T: Scalar> PlanePolygon<T> {
+    /// Wrench on A about A's origin in A's axes, of the traction
+    ///
+    /// t = pψ(−μu₁, −μu₂, 1) along e₁, e₂ and n, ψ = 1 − d v₃, u = (v₁, v₂)/√(v₁² + v₂² + v_s²),
+    ///
+    /// integrated over the part of the polygon where ψ is positive: the normal part is a polynomial, and friction is
+    /// integrated by rules or in closed form (see [`Slip`](super::friction::Slip)).
+    fn wrench_in_motion(&self, law: &SurfaceLaw<T>, motion: &RelativeMotion<T>) -> Wrench<T> {
+        let plane = &self.plane;
+        let motion = PlaneMotion::of(motion, plane);
+        let damping = motion.damping(law.dissipation, lift(1.0));
+        // Surfaces that part faster than the skin recovers do not pull.
+        let part = self.outline.cut(&damping);
+        let (outline, moments) = match &part {
+            Some(part) => (part, part.moments()),
+            None => (&self.outline, self.moments()),
+        };
+        let traction = product(&plane.pressure, &damping);
+        let [normal, by_y1, by_y2] = quadratic_moments(&traction, &moments);
+        let friction = if real_part(law.friction) == 0.0 && !carries_derivatives::<T>() {
+            [lift(0.0); 3]
+        } else {
+            let slip = motion.slip_by(law);
+            let along_slip = slip.resultant(outline.corners(), &plane.pressure, &damping);
+            along_slip.map(|part| -(law.friction * part))
+        };
+        let [along_e1, along_e2, about_n] = friction;
+        let weight = lift::<T>(self.weights.still.area());
+        let wrench = [by_y2, -by_y1, about_n, along_e1, along_e2, normal];
+        let wrench = plane.in_a(&wrench.map(|entry| entry * weight));
+        Wrench::from_vector(&Vector6::from(wrench))
+    }
+}

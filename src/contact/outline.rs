@@ -1,0 +1,132 @@
+use super::friction::{Affine, Quadratic, ends};
+use crate::geometry::{PER_TRIANGLE, POLYGON_CAPACITY, add_triangle};
+use crate::scalar::{Scalar, lift, real_part};
+
+/// Room for the corners of a contact polygon that is cut once more.
+const PLANE_CAPACITY: usize = POLYGON_CAPACITY + 1;
+
+/// The corners of a polygon in a plane, counter-clockwise.
+#[derive(Clone, Copy)]
+pub(super) struct Outline<T> {
+    corners: [[T; 2]; PLANE_CAPACITY],
+    /// The edge of the contact polygon that the edge from each corner to the next is a part of; [`NO_EDGE`] where it was cut.
+    edges: [u8; PLANE_CAPACITY],
+    len: usize,
+}
+
+/// The number of an edge that is no part of one of the contact polygon's.
+pub(super) const NO_EDGE: u8 = u8::MAX;
+
+impl<T: Scalar> Outline<T> {
+    pub fn empty() -> Self {
+        Self {
+            corners: [[lift(0.0); 2]; PLANE_CAPACITY],
+            edges: [NO_EDGE; PLANE_CAPACITY],
+            len: 0,
+        }
+    }
+
+    /// A full outline drops corners, which are copies by round-off (see
+    /// [`ConvexPolygon`](crate::geometry::ConvexPolygon)).
+    pub fn push(&mut self, corner: [T; 2], edge: u8) {
+        if self.len < PLANE_CAPACITY {
+            self.corners[self.len] = corner;
+            self.edges[self.len] = edge;
+            self.len += 1;
+        }
+    }
+
+    pub fn corners(&self) -> &[[T; 2]] {
+        &self.corners[..self.len]
+    }
+
+    /// For the edge from each corner to the next, the edge of the contact polygon that it is a part of, or [`NO_EDGE`].
+    pub fn edges(&self) -> &[u8] {
+        &self.edges[..self.len]
+    }
+
+    /// The part where an affine function is not negative; `None` if that is everything.
+    pub fn cut(&self, function: &Affine<T>) -> Option<Self> {
+        let is_in = |y: &[T; 2]| real_part(at(function, y)) >= 0.0;
+        if self.corners().iter().all(is_in) {
+            return None;
+        }
+        let values = self.corners.map(|y| at(function, &y));
+        let is_inside = |corner: usize| real_part(values[corner]) >= 0.0;
+        let mut part = Self::empty();
+        let mut before = self.len - 1;
+        for now in 0..self.len {
+            if is_inside(before) != is_inside(now) {
+                let share = values[before] / (values[before] - values[now]);
+                let [from, to] = [self.corners[before], self.corners[now]];
+                let crossing = [0, 1].map(|i| from[i] + (to[i] - from[i]) * share);
+                let enters = is_inside(now);
+                part.push(crossing, if enters { self.edges[before] } else { NO_EDGE });
+            }
+            if is_inside(now) {
+                part.push(self.corners[now], self.edges[now]);
+            }
+            before = now;
+        }
+        Some(part)
+    }
+
+    /// ∫ m dA for the monomials m = 1, y₁, y₂, y₁², y₁y₂, y₂², y₁³, y₁²y₂, y₁y₂², y₂³. The area is positive if the outline turns
+    /// counter-clockwise.
+    pub fn moments(&self) -> [T; 10] {
+        let mut moments = [lift::<T>(0.0); 10];
+        let corners = self.corners();
+        for edge in 0..corners.len() {
+            let [a, b] = ends(corners, edge);
+            add_triangle(&mut moments, a, b, [lift(0.5), lift(1.0 / 3.0)]);
+        }
+        for (moment, factor) in moments.iter_mut().zip(PER_TRIANGLE) {
+            *moment *= factor;
+        }
+        moments
+    }
+}
+
+/// The six monomials of degree two at most at a point, times a factor.
+#[inline]
+pub(super) fn up_to_quadratic<T: Scalar>(factor: T, [y1, y2]: &[T; 2]) -> [T; 6] {
+    let (a, b) = (factor * *y1, factor * *y2);
+    [factor, a, b, a * *y1, a * *y2, b * *y2]
+}
+
+/// The places of m times the first six monomials, for m = 1, y₁ and y₂.
+const BY_QUADRATIC: [[usize; 6]; 3] = [[0, 1, 2, 3, 4, 5], [1, 3, 4, 6, 7, 8], [2, 4, 5, 7, 8, 9]];
+
+/// ∫ f m for a quadratic f and m = 1, y₁ and y₂.
+#[inline]
+pub(super) fn quadratic_moments<T: Scalar>(f: &Quadratic<T>, moments: &[T; 10]) -> [T; 3] {
+    BY_QUADRATIC.map(|places| {
+        let term = |k: usize| f[k] * moments[places[k]];
+        (term(0) + term(1)) + (term(2) + term(3)) + (term(4) + term(5))
+    })
+}
+
+/// The value of an affine function at a point.
+pub(super) fn at<T: Scalar>(function: &Affine<T>, y: &[T; 2]) -> T {
+    function[0] + function[1] * y[0] + function[2] * y[1]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Round-off may bend an outline so that a line cuts it many times.
+    #[test]
+    fn an_outline_that_is_cut_into_more_corners_than_it_has_room_for_drops_some() {
+        let mut zigzag = Outline::<f64>::empty();
+        for edge in 0..12 {
+            let aside = if edge % 2 == 0 { 1.0 } else { -1.0 };
+            zigzag.push([f64::from(edge), aside], edge);
+        }
+        let part = zigzag.cut(&[0.0, 0.0, 1.0]).unwrap();
+        // Each of 12 edges is cut, and 6 corners are inside.
+        assert_eq!(part.corners().len(), PLANE_CAPACITY);
+        assert_eq!(part.edges().len(), PLANE_CAPACITY);
+        assert!(part.corners().iter().all(|[_, y2]| *y2 >= 0.0));
+    }
+}

@@ -1,0 +1,158 @@
+use super::outline::Outline;
+use super::polygon_plane::PolygonPlane;
+use crate::geometry::{AffineField, ConvexPolygon};
+use crate::narrow_phase::{EquilibriumPlane, Octet, Weights};
+use crate::scalar::{Scalar, change, lift_vector, real_part, real_vector};
+use nalgebra::Vector3;
+
+/// A polygon is a sliver if its area is less than this fraction of its length squared: its centroid is round-off.
+const SLIVER: f64 = 1e-9;
+
+/// A contact polygon in coordinates y of its own plane.
+#[derive(Clone)]
+pub(super) struct PlanePolygon<T> {
+    pub plane: PolygonPlane<T>,
+    pub outline: Outline<T>,
+    /// ∫ m dA for the monomials m = y₁³, y₁²y₂, y₁y₂², y₂³.
+    cubic_moments: [T; 4],
+    /// Its weights in values and in derivatives.
+    pub weights: Weights,
+    /// Whether an edge lies in several faces.
+    pub shares_edges: bool,
+}
+
+/// A contact polygon in A's frame, and the fields that meet in it.
+pub(super) struct SpacePolygon<T> {
+    pub outline: ConvexPolygon<T>,
+    pub plane: EquilibriumPlane<T>,
+    pub pressure_a: AffineField<T>,
+    /// The pressure on the polygon (Pa): both bodies' fields are the same there, and this is the one
+    /// of the smaller gradient, which is rounded less; A's, if B is rigid.
+    pub pressure: AffineField<T>,
+}
+
+impl<T: Scalar> SpacePolygon<T> {
+    /// The polygon in its plane; `None` if it has no corner.
+    ///
+    /// The only derivative of the origin is the motion of the plane along its normal.
+    #[inline]
+    pub fn in_plane(&self, weights: Weights) -> Option<PlanePolygon<T>> {
+        let Self {
+            plane, pressure, ..
+        } = self;
+        let constant = lift_vector::<T>(&self.center()?);
+        let origin = constant - plane.normal * change(plane.height_at(&constant));
+        let [e1, e2] = axes_beside(&plane.normal);
+        let mut outline = Outline::empty();
+        for (edge, corner) in (0..).zip(self.outline.corners()) {
+            let y = corner - origin;
+            outline.push([e1.dot(&y), e2.dot(&y)], edge);
+        }
+        let gradient = &pressure.gradient;
+        let (moments, cubic_moments) = split(outline.moments());
+        Some(PlanePolygon {
+            plane: PolygonPlane {
+                origin: origin.into(),
+                axes: [e1, e2, plane.normal].map(Into::into),
+                pressure: [pressure.at(&origin), e1.dot(gradient), e2.dot(gradient)],
+                gradient_a: self.pressure_a.gradient.into(),
+                slopes: plane.slopes.map(Into::into),
+                yielding: plane.yielding,
+                moments,
+            },
+            outline,
+            cubic_moments,
+            weights,
+            shares_edges: self.outline.shares_edges(),
+        })
+    }
+
+    /// The centroid; of a sliver, whose centroid is round-off, the first corner.
+    fn center(&self) -> Option<Vector3<f64>> {
+        let corners = self.outline.corners();
+        let first = real_vector(corners.first()?);
+        let normal = real_vector(&self.plane.normal);
+        let (mut area, mut moment, mut length_squared) = (0.0, Vector3::zeros(), 0.0_f64);
+        let mut before = Vector3::zeros();
+        for corner in &corners[1..] {
+            let now = real_vector(corner) - first;
+            let triangle = 0.5 * normal.dot(&before.cross(&now));
+            area += triangle;
+            moment += (before + now) * (triangle / 3.0);
+            length_squared = length_squared.max(now.norm_squared());
+            before = now;
+        }
+        Some(if area > SLIVER * length_squared {
+            first + moment / area
+        } else {
+            first
+        })
+    }
+}
+
+impl<T: Scalar> PlanePolygon<T> {
+    /// Whether the signed area is positive. Otherwise the polygon is round-off.
+    pub fn has_area(&self) -> bool {
+        real_part(self.plane.moments[0]) > 0.0
+    }
+
+    /// ∫ m dA for the monomials m up to cubic ones.
+    pub fn moments(&self) -> [T; 10] {
+        let [area, y1, y2, y11, y12, y22] = self.plane.moments;
+        let [y111, y112, y122, y222] = self.cubic_moments;
+        [area, y1, y2, y11, y12, y22, y111, y112, y122, y222]
+    }
+
+    /// Replaces the outline and its moments.
+    pub fn set_outline(&mut self, outline: Outline<T>) {
+        (self.plane.moments, self.cubic_moments) = split(outline.moments());
+        self.outline = outline;
+    }
+
+    /// Whether faces of both bodies coincide there.
+    pub fn is_flush(&self) -> bool {
+        !self.weights.are_whole() || self.shares_edges
+    }
+
+    /// The point (m) with these coordinates, in A's frame.
+    pub fn point(&self, [y1, y2]: [T; 2]) -> Vector3<T> {
+        let [e1, e2, _] = self.plane.axes.map(Vector3::from);
+        Vector3::from(self.plane.origin) + e1 * y1 + e2 * y2
+    }
+}
+
+impl PlanePolygon<f64> {
+    /// The polygon at a place of an octet.
+    pub fn at(octet: &Octet, place: usize) -> Self {
+        let mut outline = Outline::empty();
+        let mut edge = 0;
+        octet.visit_edges(place, |_, corner| {
+            outline.push(corner, edge);
+            edge += 1;
+        });
+        let (_, cubic_moments) = split(outline.moments());
+        Self {
+            plane: PolygonPlane::at(octet, place),
+            outline,
+            cubic_moments,
+            weights: Weights::WHOLE,
+            shares_edges: false,
+        }
+    }
+}
+
+/// Moments up to quadratic ones, and cubic ones.
+fn split<T>([m0, m1, m2, m3, m4, m5, m6, m7, m8, m9]: [T; 10]) -> ([T; 6], [T; 4]) {
+    ([m0, m1, m2, m3, m4, m5], [m6, m7, m8, m9])
+}
+
+/// Unit vectors that make orthonormal axes with this unit vector as the third, without a square root \[Duff 2017\].
+fn axes_beside<T: Scalar>(n: &Vector3<T>) -> [Vector3<T>; 2] {
+    let sign = if real_part(n.z) >= 0.0 { 1.0 } else { -1.0 };
+    let a = -(n.z + sign).recip();
+    let b = n.x * n.y * a;
+    [
+        Vector3::new(n.x * n.x * a * sign + 1.0, b * sign, -n.x * sign),
+        Vector3::new(b, n.y * n.y * a + sign, -n.y),
+    ]
+}

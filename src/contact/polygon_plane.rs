@@ -1,0 +1,165 @@
+use crate::lanes::space::{cross, dot, scaled, sum};
+use crate::lanes::{Lanes, Linear, Numbers, ROW, Row};
+use crate::narrow_phase::Octet;
+
+/// A wrench or a motion: torque or turn, then force or shift.
+pub(super) type Six<N> = [N; 6];
+
+/// A 6×6 matrix by its columns.
+pub(super) type Columns<N> = [Six<N>; 6];
+
+/// The plane of a contact polygon in A's frame, with the fields of both bodies and the moments of the polygon: of one polygon
+/// if N is a scalar, or of one in each lane.
+///
+/// Points of the plane have coordinates y₁ and y₂ along e₁ and e₂ from the origin.
+#[derive(Clone, Copy)]
+pub(super) struct PolygonPlane<N> {
+    /// Where y is zero (m).
+    pub origin: [N; 3],
+    /// e₁, e₂ and n, the unit normal out of B into A.
+    pub axes: [[N; 3]; 3],
+    /// The pressure (Pa) at the origin, and its slopes along e₁ and e₂ (Pa/m).
+    pub pressure: [N; 3],
+    /// ∇p_A (Pa/m).
+    pub gradient_a: [N; 3],
+    /// ∇p_A/|g| and ∇p_B/|g|, with g = ∇p_A − ∇p_B (see [`EquilibriumPlane`](crate::narrow_phase::EquilibriumPlane)).
+    pub slopes: [[N; 3]; 2],
+    /// 1/|g| (m/Pa), 0 where B is rigid.
+    pub yielding: N,
+    /// ∫ m dA for the monomials m = 1, y₁, y₂, y₁², y₁y₂, y₂².
+    pub moments: [N; 6],
+}
+
+impl PolygonPlane<f64> {
+    /// The plane of the polygon at a place of an octet.
+    pub fn at(octet: &Octet, place: usize) -> Self {
+        Self::from(|row| row(octet)[place])
+    }
+}
+
+impl<N: Numbers> PolygonPlane<N> {
+    /// Loads the planes of an octet from a place on.
+    #[inline(always)]
+    pub fn loaded<L: Lanes<Numbers = N>>(lanes: L, octet: &Octet, first: usize) -> Self {
+        Self::from(|row| lanes.load(row(octet), first))
+    }
+
+    /// The planes at places of octets, each given by octet and place, from the one with this number on.
+    #[inline(always)]
+    pub fn gathered<L: Lanes<Numbers = N>>(
+        lanes: L,
+        octets: &[Octet],
+        places: &[[usize; 2]; ROW],
+        first: usize,
+    ) -> Self {
+        Self::from(|row| {
+            lanes.gathered(|lane| {
+                let [octet, place] = places[first + lane];
+                row(&octets[octet])[place]
+            })
+        })
+    }
+
+    /// One plane for each lane.
+    #[inline(always)]
+    pub fn side_by_side<'p, L: Lanes<Numbers = N>>(
+        lanes: L,
+        plane: impl Fn(usize) -> &'p PolygonPlane<f64>,
+    ) -> Self {
+        macro_rules! vector {
+            ($($field:tt)+) => {
+                [
+                    lanes.gathered(|lane| plane(lane).$($field)+[0]),
+                    lanes.gathered(|lane| plane(lane).$($field)+[1]),
+                    lanes.gathered(|lane| plane(lane).$($field)+[2]),
+                ]
+            };
+        }
+        let mut moments = [lanes.splat(0.0); 6];
+        for (moment, number) in moments.iter_mut().enumerate() {
+            *number = lanes.gathered(|lane| plane(lane).moments[moment]);
+        }
+        Self {
+            origin: vector!(origin),
+            axes: [vector!(axes[0]), vector!(axes[1]), vector!(axes[2])],
+            pressure: vector!(pressure),
+            gradient_a: vector!(gradient_a),
+            slopes: [vector!(slopes[0]), vector!(slopes[1])],
+            yielding: lanes.gathered(|lane| plane(lane).yielding),
+            moments,
+        }
+    }
+}
+
+impl<N: Copy> PolygonPlane<N> {
+    #[inline(always)]
+    fn from(load: impl Fn(fn(&Octet) -> &Row) -> N) -> Self {
+        macro_rules! vector {
+            ($($rows:tt)+) => {
+                [
+                    load(|octet| &octet.$($rows)+[0]),
+                    load(|octet| &octet.$($rows)+[1]),
+                    load(|octet| &octet.$($rows)+[2]),
+                ]
+            };
+        }
+        Self {
+            origin: vector!(origin),
+            axes: [vector!(axes[0]), vector!(axes[1]), vector!(axes[2])],
+            pressure: vector!(pressure),
+            gradient_a: vector!(gradient_a),
+            slopes: [vector!(slopes[0]), vector!(slopes[1])],
+            yielding: load(|octet| &octet.yielding),
+            moments: [
+                load(|octet| &octet.moments[0]),
+                load(|octet| &octet.moments[1]),
+                load(|octet| &octet.moments[2]),
+                load(|octet| &octet.moments[3]),
+                load(|octet| &octet.moments[4]),
+                load(|octet| &octet.moments[5]),
+            ],
+        }
+    }
+}
+
+impl<N: Linear> PolygonPlane<N> {
+    /// ∇p_A·n.
+    #[inline(always)]
+    pub fn slope_along_normal(&self) -> N {
+        dot(self.gradient_a, self.axes[2])
+    }
+
+    /// A vector with these components along the axes, in A's axes.
+    #[inline(always)]
+    fn vector([e1, e2, n]: &[[N; 3]; 3], [c1, c2, c3]: [N; 3]) -> [N; 3] {
+        sum(sum(scaled(*e1, c1), scaled(*e2, c2)), scaled(*n, c3))
+    }
+
+    /// Transforms a wrench about the origin along the axes to A's axes about A's origin. Derivatives by motions transform in the same
+    /// way.
+    #[inline(always)]
+    pub fn in_a(&self, [t1, t2, t3, f1, f2, f3]: &Six<N>) -> Six<N> {
+        let force = Self::vector(&self.axes, [*f1, *f2, *f3]);
+        let torque = Self::vector(&self.axes, [*t1, *t2, *t3]);
+        let [t1, t2, t3] = sum(torque, cross(self.origin, force));
+        let [f1, f2, f3] = force;
+        [t1, t2, t3, f1, f2, f3]
+    }
+
+    /// The same for a matrix of wrenches by motions or velocities.
+    #[inline(always)]
+    pub fn matrix_in_a(&self, matrix: &Columns<N>) -> Columns<N> {
+        let mut turned = *matrix;
+        for column in &mut turned {
+            *column = self.in_a(column);
+        }
+        for row in 0..6 {
+            let [c0, c1, c2, c3, c4, c5] = &turned;
+            let across = self.in_a(&[c0[row], c1[row], c2[row], c3[row], c4[row], c5[row]]);
+            for column in 0..6 {
+                turned[column][row] = across[column];
+            }
+        }
+        turned
+    }
+}
