@@ -1,7 +1,7 @@
 use super::across::Across;
 use super::normals::Normals;
 use super::scratch::{PosedTets, Scratch};
-use super::{Culling, GenericPairs};
+use super::GenericPairs;
 use crate::broad_phase::{RigidShape, Seeds, Shape};
 use crate::lanes;
 use crate::narrow_phase::{
