@@ -1,7 +1,7 @@
+use super::GenericPairs;
 use super::across::Across;
 use super::normals::Normals;
 use super::scratch::{PosedTets, Scratch};
-use super::GenericPairs;
 use crate::broad_phase::{RigidShape, Seeds, Shape};
 use crate::lanes;
 use crate::narrow_phase::{
@@ -212,8 +212,8 @@ impl Walk<'_, '_> {
             }
             Route::BetweenFields { shape_b, seeds } => {
                 self.enter_at_rims(shape_b.triangle_bvh());
-                if let [Some(ridges_a), Some(ridges_b)] = seeds.map(|own| own.ridges.as_ref()) {
-                    self.enter_at_ridges(shape_b, [ridges_a, ridges_b]);
+                if let [Some(escapes_a), Some(escapes_b)] = seeds.map(|own| own.escapes.as_ref()) {
+                    self.enter_at_escapes(shape_b, [escapes_a, escapes_b]);
                     return self.follow_on();
                 }
                 self.normals = Some(Normals::default());

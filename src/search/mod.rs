@@ -36,7 +36,7 @@ use scratch::Scratch;
 pub enum Search {
     /// From each contact polygon to its neighbors, from where every component of the contact surface must show: at its rim,
     /// where the surfaces of both bodies cross, or, without a rim, at a component of B's surface if B is rigid, and else
-    /// where the fields have peaks or creases, or the component turns around. Where meshes or pose do not allow it
+    /// on the way from the peaks of concave fields to the surface, or where the component turns around. Where meshes or pose do not allow it
     /// ([`Shape::followed`](crate::contact::Shape::followed)), and on half-spaces, by culling.
     #[default]
     Following,

@@ -1,19 +1,13 @@
 //! Where the walk over a contact surface enters it: at the rims and, for components without a rim, at components of a rigid
-//! surface, or at peaks and creases of the fields. (At turns: `turns.rs`.)
+//! surface, or on the way from the peaks of concave fields to the surface. (At turns: `turns.rs`.)
 
 use super::following::Walk;
-use crate::broad_phase::{Escape, Ridges, RigidShape, Shape, TriangleBvh, visit_crossings};
+use crate::broad_phase::{Escape, RigidShape, Shape, TriangleBvh, visit_crossings};
+use crate::bvh::Bvh;
 use crate::geometry::Aabb;
 use crate::spatial::Pose;
 
 impl Walk<'_, '_> {
-    /// Enters where a component without a rim must show, if both bodies' fields rise to few peaks: at the convex creases, and
-    /// on the escapes from peaks and creases (see [`Landscape`](crate::broad_phase::Landscape)).
-    pub fn enter_at_ridges(&mut self, shape_b: &Shape, ridges: [&Ridges; 2]) {
-        self.enter_at_creases(shape_b, ridges);
-        self.enter_at_escapes(shape_b, ridges);
-    }
-
     /// Enters at one point of each component of a rigid surface: of one without a rim, all points are in A.
     pub fn enter_at_components(&mut self, shape_b: &RigidShape) {
         let (pair, margin) = (self.pair, self.pair.margin());
@@ -24,13 +18,6 @@ impl Walk<'_, '_> {
             let enter_pair = |tet_a| self.enter_pair(tet_a, triangle);
             shape_a.tet_bvh().visit_at(&in_a, margin, enter_pair);
         });
-    }
-
-    /// Enters at a cell of B with every tetrahedron of A that it may touch.
-    fn enter_with_all_of_a(&mut self, cell: usize) {
-        let posed = self.pair.posed_tet(cell);
-        self.pair
-            .visit_partners(&posed, |tet_a| self.enter_pair(tet_a, cell));
     }
 
     /// Enters at all pairs of tetrahedra that may touch.
@@ -75,30 +62,14 @@ impl Walk<'_, '_> {
         self.scratch.crossings = crossings;
     }
 
-    /// Enters at the tetrahedra with convex creases, of either body, with all of the other body that they may touch.
-    fn enter_at_creases(&mut self, shape_b: &Shape, [ridges_a, ridges_b]: [&Ridges; 2]) {
-        let (pair, margin) = (self.pair, self.pair.margin());
-        let tree_b = shape_b.tet_bvh().pressing();
-        let bounds_a = pair.shape_a.bounds();
-        (ridges_b.creased).visit_near(&bounds_a, &pair.pose_ab, margin, |tet_b| {
-            self.enter_with_all_of_a(tet_b);
-        });
-        let pose_ba = pair.pose_ab.inverse();
-        (ridges_a.creased).visit_near(&shape_b.bounds(), &pose_ba, margin, |tet_a| {
-            let posed_a = pair.tet_a(tet_a).tetrahedron.posed(&pose_ba);
-            let query = posed_a.aabb().inflated(margin);
-            tree_b.visit_overlapping(&query, |tet_b| self.enter_pair(tet_a, tet_b));
-        });
-    }
-
     /// Enters where the pressures become equal on an escape of either body.
-    fn enter_at_escapes(&mut self, shape_b: &Shape, [ridges_a, ridges_b]: [&Ridges; 2]) {
+    pub fn enter_at_escapes(&mut self, shape_b: &Shape, [escapes_a, escapes_b]: [&Bvh<Escape>; 2]) {
         let (pair, margin) = (self.pair, self.pair.margin());
         let field = |shape, modulus| PressureOf { shape, modulus };
         let a = field(pair.shape_a, pair.scales[0]);
         let b = field(shape_b, pair.scales[1]);
         visit_escapes(
-            (&b, ridges_b),
+            (&b, escapes_b),
             &a,
             (&pair.pose_ab, margin),
             |tet_b, tet_a| {
@@ -106,7 +77,7 @@ impl Walk<'_, '_> {
             },
         );
         let pose_ba = pair.pose_ab.inverse();
-        visit_escapes((&a, ridges_a), &b, (&pose_ba, margin), |tet_a, tet_b| {
+        visit_escapes((&a, escapes_a), &b, (&pose_ba, margin), |tet_a, tet_b| {
             self.enter_pair(tet_a, tet_b);
         });
     }
@@ -121,14 +92,14 @@ struct PressureOf<'a> {
 /// Visits the pairs of a body's own tetrahedron at an escape and one of the other body, in which the pressures become equal
 /// on the escape. Takes the pose of the own body in the frame of the other, and what counts as zero as a distance (m).
 fn visit_escapes(
-    (own, ridges): (&PressureOf, &Ridges),
+    (own, escapes): (&PressureOf, &Bvh<Escape>),
     other: &PressureOf,
     (pose, margin): (&Pose<f64>, f64),
     mut visit: impl FnMut(usize, usize),
 ) {
     let tree = other.shape.tet_bvh().pressing();
     let [own_tets, other_tets] = [own, other].map(|body| body.shape.field().tets());
-    (ridges.escapes).visit_near(
+    escapes.visit_near(
         &other.shape.bounds(),
         pose,
         margin,

@@ -1,4 +1,3 @@
-use crate::geometry::FACES;
 use crate::mesh::PressureField;
 use nalgebra::Vector3;
 
@@ -7,35 +6,7 @@ use nalgebra::Vector3;
 /// jumps follow one another.
 const FLATNESS: f64 = 1e-10;
 
-/// Where more than one in so many tetrahedra are at convex creases, to look at all of them would take too long.
-const MOST_CREASED: usize = 16;
-
-/// Where to look for the parts of a contact surface that have no rim, in bodies whose fields rise to few peaks.
-///
-/// A contact surface is part of {f = 0}, f = p_A − p_B. A component with a rim shows at the surfaces of the
-/// bodies: on the rim both pressures are 0, so it lies on both surfaces. A component without a rim
-/// encloses a region inside both bodies (if the surface of each is connected) where f, 0 on the
-/// border, is not 0 all over: say it has a maximum there, on a compact set M.
-///
-/// Let x be an extreme point of M, so that no segment around x lies in M, and let x not be on a *convex
-/// crease* of p_B, a face across which its slope grows. Then p_B is concave around x. Along a line
-/// through x on which p_A is linear, f is convex with a maximum at x, so constant: a segment in M, which
-/// cannot be. So there is no such line: x is a vertex of A at which the gradients of p_A span all
-/// directions, a *peak*. For a minimum, A and B change places.
-///
-/// So M holds a peak of one body or meets a convex crease of the other. An *escape* is a path of edges
-/// from there to the body's own surface: it leaves the region and crosses the component on its way. (From
-/// a crease the way to the path's first vertex is along the crease itself; the tetrahedra at creases are
-/// looked through as a whole.)
-#[derive(Debug, Clone)]
-pub(crate) struct Landscape {
-    /// The edges of paths from all peaks and creases to the surface.
-    pub escapes: Vec<Escape>,
-    /// Tetrahedra that together have every convex crease among their faces.
-    pub creased: Vec<usize>,
-}
-
-/// An edge of a tetrahedron, on the way to the surface.
+/// An edge of a tetrahedron, on a path from a peak of the field to the surface.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Escape {
     /// One of the tetrahedra it belongs to.
@@ -44,35 +15,20 @@ pub(crate) struct Escape {
     pub corners: [usize; 2],
 }
 
-impl Landscape {
-    /// Of a field that is positive inside. `None` if the surface is not connected, which the proof above asks for, or if there
-    /// are so many creases that looking at all of them is of no use.
-    pub fn of(field: &PressureField) -> Option<Self> {
-        if !is_surface_connected(field) {
-            return None;
-        }
-        let creases = convex_creases(field);
-        let creased = one_side_each(field, &creases);
-        if creased.len() > field.tets().len() / MOST_CREASED {
-            return None;
-        }
-        let corners_on =
-            |&(tet, face): &(usize, usize)| FACES[face].map(|c| field.mesh().tets()[tet][c]);
-        let at_creases = creases.iter().map(|crease| {
-            let vertices = corners_on(crease);
-            let on_surface = |&&vertex: &&usize| field.mesh().is_on_surface(vertex);
-            vertices
-                .iter()
-                .find(on_surface)
-                .copied()
-                .unwrap_or(vertices[0])
-        });
-        let starts: Vec<usize> = peaks(field).into_iter().chain(at_creases).collect();
-        Some(Self {
-            escapes: escapes(field, &starts),
-            creased,
-        })
-    }
+/// Finds paths from the peaks of a concave field to the surface, and returns their edges. Every component of a contact surface without
+/// a rim crosses such a path of one of the bodies, if both have them. Returns `None` if the field is not concave, or the surface is not
+/// connected.
+///
+/// The contact surface is part of {f = 0}, f = p_A − p_B. A component without a rim encloses a region inside both bodies, because the
+/// surface of each is connected. In the region f is not 0 everywhere: say it has a maximum there, on a compact set M. Let x be an
+/// extreme point of M, so that no segment around x lies in M. Along a line through x on which p_A is linear, f is convex, because p_B
+/// is concave. As f has a maximum at x, it is constant on that line near x: a segment in M, which cannot be. So there is no such line:
+/// x is a vertex of A at which the gradients of p_A span all directions, a *peak*. For a minimum, A and B change places.
+///
+/// So the region holds a peak of one body. A path of edges from there to the body's own surface leaves the region and crosses the
+/// component on its way.
+pub(super) fn escapes(field: &PressureField) -> Option<Vec<Escape>> {
+    (is_concave(field) && is_surface_connected(field)).then(|| edges_from(field, &peaks(field)))
 }
 
 /// Whether a path over edges joins any two vertices of the surface.
@@ -100,35 +56,20 @@ fn root_of(parent: &mut [usize], mut vertex: usize) -> usize {
     vertex
 }
 
-/// The faces (tetrahedron, opposite corner) across which the slope of the extent grows.
-fn convex_creases(field: &PressureField) -> Vec<(usize, usize)> {
-    let mut creases = Vec::new();
-    for (index, tet) in field.tets().iter().enumerate() {
-        for corner in 0..4 {
+/// Whether the slope of the extent grows across no face.
+fn is_concave(field: &PressureField) -> bool {
+    field.tets().iter().enumerate().all(|(index, tet)| {
+        (0..4).all(|corner| {
             let neighbor = field.mesh().neighbor(index, corner);
-            let Some(neighbor) = neighbor.filter(|&other| other > index) else {
-                continue;
+            let Some(neighbor) = neighbor.map(|other| &field.tets()[other]) else {
+                return true;
             };
-            let neighbor = &field.tets()[neighbor];
             let least = FLATNESS * tet.sensitivity.min(neighbor.sensitivity);
             let jump = neighbor.extent.gradient - tet.extent.gradient;
             let outward = -tet.barycentric[corner].gradient / tet.barycentric_steepness[corner];
-            if jump.dot(&outward) > least {
-                creases.push((index, corner));
-            }
-        }
-    }
-    creases
-}
-
-/// Tetrahedra, each only once, that together have all the faces among theirs.
-fn one_side_each(field: &PressureField, faces: &[(usize, usize)]) -> Vec<usize> {
-    let mut chosen = vec![false; field.tets().len()];
-    for &(tet, corner) in faces {
-        let other = field.mesh().neighbor(tet, corner);
-        chosen[tet] |= !other.is_some_and(|other| chosen[other]);
-    }
-    (0..chosen.len()).filter(|&tet| chosen[tet]).collect()
+            jump.dot(&outward) <= least
+        })
+    })
 }
 
 /// The inner vertices through which there is no line along which the field is linear.
@@ -170,8 +111,8 @@ fn span_space(vectors: &[Vector3<f64>], least: f64) -> bool {
     true
 }
 
-/// The edges of shortest paths from the vertices to the surface, each only once.
-fn escapes(field: &PressureField, starts: &[usize]) -> Vec<Escape> {
+/// The edges of shortest paths from vertices to the surface, each only once.
+fn edges_from(field: &PressureField, starts: &[usize]) -> Vec<Escape> {
     let toward_surface = steps_to_surface(field);
     let mut is_done = vec![false; toward_surface.len()];
     let mut edges = Vec::new();
