@@ -61,6 +61,7 @@
 pub mod broad_phase;
 mod bvh;
 pub mod contact;
+mod contact_shape;
 pub mod dynamics;
 pub mod geometry;
 pub mod gradient;
@@ -72,6 +73,7 @@ pub mod mesh;
 mod narrow_phase;
 pub mod scalar;
 mod search;
+mod seeds;
 pub mod spatial;
 mod threads;
 

@@ -1,9 +1,10 @@
 use super::integrate::CutSurface;
 use super::polygon::PolygonSource;
 use super::{RigidShape, Shape};
+use crate::contact_shape::PartnerShape;
 use crate::geometry::{AffineField, Tetrahedron, snapped};
 use crate::mesh::FieldTet;
-use crate::narrow_phase::{PartnerShape, PosedTet};
+use crate::narrow_phase::PosedTet;
 use crate::scalar::{Scalar, lift, lift_vector, real_part};
 use nalgebra::Vector3;
 

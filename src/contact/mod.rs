@@ -62,10 +62,12 @@ mod tangent;
 mod traction_rates;
 mod wrench;
 
-pub use crate::broad_phase::{HalfSpace, NotFollowed, RigidShape, Shape, ThicknessError};
-pub use crate::narrow_phase::{BodyError, ContactBody, Partner};
-pub(crate) use crate::narrow_phase::{PartnerShape, STEEPEST};
+pub use crate::contact_shape::{
+    BodyError, ContactBody, HalfSpace, Partner, RigidShape, Shape, ThicknessError,
+};
+pub(crate) use crate::contact_shape::{PartnerShape, STEEPEST};
 pub use crate::search::{Culling, Search};
+pub use crate::seeds::NotFollowed;
 pub use crate::threads::results_of;
 pub(crate) use frozen::FrozenContact;
 pub use kinks::Kinks;

@@ -1,9 +1,8 @@
 //! Detection of bodies that have passed so far into each other that contact no longer keeps them apart.
 
 use super::ContactPair;
-use crate::broad_phase::Shape;
+use crate::contact_shape::{PartnerShape, Shape};
 use crate::mesh::TriangleSurface;
-use crate::narrow_phase::PartnerShape;
 use crate::scalar::Scalar;
 use nalgebra::Vector3;
 

@@ -1,7 +1,8 @@
+use super::RelativePair;
 use super::equilibrium::is_equal_field;
 use super::relative_pair::PosedTet;
 use super::weights::{CornerSigns, Weights};
-use super::{PartnerShape, RelativePair};
+use crate::contact_shape::PartnerShape;
 use crate::geometry::{ALL_FACES, Aabb, AffineField, Closeness, ConvexPolygon, Tolerance, snapped};
 use crate::mesh::FieldTet;
 use crate::scalar::Scalar;

@@ -4,20 +4,14 @@
 //! the relative pose, without derivatives. [`RelativePair::encounter`] decides whether the plane meets two tetrahedra, and
 //! [`RelativePair::cut`] makes what it has in common with both.
 
-mod body;
 mod cut;
 mod equilibrium;
 mod octet;
-mod partner;
 mod relative_pair;
 mod weights;
 
-pub(crate) use body::STEEPEST;
-pub use body::{BodyError, ContactBody};
 pub(crate) use cut::{Cut, Encounter};
 pub(crate) use equilibrium::{COINCIDENCE, ELASTIC_COINCIDENCE, EquilibriumPlane};
 pub(crate) use octet::{Exits, LookAt, Octet, SLOTS};
-pub use partner::Partner;
-pub(crate) use partner::PartnerShape;
 pub(crate) use relative_pair::{PosedTet, RelativePair, scales};
 pub(crate) use weights::{NUDGE, Weight, Weights};

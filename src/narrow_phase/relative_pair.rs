@@ -1,6 +1,5 @@
 use super::equilibrium::SNAP;
-use super::{ContactBody, Partner, PartnerShape};
-use crate::broad_phase::Shape;
+use crate::contact_shape::{ContactBody, Partner, PartnerShape, Shape};
 use crate::geometry::{AffineField, Tetrahedron, Tolerance};
 use crate::mesh::FieldTet;
 use crate::scalar::{Scalar, lift, real_part};

@@ -3,9 +3,10 @@
 use super::Culling;
 use super::scratch::Scratch;
 use crate::broad_phase::Projections;
+use crate::contact_shape::PartnerShape;
 use crate::geometry::Aabb;
 use crate::mesh::FieldTet;
-use crate::narrow_phase::{Encounter, PartnerShape, PosedTet, RelativePair};
+use crate::narrow_phase::{Encounter, PosedTet, RelativePair};
 
 impl RelativePair<'_> {
     /// Finds the cuts among the pairs that culling leaves over. Returns the number of these.

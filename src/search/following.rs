@@ -2,11 +2,10 @@ use super::GenericPairs;
 use super::across::Across;
 use super::normals::Normals;
 use super::scratch::{PosedTets, Scratch};
-use crate::broad_phase::{RigidShape, Seeds, Shape};
+use crate::contact_shape::{PartnerShape, RigidShape, Shape};
 use crate::lanes;
-use crate::narrow_phase::{
-    Cut, Encounter, Exits, LookAt, Octet, PartnerShape, PosedTet, RelativePair,
-};
+use crate::narrow_phase::{Cut, Encounter, Exits, LookAt, Octet, PosedTet, RelativePair};
+use crate::seeds::Seeds;
 use crate::threads;
 use std::ops::Range;
 

@@ -2,9 +2,11 @@
 //! surface, or on the way from the peaks of concave fields to the surface. (At turns: `turns.rs`.)
 
 use super::following::Walk;
-use crate::broad_phase::{Escape, RigidShape, Shape, TriangleBvh, visit_crossings};
+use crate::broad_phase::{TriangleBvh, visit_crossings};
 use crate::bvh::Bvh;
+use crate::contact_shape::{RigidShape, Shape};
 use crate::geometry::Aabb;
+use crate::seeds::Escape;
 use crate::spatial::Pose;
 
 impl Walk<'_, '_> {

@@ -1,8 +1,10 @@
 use super::following::Walk;
-use crate::broad_phase::{FieldBounds, Projections, Seeds, Shape};
+use crate::broad_phase::Projections;
 use crate::bvh::{Bvh, Node, PerNode};
+use crate::contact_shape::Shape;
 use crate::geometry::AffineField;
 use crate::narrow_phase::RelativePair;
+use crate::seeds::{FieldBounds, Seeds};
 use nalgebra::{Matrix3, Vector3};
 use std::f64::consts::FRAC_1_SQRT_2;
 

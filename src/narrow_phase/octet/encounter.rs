@@ -1,7 +1,8 @@
 use super::Part;
+use crate::contact_shape::PartnerShape;
 use crate::lanes::space::{difference, dot, gathered, scaled};
 use crate::lanes::{Lanes, Mask, Numbers};
-use crate::narrow_phase::{PartnerShape, RelativePair};
+use crate::narrow_phase::RelativePair;
 
 /// Pressure gradients that differ by less than this fraction of the fields' sensitivity are nearly equal: the plane is placed a
 /// thousand times worse than coordinates are rounded, or more, and round-off shows in everything.

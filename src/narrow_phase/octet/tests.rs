@@ -1,10 +1,10 @@
 //! Octets beside pairs that are decided one by one.
 
 use super::*;
-use crate::broad_phase::{HalfSpace, RigidShape, Shape};
+use crate::contact_shape::{ContactBody, HalfSpace, Partner, RigidShape, Shape};
 use crate::lanes;
 use crate::mesh::{TriangleSurface, shapes};
-use crate::narrow_phase::{ContactBody, Encounter, EquilibriumPlane, Partner};
+use crate::narrow_phase::{Encounter, EquilibriumPlane};
 use crate::spatial::Pose;
 use nalgebra::{Matrix3, Vector3};
 use rand::rngs::StdRng;

@@ -1,6 +1,7 @@
-use super::{NotFollowed, Projections, RStarTree, Seeds, TetBvh, TriangleBvh};
+use crate::broad_phase::{Projections, RStarTree, TetBvh, TriangleBvh};
 use crate::geometry::Aabb;
 use crate::mesh::PressureField;
+use crate::seeds::{NotFollowed, Seeds};
 use crate::threads;
 use std::fmt;
 use std::sync::OnceLock;

@@ -1,4 +1,4 @@
-use super::TriangleBvh;
+use crate::broad_phase::TriangleBvh;
 use crate::bvh::Bvh;
 use crate::geometry::{Aabb, Tetrahedron};
 use crate::mesh::{FieldTet, OUTSIDE, TriangleSurface};

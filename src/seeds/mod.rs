@@ -1,8 +1,20 @@
-use super::escapes::escapes;
-use super::positivity::check_positive_inside;
-use super::{Escape, FieldBounds, NotFollowed};
+//! Analysis of a pressure field: where the search can enter a component of a contact surface that has no rim.
+//!
+//! In concave fields it is on the way from a peak to the surface (`escapes`); in others, where the component may turn, which follows from
+//! bounds of the field ([`FieldBounds`]). Neither holds if the field is zero somewhere inside ([`NotFollowed`]). Everything is in the
+//! body frame and is computed once for a shape.
+
+mod escapes;
+mod field_bounds;
+mod positivity;
+
 use crate::bvh::{Bvh, PerNode};
 use crate::mesh::PressureField;
+pub(crate) use escapes::Escape;
+use escapes::escapes;
+pub(crate) use field_bounds::FieldBounds;
+pub use positivity::NotFollowed;
+use positivity::check_positive_inside;
 
 /// Where a component of a contact surface without a rim can be entered. In the body frame.
 #[derive(Debug, Clone)]

@@ -1,6 +1,5 @@
 use super::body::check_modulus;
-use super::{BodyError, ContactBody};
-use crate::broad_phase::{HalfSpace, RigidShape, Shape};
+use super::{BodyError, ContactBody, HalfSpace, RigidShape, Shape};
 use crate::mesh::FieldTet;
 use crate::scalar::{Scalar, lift, real_part};
 use crate::spatial::{Pose, Twist};

@@ -1,4 +1,4 @@
-use crate::broad_phase::Shape;
+use super::Shape;
 use crate::scalar::{Scalar, lift, real_part};
 use crate::spatial::{Pose, PoseError, Twist};
 
