@@ -1,9 +1,10 @@
-//! Which triangles of two surfaces may cross.
+//! Search for the triangles of two surfaces that may cross.
 //!
-//! Each node of B's tree takes a list of the nodes of A's tree, all of one level, that it may touch, and narrows it for its
-//! children. A node of A is left out where its box is beside the box of B's node, or beside the two planes around it: around
-//! a patch of a smooth surface these are much closer together than the sides of the box. At the end four triangles of one
-//! body are held against one of the other.
+//! Each node of B's tree receives a list of the nodes of A's tree that it may touch, all of one
+//! level. It narrows the list for its children. A node of A is dropped if its box does not overlap
+//! the box of B's node, or is outside its slab. Around a patch of a smooth surface, the two planes
+//! of a slab are much closer together than the sides of the box. Finally, four triangles of one
+//! body are tested against one triangle of the other body.
 
 use super::lists::{FourCrossed, Keeping, OneCrossed, Posed, Touched};
 use super::patch::{Frame, Patch};
@@ -14,8 +15,9 @@ use crate::lanes;
 use crate::spatial::Pose;
 use std::ops::Range;
 
-/// Visits the pairs of triangles, of a surface (in A) and another (in B), that may cross or touch: those whose boxes overlap
-/// and of which neither is beside the other's plane, all to within `margin` (m). `memory` is room to work in.
+/// Visits the pairs of triangles of two surfaces, one in A and one in B, that may cross or touch.
+/// The boxes of such a pair overlap, and neither triangle is beside the plane of the other, all to
+/// within `margin` (m). `memory` is scratch memory.
 pub(crate) fn visit_crossings(
     [a, b]: [&TriangleBvh; 2],
     pose_ab: &Pose<f64>,
@@ -23,7 +25,7 @@ pub(crate) fn visit_crossings(
     memory: &mut Vec<u32>,
     visit: impl FnMut(SurfaceFace, SurfaceFace),
 ) {
-    // The first list: the root of A.
+    // The first list is the root of A.
     memory.resize(memory.len().max(1), 0);
     memory[0] = 0;
     let mut descent = Descent {
@@ -42,26 +44,30 @@ pub(crate) fn visit_crossings(
     descent.descend(Node::ROOT, &root);
 }
 
-/// A descent into both trees at once: down the tree of B, with the nodes of A's tree that each of its nodes may touch.
+/// A simultaneous descent into both trees. It follows the tree of B, with a list of the nodes of A
+/// that each node of B may touch.
 struct Descent<'s, 'm, V> {
     a: &'s TriangleBvh,
     b: &'s TriangleBvh,
     pose_ab: &'s Pose<f64>,
     margin: f64,
     frame: Frame,
-    /// Lists of nodes or triangles one after the other: those for a node of B behind those for its parent.
+    /// Lists of nodes or triangles, stored as a stack. The lists for a node of B follow those for
+    /// its parent.
     memory: &'m mut Vec<u32>,
     visit: V,
 }
 
-/// Nodes of A of one level, or triangles below the last, by where they are in the memory.
+/// A list of nodes of A on one level, or of triangles below the last level, as a range of the
+/// memory.
 struct Partners {
     level: usize,
     places: Range<usize>,
 }
 
 impl<V: FnMut(SurfaceFace, SurfaceFace)> Descent<'_, '_, V> {
-    /// Goes on from a node of B and what it may touch of A: to its children or, at the last level, to the triangles of both.
+    /// Descends from a node of B, given the nodes of A that it may touch. Continues with the
+    /// children of the node or, on the last level, with the triangles of both bodies.
     fn descend(&mut self, node: Node, partners: &Partners) {
         let (boxes, slabs, near) = lanes::run(Posed {
             frame: &self.frame,
@@ -80,8 +86,9 @@ impl<V: FnMut(SurfaceFace, SurfaceFace)> Descent<'_, '_, V> {
             for slot in near_slots(count - first) {
                 let patch = Patch::of(posed, slot);
                 let mut near = self.narrowed(&patch, partners, b.sizes()[level]);
-                // Four triangles of B meet the triangles of A, if these are next. Where A's tree is finer than B's, they are not
-                // yet: each triangle of B then narrows the list further.
+                // If triangles are the next level of both trees, four triangles of B are tested at
+                // once against the triangles of A. If A's tree is finer than B's, each triangle of
+                // B narrows the list further.
                 if is_next_last && near.level + 1 == depth_a {
                     near = self.divided(&patch, &near);
                 }
@@ -103,7 +110,8 @@ impl<V: FnMut(SurfaceFace, SurfaceFace)> Descent<'_, '_, V> {
         }
     }
 
-    /// What of A's nodes a part of B's surface may touch, divided until they are about as large as that.
+    /// Returns the nodes of A that a part of B's surface may touch, subdivided until they are about
+    /// as large as that part (`size`, m).
     fn narrowed(&mut self, patch: &Patch, partners: &Partners, size: f64) -> Partners {
         let sizes = self.a.sizes();
         let is_larger = |level: usize| level + 1 < sizes.len() && sizes[level] > size;
@@ -117,12 +125,12 @@ impl<V: FnMut(SurfaceFace, SurfaceFace)> Descent<'_, '_, V> {
         near
     }
 
-    /// The children of nodes of A that may touch a part of B's surface.
+    /// Returns the children of nodes of A that may touch a part of B's surface.
     fn divided(&mut self, patch: &Patch, partners: &Partners) -> Partners {
         self.kept(patch, partners, Keeping::Children)
     }
 
-    /// The nodes of A with children that may touch a part of B's surface.
+    /// Returns the nodes of A with a child that may touch a part of B's surface.
     fn filtered(&mut self, patch: &Patch, partners: &Partners) -> Partners {
         self.kept(patch, partners, Keeping::Nodes)
     }
@@ -146,7 +154,8 @@ impl<V: FnMut(SurfaceFace, SurfaceFace)> Descent<'_, '_, V> {
         }
     }
 
-    /// Visits the pairs that may cross of triangles of A and the triangles, from `first` on, of one node of B.
+    /// Visits the pairs that may cross of triangles of A and triangles of one node of B. `first` is
+    /// the index of the node's first triangle.
     fn meet_four(&mut self, slabs: &FourSlabs, first: usize, triangles: Range<usize>) {
         self.make_room(triangles.end + WIDTH * triangles.len());
         let end = lanes::run(FourCrossed {
@@ -159,17 +168,18 @@ impl<V: FnMut(SurfaceFace, SurfaceFace)> Descent<'_, '_, V> {
             triangles: triangles.clone(),
         });
         let (faces_a, faces_b) = (self.a.faces(), &self.b.faces()[first..]);
-        // Each a number of a triangle of A, times four, and a slot of B's node.
+        // Each entry is four times the index of a triangle of A, plus a slot of B's node.
         for pair in &self.memory[triangles.end..end] {
             let (index, slot) = (*pair as usize / WIDTH, *pair as usize % WIDTH);
-            // Where there are fewer than four, the last stands for the others.
+            // A node with fewer than four triangles repeats the last triangle.
             if let Some(face_b) = faces_b.get(slot) {
                 (self.visit)(faces_a[index], *face_b);
             }
         }
     }
 
-    /// Visits the pairs that may cross of the triangles below nodes of A and one triangle of B, given its planes.
+    /// Visits the pairs that may cross of triangles below nodes of A and one triangle of B, given
+    /// the planes of that triangle.
     fn meet_one(&mut self, planes: Patch, index_b: usize, nodes: Range<usize>) {
         let corners = self.b.corners_of(index_b);
         let corners = corners.map(|corner| self.pose_ab.transformed_point(&corner));
@@ -208,14 +218,14 @@ mod tests {
     use std::f64::consts::FRAC_PI_2;
 
     const MARGIN: f64 = 1e-13;
-    /// Rounding of coordinates of triangles that touch.
+    /// Rounding error of the coordinates of triangles that touch.
     const TOUCH: f64 = 1e-15;
-    /// Cross products of edges shorter than this are round-off, of parallel ones.
+    /// Length below which a cross product of edges is the rounding error of parallel edges.
     const PARALLEL: f64 = 1e-10;
 
     type Corners = [Vector3<f64>; 3];
 
-    /// A surface with a tree, and its triangles in no order.
+    /// A surface with its tree, and its triangles in an order independent of the tree.
     struct Body {
         tree: TriangleBvh,
         tets: Vec<FieldTet>,
@@ -227,7 +237,7 @@ mod tests {
             Self::with(TriangleBvh::of(field), field.tets())
         }
 
-        /// The first faces of these tetrahedra.
+        /// Creates a body from cells, of which face 3 is on the surface.
         fn of_cells(cells: &[FieldTet]) -> Self {
             Self::with(TriangleBvh::of_cells(cells), cells)
         }
@@ -247,7 +257,8 @@ mod tests {
         (b - a).cross(&(c - a)).normalize()
     }
 
-    /// Whether all of some points are on one side of a triangle's plane, further away than the margin.
+    /// Returns whether all points are on one side of a triangle's plane, farther away than the
+    /// margin.
     fn is_beside(points: &Corners, triangle: &Corners) -> bool {
         let normal = normal(triangle);
         let heights = points.map(|point| normal.dot(&(point - triangle[0])));
@@ -260,7 +271,8 @@ mod tests {
         near && !is_beside(a, b) && !is_beside(b, a)
     }
 
-    /// Whether no direction that can separate two triangles shows a gap.
+    /// Returns whether no direction separates the triangles. Tests all directions of the
+    /// separating-axis theorem.
     fn share_a_point(a: &Corners, b: &Corners) -> bool {
         let edges = |t: &Corners| [t[1] - t[0], t[2] - t[1], t[0] - t[2]];
         let (edges_a, edges_b) = (edges(a), edges(b));
@@ -299,7 +311,7 @@ mod tests {
         found
     }
 
-    /// The pairs of which this is true.
+    /// Returns the pairs for which `is_asked` is true.
     fn by_all_pairs(
         [a, b]: [&Body; 2],
         pose_ab: &Pose,
@@ -318,8 +330,9 @@ mod tests {
         found
     }
 
-    /// Asserts that the trees find all triangles that share a point, once, and none that their boxes or planes separate.
-    /// Returns how many share a point, by looking at all pairs.
+    /// Asserts that the trees find all triangles that share a point, each once, and no pair that
+    /// boxes or planes separate. Returns the number of pairs that share a point, from a test of all
+    /// pairs.
     fn assert_all_found(a: &Body, b: &Body, pose_ab: &Pose) -> usize {
         let list = by_trees(a, b, pose_ab);
         let found: BTreeSet<Pair> = list.iter().copied().collect();
@@ -331,7 +344,7 @@ mod tests {
         least.len()
     }
 
-    /// Poses that lie nowhere in particular, up to so far away (m).
+    /// Returns poses in general position, up to `reach` (m) from the origin along each axis.
     fn scattered(count: u32, reach: f64) -> impl Iterator<Item = Pose> {
         let steps = vector![0.819_172_5, 0.671_043_6, 0.549_700_5];
         (1..=count).map(move |k| {

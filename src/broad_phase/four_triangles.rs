@@ -1,4 +1,4 @@
-//! Four triangles of a surface side by side, and which of them a triangle of the other body may cross.
+//! Crossing test of four triangles with a triangle of the other body.
 
 use super::patch::Patch;
 use super::slabs::{BoxesAndSlabs, FourSlabs};
@@ -7,7 +7,7 @@ use crate::lanes::space::{dot, splat};
 use crate::lanes::{Lanes, Numbers, Quad};
 use nalgebra::Vector3;
 
-/// Four triangles in A's frame, side by side: of either body.
+/// Four triangles of either body in A's frame, as a structure of arrays.
 pub(super) struct FourTriangles<'f> {
     corners: &'f FourCorners<3>,
     boxes: &'f FourBoxes,
@@ -16,7 +16,8 @@ pub(super) struct FourTriangles<'f> {
 }
 
 impl<'f> FourTriangles<'f> {
-    /// Those of a node of B, given their slabs, corners and the boxes around these in A's frame.
+    /// Creates the triangles of a node of B from their slabs and corners, and the boxes around the
+    /// corners in A's frame.
     pub fn of_b(slabs: &'f FourSlabs, (corners, boxes): &'f (FourCorners<3>, FourBoxes)) -> Self {
         Self {
             corners,
@@ -26,7 +27,8 @@ impl<'f> FourTriangles<'f> {
         }
     }
 
-    /// Those of a node of A, with planes a margin (m) further apart.
+    /// Creates the triangles of a node of A. The planes of each slab are moved outwards by a margin
+    /// (m).
     #[inline(always)]
     pub fn of_a(node: BoxesAndSlabs<'f>, corners: &'f FourCorners<3>, margin: f64) -> Self {
         let [mut low, mut high] = node.slabs.between;
@@ -42,8 +44,8 @@ impl<'f> FourTriangles<'f> {
         }
     }
 
-    /// Which of them a triangle of the other body may cross, as bits: those whose boxes overlap and of which neither is
-    /// beside the other's plane.
+    /// Returns which of the four triangles a triangle of the other body may cross, one bit each.
+    /// The boxes of such triangles overlap, and neither triangle is beside the plane of the other.
     #[inline(always)]
     pub fn crossed<L: Lanes>(&self, lanes: L, patch: &Patch, corners: &[Vector3<f64>; 3]) -> u32 {
         let patch = patch.in_lanes(lanes);
@@ -65,7 +67,7 @@ impl<'f> FourTriangles<'f> {
     }
 }
 
-/// Whether three numbers are not all below a range, nor all above.
+/// Returns whether the range of three numbers overlaps a given range.
 #[inline(always)]
 fn reach_into<N: Numbers>([a, b, c]: [N; 3], [low, high]: [N; 2]) -> N::Mask {
     a.min(b).min(c).is_at_most(high) & low.is_at_most(a.max(b).max(c))

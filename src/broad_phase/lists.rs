@@ -1,5 +1,5 @@
-//! The work of the descent to the rim that runs in lanes: each job goes through a list of parts of A's surface, in a memory that
-//! is shared, and writes another list behind it.
+//! SIMD kernels of the search for crossing triangles. Each kernel reads a list of nodes or
+//! triangles of A in shared memory, and appends another list.
 
 use super::four_triangles::FourTriangles;
 use super::patch::{Frame, Patch};
@@ -10,14 +10,16 @@ use crate::lanes::{InLanes, Lanes};
 use nalgebra::Vector3;
 use std::ops::Range;
 
-/// What stays of a list of nodes of which some have children that are touched.
+/// Entries to keep in a list of nodes: the children that are touched, or the nodes that have such
+/// children.
 #[derive(Clone, Copy)]
 pub(super) enum Keeping {
     Children,
     Nodes,
 }
 
-/// A node of B in A's frame, and which of its children are near A's surface (see [`Frame::posed`]).
+/// Kernel that transforms a node of B to A's frame, and selects its children near A's surface (see
+/// [`Frame::posed`]).
 pub(super) struct Posed<'d> {
     pub frame: &'d Frame,
     pub node: BoxesAndSlabs<'d>,
@@ -32,8 +34,8 @@ impl InLanes for Posed<'_> {
     }
 }
 
-/// Lists what a part of B's surface may touch of the nodes of A at these places of the memory, behind them; gives where that list
-/// ends.
+/// Kernel that selects the nodes of A that a part of B's surface may touch. It reads the nodes at
+/// `places` of the memory and appends the selection. It returns the end of the new list.
 pub(super) struct Touched<'d> {
     pub nodes: &'d [FourBoxes],
     pub patch: &'d Patch,
@@ -66,8 +68,9 @@ impl InLanes for Touched<'_> {
     }
 }
 
-/// Lists which of four triangles of B the triangles of A at these places of the memory may cross, behind them: four times the
-/// number of the latter, and which of the four. Gives where that list ends.
+/// Kernel that selects pairs that may cross of listed triangles of A and four triangles of B. It
+/// appends one entry for each pair to the memory. An entry is four times the index in A, plus the
+/// index among the four triangles of B. The kernel returns the end of the new list.
 pub(super) struct FourCrossed<'d> {
     pub frame: &'d Frame,
     pub slabs: &'d FourSlabs,
@@ -97,8 +100,9 @@ impl InLanes for FourCrossed<'_> {
     }
 }
 
-/// Lists the triangles, below the nodes of A at these places of the memory, that one of B may cross, behind them; gives where
-/// that list ends.
+/// Kernel that selects the triangles of A that one triangle of B may cross. The triangles are below
+/// the nodes at `nodes` of the memory. It appends the selection and returns the end of the new
+/// list.
 pub(super) struct OneCrossed<'d> {
     pub patch: Patch,
     pub corners: [Vector3<f64>; 3],
@@ -126,8 +130,9 @@ impl InLanes for OneCrossed<'_> {
     }
 }
 
-/// Writes the numbers from `first` on whose bits are set, and returns how many they are. There must be room for all four: each
-/// is written, and kept by going on to the next place, because a processor cannot guess which bits are set.
+/// Writes `first + k` for each set bit k, and returns their count. All four numbers are written, so
+/// `memory` must have room for four. The compaction has no branches, because the bits are
+/// unpredictable.
 #[inline(always)]
 fn kept(memory: &mut [u32], first: u32, bits: u32) -> usize {
     let Some(room) = memory.first_chunk_mut::<WIDTH>() else {

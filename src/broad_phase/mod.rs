@@ -1,10 +1,13 @@
-//! Bounding-volume hierarchies of the parts of a mesh, and the tests that leave out parts that cannot touch. The trees are built once in
-//! the body's frame, however the poses change (the paper, §IV-C).
+//! Bounding-volume hierarchies of the parts of a mesh, and tests that exclude parts that cannot
+//! touch. The trees are built once in the body frame and serve all poses (the paper, §IV-C).
 //!
-//! `TetBvh` finds the tetrahedra near a box, a point or a plane. `crossings` walks both bodies' trees of triangles at once, to the
-//! pairs that may cross. [`RStarTree`] is the tree of the paper's culling, and only culling uses it. Boxes are closed. Callers inflate
-//! the query by the rounding error of the coordinates that they transformed, so no pair that touches is missed. Everything here is
-//! `f64`: it reads real parts and never a derivative.
+//! `TetBvh` finds the tetrahedra near a box, a point or a plane. `crossings` descends into both
+//! bodies' trees of triangles at once, and finds the pairs that may cross. [`RStarTree`] is the
+//! tree of the paper's culling, and only culling uses it.
+//!
+//! Boxes are closed. Callers inflate the query by the rounding error of the coordinates that they
+//! transformed, so no pair that touches is missed. Everything here is `f64`: it reads real parts
+//! and never a derivative.
 
 #![expect(
     clippy::cast_possible_truncation,

@@ -1,7 +1,8 @@
-//! Parts of a surface in another body's frame, and what they may touch: four at a time, one for each child of a node.
+//! Parts of a surface in another body's frame, with tests against the four children of a node at
+//! once.
 //!
-//! What is found are comparisons: so zeros of either sign count alike, and a slot without a child, whose numbers may be NaN, touches
-//! nothing.
+//! All tests are comparisons. So zeros of either sign are equal. A slot without a child touches
+//! nothing, even if its numbers are NaN.
 
 #![expect(
     clippy::needless_range_loop,
@@ -16,10 +17,11 @@ use crate::lanes::{Lanes, Numbers, Quad};
 use crate::spatial::Pose;
 use nalgebra::{Matrix3, Vector3};
 
-/// The pose of B, the margin, and the box around A's surface.
+/// The pose of B, the margin (m), and the box around A's surface.
 pub(super) struct Frame {
     rotation: [[f64; 3]; 3],
-    /// |R|, entry by entry, which takes half the edges of a box of B to those of the box around it in A.
+    /// Absolute values |Rᵢⱼ|. They map the half extents of a box of B to those of the box around it
+    /// in A.
     reach: [[f64; 3]; 3],
     translation: [f64; 3],
     margin: f64,
@@ -33,13 +35,14 @@ pub(super) struct Patch {
     between: [f64; 2],
 }
 
-/// A part of a surface, the same in all lanes.
+/// A part of a surface, repeated in all lanes.
 pub(super) struct PatchInLanes<N> {
     lower: [N; 3],
     upper: [N; 3],
     pub normal: [N; 3],
     pub between: [N; 2],
-    /// Which of both sides of a box is farther back along the normal.
+    /// For each axis, the side of a box that is farther back along the normal: 0 for the lower
+    /// side, 1 for the upper.
     back: [usize; 3],
 }
 
@@ -57,8 +60,8 @@ impl Frame {
         }
     }
 
-    /// A node of B in A's frame, in boxes of A's axes; and which of its children have boxes that overlap the one around A's
-    /// surface, as bits.
+    /// Transforms a node of B to A's frame, with boxes along A's axes. Also returns which children
+    /// have boxes that overlap the box around A's surface, one bit each.
     #[inline(always)]
     pub fn posed<L: Lanes>(&self, lanes: L, node: BoxesAndSlabs) -> (FourBoxes, FourSlabs, u32) {
         let (mut boxes, mut slabs, mut near) = (FourBoxes::EMPTY, FourSlabs::EMPTY, 0);
@@ -99,7 +102,8 @@ impl Frame {
         (boxes, slabs, near)
     }
 
-    /// The corners of four triangles of B in A's frame, and boxes around them in A's axes.
+    /// Transforms the corners of four triangles of B to A's frame. Also returns the boxes around
+    /// them along A's axes.
     #[inline(always)]
     pub fn triangles<L: Lanes>(
         &self,
@@ -130,7 +134,7 @@ impl Frame {
 }
 
 impl Patch {
-    /// A child of a node in A's frame.
+    /// Creates the patch of a child of a node in A's frame.
     #[inline(always)]
     pub fn of(node: BoxesAndSlabs, slot: usize) -> Self {
         let [[x0, x1], [y0, y1], [z0, z1]] = &node.boxes.0;
@@ -147,7 +151,8 @@ impl Patch {
         }
     }
 
-    /// A triangle of A, given the box and planes of its node, with planes a margin (m) further apart.
+    /// Creates the patch of a triangle of A from the box and the slab of its node. The planes of
+    /// the slab are moved outwards by a margin (m).
     #[inline(always)]
     pub fn of_a(node: BoxesAndSlabs, slot: usize, margin: f64) -> Self {
         let own = Self::of(node, slot);
@@ -158,7 +163,7 @@ impl Patch {
         }
     }
 
-    /// The same in the box around the triangle's corners, a margin (m) further out.
+    /// Replaces the box by the box around the triangle's corners, inflated by a margin (m).
     pub fn around(self, corners: &[Vector3<f64>; 3], margin: f64) -> Self {
         let aabb = Aabb::around(corners).inflated(margin);
         Self {
@@ -186,8 +191,9 @@ impl Patch {
 }
 
 impl<N: Numbers> PatchInLanes<N> {
-    /// The children of a node of A whose boxes overlap its own and are not beside its planes, as bits. (The planes of A's
-    /// nodes are not asked: that costs more than it saves.)
+    /// Returns the children of a node of A that the patch may touch, one bit each. Their boxes
+    /// overlap the box of the patch and are not outside its slab. The slabs of A's nodes are not
+    /// tested, because the test costs more than it saves.
     #[inline(always)]
     pub fn touched<L: Lanes<Numbers = N>>(&self, lanes: L, boxes: &FourBoxes) -> u32 {
         let [x, y, z] = &boxes.0;
@@ -195,7 +201,7 @@ impl<N: Numbers> PatchInLanes<N> {
         let mut bits = 0;
         for first in (0..WIDTH).step_by(L::COUNT) {
             let load = |quad: &Quad| lanes.load_four(quad, first);
-            // The corners of the boxes that are farthest back and ahead along the normal.
+            // The corners of the boxes that are farthest back and farthest ahead along the normal.
             let behind = [load(&x[back_x]), load(&y[back_y]), load(&z[back_z])];
             let ahead = [
                 load(&x[1 - back_x]),
@@ -211,7 +217,7 @@ impl<N: Numbers> PatchInLanes<N> {
         bits
     }
 
-    /// The sides of its box.
+    /// Returns the lower and the upper side of the patch's box.
     #[inline(always)]
     pub fn sides(&self) -> [&[N; 3]; 2] {
         [&self.lower, &self.upper]

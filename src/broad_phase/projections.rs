@@ -3,8 +3,8 @@ use crate::scalar::portable::sin_cos;
 use nalgebra::Vector3;
 use std::sync::LazyLock;
 
-/// The fractional parts of multiples of these two numbers spread evenly over a square (powers of
-/// the plastic number), so the directions are spread over the sphere and the same in every run.
+/// Inverses of the plastic number and of its square. The fractional parts of their multiples spread
+/// evenly over a square. So the directions spread over the sphere, and are the same in every run.
 const SPREAD: [f64; 2] = [0.754_877_666_246_692_7, 0.569_840_290_998_053_2];
 
 static DIRECTIONS: LazyLock<[Vector3<f64>; Projections::COUNT]> = LazyLock::new(|| {
@@ -16,9 +16,9 @@ static DIRECTIONS: LazyLock<[Vector3<f64>; Projections::COUNT]> = LazyLock::new(
     })
 });
 
-/// A tetrahedron's shadow on each of a few fixed directions: the separating-direction test of the
-/// paper, §IV-D. The directions belong to one frame, so the shadows of that frame's own mesh are
-/// computed once; a tetrahedron from elsewhere is projected once for all its partners.
+/// Projections of a tetrahedron onto a few fixed directions, for the separating-direction test of
+/// the paper, §IV-D. The directions belong to one frame. Projections of that frame's own mesh are
+/// computed once. A tetrahedron from another frame is projected once for all its partners.
 #[derive(Debug, Clone, Copy)]
 pub struct Projections([[f64; 2]; Self::COUNT]);
 
@@ -41,8 +41,8 @@ impl Projections {
         }))
     }
 
-    /// Whether along one of the first `count` directions a gap wider than `margin` (m) separates
-    /// the two.
+    /// Returns whether a gap wider than `margin` (m) separates the two tetrahedra along one of the
+    /// first `count` directions.
     #[inline]
     #[must_use]
     pub fn separate(&self, other: &Self, count: usize, margin: f64) -> bool {

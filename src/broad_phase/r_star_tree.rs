@@ -4,9 +4,11 @@ use crate::spatial::Pose;
 use rstar::{AABB, ParentNode, RTree, RTreeNode, RTreeObject};
 use std::ops::ControlFlow;
 
-/// The R\*-tree of a mesh's tetrahedra by their boxes in the body frame, without inert tetrahedra: the paper, §IV-C.
+/// The R\*-tree of the boxes of a mesh's tetrahedra in the body frame, without inert tetrahedra
+/// (the paper, §IV-C).
 ///
-/// Only culling uses it ([`Culling::tree`](crate::contact::Culling::tree)). All other searches use a bounding-volume hierarchy.
+/// Only culling uses it ([`Culling::tree`](crate::contact::Culling::tree)). All other searches use
+/// a bounding-volume hierarchy.
 #[derive(Debug, Clone)]
 pub struct RStarTree(RTree<TetBox>);
 
@@ -40,7 +42,7 @@ impl RStarTree {
 
     /// Visits the tetrahedra whose boxes overlap `query` (both in the body frame).
     pub fn visit_overlapping(&self, query: &Aabb, mut visit: impl FnMut(usize)) {
-        // Never breaks off, so there is nothing in the result.
+        // The visitor never breaks, so the result carries no value.
         let _: ControlFlow<()> =
             (self.0).locate_in_envelope_intersecting_int(envelope(query), |found| {
                 visit(found.tet);
@@ -48,9 +50,9 @@ impl RStarTree {
             });
     }
 
-    /// Visits the tetrahedra (of B) that may overlap the box `region` in the frame of A, given to
-    /// within `margin` (m): all those whose own box, or a box around it in the tree, is not
-    /// separated from the region by a face of either.
+    /// Visits the tetrahedra (of B) that may overlap the box `region` in the frame of A, to within
+    /// `margin` (m). A tetrahedron is skipped if a face separates the region from its box, or from
+    /// a box around it in the tree.
     pub fn visit_near(
         &self,
         region: &Aabb,
@@ -74,7 +76,7 @@ fn envelope(aabb: &Aabb) -> AABB<[f64; 3]> {
     AABB::from_corners(aabb.lower.into(), aabb.upper.into())
 }
 
-/// Visits the leaves below a node that are near, entering near nodes only.
+/// Visits the leaves below a node that are near, and enters near nodes only.
 fn descend(
     node: &ParentNode<TetBox>,
     is_near: &impl Fn(&RTreeNode<TetBox>) -> bool,

@@ -1,25 +1,27 @@
-//! Bounding volumes of parts of a surface: a box and a slab, which around a patch of a smooth surface is much thinner.
+//! Bounding volumes of parts of a surface: a box and a slab. Around a patch of a smooth surface,
+//! the slab is much thinner than the box.
 
 use crate::bvh::{FourBoxes, WIDTH};
 use crate::lanes::Quad;
 
-/// The slabs that hold the triangles below each child of a node, side by side.
+/// Slabs that contain the triangles below each child of a node, as a structure of arrays.
 #[derive(Debug, Clone)]
 #[repr(C, align(32))]
 pub(super) struct FourSlabs {
-    /// Unit normals of the slabs: the mean of those of the triangles. Zero if these cancel.
+    /// Unit normals of the slabs: the normalized sums of the triangles' area vectors. Zero if the
+    /// area vectors cancel.
     pub normal: [Quad; 3],
-    /// The smallest values of normal · x (m) and the largest.
+    /// Smallest and largest values of normal · x (m).
     pub between: [Quad; 2],
 }
 
-/// The boxes and slabs of a level of a tree, for each node those of its children.
+/// Boxes and slabs of the children of each node of a level.
 pub(super) struct Level<'n> {
     pub boxes: &'n [FourBoxes],
     pub slabs: &'n [FourSlabs],
 }
 
-/// The boxes and slabs of the children of a node.
+/// Boxes and slabs of the children of one node.
 #[derive(Clone, Copy)]
 pub(super) struct BoxesAndSlabs<'n> {
     pub boxes: &'n FourBoxes,
@@ -37,7 +39,7 @@ impl<'n> Level<'n> {
 }
 
 impl FourSlabs {
-    /// No children.
+    /// Slabs of a node without children.
     pub const EMPTY: Self = Self {
         normal: [[0.0; WIDTH]; 3],
         between: [[f64::INFINITY; WIDTH], [f64::NEG_INFINITY; WIDTH]],

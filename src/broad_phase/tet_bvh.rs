@@ -5,11 +5,12 @@ use crate::lanes::{Lanes, Numbers, Quad};
 use crate::mesh::PressureField;
 use nalgebra::Vector3;
 
-/// The bounding-volume hierarchies of a mesh's tetrahedra, in the body frame. Inert ones have one of their own.
+/// Bounding-volume hierarchies of a mesh's tetrahedra, in the body frame. Inert tetrahedra have a
+/// separate tree.
 #[derive(Debug, Clone)]
 pub(crate) struct TetBvh {
     pressing: Bvh<usize>,
-    /// The corners of the tetrahedra that press, for each node of the last level.
+    /// Corners of the tetrahedra that are not inert, for each node of the last level.
     corners: Vec<FourCorners<4>>,
     inert: Bvh<usize>,
 }
@@ -30,12 +31,13 @@ impl TetBvh {
         }
     }
 
-    /// The tree of the tetrahedra that are not inert.
+    /// Returns the tree of the tetrahedra that are not inert.
     pub fn pressing(&self) -> &Bvh<usize> {
         &self.pressing
     }
 
-    /// Visits all tetrahedra, inert ones too, in whose boxes a point is, given to within `margin` (m).
+    /// Visits all tetrahedra, including inert ones, whose boxes contain a point. The point is
+    /// accurate to `margin` (m).
     pub fn visit_at(&self, point: &Vector3<f64>, margin: f64, mut visit: impl FnMut(usize)) {
         let query = Aabb::around([point]).inflated(margin);
         for bvh in [&self.pressing, &self.inert] {
@@ -43,8 +45,8 @@ impl TetBvh {
         }
     }
 
-    /// Visits the tetrahedra in which an affine field has values from `least` to `most`, but for inert ones. `least` must be
-    /// finite, because the boxes of missing children are at infinity.
+    /// Visits the tetrahedra, except inert ones, in which an affine field has values from `least`
+    /// to `most`. `least` must be finite, because the boxes of missing children are at infinity.
     pub fn visit_between(
         &self,
         field: &AffineField,
@@ -64,11 +66,11 @@ impl TetBvh {
     }
 }
 
-/// Whether an affine field has values of a range.
+/// Test whether an affine field has values in a range.
 struct FieldRange<'t> {
     gradient: [f64; 3],
     offset: f64,
-    /// Along which axes the field rises.
+    /// Whether the field rises along each axis.
     rises: [bool; 3],
     least: f64,
     most: f64,
@@ -76,7 +78,8 @@ struct FieldRange<'t> {
 }
 
 impl FieldRange<'_> {
-    /// Whether the values from `lowest` to `highest`, in each lane, meet the range, as bits.
+    /// Returns whether the values from `lowest` to `highest` overlap the range, one bit for each
+    /// child.
     #[inline(always)]
     fn are_met<L: Lanes>(&self, lanes: L, [lowest, highest]: [L::Numbers; 2], first: usize) -> u32 {
         let [least, most] = [self.least, self.most].map(|limit| lanes.splat(limit));
@@ -92,7 +95,7 @@ impl BoxTest for FieldRange<'_> {
         for first in (0..WIDTH).step_by(L::COUNT) {
             let [mut lowest, mut highest] = [lanes.splat(self.offset); 2];
             for (axis, sides) in boxes.0.iter().enumerate() {
-                // The sides where the field is lowest and highest.
+                // Sides of the boxes where the field is lowest and highest.
                 let rises = usize::from(self.rises[axis]);
                 let [falling, rising] = [&sides[1 - rises], &sides[rises]];
                 lowest = lowest + gradient[axis] * lanes.load_four(falling, first);
@@ -103,7 +106,8 @@ impl BoxTest for FieldRange<'_> {
         bits
     }
 
-    /// Tests the corners of tetrahedra. Of 0 and −0 either may be the least or the greatest: they compare alike.
+    /// Tests the corners of tetrahedra. If values are 0 and −0, either may be the minimum or the
+    /// maximum. This has no effect, because 0 and −0 compare equal.
     #[inline(always)]
     fn items<L: Lanes>(&self, lanes: L, _boxes: &FourBoxes, leaf: usize) -> u32 {
         let (tets, gradient) = (&self.tets[leaf], splat(lanes, &self.gradient));

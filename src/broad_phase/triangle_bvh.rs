@@ -4,14 +4,15 @@ use crate::geometry::FACES;
 use crate::mesh::{FieldTet, PressureField};
 use nalgebra::Vector3;
 
-/// The triangles of a body's surface in a bounding-volume hierarchy of boxes and slabs, in the body frame.
+/// The triangles of a body's surface in a bounding-volume hierarchy of boxes and slabs, in the body
+/// frame.
 #[derive(Debug, Clone)]
 pub(crate) struct TriangleBvh {
     bvh: Bvh<SurfaceFace>,
     slabs: PerNode<FourSlabs>,
-    /// For each level, the mean length (m) of the longest edges of the boxes around its nodes.
+    /// Mean length (m) of the longest edges of the boxes around the nodes, for each level.
     sizes: Vec<f64>,
-    /// The corners (m) of the triangles of each node of the last level.
+    /// Corners (m) of the triangles of each node of the last level.
     corners: Vec<FourCorners<3>>,
 }
 
@@ -23,17 +24,17 @@ pub(crate) struct SurfaceFace {
 }
 
 impl SurfaceFace {
-    /// The tetrahedron.
+    /// Returns the index of the tetrahedron.
     pub fn tet(self) -> usize {
         self.tet as usize
     }
 
-    /// The corner of the tetrahedron opposite to it.
+    /// Returns the index of the face: the corner of the tetrahedron opposite to it.
     pub fn face(self) -> usize {
         self.face.into()
     }
 
-    /// Its corners, given all tetrahedra of the body.
+    /// Returns the corners (m) of the triangle, given all tetrahedra of the body.
     #[inline]
     pub fn corners(self, tets: &[FieldTet]) -> [Vector3<f64>; 3] {
         let corners = &tets[self.tet()].tetrahedron.corners;
@@ -42,7 +43,8 @@ impl SurfaceFace {
 }
 
 impl TriangleBvh {
-    /// Builds the tree for a compliant body: over the faces of its tetrahedra that have no neighbor.
+    /// Builds the tree for a compliant body, from the faces of its tetrahedra that have no
+    /// neighbor.
     pub fn of(field: &PressureField) -> Self {
         let faces = (0_u32..).zip(field.tets()).flat_map(|(tet, _)| {
             let mesh = field.mesh();
@@ -54,13 +56,14 @@ impl TriangleBvh {
         Self::new(faces, field.tets())
     }
 
-    /// Builds the tree for a rigid body, from the cells behind its triangles: each triangle is face 3 of its cell.
+    /// Builds the tree for a rigid body, from the cells behind its triangles. Each triangle is face
+    /// 3 of its cell.
     pub fn of_cells(cells: &[FieldTet]) -> Self {
         let faces = (0_u32..).zip(cells);
         Self::new(faces.map(|(tet, _)| SurfaceFace { tet, face: 3 }), cells)
     }
 
-    /// O(n log n).
+    /// Builds the tree in O(n log n).
     fn new(faces: impl Iterator<Item = SurfaceFace>, tets: &[FieldTet]) -> Self {
         let corners_of = |face: SurfaceFace| face.corners(tets);
         let bvh = Bvh::new(faces.map(|face| (face, corners_of(face))));
@@ -75,17 +78,18 @@ impl TriangleBvh {
         }
     }
 
-    /// The tree of the triangles.
+    /// Returns the tree of the triangles.
     pub fn bvh(&self) -> &Bvh<SurfaceFace> {
         &self.bvh
     }
 
-    /// Mean length (m) of the longest edges of the boxes around the nodes, for each level from the root down.
+    /// Returns the mean length (m) of the longest edges of the boxes around the nodes, for each
+    /// level from the root.
     pub(super) fn sizes(&self) -> &[f64] {
         &self.sizes
     }
 
-    /// The nodes of a level: 0 is that of the root.
+    /// Returns the nodes of a level. The root is level 0.
     #[inline]
     pub(super) fn level(&self, level: usize) -> Level<'_> {
         Level {
@@ -94,29 +98,29 @@ impl TriangleBvh {
         }
     }
 
-    /// The nodes of the last level.
+    /// Returns the nodes of the last level.
     #[inline]
     pub(super) fn leaves(&self) -> Level<'_> {
         self.level(self.depth() - 1)
     }
 
-    /// The number of levels.
+    /// Returns the number of levels.
     #[inline]
     pub(super) fn depth(&self) -> usize {
         self.sizes.len()
     }
 
-    /// The triangles; those of node i of the last level from 4i on.
+    /// Returns the triangles. The triangles of node i of the last level begin at index 4i.
     pub(super) fn faces(&self) -> &[SurfaceFace] {
         self.bvh.items()
     }
 
-    /// The corners (m) of the triangles of each node of the last level.
+    /// Returns the corners (m) of the triangles of each node of the last level.
     pub(super) fn corners(&self) -> &[FourCorners<3>] {
         &self.corners
     }
 
-    /// The corners (m) of one triangle.
+    /// Returns the corners (m) of one triangle.
     #[inline]
     pub(super) fn corners_of(&self, triangle: usize) -> [Vector3<f64>; 3] {
         let (four, slot) = (&self.corners[triangle / WIDTH], triangle % WIDTH);
@@ -125,7 +129,7 @@ impl TriangleBvh {
     }
 }
 
-/// The slabs that hold these parts of a surface, given by their triangles.
+/// Computes the slabs that contain parts of a surface, each given by its triangles.
 fn slabs_of<'k>(
     parts: impl Iterator<Item = &'k [SurfaceFace]>,
     corners_of: impl Fn(SurfaceFace) -> [Vector3<f64>; 3],
@@ -146,13 +150,13 @@ fn slabs_of<'k>(
     slabs
 }
 
-/// The direction of the sum of the triangles' area vectors; zero if they cancel.
+/// Returns the normalized sum of the triangles' area vectors, or zero if they cancel.
 fn mean_normal(triangles: impl Iterator<Item = [Vector3<f64>; 3]>) -> Vector3<f64> {
     let sum: Vector3<f64> = triangles.map(|[a, b, c]| (b - a).cross(&(c - a))).sum();
     sum.try_normalize(f64::MIN_POSITIVE).unwrap_or_default()
 }
 
-/// Mean length (m) of the longest edges of the boxes around nodes.
+/// Returns the mean length (m) of the longest edges of the boxes around nodes.
 fn mean_size(nodes: &[FourBoxes]) -> f64 {
     let size = |boxes: &FourBoxes| 2.0 * boxes.union().half_extents().max();
     nodes.iter().map(size).sum::<f64>() / nodes.len() as f64

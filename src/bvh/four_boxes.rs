@@ -3,23 +3,24 @@ use crate::lanes::{Lanes, Mask, Numbers, Quad};
 use nalgebra::Vector3;
 use std::array::from_fn;
 
-/// Children of a node, at most.
+/// Maximum number of children of a node.
 pub(crate) const WIDTH: usize = 4;
 
-/// The boxes of the children of a node, side by side: along each axis, the smallest coordinates (m) and the largest. The box of a
-/// missing child is inside out.
+/// Boxes of the children of a node, as a structure of arrays. For each axis, the arrays hold the
+/// smallest coordinates (m) and the largest. The box of a missing child is inverted.
 #[derive(Debug, Clone)]
 #[repr(C, align(32))]
 pub(crate) struct FourBoxes(pub [[Quad; 2]; 3]);
 
-/// The corners (m) of four items, by corner and coordinate; the last item again where there are fewer.
+/// Corners (m) of four items, indexed by corner, coordinate and item. If there are fewer items, the
+/// last item is repeated.
 pub(crate) type FourCorners<const N: usize> = [[Quad; 3]; N];
 
 impl FourBoxes {
-    /// No children.
+    /// Boxes of a node without children.
     pub const EMPTY: Self = Self([[[f64::INFINITY; WIDTH], [f64::NEG_INFINITY; WIDTH]]; 3]);
 
-    /// Up to four boxes.
+    /// Creates the boxes of up to four children.
     pub fn of(boxes: &[Aabb]) -> Self {
         let mut four = Self::EMPTY;
         for (slot, aabb) in boxes.iter().enumerate() {
@@ -30,7 +31,7 @@ impl FourBoxes {
         four
     }
 
-    /// The box of a child.
+    /// Returns the box of a child.
     #[inline]
     pub fn aabb(&self, slot: usize) -> Aabb {
         let side = |side: usize| Vector3::from_fn(|axis, _| self.0[axis][side][slot]);
@@ -40,13 +41,14 @@ impl FourBoxes {
         }
     }
 
-    /// The box around all children.
+    /// Returns the smallest box that contains all children.
     pub fn union(&self) -> Aabb {
         let boxes = (0..WIDTH).map(|slot| self.aabb(slot));
         boxes.fold(Aabb::around([]), |all, aabb| all.union(&aabb))
     }
 
-    /// Whether a box, the same in all lanes, overlaps those of the children from `first` on.
+    /// Returns which children, beginning with child `first`, overlap a box. The box is the same in
+    /// all lanes.
     #[inline(always)]
     pub fn overlapping<L: Lanes>(
         &self,
@@ -63,13 +65,14 @@ impl FourBoxes {
     }
 }
 
-/// The bits of four lanes from `first` on. Eight lanes have each bit twice.
+/// Converts a mask of children, beginning with child `first`, to one bit for each child. With eight
+/// lanes, each child occurs twice. The copies are dropped.
 #[inline(always)]
 pub(crate) fn four_bits<N>(mask: impl Mask<N>, first: usize) -> u32 {
     mask.bits() << first & ((1 << WIDTH) - 1)
 }
 
-/// The corners of up to four items.
+/// Arranges the corners of up to four items as a structure of arrays.
 pub(crate) fn side_by_side<const N: usize>(items: &[[Vector3<f64>; N]]) -> FourCorners<N> {
     let last = items.len() - 1;
     from_fn(|corner| from_fn(|axis| from_fn(|slot| items[slot.min(last)][corner][axis])))

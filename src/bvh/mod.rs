@@ -1,8 +1,10 @@
-//! A bounding-volume hierarchy: a tree of boxes that finds the items near a point, a box or a plane without testing all items.
+//! A bounding-volume hierarchy: a tree of boxes that finds the items near a point, a box or a plane
+//! without testing all items.
 //!
-//! A [`Bvh`] is built once, by median splits, and never changed. Each node has up to four children, whose boxes are tested side by
-//! side. A [`BoxTest`] decides which children a traversal enters. [`PerNode`] holds a further value for each node, such as bounds
-//! of a pressure field.
+//! A [`Bvh`] is built once, by median splits, and never changed. Each node has up to four children,
+//! whose boxes are tested together with SIMD instructions. A [`BoxTest`] decides which children a
+//! traversal enters. [`PerNode`] holds an additional value for each node, such as bounds of a
+//! pressure field.
 
 #![expect(
     clippy::cast_possible_truncation,

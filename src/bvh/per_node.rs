@@ -1,12 +1,13 @@
 use super::four_boxes::WIDTH;
 use super::tree::Bvh;
 
-/// A value for each node of a [`Bvh`].
+/// One value for each node of a [`Bvh`].
 #[derive(Debug, Clone)]
 pub(crate) struct PerNode<V>(Vec<Vec<V>>);
 
 impl<V> PerNode<V> {
-    /// Computes the values. `value` takes the items below a node, and the number of them below each child but the last.
+    /// Computes the values. The arguments of `value` are the items below a node, and the number of
+    /// items below each of its children. The last child may have fewer items.
     pub fn of<K: Copy>(bvh: &Bvh<K>, value: impl Fn(&[K], usize) -> V) -> Self {
         let depth = bvh.levels().len() as u32;
         let level = |level: u32| {
@@ -17,7 +18,7 @@ impl<V> PerNode<V> {
         Self((0..depth).map(level).collect())
     }
 
-    /// The values of the nodes of a level: 0 is that of the root.
+    /// Returns the values of the nodes of a level. The root is level 0.
     #[inline]
     pub fn level(&self, level: usize) -> &[V] {
         &self.0[level]

@@ -1,4 +1,4 @@
-//! The items that overlap a box, in the same frame or in another.
+//! Queries for the items that overlap a box, in the same frame or in another frame.
 
 #![expect(
     clippy::needless_range_loop,
@@ -19,8 +19,8 @@ impl<K: Copy> Bvh<K> {
         self.traverse(query, visit);
     }
 
-    /// Visits the items (in B) whose boxes may overlap the box `region` in the frame of A: no face of either separates them by
-    /// more than `margin` (m).
+    /// Visits the items (in B) whose boxes may overlap the box `region` (in A). An item is skipped
+    /// if a face of either box separates the boxes by more than `margin` (m).
     pub fn visit_near(
         &self,
         region: &Aabb,
@@ -32,20 +32,21 @@ impl<K: Copy> Bvh<K> {
     }
 }
 
-/// Whether boxes in B may overlap one in A: [`Aabb::may_overlap_posed`] for four boxes.
+/// Test whether boxes in B may overlap a box in A: [`Aabb::may_overlap_posed`] for four boxes.
 struct OverlapPosed {
     /// Rows and columns of the rotation R.
     rows: [[f64; 3]; 3],
     columns: [[f64; 3]; 3],
-    /// Rows of |R|, entry by entry.
+    /// Rows of the matrix of absolute values |Rᵢⱼ|.
     reach: [[f64; 3]; 3],
-    /// From the center of the box in A to the origin of B (m).
+    /// Vector from the center of the box in A to the origin of B (m).
     offset: Vector3<f64>,
-    /// Half its edges along the axes of A, and how far it reaches along those of B, each with the margin (m).
+    /// Half extents (m) of the box in A along the axes of A, and along the axes of B. Both include
+    /// the margin.
     limits: [Vector3<f64>; 2],
 }
 
-/// Whether boxes overlap this one.
+/// Selects boxes that overlap this box.
 impl BoxTest for &Aabb {
     #[inline(always)]
     fn children<L: Lanes>(&self, lanes: L, boxes: &FourBoxes) -> u32 {
@@ -113,7 +114,7 @@ mod tests {
 
     const MARGIN: f64 = 1e-13;
 
-    /// Points within 1 m of the origin along each axis that lie nowhere in particular.
+    /// Returns points in general position, with coordinates between −1 m and 1 m.
     fn point(k: u32) -> Vector3<f64> {
         let steps = vector![0.819_172_5, 0.671_043_6, 0.549_700_5];
         steps.map(|step| (f64::from(k) * step).fract() * 2.0 - 1.0)

@@ -3,16 +3,17 @@ use crate::geometry::Aabb;
 use crate::lanes::{self, InLanes, Lanes};
 use nalgebra::Vector3;
 
-/// Nodes that wait during a traversal, at most: three of each level above 2³² items, and one.
+/// Capacity of the traversal stack: three nodes for each of the 16 levels above 2³² items, and one.
 const MAX_WAITING: usize = 3 * 16 + 1;
 
-/// A bounding-volume hierarchy without pointers. All items are equally deep, and all nodes are full but the last of each level:
-/// so child k of node i is node 4i + k of the next level or, on the last level, item 4i + k.
+/// A bounding-volume hierarchy without pointers. All items have the same depth. All nodes are full
+/// except the last node of each level. So child k of node i is node 4i + k of the next level. On
+/// the last level, it is item 4i + k.
 #[derive(Debug, Clone)]
 pub(crate) struct Bvh<K> {
-    /// The boxes of the children of each node, from the root down.
+    /// Boxes of the children of each node, level by level from the root.
     levels: Vec<Vec<FourBoxes>>,
-    /// The keys of the items, in the order of the tree.
+    /// Keys of the items, in the order of the tree.
     items: Vec<K>,
     bounds: Aabb,
 }
@@ -20,39 +21,39 @@ pub(crate) struct Bvh<K> {
 /// A node of a [`Bvh`].
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Node {
-    /// Its depth: 0 for the root.
+    /// Depth of the node: 0 for the root.
     pub level: usize,
-    /// Its index on that level.
+    /// Index of the node on its level.
     pub index: usize,
 }
 
-/// Decides which children of a node a traversal enters.
+/// A test that decides which children of a node a traversal enters.
 pub(crate) trait BoxTest {
-    /// The children to enter, as bits. Missing children must not be among them.
+    /// Returns the children to enter, one bit each. The bits of missing children must be zero.
     fn children<L: Lanes>(&self, lanes: L, boxes: &FourBoxes) -> u32;
 
-    /// The items to visit of a node of the last level, as bits.
+    /// Returns the items to visit in a node of the last level, one bit each.
     #[inline(always)]
     fn items<L: Lanes>(&self, lanes: L, boxes: &FourBoxes, _leaf: usize) -> u32 {
         self.children(lanes, boxes)
     }
 }
 
-/// An item that is being sorted into the tree.
+/// An item to be sorted into the tree.
 struct Item<K> {
     key: K,
-    /// Sum of its corners (m).
+    /// Sum of the corners (m).
     position: Vector3<f64>,
     bounds: Aabb,
 }
 
 impl Node {
-    /// The node above all others.
+    /// The root.
     pub const ROOT: Self = Self { level: 0, index: 0 };
 }
 
 impl<K: Copy> Bvh<K> {
-    /// Builds the tree of items, each with a key and corners: O(n log n).
+    /// Builds the tree of items, each with a key and corners (m), in O(n log n).
     pub fn new<const N: usize>(items: impl Iterator<Item = (K, [Vector3<f64>; N])>) -> Self {
         let item = |(key, corners): (K, [Vector3<f64>; N])| Item {
             key,
@@ -76,22 +77,23 @@ impl<K: Copy> Bvh<K> {
         }
     }
 
-    /// The boxes of the children of each node, from the root down.
+    /// Returns the boxes of the children of each node, level by level from the root.
     pub fn levels(&self) -> &[Vec<FourBoxes>] {
         &self.levels
     }
 
-    /// The keys of the items; those of node i of the last level from 4i on.
+    /// Returns the keys of the items. The items of node i of the last level begin at index 4i.
     pub fn items(&self) -> &[K] {
         &self.items
     }
 
-    /// The box around all items.
+    /// Returns the box around all items.
     pub fn bounds(&self) -> Aabb {
         self.bounds
     }
 
-    /// The corners of the items of each node of the last level, given those of an item by its key.
+    /// Returns the corners of the items of each node of the last level. `corners` returns the
+    /// corners of an item for its key.
     pub fn corners<const N: usize>(
         &self,
         corners: impl Fn(K) -> [Vector3<f64>; N],
@@ -100,7 +102,7 @@ impl<K: Copy> Bvh<K> {
         of_items.chunks(WIDTH).map(side_by_side).collect()
     }
 
-    /// The children of a node; none on the last level.
+    /// Returns the children of a node. There are no child nodes on the last level.
     #[inline]
     pub fn child_nodes(&self, Node { level, index }: Node) -> impl Iterator<Item = Node> {
         let next = level + 1;
@@ -109,7 +111,8 @@ impl<K: Copy> Bvh<K> {
         children.map(move |index| Node { level: next, index })
     }
 
-    /// The keys of the items of a node of the last level; none on other levels.
+    /// Returns the keys of the items of a node of the last level. Nodes of other levels have no
+    /// items.
     #[inline]
     pub fn leaf_items(&self, Node { level, index }: Node) -> &[K] {
         if level + 1 < self.levels.len() {
@@ -119,7 +122,7 @@ impl<K: Copy> Bvh<K> {
         &self.items[first..(first + WIDTH).min(self.items.len())]
     }
 
-    /// Visits the keys of the items that a test lets through, in the order of the tree.
+    /// Visits the keys of the items that pass a test, in the order of the tree.
     pub fn traverse(&self, test: impl BoxTest, visit: impl FnMut(K)) {
         lanes::run(Traversal {
             bvh: self,
@@ -128,12 +131,14 @@ impl<K: Copy> Bvh<K> {
         });
     }
 
-    /// Visits items from a point outwards. `visit` returns the square (m²) of a distance; items farther away need not be visited.
+    /// Visits items near a point, beginning with the nearest nodes. `visit` returns a squared
+    /// distance (m²). Items farther away than that distance need not be visited.
     pub fn visit_outwards(&self, point: &Vector3<f64>, mut visit: impl FnMut(K) -> f64) {
         self.approach(Node::ROOT, point, f64::INFINITY, &mut visit);
     }
 
-    /// Visits the children of a node, the nearest first, and returns the last limit (m²).
+    /// Visits the children of a node, the nearest first. Returns the last limit (m²) of the squared
+    /// distance.
     fn approach(
         &self,
         Node { level, index }: Node,
@@ -166,7 +171,7 @@ impl<K: Copy> Bvh<K> {
     }
 }
 
-/// A traversal from the root down, with a stack of nodes.
+/// A traversal from the root, with a stack of nodes.
 struct Traversal<'t, K, T, V> {
     bvh: &'t Bvh<K>,
     test: T,
@@ -193,7 +198,7 @@ impl<K: Copy, T: BoxTest, V: FnMut(K)> InLanes for Traversal<'_, K, T, V> {
             if level < last {
                 let mut entered = self.test.children(lanes, boxes);
                 while entered != 0 {
-                    // The last child first, so that the first is the next.
+                    // Push the last child first, so that the first child is visited next.
                     let slot = entered.ilog2();
                     entered &= !(1 << slot);
                     waiting[count] = [level + 1, first + slot];
@@ -204,7 +209,8 @@ impl<K: Copy, T: BoxTest, V: FnMut(K)> InLanes for Traversal<'_, K, T, V> {
                 while reached != 0 {
                     let slot = reached.trailing_zeros();
                     reached &= reached - 1;
-                    // Where there are fewer than four items, the last stands for the others.
+                    // A node with fewer than four items repeats the last item, so a bit may be set
+                    // beyond the end.
                     if let Some(&key) = items.get((first + slot) as usize) {
                         (self.visit)(key);
                     }
@@ -214,13 +220,15 @@ impl<K: Copy, T: BoxTest, V: FnMut(K)> InLanes for Traversal<'_, K, T, V> {
     }
 }
 
-/// Sorts items so that those of each node follow one another: splits at the median along the longest edge of the box around
-/// their positions, until they fill one node of the last level.
+/// Sorts items so that the items of each node are contiguous. Splits at the median along the
+/// longest edge of the box around their positions, until the items fit into one node of the last
+/// level.
 fn median_split<K>(items: &mut [Item<K>]) {
     if items.len() <= WIDTH {
         return;
     }
-    // Items to a child of the node around all, of which the first half of the children is to be full.
+    // Number of items in a full child of the smallest node that holds all items. The split fills
+    // the children of its first half.
     let mut full = WIDTH;
     while full * WIDTH < items.len() {
         full *= WIDTH;

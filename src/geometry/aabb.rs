@@ -1,10 +1,11 @@
 use crate::spatial::Pose;
 use nalgebra::Vector3;
 
-/// Rounding of a transformed coordinate, relative to its size, with room.
+/// Bound on the rounding error of a transformed coordinate, relative to its size, with a safety
+/// factor.
 const ROUNDING: f64 = 1e-14;
 
-/// Axis-aligned box, closed.
+/// Axis-aligned box. Its boundary belongs to the box.
 #[derive(Debug, Clone, Copy)]
 pub struct Aabb {
     /// Smallest coordinates (m).
@@ -14,13 +15,14 @@ pub struct Aabb {
 }
 
 impl Aabb {
-    /// A box that overlaps all others; not to be posed.
+    /// A box that overlaps every other box. Do not transform it.
     pub(crate) const EVERYWHERE: Self = Self {
         lower: Vector3::new(f64::MIN, f64::MIN, f64::MIN),
         upper: Vector3::new(f64::MAX, f64::MAX, f64::MAX),
     };
 
-    /// The smallest box around the points; an inside-out box around none.
+    /// Returns the smallest box around the points. Without points, the box is inverted: `lower` is
+    /// +∞ and `upper` is −∞.
     #[must_use]
     pub fn around<'a>(points: impl IntoIterator<Item = &'a Vector3<f64>>) -> Self {
         let empty = Self {
@@ -33,7 +35,7 @@ impl Aabb {
         })
     }
 
-    /// The box grown by `margin` (m) on every side.
+    /// Returns the box grown by `margin` (m) on every side.
     #[must_use]
     pub fn inflated(&self, margin: f64) -> Self {
         Self {
@@ -42,7 +44,7 @@ impl Aabb {
         }
     }
 
-    /// Whether the boxes share a point.
+    /// Returns whether the boxes share a point.
     #[inline]
     #[must_use]
     #[expect(
@@ -57,12 +59,12 @@ impl Aabb {
         x & y & z
     }
 
-    /// A box around this one in the outer frame.
+    /// Returns a box in the outer frame that contains this box.
     #[must_use]
     pub fn posed(&self, pose: &Pose<f64>) -> Self {
         let center = pose.transformed_point(&self.center());
         let reach = pose.rotation().abs() * self.half_extents();
-        // The rounding of both, so that boxes which touch still do.
+        // Add the rounding error of both, so that boxes that touch still overlap.
         let margin = Vector3::repeat(ROUNDING * (center.amax() + reach.amax()));
         Self {
             lower: center - reach - margin,
@@ -70,7 +72,7 @@ impl Aabb {
         }
     }
 
-    /// The box around this one and another.
+    /// Returns the smallest box that contains this box and another box.
     #[must_use]
     pub fn union(&self, other: &Self) -> Self {
         Self {
@@ -79,7 +81,7 @@ impl Aabb {
         }
     }
 
-    /// Square (m²) of the distance to a point; 0 inside.
+    /// Returns the squared distance (m²) to a point. It is 0 inside the box.
     #[inline]
     #[must_use]
     pub fn squared_distance_to(&self, point: &Vector3<f64>) -> f64 {
@@ -87,7 +89,7 @@ impl Aabb {
         outside.sup(&Vector3::zeros()).norm_squared()
     }
 
-    /// What the boxes have in common.
+    /// Returns the intersection of the boxes, or `None` if they do not overlap.
     #[must_use]
     pub fn common(&self, other: &Self) -> Option<Self> {
         self.overlaps(other).then(|| Self {
@@ -96,20 +98,21 @@ impl Aabb {
         })
     }
 
-    /// Center of the box (m).
+    /// Returns the center of the box (m).
     #[must_use]
     pub fn center(&self) -> Vector3<f64> {
         (self.lower + self.upper) * 0.5
     }
 
-    /// Half the edge lengths (m).
+    /// Returns half the edge lengths (m).
     #[must_use]
     pub fn half_extents(&self) -> Vector3<f64> {
         (self.upper - self.lower) * 0.5
     }
 
-    /// Whether no face of either box separates them, `self` in A and `other` in B. The nine
-    /// edge-edge directions are not tried, so some pairs that do not overlap pass.
+    /// Returns whether no face of either box separates the boxes by more than `margin` (m). `self`
+    /// is in A and `other` is in B. The nine edge-edge directions are not tested, so some pairs
+    /// that do not overlap pass.
     #[must_use]
     pub fn may_overlap_posed(&self, other: &Self, pose_ab: &Pose<f64>, margin: f64) -> bool {
         let rotation = pose_ab.rotation();

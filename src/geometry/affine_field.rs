@@ -5,27 +5,27 @@ use nalgebra::Vector3;
 /// An affine function of position: `gradient · x + offset`.
 #[derive(Debug, Clone, Copy)]
 pub struct AffineField<T = f64> {
-    /// Gradient (1/m times the unit of the value).
+    /// Gradient (unit of the value per m).
     pub gradient: Vector3<T>,
     /// Value at the origin of the frame.
     pub offset: T,
 }
 
 impl<T: Scalar> AffineField<T> {
-    /// Value at a point of the frame.
+    /// Returns the value at a point (m).
     #[inline]
     #[must_use]
     pub fn at(&self, point: &Vector3<T>) -> T {
         self.gradient.dot(point) + self.offset
     }
 
-    /// Value at a constant point of the frame.
+    /// Returns the value at a constant point (m).
     #[inline]
     pub(crate) fn at_constant(&self, point: &Vector3<f64>) -> T {
         dot_constant(&self.gradient, point) + self.offset
     }
 
-    /// The field times a factor.
+    /// Returns the field times a factor.
     #[must_use]
     pub fn scaled(&self, factor: T) -> Self {
         Self {
@@ -34,7 +34,7 @@ impl<T: Scalar> AffineField<T> {
         }
     }
 
-    /// The field without its derivatives.
+    /// Returns the field without its derivatives.
     #[must_use]
     pub fn real(&self) -> AffineField<f64> {
         AffineField {
@@ -45,7 +45,7 @@ impl<T: Scalar> AffineField<T> {
 }
 
 impl AffineField<f64> {
-    /// The field (in B) as a function of coordinates in A.
+    /// Transforms the field from B to A: the result is a function of coordinates in A.
     #[must_use]
     pub fn posed<T: Scalar>(&self, pose_ab: &Pose<T>) -> AffineField<T> {
         let gradient = pose_ab.rotated_constant(&self.gradient);
@@ -55,7 +55,7 @@ impl AffineField<f64> {
         }
     }
 
-    /// The constant field.
+    /// Returns the field as a constant: all derivatives are zero.
     #[must_use]
     pub fn lifted<T: Scalar>(&self) -> AffineField<T> {
         AffineField {

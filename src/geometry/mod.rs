@@ -1,4 +1,5 @@
-//! Shapes without physics: [`AffineField`], [`Tetrahedron`], [`ConvexPolygon`], boxes, and triangles.
+//! Shapes without physics: [`AffineField`], [`Tetrahedron`], [`ConvexPolygon`], boxes, and
+//! triangles.
 
 mod aabb;
 mod affine_field;

@@ -2,7 +2,7 @@
 
 use crate::lanes::Linear;
 
-/// Factors that turn the sums of [`add_triangle`] into moments.
+/// Factors that convert the sums of [`add_triangle`] to moments.
 pub(crate) const PER_TRIANGLE: [f64; 10] = [
     1.0 / 2.0,
     1.0 / 6.0,
@@ -16,12 +16,16 @@ pub(crate) const PER_TRIANGLE: [f64; 10] = [
     1.0 / 20.0,
 ];
 
-/// Adds the moments of the triangle of the origin, `a` and `b`, times the inverse of [`PER_TRIANGLE`]: ∫ m dA for the monomials m = 1,
-/// y₁, y₂, y₁², y₁y₂, y₂² and, if K is 10, y₁³, y₁²y₂, y₁y₂², y₂³. The sign is that of the turn from `a` to `b`, so sums over the edges
-/// of a polygon are its moments. The last argument is [½, ⅓].
+/// Adds the moments of the triangle (origin, `a`, `b`), divided by [`PER_TRIANGLE`]. The moments
+/// are ∫ m dA for the monomials m = 1, y₁, y₂, y₁², y₁y₂, y₂² and, if K is 10, y₁³, y₁²y₂, y₁y₂²,
+/// y₂³. Their sign is the sign of a × b, so the sums over the edges of a polygon are its moments.
+/// The last argument is [½, ⅓].
 ///
-/// With turn = a × b, twice the area of the triangle, ∫ y₁ dA = turn/6·(a₁ + b₁), ∫ y₁² dA = turn/12·(a₁² + a₁b₁ + b₁²) and
-/// ∫ y₁³ dA = turn/20·(a₁³ + a₁²b₁ + a₁b₁² + b₁³).
+/// With turn = a × b, twice the area of the triangle:
+///
+/// - ∫ y₁ dA = turn/6·(a₁ + b₁),
+/// - ∫ y₁² dA = turn/12·(a₁² + a₁b₁ + b₁²),
+/// - ∫ y₁³ dA = turn/20·(a₁³ + a₁²b₁ + a₁b₁² + b₁³).
 #[inline(always)]
 pub(crate) fn add_triangle<N: Linear, const K: usize>(
     sums: &mut [N; K],
@@ -58,12 +62,13 @@ pub(crate) fn add_triangle<N: Linear, const K: usize>(
 mod tests {
     use super::*;
 
-    /// Round-off of numbers of size one.
+    /// Rounding error of numbers of magnitude one.
     const EXACT: f64 = 1e-15;
 
     #[test]
     fn moments_of_a_triangle_are_exact_to_degree_three() {
-        // ∫ y₁ⁱy₂ᵏ dA = i! k!/(i + k + 2)! over the triangle with legs of 1, shifted along y₁ by 1.
+        // ∫ y₁ⁱy₂ᵏ dA = i! k!/(i + k + 2)! over the triangle with legs of 1. Here it is shifted
+        // along y₁ by 1.
         let corners = [[1.0, 0.0], [2.0, 0.0], [1.0, 1.0]];
         let mut sums = [0.0; 10];
         for edge in 0..3 {

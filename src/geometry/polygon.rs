@@ -5,17 +5,19 @@ use crate::scalar::{Scalar, carries_derivatives, lift, lift_vector, real_vector}
 use crate::spatial::Pose;
 use nalgebra::Vector3;
 
-/// Corners a [`ConvexPolygon`] has room for. A plane cuts two tetrahedra in at most 8 corners; the
-/// rest is room for corners that round-off adds.
+/// Maximum number of corners of a [`ConvexPolygon`]. A plane cuts two tetrahedra in a polygon with
+/// at most 8 corners. The other places are for corners that rounding errors add.
 pub const POLYGON_CAPACITY: usize = 12;
 
-/// A planar convex polygon in space, on the stack; empty where nothing is left of it.
+/// A planar convex polygon in space, stored without heap allocation. It is empty if clipping
+/// removed all of it.
 ///
-/// Each edge knows its *owners*: the planes it lies in, one bit for each of up to eight planes that bound the polygon.
+/// Each edge has *owners*: the planes that contain it. They are stored as one bit for each of up to
+/// eight planes that bound the polygon.
 #[derive(Debug, Clone, Copy)]
 pub struct ConvexPolygon<T = f64> {
     corners: [Vector3<T>; POLYGON_CAPACITY],
-    /// Owners of the edge from each corner to the next.
+    /// Owners of the edge from each corner to the next corner.
     owners: [u8; POLYGON_CAPACITY],
     len: u8,
     closeness: Closeness,
@@ -23,7 +25,7 @@ pub struct ConvexPolygon<T = f64> {
 }
 
 impl<T: Scalar> ConvexPolygon<T> {
-    /// The polygon without corners.
+    /// Creates a polygon without corners.
     #[must_use]
     pub fn empty() -> Self {
         Self {
@@ -40,54 +42,56 @@ impl<T: Scalar> ConvexPolygon<T> {
         usize::from(self.len)
     }
 
-    /// The corners (m), in cyclic order.
+    /// Returns the corners (m), in cyclic order.
     #[must_use]
     pub fn corners(&self) -> &[Vector3<T>] {
         &self.corners[..self.len()]
     }
 
-    /// The owners of each edge, from the corner of the same number to the next.
+    /// Returns the owners of each edge. Edge k joins corner k to the next corner.
     #[must_use]
     pub fn owners(&self) -> &[u8] {
         &self.owners[..self.len()]
     }
 
-    /// Whether an edge has several owners.
+    /// Returns whether an edge has several owners.
     pub(crate) fn shares_edges(&self) -> bool {
         self.owners().iter().any(|own| own.count_ones() > 1)
     }
 
-    /// Whether a corner came so close to a plane that clipped, without lying on it, that round-off may
-    /// have had a part in how: if two planes are nearly the same, the corners where they meet are
-    /// placed much worse than any coordinate is rounded.
+    /// Returns whether rounding errors may have decided how the polygon was clipped. A corner then
+    /// came close to a clipping plane, but was not on it. If two planes nearly coincide, the
+    /// corners on both have errors much larger than the rounding error of a coordinate.
     #[must_use]
     pub fn is_ill_conditioned(&self) -> bool {
         self.closeness.is_ill_conditioned()
     }
 
-    /// Of the corners to the planes that clipped.
+    /// Returns how close corners came to the clipping planes.
     pub(crate) fn closeness(&self) -> Closeness {
         self.closeness
     }
 
-    /// Of the farthest corners to the planes that clipped: the polygon nearly lies in such a plane.
+    /// Returns how close the farthest corners came to the clipping planes. If any bit is set, the
+    /// polygon nearly lies in a clipping plane.
     pub(crate) fn flatness(&self) -> Closeness {
         self.flatness
     }
 
-    /// Whether fewer than three corners are left.
+    /// Returns whether fewer than three corners are left.
     #[must_use]
     pub fn is_empty(&self) -> bool {
         self.len < 3
     }
 
-    /// Appends a corner and the edge behind it. A full polygon drops it: convex polygons never fill the capacity, so
-    /// such a corner is a copy, by round-off, of one that is there.
+    /// Appends a corner and the edge after it. A full polygon drops the corner. Convex polygons
+    /// never fill the capacity, so the dropped corner is a copy, caused by rounding errors, of an
+    /// existing corner.
     pub(crate) fn push(&mut self, corner: Vector3<T>, owners: u8) {
         self.push_if(true, || corner, owners);
     }
 
-    /// Gives an edge to other owners too.
+    /// Adds owners to an edge.
     pub(crate) fn own_edge(&mut self, edge: usize, owners: u8) {
         if let Some(own) = self.owners[..usize::from(self.len)].get_mut(edge) {
             *own |= owners;
@@ -96,8 +100,8 @@ impl<T: Scalar> ConvexPolygon<T> {
 
     /// Appends a corner if it `is_kept`.
     ///
-    /// Without derivatives it is made first and then kept or not: a branch that is guessed wrong, as
-    /// these are half the time, takes longer.
+    /// Without derivatives, the corner is computed first and then kept or dropped. A branch would
+    /// be slower, because it would be mispredicted half the time.
     #[inline]
     fn push_if(&mut self, is_kept: bool, corner: impl FnOnce() -> Vector3<T>, owners: u8) {
         let is_worth_a_branch = carries_derivatives::<T>();
@@ -110,7 +114,7 @@ impl<T: Scalar> ConvexPolygon<T> {
         self.len += u8::from(is_kept);
     }
 
-    /// The area (m²) times the unit normal about which the corners turn counter-clockwise.
+    /// Returns the area (m²) times the unit normal about which the corners are counter-clockwise.
     #[must_use]
     pub fn area_vector(&self) -> Vector3<T> {
         let mut sum = Vector3::from_element(lift(0.0));
@@ -122,19 +126,19 @@ impl<T: Scalar> ConvexPolygon<T> {
         sum * lift::<T>(0.5)
     }
 
-    /// The polygon in the outer frame.
+    /// Transforms the polygon to the outer frame.
     #[must_use]
     pub fn transformed(&self, pose: &Pose<T>) -> Self {
         self.mapped(|corner| pose.transformed_point(corner))
     }
 
-    /// The polygon without its derivatives.
+    /// Returns the polygon without its derivatives.
     #[must_use]
     pub fn real(&self) -> ConvexPolygon<f64> {
         self.mapped(real_vector)
     }
 
-    /// The polygon with each corner elsewhere.
+    /// Returns the polygon with a function applied to each corner.
     #[inline]
     fn mapped<U: Scalar>(&self, corner: impl Fn(&Vector3<T>) -> Vector3<U>) -> ConvexPolygon<U> {
         let mut mapped = ConvexPolygon::empty();
@@ -148,14 +152,14 @@ impl<T: Scalar> ConvexPolygon<T> {
 }
 
 impl ConvexPolygon<f64> {
-    /// The constant polygon.
+    /// Returns the polygon as a constant: all derivatives are zero.
     #[must_use]
     pub fn lifted<T: Scalar>(&self) -> ConvexPolygon<T> {
         self.mapped(lift_vector)
     }
 }
 
-/// The numbers of the bits that are set, in ascending order.
+/// Returns the indices of the bits that are set, in ascending order.
 pub(crate) fn set_bits(mut bits: u8) -> impl Iterator<Item = usize> {
     std::iter::from_fn(move || {
         let number = bits.trailing_zeros() as usize;

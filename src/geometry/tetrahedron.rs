@@ -3,17 +3,18 @@ use crate::scalar::{Scalar, lift, real_part, real_vector};
 use crate::spatial::Pose;
 use nalgebra::Vector3;
 
-/// The corners of the face opposite to each corner, counter-clockwise seen from outside.
+/// Corners of the face opposite to each corner, counter-clockwise as seen from outside.
 pub(crate) const FACES: [[usize; 3]; 4] = [[1, 2, 3], [0, 3, 2], [0, 1, 3], [0, 2, 1]];
 
 /// The set of all four faces, one bit each.
 pub(crate) const ALL_FACES: u8 = 0b1111;
 
-/// The edges of a tetrahedron, by its corners.
+/// Edges of a tetrahedron, as pairs of corners.
 pub(crate) const EDGES: [[usize; 2]; 6] = [[0, 1], [0, 2], [0, 3], [1, 2], [1, 3], [2, 3]];
 
-/// The edges in which a plane cuts a tetrahedron, by the set of its corners below the plane (bit i
-/// for corner i), in an order that turns counter-clockwise about the direction "above".
+/// Edges in which a plane cuts a tetrahedron, indexed by the set of corners below the plane (bit i
+/// for corner i). Each edge is (corner below, corner above). The cuts are counter-clockwise about
+/// the direction "above".
 const CUT_EDGES: [&[(usize, usize)]; 16] = [
     &[],
     &[(0, 1), (0, 2), (0, 3)],
@@ -33,8 +34,8 @@ const CUT_EDGES: [&[(usize, usize)]; 16] = [
     &[],
 ];
 
-/// A tetrahedron by its corners (m). Positively oriented where corner 3 sees corners 0, 1, 2
-/// clockwise: det(v₁−v₀, v₂−v₀, v₃−v₀) > 0.
+/// A tetrahedron with its corners (m). It is positively oriented if corners 0, 1, 2 are
+/// counter-clockwise as seen from corner 3: det(v₁−v₀, v₂−v₀, v₃−v₀) > 0.
 #[derive(Debug, Clone, Copy)]
 pub struct Tetrahedron<T = f64> {
     /// The corners (m).
@@ -42,14 +43,14 @@ pub struct Tetrahedron<T = f64> {
 }
 
 impl<T: Scalar> Tetrahedron<T> {
-    /// Volume (m³), negative for a negatively oriented tetrahedron.
+    /// Returns the volume (m³), negative for a negatively oriented tetrahedron.
     #[must_use]
     pub fn signed_volume(&self) -> T {
         let [o, a, b, c] = &self.corners;
         (a - o).dot(&(b - o).cross(&(c - o))) / 6.0
     }
 
-    /// The tetrahedron without its derivatives.
+    /// Returns the tetrahedron without its derivatives.
     #[must_use]
     pub fn real(&self) -> Tetrahedron<f64> {
         Tetrahedron {
@@ -57,8 +58,9 @@ impl<T: Scalar> Tetrahedron<T> {
         }
     }
 
-    /// Tetrahedra, oriented alike, that make up the part of this one where the field with the
-    /// given corner values is ≥ 0: none, one or three. Corners at zero count as inside.
+    /// Returns the part of the tetrahedron where the field with the given corner values is ≥ 0. The
+    /// part consists of zero, one or three tetrahedra with the orientation of this one. Corners at
+    /// zero count as inside.
     #[must_use]
     #[expect(
         clippy::many_single_char_names,
@@ -74,7 +76,8 @@ impl<T: Scalar> Tetrahedron<T> {
         let mut parts = ClippedTetrahedra::empty();
         match *edges {
             [] if real_part(values[0]) >= 0.0 => parts.push(self.corners),
-            // One corner inside, or three: told apart by which ends the edges share.
+            // Three edges are cut. Either the corner below is their common end, or the corner
+            // above.
             [(i, a), (_, b), (k, c)] if i == k => {
                 let near = [cut(i, a), cut(i, b), cut(i, c)];
                 parts.push_prism(near, [corner(a), corner(b), corner(c)]);
@@ -93,13 +96,13 @@ impl<T: Scalar> Tetrahedron<T> {
 }
 
 impl Tetrahedron<f64> {
-    /// The smallest box around the tetrahedron.
+    /// Returns the smallest box around the tetrahedron.
     #[must_use]
     pub fn aabb(&self) -> Aabb {
         Aabb::around(&self.corners)
     }
 
-    /// The tetrahedron in the outer frame.
+    /// Transforms the tetrahedron to the outer frame.
     #[must_use]
     pub fn posed(&self, pose: &Pose<f64>) -> Self {
         let corners = self.corners.each_ref();
@@ -108,30 +111,34 @@ impl Tetrahedron<f64> {
         }
     }
 
-    /// The barycentric coordinates λᵢ(q) = gᵢ·q + cᵢ: 1 at corner i, 0 on the face opposite.
-    /// Not finite where the volume is zero.
+    /// Returns the barycentric coordinates λᵢ(q) = gᵢ·q + cᵢ. Coordinate i is 1 at corner i and 0
+    /// on the opposite face. The coordinates are not finite if the volume is zero.
     #[must_use]
     pub fn barycentric_fields(&self) -> [AffineField; 4] {
         let six_volumes = 6.0 * self.signed_volume();
         FACES.map(|[a, b, c]| {
             let [a, b, c] = [self.corners[a], self.corners[b], self.corners[c]];
-            // FACES turn outwards, so the inward gradient is minus the face's cross product.
+            // The cross product of a face points outwards, so the inward gradient is its negative.
             let gradient = -(b - a).cross(&(c - a)) / six_volumes;
             let offset = -gradient.dot(&a);
             AffineField { gradient, offset }
         })
     }
 
-    /// The polygon in which the zero plane of a field with the given corner values cuts the
-    /// tetrahedron, counter-clockwise about the field's gradient. Corners at zero count as above,
-    /// so corners may come out doubled, and a tetrahedron that only touches the plane from above
-    /// gives nothing. Bit i of an edge's owners stands for the face opposite to corner i.
+    /// Returns the polygon in which the zero plane of a field cuts the tetrahedron. The field is
+    /// given by its corner values. The polygon is counter-clockwise about the gradient of the
+    /// field.
+    ///
+    /// Corners at zero count as above. So corners of the polygon may be duplicated. A tetrahedron
+    /// that only touches the plane from above gives an empty polygon. Bit i of the owners of an
+    /// edge stands for the face opposite to corner i.
     #[must_use]
     pub fn sliced<T: Scalar>(&self, values: &[T; 4]) -> ConvexPolygon<T> {
         self.sliced_below(below_mask(&values.map(real_part)), values)
     }
 
-    /// [`Self::sliced`] with these corners (bit i for corner i) below, which must not be above, and the others above.
+    /// Computes [`Self::sliced`] for a given set of corners below (bit i for corner i). The values
+    /// of these corners must be ≤ 0. The other corners count as above.
     #[inline]
     pub(crate) fn sliced_below<T: Scalar>(
         &self,
@@ -142,7 +149,7 @@ impl Tetrahedron<f64> {
         let zero: u8 = (0..4)
             .map(|i| u8::from(real_part(values[i]) == 0.0) << i)
             .sum();
-        // An edge of the tetrahedron in the plane belongs to both its faces.
+        // An edge of the tetrahedron that lies in the plane belongs to both of its faces.
         let edge = if zero.count_ones() == 2 { zero } else { 0 };
         for (&(i, j), &face) in CUT_EDGES[below].iter().zip(&SLICE_OWNERS[below]) {
             let t = values[i] / (values[i] - values[j]);
@@ -157,8 +164,9 @@ impl Tetrahedron<f64> {
     }
 }
 
-/// By the set of corners below, as in [`CUT_EDGES`]: for each face that a slice's outline passes, the face in which it goes on,
-/// counter-clockwise about the direction "above". Of other faces 0.
+/// Next face along the outline of a slice, indexed by the set of corners below (see [`CUT_EDGES`])
+/// and by a face. The outline is counter-clockwise about the direction "above". Faces that do not
+/// contribute an edge have 0.
 pub(crate) const NEXT_FACES: [[usize; 4]; 16] = {
     let mut next = [[0; 4]; 16];
     let mut below = 0;
@@ -178,13 +186,15 @@ pub(crate) const NEXT_FACES: [[usize; 4]; 16] = {
     next
 };
 
-/// One of the faces that the outline passes of a slice with these corners below; 0 if there is no slice.
+/// Returns one face that contributes an edge to the slice with these corners below. Returns 0 if
+/// there is no slice.
 pub(crate) fn face_of_slice(below: usize) -> usize {
-    // Where no face owns an edge, there are as many trailing zeros as bits.
+    // Without a slice, the owner is 0, which has 8 trailing zeros.
     SLICE_OWNERS[below][0].trailing_zeros() as usize % 4
 }
 
-/// The first edge of a slice that is the edge between these two corners of the tetrahedron.
+/// Returns the first edge of a slice that coincides with an edge of the tetrahedron. The edge is
+/// given by its two corners, one bit each.
 #[cold]
 fn edge_of_slice(cuts: &[(usize, usize)], corners: u8) -> usize {
     let end = |cut: usize| {
@@ -195,8 +205,8 @@ fn edge_of_slice(cuts: &[(usize, usize)], corners: u8) -> usize {
     (0..cuts.len()).find(joins).unwrap_or(0)
 }
 
-/// For each slice the face (its bit) in which it goes on from each cut edge to the next: the one opposite to the
-/// corner that neither joins.
+/// Face (one bit) that contains the edge from each cut to the next cut of a slice. It is opposite
+/// to the only corner that is not an end of the two cut edges.
 const SLICE_OWNERS: [[u8; 4]; 16] = {
     let mut owners = [[0; 4]; 16];
     let mut below = 0;
@@ -213,12 +223,12 @@ const SLICE_OWNERS: [[u8; 4]; 16] = {
     owners
 };
 
-/// Bit i is set where value i is below zero.
+/// Returns the set of corners with values below zero: bit i for value i.
 fn below_mask(values: &[f64; 4]) -> usize {
     (0..4).map(|i| usize::from(values[i] < 0.0) << i).sum()
 }
 
-/// Up to three tetrahedra on the stack.
+/// Up to three tetrahedra, stored without heap allocation.
 #[derive(Debug, Clone, Copy)]
 pub struct ClippedTetrahedra<T> {
     parts: [Tetrahedron<T>; 3],
@@ -236,7 +246,7 @@ impl<T: Scalar> ClippedTetrahedra<T> {
         }
     }
 
-    /// The tetrahedra.
+    /// Returns the tetrahedra.
     #[must_use]
     pub fn as_slice(&self) -> &[Tetrahedron<T>] {
         &self.parts[..self.len]
@@ -247,8 +257,9 @@ impl<T: Scalar> ClippedTetrahedra<T> {
         self.len += 1;
     }
 
-    /// The prism between two triangles, its edges joining equal places, where `p` turns
-    /// counter-clockwise seen from `q`: three positively oriented tetrahedra.
+    /// Appends the prism between two triangles as three tetrahedra. The edges of the prism join
+    /// corners of the same index. The tetrahedra are positively oriented if `p` is
+    /// counter-clockwise as seen from `q`.
     fn push_prism(&mut self, [p0, p1, p2]: [Vector3<T>; 3], [q0, q1, q2]: [Vector3<T>; 3]) {
         self.push([p0, p1, p2, q2]);
         self.push([p0, p1, q2, q1]);

@@ -1,36 +1,43 @@
 use crate::scalar::{Scalar, real_part};
 
-/// What counts as zero where a field decides on which side of its zero plane a point lies.
+/// Zero tolerance for the values of a field, whose signs decide on which side of its zero plane a
+/// point lies.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Tolerance {
-    /// Values up to this are zero.
+    /// Largest absolute value that counts as zero.
     pub zero: f64,
-    /// Actual rounding: [`Closeness::CLEARANCE`] octaves below what counts as zero, unless that is widened.
+    /// Actual rounding error. It is [`Closeness::CLEARANCE`] octaves below `zero`, unless the
+    /// tolerance was widened.
     rounding: f64,
 }
 
-/// How large values were that are nearly zero, though not by actual rounding alone. Bit k says that there was one from 2ᵏ to
-/// 2ᵏ⁺¹ times the actual rounding, which is [`Self::CLEARANCE`] octaves below the tolerance.
+/// A histogram, in octaves, of values near zero that exceed the actual rounding error. It is used
+/// to place a tolerance in a gap between values. Bit k is set if a value was between 2ᵏ and 2ᵏ⁺¹
+/// times the actual rounding error. That error is [`Self::CLEARANCE`] octaves below the tolerance.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub(crate) struct Closeness(u32);
 
 impl Closeness {
-    /// Actual rounding lies this many octaves below the tolerance for it.
+    /// Number of octaves from the actual rounding error up to the tolerance.
     const CLEARANCE: u32 = 6;
 
-    /// Values of so many octaves above actual rounding are noted.
+    /// Number of octaves above the actual rounding error in which values are recorded.
     const OCTAVES: u32 = Self::CLEARANCE + 20;
 
-    /// A value less than this many octaves above the tolerance makes a cut ill-conditioned: two planes that are further
-    /// apart than that over a body meet in a line placed to one part in 2¹⁴.
+    /// A cut is ill-conditioned if a value is less than this many octaves above the tolerance. If
+    /// two planes separate by more than that over a body, the position of their common line is
+    /// accurate to one part in 2¹⁴.
     const ILL_CONDITIONED: u32 = 14;
 
-    /// Whether there was a value so near to zero that round-off decides where two planes meet.
+    /// Returns whether a value was so close to zero that rounding errors decide where two planes
+    /// meet.
     pub fn is_ill_conditioned(self) -> bool {
         self.is_within(Self::ILL_CONDITIONED)
     }
 
-    /// Octaves between the largest value below a split, or actual rounding, and the smallest one above.
+    /// Returns the width of the gap around a split, in octaves. The gap extends from the largest
+    /// value below the split, or from the actual rounding error, to the smallest value above the
+    /// split.
     fn gap(self, split: u32) -> u32 {
         let above = (self.0 >> split)
             .trailing_zeros()
@@ -39,22 +46,28 @@ impl Closeness {
         above + below.checked_ilog2().map_or(split, |top| split - 1 - top)
     }
 
-    /// Whether there was a value above the tolerance by less than so many octaves.
+    /// Returns whether a value was above the tolerance by less than this many octaves.
     pub fn is_within(self, octaves: u32) -> bool {
         (self.0 >> Self::CLEARANCE) & ((1 << octaves) - 1) != 0
     }
 
-    /// What there was in either.
+    /// Returns the union of both histograms.
     pub fn or(self, other: Self) -> Self {
         Self(self.0 | other.0)
     }
 
-    /// By how many octaves to widen the tolerance, so that it lies in a gap between values: snapping a corner turns a plane
-    /// by the ratio of the largest value dropped to the smallest one kept.
+    /// Returns the number of octaves by which to widen the tolerance so that it lies in a gap
+    /// between values. Rounding values to zero rotates a plane by the ratio of the largest value
+    /// dropped to the smallest value kept.
     ///
-    /// The most octaves up to `most` with a gap of [`Self::CLEARANCE`] octaves; if there is none, the fewest above `most`
-    /// with one, up to [`Self::CLEARANCE`] above; failing this, where the gap is widest, which may be below the tolerance
-    /// (a negative number); of gaps that are equal, the last in that order.
+    /// The candidates, in order of preference, are:
+    ///
+    /// 1. the largest number up to `most` with a gap of at least [`Self::CLEARANCE`] octaves;
+    /// 2. the smallest number above `most`, by up to [`Self::CLEARANCE`], with such a gap;
+    /// 3. the number with the widest gap, which is negative if the gap is below the tolerance.
+    ///
+    /// Among equally wide gaps, candidate 3 is the last in this order: negative numbers ascending,
+    /// `most` down to 0, numbers above `most` ascending.
     pub fn split(self, most: u32) -> i32 {
         let clearance = |split: &u32| self.gap(*split);
         let (none, most) = (Self::CLEARANCE, Self::CLEARANCE + most);
@@ -67,7 +80,7 @@ impl Closeness {
 }
 
 impl Tolerance {
-    /// For values that are rounded by much less than this.
+    /// Creates a tolerance for values whose rounding errors are much smaller than `zero`.
     pub fn new(zero: f64) -> Self {
         let octaves = f64::from(1_u32 << Closeness::CLEARANCE);
         Self {
@@ -76,7 +89,8 @@ impl Tolerance {
         }
     }
 
-    /// With values of so many octaves above the first tolerance that count as zero.
+    /// Returns a tolerance of 2^`octaves` times the original tolerance. Repeated calls do not
+    /// accumulate.
     pub fn widened(self, octaves: i32) -> Self {
         Self {
             zero: self.rounding * 2_f64.powi(octaves + Closeness::CLEARANCE.cast_signed()),
@@ -84,20 +98,23 @@ impl Tolerance {
         }
     }
 
-    /// Up to here values are noted: nothing depends on how near to zero larger ones are.
+    /// Returns the bound below which values are recorded. No decision depends on how close to zero
+    /// larger values are.
     pub fn noted(self) -> f64 {
         self.rounding * f64::from(1_u32 << Closeness::OCTAVES)
     }
 
-    /// How far values that count as zero may misplace a plane in a tetrahedron, as a fraction of its longest edge: along an edge
-    /// by their ratio to the smallest value that does not. Twice that, to be sure.
+    /// Returns a bound on the displacement of a plane in a tetrahedron, relative to the longest
+    /// edge. The displacement is caused by rounding values to zero. Along an edge, it is the ratio
+    /// of a dropped value to the smallest value kept. The bound is twice that ratio, as a safety
+    /// factor.
     pub fn misplacement(self, closeness: Closeness) -> f64 {
         let is_zero = |octave: &u32| self.rounding * f64::from(1_u32 << octave) <= self.zero;
         let split = (1..=Closeness::OCTAVES).rev().find(is_zero).unwrap_or(0);
         2.0 * 2_f64.powi(-closeness.gap(split).cast_signed())
     }
 
-    /// For values times a factor.
+    /// Returns the tolerance for values multiplied by a factor.
     pub fn scaled(self, factor: f64) -> Self {
         Self {
             zero: self.zero * factor,
@@ -119,7 +136,7 @@ impl Tolerance {
         )
     }
 
-    /// The closeness of all the values.
+    /// Returns the closeness of all values.
     #[inline]
     pub fn closeness_of(self, values: &[f64]) -> Closeness {
         let each = values.iter().map(|&value| self.closeness(value));
@@ -127,8 +144,8 @@ impl Tolerance {
     }
 }
 
-/// The value, its real part set to zero where that is within `tolerance` of zero; the derivatives
-/// stay.
+/// Sets the real part of a value to zero if it is within `tolerance` of zero. Keeps the
+/// derivatives.
 #[inline]
 pub(crate) fn snapped<T: Scalar>(value: T, tolerance: f64) -> T {
     let real = real_part(value);

@@ -1,42 +1,44 @@
 use nalgebra::Vector3;
 
-/// A closed triangle, and what distances to it need.
+/// A closed triangle, with the data needed to compute distances to it.
 #[derive(Debug, Clone)]
 pub(crate) struct Triangle {
     corners: [Vector3<f64>; 3],
-    /// Of length one. A flat triangle has none (NaN), and nothing lies above it.
+    /// Unit normal. It is NaN for a degenerate triangle, so that no point projects to the interior.
     normal: Vector3<f64>,
 }
 
-/// The point of a triangle that is nearest to another point.
+/// Closest point of a triangle to a query point.
 pub(crate) struct Foot {
-    /// Its barycentric coordinates.
+    /// Barycentric coordinates of the closest point.
     pub shares: [f64; 3],
-    /// From there to the point, of length one; 0 where the point lies on the triangle.
+    /// Unit vector from the closest point to the query point. It is zero if the query point lies on
+    /// the triangle.
     pub direction: Vector3<f64>,
 }
 
 impl Triangle {
-    /// From three corners (m).
+    /// Creates a triangle from three corners (m).
     pub fn new(corners: [Vector3<f64>; 3]) -> Self {
         let [a, b, c] = corners;
-        // Of length one from the start: products of four lengths would leave the range of f64 long
-        // before the lengths do.
+        // Normalize the edges first. A product of four lengths would overflow or underflow long
+        // before a length does.
         let normal = (b - a).normalize().cross(&(c - a).normalize()).normalize();
         Self { corners, normal }
     }
 
-    /// The corners (m).
+    /// Returns the corners (m).
     pub fn corners(&self) -> &[Vector3<f64>; 3] {
         &self.corners
     }
 
-    /// Distance (m) from a point to the plane of the triangle, which is no farther than the triangle; NaN for a flat one.
+    /// Returns the distance (m) from a point to the plane of the triangle. It is a lower bound of
+    /// the distance to the triangle. It is NaN for a degenerate triangle.
     pub fn distance_to_plane(&self, point: &Vector3<f64>) -> f64 {
         (point - self.corners[0]).dot(&self.normal).abs()
     }
 
-    /// Distance (m) from a point.
+    /// Returns the distance (m) from a point to the triangle.
     pub fn distance_to(&self, point: &Vector3<f64>) -> f64 {
         if self.areas(point).iter().all(|&area| area >= 0.0) {
             return self.distance_to_plane(point);
@@ -47,14 +49,15 @@ impl Triangle {
         distances.into_iter().fold(f64::INFINITY, f64::min)
     }
 
-    /// The point of the triangle that is nearest to a point.
+    /// Returns the point of the triangle that is closest to a query point.
     pub fn foot_of(&self, point: &Vector3<f64>) -> Foot {
         let areas = self.areas(point);
         if areas.iter().all(|&area| area >= 0.0) {
             let sum: f64 = areas.iter().sum();
             let height = (point - self.corners[0]).dot(&self.normal);
             return Foot {
-                // The first edge ends where the third corner is not.
+                // `areas[k]` belongs to the edge from corner k to k + 1, so the opposite corner is
+                // k + 2.
                 shares: [areas[1], areas[2], areas[0]].map(|area| area / sum),
                 direction: self.normal * direction_of(height),
             };
@@ -81,14 +84,16 @@ impl Triangle {
         [(a, b), (b, c), (c, a)]
     }
 
-    /// Twice the areas (m²) between each edge and the projection of a point to the plane: positive on the inner side.
+    /// Returns, for each edge, twice the signed area (m²) of the triangle that the edge forms with
+    /// the query point. The query point is projected to the plane. The area is positive on the
+    /// inner side of the edge.
     fn areas(&self, point: &Vector3<f64>) -> [f64; 3] {
         self.edges()
             .map(|(from, to)| (to - from).cross(&(point - from)).dot(&self.normal))
     }
 }
 
-/// A sign, and 0 of 0.
+/// Returns the sign of `height`, and 0 for 0.
 fn direction_of(height: f64) -> f64 {
     if height == 0.0 { 0.0 } else { height.signum() }
 }
@@ -98,7 +103,7 @@ fn distance_to_segment(point: &Vector3<f64>, from: &Vector3<f64>, to: &Vector3<f
     ((point - from) - (to - from) * share).norm()
 }
 
-/// How far along a segment, from 0 to 1, its nearest point lies.
+/// Returns the parameter of the closest point of a segment: 0 at `from`, 1 at `to`.
 fn share_of_segment(point: &Vector3<f64>, from: &Vector3<f64>, to: &Vector3<f64>) -> f64 {
     let (edge, along) = (to - from, point - from);
     let length_squared = edge.norm_squared();

@@ -1,11 +1,17 @@
-//! Several numbers to an instruction: code that is written once and runs at as many lanes as the processor has.
+//! Portable SIMD: kernels are written once and run at the vector width of the CPU.
 //!
-//! Two by what every processor has or by NEON, four by AVX2; eight by AVX-512, with the feature `avx512`. Tests run all three
-//! widths on any processor.
+//! Every kernel runs at one of three widths:
 //!
-//! Lanes know sums, differences, products, quotients, square roots and comparisons, each rounded as IEEE 754 says, and nothing
-//! is contracted to fused operations. So a lane has the same bits at every width and on every processor. Where the order of
-//! a sum matters, each of the [`ROW`] places of a [`Row`] has a sum of its own, whatever the width.
+//! - two lanes on every x86-64 CPU, or with NEON;
+//! - four lanes with AVX2;
+//! - eight lanes with AVX-512, if the feature `avx512` is enabled.
+//!
+//! Tests run all three widths on any CPU.
+//!
+//! Lanes support sums, differences, products, quotients, square roots and comparisons. Each
+//! operation is rounded as IEEE 754 prescribes, and no operations are contracted to fused ones. So
+//! a lane has the same bits at every width and on every CPU. If the order of a sum matters, each of
+//! the [`ROW`] entries of a [`Row`] has its own accumulator, whatever the width.
 
 mod pair;
 pub(crate) mod space;
@@ -18,10 +24,10 @@ use vector::Vectors;
 
 pub(crate) use traits::{InLanes, Lanes, Linear, Mask, Numbers, Quad, ROW, Row};
 
-/// Which instructions this processor has.
+/// Instruction sets of this CPU, detected at run time.
 static PROCESSOR: LazyLock<pulp::Arch> = LazyLock::new(pulp::Arch::new);
 
-/// Runs with as many lanes as the processor has.
+/// Runs a kernel at the vector width of the CPU.
 #[inline]
 pub(crate) fn run<J: InLanes>(job: J) -> J::Output {
     #[cfg(test)]
@@ -38,7 +44,8 @@ impl<J: InLanes> pulp::WithSimd for Job<J> {
 
     #[inline(always)]
     fn with_simd<S: pulp::Simd>(self, simd: S) -> J::Output {
-        // pulp found no vector instructions; but on x86-64 there always are those of two lanes.
+        // pulp found no vector instructions. `Pairs` needs only the two-lane instructions that
+        // every x86-64 CPU has.
         if S::IS_SCALAR {
             self.0.run(Pairs)
         } else {
@@ -68,7 +75,7 @@ pub(crate) mod tests {
         WIDTH.get()
     }
 
-    /// Runs something at so many lanes: what it does in this thread, not what it leaves to others.
+    /// Runs `work` at the given number of lanes. Affects the current thread only.
     pub fn at_width<O>(width: usize, work: impl FnOnce() -> O) -> O {
         WIDTH.set(Some(width));
         let output = work();

@@ -2,7 +2,7 @@ use super::traits::{Lanes, Mask, Numbers, Quad, Row};
 use std::ops::{Add, BitAnd, BitOr, Div, Mul, Neg, Not, Sub};
 use wide::f64x2;
 
-/// Two lanes, by instructions that every x86-64 and aarch64 has.
+/// Two lanes, with instructions that every x86-64 and aarch64 CPU has.
 #[derive(Clone, Copy)]
 pub(super) struct Pairs;
 

@@ -1,9 +1,9 @@
-//! Vectors in space: one, or one in each lane.
+//! Vectors in space: one vector, or one in each lane.
 
 use super::traits::{Lanes, Linear, Numbers, Row};
 use nalgebra::Vector3;
 
-/// A vector for each lane.
+/// Gathers one vector for each lane.
 #[inline(always)]
 pub(crate) fn gathered<'v, L: Lanes>(
     lanes: L,
@@ -16,7 +16,7 @@ pub(crate) fn gathered<'v, L: Lanes>(
     ]
 }
 
-/// The vectors of the items from `first` on.
+/// Loads the vectors of consecutive items, beginning with item `first`.
 #[inline(always)]
 pub(crate) fn loaded<L: Lanes>(lanes: L, rows: &[Row; 3], first: usize) -> [L::Numbers; 3] {
     [
@@ -26,7 +26,7 @@ pub(crate) fn loaded<L: Lanes>(lanes: L, rows: &[Row; 3], first: usize) -> [L::N
     ]
 }
 
-/// Writes the vectors of the items from `first` on.
+/// Stores the vectors of consecutive items, beginning with item `first`.
 #[inline(always)]
 pub(crate) fn store<N: Numbers>(rows: &mut [Row; 3], first: usize, numbers: [N; 3]) {
     for (row, number) in rows.iter_mut().zip(numbers) {
@@ -34,19 +34,19 @@ pub(crate) fn store<N: Numbers>(rows: &mut [Row; 3], first: usize, numbers: [N; 
     }
 }
 
-/// The vector at one place of rows.
+/// Returns the vector at index `place` of the rows.
 #[inline]
 pub(crate) fn vector_at(rows: &[Row; 3], place: usize) -> Vector3<f64> {
     Vector3::new(rows[0][place], rows[1][place], rows[2][place])
 }
 
-/// The same vector in all lanes.
+/// Returns one vector in all lanes.
 #[inline(always)]
 pub(crate) fn splat<L: Lanes>(lanes: L, [x, y, z]: &[f64; 3]) -> [L::Numbers; 3] {
     [lanes.splat(*x), lanes.splat(*y), lanes.splat(*z)]
 }
 
-/// The components of a vector along axes.
+/// Returns the components of a vector along three axes.
 #[inline(always)]
 pub(crate) fn components<N: Linear>([e1, e2, n]: &[[N; 3]; 3], vector: [N; 3]) -> [N; 3] {
     [dot(*e1, vector), dot(*e2, vector), dot(*n, vector)]

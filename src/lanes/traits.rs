@@ -1,40 +1,41 @@
-//! Numbers in lanes, and what is computed with them.
+//! Traits of SIMD vectors, masks and kernels.
 
 use std::ops::{Add, BitAnd, BitOr, Div, Mul, Neg, Not, Sub};
 
-/// The most lanes there are.
+/// Largest number of lanes.
 pub(crate) const ROW: usize = 8;
 
-/// A number of each of eight items.
+/// One number for each of eight items.
 pub(crate) type Row = [f64; ROW];
 
-/// A number of each of four items.
+/// One number for each of four items.
 pub(crate) type Quad = [f64; 4];
 
-/// What makes numbers in lanes.
+/// A SIMD instruction set, which creates vectors.
 pub(crate) trait Lanes: Copy {
     type Numbers: Numbers;
 
     /// How many lanes: 2, 4 or 8.
     const COUNT: usize;
 
-    /// The same number in all lanes.
+    /// Returns one number in all lanes.
     fn splat(self, value: f64) -> Self::Numbers;
 
-    /// The numbers of the items from `first` on.
+    /// Loads the numbers of consecutive items, beginning with item `first`.
     fn load(self, row: &Row, first: usize) -> Self::Numbers;
 
-    /// The numbers of four items from `first` on; eight lanes have each twice.
+    /// Loads the numbers of consecutive items of four, beginning with item `first`. With eight
+    /// lanes, each number is loaded twice.
     #[inline(always)]
     fn load_four(self, quad: &Quad, first: usize) -> Self::Numbers {
         self.gathered(|lane| quad[(first + lane) % 4])
     }
 
-    /// A number for each lane, lane 0 first.
+    /// Gathers one number for each lane, beginning with lane 0.
     fn gathered(self, number: impl Fn(usize) -> f64) -> Self::Numbers;
 }
 
-/// A number, or one in each lane: what sums and products are made of.
+/// A number or a SIMD vector of numbers, with sums, differences and products.
 pub(crate) trait Linear:
     Copy + Add<Output = Self> + Sub<Output = Self> + Mul<Output = Self> + Neg<Output = Self>
 {
@@ -45,7 +46,7 @@ impl<N> Linear for N where
 {
 }
 
-/// A number in each lane.
+/// A SIMD vector: one number in each lane.
 pub(crate) trait Numbers: Linear + Div<Output = Self> {
     type Mask: Mask<Self>;
 
@@ -53,43 +54,47 @@ pub(crate) trait Numbers: Linear + Div<Output = Self> {
 
     fn sqrt(self) -> Self;
 
-    /// Of numbers of which none is NaN, nor both zero: there widths may differ.
+    /// Returns the larger number in each lane. Requires that neither operand is NaN and that they
+    /// are not both zero. Otherwise the result may depend on the SIMD width.
     fn max(self, other: Self) -> Self;
 
-    /// Under the same conditions.
+    /// Returns the smaller number in each lane, with the requirements of [`Self::max`].
     fn min(self, other: Self) -> Self;
 
-    /// False where either number is NaN.
+    /// Compares with `<` in each lane. The result is false if either number is NaN.
     fn is_less(self, other: Self) -> Self::Mask;
 
-    /// False where either number is NaN.
+    /// Compares with `≤` in each lane. The result is false if either number is NaN.
     fn is_at_most(self, other: Self) -> Self::Mask;
 
-    /// Writes the numbers of the items from `first` on.
+    /// Stores the numbers of consecutive items, beginning with item `first`.
     fn store(self, row: &mut Row, first: usize);
 
-    /// Writes the numbers of four items from `first` on: of eight lanes the first four.
+    /// Stores the numbers of consecutive items of four, beginning with item `first`. With eight
+    /// lanes, only the first four are stored.
     fn store_four(self, quad: &mut Quad, first: usize);
 }
 
-/// Whether something is so, in each lane of numbers.
+/// One boolean in each SIMD lane.
 pub(crate) trait Mask<N>:
     Copy + BitAnd<Output = Self> + BitOr<Output = Self> + Not<Output = Self>
 {
-    /// The first numbers where it is so, the others elsewhere; NaN and infinities that are not taken leave no trace.
+    /// Selects `if_so` in lanes where the mask is set, and `otherwise` in the other lanes.
+    /// Unselected numbers may be NaN or infinite.
     fn select(self, if_so: N, otherwise: N) -> N;
 
-    /// Whether it is so in any lane.
+    /// Returns whether the mask is set in any lane.
     fn is_any(self) -> bool;
 
-    /// Bit k for lane k.
+    /// Returns the mask as bits: bit k for lane k.
     fn bits(self) -> u32;
 }
 
-/// Something to be computed in lanes.
+/// A kernel that runs at any number of lanes.
 pub(crate) trait InLanes {
     type Output;
 
-    /// All that runs in lanes must be inlined into this, and this itself: it is compiled for each processor.
+    /// Runs the kernel. This function and all functions that it calls must be inlined, because it
+    /// is compiled once for each instruction set.
     fn run<L: Lanes>(self, lanes: L) -> Self::Output;
 }

@@ -4,7 +4,7 @@ use pulp::bytemuck::{bytes_of, cast_slice, cast_slice_mut};
 use std::ops::{Add, BitAnd, BitOr, Div, Mul, Neg, Not, Sub};
 use std::slice;
 
-/// As many lanes as an instruction set has that was found at run time.
+/// An instruction set that was detected at run time, with its number of lanes.
 #[derive(Clone, Copy)]
 pub(super) struct Vectors<S>(pub S);
 
@@ -133,7 +133,7 @@ impl<S: Simd> Mask<Vector<S>> for VectorMask<S> {
 
     #[inline(always)]
     fn bits(self) -> u32 {
-        // By AVX-512 a mask is a byte of bits already.
+        // An AVX-512 mask already is a byte of bits.
         if let [bits] = bytes_of(&self.mask) {
             return (*bits).into();
         }
@@ -189,7 +189,7 @@ impl<S: Simd> Neg for Vector<S> {
 
     #[inline(always)]
     fn neg(self) -> Self {
-        // pulp has this as a function that may stay a call, compiled for any processor.
+        // pulp's negation may stay a function call that is compiled for any CPU.
         let sign = self.simd.splat_f64s(-0.0);
         self.made(self.simd.xor_f64s(self.numbers, sign))
     }

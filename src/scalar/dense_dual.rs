@@ -4,12 +4,13 @@ use std::ops::{
     Add, AddAssign, Div, DivAssign, Mul, MulAssign, Neg, Rem, RemAssign, Sub, SubAssign,
 };
 
-/// A value and its first derivatives by `N` variables, side by side in a plain array.
+/// A value and its first derivatives with respect to `N` variables, in a plain array.
 ///
-/// The same numbers as num-dual's `DualSVec64<N>`, and as good in every function that takes a
-/// [`Scalar`](super::Scalar). A constant carries its zeros along instead of knowing that it has none;
-/// for that, no operation branches, and all are inlined in any build profile. Operators have the real
-/// parts that they have in `f64`, bit for bit; comparisons look at real parts alone.
+/// It represents the same numbers as num-dual's `DualSVec64<N>`, and works in every function that
+/// takes a [`Scalar`](super::Scalar). A constant stores `N` zeros instead of a flag that it has no
+/// derivatives. Therefore no operation branches, and all operations are inlined in any build
+/// profile. The real parts of operators have the same bits as in `f64`. Comparisons use real parts
+/// only.
 ///
 /// ```
 /// use hydroelastic::scalar::{DenseDual, Scalar};
@@ -26,39 +27,41 @@ use std::ops::{
 pub struct DenseDual<const N: usize> {
     /// The value.
     pub re: f64,
-    /// Its derivatives by each variable.
+    /// Derivatives of the value with respect to each variable.
     pub eps: [f64; N],
 }
 
 impl<const N: usize> DenseDual<N> {
-    /// A value with its derivatives.
+    /// Creates a number from a value and its derivatives.
     #[inline]
     #[must_use]
     pub const fn new(re: f64, eps: [f64; N]) -> Self {
         Self { re, eps }
     }
 
-    /// The variable of that index: its derivative by itself is 1. An index from `N` on is no
-    /// variable, and gives a constant.
+    /// Creates the variable with the given index. Its derivative with respect to itself is 1. If
+    /// `index` is at least `N`, the result is a constant.
     #[inline]
     #[must_use]
     pub fn variable(value: f64, index: usize) -> Self {
         Self::new(value, array::from_fn(|i| f64::from(u8::from(i == index))))
     }
 
-    /// A value without derivatives.
+    /// Creates a number whose derivatives are zero.
     #[inline]
     pub(super) const fn constant(value: f64) -> Self {
         Self::new(value, [0.0; N])
     }
 
-    /// f(x) for this x, from f(re) and f'(re).
+    /// Applies the chain rule to f(x), where x is this number. `value` is f(re), and `slope` is
+    /// f′(re).
     #[inline]
     pub(super) fn chained(&self, value: f64, slope: f64) -> Self {
         Self::new(value, self.eps.map(|eps| eps * slope))
     }
 
-    /// f(x, y) from its value and its derivatives by x (this number) and y.
+    /// Applies the chain rule to f(x, y), where x is this number and y is `other`. `slopes` are the
+    /// partial derivatives with respect to x and y.
     #[inline]
     fn chained_with(&self, other: &Self, value: f64, slopes: [f64; 2]) -> Self {
         let eps = |i: usize| self.eps[i] * slopes[0] + other.eps[i] * slopes[1];
@@ -88,7 +91,7 @@ impl<const N: usize> DenseDual<N> {
         self.chained_with(other, quotient, [inverse, -quotient * inverse])
     }
 
-    /// x − y·trunc(x/y), where the rounded quotient has no derivative.
+    /// Returns x − y·trunc(x/y). The truncated quotient has derivative zero.
     #[inline]
     fn remainder(&self, other: &Self) -> Self {
         let rounded = (self.re / other.re).trunc();
@@ -96,7 +99,7 @@ impl<const N: usize> DenseDual<N> {
     }
 }
 
-/// An operator between two numbers, by value and by reference.
+/// Implements a binary operator, with the right operand by value and by reference.
 macro_rules! operator {
     ($Trait:ident::$method:ident, $function:ident) => {
         impl<const N: usize> $Trait for DenseDual<N> {
@@ -123,7 +126,7 @@ operator!(Mul::mul, product);
 operator!(Div::div, quotient);
 operator!(Rem::rem, remainder);
 
-/// An operator with assignment by the one without.
+/// Implements an assignment operator by the binary operator.
 macro_rules! assignment {
     ($Assign:ident::$assign:ident, $function:ident) => {
         impl<const N: usize> $Assign for DenseDual<N> {
@@ -159,7 +162,7 @@ impl<const N: usize> SubAssign for DenseDual<N> {
     }
 }
 
-/// An operator with a constant on the right, and with assignment.
+/// Implements an operator with a constant on the right, and its assignment form.
 macro_rules! constant_operator {
     ($Trait:ident::$method:ident, $Assign:ident::$assign:ident, $function:expr) => {
         impl<const N: usize> $Trait<f64> for DenseDual<N> {

@@ -1,4 +1,4 @@
-//! The elementary functions of a [`DenseDual`]: each from its value and its slope.
+//! Elementary functions of a [`DenseDual`], each from its value and its first derivative.
 
 #![cfg_attr(
     not(test),
@@ -13,7 +13,8 @@ use num_dual::DualNum;
 use num_traits::{One, Zero};
 use std::f64::consts::{LN_2, LN_10};
 
-/// Below this the spherical Bessel functions are the first terms of their series.
+/// Absolute value below which the spherical Bessel functions are evaluated by the first terms of
+/// their series.
 const BESSEL_SERIES: f64 = f64::EPSILON;
 
 impl<const N: usize> DualNum for DenseDual<N> {
@@ -149,7 +150,8 @@ impl<const N: usize> DualNum for DenseDual<N> {
         self.chained(self.re.atan(), (1.0 + self.re * self.re).recip())
     }
 
-    /// Smooth wherever not both are zero, where there is no derivative.
+    /// Computes the angle of the point (`other`, `self`). The function is smooth except at the
+    /// origin, where it has no derivative.
     #[inline]
     fn atan2(&self, other: Self) -> Self {
         let inverse = (self.re * self.re + other.re * other.re).recip();

@@ -1,9 +1,9 @@
-//! The number every quantity is generic over: `f64`, or a dual number over `f64`.
+//! The number type that every quantity is generic over: `f64`, or a dual number over `f64`.
 //!
-//! Shapes are `f64`; poses, moduli and everything computed from them are `T: Scalar`. There are two
-//! conversions only: [`lift`] takes a constant into `T`, [`real_part`] looks at the
-//! value of a `T` to decide something. Decisions (culling, signs, which polygon corner is cut) are
-//! made on real parts, so they never touch a derivative.
+//! Shapes are `f64`. Poses, moduli and everything computed from them are `T: Scalar`. There are two
+//! conversions only. [`lift`] converts a constant to `T`. [`real_part`] returns the value of a `T`,
+//! on which a decision may depend. Decisions (culling, signs, the corners that a clip keeps) use
+//! real parts only, so they never touch a derivative.
 //!
 //! ```
 //! use hydroelastic::scalar::{Scalar, lift, real_part};
@@ -31,43 +31,44 @@ use std::marker::PhantomData;
 
 /// A real number, or a dual number over `f64` of any kind and order.
 ///
-/// Implemented for `f64`, for [`DenseDual`], and for num-dual's `Dual64`, `DualSVec64<N>`, `Dual2_64`,
-/// `Dual2SVec64<N>`, `Dual3_64`, hyper-dual and nested dual types.
+/// Implemented for `f64`, for [`DenseDual`], and for num-dual's `Dual64`, `DualSVec64<N>`,
+/// `Dual2_64`, `Dual2SVec64<N>`, `Dual3_64`, hyper-dual and nested dual types.
 pub trait Scalar: DualNum<Primitive = f64> + Copy + Send + Sync {}
 
 impl<T: DualNum<Primitive = f64> + Copy + Send + Sync> Scalar for T {}
 
-/// A constant: the value, with all derivatives zero.
+/// Returns a constant: the value, with all derivatives zero.
 #[inline]
 #[must_use]
 pub fn lift<T: Scalar>(value: f64) -> T {
     T::from(value)
 }
 
-/// The value without its derivatives.
+/// Returns the value without its derivatives.
 #[inline]
 #[must_use]
 pub fn real_part<T: Scalar>(value: T) -> f64 {
     value.re()
 }
 
-/// A constant vector: [`lift`] for each component.
+/// Returns a constant vector: [`lift`] for each component.
 #[inline]
 #[must_use]
 pub fn lift_vector<T: Scalar>(vector: &Vector3<f64>) -> Vector3<T> {
     vector.map(lift)
 }
 
-/// The vector without its derivatives: [`real_part`] for each component.
+/// Returns the vector without its derivatives: [`real_part`] for each component.
 #[inline]
 #[must_use]
 pub fn real_vector<T: Scalar>(vector: &Vector3<T>) -> Vector3<f64> {
     vector.map(real_part)
 }
 
-/// The length of a vector, in any scalar. At zero its derivative does not exist, and comes out not finite.
+/// Returns the length of a vector. At zero the derivative does not exist, and the computed
+/// derivatives are not finite.
 ///
-/// nalgebra's own `norm` needs `ComplexField`, which dual numbers do not implement.
+/// nalgebra's `norm` requires `ComplexField`, which dual numbers do not implement.
 ///
 /// ```
 /// use hydroelastic::scalar::norm;
@@ -81,21 +82,22 @@ pub fn norm<T: Scalar>(vector: &Vector3<T>) -> T {
     vector.dot(vector).sqrt()
 }
 
-/// Whether `T` has derivatives to carry: false for `f64` alone.
+/// Returns whether `T` carries derivatives. False for `f64` only.
 #[inline]
 #[must_use]
 pub(crate) const fn carries_derivatives<T: Scalar>() -> bool {
     T::NDERIV > 0
 }
 
-/// Scalar product with a constant vector: three products `T * f64` instead of `T * T`.
+/// Computes the scalar product with a constant vector, with three products `T * f64` instead of `T
+/// * T`.
 #[inline]
 #[must_use]
 pub(crate) fn dot_constant<T: Scalar>(vector: &Vector3<T>, constant: &Vector3<f64>) -> T {
     vector.x * constant.x + vector.y * constant.y + vector.z * constant.z
 }
 
-/// Vector product with a constant vector: six products `T * f64`.
+/// Computes the cross product with a constant vector, with six products `T * f64`.
 #[inline]
 #[must_use]
 pub(crate) fn cross_constant<T: Scalar>(
@@ -109,7 +111,7 @@ pub(crate) fn cross_constant<T: Scalar>(
     )
 }
 
-/// Product of a constant matrix with a vector: nine products `T * f64`.
+/// Multiplies a vector by a constant matrix, with nine products `T * f64`.
 #[inline]
 #[must_use]
 pub(crate) fn constant_times<T: Scalar>(
@@ -120,7 +122,8 @@ pub(crate) fn constant_times<T: Scalar>(
     Vector3::new(row(0), row(1), row(2))
 }
 
-/// Product of a matrix with a vector, without the copies that wide numbers suffer in nalgebra's.
+/// Multiplies a vector by a matrix. nalgebra's product copies its operands, which is slow for dual
+/// numbers with many derivatives.
 #[inline]
 #[must_use]
 pub(crate) fn times<T: Scalar>(matrix: &Matrix3<T>, vector: &Vector3<T>) -> Vector3<T> {
@@ -130,20 +133,22 @@ pub(crate) fn times<T: Scalar>(matrix: &Matrix3<T>, vector: &Vector3<T>) -> Vect
     Vector3::new(row(0), row(1), row(2))
 }
 
-/// The change of a number from its real part: the same derivatives, and a value of zero.
+/// Returns the difference of a number from its real part: the same derivatives, and a value of
+/// zero.
 #[inline]
 #[must_use]
 pub(crate) fn change<T: Scalar>(value: T) -> T {
     value - real_part(value)
 }
 
-/// What is known of a scalar when it is compiled.
+/// Properties of a scalar type that are known at compile time.
 ///
-/// A branch on such a constant leaves the other side uncompiled: the whole contact at the width of
-/// a trajectory's gradient, for one.
+/// If a branch depends on such a constant, the branch not taken is not compiled. For example, the
+/// whole contact computation is not compiled for the many derivatives of a rollout's gradient.
 pub(crate) struct Order<T>(PhantomData<T>);
 
 impl<T: Scalar> Order<T> {
-    /// Whether `T` has first derivatives and no others, so that the chain rule is linear in them.
+    /// Whether `T` has first derivatives and no others. The chain rule is then linear in the
+    /// derivatives.
     pub(crate) const IS_FIRST: bool = T::NDERIV == 1;
 }

@@ -1,4 +1,4 @@
-//! What makes a [`DenseDual`] a number to num-traits and num-dual. Comparisons look at real parts.
+//! Traits of num-traits and num-dual for [`DenseDual`]. Comparisons use real parts only.
 
 use super::DenseDual;
 use num_dual::{DualStruct, Mappable};
@@ -63,7 +63,8 @@ impl<const N: usize> Num for DenseDual<N> {
 }
 
 impl<const N: usize> Signed for DenseDual<N> {
-    /// At zero the derivative from above, or from below for −0.
+    /// Computes the absolute value. The derivative at zero is one-sided: from above for +0, from
+    /// below for −0.
     #[inline]
     fn abs(&self) -> Self {
         if self.re.is_sign_positive() {

@@ -1,10 +1,11 @@
 //! Elementary functions with the same bits on every platform.
 //!
-//! IEEE 754 defines sums, products, quotients and square roots to the last bit, but not sines or logarithms. Their last bits
-//! depend on the C library and on the processor. These functions take the real part to the crate `libm`, which consists of
-//! operations that IEEE 754 defines. For a dual number x + d with the real part x, the
-//! addition theorem of the function gives f(x + d) from f(x) and f(d′), where d′ has the real part zero. At zero every library is
-//! exact.
+//! IEEE 754 defines sums, products, quotients and square roots to the last bit, but not sines or
+//! logarithms. Their last bits depend on the C library and on the CPU. The functions in this module
+//! pass the real part to the crate `libm`, which uses only operations that IEEE 754 defines.
+//!
+//! A dual number is x + d with the real part x. The addition theorem of the function gives f(x + d)
+//! from f(x) and f(d′), where d′ has the real part zero. At zero every library is exact.
 //!
 //! Clippy rejects the methods of `f64` and of `DualNum` elsewhere in the library (`clippy.toml`).
 
@@ -18,7 +19,7 @@
 
 use super::{Order, Scalar, carries_derivatives, change, lift, real_part};
 
-/// Sine and cosine of an angle (rad).
+/// Computes sine and cosine of an angle (rad).
 #[inline]
 pub(crate) fn sin_cos<T: Scalar>(angle: T) -> (T, T) {
     let (sine, cosine) = libm::sincos(real_part(angle));
@@ -33,7 +34,7 @@ pub(crate) fn sin_cos<T: Scalar>(angle: T) -> (T, T) {
     )
 }
 
-/// ln(1 + x).
+/// Computes ln(1 + x).
 #[inline]
 pub(crate) fn ln_1p<T: Scalar>(x: T) -> T {
     let real = real_part(x);
@@ -45,12 +46,12 @@ pub(crate) fn ln_1p<T: Scalar>(x: T) -> T {
     about_zero(relative, T::ln_1p, relative) + logarithm
 }
 
-/// xʸ.
+/// Computes xʸ.
 pub(crate) fn power(x: f64, y: f64) -> f64 {
     libm::pow(x, y)
 }
 
-/// The angle (rad) of the point (x, y) from the x axis, in (−π, π].
+/// Computes the angle (rad) from the x axis to the point (x, y), in (−π, π].
 #[inline]
 pub(crate) fn atan2<T: Scalar>(y: T, x: T) -> T {
     let [real_y, real_x] = [y, x].map(real_part);
@@ -64,13 +65,14 @@ pub(crate) fn atan2<T: Scalar>(y: T, x: T) -> T {
     about_zero(across, |across| across.atan2(along()), across) + angle
 }
 
-/// A power of a positive number.
+/// Raises a positive number to a power.
 #[cfg(feature = "files")]
 pub(crate) fn powf(base: f64, exponent: f64) -> f64 {
     libm::pow(base, exponent)
 }
 
-/// Value of a function at a number whose real part is zero. If the scalar has only first derivatives, this is the linear value.
+/// Evaluates a function at a number whose real part is zero. If the scalar has only first
+/// derivatives, returns the given linear value instead.
 #[inline]
 fn about_zero<T: Scalar, O>(x: T, function: impl FnOnce(&T) -> O, linear: O) -> O {
     if Order::<T>::IS_FIRST {
@@ -85,11 +87,12 @@ mod tests {
     use super::*;
     use num_dual::{Dual3_64, DualNum};
 
-    /// Agreement with another library, relative to the largest derivative: a few last bits of sums of a few products. Third
-    /// derivatives of the arc tangent divide by the cube of the distance from its pole, 0.4 here, and lose a digit more.
+    /// Tolerance for agreement with another library, relative to the largest derivative. It covers
+    /// the last bits of sums of a few products. Third derivatives of the arc tangent lose one more
+    /// digit, because they divide by the cube of the distance from its pole (0.4 here).
     const LAST_BITS: f64 = 4e-14;
 
-    /// A variable with three derivatives, at values of every sign and size.
+    /// Returns variables with three derivatives, at values of both signs and several magnitudes.
     fn variables() -> impl Iterator<Item = Dual3_64> {
         let sizes = [0.0, 1e-9, 0.03, 0.7, 1.0, 2.9];
         sizes

@@ -1,37 +1,44 @@
 use crate::mesh::PressureField;
 use nalgebra::Vector3;
 
-/// Jumps of the gradient below this fraction of the neighbors' sensitivities are ignored. Two bodies' fields count as equal
-/// up to a difference ten times as large: a crease or peak that is ignored has no contact polygons around it, unless many such
-/// jumps follow one another.
+/// Fraction of the neighbors' sensitivities below which a jump of the gradient is ignored. The
+/// fields of two bodies count as equal up to a difference ten times as large. So an ignored crease
+/// or peak has no contact polygons around it, unless many such jumps follow one another.
 const FLATNESS: f64 = 1e-10;
 
 /// An edge of a tetrahedron, on a path from a peak of the field to the surface.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Escape {
-    /// One of the tetrahedra it belongs to.
+    /// Index of a tetrahedron that has the edge.
     pub tet: usize,
-    /// The two corners it joins.
+    /// The two corners of the tetrahedron that the edge joins.
     pub corners: [usize; 2],
 }
 
-/// Finds paths from the peaks of a concave field to the surface, and returns their edges. Every component of a contact surface without
-/// a rim crosses such a path of one of the bodies, if both have them. Returns `None` if the field is not concave, or the surface is not
-/// connected.
+/// Finds paths from the peaks of a concave field to the body's surface, and returns their edges. A
+/// *closed* component of a contact surface has no boundary curve. If both bodies have such paths,
+/// every closed component crosses a path of one body. Returns `None` if the field is not concave,
+/// or if the body's surface is not connected.
 ///
-/// The contact surface is part of {f = 0}, f = p_A − p_B. A component without a rim encloses a region inside both bodies, because the
-/// surface of each is connected. In the region f is not 0 everywhere: say it has a maximum there, on a compact set M. Let x be an
-/// extreme point of M, so that no segment around x lies in M. Along a line through x on which p_A is linear, f is convex, because p_B
-/// is concave. As f has a maximum at x, it is constant on that line near x: a segment in M, which cannot be. So there is no such line:
-/// x is a vertex of A at which the gradients of p_A span all directions, a *peak*. For a minimum, A and B change places.
+/// The contact surface is part of {f = 0}, f = p_A − p_B. The proof has five steps.
 ///
-/// So the region holds a peak of one body. A path of edges from there to the body's own surface leaves the region and crosses the
-/// component on its way.
+/// 1. A closed component encloses a region inside both bodies, because the surface of each body is
+///    connected.
+/// 2. In the region, f is not 0 everywhere. Suppose that f has a maximum there, on a compact set M.
+///    For a minimum, exchange A and B.
+/// 3. Let x be an extreme point of M, so that no segment around x lies in M. Consider a line
+///    through x on which p_A is linear. On this line f is convex, because p_B is concave. Because f
+///    has a maximum at x, it is constant on the line near x. So M contains a segment around x,
+///    which is a contradiction.
+/// 4. Hence there is no such line. So x is a vertex of A at which the gradients of p_A span all
+///    directions, a *peak*.
+/// 5. The region therefore contains a peak of one body. A path of edges from the peak to that
+///    body's surface leaves the region, and crosses the component.
 pub(super) fn escapes(field: &PressureField) -> Option<Vec<Escape>> {
     (is_concave(field) && is_surface_connected(field)).then(|| edges_from(field, &peaks(field)))
 }
 
-/// Whether a path over edges joins any two vertices of the surface.
+/// Returns whether any two vertices of the surface are joined by a path over edges of the surface.
 fn is_surface_connected(field: &PressureField) -> bool {
     let triangles = field.mesh().surface_triangles();
     let mut parent: Vec<usize> = (0..field.mesh().vertex_count()).collect();
@@ -47,7 +54,7 @@ fn is_surface_connected(field: &PressureField) -> bool {
         .all(|triangle| root_of(&mut parent, triangle[0]) == root)
 }
 
-/// The representative of a vertex's set; halves the way there for the next time.
+/// Returns the representative of a vertex's set (union-find). Halves the path for later calls.
 fn root_of(parent: &mut [usize], mut vertex: usize) -> usize {
     while parent[vertex] != vertex {
         parent[vertex] = parent[parent[vertex]];
@@ -56,7 +63,7 @@ fn root_of(parent: &mut [usize], mut vertex: usize) -> usize {
     vertex
 }
 
-/// Whether the slope of the extent grows across no face.
+/// Returns whether the slope of the extent, across each face, does not increase.
 fn is_concave(field: &PressureField) -> bool {
     field.tets().iter().enumerate().all(|(index, tet)| {
         (0..4).all(|corner| {
@@ -72,7 +79,7 @@ fn is_concave(field: &PressureField) -> bool {
     })
 }
 
-/// The inner vertices through which there is no line along which the field is linear.
+/// Returns the inner vertices through which there is no line along which the field is linear.
 fn peaks(field: &PressureField) -> Vec<usize> {
     let mesh = field.mesh();
     let mut gradients: Vec<Vec<Vector3<f64>>> = vec![Vec::new(); mesh.vertex_count()];
@@ -93,7 +100,7 @@ fn peaks(field: &PressureField) -> Vec<usize> {
         .collect()
 }
 
-/// Whether the differences of the vectors have components above `least` in all directions.
+/// Returns whether the differences of the vectors have components above `least` in all directions.
 fn span_space(vectors: &[Vector3<f64>], least: f64) -> bool {
     let mut differences: Vec<Vector3<f64>> = vectors.iter().map(|v| v - vectors[0]).collect();
     for _ in 0..3 {
@@ -111,7 +118,7 @@ fn span_space(vectors: &[Vector3<f64>], least: f64) -> bool {
     true
 }
 
-/// The edges of shortest paths from vertices to the surface, each only once.
+/// Returns the edges of shortest paths from vertices to the surface, each edge once.
 fn edges_from(field: &PressureField, starts: &[usize]) -> Vec<Escape> {
     let toward_surface = steps_to_surface(field);
     let mut is_done = vec![false; toward_surface.len()];
@@ -127,7 +134,7 @@ fn edges_from(field: &PressureField, starts: &[usize]) -> Vec<Escape> {
     edges
 }
 
-/// For each inner vertex the first edge of a shortest path to the surface.
+/// Returns, for each inner vertex, the first edge of a shortest path to the surface.
 fn steps_to_surface(field: &PressureField) -> Vec<Option<Escape>> {
     let mesh = field.mesh();
     let mut tets_at: Vec<Vec<u32>> = vec![Vec::new(); mesh.vertex_count()];

@@ -3,28 +3,32 @@ use crate::geometry::{Aabb, AffineField};
 use crate::mesh::{FieldTet, PressureField};
 use nalgebra::Vector3;
 
-/// Bounds of a field in some tetrahedra.
+/// Bounds of a field over a set of tetrahedra.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct FieldBounds {
-    /// Center of the box around them (m).
+    /// Center of the box around the tetrahedra (m).
     pub center: Vector3<f64>,
-    /// Half its edges (m).
+    /// Half extents of that box (m).
     pub half: Vector3<f64>,
-    /// An affine function near the extent: its gradient is in the middle of all, and its offset errs least with that.
+    /// Affine approximation of the extent. Its gradient is the center of the box around all
+    /// gradients. Its offset minimizes the largest error for that gradient.
     pub mean: AffineField,
-    /// How far the extent is above `mean` or below, at most.
+    /// Largest absolute difference between the extent and `mean`.
     pub error: f64,
-    /// How far the components of the extent's gradient are from those of `mean`, at most (1/m).
+    /// Largest absolute differences between the components of the extent's gradient and those of
+    /// `mean` (1/m).
     pub spread: Vector3<f64>,
-    /// Center of the box around the gradients in all tetrahedra that share a vertex with these (1/m).
+    /// Center of the box around the gradients in all tetrahedra that share a vertex with the set
+    /// (1/m).
     pub gradient_around: Vector3<f64>,
-    /// Half the edges of that box (1/m).
+    /// Half extents of that box (1/m).
     pub spread_around: Vector3<f64>,
     /// Largest sensitivity (1/m).
     pub sensitivity: f64,
 }
 
-/// For each vertex the box around the gradients in the tetrahedra that have it.
+/// Returns, for each vertex, the box around the gradients in the tetrahedra that contain the
+/// vertex.
 fn gradients_around(field: &PressureField) -> Vec<Aabb> {
     let mut boxes = vec![Aabb::around([]); field.mesh().vertex_count()];
     for (tet, vertices) in field.tets().iter().zip(field.mesh().tets()) {
@@ -42,7 +46,8 @@ impl FieldBounds {
         PerNode::of(tets, |part, _| Self::of(field, &around, part))
     }
 
-    /// In these tetrahedra of a field, given the box around the gradients at each vertex.
+    /// Computes the bounds over a set of tetrahedra, given the box around the gradients at each
+    /// vertex.
     fn of(field: &PressureField, around: &[Aabb], part: &[usize]) -> Self {
         let tets = || part.iter().map(|&tet| &field.tets()[tet]);
         let place = Aabb::around(tets().flat_map(|tet| &tet.tetrahedron.corners));
@@ -72,7 +77,8 @@ impl FieldBounds {
         }
     }
 
-    /// The bounds in one of these tetrahedra, but for the gradients around, which stay those of all.
+    /// Returns the bounds in one tetrahedron of the set. The bounds of the gradients around the set
+    /// are kept.
     #[inline]
     pub fn narrowed_to(&self, tet: &FieldTet) -> Self {
         let place = tet.tetrahedron.aabb();

@@ -1,8 +1,10 @@
-//! Analysis of a pressure field: where the search can enter a component of a contact surface that has no rim.
+//! Analysis of a pressure field: places where a search can enter a closed component of a contact
+//! surface. A component is closed if it has no boundary curve.
 //!
-//! In concave fields it is on the way from a peak to the surface (`escapes`); in others, where the component may turn, which follows from
-//! bounds of the field ([`FieldBounds`]). Neither holds if the field is zero somewhere inside ([`NotFollowed`]). Everything is in the
-//! body frame and is computed once for a shape.
+//! In concave fields, a closed component crosses a path from a peak to the surface (`escapes`). In
+//! other fields, the search enters where the component may turn, which follows from bounds of the
+//! field ([`FieldBounds`]). Neither method works if the field is zero somewhere inside
+//! ([`NotFollowed`]). Everything is in the body frame and is computed once for a shape.
 
 mod escapes;
 mod field_bounds;
@@ -16,13 +18,15 @@ pub(crate) use field_bounds::FieldBounds;
 pub use positivity::NotFollowed;
 use positivity::check_positive_inside;
 
-/// Where a component of a contact surface without a rim can be entered. In the body frame.
+/// Data that tell where a search can enter closed components of a contact surface, in the body
+/// frame.
 #[derive(Debug, Clone)]
 pub(crate) struct Seeds {
-    /// Edges of which such a component crosses one, of either body, if both have them.
+    /// Edges of paths from peaks to the surface, if the field has such paths. If both bodies have
+    /// them, every closed component crosses such an edge of one body.
     pub escapes: Option<Bvh<Escape>>,
-    /// Bounds of the field's values and slopes for each node of the tree of tetrahedra, from which follows where such a
-    /// component may turn.
+    /// Bounds of the field's values and gradients for each node of the tree of tetrahedra. They
+    /// tell where a closed component may turn.
     pub bounds: PerNode<FieldBounds>,
 }
 

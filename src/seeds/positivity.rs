@@ -2,21 +2,22 @@ use crate::geometry::{EDGES, FACES};
 use crate::mesh::PressureField;
 use rustc_hash::FxHashSet;
 
-/// Why contact surfaces with a shape are not followed from polygon to polygon, but found by culling, which takes longer: its
-/// extent is 0 somewhere inside, where a contact surface may end without crossing the body's surface.
+/// Reason why contact surfaces with a shape cannot be followed from polygon to polygon. They are
+/// found by culling instead, which takes longer. The extent is 0 somewhere inside, so a contact
+/// surface may end without crossing the body's surface.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
 #[non_exhaustive]
 pub enum NotFollowed {
     /// All corners of a tetrahedron have extent 0.
     #[error("tetrahedron {tet} has extent 0 at all corners")]
     ZeroTetrahedron {
-        /// The tetrahedron.
+        /// Index of the tetrahedron.
         tet: usize,
     },
     /// A vertex inside the body has extent 0.
     #[error("vertex {vertex} has extent 0, but is not on the surface")]
     ZeroVertex {
-        /// The vertex of the mesh.
+        /// Index of the vertex in the mesh.
         vertex: usize,
     },
     /// An edge through the body joins two vertices of its surface.
@@ -25,20 +26,20 @@ pub enum NotFollowed {
         vertices[0], vertices[1]
     )]
     ZeroEdge {
-        /// Its ends.
+        /// Indices of the ends of the edge.
         vertices: [usize; 2],
     },
     /// A face inside the body has all its corners on the surface.
     #[error("face {face} of tetrahedron {tet} is inside, but the extent is 0 at all its corners")]
     ZeroFace {
-        /// A tetrahedron that has it.
+        /// Index of a tetrahedron that has the face.
         tet: usize,
-        /// The corner of the tetrahedron opposite to it.
+        /// Corner of the tetrahedron opposite to the face.
         face: usize,
     },
 }
 
-/// Checks that the extent is 0 on the surface only: on no vertex, edge or face inside.
+/// Checks that the extent is 0 only on the surface, and not at a vertex, edge or face inside.
 pub(super) fn check_positive_inside(field: &PressureField) -> Result<(), NotFollowed> {
     let mut surface_edges = FxHashSet::default();
     for &[a, b, c] in field.mesh().surface_triangles() {
@@ -52,7 +53,7 @@ fn sorted([a, b]: [usize; 2]) -> [usize; 2] {
     [a.min(b), a.max(b)]
 }
 
-/// Where the extent is 0 in a tetrahedron, but not on the surface.
+/// Returns a part of a tetrahedron that is not on the surface, and where the extent is 0.
 fn zero_inside(
     field: &PressureField,
     surface_edges: &FxHashSet<[usize; 2]>,

@@ -1,12 +1,12 @@
 use super::Pose;
 use nalgebra::{Isometry3, Rotation3, Translation3, UnitQuaternion};
 
-/// The same pose with its rotation as a matrix.
+/// Converts an isometry to a pose, with the rotation as a matrix.
 ///
-/// The quaternion of an isometry is of length 1 by its type, but not by any check: products take it a
-/// little away, `new_unchecked` as far as one likes. Its numbers are taken as they are, and a pose is
-/// checked where a body is made of it: up to 1e-9 is put right there, and what is further off or not
-/// finite is refused.
+/// The conversion does not check that the quaternion has unit length. Products of quaternions drift
+/// from unit length, and `new_unchecked` accepts any quaternion. The pose is checked when a body is
+/// created from it. Deviations from a rotation up to 1e-9 are corrected there. Larger deviations
+/// and non-finite numbers are errors.
 impl From<Isometry3<f64>> for Pose {
     fn from(isometry: Isometry3<f64>) -> Self {
         let rotation = isometry.rotation.to_rotation_matrix();
@@ -14,13 +14,16 @@ impl From<Isometry3<f64>> for Pose {
     }
 }
 
-/// The same pose with its rotation as a quaternion of length 1; of the two that stand for a rotation it
-/// may be either. A pose that is not finite gives an isometry that is not finite.
+/// Converts a pose to an isometry, with the rotation as a unit quaternion.
+///
+/// The result may be either of the two quaternions that represent the rotation. If the pose is not
+/// finite, the isometry is not finite either.
 impl From<Pose> for Isometry3<f64> {
     fn from(pose: Pose) -> Self {
         let rotation = Rotation3::from_matrix_unchecked(*pose.rotation());
         let orientation = UnitQuaternion::from_rotation_matrix(&rotation);
-        // Its length is off by half of what the matrix is off from a rotation.
+        // The length of the quaternion deviates from 1 by half the deviation of the matrix from a
+        // rotation.
         let orientation = UnitQuaternion::new_normalize(orientation.into_inner());
         Self::from_parts(Translation3::from(*pose.translation()), orientation)
     }

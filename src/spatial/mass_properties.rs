@@ -1,30 +1,32 @@
 use nalgebra::{Matrix3, Vector3};
 
-/// The derivatives of a number by the mass properties of a body.
+/// Derivatives of a number with respect to the mass properties of a body.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct MassGradient {
-    /// By the mass (the number's unit over kg).
+    /// Derivative with respect to the mass (unit of the number per kg).
     pub by_mass: f64,
-    /// By the centre of mass, in the axes of the body frame (over m).
+    /// Derivative with respect to the center of mass, in the axes of the body frame (per m).
     pub by_center_of_mass: Vector3<f64>,
-    /// By the entries of the inertia tensor about the centre of mass, in the axes of the body frame (over kg m²). The tensor is
-    /// symmetric: the mean of two opposite entries counts.
+    /// Derivative with respect to the entries of the inertia tensor about the center of mass, in
+    /// the axes of the body frame (per kg m²). The tensor is symmetric, so only the mean of two
+    /// opposite entries matters.
     pub by_inertia: Matrix3<f64>,
 }
 
-/// Mass, centre of mass and inertia of a rigid body.
+/// Mass, center of mass and inertia of a rigid body.
 #[derive(Debug, Clone, Copy)]
 pub struct MassProperties {
     /// Mass (kg).
     pub mass: f64,
-    /// Centre of mass (m), in the body frame.
+    /// Center of mass (m), in the body frame.
     pub center_of_mass: Vector3<f64>,
-    /// Inertia tensor (kg m²) about the centre of mass, in the axes of the body frame.
+    /// Inertia tensor (kg m²) about the center of mass, in the axes of the body frame.
     pub inertia: Matrix3<f64>,
 }
 
 impl MassProperties {
-    /// Those of a solid ball around the origin: mass (kg), radius (m).
+    /// Returns the mass properties of a solid ball around the origin, with the given mass (kg) and
+    /// radius (m).
     #[must_use]
     pub fn solid_ball(mass: f64, radius: f64) -> Self {
         Self {

@@ -1,8 +1,8 @@
 //! Rigid-body quantities: [`Pose`], the exponential map, [`Twist`], [`Wrench`], [`MassProperties`].
 //!
-//! Poses are written in monogram notation: `pose_ab` maps coordinates in B to coordinates in A, so
-//! that `pose_wb = pose_wa * pose_ab` cancels by eye. Angular parts come first in every 6-vector:
-//! a twist is (angular, linear), a wrench is (torque, force).
+//! Poses are written in monogram notation: `pose_ab` maps coordinates in B to coordinates in A.
+//! Inner letters cancel in a product, as in `pose_wb = pose_wa * pose_ab`. The angular part comes
+//! first in every 6-vector: a twist is (angular, linear), and a wrench is (torque, force).
 //!
 //! With the feature `serde`, [`Pose`] and [`Twist`] (`T = f64`) are saved as
 //!
@@ -11,10 +11,10 @@
 //! { "angular": [0.0, 0.0, 0.0], "linear": [0.5, 0.0, 0.0] }
 //! ```
 //!
-//! the rotation by the rows of its matrix, so that no bit is lost. Loading checks a pose as [`Pose::new`]
-//! does. A rotation that is orthonormal to 1e-14, as every one in a rollout is, keeps its bits; one that is
-//! further off is put right. With `serde_json`, take its feature `float_roundtrip`, or the last digit of
-//! some numbers changes.
+//! The rotation is saved by the rows of its matrix, so that no bit is lost. Loading checks a pose
+//! as [`Pose::new`] does. A rotation that is orthonormal to 1e-14 keeps its bits. Every rotation in
+//! a rollout is that accurate. Less accurate rotations are corrected. With `serde_json`, enable its
+//! feature `float_roundtrip`. Otherwise the last digit of some numbers changes.
 
 mod isometry;
 mod mass_properties;

@@ -4,35 +4,36 @@ use crate::scalar::{Order, Scalar, lift, lift_vector, real_part, real_vector};
 use nalgebra::{Matrix3, Vector3};
 use std::ops::Mul;
 
-/// How far RᵀR may be from the identity, entry by entry, for R to count as a rotation: the
-/// round-off of a few thousand products, far above that of one normalised quaternion.
+/// Largest deviation of an entry of RᵀR from the identity for R to be accepted as a rotation. It is
+/// the rounding error of a few thousand products, far above that of one normalized quaternion.
 const ORTHONORMALITY: f64 = 1e-9;
 
-/// How far RᵀR may be from the identity for a rotation to be restored bit for bit: some ten times the
-/// round-off of one that was made orthonormal, and below what a contact counts as zero.
+/// Largest deviation of RᵀR from the identity for a rotation to be restored bit for bit. It is
+/// about ten times the rounding error of an orthonormalized rotation, and below the zero tolerance
+/// of a contact.
 const ROUND_OFF: f64 = 1e-14;
 
-/// Why a rotation matrix and a translation are not a pose.
+/// Error for a rotation matrix and a translation that are not a pose.
 #[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum PoseError {
     /// A component is NaN or infinite.
     #[error("a pose must be finite, but a component of its rotation or translation is {0}")]
     NotFinite(f64),
-    /// The matrix is not orthonormal, or it mirrors.
+    /// The matrix is not orthonormal, or its determinant is not 1.
     #[error(
         "a rotation must be orthonormal with determinant 1 to 1e-9, but the matrix is {deviation:e} away from it"
     )]
     NotARotation {
-        /// Largest entry of |RᵀR − I|, or |det R − 1| where that is larger.
+        /// Largest entry of |RᵀR − I|, or |det R − 1| if it is larger.
         deviation: f64,
     },
 }
 
 /// Position and orientation of a frame: `pose_ab` maps coordinates in B to coordinates in A.
 ///
-/// [`Self::new`] checks its numbers; the other constructors and products take them as they are, and a
-/// pose that is not finite is refused where a body is made of it.
+/// [`Self::new`] checks its arguments. The other constructors and products do not. Creating a body
+/// from a pose that is not finite is an error.
 #[derive(Debug, Clone, Copy)]
 pub struct Pose<T = f64> {
     rotation: Matrix3<T>,
@@ -40,8 +41,8 @@ pub struct Pose<T = f64> {
 }
 
 impl<T: Scalar> Pose<T> {
-    /// From a rotation matrix and the position (m) of the frame's origin. A rotation that products
-    /// have taken a little from orthonormality is put right.
+    /// Creates a pose from a rotation matrix and the position (m) of the frame's origin. Corrects
+    /// small deviations of the rotation from orthonormality, such as those caused by products.
     ///
     /// # Errors
     /// If a number is not finite, or the matrix is not a rotation to 1e-9.
@@ -53,7 +54,7 @@ impl<T: Scalar> Pose<T> {
         pose.checked()
     }
 
-    /// From a rotation and a translation as they are.
+    /// Creates a pose from a rotation and a translation (m), without checks or corrections.
     pub(super) fn from_parts(rotation: Matrix3<T>, translation: Vector3<T>) -> Self {
         Self {
             rotation,
@@ -61,13 +62,13 @@ impl<T: Scalar> Pose<T> {
         }
     }
 
-    /// The pose of a frame in itself.
+    /// Returns the pose of a frame relative to itself.
     #[must_use]
     pub fn identity() -> Self {
         Self::from_translation(Vector3::from_element(lift(0.0)))
     }
 
-    /// A frame with parallel axes, its origin at `translation` (m).
+    /// Creates the pose of a frame with parallel axes, whose origin is at `translation` (m).
     #[must_use]
     pub fn from_translation(translation: Vector3<T>) -> Self {
         Self {
@@ -76,10 +77,12 @@ impl<T: Scalar> Pose<T> {
         }
     }
 
-    /// A frame at the origin with a rotation that a few products may have taken from orthonormality.
+    /// Creates a pose at the origin from a rotation that may have drifted from orthonormality over
+    /// a few products.
     ///
-    /// The Newton step of [`Self::orthonormalised`] as a constant factor: derivatives of a product of
-    /// rotations are those of a rotation to round-off, and have nothing that it would put right.
+    /// Applies the Newton step of [`Self::orthonormalised`] as a constant factor. The derivatives
+    /// of a product of rotations are tangent to the rotations up to rounding error, so the
+    /// derivatives need no correction.
     pub(crate) fn from_drifted_rotation(rotation: &Matrix3<T>) -> Self {
         let real = rotation.map(real_part);
         let correction = Matrix3::from_diagonal_element(3.0) - real.transpose() * real;
@@ -89,7 +92,8 @@ impl<T: Scalar> Pose<T> {
         }
     }
 
-    /// A frame turned by `rotation_vector` (rad, axis times angle), its origin at `translation` (m).
+    /// Creates the pose of a frame that is rotated by `rotation_vector` (rad, axis times angle).
+    /// Its origin is at `translation` (m).
     #[must_use]
     pub fn from_rotation_vector(rotation_vector: &Vector3<T>, translation: Vector3<T>) -> Self {
         Self {
@@ -98,7 +102,7 @@ impl<T: Scalar> Pose<T> {
         }
     }
 
-    /// A constant pose: all derivatives zero.
+    /// Returns a constant pose: all derivatives are zero.
     #[must_use]
     pub fn lifted(pose: &Pose<f64>) -> Self {
         Self {
@@ -107,7 +111,7 @@ impl<T: Scalar> Pose<T> {
         }
     }
 
-    /// The pose without its derivatives.
+    /// Returns the pose without its derivatives.
     #[must_use]
     pub fn real(&self) -> Pose<f64> {
         Pose {
@@ -116,23 +120,24 @@ impl<T: Scalar> Pose<T> {
         }
     }
 
-    /// Rotation matrix: the axes of the inner frame as columns.
+    /// Returns the rotation matrix: the axes of the inner frame as columns.
     #[must_use]
     pub fn rotation(&self) -> &Matrix3<T> {
         &self.rotation
     }
 
-    /// Origin of the inner frame (m).
+    /// Returns the origin of the inner frame (m).
     #[must_use]
     pub fn translation(&self) -> &Vector3<T> {
         &self.translation
     }
 
-    /// The pose with its rotation, which products have taken a little away from orthonormality, put
-    /// right by one Newton step towards the nearest rotation, R·(3·I − RᵀR)/2: it squares the
-    /// deviation.
+    /// Corrects a small deviation of the rotation from orthonormality, such as that caused by
+    /// products. Applies one Newton step towards the nearest rotation, R·(3·I − RᵀR)/2. The step
+    /// squares the deviation.
     ///
-    /// To first order in the derivatives, that step takes out of them what is no turn.
+    /// To first order, the step removes the part of the derivatives that is not tangent to the
+    /// rotations.
     pub(crate) fn orthonormalised(self) -> Self {
         if Order::<T>::IS_FIRST {
             let real = self.real().orthonormalised();
@@ -147,7 +152,7 @@ impl<T: Scalar> Pose<T> {
         }
     }
 
-    /// The same orientation with the origin elsewhere (m).
+    /// Returns the pose with the same orientation and another origin (m).
     #[must_use]
     pub fn with_translation(self, translation: Vector3<T>) -> Self {
         Self {
@@ -156,7 +161,7 @@ impl<T: Scalar> Pose<T> {
         }
     }
 
-    /// `pose_ba` from `pose_ab`.
+    /// Returns the inverse pose: `pose_ba` for `pose_ab`.
     #[must_use]
     pub fn inverse(&self) -> Self {
         let rotation = self.rotation.transpose();
@@ -166,14 +171,14 @@ impl<T: Scalar> Pose<T> {
         }
     }
 
-    /// The point's coordinates (m) in the outer frame.
+    /// Transforms a point (m) from the inner frame to the outer frame.
     #[must_use]
     pub fn transformed_point(&self, point: &Vector3<T>) -> Vector3<T> {
         self.rotation * point + self.translation
     }
 
-    /// The pose after a small motion in the axes of the outer frame: the origin moves by
-    /// `twist.linear`, and the frame turns about its own origin by `twist.angular`.
+    /// Returns the pose after a small motion, in the axes of the outer frame. The origin moves by
+    /// `twist.linear`, and the frame rotates about its own origin by `twist.angular`.
     #[must_use]
     pub fn moved_by(&self, twist: &Twist<T>) -> Self {
         Self {
@@ -182,7 +187,7 @@ impl<T: Scalar> Pose<T> {
         }
     }
 
-    /// A constant direction in the axes of the outer frame.
+    /// Rotates a constant direction from the inner frame to the axes of the outer frame.
     #[inline]
     pub(crate) fn rotated_constant(&self, direction: &Vector3<f64>) -> Vector3<T> {
         let row = |i: usize| {
@@ -193,8 +198,9 @@ impl<T: Scalar> Pose<T> {
         Vector3::new(row(0), row(1), row(2))
     }
 
-    /// The pose, if its real part is one, with the rotation made orthonormal to round-off: the
-    /// contact decides on signs at 1e-14, where a rotation off by 1e-10 would contradict itself.
+    /// Checks the real part of the pose, and orthonormalizes the rotation up to rounding error. A
+    /// contact decides signs at 1e-14, so a rotation that is off by 1e-10 would lead to
+    /// contradictory decisions.
     pub(crate) fn checked(self) -> Result<Self, PoseError> {
         let Pose {
             rotation,
@@ -214,11 +220,12 @@ impl<T: Scalar> Pose<T> {
 }
 
 impl Pose<f64> {
-    /// From the numbers of a pose that was saved or taken apart: as [`Self::new`], but a rotation that is orthonormal to 1e-14,
-    /// as every one in a rollout is, keeps its bits.
+    /// Restores a pose from the numbers of a saved pose, or from its parts. Unlike [`Self::new`],
+    /// it keeps the bits of a rotation that is orthonormal to 1e-14. Every rotation in a rollout is
+    /// that accurate.
     ///
     /// # Errors
-    /// As [`Self::new`].
+    /// The same as those of [`Self::new`].
     pub fn restored(rotation: Matrix3<f64>, translation: Vector3<f64>) -> Result<Self, PoseError> {
         let righted = Self::new(rotation, translation)?;
         let gram = rotation.transpose() * rotation;

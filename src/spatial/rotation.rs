@@ -5,13 +5,13 @@ use crate::scalar::{
 };
 use nalgebra::{Matrix3, RowVector3, SMatrix, Vector3};
 
-/// Below this squared angle (rad²) the exponential map is evaluated by its series.
+/// Squared angle (rad²) below which the exponential map is evaluated by its series.
 const SERIES_LIMIT: f64 = 0.25;
 
-/// Terms of the series: the first one left out is below 1e-19 at [`SERIES_LIMIT`].
+/// Number of terms of the series. The first omitted term is below 1e-19 at [`SERIES_LIMIT`].
 const SERIES_TERMS: u32 = 9;
 
-/// The skew-symmetric matrix `S` of a vector, with `S·x = vector × x`.
+/// Returns the skew-symmetric matrix `S` of a vector, with `S·x = vector × x`.
 #[must_use]
 pub fn skew<T: Scalar>(vector: &Vector3<T>) -> Matrix3<T> {
     let zero = lift(0.0);
@@ -32,13 +32,14 @@ pub(crate) fn add_block<T: Scalar, const R: usize, const C: usize>(
     view += block;
 }
 
-/// The rotation by `|rotation_vector|` radians about the direction of `rotation_vector`: the
-/// exponential map exp(S) = I + (sin θ/θ)·S + ((1 − cos θ)/θ²)·S² of the paper, §V.
+/// Returns the rotation by `|rotation_vector|` radians about the direction of `rotation_vector`.
+/// This is the exponential map exp(S) = I + (sin θ/θ)·S + ((1 − cos θ)/θ²)·S² of the paper, §V.
 ///
-/// Both coefficients are series in θ² near zero, so all derivatives exist there. Nothing else in
-/// the library makes a rotation from a vector.
+/// Near zero, both coefficients are evaluated as series in θ², so all derivatives exist there. The
+/// library has no other function that creates a rotation from a vector.
 ///
-/// With v the vector, S² = v vᵀ − θ²·I: twelve products instead of those of a matrix product.
+/// With v the vector, S² = v vᵀ − θ²·I. This formula takes twelve products, fewer than a matrix
+/// product.
 #[must_use]
 pub fn rotation_from_vector<T: Scalar>(rotation_vector: &Vector3<T>) -> Matrix3<T> {
     if Order::<T>::IS_FIRST {
@@ -63,7 +64,8 @@ pub fn rotation_from_vector<T: Scalar>(rotation_vector: &Vector3<T>) -> Matrix3<
     ])
 }
 
-/// exp(\[v\]ₓ)·R: a rotation, turned by the rotation vector v (rad) in the axes of the outer frame.
+/// Returns exp(\[v\]ₓ)·R: the rotation R, rotated by the rotation vector v (rad) in the axes of the
+/// outer frame.
 pub(crate) fn turned_by<T: Scalar>(
     rotation: &Matrix3<T>,
     rotation_vector: &Vector3<T>,
@@ -78,7 +80,7 @@ pub(crate) fn turned_by<T: Scalar>(
     rotation_from_vector(rotation_vector) * rotation
 }
 
-/// A frame, the axes as columns, turned about one of its own axes by an angle (rad).
+/// Rotates a frame, given by its axes as columns, about one of its own axes by an angle (rad).
 pub(crate) fn turned_about_own_axis<T: Scalar>(
     frame: &Matrix3<T>,
     axis: usize,
@@ -93,7 +95,7 @@ pub(crate) fn turned_about_own_axis<T: Scalar>(
     turned
 }
 
-/// The product with a constant matrix: 27 products `T * f64` instead of `T * T`.
+/// Multiplies by a constant matrix, with 27 products `T * f64` instead of `T * T`.
 pub(crate) fn times_constant<T: Scalar>(
     matrix: &Matrix3<T>,
     constant: &Matrix3<f64>,
@@ -105,8 +107,8 @@ pub(crate) fn times_constant<T: Scalar>(
     })
 }
 
-/// The matrix J of exp(\[v + dv\]ₓ) = (I + \[J·dv\]ₓ)·exp(\[v\]ₓ) to first order:
-/// J = I + ((1 − cos θ)/θ²)·\[v\]ₓ + ((1 − sin θ/θ)/θ²)·\[v\]ₓ².
+/// Returns the left Jacobian J of the exponential map. To first order, exp(\[v + dv\]ₓ) = (I +
+/// \[J·dv\]ₓ)·exp(\[v\]ₓ), with J = I + ((1 − cos θ)/θ²)·\[v\]ₓ + ((1 − sin θ/θ)/θ²)·\[v\]ₓ².
 pub(crate) fn left_jacobian(rotation_vector: &Vector3<f64>) -> Matrix3<f64> {
     let angle_squared = rotation_vector.norm_squared();
     let (sine_term, cosine_term) = exponential_coefficients(angle_squared);
@@ -119,8 +121,8 @@ pub(crate) fn left_jacobian(rotation_vector: &Vector3<f64>) -> Matrix3<f64> {
     Matrix3::identity() + s * cosine_term + s * s * cubic_term
 }
 
-/// A rotation with the derivatives of a small turn (rad, in the axes of the outer frame) whose real
-/// part is zero: (I + \[turn\]ₓ)·R.
+/// Returns (I + \[turn\]ₓ)·R: a rotation R with the derivatives of a small rotation `turn` (rad).
+/// `turn` is in the axes of the outer frame and has the real part zero.
 pub(crate) fn turned_real<T: Scalar>(rotation: &Matrix3<f64>, turn: &Vector3<T>) -> Matrix3<T> {
     let column = |k: usize| {
         let axis = rotation.column(k).into_owned();
@@ -130,11 +132,11 @@ pub(crate) fn turned_real<T: Scalar>(rotation: &Matrix3<f64>, turn: &Vector3<T>)
     Matrix3::from_columns(&[column(0), column(1), column(2)])
 }
 
-/// The small turn (rad, in the axes of the outer frame) that takes a rotation's real part to the
-/// rotation, with a real part of zero. Derivatives that would take the matrix out of the rotations
-/// are left out.
+/// Returns the small rotation (rad) from the real part of a rotation to the rotation. It is in the
+/// axes of the outer frame and has the real part zero. Derivatives that are not tangent to the
+/// rotations are dropped.
 pub(crate) fn turn_from_real<T: Scalar>(rotation: &Matrix3<T>) -> Vector3<T> {
-    // R = (I + [ω]ₓ)·R₀ to first order, and so [ω]ₓ is the skew part of (R − R₀)·R₀ᵀ.
+    // To first order, R = (I + [ω]ₓ)·R₀. So [ω]ₓ is the skew part of (R − R₀)·R₀ᵀ.
     let real = rotation.map(real_part);
     let entry = |i: usize, j: usize| {
         let row = rotation.row(i).transpose();
@@ -147,7 +149,7 @@ pub(crate) fn turn_from_real<T: Scalar>(rotation: &Matrix3<T>) -> Vector3<T> {
     Vector3::new(half_skew(2, 1), half_skew(0, 2), half_skew(1, 0))
 }
 
-/// (sin θ/θ, (1 − cos θ)/θ²) as functions of θ².
+/// Returns (sin θ/θ, (1 − cos θ)/θ²) as functions of θ².
 fn exponential_coefficients<T: Scalar>(angle_squared: T) -> (T, T) {
     if real_part(angle_squared) < SERIES_LIMIT {
         return (
@@ -160,8 +162,11 @@ fn exponential_coefficients<T: Scalar>(angle_squared: T) -> (T, T) {
     (sine / angle, (-cosine + lift::<T>(1.0)) / angle_squared)
 }
 
-/// Σₙ (−x)ⁿ/(2n + first)! by Horner's rule: sin θ/θ for `first` = 1, (1 − cos θ)/θ² for 2,
-/// (θ − sin θ)/θ³ for 3.
+/// Evaluates Σₙ (−x)ⁿ/(2n + first)! by Horner's rule. With x = θ²:
+///
+/// - sin θ/θ for `first` = 1,
+/// - (1 − cos θ)/θ² for `first` = 2,
+/// - (θ − sin θ)/θ³ for `first` = 3.
 fn alternating_series<T: Scalar>(x: T, first: u32) -> T {
     let one: T = lift(1.0);
     let sum = (1..=SERIES_TERMS).rev().fold(one, |tail, n| {

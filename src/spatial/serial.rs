@@ -1,20 +1,20 @@
-//! Poses and twists, saved and loaded by serde.
+//! Serialization of poses and twists with serde.
 
 use super::{Pose, PoseError, Twist};
 use nalgebra::{Matrix3, RowVector3};
 use serde::de::{Deserialize, Deserializer, Error};
 use serde::ser::{Serialize, Serializer};
 
-/// A pose as it is saved.
+/// Serialized form of a pose.
 #[derive(serde::Serialize, serde::Deserialize)]
 #[serde(rename = "Pose", deny_unknown_fields)]
 struct PoseLayout {
-    /// The rows of the matrix.
+    /// Rows of the matrix.
     rotation: [[f64; 3]; 3],
     translation: [f64; 3],
 }
 
-/// A twist as it is saved.
+/// Serialized form of a twist.
 #[derive(serde::Serialize, serde::Deserialize)]
 #[serde(rename = "Twist", deny_unknown_fields)]
 struct TwistLayout {
@@ -22,7 +22,7 @@ struct TwistLayout {
     linear: [f64; 3],
 }
 
-/// A twist that was loaded is not finite.
+/// Error for a loaded twist that is not finite.
 #[derive(Debug, thiserror::Error)]
 #[error("a twist must be finite, but a component of its {part} part is {value}")]
 struct TwistNotFinite {
@@ -49,7 +49,7 @@ impl<'de> Deserialize<'de> for Pose {
 }
 
 impl PoseLayout {
-    /// The pose, if it is one.
+    /// Checks the numbers and returns the pose.
     fn pose(self) -> Result<Pose, PoseError> {
         let rotation = Matrix3::from_rows(&self.rotation.map(RowVector3::from));
         Pose::restored(rotation, self.translation.into())

@@ -3,7 +3,7 @@ use nalgebra::{Vector3, Vector6};
 
 /// Angular and linear velocity of a rigid body, or a small rigid motion.
 ///
-/// The frame and the point the linear part belongs to are named where a twist is used.
+/// Each use of a twist names its frame and the point that the linear part refers to.
 #[derive(Debug, Clone, Copy)]
 pub struct Twist<T = f64> {
     /// Angular velocity (rad/s), or rotation vector (rad).
@@ -13,7 +13,7 @@ pub struct Twist<T = f64> {
 }
 
 impl<T: Scalar> Twist<T> {
-    /// No motion.
+    /// Returns the zero twist.
     #[must_use]
     pub fn zero() -> Self {
         Self {
@@ -22,7 +22,7 @@ impl<T: Scalar> Twist<T> {
         }
     }
 
-    /// From the 6-vector (angular, linear).
+    /// Creates a twist from the 6-vector (angular, linear).
     #[must_use]
     pub fn from_vector(vector: &Vector6<T>) -> Self {
         Self {
@@ -31,14 +31,14 @@ impl<T: Scalar> Twist<T> {
         }
     }
 
-    /// The 6-vector (angular, linear).
+    /// Returns the 6-vector (angular, linear).
     #[must_use]
     pub fn to_vector(&self) -> Vector6<T> {
         let (a, l) = (&self.angular, &self.linear);
         Vector6::new(a.x, a.y, a.z, l.x, l.y, l.z)
     }
 
-    /// The twist without its derivatives.
+    /// Returns the twist without its derivatives.
     #[must_use]
     pub fn real(&self) -> Twist<f64> {
         Twist {

@@ -4,7 +4,7 @@ use std::ops::{Add, AddAssign, Neg};
 
 /// Torque and force on a rigid body.
 ///
-/// The axes, and the point the torque is taken about, are named where a wrench is used.
+/// Each use of a wrench names its axes and the point about which the torque is taken.
 #[derive(Debug, Clone, Copy)]
 pub struct Wrench<T = f64> {
     /// Torque (N m).
@@ -14,7 +14,7 @@ pub struct Wrench<T = f64> {
 }
 
 impl<T: Scalar> Wrench<T> {
-    /// No torque and no force.
+    /// Returns the zero wrench.
     #[must_use]
     pub fn zero() -> Self {
         Self {
@@ -23,7 +23,8 @@ impl<T: Scalar> Wrench<T> {
         }
     }
 
-    /// The same wrench about the point `offset` away from the present one: τ − offset × F.
+    /// Returns the same wrench about another point, at `offset` (m) from the present point. The
+    /// torque becomes τ − offset × F.
     #[must_use]
     pub fn about(&self, offset: &Vector3<T>) -> Self {
         Self {
@@ -32,7 +33,7 @@ impl<T: Scalar> Wrench<T> {
         }
     }
 
-    /// The same wrench in other axes: `rotation_wa` takes A's axes to W's.
+    /// Returns the same wrench in other axes. `rotation_wa` maps vectors in A's axes to W's axes.
     #[must_use]
     pub fn rotated(&self, rotation_wa: &Matrix3<T>) -> Self {
         Self {
@@ -41,7 +42,7 @@ impl<T: Scalar> Wrench<T> {
         }
     }
 
-    /// From the 6-vector (torque, force).
+    /// Creates a wrench from the 6-vector (torque, force).
     #[must_use]
     pub fn from_vector(vector: &Vector6<T>) -> Self {
         Self {
@@ -50,14 +51,14 @@ impl<T: Scalar> Wrench<T> {
         }
     }
 
-    /// The 6-vector (torque, force).
+    /// Returns the 6-vector (torque, force).
     #[must_use]
     pub fn to_vector(&self) -> Vector6<T> {
         let (t, f) = (&self.torque, &self.force);
         Vector6::new(t.x, t.y, t.z, f.x, f.y, f.z)
     }
 
-    /// The wrench without its derivatives.
+    /// Returns the wrench without its derivatives.
     #[must_use]
     pub fn real(&self) -> Wrench<f64> {
         Wrench {

@@ -1,31 +1,35 @@
-//! Clipping: the part of a polygon on one side of a plane.
+//! Clipping of a polygon to one side of a plane.
 
 use super::{ConvexPolygon, POLYGON_CAPACITY};
 use crate::geometry::AffineField;
 use crate::geometry::tolerance::{Closeness, Tolerance, snapped};
 use crate::scalar::{Scalar, lift, real_part, real_vector};
 
-/// An edge so many times as long as the distance within which corners count as on a plane has a direction: which side of the plane
-/// it is on is told by both ends alike.
+/// Length of an edge with a reliable direction, as a multiple of the distance within which corners
+/// count as on a plane. Both ends of a longer edge must be on the same side of the plane, or on the
+/// plane.
 const LONG: f64 = 64.0;
 
 impl<T: Scalar> ConvexPolygon<T> {
-    /// The part of the polygon where `field` ≥ 0; values within `tolerance` of zero count as zero. Edges on which it is 0
-    /// are owned by `side` (one bit).
+    /// Clips the polygon to the half-space `field` ≥ 0. Values within `tolerance` of zero count as
+    /// zero. The plane becomes an owner, with the bit `side`, of the edges on which the field is
+    /// zero.
     ///
-    /// Where an edge crosses from below to zero, the corner at zero comes out twice, with the same place and an edge
-    /// without length between. A polygon reduced to one edge is thus a line traversed forth and back, and the owners of
-    /// both ways give the mean of the rates at which it opens on either side.
+    /// If an edge crosses from below to zero, the corner at zero is duplicated. An edge of zero
+    /// length joins the two copies. So a polygon that is reduced to one edge is a line traversed
+    /// forth and back. The owners of both directions give the mean of the rates at which the line
+    /// opens on either side.
     #[must_use]
     pub fn clipped(mut self, field: &AffineField<T>, tolerance: f64, side: u8) -> Self {
         self.clip(field, Tolerance::new(tolerance), side, || 0);
         self
     }
 
-    /// [`Self::clipped`] in place: most faces do not cut, and a polygon is large to hand on.
+    /// Clips like [`Self::clipped`], but in place. Most faces do not cut the polygon, and moving a
+    /// polygon is slow because it is large.
     ///
-    /// Edges of the owners `unmet` are known not to meet that side: those that are inside do not count as on it, however near they
-    /// are.
+    /// `unmet` returns the owners of edges that are known not to meet the plane `side`. The ends of
+    /// such an edge that are inside do not count as on the plane, however close they are.
     #[inline]
     pub(crate) fn clip(
         &mut self,
@@ -58,8 +62,8 @@ impl<T: Scalar> ConvexPolygon<T> {
         }
     }
 
-    /// Sets values that count as zero to what they are where both ends of an edge of these owners are inside: it lies beside the
-    /// side, not on it.
+    /// Restores the exact values at both ends of an edge that has one of these owners, if both ends
+    /// are inside. The edge lies beside the plane, not on it.
     #[cold]
     fn restore_beside(
         &self,
@@ -92,7 +96,7 @@ impl<T: Scalar> ConvexPolygon<T> {
         self.flatness = self.flatness.or(flatness);
     }
 
-    /// Edges along which the values are zero belong to the side too.
+    /// Adds the owner `side` to edges along which the values are zero.
     #[cold]
     fn own_where_zero(&mut self, values: &[T; POLYGON_CAPACITY], side: u8) {
         for now in 0..self.len() {
@@ -103,7 +107,7 @@ impl<T: Scalar> ConvexPolygon<T> {
         }
     }
 
-    /// Leaves the part of the polygon where values are ≥ 0.
+    /// Keeps the part of the polygon where the values are ≥ 0.
     #[inline]
     fn cut(&mut self, values: &[T; POLYGON_CAPACITY], side: u8) {
         let whole = *self;
@@ -115,7 +119,7 @@ impl<T: Scalar> ConvexPolygon<T> {
             let (previous, corner) = (&whole.corners[before], &whole.corners[now]);
             let crossing =
                 || previous + (corner - previous) * (value_before / (value_before - value));
-            // Where the outline comes in again, the edge that was cut goes on.
+            // An outline that returns inside continues along the edge that was cut.
             let owners = if is_inside {
                 whole.owners[before]
             } else {
