@@ -21,6 +21,9 @@ impl Closeness {
     /// Values of so many octaves above actual rounding are noted.
     const OCTAVES: u32 = Self::CLEARANCE + 20;
 
+    /// A plane is turned by less than one part in 16 if corners beyond a gap of this many octaves are snapped.
+    const LEAST_GAP: u32 = 5;
+
     /// A value less than this many octaves above the tolerance makes a cut ill-conditioned: two planes that are further
     /// apart than that over a body meet in a line placed to one part in 2¹⁴.
     const ILL_CONDITIONED: u32 = 14;
@@ -49,18 +52,23 @@ impl Closeness {
         Self(self.0 | other.0)
     }
 
-    /// By how many octaves to widen the tolerance, so that it lies in a gap between values: snapping a corner turns a plane
+    /// Returns by how many octaves to widen the tolerance, so that it lies in a gap between values: snapping a corner turns a plane
     /// by the ratio of the largest value dropped to the smallest one kept.
     ///
-    /// The most octaves up to `most` with a gap of [`Self::CLEARANCE`] octaves; if there is none, the fewest above `most`
-    /// with one, up to [`Self::CLEARANCE`] above; failing this, where the gap is widest, which may be below the tolerance
-    /// (a negative number); of gaps that are equal, the last in that order.
-    pub fn split(self, most: u32) -> i32 {
-        let clearance = |split: &u32| self.gap(*split);
+    /// With `merges`, a gap of [`Self::LEAST_GAP`] octaves is preferred that has a value below it and above the margin, so that
+    /// something counts as coincident. Otherwise chooses the most octaves up to `most` with a gap of [`Self::CLEARANCE`]
+    /// octaves. If there is none, chooses the fewest above `most` with one, up to [`Self::CLEARANCE`] above. If there is none either,
+    /// chooses the widest gap, which may be below the margin (a negative number), and of equal gaps the last in that order.
+    pub fn split(self, most: u32, merges: bool) -> i32 {
         let (none, most) = (Self::CLEARANCE, Self::CLEARANCE + most);
         let preferred = || (none..=most).rev().chain(most + 1..=most + Self::CLEARANCE);
+        let clearance = |split: &u32| self.gap(*split);
+        let has_merged = |split: &u32| (self.0 & ((1 << *split) - 1)) >> none != 0;
+        let is_merging =
+            |split: &u32| merges && has_merged(split) && clearance(split) >= Self::LEAST_GAP;
         let split = preferred()
-            .find(|split| clearance(split) >= Self::CLEARANCE)
+            .find(is_merging)
+            .or_else(|| preferred().find(|split| clearance(split) >= Self::CLEARANCE))
             .or_else(|| (0..none).chain(preferred()).max_by_key(clearance));
         split.map_or(0, |split| split.cast_signed() - none.cast_signed())
     }
