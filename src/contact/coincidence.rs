@@ -82,8 +82,8 @@ impl<'a, T: Scalar> PolygonSource<'a, T> {
         // Culling finds all slivers. Following might miss some, because the edges that connect them are shorter than round-off.
         let everywhere = Search::Culling(Culling::default());
         let surface = self.within(ELASTIC_COINCIDENCE.cast_signed(), everywhere);
-        self.settled(surface, ELASTIC_COINCIDENCE, everywhere, || plain)
-            .0
+        let tolerance = (ELASTIC_COINCIDENCE, false);
+        self.settled(surface, tolerance, everywhere, || plain).0
     }
 
     fn derivatives_from(
@@ -92,11 +92,11 @@ impl<'a, T: Scalar> PolygonSource<'a, T> {
         octaves: u32,
         search: Search,
     ) -> Surfaces<'a, T> {
-        self.settled(surface, octaves, search, || self.for_values(search))
+        self.settled(surface, (octaves, true), search, || self.for_values(search))
     }
 
     /// The surface where faces within 2^octaves margins of each other count as coincident. The octaves are others where that
-    /// many would merge distinct corners (see [`Closeness::split`]), and fewer where they would take the load for zero:
+    /// many would merge distinct corners (see [`Closeness::split`]), but still some that are nearly coincident, if `merges`. They are fewer where they would take the load for zero:
     /// bodies that are pressed in by less do not just touch. For this they are narrowed down to the margin, which values are
     /// made with. Otherwise the load may change: where it jumps as faces pass
     /// each other, the derivatives belong to neither side.
@@ -108,7 +108,7 @@ impl<'a, T: Scalar> PolygonSource<'a, T> {
     fn settled(
         &self,
         surface: CutSurface<'a, T>,
-        octaves: u32,
+        (octaves, merges): (u32, bool),
         search: Search,
         finer: impl FnOnce() -> CutSurface<'a, T>,
     ) -> Surfaces<'a, T> {
@@ -122,7 +122,7 @@ impl<'a, T: Scalar> PolygonSource<'a, T> {
         };
         let load = finer.load();
         let leaves_load = |octaves: &i32| finer.load_at_zero(*octaves) <= LITTLE * load;
-        let split = closeness.split(octaves);
+        let split = closeness.split(octaves, merges);
         let mut narrower = (1..=split).rev().step_by(NARROWER);
         let split = narrower.find(leaves_load).unwrap_or(split.min(0));
         if split == octaves.cast_signed() {

@@ -2,10 +2,10 @@ use super::Shape;
 use crate::scalar::{Scalar, lift, real_part};
 use crate::spatial::{Pose, PoseError, Twist};
 
-/// No pressure may rise by more than this (Pa/m): the square of its gradient would leave double precision.
+/// Largest gradient of a pressure (Pa/m). The square of a larger gradient may overflow double precision.
 pub(crate) const STEEPEST: f64 = 1e153;
 
-/// Why a shape, a pose and a modulus are not a body.
+/// The reason why a shape, a pose and a modulus do not make a body.
 #[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum BodyError {
@@ -15,7 +15,7 @@ pub enum BodyError {
     /// The hydroelastic modulus is not a positive number.
     #[error("the hydroelastic modulus must be positive and finite, but is {0} Pa")]
     Modulus(f64),
-    /// The modulus makes the pressure rise by more than contact can be computed with.
+    /// The gradient of the pressure exceeds the limit of contact computations.
     #[error(
         "a hydroelastic modulus of {modulus:e} Pa makes the pressure rise by {slope:e} Pa/m, but {most:e} Pa/m is the most that can be computed with",
         most = STEEPEST
@@ -26,27 +26,27 @@ pub enum BodyError {
         /// The modulus times the steepest gradient of the extent (Pa/m).
         slope: f64,
     },
-    /// A number of a surface law is out of range.
+    /// A parameter of a surface law is out of range.
     #[error(
         "the {quantity} of a surface law is {value}, but dissipation and friction must be finite and not negative, and the slip tolerance must be from 1e-100 to 1e100 m/s"
     )]
     SurfaceLaw {
-        /// Which number.
+        /// Name of the parameter.
         quantity: &'static str,
-        /// Its value.
+        /// Value of the parameter.
         value: f64,
     },
-    /// There is no vertex of this index.
+    /// The vertex index is out of range.
     #[error("vertex {vertex} of a body that has {count} vertices")]
     Vertex {
-        /// Its index.
+        /// The index.
         vertex: usize,
-        /// How many vertices there are.
+        /// Number of vertices.
         count: usize,
     },
 }
 
-/// Checks the hydroelastic modulus (Pa) of a compliant body whose extent rises by `steepest` (1/m) at most.
+/// Checks the hydroelastic modulus (Pa) of a compliant body. `steepest` is the largest gradient of its extent (1/m).
 pub(super) fn check_modulus(modulus: f64, steepest: f64) -> Result<(), BodyError> {
     let slope = modulus * steepest;
     if !(modulus > 0.0 && modulus.is_finite()) {
@@ -58,7 +58,7 @@ pub(super) fn check_modulus(modulus: f64, steepest: f64) -> Result<(), BodyError
     }
 }
 
-/// A shape somewhere in the world, with the modulus that turns its extents into pressures.
+/// A shape with a pose in the world, and the modulus that converts its extents into pressures.
 #[derive(Debug, Clone, Copy)]
 pub struct ContactBody<'a, T = f64> {
     shape: &'a Shape,
@@ -67,11 +67,11 @@ pub struct ContactBody<'a, T = f64> {
 }
 
 impl<'a, T: Scalar> ContactBody<'a, T> {
-    /// From the pose of the body frame in the world and the hydroelastic modulus (Pa).
+    /// Creates a body from the pose of its frame in the world and its hydroelastic modulus (Pa).
     ///
     /// # Errors
-    /// If the pose is not finite, its rotation not orthonormal, or the modulus not positive, or so large that the pressure
-    /// rises by more than 1e153 Pa/m.
+    /// Returns an error if the pose is not finite, its rotation is not orthonormal, or the modulus is not positive and
+    /// finite. Also returns an error if the gradient of the pressure exceeds 1e153 Pa/m.
     pub fn new(shape: &'a Shape, pose: Pose<T>, modulus: T) -> Result<Self, BodyError> {
         let pose = pose.checked()?;
         check_modulus(real_part(modulus), shape.field().steepest())?;
@@ -82,7 +82,7 @@ impl<'a, T: Scalar> ContactBody<'a, T> {
         })
     }
 
-    /// From a pose and a modulus that were checked where they came in.
+    /// Creates a body from a pose and a modulus that have already been checked.
     #[inline]
     pub(crate) fn from_valid(shape: &'a Shape, pose: Pose<T>, modulus: T) -> Self {
         Self {
@@ -92,19 +92,19 @@ impl<'a, T: Scalar> ContactBody<'a, T> {
         }
     }
 
-    /// The shape.
+    /// Returns the shape.
     #[must_use]
     pub fn shape(&self) -> &'a Shape {
         self.shape
     }
 
-    /// Pose of the body frame in the world.
+    /// Returns the pose of the body frame in the world.
     #[must_use]
     pub fn pose(&self) -> &Pose<T> {
         &self.pose
     }
 
-    /// Hydroelastic modulus (Pa).
+    /// Returns the hydroelastic modulus (Pa).
     #[must_use]
     pub fn modulus(&self) -> T {
         self.modulus
@@ -112,8 +112,8 @@ impl<'a, T: Scalar> ContactBody<'a, T> {
 }
 
 impl<'a> ContactBody<'a> {
-    /// The body after a motion by a twist (see [`Pose::moved_by`]) and a change of its modulus
-    /// (Pa), both with real part zero: a seed for derivatives, which leaves the values as they are.
+    /// Moves the body by a twist (see [`Pose::moved_by`]) and changes its modulus (Pa). Both changes must have real
+    /// part zero: they seed derivatives and leave values unchanged.
     pub(crate) fn perturbed<T: Scalar>(&self, twist: &Twist<T>, change: T) -> ContactBody<'a, T> {
         ContactBody {
             shape: self.shape,

@@ -2,11 +2,11 @@ use crate::geometry::{ALL_FACES, AffineField, Tetrahedron};
 use crate::mesh::FieldTet;
 use nalgebra::Vector3;
 
-/// All that lies below a plane: in its own frame the points with z ≤ 0, the outward normal along z.
+/// A half-space: the points with z ≤ 0 of its own frame. The outward normal is along z.
 ///
-/// It has no mesh and no end. On a rigid one the contact surface is what of its plane is in the other body. A compliant one is
-/// a soft layer of some thickness on something rigid: its pressure is the modulus times depth over thickness, also deeper
-/// than the layer is thick.
+/// It is unbounded and has no mesh. On a rigid half-space, the contact surface is the part of its plane inside the
+/// other body. A compliant half-space is a soft layer of finite thickness on a rigid base. Its pressure is the modulus
+/// times depth over thickness, even at depths beyond the thickness.
 ///
 /// ```
 /// use hydroelastic::contact::{ContactBody, ContactPair, HalfSpace, Partner, Shape};
@@ -27,28 +27,28 @@ use nalgebra::Vector3;
 #[derive(Debug, Clone)]
 pub struct HalfSpace {
     thickness: Option<f64>,
-    /// A tetrahedron below the surface that stands for all of the half-space: none of its faces bounds anything.
+    /// A tetrahedron below the surface that represents the half-space. None of its faces clips a contact polygon.
     cell: [FieldTet; 1],
 }
 
-/// The thickness (m) of a soft layer is not positive and finite, or its inverse is beyond double precision.
+/// The error that the thickness (m) of a soft layer is not positive and finite, or that its inverse overflows.
 #[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
 #[error("the layer of a half-space must have a positive and finite thickness, but has {0:?} m")]
 pub struct ThicknessError(pub f64);
 
 impl HalfSpace {
-    /// One that does not give way.
+    /// Creates a rigid half-space.
     #[must_use]
     pub fn rigid() -> Self {
         Self::with_thickness(None)
     }
 
-    /// One with a soft layer of this thickness (m).
+    /// Creates a half-space with a soft layer of this thickness (m).
     ///
     /// # Errors
-    /// If the thickness is not positive and finite.
+    /// Returns an error if the thickness is not positive and finite, or if its inverse overflows.
     pub fn layer(thickness: f64) -> Result<Self, ThicknessError> {
-        // The slope of the extent, the inverse, must be finite too.
+        // The slope of the extent is the inverse of the thickness, so it must be finite too.
         if thickness > 0.0 && thickness.is_finite() && thickness.recip().is_finite() {
             Ok(Self::with_thickness(Some(thickness)))
         } else {
@@ -56,13 +56,14 @@ impl HalfSpace {
         }
     }
 
-    /// Thickness (m) of its soft layer, if it has one.
+    /// Returns the thickness (m) of the soft layer, or `None` for a rigid half-space.
     #[must_use]
     pub fn thickness(&self) -> Option<f64> {
         self.thickness
     }
 
-    /// The tetrahedron that stands for it. Its extent is depth over thickness, or the depth (m) if it is rigid.
+    /// Returns the tetrahedron that represents the half-space. Its extent is depth over thickness, or the depth (m) if
+    /// it is rigid.
     pub(crate) fn cell(&self) -> &[FieldTet] {
         &self.cell
     }

@@ -1,7 +1,8 @@
-//! Bodies as contact sees them: the shapes, with the trees that find their parts, and the bodies made of a shape, a pose and a modulus.
+//! Bodies in contact: shapes with their search trees, and bodies made of a shape, a pose and a modulus.
 //!
-//! A [`Shape`] is compliant; a [`RigidShape`] and a [`HalfSpace`] can be a [`Partner`] of a compliant [`ContactBody`]. A
-//! [`PartnerShape`] gives access to the shape of a partner of any kind. Shapes are `f64`; poses and moduli are generic.
+//! A [`Shape`] is compliant. A [`RigidShape`] or a [`HalfSpace`] can be a [`Partner`] of a compliant [`ContactBody`]. A
+//! [`PartnerShape`] is the shape of a partner of any kind. Shapes are `f64`. Poses and moduli are generic over the
+//! scalar.
 
 mod body;
 mod half_space;

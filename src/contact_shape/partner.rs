@@ -7,12 +7,12 @@ use std::sync::LazyLock;
 
 static RIGID_HALF_SPACE: LazyLock<HalfSpace> = LazyLock::new(HalfSpace::rigid);
 
-/// What a compliant body may touch: another one, a rigid body, or a half-space, rigid or compliant.
+/// A body that a compliant body may touch: another compliant body, a rigid body, or a rigid or compliant half-space.
 #[derive(Debug, Clone, Copy)]
 pub struct Partner<'a, T = f64> {
     shape: PartnerShape<'a>,
     pose: Pose<T>,
-    /// What the extents of its cells are multiplied by: the modulus (Pa), or 1 if it is rigid.
+    /// Factor from the extents of its cells to its field: the modulus (Pa), or 1 if the partner is rigid.
     modulus: T,
 }
 
@@ -32,28 +32,28 @@ impl<'a, T: Scalar> From<ContactBody<'a, T>> for Partner<'a, T> {
 }
 
 impl<'a, T: Scalar> Partner<'a, T> {
-    /// A body that does not give way, from the pose of its frame in the world.
+    /// Creates a rigid body from the pose of its frame in the world.
     ///
     /// # Errors
-    /// If the pose is not finite or its rotation not orthonormal.
+    /// Returns an error if the pose is not finite or its rotation is not orthonormal.
     pub fn rigid(shape: &'a RigidShape, pose: Pose<T>) -> Result<Self, BodyError> {
         Self::new(PartnerShape::Rigid(shape), pose, lift(1.0))
     }
 
-    /// A half-space that does not give way: everything below the plane z = 0 of a frame, from the pose of this in the world.
+    /// Creates a rigid half-space from the pose of its frame in the world. The half-space is z ≤ 0 of that frame.
     ///
     /// # Errors
-    /// As [`Self::rigid`].
+    /// Returns the errors of [`Self::rigid`].
     pub fn rigid_half_space(pose: Pose<T>) -> Result<Self, BodyError> {
         Self::new(PartnerShape::HalfSpace(&RIGID_HALF_SPACE), pose, lift(1.0))
     }
 
-    /// A half-space with a soft layer: its pressure is the hydroelastic modulus (Pa) times depth over thickness. One without a
-    /// layer is rigid, whatever the modulus.
+    /// Creates a half-space with a soft layer. Its pressure is the hydroelastic modulus (Pa) times depth over
+    /// thickness. A half-space without a layer is rigid and ignores the modulus.
     ///
     /// # Errors
-    /// If the pose is not finite, its rotation not orthonormal, or the modulus of a soft layer not positive, or so large that
-    /// the pressure rises by more than 1e153 Pa/m.
+    /// Returns an error if the pose is not finite or its rotation is not orthonormal. For a soft layer, also returns an
+    /// error if the modulus is not positive and finite, or if the gradient of the pressure exceeds 1e153 Pa/m.
     pub fn half_space(shape: &'a HalfSpace, pose: Pose<T>, modulus: T) -> Result<Self, BodyError> {
         Self::new(PartnerShape::HalfSpace(shape), pose, modulus)
     }
@@ -66,7 +66,7 @@ impl<'a, T: Scalar> Partner<'a, T> {
         Ok(Self::from_valid(shape, pose, modulus))
     }
 
-    /// From a pose and a modulus that were checked where they came in.
+    /// Creates a partner from a pose and a modulus that have already been checked.
     #[inline]
     pub(crate) fn from_valid(shape: PartnerShape<'a>, pose: Pose<T>, modulus: T) -> Self {
         let modulus = if shape.is_rigid() { lift(1.0) } else { modulus };
@@ -77,19 +77,19 @@ impl<'a, T: Scalar> Partner<'a, T> {
         }
     }
 
-    /// Pose of its frame in the world.
+    /// Returns the pose of the partner's frame in the world.
     #[must_use]
     pub fn pose(&self) -> &Pose<T> {
         &self.pose
     }
 
-    /// Hydroelastic modulus (Pa); none if it is rigid.
+    /// Returns the hydroelastic modulus (Pa), or `None` if the partner is rigid.
     #[must_use]
     pub fn modulus(&self) -> Option<T> {
         (!self.shape.is_rigid()).then_some(self.modulus)
     }
 
-    /// Its shape, if it is a compliant body with a mesh.
+    /// Returns the shape if the partner is a compliant body with a mesh.
     #[must_use]
     pub fn shape(&self) -> Option<&'a Shape> {
         match self.shape {
@@ -98,7 +98,7 @@ impl<'a, T: Scalar> Partner<'a, T> {
         }
     }
 
-    /// Its shape, if it is a rigid body with a surface.
+    /// Returns the shape if the partner is a rigid body with a surface.
     #[must_use]
     pub fn rigid_shape(&self) -> Option<&'a RigidShape> {
         match self.shape {
@@ -107,7 +107,7 @@ impl<'a, T: Scalar> Partner<'a, T> {
         }
     }
 
-    /// The half-space, if it is one.
+    /// Returns the shape if the partner is a half-space.
     #[must_use]
     pub fn half_space_shape(&self) -> Option<&'a HalfSpace> {
         match self.shape {
@@ -116,33 +116,35 @@ impl<'a, T: Scalar> Partner<'a, T> {
         }
     }
 
-    /// The partner as a compliant body with a mesh, if it is one.
+    /// Returns the partner as a [`ContactBody`] if it is a compliant body with a mesh.
     #[must_use]
     pub fn body(&self) -> Option<ContactBody<'a, T>> {
         let shape = self.shape()?;
         Some(ContactBody::from_valid(shape, self.pose, self.modulus))
     }
 
-    /// Its shape, whatever its kind.
+    /// Returns the shape, of any kind.
     pub(crate) fn partner_shape(&self) -> PartnerShape<'a> {
         self.shape
     }
 
-    /// What the extents of its cells are multiplied by in the field that meets A's: the modulus (Pa), or 1 if it is rigid.
+    /// Returns the factor from the extents of its cells to its field: the modulus (Pa), or 1 if the partner is rigid.
     pub(crate) fn scale(&self) -> T {
         self.modulus
     }
 
-    /// The same shape elsewhere, in a scalar of its own, with another modulus (Pa), which a rigid one ignores.
+    /// Returns a partner of the same shape with another pose, scalar type and modulus (Pa). A rigid partner ignores the
+    /// modulus.
     ///
     /// # Errors
-    /// If the pose is not finite, its rotation not orthonormal, or the modulus of a compliant one not positive, or so large
-    /// that the pressure rises by more than 1e153 Pa/m.
+    /// Returns an error if the pose is not finite or its rotation is not orthonormal. For a compliant partner, also
+    /// returns an error if the modulus is not positive and finite, or if the gradient of the pressure exceeds 1e153
+    /// Pa/m.
     pub fn at<U: Scalar>(&self, pose: Pose<U>, modulus: U) -> Result<Partner<'a, U>, BodyError> {
         Partner::new(self.shape, pose, modulus)
     }
 
-    /// The partner with another valid pose, and another modulus if it has one.
+    /// Returns the partner with another valid pose. `modulus` maps the modulus unless the partner is rigid.
     pub(crate) fn with<U: Scalar>(
         &self,
         pose: Pose<U>,
@@ -153,8 +155,8 @@ impl<'a, T: Scalar> Partner<'a, T> {
 }
 
 impl<'a> Partner<'a> {
-    /// The partner after a motion by a twist (see [`Pose::moved_by`]) and a change of its modulus (Pa), both with real part
-    /// zero: a seed for derivatives, which leaves the values as they are.
+    /// Moves the partner by a twist (see [`Pose::moved_by`]) and changes its modulus (Pa). Both changes must have real
+    /// part zero: they seed derivatives and leave values unchanged.
     pub(crate) fn perturbed<T: Scalar>(&self, twist: &Twist<T>, change: T) -> Partner<'a, T> {
         self.with(Pose::lifted(&self.pose).moved_by(twist), |modulus| {
             lift::<T>(modulus) + change
@@ -163,7 +165,7 @@ impl<'a> Partner<'a> {
 }
 
 impl<'a> PartnerShape<'a> {
-    /// Whether it does not give way: a rigid body, or a half-space without a layer.
+    /// Returns true for a rigid body and for a half-space without a layer.
     pub fn is_rigid(self) -> bool {
         match self {
             Self::Compliant(_) => false,
@@ -172,8 +174,11 @@ impl<'a> PartnerShape<'a> {
         }
     }
 
-    /// The tetrahedra of a mesh, the cells behind the triangles of a rigid body, or the one cell of a half-space. The field of
-    /// a cell makes the plane; its faces bound the polygon, except its zero faces.
+    /// Returns the tetrahedra of a mesh, the cells behind the triangles of a rigid body, or the one cell of a
+    /// half-space.
+    ///
+    /// The field of a cell determines the equilibrium plane. The faces of the cell clip the contact polygon, except its
+    /// zero faces.
     pub fn cells(self) -> &'a [FieldTet] {
         match self {
             Self::Compliant(shape) => shape.field().tets(),
@@ -182,7 +187,7 @@ impl<'a> PartnerShape<'a> {
         }
     }
 
-    /// How many vertices its mesh or surface has, and how many extents.
+    /// Returns the number of vertices of its mesh or surface, and the number of its extents.
     pub fn number_counts(self) -> (usize, usize) {
         match self {
             Self::Compliant(shape) => {
@@ -194,7 +199,7 @@ impl<'a> PartnerShape<'a> {
         }
     }
 
-    /// The vertices at the corners of a cell; none at an apex behind a triangle.
+    /// Returns the vertices at the corners of a cell. The entry of an apex behind a triangle is `None`.
     pub fn corner_vertices(self, cell: usize) -> [Option<usize>; 4] {
         match self {
             Self::Compliant(shape) => shape.field().mesh().tets()[cell].map(Some),
@@ -206,7 +211,8 @@ impl<'a> PartnerShape<'a> {
         }
     }
 
-    /// For each cell those beyond its faces, by the opposite corner, or [`OUTSIDE`](crate::mesh::OUTSIDE); empty for a half-space.
+    /// Returns the neighbors of each cell across its faces, by the opposite corner, or
+    /// [`OUTSIDE`](crate::mesh::OUTSIDE). The slice is empty for a half-space.
     pub fn neighbors(self) -> &'a [[u32; 4]] {
         match self {
             Self::Compliant(shape) => shape.field().mesh().neighbors(),
@@ -215,7 +221,8 @@ impl<'a> PartnerShape<'a> {
         }
     }
 
-    /// Largest norm of the gradient of the extent in its cells (1/m); 1 if it is rigid, whose extent is the depth.
+    /// Returns the largest gradient of the extent in its cells (1/m). It is 1 for a rigid body, whose extent is the
+    /// depth (m).
     pub fn steepest(self) -> f64 {
         match self {
             Self::Compliant(shape) => shape.field().steepest(),
@@ -224,12 +231,13 @@ impl<'a> PartnerShape<'a> {
         }
     }
 
-    /// How far (m) it reaches from the origin of its frame, as far as the contact with A is concerned.
+    /// Returns a bound (m) on the distance from the origin of the partner's frame to the part that matters for contact
+    /// with A.
     pub fn reach(self, pose_ab: &Pose<f64>) -> f64 {
         match self {
             Self::Compliant(shape) => shape.field().reach(),
             Self::Rigid(shape) => shape.surface().reach(),
-            // As far as A is from that origin; at any distance, squares of which may be none.
+            // The distance from A to that origin. Scaling first prevents overflow and underflow of the squares.
             Self::HalfSpace(_) => {
                 let (way, largest) = (pose_ab.translation(), pose_ab.translation().amax());
                 if largest == 0.0 {

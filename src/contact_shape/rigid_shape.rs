@@ -5,27 +5,29 @@ use crate::mesh::{FieldTet, OUTSIDE, TriangleSurface};
 use nalgebra::Vector3;
 use std::fmt;
 
-/// What a rigid body is made of for contact: a closed surface that does not give way, with trees over its triangles.
+/// The shape of a rigid body: a closed surface with bounding-volume hierarchies over its triangles.
 ///
-/// A shape has no pose; any number of bodies may share one. [`Partner::rigid`](crate::contact::Partner::rigid) gives it one.
+/// A shape has no pose, so several bodies may share one. [`Partner::rigid`](crate::contact::Partner::rigid) adds a
+/// pose.
 #[derive(Clone)]
 pub struct RigidShape {
     surface: TriangleSurface,
     bounds: Aabb,
     cells: Vec<FieldTet>,
-    /// For each cell those behind the neighboring triangles. Beyond the triangle itself, face 3, there is none.
+    /// The cells behind the neighboring triangles of each cell. There is no neighbor across face 3, the triangle
+    /// itself.
     neighbors: Vec<[u32; 4]>,
     triangle_bvh: TriangleBvh,
-    /// One triangle of each connected component of the surface, by its centroid.
+    /// One triangle of each connected component of the surface, located at its centroid.
     components: Bvh<usize>,
 }
 
-/// Which corner of its triangle each of a cell's first three corners is: the order in which the cell, with the apex as fourth
-/// corner, is positively oriented. Face 3 of the cell is the triangle itself.
+/// Corners of the triangle in the order in which they are the first three corners of its cell. The cell, with the apex
+/// as fourth corner, is then positively oriented. Face 3 of the cell is the triangle itself.
 const CORNERS: [usize; 3] = [0, 2, 1];
 
 impl RigidShape {
-    /// Builds the trees over the triangles: O(n log n), once per surface.
+    /// Builds the bounding-volume hierarchies over the triangles in O(n log n) time.
     #[must_use]
     pub fn new(surface: TriangleSurface) -> Self {
         let triangles = 0..surface.triangles().len();
@@ -42,51 +44,51 @@ impl RigidShape {
         }
     }
 
-    /// The surface.
+    /// Returns the surface.
     #[must_use]
     pub fn surface(&self) -> &TriangleSurface {
         &self.surface
     }
 
-    /// The box around the surface, in the body frame.
+    /// Returns the bounding box of the surface in the body frame (m).
     #[must_use]
     pub fn bounds(&self) -> Aabb {
         self.bounds
     }
 
-    /// A tetrahedron behind each triangle, with the depth (m) below the triangle as extent: its other faces bound the
-    /// triangle. Cell k is that of triangle k.
+    /// Returns the cells: a tetrahedron behind each triangle, with the depth (m) below the triangle as its extent. The
+    /// other faces of the tetrahedron pass through the edges of the triangle. Cell k belongs to triangle k.
     pub(crate) fn cells(&self) -> &[FieldTet] {
         &self.cells
     }
 
-    /// The vertices at the first three corners of a cell.
+    /// Returns the vertices at the first three corners of a cell.
     pub(crate) fn vertices_of(&self, cell: usize) -> [usize; 3] {
         CORNERS.map(|corner| self.surface.triangles()[cell][corner])
     }
 
-    /// The tree over its triangles.
+    /// Returns the bounding-volume hierarchy over the triangles.
     pub(crate) fn triangle_bvh(&self) -> &TriangleBvh {
         &self.triangle_bvh
     }
 
-    /// One triangle of each connected component of the surface, by its centroid.
+    /// Returns one triangle of each connected component of the surface, located at its centroid.
     pub(crate) fn components(&self) -> &Bvh<usize> {
         &self.components
     }
 
-    /// The centroid of a triangle (m).
+    /// Returns the centroid of a triangle (m).
     pub(crate) fn centroid(&self, triangle: usize) -> Vector3<f64> {
         centroid(&self.surface, triangle)
     }
 
-    /// For each cell those beyond its faces, by the opposite corner, or [`OUTSIDE`].
+    /// Returns the neighbors of each cell across its faces, by the opposite corner, or [`OUTSIDE`].
     pub(crate) fn neighbors(&self) -> &[[u32; 4]] {
         &self.neighbors
     }
 }
 
-/// The cells across the faces of a cell, from the triangles across the edges of its own.
+/// Converts the neighbors of a triangle across its edges into neighbors of its cell across faces.
 fn across_faces(across_edges: &[u32; 3]) -> [u32; 4] {
     let [a, b, c] = CORNERS.map(|corner| across_edges[corner]);
     [a, b, c, OUTSIDE]
@@ -96,7 +98,8 @@ fn centroid(surface: &TriangleSurface, triangle: usize) -> Vector3<f64> {
     surface.corners(triangle).iter().sum::<Vector3<f64>>() / 3.0
 }
 
-/// The cell behind a triangle. Its apex is as deep below the triangle's centroid as the longest edge is long.
+/// Builds the cell behind a triangle. The depth of its apex below the triangle's centroid is the length of the longest
+/// edge.
 fn cell(surface: &TriangleSurface, triangle: usize) -> FieldTet {
     let corners = surface.corners(triangle);
     let [a, b, c] = CORNERS.map(|corner| corners[corner]);
@@ -111,7 +114,7 @@ fn cell(surface: &TriangleSurface, triangle: usize) -> FieldTet {
 }
 
 impl fmt::Debug for RigidShape {
-    /// The number of triangles stands for the surface, which would fill pages.
+    /// Prints the number of triangles in place of the long surface.
     fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
         let triangles = self.cells.len();
         formatter

@@ -6,9 +6,9 @@ use crate::threads;
 use std::fmt;
 use std::sync::OnceLock;
 
-/// What a body is made of for contact: a pressure field and the trees over its tetrahedra.
+/// The shape of a compliant body: a pressure field and the search trees over its tetrahedra.
 ///
-/// A shape has no pose and no modulus; any number of bodies may share one.
+/// A shape has no pose and no modulus, so several bodies may share one.
 #[derive(Clone)]
 pub struct Shape {
     field: PressureField,
@@ -17,12 +17,12 @@ pub struct Shape {
     triangle_bvh: TriangleBvh,
     projections: Vec<Projections>,
     seeds: Result<Seeds, NotFollowed>,
-    /// Built when the shape is first culled by it: few shapes are.
+    /// The R\*-tree for culling, built on first use because few shapes need it.
     r_star_tree: OnceLock<RStarTree>,
 }
 
 impl Shape {
-    /// Builds the trees over the field's tetrahedra and surface. The R\*-tree is built when
+    /// Builds the search trees over the field's tetrahedra and surface. The R\*-tree is built when
     /// [`Culling`](crate::contact::Culling) first needs it.
     #[must_use]
     pub fn new(field: PressureField) -> Self {
@@ -50,59 +50,63 @@ impl Shape {
         }
     }
 
-    /// The pressure field.
+    /// Returns the pressure field.
     #[must_use]
     pub fn field(&self) -> &PressureField {
         &self.field
     }
 
-    /// The box around all tetrahedra, in the body frame.
+    /// Returns the bounding box of all tetrahedra in the body frame (m).
     #[must_use]
     pub fn bounds(&self) -> Aabb {
         self.bounds
     }
 
-    /// The tree over the tetrahedra.
+    /// Returns the bounding-volume hierarchy over the tetrahedra.
     pub(crate) fn tet_bvh(&self) -> &TetBvh {
         &self.tet_bvh
     }
 
-    /// The tree over the triangles of its surface.
+    /// Returns the bounding-volume hierarchy over the triangles of the surface.
     pub(crate) fn triangle_bvh(&self) -> &TriangleBvh {
         &self.triangle_bvh
     }
 
-    /// The projections of a tetrahedron, in the body frame.
+    /// Returns the projections of a tetrahedron, in the body frame.
     pub(crate) fn projections(&self, tet: usize) -> &Projections {
         &self.projections[tet]
     }
 
-    /// The R\*-tree of the tetrahedra, for culling.
+    /// Returns the R\*-tree of the tetrahedra, for culling.
     pub(crate) fn r_star_tree(&self) -> &RStarTree {
         self.r_star_tree.get().unwrap_or_else(|| {
             let tree = RStarTree::new(&self.field);
-            // Built outside the lock, because a child process that is forked while the lock is held would wait for it forever.
+            // The tree is built outside the lock. A child process forked while the lock is held would wait for it
+            // forever.
             self.r_star_tree.get_or_init(|| tree)
         })
     }
 
-    /// Checks that contact surfaces with this shape can be followed from polygon to polygon. If they can with both shapes of a
-    /// pair, the time that a wrench takes depends on the number of polygons and hardly on that of tetrahedra.
+    /// Checks that contact surfaces with this shape can be followed from polygon to polygon.
+    ///
+    /// If both shapes of a pair can be followed, the time for a wrench depends on the number of polygons and hardly on
+    /// the number of tetrahedra.
     ///
     /// # Errors
-    /// Why not. Contact surfaces with the shape are then found by culling all of its tetrahedra: the same ones, in more time.
+    /// Returns the reason why contact surfaces cannot be followed. They are then found by culling all tetrahedra, which
+    /// takes more time but gives the same surfaces.
     pub fn followed(&self) -> Result<(), NotFollowed> {
         self.seeds.as_ref().map(|_| ()).map_err(|&reason| reason)
     }
 
-    /// Where components of a contact surface without a rim can be entered, if all of them can be found so.
+    /// Returns the seeds of closed components of a contact surface, if they are sure to find all components.
     pub(crate) fn seeds(&self) -> Option<&Seeds> {
         self.seeds.as_ref().ok()
     }
 }
 
 impl fmt::Debug for Shape {
-    /// The number of tetrahedra stands for the mesh, which would fill pages.
+    /// Prints the number of tetrahedra in place of the long mesh.
     fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
         let tets = self.field.tets().len();
         formatter

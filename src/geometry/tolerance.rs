@@ -24,6 +24,9 @@ impl Closeness {
     /// Number of octaves above the actual rounding error in which values are recorded.
     const OCTAVES: u32 = Self::CLEARANCE + 20;
 
+    /// Snapping corners across a gap of this many octaves rotates a plane by less than one part in 16.
+    const LEAST_GAP: u32 = 5;
+
     /// A cut is ill-conditioned if a value is less than this many octaves above the tolerance. If
     /// two planes separate by more than that over a body, the position of their common line is
     /// accurate to one part in 2¹⁴.
@@ -56,24 +59,29 @@ impl Closeness {
         Self(self.0 | other.0)
     }
 
-    /// Returns the number of octaves by which to widen the tolerance so that it lies in a gap
-    /// between values. Rounding values to zero rotates a plane by the ratio of the largest value
-    /// dropped to the smallest value kept.
+    /// Returns the number of octaves by which to widen the tolerance so that it lies in a gap between values. Rounding values to zero
+    /// rotates a plane by the ratio of the largest value dropped to the smallest value kept.
     ///
     /// The candidates, in order of preference, are:
     ///
-    /// 1. the largest number up to `most` with a gap of at least [`Self::CLEARANCE`] octaves;
-    /// 2. the smallest number above `most`, by up to [`Self::CLEARANCE`], with such a gap;
-    /// 3. the number with the widest gap, which is negative if the gap is below the tolerance.
+    /// 1. with `merges`, the first number with a gap of at least [`Self::LEAST_GAP`] octaves that rounds a value above the margin to
+    ///    zero, so that something counts as coincident;
+    /// 2. the largest number up to `most` with a gap of at least [`Self::CLEARANCE`] octaves;
+    /// 3. the smallest number above `most`, by up to [`Self::CLEARANCE`], with such a gap;
+    /// 4. the number with the widest gap, which is negative if the gap is below the tolerance.
     ///
-    /// Among equally wide gaps, candidate 3 is the last in this order: negative numbers ascending,
-    /// `most` down to 0, numbers above `most` ascending.
-    pub fn split(self, most: u32) -> i32 {
-        let clearance = |split: &u32| self.gap(*split);
+    /// Candidate 1 is the first from `most` down to 0, then above `most` ascending. Among equally wide gaps, candidate 4 is the last in
+    /// this order: negative numbers ascending, `most` down to 0, numbers above `most` ascending.
+    pub fn split(self, most: u32, merges: bool) -> i32 {
         let (none, most) = (Self::CLEARANCE, Self::CLEARANCE + most);
         let preferred = || (none..=most).rev().chain(most + 1..=most + Self::CLEARANCE);
+        let clearance = |split: &u32| self.gap(*split);
+        let has_merged = |split: &u32| (self.0 & ((1 << *split) - 1)) >> none != 0;
+        let is_merging =
+            |split: &u32| merges && has_merged(split) && clearance(split) >= Self::LEAST_GAP;
         let split = preferred()
-            .find(|split| clearance(split) >= Self::CLEARANCE)
+            .find(is_merging)
+            .or_else(|| preferred().find(|split| clearance(split) >= Self::CLEARANCE))
             .or_else(|| (0..none).chain(preferred()).max_by_key(clearance));
         split.map_or(0, |split| split.cast_signed() - none.cast_signed())
     }

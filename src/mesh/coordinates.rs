@@ -1,8 +1,8 @@
-//! What is asked of the coordinates of vertices, whatever they belong to.
+//! Checks and bounds on vertex coordinates, shared by all meshes.
 
 use nalgebra::Vector3;
 
-/// The first coordinate (m) that is NaN or infinite, after the index of its point.
+/// Returns the first NaN or infinite coordinate (m), preceded by the index of its point.
 pub(super) fn first_non_finite<'p>(
     points: impl IntoIterator<Item = &'p Vector3<f64>>,
 ) -> Option<(usize, f64)> {
@@ -12,7 +12,7 @@ pub(super) fn first_non_finite<'p>(
     })
 }
 
-/// Largest distance (m) of a point from the origin; 0 of no points.
+/// Returns the largest distance (m) of a point from the origin, or 0 if there are no points.
 pub(super) fn reach(points: &[Vector3<f64>]) -> f64 {
     let distances = points.iter().map(nalgebra::Matrix::norm);
     distances.fold(0.0, f64::max)

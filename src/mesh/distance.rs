@@ -4,34 +4,34 @@ use super::{MeshError, TetMesh};
 use crate::threads;
 use nalgebra::Vector3;
 
-/// A mesh with extents from the distance to its surface, and how both came about.
+/// A mesh whose extents are distances to its surface, with the data needed to differentiate them.
 pub(super) struct MadeOfDistances {
     pub mesh: TetMesh,
     pub surface: SurfaceDistance,
     pub extents: Vec<f64>,
-    /// The vertices that follow those of the given mesh: in the middle of edges, faces and tetrahedra that were split.
+    /// The vertices that follow those of the input mesh: midpoints and centroids of the simplices that were split.
     pub centers: Vec<Center>,
-    /// Distances (m) of these vertices and of those of the given mesh to the surface.
+    /// Distances (m) to the surface of the vertices of the input mesh, followed by those of `centers`.
     pub distances: Vec<f64>,
-    /// The vertices that follow the centers: where edges pass the depth of a skin.
+    /// The vertices that follow `centers`: intersections of edges with the inner boundary of a skin.
     pub passages: Vec<Passage>,
 }
 
-/// A new vertex where an edge passes the depth of a skin: at from + share·(to − from) with
-/// share = (1 − e_from)/(e_to − e_from), e the distance over the depth.
+/// A new vertex where an edge crosses the depth of a skin. Its position is from + share·(to − from) with share = (1 −
+/// e_from)/(e_to − e_from), where e is the distance to the surface over the depth.
 #[derive(Debug, Clone)]
 pub(super) struct Passage {
-    /// The vertices of the edge.
+    /// The vertices of the edge, from and to.
     pub ends: [usize; 2],
-    /// How far along the edge, from 0 to 1.
+    /// Position along the edge, from 0 to 1.
     pub share: f64,
-    /// From one end to the other (m).
+    /// Vector (m) from the first end of the edge to the second.
     pub edge: Vector3<f64>,
-    /// The derivatives of the share by the extents at the ends.
+    /// Derivatives of `share` with respect to the extents at the two ends.
     pub slopes: [f64; 2],
 }
 
-/// For each vertex its distance (m) to the surface: 0 on it.
+/// Returns the distance (m) of each vertex to the surface. It is 0 for vertices of the surface.
 pub(super) fn distances(mesh: &TetMesh, surface: &SurfaceDistance) -> Vec<f64> {
     threads::values_of(mesh.vertex_count(), |vertex| {
         if mesh.is_on_surface(vertex) {
@@ -42,7 +42,8 @@ pub(super) fn distances(mesh: &TetMesh, surface: &SurfaceDistance) -> Vec<f64> {
     })
 }
 
-/// Distances over the largest of them: in [0, 1]. All zero where no vertex lies inside.
+/// Builds a mesh whose extents are the distances divided by the largest distance, in [0, 1]. All extents are zero if no
+/// vertex lies inside.
 pub(super) fn normalized(mesh: &TetMesh) -> Result<MadeOfDistances, MeshError> {
     let (mesh, centers) = splitting::with_inner_vertices(mesh)?;
     let surface = SurfaceDistance::of(&mesh);

@@ -1,16 +1,16 @@
-/// Why numbers do not make a tetrahedral mesh or a pressure field.
+/// The reason why input does not make a tetrahedral mesh or a pressure field.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum MeshError {
     /// There is no tetrahedron.
     #[error("a mesh needs at least one tetrahedron")]
     Empty,
-    /// More tetrahedra or vertices than 32-bit indices can name.
+    /// There are more tetrahedra or vertices than 32-bit indices can address.
     #[error("a mesh holds at most {limit} vertices and tetrahedra, but {count} were given")]
     TooLarge {
-        /// What was given.
+        /// The given number.
         count: usize,
-        /// What fits.
+        /// The largest number supported.
         limit: usize,
     },
     /// A coordinate is NaN or infinite.
@@ -21,27 +21,27 @@ pub enum MeshError {
         /// The coordinate.
         value: f64,
     },
-    /// A tetrahedron names a vertex that does not exist.
+    /// A tetrahedron refers to a vertex that does not exist.
     #[error(
         "tetrahedron {tet} refers to vertex {vertex}, but the mesh has {vertex_count} vertices"
     )]
     VertexOutOfRange {
         /// Index of the tetrahedron.
         tet: usize,
-        /// The index it refers to.
+        /// The invalid index.
         vertex: usize,
-        /// How many vertices there are.
+        /// Number of vertices of the mesh.
         vertex_count: usize,
     },
-    /// A tetrahedron names a vertex twice.
+    /// A tetrahedron refers to the same vertex twice.
     #[error("tetrahedron {tet} refers to vertex {vertex} twice, but needs four different corners")]
     RepeatedVertex {
         /// Index of the tetrahedron.
         tet: usize,
-        /// The vertex.
+        /// Index of the vertex.
         vertex: usize,
     },
-    /// A tetrahedron is flat to round-off.
+    /// A tetrahedron is flat to within rounding error.
     #[error(
         "tetrahedron {tet} has the volume {volume:e} m³ over a longest edge of {longest_edge:e} m, which is flat to round-off"
     )]
@@ -59,14 +59,14 @@ pub enum MeshError {
         /// Index of the vertex.
         vertex: usize,
     },
-    /// More than two tetrahedra meet in a face, or two lie on the same side of it.
+    /// A face is shared by more than two tetrahedra, or by two on the same side of it.
     #[error(
         "tetrahedra {first} and {second} overlap: they share the face of vertices {face:?}, but lie on the same side of it or share it with a third"
     )]
     OverlappingTets {
         /// Index of one tetrahedron.
         first: usize,
-        /// Index of another.
+        /// Index of another tetrahedron.
         second: usize,
         /// The vertices of the face.
         face: [usize; 3],
@@ -74,9 +74,9 @@ pub enum MeshError {
     /// The number of extents is not the number of vertices.
     #[error("a pressure field needs one extent per vertex: {vertex_count}, but has {extent_count}")]
     ExtentCount {
-        /// How many vertices there are.
+        /// Number of vertices.
         vertex_count: usize,
-        /// How many extents were given.
+        /// Number of extents given.
         extent_count: usize,
     },
     /// An extent is negative, NaN or infinite.
@@ -95,7 +95,8 @@ pub enum MeshError {
         /// The extent.
         value: f64,
     },
-    /// The extents of a tetrahedron are so large, or it is so small, that its gradient is beyond double precision.
+    /// The gradient of the extent in a tetrahedron overflows double precision. The extents are too large or the
+    /// tetrahedron is too small.
     #[error(
         "the extent in tetrahedron {tet} rises by more per meter than double precision can hold"
     )]
@@ -103,7 +104,7 @@ pub enum MeshError {
         /// Index of the tetrahedron.
         tet: usize,
     },
-    /// All four extents of a tetrahedron are zero: no pressure would ever rise there.
+    /// All four extents of a tetrahedron are zero, so it would never carry pressure.
     #[error(
         "tetrahedron {tet} has extent 0 at all four corners, so it would carry no pressure; TetMesh::with_inner_vertices puts a vertex inside each tetrahedron whose corners all lie on the surface"
     )]
@@ -117,70 +118,71 @@ pub enum MeshError {
         /// The coordinate.
         value: f64,
     },
-    /// The inner point of a star-shaped solid does not see a triangle from inside.
+    /// A triangle faces away from the inner point of a star-shaped solid.
     #[error(
         "triangle {triangle} cannot be seen from the inner point, which is {distance:.3e} m outside its plane: the solid is not star-shaped about that point"
     )]
     HiddenTriangle {
         /// Index of the triangle.
         triangle: usize,
-        /// How far (m) outside the triangle's plane the point lies.
+        /// Distance (m) of the inner point outside the plane of the triangle.
         distance: f64,
     },
-    /// The inner point of a star-shaped solid sees a triangle from the side, to round-off.
+    /// The inner point of a star-shaped solid lies in the plane of a triangle to within rounding error, or the triangle
+    /// is too small.
     #[error(
         "triangle {triangle} and the inner point span a volume of {volume:.3e} m³, which is flat to round-off: the triangle is too small, or the point lies in its plane"
     )]
     TriangleSeenEdgeOn {
         /// Index of the triangle.
         triangle: usize,
-        /// Volume (m³) of the tetrahedron of the triangle and the point.
+        /// Volume (m³) of the tetrahedron spanned by the triangle and the inner point.
         volume: f64,
     },
-    /// The surface of a star-shaped solid surrounds the inner point more than once.
+    /// The surface of a star-shaped solid winds around the inner point more than once.
     #[error("the surface surrounds the inner point {layers} times, but must do so once")]
     RepeatedSurface {
-        /// How many times.
+        /// Number of times the surface winds around the point.
         layers: f64,
     },
     /// A dimension of a ready-made shape, or the depth of a skin, is not a positive length.
     #[error("the {name} of a shape must be positive and finite, but is {value}")]
     InvalidDimension {
-        /// Which dimension.
+        /// Name of the dimension.
         name: &'static str,
         /// The value.
         value: f64,
     },
-    /// A ready-made shape was asked for with an unusable number of subdivisions or segments.
+    /// The number of subdivisions or segments of a ready-made shape is out of range.
     #[error("a shape takes {lowest} to {highest} {name}, not {found}")]
     InvalidResolution {
-        /// What is counted.
+        /// Name of the number.
         name: &'static str,
-        /// The count.
+        /// The given number.
         found: usize,
-        /// Smallest usable count.
+        /// Smallest number allowed.
         lowest: usize,
-        /// Largest usable count.
+        /// Largest number allowed.
         highest: usize,
     },
-    /// Derivatives or rates, and the vertices or extents of a shape, do not pair up.
+    /// The number of derivatives or rates is not the number of vertices or extents.
     #[error("{expected} {name} need as many derivatives or rates, but got {found}")]
     RateCount {
-        /// What they are of.
+        /// Name of the differentiated quantity.
         name: &'static str,
-        /// How many were given.
+        /// Number of derivatives or rates given.
         found: usize,
-        /// How many there are.
+        /// Number of derivatives or rates needed.
         expected: usize,
     },
     /// A derivative or a rate is NaN or infinite.
     #[error("number {index} of the derivatives or rates of {name} is {value}, but must be finite")]
     NonFiniteRate {
-        /// What they are of.
+        /// Name of the differentiated quantity.
         name: &'static str,
         /// Index of the vertex.
         index: usize,
-        /// The number.
+        /// The derivative or rate.
         value: f64,
     },
 }

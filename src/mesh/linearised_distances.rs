@@ -6,13 +6,15 @@ use super::splitting::Center;
 use super::{MeshError, ShapeRates, TetMesh};
 use nalgebra::Vector3;
 
-/// How the vertices and extents of a field that was made by [`PressureField::from_distance`](super::PressureField::from_distance)
-/// or [`from_distance_up_to`](super::PressureField::from_distance_up_to) change with the vertices of the mesh that it was made of.
+/// The linear map from the vertices of a mesh to the vertices and extents of a field made from its surface distances.
+/// The field is made by [`PressureField::from_distance`](super::PressureField::from_distance) or
+/// [`from_distance_up_to`](super::PressureField::from_distance_up_to).
 ///
-/// The field has more vertices than that mesh, the centers of what was split and the places where a skin ends, and all its
-/// extents depend on the surface. The distance d of a vertex x to the nearest point Σ λᵥv of the nearest triangle has the
-/// derivatives n by x and −λᵥn by the triangle's vertices, n = (x − Σ λᵥv)/d. All is exact up to round-off, but where there is no
-/// derivative ([`Self::ambiguous`]).
+/// The field has more vertices than the mesh: the centers of split simplices, and the points where a skin ends on an
+/// edge. All extents depend on the surface. Let d be the distance of a vertex x to its closest point Σ λᵥv, which lies
+/// on the closest triangle. With n = (x − Σ λᵥv)/d, the derivative of d is n with respect to x, and −λᵥn with respect
+/// to the triangle's vertices. Derivatives are exact up to rounding error, except where they do not exist (see
+/// [`Self::ambiguous`]).
 ///
 /// ```
 /// use hydroelastic::contact::{ContactBody, ContactPair, Partner, Shape};
@@ -31,7 +33,7 @@ use nalgebra::Vector3;
 /// let [by_shape, _] = pair.shape_gradients(&force_along_z);
 /// let by_mesh = distances.pullback(&by_shape.by_vertices, &by_shape.by_extents)?;
 /// assert_eq!(by_mesh.by_vertices.len(), mesh.vertex_count());
-/// // The same, the other way round: the force as the mesh grows.
+/// // The same derivative in forward mode: the change of the force as the mesh grows.
 /// let grown = by_shape.along(&distances.rates(mesh.vertices())?)?;
 /// let vertices = by_mesh.by_vertices.iter().zip(mesh.vertices());
 /// let sum: f64 = vertices.map(|(by, vertex)| by.dot(vertex)).sum();
@@ -40,38 +42,38 @@ use nalgebra::Vector3;
 /// ```
 #[derive(Debug, Clone)]
 pub struct LinearisedDistances {
-    /// Vertices of the given mesh.
+    /// Number of vertices of the input mesh.
     vertex_count: usize,
     centers: Vec<Center>,
     dependences: Vec<Dependence>,
-    /// Distances (m) to the surface of all vertices but those of passages.
+    /// Distances (m) to the surface of all vertices except `passages`.
     distances: Vec<f64>,
     scale: Scale,
     passages: Vec<Passage>,
     ambiguous: Vec<usize>,
 }
 
-/// The derivatives of a number by the mesh that a field was made of.
+/// The derivatives of a scalar with respect to the mesh from which a field was made.
 #[derive(Debug, Clone, PartialEq)]
 #[non_exhaustive]
 pub struct DistanceGradient {
-    /// By each vertex of the mesh, in the axes of the body's frame (the number's unit over m).
+    /// Derivative with respect to each vertex of the mesh, in the axes of the body frame (unit of the scalar per m).
     pub by_vertices: Vec<Vector3<f64>>,
-    /// By the depth of the skin (over m); 0 of a field without one.
+    /// Derivative with respect to the depth of the skin (unit of the scalar per m). It is 0 for a field without a skin.
     pub by_depth: f64,
 }
 
-/// What distances are divided by for extents.
+/// The length by which distances are divided to obtain extents.
 #[derive(Debug, Clone)]
 enum Scale {
-    /// The distance (m) of the vertices that are farthest from the surface.
+    /// The largest distance (m), with the vertices that have it.
     Largest(f64, Vec<usize>),
-    /// The depth (m) of a skin, at which extents stay.
+    /// The depth (m) of a skin. Extents are clamped to 1 beyond it.
     Depth(f64),
 }
 
 impl LinearisedDistances {
-    /// Of the field that has the distances over the largest of them.
+    /// Linearizes the field whose extents are the distances divided by the largest distance.
     pub(super) fn normalized(mesh: &TetMesh, made: MadeOfDistances) -> Self {
         let largest = made.distances.iter().copied().fold(0.0, f64::max);
         let equal = EQUAL * made.surface.size();
@@ -85,7 +87,7 @@ impl LinearisedDistances {
         Self::of(mesh, made, Scale::Largest(largest, farthest), equally_far)
     }
 
-    /// Of the field with a skin.
+    /// Linearizes the field with a skin of this depth (m).
     pub(super) fn up_to(mesh: &TetMesh, made: MadeOfDistances, depth: f64) -> Self {
         let is_clamped = |&vertex: &usize| is_at_end(made.distances[vertex] / depth);
         let clamped = (0..made.distances.len()).filter(is_clamped).collect();
@@ -108,24 +110,33 @@ impl LinearisedDistances {
         }
     }
 
-    /// The vertices of the field, ascending, at which there is no derivative; whatever depends on their extents has none either. All
-    /// extents depend on the distance of the farthest vertex where they are over it: if that one is listed, none has a derivative.
+    /// Returns the vertices of the field, in ascending order, at which the extent is not differentiable. A quantity
+    /// that depends on the extent of a listed vertex is not differentiable either. If extents are divided by the
+    /// largest distance, they all depend on the farthest vertex. If the farthest vertex is listed, no extent is
+    /// differentiable.
     ///
-    /// They are equally far from several places of the surface, as the vertices on the medial axis of a box; or several of
-    /// them are farthest from it, where extents are over the largest distance (even if, as centers of edges above one
-    /// triangle, they stay equally far, so that the derivative is exact); or the extent of one is within a thousandth of
-    /// where a skin ends, and counts as 1. Distances count as equal within 1e-9 of the diagonal of the box around the mesh. The
-    /// mean over the nearest places is taken, and over the farthest vertices: where there are two, central differences come
-    /// to it. The extent at the end of a skin stays, as it does in the field for changes below a thousandth.
+    /// A vertex is listed in three cases:
+    ///
+    /// - Several places of the surface are closest to it, as for vertices on the medial axis of a box.
+    /// - Extents are divided by the largest distance, and several vertices have that distance. Such vertices are listed
+    ///   even if they stay equally far, as the midpoints of edges above one triangle do. In that case the derivative is
+    ///   exact.
+    /// - The extent is within a thousandth of the end of a skin, and is clamped to 1.
+    ///
+    /// Distances count as equal within 1e-9 of the diagonal of the bounding box of the mesh. The derivative reported is
+    /// the mean over the closest places and over the farthest vertices. If there are two of them, central differences
+    /// converge to the same mean. An extent at the end of a skin is held fixed. The field does the same for changes
+    /// below a thousandth.
     #[must_use]
     pub fn ambiguous(&self) -> &[usize] {
         &self.ambiguous
     }
 
-    /// The derivatives by the mesh of a number that has these derivatives by the vertices and by the extents of the field.
+    /// Computes the derivatives with respect to the mesh (vector-Jacobian product). The arguments are the derivatives
+    /// with respect to the vertices and extents of the field.
     ///
     /// # Errors
-    /// If there are not as many as the field has vertices, or one is not finite.
+    /// Returns an error if their number differs from the number of vertices of the field, or if one is not finite.
     pub fn pullback(
         &self,
         by_vertices: &[Vector3<f64>],
@@ -162,11 +173,12 @@ impl LinearisedDistances {
         })
     }
 
-    /// How the field changes as the vertices of the mesh move at these velocities (m over any unit of the caller's: the rates are
-    /// over the same).
+    /// Computes the rates of change of the field as the vertices of the mesh move (Jacobian-vector product). Velocities
+    /// are in m per unit of a parameter. The rates are per unit of the same parameter.
     ///
     /// # Errors
-    /// If there are not as many as the mesh has vertices, or one is not finite.
+    /// Returns an error if the number of velocities differs from the number of vertices of the mesh, or if one is not
+    /// finite.
     pub fn rates(&self, velocities: &[Vector3<f64>]) -> Result<ShapeRates, MeshError> {
         check_velocities(velocities, self.vertex_count)?;
         let mut places = velocities.to_vec();
@@ -185,7 +197,8 @@ impl LinearisedDistances {
         Ok(self.completed(places, extents))
     }
 
-    /// How a field with a skin changes with its depth (m); not at all without one.
+    /// Computes the rates of change of the field with respect to the depth of its skin (per m). They are 0 without a
+    /// skin.
     #[must_use]
     pub fn rates_by_depth(&self) -> ShapeRates {
         let measured_count = self.distances.len();
@@ -201,8 +214,8 @@ impl LinearisedDistances {
         self.completed(vec![Vector3::zeros(); measured_count], extents)
     }
 
-    /// The rates of the field from the velocities of all vertices but those of passages, and the rates of their distances over the
-    /// scale.
+    /// Completes the rates of the field. The arguments are the velocities of all vertices except `passages`, and the
+    /// rates of their unclamped extents.
     fn completed(&self, mut vertices: Vec<Vector3<f64>>, mut extents: Vec<f64>) -> ShapeRates {
         for passage in &self.passages {
             let [from, to] = passage.ends;
@@ -221,7 +234,7 @@ impl LinearisedDistances {
         }
     }
 
-    /// 1 where the extent is the distance over the scale, 0 where a skin has ended.
+    /// Returns 1 if the extent is the distance over the scale, and 0 if it is clamped at the end of a skin.
     fn follows(&self, vertex: usize) -> f64 {
         match self.scale {
             Scale::Largest(..) => 1.0,
@@ -236,7 +249,7 @@ impl LinearisedDistances {
         }
     }
 
-    /// Takes the centers off the end, the last one first, and adds the derivatives by each to those by its corners.
+    /// Removes the centers, the last one first, and adds the derivative at each center to its corners.
     fn gather_centers(&self, places: &mut Vec<Vector3<f64>>) {
         for center in self.centers.iter().rev() {
             let corners = center.corners();
@@ -250,7 +263,8 @@ impl LinearisedDistances {
 }
 
 impl Scale {
-    /// Derivatives by distances over the scale as derivatives by distances, and by a depth.
+    /// Converts derivatives with respect to unclamped extents into derivatives with respect to distances and the depth
+    /// of a skin.
     fn pullback(&self, by_extents: &[f64], distances: &[f64]) -> (Vec<f64>, f64) {
         let over = |scale: f64| {
             by_extents
@@ -278,7 +292,7 @@ impl Scale {
         }
     }
 
-    /// The rates of distances over the scale, from those of distances.
+    /// Converts rates of distances into rates of unclamped extents.
     fn rates(&self, distances: &[f64], rates: &[f64]) -> Vec<f64> {
         match self {
             Self::Depth(depth) => rates.iter().map(|rate| rate / depth).collect(),

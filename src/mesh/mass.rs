@@ -2,12 +2,12 @@ use crate::geometry::{FACES, Tetrahedron};
 use crate::spatial::{MassGradient, MassProperties};
 use nalgebra::{Matrix3, Vector3};
 
-/// A density that is not positive and finite, or that gives a mass or an inertia that is not finite.
+/// An invalid density: not positive and finite, or with a mass or inertia that is not finite.
 #[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
 #[error("the density is {0} kg/m³, but must be positive, with a finite mass and inertia")]
 pub struct DensityError(pub f64);
 
-/// Volume (m³), first moment (m⁴) and second moment (m⁵) of a sum of signed tetrahedra, about an origin.
+/// Returns the volume (m³), first moment (m⁴) and second moment (m⁵) of a sum of signed tetrahedra about an origin.
 ///
 /// Over a tetrahedron with corners at `c` from the origin, ∫ x xᵀ dV = V/20·(Σ c cᵀ + s sᵀ) with s = Σ c.
 fn moments(
@@ -27,7 +27,7 @@ fn moments(
     (volume, first, second)
 }
 
-/// Centroid (m) of a sum of signed tetrahedra, with the arguments of [`mass_properties`] except the density.
+/// Returns the centroid (m) of a sum of signed tetrahedra. See [`mass_properties`] for the arguments.
 pub(super) fn center(
     origin: Vector3<f64>,
     tetrahedra: impl Iterator<Item = Tetrahedron>,
@@ -36,9 +36,9 @@ pub(super) fn center(
     origin + first / volume
 }
 
-/// Exact mass properties of the sum of signed tetrahedra at a uniform density (kg/m³).
+/// Computes the exact mass properties of a sum of signed tetrahedra of uniform density (kg/m³).
 ///
-/// An origin in the middle of the tetrahedra keeps cancellation small.
+/// An origin amid the tetrahedra keeps cancellation small.
 pub(super) fn mass_properties(
     origin: Vector3<f64>,
     tetrahedra: impl Iterator<Item = Tetrahedron>,
@@ -60,11 +60,12 @@ pub(super) fn mass_properties(
     }
 }
 
-/// The derivatives by the corners of each tetrahedron of a number with these derivatives by the mass properties of all, at a
-/// uniform density (kg/m³): arguments as of [`mass_properties`]. Of flat tetrahedra there are none.
+/// Computes the derivatives of a scalar with respect to the corners of each tetrahedron, at uniform density (kg/m³).
+/// `gradient` holds its derivatives with respect to the mass properties of the sum. See [`mass_properties`] for the
+/// other arguments.
 ///
-/// Integrals over a tetrahedron of volume V change with its corner i by V∇λᵢ times their mean, and with the moments of its
-/// corners.
+/// An integral over a tetrahedron of volume V depends on corner i in two ways. The volume contributes V∇λᵢ times the
+/// mean of the integrand. The moments of the corners contribute the rest.
 pub(super) fn mass_gradients(
     origin: Vector3<f64>,
     tetrahedra: impl Iterator<Item = Tetrahedron> + Clone,

@@ -1,9 +1,9 @@
-//! Tetrahedral meshes and their pressure fields, and the surfaces of rigid bodies, all `f64` and validated once.
+//! Tetrahedral meshes, pressure fields on them, and surfaces of rigid bodies. All are `f64` and are validated once.
 //!
-//! A [`TetMesh`] is geometry; a [`PressureField`] puts an *extent* on every vertex, 0 on the
-//! surface and positive inside, so that the pressure is the hydroelastic modulus (Pa) times the
-//! extent, linear in each tetrahedron (the paper, §III-B). [`shapes`] has ready-made fields. A [`TriangleSurface`] is the closed
-//! surface of a solid without a field; with the feature `serde` it can be saved and loaded.
+//! A [`TetMesh`] is the geometry. A [`PressureField`] assigns an *extent* to every vertex: 0 on the surface and
+//! positive inside. The pressure is the hydroelastic modulus (Pa) times the extent, and is linear in each tetrahedron
+//! (the paper, §III-B). [`shapes`] has ready-made fields. A [`TriangleSurface`] is the closed surface of a solid
+//! without a field. With the feature `serde` it can be saved and loaded.
 //!
 //! ```
 //! use hydroelastic::mesh::{PressureField, TetMesh, shapes};
@@ -11,7 +11,7 @@
 //! let sphere = shapes::icosphere(0.1, 2)?;
 //! assert_eq!(sphere.mesh().tet_count(), 320);
 //!
-//! // A field of one's own: the distance to the surface, on any mesh.
+//! // A field on a custom mesh: the distance to the surface.
 //! let same_mesh = TetMesh::new(sphere.mesh().vertices().to_vec(), sphere.mesh().tets().to_vec())?;
 //! let field = PressureField::from_distance(&same_mesh)?;
 //! assert_eq!(field.extents().iter().copied().fold(0.0, f64::max), 1.0);

@@ -6,27 +6,28 @@ use crate::threads;
 use nalgebra::Vector3;
 use rustc_hash::FxHashSet;
 
-/// Distances that differ by no more than this, relative to the size of the surface, count as equal: coordinates of files often
-/// have ten digits, and contact takes faces for coincident that are 2.5e-10 apart.
+/// Tolerance for equal distances, relative to the size of the surface. Coordinates in files often have ten digits, and
+/// derivatives of contact treat faces up to 2.5e-10 apart as coincident.
 pub(super) const EQUAL: f64 = 1e-9;
 
-/// How the distance of a vertex depends on a triangle of the surface: ∂d/∂x = n, ∂d/∂v = −λ n, with n from its nearest point to
-/// the vertex, and the barycentric coordinates λ of that point. These change too, but along the surface, which changes nothing.
+/// The dependence of a vertex's distance d on a triangle of the surface: ∂d/∂x = n and ∂d/∂v = −λ n. Here n is the unit
+/// vector from the closest point to the vertex x, and λ are the barycentric coordinates of the closest point. The
+/// coordinates λ vary too, but the closest point then moves along the surface, which does not change d to first order.
 #[derive(Debug, Clone)]
 pub(super) struct Dependence {
     /// The vertex.
     pub vertex: usize,
     /// The vertices of the triangle.
     pub corners: [usize; 3],
-    /// The barycentric coordinates of the point.
+    /// The barycentric coordinates of the closest point.
     pub shares: [f64; 3],
-    /// From the point to the vertex, of length one over the number of such triangles that the vertex has: their mean counts.
+    /// The vector n divided by the number of closest triangles, so that a sum over them is their mean.
     pub direction: Vector3<f64>,
 }
 
-/// What the distances of all vertices depend on, and the vertices at which they have no derivative: those with several places of
-/// the surface equally near, and those that lie on the surface without being vertices of it. Vertices of the surface depend on
-/// nothing: their distance is 0.
+/// Returns the dependences of the distances of all vertices, and the vertices at which a distance is not
+/// differentiable. Those vertices have several closest places on the surface, or lie on the surface without being
+/// vertices of it. Vertices of the surface have no dependences, because their distance is always 0.
 pub(super) fn dependences(made: &MadeOfDistances) -> (Vec<Dependence>, Vec<usize>) {
     let MadeOfDistances {
         mesh,
@@ -48,7 +49,7 @@ pub(super) fn dependences(made: &MadeOfDistances) -> (Vec<Dependence>, Vec<usize
     (of_vertices.into_iter().flatten().collect(), ambiguous)
 }
 
-/// The dependences of a vertex inside, at this distance (m) from the surface: one for each place of it that is nearest.
+/// Returns the dependences of an inner vertex at this distance (m) from the surface, one per closest place.
 fn of_vertex(
     surface: &SurfaceDistance,
     mesh: &TetMesh,
@@ -58,7 +59,7 @@ fn of_vertex(
     let point = &mesh.vertices()[vertex];
     let mut near = surface.feet(point, distance + EQUAL * surface.size());
     near.sort_by(|(a, ..), (b, ..)| a.total_cmp(b));
-    // Parts of triangles that were looked at: one that is nearest in a part of a nearer triangle is none of its own.
+    // Parts of the triangles seen so far. A closest point in a part of a closer triangle is a duplicate.
     let mut seen = FxHashSet::default();
     near.retain(|(_, facet, foot)| {
         let is_new = !seen.contains(&sorted(part_below(facet, foot)));
@@ -75,7 +76,7 @@ fn of_vertex(
     near.into_iter().map(dependence).collect()
 }
 
-/// A corner, an edge or the whole of a triangle: the vertices, and otherwise nothing.
+/// A corner, an edge or the whole of a triangle: its vertices, padded with `None`.
 type Part = [Option<usize>; 3];
 
 fn sorted(mut part: Part) -> Part {
@@ -83,12 +84,12 @@ fn sorted(mut part: Part) -> Part {
     part
 }
 
-/// The least part of the triangle in which its nearest point lies.
+/// Returns the lowest-dimensional part of the triangle that contains its closest point.
 fn part_below(facet: &SurfaceTriangle, foot: &Foot) -> Part {
     std::array::from_fn(|corner| (foot.shares[corner] > 0.0).then_some(facet.vertices[corner]))
 }
 
-/// All parts of the triangle.
+/// Returns all corners and edges of the triangle, and the triangle itself.
 fn parts(facet: &SurfaceTriangle) -> impl Iterator<Item = Part> {
     let part = |bits: usize| {
         std::array::from_fn(|corner| (bits >> corner & 1 == 1).then_some(facet.vertices[corner]))

@@ -5,8 +5,8 @@ use crate::threads;
 
 /// A tetrahedral mesh with an extent on every vertex: 0 on the surface, positive inside.
 ///
-/// The pressure is the hydroelastic modulus (Pa) times the extent, linear in each tetrahedron.
-/// Where extents are normalized to a largest value of 1, the modulus is the largest pressure.
+/// The pressure is the hydroelastic modulus (Pa) times the extent, and is linear in each tetrahedron. If extents are
+/// normalized to a maximum of 1, the modulus is the largest pressure.
 #[derive(Debug, Clone)]
 pub struct PressureField {
     mesh: TetMesh,
@@ -16,7 +16,7 @@ pub struct PressureField {
     reach: f64,
 }
 
-/// What the contact kernel needs of one tetrahedron, computed once per mesh.
+/// One tetrahedron with the data that the contact kernel needs, computed once per mesh.
 #[derive(Debug, Clone)]
 #[non_exhaustive]
 pub struct FieldTet {
@@ -32,22 +32,22 @@ pub struct FieldTet {
     pub barycentric: [AffineField; 4],
     /// Norm of the extent's gradient (1/m).
     pub steepness: f64,
-    /// Σ eᵢ·|∇λᵢ| (1/m): bound of the extent's error per meter of error in a coordinate. It means something on plateaus
-    /// too, where the gradient is round-off.
+    /// Σ eᵢ·|∇λᵢ| (1/m): bound on the error of the extent per meter of error in a coordinate. It is also meaningful on
+    /// plateaus, where the gradient is only rounding error.
     pub sensitivity: f64,
-    /// Norms of the gradients of the barycentric coordinates (1/m): one over each height.
+    /// Norms of the gradients of the barycentric coordinates (1/m): the reciprocals of the heights.
     pub barycentric_steepness: [f64; 4],
-    /// The faces all over which the extent is 0, unless it is 0 at the corner opposite too: bit k for the
-    /// face opposite to corner k.
+    /// A bit mask of the faces on which the extent is 0. Bit k is set for the face opposite to corner k, unless the
+    /// extent is 0 at corner k too.
     pub zero_faces: u8,
 }
 
 impl PressureField {
-    /// From the extent of each vertex (any unit: pressure = modulus × extent).
+    /// Creates a field from the extent of each vertex, in any unit: pressure = modulus × extent.
     ///
     /// # Errors
-    /// If an extent is negative or not finite, is not 0 on the surface, rises by more per meter than double precision can
-    /// hold, or if a tetrahedron has extent 0 at all corners.
+    /// Returns an error if an extent is negative, not finite, or not 0 on the surface. Also returns an error if the
+    /// gradient of the extent overflows, or if a tetrahedron has extent 0 at all corners.
     pub fn new(mesh: TetMesh, extents: Vec<f64>) -> Result<Self, MeshError> {
         let field = Self::with_inert_tets(mesh, extents)?;
         match field.tets.iter().position(FieldTet::is_inert) {
@@ -56,12 +56,12 @@ impl PressureField {
         }
     }
 
-    /// As [`Self::new`], for fields made elsewhere in which some tetrahedra have extent 0 at all
-    /// corners: they are part of the body's mass, but nothing that enters them is pushed back.
+    /// Creates a field in which tetrahedra may have extent 0 at all corners, as fields made by other programs do. These
+    /// tetrahedra count for the mass of the body but exert no pressure.
     ///
     /// # Errors
-    /// If an extent is negative or not finite, is not 0 on the surface, or rises by more per meter than double precision can
-    /// hold.
+    /// Returns an error if an extent is negative, not finite, or not 0 on the surface, or if the gradient of the extent
+    /// overflows.
     pub fn with_inert_tets(mesh: TetMesh, extents: Vec<f64>) -> Result<Self, MeshError> {
         check_extents(&mesh, &extents)?;
         let tets = threads::values_of(mesh.tet_count(), |tet| {
@@ -81,21 +81,22 @@ impl PressureField {
         })
     }
 
-    /// With the distance to the surface, divided by the largest one, as extent. Tetrahedra (and
-    /// inner edges and faces) whose corners all lie on the surface are split first
-    /// ([`TetMesh::with_inner_vertices`]), so that the field rises everywhere inside.
+    /// Creates a field whose extent is the distance to the surface divided by the largest distance.
+    ///
+    /// Tetrahedra, inner faces and inner edges whose corners all lie on the surface are split first (see
+    /// [`TetMesh::with_inner_vertices`]), so that the field is positive everywhere inside.
     ///
     /// # Errors
-    /// As [`Self::new`].
+    /// Returns the errors of [`Self::new`].
     pub fn from_distance(mesh: &TetMesh) -> Result<Self, MeshError> {
         let MadeOfDistances { mesh, extents, .. } = distance::normalized(mesh)?;
         Self::new(mesh, extents)
     }
 
-    /// [`Self::from_distance`], and how it changes with the vertices of the mesh.
+    /// Creates the field of [`Self::from_distance`] and its linearization with respect to the vertices of the mesh.
     ///
     /// # Errors
-    /// As [`Self::new`].
+    /// Returns the errors of [`Self::new`].
     pub fn linearised_from_distance(
         mesh: &TetMesh,
     ) -> Result<(Self, LinearisedDistances), MeshError> {
@@ -104,17 +105,20 @@ impl PressureField {
         Ok((field, LinearisedDistances::normalized(mesh, made)))
     }
 
-    /// With min(d/`depth`, 1) as extent at the distance d from the surface: a skin of this depth (m) around a *plateau*, in
-    /// which the pressure is the modulus. Below the surface it rises by modulus/`depth` per meter, in thick bodies and
-    /// in thin ones, unless these are thinner than two skins.
+    /// Creates a field with a skin: the extent is min(d/`depth`, 1) at the distance d from the surface.
     ///
-    /// Distances are interpolated between vertices. Tetrahedra are split as by [`Self::from_distance`], and then where their
-    /// edges pass `depth`, so that the skin ends there and not at the next vertex. A vertex whose distance is within a
-    /// thousandth of `depth` counts as the end, since slivers would be left beside it.
+    /// Inside the skin is a *plateau*, on which the pressure equals the modulus. The pressure rises by modulus/`depth`
+    /// per meter in the skin. This slope does not depend on the thickness of the body, unless the body is thinner than
+    /// two skins.
+    ///
+    /// Distances are interpolated between vertices. Tetrahedra are split as in [`Self::from_distance`]. They are then
+    /// split where their edges cross `depth`, so that the skin ends at `depth` instead of at the next vertex. A vertex
+    /// whose distance is within a thousandth of `depth` counts as the end of the skin, because a cut beside it would
+    /// create slivers.
     ///
     /// # Errors
-    /// If `depth` is not positive and finite, or if a part of a split tetrahedron is flat to round-off, as
-    /// in a skin that is 10⁶ times thinner than the tetrahedra below it.
+    /// Returns an error if `depth` is not positive and finite, or if a part of a split tetrahedron is flat to within
+    /// rounding error. The latter occurs if the skin is 10⁶ times thinner than the tetrahedra below it.
     ///
     /// ```
     /// use hydroelastic::mesh::{PressureField, shapes};
@@ -129,10 +133,11 @@ impl PressureField {
         Self::new(mesh, extents)
     }
 
-    /// [`Self::from_distance_up_to`], and how it changes with the vertices of the mesh and the depth.
+    /// Creates the field of [`Self::from_distance_up_to`] and its linearization with respect to the vertices and the
+    /// depth.
     ///
     /// # Errors
-    /// As [`Self::from_distance_up_to`].
+    /// Returns the errors of [`Self::from_distance_up_to`].
     pub fn linearised_from_distance_up_to(
         mesh: &TetMesh,
         depth: f64,
@@ -142,31 +147,31 @@ impl PressureField {
         Ok((field, LinearisedDistances::up_to(mesh, made, depth)))
     }
 
-    /// The mesh.
+    /// Returns the mesh.
     #[must_use]
     pub fn mesh(&self) -> &TetMesh {
         &self.mesh
     }
 
-    /// Extent of each vertex.
+    /// Returns the extent of each vertex.
     #[must_use]
     pub fn extents(&self) -> &[f64] {
         &self.extents
     }
 
-    /// The tetrahedra with their fields.
+    /// Returns the tetrahedra with their fields.
     #[must_use]
     pub fn tets(&self) -> &[FieldTet] {
         &self.tets
     }
 
-    /// Largest norm of the extent's gradient over the mesh (1/m for normalized extents).
+    /// Returns the largest norm of the extent's gradient over the mesh (1/m for normalized extents).
     #[must_use]
     pub fn steepest(&self) -> f64 {
         self.steepest
     }
 
-    /// Largest distance (m) of a vertex from the origin of the body frame.
+    /// Returns the largest distance (m) of a vertex from the origin of the body frame.
     #[must_use]
     pub fn reach(&self) -> f64 {
         self.reach
@@ -174,7 +179,7 @@ impl PressureField {
 }
 
 impl FieldTet {
-    /// Whether the extent is 0 at all corners: the tetrahedron takes no part in any contact.
+    /// Returns true if the extent is 0 at all corners. Inert tetrahedra take no part in contact.
     #[must_use]
     pub fn is_inert(&self) -> bool {
         self.extents.iter().all(|&extent| extent == 0.0)
@@ -206,7 +211,7 @@ impl FieldTet {
     }
 }
 
-/// Bit k for each face, by its opposite corner k, of which the statement is true.
+/// Returns a mask with bit k set if the predicate holds for the face opposite to corner k.
 fn faces_that(is_true: impl Fn(usize) -> bool) -> u8 {
     (0..4).map(|face| u8::from(is_true(face)) << face).sum()
 }

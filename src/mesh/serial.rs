@@ -1,10 +1,10 @@
-//! Surfaces, saved and loaded by serde.
+//! Serialization of surfaces by serde.
 
 use super::TriangleSurface;
 use serde::de::{Deserialize, Deserializer, Error};
 use serde::ser::{Serialize, Serializer};
 
-/// A surface as it is saved; what follows from it is computed anew.
+/// The stored part of a surface. Derived data are recomputed on loading.
 #[derive(serde::Serialize, serde::Deserialize)]
 #[serde(rename = "TriangleSurface", deny_unknown_fields)]
 struct SurfaceLayout {

@@ -2,29 +2,29 @@ use super::coordinates::first_non_finite;
 use super::{MeshError, TetMesh};
 use nalgebra::Vector3;
 
-/// How a shape changes with a number that it is made of, such as the radius of a ball: velocities of its vertices, and rates of
-/// their extents, both over the number's unit.
+/// The derivative of a shape with respect to a parameter, such as the radius of a ball. It has the velocities of the
+/// vertices and the rates of their extents, both per unit of the parameter.
 ///
-/// Rates are a vector space: those by several numbers that change together are sums of multiples. `From` takes the velocities of
-/// vertices alone.
+/// Rates form a vector space: the rates for several parameters that change together are a linear combination. `From`
+/// converts velocities of vertices alone.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct ShapeRates {
-    /// Velocity of each vertex (m over the number's unit), in the axes of the body's frame.
+    /// Velocity of each vertex (m per unit of the parameter), in the axes of the body frame.
     pub vertices: Vec<Vector3<f64>>,
-    /// Rate of the extent of each vertex (over the number's unit). Where extents stay with their vertices, all are 0, or there are
-    /// none.
+    /// Rate of the extent of each vertex (per unit of the parameter). If extents move with their vertices, all rates
+    /// are 0 or the vector is empty.
     pub extents: Vec<f64>,
-    /// Vertices, ascending, whose rates are one of several, or a mean: at a kink, as of the distance to two faces that are
-    /// equally near. Whatever made the rates says what they are there.
+    /// Vertices, in ascending order, at which the shape is not differentiable, as where the distance has a kink. The
+    /// rates of these vertices are one-sided or a mean. The function that made the rates documents which.
     pub ambiguous: Vec<usize>,
 }
 
 impl ShapeRates {
-    /// Those of the surface of the mesh, as [`TriangleSurface::around`](super::TriangleSurface::around) makes it: of a rigid
-    /// body of the same shape.
+    /// Restricts the rates to the surface of the mesh, for a rigid body of the same shape. The order of vertices is
+    /// that of [`TriangleSurface::around`](super::TriangleSurface::around).
     ///
     /// # Errors
-    /// If there are not as many velocities as the mesh has vertices.
+    /// Returns an error if the number of velocities differs from the number of vertices of the mesh.
     pub fn around(&self, mesh: &TetMesh) -> Result<Self, MeshError> {
         check_count("vertices", self.vertices.len(), mesh.vertex_count())?;
         let mut around = Self::default();
@@ -41,7 +41,8 @@ impl ShapeRates {
         Ok(around)
     }
 
-    /// The derivative of a number that has these derivatives by the vertices and extents.
+    /// Returns the derivative of a scalar with respect to the parameter, from its derivatives with respect to vertices
+    /// and extents.
     pub(crate) fn dot(
         &self,
         by_vertices: &[Vector3<f64>],
@@ -58,7 +59,7 @@ impl ShapeRates {
     }
 }
 
-/// Vertices that move at these velocities, while extents stay with them.
+/// Rates of vertices with these velocities. Extents move with the vertices.
 impl From<Vec<Vector3<f64>>> for ShapeRates {
     fn from(vertices: Vec<Vector3<f64>>) -> Self {
         Self {
@@ -79,7 +80,7 @@ fn check_count(name: &'static str, found: usize, expected: usize) -> Result<(), 
     })
 }
 
-/// Checks that there is a finite velocity, or derivative, of each vertex.
+/// Checks that there is one velocity or derivative per vertex and that all are finite.
 pub(super) fn check_velocities(
     velocities: &[Vector3<f64>],
     vertex_count: usize,
@@ -92,7 +93,7 @@ pub(super) fn check_velocities(
     }
 }
 
-/// Checks that there is a finite rate, or derivative, of each extent.
+/// Checks that there is one rate or derivative per extent and that all are finite.
 pub(super) fn check_rates(rates: &[f64], extent_count: usize) -> Result<(), MeshError> {
     let name = "extents";
     check_count(name, rates.len(), extent_count)?;

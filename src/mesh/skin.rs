@@ -3,16 +3,16 @@ use super::splitting::{self, Division};
 use super::surface_distance::SurfaceDistance;
 use super::{MeshError, TetMesh};
 
-/// A vertex counts as lying where the skin ends if its extent is so near to 1.
+/// Largest difference from 1 of an extent that counts as the end of the skin.
 const NEARNESS: f64 = 1e-3;
 
-/// Whether a vertex of this extent counts as lying where the skin ends.
+/// Returns true if a vertex of this extent counts as the end of the skin.
 pub(super) fn is_at_end(extent: f64) -> bool {
     (extent - 1.0).abs() <= NEARNESS
 }
 
-/// A mesh of the same solid in which no edge passes the depth (m), and its extents: the distance to the surface over the
-/// depth, 1 at most.
+/// Splits the mesh so that no edge crosses the depth (m), and computes its extents. The extent is the distance to the
+/// surface over the depth, clamped to 1.
 pub(super) fn layered(mesh: &TetMesh, depth: f64) -> Result<MadeOfDistances, MeshError> {
     if !(depth > 0.0 && depth.is_finite()) {
         let (name, value) = ("skin depth", depth);
@@ -41,7 +41,7 @@ pub(super) fn layered(mesh: &TetMesh, depth: f64) -> Result<MadeOfDistances, Mes
     };
     Ok(MadeOfDistances {
         mesh,
-        // New vertices are inside, and the surface is the same.
+        // New vertices are inside the body, so the surface is unchanged.
         surface,
         extents,
         centers,
@@ -50,7 +50,7 @@ pub(super) fn layered(mesh: &TetMesh, depth: f64) -> Result<MadeOfDistances, Mes
     })
 }
 
-/// Where edges pass the extent 1, in the order of their vertices.
+/// Returns the points where edges cross the extent 1, in the order of their vertices.
 fn passages(mesh: &TetMesh, extents: &[f64]) -> Vec<Passage> {
     let mut passing = Vec::new();
     for tet in mesh.tets() {

@@ -3,7 +3,7 @@ use nalgebra::Vector3;
 use rustc_hash::{FxHashMap, FxHashSet};
 use std::borrow::Cow;
 
-/// A new vertex in the middle of an edge, a face or a tetrahedron.
+/// A new vertex at the centroid of an edge, a face or a tetrahedron.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Center {
     corners: [usize; 4],
@@ -17,33 +17,32 @@ impl Center {
         Self { corners, count }
     }
 
-    /// The vertices whose mean it is.
+    /// Returns the vertices whose mean is the new vertex.
     pub fn corners(&self) -> &[usize] {
         &self.corners[..self.count]
     }
 }
 
 impl TetMesh {
-    /// The mesh with a new vertex at the center of every edge, then every face, then every
-    /// tetrahedron that runs through the inside although all its corners lie on the surface.
+    /// Splits inner simplices whose corners all lie on the surface, by a new vertex at their center.
     ///
-    /// A pressure field is 0 on the surface, so over such an edge, face or tetrahedron it would
-    /// be 0 too; with the new vertices it can rise everywhere inside. The shape stays the same.
+    /// Edges are split first, then faces, then tetrahedra. A pressure field is 0 on the surface, so it would be 0 all
+    /// over an unsplit simplex. With the new vertices it can be positive everywhere inside. The shape is unchanged.
     ///
     /// # Errors
-    /// If a part of a split tetrahedron is flat to round-off.
+    /// Returns an error if a part of a split tetrahedron is flat to within rounding error.
     pub fn with_inner_vertices(&self) -> Result<Self, MeshError> {
         Ok(with_inner_vertices(self)?.0.into_owned())
     }
 }
 
-/// The mesh as [`TetMesh::with_inner_vertices`] splits it, itself where nothing is to be split; and the new vertices, in their
-/// order, which follow its own.
+/// Splits the mesh as [`TetMesh::with_inner_vertices`] does, and returns the new vertices in order. They follow the
+/// original vertices. Borrows the mesh if nothing is split.
 pub(super) fn with_inner_vertices(
     mesh: &TetMesh,
 ) -> Result<(Cow<'_, TetMesh>, Vec<Center>), MeshError> {
-    // Edges before faces before tetrahedra: a new vertex inside an edge also serves the faces and
-    // tetrahedra around it.
+    // Edges precede faces and faces precede tetrahedra: a new vertex inside an edge also splits the adjacent faces and
+    // tetrahedra.
     let mut centers = Vec::new();
     let mesh = without_flat::<2>(Cow::Borrowed(mesh), &mut centers)?;
     let mesh = without_flat::<3>(mesh, &mut centers)?;
@@ -51,15 +50,15 @@ pub(super) fn with_inner_vertices(
     Ok((mesh, centers))
 }
 
-/// A new vertex of a mesh, inside a simplex of `SIZE` corners (2 an edge, 3 a face, 4 a tetrahedron).
+/// A new vertex inside a simplex of `SIZE` corners: 2 for an edge, 3 for a face, 4 for a tetrahedron.
 pub(super) struct Division<const SIZE: usize> {
     /// Vertices of the simplex, sorted.
     pub simplex: [usize; SIZE],
-    /// Where the new vertex lies (m).
+    /// Position of the new vertex (m).
     pub at: Vector3<f64>,
 }
 
-/// The mesh with a vertex at the center of every flat simplex of `SIZE` corners; adds these centers to the list.
+/// Adds a vertex at the center of every flat simplex of `SIZE` corners, and appends the centers to `centers`.
 fn without_flat<'m, const SIZE: usize>(
     mesh: Cow<'m, TetMesh>,
     centers: &mut Vec<Center>,
@@ -79,8 +78,8 @@ fn without_flat<'m, const SIZE: usize>(
     divided(&mesh, &divisions).map(Cow::Owned)
 }
 
-/// The simplices that have all corners on the surface but are not part of it, by their sorted
-/// vertices, in order.
+/// Returns the simplices that have all corners on the surface but are not part of it, in order. Their vertices are
+/// sorted.
 fn flat_simplices<const SIZE: usize>(mesh: &TetMesh) -> Vec<[usize; SIZE]> {
     let triangles = mesh.surface_triangles().iter();
     let on_surface: FxHashSet<[usize; SIZE]> = triangles.flat_map(|t| subsets(t)).collect();
@@ -99,7 +98,7 @@ fn flat_simplices<const SIZE: usize>(mesh: &TetMesh) -> Vec<[usize; SIZE]> {
     flat
 }
 
-/// All subsets of `SIZE` of the vertices, each sorted.
+/// Returns all subsets of `SIZE` vertices, each sorted.
 fn subsets<const SIZE: usize>(vertices: &[usize]) -> impl Iterator<Item = [usize; SIZE]> {
     let choices = (0_u32..1 << vertices.len()).filter(|bits| bits.count_ones() as usize == SIZE);
     choices.map(|bits| {
@@ -110,7 +109,7 @@ fn subsets<const SIZE: usize>(vertices: &[usize]) -> impl Iterator<Item = [usize
     })
 }
 
-/// The mesh with every tetrahedron split at the new vertices, which are appended to its own.
+/// Splits every tetrahedron at the new vertices, which are appended to the vertices of the mesh.
 pub(super) fn divided<const SIZE: usize>(
     mesh: &TetMesh,
     divisions: &[Division<SIZE>],
@@ -134,8 +133,8 @@ pub(super) fn divided<const SIZE: usize>(
     TetMesh::new(vertices, tets)
 }
 
-/// Splits at the lowest of the simplices the tetrahedron has, then its parts at the next. Both
-/// tetrahedra at a face take the simplices of that face in the same order, so they still meet.
+/// Splits the tetrahedron at its lowest divided simplex, and its parts recursively at the next one. The two tetrahedra
+/// at a face split its simplices in the same order, so the parts still match across the face.
 fn split<const SIZE: usize>(
     tet: [usize; 4],
     new_vertices: &FxHashMap<[usize; SIZE], usize>,

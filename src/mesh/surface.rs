@@ -1,22 +1,23 @@
 use super::MeshError;
 use crate::geometry::FACES;
 
-/// A tetrahedron's neighbor across a face that belongs to no other.
+/// The neighbor across a face of the surface.
 pub(crate) const OUTSIDE: u32 = u32::MAX;
 
-/// Which tetrahedra meet in a face; the faces that belong to one only, and the vertices on them.
+/// The adjacency of tetrahedra, and the faces that belong to one tetrahedron only.
 #[derive(Debug, Clone)]
 pub(super) struct Surface {
-    /// For each tetrahedron the one across the face opposite to each corner, or [`OUTSIDE`].
+    /// The neighbor of each tetrahedron across the face opposite to each corner, or [`OUTSIDE`].
     pub neighbors: Vec<[u32; 4]>,
-    /// Vertex indices, counter-clockwise seen from outside, in the order of the tetrahedra.
+    /// Vertex indices of the surface triangles, counter-clockwise when seen from outside, in the order of the
+    /// tetrahedra.
     pub triangles: Vec<[usize; 3]>,
-    /// For each vertex whether it lies on the surface.
+    /// Flag of each vertex that lies on the surface.
     pub has_vertex: Vec<bool>,
 }
 
-/// A face of a tetrahedron: `sorted` tells which it is, `even` on which side the tetrahedron lies,
-/// `corner` which corner of the tetrahedron is opposite.
+/// A face of a tetrahedron. `sorted` identifies the face, and `even` the side on which the tetrahedron lies. `corner`
+/// is the opposite corner of the tetrahedron.
 #[derive(Clone, Copy)]
 struct Face {
     sorted: [u32; 3],
@@ -26,7 +27,7 @@ struct Face {
 }
 
 impl Surface {
-    /// The surface of positively oriented tetrahedra.
+    /// Finds the surface of positively oriented tetrahedra.
     pub fn of(tets: &[[usize; 4]], vertex_count: usize) -> Result<Self, MeshError> {
         let faces = sorted_faces(tets, vertex_count);
         let mut neighbors = vec![[OUTSIDE; 4]; tets.len()];
@@ -57,8 +58,8 @@ impl Surface {
     }
 }
 
-/// The faces of all tetrahedra in the order of their sorted vertices, those of one face in the order of their tetrahedra:
-/// put together by their first vertex, and each of these short lists sorted.
+/// Returns the faces of all tetrahedra, sorted by vertices and then by tetrahedron. A counting sort groups them by
+/// their first vertex, and each short group is then sorted.
 fn sorted_faces(tets: &[[usize; 4]], vertex_count: usize) -> Vec<Face> {
     let faces = || {
         (0_u32..)
@@ -86,7 +87,7 @@ fn sorted_faces(tets: &[[usize; 4]], vertex_count: usize) -> Vec<Face> {
 }
 
 impl Face {
-    /// The four faces of a tetrahedron.
+    /// Returns the four faces of a tetrahedron.
     #[expect(
         clippy::cast_possible_truncation,
         reason = "a mesh has no more vertices than a u32 counts"
@@ -106,7 +107,7 @@ impl Face {
         })
     }
 
-    /// Its vertices, counter-clockwise seen from outside of its tetrahedron.
+    /// Returns the vertices of the face, counter-clockwise when seen from outside its tetrahedron.
     fn outward(&self, tets: &[[usize; 4]]) -> [usize; 3] {
         FACES[usize::from(self.corner)].map(|c| tets[self.tet as usize][c])
     }

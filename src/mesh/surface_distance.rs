@@ -3,29 +3,29 @@ use crate::bvh::Bvh;
 use crate::geometry::{Aabb, Foot, Triangle};
 use nalgebra::Vector3;
 
-/// Rounding of a distance, relative to the size of the surface, with room.
+/// Bound on the rounding error of a distance, relative to the size of the surface, with a safety factor.
 const ROUNDING: f64 = 1e-14;
 
-/// The distance of points to the surface of a mesh.
+/// A spatial index that computes distances of points to the surface of a mesh.
 pub(super) struct SurfaceDistance {
     triangles: Vec<SurfaceTriangle>,
-    /// Over the indices of the triangles.
+    /// Bounding-volume hierarchy over the indices of the triangles.
     bvh: Bvh<usize>,
-    /// Diagonal (m) of the box around the surface.
+    /// Diagonal (m) of the bounding box of the surface.
     size: f64,
-    /// What two ways to round a distance (m) may differ by.
+    /// Bound on the difference (m) between two roundings of the same distance.
     rounding: f64,
 }
 
 /// A triangle of the surface.
 pub(super) struct SurfaceTriangle {
     triangle: Triangle,
-    /// Its corners in the mesh.
+    /// The mesh vertices at the corners.
     pub vertices: [usize; 3],
 }
 
 impl SurfaceDistance {
-    /// Builds the tree over the surface of a mesh: O(n log n).
+    /// Builds the bounding-volume hierarchy over the surface of a mesh in O(n log n) time.
     pub fn of(mesh: &TetMesh) -> Self {
         let triangle = |&vertices: &[usize; 3]| SurfaceTriangle {
             triangle: Triangle::new(vertices.map(|vertex| mesh.vertices()[vertex])),
@@ -43,28 +43,28 @@ impl SurfaceDistance {
         }
     }
 
-    /// Distance (m) from a point to the nearest triangle: the least of those to all triangles.
+    /// Returns the distance (m) from a point to the closest triangle.
     pub fn to(&self, point: &Vector3<f64>) -> f64 {
         let mut least = f64::INFINITY;
         self.bvh.visit_outwards(point, |index| {
             let triangle = &self.triangles[index].triangle;
-            // The plane of a flat triangle is NaN. It leaves out nothing.
+            // The plane of a flat triangle is NaN, so a flat triangle is never skipped.
             let is_beyond = triangle.distance_to_plane(point) > least + self.rounding;
             if !is_beyond {
                 least = least.min(triangle.distance_to(point));
             }
-            // Boxes farther away than this have no nearer triangle, however distances are rounded.
+            // A box farther away than this has no closer triangle, in spite of rounding.
             (least + self.rounding).powi(2)
         });
         least
     }
 
-    /// Diagonal (m) of the box around the surface.
+    /// Returns the diagonal (m) of the bounding box of the surface.
     pub fn size(&self) -> f64 {
         self.size
     }
 
-    /// The triangles within a distance (m) from a point: the distance to each, the triangle, and its nearest point.
+    /// Returns the triangles within a distance (m) of a point. Each comes with its distance (m) and its closest point.
     pub fn feet(&self, point: &Vector3<f64>, distance: f64) -> Vec<(f64, &SurfaceTriangle, Foot)> {
         let mut feet = Vec::new();
         let query = Aabb::around([point]).inflated(distance + self.rounding);
@@ -86,7 +86,7 @@ mod tests {
     use crate::mesh::{TetMesh, shapes};
     use nalgebra::Vector3;
 
-    /// Points in and about the unit cube that lie nowhere in particular.
+    /// Generates pseudo-random points in a cube around the shapes.
     fn scattered(count: u32) -> impl Iterator<Item = Vector3<f64>> {
         let steps = Vector3::new(0.819_172_5, 0.671_043_6, 0.549_700_5);
         (1..=count).map(move |k| steps.map(|step| (f64::from(k) * step).fract() * 3.0 - 1.5))
@@ -115,7 +115,7 @@ mod tests {
         ];
         for field in fields {
             let mesh = field.unwrap().mesh().clone();
-            // On corners, edges and faces of triangles too, and where all of them are equally near.
+            // Includes points on corners and faces of triangles, and a point that is equally close to all of them.
             let middles = mesh.tets().iter().map(|tet| {
                 let [a, b, c, _] = tet.map(|vertex| mesh.vertices()[vertex]);
                 (a + b + c) / 3.0

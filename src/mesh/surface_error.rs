@@ -1,47 +1,48 @@
-/// Why triangles do not make a closed surface.
+/// The reason why triangles do not make a closed surface.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum SurfaceError {
-    /// Fewer triangles than any solid has.
+    /// There are fewer triangles than a solid can have.
     #[error("a closed surface needs at least 4 triangles, but {count} were given")]
     TooFewTriangles {
-        /// How many were given.
+        /// Number of triangles given.
         count: usize,
     },
-    /// More triangles or vertices than 32-bit indices can name.
+    /// There are more triangles or vertices than 32-bit indices can address.
     #[error("a surface holds at most {limit} vertices and triangles, but {count} were given")]
     TooLarge {
-        /// What was given.
+        /// The given number.
         count: usize,
-        /// What fits.
+        /// The largest number supported.
         limit: usize,
     },
     /// A coordinate is NaN or infinite.
     #[error("vertex {vertex} has the coordinate {value}, but coordinates must be finite")]
     NonFiniteCoordinate {
-        /// Index of the vertex; where each triangle has corners of its own, corner k of triangle t has the index 3t + k.
+        /// Index of the vertex. If triangles do not share vertices, corner k of triangle t has the index 3t + k.
         vertex: usize,
         /// The coordinate.
         value: f64,
     },
-    /// A triangle names a vertex that does not exist.
+    /// A triangle refers to a vertex that does not exist.
     #[error("triangle {triangle} refers to vertex {vertex}, but there are {vertex_count} vertices")]
     VertexOutOfRange {
         /// Index of the triangle.
         triangle: usize,
-        /// The index it refers to.
+        /// The invalid index.
         vertex: usize,
-        /// How many vertices there are.
+        /// Number of vertices.
         vertex_count: usize,
     },
-    /// A triangle names a vertex twice, or two vertices that were merged because they are at the same place.
+    /// A triangle refers to the same vertex twice, or to two vertices that were merged because their positions are
+    /// equal.
     #[error(
         "triangle {triangle} has two corners at vertex {vertex}, but needs three different corners"
     )]
     RepeatedVertex {
         /// Index of the triangle.
         triangle: usize,
-        /// The vertex.
+        /// Index of the vertex.
         vertex: usize,
     },
     /// A vertex belongs to no triangle.
@@ -50,7 +51,7 @@ pub enum SurfaceError {
         /// Index of the vertex.
         vertex: usize,
     },
-    /// A triangle has no normal to speak of.
+    /// A triangle is too thin to have an accurate normal.
     #[error(
         "triangle {triangle} has the area {area:e} m² over a longest edge of {longest_edge:e} m, which is a line to round-off"
     )]
@@ -62,18 +63,18 @@ pub enum SurfaceError {
         /// Its longest edge (m).
         longest_edge: f64,
     },
-    /// Edges that belong to one triangle only: the surface has holes, or vertices at the same place are not one.
+    /// An edge belongs to one triangle only. The surface has a hole, or coincident vertices were not merged.
     #[error(
         "the surface is not closed: {edge_count} edges belong to one triangle only, among them that from vertex {} to vertex {} of triangle {triangle}",
         edge[0],
         edge[1]
     )]
     Open {
-        /// How many such edges there are.
+        /// Number of edges with one triangle.
         edge_count: usize,
-        /// A triangle with such an edge.
+        /// Index of a triangle with an open edge.
         triangle: usize,
-        /// The vertices of that edge.
+        /// The vertices of the open edge.
         edge: [usize; 2],
     },
     /// More than two triangles meet in an edge.
@@ -83,16 +84,16 @@ pub enum SurfaceError {
         edge[1]
     )]
     CrowdedEdge {
-        /// How many triangles meet there.
+        /// Number of triangles that share the edge.
         triangle_count: usize,
-        /// One of them.
+        /// Index of one triangle.
         first: usize,
-        /// Another.
+        /// Index of another triangle.
         second: usize,
         /// The vertices of the edge.
         edge: [usize; 2],
     },
-    /// Two triangles that share an edge are turned different ways.
+    /// Two triangles that share an edge have inconsistent orientations.
     #[error(
         "triangles {first} and {second} both run from vertex {} to vertex {}: one of them is turned the wrong way round",
         edge[0],
@@ -106,42 +107,42 @@ pub enum SurfaceError {
         /// The vertices of the edge.
         edge: [usize; 2],
     },
-    /// A connected component encloses no volume to speak of.
+    /// The volume of a connected component is zero to within rounding error.
     #[error(
         "the component of triangle {triangle} encloses {volume:.3e} m³ in a box of diagonal {diagonal:.3e} m, which is flat to round-off"
     )]
     Flat {
         /// The first triangle of the component.
         triangle: usize,
-        /// The volume (m³) inside.
+        /// The enclosed volume (m³).
         volume: f64,
-        /// Diagonal (m) of the component's box.
+        /// Diagonal (m) of the bounding box of the component.
         diagonal: f64,
     },
-    /// A connected component is turned inwards without being a cavity in another.
+    /// A connected component is oriented inwards but is not a cavity in another component.
     #[error(
         "the component of triangle {triangle} is turned inwards: it encloses {volume:.3e} m³, and is no cavity, for it does not lie inside another component"
     )]
     Inward {
         /// The first triangle of the component.
         triangle: usize,
-        /// The volume (m³) inside, negative.
+        /// The enclosed volume (m³), which is negative.
         volume: f64,
     },
-    /// The cavities have as much volume as the components around them, or more.
+    /// The cavities have at least as much volume as the components around them.
     #[error(
         "the components enclose {volume:.3e} m³ together: cavities, which count as negative, leave nothing of the solid around them"
     )]
     NoVolume {
-        /// The sum (m³) of the components' volumes.
+        /// Sum (m³) of the signed volumes of the components.
         volume: f64,
     },
-    /// The surface is so large that its volume, or a moment of it, is beyond double precision.
+    /// The surface is so large that its volume or one of its moments overflows double precision.
     #[error(
         "the box around the surface has the diagonal {diagonal:e} m, too much for volume and inertia in double precision"
     )]
     BeyondPrecision {
-        /// Diagonal (m) of the smallest box around the vertices.
+        /// Diagonal (m) of the bounding box of the vertices.
         diagonal: f64,
     },
 }
@@ -158,7 +159,7 @@ impl SurfaceError {
             | Self::InconsistentOrientation { edge, .. } => {
                 *edge = edge.map(|vertex| original[vertex]);
             }
-            // The other errors name no vertex, or cannot occur after unused vertices are dropped.
+            // The other errors have no vertex, or cannot occur after unused vertices are dropped.
             _ => {}
         }
         self

@@ -4,12 +4,12 @@ use crate::geometry::{Aabb, Tetrahedron};
 use crate::spatial::{MassGradient, MassProperties};
 use nalgebra::Vector3;
 
-/// A tetrahedron counts as flat where six times its volume is below this fraction of its longest
-/// edge cubed: its barycentric gradients would have fewer than four correct digits left.
+/// Flatness tolerance: six times the volume of a tetrahedron over its longest edge cubed. Below this value, barycentric
+/// gradients would have fewer than four correct digits.
 pub(super) const FLATNESS: f64 = 1e-12;
 
-/// A tetrahedral mesh, validated: finite vertices, positively oriented tetrahedra of real volume
-/// that meet in whole faces, every vertex in use.
+/// A validated tetrahedral mesh. Vertices are finite and in use. Tetrahedra have positive orientation and volume, and
+/// meet in whole faces.
 #[derive(Debug, Clone)]
 pub struct TetMesh {
     vertices: Vec<Vector3<f64>>,
@@ -18,12 +18,12 @@ pub struct TetMesh {
 }
 
 impl TetMesh {
-    /// From vertices (m, in the body frame) and tetrahedra as indices of four vertices each.
-    /// Tetrahedra given in negative orientation are turned round.
+    /// Creates a mesh from vertices (m, in the body frame) and tetrahedra with four vertex indices each. Tetrahedra of
+    /// negative orientation are reoriented.
     ///
     /// # Errors
-    /// If a coordinate is not finite, an index out of range or repeated, a tetrahedron flat, a
-    /// vertex unused, or if tetrahedra overlap at a common face; each names the culprit.
+    /// Returns an error if a coordinate is not finite, an index is out of range or repeated, a tetrahedron is flat, a
+    /// vertex is unused, or tetrahedra overlap at a common face. The error names the offending element.
     pub fn new(vertices: Vec<Vector3<f64>>, mut tets: Vec<[usize; 4]>) -> Result<Self, MeshError> {
         check_size(vertices.len(), tets.len())?;
         if let Some((vertex, value)) = coordinates::first_non_finite(&vertices) {
@@ -48,38 +48,38 @@ impl TetMesh {
         })
     }
 
-    /// Positions of the vertices (m), in the body frame.
+    /// Returns the positions of the vertices (m) in the body frame.
     #[must_use]
     pub fn vertices(&self) -> &[Vector3<f64>] {
         &self.vertices
     }
 
-    /// The tetrahedra, as indices of their vertices, positively oriented.
+    /// Returns the vertex indices of the tetrahedra, positively oriented.
     #[must_use]
     pub fn tets(&self) -> &[[usize; 4]] {
         &self.tets
     }
 
-    /// Number of vertices.
+    /// Returns the number of vertices.
     #[must_use]
     pub fn vertex_count(&self) -> usize {
         self.vertices.len()
     }
 
-    /// Number of tetrahedra.
+    /// Returns the number of tetrahedra.
     #[must_use]
     pub fn tet_count(&self) -> usize {
         self.tets.len()
     }
 
-    /// The triangles of the surface, as indices of vertices, counter-clockwise seen from outside.
+    /// Returns the vertex indices of the surface triangles, counter-clockwise when seen from outside.
     #[must_use]
     pub fn surface_triangles(&self) -> &[[usize; 3]] {
         &self.surface.triangles
     }
 
-    /// The tetrahedron that shares the face opposite to a corner (0..4) of a tetrahedron, or `None`
-    /// where that face is part of the surface.
+    /// Returns the tetrahedron across the face opposite to a corner (0..4), or `None` if the face is part of the
+    /// surface.
     #[inline]
     #[must_use]
     pub fn neighbor(&self, tet: usize, corner: usize) -> Option<usize> {
@@ -87,18 +87,18 @@ impl TetMesh {
         (neighbor != OUTSIDE).then_some(neighbor as usize)
     }
 
-    /// For each tetrahedron those that share the faces opposite to its corners, or [`OUTSIDE`].
+    /// Returns the neighbors of each tetrahedron across the faces opposite to its corners, or [`OUTSIDE`].
     pub(crate) fn neighbors(&self) -> &[[u32; 4]] {
         &self.surface.neighbors
     }
 
-    /// Whether the vertex lies on the surface.
+    /// Returns true if the vertex lies on the surface.
     #[must_use]
     pub fn is_on_surface(&self, vertex: usize) -> bool {
         self.surface.has_vertex[vertex]
     }
 
-    /// The corners of a tetrahedron (m).
+    /// Returns the tetrahedron with its corners (m) in the body frame.
     #[must_use]
     pub fn tetrahedron(&self, tet: usize) -> Tetrahedron {
         Tetrahedron {
@@ -106,13 +106,13 @@ impl TetMesh {
         }
     }
 
-    /// The smallest box around the mesh.
+    /// Returns the bounding box of the mesh in the body frame (m).
     #[must_use]
     pub fn aabb(&self) -> Aabb {
         Aabb::around(&self.vertices)
     }
 
-    /// Volume (m³).
+    /// Returns the volume (m³).
     #[must_use]
     pub fn volume(&self) -> f64 {
         (0..self.tet_count())
@@ -120,20 +120,22 @@ impl TetMesh {
             .sum()
     }
 
-    /// Mass, center of mass and inertia tensor at a uniform density (kg/m³).
+    /// Computes mass, center of mass and inertia tensor at a uniform density (kg/m³).
     ///
     /// # Errors
-    /// If the density is not positive, or the mass or the inertia is not finite.
+    /// Returns an error if the density is not positive, or if the mass or the inertia is not finite.
     pub fn mass_properties(&self, density: f64) -> Result<MassProperties, DensityError> {
         let tetrahedra = (0..self.tet_count()).map(|tet| self.tetrahedron(tet));
         mass::mass_properties(self.aabb().center(), tetrahedra, density)
     }
 
-    /// The derivatives by the vertices (the number's unit over m) of a number that has these derivatives by
-    /// [`Self::mass_properties`] at this density (kg/m³). Exact up to round-off; those by inner vertices are 0.
+    /// Computes the derivatives of a scalar with respect to the vertices (unit of the scalar per m).
+    ///
+    /// `gradient` has the derivatives of the scalar with respect to [`Self::mass_properties`] at this density (kg/m³).
+    /// Results are exact up to rounding error. Derivatives with respect to inner vertices are 0.
     ///
     /// # Errors
-    /// As [`Self::mass_properties`].
+    /// Returns the errors of [`Self::mass_properties`].
     pub fn mass_gradient(
         &self,
         density: f64,
@@ -179,7 +181,7 @@ fn check_indices(tet: usize, corners: &[usize; 4], vertex_count: usize) -> Resul
     Ok(())
 }
 
-/// Gives the tetrahedron positive orientation, or says that it is flat.
+/// Gives the tetrahedron positive orientation, or returns an error if it is flat.
 fn orient(
     tet: usize,
     corners: &mut [usize; 4],
@@ -202,10 +204,10 @@ fn orient(
     Ok(())
 }
 
-/// Whether the tetrahedron is flat to round-off, or too large for its volume to be a number.
+/// Returns true if the tetrahedron is flat to within rounding error, or if its volume overflows.
 pub(super) fn is_flat(tetrahedron: &Tetrahedron) -> bool {
     let volume = tetrahedron.signed_volume();
-    // Not `<=`: a volume that overflowed or is NaN must not pass.
+    // The comparison is not `<=`, so that an infinite or NaN volume is rejected.
     let solid = 6.0 * volume.abs() > FLATNESS * longest_edge(tetrahedron).powi(3);
     !(solid && volume.is_finite())
 }

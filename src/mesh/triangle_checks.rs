@@ -1,10 +1,10 @@
-//! Checks of the size, the indices and the shapes of a surface's triangles.
+//! Checks of the number, the indices and the shapes of the triangles of a surface.
 
 use super::SurfaceError;
 use nalgebra::Vector3;
 
-/// A triangle counts as a line if its height over its longest edge is below this fraction of that edge. Its normal would have fewer
-/// than four correct digits, like the gradients of a tetrahedron that counts as flat.
+/// Thinness tolerance: the smallest ratio of a triangle's height over its longest edge to that edge. A thinner triangle
+/// has a normal with fewer than four correct digits, like the gradients of a flat tetrahedron.
 const THINNESS: f64 = 1e-12;
 
 /// Checks that there are at least 4 triangles, and that a `u32` can count triangles and vertices.
@@ -20,7 +20,7 @@ pub(super) fn check_size(vertex_count: usize, triangle_count: usize) -> Result<(
     }
 }
 
-/// Checks that the triangles refer to vertices that exist.
+/// Checks that all vertex indices are in range.
 pub(super) fn check_range(
     triangles: &[[usize; 3]],
     vertex_count: usize,
@@ -57,7 +57,7 @@ pub(super) fn check_corners(
     }
 }
 
-/// Checks that a triangle is not a line to round-off, and that its area does not underflow.
+/// Checks that a triangle is not degenerate to within rounding error, and that its area does not underflow.
 pub(super) fn check_thickness(
     triangle: usize,
     [a, b, c]: [Vector3<f64>; 3],

@@ -1,13 +1,13 @@
-/// The connected components of a closed surface: triangles that a path over edges connects.
+/// The connected components of a closed surface. Triangles are connected if they share an edge.
 pub(super) struct Components {
-    /// The triangles, component by component, each beginning with its first.
+    /// The triangles, grouped by component. Each group starts with its lowest index.
     members: Vec<usize>,
-    /// Where each component ends in `members`.
+    /// End of each component in `members`.
     ends: Vec<usize>,
 }
 
 impl Components {
-    /// From the neighbors of each triangle.
+    /// Finds the components from the neighbors of each triangle by breadth-first search.
     pub fn of(neighbors: &[[u32; 3]]) -> Self {
         let mut is_found = vec![false; neighbors.len()];
         let mut members = Vec::with_capacity(neighbors.len());
@@ -34,14 +34,14 @@ impl Components {
         Self { members, ends }
     }
 
-    /// The triangles of each component.
+    /// Returns the triangles of each component.
     pub fn iter(&self) -> impl Iterator<Item = &[usize]> {
         let starts = std::iter::once(0).chain(self.ends.iter().copied());
         let spans = starts.zip(&self.ends);
         spans.map(|(start, &end)| &self.members[start..end])
     }
 
-    /// The first triangle of each component.
+    /// Returns the first triangle of each component.
     pub fn starts(&self) -> impl Iterator<Item = usize> {
         self.iter().map(|members| members[0])
     }

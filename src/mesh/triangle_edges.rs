@@ -1,20 +1,20 @@
 use super::SurfaceError;
 
-/// One triangle's half of an edge.
+/// A half-edge: an edge as part of one triangle.
 struct HalfEdge {
-    /// The edge: its lower vertex, then its higher one.
+    /// The vertices of the edge, the lower one first.
     edge: [u32; 2],
     triangle: u32,
-    /// The corner opposite to the edge.
+    /// The corner of the triangle opposite to the edge.
     corner: u8,
-    /// Whether the triangle runs from the lower vertex to the higher.
+    /// Flag that is set if the triangle runs from the lower vertex to the higher one.
     forwards: bool,
 }
 
-/// For each triangle its neighbors, entry k beyond the edge opposite to corner k, if every edge has two half-edges of opposite
-/// directions.
+/// Returns the neighbors of each triangle. Entry k is the triangle across the edge opposite to corner k.
 ///
-/// Takes n log n, to sort them. There are no more triangles and vertices than a `u32` counts.
+/// Fails unless every edge has two half-edges of opposite directions. Sorting takes O(n log n) time. A `u32` must be
+/// able to count the triangles and vertices.
 pub(super) fn neighbors(triangles: &[[usize; 3]]) -> Result<Vec<[u32; 3]>, SurfaceError> {
     let half_edges = sorted_half_edges(triangles);
     let mut neighbors = vec![[0; 3]; triangles.len()];
@@ -40,7 +40,7 @@ pub(super) fn neighbors(triangles: &[[usize; 3]]) -> Result<Vec<[u32; 3]>, Surfa
     }
 }
 
-/// The half-edges, those of an edge one after the other, in the order of their triangles.
+/// Returns the half-edges, sorted by edge and then by triangle.
 #[expect(
     clippy::cast_possible_truncation,
     reason = "a surface has no more triangles and vertices than a u32 counts"
@@ -64,7 +64,7 @@ fn sorted_half_edges(triangles: &[[usize; 3]]) -> Vec<HalfEdge> {
 }
 
 impl HalfEdge {
-    /// The vertices of the edge, in the direction in which the triangle runs.
+    /// Returns the vertices of the edge in the direction of the triangle.
     fn vertices(&self) -> [usize; 2] {
         let [lower, higher] = self.edge.map(|vertex| vertex as usize);
         if self.forwards {

@@ -1,4 +1,4 @@
-//! The solid inside a closed surface of triangles: its volume, and which way round its components are.
+//! The solid inside a closed surface of triangles: its volume and the orientation of its components.
 
 use super::tet_mesh::FLATNESS;
 use super::triangle_components::Components;
@@ -10,15 +10,15 @@ use std::f64::consts::TAU;
 
 type Corners = [Vector3<f64>; 3];
 
-/// A connected component, with the signed volume (m³) inside.
+/// A connected component with its bounding box and the enclosed signed volume (m³).
 struct Part<'a> {
     members: &'a [usize],
     aabb: Aabb,
     volume: f64,
 }
 
-/// Volume (m³) inside triangles, by the divergence theorem: signed tetrahedra between them and a point, which should be in
-/// the middle of them, so that little cancels.
+/// Computes the volume (m³) inside triangles by the divergence theorem, as a sum of signed tetrahedra with apex
+/// `point`. A point amid the triangles keeps cancellation small.
 pub(super) fn volume(point: Vector3<f64>, triangles: impl Iterator<Item = Corners>) -> f64 {
     let six_volumes = triangles.map(|corners| {
         let [a, b, c] = corners.map(|corner| corner - point);
@@ -27,8 +27,7 @@ pub(super) fn volume(point: Vector3<f64>, triangles: impl Iterator<Item = Corner
     six_volumes.sum::<f64>() / 6.0
 }
 
-/// Checks that every component encloses a volume, those with a negative one lie inside others, and all together have
-/// a positive volume.
+/// Checks the enclosed volumes: none is flat, components of negative volume lie inside others, and the sum is positive.
 pub(super) fn check_volumes(
     vertices: &[Vector3<f64>],
     triangles: &[[usize; 3]],
@@ -55,7 +54,7 @@ pub(super) fn check_volumes(
     }
 }
 
-/// Checks that the moments of a solid with so many triangles are finite.
+/// Checks that the moments of a solid of this size and number of triangles are finite.
 pub(super) fn check_moments(
     vertices: &[Vector3<f64>],
     triangle_count: usize,
@@ -63,7 +62,7 @@ pub(super) fn check_moments(
     let aabb = Aabb::around(vertices);
     let diagonal = (aabb.upper - aabb.lower).norm();
     let size = coordinates::reach(vertices).max(diagonal);
-    // No triangle adds more than the fifth power of the size to a second moment (m⁵).
+    // One triangle adds at most the fifth power of the size to a second moment (m⁵).
     if (triangle_count as f64 * size.powi(5)).is_finite() {
         Ok(())
     } else {
@@ -81,7 +80,7 @@ impl<'a> Part<'a> {
         let aabb = Aabb::around(&all);
         let volume = volume(aabb.center(), corners());
         let diagonal = (aabb.upper - aabb.lower).norm();
-        // The measure of a flat tetrahedron. Not `<=`: NaN must not pass.
+        // The tolerance is that of a flat tetrahedron. The comparison is not `<=`, so that NaN is rejected.
         if 6.0 * volume.abs() > FLATNESS * diagonal.powi(3) {
             return Ok(Self {
                 members,
@@ -96,8 +95,9 @@ impl<'a> Part<'a> {
         })
     }
 
-    /// Whether the other components surround the middle of this one's first triangle: whether the solid angles of their
-    /// triangles, seen from there, add up to 4π and not to 0.
+    /// Returns true if the other components surround the centroid of this component's first triangle.
+    ///
+    /// The solid angles of their triangles, seen from the centroid, then add up to 4π instead of 0.
     fn is_inside_others(
         &self,
         index: usize,
@@ -113,16 +113,17 @@ impl<'a> Part<'a> {
         let angle: f64 = members
             .map(|&triangle| solid_angle(corners_of(triangle).map(|corner| corner - point)))
             .sum();
-        // Half way between.
+        // The threshold is halfway between 0 and 4π.
         angle > TAU
     }
 }
 
-/// Solid angle of a triangle seen from the origin, positive from inside.
+/// Computes the solid angle of a triangle seen from the origin. It is positive if the origin is on the inner side.
 ///
-/// With r for the lengths, tan(Ω/2) = a·(b×c) / (r_a r_b r_c + a·b r_c + b·c r_a + c·a r_b) [Van Oosterom, Strackee 1983].
+/// tan(Ω/2) = a·(b×c) / (r_a r_b r_c + a·b r_c + b·c r_a + c·a r_b), where r are the lengths [Van Oosterom, Strackee
+/// 1983].
 ///
-/// The products do not overflow, because [`check_moments`] limits sizes.
+/// The products do not overflow, because [`check_moments`] limits the size.
 pub(super) fn solid_angle([a, b, c]: Corners) -> f64 {
     let [r_a, r_b, r_c] = [a, b, c].map(|corner| corner.norm());
     let adjacent = r_a * r_b * r_c + a.dot(&b) * r_c + b.dot(&c) * r_a + c.dot(&a) * r_b;

@@ -8,22 +8,24 @@ use crate::geometry::{Aabb, Tetrahedron};
 use crate::spatial::{MassGradient, MassProperties};
 use nalgebra::Vector3;
 
-/// The closed surface of a solid: triangles, counter-clockwise seen from outside, that meet two by two in their edges.
-/// All `f64`, validated once: finite vertices, all in use; triangles that have a normal; components that enclose a volume.
+/// The closed surface of a solid: triangles, counter-clockwise when seen from outside. Two triangles meet in every
+/// edge.
 ///
-/// It may have several connected components. One whose triangles are turned inwards, so that its volume is negative, is a
-/// cavity, and has to lie inside another, which is checked at one point of it. Components may touch each other at
-/// vertices.
+/// A surface is `f64` and validated once. Vertices are finite and in use. Triangles have a normal, and components
+/// enclose a volume.
 ///
-/// Whether the surface passes through itself is *not* checked. Where it does, or where a component lies in the solid of
-/// another without being a cavity, each sheet of it presses on what it meets as if it were there alone, and volume and
-/// mass count the overlap as often as it is enclosed.
+/// A surface may have several connected components, which may touch at vertices. A component whose triangles face
+/// inwards has a negative volume and is a cavity. It must lie inside another component, which is checked at one point.
+///
+/// Self-intersection is *not* checked. If the surface intersects itself, or a component that is not a cavity lies
+/// inside another, each sheet acts in contact independently. Volume and mass then count an overlap once for each
+/// enclosing component.
 ///
 /// ```
 /// use hydroelastic::mesh::TriangleSurface;
 /// use nalgebra::vector;
 ///
-/// // The corner of a cube, cut off.
+/// // A corner cut off a cube.
 /// let vertices = vec![
 ///     vector![0.0, 0.0, 0.0], vector![0.1, 0.0, 0.0], vector![0.0, 0.1, 0.0], vector![0.0, 0.0, 0.1],
 /// ];
@@ -43,18 +45,22 @@ pub struct TriangleSurface {
 }
 
 impl TriangleSurface {
-    /// From vertices (m, in the body frame) and triangles as indices of three vertices each, counter-clockwise seen from
-    /// outside.
+    /// Creates a surface from vertices (m, in the body frame) and triangles with three vertex indices each. Triangles
+    /// are counter-clockwise when seen from outside.
+    ///
+    /// The time is O(n log n) for n triangles, except for cavities. Each cavity is compared with every triangle of the
+    /// components whose boxes contain it.
     ///
     /// # Errors
-    /// If there are fewer than four triangles or more than a `u32` counts, a coordinate is not finite, an index out of
-    /// range or repeated, or a vertex unused; if a triangle is a line to round-off (height below 1e-12 of its
-    /// longest edge); if an edge belongs to one triangle or to more than two, or two that share it are turned
-    /// different ways; if a component is flat, or turned inwards without being a cavity; or if the surface is so large
-    /// that its inertia is beyond double precision. Each error names the culprit.
+    /// Returns an error in the following cases, and names the offending element:
     ///
-    /// Takes n log n for n triangles. Only cavities take longer: each is compared with every triangle of the components
-    /// whose boxes contain it.
+    /// - There are fewer than four triangles, or more triangles or vertices than a `u32` can count.
+    /// - A coordinate is not finite, an index is out of range or repeated, or a vertex is unused.
+    /// - A triangle is degenerate to within rounding error (height below 1e-12 of its longest edge).
+    /// - An edge belongs to one triangle only, to more than two, or to two of inconsistent orientation.
+    /// - A component is flat, or is oriented inwards without being a cavity.
+    /// - Cavities have at least as much volume as the other components.
+    /// - The surface is so large that its inertia overflows double precision.
     pub fn new(
         vertices: Vec<Vector3<f64>>,
         triangles: Vec<[usize; 3]>,
@@ -81,13 +87,15 @@ impl TriangleSurface {
         })
     }
 
-    /// Merges vertices (m) at exactly the same place, drops unused vertices, and builds the surface as [`Self::new`] does.
+    /// Merges vertices (m) with exactly equal positions, drops unused vertices, and builds the surface as [`Self::new`]
+    /// does.
     ///
-    /// Triangles and remaining vertices keep their order. An unused vertex may have any coordinates. A triangle with two corners at the
-    /// same place is an error; [`Self::from_soup`] omits it.
+    /// Triangles and remaining vertices keep their order. An unused vertex may have any coordinates. A triangle with
+    /// two coincident corners is an error. [`Self::from_soup`] omits such a triangle.
     ///
     /// # Errors
-    /// See [`Self::new`]. Vertices are named by their index in `vertices`; of merged vertices, the first is named.
+    /// Returns the errors of [`Self::new`]. Vertices are named by their index in `vertices`. A merged vertex is named
+    /// by the first of its indices.
     pub fn welded(
         vertices: Vec<Vector3<f64>>,
         mut triangles: Vec<[usize; 3]>,
@@ -97,14 +105,15 @@ impl TriangleSurface {
         Self::without_unused(vertices, &triangles)
     }
 
-    /// From triangles with corners (m) of their own, as an STL file has them, counter-clockwise seen from outside.
+    /// Creates a surface from triangles that do not share vertices, as in an STL file. Corners (m) are
+    /// counter-clockwise when seen from outside.
     ///
-    /// Corners at exactly the same place become one vertex. A triangle with two corners at the same place is omitted,
-    /// because it has no area. Its neighbors then share an edge.
+    /// Corners with exactly equal positions become one vertex. A triangle with two equal corners is omitted, because it
+    /// has no area. Its neighbors then share an edge.
     ///
     /// # Errors
-    /// See [`Self::new`]. Triangles are counted without the omitted ones. A vertex is named by its first corner: corner k of triangle t
-    /// of `corners` has the index 3t + k.
+    /// Returns the errors of [`Self::new`]. Triangle indices do not count omitted triangles. A vertex is named by its
+    /// first corner: corner k of triangle t of `corners` has the index 3t + k.
     pub fn from_soup(corners: &[[Vector3<f64>; 3]]) -> Result<Self, SurfaceError> {
         let vertices = corners.as_flattened();
         if let Some((vertex, value)) = coordinates::first_non_finite(vertices) {
@@ -119,16 +128,18 @@ impl TriangleSurface {
         Self::welded(vertices.to_vec(), triangles.collect())
     }
 
-    /// The surface of a tetrahedral mesh: a rigid body of the same shape.
+    /// Returns the surface of a tetrahedral mesh, for a rigid body of the same shape.
     ///
     /// # Errors
-    /// If more than two triangles of the mesh's surface meet in an edge, which is so where parts of the solid touch in that
-    /// edge alone; or as [`Self::new`], if a part of the solid is flat to round-off, although its tetrahedra are not.
+    /// Returns an error if more than two triangles of the surface share an edge, as where parts of the solid touch in
+    /// an edge only. Also returns the errors of [`Self::new`]: a part of the solid may be flat to within rounding error
+    /// although its tetrahedra are not.
     pub fn around(mesh: &TetMesh) -> Result<Self, SurfaceError> {
         Self::without_unused(mesh.vertices().to_vec(), mesh.surface_triangles())
     }
 
-    /// Drops unused vertices. Errors name vertices by their index in `vertices`. All indices must be in range.
+    /// Drops unused vertices and builds the surface. Errors name vertices by their index in `vertices`. All indices
+    /// must be in range.
     fn without_unused(
         vertices: Vec<Vector3<f64>>,
         triangles: &[[usize; 3]],
@@ -138,88 +149,91 @@ impl TriangleSurface {
         surface.map_err(|error| error.with_vertices(&used.original))
     }
 
-    /// Positions of the vertices (m), in the body frame.
+    /// Returns the positions of the vertices (m) in the body frame.
     #[must_use]
     pub fn vertices(&self) -> &[Vector3<f64>] {
         &self.vertices
     }
 
-    /// The triangles, as indices of their vertices, counter-clockwise seen from outside.
+    /// Returns the vertex indices of the triangles, counter-clockwise when seen from outside.
     #[must_use]
     pub fn triangles(&self) -> &[[usize; 3]] {
         &self.triangles
     }
 
-    /// The corners of a triangle (m).
+    /// Returns the corners of a triangle (m) in the body frame.
     ///
     /// # Panics
-    /// If there is no triangle of that index.
+    /// Panics if the index is out of range.
     #[inline]
     #[must_use]
     pub fn corners(&self, triangle: usize) -> [Vector3<f64>; 3] {
         self.triangles[triangle].map(|vertex| self.vertices[vertex])
     }
 
-    /// The triangle beyond an edge (0..3) of a triangle: edge k is opposite to corner k.
+    /// Returns the triangle across an edge (0..3) of a triangle. Edge k is opposite to corner k.
     ///
     /// # Panics
-    /// If there is no triangle, or no edge, of that index.
+    /// Panics if an index is out of range.
     #[inline]
     #[must_use]
     pub fn neighbor(&self, triangle: usize, edge: usize) -> usize {
         self.neighbors[triangle][edge] as usize
     }
 
-    /// For each triangle those beyond its edges, by the opposite corner.
+    /// Returns the neighbors of each triangle across the edges opposite to its corners.
     pub(crate) fn neighbors(&self) -> &[[u32; 3]] {
         &self.neighbors
     }
 
-    /// Number of connected components. Components that touch at vertices only are several.
+    /// Returns the number of connected components. Components that touch only at vertices are counted separately.
     #[must_use]
     pub fn component_count(&self) -> usize {
         self.component_starts.len()
     }
 
-    /// The first triangle of each connected component.
+    /// Returns the first triangle of each connected component.
     #[must_use]
     pub fn component_starts(&self) -> &[usize] {
         &self.component_starts
     }
 
-    /// The smallest box around the surface.
+    /// Returns the bounding box of the surface in the body frame (m).
     #[must_use]
     pub fn aabb(&self) -> Aabb {
         Aabb::around(&self.vertices)
     }
 
-    /// Largest distance (m) of a vertex from the origin of the body frame.
+    /// Returns the largest distance (m) of a vertex from the origin of the body frame.
     #[must_use]
     pub fn reach(&self) -> f64 {
         self.reach
     }
 
-    /// Volume (m³) inside, without the cavities.
+    /// Returns the enclosed volume (m³) without the cavities.
     #[must_use]
     pub fn volume(&self) -> f64 {
         let corners = (0..self.triangles.len()).map(|triangle| self.corners(triangle));
         triangle_solid::volume(self.aabb().center(), corners)
     }
 
-    /// Mass, center of mass and inertia tensor of the solid inside at a uniform density (kg/m³). Exact up to round-off.
+    /// Computes mass, center of mass and inertia tensor of the enclosed solid at a uniform density (kg/m³). Results are
+    /// exact up to rounding error.
     ///
     /// # Errors
-    /// If the density is not positive, or the mass or the inertia is not finite.
+    /// Returns an error if the density is not positive, or if the mass or the inertia is not finite.
     pub fn mass_properties(&self, density: f64) -> Result<MassProperties, DensityError> {
         let middle = self.aabb().center();
         mass::mass_properties(middle, self.tetrahedra_to(middle), density)
     }
 
-    /// The derivatives by the vertices (the number's unit over m) of a number that has these derivatives by
-    /// [`Self::mass_properties`] at this density (kg/m³). Exact up to round-off.
+    /// Computes the derivatives of a scalar with respect to the vertices (unit of the scalar per m).
+    ///
+    /// `gradient` has the derivatives of the scalar with respect to [`Self::mass_properties`] at this density (kg/m³).
+    /// Results are exact up to rounding error.
     ///
     /// # Errors
-    /// As [`Self::mass_properties`].
+    /// Returns the errors of [`Self::mass_properties`].
     pub fn mass_gradient(
         &self,
         density: f64,
@@ -229,7 +243,7 @@ impl TriangleSurface {
         let by_corners =
             mass::mass_gradients(middle, self.tetrahedra_to(middle), density, gradient)?;
         let mut by_vertices = vec![Vector3::zeros(); self.vertices.len()];
-        // What the middle makes of a change is nothing in the sum.
+        // The derivatives with respect to the common apex are dropped, because they sum to zero.
         for (triangle, [_, by_corners @ ..]) in self.triangles.iter().zip(by_corners) {
             for (&vertex, by_corner) in triangle.iter().zip(by_corners) {
                 by_vertices[vertex] += by_corner;
@@ -238,13 +252,13 @@ impl TriangleSurface {
         Ok(by_vertices)
     }
 
-    /// Center of the volume inside (m).
+    /// Returns the centroid of the enclosed volume (m).
     pub(super) fn center(&self) -> Vector3<f64> {
         let middle = self.aabb().center();
         mass::center(middle, self.tetrahedra_to(middle))
     }
 
-    /// The signed tetrahedra between a point and the triangles.
+    /// Returns the signed tetrahedra spanned by a point and the triangles.
     fn tetrahedra_to(&self, point: Vector3<f64>) -> impl Iterator<Item = Tetrahedron> + Clone {
         (0..self.triangles.len()).map(move |triangle| {
             let [a, b, c] = self.corners(triangle);

@@ -3,7 +3,7 @@
 use nalgebra::Vector3;
 use std::collections::HashMap;
 
-/// Replaces each index by that of the first vertex at exactly the same place. All indices must be in range.
+/// Replaces each index by the first vertex with exactly the same position. All indices must be in range.
 pub(super) fn merge_coincident(vertices: &[Vector3<f64>], triangles: &mut [[usize; 3]]) {
     let mut first_at_place = HashMap::new();
     let first_at = |(vertex, position): (usize, &Vector3<f64>)| {
@@ -15,13 +15,13 @@ pub(super) fn merge_coincident(vertices: &[Vector3<f64>], triangles: &mut [[usiz
     }
 }
 
-/// A key that two points have in common if all their coordinates are equal, and only then.
+/// Returns a key that is equal for two points if and only if all their coordinates are equal.
 pub(super) fn place_key(point: &Vector3<f64>) -> [u64; 3] {
-    // −0 + 0 is 0: both zeros have the same bits.
+    // Adding 0 maps −0 to +0, so that both zeros have the same bits.
     std::array::from_fn(|axis| (point[axis] + 0.0).to_bits())
 }
 
-/// The vertices that triangles use, in their order, and the triangles as indices of them.
+/// The vertices that triangles use, in order, and the triangles with their new vertex indices.
 pub(super) struct UsedVertices {
     pub vertices: Vec<Vector3<f64>>,
     pub triangles: Vec<[usize; 3]>,

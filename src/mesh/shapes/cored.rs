@@ -4,34 +4,35 @@ use crate::scalar::{DenseDual, Scalar, change, lift, real_part, real_vector};
 use nalgebra::Vector3;
 use std::collections::HashMap;
 
-/// A tetrahedron along an edge of the core must have six times its volume above this fraction of
-/// the shape's size cubed: ten times what counts as flat, because tetrahedra are longer than the
-/// shape is wide.
+/// Flatness tolerance of a tetrahedron along an edge of the core: six times its volume over the cubed size of the
+/// shape. It is ten times the tolerance of [`TetMesh`], because tetrahedra may be longer than the size of the shape.
 const SLIMMEST: f64 = 1e-11;
 
-/// A shape filled from its surface to its *core*, the set of points farthest from the surface:
-/// a point, a segment or a flat polygon.
+/// A shape filled from its surface to its *core*, the set of points farthest from the surface. The core is a point, a
+/// segment or a flat polygon.
 pub(super) struct CoredSurface<T = f64> {
     /// Vertices of the surface (m).
     pub vertices: Vec<Vector3<T>>,
-    /// Triangles of the surface, counter-clockwise seen from outside.
+    /// Triangles of the surface, counter-clockwise when seen from outside.
     pub triangles: Vec<[usize; 3]>,
-    /// For each vertex of the surface the point of the core (m) that it is joined to.
+    /// The point of the core (m) to which each surface vertex is joined.
     pub core_points: Vec<Vector3<T>>,
-    /// Whether the core opens in another direction as soon as a dimension of the shape changes.
+    /// Flag that is set if the core gains a dimension as soon as a dimension of the shape changes.
     pub is_about_to_open: bool,
 }
 
-/// Whether a core that has this size (m) in one direction, and the size `solid` (m) after [`core_size`], is closed there in a
-/// shape of this depth (m) because further faces of the shape are as near as the nearest, up to nine digits, and not
-/// because the shape is slender.
+/// Returns true if the core is collapsed along an axis by a tie between closest faces, rather than by slenderness.
+///
+/// `size` is the size (m) of the core along the axis, and `solid` its size after [`core_size`]. Faces are tied if
+/// `size` is at most 1e-9 of the `depth` (m) of the shape.
 pub(super) fn is_about_to_open<T: Scalar>(size: f64, solid: T, depth: f64) -> bool {
     real_part(solid) == 0.0 && size <= 1e-9 * depth
 }
 
-/// The size of a core in one direction (m), or 0 where the tetrahedra along it would be flat: those
-/// with six times the volume `size` × `across` (m²), in a shape of `shape_size` (m). Without that
-/// direction of the core the field departs from the true distance by up to `size`.
+/// Returns the size (m) of a core along an axis, or 0 if the tetrahedra along it would be flat.
+///
+/// Six times the volume of these tetrahedra is `size` × `across` (m²). The size of the shape is `shape_size` (m). If
+/// the core is collapsed, the field differs from the true distance by up to `size`.
 pub(super) fn core_size<T: Scalar>(size: T, across: f64, shape_size: f64) -> T {
     if real_part(size) * across > SLIMMEST * shape_size.powi(3) {
         size
@@ -40,7 +41,7 @@ pub(super) fn core_size<T: Scalar>(size: T, across: f64, shape_size: f64) -> T {
     }
 }
 
-/// The least of some numbers; of several that are equal, the mean, which has the mean of their derivatives.
+/// Returns the minimum. In a tie, the derivatives are the mean of the derivatives of the tied numbers.
 pub(super) fn least<T: Scalar>(numbers: &[T]) -> T {
     let least = numbers
         .iter()
@@ -53,13 +54,13 @@ pub(super) fn least<T: Scalar>(numbers: &[T]) -> T {
 }
 
 impl<T: Scalar> CoredSurface<T> {
-    /// The vertices, those of the surface first, the tetrahedra, and the extents: 0 on the surface and 1 on the core.
+    /// Returns the vertices (surface first), the tetrahedra, and the extents: 0 on the surface and 1 on the core.
     ///
-    /// Between a surface triangle and its image in the core lies a prism, which may have lost
-    /// edges where core vertices coincide. It falls into tetrahedra along the staircase that
-    /// climbs from the surface to the core vertex by vertex, in one order for the whole surface;
-    /// both prisms at a common side climb alike, so the mesh fits together. Vertices with the same
-    /// core vertex follow each other, or a flat tetrahedron would be left between them.
+    /// A prism lies between a surface triangle and its image in the core. It is degenerate if core vertices coincide.
+    /// It is divided into tetrahedra by a staircase that climbs from the surface to the core one vertex at a time. The
+    /// order of the vertices is the same for the whole surface, so that two prisms divide their common side alike.
+    /// Vertices with the same core vertex are consecutive in this order. Otherwise a flat tetrahedron would arise
+    /// between them.
     fn filled(self) -> Filled<T> {
         let surface_count = self.vertices.len();
         let (core, core_of) = distinct(&self.core_points);
@@ -83,7 +84,7 @@ impl<T: Scalar> CoredSurface<T> {
 }
 
 impl CoredSurface {
-    /// The field with extent 0 on the surface and 1 on the core.
+    /// Builds the field with extent 0 on the surface and 1 on the core.
     pub fn field(self) -> Result<PressureField, MeshError> {
         let (vertices, tets, extents) = self.filled();
         PressureField::new(TetMesh::new(vertices, tets)?, extents)
@@ -91,7 +92,8 @@ impl CoredSurface {
 }
 
 impl<const N: usize> CoredSurface<DenseDual<N>> {
-    /// How the field changes with each variable, if [`CoredSurface::field`] would have one.
+    /// Computes the rates of change of the field with respect to each variable. Fails if [`CoredSurface::field`] has an
+    /// invalid mesh.
     pub fn rates(self) -> Result<[ShapeRates; N], MeshError> {
         let (surface_count, is_ambiguous) = (self.vertices.len(), self.is_about_to_open);
         let (vertices, tets, extents) = self.filled();
@@ -106,7 +108,7 @@ impl<const N: usize> CoredSurface<DenseDual<N>> {
                 .iter()
                 .map(|at| at.map(|x| x.eps[variable]))
                 .collect(),
-            // They are 0 and 1, whatever the size.
+            // Extents are constant: 0 and 1.
             extents: vec![0.0; extents.len()],
             ambiguous: ambiguous.clone(),
         }))
@@ -116,7 +118,7 @@ impl<const N: usize> CoredSurface<DenseDual<N>> {
 /// Vertices (m), tetrahedra and extents.
 type Filled<T> = (Vec<Vector3<T>>, Vec<[usize; 4]>, Vec<f64>);
 
-/// The distinct points, and for each point its place among them.
+/// Returns the distinct points, and the index of each point among them.
 fn distinct<T: Scalar>(points: &[Vector3<T>]) -> (Vec<Vector3<T>>, Vec<usize>) {
     let mut known = Vec::new();
     let mut places = HashMap::new();
@@ -132,7 +134,7 @@ fn distinct<T: Scalar>(points: &[Vector3<T>]) -> (Vec<Vector3<T>>, Vec<usize>) {
     (known, place_of)
 }
 
-/// The tetrahedron low[0..=climbed], high[climbed..3].
+/// Returns the tetrahedron low[0..=climbed], high[climbed..3].
 fn staircase_step(low: [usize; 3], high: [usize; 3], climbed: usize) -> [usize; 4] {
     std::array::from_fn(|place| {
         if place <= climbed {

@@ -4,7 +4,7 @@ use crate::mesh::{MeshError, PressureField, ShapeRates};
 use crate::scalar::{Scalar, lift, real_part, real_vector};
 use nalgebra::Vector3;
 
-/// The twelve triangles of a box over corners numbered 4·x + 2·y + z, opposite faces split alike.
+/// The twelve triangles of a box. Corners are numbered 4·x + 2·y + z, and opposite faces are divided alike.
 const TRIANGLES: [[usize; 3]; 12] = [
     [0, 1, 3],
     [0, 3, 2],
@@ -20,22 +20,22 @@ const TRIANGLES: [[usize; 3]; 12] = [
     [1, 5, 7],
 ];
 
-/// A box with edges of the given lengths (m): eight corners, a center of extent 1, and twelve
-/// tetrahedra (the paper, §V).
+/// Creates a box with the given edge lengths (m): eight corners, a center of extent 1, and twelve tetrahedra (the
+/// paper, §V).
 ///
-/// In a cube the field is the distance to the surface; in a longer box it rises more slowly from
-/// the far faces than from the near ones, and [`distance_cuboid`] has the true distance.
+/// In a cube the field is proportional to the distance to the surface. In a longer box it rises more slowly from the
+/// far faces than from the near ones. [`distance_cuboid`] has the true distance.
 ///
 /// # Errors
-/// If a length is not positive and finite, or the box so slender (a rod of 1 : 10⁶) that
-/// tetrahedra are flat to round-off.
+/// Returns an error if a length is not positive and finite, or if the box is so slender (a rod of 1 : 10⁶) that
+/// tetrahedra are flat to within rounding error.
 pub fn cuboid(lengths: [f64; 3]) -> Result<PressureField, MeshError> {
     let half = half_edges(checked_edges(lengths)?);
     filled(half, Vector3::zeros()).field()
 }
 
-/// How the vertices and extents of a [`cuboid`] change with each of its three edges (m): the faces across it move outwards by
-/// half as much.
+/// Computes the rates of change of a [`cuboid`] with respect to each of its three edge lengths (m). The two faces
+/// across an edge move outwards by half its change.
 ///
 /// ```
 /// use hydroelastic::mesh::shapes;
@@ -44,7 +44,7 @@ pub fn cuboid(lengths: [f64; 3]) -> Result<PressureField, MeshError> {
 /// let lengths = [0.3, 0.2, 0.1];
 /// let field = shapes::cuboid(lengths)?;
 /// let rates = shapes::cuboid_rates(lengths)?;
-/// // A vertex is as far from the middle as half the edges are long.
+/// // Vertex coordinates are half the edge lengths.
 /// for (vertex, at) in field.mesh().vertices().iter().enumerate() {
 ///     let by_edges = rates.iter().zip(lengths);
 ///     let parts = by_edges.map(|(by_edge, length)| by_edge.vertices[vertex] * length);
@@ -54,35 +54,36 @@ pub fn cuboid(lengths: [f64; 3]) -> Result<PressureField, MeshError> {
 /// ```
 ///
 /// # Errors
-/// As [`cuboid`].
+/// Returns the errors of [`cuboid`].
 pub fn cuboid_rates(lengths: [f64; 3]) -> Result<[ShapeRates; 3], MeshError> {
     let half = half_edges(variables(checked_edges(lengths)?));
     filled(half, Vector3::from_element(lift(0.0))).rates()
 }
 
-/// A box with edges of the given lengths (m) whose field is the true distance to the surface,
-/// over the largest distance: half the shortest edge.
+/// Creates a box with the given edge lengths (m) whose field is the distance to the surface divided by the largest
+/// distance. The largest distance is half the shortest edge.
 ///
-/// The points farthest from the surface form a rectangle, a segment (two edges shortest) or a
-/// point (a cube); each face is joined to its part of it.
+/// The points farthest from the surface form a rectangle, a segment (if two edges are shortest) or a point (in a cube).
+/// Each face is joined to its part of this core.
 ///
 /// # Errors
-/// If a length is not positive and finite, or the box so slender (a rod of 1 : 10⁶) that
-/// tetrahedra are flat to round-off.
+/// Returns an error if a length is not positive and finite, or if the box is so slender (a rod of 1 : 10⁶) that
+/// tetrahedra are flat to within rounding error.
 pub fn distance_cuboid(lengths: [f64; 3]) -> Result<PressureField, MeshError> {
     let half = half_edges(checked_edges(lengths)?);
     distance_filled(half).field()
 }
 
-/// How the vertices and extents of a [`distance_cuboid`] change with each of its three edges (m).
+/// Computes the rates of change of a [`distance_cuboid`] with respect to each of its three edge lengths (m).
 ///
-/// Where two edges are shortest, or all, the core opens in a new direction as one of them changes, and the vertices of the box
-/// cannot tell how. [`ShapeRates::ambiguous`] then lists those of the core, and the rates are those of the core as it is: a
-/// point stays one, and the ends of a segment move by half of what each of the two edges would have them do. They are exact for
-/// changes that keep the shortest edges equal, as a change of size. The faces of the box have no such places.
+/// If two or three edges are shortest, the core gains a dimension as soon as one of them changes. The vertices of the
+/// box cannot represent this change, so [`ShapeRates::ambiguous`] lists the vertices of the core. Their rates keep the
+/// core's dimension: a point remains a point. The ends of a segment move by the mean of the rates for the two shortest
+/// edges. These rates are exact for changes that keep the shortest edges equal, such as a change of scale. The surface
+/// of the box has no ambiguous vertices.
 ///
 /// # Errors
-/// As [`distance_cuboid`].
+/// Returns the errors of [`distance_cuboid`].
 pub fn distance_cuboid_rates(lengths: [f64; 3]) -> Result<[ShapeRates; 3], MeshError> {
     let half = half_edges(variables(checked_edges(lengths)?));
     distance_filled(half).rates()
@@ -96,7 +97,7 @@ fn half_edges<T: Scalar>(lengths: [T; 3]) -> Vector3<T> {
     lengths.map(|length| length * 0.5).into()
 }
 
-/// The box with these half edges around the points farthest from its surface.
+/// Fills the box with these half edges (m) around the points farthest from its surface.
 fn distance_filled<T: Scalar>(half: Vector3<T>) -> CoredSurface<T> {
     let depth = least(half.as_slice());
     let core = half.map(|half| half - depth);
@@ -110,7 +111,7 @@ fn distance_filled<T: Scalar>(half: Vector3<T>) -> CoredSurface<T> {
     }
 }
 
-/// The box with the half edges `half`, around a core with the half edges `core_half`.
+/// Fills the box with the half edges `half` (m) around a core with the half edges `core_half` (m).
 fn filled<T: Scalar>(half: Vector3<T>, core_half: Vector3<T>) -> CoredSurface<T> {
     let corners = |half: Vector3<T>| {
         let corner = |c| signs(c).zip_map(&half, |sign, half| half * sign);
@@ -124,11 +125,11 @@ fn filled<T: Scalar>(half: Vector3<T>, core_half: Vector3<T>) -> CoredSurface<T>
     }
 }
 
-/// The half edges of the core without those along which tetrahedra would be flat.
+/// Returns the half edges of the core, with 0 along axes whose tetrahedra would be flat.
 ///
-/// The slimmest tetrahedra along the longest core edge 2c₁ have an edge of the surface, at least
-/// twice the depth d, at the distance d across it: six times their volume is 2c₁·2d·d. Along the
-/// next one, 2c₂, there are some with both core edges: 2c₂·2c₁·d.
+/// Let d be the depth. The slimmest tetrahedra along the longest core edge 2c₁ have an edge of the surface at the
+/// distance d across it. That edge is at least 2d long, so six times their volume is 2c₁·2d·d. Along the next core edge
+/// 2c₂, some tetrahedra contain both core edges, and six times their volume is 2c₂·2c₁·d.
 fn solid_core<T: Scalar>(core_half: Vector3<T>, half: &Vector3<f64>) -> Vector3<T> {
     let (depth, longest) = (half.min(), 2.0 * half.max());
     let core = real_vector(&core_half);
@@ -146,7 +147,7 @@ fn solid_core<T: Scalar>(core_half: Vector3<T>, half: &Vector3<f64>) -> Vector3<
     solid
 }
 
-/// The octant of a corner.
+/// Returns the signs of a corner's coordinates.
 fn signs(corner: usize) -> Vector3<f64> {
     Vector3::from_fn(|axis, _| {
         if corner >> (2 - axis) & 1 == 1 {

@@ -6,31 +6,34 @@ use crate::scalar::{Scalar, lift, real_part};
 use nalgebra::Vector3;
 use std::f64::consts::{PI, TAU};
 
-/// Sides a cylinder may have.
+/// Smallest and largest number of sides of a cylinder.
 const SEGMENTS: [usize; 2] = [3, 100_000];
 
-/// A cylinder about the z axis with the given radius and length (m), as a prism of `segments`
-/// sides inscribed in it. Its field is the distance to the surface of the prism, over the largest
-/// distance: the radius of the circle inscribed in the base, or half the length if that is less.
+/// Creates a cylinder about the z axis with the given radius and length (m), as an inscribed prism with `segments`
+/// sides.
 ///
-/// The points farthest from the surface form a segment of the axis (a long cylinder), a polygon
-/// across it (a short one) or a point, and each face is joined to its part of them.
+/// The field is the distance to the surface of the prism divided by the largest distance. The largest distance is the
+/// smaller of half the length and the radius of the circle inscribed in the base.
+///
+/// The points farthest from the surface form a segment of the axis (in a long cylinder), a polygon across it (in a
+/// short one) or a point. Each face is joined to its part of this core.
 ///
 /// # Errors
-/// If a dimension is not positive and finite, there are fewer than 3 segments or over 100,000, or
-/// the shape is so slender that tetrahedra are flat to round-off.
+/// Returns an error if a dimension is not positive and finite, or if there are fewer than 3 or more than 100,000
+/// segments. Also returns an error if the shape is so slender that tetrahedra are flat to within rounding error.
 pub fn cylinder(radius: f64, length: f64, segments: usize) -> Result<PressureField, MeshError> {
     let dimensions = checked_dimensions(radius, length, segments)?;
     filled(dimensions, segments).field()
 }
 
-/// How the vertices and extents of a [`cylinder`] change with its radius and with its length (m).
+/// Computes the rates of change of a [`cylinder`] with respect to its radius and its length (m).
 ///
-/// Where the length is twice the radius of the circle inscribed in the base, the core is a point, and opens as one of them
-/// changes: [`ShapeRates::ambiguous`] then lists it, and it stays a point. That is exact for a change of size alone.
+/// If the length is twice the radius of the circle inscribed in the base, the core is a point. It gains a dimension as
+/// soon as one of the two changes, so [`ShapeRates::ambiguous`] lists it. Its rates keep it a point, which is exact for
+/// a change of scale alone.
 ///
 /// # Errors
-/// As [`cylinder`].
+/// Returns the errors of [`cylinder`].
 pub fn cylinder_rates(
     radius: f64,
     length: f64,
@@ -46,7 +49,7 @@ fn checked_dimensions(radius: f64, length: f64, segments: usize) -> Result<[f64;
     Ok(dimensions)
 }
 
-/// The prism with this radius and length.
+/// Fills the prism with this radius and length (m).
 fn filled<T: Scalar>([radius, length]: [T; 2], segments: usize) -> CoredSurface<T> {
     let (sine_of_half, cosine_of_half) = sin_cos(PI / segments as f64);
     let inscribed = radius * cosine_of_half;
@@ -56,8 +59,8 @@ fn filled<T: Scalar>([radius, length]: [T; 2], segments: usize) -> CoredSurface<
         radius * (lift::<T>(1.0) - depth / inscribed),
         half_length - depth,
     ];
-    // The slimmest tetrahedra stand on a triangle of the core polygon, or join an edge of the ring
-    // to the core segment.
+    // The slimmest tetrahedra have a triangle of the core polygon as a face, or join an edge of the ring to the core
+    // segment.
     let (edge, longest) = (
         2.0 * real_part(radius) * sine_of_half,
         real_part(radius).max(real_part(length)),
@@ -77,7 +80,7 @@ fn filled<T: Scalar>([radius, length]: [T; 2], segments: usize) -> CoredSurface<
     }
 }
 
-/// The middle of the bottom, the bottom ring, the middle of the top, the top ring.
+/// Returns the center of the bottom, the bottom ring, the center of the top and the top ring.
 fn prism_vertices<T: Scalar>(radius: T, half_length: T, segments: usize) -> Vec<Vector3<T>> {
     [-half_length, half_length]
         .iter()
@@ -91,7 +94,7 @@ fn prism_vertices<T: Scalar>(radius: T, half_length: T, segments: usize) -> Vec<
         .collect()
 }
 
-/// Two fans and the sides, each side split in two.
+/// Returns the triangles of the bottom and top fans and of the sides. Each side is divided in two.
 fn prism_triangles(segments: usize) -> Vec<[usize; 3]> {
     let top = segments + 1;
     (0..segments)

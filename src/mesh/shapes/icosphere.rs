@@ -5,10 +5,10 @@ use crate::scalar::{Scalar, lift};
 use nalgebra::Vector3;
 use std::collections::HashMap;
 
-/// Subdivisions allowed: eight give 1.3 million tetrahedra, the best part of a gigabyte.
+/// Smallest and largest number of subdivisions: eight give 1.3 million tetrahedra, nearly a gigabyte.
 const SUBDIVISIONS: [usize; 2] = [0, 8];
 
-/// The triangles of an icosahedron, over the corners as [`icosahedron`] numbers them.
+/// The triangles of an icosahedron, with corners numbered as in [`icosahedron`].
 const ICOSAHEDRON: [[usize; 3]; 20] = [
     [0, 11, 5],
     [0, 5, 1],
@@ -32,41 +32,42 @@ const ICOSAHEDRON: [[usize; 3]; 20] = [
     [9, 8, 1],
 ];
 
-/// A ball of the given radius (m): an icosahedron, each triangle split into four at the edge
-/// midpoints `subdivisions` times, then projected to the sphere, every triangle joined to a
-/// center vertex of extent 1 (the paper, §V): 20·4ᵏ tetrahedra.
+/// Creates a ball of the given radius (m) with 20·4ᵏ tetrahedra, k = `subdivisions` (the paper, §V).
+///
+/// Each triangle of an icosahedron is split into four at its edge midpoints, `subdivisions` times. The vertices are
+/// then projected to the sphere, and every triangle is joined to a center vertex of extent 1.
 ///
 /// # Errors
-/// If the radius is not positive and finite, or there are more than 8 subdivisions.
+/// Returns an error if the radius is not positive and finite, or if there are more than 8 subdivisions.
 pub fn icosphere(radius: f64, subdivisions: usize) -> Result<PressureField, MeshError> {
     let [radius] = checked_lengths([("radius", radius)])?;
     ellipsoid([radius; 3], subdivisions)
 }
 
-/// An ellipsoid with the given semi-axes (m): an icosphere stretched, with extent 1 at its center.
+/// Creates an ellipsoid with the given semi-axes (m): an icosphere, stretched, with extent 1 at its center.
 ///
 /// # Errors
-/// If a semi-axis is not positive and finite, there are more than 8 subdivisions, or the shape is
-/// so slender that tetrahedra are flat to round-off.
+/// Returns an error if a semi-axis is not positive and finite, or if there are more than 8 subdivisions. Also returns
+/// an error if the shape is so slender that tetrahedra are flat to within rounding error.
 pub fn ellipsoid(semi_axes: [f64; 3], subdivisions: usize) -> Result<PressureField, MeshError> {
     filled(checked_semi_axes(semi_axes)?, subdivisions)?.field()
 }
 
-/// How the vertices and extents of an [`icosphere`] change with its radius (m): each vertex moves away from the center, at the
-/// speed 1.
+/// Computes the rates of change of an [`icosphere`] with respect to its radius (m). Each vertex of the surface moves
+/// away from the center at the rate 1.
 ///
 /// # Errors
-/// As [`icosphere`].
+/// Returns the errors of [`icosphere`].
 pub fn icosphere_rates(radius: f64, subdivisions: usize) -> Result<ShapeRates, MeshError> {
     let [radius] = variables(checked_lengths([("radius", radius)])?);
     let [rates] = filled([radius; 3], subdivisions)?.rates()?;
     Ok(rates)
 }
 
-/// How the vertices and extents of an [`ellipsoid`] change with each of its semi-axes (m).
+/// Computes the rates of change of an [`ellipsoid`] with respect to each of its semi-axes (m).
 ///
 /// # Errors
-/// As [`ellipsoid`].
+/// Returns the errors of [`ellipsoid`].
 pub fn ellipsoid_rates(
     semi_axes: [f64; 3],
     subdivisions: usize,
@@ -78,7 +79,7 @@ fn checked_semi_axes(semi_axes: [f64; 3]) -> Result<[f64; 3], MeshError> {
     checked_lengths(semi_axes.map(|length| ("semi-axis", length)))
 }
 
-/// The icosphere, stretched, around its center.
+/// Fills the stretched icosphere around its center.
 fn filled<T: Scalar>(semi_axes: [T; 3], subdivisions: usize) -> Result<CoredSurface<T>, MeshError> {
     check_resolution("subdivisions", subdivisions, SUBDIVISIONS)?;
     let (corners, triangles) = (0..subdivisions).fold(icosahedron(), subdivided);
@@ -96,7 +97,7 @@ fn filled<T: Scalar>(semi_axes: [T; 3], subdivisions: usize) -> Result<CoredSurf
 /// Vertices and triangles.
 type Triangulation = (Vec<Vector3<f64>>, Vec<[usize; 3]>);
 
-/// An icosahedron, whose corners are the cyclic permutations of (±1, ±φ, 0), with the golden ratio φ.
+/// Creates an icosahedron. Its corners are the cyclic permutations of (±1, ±φ, 0), where φ is the golden ratio.
 fn icosahedron() -> Triangulation {
     let golden = f64::midpoint(1.0, 5.0_f64.sqrt());
     let sides = [
@@ -114,7 +115,7 @@ fn icosahedron() -> Triangulation {
     (corners, ICOSAHEDRON.to_vec())
 }
 
-/// Every triangle split into four at the midpoints of its edges.
+/// Splits every triangle into four at the midpoints of its edges.
 fn subdivided((mut corners, triangles): Triangulation, _: usize) -> Triangulation {
     let mut midpoints = HashMap::new();
     let mut midpoint = |a: usize, b: usize| {

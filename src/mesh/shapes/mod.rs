@@ -1,8 +1,10 @@
-//! Ready-made pressure fields, centered on the origin of the body frame, and solids inside triangles,
-//! where those are. Extents are in [0, 1].
+//! Ready-made pressure fields, centered on the origin of the body frame, and fields inside given closed surfaces.
+//! Extents are in [0, 1].
 //!
-//! For a shape with dimensions, a function `…_rates` of the same arguments tells how its vertices and extents change with
-//! them: with [`ShapeGradient::along`](crate::contact::ShapeGradient::along), derivatives by the shape become those by the dimensions.
+//! Each shape with dimensions has a function `…_rates`, which takes the same arguments. It returns the rates of change
+//! of the vertices and extents with respect to the dimensions.
+//! [`ShapeGradient::along`](crate::contact::ShapeGradient::along) uses the rates to convert derivatives with respect to
+//! the shape into derivatives with respect to the dimensions.
 
 mod cored;
 mod cuboid;
@@ -18,12 +20,12 @@ pub use star_shaped::{star_shaped, star_shaped_about};
 use super::MeshError;
 use crate::scalar::DenseDual;
 
-/// The lengths (m) as variables, in their order.
+/// Returns the lengths (m) as independent dual variables, in order.
 fn variables<const N: usize>(lengths: [f64; N]) -> [DenseDual<N>; N] {
     std::array::from_fn(|place| DenseDual::variable(lengths[place], place))
 }
 
-/// The lengths, if all are positive and finite.
+/// Returns the lengths (m) if all are positive and finite.
 fn checked_lengths<const N: usize>(
     lengths: [(&'static str, f64); N],
 ) -> Result<[f64; N], MeshError> {
@@ -35,7 +37,7 @@ fn checked_lengths<const N: usize>(
     Ok(lengths.map(|(_, value)| value))
 }
 
-/// Checks that the count lies within the limits, which are allowed themselves.
+/// Checks that the number lies within the limits (inclusive).
 fn check_resolution(
     name: &'static str,
     found: usize,

@@ -6,11 +6,12 @@ use crate::mesh::{MeshError, PressureField, TriangleSurface};
 use nalgebra::Vector3;
 use std::f64::consts::PI;
 
-/// The solid inside a closed surface, if every triangle is visible from the center of its volume. Any convex solid qualifies. The
-/// extent is 1 at the center.
+/// Creates a field in the solid inside a closed surface, if every triangle is visible from the centroid of the volume.
+/// Any convex solid qualifies. The extent is 1 at the centroid.
 ///
-/// The mesh has a tetrahedron for each triangle, between the triangle and the center. The vertices of the surface come first,
-/// in their order, and the center last. [`TriangleSurface::welded`] makes a surface of triangles with corners of their own.
+/// The mesh has one tetrahedron for each triangle, between the triangle and the center. The vertices of the surface
+/// come first, in order, and the center last. [`TriangleSurface::welded`] makes a surface from triangles that do not
+/// share vertices.
 ///
 /// The center moves with the surface. [`TetMesh::mass_gradient`](crate::mesh::TetMesh::mass_gradient) converts derivatives with
 /// respect to the center into derivatives with respect to the vertices, as for a center of mass.
@@ -22,7 +23,7 @@ use std::f64::consts::PI;
 /// use hydroelastic::mesh::{TriangleSurface, shapes};
 /// use nalgebra::vector;
 ///
-/// // The corner of a cube, cut off.
+/// // A corner cut off a cube.
 /// let vertices = vec![
 ///     vector![0.0, 0.0, 0.0], vector![0.1, 0.0, 0.0], vector![0.0, 0.1, 0.0], vector![0.0, 0.0, 0.1],
 /// ];
@@ -33,8 +34,9 @@ use std::f64::consts::PI;
 /// ```
 ///
 /// # Errors
-/// If a triangle cannot be seen from the center, if the tetrahedron between a triangle and the center is flat to round-off, or
-/// if the surface surrounds the center more than once.
+/// Returns an error if a triangle is not visible from the center, or if the tetrahedron between a triangle and the
+/// center is flat to within rounding error. Also returns an error if the surface winds around the center more than
+/// once.
 pub fn star_shaped(surface: &TriangleSurface) -> Result<PressureField, MeshError> {
     star_shaped_about(surface.center(), surface)
 }
@@ -42,7 +44,7 @@ pub fn star_shaped(surface: &TriangleSurface) -> Result<PressureField, MeshError
 /// Fills the surface as [`star_shaped`] does, from a given inner point (m) instead of the center.
 ///
 /// # Errors
-/// As [`star_shaped`], or if the point is not finite.
+/// Returns the errors of [`star_shaped`]. Also returns an error if the point is not finite.
 pub fn star_shaped_about(
     inner_point: Vector3<f64>,
     surface: &TriangleSurface,
@@ -61,7 +63,7 @@ pub fn star_shaped_about(
     .field()
 }
 
-/// Checks that the point sees each triangle from inside.
+/// Checks that every triangle faces the point with its inner side.
 fn check_seen_from_inside(
     surface: &TriangleSurface,
     point: &Vector3<f64>,
@@ -84,10 +86,10 @@ fn check_seen_from_inside(
     edge_on.map_or(Ok(()), Err)
 }
 
-/// Checks that the point sees one triangle in every direction.
+/// Checks that the surface winds around the point only once.
 ///
-/// A closed surface whose triangles are all seen from inside covers every direction equally often. The sum of the solid angles
-/// over 4π is therefore the number of layers.
+/// If the inner sides of all triangles of a closed surface face the point, every direction meets equally many
+/// triangles. The sum of the solid angles over 4π is therefore the number of layers.
 fn check_layers(surface: &TriangleSurface, point: &Vector3<f64>) -> Result<(), MeshError> {
     let corners = (0..surface.triangles().len()).map(|triangle| surface.corners(triangle));
     let solid_angles = corners.map(|corners| solid_angle(corners.map(|corner| corner - point)));

@@ -85,6 +85,16 @@ fn derivatives_at_special_positions_are_those_of_differences() {
     report(&swept(0, SHORT));
 }
 
+/// The distances to coincidence are spread over many octaves, with narrow gaps.
+#[test]
+fn poses_that_once_failed_are_those_of_differences() {
+    let mut tallies = Tallies::default();
+    for number in [44_273, 49_687, 78_163, 93_582, 4771] {
+        add(&mut tallies, number / BATCH, number..number + 1);
+    }
+    report(&tallies);
+}
+
 /// Layers so stiff that the contact surface lies in them by 3.8e-9 and 1.3e-8 of the size, all below faces inside A. That is further
 /// than what counts as coincident, so that derivatives are those on this side of the faces.
 #[test]
