@@ -6,9 +6,9 @@
 //! of a slab are much closer together than the sides of the box. Finally, four triangles of one
 //! body are tested against one triangle of the other body.
 
-use super::lists::{FourCrossed, Keeping, OneCrossed, Posed, Touched};
-use super::patch::{Frame, Patch};
+use super::box_slab::{BoxSlab, RelativePose};
 use super::slabs::{BoxesAndSlabs, FourSlabs};
+use super::traversal_kernels::{CrossFour, CrossOne, FilterNodes, Keeping, TransformNode};
 use super::triangle_bvh::{SurfaceFace, TriangleBvh};
 use crate::bvh::{Node, WIDTH};
 use crate::lanes;
@@ -18,7 +18,7 @@ use std::ops::Range;
 /// Visits the pairs of triangles of two surfaces, one in A and one in B, that may cross or touch.
 /// The boxes of such a pair overlap, and neither triangle is beside the plane of the other, all to
 /// within `margin` (m). `memory` is scratch memory.
-pub(crate) fn visit_crossings(
+pub(crate) fn visit_crossing_triangles(
     [a, b]: [&TriangleBvh; 2],
     pose_ab: &Pose<f64>,
     margin: f64,
@@ -33,7 +33,7 @@ pub(crate) fn visit_crossings(
         b,
         pose_ab,
         margin,
-        frame: Frame::new(a.bvh().bounds(), pose_ab, margin),
+        frame: RelativePose::new(a.bvh().bounds(), pose_ab, margin),
         memory,
         visit,
     };
@@ -51,7 +51,7 @@ struct Descent<'s, 'm, V> {
     b: &'s TriangleBvh,
     pose_ab: &'s Pose<f64>,
     margin: f64,
-    frame: Frame,
+    frame: RelativePose,
     /// Lists of nodes or triangles, stored as a stack. The lists for a node of B follow those for
     /// its parent.
     memory: &'m mut Vec<u32>,
@@ -69,7 +69,7 @@ impl<V: FnMut(SurfaceFace, SurfaceFace)> Descent<'_, '_, V> {
     /// Descends from a node of B, given the nodes of A that it may touch. Continues with the
     /// children of the node or, on the last level, with the triangles of both bodies.
     fn descend(&mut self, node: Node, partners: &Partners) {
-        let (boxes, slabs, near) = lanes::run(Posed {
+        let (boxes, slabs, near) = lanes::run(TransformNode {
             frame: &self.frame,
             node: self.b.level(node.level).node(node.index),
         });
@@ -84,13 +84,13 @@ impl<V: FnMut(SurfaceFace, SurfaceFace)> Descent<'_, '_, V> {
         if level < b.depth() {
             let (count, is_next_last) = (b.level(level).boxes.len(), level + 1 == b.depth());
             for slot in near_slots(count - first) {
-                let patch = Patch::of(posed, slot);
-                let mut near = self.narrowed(&patch, partners, b.sizes()[level]);
+                let box_slab = BoxSlab::of(posed, slot);
+                let mut near = self.narrowed(&box_slab, partners, b.sizes()[level]);
                 // If triangles are the next level of both trees, four triangles of B are tested at
                 // once against the triangles of A. If A's tree is finer than B's, each triangle of
                 // B narrows the list further.
                 if is_next_last && near.level + 1 == depth_a {
-                    near = self.divided(&patch, &near);
+                    near = self.divided(&box_slab, &near);
                 }
                 if !near.places.is_empty() {
                     let index = first + slot;
@@ -104,43 +104,43 @@ impl<V: FnMut(SurfaceFace, SurfaceFace)> Descent<'_, '_, V> {
             return;
         }
         for slot in near_slots(b.faces().len() - first) {
-            let patch = Patch::of(posed, slot);
-            let near = self.narrowed(&patch, partners, 0.0);
-            self.meet_one(patch, first + slot, near.places);
+            let box_slab = BoxSlab::of(posed, slot);
+            let near = self.narrowed(&box_slab, partners, 0.0);
+            self.meet_one(box_slab, first + slot, near.places);
         }
     }
 
     /// Returns the nodes of A that a part of B's surface may touch, subdivided until they are about
     /// as large as that part (`size`, m).
-    fn narrowed(&mut self, patch: &Patch, partners: &Partners, size: f64) -> Partners {
+    fn narrowed(&mut self, box_slab: &BoxSlab, partners: &Partners, size: f64) -> Partners {
         let sizes = self.a.sizes();
         let is_larger = |level: usize| level + 1 < sizes.len() && sizes[level] > size;
         if !is_larger(partners.level) {
-            return self.filtered(patch, partners);
+            return self.filtered(box_slab, partners);
         }
-        let mut near = self.divided(patch, partners);
+        let mut near = self.divided(box_slab, partners);
         while is_larger(near.level) {
-            near = self.divided(patch, &near);
+            near = self.divided(box_slab, &near);
         }
         near
     }
 
     /// Returns the children of nodes of A that may touch a part of B's surface.
-    fn divided(&mut self, patch: &Patch, partners: &Partners) -> Partners {
-        self.kept(patch, partners, Keeping::Children)
+    fn divided(&mut self, box_slab: &BoxSlab, partners: &Partners) -> Partners {
+        self.kept(box_slab, partners, Keeping::Children)
     }
 
     /// Returns the nodes of A with a child that may touch a part of B's surface.
-    fn filtered(&mut self, patch: &Patch, partners: &Partners) -> Partners {
-        self.kept(patch, partners, Keeping::Nodes)
+    fn filtered(&mut self, box_slab: &BoxSlab, partners: &Partners) -> Partners {
+        self.kept(box_slab, partners, Keeping::Nodes)
     }
 
-    fn kept(&mut self, patch: &Patch, partners: &Partners, keeping: Keeping) -> Partners {
+    fn kept(&mut self, box_slab: &BoxSlab, partners: &Partners, keeping: Keeping) -> Partners {
         let Partners { level, ref places } = *partners;
         self.make_room(places.end + WIDTH * places.len());
-        let end = lanes::run(Touched {
+        let end = lanes::run(FilterNodes {
             nodes: self.a.level(level).boxes,
-            patch,
+            box_slab,
             keeping,
             memory: &mut *self.memory,
             places: places.clone(),
@@ -158,7 +158,7 @@ impl<V: FnMut(SurfaceFace, SurfaceFace)> Descent<'_, '_, V> {
     /// the index of the node's first triangle.
     fn meet_four(&mut self, slabs: &FourSlabs, first: usize, triangles: Range<usize>) {
         self.make_room(triangles.end + WIDTH * triangles.len());
-        let end = lanes::run(FourCrossed {
+        let end = lanes::run(CrossFour {
             frame: &self.frame,
             slabs,
             corners_b: &self.b.corners()[first / WIDTH],
@@ -180,12 +180,12 @@ impl<V: FnMut(SurfaceFace, SurfaceFace)> Descent<'_, '_, V> {
 
     /// Visits the pairs that may cross of triangles below nodes of A and one triangle of B, given
     /// the planes of that triangle.
-    fn meet_one(&mut self, planes: Patch, index_b: usize, nodes: Range<usize>) {
+    fn meet_one(&mut self, planes: BoxSlab, index_b: usize, nodes: Range<usize>) {
         let corners = self.b.corners_of(index_b);
         let corners = corners.map(|corner| self.pose_ab.transformed_point(&corner));
         self.make_room(nodes.end + WIDTH * nodes.len());
-        let end = lanes::run(OneCrossed {
-            patch: planes.around(&corners, self.margin),
+        let end = lanes::run(CrossOne {
+            box_slab: planes.around(&corners, self.margin),
             corners,
             a: self.a,
             margin: self.margin,
@@ -208,7 +208,7 @@ impl<V: FnMut(SurfaceFace, SurfaceFace)> Descent<'_, '_, V> {
 
 #[cfg(test)]
 mod tests {
-    use super::visit_crossings;
+    use super::visit_crossing_triangles;
     use crate::broad_phase::triangle_bvh::{SurfaceFace, TriangleBvh};
     use crate::geometry::Aabb;
     use crate::mesh::{FieldTet, PressureField, shapes};
@@ -305,7 +305,7 @@ mod tests {
     fn by_trees(a: &Body, b: &Body, pose_ab: &Pose) -> Vec<Pair> {
         let (mut found, mut memory) = (Vec::new(), Vec::new());
         let surfaces = [&a.tree, &b.tree];
-        visit_crossings(surfaces, pose_ab, MARGIN, &mut memory, |a, b| {
+        visit_crossing_triangles(surfaces, pose_ab, MARGIN, &mut memory, |a, b| {
             found.push([a, b].map(|face| (face.tet(), face.face())));
         });
         found
@@ -433,7 +433,7 @@ mod tests {
         let mut memory = Vec::new();
         let mut search = || {
             let (mut found, surfaces) = (Vec::new(), [&ball.tree; 2]);
-            visit_crossings(surfaces, &pose_ab, MARGIN, &mut memory, |a, b| {
+            visit_crossing_triangles(surfaces, &pose_ab, MARGIN, &mut memory, |a, b| {
                 found.push([a, b]);
             });
             (found, memory.capacity())

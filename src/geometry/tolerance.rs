@@ -6,7 +6,7 @@ use crate::scalar::{Scalar, real_part};
 pub(crate) struct Tolerance {
     /// Largest absolute value that counts as zero.
     pub zero: f64,
-    /// Actual rounding error. It is [`Closeness::CLEARANCE`] octaves below `zero`, unless the
+    /// Actual rounding error. It is [`NearZeroHistogram::CLEARANCE`] octaves below `zero`, unless the
     /// tolerance was widened.
     rounding: f64,
 }
@@ -15,9 +15,9 @@ pub(crate) struct Tolerance {
 /// to place a tolerance in a gap between values. Bit k is set if a value was between 2ᵏ and 2ᵏ⁺¹
 /// times the actual rounding error. That error is [`Self::CLEARANCE`] octaves below the tolerance.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub(crate) struct Closeness(u32);
+pub(crate) struct NearZeroHistogram(u32);
 
-impl Closeness {
+impl NearZeroHistogram {
     /// Number of octaves from the actual rounding error up to the tolerance.
     const CLEARANCE: u32 = 6;
 
@@ -90,7 +90,7 @@ impl Closeness {
 impl Tolerance {
     /// Creates a tolerance for values whose rounding errors are much smaller than `zero`.
     pub fn new(zero: f64) -> Self {
-        let octaves = f64::from(1_u32 << Closeness::CLEARANCE);
+        let octaves = f64::from(1_u32 << NearZeroHistogram::CLEARANCE);
         Self {
             zero,
             rounding: zero / octaves,
@@ -101,7 +101,7 @@ impl Tolerance {
     /// accumulate.
     pub fn widened(self, octaves: i32) -> Self {
         Self {
-            zero: self.rounding * 2_f64.powi(octaves + Closeness::CLEARANCE.cast_signed()),
+            zero: self.rounding * 2_f64.powi(octaves + NearZeroHistogram::CLEARANCE.cast_signed()),
             ..self
         }
     }
@@ -109,16 +109,19 @@ impl Tolerance {
     /// Returns the bound below which values are recorded. No decision depends on how close to zero
     /// larger values are.
     pub fn noted(self) -> f64 {
-        self.rounding * f64::from(1_u32 << Closeness::OCTAVES)
+        self.rounding * f64::from(1_u32 << NearZeroHistogram::OCTAVES)
     }
 
     /// Returns a bound on the displacement of a plane in a tetrahedron, relative to the longest
     /// edge. The displacement is caused by rounding values to zero. Along an edge, it is the ratio
     /// of a dropped value to the smallest value kept. The bound is twice that ratio, as a safety
     /// factor.
-    pub fn misplacement(self, closeness: Closeness) -> f64 {
+    pub fn misplacement(self, closeness: NearZeroHistogram) -> f64 {
         let is_zero = |octave: &u32| self.rounding * f64::from(1_u32 << octave) <= self.zero;
-        let split = (1..=Closeness::OCTAVES).rev().find(is_zero).unwrap_or(0);
+        let split = (1..=NearZeroHistogram::OCTAVES)
+            .rev()
+            .find(is_zero)
+            .unwrap_or(0);
         2.0 * 2_f64.powi(-closeness.gap(split).cast_signed())
     }
 
@@ -131,14 +134,14 @@ impl Tolerance {
     }
 
     #[inline]
-    pub fn closeness(self, value: f64) -> Closeness {
+    pub fn closeness(self, value: f64) -> NearZeroHistogram {
         let value = value.abs();
         let reaches = |octave: u32| value >= self.rounding * f64::from(1_u32 << octave);
-        if value < self.rounding || reaches(Closeness::OCTAVES) {
-            return Closeness::default();
+        if value < self.rounding || reaches(NearZeroHistogram::OCTAVES) {
+            return NearZeroHistogram::default();
         }
-        Closeness(
-            1 << (1..Closeness::OCTAVES)
+        NearZeroHistogram(
+            1 << (1..NearZeroHistogram::OCTAVES)
                 .filter(|&octave| reaches(octave))
                 .count(),
         )
@@ -146,9 +149,9 @@ impl Tolerance {
 
     /// Returns the closeness of all values.
     #[inline]
-    pub fn closeness_of(self, values: &[f64]) -> Closeness {
+    pub fn closeness_of(self, values: &[f64]) -> NearZeroHistogram {
         let each = values.iter().map(|&value| self.closeness(value));
-        each.fold(Closeness::default(), Closeness::or)
+        each.fold(NearZeroHistogram::default(), NearZeroHistogram::or)
     }
 }
 

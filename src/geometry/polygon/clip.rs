@@ -2,13 +2,13 @@
 
 use super::{ConvexPolygon, POLYGON_CAPACITY};
 use crate::geometry::AffineField;
-use crate::geometry::tolerance::{Closeness, Tolerance, snapped};
+use crate::geometry::tolerance::{NearZeroHistogram, Tolerance, snapped};
 use crate::scalar::{Scalar, lift, real_part, real_vector};
 
 /// Length of an edge with a reliable direction, as a multiple of the distance within which corners
 /// count as on a plane. Both ends of a longer edge must be on the same side of the plane, or on the
 /// plane.
-const LONG: f64 = 64.0;
+const LONG_EDGE: f64 = 64.0;
 
 impl<T: Scalar> ConvexPolygon<T> {
     /// Clips the polygon to the half-space `field` ≥ 0. Values within `tolerance` of zero count as
@@ -28,7 +28,7 @@ impl<T: Scalar> ConvexPolygon<T> {
     /// Clips like [`Self::clipped`], but in place. Most faces do not cut the polygon, and moving a
     /// polygon is slow because it is large.
     ///
-    /// `unmet` returns the owners of edges that are known not to meet the plane `side`. The ends of
+    /// `disjoint_faces` returns the owners of edges that are known not to meet the plane `side`. The ends of
     /// such an edge that are inside do not count as on the plane, however close they are.
     #[inline]
     pub(crate) fn clip(
@@ -36,10 +36,10 @@ impl<T: Scalar> ConvexPolygon<T> {
         field: &AffineField<T>,
         tolerance: Tolerance,
         side: u8,
-        unmet: impl FnOnce() -> u8,
+        disjoint_faces: impl FnOnce() -> u8,
     ) {
         let mut values = [lift(0.0); POLYGON_CAPACITY];
-        let (mut is_near, mut closeness, mut zeros) = (false, Closeness::default(), 0_u32);
+        let (mut is_near, mut closeness, mut zeros) = (false, NearZeroHistogram::default(), 0_u32);
         for (value, corner) in values.iter_mut().zip(&self.corners[..self.len()]) {
             *value = field.at(corner);
             let real = real_part(*value);
@@ -49,9 +49,9 @@ impl<T: Scalar> ConvexPolygon<T> {
             *value = snapped(*value, tolerance.zero);
         }
         if zeros >= 2 {
-            self.restore_beside(&mut values, (field, tolerance.zero), unmet());
+            self.restore_beside(&mut values, (field, tolerance.zero), disjoint_faces());
         }
-        if closeness != Closeness::default() {
+        if closeness != NearZeroHistogram::default() {
             self.note(closeness, &values, tolerance);
         }
         if is_near {
@@ -80,20 +80,20 @@ impl<T: Scalar> ConvexPolygon<T> {
             let exact = [field.at(from), field.at(to)];
             let is_beside = |value: &T| 0.0 < real_part(*value) && real_part(*value) <= zero;
             let near = zero / real_vector(&field.gradient).norm();
-            if exact.iter().all(is_beside) && real_vector(&(to - from)).norm() > LONG * near {
+            if exact.iter().all(is_beside) && real_vector(&(to - from)).norm() > LONG_EDGE * near {
                 [values[now], values[next]] = exact;
             }
         }
     }
 
     #[cold]
-    fn note(&mut self, closeness: Closeness, values: &[T], tolerance: Tolerance) {
+    fn note(&mut self, closeness: NearZeroHistogram, values: &[T], tolerance: Tolerance) {
         let sizes = values[..self.len()]
             .iter()
             .map(|&value| real_part(value).abs());
-        let flatness = tolerance.closeness(sizes.fold(0.0, f64::max));
+        let coplanarity = tolerance.closeness(sizes.fold(0.0, f64::max));
         self.closeness = self.closeness.or(closeness);
-        self.flatness = self.flatness.or(flatness);
+        self.coplanarity = self.coplanarity.or(coplanarity);
     }
 
     /// Adds the owner `side` to edges along which the values are zero.

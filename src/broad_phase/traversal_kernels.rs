@@ -1,8 +1,8 @@
 //! SIMD kernels of the search for crossing triangles. Each kernel reads a list of nodes or
 //! triangles of A in shared memory, and appends another list.
 
+use super::box_slab::{BoxSlab, RelativePose};
 use super::four_triangles::FourTriangles;
-use super::patch::{Frame, Patch};
 use super::slabs::{BoxesAndSlabs, FourSlabs};
 use super::triangle_bvh::TriangleBvh;
 use crate::bvh::{FourBoxes, FourCorners, WIDTH};
@@ -19,13 +19,13 @@ pub(super) enum Keeping {
 }
 
 /// Kernel that transforms a node of B to A's frame, and selects its children near A's surface (see
-/// [`Frame::posed`]).
-pub(super) struct Posed<'d> {
-    pub frame: &'d Frame,
+/// [`RelativePose::posed`]).
+pub(super) struct TransformNode<'d> {
+    pub frame: &'d RelativePose,
     pub node: BoxesAndSlabs<'d>,
 }
 
-impl InLanes for Posed<'_> {
+impl InLanes for TransformNode<'_> {
     type Output = (FourBoxes, FourSlabs, u32);
 
     #[inline(always)]
@@ -36,24 +36,24 @@ impl InLanes for Posed<'_> {
 
 /// Kernel that selects the nodes of A that a part of B's surface may touch. It reads the nodes at
 /// `places` of the memory and appends the selection. It returns the end of the new list.
-pub(super) struct Touched<'d> {
+pub(super) struct FilterNodes<'d> {
     pub nodes: &'d [FourBoxes],
-    pub patch: &'d Patch,
+    pub box_slab: &'d BoxSlab,
     pub keeping: Keeping,
     pub memory: &'d mut [u32],
     pub places: Range<usize>,
 }
 
-impl InLanes for Touched<'_> {
+impl InLanes for FilterNodes<'_> {
     type Output = usize;
 
     #[inline(always)]
     fn run<L: Lanes>(self, lanes: L) -> usize {
-        let patch = self.patch.in_lanes(lanes);
+        let box_slab = self.box_slab.in_lanes(lanes);
         let mut end = self.places.end;
         for place in self.places {
             let index = self.memory[place];
-            let touched = patch.touched(lanes, &self.nodes[index as usize]);
+            let touched = box_slab.touched(lanes, &self.nodes[index as usize]);
             match self.keeping {
                 Keeping::Children => {
                     end += kept(&mut self.memory[end..], WIDTH as u32 * index, touched);
@@ -71,8 +71,8 @@ impl InLanes for Touched<'_> {
 /// Kernel that selects pairs that may cross of listed triangles of A and four triangles of B. It
 /// appends one entry for each pair to the memory. An entry is four times the index in A, plus the
 /// index among the four triangles of B. The kernel returns the end of the new list.
-pub(super) struct FourCrossed<'d> {
-    pub frame: &'d Frame,
+pub(super) struct CrossFour<'d> {
+    pub frame: &'d RelativePose,
     pub slabs: &'d FourSlabs,
     pub corners_b: &'d FourCorners<3>,
     pub a: &'d TriangleBvh,
@@ -81,7 +81,7 @@ pub(super) struct FourCrossed<'d> {
     pub triangles: Range<usize>,
 }
 
-impl InLanes for FourCrossed<'_> {
+impl InLanes for CrossFour<'_> {
     type Output = usize;
 
     #[inline(always)]
@@ -92,8 +92,8 @@ impl InLanes for FourCrossed<'_> {
         for place in self.triangles {
             let index = self.memory[place];
             let (node, slot) = (index as usize / WIDTH, index as usize % WIDTH);
-            let patch = Patch::of_a(leaves.node(node), slot, self.margin);
-            let crossed = four.crossed(lanes, &patch, &self.a.corners_of(index as usize));
+            let box_slab = BoxSlab::of_a(leaves.node(node), slot, self.margin);
+            let crossed = four.crossed(lanes, &box_slab, &self.a.corners_of(index as usize));
             end += kept(&mut self.memory[end..], WIDTH as u32 * index, crossed);
         }
         end
@@ -103,8 +103,8 @@ impl InLanes for FourCrossed<'_> {
 /// Kernel that selects the triangles of A that one triangle of B may cross. The triangles are below
 /// the nodes at `nodes` of the memory. It appends the selection and returns the end of the new
 /// list.
-pub(super) struct OneCrossed<'d> {
-    pub patch: Patch,
+pub(super) struct CrossOne<'d> {
+    pub box_slab: BoxSlab,
     pub corners: [Vector3<f64>; 3],
     pub a: &'d TriangleBvh,
     pub margin: f64,
@@ -112,7 +112,7 @@ pub(super) struct OneCrossed<'d> {
     pub nodes: Range<usize>,
 }
 
-impl InLanes for OneCrossed<'_> {
+impl InLanes for CrossOne<'_> {
     type Output = usize;
 
     #[inline(always)]
@@ -123,7 +123,7 @@ impl InLanes for OneCrossed<'_> {
             let node = leaves.node(index as usize);
             let corners = &self.a.corners()[index as usize];
             let four = FourTriangles::of_a(node, corners, self.margin);
-            let crossed = four.crossed(lanes, &self.patch, &self.corners);
+            let crossed = four.crossed(lanes, &self.box_slab, &self.corners);
             end += kept(&mut self.memory[end..], WIDTH as u32 * index, crossed);
         }
         end

@@ -8,7 +8,7 @@ const FLATNESS: f64 = 1e-10;
 
 /// An edge of a tetrahedron, on a path from a peak of the field to the surface.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct Escape {
+pub(crate) struct PathEdge {
     /// Index of a tetrahedron that has the edge.
     pub tet: usize,
     /// The two corners of the tetrahedron that the edge joins.
@@ -34,7 +34,7 @@ pub(crate) struct Escape {
 ///    directions, a *peak*.
 /// 5. The region therefore contains a peak of one body. A path of edges from the peak to that
 ///    body's surface leaves the region, and crosses the component.
-pub(super) fn escapes(field: &PressureField) -> Option<Vec<Escape>> {
+pub(super) fn peak_paths(field: &PressureField) -> Option<Vec<PathEdge>> {
     (is_concave(field) && is_surface_connected(field)).then(|| edges_from(field, &peaks(field)))
 }
 
@@ -119,23 +119,23 @@ fn span_space(vectors: &[Vector3<f64>], least: f64) -> bool {
 }
 
 /// Returns the edges of shortest paths from vertices to the surface, each edge once.
-fn edges_from(field: &PressureField, starts: &[usize]) -> Vec<Escape> {
+fn edges_from(field: &PressureField, starts: &[usize]) -> Vec<PathEdge> {
     let toward_surface = steps_to_surface(field);
     let mut is_done = vec![false; toward_surface.len()];
     let mut edges = Vec::new();
     for &start in starts {
         let mut vertex = start;
-        while let Some(escape) = toward_surface[vertex].filter(|_| !is_done[vertex]) {
+        while let Some(edge) = toward_surface[vertex].filter(|_| !is_done[vertex]) {
             is_done[vertex] = true;
-            edges.push(escape);
-            vertex = field.mesh().tets()[escape.tet][escape.corners[1]];
+            edges.push(edge);
+            vertex = field.mesh().tets()[edge.tet][edge.corners[1]];
         }
     }
     edges
 }
 
 /// Returns, for each inner vertex, the first edge of a shortest path to the surface.
-fn steps_to_surface(field: &PressureField) -> Vec<Option<Escape>> {
+fn steps_to_surface(field: &PressureField) -> Vec<Option<PathEdge>> {
     let mesh = field.mesh();
     let mut tets_at: Vec<Vec<u32>> = vec![Vec::new(); mesh.vertex_count()];
     for (tet, vertices) in (0_u32..).zip(mesh.tets()) {
@@ -155,7 +155,7 @@ fn steps_to_surface(field: &PressureField) -> Vec<Option<Escape>> {
             let place = vertices.iter().position(|&other| other == vertex);
             for (corner, &other) in vertices.iter().enumerate() {
                 if steps[other].is_none() && !mesh.is_on_surface(other) {
-                    steps[other] = place.map(|to| Escape {
+                    steps[other] = place.map(|to| PathEdge {
                         tet,
                         corners: [corner, to],
                     });
