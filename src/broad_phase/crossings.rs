@@ -5,9 +5,9 @@
 //! a patch of a smooth surface these are much closer together than the sides of the box. At the end four triangles of one
 //! body are held against one of the other.
 
-use super::lists::{FourCrossed, Keeping, OneCrossed, Posed, Touched};
-use super::patch::{Frame, Patch};
+use super::box_slab::{BoxSlab, RelativePose};
 use super::slabs::{BoxesAndSlabs, FourSlabs};
+use super::traversal_kernels::{CrossFour, CrossOne, FilterNodes, Keeping, TransformNode};
 use super::triangle_bvh::{SurfaceFace, TriangleBvh};
 use crate::bvh::{Node, WIDTH};
 use crate::lanes;
@@ -16,7 +16,7 @@ use std::ops::Range;
 
 /// Visits the pairs of triangles, of a surface (in A) and another (in B), that may cross or touch: those whose boxes overlap
 /// and of which neither is beside the other's plane, all to within `margin` (m). `memory` is room to work in.
-pub(crate) fn visit_crossings(
+pub(crate) fn visit_crossing_triangles(
     [a, b]: [&TriangleBvh; 2],
     pose_ab: &Pose<f64>,
     margin: f64,
@@ -31,7 +31,7 @@ pub(crate) fn visit_crossings(
         b,
         pose_ab,
         margin,
-        frame: Frame::new(a.bvh().bounds(), pose_ab, margin),
+        frame: RelativePose::new(a.bvh().bounds(), pose_ab, margin),
         memory,
         visit,
     };
@@ -48,7 +48,7 @@ struct Descent<'s, 'm, V> {
     b: &'s TriangleBvh,
     pose_ab: &'s Pose<f64>,
     margin: f64,
-    frame: Frame,
+    frame: RelativePose,
     /// Lists of nodes or triangles one after the other: those for a node of B behind those for its parent.
     memory: &'m mut Vec<u32>,
     visit: V,
@@ -63,7 +63,7 @@ struct Partners {
 impl<V: FnMut(SurfaceFace, SurfaceFace)> Descent<'_, '_, V> {
     /// Goes on from a node of B and what it may touch of A: to its children or, at the last level, to the triangles of both.
     fn descend(&mut self, node: Node, partners: &Partners) {
-        let (boxes, slabs, near) = lanes::run(Posed {
+        let (boxes, slabs, near) = lanes::run(TransformNode {
             frame: &self.frame,
             node: self.b.level(node.level).node(node.index),
         });
@@ -78,12 +78,12 @@ impl<V: FnMut(SurfaceFace, SurfaceFace)> Descent<'_, '_, V> {
         if level < b.depth() {
             let (count, is_next_last) = (b.level(level).boxes.len(), level + 1 == b.depth());
             for slot in near_slots(count - first) {
-                let patch = Patch::of(posed, slot);
-                let mut near = self.narrowed(&patch, partners, b.sizes()[level]);
+                let box_slab = BoxSlab::of(posed, slot);
+                let mut near = self.narrowed(&box_slab, partners, b.sizes()[level]);
                 // Four triangles of B meet the triangles of A, if these are next. Where A's tree is finer than B's, they are not
                 // yet: each triangle of B then narrows the list further.
                 if is_next_last && near.level + 1 == depth_a {
-                    near = self.divided(&patch, &near);
+                    near = self.divided(&box_slab, &near);
                 }
                 if !near.places.is_empty() {
                     let index = first + slot;
@@ -97,42 +97,42 @@ impl<V: FnMut(SurfaceFace, SurfaceFace)> Descent<'_, '_, V> {
             return;
         }
         for slot in near_slots(b.faces().len() - first) {
-            let patch = Patch::of(posed, slot);
-            let near = self.narrowed(&patch, partners, 0.0);
-            self.meet_one(patch, first + slot, near.places);
+            let box_slab = BoxSlab::of(posed, slot);
+            let near = self.narrowed(&box_slab, partners, 0.0);
+            self.meet_one(box_slab, first + slot, near.places);
         }
     }
 
     /// What of A's nodes a part of B's surface may touch, divided until they are about as large as that.
-    fn narrowed(&mut self, patch: &Patch, partners: &Partners, size: f64) -> Partners {
+    fn narrowed(&mut self, box_slab: &BoxSlab, partners: &Partners, size: f64) -> Partners {
         let sizes = self.a.sizes();
         let is_larger = |level: usize| level + 1 < sizes.len() && sizes[level] > size;
         if !is_larger(partners.level) {
-            return self.filtered(patch, partners);
+            return self.filtered(box_slab, partners);
         }
-        let mut near = self.divided(patch, partners);
+        let mut near = self.divided(box_slab, partners);
         while is_larger(near.level) {
-            near = self.divided(patch, &near);
+            near = self.divided(box_slab, &near);
         }
         near
     }
 
     /// The children of nodes of A that may touch a part of B's surface.
-    fn divided(&mut self, patch: &Patch, partners: &Partners) -> Partners {
-        self.kept(patch, partners, Keeping::Children)
+    fn divided(&mut self, box_slab: &BoxSlab, partners: &Partners) -> Partners {
+        self.kept(box_slab, partners, Keeping::Children)
     }
 
     /// The nodes of A with children that may touch a part of B's surface.
-    fn filtered(&mut self, patch: &Patch, partners: &Partners) -> Partners {
-        self.kept(patch, partners, Keeping::Nodes)
+    fn filtered(&mut self, box_slab: &BoxSlab, partners: &Partners) -> Partners {
+        self.kept(box_slab, partners, Keeping::Nodes)
     }
 
-    fn kept(&mut self, patch: &Patch, partners: &Partners, keeping: Keeping) -> Partners {
+    fn kept(&mut self, box_slab: &BoxSlab, partners: &Partners, keeping: Keeping) -> Partners {
         let Partners { level, ref places } = *partners;
         self.make_room(places.end + WIDTH * places.len());
-        let end = lanes::run(Touched {
+        let end = lanes::run(FilterNodes {
             nodes: self.a.level(level).boxes,
-            patch,
+            box_slab,
             keeping,
             memory: &mut *self.memory,
             places: places.clone(),
@@ -149,7 +149,7 @@ impl<V: FnMut(SurfaceFace, SurfaceFace)> Descent<'_, '_, V> {
     /// Visits the pairs that may cross of triangles of A and the triangles, from `first` on, of one node of B.
     fn meet_four(&mut self, slabs: &FourSlabs, first: usize, triangles: Range<usize>) {
         self.make_room(triangles.end + WIDTH * triangles.len());
-        let end = lanes::run(FourCrossed {
+        let end = lanes::run(CrossFour {
             frame: &self.frame,
             slabs,
             corners_b: &self.b.corners()[first / WIDTH],
@@ -170,12 +170,12 @@ impl<V: FnMut(SurfaceFace, SurfaceFace)> Descent<'_, '_, V> {
     }
 
     /// Visits the pairs that may cross of the triangles below nodes of A and one triangle of B, given its planes.
-    fn meet_one(&mut self, planes: Patch, index_b: usize, nodes: Range<usize>) {
+    fn meet_one(&mut self, planes: BoxSlab, index_b: usize, nodes: Range<usize>) {
         let corners = self.b.corners_of(index_b);
         let corners = corners.map(|corner| self.pose_ab.transformed_point(&corner));
         self.make_room(nodes.end + WIDTH * nodes.len());
-        let end = lanes::run(OneCrossed {
-            patch: planes.around(&corners, self.margin),
+        let end = lanes::run(CrossOne {
+            box_slab: planes.around(&corners, self.margin),
             corners,
             a: self.a,
             margin: self.margin,
@@ -198,7 +198,7 @@ impl<V: FnMut(SurfaceFace, SurfaceFace)> Descent<'_, '_, V> {
 
 #[cfg(test)]
 mod tests {
-    use super::visit_crossings;
+    use super::visit_crossing_triangles;
     use crate::broad_phase::triangle_bvh::{SurfaceFace, TriangleBvh};
     use crate::geometry::Aabb;
     use crate::mesh::{FieldTet, PressureField, shapes};
@@ -293,7 +293,7 @@ mod tests {
     fn by_trees(a: &Body, b: &Body, pose_ab: &Pose) -> Vec<Pair> {
         let (mut found, mut memory) = (Vec::new(), Vec::new());
         let surfaces = [&a.tree, &b.tree];
-        visit_crossings(surfaces, pose_ab, MARGIN, &mut memory, |a, b| {
+        visit_crossing_triangles(surfaces, pose_ab, MARGIN, &mut memory, |a, b| {
             found.push([a, b].map(|face| (face.tet(), face.face())));
         });
         found
@@ -420,7 +420,7 @@ mod tests {
         let mut memory = Vec::new();
         let mut search = || {
             let (mut found, surfaces) = (Vec::new(), [&ball.tree; 2]);
-            visit_crossings(surfaces, &pose_ab, MARGIN, &mut memory, |a, b| {
+            visit_crossing_triangles(surfaces, &pose_ab, MARGIN, &mut memory, |a, b| {
                 found.push([a, b]);
             });
             (found, memory.capacity())

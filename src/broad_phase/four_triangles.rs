@@ -1,6 +1,6 @@
 //! Four triangles of a surface side by side, and which of them a triangle of the other body may cross.
 
-use super::patch::Patch;
+use super::box_slab::BoxSlab;
 use super::slabs::{BoxesAndSlabs, FourSlabs};
 use crate::bvh::{FourBoxes, FourCorners, WIDTH, four_bits};
 use crate::lanes::space::{dot, splat};
@@ -45,20 +45,25 @@ impl<'f> FourTriangles<'f> {
     /// Which of them a triangle of the other body may cross, as bits: those whose boxes overlap and of which neither is
     /// beside the other's plane.
     #[inline(always)]
-    pub fn crossed<L: Lanes>(&self, lanes: L, patch: &Patch, corners: &[Vector3<f64>; 3]) -> u32 {
-        let patch = patch.in_lanes(lanes);
+    pub fn crossed<L: Lanes>(
+        &self,
+        lanes: L,
+        box_slab: &BoxSlab,
+        corners: &[Vector3<f64>; 3],
+    ) -> u32 {
+        let box_slab = box_slab.in_lanes(lanes);
         let mut bits = 0;
         for first in (0..WIDTH).step_by(L::COUNT) {
             let load = |quad: &Quad| lanes.load_four(quad, first);
             let vector = |[x, y, z]: &[Quad; 3]| [load(x), load(y), load(z)];
-            let own_corner = |corner: usize| dot(patch.normal, vector(&self.corners[corner]));
+            let own_corner = |corner: usize| dot(box_slab.normal, vector(&self.corners[corner]));
             let own = [own_corner(0), own_corner(1), own_corner(2)];
-            let cuts = reach_into(own, patch.between);
+            let cuts = reach_into(own, box_slab.between);
             let normal = vector(self.normal);
             let corner = |corner: usize| dot(normal, splat(lanes, corners[corner].as_ref()));
             let [low, high] = &self.between;
             let is_cut = reach_into([corner(0), corner(1), corner(2)], [load(low), load(high)]);
-            let near = self.boxes.overlapping(lanes, patch.sides(), first);
+            let near = self.boxes.overlapping(lanes, box_slab.sides(), first);
             bits |= four_bits(near & cuts & is_cut, first);
         }
         bits

@@ -11,17 +11,17 @@
     reason = "a mesh has no more tetrahedra than a u32 counts"
 )]
 
+mod box_slab;
 mod crossings;
 mod four_triangles;
-mod lists;
-mod patch;
 mod projections;
 mod r_star_tree;
 mod slabs;
 mod tet_bvh;
+mod traversal_kernels;
 mod triangle_bvh;
 
-pub(crate) use crossings::visit_crossings;
+pub(crate) use crossings::visit_crossing_triangles;
 pub use projections::Projections;
 pub use r_star_tree::RStarTree;
 pub(crate) use tet_bvh::TetBvh;

@@ -7,7 +7,7 @@
 //! - *Faces that miss each other by about a margin.* Some corners count as on the plane and others do not, so polygons with weight ½
 //!   have no partner. Derivatives therefore use a wider tolerance ([`COINCIDENCE`](crate::narrow_phase::COINCIDENCE),
 //!   [`ELASTIC_COINCIDENCE`]). It is placed in a gap of the distances to coincidence, if there is one
-//!   ([`Closeness::split`](crate::geometry::Closeness::split)), so that its own edge does not separate the corners of a face.
+//!   ([`NearZeroHistogram::split`](crate::geometry::NearZeroHistogram::split)), so that its own edge does not separate the corners of a face.
 //! - *Nearly equal fields.* A force jumps within a very small distance, and the derivative within this distance is far larger than the
 //!   slope that a longer step sees. The wider tolerance gives the mean of both sides.
 //! - *Bodies that are pressed in by less than the tolerance.* The wider tolerance would take their pressure for zero. It is narrowed
@@ -16,14 +16,14 @@
 //!   placed and narrowed in the same way: with a fixed one the force jumps at its edge.
 
 use super::integrate::{CutSurface, Integrand};
-use super::polygon::PolygonSource;
+use super::polygon_source::PolygonSource;
 use super::sums::PartialSum;
 use super::{Culling, Search};
 use crate::narrow_phase::ELASTIC_COINCIDENCE;
 use crate::scalar::{Scalar, carries_derivatives};
 
 /// Largest fraction of the load that may count as zero.
-const LITTLE: f64 = 1e-6;
+const MAX_DISCARDED_LOAD: f64 = 1e-6;
 
 /// Octaves by which the tolerance is narrowed at a time while more of the load would count as zero.
 const NARROWER: usize = 3;
@@ -96,7 +96,7 @@ impl<'a, T: Scalar> PolygonSource<'a, T> {
     }
 
     /// The surface where faces within 2^octaves margins of each other count as coincident. The octaves are others where that
-    /// many would merge distinct corners (see [`Closeness::split`]), but still some that are nearly coincident, if `merges`. They are fewer where they would take the load for zero:
+    /// many would merge distinct corners (see [`NearZeroHistogram::split`]), but still some that are nearly coincident, if `merges`. They are fewer where they would take the load for zero:
     /// bodies that are pressed in by less do not just touch. For this they are narrowed down to the margin, which values are
     /// made with. Otherwise the load may change: where it jumps as faces pass
     /// each other, the derivatives belong to neither side.
@@ -104,7 +104,7 @@ impl<'a, T: Scalar> PolygonSource<'a, T> {
     /// If there are such faces, gives the finer surface as well. They are looked for in cuts that do not count, too: where corners
     /// are taken to be on the plane, nothing may be left of a polygon.
     ///
-    /// [`Closeness::split`]: crate::geometry::Closeness::split
+    /// [`NearZeroHistogram::split`]: crate::geometry::NearZeroHistogram::split
     fn settled(
         &self,
         surface: CutSurface<'a, T>,
@@ -121,7 +121,7 @@ impl<'a, T: Scalar> PolygonSource<'a, T> {
             return (surface, Some(finer));
         };
         let load = finer.load();
-        let leaves_load = |octaves: &i32| finer.load_at_zero(*octaves) <= LITTLE * load;
+        let leaves_load = |octaves: &i32| finer.load_at_zero(*octaves) <= MAX_DISCARDED_LOAD * load;
         let split = closeness.split(octaves, merges);
         let mut narrower = (1..=split).rev().step_by(NARROWER);
         let split = narrower.find(leaves_load).unwrap_or(split.min(0));

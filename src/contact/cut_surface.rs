@@ -9,7 +9,7 @@ use nalgebra::Vector3;
 impl<T: Scalar> CutSurface<'_, T> {
     /// Whether some whole polygon lies so near to a face of B that they count as coincident.
     pub fn has_polygons_on_faces(&self) -> bool {
-        self.found.flatness().is_within(ELASTIC_COINCIDENCE)
+        self.found.coplanarity().is_within(ELASTIC_COINCIDENCE)
     }
 
     /// Whether nothing is pressed on.

@@ -1,10 +1,10 @@
 //! The wrench of an elastic contact and its derivatives, from the planes and moments of polygons.
 
-use super::integrate::{Integrand, Left};
+use super::integrate::{Integrand, Remainder};
 use super::jacobian::RelativeJacobian;
 use super::plane_polygon::PlanePolygon;
-use super::polygon::PolygonSource;
-use super::polygon_plane::{PolygonPlane, Six};
+use super::polygon_fields::{PolygonFields, Six};
+use super::polygon_source::PolygonSource;
 use super::response::{PolygonResponse, Responses};
 use super::sums::PartialSum;
 use crate::geometry::set_bits;
@@ -29,7 +29,7 @@ const OCTETS: usize = 256;
 /// `K` numbers that follow from the plane and the moments of a polygon.
 trait Integrals<const K: usize> {
     /// Of all of the polygon, whatever its weights.
-    fn of<N: Linear>(polygon: &PolygonPlane<N>) -> [N; K];
+    fn of<N: Linear>(polygon: &PolygonFields<N>) -> [N; K];
 }
 
 /// The wrench on A about A's origin: torque, force.
@@ -38,7 +38,7 @@ struct OfWrench;
 /// The numbers of a [`RelativeJacobian`]: `by_motion_of_b` column by column, `wrench`, `pressed_a`, `pressed_b`.
 struct OfJacobian;
 
-impl<N: Linear> PolygonPlane<N> {
+impl<N: Linear> PolygonFields<N> {
     /// ∫ p dA and ∫ p x dA.
     #[inline(always)]
     fn pressure_integrals(&self) -> (N, [N; 3]) {
@@ -54,7 +54,7 @@ impl<N: Linear> PolygonPlane<N> {
 
 impl Integrals<6> for OfWrench {
     #[inline(always)]
-    fn of<N: Linear>(polygon: &PolygonPlane<N>) -> [N; 6] {
+    fn of<N: Linear>(polygon: &PolygonFields<N>) -> [N; 6] {
         let (total, weighted) = polygon.pressure_integrals();
         wrench_of(total, weighted, polygon.axes[2])
     }
@@ -70,7 +70,7 @@ fn wrench_of<N: Linear>(total: N, weighted: [N; 3], direction: [N; 3]) -> Six<N>
 
 impl Integrals<JACOBIAN> for OfJacobian {
     #[inline(always)]
-    fn of<N: Linear>(polygon: &PolygonPlane<N>) -> [N; JACOBIAN] {
+    fn of<N: Linear>(polygon: &PolygonFields<N>) -> [N; JACOBIAN] {
         let (a, [slope_a, slope_b]) = (polygon.gradient_a, polygon.slopes);
         let (origin, [e1, e2, normal]) = (polygon.origin, polygon.axes);
         let [area, y1, y2, y11, y12, y22] = polygon.moments;
@@ -127,7 +127,7 @@ impl<I: Integrals<K>, const K: usize> InLanes for OverOctets<'_, I, K> {
         let mut sums = [[0.0; ROW]; K];
         for octet in self.octets {
             for first in (0..octet.tets().len()).step_by(L::COUNT) {
-                let integrals = I::of(&PolygonPlane::loaded(lanes, octet, first));
+                let integrals = I::of(&PolygonFields::loaded(lanes, octet, first));
                 for (sum, integral) in sums.iter_mut().zip(&integrals) {
                     (lanes.load(sum, first) + *integral).store(sum, first);
                 }
@@ -174,7 +174,7 @@ impl<T: Scalar> Integrand<T> for ElasticWrench {
         &self,
         _: &PolygonSource<T>,
         generic: GenericPairs,
-        _: &mut Left,
+        _: &mut Remainder,
         sum: &mut Wrench<T>,
     ) {
         let wrench = over_octets::<OfWrench, 6>(generic.octets).map(lift::<T>);
@@ -209,7 +209,7 @@ impl<R: Responses> Integrand<f64> for ElasticJacobian<R> {
         &self,
         _: &PolygonSource<f64>,
         generic: GenericPairs,
-        _: &mut Left,
+        _: &mut Remainder,
         (sum, responses): &mut Self::Sum,
     ) {
         sum.add_octets(generic.octets);

@@ -1,5 +1,5 @@
 use super::integrate::CutSurface;
-use super::polygon::PolygonSource;
+use super::polygon_source::PolygonSource;
 use super::{RigidShape, Shape};
 use crate::contact_shape::PartnerShape;
 use crate::geometry::{AffineField, Tetrahedron, snapped};

@@ -1,9 +1,9 @@
-use super::integrate::{Integrand, Left};
+use super::integrate::{Integrand, Remainder};
 use super::jacobian::RelativeJacobian;
 use super::motion::RelativeMotion;
 use super::plane_polygon::PlanePolygon;
-use super::polygon::PolygonSource;
-use super::traction_rates::{AddedByLaw, FrozenPolygon};
+use super::polygon_source::PolygonSource;
+use super::traction_derivatives::{AddedByLaw, FrozenPolygon};
 use super::{ContactPair, ContactWrench, LinearisedContact, SurfaceLaw};
 use crate::geometry::set_bits;
 use crate::narrow_phase::{Cut, Weights};
@@ -51,7 +51,7 @@ impl Integrand<f64> for Freeze {
         &self,
         _: &PolygonSource<f64>,
         generic: GenericPairs,
-        _: &mut Left,
+        _: &mut Remainder,
         (elastic, polygons): &mut Self::Sum,
     ) {
         elastic.add_octets(generic.octets);
@@ -127,7 +127,7 @@ mod tests {
     /// Round-off of sums over polygons, relative to the largest entry.
     const EXACT: f64 = 1e-12;
 
-    /// Of central differences with this step (rad, m, rad/s or m/s), relative to the largest entry: at the rim the step cuts off a
+    /// Of central differences with this step (rad, m, rad/s or m/s), relative to the largest entry: at the boundary the step cuts off a
     /// part on one side only.
     const DIFFERENCES: f64 = 1e-6;
     const STEP: f64 = 1e-7;

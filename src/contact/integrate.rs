@@ -1,12 +1,12 @@
 //! The pass over a contact surface. It decides which pieces are integrated in which threads, and in which order they are added.
 
-use super::polygon::PolygonSource;
+use super::polygon_source::PolygonSource;
 use super::sums::PartialSum;
 use crate::geometry::set_bits;
 use crate::lanes::ROW;
 use crate::narrow_phase::Cut;
 use crate::scalar::{Scalar, carries_derivatives};
-use crate::search::{Found, GenericPairs};
+use crate::search::{GenericPairs, SearchResult};
 use crate::threads;
 use std::marker::PhantomData;
 
@@ -17,12 +17,12 @@ const SINGLE: usize = 32;
 const MOST_OCTETS: usize = 256;
 
 /// For each octet the places of polygons that are left to be added one by one, as bits.
-pub(super) type Left = [u8];
+pub(super) type Remainder = [u8];
 
 /// Cuts, and the source that makes polygons of them, by what counted as coincident.
 pub(super) struct CutSurface<'a, T> {
     pub source: PolygonSource<'a, T>,
-    pub found: Found,
+    pub found: SearchResult,
 }
 
 /// A quantity that is summed over the polygons of a contact surface.
@@ -45,12 +45,12 @@ pub(super) trait Integrand<T>: Sync {
         &self,
         source: &PolygonSource<T>,
         generic: GenericPairs,
-        left: &mut Left,
+        left: &mut Remainder,
         sum: &mut Self::Sum,
     );
 
     /// Adds what [`Self::add_octets`] did not add of a polygon that it left.
-    fn add_left(&self, source: &PolygonSource<T>, cut: &Cut, sum: &mut Self::Sum) {
+    fn add_remainder(&self, source: &PolygonSource<T>, cut: &Cut, sum: &mut Self::Sum) {
         self.add(source, cut, sum);
     }
 }
@@ -79,7 +79,7 @@ impl<T: Scalar> PolygonSource<'_, T> {
                     if are_single {
                         integrand.add(self, &cut, &mut sum);
                     } else {
-                        integrand.add_left(self, &cut, &mut sum);
+                        integrand.add_remainder(self, &cut, &mut sum);
                     }
                 }
             }
@@ -136,13 +136,19 @@ impl<T: Scalar, S: PartialSum, F: Fn(&mut S, &Cut) + Sync> Integrand<T> for OneB
         (self.add)(sum, cut);
     }
 
-    fn add_octets(&self, _: &PolygonSource<T>, generic: GenericPairs, left: &mut Left, _: &mut S) {
+    fn add_octets(
+        &self,
+        _: &PolygonSource<T>,
+        generic: GenericPairs,
+        left: &mut Remainder,
+        _: &mut S,
+    ) {
         leave_all(generic, left);
     }
 }
 
 /// Leaves all polygons to be added one by one.
-fn leave_all(generic: GenericPairs, left: &mut Left) {
+fn leave_all(generic: GenericPairs, left: &mut Remainder) {
     for (octet, left) in generic.octets.iter().zip(left) {
         *left = octet.polygons();
     }

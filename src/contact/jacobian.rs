@@ -6,7 +6,7 @@ use nalgebra::{Matrix6, Matrix6x2, Vector6};
 /// Wrench on A and its derivatives as B moves relative to A, all in A's axes about A's origin.
 ///
 /// For a pressure field p(x) = ∇p·x + c write s(x) = (x × ∇p, ∇p). A is pushed where its pressure
-/// is the lower one: by the divergence theorem, with p = 0 at A's rim,
+/// is the lower one: by the divergence theorem, with p = 0 at A's boundary,
 ///
 /// W = ∫ over {p_A < p_B} of s_A dV.
 ///

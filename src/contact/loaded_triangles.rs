@@ -2,7 +2,7 @@
 
 use super::SurfaceLaw;
 use super::friction::TriangleRule;
-use super::loads::LoadedOctet;
+use super::slip_fields::LoadedOctet;
 use crate::lanes::space::loaded;
 use crate::lanes::{Lanes, Numbers, ROW, Row};
 
@@ -17,8 +17,8 @@ pub(super) struct Triangles {
     /// Octet and place of the polygon of each.
     pub places: [[usize; 2]; ROW],
     pub len: usize,
-    /// The highest rung of the ladder of rules that one of them needs.
-    pub rung: usize,
+    /// The highest level of the ladder of rules that one of them needs.
+    pub level: usize,
 }
 
 impl Triangles {
@@ -29,7 +29,7 @@ impl Triangles {
         slip: [[0.0; ROW]; 3],
         places: [[0; 2]; ROW],
         len: 0,
-        rung: 0,
+        level: 0,
     };
 
     /// Adds the triangle of the origin and the edge in a slot, of the polygon at a place.
@@ -48,7 +48,7 @@ impl Triangles {
         }
         self.places[free] = [loaded.number, place];
         self.len += 1;
-        self.rung = self.rung.max(loads.rung(place));
+        self.level = self.level.max(loads.level(place));
     }
 
     /// Makes triangles without an area of the places that are free.

@@ -3,15 +3,15 @@
 
 use super::SurfaceLaw;
 use super::friction::{product, value_rule};
-use super::integrate::{Integrand, Left};
+use super::integrate::{Integrand, Remainder};
 use super::loaded_triangles::{Triangles, integrals};
-use super::loads::{LoadedOctet, OctetsInMotion, TakesOctets};
 use super::motion::RelativeMotion;
 use super::outline::quadratic_moments;
 use super::plane_motion::PlaneMotion;
 use super::plane_polygon::PlanePolygon;
-use super::polygon::PolygonSource;
-use super::polygon_plane::PolygonPlane;
+use super::polygon_fields::PolygonFields;
+use super::polygon_source::PolygonSource;
+use super::slip_fields::{LoadedOctet, MovingOctets, OctetVisitor};
 use crate::lanes::{self, InLanes, Lanes, Numbers, ROW, Row};
 use crate::narrow_phase::{Cut, SLOTS, Weights};
 use crate::scalar::{Scalar, carries_derivatives, lift, real_part};
@@ -31,13 +31,13 @@ pub(super) struct MovingWrench<T> {
 /// Adds up the wrenches on A of the polygons of octets, as [`PlanePolygon::wrench_in_motion`] has them. Polygons on which the
 /// pressure is clamped somewhere, or of which the slip turns quickly, are left.
 struct InLanesOver<'o> {
-    moving: OctetsInMotion<'o>,
-    left: &'o mut Left,
+    moving: MovingOctets<'o>,
+    left: &'o mut Remainder,
 }
 
 /// The sum so far, and triangles that are not yet in it.
 struct Sum<'o> {
-    of: OctetsInMotion<'o>,
+    of: MovingOctets<'o>,
     numbers: [Row; 6],
     triangles: Triangles,
 }
@@ -61,7 +61,7 @@ impl InLanes for InLanesOver<'_> {
     }
 }
 
-impl<L: Lanes> TakesOctets<L> for Sum<'_> {
+impl<L: Lanes> OctetVisitor<L> for Sum<'_> {
     #[inline(always)]
     fn take(&mut self, lanes: L, loaded: &LoadedOctet) {
         // Of all polygons in one loop: how many triangles one of them has, a processor cannot guess.
@@ -87,15 +87,15 @@ impl Sum<'_> {
     #[inline(always)]
     fn add<L: Lanes>(&mut self, lanes: L) {
         let Self {
-            of: OctetsInMotion { octets, law, .. },
+            of: MovingOctets { octets, law, .. },
             numbers,
             triangles,
         } = self;
-        let rule = value_rule(triangles.rung);
+        let rule = value_rule(triangles.level);
         for first in (0..triangles.len).step_by(L::COUNT) {
             let [pressed, by_y1, by_y2, along1, along2, about] =
                 integrals(lanes, triangles, first, rule, law);
-            let plane = PolygonPlane::gathered(lanes, octets, &triangles.places, first);
+            let plane = PolygonFields::gathered(lanes, octets, &triangles.places, first);
             let friction = lanes.splat(-law.friction);
             let [along1, along2, about] = [along1 * friction, along2 * friction, about * friction];
             let wrench = plane.in_a(&[by_y2, -by_y1, about, along1, along2, pressed]);
@@ -103,7 +103,7 @@ impl Sum<'_> {
                 (lanes.load(sum, first) + part).store(sum, first);
             }
         }
-        (triangles.len, triangles.rung) = (0, 0);
+        (triangles.len, triangles.level) = (0, 0);
     }
 }
 
@@ -122,11 +122,11 @@ impl<T: Scalar> Integrand<T> for MovingWrench<T> {
         &self,
         _: &PolygonSource<T>,
         generic: GenericPairs,
-        left: &mut Left,
+        left: &mut Remainder,
         sum: &mut Wrench<T>,
     ) {
         let wrench = lanes::run(InLanesOver {
-            moving: OctetsInMotion {
+            moving: MovingOctets {
                 octets: generic.octets,
                 law: &self.law.real(),
                 motion: &self.motion.real(),

@@ -2,7 +2,7 @@ use super::elastic::ElasticWrench;
 use super::integrate::CutSurface;
 use super::motion::{Motion, RelativeMotion};
 use super::moving_wrench::MovingWrench;
-use super::polygon::PolygonSource;
+use super::polygon_source::PolygonSource;
 use super::{
     ContactBody, ContactPolygon, ContactSurface, ContactWrench, Partner, Search, SurfaceLaw,
 };

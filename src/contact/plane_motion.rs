@@ -3,7 +3,7 @@
 use super::SurfaceLaw;
 use super::friction::Slip;
 use super::motion::RelativeMotion;
-use super::polygon_plane::PolygonPlane;
+use super::polygon_fields::PolygonFields;
 use crate::lanes::space::{components, cross, splat, sum};
 use crate::lanes::{Lanes, Linear, Numbers};
 use crate::scalar::Scalar;
@@ -19,7 +19,7 @@ pub(super) struct PlaneMotion<T> {
 }
 
 impl<T: Scalar> PlaneMotion<T> {
-    pub fn of(motion: &RelativeMotion<T>, plane: &PolygonPlane<T>) -> Self {
+    pub fn of(motion: &RelativeMotion<T>, plane: &PolygonFields<T>) -> Self {
         let velocity = motion.at(&Vector3::from(plane.origin)).into();
         Self {
             velocity: components(&plane.axes, velocity),

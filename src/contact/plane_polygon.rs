@@ -1,5 +1,5 @@
 use super::outline::Outline;
-use super::polygon_plane::PolygonPlane;
+use super::polygon_fields::PolygonFields;
 use crate::geometry::{AffineField, ConvexPolygon};
 use crate::narrow_phase::{EquilibriumPlane, Octet, Weights};
 use crate::scalar::{Scalar, change, lift_vector, real_part, real_vector};
@@ -11,7 +11,7 @@ const SLIVER: f64 = 1e-9;
 /// A contact polygon in coordinates y of its own plane.
 #[derive(Clone)]
 pub(super) struct PlanePolygon<T> {
-    pub plane: PolygonPlane<T>,
+    pub plane: PolygonFields<T>,
     pub outline: Outline<T>,
     /// ∫ m dA for the monomials m = y₁³, y₁²y₂, y₁y₂², y₂³.
     cubic_moments: [T; 4],
@@ -51,13 +51,13 @@ impl<T: Scalar> SpacePolygon<T> {
         let gradient = &pressure.gradient;
         let (moments, cubic_moments) = split(outline.moments());
         Some(PlanePolygon {
-            plane: PolygonPlane {
+            plane: PolygonFields {
                 origin: origin.into(),
                 axes: [e1, e2, plane.normal].map(Into::into),
                 pressure: [pressure.at(&origin), e1.dot(gradient), e2.dot(gradient)],
                 gradient_a: self.pressure_a.gradient.into(),
                 slopes: plane.slopes.map(Into::into),
-                yielding: plane.yielding,
+                inverse_gradient_norm: plane.inverse_gradient_norm,
                 moments,
             },
             outline,
@@ -132,7 +132,7 @@ impl PlanePolygon<f64> {
         });
         let (_, cubic_moments) = split(outline.moments());
         Self {
-            plane: PolygonPlane::at(octet, place),
+            plane: PolygonFields::at(octet, place),
             outline,
             cubic_moments,
             weights: Weights::WHOLE,

@@ -2,7 +2,7 @@
 
 use super::affine_form::AffineForm;
 use super::plane_polygon::PlanePolygon;
-use super::polygon_plane::PolygonPlane;
+use super::polygon_fields::PolygonFields;
 use super::sums::PartialSum;
 use crate::geometry::AffineField;
 use crate::narrow_phase::{Octet, Weight, Weights};
@@ -45,7 +45,7 @@ impl Responses for Vec<PolygonResponse> {
 /// form that [`Self::pulled_back`] needs.
 pub(super) struct PolygonResponse {
     pub tets: [usize; 2],
-    plane: PolygonPlane<f64>,
+    plane: PolygonFields<f64>,
     weights: Weights,
     law: Option<LawResponse>,
 }
@@ -56,7 +56,7 @@ pub(super) struct LawResponse {
     /// As the plane moves along its normal at the speeds 1, y₁ and y₂.
     pub by_speed: [Vector6<f64>; 3],
     /// What to add where that is by growing fields, if anything (see [`Weights`]).
-    pub more_by_growth: Option<Box<[Vector6<f64>; 3]>>,
+    pub modulus_correction: Option<Box<[Vector6<f64>; 3]>>,
     /// As the pressure grows by 1, y₁ and y₂: of the whole polygon, whatever its weights.
     pub by_pressure: [Vector6<f64>; 3],
     pub by_faces: Vec<FaceResponse>,
@@ -100,7 +100,7 @@ impl PolygonResponse {
     pub fn at(octet: &Octet, place: usize, law: Option<LawResponse>) -> Self {
         Self {
             tets: octet.tets()[place].map(|tet| tet as usize),
-            plane: PolygonPlane::at(octet, place),
+            plane: PolygonFields::at(octet, place),
             weights: Weights::WHOLE,
             law,
         }
@@ -133,14 +133,14 @@ impl PolygonResponse {
         let covector = self.in_plane(covector);
         let form = |wrenches: &[Vector6<f64>; 3]| self.contracted(&covector, wrenches);
         let by_speed = form(&law.by_speed);
-        let by_speed_of_growth = match &law.more_by_growth {
+        let by_speed_of_growth = match &law.modulus_correction {
             Some(more) => by_speed + form(more),
             None => by_speed,
         };
         let by_pressure = form(&law.by_pressure);
         let with_law = |by_speed: AffineForm, weight: f64| {
             [
-                (elastic[0] + by_pressure) * weight + by_speed * -self.plane.yielding,
+                (elastic[0] + by_pressure) * weight + by_speed * -self.plane.inverse_gradient_norm,
                 elastic[1] * weight + by_speed,
             ]
         };
@@ -168,7 +168,7 @@ impl PolygonResponse {
         moduli: [f64; 2],
         [in_a, in_b]: [&[AffineField; 4]; 2],
     ) -> [OfCell; 2] {
-        let scale_b = moduli[1] * self.plane.yielding;
+        let scale_b = moduli[1] * self.plane.inverse_gradient_norm;
         [
             OfCell::of(
                 (&self.plane.gradient_a.into(), &by_motion[0]),

@@ -1,5 +1,5 @@
 use super::linearised::block_diagonal;
-use super::polygon::PolygonSource;
+use super::polygon_source::PolygonSource;
 use super::reaction::on_both;
 use super::response::{Barycentric, OfCell, PolygonResponse};
 use super::{BodyError, ContactPair, LinearisedContact, PartnerShape};

@@ -15,5 +15,5 @@ pub(crate) use polygon::set_bits;
 pub use polygon::{ConvexPolygon, POLYGON_CAPACITY};
 pub use tetrahedron::Tetrahedron;
 pub(crate) use tetrahedron::{ALL_FACES, EDGES, FACES, NEXT_FACES, face_of_slice};
-pub(crate) use tolerance::{Closeness, Tolerance, snapped};
+pub(crate) use tolerance::{NearZeroHistogram, Tolerance, snapped};
 pub(crate) use triangle::{Foot, Triangle};

@@ -1,6 +1,6 @@
 mod clip;
 
-use super::tolerance::Closeness;
+use super::tolerance::NearZeroHistogram;
 use crate::scalar::{Scalar, carries_derivatives, lift, lift_vector, real_vector};
 use crate::spatial::Pose;
 use nalgebra::Vector3;
@@ -18,8 +18,8 @@ pub struct ConvexPolygon<T = f64> {
     /// Owners of the edge from each corner to the next.
     owners: [u8; POLYGON_CAPACITY],
     len: u8,
-    closeness: Closeness,
-    flatness: Closeness,
+    closeness: NearZeroHistogram,
+    coplanarity: NearZeroHistogram,
 }
 
 impl<T: Scalar> ConvexPolygon<T> {
@@ -30,8 +30,8 @@ impl<T: Scalar> ConvexPolygon<T> {
             corners: [Vector3::from_element(lift(0.0)); POLYGON_CAPACITY],
             owners: [0; POLYGON_CAPACITY],
             len: 0,
-            closeness: Closeness::default(),
-            flatness: Closeness::default(),
+            closeness: NearZeroHistogram::default(),
+            coplanarity: NearZeroHistogram::default(),
         }
     }
 
@@ -66,13 +66,13 @@ impl<T: Scalar> ConvexPolygon<T> {
     }
 
     /// Of the corners to the planes that clipped.
-    pub(crate) fn closeness(&self) -> Closeness {
+    pub(crate) fn closeness(&self) -> NearZeroHistogram {
         self.closeness
     }
 
     /// Of the farthest corners to the planes that clipped: the polygon nearly lies in such a plane.
-    pub(crate) fn flatness(&self) -> Closeness {
-        self.flatness
+    pub(crate) fn coplanarity(&self) -> NearZeroHistogram {
+        self.coplanarity
     }
 
     /// Whether fewer than three corners are left.
@@ -88,7 +88,7 @@ impl<T: Scalar> ConvexPolygon<T> {
     }
 
     /// Gives an edge to other owners too.
-    pub(crate) fn own_edge(&mut self, edge: usize, owners: u8) {
+    pub(crate) fn add_owners(&mut self, edge: usize, owners: u8) {
         if let Some(own) = self.owners[..usize::from(self.len)].get_mut(edge) {
             *own |= owners;
         }
@@ -142,7 +142,7 @@ impl<T: Scalar> ConvexPolygon<T> {
             *place = corner(own);
         }
         (mapped.owners, mapped.len) = (self.owners, self.len);
-        (mapped.closeness, mapped.flatness) = (self.closeness, self.flatness);
+        (mapped.closeness, mapped.coplanarity) = (self.closeness, self.coplanarity);
         mapped
     }
 }

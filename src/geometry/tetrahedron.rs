@@ -151,7 +151,7 @@ impl Tetrahedron<f64> {
             polygon.push(corner, face);
         }
         if edge != 0 {
-            polygon.own_edge(edge_of_slice(CUT_EDGES[below], edge), ALL_FACES & !edge);
+            polygon.add_owners(edge_of_slice(CUT_EDGES[below], edge), ALL_FACES & !edge);
         }
         polygon
     }

@@ -5,16 +5,16 @@ use crate::scalar::{Scalar, real_part};
 pub(crate) struct Tolerance {
     /// Values up to this are zero.
     pub zero: f64,
-    /// Actual rounding: [`Closeness::CLEARANCE`] octaves below what counts as zero, unless that is widened.
+    /// Actual rounding: [`NearZeroHistogram::CLEARANCE`] octaves below what counts as zero, unless that is widened.
     rounding: f64,
 }
 
 /// How large values were that are nearly zero, though not by actual rounding alone. Bit k says that there was one from 2ᵏ to
 /// 2ᵏ⁺¹ times the actual rounding, which is [`Self::CLEARANCE`] octaves below the tolerance.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub(crate) struct Closeness(u32);
+pub(crate) struct NearZeroHistogram(u32);
 
-impl Closeness {
+impl NearZeroHistogram {
     /// Actual rounding lies this many octaves below the tolerance for it.
     const CLEARANCE: u32 = 6;
 
@@ -77,7 +77,7 @@ impl Closeness {
 impl Tolerance {
     /// For values that are rounded by much less than this.
     pub fn new(zero: f64) -> Self {
-        let octaves = f64::from(1_u32 << Closeness::CLEARANCE);
+        let octaves = f64::from(1_u32 << NearZeroHistogram::CLEARANCE);
         Self {
             zero,
             rounding: zero / octaves,
@@ -87,21 +87,24 @@ impl Tolerance {
     /// With values of so many octaves above the first tolerance that count as zero.
     pub fn widened(self, octaves: i32) -> Self {
         Self {
-            zero: self.rounding * 2_f64.powi(octaves + Closeness::CLEARANCE.cast_signed()),
+            zero: self.rounding * 2_f64.powi(octaves + NearZeroHistogram::CLEARANCE.cast_signed()),
             ..self
         }
     }
 
     /// Up to here values are noted: nothing depends on how near to zero larger ones are.
     pub fn noted(self) -> f64 {
-        self.rounding * f64::from(1_u32 << Closeness::OCTAVES)
+        self.rounding * f64::from(1_u32 << NearZeroHistogram::OCTAVES)
     }
 
     /// How far values that count as zero may misplace a plane in a tetrahedron, as a fraction of its longest edge: along an edge
     /// by their ratio to the smallest value that does not. Twice that, to be sure.
-    pub fn misplacement(self, closeness: Closeness) -> f64 {
+    pub fn misplacement(self, closeness: NearZeroHistogram) -> f64 {
         let is_zero = |octave: &u32| self.rounding * f64::from(1_u32 << octave) <= self.zero;
-        let split = (1..=Closeness::OCTAVES).rev().find(is_zero).unwrap_or(0);
+        let split = (1..=NearZeroHistogram::OCTAVES)
+            .rev()
+            .find(is_zero)
+            .unwrap_or(0);
         2.0 * 2_f64.powi(-closeness.gap(split).cast_signed())
     }
 
@@ -114,14 +117,14 @@ impl Tolerance {
     }
 
     #[inline]
-    pub fn closeness(self, value: f64) -> Closeness {
+    pub fn closeness(self, value: f64) -> NearZeroHistogram {
         let value = value.abs();
         let reaches = |octave: u32| value >= self.rounding * f64::from(1_u32 << octave);
-        if value < self.rounding || reaches(Closeness::OCTAVES) {
-            return Closeness::default();
+        if value < self.rounding || reaches(NearZeroHistogram::OCTAVES) {
+            return NearZeroHistogram::default();
         }
-        Closeness(
-            1 << (1..Closeness::OCTAVES)
+        NearZeroHistogram(
+            1 << (1..NearZeroHistogram::OCTAVES)
                 .filter(|&octave| reaches(octave))
                 .count(),
         )
@@ -129,9 +132,9 @@ impl Tolerance {
 
     /// The closeness of all the values.
     #[inline]
-    pub fn closeness_of(self, values: &[f64]) -> Closeness {
+    pub fn closeness_of(self, values: &[f64]) -> NearZeroHistogram {
         let each = values.iter().map(|&value| self.closeness(value));
-        each.fold(Closeness::default(), Closeness::or)
+        each.fold(NearZeroHistogram::default(), NearZeroHistogram::or)
     }
 }
 

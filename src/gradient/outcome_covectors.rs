@@ -4,7 +4,7 @@ use super::GradientError;
 use super::error::check_outcome;
 use super::widths::{DifferentiableOutcome, NARROW, OutcomeIn, WIDE};
 use crate::dynamics::{BodyState, LOCAL, Reversal, State, StateCovector, System, Trajectory};
-use crate::scalar::{DenseDual, GenericDirection, Scalar};
+use crate::scalar::{DenseDual, Scalar, SplitMix64};
 use crate::spatial::Twist;
 use nalgebra::{SVector, Vector6};
 
@@ -113,7 +113,7 @@ impl Looked<'_> {
         let parts = || states.chunks(size).enumerate();
         let members =
             parts().flat_map(|(part, members)| members.iter().map(move |&seen| (part, seen)));
-        let mut direction = GenericDirection::default();
+        let mut direction = SplitMix64::default();
         let seeds = |part: usize| {
             let along = |slope: f64| DenseDual::<NARROW>::variable(0.0, part) * slope;
             SVector::from_fn(|_, _| along(direction.next()))

@@ -3,24 +3,26 @@ use super::equilibrium::is_equal_field;
 use super::relative_pair::PosedTet;
 use super::weights::{CornerSigns, Weights};
 use crate::contact_shape::PartnerShape;
-use crate::geometry::{ALL_FACES, Aabb, AffineField, Closeness, ConvexPolygon, Tolerance, snapped};
+use crate::geometry::{
+    ALL_FACES, Aabb, AffineField, ConvexPolygon, NearZeroHistogram, Tolerance, snapped,
+};
 use crate::mesh::FieldTet;
 use crate::scalar::Scalar;
 use crate::spatial::Pose;
 
 /// What the equilibrium plane has to do with a pair of tetrahedra.
-pub(crate) enum Encounter {
+pub(crate) enum PairClass {
     /// It misses one of them.
-    Apart,
+    Disjoint,
     /// There is none, because the fields are equal over a volume.
     EqualFields,
     /// It passes through both or touches them, though not always at the same place.
-    Met(Decisions),
+    Intersecting(CutTopology),
 }
 
 /// What is decided of a polygon before it is made, in `f64`.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct Decisions {
+pub(crate) struct CutTopology {
     /// p_A − p_B (Pa) at A's corners.
     at_a: [f64; 4],
     /// Up to what such a value counts as zero.
@@ -34,10 +36,10 @@ pub(crate) struct Decisions {
     /// How the plane lies to B's corners, as far as that is known.
     signs_b: CornerSigns,
     weights: Weights,
-    is_at_ends: bool,
+    is_on_both_surfaces: bool,
     /// Whether the surfaces of the bodies face each other there.
     is_touch: bool,
-    closeness: Closeness,
+    closeness: NearZeroHistogram,
 }
 
 /// What the equilibrium plane has in common with two tetrahedra, in A's frame.
@@ -50,13 +52,13 @@ pub(crate) struct Cut {
     pub polygon: ConvexPolygon,
     /// B's pressure (Pa), or the depth (m) in it if it is rigid.
     pub field_b: AffineField,
-    pub(super) decisions: Decisions,
+    pub(super) topology: CutTopology,
 }
 
 impl RelativePair<'_> {
     /// How a tetrahedron of A and one of B meet. Without `plane_check`, they go through slicing and
     /// clipping even where the plane misses one of them.
-    pub fn encounter(&self, a: &FieldTet, b: &PosedTet, plane_check: bool) -> Encounter {
+    pub fn classify(&self, a: &FieldTet, b: &PosedTet, plane_check: bool) -> PairClass {
         let scale_a = self.scales[0];
         // A corner's own pressure is exact; the other field is off by what its gradient makes of the
         // rounding of a coordinate.
@@ -65,33 +67,33 @@ impl RelativePair<'_> {
         let at_a = excess_a.map(|value| snapped(value, tolerance_a.zero));
         let signs_a = CornerSigns::of(&at_a);
         if plane_check && !signs_a.are_met() {
-            return Encounter::Apart;
+            return PairClass::Disjoint;
         }
         let (signs_b, closeness_b) = self.signs_at_b(a, b, signs_a);
         if plane_check && !signs_b.are_met() {
-            return Encounter::Apart;
+            return PairClass::Disjoint;
         }
         let gradient_a = a.extent.gradient * scale_a;
         let gradient = gradient_a - b.field.gradient;
         if is_equal_field(&gradient, [scale_a * a.sensitivity, b.sensitivity]) {
-            return Encounter::EqualFields;
+            return PairClass::EqualFields;
         }
         let zero_faces_b = self.tet_b(b.index).zero_faces;
         let [in_plane_a, in_plane_b] = [signs_a, signs_b].map(CornerSigns::faces_in_plane);
         let [ends_a, ends_b] = [in_plane_a & a.zero_faces, in_plane_b & zero_faces_b];
-        let is_at_ends = ends_a != 0 && ends_b != 0;
+        let is_on_both_surfaces = ends_a != 0 && ends_b != 0;
         let signs = [signs_a, signs_b];
         let signs_of_corners = match self.shape_b {
             PartnerShape::Compliant(_) => signs_b,
             PartnerShape::Rigid(_) | PartnerShape::HalfSpace(_) => CornerSigns::UNKNOWN,
         };
         let missed_faces = signs_of_corners.missed_faces();
-        let weights = if is_at_ends {
+        let weights = if is_on_both_surfaces {
             Weights::of_touching(signs)
         } else {
             Weights::of(signs, [&gradient_a, &b.field.gradient])
         };
-        Encounter::Met(Decisions {
+        PairClass::Intersecting(CutTopology {
             at_a,
             zero: tolerance_a.zero,
             below: signs_a.sliced_below(),
@@ -101,37 +103,37 @@ impl RelativePair<'_> {
             bounding_faces: ALL_FACES & !in_plane_b & !missed_faces & !zero_faces_b,
             signs_b: signs_of_corners,
             weights,
-            is_at_ends,
-            is_touch: is_at_ends && a.extent.gradient.dot(&b.field.gradient) < 0.0,
+            is_on_both_surfaces,
+            is_touch: is_on_both_surfaces && a.extent.gradient.dot(&b.field.gradient) < 0.0,
             closeness: tolerance_a.closeness_of(&excess_a).or(closeness_b),
         })
     }
 
     /// The common part of the plane and both tetrahedra, which may be nothing.
     #[inline]
-    pub fn cut(&self, a: &FieldTet, b: &PosedTet, decisions: Decisions) -> Cut {
+    pub fn cut(&self, a: &FieldTet, b: &PosedTet, topology: CutTopology) -> Cut {
         let face_of_b = |face: usize| (b.faces[face], b.face_steepness[face]);
         Cut {
             tets: [a.index, b.index],
-            polygon: decisions.polygon(a, &decisions.at_a, self.tolerance, face_of_b),
+            polygon: topology.polygon(a, &topology.at_a, self.tolerance, face_of_b),
             field_b: b.field,
-            decisions,
+            topology,
         }
     }
 
     /// A box (m) around where the contact polygon of two tetrahedra may be: around the slice of A, as far as values that count as
     /// zero may misplace it, or around A where the plane only touches that. None if they do not meet.
     pub fn box_of_polygon(&self, a: &FieldTet, b: &PosedTet) -> Option<Aabb> {
-        let Encounter::Met(decisions) = self.encounter(a, b, true) else {
+        let PairClass::Intersecting(topology) = self.classify(a, b, true) else {
             return None;
         };
-        let (slice, own) = (decisions.slice(a, &decisions.at_a), a.tetrahedron.aabb());
+        let (slice, own) = (topology.slice(a, &topology.at_a), a.tetrahedron.aabb());
         let of_a = if slice.is_empty() {
             own
         } else {
             // No edge is longer than the diagonal.
             let longest = 2.0 * own.half_extents().norm();
-            let misplacement = self.tolerance.misplacement(decisions.closeness);
+            let misplacement = self.tolerance.misplacement(topology.closeness);
             Aabb::around(slice.corners()).inflated(misplacement * longest)
         };
         of_a.common(&b.tetrahedron.aabb().inflated(self.margin()))
@@ -144,7 +146,7 @@ impl RelativePair<'_> {
         a: &FieldTet,
         b: &PosedTet,
         signs_a: CornerSigns,
-    ) -> (CornerSigns, Closeness) {
+    ) -> (CornerSigns, NearZeroHistogram) {
         if let PartnerShape::Compliant(_) = self.shape_b {
             let tolerance = self.tolerance.scaled(self.scales[0] * a.sensitivity);
             let excess = self.excess_at_corners_of_b(a, b);
@@ -159,7 +161,7 @@ impl RelativePair<'_> {
             let excess = a.extent.gradient * self.scales[0] - b.field.gradient;
             CornerSigns::on_face(excess.dot(&b.field.gradient) < 0.0)
         };
-        (signs, Closeness::default())
+        (signs, NearZeroHistogram::default())
     }
 
     /// p_A − p_B (Pa) at B's corners, A's field extended beyond its tetrahedron.
@@ -169,7 +171,7 @@ impl RelativePair<'_> {
         })
     }
 
-    /// The polygon of a cut, made again in another scalar by the same decisions, from the scale of A's field and B's field.
+    /// The polygon of a cut, made again in another scalar by the same topology, from the scale of A's field and B's field.
     pub fn polygon_in<T: Scalar>(
         &self,
         cut: &Cut,
@@ -178,24 +180,24 @@ impl RelativePair<'_> {
     ) -> ConvexPolygon<T> {
         let [a, b] = [self.tet_a(cut.tets[0]), self.tet_b(cut.tets[1])];
         let excess = excess_at_corners_of_a(a, scale_a, field_b)
-            .map(|value| snapped(value, cut.decisions.zero));
+            .map(|value| snapped(value, cut.topology.zero));
         let face_of_b = |face: usize| {
             let posed = b.barycentric[face].posed(pose_ab);
             (posed, b.barycentric_steepness[face])
         };
-        cut.decisions.polygon(a, &excess, self.tolerance, face_of_b)
+        cut.topology.polygon(a, &excess, self.tolerance, face_of_b)
     }
 }
 
 impl Cut {
     /// How much of the polygon counts.
     pub fn weights(&self) -> Weights {
-        self.decisions.weights
+        self.topology.weights
     }
 
     /// Whether it adds to an integral or to its derivatives.
     pub fn counts(&self) -> bool {
-        !self.decisions.weights.are_none() && !self.polygon.is_empty()
+        !self.topology.weights.are_none() && !self.polygon.is_empty()
     }
 
     /// Whether the cut [counts](Self::counts), or could count after a small change: round-off, or touching faces that approach each
@@ -207,13 +209,13 @@ impl Cut {
     /// Whether surfaces that face each other touch on an area. There is no pressure yet, but the derivative jumps when the bodies
     /// approach.
     pub fn is_touch(&self) -> bool {
-        self.decisions.is_touch && !self.polygon.is_empty()
+        self.topology.is_touch && !self.polygon.is_empty()
     }
 
     /// Whether it lies where both bodies end, in flush surfaces: there is no pressure on it, but there may be as soon
     /// as a body moves.
-    pub fn is_at_ends(&self) -> bool {
-        self.decisions.is_at_ends
+    pub fn is_on_both_surfaces(&self) -> bool {
+        self.topology.is_on_both_surfaces
     }
 
     /// Whether round-off may have decided over a piece of it.
@@ -222,27 +224,27 @@ impl Cut {
     }
 
     /// Of corners to planes.
-    pub fn closeness(&self) -> Closeness {
-        self.decisions.closeness.or(self.polygon.closeness())
+    pub fn closeness(&self) -> NearZeroHistogram {
+        self.topology.closeness.or(self.polygon.closeness())
     }
 
     /// Of the whole polygon to faces of B.
-    pub fn flatness(&self) -> Closeness {
-        self.polygon.flatness()
+    pub fn coplanarity(&self) -> NearZeroHistogram {
+        self.polygon.coplanarity()
     }
 
     /// The faces that the polygon reaches, and over which the surface may go on: bits as of its edges' owners.
     #[inline]
-    pub fn exits(&self) -> u8 {
+    pub fn reached(&self) -> u8 {
         let owners = self.polygon.owners();
         if owners.is_empty() {
             return 0;
         }
-        owners.iter().fold(0, |all, own| all | own) | self.decisions.faces_in_plane
+        owners.iter().fold(0, |all, own| all | own) | self.topology.faces_in_plane
     }
 }
 
-impl Decisions {
+impl CutTopology {
     /// Of a generic pair, of which these corners of A are below the plane.
     pub fn generic(
         [a, b]: [&FieldTet; 2],
@@ -258,9 +260,9 @@ impl Decisions {
             bounding_faces: ALL_FACES & !b.zero_faces,
             signs_b: CornerSigns::UNKNOWN,
             weights: Weights::WHOLE,
-            is_at_ends: false,
+            is_on_both_surfaces: false,
             is_touch: false,
-            closeness: Closeness::default(),
+            closeness: NearZeroHistogram::default(),
         }
     }
 
@@ -283,8 +285,13 @@ impl Decisions {
         for face in 0..4 {
             if self.bounding_faces & 1 << face != 0 && !polygon.corners().is_empty() {
                 let (field, gradient) = face_of_b(face);
-                let unmet = || self.signs_b.unmet_faces(face) << 4;
-                polygon.clip(&field, tolerance.scaled(gradient), 1 << (4 + face), unmet);
+                let disjoint_faces = || self.signs_b.disjoint_faces(face) << 4;
+                polygon.clip(
+                    &field,
+                    tolerance.scaled(gradient),
+                    1 << (4 + face),
+                    disjoint_faces,
+                );
             }
         }
         polygon

@@ -39,7 +39,7 @@ pub(crate) struct EquilibriumPlane<T> {
     /// ∇p_A/|g| and ∇p_B/|g|: as B moves by w, the plane moves by −(∇p_B/|g|)·w along its normal.
     pub slopes: [Vector3<T>; 2],
     /// 1/|g| (m/Pa): as p_B grows by δ, the plane moves by δ/|g|.
-    pub yielding: T,
+    pub inverse_gradient_norm: T,
 }
 
 impl<T: Scalar> EquilibriumPlane<T> {
@@ -47,12 +47,12 @@ impl<T: Scalar> EquilibriumPlane<T> {
     pub fn between(pressure_a: &AffineField<T>, pressure_b: &AffineField<T>) -> Self {
         let gradients = [&pressure_a.gradient, &pressure_b.gradient];
         let gradient = gradients[0] - gradients[1];
-        let yielding = norm(&gradient).recip();
+        let inverse_gradient_norm = norm(&gradient).recip();
         Self {
-            normal: gradient * yielding,
-            offset: (pressure_a.offset - pressure_b.offset) * yielding,
-            slopes: gradients.map(|gradient| gradient * yielding),
-            yielding,
+            normal: gradient * inverse_gradient_norm,
+            offset: (pressure_a.offset - pressure_b.offset) * inverse_gradient_norm,
+            slopes: gradients.map(|gradient| gradient * inverse_gradient_norm),
+            inverse_gradient_norm,
         }
     }
 
@@ -62,7 +62,7 @@ impl<T: Scalar> EquilibriumPlane<T> {
             normal: -depth.gradient,
             offset: -depth.offset,
             slopes: [Vector3::from_element(lift(0.0)), depth.gradient],
-            yielding: lift(0.0),
+            inverse_gradient_norm: lift(0.0),
         }
     }
 

@@ -10,8 +10,8 @@ mod octet;
 mod relative_pair;
 mod weights;
 
-pub(crate) use cut::{Cut, Encounter};
+pub(crate) use cut::{Cut, PairClass};
 pub(crate) use equilibrium::{COINCIDENCE, ELASTIC_COINCIDENCE, EquilibriumPlane};
-pub(crate) use octet::{Exits, LookAt, Octet, SLOTS};
+pub(crate) use octet::{CutOctets, Octet, ReachedFaces, SLOTS};
 pub(crate) use relative_pair::{PosedTet, RelativePair, scales};
-pub(crate) use weights::{NUDGE, Weight, Weights};
+pub(crate) use weights::{PERTURBATION, Weight, Weights};

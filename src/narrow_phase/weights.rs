@@ -4,7 +4,7 @@ use nalgebra::Vector3;
 
 /// Velocity of B (m/s, A's axes) by which faces through a common line or plane leave it one after the other; any generic
 /// one will do.
-pub(crate) const NUDGE: Vector3<f64> = Vector3::new(0.613, 0.427, -0.665);
+pub(crate) const PERTURBATION: Vector3<f64> = Vector3::new(0.613, 0.427, -0.665);
 
 /// How the equilibrium plane lies to a tetrahedron: the signs of the (snapped) values of p_A − p_B at
 /// its corners, bit i for corner i.
@@ -68,7 +68,7 @@ impl CornerSigns {
     }
 
     /// The faces whose lines in the plane do not meet that of this face within the tetrahedron: the plane misses their common edge.
-    pub fn unmet_faces(self, face: usize) -> u8 {
+    pub fn disjoint_faces(self, face: usize) -> u8 {
         let bit = |corner: u8| {
             u8::from(self.are_beside(ALL_CORNERS & !(1 << face | 1 << corner))) << corner
         };
@@ -197,7 +197,10 @@ impl Weights {
         let has_zero = signs.iter().any(|signs| signs.zero != 0);
         let moving = if has_zero {
             // How p_A − p_B grows as B moves: A's corners stay, and B's move along.
-            Weight::of(signs, [gradient_b.dot(&NUDGE), gradient_a.dot(&NUDGE)])
+            Weight::of(
+                signs,
+                [gradient_b.dot(&PERTURBATION), gradient_a.dot(&PERTURBATION)],
+            )
         } else {
             still
         };

@@ -18,12 +18,12 @@
 
 mod dense_dual;
 mod elementary;
-mod generic_direction;
 mod number_traits;
 pub(crate) mod portable;
+mod split_mix;
 
 pub use dense_dual::DenseDual;
-pub(crate) use generic_direction::GenericDirection;
+pub(crate) use split_mix::SplitMix64;
 
 use nalgebra::{Matrix3, Vector3};
 use num_dual::DualNum;

@@ -6,7 +6,7 @@ use crate::broad_phase::Projections;
 use crate::contact_shape::PartnerShape;
 use crate::geometry::Aabb;
 use crate::mesh::FieldTet;
-use crate::narrow_phase::{Encounter, PosedTet, RelativePair};
+use crate::narrow_phase::{PairClass, PosedTet, RelativePair};
 
 impl RelativePair<'_> {
     /// Finds the cuts among the pairs that culling leaves over. Returns the number of these.
@@ -15,11 +15,11 @@ impl RelativePair<'_> {
         self.visit_candidates(culling, |tet_a, tet_b| {
             candidates += 1;
             let tet_a = self.tet_a(tet_a);
-            match self.encounter(tet_a, tet_b, culling.plane_check) {
-                Encounter::Apart => {}
-                Encounter::EqualFields => scratch.equal.push([tet_a.index, tet_b.index]),
-                Encounter::Met(decisions) => {
-                    let cut = self.cut(tet_a, tet_b, decisions);
+            match self.classify(tet_a, tet_b, culling.plane_check) {
+                PairClass::Disjoint => {}
+                PairClass::EqualFields => scratch.equal.push([tet_a.index, tet_b.index]),
+                PairClass::Intersecting(topology) => {
+                    let cut = self.cut(tet_a, tet_b, topology);
                     if cut.is_noted() {
                         scratch.cuts.push(cut);
                     }

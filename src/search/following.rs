@@ -1,10 +1,10 @@
 use super::GenericPairs;
-use super::across::Across;
+use super::neighbor_pairs::NeighborPairs;
 use super::normals::Normals;
 use super::scratch::{PosedTets, Scratch};
 use crate::contact_shape::{PartnerShape, RigidShape, Shape};
 use crate::lanes;
-use crate::narrow_phase::{Cut, Encounter, Exits, LookAt, Octet, PosedTet, RelativePair};
+use crate::narrow_phase::{Cut, CutOctets, Octet, PairClass, PosedTet, ReachedFaces, RelativePair};
 use crate::seeds::Seeds;
 use crate::threads;
 use std::ops::Range;
@@ -12,10 +12,10 @@ use std::ops::Range;
 /// Octets that are looked at together, in one thread: some 20 µs of work.
 const PIECE: usize = 32;
 
-/// Where round-off decides at more pairs than this, and at more than one in [`DOUBTLESS`], looking around each would take
+/// Where round-off decides at more pairs than this, and at more than one in [`PAIRS_PER_ILL_CONDITIONED`], looking around each would take
 /// longer than looking everywhere.
-const MOST_DOUBTS: usize = 8;
-const DOUBTLESS: usize = 512;
+const MAX_ILL_CONDITIONED: usize = 8;
+const PAIRS_PER_ILL_CONDITIONED: usize = 512;
 
 /// Fewer octets than this are kept: to sum them apart saves nothing, and near coincidences need no second search then.
 const FEW: usize = 64;
@@ -25,12 +25,12 @@ pub(crate) type Spill<'s> = dyn FnMut(GenericPairs) + 's;
 
 /// Where every component of a contact surface shows.
 enum Route<'a> {
-    /// At its rim, or where one without a rim must show in the fields of both bodies.
+    /// At its boundary, or where one without a boundary must show in the fields of both bodies.
     BetweenFields {
         shape_b: &'a Shape,
         seeds: [&'a Seeds; 2],
     },
-    /// At its rim; one without a rim is a connected part of B's surface, all inside A.
+    /// At its boundary; one without a boundary is a connected part of B's surface, all inside A.
     OverRigid(&'a RigidShape),
 }
 
@@ -40,7 +40,7 @@ pub(super) struct Walk<'w, 'a> {
     pub scratch: &'w mut Scratch,
     spill: Option<&'w mut Spill<'w>>,
     /// Number of pairs so far from which the surface may go on over other faces than it seems.
-    doubts: usize,
+    ill_conditioned_count: usize,
     /// Normals of the generic polygons found so far, including spilled polygons; `None` if they are not needed.
     pub normals: Option<Normals>,
 }
@@ -64,7 +64,7 @@ impl RelativePair<'_> {
             pair: self,
             scratch,
             spill,
-            doubts: 0,
+            ill_conditioned_count: 0,
             normals: None,
         };
         let Some(route) = self.route() else {
@@ -96,9 +96,9 @@ impl RelativePair<'_> {
 
     /// Looks at the pairs of octets: at the generic ones several at a time, at the special ones one by one. Appends the cuts of
     /// the latter.
-    fn look_at(&self, posed_tets: &PosedTets, octets: &mut [Octet], cuts: &mut Vec<Cut>) {
+    fn cut_octets(&self, posed_tets: &PosedTets, octets: &mut [Octet], cuts: &mut Vec<Cut>) {
         let posed = |tet_b: u32| posed_tets.get(tet_b);
-        lanes::run(LookAt {
+        lanes::run(CutOctets {
             pair: self,
             posed,
             octets: &mut *octets,
@@ -107,12 +107,12 @@ impl RelativePair<'_> {
             for place in 0..octet.tets().len() {
                 let [tet_a, tet_b] = octet.tets()[place];
                 let posed_b = posed(tet_b);
-                octet.exits[place] = if octet.is_special(place) {
-                    self.exits(tet_a as usize, posed_b, cuts)
+                octet.reached[place] = if octet.is_special(place) {
+                    self.reached(tet_a as usize, posed_b, cuts)
                 } else {
-                    Exits {
+                    ReachedFaces {
                         faces: octet.reached_faces(place, posed_b),
-                        ..Exits::default()
+                        ..ReachedFaces::default()
                     }
                 };
             }
@@ -121,21 +121,21 @@ impl RelativePair<'_> {
 
     /// Over which faces the surface may go on from a pair of tetrahedra. Appends its cut, if it is to be noted.
     #[inline]
-    fn exits(&self, tet_a: usize, tet_b: &PosedTet, cuts: &mut Vec<Cut>) -> Exits {
+    fn reached(&self, tet_a: usize, tet_b: &PosedTet, cuts: &mut Vec<Cut>) -> ReachedFaces {
         let tet_a = self.tet_a(tet_a);
-        let decisions = match self.encounter(tet_a, tet_b, true) {
-            Encounter::Apart => return Exits::default(),
-            Encounter::EqualFields => return Exits::EQUAL_FIELDS,
-            Encounter::Met(decisions) => decisions,
+        let topology = match self.classify(tet_a, tet_b, true) {
+            PairClass::Disjoint => return ReachedFaces::default(),
+            PairClass::EqualFields => return ReachedFaces::EQUAL_FIELDS,
+            PairClass::Intersecting(topology) => topology,
         };
-        let cut = self.cut(tet_a, tet_b, decisions);
+        let cut = self.cut(tet_a, tet_b, topology);
         // The way to others may lead through tetrahedra without pressure, and, where more than rounding is taken for zero,
         // past the ends of thin ones.
         if cut.is_noted() && !tet_a.is_inert() && self.may_touch(tet_a.index, tet_b) {
             cuts.push(cut);
         }
-        Exits {
-            faces: cut.exits(),
+        ReachedFaces {
+            faces: cut.reached(),
             is_ill_conditioned: cut.is_ill_conditioned(),
             is_equal: false,
         }
@@ -205,19 +205,19 @@ impl Walk<'_, '_> {
     fn follow_route(&mut self, route: &Route) -> bool {
         match *route {
             Route::OverRigid(shape_b) => {
-                self.enter_at_rims(shape_b.triangle_bvh());
+                self.enter_at_boundary(shape_b.triangle_bvh());
                 self.enter_at_components(shape_b);
                 self.follow_on()
             }
             Route::BetweenFields { shape_b, seeds } => {
-                self.enter_at_rims(shape_b.triangle_bvh());
-                if let [Some(escapes_a), Some(escapes_b)] = seeds.map(|own| own.escapes.as_ref()) {
-                    self.enter_at_escapes(shape_b, [escapes_a, escapes_b]);
+                self.enter_at_boundary(shape_b.triangle_bvh());
+                if let [Some(paths_a), Some(paths_b)] = seeds.map(|own| own.peak_paths.as_ref()) {
+                    self.enter_at_peak_paths(shape_b, [paths_a, paths_b]);
                     return self.follow_on();
                 }
                 self.normals = Some(Normals::default());
                 self.follow_on() && {
-                    self.enter_at_turns(shape_b, seeds);
+                    self.enter_at_extremal_pairs(shape_b, seeds);
                     self.follow_on()
                 }
             }
@@ -231,15 +231,17 @@ impl Walk<'_, '_> {
         loop {
             let has_equal = !self.follow_entered();
             if has_equal
-                || self.doubts > MOST_DOUBTS.max(self.scratch.octets.pair_count() / DOUBTLESS)
+                || self.ill_conditioned_count
+                    > MAX_ILL_CONDITIONED
+                        .max(self.scratch.octets.pair_count() / PAIRS_PER_ILL_CONDITIONED)
             {
                 return false;
             }
-            let mut doubtful = std::mem::take(&mut self.scratch.doubtful);
-            for [tet_a, tet_b] in doubtful.drain(..) {
+            let mut ill_conditioned = std::mem::take(&mut self.scratch.ill_conditioned);
+            for [tet_a, tet_b] in ill_conditioned.drain(..) {
                 self.enter_around(tet_a, tet_b);
             }
-            self.scratch.doubtful = doubtful;
+            self.scratch.ill_conditioned = ill_conditioned;
             if self.scratch.octets.are_all_done() {
                 return true;
             }
@@ -251,7 +253,7 @@ impl Walk<'_, '_> {
     fn follow_entered(&mut self) -> bool {
         let equal_before = self.scratch.equal.len();
         self.look_at_all(|walk, index| {
-            let across = Across::faces_of(walk.scratch.octets.at(index), walk.pair);
+            let across = NeighborPairs::faces_of(walk.scratch.octets.at(index), walk.pair);
             walk.enter_all(across.pairs());
         });
         self.scratch.equal.len() == equal_before
@@ -268,7 +270,7 @@ impl Walk<'_, '_> {
         } = &mut *self.scratch;
         let (range, octets) = octets.next()?;
         let look = |octets: &mut [Octet], cuts: &mut Vec<Cut>| {
-            self.pair.look_at(posed_tets, octets, cuts);
+            self.pair.cut_octets(posed_tets, octets, cuts);
         };
         threads::collect_pieces(octets, PIECE, look, cuts);
         Some(range)
@@ -280,13 +282,13 @@ impl Walk<'_, '_> {
         if let Some(normals) = &mut self.normals {
             normals.add_octet(octet);
         }
-        for (exits, &tets) in octet.exits.iter().zip(octet.tets()) {
-            if exits.is_equal {
+        for (reached, &tets) in octet.reached.iter().zip(octet.tets()) {
+            if reached.is_equal {
                 self.scratch.equal.push(tets.map(|tet| tet as usize));
             }
-            if exits.is_ill_conditioned {
-                self.doubts += 1;
-                self.scratch.doubtful.push(tets);
+            if reached.is_ill_conditioned {
+                self.ill_conditioned_count += 1;
+                self.scratch.ill_conditioned.push(tets);
             }
         }
     }

@@ -37,7 +37,7 @@ impl Normals {
         }
     }
 
-    /// The directions u and d of the search for [turns](super::turns) for which (1) and (2) exclude most of the known contact surface. u is the direction in
+    /// The directions u and d of the search for [turns](super::extremal_pairs) for which (1) and (2) exclude most of the known contact surface. u is the direction in
     /// which the normals of this surface point least. d is the direction across u in which p_A − p_B mostly rises on the surface.
     pub fn directions(&self) -> [Vector3<f64>; 2] {
         let axes = self.squares.symmetric_eigen();

@@ -16,23 +16,23 @@ const LEAST_USED: f64 = 1.0 / 64.0;
 const LEAST_KEPT: usize = 1024;
 
 /// Pairs that are looked at together, at the most, so that their octets stay in the cache of a core.
-const WAVE: usize = 256 * ROW;
+const MAX_ROUND: usize = 256 * ROW;
 
 /// Memory that one search leaves to the next in the same thread, so that a search allocates nothing
 /// once warm. It carries no information from one to the next.
 #[derive(Default)]
 pub(super) struct Scratch {
     pub posed_tets: PosedTets,
-    /// Nodes of A's tree of triangles, and triangles, for the descent to the rim.
+    /// Nodes of A's tree of triangles, and triangles, for the descent to the boundary.
     pub tree_nodes: Vec<u32>,
-    /// The pairs of triangles that may cross at the rim, by their tetrahedra.
+    /// The pairs of triangles that may cross at the boundary, by their tetrahedra.
     pub crossings: Vec<[u32; 2]>,
     /// Which pairs of tetrahedra were looked at or are about to be.
     pub visited: Visited,
     /// These pairs, in the order in which they are looked at, and their octets, without the ones that were spilled.
     pub octets: Octets,
     /// Pairs from which the surface may go on over other faces than it seems.
-    pub doubtful: Vec<[u32; 2]>,
+    pub ill_conditioned: Vec<[u32; 2]>,
     /// The cuts of special pairs.
     pub cuts: Vec<Cut>,
     /// The pairs in which the fields are equal, so that there is no plane.
@@ -41,7 +41,7 @@ pub(super) struct Scratch {
 
 impl Scratch {
     /// Spare memory of the thread, emptied, or new memory.
-    pub fn taken() -> Self {
+    pub fn acquire() -> Self {
         let spare = SPARE.with_borrow_mut(Vec::pop);
         let mut scratch = spare.unwrap_or_default();
         let used = scratch.octets.pair_count().max(LEAST_KEPT) as f64;
@@ -51,14 +51,14 @@ impl Scratch {
         scratch.posed_tets.clear();
         scratch.visited.clear();
         scratch.octets.clear();
-        scratch.doubtful.clear();
+        scratch.ill_conditioned.clear();
         scratch.cuts.clear();
         scratch.equal.clear();
         scratch
     }
 
     /// Leaves the memory to the next search.
-    pub fn left(self) {
+    pub fn release(self) {
         // Fails where the thread is ending: the memory is freed then.
         let _ = SPARE.try_with(|spare| spare.borrow_mut().push(self));
     }
@@ -87,14 +87,14 @@ impl Octets {
         &mut self.pairs
     }
 
-    /// Fills octets with the pairs to look at next: no more than a [`WAVE`], and whole octets only, unless fewer than eight pairs
+    /// Fills octets with the pairs to look at next: no more than a [`MAX_ROUND`], and whole octets only, unless fewer than eight pairs
     /// wait. From now on they count as done.
     pub fn next(&mut self) -> Option<(Range<usize>, &mut [Octet])> {
         let waiting = &self.pairs[self.done..];
         let count = if waiting.len() < ROW {
             waiting.len()
         } else {
-            waiting.len().min(WAVE) / ROW * ROW
+            waiting.len().min(MAX_ROUND) / ROW * ROW
         };
         let start = self.len;
         for tets in waiting[..count].chunks(ROW) {

@@ -1,16 +1,16 @@
-//! Where the walk over a contact surface enters it: at the rims and, for components without a rim, at components of a rigid
-//! surface, or on the way from the peaks of concave fields to the surface. (At turns: `turns.rs`.)
+//! Where the walk over a contact surface enters it: at the boundaries and, for components without a boundary, at components of a rigid
+//! surface, or on the way from the peaks of concave fields to the surface. (At turns: `extremal_pairs.rs`.)
 
 use super::following::Walk;
-use crate::broad_phase::{TriangleBvh, visit_crossings};
+use crate::broad_phase::{TriangleBvh, visit_crossing_triangles};
 use crate::bvh::Bvh;
 use crate::contact_shape::{RigidShape, Shape};
 use crate::geometry::Aabb;
-use crate::seeds::Escape;
+use crate::seeds::PathEdge;
 use crate::spatial::Pose;
 
 impl Walk<'_, '_> {
-    /// Enters at one point of each component of a rigid surface: of one without a rim, all points are in A.
+    /// Enters at one point of each component of a rigid surface: of one without a boundary, all points are in A.
     pub fn enter_at_components(&mut self, shape_b: &RigidShape) {
         let (pair, margin) = (self.pair, self.pair.margin());
         let shape_a = pair.shape_a;
@@ -50,13 +50,13 @@ impl Walk<'_, '_> {
         });
     }
 
-    /// Enters where every component with a rim must show: at the pairs of surface triangles that may cross.
-    pub fn enter_at_rims(&mut self, triangles_b: &TriangleBvh) {
+    /// Enters where every component with a boundary must show: at the pairs of surface triangles that may cross.
+    pub fn enter_at_boundary(&mut self, triangles_b: &TriangleBvh) {
         let (pair, margin) = (self.pair, self.pair.margin());
         let surfaces = [pair.shape_a.triangle_bvh(), triangles_b];
         let mut crossings = std::mem::take(&mut self.scratch.crossings);
         let memory = &mut self.scratch.tree_nodes;
-        visit_crossings(surfaces, &pair.pose_ab, margin, memory, |a, b| {
+        visit_crossing_triangles(surfaces, &pair.pose_ab, margin, memory, |a, b| {
             crossings.push([a.tet() as u32, b.tet() as u32]);
         });
         self.enter_all(&crossings);
@@ -64,14 +64,18 @@ impl Walk<'_, '_> {
         self.scratch.crossings = crossings;
     }
 
-    /// Enters where the pressures become equal on an escape of either body.
-    pub fn enter_at_escapes(&mut self, shape_b: &Shape, [escapes_a, escapes_b]: [&Bvh<Escape>; 2]) {
+    /// Enters where the pressures become equal on an edge of either body.
+    pub fn enter_at_peak_paths(
+        &mut self,
+        shape_b: &Shape,
+        [paths_a, paths_b]: [&Bvh<PathEdge>; 2],
+    ) {
         let (pair, margin) = (self.pair, self.pair.margin());
         let field = |shape, modulus| PressureOf { shape, modulus };
         let a = field(pair.shape_a, pair.scales[0]);
         let b = field(shape_b, pair.scales[1]);
-        visit_escapes(
-            (&b, escapes_b),
+        visit_peak_paths(
+            (&b, paths_b),
             &a,
             (&pair.pose_ab, margin),
             |tet_b, tet_a| {
@@ -79,7 +83,7 @@ impl Walk<'_, '_> {
             },
         );
         let pose_ba = pair.pose_ab.inverse();
-        visit_escapes((&a, escapes_a), &b, (&pose_ba, margin), |tet_a, tet_b| {
+        visit_peak_paths((&a, paths_a), &b, (&pose_ba, margin), |tet_a, tet_b| {
             self.enter_pair(tet_a, tet_b);
         });
     }
@@ -91,21 +95,21 @@ struct PressureOf<'a> {
     modulus: f64,
 }
 
-/// Visits the pairs of a body's own tetrahedron at an escape and one of the other body, in which the pressures become equal
-/// on the escape. Takes the pose of the own body in the frame of the other, and what counts as zero as a distance (m).
-fn visit_escapes(
-    (own, escapes): (&PressureOf, &Bvh<Escape>),
+/// Visits the pairs of a body's own tetrahedron at an edge and one of the other body, in which the pressures become equal
+/// on the edge. Takes the pose of the own body in the frame of the other, and what counts as zero as a distance (m).
+fn visit_peak_paths(
+    (own, peak_paths): (&PressureOf, &Bvh<PathEdge>),
     other: &PressureOf,
     (pose, margin): (&Pose<f64>, f64),
     mut visit: impl FnMut(usize, usize),
 ) {
     let tree = other.shape.tet_bvh().pressing();
     let [own_tets, other_tets] = [own, other].map(|body| body.shape.field().tets());
-    escapes.visit_near(
+    peak_paths.visit_near(
         &other.shape.bounds(),
         pose,
         margin,
-        |Escape { tet, corners }| {
+        |PathEdge { tet, corners }| {
             let own_tet = &own_tets[tet];
             let ends = corners.map(|c| pose.transformed_point(&own_tet.tetrahedron.corners[c]));
             let pressures = corners.map(|c| own_tet.extents[c] * own.modulus);

@@ -2,7 +2,7 @@
 
 use super::closed_form::{HalfSolidAngle, Rotation};
 use super::edge::{Corner, EdgeMeans, Vector, cross};
-use super::{Affine, Load, LoadedSlip, Quadratic, SlipMoments, product};
+use super::{Affine, FrictionIntegrand, Load, Quadratic, SlipMoments, product};
 
 /// A number for each monomial up to degree 3: 1, y₁, y₂, y₁², y₁y₂, y₂², y₁³, y₁²y₂, y₁y₂², y₂³.
 type Cubic = [f64; 10];
@@ -10,9 +10,9 @@ type Cubic = [f64; 10];
 /// The places of y₁·m and y₂·m among the monomials, for the first six m.
 const RAISED: [[usize; 2]; 6] = [[1, 2], [3, 4], [4, 5], [6, 7], [7, 8], [8, 9]];
 
-/// [`LoadedSlip::moments`] of a slip with a spin, corners within about `size` of the origin.
-pub(super) fn moments(loaded: &LoadedSlip, size: f64) -> SlipMoments {
-    let LoadedSlip { slip, load, .. } = loaded;
+/// [`FrictionIntegrand::moments`] of a slip with a spin, corners within about `size` of the origin.
+pub(super) fn moments(loaded: &FrictionIntegrand, size: f64) -> SlipMoments {
+    let FrictionIntegrand { slip, load, .. } = loaded;
     let rotation = Rotation::new(slip, size);
     let g = product(load.pressure, load.damping);
     let (mut sums, mut fluxes) = (Sums::default(), [[[0.0; 6]; 2]; 2]);
@@ -36,9 +36,9 @@ pub(super) fn moments(loaded: &LoadedSlip, size: f64) -> SlipMoments {
     }
 }
 
-/// [`LoadedSlip::flux`] of such a slip.
+/// [`FrictionIntegrand::flux`] of such a slip.
 pub(super) fn flux(
-    loaded: &LoadedSlip,
+    loaded: &FrictionIntegrand,
     ends: [Vector<f64>; 2],
     size: f64,
     factor: f64,

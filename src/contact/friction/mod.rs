@@ -33,7 +33,7 @@ pub(super) struct Slip<T> {
 }
 
 /// A slip over a loaded polygon: what the derivatives of [`Slip::resultant`] are made of.
-pub(super) struct LoadedSlip<'a> {
+pub(super) struct FrictionIntegrand<'a> {
     slip: Slip<f64>,
     load: Load<'a, f64>,
     corners: &'a [[f64; 2]],
@@ -64,7 +64,7 @@ impl<T: Scalar> Load<'_, T> {
 }
 
 /// The rules for a slip that changes by less than a fraction of σ over the polygon.
-struct Rung {
+struct QuadratureLevel {
     /// The bound of θ = |w|·L/σ: w the spin, σ at the mean of the corners, L the distance of the farthest from it.
     below: f64,
     /// For values.
@@ -74,51 +74,51 @@ struct Rung {
     edge: &'static EdgeRule,
 }
 
-/// Beside each rung the worst errors just below its upper end, of 400 random polygons of 3 to 8 corners, ten times as long
+/// Beside each level the worst errors just below its upper end, of 400 random polygons of 3 to 8 corners, ten times as long
 /// as wide at most: of the resultant (relative to ∫ |g| dA and ∫ |g|·|y| dA), of `direction`, `by_slip` and the fluxes
 /// (relative to ∫ |y|ᵏ dA, ∫ |g|·|y|ᵏ/σ dA and ∮ |g|·|y|ᵏ dl). The test
 /// `errors_at_the_upper_ends_of_the_rungs_are_those_noted` prints them.
 ///
-/// Above the last rung the closed form has 1e-12, 1e-11, 1e-10 and 9e-14, at θ = 2 2e-14, 5e-14, 3e-13 and 3e-15. Below,
+/// Above the last level the closed form has 1e-12, 1e-11, 1e-10 and 9e-14, at θ = 2 2e-14, 5e-14, 3e-13 and 3e-15. Below,
 /// it loses like θ⁻⁵.
-const LADDER: [Rung; 6] = [
+const QUADRATURE: [QuadratureLevel; 6] = [
     // 7e-13, 1e-15, 6e-12, 5e-16: a slip as good as constant, and the common case.
-    Rung {
+    QuadratureLevel {
         below: 1e-5,
         value: &rules::TRIANGLE_4,
         slopes: &rules::TRIANGLE_5,
         edge: &rules::EDGE_4,
     },
     // 1e-15, 1e-15, 1e-12, 2e-13.
-    Rung {
+    QuadratureLevel {
         below: 3e-3,
         value: &rules::TRIANGLE_7,
         slopes: &rules::TRIANGLE_7,
         edge: &rules::EDGE_4,
     },
     // 3e-13, 9e-13, 3e-10, 4e-16.
-    Rung {
+    QuadratureLevel {
         below: 0.012,
         value: &rules::TRIANGLE_7,
         slopes: &rules::TRIANGLE_7,
         edge: &rules::EDGE_6,
     },
     // 5e-13, 2e-12, 1e-10, 1e-15.
-    Rung {
+    QuadratureLevel {
         below: 0.04,
         value: &rules::TRIANGLE_8,
         slopes: &rules::TRIANGLE_8,
         edge: &rules::EDGE_6,
     },
     // 2e-13, 5e-13, 1e-11, 2e-14.
-    Rung {
+    QuadratureLevel {
         below: 0.2,
         value: &rules::TRIANGLE_12,
         slopes: &rules::TRIANGLE_12,
         edge: &rules::EDGE_8,
     },
     // 2e-12, 5e-12, 1e-10, 3e-12.
-    Rung {
+    QuadratureLevel {
         below: 0.48,
         value: &rules::TRIANGLE_17,
         slopes: &rules::TRIANGLE_17,
@@ -126,15 +126,15 @@ const LADDER: [Rung; 6] = [
     },
 ];
 
-/// How many rungs there are.
-pub(super) const RUNGS: usize = LADDER.len();
+/// How many levels there are.
+pub(super) const LEVELS: usize = QUADRATURE.len();
 
-/// Below which θ each rung is good enough.
-pub(super) fn rung_bounds() -> [f64; RUNGS] {
-    LADDER.each_ref().map(|rung| rung.below)
+/// Below which θ each level is good enough.
+pub(super) fn level_bounds() -> [f64; LEVELS] {
+    QUADRATURE.each_ref().map(|level| level.below)
 }
 
-/// θ² of a [`Rung`] from the slip at the origin, the spin and the slip tolerance, the mean of the corners, and the square of the
+/// θ² of a [`QuadratureLevel`] from the slip at the origin, the spin and the slip tolerance, the mean of the corners, and the square of the
 /// distance of the farthest from it: of one polygon, or of one in each lane.
 #[inline(always)]
 pub(super) fn theta_squared<N: Linear + Div<Output = N>>(
@@ -146,19 +146,19 @@ pub(super) fn theta_squared<N: Linear + Div<Output = N>>(
     spin * spin * size_squared / (s1 * s1 + s2 * s2 + tolerance * tolerance)
 }
 
-/// The rule for values of a rung.
-pub(super) fn value_rule(rung: usize) -> &'static TriangleRule {
-    LADDER[rung].value
+/// The rule for values of a level.
+pub(super) fn value_rule(level: usize) -> &'static TriangleRule {
+    QUADRATURE[level].value
 }
 
-/// The rules for derivatives of a rung: over the area, and along edges.
-pub(super) fn slope_rules(rung: usize) -> (&'static TriangleRule, &'static EdgeRule) {
-    (LADDER[rung].slopes, LADDER[rung].edge)
+/// The rules for derivatives of a level: over the area, and along edges.
+pub(super) fn slope_rules(level: usize) -> (&'static TriangleRule, &'static EdgeRule) {
+    (QUADRATURE[level].slopes, QUADRATURE[level].edge)
 }
 
 /// How the integrals over a polygon are taken.
 enum Method {
-    Rule(&'static Rung),
+    Rule(&'static QuadratureLevel),
     /// With the size of the polygon (m).
     ClosedForm(f64),
 }
@@ -173,11 +173,11 @@ impl<T: Scalar> Slip<T> {
     ) -> [T; 3] {
         let load = Load { pressure, damping };
         match self.method(corners) {
-            Method::Rule(rung) => {
+            Method::Rule(level) => {
                 let rule = if carries_derivatives::<T>() {
-                    rung.slopes
+                    level.slopes
                 } else {
-                    rung.value
+                    level.value
                 };
                 quadrature::resultant(self, corners, &load, rule)
             }
@@ -185,21 +185,21 @@ impl<T: Scalar> Slip<T> {
         }
     }
 
-    /// The rung of the ladder of rules that is good enough; `None` if there is none.
-    pub fn rung(&self, corners: &[[T; 2]]) -> Option<usize> {
-        Unevenness::of(self, corners).rung()
+    /// The level of the ladder of rules that is good enough; `None` if there is none.
+    pub fn level(&self, corners: &[[T; 2]]) -> Option<usize> {
+        Unevenness::of(self, corners).level()
     }
 
     fn method(&self, corners: &[[T; 2]]) -> Method {
         let unevenness = Unevenness::of(self, corners);
-        match unevenness.rung() {
-            Some(rung) => Method::Rule(&LADDER[rung]),
+        match unevenness.level() {
+            Some(level) => Method::Rule(&QUADRATURE[level]),
             None => Method::ClosedForm(unevenness.size_squared.sqrt()),
         }
     }
 }
 
-/// By how much a slip changes over a polygon (see [`Rung`]).
+/// By how much a slip changes over a polygon (see [`QuadratureLevel`]).
 struct Unevenness {
     /// The square of the distance of the farthest corner from the mean of the corners (m²).
     size_squared: f64,
@@ -225,13 +225,13 @@ impl Unevenness {
         }
     }
 
-    fn rung(&self) -> Option<usize> {
-        let is_within = |rung: &Rung| self.theta_squared < rung.below.powi(2);
-        LADDER.iter().position(is_within)
+    fn level(&self) -> Option<usize> {
+        let is_within = |level: &QuadratureLevel| self.theta_squared < level.below.powi(2);
+        QUADRATURE.iter().position(is_within)
     }
 }
 
-impl<'a> LoadedSlip<'a> {
+impl<'a> FrictionIntegrand<'a> {
     /// On the polygon of these corners, which turn counter-clockwise.
     pub fn on(
         corners: &'a [[f64; 2]],
@@ -249,7 +249,7 @@ impl<'a> LoadedSlip<'a> {
 
     pub fn moments(&self) -> SlipMoments {
         match self.method {
-            Method::Rule(rung) => quadrature::moments(self, rung.slopes),
+            Method::Rule(level) => quadrature::moments(self, level.slopes),
             Method::ClosedForm(size) => closed_moments::moments(self, size),
         }
     }
@@ -259,7 +259,7 @@ impl<'a> LoadedSlip<'a> {
     pub fn flux(&self, edge: usize, factor: f64) -> [[f64; 6]; 2] {
         let ends = ends(self.corners, edge);
         match self.method {
-            Method::Rule(rung) => quadrature::flux(self, ends, rung.edge, factor),
+            Method::Rule(level) => quadrature::flux(self, ends, level.edge, factor),
             Method::ClosedForm(size) => closed_moments::flux(self, ends, size, factor),
         }
     }
@@ -354,8 +354,8 @@ mod tests {
             self
         }
 
-        fn loaded(&self) -> LoadedSlip<'_> {
-            LoadedSlip::on(&self.corners, self.slip, &self.pressure, &self.damping)
+        fn loaded(&self) -> FrictionIntegrand<'_> {
+            FrictionIntegrand::on(&self.corners, self.slip, &self.pressure, &self.damping)
         }
 
         fn fluxes(&self) -> Vec<[[f64; 6]; 2]> {
@@ -643,12 +643,12 @@ mod tests {
         }
     }
 
-    /// Prints what is noted at [`LADDER`].
+    /// Prints what is noted at [`QUADRATURE`].
     #[test]
     #[ignore = "takes minutes"]
     fn errors_at_the_upper_ends_of_the_rungs_are_those_noted() {
         let mut rng = StdRng::seed_from_u64(12);
-        let ends = LADDER.iter().map(|rung| 0.99 * rung.below);
+        let ends = QUADRATURE.iter().map(|level| 0.99 * level.below);
         for theta in ends.chain([0.49, 2.0]) {
             let mut worst = [0.0_f64; 4];
             for _ in 0..400 {
@@ -748,9 +748,9 @@ mod tests {
         /// So little that the integrals themselves change by less.
         const BESIDE: f64 = 1e-13;
         let mut rng = StdRng::seed_from_u64(2);
-        for rung in &LADDER {
+        for level in &QUADRATURE {
             for _ in 0..20 {
-                let case = random_case(&mut rng, rung.below, 1.0);
+                let case = random_case(&mut rng, level.below, 1.0);
                 let beside = |factor: f64| {
                     let mut case = case.clone();
                     case.slip.spin *= factor;

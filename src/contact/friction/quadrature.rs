@@ -2,7 +2,7 @@
 
 use super::edge::Vector;
 use super::rules::{EdgeRule, PointPair, TriangleRule};
-use super::{Affine, Load, LoadedSlip, Slip, SlipMoments};
+use super::{Affine, FrictionIntegrand, Load, Slip, SlipMoments};
 use crate::scalar::{Scalar, lift};
 use wide::f64x2;
 
@@ -74,8 +74,8 @@ pub(super) fn resultant<T: Scalar>(
     total
 }
 
-/// [`LoadedSlip::moments`] by a rule.
-pub(super) fn moments(loaded: &LoadedSlip, rule: &TriangleRule) -> SlipMoments {
+/// [`FrictionIntegrand::moments`] by a rule.
+pub(super) fn moments(loaded: &FrictionIntegrand, rule: &TriangleRule) -> SlipMoments {
     let mut sums = AreaSums::default();
     let field = Field::of(loaded);
     for triangle in Triangle::fan(loaded.corners) {
@@ -108,8 +108,8 @@ struct Field {
 }
 
 impl Field {
-    fn of(loaded: &LoadedSlip) -> Self {
-        let LoadedSlip { slip, load, .. } = loaded;
+    fn of(loaded: &FrictionIntegrand) -> Self {
+        let FrictionIntegrand { slip, load, .. } = loaded;
         Self {
             at_origin: slip.at_origin.map(f64x2::splat),
             spin: f64x2::splat(slip.spin),
@@ -179,9 +179,9 @@ fn add_up_to_cubic(sums: &mut [f64x2; 10], value: f64x2, y: Points) {
     cubic[3] += other * y2;
 }
 
-/// [`LoadedSlip::flux`] by a rule.
+/// [`FrictionIntegrand::flux`] by a rule.
 pub(super) fn flux(
-    loaded: &LoadedSlip,
+    loaded: &FrictionIntegrand,
     [from, to]: [Vector<f64>; 2],
     rule: &EdgeRule,
     factor: f64,

@@ -6,7 +6,7 @@ use super::pullback::{Here, Pullback};
 use crate::dynamics::any_world::{AnyWorld, RealForces, Seeded};
 use crate::dynamics::system::System;
 use crate::dynamics::{BodyState, LOCAL, Motion};
-use crate::scalar::{GenericDirection, lift, real_part};
+use crate::scalar::{SplitMix64, lift, real_part};
 use crate::spatial::{Twist, Wrench};
 use nalgebra::{SVector, Vector3, Vector6};
 
@@ -158,7 +158,7 @@ impl<'a> Situated<'a> {
             return;
         }
         let parts: Vec<&[usize]> = bodies.chunks(bodies.len().div_ceil(LOCAL).max(1)).collect();
-        let mut direction = GenericDirection::default();
+        let mut direction = SplitMix64::default();
         let slopes = self.by_numbers(&parts, |part, _| {
             Seeded::variable(0.0, part) * direction.next()
         });

@@ -2,12 +2,12 @@
 
 use super::{ConvexPolygon, POLYGON_CAPACITY};
 use crate::geometry::AffineField;
-use crate::geometry::tolerance::{Closeness, Tolerance, snapped};
+use crate::geometry::tolerance::{NearZeroHistogram, Tolerance, snapped};
 use crate::scalar::{Scalar, lift, real_part, real_vector};
 
 /// An edge so many times as long as the distance within which corners count as on a plane has a direction: which side of the plane
 /// it is on is told by both ends alike.
-const LONG: f64 = 64.0;
+const LONG_EDGE: f64 = 64.0;
 
 impl<T: Scalar> ConvexPolygon<T> {
     /// The part of the polygon where `field` ≥ 0; values within `tolerance` of zero count as zero. Edges on which it is 0
@@ -24,7 +24,7 @@ impl<T: Scalar> ConvexPolygon<T> {
 
     /// [`Self::clipped`] in place: most faces do not cut, and a polygon is large to hand on.
     ///
-    /// Edges of the owners `unmet` are known not to meet that side: those that are inside do not count as on it, however near they
+    /// Edges of the owners `disjoint_faces` are known not to meet that side: those that are inside do not count as on it, however near they
     /// are.
     #[inline]
     pub(crate) fn clip(
@@ -32,10 +32,10 @@ impl<T: Scalar> ConvexPolygon<T> {
         field: &AffineField<T>,
         tolerance: Tolerance,
         side: u8,
-        unmet: impl FnOnce() -> u8,
+        disjoint_faces: impl FnOnce() -> u8,
     ) {
         let mut values = [lift(0.0); POLYGON_CAPACITY];
-        let (mut is_near, mut closeness, mut zeros) = (false, Closeness::default(), 0_u32);
+        let (mut is_near, mut closeness, mut zeros) = (false, NearZeroHistogram::default(), 0_u32);
         for (value, corner) in values.iter_mut().zip(&self.corners[..self.len()]) {
             *value = field.at(corner);
             let real = real_part(*value);
@@ -45,9 +45,9 @@ impl<T: Scalar> ConvexPolygon<T> {
             *value = snapped(*value, tolerance.zero);
         }
         if zeros >= 2 {
-            self.restore_beside(&mut values, (field, tolerance.zero), unmet());
+            self.restore_beside(&mut values, (field, tolerance.zero), disjoint_faces());
         }
-        if closeness != Closeness::default() {
+        if closeness != NearZeroHistogram::default() {
             self.note(closeness, &values, tolerance);
         }
         if is_near {
@@ -76,20 +76,20 @@ impl<T: Scalar> ConvexPolygon<T> {
             let exact = [field.at(from), field.at(to)];
             let is_beside = |value: &T| 0.0 < real_part(*value) && real_part(*value) <= zero;
             let near = zero / real_vector(&field.gradient).norm();
-            if exact.iter().all(is_beside) && real_vector(&(to - from)).norm() > LONG * near {
+            if exact.iter().all(is_beside) && real_vector(&(to - from)).norm() > LONG_EDGE * near {
                 [values[now], values[next]] = exact;
             }
         }
     }
 
     #[cold]
-    fn note(&mut self, closeness: Closeness, values: &[T], tolerance: Tolerance) {
+    fn note(&mut self, closeness: NearZeroHistogram, values: &[T], tolerance: Tolerance) {
         let sizes = values[..self.len()]
             .iter()
             .map(|&value| real_part(value).abs());
-        let flatness = tolerance.closeness(sizes.fold(0.0, f64::max));
+        let coplanarity = tolerance.closeness(sizes.fold(0.0, f64::max));
         self.closeness = self.closeness.or(closeness);
-        self.flatness = self.flatness.or(flatness);
+        self.coplanarity = self.coplanarity.or(coplanarity);
     }
 
     /// Edges along which the values are zero belong to the side too.

@@ -1,5 +1,5 @@
-use super::encounter::{Bodies, Encounters};
 use super::outlines::{Outlines, Planes};
+use super::pair_classes::{Bodies, PairClasses};
 use super::{BELOW, OPPOSITE, Octet, Part, PosedTet, SLOTS, SPECIAL};
 use crate::lanes::space::{dot, scaled, store};
 use crate::lanes::{InLanes, Lanes, Mask, Numbers, ROW};
@@ -7,14 +7,14 @@ use crate::narrow_phase::RelativePair;
 use std::array;
 
 /// Looks at the pairs of octets, of which none is empty.
-pub(crate) struct LookAt<'o, 'p, 'a, P> {
+pub(crate) struct CutOctets<'o, 'p, 'a, P> {
     pub pair: &'p RelativePair<'a>,
     /// A tetrahedron of B in A's frame.
     pub posed: P,
     pub octets: &'o mut [Octet],
 }
 
-impl<'p, P: Fn(u32) -> &'p PosedTet> InLanes for LookAt<'_, 'p, '_, P> {
+impl<'p, P: Fn(u32) -> &'p PosedTet> InLanes for CutOctets<'_, 'p, '_, P> {
     type Output = ();
 
     #[inline(always)]
@@ -50,7 +50,7 @@ impl Octet {
         let (first, b, len) = (part.first, part.b, self.len);
         let zero = lanes.splat(0.0);
         let is_there = zero.is_less(lanes.gathered(|lane| f64::from(u8::from(first + lane < len))));
-        let met = Encounters::of(lanes, bodies, part, is_there);
+        let met = PairClasses::of(lanes, bodies, part, is_there);
         if !met.is_any_generic() {
             self.fill_with_nothing(lanes, first);
             let special = lanes.splat(f64::from(SPECIAL));
@@ -75,13 +75,13 @@ impl Octet {
         self.store_planes(first, &planes);
         self.store_outlines(first, &outlines);
         self.store_pressures(lanes, bodies, part, (&met, &planes));
-        self.store_slopes(first, bodies, &met, planes.yielding);
-        let yielding = if bodies.is_rigid {
+        self.store_slopes(first, bodies, &met, planes.inverse_gradient_norm);
+        let inverse_gradient_norm = if bodies.is_rigid {
             zero
         } else {
-            planes.yielding
+            planes.inverse_gradient_norm
         };
-        yielding.store(&mut self.yielding, first);
+        inverse_gradient_norm.store(&mut self.inverse_gradient_norm, first);
     }
 
     #[inline(always)]
@@ -89,7 +89,7 @@ impl Octet {
         &mut self,
         lanes: L,
         first: usize,
-        met: &Encounters<L::Numbers>,
+        met: &PairClasses<L::Numbers>,
         outlines: &Outlines<L::Numbers>,
     ) {
         let (zero, special) = (lanes.splat(0.0), lanes.splat(f64::from(SPECIAL)));
@@ -153,7 +153,7 @@ impl Octet {
         lanes: L,
         bodies: &Bodies<L::Numbers>,
         part: &Part,
-        (met, planes): (&Encounters<L::Numbers>, &Planes<L::Numbers>),
+        (met, planes): (&PairClasses<L::Numbers>, &Planes<L::Numbers>),
     ) {
         let &Part { first, a, b } = part;
         let gradient_a = scaled(met.extent_gradient, bodies.modulus_a);
@@ -184,14 +184,14 @@ impl Octet {
         &mut self,
         first: usize,
         bodies: &Bodies<N>,
-        met: &Encounters<N>,
-        yielding: N,
+        met: &PairClasses<N>,
+        inverse_gradient_norm: N,
     ) {
         let gradient_a = scaled(met.extent_gradient, bodies.modulus_a);
         store(&mut self.gradient_a, first, gradient_a);
-        let slope_a = scaled(met.extent_gradient, bodies.scale_a * yielding);
+        let slope_a = scaled(met.extent_gradient, bodies.scale_a * inverse_gradient_norm);
         store(&mut self.slopes[0], first, slope_a);
-        let slope_b = scaled(met.gradient_b, yielding);
+        let slope_b = scaled(met.gradient_b, inverse_gradient_norm);
         store(&mut self.slopes[1], first, slope_b);
     }
 }

@@ -5,15 +5,15 @@
     reason = "adapters of iterators take closures, and a closure over lanes may stay a call, compiled for any processor"
 )]
 
-mod encounter;
 mod kernel;
 mod outlines;
+mod pair_classes;
 #[cfg(test)]
 mod tests;
 
-pub(crate) use kernel::LookAt;
+pub(crate) use kernel::CutOctets;
 
-use super::cut::{Cut, Decisions};
+use super::cut::{Cut, CutTopology};
 use super::{PosedTet, RelativePair};
 use crate::geometry::{ConvexPolygon, NEXT_FACES, face_of_slice};
 use crate::lanes::space::vector_at;
@@ -42,7 +42,7 @@ pub(crate) struct Octet {
     /// ∇p_A/|g| and ∇p_B/|g| (see [`EquilibriumPlane`](super::EquilibriumPlane)).
     pub slopes: [[Row; 3]; 2],
     /// 1/|g| (m/Pa), 0 where B is rigid.
-    pub yielding: Row,
+    pub inverse_gradient_norm: Row,
     /// ∫ m dA for the monomials m = 1, y₁, y₂, y₁², y₁y₂, y₂².
     pub moments: [Row; 6],
     /// Where the edge of each slot begins, counter-clockwise; at the origin, which is a corner too, where a slot has none.
@@ -59,12 +59,12 @@ pub(crate) struct Octet {
     tets: [[u32; 2]; ROW],
     len: usize,
     /// Where the contact surface may go on from each pair: the search's to write, once it has looked at the special pairs too.
-    pub exits: [Exits; ROW],
+    pub reached: [ReachedFaces; ROW],
 }
 
 /// Where a contact surface may go on from a pair of tetrahedra.
 #[derive(Debug, Clone, Copy, Default)]
-pub(crate) struct Exits {
+pub(crate) struct ReachedFaces {
     /// Bit i for the face of A opposite to corner i, bit 4 + k for the face of B opposite to corner k.
     pub faces: u8,
     /// Whether round-off decided over which faces.
@@ -73,7 +73,7 @@ pub(crate) struct Exits {
     pub is_equal: bool,
 }
 
-impl Exits {
+impl ReachedFaces {
     /// Of a pair without a plane.
     pub const EQUAL_FIELDS: Self = Self {
         faces: 0,
@@ -110,7 +110,7 @@ impl Octet {
             pressure: [zero; 3],
             gradient_a: [zero; 3],
             slopes: [[zero; 3]; 2],
-            yielding: zero,
+            inverse_gradient_norm: zero,
             moments: [zero; 6],
             corners: [[zero; 2]; SLOTS],
             ends: [[zero; 2]; SLOTS],
@@ -118,7 +118,7 @@ impl Octet {
             codes: zero,
             tets: [[0; 2]; ROW],
             len: 0,
-            exits: [Exits::default(); ROW],
+            reached: [ReachedFaces::default(); ROW],
         }
     }
 
@@ -196,12 +196,12 @@ impl Octet {
     pub fn cut(&self, place: usize, pair: &RelativePair, tet_b: &PosedTet) -> Cut {
         let [a, b] = self.tets[place].map(|tet| tet as usize);
         let below = self.below(place);
-        let decisions = Decisions::generic([pair.tet_a(a), pair.tet_b(b)], pair, tet_b, below);
+        let topology = CutTopology::generic([pair.tet_a(a), pair.tet_b(b)], pair, tet_b, below);
         Cut {
             tets: [a, b],
             polygon: self.polygon(place, tet_b),
             field_b: tet_b.field,
-            decisions,
+            topology,
         }
     }
 

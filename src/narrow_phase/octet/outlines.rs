@@ -1,4 +1,4 @@
-use super::encounter::Encounters;
+use super::pair_classes::PairClasses;
 use super::{PosedTet, SLOTS};
 use crate::geometry::{EDGES, FACES, PER_TRIANGLE, add_triangle};
 use crate::lanes::space::{difference, dot, gathered, scaled, sum};
@@ -10,22 +10,24 @@ pub(super) struct Planes<N> {
     /// e₁, e₂ and n.
     pub axes: [[N; 3]; 3],
     /// 1/|g|.
-    pub yielding: N,
+    pub inverse_gradient_norm: N,
 }
 
 impl<N: Numbers> Planes<N> {
     #[inline(always)]
-    pub fn of<L: Lanes<Numbers = N>>(lanes: L, met: &Encounters<N>) -> Self {
+    pub fn of<L: Lanes<Numbers = N>>(lanes: L, met: &PairClasses<N>) -> Self {
         let (zero, one) = (lanes.splat(0.0), lanes.splat(1.0));
-        let yielding = one / dot(met.gradient, met.gradient).sqrt();
-        let normal = scaled(met.gradient, yielding);
+        let inverse_gradient_norm = one / dot(met.gradient, met.gradient).sqrt();
+        let normal = scaled(met.gradient, inverse_gradient_norm);
         let [e1, e2] = axes_beside(normal, [zero, one]);
         // Where there is no generic polygon this is no height, and pressures that far away may be beyond double precision.
-        let height = met.is_generic.select(met.at_a[0] * yielding, zero);
+        let height = met
+            .is_generic
+            .select(met.at_a[0] * inverse_gradient_norm, zero);
         Self {
             origin: difference(met.corners_a[0], scaled(normal, height)),
             axes: [e1, e2, normal],
-            yielding,
+            inverse_gradient_norm,
         }
     }
 }
@@ -64,7 +66,7 @@ impl<N: Numbers> Outlines<N> {
     #[inline(always)]
     pub fn of_slices<L: Lanes<Numbers = N>>(
         lanes: L,
-        met: &Encounters<N>,
+        met: &PairClasses<N>,
         planes: &Planes<N>,
     ) -> Self {
         let zero = lanes.splat(0.0);

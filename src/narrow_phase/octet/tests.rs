@@ -4,7 +4,7 @@ use super::*;
 use crate::contact_shape::{ContactBody, HalfSpace, Partner, RigidShape, Shape};
 use crate::lanes;
 use crate::mesh::{TriangleSurface, shapes};
-use crate::narrow_phase::{Encounter, EquilibriumPlane};
+use crate::narrow_phase::{EquilibriumPlane, PairClass};
 use crate::spatial::Pose;
 use nalgebra::{Matrix3, Vector3};
 use rand::rngs::StdRng;
@@ -108,7 +108,7 @@ fn assert_decided_alike(pair: &RelativePair) -> [usize; 2] {
     for pairs in pairs_of(pair).chunks(ROW) {
         let mut octet = Octet::empty();
         octet.fill_with(pairs);
-        lanes::run(LookAt {
+        lanes::run(CutOctets {
             pair,
             posed: |tet: u32| &posed[tet as usize],
             octets: std::slice::from_mut(&mut octet),
@@ -122,14 +122,15 @@ fn assert_decided_alike(pair: &RelativePair) -> [usize; 2] {
                 special += 1;
                 continue;
             }
-            let Encounter::Met(decisions) = pair.encounter(pair.tet_a(a), &posed[b], true) else {
+            let PairClass::Intersecting(decisions) = pair.classify(pair.tet_a(a), &posed[b], true)
+            else {
                 assert!(!octet.has_polygon(place));
                 assert_eq!(octet.reached_faces(place, &posed[b]), 0);
                 continue;
             };
             let cut = pair.cut(pair.tet_a(a), &posed[b], decisions);
             assert_eq!(octet.has_polygon(place), cut.counts());
-            assert_eq!(octet.reached_faces(place, &posed[b]), cut.exits());
+            assert_eq!(octet.reached_faces(place, &posed[b]), cut.reached());
             if cut.counts() {
                 polygons += 1;
                 let own = octet.cut(place, pair, &posed[b]);

@@ -84,7 +84,7 @@ pub const GIVEN: [Given; 21] = [
             EQUAL_FIELDS,
             THINNESS,
             ("src/spatial/pose.rs", "const ORTHONORMALITY: f64 = 1e-9;"),
-            ("src/seeds/escapes.rs", "const FLATNESS: f64 = 1e-10;"),
+            ("src/seeds/peak_paths.rs", "const FLATNESS: f64 = 1e-10;"),
             ("src/mesh/tet_mesh.rs", "const FLATNESS: f64 = 1e-12;"),
             ("src/mesh/skin.rs", "const NEARNESS: f64 = 1e-3;"),
         ]),

@@ -1,9 +1,9 @@
 use crate::contact::integrate::Integrand;
 use crate::contact::motion::RelativeMotion;
-use crate::contact::polygon::PolygonSource;
+use crate::contact::polygon_source::PolygonSource;
 use crate::contact::relative_linearisation::RelativeLinearisation;
 use crate::contact::response::{OfCell, PolygonResponse};
-use crate::contact::traction_rates::{InMotion, MovingJacobian};
+use crate::contact::traction_derivatives::{InMotion, MovingJacobian};
 use crate::contact::{ContactBody, ContactPair, HalfSpace, Partner, RigidShape, Shape, SurfaceLaw};
 use crate::mesh::{TriangleSurface, shapes};
 use crate::spatial::Pose;
@@ -17,7 +17,7 @@ const ROUND_OFF: f64 = 1e-12;
 /// Of one polygon: relative to the most that one contributes.
 const CLOSE: f64 = 1e-12;
 
-/// Spins (1/s) at slips of about 1 m/s: all rungs of the ladder of rules, and the closed form.
+/// Spins (1/s) at slips of about 1 m/s: all levels of the ladder of rules, and the closed form.
 const SPINS: [f64; 7] = [0.0, 1e-6, 1e-3, 0.1, 1.0, 5.0, 30.0];
 
 fn largest<const R: usize, const C: usize>(matrix: &SMatrix<f64, R, C>) -> f64 {

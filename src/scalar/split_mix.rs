@@ -4,9 +4,9 @@
 ///
 /// Steele, Lea and Flood, "Fast splittable pseudorandom number generators", OOPSLA 2014, figure 14.
 #[derive(Default)]
-pub(crate) struct GenericDirection(u64);
+pub(crate) struct SplitMix64(u64);
 
-impl GenericDirection {
+impl SplitMix64 {
     pub fn next(&mut self) -> f64 {
         /// 2⁶⁴ over the golden ratio.
         const STEP: u64 = 0x9e37_79b9_7f4a_7c15;

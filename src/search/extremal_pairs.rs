@@ -11,7 +11,7 @@ use std::f64::consts::FRAC_1_SQRT_2;
 /// Slopes up to this fraction of the fields' sensitivities may be round-off.
 const FLATNESS: f64 = 1e-10;
 
-/// Where a component of the contact surface that has no rim turns around.
+/// Where a component of the contact surface that has no boundary turns around.
 ///
 /// Let K be such a component of {f = 0}, f = p_A − p_B. As both fields are positive inside, K is compact and inside both
 /// bodies. Let y be a highest point of K in a direction u. Other components being elsewhere, f is not 0 in a half ball above
@@ -26,7 +26,7 @@ const FLATNESS: f64 = 1e-10;
 /// So K can be entered at one of the pairs with ∂f/∂d ≤ 0, for one fixed direction d across u. Components that have been found
 /// already have such pairs too, but few of them if d is the direction in which f mostly rises there, and (2) leaves few of
 /// these.
-struct Turns<'s, 'a> {
+struct ExtremalPairs<'s, 'a> {
     pair: &'s RelativePair<'a>,
     trees: [BoundsTree<'s>; 2],
     /// |R|: maps half the edges of a box of B to those of the box around it in A's axes.
@@ -84,8 +84,8 @@ impl<'s> BoundsTree<'s> {
 }
 
 impl Walk<'_, '_> {
-    /// Enters where components without a rim may turn around.
-    pub fn enter_at_turns(&mut self, shape_b: &Shape, seeds: [&Seeds; 2]) {
+    /// Enters where components without a boundary may turn around.
+    pub fn enter_at_extremal_pairs(&mut self, shape_b: &Shape, seeds: [&Seeds; 2]) {
         let pair = self.pair;
         let trees = [
             BoundsTree::of(pair.shape_a, seeds[0]),
@@ -93,15 +93,15 @@ impl Walk<'_, '_> {
         ];
         let mut normals = self.normals.take().unwrap_or_default();
         normals.add_cuts(&self.scratch.cuts, pair);
-        let mut turns = Turns::of(pair, trees, normals.directions());
-        turns.partners.push(Node::ROOT);
-        turns.descend(Node::ROOT, 0, &mut |tet_a, tet_b| {
+        let mut extremal_pairs = ExtremalPairs::of(pair, trees, normals.directions());
+        extremal_pairs.partners.push(Node::ROOT);
+        extremal_pairs.descend(Node::ROOT, 0, &mut |tet_a, tet_b| {
             self.enter_pair(tet_a, tet_b);
         });
     }
 }
 
-impl<'s, 'a> Turns<'s, 'a> {
+impl<'s, 'a> ExtremalPairs<'s, 'a> {
     /// Creates a search with the directions u and d.
     fn of(
         pair: &'s RelativePair<'a>,
@@ -174,7 +174,7 @@ impl<'s, 'a> Turns<'s, 'a> {
     /// Adds to the partners those at a node of A and below that are no larger than one of B, if they may meet it.
     fn keep(&mut self, node_a: Node, b: &PosedBounds) {
         let (bvh, bounds) = self.trees[0].at(node_a);
-        if !self.may_turn(bounds, b) {
+        if !self.may_be_extremal(bounds, b) {
             return;
         }
         let is_leaf = !bvh.leaf_items(node_a).is_empty();
@@ -190,7 +190,7 @@ impl<'s, 'a> Turns<'s, 'a> {
     /// Visits the tetrahedra below a node of A in which, with one of B, a component may turn.
     fn visit_tets(&self, node_a: Node, b: &PosedBounds, visit: &mut impl FnMut(usize)) {
         let (bvh, bounds) = self.trees[0].at(node_a);
-        if !self.may_turn(bounds, b) {
+        if !self.may_be_extremal(bounds, b) {
             return;
         }
         for child in bvh.child_nodes(node_a) {
@@ -198,7 +198,7 @@ impl<'s, 'a> Turns<'s, 'a> {
         }
         for &tet in bvh.leaf_items(node_a) {
             let narrowed = bounds.narrowed_to(self.pair.tet_a(tet));
-            if self.may_turn(&narrowed, b) {
+            if self.may_be_extremal(&narrowed, b) {
                 visit(tet);
             }
         }
@@ -232,7 +232,7 @@ impl<'s, 'a> Turns<'s, 'a> {
     /// Whether the bounds admit that tetrahedra of A and B have a point of the contact surface, with ∂f/∂d ≤ 0 (1) and slopes
     /// of both signs around (2).
     #[inline]
-    fn may_turn(&self, a: &FieldBounds, b: &PosedBounds) -> bool {
+    fn may_be_extremal(&self, a: &FieldBounds, b: &PosedBounds) -> bool {
         let (lower, upper) = (
             (a.center - a.half).sup(&b.lower),
             (a.center + a.half).inf(&b.upper),

@@ -39,7 +39,7 @@ impl<'a, T: Scalar> PolygonSource<'a, T> {
 
     /// The polygon of a cut if it is part of the contact surface.
     pub fn pressed_polygon(&self, cut: &Cut) -> Option<PlanePolygon<T>> {
-        if cut.is_at_ends() || !cut.weights().has_still_area() {
+        if cut.is_on_both_surfaces() || !cut.weights().has_still_area() {
             return None;
         }
         self.polygon(cut).filter(PlanePolygon::has_area)

@@ -1,16 +1,16 @@
 use super::corners::Corners;
-use crate::contact::loads::LoadedOctet;
+use crate::contact::slip_fields::LoadedOctet;
 use crate::lanes::{ROW, Row};
 use crate::narrow_phase::{PosedTet, RelativePair, SLOTS};
 use nalgebra::Vector3;
 
-/// Stands for the face of an edge at A's rim.
+/// Stands for the face of an edge at A's boundary.
 pub(super) const NO_FACE: u8 = u8::MAX;
 
 /// Up to eight polygons by their edges, side by side, that are integrated by the same rules.
 pub(super) struct Edges {
     pub corners: Corners,
-    /// For the edge from each corner on, as many as there are, the outward unit normal of the face that it lies in, in A's axes; 0 for edges at A's rim,
+    /// For the edge from each corner on, as many as there are, the outward unit normal of the face that it lies in, in A's axes; 0 for edges at A's boundary,
     /// where there is no pressure. Beyond the last edge those of earlier polygons, which count for nothing: such edges have no
     /// length, nor have those of places that are free.
     pub normals: [[Row; 3]; SLOTS],

@@ -9,17 +9,17 @@ mod responses;
 mod tests;
 
 use crate::contact::SurfaceLaw;
-use crate::contact::friction::{RUNGS, slope_rules};
-use crate::contact::integrate::Left;
-use crate::contact::loads::{LoadedOctet, OctetsInMotion, TakesOctets};
+use crate::contact::friction::{LEVELS, slope_rules};
+use crate::contact::integrate::Remainder;
 use crate::contact::motion::RelativeMotion;
 use crate::contact::plane_motion::PlaneMotion;
-use crate::contact::polygon_plane::{PolygonPlane, Six};
+use crate::contact::polygon_fields::{PolygonFields, Six};
 use crate::contact::relative_linearisation::RelativeLinearisation;
 use crate::contact::response::{PolygonResponse, Responses};
+use crate::contact::slip_fields::{LoadedOctet, MovingOctets, OctetVisitor};
 use crate::contact::sums::PartialSum;
-use crate::contact::traction_rates::area::{AreaMoments, LawOnPlane, Rates};
-use crate::contact::traction_rates::wrenches::{by_affine, times, wrenches};
+use crate::contact::traction_derivatives::area::{AreaMoments, LawOnPlane, Rates};
+use crate::contact::traction_derivatives::wrenches::{by_affine, times, wrenches};
 use crate::geometry::set_bits;
 use crate::lanes::space::components;
 use crate::lanes::{self, InLanes, Lanes, Mask, Numbers, ROW, Row};
@@ -41,7 +41,7 @@ const NUMBERS: usize = 2 * MATRIX + 4 * 6;
 /// E_B ∂W/∂E_B, in the second column. Polygons on which the pressure is clamped somewhere, or of which the slip turns quickly,
 /// are left to be taken one by one.
 pub(super) struct AddedInLanes<'o> {
-    pub moving: OctetsInMotion<'o>,
+    pub moving: MovingOctets<'o>,
     pub generic: GenericPairs<'o>,
     pub pair: &'o RelativePair<'o>,
     /// Whether it is kept how each polygon answers to changes of shape.
@@ -55,7 +55,7 @@ struct Sums {
     responses: Vec<PolygonResponse>,
 }
 
-/// The sums so far, and polygons that are not yet in them, by the rung of the ladder of rules that is good enough.
+/// The sums so far, and polygons that are not yet in them, by the level of the ladder of rules that is good enough.
 struct Adding<'o> {
     to: &'o AddedInLanes<'o>,
     sums: Sums,
@@ -64,7 +64,7 @@ struct Adding<'o> {
 
 impl AddedInLanes<'_> {
     /// The sum, and how the polygons answer to changes of shape, if that is kept. Notes which of them are left.
-    pub fn sum<R: Responses>(self, left: &mut Left) -> (RelativeLinearisation, R) {
+    pub fn sum<R: Responses>(self, left: &mut Remainder) -> (RelativeLinearisation, R) {
         let (sums, responses) = lanes::run(Run { added: self, left });
         let (by_motion, rest) = sums.split_at(MATRIX);
         let (by_twist, rest) = rest.split_at(MATRIX);
@@ -85,7 +85,7 @@ impl AddedInLanes<'_> {
 /// A sum that is being taken, and where to note the places that are left.
 struct Run<'o> {
     added: AddedInLanes<'o>,
-    left: &'o mut Left,
+    left: &'o mut Remainder,
 }
 
 impl InLanes for Run<'_> {
@@ -106,12 +106,12 @@ impl InLanes for Run<'_> {
         let mut adding = Adding {
             to: &added,
             sums,
-            groups: (0..RUNGS).map(|_| Edges::NONE).collect(),
+            groups: (0..LEVELS).map(|_| Edges::NONE).collect(),
         };
         added.moving.visit(lanes, left, &mut adding);
-        for rung in 0..RUNGS {
-            if adding.groups[rung].corners.len > 0 {
-                adding.add(lanes, rung);
+        for level in 0..LEVELS {
+            if adding.groups[level].corners.len > 0 {
+                adding.add(lanes, level);
             }
         }
         let sums = adding.sums;
@@ -123,30 +123,30 @@ impl InLanes for Run<'_> {
     }
 }
 
-impl<L: Lanes> TakesOctets<L> for Adding<'_> {
+impl<L: Lanes> OctetVisitor<L> for Adding<'_> {
     #[inline(always)]
     fn take(&mut self, lanes: L, loaded: &LoadedOctet) {
         for place in set_bits(loaded.by_rules) {
-            let rung = loaded.loads.rung(place);
-            let edges = &mut self.groups[rung];
+            let level = loaded.loads.level(place);
+            let edges = &mut self.groups[level];
             let [_, tet_b] = loaded.octet.tets()[place];
             let tet_b = self.to.generic.posed_tet(tet_b);
             edges.push(loaded, place, (self.to.pair, tet_b));
             if edges.corners.len == ROW {
-                self.add(lanes, rung);
+                self.add(lanes, level);
             }
         }
     }
 }
 
 impl Adding<'_> {
-    /// Adds the polygons of a rung, and empties their list.
+    /// Adds the polygons of a level, and empties their list.
     #[inline(always)]
-    fn add<L: Lanes>(&mut self, lanes: L, rung: usize) {
-        let (edges, sums) = (&mut self.groups[rung], &mut self.sums);
+    fn add<L: Lanes>(&mut self, lanes: L, level: usize) {
+        let (edges, sums) = (&mut self.groups[level], &mut self.sums);
         edges.fill_up();
         for first in (0..edges.corners.len).step_by(L::COUNT) {
-            self.to.add_part(lanes, sums, (edges, first), rung);
+            self.to.add_part(lanes, sums, (edges, first), level);
         }
         if let Some(rows) = &sums.rows {
             for lane in 0..edges.corners.len {
@@ -166,20 +166,20 @@ impl AddedInLanes<'_> {
         lanes: L,
         sums: &mut Sums,
         (edges, first): (&Edges, usize),
-        rung: usize,
+        level: usize,
     ) {
-        let planes = PolygonPlane::gathered(lanes, self.moving.octets, &edges.places, first);
+        let planes = PolygonFields::gathered(lanes, self.moving.octets, &edges.places, first);
         let law = law_on(lanes, &planes, (self.moving.law, self.moving.motion));
         let mut rates = self.rates(
             lanes,
             (&law, &planes),
             (edges, first),
-            (rung, &mut sums.rows),
+            (level, &mut sums.rows),
         );
         let [_, slope_b] = planes.slopes;
         rates.add_motion_of_plane(components(&planes.axes, slope_b));
         // As the modulus of B grows the plane moves by p/|g|.
-        let speed = times(&planes.pressure, planes.yielding);
+        let speed = times(&planes.pressure, planes.inverse_gradient_norm);
         let by_modulus_b = by_affine(&rates.by_speed, speed);
         let by_motion = planes.matrix_in_a(&rates.by_motion);
         let by_twist = planes.matrix_in_a(&rates.by_twist);
@@ -201,11 +201,11 @@ impl AddedInLanes<'_> {
     fn rates<L: Lanes>(
         &self,
         lanes: L,
-        (law, planes): (&LawOnPlane<L::Numbers>, &PolygonPlane<L::Numbers>),
+        (law, planes): (&LawOnPlane<L::Numbers>, &PolygonFields<L::Numbers>),
         (edges, first): (&Edges, usize),
-        (rung, rows): (usize, &mut Option<ResponseRows>),
+        (level, rows): (usize, &mut Option<ResponseRows>),
     ) -> Rates<L::Numbers> {
-        let (over_area, along_edges) = slope_rules(rung);
+        let (over_area, along_edges) = slope_rules(level);
         let field = Field::of(lanes, law, self.moving.law.slip_tolerance);
         let corners = &edges.corners;
         let slip = field.over_area(lanes, (corners, first), over_area);
@@ -233,11 +233,11 @@ impl AddedInLanes<'_> {
             ];
             let of_b = lanes.load(&edges.of_b[number], first);
             let normal = components(&planes.axes, normal);
-            let outwardness = outwardness(normal, law.zero, field.one);
+            let inverse_sine = inverse_sine(normal, law.zero, field.one);
             let fluxes = [
-                times(&fluxes[0], outwardness),
-                times(&fluxes[1], outwardness),
-                times(&fluxes[2], outwardness),
+                times(&fluxes[0], inverse_sine),
+                times(&fluxes[1], inverse_sine),
+                times(&fluxes[2], inverse_sine),
             ];
             rates.add_flux(&fluxes, normal, of_b);
             if let Some(rows) = rows {
@@ -254,7 +254,7 @@ impl AddedInLanes<'_> {
 #[inline(always)]
 fn law_on<L: Lanes>(
     lanes: L,
-    planes: &PolygonPlane<L::Numbers>,
+    planes: &PolygonFields<L::Numbers>,
     (law, motion): (&SurfaceLaw, &RelativeMotion<f64>),
 ) -> LawOnPlane<L::Numbers> {
     let motion = PlaneMotion::in_lanes(lanes, motion, &planes.axes, planes.origin);
@@ -265,7 +265,7 @@ fn law_on<L: Lanes>(
 
 /// 1 over the length of the part in the plane of a normal along its axes; 0, where that is 0.
 #[inline(always)]
-fn outwardness<N: Numbers>([m1, m2, _]: [N; 3], zero: N, one: N) -> N {
+fn inverse_sine<N: Numbers>([m1, m2, _]: [N; 3], zero: N, one: N) -> N {
     let squared = m1 * m1 + m2 * m2;
     zero.is_less(squared).select(one / squared.sqrt(), zero)
 }

@@ -3,10 +3,10 @@
 use super::traction::Traction;
 use super::wrenches::wrenches;
 use crate::contact::outline::{at, up_to_quadratic};
-use crate::contact::polygon_plane::Six;
+use crate::contact::polygon_fields::Six;
 
 /// Gauss' points and weights for the mean over an edge, from its start: exact to degree five.
-pub(in crate::contact::traction_rates) const THREE_POINTS: [(f64, f64); 3] = [
+pub(in crate::contact::traction_derivatives) const THREE_POINTS: [(f64, f64); 3] = [
     (0.112_701_665_379_258_31, 5.0 / 18.0),
     (0.5, 4.0 / 9.0),
     (0.887_298_334_620_741_7, 5.0 / 18.0),

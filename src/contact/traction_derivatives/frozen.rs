@@ -7,7 +7,7 @@ use crate::contact::SurfaceLaw;
 use crate::contact::motion::RelativeMotion;
 use crate::contact::outline::Outline;
 use crate::contact::plane_polygon::PlanePolygon;
-use crate::contact::polygon_plane::PolygonPlane;
+use crate::contact::polygon_fields::PolygonFields;
 use crate::lanes;
 use crate::spatial::Wrench;
 use nalgebra::{Matrix6, Vector3, Vector6};
@@ -80,7 +80,7 @@ impl FrozenPolygon {
         sum
     }
 
-    pub(super) fn plane(&self) -> &PolygonPlane<f64> {
+    pub(super) fn plane(&self) -> &PolygonFields<f64> {
         &self.polygon.plane
     }
 

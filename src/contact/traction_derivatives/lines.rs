@@ -10,7 +10,7 @@ pub(super) struct Line {
     /// The face's outward normal, along the axes of the plane.
     pub normal: Vector3<f64>,
     /// 1/|ν − (ν·n)n| for this normal ν, negative if it points into the polygon.
-    pub outwardness: f64,
+    pub inverse_sine: f64,
 }
 
 impl Line {
@@ -29,17 +29,17 @@ pub(super) type Lines = [Option<Line>; 8];
 /// that bound it from inside, if that lies further in. So of any number of lines that bound it from outside alone, the
 /// slowest and the fastest share the edge. A face that lies in the plane bounds nothing in it. What is ahead and what is behind
 /// have their own weights.
-pub(super) fn share_out(
+pub(super) fn split_between_owners(
     lines: &Lines,
     speed: impl Fn(&Line) -> f64,
     ways: [f64; 2],
     mut add: impl FnMut(&Line, f64),
 ) {
     let owning = || lines.iter().flatten();
-    let is_outer = |line: &&Line| line.outwardness > 0.0;
-    let is_inner = |line: &&Line| line.outwardness < 0.0;
+    let is_outer = |line: &&Line| line.inverse_sine > 0.0;
+    let is_inner = |line: &&Line| line.inverse_sine < 0.0;
     for (way, weight) in [1.0, -1.0].into_iter().zip(ways) {
-        let speed = |line: &&Line| way * line.outwardness * speed(line);
+        let speed = |line: &&Line| way * line.inverse_sine * speed(line);
         let by_speed = |one: &&Line, other: &&Line| speed(one).total_cmp(&speed(other));
         let end = owning().filter(is_outer).min_by(by_speed);
         let start = owning().filter(is_inner).max_by(by_speed);
@@ -57,7 +57,7 @@ pub(super) fn share_out(
 }
 
 /// 1/|ν − (ν·n)n|, negative if a face's normal ν points into the polygon at this edge, 0 if the face lies in the plane.
-pub(super) fn outwardness(along: &[f64; 2], m: &Vector3<f64>) -> f64 {
+pub(super) fn inverse_sine(along: &[f64; 2], m: &Vector3<f64>) -> f64 {
     let sine = (m.x * m.x + m.y * m.y).sqrt();
     let turn = m.x * along[1] - m.y * along[0];
     if sine == 0.0 {
@@ -72,11 +72,11 @@ mod tests {
     use super::*;
 
     /// A line of the face with a number.
-    fn line(face: usize, outwardness: f64) -> Line {
+    fn line(face: usize, inverse_sine: f64) -> Line {
         Line {
             face,
             normal: Vector3::x(),
-            outwardness,
+            inverse_sine,
         }
     }
 
@@ -87,7 +87,7 @@ mod tests {
             *place = Some(*line);
         }
         let mut shares = [0.0; 3];
-        share_out(
+        split_between_owners(
             &owning,
             |line| speeds[line.face],
             [1.0, 1.0],

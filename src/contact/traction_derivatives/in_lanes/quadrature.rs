@@ -2,8 +2,8 @@
 
 use super::corners::Corners;
 use crate::contact::friction::{EdgeRule, SlipMoments, TriangleRule};
-use crate::contact::traction_rates::area::LawOnPlane;
-use crate::contact::traction_rates::flux::THREE_POINTS;
+use crate::contact::traction_derivatives::area::LawOnPlane;
+use crate::contact::traction_derivatives::flux::THREE_POINTS;
 use crate::geometry::{PER_TRIANGLE, add_triangle};
 use crate::lanes::{Lanes, Numbers};
 

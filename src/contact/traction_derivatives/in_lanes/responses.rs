@@ -1,7 +1,7 @@
 use super::edges::{Edges, NO_FACE};
-use crate::contact::polygon_plane::Six;
+use crate::contact::polygon_fields::Six;
 use crate::contact::response::{FaceResponse, LawResponse, PolygonResponse};
-use crate::contact::traction_rates::area::Rates;
+use crate::contact::traction_derivatives::area::Rates;
 use crate::lanes::space::vector_at;
 use crate::lanes::{Numbers, ROW, Row};
 use crate::narrow_phase::{Octet, SLOTS};
@@ -55,7 +55,7 @@ impl ResponseRows {
         }
         let law = LawResponse {
             by_speed: at(&self.speed, lane),
-            more_by_growth: None,
+            modulus_correction: None,
             by_pressure: at(&self.pressure, lane),
             by_faces,
         };

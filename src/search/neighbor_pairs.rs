@@ -6,13 +6,13 @@ use crate::narrow_phase::{Octet, RelativePair};
 const FACES: usize = 8;
 
 /// The pairs of tetrahedra across the faces that contact polygons reach.
-pub(super) struct Across {
+pub(super) struct NeighborPairs {
     pairs: [[u32; 2]; ROW * FACES],
     len: usize,
 }
 
 #[expect(clippy::needless_bitwise_bool, reason = "a lazy operator is a branch")]
-impl Across {
+impl NeighborPairs {
     /// Those of an octet, in the order of its places and of their faces, once for each face.
     ///
     /// Which faces are reached is as good as random, and branches on it would be guessed wrong: pairs across all faces are written
@@ -23,7 +23,7 @@ impl Across {
         let mut pairs = [[OUTSIDE; 2]; ROW * FACES];
         let mut reached = [0; ROW];
         for (place, &[tet_a, tet_b]) in octet.tets().iter().enumerate() {
-            reached[place] = octet.exits[place].faces;
+            reached[place] = octet.reached[place].faces;
             let (next_a, next_b) = (of_a[tet_a as usize], of_b[tet_b as usize]);
             for face in 0..4 {
                 pairs[FACES * place + face] = [next_a[face], tet_b];

@@ -2,14 +2,14 @@ use super::corners::Corners;
 use super::quadrature::{Field, moments};
 use super::{MATRIX, add_columns, law_on};
 use crate::contact::SurfaceLaw;
-use crate::contact::friction::{RUNGS, slope_rules};
+use crate::contact::friction::{LEVELS, slope_rules};
 use crate::contact::motion::RelativeMotion;
 use crate::contact::outline::at;
 use crate::contact::plane_motion::PlaneMotion;
-use crate::contact::polygon_plane::{Columns, PolygonPlane};
-use crate::contact::traction_rates::area::AreaMoments;
-use crate::contact::traction_rates::frozen::{AddedByLaw, FrozenPolygon};
-use crate::contact::traction_rates::wrenches::{plus, times};
+use crate::contact::polygon_fields::{Columns, PolygonFields};
+use crate::contact::traction_derivatives::area::AreaMoments;
+use crate::contact::traction_derivatives::frozen::{AddedByLaw, FrozenPolygon};
+use crate::contact::traction_derivatives::wrenches::{plus, times};
 use crate::lanes::space::loaded;
 use crate::lanes::{InLanes, Lanes, ROW, Row};
 use crate::narrow_phase::SLOTS;
@@ -20,7 +20,7 @@ const NUMBERS: usize = 2 * MATRIX + 6;
 
 /// The wrench and derivatives that the law adds over frozen polygons after a motion of B, where the pressure is positive. Polygons are
 /// left if they are not integrated by rules, if the damping is clamped, or if they have more than [`SLOTS`] corners.
-pub(in crate::contact::traction_rates) struct FrozenInLanes<'p> {
+pub(in crate::contact::traction_derivatives) struct FrozenInLanes<'p> {
     pub polygons: &'p [FrozenPolygon],
     pub law: &'p SurfaceLaw,
     pub motion: &'p Vector6<f64>,
@@ -30,7 +30,7 @@ pub(in crate::contact::traction_rates) struct FrozenInLanes<'p> {
 /// Up to eight polygons that are integrated by the same rule.
 struct Batch {
     corners: Corners,
-    /// The pressure after the motion: [`PolygonPlane::pressure`].
+    /// The pressure after the motion: [`PolygonFields::pressure`].
     pressure: [Row; 3],
     /// Which polygon is in each lane.
     polygons: [usize; ROW],
@@ -44,7 +44,7 @@ impl InLanes for FrozenInLanes<'_> {
     fn run<L: Lanes>(self, lanes: L) -> Self::Output {
         let mut sums = [[0.0; ROW]; NUMBERS];
         let mut left = Vec::new();
-        let mut batches: [Option<Box<Batch>>; RUNGS] = [const { None }; RUNGS];
+        let mut batches: [Option<Box<Batch>>; LEVELS] = [const { None }; LEVELS];
         for (number, polygon) in self.polygons.iter().enumerate() {
             let pressure = polygon.pressure_after(self.motion);
             let part = polygon.outline().cut(&pressure);
@@ -52,20 +52,20 @@ impl InLanes for FrozenInLanes<'_> {
             if outline.corners().len() < 3 {
                 continue;
             }
-            let Some(rung) = self.rung(polygon, outline.corners()) else {
+            let Some(level) = self.level(polygon, outline.corners()) else {
                 left.push(number);
                 continue;
             };
-            let batch = batches[rung].get_or_insert_with(Batch::empty);
+            let batch = batches[level].get_or_insert_with(Batch::empty);
             batch.push(number, outline.corners(), &pressure);
             if batch.corners.len == ROW {
-                self.add(lanes, &mut sums, batch, rung);
+                self.add(lanes, &mut sums, batch, level);
             }
         }
-        for (rung, batch) in batches.iter_mut().enumerate() {
+        for (level, batch) in batches.iter_mut().enumerate() {
             if let Some(batch) = batch.as_mut().filter(|batch| batch.corners.len > 0) {
                 batch.fill_up();
-                self.add(lanes, &mut sums, batch, rung);
+                self.add(lanes, &mut sums, batch, level);
             }
         }
         let totals = sums.map(|[a, b, c, d, e, f, g, h]| ((a + b) + (c + d)) + ((e + f) + (g + h)));
@@ -81,23 +81,23 @@ impl InLanes for FrozenInLanes<'_> {
 }
 
 impl FrozenInLanes<'_> {
-    /// Returns the rung of the ladder of rules that is good enough for the part of a polygon with these corners. Returns `None` if
+    /// Returns the level of the ladder of rules that is good enough for the part of a polygon with these corners. Returns `None` if
     /// there is none, if the damping is not positive at every corner, or if there are more than [`SLOTS`] corners.
-    fn rung(&self, polygon: &FrozenPolygon, corners: &[[f64; 2]]) -> Option<usize> {
+    fn level(&self, polygon: &FrozenPolygon, corners: &[[f64; 2]]) -> Option<usize> {
         let motion = PlaneMotion::of(self.velocity, polygon.plane());
         let damping = motion.damping(self.law.dissipation, 1.0);
         let is_damped = |y: &[f64; 2]| at(&damping, y) >= 0.0;
         let fits = corners.len() <= SLOTS && corners.iter().all(is_damped);
-        fits.then(|| motion.slip_by(self.law).rung(corners))?
+        fits.then(|| motion.slip_by(self.law).level(corners))?
     }
 
     /// Adds the polygons of a batch, and empties it.
     #[inline(always)]
-    fn add<L: Lanes>(&self, lanes: L, sums: &mut [Row; NUMBERS], batch: &mut Batch, rung: usize) {
-        let (rule, _) = slope_rules(rung);
+    fn add<L: Lanes>(&self, lanes: L, sums: &mut [Row; NUMBERS], batch: &mut Batch, level: usize) {
+        let (rule, _) = slope_rules(level);
         for first in (0..batch.corners.len).step_by(L::COUNT) {
             let polygon = |lane: usize| &self.polygons[batch.polygons[first + lane]];
-            let mut planes = PolygonPlane::side_by_side(lanes, |lane| polygon(lane).plane());
+            let mut planes = PolygonFields::side_by_side(lanes, |lane| polygon(lane).plane());
             planes.pressure = loaded(lanes, &batch.pressure, first);
             let law = law_on(lanes, &planes, (self.law, self.velocity));
             let field = Field::of(lanes, &law, self.law.slip_tolerance);

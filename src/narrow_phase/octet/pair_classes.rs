@@ -34,7 +34,7 @@ impl<N: Numbers> Bodies<N> {
 }
 
 /// Whether and how the plane of equal pressure passes through a tetrahedron of A and one of B.
-pub(super) struct Encounters<N: Numbers> {
+pub(super) struct PairClasses<N: Numbers> {
     pub corners_a: [[N; 3]; 4],
     /// p_A − p_B (Pa) at A's corners.
     pub at_a: [N; 4],
@@ -106,7 +106,7 @@ fn excess_at_corners_of_b<L: Lanes>(
     at_b
 }
 
-impl<N: Numbers> Encounters<N> {
+impl<N: Numbers> PairClasses<N> {
     #[inline(always)]
     pub fn of<L: Lanes<Numbers = N>>(
         lanes: L,

@@ -1,7 +1,7 @@
 use super::area::{AreaMoments, Rates};
 use super::traction::Traction;
 use super::wrenches::{by_affine, plus, times};
-use crate::contact::polygon_plane::{PolygonPlane, Six};
+use crate::contact::polygon_fields::{PolygonFields, Six};
 use crate::contact::relative_linearisation::RelativeLinearisation;
 use crate::lanes::space::components;
 use crate::narrow_phase::Weights;
@@ -14,7 +14,7 @@ pub(super) struct PolygonRates {
     pub rates: Rates<f64>,
     /// What to add to [`Rates::by_speed`] as the modulus of B grows: zero unless the polygon or an edge has another weight then
     /// (see [`Weights`]).
-    pub more_by_growth: [Six<f64>; 3],
+    pub modulus_correction: [Six<f64>; 3],
 }
 
 impl PolygonRates {
@@ -32,7 +32,7 @@ impl PolygonRates {
     fn scale(&mut self, Weights { still, moving }: Weights) {
         let (still, moving) = (still.area(), moving.area());
         let rates = &mut self.rates;
-        self.more_by_growth = rates.by_speed.map(|k| times(&k, still - moving));
+        self.modulus_correction = rates.by_speed.map(|k| times(&k, still - moving));
         rates.by_speed = rates.by_speed.map(|k| times(&k, moving));
         rates.by_twist = rates.by_twist.map(|column| times(&column, still));
         for own in [
@@ -45,13 +45,16 @@ impl PolygonRates {
     }
 
     /// Adds the rates to those in A's axes about A's origin.
-    pub fn add_to(mut self, plane: &PolygonPlane<f64>, sum: &mut RelativeLinearisation) {
+    pub fn add_to(mut self, plane: &PolygonFields<f64>, sum: &mut RelativeLinearisation) {
         // h = −s_B·ξ/|g| for a motion ξ of B, and p/|g| for δE_B/E_B.
         let rates = &mut self.rates;
         rates.add_motion_of_plane(components(&plane.axes, plane.slopes[1]));
-        let more = &self.more_by_growth;
+        let more = &self.modulus_correction;
         let by_growth = [0, 1, 2].map(|k| plus(&rates.by_speed[k], &more[k]));
-        let by_modulus_b = by_affine(&by_growth, plane.pressure.map(|p| p * plane.yielding));
+        let by_modulus_b = by_affine(
+            &by_growth,
+            plane.pressure.map(|p| p * plane.inverse_gradient_norm),
+        );
         let in_a = |wrench: &Six<f64>| Vector6::from(plane.in_a(wrench));
         sum.by_motion += Matrix6::from(plane.matrix_in_a(&rates.by_motion));
         sum.by_twist += Matrix6::from(plane.matrix_in_a(&rates.by_twist));

@@ -13,7 +13,7 @@ pub(super) type Columns<N> = [Six<N>; 6];
 ///
 /// Points of the plane have coordinates y₁ and y₂ along e₁ and e₂ from the origin.
 #[derive(Clone, Copy)]
-pub(super) struct PolygonPlane<N> {
+pub(super) struct PolygonFields<N> {
     /// Where y is zero (m).
     pub origin: [N; 3],
     /// e₁, e₂ and n, the unit normal out of B into A.
@@ -25,19 +25,19 @@ pub(super) struct PolygonPlane<N> {
     /// ∇p_A/|g| and ∇p_B/|g|, with g = ∇p_A − ∇p_B (see [`EquilibriumPlane`](crate::narrow_phase::EquilibriumPlane)).
     pub slopes: [[N; 3]; 2],
     /// 1/|g| (m/Pa), 0 where B is rigid.
-    pub yielding: N,
+    pub inverse_gradient_norm: N,
     /// ∫ m dA for the monomials m = 1, y₁, y₂, y₁², y₁y₂, y₂².
     pub moments: [N; 6],
 }
 
-impl PolygonPlane<f64> {
+impl PolygonFields<f64> {
     /// The plane of the polygon at a place of an octet.
     pub fn at(octet: &Octet, place: usize) -> Self {
         Self::from(|row| row(octet)[place])
     }
 }
 
-impl<N: Numbers> PolygonPlane<N> {
+impl<N: Numbers> PolygonFields<N> {
     /// Loads the planes of an octet from a place on.
     #[inline(always)]
     pub fn loaded<L: Lanes<Numbers = N>>(lanes: L, octet: &Octet, first: usize) -> Self {
@@ -64,7 +64,7 @@ impl<N: Numbers> PolygonPlane<N> {
     #[inline(always)]
     pub fn side_by_side<'p, L: Lanes<Numbers = N>>(
         lanes: L,
-        plane: impl Fn(usize) -> &'p PolygonPlane<f64>,
+        plane: impl Fn(usize) -> &'p PolygonFields<f64>,
     ) -> Self {
         macro_rules! vector {
             ($($field:tt)+) => {
@@ -85,13 +85,13 @@ impl<N: Numbers> PolygonPlane<N> {
             pressure: vector!(pressure),
             gradient_a: vector!(gradient_a),
             slopes: [vector!(slopes[0]), vector!(slopes[1])],
-            yielding: lanes.gathered(|lane| plane(lane).yielding),
+            inverse_gradient_norm: lanes.gathered(|lane| plane(lane).inverse_gradient_norm),
             moments,
         }
     }
 }
 
-impl<N: Copy> PolygonPlane<N> {
+impl<N: Copy> PolygonFields<N> {
     #[inline(always)]
     fn from(load: impl Fn(fn(&Octet) -> &Row) -> N) -> Self {
         macro_rules! vector {
@@ -109,7 +109,7 @@ impl<N: Copy> PolygonPlane<N> {
             pressure: vector!(pressure),
             gradient_a: vector!(gradient_a),
             slopes: [vector!(slopes[0]), vector!(slopes[1])],
-            yielding: load(|octet| &octet.yielding),
+            inverse_gradient_norm: load(|octet| &octet.inverse_gradient_norm),
             moments: [
                 load(|octet| &octet.moments[0]),
                 load(|octet| &octet.moments[1]),
@@ -122,7 +122,7 @@ impl<N: Copy> PolygonPlane<N> {
     }
 }
 
-impl<N: Linear> PolygonPlane<N> {
+impl<N: Linear> PolygonFields<N> {
     /// ∇p_A·n.
     #[inline(always)]
     pub fn slope_along_normal(&self) -> N {

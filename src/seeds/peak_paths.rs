@@ -8,7 +8,7 @@ const FLATNESS: f64 = 1e-10;
 
 /// An edge of a tetrahedron, on a path from a peak of the field to the surface.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct Escape {
+pub(crate) struct PathEdge {
     /// One of the tetrahedra it belongs to.
     pub tet: usize,
     /// The two corners it joins.
@@ -16,10 +16,10 @@ pub(crate) struct Escape {
 }
 
 /// Finds paths from the peaks of a concave field to the surface, and returns their edges. Every component of a contact surface without
-/// a rim crosses such a path of one of the bodies, if both have them. Returns `None` if the field is not concave, or the surface is not
+/// a boundary crosses such a path of one of the bodies, if both have them. Returns `None` if the field is not concave, or the surface is not
 /// connected.
 ///
-/// The contact surface is part of {f = 0}, f = p_A − p_B. A component without a rim encloses a region inside both bodies, because the
+/// The contact surface is part of {f = 0}, f = p_A − p_B. A component without a boundary encloses a region inside both bodies, because the
 /// surface of each is connected. In the region f is not 0 everywhere: say it has a maximum there, on a compact set M. Let x be an
 /// extreme point of M, so that no segment around x lies in M. Along a line through x on which p_A is linear, f is convex, because p_B
 /// is concave. As f has a maximum at x, it is constant on that line near x: a segment in M, which cannot be. So there is no such line:
@@ -27,7 +27,7 @@ pub(crate) struct Escape {
 ///
 /// So the region holds a peak of one body. A path of edges from there to the body's own surface leaves the region and crosses the
 /// component on its way.
-pub(super) fn escapes(field: &PressureField) -> Option<Vec<Escape>> {
+pub(super) fn peak_paths(field: &PressureField) -> Option<Vec<PathEdge>> {
     (is_concave(field) && is_surface_connected(field)).then(|| edges_from(field, &peaks(field)))
 }
 
@@ -112,23 +112,23 @@ fn span_space(vectors: &[Vector3<f64>], least: f64) -> bool {
 }
 
 /// The edges of shortest paths from vertices to the surface, each only once.
-fn edges_from(field: &PressureField, starts: &[usize]) -> Vec<Escape> {
+fn edges_from(field: &PressureField, starts: &[usize]) -> Vec<PathEdge> {
     let toward_surface = steps_to_surface(field);
     let mut is_done = vec![false; toward_surface.len()];
     let mut edges = Vec::new();
     for &start in starts {
         let mut vertex = start;
-        while let Some(escape) = toward_surface[vertex].filter(|_| !is_done[vertex]) {
+        while let Some(edge) = toward_surface[vertex].filter(|_| !is_done[vertex]) {
             is_done[vertex] = true;
-            edges.push(escape);
-            vertex = field.mesh().tets()[escape.tet][escape.corners[1]];
+            edges.push(edge);
+            vertex = field.mesh().tets()[edge.tet][edge.corners[1]];
         }
     }
     edges
 }
 
 /// For each inner vertex the first edge of a shortest path to the surface.
-fn steps_to_surface(field: &PressureField) -> Vec<Option<Escape>> {
+fn steps_to_surface(field: &PressureField) -> Vec<Option<PathEdge>> {
     let mesh = field.mesh();
     let mut tets_at: Vec<Vec<u32>> = vec![Vec::new(); mesh.vertex_count()];
     for (tet, vertices) in (0_u32..).zip(mesh.tets()) {
@@ -148,7 +148,7 @@ fn steps_to_surface(field: &PressureField) -> Vec<Option<Escape>> {
             let place = vertices.iter().position(|&other| other == vertex);
             for (corner, &other) in vertices.iter().enumerate() {
                 if steps[other].is_none() && !mesh.is_on_surface(other) {
-                    steps[other] = place.map(|to| Escape {
+                    steps[other] = place.map(|to| PathEdge {
                         tet,
                         corners: [corner, to],
                     });

@@ -6,7 +6,7 @@
 )]
 
 use super::SurfaceLaw;
-use super::friction::{RUNGS, rung_bounds, theta_squared};
+use super::friction::{LEVELS, level_bounds, theta_squared};
 use super::motion::RelativeMotion;
 use super::plane_motion::PlaneMotion;
 use crate::lanes::space::{loaded, store};
@@ -14,54 +14,54 @@ use crate::lanes::{Lanes, Mask, Numbers, ROW, Row};
 use crate::narrow_phase::{Octet, SLOTS};
 
 /// What presses and slips on the polygons of an octet, as affine functions c₀ + c₁y₁ + c₂y₂ on their planes.
-pub(super) struct Loads<'o> {
+pub(super) struct SlipFields<'o> {
     pub pressure: &'o [Row; 3],
     pub damping: [Row; 3],
     /// The slip at the origin, and the spin.
     pub slip: [Row; 3],
-    /// The rung of the ladder of rules that is good enough for each polygon, as a whole number; [`RUNGS`] where the slip turns so
+    /// The level of the ladder of rules that is good enough for each polygon, as a whole number; [`LEVELS`] where the slip turns so
     /// quickly that it has a closed form instead, or where the pressure is clamped at a corner.
-    rungs: Row,
+    levels: Row,
 }
 
 /// An octet of polygons of which some are integrated by rules.
 pub(super) struct LoadedOctet<'o> {
     pub number: usize,
     pub octet: &'o Octet,
-    pub loads: Loads<'o>,
-    /// The places of polygons that are integrated by the rules of their rung, as bits.
+    pub loads: SlipFields<'o>,
+    /// The places of polygons that are integrated by the rules of their level, as bits.
     pub by_rules: u8,
 }
 
 /// What integrates loaded polygons.
-pub(super) trait TakesOctets<L: Lanes> {
+pub(super) trait OctetVisitor<L: Lanes> {
     /// Must be inlined.
     fn take(&mut self, lanes: L, loaded: &LoadedOctet);
 }
 
 /// The octets and how they move.
 #[derive(Clone, Copy)]
-pub(super) struct OctetsInMotion<'o> {
+pub(super) struct MovingOctets<'o> {
     pub octets: &'o [Octet],
     pub law: &'o SurfaceLaw,
     pub motion: &'o RelativeMotion<f64>,
 }
 
-impl OctetsInMotion<'_> {
+impl MovingOctets<'_> {
     /// Hands over the octets with polygons that are integrated by rules; of each octet the places of the other polygons are noted
     /// in `left`, as bits.
     #[inline(always)]
-    pub fn visit<L: Lanes>(self, lanes: L, left: &mut [u8], taker: &mut impl TakesOctets<L>) {
+    pub fn visit<L: Lanes>(self, lanes: L, left: &mut [u8], taker: &mut impl OctetVisitor<L>) {
         for number in 0..self.octets.len() {
             let octet = &self.octets[number];
             let polygons = octet.polygons();
             if polygons == 0 {
                 continue;
             }
-            let loads = Loads::of(lanes, octet, self.law, self.motion);
+            let loads = SlipFields::of(lanes, octet, self.law, self.motion);
             let mut by_rules = 0;
             for place in 0..ROW {
-                by_rules |= u8::from(loads.rung(place) < RUNGS) << place;
+                by_rules |= u8::from(loads.level(place) < LEVELS) << place;
             }
             by_rules &= polygons;
             left[number] = polygons & !by_rules;
@@ -76,7 +76,7 @@ impl OctetsInMotion<'_> {
     }
 }
 
-impl<'o> Loads<'o> {
+impl<'o> SlipFields<'o> {
     #[inline(always)]
     fn of<L: Lanes>(
         lanes: L,
@@ -88,7 +88,7 @@ impl<'o> Loads<'o> {
             pressure: &octet.pressure,
             damping: [[0.0; ROW]; 3],
             slip: [[0.0; ROW]; 3],
-            rungs: [0.0; ROW],
+            levels: [0.0; ROW],
         };
         let (dissipation, one) = (lanes.splat(law.dissipation), lanes.splat(1.0));
         let tolerance = lanes.splat(law.slip_tolerance);
@@ -105,26 +105,27 @@ impl<'o> Loads<'o> {
             let (damping, slip) = (motion.damping(dissipation, one), [v1, v2, spin]);
             store(&mut loads.damping, first, damping);
             store(&mut loads.slip, first, slip);
-            rungs(lanes, (octet, first), damping, (slip, tolerance)).store(&mut loads.rungs, first);
+            levels(lanes, (octet, first), damping, (slip, tolerance))
+                .store(&mut loads.levels, first);
         }
         loads
     }
 
-    /// The rung of the polygon at a place.
+    /// The level of the polygon at a place.
     #[inline]
     #[expect(
         clippy::cast_possible_truncation,
         clippy::cast_sign_loss,
         reason = "a small whole number"
     )]
-    pub fn rung(&self, place: usize) -> usize {
-        self.rungs[place] as usize
+    pub fn level(&self, place: usize) -> usize {
+        self.levels[place] as usize
     }
 }
 
-/// The [`Loads::rungs`] of as many polygons as there are lanes, as [`Slip`](super::friction::Slip) has the rung of one polygon.
+/// The [`SlipFields::levels`] of as many polygons as there are lanes, as [`Slip`](super::friction::Slip) has the level of one polygon.
 #[inline(always)]
-fn rungs<L: Lanes>(
+fn levels<L: Lanes>(
     lanes: L,
     (octet, first): (&Octet, usize),
     damping: [L::Numbers; 3],
@@ -152,11 +153,11 @@ fn rungs<L: Lanes>(
         size_squared = size_squared.max(d1 * d1 + d2 * d2);
     }
     let theta_squared = theta_squared(([v1, v2], spin, tolerance), mean, size_squared);
-    let mut rung = zero;
-    for bound in rung_bounds() {
+    let mut level = zero;
+    for bound in level_bounds() {
         // Of what is not a number no rule is good enough.
         let is_within = theta_squared.is_less(lanes.splat(bound * bound));
-        rung = rung + is_within.select(zero, one);
+        level = level + is_within.select(zero, one);
     }
-    is_clamped.select(lanes.splat(RUNGS as f64), rung)
+    is_clamped.select(lanes.splat(LEVELS as f64), level)
 }

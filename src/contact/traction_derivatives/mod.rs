@@ -26,14 +26,14 @@ mod rates;
 mod traction;
 mod wrenches;
 
-use super::integrate::{Integrand, Left};
+use super::integrate::{Integrand, Remainder};
 use super::jacobian::RelativeJacobian;
-use super::loads::OctetsInMotion;
 use super::motion::RelativeMotion;
 use super::plane_polygon::PlanePolygon;
-use super::polygon::PolygonSource;
+use super::polygon_source::PolygonSource;
 use super::relative_linearisation::RelativeLinearisation;
 use super::response::{LawResponse, PolygonResponse, Responses};
+use super::slip_fields::MovingOctets;
 use super::sums::PartialSum;
 use super::{ContactPair, SurfaceLaw};
 use crate::narrow_phase::{COINCIDENCE, Cut};
@@ -160,12 +160,12 @@ impl<R: Responses> Integrand<f64> for MovingJacobian<'_, R> {
         &self,
         source: &PolygonSource<f64>,
         generic: GenericPairs,
-        left: &mut Left,
+        left: &mut Remainder,
         sum: &mut InMotion<R>,
     ) {
         sum.elastic.add_octets(generic.octets);
         let added = AddedInLanes {
-            moving: OctetsInMotion {
+            moving: MovingOctets {
                 octets: generic.octets,
                 law: self.law,
                 motion: self.motion,
@@ -179,7 +179,7 @@ impl<R: Responses> Integrand<f64> for MovingJacobian<'_, R> {
         sum.responses.merge(responses);
     }
 
-    fn add_left(&self, source: &PolygonSource<f64>, cut: &Cut, sum: &mut InMotion<R>) {
+    fn add_remainder(&self, source: &PolygonSource<f64>, cut: &Cut, sum: &mut InMotion<R>) {
         if let Some(polygon) = source.polygon(cut) {
             self.add_law(source, (cut, &polygon), sum);
         }
@@ -210,9 +210,9 @@ impl<R: Responses> MovingJacobian<'_, R> {
             rates
         });
         if let Some(response) = &mut response {
-            let more = rates.more_by_growth.map(Vector6::from);
+            let more = rates.modulus_correction.map(Vector6::from);
             response.by_speed = rates.rates.by_speed.map(Vector6::from);
-            response.more_by_growth = (more != [Vector6::zeros(); 3]).then(|| Box::new(more));
+            response.modulus_correction = (more != [Vector6::zeros(); 3]).then(|| Box::new(more));
             response.by_pressure = rates.rates.by_pressure.map(Vector6::from);
         }
         rates.add_to(&polygon.plane, added);

@@ -1,6 +1,6 @@
 //! Wrenches of tractions, from their moments: of one polygon, or of several side by side.
 
-use crate::contact::polygon_plane::Six;
+use crate::contact::polygon_fields::Six;
 use crate::lanes::Linear;
 
 /// The wrench of a traction from its moments by 1, y₁ and y₂ along each axis.

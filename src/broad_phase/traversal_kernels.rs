@@ -1,8 +1,8 @@
-//! The work of the descent to the rim that runs in lanes: each job goes through a list of parts of A's surface, in a memory that
+//! The work of the descent to the boundary that runs in lanes: each job goes through a list of parts of A's surface, in a memory that
 //! is shared, and writes another list behind it.
 
+use super::box_slab::{BoxSlab, RelativePose};
 use super::four_triangles::FourTriangles;
-use super::patch::{Frame, Patch};
 use super::slabs::{BoxesAndSlabs, FourSlabs};
 use super::triangle_bvh::TriangleBvh;
 use crate::bvh::{FourBoxes, FourCorners, WIDTH};
@@ -17,13 +17,13 @@ pub(super) enum Keeping {
     Nodes,
 }
 
-/// A node of B in A's frame, and which of its children are near A's surface (see [`Frame::posed`]).
-pub(super) struct Posed<'d> {
-    pub frame: &'d Frame,
+/// A node of B in A's frame, and which of its children are near A's surface (see [`RelativePose::posed`]).
+pub(super) struct TransformNode<'d> {
+    pub frame: &'d RelativePose,
     pub node: BoxesAndSlabs<'d>,
 }
 
-impl InLanes for Posed<'_> {
+impl InLanes for TransformNode<'_> {
     type Output = (FourBoxes, FourSlabs, u32);
 
     #[inline(always)]
@@ -34,24 +34,24 @@ impl InLanes for Posed<'_> {
 
 /// Lists what a part of B's surface may touch of the nodes of A at these places of the memory, behind them; gives where that list
 /// ends.
-pub(super) struct Touched<'d> {
+pub(super) struct FilterNodes<'d> {
     pub nodes: &'d [FourBoxes],
-    pub patch: &'d Patch,
+    pub box_slab: &'d BoxSlab,
     pub keeping: Keeping,
     pub memory: &'d mut [u32],
     pub places: Range<usize>,
 }
 
-impl InLanes for Touched<'_> {
+impl InLanes for FilterNodes<'_> {
     type Output = usize;
 
     #[inline(always)]
     fn run<L: Lanes>(self, lanes: L) -> usize {
-        let patch = self.patch.in_lanes(lanes);
+        let box_slab = self.box_slab.in_lanes(lanes);
         let mut end = self.places.end;
         for place in self.places {
             let index = self.memory[place];
-            let touched = patch.touched(lanes, &self.nodes[index as usize]);
+            let touched = box_slab.touched(lanes, &self.nodes[index as usize]);
             match self.keeping {
                 Keeping::Children => {
                     end += kept(&mut self.memory[end..], WIDTH as u32 * index, touched);
@@ -68,8 +68,8 @@ impl InLanes for Touched<'_> {
 
 /// Lists which of four triangles of B the triangles of A at these places of the memory may cross, behind them: four times the
 /// number of the latter, and which of the four. Gives where that list ends.
-pub(super) struct FourCrossed<'d> {
-    pub frame: &'d Frame,
+pub(super) struct CrossFour<'d> {
+    pub frame: &'d RelativePose,
     pub slabs: &'d FourSlabs,
     pub corners_b: &'d FourCorners<3>,
     pub a: &'d TriangleBvh,
@@ -78,7 +78,7 @@ pub(super) struct FourCrossed<'d> {
     pub triangles: Range<usize>,
 }
 
-impl InLanes for FourCrossed<'_> {
+impl InLanes for CrossFour<'_> {
     type Output = usize;
 
     #[inline(always)]
@@ -89,8 +89,8 @@ impl InLanes for FourCrossed<'_> {
         for place in self.triangles {
             let index = self.memory[place];
             let (node, slot) = (index as usize / WIDTH, index as usize % WIDTH);
-            let patch = Patch::of_a(leaves.node(node), slot, self.margin);
-            let crossed = four.crossed(lanes, &patch, &self.a.corners_of(index as usize));
+            let box_slab = BoxSlab::of_a(leaves.node(node), slot, self.margin);
+            let crossed = four.crossed(lanes, &box_slab, &self.a.corners_of(index as usize));
             end += kept(&mut self.memory[end..], WIDTH as u32 * index, crossed);
         }
         end
@@ -99,8 +99,8 @@ impl InLanes for FourCrossed<'_> {
 
 /// Lists the triangles, below the nodes of A at these places of the memory, that one of B may cross, behind them; gives where
 /// that list ends.
-pub(super) struct OneCrossed<'d> {
-    pub patch: Patch,
+pub(super) struct CrossOne<'d> {
+    pub box_slab: BoxSlab,
     pub corners: [Vector3<f64>; 3],
     pub a: &'d TriangleBvh,
     pub margin: f64,
@@ -108,7 +108,7 @@ pub(super) struct OneCrossed<'d> {
     pub nodes: Range<usize>,
 }
 
-impl InLanes for OneCrossed<'_> {
+impl InLanes for CrossOne<'_> {
     type Output = usize;
 
     #[inline(always)]
@@ -119,7 +119,7 @@ impl InLanes for OneCrossed<'_> {
             let node = leaves.node(index as usize);
             let corners = &self.a.corners()[index as usize];
             let four = FourTriangles::of_a(node, corners, self.margin);
-            let crossed = four.crossed(lanes, &self.patch, &self.corners);
+            let crossed = four.crossed(lanes, &self.box_slab, &self.corners);
             end += kept(&mut self.memory[end..], WIDTH as u32 * index, crossed);
         }
         end

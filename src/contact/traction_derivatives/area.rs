@@ -3,7 +3,7 @@
 use super::wrenches::{minus, negated, plus, times, wrench_of, wrenches};
 use crate::contact::friction::SlipMoments;
 use crate::contact::plane_motion::PlaneMotion;
-use crate::contact::polygon_plane::{Columns, Six};
+use crate::contact::polygon_fields::{Columns, Six};
 use crate::lanes::Linear;
 use crate::lanes::space::scaled;
 
@@ -74,7 +74,7 @@ pub(super) struct Rates<N> {
 }
 
 impl<N: Linear> AreaMoments<N> {
-    /// With ψ, u and σ as in [`LawOnPlane`] and [`LoadedSlip`], on the part where ψ > 0
+    /// With ψ, u and σ as in [`LawOnPlane`] and [`FrictionIntegrand`], on the part where ψ > 0
     ///
     /// t = p(−μψu₁, −μψu₂, ψ − 1),  ∂t/∂(v₁, v₂) = μpψ(u uᵀ − 1)/σ,  ∂t/∂v₃ = −dp(−μu₁, −μu₂, 1),
     ///
@@ -82,7 +82,7 @@ impl<N: Linear> AreaMoments<N> {
     ///
     /// Takes the moments of the slip and of that part and, if it is not all of the polygon, those of the whole.
     ///
-    /// [`LoadedSlip`]: crate::contact::friction::LoadedSlip
+    /// [`FrictionIntegrand`]: crate::contact::friction::FrictionIntegrand
     #[inline(always)]
     pub fn of(
         law: &LawOnPlane<N>,

@@ -17,7 +17,7 @@ use crate::spatial::Pose;
 use nalgebra::{Matrix3, Vector3};
 
 /// The pose of B, the margin, and the box around A's surface.
-pub(super) struct Frame {
+pub(super) struct RelativePose {
     rotation: [[f64; 3]; 3],
     /// |R|, entry by entry, which takes half the edges of a box of B to those of the box around it in A.
     reach: [[f64; 3]; 3],
@@ -27,14 +27,14 @@ pub(super) struct Frame {
 }
 
 /// A part of a surface in A's frame: a child of a node of B, or one triangle of either body.
-pub(super) struct Patch {
+pub(super) struct BoxSlab {
     bounds: [[f64; 2]; 3],
     normal: [f64; 3],
     between: [f64; 2],
 }
 
 /// A part of a surface, the same in all lanes.
-pub(super) struct PatchInLanes<N> {
+pub(super) struct BoxSlabInLanes<N> {
     lower: [N; 3],
     upper: [N; 3],
     pub normal: [N; 3],
@@ -43,7 +43,7 @@ pub(super) struct PatchInLanes<N> {
     back: [usize; 3],
 }
 
-impl Frame {
+impl RelativePose {
     pub fn new(around_a: Aabb, pose_ab: &Pose<f64>, margin: f64) -> Self {
         let rows = |matrix: &Matrix3<f64>| {
             [0, 1, 2].map(|row| [0, 1, 2].map(|column| matrix[(row, column)]))
@@ -129,7 +129,7 @@ impl Frame {
     }
 }
 
-impl Patch {
+impl BoxSlab {
     /// A child of a node in A's frame.
     #[inline(always)]
     pub fn of(node: BoxesAndSlabs, slot: usize) -> Self {
@@ -168,10 +168,10 @@ impl Patch {
     }
 
     #[inline(always)]
-    pub fn in_lanes<L: Lanes>(&self, lanes: L) -> PatchInLanes<L::Numbers> {
+    pub fn in_lanes<L: Lanes>(&self, lanes: L) -> BoxSlabInLanes<L::Numbers> {
         let [[x0, x1], [y0, y1], [z0, z1]] = self.bounds;
         let [n1, n2, n3] = self.normal;
-        PatchInLanes {
+        BoxSlabInLanes {
             lower: splat(lanes, &[x0, y0, z0]),
             upper: splat(lanes, &[x1, y1, z1]),
             normal: splat(lanes, &self.normal),
@@ -185,7 +185,7 @@ impl Patch {
     }
 }
 
-impl<N: Numbers> PatchInLanes<N> {
+impl<N: Numbers> BoxSlabInLanes<N> {
     /// The children of a node of A whose boxes overlap its own and are not beside its planes, as bits. (The planes of A's
     /// nodes are not asked: that costs more than it saves.)
     #[inline(always)]

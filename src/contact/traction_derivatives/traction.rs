@@ -2,7 +2,7 @@
 
 use super::area::{AreaMoments, LawOnPlane};
 use crate::contact::SurfaceLaw;
-use crate::contact::friction::LoadedSlip;
+use crate::contact::friction::FrictionIntegrand;
 use crate::contact::motion::RelativeMotion;
 use crate::contact::outline::Outline;
 use crate::contact::plane_motion::PlaneMotion;
@@ -15,7 +15,7 @@ pub(super) struct Traction<'p> {
     /// The part of the polygon where ψ is positive, and whether that is not all of it.
     pub pressed: &'p Outline<f64>,
     pub is_clamped: bool,
-    pub slip: LoadedSlip<'p>,
+    pub slip: FrictionIntegrand<'p>,
 }
 
 impl Traction<'_> {
@@ -32,7 +32,7 @@ impl Traction<'_> {
         let damping = on_plane.damping;
         let part = outline.cut(&damping);
         let pressed = part.as_ref().unwrap_or(outline);
-        let slip = LoadedSlip::on(
+        let slip = FrictionIntegrand::on(
             pressed.corners(),
             motion.slip_by(law),
             &plane.pressure,

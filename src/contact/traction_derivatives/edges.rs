@@ -1,20 +1,20 @@
-use super::lines::{Line, Lines, outwardness, share_out};
+use super::lines::{Line, Lines, inverse_sine, split_between_owners};
 use super::rates::PolygonRates;
 use super::traction::Traction;
 use super::wrenches::{minus, times};
 use crate::contact::friction::ends;
 use crate::contact::outline::at;
 use crate::contact::plane_polygon::PlanePolygon;
-use crate::contact::polygon::PolygonSource;
-use crate::contact::polygon_plane::Six;
+use crate::contact::polygon_fields::Six;
+use crate::contact::polygon_source::PolygonSource;
 use crate::contact::response::{FaceResponse, LawResponse};
 use crate::geometry::set_bits;
-use crate::narrow_phase::{Cut, NUDGE, Weights};
+use crate::narrow_phase::{Cut, PERTURBATION, Weights};
 use nalgebra::{Matrix3, Vector3, Vector6};
 
 /// How fast an edge moves outwards in its plane, where h is the speed of the plane along its normal.
 #[derive(Default)]
-struct Drift {
+struct EdgeVelocity {
     /// As bodies move: by_b·w − by_plane·h, where w is the velocity of B, along the axes of the plane.
     by_b: Vector3<f64>,
     by_plane: f64,
@@ -22,10 +22,10 @@ struct Drift {
     growing: f64,
 }
 
-impl Drift {
+impl EdgeVelocity {
     /// Adds a share of the motion of a line as bodies move.
     fn add(&mut self, line: &Line, share: f64) {
-        let m = line.normal * (share * line.outwardness);
+        let m = line.normal * (share * line.inverse_sine);
         self.by_plane += m.z;
         if line.moves_with_b() {
             self.by_b += m;
@@ -34,7 +34,7 @@ impl Drift {
 
     /// Adds a share of the motion of a line as the modulus grows.
     fn add_growing(&mut self, line: &Line, share: f64) {
-        self.growing += line.normal.z * (share * line.outwardness);
+        self.growing += line.normal.z * (share * line.inverse_sine);
     }
 }
 
@@ -45,14 +45,14 @@ pub(super) struct Edges<'e> {
     polygon: &'e PlanePolygon<f64>,
     /// e₁, e₂ and n as columns.
     axes: Matrix3<f64>,
-    /// Normal speed of the plane as B moves by [`NUDGE`] (m/s), and, per pressure, as its modulus grows at the relative rate
+    /// Normal speed of the plane as B moves by [`PERTURBATION`] (m/s), and, per pressure, as its modulus grows at the relative rate
     /// of 1/s (m/(s Pa)).
     plane_speed: f64,
     by_pressure: f64,
 }
 
 /// Edges of a degenerate polygon shorter than this fraction of its longest are ends of the line, not one of its two ways.
-const WAY: f64 = 1e-6;
+const SHORTEST_SIDE: f64 = 1e-6;
 
 impl<'e> Edges<'e> {
     pub fn of(
@@ -65,8 +65,8 @@ impl<'e> Edges<'e> {
             cut,
             polygon,
             axes: Matrix3::from_columns(&plane.axes.map(Vector3::from)),
-            plane_speed: -Vector3::from(plane.slopes[1]).dot(&NUDGE),
-            by_pressure: plane.yielding,
+            plane_speed: -Vector3::from(plane.slopes[1]).dot(&PERTURBATION),
+            by_pressure: plane.inverse_gradient_norm,
         }
     }
 
@@ -78,14 +78,14 @@ impl<'e> Edges<'e> {
         rates: &mut PolygonRates,
         mut response: Option<&mut LawResponse>,
     ) {
-        // At the rim there is no pressure.
-        let rim = self.source.pair.tet_a(self.cut.tets[0]).zero_faces;
-        self.visit(rim, |edge, owners| {
+        // At the boundary there is no pressure.
+        let boundary = self.source.pair.tet_a(self.cut.tets[0]).zero_faces;
+        self.visit(boundary, |edge, owners| {
             let flux = traction.along_edge(edge);
-            rates.add_flux(&flux, &self.drift(edge, owners));
+            rates.add_flux(&flux, &self.edge_velocity(edge, owners));
             if let Some(response) = &mut response {
                 self.share_motion(edge, owners, |line, share| {
-                    let share = share * line.outwardness;
+                    let share = share * line.inverse_sine;
                     response.by_faces.push(FaceResponse {
                         face: line.face,
                         normal: self.axes * line.normal,
@@ -103,7 +103,7 @@ impl<'e> Edges<'e> {
                 visit(edge, owners);
             }
         };
-        if let Some((edge, owners)) = self.line_way() {
+        if let Some((edge, owners)) = self.degenerate_side() {
             return visit_edge(edge, owners);
         }
         for (edge, &owners) in self.owners().iter().enumerate() {
@@ -114,25 +114,25 @@ impl<'e> Edges<'e> {
     }
 
     /// The motion of an edge that lies in these faces, as far as its flux counts.
-    fn drift(&self, edge: usize, owners: u8) -> Drift {
+    fn edge_velocity(&self, edge: usize, owners: u8) -> EdgeVelocity {
         let Weights { still, moving } = self.cut.weights();
-        let mut drift = Drift::default();
+        let mut edge_velocity = EdgeVelocity::default();
         if owners.is_power_of_two() {
             let line = self.line(owners.trailing_zeros() as usize, edge);
-            drift.add(&line, moving.mean());
-            drift.add_growing(&line, still.mean());
+            edge_velocity.add(&line, moving.mean());
+            edge_velocity.add_growing(&line, still.mean());
         } else {
             let lines = self.lines(edge, owners);
-            self.share_out_motion(&lines, |line, share| drift.add(line, share));
+            self.share_out_motion(&lines, |line, share| edge_velocity.add(line, share));
             let [from, to] = self.polygon.ends(edge);
             let middle = [0, 1].map(|i| 0.5 * (from[i] + to[i]));
             let plane_speed = self.by_pressure * at(&self.polygon.plane.pressure, &middle);
             let growth = |line: &Line| -plane_speed * line.normal.z;
-            share_out(&lines, growth, still.ways(), |line, share| {
-                drift.add_growing(line, share);
+            split_between_owners(&lines, growth, still.ways(), |line, share| {
+                edge_velocity.add_growing(line, share);
             });
         }
-        drift
+        edge_velocity
     }
 
     /// Shares an edge that lies in these faces out among its lines, as bodies move.
@@ -149,13 +149,13 @@ impl<'e> Edges<'e> {
         let own_speed = |line: &Line| {
             let normal = self.axes * line.normal;
             if line.moves_with_b() {
-                normal.dot(&NUDGE)
+                normal.dot(&PERTURBATION)
             } else {
                 0.0
             }
         };
         let speed = |line: &Line| own_speed(line) - self.plane_speed * line.normal.z;
-        share_out(lines, speed, self.cut.weights().moving.ways(), add);
+        split_between_owners(lines, speed, self.cut.weights().moving.ways(), add);
     }
 
     fn owners(&self) -> &[u8] {
@@ -169,7 +169,7 @@ impl<'e> Edges<'e> {
 
     /// Of a polygon that is but a line, forth and back, one of its two ways and the owners of both. An owner of one of the
     /// ways has the polygon on its outer side.
-    fn line_way(&self) -> Option<(usize, u8)> {
+    fn degenerate_side(&self) -> Option<(usize, u8)> {
         if !self.polygon.shares_edges {
             return None;
         }
@@ -177,11 +177,11 @@ impl<'e> Edges<'e> {
         let length = |edge: &usize| self.length_squared(*edge);
         let by_length = |one: &usize, other: &usize| length(one).total_cmp(&length(other));
         let longest = (0..owners.len()).max_by(by_length)?;
-        let least = WAY * WAY * length(&longest);
+        let least = SHORTEST_SIDE * SHORTEST_SIDE * length(&longest);
         let ways = || (0..owners.len()).filter(|edge| length(edge) > least);
         let has_owner_inside = |edge: usize| {
             let lines = self.lines(edge, owners[edge]);
-            lines.iter().flatten().any(|line| line.outwardness < 0.0)
+            lines.iter().flatten().any(|line| line.inverse_sine < 0.0)
         };
         ways().find(|&edge| has_owner_inside(edge))?;
         Some((longest, ways().fold(0, |all, edge| all | owners[edge])))
@@ -200,7 +200,7 @@ impl<'e> Edges<'e> {
         let normal = self.axes.tr_mul(&outward);
         Line {
             normal,
-            outwardness: outwardness(&self.polygon.edge(edge), &normal),
+            inverse_sine: inverse_sine(&self.polygon.edge(edge), &normal),
             face,
         }
     }
@@ -213,7 +213,7 @@ impl<'e> Edges<'e> {
         let mut lines = [None; 8];
         for (place, face) in lines.iter_mut().zip(set_bits(owners)) {
             let line = self.line(face, edge);
-            *place = (margin * line.outwardness.abs() <= length).then_some(line);
+            *place = (margin * line.inverse_sine.abs() <= length).then_some(line);
         }
         lines
     }
@@ -234,18 +234,18 @@ impl PlanePolygon<f64> {
 
 impl PolygonRates {
     /// Adds the flux through an edge.
-    fn add_flux(&mut self, flux: &[Six<f64>; 3], drift: &Drift) {
+    fn add_flux(&mut self, flux: &[Six<f64>; 3], edge_velocity: &EdgeVelocity) {
         for (k, f) in self.rates.by_speed.iter_mut().zip(flux) {
-            *k = minus(k, &times(f, drift.by_plane));
+            *k = minus(k, &times(f, edge_velocity.by_plane));
         }
-        let more = drift.growing - drift.by_plane;
+        let more = edge_velocity.growing - edge_velocity.by_plane;
         if more != 0.0 {
-            for (k, f) in self.more_by_growth.iter_mut().zip(flux) {
+            for (k, f) in self.modulus_correction.iter_mut().zip(flux) {
                 *k = minus(k, &times(f, more));
             }
         }
-        if drift.by_b != Vector3::zeros() {
-            self.rates.add_along_normal(drift.by_b.into(), flux);
+        if edge_velocity.by_b != Vector3::zeros() {
+            self.rates.add_along_normal(edge_velocity.by_b.into(), flux);
         }
     }
 }
@@ -255,7 +255,7 @@ mod tests {
     use super::super::area::LawOnPlane;
     use super::super::flux::THREE_POINTS;
     use super::*;
-    use crate::contact::friction::LoadedSlip;
+    use crate::contact::friction::FrictionIntegrand;
     use crate::contact::motion::RelativeMotion;
     use crate::contact::plane_motion::PlaneMotion;
     use crate::contact::relative_linearisation::RelativeLinearisation;
@@ -320,7 +320,7 @@ mod tests {
             let all = [1.0, 0.0, 0.0];
             let corners = polygon.outline.corners();
             let motion = PlaneMotion::of(&REST, plane);
-            let slip = LoadedSlip::on(corners, motion.slip_by(&law), &plane.pressure, &all);
+            let slip = FrictionIntegrand::on(corners, motion.slip_by(&law), &plane.pressure, &all);
             let traction = Traction {
                 polygon: &polygon,
                 law: LawOnPlane {
@@ -386,8 +386,8 @@ mod tests {
             rates += SMatrix::<f64, 5, 1>::from([inner]) * by_place.transpose();
             let edges = Edges::of(&source, (cut, &polygon));
             edges.visit(0, |edge, owners| {
-                let drift = edges.drift(edge, owners);
-                let speed = edges.axes * drift.by_b - by_place * drift.by_plane;
+                let edge_velocity = edges.edge_velocity(edge, owners);
+                let speed = edges.axes * edge_velocity.by_b - by_place * edge_velocity.by_plane;
                 rates += flux(&polygon, edge) * speed.transpose();
             });
         }
