@@ -1,7 +1,7 @@
 //! Where a pair of tetrahedra meets the plane of equal pressure, decided in `f64`.
 //!
 //! Everything is seen in A's frame. A [`RelativePair`] is what every decision is made on: both shapes, the moduli and
-//! the relative pose, without derivatives. [`RelativePair::encounter`] decides whether the plane meets two tetrahedra, and
+//! the relative pose, without derivatives. [`RelativePair::classify`] decides whether the plane meets two tetrahedra, and
 //! [`RelativePair::cut`] makes what it has in common with both.
 
 mod cut;
