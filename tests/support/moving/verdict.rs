@@ -47,8 +47,8 @@ const JUMP: f64 = 1e-7;
 /// Differences of second order over three points multiply errors by so many.
 const THREE_POINTS: f64 = 8.0;
 
-/// The kernel's direction (`NUDGE` in `narrow_phase/equilibrium.rs`), in A's axes: both must be the same.
-const NUDGE: Vector3<f64> = Vector3::new(0.613, 0.427, -0.665);
+/// The kernel's direction (`PERTURBATION` in `narrow_phase/weights.rs`), in A's axes: both must be the same.
+const PERTURBATION: Vector3<f64> = Vector3::new(0.613, 0.427, -0.665);
 
 /// Directions about it have this much of another one in them.
 const ABOUT: f64 = 0.05;
@@ -63,7 +63,7 @@ pub enum Finding {
     /// Something between both sides, as several kinks leave it.
     Between,
     /// Several kinks in one place: no linear function is the mean of both sides in all directions. It is that of all
-    /// directions about [`NUDGE`].
+    /// directions about [`PERTURBATION`].
     Corner,
     /// The wrench itself jumps, by this number, or by another one so that what it is here is not what it is on both sides.
     Jump,
@@ -306,9 +306,9 @@ impl Check<'_, '_> {
         })
     }
 
-    /// Whether it is the mean of both sides as B moves by [`NUDGE`], and by a little of the column's motion besides.
+    /// Whether it is the mean of both sides as B moves by [`PERTURBATION`], and by a little of the column's motion besides.
     fn is_mean_about_nudge(&self, step: f64) -> bool {
-        let nudge = self.scaled.scene.pair.a().pose().rotation() * NUDGE;
+        let nudge = self.scaled.scene.pair.a().pose().rotation() * PERTURBATION;
         [ABOUT, -ABOUT].into_iter().all(|about| {
             let mut direction: Vec<_> = (0..3).map(|axis| (9 + axis, nudge[axis])).collect();
             direction.push((self.column, about));
