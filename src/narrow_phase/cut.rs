@@ -10,22 +10,22 @@ use crate::mesh::FieldTet;
 use crate::scalar::Scalar;
 use crate::spatial::Pose;
 
-/// What the equilibrium plane has to do with a pair of tetrahedra.
+/// Position of the equilibrium plane relative to a pair of tetrahedra.
 pub(crate) enum PairClass {
-    /// It misses one of them.
+    /// The plane misses one of them.
     Disjoint,
-    /// There is none, because the fields are equal over a volume.
+    /// There is no plane, because the fields are equal over a volume.
     EqualFields,
-    /// It passes through both or touches them, though not always at the same place.
+    /// The plane passes through both or touches them, though not always at the same place.
     Intersecting(CutTopology),
 }
 
-/// What is decided of a polygon before it is made, in `f64`.
+/// The decisions about a polygon, in `f64`: they suffice to construct it in any scalar.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct CutTopology {
     /// p_A − p_B (Pa) at A's corners.
     at_a: [f64; 4],
-    /// Up to what such a value counts as zero.
+    /// Tolerance (Pa) of `at_a`.
     zero: f64,
     /// Corners of A below the plane.
     below: u8,
@@ -33,21 +33,21 @@ pub(crate) struct CutTopology {
     faces_in_plane: u8,
     /// The faces of B that may bound the polygon.
     bounding_faces: u8,
-    /// How the plane lies to B's corners, as far as that is known.
+    /// Signs at B's corners, as far as they are known.
     signs_b: CornerSigns,
     weights: Weights,
     is_on_both_surfaces: bool,
-    /// Whether the surfaces of the bodies face each other there.
+    /// Whether the surfaces of the bodies face each other in the plane.
     is_touch: bool,
     closeness: NearZeroHistogram,
 }
 
-/// What the equilibrium plane has in common with two tetrahedra, in A's frame.
+/// Intersection of the equilibrium plane with two tetrahedra, in A's frame.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Cut {
     /// The tetrahedra, of A and of B.
     pub tets: [usize; 2],
-    /// A polygon, or less where the plane only touches. Bits 0 to 3 of its edges' owners are the faces of A opposite to
+    /// The polygon. It may be degenerate if the plane only touches. Bits 0 to 3 of the owners of its edges are the faces of A opposite to
     /// each corner, bits 4 to 7 those of B.
     pub polygon: ConvexPolygon,
     /// B's pressure (Pa), or the depth (m) in it if it is rigid.
@@ -56,12 +56,11 @@ pub(crate) struct Cut {
 }
 
 impl RelativePair<'_> {
-    /// How a tetrahedron of A and one of B meet. Without `plane_check`, they go through slicing and
-    /// clipping even where the plane misses one of them.
+    /// Classifies a tetrahedron of A and one of B. Without `plane_check`, they are sliced and clipped even if the plane misses one of
+    /// them.
     pub fn classify(&self, a: &FieldTet, b: &PosedTet, plane_check: bool) -> PairClass {
         let scale_a = self.scales[0];
-        // A corner's own pressure is exact; the other field is off by what its gradient makes of the
-        // rounding of a coordinate.
+        // A corner's own pressure is exact. The other field has the error of the rounded coordinates times its gradient.
         let tolerance_a = self.tolerance.scaled(b.sensitivity);
         let excess_a = excess_at_corners_of_a(a, scale_a, &b.field);
         let at_a = excess_a.map(|value| snapped(value, tolerance_a.zero));
@@ -98,8 +97,8 @@ impl RelativePair<'_> {
             zero: tolerance_a.zero,
             below: signs_a.sliced_below(),
             faces_in_plane: in_plane_a | in_plane_b << 4,
-            // A face in the plane itself does not bound the polygon, nor one that the plane misses; nor does one at which B ends,
-            // for no pressure of A is below 0.
+            // Faces in the plane and faces that the plane misses do not bound the polygon. Neither do faces on which B's pressure is
+            // zero: A's pressure is never negative, so the polygon ends at A first.
             bounding_faces: ALL_FACES & !in_plane_b & !missed_faces & !zero_faces_b,
             signs_b: signs_of_corners,
             weights,
@@ -109,7 +108,7 @@ impl RelativePair<'_> {
         })
     }
 
-    /// The common part of the plane and both tetrahedra, which may be nothing.
+    /// Intersects the plane with both tetrahedra. The result may be empty.
     #[inline]
     pub fn cut(&self, a: &FieldTet, b: &PosedTet, topology: CutTopology) -> Cut {
         let face_of_b = |face: usize| (b.faces[face], b.face_steepness[face]);
@@ -121,8 +120,8 @@ impl RelativePair<'_> {
         }
     }
 
-    /// A box (m) around where the contact polygon of two tetrahedra may be: around the slice of A, as far as values that count as
-    /// zero may misplace it, or around A where the plane only touches that. None if they do not meet.
+    /// Returns a box (m) around the possible contact polygon of two tetrahedra: around the slice of A, inflated by the error of values that
+    /// count as zero, or around A if the plane only touches it. Returns `None` if they do not meet.
     pub fn box_of_polygon(&self, a: &FieldTet, b: &PosedTet) -> Option<Aabb> {
         let PairClass::Intersecting(topology) = self.classify(a, b, true) else {
             return None;
@@ -139,8 +138,8 @@ impl RelativePair<'_> {
         of_a.common(&b.tetrahedron.aabb().inflated(self.margin()))
     }
 
-    /// How the plane lies to a tetrahedron of B, and how near its corners are to it. Of a partner without tetrahedra: that it
-    /// passes through, or, where A ends in the plane as well, that B ends there.
+    /// Returns the signs at the corners of a tetrahedron of B, and their distances from the plane. For a partner without tetrahedra,
+    /// returns that the plane passes through it or, if a surface of A is in the plane too, that B's surface is in the plane.
     fn signs_at_b(
         &self,
         a: &FieldTet,
@@ -157,14 +156,14 @@ impl RelativePair<'_> {
         let signs = if ends == 0 {
             CornerSigns::CROSSED
         } else {
-            // Inwards B's field grows; so does p_A − p_B, if A's grows more.
+            // B's field grows inwards. p_A − p_B does so too if A's field grows more.
             let excess = a.extent.gradient * self.scales[0] - b.field.gradient;
             CornerSigns::on_face(excess.dot(&b.field.gradient) < 0.0)
         };
         (signs, NearZeroHistogram::default())
     }
 
-    /// p_A − p_B (Pa) at B's corners, A's field extended beyond its tetrahedron.
+    /// Returns p_A − p_B (Pa) at B's corners. A's field is extended beyond its tetrahedron.
     fn excess_at_corners_of_b(&self, a: &FieldTet, b: &PosedTet) -> [f64; 4] {
         std::array::from_fn(|i| {
             self.scales[0] * a.extent.at(&b.tetrahedron.corners[i]) - b.values[i]
@@ -190,50 +189,49 @@ impl RelativePair<'_> {
 }
 
 impl Cut {
-    /// How much of the polygon counts.
+    /// Returns the weights of the polygon.
     pub fn weights(&self) -> Weights {
         self.topology.weights
     }
 
-    /// Whether it adds to an integral or to its derivatives.
+    /// Returns whether the cut adds to an integral or to its derivatives.
     pub fn counts(&self) -> bool {
         !self.topology.weights.are_none() && !self.polygon.is_empty()
     }
 
-    /// Whether the cut [counts](Self::counts), or could count after a small change: round-off, or touching faces that approach each
-    /// other.
+    /// Returns whether the cut [counts](Self::counts), or could count after a small change: a rounding error, or an approach of touching
+    /// faces.
     pub fn is_noted(&self) -> bool {
         self.counts() || self.is_ill_conditioned() || self.is_touch()
     }
 
-    /// Whether surfaces that face each other touch on an area. There is no pressure yet, but the derivative jumps when the bodies
+    /// Returns whether surfaces that face each other touch on an area. The pressure is zero, but the derivative jumps when the bodies
     /// approach.
     pub fn is_touch(&self) -> bool {
         self.topology.is_touch && !self.polygon.is_empty()
     }
 
-    /// Whether it lies where both bodies end, in flush surfaces: there is no pressure on it, but there may be as soon
-    /// as a body moves.
+    /// Returns whether the cut lies on the surfaces of both bodies, which are flush. The pressure is zero until a body moves.
     pub fn is_on_both_surfaces(&self) -> bool {
         self.topology.is_on_both_surfaces
     }
 
-    /// Whether round-off may have decided over a piece of it.
+    /// Returns whether rounding errors may have decided about a part of the cut.
     pub fn is_ill_conditioned(&self) -> bool {
         self.closeness().is_ill_conditioned()
     }
 
-    /// Of corners to planes.
+    /// Returns the distances of corners from planes.
     pub fn closeness(&self) -> NearZeroHistogram {
         self.topology.closeness.or(self.polygon.closeness())
     }
 
-    /// Of the whole polygon to faces of B.
+    /// Returns the distances of the whole polygon from faces of B.
     pub fn coplanarity(&self) -> NearZeroHistogram {
         self.polygon.coplanarity()
     }
 
-    /// The faces that the polygon reaches, and over which the surface may go on: bits as of its edges' owners.
+    /// Returns the faces that the polygon reaches, over which the surface may continue: bits as of the owners of its edges.
     #[inline]
     pub fn reached(&self) -> u8 {
         let owners = self.polygon.owners();
@@ -245,7 +243,7 @@ impl Cut {
 }
 
 impl CutTopology {
-    /// Of a generic pair, of which these corners of A are below the plane.
+    /// Returns the topology of a generic pair, given the corners of A below the plane.
     pub fn generic(
         [a, b]: [&FieldTet; 2],
         pair: &RelativePair,

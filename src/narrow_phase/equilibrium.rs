@@ -8,15 +8,17 @@ pub(crate) const SNAP: f64 = 3e-14;
 
 /// For derivatives, faces count as coincident if they are within 2^COINCIDENCE margins of each other: 2.5e-10 of the size.
 ///
-/// Derivatives have kinks where sides are flush, and steps where planes nearly coincide. This close to one, the mean of
-/// both sides is what a difference over any longer step sees; the next step of a rollout may be on either side. Of faces
-/// further apart, the corners are placed to at least one part in 2^COINCIDENCE.
+/// Derivatives have kinks where sides are flush, and steps where planes nearly coincide. A difference over a longer step gives the mean
+/// of both sides, and the next step of a rollout may be on either side. If faces are further apart, the error of their corners is at most
+/// one part in 2^COINCIDENCE.
 pub(crate) const COINCIDENCE: u32 = 13;
 
-/// The same for the derivatives of the elastic wrench, 2e-12 of the size. These have a kink where surfaces are flush; two
-/// opposite flush sides make up for each other if both are cut alike, which round-off must not decide. And for values,
-/// where a whole polygon is as near as that to a face: the angle between their planes is not far above round-off, and
-/// neighbors on both sides of the face would otherwise both count a part, or neither.
+/// For derivatives of the elastic wrench, faces count as coincident if they are within 2^ELASTIC_COINCIDENCE margins of each other: 2e-12
+/// of the size. These derivatives have a kink where surfaces are flush. Two opposite flush sides cancel if both are cut alike, which
+/// rounding errors must not decide.
+///
+/// Values use the same tolerance if a whole polygon is this near to a face. Otherwise neighbors on both sides of the face could both
+/// count a part of it, or neither.
 pub(crate) const ELASTIC_COINCIDENCE: u32 = 6;
 
 /// Pressure gradients that differ by less than this fraction of the fields' sensitivity to coordinates count as equal: the
@@ -29,7 +31,7 @@ const EQUAL_FIELDS: f64 = 1e-9;
 /// Both pressures are affine, so p_A − p_B has the constant gradient g = ∇p_A − ∇p_B. The plane is
 /// normal to g, and g points to where A's pressure is higher: out of B into A.
 ///
-/// A rigid B is the limit of one whose pressure is ever steeper: ∇p_A/|g| and 1/|g| are 0, and ∇p_B/|g| is −n.
+/// A rigid B is the limit of a steep pressure: ∇p_A/|g| and 1/|g| are zero, and ∇p_B/|g| is −n.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct EquilibriumPlane<T> {
     /// n = g/|g|.
@@ -43,7 +45,7 @@ pub(crate) struct EquilibriumPlane<T> {
 }
 
 impl<T: Scalar> EquilibriumPlane<T> {
-    /// Of two compliant bodies, from their pressures (Pa) in one frame.
+    /// Computes the plane between two compliant bodies from their pressures (Pa) in one frame.
     pub fn between(pressure_a: &AffineField<T>, pressure_b: &AffineField<T>) -> Self {
         let gradients = [&pressure_a.gradient, &pressure_b.gradient];
         let gradient = gradients[0] - gradients[1];
@@ -56,7 +58,7 @@ impl<T: Scalar> EquilibriumPlane<T> {
         }
     }
 
-    /// Of a rigid B, from the depth in it (m): the plane where that is 0.
+    /// Computes the plane on a rigid B, where its depth (m) is zero.
     pub fn of_rigid(depth: &AffineField<T>) -> Self {
         Self {
             normal: -depth.gradient,
@@ -66,18 +68,17 @@ impl<T: Scalar> EquilibriumPlane<T> {
         }
     }
 
-    /// Height (m) of a point above the plane.
+    /// Returns the height (m) of a point above the plane.
     pub fn height_at(&self, point: &Vector3<T>) -> T {
         self.normal.dot(point) + self.offset
     }
 }
 
-/// Whether the fields of two tetrahedra with this difference of pressure gradients (Pa/m) are equal over a
-/// volume: they have no plane there.
+/// Returns whether the fields of two tetrahedra with this difference of pressure gradients (Pa/m) are equal over a volume. There is no
+/// plane then.
 ///
-/// Measured by the larger of their sensitivities (Pa/m): where all extents of a tetrahedron are alike
-/// its gradient is itself round-off, and no measure; nor is the steepest gradient elsewhere in the mesh,
-/// where one sliver can make it as large as it likes.
+/// The difference is compared with the larger sensitivity (Pa/m). The gradient itself is no measure, because it is a rounding error if
+/// all extents of a tetrahedron are the same. The largest gradient of the mesh is none either, because one sliver can make it very large.
 pub(crate) fn is_equal_field(gradient: &Vector3<f64>, sensitivities: [f64; 2]) -> bool {
     let [a, b] = sensitivities;
     gradient.norm_squared() <= (EQUAL_FIELDS * a.max(b)).powi(2)

@@ -6,14 +6,14 @@ use crate::scalar::{Scalar, lift, real_part};
 use crate::spatial::Pose;
 use nalgebra::Vector3;
 
-/// The `f64` shadow of a body pair, in A's frame: what every decision is made on.
+/// A pair of bodies in `f64`, in A's frame. All decisions use it.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct RelativePair<'a> {
     pub shape_a: &'a Shape,
     pub shape_b: PartnerShape<'a>,
     cells_b: &'a [FieldTet],
-    /// What extents are multiplied by in the two fields that are equal on the plane: the hydroelastic moduli (Pa). If B is
-    /// rigid, 0 and 1: the plane is where the depth in B (m) is 0.
+    /// Factors of the extents in the two fields that are equal on the plane: the hydroelastic moduli (Pa). If B is rigid, they are 0 and
+    /// 1, because the plane is where the depth in B (m) is zero.
     pub scales: [f64; 2],
     /// The hydroelastic modulus of A (Pa).
     pub modulus_a: f64,
@@ -30,22 +30,22 @@ pub(crate) struct PosedTet {
     /// The pressure (Pa), or, in a rigid body, the depth (m): at each corner, and as a function of position.
     pub values: [f64; 4],
     pub field: AffineField,
-    /// What the rounding of a coordinate can make of it (Pa/m, or 1).
+    /// Bound on the change of the field per rounding error of a coordinate (Pa/m, or 1 for a rigid body).
     pub sensitivity: f64,
     /// Norm of the field's gradient.
     pub steepness: f64,
-    /// The barycentric coordinates: field k is 0 on the face opposite to corner k, positive inside. Behind them, at
+    /// Barycentric coordinates: field k is zero on the face opposite to corner k, and positive inside. After them, at
     /// [`NO_FACE`], a field that is 1 everywhere and so bounds nothing.
     pub faces: [AffineField; 5],
     /// The norms of their gradients (1/m).
     pub face_steepness: [f64; 5],
-    /// The faces that may bound a polygon, all but those at which B's field is 0; behind them [`NO_FACE`].
+    /// The faces that may bound a polygon: all faces but those at which B's field is zero. After them [`NO_FACE`].
     pub bounds: [u8; 4],
-    /// How many may bound one.
+    /// Number of faces that may bound a polygon.
     pub bound_count: usize,
 }
 
-/// Stands where a tetrahedron has no further face that may bound a polygon.
+/// Marks that a tetrahedron has no further face that may bound a polygon.
 const NO_FACE: u8 = 4;
 
 /// The field of no face.
@@ -57,7 +57,7 @@ const EVERYWHERE: AffineField = AffineField {
 impl<'a> RelativePair<'a> {
     pub fn of<T: Scalar>(a: &ContactBody<'a, T>, b: &Partner<'a, T>, pose_ab: &Pose<T>) -> Self {
         let (shape_b, pose_ab) = (b.partner_shape(), pose_ab.real());
-        // The coordinates involved are as large as the bodies reach from their frames' origins.
+        // Coordinates are at most as large as the distances of the bodies' points from the origins of their frames.
         let margin = SNAP * (a.shape().field().reach() + shape_b.reach(&pose_ab));
         Self {
             shape_a: a.shape(),
@@ -70,7 +70,7 @@ impl<'a> RelativePair<'a> {
         }
     }
 
-    /// The same pair, with faces within 2^octaves margins of each other taken for coincident.
+    /// Returns the pair with faces counted as coincident if they are within 2^octaves margins of each other.
     pub fn with_near_coincidences(self, octaves: i32) -> Self {
         Self {
             tolerance: self.tolerance.widened(octaves),
@@ -92,12 +92,12 @@ impl<'a> RelativePair<'a> {
         self.tolerance.zero
     }
 
-    /// A tetrahedron of B as A sees it.
+    /// Returns a tetrahedron of B in A's frame.
     pub fn posed_tet(&self, index: usize) -> PosedTet {
         let (tet, scale, pose_ab) = (self.tet_b(index), self.scales[1], &self.pose_ab);
         let posed = |face: usize| tet.barycentric[face].posed(pose_ab);
         let [n0, n1, n2, n3] = tet.barycentric_steepness;
-        // Each face is written, and kept by going on to the next place.
+        // Compaction without branches: each face is written, and the next place is used only if it is kept.
         let (mut bounds, mut bound_count) = ([NO_FACE; 4], 0);
         for face in 0..4_u8 {
             bounds[bound_count] = face;
@@ -119,7 +119,7 @@ impl<'a> RelativePair<'a> {
     }
 }
 
-/// What extents are multiplied by in the two fields that are equal on the plane (see [`RelativePair::scales`]).
+/// Returns the factors of the extents in the two fields that are equal on the plane (see [`RelativePair::scales`]).
 pub(crate) fn scales<T: Scalar>(a: &ContactBody<T>, b: &Partner<T>) -> [T; 2] {
     let modulus_a = if b.partner_shape().is_rigid() {
         lift(0.0)

@@ -1,4 +1,4 @@
-//! Culling: the pairs of tetrahedra that cannot touch are left out, all others looked at.
+//! Culling: leaves out pairs of tetrahedra that cannot touch, and cuts all others.
 
 use super::Culling;
 use super::scratch::Scratch;
@@ -9,7 +9,7 @@ use crate::mesh::FieldTet;
 use crate::narrow_phase::{PairClass, PosedTet, RelativePair};
 
 impl RelativePair<'_> {
-    /// Finds the cuts among the pairs that culling leaves over. Returns the number of these.
+    /// Cuts the pairs that culling keeps. Returns the number of these pairs.
     pub(super) fn cull(&self, culling: Culling, scratch: &mut Scratch) -> usize {
         let mut candidates = 0;
         self.visit_candidates(culling, |tet_a, tet_b| {
@@ -29,7 +29,7 @@ impl RelativePair<'_> {
         candidates
     }
 
-    /// Visits the pairs of tetrahedra that neither their boxes nor a fixed direction separate.
+    /// Visits the pairs of tetrahedra that neither boxes nor projections separate.
     pub fn visit_overlapping(&self, mut visit: impl FnMut(usize, &PosedTet)) {
         if let PartnerShape::HalfSpace(_) = self.shape_b {
             let half_space = self.posed_tet(0);
@@ -42,7 +42,7 @@ impl RelativePair<'_> {
         });
     }
 
-    /// Visits the pairs of tetrahedra that culling leaves over.
+    /// Visits the pairs of tetrahedra that culling keeps.
     fn visit_candidates(&self, culling: Culling, mut visit: impl FnMut(usize, &PosedTet)) {
         let region = self.shape_a.bounds();
         let visit_culled = |index_b: usize| {
@@ -69,14 +69,13 @@ impl RelativePair<'_> {
 
     /// Visits the tetrahedra of A in which its pressure may be that of a half-space.
     fn visit_at_half_space(&self, half_space: &PosedTet, visit: impl FnMut(&FieldTet)) {
-        // The plane of a rigid one is its surface; in others it lies somewhere below.
+        // The equilibrium plane of a rigid half-space is its surface. For others it may lie at any depth.
         let is_rigid = self.shape_b.is_rigid();
         let deepest = if is_rigid { 0.0 } else { f64::INFINITY };
         self.visit_reaching(half_space, deepest, visit);
     }
 
-    /// Visits the tetrahedra or triangles of B that may overlap the box `region` in A's frame; a half-space, which has none,
-    /// not at all.
+    /// Visits the tetrahedra or triangles of B that may overlap the box `region` in A's frame. Visits nothing for a half-space.
     pub fn visit_cells_near(&self, region: &Aabb, mut visit: impl FnMut(usize)) {
         let (pose_ab, margin) = (&self.pose_ab, self.margin());
         match self.shape_b {
@@ -101,14 +100,14 @@ impl RelativePair<'_> {
         mut visit: impl FnMut(&FieldTet),
     ) {
         let field = &half_space.field;
-        // Finite, or children of nodes would be near that do not exist.
+        // Must be finite, because the boxes of missing children are at infinity.
         let near = (self.tolerance.noted() * half_space.sensitivity).min(f64::MAX);
         let [least, most] = [-near, deepest + near];
         let tree = self.shape_a.tet_bvh();
         tree.visit_between(field, [least, most], |tet_a| visit(self.tet_a(tet_a)));
     }
 
-    /// Whether culling would leave over a tetrahedron of A and one of B: neither their boxes nor a fixed direction separate them.
+    /// Returns whether a tetrahedron of A and one of B may touch: neither boxes nor projections separate them.
     pub fn may_touch(&self, tet_a: usize, tet_b: &PosedTet) -> bool {
         if let PartnerShape::HalfSpace(_) = self.shape_b {
             return true;
@@ -131,7 +130,7 @@ impl RelativePair<'_> {
         });
     }
 
-    /// Visits the tetrahedra of A that culling leaves over for one of B.
+    /// Visits the tetrahedra of A that culling keeps for one of B.
     fn visit_culled(&self, culling: Culling, tet_b: &PosedTet, mut visit: impl FnMut(usize)) {
         let (shape_a, directions) = (self.shape_a, culling.projections);
         let query = tet_b.tetrahedron.aabb().inflated(self.margin());
@@ -154,7 +153,7 @@ impl RelativePair<'_> {
         }
     }
 
-    /// Whether one of the first `count` fixed directions separates a tetrahedron of A from another with these projections.
+    /// Returns whether one of the first `count` fixed directions separates a tetrahedron of A from another with these projections.
     #[inline]
     fn are_separated(&self, tet_a: usize, shadows: &Projections, count: usize) -> bool {
         let own = self.shape_a.projections(tet_a);

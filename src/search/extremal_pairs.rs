@@ -8,32 +8,31 @@ use crate::seeds::{FieldBounds, Seeds};
 use nalgebra::{Matrix3, Vector3};
 use std::f64::consts::FRAC_1_SQRT_2;
 
-/// Slopes up to this fraction of the fields' sensitivities may be round-off.
+/// Slopes up to this fraction of the fields' sensitivities may be rounding errors.
 const FLATNESS: f64 = 1e-10;
 
-/// Where a component of the contact surface that has no boundary turns around.
+/// A search for pairs of tetrahedra in which a closed component of the contact surface may be extremal in a direction.
 ///
-/// Let K be such a component of {f = 0}, f = p_A − p_B. As both fields are positive inside, K is compact and inside both
-/// bodies. Let y be a highest point of K in a direction u. Other components being elsewhere, f is not 0 in a half ball above
-/// y, so it has one sign there, and on the closed half ball f has its maximum or minimum at y. So a mean of the gradients of
-/// f around y, each that of a pair of tetrahedra with y in both, is a multiple of u (the rule of multipliers,
-/// \[Clarke 1983, §6.1\]), and has no component across u. So for every direction d across u
+/// Let K be a closed component of {f = 0}, f = p_A − p_B. Both fields are positive inside, so K is compact and inside both bodies. Let y be
+/// a highest point of K in a direction u. Other components are at a distance, so f is not zero in a half ball above y. It has one sign
+/// there, and on the closed half ball f has its maximum or minimum at y. By the multiplier rule \[Clarke 1983, §6.1\], a convex combination of
+/// the gradients of f at y is a multiple of u. Each of these gradients is that of a pair of tetrahedra that contain y. So for every
+/// direction d perpendicular to u
 ///
 /// 1. ∂f/∂d ≤ 0 in at least one of these pairs, and ≥ 0 in at least one;
-/// 2. ∂f/∂d has both signs (or is 0) in the pairs at y, and so all the more in those of tetrahedra that share a vertex with
-///    them.
+/// 2. ∂f/∂d has both signs (or is zero) in the pairs at y, and therefore in the pairs of tetrahedra that share a vertex with them.
 ///
-/// So K can be entered at one of the pairs with ∂f/∂d ≤ 0, for one fixed direction d across u. Components that have been found
-/// already have such pairs too, but few of them if d is the direction in which f mostly rises there, and (2) leaves few of
-/// these.
+/// So the walk can start at the pairs with ∂f/∂d ≤ 0, for one fixed direction d perpendicular to u. Components that are already found
+/// contain such pairs too. There are few if d is the direction in which f mostly rises on these components, and (2) excludes most of
+/// them.
 struct ExtremalPairs<'s, 'a> {
     pair: &'s RelativePair<'a>,
     trees: [BoundsTree<'s>; 2],
-    /// |R|: maps half the edges of a box of B to those of the box around it in A's axes.
+    /// |R|. It maps the half extents of a box in B to those of the box around it in A's axes.
     reach: Matrix3<f64>,
     /// The directions d of (2); the first is that of (1).
     across: [Direction; 4],
-    /// Nodes of A's tree, for each node of B's from the root down to where the search is those it may meet.
+    /// A stack of lists of nodes of A's tree: those that may meet each node of B's tree, from the root down to the current node.
     partners: Vec<Node>,
 }
 
@@ -43,8 +42,8 @@ struct BoundsTree<'s> {
     bounds: &'s PerNode<FieldBounds>,
 }
 
-/// A unit vector in the frames of A and B, and the absolute values of its components: how far a box reaches along it is their
-/// scalar product with half the box's edges.
+/// A unit vector in the frames of A and B, and the absolute values of its components. Their scalar product with the half extents of a box is
+/// the half extent of the box along the vector.
 struct Direction {
     of: [Vector3<f64>; 2],
     reach: [Vector3<f64>; 2],
@@ -54,15 +53,15 @@ struct Direction {
 struct PosedBounds {
     lower: Vector3<f64>,
     upper: Vector3<f64>,
-    /// Nearly the pressure (Pa).
+    /// Approximation of the pressure (Pa).
     mean: AffineField,
-    /// How far the pressure is above or below (Pa).
+    /// Largest difference of the pressure from `mean` (Pa).
     error: f64,
     /// The largest slope in the direction of (1) (Pa/m).
     steepest: f64,
     /// Center and half the range of the slopes around, in each direction (Pa/m).
     slopes_around: [[f64; 2]; 4],
-    /// What the rounding of a coordinate can make of the pressure (Pa/m).
+    /// Bound on the change of the pressure per rounding error of a coordinate (Pa/m).
     sensitivity: f64,
     /// Half the diagonal of the box in B, squared (m²).
     squared_size: f64,
@@ -84,7 +83,7 @@ impl<'s> BoundsTree<'s> {
 }
 
 impl Walk<'_, '_> {
-    /// Enters where components without a boundary may turn around.
+    /// Queues the pairs in which closed components may be extremal.
     pub fn enter_at_extremal_pairs(&mut self, shape_b: &Shape, seeds: [&Seeds; 2]) {
         let pair = self.pair;
         let trees = [
@@ -127,8 +126,8 @@ impl<'s, 'a> ExtremalPairs<'s, 'a> {
         }
     }
 
-    /// Visits the pairs of tetrahedra where a component may turn, of those below a node of B and below its partners from
-    /// the given place on.
+    /// Visits the pairs of tetrahedra in which a component may be extremal, below a node of B and below its partners from the given place
+    /// on.
     fn descend(&mut self, node_b: Node, from: usize, visit: &mut impl FnMut(usize, usize)) {
         let (bvh, bounds) = self.trees[1].at(node_b);
         let posed = self.posed(bounds);
@@ -147,7 +146,7 @@ impl<'s, 'a> ExtremalPairs<'s, 'a> {
         self.partners.truncate(to);
     }
 
-    /// Visits the tetrahedra below the partners, from the given place on, with which a component may turn in one of B.
+    /// Visits the tetrahedra below the partners from the given place on in which, with one of B, a component may be extremal.
     fn visit_partners(
         &self,
         tet_b: usize,
@@ -171,7 +170,7 @@ impl<'s, 'a> ExtremalPairs<'s, 'a> {
         }
     }
 
-    /// Adds to the partners those at a node of A and below that are no larger than one of B, if they may meet it.
+    /// Adds the nodes at and below a node of A to the partners, if they are no larger than a node of B and may meet it.
     fn keep(&mut self, node_a: Node, b: &PosedBounds) {
         let (bvh, bounds) = self.trees[0].at(node_a);
         if !self.may_be_extremal(bounds, b) {
@@ -187,7 +186,7 @@ impl<'s, 'a> ExtremalPairs<'s, 'a> {
         }
     }
 
-    /// Visits the tetrahedra below a node of A in which, with one of B, a component may turn.
+    /// Visits the tetrahedra below a node of A in which, with one of B, a component may be extremal.
     fn visit_tets(&self, node_a: Node, b: &PosedBounds, visit: &mut impl FnMut(usize)) {
         let (bvh, bounds) = self.trees[0].at(node_a);
         if !self.may_be_extremal(bounds, b) {
@@ -229,8 +228,8 @@ impl<'s, 'a> ExtremalPairs<'s, 'a> {
         }
     }
 
-    /// Whether the bounds admit that tetrahedra of A and B have a point of the contact surface, with ∂f/∂d ≤ 0 (1) and slopes
-    /// of both signs around (2).
+    /// Returns whether tetrahedra within these bounds may have a point of the contact surface with ∂f/∂d ≤ 0 (1) and slopes of both
+    /// signs around (2).
     #[inline]
     fn may_be_extremal(&self, a: &FieldBounds, b: &PosedBounds) -> bool {
         let (lower, upper) = (
@@ -256,7 +255,7 @@ impl<'s, 'a> ExtremalPairs<'s, 'a> {
             && self.may_slope_both_ways(a, b, FLATNESS * sensitivity)
     }
 
-    /// (2): whether p_A − p_B may rise and fall in each direction, in the tetrahedra around.
+    /// Returns whether p_A − p_B may rise and fall in each direction in the tetrahedra around (2).
     fn may_slope_both_ways(&self, a: &FieldBounds, b: &PosedBounds, tolerance: f64) -> bool {
         let modulus = self.pair.scales[0];
         let mut directions = self.across.iter().zip(&b.slopes_around);

@@ -9,28 +9,28 @@ use crate::seeds::Seeds;
 use crate::threads;
 use std::ops::Range;
 
-/// Octets that are looked at together, in one thread: some 20 µs of work.
+/// Number of octets that a thread cuts together: about 20 µs of work.
 const PIECE: usize = 32;
 
-/// Where round-off decides at more pairs than this, and at more than one in [`PAIRS_PER_ILL_CONDITIONED`], looking around each would take
-/// longer than looking everywhere.
+/// A search of all pairs is faster than searches around each ill-conditioned pair, if there are more of them than this number and more
+/// than one in [`PAIRS_PER_ILL_CONDITIONED`] pairs.
 const MAX_ILL_CONDITIONED: usize = 8;
 const PAIRS_PER_ILL_CONDITIONED: usize = 512;
 
-/// Fewer octets than this are kept: to sum them apart saves nothing, and near coincidences need no second search then.
+/// Fewer octets than this number are not spilled: it would save nothing, and near coincidences would need a second search.
 const FEW: usize = 64;
 
 /// Receives generic pairs before their memory is used again.
 pub(crate) type Spill<'s> = dyn FnMut(GenericPairs) + 's;
 
-/// Where every component of a contact surface shows.
+/// Choice of seeds, such that every component of the contact surface contains one.
 enum Route<'a> {
-    /// At its boundary, or where one without a boundary must show in the fields of both bodies.
+    /// At the boundaries of components, and for closed ones where the fields of both bodies require.
     BetweenFields {
         shape_b: &'a Shape,
         seeds: [&'a Seeds; 2],
     },
-    /// At its boundary; one without a boundary is a connected part of B's surface, all inside A.
+    /// At the boundaries of components. A closed component is a component of B's surface, inside A.
     OverRigid(&'a RigidShape),
 }
 
@@ -39,22 +39,21 @@ pub(super) struct Walk<'w, 'a> {
     pub pair: &'w RelativePair<'a>,
     pub scratch: &'w mut Scratch,
     spill: Option<&'w mut Spill<'w>>,
-    /// Number of pairs so far from which the surface may go on over other faces than it seems.
+    /// Number of ill-conditioned pairs so far: rounding errors decide over which faces the surface continues.
     ill_conditioned_count: usize,
     /// Normals of the generic polygons found so far, including spilled polygons; `None` if they are not needed.
     pub normals: Option<Normals>,
 }
 
 impl RelativePair<'_> {
-    /// Finds the cuts: from those where a component of the contact surface must show, to their neighbors across the
-    /// faces that a polygon reaches, eight pairs at a time. Returns the number of pairs looked at.
+    /// Finds the cuts by a walk from the seeds to the neighbors across the faces that a polygon reaches, eight pairs at a time. Returns
+    /// the number of pairs tested.
     ///
-    /// A polygon's edge lies on a face of A or of B, and behind that face the neighbor has the same
-    /// edge. In a special position, where the plane only touches a pair, or an edge lies on faces of
-    /// both, what is next may be behind several faces; so a pair that is only touched is a step on the
-    /// way too.
+    /// An edge of a polygon lies on a face of A or of B, and the neighbor behind that face has the same edge. In a special
+    /// position, where the plane only touches a pair or an edge lies on faces of both bodies, the next polygon may be behind several
+    /// faces. The walk therefore also continues from pairs that are only touched.
     ///
-    /// Octets that were done with are handed to `spill`, if there is one, and forgotten.
+    /// Octets that are finished go to `spill`, if there is one, and their memory is reused.
     pub(super) fn follow<'w>(
         &'w self,
         scratch: &'w mut Scratch,
@@ -78,14 +77,15 @@ impl RelativePair<'_> {
         walk.scratch.octets.pair_count()
     }
 
-    /// None where following would not find all: where a field is not positive inside. A half-space has no mesh to follow.
+    /// Returns the choice of seeds. Returns `None` if a walk could miss something, because a field is not positive inside, and for
+    /// half-spaces, which have no mesh.
     fn route(&self) -> Option<Route<'_>> {
         match self.shape_b {
             PartnerShape::Compliant(shape_b) => Some(Route::BetweenFields {
                 shape_b,
                 seeds: [self.shape_a.seeds()?, shape_b.seeds()?],
             }),
-            // A component of B's surface may begin in tetrahedra of A without pressure, in which nothing is entered.
+            // A component of B's surface may begin in tetrahedra of A without pressure, which have no seeds.
             PartnerShape::Rigid(shape_b) => {
                 let is_positive_inside = self.shape_a.followed().is_ok();
                 is_positive_inside.then_some(Route::OverRigid(shape_b))
@@ -94,8 +94,7 @@ impl RelativePair<'_> {
         }
     }
 
-    /// Looks at the pairs of octets: at the generic ones several at a time, at the special ones one by one. Appends the cuts of
-    /// the latter.
+    /// Cuts the pairs of octets: generic ones several at a time, special ones one by one. Appends the cuts of special pairs.
     fn cut_octets(&self, posed_tets: &PosedTets, octets: &mut [Octet], cuts: &mut Vec<Cut>) {
         let posed = |tet_b: u32| posed_tets.get(tet_b);
         lanes::run(CutOctets {
@@ -119,7 +118,7 @@ impl RelativePair<'_> {
         }
     }
 
-    /// Over which faces the surface may go on from a pair of tetrahedra. Appends its cut, if it is to be noted.
+    /// Returns the faces over which the surface may continue from a pair of tetrahedra. Appends the cut of the pair, if it is noted.
     #[inline]
     fn reached(&self, tet_a: usize, tet_b: &PosedTet, cuts: &mut Vec<Cut>) -> ReachedFaces {
         let tet_a = self.tet_a(tet_a);
@@ -129,8 +128,8 @@ impl RelativePair<'_> {
             PairClass::Intersecting(topology) => topology,
         };
         let cut = self.cut(tet_a, tet_b, topology);
-        // The way to others may lead through tetrahedra without pressure, and, where more than rounding is taken for zero,
-        // past the ends of thin ones.
+        // The walk may pass through tetrahedra without pressure and, at widened tolerances, past the ends of thin ones. Neither
+        // counts as contact.
         if cut.is_noted() && !tet_a.is_inert() && self.may_touch(tet_a.index, tet_b) {
             cuts.push(cut);
         }
@@ -143,13 +142,13 @@ impl RelativePair<'_> {
 }
 
 impl Walk<'_, '_> {
-    /// Puts a pair of tetrahedra among those to be looked at, unless it was there.
+    /// Queues a pair of tetrahedra, unless it was queued before.
     #[inline]
     pub fn enter(&mut self, tet_a: u32, tet_b: u32) {
         self.enter_all(&[[tet_a, tet_b]]);
     }
 
-    /// Puts those pairs among the ones to be looked at that were not there.
+    /// Queues the pairs that were not queued before.
     pub fn enter_all(&mut self, pairs: &[[u32; 2]]) {
         let Scratch {
             posed_tets,
@@ -162,13 +161,13 @@ impl Walk<'_, '_> {
         }
     }
 
-    /// Adds a pair to those to be looked at.
+    /// Queues a pair without a test for duplicates.
     fn add(&mut self, tets: [u32; 2]) {
         self.scratch.posed_tets.add(self.pair, tets[1]);
         self.scratch.octets.pairs().push(tets);
     }
 
-    /// Looks at all pairs of tetrahedra that may touch.
+    /// Cuts all pairs of tetrahedra that may touch.
     fn look_everywhere(&mut self) {
         let pair = self.pair;
         pair.visit_overlapping(|tet_a, tet_b| {
@@ -177,7 +176,7 @@ impl Walk<'_, '_> {
         self.look_at_all(|_, _| {});
     }
 
-    /// Looks at the pairs that are waiting, and at those that `go_on` from an octet adds.
+    /// Cuts the queued pairs, and those that `go_on` queues for each octet.
     fn look_at_all(&mut self, go_on: impl Fn(&mut Self, usize)) {
         while let Some(octets) = self.look_at_next() {
             for index in octets {
@@ -188,7 +187,7 @@ impl Walk<'_, '_> {
         }
     }
 
-    /// Hands on the octets that were looked at, if they are many, and forgets them.
+    /// Passes octets that were cut to the spill, if there are many, and reuses their memory.
     fn spill(&mut self) {
         let Scratch {
             octets, posed_tets, ..
@@ -201,7 +200,7 @@ impl Walk<'_, '_> {
         }
     }
 
-    /// Follows the surface from where its components must show. Returns whether all of it is found.
+    /// Follows the surface from its seeds. Returns whether all of it is found.
     fn follow_route(&mut self, route: &Route) -> bool {
         match *route {
             Route::OverRigid(shape_b) => {
@@ -224,9 +223,8 @@ impl Walk<'_, '_> {
         }
     }
 
-    /// Follows the surface from the pairs that were entered; where round-off decided over which faces it goes on, from all
-    /// pairs around too. Returns whether that is all of it: not where the fields are equal over a volume, nor if there was
-    /// too much doubt.
+    /// Follows the surface from the queued pairs, and from all pairs around ill-conditioned ones. Returns whether all of it is found: not if
+    /// the fields are equal over a volume, nor if there are too many ill-conditioned pairs.
     fn follow_on(&mut self) -> bool {
         loop {
             let has_equal = !self.follow_entered();
@@ -248,8 +246,8 @@ impl Walk<'_, '_> {
         }
     }
 
-    /// Follows the surface from the pairs that were entered. Takes note of those where round-off decided, and returns
-    /// whether it met no fields that are equal over a volume.
+    /// Follows the surface from the queued pairs and records the ill-conditioned ones. Returns whether there were no fields that are
+    /// equal over a volume.
     fn follow_entered(&mut self) -> bool {
         let equal_before = self.scratch.equal.len();
         self.look_at_all(|walk, index| {
@@ -259,8 +257,8 @@ impl Walk<'_, '_> {
         self.scratch.equal.len() == equal_before
     }
 
-    /// Looks at the pairs that are next (see [`Octets::next`](super::scratch::Octets::next)). Returns the places of their octets;
-    /// none if no pairs wait.
+    /// Cuts the next pairs (see [`Octets::next`](super::scratch::Octets::next)). Returns the indices of their octets, or `None` if the
+    /// queue is empty.
     fn look_at_next(&mut self) -> Option<Range<usize>> {
         let Scratch {
             posed_tets,
@@ -276,7 +274,7 @@ impl Walk<'_, '_> {
         Some(range)
     }
 
-    /// Records the normals of an octet, and its pairs in which the fields are equal or a decision is within round-off.
+    /// Records the normals of an octet, and its pairs with equal fields or ill-conditioned decisions.
     fn take_note(&mut self, index: usize) {
         let octet = self.scratch.octets.at(index);
         if let Some(normals) = &mut self.normals {

@@ -1,7 +1,7 @@
 use super::scratch::PosedTets;
 use crate::narrow_phase::{Cut, Octet, PosedTet, RelativePair};
 
-/// Generic pairs of tetrahedra and their polygons.
+/// Generic pairs of tetrahedra, with their polygons.
 #[derive(Clone, Copy)]
 pub(crate) struct GenericPairs<'s> {
     pub octets: &'s [Octet],
@@ -13,22 +13,22 @@ impl<'s> GenericPairs<'s> {
         Self { octets, posed_tets }
     }
 
-    /// Some of the octets.
+    /// Returns a part of the octets.
     pub fn part(self, octets: &'s [Octet]) -> Self {
         Self { octets, ..self }
     }
 
-    /// Whether a pair has a polygon.
+    /// Returns whether any pair has a polygon.
     pub fn have_polygons(self) -> bool {
         self.octets.iter().any(|octet| octet.polygons() != 0)
     }
 
-    /// A tetrahedron of B of one of the pairs, in A's frame.
+    /// Returns the tetrahedron of B of a pair, in A's frame.
     pub fn posed_tet(self, tet_b: u32) -> &'s PosedTet {
         self.posed_tets.get(tet_b)
     }
 
-    /// The cut at a place of an octet, which must have a polygon there.
+    /// Returns the cut at a place of an octet, which must have a polygon there.
     pub fn cut(self, octet: &Octet, place: usize, pair: &RelativePair) -> Cut {
         let [_, tet_b] = octet.tets()[place];
         octet.cut(place, pair, self.posed_tet(tet_b))

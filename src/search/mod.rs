@@ -1,9 +1,8 @@
-//! Which pairs of tetrahedra are cut by the plane of equal pressure: by following the contact surface, or by culling all
-//! pairs.
+//! Finds the pairs of tetrahedra that the plane of equal pressure cuts, by following the contact surface or by culling all pairs.
 //!
-//! `following` walks over the contact surface from where `seeding` and `extremal_pairs` enter it; `culled_pairs` looks at all pairs
-//! that a [`Culling`] leaves over, and serves the walk where it has to look around. Both leave their cuts in the `scratch`
-//! memory of the thread.
+//! `following` walks over the contact surface. `seeding` and `extremal_pairs` find the pairs at which the walk starts. `culled_pairs` tests
+//! all pairs that a [`Culling`] keeps, and finds the pairs near a place for the walk. Both write their cuts to the `scratch` memory
+//! of the thread.
 
 #![expect(
     clippy::cast_possible_truncation,
@@ -29,22 +28,25 @@ use following::Spill;
 pub(crate) use generic::GenericPairs;
 use scratch::Scratch;
 
-/// How the pairs of tetrahedra that touch are found. It changes the time that a wrench takes, and the wrench by no more than
-/// round-off.
+/// Method that finds the pairs of tetrahedra that touch. It changes the time that a wrench takes, and the wrench by rounding errors
+/// only.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 #[non_exhaustive]
 pub enum Search {
-    /// From each contact polygon to its neighbors, from where every component of the contact surface must show: at its boundary,
-    /// where the surfaces of both bodies cross, or, without a boundary, at a component of B's surface if B is rigid, and else
-    /// on the way from the peaks of concave fields to the surface, or where the component turns around. Where meshes or pose do not allow it
-    /// ([`Shape::followed`](crate::contact::Shape::followed)), and on half-spaces, by culling.
+    /// Walks from each contact polygon to its neighbors. The walk starts at pairs of which every component of the contact surface
+    /// contains one. A component with a boundary starts where the surfaces of both bodies cross. A closed component on a rigid
+    /// body starts at one triangle of each component of the body's surface. Any other closed component starts on a path from the peak
+    /// of a concave field to the surface, or where the component may be extremal in a direction.
+    ///
+    /// Culls all pairs on half-spaces, and where the walk could miss something
+    /// ([`Shape::followed`](crate::contact::Shape::followed)).
     #[default]
     Following,
-    /// By leaving out pairs of tetrahedra that cannot touch, as the paper does (§IV).
+    /// Leaves out pairs of tetrahedra that cannot touch and tests all others, as the paper does (§IV).
     Culling(Culling),
 }
 
-/// What a search found. Its memory goes to the thread's next search when it is dropped.
+/// Result of a search. When it is dropped, its memory goes to the next search of the thread.
 pub(crate) struct SearchResult {
     scratch: Scratch,
     /// Number of pairs of tetrahedra that were looked at.
@@ -52,38 +54,38 @@ pub(crate) struct SearchResult {
 }
 
 impl SearchResult {
-    /// Cuts that count and are not [generic](Self::generic), cuts that do not count only because of round-off, and cuts where faces
-    /// only touch. Each cut appears once, always in the same order.
+    /// Returns the cuts that are not [generic](Self::generic): those that count, those that do not count only because of rounding
+    /// errors, and those where faces only touch. Each cut appears once, always in the same order.
     pub fn cuts(&self) -> &[Cut] {
         &self.scratch.cuts
     }
 
-    /// The generic pairs, without those that were spilled.
+    /// Returns the generic pairs, without those that were spilled.
     pub fn generic(&self) -> GenericPairs<'_> {
         GenericPairs::new(self.scratch.octets.in_use(), &self.scratch.posed_tets)
     }
 
-    /// Whether there is no cut at all.
+    /// Returns whether there is no cut.
     pub fn is_empty(&self) -> bool {
         self.cuts().is_empty() && !self.generic().have_polygons()
     }
 
-    /// The pairs of tetrahedra in which both pressures have one gradient and come near each other, whether they overlap or not.
+    /// Returns the pairs of tetrahedra in which both pressures have the same gradient and are nearly equal. They need not overlap.
     pub fn equal_fields(&self) -> &[[usize; 2]] {
         &self.scratch.equal
     }
 
-    /// How near corners are to planes in the cuts that count.
+    /// Returns the distances of corners from planes in the cuts that count.
     pub fn closeness(&self) -> NearZeroHistogram {
         self.of_all(Cut::counts, Cut::closeness)
     }
 
-    /// The same in all of them.
+    /// Returns the distances of corners from planes in all cuts.
     pub fn noted_closeness(&self) -> NearZeroHistogram {
         self.of_all(|_| true, Cut::closeness)
     }
 
-    /// How near whole polygons are to faces of B.
+    /// Returns the distances of whole polygons from faces of B.
     pub fn coplanarity(&self) -> NearZeroHistogram {
         self.of_all(Cut::counts, Cut::coplanarity)
     }
@@ -112,8 +114,8 @@ impl RelativePair<'_> {
         self.found_or_spilled(search, None)
     }
 
-    /// As [`Self::found`]; but where they are many, octets go to `spill`, as soon as they were looked at, and only the last are
-    /// among what was found.
+    /// Finds the pairs as [`Self::found`]. In large contacts, octets go to `spill` as soon as they are cut, and the result has the last
+    /// ones only.
     pub fn found_spilling(&self, search: Search, spill: &mut Spill) -> SearchResult {
         self.found_or_spilled(search, Some(spill))
     }

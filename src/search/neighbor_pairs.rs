@@ -13,10 +13,10 @@ pub(super) struct NeighborPairs {
 
 #[expect(clippy::needless_bitwise_bool, reason = "a lazy operator is a branch")]
 impl NeighborPairs {
-    /// Those of an octet, in the order of its places and of their faces, once for each face.
+    /// Returns the pairs across the faces that the polygons of an octet reach, by place and face.
     ///
-    /// Which faces are reached is as good as random, and branches on it would be guessed wrong: pairs across all faces are written
-    /// down, and those that count moved to the front in one loop over all places.
+    /// Writes the pairs across all faces and compacts those that are reached in one loop, because a branch for each face would be
+    /// mispredicted.
     pub fn faces_of(octet: &Octet, pair: &RelativePair) -> Self {
         let of_a = pair.shape_a.field().mesh().neighbors();
         let of_b = pair.shape_b.neighbors();

@@ -1,4 +1,4 @@
-//! Directions of the contact surface that is known so far.
+//! The mean directions of the contact polygons that were found so far.
 
 use crate::lanes::space::vector_at;
 use crate::narrow_phase::{Cut, Octet, RelativePair};
@@ -37,8 +37,9 @@ impl Normals {
         }
     }
 
-    /// The directions u and d of the search for [turns](super::extremal_pairs) for which (1) and (2) exclude most of the known contact surface. u is the direction in
-    /// which the normals of this surface point least. d is the direction across u in which p_A − p_B mostly rises on the surface.
+    /// Returns the directions u and d for the search for [extremal pairs](super::extremal_pairs), such that its conditions (1) and (2)
+    /// exclude most of the known contact surface. u is the direction that is most nearly perpendicular to the normals of this surface. d is the
+    /// direction perpendicular to u in which p_A − p_B rises most on the surface.
     pub fn directions(&self) -> [Vector3<f64>; 2] {
         let axes = self.squares.symmetric_eigen();
         let up: Vector3<f64> = axes.eigenvectors.column(axes.eigenvalues.imin()).into();

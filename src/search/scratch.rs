@@ -5,7 +5,7 @@ use std::cell::RefCell;
 use std::ops::Range;
 
 thread_local! {
-    /// The memory that is not in use: as many as there were searches whose results were in use at the same time.
+    /// Unused memory: one for each search whose results were alive at the same time.
     static SPARE: RefCell<Vec<Scratch>> = const { RefCell::new(Vec::new()) };
 }
 
@@ -15,11 +15,11 @@ const LEAST_USED: f64 = 1.0 / 64.0;
 /// Memory never shrinks below the room for this many pairs of tetrahedra.
 const LEAST_KEPT: usize = 1024;
 
-/// Pairs that are looked at together, at the most, so that their octets stay in the cache of a core.
+/// Largest number of pairs that are cut together, so that their octets stay in the cache of a core.
 const MAX_ROUND: usize = 256 * ROW;
 
-/// Memory that one search leaves to the next in the same thread, so that a search allocates nothing
-/// once warm. It carries no information from one to the next.
+/// Memory that is reused by the searches of a thread, so that a warm search allocates nothing. It carries no information from one
+/// search to the next.
 #[derive(Default)]
 pub(super) struct Scratch {
     pub posed_tets: PosedTets,
@@ -27,11 +27,11 @@ pub(super) struct Scratch {
     pub tree_nodes: Vec<u32>,
     /// The pairs of triangles that may cross at the boundary, by their tetrahedra.
     pub crossings: Vec<[u32; 2]>,
-    /// Which pairs of tetrahedra were looked at or are about to be.
+    /// Pairs of tetrahedra that were queued.
     pub visited: Visited,
-    /// These pairs, in the order in which they are looked at, and their octets, without the ones that were spilled.
+    /// The queue of pairs, and their octets, without those that were spilled.
     pub octets: Octets,
-    /// Pairs from which the surface may go on over other faces than it seems.
+    /// Ill-conditioned pairs: rounding errors decide over which faces the surface continues.
     pub ill_conditioned: Vec<[u32; 2]>,
     /// The cuts of special pairs.
     pub cuts: Vec<Cut>,
@@ -40,7 +40,7 @@ pub(super) struct Scratch {
 }
 
 impl Scratch {
-    /// Spare memory of the thread, emptied, or new memory.
+    /// Takes unused memory of the thread, emptied, or new memory.
     pub fn acquire() -> Self {
         let spare = SPARE.with_borrow_mut(Vec::pop);
         let mut scratch = spare.unwrap_or_default();
@@ -57,17 +57,17 @@ impl Scratch {
         scratch
     }
 
-    /// Leaves the memory to the next search.
+    /// Returns the memory to the thread.
     pub fn release(self) {
-        // Fails where the thread is ending: the memory is freed then.
+        // Fails if the thread is ending. The memory is freed then.
         let _ = SPARE.try_with(|spare| spare.borrow_mut().push(self));
     }
 }
 
-/// Pairs of tetrahedra in the order in which they were entered, and the octets of those that were looked at.
+/// A queue of pairs of tetrahedra, and the octets of those that were cut.
 #[derive(Default)]
 pub(super) struct Octets {
-    /// The pairs, of which so many were looked at, or are being.
+    /// All pairs. The first `done` of them are cut, or are being cut.
     pairs: Vec<[u32; 2]>,
     done: usize,
     /// Room for octets, of which the first `len` are in use.
@@ -81,14 +81,14 @@ impl Octets {
         (self.done, self.len) = (0, 0);
     }
 
-    /// The pairs so far: those that are appended will be looked at.
+    /// Returns the pairs. Those that are appended will be cut.
     #[inline]
     pub fn pairs(&mut self) -> &mut Vec<[u32; 2]> {
         &mut self.pairs
     }
 
-    /// Fills octets with the pairs to look at next: no more than a [`MAX_ROUND`], and whole octets only, unless fewer than eight pairs
-    /// wait. From now on they count as done.
+    /// Fills octets with the next pairs: at most [`MAX_ROUND`], and whole octets only, unless fewer than eight pairs are queued. From
+    /// now on they count as done.
     pub fn next(&mut self) -> Option<(Range<usize>, &mut [Octet])> {
         let waiting = &self.pairs[self.done..];
         let count = if waiting.len() < ROW {
@@ -113,7 +113,7 @@ impl Octets {
         &self.room[..self.len]
     }
 
-    /// Forgets the octets: their room is used again.
+    /// Removes the octets; their memory is reused.
     pub fn forget(&mut self) {
         self.len = 0;
     }
@@ -133,11 +133,11 @@ impl Octets {
     }
 }
 
-/// The tetrahedra of B that A has seen, each transformed once.
+/// The tetrahedra of B that are in queued pairs, in A's frame, each transformed once.
 #[derive(Default)]
 pub(super) struct PosedTets {
     tets: Vec<PosedTet>,
-    /// For each tetrahedron of B the round in which it was transformed, and its place in `tets`.
+    /// For each tetrahedron of B, the search in which it was transformed last, and its index in `tets`.
     places: Vec<[u32; 2]>,
     round: u32,
 }
@@ -152,7 +152,7 @@ impl PosedTets {
         }
     }
 
-    /// Transforms a tetrahedron of B, unless it has been.
+    /// Transforms a tetrahedron of B, unless it was transformed before.
     #[inline]
     pub fn add(&mut self, pair: &RelativePair, index: u32) {
         let index = index as usize;
@@ -166,7 +166,7 @@ impl PosedTets {
         }
     }
 
-    /// A tetrahedron of B that was added.
+    /// Returns a tetrahedron of B that was added.
     #[inline]
     pub fn get(&self, index: u32) -> &PosedTet {
         let [_, place] = self.places[index as usize];

@@ -1,5 +1,5 @@
-//! Where the walk over a contact surface enters it: at the boundaries and, for components without a boundary, at components of a rigid
-//! surface, or on the way from the peaks of concave fields to the surface. (At turns: `extremal_pairs.rs`.)
+//! The seeds of the walk over a contact surface. They are at the boundaries of its components. For closed components they are at components
+//! of a rigid surface, or on the paths from the peaks of concave fields to the surface. `extremal_pairs` has the seeds between other fields.
 
 use super::following::Walk;
 use crate::broad_phase::{TriangleBvh, visit_crossing_triangles};
@@ -10,7 +10,7 @@ use crate::seeds::PathEdge;
 use crate::spatial::Pose;
 
 impl Walk<'_, '_> {
-    /// Enters at one point of each component of a rigid surface: of one without a boundary, all points are in A.
+    /// Queues the pairs at one point of each component of a rigid surface. All points of a closed component of the contact surface are in A.
     pub fn enter_at_components(&mut self, shape_b: &RigidShape) {
         let (pair, margin) = (self.pair, self.pair.margin());
         let shape_a = pair.shape_a;
@@ -22,7 +22,7 @@ impl Walk<'_, '_> {
         });
     }
 
-    /// Enters at all pairs of tetrahedra that may touch.
+    /// Queues all pairs of tetrahedra that may touch.
     pub fn enter_everywhere(&mut self) {
         let pair = self.pair;
         pair.visit_overlapping(|tet_a, tet_b| {
@@ -34,7 +34,7 @@ impl Walk<'_, '_> {
         self.enter(tet_a as u32, tet_b as u32);
     }
 
-    /// Enters at all pairs that may have a point in common with the contact surface in a pair that was looked at.
+    /// Queues all pairs that may have a point in common with the contact polygon of a pair.
     pub fn enter_around(&mut self, tet_a: u32, tet_b: u32) {
         let (pair, margin) = (self.pair, self.pair.margin());
         let tree_a = pair.shape_a.tet_bvh().pressing();
@@ -50,7 +50,7 @@ impl Walk<'_, '_> {
         });
     }
 
-    /// Enters where every component with a boundary must show: at the pairs of surface triangles that may cross.
+    /// Queues the pairs of surface triangles that may cross. Every component with a boundary contains one of them.
     pub fn enter_at_boundary(&mut self, triangles_b: &TriangleBvh) {
         let (pair, margin) = (self.pair, self.pair.margin());
         let surfaces = [pair.shape_a.triangle_bvh(), triangles_b];
@@ -64,7 +64,7 @@ impl Walk<'_, '_> {
         self.scratch.crossings = crossings;
     }
 
-    /// Enters where the pressures become equal on an edge of either body.
+    /// Queues the pairs in which the pressures become equal on a path edge of either body.
     pub fn enter_at_peak_paths(
         &mut self,
         shape_b: &Shape,
@@ -95,8 +95,8 @@ struct PressureOf<'a> {
     modulus: f64,
 }
 
-/// Visits the pairs of a body's own tetrahedron at an edge and one of the other body, in which the pressures become equal
-/// on the edge. Takes the pose of the own body in the frame of the other, and what counts as zero as a distance (m).
+/// Visits the pairs of a tetrahedron at a path edge of the own body and a tetrahedron of the other body in which the pressures become equal
+/// on the edge. Takes the pose of the own body in the frame of the other, and the distance (m) that counts as zero.
 fn visit_peak_paths(
     (own, peak_paths): (&PressureOf, &Bvh<PathEdge>),
     other: &PressureOf,
@@ -125,7 +125,7 @@ fn visit_peak_paths(
     );
 }
 
-/// Whether an affine function with these values, each to within the tolerance, may be zero between them.
+/// Returns whether an affine function may be zero between these values, each given to within the tolerance.
 fn may_be_zero(values: &[f64], tolerance: f64) -> bool {
     values.iter().any(|&value| value <= tolerance)
         && values.iter().any(|&value| value >= -tolerance)

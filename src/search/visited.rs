@@ -1,32 +1,32 @@
-/// Stands where there is no pair.
+/// Marks an empty place.
 const NONE: u64 = u64::MAX;
 
-/// Places of the table with which a search begins: a power of two.
+/// Number of places at the start of a search: a power of two.
 const LEAST: usize = 64;
 
-/// Places of the table for each pair, at the least.
+/// Least number of places for each pair.
 const PLACES_PER_PAIR: usize = 4;
 
-/// Which pairs of tetrahedra are on a list: a table with open addressing.
+/// A set of pairs of tetrahedra that are on a list: a hash table with open addressing.
 ///
-/// Every search begins with a small table, since emptying a large one takes time. Its memory is kept.
+/// Every search begins with a small table, because clearing a large one takes time. Its memory is kept.
 #[derive(Default)]
 pub(super) struct Visited {
-    /// Room, of which a power of two of places is in use.
+    /// Memory. The first `used` places, a power of two, are in use.
     places: Vec<u64>,
     used: usize,
 }
 
 impl Visited {
-    /// Begins anew, with an empty list.
+    /// Clears the table for an empty list.
     pub fn clear(&mut self) {
         self.empty_places(LEAST);
     }
 
-    /// Appends pairs to the list, those that are not on it yet, and returns them. The table must have been cleared once, and the
-    /// list be the same one since.
+    /// Appends the pairs that are not on the list yet, and returns them. Requires that the table was cleared, and that the list is the
+    /// same since then.
     ///
-    /// Whether a pair is new is as good as random, and a branch would be guessed wrong: all are written, new ones are counted.
+    /// All pairs are written and only new ones are counted, because a branch would be mispredicted.
     #[inline]
     pub fn append<'l>(
         &mut self,
@@ -77,7 +77,7 @@ fn key([tet_a, tet_b]: [u32; 2]) -> u64 {
     u64::from(tet_a) << 32 | u64::from(tet_b)
 }
 
-/// Where a pair is, or would be.
+/// Returns the place of a pair, or the place where it would be added.
 #[inline]
 #[expect(clippy::needless_bitwise_bool, reason = "a lazy operator is a branch")]
 fn place_of(places: &[u64], key: u64) -> usize {
@@ -85,7 +85,7 @@ fn place_of(places: &[u64], key: u64) -> usize {
     // Fibonacci hashing: 2⁶⁴ over the golden ratio, odd.
     let product = key.wrapping_mul(0x9e37_79b9_7f4a_7c15);
     let mut place = (product >> 32) as usize & last;
-    // That another pair is there is rare.
+    // Collisions are rare.
     while (places[place] != key) & (places[place] != NONE) {
         place = (place + 1) & last;
     }

@@ -6,7 +6,7 @@ use crate::lanes::{InLanes, Lanes, Mask, Numbers, ROW};
 use crate::narrow_phase::RelativePair;
 use std::array;
 
-/// Looks at the pairs of octets, of which none is empty.
+/// Classifies the pairs of octets and cuts the generic ones. No octet may be empty.
 pub(crate) struct CutOctets<'o, 'p, 'a, P> {
     pub pair: &'p RelativePair<'a>,
     /// A tetrahedron of B in A's frame.
@@ -37,14 +37,14 @@ impl<'p, P: Fn(u32) -> &'p PosedTet> InLanes for CutOctets<'_, 'p, '_, P> {
 }
 
 impl Octet {
-    /// The tetrahedron of A (0) or B (1) of a pair; where there is no pair, that of the first one, so that lanes always have
-    /// something to compute with.
+    /// Returns the index of the tetrahedron of A (0) or B (1) of a pair. For a missing pair, returns that of the first pair, so that all
+    /// lanes have valid input.
     #[inline(always)]
     fn tet_or_first(&self, place: usize, body: usize) -> u32 {
         self.tets[if place < self.len { place } else { 0 }][body]
     }
 
-    /// Looks at as many pairs as there are lanes.
+    /// Processes as many pairs as there are lanes.
     #[inline(always)]
     fn fill<L: Lanes>(&mut self, lanes: L, bodies: &Bodies<L::Numbers>, part: &Part) {
         let (first, b, len) = (part.first, part.b, self.len);
@@ -113,8 +113,7 @@ impl Octet {
             .store(&mut self.codes, first);
     }
 
-    /// Stores that some places have no polygon. Other rows keep what they have of earlier pairs: it is finite, and counts by
-    /// an area of 0.
+    /// Stores that some places have no polygon. Other rows keep values of earlier pairs. These are finite, and their area is zero.
     #[inline(always)]
     fn fill_with_nothing<L: Lanes>(&mut self, lanes: L, first: usize) {
         let zero = lanes.splat(0.0);
@@ -145,8 +144,8 @@ impl Octet {
         }
     }
 
-    /// The pressure is that of the flatter field, which is rounded less; A's, if B is rigid. (`SpacePolygon::pressure` is the same
-    /// of one pair.)
+    /// Stores the pressure. Uses the field with the smaller gradient, because its rounding error is smaller. If B is rigid, uses A's field.
+    /// (`SpacePolygon::pressure` does the same for one pair.)
     #[inline(always)]
     fn store_pressures<L: Lanes>(
         &mut self,
@@ -178,7 +177,7 @@ impl Octet {
         );
     }
 
-    /// ∇p_A, and what the slopes of both pressures are to that of their difference.
+    /// Stores ∇p_A, ∇p_A/|g| and ∇p_B/|g|.
     #[inline(always)]
     fn store_slopes<N: Numbers>(
         &mut self,
@@ -196,7 +195,7 @@ impl Octet {
     }
 }
 
-/// Whether points are the origin.
+/// Returns where points are the origin.
 #[inline(always)]
 fn is_origin<N: Numbers>([y1, y2]: [N; 2], zero: N) -> N::Mask {
     (y1.abs() + y2.abs()).is_at_most(zero)

@@ -1,4 +1,4 @@
-//! Eight pairs of tetrahedra side by side: the contact polygons of the generic ones, several at a time.
+//! Eight pairs of tetrahedra side by side. The generic ones are cut several at a time.
 
 #![expect(
     clippy::needless_range_loop,
@@ -20,14 +20,14 @@ use crate::lanes::space::vector_at;
 use crate::lanes::{ROW, Row};
 use crate::mesh::FieldTet;
 
-/// Room for the edges of a polygon, by the faces they lie in: the four of A, and up to four of B.
+/// Slots for the edges of a polygon, one for each face that may have an edge: four of A, and up to four of B.
 pub(crate) const SLOTS: usize = 8;
 
-/// Up to eight pairs of tetrahedra, and the contact polygons of those that are *generic*: no value by which something is decided
-/// is near zero, and the fields are not nearly equal, so that nothing coincides and round-off decides nothing.
+/// Up to eight pairs of tetrahedra, and the contact polygons of those that are *generic*: no value that decides a branch is near zero,
+/// and the fields are not nearly equal. So nothing coincides, and rounding errors decide nothing.
 ///
-/// A polygon is in coordinates y of its plane: along the axes e₁ and e₂, n being the third, from one of its
-/// corners. All in A's frame. Of a pair without a polygon moments are 0, and everything is finite.
+/// A polygon has coordinates y along the axes e₁ and e₂ of its plane, from one of its corners. The third axis is the normal n. Everything
+/// is in A's frame. For a pair without a polygon the moments are zero, and all numbers are finite.
 #[derive(Clone)]
 #[repr(C, align(64))]
 pub(crate) struct Octet {
@@ -35,7 +35,7 @@ pub(crate) struct Octet {
     pub origin: [Row; 3],
     /// e₁, e₂ and n, the unit normal of the plane of equal pressure, out of B into A.
     pub axes: [[Row; 3]; 3],
-    /// The pressure (Pa) at the origin, and how it rises along e₁ and e₂ (Pa/m).
+    /// The pressure (Pa) at the origin, and its slopes along e₁ and e₂ (Pa/m).
     pub pressure: [Row; 3],
     /// ∇p_A (Pa/m).
     pub gradient_a: [Row; 3],
@@ -45,36 +45,36 @@ pub(crate) struct Octet {
     pub inverse_gradient_norm: Row,
     /// ∫ m dA for the monomials m = 1, y₁, y₂, y₁², y₁y₂, y₂².
     pub moments: [Row; 6],
-    /// Where the edge of each slot begins, counter-clockwise; at the origin, which is a corner too, where a slot has none.
+    /// The start of the edge of each slot, counter-clockwise; the origin, which is a corner too, if a slot has no edge.
     pub corners: [[Row; 2]; SLOTS],
-    /// Where the edge of each slot ends, in the same way.
+    /// The end of the edge of each slot, in the same way.
     pub ends: [[Row; 2]; SLOTS],
-    /// For each of B's `bounds` the slot after which its own comes; −1 where it cuts nothing off.
+    /// For each of B's `bounds`, the slot before its own in the order of edges; −1 if it cuts nothing off.
     after: [Row; 4],
-    /// What was found: whole numbers of which the lowest bits are the slots with an edge, then come [`SPECIAL`], from [`BELOW`] on
-    /// A's corners below the plane, and from [`OPPOSITE`] on the slots with an edge opposite to the origin. As `f64`, because
-    /// lanes know no other numbers.
+    /// The topology as whole numbers. The lowest bits are the slots with an edge, followed by [`SPECIAL`]. From [`BELOW`] on come A's corners
+    /// below the plane, from [`OPPOSITE`] on the slots with an edge that does not touch the origin. `f64`, because lanes have no other
+    /// numbers.
     codes: Row,
     /// The pairs of tetrahedra, of A and of B.
     tets: [[u32; 2]; ROW],
     len: usize,
-    /// Where the contact surface may go on from each pair: the search's to write, once it has looked at the special pairs too.
+    /// The faces over which the contact surface may continue from each pair. Written by the search, after it has cut the special pairs.
     pub reached: [ReachedFaces; ROW],
 }
 
-/// Where a contact surface may go on from a pair of tetrahedra.
+/// The faces over which a contact surface may continue from a pair of tetrahedra.
 #[derive(Debug, Clone, Copy, Default)]
 pub(crate) struct ReachedFaces {
     /// Bit i for the face of A opposite to corner i, bit 4 + k for the face of B opposite to corner k.
     pub faces: u8,
-    /// Whether round-off decided over which faces.
+    /// Whether rounding errors decided which faces.
     pub is_ill_conditioned: bool,
-    /// Whether the fields are equal over a volume, so that there is no plane to follow.
+    /// Whether the fields are equal over a volume, so that there is no plane.
     pub is_equal: bool,
 }
 
 impl ReachedFaces {
-    /// Of a pair without a plane.
+    /// The result for a pair without a plane.
     pub const EQUAL_FIELDS: Self = Self {
         faces: 0,
         is_ill_conditioned: false,
@@ -84,24 +84,24 @@ impl ReachedFaces {
 
 /// As many pairs of an octet as there are lanes.
 struct Part<'t> {
-    /// The place of the first in the octet.
+    /// The place of the first pair in the octet.
     first: usize,
-    /// The tetrahedra, from that place on to the octet's end.
+    /// The tetrahedra from that place to the end of the octet.
     a: &'t [&'t FieldTet],
     b: &'t [&'t PosedTet],
 }
 
-/// The bit of a code above those for slots: values are near zero. No other is set beside it.
+/// The bit of a code above those of slots: a value is near zero. No other bit is set then.
 const SPECIAL: u32 = 1 << SLOTS;
 
-/// Above it, the place of the bit for A's first corner: set where the corner is below the plane.
+/// The bit of A's first corner: set if the corner is below the plane.
 const BELOW: usize = SLOTS + 1;
 
-/// Above these, the place of the bit for the first slot: set where it has an edge that neither begins nor ends at the origin.
+/// The bit of the first slot: set if the slot has an edge that neither begins nor ends at the origin.
 const OPPOSITE: usize = BELOW + 4;
 
 impl Octet {
-    /// Of no pairs.
+    /// Creates an empty octet.
     pub fn empty() -> Self {
         let zero = [0.0; ROW];
         Self {
@@ -122,7 +122,7 @@ impl Octet {
         }
     }
 
-    /// Makes it one of up to eight other pairs. What was found of the ones before stays, as numbers that are finite.
+    /// Replaces the pairs by up to eight others. The results of the previous pairs stay; they are finite.
     #[inline]
     pub fn fill_with(&mut self, tets: &[[u32; 2]]) {
         self.len = tets.len();
@@ -143,46 +143,46 @@ impl Octet {
         self.codes[place] as u32
     }
 
-    /// Which slots have an edge.
+    /// Returns the slots with an edge, as bits.
     fn slots(&self, place: usize) -> u8 {
         self.bits(place).to_le_bytes()[0]
     }
 
-    /// Whether a pair has to be decided by itself, because values are near zero.
+    /// Returns whether a pair must be cut by itself, because values are near zero.
     #[inline]
     pub fn is_special(&self, place: usize) -> bool {
         self.bits(place) & SPECIAL != 0
     }
 
-    /// The faces that the polygon of a pair reaches, if it is generic: bits 0 to 3 for those of A, 4 to 7 for those of B.
+    /// Returns the faces that the polygon of a generic pair reaches: bits 0 to 3 for faces of A, 4 to 7 for faces of B.
     #[inline]
     pub fn reached_faces(&self, place: usize, tet_b: &PosedTet) -> u8 {
         let slots = u32::from(self.slots(place));
-        // A bound that is none has no edge, and its bit would be beyond the lowest eight.
+        // A missing bound has no edge, and its bit is above the lowest eight.
         let of_b = |bound: usize| (slots >> (4 + bound) & 1) << (4 + tet_b.bounds[bound]);
         let faces = slots & 0xf | of_b(0) | of_b(1) | of_b(2) | of_b(3);
         faces.to_le_bytes()[0]
     }
 
-    /// The slots with an edge that neither begins nor ends at the origin, as bits: with the origin they are the triangles of the
-    /// polygon of a pair.
+    /// Returns the slots with an edge that neither begins nor ends at the origin, as bits. With the origin, these edges form the triangles
+    /// of the polygon of a pair.
     #[inline]
     pub fn opposite_edges(&self, place: usize) -> u8 {
         (self.bits(place) >> OPPOSITE).to_le_bytes()[0]
     }
 
-    /// How many edges the polygon of a pair has.
+    /// Returns the number of edges of the polygon of a pair.
     #[inline]
     pub fn edge_count(&self, place: usize) -> u32 {
         self.slots(place).count_ones()
     }
 
-    /// Whether a pair has a polygon.
+    /// Returns whether a pair has a polygon.
     pub fn has_polygon(&self, place: usize) -> bool {
         self.moments[0][place] > 0.0
     }
 
-    /// Which pairs have one, as bits.
+    /// Returns the pairs with a polygon, as bits.
     #[inline]
     pub fn polygons(&self) -> u8 {
         let mut bits = 0;
@@ -192,7 +192,7 @@ impl Octet {
         bits
     }
 
-    /// The polygon of a pair by itself.
+    /// Returns the polygon of a pair as a cut.
     pub fn cut(&self, place: usize, pair: &RelativePair, tet_b: &PosedTet) -> Cut {
         let [a, b] = self.tets[place].map(|tet| tet as usize);
         let below = self.below(place);
@@ -205,12 +205,12 @@ impl Octet {
         }
     }
 
-    /// The corners of A below the plane.
+    /// Returns the corners of A below the plane, as bits.
     fn below(&self, place: usize) -> u8 {
         (self.bits(place) >> BELOW).to_le_bytes()[0] & 0b1111
     }
 
-    /// The polygon in A's frame, its edges owned by the faces they lie in: bits as of [`Cut::polygon`].
+    /// Returns the polygon in A's frame. Its edges are owned by the faces that they lie in: bits as of [`Cut::polygon`].
     fn polygon(&self, place: usize, tet_b: &PosedTet) -> ConvexPolygon {
         let origin = vector_at(&self.origin, place);
         let [e1, e2, _] = self.axes.each_ref().map(|axis| vector_at(axis, place));
@@ -225,7 +225,7 @@ impl Octet {
         polygon
     }
 
-    /// Visits the slots of a polygon's edges, counter-clockwise, and where each edge begins.
+    /// Visits the slots of a polygon's edges, counter-clockwise, and the start of each edge.
     #[inline]
     #[expect(
         clippy::cast_possible_truncation,
@@ -237,7 +237,7 @@ impl Octet {
         let below = usize::from(self.below(place));
         let mut next = [0; SLOTS];
         next[..4].copy_from_slice(&NEXT_FACES[below]);
-        // What each bound of B cut off, in the order in which they clipped, its edge takes the place of.
+        // Insert the edge of each bound of B, in clipping order, in place of the part that the bound cut off.
         for bound in 0..4 {
             let after = self.after[bound][place];
             if after >= 0.0 {
@@ -246,7 +246,7 @@ impl Octet {
                 next[left] = 4 + bound;
             }
         }
-        // Faces of A whose edges were dropped are passed all the same: the round of slots is closed.
+        // The list of slots is circular. It includes faces of A whose edges were removed.
         let first = face_of_slice(below);
         let mut slot = first;
         loop {

@@ -4,7 +4,7 @@ use crate::geometry::{EDGES, FACES, PER_TRIANGLE, add_triangle};
 use crate::lanes::space::{difference, dot, gathered, scaled, sum};
 use crate::lanes::{Lanes, Mask, Numbers};
 
-/// The planes of equal pressure, with coordinates y in them: along e₁ and e₂, n being the third, from an origin.
+/// The planes of equal pressure, with coordinates y along e₁ and e₂ from an origin. The third axis is the normal n.
 pub(super) struct Planes<N> {
     pub origin: [N; 3],
     /// e₁, e₂ and n.
@@ -20,7 +20,7 @@ impl<N: Numbers> Planes<N> {
         let inverse_gradient_norm = one / dot(met.gradient, met.gradient).sqrt();
         let normal = scaled(met.gradient, inverse_gradient_norm);
         let [e1, e2] = axes_beside(normal, [zero, one]);
-        // Where there is no generic polygon this is no height, and pressures that far away may be beyond double precision.
+        // Without a generic polygon this is no height, and pressures so far away could overflow.
         let height = met
             .is_generic
             .select(met.at_a[0] * inverse_gradient_norm, zero);
@@ -32,8 +32,8 @@ impl<N: Numbers> Planes<N> {
     }
 }
 
-/// Two unit vectors that are orthogonal to a third and to each other, without a square root \[Duff 2017\]: in lanes what
-/// `axes_beside` in `contact/plane_polygon.rs` is in any scalar.
+/// Computes two unit vectors that are orthogonal to a third and to each other, without a square root \[Duff 2017\]. `axes_beside` in
+/// `contact/plane_polygon.rs` does the same for any scalar.
 #[inline(always)]
 fn axes_beside<N: Numbers>([x, y, z]: [N; 3], [zero, one]: [N; 2]) -> [[N; 3]; 2] {
     let sign = zero.is_at_most(z).select(one, -one);
@@ -43,26 +43,26 @@ fn axes_beside<N: Numbers>([x, y, z]: [N; 3], [zero, one]: [N; 2]) -> [[N; 3]; 2
     [e1, [product, y * y * factor + sign, -y]]
 }
 
-/// Convex polygons as sets of edges, counter-clockwise: one for each face that may have one.
+/// Convex polygons as sets of edges, counter-clockwise: one slot for each face that may have an edge.
 ///
-/// A clip moves the ends of edges, drops edges, and adds the one from where the outline leaves to where it enters again.
-/// Nothing is moved from slot to slot, so that all lanes do the same.
+/// A clip moves the ends of edges, removes edges, and adds the edge between the two points where it cuts the outline. No edge changes its
+/// slot, so all lanes execute the same instructions.
 pub(super) struct Outlines<N: Numbers> {
     pub from: [[N; 2]; SLOTS],
     pub to: [[N; 2]; SLOTS],
     pub is_there: [N::Mask; SLOTS],
-    /// For each bound of B, the slot of the edge on which the outline left its inner side; −1 where it did not.
+    /// For each bound of B, the slot of the edge that the bound cut on the way out; −1 if it cut none.
     pub after: [N; 4],
-    /// Where a corner came near a bound.
+    /// Lanes in which a corner was near a bound.
     pub is_near: N::Mask,
 }
 
-/// For each two corners of a tetrahedron the place of their edge among [`EDGES`]; 6 where they are the same.
+/// Index in [`EDGES`] of the edge between two corners of a tetrahedron; 6 if they are the same.
 const EDGE_BETWEEN: [[usize; 4]; 4] = [[6, 0, 1, 2], [0, 6, 3, 4], [1, 3, 6, 5], [2, 4, 5, 6]];
 
 impl<N: Numbers> Outlines<N> {
-    /// What the planes cut out of tetrahedra of A: in each face that a plane passes, an edge from where p_A − p_B falls below
-    /// zero, on the way around the face, to where it rises above.
+    /// Slices tetrahedra of A by the planes. Each face that a plane crosses has an edge. Around the face, the edge begins where p_A − p_B
+    /// falls below zero, and ends where it rises above zero.
     #[inline(always)]
     pub fn of_slices<L: Lanes<Numbers = N>>(
         lanes: L,
@@ -116,7 +116,7 @@ impl<N: Numbers> Outlines<N> {
         outlines
     }
 
-    /// Leaves the parts on the inner sides of the faces of B that may bound them, of which no lane has more than `most`.
+    /// Clips the polygons by the faces of B that may bound them: at most `most` in each lane.
     #[inline(always)]
     pub fn clip_by_bounds<L: Lanes<Numbers = N>>(
         &mut self,
@@ -139,8 +139,7 @@ impl<N: Numbers> Outlines<N> {
         }
     }
 
-    /// Leaves the parts on the inner side of one face of B: its bound of this number, a constant, so that the loop over the
-    /// slots that may have an edge by now is unrolled.
+    /// Clips the polygons by one bound of B. Its number is a constant, so that the loop over the slots that may have an edge is unrolled.
     #[inline(always)]
     fn clip<L: Lanes<Numbers = N>, const BOUND: usize>(
         &mut self,
@@ -162,7 +161,7 @@ impl<N: Numbers> Outlines<N> {
             let (from, to, is_there) = (self.from[slot], self.to[slot], self.is_there[slot]);
             let value_from = at_origin + (slope[0] * from[0] + slope[1] * from[1]);
             let value_to = at_origin + (slope[0] * to[0] + slope[1] * to[1]);
-            // The end of each edge is the beginning of another.
+            // The end of each edge is the start of another.
             self.is_near = self.is_near | (is_there & value_from.abs().is_at_most(near));
             let [starts_in, ends_in] = [zero.is_at_most(value_from), zero.is_at_most(value_to)];
             let leaves = is_there & starts_in & !ends_in;
@@ -188,8 +187,8 @@ impl<N: Numbers> Outlines<N> {
         self.after[BOUND] = after;
     }
 
-    /// Takes a corner of each polygon as the origin: from one that is far away, areas would be differences of large numbers.
-    /// Slots without an edge begin and end there.
+    /// Moves the origin to a corner of each polygon, because areas about a distant origin would be differences of large numbers. Slots
+    /// without an edge begin and end at the origin.
     #[inline(always)]
     pub fn recenter<L: Lanes<Numbers = N>>(&mut self, lanes: L, planes: &mut Planes<N>) {
         let zero = lanes.splat(0.0);
@@ -211,8 +210,8 @@ impl<N: Numbers> Outlines<N> {
         planes.origin = sum(planes.origin, in_plane);
     }
 
-    /// ∫ m dA for the monomials m = 1, y₁, y₂, y₁², y₁y₂, y₂², over the triangles of the origin and each edge, with their signs.
-    /// A slot without an edge adds exactly 0: both its ends are one point.
+    /// Computes ∫ m dA for the monomials m = 1, y₁, y₂, y₁², y₁y₂, y₂². Sums over signed triangles of the origin and each edge. A slot
+    /// without an edge adds exactly zero, because both ends are the same point.
     #[inline(always)]
     pub fn moments<L: Lanes<Numbers = N>>(&self, lanes: L) -> [N; 6] {
         let mut sums = [lanes.splat(0.0); 6];
