@@ -64,8 +64,8 @@ impl NearZeroHistogram {
     ///
     /// The candidates, in order of preference, are:
     ///
-    /// 1. with `merges`, the first number with a gap of at least [`Self::LEAST_GAP`] octaves that rounds a value above the margin to
-    ///    zero, so that something counts as coincident;
+    /// 1. with `merges`, the first number that rounds a value above the margin to zero, so that something counts as coincident, with
+    ///    a gap of at least [`Self::LEAST_GAP`] octaves, or of [`Self::CLEARANCE`] octaves if it is above `most`;
     /// 2. the largest number up to `most` with a gap of at least [`Self::CLEARANCE`] octaves;
     /// 3. the smallest number above `most`, by up to [`Self::CLEARANCE`], with such a gap;
     /// 4. the number with the widest gap, which is negative if the gap is below the tolerance.
@@ -77,8 +77,15 @@ impl NearZeroHistogram {
         let preferred = || (none..=most).rev().chain(most + 1..=most + Self::CLEARANCE);
         let clearance = |split: &u32| self.gap(*split);
         let has_merged = |split: &u32| (self.0 & ((1 << *split) - 1)) >> none != 0;
+        let least_gap = |split: &u32| {
+            if *split > most {
+                Self::CLEARANCE
+            } else {
+                Self::LEAST_GAP
+            }
+        };
         let is_merging =
-            |split: &u32| merges && has_merged(split) && clearance(split) >= Self::LEAST_GAP;
+            |split: &u32| merges && has_merged(split) && clearance(split) >= least_gap(split);
         let split = preferred()
             .find(is_merging)
             .or_else(|| preferred().find(|split| clearance(split) >= Self::CLEARANCE))
