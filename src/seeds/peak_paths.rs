@@ -68,9 +68,11 @@ fn is_concave(field: &PressureField) -> bool {
     field.tets().iter().enumerate().all(|(index, tet)| {
         (0..4).all(|corner| {
             let neighbor = field.mesh().neighbor(index, corner);
-            let Some(neighbor) = neighbor.map(|other| &field.tets()[other]) else {
+            // Each face is tested once, from the tetrahedron with the smaller index.
+            let Some(other) = neighbor.filter(|&other| other > index) else {
                 return true;
             };
+            let neighbor = &field.tets()[other];
             let least = FLATNESS * tet.sensitivity.min(neighbor.sensitivity);
             let jump = neighbor.extent.gradient - tet.extent.gradient;
             let outward = -tet.barycentric[corner].gradient / tet.barycentric_steepness[corner];
