@@ -63,6 +63,7 @@ mod bvh;
 pub mod contact;
 mod contact_shape;
 pub mod dynamics;
+mod friction;
 pub mod geometry;
 pub mod gradient;
 pub mod guide;

@@ -1,8 +1,8 @@
 //! Triangles of contact polygons under a load, side by side, and the surface law over them.
 
 use super::SurfaceLaw;
-use super::friction::TriangleRule;
 use super::slip_fields::LoadedOctet;
+use crate::friction::TriangleRule;
 use crate::lanes::space::loaded;
 use crate::lanes::{Lanes, Numbers, ROW, Row};
 

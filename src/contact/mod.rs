@@ -34,7 +34,6 @@ mod coincidence;
 mod cut_surface;
 mod elastic;
 mod energy;
-mod friction;
 mod frozen;
 mod integrate;
 mod jacobian;

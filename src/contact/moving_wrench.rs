@@ -2,7 +2,6 @@
 //! one.
 
 use super::SurfaceLaw;
-use super::friction::{product, value_rule};
 use super::integrate::{Integrand, Remainder};
 use super::loaded_triangles::{Triangles, integrals};
 use super::motion::RelativeMotion;
@@ -12,6 +11,7 @@ use super::plane_polygon::PlanePolygon;
 use super::polygon_fields::PolygonFields;
 use super::polygon_source::PolygonSource;
 use super::slip_fields::{LoadedOctet, MovingOctets, OctetVisitor};
+use crate::friction::{product, value_rule};
 use crate::lanes::{self, InLanes, Lanes, Numbers, ROW, Row};
 use crate::narrow_phase::{Cut, SLOTS, Weights};
 use crate::scalar::{Scalar, carries_derivatives, lift, real_part};
@@ -143,7 +143,7 @@ impl<T: Scalar> PlanePolygon<T> {
     /// t = pψ(−μu₁, −μu₂, 1) along e₁, e₂ and n, ψ = 1 − d v₃, u = (v₁, v₂)/√(v₁² + v₂² + v_s²),
     ///
     /// integrated over the part of the polygon where ψ is positive: the normal part is a polynomial, and friction is
-    /// integrated by rules or in closed form (see [`Slip`](super::friction::Slip)).
+    /// integrated by rules or in closed form (see [`Slip`](crate::friction::Slip)).
     fn wrench_in_motion(&self, law: &SurfaceLaw<T>, motion: &RelativeMotion<T>) -> Wrench<T> {
         let plane = &self.plane;
         let motion = PlaneMotion::of(motion, plane);

@@ -1,4 +1,4 @@
-use super::friction::{Affine, Quadratic, ends};
+use crate::friction::{Affine, Quadratic, ends};
 use crate::geometry::{PER_TRIANGLE, POLYGON_CAPACITY, add_triangle};
 use crate::scalar::{Scalar, lift, real_part};
 

@@ -1,9 +1,9 @@
 //! How two bodies move relative to each other, along the axes of the plane of a contact polygon.
 
 use super::SurfaceLaw;
-use super::friction::Slip;
 use super::motion::RelativeMotion;
 use super::polygon_fields::PolygonFields;
+use crate::friction::Slip;
 use crate::lanes::space::{components, cross, splat, sum};
 use crate::lanes::{Lanes, Linear, Numbers};
 use crate::scalar::Scalar;

@@ -6,9 +6,9 @@
 )]
 
 use super::SurfaceLaw;
-use super::friction::{LEVELS, level_bounds, theta_squared};
 use super::motion::RelativeMotion;
 use super::plane_motion::PlaneMotion;
+use crate::friction::{LEVELS, level_bounds, theta_squared};
 use crate::lanes::space::{loaded, store};
 use crate::lanes::{Lanes, Mask, Numbers, ROW, Row};
 use crate::narrow_phase::{Octet, SLOTS};
@@ -123,7 +123,7 @@ impl<'o> SlipFields<'o> {
     }
 }
 
-/// The [`SlipFields::levels`] of as many polygons as there are lanes, as [`Slip`](super::friction::Slip) has the level of one polygon.
+/// The [`SlipFields::levels`] of as many polygons as there are lanes, as [`Slip`](crate::friction::Slip) has the level of one polygon.
 #[inline(always)]
 fn levels<L: Lanes>(
     lanes: L,

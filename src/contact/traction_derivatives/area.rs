@@ -1,9 +1,9 @@
 //! What dissipation and friction add over the area of a polygon: of one polygon, or of several side by side.
 
 use super::wrenches::{minus, negated, plus, times, wrench_of, wrenches};
-use crate::contact::friction::SlipMoments;
 use crate::contact::plane_motion::PlaneMotion;
 use crate::contact::polygon_fields::{Columns, Six};
+use crate::friction::SlipMoments;
 use crate::lanes::Linear;
 use crate::lanes::space::scaled;
 
@@ -82,7 +82,7 @@ impl<N: Linear> AreaMoments<N> {
     ///
     /// Takes the moments of the slip and of that part and, if it is not all of the polygon, those of the whole.
     ///
-    /// [`FrictionIntegrand`]: crate::contact::friction::FrictionIntegrand
+    /// [`FrictionIntegrand`]: crate::friction::FrictionIntegrand
     #[inline(always)]
     pub fn of(
         law: &LawOnPlane<N>,

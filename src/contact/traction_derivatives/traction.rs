@@ -2,11 +2,11 @@
 
 use super::area::{AreaMoments, LawOnPlane};
 use crate::contact::SurfaceLaw;
-use crate::contact::friction::FrictionIntegrand;
 use crate::contact::motion::RelativeMotion;
 use crate::contact::outline::Outline;
 use crate::contact::plane_motion::PlaneMotion;
 use crate::contact::plane_polygon::PlanePolygon;
+use crate::friction::FrictionIntegrand;
 
 /// What the surface law adds to the pressure on a polygon.
 pub(super) struct Traction<'p> {

@@ -9,7 +9,6 @@ mod responses;
 mod tests;
 
 use crate::contact::SurfaceLaw;
-use crate::contact::friction::{LEVELS, slope_rules};
 use crate::contact::integrate::Remainder;
 use crate::contact::motion::RelativeMotion;
 use crate::contact::plane_motion::PlaneMotion;
@@ -20,6 +19,7 @@ use crate::contact::slip_fields::{LoadedOctet, MovingOctets, OctetVisitor};
 use crate::contact::sums::PartialSum;
 use crate::contact::traction_derivatives::area::{AreaMoments, LawOnPlane, Rates};
 use crate::contact::traction_derivatives::wrenches::{by_affine, times, wrenches};
+use crate::friction::{LEVELS, slope_rules};
 use crate::geometry::set_bits;
 use crate::lanes::space::components;
 use crate::lanes::{self, InLanes, Lanes, Mask, Numbers, ROW, Row};

@@ -1,9 +1,9 @@
 //! The integrals of slip and load over polygons side by side, one in each lane.
 
 use super::corners::Corners;
-use crate::contact::friction::{EdgeRule, SlipMoments, TriangleRule};
 use crate::contact::traction_derivatives::area::LawOnPlane;
 use crate::contact::traction_derivatives::flux::THREE_POINTS;
+use crate::friction::{EdgeRule, SlipMoments, TriangleRule};
 use crate::geometry::{PER_TRIANGLE, add_triangle};
 use crate::lanes::{Lanes, Numbers};
 

@@ -11,10 +11,10 @@
 
 /// Two points of a rule on the triangle (first corner, b, c): the barycentric coordinates of b, those of c, and the
 /// weights, as fractions of the area. Points are taken by two so that the compiler can fill its registers.
-pub(in crate::contact) type PointPair = [[f64; 2]; 3];
+pub(crate) type PointPair = [[f64; 2]; 3];
 
 /// A rule on the triangle, exact for polynomials up to its degree.
-pub(in crate::contact) struct TriangleRule {
+pub(crate) struct TriangleRule {
     pairs: [PointPair; Self::CAPACITY],
     len: usize,
 }
@@ -107,7 +107,7 @@ const NONE: Orbits = Orbits {
 };
 
 /// Gauss–Legendre quadrature: exact for polynomials of degree 2n − 1.
-pub(in crate::contact) struct EdgeRule {
+pub(crate) struct EdgeRule {
     pairs: [[[f64; 2]; 2]; Self::CAPACITY],
     len: usize,
 }
