@@ -201,7 +201,7 @@ impl<R: Responses> Integrand<f64> for ElasticJacobian<R> {
     fn add(&self, source: &PolygonSource<f64>, cut: &Cut, (sum, responses): &mut Self::Sum) {
         if let Some(polygon) = source.counted_polygon(cut, Weights::have_area) {
             sum.add(&polygon);
-            responses.keep(|| PolygonResponse::of(cut.tets, &polygon, None));
+            responses.keep(|| PolygonResponse::of(cut.tets, &polygon));
         }
     }
 
@@ -216,7 +216,7 @@ impl<R: Responses> Integrand<f64> for ElasticJacobian<R> {
         if R::ARE_KEPT {
             for octet in generic.octets {
                 for place in set_bits(octet.polygons()) {
-                    responses.keep(|| PolygonResponse::at(octet, place, None));
+                    responses.keep(|| PolygonResponse::at(octet, place));
                 }
             }
         }

@@ -121,6 +121,7 @@ mod tests {
     use super::*;
     use crate::contact::{ContactBody, Shape};
     use crate::mesh::{PressureField, TetMesh, shapes};
+    use crate::scalar::{DenseDual, lift, real_part};
     use crate::spatial::Pose;
     use nalgebra::{Vector3, vector};
 
@@ -188,8 +189,55 @@ mod tests {
         });
     }
 
+    /// What the law adds over frozen polygons and its derivatives, by dual numbers through the wrench of each polygon.
+    fn by_dual_numbers(
+        frozen: &FrozenContact,
+        law: &SurfaceLaw,
+        [motion, twist]: [&Vector6<f64>; 2],
+    ) -> AddedByLaw {
+        type Dual = DenseDual<12>;
+        let seeded = |value: &Vector6<f64>, first: usize| {
+            let mut seeded = [lift::<Dual>(0.0); 6];
+            for (k, number) in seeded.iter_mut().enumerate() {
+                *number = Dual::variable(value[k], first + k);
+            }
+            seeded
+        };
+        let motion = seeded(motion, 0);
+        let [w1, w2, w3, v1, v2, v3] = seeded(twist, 6);
+        let velocity = RelativeMotion {
+            angular: Vector3::new(w1, w2, w3),
+            at_origin: Vector3::new(v1, v2, v3),
+        };
+        let lifted = |dissipation: f64, friction: f64| {
+            SurfaceLaw::new(
+                lift::<Dual>(dissipation),
+                lift(friction),
+                law.slip_tolerance,
+            )
+            .unwrap()
+        };
+        let none = lifted(0.0, 0.0);
+        let law = lifted(law.dissipation, law.friction);
+        let mut sum = AddedByLaw::nothing();
+        for polygon in &frozen.polygons {
+            let polygon = polygon.after(&motion);
+            let [all, elastic] =
+                [&law, &none].map(|law| polygon.wrench_in_motion(law, &velocity).to_vector());
+            let added = all - elastic;
+            for row in 0..6 {
+                sum.wrench[row] += real_part(added[row]);
+                for column in 0..6 {
+                    sum.by_motion[(row, column)] += added[row].eps[column];
+                    sum.by_twist[(row, column)] += added[row].eps[6 + column];
+                }
+            }
+        }
+        sum
+    }
+
     #[test]
-    fn frozen_polygons_side_by_side_add_what_they_add_one_by_one() {
+    fn frozen_polygons_add_what_dual_numbers_give() {
         let some = Vector6::from(SOME);
         let law = law();
         for_pairs(|pair| {
@@ -197,20 +245,12 @@ mod tests {
             for (part, spin) in [(0.0, 0.0), (0.03, 1e-3), (-0.2, 1.0), (0.2, 30.0)] {
                 let (motion, mut twist) = (some * part, some);
                 twist.fixed_rows_mut::<3>(0).scale_mut(spin);
-                let Twist { angular, linear } = Twist::from_vector(&twist);
-                let velocity = RelativeMotion {
-                    angular,
-                    at_origin: linear,
-                };
                 let found = frozen.added(&motion, &twist);
-                let mut singly = AddedByLaw::nothing();
-                for polygon in &frozen.polygons {
-                    polygon.add_to(&mut singly, &law, (&motion, &velocity));
-                }
+                let expected = by_dual_numbers(&frozen, &law, [&motion, &twist]);
                 let errors = [
-                    (found.wrench - singly.wrench).amax() / singly.wrench.amax(),
-                    (found.by_motion - singly.by_motion).amax() / singly.by_motion.amax(),
-                    (found.by_twist - singly.by_twist).amax() / singly.by_twist.amax(),
+                    (found.wrench - expected.wrench).amax() / expected.wrench.amax(),
+                    (found.by_motion - expected.by_motion).amax() / expected.by_motion.amax(),
+                    (found.by_twist - expected.by_twist).amax() / expected.by_twist.amax(),
                 ];
                 assert!(errors.iter().all(|&error| error <= EXACT), "{errors:?}");
             }

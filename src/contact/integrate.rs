@@ -39,8 +39,15 @@ pub(super) trait Integrand<T>: Sync {
     /// Adds the polygon of a cut.
     fn add(&self, source: &PolygonSource<T>, cut: &Cut, sum: &mut Self::Sum);
 
+    /// Adds the polygons of cuts.
+    fn add_cuts(&self, source: &PolygonSource<T>, cuts: &[Cut], sum: &mut Self::Sum) {
+        for cut in cuts {
+            self.add(source, cut, sum);
+        }
+    }
+
     /// Adds the polygons of octets, several at a time, for scalars without derivatives. Sets the bits of polygons that it skips in
-    /// `left`, which is zero at first.
+    /// `left`, which is zero at first; they are added one by one.
     fn add_octets(
         &self,
         source: &PolygonSource<T>,
@@ -48,11 +55,6 @@ pub(super) trait Integrand<T>: Sync {
         left: &mut Remainder,
         sum: &mut Self::Sum,
     );
-
-    /// Adds what [`Self::add_octets`] did not add of a polygon that it left.
-    fn add_remainder(&self, source: &PolygonSource<T>, cut: &Cut, sum: &mut Self::Sum) {
-        self.add(source, cut, sum);
-    }
 }
 
 impl<T: Scalar> PolygonSource<'_, T> {
@@ -76,11 +78,7 @@ impl<T: Scalar> PolygonSource<'_, T> {
             for (octet, left) in generic.octets.iter().zip(left) {
                 for place in set_bits(*left) {
                     let cut = generic.cut(octet, place, &self.pair);
-                    if are_single {
-                        integrand.add(self, &cut, &mut sum);
-                    } else {
-                        integrand.add_remainder(self, &cut, &mut sum);
-                    }
+                    integrand.add(self, &cut, &mut sum);
                 }
             }
             sum
@@ -101,9 +99,7 @@ impl<T: Scalar> CutSurface<'_, T> {
     pub fn integral_after<I: Integrand<T>>(&self, mut sum: I::Sum, integrand: &I) -> I::Sum {
         let piece = |cuts: &[Cut]| {
             let mut sum = I::Sum::empty();
-            for cut in cuts {
-                integrand.add(&self.source, cut, &mut sum);
-            }
+            integrand.add_cuts(&self.source, cuts, &mut sum);
             sum
         };
         threads::for_pieces(self.found.cuts(), SINGLE, piece, |piece| sum.merge(piece));

@@ -1,10 +1,11 @@
 //! Triangles of contact polygons under a load, side by side, and the surface law over them.
 
 use super::SurfaceLaw;
-use super::slip_fields::LoadedOctet;
+use super::slip_fields::SlipFields;
 use crate::friction::TriangleRule;
 use crate::lanes::space::loaded;
 use crate::lanes::{Lanes, Numbers, ROW, Row};
+use crate::narrow_phase::Octet;
 
 /// Up to eight triangles that are integrated by one rule, each with a corner at the origin of its plane.
 pub(super) struct Triangles {
@@ -32,23 +33,27 @@ impl Triangles {
         level: 0,
     };
 
-    /// Adds the triangle of the origin and the edge in a slot, of the polygon at a place.
+    /// Adds the triangle of the origin and the edge in a slot, of the polygon with this number of its octet, and this place in it.
     #[inline]
-    pub fn push(&mut self, loaded: &LoadedOctet, place: usize, slot: usize) {
-        let LoadedOctet { octet, loads, .. } = loaded;
+    pub fn push(
+        &mut self,
+        (octet, fields): (&Octet, &SlipFields),
+        [number, place]: [usize; 2],
+        slot: usize,
+    ) {
         let free = self.len;
         for (rows, of_slots) in self.corners.iter_mut().zip([&octet.corners, &octet.ends]) {
             rows[0][free] = of_slots[slot][0][place];
             rows[1][free] = of_slots[slot][1][place];
         }
         for k in 0..3 {
-            self.pressure[k][free] = loads.pressure[k][place];
-            self.damping[k][free] = loads.damping[k][place];
-            self.slip[k][free] = loads.slip[k][place];
+            self.pressure[k][free] = fields.pressure[k][place];
+            self.damping[k][free] = fields.damping[k][place];
+            self.slip[k][free] = fields.slip[k][place];
         }
-        self.places[free] = [loaded.number, place];
+        self.places[free] = [number, place];
         self.len += 1;
-        self.level = self.level.max(loads.level(place));
+        self.level = self.level.max(fields.level(place));
     }
 
     /// Makes triangles without an area of the places that are free.

@@ -10,10 +10,10 @@ use super::plane_motion::PlaneMotion;
 use super::plane_polygon::PlanePolygon;
 use super::polygon_fields::PolygonFields;
 use super::polygon_source::PolygonSource;
-use super::slip_fields::{LoadedOctet, MovingOctets, OctetVisitor};
+use super::slip_fields::SlipFields;
 use crate::friction::{product, value_rule};
 use crate::lanes::{self, InLanes, Lanes, Numbers, ROW, Row};
-use crate::narrow_phase::{Cut, SLOTS, Weights};
+use crate::narrow_phase::{Cut, Octet, SLOTS, Weights};
 use crate::scalar::{Scalar, carries_derivatives, lift, real_part};
 use crate::search::GenericPairs;
 use crate::spatial::Wrench;
@@ -31,13 +31,16 @@ pub(super) struct MovingWrench<T> {
 /// Adds up the wrenches on A of the polygons of octets, as [`PlanePolygon::wrench_in_motion`] has them. Polygons on which the
 /// pressure is clamped somewhere, or of which the slip turns quickly, are left.
 struct InLanesOver<'o> {
-    moving: MovingOctets<'o>,
+    octets: &'o [Octet],
+    law: &'o SurfaceLaw,
+    motion: &'o RelativeMotion<f64>,
     left: &'o mut Remainder,
 }
 
 /// The sum so far, and triangles that are not yet in it.
 struct Sum<'o> {
-    of: MovingOctets<'o>,
+    octets: &'o [Octet],
+    law: &'o SurfaceLaw,
     numbers: [Row; 6],
     triangles: Triangles,
 }
@@ -48,11 +51,37 @@ impl InLanes for InLanesOver<'_> {
     #[inline(always)]
     fn run<L: Lanes>(self, lanes: L) -> Self::Output {
         let mut sum = Sum {
-            of: self.moving,
+            octets: self.octets,
+            law: self.law,
             numbers: [[0.0; ROW]; 6],
             triangles: Triangles::NONE,
         };
-        self.moving.visit(lanes, self.left, &mut sum);
+        for number in 0..self.octets.len() {
+            let octet = &self.octets[number];
+            let polygons = octet.polygons();
+            if polygons == 0 {
+                continue;
+            }
+            let fields = SlipFields::of(lanes, octet, self.law, self.motion);
+            let by_rules = fields.by_rules() & polygons;
+            self.left[number] = polygons & !by_rules;
+            // One loop over all polygons, because a processor cannot predict how many triangles one of them has.
+            let mut edges = [0; ROW];
+            for (place, edges) in edges.iter_mut().enumerate() {
+                let is_taken = by_rules >> place & 1;
+                *edges = octet.opposite_edges(place) * is_taken;
+            }
+            let mut edges = u64::from_le_bytes(edges);
+            while edges != 0 {
+                let edge = edges.trailing_zeros() as usize;
+                edges &= edges - 1;
+                let places = [number, edge / SLOTS];
+                sum.triangles.push((octet, &fields), places, edge % SLOTS);
+                if sum.triangles.len == ROW {
+                    sum.add(lanes);
+                }
+            }
+        }
         if sum.triangles.len > 0 {
             sum.triangles.fill_up();
             sum.add(lanes);
@@ -61,33 +90,13 @@ impl InLanes for InLanesOver<'_> {
     }
 }
 
-impl<L: Lanes> OctetVisitor<L> for Sum<'_> {
-    #[inline(always)]
-    fn take(&mut self, lanes: L, loaded: &LoadedOctet) {
-        // Of all polygons in one loop: how many triangles one of them has, a processor cannot guess.
-        let mut edges = [0; ROW];
-        for (place, edges) in edges.iter_mut().enumerate() {
-            let is_taken = loaded.by_rules >> place & 1;
-            *edges = loaded.octet.opposite_edges(place) * is_taken;
-        }
-        let mut edges = u64::from_le_bytes(edges);
-        while edges != 0 {
-            let number = edges.trailing_zeros() as usize;
-            edges &= edges - 1;
-            self.triangles.push(loaded, number / SLOTS, number % SLOTS);
-            if self.triangles.len == ROW {
-                self.add(lanes);
-            }
-        }
-    }
-}
-
 impl Sum<'_> {
     /// Adds the wrenches on A about A's origin in A's axes, and empties the list.
     #[inline(always)]
     fn add<L: Lanes>(&mut self, lanes: L) {
         let Self {
-            of: MovingOctets { octets, law, .. },
+            octets,
+            law,
             numbers,
             triangles,
         } = self;
@@ -126,11 +135,9 @@ impl<T: Scalar> Integrand<T> for MovingWrench<T> {
         sum: &mut Wrench<T>,
     ) {
         let wrench = lanes::run(InLanesOver {
-            moving: MovingOctets {
-                octets: generic.octets,
-                law: &self.law.real(),
-                motion: &self.motion.real(),
-            },
+            octets: generic.octets,
+            law: &self.law.real(),
+            motion: &self.motion.real(),
             left,
         });
         *sum += Wrench::from_vector(&Vector6::from(wrench.map(lift)));
@@ -144,7 +151,7 @@ impl<T: Scalar> PlanePolygon<T> {
     ///
     /// integrated over the part of the polygon where ψ is positive: the normal part is a polynomial, and friction is
     /// integrated by rules or in closed form (see [`Slip`](crate::friction::Slip)).
-    fn wrench_in_motion(&self, law: &SurfaceLaw<T>, motion: &RelativeMotion<T>) -> Wrench<T> {
+    pub fn wrench_in_motion(&self, law: &SurfaceLaw<T>, motion: &RelativeMotion<T>) -> Wrench<T> {
         let plane = &self.plane;
         let motion = PlaneMotion::of(motion, plane);
         let damping = motion.damping(law.dissipation, lift(1.0));

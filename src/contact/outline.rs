@@ -87,13 +87,6 @@ impl<T: Scalar> Outline<T> {
     }
 }
 
-/// The six monomials of degree two at most at a point, times a factor.
-#[inline]
-pub(super) fn up_to_quadratic<T: Scalar>(factor: T, [y1, y2]: &[T; 2]) -> [T; 6] {
-    let (a, b) = (factor * *y1, factor * *y2);
-    [factor, a, b, a * *y1, a * *y2, b * *y2]
-}
-
 /// The places of m times the first six monomials, for m = 1, y₁ and y₂.
 const BY_QUADRATIC: [[usize; 6]; 3] = [[0, 1, 2, 3, 4, 5], [1, 3, 4, 6, 7, 8], [2, 4, 5, 7, 8, 9]];
 

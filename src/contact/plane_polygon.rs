@@ -2,6 +2,8 @@ use super::outline::Outline;
 use super::polygon_fields::PolygonFields;
 use crate::geometry::{AffineField, ConvexPolygon};
 use crate::narrow_phase::{EquilibriumPlane, Octet, Weights};
+#[cfg(test)]
+use crate::scalar::lift;
 use crate::scalar::{Scalar, change, lift_vector, real_part, real_vector};
 use nalgebra::Vector3;
 
@@ -103,12 +105,6 @@ impl<T: Scalar> PlanePolygon<T> {
         [area, y1, y2, y11, y12, y22, y111, y112, y122, y222]
     }
 
-    /// Replaces the outline and its moments.
-    pub fn set_outline(&mut self, outline: Outline<T>) {
-        (self.plane.moments, self.cubic_moments) = split(outline.moments());
-        self.outline = outline;
-    }
-
     /// Whether faces of both bodies coincide there.
     pub fn is_flush(&self) -> bool {
         !self.weights.are_whole() || self.shares_edges
@@ -137,6 +133,36 @@ impl PlanePolygon<f64> {
             cubic_moments,
             weights: Weights::WHOLE,
             shares_edges: false,
+        }
+    }
+}
+
+#[cfg(test)]
+impl PlanePolygon<f64> {
+    /// The part under a positive pressure, in another scalar, with this pressure. The part stays as the pressure changes, because there is no
+    /// pressure where it ends.
+    pub fn under_pressure<T: Scalar>(&self, pressure: [T; 3]) -> PlanePolygon<T> {
+        let vector = |v: [f64; 3]| v.map(lift);
+        let part = self.outline.cut(&pressure.map(real_part));
+        let mut outline = Outline::empty();
+        for (edge, corner) in (0..).zip(part.unwrap_or(self.outline).corners()) {
+            outline.push(corner.map(lift), edge);
+        }
+        let (moments, cubic_moments) = split(outline.moments());
+        PlanePolygon {
+            plane: PolygonFields {
+                origin: vector(self.plane.origin),
+                axes: self.plane.axes.map(vector),
+                pressure,
+                gradient_a: vector(self.plane.gradient_a),
+                slopes: self.plane.slopes.map(vector),
+                inverse_gradient_norm: lift(self.plane.inverse_gradient_norm),
+                moments,
+            },
+            outline,
+            cubic_moments,
+            weights: self.weights,
+            shares_edges: self.shares_edges,
         }
     }
 }

@@ -31,6 +31,17 @@ pub(super) struct PolygonFields<N> {
 }
 
 impl PolygonFields<f64> {
+    /// Memory for a plane.
+    pub const ZERO: Self = Self {
+        origin: [0.0; 3],
+        axes: [[0.0; 3]; 3],
+        pressure: [0.0; 3],
+        gradient_a: [0.0; 3],
+        slopes: [[0.0; 3]; 2],
+        inverse_gradient_norm: 0.0,
+        moments: [0.0; 6],
+    };
+
     /// The plane of the polygon at a place of an octet.
     pub fn at(octet: &Octet, place: usize) -> Self {
         Self::from(|row| row(octet)[place])

@@ -47,7 +47,8 @@ pub(super) struct PolygonResponse {
     pub tets: [usize; 2],
     plane: PolygonFields<f64>,
     weights: Weights,
-    law: Option<LawResponse>,
+    /// What the surface law adds, if there is one.
+    pub law: Option<LawResponse>,
 }
 
 /// What dissipation and friction add, about the origin of the polygon's plane along its axes.
@@ -83,7 +84,8 @@ pub(super) struct OfCell {
 pub(super) type Barycentric = [[AffineField; 4]; 2];
 
 impl PolygonResponse {
-    pub fn of(tets: [usize; 2], polygon: &PlanePolygon<f64>, law: Option<LawResponse>) -> Self {
+    /// Creates the elastic response of a polygon.
+    pub fn of(tets: [usize; 2], polygon: &PlanePolygon<f64>) -> Self {
         let mut plane = polygon.plane;
         if !polygon.has_area() || !polygon.weights.have_area() {
             plane.moments = [0.0; 6];
@@ -92,17 +94,25 @@ impl PolygonResponse {
             tets,
             plane,
             weights: polygon.weights,
-            law,
+            law: None,
         }
     }
 
-    /// Of the polygon at a place of an octet.
-    pub fn at(octet: &Octet, place: usize, law: Option<LawResponse>) -> Self {
+    /// Creates the elastic response of the polygon at a place of an octet.
+    pub fn at(octet: &Octet, place: usize) -> Self {
         Self {
             tets: octet.tets()[place].map(|tet| tet as usize),
             plane: PolygonFields::at(octet, place),
             weights: Weights::WHOLE,
-            law,
+            law: None,
+        }
+    }
+
+    /// Returns the response of a pair with a surface law, to which what the law adds is to be added.
+    pub fn with_law(self) -> Self {
+        Self {
+            law: Some(LawResponse::default()),
+            ..self
         }
     }
 

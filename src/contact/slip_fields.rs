@@ -1,10 +1,5 @@
 //! What presses and slips on the generic contact polygons, and by which rules they are integrated.
 
-#![expect(
-    clippy::needless_range_loop,
-    reason = "adapters of iterators take closures, and a closure over lanes may stay a call, compiled for any processor"
-)]
-
 use super::SurfaceLaw;
 use super::motion::RelativeMotion;
 use super::plane_motion::PlaneMotion;
@@ -24,61 +19,9 @@ pub(super) struct SlipFields<'o> {
     levels: Row,
 }
 
-/// An octet of polygons of which some are integrated by rules.
-pub(super) struct LoadedOctet<'o> {
-    pub number: usize,
-    pub octet: &'o Octet,
-    pub loads: SlipFields<'o>,
-    /// The places of polygons that are integrated by the rules of their level, as bits.
-    pub by_rules: u8,
-}
-
-/// What integrates loaded polygons.
-pub(super) trait OctetVisitor<L: Lanes> {
-    /// Must be inlined.
-    fn take(&mut self, lanes: L, loaded: &LoadedOctet);
-}
-
-/// The octets and how they move.
-#[derive(Clone, Copy)]
-pub(super) struct MovingOctets<'o> {
-    pub octets: &'o [Octet],
-    pub law: &'o SurfaceLaw,
-    pub motion: &'o RelativeMotion<f64>,
-}
-
-impl MovingOctets<'_> {
-    /// Hands over the octets with polygons that are integrated by rules; of each octet the places of the other polygons are noted
-    /// in `left`, as bits.
-    #[inline(always)]
-    pub fn visit<L: Lanes>(self, lanes: L, left: &mut [u8], taker: &mut impl OctetVisitor<L>) {
-        for number in 0..self.octets.len() {
-            let octet = &self.octets[number];
-            let polygons = octet.polygons();
-            if polygons == 0 {
-                continue;
-            }
-            let loads = SlipFields::of(lanes, octet, self.law, self.motion);
-            let mut by_rules = 0;
-            for place in 0..ROW {
-                by_rules |= u8::from(loads.level(place) < LEVELS) << place;
-            }
-            by_rules &= polygons;
-            left[number] = polygons & !by_rules;
-            let loaded = LoadedOctet {
-                number,
-                octet,
-                loads,
-                by_rules,
-            };
-            taker.take(lanes, &loaded);
-        }
-    }
-}
-
 impl<'o> SlipFields<'o> {
     #[inline(always)]
-    fn of<L: Lanes>(
+    pub fn of<L: Lanes>(
         lanes: L,
         octet: &'o Octet,
         law: &SurfaceLaw,
@@ -109,6 +52,16 @@ impl<'o> SlipFields<'o> {
                 .store(&mut loads.levels, first);
         }
         loads
+    }
+
+    /// The places of polygons that are integrated by rules, as bits. Other places without a polygon may have bits too.
+    #[inline]
+    pub fn by_rules(&self) -> u8 {
+        let mut by_rules = 0;
+        for place in 0..ROW {
+            by_rules |= u8::from(self.level(place) < LEVELS) << place;
+        }
+        by_rules
     }
 
     /// The level of the polygon at a place.

@@ -2,7 +2,7 @@
 
 use super::closed_form::{HalfSolidAngle, Rotation};
 use super::edge::{Corner, EdgeMeans, Vector, cross};
-use super::{Affine, FrictionIntegrand, Load, Quadratic, SlipMoments, product};
+use super::{Affine, ClosedForm, Load, Quadratic, SlipMoments, product};
 
 /// A number for each monomial up to degree 3: 1, y₁, y₂, y₁², y₁y₂, y₂², y₁³, y₁²y₂, y₁y₂², y₂³.
 type Cubic = [f64; 10];
@@ -10,45 +10,41 @@ type Cubic = [f64; 10];
 /// The places of y₁·m and y₂·m among the monomials, for the first six m.
 const RAISED: [[usize; 2]; 6] = [[1, 2], [3, 4], [4, 5], [6, 7], [7, 8], [8, 9]];
 
-/// [`FrictionIntegrand::moments`] of a slip with a spin, corners within about `size` of the origin.
-pub(super) fn moments(loaded: &FrictionIntegrand, size: f64) -> SlipMoments {
-    let FrictionIntegrand { slip, load, .. } = loaded;
-    let rotation = Rotation::new(slip, size);
-    let g = product(load.pressure, load.damping);
-    let (mut sums, mut fluxes) = (Sums::default(), [[[0.0; 6]; 2]; 2]);
-    rotation.visit_edges(loaded.corners, |a, b| {
-        let means = EdgeMeans::new(a, b, rotation.epsilon * rotation.epsilon);
-        sums.add(a, b, &means, rotation.epsilon);
-        let flux = EdgeFlux::new(&rotation, &means, load).by_monomial();
-        let normal = [b.place[1] - a.place[1], a.place[0] - b.place[0]];
-        for (axis, flux) in flux.iter().enumerate() {
-            for (m, mean) in flux.iter().enumerate() {
-                fluxes[0][axis][m] += normal[0] * mean;
-                fluxes[1][axis][m] += normal[1] * mean;
+impl ClosedForm<'_> {
+    /// Integrates over the polygon.
+    pub fn moments(&self) -> SlipMoments {
+        let Self { slip, load, .. } = self;
+        let rotation = Rotation::new(slip, self.size);
+        let g = product(load.pressure, load.damping);
+        let (mut sums, mut fluxes) = (Sums::default(), [[[0.0; 6]; 2]; 2]);
+        rotation.visit_edges(self.corners, |a, b| {
+            let means = EdgeMeans::new(a, b, rotation.epsilon * rotation.epsilon);
+            sums.add(a, b, &means, rotation.epsilon);
+            let flux = EdgeFlux::new(&rotation, &means, load).by_monomial();
+            let normal = [b.place[1] - a.place[1], a.place[0] - b.place[0]];
+            for (axis, flux) in flux.iter().enumerate() {
+                for (m, mean) in flux.iter().enumerate() {
+                    fluxes[0][axis][m] += normal[0] * mean;
+                    fluxes[1][axis][m] += normal[1] * mean;
+                }
             }
+        });
+        let [by_r1, by_r2] = sums.first_moments_over_r(rotation.epsilon);
+        let direction = [by_r2.map(|x| -x), by_r1].map(|u| rotation.about_origin(u));
+        SlipMoments {
+            by_slip: by_slip(&direction, &g, &fluxes, slip.spin),
+            direction,
         }
-    });
-    let [by_r1, by_r2] = sums.first_moments_over_r(rotation.epsilon);
-    let direction = [by_r2.map(|x| -x), by_r1].map(|u| rotation.about_origin(u));
-    SlipMoments {
-        by_slip: by_slip(&direction, &g, &fluxes, slip.spin),
-        direction,
     }
-}
 
-/// [`FrictionIntegrand::flux`] of such a slip.
-pub(super) fn flux(
-    loaded: &FrictionIntegrand,
-    ends: [Vector<f64>; 2],
-    size: f64,
-    factor: f64,
-) -> [[f64; 6]; 2] {
-    let rotation = Rotation::new(&loaded.slip, size);
-    let [a, b] = ends.map(|y| rotation.corner(&y));
-    let means = EdgeMeans::new(&a, &b, rotation.epsilon * rotation.epsilon);
-    let flux = EdgeFlux::new(&rotation, &means, &loaded.load).by_monomial();
-    let scale = factor * means.length;
-    flux.map(|flux| flux.map(|mean| mean * scale))
+    /// Returns ∫ g·m·u dl along an edge for the first six monomials m; zero if its ends coincide.
+    pub fn along(&self, ends: [Vector<f64>; 2]) -> [[f64; 6]; 2] {
+        let rotation = Rotation::new(&self.slip, self.size);
+        let [a, b] = ends.map(|y| rotation.corner(&y));
+        let means = EdgeMeans::new(&a, &b, rotation.epsilon * rotation.epsilon);
+        let flux = EdgeFlux::new(&rotation, &means, &self.load).by_monomial();
+        flux.map(|flux| flux.map(|mean| mean * means.length))
+    }
 }
 
 /// ∮ nᵢ·f·R dl and ∮ (r·n)·f·R dl for the monomials f in r, and what I\[1\] needs.

@@ -7,6 +7,7 @@
 mod closed_form;
 mod closed_moments;
 mod edge;
+mod in_lanes;
 mod quadrature;
 mod rules;
 #[cfg(test)]
@@ -14,6 +15,7 @@ mod tests;
 
 use crate::lanes::Linear;
 use crate::scalar::{Scalar, carries_derivatives, real_part};
+pub(crate) use in_lanes::{Edge, SlipAndLoad, add_up_to_quadratic, at as at_in_lanes};
 pub(crate) use rules::{EdgeRule, TriangleRule};
 use std::ops::Div;
 
@@ -34,12 +36,14 @@ pub(crate) struct Slip<T> {
     pub tolerance: f64,
 }
 
-/// A slip over a loaded polygon: what the derivatives of [`Slip::resultant`] are made of.
-pub(crate) struct FrictionIntegrand<'a> {
+/// The integrals of a slip that turns quickly over a loaded polygon, in closed form: those of which derivatives of
+/// [`Slip::resultant`] are made.
+pub(crate) struct ClosedForm<'a> {
     slip: Slip<f64>,
     load: Load<'a, f64>,
     corners: &'a [[f64; 2]],
-    method: Method,
+    /// The size of the polygon (m).
+    size: f64,
 }
 
 /// Integrals over the area, in plane coordinates, of the regularized direction of slip u and the load g = pressure·damping.
@@ -189,27 +193,27 @@ impl<T: Scalar> Slip<T> {
 
     /// The level of the ladder of rules that is good enough; `None` if there is none.
     pub fn level(&self, corners: &[[T; 2]]) -> Option<usize> {
-        Unevenness::of(self, corners).level()
+        SlipVariation::of(self, corners).level()
     }
 
     fn method(&self, corners: &[[T; 2]]) -> Method {
-        let unevenness = Unevenness::of(self, corners);
-        match unevenness.level() {
+        let variation = SlipVariation::of(self, corners);
+        match variation.level() {
             Some(level) => Method::Rule(&QUADRATURE[level]),
-            None => Method::ClosedForm(unevenness.size_squared.sqrt()),
+            None => Method::ClosedForm(variation.size_squared.sqrt()),
         }
     }
 }
 
 /// By how much a slip changes over a polygon (see [`QuadratureLevel`]).
-struct Unevenness {
+struct SlipVariation {
     /// The square of the distance of the farthest corner from the mean of the corners (m²).
     size_squared: f64,
     /// θ².
     theta_squared: f64,
 }
 
-impl Unevenness {
+impl SlipVariation {
     fn of<T: Scalar>(slip: &Slip<T>, corners: &[[T; 2]]) -> Self {
         let real = |y: &[T; 2]| y.map(real_part);
         let sum = corners
@@ -233,8 +237,8 @@ impl Unevenness {
     }
 }
 
-impl<'a> FrictionIntegrand<'a> {
-    /// On the polygon of these corners, which turn counter-clockwise.
+impl<'a> ClosedForm<'a> {
+    /// On the polygon with these corners, which turn counter-clockwise. The slip must have a spin.
     pub fn on(
         corners: &'a [[f64; 2]],
         slip: Slip<f64>,
@@ -245,24 +249,7 @@ impl<'a> FrictionIntegrand<'a> {
             slip,
             load: Load { pressure, damping },
             corners,
-            method: slip.method(corners),
-        }
-    }
-
-    pub fn moments(&self) -> SlipMoments {
-        match self.method {
-            Method::Rule(level) => quadrature::moments(self, level.slopes),
-            Method::ClosedForm(size) => closed_moments::moments(self, size),
-        }
-    }
-
-    /// ∫ g·m·u dl times a factor for the first six monomials, along the edge from a corner to the next; zero where these
-    /// coincide.
-    pub fn flux(&self, edge: usize, factor: f64) -> [[f64; 6]; 2] {
-        let ends = ends(self.corners, edge);
-        match self.method {
-            Method::Rule(level) => quadrature::flux(self, ends, level.edge, factor),
-            Method::ClosedForm(size) => closed_moments::flux(self, ends, size, factor),
+            size: SlipVariation::of(&slip, corners).size_squared.sqrt(),
         }
     }
 }

@@ -1,4 +1,5 @@
 use super::*;
+use crate::lanes::{self, InLanes, Lanes, Numbers, ROW};
 use crate::scalar::{DenseDual, lift};
 use num_dual::Dual2_64;
 use rand::rngs::StdRng;
@@ -49,6 +50,55 @@ fn gauss(count: usize) -> Vec<[f64; 2]> {
     (0..count).map(node).collect()
 }
 
+/// The integrals of a case by the rules of a level, in the first lane.
+struct ByRules<'c> {
+    case: &'c Case,
+    level: usize,
+}
+
+impl InLanes for ByRules<'_> {
+    type Output = (SlipMoments, Vec<[[f64; 6]; 2]>);
+
+    fn run<L: Lanes>(self, lanes: L) -> Self::Output {
+        let Case {
+            corners,
+            slip,
+            pressure,
+            damping,
+        } = self.case;
+        let load = SlipAndLoad {
+            slip: (
+                slip.at_origin.map(|v| lanes.splat(v)),
+                lanes.splat(slip.spin),
+            ),
+            tolerance_squared: lanes.splat(slip.tolerance * slip.tolerance),
+            pressure: pressure.map(|c| lanes.splat(c)),
+            damping: damping.map(|c| lanes.splat(c)),
+            one: lanes.splat(1.0),
+        };
+        let first = |number: L::Numbers| {
+            let mut row = [0.0; ROW];
+            number.store(&mut row, 0);
+            row[0]
+        };
+        let corners: Vec<_> = corners.iter().map(|y| y.map(|c| lanes.splat(c))).collect();
+        let (over_area, along_edges) = slope_rules(self.level);
+        let moments = load.over_area(lanes, &corners, over_area);
+        let fluxes = (0..corners.len()).map(|edge| {
+            let [from, to] = ends(&corners, edge);
+            let flux = load.along(lanes, &Edge::between(from, to), along_edges);
+            flux.map(|flux| flux.map(first))
+        });
+        (
+            SlipMoments {
+                direction: moments.direction.map(|u| u.map(first)),
+                by_slip: moments.by_slip.map(|t| t.map(first)),
+            },
+            fluxes.collect(),
+        )
+    }
+}
+
 impl Case {
     /// The same with another origin.
     fn seen_from(mut self, [o1, o2]: [f64; 2]) -> Self {
@@ -63,15 +113,19 @@ impl Case {
         self
     }
 
-    fn loaded(&self) -> FrictionIntegrand<'_> {
-        FrictionIntegrand::on(&self.corners, self.slip, &self.pressure, &self.damping)
+    /// By rules or in closed form, as contacts are integrated.
+    fn moments_and_fluxes(&self) -> (SlipMoments, Vec<[[f64; 6]; 2]>) {
+        if let Some(level) = self.slip.level(&self.corners) {
+            return lanes::run(ByRules { case: self, level });
+        }
+        let closed = ClosedForm::on(&self.corners, self.slip, &self.pressure, &self.damping);
+        let count = self.corners.len();
+        let fluxes = (0..count).map(|edge| closed.along(ends(&self.corners, edge)));
+        (closed.moments(), fluxes.collect())
     }
 
     fn fluxes(&self) -> Vec<[[f64; 6]; 2]> {
-        let loaded = self.loaded();
-        (0..self.corners.len())
-            .map(|edge| loaded.flux(edge, 1.0))
-            .collect()
+        self.moments_and_fluxes().1
     }
 
     fn field(&self, y: [f64; 2]) -> (f64, [f64; 2], f64) {
@@ -197,8 +251,7 @@ impl Case {
         let resultant = self
             .slip
             .resultant(&self.corners, &self.pressure, &self.damping);
-        let loaded = self.loaded();
-        let moments = loaded.moments();
+        let (moments, fluxes) = self.moments_and_fluxes();
         let mut errors = [0.0f64; 4];
         let mut note = |kind: usize, value: f64, exact: f64, scale: f64| {
             let error = (value - exact).abs() / scale;
@@ -238,8 +291,8 @@ impl Case {
             .map(|(a, b)| self.edge_integrals(*a, *b, 40))
             .collect();
         let scales: [f64; 3] = array::from_fn(|k| edges.iter().map(|edge| edge[12 + k]).sum());
-        for (edge, exact) in edges.iter().enumerate() {
-            for (j, edge) in loaded.flux(edge, 1.0).iter().enumerate() {
+        for (edge, exact) in fluxes.iter().zip(&edges) {
+            for (j, edge) in edge.iter().enumerate() {
                 for (k, value) in edge.iter().enumerate() {
                     note(3, *value, exact[2 * k + j], scales[DEGREES[k]]);
                 }
@@ -447,7 +500,7 @@ fn resultant_of(case: &Case) -> [f64; 3] {
 }
 
 fn moments_of(case: &Case) -> SlipMoments {
-    case.loaded().moments()
+    case.moments_and_fluxes().0
 }
 
 #[test]

@@ -194,7 +194,7 @@ fn lines_before_tests(text: &str) -> impl Iterator<Item = &str> {
     text.lines()
         .zip(following)
         .take_while(|(line, next)| {
-            !(*line == "#[cfg(test)]" && next.starts_with("mod ") && next.ends_with('{'))
+            !(*line == "#[cfg(test)]" && next.starts_with("mod ") && !next.ends_with(';'))
         })
         .map(|(line, _)| line)
 }

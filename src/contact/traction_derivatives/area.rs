@@ -1,40 +1,54 @@
-//! What dissipation and friction add over the area of a polygon: of one polygon, or of several side by side.
+//! What dissipation and friction add over the area of polygons, one in each lane.
 
 use super::wrenches::{minus, negated, plus, times, wrench_of, wrenches};
+use crate::contact::SurfaceLaw;
+use crate::contact::motion::RelativeMotion;
 use crate::contact::plane_motion::PlaneMotion;
-use crate::contact::polygon_fields::{Columns, Six};
-use crate::friction::SlipMoments;
-use crate::lanes::Linear;
+use crate::contact::polygon_fields::{Columns, PolygonFields, Six};
+use crate::friction::{SlipAndLoad, SlipMoments};
 use crate::lanes::space::scaled;
+use crate::lanes::{Lanes, Linear, Numbers};
 
-/// What the law makes of slip and pressure on the plane of a polygon: affine functions c₀ + c₁y₁ + c₂y₂.
+/// The surface law on the plane of a polygon. Pressure, damping and excess are affine functions c₀ + c₁y₁ + c₂y₂.
 pub(super) struct LawOnPlane<N> {
     pub zero: N,
+    /// 1 where ψ is positive. 0 where it is clamped: pressure, damping, friction and dissipation vanish there.
+    pub is_pressed: N,
     pub friction: N,
     pub dissipation: N,
-    pub pressure: [N; 3],
-    /// ψ = 1 − d v₃.
-    pub damping: [N; 3],
-    /// ψ − 1 = −d v₃.
+    /// Slip, pressure, and the damping ψ = 1 − d v₃, or 0.
+    pub load: SlipAndLoad<N>,
+    /// ψ − 1.
     pub excess: [N; 3],
     pub motion: PlaneMotion<N>,
 }
 
-impl<N: Linear> LawOnPlane<N> {
+impl<N: Numbers> LawOnPlane<N> {
+    /// The law on the planes of polygons, one in each lane.
     #[inline(always)]
-    pub fn of(
-        [friction, dissipation]: [N; 2],
-        pressure: [N; 3],
-        motion: PlaneMotion<N>,
-        [zero, one]: [N; 2],
+    pub fn on<L: Lanes<Numbers = N>>(
+        lanes: L,
+        planes: &PolygonFields<N>,
+        is_pressed: N,
+        (law, motion): (&SurfaceLaw, &RelativeMotion<f64>),
     ) -> Self {
+        let motion = PlaneMotion::in_lanes(lanes, motion, &planes.axes, planes.origin);
+        let (zero, one) = (lanes.splat(0.0), lanes.splat(1.0));
+        let dissipation = lanes.splat(law.dissipation) * is_pressed;
+        let [excess, by_y1, by_y2] = times(&motion.separating(), -dissipation);
         Self {
             zero,
-            friction,
+            is_pressed,
+            friction: lanes.splat(law.friction) * is_pressed,
             dissipation,
-            pressure,
-            damping: motion.damping(dissipation, one),
-            excess: times(&motion.separating(), -dissipation),
+            load: SlipAndLoad {
+                slip: motion.slip(),
+                tolerance_squared: lanes.splat(law.slip_tolerance * law.slip_tolerance),
+                pressure: planes.pressure,
+                damping: motion.damping(dissipation, is_pressed),
+                one,
+            },
+            excess: [excess + (is_pressed - one), by_y1, by_y2],
             motion,
         }
     }
@@ -60,7 +74,6 @@ pub(super) struct AreaMoments<N> {
 }
 
 /// The derivatives of a polygon's wrench, about its origin along its axes.
-#[derive(Default)]
 pub(super) struct Rates<N> {
     pub wrench: Six<N>,
     /// K₀, K₁ and K₂.
@@ -74,43 +87,24 @@ pub(super) struct Rates<N> {
 }
 
 impl<N: Linear> AreaMoments<N> {
-    /// With ψ, u and σ as in [`LawOnPlane`] and [`FrictionIntegrand`], on the part where ψ > 0
+    /// With ψ as in [`LawOnPlane`], and u and σ as in [`Slip`](crate::friction::Slip), where ψ > 0
     ///
     /// t = p(−μψu₁, −μψu₂, ψ − 1),  ∂t/∂(v₁, v₂) = μpψ(u uᵀ − 1)/σ,  ∂t/∂v₃ = −dp(−μu₁, −μu₂, 1),
     ///
-    /// and ∂t/∂d the same as ∂t/∂v₃ with v₃ in place of d. Beyond, t = −p n.
+    /// and ∂t/∂d is ∂t/∂v₃ with v₃ in place of d. Where the pressure is clamped, t = −p n.
     ///
-    /// Takes the moments of the slip and of that part and, if it is not all of the polygon, those of the whole.
-    ///
-    /// [`FrictionIntegrand`]: crate::friction::FrictionIntegrand
+    /// Takes the moments of the slip and of the area.
     #[inline(always)]
-    pub fn of(
-        law: &LawOnPlane<N>,
-        slip: &SlipMoments<N>,
-        one: &[N; 10],
-        whole: Option<&[N; 10]>,
-    ) -> Self {
+    pub fn of(law: &LawOnPlane<N>, slip: &SlipMoments<N>, one: &[N; 10]) -> Self {
         let (mu, d) = (law.friction, law.dissipation);
-        let (pressure, damping) = (&law.pressure, &law.damping);
+        let (pressure, damping) = (&law.load.pressure, &law.load.damping);
         let [u1, u2] = &slip.direction;
         // ∫ p m u and ∫ p m dA; ∫ pψ m u dA.
         let (p1, p2) = (up_to_quadratic(pressure, u1), up_to_quadratic(pressure, u2));
         let p3 = up_to_quadratic(pressure, one);
         let (loaded1, loaded2) = (up_to_affine(damping, &p1), up_to_affine(damping, &p2));
-        let (normal, normal_by_pressure) = match whole {
-            None => (
-                up_to_affine(&law.excess, &p3),
-                up_to_quadratic(&law.excess, one),
-            ),
-            Some(whole) => {
-                let [all, by_y1, by_y2, ..] = up_to_quadratic(pressure, whole);
-                let [w0, w1, w2, w3, w4, w5, ..] = *whole;
-                (
-                    minus(&up_to_affine(damping, &p3), &[all, by_y1, by_y2]),
-                    minus(&up_to_quadratic(damping, one), &[w0, w1, w2, w3, w4, w5]),
-                )
-            }
-        };
+        let normal = up_to_affine(&law.excess, &p3);
+        let normal_by_pressure = up_to_quadratic(&law.excess, one);
         let none = [law.zero; 6];
         let [s11, s12, s22] = &slip.by_slip;
         let (t11, t12, t22) = (times(s11, mu), times(s12, mu), times(s22, mu));
@@ -130,7 +124,7 @@ impl<N: Linear> AreaMoments<N> {
             by_dissipation: [
                 times(&up_to_affine(parting, &p1), mu),
                 times(&up_to_affine(parting, &p2), mu),
-                negated(&up_to_affine(parting, &p3)),
+                times(&up_to_affine(parting, &p3), -law.is_pressed),
             ],
             by_friction: [negated(&loaded1), negated(&loaded2), [law.zero; 3]],
         }
@@ -190,6 +184,24 @@ impl<N: Linear> Rates<N> {
             *k = minus(k, &times(flux, normal[2]));
         }
         self.add_along_normal(scaled(normal, of_b), fluxes);
+    }
+
+    /// Weights what the area contributes in values, and in derivatives by a motion. Derivatives by the pressure stay those of the whole area.
+    #[inline(always)]
+    pub fn weight(&mut self, still: N, moving: N) {
+        for by_speed in &mut self.by_speed {
+            *by_speed = times(by_speed, moving);
+        }
+        for column in &mut self.by_twist {
+            *column = times(column, still);
+        }
+        for own in [
+            &mut self.wrench,
+            &mut self.by_dissipation,
+            &mut self.by_friction,
+        ] {
+            *own = times(own, still);
+        }
     }
 
     /// Adds what the plane contributes as B moves: the slopes of p_B over that of p_A − p_B, along the axes.

@@ -1,16 +1,22 @@
 //! What dissipation and friction add on contact polygons that stay as they are, while velocities and pressures change.
 
-use super::area::AreaMoments;
-use super::in_lanes::FrozenInLanes;
-use super::traction::Traction;
+use super::MATRIX;
+use super::area::{AreaMoments, LawOnPlane};
+use super::pieces::{Divided, METHODS, Piece, Pieces, area_moments, corners, slip_moments};
+use super::wrenches::{add_columns, plus, times};
 use crate::contact::SurfaceLaw;
 use crate::contact::motion::RelativeMotion;
-use crate::contact::outline::Outline;
 use crate::contact::plane_polygon::PlanePolygon;
-use crate::contact::polygon_fields::PolygonFields;
-use crate::lanes;
+use crate::contact::polygon_fields::{Columns, PolygonFields};
+use crate::lanes::{self, InLanes, Lanes, ROW, Row};
+use crate::narrow_phase::Weights;
+#[cfg(test)]
+use crate::scalar::{Scalar, lift};
 use crate::spatial::Wrench;
 use nalgebra::{Matrix6, Vector3, Vector6};
+
+/// By motions and twists, and the wrench.
+const NUMBERS: usize = 2 * MATRIX + 6;
 
 /// What dissipation and friction add to the wrench on A, in A's axes about A's origin.
 #[derive(Debug, Clone, Copy)]
@@ -27,7 +33,7 @@ pub(crate) struct AddedByLaw {
 pub(in crate::contact) struct FrozenPolygon {
     polygon: PlanePolygon<f64>,
     /// The changes of the pressure's coefficients by a motion of B.
-    pub(super) pressure_by_motion: [Vector6<f64>; 3],
+    pressure_by_motion: [Vector6<f64>; 3],
 }
 
 impl AddedByLaw {
@@ -68,59 +74,135 @@ impl FrozenPolygon {
         law: &SurfaceLaw,
         (motion, velocity): (&Vector6<f64>, &RelativeMotion<f64>),
     ) -> AddedByLaw {
-        let (mut sum, left) = lanes::run(FrozenInLanes {
+        lanes::run(Added {
             polygons,
             law,
             motion,
             velocity,
-        });
-        for polygon in left {
-            polygons[polygon].add_to(&mut sum, law, (motion, velocity));
-        }
-        sum
+        })
     }
 
-    pub(super) fn plane(&self) -> &PolygonFields<f64> {
-        &self.polygon.plane
-    }
-
-    pub(super) fn outline(&self) -> &Outline<f64> {
-        &self.polygon.outline
-    }
-
-    pub(super) fn weight(&self) -> f64 {
-        self.polygon.weights.still.area()
-    }
-
-    /// The coefficients of the pressure after a motion of B.
-    pub(super) fn pressure_after(&self, motion: &Vector6<f64>) -> [f64; 3] {
-        let mut pressure = self.polygon.plane.pressure;
+    /// Returns the part under a positive pressure after a motion of B.
+    #[cfg(test)]
+    pub fn after<T: Scalar>(&self, motion: &[T; 6]) -> PlanePolygon<T> {
+        let mut pressure = self.polygon.plane.pressure.map(lift::<T>);
         for (coefficient, by_motion) in pressure.iter_mut().zip(&self.pressure_by_motion) {
+            for (by, change) in by_motion.iter().zip(motion) {
+                *coefficient += *change * *by;
+            }
+        }
+        self.polygon.under_pressure(pressure)
+    }
+
+    /// Adds the pieces on which the pressure is positive after a motion of B.
+    fn divide(&self, number: usize, motion: &Vector6<f64>, pieces: &mut Pieces) {
+        let PlanePolygon { plane, outline, .. } = &self.polygon;
+        let mut plane = *plane;
+        for (coefficient, by_motion) in plane.pressure.iter_mut().zip(&self.pressure_by_motion) {
             *coefficient += by_motion.dot(motion);
         }
-        pressure
+        let under_pressure = outline.cut(&plane.pressure);
+        pieces.divide(Divided {
+            number,
+            plane: &plane,
+            outline: under_pressure.as_ref().unwrap_or(outline),
+            weights: Weights {
+                moving: self.polygon.weights.still,
+                ..self.polygon.weights
+            },
+            is_whole: false,
+            has_area: true,
+            faces: &[],
+        });
     }
+}
 
-    /// Adds the contribution of this polygon, computed without lanes.
-    pub fn add_to(
+/// Computes the wrench and derivatives that the law adds over frozen polygons.
+struct Added<'p> {
+    polygons: &'p [FrozenPolygon],
+    law: &'p SurfaceLaw,
+    /// Of B.
+    motion: &'p Vector6<f64>,
+    /// Of A relative to B.
+    velocity: &'p RelativeMotion<f64>,
+}
+
+impl InLanes for Added<'_> {
+    type Output = AddedByLaw;
+
+    #[inline(always)]
+    fn run<L: Lanes>(self, lanes: L) -> AddedByLaw {
+        let mut sums = [[0.0; ROW]; NUMBERS];
+        let mut pieces = Pieces::new(self.law, self.velocity);
+        for number in 0..=self.polygons.len() {
+            // After the last polygon, batches that are not full are integrated too.
+            let least = match self.polygons.get(number) {
+                Some(polygon) => {
+                    polygon.divide(number, self.motion, &mut pieces);
+                    ROW
+                }
+                None => 1,
+            };
+            for method in 0..METHODS {
+                while pieces.batches[method].len >= least {
+                    let (pieces, count) = pieces.batches[method].take();
+                    for first in (0..count).step_by(L::COUNT) {
+                        let part = &pieces[first..first + L::COUNT];
+                        self.add(lanes, &mut sums, (part, first), method);
+                    }
+                }
+            }
+        }
+        let totals = sums.map(|[a, b, c, d, e, f, g, h]| ((a + b) + (c + d)) + ((e + f) + (g + h)));
+        let (by_motion, rest) = totals.split_at(MATRIX);
+        let (by_twist, wrench) = rest.split_at(MATRIX);
+        AddedByLaw {
+            wrench: Vector6::from_column_slice(wrench),
+            by_motion: Matrix6::from_column_slice(by_motion),
+            by_twist: Matrix6::from_column_slice(by_twist),
+        }
+    }
+}
+
+impl Added<'_> {
+    /// Adds as many pieces as there are lanes, given the number of the first one in its batch.
+    #[inline(always)]
+    fn add<L: Lanes>(
         &self,
-        sum: &mut AddedByLaw,
-        law: &SurfaceLaw,
-        (motion, velocity): (&Vector6<f64>, &RelativeMotion<f64>),
+        lanes: L,
+        sums: &mut [Row; NUMBERS],
+        (pieces, first): (&[Piece], usize),
+        method: usize,
     ) {
-        let mut polygon = self.polygon.clone();
-        polygon.plane.pressure = self.pressure_after(motion);
-        if let Some(under_pressure) = polygon.outline.cut(&polygon.plane.pressure) {
-            polygon.set_outline(under_pressure);
+        let planes = PolygonFields::side_by_side(lanes, |lane| &pieces[lane].plane);
+        let is_pressed = lanes.gathered(|lane| pieces[lane].is_pressed);
+        let law = LawOnPlane::on(lanes, &planes, is_pressed, (self.law, self.velocity));
+        let (corners, count) = corners(lanes, pieces);
+        let slip = slip_moments(lanes, pieces, &corners[..count], &law.load, method);
+        let area = AreaMoments::of(&law, &slip, &area_moments(lanes, &corners[..=count]));
+        let weight = lanes.gathered(|lane| pieces[lane].weights[0]);
+        let wrench = times(&planes.in_a(&area.wrench()), weight);
+        let [c0, c1, c2] = area.by_pressure();
+        let by_pressure = [
+            times(&planes.in_a(&c0), weight),
+            times(&planes.in_a(&c1), weight),
+            times(&planes.in_a(&c2), weight),
+        ];
+        let mut by_twist = planes.matrix_in_a(&area.by_twist());
+        let mut by_motion: Columns<L::Numbers> = [[law.zero; 6]; 6];
+        for column in 0..6 {
+            by_twist[column] = times(&by_twist[column], weight);
+            for (k, by_pressure) in by_pressure.iter().enumerate() {
+                let by = lanes.gathered(|lane| {
+                    self.polygons[pieces[lane].polygon].pressure_by_motion[k][column]
+                });
+                by_motion[column] = plus(&by_motion[column], &times(by_pressure, by));
+            }
         }
-        let area = Traction::on(&polygon, (law, velocity), AreaMoments::on);
-        let (plane, weight) = (&polygon.plane, self.weight());
-        let in_a = |wrench: &[f64; 6]| Vector6::from(plane.in_a(wrench)) * weight;
-        sum.wrench += in_a(&area.wrench());
-        sum.by_twist += Matrix6::from(plane.matrix_in_a(&area.by_twist())) * weight;
-        let by_coefficients = area.by_pressure().each_ref().map(in_a);
-        for (by_coefficient, by_motion) in by_coefficients.iter().zip(&self.pressure_by_motion) {
-            sum.by_motion += by_coefficient * by_motion.transpose();
-        }
+        let (by_motions, rest) = sums.split_at_mut(MATRIX);
+        let (by_twists, wrenches) = rest.split_at_mut(MATRIX);
+        add_columns(lanes, by_motions, first, &by_motion);
+        add_columns(lanes, by_twists, first, &by_twist);
+        add_columns(lanes, wrenches, first, &[wrench]);
     }
 }

@@ -1,5 +1,6 @@
 //! The lines that bound a polygon in its plane, and how an edge is shared among several.
 
+use super::pieces::EdgeFace;
 use nalgebra::Vector3;
 
 /// The line in which the plane meets a face that owns an edge.
@@ -7,15 +8,31 @@ use nalgebra::Vector3;
 pub(super) struct Line {
     /// The face: 0 to 3 of A, 4 to 7 of B.
     pub face: usize,
-    /// The face's outward normal, along the axes of the plane.
-    pub normal: Vector3<f64>,
-    /// 1/|ν − (ν·n)n| for this normal ν, negative if it points into the polygon.
+    /// The face's outward unit normal ν, in A's axes.
+    pub outward: Vector3<f64>,
+    /// ν·n.
+    pub along_normal: f64,
+    /// 1/|ν − (ν·n)n|, negative if ν points into the polygon.
     pub inverse_sine: f64,
 }
 
 impl Line {
     pub fn moves_with_b(&self) -> bool {
         self.face >= 4
+    }
+
+    /// The face with shares in the motion of an edge. A face in the plane moves no edge in it.
+    pub fn as_edge_face(&self, shares: [f64; 2]) -> EdgeFace {
+        let sign = if self.inverse_sine == 0.0 {
+            0.0
+        } else {
+            self.inverse_sine.signum()
+        };
+        EdgeFace {
+            face: self.face,
+            normal: self.outward,
+            shares: shares.map(|share| share * sign),
+        }
     }
 }
 
@@ -75,7 +92,8 @@ mod tests {
     fn line(face: usize, inverse_sine: f64) -> Line {
         Line {
             face,
-            normal: Vector3::x(),
+            outward: Vector3::x(),
+            along_normal: 0.0,
             inverse_sine,
         }
     }

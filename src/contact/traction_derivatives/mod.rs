@@ -18,34 +18,32 @@
 
 mod area;
 mod edges;
-mod flux;
 mod frozen;
-mod in_lanes;
+mod linearize;
 mod lines;
-mod rates;
-mod traction;
+mod pieces;
+mod responses;
+#[cfg(test)]
+mod tests;
 mod wrenches;
 
 use super::integrate::{Integrand, Remainder};
 use super::jacobian::RelativeJacobian;
 use super::motion::RelativeMotion;
-use super::plane_polygon::PlanePolygon;
 use super::polygon_source::PolygonSource;
 use super::relative_linearisation::RelativeLinearisation;
-use super::response::{LawResponse, PolygonResponse, Responses};
-use super::slip_fields::MovingOctets;
+use super::response::Responses;
 use super::sums::PartialSum;
 use super::{ContactPair, SurfaceLaw};
+use crate::lanes;
 use crate::narrow_phase::{COINCIDENCE, Cut};
 use crate::search::GenericPairs;
-use edges::Edges;
 pub(crate) use frozen::AddedByLaw;
 pub(super) use frozen::FrozenPolygon;
-use in_lanes::AddedInLanes;
-use nalgebra::{Matrix6x2, Vector6};
-use rates::PolygonRates;
+use linearize::{Linearize, MATRIX, Polygons};
+use nalgebra::Matrix6x2;
 use std::marker::PhantomData;
-use traction::Traction;
+use std::slice;
 
 /// Octets that are linearized in one thread: some 100 µs of work.
 const OCTETS: usize = 16;
@@ -147,76 +145,36 @@ impl<R: Responses> Integrand<f64> for MovingJacobian<'_, R> {
     const OCTETS: usize = OCTETS;
 
     fn add(&self, source: &PolygonSource<f64>, cut: &Cut, sum: &mut InMotion<R>) {
-        let Some(polygon) = source.polygon(cut) else {
-            return;
-        };
-        if polygon.has_area() && polygon.weights.have_area() {
-            sum.elastic.add(&polygon);
-        }
-        self.add_law(source, (cut, &polygon), sum);
+        self.add_cuts(source, slice::from_ref(cut), sum);
+    }
+
+    fn add_cuts(&self, source: &PolygonSource<f64>, cuts: &[Cut], sum: &mut InMotion<R>) {
+        self.add_polygons(source, Polygons::Cuts(cuts), sum);
     }
 
     fn add_octets(
         &self,
         source: &PolygonSource<f64>,
         generic: GenericPairs,
-        left: &mut Remainder,
+        _: &mut Remainder,
         sum: &mut InMotion<R>,
     ) {
         sum.elastic.add_octets(generic.octets);
-        let added = AddedInLanes {
-            moving: MovingOctets {
-                octets: generic.octets,
-                law: self.law,
-                motion: self.motion,
-            },
-            generic,
-            pair: &source.pair,
-            are_responses_kept: R::ARE_KEPT,
-        };
-        let (added, responses) = added.sum::<R>(left);
-        sum.added.merge(added);
-        sum.responses.merge(responses);
-    }
-
-    fn add_remainder(&self, source: &PolygonSource<f64>, cut: &Cut, sum: &mut InMotion<R>) {
-        if let Some(polygon) = source.polygon(cut) {
-            self.add_law(source, (cut, &polygon), sum);
-        }
+        self.add_polygons(source, Polygons::Generic(generic), sum);
     }
 }
 
 impl<R: Responses> MovingJacobian<'_, R> {
-    /// Adds what dissipation and friction contribute to the wrench on A and its derivatives, and keeps how the polygon answers to
-    /// changes of shape.
-    fn add_law(
-        &self,
-        source: &PolygonSource<f64>,
-        (cut, polygon): (&Cut, &PlanePolygon<f64>),
-        sum: &mut InMotion<R>,
-    ) {
-        let added = &mut sum.added;
-        let mut response = R::ARE_KEPT.then(LawResponse::default);
-        let rates = Traction::on(polygon, (self.law, self.motion), |traction| {
-            let mut rates = PolygonRates::default();
-            added.kinks.are_clamped |= traction.is_clamped;
-            if polygon.has_area() && polygon.weights.have_area() {
-                rates.set_area(traction);
-            }
-            if !self.law.is_elastic() {
-                let edges = Edges::of(source, (cut, polygon));
-                edges.add_to(traction, &mut rates, response.as_mut());
-            }
-            rates
+    fn add_polygons(&self, source: &PolygonSource<f64>, polygons: Polygons, sum: &mut InMotion<R>) {
+        let linearized = lanes::run(Linearize {
+            source,
+            polygons,
+            law: self.law,
+            motion: self.motion,
+            are_responses_kept: R::ARE_KEPT,
         });
-        if let Some(response) = &mut response {
-            let more = rates.modulus_correction.map(Vector6::from);
-            response.by_speed = rates.rates.by_speed.map(Vector6::from);
-            response.modulus_correction = (more != [Vector6::zeros(); 3]).then(|| Box::new(more));
-            response.by_pressure = rates.rates.by_pressure.map(Vector6::from);
-        }
-        rates.add_to(&polygon.plane, added);
-        sum.responses
-            .keep(|| PolygonResponse::of(cut.tets, polygon, response));
+        sum.elastic.merge(linearized.elastic);
+        sum.added.merge(linearized.added);
+        sum.responses.merge(R::of(linearized.responses));
     }
 }

@@ -1,7 +1,7 @@
-//! Wrenches of tractions, from their moments: of one polygon, or of several side by side.
+//! Wrenches of tractions, from their moments.
 
 use crate::contact::polygon_fields::Six;
-use crate::lanes::Linear;
+use crate::lanes::{Lanes, Linear, Numbers, Row};
 
 /// The wrench of a traction from its moments by 1, y₁ and y₂ along each axis.
 #[inline(always)]
@@ -71,4 +71,19 @@ pub(super) fn minus<N: Linear, const K: usize>(numbers: &[N; K], others: &[N; K]
         *difference = *difference - *other;
     }
     differences
+}
+
+/// Adds columns of six numbers to rows.
+#[inline(always)]
+pub(super) fn add_columns<L: Lanes>(
+    lanes: L,
+    rows: &mut [Row],
+    first: usize,
+    columns: &[Six<L::Numbers>],
+) {
+    for (rows, column) in rows.chunks_exact_mut(6).zip(columns) {
+        for (row, number) in rows.iter_mut().zip(column) {
+            (lanes.load(row, first) + *number).store(row, first);
+        }
+    }
 }

@@ -1,0 +1,420 @@
+//! Pieces of contact polygons, sorted by the way in which slip is integrated over them.
+//!
+//! Every polygon is integrated as one or more pieces, whether it is generic or special: a polygon on which the pressure is clamped is
+//! divided where the damping is zero, and one with many corners or edges has several pieces.
+
+#![expect(
+    clippy::needless_range_loop,
+    reason = "adapters of iterators take closures, and a closure over lanes may stay a call, compiled for any processor"
+)]
+
+use crate::contact::SurfaceLaw;
+use crate::contact::motion::RelativeMotion;
+use crate::contact::outline::Outline;
+use crate::contact::plane_motion::PlaneMotion;
+use crate::contact::polygon_fields::PolygonFields;
+use crate::friction::{
+    ClosedForm, Edge, LEVELS, Slip, SlipAndLoad, SlipMoments, ends, slope_rules,
+};
+use crate::geometry::{PER_TRIANGLE, add_triangle};
+use crate::lanes::{Lanes, ROW};
+use crate::narrow_phase::{SLOTS, Weight, Weights};
+use nalgebra::Vector3;
+use std::cell::RefCell;
+
+/// Methods to integrate slip: a level of quadrature, or the closed form.
+pub(super) const METHODS: usize = LEVELS + 1;
+
+/// The closed form, for slips that turn quickly.
+pub(super) const CLOSED_FORM: usize = LEVELS;
+
+/// A face that moves an edge of a polygon.
+#[derive(Clone, Copy)]
+pub(super) struct EdgeFace {
+    /// 0 to 3 of A, 4 to 7 of B.
+    pub face: usize,
+    /// Its unit normal, out of its tetrahedron, in A's axes.
+    pub normal: Vector3<f64>,
+    /// The share of the face in the motion of the edge, as bodies move and as the modulus of B grows. Negative if the polygon is on the
+    /// outer side of the face.
+    pub shares: [f64; 2],
+}
+
+/// An edge of a piece, or a part of one, that moves with a face.
+#[derive(Clone, Copy)]
+pub(super) struct MovingEdge {
+    pub ends: [[f64; 2]; 2],
+    pub face: usize,
+    pub normal: Vector3<f64>,
+    /// 1 for a face of B, which moves with it, and 0 for one of A.
+    pub is_of_b: f64,
+}
+
+/// A convex piece of a contact polygon, with some of the edges that bound the polygon.
+pub(super) struct Piece {
+    pub plane: PolygonFields<f64>,
+    /// Counter-clockwise. After the last corner the first, as often as there is room.
+    pub corners: [[f64; 2]; SLOTS + 1],
+    pub corner_count: usize,
+    pub edges: [MovingEdge; SLOTS],
+    pub edge_count: usize,
+    /// See [`EdgeFace::shares`].
+    pub shares: [[f64; 2]; SLOTS],
+    /// The factors of integrals over the area in values, and in derivatives by a motion.
+    pub weights: [f64; 2],
+    /// 1, or 0 if the pressure is clamped.
+    pub is_pressed: f64,
+    /// The number of the polygon.
+    pub polygon: usize,
+    /// Integrals in closed form, if that is the method.
+    closed_form: Option<Box<ClosedIntegrals>>,
+}
+
+/// Integrals of slip over a piece, and along its edges.
+struct ClosedIntegrals {
+    over_area: SlipMoments,
+    along_edges: [[[f64; 6]; 2]; SLOTS],
+}
+
+/// The integrals of a piece that slip does not contribute to.
+const NO_INTEGRALS: ClosedIntegrals = ClosedIntegrals {
+    over_area: SlipMoments {
+        direction: [[0.0; 10]; 2],
+        by_slip: [[0.0; 6]; 3],
+    },
+    along_edges: [[[0.0; 6]; 2]; SLOTS],
+};
+
+/// Pieces that are integrated by one method, and memory for more.
+#[derive(Default)]
+pub(super) struct Batch {
+    pieces: Vec<Piece>,
+    pub len: usize,
+    /// Whether all pieces are of polygons with weight 1 and one face for each edge.
+    pub are_whole: bool,
+}
+
+/// A polygon to be divided into pieces.
+#[derive(Clone, Copy)]
+pub(super) struct Divided<'p> {
+    /// The number of the polygon.
+    pub number: usize,
+    pub plane: &'p PolygonFields<f64>,
+    pub outline: &'p Outline<f64>,
+    pub weights: Weights,
+    /// Whether it has weight 1, and one face for each edge.
+    pub is_whole: bool,
+    /// Whether the area counts.
+    pub has_area: bool,
+    /// Faces that move edges of the outline, by the number of the edge.
+    pub faces: &'p [(usize, EdgeFace)],
+}
+
+impl MovingEdge {
+    /// An edge that does not count.
+    const NONE: Self = Self {
+        ends: [[0.0; 2]; 2],
+        face: 0,
+        normal: Vector3::new(0.0, 0.0, 0.0),
+        is_of_b: 0.0,
+    };
+}
+
+impl Piece {
+    fn empty() -> Self {
+        Self {
+            plane: PolygonFields::ZERO,
+            corners: [[0.0; 2]; SLOTS + 1],
+            corner_count: 0,
+            edges: [MovingEdge::NONE; SLOTS],
+            edge_count: 0,
+            shares: [[0.0; 2]; SLOTS],
+            weights: [0.0; 2],
+            is_pressed: 0.0,
+            polygon: 0,
+            closed_form: None,
+        }
+    }
+
+    /// Removes corners and edges.
+    fn clear(&mut self) {
+        (self.corner_count, self.edge_count) = (0, 0);
+        self.closed_form = None;
+    }
+
+    #[inline]
+    pub fn push_corner(&mut self, corner: [f64; 2]) {
+        self.corners[self.corner_count % SLOTS] = corner;
+        self.corner_count += 1;
+    }
+
+    /// Adds an edge. Returns its index.
+    #[inline]
+    pub fn push_edge(&mut self, ends: [[f64; 2]; 2], by: &EdgeFace) -> usize {
+        let index = self.edge_count % SLOTS;
+        self.edges[index] = MovingEdge {
+            ends,
+            face: by.face,
+            normal: by.normal,
+            is_of_b: f64::from(u8::from(by.face >= 4)),
+        };
+        self.shares[index] = by.shares;
+        self.edge_count += 1;
+        index
+    }
+
+    /// Closes the polygon after its last corner.
+    #[inline]
+    pub fn close(&mut self) {
+        let first = self.corners[0];
+        self.corners[self.corner_count.min(SLOTS)..].fill(first);
+    }
+
+    fn integrals(&self) -> &ClosedIntegrals {
+        self.closed_form
+            .as_deref()
+            .unwrap_or(const { &NO_INTEGRALS })
+    }
+}
+
+impl Batch {
+    /// Adds a piece of a polygon, without corners and edges.
+    #[inline]
+    fn add(&mut self, polygon: usize, plane: &PolygonFields<f64>) -> &mut Piece {
+        if self.len == self.pieces.len() {
+            self.pieces.resize_with(self.len + ROW, Piece::empty);
+        }
+        self.are_whole |= self.len == 0;
+        let piece = &mut self.pieces[self.len];
+        piece.clear();
+        (piece.plane, piece.polygon) = (*plane, polygon);
+        self.len += 1;
+        piece
+    }
+
+    /// Adds the only piece of a polygon that counts fully, without corners and edges.
+    #[inline]
+    pub fn add_whole(&mut self, polygon: usize, plane: &PolygonFields<f64>) -> &mut Piece {
+        let piece = self.add(polygon, plane);
+        (piece.weights, piece.is_pressed) = ([1.0; 2], 1.0);
+        piece
+    }
+
+    /// Removes the last pieces, up to eight, and returns them with their count. Empty pieces follow, so that there are eight.
+    pub fn take(&mut self) -> (&[Piece], usize) {
+        let count = self.len.min(ROW);
+        self.len -= count;
+        let pieces = &mut self.pieces[self.len..self.len + ROW];
+        let (filled, empty) = pieces.split_at_mut(count);
+        for piece in empty {
+            piece.clear();
+            piece.corners[0] = [0.0; 2];
+            piece.close();
+            if let [first, ..] = filled {
+                (piece.plane, piece.polygon) = (first.plane, first.polygon);
+            }
+            piece.weights = [0.0; 2];
+        }
+        // What is left of earlier pieces may not be finite.
+        let counts = pieces.iter().map(|piece| piece.edge_count);
+        let most = counts.max().unwrap_or(0).min(SLOTS);
+        for piece in &mut *pieces {
+            for missing in piece.edge_count..most {
+                piece.edges[missing] = MovingEdge::NONE;
+                piece.shares[missing] = [0.0; 2];
+            }
+        }
+        (pieces, count)
+    }
+}
+
+thread_local! {
+    /// Empty batches with the memory of earlier ones.
+    static SPARE: RefCell<Vec<[Batch; METHODS]>> = const { RefCell::new(Vec::new()) };
+}
+
+/// Pieces of polygons for a law and a motion of the bodies.
+pub(super) struct Pieces<'l> {
+    law: &'l SurfaceLaw,
+    motion: &'l RelativeMotion<f64>,
+    /// One batch for each method.
+    pub batches: [Batch; METHODS],
+}
+
+impl<'l> Pieces<'l> {
+    pub fn new(law: &'l SurfaceLaw, motion: &'l RelativeMotion<f64>) -> Self {
+        Self {
+            law,
+            motion,
+            batches: SPARE.with_borrow_mut(Vec::pop).unwrap_or_default(),
+        }
+    }
+
+    /// Divides a polygon into pieces. Returns whether the pressure is clamped somewhere.
+    pub fn divide(&mut self, polygon: Divided) -> bool {
+        let motion = PlaneMotion::of(self.motion, polygon.plane);
+        let damping = motion.damping(self.law.dissipation, 1.0);
+        let slip = (&motion.slip_by(self.law), &damping);
+        let Some(pressed) = polygon.outline.cut(&damping) else {
+            self.add_part(polygon, polygon.outline, Some(slip));
+            return false;
+        };
+        let clamped = polygon
+            .outline
+            .cut(&damping.map(|coefficient| -coefficient));
+        self.add_part(polygon, &pressed, Some(slip));
+        self.add_part(polygon, clamped.as_ref().unwrap_or(polygon.outline), None);
+        true
+    }
+
+    /// Adds a part of a polygon, with its slip and damping, or without if the pressure is clamped.
+    fn add_part(
+        &mut self,
+        polygon: Divided,
+        part: &Outline<f64>,
+        slip: Option<(&Slip<f64>, &[f64; 3])>,
+    ) {
+        let corners = part.corners();
+        let level = slip.map_or(Some(0), |(slip, _)| slip.level(corners));
+        let closed_form = slip.filter(|_| level.is_none()).map(|(slip, damping)| {
+            ClosedForm::on(corners, *slip, &polygon.plane.pressure, damping)
+        });
+        let edge_of_part = |(edge, face): &(usize, EdgeFace)| {
+            let mut edges = part.edges().iter();
+            let place = edges.position(|&of| usize::from(of) == *edge)?;
+            Some((ends(corners, place), *face))
+        };
+        let mut edges = polygon.faces.iter().filter_map(edge_of_part).peekable();
+        let weights = [polygon.weights.still, polygon.weights.moving].map(Weight::area);
+        let batch = &mut self.batches[level.unwrap_or(CLOSED_FORM)];
+        // Pieces with many corners form a fan about the first one.
+        let mut next = if polygon.has_area { 1 } else { corners.len() };
+        let mut over_area = closed_form.as_ref().filter(|_| polygon.has_area);
+        while next + 1 < corners.len() || edges.peek().is_some() {
+            let piece = batch.add(polygon.number, polygon.plane);
+            (piece.weights, piece.is_pressed) = (weights, f64::from(u8::from(slip.is_some())));
+            if next + 1 < corners.len() {
+                let end = corners.len().min(next + SLOTS - 1);
+                piece.push_corner(corners[0]);
+                corners[next..end]
+                    .iter()
+                    .for_each(|&y| piece.push_corner(y));
+                next = end - 1;
+            } else {
+                piece.corners[0] = [0.0; 2];
+            }
+            piece.close();
+            let mut integrals = closed_form.as_ref().map(|_| Box::new(NO_INTEGRALS));
+            if let (Some(integrals), Some(closed_form)) = (&mut integrals, over_area.take()) {
+                integrals.over_area = closed_form.moments();
+            }
+            for (ends, by) in edges.by_ref().take(SLOTS) {
+                let index = piece.push_edge(ends, &by);
+                if let (Some(integrals), Some(closed_form)) = (&mut integrals, &closed_form) {
+                    integrals.along_edges[index] = closed_form.along(ends);
+                }
+            }
+            piece.closed_form = integrals;
+            batch.are_whole &= polygon.is_whole;
+        }
+    }
+}
+
+impl Drop for Pieces<'_> {
+    fn drop(&mut self) {
+        let mut batches = std::mem::take(&mut self.batches);
+        for batch in &mut batches {
+            batch.len = 0;
+        }
+        // Fails if the thread is ending. The memory is freed then.
+        let _ = SPARE.try_with(|spare| spare.borrow_mut().push(batches));
+    }
+}
+
+/// Corners of pieces, one in each lane, as many as one of them has, and the first again.
+#[inline(always)]
+pub(super) fn corners<L: Lanes>(
+    lanes: L,
+    pieces: &[Piece],
+) -> ([[L::Numbers; 2]; SLOTS + 1], usize) {
+    let mut corners = [[lanes.splat(0.0); 2]; SLOTS + 1];
+    let mut count = 0;
+    for piece in pieces {
+        count = piece.corner_count.max(count);
+    }
+    let count = count.min(SLOTS);
+    for number in 0..=count {
+        corners[number] = [
+            lanes.gathered(|lane| pieces[lane].corners[number][0]),
+            lanes.gathered(|lane| pieces[lane].corners[number][1]),
+        ];
+    }
+    (corners, count)
+}
+
+/// The moments of polygons for the ten monomials up to cubic ones: sums over the triangles of the origin and each edge, exactly 0 if an
+/// edge is a point. Takes the corners with the first one again.
+#[inline(always)]
+pub(super) fn area_moments<L: Lanes>(lanes: L, corners: &[[L::Numbers; 2]]) -> [L::Numbers; 10] {
+    let mut sums = [lanes.splat(0.0); 10];
+    let constants = [lanes.splat(0.5), lanes.splat(1.0 / 3.0)];
+    for end in 1..corners.len() {
+        add_triangle(&mut sums, corners[end - 1], corners[end], constants);
+    }
+    for (sum, factor) in sums.iter_mut().zip(PER_TRIANGLE) {
+        *sum = *sum * lanes.splat(factor);
+    }
+    sums
+}
+
+/// Integrates slip over the area of pieces by a method.
+#[inline(always)]
+pub(super) fn slip_moments<L: Lanes>(
+    lanes: L,
+    pieces: &[Piece],
+    corners: &[[L::Numbers; 2]],
+    load: &SlipAndLoad<L::Numbers>,
+    method: usize,
+) -> SlipMoments<L::Numbers> {
+    if method < LEVELS {
+        let (over_area, _) = slope_rules(method);
+        return load.over_area(lanes, corners, over_area);
+    }
+    let mut moments = SlipMoments {
+        direction: [[load.one; 10]; 2],
+        by_slip: [[load.one; 6]; 3],
+    };
+    for (axis, numbers) in moments.direction.iter_mut().enumerate() {
+        for (m, number) in numbers.iter_mut().enumerate() {
+            *number = lanes.gathered(|lane| pieces[lane].integrals().over_area.direction[axis][m]);
+        }
+    }
+    for (entry, numbers) in moments.by_slip.iter_mut().enumerate() {
+        for (m, number) in numbers.iter_mut().enumerate() {
+            *number = lanes.gathered(|lane| pieces[lane].integrals().over_area.by_slip[entry][m]);
+        }
+    }
+    moments
+}
+
+/// Integrates slip along one edge of each piece by a method.
+#[inline(always)]
+pub(super) fn slip_along<L: Lanes>(
+    lanes: L,
+    pieces: &[Piece],
+    number: usize,
+    (load, edge): (&SlipAndLoad<L::Numbers>, &Edge<L::Numbers>),
+    method: usize,
+) -> [[L::Numbers; 6]; 2] {
+    if method < LEVELS {
+        let (_, along_edges) = slope_rules(method);
+        return load.along(lanes, edge, along_edges);
+    }
+    let mut sums = [[load.one; 6]; 2];
+    for (axis, numbers) in sums.iter_mut().enumerate() {
+        for (m, sum) in numbers.iter_mut().enumerate() {
+            *sum = lanes.gathered(|lane| pieces[lane].integrals().along_edges[number][axis][m]);
+        }
+    }
+    sums
+}
