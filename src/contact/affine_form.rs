@@ -10,7 +10,7 @@ pub(super) struct AffineForm {
 }
 
 impl AffineForm {
-    /// f ↦ `value`·f(`at`) + `slope`·∇f.
+    /// Creates f ↦ `value`·f(`at`) + `slope`·∇f.
     pub fn about(at: &Vector3<f64>, value: f64, slope: Vector3<f64>) -> Self {
         Self {
             value,

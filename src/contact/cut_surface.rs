@@ -7,18 +7,18 @@ use crate::scalar::{Scalar, real_part, real_vector};
 use nalgebra::Vector3;
 
 impl<T: Scalar> CutSurface<'_, T> {
-    /// Whether some whole polygon lies so near to a face of B that they count as coincident.
+    /// Returns whether a whole polygon lies so near to a face of B that they count as coincident.
     pub fn has_polygons_on_faces(&self) -> bool {
         self.found.coplanarity().is_within(ELASTIC_COINCIDENCE)
     }
 
-    /// Whether nothing is pressed on.
+    /// Returns whether the contact surface has no polygons.
     pub fn is_empty(&self) -> bool {
         let is_pressed = |cut: &Cut| self.source.is_pressed(cut);
         !self.found.cuts().iter().any(is_pressed) && !self.found.generic().have_polygons()
     }
 
-    /// Whether the surfaces touch face to face on some area, without pressure.
+    /// Returns whether the surfaces touch face to face over some area, without pressure.
     pub fn touches(&self) -> bool {
         let mut touches = self.found.cuts().iter().filter(|cut| cut.is_touch());
         touches.any(|cut| {
@@ -27,7 +27,7 @@ impl<T: Scalar> CutSurface<'_, T> {
         })
     }
 
-    /// Number of contact polygons, including those where both bodies end.
+    /// Returns the number of contact polygons, including those on the surfaces of both bodies.
     pub fn polygon_count(&self) -> usize {
         self.sum_of_cuts(|count: &mut usize, cut| {
             let polygon = self.source.counted_polygon(cut, Weights::has_still_area);
@@ -35,7 +35,7 @@ impl<T: Scalar> CutSurface<'_, T> {
         })
     }
 
-    /// ∫ p dA (N).
+    /// Returns ∫ p dA (N).
     pub fn load(&self) -> f64 {
         self.sum_of_cuts(|load: &mut f64, cut| {
             let polygon = self.source.counted_polygon(cut, Weights::has_still_area);
@@ -43,9 +43,8 @@ impl<T: Scalar> CutSurface<'_, T> {
         })
     }
 
-    /// The part of it that is on polygons which with so many octaves would be taken to lie where the pressure is zero. Where
-    /// p_A − p_B counts as zero, so does the height of the plane above a face, which is the greater the more alike the fields
-    /// are.
+    /// Returns the part of the load (N) on polygons that would count as having zero pressure with this number of octaves. If p_A − p_B
+    /// counts as zero, so does the height of the plane above a face. This height is larger if the fields are more alike.
     pub fn load_at_zero(&self, octaves: i32) -> f64 {
         let pair = self.source.pair.with_near_coincidences(octaves);
         self.sum_of_cuts(|sum: &mut f64, cut| {

@@ -17,18 +17,18 @@ use crate::spatial::Wrench;
 use nalgebra::{Matrix6, Vector6};
 use std::marker::PhantomData;
 
-/// How many numbers a 6×6 matrix has.
+/// Number of entries of a 6×6 matrix.
 const MATRIX: usize = 36;
 
-/// How many there are in a [`RelativeJacobian`]: a matrix and three wrenches.
+/// Number of entries of a [`RelativeJacobian`]: a matrix and three wrenches.
 const JACOBIAN: usize = MATRIX + 3 * 6;
 
-/// Octets that are integrated in one thread: some 20 µs of work.
+/// Number of octets that are integrated in one thread: about 20 µs of work.
 const OCTETS: usize = 256;
 
-/// `K` numbers that follow from the plane and the moments of a polygon.
+/// `K` integrals that follow from the plane and the moments of a polygon.
 trait Integrals<const K: usize> {
-    /// Of all of the polygon, whatever its weights.
+    /// Computes the integrals over the whole polygon, without its weights.
     fn of<N: Linear>(polygon: &PolygonFields<N>) -> [N; K];
 }
 
@@ -39,7 +39,7 @@ struct OfWrench;
 struct OfJacobian;
 
 impl<N: Linear> PolygonFields<N> {
-    /// ∫ p dA and ∫ p x dA.
+    /// Returns ∫ p dA and ∫ p x dA.
     #[inline(always)]
     fn pressure_integrals(&self) -> (N, [N; 3]) {
         let ([p0, p1, p2], [e1, e2, _]) = (self.pressure, self.axes);
@@ -60,7 +60,7 @@ impl Integrals<6> for OfWrench {
     }
 }
 
-/// The wrench of a load with this total and first moment along a direction.
+/// Returns the wrench of a load along a direction, from its total and first moment.
 #[inline(always)]
 fn wrench_of<N: Linear>(total: N, weighted: [N; 3], direction: [N; 3]) -> Six<N> {
     let [t1, t2, t3] = cross(weighted, direction);
@@ -80,15 +80,15 @@ impl Integrals<JACOBIAN> for OfJacobian {
         let by_y1 = sum(scaled(origin, y1), sum(scaled(e1, y11), scaled(e2, y12)));
         let by_y2 = sum(scaled(origin, y2), sum(scaled(e1, y12), scaled(e2, y22)));
         let (arm_a, arm_b) = (cross(first, a), cross(first, slope_b));
-        // ∫ (x × a)(x × b)ᵀ dA for b the slope of B: with x = origin + e₁y₁ + e₂y₂ in the second factor, it is the sum over 1, y₁
-        // and y₂ of ∫ (x × a) y dA and its part of x × b.
+        // ∫ (x × a)(x × b)ᵀ dA, where b is the slope of B. With x = origin + e₁y₁ + e₂y₂ in the second factor, it is the sum over 1, y₁ and
+        // y₂ of ∫ (x × a) y dA times the corresponding part of x × b.
         let in_second = [
             cross(origin, slope_b),
             cross(e1, slope_b),
             cross(e2, slope_b),
         ];
         let by_second = [arm_a, cross(by_y1, a), cross(by_y2, a)];
-        // All numbers are written below.
+        // All entries are overwritten below.
         let mut sums = [area; JACOBIAN];
         for row in 0..3 {
             for column in 0..3 {
@@ -113,7 +113,7 @@ impl Integrals<JACOBIAN> for OfJacobian {
     }
 }
 
-/// Sums over octets, each place of them by itself: so the number of lanes has no influence. Places without a polygon add 0.
+/// Sums over octets. Each place in an octet has its own sum, so the number of lanes has no influence. Places without a polygon add 0.
 struct OverOctets<'o, I, const K: usize> {
     octets: &'o [Octet],
     integrals: PhantomData<I>,
@@ -145,7 +145,7 @@ fn over_octets<I: Integrals<K>, const K: usize>(octets: &[Octet]) -> [f64; K] {
 }
 
 impl<T: Scalar> PlanePolygon<T> {
-    /// ∫ p dA (N), times the polygon's weight in values.
+    /// Returns ∫ p dA (N), times the polygon's weight in values.
     pub fn load(&self) -> T {
         let (total, _) = self.plane.pressure_integrals();
         total * self.weights.still.area()
@@ -273,10 +273,10 @@ mod tests {
     use crate::threads::results_of;
     use nalgebra::{SVector, Vector3};
 
-    /// Of sums over thousands of polygons, taken in another order.
+    /// Round-off of sums over thousands of polygons in another order.
     const ROUND_OFF: f64 = 1e-13;
 
-    /// Everything that is computed in lanes, as bits.
+    /// Returns all results that are computed in lanes, as bits.
     fn bits(pair: &ContactPair) -> Vec<u64> {
         let law = SurfaceLaw::new(0.5, 0.4, 1e-3).unwrap();
         let twist = Twist {
@@ -319,13 +319,13 @@ mod tests {
     fn assert_same_at_all_widths(pair: &ContactPair, name: &str) {
         let expected = bits(pair);
         for width in [2, 4, 8] {
-            // One job, which is not shared out to threads of another width.
+            // There is one job, so no thread with another number of lanes takes part.
             let own = results_of(&[()], |()| at_width(width, || bits(pair)));
             assert!(own[0] == expected, "{name}, {width} lanes");
         }
     }
 
-    /// A generic pose, this far (m) from the origin.
+    /// Returns a generic pose at this distance (m) from the origin.
     fn pose(number: usize, distance: f64) -> Pose {
         let angle = |k: f64| (number as f64 * k + 0.3).sin();
         let turn = Vector3::new(angle(1.1), angle(2.3), angle(3.7)) * 2.0;
@@ -333,7 +333,7 @@ mod tests {
         Pose::from_rotation_vector(&turn, way * distance)
     }
 
-    /// Two balls of so many octets of polygons that their memory is used again.
+    /// Calls `check` with two balls. Their contact has so many octets of polygons that memory is used again.
     fn with_large_contact<O>(check: impl FnOnce(&ContactPair) -> O) -> O {
         let ball = Shape::new(shapes::icosphere(1.0, 3).unwrap());
         let a = ContactBody::new(&ball, pose(1, 0.8), 2e4).unwrap();

@@ -8,16 +8,16 @@ use crate::narrow_phase::PosedTet;
 use crate::scalar::{Scalar, lift, lift_vector, real_part};
 use nalgebra::Vector3;
 
-/// Where the apex of the fan over a rigid body's triangles lies (see [`PolygonSource::energy_behind_triangle`]): from the
-/// center of a box, in half diagonals of it. Outside the box, in a direction along no axis or diagonal.
+/// Position of the apex of the fan over a rigid body's triangles (see [`PolygonSource::energy_behind_triangle`]), from the center of a box,
+/// in half diagonals of the box. It is outside the box, in a direction along no axis or diagonal.
 const APEX: Vector3<f64> = Vector3::new(1.13, 0.87, -1.41);
 
-/// Bodies overlap if their energy is more than this fraction of what the pressure field of a body can hold in all, of that body
-/// which holds less: far above round-off, and far below what a body that is inside the other holds.
+/// Bodies overlap if their energy is more than this fraction of the energy that the whole pressure field of a body can hold, the smaller of
+/// both. The fraction is far above round-off, and far below the energy of a body inside the other.
 const SUNK: f64 = 1e-9;
 
 impl<T: Scalar> PolygonSource<'_, T> {
-    /// ∫ min(p_A, p_B) dV (J) over what A and B have in common, or ∫ p_A dV if B is rigid.
+    /// Returns ∫ min(p_A, p_B) dV (J) over the common volume of A and B, or ∫ p_A dV if B is rigid.
     pub fn energy(&self) -> T {
         let mut energy = lift(0.0);
         match self.pair.shape_b {
@@ -43,7 +43,7 @@ impl<T: Scalar> PolygonSource<'_, T> {
         energy
     }
 
-    /// Whether the energy is more than round-off: whether the bodies overlap.
+    /// Returns whether the energy is more than round-off, so that the bodies overlap.
     pub fn has_energy(&self) -> bool {
         let of_a = most_energy(self.pair.shape_a) * real_part(self.modulus_a);
         let of_b = match self.pair.shape_b {
@@ -53,7 +53,7 @@ impl<T: Scalar> PolygonSource<'_, T> {
         real_part(self.energy()) > SUNK * of_a.min(of_b)
     }
 
-    /// The energy (J) in what two tetrahedra have in common: A's is cut by B's faces into tetrahedra.
+    /// Returns the energy (J) in the common volume of two tetrahedra. B's faces cut A's tetrahedron into tetrahedra.
     fn energy_of_tets(&self, a: &FieldTet, b: &PosedTet) -> T {
         if are_apart(a, b) {
             return lift(0.0);
@@ -61,13 +61,13 @@ impl<T: Scalar> PolygonSource<'_, T> {
         self.smaller_pressure_within(&self.faces_of(b), a, b, b.values)
     }
 
-    /// The barycentric coordinates of a tetrahedron of B in A's frame.
+    /// Returns the barycentric coordinates of a tetrahedron of B in A's frame.
     fn faces_of(&self, b: &PosedTet) -> [AffineField<T>; 4] {
         let faces = self.pair.tet_b(b.index).barycentric.each_ref();
         faces.map(|face| face.posed(&self.pose_ab))
     }
 
-    /// Whether a tetrahedron of A and a cell of B have a volume in common in which there is pressure.
+    /// Returns whether a tetrahedron of A and a cell of B have a common volume with pressure.
     fn press(&self, [a, b]: [usize; 2]) -> bool {
         let (a, b) = (self.pair.tet_a(a), self.pair.posed_tet(b));
         if a.is_inert() {
@@ -87,7 +87,7 @@ impl<T: Scalar> PolygonSource<'_, T> {
         volume > 0.0
     }
 
-    /// The energy (J) in the part of a tetrahedron of A that is in the half-space.
+    /// Returns the energy (J) in the part of a tetrahedron of A that is in the half-space.
     fn energy_within_half_space(&self, a: &FieldTet, half_space: &PosedTet) -> T {
         let extent = self.pair.tet_b(0).extent.posed(&self.pose_ab);
         if self.pair.shape_b.is_rigid() {
@@ -98,8 +98,8 @@ impl<T: Scalar> PolygonSource<'_, T> {
         self.smaller_pressure_within(&[extent], a, half_space, highest)
     }
 
-    /// The apex of the fan, in the frame of a rigid B: beside the common part of the boxes around both bodies, so that the
-    /// tetrahedra of the fan hold little more of A than B does, and little cancels. None if the boxes are apart.
+    /// Returns the apex of the fan, in the frame of a rigid B, or `None` if the boxes around both bodies are apart. The apex is beside the
+    /// common part of the boxes, so that the tetrahedra of the fan hold little more of A than B does, and little cancels.
     fn apex(&self, shape_b: &RigidShape) -> Option<Vector3<f64>> {
         let pose_ba = self.pair.pose_ab.inverse();
         let a = self.pair.shape_a.bounds().posed(&pose_ba);
@@ -107,8 +107,8 @@ impl<T: Scalar> PolygonSource<'_, T> {
         Some(common.center() + APEX * common.half_extents().norm())
     }
 
-    /// The energy (J) in the tetrahedron between a triangle of a rigid body and the apex, negative if the apex sees the
-    /// triangle from outside. With these signs, the fan of such tetrahedra over all triangles is the body.
+    /// Returns the energy (J) in the tetrahedron between a triangle of a rigid body and the apex. It is negative if the apex is on the
+    /// outer side of the triangle. With these signs, the fan of tetrahedra over all triangles is the body.
     fn energy_behind_triangle(&self, cell: &Tetrahedron, apex: Vector3<f64>) -> T {
         let [a, b, c, _] = cell.corners;
         let fan = Tetrahedron {
@@ -136,7 +136,7 @@ impl<T: Scalar> PolygonSource<'_, T> {
         energy * volume.signum()
     }
 
-    /// ∫ p_A dV over the part of a tetrahedron of A where all the fields are ≥ 0.
+    /// Returns ∫ p_A dV over the part of a tetrahedron of A in which all the fields are ≥ 0.
     fn pressure_within(&self, fields: &[AffineField<T>], a: &FieldTet) -> T {
         let pressure = a.extent.lifted().scaled(self.modulus_a);
         let mut energy = lift(0.0);
@@ -147,11 +147,11 @@ impl<T: Scalar> PolygonSource<'_, T> {
         energy
     }
 
-    /// ∫ min(p_A, p_B) dV over the part of A's tetrahedron where all the fields are ≥ 0. The largest of `pressures_b` is a bound of
-    /// B's pressure (Pa) there.
+    /// Returns ∫ min(p_A, p_B) dV over the part of A's tetrahedron in which all the fields are ≥ 0. The largest of `pressures_b` is a bound
+    /// of B's pressure (Pa) there.
     ///
-    /// For the softer body S and the harder one H, ∫ min(p_S, p_H) = ∫ p_S − ∫ over {p_S > p_H} of (p_S − p_H). The other way
-    /// round it would be a small difference of large integrals.
+    /// For the softer body S and the harder one H, ∫ min(p_S, p_H) = ∫ p_S − ∫ over {p_S > p_H} of (p_S − p_H). With S and H exchanged, it
+    /// would be a small difference of large integrals.
     fn smaller_pressure_within(
         &self,
         fields: &[AffineField<T>],
@@ -175,7 +175,7 @@ impl<T: Scalar> PolygonSource<'_, T> {
             offset: soft.offset - hard.offset,
         };
         let margin = self.pair.margin();
-        // What both gradients make of a coordinate's rounding.
+        // Rounding-error bound of the difference of both pressures, from the rounding of a coordinate.
         let tolerance = margin * (self.pair.scales[0] * a.sensitivity + b.sensitivity);
         let mut energy = lift(0.0);
         lifted(a).for_each_part_inside(fields, margin, &mut |part: &Tetrahedron<T>| {
@@ -192,25 +192,25 @@ impl<T: Scalar> PolygonSource<'_, T> {
 }
 
 impl<T: Scalar> CutSurface<'_, T> {
-    /// Whether the pressures of both bodies are equal over a volume.
+    /// Returns whether the pressures of both bodies are equal over a volume.
     pub fn has_equal_fields(&self) -> bool {
         let mut pairs = self.found.equal_fields().iter();
         pairs.any(|&cells| self.source.press(cells))
     }
 }
 
-/// The energy (J) of all of a body's pressure field, for a modulus of 1 Pa.
+/// Returns the energy (J) of a body's whole pressure field, for a modulus of 1 Pa.
 fn most_energy(shape: &Shape) -> f64 {
     let tets = shape.field().tets().iter();
     tets.map(|tet| tet.tetrahedron.integral(&tet.extent)).sum()
 }
 
-/// Whether a face of one of two tetrahedra has the other on its outer side.
+/// Returns whether one of two tetrahedra lies on the outer side of a face of the other.
 fn are_apart(a: &FieldTet, b: &PosedTet) -> bool {
     a.tetrahedron.is_beyond(&b.faces[..4]) || b.tetrahedron.is_beyond(&a.barycentric)
 }
 
-/// The tetrahedron, its corners constants in the scalar.
+/// Returns the tetrahedron with corners that are constants in the scalar.
 fn lifted<T: Scalar>(tet: &FieldTet) -> Tetrahedron<T> {
     Tetrahedron {
         corners: tet.tetrahedron.corners.each_ref().map(lift_vector),
@@ -218,7 +218,7 @@ fn lifted<T: Scalar>(tet: &FieldTet) -> Tetrahedron<T> {
 }
 
 impl Tetrahedron<f64> {
-    /// Whether one of the faces has the whole tetrahedron on its outer side.
+    /// Returns whether the whole tetrahedron is on the outer side of one of the faces.
     fn is_beyond(&self, faces: &[AffineField]) -> bool {
         let beyond = |face: &AffineField| self.corners.iter().all(|corner| face.at(corner) <= 0.0);
         faces.iter().any(beyond)
@@ -226,7 +226,7 @@ impl Tetrahedron<f64> {
 }
 
 impl<T: Scalar> Tetrahedron<T> {
-    /// Visits tetrahedra that make up the part of this one where all the fields are ≥ 0.
+    /// Visits tetrahedra that make up the part of this one in which all the fields are ≥ 0.
     fn for_each_part_inside(
         &self,
         fields: &[AffineField<T>],
@@ -242,14 +242,14 @@ impl<T: Scalar> Tetrahedron<T> {
         }
     }
 
-    /// The field's values at the corners; those within the tolerance of zero are zero.
+    /// Returns the field's values at the corners. Values within the tolerance of zero are zero.
     fn values(&self, field: &AffineField<T>, tolerance: f64) -> [T; 4] {
         self.corners
             .each_ref()
             .map(|corner| snapped(field.at(corner), tolerance))
     }
 
-    /// The integral of an affine field over the tetrahedron: its volume times the mean value.
+    /// Returns the integral of an affine field over the tetrahedron: its volume times the mean value.
     fn integral(&self, field: &AffineField<T>) -> T {
         let sum: T = self.corners.iter().map(|corner| field.at(corner)).sum();
         self.signed_volume() * (sum / 4.0)

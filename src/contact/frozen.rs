@@ -11,26 +11,26 @@ use crate::search::GenericPairs;
 use crate::spatial::Twist;
 use nalgebra::{SMatrix, Vector6};
 
-/// A contact of moving bodies at one pose, with a model of it nearby: what an implicit time step iterates on between two
+/// A contact of moving bodies at one pose, with a model of the contact nearby. An implicit time step iterates on the model between two
 /// evaluations of the contact.
 ///
-/// The wrench is exact, and so are the elastic derivatives. What dissipation and friction add is integrated, nearby, over the
-/// contact polygons as they are, with the pressure that the fields of the bodies have there: cheap to evaluate anew as
-/// velocities change, and exact in what makes friction hard, that its direction turns.
+/// The wrench and the elastic derivatives are exact. The model integrates dissipation and friction over the unchanged contact polygons,
+/// with the pressure that the fields of the bodies have there. It is cheap to evaluate again as velocities change, and exact in the changes
+/// of friction's direction, which make friction hard.
 #[derive(Clone)]
 pub(crate) struct FrozenContact {
     /// The exact wrenches, in the world, about the origins of the bodies.
     pub wrench: ContactWrench,
-    /// The elastic wrenches by the poses of A and B: see [`LinearisedContact::by_poses`].
+    /// Derivatives of the elastic wrenches with respect to the poses of A and B: see [`LinearisedContact::by_poses`].
     pub by_poses: SMatrix<f64, 12, 12>,
-    /// What the law adds as it is.
+    /// The contribution of the law at this pose.
     pub added: AddedByLaw,
-    /// None if the bodies are elastic.
+    /// `None` if the bodies are elastic.
     law: Option<SurfaceLaw>,
     polygons: Vec<FrozenPolygon>,
 }
 
-/// The integrand of a frozen contact: the exact elastic contact, and the polygons if dissipation or friction add to it.
+/// The integrand of a frozen contact: the exact elastic contact, and the polygons if there is dissipation or friction.
 struct Freeze {
     rubs: bool,
 }
@@ -96,13 +96,13 @@ impl ContactPair<'_> {
 }
 
 impl FrozenContact {
-    /// Whether dissipation and friction add anything.
+    /// Returns whether there is dissipation or friction.
     pub fn rubs(&self) -> bool {
         self.law.is_some()
     }
 
-    /// What dissipation and friction add after a motion of B (angular, linear, of the point at A's origin) with a velocity
-    /// of A relative to B (angular, linear at A's origin), all in A's axes.
+    /// Returns the contribution of dissipation and friction after a motion of B (angular, linear, of the point at A's origin) for a
+    /// velocity of A relative to B (angular, linear at A's origin), all in A's axes.
     pub fn added(&self, motion: &Vector6<f64>, twist: &Vector6<f64>) -> AddedByLaw {
         let Some(law) = &self.law else {
             return AddedByLaw::nothing();
@@ -128,20 +128,20 @@ mod tests {
     /// Round-off of sums over polygons, relative to the largest entry.
     const EXACT: f64 = 1e-12;
 
-    /// Of central differences with this step (rad, m, rad/s or m/s), relative to the largest entry: at the boundary the step cuts off a
-    /// part on one side only.
+    /// Error of central differences with the step `STEP` (rad, m, rad/s or m/s), relative to the largest entry. At the boundary the step
+    /// cuts off a part on one side only.
     const DIFFERENCES: f64 = 1e-6;
     const STEP: f64 = 1e-7;
 
-    /// A rotation and a translation, or their speeds, of no special direction.
+    /// A rotation and a translation, or their speeds, in no special direction.
     const SOME: [f64; 6] = [0.3, -0.5, 0.4, 0.7, 0.2, -0.6];
 
     fn law() -> SurfaceLaw {
         SurfaceLaw::new(0.3, 0.4, 0.1).unwrap()
     }
 
-    /// Eight tetrahedra about the origin, with corners at ±r along x and y and at ±h along z. The extent falls from the middle
-    /// to 0 on the surface.
+    /// Creates eight tetrahedra about the origin, with corners at ±r along x and y and at ±h along z. The extent falls from the middle to 0
+    /// on the surface.
     fn octahedron([r, h]: [f64; 2], extent: f64) -> Shape {
         let along =
             |axis: usize, length: f64| [1.0, -1.0].map(|side| Vector3::ith(axis, side * length));
@@ -153,8 +153,8 @@ mod tests {
         Shape::new(PressureField::new(mesh, extents).unwrap())
     }
 
-    /// Hands on a pair at a generic pose, and one whose contact surface is the square |x| + |y| ≤ 1 inside both bodies, in faces
-    /// that tetrahedra of A share: E_A (1 − |x| − |y| − |z|) is E_B (2 − |x| − |y| − 2|z + ½|) there.
+    /// Calls `check` with a pair at a generic pose, and with a pair whose contact surface is the square |x| + |y| ≤ 1 inside both bodies,
+    /// in faces that tetrahedra of A share. On this square, E_A (1 − |x| − |y| − |z|) is E_B (2 − |x| − |y| − 2|z + ½|).
     fn for_pairs(mut check: impl FnMut(&ContactPair)) {
         let body = |shape, pose| ContactBody::new(shape, pose, 2.0).unwrap();
         let (ball, cube) = (shapes::icosphere(1.0, 1), shapes::cuboid([1.0, 1.4, 0.8]));
@@ -189,7 +189,7 @@ mod tests {
         });
     }
 
-    /// What the law adds over frozen polygons and its derivatives, by dual numbers through the wrench of each polygon.
+    /// Computes the contribution of the law over frozen polygons and its derivatives, with dual numbers through the wrench of each polygon.
     fn by_dual_numbers(
         frozen: &FrozenContact,
         law: &SurfaceLaw,

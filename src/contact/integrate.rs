@@ -1,4 +1,4 @@
-//! The pass over a contact surface. It decides which pieces are integrated in which threads, and in which order they are added.
+//! Integration over a contact surface: the pieces that threads integrate, and the order in which they are added.
 
 use super::polygon_source::PolygonSource;
 use super::sums::PartialSum;
@@ -10,16 +10,16 @@ use crate::search::{GenericPairs, SearchResult};
 use crate::threads;
 use std::marker::PhantomData;
 
-/// Polygons that are integrated one by one in one thread: some 20 µs of work in `f64`.
+/// Number of polygons that one thread integrates one by one: about 20 µs of work in `f64`.
 const SINGLE: usize = 32;
 
-/// The most octets of a piece of work.
+/// Largest number of octets in a piece of work.
 const MOST_OCTETS: usize = 256;
 
-/// For each octet the places of polygons that are left to be added one by one, as bits.
+/// For each octet, the places of polygons that are left to be added one by one, as bits.
 pub(super) type Remainder = [u8];
 
-/// Cuts, and the source that makes polygons of them, by what counted as coincident.
+/// Cuts, and the source that computes their polygons with the same coincidences.
 pub(super) struct CutSurface<'a, T> {
     pub source: PolygonSource<'a, T>,
     pub found: SearchResult,
@@ -29,11 +29,11 @@ pub(super) struct CutSurface<'a, T> {
 pub(super) trait Integrand<T>: Sync {
     type Sum: PartialSum;
 
-    /// Whether octets of large contacts are integrated as soon as they are found. They are integrated again if faces then turn out to
+    /// Whether octets of large contacts are integrated as soon as they are found. They are integrated again if faces later turn out to
     /// coincide, so the integral should be cheap.
     const IS_SPILLED: bool = false;
 
-    /// Octets to a piece of work for a thread, up to [`MOST_OCTETS`].
+    /// Number of octets in a piece of work for a thread, at most [`MOST_OCTETS`].
     const OCTETS: usize;
 
     /// Adds the polygon of a cut.
@@ -46,8 +46,8 @@ pub(super) trait Integrand<T>: Sync {
         }
     }
 
-    /// Adds the polygons of octets, several at a time, for scalars without derivatives. Sets the bits of polygons that it skips in
-    /// `left`, which is zero at first; they are added one by one.
+    /// Adds the polygons of octets, several at a time, for scalars without derivatives. Sets the bits of skipped polygons in `left`, which
+    /// is zero at first. Skipped polygons are added one by one.
     fn add_octets(
         &self,
         source: &PolygonSource<T>,
@@ -95,7 +95,7 @@ impl<T: Scalar> CutSurface<'_, T> {
         self.integral_after(I::Sum::empty(), integrand)
     }
 
-    /// Adds the integral over the surface to `sum`, the integral over octets that were spilled.
+    /// Returns the integral over the surface plus `sum`, the integral over octets that were spilled.
     pub fn integral_after<I: Integrand<T>>(&self, mut sum: I::Sum, integrand: &I) -> I::Sum {
         let piece = |cuts: &[Cut]| {
             let mut sum = I::Sum::empty();
@@ -117,7 +117,7 @@ impl<T: Scalar> CutSurface<'_, T> {
     }
 }
 
-/// A sum over cuts by a closure.
+/// A sum over cuts, computed by a closure.
 struct OneByOne<F, S> {
     add: F,
     sum: PhantomData<fn() -> S>,
@@ -143,7 +143,7 @@ impl<T: Scalar, S: PartialSum, F: Fn(&mut S, &Cut) + Sync> Integrand<T> for OneB
     }
 }
 
-/// Leaves all polygons to be added one by one.
+/// Marks all polygons to be added one by one.
 fn leave_all(generic: GenericPairs, left: &mut Remainder) {
     for (octet, left) in generic.octets.iter().zip(left) {
         *left = octet.polygons();

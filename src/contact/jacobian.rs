@@ -5,27 +5,24 @@ use nalgebra::{Matrix6, Matrix6x2, Vector6};
 
 /// Wrench on A and its derivatives as B moves relative to A, all in A's axes about A's origin.
 ///
-/// For a pressure field p(x) = ∇p·x + c write s(x) = (x × ∇p, ∇p). A is pushed where its pressure
-/// is the lower one: by the divergence theorem, with p = 0 at A's boundary,
+/// For a pressure field p(x) = ∇p·x + c let s(x) = (x × ∇p, ∇p). A is pushed where its pressure is the lower one. By the divergence
+/// theorem, with p = 0 at A's boundary,
 ///
 /// W = ∫ over {p_A < p_B} of s_A dV.
 ///
-/// The integrand does not move with B, the region does. Moving B by the twist ξ takes s_B·ξ from p_B
-/// at a fixed point, so the surface p_A = p_B moves by h = −s_B·ξ/|g| along its normal, and
-/// dW = ∫ s_A h dA over it. Where p_B grows by p·δE_B/E_B instead, h = p/|g|·δE_B/E_B. With A and B
-/// exchanged, and W_B = −W_A:
+/// As B moves, the integrand is constant and the region changes. Moving B by the twist ξ takes s_B·ξ from p_B at a fixed point, so the
+/// surface p_A = p_B moves by h = −s_B·ξ/|g| along its normal, and dW = ∫ s_A h dA over the surface. If p_B grows by p·δE_B/E_B instead, h
+/// = p/|g|·δE_B/E_B. The derivative with respect to E_A follows by exchanging A and B, with W_B = −W_A:
 ///
 /// ∂W/∂ξ = −Σ 1/|g| ∫ s_A s_Bᵀ dA,  E_B ∂W/∂E_B = Σ 1/|g| ∫ p s_A dA,
 /// E_A ∂W/∂E_A = −Σ 1/|g| ∫ p s_B dA.
 ///
-/// Where B is rigid, ∇p_B/|g| is −n, and 1/|g| and ∇p_A/|g| are 0: with t = (x × n, n), W = ∫ p t dA and
-/// ∂W/∂ξ = ∫ s_A tᵀ dA.
+/// If B is rigid, ∇p_B/|g| is −n, and 1/|g| and ∇p_A/|g| are 0. With t = (x × n, n), W = ∫ p t dA and ∂W/∂ξ = ∫ s_A tᵀ dA.
 ///
-/// All integrands are quadratic, so areas and moments give the exact values; nothing is
-/// differentiated through a clip.
+/// All integrands are quadratic, so areas and moments give the exact values. Nothing is differentiated through a clip.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct RelativeJacobian {
-    /// The elastic wrench W on A. (`pressed_a` − `pressed_b` is equal to it, but cancels where the fields are nearly equal.)
+    /// The elastic wrench W on A. (`pressed_a` − `pressed_b` is equal to it, but cancels if the fields are nearly equal.)
     pub wrench: Vector6<f64>,
     /// ∂W/∂ξ.
     pub by_motion_of_b: Matrix6<f64>,
@@ -57,7 +54,7 @@ impl PartialSum for RelativeJacobian {
 }
 
 impl RelativeJacobian {
-    /// The same as a linearisation that knows of no velocity, at the given moduli.
+    /// Returns the linearization at the given moduli. Derivatives with respect to velocity are zero.
     pub fn linearisation(&self, [modulus_a, modulus_b]: [f64; 2]) -> RelativeLinearisation {
         let by_modulus_a = self.pressed_b * (-modulus_a.recip());
         let by_modulus_b = self.pressed_a * modulus_b.recip();

@@ -9,21 +9,22 @@ use crate::scalar::{Order, Scalar};
 use crate::spatial::{Wrench, add_block, skew};
 use nalgebra::{Matrix3, Matrix6, SMatrix, SVector, Vector3};
 
-/// The wrenches of a contact and all their first derivatives, in the world.
+/// The wrenches of a contact and all their first derivatives, in the world frame.
 ///
-/// Wrenches are about the origins of the bodies' frames, which move with the bodies; twists are in world axes, their
-/// linear part that of the body's origin. A pose moves by a twist: the body turns by `angular` (rad) about its own
-/// origin, which moves by `linear` (m); see [`Pose::moved_by`](crate::spatial::Pose::moved_by). Rows are the wrench on A
-/// (torque, force), then that on B; units are N m and N, over those of the columns.
+/// Wrenches are about the origins of the bodies' frames, which move with the bodies. Twists are in world axes; their linear part is the
+/// velocity of the body's origin. A pose moves by a twist: the body turns by `angular` (rad) about its own origin, and the origin moves by
+/// `linear` (m); see [`Pose::moved_by`](crate::spatial::Pose::moved_by). Rows are the wrench on A (torque, force), then the wrench on B.
+/// Units are N m and N, divided by the units of the columns.
 ///
-/// In closed form: nothing is differentiated through a clip. The elastic part needs areas and moments of the contact
-/// polygons alone; what dissipation and friction add needs the motion of the polygons' edges too, which is that of the
-/// faces they lie in. Where the wrench has a kink, as friction has where sides are flush, the derivatives by poses and
-/// moduli are the mean of those on either side; poses within 2.5e-10 of the bodies' size of a kink count as being on it at most, and
-/// within less where bodies are pressed in by less. Where several kinks meet, no linear function is the mean in all directions,
-/// and the derivatives are those about one generic direction. Derivatives by velocities and law are those at the pose
-/// itself. Surfaces that face each other and only touch have no contact, and derivatives of 0. The slip tolerance is a
-/// constant.
+/// The derivatives are in closed form: nothing is differentiated through a clip. The elastic part needs only areas and moments of the
+/// contact polygons. The part of dissipation and friction also needs the motion of the polygons' edges, which follows from the motion of
+/// the faces that contain them.
+///
+/// If the wrench has a kink, as friction has at flush sides, the derivatives with respect to poses and moduli are the mean of those on
+/// either side. Poses within at most 2.5e-10 of the bodies' size of a kink count as on it; the limit is smaller if the bodies are pressed
+/// in by less. If several kinks meet, no linear function is the mean in all directions, and the derivatives are those about one generic
+/// direction. Derivatives with respect to velocities and the law are those at the pose itself. Surfaces that face each other and only touch
+/// have no contact and zero derivatives. The slip tolerance is a constant.
 ///
 /// ```
 /// use hydroelastic::contact::{ContactBody, ContactPair, Shape, SurfaceLaw};
@@ -40,9 +41,9 @@ use nalgebra::{Matrix3, Matrix6, SMatrix, SVector, Vector3};
 /// let law = SurfaceLaw::new(0.3, 0.4, 1e-2)?; // dissipation (s/m), friction, slip tolerance (m/s)
 /// let sliding = Twist { linear: vector![0.5, 0.0, 0.0], ..Twist::zero() };
 /// let contact = pair.moving(law, [sliding, Twist::zero()]).linearised();
-/// // The force of friction on A (row 3) by the speed of A along y (column 4), where it turns friction's direction.
+/// // Derivative of the friction force on A (row 3) with respect to the speed of A along y (column 4), which turns the friction.
 /// assert!((contact.by_twists[(4, 4)] - contact.wrench.on_a.force.x / 0.5).abs() < 1e-2);
-/// // A change of all numbers, and of the wrenches to first order.
+/// // A change of all inputs, and the change of the wrenches to first order.
 /// let change = contact.pushforward(&nalgebra::SVector::repeat(1e-6));
 /// assert!(change.norm() > 0.0);
 /// # Ok::<(), Box<dyn std::error::Error>>(())
@@ -52,20 +53,21 @@ use nalgebra::{Matrix3, Matrix6, SMatrix, SVector, Vector3};
 pub struct LinearisedContact {
     /// The wrenches.
     pub wrench: ContactWrench,
-    /// By motions of A and of B (angular, linear each; rad and m), twists in the world staying as they are.
+    /// Derivatives with respect to motions of A and of B (angular and linear each; rad and m), at constant twists in the world.
     pub by_poses: SMatrix<f64, 12, 12>,
-    /// By the twists of A and B (rad/s and m/s, in world axes).
+    /// Derivatives with respect to the twists of A and B (rad/s and m/s, in world axes).
     pub by_twists: SMatrix<f64, 12, 12>,
-    /// By the hydroelastic moduli of A and B (Pa).
+    /// Derivatives with respect to the hydroelastic moduli of A and B (Pa).
     pub by_moduli: SMatrix<f64, 12, 2>,
-    /// By the dissipation (s/m) and the coefficient of friction of the surface law.
+    /// Derivatives with respect to the dissipation (s/m) and the coefficient of friction of the surface law.
     pub by_law: SMatrix<f64, 12, 2>,
-    /// Where derivatives may be one of several.
+    /// Reasons why the derivatives may not be unique.
     pub kinks: Kinks,
 }
 
 impl LinearisedContact {
-    /// The 12×28 Jacobian: columns poses of A and B, twists of A and B, moduli of A and B, dissipation, friction.
+    /// Returns the 12×28 Jacobian. Its columns are the poses of A and B, the twists of A and B, the moduli of A and B, dissipation and
+    /// friction.
     #[must_use]
     pub fn jacobian(&self) -> SMatrix<f64, 12, 28> {
         SMatrix::from_fn(|row, column| match column {
@@ -76,8 +78,7 @@ impl LinearisedContact {
         })
     }
 
-    /// The change of the wrenches by a change of the numbers that are columns of [`Self::jacobian`]: its product with
-    /// a vector from the right.
+    /// Returns the change of the wrenches for a change of the inputs, the columns of [`Self::jacobian`]: the Jacobian times a vector.
     #[must_use]
     pub fn pushforward(&self, change: &SVector<f64, 28>) -> SVector<f64, 12> {
         self.by_poses * change.fixed_rows::<12>(0)
@@ -86,8 +87,8 @@ impl LinearisedContact {
             + self.by_law * change.fixed_rows::<2>(26)
     }
 
-    /// The derivatives, by the columns of [`Self::jacobian`], of a number that has these derivatives by the wrenches:
-    /// the product with a vector from the left.
+    /// Returns the derivatives of a number with respect to the columns of [`Self::jacobian`], from its derivatives with respect to the
+    /// wrenches: the transposed Jacobian times a vector.
     #[must_use]
     pub fn pullback(&self, by_wrenches: &SVector<f64, 12>) -> SVector<f64, 28> {
         let [poses, twists] = [self.by_poses, self.by_twists].map(|by| by.tr_mul(by_wrenches));
@@ -102,8 +103,8 @@ impl LinearisedContact {
 }
 
 impl ContactPair<'_> {
-    /// The wrenches and all their first derivatives, in closed form. For a pair at rest, derivatives by twists and by the law are zero,
-    /// and faces count as coincident within 2e-12 of the size of the bodies.
+    /// Returns the wrenches and all their first derivatives, in closed form. For a pair at rest, derivatives with respect to twists and the
+    /// law are zero, and faces count as coincident within 2e-12 of the size of the bodies.
     #[must_use]
     pub fn linearised(&self) -> LinearisedContact {
         let (relative, ()) = self.relative_linearisation();
@@ -128,7 +129,7 @@ impl ContactPair<'_> {
 }
 
 impl<T: Scalar> ContactPair<'_, T> {
-    /// The wrenches in the scalar, and the linearization of the real parts. For scalars of first order, both come from one search.
+    /// Returns the wrenches in the scalar, and the linearization of the real parts. For scalars of first order, both come from one search.
     pub(crate) fn wrench_and_linearised(&self) -> (ContactWrench<T>, LinearisedContact) {
         let (relative, ()) = self.relative_linearisation();
         let wrench = if Order::<T>::IS_FIRST {
@@ -162,7 +163,7 @@ impl RelativeLinearisation {
         // Turning B about its own origin moves the point of B at A's origin by r × ω.
         let mut lever = one;
         add_block(&mut lever, [3, 0], skew(&from_a_to_b));
-        // Moving A is moving B back, and turning the wrench with A.
+        // Moving A is equivalent to moving B back and turning the wrench with A.
         let mut by_pose_a = -by_motion;
         add_block(&mut by_pose_a, [0, 0], -skew(&wrench.on_a.torque));
         add_block(&mut by_pose_a, [3, 0], -skew(&wrench.on_a.force));
@@ -174,7 +175,7 @@ impl RelativeLinearisation {
             let [turn, shift] = motion.by_pose_a(rotation, &twists[1].angular);
             by_pose_a += by_twist * (turn - shift);
             by_pose_b += by_twist * shift;
-            // B's velocity counts where A's origin is.
+            // The relative velocity is that of A minus that of B at A's origin.
             by_twists = [by_twist, -(by_twist * lever)];
         }
         let reaction = Reaction {
@@ -193,8 +194,8 @@ impl RelativeLinearisation {
 }
 
 impl RelativeMotion<f64> {
-    /// How the velocity of A relative to B (in A's axes, given back in world axes) changes with A's axes as A turns, and
-    /// with the place of A's origin on B as B moves against it.
+    /// Returns the derivatives of the velocity of A relative to B with respect to the turn of A's axes with A, and with respect to the
+    /// motion of A's origin relative to B. The velocity is in A's axes, and the derivatives are in world axes.
     fn by_pose_a(&self, rotation: &Matrix3<f64>, spin_b: &Vector3<f64>) -> [Matrix6<f64>; 2] {
         let mut turn = Matrix6::zeros();
         add_block(&mut turn, [0, 0], skew(&(rotation * self.angular)));

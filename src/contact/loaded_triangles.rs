@@ -1,4 +1,4 @@
-//! Triangles of contact polygons under a load, side by side, and the surface law over them.
+//! Loaded triangles of contact polygons, side by side, and integrals of the surface law over them.
 
 use super::SurfaceLaw;
 use super::slip_fields::SlipFields;
@@ -15,10 +15,10 @@ pub(super) struct Triangles {
     damping: [Row; 3],
     /// The slip at the origin, and the spin.
     slip: [Row; 3],
-    /// Octet and place of the polygon of each.
+    /// Octet and place of each triangle's polygon.
     pub places: [[usize; 2]; ROW],
     pub len: usize,
-    /// The highest level of the ladder of rules that one of them needs.
+    /// The highest level of quadrature rules that a triangle needs.
     pub level: usize,
 }
 
@@ -33,7 +33,7 @@ impl Triangles {
         level: 0,
     };
 
-    /// Adds the triangle of the origin and the edge in a slot, of the polygon with this number of its octet, and this place in it.
+    /// Adds the triangle of the origin and the edge in a slot. The polygon is at this place in the octet with this number.
     #[inline]
     pub fn push(
         &mut self,
@@ -56,7 +56,7 @@ impl Triangles {
         self.level = self.level.max(fields.level(place));
     }
 
-    /// Makes triangles without an area of the places that are free.
+    /// Fills the free places with triangles without an area.
     pub fn fill_up(&mut self) {
         for row in self.corners.iter_mut().flatten() {
             row[self.len..].fill(0.0);
@@ -66,7 +66,7 @@ impl Triangles {
     }
 }
 
-/// ∫ g, ∫ g y₁, ∫ g y₂, ∫ g u₁, ∫ g u₂ and ∫ g (y₁u₂ − y₂u₁) dA, the load g being the damped pressure, and u the regularized
+/// Returns ∫ g, ∫ g y₁, ∫ g y₂, ∫ g u₁, ∫ g u₂ and ∫ g (y₁u₂ − y₂u₁) dA. The load g is the damped pressure, and u is the regularized
 /// direction of slip.
 #[inline(always)]
 pub(super) fn integrals<L: Lanes>(
@@ -110,7 +110,7 @@ pub(super) fn integrals<L: Lanes>(
     sums
 }
 
-/// An affine function of y as one of the shares of b and c: at the origin, and what it gains.
+/// Converts an affine function of y to one of the shares of b and c: its value at the origin, and its increases to b and c.
 #[inline(always)]
 fn along<N: Numbers>([f0, f1, f2]: [N; 3], b: [N; 2], c: [N; 2]) -> [N; 3] {
     [f0, f1 * b[0] + f2 * b[1], f1 * c[0] + f2 * c[1]]

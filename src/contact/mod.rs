@@ -1,13 +1,12 @@
-//! Integrals over the contact polygons of a body pair: contact surface, wrench, surface law, their first derivatives,
-//! and the potential energy.
+//! Integrals over the contact polygons of a body pair: the contact surface, the wrench, the surface law, their first derivatives, and the
+//! potential energy.
 //!
-//! Two bodies press where their tetrahedra overlap. In a pair of tetrahedra the two pressures are
-//! equal on a plane; its part inside both is a convex *contact polygon*, and the polygons of a
-//! body pair make up the *contact surface* (the paper, §III). The wrench is the exact integral of
-//! pressure times normal over it.
+//! Two bodies press on each other where their tetrahedra overlap. In a pair of tetrahedra the two pressures are equal on a plane. The part
+//! of the plane inside both tetrahedra is a convex *contact polygon*, and the polygons of a body pair make up the *contact surface* (the
+//! paper, §III). The wrench is the exact integral of pressure times normal over the contact surface.
 //!
-//! **Sign convention**, here and everywhere: the normal of a contact polygon points out of B into
-//! A, the way the pressure pushes A.
+//! **Sign convention**, here and everywhere: the normal of a contact polygon points out of B into A, in the direction in which the pressure
+//! pushes A.
 //!
 //! ```
 //! use hydroelastic::contact::{ContactBody, ContactPair, Shape};
@@ -24,7 +23,7 @@
 //! );
 //! let contact = pair.linearised();
 //! assert!(contact.wrench.on_a.force.z > 0.0);
-//! // Lifting the ball lessens the force: row and column 5 are the z force on A and the z translation of A.
+//! // If the ball is lifted, the force decreases. Row and column 5 are the z force on A and the z translation of A.
 //! assert!(contact.by_poses[(5, 5)] < 0.0);
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```

@@ -29,7 +29,7 @@ pub(super) struct RelativeMotion<T> {
 }
 
 impl<T: Scalar> RelativeMotion<T> {
-    /// The relative motion of two bodies with these poses and twists in the world.
+    /// Computes the relative motion of two bodies with these poses and twists in the world.
     pub fn of([pose_wa, pose_wb]: [&Pose<T>; 2], [twist_a, twist_b]: &[Twist<T>; 2]) -> Self {
         let to_origin_a = pose_wa.translation() - pose_wb.translation();
         let velocity_of_b = twist_b.linear + twist_b.angular.cross(&to_origin_a);

@@ -1,5 +1,5 @@
-//! The wrench of a contact with the surface law: of generic polygons in lanes, several triangles at a time, of special ones one by
-//! one.
+//! The wrench of a contact with the surface law. Generic polygons are integrated in lanes, several triangles at a time, and special
+//! polygons one by one.
 
 use super::SurfaceLaw;
 use super::integrate::{Integrand, Remainder};
@@ -19,7 +19,7 @@ use crate::search::GenericPairs;
 use crate::spatial::Wrench;
 use nalgebra::Vector6;
 
-/// Octets that are integrated in one thread: some 30 µs of work.
+/// Number of octets that are integrated in one thread: about 30 µs of work.
 const OCTETS: usize = 32;
 
 /// The wrench on A of moving bodies with a surface law, in A's axes about A's origin.
@@ -28,8 +28,8 @@ pub(super) struct MovingWrench<T> {
     pub motion: RelativeMotion<T>,
 }
 
-/// Adds up the wrenches on A of the polygons of octets, as [`PlanePolygon::wrench_in_motion`] has them. Polygons on which the
-/// pressure is clamped somewhere, or of which the slip turns quickly, are left.
+/// Adds the wrenches on A of the polygons of octets, like [`PlanePolygon::wrench_in_motion`]. Skips polygons on which the pressure is
+/// clamped somewhere, or the slip turns quickly.
 struct InLanesOver<'o> {
     octets: &'o [Octet],
     law: &'o SurfaceLaw,
@@ -37,7 +37,7 @@ struct InLanesOver<'o> {
     left: &'o mut Remainder,
 }
 
-/// The sum so far, and triangles that are not yet in it.
+/// The sum so far, and triangles that are not yet included.
 struct Sum<'o> {
     octets: &'o [Octet],
     law: &'o SurfaceLaw,
@@ -65,7 +65,7 @@ impl InLanes for InLanesOver<'_> {
             let fields = SlipFields::of(lanes, octet, self.law, self.motion);
             let by_rules = fields.by_rules() & polygons;
             self.left[number] = polygons & !by_rules;
-            // One loop over all polygons, because a processor cannot predict how many triangles one of them has.
+            // One loop over all polygons avoids branch mispredictions, because the number of triangles of a polygon is unpredictable.
             let mut edges = [0; ROW];
             for (place, edges) in edges.iter_mut().enumerate() {
                 let is_taken = by_rules >> place & 1;
@@ -91,7 +91,7 @@ impl InLanes for InLanesOver<'_> {
 }
 
 impl Sum<'_> {
-    /// Adds the wrenches on A about A's origin in A's axes, and empties the list.
+    /// Adds the wrenches on A of the listed triangles, about A's origin in A's axes, and empties the list.
     #[inline(always)]
     fn add<L: Lanes>(&mut self, lanes: L) {
         let Self {
@@ -145,17 +145,17 @@ impl<T: Scalar> Integrand<T> for MovingWrench<T> {
 }
 
 impl<T: Scalar> PlanePolygon<T> {
-    /// Wrench on A about A's origin in A's axes, of the traction
+    /// Returns the wrench on A about A's origin in A's axes, of the traction
     ///
     /// t = pψ(−μu₁, −μu₂, 1) along e₁, e₂ and n, ψ = 1 − d v₃, u = (v₁, v₂)/√(v₁² + v₂² + v_s²),
     ///
-    /// integrated over the part of the polygon where ψ is positive: the normal part is a polynomial, and friction is
-    /// integrated by rules or in closed form (see [`Slip`](crate::friction::Slip)).
+    /// integrated over the part of the polygon where ψ is positive. The normal part is a polynomial. Friction is integrated by rules or in
+    /// closed form (see [`Slip`](crate::friction::Slip)).
     pub fn wrench_in_motion(&self, law: &SurfaceLaw<T>, motion: &RelativeMotion<T>) -> Wrench<T> {
         let plane = &self.plane;
         let motion = PlaneMotion::of(motion, plane);
         let damping = motion.damping(law.dissipation, lift(1.0));
-        // Surfaces that part faster than the skin recovers do not pull.
+        // Surfaces that separate faster than the skin recovers do not pull.
         let part = self.outline.cut(&damping);
         let (outline, moments) = match &part {
             Some(part) => (part, part.moments()),

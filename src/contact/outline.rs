@@ -2,19 +2,19 @@ use crate::friction::{Affine, Quadratic, ends};
 use crate::geometry::{PER_TRIANGLE, POLYGON_CAPACITY, add_triangle};
 use crate::scalar::{Scalar, lift, real_part};
 
-/// Room for the corners of a contact polygon that is cut once more.
+/// Capacity for the corners of a contact polygon after one more cut.
 const PLANE_CAPACITY: usize = POLYGON_CAPACITY + 1;
 
 /// The corners of a polygon in a plane, counter-clockwise.
 #[derive(Clone, Copy)]
 pub(super) struct Outline<T> {
     corners: [[T; 2]; PLANE_CAPACITY],
-    /// The edge of the contact polygon that the edge from each corner to the next is a part of; [`NO_EDGE`] where it was cut.
+    /// For the edge from each corner to the next, the edge of the contact polygon that contains it, or [`NO_EDGE`] for a cut.
     edges: [u8; PLANE_CAPACITY],
     len: usize,
 }
 
-/// The number of an edge that is no part of one of the contact polygon's.
+/// Marks an edge that is not a part of an edge of the contact polygon.
 pub(super) const NO_EDGE: u8 = u8::MAX;
 
 impl<T: Scalar> Outline<T> {
@@ -26,8 +26,7 @@ impl<T: Scalar> Outline<T> {
         }
     }
 
-    /// A full outline drops corners, which are copies by round-off (see
-    /// [`ConvexPolygon`](crate::geometry::ConvexPolygon)).
+    /// Adds a corner. A full outline drops corners, which are copies by round-off (see [`ConvexPolygon`](crate::geometry::ConvexPolygon)).
     pub fn push(&mut self, corner: [T; 2], edge: u8) {
         if self.len < PLANE_CAPACITY {
             self.corners[self.len] = corner;
@@ -40,12 +39,12 @@ impl<T: Scalar> Outline<T> {
         &self.corners[..self.len]
     }
 
-    /// For the edge from each corner to the next, the edge of the contact polygon that it is a part of, or [`NO_EDGE`].
+    /// Returns, for the edge from each corner to the next, the edge of the contact polygon that contains it, or [`NO_EDGE`].
     pub fn edges(&self) -> &[u8] {
         &self.edges[..self.len]
     }
 
-    /// The part where an affine function is not negative; `None` if that is everything.
+    /// Returns the part where an affine function is not negative, or `None` if this is the whole outline.
     pub fn cut(&self, function: &Affine<T>) -> Option<Self> {
         let is_in = |y: &[T; 2]| real_part(at(function, y)) >= 0.0;
         if self.corners().iter().all(is_in) {
@@ -71,7 +70,7 @@ impl<T: Scalar> Outline<T> {
         Some(part)
     }
 
-    /// ∫ m dA for the monomials m = 1, y₁, y₂, y₁², y₁y₂, y₂², y₁³, y₁²y₂, y₁y₂², y₂³. The area is positive if the outline turns
+    /// Returns ∫ m dA for the monomials m = 1, y₁, y₂, y₁², y₁y₂, y₂², y₁³, y₁²y₂, y₁y₂², y₂³. The area is positive if the outline turns
     /// counter-clockwise.
     pub fn moments(&self) -> [T; 10] {
         let mut moments = [lift::<T>(0.0); 10];
@@ -87,10 +86,10 @@ impl<T: Scalar> Outline<T> {
     }
 }
 
-/// The places of m times the first six monomials, for m = 1, y₁ and y₂.
+/// Indices of m times the first six monomials, for m = 1, y₁ and y₂.
 const BY_QUADRATIC: [[usize; 6]; 3] = [[0, 1, 2, 3, 4, 5], [1, 3, 4, 6, 7, 8], [2, 4, 5, 7, 8, 9]];
 
-/// ∫ f m for a quadratic f and m = 1, y₁ and y₂.
+/// Returns ∫ f m for a quadratic f and m = 1, y₁ and y₂.
 #[inline]
 pub(super) fn quadratic_moments<T: Scalar>(f: &Quadratic<T>, moments: &[T; 10]) -> [T; 3] {
     BY_QUADRATIC.map(|places| {
@@ -99,7 +98,7 @@ pub(super) fn quadratic_moments<T: Scalar>(f: &Quadratic<T>, moments: &[T; 10]) 
     })
 }
 
-/// The value of an affine function at a point.
+/// Returns the value of an affine function at a point.
 pub(super) fn at<T: Scalar>(function: &Affine<T>, y: &[T; 2]) -> T {
     function[0] + function[1] * y[0] + function[2] * y[1]
 }

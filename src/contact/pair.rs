@@ -11,43 +11,43 @@ use crate::spatial::{Pose, Twist, Wrench};
 
 /// Two bodies that may touch: the wrench, its derivatives, the contact surface and the potential energy of their contact.
 ///
-/// A is a compliant body with a mesh. B is any [`Partner`]: another compliant body, a rigid one, or a half-space. A rigid B has
-/// no modulus, and derivatives by it are 0. There is no contact of rigid bodies and half-spaces among themselves.
+/// A is a compliant body with a mesh. B is any [`Partner`]: another compliant body, a rigid one, or a half-space. A rigid B has no modulus,
+/// and derivatives with respect to it are zero. Contact among rigid bodies and half-spaces is not supported.
 ///
-/// A new pair is at rest, and its contact elastic. [`Self::moving`] gives it twists and a law for dissipation and friction.
+/// A new pair is at rest, and its contact is elastic. [`Self::moving`] sets twists and a law for dissipation and friction.
 ///
-/// Wrench, contact surface and energy are generic over the scalar: with `f64` poses and moduli they are values, with dual
-/// numbers they carry derivatives of any order. If the bodies do not touch, the surface is empty, and the wrench and its
-/// derivatives are zero.
+/// The wrench, the contact surface and the energy are generic over the scalar: with `f64` poses and moduli they are values, with dual
+/// numbers they carry derivatives of any order. If the bodies do not touch, the surface is empty, and the wrench and its derivatives are
+/// zero.
 #[derive(Debug, Clone, Copy)]
 pub struct ContactPair<'a, T = f64> {
     a: ContactBody<'a, T>,
     b: Partner<'a, T>,
     search: Search,
-    /// None for a pair at rest.
+    /// `None` for a pair at rest.
     motion: Option<Motion<T>>,
 }
 
-/// The contact of a pair computed in the scalar throughout: all geometry, clipping and integration carry the derivatives.
-/// [`ContactPair::wrench`] does so only for `f64` and for derivatives of second and higher order.
+/// The contact of a pair computed entirely in the scalar: all geometry, clipping and integration carry the derivatives.
+/// [`ContactPair::wrench`] does this only for `f64` and for derivatives of second and higher order.
 ///
-/// It is slower than the [linearised contact](super::LinearisedContact), which can be checked against it. Where faces of
-/// both bodies coincide, its derivatives are those of one side, or lost in round-off.
+/// It is slower than the [linearized contact](super::LinearisedContact), and serves to check it. If faces of both bodies coincide, its
+/// derivatives are those of one side, or are lost in round-off.
 #[derive(Debug, Clone, Copy)]
 pub struct Pipeline<'p, 'a, T>(pub(super) &'p ContactPair<'a, T>);
 
-/// How much work a contact took: the same for the same bodies, poses and search in every run.
+/// Amount of work for a contact. It depends only on the bodies, the poses and the search, and is the same in every run.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[non_exhaustive]
 pub struct WorkCount {
-    /// Pairs of tetrahedra that were looked at.
+    /// Number of pairs of tetrahedra that were examined.
     pub candidate_pairs: usize,
-    /// Contact polygons.
+    /// Number of contact polygons.
     pub polygons: usize,
 }
 
 impl<'a, T: Scalar> ContactPair<'a, T> {
-    /// A pair at rest, with the default search.
+    /// Creates a pair at rest, with the default search.
     #[inline]
     #[must_use]
     pub fn new(a: ContactBody<'a, T>, b: impl Into<Partner<'a, T>>) -> Self {
@@ -59,8 +59,8 @@ impl<'a, T: Scalar> ContactPair<'a, T> {
         }
     }
 
-    /// The same pair in motion, with a law for dissipation and friction. Twists are in world axes; the linear part is the velocity of
-    /// the body's origin. The contact surface and the potential energy do not depend on the motion.
+    /// Returns the same pair in motion, with a law for dissipation and friction. Twists are in world axes; their linear part is the
+    /// velocity of the body's origin. The contact surface and the potential energy do not depend on the motion.
     #[must_use]
     pub fn moving(self, law: SurfaceLaw<T>, twists: [Twist<T>; 2]) -> Self {
         Self {
@@ -69,32 +69,32 @@ impl<'a, T: Scalar> ContactPair<'a, T> {
         }
     }
 
-    /// The same pair with another search: other times, the same results.
+    /// Returns the same pair with another search. The search changes the computing time, but not the results.
     #[must_use]
     pub fn with_search(self, search: Search) -> Self {
         Self { search, ..self }
     }
 
-    /// This contact computed in the scalar throughout, with first derivatives taken through the clips too.
+    /// Returns this contact computed entirely in the scalar, with first derivatives also carried through the clips.
     #[must_use]
     pub fn pipeline(&self) -> Pipeline<'_, 'a, T> {
         Pipeline(self)
     }
 
-    /// Body A.
+    /// Returns body A.
     #[must_use]
     pub fn a(&self) -> &ContactBody<'a, T> {
         &self.a
     }
 
-    /// Body B.
+    /// Returns body B.
     #[must_use]
     pub fn b(&self) -> &Partner<'a, T> {
         &self.b
     }
 
-    /// The exact contact wrenches (the paper, §III-C and §III-D). For a pair in motion they include dissipation and friction, integrated
-    /// exactly.
+    /// Returns the exact contact wrenches (the paper, §III-C and §III-D). For a pair in motion they include dissipation and friction,
+    /// integrated exactly.
     #[must_use]
     pub fn wrench(&self) -> ContactWrench<T> {
         if Order::<T>::IS_FIRST {
@@ -104,14 +104,14 @@ impl<'a, T: Scalar> ContactPair<'a, T> {
         self.pipeline().wrench()
     }
 
-    /// The contact surface, polygon by polygon.
+    /// Returns the contact surface with all its polygons.
     #[must_use]
     pub fn surface(&self) -> ContactSurface<T> {
         self.surface_of(&self.cut_surface())
     }
 
-    /// Contact surface and wrenches; `None` if the bodies do not touch. In `f64`, and for derivatives of second and higher order,
-    /// one search gives both.
+    /// Returns the contact surface and the wrenches, or `None` if the bodies do not touch. For `f64`, and for derivatives of second and
+    /// higher order, both come from one search.
     pub(crate) fn surface_and_wrench(&self) -> Option<(ContactSurface<T>, ContactWrench<T>)> {
         let cuts = self.cut_surface();
         let surface = self.surface_of(&cuts);
@@ -143,18 +143,18 @@ impl<'a, T: Scalar> ContactPair<'a, T> {
         ContactSurface { polygons }
     }
 
-    /// Potential energy (J) of the contact: ∫ min(p_A, p_B) dV over the overlap, or ∫ p_A dV where B is rigid. The wrench is
-    /// minus its derivative by a rigid motion.
+    /// Returns the potential energy (J) of the contact: ∫ min(p_A, p_B) dV over the overlap, or ∫ p_A dV if B is rigid. The wrench is minus
+    /// the derivative of this energy with respect to a rigid motion.
     ///
-    /// Takes much longer than the wrench, for large meshes a hundred times: all overlapping tetrahedra
-    /// contribute, not only those at the contact surface.
+    /// Takes much longer than the wrench, about a hundred times for large meshes, because all overlapping tetrahedra contribute, not only
+    /// those at the contact surface.
     #[must_use]
     pub fn potential_energy(&self) -> T {
         self.source().energy()
     }
 
-    /// The pairs of tetrahedra (of A, of B) that have a contact polygon, in no special order. Where B is a rigid body, its
-    /// triangles take the place of tetrahedra; where it is a half-space, that number is 0.
+    /// Returns the pairs of tetrahedra (of A, of B) with a contact polygon, in no particular order. If B is a rigid body, the second index
+    /// is that of a triangle. If B is a half-space, it is 0.
     #[must_use]
     pub fn touching_tets(&self) -> Vec<[usize; 2]> {
         let surface = self.real().cut_surface();
@@ -173,17 +173,17 @@ impl<'a, T: Scalar> ContactPair<'a, T> {
         }
     }
 
-    /// Both wrenches in the world, from the one on A about A's origin in A's axes.
+    /// Returns both wrenches in the world, from the wrench on A about A's origin in A's axes.
     pub(super) fn wrench_from_a(&self, wrench_a: &Wrench<T>) -> ContactWrench<T> {
         ContactWrench::from_a(wrench_a, [self.a.pose(), self.b.pose()])
     }
 
-    /// The source of the pair's contact polygons.
+    /// Returns the source of the pair's contact polygons.
     pub(super) fn source(&self) -> PolygonSource<'a, T> {
         PolygonSource::of(&self.a, &self.b)
     }
 
-    /// The cuts that values are made from.
+    /// Returns the cuts from which values are computed.
     pub(super) fn cut_surface(&self) -> CutSurface<'a, T> {
         self.source().for_values(self.search)
     }
@@ -192,7 +192,7 @@ impl<'a, T: Scalar> ContactPair<'a, T> {
         [self.a.modulus(), self.b.scale()]
     }
 
-    /// The pair at rest.
+    /// Returns the pair at rest.
     pub(super) fn at_rest(&self) -> Self {
         Self {
             motion: None,
@@ -200,25 +200,25 @@ impl<'a, T: Scalar> ContactPair<'a, T> {
         }
     }
 
-    /// The motion of the bodies, or `None` for a pair at rest.
+    /// Returns the motion of the bodies, or `None` for a pair at rest.
     pub(crate) fn motion(&self) -> Option<&Motion<T>> {
         self.motion.as_ref()
     }
 
-    /// The law and the velocity of A relative to B, or `None` for a pair at rest.
+    /// Returns the law and the velocity of A relative to B, or `None` for a pair at rest.
     pub(super) fn relative_motion(&self) -> Option<(SurfaceLaw<T>, RelativeMotion<T>)> {
         let Motion { law, twists } = self.motion()?;
         let poses = [self.a.pose(), self.b.pose()];
         Some((*law, RelativeMotion::of(poses, twists)))
     }
 
-    /// The pair at rest without derivatives, in A's frame.
+    /// Returns the pair at rest without derivatives, in A's frame.
     pub(super) fn real(&self) -> ContactPair<'a> {
         let pose_ab = self.a.pose().real().inverse() * self.b.pose().real();
         self.at_rest().real_at([Pose::identity(), pose_ab])
     }
 
-    /// The pair without derivatives, where it is.
+    /// Returns the pair without derivatives, at its poses in the world.
     pub(super) fn real_in_place(&self) -> ContactPair<'a> {
         self.real_at([self.a.pose().real(), self.b.pose().real()])
     }
@@ -239,7 +239,7 @@ impl<'a, T: Scalar> ContactPair<'a, T> {
 }
 
 impl<T: Scalar> Pipeline<'_, '_, T> {
-    /// [`ContactPair::wrench`].
+    /// Computes the wrenches like [`ContactPair::wrench`].
     #[must_use]
     pub fn wrench(&self) -> ContactWrench<T> {
         let pair = self.0;

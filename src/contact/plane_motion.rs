@@ -1,4 +1,4 @@
-//! How two bodies move relative to each other, along the axes of the plane of a contact polygon.
+//! The relative motion of two bodies, along the axes of the plane of a contact polygon.
 
 use super::SurfaceLaw;
 use super::motion::RelativeMotion;
@@ -9,10 +9,10 @@ use crate::lanes::{Lanes, Linear, Numbers};
 use crate::scalar::Scalar;
 use nalgebra::Vector3;
 
-/// How A moves relative to B, seen from a plane: along e₁, e₂ and n.
+/// The motion of A relative to B along e₁, e₂ and n of a plane.
 #[derive(Clone, Copy)]
 pub(super) struct PlaneMotion<T> {
-    /// The velocity (m/s) where y is zero.
+    /// The velocity (m/s) at y = 0.
     pub velocity: [T; 3],
     /// The angular velocity (rad/s).
     pub angular: [T; 3],
@@ -27,7 +27,7 @@ impl<T: Scalar> PlaneMotion<T> {
         }
     }
 
-    /// How the surfaces slip by this motion.
+    /// Returns the slip of the surfaces in this motion.
     pub fn slip_by(&self, law: &SurfaceLaw<T>) -> Slip<T> {
         let (at_origin, spin) = self.slip();
         Slip {
@@ -39,7 +39,7 @@ impl<T: Scalar> PlaneMotion<T> {
 }
 
 impl<N: Numbers> PlaneMotion<N> {
-    /// [`Self::of`] for as many planes as there are lanes.
+    /// Computes [`Self::of`] for as many planes as there are lanes.
     #[inline(always)]
     pub fn in_lanes<L: Lanes<Numbers = N>>(
         lanes: L,
@@ -57,9 +57,9 @@ impl<N: Numbers> PlaneMotion<N> {
     }
 }
 
-/// For scalars as for lanes.
+/// Methods for both scalars and lanes.
 impl<N: Linear> PlaneMotion<N> {
-    /// 1 − d v₃, the factor of the pressure by Hunt and Crossley: v₃ = v·n.
+    /// Returns 1 − d v₃, the factor of the pressure by Hunt and Crossley, with v₃ = v·n.
     #[inline(always)]
     pub fn damping(&self, dissipation: N, one: N) -> [N; 3] {
         let [v0, v1, v2] = self.separating();
@@ -70,13 +70,13 @@ impl<N: Linear> PlaneMotion<N> {
         ]
     }
 
-    /// The velocity in the plane where y is zero, and the spin about n.
+    /// Returns the velocity in the plane at y = 0, and the spin about n.
     #[inline(always)]
     pub fn slip(&self) -> ([N; 2], N) {
         ([self.velocity[0], self.velocity[1]], self.angular[2])
     }
 
-    /// v₃, positive where the surfaces part.
+    /// Returns v₃, which is positive if the surfaces separate.
     #[inline(always)]
     pub fn separating(&self) -> [N; 3] {
         [self.velocity[2], -self.angular[1], self.angular[0]]

@@ -7,7 +7,7 @@ use crate::scalar::lift;
 use crate::scalar::{Scalar, change, lift_vector, real_part, real_vector};
 use nalgebra::Vector3;
 
-/// A polygon is a sliver if its area is less than this fraction of its length squared: its centroid is round-off.
+/// A polygon is a sliver if its area is less than this fraction of its length squared. The centroid of a sliver is round-off.
 const SLIVER: f64 = 1e-9;
 
 /// A contact polygon in coordinates y of its own plane.
@@ -17,7 +17,7 @@ pub(super) struct PlanePolygon<T> {
     pub outline: Outline<T>,
     /// ∫ m dA for the monomials m = y₁³, y₁²y₂, y₁y₂², y₂³.
     cubic_moments: [T; 4],
-    /// Its weights in values and in derivatives.
+    /// Weights in values and in derivatives.
     pub weights: Weights,
     /// Whether an edge lies in several faces.
     pub shares_edges: bool,
@@ -28,13 +28,13 @@ pub(super) struct SpacePolygon<T> {
     pub outline: ConvexPolygon<T>,
     pub plane: EquilibriumPlane<T>,
     pub pressure_a: AffineField<T>,
-    /// The pressure on the polygon (Pa): both bodies' fields are the same there, and this is the one
-    /// of the smaller gradient, which is rounded less; A's, if B is rigid.
+    /// Pressure on the polygon (Pa). The fields of both bodies are equal there. This is the field with the smaller gradient, which has
+    /// smaller rounding errors, or A's field if B is rigid.
     pub pressure: AffineField<T>,
 }
 
 impl<T: Scalar> SpacePolygon<T> {
-    /// The polygon in its plane; `None` if it has no corner.
+    /// Returns the polygon in its plane, or `None` if it has no corner.
     ///
     /// The only derivative of the origin is the motion of the plane along its normal.
     #[inline]
@@ -69,7 +69,7 @@ impl<T: Scalar> SpacePolygon<T> {
         })
     }
 
-    /// The centroid; of a sliver, whose centroid is round-off, the first corner.
+    /// Returns the centroid, or the first corner of a sliver, because its centroid is round-off.
     fn center(&self) -> Option<Vector3<f64>> {
         let corners = self.outline.corners();
         let first = real_vector(corners.first()?);
@@ -93,24 +93,24 @@ impl<T: Scalar> SpacePolygon<T> {
 }
 
 impl<T: Scalar> PlanePolygon<T> {
-    /// Whether the signed area is positive. Otherwise the polygon is round-off.
+    /// Returns whether the signed area is positive. If not, the polygon is round-off.
     pub fn has_area(&self) -> bool {
         real_part(self.plane.moments[0]) > 0.0
     }
 
-    /// ∫ m dA for the monomials m up to cubic ones.
+    /// Returns ∫ m dA for the monomials m up to cubic ones.
     pub fn moments(&self) -> [T; 10] {
         let [area, y1, y2, y11, y12, y22] = self.plane.moments;
         let [y111, y112, y122, y222] = self.cubic_moments;
         [area, y1, y2, y11, y12, y22, y111, y112, y122, y222]
     }
 
-    /// Whether faces of both bodies coincide there.
+    /// Returns whether faces of both bodies coincide at the polygon.
     pub fn is_flush(&self) -> bool {
         !self.weights.are_whole() || self.shares_edges
     }
 
-    /// The point (m) with these coordinates, in A's frame.
+    /// Returns the point (m) with these coordinates, in A's frame.
     pub fn point(&self, [y1, y2]: [T; 2]) -> Vector3<T> {
         let [e1, e2, _] = self.plane.axes.map(Vector3::from);
         Vector3::from(self.plane.origin) + e1 * y1 + e2 * y2
@@ -118,7 +118,7 @@ impl<T: Scalar> PlanePolygon<T> {
 }
 
 impl PlanePolygon<f64> {
-    /// The polygon at a place of an octet.
+    /// Returns the polygon at a place of an octet.
     pub fn at(octet: &Octet, place: usize) -> Self {
         let mut outline = Outline::empty();
         let mut edge = 0;
@@ -139,8 +139,8 @@ impl PlanePolygon<f64> {
 
 #[cfg(test)]
 impl PlanePolygon<f64> {
-    /// The part under a positive pressure, in another scalar, with this pressure. The part stays as the pressure changes, because there is no
-    /// pressure where it ends.
+    /// Returns the part under a positive pressure, in another scalar, with this pressure. The part is constant as the pressure changes,
+    /// because the pressure is zero at its end.
     pub fn under_pressure<T: Scalar>(&self, pressure: [T; 3]) -> PlanePolygon<T> {
         let vector = |v: [f64; 3]| v.map(lift);
         let part = self.outline.cut(&pressure.map(real_part));
@@ -167,12 +167,12 @@ impl PlanePolygon<f64> {
     }
 }
 
-/// Moments up to quadratic ones, and cubic ones.
+/// Splits moments into those up to quadratic ones, and cubic ones.
 fn split<T>([m0, m1, m2, m3, m4, m5, m6, m7, m8, m9]: [T; 10]) -> ([T; 6], [T; 4]) {
     ([m0, m1, m2, m3, m4, m5], [m6, m7, m8, m9])
 }
 
-/// Unit vectors that make orthonormal axes with this unit vector as the third, without a square root \[Duff 2017\].
+/// Returns unit vectors that make orthonormal axes with this unit vector as the third, without a square root \[Duff 2017\].
 fn axes_beside<T: Scalar>(n: &Vector3<T>) -> [Vector3<T>; 2] {
     let sign = if real_part(n.z) >= 0.0 { 1.0 } else { -1.0 };
     let a = -(n.z + sign).recip();

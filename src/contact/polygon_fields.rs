@@ -2,19 +2,19 @@ use crate::lanes::space::{cross, dot, scaled, sum};
 use crate::lanes::{Lanes, Linear, Numbers, ROW, Row};
 use crate::narrow_phase::Octet;
 
-/// A wrench or a motion: torque or turn, then force or shift.
+/// A wrench or a motion: torque or rotation, then force or translation.
 pub(super) type Six<N> = [N; 6];
 
-/// A 6×6 matrix by its columns.
+/// The columns of a 6×6 matrix.
 pub(super) type Columns<N> = [Six<N>; 6];
 
-/// The plane of a contact polygon in A's frame, with the fields of both bodies and the moments of the polygon: of one polygon
-/// if N is a scalar, or of one in each lane.
+/// The plane of a contact polygon in A's frame, with the fields of both bodies and the moments of the polygon. It holds one polygon if N is
+/// a scalar, or one in each lane.
 ///
 /// Points of the plane have coordinates y₁ and y₂ along e₁ and e₂ from the origin.
 #[derive(Clone, Copy)]
 pub(super) struct PolygonFields<N> {
-    /// Where y is zero (m).
+    /// Origin of the coordinates y (m).
     pub origin: [N; 3],
     /// e₁, e₂ and n, the unit normal out of B into A.
     pub axes: [[N; 3]; 3],
@@ -24,14 +24,14 @@ pub(super) struct PolygonFields<N> {
     pub gradient_a: [N; 3],
     /// ∇p_A/|g| and ∇p_B/|g|, with g = ∇p_A − ∇p_B (see [`EquilibriumPlane`](crate::narrow_phase::EquilibriumPlane)).
     pub slopes: [[N; 3]; 2],
-    /// 1/|g| (m/Pa), 0 where B is rigid.
+    /// 1/|g| (m/Pa), or 0 if B is rigid.
     pub inverse_gradient_norm: N,
     /// ∫ m dA for the monomials m = 1, y₁, y₂, y₁², y₁y₂, y₂².
     pub moments: [N; 6],
 }
 
 impl PolygonFields<f64> {
-    /// Memory for a plane.
+    /// Zeros, as memory for a plane.
     pub const ZERO: Self = Self {
         origin: [0.0; 3],
         axes: [[0.0; 3]; 3],
@@ -42,20 +42,20 @@ impl PolygonFields<f64> {
         moments: [0.0; 6],
     };
 
-    /// The plane of the polygon at a place of an octet.
+    /// Returns the plane of the polygon at a place of an octet.
     pub fn at(octet: &Octet, place: usize) -> Self {
         Self::from(|row| row(octet)[place])
     }
 }
 
 impl<N: Numbers> PolygonFields<N> {
-    /// Loads the planes of an octet from a place on.
+    /// Loads planes of an octet, beginning with the one at place `first`.
     #[inline(always)]
     pub fn loaded<L: Lanes<Numbers = N>>(lanes: L, octet: &Octet, first: usize) -> Self {
         Self::from(|row| lanes.load(row(octet), first))
     }
 
-    /// The planes at places of octets, each given by octet and place, from the one with this number on.
+    /// Loads the planes at places of octets, each given by octet and place, beginning with index `first`.
     #[inline(always)]
     pub fn gathered<L: Lanes<Numbers = N>>(
         lanes: L,
@@ -71,7 +71,7 @@ impl<N: Numbers> PolygonFields<N> {
         })
     }
 
-    /// One plane for each lane.
+    /// Loads one plane for each lane.
     #[inline(always)]
     pub fn side_by_side<'p, L: Lanes<Numbers = N>>(
         lanes: L,
@@ -134,20 +134,20 @@ impl<N: Copy> PolygonFields<N> {
 }
 
 impl<N: Linear> PolygonFields<N> {
-    /// ∇p_A·n.
+    /// Returns ∇p_A·n.
     #[inline(always)]
     pub fn slope_along_normal(&self) -> N {
         dot(self.gradient_a, self.axes[2])
     }
 
-    /// A vector with these components along the axes, in A's axes.
+    /// Returns a vector with these components along the axes, in A's axes.
     #[inline(always)]
     fn vector([e1, e2, n]: &[[N; 3]; 3], [c1, c2, c3]: [N; 3]) -> [N; 3] {
         sum(sum(scaled(*e1, c1), scaled(*e2, c2)), scaled(*n, c3))
     }
 
-    /// Transforms a wrench about the origin along the axes to A's axes about A's origin. Derivatives by motions transform in the same
-    /// way.
+    /// Transforms a wrench about the origin along the axes to A's axes about A's origin. Derivatives with respect to motions transform in
+    /// the same way.
     #[inline(always)]
     pub fn in_a(&self, [t1, t2, t3, f1, f2, f3]: &Six<N>) -> Six<N> {
         let force = Self::vector(&self.axes, [*f1, *f2, *f3]);
@@ -157,7 +157,7 @@ impl<N: Linear> PolygonFields<N> {
         [t1, t2, t3, f1, f2, f3]
     }
 
-    /// The same for a matrix of wrenches by motions or velocities.
+    /// Transforms a matrix of wrenches, by motions or velocities, in the same way.
     #[inline(always)]
     pub fn matrix_in_a(&self, matrix: &Columns<N>) -> Columns<N> {
         let mut turned = *matrix;

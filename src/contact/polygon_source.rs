@@ -4,11 +4,11 @@ use crate::narrow_phase::{Cut, EquilibriumPlane, RelativePair, Weights, scales};
 use crate::scalar::{Scalar, carries_derivatives, real_part};
 use crate::spatial::Pose;
 
-/// A pair of bodies from which contact polygons are made in `T`, in A's frame.
+/// A pair of bodies from which contact polygons are computed in `T`, in A's frame.
 pub(super) struct PolygonSource<'a, T> {
     pub pair: RelativePair<'a>,
     pub modulus_a: T,
-    /// What extents are multiplied by in the two fields that are equal on the plane (see [`RelativePair::scales`]).
+    /// Factors of the extents in the two fields that are equal on the plane (see [`RelativePair::scales`]).
     scales: [T; 2],
     pub pose_ab: Pose<T>,
 }
@@ -24,7 +24,7 @@ impl<'a, T: Scalar> PolygonSource<'a, T> {
         }
     }
 
-    /// With coincidences to within 2^octaves margins.
+    /// Returns the source with coincidences within 2^octaves margins.
     pub fn with_near_coincidences(&self, octaves: i32) -> Self {
         Self {
             pair: self.pair.with_near_coincidences(octaves),
@@ -32,12 +32,12 @@ impl<'a, T: Scalar> PolygonSource<'a, T> {
         }
     }
 
-    /// Whether the polygon of a cut has a positive area and does not lie where both bodies end.
+    /// Returns whether the polygon of a cut has a positive area and is not on the surfaces of both bodies.
     pub fn is_pressed(&self, cut: &Cut) -> bool {
         self.pressed_polygon(cut).is_some()
     }
 
-    /// The polygon of a cut if it is part of the contact surface.
+    /// Returns the polygon of a cut if it is part of the contact surface.
     pub fn pressed_polygon(&self, cut: &Cut) -> Option<PlanePolygon<T>> {
         if cut.is_on_both_surfaces() || !cut.weights().has_still_area() {
             return None;
@@ -45,7 +45,7 @@ impl<'a, T: Scalar> PolygonSource<'a, T> {
         self.polygon(cut).filter(PlanePolygon::has_area)
     }
 
-    /// The polygon of a cut, if its weights count. With derivatives, its area may be zero.
+    /// Returns the polygon of a cut if its weights count. With derivatives, its area may be zero.
     #[inline]
     pub fn counted_polygon(
         &self,
@@ -56,13 +56,13 @@ impl<'a, T: Scalar> PolygonSource<'a, T> {
         (carries_derivatives::<T>() || polygon.has_area()).then_some(polygon)
     }
 
-    /// The polygon of a cut; `None` if it has no corner.
+    /// Returns the polygon of a cut, or `None` if it has no corner.
     #[inline]
     pub fn polygon(&self, cut: &Cut) -> Option<PlanePolygon<T>> {
         self.polygon_in_space(cut).in_plane(cut.weights())
     }
 
-    /// The polygon of a cut in A's frame. For an `f64` it is there already; with derivatives it is made again, by the same cuts.
+    /// Returns the polygon of a cut in A's frame. For `f64` it is in the cut. With derivatives it is computed again, by the same cuts.
     #[inline]
     pub fn polygon_in_space(&self, cut: &Cut) -> SpacePolygon<T> {
         let tets = [self.pair.tet_a(cut.tets[0]), self.pair.tet_b(cut.tets[1])];
@@ -94,12 +94,12 @@ impl<'a, T: Scalar> PolygonSource<'a, T> {
         }
     }
 
-    /// Of A, and of B, which has 1 if it is rigid.
+    /// Returns the moduli of A and of B. A rigid B has 1.
     pub fn moduli(&self) -> [T; 2] {
         [self.modulus_a, self.scales[1]]
     }
 
-    /// What the rounding of a coordinate can make of the pressure on the polygon of a cut (Pa/m).
+    /// Returns the rounding-error bound of the pressure on the polygon of a cut, per rounding error of a coordinate (Pa/m).
     pub fn sensitivity(&self, cut: &Cut) -> f64 {
         let [a, b] = [self.pair.tet_a(cut.tets[0]), self.pair.tet_b(cut.tets[1])];
         let of_a = real_part(self.modulus_a) * a.sensitivity;

@@ -1,7 +1,7 @@
 use crate::spatial::{add_block, skew};
 use nalgebra::{Matrix6, SMatrix, Vector3};
 
-/// From the wrench on A to that on B: force −F, torque −(τ − r × F) about a point r away, which moves with B against A.
+/// Conversion of the wrench on A to the wrench on B: force −F, torque −(τ − r × F) about a point at r, which moves with B relative to A.
 pub(super) struct Reaction {
     pub from_a_to_b: Vector3<f64>,
     pub force: Vector3<f64>,
@@ -20,7 +20,7 @@ impl Reaction {
         })
     }
 
-    /// As the bodies move, r does: δr × F = −F × δr with δr = δp_B − δp_A.
+    /// Converts derivatives with respect to the poses. As the bodies move, r changes too: δr × F = −F × δr with δr = δp_B − δp_A.
     pub fn of_poses(&self, by_poses: &[Matrix6<f64>; 2]) -> SMatrix<f64, 12, 12> {
         let mut whole = self.of_blocks(by_poses);
         add_block(&mut whole, [6, 3], skew(&self.force));
@@ -29,7 +29,7 @@ impl Reaction {
     }
 }
 
-/// Rows of the wrenches on A and on B about their origins, from those of the one on A, in axes that do not move.
+/// Returns the rows of the wrenches on A and on B about their origins, from the rows of the wrench on A, in axes that do not move.
 pub(super) fn on_both<const C: usize>(
     from_a_to_b: &Vector3<f64>,
     on_a: &SMatrix<f64, 6, C>,

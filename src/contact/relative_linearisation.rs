@@ -8,12 +8,12 @@ use nalgebra::{Matrix6, Matrix6x2, Vector3, Vector6};
 #[derive(Debug, Clone, Copy)]
 pub(super) struct RelativeLinearisation {
     pub wrench: Vector6<f64>,
-    /// By a motion of B (angular, linear, of the point at A's origin).
+    /// Derivative with respect to a motion of B (angular, linear, of the point at A's origin).
     pub by_motion: Matrix6<f64>,
     pub by_moduli: Matrix6x2<f64>,
-    /// By the velocity of A relative to B (angular, linear at A's origin).
+    /// Derivative with respect to the velocity of A relative to B (angular, linear at A's origin).
     pub by_twist: Matrix6<f64>,
-    /// By dissipation and friction.
+    /// Derivatives with respect to dissipation and friction.
     pub by_law: Matrix6x2<f64>,
     pub kinks: Kinks,
 }
@@ -41,7 +41,7 @@ impl PartialSum for RelativeLinearisation {
 }
 
 impl RelativeLinearisation {
-    /// Applies the chain rule: the wrench after `changes` of the numbers that `ContactPair::tangent` lists. The real parts of
+    /// Applies the chain rule: returns the wrench after `changes` of the inputs that `ContactPair::tangent` lists. The real parts of
     /// `changes` are zero.
     pub fn pushforward<T: Scalar>(&self, changes: &[T; 16]) -> Wrench<T> {
         let number = |row: usize| {

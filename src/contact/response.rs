@@ -1,4 +1,4 @@
-//! How the wrench of one polygon answers to changes of the two fields that meet in it, and of the faces that bound it.
+//! The response of the wrench of one polygon to changes of the two fields that meet in it, and of the faces that bound it.
 
 use super::affine_form::AffineForm;
 use super::plane_polygon::PlanePolygon;
@@ -8,16 +8,16 @@ use crate::geometry::AffineField;
 use crate::narrow_phase::{Octet, Weight, Weights};
 use nalgebra::{Matrix3, Vector3, Vector6};
 
-/// What is kept of each polygon while a contact is linearised: nothing, `()`, or how it answers to changes of shape, a
+/// Data that is kept for each polygon while a contact is linearized: nothing, `()`, or the response to changes of shape,
 /// [`PolygonResponse`].
 pub(super) trait Responses: PartialSum {
-    /// Whether anything is kept.
+    /// Whether responses are kept.
     const ARE_KEPT: bool;
 
-    /// Keeps a polygon's.
+    /// Keeps the response of a polygon.
     fn keep(&mut self, response: impl FnOnce() -> PolygonResponse);
 
-    /// Those of several polygons; none, if nothing is kept.
+    /// Creates the data from the responses of several polygons. It is empty if nothing is kept.
     fn of(responses: Vec<PolygonResponse>) -> Self;
 }
 
@@ -41,39 +41,39 @@ impl Responses for Vec<PolygonResponse> {
     }
 }
 
-/// The derivatives of the wrench of one polygon on A, in A's axes, by the fields p_A and p_B and by the faces of both cells, in the
-/// form that [`Self::pulled_back`] needs.
+/// The derivatives of the wrench of one polygon on A, in A's axes, with respect to the fields p_A and p_B and to the faces of both cells,
+/// in the form that [`Self::pulled_back`] needs.
 pub(super) struct PolygonResponse {
     pub tets: [usize; 2],
     plane: PolygonFields<f64>,
     weights: Weights,
-    /// What the surface law adds, if there is one.
+    /// The contribution of the surface law, if there is one.
     pub law: Option<LawResponse>,
 }
 
-/// What dissipation and friction add, about the origin of the polygon's plane along its axes.
+/// The contribution of dissipation and friction, about the origin of the polygon's plane along its axes.
 #[derive(Default)]
 pub(super) struct LawResponse {
-    /// As the plane moves along its normal at the speeds 1, y₁ and y₂.
+    /// Derivatives as the plane moves along its normal at the speeds 1, y₁ and y₂.
     pub by_speed: [Vector6<f64>; 3],
-    /// What to add where that is by growing fields, if anything (see [`Weights`]).
+    /// Correction of `by_speed` for growing fields, if any (see [`Weights`]).
     pub modulus_correction: Option<Box<[Vector6<f64>; 3]>>,
-    /// As the pressure grows by 1, y₁ and y₂: of the whole polygon, whatever its weights.
+    /// Derivatives as the pressure grows by 1, y₁ and y₂, over the whole polygon without its weights.
     pub by_pressure: [Vector6<f64>; 3],
     pub by_faces: Vec<FaceResponse>,
 }
 
-/// The part of a face in the motion of an edge.
+/// The contribution of a face that moves an edge.
 pub(super) struct FaceResponse {
     /// 0 to 3 of A, 4 to 7 of B.
     pub face: usize,
-    /// Outwards, in A's axes.
+    /// Outward normal, in A's axes.
     pub normal: Vector3<f64>,
-    /// As the face moves along its normal at the speeds 1, y₁ and y₂.
+    /// Derivatives as the face moves along its normal at the speeds 1, y₁ and y₂.
     pub by_speed: [Vector6<f64>; 3],
 }
 
-/// What a polygon contributes to the derivatives of a number by the corners of a cell (in A's axes) and their extents.
+/// Contribution of a polygon to the derivatives of a number with respect to the corners of a cell (in A's axes) and their extents.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct OfCell {
     pub by_corners: [Vector3<f64>; 4],
@@ -108,7 +108,7 @@ impl PolygonResponse {
         }
     }
 
-    /// Returns the response of a pair with a surface law, to which what the law adds is to be added.
+    /// Returns the response with an empty contribution of the surface law, to which terms are added later.
     pub fn with_law(self) -> Self {
         Self {
             law: Some(LawResponse::default()),
@@ -116,14 +116,14 @@ impl PolygonResponse {
         }
     }
 
-    /// What it contributes to a number with this derivative by the wrench on A about A's origin.
+    /// Returns the contribution to the derivatives of a number with this derivative with respect to the wrench on A about A's origin.
     ///
-    /// As p_B grows by δ, the plane moves by δ/|g|, and the elastic wrench changes by ∫ δ s_A/|g| dA; as p_A does, by
-    /// −∫ δ s_B/|g| dA (see [`RelativeJacobian`](super::jacobian::RelativeJacobian)). What the law adds changes by K as the
-    /// plane moves; as p_A grows the plane moves by −δ/|g|, and the pressure at a fixed point grows too.
+    /// If p_B grows by δ, the plane moves by δ/|g|, and the elastic wrench changes by ∫ δ s_A/|g| dA. If p_A grows by δ, the wrench changes
+    /// by −∫ δ s_B/|g| dA (see [`RelativeJacobian`](super::jacobian::RelativeJacobian)). The contribution of the law changes by K as the
+    /// plane moves. As p_A grows, the plane moves by −δ/|g|, and the pressure at a fixed point grows too.
     ///
-    /// A corner that moves is a motion, an extent that grows is the growth of a field: the polygon counts with the weight of
-    /// either (see [`Weights`]).
+    /// A moving corner is a motion, and a growing extent is the growth of a field. The polygon counts with the corresponding weight (see
+    /// [`Weights`]).
     pub fn pulled_back(
         &self,
         covector: &Vector6<f64>,
@@ -171,7 +171,7 @@ impl PolygonResponse {
         cells
     }
 
-    /// Of what the growth of p_A and of p_B contributes: as corners move, and as extents grow.
+    /// Returns the contributions of the growth of p_A and of p_B, as corners move and as extents grow.
     fn of_fields(
         &self,
         [by_motion, by_growth]: [[AffineForm; 2]; 2],
@@ -193,8 +193,8 @@ impl PolygonResponse {
         ]
     }
 
-    /// f ↦ ∫ f a·u dA over all of the polygon, times a factor, where u is the velocity of a twist about the origin (its moment,
-    /// then its force).
+    /// Returns f ↦ ∫ f a·u dA over the whole polygon, times a factor. Here u is the velocity of a twist about the origin (its moment, then
+    /// its force).
     fn flow(&self, a: [f64; 3], twist: &Vector6<f64>, factor: f64) -> AffineForm {
         let (origin, [e1, e2, _]) = (self.origin(), self.axes());
         let [moment, force] =
@@ -219,7 +219,8 @@ impl PolygonResponse {
         self.plane.axes.map(Into::into)
     }
 
-    /// Transforms a derivative by a wrench about A's origin to one by a wrench about the origin of the plane along its axes.
+    /// Transforms a derivative with respect to a wrench about A's origin to one with respect to a wrench about the origin of the plane
+    /// along its axes.
     fn in_plane(&self, covector: &Vector6<f64>) -> Vector6<f64> {
         let moment: Vector3<f64> = covector.fixed_rows::<3>(0).into_owned();
         let force = covector.fixed_rows::<3>(3) + moment.cross(&self.origin());
@@ -228,7 +229,7 @@ impl PolygonResponse {
         Vector6::new(moment.x, moment.y, moment.z, force.x, force.y, force.z)
     }
 
-    /// From wrenches by 1, y₁ and y₂.
+    /// Contracts the wrenches of 1, y₁ and y₂ with a derivative with respect to the wrench.
     fn contracted(&self, covector: &Vector6<f64>, wrenches: &[Vector6<f64>; 3]) -> AffineForm {
         let [one, y1, y2] = wrenches.each_ref().map(|wrench| covector.dot(wrench));
         let [e1, e2, _] = self.axes();
@@ -237,7 +238,8 @@ impl PolygonResponse {
 }
 
 impl OfCell {
-    /// A corner that moves by δ takes λ `gradient`·δ from the field, and its extent adds λ `modulus`.
+    /// Computes the contribution from two linear functions. A corner that moves by δ takes λ `gradient`·δ from the field, and its extent
+    /// adds λ `modulus`.
     fn of(
         (gradient, by_motion): (&Vector3<f64>, &AffineForm),
         (modulus, by_growth): (f64, &AffineForm),
@@ -251,7 +253,7 @@ impl OfCell {
         }
     }
 
-    /// In other axes.
+    /// Returns the contribution in other axes.
     pub fn rotated(&self, rotation: &Matrix3<f64>) -> Self {
         Self {
             by_corners: self.by_corners.map(|by_corner| rotation * by_corner),

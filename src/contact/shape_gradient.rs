@@ -6,22 +6,22 @@ use super::{BodyError, ContactPair, LinearisedContact, PartnerShape};
 use crate::mesh::{MeshError, ShapeRates};
 use nalgebra::{SMatrix, SVector, Vector3, Vector6};
 
-/// The derivatives of a number by the shape of a body: by where the vertices of its mesh or surface are, and by their extents.
+/// Derivatives of a number with respect to the shape of a body: the positions of the vertices of its mesh or surface, and their extents.
 ///
-/// Vertices are moved in the body's frame, while its pose, the modulus and all extents stay as they are. To the
-/// dimensions of a ready-made shape, or the mesh that a field was made of by distances, the chain rule leads: [`Self::along`],
+/// Vertices move in the body's frame, while its pose, the modulus and all extents are constant. The chain rule gives the derivatives with
+/// respect to the dimensions of a ready-made shape, or to the mesh from which a field of distances was computed: see [`Self::along`] and
 /// [`LinearisedDistances::pullback`](crate::mesh::LinearisedDistances::pullback).
 #[derive(Debug, Clone, PartialEq)]
 #[non_exhaustive]
 pub struct ShapeGradient {
-    /// By each vertex, in the axes of the body's frame (the number's unit over m). None for a half-space.
+    /// Derivatives with respect to each vertex, in the axes of the body's frame (the number's unit over m). Empty for a half-space.
     pub by_vertices: Vec<Vector3<f64>>,
-    /// By the extent of each vertex (the number's unit over the extents'). None for a rigid body or a half-space.
+    /// Derivatives with respect to the extent of each vertex (the number's unit over the extents'). Empty for a rigid body or a half-space.
     pub by_extents: Vec<f64>,
 }
 
 impl ShapeGradient {
-    /// Of what depends on no vertex of a shape.
+    /// Creates zero derivatives for a shape.
     pub(crate) fn zero(shape: PartnerShape) -> Self {
         let (vertices, extents) = shape.number_counts();
         Self {
@@ -30,17 +30,17 @@ impl ShapeGradient {
         }
     }
 
-    /// The derivative as vertices move and extents change at these rates, by the chain rule: that by the number which the rates are
-    /// by. Ready-made shapes have rates by their dimensions in [`shapes`](crate::mesh::shapes).
+    /// Returns the derivative as vertices move and extents change at these rates, by the chain rule: the derivative with respect to the
+    /// parameter of the rates. Ready-made shapes have rates with respect to their dimensions in [`shapes`](crate::mesh::shapes).
     ///
     /// # Errors
-    /// If there are not as many velocities as vertices, or, where there are any, not as many rates of extents as extents; or if
-    /// one is not finite.
+    /// Returns an error if the number of velocities differs from that of vertices, if the number of rates of extents differs from that of
+    /// extents, unless there are no extents, or if a rate is not finite.
     pub fn along(&self, rates: &ShapeRates) -> Result<f64, MeshError> {
         rates.dot(&self.by_vertices, &self.by_extents)
     }
 
-    /// Adds what one polygon contributes: by each corner of a cell to the vertex of the shape that it is, if it is one.
+    /// Adds the contribution of one polygon: the derivatives with respect to each corner of a cell that is a vertex of the shape.
     fn add(&mut self, vertices: [Option<usize>; 4], of_body: &OfCell) {
         let corners = vertices.iter().zip(&of_body.by_corners);
         for (vertex, by_corner) in corners.filter_map(|(vertex, by)| vertex.zip(Some(by))) {
@@ -57,21 +57,24 @@ impl ShapeGradient {
 }
 
 impl ContactPair<'_> {
-    /// The derivatives, by the shapes of A and of B, of a number that has these derivatives by the wrenches (rows of
-    /// [`LinearisedContact`]: torque and force on A, then on B).
+    /// Returns the derivatives of a number with respect to the shapes of A and of B, from its derivatives with respect to the wrenches
+    /// (rows of [`LinearisedContact`]: torque and force on A, then on B).
     ///
-    /// A product with a vector from the left, at the cost of a Jacobian: all vertices at once, in closed form, from the same
-    /// contact polygons. Moving a vertex of B by δ takes λ ∇p_B·δ from p_B, where λ is the vertex's barycentric coordinate, and
-    /// the contact surface moves by as much over |g|, g = ∇p_A − ∇p_B, against its normal. So with x from A's origin
+    /// This is the transposed Jacobian times a vector. It takes as long as a Jacobian, for all vertices together, and is computed in closed
+    /// form from the same contact polygons. Moving a vertex of B by δ takes λ ∇p_B·δ from p_B, where λ is the vertex's barycentric
+    /// coordinate. The contact surface moves by the same amount over |g|, g = ∇p_A − ∇p_B, against its normal. With x from A's origin, this
+    /// gives
     ///
     /// ∂W/∂xᵢ = −Σ (1/|g|) ∫ (x × ∇p_A, ∇p_A) λᵢ ∇p_Bᵀ dA,
     ///
-    /// and with A and B exchanged, and W for −W, for A's vertices. Surface vertices are no exception, and nothing is
-    /// differentiated through a clip. Where faces of both bodies are flush, the derivatives by all vertices together give those
-    /// by the pose, about one generic direction, and those by all extents, times these, add up to that by the modulus, times this.
-    /// That by a single vertex need not lie between those of both sides, where the vertex moves at an angle to the face. Where
-    /// fields are equal over a volume ([`Kinks::are_equal`](crate::contact::Kinks)), the sums need not be those by pose and
-    /// modulus.
+    /// For A's vertices, exchange A and B, and W and −W. The formula also holds for surface vertices, and nothing is differentiated through
+    /// a clip.
+    ///
+    /// If faces of both bodies are flush, the derivatives with respect to all vertices together give those with respect to the pose, about
+    /// one generic direction. The sum of the derivatives with respect to all extents, each times its extent, is the derivative with respect
+    /// to the modulus, times the modulus. The derivative with respect to a single vertex need not lie between those of both sides if the
+    /// vertex moves at an angle to the face. If fields are equal over a volume ([`Kinks::are_equal`](crate::contact::Kinks)), the sums may
+    /// differ from the derivatives with respect to pose and modulus.
     ///
     /// ```
     /// use hydroelastic::contact::{ContactBody, ContactPair, Partner, Shape};
@@ -99,11 +102,11 @@ impl ContactPair<'_> {
         [of_a, of_b]
     }
 
-    /// The derivatives of both wrenches (rows as of [`LinearisedContact`]) by some vertices of A and
-    /// of B (m), in the axes of their bodies' frames. One vertex takes as long as all of them.
+    /// Returns the derivatives of both wrenches (rows as in [`LinearisedContact`]) with respect to some vertices of A and of B (m), in the
+    /// axes of their bodies' frames. One vertex takes as long as all of them.
     ///
     /// # Errors
-    /// If a body has no vertex of such an index.
+    /// Returns an error if a body has no vertex with a given index.
     pub fn vertex_jacobians(
         &self,
         vertices: [&[usize]; 2],
@@ -139,14 +142,14 @@ impl ContactPair<'_> {
     }
 }
 
-/// How the wrenches of a contact answer to changes of the two shapes.
+/// The derivatives of the wrenches of a contact with respect to the two shapes.
 pub(crate) struct ShapeResponse<'a> {
     pair: ContactPair<'a>,
     polygons: Vec<PolygonResponse>,
 }
 
 impl<'a> ContactPair<'a> {
-    /// Linearizes the contact, including derivatives by the shapes.
+    /// Linearizes the contact, including derivatives with respect to the shapes.
     pub(crate) fn linearised_with_shapes(&self) -> (LinearisedContact, ShapeResponse<'a>) {
         let (relative, polygons) = self.relative_linearisation();
         let pair = *self;
@@ -155,7 +158,7 @@ impl<'a> ContactPair<'a> {
 }
 
 impl ShapeResponse<'_> {
-    /// Adds the derivatives by both shapes of a number that has these by the wrenches: see
+    /// Adds the derivatives of a number with respect to both shapes, from its derivatives with respect to the wrenches: see
     /// [`ContactPair::shape_gradients`].
     pub fn pull_back(&self, by_wrenches: &SVector<f64, 12>, gradients: [&mut ShapeGradient; 2]) {
         let (pose_wa, pose_wb) = (self.pair.a().pose(), self.pair.b().pose());
@@ -165,7 +168,7 @@ impl ShapeResponse<'_> {
         self.pull_back_relative(&[covector], [gradients]);
     }
 
-    /// The same of several numbers, from their derivatives by the wrench on A, in A's axes about A's origin.
+    /// Adds the derivatives of several numbers, from their derivatives with respect to the wrench on A, in A's axes about A's origin.
     fn pull_back_relative<const N: usize>(
         &self,
         covectors: &[Vector6<f64>; N],
@@ -187,7 +190,7 @@ impl ShapeResponse<'_> {
 }
 
 impl PolygonSource<'_, f64> {
-    /// The barycentric coordinates of two cells, in A's frame.
+    /// Returns the barycentric coordinates of two cells, in A's frame.
     pub fn barycentric(&self, [a, b]: [usize; 2]) -> Barycentric {
         let [a, b] = [self.pair.tet_a(a), self.pair.tet_b(b)];
         let of_b = b

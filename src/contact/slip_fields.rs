@@ -1,4 +1,4 @@
-//! What presses and slips on the generic contact polygons, and by which rules they are integrated.
+//! Pressure and slip on the generic contact polygons, and the rules by which they are integrated.
 
 use super::SurfaceLaw;
 use super::motion::RelativeMotion;
@@ -8,14 +8,14 @@ use crate::lanes::space::{loaded, store};
 use crate::lanes::{Lanes, Mask, Numbers, ROW, Row};
 use crate::narrow_phase::{Octet, SLOTS};
 
-/// What presses and slips on the polygons of an octet, as affine functions c₀ + c₁y₁ + c₂y₂ on their planes.
+/// Pressure and slip on the polygons of an octet, as affine functions c₀ + c₁y₁ + c₂y₂ on their planes.
 pub(super) struct SlipFields<'o> {
     pub pressure: &'o [Row; 3],
     pub damping: [Row; 3],
     /// The slip at the origin, and the spin.
     pub slip: [Row; 3],
-    /// The level of the ladder of rules that is good enough for each polygon, as a whole number; [`LEVELS`] where the slip turns so
-    /// quickly that it has a closed form instead, or where the pressure is clamped at a corner.
+    /// The lowest sufficient level of quadrature rules for each polygon, as a whole number. It is [`LEVELS`] if the slip turns so quickly
+    /// that the closed form is used instead, or if the pressure is clamped at a corner.
     levels: Row,
 }
 
@@ -54,7 +54,7 @@ impl<'o> SlipFields<'o> {
         loads
     }
 
-    /// The places of polygons that are integrated by rules, as bits. Other places without a polygon may have bits too.
+    /// Returns the places of polygons that are integrated by rules, as bits. Other places without a polygon may have bits too.
     #[inline]
     pub fn by_rules(&self) -> u8 {
         let mut by_rules = 0;
@@ -64,7 +64,7 @@ impl<'o> SlipFields<'o> {
         by_rules
     }
 
-    /// The level of the polygon at a place.
+    /// Returns the level of the polygon at a place.
     #[inline]
     #[expect(
         clippy::cast_possible_truncation,
@@ -76,7 +76,7 @@ impl<'o> SlipFields<'o> {
     }
 }
 
-/// The [`SlipFields::levels`] of as many polygons as there are lanes, as [`Slip`](crate::friction::Slip) has the level of one polygon.
+/// Computes the [`SlipFields::levels`] of as many polygons as there are lanes, like [`Slip`](crate::friction::Slip) for one polygon.
 #[inline(always)]
 fn levels<L: Lanes>(
     lanes: L,
@@ -108,7 +108,7 @@ fn levels<L: Lanes>(
     let theta_squared = theta_squared(([v1, v2], spin, tolerance), mean, size_squared);
     let mut level = zero;
     for bound in level_bounds() {
-        // Of what is not a number no rule is good enough.
+        // NaN fails every comparison, so it selects the closed form.
         let is_within = theta_squared.is_less(lanes.splat(bound * bound));
         level = level + is_within.select(zero, one);
     }

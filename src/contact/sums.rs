@@ -3,9 +3,9 @@
 use crate::scalar::Scalar;
 use crate::spatial::Wrench;
 
-/// A sum over a contact surface. Pieces of the surface are summed by themselves and merged in their order.
+/// A sum over a contact surface. Pieces of the surface are summed separately and merged in order.
 pub(super) trait PartialSum: Send {
-    /// The empty sum.
+    /// Creates an empty sum.
     fn empty() -> Self;
 
     /// Adds the next piece.

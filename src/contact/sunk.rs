@@ -14,15 +14,15 @@ const PEAK: f64 = 1e-9;
 const GAP: f64 = 1e-9;
 
 impl<T: Scalar> ContactPair<'_, T> {
-    /// Whether the bodies have passed so far into each other that contact may no longer push them apart. There are four cases:
+    /// Returns whether the bodies have passed so far into each other that contact may no longer push them apart. There are four cases:
     ///
     /// - The bodies overlap without a contact surface, so there is no force. The work done on the contact has exceeded the energy
     ///   that the pressure field of one body can store: the integral of its pressure over its volume.
     /// - One of the bodies, with a mesh or a surface, is wholly inside the other.
     /// - Each of two compliant bodies contains a point of the other's highest pressure. The force will soon push the bodies further
     ///   in instead of apart.
-    /// - A rigid body contains a point of the compliant body's highest pressure, and the compliant body contains the middle of the
-    ///   rigid body there. The middle is that of the chord through the point along the contact force.
+    /// - A rigid body contains a point of the compliant body's highest pressure, and the compliant body contains the middle of the rigid
+    ///   body there. This is the middle of the chord through the point along the contact force.
     ///
     /// A rod or a plate that pierces a body beside the points of highest pressure is not reported.
     ///
@@ -59,7 +59,7 @@ impl<T: Scalar> ContactPair<'_, T> {
     }
 }
 
-/// Whether a shape contains a point, given in the body frame.
+/// Returns whether a shape contains a point, given in the body frame.
 fn contains(shape: &Shape, point: &Vector3<f64>) -> bool {
     let (tets, mut is_inside) = (shape.field().tets(), false);
     shape.tet_bvh().visit_at(point, 0.0, |tet| {
@@ -69,7 +69,7 @@ fn contains(shape: &Shape, point: &Vector3<f64>) -> bool {
     is_inside
 }
 
-/// The points of a shape's highest pressure, in the body frame.
+/// Returns the points of a shape's highest pressure, in the body frame.
 fn peaks(shape: &Shape) -> impl Iterator<Item = &Vector3<f64>> {
     let field = shape.field();
     let highest = field.extents().iter().copied().fold(0.0, f64::max);
@@ -78,8 +78,8 @@ fn peaks(shape: &Shape) -> impl Iterator<Item = &Vector3<f64>> {
     peaks.map(|(vertex, _)| vertex)
 }
 
-/// The middle of the chord through a point: the part of a line around the point that is inside a surface. None if the point is
-/// outside.
+/// Returns the middle of the chord through a point: the part of a line around the point that is inside a surface. Returns `None` if the
+/// point is outside.
 fn middle_of_chord(
     surface: &TriangleSurface,
     point: &Vector3<f64>,

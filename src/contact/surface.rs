@@ -8,27 +8,26 @@ use nalgebra::Vector3;
 #[derive(Debug, Clone)]
 #[non_exhaustive]
 pub struct ContactPolygon<T = f64> {
-    /// The tetrahedra it lies in, of A and of B. For one of B stands the triangle of a rigid body, or 0 for a half-space.
+    /// The tetrahedra of A and of B that contain the polygon. For B, this is the triangle of a rigid body, or 0 for a half-space.
     pub tets: [usize; 2],
-    /// Its corners (m), counter-clockwise about the normal.
+    /// Corners (m), counter-clockwise about the normal.
     pub outline: ConvexPolygon<T>,
     /// Unit normal, out of B into A.
     pub normal: Vector3<T>,
-    /// Area (m²), positive: that of the outline, or half of it where the polygon lies in a face of a tetrahedron; where
-    /// the face is shared, the polygon of the tetrahedron beyond it has the other half.
+    /// Area (m²), positive: the area of the outline, or half of it if the polygon lies in a face of a tetrahedron. If the face is shared,
+    /// the polygon of the tetrahedron beyond it has the other half.
     pub area: T,
     /// Centroid (m).
     pub centroid: Vector3<T>,
     /// Mean pressure (Pa): the pressure at the centroid.
     pub pressure: T,
-    /// Gradient (Pa/m) of the pressure of the body whose field is the flatter there; along the polygon, the
-    /// other's is the same.
+    /// Pressure gradient (Pa/m) of the body with the flatter field there. Along the polygon, both gradients are equal.
     pub pressure_gradient: Vector3<T>,
-    /// The point (m) through which the polygon's force acts: ∫ p x dA / ∫ p dA; the centroid where the force rounds to 0.
+    /// Point (m) through which the polygon's force acts: ∫ p x dA / ∫ p dA, or the centroid if the force rounds to zero.
     pub center_of_pressure: Vector3<T>,
 }
 
-/// The contact surface of a body pair, in the world frame: empty where the bodies do not touch.
+/// The contact surface of a body pair, in the world frame. It is empty if the bodies do not touch.
 #[derive(Debug, Clone)]
 pub struct ContactSurface<T = f64> {
     /// The polygons, one for each pair of tetrahedra that touch.
@@ -45,7 +44,7 @@ impl<T: Scalar> ContactPolygon<T> {
         let [p0, p1, p2] = in_plane.plane.pressure;
         let [c1, c2] = [y1 / area, y2 / area];
         let pressure = p0 + p1 * c1 + p2 * c2;
-        // May round to 0 where neither factor does.
+        // The product may round to zero even if both factors are positive.
         let load = pressure * area;
         let center_of_pressure = if real_part(load) > 0.0 {
             // About the centroid c: ∫ p (y − c) dA = (∫ (y − c)(y − c)ᵀ dA)·∇p.
@@ -70,13 +69,13 @@ impl<T: Scalar> ContactPolygon<T> {
         }
     }
 
-    /// Pressure (Pa) at a point of the polygon (m, world frame).
+    /// Returns the pressure (Pa) at a point of the polygon (m, world frame).
     #[must_use]
     pub fn pressure_at(&self, point: &Vector3<T>) -> T {
         self.pressure + self.pressure_gradient.dot(&(point - self.centroid))
     }
 
-    /// The force on A (N): ∫ p n dA.
+    /// Returns the force on A (N): ∫ p n dA.
     #[must_use]
     pub fn force(&self) -> Vector3<T> {
         self.normal * (self.pressure * self.area)
@@ -84,19 +83,19 @@ impl<T: Scalar> ContactPolygon<T> {
 }
 
 impl<T: Scalar> ContactSurface<T> {
-    /// Whether the bodies do not touch.
+    /// Returns whether the bodies do not touch.
     #[must_use]
     pub fn is_empty(&self) -> bool {
         self.polygons.is_empty()
     }
 
-    /// Total area (m²).
+    /// Returns the total area (m²).
     #[must_use]
     pub fn area(&self) -> T {
         self.sum(|polygon| polygon.area)
     }
 
-    /// The pressure-weighted mean position (m), or `None` where nothing presses.
+    /// Returns the pressure-weighted mean position (m), or `None` if there is no pressure.
     #[must_use]
     pub fn center_of_pressure(&self) -> Option<Vector3<T>> {
         let total = self.sum(|polygon| polygon.pressure * polygon.area);

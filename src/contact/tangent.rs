@@ -3,14 +3,13 @@ use crate::scalar::{Scalar, change, constant_times, cross_constant, lift, real_v
 use crate::spatial::turn_from_real;
 
 impl<T: Scalar> ContactPair<'_, T> {
-    /// The dual parts of the numbers that the wrench depends on: the motion of B relative to A (angular, linear, in A's axes about
-    /// A's origin), both moduli, the velocity of A relative to B, dissipation and friction. The last eight are zero for a pair at
-    /// rest.
+    /// Returns the dual parts of the numbers that the wrench depends on: the motion of B relative to A (angular, linear, in A's axes about
+    /// A's origin), both moduli, the velocity of A relative to B, dissipation and friction. The last eight are zero for a pair at rest.
     pub(super) fn tangent(&self) -> [T; 16] {
         let (pose_wa, pose_wb) = (self.a().pose(), self.b().pose());
         let [turn_a, turn_b] = [pose_wa, pose_wb].map(|pose| turn_from_real(pose.rotation()));
         let from_a_to_b = pose_wb.translation() - pose_wa.translation();
-        // Of the points of both bodies at A's origin: a turn about B's origin moves the one of B too.
+        // Motion of the points of both bodies at A's origin. A turn about B's origin also moves the point of B.
         let shift = from_a_to_b.map(change) - cross_constant(&turn_b, &real_vector(&from_a_to_b));
         let in_a = pose_wa.real().rotation().transpose();
         let angular = constant_times(&in_a, &(turn_b - turn_a));

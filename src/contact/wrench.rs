@@ -11,13 +11,13 @@ pub struct ContactWrench<T = f64> {
 }
 
 impl<T: Scalar> ContactWrench<T> {
-    /// No contact.
+    /// Creates the wrenches of bodies that do not touch.
     pub(crate) fn zero() -> Self {
         let [on_a, on_b] = [Wrench::zero(); 2];
         Self { on_a, on_b }
     }
 
-    /// Both wrenches in the world, from the one on A about A's origin in A's axes.
+    /// Computes both wrenches in the world from the wrench on A about A's origin in A's axes.
     pub(super) fn from_a(wrench_a: &Wrench<T>, [pose_wa, pose_wb]: [&Pose<T>; 2]) -> Self {
         let on_a = wrench_a.rotated(pose_wa.rotation());
         let from_a_to_b = pose_wb.translation() - pose_wa.translation();

@@ -1,24 +1,24 @@
-//! The integrals in closed form, from those along the edges.
+//! Integrals in closed form, computed from integrals along the edges.
 //!
-//! With y* the center of rotation, r = y − y*, ε = v_s/|w| and R = √(r·r + ε²), the slip is w·(−r₂, r₁) and its
-//! regularized direction u = sgn(w)·(−r₂, r₁)/R. For f homogeneous of degree d let I\[f\] = ∫ f/R dA and
-//! M\[f\] = ∫ f·R dA. As ∂R/∂rᵢ = rᵢ/R, the divergences of f·R·eᵢ and of r·f·R give, n being the outward normal,
+//! Let y* be the center of rotation, r = y − y*, ε = v_s/|w| and R = √(r·r + ε²). The slip is w·(−r₂, r₁), and its regularized direction is
+//! u = sgn(w)·(−r₂, r₁)/R. For f homogeneous of degree d let I\[f\] = ∫ f/R dA and M\[f\] = ∫ f·R dA. Because ∂R/∂rᵢ = rᵢ/R, the
+//! divergences of f·R·eᵢ and of r·f·R give, with the outward normal n,
 //!
 //!   I\[rᵢf\] = ∮ nᵢ·f·R dl − M\[∂ᵢf\]        (d + 3)·M\[f\] = ∮ (r·n)·f·R dl + ε²·I\[f\]
 //!
-//! The recursion starts with I\[1\] = ∮ (r·n)/R dl − ε·Ω: the divergence of r/R is 1/R + ε²/R³, and Ω = ∫ ε/R³ dA is
-//! the solid angle of the polygon seen from the height ε above y*.
+//! The recursion starts with I\[1\] = ∮ (r·n)/R dl − ε·Ω. The divergence of r/R is 1/R + ε²/R³, and Ω = ∫ ε/R³ dA is the solid angle of the
+//! polygon seen from the height ε above y*.
 
 use super::edge::{Corner, EdgeMeans, Vector, cross, dot};
 use super::{Affine, Load, Quadratic, Slip, product};
 use crate::scalar::portable::atan2;
 use crate::scalar::{Scalar, lift, real_part};
 
-/// Where ε is a smaller fraction of the polygon's size it is taken for this one, lest its powers underflow. The
-/// integrals change by less than round-off.
+/// Smallest ε, as a fraction of the polygon's size. A smaller ε is replaced by this one, so that its powers do not underflow. The integrals
+/// change by less than round-off.
 const LEAST_EPSILON: f64 = 1e-50;
 
-/// The slip as a rotation: about a center, with a sense (±1), regularized at the distance ε = v_s/|w|.
+/// The slip as a rotation about a center with a sense (±1), regularized at the distance ε = v_s/|w|.
 pub(super) struct Rotation<T> {
     pub center: Vector<T>,
     pub epsilon: T,
@@ -42,7 +42,7 @@ impl<T: Scalar> Rotation<T> {
         }
     }
 
-    /// The affine function of y as one of r.
+    /// Converts an affine function of y to one of r.
     fn about_center(&self, function: &Affine<T>) -> Affine<T> {
         let at_center = function[0] + dot([function[1], function[2]], self.center);
         [at_center, function[1], function[2]]
@@ -72,13 +72,12 @@ impl<T: Scalar> Rotation<T> {
     }
 }
 
-/// Half the solid angle of a polygon seen from the height ε: the argument of a product of complex numbers, one for
-/// each edge.
+/// Half the solid angle of a polygon seen from the height ε: the argument of a product of complex numbers, with one factor for each edge.
 ///
-/// The triangle of the foot of the height, a and b has the solid angle Ω with tan(Ω/2) = a×b / ((R_a+ε)(R_b+ε) + a·b)
-/// \[A. Van Oosterom, J. Strackee, "The solid angle of a plane triangle", IEEE Trans. Biomed. Eng. 30, 1983\]. Half the
-/// solid angle of a convex polygon is less than π, so its argument needs no further turns. Where a·b cancels R_a·R_b, ε is so
-/// small that Ω, which is always multiplied by ε³, does not count.
+/// The triangle of the foot of the height, a and b has the solid angle Ω with tan(Ω/2) = a×b / ((R_a+ε)(R_b+ε) + a·b) \[A. Van Oosterom, J.
+/// Strackee, "The solid angle of a plane triangle", IEEE Trans. Biomed. Eng. 30, 1983\]. Half the solid angle of a convex polygon is less
+/// than π, so full turns of the argument need not be counted. If a·b cancels R_a·R_b, ε is so small that Ω is negligible, because Ω is
+/// always multiplied by ε³.
 pub(super) struct HalfSolidAngle<T>(Vector<T>);
 
 impl<T: Scalar> HalfSolidAngle<T> {
@@ -105,7 +104,7 @@ impl<T: Scalar> HalfSolidAngle<T> {
     }
 }
 
-/// The sums over the edges that the resultant needs: ∮ nᵢ·f·R dl and ∮ (r·n)·f·R dl.
+/// Sums over the edges for the resultant: ∮ nᵢ·f·R dl and ∮ (r·n)·f·R dl.
 struct ResultantSums<T> {
     /// nᵢ with f = g.
     load: Vector<T>,
@@ -158,7 +157,7 @@ impl<T: Scalar> ResultantSums<T> {
         self.radial_over_r += radial * means.over_r[0];
     }
 
-    /// ∫ g·r₁/R dA, ∫ g·r₂/R dA, and ∫ g·r·r/R dA = M\[g\] − ε²·I\[g\].
+    /// Returns ∫ g·r₁/R dA, ∫ g·r₂/R dA, and ∫ g·r·r/R dA = M\[g\] − ε²·I\[g\].
     fn integrals(&self, solid_angle: T, epsilon: T, g: &Quadratic<T>) -> [T; 3] {
         let squared = epsilon * epsilon;
         let i0 = self.radial_over_r - epsilon * solid_angle;
@@ -180,7 +179,7 @@ impl<T: Scalar> ResultantSums<T> {
     }
 }
 
-/// [`Slip::resultant`] of a slip with a spin, corners within about `size` of the origin.
+/// Computes [`Slip::resultant`] of a slip with a spin. The corners must be within about `size` of the origin.
 pub(super) fn resultant<T: Scalar>(
     slip: &Slip<T>,
     corners: &[Vector<T>],

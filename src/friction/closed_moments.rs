@@ -1,4 +1,4 @@
-//! The moments in closed form: the recursion of [`super::closed_form`] one degree higher, and the fluxes through the edges.
+//! Moments in closed form: the recursion of [`super::closed_form`] one degree higher, and the fluxes through the edges.
 
 use super::closed_form::{HalfSolidAngle, Rotation};
 use super::edge::{Corner, EdgeMeans, Vector, cross};
@@ -7,7 +7,7 @@ use super::{Affine, ClosedForm, Load, Quadratic, SlipMoments, product};
 /// A number for each monomial up to degree 3: 1, y₁, y₂, y₁², y₁y₂, y₂², y₁³, y₁²y₂, y₁y₂², y₂³.
 type Cubic = [f64; 10];
 
-/// The places of y₁·m and y₂·m among the monomials, for the first six m.
+/// Indices of y₁·m and y₂·m among the monomials, for the first six m.
 const RAISED: [[usize; 2]; 6] = [[1, 2], [3, 4], [4, 5], [6, 7], [7, 8], [8, 9]];
 
 impl ClosedForm<'_> {
@@ -37,7 +37,7 @@ impl ClosedForm<'_> {
         }
     }
 
-    /// Returns ∫ g·m·u dl along an edge for the first six monomials m; zero if its ends coincide.
+    /// Returns ∫ g·m·u dl along an edge for the first six monomials m, or zero if its ends coincide.
     pub fn along(&self, ends: [Vector<f64>; 2]) -> [[f64; 6]; 2] {
         let rotation = Rotation::new(&self.slip, self.size);
         let [a, b] = ends.map(|y| rotation.corner(&y));
@@ -47,7 +47,7 @@ impl ClosedForm<'_> {
     }
 }
 
-/// ∮ nᵢ·f·R dl and ∮ (r·n)·f·R dl for the monomials f in r, and what I\[1\] needs.
+/// ∮ nᵢ·f·R dl and ∮ (r·n)·f·R dl for the monomials f in r, and the terms of I\[1\].
 struct Sums {
     normal: [Cubic; 2],
     radial: Cubic,
@@ -81,7 +81,7 @@ impl Sums {
         self.radial_over_r += radial * means.over_r[0];
     }
 
-    /// I\[r₁f\] and I\[r₂f\] for the monomials f in r. Of the two ways to each the one with fewer derivatives.
+    /// Returns I\[r₁f\] and I\[r₂f\] for the monomials f in r. If there are two formulas, the one with fewer derivatives is used.
     fn first_moments_over_r(&self, epsilon: f64) -> [Cubic; 2] {
         let ([n1, n2], radial) = (&self.normal, &self.radial);
         let squared = epsilon * epsilon;
@@ -103,11 +103,11 @@ impl Sums {
     }
 }
 
-/// The means of m·R along an edge for the monomials m in r = base + t·direction.
+/// Returns the means of m·R along an edge for the monomials m in r = base + t·direction.
 #[inline]
 fn monomial_means(means: &EdgeMeans<f64>) -> Cubic {
     let ([o1, o2], [e1, e2], t) = (means.base, means.direction, means.by_r);
-    // The means of tᵏ·m for k = 0, 1, ... as far as they are needed.
+    // The means of tᵏ·m for k = 0, 1, ..., up to the power that is needed.
     let by_1 = |low: [f64; 2]| o1 * low[0] + e1 * low[1];
     let by_2 = |low: [f64; 2]| o2 * low[0] + e2 * low[1];
     let first = [0, 1, 2].map(|k| by_1([t[k], t[k + 1]]));
@@ -160,7 +160,7 @@ impl EdgeFlux {
         }
     }
 
-    /// The means of g·m·u for the first six monomials m in y.
+    /// Returns the means of g·m·u for the first six monomials m in y.
     #[inline]
     fn by_monomial(&self) -> [[f64; 6]; 2] {
         let ([o1, o2], [e1, e2]) = (self.base, self.direction);
@@ -180,12 +180,12 @@ impl EdgeFlux {
 }
 
 impl Rotation<f64> {
-    /// From ∫ f·m(r) dA to sense·∫ f·m(y) dA for all monomials m, y = center + r: in each coordinate the binomial
-    /// formula, one factor at a time.
+    /// Converts ∫ f·m(r) dA to sense·∫ f·m(y) dA for all monomials m, with y = center + r. Uses the binomial formula in each coordinate,
+    /// one factor at a time.
     fn about_origin(&self, moments: Cubic) -> Cubic {
         let mut m = moments.map(|x| self.sense * x);
         let [c1, c2] = self.center;
-        // (place, place with one y less), the highest power first; once for each factor.
+        // (index, index of the monomial with one factor y less), the highest power first, once for each factor.
         for chains in [
             (c1, [[6, 3], [3, 1], [1, 0], [7, 4], [4, 2], [8, 5]]),
             (c2, [[9, 5], [5, 2], [2, 0], [8, 4], [4, 1], [7, 3]]),
@@ -204,10 +204,10 @@ impl Rotation<f64> {
     }
 }
 
-/// ∫ g·m·(u uᵀ − 1)/σ dA by the divergence theorem.
+/// Returns ∫ g·m·(u uᵀ − 1)/σ dA by the divergence theorem.
 ///
-/// As ∂u/∂y₁ = w·∂u/∂s₂ and ∂u/∂y₂ = −w·∂u/∂s₁, and ∂u/∂s = (1 − u uᵀ)/σ, the integrals
-/// D_k = ∫ g·m·∂u/∂y_k dA = ∮ n_k·g·m·u dl − ∫ ∂(g·m)/∂y_k·u dA are w times what is wanted.
+/// Because ∂u/∂y₁ = w·∂u/∂s₂, ∂u/∂y₂ = −w·∂u/∂s₁ and ∂u/∂s = (1 − u uᵀ)/σ, the integrals D_k = ∫ g·m·∂u/∂y_k dA = ∮ n_k·g·m·u dl − ∫
+/// ∂(g·m)/∂y_k·u dA are w times the result.
 fn by_slip(
     direction: &[Cubic; 2],
     g: &Quadratic<f64>,
@@ -220,13 +220,13 @@ fn by_slip(
     let monomials = [0, 1, 2, 3, 4, 5];
     [
         monomials.map(|m| d(1, 0, m)),
-        // Both are equal, as u has no divergence.
+        // Both terms are equal, because the divergence of u is zero.
         monomials.map(|m| 0.5 * (d(1, 1, m) - d(0, 0, m))),
         monomials.map(|m| -d(0, 1, m)),
     ]
 }
 
-/// ∫ ∂(g·m)/∂y_k·u dA for k = 1, 2 and the first six m, from ∫ m·u dA for a component of u.
+/// Returns ∫ ∂(g·m)/∂y_k·u dA for k = 1, 2 and the first six m, from ∫ m·u dA for a component of u.
 fn load_slopes(u: &Cubic, g: &Quadratic<f64>) -> [[f64; 6]; 2] {
     let slopes = [[g[1], 2.0 * g[3], g[4]], [g[2], g[4], 2.0 * g[5]]];
     let [one, first, second] = load_moments(u, g);
@@ -243,7 +243,7 @@ fn load_slopes(u: &Cubic, g: &Quadratic<f64>) -> [[f64; 6]; 2] {
     sums
 }
 
-/// ∫ g·m·u dA for m = 1, y₁, y₂.
+/// Returns ∫ g·m·u dA for m = 1, y₁, y₂.
 fn load_moments(u: &Cubic, g: &Quadratic<f64>) -> [f64; 3] {
     let all = (0..6).map(|m| g[m] * u[m]).sum();
     let raised = |i: usize| (0..6).map(|m| g[m] * u[RAISED[m][i]]).sum();

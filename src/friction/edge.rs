@@ -5,15 +5,14 @@ use crate::scalar::{Scalar, lift, real_part};
 /// A vector in the plane of the polygon.
 pub(super) type Vector<T> = [T; 2];
 
-/// An edge shorter than this fraction of its distance R is integrated by the rule of eight points, to 4e-15. The closed
-/// form divides by the length, which would spoil the derivatives of a short edge far away.
+/// An edge shorter than this fraction of its distance R is integrated by the rule of eight points, to 4e-15. The closed form divides by the
+/// length, which would make the derivatives of a short edge far away inaccurate.
 const SHORT: f64 = 0.5;
 
-/// What the integrals along an edge from a to b consist of.
+/// Terms of the integrals along an edge from a to b.
 ///
-/// The place is measured from the center of rotation, r(t) = base + t·direction, and R = √(r·r + ε²). All numbers are
-/// means over the edge, so that an edge without length has them too: the polygon's derivative needs them where two
-/// corners coincide that move apart.
+/// Positions are measured from the center of rotation, r(t) = base + t·direction, and R = √(r·r + ε²). All numbers are means over the edge,
+/// so they are also defined for an edge without length. The polygon's derivative needs them if two corners coincide and move apart.
 pub(super) struct EdgeMeans<T> {
     pub base: Vector<T>,
     pub direction: Vector<T>,
@@ -21,11 +20,11 @@ pub(super) struct EdgeMeans<T> {
     pub over_r: [T; 6],
     /// The means of tᵏR.
     pub by_r: [T; 4],
-    /// The length, 0 where the corners coincide.
+    /// The length, or 0 if the corners coincide.
     pub length: f64,
 }
 
-/// A corner of the polygon: its place from the center of rotation, and R there.
+/// A corner of the polygon: its position from the center of rotation, and R there.
 #[derive(Clone, Copy)]
 pub(super) struct Corner<T> {
     pub place: Vector<T>,
@@ -53,8 +52,8 @@ impl<T: Scalar> EdgeMeans<T> {
         }
     }
 
-    /// With h the distance of the edge's line, t_a and t_b the places of the corners along it from the foot of the
-    /// perpendicular, ℓ = t_b − t_a, and c² = h² + ε²: R² = t² + c², and E_m = ∫ tᵐ/R dt follows from
+    /// Computes the means in closed form. Let h be the distance of the edge's line, t_a and t_b the coordinates of the corners along it
+    /// from the foot of the perpendicular, ℓ = t_b − t_a, and c² = h² + ε². Then R² = t² + c², and E_m = ∫ tᵐ/R dt follows from
     ///
     /// d(tᵐ⁻¹R)/dt = m·tᵐ/R + (m−1)·c²·tᵐ⁻²/R.
     #[inline]
@@ -66,7 +65,7 @@ impl<T: Scalar> EdgeMeans<T> {
         let h = cross(a.place, b.place) * per_length;
         let (t_a, t_b) = (dot(a.place, direction), dot(b.place, direction));
         let c_squared = h * h + epsilon_squared;
-        // R_a + t_a and R_b − t_b, neither of them by a difference of equals.
+        // R_a + t_a and R_b − t_b, both without cancellation.
         let from_a = sum_without_cancellation(a.distance, t_a, c_squared);
         let from_b = sum_without_cancellation(b.distance, -t_b, c_squared);
         let logarithm = ln_1p(length * 2.0 / (from_a + from_b));
@@ -87,7 +86,7 @@ impl<T: Scalar> EdgeMeans<T> {
         }
     }
 
-    /// From the middle of the edge, t from −1 to 1.
+    /// Computes the means by quadrature. t is measured from the middle of the edge, from −1 to 1.
     #[inline]
     fn by_rule(a: Vector<T>, span: Vector<T>, epsilon_squared: T) -> Self {
         let direction = span.map(|component| component * 0.5);
@@ -120,7 +119,7 @@ impl<T: Scalar> EdgeMeans<T> {
     }
 }
 
-/// R + t where R² = t² + c².
+/// Returns R + t, where R² = t² + c².
 #[inline]
 fn sum_without_cancellation<T: Scalar>(root: T, t: T, c_squared: T) -> T {
     if real_part(t) > 0.0 {

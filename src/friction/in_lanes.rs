@@ -4,7 +4,7 @@ use super::SlipMoments;
 use super::rules::{EdgeRule, TriangleRule};
 use crate::lanes::{Lanes, Numbers};
 
-/// For each monomial m up to degree 3, the places of y₁·m and of y₂·m among those up to degree 4 (see [`add_up_to_quartic`]).
+/// For each monomial m up to degree 3, the indices of y₁·m and of y₂·m among those up to degree 4 (see [`add_up_to_quartic`]).
 const TIMES_Y1: [usize; 10] = [1, 3, 4, 6, 7, 8, 10, 11, 12, 13];
 const TIMES_Y2: [usize; 10] = [2, 4, 5, 7, 8, 9, 11, 12, 13, 14];
 
@@ -22,7 +22,7 @@ pub(crate) struct SlipAndLoad<N> {
 /// An edge of each polygon.
 pub(crate) struct Edge<N> {
     pub from: [N; 2],
-    /// The vector from its start to its end.
+    /// The vector from the start of the edge to its end.
     pub span: [N; 2],
     pub length: N,
 }
@@ -38,10 +38,10 @@ impl<N: Numbers> SlipAndLoad<N> {
         ([s1 * inverse, s2 * inverse], inverse, g)
     }
 
-    /// Integrates over polygons, given their corners, counter-clockwise. A polygon with fewer corners than others has its first corner
-    /// again after its last one.
+    /// Integrates over polygons, given their corners, counter-clockwise. If a polygon has fewer corners than others, its first corner is
+    /// repeated after the last one.
     ///
-    /// As the slip is affine, ∫ m u dA follows from ∫ m/σ dA for monomials of one degree more.
+    /// Because the slip is affine, ∫ m u dA follows from ∫ m/σ dA for monomials of one degree more.
     #[inline(always)]
     pub fn over_area<L: Lanes<Numbers = N>>(
         &self,
@@ -63,7 +63,7 @@ impl<N: Numbers> SlipAndLoad<N> {
             let area = (b[0] * c[1] - b[1] * c[0]) * half;
             for [shares_b, shares_c, weights] in rule.pairs() {
                 for point in 0..2 {
-                    // If the number of points is odd, the last one is missing.
+                    // If the number of points is odd, the last point of the last pair is missing.
                     if weights[point] == 0.0 {
                         continue;
                     }
@@ -172,7 +172,7 @@ pub(crate) fn add_up_to_quadratic<N: Numbers, const M: usize>(
     quadratic
 }
 
-/// Adds a number times the monomials up to degree 4: those above, then y₁³, y₁²y₂, y₁y₂², y₂³, y₁⁴, y₁³y₂ and so on.
+/// Adds a number times the monomials up to degree 4: those of [`add_up_to_quadratic`], then y₁³, y₁²y₂, y₁y₂², y₂³, y₁⁴, y₁³y₂ and so on.
 #[inline(always)]
 fn add_up_to_quartic<N: Numbers>(sums: &mut [N; 15], value: N, [y1, y2]: [N; 2]) {
     let [squared, mixed, other] = add_up_to_quadratic(sums, value, [y1, y2]);

@@ -1,8 +1,7 @@
 //! Regularized Coulomb friction over a plane convex polygon, exact to round-off.
 //!
-//! A rigid motion makes the surfaces slip by an affine velocity s, and friction pulls along u = s/√(s·s + v_s²).
-//! Where u hardly changes over the polygon, quadrature of a high degree is exact; where the center of rotation is near
-//! and u turns quickly, the integrals have a closed form.
+//! In a rigid motion the surfaces slip by an affine velocity s, and friction pulls along u = s/√(s·s + v_s²). If u hardly changes over the
+//! polygon, quadrature of a high degree is exact. If the center of rotation is near and u turns quickly, the integrals have a closed form.
 
 mod closed_form;
 mod closed_moments;
@@ -25,8 +24,8 @@ pub(crate) type Affine<T> = [T; 3];
 /// The coefficients of 1, y₁, y₂, y₁², y₁y₂, y₂².
 pub(crate) type Quadratic<T> = [T; 6];
 
-/// The velocity (m/s) by which two surfaces slip along a plane, s(y) = at_origin + spin·(−y₂, y₁), and the slip
-/// tolerance v_s > 0 (m/s). The origin is a point near the polygon.
+/// The velocity (m/s) by which two surfaces slip along a plane, s(y) = at_origin + spin·(−y₂, y₁), and the slip tolerance v_s > 0 (m/s).
+/// The origin is a point near the polygon.
 ///
 /// The regularized direction of slip is u = s/σ with σ = √(s·s + v_s²).
 #[derive(Debug, Clone, Copy)]
@@ -36,8 +35,7 @@ pub(crate) struct Slip<T> {
     pub tolerance: f64,
 }
 
-/// The integrals of a slip that turns quickly over a loaded polygon, in closed form: those of which derivatives of
-/// [`Slip::resultant`] are made.
+/// Closed-form integrals of a slip that turns quickly over a loaded polygon. They yield the derivatives of [`Slip::resultant`].
 pub(crate) struct ClosedForm<'a> {
     slip: Slip<f64>,
     load: Load<'a, f64>,
@@ -50,8 +48,8 @@ pub(crate) struct ClosedForm<'a> {
 pub(crate) struct SlipMoments<N = f64> {
     /// ∫ m·u dA for the monomials m = 1, y₁, y₂, y₁², y₁y₂, y₂², y₁³, y₁²y₂, y₁y₂², y₂³.
     pub direction: [[N; 10]; 2],
-    /// ∫ g·m·(u uᵀ − 1)/σ dA for the first six monomials: entries 11, 12 and 22. Minus the derivative by the slip of
-    /// ∫ g·m·u dA.
+    /// ∫ g·m·(u uᵀ − 1)/σ dA for the first six monomials: entries 11, 12 and 22. This is minus the derivative of ∫ g·m·u dA with respect to
+    /// the slip.
     pub by_slip: [[N; 6]; 3],
 }
 
@@ -69,26 +67,27 @@ impl<T: Scalar> Load<'_, T> {
     }
 }
 
-/// The rules for a slip that changes by less than a fraction of σ over the polygon.
+/// Quadrature rules for a slip that changes by less than a fraction of σ over the polygon.
 struct QuadratureLevel {
-    /// The bound of θ = |w|·L/σ: w the spin, σ at the mean of the corners, L the distance of the farthest from it.
+    /// Upper bound of θ = |w|·L/σ: w is the spin, σ is taken at the mean of the corners, and L is the distance of the farthest corner from
+    /// it.
     below: f64,
-    /// For values.
+    /// Rule for values.
     value: &'static TriangleRule,
-    /// For derivatives, whose errors are greater by 1/θ.
+    /// Rule for derivatives, whose errors are larger by 1/θ.
     slopes: &'static TriangleRule,
     edge: &'static EdgeRule,
 }
 
-/// Beside each level the worst errors just below its upper end, of 400 random polygons of 3 to 8 corners, ten times as long
-/// as wide at most: of the resultant (relative to ∫ |g| dA and ∫ |g|·|y| dA), of `direction`, `by_slip` and the fluxes
-/// (relative to ∫ |y|ᵏ dA, ∫ |g|·|y|ᵏ/σ dA and ∮ |g|·|y|ᵏ dl). The test
-/// `errors_at_the_upper_ends_of_the_rungs_are_those_noted` prints them.
+/// The comment of each level lists the worst errors just below its upper end, of 400 random polygons of 3 to 8 corners, at most ten times
+/// as long as wide. They are the errors of the resultant (relative to ∫ |g| dA and ∫ |g|·|y| dA), of `direction`, `by_slip` and the fluxes
+/// (relative to ∫ |y|ᵏ dA, ∫ |g|·|y|ᵏ/σ dA and ∮ |g|·|y|ᵏ dl). The test `errors_at_the_upper_ends_of_the_rungs_are_those_noted` prints
+/// them.
 ///
-/// Above the last level the closed form has 1e-12, 1e-11, 1e-10 and 9e-14, at θ = 2 2e-14, 5e-14, 3e-13 and 3e-15. Below,
-/// it loses like θ⁻⁵.
+/// Just above the last level the errors of the closed form are 1e-12, 1e-11, 1e-10 and 9e-14. At θ = 2 they are 2e-14, 5e-14, 3e-13 and
+/// 3e-15. For smaller θ they grow like θ⁻⁵.
 const QUADRATURE: [QuadratureLevel; 6] = [
-    // 7e-13, 1e-15, 6e-12, 5e-16: a slip as good as constant, and the common case.
+    // 7e-13, 1e-15, 6e-12, 5e-16: for an almost constant slip, which is the common case.
     QuadratureLevel {
         below: 1e-5,
         value: &rules::TRIANGLE_4,
@@ -132,16 +131,16 @@ const QUADRATURE: [QuadratureLevel; 6] = [
     },
 ];
 
-/// How many levels there are.
+/// Number of levels.
 pub(crate) const LEVELS: usize = QUADRATURE.len();
 
-/// Below which θ each level is good enough.
+/// Returns the value of θ below which each level is accurate enough.
 pub(crate) fn level_bounds() -> [f64; LEVELS] {
     QUADRATURE.each_ref().map(|level| level.below)
 }
 
-/// θ² of a [`QuadratureLevel`] from the slip at the origin, the spin and the slip tolerance, the mean of the corners, and the square of the
-/// distance of the farthest from it: of one polygon, or of one in each lane.
+/// Returns θ² of a [`QuadratureLevel`] from the slip at the origin, the spin, the slip tolerance, the mean of the corners, and the squared
+/// distance of the farthest corner from it. Evaluates one polygon, or one in each lane.
 #[inline(always)]
 pub(crate) fn theta_squared<N: Linear + Div<Output = N>>(
     (at_origin, spin, tolerance): ([N; 2], N, N),
@@ -152,25 +151,25 @@ pub(crate) fn theta_squared<N: Linear + Div<Output = N>>(
     spin * spin * size_squared / (s1 * s1 + s2 * s2 + tolerance * tolerance)
 }
 
-/// The rule for values of a level.
+/// Returns the rule of a level for values.
 pub(crate) fn value_rule(level: usize) -> &'static TriangleRule {
     QUADRATURE[level].value
 }
 
-/// The rules for derivatives of a level: over the area, and along edges.
+/// Returns the rules of a level for derivatives: over the area, and along edges.
 pub(crate) fn slope_rules(level: usize) -> (&'static TriangleRule, &'static EdgeRule) {
     (QUADRATURE[level].slopes, QUADRATURE[level].edge)
 }
 
-/// How the integrals over a polygon are taken.
+/// Method of integration over a polygon.
 enum Method {
     Rule(&'static QuadratureLevel),
-    /// With the size of the polygon (m).
+    /// Closed form, with the size of the polygon (m).
     ClosedForm(f64),
 }
 
 impl<T: Scalar> Slip<T> {
-    /// ∫ g·u dA, and ∫ g·(y₁u₂ − y₂u₁) dA, with g = pressure·damping. The corners turn counter-clockwise.
+    /// Returns ∫ g·u dA and ∫ g·(y₁u₂ − y₂u₁) dA, with g = pressure·damping. The corners turn counter-clockwise.
     pub fn resultant(
         &self,
         corners: &[[T; 2]],
@@ -191,7 +190,7 @@ impl<T: Scalar> Slip<T> {
         }
     }
 
-    /// The level of the ladder of rules that is good enough; `None` if there is none.
+    /// Returns the lowest level that is accurate enough, or `None` if no level is.
     pub fn level(&self, corners: &[[T; 2]]) -> Option<usize> {
         SlipVariation::of(self, corners).level()
     }
@@ -205,7 +204,7 @@ impl<T: Scalar> Slip<T> {
     }
 }
 
-/// By how much a slip changes over a polygon (see [`QuadratureLevel`]).
+/// Variation of a slip over a polygon (see [`QuadratureLevel`]).
 struct SlipVariation {
     /// The square of the distance of the farthest corner from the mean of the corners (m²).
     size_squared: f64,
@@ -238,7 +237,7 @@ impl SlipVariation {
 }
 
 impl<'a> ClosedForm<'a> {
-    /// On the polygon with these corners, which turn counter-clockwise. The slip must have a spin.
+    /// Creates the closed form for the polygon with these corners, which turn counter-clockwise. The slip must have a spin.
     pub fn on(
         corners: &'a [[f64; 2]],
         slip: Slip<f64>,
@@ -254,7 +253,7 @@ impl<'a> ClosedForm<'a> {
     }
 }
 
-/// The corners that an edge joins: its own and the next, after the last one the first.
+/// Returns the corners that an edge joins: the corner with the same index, and the next one. The first corner follows the last one.
 #[inline]
 pub(crate) fn ends<C: Copy>(corners: &[C], edge: usize) -> [C; 2] {
     let next = edge + 1;
@@ -264,7 +263,7 @@ pub(crate) fn ends<C: Copy>(corners: &[C], edge: usize) -> [C; 2] {
     ]
 }
 
-/// The product of two affine functions: the coefficients of 1, y₁, y₂, y₁², y₁y₂, y₂².
+/// Returns the product of two affine functions: the coefficients of 1, y₁, y₂, y₁², y₁y₂, y₂².
 pub(crate) fn product<T: Scalar>(f: &Affine<T>, g: &Affine<T>) -> Quadratic<T> {
     [
         f[0] * g[0],

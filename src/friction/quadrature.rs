@@ -9,13 +9,13 @@ use crate::scalar::{Scalar, lift};
 struct Triangle<T> {
     from: Vector<T>,
     to: [Vector<T>; 2],
-    /// Its area, signed.
+    /// Signed area.
     area: T,
 }
 
 impl<T: Scalar> Triangle<T> {
-    /// The triangles from the first corner to all edges. With signed areas they add up to the polygon wherever round-off
-    /// put its corners.
+    /// Returns the triangles from the first corner to all edges. Because their areas are signed, they add up to the polygon even if
+    /// round-off displaces its corners.
     fn fan(corners: &[Vector<T>]) -> impl Iterator<Item = Self> {
         corners.windows(2).skip(1).map(|pair| {
             let from = corners[0];
@@ -32,7 +32,7 @@ impl<T: Scalar> Triangle<T> {
 }
 
 impl<T: Scalar> Slip<T> {
-    /// s at a point, and 1/σ.
+    /// Returns s at a point, and 1/σ.
     #[inline]
     fn at(&self, [y1, y2]: Vector<T>) -> (Vector<T>, T) {
         let s = [
@@ -44,7 +44,7 @@ impl<T: Scalar> Slip<T> {
     }
 }
 
-/// [`Slip::resultant`] by a rule.
+/// Computes [`Slip::resultant`] by a quadrature rule.
 pub(super) fn resultant<T: Scalar>(
     slip: &Slip<T>,
     corners: &[Vector<T>],

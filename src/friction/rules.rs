@@ -1,16 +1,15 @@
-//! Quadrature rules: on the triangle, the same seen from each corner, and Gauss–Legendre on an edge.
+//! Quadrature rules: symmetric rules on the triangle, and Gauss–Legendre on an edge.
 //!
-//! The nodes on the triangle are, unless noted, those of H. Xiao and Z. Gimbutas, "A numerical algorithm for the
-//! construction of efficient quadrature rules in two and higher dimensions", Comput. Math. Appl. 59
-//! (2010): all inside, all weights positive. They are stored as orbits of the triangle's symmetries
-//! and expanded when the crate is compiled.
+//! The nodes on the triangle are, unless noted, those of H. Xiao and Z. Gimbutas, "A numerical algorithm for the construction of efficient
+//! quadrature rules in two and higher dimensions", Comput. Math. Appl. 59 (2010). All nodes are inside, and all weights are positive. They
+//! are stored as orbits of the triangle's symmetries and expanded at compile time.
 #![expect(
     clippy::unreadable_literal,
     reason = "nodes and weights are compared with the source as they are"
 )]
 
-/// Two points of a rule on the triangle (first corner, b, c): the barycentric coordinates of b, those of c, and the
-/// weights, as fractions of the area. Points are taken by two so that the compiler can fill its registers.
+/// Two points of a rule on the triangle (first corner, b, c): the barycentric coordinates of b, those of c, and the weights, as fractions
+/// of the area. Points are processed in pairs so that the compiler can use whole registers.
 pub(crate) type PointPair = [[f64; 2]; 3];
 
 /// A rule on the triangle, exact for polynomials up to its degree.
@@ -23,7 +22,7 @@ impl TriangleRule {
     /// Half the 60 points of the rule of degree 17.
     const CAPACITY: usize = 30;
 
-    /// The points; if their number is odd, the last one has a weight of zero.
+    /// Returns the points. If their number is odd, the last one has a weight of zero.
     pub fn pairs(&self) -> &[PointPair] {
         &self.pairs[..self.len]
     }
@@ -62,7 +61,7 @@ impl TriangleRule {
     }
 }
 
-/// A rule while its points are filled in.
+/// A rule under construction.
 struct Points {
     rule: TriangleRule,
     count: usize,
@@ -78,7 +77,7 @@ impl Points {
         self.rule.len = pair + 1;
     }
 
-    /// Adds the point with the barycentric coordinates a, b and the rest, and the two that cyclic exchange makes of it.
+    /// Adds the point with the barycentric coordinates a, b and the rest, and its two cyclic permutations.
     const fn push_turned(&mut self, [a, b]: [f64; 2], weight: f64) {
         let rest = 1.0 - a - b;
         self.push(a, b, weight);
@@ -89,11 +88,11 @@ impl Points {
 
 /// The points of a rule that is the same seen from each corner of the triangle.
 struct Orbits {
-    /// Weight of the centroid, 0 if it is no point of the rule.
+    /// Weight of the centroid, or 0 if it is not a point of the rule.
     centroid: f64,
-    /// Orbits of three points under the rotations alone: two barycentric coordinates and the weight.
+    /// Orbits of three points under rotations only: two barycentric coordinates and the weight.
     cyclic: &'static [[f64; 3]],
-    /// Orbits of three points on the medians: the barycentric coordinate that two corners have, and the weight.
+    /// Orbits of three points on the medians: the barycentric coordinate of two corners, and the weight.
     medians: &'static [[f64; 2]],
     /// Orbits of six points: two barycentric coordinates and the weight.
     general: &'static [[f64; 3]],
@@ -106,7 +105,7 @@ const NONE: Orbits = Orbits {
     general: &[],
 };
 
-/// Gauss–Legendre quadrature: exact for polynomials of degree 2n − 1.
+/// A Gauss–Legendre rule, exact for polynomials of degree 2n − 1.
 pub(crate) struct EdgeRule {
     pairs: [[[f64; 2]; 2]; Self::CAPACITY],
     len: usize,
@@ -115,12 +114,12 @@ pub(crate) struct EdgeRule {
 impl EdgeRule {
     const CAPACITY: usize = 5;
 
-    /// Nodes in [−1, 1] and their weights as fractions of the length, by two.
+    /// Returns the nodes in [−1, 1] and their weights as fractions of the length, in pairs.
     pub fn pairs(&self) -> &[[[f64; 2]; 2]] {
         &self.pairs[..self.len]
     }
 
-    /// From the positive nodes, each with its weight: there are as many negative ones.
+    /// Creates a rule from the positive nodes and their weights. The negative nodes are symmetric.
     const fn mirrored(half: &[[f64; 2]]) -> Self {
         let mut rule = Self {
             pairs: [[[0.0; 2]; 2]; Self::CAPACITY],

@@ -7,8 +7,8 @@ use rand::{RngExt, SeedableRng};
 use std::array;
 use std::f64::consts::{PI, TAU};
 
-/// Resultant 3, direction 20, by_slip 18, and the integrals of the magnitudes that errors are compared with:
-/// |g|·|y|ᵏ (k = 0, 1), |y|ᵏ (k = 0..3), |g|·|y|ᵏ/σ (k = 0..2).
+/// The resultant (3 numbers), direction (20), by_slip (18), and the integrals of the magnitudes to which errors are relative: |g|·|y|ᵏ (k =
+/// 0, 1), |y|ᵏ (k = 0..3), |g|·|y|ᵏ/σ (k = 0..2).
 type Integrals = [f64; 50];
 type EdgeIntegrals = [f64; 15];
 type Triangle = [[f64; 2]; 3];
@@ -22,10 +22,10 @@ struct Case {
     damping: Affine<f64>,
 }
 
-/// Of the ten monomials.
+/// Degrees of the ten monomials.
 const DEGREES: [usize; 10] = [0, 1, 1, 2, 2, 2, 3, 3, 3, 3];
 
-/// Gauss–Legendre nodes and weights on [0, 1], by Newton's method.
+/// Returns Gauss–Legendre nodes and weights on [0, 1], computed by Newton's method.
 fn gauss(count: usize) -> Vec<[f64; 2]> {
     let legendre = |x: f64| {
         let (mut before, mut value) = (1.0, x);
@@ -100,7 +100,7 @@ impl InLanes for ByRules<'_> {
 }
 
 impl Case {
-    /// The same with another origin.
+    /// Returns the same case with another origin.
     fn seen_from(mut self, [o1, o2]: [f64; 2]) -> Self {
         for y in &mut self.corners {
             *y = [y[0] - o1, y[1] - o2];
@@ -113,7 +113,7 @@ impl Case {
         self
     }
 
-    /// By rules or in closed form, as contacts are integrated.
+    /// Computes the integrals by rules or in closed form, like a contact.
     fn moments_and_fluxes(&self) -> (SlipMoments, Vec<[[f64; 6]; 2]>) {
         if let Some(level) = self.slip.level(&self.corners) {
             return lanes::run(ByRules { case: self, level });
@@ -179,7 +179,7 @@ impl Case {
         all
     }
 
-    /// A triangle with the points of a product rule, quartered until the slip hardly changes in the parts.
+    /// Integrates over a triangle with a product rule. The triangle is quartered until the slip hardly changes in the parts.
     fn triangle_integrals(&self, t: &Triangle, rule: &[[f64; 2]], depth: u32) -> Integrals {
         let half = |i: usize, j: usize| array::from_fn(|k| 0.5 * (t[i][k] + t[j][k]));
         let middle: [f64; 2] = array::from_fn(|k| (t[0][k] + t[1][k] + t[2][k]) / 3.0);
@@ -218,7 +218,7 @@ impl Case {
         sum
     }
 
-    /// ∫ g·m·u dl from a to b, and ∫ |g|·|y|ᵏ dl, k = 0, 1, 2.
+    /// Returns ∫ g·m·u dl from a to b, and ∫ |g|·|y|ᵏ dl, k = 0, 1, 2.
     fn edge_integrals(&self, a: [f64; 2], b: [f64; 2], depth: u32) -> EdgeIntegrals {
         let middle: [f64; 2] = array::from_fn(|k| 0.5 * (a[k] + b[k]));
         let length = (b[0] - a[0]).hypot(b[1] - a[1]);
@@ -245,7 +245,7 @@ impl Case {
         sums
     }
 
-    /// Worst errors of resultant, direction, by_slip and fluxes.
+    /// Returns the worst errors of resultant, direction, by_slip and fluxes.
     fn errors(&self) -> [f64; 4] {
         let exact = self.integrals();
         let resultant = self
@@ -338,7 +338,7 @@ fn random_polygon(rng: &mut StdRng, size: f64) -> Vec<[f64; 2]> {
         .collect()
 }
 
-/// Not negative on the polygon, zero at a corner half the time.
+/// Returns a load that is not negative on the polygon, and zero at a corner half the time.
 fn random_load(rng: &mut StdRng, corners: &[[f64; 2]], size: f64) -> Affine<f64> {
     let slope: [f64; 2] = array::from_fn(|_| rng.random_range(-1.0..1.0) / size);
     let least = corners
@@ -353,7 +353,7 @@ fn random_load(rng: &mut StdRng, corners: &[[f64; 2]], size: f64) -> Affine<f64>
     [above - least, slope[0], slope[1]]
 }
 
-/// With θ as wished, the slip of the center by translation or by the tolerance alone, or both.
+/// Returns a case with this θ. At the center, σ comes from the translation, from the tolerance, or from both.
 fn random_case(rng: &mut StdRng, theta: f64, size: f64) -> Case {
     let corners = random_polygon(rng, size);
     let farthest = corners.iter().map(|y| y[0].hypot(y[1])).fold(0.0, f64::max);
@@ -380,8 +380,8 @@ fn random_case(rng: &mut StdRng, theta: f64, size: f64) -> Case {
     }
 }
 
-/// Errors of resultant, direction, by_slip and fluxes: several times the worst of hundreds of cases. The closed form
-/// divides by_slip by a difference of edges and area, and loses more.
+/// Errors of resultant, direction, by_slip and fluxes: several times the worst of hundreds of cases. The closed form computes by_slip from
+/// a difference of integrals along edges and over the area, and loses more.
 const TOLERANCES: [f64; 4] = [1e-11, 3e-11, 1e-9, 1e-11];
 
 fn assert_exact(case: &Case) {
@@ -405,7 +405,7 @@ fn all_integrals_agree_with_subdivision_whatever_the_spin() {
     }
 }
 
-/// Prints what is noted at [`QUADRATURE`].
+/// Prints the errors that are noted at [`QUADRATURE`].
 #[test]
 #[ignore = "takes minutes"]
 fn errors_at_the_upper_ends_of_the_rungs_are_those_noted() {
@@ -440,7 +440,7 @@ fn the_origin_need_not_be_the_center_of_the_polygon() {
     }
 }
 
-/// A pentagon, turning about a point.
+/// Returns a pentagon that turns about a point.
 fn turning_about(center: [f64; 2], spin: f64, tolerance: f64) -> Case {
     Case {
         corners: vec![
@@ -460,7 +460,7 @@ fn turning_about(center: [f64; 2], spin: f64, tolerance: f64) -> Case {
     }
 }
 
-/// Inside, on a corner, on an edge, on the line of an edge, beside an edge, far away.
+/// Centers inside, on a corner, on an edge, on the line of an edge, beside an edge, and far away.
 const CENTERS: [[f64; 2]; 6] = [
     [0.1, 0.05],
     [0.6, -0.4],
@@ -505,9 +505,9 @@ fn moments_of(case: &Case) -> SlipMoments {
 
 #[test]
 fn integrals_hardly_change_where_the_method_does() {
-    /// The worst error of the two methods, but for by_slip ten times that of the value.
+    /// The worst error of the two methods. For by_slip, ten times this error is allowed.
     const STEP: f64 = 1e-10;
-    /// So little that the integrals themselves change by less.
+    /// A change of the spin so small that the integrals themselves change by less than `STEP`.
     const BESIDE: f64 = 1e-13;
     let mut rng = StdRng::seed_from_u64(2);
     for level in &QUADRATURE {
@@ -539,7 +539,7 @@ fn integrals_hardly_change_where_the_method_does() {
     }
 }
 
-/// Round-off of some hundred operations on numbers of the size of 1.
+/// Round-off of some hundred operations on numbers of magnitude 1.
 const ROUND_OFF: f64 = 1e-14;
 
 #[test]
@@ -547,7 +547,7 @@ fn without_spin_the_direction_is_constant() {
     let mut case = turning_about([0.0; 2], 0.0, 0.3);
     case.corners = vec![[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]];
     case.slip.at_origin = [0.3, -0.4];
-    // ∫ of a product of affine functions over a triangle: area/12·(Σ pᵢdᵢ + Σpᵢ·Σdᵢ).
+    // The integral of a product of affine functions over a triangle is area/12·(Σ pᵢdᵢ + Σpᵢ·Σdᵢ).
     let at_corners = |f: &Affine<f64>| [f[0], f[0] + f[1], f[0] + f[2]];
     let (p, d) = (at_corners(&case.pressure), at_corners(&case.damping));
     let products: f64 = p.iter().zip(d).map(|(p, d)| p * d).sum();
@@ -597,7 +597,7 @@ fn resultant_scales_with_size_and_speed() {
 
 #[test]
 fn resultant_is_made_of_the_moments() {
-    /// The error of either in the closed form.
+    /// The error of each in the closed form.
     const AGREEMENT: f64 = 2e-11;
     let mut rng = StdRng::seed_from_u64(4);
     for theta in [1e-6, 1e-4, 1e-2, 0.1, 0.3, 0.5, 1.0, 1e3] {
@@ -624,7 +624,7 @@ fn resultant_is_made_of_the_moments() {
     }
 }
 
-/// All numbers of a case, each with a direction to change in.
+/// All numbers of a case, each with a direction of change.
 struct Line {
     case: Case,
     by: Case,
@@ -665,7 +665,7 @@ impl Line {
         self.resultant(DenseDual::new(t, [1.0])).map(|x| x.eps[0])
     }
 
-    /// Asserts first and second derivatives against central differences with a step.
+    /// Asserts that first and second derivatives agree with central differences with this step.
     fn check(&self, step: f64, tolerance: f64) {
         let second = self.resultant(Dual2_64::new(0.0, 1.0, 0.0));
         let [after, before] = [step, -step].map(|t| self.resultant(t));
@@ -693,8 +693,7 @@ impl Line {
     }
 }
 
-/// Of central differences with a step of 1e-4: its square times third derivatives of some tens, and the
-/// value's error over the step.
+/// Error of central differences with a step of 1e-4: its square times third derivatives of some tens, and the value's error over the step.
 const DIFFERENCES: f64 = 3e-6;
 
 #[test]
@@ -703,7 +702,7 @@ fn dual_numbers_agree_with_differences() {
     for theta in [1e-6, 1e-4, 0.005, 0.1, 0.3, 0.7, 1.0, 3.0] {
         for _ in 0..5 {
             let mut case = random_case(&mut rng, theta, 1.0);
-            // Far from σ = 0, where differences fail.
+            // Differences fail near σ = 0.
             case.slip.tolerance += 0.5 * case.slip.spin.abs();
             Line::random(&mut rng, case).check(1e-4, DIFFERENCES);
         }
@@ -739,7 +738,7 @@ fn corners_that_coincide_may_move_apart() {
         let mut case = turning_about([0.3, 0.2], spin, 0.5);
         case.corners.insert(2, case.corners[2]);
         Line::random(&mut rng, case.clone()).check(1e-4, DIFFERENCES);
-        // An edge so short that dividing by its length would leave nothing of a second derivative.
+        // The edge is so short that division by its length would destroy a second derivative.
         case.corners[2][1] -= 1e-9;
         Line::random(&mut rng, case).check(1e-4, DIFFERENCES);
     }

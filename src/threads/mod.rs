@@ -1,5 +1,5 @@
-//! All that knows of threads: the values of many items at once, in the order of the items. Without
-//! the feature `parallel` the same values come one after another.
+//! All use of threads: computes the values of many items at once, in the order of the items. Without the feature `parallel`, the same
+//! values are computed sequentially.
 
 #[cfg(feature = "parallel")]
 mod pool;
@@ -12,26 +12,25 @@ use std::any::Any;
 use std::cell::Cell;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 
-/// The fewest short values that are worth spreading over threads. Waking these took about 20 µs; the contact of two
-/// coarse bodies takes a few if they do not touch, and some ten if they do (`cargo bench --bench
-/// crowd`, with this at 1 and at its value, 4 and 9 bodies).
+/// Smallest number of short values that are worth spreading over threads. Waking the threads took about 20 µs. The contact of two coarse
+/// bodies takes a few µs if they do not touch, and some ten µs if they do (`cargo bench --bench crowd`, with this constant at 1 and at its
+/// value, 4 and 9 bodies).
 const WORTH_THREADS: usize = 16;
 
-/// From so many pieces on, they are shared out: of contact polygons in `f64`, each is some 20 µs of work.
+/// Smallest number of pieces that are spread over threads. For contact polygons in `f64`, each piece is about 20 µs of work.
 #[cfg(feature = "parallel")]
 const WORTH_PIECES: usize = 4;
 
-/// So many of the values that come one for each index are one thread's, or more.
+/// Smallest number of indexed values for one thread.
 #[cfg(feature = "parallel")]
 const LEAST_VALUES: usize = 512;
 
 thread_local! {
-    /// Whether this thread works on a job, one of many, that it must not wait in.
+    /// Whether this thread works on one of many jobs, in which it must not wait.
     static HAS_JOB: Cell<bool> = const { Cell::new(false) };
 }
 
-/// The short values of many items, into room that is used again: by several threads where that
-/// pays.
+/// Computes the short values of many items into memory that is used again. Uses several threads if this is faster.
 pub(crate) fn mapped_into<I: Sync, O: Send>(
     values: &mut Vec<O>,
     items: &[I],
@@ -45,8 +44,8 @@ pub(crate) fn mapped_into<I: Sync, O: Send>(
     }
 }
 
-/// The results of many long jobs, in the order of their items: over all threads, each job on one thread alone. For many contacts
-/// or rollouts at once; jobs of a few µs are better handed over in chunks.
+/// Returns the results of many long jobs, in the order of their items. The jobs are spread over all threads, and each job runs on a single
+/// thread. Use this for many contacts or rollouts at once. Jobs of a few µs should be grouped into chunks.
 ///
 /// ```
 /// use hydroelastic::contact::{BodyError, ContactBody, ContactPair, Shape, results_of};
@@ -71,10 +70,9 @@ pub fn results_of<I: Sync, O: Send>(items: &[I], job: impl Fn(&I) -> O + Sync) -
     results
 }
 
-/// Does one of many jobs on this thread alone.
+/// Runs one of many jobs on this thread alone.
 ///
-/// A thread that waited for help in a job would be given other jobs to do meanwhile, whole ones, one
-/// on top of the other on its stack.
+/// A thread that waits for help in a job would be given other whole jobs meanwhile, nested on its stack.
 fn alone<O>(job: impl FnOnce() -> O) -> O {
     let _until_dropped = Job {
         had_job: HAS_JOB.replace(true),
@@ -82,7 +80,7 @@ fn alone<O>(job: impl FnOnce() -> O) -> O {
     job()
 }
 
-/// Ends a job when dropped, after a panic too.
+/// Ends a job when dropped, also after a panic.
 struct Job {
     had_job: bool,
 }
@@ -93,18 +91,17 @@ impl Drop for Job {
     }
 }
 
-/// Why a job has no result: it panicked, with this message.
+/// Reason why a job has no result: it panicked, with this message.
 #[derive(Debug)]
 pub(crate) struct Panicked(pub String);
 
-/// Turns a panic into an error. State that the job mutates must stay valid if a function panics that was passed in, or be
-/// discarded.
+/// Converts a panic to an error. If a function that was passed in panics, the state that the job mutates must stay valid or be discarded.
 pub(crate) fn contained<O, E: From<Panicked>>(job: impl FnOnce() -> Result<O, E>) -> Result<O, E> {
     let result = catch_unwind(AssertUnwindSafe(job));
     result.unwrap_or_else(|payload| Err(Panicked(panic_message(&*payload)).into()))
 }
 
-/// Threads that share a list of items in pieces of this length; `None` if the list is too short.
+/// Returns threads that share a list of items in pieces of this length, or `None` if the list is too short.
 #[cfg(feature = "parallel")]
 fn threads_for(items: usize, length: usize) -> Option<Threads> {
     if items < WORTH_PIECES * length || HAS_JOB.get() {
@@ -113,8 +110,7 @@ fn threads_for(items: usize, length: usize) -> Option<Threads> {
     Threads::available().filter(|threads| threads.count() > 1)
 }
 
-/// Appends, in order, what is found in each piece of `length` items, which may change: by several threads where so many items
-/// pay.
+/// Appends, in order, the results for each piece of `length` items, which may be changed. Uses several threads if there are enough items.
 pub(crate) fn collect_pieces<I: Send, C: Send>(
     items: &mut [I],
     length: usize,
@@ -138,8 +134,8 @@ pub(crate) fn collect_pieces<I: Send, C: Send>(
     find(items, found);
 }
 
-/// The short values of 0, 1, 2 and so on to before `count`, each some 0.1 to 10 µs of work: by several threads where so many
-/// pay.
+/// Returns the short values of the indices from 0 to before `count`, each about 0.1 to 10 µs of work. Uses several threads if there are
+/// enough values.
 pub(crate) fn values_of<O: Send>(count: usize, value: impl Fn(usize) -> O + Sync + Send) -> Vec<O> {
     #[cfg(feature = "parallel")]
     if let Some(threads) = threads_for(count, LEAST_VALUES) {
@@ -149,7 +145,7 @@ pub(crate) fn values_of<O: Send>(count: usize, value: impl Fn(usize) -> O + Sync
     (0..count).map(value).collect()
 }
 
-/// The results of two long jobs: by two threads, if there are.
+/// Returns the results of two long jobs. Uses two threads if they are available.
 pub(crate) fn both<P: Send, Q: Send>(
     first: impl FnOnce() -> P + Send,
     second: impl FnOnce() -> Q + Send,
@@ -163,7 +159,7 @@ pub(crate) fn both<P: Send, Q: Send>(
     (first(), second())
 }
 
-/// Hands on, in order, a value for each piece of `length` items: by several threads where so many items pay.
+/// Passes on, in order, a value for each piece of `length` items. Uses several threads if there are enough items.
 pub(crate) fn for_pieces<I: Sync, S: Send>(
     items: &[I],
     length: usize,
@@ -186,7 +182,7 @@ fn panic_message(payload: &(dyn Any + Send)) -> String {
         .to_owned()
 }
 
-/// An item at a time for each thread: items differ widely in what they take.
+/// Computes values with one item at a time for each thread, because the time for an item varies widely.
 fn spread_into<I: Sync, O: Send>(values: &mut Vec<O>, items: &[I], value: impl Fn(&I) -> O + Sync) {
     #[cfg(feature = "parallel")]
     if let Some(threads) = Threads::available() {

@@ -28,7 +28,8 @@ static PROCESSES: [Process; MOST_PROCESSES] = [const {
 pub(super) struct Threads(Option<&'static ThreadPool>);
 
 impl Threads {
-    /// The threads of the pool that the caller runs in, or else the threads of this process; `None` if they cannot be started.
+    /// Returns the threads of the pool that the caller runs in, or else the threads of this process. Returns `None` if they cannot be
+    /// started.
     pub fn available() -> Option<Self> {
         if rayon::current_thread_index().is_some() {
             return Some(Self(None));
@@ -48,7 +49,7 @@ impl Threads {
         Some(Self(Some(pool)))
     }
 
-    /// Number of threads.
+    /// Returns the number of threads.
     pub fn count(&self) -> usize {
         self.0
             .map_or_else(rayon::current_num_threads, ThreadPool::current_num_threads)

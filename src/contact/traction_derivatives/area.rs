@@ -1,4 +1,4 @@
-//! What dissipation and friction add over the area of polygons, one in each lane.
+//! Contribution of dissipation and friction over the area of polygons, one in each lane.
 
 use super::wrenches::{minus, negated, plus, times, wrench_of, wrenches};
 use crate::contact::SurfaceLaw;
@@ -12,7 +12,7 @@ use crate::lanes::{Lanes, Linear, Numbers};
 /// The surface law on the plane of a polygon. Pressure, damping and excess are affine functions c₀ + c₁y₁ + c₂y₂.
 pub(super) struct LawOnPlane<N> {
     pub zero: N,
-    /// 1 where ψ is positive. 0 where it is clamped: pressure, damping, friction and dissipation vanish there.
+    /// 1 if ψ is positive. 0 if it is clamped: pressure, damping, friction and dissipation are then zero.
     pub is_pressed: N,
     pub friction: N,
     pub dissipation: N,
@@ -24,7 +24,7 @@ pub(super) struct LawOnPlane<N> {
 }
 
 impl<N: Numbers> LawOnPlane<N> {
-    /// The law on the planes of polygons, one in each lane.
+    /// Evaluates the law on the planes of polygons, one in each lane.
     #[inline(always)]
     pub fn on<L: Lanes<Numbers = N>>(
         lanes: L,
@@ -54,7 +54,7 @@ impl<N: Numbers> LawOnPlane<N> {
     }
 }
 
-/// Of a vector along e₁, e₂ and n, the moments by 1, y₁, y₂, y₁², y₁y₂ and y₂².
+/// For the components of a vector along e₁, e₂ and n, the moments by 1, y₁, y₂, y₁², y₁y₂ and y₂².
 type VectorMoments<N> = [[N; 6]; 3];
 
 /// The wrenches of ∂t/∂vᵢ times 1, y₁ and y₂.
@@ -62,13 +62,13 @@ type ByVelocity<N> = [[Six<N>; 3]; 3];
 
 /// Moments over the area of a polygon.
 pub(super) struct AreaMoments<N> {
-    /// Of t along each axis, by 1, y₁ and y₂.
+    /// Moments of t along each axis, by 1, y₁ and y₂.
     traction: [[N; 3]; 3],
-    /// Of ∂t/∂p.
+    /// Moments of ∂t/∂p.
     by_pressure: VectorMoments<N>,
-    /// Of the columns of T.
+    /// Moments of the columns of T.
     by_velocity: [VectorMoments<N>; 3],
-    /// Of ∂t/∂d and ∂t/∂μ along each axis, by 1, y₁ and y₂.
+    /// Moments of ∂t/∂d and ∂t/∂μ along each axis, by 1, y₁ and y₂.
     by_dissipation: [[N; 3]; 3],
     by_friction: [[N; 3]; 3],
 }
@@ -82,18 +82,17 @@ pub(super) struct Rates<N> {
     pub by_twist: Columns<N>,
     pub by_dissipation: Six<N>,
     pub by_friction: Six<N>,
-    /// Of ∂t/∂p, y₁∂t/∂p and y₂∂t/∂p.
+    /// The wrenches of ∂t/∂p, y₁∂t/∂p and y₂∂t/∂p.
     pub by_pressure: [Six<N>; 3],
 }
 
 impl<N: Linear> AreaMoments<N> {
-    /// With ψ as in [`LawOnPlane`], and u and σ as in [`Slip`](crate::friction::Slip), where ψ > 0
+    /// Computes the moments from those of the slip and of the area. With ψ as in [`LawOnPlane`], and u and σ as in
+    /// [`Slip`](crate::friction::Slip), where ψ > 0
     ///
     /// t = p(−μψu₁, −μψu₂, ψ − 1),  ∂t/∂(v₁, v₂) = μpψ(u uᵀ − 1)/σ,  ∂t/∂v₃ = −dp(−μu₁, −μu₂, 1),
     ///
     /// and ∂t/∂d is ∂t/∂v₃ with v₃ in place of d. Where the pressure is clamped, t = −p n.
-    ///
-    /// Takes the moments of the slip and of the area.
     #[inline(always)]
     pub fn of(law: &LawOnPlane<N>, slip: &SlipMoments<N>, one: &[N; 10]) -> Self {
         let (mu, d) = (law.friction, law.dissipation);
@@ -135,13 +134,13 @@ impl<N: Linear> AreaMoments<N> {
         wrench_of(&self.traction)
     }
 
-    /// The wrenches of ∂t/∂p, y₁∂t/∂p and y₂∂t/∂p.
+    /// Returns the wrenches of ∂t/∂p, y₁∂t/∂p and y₂∂t/∂p.
     #[inline(always)]
     pub fn by_pressure(&self) -> [Six<N>; 3] {
         wrenches(&self.by_pressure)
     }
 
-    /// The derivative of the wrench by the velocity (angular, linear at the origin).
+    /// Returns the derivative of the wrench with respect to the velocity (angular, linear at the origin).
     #[inline(always)]
     pub fn by_twist(&self) -> Columns<N> {
         by_twist(&self.by_velocities())
@@ -155,7 +154,7 @@ impl<N: Linear> AreaMoments<N> {
 }
 
 impl<N: Linear> Rates<N> {
-    /// All but what the edges contribute, given ∇p_A·n.
+    /// Computes the derivatives without the contributions of edges, given ∇p_A·n.
     #[inline(always)]
     pub fn of_area(moments: &AreaMoments<N>, law: &LawOnPlane<N>, along_normal: N) -> Self {
         let by_velocities = moments.by_velocities();
@@ -176,8 +175,8 @@ impl<N: Linear> Rates<N> {
         }
     }
 
-    /// Adds what the motion of an edge contributes: the wrenches of the flux as the edge's face moves outwards, that face's normal
-    /// along the axes, and 1 for a face of B, 0 for one of A.
+    /// Adds the contribution of a moving edge, given the wrenches of the flux as the edge's face moves outwards, the normal of this face
+    /// along the axes, and 1 for a face of B or 0 for a face of A.
     #[inline(always)]
     pub fn add_flux(&mut self, fluxes: &[Six<N>; 3], normal: [N; 3], of_b: N) {
         for (k, flux) in self.by_speed.iter_mut().zip(fluxes) {
@@ -186,7 +185,8 @@ impl<N: Linear> Rates<N> {
         self.add_along_normal(scaled(normal, of_b), fluxes);
     }
 
-    /// Weights what the area contributes in values, and in derivatives by a motion. Derivatives by the pressure stay those of the whole area.
+    /// Weights the contributions of the area to values, and to derivatives with respect to a motion. Derivatives with respect to the
+    /// pressure remain those of the whole area.
     #[inline(always)]
     pub fn weight(&mut self, still: N, moving: N) {
         for by_speed in &mut self.by_speed {
@@ -204,15 +204,15 @@ impl<N: Linear> Rates<N> {
         }
     }
 
-    /// Adds what the plane contributes as B moves: the slopes of p_B over that of p_A − p_B, along the axes.
+    /// Adds the contribution of the plane as B moves, given the slopes of p_B over the slope of p_A − p_B, along the axes.
     #[inline(always)]
     pub fn add_motion_of_plane(&mut self, slope_b: [N; 3]) {
         let by_speed = self.by_speed;
         self.add_along_normal([-slope_b[0], -slope_b[1], -slope_b[2]], &by_speed);
     }
 
-    /// Adds what the motion (θ, u) about the origin contributes by moving points y with the speed m·(u + θ × y), from what speeds of
-    /// 1, y₁ and y₂ contribute: m·(θ × y) = θ·(y × m), y × m = (y₂m₃, −y₁m₃, y₁m₂ − y₂m₁).
+    /// Adds the contribution of the motion (θ, u) about the origin that moves points y with the speed m·(u + θ × y), from the contributions
+    /// of the speeds 1, y₁ and y₂: m·(θ × y) = θ·(y × m), y × m = (y₂m₃, −y₁m₃, y₁m₂ − y₂m₁).
     #[inline(always)]
     pub fn add_along_normal(&mut self, [m1, m2, m3]: [N; 3], [f0, f1, f2]: &[Six<N>; 3]) {
         for row in 0..6 {
@@ -240,7 +240,7 @@ fn by_twist<N: Linear>([by_v1, by_v2, by_v3]: &ByVelocity<N>) -> Columns<N> {
     ]
 }
 
-/// K₀, K₁ and K₂ without the edges.
+/// Returns K₀, K₁ and K₂ without the edges.
 #[inline(always)]
 fn by_speed<N: Linear>(
     law: &LawOnPlane<N>,
@@ -276,7 +276,7 @@ fn by_speed<N: Linear>(
     by_speed
 }
 
-/// ∫ f m for an affine f and the monomials up to quadratic ones, from the moments by those up to cubic ones.
+/// Returns ∫ f m for an affine f and the monomials up to quadratic ones, from the moments by monomials up to cubic ones.
 #[inline(always)]
 fn up_to_quadratic<N: Linear>(f: &[N; 3], m: &[N; 10]) -> [N; 6] {
     [
@@ -289,7 +289,7 @@ fn up_to_quadratic<N: Linear>(f: &[N; 3], m: &[N; 10]) -> [N; 6] {
     ]
 }
 
-/// The same for the monomials 1, y₁ and y₂.
+/// Returns ∫ f m for an affine f and the monomials 1, y₁ and y₂.
 #[inline(always)]
 fn up_to_affine<N: Linear>(f: &[N; 3], m: &[N; 6]) -> [N; 3] {
     [
@@ -299,7 +299,7 @@ fn up_to_affine<N: Linear>(f: &[N; 3], m: &[N; 6]) -> [N; 3] {
     ]
 }
 
-/// ∫ f from the moments by 1, y₁ and y₂.
+/// Returns ∫ f from the moments by 1, y₁ and y₂.
 #[inline(always)]
 fn combined<N: Linear>(f: &[N; 3], [one, y1, y2]: [N; 3]) -> N {
     f[0] * one + f[1] * y1 + f[2] * y2

@@ -17,13 +17,13 @@ pub(super) struct Edges<'e> {
     polygon: &'e PlanePolygon<f64>,
     /// e₁, e₂ and n as columns.
     axes: Matrix3<f64>,
-    /// Normal speed of the plane as B moves by [`PERTURBATION`] (m/s), and, per pressure, as its modulus grows at the relative rate
-    /// of 1/s (m/(s Pa)).
+    /// Normal speed of the plane as B moves by [`PERTURBATION`] (m/s), and as the modulus of B grows at the relative rate of 1/s, per
+    /// pressure (m/(s Pa)).
     plane_speed: f64,
     by_pressure: f64,
 }
 
-/// Edges of a degenerate polygon shorter than this fraction of its longest are ends of the line, not one of its two ways.
+/// Edges of a degenerate polygon shorter than this fraction of its longest edge are ends of the line, not one of its two sides.
 const SHORTEST_SIDE: f64 = 1e-6;
 
 impl<'e> Edges<'e> {
@@ -51,7 +51,7 @@ impl<'e> Edges<'e> {
         });
     }
 
-    /// Visits the edges that move with their owners, except those that lie in the faces left out.
+    /// Visits the edges that move with their owners, except those that lie in the faces `left_out`.
     fn visit(&self, left_out: u8, mut visit: impl FnMut(usize, u8)) {
         let mut visit_edge = |edge: usize, owners: u8| {
             if owners != 0 && owners & left_out == 0 {
@@ -112,8 +112,8 @@ impl<'e> Edges<'e> {
         y1 * y1 + y2 * y2
     }
 
-    /// Of a polygon that is but a line, forth and back, one of its two ways and the owners of both. An owner of one of the
-    /// ways has the polygon on its outer side.
+    /// Returns one of the two sides of a polygon that is only a line, forth and back, and the owners of both. Returns `None` for other
+    /// polygons, and if no owner of a side has the polygon on its outer side.
     fn degenerate_side(&self) -> Option<(usize, u8)> {
         if !self.polygon.shares_edges {
             return None;
@@ -151,8 +151,8 @@ impl<'e> Edges<'e> {
         }
     }
 
-    /// The lines of the faces, without those that are placed less precisely than the edge is long: such a face contains any
-    /// edge this short, and does not tell how it moves.
+    /// Returns the lines of the faces that own an edge. A face is omitted if the rounding error of its line is greater than the length of
+    /// the edge, because its motion says nothing about so short an edge.
     fn lines(&self, edge: usize, owners: u8) -> Lines {
         let length = self.length_squared(edge).sqrt();
         let margin = self.source.pair.margin();
@@ -166,13 +166,13 @@ impl<'e> Edges<'e> {
 }
 
 impl PlanePolygon<f64> {
-    /// From the start of an edge of the contact polygon to its end.
+    /// Returns the vector from the start of an edge of the contact polygon to its end.
     fn edge(&self, edge: usize) -> [f64; 2] {
         let [from, to] = self.ends(edge);
         [to[0] - from[0], to[1] - from[1]]
     }
 
-    /// The corners that an edge of the contact polygon joins.
+    /// Returns the corners that an edge of the contact polygon joins.
     pub fn ends(&self, edge: usize) -> [[f64; 2]; 2] {
         ends(self.outline.corners(), edge)
     }
@@ -196,7 +196,7 @@ mod tests {
     const DIFFERENCES: f64 = 1e-6;
     const STEP: f64 = 1e-5;
 
-    /// Touching pairs at random poses, A at the world's origin.
+    /// Calls `check` with touching pairs at random poses, with A at the world's origin.
     fn for_pairs(count: usize, mut check: impl FnMut(&ContactPair)) {
         let shapes = [
             shapes::icosphere(1.0, 1),
@@ -227,8 +227,8 @@ mod tests {
             .sum_of_cuts(|cuts: &mut Vec<_>, cut| cuts.push(*cut))
     }
 
-    /// If the pressure is clamped everywhere, what the law adds is minus the elastic contact. It is integrated over areas and along
-    /// edges, and the elastic contact from moments alone.
+    /// If the pressure is clamped everywhere, the contribution of the law is minus the elastic contact. The law is integrated over areas
+    /// and along edges, and the elastic contact only from moments.
     #[test]
     fn surfaces_that_part_quickly_have_no_wrench_and_no_derivatives() {
         let law = SurfaceLaw::new(1e6, 0.5, 1e-2).unwrap();
@@ -259,7 +259,7 @@ mod tests {
         assert!(checked > 100 && worst <= EXACT, "{checked}, {worst:e}");
     }
 
-    /// Area (m²), ∫ p dA and ∫ p x dA, from the contact surface.
+    /// Returns the area (m²), ∫ p dA and ∫ p x dA, from the contact surface.
     fn integrals(pair: &ContactPair) -> SMatrix<f64, 5, 1> {
         let surface = pair.surface();
         let center = surface.center_of_pressure().unwrap();
@@ -268,7 +268,8 @@ mod tests {
         SMatrix::from([[surface.area(), total, weighted.x, weighted.y, weighted.z]])
     }
 
-    /// The derivatives of these by the place of B: interior, and flux of 1, p and p x through the edges.
+    /// Returns the derivatives of [`integrals`] with respect to the position of B: those of the interior, and the flux of 1, p and p x
+    /// through the edges.
     fn integral_rates(pair: &ContactPair) -> SMatrix<f64, 5, 3> {
         let (source, mut rates) = (pair.source(), SMatrix::<f64, 5, 3>::zeros());
         for cut in &all_cuts(pair) {
@@ -296,7 +297,7 @@ mod tests {
         rates
     }
 
-    /// ∫ 1, p and p x dl along an edge.
+    /// Returns ∫ 1, p and p x dl along an edge.
     fn flux(polygon: &PlanePolygon<f64>, edge: usize) -> SMatrix<f64, 5, 1> {
         let [from, to] = polygon.ends(edge);
         let [d1, d2] = polygon.edge(edge);

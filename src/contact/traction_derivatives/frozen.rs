@@ -1,4 +1,4 @@
-//! What dissipation and friction add on contact polygons that stay as they are, while velocities and pressures change.
+//! Contribution of dissipation and friction on contact polygons that stay as they are, while velocities and pressures change.
 
 use super::MATRIX;
 use super::area::{AreaMoments, LawOnPlane};
@@ -15,16 +15,16 @@ use crate::scalar::{Scalar, lift};
 use crate::spatial::Wrench;
 use nalgebra::{Matrix6, Vector3, Vector6};
 
-/// By motions and twists, and the wrench.
+/// Number of entries of both derivatives, by motions and by twists, and of the wrench.
 const NUMBERS: usize = 2 * MATRIX + 6;
 
-/// What dissipation and friction add to the wrench on A, in A's axes about A's origin.
+/// Contribution of dissipation and friction to the wrench on A, in A's axes about A's origin.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct AddedByLaw {
     pub wrench: Vector6<f64>,
-    /// By a motion of B (angular, linear, of the point at A's origin), as far as it changes the pressure.
+    /// Derivative with respect to a motion of B (angular, linear, of the point at A's origin), by the change of the pressure alone.
     pub by_motion: Matrix6<f64>,
-    /// By the velocity of A relative to B (angular, linear at A's origin).
+    /// Derivative with respect to the velocity of A relative to B (angular, linear at A's origin).
     pub by_twist: Matrix6<f64>,
 }
 
@@ -32,7 +32,7 @@ pub(crate) struct AddedByLaw {
 #[derive(Clone)]
 pub(in crate::contact) struct FrozenPolygon {
     polygon: PlanePolygon<f64>,
-    /// The changes of the pressure's coefficients by a motion of B.
+    /// Derivatives of the pressure's coefficients with respect to a motion of B.
     pressure_by_motion: [Vector6<f64>; 3],
 }
 
@@ -47,8 +47,8 @@ impl AddedByLaw {
 }
 
 impl FrozenPolygon {
-    /// With the plane of equal pressure, p_A changes by −(∇p_A·n)/|g| of what B's motion (θ, u) takes from p_B at a fixed
-    /// point x, ∇p_B·(u + θ × x).
+    /// Freezes a polygon. B's motion (θ, u) takes ∇p_B·(u + θ × x) from p_B at a fixed point x. In the plane of equal pressure, p_A changes
+    /// by −(∇p_A·n)/|g| times this.
     pub fn of(polygon: PlanePolygon<f64>) -> Self {
         let plane = &polygon.plane;
         let [_, slope_b] = plane.slopes.map(Vector3::from);
@@ -68,7 +68,7 @@ impl FrozenPolygon {
         }
     }
 
-    /// Computes what dissipation and friction add over frozen polygons after a motion of B with a velocity of A relative to B.
+    /// Computes the contribution of dissipation and friction over frozen polygons after a motion of B, for a velocity of A relative to B.
     pub fn added(
         polygons: &[Self],
         law: &SurfaceLaw,
@@ -121,9 +121,9 @@ impl FrozenPolygon {
 struct Added<'p> {
     polygons: &'p [FrozenPolygon],
     law: &'p SurfaceLaw,
-    /// Of B.
+    /// Motion of B.
     motion: &'p Vector6<f64>,
-    /// Of A relative to B.
+    /// Velocity of A relative to B.
     velocity: &'p RelativeMotion<f64>,
 }
 
@@ -135,7 +135,7 @@ impl InLanes for Added<'_> {
         let mut sums = [[0.0; ROW]; NUMBERS];
         let mut pieces = Pieces::new(self.law, self.velocity);
         for number in 0..=self.polygons.len() {
-            // After the last polygon, batches that are not full are integrated too.
+            // After the last polygon, incomplete batches are integrated too.
             let least = match self.polygons.get(number) {
                 Some(polygon) => {
                     polygon.divide(number, self.motion, &mut pieces);
@@ -165,7 +165,7 @@ impl InLanes for Added<'_> {
 }
 
 impl Added<'_> {
-    /// Adds as many pieces as there are lanes, given the number of the first one in its batch.
+    /// Adds as many pieces as there are lanes, given the index of the first one in its batch.
     #[inline(always)]
     fn add<L: Lanes>(
         &self,

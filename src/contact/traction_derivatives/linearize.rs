@@ -1,4 +1,4 @@
-//! First derivatives of what dissipation and friction add, over contact polygons of all kinds, several at a time.
+//! First derivatives of the contribution of dissipation and friction, over contact polygons of all kinds, several at a time.
 
 use super::area::{AreaMoments, LawOnPlane, Rates};
 use super::edges::Edges;
@@ -24,13 +24,14 @@ use crate::narrow_phase::{Cut, Octet, SLOTS};
 use crate::search::GenericPairs;
 use nalgebra::{Matrix6, Matrix6x2, Vector6};
 
-/// How many numbers a 6×6 matrix has.
+/// Number of entries of a 6×6 matrix.
 pub(super) const MATRIX: usize = 36;
 
-/// By motions and twists, the wrench, and its derivatives by the modulus of B, dissipation and friction.
+/// Number of entries of the derivatives with respect to motions and twists, of the wrench, and of its derivatives with respect to the
+/// modulus of B, dissipation and friction.
 const NUMBERS: usize = 2 * MATRIX + 4 * 6;
 
-/// Gauss' points and weights for the mean over an edge, from its start: exact to degree five.
+/// Gauss points and weights for the mean over an edge, from its start. They are exact to degree five.
 pub(super) const THREE_POINTS: [(f64, f64); 3] = [
     (0.112_701_665_379_258_31, 5.0 / 18.0),
     (0.5, 4.0 / 9.0),
@@ -44,7 +45,7 @@ pub(super) enum Polygons<'o> {
     Cuts(&'o [Cut]),
 }
 
-/// Linearizes what dissipation and friction add, and, of cuts, the elastic contact.
+/// Linearizes the contribution of dissipation and friction, and the elastic contact of cuts.
 pub(super) struct Linearize<'o> {
     pub source: &'o PolygonSource<'o, f64>,
     pub polygons: Polygons<'o>,
@@ -54,16 +55,16 @@ pub(super) struct Linearize<'o> {
     pub are_responses_kept: bool,
 }
 
-/// What [`Linearize`] computes, in A's axes about A's origin.
+/// The results of [`Linearize`], in A's axes about A's origin.
 pub(super) struct Linearized {
     /// The elastic contact of cuts.
     pub elastic: RelativeJacobian,
-    /// What the law adds. Of the derivatives by the moduli only E_B ∂W/∂E_B, in the second column.
+    /// The contribution of the law. The first column of the derivatives with respect to the moduli is not set. The second is E_B ∂W/∂E_B.
     pub added: RelativeLinearisation,
     pub responses: Vec<PolygonResponse>,
 }
 
-/// The sums so far, and the pieces that are not yet in them.
+/// The sums so far, and the pieces that are not yet included.
 struct Run<'o> {
     of: Linearize<'o>,
     pieces: Pieces<'o>,
@@ -99,7 +100,7 @@ impl InLanes for Linearize<'_> {
             Polygons::Cuts(cuts) => cuts.len(),
         };
         for item in 0..=items {
-            // After the last polygon, batches that are not full are integrated too.
+            // After the last polygon, incomplete batches are integrated too.
             let least = if item == items { 1 } else { ROW };
             if item < items {
                 match run.of.polygons {
@@ -153,7 +154,7 @@ impl<'o> Run<'o> {
         let b = generic.posed_tet(tet_b);
         octet.visit_edges(place, |slot, corner| {
             piece.push_corner(corner);
-            // At A's boundary there is no pressure.
+            // The pressure is zero at A's boundary.
             let is_boundary = slot < 4 && a.zero_faces & 1 << slot != 0;
             if !are_edges_moved || is_boundary {
                 return;
@@ -190,7 +191,7 @@ impl<'o> Run<'o> {
         self.divide(cut, true);
     }
 
-    /// Divides the polygon of a cut, and adds the elastic contact if asked.
+    /// Divides the polygon of a cut, and adds the elastic contact if `is_elastic_added`.
     fn divide(&mut self, cut: &Cut, is_elastic_added: bool) {
         let source = self.of.source;
         let Some(polygon) = source.polygon(cut) else {
@@ -271,7 +272,7 @@ struct EdgeFlux<N> {
     wrenches: [Six<N>; 3],
     /// The normal of the face, along the axes.
     normal: [N; 3],
-    /// 1 for a face of B, 0 for one of A.
+    /// 1 for a face of B, 0 for a face of A.
     is_of_b: N,
 }
 
@@ -279,7 +280,7 @@ struct EdgeFlux<N> {
 struct Part<'p> {
     of: &'p Linearize<'p>,
     pieces: &'p [Piece],
-    /// The number of the first piece in its batch.
+    /// The index of the first piece in its batch.
     first: usize,
     are_whole: bool,
     method: usize,
@@ -300,7 +301,7 @@ impl Part<'_> {
         let (mut rates, by_growth) = self.rates(lanes, (&law, &planes), rows);
         let [_, slope_b] = planes.slopes;
         rates.add_motion_of_plane(components(&planes.axes, slope_b));
-        // As the modulus of B grows the plane moves by p/|g|.
+        // As the modulus of B grows, the plane moves by p/|g|.
         let speed = times(&planes.pressure, planes.inverse_gradient_norm);
         let by_modulus_b = by_affine(&by_growth, speed);
         let by_motion = planes.matrix_in_a(&rates.by_motion);
@@ -414,14 +415,14 @@ impl Part<'_> {
     }
 }
 
-/// 1 over the length of the part in the plane of a normal along its axes; 0 if that is 0.
+/// Returns 1 over the length of the part of a normal in the plane, given the normal along the axes. Returns 0 if this length is 0.
 #[inline(always)]
 fn inverse_sine<N: Numbers>([m1, m2, _]: [N; 3], zero: N, one: N) -> N {
     let squared = m1 * m1 + m2 * m2;
     zero.is_less(squared).select(one / squared.sqrt(), zero)
 }
 
-/// ∫ p f m dl along an edge for an affine f and the monomials m = 1, y₁, y₂, y₁², y₁y₂, y₂².
+/// Returns ∫ p f m dl along an edge for an affine f and the monomials m = 1, y₁, y₂, y₁², y₁y₂, y₂².
 #[inline(always)]
 fn pressed_along<L: Lanes>(
     lanes: L,

@@ -1,4 +1,4 @@
-//! The lines that bound a polygon in its plane, and how an edge is shared among several.
+//! The lines that bound a polygon in its plane, and the shares of several lines in an edge.
 
 use super::pieces::EdgeFace;
 use nalgebra::Vector3;
@@ -21,7 +21,7 @@ impl Line {
         self.face >= 4
     }
 
-    /// The face with shares in the motion of an edge. A face in the plane moves no edge in it.
+    /// Returns the face with its shares in the motion of an edge. A face in the plane moves no edge.
     pub fn as_edge_face(&self, shares: [f64; 2]) -> EdgeFace {
         let sign = if self.inverse_sine == 0.0 {
             0.0
@@ -39,13 +39,12 @@ impl Line {
 /// The lines of the faces that an edge lies in.
 pub(super) type Lines = [Option<Line>; 8];
 
-/// Shares an edge out among its lines, so that its motion is the mean of both sides of the coincidence.
+/// Shares an edge among its lines, so that its motion is the mean of both sides of the coincidence.
 ///
-/// After a little of a change, ahead or behind, in which the lines' faces move outwards at these speeds relative to the
-/// plane, the polygon ends at the innermost of the lines that bound it from outside, and begins at the outermost of those
-/// that bound it from inside, if that lies further in. So of any number of lines that bound it from outside alone, the
-/// slowest and the fastest share the edge. A face that lies in the plane bounds nothing in it. What is ahead and what is behind
-/// have their own weights.
+/// Consider a small change, forward or backward, in which the lines' faces move outwards at these speeds relative to the plane. The polygon
+/// then ends at the innermost of the lines that bound it from outside. It begins at the outermost of the lines that bound it from inside,
+/// if that line lies further in. If all lines bound the polygon from outside, the slowest and the fastest share the edge. A face that lies
+/// in the plane bounds no part of it. The forward and the backward change have their own weights.
 pub(super) fn split_between_owners(
     lines: &Lines,
     speed: impl Fn(&Line) -> f64,
@@ -73,7 +72,7 @@ pub(super) fn split_between_owners(
     }
 }
 
-/// 1/|ν − (ν·n)n|, negative if a face's normal ν points into the polygon at this edge, 0 if the face lies in the plane.
+/// Returns 1/|ν − (ν·n)n|. It is negative if a face's normal ν points into the polygon at this edge, and 0 if the face lies in the plane.
 pub(super) fn inverse_sine(along: &[f64; 2], m: &Vector3<f64>) -> f64 {
     let sine = (m.x * m.x + m.y * m.y).sqrt();
     let turn = m.x * along[1] - m.y * along[0];
@@ -88,7 +87,7 @@ pub(super) fn inverse_sine(along: &[f64; 2], m: &Vector3<f64>) -> f64 {
 mod tests {
     use super::*;
 
-    /// A line of the face with a number.
+    /// Creates a line of the face with this number.
     fn line(face: usize, inverse_sine: f64) -> Line {
         Line {
             face,
@@ -98,7 +97,7 @@ mod tests {
         }
     }
 
-    /// The bits of what each face gets of an edge, where faces move at these speeds.
+    /// Returns the share of each face in an edge, as bits, for faces that move at these speeds.
     fn shares(lines: &[Line], speeds: [f64; 3]) -> [u64; 3] {
         let mut owning = [None; 8];
         for (place, line) in owning.iter_mut().zip(lines) {

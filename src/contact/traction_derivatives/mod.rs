@@ -1,20 +1,20 @@
-//! First derivatives of what dissipation and friction add to the elastic pressure, polygon by polygon.
+//! First derivatives of the contribution of dissipation and friction to the wrench of each contact polygon.
 //!
-//! Let t be the traction less p n, a function of the pressure p, the normal n and the velocity v of A relative to B, and T
-//! its derivative by v. As a body moves or a modulus changes, the equilibrium plane moves along its normal at the speed
-//! h = h₀ + h₁y₁ + h₂y₂ (m/s), and turns by dn = −∇h. The wrench W(t) of the traction then changes by
-//! h₀K₀ + h₁K₁ + h₂K₂ + Σ over edges s ∫ (w·ν) W(t) dl, where for the monomials m₀ = 1, m₁ = y₁, m₂ = y₂
+//! Let t be the traction without the elastic part p n. It is a function of the pressure p, the normal n and the velocity v of A relative to
+//! B, and T is its derivative with respect to v. As a body moves or a modulus changes, the equilibrium plane moves along its normal at the
+//! speed h = h₀ + h₁y₁ + h₂y₂ (m/s), and turns by dn = −∇h. The wrench W(t) of the traction then changes by h₀K₀ + h₁K₁ + h₂K₂ + Σ over
+//! edges s ∫ (w·ν) W(t) dl, where for the monomials m₀ = 1, m₁ = y₁, m₂ = y₂
 //!
 //! Kᵢ = W(mᵢD) + (∫ mᵢ (n × t) dA, 0) + Gᵢ − Σ over edges s (ν·n) ∫ W(mᵢt) dl,
 //!
-//! - D = ∂t/∂p·∂p_A/∂n + T(ω × n): pressure and velocity at the moved point;
-//! - G₁ = W(θ×t) − W(T(θ×v)) with θ = n × dn = −e₂, as dn = −e₁ for h = y₁; G₂ the same with θ = e₁: turning normal and
-//!   velocity together only turns the traction, so turning the normal alone turns the traction, and the velocity back;
-//! - an edge moves with the line in which the plane meets the face that owns it. With the face's outward normal ν and
-//!   s = 1/|ν − (ν·n)n|, its outward speed in the plane is s(w·ν − h ν·n); w, the velocity of the face, is zero for
-//!   faces of A. Where several faces own an edge, the slowest and the fastest share it.
+//! - D = ∂t/∂p·∂p_A/∂n + T(ω × n) contains the pressure and the velocity at the moved point.
+//! - G₁ = W(θ×t) − W(T(θ×v)) with θ = n × dn = −e₂, because dn = −e₁ for h = y₁. G₂ is the same with θ = e₁. Turning normal and velocity
+//!   together only turns the traction. Turning the normal alone therefore turns the traction, and the velocity back.
+//! - An edge moves with the line in which the plane meets the face that owns it. With the face's outward normal ν and s = 1/|ν − (ν·n)n|,
+//!   its outward speed in the plane is s(w·ν − h ν·n). The velocity w of the face is zero for faces of A. If several faces own an edge, the
+//!   slowest and the fastest share it.
 //!
-//! Nothing divides by a length or an angle between edges, and no corner is differentiated.
+//! No term is divided by a length or an angle between edges, and no corner is differentiated.
 
 mod area;
 mod edges;
@@ -45,7 +45,7 @@ use nalgebra::Matrix6x2;
 use std::marker::PhantomData;
 use std::slice;
 
-/// Octets that are linearized in one thread: some 100 µs of work.
+/// Number of octets that are linearized in one thread: about 100 µs of work.
 const OCTETS: usize = 16;
 
 /// The wrench on A of moving bodies with a surface law, and its derivatives, with the responses of the polygons if `R` keeps them.
@@ -55,10 +55,10 @@ pub(super) struct MovingJacobian<'l, R> {
     responses: PhantomData<fn() -> R>,
 }
 
-/// The elastic contact, what the surface law adds to it, and what is kept of the polygons.
+/// The elastic contact, the contribution of the surface law, and the data that is kept of the polygons.
 pub(super) struct InMotion<R> {
     elastic: RelativeJacobian,
-    /// Of the derivatives by the moduli, only E_B ∂W/∂E_B, in the second column.
+    /// The first column of the derivatives with respect to the moduli is not set. The second is E_B ∂W/∂E_B.
     added: RelativeLinearisation,
     responses: R,
 }
@@ -80,12 +80,12 @@ impl<R: Responses> PartialSum for InMotion<R> {
 }
 
 impl ContactPair<'_> {
-    /// In A's axes, of a pair in A's frame.
+    /// Linearizes a pair in A's frame. The result is in A's axes.
     ///
-    /// The wrench and its derivatives by velocities and law are those of the contact polygons as they are. Those by motions
-    /// and moduli have kinks where faces coincide; within round-off of them they are those of polygons that are cut as if
-    /// they did (see [`PolygonSource::for_derivatives`]). So are the elastic ones: of two flush sides either may be the
-    /// one that has a polygon, and taken for flush are both, or neither.
+    /// The wrench and its derivatives with respect to velocities and law are those of the contact polygons as they are. Derivatives with
+    /// respect to motions and moduli have kinks if faces coincide. Within round-off of a kink, they are computed from polygons that are cut
+    /// as if the faces coincided (see [`PolygonSource::for_derivatives`]). The same holds for the elastic derivatives: either of two flush
+    /// sides may have the polygon, and both sides, or neither, count as flush.
     pub(super) fn linearisation_in_motion<R: Responses>(
         &self,
         law: &SurfaceLaw,
@@ -99,7 +99,7 @@ impl ContactPair<'_> {
         sum.kinks.are_equal = surface.has_equal_fields();
         sum.kinks.are_flush |= surface.touches();
         if let Some(finer) = finer {
-            // Its derivatives by motions and moduli are not used; near coincidences are rare.
+            // Derivatives with respect to motions and moduli are not used. Near coincidences are rare.
             let exact = finer.integral(&MovingJacobian::<()>::new(law, motion));
             let (exact, ()) = exact.linearisation(self.moduli());
             (sum.wrench, sum.by_twist, sum.by_law) = (exact.wrench, exact.by_twist, exact.by_law);
@@ -110,8 +110,8 @@ impl ContactPair<'_> {
 }
 
 impl RelativeLinearisation {
-    /// From E_B ∂W/∂E_B as the second column by the moduli to the derivatives by both: as the wrench is homogeneous of
-    /// degree one in the moduli, E_A ∂W/∂E_A + E_B ∂W/∂E_B = W.
+    /// Computes the derivatives with respect to both moduli from E_B ∂W/∂E_B in the second column. The wrench is homogeneous of degree one
+    /// in the moduli, so E_A ∂W/∂E_A + E_B ∂W/∂E_B = W.
     fn by_both_moduli(mut self, [modulus_a, modulus_b]: [f64; 2]) -> Self {
         let by_b = self.by_moduli.column(1).into_owned();
         let by_a = self.wrench - by_b;
@@ -121,7 +121,7 @@ impl RelativeLinearisation {
 }
 
 impl<R> InMotion<R> {
-    /// The wrench on A and its derivatives, at the given moduli.
+    /// Returns the wrench on A and its derivatives, at the given moduli.
     fn linearisation(self, moduli: [f64; 2]) -> (RelativeLinearisation, R) {
         let mut sum = self.elastic.linearisation(moduli);
         sum.merge(self.added.by_both_moduli(moduli));

@@ -1,7 +1,7 @@
-//! Pieces of contact polygons, sorted by the way in which slip is integrated over them.
+//! Pieces of contact polygons, sorted by the method that integrates slip over them.
 //!
-//! Every polygon is integrated as one or more pieces, whether it is generic or special: a polygon on which the pressure is clamped is
-//! divided where the damping is zero, and one with many corners or edges has several pieces.
+//! Every polygon, generic or special, is integrated as one or more pieces. A polygon on which the pressure is clamped is divided where the
+//! damping is zero. A polygon with many corners or edges has several pieces.
 
 #![expect(
     clippy::needless_range_loop,
@@ -22,10 +22,10 @@ use crate::narrow_phase::{SLOTS, Weight, Weights};
 use nalgebra::Vector3;
 use std::cell::RefCell;
 
-/// Methods to integrate slip: a level of quadrature, or the closed form.
+/// Number of methods to integrate slip: the levels of quadrature, and the closed form.
 pub(super) const METHODS: usize = LEVELS + 1;
 
-/// The closed form, for slips that turn quickly.
+/// Index of the closed form, for slips that turn quickly.
 pub(super) const CLOSED_FORM: usize = LEVELS;
 
 /// A face that moves an edge of a polygon.
@@ -33,10 +33,10 @@ pub(super) const CLOSED_FORM: usize = LEVELS;
 pub(super) struct EdgeFace {
     /// 0 to 3 of A, 4 to 7 of B.
     pub face: usize,
-    /// Its unit normal, out of its tetrahedron, in A's axes.
+    /// Unit normal, out of the face's tetrahedron, in A's axes.
     pub normal: Vector3<f64>,
-    /// The share of the face in the motion of the edge, as bodies move and as the modulus of B grows. Negative if the polygon is on the
-    /// outer side of the face.
+    /// Shares of the face in the motion of the edge, as bodies move and as the modulus of B grows. They are negative if the polygon is on
+    /// the outer side of the face.
     pub shares: [f64; 2],
 }
 
@@ -46,27 +46,27 @@ pub(super) struct MovingEdge {
     pub ends: [[f64; 2]; 2],
     pub face: usize,
     pub normal: Vector3<f64>,
-    /// 1 for a face of B, which moves with it, and 0 for one of A.
+    /// 1 for a face of B, which moves with B, and 0 for a face of A.
     pub is_of_b: f64,
 }
 
 /// A convex piece of a contact polygon, with some of the edges that bound the polygon.
 pub(super) struct Piece {
     pub plane: PolygonFields<f64>,
-    /// Counter-clockwise. After the last corner the first, as often as there is room.
+    /// Counter-clockwise. Copies of the first corner follow the last one and fill the array.
     pub corners: [[f64; 2]; SLOTS + 1],
     pub corner_count: usize,
     pub edges: [MovingEdge; SLOTS],
     pub edge_count: usize,
     /// See [`EdgeFace::shares`].
     pub shares: [[f64; 2]; SLOTS],
-    /// The factors of integrals over the area in values, and in derivatives by a motion.
+    /// The factors of integrals over the area in values, and in derivatives with respect to a motion.
     pub weights: [f64; 2],
     /// 1, or 0 if the pressure is clamped.
     pub is_pressed: f64,
-    /// The number of the polygon.
+    /// The index of the polygon.
     pub polygon: usize,
-    /// Integrals in closed form, if that is the method.
+    /// Integrals in closed form, if this is the method.
     closed_form: Option<Box<ClosedIntegrals>>,
 }
 
@@ -76,7 +76,7 @@ struct ClosedIntegrals {
     along_edges: [[[f64; 6]; 2]; SLOTS],
 }
 
-/// The integrals of a piece that slip does not contribute to.
+/// The integrals of a piece without contributions of slip.
 const NO_INTEGRALS: ClosedIntegrals = ClosedIntegrals {
     over_area: SlipMoments {
         direction: [[0.0; 10]; 2],
@@ -97,16 +97,16 @@ pub(super) struct Batch {
 /// A polygon to be divided into pieces.
 #[derive(Clone, Copy)]
 pub(super) struct Divided<'p> {
-    /// The number of the polygon.
+    /// The index of the polygon.
     pub number: usize,
     pub plane: &'p PolygonFields<f64>,
     pub outline: &'p Outline<f64>,
     pub weights: Weights,
-    /// Whether it has weight 1, and one face for each edge.
+    /// Whether the polygon has weight 1, and one face for each edge.
     pub is_whole: bool,
     /// Whether the area counts.
     pub has_area: bool,
-    /// Faces that move edges of the outline, by the number of the edge.
+    /// Faces that move edges of the outline, with the index of the edge.
     pub faces: &'p [(usize, EdgeFace)],
 }
 
@@ -200,7 +200,7 @@ impl Batch {
         piece
     }
 
-    /// Removes the last pieces, up to eight, and returns them with their count. Empty pieces follow, so that there are eight.
+    /// Removes the last pieces, up to eight, and returns them with their count. Empty pieces follow, so that there are always eight.
     pub fn take(&mut self) -> (&[Piece], usize) {
         let count = self.len.min(ROW);
         self.len -= count;
@@ -215,7 +215,7 @@ impl Batch {
             }
             piece.weights = [0.0; 2];
         }
-        // What is left of earlier pieces may not be finite.
+        // Data of earlier pieces may not be finite.
         let counts = pieces.iter().map(|piece| piece.edge_count);
         let most = counts.max().unwrap_or(0).min(SLOTS);
         for piece in &mut *pieces {
@@ -326,12 +326,12 @@ impl Drop for Pieces<'_> {
         for batch in &mut batches {
             batch.len = 0;
         }
-        // Fails if the thread is ending. The memory is freed then.
+        // Fails if the thread is ending. The memory is then freed.
         let _ = SPARE.try_with(|spare| spare.borrow_mut().push(batches));
     }
 }
 
-/// Corners of pieces, one in each lane, as many as one of them has, and the first again.
+/// Returns the corners of pieces, one piece in each lane, followed by the first corner. The count is the largest of all pieces.
 #[inline(always)]
 pub(super) fn corners<L: Lanes>(
     lanes: L,
@@ -352,8 +352,8 @@ pub(super) fn corners<L: Lanes>(
     (corners, count)
 }
 
-/// The moments of polygons for the ten monomials up to cubic ones: sums over the triangles of the origin and each edge, exactly 0 if an
-/// edge is a point. Takes the corners with the first one again.
+/// Returns the moments of polygons for the ten monomials up to cubic ones: sums over the triangles of the origin and each edge, exactly 0
+/// if an edge is a point. `corners` must contain the first corner again at the end.
 #[inline(always)]
 pub(super) fn area_moments<L: Lanes>(lanes: L, corners: &[[L::Numbers; 2]]) -> [L::Numbers; 10] {
     let mut sums = [lanes.splat(0.0); 10];

@@ -6,22 +6,22 @@ use crate::lanes::{Numbers, ROW, Row};
 use crate::narrow_phase::SLOTS;
 use nalgebra::Vector6;
 
-/// Three wrenches of each piece: those of 1, y₁ and y₂.
+/// Three wrenches of each piece, for 1, y₁ and y₂.
 type Wrenches = [[Row; 6]; 3];
 
 /// Responses to changes of shape of pieces in lanes (see [`LawResponse`](crate::contact::response::LawResponse)).
 pub(super) struct ResponseRows {
-    /// By the speed of the plane.
+    /// Derivatives with respect to the speed of the plane.
     speed: Wrenches,
-    /// The same as the modulus of B grows.
+    /// The same derivatives as the modulus of B grows.
     growth: Wrenches,
     pressure: Wrenches,
-    /// By the face of each edge.
+    /// Derivatives with respect to the face of each edge.
     faces: [Wrenches; SLOTS],
 }
 
 impl ResponseRows {
-    /// Memory for responses.
+    /// Allocates memory for responses.
     pub fn boxed() -> Box<Self> {
         let none = [[[0.0; ROW]; 6]; 3];
         Box::new(Self {
@@ -32,7 +32,7 @@ impl ResponseRows {
         })
     }
 
-    /// Stores the responses of the pieces from `first` on, without those to their faces.
+    /// Stores the responses of the pieces from `first` on, without the responses to their faces.
     #[inline(always)]
     pub fn store<N: Numbers>(&mut self, first: usize, rates: &Rates<N>, by_growth: &[Six<N>; 3]) {
         store(&mut self.speed, first, &rates.by_speed);
@@ -46,7 +46,7 @@ impl ResponseRows {
         store(&mut self.faces[edge], first, wrenches);
     }
 
-    /// Adds the response of the piece in a lane to that of its polygon.
+    /// Adds the response of the piece in a lane to the response of its polygon.
     pub fn add_to(
         &self,
         response: &mut PolygonResponse,

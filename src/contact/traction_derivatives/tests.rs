@@ -14,17 +14,18 @@ use rand::{RngExt, SeedableRng};
 /// Round-off of sums over some hundred polygons, whose terms cancel, relative to the largest entry of a block.
 const ROUND_OFF: f64 = 1e-12;
 
-/// Of one polygon: relative to the most that one contributes.
+/// Round-off of one polygon, relative to the largest contribution of a polygon.
 const CLOSE: f64 = 1e-12;
 
-/// Spins (1/s) at slips of about 1 m/s: all levels of the ladder of rules, and the closed form.
+/// Spins (1/s) at slips of about 1 m/s. They select all levels of quadrature rules, and the closed form.
 const SPINS: [f64; 7] = [0.0, 1e-6, 1e-3, 0.1, 1.0, 5.0, 30.0];
 
 fn largest<const R: usize, const C: usize>(matrix: &SMatrix<f64, R, C>) -> f64 {
     matrix.iter().fold(0.0, |most, entry| entry.abs().max(most))
 }
 
-/// To within a fraction of what the pressure alone does, at least: where all of it is clamped, nothing is left.
+/// Compares to within a fraction of the larger of the result and the elastic part, because the result is zero if the whole pressure is
+/// clamped.
 fn assert_blocks_agree([lanes, single, elastic]: [&RelativeLinearisation; 3], what: &str) {
     let agree = |difference: f64, scale: f64, of: &str| {
         assert!(
@@ -32,7 +33,7 @@ fn assert_blocks_agree([lanes, single, elastic]: [&RelativeLinearisation; 3], wh
             "{what}, by {of}: {difference:e} of {scale:e}"
         );
     };
-    // Torques and forces in bodies of 1 m are of one size.
+    // Torques and forces in bodies of 1 m have similar magnitudes.
     let wrench = largest(&single.wrench).max(largest(&elastic.wrench));
     agree(largest(&(lanes.wrench - single.wrench)), wrench, "nothing");
     let scale = largest(&single.by_motion).max(largest(&elastic.by_motion));
@@ -54,7 +55,8 @@ fn assert_blocks_agree([lanes, single, elastic]: [&RelativeLinearisation; 3], wh
     assert_eq!(lanes.kinks, single.kinks, "{what}");
 }
 
-/// What each polygon contributes to a number by the shapes, to within a fraction of the most that one does.
+/// Compares the contribution of each polygon to the derivatives of a number with respect to the shapes, to within a fraction of the largest
+/// contribution.
 fn assert_responses_agree(
     source: &PolygonSource<f64>,
     responses: [&[PolygonResponse]; 2],
@@ -95,7 +97,7 @@ fn assert_responses_agree(
     }
 }
 
-/// Both ways of going over the polygons: in lanes, and one by one. Gives how many there are.
+/// Compares both ways of integrating the polygons: in lanes, and one by one. Returns the number of polygons.
 fn assert_ways_agree(pair: &ContactPair, law: &SurfaceLaw, spin: f64, what: &str) -> usize {
     let surface = pair.source().for_values(pair.search());
     let motion = RelativeMotion {

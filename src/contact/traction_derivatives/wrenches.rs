@@ -3,13 +3,13 @@
 use crate::contact::polygon_fields::Six;
 use crate::lanes::{Lanes, Linear, Numbers, Row};
 
-/// The wrench of a traction from its moments by 1, y₁ and y₂ along each axis.
+/// Returns the wrench of a traction from its moments by 1, y₁ and y₂ along each axis.
 #[inline(always)]
 pub(super) fn wrench_of<N: Linear>([t1, t2, t3]: &[[N; 3]; 3]) -> Six<N> {
     [t3[2], -t3[1], t2[1] - t1[2], t1[0], t2[0], t3[0]]
 }
 
-/// The wrenches of a traction times 1, y₁ and y₂.
+/// Returns the wrenches of a traction times 1, y₁ and y₂.
 #[inline(always)]
 pub(super) fn wrenches<N: Linear>([t1, t2, t3]: &[[N; 6]; 3]) -> [Six<N>; 3] {
     [
@@ -31,7 +31,7 @@ pub(super) fn wrenches<N: Linear>([t1, t2, t3]: &[[N; 6]; 3]) -> [Six<N>; 3] {
     ]
 }
 
-/// What speeds that are affine in y contribute, from what 1, y₁ and y₂ do.
+/// Returns the contribution of speeds that are affine in y, from the contributions of the speeds 1, y₁ and y₂.
 #[inline(always)]
 pub(super) fn by_affine<N: Linear>([k0, k1, k2]: &[Six<N>; 3], [h0, h1, h2]: [N; 3]) -> Six<N> {
     plus(&plus(&times(k0, h0), &times(k1, h1)), &times(k2, h2))
