@@ -1,19 +1,19 @@
-//! What counts as coincident in the surfaces that values and derivatives are made from.
+//! Coincidence in the surfaces from which values and derivatives are computed.
 //!
 //! A corner is on a plane if it is within a margin, the rounding of coordinates. Values use this margin. A single margin for values and
 //! derivatives was tried: derivatives were wrong in the tests `flush_motion` and `coincidence`. A single margin is not enough in these
 //! cases:
 //!
-//! - *Faces that miss each other by about a margin.* Some corners count as on the plane and others do not, so polygons with weight ½
-//!   have no partner. Derivatives therefore use a wider tolerance ([`COINCIDENCE`](crate::narrow_phase::COINCIDENCE),
-//!   [`ELASTIC_COINCIDENCE`]). It is placed in a gap of the distances to coincidence, if there is one
-//!   ([`NearZeroHistogram::split`](crate::geometry::NearZeroHistogram::split)), so that its own edge does not separate the corners of a face.
-//! - *Nearly equal fields.* A force jumps within a very small distance, and the derivative within this distance is far larger than the
-//!   slope that a longer step sees. The wider tolerance gives the mean of both sides.
-//! - *Bodies that are pressed in by less than the tolerance.* The wider tolerance would take their pressure for zero. It is narrowed
-//!   until the load stays (`CutSurface::load_at_zero`).
-//! - *A whole polygon near a face of B.* Neighbors beyond the face would both count it, or neither. Values use a wider tolerance too,
-//!   placed and narrowed in the same way: with a fixed one the force jumps at its edge.
+//! - *Faces that miss each other by about a margin.* Some corners count as on the plane and others do not, so polygons with weight ½ have
+//!   no partner. Derivatives therefore use a wider tolerance ([`COINCIDENCE`](crate::narrow_phase::COINCIDENCE), [`ELASTIC_COINCIDENCE`]).
+//!   If the distances to coincidence have a gap, the tolerance is placed in it
+//!   ([`NearZeroHistogram::split`](crate::geometry::NearZeroHistogram::split)), so that the limit does not separate the corners of a face.
+//! - *Nearly equal fields.* A force jumps within a very small distance. The derivative within this distance is far larger than the slope
+//!   over a longer step. The wider tolerance gives the mean of both sides.
+//! - *Bodies that are pressed in by less than the tolerance.* The wider tolerance would take their pressure for zero. It is narrowed until
+//!   the load stays (`CutSurface::load_at_zero`).
+//! - *A whole polygon near a face of B.* The neighbors beyond the face would both count it, or neither would. Values also use a wider
+//!   tolerance, placed and narrowed in the same way. With a fixed tolerance the force would jump at its edge.
 
 use super::integrate::{CutSurface, Integrand};
 use super::polygon_source::PolygonSource;
@@ -22,26 +22,26 @@ use super::{Culling, Search};
 use crate::narrow_phase::ELASTIC_COINCIDENCE;
 use crate::scalar::{Scalar, carries_derivatives};
 
-/// Largest fraction of the load that may count as zero.
-const MAX_DISCARDED_LOAD: f64 = 1e-6;
+/// Largest fraction of the load that may count as zero: half of the accuracy to which derivatives are tested.
+const MAX_DISCARDED_LOAD: f64 = 5e-6;
 
-/// Octaves by which the tolerance is narrowed at a time while more of the load would count as zero.
+/// Number of octaves by which the tolerance is narrowed in each step while more of the load would count as zero.
 const NARROWER: usize = 3;
 
-/// The surface that derivatives are made from and, if it may be another, that for values.
+/// The surface from which derivatives are computed and, if it may be different, the surface for values.
 pub(super) type Surfaces<'a, T> = (CutSurface<'a, T>, Option<CutSurface<'a, T>>);
 
 impl<'a, T: Scalar> PolygonSource<'a, T> {
-    /// The surface that values are made from.
+    /// Returns the surface from which values are computed.
     pub fn for_values(&self, search: Search) -> CutSurface<'a, T> {
         self.values_from(self.within(0, search))
     }
 
-    /// Integrates over the surface that values are made from. Of a large surface, octets are integrated as soon as they are found.
+    /// Integrates over the surface from which values are computed. Octets of a large surface are integrated as soon as they are found.
     pub fn integral_for_values<I: Integrand<T>>(&self, search: Search, integrand: &I) -> I::Sum {
         let (surface, spilled) = self.integrated_within(0, search, integrand);
         let (surface, spilled) = match spilled {
-            // Rare: repeating the search is cheaper than keeping the octets of every large contact.
+            // This is rare. Repeating the search is cheaper than keeping the octets of every large contact.
             Some(_) if surface.has_polygons_on_faces() => (self.for_values(search), None),
             Some(_) => (surface, spilled),
             None => (self.values_from(surface), None),
@@ -49,14 +49,14 @@ impl<'a, T: Scalar> PolygonSource<'a, T> {
         surface.integral_after(spilled.unwrap_or_else(I::Sum::empty), integrand)
     }
 
-    /// The surface that derivatives are made from. That for values as well, if it may be another.
+    /// Returns the surface from which derivatives are computed, and the surface for values if it may be different.
     pub fn for_derivatives(&self, octaves: u32, search: Search) -> Surfaces<'a, T> {
         let surface = self.within(octaves.cast_signed(), search);
         self.derivatives_from(surface, octaves, search)
     }
 
-    /// Integrates over the surface that derivatives are made from, in the same way. Returns the surfaces of [`Self::for_derivatives`]
-    /// too; the first lacks the octets that were spilled.
+    /// Integrates over the surface from which derivatives are computed, in the same way. Also returns the surfaces of
+    /// [`Self::for_derivatives`]. The first lacks the octets that were spilled.
     pub fn integral_for_derivatives<I: Integrand<T>>(
         &self,
         octaves: u32,
@@ -95,14 +95,16 @@ impl<'a, T: Scalar> PolygonSource<'a, T> {
         self.settled(surface, (octaves, true), search, || self.for_values(search))
     }
 
-    /// The surface where faces within 2^octaves margins of each other count as coincident. The octaves are others where that
-    /// many would merge distinct corners (see [`NearZeroHistogram::split`]), but still some that are nearly coincident, if `merges`. They are fewer where they would take the load for zero:
-    /// bodies that are pressed in by less do not just touch. For this they are narrowed down to the margin, which values are
-    /// made with. Otherwise the load may change: where it jumps as faces pass
-    /// each other, the derivatives belong to neither side.
+    /// Returns the surface in which faces within 2^octaves margins of each other count as coincident. If there are such faces, also returns
+    /// the finer surface. The number of octaves changes in two cases:
     ///
-    /// If there are such faces, gives the finer surface as well. They are looked for in cuts that do not count, too: where corners
-    /// are taken to be on the plane, nothing may be left of a polygon.
+    /// - This number would merge distinct corners (see [`NearZeroHistogram::split`]). If `merges`, the new number still merges some corners
+    ///   that are nearly coincident.
+    /// - This number would take the load for zero, although the bodies do not just touch. The tolerance is then narrowed, at most to the
+    ///   margin that values use. Other changes of the load are allowed: if the load jumps as faces pass each other, the derivatives belong
+    ///   to neither side.
+    ///
+    /// Near coincidences of cuts that do not count are included, because a polygon may vanish if its corners count as on the plane.
     ///
     /// [`NearZeroHistogram::split`]: crate::geometry::NearZeroHistogram::split
     fn settled(
@@ -139,7 +141,7 @@ impl<'a, T: Scalar> PolygonSource<'a, T> {
         }
     }
 
-    /// Finds the surface and integrates over the octets that are spilled. Returns no integral if none are.
+    /// Finds the surface and integrates over the octets that are spilled. Returns no integral if no octets are spilled.
     pub fn integrated_within<I: Integrand<T>>(
         &self,
         octaves: i32,
@@ -167,11 +169,11 @@ mod tests {
     use crate::spatial::Pose;
     use nalgebra::vector;
 
-    /// Rounding of a depth of 1.5 margins, which is some 1e-13 of the height that the upper cube is placed at.
+    /// Rounding of a depth of 1.5 margins, which is about 1e-13 of the height of the upper cube.
     const ROUNDING: f64 = 1e-2;
 
-    /// How far apart (m) faces may be that count as coincident, for derivatives; the same for values; and how deep the bodies are
-    /// pressed in: cubes, by so many margins.
+    /// Returns the distance (m) within which faces count as coincident for derivatives, the same for values, and the depth by which the
+    /// bodies are pressed in: two cubes, by this number of margins.
     fn tolerances(octaves: u32, margins: f64) -> [f64; 3] {
         let cube = Shape::new(shapes::cuboid([1.0; 3]).unwrap());
         let body = |height: f64| {
@@ -188,7 +190,7 @@ mod tests {
         [surface.source.pair.margin(), source.pair.margin(), depth]
     }
 
-    /// It is the pressure half as deep that is held against the tolerance, of which there is one every three octaves.
+    /// The pressure at half the depth is compared with the tolerance, which has steps of three octaves.
     #[test]
     fn faces_count_as_coincident_within_what_bodies_are_pressed_in_by_and_not_only_within_much_less()
      {

@@ -89,7 +89,7 @@ fn derivatives_at_special_positions_are_those_of_differences() {
 #[test]
 fn poses_that_once_failed_are_those_of_differences() {
     let mut tallies = Tallies::default();
-    for number in [44_273, 49_687, 78_163, 93_582, 4771] {
+    for number in [44_273, 49_687, 78_163, 93_582, 4771, 73_648] {
         add(&mut tallies, number / BATCH, number..number + 1);
     }
     report(&tallies);

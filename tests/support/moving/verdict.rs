@@ -17,11 +17,13 @@ const CANCELLED: f64 = 1e-13;
 const STEP: f64 = 1e-6;
 const OTHER_STEPS: [f64; 8] = [1e-7, 1e-5, 1e-8, 1e-4, 1e-9, 1e-3, 1e-10, 1e-2];
 
-/// The step that resolves kinks which are farther than what counts as coincident, though not by much; noise is what is
-/// left of most else.
+/// The step that resolves kinks that are slightly farther than what counts as coincident. Most other differences over this step are noise.
 const SHORTEST_STEP: f64 = 1e-11;
 
-/// Positions are missed by so little where that step is needed.
+/// Steps for kinks that are nearer than that. A difference over a step that is shorter than the distance to all kinks is the derivative itself.
+const LOCAL_STEPS: [f64; 2] = [1e-11, 1e-12];
+
+/// Largest miss for which the shortest step is needed.
 pub const NEAR: f64 = 1e-7;
 
 /// Steps at which the two sides of a kink are looked at; each with a tenth of it.
@@ -62,6 +64,8 @@ pub enum Finding {
     OneSide,
     /// Something between both sides, as several kinks leave it.
     Between,
+    /// The derivative between kinks that are nearer than what counts as coincident: that of differences over a shorter step.
+    Local,
     /// Several kinks in one place: no linear function is the mean of both sides in all directions. It is that of all
     /// directions about [`PERTURBATION`].
     Corner,
@@ -216,6 +220,8 @@ impl Check<'_, '_> {
             _ if is_at_rest || are_faces_touching(&scene.pair) => Finding::Touching,
             _ if is_parted(scene) => Finding::Clamp,
             Some(finding) => finding,
+            // Along its own axis a column may have one slope at a corner that other columns show.
+            None if KINK_STEPS.into_iter().any(|step| self.is_corner(step)) => Finding::Corner,
             None => {
                 kink_of(&scene.pair).map_or(Finding::Wrong(best / self.largest), Finding::Elastic)
             }
@@ -265,8 +271,11 @@ impl Check<'_, '_> {
             return Some(Finding::Mean);
         }
         if self.scaled.scene.missed <= COINCIDENT {
-            if self.column < 12 && !self.has_linear_mean(step) && self.is_mean_about_nudge(step) {
+            if self.is_corner(step) {
                 return Some(Finding::Corner);
+            }
+            if self.is_local(found, jump.amax()) {
+                return Some(Finding::Local);
             }
             return self
                 .is_alone(&wide, step)
@@ -278,6 +287,23 @@ impl Check<'_, '_> {
         } else {
             is_between(found, &wide, room).then_some(Finding::Between)
         }
+    }
+
+    /// Whether the position is missed by more than a local step, and the derivative is that of differences over it.
+    fn is_local(&self, found: &Wrenches, jump: f64) -> bool {
+        LOCAL_STEPS.into_iter().any(|step| {
+            step < self.scaled.scene.missed
+                && error(found, &self.scaled.central(self.column, step)) <= STEADY * jump
+        })
+    }
+
+    /// Whether no linear function is the mean of both sides in all directions, and the derivative is the mean in directions about
+    /// [`PERTURBATION`]. The position must be special to within [`COINCIDENT`].
+    fn is_corner(&self, step: f64) -> bool {
+        self.scaled.scene.missed <= COINCIDENT
+            && self.column < 12
+            && !self.has_linear_mean(step)
+            && self.is_mean_about_nudge(step)
     }
 
     /// Whether nothing else shows at shorter steps.
