@@ -274,12 +274,13 @@ impl Check<'_, '_> {
             if self.is_corner(step) {
                 return Some(Finding::Corner);
             }
-            if self.is_local(found, jump.amax()) {
-                return Some(Finding::Local);
-            }
-            return self
-                .is_alone(&wide, step)
-                .then(|| Finding::NotMean(from_mean / jump.amax()));
+            return self.is_alone(&wide, step).then(|| {
+                if self.is_local(found, jump.amax()) {
+                    Finding::Local
+                } else {
+                    Finding::NotMean(from_mean / jump.amax())
+                }
+            });
         }
         let is_side = wide.slopes.iter().any(|slope| error(found, slope) <= room);
         if is_side {
