@@ -1,4 +1,4 @@
-//! Integration over a contact surface: the pieces that threads integrate, and the order in which they are added.
+//! Integration over a contact surface: the division of the work between threads, and the order in which partial sums are added.
 
 use super::polygon_source::PolygonSource;
 use super::sums::PartialSum;
@@ -10,16 +10,16 @@ use crate::search::{GenericPairs, SearchResult};
 use crate::threads;
 use std::marker::PhantomData;
 
-/// Number of polygons that one thread integrates one by one: about 20 µs of work in `f64`.
+/// Number of polygons in a piece of work if they are integrated one by one, which takes about 20 µs in `f64`.
 const SINGLE: usize = 32;
 
 /// Largest number of octets in a piece of work.
 const MOST_OCTETS: usize = 256;
 
-/// For each octet, the places of polygons that are left to be added one by one, as bits.
+/// The polygons of octets that are left to be added one by one. Each octet has a bit for each place.
 pub(super) type Remainder = [u8];
 
-/// Cuts, and the source that computes their polygons with the same coincidences.
+/// The result of a search, and the source that computes the polygons with the same tolerance for coincidences.
 pub(super) struct CutSurface<'a, T> {
     pub source: PolygonSource<'a, T>,
     pub found: SearchResult,
@@ -29,7 +29,7 @@ pub(super) struct CutSurface<'a, T> {
 pub(super) trait Integrand<T>: Sync {
     type Sum: PartialSum;
 
-    /// Whether octets of large contacts are integrated as soon as they are found. They are integrated again if faces later turn out to
+    /// Whether octets of large contacts are integrated as soon as they are found. They are integrated again if faces are later found to
     /// coincide, so the integral should be cheap.
     const IS_SPILLED: bool = false;
 
@@ -46,8 +46,8 @@ pub(super) trait Integrand<T>: Sync {
         }
     }
 
-    /// Adds the polygons of octets, several at a time, for scalars without derivatives. Sets the bits of skipped polygons in `left`, which
-    /// is zero at first. Skipped polygons are added one by one.
+    /// Adds the polygons of octets, several at a time, for scalars without derivatives. May skip polygons and set their bits in `left`,
+    /// which is zero at first. The caller then adds them one by one.
     fn add_octets(
         &self,
         source: &PolygonSource<T>,
@@ -58,7 +58,7 @@ pub(super) trait Integrand<T>: Sync {
 }
 
 impl<T: Scalar> PolygonSource<'_, T> {
-    /// Adds the integral over generic polygons.
+    /// Adds the integral over generic polygons to `sum`.
     pub fn add_generic<I: Integrand<T>>(
         &self,
         generic: GenericPairs,
@@ -108,7 +108,7 @@ impl<T: Scalar> CutSurface<'_, T> {
         sum
     }
 
-    /// Sums over the cuts, one by one.
+    /// Adds up the contributions of all polygons as cuts, one by one.
     pub fn sum_of_cuts<S: PartialSum>(&self, add: impl Fn(&mut S, &Cut) + Sync) -> S {
         self.integral(&OneByOne {
             add,
@@ -117,7 +117,7 @@ impl<T: Scalar> CutSurface<'_, T> {
     }
 }
 
-/// A sum over cuts, computed by a closure.
+/// A sum over cuts, to which a closure adds each cut.
 struct OneByOne<F, S> {
     add: F,
     sum: PhantomData<fn() -> S>,

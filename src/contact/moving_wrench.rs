@@ -1,5 +1,5 @@
-//! The wrench of a contact with the surface law. Generic polygons are integrated in lanes, several triangles at a time, and special
-//! polygons one by one.
+//! The wrench of a contact with the surface law. Generic polygons are integrated in lanes, several triangles at a time. Special polygons
+//! are integrated one by one, and so are generic polygons on which the pressure is clamped or the slip turns quickly.
 
 use super::SurfaceLaw;
 use super::integrate::{Integrand, Remainder};
@@ -19,7 +19,7 @@ use crate::search::GenericPairs;
 use crate::spatial::Wrench;
 use nalgebra::Vector6;
 
-/// Number of octets that are integrated in one thread: about 30 µs of work.
+/// Number of octets in a piece of work for a thread, which takes about 30 µs.
 const OCTETS: usize = 32;
 
 /// The wrench on A of moving bodies with a surface law, in A's axes about A's origin.
@@ -37,7 +37,7 @@ struct InLanesOver<'o> {
     left: &'o mut Remainder,
 }
 
-/// The sum so far, and triangles that are not yet included.
+/// The sum so far, and the triangles that are not yet integrated.
 struct Sum<'o> {
     octets: &'o [Octet],
     law: &'o SurfaceLaw,
@@ -65,7 +65,8 @@ impl InLanes for InLanesOver<'_> {
             let fields = SlipFields::of(lanes, octet, self.law, self.motion);
             let by_rules = fields.by_rules() & polygons;
             self.left[number] = polygons & !by_rules;
-            // One loop over all polygons avoids branch mispredictions, because the number of triangles of a polygon is unpredictable.
+            // One loop over the triangles of all eight polygons avoids branch mispredictions, because the number of triangles of a polygon
+            // is unpredictable.
             let mut edges = [0; ROW];
             for (place, edges) in edges.iter_mut().enumerate() {
                 let is_taken = by_rules >> place & 1;
@@ -91,7 +92,7 @@ impl InLanes for InLanesOver<'_> {
 }
 
 impl Sum<'_> {
-    /// Adds the wrenches on A of the listed triangles, about A's origin in A's axes, and empties the list.
+    /// Adds the wrenches of the listed triangles on A, in A's axes about A's origin, and empties the list.
     #[inline(always)]
     fn add<L: Lanes>(&mut self, lanes: L) {
         let Self {
@@ -145,7 +146,7 @@ impl<T: Scalar> Integrand<T> for MovingWrench<T> {
 }
 
 impl<T: Scalar> PlanePolygon<T> {
-    /// Returns the wrench on A about A's origin in A's axes, of the traction
+    /// Returns the wrench on A, in A's axes about A's origin, of the traction
     ///
     /// t = pψ(−μu₁, −μu₂, 1) along e₁, e₂ and n, ψ = 1 − d v₃, u = (v₁, v₂)/√(v₁² + v₂² + v_s²),
     ///
@@ -155,7 +156,7 @@ impl<T: Scalar> PlanePolygon<T> {
         let plane = &self.plane;
         let motion = PlaneMotion::of(motion, plane);
         let damping = motion.damping(law.dissipation, lift(1.0));
-        // Surfaces that separate faster than the skin recovers do not pull.
+        // If surfaces separate so fast that ψ is negative, the pressure is clamped to zero, because surfaces do not pull.
         let part = self.outline.cut(&damping);
         let (outline, moments) = match &part {
             Some(part) => (part, part.moments()),

@@ -1,4 +1,4 @@
-//! Pressure and slip on the generic contact polygons, and the rules by which they are integrated.
+//! Pressure and slip on generic contact polygons, and the levels of the quadrature rules that integrate them.
 
 use super::SurfaceLaw;
 use super::motion::RelativeMotion;
@@ -14,8 +14,8 @@ pub(super) struct SlipFields<'o> {
     pub damping: [Row; 3],
     /// The slip at the origin, and the spin.
     pub slip: [Row; 3],
-    /// The lowest sufficient level of quadrature rules for each polygon, as a whole number. It is [`LEVELS`] if the slip turns so quickly
-    /// that the closed form is used instead, or if the pressure is clamped at a corner.
+    /// The lowest level of quadrature rules that is accurate enough for each polygon, as a whole number. It is [`LEVELS`] if no rule is
+    /// used. The slip then turns too quickly, or the pressure is clamped at a corner.
     levels: Row,
 }
 
@@ -54,7 +54,7 @@ impl<'o> SlipFields<'o> {
         loads
     }
 
-    /// Returns the places of polygons that are integrated by rules, as bits. Other places without a polygon may have bits too.
+    /// Returns the places of polygons that are integrated by rules, as bits. The bits of places without a polygon are arbitrary.
     #[inline]
     pub fn by_rules(&self) -> u8 {
         let mut by_rules = 0;
@@ -76,7 +76,7 @@ impl<'o> SlipFields<'o> {
     }
 }
 
-/// Computes the [`SlipFields::levels`] of as many polygons as there are lanes, like [`Slip`](crate::friction::Slip) for one polygon.
+/// Computes the [`SlipFields::levels`] of polygons, one in each lane, like [`Slip::level`](crate::friction::Slip::level) for one polygon.
 #[inline(always)]
 fn levels<L: Lanes>(
     lanes: L,

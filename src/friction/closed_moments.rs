@@ -1,4 +1,4 @@
-//! Moments in closed form: the recursion of [`super::closed_form`] one degree higher, and the fluxes through the edges.
+//! Moments in closed form: the recursion of [`super::closed_form`], continued by one degree, and the fluxes through the edges.
 
 use super::closed_form::{HalfSolidAngle, Rotation};
 use super::edge::{Corner, EdgeMeans, Vector, cross};
@@ -11,7 +11,7 @@ type Cubic = [f64; 10];
 const RAISED: [[usize; 2]; 6] = [[1, 2], [3, 4], [4, 5], [6, 7], [7, 8], [8, 9]];
 
 impl ClosedForm<'_> {
-    /// Integrates over the polygon.
+    /// Computes the integrals over the polygon.
     pub fn moments(&self) -> SlipMoments {
         let Self { slip, load, .. } = self;
         let rotation = Rotation::new(slip, self.size);
@@ -47,7 +47,7 @@ impl ClosedForm<'_> {
     }
 }
 
-/// ∮ nᵢ·f·R dl and ∮ (r·n)·f·R dl for the monomials f in r, and the terms of I\[1\].
+/// ∮ nᵢ·f·R dl and ∮ (r·n)·f·R dl for the monomials f in r, and the terms of I\[1\] (see [`super::closed_form`]).
 struct Sums {
     normal: [Cubic; 2],
     radial: Cubic,
@@ -81,7 +81,8 @@ impl Sums {
         self.radial_over_r += radial * means.over_r[0];
     }
 
-    /// Returns I\[r₁f\] and I\[r₂f\] for the monomials f in r. If there are two formulas, the one with fewer derivatives is used.
+    /// Returns I\[r₁f\] and I\[r₂f\] for the monomials f in r. If two choices of i and f give the same integral, the one with M\[∂ᵢf\] = 0
+    /// is used, if any.
     fn first_moments_over_r(&self, epsilon: f64) -> [Cubic; 2] {
         let ([n1, n2], radial) = (&self.normal, &self.radial);
         let squared = epsilon * epsilon;
@@ -107,7 +108,7 @@ impl Sums {
 #[inline]
 fn monomial_means(means: &EdgeMeans<f64>) -> Cubic {
     let ([o1, o2], [e1, e2], t) = (means.base, means.direction, means.by_r);
-    // The means of tᵏ·m for k = 0, 1, ..., up to the power that is needed.
+    // For each m, an array of the means of tᵏ·m·R for k = 0, 1, ..., up to the highest power that is needed.
     let by_1 = |low: [f64; 2]| o1 * low[0] + e1 * low[1];
     let by_2 = |low: [f64; 2]| o2 * low[0] + e2 * low[1];
     let first = [0, 1, 2].map(|k| by_1([t[k], t[k + 1]]));
@@ -129,7 +130,7 @@ fn monomial_means(means: &EdgeMeans<f64>) -> Cubic {
     ]
 }
 
-/// The load's flux along an edge: the means of g·tᵏ·u, k = 0, 1, 2, with y = base + t·direction.
+/// The means of g·tᵏ·u along an edge for k = 0, 1, 2, with y = base + t·direction.
 struct EdgeFlux {
     base: Vector<f64>,
     direction: Vector<f64>,
@@ -147,7 +148,7 @@ impl EdgeFlux {
         };
         let ([p0, p1], [d0, d1]) = (along(load.pressure), along(load.damping));
         let g = [p0 * d0, p0 * d1 + p1 * d0, p1 * d1];
-        // g·tᵏ/R, and u = sense·(−r₂, r₁)/R.
+        // The means of g·tᵏ/R, from which those of g·tᵏ·u follow, because u = sense·(−r₂, r₁)/R.
         let over_r = |k: usize| (0..3).map(|i| g[i] * means.over_r[k + i]).sum::<f64>();
         let over_r = [0, 1, 2, 3].map(over_r);
         let along = |o: f64, e: f64| {
@@ -180,12 +181,12 @@ impl EdgeFlux {
 }
 
 impl Rotation<f64> {
-    /// Converts ∫ f·m(r) dA to sense·∫ f·m(y) dA for all monomials m, with y = center + r. Uses the binomial formula in each coordinate,
-    /// one factor at a time.
+    /// Converts ∫ f·m(r) dA to sense·∫ f·m(y) dA for all monomials m, with y = center + r. In each coordinate, yᵏ = (center + r)ᵏ is
+    /// expanded by k passes of Horner's scheme, each of which adds a multiple of the next lower monomial.
     fn about_origin(&self, moments: Cubic) -> Cubic {
         let mut m = moments.map(|x| self.sense * x);
         let [c1, c2] = self.center;
-        // (index, index of the monomial with one factor y less), the highest power first, once for each factor.
+        // Each pair contains the index of a monomial, and the index of this monomial divided by the coordinate. Higher powers come first.
         for chains in [
             (c1, [[6, 3], [3, 1], [1, 0], [7, 4], [4, 2], [8, 5]]),
             (c2, [[9, 5], [5, 2], [2, 0], [8, 4], [4, 1], [7, 3]]),
@@ -207,7 +208,7 @@ impl Rotation<f64> {
 /// Returns ∫ g·m·(u uᵀ − 1)/σ dA by the divergence theorem.
 ///
 /// Because ∂u/∂y₁ = w·∂u/∂s₂, ∂u/∂y₂ = −w·∂u/∂s₁ and ∂u/∂s = (1 − u uᵀ)/σ, the integrals D_k = ∫ g·m·∂u/∂y_k dA = ∮ n_k·g·m·u dl − ∫
-/// ∂(g·m)/∂y_k·u dA are w times the result.
+/// ∂(g·m)/∂y_k·u dA give the columns of the result: the first is D₂/w, and the second is −D₁/w.
 fn by_slip(
     direction: &[Cubic; 2],
     g: &Quadratic<f64>,
@@ -220,13 +221,13 @@ fn by_slip(
     let monomials = [0, 1, 2, 3, 4, 5];
     [
         monomials.map(|m| d(1, 0, m)),
-        // Both terms are equal, because the divergence of u is zero.
+        // This is the mean of two equal expressions for the entry 12. They are equal because the divergence of u is zero.
         monomials.map(|m| 0.5 * (d(1, 1, m) - d(0, 0, m))),
         monomials.map(|m| -d(0, 1, m)),
     ]
 }
 
-/// Returns ∫ ∂(g·m)/∂y_k·u dA for k = 1, 2 and the first six m, from ∫ m·u dA for a component of u.
+/// Returns ∫ ∂(g·m)/∂y_k·u dA for k = 1, 2 and the first six m. Here `u` are the moments ∫ m·u dA of one component of u.
 fn load_slopes(u: &Cubic, g: &Quadratic<f64>) -> [[f64; 6]; 2] {
     let slopes = [[g[1], 2.0 * g[3], g[4]], [g[2], g[4], 2.0 * g[5]]];
     let [one, first, second] = load_moments(u, g);
@@ -243,7 +244,7 @@ fn load_slopes(u: &Cubic, g: &Quadratic<f64>) -> [[f64; 6]; 2] {
     sums
 }
 
-/// Returns ∫ g·m·u dA for m = 1, y₁, y₂.
+/// Returns ∫ g·m·u dA for m = 1, y₁, y₂ and one component of u.
 fn load_moments(u: &Cubic, g: &Quadratic<f64>) -> [f64; 3] {
     let all = (0..6).map(|m| g[m] * u[m]).sum();
     let raised = |i: usize| (0..6).map(|m| g[m] * u[RAISED[m][i]]).sum();

@@ -1,10 +1,10 @@
-//! Integrals of slip and load by quadrature, over several polygons and edges at a time: one in each lane.
+//! Integrals of slip and load by quadrature, over several polygons or edges at a time, one in each lane.
 
 use super::SlipMoments;
 use super::rules::{EdgeRule, TriangleRule};
 use crate::lanes::{Lanes, Numbers};
 
-/// For each monomial m up to degree 3, the indices of y₁·m and of y₂·m among those up to degree 4 (see [`add_up_to_quartic`]).
+/// Indices of y₁·m and y₂·m among the monomials up to degree 4, for each monomial m up to degree 3 (see [`add_up_to_quartic`]).
 const TIMES_Y1: [usize; 10] = [1, 3, 4, 6, 7, 8, 10, 11, 12, 13];
 const TIMES_Y2: [usize; 10] = [2, 4, 5, 7, 8, 9, 11, 12, 13, 14];
 
@@ -19,7 +19,7 @@ pub(crate) struct SlipAndLoad<N> {
     pub one: N,
 }
 
-/// An edge of each polygon.
+/// One edge of each polygon.
 pub(crate) struct Edge<N> {
     pub from: [N; 2],
     /// The vector from the start of the edge to its end.
@@ -38,10 +38,10 @@ impl<N: Numbers> SlipAndLoad<N> {
         ([s1 * inverse, s2 * inverse], inverse, g)
     }
 
-    /// Integrates over polygons, given their corners, counter-clockwise. If a polygon has fewer corners than others, its first corner is
-    /// repeated after the last one.
+    /// Integrates over polygons, given their corners in counter-clockwise order. The first corner of a polygon with fewer corners than the
+    /// others is repeated after its last one.
     ///
-    /// Because the slip is affine, ∫ m u dA follows from ∫ m/σ dA for monomials of one degree more.
+    /// Because u = s/σ and s is affine, ∫ m u dA for monomials up to degree 3 follows from ∫ m/σ dA for monomials up to degree 4.
     #[inline(always)]
     pub fn over_area<L: Lanes<Numbers = N>>(
         &self,
@@ -63,7 +63,7 @@ impl<N: Numbers> SlipAndLoad<N> {
             let area = (b[0] * c[1] - b[1] * c[0]) * half;
             for [shares_b, shares_c, weights] in rule.pairs() {
                 for point in 0..2 {
-                    // If the number of points is odd, the last point of the last pair is missing.
+                    // If the number of points is odd, the second point of the last pair has a weight of zero.
                     if weights[point] == 0.0 {
                         continue;
                     }
@@ -154,7 +154,7 @@ pub(crate) fn at<N: Numbers>(f: &[N; 3], [y1, y2]: [N; 2]) -> N {
     f[0] + f[1] * y1 + f[2] * y2
 }
 
-/// Adds a number times 1, y₁, y₂, y₁², y₁y₂ and y₂², and returns the last three products.
+/// Adds a number times 1, y₁, y₂, y₁², y₁y₂ and y₂² to the first six sums. Returns the last three products.
 #[inline(always)]
 pub(crate) fn add_up_to_quadratic<N: Numbers, const M: usize>(
     sums: &mut [N; M],

@@ -1,7 +1,8 @@
 //! Regularized Coulomb friction over a plane convex polygon, exact to round-off.
 //!
-//! In a rigid motion the surfaces slip by an affine velocity s, and friction pulls along u = s/√(s·s + v_s²). If u hardly changes over the
-//! polygon, quadrature of a high degree is exact. If the center of rotation is near and u turns quickly, the integrals have a closed form.
+//! In a rigid motion the velocity s of slip is affine, and friction acts along −u with u = s/√(s·s + v_s²). If u hardly changes over the
+//! polygon, quadrature of a high degree is exact to round-off. If the center of rotation is near and u turns quickly, the integrals have a
+//! closed form.
 
 mod closed_form;
 mod closed_moments;
@@ -24,7 +25,7 @@ pub(crate) type Affine<T> = [T; 3];
 /// The coefficients of 1, y₁, y₂, y₁², y₁y₂, y₂².
 pub(crate) type Quadratic<T> = [T; 6];
 
-/// The velocity (m/s) by which two surfaces slip along a plane, s(y) = at_origin + spin·(−y₂, y₁), and the slip tolerance v_s > 0 (m/s).
+/// The velocity (m/s) at which two surfaces slip along a plane, s(y) = at_origin + spin·(−y₂, y₁), and the slip tolerance v_s > 0 (m/s).
 /// The origin is a point near the polygon.
 ///
 /// The regularized direction of slip is u = s/σ with σ = √(s·s + v_s²).
@@ -35,12 +36,13 @@ pub(crate) struct Slip<T> {
     pub tolerance: f64,
 }
 
-/// Closed-form integrals of a slip that turns quickly over a loaded polygon. They yield the derivatives of [`Slip::resultant`].
+/// The closed form for a slip that turns quickly over a loaded polygon. It computes the integrals from which the derivatives of
+/// [`Slip::resultant`] follow.
 pub(crate) struct ClosedForm<'a> {
     slip: Slip<f64>,
     load: Load<'a, f64>,
     corners: &'a [[f64; 2]],
-    /// The size of the polygon (m).
+    /// The distance of the farthest corner from the mean of the corners (m).
     size: f64,
 }
 
@@ -48,8 +50,8 @@ pub(crate) struct ClosedForm<'a> {
 pub(crate) struct SlipMoments<N = f64> {
     /// ∫ m·u dA for the monomials m = 1, y₁, y₂, y₁², y₁y₂, y₂², y₁³, y₁²y₂, y₁y₂², y₂³.
     pub direction: [[N; 10]; 2],
-    /// ∫ g·m·(u uᵀ − 1)/σ dA for the first six monomials: entries 11, 12 and 22. This is minus the derivative of ∫ g·m·u dA with respect to
-    /// the slip.
+    /// ∫ g·m·(u uᵀ − 1)/σ dA for the first six monomials, with the entries 11, 12 and 22 of the symmetric matrix. This is minus the
+    /// derivative of ∫ g·m·u dA with respect to the slip.
     pub by_slip: [[N; 6]; 3],
 }
 
@@ -69,22 +71,27 @@ impl<T: Scalar> Load<'_, T> {
 
 /// Quadrature rules for a slip that changes by less than a fraction of σ over the polygon.
 struct QuadratureLevel {
-    /// Upper bound of θ = |w|·L/σ: w is the spin, σ is taken at the mean of the corners, and L is the distance of the farthest corner from
-    /// it.
+    /// Upper bound of θ = |w|·L/σ. Here w is the spin, σ is the value at the mean of the corners, and L is the distance of the farthest
+    /// corner from this mean.
     below: f64,
     /// Rule for values.
     value: &'static TriangleRule,
-    /// Rule for derivatives, whose errors are larger by 1/θ.
+    /// Rule for derivatives, whose errors are larger by a factor of 1/θ.
     slopes: &'static TriangleRule,
     edge: &'static EdgeRule,
 }
 
-/// The comment of each level lists the worst errors just below its upper end, of 400 random polygons of 3 to 8 corners, at most ten times
-/// as long as wide. They are the errors of the resultant (relative to ∫ |g| dA and ∫ |g|·|y| dA), of `direction`, `by_slip` and the fluxes
-/// (relative to ∫ |y|ᵏ dA, ∫ |g|·|y|ᵏ/σ dA and ∮ |g|·|y|ᵏ dl). The test `errors_at_the_upper_ends_of_the_rungs_are_those_noted` prints
-/// them.
+/// Levels of quadrature, in ascending order. The comment of each level lists the largest errors just below its upper bound, over 400 random
+/// polygons with 3 to 8 corners that are at most ten times as long as wide. The four numbers are the errors of
 ///
-/// Just above the last level the errors of the closed form are 1e-12, 1e-11, 1e-10 and 9e-14. At θ = 2 they are 2e-14, 5e-14, 3e-13 and
+/// 1. the resultant, relative to ∫ |g| dA and ∫ |g|·|y| dA,
+/// 2. `direction`, relative to ∫ |y|ᵏ dA for monomials of degree k,
+/// 3. `by_slip`, relative to ∫ |g|·|y|ᵏ/σ dA,
+/// 4. the fluxes through the edges, relative to ∮ |g|·|y|ᵏ dl.
+///
+/// The test `errors_at_the_upper_ends_of_the_rungs_are_those_noted` prints them.
+///
+/// Just above the last level, the errors of the closed form are 1e-12, 1e-11, 1e-10 and 9e-14. At θ = 2 they are 2e-14, 5e-14, 3e-13 and
 /// 3e-15. For smaller θ they grow like θ⁻⁵.
 const QUADRATURE: [QuadratureLevel; 6] = [
     // 7e-13, 1e-15, 6e-12, 5e-16: for an almost constant slip, which is the common case.
@@ -139,8 +146,8 @@ pub(crate) fn level_bounds() -> [f64; LEVELS] {
     QUADRATURE.each_ref().map(|level| level.below)
 }
 
-/// Returns θ² of a [`QuadratureLevel`] from the slip at the origin, the spin, the slip tolerance, the mean of the corners, and the squared
-/// distance of the farthest corner from it. Evaluates one polygon, or one in each lane.
+/// Returns θ² (see [`QuadratureLevel`]) of one polygon, or of one polygon in each lane. The arguments are the slip at the origin, the spin
+/// and the slip tolerance, then the mean of the corners, and the squared distance of the farthest corner from this mean.
 #[inline(always)]
 pub(crate) fn theta_squared<N: Linear + Div<Output = N>>(
     (at_origin, spin, tolerance): ([N; 2], N, N),
@@ -164,12 +171,12 @@ pub(crate) fn slope_rules(level: usize) -> (&'static TriangleRule, &'static Edge
 /// Method of integration over a polygon.
 enum Method {
     Rule(&'static QuadratureLevel),
-    /// Closed form, with the size of the polygon (m).
+    /// The closed form, with the size of the polygon (see [`ClosedForm::size`]).
     ClosedForm(f64),
 }
 
 impl<T: Scalar> Slip<T> {
-    /// Returns ∫ g·u dA and ∫ g·(y₁u₂ − y₂u₁) dA, with g = pressure·damping. The corners turn counter-clockwise.
+    /// Returns ∫ g·u dA and ∫ g·(y₁u₂ − y₂u₁) dA, with g = pressure·damping. The corners are in counter-clockwise order.
     pub fn resultant(
         &self,
         corners: &[[T; 2]],
@@ -206,7 +213,7 @@ impl<T: Scalar> Slip<T> {
 
 /// Variation of a slip over a polygon (see [`QuadratureLevel`]).
 struct SlipVariation {
-    /// The square of the distance of the farthest corner from the mean of the corners (m²).
+    /// The squared distance of the farthest corner from the mean of the corners (m²).
     size_squared: f64,
     /// θ².
     theta_squared: f64,
@@ -237,7 +244,7 @@ impl SlipVariation {
 }
 
 impl<'a> ClosedForm<'a> {
-    /// Creates the closed form for the polygon with these corners, which turn counter-clockwise. The slip must have a spin.
+    /// Creates the closed form for the polygon with these corners, in counter-clockwise order. The spin of the slip must not be zero.
     pub fn on(
         corners: &'a [[f64; 2]],
         slip: Slip<f64>,
@@ -253,7 +260,7 @@ impl<'a> ClosedForm<'a> {
     }
 }
 
-/// Returns the corners that an edge joins: the corner with the same index, and the next one. The first corner follows the last one.
+/// Returns the corners that an edge joins: the corner with the index of the edge, and the next one. The first corner follows the last one.
 #[inline]
 pub(crate) fn ends<C: Copy>(corners: &[C], edge: usize) -> [C; 2] {
     let next = edge + 1;

@@ -1,11 +1,11 @@
-//! The resultant by quadrature, for a slip that hardly changes over the polygon.
+//! The resultant by quadrature, for a slip that turns slowly over the polygon.
 
 use super::edge::Vector;
 use super::rules::TriangleRule;
 use super::{Load, Slip};
 use crate::scalar::{Scalar, lift};
 
-/// A triangle of the fan from the polygon's first corner.
+/// A triangle of the fan about the first corner of a polygon. `to` are the vectors from this corner to the other two.
 struct Triangle<T> {
     from: Vector<T>,
     to: [Vector<T>; 2],
@@ -14,8 +14,8 @@ struct Triangle<T> {
 }
 
 impl<T: Scalar> Triangle<T> {
-    /// Returns the triangles from the first corner to all edges. Because their areas are signed, they add up to the polygon even if
-    /// round-off displaces its corners.
+    /// Returns the triangles of the first corner and each edge that does not contain it. Their areas are signed, so they add up to the area
+    /// of the polygon even if round-off displaces its corners.
     fn fan(corners: &[Vector<T>]) -> impl Iterator<Item = Self> {
         corners.windows(2).skip(1).map(|pair| {
             let from = corners[0];

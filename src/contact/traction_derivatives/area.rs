@@ -9,14 +9,14 @@ use crate::friction::{SlipAndLoad, SlipMoments};
 use crate::lanes::space::scaled;
 use crate::lanes::{Lanes, Linear, Numbers};
 
-/// The surface law on the plane of a polygon. Pressure, damping and excess are affine functions c₀ + c₁y₁ + c₂y₂.
+/// The surface law on the plane of a polygon. Pressure, damping ψ and `excess` are affine functions c₀ + c₁y₁ + c₂y₂.
 pub(super) struct LawOnPlane<N> {
     pub zero: N,
-    /// 1 if ψ is positive. 0 if it is clamped: pressure, damping, friction and dissipation are then zero.
+    /// 1 if ψ is positive, and 0 if ψ is clamped to zero. If it is 0, `damping`, `friction` and `dissipation` are zero, and `excess` is −1.
     pub is_pressed: N,
     pub friction: N,
     pub dissipation: N,
-    /// Slip, pressure, and the damping ψ = 1 − d v₃, or 0.
+    /// Slip, pressure, and the damping: ψ = 1 − d v₃, or 0 if ψ is clamped. `pressure` is p, not pψ.
     pub load: SlipAndLoad<N>,
     /// ψ − 1.
     pub excess: [N; 3],
@@ -54,10 +54,10 @@ impl<N: Numbers> LawOnPlane<N> {
     }
 }
 
-/// For the components of a vector along e₁, e₂ and n, the moments by 1, y₁, y₂, y₁², y₁y₂ and y₂².
+/// The moments of a vector's components along e₁, e₂ and n, by the monomials 1, y₁, y₂, y₁², y₁y₂ and y₂².
 type VectorMoments<N> = [[N; 6]; 3];
 
-/// The wrenches of ∂t/∂vᵢ times 1, y₁ and y₂.
+/// The wrenches of ∂t/∂vᵢ times 1, y₁ and y₂, for i = 1, 2, 3.
 type ByVelocity<N> = [[Six<N>; 3]; 3];
 
 /// Moments over the area of a polygon.
@@ -73,7 +73,7 @@ pub(super) struct AreaMoments<N> {
     by_friction: [[N; 3]; 3],
 }
 
-/// The derivatives of a polygon's wrench, about its origin along its axes.
+/// The wrench of a polygon and its derivatives, about the polygon's origin along its axes.
 pub(super) struct Rates<N> {
     pub wrench: Six<N>,
     /// K₀, K₁ and K₂.
@@ -87,18 +87,18 @@ pub(super) struct Rates<N> {
 }
 
 impl<N: Linear> AreaMoments<N> {
-    /// Computes the moments from those of the slip and of the area. With ψ as in [`LawOnPlane`], and u and σ as in
-    /// [`Slip`](crate::friction::Slip), where ψ > 0
+    /// Computes the moments, from the moments of the slip and the moments `one` of the area. ψ is defined in [`LawOnPlane`], and u and σ in
+    /// [`Slip`](crate::friction::Slip). If ψ > 0,
     ///
     /// t = p(−μψu₁, −μψu₂, ψ − 1),  ∂t/∂(v₁, v₂) = μpψ(u uᵀ − 1)/σ,  ∂t/∂v₃ = −dp(−μu₁, −μu₂, 1),
     ///
-    /// and ∂t/∂d is ∂t/∂v₃ with v₃ in place of d. Where the pressure is clamped, t = −p n.
+    /// and ∂t/∂d is ∂t/∂v₃ with v₃ in place of d. If the pressure is clamped, t = −p n.
     #[inline(always)]
     pub fn of(law: &LawOnPlane<N>, slip: &SlipMoments<N>, one: &[N; 10]) -> Self {
         let (mu, d) = (law.friction, law.dissipation);
         let (pressure, damping) = (&law.load.pressure, &law.load.damping);
         let [u1, u2] = &slip.direction;
-        // ∫ p m u and ∫ p m dA; ∫ pψ m u dA.
+        // `p1` and `p2` are ∫ p m u dA, `p3` is ∫ p m dA, and `loaded1` and `loaded2` are ∫ pψ m u dA.
         let (p1, p2) = (up_to_quadratic(pressure, u1), up_to_quadratic(pressure, u2));
         let p3 = up_to_quadratic(pressure, one);
         let (loaded1, loaded2) = (up_to_affine(damping, &p1), up_to_affine(damping, &p2));
@@ -175,8 +175,8 @@ impl<N: Linear> Rates<N> {
         }
     }
 
-    /// Adds the contribution of a moving edge, given the wrenches of the flux as the edge's face moves outwards, the normal of this face
-    /// along the axes, and 1 for a face of B or 0 for a face of A.
+    /// Adds the contribution of a moving edge. `fluxes` are the wrenches of the flux if the edge's face moves outwards at the speeds 1, y₁
+    /// and y₂. `normal` is the outward normal of this face along the axes. `of_b` is 1 for a face of B and 0 for a face of A.
     #[inline(always)]
     pub fn add_flux(&mut self, fluxes: &[Six<N>; 3], normal: [N; 3], of_b: N) {
         for (k, flux) in self.by_speed.iter_mut().zip(fluxes) {
@@ -185,8 +185,8 @@ impl<N: Linear> Rates<N> {
         self.add_along_normal(scaled(normal, of_b), fluxes);
     }
 
-    /// Weights the contributions of the area to values, and to derivatives with respect to a motion. Derivatives with respect to the
-    /// pressure remain those of the whole area.
+    /// Multiplies the contributions of the area to K₀, K₁ and K₂ by `moving`, and all other contributions by `still`. Derivatives with
+    /// respect to the pressure are not multiplied.
     #[inline(always)]
     pub fn weight(&mut self, still: N, moving: N) {
         for by_speed in &mut self.by_speed {
@@ -204,15 +204,17 @@ impl<N: Linear> Rates<N> {
         }
     }
 
-    /// Adds the contribution of the plane as B moves, given the slopes of p_B over the slope of p_A − p_B, along the axes.
+    /// Adds the contribution of the plane, which moves if B moves. `slope_b` is ∇p_B/|∇p_A − ∇p_B| along the axes.
     #[inline(always)]
     pub fn add_motion_of_plane(&mut self, slope_b: [N; 3]) {
         let by_speed = self.by_speed;
         self.add_along_normal([-slope_b[0], -slope_b[1], -slope_b[2]], &by_speed);
     }
 
-    /// Adds the contribution of the motion (θ, u) about the origin that moves points y with the speed m·(u + θ × y), from the contributions
-    /// of the speeds 1, y₁ and y₂: m·(θ × y) = θ·(y × m), y × m = (y₂m₃, −y₁m₃, y₁m₂ − y₂m₁).
+    /// Adds a contribution to `by_motion`. A motion (θ, u) about the origin moves points y at the speed m·(u + θ × y). The arguments are m,
+    /// and the contributions of the speeds 1, y₁ and y₂. The columns follow from
+    ///
+    /// m·(θ × y) = θ·(y × m),  y × m = (y₂m₃, −y₁m₃, y₁m₂ − y₂m₁).
     #[inline(always)]
     pub fn add_along_normal(&mut self, [m1, m2, m3]: [N; 3], [f0, f1, f2]: &[Six<N>; 3]) {
         for row in 0..6 {
@@ -240,7 +242,7 @@ fn by_twist<N: Linear>([by_v1, by_v2, by_v3]: &ByVelocity<N>) -> Columns<N> {
     ]
 }
 
-/// Returns K₀, K₁ and K₂ without the edges.
+/// Returns K₀, K₁ and K₂ without the contributions of the edges.
 #[inline(always)]
 fn by_speed<N: Linear>(
     law: &LawOnPlane<N>,

@@ -10,20 +10,21 @@ use crate::geometry::set_bits;
 use crate::narrow_phase::{Cut, PERTURBATION, Weights};
 use nalgebra::{Matrix3, Vector3};
 
-/// The edges of a contact polygon that is moved.
+/// The edges of a contact polygon, with the data that determines how they move.
 pub(super) struct Edges<'e> {
     source: &'e PolygonSource<'e, f64>,
     cut: &'e Cut,
     polygon: &'e PlanePolygon<f64>,
     /// e₁, e₂ and n as columns.
     axes: Matrix3<f64>,
-    /// Normal speed of the plane as B moves by [`PERTURBATION`] (m/s), and as the modulus of B grows at the relative rate of 1/s, per
-    /// pressure (m/(s Pa)).
+    /// Speed of the plane along its normal if B moves with the velocity [`PERTURBATION`] (m/s).
     plane_speed: f64,
+    /// Speed of the plane along its normal, per pressure, if the modulus of B grows at the relative rate of 1/s (m/(s Pa)).
     by_pressure: f64,
 }
 
-/// Edges of a degenerate polygon shorter than this fraction of its longest edge are ends of the line, not one of its two sides.
+/// A degenerate polygon is a line, traversed forth and back. Edges shorter than this fraction of its longest edge are the ends of the line,
+/// and all others are its sides.
 const SHORTEST_SIDE: f64 = 1e-6;
 
 impl<'e> Edges<'e> {
@@ -42,7 +43,8 @@ impl<'e> Edges<'e> {
         }
     }
 
-    /// Lists the faces that move edges, each with the number of its edge. Lists no edges at A's boundary, where there is no pressure.
+    /// Lists the faces that move edges, each with the index of its edge. Edges on A's boundary are omitted, because the pressure is zero
+    /// there.
     pub fn list(&self, faces: &mut Vec<(usize, EdgeFace)>) {
         let boundary = self.source.pair.tet_a(self.cut.tets[0]).zero_faces;
         faces.clear();
@@ -51,7 +53,8 @@ impl<'e> Edges<'e> {
         });
     }
 
-    /// Visits the edges that move with their owners, except those that lie in the faces `left_out`.
+    /// Visits the moving edges, each with its owners. Edges that lie in one of the faces `left_out` are omitted. Sets of faces are given as
+    /// bits.
     fn visit(&self, left_out: u8, mut visit: impl FnMut(usize, u8)) {
         let mut visit_edge = |edge: usize, owners: u8| {
             if owners != 0 && owners & left_out == 0 {
@@ -68,7 +71,7 @@ impl<'e> Edges<'e> {
         }
     }
 
-    /// Visits the faces that move an edge with these owners, with their shares.
+    /// Visits the owners of an edge, with their shares in the motion of the edge. Owners without a share are omitted.
     fn visit_faces(&self, edge: usize, owners: u8, mut visit: impl FnMut(EdgeFace)) {
         let Weights { still, moving } = self.cut.weights();
         if owners.is_power_of_two() {
@@ -112,8 +115,8 @@ impl<'e> Edges<'e> {
         y1 * y1 + y2 * y2
     }
 
-    /// Returns one of the two sides of a polygon that is only a line, forth and back, and the owners of both. Returns `None` for other
-    /// polygons, and if no owner of a side has the polygon on its outer side.
+    /// Returns the longest side of a degenerate polygon, and the owners of all its sides (see [`SHORTEST_SIDE`]). A polygon with shared
+    /// edges is degenerate if the normal of an owner points into the polygon. Returns `None` for other polygons.
     fn degenerate_side(&self) -> Option<(usize, u8)> {
         if !self.polygon.shares_edges {
             return None;
@@ -152,7 +155,7 @@ impl<'e> Edges<'e> {
     }
 
     /// Returns the lines of the faces that own an edge. A face is omitted if the rounding error of its line is greater than the length of
-    /// the edge, because its motion says nothing about so short an edge.
+    /// the edge, because the motion of the face says nothing about so short an edge.
     fn lines(&self, edge: usize, owners: u8) -> Lines {
         let length = self.length_squared(edge).sqrt();
         let margin = self.source.pair.margin();

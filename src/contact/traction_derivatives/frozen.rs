@@ -1,4 +1,4 @@
-//! Contribution of dissipation and friction on contact polygons that stay as they are, while velocities and pressures change.
+//! Contribution of dissipation and friction on contact polygons of constant shape. Only velocities and pressures change.
 
 use super::MATRIX;
 use super::area::{AreaMoments, LawOnPlane};
@@ -15,20 +15,20 @@ use crate::scalar::{Scalar, lift};
 use crate::spatial::Wrench;
 use nalgebra::{Matrix6, Vector3, Vector6};
 
-/// Number of entries of both derivatives, by motions and by twists, and of the wrench.
+/// Number of sums: the derivatives with respect to motions and twists, and the wrench.
 const NUMBERS: usize = 2 * MATRIX + 6;
 
 /// Contribution of dissipation and friction to the wrench on A, in A's axes about A's origin.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct AddedByLaw {
     pub wrench: Vector6<f64>,
-    /// Derivative with respect to a motion of B (angular, linear, of the point at A's origin), by the change of the pressure alone.
+    /// Derivative with respect to a motion of B (angular, and linear at A's origin). Only the change of the pressure is included.
     pub by_motion: Matrix6<f64>,
     /// Derivative with respect to the velocity of A relative to B (angular, linear at A's origin).
     pub by_twist: Matrix6<f64>,
 }
 
-/// A contact polygon that stays as it is.
+/// A contact polygon of constant shape, on which the pressure changes.
 #[derive(Clone)]
 pub(in crate::contact) struct FrozenPolygon {
     polygon: PlanePolygon<f64>,
@@ -47,8 +47,8 @@ impl AddedByLaw {
 }
 
 impl FrozenPolygon {
-    /// Freezes a polygon. B's motion (θ, u) takes ∇p_B·(u + θ × x) from p_B at a fixed point x. In the plane of equal pressure, p_A changes
-    /// by −(∇p_A·n)/|g| times this.
+    /// Freezes a polygon. If B moves by (θ, u), p_B at a fixed point x decreases by δ = ∇p_B·(u + θ × x). The pressure on the plane of
+    /// equal pressure changes by −(∇p_A·n) δ/|g|, with g = ∇p_A − ∇p_B.
     pub fn of(polygon: PlanePolygon<f64>) -> Self {
         let plane = &polygon.plane;
         let [_, slope_b] = plane.slopes.map(Vector3::from);
@@ -68,7 +68,8 @@ impl FrozenPolygon {
         }
     }
 
-    /// Computes the contribution of dissipation and friction over frozen polygons after a motion of B, for a velocity of A relative to B.
+    /// Computes the contribution of dissipation and friction over frozen polygons, after a motion of B and for a velocity of A relative to
+    /// B.
     pub fn added(
         polygons: &[Self],
         law: &SurfaceLaw,

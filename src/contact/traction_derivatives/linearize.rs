@@ -27,11 +27,11 @@ use nalgebra::{Matrix6, Matrix6x2, Vector6};
 /// Number of entries of a 6×6 matrix.
 pub(super) const MATRIX: usize = 36;
 
-/// Number of entries of the derivatives with respect to motions and twists, of the wrench, and of its derivatives with respect to the
-/// modulus of B, dissipation and friction.
+/// Number of sums: the derivatives with respect to motions and twists, the wrench, and the derivatives with respect to the modulus of B,
+/// dissipation and friction.
 const NUMBERS: usize = 2 * MATRIX + 4 * 6;
 
-/// Gauss points and weights for the mean over an edge, from its start. They are exact to degree five.
+/// Gauss–Legendre points and weights for the mean over an edge, exact up to degree 5. A point is a fraction of the edge from its start.
 pub(super) const THREE_POINTS: [(f64, f64); 3] = [
     (0.112_701_665_379_258_31, 5.0 / 18.0),
     (0.5, 4.0 / 9.0),
@@ -45,7 +45,8 @@ pub(super) enum Polygons<'o> {
     Cuts(&'o [Cut]),
 }
 
-/// Linearizes the contribution of dissipation and friction, and the elastic contact of cuts.
+/// Linearizes the contribution of dissipation and friction, and the elastic contact of cuts. The elastic contact of generic pairs is
+/// linearized elsewhere (`RelativeJacobian::add_octets`).
 pub(super) struct Linearize<'o> {
     pub source: &'o PolygonSource<'o, f64>,
     pub polygons: Polygons<'o>,
@@ -59,18 +60,18 @@ pub(super) struct Linearize<'o> {
 pub(super) struct Linearized {
     /// The elastic contact of cuts.
     pub elastic: RelativeJacobian,
-    /// The contribution of the law. The first column of the derivatives with respect to the moduli is not set. The second is E_B ∂W/∂E_B.
+    /// The contribution of the law. The columns of `by_moduli` are zero and E_B ∂W/∂E_B.
     pub added: RelativeLinearisation,
     pub responses: Vec<PolygonResponse>,
 }
 
-/// The sums so far, and the pieces that are not yet included.
+/// The sums so far, and the pieces that are not yet integrated.
 struct Run<'o> {
     of: Linearize<'o>,
     pieces: Pieces<'o>,
-    /// Faces that move the edges of a polygon.
+    /// Faces that move the edges of the current polygon, with the index of the edge.
     faces: Vec<(usize, EdgeFace)>,
-    /// The number of polygons so far.
+    /// The number of polygons so far, which is the index of the next polygon.
     count: usize,
     sums: [Row; NUMBERS],
     rows: Option<Box<ResponseRows>>,
@@ -154,7 +155,7 @@ impl<'o> Run<'o> {
         let b = generic.posed_tet(tet_b);
         octet.visit_edges(place, |slot, corner| {
             piece.push_corner(corner);
-            // The pressure is zero at A's boundary.
+            // Edges on A's boundary contribute nothing, because the pressure is zero there.
             let is_boundary = slot < 4 && a.zero_faces & 1 << slot != 0;
             if !are_edges_moved || is_boundary {
                 return;
@@ -180,7 +181,7 @@ impl<'o> Run<'o> {
         piece.close();
     }
 
-    /// Divides a generic polygon on which the pressure is clamped somewhere, or the slip turns quickly.
+    /// Divides a generic polygon on which the pressure is clamped at a corner, or the slip turns quickly.
     #[inline(never)]
     fn divide_generic(&mut self, generic: GenericPairs, octet: &Octet, place: usize) {
         self.divide(&generic.cut(octet, place, &self.of.source.pair), false);
@@ -191,7 +192,7 @@ impl<'o> Run<'o> {
         self.divide(cut, true);
     }
 
-    /// Divides the polygon of a cut, and adds the elastic contact if `is_elastic_added`.
+    /// Divides the polygon of a cut. Adds its elastic contact if `is_elastic_added`.
     fn divide(&mut self, cut: &Cut, is_elastic_added: bool) {
         let source = self.of.source;
         let Some(polygon) = source.polygon(cut) else {
@@ -222,7 +223,7 @@ impl<'o> Run<'o> {
         self.linearized.added.kinks.are_clamped |= is_clamped;
     }
 
-    /// Adds up to eight pieces, and removes them.
+    /// Integrates up to eight pieces of a batch, and removes them from the batch.
     #[inline(always)]
     fn add<L: Lanes>(&mut self, lanes: L, method: usize) {
         let batch = &mut self.pieces.batches[method];
@@ -247,7 +248,7 @@ impl<'o> Run<'o> {
     }
 }
 
-/// Sums over the lanes.
+/// Adds up the lanes of each sum.
 fn total(sums: &[Row; NUMBERS]) -> RelativeLinearisation {
     let mut totals = [0.0; NUMBERS];
     for (total, [a, b, c, d, e, f, g, h]) in totals.iter_mut().zip(sums) {
@@ -266,17 +267,17 @@ fn total(sums: &[Row; NUMBERS]) -> RelativeLinearisation {
     }
 }
 
-/// The flux through an edge as its face moves outwards.
+/// The flux of t through an edge whose face moves outwards at unit speed.
 struct EdgeFlux<N> {
-    /// The wrenches of t, y₁t and y₂t.
+    /// The wrenches of t, y₁t and y₂t along the edge, times 1/|ν − (ν·n)n|.
     wrenches: [Six<N>; 3],
-    /// The normal of the face, along the axes.
+    /// The outward normal ν of the face, along the axes of the plane.
     normal: [N; 3],
     /// 1 for a face of B, 0 for a face of A.
     is_of_b: N,
 }
 
-/// As many pieces as there are lanes.
+/// The pieces that are integrated at the same time, one in each lane.
 struct Part<'p> {
     of: &'p Linearize<'p>,
     pieces: &'p [Piece],
@@ -301,7 +302,7 @@ impl Part<'_> {
         let (mut rates, by_growth) = self.rates(lanes, (&law, &planes), rows);
         let [_, slope_b] = planes.slopes;
         rates.add_motion_of_plane(components(&planes.axes, slope_b));
-        // As the modulus of B grows, the plane moves by p/|g|.
+        // If the modulus of B grows at the relative rate of 1/s, the plane moves at the speed p/|g|.
         let speed = times(&planes.pressure, planes.inverse_gradient_norm);
         let by_modulus_b = by_affine(&by_growth, speed);
         let by_motion = planes.matrix_in_a(&rates.by_motion);
@@ -319,7 +320,7 @@ impl Part<'_> {
         add_columns(lanes, others, first, &of_each);
     }
 
-    /// Returns the derivatives of the pieces' wrenches, and K₀, K₁ and K₂ as the modulus of B grows.
+    /// Returns the derivatives of the pieces' wrenches, and the K₀, K₁ and K₂ for growth of the modulus of B.
     #[inline(always)]
     fn rates<L: Lanes>(
         &self,
@@ -404,7 +405,7 @@ impl Part<'_> {
         let is_of_b = lanes.gathered(|lane| pieces[lane].edges[number].is_of_b);
         let mut factor = inverse_sine(normal, law.zero, law.load.one);
         if self.are_whole {
-            // 0 for pieces with fewer edges, and 1 for the others.
+            // Both shares are equal: 0 for a missing edge or a face in the plane, and otherwise ±1.
             factor = factor * lanes.gathered(|lane| pieces[lane].shares[number][0]);
         }
         EdgeFlux {
@@ -415,7 +416,7 @@ impl Part<'_> {
     }
 }
 
-/// Returns 1 over the length of the part of a normal in the plane, given the normal along the axes. Returns 0 if this length is 0.
+/// Returns 1/|ν − (ν·n)n|, given the components of ν along the axes. Returns 0 if ν is parallel to n.
 #[inline(always)]
 fn inverse_sine<N: Numbers>([m1, m2, _]: [N; 3], zero: N, one: N) -> N {
     let squared = m1 * m1 + m2 * m2;

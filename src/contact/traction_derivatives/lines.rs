@@ -1,4 +1,4 @@
-//! The lines that bound a polygon in its plane, and the shares of several lines in an edge.
+//! The lines that bound a polygon in its plane, and their shares in an edge that several of them contain.
 
 use super::pieces::EdgeFace;
 use nalgebra::Vector3;
@@ -12,7 +12,7 @@ pub(super) struct Line {
     pub outward: Vector3<f64>,
     /// ν·n.
     pub along_normal: f64,
-    /// 1/|ν − (ν·n)n|, negative if ν points into the polygon.
+    /// 1/|ν − (ν·n)n|. It is negative if ν points into the polygon, and 0 if the face lies in the plane.
     pub inverse_sine: f64,
 }
 
@@ -21,7 +21,8 @@ impl Line {
         self.face >= 4
     }
 
-    /// Returns the face with its shares in the motion of an edge. A face in the plane moves no edge.
+    /// Returns the face with its shares in the motion of an edge. The shares are multiplied by the sign of `inverse_sine`, so a face in the
+    /// plane moves no edge.
     pub fn as_edge_face(&self, shares: [f64; 2]) -> EdgeFace {
         let sign = if self.inverse_sine == 0.0 {
             0.0
@@ -36,15 +37,20 @@ impl Line {
     }
 }
 
-/// The lines of the faces that an edge lies in.
+/// The lines of the faces that contain an edge.
 pub(super) type Lines = [Option<Line>; 8];
 
-/// Shares an edge among its lines, so that its motion is the mean of both sides of the coincidence.
+/// Shares an edge among its lines. The motion of the edge is then the mean of both sides of the coincidence.
 ///
-/// Consider a small change, forward or backward, in which the lines' faces move outwards at these speeds relative to the plane. The polygon
-/// then ends at the innermost of the lines that bound it from outside. It begins at the outermost of the lines that bound it from inside,
-/// if that line lies further in. If all lines bound the polygon from outside, the slowest and the fastest share the edge. A face that lies
-/// in the plane bounds no part of it. The forward and the backward change have their own weights.
+/// Consider a small forward change, in which the faces move outwards at the given speeds relative to the plane, and the opposite backward
+/// change. `ways` has the weights of the two changes. The polygon after each change follows from these rules:
+///
+/// - Lines with a positive `inverse_sine` bound the polygon from outside. The polygon ends at the innermost of them.
+/// - Lines with a negative `inverse_sine` bound the polygon from inside. The polygon begins at the outermost of them.
+/// - If the end is not outside the beginning, no polygon is left, and neither line has a share.
+/// - A face that lies in the plane has no line.
+///
+/// If all lines bound the polygon from outside, the slowest and the fastest line share the edge.
 pub(super) fn split_between_owners(
     lines: &Lines,
     speed: impl Fn(&Line) -> f64,
@@ -72,7 +78,8 @@ pub(super) fn split_between_owners(
     }
 }
 
-/// Returns 1/|ν − (ν·n)n|. It is negative if a face's normal ν points into the polygon at this edge, and 0 if the face lies in the plane.
+/// Returns 1/|ν − (ν·n)n| for an edge `along` and the outward normal ν of a face, whose components along the axes are `m`. The result is
+/// negative if ν points into the polygon, and 0 if the face lies in the plane.
 pub(super) fn inverse_sine(along: &[f64; 2], m: &Vector3<f64>) -> f64 {
     let sine = (m.x * m.x + m.y * m.y).sqrt();
     let turn = m.x * along[1] - m.y * along[0];

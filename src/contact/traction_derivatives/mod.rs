@@ -1,20 +1,22 @@
 //! First derivatives of the contribution of dissipation and friction to the wrench of each contact polygon.
 //!
-//! Let t be the traction without the elastic part p n. It is a function of the pressure p, the normal n and the velocity v of A relative to
-//! B, and T is its derivative with respect to v. As a body moves or a modulus changes, the equilibrium plane moves along its normal at the
-//! speed h = h₀ + h₁y₁ + h₂y₂ (m/s), and turns by dn = −∇h. The wrench W(t) of the traction then changes by h₀K₀ + h₁K₁ + h₂K₂ + Σ over
-//! edges s ∫ (w·ν) W(t) dl, where for the monomials m₀ = 1, m₁ = y₁, m₂ = y₂
+//! Let t be the traction on A without the elastic part p n, and let W(t) be its wrench. The traction t is a function of the pressure p, the
+//! normal n and the velocity v of A relative to B, and T is its derivative with respect to v. As a body moves or a modulus changes, the
+//! equilibrium plane moves along its normal at the speed h = h₀ + h₁y₁ + h₂y₂ (m/s), and its normal changes by dn = −∇h. The wrench W(t)
+//! then changes by h₀K₀ + h₁K₁ + h₂K₂ + Σ s ∫ (w·ν) W(t) dl, summed over the edges, where for the monomials m₀ = 1, m₁ = y₁, m₂ = y₂
 //!
-//! Kᵢ = W(mᵢD) + (∫ mᵢ (n × t) dA, 0) + Gᵢ − Σ over edges s (ν·n) ∫ W(mᵢt) dl,
+//! Kᵢ = W(mᵢD) + (∫ mᵢ (n × t) dA, 0) + Gᵢ − Σ s (ν·n) ∫ W(mᵢt) dl, with G₀ = 0.
 //!
-//! - D = ∂t/∂p·∂p_A/∂n + T(ω × n) contains the pressure and the velocity at the moved point.
-//! - G₁ = W(θ×t) − W(T(θ×v)) with θ = n × dn = −e₂, because dn = −e₁ for h = y₁. G₂ is the same with θ = e₁. Turning normal and velocity
-//!   together only turns the traction. Turning the normal alone therefore turns the traction, and the velocity back.
-//! - An edge moves with the line in which the plane meets the face that owns it. With the face's outward normal ν and s = 1/|ν − (ν·n)n|,
-//!   its outward speed in the plane is s(w·ν − h ν·n). The velocity w of the face is zero for faces of A. If several faces own an edge, the
-//!   slowest and the fastest share it.
+//! - D = ∂t/∂p·∂p_A/∂n + T(ω × n) is the derivative of t along the normal, because the pressure and the velocity differ at the moved point.
+//!   The angular velocity of A relative to B is ω.
+//! - G₁ = W(θ×t) − W(T(θ×v)) with θ = n × dn = −e₂, because dn = −e₁ for h = y₁. G₂ is the same with θ = e₁. A rotation of both the normal
+//!   and the velocity rotates the traction. A rotation of the normal alone is this rotation, followed by the inverse rotation of the
+//!   velocity.
+//! - An edge moves with the line in which the plane meets the face that owns the edge. Let ν be the outward normal of the face, w its
+//!   velocity, which is zero for faces of A, and s = 1/|ν − (ν·n)n|. The outward speed of the line in the plane is s(w·ν − h ν·n). If
+//!   several faces own an edge, the slowest and the fastest line share it.
 //!
-//! No term is divided by a length or an angle between edges, and no corner is differentiated.
+//! No term is divided by the length of an edge or by an angle between edges, and no corner is differentiated.
 
 mod area;
 mod edges;
@@ -45,7 +47,7 @@ use nalgebra::Matrix6x2;
 use std::marker::PhantomData;
 use std::slice;
 
-/// Number of octets that are linearized in one thread: about 100 µs of work.
+/// Number of octets in a piece of work for a thread, which takes about 100 µs.
 const OCTETS: usize = 16;
 
 /// The wrench on A of moving bodies with a surface law, and its derivatives, with the responses of the polygons if `R` keeps them.
@@ -55,10 +57,10 @@ pub(super) struct MovingJacobian<'l, R> {
     responses: PhantomData<fn() -> R>,
 }
 
-/// The elastic contact, the contribution of the surface law, and the data that is kept of the polygons.
+/// The elastic contact, the contribution of the surface law, and the responses of the polygons if `R` keeps them.
 pub(super) struct InMotion<R> {
     elastic: RelativeJacobian,
-    /// The first column of the derivatives with respect to the moduli is not set. The second is E_B ∂W/∂E_B.
+    /// The columns of `by_moduli` are zero and E_B ∂W/∂E_B (see [`RelativeLinearisation::by_both_moduli`]).
     added: RelativeLinearisation,
     responses: R,
 }
@@ -82,10 +84,10 @@ impl<R: Responses> PartialSum for InMotion<R> {
 impl ContactPair<'_> {
     /// Linearizes a pair in A's frame. The result is in A's axes.
     ///
-    /// The wrench and its derivatives with respect to velocities and law are those of the contact polygons as they are. Derivatives with
-    /// respect to motions and moduli have kinks if faces coincide. Within round-off of a kink, they are computed from polygons that are cut
-    /// as if the faces coincided (see [`PolygonSource::for_derivatives`]). The same holds for the elastic derivatives: either of two flush
-    /// sides may have the polygon, and both sides, or neither, count as flush.
+    /// The wrench and its derivatives with respect to velocities and law are those of the actual contact polygons. Derivatives with respect
+    /// to motions and moduli have kinks if faces coincide. Near a kink, they are computed from polygons that are cut as if the faces
+    /// coincided (see [`PolygonSource::for_derivatives`]). The elastic derivatives are computed from these polygons too. Rounding error
+    /// decides which of two flush sides has a polygon, so both sides must count as flush, or neither.
     pub(super) fn linearisation_in_motion<R: Responses>(
         &self,
         law: &SurfaceLaw,
@@ -99,7 +101,8 @@ impl ContactPair<'_> {
         sum.kinks.are_equal = surface.has_equal_fields();
         sum.kinks.are_flush |= surface.touches();
         if let Some(finer) = finer {
-            // Derivatives with respect to motions and moduli are not used. Near coincidences are rare.
+            // This computes derivatives with respect to motions and moduli too, which are not used. The cost does not matter, because near
+            // coincidences are rare.
             let exact = finer.integral(&MovingJacobian::<()>::new(law, motion));
             let (exact, ()) = exact.linearisation(self.moduli());
             (sum.wrench, sum.by_twist, sum.by_law) = (exact.wrench, exact.by_twist, exact.by_law);
@@ -110,8 +113,8 @@ impl ContactPair<'_> {
 }
 
 impl RelativeLinearisation {
-    /// Computes the derivatives with respect to both moduli from E_B ∂W/∂E_B in the second column. The wrench is homogeneous of degree one
-    /// in the moduli, so E_A ∂W/∂E_A + E_B ∂W/∂E_B = W.
+    /// Computes the derivatives with respect to both moduli. On input, the second column of `by_moduli` is E_B ∂W/∂E_B. The wrench is
+    /// homogeneous of degree one in the moduli, so E_A ∂W/∂E_A + E_B ∂W/∂E_B = W.
     fn by_both_moduli(mut self, [modulus_a, modulus_b]: [f64; 2]) -> Self {
         let by_b = self.by_moduli.column(1).into_owned();
         let by_a = self.wrench - by_b;

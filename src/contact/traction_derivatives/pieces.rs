@@ -1,7 +1,10 @@
 //! Pieces of contact polygons, sorted by the method that integrates slip over them.
 //!
-//! Every polygon, generic or special, is integrated as one or more pieces. A polygon on which the pressure is clamped is divided where the
-//! damping is zero. A polygon with many corners or edges has several pieces.
+//! Every polygon, generic or special, is integrated as one or more pieces:
+//!
+//! - If the damping ψ changes its sign on a polygon, the polygon is divided where ψ = 0. The pressure is clamped to zero where ψ is
+//!   negative.
+//! - A polygon with more than [`SLOTS`] corners or moving edges has several pieces.
 
 #![expect(
     clippy::needless_range_loop,
@@ -22,10 +25,10 @@ use crate::narrow_phase::{SLOTS, Weight, Weights};
 use nalgebra::Vector3;
 use std::cell::RefCell;
 
-/// Number of methods to integrate slip: the levels of quadrature, and the closed form.
+/// Number of methods that integrate slip: the levels of quadrature, and the closed form.
 pub(super) const METHODS: usize = LEVELS + 1;
 
-/// Index of the closed form, for slips that turn quickly.
+/// Index of the closed form, which integrates slips that turn quickly.
 pub(super) const CLOSED_FORM: usize = LEVELS;
 
 /// A face that moves an edge of a polygon.
@@ -35,12 +38,12 @@ pub(super) struct EdgeFace {
     pub face: usize,
     /// Unit normal, out of the face's tetrahedron, in A's axes.
     pub normal: Vector3<f64>,
-    /// Shares of the face in the motion of the edge, as bodies move and as the modulus of B grows. They are negative if the polygon is on
-    /// the outer side of the face.
+    /// Shares of the face in the motion of the edge, if bodies move and if the modulus of B grows. They are negative if the face is the
+    /// only owner of the edge and its normal points into the polygon. They are zero if the face lies in the plane.
     pub shares: [f64; 2],
 }
 
-/// An edge of a piece, or a part of one, that moves with a face.
+/// An edge of a contact polygon, or a part of one, that moves with a face.
 #[derive(Clone, Copy)]
 pub(super) struct MovingEdge {
     pub ends: [[f64; 2]; 2],
@@ -50,7 +53,7 @@ pub(super) struct MovingEdge {
     pub is_of_b: f64,
 }
 
-/// A convex piece of a contact polygon, with some of the edges that bound the polygon.
+/// A convex piece of a contact polygon, with some of the moving edges of the polygon. These edges need not bound the piece.
 pub(super) struct Piece {
     pub plane: PolygonFields<f64>,
     /// Counter-clockwise. Copies of the first corner follow the last one and fill the array.
@@ -58,25 +61,26 @@ pub(super) struct Piece {
     pub corner_count: usize,
     pub edges: [MovingEdge; SLOTS],
     pub edge_count: usize,
-    /// See [`EdgeFace::shares`].
+    /// The shares of the face of each edge (see [`EdgeFace::shares`]).
     pub shares: [[f64; 2]; SLOTS],
-    /// The factors of integrals over the area in values, and in derivatives with respect to a motion.
+    /// Factors of the integrals over the area: for values, and for derivatives with respect to a motion.
     pub weights: [f64; 2],
-    /// 1, or 0 if the pressure is clamped.
+    /// 1, or 0 if the pressure is clamped to zero.
     pub is_pressed: f64,
     /// The index of the polygon.
     pub polygon: usize,
-    /// Integrals in closed form, if this is the method.
+    /// The integrals of slip, if the method is the closed form.
     closed_form: Option<Box<ClosedIntegrals>>,
 }
 
-/// Integrals of slip over a piece, and along its edges.
+/// Closed-form integrals of slip along the edges of a piece, and over the area. If a part of a polygon has several pieces, the first piece
+/// has the integrals over the whole area of the part, and the other pieces have zeros.
 struct ClosedIntegrals {
     over_area: SlipMoments,
     along_edges: [[[f64; 6]; 2]; SLOTS],
 }
 
-/// The integrals of a piece without contributions of slip.
+/// Integrals that are all zero.
 const NO_INTEGRALS: ClosedIntegrals = ClosedIntegrals {
     over_area: SlipMoments {
         direction: [[0.0; 10]; 2],
@@ -85,12 +89,12 @@ const NO_INTEGRALS: ClosedIntegrals = ClosedIntegrals {
     along_edges: [[[0.0; 6]; 2]; SLOTS],
 };
 
-/// Pieces that are integrated by one method, and memory for more.
+/// Pieces that are integrated by one method. Only the first `len` elements of `pieces` are in use.
 #[derive(Default)]
 pub(super) struct Batch {
     pieces: Vec<Piece>,
     pub len: usize,
-    /// Whether all pieces are of polygons with weight 1 and one face for each edge.
+    /// Whether all pieces since the batch was last empty belong to polygons with weight 1 and one face for each edge.
     pub are_whole: bool,
 }
 
@@ -104,14 +108,14 @@ pub(super) struct Divided<'p> {
     pub weights: Weights,
     /// Whether the polygon has weight 1, and one face for each edge.
     pub is_whole: bool,
-    /// Whether the area counts.
+    /// Whether integrals over the area are computed.
     pub has_area: bool,
     /// Faces that move edges of the outline, with the index of the edge.
     pub faces: &'p [(usize, EdgeFace)],
 }
 
 impl MovingEdge {
-    /// An edge that does not count.
+    /// An edge that contributes nothing.
     const NONE: Self = Self {
         ends: [[0.0; 2]; 2],
         face: 0,
@@ -200,7 +204,8 @@ impl Batch {
         piece
     }
 
-    /// Removes the last pieces, up to eight, and returns them with their count. Empty pieces follow, so that there are always eight.
+    /// Removes up to eight pieces from the end, and returns them with their count. The returned slice always has eight elements, because
+    /// empty pieces follow.
     pub fn take(&mut self) -> (&[Piece], usize) {
         let count = self.len.min(ROW);
         self.len -= count;
@@ -215,7 +220,7 @@ impl Batch {
             }
             piece.weights = [0.0; 2];
         }
-        // Data of earlier pieces may not be finite.
+        // Overwrite unused edges, because data of earlier pieces may be infinite or NaN.
         let counts = pieces.iter().map(|piece| piece.edge_count);
         let most = counts.max().unwrap_or(0).min(SLOTS);
         for piece in &mut *pieces {
@@ -229,11 +234,11 @@ impl Batch {
 }
 
 thread_local! {
-    /// Empty batches with the memory of earlier ones.
+    /// Empty batches whose memory is reused.
     static SPARE: RefCell<Vec<[Batch; METHODS]>> = const { RefCell::new(Vec::new()) };
 }
 
-/// Pieces of polygons for a law and a motion of the bodies.
+/// Divides polygons into pieces, and sorts the pieces into batches by method.
 pub(super) struct Pieces<'l> {
     law: &'l SurfaceLaw,
     motion: &'l RelativeMotion<f64>,
@@ -250,7 +255,7 @@ impl<'l> Pieces<'l> {
         }
     }
 
-    /// Divides a polygon into pieces. Returns whether the pressure is clamped somewhere.
+    /// Divides a polygon into pieces. Returns whether the pressure is clamped on a part of it.
     pub fn divide(&mut self, polygon: Divided) -> bool {
         let motion = PlaneMotion::of(self.motion, polygon.plane);
         let damping = motion.damping(self.law.dissipation, 1.0);
@@ -267,7 +272,7 @@ impl<'l> Pieces<'l> {
         true
     }
 
-    /// Adds a part of a polygon, with its slip and damping, or without if the pressure is clamped.
+    /// Adds the pieces of a part of a polygon. `slip` has the slip and the damping, or is `None` if the pressure is clamped on the part.
     fn add_part(
         &mut self,
         polygon: Divided,
@@ -287,7 +292,7 @@ impl<'l> Pieces<'l> {
         let mut edges = polygon.faces.iter().filter_map(edge_of_part).peekable();
         let weights = [polygon.weights.still, polygon.weights.moving].map(Weight::area);
         let batch = &mut self.batches[level.unwrap_or(CLOSED_FORM)];
-        // Pieces with many corners form a fan about the first one.
+        // A part with many corners is divided into a fan of pieces about its first corner.
         let mut next = if polygon.has_area { 1 } else { corners.len() };
         let mut over_area = closed_form.as_ref().filter(|_| polygon.has_area);
         while next + 1 < corners.len() || edges.peek().is_some() {
@@ -326,12 +331,13 @@ impl Drop for Pieces<'_> {
         for batch in &mut batches {
             batch.len = 0;
         }
-        // Fails if the thread is ending. The memory is then freed.
+        // This fails if the thread is ending. The memory is then freed.
         let _ = SPARE.try_with(|spare| spare.borrow_mut().push(batches));
     }
 }
 
-/// Returns the corners of pieces, one piece in each lane, followed by the first corner. The count is the largest of all pieces.
+/// Returns the corners of pieces, one piece in each lane, and the largest corner count of a piece. The first corner is repeated after the
+/// last one.
 #[inline(always)]
 pub(super) fn corners<L: Lanes>(
     lanes: L,
@@ -352,8 +358,8 @@ pub(super) fn corners<L: Lanes>(
     (corners, count)
 }
 
-/// Returns the moments of polygons for the ten monomials up to cubic ones: sums over the triangles of the origin and each edge, exactly 0
-/// if an edge is a point. `corners` must contain the first corner again at the end.
+/// Returns ∫ m dA over polygons for the ten monomials m up to degree 3. Each edge contributes the integral over its triangle with the
+/// origin, which is exactly 0 if the ends of the edge are equal. `corners` must end with the first corner.
 #[inline(always)]
 pub(super) fn area_moments<L: Lanes>(lanes: L, corners: &[[L::Numbers; 2]]) -> [L::Numbers; 10] {
     let mut sums = [lanes.splat(0.0); 10];

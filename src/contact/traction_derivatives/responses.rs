@@ -9,14 +9,14 @@ use nalgebra::Vector6;
 /// Three wrenches of each piece, for 1, y₁ and y₂.
 type Wrenches = [[Row; 6]; 3];
 
-/// Responses to changes of shape of pieces in lanes (see [`LawResponse`](crate::contact::response::LawResponse)).
+/// The responses of up to eight pieces to changes of shape (see [`LawResponse`](crate::contact::response::LawResponse)).
 pub(super) struct ResponseRows {
-    /// Derivatives with respect to the speed of the plane.
+    /// Derivatives with respect to the speed of the plane, if bodies move.
     speed: Wrenches,
-    /// The same derivatives as the modulus of B grows.
+    /// Derivatives with respect to the speed of the plane, if the modulus of B grows.
     growth: Wrenches,
     pressure: Wrenches,
-    /// Derivatives with respect to the face of each edge.
+    /// Derivatives with respect to the speed of the face of each edge.
     faces: [Wrenches; SLOTS],
 }
 
@@ -40,7 +40,7 @@ impl ResponseRows {
         store(&mut self.pressure, first, &rates.by_pressure);
     }
 
-    /// Stores the wrenches of the flux through an edge as its face moves outwards.
+    /// Stores the wrenches of the flux through one edge of each piece, whose face moves outwards at the speeds 1, y₁ and y₂.
     #[inline(always)]
     pub fn store_face<N: Numbers>(&mut self, edge: usize, first: usize, wrenches: &[Six<N>; 3]) {
         store(&mut self.faces[edge], first, wrenches);
@@ -69,7 +69,7 @@ impl ResponseRows {
         law.by_faces.reserve_exact(piece.edge_count);
         let edges = piece.edges[..piece.edge_count.min(SLOTS)].iter();
         for (number, edge) in edges.enumerate() {
-            // Some faces move an edge only as the modulus of B grows.
+            // Some faces move an edge only if the modulus of B grows.
             if piece.shares[number][0] != 0.0 {
                 law.by_faces.push(FaceResponse {
                     face: edge.face,

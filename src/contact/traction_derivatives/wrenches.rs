@@ -31,7 +31,7 @@ pub(super) fn wrenches<N: Linear>([t1, t2, t3]: &[[N; 6]; 3]) -> [Six<N>; 3] {
     ]
 }
 
-/// Returns the contribution of speeds that are affine in y, from the contributions of the speeds 1, y₁ and y₂.
+/// Returns the contribution of the speed h₀ + h₁y₁ + h₂y₂, from the contributions of the speeds 1, y₁ and y₂.
 #[inline(always)]
 pub(super) fn by_affine<N: Linear>([k0, k1, k2]: &[Six<N>; 3], [h0, h1, h2]: [N; 3]) -> Six<N> {
     plus(&plus(&times(k0, h0), &times(k1, h1)), &times(k2, h2))
@@ -73,7 +73,7 @@ pub(super) fn minus<N: Linear, const K: usize>(numbers: &[N; K], others: &[N; K]
     differences
 }
 
-/// Adds columns of six numbers to rows.
+/// Adds columns of six numbers, for the lanes from `first` on, to the rows of their entries.
 #[inline(always)]
 pub(super) fn add_columns<L: Lanes>(
     lanes: L,

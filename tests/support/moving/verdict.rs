@@ -1,4 +1,4 @@
-//! Whether a linearised contact is that of differences, or a kink explains why it is not.
+//! Compares a linearised contact with differences of the wrenches, and explains deviations by kinks.
 
 use super::differences::{BLOCKS, Scaled, Sides, Wrenches};
 use super::special::{are_faces_touching, is_parted};
@@ -7,84 +7,89 @@ use crate::support::hostile::kinks::{Kink, kink_of};
 use nalgebra::Vector3;
 use std::collections::BTreeSet;
 
-/// Derivatives are those of differences if they differ by no more, relative to the largest entry of their block.
+/// Largest error of a derivative, relative to the largest entry of its block.
 pub const DIFFERENCES: f64 = 1e-5;
 
-/// Round-off of derivatives that cancel, relative to the largest of those by a motion.
+/// Rounding error of derivatives that cancel, relative to the largest derivative with respect to a motion.
 const CANCELLED: f64 = 1e-13;
 
-/// The first step, relative to size and speed, and those that are tried where it does not do.
+/// The first step of central differences, relative to size and speed.
 const STEP: f64 = 1e-6;
+
+/// Steps that are tried if the derivative is not the difference over [`STEP`].
 const OTHER_STEPS: [f64; 8] = [1e-7, 1e-5, 1e-8, 1e-4, 1e-9, 1e-3, 1e-10, 1e-2];
 
-/// The step that resolves kinks that are slightly farther than what counts as coincident. Most other differences over this step are noise.
+/// Additional step if the position is missed by [`COINCIDENT`] to [`NEAR`]. It resolves kinks that are slightly farther away than the
+/// library's tolerance for coincidence. At other positions, most differences over this step are noise.
 const SHORTEST_STEP: f64 = 1e-11;
 
-/// Steps for kinks that are nearer than that. A difference over a step that is shorter than the distance to all kinks is the derivative itself.
+/// Steps that resolve kinks if the position is missed by less than [`COINCIDENT`]. If a step is shorter than the distance to all kinks, the
+/// difference over it is the derivative itself.
 const LOCAL_STEPS: [f64; 2] = [1e-11, 1e-12];
 
-/// Largest miss for which the shortest step is needed.
+/// Positions that are missed by more than this need no [`SHORTEST_STEP`].
 pub const NEAR: f64 = 1e-7;
 
-/// Steps at which the two sides of a kink are looked at; each with a tenth of it.
+/// Steps at which the slopes on both sides of a kink are computed. The slopes are also computed at a tenth of the step.
 const KINK_STEPS: [f64; 5] = [1e-8, 1e-7, 1e-6, 1e-5, 1e-4];
 
-/// The largest entry of a block by motion or moduli counts as no less than this part of pressure times size squared.
+/// Least scale of errors in derivatives with respect to motions or moduli, as a fraction of pressure times size squared.
 const LEAST: f64 = 1e-2;
 
-/// Bodies touch with a force of no more than this part of pressure times size squared.
+/// Largest elastic force of bodies that only touch, as a fraction of pressure times size squared.
 const TOUCHING: f64 = 1e-9;
 
-/// A kink is coincident if the position is missed by less: well below what the kernel takes for coincident, 2.5e-10.
+/// A position counts as special if it is missed by at most this. This is well below the library's tolerance for coincidence, 2.5e-10.
 const COINCIDENT: f64 = 3e-11;
 
-/// The slopes of a side at two steps are the same if they differ by no more, relative to the jump; and as near to it
-/// are one side, and the mean. Where some of the near faces are taken for coincident and some are not, a plane may be
-/// turned by one part in 64.
+/// Tolerance for slopes at a kink, relative to the jump. It applies to the slopes of one side at two steps, and to a derivative that is
+/// compared with the slope of a side or with the mean. If only some corners of a near face are snapped to zero, a plane may be rotated by
+/// one part in 16 (`LEAST_GAP` in `src/geometry/tolerance.rs`).
 const STEADY: f64 = 0.1;
 
-/// A wrench that jumps does so by more than this part of itself.
+/// Least jump of a wrench, relative to the wrench.
 const JUMP: f64 = 1e-7;
 
-/// Differences of second order over three points multiply errors by so many.
+/// Factor by which one-sided differences over three points multiply errors.
 const THREE_POINTS: f64 = 8.0;
 
-/// The kernel's direction (`PERTURBATION` in `narrow_phase/weights.rs`), in A's axes: both must be the same.
+/// Copy of `PERTURBATION` in `src/narrow_phase/weights.rs`, in A's axes.
 const PERTURBATION: Vector3<f64> = Vector3::new(0.613, 0.427, -0.665);
 
-/// Directions about it have this much of another one in them.
+/// Weight of a column's motion that is added to [`PERTURBATION`] (see [`Check::is_mean_about_nudge`]).
 const ABOUT: f64 = 0.05;
 
-/// What a column of a linearised contact came to, if not that of differences.
+/// The explanation of a column of a linearised contact that differs from differences.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Finding {
     /// The mean of both sides of a kink.
     Mean,
-    /// That of one side of a kink.
+    /// The derivative on one side of a kink.
     OneSide,
-    /// Something between both sides, as several kinks leave it.
+    /// A value between both sides. Several kinks may have this result.
     Between,
-    /// The derivative between kinks that are nearer than what counts as coincident: that of differences over a shorter step.
+    /// The derivative between kinks that are nearer than the tolerance for coincidence. It agrees with a difference over a shorter step.
     Local,
-    /// Several kinks in one place: no linear function is the mean of both sides in all directions. It is that of all
-    /// directions about [`PERTURBATION`].
+    /// Several kinks meet, so no linear function is the mean of both sides in all directions. The derivative is the mean in all directions
+    /// near [`PERTURBATION`].
     Corner,
-    /// The wrench itself jumps, by this number, or by another one so that what it is here is not what it is on both sides.
+    /// The wrench itself jumps as the column's number changes. Or it jumps as a modulus changes, and its value at the position differs from
+    /// its limit on a side.
     Jump,
-    /// Faces of both bodies touch from outside, with no pressure: the free side, without the other.
+    /// Faces of both bodies touch from outside, without pressure. The bodies are free on one side of this position.
     Touching,
-    /// Surfaces part just so fast that there is no pressure over a whole polygon.
+    /// Surfaces separate at exactly the speed at which the pressure on a whole polygon is zero.
     Clamp,
     /// The elastic model itself has a kink.
     Elastic(Kink),
-    /// A kink that is coincident, and the derivative is not the mean: by so much of the jump.
+    /// The position is special, and the derivative is not the mean of both sides. The number is the error relative to the jump.
     NotMean(f64),
-    /// Wrong, by so much relative to the largest entry of the block.
+    /// No explanation. The number is the error relative to the largest entry of the block.
     Wrong(f64),
 }
 
 impl Finding {
-    /// A name without numbers.
+    /// Returns the name of the finding, without numbers.
     pub fn name(self) -> String {
         match self {
             Self::NotMean(_) => "NotMean".into(),
@@ -94,7 +99,7 @@ impl Finding {
         }
     }
 
-    /// How wrong it is, if it is.
+    /// Returns the error of the derivative if the finding is a failure.
     pub fn failure(self) -> Option<f64> {
         match self {
             Self::NotMean(error) | Self::Wrong(error) => Some(error),
@@ -103,32 +108,34 @@ impl Finding {
     }
 }
 
-/// What is to be said of a column.
+/// The finding for a column.
 #[derive(Debug, Clone, Copy)]
 pub struct Checked {
     pub column: usize,
     pub finding: Finding,
 }
 
-/// The names of what there is.
+/// Returns the names of all findings.
 pub fn names(all: &[Checked]) -> BTreeSet<String> {
     all.iter().map(|checked| checked.finding.name()).collect()
 }
 
-/// A scene, and what errors are relative to.
+/// A column of a scene, and the scales of its errors.
 struct Check<'s, 'a> {
     scaled: &'s Scaled<'s, 'a>,
     /// Largest entry of the column's block.
     largest: f64,
-    /// Largest numbers of the wrenches, and of their derivatives by a motion.
+    /// Largest entry of the wrenches.
     force: f64,
+    /// Largest derivative of the wrenches with respect to a motion.
     stiffness: f64,
+    /// The column that is checked.
     column: usize,
     /// The whole linearised contact.
     found: &'s Jacobian,
 }
 
-/// All columns that differences do not explain.
+/// Returns the findings for all columns that no central difference agrees with.
 pub fn checked(scene: &Scene) -> Vec<Checked> {
     let scaled = Scaled::of(scene);
     let found = scaled.relative(&scene.linearised());
@@ -136,7 +143,7 @@ pub fn checked(scene: &Scene) -> Vec<Checked> {
     for column in 0..COLUMNS {
         differences.set_column(column, &scaled.central(column, STEP));
     }
-    // What the law takes away from the elastic wrench and its derivatives leaves their round-off.
+    // If the law cancels the elastic wrench or its derivatives, their rounding errors remain.
     let (elastic, stiffness) = scaled.elastic();
     let force = scaled.at(0, 0.0).amax().max(elastic);
     let stiffness = differences.columns(0, 12).amax().max(stiffness);
@@ -173,7 +180,7 @@ pub fn checked(scene: &Scene) -> Vec<Checked> {
     all
 }
 
-/// NaN is an infinite error.
+/// Returns the largest error of an entry, or infinity if an error is NaN.
 fn error(found: &Wrenches, expected: &Wrenches) -> f64 {
     let each = (found - expected).abs();
     each.iter().fold(0.0, |most: f64, &one| {
@@ -186,6 +193,7 @@ fn error(found: &Wrenches, expected: &Wrenches) -> f64 {
 }
 
 impl Check<'_, '_> {
+    /// Returns the largest error that a derivative may have, compared with a difference over this step.
     fn allowed(&self, step: f64) -> f64 {
         let noise = self
             .scaled
@@ -193,7 +201,8 @@ impl Check<'_, '_> {
         DIFFERENCES * self.largest + CANCELLED * self.stiffness + noise
     }
 
-    /// With other steps, and from both sides.
+    /// Compares a column with differences over other steps, and with the slopes on both sides. Returns `None` if one of the
+    /// differences agrees.
     fn finding(&self, found: &Wrenches, is_at_rest: bool) -> Option<Finding> {
         let mut best = f64::INFINITY;
         let scene = self.scaled.scene;
@@ -220,7 +229,7 @@ impl Check<'_, '_> {
             _ if is_at_rest || are_faces_touching(&scene.pair) => Finding::Touching,
             _ if is_parted(scene) => Finding::Clamp,
             Some(finding) => finding,
-            // Along its own axis a column may have one slope at a corner that other columns show.
+            // At a corner, a column may have equal slopes on both sides along its own axis. Only other directions show the corner then.
             None if KINK_STEPS.into_iter().any(|step| self.is_corner(step)) => Finding::Corner,
             None => {
                 kink_of(&scene.pair).map_or(Finding::Wrong(best / self.largest), Finding::Elastic)
@@ -228,8 +237,8 @@ impl Check<'_, '_> {
         })
     }
 
-    /// Whether it is the mean of the slopes on both sides, which a jump of the wrench, however small, does not spoil as it
-    /// does a central difference.
+    /// Returns whether the column is the mean of the slopes on both sides. A small jump of the wrench does not change this mean, but
+    /// changes a central difference.
     fn is_mean(&self, found: &Wrenches, step: f64) -> bool {
         let parabolic = self
             .scaled
@@ -240,9 +249,10 @@ impl Check<'_, '_> {
         means.any(|mean| error(found, &mean) <= self.allowed(step))
     }
 
-    /// A kink is where slopes on either side differ by more than what is allowed, and do so no less at a tenth of the step,
-    /// while those of each side are steady. The derivative has to lie between them, and if the position is special to
-    /// within [`COINCIDENT`], to be their mean.
+    /// Looks for a kink or a jump, and compares the column with both sides. At a kink, the slopes of the two sides differ by more than the
+    /// tolerance. At a tenth of the step, their difference is more than half as large, and the slope of each side is almost the same. The
+    /// derivative must lie between the slopes. If the position is missed by at most [`COINCIDENT`], the derivative must be their mean,
+    /// except at a corner or between kinks.
     fn kink(&self, found: &Wrenches, step: f64) -> Option<Finding> {
         let sides = |step| self.scaled.sides(self.column, step);
         let (wide, near) = (sides(step)?, sides(0.1 * step)?);
@@ -290,7 +300,7 @@ impl Check<'_, '_> {
         }
     }
 
-    /// Whether the position is missed by more than a local step, and the derivative is that of differences over it.
+    /// Returns whether the derivative is the difference over one of the [`LOCAL_STEPS`] that is shorter than the miss.
     fn is_local(&self, found: &Wrenches, jump: f64) -> bool {
         LOCAL_STEPS.into_iter().any(|step| {
             step < self.scaled.scene.missed
@@ -298,8 +308,8 @@ impl Check<'_, '_> {
         })
     }
 
-    /// Whether no linear function is the mean of both sides in all directions, and the derivative is the mean in directions about
-    /// [`PERTURBATION`]. The position must be special to within [`COINCIDENT`].
+    /// Returns whether the position is a corner, and the derivative is the mean of both sides in directions near [`PERTURBATION`]. At a
+    /// corner, no linear function is the mean in all directions. The position must be missed by at most [`COINCIDENT`].
     fn is_corner(&self, step: f64) -> bool {
         self.scaled.scene.missed <= COINCIDENT
             && self.column < 12
@@ -307,7 +317,7 @@ impl Check<'_, '_> {
             && self.is_mean_about_nudge(step)
     }
 
-    /// Whether nothing else shows at shorter steps.
+    /// Returns whether the slopes are the same at all shorter steps, so that no other kink is nearer.
     fn is_alone(&self, wide: &Sides, step: f64) -> bool {
         let jump = error(&wide.slopes[0], &wide.slopes[1]);
         let mut shorter = KINK_STEPS.into_iter().filter(|other| *other < step);
@@ -320,7 +330,7 @@ impl Check<'_, '_> {
         })
     }
 
-    /// Whether the wrench jumps as a modulus changes.
+    /// Returns whether the wrench jumps as the modulus of A changes.
     fn jumps_by_a_modulus(&self, step: f64) -> bool {
         let gap = |step| {
             let sides = self.scaled.sides(24, step)?;
@@ -333,7 +343,8 @@ impl Check<'_, '_> {
         })
     }
 
-    /// Whether it is the mean of both sides as B moves by [`PERTURBATION`], and by a little of the column's motion besides.
+    /// Returns whether the derivative is the mean of both sides as B moves by [`PERTURBATION`] plus or minus [`ABOUT`] times the column's
+    /// motion.
     fn is_mean_about_nudge(&self, step: f64) -> bool {
         let nudge = self.scaled.scene.pair.a().pose().rotation() * PERTURBATION;
         [ABOUT, -ABOUT].into_iter().all(|about| {
@@ -348,7 +359,8 @@ impl Check<'_, '_> {
         })
     }
 
-    /// Whether the mean of both sides is, along a random sum of motions, the sum of the means.
+    /// Returns whether the mean of both sides is linear: along a fixed weighted sum of all motions, it must be the weighted sum of the
+    /// means.
     fn has_linear_mean(&self, step: f64) -> bool {
         let weights: [f64; 12] = std::array::from_fn(|k| (1.0 + k as f64).sin());
         let sum: Wrenches = (0..12)
@@ -360,7 +372,7 @@ impl Check<'_, '_> {
     }
 }
 
-/// Whether each number lies between those of both sides.
+/// Returns whether each entry lies between the slopes of both sides.
 fn is_between(found: &Wrenches, sides: &Sides, room: f64) -> bool {
     let [one, other] = &sides.slopes;
     (0..12).all(|row| {
