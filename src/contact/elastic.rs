@@ -133,7 +133,7 @@ impl<I: Integrals<K>, const K: usize> InLanes for OverOctets<'_, I, K> {
                 }
             }
         }
-        sums.map(|[a, b, c, d, e, f, g, h]| ((a + b) + (c + d)) + ((e + f) + (g + h)))
+        lanes::totals(&sums)
     }
 }
 

@@ -1,3 +1,13 @@
+//! Steps of a rollout.
+//!
+//! An explicit step is a function from state to state: *drifts*, in which bodies move freely (`free_rotation.rs`: one splitting, continuous
+//! in the moments of inertia), and one *kick*, in which wrenches act at fixed poses. The kick sums the wrenches of all close pairs, then
+//! those of the controls at the middle of the step and of the forces, which see the contacts. Gravity acts by itself. Close pairs are
+//! those whose boxes overlap, by sort and sweep. The wrenches are summed in the order of the pairs, so that threads change no bit.
+//!
+//! Angular momentum is the state of rotation. Drifts keep it to rounding errors, and the angular velocity follows from the angular momentum
+//! and the rotated inertia.
+
 use super::any_world::AnyWorld;
 use super::implicit::{LastStep, Memory, Scheme, Step, Trace};
 use super::integrator::{Kind, Splitting};

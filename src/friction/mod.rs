@@ -89,7 +89,7 @@ struct QuadratureLevel {
 /// 3. `by_slip`, relative to ∫ |g|·|y|ᵏ/σ dA,
 /// 4. the fluxes through the edges, relative to ∮ |g|·|y|ᵏ dl.
 ///
-/// The test `errors_at_the_upper_ends_of_the_rungs_are_those_noted` prints them.
+/// The test `errors_at_the_upper_ends_of_the_levels_are_those_noted` prints them.
 ///
 /// Just above the last level, the errors of the closed form are 1e-12, 1e-11, 1e-10 and 9e-14. At θ = 2 they are 2e-14, 5e-14, 3e-13 and
 /// 3e-15. For smaller θ they grow like θ⁻⁵.

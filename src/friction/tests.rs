@@ -408,7 +408,7 @@ fn all_integrals_agree_with_subdivision_whatever_the_spin() {
 /// Prints the errors that are noted at [`QUADRATURE`].
 #[test]
 #[ignore = "takes minutes"]
-fn errors_at_the_upper_ends_of_the_rungs_are_those_noted() {
+fn errors_at_the_upper_ends_of_the_levels_are_those_noted() {
     let mut rng = StdRng::seed_from_u64(12);
     let ends = QUADRATURE.iter().map(|level| 0.99 * level.below);
     for theta in ends.chain([0.49, 2.0]) {

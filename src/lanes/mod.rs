@@ -37,6 +37,15 @@ pub(crate) fn run<J: InLanes>(job: J) -> J::Output {
     PROCESSOR.dispatch(Job(job))
 }
 
+/// Sums the eight entries of each row in a fixed order.
+pub(crate) fn totals<const N: usize>(rows: &[Row; N]) -> [f64; N] {
+    let mut totals = [0.0; N];
+    for (total, [a, b, c, d, e, f, g, h]) in totals.iter_mut().zip(rows) {
+        *total = ((a + b) + (c + d)) + ((e + f) + (g + h));
+    }
+    totals
+}
+
 struct Job<J>(J);
 
 impl<J: InLanes> pulp::WithSimd for Job<J> {

@@ -3,6 +3,25 @@
 //! `following` walks over the contact surface. `seeding` and `extremal_pairs` find the pairs at which the walk starts. `culled_pairs` tests
 //! all pairs that a [`Culling`] keeps, and finds the pairs near a place for the walk. Both write their cuts to the `scratch` memory
 //! of the thread.
+//!
+//! # Seeds
+//!
+//! The walk starts at *seeds*. Every component of the contact surface contains at least one:
+//!
+//! - the pairs of surface triangles that cross, for components with a boundary (`broad_phase::crossings`);
+//! - the tetrahedra on paths of edges from the peaks of concave fields to the surface, for closed components between such fields, for
+//!   example those of the ready-made convex shapes (`seeds::peak_paths` has the proof);
+//! - the pairs where the component may be extremal in a direction, for closed components between other fields, for example those of
+//!   meshes from a mesher. A descent into both trees of tetrahedra finds them with bounds on the fields (`extremal_pairs` has the proof);
+//! - one triangle of each component of a rigid surface, because a closed component on a rigid body is such a component, inside A.
+//!
+//! Both methods for closed components between fields require only that the fields are positive inside
+//! ([`Shape::followed`](crate::contact_shape::Shape::followed)). Half-spaces have no mesh to walk over: the tree of A gives the tetrahedra
+//! that the surface of the half-space cuts or, if it is soft, that reach below it.
+//!
+//! If rounding errors decide how the surface continues, the walk also tests all pairs within the rounding error of the polygon. The search
+//! tests all pairs that neither boxes nor projections separate if a field is zero inside, or if the walk meets equal fields or too many
+//! ill-conditioned pairs.
 
 #![expect(
     clippy::cast_possible_truncation,

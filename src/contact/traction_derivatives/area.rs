@@ -13,7 +13,7 @@ use crate::lanes::{Lanes, Linear, Numbers};
 pub(super) struct LawOnPlane<N> {
     pub zero: N,
     /// 1 if ψ is positive, and 0 if ψ is clamped to zero. If it is 0, `damping`, `friction` and `dissipation` are zero, and `excess` is −1.
-    pub is_pressed: N,
+    pub pressed_factor: N,
     pub friction: N,
     pub dissipation: N,
     /// Slip, pressure, and the damping: ψ = 1 − d v₃, or 0 if ψ is clamped. `pressure` is p, not pψ.
@@ -29,26 +29,26 @@ impl<N: Numbers> LawOnPlane<N> {
     pub fn on<L: Lanes<Numbers = N>>(
         lanes: L,
         planes: &PolygonFields<N>,
-        is_pressed: N,
+        pressed_factor: N,
         (law, motion): (&SurfaceLaw, &RelativeMotion<f64>),
     ) -> Self {
         let motion = PlaneMotion::in_lanes(lanes, motion, &planes.axes, planes.origin);
         let (zero, one) = (lanes.splat(0.0), lanes.splat(1.0));
-        let dissipation = lanes.splat(law.dissipation) * is_pressed;
+        let dissipation = lanes.splat(law.dissipation) * pressed_factor;
         let [excess, by_y1, by_y2] = times(&motion.separating(), -dissipation);
         Self {
             zero,
-            is_pressed,
-            friction: lanes.splat(law.friction) * is_pressed,
+            pressed_factor,
+            friction: lanes.splat(law.friction) * pressed_factor,
             dissipation,
             load: SlipAndLoad {
                 slip: motion.slip(),
                 tolerance_squared: lanes.splat(law.slip_tolerance * law.slip_tolerance),
                 pressure: planes.pressure,
-                damping: motion.damping(dissipation, is_pressed),
+                damping: motion.damping(dissipation, pressed_factor),
                 one,
             },
-            excess: [excess + (is_pressed - one), by_y1, by_y2],
+            excess: [excess + (pressed_factor - one), by_y1, by_y2],
             motion,
         }
     }
@@ -123,7 +123,7 @@ impl<N: Linear> AreaMoments<N> {
             by_dissipation: [
                 times(&up_to_affine(parting, &p1), mu),
                 times(&up_to_affine(parting, &p2), mu),
-                times(&up_to_affine(parting, &p3), -law.is_pressed),
+                times(&up_to_affine(parting, &p3), -law.pressed_factor),
             ],
             by_friction: [negated(&loaded1), negated(&loaded2), [law.zero; 3]],
         }
@@ -178,11 +178,11 @@ impl<N: Linear> Rates<N> {
     /// Adds the contribution of a moving edge. `fluxes` are the wrenches of the flux if the edge's face moves outwards at the speeds 1, y₁
     /// and y₂. `normal` is the outward normal of this face along the axes. `of_b` is 1 for a face of B and 0 for a face of A.
     #[inline(always)]
-    pub fn add_flux(&mut self, fluxes: &[Six<N>; 3], normal: [N; 3], of_b: N) {
+    pub fn add_flux(&mut self, fluxes: &[Six<N>; 3], normal: [N; 3], b_factor: N) {
         for (k, flux) in self.by_speed.iter_mut().zip(fluxes) {
             *k = minus(k, &times(flux, normal[2]));
         }
-        self.add_along_normal(scaled(normal, of_b), fluxes);
+        self.add_along_normal(scaled(normal, b_factor), fluxes);
     }
 
     /// Multiplies the contributions of the area to K₀, K₁ and K₂ by `moving`, and all other contributions by `still`. Derivatives with

@@ -2,7 +2,7 @@
 
 use super::MATRIX;
 use super::area::{AreaMoments, LawOnPlane};
-use super::pieces::{Divided, METHODS, Piece, Pieces, area_moments, corners, slip_moments};
+use super::pieces::{METHODS, Piece, Pieces, PolygonToDivide, area_moments, corners, slip_moments};
 use super::wrenches::{add_columns, plus, times};
 use crate::contact::SurfaceLaw;
 use crate::contact::motion::RelativeMotion;
@@ -103,7 +103,7 @@ impl FrozenPolygon {
             *coefficient += by_motion.dot(motion);
         }
         let under_pressure = outline.cut(&plane.pressure);
-        pieces.divide(Divided {
+        pieces.divide(PolygonToDivide {
             number,
             plane: &plane,
             outline: under_pressure.as_ref().unwrap_or(outline),
@@ -154,7 +154,7 @@ impl InLanes for Added<'_> {
                 }
             }
         }
-        let totals = sums.map(|[a, b, c, d, e, f, g, h]| ((a + b) + (c + d)) + ((e + f) + (g + h)));
+        let totals = lanes::totals(&sums);
         let (by_motion, rest) = totals.split_at(MATRIX);
         let (by_twist, wrench) = rest.split_at(MATRIX);
         AddedByLaw {
@@ -176,8 +176,8 @@ impl Added<'_> {
         method: usize,
     ) {
         let planes = PolygonFields::side_by_side(lanes, |lane| &pieces[lane].plane);
-        let is_pressed = lanes.gathered(|lane| pieces[lane].is_pressed);
-        let law = LawOnPlane::on(lanes, &planes, is_pressed, (self.law, self.velocity));
+        let pressed_factor = lanes.gathered(|lane| pieces[lane].pressed_factor);
+        let law = LawOnPlane::on(lanes, &planes, pressed_factor, (self.law, self.velocity));
         let (corners, count) = corners(lanes, pieces);
         let slip = slip_moments(lanes, pieces, &corners[..count], &law.load, method);
         let area = AreaMoments::of(&law, &slip, &area_moments(lanes, &corners[..=count]));

@@ -3,7 +3,8 @@
 use super::area::{AreaMoments, LawOnPlane, Rates};
 use super::edges::Edges;
 use super::pieces::{
-    Divided, EdgeFace, METHODS, Piece, Pieces, area_moments, corners, slip_along, slip_moments,
+    EdgeFace, METHODS, Piece, Pieces, PolygonToDivide, area_moments, corners, slip_along,
+    slip_moments,
 };
 use super::responses::ResponseRows;
 use super::wrenches::{add_columns, by_affine, minus, times, wrenches};
@@ -19,7 +20,7 @@ use crate::contact::sums::PartialSum;
 use crate::friction::{Edge, LEVELS, add_up_to_quadratic, at_in_lanes as at};
 use crate::geometry::set_bits;
 use crate::lanes::space::{components, gathered};
-use crate::lanes::{InLanes, Lanes, Mask, Numbers, ROW, Row};
+use crate::lanes::{self, InLanes, Lanes, Mask, Numbers, ROW, Row};
 use crate::narrow_phase::{Cut, Octet, SLOTS};
 use crate::search::GenericPairs;
 use nalgebra::{Matrix6, Matrix6x2, Vector6};
@@ -52,6 +53,8 @@ pub(super) struct Linearize<'o> {
     pub polygons: Polygons<'o>,
     pub law: &'o SurfaceLaw,
     pub motion: &'o RelativeMotion<f64>,
+    /// Whether faces move the edges of polygons.
+    pub are_edges_moved: bool,
     /// Whether the response of each polygon to changes of shape is kept.
     pub are_responses_kept: bool,
 }
@@ -66,7 +69,7 @@ pub(super) struct Linearized {
 }
 
 /// The sums so far, and the pieces that are not yet integrated.
-struct Run<'o> {
+struct Linearizer<'o> {
     of: Linearize<'o>,
     pieces: Pieces<'o>,
     /// Faces that move the edges of the current polygon, with the index of the edge.
@@ -83,7 +86,7 @@ impl InLanes for Linearize<'_> {
 
     #[inline(always)]
     fn run<L: Lanes>(self, lanes: L) -> Linearized {
-        let mut run = Run {
+        let mut run = Linearizer {
             pieces: Pieces::new(self.law, self.motion),
             faces: Vec::new(),
             count: 0,
@@ -120,7 +123,7 @@ impl InLanes for Linearize<'_> {
     }
 }
 
-impl<'o> Run<'o> {
+impl<'o> Linearizer<'o> {
     #[inline(always)]
     fn divide_octet<L: Lanes>(&mut self, lanes: L, generic: GenericPairs<'o>, number: usize) {
         let octet = &generic.octets[number];
@@ -149,7 +152,7 @@ impl<'o> Run<'o> {
         }
         let piece = self.pieces.batches[level].add_whole(self.count, &plane);
         self.count += 1;
-        let are_edges_moved = !self.of.law.is_elastic();
+        let are_edges_moved = self.of.are_edges_moved;
         let [tet_a, tet_b] = octet.tets()[place];
         let a = self.of.source.pair.tet_a(tet_a as usize);
         let b = generic.posed_tet(tet_b);
@@ -207,10 +210,10 @@ impl<'o> Run<'o> {
             self.linearized.responses.push(response.with_law());
         }
         self.faces.clear();
-        if !self.of.law.is_elastic() {
+        if self.of.are_edges_moved {
             Edges::of(source, (cut, &polygon)).list(&mut self.faces);
         }
-        let is_clamped = self.pieces.divide(Divided {
+        let is_clamped = self.pieces.divide(PolygonToDivide {
             number: self.count,
             plane: &polygon.plane,
             outline: &polygon.outline,
@@ -230,14 +233,14 @@ impl<'o> Run<'o> {
         let are_whole = batch.are_whole;
         let (pieces, count) = batch.take();
         for first in (0..count).step_by(L::COUNT) {
-            let part = Part {
+            let group = LaneGroup {
                 of: &self.of,
                 pieces: &pieces[first..first + L::COUNT],
                 first,
                 are_whole,
                 method,
             };
-            part.add(lanes, &mut self.sums, &mut self.rows);
+            group.add(lanes, &mut self.sums, &mut self.rows);
         }
         if let Some(rows) = &self.rows {
             for (lane, piece) in pieces[..count].iter().enumerate() {
@@ -250,10 +253,7 @@ impl<'o> Run<'o> {
 
 /// Adds up the lanes of each sum.
 fn total(sums: &[Row; NUMBERS]) -> RelativeLinearisation {
-    let mut totals = [0.0; NUMBERS];
-    for (total, [a, b, c, d, e, f, g, h]) in totals.iter_mut().zip(sums) {
-        *total = ((a + b) + (c + d)) + ((e + f) + (g + h));
-    }
+    let totals = lanes::totals(sums);
     let (by_motion, rest) = totals.split_at(MATRIX);
     let (by_twist, rest) = rest.split_at(MATRIX);
     let six = |which: usize| Vector6::from_column_slice(&rest[6 * which..6 * which + 6]);
@@ -274,11 +274,11 @@ struct EdgeFlux<N> {
     /// The outward normal ν of the face, along the axes of the plane.
     normal: [N; 3],
     /// 1 for a face of B, 0 for a face of A.
-    is_of_b: N,
+    b_factor: N,
 }
 
 /// The pieces that are integrated at the same time, one in each lane.
-struct Part<'p> {
+struct LaneGroup<'p> {
     of: &'p Linearize<'p>,
     pieces: &'p [Piece],
     /// The index of the first piece in its batch.
@@ -287,7 +287,7 @@ struct Part<'p> {
     method: usize,
 }
 
-impl Part<'_> {
+impl LaneGroup<'_> {
     #[inline(always)]
     fn add<L: Lanes>(
         &self,
@@ -297,8 +297,13 @@ impl Part<'_> {
     ) {
         let (pieces, first) = (self.pieces, self.first);
         let planes = PolygonFields::side_by_side(lanes, |lane| &pieces[lane].plane);
-        let is_pressed = lanes.gathered(|lane| pieces[lane].is_pressed);
-        let law = LawOnPlane::on(lanes, &planes, is_pressed, (self.of.law, self.of.motion));
+        let pressed_factor = lanes.gathered(|lane| pieces[lane].pressed_factor);
+        let law = LawOnPlane::on(
+            lanes,
+            &planes,
+            pressed_factor,
+            (self.of.law, self.of.motion),
+        );
         let (mut rates, by_growth) = self.rates(lanes, (&law, &planes), rows);
         let [_, slope_b] = planes.slopes;
         rates.add_motion_of_plane(components(&planes.axes, slope_b));
@@ -360,7 +365,7 @@ impl Part<'_> {
                     *wrench = times(wrench, moving);
                 }
             }
-            rates.add_flux(&flux.wrenches, flux.normal, flux.is_of_b);
+            rates.add_flux(&flux.wrenches, flux.normal, flux.b_factor);
             if let Some(rows) = rows {
                 rows.store_face(number, first, &flux.wrenches);
             }
@@ -402,7 +407,7 @@ impl Part<'_> {
         ]);
         let normal = gathered(lanes, |lane| &pieces[lane].edges[number].normal);
         let normal = components(&planes.axes, normal);
-        let is_of_b = lanes.gathered(|lane| pieces[lane].edges[number].is_of_b);
+        let b_factor = lanes.gathered(|lane| pieces[lane].edges[number].b_factor);
         let mut factor = inverse_sine(normal, law.zero, law.load.one);
         if self.are_whole {
             // Both shares are equal: 0 for a missing edge or a face in the plane, and otherwise ±1.
@@ -411,7 +416,7 @@ impl Part<'_> {
         EdgeFlux {
             wrenches: [times(&w0, factor), times(&w1, factor), times(&w2, factor)],
             normal,
-            is_of_b,
+            b_factor,
         }
     }
 }

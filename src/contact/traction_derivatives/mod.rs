@@ -54,6 +54,8 @@ const OCTETS: usize = 16;
 pub(super) struct MovingJacobian<'l, R> {
     law: &'l SurfaceLaw,
     motion: &'l RelativeMotion<f64>,
+    /// Whether edges contribute to the derivatives with respect to motions and moduli.
+    are_edges_moved: bool,
     responses: PhantomData<fn() -> R>,
 }
 
@@ -101,9 +103,7 @@ impl ContactPair<'_> {
         sum.kinks.are_equal = surface.has_equal_fields();
         sum.kinks.are_flush |= surface.touches();
         if let Some(finer) = finer {
-            // This computes derivatives with respect to motions and moduli too, which are not used. The cost does not matter, because near
-            // coincidences are rare.
-            let exact = finer.integral(&MovingJacobian::<()>::new(law, motion));
+            let exact = finer.integral(&MovingJacobian::<()>::with_fixed_edges(law, motion));
             let (exact, ()) = exact.linearisation(self.moduli());
             (sum.wrench, sum.by_twist, sum.by_law) = (exact.wrench, exact.by_twist, exact.by_law);
             sum.kinks.are_flush = true;
@@ -137,7 +137,17 @@ impl<'l, R> MovingJacobian<'l, R> {
         Self {
             law,
             motion,
+            are_edges_moved: !law.is_elastic(),
             responses: PhantomData,
+        }
+    }
+
+    /// Leaves out what edges contribute to the derivatives with respect to motions and moduli, for callers that do not use these
+    /// derivatives.
+    fn with_fixed_edges(law: &'l SurfaceLaw, motion: &'l RelativeMotion<f64>) -> Self {
+        Self {
+            are_edges_moved: false,
+            ..Self::new(law, motion)
         }
     }
 }
@@ -174,6 +184,7 @@ impl<R: Responses> MovingJacobian<'_, R> {
             polygons,
             law: self.law,
             motion: self.motion,
+            are_edges_moved: self.are_edges_moved,
             are_responses_kept: R::ARE_KEPT,
         });
         sum.elastic.merge(linearized.elastic);

@@ -50,7 +50,7 @@ pub(super) struct MovingEdge {
     pub face: usize,
     pub normal: Vector3<f64>,
     /// 1 for a face of B, which moves with B, and 0 for a face of A.
-    pub is_of_b: f64,
+    pub b_factor: f64,
 }
 
 /// A convex piece of a contact polygon, with some of the moving edges of the polygon. These edges need not bound the piece.
@@ -66,7 +66,7 @@ pub(super) struct Piece {
     /// Factors of the integrals over the area: for values, and for derivatives with respect to a motion.
     pub weights: [f64; 2],
     /// 1, or 0 if the pressure is clamped to zero.
-    pub is_pressed: f64,
+    pub pressed_factor: f64,
     /// The index of the polygon.
     pub polygon: usize,
     /// The integrals of slip, if the method is the closed form.
@@ -100,7 +100,7 @@ pub(super) struct Batch {
 
 /// A polygon to be divided into pieces.
 #[derive(Clone, Copy)]
-pub(super) struct Divided<'p> {
+pub(super) struct PolygonToDivide<'p> {
     /// The index of the polygon.
     pub number: usize,
     pub plane: &'p PolygonFields<f64>,
@@ -120,7 +120,7 @@ impl MovingEdge {
         ends: [[0.0; 2]; 2],
         face: 0,
         normal: Vector3::new(0.0, 0.0, 0.0),
-        is_of_b: 0.0,
+        b_factor: 0.0,
     };
 }
 
@@ -134,7 +134,7 @@ impl Piece {
             edge_count: 0,
             shares: [[0.0; 2]; SLOTS],
             weights: [0.0; 2],
-            is_pressed: 0.0,
+            pressed_factor: 0.0,
             polygon: 0,
             closed_form: None,
         }
@@ -160,7 +160,7 @@ impl Piece {
             ends,
             face: by.face,
             normal: by.normal,
-            is_of_b: f64::from(u8::from(by.face >= 4)),
+            b_factor: f64::from(u8::from(by.face >= 4)),
         };
         self.shares[index] = by.shares;
         self.edge_count += 1;
@@ -200,7 +200,7 @@ impl Batch {
     #[inline]
     pub fn add_whole(&mut self, polygon: usize, plane: &PolygonFields<f64>) -> &mut Piece {
         let piece = self.add(polygon, plane);
-        (piece.weights, piece.is_pressed) = ([1.0; 2], 1.0);
+        (piece.weights, piece.pressed_factor) = ([1.0; 2], 1.0);
         piece
     }
 
@@ -256,7 +256,7 @@ impl<'l> Pieces<'l> {
     }
 
     /// Divides a polygon into pieces. Returns whether the pressure is clamped on a part of it.
-    pub fn divide(&mut self, polygon: Divided) -> bool {
+    pub fn divide(&mut self, polygon: PolygonToDivide) -> bool {
         let motion = PlaneMotion::of(self.motion, polygon.plane);
         let damping = motion.damping(self.law.dissipation, 1.0);
         let slip = (&motion.slip_by(self.law), &damping);
@@ -275,7 +275,7 @@ impl<'l> Pieces<'l> {
     /// Adds the pieces of a part of a polygon. `slip` has the slip and the damping, or is `None` if the pressure is clamped on the part.
     fn add_part(
         &mut self,
-        polygon: Divided,
+        polygon: PolygonToDivide,
         part: &Outline<f64>,
         slip: Option<(&Slip<f64>, &[f64; 3])>,
     ) {
@@ -297,7 +297,7 @@ impl<'l> Pieces<'l> {
         let mut over_area = closed_form.as_ref().filter(|_| polygon.has_area);
         while next + 1 < corners.len() || edges.peek().is_some() {
             let piece = batch.add(polygon.number, polygon.plane);
-            (piece.weights, piece.is_pressed) = (weights, f64::from(u8::from(slip.is_some())));
+            (piece.weights, piece.pressed_factor) = (weights, f64::from(u8::from(slip.is_some())));
             if next + 1 < corners.len() {
                 let end = corners.len().min(next + SLOTS - 1);
                 piece.push_corner(corners[0]);

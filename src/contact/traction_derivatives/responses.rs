@@ -61,9 +61,12 @@ impl ResponseRows {
         add(&mut law.by_pressure, &self.pressure, lane);
         if !is_whole {
             let [speed, growth] = [&self.speed, &self.growth].map(|rows| at(rows, lane));
-            let correction = law.modulus_correction.get_or_insert_default();
-            for (m, sum) in correction.iter_mut().enumerate() {
-                *sum += growth[m] - speed[m];
+            // Generic polygons may be in the same batch.
+            if growth != speed {
+                let correction = law.modulus_correction.get_or_insert_default();
+                for (m, sum) in correction.iter_mut().enumerate() {
+                    *sum += growth[m] - speed[m];
+                }
             }
         }
         law.by_faces.reserve_exact(piece.edge_count);

@@ -4,6 +4,13 @@
 //! Every part of a step is taken backwards in closed form: of an explicit one, free motion and the kick, from the state before it
 //! alone; of an implicit one, the stages as they were solved. Contacts are linearised anew. Only forces of other kinds are
 //! differentiated by dual numbers. One sweep gives the derivatives by any number of parameters.
+//!
+//! The rollout in `f64` leaves its steps on a `Tape`: all of them, or as many as its memory holds, placed by binomial coefficients
+//! (`schedule.rs`). The other steps are taken again with the same bits. A step is kept as the `Checkpoint` before it and, if it is implicit,
+//! the `Trace` of each island: its substeps with the velocities of their stages, so that nothing is solved twice. [`Reversal`] takes
+//! each step back. The way from wrenches back to contacts, forces, controls and parameters is the same for all steps (`Pullback`). In an explicit step
+//! `free_motion.rs` is the adjoint of the free motion. An implicit step goes back through its accepted stages: λ = J⁻ᵀū with the exact
+//! matrix at the root, transposed, then from λ through the residual at constant velocities to the earlier stages.
 
 mod contact;
 mod covector;

@@ -1,4 +1,9 @@
-//! How long a time step may be.
+//! How long an explicit time step may be.
+//!
+//! Every close pair is linearized over mass-weighted motions of its two bodies. Power iteration finds the step h at which the largest
+//! eigenvalue of h²K + 2hC is 4, where a mode changes sign and begins to grow. The search errs towards a shorter step. Rollouts compare
+//! each step with this limit when contact begins or changes fast, and keep a balance of the energy that each contact absorbs and returns
+//! (`balance.rs`).
 
 mod balance;
 mod kick;

@@ -60,34 +60,11 @@ const THINNESS: (&str, &str) = (
     "const THINNESS: f64 = 1e-12;",
 );
 
-pub const GIVEN: [Given; 21] = [
+pub const GIVEN: [Given; 18] = [
     given(
         "ARCHITECTURE.md",
         "at 2, 4 and 8 lanes",
         Code(&[("src/lanes/traits.rs", "/// How many lanes: 2, 4 or 8.")]),
-    ),
-    given(
-        "ARCHITECTURE.md",
-        "2.5e-10 of the bodies' size",
-        Code(&[COINCIDENCE, MARGIN]),
-    ),
-    given(
-        "ARCHITECTURE.md",
-        "the two gradients agree to 1e-9",
-        Code(&[EQUAL_FIELDS]),
-    ),
-    given(
-        "ARCHITECTURE.md",
-        "All stand on the rounding of a transformed coordinate",
-        Code(&[
-            MARGIN,
-            EQUAL_FIELDS,
-            THINNESS,
-            ("src/spatial/pose.rs", "const ORTHONORMALITY: f64 = 1e-9;"),
-            ("src/seeds/peak_paths.rs", "const FLATNESS: f64 = 1e-10;"),
-            ("src/mesh/tet_mesh.rs", "const FLATNESS: f64 = 1e-12;"),
-            ("src/mesh/skin.rs", "const NEARNESS: f64 = 1e-3;"),
-        ]),
     ),
     given(
         "README.md",
