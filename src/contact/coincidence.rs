@@ -22,8 +22,8 @@ use super::{Culling, Search};
 use crate::narrow_phase::ELASTIC_COINCIDENCE;
 use crate::scalar::{Scalar, carries_derivatives};
 
-/// Largest fraction of the load that may count as zero: half of the accuracy to which derivatives are tested.
-const MAX_DISCARDED_LOAD: f64 = 5e-6;
+/// Largest fraction of the load that may count as zero, for values and for derivatives.
+const MAX_DISCARDED_LOAD: [f64; 2] = [1e-6, 5e-6];
 
 /// Number of octaves by which the tolerance is narrowed in each step while more of the load would count as zero.
 const NARROWER: usize = 3;
@@ -122,8 +122,8 @@ impl<'a, T: Scalar> PolygonSource<'a, T> {
         let Some(closeness) = closeness.into_iter().find(|near| near.is_within(octaves)) else {
             return (surface, Some(finer));
         };
-        let load = finer.load();
-        let leaves_load = |octaves: &i32| finer.load_at_zero(*octaves) <= MAX_DISCARDED_LOAD * load;
+        let most_discarded = MAX_DISCARDED_LOAD[usize::from(merges)] * finer.load();
+        let leaves_load = |octaves: &i32| finer.load_at_zero(*octaves) <= most_discarded;
         let split = closeness.split(octaves, merges);
         let mut narrower = (1..=split).rev().step_by(NARROWER);
         let split = narrower.find(leaves_load).unwrap_or(split.min(0));

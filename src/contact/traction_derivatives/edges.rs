@@ -185,7 +185,7 @@ impl PlanePolygon<f64> {
 mod tests {
     use super::super::linearize::THREE_POINTS;
     use super::*;
-    use crate::contact::{ContactBody, ContactPair, Shape, SurfaceLaw};
+    use crate::contact::{ContactBody, ContactPair, Partner, Shape, SurfaceLaw};
     use crate::mesh::shapes;
     use crate::spatial::{Pose, Twist};
     use nalgebra::{Matrix3, SMatrix};
@@ -260,6 +260,24 @@ mod tests {
         });
         println!("worst of {checked}: {worst:.1e}");
         assert!(checked > 100 && worst <= EXACT, "{checked}, {worst:e}");
+    }
+
+    /// The damping is exactly zero along an edge and negative elsewhere, so there is no wrench. The edge must not count twice.
+    #[test]
+    fn an_edge_at_which_the_damping_is_zero_counts_once() {
+        let cube = Shape::new(shapes::cuboid([3.0; 3]).unwrap());
+        let pose = Pose::from_translation(Vector3::new(0.0, 0.0, 1.125));
+        let body = ContactBody::new(&cube, pose, 1.0).unwrap();
+        let ground = Partner::rigid_half_space(Pose::identity()).unwrap();
+        let law = SurfaceLaw::new(1.0, 0.0, 1e-2).unwrap();
+        let apart = Twist {
+            angular: Vector3::y(),
+            linear: Vector3::new(0.0, 0.0, 2.125),
+        };
+        let by_height = |pair: ContactPair| pair.linearised().by_poses.column(5).amax();
+        let pair = ContactPair::new(body, ground);
+        let error = by_height(pair.moving(law, [apart, Twist::zero()])) / by_height(pair);
+        assert!(error <= EXACT, "{error:e}");
     }
 
     /// Returns the area (m²), ∫ p dA and ∫ p x dA, from the contact surface.

@@ -264,11 +264,14 @@ impl<'l> Pieces<'l> {
             self.add_part(polygon, polygon.outline, Some(slip));
             return false;
         };
-        let clamped = polygon
-            .outline
-            .cut(&damping.map(|coefficient| -coefficient));
+        let negated = damping.map(|coefficient| -coefficient);
+        let Some(clamped) = polygon.outline.cut(&negated) else {
+            // The damping is positive nowhere. If it is zero along an edge, the clamped part has the edge.
+            self.add_part(polygon, polygon.outline, None);
+            return true;
+        };
         self.add_part(polygon, &pressed, Some(slip));
-        self.add_part(polygon, clamped.as_ref().unwrap_or(polygon.outline), None);
+        self.add_part(polygon, &clamped, None);
         true
     }
 

@@ -228,6 +228,7 @@ impl Check<'_, '_> {
             Some(finding) if finding.failure().is_none() => finding,
             _ if is_at_rest || are_faces_touching(&scene.pair) => Finding::Touching,
             _ if is_parted(scene) => Finding::Clamp,
+            Some(Finding::NotMean(_)) if self.is_local(found) => Finding::Local,
             Some(finding) => finding,
             // At a corner, a column may have equal slopes on both sides along its own axis. Only other directions show the corner then.
             None if KINK_STEPS.into_iter().any(|step| self.is_corner(step)) => Finding::Corner,
@@ -284,13 +285,9 @@ impl Check<'_, '_> {
             if self.is_corner(step) {
                 return Some(Finding::Corner);
             }
-            return self.is_alone(&wide, step).then(|| {
-                if self.is_local(found, jump.amax()) {
-                    Finding::Local
-                } else {
-                    Finding::NotMean(from_mean / jump.amax())
-                }
-            });
+            return self
+                .is_alone(&wide, step)
+                .then(|| Finding::NotMean(from_mean / jump.amax()));
         }
         let is_side = wide.slopes.iter().any(|slope| error(found, slope) <= room);
         if is_side {
@@ -301,7 +298,11 @@ impl Check<'_, '_> {
     }
 
     /// Returns whether the derivative is the difference over one of the [`LOCAL_STEPS`] that is shorter than the miss.
-    fn is_local(&self, found: &Wrenches, jump: f64) -> bool {
+    fn is_local(&self, found: &Wrenches) -> bool {
+        let Some(sides) = self.scaled.sides(self.column, KINK_STEPS[0]) else {
+            return false;
+        };
+        let jump = (sides.slopes[1] - sides.slopes[0]).amax();
         LOCAL_STEPS.into_iter().any(|step| {
             step < self.scaled.scene.missed
                 && error(found, &self.scaled.central(self.column, step)) <= STEADY * jump
