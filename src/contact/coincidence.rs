@@ -22,7 +22,8 @@ use super::{Culling, Search};
 use crate::narrow_phase::ELASTIC_COINCIDENCE;
 use crate::scalar::{Scalar, carries_derivatives};
 
-/// Largest fraction of the load that may count as zero, for values and for derivatives.
+/// Largest fraction of the load that may count as zero, for values and for derivatives. With 1e-6 for both, the derivatives of pair 286437
+/// of the test `coincidence` are wrong: 3.6e-6 of its load is on polygons that count as coincident. Values stay more accurate.
 const MAX_DISCARDED_LOAD: [f64; 2] = [1e-6, 5e-6];
 
 /// Number of octaves by which the tolerance is narrowed in each step while more of the load would count as zero.

@@ -43,11 +43,10 @@ impl<'e> Edges<'e> {
         }
     }
 
-    /// Lists the faces that move edges, each with the index of its edge. Edges on A's boundary are omitted, because the pressure is zero
+    /// Appends the faces that move edges, each with the index of its edge. Edges on A's boundary are omitted, because the pressure is zero
     /// there.
     pub fn list(&self, faces: &mut Vec<(usize, EdgeFace)>) {
         let boundary = self.source.pair.tet_a(self.cut.tets[0]).zero_faces;
-        faces.clear();
         self.visit(boundary, |edge, owners| {
             self.visit_faces(edge, owners, |face| faces.push((edge, face)));
         });
@@ -185,7 +184,7 @@ impl PlanePolygon<f64> {
 mod tests {
     use super::super::linearize::THREE_POINTS;
     use super::*;
-    use crate::contact::{ContactBody, ContactPair, Partner, Shape, SurfaceLaw};
+    use crate::contact::{ContactBody, ContactPair, ContactWrench, Partner, Shape, SurfaceLaw};
     use crate::mesh::shapes;
     use crate::spatial::{Pose, Twist};
     use nalgebra::{Matrix3, SMatrix};
@@ -260,6 +259,22 @@ mod tests {
         });
         println!("worst of {checked}: {worst:.1e}");
         assert!(checked > 100 && worst <= EXACT, "{checked}, {worst:e}");
+    }
+
+    #[test]
+    fn a_damping_that_is_not_finite_is_not_taken_for_clamped_pressure() {
+        let ball = Shape::new(shapes::icosphere(1.0, 1).unwrap());
+        let pose = Pose::from_translation(Vector3::new(0.0, 0.0, 0.9));
+        let body = ContactBody::new(&ball, pose, 1.0).unwrap();
+        let ground = Partner::rigid_half_space(Pose::identity()).unwrap();
+        let law = SurfaceLaw::new(1e200, 0.3, 1e-2).unwrap();
+        let apart = Twist {
+            angular: Vector3::zeros(),
+            linear: Vector3::new(0.0, 0.0, 1e200),
+        };
+        let pair = ContactPair::new(body, ground).moving(law, [apart, Twist::zero()]);
+        let is_finite = |wrench: ContactWrench| wrench.on_a.force.iter().all(|f| f.is_finite());
+        assert!(!is_finite(pair.wrench()) && !is_finite(pair.linearised().wrench));
     }
 
     /// The damping is exactly zero along an edge and negative elsewhere, so there is no wrench. The edge must not count twice.

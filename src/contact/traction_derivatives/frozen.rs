@@ -1,15 +1,13 @@
 //! Contribution of dissipation and friction on contact polygons of constant shape. Only velocities and pressures change.
 
 use super::MATRIX;
-use super::area::{AreaMoments, LawOnPlane};
-use super::pieces::{METHODS, Piece, Pieces, PolygonToDivide, area_moments, corners, slip_moments};
+use super::pieces::{Piece, Pieces, PolygonToDivide, area_integrals};
 use super::wrenches::{add_columns, plus, times};
 use crate::contact::SurfaceLaw;
 use crate::contact::motion::RelativeMotion;
 use crate::contact::plane_polygon::PlanePolygon;
 use crate::contact::polygon_fields::{Columns, PolygonFields};
 use crate::lanes::{self, InLanes, Lanes, ROW, Row};
-use crate::narrow_phase::Weights;
 #[cfg(test)]
 use crate::scalar::{Scalar, lift};
 use crate::spatial::Wrench;
@@ -107,10 +105,7 @@ impl FrozenPolygon {
             number,
             plane: &plane,
             outline: under_pressure.as_ref().unwrap_or(outline),
-            weights: Weights {
-                moving: self.polygon.weights.still,
-                ..self.polygon.weights
-            },
+            weights: self.polygon.weights,
             is_whole: false,
             has_area: true,
             faces: &[],
@@ -144,13 +139,11 @@ impl InLanes for Added<'_> {
                 }
                 None => 1,
             };
-            for method in 0..METHODS {
-                while pieces.batches[method].len >= least {
-                    let (pieces, count) = pieces.batches[method].take();
-                    for first in (0..count).step_by(L::COUNT) {
-                        let part = &pieces[first..first + L::COUNT];
-                        self.add(lanes, &mut sums, (part, first), method);
-                    }
+            while let Some(method) = pieces.method_with(least) {
+                let (pieces, count) = pieces.batches[method].take();
+                for first in (0..count).step_by(L::COUNT) {
+                    let group = &pieces[first..first + L::COUNT];
+                    self.add(lanes, &mut sums, (group, first), method);
                 }
             }
         }
@@ -176,11 +169,8 @@ impl Added<'_> {
         method: usize,
     ) {
         let planes = PolygonFields::side_by_side(lanes, |lane| &pieces[lane].plane);
-        let pressed_factor = lanes.gathered(|lane| pieces[lane].pressed_factor);
-        let law = LawOnPlane::on(lanes, &planes, pressed_factor, (self.law, self.velocity));
-        let (corners, count) = corners(lanes, pieces);
-        let slip = slip_moments(lanes, pieces, &corners[..count], &law.load, method);
-        let area = AreaMoments::of(&law, &slip, &area_moments(lanes, &corners[..=count]));
+        let law_and_velocity = (self.law, self.velocity);
+        let (law, area) = area_integrals(lanes, (pieces, method), &planes, law_and_velocity);
         let weight = lanes.gathered(|lane| pieces[lane].weights[0]);
         let wrench = times(&planes.in_a(&area.wrench()), weight);
         let [c0, c1, c2] = area.by_pressure();

@@ -1,11 +1,8 @@
 //! First derivatives of the contribution of dissipation and friction, over contact polygons of all kinds, several at a time.
 
-use super::area::{AreaMoments, LawOnPlane, Rates};
+use super::area::{LawOnPlane, Rates};
 use super::edges::Edges;
-use super::pieces::{
-    EdgeFace, METHODS, Piece, Pieces, PolygonToDivide, area_moments, corners, slip_along,
-    slip_moments,
-};
+use super::pieces::{EdgeFace, Piece, Pieces, PolygonToDivide, area_integrals, slip_along};
 use super::responses::ResponseRows;
 use super::wrenches::{add_columns, by_affine, minus, times, wrenches};
 use crate::contact::SurfaceLaw;
@@ -112,10 +109,8 @@ impl InLanes for Linearize<'_> {
                     Polygons::Cuts(cuts) => run.divide_cut(&cuts[item]),
                 }
             }
-            for method in 0..METHODS {
-                while run.pieces.batches[method].len >= least {
-                    run.add(lanes, method);
-                }
+            while let Some(method) = run.pieces.method_with(least) {
+                run.add(lanes, method);
             }
         }
         run.linearized.added.merge(total(&run.sums));
@@ -295,16 +290,12 @@ impl LaneGroup<'_> {
         sums: &mut [Row; NUMBERS],
         rows: &mut Option<Box<ResponseRows>>,
     ) {
-        let (pieces, first) = (self.pieces, self.first);
-        let planes = PolygonFields::side_by_side(lanes, |lane| &pieces[lane].plane);
-        let pressed_factor = lanes.gathered(|lane| pieces[lane].pressed_factor);
-        let law = LawOnPlane::on(
-            lanes,
-            &planes,
-            pressed_factor,
-            (self.of.law, self.of.motion),
-        );
-        let (mut rates, by_growth) = self.rates(lanes, (&law, &planes), rows);
+        let first = self.first;
+        let planes = PolygonFields::side_by_side(lanes, |lane| &self.pieces[lane].plane);
+        let batch = (self.pieces, self.method);
+        let (law, area) = area_integrals(lanes, batch, &planes, (self.of.law, self.of.motion));
+        let rates = Rates::of_area(&area, &law, planes.slope_along_normal());
+        let (mut rates, by_growth) = self.with_edges(lanes, (&law, &planes), rates, rows);
         let [_, slope_b] = planes.slopes;
         rates.add_motion_of_plane(components(&planes.axes, slope_b));
         // If the modulus of B grows at the relative rate of 1/s, the plane moves at the speed p/|g|.
@@ -325,19 +316,17 @@ impl LaneGroup<'_> {
         add_columns(lanes, others, first, &of_each);
     }
 
-    /// Returns the derivatives of the pieces' wrenches, and the K₀, K₁ and K₂ for growth of the modulus of B.
+    /// Weights the derivatives of the pieces' wrenches, and adds what edges contribute. Returns the K₀, K₁ and K₂ for growth of the modulus of
+    /// B, too.
     #[inline(always)]
-    fn rates<L: Lanes>(
+    fn with_edges<L: Lanes>(
         &self,
         lanes: L,
         (law, planes): (&LawOnPlane<L::Numbers>, &PolygonFields<L::Numbers>),
+        mut rates: Rates<L::Numbers>,
         rows: &mut Option<Box<ResponseRows>>,
     ) -> (Rates<L::Numbers>, [Six<L::Numbers>; 3]) {
-        let (pieces, first, method) = (self.pieces, self.first, self.method);
-        let (corners, count) = corners(lanes, pieces);
-        let slip = slip_moments(lanes, pieces, &corners[..count], &law.load, method);
-        let area = AreaMoments::of(law, &slip, &area_moments(lanes, &corners[..=count]));
-        let mut rates = Rates::of_area(&area, law, planes.slope_along_normal());
+        let (pieces, first) = (self.pieces, self.first);
         let mut by_growth = rates.by_speed;
         if !self.are_whole {
             let [still, moving] = [

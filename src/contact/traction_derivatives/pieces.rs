@@ -11,6 +11,7 @@
     reason = "adapters of iterators take closures, and a closure over lanes may stay a call, compiled for any processor"
 )]
 
+use super::area::{AreaMoments, LawOnPlane};
 use crate::contact::SurfaceLaw;
 use crate::contact::motion::RelativeMotion;
 use crate::contact::outline::Outline;
@@ -26,10 +27,10 @@ use nalgebra::Vector3;
 use std::cell::RefCell;
 
 /// Number of methods that integrate slip: the levels of quadrature, and the closed form.
-pub(super) const METHODS: usize = LEVELS + 1;
+const METHODS: usize = LEVELS + 1;
 
 /// Index of the closed form, which integrates slips that turn quickly.
-pub(super) const CLOSED_FORM: usize = LEVELS;
+const CLOSED_FORM: usize = LEVELS;
 
 /// A face that moves an edge of a polygon.
 #[derive(Clone, Copy)]
@@ -255,12 +256,21 @@ impl<'l> Pieces<'l> {
         }
     }
 
+    /// Returns a method with at least this many pieces, if there is one.
+    #[inline]
+    pub fn method_with(&self, least: usize) -> Option<usize> {
+        (0..METHODS).find(|&method| self.batches[method].len >= least)
+    }
+
     /// Divides a polygon into pieces. Returns whether the pressure is clamped on a part of it.
     pub fn divide(&mut self, polygon: PolygonToDivide) -> bool {
         let motion = PlaneMotion::of(self.motion, polygon.plane);
         let damping = motion.damping(self.law.dissipation, 1.0);
         let slip = (&motion.slip_by(self.law), &damping);
-        let Some(pressed) = polygon.outline.cut(&damping) else {
+        // A damping that is not finite clamps nothing, so that it makes the integrals NaN.
+        let is_finite = damping.iter().all(|coefficient| coefficient.is_finite());
+        let pressed = polygon.outline.cut(&damping).filter(|_| is_finite);
+        let Some(pressed) = pressed else {
             self.add_part(polygon, polygon.outline, Some(slip));
             return false;
         };
@@ -339,13 +349,27 @@ impl Drop for Pieces<'_> {
     }
 }
 
+/// Integrates the surface law over the area of pieces by a method, one piece in each lane. Takes their planes. Returns the law on the planes,
+/// too.
+#[inline(always)]
+pub(super) fn area_integrals<L: Lanes>(
+    lanes: L,
+    (pieces, method): (&[Piece], usize),
+    planes: &PolygonFields<L::Numbers>,
+    law_and_motion: (&SurfaceLaw, &RelativeMotion<f64>),
+) -> (LawOnPlane<L::Numbers>, AreaMoments<L::Numbers>) {
+    let pressed_factor = lanes.gathered(|lane| pieces[lane].pressed_factor);
+    let law = LawOnPlane::on(lanes, planes, pressed_factor, law_and_motion);
+    let (corners, count) = corners(lanes, pieces);
+    let slip = slip_moments(lanes, pieces, &corners[..count], &law.load, method);
+    let area = AreaMoments::of(&law, &slip, &area_moments(lanes, &corners[..=count]));
+    (law, area)
+}
+
 /// Returns the corners of pieces, one piece in each lane, and the largest corner count of a piece. The first corner is repeated after the
 /// last one.
 #[inline(always)]
-pub(super) fn corners<L: Lanes>(
-    lanes: L,
-    pieces: &[Piece],
-) -> ([[L::Numbers; 2]; SLOTS + 1], usize) {
+fn corners<L: Lanes>(lanes: L, pieces: &[Piece]) -> ([[L::Numbers; 2]; SLOTS + 1], usize) {
     let mut corners = [[lanes.splat(0.0); 2]; SLOTS + 1];
     let mut count = 0;
     for piece in pieces {
@@ -364,7 +388,7 @@ pub(super) fn corners<L: Lanes>(
 /// Returns ∫ m dA over polygons for the ten monomials m up to degree 3. Each edge contributes the integral over its triangle with the
 /// origin, which is exactly 0 if the ends of the edge are equal. `corners` must end with the first corner.
 #[inline(always)]
-pub(super) fn area_moments<L: Lanes>(lanes: L, corners: &[[L::Numbers; 2]]) -> [L::Numbers; 10] {
+fn area_moments<L: Lanes>(lanes: L, corners: &[[L::Numbers; 2]]) -> [L::Numbers; 10] {
     let mut sums = [lanes.splat(0.0); 10];
     let constants = [lanes.splat(0.5), lanes.splat(1.0 / 3.0)];
     for end in 1..corners.len() {
@@ -378,7 +402,7 @@ pub(super) fn area_moments<L: Lanes>(lanes: L, corners: &[[L::Numbers; 2]]) -> [
 
 /// Integrates slip over the area of pieces by a method.
 #[inline(always)]
-pub(super) fn slip_moments<L: Lanes>(
+fn slip_moments<L: Lanes>(
     lanes: L,
     pieces: &[Piece],
     corners: &[[L::Numbers; 2]],
