@@ -294,8 +294,8 @@ impl LaneGroup<'_> {
         let planes = PolygonFields::side_by_side(lanes, |lane| &self.pieces[lane].plane);
         let batch = (self.pieces, self.method);
         let (law, area) = area_integrals(lanes, batch, &planes, (self.of.law, self.of.motion));
-        let rates = Rates::of_area(&area, &law, planes.slope_along_normal());
-        let (mut rates, by_growth) = self.with_edges(lanes, (&law, &planes), rates, rows);
+        let mut rates = Rates::of_area(&area, &law, planes.slope_along_normal());
+        let by_growth = self.add_edges(lanes, (&law, &planes), &mut rates, rows);
         let [_, slope_b] = planes.slopes;
         rates.add_motion_of_plane(components(&planes.axes, slope_b));
         // If the modulus of B grows at the relative rate of 1/s, the plane moves at the speed p/|g|.
@@ -319,13 +319,13 @@ impl LaneGroup<'_> {
     /// Weights the derivatives of the pieces' wrenches, and adds what edges contribute. Returns the K₀, K₁ and K₂ for growth of the modulus of
     /// B, too.
     #[inline(always)]
-    fn with_edges<L: Lanes>(
+    fn add_edges<L: Lanes>(
         &self,
         lanes: L,
         (law, planes): (&LawOnPlane<L::Numbers>, &PolygonFields<L::Numbers>),
-        mut rates: Rates<L::Numbers>,
+        rates: &mut Rates<L::Numbers>,
         rows: &mut Option<Box<ResponseRows>>,
-    ) -> (Rates<L::Numbers>, [Six<L::Numbers>; 3]) {
+    ) -> [Six<L::Numbers>; 3] {
         let (pieces, first) = (self.pieces, self.first);
         let mut by_growth = rates.by_speed;
         if !self.are_whole {
@@ -363,9 +363,9 @@ impl LaneGroup<'_> {
             by_growth = rates.by_speed;
         }
         if let Some(rows) = rows {
-            rows.store(first, &rates, &by_growth);
+            rows.store(first, rates, &by_growth);
         }
-        (rates, by_growth)
+        by_growth
     }
 
     /// Returns the flux through an edge of each piece.
