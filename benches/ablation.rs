@@ -1,4 +1,4 @@
-//! The paper's Table I: the wrench of two icospheres with the optimisations of its §IV switched on
+//! The paper's Table I: the wrench of two icospheres with the optimizations of its §IV switched on
 //! one after the other, rows (a) to (e), and this library's default, which follows the contact
 //! surface, as row (f).
 //!
@@ -7,7 +7,7 @@
 //! Median times on one thread; factors are against row (a).
 //!
 //! The paper names neither its scene nor its number of projections. The scene here is that of its
-//! authors' bench and unit test: radius 1, centre pressure 1, centres (0.031, −0.5, 0.052) and
+//! authors' bench and unit test: radius 1, center pressure 1, centers (0.031, −0.5, 0.052) and
 //! (0, 0.5, 0); the projections are 16. The paper's times are those it prints, of its Julia program
 //! on its authors' machine.
 

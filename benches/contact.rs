@@ -1,12 +1,12 @@
 //! The contact wrench in `f64` and with 6-, 8- and 14-wide dense dual numbers, and the closed-form
-//! Jacobian, for two icospheres of radius 1 at centre distances 1.0 (deep) and 1.7 (light).
+//! Jacobian, for two icospheres of radius 1 at center distances 1.0 (deep) and 1.7 (light).
 //!
 //! Serves two decisions: whether differentiating through the generic pipeline is affordable, and
 //! what the closed form saves. Run `RAYON_NUM_THREADS=1 cargo bench --bench contact` for one thread, and
 //! compare within one run.
 //!
 //! `potential energy` has that of the pairs at 1.0, to be held against their wrenches.
-//! `in motion` has the wrench of a ball on a box with friction and dissipation, alone and linearised.
+//! `in motion` has the wrench of a ball on a box with friction and dissipation, alone and linearized.
 //!
 //! The duals carry derivatives by: 6, the pose of A; 8, the pose of A and both moduli; 14, both
 //! poses and both moduli.
@@ -73,7 +73,7 @@ fn contact(criterion: &mut Criterion) {
             let id = |name: &str| BenchmarkId::new(name, order);
             group.bench_function(id("f64"), |b| b.iter(|| black_box(&real).wrench()));
             group.bench_function(id("closed-form Jacobian"), |b| {
-                b.iter(|| black_box(&real).linearised());
+                b.iter(|| black_box(&real).linearized());
             });
             group.bench_function(id("dual 6"), |b| {
                 b.iter(|| dual_wrench::<6>(&shape, distance));
@@ -127,8 +127,8 @@ fn motion(criterion: &mut Criterion) {
         group.bench_function(id("f64"), |b| {
             b.iter(|| black_box(&pair).moving(law, twists).wrench());
         });
-        group.bench_function(id("linearised"), |b| {
-            b.iter(|| black_box(&pair).moving(law, twists).linearised());
+        group.bench_function(id("linearized"), |b| {
+            b.iter(|| black_box(&pair).moving(law, twists).linearized());
         });
     }
     group.finish();

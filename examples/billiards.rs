@@ -2,7 +2,7 @@
 //!
 //! `cargo run --release --example billiards [-- --record FILE.glb --plot FILE.svg]`
 //!
-//! The first ball hits the second, that the third, and that the last, each off centre. The
+//! The first ball hits the second, that the third, and that the last, each off center. The
 //! derivative of where the last ball gets by the first one's velocity is held against differences.
 
 mod show;

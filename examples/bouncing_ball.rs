@@ -12,7 +12,7 @@ use hydroelastic::spatial::Pose;
 use nalgebra::vector;
 use std::error::Error;
 
-/// Radius of the ball and height of its centre over the block at the start (m).
+/// Radius of the ball and height of its center over the block at the start (m).
 const RADIUS: f64 = 0.1;
 const DROP_HEIGHT: f64 = 0.4;
 

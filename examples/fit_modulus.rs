@@ -89,6 +89,6 @@ fn pressed(ball: &Shape, depth: f64, modulus: f64) -> Result<(f64, f64), BodyErr
     let center = Pose::from_translation(vector![0.0, 0.0, RADIUS - depth]);
     let ball = ContactBody::new(ball, center, modulus)?;
     let plate = Partner::rigid_half_space(Pose::identity())?;
-    let contact = ContactPair::new(ball, plate).linearised();
+    let contact = ContactPair::new(ball, plate).linearized();
     Ok((contact.wrench.on_a.force.z, contact.by_moduli[(5, 0)]))
 }

@@ -44,10 +44,10 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         Ok::<_, BodyError>(ContactPair::new(a, b))
     };
     let pair = moved(SVector::zeros())?;
-    let contact = pair.linearised();
+    let contact = pair.linearized();
     let Wrench { torque, force } = contact.wrench.on_a;
     println!("Force on the ball (N): {force:.4?}");
-    println!("Torque about its centre (N m): {torque:.6?}");
+    println!("Torque about its center (N m): {torque:.6?}");
     println!("Potential energy (J): {:.6}", pair.potential_energy());
     // Columns: poses of A and B (angular, linear each), moduli of A and B.
     let exact = Jacobian::from_fn(|row, column| match column {
@@ -90,7 +90,7 @@ fn both<const N: usize>(a: SMatrix<f64, 6, N>, b: SMatrix<f64, 6, N>) -> SMatrix
 
 fn deviation(exact: &Jacobian, differences: &Jacobian) -> f64 {
     let places = || (0..12).flat_map(|row| (0..14).map(move |column| (row, column)));
-    // Torque or force, by radians, metres or pascals.
+    // Torque or force, by radians, meters or pascals.
     let units = |(row, column): (usize, usize)| (row / 3 % 2, [0, 1, 0, 1, 2][column / 3]);
     let error = |place| {
         let alike = places().filter(|&other| units(other) == units(place));

@@ -24,7 +24,7 @@
 //!
 //! A program gives the same bits in every run, with any number of threads: wrenches, Jacobians, rollouts,
 //! batches and files. The compiler neither fuses nor reorders floating-point operations, so builds should agree
-//! as well: those at optimisation levels 0 and 2 did (`cargo test --test threads reproducible:: -- --nocapture` prints
+//! as well: those at optimization levels 0 and 2 did (`cargo test --test threads reproducible:: -- --nocapture` prints
 //! hashes to compare).
 //!
 //! Contacts, rollouts and their derivatives also have the same bits on every processor and with every C library

@@ -18,7 +18,7 @@ use std::f64::consts::{PI, TAU};
 /// Sums over some thousand tetrahedra, relative to the result.
 const SUM_ROUND_OFF: f64 = 1e-12;
 
-/// Wrenches of the same fields, whose centres differ by a rounding, relative to their largest part.
+/// Wrenches of the same fields, whose centers differ by a rounding, relative to their largest part.
 const SAME_WRENCH: f64 = 1e-12;
 
 /// A rotation matrix to a quaternion and back.
@@ -106,7 +106,7 @@ fn assert_same_mass(found: &MassProperties, expected: &MassProperties) {
 fn the_hull_of_the_vertices_of_an_icosphere_is_the_icosphere() {
     let ball = shapes::icosphere(0.3, 3).unwrap();
     let vertices = ball.mesh().vertices();
-    // The centre is one of the points.
+    // The center is one of the points.
     let hull = field_from_hull(vertices).unwrap();
     assert_eq!(hull.mesh().tet_count(), ball.mesh().tet_count());
     assert_eq!(hull.mesh().vertex_count(), ball.mesh().vertex_count());
@@ -202,7 +202,7 @@ fn an_open_mesh_is_refused() {
 
 #[test]
 fn a_mesh_that_is_not_star_shaped_is_refused() {
-    // The letter U, 3 by 3 and 1 deep; the centre of its volume lies between the arms.
+    // The letter U, 3 by 3 and 1 deep; the center of its volume lies between the arms.
     let outline = [
         [0.0, 0.0],
         [3.0, 0.0],
@@ -236,7 +236,7 @@ fn a_mesh_that_is_not_star_shaped_is_refused() {
     let ShapeError::Field(MeshError::HiddenTriangle { triangle, distance }) = error else {
         panic!("{error}")
     };
-    // The inner sides of the arms are 0.5 m from the centre, which is on their outer side, and the floor
+    // The inner sides of the arms are 0.5 m from the center, which is on their outer side, and the floor
     // between them is 0.357… m below it: 9.5/7 − 1.
     let normal = mesh.triangle(u32::try_from(triangle).unwrap()).normal();
     let expected = if normal.unwrap().y > 0.5 {

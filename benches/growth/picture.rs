@@ -15,7 +15,7 @@ const COLORS: [RGBColor; 3] = [
     RGBColor(220, 80, 20),
     RGBColor(0, 140, 100),
 ];
-const GREY: RGBColor = RGBColor(130, 130, 130);
+const GRAY: RGBColor = RGBColor(130, 130, 130);
 const FAINT: RGBColor = RGBColor(225, 225, 225);
 
 type Answer = Result<(), Box<dyn Error>>;
@@ -64,7 +64,7 @@ fn draw_panel(area: &Area, panel: &Panel) -> Answer {
         (4, COLORS[0].filled()),
         (6, COLORS[1].stroke_width(2)),
         (4, COLORS[2].filled()),
-        (0, GREY.stroke_width(1)),
+        (0, GRAY.stroke_width(1)),
     ];
     for (curve, mark) in panel.curves.iter().zip(marks) {
         draw_curve(&mut chart, curve, mark)?;
@@ -85,9 +85,9 @@ fn draw_panel(area: &Area, panel: &Panel) -> Answer {
 /// Points and the fit through those that count in it; a law to compare with is only a line.
 fn draw_curve(chart: &mut Chart, curve: &Curve, (radius, style): Mark) -> Answer {
     if !curve.is_measured {
-        let line = LineSeries::new(curve.points.iter().copied(), GREY.stroke_width(1));
+        let line = LineSeries::new(curve.points.iter().copied(), GRAY.stroke_width(1));
         let drawn = chart.draw_series(line)?.label(&curve.name);
-        drawn.legend(|(x, y)| PathElement::new([(x, y), (x + 14, y)], GREY));
+        drawn.legend(|(x, y)| PathElement::new([(x, y), (x + 14, y)], GRAY));
         return Ok(());
     }
     let ends = [curve.fitted().first(), curve.fitted().last()];

@@ -49,7 +49,7 @@ fn cost(shape: &Shape, distance: f64) -> Cost {
             black_box(black_box(&pair).wrench());
         }));
         jacobian.push(median_processor_seconds(BUDGET, || {
-            black_box(black_box(&pair).linearised());
+            black_box(black_box(&pair).linearized());
         }));
     }
     Cost {

@@ -17,10 +17,10 @@ const RADIUS: f64 = 0.1;
 /// Subdivisions of a ball.
 const ORDER: usize = 2;
 
-/// From a ball's centre to its neighbors' (m): they are slightly pressed into each other.
+/// From a ball's center to its neighbors' (m): they are slightly pressed into each other.
 const SPACING: f64 = 0.19;
 
-/// From the floor to the lowest centres (m): where one ball rests.
+/// From the floor to the lowest centers (m): where one ball rests.
 const LOWEST: f64 = 0.088;
 
 /// How far (m) a ball is off its place in the lattice, along each axis.

@@ -4,11 +4,11 @@ import statistics
 import sys
 
 import numpy
-from poses import DIFFERENCE, neighbours, random_poses
+from poses import DIFFERENCE, neighbors, random_poses
 
 MODULUS = 1e5  # Pa
-DISTANCES = [1.0, 1.7]  # m, between the centres of two spheres of radius 1 m
-GRID_DISTANCE = 0.9  # m, between the centres of two cubes of edge 1 m
+DISTANCES = [1.0, 1.7]  # m, between the centers of two spheres of radius 1 m
+GRID_DISTANCE = 0.9  # m, between the centers of two cubes of edge 1 m
 FAR = 10.0  # m
 POSES = {1: 60, 2: 30, 3: 10, 4: 3, "grid": 10}
 COLD_BATCH = 5  # poses, between which the other program fills the caches
@@ -28,7 +28,7 @@ def compare(programs, files, options):
 
 
 def contact_scenes(files, options):
-    """Name, meshes, centre distance (m) and number of poses of each scene."""
+    """Name, meshes, center distance (m) and number of poses of each scene."""
     for order in options.orders:
         for distance in DISTANCES:
             name = f"icosphere {order} ({20 * 4**order:,}), {distance}"
@@ -81,7 +81,7 @@ def derivative_errors(program, scene, poses, jacobians):
     the largest entry."""
     errors = []
     for both, jacobian in zip(poses, jacobians):
-        answer = program.ask(ask="wrench", scene=scene, poses=neighbours(both))
+        answer = program.ask(ask="wrench", scene=scene, poses=neighbors(both))
         wrenches = numpy.array(answer["wrenches"])
         differences = (wrenches[1::2] - wrenches[0::2]).T / (2 * DIFFERENCE)
         errors.append(abs(jacobian - differences).max() / abs(differences).max())

@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """The gradient of a long rollout with contact by 1,000 controls, here and in MuJoCo MJX.
 
-Serves the decision which program to optimise controls with, through contact and friction: what a
+Serves the decision which program to optimize controls with, through contact and friction: what a
 gradient costs, in time and in rollouts, and how right it is. Run
 
     python3 benches/peers/gradients.py            # three minutes to a quarter of an hour, most of it compilation in JAX

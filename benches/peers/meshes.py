@@ -8,7 +8,7 @@ import numpy
 
 
 def icosphere(radius, order):
-    """A sphere of 20·4^order tetrahedra, from its centre to an icosahedron subdivided `order` times."""
+    """A sphere of 20·4^order tetrahedra, from its center to an icosahedron subdivided `order` times."""
     golden = (1 + math.sqrt(5)) / 2
     corners = [
         numpy.roll([0.0, first, second * golden], turn)
@@ -56,7 +56,7 @@ def _star(points, triangles):
 
 
 def cube(edge):
-    """Twelve tetrahedra, from the centre to two triangles a face."""
+    """Twelve tetrahedra, from the center to two triangles a face."""
     points = numpy.array(list(itertools.product((-0.5, 0.5), repeat=3))) * edge
     triangles = []
     for axis, side in itertools.product(range(3), (0, 1)):
@@ -66,7 +66,7 @@ def cube(edge):
 
 
 def cuboid(lengths, cells=1):
-    """From its centre to two triangles a face; with more cells a layered one."""
+    """From its center to two triangles a face; with more cells a layered one."""
     vertices, tets = cube(1.0) if cells == 1 else layered_cube(1.0, cells)
     return vertices * numpy.array(lengths), tets
 
@@ -84,7 +84,7 @@ def moments(mesh, mass):
 
 def layered_cube(edge, cells):
     """A grid of cells³ cubes (an even number each way) of six tetrahedra. Each has a corner of its
-    cube that is nearest to the centre, so none has all corners on the surface."""
+    cube that is nearest to the center, so none has all corners on the surface."""
     size, half = cells + 1, cells // 2
     grid = numpy.array(list(itertools.product(range(size), repeat=3)))
     index = lambda place: (place[0] * size + place[1]) * size + place[2]

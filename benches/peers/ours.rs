@@ -7,7 +7,7 @@
 //! `steps` times a rollout of a ball at rest on a box, or the Jacobian of one.
 
 use hydroelastic::contact::{
-    ContactBody, ContactPair, HalfSpace, LinearisedContact, RigidShape, Shape,
+    ContactBody, ContactPair, HalfSpace, LinearizedContact, RigidShape, Shape,
 };
 use hydroelastic::dynamics::{Body, Mass, Material, Plan, State, World};
 use hydroelastic::gradient::{Experiment, FinalState, Parameter};
@@ -142,7 +142,7 @@ impl Server {
         let mut times = ContactTimes::default();
         for numbers in poses {
             let poses = both_poses(numbers)?;
-            let work = || Ok(pair(&shapes, black_box(poses), scene.modulus)?.linearised());
+            let work = || Ok(pair(&shapes, black_box(poses), scene.modulus)?.linearized());
             let (seconds, contact) = timed(work)?;
             times.push(seconds, &contact.wrench.on_a);
             times.jacobians.push(rows_by_poses(&contact));
@@ -288,7 +288,7 @@ fn pose(numbers: &PoseNumbers) -> Answer<Pose> {
 }
 
 /// Rows of the derivatives of the wrench on A, by both poses.
-fn rows_by_poses(contact: &LinearisedContact) -> Vec<Vec<f64>> {
+fn rows_by_poses(contact: &LinearizedContact) -> Vec<Vec<f64>> {
     (0..6)
         .map(|row| contact.by_poses.row(row).iter().copied().collect())
         .collect()

@@ -6,7 +6,7 @@ DIFFERENCE = 1e-6  # m and rad, to either side
 
 
 def random_poses(generator, distance):
-    """Two bodies turned at random, their centres a distance apart in a random direction."""
+    """Two bodies turned at random, their centers a distance apart in a random direction."""
     center = generator.normal(size=3)
     apart = generator.normal(size=3)
     apart *= distance / numpy.linalg.norm(apart)
@@ -26,7 +26,7 @@ def rotation(vector):
     return numpy.eye(3) + numpy.sin(angle) * axis + (1 - numpy.cos(angle)) * axis @ axis
 
 
-def neighbours(poses):
+def neighbors(poses):
     """The poses with each of twelve numbers a little less, then a little more."""
     moved = []
     for body in range(2):

@@ -2,13 +2,13 @@
 
 A cup of radius 40 mm and height 95 mm with walls of 4 mm, and a handle of half a ring.
 
-Script and mesh are our own work, under the licence of the repository.
+Script and mesh are our own work, under the license of the repository.
 """
 
 import gmsh
 
 RADIUS, HEIGHT, WALL = 0.040, 0.095, 0.004
-# The ring of the handle has its axis along y: its radii, its width, and the height of its centre (m).
+# The ring of the handle has its axis along y: its radii, its width, and the height of its center (m).
 OUTER, INNER, WIDTH, MIDDLE = 0.031, 0.022, 0.010, 0.048
 # Length of edges (m).
 SIZE = 0.0095

@@ -32,7 +32,7 @@ const NOISY_ERROR: f64 = 0.02;
 const ITERATIONS: usize = 7;
 
 fn main() -> Result<(), Box<dyn Error>> {
-    let clean = linearised(&TRUTH)?.value;
+    let clean = linearized(&TRUTH)?.value;
     let mut random = StdRng::seed_from_u64(1);
     // Uniform numbers between ∓√3 have standard deviation 1.
     let mut noise = || NOISE * 3.0_f64.sqrt() * random.random_range(-1.0..1.0);
@@ -62,7 +62,7 @@ fn main() -> Result<(), Box<dyn Error>> {
 fn fitted(recorded: &DVector<f64>) -> Result<(Vector3<f64>, Vec<f64>), Box<dyn Error>> {
     let (mut numbers, mut misfits) = (GUESS, Vec::new());
     for _ in 0..ITERATIONS {
-        let OutcomeJacobian { value, jacobian } = linearised(&numbers)?;
+        let OutcomeJacobian { value, jacobian } = linearized(&numbers)?;
         let misfit = recorded - value;
         misfits.push(misfit.norm());
         let step = jacobian.svd(true, true).solve(&misfit, 0.0)?;
@@ -72,7 +72,7 @@ fn fitted(recorded: &DVector<f64>) -> Result<(Vector3<f64>, Vec<f64>), Box<dyn E
 }
 
 /// The track and its derivatives by the logarithms of the three numbers.
-fn linearised(numbers: &Vector3<f64>) -> Result<OutcomeJacobian, Box<dyn Error>> {
+fn linearized(numbers: &Vector3<f64>) -> Result<OutcomeJacobian, Box<dyn Error>> {
     let plan = Plan::new(TIME_STEP, STEPS)?.recording_every(RECORD_EVERY);
     let throw = Experiment::new(bounce::world(numbers)?, &plan);
     let by = [Modulus, Dissipation, Friction].map(|of| of("ball".into()));

@@ -5,7 +5,7 @@ use super::chart::{self, Axes};
 use super::energies::Energies;
 use super::names::{self, Sample};
 use super::strobe::{self, Flash};
-use super::style::{BLUE, GREY, RED, ground};
+use super::style::{BLUE, GRAY, RED, ground};
 use super::{Answer, Area};
 use hydroelastic::dynamics::Trajectory;
 use plotters::prelude::*;
@@ -53,12 +53,12 @@ fn draw_side_view(area: &Area, lossless: &Trajectory, lossy: &Trajectory) -> Ans
     let axes = Axes {
         title: "A ball dropped on a block, seen every 0.06 s",
         x: ("time (s)", TIMES),
-        y: ("height of the centre (m)", heights.clone()),
+        y: ("height of the center (m)", heights.clone()),
         right: NAMES,
     };
     let mut chart = chart::on(area, axes)?;
     let block = [(TIMES.start, heights.start), (TIMES.end, 0.0)];
-    chart.draw_series([Rectangle::new(block, GREY.mix(0.5).filled())])?;
+    chart.draw_series([Rectangle::new(block, GRAY.mix(0.5).filled())])?;
     let flash = |center| Flash { center, turn: 0.0 };
     let flashes: Vec<_> = places(lossless, FLASH).into_iter().map(flash).collect();
     strobe::draw(&mut chart, &flashes, RADIUS * scale)?;
@@ -69,7 +69,7 @@ fn draw_side_view(area: &Area, lossless: &Trajectory, lossy: &Trajectory) -> Ans
             "without dissipation",
         ),
         (Sample::Line(RED.stroke_width(3)), LOSSY_NAME),
-        (Sample::Patch(GREY.mix(0.5).filled()), "block"),
+        (Sample::Patch(GRAY.mix(0.5).filled()), "block"),
     ];
     names::draw(area, chart::beside(area, NAMES)?, &curves)
 }

@@ -7,7 +7,7 @@ use hydroelastic::mesh::shapes;
 use hydroelastic::spatial::Pose;
 use nalgebra::vector;
 
-/// Radius of the ball, and height of its centre over the block at the start (m).
+/// Radius of the ball, and height of its center over the block at the start (m).
 pub const RADIUS: f64 = 0.05;
 const HEIGHT: f64 = 0.4;
 

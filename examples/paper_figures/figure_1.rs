@@ -71,7 +71,7 @@ fn draw_bodies(area: &Area, view: &View, pair: &ContactPair, contact: &ContactSu
     Ok(())
 }
 
-/// The force on the ball from the centre of pressure.
+/// The force on the ball from the center of pressure.
 fn draw_force(area: &Area, view: &View, contact: &ContactSurface, force: &Vector3<f64>) -> Answer {
     let center = contact.center_of_pressure().ok_or("nothing presses")?;
     let ends = [center, center + force * ARROW].map(|point| view.pixel(&point));

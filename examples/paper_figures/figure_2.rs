@@ -56,7 +56,7 @@ fn draw_icosphere(area: &Area, order: usize) -> Answer<f64> {
     Ok(1.0 - share)
 }
 
-/// The colour of a face under a large lamp at the upper left.
+/// The color of a face under a large lamp at the upper left.
 fn lit(normal: &Vector3<f64>) -> RGBColor {
     let lamp = vector![-0.35, -1.0, 1.1].normalize();
     let light = 0.5 + 0.5 * normal.dot(&lamp);

@@ -13,7 +13,7 @@ use std::path::Path;
 
 const SIZE: (u32, u32) = (1600, 900);
 
-/// The paper's cubes have pressure ½ at their centres.
+/// The paper's cubes have pressure ½ at their centers.
 const MODULUS: f64 = 0.5;
 
 /// Offsets from 0 to 1, and to −1; so many of them are between two that are drawn.
@@ -57,7 +57,7 @@ fn closed_form(offset: f64) -> f64 {
 fn draw_chart(path: &Path, forces: &[(f64, f64)]) -> Answer {
     let area = ground(path, SIZE)?;
     let axes = Axes {
-        title: "Force between two unit cubes, centred at (0, 0, 0) and (0, x, 0)",
+        title: "Force between two unit cubes, centerd at (0, 0, 0) and (0, x, 0)",
         x: ("offset x (m)", -1.05..1.05),
         y: ("magnitude of the force (N)", -0.006..0.18),
         right: 40,

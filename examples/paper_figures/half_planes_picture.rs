@@ -3,21 +3,21 @@
 use super::chart::{self, Axes};
 use super::figure_4::{LOWER, UPPER};
 use super::names::{self, Sample};
-use super::style::{BLUE, GREEN, GREY, ORANGE, RED, letters, write};
+use super::style::{BLUE, GRAY, GREEN, ORANGE, RED, letters, write};
 use super::view::{Pixel, whole};
 use super::{Answer, Area};
 use nalgebra::Vector2;
 use plotters::prelude::*;
 use plotters::style::text_anchor::HPos;
 
-/// Pixels per metre, and the pixel of the origin in a panel.
+/// Pixels per meter, and the pixel of the origin in a panel.
 const SCALE: f64 = 340.0;
 const ORIGIN: Pixel = (400, 450);
 
 /// Borders are drawn beyond their triangles by this share of their length.
 const BEYOND: f64 = 0.12;
 
-/// Nanometres in a metre.
+/// Nanometers in a meter.
 const NANO: f64 = 1e9;
 
 /// Pixels at the right for names.
@@ -83,13 +83,13 @@ pub fn draw_gap(area: &Area, tolerance: f64) -> Answer {
     let gap = |corner: usize, of: usize| (UPPER[corner][1] - LOWER[of][1]) * NANO;
     let upper = [(UPPER[0][0], gap(0, 2)), (UPPER[1][0], gap(1, 1))];
     let level = |height: f64| [(LOWER[2][0], height), (LOWER[1][0], height)];
-    let [orange, grey, blue] = [ORANGE, GREY, BLUE].map(|color| color.stroke_width(4));
+    let [orange, gray, blue] = [ORANGE, GRAY, BLUE].map(|color| color.stroke_width(4));
     chart::line(&mut chart, orange, &upper)?;
-    chart.draw_series(DashedLineSeries::new(level(tolerance * NANO), 10, 7, grey))?;
+    chart.draw_series(DashedLineSeries::new(level(tolerance * NANO), 10, 7, gray))?;
     chart::line(&mut chart, blue, &level(0.0))?;
     let curves = [
         (Sample::Line(orange), "upper triangle’s border"),
-        (Sample::Dashes(grey), "tolerance of the paper’s code"),
+        (Sample::Dashes(gray), "tolerance of the paper’s code"),
         (Sample::Line(blue), "lower triangle’s border"),
         (Sample::Dot(11, GREEN.filled()), "corner found (left: two)"),
     ];

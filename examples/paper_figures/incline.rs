@@ -12,7 +12,7 @@ pub const GRAVITY: f64 = 9.81;
 /// Angle θ of the slope (rad).
 pub const SLOPE: f64 = 0.3;
 
-/// Radius (m) and mass (kg) of the ball, and height of its centre over where it first touches (m).
+/// Radius (m) and mass (kg) of the ball, and height of its center over where it first touches (m).
 pub const RADIUS: f64 = 0.1;
 const MASS: f64 = 1.0;
 const DROP_HEIGHT: f64 = 0.6;

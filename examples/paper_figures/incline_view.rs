@@ -3,7 +3,7 @@
 use super::chart::{self, Axes};
 use super::incline::{RADIUS, SLOPE};
 use super::strobe::{self, Flash};
-use super::style::GREY;
+use super::style::GRAY;
 use super::{Answer, Area};
 use hydroelastic::dynamics::State;
 use plotters::prelude::*;
@@ -34,7 +34,7 @@ pub fn draw(area: &Area, states: &[State]) -> Answer {
     let ends = [ACROSS.start, ACROSS.end];
     let [upper, lower] = ends.map(|x| (x, -x * SLOPE.tan()));
     let slope = [upper, lower, (ACROSS.end, bottom), (ACROSS.start, bottom)];
-    chart.draw_series([Polygon::new(slope.to_vec(), GREY.mix(0.5).filled())])?;
+    chart.draw_series([Polygon::new(slope.to_vec(), GRAY.mix(0.5).filled())])?;
     let flashes: Vec<_> = states.iter().step_by(FLASH).map(flash).collect();
     strobe::draw(&mut chart, &flashes, RADIUS * scale)
 }

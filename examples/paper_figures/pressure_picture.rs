@@ -1,4 +1,4 @@
-//! A contact surface in colours of its pressure.
+//! A contact surface in colors of its pressure.
 
 use super::color_bar::{self, LEVELS};
 use super::solid::{Face, draw_edges, fill};
@@ -9,7 +9,7 @@ use hydroelastic::contact::{ContactPolygon, ContactSurface};
 use hydroelastic::geometry::AffineField;
 use plotters::prelude::*;
 
-/// The place of the colour bar, pascals in a kilopascal, and kilopascals between marks.
+/// The place of the color bar, pascals in a kilopascal, and kilopascals between marks.
 const BAR: (i32, i32) = (1090, 360);
 const KILO: f64 = 1e3;
 const EVERY: f64 = 5.0;
@@ -20,7 +20,7 @@ const NOTHING: f64 = 1e-12;
 /// A bit that no side of a contact polygon has to have: who lies on which side is not asked.
 const SIDE: u8 = 0b1000_0000;
 
-/// Draws the polygons, shaded in levels, and the colour bar.
+/// Draws the polygons, shaded in levels, and the color bar.
 pub fn draw(area: &Area, view: &View, contact: &ContactSurface) -> Answer {
     let highest = highest_pressure(contact);
     // Level by level over the whole surface: in the seams between polygons the level before shows.

@@ -27,7 +27,7 @@ impl Face {
     }
 }
 
-/// The surface of a posed mesh in one colour.
+/// The surface of a posed mesh in one color.
 pub fn surface(mesh: &TetMesh, pose: &Pose, color: RGBAColor) -> Vec<Face> {
     let corner = |vertex: usize| pose.transformed_point(&mesh.vertices()[vertex]);
     let triangles = mesh.surface_triangles().iter();

@@ -6,10 +6,10 @@ use super::style::{BLUE, INK};
 use super::view::whole;
 use plotters::prelude::*;
 
-/// Where a ball's mark is, in radii from its centre.
+/// Where a ball's mark is, in radii from its center.
 const MARK: f64 = 0.75;
 
-/// A ball at one time: where its centre is drawn, and how far it has turned in the picture's plane
+/// A ball at one time: where its center is drawn, and how far it has turned in the picture's plane
 /// (rad, clockwise).
 pub struct Flash {
     pub center: (f64, f64),

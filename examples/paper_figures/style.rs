@@ -1,4 +1,4 @@
-//! Colours and letters. The colours can be told apart by the colour-blind (M. Okabe, K. Ito).
+//! Colors and letters. The colors can be told apart by the color-blind (M. Okabe, K. Ito).
 
 use super::{Answer, Area};
 use plotters::prelude::*;
@@ -11,7 +11,7 @@ pub const GREEN: RGBColor = RGBColor(0, 158, 115);
 pub const ORANGE: RGBColor = RGBColor(230, 159, 0);
 pub const PURPLE: RGBColor = RGBColor(204, 121, 167);
 pub const INK: RGBColor = RGBColor(40, 40, 40);
-pub const GREY: RGBColor = RGBColor(130, 130, 130);
+pub const GRAY: RGBColor = RGBColor(130, 130, 130);
 pub const FAINT: RGBColor = RGBColor(225, 225, 225);
 
 /// A white ground of so many pixels.
@@ -38,7 +38,7 @@ pub fn write(
     Ok(())
 }
 
-/// A colour between two.
+/// A color between two.
 pub fn between(from: RGBColor, to: RGBColor, share: f64) -> RGBColor {
     let mixed = |a: u8, b: u8| channel(f64::from(a) + share * (f64::from(b) - f64::from(a)));
     RGBColor(

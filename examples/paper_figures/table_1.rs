@@ -2,7 +2,7 @@
 
 use super::log_axis::LogAxis;
 use super::names::{self, Sample};
-use super::style::{BLUE, FAINT, GREEN, GREY, INK, ORANGE, PURPLE, RED, ground, letters, write};
+use super::style::{BLUE, FAINT, GRAY, GREEN, INK, ORANGE, PURPLE, RED, ground, letters, write};
 use super::table_1_times::{ROWS, check_rows};
 use super::{Answer, Area};
 use plotters::coord::types::RangedCoordf64;
@@ -17,7 +17,7 @@ const TITLE: &str = "Time of one contact of two icospheres, by what is switched 
 /// Pixels at the right, for the names.
 const NAMES: u32 = 430;
 
-const COLORS: [RGBColor; 6] = [GREY, BLUE, PURPLE, ORANGE, GREEN, RED];
+const COLORS: [RGBColor; 6] = [GRAY, BLUE, PURPLE, ORANGE, GREEN, RED];
 
 type Chart<'a, 'b> = ChartContext<'a, SVGBackend<'b>, Cartesian2d<RangedCoordf64, LogAxis>>;
 

@@ -42,7 +42,7 @@ pub const ROWS: [Row; 6] = [
     },
 ];
 
-/// Every optimisation pays at every order, in both programs.
+/// Every optimization pays at every order, in both programs.
 pub fn check_rows() {
     for pair in ROWS.windows(2) {
         let both = [(pair[0].paper, pair[1].paper), (pair[0].ours, pair[1].ours)];

@@ -10,23 +10,23 @@ pub struct View {
     right: Vector3<f64>,
     up: Vector3<f64>,
     /// Unit vector from what is seen to the viewer.
-    towards: Vector3<f64>,
+    toward: Vector3<f64>,
     /// The point (m) that is seen at the pixel `center`.
     pub target: Vector3<f64>,
     pub center: Pixel,
-    /// Pixels per metre.
+    /// Pixels per meter.
     pub scale: f64,
 }
 
 impl View {
     /// Seen from a direction, z upwards.
     pub fn from(direction: Vector3<f64>, center: Pixel, scale: f64) -> Self {
-        let towards = direction.normalize();
-        let right = Vector3::z().cross(&towards).normalize();
+        let toward = direction.normalize();
+        let right = Vector3::z().cross(&toward).normalize();
         Self {
             right,
-            up: towards.cross(&right),
-            towards,
+            up: toward.cross(&right),
+            toward,
             target: Vector3::zeros(),
             center,
             scale,
@@ -45,7 +45,7 @@ impl View {
 
     /// How near to the viewer a point is (m), beside others.
     pub fn nearness(&self, point: &Vector3<f64>) -> f64 {
-        self.towards.dot(point)
+        self.toward.dot(point)
     }
 }
 

@@ -16,7 +16,7 @@ use nalgebra::Vector3;
 use std::cell::RefCell;
 use std::rc::Rc;
 
-/// The guess: a force (N) towards the goal, more than friction holds. Without any the block would stick, and its motion hardly
+/// The guess: a force (N) toward the goal, more than friction holds. Without any the block would stick, and its motion hardly
 /// depend on pushes.
 const GUESS: f64 = 4.0;
 /// For this share of the time.

@@ -1,5 +1,5 @@
-//! An iterative linear-quadratic regulator over the intervals of a control: each iteration linearises the block's motion over
-//! every interval, and improves the pushes by the feedback that is optimal for the linearised motion.
+//! An iterative linear-quadratic regulator over the intervals of a control: each iteration linearizes the block's motion over
+//! every interval, and improves the pushes by the feedback that is optimal for the linearized motion.
 
 use crate::scene::{
     BY_ANGLE, BY_PLACE, BY_SPIN, BY_VELOCITY, Found, NEAR, PUSHES, Pushed, STEPS, Scene, TIME_STEP,
@@ -94,7 +94,7 @@ impl Regulator {
 
     /// One with less cost, if any is found.
     fn improved(&self, last: &Iteration) -> Found<Option<Iteration>> {
-        let (motions, old) = (self.linearised(last)?, pushes(&last.world));
+        let (motions, old) = (self.linearized(last)?, pushes(&last.world));
         for damping in DAMPINGS {
             let feedback = self.feedback(last, &motions, damping)?;
             for share in SHARES {
@@ -141,7 +141,7 @@ impl Regulator {
         })
     }
 
-    /// The optimal feedback for the motion linearised about an iteration: the Riccati recursion, from the end.
+    /// The optimal feedback for the motion linearized about an iteration: the Riccati recursion, from the end.
     fn feedback(&self, last: &Iteration, motions: &[Motion], damping: f64) -> Found<Vec<Feedback>> {
         let count = last.states.len() - 1;
         let away = last.world.displacement(&self.goal, &last.states[count])?;
@@ -166,12 +166,12 @@ impl Regulator {
     }
 
     /// The state after each interval by that before it and by its pushes.
-    fn linearised(&self, last: &Iteration) -> Found<Vec<Motion>> {
+    fn linearized(&self, last: &Iteration) -> Found<Vec<Motion>> {
         let mut motions = Vec::new();
         for interval in 0..last.states.len() - 1 {
             let world = last.world.clone().starting_from(&last.states[interval])?;
             let control = Parameter::Control(last.world.controls()[0].body().into(), interval);
-            let found = Experiment::new(&world, &self.last_only()).linearised(&[control])?;
+            let found = Experiment::new(&world, &self.last_only()).linearized(&[control])?;
             let by_pushes = found.by_parameters.select_columns(&PUSHES);
             motions.push([found.by_state, by_pushes]);
         }

@@ -1,4 +1,4 @@
-//! A block with its weight off centre, and the soft ground it lies on.
+//! A block with its weight off center, and the soft ground it lies on.
 
 use hydroelastic::contact::{HalfSpace, Shape};
 use hydroelastic::dynamics::{Body, Integrator, Mass, Material, Plan, Trajectory, World};
@@ -10,7 +10,7 @@ use std::sync::Arc;
 /// Moduli (Pa) of block and ground, and their dissipation (s/m).
 pub const MODULI: [f64; 2] = [2e5, 5e4];
 const DISSIPATION: f64 = 5.0;
-/// Gravity (m/s²); mass of the block (kg), and its centre of mass (m) from the middle.
+/// Gravity (m/s²); mass of the block (kg), and its center of mass (m) from the middle.
 pub const GRAVITY: Vector3<f64> = Vector3::new(0.0, 0.0, -9.81);
 pub const MASS: f64 = 2.0;
 pub const CENTER_OF_MASS: Vector3<f64> = Vector3::new(0.02, -0.01, -0.01);

@@ -1,4 +1,4 @@
-//! How does a block with its weight off centre come to rest on soft ground?
+//! How does a block with its weight off center come to rest on soft ground?
 //!
 //! `cargo run --release --example settle [-- --record FILE.glb --plot FILE.svg]`
 //!
@@ -90,7 +90,7 @@ fn main() -> Result<(), Box<dyn Error>> {
 
 /// Contact and weight about the block's origin, and the derivatives by the block's pose.
 fn net_wrench(pair: &ContactPair) -> (Vector6<f64>, Matrix6<f64>) {
-    let contact = pair.linearised();
+    let contact = pair.linearized();
     let arm = pair.a().pose().rotation() * CENTER_OF_MASS;
     let force = GRAVITY * MASS;
     let torque = arm.cross(&force);

@@ -11,7 +11,7 @@ use std::path::Path;
 const SIZE: (u32, u32) = (840, 240);
 /// Room for the names of the curves, right of them (pixels).
 const LEGEND: i32 = 130;
-/// Told apart by colour-blind eyes too [Okabe 2008].
+/// Told apart by color-blind eyes too [Okabe 2008].
 const COLORS: [RGBColor; 4] = [
     RGBColor(0, 114, 178),
     RGBColor(230, 159, 0),

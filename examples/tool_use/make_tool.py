@@ -1,6 +1,6 @@
 """Writes the hook of this example beside itself: python3 make_tool.py
 
-A rod of circular section bent to a J, with round ends, in millimetres. The lowest point is the origin, the shank along z, and
+A rod of circular section bent to a J, with round ends, in millimeters. The lowest point is the origin, the shank along z, and
 the bend in the plane y = 0.
 """
 
@@ -75,7 +75,7 @@ def triangles():
 def main():
     corners = list(triangles())
     with open(Path(__file__).parent / "tool.stl", "wb") as file:
-        file.write(b"A hook, in millimetres: make_tool.py".ljust(80, b" "))
+        file.write(b"A hook, in millimeters: make_tool.py".ljust(80, b" "))
         file.write(struct.pack("<I", len(corners)))
         for triangle in corners:
             # Readers work out normals.

@@ -196,7 +196,7 @@ impl Motion {
 }
 
 fn check(pair: &ContactPair, motion: &Motion) {
-    let contact = pair.linearised();
+    let contact = pair.linearized();
     let wrench = contact.wrench;
     assert_finite(contact.jacobian().as_slice());
     let scale = force_scale(pair);
@@ -214,11 +214,11 @@ fn check(pair: &ContactPair, motion: &Motion) {
 
     let (law, twists) = (motion.law(), motion.twists());
     let moving = pair.moving(law, twists).wrench();
-    let linearised = pair.moving(law, twists).linearised();
-    assert_finite(linearised.jacobian().as_slice());
+    let linearized = pair.moving(law, twists).linearized();
+    assert_finite(linearized.jacobian().as_slice());
     let scale = scale * motion_scale(pair, &law, &twists);
     assert_opposite(pair, &moving, scale);
-    let own = linearised.wrench.on_a;
+    let own = linearized.wrench.on_a;
     assert_same(
         &own,
         &moving.on_a,

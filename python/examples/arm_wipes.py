@@ -63,11 +63,11 @@ def mean_force(robot, per_velocity, depth):
     """The mean normal force (N) while wiping, its derivatives by the depth (N/m) and by the material, and the friction (N)."""
     nv = robot.model.nv
     feedback = controller(robot.model, per_velocity, depth)
-    motion, jacobian = robot.linearised_rollout(START, np.zeros(nv), feedback, TIME_STEP, STEPS, record_every=EVERY)
+    motion, jacobian = robot.linearized_rollout(START, np.zeros(nv), feedback, TIME_STEP, STEPS, record_every=EVERY)
     records = np.flatnonzero(motion.times > SETTLED)
     force, by_depth, by_material, friction = 0.0, 0.0, np.zeros(4), 0.0
     for k in records:
-        found = robot.linearised_wrenches(motion.q[k], motion.v[k])
+        found = robot.linearized_wrenches(motion.q[k], motion.v[k])
         by_state = np.r_[found.by_q[0, 5], found.by_v[0, 5]]  # row 5: the force on the fingertip along z
         force += found.wrenches[0, 5] / len(records)
         by_depth += by_state @ jacobian.by_parameters[k, :, 0] / len(records)

@@ -17,7 +17,7 @@ at_origin = he.pose()
 sliding = np.array([0.1, 0.2, -0.3, 0.5, 0.1, -0.05])  # spin (rad/s), velocity (m/s)
 still = np.zeros(6)
 
-wrench, jacobian = pair.linearised(on_block, at_origin, sliding, still)  # (12,), (12, 28)
+wrench, jacobian = pair.linearized(on_block, at_origin, sliding, still)  # (12,), (12, 28)
 print("on the ball: torque (N m)", wrench[:3].round(5), "force (N)", wrench[3:6].round(3))
 
 # Columns 0 to 5 are by a motion of the ball: a turn about its own center (rad), and a shift (m).

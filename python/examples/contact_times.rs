@@ -31,13 +31,13 @@ fn main() -> Result<(), Box<dyn Error>> {
             Ok(ContactPair::new(a, ContactBody::new(&block, pose_b, 1e6)?))
         };
         println!(
-            "order {order}: wrench {:.2}, with Jacobian {:.2}, in motion {:.2}, linearised {:.2}",
+            "order {order}: wrench {:.2}, with Jacobian {:.2}, in motion {:.2}, linearized {:.2}",
             least(3000, || pair().map(|it| it.wrench())),
-            least(3000, || pair().map(|it| it.linearised())),
+            least(3000, || pair().map(|it| it.linearized())),
             least(3000, || pair()
                 .map(|it| it.moving(law, [twist; 2]).wrench())),
             least(3000, || pair()
-                .map(|it| it.moving(law, [twist; 2]).linearised())),
+                .map(|it| it.moving(law, [twist; 2]).linearized())),
         );
     }
     Ok(())

@@ -64,7 +64,7 @@ fn contact(found: &mut Found) -> Result<(), Box<dyn Error>> {
     );
     let pair = ContactPair::new(a, b);
     keep(found, "wrench", &both(&pair.wrench()));
-    let contact = pair.linearised();
+    let contact = pair.linearized();
     let rows = (0..12).flat_map(|row| {
         let of_row = contact.by_poses.row(row).into_owned();
         let by_moduli = contact.by_moduli.row(row).into_owned();
@@ -79,12 +79,12 @@ fn contact(found: &mut Found) -> Result<(), Box<dyn Error>> {
         "wrench in motion",
         &both(&pair.moving(law, twists()).wrench()),
     );
-    let linearised = pair.moving(law, twists()).linearised();
-    keep(found, "linearised wrench", &both(&linearised.wrench));
+    let linearized = pair.moving(law, twists()).linearized();
+    keep(found, "linearized wrench", &both(&linearized.wrench));
     keep(
         found,
-        "linearised jacobian",
-        &linearised.jacobian().transpose(),
+        "linearized jacobian",
+        &linearized.jacobian().transpose(),
     );
     keep(found, "energy", &[pair.potential_energy()]);
     let surface = pair.surface();
@@ -132,12 +132,12 @@ fn partners(found: &mut Found) -> Result<(), Box<dyn Error>> {
         ),
     ] {
         let pair = ContactPair::new(ball, partner);
-        let linearised = pair.moving(law, twists()).linearised();
+        let linearized = pair.moving(law, twists()).linearized();
         keep(found, name, &both(&pair.wrench()));
         keep(
             found,
             &format!("{name} jacobian"),
-            &linearised.jacobian().transpose(),
+            &linearized.jacobian().transpose(),
         );
         keep(found, &format!("{name} energy"), &[pair.potential_energy()]);
     }
@@ -272,10 +272,10 @@ fn worlds(found: &mut Found) -> Result<(), Box<dyn Error>> {
     by_rows(found, "end jacobian", &end.jacobian);
     let by_start = experiment.pullback(&by, by_last_state)?;
     keep(found, "pullback", &by_start);
-    let linearised =
-        Experiment::new(Arc::clone(&shared), &Plan::new(1e-3, 100)?).linearised(&by)?;
-    by_rows(found, "A", &linearised.by_state);
-    by_rows(found, "B", &linearised.by_parameters);
+    let linearized =
+        Experiment::new(Arc::clone(&shared), &Plan::new(1e-3, 100)?).linearized(&by)?;
+    by_rows(found, "A", &linearized.by_state);
+    by_rows(found, "B", &linearized.by_parameters);
     Ok(())
 }
 

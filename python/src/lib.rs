@@ -70,7 +70,7 @@ fn _core(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_class::<surface::Surface>()?;
     module.add_class::<shape_gradient::ShapeGradient>()?;
     module.add_class::<shape_rates::ShapeRates>()?;
-    module.add_class::<shape_rates::LinearisedShape>()?;
+    module.add_class::<shape_rates::LinearizedShape>()?;
     module.add_class::<body::Body>()?;
     module.add_class::<path::Path>()?;
     module.add_class::<force::Spring>()?;

@@ -8,7 +8,7 @@ use crate::pair_inputs::Inputs;
 use crate::poses::one;
 use crate::shape::Shape;
 use crate::surface::Surface;
-use hydroelastic::contact::{ContactPair, ContactWrench, LinearisedContact};
+use hydroelastic::contact::{ContactPair, ContactWrench, LinearizedContact};
 use hydroelastic::nalgebra::SMatrix;
 use hydroelastic::spatial::Pose;
 use numpy::PyUntypedArrayMethods;
@@ -114,13 +114,13 @@ pub fn write_columns<const R: usize, const C: usize>(
 }
 
 /// Writes the Jacobian at rest, row by row.
-fn write_at_rest(rows: &mut [f64], contact: &LinearisedContact) {
+fn write_at_rest(rows: &mut [f64], contact: &LinearizedContact) {
     write_columns(rows, AT_REST, 0, &contact.by_poses);
     write_columns(rows, AT_REST, 12, &contact.by_moduli);
 }
 
 /// Writes the Jacobian in motion, row by row.
-fn write_in_motion(rows: &mut [f64], contact: &LinearisedContact) {
+fn write_in_motion(rows: &mut [f64], contact: &LinearizedContact) {
     write_columns(rows, IN_MOTION, 0, &contact.by_poses);
     write_columns(rows, IN_MOTION, 12, &contact.by_twists);
     write_columns(rows, IN_MOTION, 24, &contact.by_moduli);
@@ -215,7 +215,7 @@ impl Pair {
         let (poses, twists, law) = ([pose_a, pose_b], [None, None], None);
         let inputs = Inputs::of(self, poses, twists, moduli, law)?;
         let found = inputs.found(py, self, BOTH * (1 + AT_REST), |at, row| {
-            let contact = at.pair.linearised();
+            let contact = at.pair.linearized();
             let (wrenches, rows) = row.split_at_mut(BOTH);
             wrenches.copy_from_slice(&wrench_numbers(&contact.wrench));
             write_at_rest(rows, &contact);
@@ -227,7 +227,7 @@ impl Pair {
     /// The wrenches of moving bodies, (12,), and their Jacobian, (12, 28), in closed form; or n of each. Columns: pose of A (6),
     /// pose of B (6), twist of A (6), twist of B (6), modulus of A, modulus of B, dissipation, friction.
     #[pyo3(signature = (pose_a, pose_b, twist_a=None, twist_b=None, *, moduli=None, law=None))]
-    fn linearised<'py>(
+    fn linearized<'py>(
         &self,
         py: Python<'py>,
         pose_a: &Bound<'py, PyAny>,
@@ -240,10 +240,10 @@ impl Pair {
         let (poses, twists) = ([pose_a, pose_b], [twist_a, twist_b]);
         let inputs = Inputs::of(self, poses, twists, moduli, law)?.moving();
         let found = inputs.found(py, self, BOTH * (1 + IN_MOTION), |at, row| {
-            let linearised = at.pair.linearised();
+            let linearized = at.pair.linearized();
             let (wrenches, rows) = row.split_at_mut(BOTH);
-            wrenches.copy_from_slice(&wrench_numbers(&linearised.wrench));
-            write_in_motion(rows, &linearised);
+            wrenches.copy_from_slice(&wrench_numbers(&linearized.wrench));
+            write_in_motion(rows, &linearized);
         })?;
         let wrenches = found.array(py, 0, &[BOTH])?;
         Ok((wrenches, found.array(py, BOTH, &[BOTH, IN_MOTION])?))

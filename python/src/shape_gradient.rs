@@ -12,7 +12,7 @@ use numpy::{PyArrayDyn, PyUntypedArrayMethods};
 use pyo3::prelude::*;
 
 /// The derivatives of a number by the shape of a body. Vertices are moved in the body's frame, while its pose, the modulus and all
-/// extents stay as they are. To what a shape is made of, the chain rule leads: along, LinearisedShape.pullback.
+/// extents stay as they are. To what a shape is made of, the chain rule leads: along, LinearizedShape.pullback.
 #[pyclass(frozen, get_all, module = "hydroelastic")]
 pub struct ShapeGradient {
     /// (v, 3) float64, or (n, v, 3): by each vertex, in the axes of the body's frame (over m). None for a half-space: v is 0.

@@ -6,7 +6,7 @@ use crate::arrays::{
 };
 use crate::errors::refused;
 use crate::shape::Shape;
-use hydroelastic::mesh::{self, LinearisedDistances, PressureField, TetMesh, shapes};
+use hydroelastic::mesh::{self, LinearizedDistances, PressureField, TetMesh, shapes};
 use hydroelastic::nalgebra::Vector3;
 use numpy::PyArrayDyn;
 use pyo3::prelude::*;
@@ -165,15 +165,15 @@ impl Shape {
 /// ------
 /// HydroelasticError if the mesh or the field is not valid; the message names the culprit.
 #[pyclass(frozen, module = "hydroelastic")]
-pub struct LinearisedShape {
+pub struct LinearizedShape {
     mesh: TetMesh,
     depth: Option<f64>,
     shape: Shape,
-    distances: LinearisedDistances,
+    distances: LinearizedDistances,
 }
 
 #[pymethods]
-impl LinearisedShape {
+impl LinearizedShape {
     #[new]
     #[pyo3(signature = (vertices, tets, depth=None))]
     fn new(
@@ -186,8 +186,8 @@ impl LinearisedShape {
         let tets = indices(tets, "tets")?;
         let mesh = TetMesh::new(vertices, tets).map_err(refused)?;
         let made = match depth {
-            None => PressureField::linearised_from_distance(&mesh),
-            Some(depth) => PressureField::linearised_from_distance_up_to(&mesh, depth),
+            None => PressureField::linearized_from_distance(&mesh),
+            Some(depth) => PressureField::linearized_from_distance_up_to(&mesh, depth),
         };
         let (field, distances) = made.map_err(refused)?;
         let shape = Shape::of(Ok(field))?;
@@ -245,7 +245,7 @@ impl LinearisedShape {
     fn __repr__(&self) -> String {
         let (shape, ambiguous) = (self.shape.__repr__(), self.distances.ambiguous().len());
         let count = self.mesh.vertex_count();
-        format!("LinearisedShape({shape} of {count} vertices, {ambiguous} ambiguous)")
+        format!("LinearizedShape({shape} of {count} vertices, {ambiguous} ambiguous)")
     }
 
     fn __getnewargs__<'py>(

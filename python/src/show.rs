@@ -24,11 +24,11 @@ fn html<'py>(value: &Bound<'py, PyAny>) -> PyResult<Bound<'py, PyAny>> {
 
 #[pymethods]
 impl Surface {
-    /// A picture of the polygons, coloured by pressure, for a notebook or a file: see hydroelastic.view.Picture.
+    /// A picture of the polygons, colored by pressure, for a notebook or a file: see hydroelastic.view.Picture.
     ///
     /// Parameters
     /// ----------
-    /// pressure_limit : the pressure (Pa) at the upper end of the colour bar; None for the greatest that is there.
+    /// pressure_limit : the pressure (Pa) at the upper end of the color bar; None for the greatest that is there.
     /// height : of the picture in a notebook (pixels).
     #[pyo3(signature = (*, pressure_limit=None, height=420))]
     fn show<'py>(
@@ -55,7 +55,7 @@ impl World {
     /// Parameters
     /// ----------
     /// state : a State of this world; None for its initial state.
-    /// pressure_limit : the pressure (Pa) at the upper end of the colour bar; None for the greatest that is there.
+    /// pressure_limit : the pressure (Pa) at the upper end of the color bar; None for the greatest that is there.
     /// height : of the picture in a notebook (pixels).
     #[pyo3(signature = (state=None, *, pressure_limit=None, height=420))]
     fn show<'py>(
@@ -85,7 +85,7 @@ impl Trajectory {
     /// world : the World whose trajectory it is, for its bodies and their contact surfaces. Without it, the frames of the bodies
     ///     and the paths of their origins are drawn.
     /// frames : how many of the states are drawn at most, evenly chosen, the first and the last among them.
-    /// pressure_limit : the pressure (Pa) at the upper end of the colour bar; None for the greatest that is there.
+    /// pressure_limit : the pressure (Pa) at the upper end of the color bar; None for the greatest that is there.
     /// height : of the picture in a notebook (pixels).
     #[pyo3(signature = (world=None, *, frames=100, pressure_limit=None, height=420))]
     fn show<'py>(

@@ -24,7 +24,7 @@ impl World {
             .map_err(refused)
     }
 
-    /// Writes a trajectory of this world as an animated glTF file (.glb), with contact surfaces coloured by pressure and arrows
+    /// Writes a trajectory of this world as an animated glTF file (.glb), with contact surfaces colored by pressure and arrows
     /// for forces, for Blender and any other viewer.
     ///
     /// Parameters

@@ -165,7 +165,7 @@ impl World {
     ///
     /// progress : as of jacobian.
     #[pyo3(signature = (plan, parameters=vec![], *, progress=None))]
-    fn linearised<'py>(
+    fn linearized<'py>(
         &self,
         py: Python<'py>,
         plan: &Plan,
@@ -179,7 +179,7 @@ impl World {
             .iter()
             .filter(|it| it.inertia().is_some());
         let watched = (12 * dynamic.count() + width(&by), progress);
-        let found = self.experiment(py, plan, watched, |it| it.linearised(&by))?;
+        let found = self.experiment(py, plan, watched, |it| it.linearized(&by))?;
         Ok((
             by_rows(py, &found.by_state)?,
             by_rows(py, &found.by_parameters)?,

@@ -38,7 +38,7 @@ def digest(_=None):
     explicit, implicit = (HEAP.rollout(plan).recorded() for plan in (EXPLICIT, IMPLICIT))
     step = HEAP.step(HEAP.initial_state, IMPLICIT)
     results = [
-        *PAIR.linearised(heights, he.pose(), twist, np.zeros(6)),
+        *PAIR.linearized(heights, he.pose(), twist, np.zeros(6)),
         LARGE.wrench(he.pose([0.0, 0.0, 0.17]), he.pose(), twist, np.zeros(6)),
         he.Shape.icosphere(0.1, 3).vertices,
         explicit.twists,

@@ -35,7 +35,7 @@ def columns(pair, pose_a, pose_b, twists):
 
 def test_contact_in_motion(ball_on_block, twists):
     pair, pose_a, pose_b = ball_on_block
-    _, jacobian = pair.linearised(pose_a, pose_b, *twists)
+    _, jacobian = pair.linearized(pose_a, pose_b, *twists)
     changed = columns(pair, pose_a, pose_b, twists)
     for column in range(28):
         step = 1.0 if column in (24, 25) else 1e-6
@@ -49,7 +49,7 @@ def test_contact_in_motion(ball_on_block, twists):
 def test_contact_at_rest_is_the_first_columns(ball_on_block):
     pair, pose_a, pose_b = ball_on_block
     wrench, jacobian = pair.wrench_and_jacobian(pose_a, pose_b)
-    _, whole = pair.linearised(pose_a, pose_b)
+    _, whole = pair.linearized(pose_a, pose_b)
     scale = np.abs(jacobian).max()
     assert np.abs(whole[:, :12] - jacobian[:, :12]).max() <= 1e-12 * scale
     assert np.abs(whole[:, 24:26] - jacobian[:, 12:]).max() <= 1e-12 * np.abs(wrench).max()
@@ -129,7 +129,7 @@ def test_a_step_to_first_order(bounce):
     state = he.State(0.0, np.stack([he.pose([0.01, 0.02, 0.19]), he.pose()]), np.array([[0.1] * 6, [0.0] * 6]))
     control = he.Parameter.control("ball", 0)
     world = world.replace(controls=[he.Control("ball", 1.0, np.zeros((1, 6)))], start=state)
-    a, b = world.linearised(plan, [control])
+    a, b = world.linearized(plan, [control])
     end = world.step(state, plan)
 
     def after(column):
@@ -186,7 +186,7 @@ def test_progress_of_derivatives_ends_at_the_number_of_steps(bounce):
     world.jacobian(plan, [he.Parameter.gravity()], progress=progress)
     assert len(seen) > 1 and seen == sorted(seen) and seen[-1] == (20_000, 20_000)
     seen.clear()
-    world.linearised(he.Plan(2e-5, 100), progress=progress)
+    world.linearized(he.Plan(2e-5, 100), progress=progress)
     assert seen[-1] == (100, 100)
     # Once for every 96 numbers.
     seen.clear()

@@ -183,7 +183,7 @@ def test_transition_differences_see_the_contact():
     # The stiffness in closed form: of the new upward velocity by the height.
     (pose_a, pose_b), time_step = contacts.poses(data)[0], model.opt.timestep
     twist = np.r_[data.xmat[1].reshape(3, 3) @ data.qvel[3:], data.qvel[:3]]
-    _, jacobian = contacts.contacts[0].pair.linearised(pose_a, pose_b, twist)
+    _, jacobian = contacts.contacts[0].pair.linearized(pose_a, pose_b, twist)
     assert without[8, 2] == pytest.approx(0.0, abs=1e-9)
     assert a[8, 2] == pytest.approx(time_step * jacobian[5, 5], rel=1e-5)
     assert a[8, 8] == pytest.approx(1.0 + time_step * jacobian[5, 17], rel=1e-7)

@@ -143,7 +143,7 @@ def cases(folder):
     ball, skin, world, plan = he.Shape.icosphere(0.1, 1), he.Material(1e5), scene(), he.Plan(1e-3, 2)
     rigid = he.RigidShape.around(ball)
     pair = he.Pair(ball, ball, 1e5, 1e5, he.SurfaceLaw(0.1, 0.2))
-    linearised = he.LinearisedShape(CORNERS, TET)
+    linearized = he.LinearizedShape(CORNERS, TET)
     state, trajectory = world.initial_state, world.rollout(plan).recorded()
     surface = pair.surface(EYE, he.pose([0.0, 0.0, 0.19]))
     gravity, batch = [he.Parameter.gravity()], he.Batch(plan)
@@ -212,7 +212,7 @@ def cases(folder):
         "Pair": (lambda **it: he.Pair(ball, ball, **it), {"modulus_a": Positive(1e5), "modulus_b": Positive(1e5)}),
         "Pair.wrench": (pair.wrench, moving),
         "Pair.wrench_and_jacobian": (pair.wrench_and_jacobian, poses | moduli),
-        "Pair.linearised": (pair.linearised, moving),
+        "Pair.linearized": (pair.linearized, moving),
         "Pair.shape_gradients": (pair.shape_gradients, moving | {"by_wrenches": np.ones(12)}),
         "Pair.vertex_jacobians": (pair.vertex_jacobians, moving),
         "Pair.vertex_jacobians (vertices)": (
@@ -228,13 +228,13 @@ def cases(folder):
             lambda ambiguous, **it: he.ShapeRates(ambiguous=[ambiguous], **it),
             {"vertices": np.ones((4, 3)), "extents": np.ones(4), "ambiguous": 0},
         ),
-        "LinearisedShape": (he.LinearisedShape, {"vertices": CORNERS, "tets": TET}),
-        "LinearisedShape (of a skin)": (lambda depth: he.LinearisedShape(CORNERS, TET, depth), {"depth": Positive(0.1)}),
-        "LinearisedShape.pullback": (
-            linearised.pullback,
-            {"by_vertices": np.ones_like(linearised.shape.vertices), "by_extents": np.ones_like(linearised.shape.extents)},
+        "LinearizedShape": (he.LinearizedShape, {"vertices": CORNERS, "tets": TET}),
+        "LinearizedShape (of a skin)": (lambda depth: he.LinearizedShape(CORNERS, TET, depth), {"depth": Positive(0.1)}),
+        "LinearizedShape.pullback": (
+            linearized.pullback,
+            {"by_vertices": np.ones_like(linearized.shape.vertices), "by_extents": np.ones_like(linearized.shape.extents)},
         ),
-        "LinearisedShape.rates": (linearised.rates, {"velocities": CORNERS}),
+        "LinearizedShape.rates": (linearized.rates, {"velocities": CORNERS}),
         "Surface": (lambda **it: he.Surface(**whole, **it), arrays),
         "Surface.show": (surface.show, shown),
         "Body.dynamic": (
@@ -456,15 +456,15 @@ def test_pinocchio_refuses_what_the_package_refuses():
         "ContactPair": (lambda **it: soft.ContactPair(pair, "ball", **it), {"pose_a": EYE, "pose_b": EYE}),
         "Robot.with_materials": (robot.with_materials, {"materials": np.array([[1e5, np.inf, 0.1, 0.2]])}),
         "Robot.acceleration": (robot.acceleration, driven),
-        "Robot.linearised": (robot.linearised, driven),
+        "Robot.linearized": (robot.linearized, driven),
         "Robot.wrenches": (robot.wrenches, state),
-        "Robot.linearised_wrenches": (robot.linearised_wrenches, state),
+        "Robot.linearized_wrenches": (robot.linearized_wrenches, state),
         "Robot.poses": (robot.poses, {"q": two}),
         "Robot.contact_energy": (robot.contact_energy, {"q": two}),
         "Robot.step": (robot.step, stepped),
-        "Robot.linearised_step": (robot.linearised_step, stepped),
+        "Robot.linearized_step": (robot.linearized_step, stepped),
         "Robot.rollout": (robot.rollout, rolled),
-        "Robot.linearised_rollout": (robot.linearised_rollout, rolled),
+        "Robot.linearized_rollout": (robot.linearized_rollout, rolled),
     }
     # A frame is a name or an index that is looked up in the model.
     assert_complete(callables_of(soft), table, {"ContactPair": {"frame_a", "frame_b"}})

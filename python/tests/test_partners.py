@@ -49,7 +49,7 @@ def test_a_cube_feels_the_force_of_the_closed_form_and_no_modulus_of_what_is_rig
         assert abs(wrench[5] - expected) < ROUND_OFF * expected * 10
         assert not jacobian[:, 13].any()
         assert abs(jacobian[5, 12] - expected / MODULUS) < 10 * ROUND_OFF * expected / MODULUS
-        _, jacobian = pair.linearised(pose_a, pose_b, [0.0] * 6, [0.0, 0.0, 0.0, 0.1, 0.0, 0.1])
+        _, jacobian = pair.linearized(pose_a, pose_b, [0.0] * 6, [0.0, 0.0, 0.0, 0.1, 0.0, 0.1])
         assert jacobian.shape == (12, 28) and not jacobian[:, 25].any()
         for ignored in (1.0, -1.0, np.nan, np.inf):
             assert np.array_equal(pair.wrench(pose_a, pose_b, moduli=np.array([MODULUS, ignored])), wrench)
@@ -72,9 +72,9 @@ def test_batches_have_the_bits_of_single_calls():
     heights = np.stack([he.pose([0.0, 0.0, z]) for z in np.linspace(0.08, 0.11, 9)])
     for ground, modulus, pose_b in grounds():
         pair = he.Pair(he.Shape.icosphere(0.1, 2), ground, MODULUS, modulus, he.SurfaceLaw(0.1, 0.3))
-        wrenches, jacobians = pair.linearised(heights, pose_b, [0.0, 0.0, 1.0, 0.5, 0.0, 0.0])
+        wrenches, jacobians = pair.linearized(heights, pose_b, [0.0, 0.0, 1.0, 0.5, 0.0, 0.0])
         for height, wrench, jacobian in zip(heights, wrenches, jacobians, strict=True):
-            single = pair.linearised(height, pose_b, [0.0, 0.0, 1.0, 0.5, 0.0, 0.0])
+            single = pair.linearized(height, pose_b, [0.0, 0.0, 1.0, 0.5, 0.0, 0.0])
             assert np.array_equal(single[0], wrench) and np.array_equal(single[1], jacobian)
 
 

@@ -85,7 +85,7 @@ def test_states_and_trajectories(scene):
 
 def test_pairs_surfaces_and_derivatives(ball_on_block, bounce):
     pair, pose_a, pose_b = ball_on_block
-    same(again(pair).linearised(pose_a, pose_b)[1], pair.linearised(pose_a, pose_b)[1])
+    same(again(pair).linearized(pose_a, pose_b)[1], pair.linearized(pose_a, pose_b)[1])
     surface = pair.surface(pose_a, pose_b)
     same(again(surface).pressures, surface.pressures)
     same(again(surface).tets, surface.tets)

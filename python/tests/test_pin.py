@@ -171,7 +171,7 @@ def test_surroundings_may_be_rigid_and_half_spaces(shape, modulus):
     robot, (q, v, tau) = grounded_arm(shape, modulus)
     model = robot.model
     assert robot.wrenches(q, v)[0, 5] > 0.1
-    found = robot.linearised(q, v, tau)
+    found = robot.linearized(q, v, tau)
     by_q = slopes(lambda dq: robot.acceleration(pinocchio.integrate(model, q, dq), v, tau), model.nv)
     assert deviation(found.by_q, by_q) <= DERIVATIVE
     by_v = slopes(lambda dv: robot.acceleration(q, v + dv, tau), model.nv)
@@ -201,7 +201,7 @@ def test_every_contact_of_the_scenes_presses(case):
 def test_accelerations_by_q_v_and_torques(case):
     robot, (q, v, tau) = case
     model = robot.model
-    found = robot.linearised(q, v, tau)
+    found = robot.linearized(q, v, tau)
     plain = robot.acceleration(q, v, tau)
     assert np.abs(found.a - plain).max() <= 1e-12 * np.abs(plain).max()
     by_q = slopes(lambda dq: robot.acceleration(pinocchio.integrate(model, q, dq), v, tau), model.nv)
@@ -215,13 +215,13 @@ def test_accelerations_by_q_v_and_torques(case):
 def test_accelerations_by_material(case):
     robot, (q, v, tau) = case
     found = by_materials(robot, lambda other: other.acceleration(q, v, tau))
-    assert material_deviation(robot.linearised(q, v, tau).by_material, found) <= DERIVATIVE
+    assert material_deviation(robot.linearized(q, v, tau).by_material, found) <= DERIVATIVE
 
 
 def test_wrenches_by_q_v_and_material(case):
     robot, (q, v, _) = case
     model = robot.model
-    found = robot.linearised_wrenches(q, v)
+    found = robot.linearized_wrenches(q, v)
     assert np.abs(found.wrenches - robot.wrenches(q, v)).max() <= 1e-12 * np.abs(found.wrenches).max()
     by_q = slopes(lambda dq: robot.wrenches(pinocchio.integrate(model, q, dq), v), model.nv)
     assert deviation(found.by_q, by_q) <= DERIVATIVE
@@ -241,9 +241,9 @@ def test_the_velocity_of_a_point_that_moves_is_what_counts():
     pinocchio.computeForwardKinematicsDerivatives(model, data, q, v, np.zeros(3))
     _, jacobian = pinocchio.getFrameVelocityDerivatives(model, data, frame.parentJoint, place, aligned)
     jacobian = np.vstack([jacobian[3:], jacobian[:3]])
-    _, by_all = contact.pair.linearised(*robot.poses(q)[0], jacobian @ v, np.zeros(6))
+    _, by_all = contact.pair.linearized(*robot.poses(q)[0], jacobian @ v, np.zeros(6))
     lost = np.cross((jacobian[:3] @ v)[:, None], jacobian[3:], axis=0)
-    exact = robot.linearised(q, v, tau)
+    exact = robot.linearized(q, v, tau)
     wrong = exact.by_tau @ jacobian.T @ by_all[:6, 15:18] @ lost
     assert np.abs(wrong).max() > 1e5 * DERIVATIVE * np.abs(exact.by_q).max()
 
@@ -252,7 +252,7 @@ def test_without_contact_it_is_pinocchio_alone():
     robot, (q, v, tau) = pressed_arm()
     model, data = robot.model, robot.model.createData()
     away = q + [0.0, 1.0, 0.0]
-    found = robot.linearised(away, v, tau)
+    found = robot.linearized(away, v, tau)
     by_q, by_v, by_tau = pinocchio.computeABADerivatives(model, data, away, v, tau)
     assert np.array_equal(found.by_q, by_q) and np.array_equal(found.by_v, by_v) and np.array_equal(found.by_tau, by_tau)
     assert np.array_equal(robot.acceleration(away, v, tau), pinocchio.aba(model, data, away, v, tau))
@@ -337,7 +337,7 @@ def test_the_limit_is_that_of_a_world():
     still = np.zeros(6)
     robot.step(q, still, still, 0.999 * limit)
     for excess in (1.001, 1.25, 10.0):
-        for step in (robot.step, robot.linearised_step):
+        for step in (robot.step, robot.linearized_step):
             with pytest.raises(TimeStepError, match="the stiffest is that of frame 'ball' and frame 'universe'") as caught:
                 step(q, still, still, excess * limit)
             assert caught.value.limit == pytest.approx(limit, rel=LIMIT)
@@ -349,7 +349,7 @@ def test_rollouts_above_the_limit_raise_and_keep_the_states_before():
     _, robot, q, limit = resting_ball(-1e-3)
     assert limit is None
     still = np.zeros(6)
-    for rollout in (robot.rollout, robot.linearised_rollout):
+    for rollout in (robot.rollout, robot.linearized_rollout):
         with pytest.raises(TimeStepError, match=r"^step \d+ \(t = 0\.\d+ s\): the time step of 0.005 s exceeds") as caught:
             rollout(q, still, still, 5e-3, 400)
         error = caught.value
@@ -363,7 +363,7 @@ def test_below_the_limit_a_rollout_converges_and_so_do_its_derivatives():
     found = []
     for part in (0.8, 0.02):
         steps = round(end / (part * limit))
-        motion, jacobian = robot.linearised_rollout(q, still, still, end / steps, steps, record_every=steps)
+        motion, jacobian = robot.linearized_rollout(q, still, still, end / steps, steps, record_every=steps)
         found.append((motion.q[-1, 2], jacobian.by_start[-1]))
     (coarse, by_start), (fine, of_fine) = found
     assert abs(coarse - fine) < 0.1 * abs(fine - q[2])
@@ -371,7 +371,7 @@ def test_below_the_limit_a_rollout_converges_and_so_do_its_derivatives():
     assert np.abs(by_start).max() < 2.0 * np.abs(of_fine).max()
     loose = Robot(robot.model, robot.contacts, check_stability=False)
     steps = round(end / (3.0 * limit))
-    _, jacobian = loose.linearised_rollout(q, still, still, end / steps, steps, record_every=steps)
+    _, jacobian = loose.linearized_rollout(q, still, still, end / steps, steps, record_every=steps)
     assert np.abs(jacobian.by_start[-1]).max() > 10.0 * np.abs(of_fine).max()
 
 
@@ -411,7 +411,7 @@ def test_a_step_to_first_order(case):
     robot, (q, v, tau) = case
     model, nv = robot.model, robot.model.nv
     time_step = 1e-3
-    found = robot.linearised_step(q, v, tau, time_step)
+    found = robot.linearized_step(q, v, tau, time_step)
     plain = robot.step(q, v, tau, time_step)
     assert np.allclose(found.q, plain[0], rtol=0.0, atol=1e-13) and np.allclose(found.v, plain[1], rtol=1e-12, atol=1e-13)
 
@@ -437,7 +437,7 @@ def contact_share(robot, motion):
 def test_500_steps_with_contact_and_friction():
     robot, (q, v, tau) = pressed_arm(order=2)
     time_step, steps = 2e-4, 500
-    motion, jacobian = robot.linearised_rollout(q, v, tau, time_step, steps, record_every=50)
+    motion, jacobian = robot.linearized_rollout(q, v, tau, time_step, steps, record_every=50)
     assert contact_share(robot, motion) > 0.3
     assert np.abs(motion.q[-1] - q).max() > 0.01
 
@@ -466,7 +466,7 @@ def test_a_controlled_rollout_by_its_parameters_and_a_quaternion_start():
         return feedback
 
     gains, steps, time_step = np.array([0.4, 0.05]), 40, 2e-4
-    motion, jacobian = robot.linearised_rollout(q, v, controller(gains), time_step, steps, record_every=steps)
+    motion, jacobian = robot.linearized_rollout(q, v, controller(gains), time_step, steps, record_every=steps)
     assert jacobian.by_start.shape == (2, 2 * nv, 2 * nv) and jacobian.by_material.shape == (2, 2 * nv, 3, 4)
 
     def end(change, gains=gains):
@@ -538,7 +538,7 @@ def test_refusals():
     with pytest.raises(he.HydroelasticError, match=r"q has shape \(2,\)"):
         robot.acceleration(q[:2], v, tau)
     with pytest.raises(TypeError, match="v is float32"):
-        robot.linearised(q, v.astype(np.float32), tau)
+        robot.linearized(q, v.astype(np.float32), tau)
     with pytest.raises(he.HydroelasticError, match="tau must be finite, but number 0"):
         robot.acceleration(q, v, np.array([np.nan, 0.0, 0.0]))
     with pytest.raises(he.HydroelasticError, match="must be finite"):

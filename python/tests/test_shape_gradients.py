@@ -89,7 +89,7 @@ def test_empty_batches_and_no_vertices_give_empty_arrays(ball_on_block, by_wrenc
             assert found.shape == (*shape, 0, 12, 3)
         by_a, by_b = pair.vertex_jacobians(poses, pose_b, [0, 1])
         assert by_a.shape == (*shape, 2, 12, 3) and by_b.shape == (*shape, 0, 12, 3)
-    for call in (pair.wrench, pair.potential_energy, pair.linearised, pair.wrench_and_jacobian):
+    for call in (pair.wrench, pair.potential_energy, pair.linearized, pair.wrench_and_jacobian):
         found = call(empty, pose_b)
         assert all(len(it) == 0 for it in (found if isinstance(found, tuple) else (found,)))
     for gradient in pair.shape_gradients(empty, pose_b, by_wrenches):
@@ -213,7 +213,7 @@ def test_meshes_below_fields_of_distances_equal_differences(ball_on_block, by_wr
     solid = he.Shape.icosphere(0.1, 1)
     # Without symmetries.
     vertices = solid.vertices + 1e-3 * random.uniform(-1.0, 1.0, solid.vertices.shape)
-    made = he.LinearisedShape(vertices, solid.tets, depth)
+    made = he.LinearizedShape(vertices, solid.tets, depth)
     assert made.ambiguous == []
     gradient, _ = he.Pair(made.shape, block, *pair.moduli).shape_gradients(pose_a, pose_b, by_wrenches)
     by_mesh, by_depth = made.pullback(gradient.by_vertices, gradient.by_extents)
@@ -221,7 +221,7 @@ def test_meshes_below_fields_of_distances_equal_differences(ball_on_block, by_wr
     velocities = random.uniform(-1.0, 1.0, vertices.shape)
 
     def value(time, change=0.0):
-        shape = he.LinearisedShape(vertices + time * velocities, solid.tets, None if depth is None else depth + change).shape
+        shape = he.LinearizedShape(vertices + time * velocities, solid.tets, None if depth is None else depth + change).shape
         return by_wrenches @ he.Pair(shape, block, *pair.moduli).wrench(pose_a, pose_b)
 
     difference = (value(1e-7) - value(-1e-7)) / 2e-7
@@ -234,13 +234,13 @@ def test_meshes_below_fields_of_distances_equal_differences(ball_on_block, by_wr
     assert np.isclose(gradient.along(made.rates_by_depth()), by_depth, rtol=0.0, atol=1e-6 * scale)
 
 
-def test_rates_and_linearised_shapes_can_be_pickled():
+def test_rates_and_linearized_shapes_can_be_pickled():
     rates = he.Shape.distance_cuboid_rates([0.2, 0.2, 0.2])
     loaded = pickle.loads(pickle.dumps(rates))
     assert np.array_equal(loaded.vertices, rates.vertices) and loaded.ambiguous == rates.ambiguous
     assert repr(loaded) == repr(rates) == "ShapeRates(vertices (3, 9, 3), extents (3, 9), 1 ambiguous)"
     solid = he.Shape.icosphere(0.1, 1)
-    made = he.LinearisedShape(solid.vertices, solid.tets, 0.03)
+    made = he.LinearizedShape(solid.vertices, solid.tets, 0.03)
     loaded = pickle.loads(pickle.dumps(made))
     assert repr(loaded) == repr(made)
     velocities = np.ones(solid.vertices.shape)

@@ -23,12 +23,12 @@ def test_a_batch_of_contacts_has_the_bits_of_a_loop(ball_on_block, twists):
     pair, pose_a, pose_b = ball_on_block
     poses = np.stack([he.moved_pose(pose_a, [0, 0, 0, 0, 0, -1e-4 * place]) for place in range(40)])
     moduli = np.array([[1e5 + 1e3 * place, 1e6] for place in range(40)])
-    wrenches, jacobians = pair.linearised(poses, pose_b, *twists, moduli=moduli)
+    wrenches, jacobians = pair.linearized(poses, pose_b, *twists, moduli=moduli)
     assert wrenches.shape == (40, 12) and jacobians.shape == (40, 12, 28)
     elastic, at_rest = pair.wrench_and_jacobian(poses, pose_b)
     energies = pair.potential_energy(poses, pose_b)
     for place in range(40):
-        wrench, jacobian = pair.linearised(poses[place], pose_b, *twists, moduli=moduli[place])
+        wrench, jacobian = pair.linearized(poses[place], pose_b, *twists, moduli=moduli[place])
         assert wrenches[place].tobytes() == wrench.tobytes()
         assert jacobians[place].tobytes() == jacobian.tobytes()
         wrench, jacobian = pair.wrench_and_jacobian(poses[place], pose_b)
@@ -81,9 +81,9 @@ def test_a_sample_that_is_refused_leaves_the_others(bounce):
         lambda world: world.rollout(he.Plan(2e-4, 8_000, record_every=8_000)).recorded(),
         lambda world: world.jacobian(he.Plan(2e-4, 3_000, record_every=3_000), [he.Parameter.gravity()]),
         lambda world: he.Batch(he.Plan(2e-4, 4_000, record_every=4_000)).of_worlds([world] * 4),
-        lambda world: world.linearised(he.Plan(2e-4, 2_000), [he.Parameter.gravity()]),
+        lambda world: world.linearized(he.Plan(2e-4, 2_000), [he.Parameter.gravity()]),
     ],
-    ids=["rollout", "jacobian", "batch", "linearised"],
+    ids=["rollout", "jacobian", "batch", "linearized"],
 )
 def test_other_threads_run_while_a_rollout_does(work):
     world, ticks, is_over = long_world(), [], threading.Event()
@@ -174,7 +174,7 @@ def test_ctrl_c_ends_a_rollout_before_its_next_step(work):
         "next(world.rollout(plan))",
         "world.step(world.initial_state, plan)",
         "world.kinks(plan)",
-        "world.linearised(plan)",
+        "world.linearized(plan)",
         "he.Batch(plan).of_worlds([world] * 3)",
     ],
 )

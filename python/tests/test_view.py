@@ -249,7 +249,7 @@ def page():
 
 
 def colored(pixels):
-    """How many pixels are neither white, grey nor black."""
+    """How many pixels are neither white, gray nor black."""
     return int((np.ptp(pixels.astype(int), axis=2) > 40).sum())
 
 

@@ -33,9 +33,9 @@ for order in range(1, 5):
         least(lambda: pair.wrench(pose_a, pose_b)),
         least(lambda: pair.wrench_and_jacobian(pose_a, pose_b)),
         least(lambda: pair.wrench(pose_a, pose_b, twist, twist)),
-        least(lambda: pair.linearised(pose_a, pose_b, twist, twist)),
+        least(lambda: pair.linearized(pose_a, pose_b, twist, twist)),
     ]
-    names = ("wrench", "with Jacobian", "in motion", "linearised")
+    names = ("wrench", "with Jacobian", "in motion", "linearized")
     print(f"order {order}:", ", ".join(f"{name} {time:.2f}" for name, time in zip(names, times)))
 apart = he.pose([5.0, 0.0, 0.0])
 print(f"bodies apart: {least(lambda: pair.wrench(apart, pose_b), 20_000):.2f}")

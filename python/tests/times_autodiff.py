@@ -38,7 +38,7 @@ print(
     f"library: wrench {least(lambda: pair.wrench(pose_a, pose_b)):.0f}, with Jacobian "
     f"{least(lambda: pair.wrench_and_jacobian(pose_a, pose_b)):.0f}, in motion "
     f"{least(lambda: pair.wrench(pose_a, pose_b, twist, twist)):.0f}, with Jacobian "
-    f"{least(lambda: pair.linearised(pose_a, pose_b, twist, twist)):.0f}; 1000 with Jacobians, each "
+    f"{least(lambda: pair.linearized(pose_a, pose_b, twist, twist)):.0f}; 1000 with Jacobians, each "
     f"{least(lambda: pair.wrench_and_jacobian(many, pose_b), 20) / 1000:.1f}; rollout "
     f"{least(lambda: world.rollout(plan).recorded(), 10):.0f}, with Jacobian {least(lambda: world.jacobian(plan, by), 10):.0f}"
 )

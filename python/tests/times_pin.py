@@ -20,7 +20,7 @@ def least(functions, count=2000):
 
 for order in range(1, 5):
     robot, (q, v, tau) = pressed_arm(order=order)
-    robot.linearised(q, v, tau)
+    robot.linearized(q, v, tau)
     contact = robot._contacts[0]
     material = robot._by_contact[0]
     loose = Robot(robot.model, robot.contacts, check_stability=False)
@@ -31,19 +31,19 @@ for order in range(1, 5):
         states[name] = of.step(*states[name], tau, 1e-7)
 
     moved = (*contact.poses, *contact.twists)
-    wrench, linearised, plain, whole, step, checked, unchecked = least(
+    wrench, linearized, plain, whole, step, checked, unchecked = least(
         [
             lambda: contact.pair.wrench(*moved, moduli=material[0], law=material[1]),
-            lambda: contact.pair.linearised(*moved, moduli=material[0], law=material[1]),
+            lambda: contact.pair.linearized(*moved, moduli=material[0], law=material[1]),
             lambda: robot.acceleration(q, v, tau),
-            lambda: robot.linearised(q, v, tau),
-            lambda: loose.linearised_step(q, v, tau, 1e-3),
+            lambda: robot.linearized(q, v, tau),
+            lambda: loose.linearized_step(q, v, tau, 1e-3),
             lambda: go_on("checked", robot),
             lambda: go_on("unchecked", loose),
         ]
     )
     print(
-        f"order {order}: contact {wrench:.1f}, with Jacobian {linearised:.1f} ({linearised / wrench:.2f}); "
+        f"order {order}: contact {wrench:.1f}, with Jacobian {linearized:.1f} ({linearized / wrench:.2f}); "
         f"acceleration {plain:.1f}, with derivatives {whole:.1f} ({whole / plain:.2f}); step with derivatives {step:.1f}; "
         f"step {unchecked:.1f}, with the stability check {checked:.1f} ({checked / unchecked:.2f})"
     )

@@ -285,11 +285,11 @@ mod tests {
         };
         let moving = pair.moving(law, [twist, Twist::zero()]);
         let covector = SVector::from_fn(|row, _| (row as f64 + 0.5).sin());
-        let linearised = [pair, &moving].map(ContactPair::linearised);
+        let linearized = [pair, &moving].map(ContactPair::linearized);
         let shapes = moving.shape_gradients(&covector);
         let vertices = shapes.iter().flat_map(|shape| &shape.by_vertices);
         let extents = shapes.iter().flat_map(|shape| &shape.by_extents);
-        let [at_rest, in_motion] = linearised.each_ref().map(|contact| contact.wrench);
+        let [at_rest, in_motion] = linearized.each_ref().map(|contact| contact.wrench);
         let wrenches = [pair.wrench(), at_rest, moving.wrench(), in_motion];
         let wrenches = wrenches.map(|wrench| wrench.on_a.to_vector());
         let numbers = wrenches.iter().flat_map(|wrench| wrench.iter().copied());
@@ -306,7 +306,7 @@ mod tests {
         numbers
             .chain(frozen.into_iter().flatten())
             .chain(
-                linearised
+                linearized
                     .iter()
                     .flat_map(|contact| contact.jacobian().iter().copied().collect::<Vec<_>>()),
             )

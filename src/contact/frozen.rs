@@ -4,7 +4,7 @@ use super::motion::RelativeMotion;
 use super::plane_polygon::PlanePolygon;
 use super::polygon_source::PolygonSource;
 use super::traction_derivatives::{AddedByLaw, FrozenPolygon};
-use super::{ContactPair, ContactWrench, LinearisedContact, SurfaceLaw};
+use super::{ContactPair, ContactWrench, LinearizedContact, SurfaceLaw};
 use crate::geometry::set_bits;
 use crate::narrow_phase::{Cut, Weights};
 use crate::search::GenericPairs;
@@ -21,7 +21,7 @@ use nalgebra::{SMatrix, Vector6};
 pub(crate) struct FrozenContact {
     /// The exact wrenches, in the world, about the origins of the bodies.
     pub wrench: ContactWrench,
-    /// Derivatives of the elastic wrenches with respect to the poses of A and B: see [`LinearisedContact::by_poses`].
+    /// Derivatives of the elastic wrenches with respect to the poses of A and B: see [`LinearizedContact::by_poses`].
     pub by_poses: SMatrix<f64, 12, 12>,
     /// The contribution of the law at this pose.
     pub added: AddedByLaw,
@@ -74,7 +74,7 @@ impl ContactPair<'_> {
         }
         let rubs = moving.is_some();
         let (elastic, polygons) = surface.integral(&Freeze { rubs });
-        let mut elastic = elastic.linearisation(self.moduli());
+        let mut elastic = elastic.linearization(self.moduli());
         let added = match &moving {
             Some((law, motion)) => {
                 FrozenPolygon::added(&polygons, law, (&Vector6::zeros(), motion))
@@ -82,7 +82,7 @@ impl ContactPair<'_> {
             None => AddedByLaw::nothing(),
         };
         elastic.wrench += added.wrench;
-        let LinearisedContact {
+        let LinearizedContact {
             wrench, by_poses, ..
         } = elastic.in_world(&self.at_rest());
         Some(FrozenContact {

@@ -1,5 +1,5 @@
 use super::Kinks;
-use super::relative_linearisation::RelativeLinearisation;
+use super::relative_linearization::RelativeLinearization;
 use super::sums::PartialSum;
 use nalgebra::{Matrix6, Matrix6x2, Vector6};
 
@@ -55,15 +55,15 @@ impl PartialSum for RelativeJacobian {
 
 impl RelativeJacobian {
     /// Returns the linearization at the given moduli. Derivatives with respect to velocity are zero.
-    pub fn linearisation(&self, [modulus_a, modulus_b]: [f64; 2]) -> RelativeLinearisation {
+    pub fn linearization(&self, [modulus_a, modulus_b]: [f64; 2]) -> RelativeLinearization {
         let by_modulus_a = self.pressed_b * (-modulus_a.recip());
         let by_modulus_b = self.pressed_a * modulus_b.recip();
-        RelativeLinearisation {
+        RelativeLinearization {
             wrench: self.wrench,
             by_motion: self.by_motion_of_b,
             by_moduli: Matrix6x2::from_columns(&[by_modulus_a, by_modulus_b]),
             kinks: self.kinks,
-            ..RelativeLinearisation::empty()
+            ..RelativeLinearization::empty()
         }
     }
 }

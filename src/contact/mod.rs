@@ -21,7 +21,7 @@
 //!     ContactBody::new(&ball, on_top, 1e5)?,
 //!     ContactBody::new(&block, Pose::identity(), 1e6)?,
 //! );
-//! let contact = pair.linearised();
+//! let contact = pair.linearized();
 //! assert!(contact.wrench.on_a.force.z > 0.0);
 //! // If the ball is lifted, the force decreases. Row and column 5 are the z force on A and the z translation of A.
 //! assert!(contact.by_poses[(5, 5)] < 0.0);
@@ -37,7 +37,7 @@ mod frozen;
 mod integrate;
 mod jacobian;
 mod kinks;
-mod linearised;
+mod linearized;
 mod loaded_triangles;
 mod motion;
 mod moving_wrench;
@@ -48,7 +48,7 @@ mod plane_polygon;
 mod polygon_fields;
 mod polygon_source;
 mod reaction;
-mod relative_linearisation;
+mod relative_linearization;
 mod response;
 mod shape_gradient;
 mod slip_fields;
@@ -69,7 +69,7 @@ pub use crate::seeds::NotFollowed;
 pub use crate::threads::results_of;
 pub(crate) use frozen::FrozenContact;
 pub use kinks::Kinks;
-pub use linearised::LinearisedContact;
+pub use linearized::LinearizedContact;
 pub use pair::{ContactPair, Pipeline, WorkCount};
 pub use shape_gradient::ShapeGradient;
 pub(crate) use shape_gradient::ShapeResponse;

@@ -31,7 +31,7 @@ pub struct ContactPair<'a, T = f64> {
 /// The contact of a pair computed entirely in the scalar: all geometry, clipping and integration carry the derivatives.
 /// [`ContactPair::wrench`] does this only for `f64` and for derivatives of second and higher order.
 ///
-/// It is slower than the [linearized contact](super::LinearisedContact), and serves to check it. If faces of both bodies coincide, its
+/// It is slower than the [linearized contact](super::LinearizedContact), and serves to check it. If faces of both bodies coincide, its
 /// derivatives are those of one side, or are lost in round-off.
 #[derive(Debug, Clone, Copy)]
 pub struct Pipeline<'p, 'a, T>(pub(super) &'p ContactPair<'a, T>);
@@ -98,8 +98,8 @@ impl<'a, T: Scalar> ContactPair<'a, T> {
     #[must_use]
     pub fn wrench(&self) -> ContactWrench<T> {
         if Order::<T>::IS_FIRST {
-            let (linearisation, ()) = self.relative_linearisation();
-            return self.wrench_from_a(&linearisation.pushforward(&self.tangent()));
+            let (linearization, ()) = self.relative_linearization();
+            return self.wrench_from_a(&linearization.pushforward(&self.tangent()));
         }
         self.pipeline().wrench()
     }

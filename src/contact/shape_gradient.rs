@@ -1,8 +1,8 @@
-use super::linearised::block_diagonal;
+use super::linearized::block_diagonal;
 use super::polygon_source::PolygonSource;
 use super::reaction::on_both;
 use super::response::{Barycentric, OfCell, PolygonResponse};
-use super::{BodyError, ContactPair, LinearisedContact, PartnerShape};
+use super::{BodyError, ContactPair, LinearizedContact, PartnerShape};
 use crate::mesh::{MeshError, ShapeRates};
 use nalgebra::{SMatrix, SVector, Vector3, Vector6};
 
@@ -10,7 +10,7 @@ use nalgebra::{SMatrix, SVector, Vector3, Vector6};
 ///
 /// Vertices move in the body's frame, while its pose, the modulus and all extents are constant. The chain rule gives the derivatives with
 /// respect to the dimensions of a ready-made shape, or to the mesh from which a field of distances was computed: see [`Self::along`] and
-/// [`LinearisedDistances::pullback`](crate::mesh::LinearisedDistances::pullback).
+/// [`LinearizedDistances::pullback`](crate::mesh::LinearizedDistances::pullback).
 #[derive(Debug, Clone, PartialEq)]
 #[non_exhaustive]
 pub struct ShapeGradient {
@@ -58,7 +58,7 @@ impl ShapeGradient {
 
 impl ContactPair<'_> {
     /// Returns the derivatives of a number with respect to the shapes of A and of B, from its derivatives with respect to the wrenches
-    /// (rows of [`LinearisedContact`]: torque and force on A, then on B).
+    /// (rows of [`LinearizedContact`]: torque and force on A, then on B).
     ///
     /// This is the transposed Jacobian times a vector. It takes as long as a Jacobian, for all vertices together, and is computed in closed
     /// form from the same contact polygons. Moving a vertex of B by δ takes λ ∇p_B·δ from p_B, where λ is the vertex's barycentric
@@ -97,12 +97,12 @@ impl ContactPair<'_> {
     #[must_use]
     pub fn shape_gradients(&self, by_wrenches: &SVector<f64, 12>) -> [ShapeGradient; 2] {
         let [mut of_a, mut of_b] = self.shapes().map(ShapeGradient::zero);
-        let (_, response) = self.linearised_with_shapes();
+        let (_, response) = self.linearized_with_shapes();
         response.pull_back(by_wrenches, [&mut of_a, &mut of_b]);
         [of_a, of_b]
     }
 
-    /// Returns the derivatives of both wrenches (rows as in [`LinearisedContact`]) with respect to some vertices of A and of B (m), in the
+    /// Returns the derivatives of both wrenches (rows as in [`LinearizedContact`]) with respect to some vertices of A and of B (m), in the
     /// axes of their bodies' frames. One vertex takes as long as all of them.
     ///
     /// # Errors
@@ -114,7 +114,7 @@ impl ContactPair<'_> {
         let unit = |row: usize| Vector6::from_fn(|i, _| if i == row { 1.0 } else { 0.0 });
         let mut rows = [0, 1, 2, 3, 4, 5].map(|_| self.shapes().map(ShapeGradient::zero));
         let gradients = rows.each_mut().map(|[of_a, of_b]| [of_a, of_b]);
-        let (_, response) = self.linearised_with_shapes();
+        let (_, response) = self.linearized_with_shapes();
         response.pull_back_relative(&[0, 1, 2, 3, 4, 5].map(unit), gradients);
         let (pose_wa, pose_wb) = (self.a().pose(), self.b().pose());
         let from_a_to_b = pose_wb.translation() - pose_wa.translation();
@@ -150,8 +150,8 @@ pub(crate) struct ShapeResponse<'a> {
 
 impl<'a> ContactPair<'a> {
     /// Linearizes the contact, including derivatives with respect to the shapes.
-    pub(crate) fn linearised_with_shapes(&self) -> (LinearisedContact, ShapeResponse<'a>) {
-        let (relative, polygons) = self.relative_linearisation();
+    pub(crate) fn linearized_with_shapes(&self) -> (LinearizedContact, ShapeResponse<'a>) {
+        let (relative, polygons) = self.relative_linearization();
         let pair = *self;
         (relative.in_world(self), ShapeResponse { pair, polygons })
     }

@@ -100,7 +100,7 @@ impl Body<f64> {
         self
     }
 
-    /// The same body, its centre of mass starting with a velocity (m/s, world axes); only for a
+    /// The same body, its center of mass starting with a velocity (m/s, world axes); only for a
     /// body that forces move.
     #[must_use]
     pub fn with_velocity(mut self, velocity: Vector3<f64>) -> Self {
@@ -243,7 +243,7 @@ impl<T: Scalar> Body<T> {
         self.start
     }
 
-    /// The centre of mass (m) in the world, of a body that forces do not move its origin.
+    /// The center of mass (m) in the world, of a body that forces do not move its origin.
     pub(super) fn center_in(&self, state: &BodyState<T>) -> Vector3<T> {
         let origin = *state.pose.translation();
         match self.inertia() {
@@ -252,7 +252,7 @@ impl<T: Scalar> Body<T> {
         }
     }
 
-    /// The twist at the origin of the body frame instead of the centre of mass.
+    /// The twist at the origin of the body frame instead of the center of mass.
     pub(super) fn twist_at_origin(&self, state: &BodyState<T>) -> Twist<T> {
         let Some(inertia) = self.inertia() else {
             return state.twist;

@@ -88,8 +88,8 @@ pub enum WorldError {
         /// The sum of the other two (kg m²).
         others: f64,
     },
-    /// A centre of mass is not finite.
-    #[error("the centre of mass of body {body:?} has the component {value}, but must be finite")]
+    /// A center of mass is not finite.
+    #[error("the center of mass of body {body:?} has the component {value}, but must be finite")]
     CenterOfMass {
         /// Name of the body.
         body: String,

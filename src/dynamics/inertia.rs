@@ -18,9 +18,9 @@ const FIVE_DIGITS: f64 = 1e-4;
 pub struct Inertia<T = f64> {
     /// Mass (kg).
     pub mass: T,
-    /// Centre of mass (m), in the body frame.
+    /// Center of mass (m), in the body frame.
     pub center_of_mass: Vector3<f64>,
-    /// Over the mass, about the centre of mass.
+    /// Over the mass, about the center of mass.
     pub(super) principal: PrincipalInertia,
 }
 
@@ -54,7 +54,7 @@ impl Inertia<f64> {
 }
 
 impl<T> Inertia<T> {
-    /// The inertia tensor over the mass (m²) about the centre of mass, in the axes of the body frame.
+    /// The inertia tensor over the mass (m²) about the center of mass, in the axes of the body frame.
     pub(crate) fn per_mass(&self) -> Matrix3<f64> {
         let PrincipalInertia { moments, axes } = &self.principal;
         axes * Matrix3::from_diagonal(moments) * axes.transpose()
@@ -71,7 +71,7 @@ impl<T: Scalar> Inertia<T> {
         }
     }
 
-    /// The pose of a body after its orientation has become another one and its centre of mass has moved (m).
+    /// The pose of a body after its orientation has become another one and its center of mass has moved (m).
     pub(super) fn turned_and_moved(
         &self,
         pose: &Pose<T>,

@@ -14,7 +14,7 @@ use crate::spatial::{Twist, Wrench};
 /// [`SymplecticEuler`](Self::SymplecticEuler) and [`Leapfrog`](Self::Leapfrog) alternate between two exact parts of the
 /// motion. A *kick* changes the velocities by the accelerations at fixed poses; a *drift* moves the bodies freely. Forces in
 /// pairs balance in a kick and momenta stay in a drift, so momentum and angular momentum are conserved to round-off. In a
-/// drift the centre of mass moves straight on, and the body turns about it by a splitting that is symplectic, of second
+/// drift the center of mass moves straight on, and the body turns about it by a splitting that is symplectic, of second
 /// order, and exact for spheres and symmetric tops. The step must be short against the contacts' periods
 /// ([`World::largest_stable_step`](super::World::largest_stable_step)).
 ///
@@ -133,7 +133,7 @@ impl Splitting {
     }
 }
 
-/// Changes the velocities by gravity and wrenches about the centres of mass, which act for a time (s).
+/// Changes the velocities by gravity and wrenches about the centers of mass, which act for a time (s).
 pub(super) fn accelerate<T: Scalar>(
     system: &System<T>,
     state: &mut State<T>,
@@ -174,7 +174,7 @@ impl<T: Scalar> System<T> {
     }
 }
 
-/// The centre of mass moves straight on; the body turns about it.
+/// The center of mass moves straight on; the body turns about it.
 fn move_freely<T: Scalar>(state: &mut BodyState<T>, inertia: &Inertia<T>, duration: f64) {
     let Twist { angular, linear } = &mut state.twist;
     let moved = linear.map(|component| component * duration);

@@ -12,7 +12,7 @@ pub(crate) const LOCAL: usize = 12;
 impl<F: Force> World<f64, F> {
     /// The change that takes one state to another, 12 numbers for each dynamic body in the order of the world's: the motion of
     /// its pose as of [`Pose::moved_by`] (angular in rad, at most half a turn, linear in m), and the change of its twist (spin in
-    /// rad/s, velocity of the centre of mass in m/s).
+    /// rad/s, velocity of the center of mass in m/s).
     ///
     /// # Errors
     /// If a state does not fit the world, or the change is not finite.

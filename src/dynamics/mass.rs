@@ -18,7 +18,7 @@ pub enum Mass {
     Density(f64),
     /// A total mass (kg), spread uniformly over the volume.
     Total(f64),
-    /// Mass, centre of mass and inertia as given.
+    /// Mass, center of mass and inertia as given.
     Given(MassProperties),
 }
 
@@ -56,7 +56,7 @@ impl Mass {
 }
 
 impl Body {
-    /// Whether centre of mass and inertia are those of the shape at a uniform density, to round-off.
+    /// Whether center of mass and inertia are those of the shape at a uniform density, to round-off.
     pub(crate) fn is_uniform(&self) -> bool {
         let unit = self.shape.mass_properties(&self.name, &Mass::Density(1.0));
         let (Some(inertia), Ok(unit)) = (self.inertia(), unit) else {

@@ -34,7 +34,7 @@ impl<T> Motion<T> {
 pub(super) fn state_on(path: &PrescribedPath, time: f64) -> BodyState {
     let state = path(time);
     BodyState {
-        pose: state.pose.orthonormalised(),
+        pose: state.pose.orthonormalized(),
         ..state
     }
 }

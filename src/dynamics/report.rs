@@ -10,7 +10,7 @@ use nalgebra::Vector3;
 pub struct Report<T = f64> {
     /// ½ m v² + ½ ω·I·ω (J).
     pub kinetic_energy: T,
-    /// −m g·x (J), x the centre of mass from the origin of the world.
+    /// −m g·x (J), x the center of mass from the origin of the world.
     pub gravitational_energy: T,
     /// Potential energy of all contacts (J).
     pub contact_energy: T,

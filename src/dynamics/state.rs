@@ -9,7 +9,7 @@ use nalgebra::Vector3;
 pub struct BodyState<T = f64> {
     /// Pose of the body frame.
     pub pose: Pose<T>,
-    /// Spin (rad/s), and the velocity of the **centre of mass** (m/s), both in world axes.
+    /// Spin (rad/s), and the velocity of the **center of mass** (m/s), both in world axes.
     pub twist: Twist<T>,
 }
 
@@ -30,7 +30,7 @@ impl<T: Scalar> BodyState<T> {
         self.pose.translation()
     }
 
-    /// Velocity (m/s) of the centre of mass.
+    /// Velocity (m/s) of the center of mass.
     #[must_use]
     pub fn velocity(&self) -> &Vector3<T> {
         &self.twist.linear

@@ -45,7 +45,7 @@ impl Sweep {
     }
 }
 
-/// The axis along which the boxes' centres spread most.
+/// The axis along which the boxes' centers spread most.
 fn widest_axis(boxes: &[Aabb]) -> usize {
     let count = boxes.len() as f64;
     let centers = || boxes.iter().map(Aabb::center);

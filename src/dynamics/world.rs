@@ -69,7 +69,7 @@ impl World {
         // A body on a path has its pose from there, orthonormal already.
         for body in &mut system.bodies {
             if !body.motion.is_prescribed() {
-                body.initial.pose = body.initial.pose.orthonormalised();
+                body.initial.pose = body.initial.pose.orthonormalized();
             }
         }
         Ok(Self::without_forces(system))

@@ -9,7 +9,7 @@ use crate::spatial::Wrench;
 use crate::threads::mapped_into;
 use nalgebra::{Vector3, Vector6};
 
-/// The wrench on each body of a world about its centre of mass, in world axes, of all but gravity. Controls are averaged over a
+/// The wrench on each body of a world about its center of mass, in world axes, of all but gravity. Controls are averaged over a
 /// time step.
 pub(super) fn all_wrenches<'s, T: Scalar>(
     world: &dyn AnyWorld<T>,
@@ -107,7 +107,7 @@ impl<T: Scalar> System<T> {
         given
     }
 
-    /// Net contact wrench on each body, about its centre of mass, in world axes.
+    /// Net contact wrench on each body, about its center of mass, in world axes.
     fn add_contact(&self, states: &[BodyState<T>], workspace: &mut Workspace<T>) {
         let Workspace {
             sweep,

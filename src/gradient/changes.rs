@@ -4,7 +4,7 @@ use crate::scalar::Scalar;
 
 impl<F: Force> World<f64, F> {
     /// The world after changes of the parameters, one number for each number of theirs: what an
-    /// optimiser's step makes of it. Shapes are shared, not built again.
+    /// optimizer's step makes of it. Shapes are shared, not built again.
     ///
     /// # Errors
     /// If a parameter is not one of the world's, or the count of changes is not that of its numbers,

@@ -6,7 +6,7 @@ use nalgebra::{SMatrix, SVector};
 type Dual = DenseDual<28>;
 
 /// The wrenches of a pair and their 12×28 Jacobian, by dual numbers through the whole pipeline. Rows and columns are those of
-/// [`LinearisedContact::jacobian`](crate::contact::LinearisedContact::jacobian). For a pair at rest, the derivatives by twists
+/// [`LinearizedContact::jacobian`](crate::contact::LinearizedContact::jacobian). For a pair at rest, the derivatives by twists
 /// and law are zero.
 ///
 /// It is slower than the closed form, and less accurate where edges of a polygon nearly coincide.

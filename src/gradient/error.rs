@@ -114,9 +114,9 @@ pub enum GradientError {
     /// There is no number of this name for the world's forces.
     #[error("the world has no force parameter {0:?}")]
     NoForceParameter(String),
-    /// Derivatives by a centre of mass in a world whose forces may depend on it.
+    /// Derivatives by a center of mass in a world whose forces may depend on it.
     #[error(
-        "the derivatives by the mass properties of body {0:?} are not known, because forces act that may depend on its centre of mass"
+        "the derivatives by the mass properties of body {0:?} are not known, because forces act that may depend on its center of mass"
     )]
     ForcesByCenter(String),
     /// Derivatives by the vertices of a body whose mass properties are not those of its shape at a uniform density.

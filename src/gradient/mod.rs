@@ -22,7 +22,7 @@
 //! ```
 //!
 //! [`dual_wrench_jacobian`] is the reference that the closed form of
-//! [`ContactPair::linearised`](crate::contact::ContactPair::linearised) is
+//! [`ContactPair::linearized`](crate::contact::ContactPair::linearized) is
 //! checked against: the same numbers by an independent way, differentiating through every slice
 //! and clip. Where a vertex of one body lies exactly in a face of the other's tetrahedra, that way may give
 //! derivatives that are off. Any other derivative is a call of num-dual on the library's functions:
@@ -54,7 +54,7 @@ mod difference_check;
 mod dual_jacobian;
 mod error;
 mod experiment;
-mod linearised;
+mod linearized;
 mod motion_slopes;
 mod outcome;
 mod outcome_covectors;
@@ -71,7 +71,7 @@ pub use difference_check::DifferenceCheck;
 pub use dual_jacobian::dual_wrench_jacobian;
 pub use error::GradientError;
 pub use experiment::{Experiment, OutcomeJacobian};
-pub use linearised::LinearisedRollout;
+pub use linearized::LinearizedRollout;
 pub use outcome::{FinalPosition, FinalState, Integral, Outcome, Rate, RecordedStates};
 pub use parameter::Parameter;
 pub use reverse::Mode;

@@ -97,7 +97,7 @@ pub struct FinalPosition {
 }
 
 /// A body's state at the end: 18 numbers, the position (m), the columns of the rotation matrix, the
-/// velocity of the centre of mass (m/s) and the spin (rad/s).
+/// velocity of the center of mass (m/s) and the spin (rad/s).
 #[derive(Debug, Clone, Copy)]
 pub struct FinalState {
     body: usize,

@@ -16,7 +16,7 @@ pub enum Parameter {
     /// Initial orientation of the named body: 3 numbers, a rotation vector (rad) in world axes that
     /// turns the body about its origin from where it starts.
     InitialOrientation(Arc<str>),
-    /// Initial velocity (m/s) of the named body's centre of mass: 3 numbers.
+    /// Initial velocity (m/s) of the named body's center of mass: 3 numbers.
     InitialVelocity(Arc<str>),
     /// Initial spin (rad/s) of the named body, in world axes: 3 numbers.
     InitialSpin(Arc<str>),
@@ -31,7 +31,7 @@ pub enum Parameter {
     /// Gravity (m/s²): 3 numbers.
     Gravity,
     /// The wrench of an interval, counted from 0, of the named body's [`Control`](crate::dynamics::Control): 6 numbers, torque
-    /// (N m), then force (N), about the centre of mass in world axes.
+    /// (N m), then force (N), about the center of mass in world axes.
     Control(Arc<str>, usize),
     /// The number of this name that forces read:
     /// [`World::with_force_parameter`](crate::dynamics::World::with_force_parameter).

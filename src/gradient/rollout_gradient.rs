@@ -13,7 +13,7 @@ pub struct RolloutGradient {
     pub value: f64,
     pub(super) system: System,
     pub(super) gradient: SystemGradient,
-    /// Whether forces other than contact, gravity and controls act, which may depend on where centres of mass are.
+    /// Whether forces other than contact, gravity and controls act, which may depend on where centers of mass are.
     pub(super) has_forces: bool,
 }
 
@@ -21,11 +21,11 @@ pub struct RolloutGradient {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 #[non_exhaustive]
 pub enum Keeping {
-    /// Mass, centre of mass and inertia: vertices matter for contact alone, and the density need not be uniform.
+    /// Mass, center of mass and inertia: vertices matter for contact alone, and the density need not be uniform.
     MassProperties,
-    /// The mass; its centre and the inertia are those of the new shape.
+    /// The mass; its center and the inertia are those of the new shape.
     Mass,
-    /// The density: mass, centre and inertia are those of the new shape.
+    /// The density: mass, center and inertia are those of the new shape.
     Density,
 }
 
@@ -68,7 +68,7 @@ impl RolloutGradient {
     ///
     /// # Errors
     /// If there is no such body, forces do not move it, or the world has forces other than contact, gravity and controls: what
-    /// they make of a centre of mass is not known.
+    /// they make of a center of mass is not known.
     pub fn by_mass_properties(&self, body: &str) -> Result<MassGradient, GradientError> {
         let (index, inertia) = self.dynamic(body)?;
         if self.has_forces {

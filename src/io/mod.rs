@@ -8,7 +8,7 @@
 //! [`read_triangle_surface`] reads the closed surface of a rigid body (STL, OBJ).
 //! [`write_surface`] writes a contact surface for ParaView and its like, [`write_trajectory`] the
 //! motion of all bodies as a table (CSV, or Parquet with the feature `parquet`); a [`Recording`] shows
-//! it in any 3-D viewer. Meshes are taken to be in metres.
+//! it in any 3-D viewer. Meshes are taken to be in meters.
 //!
 //! These appear under their names when they are whole, each in the place of an older one; a draft named
 //! `hydroelastic-….part` beside it is what a killed process leaves. A [`TrajectoryFile`] grows with its

@@ -21,7 +21,7 @@
 mod coordinates;
 mod distance;
 mod error;
-mod linearised_distances;
+mod linearized_distances;
 mod mass;
 mod nearest_feet;
 mod pressure_field;
@@ -43,7 +43,7 @@ mod triangle_surface;
 mod welding;
 
 pub use error::MeshError;
-pub use linearised_distances::{DistanceGradient, LinearisedDistances};
+pub use linearized_distances::{DistanceGradient, LinearizedDistances};
 pub use mass::DensityError;
 pub use pressure_field::{FieldTet, PressureField};
 pub use shape_rates::ShapeRates;

@@ -1,5 +1,5 @@
 use super::distance::{self, MadeOfDistances};
-use super::{LinearisedDistances, MeshError, TetMesh, coordinates, skin};
+use super::{LinearizedDistances, MeshError, TetMesh, coordinates, skin};
 use crate::geometry::{AffineField, FACES, Tetrahedron};
 use crate::threads;
 
@@ -97,12 +97,12 @@ impl PressureField {
     ///
     /// # Errors
     /// Returns the errors of [`Self::new`].
-    pub fn linearised_from_distance(
+    pub fn linearized_from_distance(
         mesh: &TetMesh,
-    ) -> Result<(Self, LinearisedDistances), MeshError> {
+    ) -> Result<(Self, LinearizedDistances), MeshError> {
         let mut made = distance::normalized(mesh)?;
         let field = Self::new(made.mesh.clone(), std::mem::take(&mut made.extents))?;
-        Ok((field, LinearisedDistances::normalized(mesh, made)))
+        Ok((field, LinearizedDistances::normalized(mesh, made)))
     }
 
     /// Creates a field with a skin: the extent is min(d/`depth`, 1) at the distance d from the surface.
@@ -138,13 +138,13 @@ impl PressureField {
     ///
     /// # Errors
     /// Returns the errors of [`Self::from_distance_up_to`].
-    pub fn linearised_from_distance_up_to(
+    pub fn linearized_from_distance_up_to(
         mesh: &TetMesh,
         depth: f64,
-    ) -> Result<(Self, LinearisedDistances), MeshError> {
+    ) -> Result<(Self, LinearizedDistances), MeshError> {
         let mut made = skin::layered(mesh, depth)?;
         let field = Self::new(made.mesh.clone(), std::mem::take(&mut made.extents))?;
-        Ok((field, LinearisedDistances::up_to(mesh, made, depth)))
+        Ok((field, LinearizedDistances::up_to(mesh, made, depth)))
     }
 
     /// Returns the mesh.

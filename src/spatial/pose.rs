@@ -80,7 +80,7 @@ impl<T: Scalar> Pose<T> {
     /// Creates a pose at the origin from a rotation that may have drifted from orthonormality over
     /// a few products.
     ///
-    /// Applies the Newton step of [`Self::orthonormalised`] as a constant factor. The derivatives
+    /// Applies the Newton step of [`Self::orthonormalized`] as a constant factor. The derivatives
     /// of a product of rotations are tangent to the rotations up to rounding error, so the
     /// derivatives need no correction.
     pub(crate) fn from_drifted_rotation(rotation: &Matrix3<T>) -> Self {
@@ -133,14 +133,14 @@ impl<T: Scalar> Pose<T> {
     }
 
     /// Corrects a small deviation of the rotation from orthonormality, such as that caused by
-    /// products. Applies one Newton step towards the nearest rotation, R·(3·I − RᵀR)/2. The step
+    /// products. Applies one Newton step toward the nearest rotation, R·(3·I − RᵀR)/2. The step
     /// squares the deviation.
     ///
     /// To first order, the step removes the part of the derivatives that is not tangent to the
     /// rotations.
-    pub(crate) fn orthonormalised(self) -> Self {
+    pub(crate) fn orthonormalized(self) -> Self {
         if Order::<T>::IS_FIRST {
-            let real = self.real().orthonormalised();
+            let real = self.real().orthonormalized();
             let rotation = turned_real(real.rotation(), &turn_from_real(&self.rotation));
             return Self { rotation, ..self };
         }
@@ -215,7 +215,7 @@ impl<T: Scalar> Pose<T> {
         if deviation > ORTHONORMALITY {
             return Err(PoseError::NotARotation { deviation });
         }
-        Ok(self.orthonormalised())
+        Ok(self.orthonormalized())
     }
 }
 

@@ -135,7 +135,7 @@ mod cube_on_box {
 
     #[test]
     fn force_and_derivatives_are_the_closed_ones() {
-        let contact = shapes_and(0.01, |pair| pair.linearised());
+        let contact = shapes_and(0.01, |pair| pair.linearized());
         let (wrench, by_moduli) = (contact.wrench, contact.by_moduli.row(5));
         assert_relative_eq!(force(0.01), 1_444.453_125, max_relative = EXACT);
         assert_relative_eq!(wrench.on_a.force.z, 1_444.453_125, max_relative = EXACT);
@@ -171,14 +171,14 @@ mod cube_on_box {
     fn rest_depth_under_gravity_is_found_by_newtons_method_on_the_wrench() {
         let (mut depth, weight) = (1e-4, 9.81);
         for _ in 0..8 {
-            let contact = shapes_and(depth, |pair| pair.linearised());
+            let contact = shapes_and(depth, |pair| pair.linearized());
             depth += (weight - contact.wrench.on_a.force.z) / -contact.by_poses[(5, 5)];
         }
         assert!(
             (depth - 6.541_604_590_930e-5).abs() <= REST_DEPTH * depth,
             "{depth:e}"
         );
-        let stiffness = shapes_and(depth, |pair| -pair.linearised().by_poses[(5, 5)]);
+        let stiffness = shapes_and(depth, |pair| -pair.linearized().by_poses[(5, 5)]);
         assert!((stiffness.sqrt() / 387.203_326 - 1.0).abs() <= FREQUENCY);
     }
 }

@@ -1,4 +1,4 @@
-//! Linearised contacts of pairs in motion against differences: at generic poses, and at special ones and all around them.
+//! Linearized contacts of pairs in motion against differences: at generic poses, and at special ones and all around them.
 
 use crate::support::hostile::kinks::kink_of;
 use crate::support::moving::bodies::Bodies;
@@ -137,7 +137,7 @@ pub(super) fn report(tallies: &Tallies) {
 }
 
 #[test]
-fn linearised_contacts_at_special_positions_are_those_of_differences() {
+fn linearized_contacts_at_special_positions_are_those_of_differences() {
     report(&swept(0, SHORT));
 }
 
@@ -210,7 +210,7 @@ fn forces_are_continuous_where_faces_inside_bodies_part() {
 /// looked at by itself, and a sweep taken up where it was left.
 #[test]
 #[ignore = "hours: a million pairs"]
-fn many_linearised_contacts_at_special_positions_are_those_of_differences() {
+fn many_linearized_contacts_at_special_positions_are_those_of_differences() {
     let (first, count) = range_from_environment("COINCIDENCE", (SHORT, LONG));
     report(&swept(first, count));
 }
@@ -241,7 +241,7 @@ fn error(least: f64, found: &Jacobian, expected: &Jacobian) -> f64 {
 /// The largest error against the best of differences.
 pub(super) fn error_of_differences(scene: &Scene) -> f64 {
     let scaled = Scaled::of(scene);
-    let found = scaled.relative(&scene.linearised());
+    let found = scaled.relative(&scene.linearized());
     let mut best = Jacobian::zeros();
     for column in 0..COLUMNS {
         let own = found.column(column);
@@ -270,13 +270,13 @@ pub(super) fn ranked(mut errors: Vec<f64>) -> [f64; 3] {
 }
 
 #[test]
-fn linearised_contacts_at_generic_poses_are_those_of_differences() {
+fn linearized_contacts_at_generic_poses_are_those_of_differences() {
     assert_those_of_differences(GENERIC[0]);
 }
 
 #[test]
 #[ignore = "a minute: five times as many"]
-fn more_linearised_contacts_at_generic_poses_are_those_of_differences() {
+fn more_linearized_contacts_at_generic_poses_are_those_of_differences() {
     assert_those_of_differences(GENERIC[1]);
 }
 
@@ -299,12 +299,12 @@ pub(super) fn error_of_pipeline(scene: &Scene) -> f64 {
     let expected = jacobian_of(&pair.moving(law, twists).pipeline().wrench());
     let scaled = Scaled::of(scene);
     let [found, expected] =
-        [scene.linearised(), expected].map(|jacobian| scaled.relative(&jacobian));
+        [scene.linearized(), expected].map(|jacobian| scaled.relative(&jacobian));
     error(LEAST * scaled.elastic().0, &found, &expected)
 }
 
 #[test]
-fn linearised_contacts_at_generic_poses_are_those_of_the_pipeline() {
+fn linearized_contacts_at_generic_poses_are_those_of_the_pipeline() {
     let mut errors = Vec::new();
     for_generic_scenes(GENERIC[1], |scene| errors.push(error_of_pipeline(scene)));
     let ranked = ranked(errors);
@@ -313,11 +313,11 @@ fn linearised_contacts_at_generic_poses_are_those_of_the_pipeline() {
 }
 
 #[test]
-fn bodies_exchanged_have_the_same_linearised_contact() {
+fn bodies_exchanged_have_the_same_linearized_contact() {
     let exchanged = |scene: &Scene| {
         let scaled = Scaled::of(scene);
-        let other = with_names_exchanged(&scene.exchanged().linearised());
-        let ways = [other, scene.linearised()].map(|jacobian| scaled.relative(&jacobian));
+        let other = with_names_exchanged(&scene.exchanged().linearized());
+        let ways = [other, scene.linearized()].map(|jacobian| scaled.relative(&jacobian));
         error(LEAST * scaled.force, &ways[0], &ways[1])
     };
     let mut generic = Vec::new();

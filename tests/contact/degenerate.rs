@@ -86,7 +86,7 @@ fn modulus(random: &mut Random) -> f64 {
 }
 
 fn check(pair: &ContactPair, with_duals: bool) {
-    let contact = pair.linearised();
+    let contact = pair.linearized();
     let wrench = contact.wrench;
     let force = wrench.on_a.force;
     assert!(wrench.on_a.to_vector().iter().all(|x| x.is_finite()));

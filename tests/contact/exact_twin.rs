@@ -209,7 +209,7 @@ fn exact_force(a: &Shape, b: &Shape, at: Vector3<f64>, moduli: [f64; 2]) -> Vect
     exact::contact(&pair).wrench.fixed_rows::<3>(3).into_owned()
 }
 
-/// Two unit cubes of twelve tetrahedra, the pressure at the centres E/2, one moved by s along an axis: the
+/// Two unit cubes of twelve tetrahedra, the pressure at the centers E/2, one moved by s along an axis: the
 /// axial force is E·(1 − s³)/3, and by symmetry there is no other. Figure 3 of the paper has E = 1/2.
 #[test]
 fn twin_has_the_closed_form_of_the_papers_cubes() {

@@ -72,7 +72,7 @@ fn assert_equal_differences(shape: &Shape, pose: Pose, moduli: [f64; 2]) {
         (shape, Pose::identity(), moduli[1]),
     );
     let differences = central_difference(&pair, STEP);
-    let closed = by_motion(&at_rest(&pair.linearised().jacobian()), &pair);
+    let closed = by_motion(&at_rest(&pair.linearized().jacobian()), &pair);
     let ways = [
         ("closed form", closed, DIFFERENCES),
         ("first order", first_order_jacobian(&pair), DIFFERENCES),
@@ -138,7 +138,7 @@ fn cubes_that_only_touch_have_no_contact() {
         for [a, b] in [[1.0, 2.0], [2.0, 1.0], [1.0, 1.0]] {
             let place = Pose::from_translation(offset);
             let pair = pair((&cube, place, a), (&cube, Pose::identity(), b));
-            let contact = pair.linearised();
+            let contact = pair.linearized();
             assert!(pair.surface().is_empty() && pair.touching_tets().is_empty());
             assert!(contact.wrench.on_a.to_vector().amax() <= 0.0);
             assert!(contact.jacobian().amax() <= 0.0);
@@ -153,7 +153,7 @@ fn two_ways(family: Family, numbers: std::ops::Range<u64>) -> [usize; 2] {
     let (mut pairs, mut differing) = (0, 0);
     for number in numbers {
         let pair = hostile.pair(family, number);
-        let contact = pair.linearised();
+        let contact = pair.linearized();
         if kink_of(&pair).is_some() || contact.wrench.on_a.force == Vector3::zeros() {
             continue;
         }

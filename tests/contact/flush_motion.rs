@@ -40,7 +40,7 @@ impl Scene<'_> {
         let mut jacobian = self
             .pair
             .moving(self.law(), self.twists)
-            .linearised()
+            .linearized()
             .jacobian();
         for (column, body) in [(24, self.pair.a()), (25, &self.pair.b().body().unwrap())] {
             jacobian.column_mut(column).scale_mut(body.modulus());

@@ -4,7 +4,7 @@
 use crate::support::exact;
 use crate::support::hostile::claims::verdict;
 use crate::support::hostile::kinks::Kink;
-use crate::support::hostile::shapes::off_centre;
+use crate::support::hostile::shapes::off_center;
 use crate::support::hostile::{Family, Hostile};
 use crate::support::scenes::{Random, pair};
 use crate::support::sweep::{in_batches, range_from_environment};
@@ -171,7 +171,7 @@ fn a_sliver_does_not_hide_the_contact_of_other_tetrahedra() {
     let cube = Shape::new(shapes::cuboid([1.0; 3]).unwrap());
     let above = Pose::from_rotation_vector(&vector![0.1, 0.2, 0.3], vector![0.1, 0.0, 1.1]);
     let force = |thickness: f64| {
-        let shape = Shape::new(off_centre(1.0, thickness).unwrap());
+        let shape = Shape::new(off_center(1.0, thickness).unwrap());
         let pair = pair((&cube, above, 1.0), (&shape, Pose::identity(), 1.0));
         pair.wrench().on_a.force
     };

@@ -57,7 +57,7 @@ fn both_jacobians_equal_differences_at_every_generic_pose() {
         }
         let differences = plateau(&pair).expect("no pose is left out: two steps agree at each");
         let scale = differences.amax();
-        let closed = at_rest(&pair.linearised().jacobian());
+        let closed = at_rest(&pair.linearized().jacobian());
         let dual = at_rest(&dual_wrench_jacobian(&pair).1);
         for found in [closed, dual] {
             let error = (by_motion(&found, &pair) - differences).amax();
@@ -83,7 +83,7 @@ fn the_wrench_that_comes_with_a_jacobian_is_the_wrench() {
     let (shapes, mut random) = (mixed_shapes(), Random::new(2));
     for _ in 0..200 {
         let pair = random_pair(&shapes, &mut random);
-        let (alone, together) = (pair.wrench(), pair.linearised().wrench);
+        let (alone, together) = (pair.wrench(), pair.linearized().wrench);
         for (a, b) in [(alone.on_a, together.on_a), (alone.on_b, together.on_b)] {
             let (a, b) = (a.to_vector(), b.to_vector());
             assert!((a - b).amax() <= SAME_WRENCH * a.amax(), "{a} {b}");
@@ -97,7 +97,7 @@ fn the_jacobian_of_the_wrench_on_b_is_the_one_of_exchanged_bodies() {
     for _ in 0..200 {
         let pair = random_pair(&shapes, &mut random);
         let exchanged = ContactPair::new(pair.b().body().unwrap(), *pair.a());
-        let (found, expected) = (pair.linearised(), exchanged.linearised());
+        let (found, expected) = (pair.linearized(), exchanged.linearized());
         let scale = at_rest(&expected.jacobian()).amax();
         let exchanged = |column: usize, half: usize| (column + half) % (2 * half);
         let by_poses = SMatrix::<f64, 6, 12>::from_fn(|row, column| {
@@ -138,7 +138,7 @@ fn bodies_apart_have_no_surface_no_wrench_and_no_derivatives() {
     assert!(pair.surface().is_empty());
     assert!(pair.surface().center_of_pressure().is_none());
     assert_eq!(pair.potential_energy(), 0.0);
-    let contact = pair.linearised();
+    let contact = pair.linearized();
     let closed = (contact.wrench, contact.jacobian());
     for (wrench, jacobian) in [closed, dual_wrench_jacobian(&pair)] {
         assert_eq!(wrench.on_a.to_vector().amax(), 0.0);
@@ -165,6 +165,6 @@ fn num_dual_differentiates_by_parameters_of_ones_own() {
         (&ball, Pose::identity(), 3.0),
     );
     let velocity = vector![0.0, 0.0, 0.0, s.cos() * 0.3, 2.0 * s, s.sin() * 1.6];
-    let expected = pair.linearised().by_poses.fixed_view::<6, 6>(0, 0) * velocity;
+    let expected = pair.linearized().by_poses.fixed_view::<6, 6>(0, 0) * velocity;
     assert!((by_s - expected).amax() <= TWO_WAYS * expected.amax());
 }

@@ -10,7 +10,7 @@ use nalgebra::{Matrix6, Vector3, Vector6, vector};
 /// Edge (m) of a cube of modulus 1 about the origin.
 const LARGE: f64 = 2.0;
 
-/// Where the middle of a small cube lies in it: under its centre, off the diagonals of its sides.
+/// Where the middle of a small cube lies in it: under its center, off the diagonals of its sides.
 const PLACE: Vector3<f64> = vector![0.2, 0.05, -0.6];
 
 /// Corners within 4.3e-10 m of each other may be taken for one, and with the slopes of both fields unlike by 800 the contact
@@ -40,7 +40,7 @@ fn by_motions(edge: f64, gap: f64) -> [(Matrix6<f64>, Kinks); 2] {
             (&large, Pose::identity(), 1.0),
             (&small, Pose::from_translation(PLACE + up), modulus),
         );
-        let contact = pair(bodies.0, bodies.1).moving(law, twists).linearised();
+        let contact = pair(bodies.0, bodies.1).moving(law, twists).linearized();
         let by_motions = contact.by_poses.fixed_view::<6, 6>(0, 6) / (0.5 * modulus * edge);
         (by_motions, contact.kinks)
     })

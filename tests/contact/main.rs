@@ -11,7 +11,7 @@ mod half_plane_twin;
 mod hostile;
 mod jacobian;
 mod layers;
-mod linearised;
+mod linearized;
 mod partners;
 mod plateaus;
 mod polygon;

@@ -29,7 +29,7 @@ fn in_reference_order(jacobian: &SMatrix<f64, 12, 28>) -> DMatrix<f64> {
 
 /// Wrenches and Jacobians in closed form and by dual numbers.
 fn both_ways(pair: &ContactPair) -> [(ContactWrench, SMatrix<f64, 12, 28>); 2] {
-    let contact = pair.linearised();
+    let contact = pair.linearized();
     [
         (contact.wrench, contact.jacobian()),
         dual_wrench_jacobian(pair),

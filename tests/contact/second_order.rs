@@ -39,7 +39,7 @@ fn the_hessian_of_the_energy_is_minus_the_symmetric_part_of_the_jacobian() {
     for_random_pairs(40, 21, |pair| {
         let energy = |twist: SVector<Dual2SVec64<6>, 6>| moved(pair, &twist).potential_energy();
         let (_, slope, curvature) = hessian(energy, &Vector6::zeros());
-        let contact = pair.linearised();
+        let contact = pair.linearized();
         let stiffness = contact.by_poses.fixed_view::<6, 6>(0, 0).into_owned();
         let symmetric = (stiffness + stiffness.transpose()) / 2.0;
         let error = (curvature + symmetric).amax();
@@ -55,7 +55,7 @@ fn the_hessian_of_a_force_component_is_the_derivative_of_the_jacobian() {
         let force = |twist: SVector<Dual2SVec64<6>, 6>| moved(pair, &twist).wrench().on_a.force.y;
         let (_, gradient, curvature) = hessian(force, &Vector6::zeros());
         let row = pair
-            .linearised()
+            .linearized()
             .by_poses
             .fixed_view::<1, 6>(4, 0)
             .transpose();
@@ -64,7 +64,7 @@ fn the_hessian_of_a_force_component_is_the_derivative_of_the_jacobian() {
             // By translations, along which twists add up; rotations do not.
             let row_after = |step: f64| {
                 let twist = Vector6::ith(3 + j, step);
-                moved(pair, &twist).linearised().by_poses[(4, i)]
+                moved(pair, &twist).linearized().by_poses[(4, i)]
             };
             (row_after(STEP) - row_after(-STEP)) / (2.0 * STEP)
         });

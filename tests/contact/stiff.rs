@@ -47,7 +47,7 @@ fn contact_is_finite_at_the_steepest_pressures() {
         (&ball, Pose::identity(), modulus(&ball)),
         (&block, pose, 0.7 * modulus(&block)),
     );
-    let contact = pair.linearised();
+    let contact = pair.linearized();
     let wrench = contact.wrench;
     assert!(wrench.on_a.force.norm() > 0.0);
     let numbers = wrench.on_a.to_vector();

@@ -36,7 +36,7 @@ fn for_random_pairs(count: usize, seed: u8, check: impl Fn(&ContactPair)) {
 }
 
 fn both_ways(pair: &ContactPair) -> [(ContactWrench, SMatrix<f64, 12, 28>); 2] {
-    let contact = pair.linearised();
+    let contact = pair.linearized();
     [
         (contact.wrench, contact.jacobian()),
         dual_wrench_jacobian(pair),

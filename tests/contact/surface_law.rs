@@ -223,8 +223,8 @@ fn sliding_slopes(
     slopes.map(|slope| slope * normal_force())
 }
 
-/// The wrench with derivatives, from the linearised contact or through the whole pipeline.
-fn differentiated(velocity: Vector3<f64>, is_linearised: bool) -> ContactWrench<Dual> {
+/// The wrench with derivatives, from the linearized contact or through the whole pipeline.
+fn differentiated(velocity: Vector3<f64>, is_linearized: bool) -> ContactWrench<Dual> {
     let shape = octahedron(0);
     let [a, b] = places().map(|place| {
         let modulus = Dual::from_re(MODULUS);
@@ -243,7 +243,7 @@ fn differentiated(velocity: Vector3<f64>, is_linearised: bool) -> ContactWrench<
         let direction = SVector::from_fn(|k, _| if k < 3 { directions[(i, k)] } else { 0.0 });
         variable(twists[0].linear[i], direction)
     });
-    if is_linearised {
+    if is_linearized {
         pair.moving(law, dual).wrench()
     } else {
         pair.moving(law, dual).pipeline().wrench()
@@ -254,8 +254,8 @@ fn differentiated(velocity: Vector3<f64>, is_linearised: bool) -> ContactWrench<
 fn derivatives_by_velocity_and_law_are_the_closed_ones() {
     for velocity in VELOCITIES.map(Vector3::from) {
         let slopes = sliding_slopes(LAW, velocity);
-        for is_linearised in [false, true] {
-            let found = differentiated(velocity, is_linearised);
+        for is_linearized in [false, true] {
+            let found = differentiated(velocity, is_linearized);
             for (number, slope) in slopes.iter().enumerate() {
                 let part = |vector: &Vector3<Dual>| vector.map(|x| derivatives(x)[number]);
                 let to_stage = stage().rotation().transpose();
@@ -276,8 +276,8 @@ fn derivatives_by_velocity_and_law_are_the_closed_ones() {
 
 #[test]
 fn parting_faster_than_the_skin_recovers_has_no_derivatives() {
-    for is_linearised in [false, true] {
-        let found = differentiated(vector![0.3, 0.1, 3.0], is_linearised);
+    for is_linearized in [false, true] {
+        let found = differentiated(vector![0.3, 0.1, 3.0], is_linearized);
         for number in found.on_a.force.iter().chain(&found.on_a.torque) {
             assert!(derivatives(*number).amax() <= 0.0);
         }
@@ -324,8 +324,8 @@ fn friction_depends_on_slip_over_slip_tolerance_alone_however_small_or_large() {
         let law = SurfaceLaw::new(0.0, 0.5, slip_tolerance).unwrap();
         let mut twist = Twist::zero();
         twist.linear.x = ratio * slip_tolerance;
-        let linearised = pair.moving(law, [twist, Twist::zero()]).linearised();
-        assert!(linearised.jacobian().iter().all(|entry| entry.is_finite()));
+        let linearized = pair.moving(law, [twist, Twist::zero()]).linearized();
+        assert!(linearized.jacobian().iter().all(|entry| entry.is_finite()));
         pair.moving(law, [twist, Twist::zero()]).wrench().on_a
     };
     for ratio in [0.0, 1e-20, 0.7, 1e20] {
@@ -340,7 +340,7 @@ fn friction_depends_on_slip_over_slip_tolerance_alone_however_small_or_large() {
 /// Two ways to the same sums.
 const SAME: f64 = 1e-10;
 
-/// The exchanged pair has the same polygons, but they begin at other corners; of metres or of half millimetres.
+/// The exchanged pair has the same polygons, but they begin at other corners; of meters or of half millimeters.
 #[test]
 fn friction_does_not_depend_on_where_a_polygon_begins() {
     let law = SurfaceLaw::new(0.1, 0.4, 0.05).unwrap();

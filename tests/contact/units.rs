@@ -87,7 +87,7 @@ fn point(point: &Vector3<f64>, units: Units) -> impl Iterator<Item = f64> {
 
 /// All that can be asked of a pair, in the units that its copy began with.
 fn everything(pair: &ContactPair, units: Units) -> Vec<f64> {
-    let contact = pair.linearised();
+    let contact = pair.linearized();
     let wrench = contact.wrench;
     let mut numbers = torque_and_force(&pair.wrench().on_a.to_vector(), units, 0);
     for on in [wrench.on_a, wrench.on_b] {
@@ -136,7 +136,7 @@ fn in_motion(pair: &ContactPair, units: Units) -> Vec<f64> {
     .map(twist);
     let wrench = pair.moving(law, twists).wrench().on_a.to_vector();
     let mut numbers = torque_and_force(&wrench, units, 0);
-    let jacobian = pair.moving(law, twists).linearised().jacobian();
+    let jacobian = pair.moving(law, twists).linearized().jacobian();
     for (number, column) in jacobian.column_iter().enumerate() {
         // By angles and lengths of poses and twists, moduli, dissipation (s/m) and friction.
         let by = match number {

@@ -1,4 +1,4 @@
-//! Forces, controls, single steps, and rollouts linearised by them.
+//! Forces, controls, single steps, and rollouts linearized by them.
 
 use hydroelastic::contact::Shape;
 use hydroelastic::dynamics::{
@@ -22,7 +22,7 @@ fn cube(name: &str, mass: f64, position: Vector3<f64>) -> Body {
     body.at(Pose::from_translation(position))
 }
 
-/// Two bricks a metre apart.
+/// Two bricks a meter apart.
 fn two() -> World {
     let right = cube("right", 3.0, vector![1.0, 0.0, 0.0]).with_spin(vector![0.1, 0.2, -0.3]);
     World::new(vec![cube("left", 1.0, Vector3::zeros()), right]).unwrap()
@@ -356,13 +356,13 @@ fn differences<F: Force>(world: &World<f64, F>, plan: &Plan, control: &Parameter
 }
 
 #[test]
-fn linearised_rollouts_are_those_of_differences() {
+fn linearized_rollouts_are_those_of_differences() {
     let world = everything();
     let control = Parameter::Control("right".into(), 0);
     for steps in [1, 8] {
         let plan = Plan::new(5e-4, steps).unwrap();
         let found = Experiment::new(&world, &plan)
-            .linearised(std::slice::from_ref(&control))
+            .linearized(std::slice::from_ref(&control))
             .unwrap();
         let expected = differences(&world, &plan, &control);
         let (size, count) = (found.by_state.nrows(), found.by_parameters.ncols());
@@ -538,7 +538,7 @@ fn controls_and_states_that_cannot_be_are_refused() {
             .is_err()
     );
     let experiment = Experiment::new(&world, &Plan::new(1e-3, 1).unwrap());
-    let beyond = experiment.linearised(&[Parameter::Control("left".into(), 1)]);
+    let beyond = experiment.linearized(&[Parameter::Control("left".into(), 1)]);
     assert!(matches!(
         beyond.unwrap_err(),
         GradientError::NoControl {
@@ -549,7 +549,7 @@ fn controls_and_states_that_cannot_be_are_refused() {
     ));
     assert!(
         experiment
-            .linearised(&[Parameter::Control("right".into(), 0)])
+            .linearized(&[Parameter::Control("right".into(), 0)])
             .is_err()
     );
 }
@@ -561,7 +561,7 @@ fn a_control_that_is_not_there_is_told_with_those_that_are() {
     let experiment = Experiment::new(&world, &Plan::new(1e-3, 1).unwrap());
     for (name, told) in [("left", "0 to 1"), ("right", "no control")] {
         let by = [Parameter::Control(name.into(), 2)];
-        let error = experiment.linearised(&by).unwrap_err().to_string();
+        let error = experiment.linearized(&by).unwrap_err().to_string();
         assert!(error.contains(told), "{error}");
     }
 }

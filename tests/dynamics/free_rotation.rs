@@ -19,7 +19,7 @@ fn tumbling(properties: MassProperties, spin: Vector3<f64>) -> World {
     World::new(vec![moving.with_spin(spin)]).unwrap()
 }
 
-/// Equal moments about a centre of mass that is off the origin.
+/// Equal moments about a center of mass that is off the origin.
 fn off_center_sphere() -> MassProperties {
     MassProperties {
         inertia: Matrix3::identity() * 0.02,
@@ -35,7 +35,7 @@ fn center_of_mass(world: &World, state: &State) -> Vector3<f64> {
 }
 
 #[test]
-fn a_free_body_turns_about_its_centre_of_mass_which_moves_straight() {
+fn a_free_body_turns_about_its_center_of_mass_which_moves_straight() {
     for properties in [asymmetric(), off_center_sphere()] {
         let world = tumbling(properties, vector![3.0, -2.0, 5.0]);
         let start = world.initial_state();

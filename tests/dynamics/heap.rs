@@ -126,7 +126,7 @@ fn stepped(world: &World, mut state: State, time: f64, mut see: impl FnMut(&Stat
     state
 }
 
-/// Energy that a piece of a run may make, of the weight by a metre: round-off, and the swing of second order.
+/// Energy that a piece of a run may make, of the weight by a meter: round-off, and the swing of second order.
 const NO_GAIN: f64 = 1e-6;
 
 /// Slip tolerances (m/s) while the balls fall and find their places. With the first, friction holds them where
@@ -148,7 +148,7 @@ fn dropped(heap: &Heap, slip_tolerance: f64, time: f64) -> State {
     })
 }
 
-/// Largest speed (m/s) of a ball's centre, or of its surface about that.
+/// Largest speed (m/s) of a ball's center, or of its surface about that.
 fn fastest(state: &State) -> f64 {
     let speed = |body: &BodyState| {
         let twist = &body.twist;

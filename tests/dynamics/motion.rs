@@ -41,7 +41,7 @@ fn sphere_inertia(mass: f64, radius: f64) -> Mass {
     })
 }
 
-/// A ball of 0.1 m and 1 kg at a height of its centre over a rigid floor.
+/// A ball of 0.1 m and 1 kg at a height of its center over a rigid floor.
 fn ball_over_floor(material: Material, height: f64, velocity: f64) -> World {
     let ball = Arc::new(fine_ball(0.1, 64, 40));
     let ball = Body::dynamic("ball", ball, material, sphere_inertia(1.0, 0.1)).unwrap();

@@ -132,7 +132,7 @@ fn an_inertia_that_no_solid_has_is_refused() {
 }
 
 #[test]
-fn a_centre_of_mass_that_is_not_finite_is_refused() {
+fn a_center_of_mass_that_is_not_finite_is_refused() {
     for value in NOT_FINITE {
         let given = MassProperties {
             center_of_mass: vector![0.0, value, 0.0],
@@ -142,7 +142,7 @@ fn a_centre_of_mass_that_is_not_finite_is_refused() {
         assert!(matches!(error, WorldError::CenterOfMass { .. }), "{error}");
         assert_names(
             &error,
-            &format!("the centre of mass of body \"cube\" has the component {value}"),
+            &format!("the center of mass of body \"cube\" has the component {value}"),
         );
     }
 }

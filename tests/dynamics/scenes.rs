@@ -71,7 +71,7 @@ pub fn still_at(x: f64) -> BodyState {
     }
 }
 
-/// Mass properties of a body whose centre of mass is off its origin and whose principal axes are
+/// Mass properties of a body whose center of mass is off its origin and whose principal axes are
 /// askew.
 pub fn asymmetric() -> MassProperties {
     let axes = rotation_from_vector(&vector![0.4, -0.3, 0.8]);

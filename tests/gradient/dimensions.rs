@@ -136,8 +136,8 @@ fn a_body_by_the_mesh_below_its_field_of_distances() {
     let velocities = velocities(0);
     for depth in [None, Some(0.02)] {
         let made = |mesh: &TetMesh| match depth {
-            None => PressureField::linearised_from_distance(mesh).unwrap(),
-            Some(depth) => PressureField::linearised_from_distance_up_to(mesh, depth).unwrap(),
+            None => PressureField::linearized_from_distance(mesh).unwrap(),
+            Some(depth) => PressureField::linearized_from_distance_up_to(mesh, depth).unwrap(),
         };
         let (field, distances) = made(&mesh);
         assert!(distances.ambiguous().is_empty());

@@ -1,6 +1,6 @@
 //! Derivatives of rollouts, and what checks them.
 
-mod cancelling;
+mod canceling;
 mod converged;
 mod debug_texts;
 mod derivative_check;

@@ -275,7 +275,7 @@ fn a_sample_without_a_derivative_is_an_error_among_the_others() {
     }
 }
 
-/// A ball of 100 mm, with facets, its centre 70 mm above a floor and sliding, and two bodies far away, of which the fixed one has no friction.
+/// A ball of 100 mm, with facets, its center 70 mm above a floor and sliding, and two bodies far away, of which the fixed one has no friction.
 fn sliding(ball_friction: f64, floor_friction: f64) -> World {
     let skin = |friction| Material::elastic(1e5).with_friction(friction);
     let floor = Arc::new(Shape::new(shapes::cuboid([1.0, 1.0, 0.2]).unwrap()));

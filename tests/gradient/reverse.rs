@@ -71,7 +71,7 @@ pub fn compare<F: Force>(
     reverse
 }
 
-/// A body whose moments differ, with its origin aside of the centre of mass.
+/// A body whose moments differ, with its origin aside of the center of mass.
 fn potato() -> Shape {
     let round = shapes::ellipsoid([0.1, 0.12, 0.08], 2).unwrap();
     let moved = round

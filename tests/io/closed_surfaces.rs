@@ -37,7 +37,7 @@ fn ball() -> TriangleSurface {
     TriangleSurface::around(field.mesh()).unwrap()
 }
 
-/// A ball of 5 mm, drawn in millimetres, 1 km away from the origin.
+/// A ball of 5 mm, drawn in millimeters, 1 km away from the origin.
 fn far_ball() -> TriangleSurface {
     let far = Vector3::new(0.3, 0.5, 0.8).normalize() * 1e6;
     let moved = |corner: Vector3<f64>| corner * 10.0 + far;
@@ -178,12 +178,12 @@ fn an_obj_face_that_is_bent_inwards_is_cut_from_a_corner_that_sees_it_all() {
 #[test]
 fn the_unit_scales_the_surface() {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("examples/tool_use/tool.stl");
-    let millimetres = read_triangle_surface(&path, 1.0).unwrap();
-    let metres = read_triangle_surface(&path, 0.001).unwrap();
-    assert_eq!(metres.triangles().len(), 384);
-    assert_eq!(metres.component_count(), 1);
-    assert!((metres.volume() * 1e9 / millimetres.volume() - 1.0).abs() < ROUND_OFF);
-    let aabb = metres.aabb();
+    let millimeters = read_triangle_surface(&path, 1.0).unwrap();
+    let meters = read_triangle_surface(&path, 0.001).unwrap();
+    assert_eq!(meters.triangles().len(), 384);
+    assert_eq!(meters.component_count(), 1);
+    assert!((meters.volume() * 1e9 / millimeters.volume() - 1.0).abs() < ROUND_OFF);
+    let aabb = meters.aabb();
     assert!(aabb.lower.z.abs() < 1e-9 && (aabb.upper.z - 0.065).abs() < 1e-9);
     for unit in [0.0, -1.0, f64::NAN, f64::INFINITY] {
         let refused = read_triangle_surface(&path, unit).unwrap_err();

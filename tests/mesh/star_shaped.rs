@@ -10,7 +10,7 @@ use std::collections::BTreeSet;
 /// Sums over some hundred tetrahedra, relative to the result.
 const SUM_ROUND_OFF: f64 = 1e-13;
 
-/// Wrenches of the same fields, whose centres differ by a rounding, relative to their largest part.
+/// Wrenches of the same fields, whose centers differ by a rounding, relative to their largest part.
 const SAME_WRENCH: f64 = 1e-12;
 
 fn surface_of(field: &PressureField) -> TriangleSurface {
@@ -63,7 +63,7 @@ fn assert_relative(found: f64, expected: f64, tolerance: f64) {
 // What it makes.
 
 #[test]
-fn a_tetrahedron_has_the_volume_and_centre_of_the_textbook() {
+fn a_tetrahedron_has_the_volume_and_center_of_the_textbook() {
     let vertices = vec![
         vector![1.0, 1.0, 1.0],
         vector![1.5, 1.0, 1.0],
@@ -150,8 +150,8 @@ proptest! {
 }
 
 #[test]
-fn a_solid_can_be_filled_from_a_point_where_its_centre_will_not_do() {
-    // The centre of volume is (1.1, 1.1): outside.
+fn a_solid_can_be_filled_from_a_point_where_its_center_will_not_do() {
+    // The center of volume is (1.1, 1.1): outside.
     let refused = shapes::star_shaped(&letter_l()).unwrap_err();
     assert!(
         matches!(refused, MeshError::HiddenTriangle { .. }),

@@ -1,7 +1,7 @@
 //! Two octahedra, one above the other: everything about their contact can be written down.
 //!
-//! The extent is 1 − |x| − |y| − |z| from the centre, (0, 0, h) of A and (0, 0, −h) of B. With
-//! s = |x| + |y| and the overlap L = 1 − h, between the centres
+//! The extent is 1 − |x| − |y| − |z| from the center, (0, 0, h) of A and (0, 0, −h) of B. With
+//! s = |x| + |y| and the overlap L = 1 − h, between the centers
 //!
 //! p_A = E_A (L − s + z), p_B = E_B (L − s − z).
 //!
@@ -15,13 +15,13 @@ use hydroelastic::mesh::{PressureField, TetMesh};
 use hydroelastic::spatial::Pose;
 use nalgebra::{Vector3, vector};
 
-/// Height (m) of A's centre over the middle, and how far B's is below.
+/// Height (m) of A's center over the middle, and how far B's is below.
 pub const HEIGHT: f64 = 0.7;
 
 /// L (m): half the diagonal of the square that the contact surface covers.
 pub const OVERLAP: f64 = 1.0 - HEIGHT;
 
-/// An octahedron with corners 1 m from its centre, its tetrahedra so many times divided into eight.
+/// An octahedron with corners 1 m from its center, its tetrahedra so many times divided into eight.
 pub fn octahedron(times: usize) -> Shape {
     let mut vertices: Vec<Vector3<f64>> = vec![Vector3::zeros()];
     vertices.extend((0..3).flat_map(|axis| [Vector3::ith(axis, 1.0), Vector3::ith(axis, -1.0)]));

@@ -68,7 +68,7 @@ pub fn mixed_shapes() -> Vec<Shape> {
     fields.map(|field| Shape::new(field.unwrap())).into()
 }
 
-/// Cubes of the given edge in a grid centred on the origin, those for which `keep` holds, six
+/// Cubes of the given edge in a grid centerd on the origin, those for which `keep` holds, six
 /// tetrahedra each, with the distance to the surface as field.
 pub fn grid(
     counts: &[usize; 3],
@@ -98,13 +98,13 @@ pub fn grid(
     PressureField::from_distance(&TetMesh::new(vertices, tets)?)
 }
 
-/// An icosphere with a shell of vertices halfway in; the extents of its centre and of the shell. With
-/// less at the centre, the field has a dent there.
+/// An icosphere with a shell of vertices halfway in; the extents of its center and of the shell. With
+/// less at the center, the field has a dent there.
 pub fn dented_ball(radius: f64, order: usize, extents: [f64; 2]) -> PressureField {
     layered(&shapes::icosphere(radius, order).unwrap(), extents)
 }
 
-/// A star-shaped solid about the origin with a shell of vertices halfway in; the extents of its centre and of the
+/// A star-shaped solid about the origin with a shell of vertices halfway in; the extents of its center and of the
 /// shell.
 pub fn layered(solid: &PressureField, extents: [f64; 2]) -> PressureField {
     let (mesh, mut vertices) = (solid.mesh(), solid.mesh().vertices().to_vec());

@@ -88,7 +88,7 @@ fn contact(pair: &ContactPair) -> Vec<u8> {
         },
     ];
     let covector = SVector::from_fn(|row, _| 1.0 / (row as f64 + 3.0));
-    let contact = pair.linearised();
+    let contact = pair.linearized();
     let mut wrenches = vec![pair.wrench(), contact.wrench];
     let mut all = vec![pair.potential_energy(), pair.surface().area()];
     for row in [0, 6] {
@@ -97,9 +97,9 @@ fn contact(pair: &ContactPair) -> Vec<u8> {
     }
     for [friction, slip_tolerance] in LAWS {
         let law = SurfaceLaw::new(0.5, friction, slip_tolerance).unwrap();
-        let linearised = pair.moving(law, twists).linearised();
-        wrenches.extend([pair.moving(law, twists).wrench(), linearised.wrench]);
-        all.extend(linearised.jacobian().iter());
+        let linearized = pair.moving(law, twists).linearized();
+        wrenches.extend([pair.moving(law, twists).wrench(), linearized.wrench]);
+        all.extend(linearized.jacobian().iter());
         for shape in pair.moving(law, twists).shape_gradients(&covector) {
             all.extend(shape.by_vertices.iter().flatten());
             all.extend(shape.by_extents);

@@ -90,7 +90,7 @@ fn large_pair(ball: &Shape) -> ContactPair<'_> {
     pair
 }
 
-/// At the centre of rotation the slip turns quickly, and parts of the surface part faster than they press: such polygons are
+/// At the center of rotation the slip turns quickly, and parts of the surface part faster than they press: such polygons are
 /// integrated one by one, beside those in lanes.
 #[test]
 fn a_large_contact_in_motion_has_the_same_bits_whatever_the_number_of_threads() {
@@ -103,9 +103,9 @@ fn a_large_contact_in_motion_has_the_same_bits_whatever_the_number_of_threads() 
     };
     let twists = [turning, Twist::zero()];
     let contact = || {
-        let linearised = pair.moving(law, twists).linearised();
-        let wrenches = [pair.moving(law, twists).wrench(), linearised.wrench];
-        let jacobian = linearised.jacobian();
+        let linearized = pair.moving(law, twists).linearized();
+        let wrenches = [pair.moving(law, twists).wrench(), linearized.wrench];
+        let jacobian = linearized.jacobian();
         let numbers = wrenches.map(|wrench| wrench.on_a.to_vector());
         let all = numbers.iter().flatten().chain(jacobian.iter());
         all.map(|number| number.to_bits()).collect()
@@ -118,7 +118,7 @@ fn the_contact_of_a_large_pair_has_the_same_bits_whatever_the_number_of_threads(
     let ball = Shape::new(shapes::icosphere(1.0, 4).unwrap());
     let pair = large_pair(&ball);
     let contact = || {
-        let contact = pair.linearised();
+        let contact = pair.linearized();
         let areas = pair
             .surface()
             .polygons
@@ -332,7 +332,7 @@ fn progress_counts_every_rollout_once_and_ends_at_the_total() {
 /// No force, and a floor that it refuses to enter.
 struct Touchy;
 
-/// Height of the ball's centre (m) below which [`Touchy`] panics.
+/// Height of the ball's center (m) below which [`Touchy`] panics.
 const LOWEST: f64 = 0.1045;
 
 impl Force for Touchy {
@@ -350,7 +350,7 @@ fn a_panic_in_one_rollout_is_its_error_and_the_others_go_on() {
     let batch = Batch::new(&Plan::new(TIME_STEP, 50).unwrap());
     let results = batch.starting_from(&world, &starts).unwrap();
     for (index, result) in results.into_iter().enumerate() {
-        // In 25 ms the ball falls 3.1 mm, from 100 mm and a millimetre more each time.
+        // In 25 ms the ball falls 3.1 mm, from 100 mm and a millimeter more each time.
         if index > 7 {
             assert_eq!(result.unwrap().states().len(), 51);
             continue;

@@ -57,7 +57,7 @@ fn triangles(mesh: &TetMesh) -> impl Iterator<Item = [Vector3<f64>; 3]> {
     mesh.surface_triangles().iter().map(corners)
 }
 
-/// Octants of a body that moves have two colours in turn: its spin shows.
+/// Octants of a body that moves have two colors in turn: its spin shows.
 fn color(center: &Vector3<f64>, moves: bool) -> Rgba32 {
     match (moves, center.product() > 0.0) {
         (false, _) => palette::FIXED,

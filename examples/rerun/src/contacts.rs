@@ -5,7 +5,7 @@ use crate::{force, palette, surface};
 use hydroelastic::dynamics::{Contact, State, World};
 use rerun::{RecordingStream, RecordingStreamResult, Scalars, SeriesLines};
 
-/// Logs the names and colours of the lines in the plot.
+/// Logs the names and colors of the lines in the plot.
 pub fn log_styles(recording: &RecordingStream, world: &World) -> RecordingStreamResult<()> {
     let mut colors = palette::LINES.into_iter().cycle();
     for bodies in pairs(world) {

@@ -7,7 +7,7 @@ use rerun::{RecordingStream, RecordingStreamResult, Scalars, SeriesLines};
 
 const NAMES: [&str; 4] = ["kinetic", "gravitational", "contact", "total"];
 
-/// Logs the names and colours of the lines.
+/// Logs the names and colors of the lines.
 pub fn log_styles(recording: &RecordingStream) -> RecordingStreamResult<()> {
     let lines = SeriesLines::new().with_names(NAMES);
     recording.log_static(ENERGIES, &lines.with_colors(palette::LINES))

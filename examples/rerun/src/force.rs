@@ -1,4 +1,4 @@
-//! The force of a contact: on the first body, at the centre of pressure.
+//! The force of a contact: on the first body, at the center of pressure.
 
 use crate::bodies::single;
 use crate::palette;

@@ -1,11 +1,11 @@
-//! Colours.
+//! Colors.
 
 use nalgebra::Vector3;
 use rerun::Rgba32;
 
 /// Bodies that never move.
 pub const FIXED: Rgba32 = Rgba32::from_rgb(150, 155, 165);
-/// The two colours of bodies that move.
+/// The two colors of bodies that move.
 pub const MOVING: [Rgba32; 2] = [
     Rgba32::from_rgb(225, 230, 240),
     Rgba32::from_rgb(90, 140, 220),
@@ -23,7 +23,7 @@ pub const LINES: [Rgba32; 4] = [
     Rgba32::from_rgb(235, 235, 235),
 ];
 
-/// Colours of no pressure, of the highest, and of equal steps between: red, green, blue of 255.
+/// Colors of no pressure, of the highest, and of equal steps between: red, green, blue of 255.
 const PRESSURE: [[f64; 3]; 4] = [
     [40.0, 20.0, 110.0],
     [175.0, 40.0, 120.0],
@@ -31,7 +31,7 @@ const PRESSURE: [[f64; 3]; 4] = [
     [255.0, 245.0, 140.0],
 ];
 
-/// The colour of a share, from 0 to 1, of the highest pressure.
+/// The color of a share, from 0 to 1, of the highest pressure.
 #[expect(
     clippy::cast_possible_truncation,
     clippy::cast_sign_loss,

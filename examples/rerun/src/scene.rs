@@ -37,7 +37,7 @@ pub fn world() -> Result<World, Box<dyn Error>> {
         .with_slip_tolerance(SLIP_TOLERANCE)?)
 }
 
-/// A fixed cuboid of the given edges (m) about a centre (m).
+/// A fixed cuboid of the given edges (m) about a center (m).
 fn slab(name: &str, edges: [f64; 3], center: Vector3<f64>) -> Result<Body, Box<dyn Error>> {
     let shape = Shape::new(shapes::cuboid(edges)?);
     let slab = Body::fixed(name, shape, skin(ROOM_MODULUS))?;

@@ -1,11 +1,11 @@
-//! A contact surface as a mesh coloured by pressure.
+//! A contact surface as a mesh colored by pressure.
 
 use crate::bodies::single;
 use crate::palette;
 use hydroelastic::contact::{ContactPolygon, ContactSurface};
 use rerun::{Mesh3D, Rgba32};
 
-/// Pressure (Pa) of the last colour: about that of the first bounce.
+/// Pressure (Pa) of the last color: about that of the first bounce.
 const HIGHEST: f64 = 1.6e4;
 
 /// The polygons of a surface (m, world frame); without one, nothing.

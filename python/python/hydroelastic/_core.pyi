@@ -28,7 +28,7 @@ __all__ = [
     "HalfSpace",
     "HydroelasticError",
     "Integrator",
-    "LinearisedShape",
+    "LinearizedShape",
     "Material",
     "Pair",
     "Parameter",
@@ -205,7 +205,7 @@ class Pair:
     def wrench_and_jacobian(
         self, pose_a: _Rows, pose_b: _Rows, *, moduli: _Numbers | None = None
     ) -> tuple[_Floats, _Floats]: ...
-    def linearised(
+    def linearized(
         self,
         pose_a: _Rows,
         pose_b: _Rows,
@@ -268,7 +268,7 @@ class ShapeRates:
     def __getnewargs__(self) -> tuple[_Floats, _Floats, list[int]]: ...
 
 @final
-class LinearisedShape:
+class LinearizedShape:
     def __new__(cls, vertices: _Rows, tets: _Indices, depth: float | None = None) -> Self: ...
     @property
     def shape(self) -> Shape: ...
@@ -489,7 +489,7 @@ class World:
     ) -> _Floats: ...
     def kinks(self, plan: Plan) -> list[tuple[str, list[str], int, tuple[int, int]]]: ...
     def sweeps_back(self, plan: Plan, parameters: Sequence[Parameter], losses: int = 1) -> bool: ...
-    def linearised(
+    def linearized(
         self, plan: Plan, parameters: Sequence[Parameter] = ..., *, progress: _Progress = None
     ) -> tuple[_Floats, _Floats]: ...
     def derivative_check(

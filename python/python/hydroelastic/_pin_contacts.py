@@ -76,7 +76,7 @@ class Contact:
         self.name = f"frame {contact.frame_a!r} and frame {contact.frame_b!r}"
         self.poses: list[Floats] = []
         self.twists = [np.zeros(6), np.zeros(6)]
-        # Rows are the columns of Pair.linearised, columns those of ``Robot``: q, v and the materials of all contacts.
+        # Rows are the columns of Pair.linearized, columns those of ``Robot``: q, v and the materials of all contacts.
         self.motion = np.zeros((28, width))
         self.motion[24:, column : column + 4] = np.eye(4)
         self.both_jacobians = self.motion[:12, :nv]
@@ -132,10 +132,10 @@ class Contact:
             raise HydroelasticError(f"contact of {self.name}: {error}") from error
         return self._finite(wrenches)
 
-    def linearised(self, material: Material) -> tuple[Floats, Floats]:
+    def linearized(self, material: Material) -> tuple[Floats, Floats]:
         """The wrenches and their derivatives, (12, 28)."""
         try:
-            wrenches, jacobian = self.pair.linearised(*self.poses, *self.twists, moduli=material[0], law=material[1])
+            wrenches, jacobian = self.pair.linearized(*self.poses, *self.twists, moduli=material[0], law=material[1])
         except HydroelasticError as error:
             raise HydroelasticError(f"contact of {self.name}: {error}") from error
         return self._finite(wrenches), jacobian
@@ -151,7 +151,7 @@ class Contact:
         """Adds the wrenches to the forces on the joints, in the axes of the joints. Returns Jᵀ w and its derivatives by q, v and the
         materials, without the contribution of constant joint forces. Returns None without contact."""
         self.move(model, data, v)
-        wrenches, jacobian = self.linearised(material)
+        wrenches, jacobian = self.linearized(material)
         if not wrenches.dot(wrenches):
             return None, None
         for mount in self.moving:

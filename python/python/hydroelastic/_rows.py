@@ -86,7 +86,7 @@ class Wrench(Function):
         return found, errors
 
     def values_and_jacobians(self, rows: Floats) -> tuple[Floats, Floats, Errors]:
-        call = self._pair.linearised if self._in_motion else self._pair.wrench_and_jacobian
+        call = self._pair.linearized if self._in_motion else self._pair.wrench_and_jacobian
         (values, jacobians), errors = self._found(rows, call, [(WRENCHES,), (WRENCHES, self.columns)])
         return values, jacobians, errors
 

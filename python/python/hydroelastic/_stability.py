@@ -120,8 +120,8 @@ def resistance(
 
     Friction adds nothing to the stiffness, because its derivative by the poses is on one side of the diagonal only.
     """
-    _, elastic = pair.linearised(*poses, *twists, moduli=moduli, law=law * [1.0, 0.0])
-    _, of_law = pair.linearised(*poses, *twists, moduli=moduli, law=law)
+    _, elastic = pair.linearized(*poses, *twists, moduli=moduli, law=law * [1.0, 0.0])
+    _, of_law = pair.linearized(*poses, *twists, moduli=moduli, law=law)
     return -jacobian.T @ elastic[:, :12] @ jacobian, -jacobian.T @ of_law[:, 12:24] @ jacobian
 
 

@@ -21,11 +21,11 @@ moves the pose: [ω]× is the skew part of dR Rᵀ, and v is the last column. Wh
 rotations, and does not count; nor does the last row. The cotangent of a pose is the transpose: with g the derivative by
 the angular part of that twist and f by the linear part, ½ [g]× R is its rotation block and f its last column. So by the
 chain rule through anything that makes rotations (``pose``, ``moved_pose``, quaternions, kinematics) derivatives are
-right, and a step along a cotangent itself leads off the rotations: optimise over vectors, and make poses of them.
+right, and a step along a cotangent itself leads off the rotations: optimize over vectors, and make poses of them.
 
 What the library refuses (a pose that is not rigid, a number that is not finite, a rollout that ends early). A call
 without a transformation raises HydroelasticError. Inside ``jit``, ``vmap``, ``grad`` and their like an exception would
-be undefined behaviour of JAX: rows that are refused are NaN, the others are right, and the reason is a warning of the
+be undefined behavior of JAX: rows that are refused are NaN, the others are right, and the reason is a warning of the
 logger ``hydroelastic.jax``.
 
 Second derivatives do not exist, and to ask for them (``jax.hessian``, ``grad`` of ``grad``) raises NotImplementedError.
@@ -453,7 +453,7 @@ def _checked(function: _rows.Function, call: Callable[[], tuple[Any, ...]], coun
     try:
         *found, errors = call()
     except Exception:
-        # An exception that went on from here would be undefined behaviour.
+        # An exception that went on from here would be undefined behavior.
         _log.exception("%s: NaN, since the call failed", function.name)
         return None
     if errors:

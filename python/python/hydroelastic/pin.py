@@ -248,12 +248,12 @@ class Robot:
                 tau = tau + force
         return finite(pinocchio.aba(model, data, q, v, tau)), forces
 
-    def linearised(self, q: _Floats, v: _Floats, tau: _Floats) -> Acceleration:
+    def linearized(self, q: _Floats, v: _Floats, tau: _Floats) -> Acceleration:
         """Joint accelerations and their derivatives by q, v, tau and the materials."""
-        return self._linearised(q, v, tau)[0]
+        return self._linearized(q, v, tau)[0]
 
-    def _linearised(self, q: _Floats, v: _Floats, tau: _Floats) -> tuple[Acceleration, Forces]:
-        """Returns the result of ``linearised`` and Jᵀ w of each contact."""
+    def _linearized(self, q: _Floats, v: _Floats, tau: _Floats) -> tuple[Acceleration, Forces]:
+        """Returns the result of ``linearized`` and Jᵀ w of each contact."""
         model, data, nv = self._model, self._data, self._model.nv
         q, v, tau = self._check(q, v, tau)
         pinocchio.computeForwardKinematicsDerivatives(model, data, q, v, self._zero)
@@ -286,7 +286,7 @@ class Robot:
             found[k] = contact.wrench(material)
         return finite(found, "a contact wrench")
 
-    def linearised_wrenches(self, q: _Floats, v: _Floats) -> Wrenches:
+    def linearized_wrenches(self, q: _Floats, v: _Floats) -> Wrenches:
         """Wrenches of all contacts and their derivatives by q, v and the materials."""
         q, v = self._check(q, v)
         model, data, nv = self._model, self._data, self._model.nv
@@ -295,7 +295,7 @@ class Robot:
         found = Wrenches(*(np.zeros((count, 12, *more)) for more in ((), (nv,), (nv,), (4,))))
         for k, (contact, material) in enumerate(zip(self._contacts, self._by_contact, strict=True)):
             contact.move(model, data, v)
-            found.wrenches[k], jacobian = contact.linearised(material)
+            found.wrenches[k], jacobian = contact.linearized(material)
             slopes = jacobian[:, :24] @ contact.motion[:24, : 2 * nv]
             found.by_q[k], found.by_v[k], found.by_material[k] = slopes[:, :nv], slopes[:, nv:], jacobian[:, 24:]
         finite(found.wrenches, "a contact wrench")
@@ -325,12 +325,12 @@ class Robot:
         v = finite(v + time_step * a, "v")
         return self._moved(q, v, time_step), v
 
-    def linearised_step(self, q: _Floats, v: _Floats, tau: _Floats, time_step: float) -> Step:
+    def linearized_step(self, q: _Floats, v: _Floats, tau: _Floats, time_step: float) -> Step:
         """``step`` with its derivatives by the state, tau and the materials."""
         check_time_step(time_step)
         q, v, tau = self._check(q, v, tau)
         nv = self._model.nv
-        (a, by_q, by_v, by_tau, by_material), forces = self._linearised(q, v, tau)
+        (a, by_q, by_v, by_tau, by_material), forces = self._linearized(q, v, tau)
         self._check_stability(q, v, forces, time_step)
         # Of the new velocity, by q, v, tau and the materials.
         slopes = time_step * np.hstack([by_q, by_v, by_tau, by_material.reshape(nv, -1)])
@@ -372,7 +372,7 @@ class Robot:
             records.offer(k + 1, (q, v))
         return RobotTrajectory(records.times(), *records.stacked())
 
-    def linearised_rollout(
+    def linearized_rollout(
         self,
         q: _Floats,
         v: _Floats,
@@ -385,7 +385,7 @@ class Robot:
         """``rollout`` with derivatives of the recorded states by the first, the materials and the parameters of a controller.
 
         The ``Feedback`` of a controller must have its derivatives. By torques of single steps, multiply those of
-        ``linearised_step``.
+        ``linearized_step``.
         """
         nv, count = self._model.nv, len(self._pairs)
         records = _Records(steps, record_every, time_step)
@@ -399,7 +399,7 @@ class Robot:
         for k in range(steps):
             feedback = torques(k * time_step, q, v, k) if k else first
             try:
-                step = self.linearised_step(q, v, feedback.tau, time_step)
+                step = self.linearized_step(q, v, feedback.tau, time_step)
             except HydroelasticError as error:
                 raise records.failed(k, error) from error.__cause__
             by_state = step.by_state + step.by_tau @ self._by_state(feedback)

@@ -21,7 +21,7 @@ moves the pose: [ω]× is the skew part of dR Rᵀ, and v is the last column. Wh
 rotations, and does not count; nor does the last row. The gradient of a pose is the transpose: with g the derivative by
 the angular part of that twist and f by the linear part, ½ [g]× R is its rotation block and f its last column. So by the
 chain rule through anything that makes rotations (``pose``, ``moved_pose``, quaternions, kinematics) derivatives are
-right, and a step along a gradient itself leads off the rotations: optimise over vectors, and make poses of them.
+right, and a step along a gradient itself leads off the rotations: optimize over vectors, and make poses of them.
 
 What the library refuses (a pose that is not rigid, a number that is not finite, a rollout that ends early) raises
 HydroelasticError, in a batch too, with the place of the first such row.

@@ -245,8 +245,8 @@ mod tests {
                 angular: Vector3::zeros(),
                 linear: apart,
             };
-            let found = pair.moving(law, [linear, Twist::zero()]).linearised();
-            let elastic = pair.linearised();
+            let found = pair.moving(law, [linear, Twist::zero()]).linearized();
+            let elastic = pair.linearized();
             assert!(found.kinks.are_clamped);
             let errors = [
                 found.by_poses.amax() / elastic.by_poses.amax(),
@@ -274,7 +274,7 @@ mod tests {
         };
         let pair = ContactPair::new(body, ground).moving(law, [apart, Twist::zero()]);
         let is_finite = |wrench: ContactWrench| wrench.on_a.force.iter().all(|f| f.is_finite());
-        assert!(!is_finite(pair.wrench()) && !is_finite(pair.linearised().wrench));
+        assert!(!is_finite(pair.wrench()) && !is_finite(pair.linearized().wrench));
     }
 
     /// The damping is exactly zero along an edge and negative elsewhere, so there is no wrench. The edge must not count twice.
@@ -289,7 +289,7 @@ mod tests {
             angular: Vector3::y(),
             linear: Vector3::new(0.0, 0.0, 2.125),
         };
-        let by_height = |pair: ContactPair| pair.linearised().by_poses.column(5).amax();
+        let by_height = |pair: ContactPair| pair.linearized().by_poses.column(5).amax();
         let pair = ContactPair::new(body, ground);
         let error = by_height(pair.moving(law, [apart, Twist::zero()])) / by_height(pair);
         assert!(error <= EXACT, "{error:e}");

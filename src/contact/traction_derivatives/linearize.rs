@@ -10,7 +10,7 @@ use crate::contact::jacobian::RelativeJacobian;
 use crate::contact::motion::RelativeMotion;
 use crate::contact::polygon_fields::{PolygonFields, Six};
 use crate::contact::polygon_source::PolygonSource;
-use crate::contact::relative_linearisation::RelativeLinearisation;
+use crate::contact::relative_linearization::RelativeLinearization;
 use crate::contact::response::PolygonResponse;
 use crate::contact::slip_fields::SlipFields;
 use crate::contact::sums::PartialSum;
@@ -61,7 +61,7 @@ pub(super) struct Linearized {
     /// The elastic contact of cuts.
     pub elastic: RelativeJacobian,
     /// The contribution of the law. The columns of `by_moduli` are zero and E_B ∂W/∂E_B.
-    pub added: RelativeLinearisation,
+    pub added: RelativeLinearization,
     pub responses: Vec<PolygonResponse>,
 }
 
@@ -91,7 +91,7 @@ impl InLanes for Linearize<'_> {
             rows: self.are_responses_kept.then(ResponseRows::boxed),
             linearized: Linearized {
                 elastic: RelativeJacobian::empty(),
-                added: RelativeLinearisation::empty(),
+                added: RelativeLinearization::empty(),
                 responses: Vec::new(),
             },
             of: self,
@@ -247,18 +247,18 @@ impl<'o> Linearizer<'o> {
 }
 
 /// Adds up the lanes of each sum.
-fn total(sums: &[Row; NUMBERS]) -> RelativeLinearisation {
+fn total(sums: &[Row; NUMBERS]) -> RelativeLinearization {
     let totals = lanes::totals(sums);
     let (by_motion, rest) = totals.split_at(MATRIX);
     let (by_twist, rest) = rest.split_at(MATRIX);
     let six = |which: usize| Vector6::from_column_slice(&rest[6 * which..6 * which + 6]);
-    RelativeLinearisation {
+    RelativeLinearization {
         by_motion: Matrix6::from_column_slice(by_motion),
         by_twist: Matrix6::from_column_slice(by_twist),
         wrench: six(0),
         by_moduli: Matrix6x2::from_columns(&[Vector6::zeros(), six(1)]),
         by_law: Matrix6x2::from_columns(&[six(2), six(3)]),
-        ..RelativeLinearisation::empty()
+        ..RelativeLinearization::empty()
     }
 }
 

@@ -33,7 +33,7 @@ use super::integrate::{Integrand, Remainder};
 use super::jacobian::RelativeJacobian;
 use super::motion::RelativeMotion;
 use super::polygon_source::PolygonSource;
-use super::relative_linearisation::RelativeLinearisation;
+use super::relative_linearization::RelativeLinearization;
 use super::response::Responses;
 use super::sums::PartialSum;
 use super::{ContactPair, SurfaceLaw};
@@ -62,8 +62,8 @@ pub(super) struct MovingJacobian<'l, R> {
 /// The elastic contact, the contribution of the surface law, and the responses of the polygons if `R` keeps them.
 pub(super) struct InMotion<R> {
     elastic: RelativeJacobian,
-    /// The columns of `by_moduli` are zero and E_B ∂W/∂E_B (see [`RelativeLinearisation::by_both_moduli`]).
-    added: RelativeLinearisation,
+    /// The columns of `by_moduli` are zero and E_B ∂W/∂E_B (see [`RelativeLinearization::by_both_moduli`]).
+    added: RelativeLinearization,
     responses: R,
 }
 
@@ -71,7 +71,7 @@ impl<R: Responses> PartialSum for InMotion<R> {
     fn empty() -> Self {
         Self {
             elastic: RelativeJacobian::empty(),
-            added: RelativeLinearisation::empty(),
+            added: RelativeLinearization::empty(),
             responses: R::empty(),
         }
     }
@@ -90,21 +90,21 @@ impl ContactPair<'_> {
     /// to motions and moduli have kinks if faces coincide. Near a kink, they are computed from polygons that are cut as if the faces
     /// coincided (see [`PolygonSource::for_derivatives`]). The elastic derivatives are computed from these polygons too. Rounding error
     /// decides which of two flush sides has a polygon, so both sides must count as flush, or neither.
-    pub(super) fn linearisation_in_motion<R: Responses>(
+    pub(super) fn linearization_in_motion<R: Responses>(
         &self,
         law: &SurfaceLaw,
         motion: &RelativeMotion<f64>,
-    ) -> (RelativeLinearisation, R) {
+    ) -> (RelativeLinearization, R) {
         let integrand = MovingJacobian::<R>::new(law, motion);
         let (sum, (surface, finer)) =
             self.source()
                 .integral_for_derivatives(COINCIDENCE, self.search(), &integrand);
-        let (mut sum, responses) = sum.linearisation(self.moduli());
+        let (mut sum, responses) = sum.linearization(self.moduli());
         sum.kinks.are_equal = surface.has_equal_fields();
         sum.kinks.are_flush |= surface.touches();
         if let Some(finer) = finer {
             let exact = finer.integral(&MovingJacobian::<()>::with_fixed_edges(law, motion));
-            let (exact, ()) = exact.linearisation(self.moduli());
+            let (exact, ()) = exact.linearization(self.moduli());
             (sum.wrench, sum.by_twist, sum.by_law) = (exact.wrench, exact.by_twist, exact.by_law);
             sum.kinks.are_flush = true;
         }
@@ -112,7 +112,7 @@ impl ContactPair<'_> {
     }
 }
 
-impl RelativeLinearisation {
+impl RelativeLinearization {
     /// Computes the derivatives with respect to both moduli. On input, the second column of `by_moduli` is E_B ∂W/∂E_B. The wrench is
     /// homogeneous of degree one in the moduli, so E_A ∂W/∂E_A + E_B ∂W/∂E_B = W.
     fn by_both_moduli(mut self, [modulus_a, modulus_b]: [f64; 2]) -> Self {
@@ -125,8 +125,8 @@ impl RelativeLinearisation {
 
 impl<R> InMotion<R> {
     /// Returns the wrench on A and its derivatives, at the given moduli.
-    fn linearisation(self, moduli: [f64; 2]) -> (RelativeLinearisation, R) {
-        let mut sum = self.elastic.linearisation(moduli);
+    fn linearization(self, moduli: [f64; 2]) -> (RelativeLinearization, R) {
+        let mut sum = self.elastic.linearization(moduli);
         sum.merge(self.added.by_both_moduli(moduli));
         (sum, self.responses)
     }

@@ -1,7 +1,7 @@
 use crate::contact::integrate::Integrand;
 use crate::contact::motion::RelativeMotion;
 use crate::contact::polygon_source::PolygonSource;
-use crate::contact::relative_linearisation::RelativeLinearisation;
+use crate::contact::relative_linearization::RelativeLinearization;
 use crate::contact::response::{OfCell, PolygonResponse};
 use crate::contact::traction_derivatives::{InMotion, MovingJacobian};
 use crate::contact::{ContactBody, ContactPair, HalfSpace, Partner, RigidShape, Shape, SurfaceLaw};
@@ -26,7 +26,7 @@ fn largest<const R: usize, const C: usize>(matrix: &SMatrix<f64, R, C>) -> f64 {
 
 /// Compares to within a fraction of the larger of the result and the elastic part, because the result is zero if the whole pressure is
 /// clamped.
-fn assert_blocks_agree([lanes, single, elastic]: [&RelativeLinearisation; 3], what: &str) {
+fn assert_blocks_agree([lanes, single, elastic]: [&RelativeLinearization; 3], what: &str) {
     let agree = |difference: f64, scale: f64, of: &str| {
         assert!(
             difference <= ROUND_OFF * scale,
@@ -107,12 +107,12 @@ fn assert_ways_agree(pair: &ContactPair, law: &SurfaceLaw, spin: f64, what: &str
     let source = &surface.source;
     let integrand = MovingJacobian::<Vec<PolygonResponse>>::new(law, &motion);
     let moduli = source.moduli();
-    let (lanes, kept) = surface.integral(&integrand).linearisation(moduli);
+    let (lanes, kept) = surface.integral(&integrand).linearization(moduli);
     let single: InMotion<_> = surface.sum_of_cuts(|sum, cut| integrand.add(source, cut, sum));
-    let (single, kept_singly) = single.linearisation(moduli);
+    let (single, kept_singly) = single.linearization(moduli);
     let values = |law: &SurfaceLaw| {
         let integrand = MovingJacobian::<()>::new(law, &motion);
-        surface.integral(&integrand).linearisation(moduli).0
+        surface.integral(&integrand).linearization(moduli).0
     };
     if kept.len() > 20 {
         let none = SurfaceLaw::new(0.0, 0.0, 1e-3).unwrap();

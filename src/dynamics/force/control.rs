@@ -47,7 +47,7 @@ impl TimeSpan {
 }
 
 impl Control {
-    /// On the body of a name: the duration (s) of an interval, and the wrench of each, about the centre of mass, in world
+    /// On the body of a name: the duration (s) of an interval, and the wrench of each, about the center of mass, in world
     /// axes.
     ///
     /// # Errors

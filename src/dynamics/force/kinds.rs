@@ -38,7 +38,7 @@ pub struct Spring {
 pub struct Drag {
     /// Name of the body.
     pub body: String,
-    /// Force over the velocity of the centre of mass (N s/m).
+    /// Force over the velocity of the center of mass (N s/m).
     pub linear: ForceNumber,
     /// Torque over the spin (N m s/rad).
     pub angular: ForceNumber,

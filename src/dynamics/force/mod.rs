@@ -27,14 +27,14 @@ pub struct Situation<'a, T = f64> {
     pub states: &'a [BodyState<T>],
     /// The world's gravity (m/s²), which acts on every dynamic body by itself.
     pub gravity: &'a Vector3<T>,
-    /// The net contact wrench on each body, about its centre of mass (of a body that forces do not move, its origin), in
+    /// The net contact wrench on each body, about its center of mass (of a body that forces do not move, its origin), in
     /// world axes. With it a force may depend on what contact does, as in the paper (§V).
     pub contact: &'a [Wrench<T>],
     /// See [`Self::parameter`].
     pub(super) parameters: &'a [(String, T)],
 }
 
-/// The wrenches that forces add up, one for each body: about its centre of mass, in world axes. Those on bodies that forces
+/// The wrenches that forces add up, one for each body: about its center of mass, in world axes. Those on bodies that forces
 /// do not move have no effect.
 #[derive(Debug)]
 pub struct Wrenches<'a, T = f64> {
@@ -136,12 +136,12 @@ impl<'a, T: Scalar> Wrenches<'a, T> {
         }
     }
 
-    /// Adds a wrench about the centre of mass of a body.
+    /// Adds a wrench about the center of mass of a body.
     pub fn add(&mut self, body: usize, wrench: &Wrench<T>) {
         self.sums[body] += *wrench;
     }
 
-    /// Adds a force (N) through the centre of mass of a body.
+    /// Adds a force (N) through the center of mass of a body.
     pub fn push_center(&mut self, body: usize, force: &Vector3<T>) {
         self.sums[body].force += force;
     }

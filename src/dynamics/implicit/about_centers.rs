@@ -1,6 +1,6 @@
-//! A contact of two bodies about their centres of mass.
+//! A contact of two bodies about their centers of mass.
 
-use crate::contact::LinearisedContact;
+use crate::contact::LinearizedContact;
 use crate::dynamics::{Body, BodyState};
 use crate::spatial::{Wrench, add_block, skew};
 use nalgebra::{Matrix6, SMatrix, SVector, Vector3, Vector6};
@@ -13,13 +13,13 @@ type Maps = SMatrix<f64, 6, 12>;
 /// Two bodies that may touch, as they move.
 pub(super) struct PairGeometry<'s> {
     states: [&'s BodyState; 2],
-    /// From each origin to the centre of mass, in world axes (m).
+    /// From each origin to the center of mass, in world axes (m).
     arms: [Vector3<f64>; 2],
 }
 
 /// The velocity of A relative to B (angular, linear at A's origin, in A's axes).
 pub(super) struct RelativeVelocity {
-    /// By the velocities of both, about their centres.
+    /// By the velocities of both, about their centers.
     pub by_velocities: Maps,
     /// By displacements of both, with their velocities.
     pub by_displacements: Maps,
@@ -67,14 +67,14 @@ impl<'s> PairGeometry<'s> {
         }
     }
 
-    /// Wrenches about the centres, from those about the origins.
+    /// Wrenches about the centers, from those about the origins.
     pub fn wrenches(&self, [on_a, on_b]: [&Wrench; 2]) -> PairVector {
         let [a, b] = [on_a.about(&self.arms[0]), on_b.about(&self.arms[1])];
         let (a, b) = (a.to_vector(), b.to_vector());
         PairVector::from_fn(|row, _| if row < 6 { a[row] } else { b[row - 6] })
     }
 
-    /// Derivatives by displacements of wrenches about the centres, from those about the origins by poses.
+    /// Derivatives by displacements of wrenches about the centers, from those about the origins by poses.
     pub fn by_displacements(&self, by_poses: &PairMatrix, wrenches: [&Wrench; 2]) -> PairMatrix {
         let mut about = self.moved_to_centers(by_poses);
         for (body, wrench) in wrenches.into_iter().enumerate() {
@@ -85,8 +85,8 @@ impl<'s> PairGeometry<'s> {
         about
     }
 
-    /// The wrenches about the centres by displacements and by velocities.
-    pub fn linearised(&self, contact: &LinearisedContact) -> [PairMatrix; 2] {
+    /// The wrenches about the centers by displacements and by velocities.
+    pub fn linearized(&self, contact: &LinearizedContact) -> [PairMatrix; 2] {
         let mut by_poses = contact.by_poses;
         for body in 0..2 {
             // The origin's velocity v − ω × r changes by −ω × (θ × r).
@@ -103,7 +103,7 @@ impl<'s> PairGeometry<'s> {
         ]
     }
 
-    /// Columns by motions of the centres, and rows of torques about them.
+    /// Columns by motions of the centers, and rows of torques about them.
     fn moved_to_centers(&self, slopes: &PairMatrix) -> PairMatrix {
         let mut shift = PairMatrix::identity();
         for (body, arm) in self.arms.iter().enumerate() {

@@ -7,7 +7,7 @@
 use super::island_step::{IslandStep, StepError, Substep};
 use super::rigid::none;
 use super::stage::{StageEquations, Stages, six_of};
-use crate::contact::{ContactWrench, LinearisedContact};
+use crate::contact::{ContactWrench, LinearizedContact};
 use crate::dynamics::any_world::AnyWorld;
 use crate::dynamics::sweep::Sweep;
 use crate::dynamics::{BodyState, Inertia};
@@ -17,7 +17,7 @@ use crate::threads::mapped_into;
 use nalgebra::{DMatrix, DVector, Vector6};
 
 /// The contact of two participants.
-type Linearised = ([usize; 2], LinearisedContact);
+type Linearized = ([usize; 2], LinearizedContact);
 
 /// An island's step in a scalar that carries derivatives.
 pub(super) struct DualPass<'a, T> {
@@ -118,7 +118,7 @@ impl<'a, T: Scalar> DualPass<'a, T> {
         equations: &StageEquations<'_, T>,
         states: &[BodyState<T>],
         wants_contacts: bool,
-    ) -> (Vec<Vector6<T>>, Vec<Linearised>) {
+    ) -> (Vec<Vector6<T>>, Vec<Linearized>) {
         let (scene, island) = (self.step.scene, self.step.island);
         let system = self.world.system();
         let real: Vec<_> = island.bodies().map(|body| states[body].real()).collect();
@@ -132,12 +132,12 @@ impl<'a, T: Scalar> DualPass<'a, T> {
                 return Some((pair, system.pair_wrench(states, a, b), None));
             }
             let touching = system.pair_of([a, b], [&states[a], &states[b]])?;
-            let (wrench, linearised) = touching.wrench_and_linearised();
-            Some((pair, wrench, Some(linearised)))
+            let (wrench, linearized) = touching.wrench_and_linearized();
+            Some((pair, wrench, Some(linearized)))
         });
         let mut contact = vec![Wrench::zero(); states.len()];
         let mut contacts = Vec::new();
-        for (pair, ContactWrench { on_a, on_b }, linearised) in found.into_iter().flatten() {
+        for (pair, ContactWrench { on_a, on_b }, linearized) in found.into_iter().flatten() {
             for (participant, wrench) in pair.into_iter().zip([on_a, on_b]) {
                 let body = island.body(participant);
                 let inertia = system.bodies[body].inertia();
@@ -146,7 +146,7 @@ impl<'a, T: Scalar> DualPass<'a, T> {
                     wrench.about(&arm)
                 });
             }
-            contacts.extend(linearised.map(|linearised| (pair, linearised)));
+            contacts.extend(linearized.map(|linearized| (pair, linearized)));
         }
         let mut all = contact.clone();
         let here = (equations.start.time, states, &*contact);
@@ -165,12 +165,12 @@ impl<'a, T: Scalar> DualPass<'a, T> {
 fn inverse_at(
     equations: &StageEquations,
     root: &DVector<f64>,
-    contacts: &[Linearised],
+    contacts: &[Linearized],
 ) -> Result<DMatrix<f64>, StepError> {
     let states = equations.states_with(|place| six_of(root, place));
     let contacts = contacts.iter().map(|(bodies, contact)| (*bodies, contact));
     let matrix = equations.exact_matrix(&states, contacts);
-    let factors = matrix.factorised(equations.step.scene.patterns);
+    let factors = matrix.factorized(equations.step.scene.patterns);
     factors.inverse().ok_or_else(|| equations.singular())
 }
 

@@ -6,7 +6,7 @@ use super::matrix::BlockMatrix;
 use super::pair_model::{PairModel, PairWrenches};
 use super::rigid::displacement;
 use super::stage::{StageEquations, concatenated, six_of};
-use crate::contact::LinearisedContact;
+use crate::contact::LinearizedContact;
 use crate::dynamics::BodyState;
 use crate::dynamics::sweep::Sweep;
 use crate::threads::mapped_into;
@@ -159,7 +159,7 @@ impl StageEquations<'_> {
     pub fn exact_matrix<'c>(
         &self,
         states: &[BodyState],
-        contacts: impl Iterator<Item = ([usize; 2], &'c LinearisedContact)>,
+        contacts: impl Iterator<Item = ([usize; 2], &'c LinearizedContact)>,
     ) -> BlockMatrix {
         let (scene, island) = (self.step.scene, self.step.island);
         let contacts: Vec<_> = contacts

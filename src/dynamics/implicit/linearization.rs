@@ -53,14 +53,14 @@ impl StageEquations<'_> {
             Some(PairWrenches::of(
                 &pair.geometry(),
                 [i, j],
-                &pair.linearised(),
+                &pair.linearized(),
             ))
         });
         let contacts: Vec<_> = contacts.into_iter().flatten().collect();
         let forces = self.force_slopes(states, &contacts);
         let matrix = self.matrix(states, &contacts, &forces);
         Linearization {
-            factors: matrix.factorised(scene.patterns),
+            factors: matrix.factorized(scene.patterns),
             contacts,
             forces,
             is_exact: true,

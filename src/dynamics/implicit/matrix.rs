@@ -25,7 +25,7 @@ pub(super) enum BlockMatrix {
     Sparse(SparseMatrix),
 }
 
-/// A factorised matrix, of which there is none if it is singular.
+/// A factorized matrix, of which there is none if it is singular.
 pub(super) enum Factors {
     Dense(LU<f64, Dyn, Dyn>),
     #[cfg(feature = "sparse")]
@@ -61,13 +61,13 @@ impl BlockMatrix {
     }
 
     /// By patterns that are known from other matrices, or become so.
-    pub fn factorised(self, patterns: &Patterns) -> Factors {
+    pub fn factorized(self, patterns: &Patterns) -> Factors {
         #[cfg(not(feature = "sparse"))]
         let _ = patterns;
         match self {
             Self::Dense(matrix) => Factors::Dense(matrix.lu()),
             #[cfg(feature = "sparse")]
-            Self::Sparse(matrix) => Factors::Sparse(matrix.factorised(patterns).map(Box::new)),
+            Self::Sparse(matrix) => Factors::Sparse(matrix.factorized(patterns).map(Box::new)),
         }
     }
 }

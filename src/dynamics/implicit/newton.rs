@@ -154,7 +154,7 @@ impl StageEquations<'_> {
         work.iterations += 1;
         let contacts: Vec<_> = evaluation.contacts.iter().map(PairModel::here).collect();
         let matrix = self.matrix(&evaluation.states, &contacts, &evaluation.slopes);
-        let factors = matrix.factorised(self.step.scene.patterns);
+        let factors = matrix.factorized(self.step.scene.patterns);
         let step = factors.solve(&-self.residual_in(&evaluation));
         let size = step.as_ref().map_or(f64::INFINITY, |step| self.speed(step));
         match step {
@@ -197,7 +197,7 @@ impl StageEquations<'_> {
                 break;
             }
             work.iterations += 1;
-            let factors = matrix.factorised(self.step.scene.patterns);
+            let factors = matrix.factorized(self.step.scene.patterns);
             let Some(step) = factors.solve(&-residual) else {
                 break;
             };

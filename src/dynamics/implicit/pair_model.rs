@@ -2,10 +2,10 @@
 
 use super::about_centers::{PairGeometry, PairMatrix, PairVector, joined};
 use super::scene::Pair;
-use crate::contact::{AddedByLaw, ContactWrench, FrozenContact, LinearisedContact};
+use crate::contact::{AddedByLaw, ContactWrench, FrozenContact, LinearizedContact};
 use nalgebra::{SMatrix, Vector6};
 
-/// The contact of two bodies near a state, about their centres of mass.
+/// The contact of two bodies near a state, about their centers of mass.
 pub(super) struct PairModel {
     /// The places of the bodies among the island's participants.
     pub bodies: [usize; 2],
@@ -30,8 +30,8 @@ pub(super) struct PairWrenches {
 
 impl PairWrenches {
     /// With all exact first derivatives.
-    pub fn of(geometry: &PairGeometry, bodies: [usize; 2], contact: &LinearisedContact) -> Self {
-        let [by_displacements, by_velocities] = geometry.linearised(contact);
+    pub fn of(geometry: &PairGeometry, bodies: [usize; 2], contact: &LinearizedContact) -> Self {
+        let [by_displacements, by_velocities] = geometry.linearized(contact);
         Self {
             bodies,
             wrenches: geometry.wrenches([&contact.wrench.on_a, &contact.wrench.on_b]),
@@ -61,7 +61,7 @@ impl PairModel {
             contact,
         };
         if is_exact && model.contact.rubs() {
-            let [by_displacements, by_velocities] = geometry.linearised(&pair.linearised());
+            let [by_displacements, by_velocities] = geometry.linearized(&pair.linearized());
             let here = model.here();
             model.by_displacements += by_displacements - here.by_displacements;
             model.by_velocities = by_velocities - here.by_velocities;

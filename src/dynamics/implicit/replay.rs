@@ -4,7 +4,7 @@ use super::island_step::{IslandStep, StepError, Substep, Trace};
 use super::scheme::{Scheme, Stage};
 use super::stage::{StageEquations, StageStart, Stages, concatenated, six_of};
 use super::{Island, Scene};
-use crate::contact::LinearisedContact;
+use crate::contact::LinearizedContact;
 use crate::dynamics::sweep::Sweep;
 use crate::dynamics::{BodyState, Inertia};
 use nalgebra::Vector6;
@@ -104,7 +104,7 @@ impl ReplayedStage<'_> {
     /// of each body. The contacts are all of the stage, each of two participants.
     pub fn solve_transposed<'c>(
         &self,
-        contacts: impl Iterator<Item = ([usize; 2], &'c LinearisedContact)>,
+        contacts: impl Iterator<Item = ([usize; 2], &'c LinearizedContact)>,
         by_velocities: &[Vector6<f64>],
     ) -> Result<Vec<Vector6<f64>>, StepError> {
         let scene = self.equations.step.scene;
@@ -112,7 +112,7 @@ impl ReplayedStage<'_> {
             return Err(StepError::Stopped);
         }
         let matrix = self.equations.exact_matrix(&self.states, contacts);
-        let factors = matrix.transposed().factorised(scene.patterns);
+        let factors = matrix.transposed().factorized(scene.patterns);
         let right = concatenated(by_velocities.iter().copied());
         let solution = factors.solve(&right);
         let solution = solution.ok_or_else(|| self.equations.singular())?;

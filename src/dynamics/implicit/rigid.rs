@@ -1,4 +1,4 @@
-//! Rigid bodies in the coordinates of an implicit step: about the centre of mass, angular before linear.
+//! Rigid bodies in the coordinates of an implicit step: about the center of mass, angular before linear.
 
 use crate::dynamics::local::turn_between;
 use crate::dynamics::{BodyState, Inertia};
@@ -9,7 +9,7 @@ use crate::spatial::{
 use nalgebra::{Matrix3, Matrix6, Vector3, Vector6};
 
 impl<T: Scalar> Inertia<T> {
-    /// Angular momentum (N m s) about the centre of mass and momentum (N s) of a body, in world axes.
+    /// Angular momentum (N m s) about the center of mass and momentum (N s) of a body, in world axes.
     pub(in crate::dynamics) fn momentum(&self, state: &BodyState<T>) -> Vector6<T> {
         let Twist { angular, linear } = &state.twist;
         let spin = self.angular_momentum(state.pose.rotation(), angular);
@@ -17,7 +17,7 @@ impl<T: Scalar> Inertia<T> {
         six(&spin, &momentum)
     }
 
-    /// The pose of a body after a turn (rad, world axes) about its centre of mass, and a shift of that (m).
+    /// The pose of a body after a turn (rad, world axes) about its center of mass, and a shift of that (m).
     pub(super) fn displaced(&self, pose: &Pose<T>, displacement: &Vector6<T>) -> Pose<T> {
         let Twist { angular, linear } = Twist::from_vector(displacement);
         self.turned_and_moved(pose, &turned_by(pose.rotation(), &angular), &linear)
@@ -79,7 +79,7 @@ pub(super) struct Rates {
     pub momentum_by_twist: Matrix6<f64>,
 }
 
-/// From the derivatives by a body's pose after a displacement, all of them by displacements about the centre of mass, to those
+/// From the derivatives by a body's pose after a displacement, all of them by displacements about the center of mass, to those
 /// by its pose before, and by the displacement: see [`Inertia::displaced`].
 pub(in crate::dynamics) fn displaced_back(
     displacement: &Vector6<f64>,

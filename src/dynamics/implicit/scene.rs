@@ -1,7 +1,7 @@
 use super::about_centers::PairGeometry;
 use super::island::Island;
 use super::matrix::Patterns;
-use crate::contact::{ContactPair, FrozenContact, LinearisedContact};
+use crate::contact::{ContactPair, FrozenContact, LinearizedContact};
 use crate::dynamics::any_world::{RealForces, Seeded};
 use crate::dynamics::motion::state_on;
 use crate::dynamics::sweep::Sweep;
@@ -18,7 +18,7 @@ pub(in crate::dynamics) struct Scene<'a> {
     pub(super) forces: &'a dyn RealForces,
     /// The system once more, for the derivatives of forces; none if there are no forces.
     pub(super) lifted: Option<&'a System<Seeded>>,
-    /// Of matrices that were factorised before.
+    /// Of matrices that were factorized before.
     pub(super) patterns: &'a Patterns,
     /// Bodies that a force holds together.
     pub(super) coupled: &'a [Vec<usize>],
@@ -178,7 +178,7 @@ impl<'s> Pair<'s> {
     }
 
     /// The contact with all its first derivatives.
-    pub fn linearised(&self) -> LinearisedContact {
-        self.contact.linearised()
+    pub fn linearized(&self) -> LinearizedContact {
+        self.contact.linearized()
     }
 }

@@ -1,4 +1,4 @@
-//! Sparse matrices of Newton's method: the only user of faer. Its LU factorisation takes the symbolic part, which depends on
+//! Sparse matrices of Newton's method: the only user of faer. Its LU factorization takes the symbolic part, which depends on
 //! where the blocks are, apart from the numbers. It runs on one thread, so that threads change no bit.
 
 use faer::Mat;
@@ -57,7 +57,7 @@ impl SparseMatrix {
     }
 
     /// None if the matrix is singular.
-    pub fn factorised(&self, patterns: &Patterns) -> Option<SparseFactors> {
+    pub fn factorized(&self, patterns: &Patterns) -> Option<SparseFactors> {
         let matrix = self.in_columns();
         let pattern: Pattern = self.blocks.keys().copied().collect();
         let symbolic = patterns.symbolic(pattern, &matrix)?;
@@ -156,7 +156,7 @@ mod tests {
                 }
             }
             let right = DVector::from_fn(6 * BODIES, |row, _| (row as f64).cos());
-            let factors = sparse.factorised(&patterns).unwrap();
+            let factors = sparse.factorized(&patterns).unwrap();
             let expected = dense.clone().lu().solve(&right).unwrap();
             assert!((factors.solve(&right) - expected).amax() < 1e-13);
             let inverse = dense.try_inverse().unwrap();
@@ -170,7 +170,7 @@ mod tests {
         let mut matrix = SparseMatrix::zeros(2);
         matrix.add(0, 0, &Matrix6::identity());
         matrix.add(1, 1, &Matrix6::zeros());
-        let factors = matrix.factorised(&Patterns::default());
+        let factors = matrix.factorized(&Patterns::default());
         let solution = factors.map(|factors| factors.solve(&DVector::repeat(12, 1.0)));
         assert!(solution.is_none_or(|solution| solution.iter().any(|number| !number.is_finite())));
     }

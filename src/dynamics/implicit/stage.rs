@@ -2,7 +2,7 @@
 //!
 //! P(q̃ ⊕ τu, u) = p̃ + τ f(q̃ ⊕ τu, u, t),
 //!
-//! with poses q̃ and momenta p̃ to start from, a duration τ, and f all wrenches about the centres of mass. Momenta P and
+//! with poses q̃ and momenta p̃ to start from, a duration τ, and f all wrenches about the centers of mass. Momenta P and
 //! not velocities stand in it, so no gyroscopic term is needed, and free bodies keep their momentum.
 
 use super::island_step::IslandStep;

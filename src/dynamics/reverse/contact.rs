@@ -2,7 +2,7 @@
 
 use super::StateCovector;
 use super::pullback::Pullback;
-use crate::contact::{LinearisedContact, ShapeResponse};
+use crate::contact::{LinearizedContact, ShapeResponse};
 use crate::dynamics::system::System;
 use crate::dynamics::{BodyState, Material};
 use crate::scalar::DenseDual;
@@ -13,7 +13,7 @@ use nalgebra::{SVector, Vector3, Vector6};
 /// A contact of two bodies of the world, A first.
 pub(super) struct Touching<'w> {
     pub bodies: [usize; 2],
-    pub contact: LinearisedContact,
+    pub contact: LinearizedContact,
     /// Whether the law of the surfaces adds to it.
     rubs: bool,
     /// How it answers to changes of shape, if that is asked for.
@@ -36,10 +36,10 @@ impl<'w> Touching<'w> {
             let (bodies, states) = ([i, j], [&states[i], &states[j]]);
             let pair = system.pair_of(bodies, states)?;
             let (contact, shapes) = if with_shapes {
-                let (contact, shapes) = pair.linearised_with_shapes();
+                let (contact, shapes) = pair.linearized_with_shapes();
                 (contact, Some(shapes))
             } else {
-                (pair.linearised(), None)
+                (pair.linearized(), None)
             };
             Some(Self {
                 bodies,
@@ -51,7 +51,7 @@ impl<'w> Touching<'w> {
         found
     }
 
-    /// The net wrench of contacts on each body, about its centre of mass.
+    /// The net wrench of contacts on each body, about its center of mass.
     pub fn net_wrenches(contacts: &[Self], system: &System, states: &[BodyState]) -> Vec<Wrench> {
         let mut wrenches = vec![Wrench::zero(); states.len()];
         for touching in contacts {
@@ -73,14 +73,14 @@ impl<'w> Touching<'w> {
 }
 
 impl System {
-    /// From a body's origin to its centre of mass, in the world; nothing for a body that forces do not move.
+    /// From a body's origin to its center of mass, in the world; nothing for a body that forces do not move.
     pub(super) fn arm(&self, body: usize, state: &BodyState) -> Vector3<f64> {
         self.bodies[body].center_in(state) - state.pose.translation()
     }
 }
 
 impl Pullback<'_> {
-    /// Adds what follows from the derivatives by the net wrenches of contact about the centres of mass.
+    /// Adds what follows from the derivatives by the net wrenches of contact about the centers of mass.
     pub(super) fn pull_back_contacts(
         &mut self,
         states: &[BodyState],
@@ -106,7 +106,7 @@ impl Pullback<'_> {
         }
     }
 
-    /// The derivative by a wrench about a body's origin, from that by the wrench about its centre of mass.
+    /// The derivative by a wrench about a body's origin, from that by the wrench about its center of mass.
     fn by_wrench(
         &mut self,
         body: usize,
@@ -115,7 +115,7 @@ impl Pullback<'_> {
         by_wrench: &WrenchCovector,
     ) -> Vector6<f64> {
         let (arm, Wrench { torque, force }) = (self.system().arm(body, state), *by_wrench);
-        // τ about the centre of mass is τ − arm × F.
+        // τ about the center of mass is τ − arm × F.
         self.add_by_arm(body, state, &torque.cross(&wrench.force));
         let force = force + arm.cross(&torque);
         Wrench { torque, force }.to_vector()
@@ -137,11 +137,11 @@ impl Pullback<'_> {
             spin: by_twist.angular - arm.cross(&by_twist.linear),
             velocity: by_twist.linear,
         });
-        // The origin's velocity is that of the centre of mass less ω × arm.
+        // The origin's velocity is that of the center of mass less ω × arm.
         self.add_by_arm(body, state, &state.twist.angular.cross(&by_twist.linear));
     }
 
-    /// Adds what follows from the derivative by the arm from a body's origin to its centre of mass, in the axes of the world.
+    /// Adds what follows from the derivative by the arm from a body's origin to its center of mass, in the axes of the world.
     fn add_by_arm(&mut self, body: usize, state: &BodyState, by_arm: &Vector3<f64>) {
         if self.system().bodies[body].inertia().is_some() {
             let arm = self.system().arm(body, state);

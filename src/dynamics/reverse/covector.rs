@@ -16,7 +16,7 @@ pub struct StateCovector {
     pub shift: Vector3<f64>,
     /// By its spin (over rad/s).
     pub spin: Vector3<f64>,
-    /// By the velocity of its centre of mass (over m/s).
+    /// By the velocity of its center of mass (over m/s).
     pub velocity: Vector3<f64>,
 }
 
@@ -89,7 +89,7 @@ impl StateCovector {
         self.velocity += other.velocity;
     }
 
-    /// Adds what follows from the derivative by the arm (m) from the body's origin to its centre of mass, in the axes of the
+    /// Adds what follows from the derivative by the arm (m) from the body's origin to its center of mass, in the axes of the
     /// world: it turns with the body.
     pub(crate) fn add_by_arm(&mut self, arm: &Vector3<f64>, by_arm: &Vector3<f64>) {
         self.turn += arm.cross(by_arm);
@@ -161,9 +161,9 @@ pub(crate) struct BodyGradient {
     pub friction: f64,
     /// By the mass, with which the inertia grows.
     pub mass: f64,
-    /// By the centre of mass, in the axes of the body frame (over m), but for what forces of other kinds make of it.
+    /// By the center of mass, in the axes of the body frame (over m), but for what forces of other kinds make of it.
     pub center: Vector3<f64>,
-    /// By the inertia over the mass about the centre of mass, in the axes of the body frame (over m²): symmetric.
+    /// By the inertia over the mass about the center of mass, in the axes of the body frame (over m²): symmetric.
     pub inertia: Matrix3<f64>,
 }
 

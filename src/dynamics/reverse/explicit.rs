@@ -19,9 +19,9 @@ pub(super) struct ExplicitSteps {
 /// All that acts on the bodies in a kick.
 struct Acting<'w> {
     contacts: Vec<Touching<'w>>,
-    /// The wrench of contact on each body, about its centre of mass.
+    /// The wrench of contact on each body, about its center of mass.
     contact: Vec<Wrench>,
-    /// The wrench of all but gravity on each body, about its centre of mass.
+    /// The wrench of all but gravity on each body, about its center of mass.
     all: Vec<Wrench>,
 }
 
@@ -91,7 +91,7 @@ impl ExplicitSteps {
         pullback.pull_back_wrenches(here, &by_wrenches);
     }
 
-    /// The derivative by the wrench on a body about its centre of mass. The inertia turns with the body, and grows with its mass.
+    /// The derivative by the wrench on a body about its center of mass. The inertia turns with the body, and grows with its mass.
     fn kick_of_body_back(
         &self,
         pullback: &mut Pullback,

@@ -44,7 +44,7 @@ impl SeededForces {
 }
 
 impl Pullback<'_> {
-    /// Adds what follows from the derivatives by the wrenches of forces about the centres of mass: to those by the net wrenches
+    /// Adds what follows from the derivatives by the wrenches of forces about the centers of mass: to those by the net wrenches
     /// of contact, which the forces see, too.
     pub(super) fn pull_back_forces(
         &mut self,

@@ -33,7 +33,7 @@ struct ByRates {
     wrenches: BySix,
 }
 
-/// By where a stage begins: poses by displacements about the centres of mass, momenta.
+/// By where a stage begins: poses by displacements about the centers of mass, momenta.
 struct ByStart {
     poses: BySix,
     momenta: BySix,
@@ -215,9 +215,9 @@ impl StepBack<'_, '_> {
         let (participants, contacts): (Vec<_>, Vec<_>) = found
             .filter_map(|((a, b), touching)| Some(([a, b], touching?)))
             .unzip();
-        let linearised = contacts.iter().map(|touching| &touching.contact);
+        let linearized = contacts.iter().map(|touching| &touching.contact);
         let by_lack =
-            stage.solve_transposed(participants.into_iter().zip(linearised), by_velocities)?;
+            stage.solve_transposed(participants.into_iter().zip(linearized), by_velocities)?;
         for (&body, by_lack) in island.dynamic.iter().zip(&by_lack) {
             let by_wrench = Wrench::from_vector(&(by_lack * stage.start().duration));
             self.add_by_weight(body, &by_wrench);
@@ -275,7 +275,7 @@ impl StepBack<'_, '_> {
         slopes.map(|slopes| slopes.tr_mul(by_momentum))
     }
 
-    /// The derivatives by the state of a body, which are then 0: by a displacement about the centre of mass, and by the velocities.
+    /// The derivatives by the state of a body, which are then 0: by a displacement about the center of mass, and by the velocities.
     fn take_by_state(&mut self, body: usize, state: &BodyState) -> [Vector6<f64>; 2] {
         let arm = self.pullback.system().arm(body, state);
         let by_state = mem::replace(&mut self.pullback.states[body], StateCovector::zero());
@@ -283,7 +283,7 @@ impl StepBack<'_, '_> {
         by_state.about(&arm).parts()
     }
 
-    /// Adds what follows from the derivative by the place of a body's centre of mass, its origin staying where it is.
+    /// Adds what follows from the derivative by the place of a body's center of mass, its origin staying where it is.
     fn add_by_center(&mut self, body: usize, state: &BodyState, by_place: &Vector3<f64>) {
         self.pullback.gradient.bodies[body].center += state.pose.rotation().tr_mul(by_place);
     }

@@ -2,7 +2,7 @@
 //! step depends on.
 //!
 //! Every part of a step is taken backwards in closed form: of an explicit one, free motion and the kick, from the state before it
-//! alone; of an implicit one, the stages as they were solved. Contacts are linearised anew. Only forces of other kinds are
+//! alone; of an implicit one, the stages as they were solved. Contacts are linearized anew. Only forces of other kinds are
 //! differentiated by dual numbers. One sweep gives the derivatives by any number of parameters.
 //!
 //! The rollout in `f64` leaves its steps on a `Tape`: all of them, or as many as its memory holds, placed by binomial coefficients

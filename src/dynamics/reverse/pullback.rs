@@ -33,7 +33,7 @@ pub(super) struct Here<'a> {
     /// The bodies whose states are looked at.
     pub bodies: &'a [usize],
     pub contacts: &'a [Touching<'a>],
-    /// The net wrench of these on each body, about its centre of mass; nothing is there if there are no forces.
+    /// The net wrench of these on each body, about its center of mass; nothing is there if there are no forces.
     pub net: &'a [Wrench],
 }
 
@@ -71,7 +71,7 @@ impl<'w> Pullback<'w> {
         }
     }
 
-    /// Adds what follows from the derivatives by the wrenches of all but gravity about the centres of mass.
+    /// Adds what follows from the derivatives by the wrenches of all but gravity about the centers of mass.
     pub fn pull_back_wrenches(&mut self, here: Here, by_wrenches: &[WrenchCovector]) {
         self.pull_back_controls(here.span, by_wrenches);
         let mut by_contact = by_wrenches.to_vec();

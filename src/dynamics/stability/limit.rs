@@ -2,7 +2,7 @@ use super::pair::PairRates;
 use nalgebra::{DVector, SMatrix, Vector6};
 
 /// The power iteration has converged when a direction changes by less than this, relative to its length: far less than the
-/// linearisation is worth.
+/// linearization is worth.
 const SETTLED: f64 = 1e-6;
 
 /// Where the search for the direction ends. Directions that it has not told apart by then have nearly
@@ -18,12 +18,12 @@ const GOLDEN: f64 = 0.618_033_988_749_894_9;
 /// The step h is stable as long as x·(h²K + 2hC)x ≤ 4 for all unit motions x (see
 /// [`World::largest_stable_step`](crate::dynamics::World::largest_stable_step)), so the limit is the
 /// smallest of the steps at which a single x reaches 4. Power iteration with h²(K + s) + 2hC, h being
-/// the step of the present x, turns x towards the one that does. K alone would turn it to the eigenvalue
+/// the step of the present x, turns x toward the one that does. K alone would turn it to the eigenvalue
 /// of the largest magnitude, which may be a negative one: pressed deep, or on an edge, contacts push
 /// bodies further away from where they are. The shift s leaves none of these.
 ///
 /// Some eigenvalue is within the residual of 4; as much is taken off the step, so that a search that
-/// ends early errs towards a shorter one.
+/// ends early errs toward a shorter one.
 pub(super) fn stability_limit(pairs: &[PairRates], body_count: usize) -> Option<f64> {
     let shift = shift(pairs, body_count);
     let mut motion = generic_motion(6 * body_count);
@@ -31,7 +31,7 @@ pub(super) fn stability_limit(pairs: &[PairRates], body_count: usize) -> Option<
     for _ in 0..MOST_ITERATIONS {
         let [elastic, viscous] = forces_against(pairs, &motion);
         let Some(step) = step_of_mode(motion.dot(&elastic), motion.dot(&viscous)) else {
-            // Nothing resists this motion. Towards one that is resisted, if there is one.
+            // Nothing resists this motion. Toward one that is resisted, if there is one.
             motion = (elastic + &motion * shift).try_normalize(0.0)?;
             continue;
         };

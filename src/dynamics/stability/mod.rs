@@ -1,7 +1,7 @@
 //! How long an explicit time step may be.
 //!
 //! Every close pair is linearized over mass-weighted motions of its two bodies. Power iteration finds the step h at which the largest
-//! eigenvalue of h²K + 2hC is 4, where a mode changes sign and begins to grow. The search errs towards a shorter step. Rollouts compare
+//! eigenvalue of h²K + 2hC is 4, where a mode changes sign and begins to grow. The search errs toward a shorter step. Rollouts compare
 //! each step with this limit when contact begins or changes fast, and keep a balance of the energy that each contact absorbs and returns
 //! (`balance.rs`).
 
@@ -45,7 +45,7 @@ impl<T: Scalar, F: Force> World<T, F> {
     /// times gradient of the extent, Pa/m) has the stiffness κA with κ = κ_Aκ_B/(κ_A + κ_B). Pressed
     /// with the force F, dissipation d damps it with dF and friction μ with μF/v_s across, at slip
     /// below the slip tolerance v_s. With the effective mass m, 1/m = 1/m_A + 1/m_B, the rates are
-    /// k = κA/m and c = dF/m. Friction turns bodies too: at the distance r from their centres, 1/m is
+    /// k = κA/m and c = dF/m. Friction turns bodies too: at the distance r from their centers, 1/m is
     /// the larger by r²/I of each (3.5/m_A in all for a ball, 2.5/m_A for a cube), and c = μF/(m v_s).
     ///
     /// # What it knows
@@ -61,7 +61,7 @@ impl<T: Scalar, F: Force> World<T, F> {
     /// - Friction beyond its limit makes bodies at rest chatter, at speeds of about hμF/(2m) (m/s): its force is bounded.
     /// - Derivatives of the state play no part.
     ///
-    /// Linearises each contact once, one with friction twice.
+    /// Linearizes each contact once, one with friction twice.
     ///
     /// ```
     /// use hydroelastic::contact::Shape;

@@ -1,4 +1,4 @@
-use crate::contact::{ContactPair, LinearisedContact, Partner, SurfaceLaw};
+use crate::contact::{ContactPair, LinearizedContact, Partner, SurfaceLaw};
 use crate::dynamics::{Body, BodyState, Material};
 use crate::scalar::{Scalar, real_part};
 use crate::spatial::{Pose, Twist, skew};
@@ -7,7 +7,7 @@ use nalgebra::{Matrix3, Matrix6, SMatrix, Vector3};
 /// Of two bodies, A's six numbers (angular, linear) before B's.
 type PairMatrix = SMatrix<f64, 12, 12>;
 
-/// The contact of two bodies, linearised, in coordinates in which every dynamic body has unit mass
+/// The contact of two bodies, linearized, in coordinates in which every dynamic body has unit mass
 /// and unit inertia: symmetric, and zero for bodies that forces do not move.
 #[derive(Debug, Clone)]
 pub(super) struct PairRates {
@@ -40,10 +40,10 @@ impl PairRates {
             friction: 0.0,
             ..law
         };
-        let pressed = pair.moving(frictionless, twists).linearised();
+        let pressed = pair.moving(frictionless, twists).linearized();
         let by_poses = about_centers(bodies, &pressed);
         let contact = if with_friction && law.friction > 0.0 {
-            pair.moving(law, twists).linearised()
+            pair.moving(law, twists).linearized()
         } else {
             pressed
         };
@@ -61,10 +61,10 @@ pub(super) struct RealBody<'a> {
     material: Material,
     /// At the origin of the body frame, in world axes.
     twist: Twist,
-    /// From the origin of the body frame to the centre of mass, in world axes (m).
+    /// From the origin of the body frame to the center of mass, in world axes (m).
     to_center: Vector3<f64>,
     /// Six twists of the origin as columns, in world axes: motions with the kinetic energy ½, about
-    /// and along axes through the centre of mass. Zero for a body that forces do not move.
+    /// and along axes through the center of mass. Zero for a body that forces do not move.
     unit_motions: Matrix6<f64>,
 }
 
@@ -98,7 +98,7 @@ fn unit_motions<T: Scalar>(body: &Body<T>, pose: &Pose, to_center: &Vector3<f64>
     let rates = principal.moments.map(|m| (mass * m).sqrt().recip());
     let turns = principal.frame(pose.rotation()) * Matrix3::from_diagonal(&rates);
     let shifts = Matrix3::from_diagonal_element(mass.sqrt().recip());
-    // The origin is −r away from the centre of mass, and ω × −r = [r]ₓω.
+    // The origin is −r away from the center of mass, and ω × −r = [r]ₓω.
     let blocks = [
         ([0, 0], turns),
         ([3, 0], skew(to_center) * turns),
@@ -111,9 +111,9 @@ fn unit_motions<T: Scalar>(body: &Body<T>, pose: &Pose, to_center: &Vector3<f64>
     motions
 }
 
-/// Derivatives by poses, for wrenches about the centres of mass: as a body turns by θ, its centre
+/// Derivatives by poses, for wrenches about the centers of mass: as a body turns by θ, its center
 /// moves by θ × r against its origin, which takes (θ × r) × F from the torque of a force F.
-fn about_centers(bodies: &[RealBody; 2], contact: &LinearisedContact) -> PairMatrix {
+fn about_centers(bodies: &[RealBody; 2], contact: &LinearizedContact) -> PairMatrix {
     let mut by_poses = contact.by_poses;
     let wrenches = [contact.wrench.on_a, contact.wrench.on_b];
     for (body, (place, wrench)) in bodies.iter().zip([0, 6].into_iter().zip(wrenches)) {

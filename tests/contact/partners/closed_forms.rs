@@ -18,7 +18,7 @@ const MODULUS: f64 = 1e6;
 /// Force up, its derivatives by depth, and by both moduli times these.
 fn force(a: &Shape, pose: Pose, b: Partner) -> [f64; 4] {
     let pair = ContactPair::new(ContactBody::new(a, pose, MODULUS).unwrap(), b);
-    let contact = pair.linearised();
+    let contact = pair.linearized();
     [
         contact.wrench.on_a.force.z,
         -contact.by_poses[(5, 5)],

@@ -26,7 +26,7 @@ fn force_and_slope(block: &Shape, cube: &RigidShape, height: f64) -> [f64; 2] {
     let pose = Pose::from_translation(vector![0.013, -0.021, height + HALF]);
     let block = ContactBody::new(block, Pose::identity(), 1.0).unwrap();
     let pair = ContactPair::new(block, Partner::rigid(cube, pose).unwrap());
-    let contact = pair.linearised();
+    let contact = pair.linearized();
     [contact.wrench.on_a.force.z, contact.by_poses[(5, 11)]]
 }
 

@@ -12,7 +12,7 @@ const DIFFERENCES: f64 = 1e-6;
 const STEPS: [f64; 3] = [1e-5, 1e-6, 1e-7];
 
 #[test]
-fn the_linearised_contact_is_that_of_the_generic_pipeline() {
+fn the_linearized_contact_is_that_of_the_generic_pipeline() {
     let shapes = Shapes::mixed();
     let mut worst = 0.0_f64;
     shapes.for_pairs(200, 51, |pair, random| {
@@ -20,7 +20,7 @@ fn the_linearised_contact_is_that_of_the_generic_pipeline() {
         let (moved, law, twists) = scene.changed(&seeds());
         let expected = jacobian_of(&moved.moving(law, twists).pipeline().wrench());
         let carried = jacobian_of(&moved.moving(law, twists).wrench());
-        for found in [scene.linearised(), carried] {
+        for found in [scene.linearized(), carried] {
             worst = worst.max((found - expected).amax() / expected.amax());
         }
     });
@@ -29,13 +29,13 @@ fn the_linearised_contact_is_that_of_the_generic_pipeline() {
 }
 
 #[test]
-fn the_linearised_contact_is_what_differences_say() {
+fn the_linearized_contact_is_what_differences_say() {
     let shapes = Shapes::mixed();
     let mut worst = 0.0_f64;
     shapes.for_pairs(200, 52, |pair, random| {
         let scene = Scene::at_random(pair, random);
         let direction = SVector::<f64, COLUMNS>::from_fn(|_, _| random.between(-1.0, 1.0));
-        worst = worst.max(scene.error_along(&direction, &scene.linearised(), &STEPS));
+        worst = worst.max(scene.error_along(&direction, &scene.linearized(), &STEPS));
         assert!(worst <= DIFFERENCES, "{worst:e}");
     });
     println!("worst: {worst:.1e}");

@@ -53,7 +53,7 @@ fn forces_and_moments_balance_and_turn_with_the_world() {
 fn moving_one_body_is_minus_the_transpose_of_moving_the_other() {
     let shapes = Shapes::mixed();
     shapes.for_pairs(300, 42, |pair, _| {
-        let contact = pair.linearised();
+        let contact = pair.linearized();
         let by_poses =
             [0, 6].map(|column| contact.by_poses.fixed_view::<6, 6>(0, column).into_owned());
         let arm = lever(pair);
@@ -78,7 +78,7 @@ fn moving_one_body_is_minus_the_transpose_of_moving_the_other() {
 fn the_wrench_is_homogeneous_in_the_moduli() {
     let shapes = Shapes::mixed();
     shapes.for_pairs(300, 43, |pair, _| {
-        let contact = pair.linearised();
+        let contact = pair.linearized();
         let column = |body: usize| contact.by_moduli.fixed_view::<6, 1>(0, body).into_owned();
         let (by_a, by_b) = (column(0), column(1));
         let sum = by_a * pair.a().modulus() + by_b * pair.b().modulus().unwrap_or(0.0);
@@ -95,7 +95,7 @@ fn closed_form_and_dual_numbers_agree() {
     let shapes = Shapes::mixed();
     let mut worst = 0.0_f64;
     shapes.for_pairs(300, 44, |pair, _| {
-        let contact = pair.linearised();
+        let contact = pair.linearized();
         let (dual_wrench, dual) = dual_wrench_jacobian(pair);
         for (row, own, others) in [
             (0, contact.wrench.on_a, dual_wrench.on_a),

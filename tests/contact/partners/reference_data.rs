@@ -19,7 +19,7 @@ fn wrenches_and_jacobians_equal_those_of_an_independent_program() {
     for case in &cases {
         let shapes = case.shapes();
         let pair = case.pair(&shapes);
-        let contact = pair.linearised();
+        let contact = pair.linearized();
         let mut compare = |what: &str, error: f64, largest: f64| {
             worst = worst.max(error / largest);
             assert!(error <= EXACT * largest, "{} {what}: {error:e}", case.name);

@@ -15,7 +15,7 @@ const ROUNDED: f64 = 1e-12;
 /// The error of the wrench on A and of its derivatives by both poses, relative to the limit.
 fn error_against(limit: &ContactPair, pair: &ContactPair) -> f64 {
     let [(expected, slopes), (found, found_slopes)] = [limit, pair].map(|pair| {
-        let contact = pair.linearised();
+        let contact = pair.linearized();
         let by_pose = |column| contact.by_poses.fixed_view::<6, 6>(0, column).into_owned();
         (contact.wrench.on_a.to_vector(), [0, 6].map(by_pose))
     });

@@ -208,8 +208,8 @@ fn wrenches_by_the_mesh_below_a_field_of_distances_equal_differences() {
     let other = Shape::new(shapes::distance_cuboid([0.7, 0.8, 0.9]).unwrap());
     for depth in [None, Some(0.07)] {
         let field = |mesh: &TetMesh| match depth {
-            None => PressureField::linearised_from_distance(mesh).unwrap(),
-            Some(depth) => PressureField::linearised_from_distance_up_to(mesh, depth).unwrap(),
+            None => PressureField::linearized_from_distance(mesh).unwrap(),
+            Some(depth) => PressureField::linearized_from_distance_up_to(mesh, depth).unwrap(),
         };
         let (made, distances) = field(&mesh);
         assert!(distances.ambiguous().is_empty());

@@ -4,7 +4,7 @@ use super::{for_pairs, motion, row, vertices};
 use crate::support::octahedra::octahedron;
 use crate::support::scenes::{Random, grid, pair};
 use hydroelastic::contact::{
-    BodyError, ContactBody, ContactPair, LinearisedContact, Partner, RigidShape, Shape,
+    BodyError, ContactBody, ContactPair, LinearizedContact, Partner, RigidShape, Shape,
     ShapeGradient, SurfaceLaw,
 };
 use hydroelastic::mesh::{TriangleSurface, shapes};
@@ -117,9 +117,9 @@ fn moving_all_vertices_moves_the_body() {
                 // Else the velocity of a point would change as the body's origin moves away from it.
                 twists[moved] = Twist::zero();
                 let found = by_motion_of_vertices(pair, (law.as_ref(), twists), moved);
-                let LinearisedContact { by_poses, .. } = pair
+                let LinearizedContact { by_poses, .. } = pair
                     .moving(law.unwrap_or_else(elastic), twists)
-                    .linearised();
+                    .linearized();
                 let expected = by_poses.fixed_view::<6, 6>(6 * (1 - moved), 6 * moved);
                 note(&mut worst, (found - expected).amax() / expected.amax());
             }
@@ -167,9 +167,9 @@ fn growing_all_extents_grows_the_modulus() {
     for_pairs_and_flush_ones(60, 73, |pair, random| {
         let (law, twists) = motion(random);
         for law in [Some(law), Some(elastic()), None] {
-            let LinearisedContact { by_moduli, .. } = pair
+            let LinearizedContact { by_moduli, .. } = pair
                 .moving(law.unwrap_or_else(elastic), twists)
-                .linearised();
+                .linearized();
             let moduli = [Some(pair.a().modulus()), pair.b().modulus()];
             let shapes = [Some(pair.a().shape()), pair.b().shape()];
             for body in 0..2 {

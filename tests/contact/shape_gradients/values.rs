@@ -10,7 +10,7 @@ use nalgebra::{Vector3, vector};
 
 const EXACT: f64 = 1e-12;
 
-/// A cube of edge 0.2 m, 1e6 Pa at its centre, 0.01 m below a rigid plane: F = κ(a²x − 2ax² + 4x³/3), κ = 2E/a.
+/// A cube of edge 0.2 m, 1e6 Pa at its center, 0.01 m below a rigid plane: F = κ(a²x − 2ax² + 4x³/3), κ = 2E/a.
 #[test]
 fn a_cube_flat_on_a_rigid_plane() {
     let unit = shape("cube");

@@ -23,7 +23,7 @@ impl Force for Leaning {
     }
 }
 
-/// A body with its centre of mass off its origin that slides on the ground, bound to another by a damped spring, with drag,
+/// A body with its center of mass off its origin that slides on the ground, bound to another by a damped spring, with drag,
 /// a thruster, a force that knows of contact, and a control.
 fn everything() -> World<f64, ((Spring, Drag, Thruster), Leaning)> {
     let skin = Material::elastic(1e6)
@@ -106,14 +106,14 @@ fn steps_converge_to_those_of_short_explicit_steps() {
 const A_AND_B: f64 = 1e-8;
 
 #[test]
-fn linearised_steps_agree_with_differences() {
+fn linearized_steps_agree_with_differences() {
     let world = everything();
     let control = [0, 1].map(|interval| Parameter::Control("other".into(), interval));
     for integrator in IMPLICIT {
         let plan = Plan::new(5e-3, 8).unwrap().with_integrator(integrator);
         // Durations of substeps may jump within the differences.
         let plan = undivided(plan);
-        let found = Experiment::new(&world, &plan).linearised(&control).unwrap();
+        let found = Experiment::new(&world, &plan).linearized(&control).unwrap();
         let start = world.initial_state();
         let end = |world: &World<f64, _>| world.rollout(&plan).recorded().unwrap().last().clone();
         let middle = end(&world);
@@ -190,7 +190,7 @@ fn what_a_force_makes_of_contact_needs_no_group() {
         let [with, without] = [true, false].map(|is_coupled| {
             let world = world.clone().with_forces(Boosting { is_coupled }).unwrap();
             let experiment = Experiment::new(&world, &plan);
-            experiment.linearised(&[]).unwrap().by_state
+            experiment.linearized(&[]).unwrap().by_state
         });
         assert!((&with - &without).amax() < SAME_SOLUTION * with.amax());
     }

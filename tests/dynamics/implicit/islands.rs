@@ -12,7 +12,7 @@ fn skin() -> Material {
         .with_friction(0.5)
 }
 
-/// Bricks at rest side by side, a tenth of a metre apart, and two on each other.
+/// Bricks at rest side by side, a tenth of a meter apart, and two on each other.
 fn apart(count: usize) -> World {
     let place = |index: usize| {
         at(

@@ -134,7 +134,7 @@ fn bodies_that_start_to_move_within_a_step_collide() {
         let x = end(&world, 0.1, 2).bodies[0].position().x;
         assert!(x > 0.5, "{duration}: {x}");
     }
-    // A push of 10 N on 10 g, towards a wall.
+    // A push of 10 N on 10 g, toward a wall.
     let force = vector![10.0, 0.0, 0.0];
     let push = Wrench {
         force,

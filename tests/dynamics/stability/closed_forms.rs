@@ -114,7 +114,7 @@ fn a_stack_has_the_limit_of_a_chain_of_springs() {
                 _ => format!("block {}", index - 1),
             };
             let pair = world.contact_between(&state, &format!("block {index}"), &below);
-            -pair.unwrap().linearised().by_poses[(5, 5)]
+            -pair.unwrap().linearized().by_poses[(5, 5)]
         };
         let springs: Vec<f64> = (0..count).map(spring).collect();
         assert_close(limit(&world), limit_of_chain(&springs), FOUND);

@@ -1,4 +1,4 @@
-//! Contact surfaces: when they show, their area and colours, how many there are and how many bytes they take.
+//! Contact surfaces: when they show, their area and colors, how many there are and how many bytes they take.
 
 use super::recorded_worlds::{
     ELASTIC, NAMED, RATE, SLOWDOWN, SURFACE, assert_near, named, read_back, resting, resting_on,
@@ -134,7 +134,7 @@ fn a_contact_surface_has_the_area_and_the_centroid_of_its_polygons() {
     assert!(largest_count > 1, "never two contacts at once");
 }
 
-/// How bright a linear colour is to the eye (CIE Y of sRGB primaries), from 0 to 255.
+/// How bright a linear color is to the eye (CIE Y of sRGB primaries), from 0 to 255.
 fn luminance(color: [u8; 4]) -> f64 {
     let [r, g, b, _] = color.map(f64::from);
     0.2126 * r + 0.7152 * g + 0.0722 * b
@@ -142,7 +142,7 @@ fn luminance(color: [u8; 4]) -> f64 {
 
 #[test]
 fn colors_brighten_with_pressure_up_to_the_peak() {
-    /// Each part of a colour is rounded on the screen's scale, whose steps are up to 2.3 of the linear
+    /// Each part of a color is rounded on the screen's scale, whose steps are up to 2.3 of the linear
     /// ones, and once more on that.
     const ROUNDED: f64 = 2.3 + 1.0;
 

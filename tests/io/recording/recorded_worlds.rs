@@ -35,7 +35,7 @@ pub fn rubbing() -> Material {
     ELASTIC.with_dissipation(0.2).with_friction(0.5)
 }
 
-/// A floor, a block with its weight off centre that tumbles over it, a ball that hits the block, and one
+/// A floor, a block with its weight off center that tumbles over it, a ball that hits the block, and one
 /// of the same shape that flies past.
 pub fn tumbling(skin: Material) -> World {
     let floor = Shape::new(shapes::cuboid([2.0, 2.0, 0.2]).unwrap());

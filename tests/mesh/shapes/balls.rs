@@ -18,7 +18,7 @@ fn icospheres_have_twenty_times_four_to_the_k_tetrahedra() {
         let field = shapes::icosphere(0.3, subdivisions).unwrap();
         assert_eq!(field.mesh().tet_count(), tets);
         assert_eq!(field.mesh().surface_triangles().len(), tets);
-        // Euler: V − E + F = 2 on the surface, and the centre.
+        // Euler: V − E + F = 2 on the surface, and the center.
         assert_eq!(field.mesh().vertex_count(), tets / 2 + 2 + 1);
         assert_sound(&field);
     }
@@ -60,7 +60,7 @@ fn icospheres_are_projected_once_at_the_end() {
 }
 
 #[test]
-fn volumes_of_icospheres_grow_towards_the_ball_in_second_order() {
+fn volumes_of_icospheres_grow_toward_the_ball_in_second_order() {
     let missing = |subdivisions: usize| {
         let volume = shapes::icosphere(0.5, subdivisions)
             .unwrap()
@@ -80,7 +80,7 @@ fn volumes_of_icospheres_grow_towards_the_ball_in_second_order() {
     for subdivisions in 1..6 {
         let ratio = missing(subdivisions - 1) / missing(subdivisions);
         assert!(missing(subdivisions) > 0.0);
-        // Towards 4: halved edges leave a quarter of the error.
+        // Toward 4: halved edges leave a quarter of the error.
         assert!((2.5..4.0).contains(&ratio), "{ratio}");
     }
 }

@@ -39,7 +39,7 @@ fn grids_have_the_distance_to_the_box_as_extent() {
 
 #[test]
 fn stretched_grids_have_the_distance_to_the_box_as_extent() {
-    // Long thin triangles: the nearest one need not have the nearest centre.
+    // Long thin triangles: the nearest one need not have the nearest center.
     for stretch in [
         vector![1.0, 9.0, 1.0],
         vector![1.0, 0.2, 13.0],

@@ -121,7 +121,7 @@ fn counts_of_inner_vertices_are_known() {
         let split = mesh.with_inner_vertices().unwrap();
         (split.vertex_count(), split.tet_count())
     };
-    // One vertex at the centre.
+    // One vertex at the center.
     assert_eq!(counts(&unit_tet()), (5, 4));
     // The diagonal that all six share is halved.
     assert_eq!(counts(&cube(&KUHN)), (9, 12));

@@ -1,4 +1,4 @@
-//! Mass, centre of mass and inertia of meshes, against closed forms.
+//! Mass, center of mass and inertia of meshes, against closed forms.
 
 use super::sample_meshes::{
     FIVE, KUHN, ROUND_OFF, assert_inertia, assert_relative, cube, meshes, transformed, unit_tet,
@@ -11,7 +11,7 @@ use nalgebra::{Matrix3, Rotation3, Vector3, vector};
 /// the squared coordinates.
 const SHIFTED_ROUND_OFF: f64 = 1e-12;
 
-/// Inertia (kg m²) of a box about its centre.
+/// Inertia (kg m²) of a box about its center.
 fn box_inertia(mass: f64, lengths: &Vector3<f64>) -> Matrix3<f64> {
     let squares = lengths.component_mul(lengths);
     Matrix3::from_diagonal(&Vector3::from_fn(|axis, _| {

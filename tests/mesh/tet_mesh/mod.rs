@@ -2,7 +2,7 @@
 
 mod distance_fields;
 mod inner_vertices;
-mod linearised_distances;
+mod linearized_distances;
 mod mass_properties;
 mod pressure_fields;
 pub mod sample_meshes;

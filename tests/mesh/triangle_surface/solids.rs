@@ -119,7 +119,7 @@ fn finer_spheres_tend_to_the_ball_with_the_square_of_their_edges() {
 
 #[test]
 fn a_polygonal_ring_has_the_volume_of_pappus() {
-    // Prisms of an n-gon, around an m-gon: by Pappus's theorem for each wedge, its area times the way of its centre in
+    // Prisms of an n-gon, around an m-gon: by Pappus's theorem for each wedge, its area times the way of its center in
     // the direction across, 2·R·tan(π/m) shortened to the chord: the polygon's cut in the middle of a wedge is at
     // R·cos(π/m), and lengths around are 2·(R + x)·sin(π/m).
     let (radius, tube, [around, across]) = (1.0, 0.25, [24, 15]);

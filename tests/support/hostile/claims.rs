@@ -4,7 +4,7 @@ use super::kinks::{EQUAL_FIELDS, Kink, first_kink};
 use super::measures::{Evaluation, FASTEST, Measures, Motion, ROOM, SAME, SPECK};
 use crate::support::scenes::Random;
 use hydroelastic::contact::{
-    ContactBody, ContactPair, ContactPolygon, ContactWrench, Culling, LinearisedContact, Search,
+    ContactBody, ContactPair, ContactPolygon, ContactWrench, Culling, LinearizedContact, Search,
 };
 use hydroelastic::spatial::{Pose, Twist};
 use nalgebra::{Vector3, Vector6};
@@ -41,7 +41,7 @@ pub struct Verdict {
 pub fn verdict(pair: &ContactPair, with_energy: bool, random: &mut Random) -> Verdict {
     let mut verdict = Verdict::default();
     let measures = Measures::of(pair);
-    let contact = pair.linearised();
+    let contact = pair.linearized();
     let wrench = contact.wrench;
     verdict.touches = wrench.on_a.force != Vector3::zeros();
     verdict.kink = first_kink(pair, &measures);
@@ -136,7 +136,7 @@ impl Verdict {
     }
 }
 
-fn is_finite(contact: &LinearisedContact) -> bool {
+fn is_finite(contact: &LinearizedContact) -> bool {
     let ContactWrench { on_a, on_b } = contact.wrench;
     let wrenches = [on_a, on_b].map(|wrench| wrench.to_vector());
     let jacobian = contact.jacobian();

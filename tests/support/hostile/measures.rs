@@ -93,7 +93,7 @@ impl Measures {
     }
 
     pub fn evaluation(&self, pair: &ContactPair) -> Evaluation {
-        let contact = pair.linearised();
+        let contact = pair.linearized();
         let by_pose = |column| contact.by_poses.fixed_view::<6, 6>(0, column).into_owned();
         Evaluation {
             wrench: self.scaled(&contact.wrench.on_a),

@@ -62,7 +62,7 @@ impl Family {
 /// Sizes of the shapes (m).
 const SCALES: [f64; 6] = [1e-6, 1e-3, 0.25, 1.0, 1e3, 1e6];
 
-/// The place of one metre in [`SCALES`].
+/// The place of one meter in [`SCALES`].
 const UNIT: usize = 3;
 
 /// Shapes of all sizes, and the pairs made of them.

@@ -76,8 +76,8 @@ const SLIVERS: [Sliver; 6] = [
     needle,
     plate,
     rod,
-    off_centre,
-    off_centre_with_distance,
+    off_center,
+    off_center_with_distance,
 ];
 
 /// The shape at a random thickness; where the mesh refuses that, at a larger one.
@@ -126,22 +126,22 @@ fn rod(size: f64, thickness: f64) -> Result<PressureField, MeshError> {
 }
 
 /// A tetrahedron of four around a vertex that nearly lies in a face, all of the pressure there.
-pub fn off_centre(size: f64, thickness: f64) -> Result<PressureField, MeshError> {
+pub fn off_center(size: f64, thickness: f64) -> Result<PressureField, MeshError> {
     PressureField::new(
-        off_centre_mesh(size, thickness)?,
+        off_center_mesh(size, thickness)?,
         vec![0.0, 0.0, 0.0, 0.0, 1.0],
     )
 }
 
 /// The same mesh with another extent there: the field is as steep in the sliver as beside it.
-fn off_centre_with_distance(size: f64, thickness: f64) -> Result<PressureField, MeshError> {
+fn off_center_with_distance(size: f64, thickness: f64) -> Result<PressureField, MeshError> {
     PressureField::new(
-        off_centre_mesh(size, thickness)?,
+        off_center_mesh(size, thickness)?,
         vec![0.0, 0.0, 0.0, 0.0, thickness],
     )
 }
 
-fn off_centre_mesh(size: f64, thickness: f64) -> Result<TetMesh, MeshError> {
+fn off_center_mesh(size: f64, thickness: f64) -> Result<TetMesh, MeshError> {
     let corners = [
         [-0.5, -0.4, 0.0],
         [0.6, -0.3, 0.0],

@@ -85,7 +85,7 @@ impl<'s, 'a> Scaled<'s, 'a> {
             ..*self.scene
         };
         let wrenches = self.without_units(elastic.wrenches(&SVector::zeros()));
-        let jacobian = self.relative(&elastic.linearised());
+        let jacobian = self.relative(&elastic.linearized());
         (wrenches.amax(), jacobian.columns(0, 12).amax())
     }
 

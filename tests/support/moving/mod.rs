@@ -1,4 +1,4 @@
-//! Pairs of bodies in motion at special positions, and what their linearised contact is held against.
+//! Pairs of bodies in motion at special positions, and what their linearized contact is held against.
 //!
 //! `bodies` makes the shapes, `poses` puts pairs of them together, `motions` moves them; `differences` takes one-sided and
 //! central differences of the wrenches by all 28 numbers, and `verdict` compares.
@@ -16,7 +16,7 @@ use hydroelastic::scalar::{DenseDual, Scalar, lift_vector};
 use hydroelastic::spatial::{Pose, Twist};
 use nalgebra::{SMatrix, SVector};
 
-/// Poses of A and B, twists of A and B, moduli of A and B, dissipation, friction: the columns of a linearised contact.
+/// Poses of A and B, twists of A and B, moduli of A and B, dissipation, friction: the columns of a linearized contact.
 pub const COLUMNS: usize = 28;
 
 /// Rows: the wrench on A, then that on B. Columns as of [`COLUMNS`].
@@ -68,11 +68,11 @@ impl<'a> Scene<'a> {
         SurfaceLaw::new(self.dissipation, self.friction, self.slip_tolerance).unwrap()
     }
 
-    /// 12×28: see [`hydroelastic::contact::LinearisedContact::jacobian`].
-    pub fn linearised(&self) -> Jacobian {
+    /// 12×28: see [`hydroelastic::contact::LinearizedContact::jacobian`].
+    pub fn linearized(&self) -> Jacobian {
         self.pair
             .moving(self.law(), self.twists)
-            .linearised()
+            .linearized()
             .jacobian()
     }
 

@@ -1,4 +1,4 @@
-//! Compares a linearised contact with differences of the wrenches, and explains deviations by kinks.
+//! Compares a linearized contact with differences of the wrenches, and explains deviations by kinks.
 
 use super::differences::{BLOCKS, Scaled, Sides, Wrenches};
 use super::special::{are_faces_touching, is_parted};
@@ -59,7 +59,7 @@ const PERTURBATION: Vector3<f64> = Vector3::new(0.613, 0.427, -0.665);
 /// Weight of a column's motion that is added to [`PERTURBATION`] (see [`Check::is_mean_about_nudge`]).
 const ABOUT: f64 = 0.05;
 
-/// The explanation of a column of a linearised contact that differs from differences.
+/// The explanation of a column of a linearized contact that differs from differences.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Finding {
     /// The mean of both sides of a kink.
@@ -131,14 +131,14 @@ struct Check<'s, 'a> {
     stiffness: f64,
     /// The column that is checked.
     column: usize,
-    /// The whole linearised contact.
+    /// The whole linearized contact.
     found: &'s Jacobian,
 }
 
 /// Returns the findings for all columns that no central difference agrees with.
 pub fn checked(scene: &Scene) -> Vec<Checked> {
     let scaled = Scaled::of(scene);
-    let found = scaled.relative(&scene.linearised());
+    let found = scaled.relative(&scene.linearized());
     let mut differences = Jacobian::zeros();
     for column in 0..COLUMNS {
         differences.set_column(column, &scaled.central(column, STEP));

@@ -30,7 +30,7 @@ struct Outline {
     edges: Option<Index<Accessor>>,
 }
 
-/// Adds the bodies, those that forces move in colours of their own.
+/// Adds the bodies, those that forces move in colors of their own.
 pub(super) fn add(document: &mut Document, bodies: &[Body], frames: &[Frame]) {
     if bodies.is_empty() {
         return;

@@ -63,7 +63,7 @@ impl Data {
         self.bounded_floats(Part::Positions, Type::Vec3, &points)
     }
 
-    /// Colours of the points of a mesh: linear red, green, blue and alpha.
+    /// Colors of the points of a mesh: linear red, green, blue and alpha.
     pub fn colors(&mut self, colors: &[[u8; 4]]) -> Index<Accessor> {
         let (kind, count) = ((ComponentType::U8, Type::Vec4), colors.len());
         let offset = self.append(Part::Colors, colors.concat());

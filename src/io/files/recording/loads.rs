@@ -24,7 +24,7 @@ pub(super) fn largest(loads: &[Loads]) -> f64 {
     all.map(|load| load.vector.norm()).fold(0.0, f64::max)
 }
 
-/// The force (N) between two bodies, on the first of them that moves by forces, at the centre of
+/// The force (N) between two bodies, on the first of them that moves by forces, at the center of
 /// pressure; for all pairs that touch in any frame.
 pub(super) fn forces(bodies: &[Body], frames: &[Frame]) -> Vec<Loads> {
     let of_frame = |frame: &Frame| {
@@ -43,7 +43,7 @@ pub(super) fn forces(bodies: &[Body], frames: &[Frame]) -> Vec<Loads> {
     by_frame(frames, of_frame, name)
 }
 
-/// The torque (N m) of all contacts on a body about its centre of mass, for all bodies that touch in
+/// The torque (N m) of all contacts on a body about its center of mass, for all bodies that touch in
 /// any frame.
 pub(super) fn torques(bodies: &[Body], frames: &[Frame]) -> Vec<Loads> {
     let name = |place: &usize| format!("contact torque on {}", bodies[*place].name());

@@ -49,7 +49,7 @@ pub(super) fn add_targets(document: &mut Document, targets: &[Target]) {
     }
 }
 
-/// Adds paths as tubes of some radius (m), in colours from that of the first to that of the last.
+/// Adds paths as tubes of some radius (m), in colors from that of the first to that of the last.
 pub(super) fn add_paths(document: &mut Document, paths: &[Path], radius: f64) {
     for (place, path) in paths.iter().enumerate() {
         let color = mixed(PATHS[0], PATHS[1], (place + 1) as f64 / paths.len() as f64);

@@ -1,4 +1,4 @@
-//! Colours and materials.
+//! Colors and materials.
 
 use crate::scalar::portable::powf;
 use gltf_json::Material;
@@ -9,7 +9,7 @@ use gltf_json::validation::Checked;
 /// Red, green and blue from 0 to 255, as on a screen (sRGB).
 pub(super) type Color = [u8; 3];
 
-/// Colours of moving bodies, one after the other, told apart by colour-blind eyes too [Okabe 2008].
+/// Colors of moving bodies, one after the other, told apart by color-blind eyes too [Okabe 2008].
 pub(super) const BODIES: [Color; 6] = [
     [86, 180, 233],
     [230, 159, 0],
@@ -36,7 +36,7 @@ const PRESSURES: [Color; 5] = [
     [240, 249, 33],
 ];
 
-/// The colour of a pressure from 0 to 1, linear, with alpha.
+/// The color of a pressure from 0 to 1, linear, with alpha.
 #[expect(
     clippy::cast_possible_truncation,
     clippy::cast_sign_loss,
@@ -50,7 +50,7 @@ pub(super) fn pressure_color(pressure: f64) -> [u8; 4] {
     [r, g, b, u8::MAX]
 }
 
-/// A colour between two, from 0 at the first to 1 at the second.
+/// A color between two, from 0 at the first to 1 at the second.
 #[expect(
     clippy::cast_possible_truncation,
     clippy::cast_sign_loss,
@@ -83,7 +83,7 @@ pub(super) fn lit(color: Color, alpha: f32) -> Material {
     }
 }
 
-/// The same colour in any light, from both sides.
+/// The same color in any light, from both sides.
 pub(super) fn unlit(color: Color, alpha: f32) -> Material {
     Material {
         double_sided: true,
@@ -99,7 +99,7 @@ fn linear_color(color: Color) -> [f32; 3] {
     color.map(|part| linear(part) as f32)
 }
 
-/// Light, from 0 to 1, of a part of an sRGB colour (IEC 61966-2-1).
+/// Light, from 0 to 1, of a part of an sRGB color (IEC 61966-2-1).
 fn linear(part: u8) -> f64 {
     let part = f64::from(part) / 255.0;
     if part <= 0.04045 {

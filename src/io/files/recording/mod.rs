@@ -40,13 +40,13 @@ const EXTENSIONS: &[&str] = &["glb"];
 ///
 /// It shows
 /// - the bodies, seen through;
-/// - their contact surfaces, coloured by pressure;
-/// - for each pair of bodies an arrow for the force, at the centre of pressure, on the first of the two
+/// - their contact surfaces, colored by pressure;
+/// - for each pair of bodies an arrow for the force, at the center of pressure, on the first of the two
 ///   that moves;
-/// - for each body an arrow with two heads for the torque of its contacts about its centre of mass, if any
+/// - for each body an arrow with two heads for the torque of its contacts about its center of mass, if any
 ///   torque is worth an arrow beside the forces.
 ///
-/// Names say what the brightest colour and the longest arrows stand for. Up is against gravity, or z
+/// Names say what the brightest color and the longest arrows stand for. Up is against gravity, or z
 /// without it.
 ///
 /// The first state and the last are always shown, and of those between them at most 60 for each second;
@@ -125,7 +125,7 @@ impl Recording {
     }
 
     /// The same recording with a line through points (m, world frame); not shown if there are fewer than
-    /// two. Paths are coloured from pale to strong in the order in which they are added.
+    /// two. Paths are colored from pale to strong in the order in which they are added.
     #[must_use]
     pub fn with_path(mut self, name: &str, points: impl IntoIterator<Item = Vector3<f64>>) -> Self {
         let (name, points) = (name.to_owned(), Vec::from_iter(points));

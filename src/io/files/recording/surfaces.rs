@@ -1,4 +1,4 @@
-//! The contact surfaces, coloured by pressure.
+//! The contact surfaces, colored by pressure.
 //!
 //! A contact surface has other polygons in every frame, so each that is shown has a mesh of its own,
 //! visible (at scale 1 instead of 0) in the frames that it stands for.
@@ -22,7 +22,7 @@ const LARGEST_COUNT: usize = 240;
 /// the rounding of single precision.
 const WELDED: f64 = 1e-6;
 
-/// A contact surface as triangles with colours.
+/// A contact surface as triangles with colors.
 struct Colored {
     surface: Triangles,
     colors: Vec<[u8; 4]>,

@@ -54,7 +54,7 @@ struct Row<'a> {
 /// feature `parquet`; plain doubles and UTF-8 strings, not compressed).
 ///
 /// The columns, all in the world frame: time (s), name of the body, position of its origin (m),
-/// orientation as a unit quaternion (w x y z; its sign has no meaning), velocity of its centre of
+/// orientation as a unit quaternion (w x y z; its sign has no meaning), velocity of its center of
 /// mass (m/s; for a body on a prescribed path, of its origin), spin (rad/s). CSV has as many digits
 /// as it takes to read back the same `f64`.
 ///

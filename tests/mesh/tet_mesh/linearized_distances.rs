@@ -4,7 +4,7 @@
 use super::sample_meshes::{grid, l_shape, meshes, transformed};
 use crate::moved_meshes::moved_mesh;
 use hydroelastic::mesh::{
-    LinearisedDistances, MeshError, PressureField, ShapeRates, TetMesh, shapes,
+    LinearizedDistances, MeshError, PressureField, ShapeRates, TetMesh, shapes,
 };
 use nalgebra::{Vector3, vector};
 
@@ -47,14 +47,14 @@ fn generic_meshes() -> Vec<(&'static str, TetMesh)> {
     samples.collect()
 }
 
-type Linearised = (PressureField, LinearisedDistances);
+type Linearized = (PressureField, LinearizedDistances);
 
 /// Over the largest distance, and with skins of some depths; the depth comes along.
-fn linearised(mesh: &TetMesh) -> Vec<(Option<f64>, Linearised)> {
-    let plain = PressureField::linearised_from_distance(mesh).unwrap();
+fn linearized(mesh: &TetMesh) -> Vec<(Option<f64>, Linearized)> {
+    let plain = PressureField::linearized_from_distance(mesh).unwrap();
     let deepest = 1.0 / plain.0.steepest();
     let skins = [0.237, 0.613].map(|share| share * deepest).map(|depth| {
-        let skin = PressureField::linearised_from_distance_up_to(mesh, depth).unwrap();
+        let skin = PressureField::linearized_from_distance_up_to(mesh, depth).unwrap();
         (Some(depth), skin)
     });
     std::iter::once((None, plain)).chain(skins).collect()
@@ -94,7 +94,7 @@ fn fields_change_as_differences_say() {
     let mut worst = 0.0_f64;
     for (name, mesh) in generic_meshes() {
         let velocities = velocities(2 * mesh.vertex_count()).split_off(mesh.vertex_count());
-        for (depth, (made, distances)) in linearised(&mesh) {
+        for (depth, (made, distances)) in linearized(&mesh) {
             assert_eq!(made.extents(), field(&mesh, depth).extents());
             assert_eq!(
                 made.mesh().vertices(),
@@ -128,7 +128,7 @@ fn fields_change_as_differences_say() {
 #[test]
 fn the_pullback_is_the_transpose_of_the_rates() {
     for (name, mesh) in generic_meshes().into_iter().chain(meshes()) {
-        for (depth, (made, distances)) in linearised(&mesh) {
+        for (depth, (made, distances)) in linearized(&mesh) {
             let count = made.extents().len();
             let by_vertices = velocities(count);
             let by_extents: Vec<f64> = (0..count).map(|it| scattered(it + 100_000)).collect();
@@ -165,7 +165,7 @@ fn rigid_motions_change_no_extent_and_a_change_of_size_changes_distances() {
     for (name, original) in generic_meshes().into_iter().chain(meshes()) {
         for scale in [1.0, 1e-6, 1e6] {
             let mesh = transformed(&original, |x| x * scale);
-            for (depth, (made, distances)) in linearised(&mesh) {
+            for (depth, (made, distances)) in linearized(&mesh) {
                 let vertices = made.mesh().vertices();
                 let rates = |velocity: &dyn Fn(&Vector3<f64>) -> Vector3<f64>| {
                     let velocities: Vec<_> = mesh.vertices().iter().map(velocity).collect();
@@ -201,7 +201,7 @@ fn the_medial_axis_of_a_box_is_told_and_two_faces_give_the_mean() {
     let (counts, spacing) = ([4, 6, 8], 0.25);
     let mesh = grid(counts, spacing, |_| true);
     let upper = Vector3::from(counts.map(|count| count as f64 * spacing));
-    let (made, distances) = PressureField::linearised_from_distance(&mesh).unwrap();
+    let (made, distances) = PressureField::linearized_from_distance(&mesh).unwrap();
     // How many faces are nearest to a vertex, if it is none of the surface.
     let near = |x: &Vector3<f64>| {
         let below = upper - x;
@@ -218,7 +218,7 @@ fn the_medial_axis_of_a_box_is_told_and_two_faces_give_the_mean() {
     assert_eq!(distances.ambiguous(), expected.collect::<Vec<_>>());
     // With a skin extents do not depend on the farthest vertices.
     let depth = 0.3;
-    let (skin, distances) = PressureField::linearised_from_distance_up_to(&mesh, depth).unwrap();
+    let (skin, distances) = PressureField::linearized_from_distance_up_to(&mesh, depth).unwrap();
     let velocities = velocities(mesh.vertex_count());
     let rates = distances.rates(&velocities).unwrap();
     let fields = [SHORT_STEP, -SHORT_STEP]
@@ -252,7 +252,7 @@ fn ends_of_skins_and_inward_edges() {
     let mesh = grid([8, 8, 8], 0.125, |_| true);
     for depth in [0.25, 0.250_1] {
         let (skin, distances) =
-            PressureField::linearised_from_distance_up_to(&mesh, depth).unwrap();
+            PressureField::linearized_from_distance_up_to(&mesh, depth).unwrap();
         let rates = distances.rates(mesh.vertices()).unwrap();
         for (vertex, x) in mesh.vertices().iter().enumerate() {
             let depth_of_vertex = x.min().min((Vector3::repeat(1.0) - x).min());
@@ -266,7 +266,7 @@ fn ends_of_skins_and_inward_edges() {
     }
     // An inward edge is one place, though triangles on both sides of it are equally near.
     let mesh = l_shape(4);
-    let (made, distances) = PressureField::linearised_from_distance(&mesh).unwrap();
+    let (made, distances) = PressureField::linearized_from_distance(&mesh).unwrap();
     let vertex_at = |place: Vector3<f64>| {
         let mut vertices = made.mesh().vertices().iter();
         vertices.position(|x| (x - place).amax() < 1e-12).unwrap()
@@ -285,7 +285,7 @@ fn ends_of_skins_and_inward_edges() {
 fn what_does_not_pair_up_is_refused() {
     let field = shapes::cuboid([1.0, 1.0, 1.0]).unwrap();
     let mesh = field.mesh();
-    let (_, distances) = PressureField::linearised_from_distance(mesh).unwrap();
+    let (_, distances) = PressureField::linearized_from_distance(mesh).unwrap();
     let count = |name, found| MeshError::RateCount {
         name,
         found,
@@ -304,7 +304,7 @@ fn what_does_not_pair_up_is_refused() {
         value: f64::INFINITY,
     };
     assert_eq!(distances.rates(&infinite).unwrap_err(), refused);
-    let refused = PressureField::linearised_from_distance_up_to(mesh, -1.0);
+    let refused = PressureField::linearized_from_distance_up_to(mesh, -1.0);
     assert!(matches!(
         refused.err(),
         Some(MeshError::InvalidDimension { .. })

@@ -1,7 +1,7 @@
 use super::elastic::{ElasticJacobian, ElasticWrench};
 use super::motion::{Motion, RelativeMotion};
 use super::reaction::Reaction;
-use super::relative_linearisation::RelativeLinearisation;
+use super::relative_linearization::RelativeLinearization;
 use super::response::Responses;
 use super::{ContactPair, ContactWrench, Kinks};
 use crate::narrow_phase::ELASTIC_COINCIDENCE;
@@ -40,7 +40,7 @@ use nalgebra::{Matrix3, Matrix6, SMatrix, SVector, Vector3};
 /// );
 /// let law = SurfaceLaw::new(0.3, 0.4, 1e-2)?; // dissipation (s/m), friction, slip tolerance (m/s)
 /// let sliding = Twist { linear: vector![0.5, 0.0, 0.0], ..Twist::zero() };
-/// let contact = pair.moving(law, [sliding, Twist::zero()]).linearised();
+/// let contact = pair.moving(law, [sliding, Twist::zero()]).linearized();
 /// // Derivative of the friction force on A (row 3) with respect to the speed of A along y (column 4), which turns the friction.
 /// assert!((contact.by_twists[(4, 4)] - contact.wrench.on_a.force.x / 0.5).abs() < 1e-2);
 /// // A change of all inputs, and the change of the wrenches to first order.
@@ -50,7 +50,7 @@ use nalgebra::{Matrix3, Matrix6, SMatrix, SVector, Vector3};
 /// ```
 #[derive(Debug, Clone, Copy)]
 #[non_exhaustive]
-pub struct LinearisedContact {
+pub struct LinearizedContact {
     /// The wrenches.
     pub wrench: ContactWrench,
     /// Derivatives with respect to motions of A and of B (angular and linear each; rad and m), at constant twists in the world.
@@ -65,7 +65,7 @@ pub struct LinearisedContact {
     pub kinks: Kinks,
 }
 
-impl LinearisedContact {
+impl LinearizedContact {
     /// Returns the 12×28 Jacobian. Its columns are the poses of A and B, the twists of A and B, the moduli of A and B, dissipation and
     /// friction.
     #[must_use]
@@ -106,32 +106,32 @@ impl ContactPair<'_> {
     /// Returns the wrenches and all their first derivatives, in closed form. For a pair at rest, derivatives with respect to twists and the
     /// law are zero, and faces count as coincident within 2e-12 of the size of the bodies.
     #[must_use]
-    pub fn linearised(&self) -> LinearisedContact {
-        let (relative, ()) = self.relative_linearisation();
+    pub fn linearized(&self) -> LinearizedContact {
+        let (relative, ()) = self.relative_linearization();
         relative.in_world(self)
     }
 
     /// Linearizes the elastic contact of a pair in A's frame. Returns the responses of its polygons, too, if `R` keeps them.
-    fn elastic_linearisation<R: Responses>(&self) -> (RelativeLinearisation, R) {
+    fn elastic_linearization<R: Responses>(&self) -> (RelativeLinearization, R) {
         let integrand = ElasticJacobian::<R>::new();
         let ((sum, responses), (surface, finer)) =
             self.source()
                 .integral_for_derivatives(ELASTIC_COINCIDENCE, self.search(), &integrand);
-        let mut linearisation = sum.linearisation(self.moduli());
-        linearisation.kinks.are_equal = surface.has_equal_fields();
-        linearisation.kinks.are_flush |= surface.touches();
+        let mut linearization = sum.linearization(self.moduli());
+        linearization.kinks.are_equal = surface.has_equal_fields();
+        linearization.kinks.are_flush |= surface.touches();
         if let Some(finer) = finer {
-            linearisation.wrench = finer.integral(&ElasticWrench).to_vector();
-            linearisation.kinks.are_flush = true;
+            linearization.wrench = finer.integral(&ElasticWrench).to_vector();
+            linearization.kinks.are_flush = true;
         }
-        (linearisation, responses)
+        (linearization, responses)
     }
 }
 
 impl<T: Scalar> ContactPair<'_, T> {
     /// Returns the wrenches in the scalar, and the linearization of the real parts. For scalars of first order, both come from one search.
-    pub(crate) fn wrench_and_linearised(&self) -> (ContactWrench<T>, LinearisedContact) {
-        let (relative, ()) = self.relative_linearisation();
+    pub(crate) fn wrench_and_linearized(&self) -> (ContactWrench<T>, LinearizedContact) {
+        let (relative, ()) = self.relative_linearization();
         let wrench = if Order::<T>::IS_FIRST {
             self.wrench_from_a(&relative.pushforward(&self.tangent()))
         } else {
@@ -141,18 +141,18 @@ impl<T: Scalar> ContactPair<'_, T> {
     }
 
     /// Linearizes the real parts in A's axes. Returns the responses of the polygons, too, if `R` keeps them.
-    pub(super) fn relative_linearisation<R: Responses>(&self) -> (RelativeLinearisation, R) {
+    pub(super) fn relative_linearization<R: Responses>(&self) -> (RelativeLinearization, R) {
         let real = self.real();
         match self.relative_motion() {
-            Some((law, motion)) => real.linearisation_in_motion(&law.real(), &motion.real()),
-            None => real.elastic_linearisation(),
+            Some((law, motion)) => real.linearization_in_motion(&law.real(), &motion.real()),
+            None => real.elastic_linearization(),
         }
     }
 }
 
-impl RelativeLinearisation {
+impl RelativeLinearization {
     /// Transforms the linearization to world axes. `pair` has the poses and the motion in the world.
-    pub fn in_world(&self, pair: &ContactPair) -> LinearisedContact {
+    pub fn in_world(&self, pair: &ContactPair) -> LinearizedContact {
         let rotation = pair.a().pose().rotation();
         let from_a_to_b = pair.b().pose().translation() - pair.a().pose().translation();
         let wrench = pair.wrench_from_a(&Wrench::from_vector(&self.wrench));
@@ -182,7 +182,7 @@ impl RelativeLinearisation {
             from_a_to_b,
             force: wrench.on_a.force,
         };
-        LinearisedContact {
+        LinearizedContact {
             wrench,
             by_poses: reaction.of_poses(&[by_pose_a, by_pose_b]),
             by_twists: reaction.of_blocks(&by_twists),

@@ -6,7 +6,7 @@ use nalgebra::{Matrix6, Matrix6x2, Vector3, Vector6};
 
 /// The wrench on A and its derivatives, in A's axes about A's origin.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct RelativeLinearisation {
+pub(super) struct RelativeLinearization {
     pub wrench: Vector6<f64>,
     /// Derivative with respect to a motion of B (angular, linear, of the point at A's origin).
     pub by_motion: Matrix6<f64>,
@@ -18,7 +18,7 @@ pub(super) struct RelativeLinearisation {
     pub kinks: Kinks,
 }
 
-impl PartialSum for RelativeLinearisation {
+impl PartialSum for RelativeLinearization {
     fn empty() -> Self {
         Self {
             wrench: Vector6::zeros(),
@@ -40,7 +40,7 @@ impl PartialSum for RelativeLinearisation {
     }
 }
 
-impl RelativeLinearisation {
+impl RelativeLinearization {
     /// Applies the chain rule: returns the wrench after `changes` of the inputs that `ContactPair::tangent` lists. The real parts of
     /// `changes` are zero.
     pub fn pushforward<T: Scalar>(&self, changes: &[T; 16]) -> Wrench<T> {

@@ -1,4 +1,4 @@
-//! The linearised contact carried into dual numbers by the chain rule, against the generic pipeline and against
+//! The linearized contact carried into dual numbers by the chain rule, against the generic pipeline and against
 //! differences.
 
 use crate::support::moving::{COLUMNS, Scene, Wide, jacobian_of, numbers, seeds};
@@ -62,7 +62,7 @@ fn wrenches_of_first_order_have_the_derivatives_of_the_generic_pipeline() {
         let through_clips = pair.moving(law, twists).pipeline().wrench();
         let moving = scene.pair.moving(scene.law(), scene.twists);
         let (_, by_duals) = dual_wrench_jacobian(&moving);
-        let error = (by_duals - scene.linearised()).amax();
+        let error = (by_duals - scene.linearized()).amax();
         assert!(error <= TWO_WAYS * by_duals.amax(), "{error:e}");
         let rubbing = assert_same(&closed, &through_clips);
         worst = [worst[0].max(elastic), worst[1].max(rubbing)];
@@ -86,7 +86,7 @@ fn derivatives_of_a_pair_in_motion_are_differences() {
 #[test]
 fn changes_pushed_forward_and_covectors_pulled_back_are_products_with_the_jacobian() {
     for_scenes(20, 33, |scene, random| {
-        let contact = scene.pair.moving(scene.law(), scene.twists).linearised();
+        let contact = scene.pair.moving(scene.law(), scene.twists).linearized();
         let jacobian = contact.jacobian();
         // Derivatives by moduli are so much smaller than others: in changes of their own size, all columns count.
         let change = SVector::<f64, COLUMNS>::from_fn(|column, _| {
@@ -106,7 +106,7 @@ fn changes_pushed_forward_and_covectors_pulled_back_are_products_with_the_jacobi
 #[test]
 fn contacts_at_generic_poses_have_no_kinks() {
     for_scenes(50, 34, |scene, _| {
-        let contact = scene.pair.moving(scene.law(), scene.twists).linearised();
+        let contact = scene.pair.moving(scene.law(), scene.twists).linearized();
         assert!(!contact.kinks.is_any(), "{:?}", contact.kinks);
     });
 }
@@ -289,8 +289,8 @@ fn faces_that_are_hardly_pressed_in_do_not_just_touch() {
             ),
         );
         let law = SurfaceLaw::new(0.0, 0.0, 1e-3).unwrap();
-        let in_motion = pair.moving(law, [Twist::zero(); 2]).linearised().by_poses[(5, 5)];
-        let elastic = pair.linearised().by_poses[(5, 5)];
+        let in_motion = pair.moving(law, [Twist::zero(); 2]).linearized().by_poses[(5, 5)];
+        let elastic = pair.linearized().by_poses[(5, 5)];
         for found in [in_motion, elastic] {
             // Facets of the contact's rim are of the depth.
             assert!(

@@ -12,7 +12,7 @@ use std::sync::Arc;
 #[derive(Debug, Clone, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[non_exhaustive]
-pub struct LinearisedRollout {
+pub struct LinearizedRollout {
     /// A: the end by the start.
     pub by_state: DMatrix<f64>,
     /// B: the end by the parameters.
@@ -48,7 +48,7 @@ impl Experiment {
     /// let cube = Body::dynamic("cube", cube, Material::elastic(1e5), Mass::Total(2.0))?;
     /// let world = World::new(vec![cube])?.with_control(Control::new("cube", 0.5, vec![Wrench::zero()])?)?;
     /// let control = Parameter::Control("cube".into(), 0);
-    /// let found = Experiment::new(&world, &Plan::new(1e-2, 50)?).linearised(&[control])?;
+    /// let found = Experiment::new(&world, &Plan::new(1e-2, 50)?).linearized(&[control])?;
     /// assert!((found.by_state[(3, 9)] - 0.5).abs() < 1e-12); // x by the velocity along x: 0.5 s
     /// assert!((found.by_parameters[(9, 3)] - 0.25).abs() < 1e-12); // that velocity by the force along x: 0.5 s/2 kg
     /// # Ok::<(), Box<dyn std::error::Error>>(())
@@ -58,7 +58,7 @@ impl Experiment {
     /// As [`Self::jacobian`]. What was found of derivatives that are not finite is that of the bodies' last states as of
     /// [`FinalState`](super::FinalState), by orientation, position, spin and velocity of each dynamic body, then by the
     /// parameters.
-    pub fn linearised(&self, parameters: &[Parameter]) -> Result<LinearisedRollout, GradientError> {
+    pub fn linearized(&self, parameters: &[Parameter]) -> Result<LinearizedRollout, GradientError> {
         let system = self.system();
         let bodies: Vec<usize> = system.dynamic_bodies().collect();
         let start = bodies.iter().flat_map(|&body| {
@@ -75,7 +75,7 @@ impl Experiment {
         let found = self.jacobian(&all, &LastStates(bodies))?;
         let local = in_local_coordinates(&found, size);
         let count = local.ncols() - size;
-        Ok(LinearisedRollout {
+        Ok(LinearizedRollout {
             by_state: local.columns(0, size).into_owned(),
             by_parameters: local.columns(size, count).into_owned(),
         })

@@ -23,7 +23,7 @@ use nalgebra::Vector3;
 /// use nalgebra::{SVector, vector};
 ///
 /// let mesh = shapes::ellipsoid([0.1, 0.08, 0.12], 2)?.mesh().clone();
-/// let (field, distances) = PressureField::linearised_from_distance(&mesh)?;
+/// let (field, distances) = PressureField::linearized_from_distance(&mesh)?;
 /// let shape = Shape::new(field);
 /// let pair = ContactPair::new(
 ///     ContactBody::new(&shape, Pose::from_translation(vector![0.0, 0.0, 0.11]), 1e5)?,
@@ -41,7 +41,7 @@ use nalgebra::Vector3;
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 #[derive(Debug, Clone)]
-pub struct LinearisedDistances {
+pub struct LinearizedDistances {
     /// Number of vertices of the input mesh.
     vertex_count: usize,
     centers: Vec<Center>,
@@ -72,7 +72,7 @@ enum Scale {
     Depth(f64),
 }
 
-impl LinearisedDistances {
+impl LinearizedDistances {
     /// Linearizes the field whose extents are the distances divided by the largest distance.
     pub(super) fn normalized(mesh: &TetMesh, made: MadeOfDistances) -> Self {
         let largest = made.distances.iter().copied().fold(0.0, f64::max);
