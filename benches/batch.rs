@@ -73,7 +73,10 @@ fn floors() -> [(&'static str, Body); 2] {
             "half-space",
             Body::fixed("floor", HalfSpace::rigid(), hard).unwrap(),
         ),
-        ("box", slab.at(Pose::from_translation(Vector3::z() * -0.25))),
+        (
+            "box",
+            slab.with_pose(Pose::from_translation(Vector3::z() * -0.25)),
+        ),
     ]
 }
 
@@ -82,13 +85,13 @@ fn settled(floor: Body) -> World {
     let ball = Shape::new(shapes::icosphere(0.1, ORDER).unwrap());
     let ball = Body::dynamic("ball", ball, skin(), Mass::Total(1.0)).unwrap();
     let turned = Pose::from_rotation_vector(&vector![0.3, -0.5, 0.2], vector![0.02, 0.05, 0.095]);
-    let world = World::new(vec![ball.at(turned), floor]).unwrap();
+    let world = World::new(vec![ball.with_pose(turned), floor]).unwrap();
     let world = world.with_gravity(Vector3::z() * -9.81).unwrap();
     let world = world.with_slip_tolerance(0.01).unwrap();
     let settling = Plan::new(TIME_STEP, SETTLING_STEPS).unwrap();
     let states = world.rollout(&settling.recording_every(SETTLING_STEPS));
-    let rest = states.recorded().unwrap().last().clone();
-    world.starting_from(&rest).unwrap()
+    let rest = states.run().unwrap().last().clone();
+    world.with_initial_state(&rest).unwrap()
 }
 
 /// The same world with the ball pushed and spun in a direction of its own.
@@ -97,7 +100,7 @@ fn started(world: &World, place: usize) -> World {
     let (sine, cosine) = (place as f64 * TAU / WORLDS as f64).sin_cos();
     state.bodies[0].twist.linear += vector![cosine, sine, 0.0] * 0.3;
     state.bodies[0].twist.angular += vector![cosine, -sine, 1.0];
-    world.clone().starting_from(&state).unwrap()
+    world.clone().with_initial_state(&state).unwrap()
 }
 
 /// Asserts that bodies touch in every state of the rollout. Returns the number of contact polygons at its start.
@@ -129,12 +132,12 @@ impl Round {
         let (one_after_the_other, _) = one.install(|| {
             times(|| {
                 for world in worlds {
-                    black_box(world.rollout(&plan()).recorded().unwrap());
+                    black_box(world.rollout(&plan()).run().unwrap());
                 }
             })
         });
         let batch = || {
-            let results = black_box(Batch::new(&plan()).of_worlds(worlds));
+            let results = black_box(Batch::new(&plan()).rollouts(worlds));
             assert!(results.iter().all(Result::is_ok));
         };
         let (one_thread, work_of_one) = one.install(|| times(batch));

@@ -40,7 +40,7 @@ fn lattice([nx, ny, nz]: [usize; 3], spacing: f64) -> World {
         // Their boxes are wider than they are.
         let turn = Vector3::z() * FRAC_PI_4;
         body.unwrap()
-            .at(Pose::from_rotation_vector(&turn, place(index)))
+            .with_pose(Pose::from_rotation_vector(&turn, place(index)))
     };
     World::new((0..nx * ny * nz).map(body).collect()).unwrap()
 }

@@ -34,12 +34,12 @@ fn box_shape(edges: [f64; 3]) -> Shape {
 
 fn dynamic(name: &str, shape: Shape, turn: Vector3<f64>, position: Vector3<f64>) -> Body {
     let body = Body::dynamic(name, shape, SKIN, Mass::Total(1.0)).unwrap();
-    body.at(Pose::from_rotation_vector(&turn, position))
+    body.with_pose(Pose::from_rotation_vector(&turn, position))
 }
 
 fn on_floor(mut bodies: Vec<Body>) -> World {
     let floor = Body::fixed("floor", box_shape([2.0, 2.0, 0.4]), SKIN).unwrap();
-    bodies.push(floor.at(Pose::from_translation(vector![0.011, 0.007, -0.2])));
+    bodies.push(floor.with_pose(Pose::from_translation(vector![0.011, 0.007, -0.2])));
     World::new(bodies)
         .and_then(|world| world.with_gravity(vector![0.0, 0.0, -9.81]))
         .and_then(|world| world.with_slip_tolerance(1e-4))
@@ -57,15 +57,15 @@ fn brick_at_rest() -> World {
     let world = on_floor(vec![brick]);
     let plan = Plan::new(TIME_STEP, 200).unwrap();
     let settling = world.rollout(&plan.with_integrator(Integrator::ImplicitEuler));
-    let settled = settling.recorded().unwrap().last().clone();
-    world.starting_from(&settled).unwrap()
+    let settled = settling.run().unwrap().last().clone();
+    world.with_initial_state(&settled).unwrap()
 }
 
 fn thrown_ball() -> World {
     let ball = Shape::new(shapes::icosphere(0.05, 2).unwrap());
     let ball = dynamic("body", ball, Vector3::zeros(), vector![-0.3, 0.02, 0.15]);
     let ball = ball.with_velocity(vector![1.0, 0.2, 0.0]);
-    on_floor(vec![ball.with_spin(vector![3.0, 1.0, 0.5])])
+    on_floor(vec![ball.with_angular_velocity(vector![3.0, 1.0, 0.5])])
 }
 
 fn falling_cubes() -> World {
@@ -94,10 +94,10 @@ fn falling_cubes() -> World {
 
 fn implicit(criterion: &mut Criterion) {
     let by = [
-        Parameter::InitialPosition("body".into()),
-        Parameter::InitialOrientation("body".into()),
-        Parameter::InitialVelocity("body".into()),
-        Parameter::InitialSpin("body".into()),
+        Parameter::initial_position("body"),
+        Parameter::initial_orientation("body"),
+        Parameter::initial_velocity("body"),
+        Parameter::initial_angular_velocity("body"),
     ];
     for (name, world, methods) in [
         ("rest", brick_at_rest(), &ALL[..]),

@@ -39,8 +39,8 @@ fn floors(skin: Material) -> [(&'static str, Body); 4] {
     let rigid_box = Body::fixed("floor", RigidShape::new(surface), hard).unwrap();
     let layer = HalfSpace::layer(0.1).unwrap();
     [
-        ("compliant box", soft_box.at(below)),
-        ("rigid box", rigid_box.at(below)),
+        ("compliant box", soft_box.with_pose(below)),
+        ("rigid box", rigid_box.with_pose(below)),
         (
             "compliant half-space",
             Body::fixed("floor", layer, skin).unwrap(),
@@ -57,12 +57,12 @@ fn at_rest(order: usize, floor: &Body, skin: Material) -> World {
     let ball = Shape::new(shapes::icosphere(RADIUS, order).unwrap());
     let ball = Body::dynamic("ball", ball, skin, Mass::Total(1.0)).unwrap();
     let turned = Pose::from_rotation_vector(&vector![0.3, -0.5, 0.2], vector![0.02, 0.05, 0.096]);
-    let world = World::new(vec![ball.at(turned), floor.clone()]).unwrap();
+    let world = World::new(vec![ball.with_pose(turned), floor.clone()]).unwrap();
     let world = world.with_gravity(Vector3::z() * -9.81).unwrap();
     let settling = Plan::new(TIME_STEP, SETTLING_STEPS).unwrap();
     let states = world.rollout(&settling.recording_every(SETTLING_STEPS));
-    let rest = states.recorded().unwrap().last().clone();
-    world.starting_from(&rest).unwrap()
+    let rest = states.run().unwrap().last().clone();
+    world.with_initial_state(&rest).unwrap()
 }
 
 fn steps(criterion: &mut Criterion) {
@@ -78,7 +78,7 @@ fn steps(criterion: &mut Criterion) {
                 let world = at_rest(order, &body, skin(rubs));
                 let id = BenchmarkId::new(floor, order);
                 group.bench_function(id, |bencher| {
-                    bencher.iter(|| black_box(&world).rollout(&plan).recorded().unwrap());
+                    bencher.iter(|| black_box(&world).rollout(&plan).run().unwrap());
                 });
             }
         }

@@ -45,11 +45,19 @@ fn sliding(order: usize, [dissipation, friction]: [f64; 2], intervals: usize) ->
     let slab = Shape::new(shapes::cuboid([1.0, 1.0, 0.5]).unwrap());
     let at = |z: f64| Pose::from_translation(vector![0.02, 0.05, z]);
     let ball = Body::dynamic("ball", ball, skin, Mass::Total(1.0)).unwrap();
-    let slab = Body::fixed("slab", slab, skin).unwrap().at(at(-0.25));
-    let ball = ball.at(at(0.095)).with_velocity(vector![0.2, 0.1, -0.1]);
+    let slab = Body::fixed("slab", slab, skin)
+        .unwrap()
+        .with_pose(at(-0.25));
+    let ball = ball
+        .with_pose(at(0.095))
+        .with_velocity(vector![0.2, 0.1, -0.1]);
     let duration = STEPS as f64 * TIME_STEP / intervals as f64;
     let control = Control::new("ball", duration, vec![Wrench::zero(); intervals]).unwrap();
-    let world = World::new(vec![ball.with_spin(vector![1.0, 2.0, 0.5]), slab]).unwrap();
+    let world = World::new(vec![
+        ball.with_angular_velocity(vector![1.0, 2.0, 0.5]),
+        slab,
+    ])
+    .unwrap();
     let world = world.with_gravity(Vector3::z() * -9.81).unwrap();
     world
         .with_slip_tolerance(0.01)
@@ -86,13 +94,14 @@ fn main() {
             let world = sliding(order, law, intervals);
             let experiment = Experiment::new(&world, &plan);
             let numbers = NUMBERS_A_WRENCH * intervals;
-            let controls =
-                (0..intervals).map(|interval| Parameter::Control("ball".into(), interval));
+            let controls = (0..intervals).map(|interval| Parameter::control("ball", interval));
             let parameters: Vec<_> = controls.collect();
             let by = |mode: Mode| {
                 in_rollouts(&experiment, || {
                     drop(black_box(
-                        experiment.gradient_by(mode, &parameters, &Miss).unwrap(),
+                        experiment
+                            .gradient_with_mode(mode, &parameters, &Miss)
+                            .unwrap(),
                     ));
                 })
             };
@@ -117,7 +126,7 @@ fn main() {
             .map(|shape| 4 * shape.field().mesh().vertex_count())
             .sum();
         let backwards = in_rollouts(&experiment, || {
-            drop(black_box(experiment.gradient_by_all(&Miss).unwrap()));
+            drop(black_box(experiment.full_gradient(&Miss).unwrap()));
         });
         let numbers = count(numbers + NUMBERS_A_WRENCH * 1_667);
         println!("| order {order}, {name}, with shapes | {numbers} | | {backwards:.2} |");
@@ -134,13 +143,15 @@ fn implicit() {
             let plan = plan.recording_every(STEPS).with_integrator(integrator);
             let experiment = Experiment::new(&world, &plan);
             let parameters: Vec<_> = (0..167)
-                .map(|interval| Parameter::Control("ball".into(), interval))
+                .map(|interval| Parameter::control("ball", interval))
                 .collect();
             let [forwards, backwards] =
                 [(Mode::Forward, 2), (Mode::Reverse, 167)].map(|(mode, intervals)| {
                     in_rollouts(&experiment, || {
                         let by = &parameters[..intervals];
-                        drop(black_box(experiment.gradient_by(mode, by, &Miss).unwrap()));
+                        drop(black_box(
+                            experiment.gradient_with_mode(mode, by, &Miss).unwrap(),
+                        ));
                     })
                 });
             println!(

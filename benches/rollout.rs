@@ -50,10 +50,10 @@ const MATERIALS: [(&str, Material); 2] = [
 
 fn start(name: &str) -> [Parameter; 4] {
     [
-        Parameter::InitialVelocity(name.into()),
-        Parameter::InitialSpin(name.into()),
-        Parameter::InitialPosition(name.into()),
-        Parameter::InitialOrientation(name.into()),
+        Parameter::initial_velocity(name),
+        Parameter::initial_angular_velocity(name),
+        Parameter::initial_position(name),
+        Parameter::initial_orientation(name),
     ]
 }
 
@@ -68,20 +68,20 @@ fn balls_on_box(names: &[&str], order: usize, skin: Material) -> World {
         let (column, row) = ((place % 3) as f64, (place / 3) as f64);
         Body::dynamic(name, Arc::clone(&shape), skin, Mass::Total(1.0))
             .unwrap()
-            .at(at(0.02 - 0.25 * column, 0.05 - 0.25 * row, 0.095))
+            .with_pose(at(0.02 - 0.25 * column, 0.05 - 0.25 * row, 0.095))
             .with_velocity(Vector3::new(0.2, 0.1, -0.1))
-            .with_spin(Vector3::new(1.0, 2.0, 0.5))
+            .with_angular_velocity(Vector3::new(1.0, 2.0, 0.5))
     };
     let mut bodies: Vec<Body> = names.iter().enumerate().map(ball).collect();
     let slab = Body::fixed("slab", slab, skin).unwrap();
-    bodies.push(slab.at(at(0.0, 0.0, -0.25)));
+    bodies.push(slab.with_pose(at(0.0, 0.0, -0.25)));
     let world = World::new(bodies).unwrap();
     world.with_gravity(Vector3::new(0.0, 0.0, -9.81)).unwrap()
 }
 
 fn final_state(world: &World) -> State {
     let plan = Plan::new(TIME_STEP, STEPS).unwrap().recording_every(STEPS);
-    world.rollout(&plan).recorded().unwrap().last().clone()
+    world.rollout(&plan).run().unwrap().last().clone()
 }
 
 fn assert_touches_throughout(world: &World) {

@@ -84,10 +84,11 @@ fn rolled_down(friction: f64) -> Result<(World, Trajectory), Box<dyn Error>> {
     let turned = Pose::from_rotation_vector(&vector![0.0, SLOPE, 0.0], Vector3::zeros());
     let at = |x, z| turned * Pose::from_translation(vector![x, 0.0, z]);
     let world = World::new(vec![
-        Body::dynamic("ball", ball, skin, Mass::Given(solid))?.at(at(-3.0, RADIUS + 0.01)),
-        Body::fixed("slope", HalfSpace::rigid(), hard)?.at(turned),
+        Body::dynamic("ball", ball, skin, Mass::Properties(solid))?
+            .with_pose(at(-3.0, RADIUS + 0.01)),
+        Body::fixed("slope", HalfSpace::rigid(), hard)?.with_pose(turned),
     ])?
     .with_gravity(vector![0.0, 0.0, -GRAVITY])?;
-    let trajectory = world.rollout(&Plan::new(TIME_STEP, END)?).recorded()?;
+    let trajectory = world.rollout(&Plan::new(TIME_STEP, END)?).run()?;
     Ok((world, trajectory))
 }

@@ -51,7 +51,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     let check = experiment.difference_check(&by_shot, &place)?;
     println!("relative deviation from differences:\n{check}");
 
-    let shot = world.rollout(&plan.recording_every(10)).recorded()?;
+    let shot = world.rollout(&plan.recording_every(10)).run()?;
     let wanted = show::wanted()?;
     wanted.record(|| {
         let paths = NAMES.into_iter().enumerate();
@@ -82,7 +82,7 @@ fn table() -> Result<World, Box<dyn Error>> {
     let ball = |(name, [x, y]): (&str, [f64; 2])| {
         let (shape, skin) = (Arc::clone(&shape), Material::elastic(1e7));
         let ball = Body::dynamic(name, shape, skin, Mass::Total(MASS))?;
-        Ok(ball.at(Pose::from_translation(vector![x, y, 0.0])))
+        Ok(ball.with_pose(Pose::from_translation(vector![x, y, 0.0])))
     };
     let balls = NAMES.into_iter().zip(PLACES).map(ball);
     let mut balls = balls.collect::<Result<Vec<Body>, WorldError>>()?;

@@ -39,7 +39,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     println!("apexes without dissipation (m): {heights:.6?}");
     let energy_of = |state: &State| {
         world
-            .report(state)
+            .diagnostics(state)
             .expect("a state of this world")
             .total_energy()
     };
@@ -81,10 +81,11 @@ fn drop_with(dissipation: f64) -> Result<(World, Trajectory), Box<dyn Error>> {
     let ball = Shape::new(shapes::icosphere(RADIUS, 3)?);
     let block = Shape::new(shapes::cuboid([1.0, 1.0, 0.4])?);
     let at_height = |z| Pose::from_translation(vector![0.0, 0.0, z]);
-    let ball = Body::dynamic("ball", ball, skin, Mass::Total(1.0))?.at(at_height(DROP_HEIGHT));
-    let block = Body::fixed("block", block, skin)?.at(at_height(-0.2));
+    let ball =
+        Body::dynamic("ball", ball, skin, Mass::Total(1.0))?.with_pose(at_height(DROP_HEIGHT));
+    let block = Body::fixed("block", block, skin)?.with_pose(at_height(-0.2));
     let world = World::new(vec![ball, block])?.with_gravity(vector![0.0, 0.0, -9.81])?;
-    let trajectory = world.rollout(&Plan::new(TIME_STEP, STEPS)?).recorded()?;
+    let trajectory = world.rollout(&Plan::new(TIME_STEP, STEPS)?).run()?;
     Ok((world, trajectory))
 }
 

@@ -40,9 +40,10 @@ fn throw(speed: f64) -> Answer<World> {
     let start = Pose::from_translation(vector![0.013, 0.017, 0.25]);
     let world = World::new(vec![
         Body::dynamic("ball", ball, skin, Mass::Total(1.0))?
-            .at(start)
+            .with_pose(start)
             .with_velocity(vector![0.3, 0.1, speed]),
-        Body::fixed("floor", floor, skin)?.at(Pose::from_translation(vector![0.0, 0.0, -0.2])),
+        Body::fixed("floor", floor, skin)?
+            .with_pose(Pose::from_translation(vector![0.0, 0.0, -0.2])),
     ])?;
     Ok(world.with_gravity(vector![0.0, 0.0, -9.81])?)
 }
@@ -57,7 +58,7 @@ fn heights(accuracy: Accuracy) -> Answer<Vec<(f64, f64)>> {
     let plan = plan(accuracy)?;
     let starts = (0..=STARTS).map(|start| FASTEST * start as f64 / STARTS as f64);
     let ends = starts.map(|speed| {
-        let end = throw(speed)?.rollout(&plan).recorded()?;
+        let end = throw(speed)?.rollout(&plan).run()?;
         Ok((speed, end.last().bodies[0].position().z))
     });
     ends.collect()
@@ -70,7 +71,7 @@ fn slopes(accuracy: Accuracy) -> Answer<Vec<f64>> {
     let slopes = starts.map(|speed| {
         let world = throw(speed)?;
         let end = FinalPosition::of_body(&world, "ball")?;
-        let by = [Parameter::InitialVelocity("ball".into())];
+        let by = [Parameter::initial_velocity("ball")];
         let jacobian = Experiment::new(&world, &plan).jacobian(&by, &end)?.jacobian;
         Ok(jacobian[(2, 2)])
     });
@@ -94,7 +95,7 @@ fn main() -> Answer<()> {
 
     wanted.record(|| {
         let (world, plan) = (throw(0.0)?, plan(Accuracy::default())?.recording_every(1));
-        let trajectory = world.rollout(&plan).recorded()?;
+        let trajectory = world.rollout(&plan).run()?;
         Ok(Recording::new(&world, &trajectory).slowed(4.0))
     })?;
     let ends = Panel {

@@ -54,9 +54,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     let (integrator, rate, _) = STEPPING;
     let steps = (BEFORE + PUSHING + AFTER) * rate / 10;
     let plan = Plan::new(1.0 / rate as f64, steps)?.with_integrator(integrator);
-    let trajectory = world
-        .rollout(&plan.recording_every(rate / 100))
-        .recorded()?;
+    let trajectory = world.rollout(&plan.recording_every(rate / 100)).run()?;
     let states = trajectory.states();
     let (settled, last) = (&states[10 * BEFORE], trajectory.last());
     let ways: Vec<Vector3<f64>> = (settled.bodies.iter().zip(&last.bodies))
@@ -134,7 +132,7 @@ fn stacked() -> Result<World, Box<dyn Error>> {
         let friction = FRICTIONS[usize::from(number == SLIPPERY)];
         let name = format!("block {number}");
         let block = Body::dynamic(&name, Arc::clone(&shape), skin(friction), Mass::Total(MASS))?;
-        bodies.push(block.at(Pose::from_rotation_vector(&vector![0.0, 0.0, turn], middle)));
+        bodies.push(block.with_pose(Pose::from_rotation_vector(&vector![0.0, 0.0, turn], middle)));
         height += gap + SIZE[2];
     }
     let hard = Material::rigid().with_friction(FRICTIONS[0]);

@@ -74,12 +74,12 @@ fn main() -> Result<(), Box<dyn Error>> {
 }
 
 fn descent() -> Result<Vec<Iteration>, Box<dyn Error>> {
-    let (by_velocity, loss) = ([Parameter::InitialVelocity("ball".into())], SquaredMiss);
+    let (by_velocity, loss) = ([Parameter::initial_velocity("ball")], SquaredMiss);
     let (mut world, mut rate, mut descent) = (room::with_ball(3, GUESS)?, 1.0, Vec::new());
     let plan = Plan::new(TIME_STEP, STEPS)?;
     let bar = ProgressBar::new(ITERATIONS as u64);
     loop {
-        let flight = world.rollout(&plan).recorded()?;
+        let flight = world.rollout(&plan).run()?;
         let throw = Experiment::new(&world, &plan.recording_every(STEPS));
         let (value, slope) = throw.gradient(&by_velocity, &loss)?;
         let (miss, steepness) = (value.sqrt(), slope.norm());
@@ -90,13 +90,13 @@ fn descent() -> Result<Vec<Iteration>, Box<dyn Error>> {
         }
         let value_at = |rate: f64| {
             let change = &slope * -rate;
-            throw.value_after(&by_velocity, change.as_slice(), &loss)
+            throw.value_perturbed(&by_velocity, change.as_slice(), &loss)
         };
         rate *= 2.0;
         while value_at(rate)?[0] > value - SHARE * rate * slope.norm_squared() {
             rate /= 2.0;
         }
-        let next = world.changed(&by_velocity, (slope * -rate).as_slice())?;
+        let next = world.perturbed(&by_velocity, (slope * -rate).as_slice())?;
         descent.push((std::mem::replace(&mut world, next), flight, miss, steepness));
         bar.inc(1);
     }

@@ -72,11 +72,11 @@ pub mod io;
 mod lanes;
 pub mod mesh;
 mod narrow_phase;
+pub mod parallel;
 pub mod scalar;
 mod search;
 mod seeds;
 pub mod spatial;
-mod threads;
 
 /// The version of nalgebra whose vectors and matrices are in this crate's interfaces.
 pub use nalgebra;

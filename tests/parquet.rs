@@ -27,9 +27,9 @@ fn world() -> World {
     let start = Pose::from_rotation_vector(&vector![0.3, 2.0, 0.1], vector![0.1, 0.0, 0.22]);
     let ball = Body::dynamic(BALL, ball, skin, Mass::Total(1.0)).unwrap();
     let ball = ball
-        .at(start)
+        .with_pose(start)
         .with_velocity(vector![-0.0, 1e-300, -0.1])
-        .with_spin(vector![1.0, 20.0, -3.0]);
+        .with_angular_velocity(vector![1.0, 20.0, -3.0]);
     let floor = Body::fixed("floor", slab, skin).unwrap();
     let world = World::new(vec![ball, floor]).unwrap();
     world.with_gravity(vector![0.0, 0.0, -9.81]).unwrap()
@@ -37,7 +37,7 @@ fn world() -> World {
 
 fn trajectory(world: &World, steps: usize) -> Trajectory {
     let rollout = world.rollout(&Plan::new(1e-3, steps).unwrap());
-    rollout.recorded().unwrap()
+    rollout.run().unwrap()
 }
 
 fn file(name: &str) -> PathBuf {

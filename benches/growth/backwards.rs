@@ -46,12 +46,12 @@ pub fn measured(is_quick: bool) -> [Curve; 2] {
         let experiment = Experiment::new(&world, &plan.recording_every(STEPS));
         let parameters = wrenches(balls, intervals);
         let by_numbers = in_rollouts(&experiment, || {
-            let found = experiment.gradient_by(Mode::Reverse, black_box(&parameters), &Miss);
+            let found = experiment.gradient_with_mode(Mode::Reverse, black_box(&parameters), &Miss);
             drop(black_box(found.unwrap()));
         });
         let with_shapes = in_rollouts(&experiment, || {
             drop(black_box(
-                black_box(&experiment).gradient_by_all(&Miss).unwrap(),
+                black_box(&experiment).full_gradient(&Miss).unwrap(),
             ));
         });
         let numbers = NUMBERS_A_WRENCH * parameters.len();

@@ -26,10 +26,10 @@ fn parameters(count: usize) -> Vec<Parameter> {
     }
     let start = |ball: &str| {
         [
-            Parameter::InitialPosition(ball.into()),
-            Parameter::InitialOrientation(ball.into()),
-            Parameter::InitialVelocity(ball.into()),
-            Parameter::InitialSpin(ball.into()),
+            Parameter::initial_position(ball),
+            Parameter::initial_orientation(ball),
+            Parameter::initial_velocity(ball),
+            Parameter::initial_angular_velocity(ball),
         ]
     };
     let all = BALLS.into_iter().flat_map(start);

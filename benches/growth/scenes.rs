@@ -37,7 +37,7 @@ pub fn heap(counts: [usize; 3], skin: Material) -> World {
         let turn = Vector3::from_fn(|_, _| random.random_range(-3.0..3.0));
         let name = format!("ball {}", bodies.len() - 1);
         let body = Body::dynamic(&name, Arc::clone(&ball), skin, Mass::Total(1.0)).unwrap();
-        bodies.push(body.at(Pose::from_rotation_vector(&turn, place + off)));
+        bodies.push(body.with_pose(Pose::from_rotation_vector(&turn, place + off)));
     }
     under_gravity(bodies)
 }
@@ -48,7 +48,7 @@ pub fn resting_ball(skin: Material) -> World {
     let rest = final_state(&damped, 20_000);
     let world = heap([1; 3], skin);
     let bodies = world.bodies().iter().zip(&rest.bodies);
-    let at_rest = bodies.map(|(body, state)| body.clone().at(state.pose));
+    let at_rest = bodies.map(|(body, state)| body.clone().with_pose(state.pose));
     under_gravity(at_rest.collect())
 }
 
@@ -71,11 +71,11 @@ fn floor([nx, ny, _]: [usize; 3], skin: Material) -> Body {
     let shape = Shape::new(shapes::cuboid([x + 1.0, y + 1.0, 0.5]).unwrap());
     let center = Vector3::new(x / 2.0, y / 2.0, -0.25);
     let body = Body::fixed("floor", shape, skin).unwrap();
-    body.at(Pose::from_translation(center))
+    body.with_pose(Pose::from_translation(center))
 }
 
 /// The state after so many steps.
 pub fn final_state(world: &World, steps: usize) -> State {
     let plan = Plan::new(TIME_STEP, steps).unwrap().recording_every(steps);
-    world.rollout(&plan).recorded().unwrap().last().clone()
+    world.rollout(&plan).run().unwrap().last().clone()
 }

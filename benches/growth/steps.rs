@@ -13,10 +13,10 @@ const BUDGET: Duration = Duration::from_secs(1);
 
 fn start() -> [Parameter; 4] {
     [
-        Parameter::InitialPosition("ball 0".into()),
-        Parameter::InitialOrientation("ball 0".into()),
-        Parameter::InitialVelocity("ball 0".into()),
-        Parameter::InitialSpin("ball 0".into()),
+        Parameter::initial_position("ball 0"),
+        Parameter::initial_orientation("ball 0"),
+        Parameter::initial_velocity("ball 0"),
+        Parameter::initial_angular_velocity("ball 0"),
     ]
 }
 

@@ -86,12 +86,12 @@ impl Scene {
         let block = Body::dynamic("block", shape, skin, Mass::Total(self.mass))?;
         let height = Vector3::z() * (self.size[2] / 2.0);
         let floor = Body::fixed("floor", HalfSpace::rigid(), hard)?;
-        let world = World::new(vec![block.at(Pose::from_translation(height)), floor])?
+        let world = World::new(vec![block.with_pose(Pose::from_translation(height)), floor])?
             .with_gravity(vector![0.0, 0.0, -self.gravity])?
             .with_slip_tolerance(self.slip_tolerance)?;
         let mut rest = last_state(&world, &self.plan(self.settling_steps)?)?;
         rest.time = 0.0;
-        Ok(world.starting_from(&rest)?)
+        Ok(world.with_initial_state(&rest)?)
     }
 
     /// So many steps, the last state alone recorded.
@@ -118,11 +118,12 @@ impl Scene {
         let (experiment, miss) = (Experiment::new(world, &plan), Miss(self.goal));
         let intervals = 0..question.pushes.len();
         let pushes: Vec<_> = intervals
-            .map(|interval| Parameter::Control("block".into(), interval))
+            .map(|interval| Parameter::control("block", interval))
             .collect();
         let start = ProcessTime::now();
         let (loss, gradient) = if question.derivatives {
-            let (loss, slope) = experiment.gradient_by(Mode::Reverse, black_box(&pushes), &miss)?;
+            let (loss, slope) =
+                experiment.gradient_with_mode(Mode::Reverse, black_box(&pushes), &miss)?;
             let forces = slope.as_slice().chunks(6).map(|by| [by[3], by[4]]);
             (loss, forces.collect())
         } else {
@@ -138,7 +139,7 @@ impl Scene {
 }
 
 fn last_state(world: &World, plan: &Plan) -> Answer<State> {
-    Ok(world.rollout(plan).recorded()?.last().clone())
+    Ok(world.rollout(plan).run()?.last().clone())
 }
 
 fn main() -> Answer<()> {

@@ -175,9 +175,9 @@ impl Server {
             let falling = world(ball.clone(), slab.clone())?;
             let rest = last_state(&falling, scene.time_step, scene.settling_steps)?.bodies[0];
             let ball = ball
-                .at(rest.pose)
+                .with_pose(rest.pose)
                 .with_velocity(rest.twist.linear)
-                .with_spin(rest.twist.angular);
+                .with_angular_velocity(rest.twist.angular);
             self.settled.insert(key.clone(), world(ball, slab)?);
         }
         Ok(&self.settled[&key])
@@ -223,9 +223,9 @@ impl BallOnFloor {
                 Body::fixed("floor", RigidShape::new(surface), hard)?
             }
             Floor::HalfSpace => Body::fixed("floor", HalfSpace::rigid(), hard)?
-                .at(Pose::from_translation(Vector3::new(0.0, 0.0, 0.5))),
+                .with_pose(Pose::from_translation(Vector3::new(0.0, 0.0, 0.5))),
         };
-        Ok((ball.at(pose(&self.start)?), floor))
+        Ok((ball.with_pose(pose(&self.start)?), floor))
     }
 }
 
@@ -236,16 +236,16 @@ fn world(ball: Body, slab: Body) -> Answer<World> {
 
 fn last_state(world: &World, time_step: f64, steps: usize) -> Answer<State> {
     let plan = Plan::new(time_step, steps)?.recording_every(steps);
-    Ok(world.rollout(&plan).recorded()?.last().clone())
+    Ok(world.rollout(&plan).run()?.last().clone())
 }
 
 /// Of a rollout, or of the Jacobian of its end by as many numbers of its start.
 fn step_time(world: &World, time_step: f64, steps: usize, derivatives: usize) -> Answer<StepTime> {
     let start = [
-        Parameter::InitialVelocity("ball".into()),
-        Parameter::InitialSpin("ball".into()),
-        Parameter::InitialPosition("ball".into()),
-        Parameter::InitialOrientation("ball".into()),
+        Parameter::initial_velocity("ball"),
+        Parameter::initial_angular_velocity("ball"),
+        Parameter::initial_position("ball"),
+        Parameter::initial_orientation("ball"),
     ];
     let (mut seconds, state) = timed(|| last_state(black_box(world), time_step, steps))?;
     if derivatives > 0 {

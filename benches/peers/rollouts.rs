@@ -10,7 +10,7 @@
 use cpu_time::ProcessTime;
 use hydroelastic::contact::{HalfSpace, Shape};
 use hydroelastic::dynamics::{
-    Accuracy, Body, BodyState, Integrator, Mass, Material, Plan, PrescribedPath, Trajectory, World,
+    Accuracy, Body, BodyState, Integrator, KinematicPath, Mass, Material, Plan, Trajectory, World,
 };
 use hydroelastic::gradient::{Experiment, Outcome, Parameter};
 use hydroelastic::io::read_mesh;
@@ -135,7 +135,7 @@ impl Question {
     /// Final positions, and their derivatives with respect to the parameters, if any.
     fn positions(&self, world: &World, plan: &Plan) -> Answer<(Vec<f64>, Vec<Vec<f64>>)> {
         if self.parameters.is_empty() {
-            let trajectory = world.rollout(plan).recorded()?;
+            let trajectory = world.rollout(plan).run()?;
             return Ok((FinalPositions.of(&trajectory), vec![]));
         }
         let (mut by, mut columns, mut count) = (vec![], vec![], 0);
@@ -185,21 +185,21 @@ impl Scene {
         let (name, pose) = (&body.name, pose(&body.pose)?);
         let Some(mesh) = &body.mesh else {
             let skin = Material::rigid().with_friction(body.friction);
-            return Ok(Body::fixed(name, HalfSpace::rigid(), skin)?.at(pose));
+            return Ok(Body::fixed(name, HalfSpace::rigid(), skin)?.with_pose(pose));
         };
         let shape = Shape::new(PressureField::from_distance(&read_mesh(mesh)?.mesh)?);
         let skin = Material::elastic(body.modulus)
             .with_dissipation(self.dissipation)
             .with_friction(body.friction);
         if let Some(moves) = body.moves.clone() {
-            return Ok(Body::prescribed(name, shape, skin, path(pose, moves))?);
+            return Ok(Body::kinematic(name, shape, skin, path(pose, moves))?);
         }
         let Some(mass) = body.mass else {
-            return Ok(Body::fixed(name, shape, skin)?.at(pose));
+            return Ok(Body::fixed(name, shape, skin)?.with_pose(pose));
         };
         let velocity = Vector3::from(body.velocity);
         let body = Body::dynamic(name, shape, skin, Mass::Total(mass))?;
-        Ok(body.at(pose).with_velocity(velocity))
+        Ok(body.with_pose(pose).with_velocity(velocity))
     }
 }
 
@@ -210,7 +210,7 @@ fn pose(numbers: &[f64; 12]) -> Answer<Pose> {
 }
 
 /// The path that starts at a pose and makes the moves.
-fn path(start: Pose, moves: Vec<Move>) -> Arc<PrescribedPath> {
+fn path(start: Pose, moves: Vec<Move>) -> Arc<KinematicPath> {
     Arc::new(move |time| {
         let (mut pose, mut twist) = (start, Twist::zero());
         for each in &moves {

@@ -10,7 +10,7 @@ mod show;
 use cushion::Cushion;
 use hydroelastic::contact::Shape;
 use hydroelastic::dynamics::{Body, Mass, Material, Plan, State, Trajectory, World};
-use hydroelastic::gradient::{Experiment, Integral, Keeping, Rate};
+use hydroelastic::gradient::{Experiment, HoldFixed, Integrand, TimeIntegral};
 use hydroelastic::io::Recording;
 use hydroelastic::mesh::shapes;
 use hydroelastic::scalar::{Scalar, lift, lift_vector};
@@ -42,7 +42,7 @@ const LEFT: f64 = 0.2;
 /// Squared distance from the target and squared speed (m²), once the ball should have settled.
 struct Unrest;
 
-impl Rate for Unrest {
+impl Integrand for Unrest {
     fn at<T: Scalar>(&self, state: &State<T>) -> T {
         if state.time < SETTLED {
             return lift(0.0);
@@ -134,7 +134,7 @@ fn thrown_on(cushion: &Cushion) -> Result<World, Box<dyn Error>> {
     };
     let ball = Shape::new(shapes::icosphere(RADIUS, 2)?);
     let ball = Body::dynamic("ball", ball, skin(2e5), Mass::Total(MASS))?
-        .at(Pose::from_translation(START))
+        .with_pose(Pose::from_translation(START))
         .with_velocity(VELOCITY);
     let cushion = Body::fixed("cushion", Shape::new(cushion.field()?), skin(5e4))?;
     let world = World::new(vec![ball, cushion])?;
@@ -147,10 +147,10 @@ fn descent() -> Result<Vec<Design>, Box<dyn Error>> {
     let plan = Plan::new(TIME_STEP, STEPS)?.recording_every(10);
     let tried = |cushion: Cushion| {
         let world = thrown_on(&cushion)?;
-        let value = Experiment::new(&world, &plan).value(&Integral(Unrest))?[0];
+        let value = Experiment::new(&world, &plan).value(&TimeIntegral(Unrest))?[0];
         let duration = STEPS as f64 * TIME_STEP - SETTLED;
         let miss = (value / duration).sqrt();
-        let flight = world.rollout(&plan).recorded()?;
+        let flight = world.rollout(&plan).run()?;
         Ok::<_, Box<dyn Error>>(Design {
             cushion,
             world,
@@ -162,8 +162,8 @@ fn descent() -> Result<Vec<Design>, Box<dyn Error>> {
     let (bar, mut size) = (ProgressBar::new(ITERATIONS as u64), LARGEST_CHANGE);
     while designs.len() <= ITERATIONS && size > 1e-3 * LARGEST_CHANGE {
         let design = &designs[designs.len() - 1];
-        let found = Experiment::new(&design.world, &plan).gradient_by_all(&Integral(Unrest))?;
-        let slope = found.by_shape("cushion", Keeping::MassProperties)?;
+        let found = Experiment::new(&design.world, &plan).full_gradient(&TimeIntegral(Unrest))?;
+        let slope = found.by_shape("cushion", HoldFixed::MassProperties)?;
         let direction = design.cushion.smoothed(&slope.by_vertices);
         // As large as a step may be, or until one helps.
         size = (2.0 * size).min(LARGEST_CHANGE);

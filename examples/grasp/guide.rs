@@ -1,7 +1,7 @@
 //! What holds the finger that is pressed.
 
 use super::path;
-use hydroelastic::dynamics::{Body, Force, Situation, Wrenches};
+use hydroelastic::dynamics::{Body, Force, ForceContext, WrenchAccumulator};
 use hydroelastic::scalar::{Scalar, lift, lift_vector};
 use hydroelastic::spatial::{Pose, Twist, Wrench};
 use nalgebra::Vector3;
@@ -20,7 +20,7 @@ pub struct Guide {
 }
 
 impl Force for Guide {
-    fn add_to<T: Scalar>(&self, wrenches: &mut Wrenches<T>, now: &Situation<T>) {
+    fn add_to<T: Scalar>(&self, wrenches: &mut WrenchAccumulator<T>, now: &ForceContext<T>) {
         let (state, carried) = (&now.states[self.body], path::carried([0.0; 2], now.time));
         let pose: Pose<T> = Pose::lifted(&carried.pose);
         let Twist { angular, linear } = carried.twist;
@@ -35,12 +35,12 @@ impl Force for Guide {
         force.y = velocity.y * -self.along;
         wrenches.add(self.body, &Wrench { torque, force });
         if let Some(inertia) = now.bodies[self.body].inertia() {
-            wrenches.push_center(self.body, &(now.gravity * -inertia.mass));
+            wrenches.apply_force_at_com(self.body, &(now.gravity * -inertia.mass));
         }
     }
 
     /// It looks at no other body.
-    fn coupled(&self, _: &[Body]) -> Vec<Vec<usize>> {
+    fn coupling_groups(&self, _: &[Body]) -> Vec<Vec<usize>> {
         vec![vec![self.body]]
     }
 }

@@ -61,7 +61,7 @@ impl<F: Force> Lift<F> {
     pub fn new(world: &World<f64, F>, closed: &State) -> Result<Self, WorldError> {
         let plan = plan(LIFTING)?;
         let plan = plan.recording_every(plan.steps());
-        let world = world.clone().starting_from(closed)?;
+        let world = world.clone().with_initial_state(closed)?;
         Ok(Self { world, plan })
     }
 
@@ -88,7 +88,7 @@ impl<F: Force> Lift<F> {
     /// The slip with a squeeze, and its derivative.
     fn slipped(&self, squeeze: f64) -> Result<Iteration, Box<dyn Error>> {
         let change = change_to(squeeze);
-        let lift = Experiment::new(self.world.changed(&[by_squeeze()], &change)?, &self.plan);
+        let lift = Experiment::new(self.world.perturbed(&[by_squeeze()], &change)?, &self.plan);
         let (slip, gradient) = lift.gradient(&[by_squeeze()], &Slip)?;
         let slope = gradient[ALONG];
         Ok(Iteration {
@@ -101,7 +101,7 @@ impl<F: Force> Lift<F> {
     /// The derivative of the slip (m/N) by differences.
     pub fn difference(&self, squeeze: f64) -> Result<f64, Box<dyn Error>> {
         let lift = Experiment::new(&self.world, &self.plan);
-        let slip = |squeeze| lift.value_after(&[by_squeeze()], &change_to(squeeze), &Slip);
+        let slip = |squeeze| lift.value_perturbed(&[by_squeeze()], &change_to(squeeze), &Slip);
         let step = DIFFERENCE * squeeze;
         let [below, above] = [slip(squeeze - step)?[0], slip(squeeze + step)?[0]];
         Ok((above - below) / (2.0 * step))
@@ -126,5 +126,5 @@ pub fn by_hand<F: Force>(world: &World<f64, F>) -> f64 {
 }
 
 fn by_squeeze() -> Parameter {
-    Parameter::Control("pressed".into(), 0)
+    Parameter::control("pressed", 0)
 }

@@ -37,7 +37,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     let (wanted, world) = (show::wanted()?, scene::squeezed()?);
     let (_, rate, _) = STEPPING;
     let plan = scene::plan(DONE)?.recording_every(rate / 100);
-    let trajectory = world.rollout(&plan).recorded()?;
+    let trajectory = world.rollout(&plan).run()?;
     let [closed, last] = [&trajectory.states()[10 * CLOSED], trajectory.last()];
     let slip = (on_face(last) - on_face(closed)).norm();
     let (rise, tilted) = (height(last) - height(closed), tilt(last));

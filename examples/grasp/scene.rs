@@ -71,8 +71,8 @@ pub fn squeezed() -> Result<World<f64, Guide>, Box<dyn Error>> {
             skin(SOFT),
             Mass::Total(FINGER_MASS),
         )?
-        .at(start.pose),
-        Body::prescribed("leading", finger, skin(SOFT), Arc::new(leading))?,
+        .with_pose(start.pose),
+        Body::kinematic("leading", finger, skin(SOFT), Arc::new(leading))?,
         Body::fixed("floor", HalfSpace::rigid(), hard)?,
     ])?
     .with_gravity(vector![0.0, 0.0, -GRAVITY])?
@@ -90,8 +90,8 @@ pub fn squeezed() -> Result<World<f64, Guide>, Box<dyn Error>> {
     let control = Control::new("pressed", DURATION, vec![push])?;
     // What never meets.
     let world = world
-        .ignoring("pressed", "floor")?
-        .ignoring("pressed", "leading")?;
+        .with_ignored("pressed", "floor")?
+        .with_ignored("pressed", "leading")?;
     Ok(world.with_forces(guide)?.with_control(control)?)
 }
 

@@ -40,7 +40,7 @@ pub fn world(numbers: &Vector3<f64>) -> Result<World, Box<dyn Error>> {
     let at_height = |z| Pose::from_translation(vector![0.0, 0.0, z]);
     let ball = Shape::new(shapes::icosphere(0.05, 2)?);
     let ball = Body::dynamic("ball", ball, skin(numbers), Mass::Total(0.2))?
-        .at(at_height(0.1))
+        .with_pose(at_height(0.1))
         .with_velocity(vector![4.0, 0.0, 0.0]);
     let floor = Body::fixed("floor", HalfSpace::layer(LAYER)?, skin(&FLOOR))?;
     Ok(World::new(vec![ball, floor])?.with_gravity(vector![0.0, 0.0, -9.81])?)

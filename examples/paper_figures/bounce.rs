@@ -25,9 +25,9 @@ pub fn drop_with(dissipation: f64) -> Answer<(World, Trajectory)> {
     let ball = Shape::new(shapes::icosphere(RADIUS, 3)?);
     let block = Shape::new(shapes::cuboid([0.4, 0.4, 0.2])?);
     let at_height = |z| Pose::from_translation(vector![0.0, 0.0, z]);
-    let ball = Body::dynamic("ball", ball, skin, Mass::Total(1.0))?.at(at_height(HEIGHT));
-    let block = Body::fixed("block", block, skin)?.at(at_height(-0.1));
+    let ball = Body::dynamic("ball", ball, skin, Mass::Total(1.0))?.with_pose(at_height(HEIGHT));
+    let block = Body::fixed("block", block, skin)?.with_pose(at_height(-0.1));
     let world = World::new(vec![ball, block])?.with_gravity(vector![0.0, 0.0, -9.81])?;
-    let trajectory = world.rollout(&Plan::new(TIME_STEP, STEPS)?).recorded()?;
+    let trajectory = world.rollout(&Plan::new(TIME_STEP, STEPS)?).run()?;
     Ok((world, trajectory))
 }

@@ -4,14 +4,14 @@ use super::chart::{self, Axes};
 use super::names::{self, Sample};
 use super::style::{BLUE, GREEN, INK, ORANGE};
 use super::{Answer, Area};
-use hydroelastic::dynamics::{Report, State, World};
+use hydroelastic::dynamics::{Diagnostics, State, World};
 use plotters::prelude::*;
 use std::ops::Range;
 
 /// The reports of some states, and their times (s).
 pub struct Energies {
     times: Vec<f64>,
-    reports: Vec<Report>,
+    reports: Vec<Diagnostics>,
 }
 
 impl Energies {
@@ -20,7 +20,7 @@ impl Energies {
         Self {
             times: states.clone().map(|state| state.time).collect(),
             reports: states
-                .map(|state| world.report(state).expect("a state of this world"))
+                .map(|state| world.diagnostics(state).expect("a state of this world"))
                 .collect(),
         }
     }
@@ -53,7 +53,7 @@ impl Energies {
             right,
         };
         let mut chart = chart::on(area, axes)?;
-        let of_kind = |energy: fn(&Report) -> f64, zero: f64| -> Vec<f64> {
+        let of_kind = |energy: fn(&Diagnostics) -> f64, zero: f64| -> Vec<f64> {
             self.reports
                 .iter()
                 .map(|report| energy(report) - zero)

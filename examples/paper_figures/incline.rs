@@ -45,11 +45,11 @@ pub fn rolled_down() -> Answer<(World, Trajectory)> {
     let below = turned * Pose::from_translation(vector![0.0, 0.0, -0.2]);
     let above = Pose::from_translation(vector![0.0, 0.0, DROP_HEIGHT]);
     let world = World::new(vec![
-        Body::dynamic("ball", ball, skin, Mass::Given(solid))?.at(above),
-        Body::fixed("slope", slope, skin)?.at(below),
+        Body::dynamic("ball", ball, skin, Mass::Properties(solid))?.with_pose(above),
+        Body::fixed("slope", slope, skin)?.with_pose(below),
     ])?
     .with_gravity(vector![0.0, 0.0, -GRAVITY])?;
     let plan = Plan::new(TIME_STEP, STEPS)?.recording_every(RECORDED);
-    let trajectory = world.rollout(&plan).recorded()?;
+    let trajectory = world.rollout(&plan).run()?;
     Ok((world, trajectory))
 }

@@ -57,7 +57,7 @@ fn forces(name: &str, found: &Pushed) -> Curve {
 /// Checks that the pushes bring the block to rest at the goal.
 fn arrived(name: &str, scene: &Scene, found: &Pushed) -> Found<Trajectory> {
     let rollout = found.world.rollout(&Plan::new(TIME_STEP, STEPS)?);
-    let trajectory = rollout.recorded()?;
+    let trajectory = rollout.run()?;
     let missed = scene.missed(trajectory.last())?;
     let [place, angle, speed] = missed;
     let (iterations, cost) = (found.costs.len() - 1, found.costs[found.costs.len() - 1]);

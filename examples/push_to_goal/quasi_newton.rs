@@ -62,7 +62,7 @@ impl Pushing {
     fn new(scene: &Scene) -> Found<Self> {
         let efforts = efforts(TIME_STEP);
         let effort = efforts.max();
-        let block = |step| Parameter::Control("block".into(), step);
+        let block = |step| Parameter::control("block", step);
         Ok(Self {
             world: scene.with_intervals(STEPS)?,
             goal: scene.goal.clone(),
@@ -75,7 +75,8 @@ impl Pushing {
 
     /// The numbers that L-BFGS begins with.
     fn guess(&self) -> Vec<f64> {
-        let away = self.goal.bodies[0].position() - self.world.bodies()[0].initial().position();
+        let away =
+            self.goal.bodies[0].position() - self.world.bodies()[0].initial_state().position();
         let force = Vector3::new(away.x, away.y, 0.0).normalize() * GUESS;
         let push = Vector3::new(0.0, force.x, force.y).component_div(&self.units);
         let pushed = (0..STEPS).map(|step| (step as f64) < GUESSED * STEPS as f64);
@@ -96,7 +97,7 @@ impl Pushing {
     fn pushed(&self, numbers: &[f64]) -> Result<World, Error> {
         Ok(self
             .world
-            .changed(&self.parameters, &self.wrenches(numbers))?)
+            .perturbed(&self.parameters, &self.wrenches(numbers))?)
     }
 }
 
@@ -106,7 +107,7 @@ impl CostFunction for Pushing {
 
     fn cost(&self, numbers: &Vec<f64>) -> Result<f64, Error> {
         let experiment = Experiment::new(&self.world, &self.plan);
-        let missed = experiment.value_after(
+        let missed = experiment.value_perturbed(
             &self.parameters,
             &self.wrenches(numbers),
             &Missed(&self.goal),

@@ -79,7 +79,7 @@ pub fn pushed(scene: &Scene) -> Found<Pushed> {
     }
     bar.finish_and_clear();
     Ok(Pushed {
-        world: last.world.starting_from(&last.states[0])?,
+        world: last.world.with_initial_state(&last.states[0])?,
         costs,
     })
 }
@@ -100,7 +100,7 @@ impl Regulator {
             for share in SHARES {
                 let change = |interval: usize, state: &State| {
                     let expected = &last.states[interval];
-                    let away = last.world.displacement(expected, state)?;
+                    let away = last.world.difference(expected, state)?;
                     let Feedback { change, gain } = &feedback[interval];
                     Ok(change * share + gain * away)
                 };
@@ -126,13 +126,11 @@ impl Regulator {
             let state = &states[interval];
             pushes[interval] += change(interval, state)?;
             world = with_pushes(world, &pushes)?;
-            let rollout = world
-                .rollout(&self.last_only())
-                .starting_from(state.clone())?;
-            states.push(rollout.recorded()?.last().clone());
+            let rollout = world.rollout(&self.last_only()).with_state(state.clone())?;
+            states.push(rollout.run()?.last().clone());
         }
         let effort: f64 = pushes.iter().map(|push| effort(push).dot(push) / 2.0).sum();
-        let away = world.displacement(&self.goal, &states[old.len()])?;
+        let away = world.difference(&self.goal, &states[old.len()])?;
         let cost = effort + (aim(&away).dot(&away)) / 2.0;
         Ok(Iteration {
             world,
@@ -144,7 +142,7 @@ impl Regulator {
     /// The optimal feedback for the motion linearized about an iteration: the Riccati recursion, from the end.
     fn feedback(&self, last: &Iteration, motions: &[Motion], damping: f64) -> Found<Vec<Feedback>> {
         let count = last.states.len() - 1;
-        let away = last.world.displacement(&self.goal, &last.states[count])?;
+        let away = last.world.difference(&self.goal, &last.states[count])?;
         let (mut slope, mut curvature) = (aim(&away), aims(away.len()));
         let efforts = DMatrix::from_diagonal(&efforts_of_interval());
         let mut feedback = Vec::new();
@@ -169,9 +167,12 @@ impl Regulator {
     fn linearized(&self, last: &Iteration) -> Found<Vec<Motion>> {
         let mut motions = Vec::new();
         for interval in 0..last.states.len() - 1 {
-            let world = last.world.clone().starting_from(&last.states[interval])?;
+            let world = last
+                .world
+                .clone()
+                .with_initial_state(&last.states[interval])?;
             let control = Parameter::Control(last.world.controls()[0].body().into(), interval);
-            let found = Experiment::new(&world, &self.last_only()).linearized(&[control])?;
+            let found = Experiment::new(&world, &self.last_only()).linearize(&[control])?;
             let by_pushes = found.by_parameters.select_columns(&PUSHES);
             motions.push([found.by_state, by_pushes]);
         }

@@ -64,16 +64,16 @@ impl Scene {
         let floor = Shape::new(shapes::cuboid([3.0, 3.0, 0.2])?);
         let world = World::new(vec![
             Body::dynamic("block", block, skin, Mass::Total(MASS))?
-                .at(Pose::from_translation(vector![0.0, 0.0, 0.15])),
+                .with_pose(Pose::from_translation(vector![0.0, 0.0, 0.15])),
             Body::fixed("floor", floor, skin)?,
         ])?
         .with_gravity(vector![0.0, 0.0, -GRAVITY])?
         .with_slip_tolerance(SLIP_TOLERANCE)?;
         let rest = world.rollout(&Plan::new(TIME_STEP, SETTLING)?.recording_every(SETTLING));
-        let mut start = rest.recorded()?.last().clone();
+        let mut start = rest.run()?.last().clone();
         start.time = 0.0;
         let goal = goal(&start);
-        let world = world.starting_from(&start)?;
+        let world = world.with_initial_state(&start)?;
         Ok(Self { world, goal })
     }
 
@@ -88,7 +88,7 @@ impl Scene {
     /// Distance of a state from the goal along the floor: place (m), angle (rad), speed (m/s). Pushes do not control how the block
     /// vibrates on the floor, up and down and by tilting.
     pub fn missed(&self, end: &State) -> Found<[f64; 3]> {
-        let away = self.world.displacement(&self.goal, end)?;
+        let away = self.world.difference(&self.goal, end)?;
         let along_floor = |first: usize| away.rows(first, 2).norm();
         Ok([along_floor(3), away[2].abs(), along_floor(9)])
     }

@@ -73,8 +73,8 @@ fn main() -> Result<(), Box<dyn Error>> {
     assert!(nearest > HIT && count >= BEST / 2);
 
     let flights = hits.iter().map(|throw| {
-        let world = world.changed(&by_velocity(), throw.as_slice())?;
-        Ok(world.rollout(&plan).recorded()?)
+        let world = world.perturbed(&by_velocity(), throw.as_slice())?;
+        Ok(world.rollout(&plan).run()?)
     });
     let flights = flights.collect::<Result<Vec<_>, Box<dyn Error>>>()?;
     wanted.record(|| {

@@ -12,13 +12,16 @@ const NEWTON_STEPS: usize = 12;
 type Answer<T> = Result<T, Box<dyn Error>>;
 
 pub fn by_velocity() -> [Parameter; 1] {
-    [Parameter::InitialVelocity("ball".into())]
+    [Parameter::initial_velocity("ball")]
 }
 
 /// How far (m) throws of some velocities (m/s) end from the target; infinitely far if they were not begun.
 pub fn misses(batch: &Batch, world: &World, throws: &[Vector3<f64>]) -> Answer<Vec<f64>> {
     let end = FinalPosition::of_body(world, "ball")?;
-    let ends = batch.values_after(world, &by_velocity(), throws, &end);
+    let ends = batch.map(throws, |job, sample| {
+        job.experiment(world.perturbed(&by_velocity(), sample.as_slice())?)
+            .value(&end)
+    });
     let miss = |end| match end {
         Err(GradientError::Rollout(RolloutError::Stopped)) => Ok(f64::INFINITY),
         end => Ok((Vector3::from_vec(end?) - TARGET).norm()),
@@ -30,7 +33,10 @@ pub fn misses(batch: &Batch, world: &World, throws: &[Vector3<f64>]) -> Answer<V
 pub fn improve(batch: &Batch, world: &World, throws: &mut [Vector3<f64>]) -> Answer<()> {
     let end = FinalPosition::of_body(world, "ball")?;
     for _ in 0..NEWTON_STEPS {
-        let ends = batch.jacobians_after(world, &by_velocity(), throws, &end);
+        let ends = batch.map(throws, |job, sample| {
+            job.experiment(world.perturbed(&by_velocity(), sample.as_slice())?)
+                .jacobian(&by_velocity(), &end)
+        });
         for (throw, end) in throws.iter_mut().zip(ends) {
             let end = end?;
             let miss = end.value - TARGET;

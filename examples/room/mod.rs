@@ -29,13 +29,13 @@ pub fn with_ball(subdivisions: usize, velocity: Vector3<f64>) -> Result<World, B
         .with_friction(0.3);
     let ball = Shape::new(shapes::icosphere(RADIUS, subdivisions)?);
     let ball = Body::dynamic("ball", ball, skin, Mass::Total(MASS))?
-        .at(Pose::from_translation(START))
+        .with_pose(Pose::from_translation(START))
         .with_velocity(velocity);
     let soft = |name| Ok::<_, Box<dyn Error>>(Body::fixed(name, HalfSpace::layer(LAYER)?, skin)?);
     // The outward normal, z of its frame, is turned to −x.
     let upright =
         Pose::from_rotation_vector(&vector![0.0, -FRAC_PI_2, 0.0], vector![1.0, 0.0, 0.0]);
-    let (floor, wall) = (soft("floor")?, soft("wall")?.at(upright));
+    let (floor, wall) = (soft("floor")?, soft("wall")?.with_pose(upright));
     let room = World::new(vec![ball, floor, wall])?.with_gravity(vector![0.0, 0.0, -9.81])?;
     Ok(room.with_slip_tolerance(SLIP_TOLERANCE)?)
 }

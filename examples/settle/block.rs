@@ -31,10 +31,15 @@ pub fn released(
     };
     let skin = |modulus| Material::elastic(modulus).with_dissipation(DISSIPATION);
     let [block_skin, ground_skin] = MODULI.map(skin);
-    let block = Body::dynamic("block", Arc::clone(block), block_skin, Mass::Given(solid))?;
+    let block = Body::dynamic(
+        "block",
+        Arc::clone(block),
+        block_skin,
+        Mass::Properties(solid),
+    )?;
     let ground = Body::fixed("ground", ground.clone(), ground_skin)?;
-    let world = World::new(vec![block.at(pose), ground])?.with_gravity(GRAVITY)?;
+    let world = World::new(vec![block.with_pose(pose), ground])?.with_gravity(GRAVITY)?;
     let plan = Plan::new(TIME_STEP, STEPS)?.with_integrator(Integrator::Sdirk3);
-    let trajectory = world.rollout(&plan).recorded()?;
+    let trajectory = world.rollout(&plan).run()?;
     Ok((world, trajectory))
 }

@@ -1,20 +1,20 @@
 //! Time series of a trajectory.
 
 use super::{Curve, Panel};
-use hydroelastic::dynamics::{Force, Report, State, Trajectory, World};
+use hydroelastic::dynamics::{Diagnostics, Force, State, Trajectory, World};
 use nalgebra::Vector3;
 
 /// Kinetic, gravitational, contact and total energy.
 pub fn energies<F: Force>(world: &World<f64, F>, trajectory: &Trajectory) -> Panel {
-    let reports: Vec<(f64, Report)> = (trajectory.states().iter())
+    let reports: Vec<(f64, Diagnostics)> = (trajectory.states().iter())
         .map(|state| {
             (
                 state.time,
-                world.report(state).expect("a state of this world"),
+                world.diagnostics(state).expect("a state of this world"),
             )
         })
         .collect();
-    let curve = |name, energy: fn(&Report) -> f64| {
+    let curve = |name, energy: fn(&Diagnostics) -> f64| {
         let points = reports.iter().map(|(time, report)| (*time, energy(report)));
         Curve::new(name, points)
     };
@@ -26,7 +26,7 @@ pub fn energies<F: Force>(world: &World<f64, F>, trajectory: &Trajectory) -> Pan
             curve("kinetic", |report| report.kinetic_energy),
             curve("gravitational", |report| report.gravitational_energy),
             curve("contact", |report| report.contact_energy),
-            curve("total", Report::total_energy),
+            curve("total", Diagnostics::total_energy),
         ],
     }
 }

@@ -1,6 +1,6 @@
 //! The hand that guides the tool.
 
-use hydroelastic::dynamics::{Body, BodyState, Force, Situation, Wrenches};
+use hydroelastic::dynamics::{Body, BodyState, Force, ForceContext, WrenchAccumulator};
 use hydroelastic::scalar::{Scalar, lift, lift_vector};
 use hydroelastic::spatial::{Pose, Wrench};
 use nalgebra::{Vector3, vector};
@@ -50,7 +50,7 @@ impl Hand {
 }
 
 impl Force for Hand {
-    fn add_to<T: Scalar>(&self, wrenches: &mut Wrenches<T>, now: &Situation<T>) {
+    fn add_to<T: Scalar>(&self, wrenches: &mut WrenchAccumulator<T>, now: &ForceContext<T>) {
         let tool = &now.states[self.tool];
         let [spring, damper] = ANGULAR.map(lift::<T>);
         let wrench = Wrench {
@@ -59,12 +59,12 @@ impl Force for Hand {
         };
         wrenches.add(self.tool, &wrench);
         if let Some(inertia) = now.bodies[self.tool].inertia() {
-            wrenches.push_center(self.tool, &(now.gravity * -inertia.mass));
+            wrenches.apply_force_at_com(self.tool, &(now.gravity * -inertia.mass));
         }
     }
 
     /// It looks at no other body.
-    fn coupled(&self, _: &[Body]) -> Vec<Vec<usize>> {
+    fn coupling_groups(&self, _: &[Body]) -> Vec<Vec<usize>> {
         vec![vec![self.tool]]
     }
 }

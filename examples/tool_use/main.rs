@@ -59,7 +59,7 @@ fn main() -> Result<(), Box<dyn Error>> {
         );
     }
     let world = scene::world(LOWEST)?;
-    let trajectory = world.rollout(&plan()?).recorded()?;
+    let trajectory = world.rollout(&plan()?).run()?;
     let sliding = step_at(f64::midpoint(ALONG[0], ALONG[1]));
     check_friction(&world, &trajectory.states()[sliding])?;
     check_gradients(&world)?;
@@ -104,17 +104,17 @@ fn check_friction(world: &World<f64, Hand>, state: &State) -> Result<(), Box<dyn
 fn check_gradients(world: &World<f64, Hand>) -> Result<(), Box<dyn Error>> {
     let experiment = Experiment::new(world, &plan()?);
     // A lower path is one at the same height over a higher block on a higher ground.
-    let by_modulus = [Parameter::Modulus("block".into())];
+    let by_modulus = [Parameter::modulus("block")];
     let mut by = by_modulus.to_vec();
-    by.extend(["block", "ground"].map(|name| Parameter::InitialPosition(name.into())));
+    by.extend(["block", "ground"].map(|name| Parameter::initial_position(name)));
     let exact = experiment.jacobian(&by, &felt(LOWEST))?;
     let column = |column: usize| exact.jacobian.column(column).into_owned();
     let slopes = [column(0), column(3) + column(6)];
 
-    let after = |change: f64| experiment.value_after(&by_modulus, &[change], &felt(LOWEST));
+    let after = |change: f64| experiment.value_perturbed(&by_modulus, &[change], &felt(LOWEST));
     let lowered = |by: f64| {
         let experiment = Experiment::new(scene::world(LOWEST - by)?, &plan()?);
-        Ok::<_, Box<dyn Error>>(experiment.value_after(&[], &[], &felt(LOWEST - by))?)
+        Ok::<_, Box<dyn Error>>(experiment.value_perturbed(&[], &[], &felt(LOWEST - by))?)
     };
     let [step, way] = STEPS;
     let differences = [

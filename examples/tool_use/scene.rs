@@ -56,14 +56,14 @@ pub fn world(lowest: f64) -> Result<World<f64, Hand>, Box<dyn Error>> {
     let rigid = |friction| Material::rigid().with_friction(friction);
     let hand = Hand { tool: TOOL, lowest };
     let [start, _] = hand.path_at(0.0);
-    let bodies = vec![
+    let bodies = [
         Body::dynamic(
             "block",
             Shape::new(block()?),
             rubber.with_friction(of_block),
             Mass::Density(RUBBER),
         )?
-        .at(Pose::from_translation(vector![
+        .with_pose(Pose::from_translation(vector![
             0.0,
             0.0,
             BLOCK_SIZE[2] / 2.0
@@ -74,13 +74,16 @@ pub fn world(lowest: f64) -> Result<World<f64, Hand>, Box<dyn Error>> {
             rigid(of_tool),
             Mass::Density(STEEL),
         )?
-        .at(Pose::from_translation(start)),
+        .with_pose(Pose::from_translation(start)),
         Body::fixed("ground", HalfSpace::rigid(), rigid(of_ground))?,
     ];
     // Both are rigid: they would pass through each other.
-    let world = World::new_ignoring(bodies, &[["tool", "ground"]])?
-        .with_gravity(vector![0.0, 0.0, -9.81])?
-        .with_slip_tolerance(SLIP_TOLERANCE)?;
+    let world = World::builder()
+        .bodies(bodies)
+        .ignore("tool", "ground")
+        .gravity(vector![0.0, 0.0, -9.81])
+        .slip_tolerance(SLIP_TOLERANCE)
+        .build()?;
     Ok(world.with_forces(hand)?)
 }
 

@@ -8,7 +8,7 @@ use hydroelastic::contact::{
     ContactBody, ContactPair, ContactWrench, HalfSpace, Partner, RigidShape, Shape, SurfaceLaw,
 };
 use hydroelastic::dynamics::{
-    Body, Control, Drag, Force, Integrator, Mass, Material, Plan, Spring, State, StateCovector,
+    Body, Control, Drag, Force, Integrator, Mass, Material, Plan, Spring, State, StateGradient,
     Thruster, Trajectory, World,
 };
 use hydroelastic::gradient::{Experiment, FinalState, Parameter};
@@ -185,7 +185,7 @@ fn scene() -> Result<World, Box<dyn Error>> {
         Body::dynamic("ball", ball, skin, Mass::Total(1.0))?
             .at(Pose::from_translation(vector![-0.3, 0.0, 0.25]))
             .with_velocity(vector![0.5, 0.0, 0.0])
-            .with_spin(vector![0.0, 1.0, 0.5]),
+            .with_angular_velocity(vector![0.0, 1.0, 0.5]),
         Body::dynamic("brick", brick, skin, Mass::Density(800.0))?.at(tilted),
         Body::fixed("floor", floor, skin)?,
     ])?
@@ -260,9 +260,9 @@ fn worlds(found: &mut Found) -> Result<(), Box<dyn Error>> {
     recorded(found, "forces, sdirk3", &driven, &sdirk)?;
 
     let by = [
-        Parameter::InitialVelocity("ball".into()),
-        Parameter::Friction("ball".into()),
-        Parameter::Control("ball".into(), 1),
+        Parameter::initial_velocity("ball"),
+        Parameter::friction("ball"),
+        Parameter::control("ball", 1),
     ];
     let plan = Plan::new(5e-4, 300)?.recording_every(300);
     let shared = Arc::new(driven);
@@ -280,10 +280,10 @@ fn worlds(found: &mut Found) -> Result<(), Box<dyn Error>> {
 }
 
 /// The derivatives of a number by two recorded states: by the last one of the ball.
-fn by_last_state(trajectory: &Trajectory) -> Vec<Vec<StateCovector>> {
+fn by_last_state(trajectory: &Trajectory) -> Vec<Vec<StateGradient>> {
     let bodies = trajectory.last().bodies.len();
-    let mut by_states = vec![vec![StateCovector::zero(); bodies]; 2];
-    by_states[1][0] = StateCovector {
+    let mut by_states = vec![vec![StateGradient::zero(); bodies]; 2];
+    by_states[1][0] = StateGradient {
         turn: vector![0.1, 0.2, 0.3],
         shift: vector![1.0, -2.0, 3.0],
         spin: vector![0.01, 0.02, -0.03],

@@ -10,7 +10,7 @@ use crate::plan::Plan;
 use crate::state::State;
 use crate::trajectory::Trajectory;
 use crate::world::{Inner, World};
-use hydroelastic::dynamics::{self, Recorded};
+use hydroelastic::dynamics::{self, RolloutResult};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use std::ops::ControlFlow;
@@ -47,7 +47,7 @@ impl Batch {
         let progress = Progress::of(py, progress, total)?;
         let shared = Shared::default();
         let done = Arc::clone(&shared.done);
-        let batch = dynamics::Batch::new(&self.plan).stopped_by(Arc::clone(&shared.stop));
+        let batch = dynamics::Batch::new(&self.plan).with_cancel_flag(Arc::clone(&shared.stop));
         let batch = batch.with_progress(move |_| {
             done.fetch_add(1, Ordering::Relaxed);
             ControlFlow::Continue(())

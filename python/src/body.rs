@@ -35,7 +35,7 @@ fn mass_of(
             if shape != [3, 3] {
                 return Err(wrong_shape("inertia", "(3, 3)", &shape));
             }
-            Ok(Mass::Given(MassProperties {
+            Ok(Mass::Properties(MassProperties {
                 mass,
                 center_of_mass: row::<3>(center, "center_of_mass")?.into(),
                 inertia: Matrix3::from_row_slice(&values),
@@ -106,7 +106,7 @@ impl Body {
             body = body.with_velocity(motion_of(name, "velocity", velocity)?);
         }
         if let Some(spin) = spin {
-            body = body.with_spin(motion_of(name, "spin", spin)?);
+            body = body.with_angular_velocity(motion_of(name, "spin", spin)?);
         }
         Ok(Self {
             inner: body,
@@ -136,14 +136,14 @@ impl Body {
 
     /// A body that follows a path, whatever pushes it: of a Shape, a RigidShape or a HalfSpace.
     #[staticmethod]
-    fn prescribed(
+    fn kinematic(
         name: &str,
         #[pyo3(from_py_with = any_shape::shape)] shape: AnyShape,
         material: &Material,
         path: &Path,
     ) -> PyResult<Self> {
         let shape = shape.inner();
-        let body = dynamics::Body::prescribed(name, shape, material.inner(), path.function());
+        let body = dynamics::Body::kinematic(name, shape, material.inner(), path.function());
         let path = Some(path.clone());
         Ok(Self {
             inner: body.map_err(refused)?,

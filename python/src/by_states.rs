@@ -2,7 +2,7 @@
 
 use crate::arrays::{Numbers, numbers, wrong_shape};
 use crate::poses::twist_of;
-use hydroelastic::dynamics::{BodyState, Plan, StateCovector, Trajectory};
+use hydroelastic::dynamics::{BodyState, Plan, StateGradient, Trajectory};
 use hydroelastic::nalgebra::{Matrix3, Vector3};
 use pyo3::prelude::*;
 
@@ -50,7 +50,7 @@ impl ByStates {
     }
 
     /// Those by the states of a trajectory, which is in such a place among several.
-    pub fn covectors(&self, place: usize, trajectory: &Trajectory) -> Vec<Vec<StateCovector>> {
+    pub fn covectors(&self, place: usize, trajectory: &Trajectory) -> Vec<Vec<StateGradient>> {
         let states = trajectory.states().iter().enumerate();
         let of_state = |(record, state): (usize, &hydroelastic::dynamics::State)| {
             let bodies = state.bodies.iter().enumerate();
@@ -62,10 +62,10 @@ impl ByStates {
         states.map(of_state).collect()
     }
 
-    fn covector(&self, place: usize, state: &BodyState) -> StateCovector {
+    fn covector(&self, place: usize, state: &BodyState) -> StateGradient {
         let pose = &self.poses[POSE * place..POSE * (place + 1)];
         let twist = &self.twists[TWIST * place..TWIST * (place + 1)];
-        StateCovector::from_entries(
+        StateGradient::from_entries(
             state.pose.rotation(),
             &Matrix3::from_fn(|row, column| pose[4 * row + column]),
             Vector3::new(pose[3], pose[7], pose[11]),

@@ -75,10 +75,10 @@ impl Contact {
 /// Which tetrahedra touch in a state. Where it changes from one state to the next, a derivative may be one-sided.
 #[pyclass(frozen, eq, module = "hydroelastic")]
 #[derive(Clone, PartialEq, Eq)]
-pub struct Topology(pub dynamics::Topology);
+pub struct ContactTopology(pub dynamics::ContactTopology);
 
 #[pymethods]
-impl Topology {
+impl ContactTopology {
     /// Number of contact polygons.
     #[getter]
     fn polygon_count(&self) -> usize {
@@ -106,12 +106,12 @@ impl Topology {
     }
 
     fn __repr__(&self) -> String {
-        format!("Topology({} polygons)", self.0.polygon_count())
+        format!("ContactTopology({} polygons)", self.0.polygon_count())
     }
 }
 
 /// A topology from what pickle has kept.
 #[pyfunction]
-pub fn _load_topology(saved: &[u8]) -> PyResult<Topology> {
-    loaded(saved).map(Topology)
+pub fn _load_topology(saved: &[u8]) -> PyResult<ContactTopology> {
+    loaded(saved).map(ContactTopology)
 }

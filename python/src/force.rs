@@ -2,7 +2,7 @@
 
 use crate::arrays::{Floats, array, finite_row, real};
 use crate::errors::refused;
-use hydroelastic::dynamics::{self, Body, Force, ForceNumber, Situation, WorldError, Wrenches};
+use hydroelastic::dynamics::{self, Body, Force, ForceNumber, ForceContext, WorldError, WrenchAccumulator};
 use hydroelastic::scalar::Scalar;
 use pyo3::exceptions::PyTypeError;
 use pyo3::prelude::*;
@@ -18,7 +18,7 @@ pub enum AnyForce {
 }
 
 impl Force for AnyForce {
-    fn add_to<T: Scalar>(&self, wrenches: &mut Wrenches<T>, now: &Situation<T>) {
+    fn add_to<T: Scalar>(&self, wrenches: &mut WrenchAccumulator<T>, now: &ForceContext<T>) {
         match self {
             Self::Spring(force) => force.add_to(wrenches, now),
             Self::Drag(force) => force.add_to(wrenches, now),
@@ -26,11 +26,11 @@ impl Force for AnyForce {
         }
     }
 
-    fn coupled(&self, bodies: &[Body]) -> Vec<Vec<usize>> {
+    fn coupling_groups(&self, bodies: &[Body]) -> Vec<Vec<usize>> {
         match self {
-            Self::Spring(force) => force.coupled(bodies),
-            Self::Drag(force) => force.coupled(bodies),
-            Self::Thruster(force) => force.coupled(bodies),
+            Self::Spring(force) => force.coupling_groups(bodies),
+            Self::Drag(force) => force.coupling_groups(bodies),
+            Self::Thruster(force) => force.coupling_groups(bodies),
         }
     }
 

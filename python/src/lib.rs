@@ -22,7 +22,7 @@ mod path;
 mod pickle;
 mod plan;
 mod poses;
-mod report;
+mod diagnostics;
 mod rigid_shape;
 mod rollout;
 mod shape;
@@ -55,7 +55,7 @@ fn _core(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_function(wrap_pyfunction!(poses::moved_pose, module)?)?;
     module.add_function(wrap_pyfunction!(path::_load_path, module)?)?;
     module.add_function(wrap_pyfunction!(parameter::_load_parameter, module)?)?;
-    module.add_function(wrap_pyfunction!(report::_load_step_report, module)?)?;
+    module.add_function(wrap_pyfunction!(diagnostics::_load_step_report, module)?)?;
     module.add_function(wrap_pyfunction!(world_pickle::_load_world, module)?)?;
     module.add_function(wrap_pyfunction!(world_pickle::_load_body, module)?)?;
     module.add_function(wrap_pyfunction!(contacts::_load_topology, module)?)?;
@@ -89,8 +89,8 @@ fn _core(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_class::<jacobian::TrajectoryJacobian>()?;
     module.add_class::<jacobian::DerivativeCheck>()?;
     module.add_class::<jacobian::DifferenceCheck>()?;
-    module.add_class::<report::StepReport>()?;
-    module.add_class::<report::Report>()?;
+    module.add_class::<diagnostics::StepReport>()?;
+    module.add_class::<diagnostics::Diagnostics>()?;
     module.add_class::<contacts::Contact>()?;
-    module.add_class::<contacts::Topology>()
+    module.add_class::<contacts::ContactTopology>()
 }

@@ -105,12 +105,12 @@ impl Material {
     /// dissipates nothing. Friction is the harmonic mean, or the coefficient of one body if the other has none. slip_tolerance in
     /// m/s.
     #[pyo3(signature = (other, slip_tolerance=1e-3))]
-    fn law_with(
+    fn combined_with(
         &self,
         other: &Self,
         #[pyo3(from_py_with = real)] slip_tolerance: f64,
     ) -> PyResult<SurfaceLaw> {
-        let law = self.inner().law_with(&other.inner(), slip_tolerance);
+        let law = self.inner().combined_with(&other.inner(), slip_tolerance);
         SurfaceLaw::new(law.dissipation(), law.friction(), law.slip_tolerance())
     }
 

@@ -4,7 +4,8 @@ use crate::arrays::{Floats, Many, array, check_finite, copied, rows};
 use crate::errors::refused;
 use crate::pair::Pair;
 use crate::poses::{poses, twist_of};
-use hydroelastic::contact::{ContactPair, SurfaceLaw, results_of};
+use hydroelastic::contact::{ContactPair, SurfaceLaw};
+use hydroelastic::parallel;
 use hydroelastic::nalgebra::SVector;
 use hydroelastic::spatial::Pose;
 use pyo3::prelude::*;
@@ -23,7 +24,7 @@ pub struct Inputs {
 }
 
 /// One contact to evaluate.
-pub struct Situation<'s> {
+pub struct ForceContext<'s> {
     pub pair: ContactPair<'s>,
     /// The derivatives of a number by both wrenches.
     pub by_wrenches: SVector<f64, 12>,
@@ -118,11 +119,11 @@ impl Inputs {
     }
 
     /// The contact of an item.
-    fn situation<'s>(&self, pair: &'s Pair, item: usize) -> PyResult<Situation<'s>> {
+    fn situation<'s>(&self, pair: &'s Pair, item: usize) -> PyResult<ForceContext<'s>> {
         let poses = self.poses.each_ref().map(|poses| *poses.at(item));
         let pair = pair.at(poses, *self.moduli.at(item))?;
         let twists = [0, 1].map(|side| twist_of(self.twists[side].at(item)));
-        Ok(Situation {
+        Ok(ForceContext {
             pair: if self.is_moving {
                 pair.moving(*self.law.at(item), twists)
             } else {
@@ -138,7 +139,7 @@ impl Inputs {
         py: Python<'_>,
         pair: &Pair,
         width: usize,
-        write: impl Fn(&Situation<'_>, &mut [f64]) + Sync,
+        write: impl Fn(&ForceContext<'_>, &mut [f64]) + Sync,
     ) -> PyResult<Found> {
         let count = self.count()?;
         let Some(length) = count else {
@@ -154,15 +155,15 @@ impl Inputs {
         };
         let situations = (0..length).map(|item| self.situation(pair, item));
         let situations = situations.collect::<PyResult<Vec<_>>>()?;
-        let chunks: Vec<&[Situation<'_>]> = situations.chunks(CHUNK).collect();
-        let of_chunk = |chunk: &&[Situation<'_>]| {
+        let chunks: Vec<&[ForceContext<'_>]> = situations.chunks(CHUNK).collect();
+        let of_chunk = |chunk: &&[ForceContext<'_>]| {
             let mut numbers = vec![0.0; width * chunk.len()];
             for (situation, row) in chunk.iter().zip(numbers.chunks_mut(width.max(1))) {
                 write(situation, row);
             }
             numbers
         };
-        let numbers = py.detach(|| results_of(&chunks, of_chunk)).concat();
+        let numbers = py.detach(|| parallel::map(&chunks, of_chunk)).concat();
         for (item, numbers) in numbers.chunks(width.max(1)).enumerate() {
             check_result(numbers, Some(item))?;
         }

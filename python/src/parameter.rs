@@ -17,49 +17,49 @@ impl Parameter {
     /// Initial position (m) of a body's origin: 3 numbers.
     #[staticmethod]
     fn initial_position(body: &str) -> Self {
-        Self(gradient::Parameter::InitialPosition(body.into()))
+        Self(gradient::Parameter::initial_position(body))
     }
 
     /// Initial orientation of a body: 3 numbers, a rotation vector (rad) in world axes that turns it about its origin.
     #[staticmethod]
     fn initial_orientation(body: &str) -> Self {
-        Self(gradient::Parameter::InitialOrientation(body.into()))
+        Self(gradient::Parameter::initial_orientation(body))
     }
 
     /// Initial velocity (m/s) of a body's center of mass: 3 numbers.
     #[staticmethod]
     fn initial_velocity(body: &str) -> Self {
-        Self(gradient::Parameter::InitialVelocity(body.into()))
+        Self(gradient::Parameter::initial_velocity(body))
     }
 
     /// Initial spin (rad/s) of a body, in world axes: 3 numbers.
     #[staticmethod]
     fn initial_spin(body: &str) -> Self {
-        Self(gradient::Parameter::InitialSpin(body.into()))
+        Self(gradient::Parameter::initial_angular_velocity(body))
     }
 
     /// Hydroelastic modulus (Pa) of a body that is not rigid.
     #[staticmethod]
     fn modulus(body: &str) -> Self {
-        Self(gradient::Parameter::Modulus(body.into()))
+        Self(gradient::Parameter::modulus(body))
     }
 
     /// Dissipation (s/m) of a body.
     #[staticmethod]
     fn dissipation(body: &str) -> Self {
-        Self(gradient::Parameter::Dissipation(body.into()))
+        Self(gradient::Parameter::dissipation(body))
     }
 
     /// Coefficient of friction of a body.
     #[staticmethod]
     fn friction(body: &str) -> Self {
-        Self(gradient::Parameter::Friction(body.into()))
+        Self(gradient::Parameter::friction(body))
     }
 
     /// Mass (kg) of a body, which scales its inertia.
     #[staticmethod]
     fn mass(body: &str) -> Self {
-        Self(gradient::Parameter::Mass(body.into()))
+        Self(gradient::Parameter::mass(body))
     }
 
     /// Gravity (m/s²): 3 numbers.
@@ -72,7 +72,7 @@ impl Parameter {
     #[staticmethod]
     fn control(body: &str, #[pyo3(from_py_with = whole)] interval: Whole) -> PyResult<Self> {
         let interval = count(interval, "interval")?;
-        Ok(Self(gradient::Parameter::Control(body.into(), interval)))
+        Ok(Self(gradient::Parameter::control(body, interval)))
     }
 
     /// The wrenches of all of so many intervals of the controls of some bodies: a list, whose numbers together are those of an array
@@ -100,7 +100,7 @@ impl Parameter {
     /// A force parameter of the world, by its name: see World.
     #[staticmethod]
     fn of_forces(name: &str) -> Self {
-        Self(gradient::Parameter::OfForces(name.into()))
+        Self(gradient::Parameter::force_parameter(name))
     }
 
     /// How many numbers it is.
@@ -121,14 +121,14 @@ impl Parameter {
             P::InitialPosition(body) => format!("initial_position({body:?})"),
             P::InitialOrientation(body) => format!("initial_orientation({body:?})"),
             P::InitialVelocity(body) => format!("initial_velocity({body:?})"),
-            P::InitialSpin(body) => format!("initial_spin({body:?})"),
+            P::InitialAngularVelocity(body) => format!("initial_spin({body:?})"),
             P::Modulus(body) => format!("modulus({body:?})"),
             P::Dissipation(body) => format!("dissipation({body:?})"),
             P::Friction(body) => format!("friction({body:?})"),
             P::Mass(body) => format!("mass({body:?})"),
             P::Gravity => "gravity()".to_owned(),
             P::Control(body, interval) => format!("control({body:?}, {interval})"),
-            P::OfForces(name) => format!("of_forces({name:?})"),
+            P::ForceParameter(name) => format!("of_forces({name:?})"),
             // Other parameters have no constructor in Python.
             other => format!("{other:?}"),
         };

@@ -7,7 +7,7 @@ use crate::arrays::{
 use crate::errors::refused;
 use crate::pickle::{Reduced, loaded, reduced};
 use crate::poses::{finite_matrix, one, poses, twist_of};
-use hydroelastic::dynamics::{BodyState, PrescribedPath};
+use hydroelastic::dynamics::{BodyState, KinematicPath};
 use hydroelastic::nalgebra::{Matrix3, Rotation3, UnitQuaternion, Vector3};
 use hydroelastic::spatial::{Pose, Twist, rotation_from_vector, skew};
 use pyo3::prelude::*;
@@ -117,7 +117,7 @@ pub fn _load_path(saved: &[u8]) -> PyResult<Path> {
 
 impl Path {
     /// The path as the library takes it.
-    pub fn function(&self) -> Arc<PrescribedPath> {
+    pub fn function(&self) -> Arc<KinematicPath> {
         let path = self.clone();
         Arc::new(move |time| path.state_at(time))
     }

@@ -3,7 +3,7 @@
 use crate::errors::{ended, interrupted, refused};
 use crate::interrupt::{Progress, Shared, run};
 use crate::plan::Plan;
-use crate::report::StepReport;
+use crate::diagnostics::StepReport;
 use crate::state::State;
 use crate::trajectory::Trajectory;
 use hydroelastic::dynamics::{self, RolloutError};
@@ -41,7 +41,7 @@ impl Rollout {
     pub fn of(steps: dynamics::Rollout, plan: dynamics::Plan) -> Self {
         let (taken, total, stop) = (0, None, Arc::<AtomicBool>::default());
         Self(Mutex::new(Steps {
-            steps: steps.stopped_by(Arc::clone(&stop)),
+            steps: steps.with_cancel_flag(Arc::clone(&stop)),
             plan,
             taken,
             total,

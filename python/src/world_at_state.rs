@@ -1,10 +1,10 @@
 //! What a world is in a state: energies, contacts, stable steps, changes between states.
 
 use crate::arrays::{Floats, array, list};
-use crate::contacts::{Contact, Topology};
+use crate::contacts::{Contact, ContactTopology};
 use crate::errors::refused;
 use crate::plan::Plan;
-use crate::report::Report;
+use crate::diagnostics::Report;
 use crate::rollout::Rollout;
 use crate::state::State;
 use crate::world::World;
@@ -49,18 +49,18 @@ impl World {
     /// The bodies, by name, that have passed so far into each other in a state that contact may no longer push them apart: see
     /// Pair.has_sunk_through.
     /// Takes as long as a report.
-    fn sunk_through(&self, py: Python<'_>, state: &State) -> PyResult<Vec<(&str, &str)>> {
+    fn fully_submerged(&self, py: Python<'_>, state: &State) -> PyResult<Vec<(&str, &str)>> {
         let sunk = py
-            .detach(|| self.inner.sunk_through(&state.0))
+            .detach(|| self.inner.fully_submerged(&state.0))
             .map_err(refused)?;
         let names = self.names_of();
         Ok(sunk.iter().map(|&[a, b]| (names[a], names[b])).collect())
     }
 
     /// Which tetrahedra touch in a state.
-    fn topology(&self, py: Python<'_>, state: &State) -> PyResult<Topology> {
+    fn topology(&self, py: Python<'_>, state: &State) -> PyResult<ContactTopology> {
         py.detach(|| self.inner.topology(&state.0))
-            .map(Topology)
+            .map(ContactTopology)
             .map_err(refused)
     }
 

@@ -31,9 +31,9 @@ impl World {
     ) -> PyResult<O> {
         let shared = Shared::default();
         let experiment = Experiment::new(&self.inner, &plan.0)
-            .stopped_by(Arc::clone(&shared.stop))
-            .counted_by(Arc::clone(&shared.done));
-        let progress = Progress::of(py, progress, experiment.steps_by(numbers))?;
+            .with_cancel_flag(Arc::clone(&shared.stop))
+            .with_step_counter(Arc::clone(&shared.done));
+        let progress = Progress::of(py, progress, experiment.step_count_for(numbers))?;
         let found = run(py, &shared, progress.as_ref(), || read(&experiment))?;
         found.map_err(|why| not_differentiated(&why))
     }
@@ -45,7 +45,7 @@ fn width(parameters: &[gradient::Parameter]) -> usize {
 }
 
 /// Kind, names of bodies, number of steps, the first and the last of them.
-type KinksMet = (String, Vec<String>, usize, (usize, usize));
+type KinkSummary = (String, Vec<String>, usize, (usize, usize));
 
 /// A matrix as an array.
 fn by_rows<'py>(py: Python<'py>, matrix: &DMatrix<f64>) -> PyResult<Floats<'py>> {
@@ -125,10 +125,10 @@ impl World {
     /// Raises
     /// ------
     /// RolloutError, without a trajectory, if the rollout ends early.
-    fn kinks(&self, py: Python<'_>, plan: &Plan) -> PyResult<Vec<KinksMet>> {
+    fn kinks(&self, py: Python<'_>, plan: &Plan) -> PyResult<Vec<KinkSummary>> {
         let found = self.experiment(py, plan, (0, None), Experiment::kinks)?;
         let names = self.names_of();
-        let met = |met: dynamics::KinksMet| {
+        let met = |met: dynamics::KinkSummary| {
             let bodies = met.bodies.iter().map(|&body| names[body].to_owned());
             let [first, last] = met.steps;
             (
@@ -155,8 +155,8 @@ impl World {
     ) -> PyResult<bool> {
         let (by, losses) = (inner(&parameters), count(losses, "losses")?);
         let experiment = Experiment::new(&self.inner, &plan.0);
-        let steps = experiment.steps_by(width(&by));
-        let is_cheaper = losses.saturating_mul(experiment.steps_by(0)) <= SWEEPS * steps;
+        let steps = experiment.step_count_for(width(&by));
+        let is_cheaper = losses.saturating_mul(experiment.step_count_for(0)) <= SWEEPS * steps;
         Ok(experiment.mode_for(&by) == Mode::Reverse && is_cheaper)
     }
 

@@ -269,8 +269,8 @@ mod tests {
     use crate::lanes::tests::at_width;
     use crate::mesh::{TriangleSurface, shapes};
     use crate::narrow_phase::ELASTIC_COINCIDENCE;
+    use crate::parallel;
     use crate::spatial::{Pose, Twist};
-    use crate::threads::results_of;
     use nalgebra::{SVector, Vector3};
 
     /// Round-off of sums over thousands of polygons in another order.
@@ -320,7 +320,7 @@ mod tests {
         let expected = bits(pair);
         for width in [2, 4, 8] {
             // There is one job, so no thread with another number of lanes takes part.
-            let own = results_of(&[()], |()| at_width(width, || bits(pair)));
+            let own = parallel::map(&[()], |()| at_width(width, || bits(pair)));
             assert!(own[0] == expected, "{name}, {width} lanes");
         }
     }

@@ -32,7 +32,7 @@ pub(crate) struct FrozenContact {
 
 /// The integrand of a frozen contact: the exact elastic contact, and the polygons if there is dissipation or friction.
 struct Freeze {
-    rubs: bool,
+    is_dissipative: bool,
 }
 
 impl Integrand<f64> for Freeze {
@@ -43,7 +43,7 @@ impl Integrand<f64> for Freeze {
     fn add(&self, source: &PolygonSource<f64>, cut: &Cut, (elastic, polygons): &mut Self::Sum) {
         if let Some(polygon) = source.counted_polygon(cut, Weights::has_still_area) {
             elastic.add(&polygon);
-            polygons.extend(self.rubs.then(|| FrozenPolygon::of(polygon)));
+            polygons.extend(self.is_dissipative.then(|| FrozenPolygon::of(polygon)));
         }
     }
 
@@ -55,7 +55,7 @@ impl Integrand<f64> for Freeze {
         (elastic, polygons): &mut Self::Sum,
     ) {
         elastic.add_octets(generic.octets);
-        if self.rubs {
+        if self.is_dissipative {
             for octet in generic.octets {
                 let polygon = |place| FrozenPolygon::of(PlanePolygon::at(octet, place));
                 polygons.extend(set_bits(octet.polygons()).map(polygon));
@@ -72,8 +72,8 @@ impl ContactPair<'_> {
         if surface.found.is_empty() {
             return None;
         }
-        let rubs = moving.is_some();
-        let (elastic, polygons) = surface.integral(&Freeze { rubs });
+        let is_dissipative = moving.is_some();
+        let (elastic, polygons) = surface.integral(&Freeze { is_dissipative });
         let mut elastic = elastic.linearization(self.moduli());
         let added = match &moving {
             Some((law, motion)) => {
@@ -97,7 +97,7 @@ impl ContactPair<'_> {
 
 impl FrozenContact {
     /// Returns whether there is dissipation or friction.
-    pub fn rubs(&self) -> bool {
+    pub fn is_dissipative(&self) -> bool {
         self.law.is_some()
     }
 

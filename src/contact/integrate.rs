@@ -5,9 +5,9 @@ use super::sums::PartialSum;
 use crate::geometry::set_bits;
 use crate::lanes::ROW;
 use crate::narrow_phase::Cut;
+use crate::parallel;
 use crate::scalar::{Scalar, carries_derivatives};
 use crate::search::{GenericPairs, SearchResult};
-use crate::threads;
 use std::marker::PhantomData;
 
 /// Number of polygons in a piece of work if they are integrated one by one, which takes about 20 µs in `f64`.
@@ -85,7 +85,7 @@ impl<T: Scalar> PolygonSource<'_, T> {
         };
         let length = if are_single { SINGLE / ROW } else { I::OCTETS };
         let piece = |octets: &[_]| piece(generic.part(octets));
-        threads::for_pieces(generic.octets, length, piece, |piece| sum.merge(piece));
+        parallel::for_pieces(generic.octets, length, piece, |piece| sum.merge(piece));
     }
 }
 
@@ -102,7 +102,7 @@ impl<T: Scalar> CutSurface<'_, T> {
             integrand.add_cuts(&self.source, cuts, &mut sum);
             sum
         };
-        threads::for_pieces(self.found.cuts(), SINGLE, piece, |piece| sum.merge(piece));
+        parallel::for_pieces(self.found.cuts(), SINGLE, piece, |piece| sum.merge(piece));
         self.source
             .add_generic(self.found.generic(), integrand, &mut sum);
         sum

@@ -66,7 +66,6 @@ pub use crate::contact_shape::{
 pub(crate) use crate::contact_shape::{PartnerShape, STEEPEST};
 pub use crate::search::{Culling, Search};
 pub use crate::seeds::NotFollowed;
-pub use crate::threads::results_of;
 pub(crate) use frozen::FrozenContact;
 pub use kinks::Kinks;
 pub use linearized::LinearizedContact;

@@ -1,8 +1,8 @@
 use crate::broad_phase::{Projections, RStarTree, TetBvh, TriangleBvh};
 use crate::geometry::Aabb;
 use crate::mesh::PressureField;
+use crate::parallel;
 use crate::seeds::{NotFollowed, Seeds};
-use crate::threads;
 use std::fmt;
 use std::sync::OnceLock;
 
@@ -27,7 +27,7 @@ impl Shape {
     #[must_use]
     pub fn new(field: PressureField) -> Self {
         let tets = field.tets();
-        let ((tet_bvh, seeds), (triangle_bvh, projections)) = threads::both(
+        let ((tet_bvh, seeds), (triangle_bvh, projections)) = parallel::both(
             || {
                 let tet_bvh = TetBvh::of(&field);
                 let seeds = Seeds::of(&field, tet_bvh.pressing());
@@ -35,8 +35,8 @@ impl Shape {
             },
             || {
                 let projections = |tet: usize| Projections::of(&tets[tet].tetrahedron);
-                let of_tets = || threads::values_of(tets.len(), projections);
-                threads::both(|| TriangleBvh::of(&field), of_tets)
+                let of_tets = || parallel::values_of(tets.len(), projections);
+                parallel::both(|| TriangleBvh::of(&field), of_tets)
             },
         );
         Self {

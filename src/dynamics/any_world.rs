@@ -2,85 +2,85 @@
 //! dual numbers; rollouts outside an experiment are still compiled with the program that takes them.
 
 use super::system::System;
-use super::{Body, Force, LOCAL, Situation, World, Wrenches};
+use super::{Body, Force, ForceContext, STATE_DIM, World, WrenchAccumulator};
 use crate::scalar::{DenseDual, Scalar};
 use std::sync::Arc;
 
 /// Derivatives by the state of one body.
-pub(super) type Seeded = DenseDual<LOCAL>;
+pub(super) type BodyDual = DenseDual<STATE_DIM>;
 
 /// A world, whatever the type of its forces.
-pub(crate) trait AnyWorld<T>: Send + Sync {
+pub(crate) trait DynWorld<T>: Send + Sync {
     /// All but its forces.
     fn system(&self) -> &System<T>;
 
     /// Adds the wrenches of its forces on all bodies.
-    fn add_forces(&self, wrenches: &mut Wrenches<T>, now: &Situation<T>);
+    fn add_forces(&self, wrenches: &mut WrenchAccumulator<T>, now: &ForceContext<T>);
 
     /// Its forces by themselves.
-    fn real_forces(&self) -> &dyn RealForces;
+    fn real_forces(&self) -> &dyn DynForce;
 
     /// Whether there are any.
     fn has_forces(&self) -> bool {
-        !self.real_forces().is_nothing()
+        !self.real_forces().is_empty()
     }
 }
 
 /// Forces in `f64`, and with derivatives by the state of a body.
-pub(crate) trait RealForces: Send + Sync {
-    /// [`Force::is_nothing`].
-    fn is_nothing(&self) -> bool;
+pub(crate) trait DynForce: Send + Sync {
+    /// [`Force::is_empty`].
+    fn is_empty(&self) -> bool;
 
-    /// [`Force::coupled`].
-    fn coupled(&self, bodies: &[Body]) -> Vec<Vec<usize>>;
-
-    /// [`Force::add_to`].
-    fn add_real(&self, wrenches: &mut Wrenches, now: &Situation);
+    /// [`Force::coupling_groups`].
+    fn coupling_groups(&self, bodies: &[Body]) -> Vec<Vec<usize>>;
 
     /// [`Force::add_to`].
-    fn add_seeded(&self, wrenches: &mut Wrenches<Seeded>, now: &Situation<Seeded>);
+    fn add_real(&self, wrenches: &mut WrenchAccumulator, now: &ForceContext);
+
+    /// [`Force::add_to`].
+    fn add_seeded(&self, wrenches: &mut WrenchAccumulator<BodyDual>, now: &ForceContext<BodyDual>);
 }
 
-impl<F: Force> RealForces for F {
-    fn is_nothing(&self) -> bool {
-        Force::is_nothing(self)
+impl<F: Force> DynForce for F {
+    fn is_empty(&self) -> bool {
+        Force::is_empty(self)
     }
 
-    fn coupled(&self, bodies: &[Body]) -> Vec<Vec<usize>> {
-        Force::coupled(self, bodies)
+    fn coupling_groups(&self, bodies: &[Body]) -> Vec<Vec<usize>> {
+        Force::coupling_groups(self, bodies)
     }
 
-    fn add_real(&self, wrenches: &mut Wrenches, now: &Situation) {
+    fn add_real(&self, wrenches: &mut WrenchAccumulator, now: &ForceContext) {
         self.add_to(wrenches, now);
     }
 
-    fn add_seeded(&self, wrenches: &mut Wrenches<Seeded>, now: &Situation<Seeded>) {
+    fn add_seeded(&self, wrenches: &mut WrenchAccumulator<BodyDual>, now: &ForceContext<BodyDual>) {
         self.add_to(wrenches, now);
     }
 }
 
 /// A world that can be made of another system in `T`.
-pub(crate) trait WithSystem<T> {
+pub(crate) trait WithModel<T> {
     /// Its forces in another system.
-    fn with_system(&self, system: System<T>) -> Arc<dyn AnyWorld<T>>;
+    fn with_model(&self, system: System<T>) -> Arc<dyn DynWorld<T>>;
 }
 
-impl<T: Scalar, F: Force> AnyWorld<T> for World<T, F> {
+impl<T: Scalar, F: Force> DynWorld<T> for World<T, F> {
     fn system(&self) -> &System<T> {
         &self.system
     }
 
-    fn add_forces(&self, wrenches: &mut Wrenches<T>, now: &Situation<T>) {
+    fn add_forces(&self, wrenches: &mut WrenchAccumulator<T>, now: &ForceContext<T>) {
         self.forces.add_to(wrenches, now);
     }
 
-    fn real_forces(&self) -> &dyn RealForces {
+    fn real_forces(&self) -> &dyn DynForce {
         &*self.forces
     }
 }
 
-impl<T: Scalar, F: Force> WithSystem<T> for World<f64, F> {
-    fn with_system(&self, system: System<T>) -> Arc<dyn AnyWorld<T>> {
-        Arc::new(World::with_system(self, system))
+impl<T: Scalar, F: Force> WithModel<T> for World<f64, F> {
+    fn with_model(&self, system: System<T>) -> Arc<dyn DynWorld<T>> {
+        Arc::new(World::with_model(self, system))
     }
 }

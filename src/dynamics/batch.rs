@@ -1,8 +1,6 @@
-use super::{
-    Force, Interrupted, Plan, Recorded, Rollout, RolloutError, State, Trajectory, World, WorldError,
-};
+use super::{Force, Plan, Rollout, RolloutError, RolloutFailure, RolloutResult, Trajectory, World};
+use crate::parallel::{self, Panicked, contained};
 use crate::scalar::Scalar;
-use crate::threads::{Panicked, contained, results_of};
 use std::fmt;
 use std::ops::ControlFlow;
 use std::sync::Arc;
@@ -18,42 +16,58 @@ pub struct Progress {
     pub total: usize,
 }
 
-/// Many independent rollouts of one kind, over all threads: of one world from many states, of many
-/// worlds, or of a world after many changes of its parameters ([`crate::gradient`]).
+/// Many independent jobs with rollouts of one plan, spread over all threads.
 ///
-/// Results come in the order of what they belong to, with the same bits whatever the number of
-/// threads. A rollout that fails has an error for its result, one in which a function that was
-/// passed in panics too, and the others go on.
+/// [`Self::rollouts`] returns the trajectories of many worlds. [`Self::map`] calls a function for each item of a list, for example to
+/// differentiate each world. Results have the order of their items, and the same bits for any number of threads. If one job fails
+/// or panics, its result is an error, and the other jobs continue.
 ///
 /// ```
 /// # use hydroelastic::contact::Shape;
 /// # use hydroelastic::dynamics::{Batch, Body, Mass, Material, Plan, World};
+/// # use hydroelastic::gradient::{FinalPosition, GradientError, Parameter};
 /// # use hydroelastic::mesh::shapes;
 /// # let ball = Shape::new(shapes::icosphere(0.1, 1)?);
 /// # let ball = Body::dynamic("ball", ball, Material::elastic(1e5), Mass::Total(1.0))?;
 /// # let world = World::new(vec![ball])?;
 /// # use std::ops::ControlFlow;
-/// let starts = (0..10).map(|speed| {
-///     let mut state = world.initial_state();
-///     state.bodies[0].twist.linear.x = f64::from(speed);
-///     state
-/// });
 /// let batch = Batch::new(&Plan::new(1e-3, 500)?).with_progress(|progress| {
 ///     println!("{}/{}", progress.finished, progress.total);
-///     ControlFlow::Continue(()) // Break(()) would leave out the rollouts that are not begun.
+///     ControlFlow::Continue(()) // Break(()) would skip the jobs that have not begun.
 /// });
-/// let flights = batch.starting_from(&world, &starts.collect::<Vec<_>>())?;
-/// for (speed, flight) in (0..10).zip(flights) {
-///     let x = flight?.last().bodies[0].position().x;
-///     assert!((x - 0.5 * f64::from(speed)).abs() < 1e-12);
+/// let parameters = [Parameter::initial_velocity("ball")];
+/// let velocities = [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [2.0, 0.0, 0.0]];
+/// let end = FinalPosition::of_body(&world, "ball")?;
+/// let ends = batch.map(&velocities, |job, velocity| {
+///     let thrown = world.with_values(&parameters, velocity)?;
+///     job.experiment(thrown).jacobian(&parameters, &end)
+/// });
+/// for (end, velocity) in ends.into_iter().zip(velocities) {
+///     let end = end?;
+///     assert!((end.value[0] - 0.5 * velocity[0]).abs() < 1e-12);
+///     assert!((end.jacobian[(0, 0)] - 0.5).abs() < 1e-12);
 /// }
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 #[derive(Clone)]
 pub struct Batch {
-    pub(crate) plan: Plan,
+    job: Job,
     progress: Option<Arc<ProgressFunction>>,
+}
+
+/// Plan and cancel flag of one job of a [`Batch`]: creates rollouts and experiments that end with the batch.
+#[derive(Debug, Clone)]
+pub struct Job {
+    pub(crate) plan: Plan,
     pub(crate) stop: Arc<AtomicBool>,
+}
+
+impl Job {
+    /// A rollout of a world from its initial state.
+    #[must_use]
+    pub fn rollout<T: Scalar, F: Force>(&self, world: impl Into<Arc<World<T, F>>>) -> Rollout<T> {
+        Rollout::new(world, &self.plan).with_cancel_flag(Arc::clone(&self.stop))
+    }
 }
 
 type ProgressFunction = dyn Fn(Progress) -> ControlFlow<()> + Send + Sync;
@@ -62,10 +76,10 @@ impl Batch {
     /// Rollouts by a plan.
     #[must_use]
     pub fn new(plan: &Plan) -> Self {
+        let (plan, stop) = (*plan, Arc::default());
         Self {
-            plan: *plan,
+            job: Job { plan, stop },
             progress: None,
-            stop: Arc::default(),
         }
     }
 
@@ -90,54 +104,39 @@ impl Batch {
     /// Ends the batch once the flag is true. Running rollouts end before their next step, or during an implicit step, and no other
     /// rollout begins. Both return the error [`RolloutError::Stopped`]. Another thread or a signal handler can set the flag.
     #[must_use]
-    pub fn stopped_by(self, flag: Arc<AtomicBool>) -> Self {
-        Self { stop: flag, ..self }
+    pub fn with_cancel_flag(mut self, flag: Arc<AtomicBool>) -> Self {
+        self.job.stop = flag;
+        self
     }
 
-    /// The trajectory of a world from each state; counted from the state's own time.
-    ///
-    /// # Errors
-    /// If a state has another number of bodies than the world, a pose that is not rigid, or a number that is
-    /// not finite; no rollout is begun then.
-    pub fn starting_from<T: Scalar, F: Force>(
-        &self,
-        world: &World<T, F>,
-        states: &[State<T>],
-    ) -> Result<Vec<Recorded<T>>, WorldError> {
-        states
-            .iter()
-            .try_for_each(|state| state.check_fits(world.bodies()))?;
-        let world = Arc::new(world.clone());
-        let rollout = |state: &State<T>| {
-            Rollout::new(Arc::clone(&world), &self.plan)
-                .starting_from_fitting(state.clone())
-                .stopped_by(Arc::clone(&self.stop))
-        };
-        Ok(self.results(
-            states,
-            |state| rollout(state).recorded(),
-            |state| Interrupted {
-                error: RolloutError::Stopped,
-                trajectory: Trajectory::starting_with(state.clone()),
-            },
-        ))
-    }
-
-    /// The trajectory of each world from its initial state.
-    pub fn of_worlds<T: Scalar, F: Force>(&self, worlds: &[World<T, F>]) -> Vec<Recorded<T>> {
-        let job = |world: &World<T, F>| {
-            let rollout = world.rollout(&self.plan);
-            rollout.stopped_by(Arc::clone(&self.stop)).recorded()
-        };
-        self.results(worlds, job, |world| Interrupted {
+    /// The trajectory of each world from its initial state. [`World::with_initial_state`] gives worlds that start from many states.
+    pub fn rollouts<T: Scalar, F: Force>(&self, worlds: &[World<T, F>]) -> Vec<RolloutResult<T>> {
+        let run = |world: &World<T, F>| self.job.rollout(world).run();
+        self.results(worlds, run, |world| RolloutFailure {
             error: RolloutError::Stopped,
             trajectory: Trajectory::starting_with(world.initial_state()),
         })
     }
 
-    /// The result of a job for each item, over all threads, or what it is for one that was not begun. The job contains its
-    /// panics.
-    pub(crate) fn results<I: Sync, O: Send, E: Send>(
+    /// Calls a function for each item.
+    ///
+    /// # Errors
+    /// The errors that the function returns; [`RolloutError::Panicked`] if it panics, and [`RolloutError::Stopped`] if the batch ends
+    /// before its item.
+    pub fn map<I: Sync, O: Send, E: From<RolloutError> + Send>(
+        &self,
+        items: &[I],
+        function: impl Fn(&Job, &I) -> Result<O, E> + Sync,
+    ) -> Vec<Result<O, E>> {
+        let call = |item: &I| {
+            let result = contained(|| Ok::<_, RolloutError>(function(&self.job, item)));
+            result.map_err(E::from)?
+        };
+        self.results(items, call, |_| RolloutError::Stopped.into())
+    }
+
+    /// The result of a job for each item, or the `stopped` error of an item whose job has not begun. The job contains its panics.
+    fn results<I: Sync, O: Send, E: Send>(
         &self,
         items: &[I],
         job: impl Fn(&I) -> Result<O, E> + Sync,
@@ -145,8 +144,8 @@ impl Batch {
     ) -> Vec<Result<O, E>> {
         let (finished, total) = (AtomicUsize::new(0), items.len());
         let (has_panicked, is_stopped) = (AtomicBool::new(false), AtomicBool::new(false));
-        results_of(items, |item| {
-            if is_stopped.load(Ordering::Relaxed) || self.stop.load(Ordering::Relaxed) {
+        parallel::map(items, |item| {
+            if is_stopped.load(Ordering::Relaxed) || self.job.stop.load(Ordering::Relaxed) {
                 return Err(stopped(item));
             }
             let result = job(item);
@@ -175,7 +174,7 @@ impl fmt::Debug for Batch {
     fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
         formatter
             .debug_struct("Batch")
-            .field("plan", &self.plan)
+            .field("plan", &self.job.plan)
             .finish_non_exhaustive()
     }
 }

@@ -1,6 +1,6 @@
 use super::mass::check_mass_number;
 use super::motion::state_on;
-use super::{BodyShape, BodyState, Inertia, Mass, Material, Motion, PrescribedPath, WorldError};
+use super::{BodyShape, BodyState, Inertia, KinematicPath, Mass, Material, Motion, WorldError};
 use crate::scalar::Scalar;
 use crate::spatial::{Pose, Twist};
 use nalgebra::Vector3;
@@ -16,7 +16,7 @@ pub struct Body<T = f64> {
     pub(super) shape: BodyShape,
     pub(crate) material: Material<T>,
     /// Whether dissipation and friction are evaluated: one of them is not zero, or is a parameter.
-    pub(crate) rubs: bool,
+    pub(crate) is_dissipative: bool,
     pub(crate) motion: Motion<T>,
     pub(crate) initial: BodyState<T>,
     /// Time (s) of the initial state.
@@ -58,13 +58,13 @@ impl Body<f64> {
     ///
     /// # Errors
     /// If the material is out of range, or a compliant body has no modulus, or a rigid one has one.
-    pub fn prescribed(
+    pub fn kinematic(
         name: &str,
         shape: impl Into<BodyShape>,
         material: Material,
-        path: Arc<PrescribedPath>,
+        path: Arc<KinematicPath>,
     ) -> Result<Self, WorldError> {
-        Self::new(name, shape.into(), material, Motion::Prescribed(path))
+        Self::new(name, shape.into(), material, Motion::Kinematic(path))
     }
 
     pub(super) fn new(
@@ -75,7 +75,7 @@ impl Body<f64> {
     ) -> Result<Self, WorldError> {
         material.check_on(name, &shape)?;
         let initial = match &motion {
-            Motion::Prescribed(path) => state_on(&**path, 0.0),
+            Motion::Kinematic(path) => state_on(&**path, 0.0),
             Motion::Dynamic(_) | Motion::Fixed => BodyState {
                 pose: Pose::identity(),
                 twist: Twist::zero(),
@@ -85,7 +85,7 @@ impl Body<f64> {
             name: name.to_owned(),
             shape,
             material,
-            rubs: material.dissipation > 0.0
+            is_dissipative: material.dissipation > 0.0
                 || material.friction.is_some_and(|friction| friction > 0.0),
             motion,
             initial,
@@ -95,7 +95,7 @@ impl Body<f64> {
 
     /// The same body, starting at a pose; not for a body on a path.
     #[must_use]
-    pub fn at(mut self, pose: Pose) -> Self {
+    pub fn with_pose(mut self, pose: Pose) -> Self {
         self.initial.pose = pose;
         self
     }
@@ -110,7 +110,7 @@ impl Body<f64> {
 
     /// The same body, starting with a spin (rad/s, world axes); only for a body that forces move.
     #[must_use]
-    pub fn with_spin(mut self, spin: Vector3<f64>) -> Self {
+    pub fn with_angular_velocity(mut self, spin: Vector3<f64>) -> Self {
         self.initial.twist.angular = spin;
         self
     }
@@ -121,11 +121,11 @@ impl Body<f64> {
             name: self.name.clone(),
             shape: self.shape.clone(),
             material: self.material.lifted(),
-            rubs: self.rubs,
+            is_dissipative: self.is_dissipative,
             motion: match &self.motion {
                 Motion::Dynamic(inertia) => Motion::Dynamic(inertia.lifted()),
                 Motion::Fixed => Motion::Fixed,
-                Motion::Prescribed(path) => Motion::Prescribed(Arc::clone(path)),
+                Motion::Kinematic(path) => Motion::Kinematic(Arc::clone(path)),
             },
             initial: self.initial.lifted(),
             start: self.start,
@@ -135,7 +135,7 @@ impl Body<f64> {
     /// Moves the initial state to a time (s): that of a body on a path along the path.
     pub(super) fn start_at(&mut self, time: f64) {
         self.start = time;
-        if let Motion::Prescribed(path) = &self.motion {
+        if let Motion::Kinematic(path) = &self.motion {
             self.initial = state_on(&**path, time);
         }
     }
@@ -164,7 +164,7 @@ impl Body<f64> {
                 pose: self.initial.pose,
                 twist: Twist::zero(),
             },
-            Motion::Prescribed(path) => state_on(&**path, self.start),
+            Motion::Kinematic(path) => state_on(&**path, self.start),
         };
         let (given, twist) = (&self.initial, &self.initial.twist);
         let keeps = [
@@ -193,11 +193,11 @@ impl<T: Scalar> Body<T> {
             name: self.name.clone(),
             shape: self.shape.clone(),
             material: self.material.real(),
-            rubs: self.rubs,
+            is_dissipative: self.is_dissipative,
             motion: match &self.motion {
                 Motion::Dynamic(inertia) => Motion::Dynamic(inertia.real()),
                 Motion::Fixed => Motion::Fixed,
-                Motion::Prescribed(path) => Motion::Prescribed(Arc::clone(path)),
+                Motion::Kinematic(path) => Motion::Kinematic(Arc::clone(path)),
             },
             initial: self.initial.real(),
             start: self.start,
@@ -227,13 +227,13 @@ impl<T: Scalar> Body<T> {
     pub fn inertia(&self) -> Option<&Inertia<T>> {
         match &self.motion {
             Motion::Dynamic(inertia) => Some(inertia),
-            Motion::Fixed | Motion::Prescribed(_) => None,
+            Motion::Fixed | Motion::Kinematic(_) => None,
         }
     }
 
     /// The state the body starts in.
     #[must_use]
-    pub fn initial(&self) -> &BodyState<T> {
+    pub fn initial_state(&self) -> &BodyState<T> {
         &self.initial
     }
 

@@ -2,8 +2,8 @@ use super::sweep::Sweep;
 use super::system::System;
 use super::{Force, State, World, WorldError};
 use crate::contact::{ContactSurface, ContactWrench};
+use crate::parallel::mapped_into;
 use crate::scalar::Scalar;
-use crate::threads::mapped_into;
 
 /// Two bodies of a world that touch.
 #[derive(Debug, Clone)]

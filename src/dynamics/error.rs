@@ -45,9 +45,9 @@ pub enum WorldError {
         .0[0], .0[1]
     )]
     NoContact([String; 2]),
-    /// [`Force::coupled`](super::Force::coupled) returned the index of a body that the world does not have.
+    /// [`Force::coupling_groups`](super::Force::coupling_groups) returned the index of a body that the world does not have.
     #[error(
-        "Force::coupled returned body index {index}, but the world has {bodies} bodies, counted from 0"
+        "Force::coupling_groups returned body index {index}, but the world has {bodies} bodies, counted from 0"
     )]
     CoupledBody {
         /// The index that was returned.

@@ -1,4 +1,4 @@
-use super::any_world::AnyWorld;
+use super::any_world::DynWorld;
 use super::implicit::{IMPLICIT_EULER, SDIRK3, Scheme};
 use super::system::System;
 use super::workspace::Workspace;
@@ -97,7 +97,7 @@ impl Splitting {
     /// Lets all forces act for the time step (s) at fixed poses. Controls act by their means over the step.
     pub(super) fn kick<T: Scalar>(
         self,
-        world: &dyn AnyWorld<T>,
+        world: &dyn DynWorld<T>,
         state: &mut State<T>,
         time_step: f64,
         workspace: &mut Workspace<T>,
@@ -165,7 +165,7 @@ impl<T: Scalar> System<T> {
             match self.bodies[index].inertia() {
                 Some(inertia) => move_freely(body_state, inertia, duration),
                 None => {
-                    if let Some(driven) = self.driven_state(index, state.time) {
+                    if let Some(driven) = self.kinematic_state(index, state.time) {
                         *body_state = driven;
                     }
                 }

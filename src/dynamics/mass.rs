@@ -19,7 +19,7 @@ pub enum Mass {
     /// A total mass (kg), spread uniformly over the volume.
     Total(f64),
     /// Mass, center of mass and inertia as given.
-    Given(MassProperties),
+    Properties(MassProperties),
 }
 
 impl Mass {
@@ -33,12 +33,12 @@ impl Mass {
         let (quantity, value, density) = match *self {
             Self::Density(density) => ("density", density, density),
             Self::Total(mass) => ("mass", mass, mass / volume),
-            Self::Given(properties) => ("mass", properties.mass, properties.mass / volume),
+            Self::Properties(properties) => ("mass", properties.mass, properties.mass / volume),
         };
         check_mass_number(body, quantity, value)?;
         check_mass_number(body, "mass", density * volume)?;
         let properties = match *self {
-            Self::Given(properties) => properties,
+            Self::Properties(properties) => properties,
             Self::Density(_) | Self::Total(_) => at_density(density).map_err(|_| {
                 let (body, value) = (body.to_owned(), f64::INFINITY);
                 let quantity = "inertia";

@@ -78,7 +78,7 @@ impl<T: Scalar> Material<T> {
     /// Where both coefficients a and b are 0, the mean 2ab/(a + b) has directional derivatives, but no derivative: dual
     /// numbers get 0, which is right by one of the two alone.
     #[must_use]
-    pub fn law_with(&self, other: &Self, slip_tolerance: f64) -> SurfaceLaw<T> {
+    pub fn combined_with(&self, other: &Self, slip_tolerance: f64) -> SurfaceLaw<T> {
         let dissipation = match (self.modulus, other.modulus) {
             (Some(own), Some(others)) => {
                 (self.dissipation * others + other.dissipation * own) / (own + others)

@@ -18,12 +18,12 @@
 //! let skin = Material::elastic(1e5);
 //! let world = World::new(vec![
 //!     Body::dynamic("ball", ball, skin, Mass::Total(1.0))?
-//!         .at(Pose::from_translation(Vector3::new(0.0, 0.0, 0.3))),
+//!         .with_pose(Pose::from_translation(Vector3::new(0.0, 0.0, 0.3))),
 //!     Body::fixed("floor", floor, skin)?,
 //! ])?
 //! .with_gravity(Vector3::new(0.0, 0.0, -9.81))?;
 //!
-//! let trajectory = world.rollout(&Plan::new(1e-3, 400)?).recorded()?;
+//! let trajectory = world.rollout(&Plan::new(1e-3, 400)?).run()?;
 //! let lowest = trajectory.states().iter().map(|s| s.bodies[0].position().z);
 //! assert!(lowest.fold(f64::INFINITY, f64::min) < 0.2);
 //! # Ok::<(), Box<dyn std::error::Error>>(())
@@ -33,7 +33,7 @@
 //! by the names of their fields, a trajectory as `{ "states": [...] }`, poses and twists as
 //! [`crate::spatial`] says. What is loaded is checked: a trajectory has at least one state, as many bodies
 //! in each, and keeps the order of time; materials are in range; every number is finite. A rollout that
-//! goes on from a loaded state ([`Rollout::starting_from`]) has the bits of one from the state itself.
+//! goes on from a loaded state ([`Rollout::with_state`]) has the bits of one from the state itself.
 
 mod accuracy;
 mod any_world;
@@ -41,18 +41,17 @@ mod batch;
 mod body;
 mod body_shape;
 mod contacts;
+mod diagnostics;
 mod error;
 mod force;
 mod free_rotation;
 mod implicit;
 mod inertia;
 mod integrator;
-mod local;
 mod mass;
 mod material;
 mod motion;
 mod plan;
-mod report;
 mod reverse;
 mod rollout;
 mod rollout_error;
@@ -64,38 +63,43 @@ mod state;
 mod steps;
 mod sweep;
 mod system;
+mod tangent;
 mod trajectory;
 mod workspace;
 mod world;
+mod world_builder;
 #[cfg(feature = "serde")]
 mod world_serial;
 mod wrenches;
 
 pub use accuracy::Accuracy;
-pub(crate) use any_world::{AnyWorld, WithSystem};
-pub use batch::{Batch, Progress};
+pub(crate) use any_world::{DynWorld, WithModel};
+pub use batch::{Batch, Job, Progress};
 pub use body::Body;
 pub use body_shape::BodyShape;
 pub use contacts::Contact;
+pub use diagnostics::{ContactTopology, Diagnostics, Momentum};
 pub use error::WorldError;
 use force::TimeSpan;
-pub use force::{Control, Drag, Force, ForceNumber, Situation, Spring, Thruster, Wrenches};
+pub use force::{
+    Control, Drag, Force, ForceContext, ForceNumber, Spring, Thruster, WrenchAccumulator,
+};
 pub use implicit::{BodyErrors, EnergyBalance, StepReport, Work};
 pub use inertia::Inertia;
 pub use integrator::Integrator;
-pub(crate) use local::LOCAL;
 pub use mass::Mass;
 pub use material::Material;
+pub use motion::KinematicPath;
 pub(crate) use motion::Motion;
-pub use motion::PrescribedPath;
 pub use plan::Plan;
-pub use report::{Momentum, Report, Topology};
-pub use reverse::{Kink, KinksMet, StateCovector};
+pub use reverse::{Kink, KinkSummary, StateGradient};
 pub(crate) use reverse::{Reversal, SystemGradient, Tape};
 pub use rollout::Rollout;
 pub use rollout_error::RolloutError;
 pub(crate) use settings::check_positive;
 pub use state::{BodyState, State};
 pub(crate) use system::System;
-pub use trajectory::{Interrupted, Recorded, Trajectory};
+pub(crate) use tangent::{STATE_DIM, turn_between};
+pub use trajectory::{RolloutFailure, RolloutResult, Trajectory};
 pub use world::World;
+pub use world_builder::WorldBuilder;

@@ -5,7 +5,7 @@ use std::fmt;
 use std::sync::Arc;
 
 /// A path through time: pose and twist at a time (s).
-pub type PrescribedPath = dyn Fn(f64) -> BodyState + Send + Sync;
+pub type KinematicPath = dyn Fn(f64) -> BodyState + Send + Sync;
 
 /// How a body comes by its motion.
 #[derive(Clone)]
@@ -16,14 +16,14 @@ pub enum Motion<T = f64> {
     /// Not at all.
     Fixed,
     /// Along a given path, whatever pushes it. The path carries no derivatives.
-    Prescribed(Arc<PrescribedPath>),
+    Kinematic(Arc<KinematicPath>),
 }
 
 impl<T> Motion<T> {
     /// Whether the body follows a path.
-    pub(crate) fn is_prescribed(&self) -> bool {
+    pub(crate) fn is_kinematic(&self) -> bool {
         match self {
-            Self::Prescribed(_) => true,
+            Self::Kinematic(_) => true,
             Self::Dynamic(_) | Self::Fixed => false,
         }
     }
@@ -31,7 +31,7 @@ impl<T> Motion<T> {
 
 /// The state a path gives at a time (s), its rotation orthonormal to round-off: the only place that
 /// asks a path.
-pub(super) fn state_on(path: &PrescribedPath, time: f64) -> BodyState {
+pub(super) fn state_on(path: &KinematicPath, time: f64) -> BodyState {
     let state = path(time);
     BodyState {
         pose: state.pose.orthonormalized(),
@@ -44,7 +44,7 @@ impl<T: fmt::Debug> fmt::Debug for Motion<T> {
         match self {
             Self::Dynamic(inertia) => formatter.debug_tuple("Dynamic").field(inertia).finish(),
             Self::Fixed => formatter.write_str("Fixed"),
-            Self::Prescribed(_) => formatter.write_str("Prescribed"),
+            Self::Kinematic(_) => formatter.write_str("Kinematic"),
         }
     }
 }

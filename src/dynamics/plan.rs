@@ -61,14 +61,21 @@ impl Plan {
         Self { integrator, ..self }
     }
 
-    /// The same plan, recording the initial state, every `every`th after it (0 counts as 1), and the last. Outcomes see
-    /// no other states.
+    /// The same plan, recording the initial state, every `every`th state after it, and the last state. Zero records the initial and
+    /// the last state alone, as [`Self::recording_ends`]. Outcomes see no other states.
     #[must_use]
     pub fn recording_every(self, every: usize) -> Self {
+        let record_every = if every == 0 { usize::MAX } else { every };
         Self {
-            record_every: every.max(1),
+            record_every,
             ..self
         }
+    }
+
+    /// The same plan, recording the initial and the last state alone.
+    #[must_use]
+    pub fn recording_ends(self) -> Self {
+        self.recording_every(0)
     }
 
     /// Turns off the stability check of explicit steps.
@@ -149,7 +156,7 @@ impl Plan {
         self.integrator
     }
 
-    /// After how many steps a state is recorded.
+    /// Number of steps from one recorded state to the next, or [`usize::MAX`] if only the ends are recorded.
     #[must_use]
     pub fn record_every(&self) -> usize {
         self.record_every

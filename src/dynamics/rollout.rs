@@ -1,16 +1,16 @@
-use super::any_world::AnyWorld;
+use super::any_world::DynWorld;
 use super::steps::Steps;
 use super::{
-    Force, Interrupted, Plan, Recorded, RolloutError, State, StepReport, Trajectory, World,
+    Force, Plan, RolloutError, RolloutFailure, RolloutResult, State, StepReport, Trajectory, World,
     WorldError,
 };
+use crate::parallel::contained;
 use crate::scalar::Scalar;
-use crate::threads::contained;
 use std::fmt;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 
-/// An endless iterator over the states that follow a world's initial state, one a time step; [`Self::recorded`] takes the
+/// An endless iterator over the states that follow a world's initial state, one a time step; [`Self::run`] takes the
 /// steps that were planned.
 ///
 /// Each item is the next state. The iterator returns an error and ends if a state is not finite, an explicit step fails the
@@ -18,10 +18,10 @@ use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 ///
 /// A panic in a function that was passed in (a force, a path) passes through the iterator and
 /// through [`Self::advance`]. Whoever catches it finds the last good state in [`Self::state`], and
-/// may go on: the step is taken again. [`Self::recorded`] makes an error of it.
+/// may go on: the step is taken again. [`Self::run`] makes an error of it.
 #[derive(Clone)]
 pub struct Rollout<T = f64> {
-    world: Arc<dyn AnyWorld<T>>,
+    world: Arc<dyn DynWorld<T>>,
     plan: Plan,
     steps: Steps<T>,
     count: Option<Arc<AtomicUsize>>,
@@ -39,7 +39,7 @@ impl<T: Scalar, F: Force> World<T, F> {
     /// cheaper too, because it compares each step with the previous step.
     ///
     /// # Errors
-    /// If the state does not fit the world (see [`Rollout::starting_from`]), or the next one is not finite or fails the
+    /// If the state does not fit the world (see [`Rollout::with_state`]), or the next one is not finite or fails the
     /// stability check.
     pub fn step(&self, state: &State<T>, plan: &Plan) -> Result<State<T>, RolloutError> {
         state.check_fits(self.bodies())?;
@@ -57,7 +57,7 @@ impl<T: Scalar> Rollout<T> {
     }
 
     /// The same of a world whatever its forces.
-    pub(crate) fn of(world: Arc<dyn AnyWorld<T>>, plan: &Plan) -> Self {
+    pub(crate) fn of(world: Arc<dyn DynWorld<T>>, plan: &Plan) -> Self {
         let steps = Steps::from(world.system().initial_state());
         Self {
             world,
@@ -71,30 +71,25 @@ impl<T: Scalar> Rollout<T> {
     ///
     /// # Errors
     /// If the state has another number of bodies, a pose that is not rigid, or a number that is not finite.
-    pub fn starting_from(self, state: State<T>) -> Result<Self, WorldError> {
+    pub fn with_state(self, state: State<T>) -> Result<Self, WorldError> {
         state.check_fits(&self.world.system().bodies)?;
-        Ok(self.starting_from_fitting(state))
-    }
-
-    /// The same rollout from a state that fits the world.
-    pub(super) fn starting_from_fitting(self, state: State<T>) -> Self {
         let steps = Steps::from(self.world.system().placed(state));
-        let steps = steps.stopped_by(self.steps.stop);
-        Self { steps, ..self }
+        let steps = steps.with_cancel_flag(self.steps.stop);
+        Ok(Self { steps, ..self })
     }
 
     /// Ends the rollout with [`RolloutError::Stopped`] once the flag is true: before its next step, or during an implicit step.
     /// Another thread or a signal handler can set the flag. [`Self::state`] stays the state before the step.
     #[must_use]
-    pub fn stopped_by(self, flag: Arc<AtomicBool>) -> Self {
-        let steps = self.steps.stopped_by(flag);
+    pub fn with_cancel_flag(self, flag: Arc<AtomicBool>) -> Self {
+        let steps = self.steps.with_cancel_flag(flag);
         Self { steps, ..self }
     }
 
-    /// The same rollout, of which [`Self::recorded`] adds 1 to a number for each step taken: for another thread to read, that
+    /// The same rollout, of which [`Self::run`] adds 1 to a number for each step taken: for another thread to read, that
     /// shows how far the rollout has come.
     #[must_use]
-    pub fn counted_by(self, count: Arc<AtomicUsize>) -> Self {
+    pub fn with_step_counter(self, count: Arc<AtomicUsize>) -> Self {
         let count = Some(count);
         Self { count, ..self }
     }
@@ -107,7 +102,7 @@ impl<T: Scalar> Rollout<T> {
 
     /// What the last implicit step took, rejected substeps included; none before it, or if steps are explicit.
     #[must_use]
-    pub fn report(&self) -> Option<&StepReport> {
+    pub fn step_report(&self) -> Option<&StepReport> {
         self.steps.memory.as_ref().map(|memory| &memory.report)
     }
 
@@ -115,18 +110,21 @@ impl<T: Scalar> Rollout<T> {
     ///
     /// # Errors
     /// If a state is not finite or fails the stability check, a force or a path panics, or the rollout is
-    /// [stopped](Self::stopped_by); the error holds the trajectory up to there.
-    pub fn recorded(self) -> Recorded<T> {
+    /// [stopped](Self::with_cancel_flag); the error holds the trajectory up to there.
+    pub fn run(self) -> RolloutResult<T> {
         self.recorded_with(|_, _| {})
     }
 
     /// The same, showing how far it has come before and after every step, with the number of steps taken.
-    pub(crate) fn recorded_with(mut self, mut show: impl FnMut(usize, &Steps<T>)) -> Recorded<T> {
+    pub(crate) fn recorded_with(
+        mut self,
+        mut show: impl FnMut(usize, &Steps<T>),
+    ) -> RolloutResult<T> {
         let mut trajectory = Trajectory::starting_with(self.state().clone());
         show(0, &self.steps);
         match contained(|| self.record(&mut trajectory, show)) {
             Ok(()) => Ok(trajectory),
-            Err(error) => Err(Interrupted { error, trajectory }),
+            Err(error) => Err(RolloutFailure { error, trajectory }),
         }
     }
 
@@ -154,7 +152,7 @@ impl<T: Scalar> Rollout<T> {
     /// depends on which bodies touch.
     ///
     /// # Errors
-    /// If the state is not finite, the step fails the stability check, or the rollout is [stopped](Self::stopped_by).
+    /// If the state is not finite, the step fails the stability check, or the rollout is [stopped](Self::with_cancel_flag).
     /// [`Self::state`] then stays the state before the step.
     pub fn advance(&mut self) -> Result<&State<T>, RolloutError> {
         self.steps.advance(&*self.world, &self.plan)
@@ -182,7 +180,7 @@ impl<T: Scalar> Iterator for Rollout<T> {
     }
 
     /// Without copies of the states that are passed over. An error among these ends the iteration;
-    /// [`Self::recorded`] tells of it.
+    /// [`Self::run`] tells of it.
     fn nth(&mut self, count: usize) -> Option<Self::Item> {
         for _ in 0..count {
             if self.steps.has_failed || self.advance().is_err() {

@@ -1,5 +1,5 @@
 use super::WorldError;
-use crate::threads::Panicked;
+use crate::parallel::Panicked;
 
 /// Why a rollout ended.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
@@ -28,7 +28,7 @@ pub enum RolloutError {
         /// The least (m/s).
         least: f64,
     },
-    /// It was [stopped](super::Rollout::stopped_by), or the batch that it belongs to was ended before it began.
+    /// It was [stopped](super::Rollout::with_cancel_flag), or the batch that it belongs to was ended before it began.
     #[error("the rollout was stopped before its end")]
     Stopped,
     /// A state is no longer finite.

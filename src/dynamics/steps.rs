@@ -8,7 +8,7 @@
 //! Angular momentum is the state of rotation. Drifts keep it to rounding errors, and the angular velocity follows from the angular momentum
 //! and the rotated inertia.
 
-use super::any_world::AnyWorld;
+use super::any_world::DynWorld;
 use super::implicit::{LastStep, Memory, Scheme, Step, Trace};
 use super::integrator::{Kind, Splitting};
 use super::stability::{ContactBalances, Instability, Kick};
@@ -69,7 +69,7 @@ impl<T: Scalar> From<State<T>> for Steps<T> {
 
 impl Steps<f64> {
     /// The steps of a world's rollout, so many of which have led here.
-    pub(super) fn resumed(here: &Checkpoint, world: &dyn AnyWorld<f64>, taken: usize) -> Self {
+    pub(super) fn resumed(here: &Checkpoint, world: &dyn DynWorld<f64>, taken: usize) -> Self {
         let last = here.last.as_ref();
         let memory = last.map(|last| Memory::of(world, Arc::default()).after(last.clone()));
         Self {
@@ -96,7 +96,7 @@ impl Steps<f64> {
 
 impl<T: Scalar> Steps<T> {
     /// Ends the steps with [`RolloutError::Stopped`] once the flag is true.
-    pub(super) fn stopped_by(mut self, stop: Arc<AtomicBool>) -> Self {
+    pub(super) fn with_cancel_flag(mut self, stop: Arc<AtomicBool>) -> Self {
         if let Some(memory) = &mut self.memory {
             memory.stop = Arc::clone(&stop);
         }
@@ -105,7 +105,7 @@ impl<T: Scalar> Steps<T> {
 
     pub(super) fn advance(
         &mut self,
-        world: &dyn AnyWorld<T>,
+        world: &dyn DynWorld<T>,
         plan: &Plan,
     ) -> Result<&State<T>, RolloutError> {
         let is_stopped = self.stop.load(Ordering::Relaxed);
@@ -134,7 +134,7 @@ impl<T: Scalar> Steps<T> {
 
     fn advance_explicitly(
         &mut self,
-        world: &dyn AnyWorld<T>,
+        world: &dyn DynWorld<T>,
         (plan, splitting): (&Plan, Splitting),
         step: usize,
     ) -> Result<(), RolloutError> {
@@ -157,7 +157,7 @@ impl<T: Scalar> Steps<T> {
 
     fn advance_implicitly(
         &mut self,
-        world: &dyn AnyWorld<T>,
+        world: &dyn DynWorld<T>,
         (plan, scheme): (&Plan, &'static Scheme),
         end: f64,
     ) -> Result<(), RolloutError> {
@@ -189,8 +189,8 @@ impl<T: Scalar> Steps<T> {
 
     /// An error, if a path is not finite at the time of the next state.
     fn lost_path(&self, system: &System<T>, step: usize) -> Option<RolloutError> {
-        let is_prescribed = |body: &Body<T>| body.motion.is_prescribed();
-        let (time, body) = (self.next.time, self.lost(system, is_prescribed)?);
+        let is_kinematic = |body: &Body<T>| body.motion.is_kinematic();
+        let (time, body) = (self.next.time, self.lost(system, is_kinematic)?);
         Some(RolloutError::PathNotFinite { step, time, body })
     }
 

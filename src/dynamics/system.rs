@@ -71,7 +71,7 @@ impl System {
         let meshless: Vec<usize> = places.filter(|&index| !self.has_mesh(index)).collect();
         for (place, &j) in meshless.iter().enumerate() {
             let mut others = meshless[..place].iter();
-            if let Some(&i) = others.find(|&&i| self.concerns(i, j)) {
+            if let Some(&i) = others.find(|&&i| self.can_interact(i, j)) {
                 let name = |index: usize| self.bodies[index].name().to_owned();
                 return Err(WorldError::NoContact([name(i), name(j)]));
             }
@@ -146,8 +146,8 @@ impl<T: Scalar> System<T> {
 
     /// Bodies A and B of a contact of two bodies, i < j, if it counts: it is not ignored, forces move one of them, and A is
     /// compliant with a mesh. This is the one place that says what touches what.
-    pub(crate) fn contact_order(&self, i: usize, j: usize) -> Option<(usize, usize)> {
-        if !self.concerns(i, j) {
+    pub(crate) fn ordered_pair(&self, i: usize, j: usize) -> Option<(usize, usize)> {
+        if !self.can_interact(i, j) {
             return None;
         }
         match (self.has_mesh(i), self.has_mesh(j)) {
@@ -162,7 +162,7 @@ impl<T: Scalar> System<T> {
     }
 
     /// Whether it matters if two bodies, i < j, touch: forces move one of them, and the pair is not ignored.
-    fn concerns(&self, i: usize, j: usize) -> bool {
+    fn can_interact(&self, i: usize, j: usize) -> bool {
         let moves = |index: usize| self.bodies[index].inertia().is_some();
         (moves(i) || moves(j)) && !self.ignored.contains(&(i, j))
     }
@@ -176,18 +176,18 @@ impl<T: Scalar> System<T> {
     /// Puts the bodies that forces do not move where they belong.
     pub(super) fn place(&self, state: &mut State<T>) {
         for (index, body) in state.bodies.iter_mut().enumerate() {
-            if let Some(driven) = self.driven_state(index, state.time) {
+            if let Some(driven) = self.kinematic_state(index, state.time) {
                 *body = driven;
             }
         }
     }
 
     /// The state of a body that forces do not move.
-    pub(super) fn driven_state(&self, index: usize, time: f64) -> Option<BodyState<T>> {
+    pub(super) fn kinematic_state(&self, index: usize, time: f64) -> Option<BodyState<T>> {
         match &self.bodies[index].motion {
             Motion::Dynamic(_) => None,
             Motion::Fixed => Some(self.bodies[index].initial),
-            Motion::Prescribed(path) => Some(state_on(&**path, time).lifted()),
+            Motion::Kinematic(path) => Some(state_on(&**path, time).lifted()),
         }
     }
 }

@@ -11,7 +11,7 @@ pub struct Trajectory<T = f64> {
 #[derive(Debug, Clone, thiserror::Error)]
 #[error("{error}")]
 #[non_exhaustive]
-pub struct Interrupted<T> {
+pub struct RolloutFailure<T> {
     /// Why it ended.
     pub error: RolloutError,
     /// The states before that.
@@ -19,7 +19,7 @@ pub struct Interrupted<T> {
 }
 
 /// What a rollout has recorded: all it should, or an error with what there was before.
-pub type Recorded<T = f64> = Result<Trajectory<T>, Interrupted<T>>;
+pub type RolloutResult<T = f64> = Result<Trajectory<T>, RolloutFailure<T>>;
 
 impl<T: Scalar> Trajectory<T> {
     pub(super) fn starting_with(state: State<T>) -> Self {

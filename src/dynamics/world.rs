@@ -1,7 +1,7 @@
 use super::force::check_coupled;
 use super::settings::{check_finite, check_slip_tolerance};
 use super::system::{FORCE_PARAMETER, System};
-use super::{Body, Control, Force, Motion, PrescribedPath, State, WorldError};
+use super::{Body, Control, Force, KinematicPath, Motion, State, WorldBuilder, WorldError};
 use crate::scalar::Scalar;
 use crate::spatial::Twist;
 use nalgebra::Vector3;
@@ -19,13 +19,13 @@ pub struct World<T = f64, F = ()> {
 /// Shapes, paths and forces are shared, not copied.
 impl<T: Clone, F> Clone for World<T, F> {
     fn clone(&self) -> Self {
-        self.with_system(self.system.clone())
+        self.with_model(self.system.clone())
     }
 }
 
 impl<T, F> World<T, F> {
     /// These forces in another system.
-    pub(crate) fn with_system<U>(&self, system: System<U>) -> World<U, F> {
+    pub(crate) fn with_model<U>(&self, system: System<U>) -> World<U, F> {
         let forces = Arc::clone(&self.forces);
         World { system, forces }
     }
@@ -47,28 +47,32 @@ impl<T: Clone, F> From<&World<T, F>> for Arc<World<T, F>> {
 }
 
 impl World {
+    /// Starts a world of bodies and settings.
+    pub fn builder() -> WorldBuilder {
+        WorldBuilder::default()
+    }
+
     /// A world without gravity, in which any two bodies may touch.
     ///
     /// # Errors
-    /// If two bodies have the same name, an initial state is not usable, or there is no contact between two bodies of which
-    /// forces move one at least, because both are rigid or half-spaces.
+    /// As [`WorldBuilder::build`].
     pub fn new(bodies: Vec<Body>) -> Result<Self, WorldError> {
-        Self::new_ignoring(bodies, &[])
+        Self::of_bodies(bodies, &[])
     }
 
-    /// As [`Self::new`], but contacts of these pairs, by the names of their bodies, do not count: of two rigid bodies, say.
-    ///
-    /// # Errors
-    /// As [`Self::new`], of the other pairs; or if there is no body of one of the names, or a pair is one of the same body.
-    pub fn new_ignoring(bodies: Vec<Body>, pairs: &[[&str; 2]]) -> Result<Self, WorldError> {
+    /// A world in which these pairs of bodies pass through each other.
+    pub(super) fn of_bodies(
+        bodies: Vec<Body>,
+        ignored: &[[String; 2]],
+    ) -> Result<Self, WorldError> {
         let mut system = System::starting_at(0.0, bodies)?;
-        for [first, second] in pairs {
+        for [first, second] in ignored {
             system = system.ignoring(first, second)?;
         }
         system.check_partners()?;
         // A body on a path has its pose from there, orthonormal already.
         for body in &mut system.bodies {
-            if !body.motion.is_prescribed() {
+            if !body.motion.is_kinematic() {
                 body.initial.pose = body.initial.pose.orthonormalized();
             }
         }
@@ -97,17 +101,17 @@ impl<F: Force> World<f64, F> {
     /// they cannot by a constant of the force itself. In place of the one of the same name, if there is one.
     ///
     /// ```
-    /// use hydroelastic::dynamics::{Force, Situation, World, Wrenches};
+    /// use hydroelastic::dynamics::{Force, ForceContext, World, WrenchAccumulator};
     /// use hydroelastic::scalar::{Scalar, lift};
     ///
     /// /// Drag on all bodies: the world's `"drag"` (N s/m).
     /// struct Honey;
     ///
     /// impl Force for Honey {
-    ///     fn add_to<T: Scalar>(&self, wrenches: &mut Wrenches<T>, now: &Situation<T>) {
+    ///     fn add_to<T: Scalar>(&self, wrenches: &mut WrenchAccumulator<T>, now: &ForceContext<T>) {
     ///         let drag = now.parameter("drag").unwrap_or(lift(0.0));
     ///         for (body, state) in now.states.iter().enumerate() {
-    ///             wrenches.push_center(body, &(state.twist.linear * -drag));
+    ///             wrenches.apply_force_at_com(body, &(state.twist.linear * -drag));
     ///         }
     ///     }
     /// }
@@ -134,14 +138,17 @@ impl<F: Force> World<f64, F> {
         let system = &self.system;
         self.forces
             .check(&system.bodies, &system.force_parameters)?;
-        check_coupled(&self.forces.coupled(&system.bodies), system.bodies.len())
+        check_coupled(
+            &self.forces.coupling_groups(&system.bodies),
+            system.bodies.len(),
+        )
     }
 
     /// Replaces the forces of the world by one force, or by several as a tuple or a list. The world must already have the
     /// [force parameters](Self::with_force_parameter) that the forces name.
     ///
     /// # Errors
-    /// If a force [cannot act](Force::check) on the bodies, or [couples](Force::coupled) one that the world does not have.
+    /// If a force [cannot act](Force::check) on the bodies, or [couples](Force::coupling_groups) one that the world does not have.
     pub fn with_forces<G: Force>(self, forces: G) -> Result<World<f64, G>, WorldError> {
         let world = World {
             system: self.system,
@@ -157,7 +164,7 @@ impl<F: Force> World<f64, F> {
     /// # Errors
     /// If the state has another number of bodies, a pose that is not rigid, or a number that is not finite, or a path is not
     /// finite at its time.
-    pub fn starting_from(mut self, state: &State) -> Result<Self, WorldError> {
+    pub fn with_initial_state(mut self, state: &State) -> Result<Self, WorldError> {
         state.check_fits(self.bodies())?;
         let placed = self.system.placed(state.clone());
         self.system.start = placed.time;
@@ -195,16 +202,16 @@ impl<F: Force> World<f64, F> {
     pub fn with_path(
         mut self,
         body: &str,
-        path: Option<Arc<PrescribedPath>>,
+        path: Option<Arc<KinematicPath>>,
     ) -> Result<Self, WorldError> {
         let index = self.index_of(body)?;
         let found = &mut self.system.bodies[index];
         if found.inertia().is_some() {
             return Err(WorldError::Dynamic(body.to_owned()));
         }
-        found.motion = path.map_or(Motion::Fixed, Motion::Prescribed);
+        found.motion = path.map_or(Motion::Fixed, Motion::Kinematic);
         found.initial.twist = Twist::zero();
-        if let Some(start) = self.system.driven_state(index, self.system.start) {
+        if let Some(start) = self.system.kinematic_state(index, self.system.start) {
             self.system.bodies[index].initial = start;
         }
         self.system.check()?;
@@ -215,7 +222,7 @@ impl<F: Force> World<f64, F> {
     ///
     /// # Errors
     /// If there is no body of one of the names, or both are the same.
-    pub fn ignoring(mut self, first: &str, second: &str) -> Result<Self, WorldError> {
+    pub fn with_ignored(mut self, first: &str, second: &str) -> Result<Self, WorldError> {
         self.system = self.system.ignoring(first, second)?;
         Ok(self)
     }
@@ -234,7 +241,7 @@ impl<F: Force> World<f64, F> {
     /// The constant world: a world in `T` whose numbers have no derivatives.
     #[must_use]
     pub fn lifted<T: Scalar>(&self) -> World<T, F> {
-        self.with_system(self.system.lifted())
+        self.with_model(self.system.lifted())
     }
 }
 
@@ -288,7 +295,7 @@ impl<T: Scalar, F: Force> World<T, F> {
         &self.forces
     }
 
-    /// The state from which rollouts start: at time 0, unless the world [starts from](Self::starting_from) another.
+    /// The state from which rollouts start: at time 0, unless the world [starts from](Self::with_initial_state) another.
     #[must_use]
     pub fn initial_state(&self) -> State<T> {
         self.system.initial_state()

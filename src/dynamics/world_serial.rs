@@ -159,7 +159,7 @@ impl<F: Force> WorldLayout<F> {
             .with_gravity(self.gravity.into())?
             .with_slip_tolerance(self.slip_tolerance)?;
         for [first, second] in &self.ignored {
-            world = world.ignoring(first, second)?;
+            world = world.with_ignored(first, second)?;
         }
         world.system.check_partners()?;
         for (name, value) in &self.force_parameters {
@@ -229,7 +229,7 @@ impl BodyLayout {
                 axes: inertia.principal.axes.into(),
             }),
             Motion::Fixed => None,
-            Motion::Prescribed(_) => return None,
+            Motion::Kinematic(_) => return None,
         };
         Some(Self {
             name: body.name.clone(),

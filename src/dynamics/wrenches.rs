@@ -1,18 +1,20 @@
-use super::any_world::AnyWorld;
+use super::any_world::DynWorld;
 use super::sweep::Sweep;
 use super::system::System;
 use super::workspace::Workspace;
-use super::{Body, BodyState, Force, Situation, State, TimeSpan, World, WorldError, Wrenches};
+use super::{
+    Body, BodyState, Force, ForceContext, State, TimeSpan, World, WorldError, WrenchAccumulator,
+};
 use crate::contact::{ContactBody, ContactPair, ContactWrench, Partner};
+use crate::parallel::mapped_into;
 use crate::scalar::{Scalar, lift, lift_vector};
 use crate::spatial::Wrench;
-use crate::threads::mapped_into;
 use nalgebra::{Vector3, Vector6};
 
 /// The wrench on each body of a world about its center of mass, in world axes, of all but gravity. Controls are averaged over a
 /// time step.
 pub(super) fn all_wrenches<'s, T: Scalar>(
-    world: &dyn AnyWorld<T>,
+    world: &dyn DynWorld<T>,
     state: &State<T>,
     span: TimeSpan,
     workspace: &'s mut Workspace<T>,
@@ -63,9 +65,9 @@ impl<T: Scalar> System<T> {
         &self,
         (time, states, contact): (f64, &[BodyState<T>], &[Wrench<T>]),
         sums: &mut [Wrench<T>],
-        add: impl FnOnce(&mut Wrenches<T>, &Situation<T>),
+        add: impl FnOnce(&mut WrenchAccumulator<T>, &ForceContext<T>),
     ) {
-        let now = Situation {
+        let now = ForceContext {
             time,
             bodies: &self.bodies,
             states,
@@ -73,14 +75,14 @@ impl<T: Scalar> System<T> {
             contact,
             parameters: &self.force_parameters,
         };
-        add(&mut Wrenches::new(&now, sums), &now);
+        add(&mut WrenchAccumulator::new(&now, sums), &now);
     }
 
     /// Adds the mean controls over a time step.
     pub(super) fn add_controls(
         &self,
-        wrenches: &mut Wrenches<T>,
-        now: &Situation<T>,
+        wrenches: &mut WrenchAccumulator<T>,
+        now: &ForceContext<T>,
         span: TimeSpan,
     ) {
         for control in &self.controls {
@@ -135,7 +137,7 @@ impl<T: Scalar> System<T> {
         }
     }
 
-    /// The pairs that may touch, A first: those that [count](Self::contact_order), with boxes around the bodies that overlap in
+    /// The pairs that may touch, A first: those that [count](Self::ordered_pair), with boxes around the bodies that overlap in
     /// the world.
     pub(super) fn close_pairs<'s>(
         &self,
@@ -147,7 +149,7 @@ impl<T: Scalar> System<T> {
             .iter()
             .zip(states)
             .map(|(body, state)| body.shape.bounds_at(&state.pose.real()));
-        sweep.overlapping(boxes, |i, j| self.contact_order(i, j))
+        sweep.overlapping(boxes, |i, j| self.ordered_pair(i, j))
     }
 
     /// The contact of two bodies in these states, if the first is compliant with a mesh. It is in motion if either body has
@@ -165,8 +167,8 @@ impl<T: Scalar> System<T> {
         let modulus_b = modulus(b).unwrap_or(lift(1.0));
         let partner_b = Partner::from_valid(b.shape.partner(), states[1].pose, modulus_b);
         let pair = ContactPair::new(body_a, partner_b);
-        Some(if a.rubs || b.rubs {
-            let law = a.material.law_with(&b.material, self.slip_tolerance);
+        Some(if a.is_dissipative || b.is_dissipative {
+            let law = a.material.combined_with(&b.material, self.slip_tolerance);
             pair.moving(
                 law,
                 [a.twist_at_origin(states[0]), b.twist_at_origin(states[1])],
@@ -213,7 +215,7 @@ mod tests {
         // On a line: two fixed cubes, and three dynamic ones, of which the middle one is turned.
         let place = |body: Body, x: f64, turn: f64| {
             let rotation_vector = Vector3::z() * turn;
-            body.at(Pose::from_rotation_vector(
+            body.with_pose(Pose::from_rotation_vector(
                 &rotation_vector,
                 Vector3::x() * x,
             ))
@@ -237,7 +239,7 @@ mod tests {
         // The box around an eighth of a turn is 0.28 wide.
         let turned = world(std::f64::consts::FRAC_PI_4);
         assert_eq!(pairs(&turned), [(0, 2), (1, 2), (2, 3), (3, 4)]);
-        let ignoring = turned.ignoring("c", "a").unwrap();
+        let ignoring = turned.with_ignored("c", "a").unwrap();
         assert_eq!(pairs(&ignoring), [(1, 2), (2, 3), (3, 4)]);
     }
 }

@@ -141,7 +141,7 @@ impl Experiment {
         let watched = WithPositions(outcome);
         let check = MotionCheck::new(self, parameters, &watched, width)?;
         let names = parameters.iter().flat_map(Parameter::number_names);
-        let columns = names.zip(self.scales(parameters)).enumerate();
+        let columns = names.zip(self.scales(parameters)?).enumerate();
         let derivatives =
             columns.map(|(column, (number, scale))| check.checked(number, (column, scale), width));
         Ok(DerivativeCheck {

@@ -120,7 +120,7 @@ impl Experiment {
         outcome: &dyn DifferentiableOutcome,
     ) -> Result<DifferenceCheck, GradientError> {
         let (expected, _) = self.differentiated(parameters, outcome)?;
-        let scales = self.scales(parameters);
+        let scales = self.scales(parameters)?;
         let has_value = are_finite(&expected.value);
         let mut derivatives = expected.jacobian;
         for (mut column, scale) in derivatives.column_iter_mut().zip(&scales) {

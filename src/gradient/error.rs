@@ -1,7 +1,7 @@
 use super::OutcomeJacobian;
-use crate::dynamics::{Interrupted, RolloutError, WorldError};
+use crate::dynamics::{RolloutError, RolloutFailure, WorldError};
 use crate::mesh::DensityError;
-use crate::threads::Panicked;
+use crate::parallel::Panicked;
 use nalgebra::DVector;
 
 /// Why a gradient could not be computed.
@@ -52,12 +52,12 @@ pub enum GradientError {
         /// Names of the two bodies, in the order of the world's.
         bodies: [String; 2],
     },
-    /// Changes and the numbers of the parameters do not pair up.
-    #[error("{expected} numbers of parameters need as many changes, but got {found}")]
-    ChangeCount {
-        /// How many changes were given.
+    /// The number of values or changes is not that of the parameters.
+    #[error("the parameters have {expected} numbers, but got {found} values or changes")]
+    NumberCount {
+        /// Number of values or changes that were passed.
         found: usize,
-        /// How many the parameters have.
+        /// Number of numbers of the parameters.
         expected: usize,
     },
     /// A number of the outcome is NaN or infinite, at states that are finite.
@@ -191,8 +191,8 @@ pub(super) fn same_length<'o>(
     }
 }
 
-impl<T> From<Interrupted<T>> for GradientError {
-    fn from(interrupted: Interrupted<T>) -> Self {
+impl<T> From<RolloutFailure<T>> for GradientError {
+    fn from(interrupted: RolloutFailure<T>) -> Self {
         interrupted.error.into()
     }
 }

@@ -1,10 +1,11 @@
-use super::changes::{changed, changed_within_range};
 use super::error::check_outcome;
+use super::slots::Slots;
+use super::values::{perturbed, with_values};
 use super::widths::{DifferentiableOutcome, DifferentiableWorld, OutcomeIn, WIDE};
 use super::{GradientError, Mode, Outcome, Parameter};
-use crate::dynamics::{AnyWorld, Body, Force, Plan, Recorded, Rollout, System, World};
+use crate::dynamics::{Body, DynWorld, Force, Plan, Rollout, RolloutResult, System, World};
+use crate::parallel::contained;
 use crate::scalar::Scalar;
-use crate::threads::contained;
 use nalgebra::{DMatrix, DVector};
 use std::fmt;
 use std::sync::Arc;
@@ -56,14 +57,14 @@ impl Experiment {
     /// Ends the rollouts of the experiment with [`RolloutError::Stopped`](crate::dynamics::RolloutError::Stopped) once the flag is
     /// true: before their next step, or during an implicit step. Another thread or a signal handler can set the flag.
     #[must_use]
-    pub fn stopped_by(self, flag: Arc<AtomicBool>) -> Self {
+    pub fn with_cancel_flag(self, flag: Arc<AtomicBool>) -> Self {
         Self { stop: flag, ..self }
     }
 
     /// The same experiment, whose rollouts add 1 to a number for each step taken: for another thread to read.
-    /// [`Self::steps_by`] tells how many there will be. Steps taken back, or taken again on the way back, are not counted.
+    /// [`Self::step_count_for`] tells how many there will be. Steps taken back, or taken again on the way back, are not counted.
     #[must_use]
-    pub fn counted_by(self, count: Arc<AtomicUsize>) -> Self {
+    pub fn with_step_counter(self, count: Arc<AtomicUsize>) -> Self {
         Self { count, ..self }
     }
 
@@ -86,7 +87,7 @@ impl Experiment {
     /// How many steps a Jacobian by so many `numbers` of the parameters takes: those of the plan, once for every 96 numbers. A
     /// value, and a gradient that is swept back, take those of the plan, as by 0 numbers.
     #[must_use]
-    pub fn steps_by(&self, numbers: usize) -> usize {
+    pub fn step_count_for(&self, numbers: usize) -> usize {
         self.plan.steps() * numbers.div_ceil(WIDE).max(1)
     }
 
@@ -104,9 +105,9 @@ impl Experiment {
     }
 
     /// The rollout of the world, or of one that was made of it.
-    pub(super) fn rollout_of<T: Scalar>(&self, world: Arc<dyn AnyWorld<T>>) -> Rollout<T> {
-        let rollout = Rollout::of(world, &self.plan).stopped_by(self.stop());
-        rollout.counted_by(Arc::clone(&self.count))
+    pub(super) fn rollout_of<T: Scalar>(&self, world: Arc<dyn DynWorld<T>>) -> Rollout<T> {
+        let rollout = Rollout::of(world, &self.plan).with_cancel_flag(self.stop());
+        rollout.with_step_counter(Arc::clone(&self.count))
     }
 
     /// All of the world but its forces.
@@ -129,8 +130,8 @@ impl Experiment {
     ///
     /// # Errors
     /// If the rollout ends early; the error holds the trajectory up to there.
-    pub fn trajectory(&self) -> Recorded {
-        self.rollout_of(self.world.clone()).recorded()
+    pub fn trajectory(&self) -> RolloutResult {
+        self.rollout_of(self.world.clone()).run()
     }
 
     /// The outcome without derivatives.
@@ -189,13 +190,13 @@ impl Experiment {
     /// A loss and its gradient, by the faster mode: see [`Self::mode_for`].
     ///
     /// # Errors
-    /// As [`Self::gradient_by`].
+    /// As [`Self::gradient_with_mode`].
     pub fn gradient(
         &self,
         parameters: &[Parameter],
         loss: &impl Outcome,
     ) -> Result<(f64, DVector<f64>), GradientError> {
-        self.gradient_by(self.mode_for(parameters), parameters, loss)
+        self.gradient_with_mode(self.mode_for(parameters), parameters, loss)
     }
 
     /// A loss and its gradient.
@@ -203,7 +204,7 @@ impl Experiment {
     /// # Errors
     /// As [`Self::jacobian`], and if the outcome is not one number. Backwards, derivatives that are not finite are told by
     /// [`GradientError::BackwardNotFinite`].
-    pub fn gradient_by(
+    pub fn gradient_with_mode(
         &self,
         mode: Mode,
         parameters: &[Parameter],
@@ -219,17 +220,33 @@ impl Experiment {
         Ok((value[0], jacobian.row(0).transpose()))
     }
 
-    /// The outcome after changes of the parameters, as a line search asks for it.
+    /// The outcome at other values of the parameters, which are in the order of [`World::values`].
     ///
     /// # Errors
-    /// As [`World::changed`], and as [`Self::value`].
-    pub fn value_after(
+    /// As [`World::with_values`], and as [`Self::value`].
+    pub fn value_at(
+        &self,
+        parameters: &[Parameter],
+        values: &[f64],
+        outcome: &impl Outcome,
+    ) -> Result<Vec<f64>, GradientError> {
+        let system = with_values(self.system(), parameters, values)?;
+        let value = self.value_in(system, outcome)?;
+        check_outcome(&value)?;
+        Ok(value)
+    }
+
+    /// The outcome after changes of the parameters, as in [`World::perturbed`].
+    ///
+    /// # Errors
+    /// As [`World::perturbed`], and as [`Self::value`].
+    pub fn value_perturbed(
         &self,
         parameters: &[Parameter],
         changes: &[f64],
         outcome: &impl Outcome,
     ) -> Result<Vec<f64>, GradientError> {
-        let system = changed_within_range(self.system(), parameters, changes)?;
+        let system = perturbed(self.system(), parameters, changes)?;
         let value = self.value_in(system, outcome)?;
         check_outcome(&value)?;
         Ok(value)
@@ -243,7 +260,8 @@ impl Experiment {
         changes: &[f64],
         outcome: &dyn DifferentiableOutcome,
     ) -> Result<Vec<f64>, GradientError> {
-        let system = changed(self.system(), parameters, changes);
+        let slots = Slots::resolve(parameters, self.system())?;
+        let system = slots.perturbed(self.system(), changes);
         system.bodies.iter().try_for_each(Body::check_mass)?;
         self.value_in(system, outcome)
     }
@@ -254,24 +272,22 @@ impl Experiment {
         system: System,
         outcome: &dyn DifferentiableOutcome,
     ) -> Result<Vec<f64>, GradientError> {
-        self.outcome_of(self.world.with_system(system), outcome)
+        self.outcome_of(self.world.with_model(system), outcome)
     }
 
     /// For each number of the parameters, a typical change.
-    pub(super) fn scales(&self, parameters: &[Parameter]) -> Vec<f64> {
-        let scale = |parameter: &Parameter| {
-            std::iter::repeat_n(parameter.scale(self.system()), parameter.dimension())
-        };
-        parameters.iter().flat_map(scale).collect()
+    pub(super) fn scales(&self, parameters: &[Parameter]) -> Result<Vec<f64>, GradientError> {
+        let slots = Slots::resolve(parameters, self.system())?;
+        Ok(slots.scales(self.system()))
     }
 
     /// The outcome of a rollout of the world, or of one that was made of it.
     pub(super) fn outcome_of<T: Scalar>(
         &self,
-        world: Arc<dyn AnyWorld<T>>,
+        world: Arc<dyn DynWorld<T>>,
         outcome: &dyn OutcomeIn<T>,
     ) -> Result<Vec<T>, GradientError> {
-        let trajectory = self.rollout_of(world).recorded()?;
+        let trajectory = self.rollout_of(world).run()?;
         contained(|| Ok(outcome.of_trajectory(&trajectory)))
     }
 }

@@ -16,7 +16,7 @@
 //!     .with_gravity(Vector3::new(0.0, 0.0, -9.81))?;
 //! let experiment = Experiment::new(&world, &Plan::new(1e-3, 500)?);
 //! let outcome = FinalPosition::of_body(&world, "ball")?;
-//! let by_velocity = experiment.jacobian(&[Parameter::InitialVelocity("ball".into())], &outcome)?;
+//! let by_velocity = experiment.jacobian(&[Parameter::initial_velocity("ball")], &outcome)?;
 //! assert!((by_velocity.jacobian[(0, 0)] - 0.5).abs() < 1e-12); // half a second of flight
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
@@ -48,7 +48,6 @@
 
 mod batch;
 mod breakdown;
-mod changes;
 mod derivative_check;
 mod difference_check;
 mod dual_jacobian;
@@ -64,6 +63,8 @@ mod reverse;
 mod rollout_gradient;
 #[cfg(feature = "serde")]
 mod serial;
+mod slots;
+mod values;
 mod widths;
 
 pub use derivative_check::{CheckedDerivative, DerivativeCheck, Verdict};
@@ -72,7 +73,7 @@ pub use dual_jacobian::dual_wrench_jacobian;
 pub use error::GradientError;
 pub use experiment::{Experiment, OutcomeJacobian};
 pub use linearized::LinearizedRollout;
-pub use outcome::{FinalPosition, FinalState, Integral, Outcome, Rate, RecordedStates};
+pub use outcome::{FinalPosition, FinalState, Integrand, Outcome, RecordedStates, TimeIntegral};
 pub use parameter::Parameter;
 pub use reverse::Mode;
-pub use rollout_gradient::{Keeping, RolloutGradient};
+pub use rollout_gradient::{HoldFixed, RolloutGradient};

@@ -100,7 +100,7 @@ impl<'a> MotionCheck<'a> {
     fn measured_noise(&self, width: f64) -> Result<DVector<f64>, GradientError> {
         let finer = self.motion.with_plan(self.motion.plan().finer());
         let unchanged = vec![0.0; self.found.jacobian.ncols()];
-        let scales = self.experiment.scales(self.parameters);
+        let scales = self.experiment.scales(self.parameters)?;
         let changed: Vec<_> = scales.iter().map(|scale| width * scale).collect();
         let error_changed = self.value(&self.motion, &changed)? - self.value(&finer, &changed)?;
         let error_unchanged = &self.middle - self.value(&finer, &unchanged)?;

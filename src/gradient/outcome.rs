@@ -41,7 +41,7 @@ pub trait Outcome: Sync {
 }
 
 /// What is added up along the way, as an effort or a distance from a path: see [`Integral`].
-pub trait Rate: Sync {
+pub trait Integrand: Sync {
     /// Its value at a state (the unit of the integral over s).
     fn at<T: Scalar>(&self, state: &State<T>) -> T;
 }
@@ -50,24 +50,24 @@ pub trait Rate: Sync {
 ///
 /// ```
 /// use hydroelastic::dynamics::State;
-/// use hydroelastic::gradient::{Integral, Rate};
+/// use hydroelastic::gradient::{Integrand, TimeIntegral};
 /// use hydroelastic::scalar::Scalar;
 ///
 /// /// Squared speed (m²/s²) of a body.
 /// struct Haste(usize);
 ///
-/// impl Rate for Haste {
+/// impl Integrand for Haste {
 ///     fn at<T: Scalar>(&self, state: &State<T>) -> T {
 ///         let velocity = state.bodies[self.0].velocity();
 ///         velocity.dot(velocity)
 ///     }
 /// }
-/// let outcome = Integral(Haste(0));
+/// let outcome = TimeIntegral(Haste(0));
 /// ```
 #[derive(Debug, Clone, Copy)]
-pub struct Integral<R>(pub R);
+pub struct TimeIntegral<R>(pub R);
 
-impl<R: Rate> Outcome for Integral<R> {
+impl<R: Integrand> Outcome for TimeIntegral<R> {
     fn of<T: Scalar>(&self, trajectory: &Trajectory<T>) -> Vec<T> {
         let states = trajectory.states();
         let times: Vec<f64> = states.iter().map(|state| state.time).collect();

@@ -3,13 +3,13 @@
 use super::GradientError;
 use super::error::check_outcome;
 use super::widths::{DifferentiableOutcome, NARROW, OutcomeIn, WIDE};
-use crate::dynamics::{BodyState, LOCAL, Reversal, State, StateCovector, System, Trajectory};
+use crate::dynamics::{BodyState, Reversal, STATE_DIM, State, StateGradient, System, Trajectory};
 use crate::scalar::{DenseDual, Scalar, SplitMix64};
 use crate::spatial::Twist;
 use nalgebra::{SVector, Vector6};
 
 /// States of a body that fit into the widest dual numbers.
-const AT_ONCE: usize = WIDE / LOCAL;
+const AT_ONCE: usize = WIDE / STATE_DIM;
 
 /// The state of a body at a recorded time.
 #[derive(Debug, Clone, Copy)]
@@ -19,7 +19,7 @@ struct Seen {
 }
 
 /// The derivatives of a number by states of bodies at recorded times, in the order of time.
-pub(super) struct RecordedCovectors(Vec<(Seen, StateCovector)>);
+pub(super) struct RecordedCovectors(Vec<(Seen, StateGradient)>);
 
 impl RecordedCovectors {
     /// Of a number that depends on none.
@@ -29,7 +29,7 @@ impl RecordedCovectors {
 
     /// From those by all recorded states, of all bodies each.
     pub fn new(
-        by_states: Vec<Vec<StateCovector>>,
+        by_states: Vec<Vec<StateGradient>>,
         trajectory: &Trajectory,
     ) -> Result<Self, GradientError> {
         let counts = by_states.iter().map(Vec::len);
@@ -41,7 +41,7 @@ impl RecordedCovectors {
                 bodies: trajectory.last().bodies.len(),
             });
         }
-        let of_state = |(record, bodies): (usize, Vec<StateCovector>)| {
+        let of_state = |(record, bodies): (usize, Vec<StateGradient>)| {
             let bodies = bodies.into_iter().enumerate();
             bodies.map(move |(body, by_state)| (Seen { record, body }, by_state))
         };
@@ -74,7 +74,7 @@ pub(super) fn of_outcome(
         return Err(GradientError::NotALoss { count: value.len() });
     };
     check_outcome(&[value])?;
-    let moves = |body: &usize| !system.bodies[*body].motion.is_prescribed();
+    let moves = |body: &usize| !system.bodies[*body].motion.is_kinematic();
     let bodies: Vec<usize> = (0..system.bodies.len()).filter(moves).collect();
     let looked = Looked {
         loss,
@@ -103,7 +103,7 @@ struct Looked<'a> {
 
 impl Looked<'_> {
     /// Adds the derivatives by those of the states that matter to those found.
-    fn look(&self, states: &[Seen], found: &mut Vec<(Seen, StateCovector)>) {
+    fn look(&self, states: &[Seen], found: &mut Vec<(Seen, StateGradient)>) {
         if states.len() <= AT_ONCE {
             let slopes = self.slopes::<WIDE>(self.loss, states.iter().copied().enumerate(), seeds);
             keep(states, &slopes, found);
@@ -127,7 +127,7 @@ impl Looked<'_> {
     }
 
     /// [`Self::look`] for states of one record, by the share of that record in the loss; none if the loss has no such shares.
-    fn look_at_share(&self, states: &[Seen], found: &mut Vec<(Seen, StateCovector)>) -> Option<()> {
+    fn look_at_share(&self, states: &[Seen], found: &mut Vec<(Seen, StateGradient)>) -> Option<()> {
         let loss: &dyn OutcomeIn<DenseDual<WIDE>> = self.loss;
         for states in states.chunks(AT_ONCE) {
             let record = states[0].record;
@@ -146,7 +146,7 @@ impl Looked<'_> {
         &self,
         loss: &dyn OutcomeIn<DenseDual<WIDTH>>,
         states: impl Iterator<Item = (usize, Seen)>,
-        mut seeds: impl FnMut(usize) -> SVector<DenseDual<WIDTH>, LOCAL>,
+        mut seeds: impl FnMut(usize) -> SVector<DenseDual<WIDTH>, STATE_DIM>,
     ) -> [f64; WIDTH] {
         let mut trajectory = self.trajectory.lifted();
         for (place, Seen { record, body }) in states {
@@ -158,22 +158,22 @@ impl Looked<'_> {
 }
 
 /// Seeds for the state of one body among several.
-fn seeds(place: usize) -> SVector<DenseDual<WIDE>, LOCAL> {
-    SVector::from_fn(|i, _| DenseDual::variable(0.0, LOCAL * place + i))
+fn seeds(place: usize) -> SVector<DenseDual<WIDE>, STATE_DIM> {
+    SVector::from_fn(|i, _| DenseDual::variable(0.0, STATE_DIM * place + i))
 }
 
 /// Keeps the derivatives by states, seeded one after the other, that are not all zero.
-fn keep(states: &[Seen], slopes: &[f64; WIDE], found: &mut Vec<(Seen, StateCovector)>) {
+fn keep(states: &[Seen], slopes: &[f64; WIDE], found: &mut Vec<(Seen, StateGradient)>) {
     for (place, &seen) in states.iter().enumerate() {
-        let by_state = SVector::<f64, LOCAL>::from_fn(|i, _| slopes[LOCAL * place + i]);
+        let by_state = SVector::<f64, STATE_DIM>::from_fn(|i, _| slopes[STATE_DIM * place + i]);
         if by_state.iter().any(|&slope| slope != 0.0) {
-            found.push((seen, StateCovector::from_vector(&by_state)));
+            found.push((seen, StateGradient::from_vector(&by_state)));
         }
     }
 }
 
 /// Displaces the state of a body by numbers with real part zero.
-fn displace<T: Scalar>(state: &mut State<T>, body: usize, change: &SVector<T, LOCAL>) {
+fn displace<T: Scalar>(state: &mut State<T>, body: usize, change: &SVector<T, STATE_DIM>) {
     let part = |row: usize| -> Vector6<T> { change.fixed_rows::<6>(row).into_owned() };
     let BodyState { pose, twist } = &mut state.bodies[body];
     *pose = pose.moved_by(&Twist::from_vector(&part(0)));

@@ -1,11 +1,11 @@
 use super::breakdown::{Breakdown, columns_not_finite};
-use super::changes::{changed, check_together, checked_dimension};
 use super::error::same_length;
+use super::slots::Slots;
 use super::widths::{DifferentiableOutcome, MIDDLE, NARROW, OutcomeIn, WIDE};
 use super::{Experiment, GradientError, OutcomeJacobian, Parameter};
-use crate::dynamics::{AnyWorld, Rollout, WithSystem};
+use crate::dynamics::{DynWorld, Rollout, WithModel};
+use crate::parallel::contained;
 use crate::scalar::{DenseDual, lift};
-use crate::threads::contained;
 use nalgebra::{DMatrix, DVector};
 use std::ops::Range;
 use std::sync::Arc;
@@ -20,11 +20,12 @@ impl Experiment {
         parameters: &[Parameter],
         outcome: &dyn DifferentiableOutcome,
     ) -> Result<Pass, GradientError> {
-        let count = checked_dimension(self.system(), parameters)?;
-        check_together(parameters, self.system())?;
+        let slots = Slots::resolve(parameters, self.system())?;
+        slots.check_friction(self.system())?;
+        let count = slots.dimension();
         let passes = (0..count)
             .step_by(WIDE)
-            .map(|first| self.pass(parameters, first..count.min(first + WIDE), outcome))
+            .map(|first| self.pass(&slots, first..count.min(first + WIDE), outcome))
             .collect::<Result<Vec<_>, _>>()?;
         let (found, breakdowns): (Vec<_>, Vec<_>) = passes.into_iter().unzip();
         same_length(found.iter().map(|pass| &pass.value))?;
@@ -48,36 +49,35 @@ impl Experiment {
     /// The same by up to [`WIDE`] numbers of the parameters.
     fn pass(
         &self,
-        parameters: &[Parameter],
+        slots: &Slots,
         range: Range<usize>,
         outcome: &dyn DifferentiableOutcome,
     ) -> Result<Pass, GradientError> {
         let world = self.world();
         if range.len() <= NARROW {
-            self.pass_of::<NARROW>(world, parameters, range, outcome)
+            self.pass_of::<NARROW>(world, slots, range, outcome)
         } else if range.len() <= MIDDLE {
-            self.pass_of::<MIDDLE>(world, parameters, range, outcome)
+            self.pass_of::<MIDDLE>(world, slots, range, outcome)
         } else {
-            self.pass_of::<WIDE>(world, parameters, range, outcome)
+            self.pass_of::<WIDE>(world, slots, range, outcome)
         }
     }
 
     /// The same by the numbers of the parameters in a range, at most `WIDTH`.
     fn pass_of<const WIDTH: usize>(
         &self,
-        world: &dyn WithSystem<DenseDual<WIDTH>>,
-        parameters: &[Parameter],
+        world: &dyn WithModel<DenseDual<WIDTH>>,
+        slots: &Slots,
         range: Range<usize>,
         outcome: &dyn OutcomeIn<DenseDual<WIDTH>>,
     ) -> Result<Pass, GradientError> {
-        let count = parameters.iter().map(Parameter::dimension).sum();
         // Numbers beyond the range have indices beyond the width, and so no derivative: only a full range has any behind it.
         let seed = |number: usize| match number.checked_sub(range.start) {
             Some(index) => DenseDual::variable(0.0, index),
             None => lift(0.0),
         };
-        let seeds: Vec<DenseDual<WIDTH>> = (0..count).map(seed).collect();
-        let world = world.with_system(changed(self.system(), parameters, &seeds));
+        let seeds: Vec<DenseDual<WIDTH>> = (0..slots.dimension()).map(seed).collect();
+        let world = world.with_model(slots.perturbed(self.system(), &seeds));
         let numbers = self.outcome_of(Arc::clone(&world), outcome)?;
         let derivative = |row: usize, column: usize| numbers[row].eps[column];
         let found = OutcomeJacobian {
@@ -92,14 +92,14 @@ impl Experiment {
     /// a look at every state.
     fn breakdown<const WIDTH: usize>(
         &self,
-        world: Arc<dyn AnyWorld<DenseDual<WIDTH>>>,
+        world: Arc<dyn DynWorld<DenseDual<WIDTH>>>,
         jacobian: &DMatrix<f64>,
     ) -> Result<Option<Breakdown>, GradientError> {
         let Some(in_outcome) = Breakdown::in_outcome(jacobian) else {
             return Ok(None);
         };
         let columns = columns_not_finite(jacobian);
-        let mut rollout = Rollout::of(world, self.plan()).stopped_by(self.stop());
+        let mut rollout = Rollout::of(world, self.plan()).with_cancel_flag(self.stop());
         for step in 0..=self.plan().steps() {
             if step > 0 {
                 contained(|| rollout.advance().map(|_| ()))?;

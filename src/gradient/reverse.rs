@@ -1,12 +1,12 @@
-use super::changes::{changed, check_together, checked_dimension};
 use super::outcome_covectors::{RecordedCovectors, of_outcome};
+use super::slots::Slots;
 use super::widths::{DifferentiableOutcome, MIDDLE, WIDE};
 use super::{Experiment, GradientError, Outcome, Parameter, RolloutGradient};
 use crate::dynamics::{
-    AnyWorld, KinksMet, Reversal, RolloutError, StateCovector, System, SystemGradient, Tape,
-    Trajectory, WithSystem,
+    DynWorld, KinkSummary, Reversal, RolloutError, StateGradient, System, SystemGradient, Tape,
+    Trajectory, WithModel,
 };
-use crate::threads::contained;
+use crate::parallel::contained;
 use nalgebra::DVector;
 use std::sync::Arc;
 use std::sync::atomic::Ordering;
@@ -46,17 +46,17 @@ impl Experiment {
     ///
     /// ```
     /// # use hydroelastic::contact::Shape;
-    /// # use hydroelastic::dynamics::{Body, Mass, Material, Plan, StateCovector, World};
+    /// # use hydroelastic::dynamics::{Body, Mass, Material, Plan, StateGradient, World};
     /// # use hydroelastic::gradient::{Experiment, Parameter};
     /// # use hydroelastic::mesh::shapes;
     /// let ball = Shape::new(shapes::icosphere(0.1, 1)?);
     /// let world = World::new(vec![Body::dynamic("ball", ball, Material::elastic(1e5), Mass::Total(1.0))?])?;
     /// let experiment = Experiment::new(&world, &Plan::new(1e-3, 500)?.recording_every(500));
     /// // Half the square of the last position, of two recorded states.
-    /// let by_velocity = experiment.pullback(&[Parameter::InitialVelocity("ball".into())], |trajectory| {
+    /// let by_velocity = experiment.vjp(&[Parameter::initial_velocity("ball")], |trajectory| {
     ///     let shift = *trajectory.last().bodies[0].position();
-    ///     let last = StateCovector { shift, ..StateCovector::zero() };
-    ///     vec![vec![StateCovector::zero()], vec![last]]
+    ///     let last = StateGradient { shift, ..StateGradient::zero() };
+    ///     vec![vec![StateGradient::zero()], vec![last]]
     /// })?;
     /// assert_eq!(by_velocity.norm(), 0.0); // the ball stays at the origin
     /// # Ok::<(), Box<dyn std::error::Error>>(())
@@ -64,13 +64,13 @@ impl Experiment {
     ///
     /// # Errors
     /// - If a parameter is not one of the world's, or the rollout ends early.
-    /// - [`GradientError::CovectorCount`] if there is not one [`StateCovector`] for each body in each recorded state.
+    /// - [`GradientError::CovectorCount`] if there is not one [`StateGradient`] for each body in each recorded state.
     /// - [`GradientError::BackwardNotFinite`] if one is not finite, or the sweep meets one that is not.
     /// - [`GradientError::NoFriction`] as of [`Self::jacobian`].
-    pub fn pullback(
+    pub fn vjp(
         &self,
         parameters: &[Parameter],
-        by_states: impl FnOnce(&Trajectory) -> Vec<Vec<StateCovector>>,
+        by_states: impl FnOnce(&Trajectory) -> Vec<Vec<StateGradient>>,
     ) -> Result<DVector<f64>, GradientError> {
         let ((), found) = self.pulled_back(parameters, |_, trajectory| {
             let by_states = by_states(trajectory);
@@ -97,9 +97,9 @@ impl Experiment {
     /// derivatives by dissipation and friction, although there may be some.
     ///
     /// # Errors
-    /// As [`Self::gradient_by`] backwards.
-    pub fn gradient_by_all(&self, loss: &impl Outcome) -> Result<RolloutGradient, GradientError> {
-        let world = WithSystem::<f64>::with_system(self.world(), self.system().clone());
+    /// As [`Self::gradient_with_mode`] backwards.
+    pub fn full_gradient(&self, loss: &impl Outcome) -> Result<RolloutGradient, GradientError> {
+        let world = WithModel::<f64>::with_model(self.world(), self.system().clone());
         let (value, gradient) = self.swept(&world, true, |system, trajectory| {
             of_outcome(loss, system, trajectory)
         })?;
@@ -116,8 +116,8 @@ impl Experiment {
     ///
     /// # Errors
     /// If the rollout ends early.
-    pub fn kinks(&self) -> Result<Vec<KinksMet>, GradientError> {
-        let world = WithSystem::<f64>::with_system(self.world(), self.system().clone());
+    pub fn kinks(&self) -> Result<Vec<KinkSummary>, GradientError> {
+        let world = WithModel::<f64>::with_model(self.world(), self.system().clone());
         let ((), gradient) =
             self.swept(&world, false, |_, _| Ok(((), RecordedCovectors::none())))?;
         Ok(gradient.kinks())
@@ -129,23 +129,20 @@ impl Experiment {
         parameters: &[Parameter],
         read: impl FnOnce(&System, &Trajectory) -> Result<(V, RecordedCovectors), GradientError>,
     ) -> Result<(V, DVector<f64>), GradientError> {
-        let count = checked_dimension(self.system(), parameters)?;
-        check_together(parameters, self.system())?;
-        // Bodies whose friction is a parameter rub, even without any.
-        let system = changed(self.system(), parameters, &vec![0.0; count]);
-        let world = WithSystem::<f64>::with_system(self.world(), system);
+        let slots = Slots::resolve(parameters, self.system())?;
+        slots.check_friction(self.system())?;
+        // Contact laws are dissipative if dissipation or friction is a parameter, even if its value is zero.
+        let system = slots.perturbed(self.system(), &vec![0.0; slots.dimension()]);
+        let world = WithModel::<f64>::with_model(self.world(), system);
         let (value, gradient) = self.swept(&world, false, read)?;
-        let numbers = parameters
-            .iter()
-            .flat_map(|it| it.own(self.system(), &gradient));
-        Ok((value, DVector::from_iterator(count, numbers)))
+        Ok((value, DVector::from_vec(slots.gradient(&gradient))))
     }
 
     /// What is read from the trajectory of a world, and the derivatives by all that the rollout depends on, with or without
     /// shapes.
     fn swept<V>(
         &self,
-        world: &Arc<dyn AnyWorld<f64>>,
+        world: &Arc<dyn DynWorld<f64>>,
         by_shapes: bool,
         read: impl FnOnce(&System, &Trajectory) -> Result<(V, RecordedCovectors), GradientError>,
     ) -> Result<(V, SystemGradient), GradientError> {
@@ -187,7 +184,7 @@ impl Experiment {
     /// The rollout of a world, with its states on a tape.
     fn taped(
         &self,
-        world: &Arc<dyn AnyWorld<f64>>,
+        world: &Arc<dyn DynWorld<f64>>,
         tape: &mut Tape,
     ) -> Result<Trajectory, GradientError> {
         let rollout = self.rollout_of(Arc::clone(world));

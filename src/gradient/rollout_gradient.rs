@@ -1,11 +1,12 @@
+use super::slots::Slots;
 use super::{GradientError, Parameter};
 use crate::contact::ShapeGradient;
-use crate::dynamics::{Inertia, KinksMet, System, SystemGradient};
+use crate::dynamics::{Inertia, KinkSummary, System, SystemGradient};
 use crate::spatial::MassGradient;
 use nalgebra::Vector3;
 use std::fmt;
 
-/// The derivatives of a loss by all that a rollout depends on, as [`Experiment::gradient_by_all`](super::Experiment::gradient_by_all)
+/// The derivatives of a loss by all that a rollout depends on, as [`Experiment::full_gradient`](super::Experiment::full_gradient)
 /// gives them.
 #[derive(Clone)]
 pub struct RolloutGradient {
@@ -20,7 +21,7 @@ pub struct RolloutGradient {
 /// What stays of a dynamic body's mass properties as its vertices move. Those that follow are of a solid of uniform density.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 #[non_exhaustive]
-pub enum Keeping {
+pub enum HoldFixed {
     /// Mass, center of mass and inertia: vertices matter for contact alone, and the density need not be uniform.
     MassProperties,
     /// The mass; its center and the inertia are those of the new shape.
@@ -35,28 +36,28 @@ impl RolloutGradient {
     /// # Errors
     /// If it is not one of the world's.
     pub fn by(&self, parameter: &Parameter) -> Result<Vec<f64>, GradientError> {
-        parameter.check(&self.system)?;
-        Ok(parameter.own(&self.system, &self.gradient))
+        let slots = Slots::resolve(std::slice::from_ref(parameter), &self.system)?;
+        Ok(slots.gradient(&self.gradient))
     }
 
     /// Where derivatives that went into it may have been one of several: see [`Experiment::kinks`](super::Experiment::kinks).
     #[must_use]
-    pub fn kinks(&self) -> Vec<KinksMet> {
+    pub fn kinks(&self) -> Vec<KinkSummary> {
         self.gradient.kinks()
     }
 
     /// By the shape of the named body: through contact, and through its mass as far as that does not stay. Of bodies that forces
-    /// do not move the mass does not matter: ask with [`Keeping::MassProperties`].
+    /// do not move the mass does not matter: ask with [`HoldFixed::MassProperties`].
     ///
     /// # Errors
-    /// If there is no such body; and, unless [`Keeping::MassProperties`] are asked for, as [`Self::by_mass_properties`], or if
+    /// If there is no such body; and, unless [`HoldFixed::MassProperties`] are asked for, as [`Self::by_mass_properties`], or if
     /// mass properties are not those of the shape at a uniform density.
-    pub fn by_shape(&self, body: &str, keeping: Keeping) -> Result<ShapeGradient, GradientError> {
+    pub fn by_shape(&self, body: &str, keeping: HoldFixed) -> Result<ShapeGradient, GradientError> {
         let mut gradient = self.gradient.shapes[self.system.index_of(body)?].clone();
         let through_mass = match keeping {
-            Keeping::MassProperties => return Ok(gradient),
-            Keeping::Mass => self.by_vertices_through_mass(body, false)?,
-            Keeping::Density => self.by_vertices_through_mass(body, true)?,
+            HoldFixed::MassProperties => return Ok(gradient),
+            HoldFixed::Mass => self.by_vertices_through_mass(body, false)?,
+            HoldFixed::Density => self.by_vertices_through_mass(body, true)?,
         };
         for (by_vertex, own) in gradient.by_vertices.iter_mut().zip(through_mass) {
             *by_vertex += own;

@@ -2,7 +2,7 @@
 //! outcome. All else of an experiment is compiled once, in this library.
 
 use super::Outcome;
-use crate::dynamics::{AnyWorld, Force, State, Trajectory, WithSystem, World};
+use crate::dynamics::{DynWorld, Force, State, Trajectory, WithModel, World};
 use crate::scalar::{DenseDual, Scalar};
 
 /// Widths of the dual numbers that parameters are seeded in: the narrowest that holds them all, or the widest several times.
@@ -13,11 +13,11 @@ pub(super) const WIDE: usize = 96;
 
 /// A world that steps in `f64`, and after a change in `f64` and in every width.
 pub(super) trait DifferentiableWorld:
-    AnyWorld<f64>
-    + WithSystem<f64>
-    + WithSystem<DenseDual<NARROW>>
-    + WithSystem<DenseDual<MIDDLE>>
-    + WithSystem<DenseDual<WIDE>>
+    DynWorld<f64>
+    + WithModel<f64>
+    + WithModel<DenseDual<NARROW>>
+    + WithModel<DenseDual<MIDDLE>>
+    + WithModel<DenseDual<WIDE>>
 {
 }
 

@@ -1,7 +1,7 @@
 use super::splitting::{self, Center};
 use super::surface_distance::SurfaceDistance;
 use super::{MeshError, TetMesh};
-use crate::threads;
+use crate::parallel;
 use nalgebra::Vector3;
 
 /// A mesh whose extents are distances to its surface, with the data needed to differentiate them.
@@ -33,7 +33,7 @@ pub(super) struct Passage {
 
 /// Returns the distance (m) of each vertex to the surface. It is 0 for vertices of the surface.
 pub(super) fn distances(mesh: &TetMesh, surface: &SurfaceDistance) -> Vec<f64> {
-    threads::values_of(mesh.vertex_count(), |vertex| {
+    parallel::values_of(mesh.vertex_count(), |vertex| {
         if mesh.is_on_surface(vertex) {
             0.0
         } else {

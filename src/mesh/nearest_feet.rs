@@ -2,7 +2,7 @@ use super::TetMesh;
 use super::distance::MadeOfDistances;
 use super::surface_distance::{SurfaceDistance, SurfaceTriangle};
 use crate::geometry::Foot;
-use crate::threads;
+use crate::parallel;
 use nalgebra::Vector3;
 use rustc_hash::FxHashSet;
 
@@ -35,7 +35,7 @@ pub(super) fn dependences(made: &MadeOfDistances) -> (Vec<Dependence>, Vec<usize
         distances,
         ..
     } = made;
-    let of_vertices = threads::values_of(distances.len(), |vertex| {
+    let of_vertices = parallel::values_of(distances.len(), |vertex| {
         if mesh.is_on_surface(vertex) {
             return Vec::new();
         }

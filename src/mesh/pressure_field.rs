@@ -1,7 +1,7 @@
 use super::distance::{self, MadeOfDistances};
 use super::{LinearizedDistances, MeshError, TetMesh, coordinates, skin};
 use crate::geometry::{AffineField, FACES, Tetrahedron};
-use crate::threads;
+use crate::parallel;
 
 /// A tetrahedral mesh with an extent on every vertex: 0 on the surface, positive inside.
 ///
@@ -64,7 +64,7 @@ impl PressureField {
     /// overflows.
     pub fn with_inert_tets(mesh: TetMesh, extents: Vec<f64>) -> Result<Self, MeshError> {
         check_extents(&mesh, &extents)?;
-        let tets = threads::values_of(mesh.tet_count(), |tet| {
+        let tets = parallel::values_of(mesh.tet_count(), |tet| {
             let corner_extents = mesh.tets()[tet].map(|vertex| extents[vertex]);
             FieldTet::new(tet, mesh.tetrahedron(tet), corner_extents)
         });

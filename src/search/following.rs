@@ -5,8 +5,8 @@ use super::scratch::{PosedTets, Scratch};
 use crate::contact_shape::{PartnerShape, RigidShape, Shape};
 use crate::lanes;
 use crate::narrow_phase::{Cut, CutOctets, Octet, PairClass, PosedTet, ReachedFaces, RelativePair};
+use crate::parallel;
 use crate::seeds::Seeds;
-use crate::threads;
 use std::ops::Range;
 
 /// Number of octets that a thread cuts together: about 20 µs of work.
@@ -270,7 +270,7 @@ impl Walk<'_, '_> {
         let look = |octets: &mut [Octet], cuts: &mut Vec<Cut>| {
             self.pair.cut_octets(posed_tets, octets, cuts);
         };
-        threads::collect_pieces(octets, PIECE, look, cuts);
+        parallel::collect_pieces(octets, PIECE, look, cuts);
         Some(range)
     }
 

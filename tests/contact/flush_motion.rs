@@ -158,7 +158,7 @@ fn stack(count: usize) -> World {
     };
     let floor = Shape::new(shapes::cuboid([2.0, 2.0, 0.2]).unwrap());
     let floor = Body::fixed("floor", floor, skin(2e5)).unwrap();
-    let mut bodies = vec![floor.at(Pose::from_translation(vector![0.0, 0.0, -0.1]))];
+    let mut bodies = vec![floor.with_pose(Pose::from_translation(vector![0.0, 0.0, -0.1]))];
     for number in 0..count {
         let (part, shape) = (number as f64, Shape::new(shapes::cuboid(BOX).unwrap()));
         let mass = Mass::Total(1.0 - 0.5 * part / (count - 1) as f64);
@@ -171,7 +171,7 @@ fn stack(count: usize) -> World {
         let place = Pose::from_translation(vector![0.0, 0.0, 0.0495 + 0.0995 * part]);
         bodies.push(
             body.unwrap()
-                .at(place)
+                .with_pose(place)
                 .with_velocity(vector![0.5, 0.0, 0.0]),
         );
     }
@@ -182,7 +182,7 @@ fn stack(count: usize) -> World {
 
 fn states(world: &World, steps: usize) -> Vec<State> {
     let rollout = world.rollout(&Plan::new(2e-4, steps).unwrap());
-    rollout.recorded().unwrap().states().to_vec()
+    rollout.run().unwrap().states().to_vec()
 }
 
 #[test]

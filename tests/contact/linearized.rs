@@ -132,10 +132,10 @@ fn thrown(skin: Material) -> World {
     let ball = Body::dynamic("ball", ball, skin, Mass::Total(1.0)).unwrap();
     let slab = Body::fixed("slab", slab, skin).unwrap();
     World::new(vec![
-        ball.at(Pose::from_translation(vector![0.05, 0.02, 0.1]))
+        ball.with_pose(Pose::from_translation(vector![0.05, 0.02, 0.1]))
             .with_velocity(vector![0.3, 0.1, -0.5])
-            .with_spin(vector![1.0, 2.0, 0.5]),
-        slab.at(Pose::from_translation(vector![0.0, 0.0, -0.5])),
+            .with_angular_velocity(vector![1.0, 2.0, 0.5]),
+        slab.with_pose(Pose::from_translation(vector![0.0, 0.0, -0.5])),
     ])
     .unwrap()
     .with_gravity(vector![0.0, 0.0, -9.81])
@@ -144,10 +144,10 @@ fn thrown(skin: Material) -> World {
 
 fn start() -> [Parameter; 4] {
     [
-        Parameter::InitialOrientation("ball".into()),
-        Parameter::InitialPosition("ball".into()),
-        Parameter::InitialSpin("ball".into()),
-        Parameter::InitialVelocity("ball".into()),
+        Parameter::initial_orientation("ball"),
+        Parameter::initial_position("ball"),
+        Parameter::initial_angular_velocity("ball"),
+        Parameter::initial_velocity("ball"),
     ]
 }
 
@@ -165,9 +165,9 @@ fn by_generic_pipeline(world: &World, direction: &SVector<f64, 12>, steps: usize
     let plan = Plan::new(5e-4, steps).unwrap().recording_every(steps);
     let trajectory = lifted
         .rollout(&plan)
-        .starting_from(start)
+        .with_state(start)
         .unwrap()
-        .recorded()
+        .run()
         .unwrap();
     let end = FinalState::of_body(world, "ball").unwrap().of(&trajectory);
     end.into_iter().map(|number| number.v1).collect()

@@ -23,8 +23,8 @@ fn bouncing_ball() -> World {
     let ball = Body::dynamic("ball", ball, skin, Mass::Total(1.0)).unwrap();
     let slab = Body::fixed("slab", slab, skin).unwrap();
     World::new(vec![
-        ball.at(at(0.0, 0.0, 0.15)),
-        slab.at(at(0.0, 0.0, -0.2)),
+        ball.with_pose(at(0.0, 0.0, 0.15)),
+        slab.with_pose(at(0.0, 0.0, -0.2)),
     ])
     .unwrap()
     .with_gravity(vector![0.0, 0.0, -9.81])
@@ -32,7 +32,7 @@ fn bouncing_ball() -> World {
 }
 
 fn total_energy(world: &World, state: &State) -> f64 {
-    world.report(state).unwrap().total_energy()
+    world.diagnostics(state).unwrap().total_energy()
 }
 
 /// Largest deviation of the total energy from the initial one, relative to the energy of the fall,
@@ -98,8 +98,8 @@ fn two_colliding_bodies_conserve_momentum_and_angular_momentum_in_every_step() {
         let world = World::new(vec![
             block
                 .with_velocity(vector![0.3, 0.0, 0.1])
-                .with_spin(vector![0.5, -1.0, 2.0]),
-            egg.at(at(0.35, 0.05, 0.08))
+                .with_angular_velocity(vector![0.5, -1.0, 2.0]),
+            egg.with_pose(at(0.35, 0.05, 0.08))
                 .with_velocity(vector![-1.0, 0.1, 0.0]),
         ])
         .unwrap();
@@ -110,7 +110,7 @@ fn two_colliding_bodies_conserve_momentum_and_angular_momentum_in_every_step() {
 }
 
 fn assert_momentum_stays(world: &World, integrator: Integrator) {
-    let mut before = world.report(&world.initial_state()).unwrap().momentum;
+    let mut before = world.diagnostics(&world.initial_state()).unwrap().momentum;
     let exchanged = before.linear.norm() + before.angular.norm();
     let mut touching = 0;
     for state in world
@@ -118,7 +118,7 @@ fn assert_momentum_stays(world: &World, integrator: Integrator) {
         .take(400)
     {
         let state = state.unwrap();
-        let after = world.report(&state).unwrap().momentum;
+        let after = world.diagnostics(&state).unwrap().momentum;
         let linear = (after.linear - before.linear).amax();
         let angular = (after.angular - before.angular).amax();
         assert!(
@@ -136,7 +136,7 @@ fn free_box(lengths: [f64; 3], spin: Vector3<f64>) -> World {
     let shape = Shape::new(shapes::cuboid(lengths).unwrap());
     let body = Body::dynamic("box", shape, Material::elastic(1e5), Mass::Total(1.0)).unwrap();
     let tilted = Pose::from_rotation_vector(&vector![0.5, 0.1, -0.4], Vector3::zeros());
-    World::new(vec![body.at(tilted).with_spin(spin)]).unwrap()
+    World::new(vec![body.with_pose(tilted).with_angular_velocity(spin)]).unwrap()
 }
 
 #[test]
@@ -152,14 +152,14 @@ fn free_boxes_of_any_shape_keep_energy_and_momentum() {
         ([0.3, 0.2, 0.01], fast, 1e-4),
     ] {
         let world = free_box(lengths, spin);
-        let start = world.report(&world.initial_state()).unwrap();
+        let start = world.diagnostics(&world.initial_state()).unwrap();
         for integrator in [Integrator::SymplecticEuler, Integrator::Leapfrog] {
             let (mut energy, mut momentum) = (0.0_f64, 0.0_f64);
             for state in world
                 .rollout(&Plan::new(1e-3, 30_000).unwrap().with_integrator(integrator))
                 .take(30_000)
             {
-                let now = world.report(&state.unwrap()).unwrap();
+                let now = world.diagnostics(&state.unwrap()).unwrap();
                 energy = energy.max((now.total_energy() / start.total_energy() - 1.0).abs());
                 let off = (now.momentum.angular - start.momentum.angular).amax();
                 momentum = momentum.max(off / start.momentum.angular.amax());
@@ -179,9 +179,9 @@ fn orientation_of(moments: [f64; 3], steps: usize) -> Matrix3<f64> {
         inertia: Matrix3::from_diagonal(&Vector3::from(moments)),
     };
     let shape = Shape::new(shapes::icosphere(0.1, 0).unwrap());
-    let mass = Mass::Given(properties);
+    let mass = Mass::Properties(properties);
     let body = Body::dynamic("body", shape, Material::elastic(1e5), mass).unwrap();
-    let world = World::new(vec![body.with_spin(vector![3.0, -5.0, 2.0])]).unwrap();
+    let world = World::new(vec![body.with_angular_velocity(vector![3.0, -5.0, 2.0])]).unwrap();
     let mut rollout = world.rollout(&Plan::new(1.0 / steps as f64, steps).unwrap());
     let last = rollout.nth(steps - 1).unwrap().unwrap();
     *last.bodies[0].pose.rotation()
@@ -225,7 +225,7 @@ fn rotations_stay_orthonormal_over_a_million_steps() {
     let brick = Arc::new(Shape::new(shapes::cuboid([0.1, 0.2, 0.3]).unwrap()));
     let skin = Material::elastic(1e5);
     let brick = Body::dynamic("brick", brick, skin, Mass::Total(1.0)).unwrap();
-    let world = World::new(vec![brick.with_spin(vector![1.0, 5.0, -3.0])]).unwrap();
+    let world = World::new(vec![brick.with_angular_velocity(vector![1.0, 5.0, -3.0])]).unwrap();
     for integrator in [Integrator::SymplecticEuler, Integrator::Leapfrog] {
         let plan = Plan::new(1e-3, 1_000_000)
             .unwrap()
@@ -237,11 +237,12 @@ fn rotations_stay_orthonormal_over_a_million_steps() {
         assert!(deviation < 1e-14, "{deviation:e}");
         assert!((rotation.determinant() - 1.0).abs() < 1e-14);
         let start: Vector3<f64> = world
-            .report(&world.initial_state())
+            .diagnostics(&world.initial_state())
             .unwrap()
             .momentum
             .angular;
-        let drift = (world.report(&last).unwrap().momentum.angular - start).amax() / start.amax();
+        let drift =
+            (world.diagnostics(&last).unwrap().momentum.angular - start).amax() / start.amax();
         assert!(drift < MILLION_ROUNDINGS, "{drift:e}");
     }
 }

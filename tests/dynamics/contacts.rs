@@ -21,7 +21,7 @@ fn pile() -> World {
     let ball = |name, place| {
         Body::dynamic(name, Arc::clone(&shape), skin, Mass::Total(MASS))
             .unwrap()
-            .at(Pose::from_translation(place))
+            .with_pose(Pose::from_translation(place))
     };
     let floor = Shape::new(shapes::cuboid([2.0, 2.0, 0.2]).unwrap());
     World::new(vec![
@@ -29,7 +29,7 @@ fn pile() -> World {
         ball("lower", vector![0.0, 0.0, 0.095]),
         Body::fixed("floor", floor, skin)
             .unwrap()
-            .at(Pose::from_translation(vector![0.0, 0.0, -0.1])),
+            .with_pose(Pose::from_translation(vector![0.0, 0.0, -0.1])),
         ball("away", vector![0.7, 0.0, 0.5]),
     ])
     .unwrap()
@@ -45,7 +45,7 @@ fn contacts_are_those_of_bodies_that_touch() {
     assert_eq!(bodies, [[0, 1], [1, 2]]);
     assert!(contacts.iter().all(|contact| contact.surface.area() > 0.0));
 
-    let ignoring = pile().ignoring("floor", "lower").unwrap();
+    let ignoring = pile().with_ignored("floor", "lower").unwrap();
     let contacts = ignoring.contacts(&ignoring.initial_state()).unwrap();
     assert_eq!(contacts.len(), 1);
 }

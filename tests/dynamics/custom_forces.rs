@@ -2,7 +2,7 @@
 
 use crate::scenes::{GRAVITY, ROUND_OFF, at, ball, down};
 use hydroelastic::dynamics::{
-    Body, Force, Integrator, Plan, RolloutError, Situation, World, WorldError, Wrenches,
+    Body, Force, ForceContext, Integrator, Plan, RolloutError, World, WorldError, WrenchAccumulator,
 };
 use hydroelastic::gradient::{Experiment, FinalState, Parameter};
 use hydroelastic::scalar::{Scalar, lift};
@@ -13,9 +13,9 @@ use nalgebra::{Vector3, vector};
 struct ViscousAir(f64);
 
 impl Force for ViscousAir {
-    fn add_to<T: Scalar>(&self, wrenches: &mut Wrenches<T>, now: &Situation<T>) {
+    fn add_to<T: Scalar>(&self, wrenches: &mut WrenchAccumulator<T>, now: &ForceContext<T>) {
         for (body, state) in now.states.iter().enumerate() {
-            wrenches.push_center(body, &(state.twist.linear * lift::<T>(-self.0)));
+            wrenches.apply_force_at_com(body, &(state.twist.linear * lift::<T>(-self.0)));
         }
     }
 }
@@ -64,8 +64,8 @@ fn derivatives_flow_through_forces_of_the_users_own() {
     let world = in_air(speed, 0.0);
     let experiment = Experiment::new(&world, &Plan::new(time_step, steps).unwrap());
     let parameters = [
-        Parameter::InitialVelocity("ball".into()),
-        Parameter::Mass("ball".into()),
+        Parameter::initial_velocity("ball"),
+        Parameter::mass("ball"),
         Parameter::Gravity,
     ];
     let outcome = FinalState::of_body(&world, "ball").unwrap();
@@ -102,7 +102,7 @@ impl Rocket {
 }
 
 impl Force for Rocket {
-    fn add_to<T: Scalar>(&self, wrenches: &mut Wrenches<T>, now: &Situation<T>) {
+    fn add_to<T: Scalar>(&self, wrenches: &mut WrenchAccumulator<T>, now: &ForceContext<T>) {
         for (index, body) in now.bodies.iter().enumerate() {
             let Some(inertia) = body.inertia() else {
                 continue;
@@ -126,12 +126,12 @@ impl Force for Rocket {
 
 #[test]
 fn forces_of_the_users_own_know_the_time_and_the_body() {
-    let rocket = ball("rocket").at(at(0.0, 1.0, 0.0));
+    let rocket = ball("rocket").with_pose(at(0.0, 1.0, 0.0));
     let world = World::new(vec![ball("ball"), rocket]).unwrap();
     let world = world.with_gravity(down()).unwrap();
     let world = world.with_forces(Rocket(4.0)).unwrap();
     let plan = Plan::new(1e-2, 100).unwrap().recording_every(100);
-    let last = world.rollout(&plan).recorded().unwrap().last().clone();
+    let last = world.rollout(&plan).run().unwrap().last().clone();
     // Kicks are in the middle of steps, where the midpoint rule is exact for a linear force.
     let thrust = last.bodies[1].twist.linear - vector![2.0, 0.0, 0.0];
     assert!(thrust.amax() < ROUND_OFF, "{thrust}");
@@ -149,19 +149,19 @@ struct Broken {
 }
 
 impl Force for Broken {
-    fn add_to<T: Scalar>(&self, wrenches: &mut Wrenches<T>, now: &Situation<T>) {
+    fn add_to<T: Scalar>(&self, wrenches: &mut WrenchAccumulator<T>, now: &ForceContext<T>) {
         if now.time > self.from {
-            wrenches.push_center(1, &Vector3::x().map(|_: f64| lift::<T>(f64::NAN)));
+            wrenches.apply_force_at_com(1, &Vector3::x().map(|_: f64| lift::<T>(f64::NAN)));
         }
     }
 
-    fn coupled(&self, _: &[Body]) -> Vec<Vec<usize>> {
+    fn coupling_groups(&self, _: &[Body]) -> Vec<Vec<usize>> {
         vec![vec![self.coupled]]
     }
 }
 
 fn with_broken(force: Broken) -> Result<World<f64, Broken>, WorldError> {
-    let bodies = vec![ball("one"), ball("other").at(at(0.0, 1.0, 0.0))];
+    let bodies = vec![ball("one"), ball("other").with_pose(at(0.0, 1.0, 0.0))];
     World::new(bodies)?.with_forces(force)
 }
 
@@ -186,7 +186,7 @@ fn implicit_steps_name_a_force_that_is_not_finite() {
             coupled: 1,
         });
         let plan = Plan::new(0.1, 5).unwrap().with_integrator(integrator);
-        let interrupted = world.unwrap().rollout(&plan).recorded().unwrap_err();
+        let interrupted = world.unwrap().rollout(&plan).run().unwrap_err();
         let RolloutError::ForceNotFinite { step, time, body } = interrupted.error else {
             panic!("{integrator:?}: {}", interrupted.error);
         };

@@ -2,10 +2,11 @@
 //! is in `broken_writes.rs`.
 
 use crate::scenes::bits;
+use crate::support::starts::starting_from;
 use hydroelastic::contact::Shape;
 use hydroelastic::dynamics::{
-    Batch, Body, BodyState, Force, Integrator, Mass, Material, Plan, Progress, RolloutError,
-    Situation, State, Trajectory, World, Wrenches,
+    Batch, Body, BodyState, Force, ForceContext, Integrator, Mass, Material, Plan, Progress,
+    RolloutError, State, Trajectory, World, WrenchAccumulator,
 };
 use hydroelastic::gradient::{Experiment, FinalPosition, GradientError, Outcome, Parameter};
 use hydroelastic::mesh::shapes;
@@ -23,7 +24,7 @@ const TIME_STEP: f64 = 1e-3;
 fn world_on(floor: Body, skin: Material) -> World {
     let ball = Shape::new(shapes::icosphere(0.1, 1).unwrap());
     let ball = Body::dynamic("ball", ball, skin, Mass::Total(1.0)).unwrap();
-    let ball = ball.at(Pose::from_translation(vector![0.0, 0.0, 0.11]));
+    let ball = ball.with_pose(Pose::from_translation(vector![0.0, 0.0, 0.11]));
     let world = World::new(vec![ball, floor]).unwrap();
     world.with_gravity(vector![0.0, 0.0, -9.81]).unwrap()
 }
@@ -36,7 +37,7 @@ const DOWN: Vector3<f64> = vector![0.0, 0.0, -0.1];
 
 fn world(skin: Material) -> World {
     let floor = Body::fixed("floor", slab(), skin).unwrap();
-    world_on(floor.at(Pose::from_translation(DOWN)), skin)
+    world_on(floor.with_pose(Pose::from_translation(DOWN)), skin)
 }
 
 fn soft_world() -> World {
@@ -65,7 +66,7 @@ impl Fragile {
 }
 
 impl Force for Fragile {
-    fn add_to<T: Scalar>(&self, _: &mut Wrenches<T>, now: &Situation<T>) {
+    fn add_to<T: Scalar>(&self, _: &mut WrenchAccumulator<T>, now: &ForceContext<T>) {
         let asked = self.asked.fetch_add(1, Ordering::Relaxed) + 1;
         assert!(asked != self.last, "no force for {}", now.bodies[0].name());
     }
@@ -81,11 +82,11 @@ fn a_panic_in_a_force_is_an_error_with_the_trajectory_up_to_there() {
     for integrator in [Integrator::Leapfrog, Integrator::SymplecticEuler] {
         let plan = Plan::new(TIME_STEP, 80).unwrap();
         let plan = plan.with_integrator(integrator);
-        let whole = all_bits(&soft_world().rollout(&plan).recorded().unwrap());
+        let whole = all_bits(&soft_world().rollout(&plan).run().unwrap());
         for last in [1, 2, 50, 80] {
             // One question a step.
             let world = soft_world().with_forces(Fragile::at(last)).unwrap();
-            let interrupted = world.rollout(&plan).recorded().unwrap_err();
+            let interrupted = world.rollout(&plan).run().unwrap_err();
             assert_eq!(interrupted.error, panicked("no force for ball"));
             assert_eq!(all_bits(&interrupted.trajectory), whole[..last]);
         }
@@ -105,7 +106,7 @@ fn sinking_world() -> World {
         }
     };
     let skin = Material::elastic(1e5);
-    let floor = Body::prescribed("floor", slab(), skin, Arc::new(path)).unwrap();
+    let floor = Body::kinematic("floor", slab(), skin, Arc::new(path)).unwrap();
     world_on(floor, skin)
 }
 
@@ -113,11 +114,11 @@ fn sinking_world() -> World {
 fn a_panic_in_a_path_is_an_error_with_the_trajectory_up_to_there() {
     let world = sinking_world();
     let plan = Plan::new(TIME_STEP, 80).unwrap();
-    let interrupted = world.rollout(&plan).recorded().unwrap_err();
+    let interrupted = world.rollout(&plan).run().unwrap_err();
     assert_eq!(interrupted.error, panicked("the path ends at 0.0505 s"));
     assert_eq!(interrupted.trajectory.states().len(), 1 + 50);
     let batch = Batch::new(&plan.recording_every(10));
-    let results = batch.of_worlds(&[sinking_world(), soft_world()]);
+    let results = batch.rollouts(&[sinking_world(), soft_world()]);
     let interrupted = results[0].as_ref().unwrap_err();
     assert_eq!(interrupted.trajectory.states().len(), 1 + 5);
     assert_eq!(results[1].as_ref().unwrap().states().len(), 1 + 8);
@@ -153,7 +154,7 @@ impl Outcome for Flawed {
 }
 
 fn by() -> [Parameter; 1] {
-    [Parameter::InitialPosition("ball".into())]
+    [Parameter::initial_position("ball")]
 }
 
 #[test]
@@ -166,7 +167,7 @@ fn a_panic_in_an_experiment_is_its_error_and_the_states_before_are_to_be_had() {
     assert_eq!(experiment(&first).value(&outcome), Err(expected.clone()));
     let jacobian = experiment(&second).jacobian(&by(), &outcome);
     assert_eq!(jacobian.unwrap_err(), expected);
-    let value = experiment(&third).value_after(&by(), &[0.0; 3], &outcome);
+    let value = experiment(&third).value_perturbed(&by(), &[0.0; 3], &outcome);
     assert_eq!(value, Err(expected));
     let interrupted = experiment(&fourth).trajectory().unwrap_err();
     assert_eq!(interrupted.trajectory.states().len(), 50);
@@ -185,7 +186,7 @@ fn a_panic_in_progress_leaves_all_results() {
     let starts = vec![world.initial_state(); 20];
     let told = Arc::new(AtomicUsize::new(0));
     let count = |batch: Batch| {
-        let results = batch.starting_from(&world, &starts).unwrap();
+        let results = batch.rollouts(&starting_from(&world, &starts));
         let whole = results.iter().filter(|result| result.is_ok());
         whole.count()
     };
@@ -203,7 +204,10 @@ fn a_panic_in_progress_leaves_all_results() {
     // The same for samples of a gradient.
     let outcome = FinalPosition::of_body(&world, "ball").unwrap();
     let panicking = batch().with_progress(|_| panic!("at once"));
-    let values = panicking.values_after(&world, &by(), &[[0.0; 3]; 5], &outcome);
+    let values = panicking.map(&[[0.0; 3]; 5], |job, sample| {
+        job.experiment(world.perturbed(&by(), sample)?)
+            .value(&outcome)
+    });
     assert_eq!(values.iter().filter(|value| value.is_ok()).count(), 5);
 }
 
@@ -240,7 +244,7 @@ fn a_batch_that_is_ended_keeps_what_was_finished_and_begins_no_more() {
         ControlFlow::Break(())
     });
     let is_stopped = |error: &RolloutError| matches!(error, RolloutError::Stopped);
-    let results = batch.starting_from(&world, &states).unwrap();
+    let results = batch.rollouts(&starting_from(&world, &states));
     let (ended, stopped): (Vec<_>, Vec<_>) = results.into_iter().partition(Result::is_ok);
     // Those that ran beside the fifth go on to their end.
     let threads = std::thread::available_parallelism().unwrap().get();
@@ -255,8 +259,10 @@ fn a_batch_that_is_ended_keeps_what_was_finished_and_begins_no_more() {
         assert_eq!(interrupted.trajectory.states().len(), 1);
     }
     let end = FinalPosition::of_body(&world, "ball").unwrap();
-    let by = [Parameter::InitialVelocity("ball".into())];
-    let values = batch.values_after(&world, &by, &[[0.0; 3]; COUNT], &end);
+    let by = [Parameter::initial_velocity("ball")];
+    let values = batch.map(&[[0.0; 3]; COUNT], |job, sample| {
+        job.experiment(world.perturbed(&by, sample)?).value(&end)
+    });
     let errors = values.into_iter().filter_map(Result::err);
     let count =
         errors.filter(|it| matches!(it, GradientError::Rollout(error) if is_stopped(error)));

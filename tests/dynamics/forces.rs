@@ -2,8 +2,8 @@
 
 use hydroelastic::contact::Shape;
 use hydroelastic::dynamics::{
-    Body, Control, Drag, Force, Integrator, Mass, Material, Plan, Situation, Spring, State,
-    Thruster, Trajectory, World, WorldError, Wrenches,
+    Body, Control, Drag, Force, ForceContext, Integrator, Mass, Material, Plan, Spring, State,
+    Thruster, Trajectory, World, WorldError, WrenchAccumulator,
 };
 use hydroelastic::gradient::{Experiment, FinalState, GradientError, Mode, Outcome, Parameter};
 use hydroelastic::mesh::shapes;
@@ -19,12 +19,13 @@ fn cube(name: &str, mass: f64, position: Vector3<f64>) -> Body {
     let shape = Shape::new(shapes::cuboid([0.1, 0.2, 0.3]).unwrap());
     let skin = Material::elastic(1e5);
     let body = Body::dynamic(name, shape, skin, Mass::Total(mass)).unwrap();
-    body.at(Pose::from_translation(position))
+    body.with_pose(Pose::from_translation(position))
 }
 
 /// Two bricks a meter apart.
 fn two() -> World {
-    let right = cube("right", 3.0, vector![1.0, 0.0, 0.0]).with_spin(vector![0.1, 0.2, -0.3]);
+    let right =
+        cube("right", 3.0, vector![1.0, 0.0, 0.0]).with_angular_velocity(vector![0.1, 0.2, -0.3]);
     World::new(vec![cube("left", 1.0, Vector3::zeros()), right]).unwrap()
 }
 
@@ -48,7 +49,7 @@ fn everything() -> World<f64, (Spring, Drag, Thruster)> {
     let place = |x: f64| Pose::from_translation(vector![x, 0.02, 0.1495]);
     let body = |name, x| {
         let body = Body::dynamic(name, Arc::clone(&brick), skin, Mass::Total(1.0));
-        body.unwrap().at(place(x))
+        body.unwrap().with_pose(place(x))
     };
     let left = body("left", -0.3).with_velocity(vector![0.4, 0.1, 0.0]);
     let bodies = vec![
@@ -84,7 +85,7 @@ fn bodies_on_a_spring_swing_with_the_frequency_of_their_reduced_mass() {
     let world = two().with_forces(spring([[0.0; 3]; 2])).unwrap();
     let period = TAU / (50.0_f64 / 0.75).sqrt();
     let plan = Plan::new(period / 1000.0, 1000).unwrap();
-    let end = world.rollout(&plan).recorded().unwrap();
+    let end = world.rollout(&plan).run().unwrap();
     // After a period of the leapfrog all is as it was, but for a part of (2π/1000)²/24.
     for (body, start) in end.last().bodies.iter().zip(world.initial_state().bodies) {
         assert!((body.position() - start.position()).norm() < 1e-5);
@@ -103,9 +104,9 @@ fn springs_with_dampers_keep_momentum_and_lose_energy() {
     let world = two().with_forces(spring).unwrap();
     for integrator in INTEGRATORS {
         let plan = Plan::new(1e-3, 3000).unwrap().with_integrator(integrator);
-        let end = world.rollout(&plan).recorded().unwrap();
+        let end = world.rollout(&plan).run().unwrap();
         let [before, after] =
-            [&end.states()[0], end.last()].map(|state| world.report(state).unwrap());
+            [&end.states()[0], end.last()].map(|state| world.diagnostics(state).unwrap());
         let drift = after.momentum.linear - before.momentum.linear;
         assert!(drift.norm() < 1e-13);
         let turned = after.momentum.angular - before.momentum.angular;
@@ -131,10 +132,7 @@ fn drag_takes_the_same_part_of_the_velocity_in_each_step() {
     };
     let left = cube("left", 2.0, Vector3::zeros()).with_velocity(vector![3.0, 0.0, 0.0]);
     let world = World::new(vec![left]).unwrap().with_forces(drag).unwrap();
-    let end = world
-        .rollout(&Plan::new(1e-2, 100).unwrap())
-        .recorded()
-        .unwrap();
+    let end = world.rollout(&Plan::new(1e-2, 100).unwrap()).run().unwrap();
     let expected = 3.0 * (1.0 - 1e-2 * 0.4 / 2.0_f64).powi(100);
     assert!((end.last().bodies[0].velocity().x - expected).abs() < 1e-13);
 }
@@ -147,13 +145,13 @@ fn thrusters_push_along_the_body_and_turn_it_about_its_center() {
         force: [0.0, 2.0, 0.0],
     };
     let turned = Pose::from_rotation_vector(&vector![0.0, 0.0, TAU / 4.0], Vector3::zeros());
-    let world = World::new(vec![cube("left", 2.0, Vector3::zeros()).at(turned)]).unwrap();
+    let world = World::new(vec![cube("left", 2.0, Vector3::zeros()).with_pose(turned)]).unwrap();
     let pushed = world
         .clone()
         .with_forces(thruster([0.0, 0.1, 0.0]))
         .unwrap();
     let plan = Plan::new(1e-2, 100).unwrap();
-    let end = pushed.rollout(&plan).recorded().unwrap();
+    let end = pushed.rollout(&plan).run().unwrap();
     assert!((end.last().bodies[0].position() - vector![-0.5, 0.0, 0.0]).norm() < 1e-12);
     // The arm is 0.05 m, the moment of inertia 2 kg (0.1² + 0.2²)/12 m².
     let turning = world.with_forces(thruster([0.05, 0.0, 0.0])).unwrap();
@@ -167,9 +165,9 @@ fn thrusters_push_along_the_body_and_turn_it_about_its_center() {
 struct Suction(f64);
 
 impl Force for Suction {
-    fn add_to<T: Scalar>(&self, wrenches: &mut Wrenches<T>, now: &Situation<T>) {
+    fn add_to<T: Scalar>(&self, wrenches: &mut WrenchAccumulator<T>, now: &ForceContext<T>) {
         for (body, contact) in now.contact.iter().enumerate() {
-            wrenches.push_center(body, &(contact.force * lift::<T>(-self.0)));
+            wrenches.apply_force_at_com(body, &(contact.force * lift::<T>(-self.0)));
         }
     }
 }
@@ -180,7 +178,7 @@ fn forces_may_depend_on_what_contact_does() {
     let ball = Shape::new(shapes::icosphere(0.1, 1).unwrap());
     let floor = Shape::new(shapes::cuboid([1.0, 1.0, 0.2]).unwrap());
     let ball = Body::dynamic("ball", ball, skin, Mass::Total(1.0)).unwrap();
-    let ball = ball.at(Pose::from_translation(vector![0.0, 0.0, 0.19]));
+    let ball = ball.with_pose(Pose::from_translation(vector![0.0, 0.0, 0.19]));
     let world = World::new(vec![ball, Body::fixed("floor", floor, skin).unwrap()]).unwrap();
     let plan = Plan::new(1e-4, 1).unwrap();
     let state = world.initial_state();
@@ -207,12 +205,12 @@ fn forces_in_any_list_add_up() {
             .with_forces((first, second))
             .unwrap()
             .rollout(&plan)
-            .recorded(),
+            .run(),
         two()
             .with_forces(Vec::from(drags()))
             .unwrap()
             .rollout(&plan)
-            .recorded(),
+            .run(),
     ];
     let twists = ends.map(|end| end.unwrap().last().bodies[1].twist.to_vector());
     assert!(twists[0] == twists[1]);
@@ -233,7 +231,7 @@ fn controls_give_the_momentum_of_their_intervals() {
             let plan = Plan::new(0.1, 3 * steps_each + 2)
                 .unwrap()
                 .with_integrator(integrator);
-            let trajectory = world.rollout(&plan).recorded().unwrap();
+            let trajectory = world.rollout(&plan).run().unwrap();
             let mut expected = 0.0;
             for (step, pair) in trajectory.states().windows(2).enumerate() {
                 expected += 0.1 * [1.0, -3.0, 7.0].get(step / steps_each).unwrap_or(&0.0);
@@ -269,7 +267,7 @@ fn controls_act_by_their_mean_where_steps_and_intervals_do_not_fit() {
     let control = Control::new("left", INTERVAL, forces.iter().map(push).collect()).unwrap();
     let world = two().with_control(control).unwrap();
     let by: Vec<_> = (0..forces.len())
-        .map(|interval| Parameter::Control("left".into(), interval))
+        .map(|interval| Parameter::control("left", interval))
         .collect();
     let implicit = [Integrator::Sdirk3, Integrator::ImplicitEuler];
     for integrator in INTEGRATORS.into_iter().chain(implicit) {
@@ -292,7 +290,7 @@ fn controls_act_by_their_mean_where_steps_and_intervals_do_not_fit() {
             let error = (found.value[0] - momentum).abs();
             assert!(error < 1e-12, "{integrator:?} {steps}: {error:e}");
             let (_, back) = experiment
-                .gradient_by(Mode::Reverse, &by, &FirstSpeed)
+                .gradient_with_mode(Mode::Reverse, &by, &FirstSpeed)
                 .unwrap();
             let error = (back - found.jacobian.row(0).transpose()).amax();
             assert!(error < 1e-12, "{integrator:?} {steps}: {error:e}");
@@ -305,13 +303,13 @@ fn derivatives_through_forces_and_controls_are_those_of_differences() {
     let world = everything();
     let names = ["left", "right"];
     let parameters: Vec<Parameter> = [
-        Parameter::Control("right".into(), 0),
-        Parameter::Control("right".into(), 1),
+        Parameter::control("right", 0),
+        Parameter::control("right", 1),
         Parameter::Gravity,
     ]
     .into_iter()
-    .chain(names.map(|name| Parameter::InitialVelocity(name.into())))
-    .chain(names.map(|name| Parameter::Mass(name.into())))
+    .chain(names.map(|name| Parameter::initial_velocity(name)))
+    .chain(names.map(|name| Parameter::mass(name)))
     .collect();
     let experiment = Experiment::new(&world, &Plan::new(5e-4, 20).unwrap());
     let outcome = FinalState::of_body(&world, "right").unwrap();
@@ -325,23 +323,23 @@ fn differences<F: Force>(world: &World<f64, F>, plan: &Plan, control: &Parameter
     const STEP: f64 = 1e-6;
     const STEP_OF_CONTROL: f64 = 1e-3;
     let start = world.initial_state();
-    let end_of = |world: &World<f64, F>| world.rollout(plan).recorded().unwrap().last().clone();
+    let end_of = |world: &World<f64, F>| world.rollout(plan).run().unwrap().last().clone();
     let end = end_of(world);
-    let size = world.displacement(&end, &end).unwrap().len();
+    let size = world.difference(&end, &end).unwrap().len();
     let displaced = |column: usize, step: f64| -> DVector<f64> {
         let changed = if column < size {
             let mut change = vec![0.0; size];
             change[column] = step;
-            let moved = world.displaced(&start, &change).unwrap();
-            world.clone().starting_from(&moved).unwrap()
+            let moved = world.integrate(&start, &change).unwrap();
+            world.clone().with_initial_state(&moved).unwrap()
         } else {
             let mut change = vec![0.0; 6];
             change[column - size] = step;
             world
-                .changed(std::slice::from_ref(control), &change)
+                .perturbed(std::slice::from_ref(control), &change)
                 .unwrap()
         };
-        world.displacement(&end, &end_of(&changed)).unwrap()
+        world.difference(&end, &end_of(&changed)).unwrap()
     };
     let columns: Vec<_> = (0..size + 6)
         .map(|column| {
@@ -358,11 +356,11 @@ fn differences<F: Force>(world: &World<f64, F>, plan: &Plan, control: &Parameter
 #[test]
 fn linearized_rollouts_are_those_of_differences() {
     let world = everything();
-    let control = Parameter::Control("right".into(), 0);
+    let control = Parameter::control("right", 0);
     for steps in [1, 8] {
         let plan = Plan::new(5e-4, steps).unwrap();
         let found = Experiment::new(&world, &plan)
-            .linearized(std::slice::from_ref(&control))
+            .linearize(std::slice::from_ref(&control))
             .unwrap();
         let expected = differences(&world, &plan, &control);
         let (size, count) = (found.by_state.nrows(), found.by_parameters.ncols());
@@ -384,9 +382,12 @@ fn linearized_rollouts_are_those_of_differences() {
 fn a_world_that_starts_from_a_state_goes_on_as_its_rollout_does() {
     let world = everything();
     let plan = Plan::new(5e-4, 12).unwrap();
-    let whole = world.rollout(&plan).recorded().unwrap();
-    let rest = world.clone().starting_from(&whole.states()[7]).unwrap();
-    let rest = rest.rollout(&plan.with_steps(5)).recorded().unwrap();
+    let whole = world.rollout(&plan).run().unwrap();
+    let rest = world
+        .clone()
+        .with_initial_state(&whole.states()[7])
+        .unwrap();
+    let rest = rest.rollout(&plan.with_steps(5)).run().unwrap();
     let [expected, found] = [&whole, &rest].map(|trajectory| trajectory.last().bodies.clone());
     for (expected, found) in expected.iter().zip(&found) {
         assert_eq!(expected.pose.rotation(), found.pose.rotation());
@@ -410,12 +411,12 @@ fn bodies_that_forces_do_not_move_are_where_they_belong_from_the_first_kick_on()
     for integrator in INTEGRATORS {
         let plan = Plan::new(5e-4, 1).unwrap().with_integrator(integrator);
         let expected = world.step(&start, &plan).unwrap();
-        let rollout = world.rollout(&plan).starting_from(astray.clone()).unwrap();
-        let moved = world.clone().starting_from(&astray).unwrap();
+        let rollout = world.rollout(&plan).with_state(astray.clone()).unwrap();
+        let moved = world.clone().with_initial_state(&astray).unwrap();
         let found = [
             world.step(&astray, &plan).unwrap(),
-            rollout.recorded().unwrap().last().clone(),
-            moved.rollout(&plan).recorded().unwrap().last().clone(),
+            rollout.run().unwrap().last().clone(),
+            moved.rollout(&plan).run().unwrap().last().clone(),
         ];
         for state in found {
             for (expected, found) in expected.bodies.iter().zip(&state.bodies) {
@@ -432,8 +433,8 @@ fn displacements_take_one_state_to_the_other() {
     let change: Vec<f64> = (0..24)
         .map(|number| 0.3 * f64::sin(f64::from(number)))
         .collect();
-    let moved = world.displaced(&start, &change).unwrap();
-    let found = world.displacement(&start, &moved).unwrap();
+    let moved = world.integrate(&start, &change).unwrap();
+    let found = world.difference(&start, &moved).unwrap();
     assert!((found - DVector::from_vec(change)).amax() < 1e-15);
 }
 
@@ -484,7 +485,7 @@ fn what_cannot_act_is_refused() {
         WorldError::SameBody(_)
     ));
     assert!(matches!(
-        two().ignoring("left", "left").unwrap_err(),
+        two().with_ignored("left", "left").unwrap_err(),
         WorldError::SameBody(_)
     ));
     let nowhere = spring([[0.0, f64::NAN, 0.0], [0.0; 3]]);
@@ -509,36 +510,36 @@ fn controls_and_states_that_cannot_be_are_refused() {
     ));
     let state = two().initial_state();
     assert!(matches!(
-        two().displaced(&state, &[0.0; 12]).unwrap_err(),
+        two().integrate(&state, &[0.0; 12]).unwrap_err(),
         WorldError::ChangeSize {
             found: 12,
             expected: 24
         }
     ));
-    assert!(two().displaced(&state, &[f64::NAN; 24]).is_err());
+    assert!(two().integrate(&state, &[f64::NAN; 24]).is_err());
     let mut short = state.clone();
     short.bodies.pop();
     let expected = WorldError::StateSize {
         found: 1,
         expected: 2,
     };
-    assert_eq!(two().report(&short).unwrap_err(), expected);
+    assert_eq!(two().diagnostics(&short).unwrap_err(), expected);
     assert_eq!(two().topology(&short).unwrap_err(), expected);
     assert_eq!(two().contacts(&short).unwrap_err(), expected);
     assert_eq!(two().largest_stable_step(&short).unwrap_err(), expected);
     let mut timeless = state;
     timeless.time = f64::NAN;
-    assert!(two().starting_from(&timeless).is_err());
+    assert!(two().with_initial_state(&timeless).is_err());
     let world = two().with_control(Control::new("left", 0.1, vec![Wrench::zero()]).unwrap());
     let world = world.unwrap();
-    let by = [Parameter::Control("left".into(), 0)];
+    let by = [Parameter::control("left", 0)];
     assert!(
         world
-            .changed(&by, &[f64::NAN, 0.0, 0.0, 0.0, 0.0, 0.0])
+            .perturbed(&by, &[f64::NAN, 0.0, 0.0, 0.0, 0.0, 0.0])
             .is_err()
     );
     let experiment = Experiment::new(&world, &Plan::new(1e-3, 1).unwrap());
-    let beyond = experiment.linearized(&[Parameter::Control("left".into(), 1)]);
+    let beyond = experiment.linearize(&[Parameter::control("left", 1)]);
     assert!(matches!(
         beyond.unwrap_err(),
         GradientError::NoControl {
@@ -549,7 +550,7 @@ fn controls_and_states_that_cannot_be_are_refused() {
     ));
     assert!(
         experiment
-            .linearized(&[Parameter::Control("right".into(), 0)])
+            .linearize(&[Parameter::control("right", 0)])
             .is_err()
     );
 }
@@ -560,8 +561,8 @@ fn a_control_that_is_not_there_is_told_with_those_that_are() {
     let world = two().with_control(control).unwrap();
     let experiment = Experiment::new(&world, &Plan::new(1e-3, 1).unwrap());
     for (name, told) in [("left", "0 to 1"), ("right", "no control")] {
-        let by = [Parameter::Control(name.into(), 2)];
-        let error = experiment.linearized(&by).unwrap_err().to_string();
+        let by = [Parameter::control(name, 2)];
+        let error = experiment.linearize(&by).unwrap_err().to_string();
         assert!(error.contains(told), "{error}");
     }
 }

@@ -13,10 +13,10 @@ const REVERSED: f64 = 1e-9;
 
 /// A free body with mass properties as given, which moves and turns.
 fn tumbling(properties: MassProperties, spin: Vector3<f64>) -> World {
-    let body = Body::dynamic("body", ball_shape(), SKIN, Mass::Given(properties)).unwrap();
+    let body = Body::dynamic("body", ball_shape(), SKIN, Mass::Properties(properties)).unwrap();
     let start = Pose::from_rotation_vector(&vector![0.5, 0.1, -0.4], vector![0.3, -0.2, 0.1]);
-    let moving = body.at(start).with_velocity(vector![0.2, -0.1, 0.3]);
-    World::new(vec![moving.with_spin(spin)]).unwrap()
+    let moving = body.with_pose(start).with_velocity(vector![0.2, -0.1, 0.3]);
+    World::new(vec![moving.with_angular_velocity(spin)]).unwrap()
 }
 
 /// Equal moments about a center of mass that is off the origin.
@@ -83,7 +83,7 @@ fn a_body_of_equal_moments_turns_as_the_exponential_map_says() {
 /// Largest relative deviation of the kinetic energy of the asymmetric top in 50 s of so many steps.
 fn energy_deviation(steps: usize) -> f64 {
     let world = tumbling(asymmetric(), vector![3.0, -2.0, 5.0]);
-    let kinetic = |state: &State| world.report(state).unwrap().kinetic_energy;
+    let kinetic = |state: &State| world.diagnostics(state).unwrap().kinetic_energy;
     let start = kinetic(&world.initial_state());
     let states = leapfrog(&world, 50.0 / steps as f64).take(steps);
     states
@@ -105,7 +105,7 @@ fn an_asymmetric_top_keeps_its_energy_to_second_order_without_drift() {
 fn an_asymmetric_top_keeps_its_angular_momentum() {
     let world = tumbling(asymmetric(), vector![3.0, -2.0, 5.0]);
     let start = world
-        .report(&world.initial_state())
+        .diagnostics(&world.initial_state())
         .unwrap()
         .momentum
         .angular;
@@ -114,7 +114,7 @@ fn an_asymmetric_top_keeps_its_angular_momentum() {
             .rollout(&Plan::new(1e-3, 10_000).unwrap().with_integrator(integrator))
             .take(10_000)
         {
-            let now = world.report(&state.unwrap()).unwrap().momentum.angular;
+            let now = world.diagnostics(&state.unwrap()).unwrap().momentum.angular;
             let off = (now - start).amax() / start.amax();
             assert!(off <= 10.0 * ROUND_OFF, "{off:e}");
         }
@@ -127,12 +127,14 @@ fn the_leapfrog_run_backwards_returns_to_the_start() {
     let top = tumbling(asymmetric(), vector![3.0, -2.0, 5.0]);
     let egg = Arc::new(Shape::new(shapes::ellipsoid([0.1, 0.14, 0.12], 1).unwrap()));
     let egg = Body::dynamic("egg", egg, SKIN, Mass::Total(1.0)).unwrap();
-    let thrown = egg.at(at(0.0, 0.0, 0.2)).with_spin(vector![1.0, 2.0, 0.5]);
+    let thrown = egg
+        .with_pose(at(0.0, 0.0, 0.2))
+        .with_angular_velocity(vector![1.0, 2.0, 0.5]);
     let bounce = World::new(vec![thrown, floor(SKIN)]).unwrap();
     let bounce = bounce.with_gravity(down()).unwrap();
     for (world, touches) in [(top, false), (bounce, true)] {
         let plan = Plan::new(1e-3, 400).unwrap();
-        let there = world.rollout(&plan).recorded().unwrap();
+        let there = world.rollout(&plan).run().unwrap();
         let mut touching = there
             .states()
             .iter()
@@ -140,9 +142,9 @@ fn the_leapfrog_run_backwards_returns_to_the_start() {
         assert_eq!(touching.next().is_some(), touches);
         let turned = world
             .rollout(&plan.recording_every(400))
-            .starting_from(reversed(there.last()))
+            .with_state(reversed(there.last()))
             .unwrap();
-        let back = reversed(turned.recorded().unwrap().last());
+        let back = reversed(turned.run().unwrap().last());
         let off = distance(&back.bodies[0], &world.initial_state().bodies[0]);
         assert!(off <= REVERSED, "{off:e}");
     }
@@ -174,8 +176,8 @@ fn spins_about(axis: usize) -> Vec<f64> {
         mass: 1.0,
     };
     let spin = Vector3::ith(axis, 5.0) + vector![0.01, 0.01, 0.01];
-    let body = Body::dynamic("wingnut", ball_shape(), SKIN, Mass::Given(properties)).unwrap();
-    let world = World::new(vec![body.with_spin(spin)]).unwrap();
+    let body = Body::dynamic("wingnut", ball_shape(), SKIN, Mass::Properties(properties)).unwrap();
+    let world = World::new(vec![body.with_angular_velocity(spin)]).unwrap();
     let states = leapfrog(&world, 2e-3).take(30_000).map(Result::unwrap);
     let seen_from_body = |state: State| {
         let BodyState { pose, twist } = &state.bodies[0];

@@ -31,7 +31,7 @@ fn refused_gradient(world: &World, parameter: &Parameter) -> GradientError {
     let outcome = FinalPosition::of_body(world, world.bodies()[0].name()).unwrap();
     let error = experiment.jacobian(by, &outcome).unwrap_err();
     let check = experiment.difference_check(by, &outcome);
-    let after = experiment.value_after(by, &[0.0; 3], &outcome);
+    let after = experiment.value_perturbed(by, &[0.0; 3], &outcome);
     assert_eq!(check.unwrap_err(), error);
     assert_eq!(after.unwrap_err(), error);
     error
@@ -41,9 +41,9 @@ fn refused_gradient(world: &World, parameter: &Parameter) -> GradientError {
 fn a_parameter_of_no_body_of_the_world_is_refused() {
     let world = World::new(vec![ball("ball"), floor(SKIN)]).unwrap();
     for parameter in [
-        Parameter::InitialPosition("bal".into()),
-        Parameter::Modulus("bal".into()),
-        Parameter::Mass("bal".into()),
+        Parameter::initial_position("bal"),
+        Parameter::modulus("bal"),
+        Parameter::mass("bal"),
     ] {
         let unknown = WorldError::UnknownBody {
             name: "bal".into(),
@@ -58,15 +58,15 @@ fn a_parameter_of_no_body_of_the_world_is_refused() {
 
 #[test]
 fn a_parameter_without_effect_on_a_body_that_forces_do_not_move_is_refused() {
-    let driven = Body::prescribed("cart", ball_shape(), SKIN, Arc::new(|_| still_at(2.0)));
+    let driven = Body::kinematic("cart", ball_shape(), SKIN, Arc::new(|_| still_at(2.0)));
     let world = World::new(vec![ball("ball"), floor(SKIN), driven.unwrap()]).unwrap();
     for (parameter, body) in [
-        (Parameter::Mass("floor".into()), "floor"),
-        (Parameter::InitialVelocity("floor".into()), "floor"),
-        (Parameter::InitialSpin("floor".into()), "floor"),
-        (Parameter::Mass("cart".into()), "cart"),
-        (Parameter::InitialPosition("cart".into()), "cart"),
-        (Parameter::InitialOrientation("cart".into()), "cart"),
+        (Parameter::mass("floor"), "floor"),
+        (Parameter::initial_velocity("floor"), "floor"),
+        (Parameter::initial_angular_velocity("floor"), "floor"),
+        (Parameter::mass("cart"), "cart"),
+        (Parameter::initial_position("cart"), "cart"),
+        (Parameter::initial_orientation("cart"), "cart"),
     ] {
         let error = refused_gradient(&world, &parameter);
         let expected = GradientError::NotDynamic {
@@ -75,7 +75,7 @@ fn a_parameter_without_effect_on_a_body_that_forces_do_not_move_is_refused() {
         };
         assert_eq!(error, expected);
     }
-    let error = refused_gradient(&world, &Parameter::Mass("floor".into()));
+    let error = refused_gradient(&world, &Parameter::mass("floor"));
     assert_eq!(
         error.to_string(),
         "the mass of \"floor\" has no effect, because forces do not move body \"floor\": it is fixed or follows a path"
@@ -97,12 +97,12 @@ fn an_outcome_of_no_body_of_the_world_is_refused() {
 #[test]
 fn a_world_is_changed_by_as_many_numbers_as_its_parameters_have_and_to_usable_ones_only() {
     let world = World::new(vec![ball("ball")]).unwrap();
-    let parameters = [Parameter::Mass("ball".into()), Parameter::Gravity];
-    let error = world.changed(&parameters, &[0.0; 3]).unwrap_err();
+    let parameters = [Parameter::mass("ball"), Parameter::Gravity];
+    let error = world.perturbed(&parameters, &[0.0; 3]).unwrap_err();
     let (found, expected) = (3, 4);
-    assert_eq!(error, GradientError::ChangeCount { found, expected });
+    assert_eq!(error, GradientError::NumberCount { found, expected });
     for change in [-1.0, -2.0, f64::NAN] {
-        let error = world.changed(&parameters, &[change, 0.0, 0.0, 0.0]);
+        let error = world.perturbed(&parameters, &[change, 0.0, 0.0, 0.0]);
         let GradientError::World(error) = error.unwrap_err() else {
             panic!("not of the world")
         };

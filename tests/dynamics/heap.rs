@@ -56,7 +56,7 @@ impl Heap {
             let pose = Pose::from_rotation_vector(&random.rotation_vector(), place);
             let (name, mass) = (format!("ball {index}"), Mass::Total(MASS));
             let ball = Body::dynamic(&name, Arc::clone(&shape), Self::skin(), mass);
-            ball.unwrap().at(pose)
+            ball.unwrap().with_pose(pose)
         };
         (0..self.count()).map(ball).collect()
     }
@@ -67,7 +67,7 @@ impl Heap {
         let side = |name, lengths: [f64; 3], place| {
             let slab = Shape::new(shapes::cuboid(lengths).unwrap());
             let side = Body::fixed(name, slab, Self::skin()).unwrap();
-            side.at(Pose::from_translation(place))
+            side.with_pose(Pose::from_translation(place))
         };
         let (along_x, along_y) = ([outer, WALL, HEIGHT], [WALL, outer, HEIGHT]);
         let middle = HEIGHT / 2.0;
@@ -116,7 +116,7 @@ fn stepped(world: &World, mut state: State, time: f64, mut see: impl FnMut(&Stat
             .unwrap()
             .unwrap_or(f64::INFINITY);
         let plan = Plan::new(LONGEST.min(SAFETY * limit), STEPS).unwrap();
-        let mut rollout = world.rollout(&plan).starting_from(state).unwrap();
+        let mut rollout = world.rollout(&plan).with_state(state).unwrap();
         for _ in 0..STEPS {
             rollout.advance().unwrap();
         }
@@ -139,7 +139,7 @@ fn dropped(heap: &Heap, slip_tolerance: f64, time: f64) -> State {
     let world = heap.world(slip_tolerance);
     let mut before = f64::INFINITY;
     stepped(&world, world.initial_state(), time, |state| {
-        let energy = world.report(state).unwrap().total_energy();
+        let energy = world.diagnostics(state).unwrap().total_energy();
         let gain = (energy - before) / heap.weight();
         assert!(gain <= NO_GAIN, "{gain:e} m at {} s", state.time);
         before = energy;
@@ -183,7 +183,7 @@ impl Creep {
         let on_box = contacts.filter(|contact| contact.bodies[1] >= heap.count());
         Self {
             fastest: largest,
-            kinetic_energy: world.report(&end).unwrap().kinetic_energy,
+            kinetic_energy: world.diagnostics(&end).unwrap().kinetic_energy,
             force: on_box.map(|contact| contact.wrench.on_b.force).sum(),
         }
     }

@@ -27,7 +27,10 @@ fn on_floor(field: PressureField, height: f64, skin: Material, down: &Vector3<f6
     let body = Body::dynamic("body", Shape::new(field), skin, Mass::Total(1.0)).unwrap();
     let floor = Shape::new(shapes::cuboid([2.0, 2.0, 0.4]).unwrap());
     let floor = Body::fixed("floor", floor, skin).unwrap();
-    let bodies = vec![body.at(at_height(height)), floor.at(at_height(-0.2))];
+    let bodies = vec![
+        body.with_pose(at_height(height)),
+        floor.with_pose(at_height(-0.2)),
+    ];
     let world = World::new(bodies).unwrap();
     world.with_gravity(down * GRAVITY).unwrap()
 }
@@ -54,7 +57,7 @@ impl Decade {
         for step in steps {
             let state = rollout.advance().unwrap();
             if step % LOOK == 0 {
-                let seen = world.report(state).unwrap().total_energy();
+                let seen = world.diagnostics(state).unwrap().total_energy();
                 energy = [energy[0].min(seen), energy[1].max(seen)];
                 deviation = deviation.max(deviation_of(state));
             }

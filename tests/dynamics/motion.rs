@@ -30,11 +30,11 @@ fn floor(material: Material) -> Body {
     let slab = Arc::new(Shape::new(shapes::cuboid([2.0, 2.0, 0.5]).unwrap()));
     Body::fixed("floor", slab, material)
         .unwrap()
-        .at(at(0.0, 0.0, -0.25))
+        .with_pose(at(0.0, 0.0, -0.25))
 }
 
 fn sphere_inertia(mass: f64, radius: f64) -> Mass {
-    Mass::Given(MassProperties {
+    Mass::Properties(MassProperties {
         mass,
         center_of_mass: Vector3::zeros(),
         inertia: Matrix3::identity() * (0.4 * mass * radius * radius),
@@ -50,7 +50,7 @@ fn ball_over_floor(material: Material, height: f64, velocity: f64) -> World {
         ..material
     };
     let start = ball
-        .at(at(0.0, 0.0, height))
+        .with_pose(at(0.0, 0.0, height))
         .with_velocity(vector![0.0, 0.0, velocity]);
     World::new(vec![start, floor(rigid)]).unwrap()
 }
@@ -116,8 +116,8 @@ fn by_start(world: &World, body: &str, axis: usize, time_step: f64, steps: usize
     let experiment = Experiment::new(world, &Plan::new(time_step, steps).unwrap());
     let outcome = FinalPosition::of_body(world, body).unwrap();
     let parameters = [
-        Parameter::InitialPosition(body.into()),
-        Parameter::InitialVelocity(body.into()),
+        Parameter::initial_position(body),
+        Parameter::initial_velocity(body),
     ];
     let jacobian = experiment.jacobian(&parameters, &outcome).unwrap().jacobian;
     [jacobian[(axis, axis)], jacobian[(axis, 3 + axis)]]
@@ -131,7 +131,7 @@ fn a_lossless_bounce_mirrors_the_start_at_any_stiffness() {
         let skin = Material::elastic(modulus);
         let falling = Body::dynamic("ball", Arc::clone(&ball), skin, Mass::Total(1.0)).unwrap();
         let falling = falling
-            .at(at(0.0, 0.0, 0.15))
+            .with_pose(at(0.0, 0.0, 0.15))
             .with_velocity(vector![0.0, 0.0, -1.0]);
         let world = World::new(vec![falling, floor(skin)]).unwrap();
         let error = (by_start(&world, "ball", 2, 0.3 / steps as f64, steps)[0] + 1.0).abs();
@@ -145,7 +145,7 @@ fn the_derivative_through_a_bounce_converges_at_second_order() {
     let skin = Material::elastic(1e4);
     let falling = Body::dynamic("ball", ball, skin, Mass::Total(1.0)).unwrap();
     let falling = falling
-        .at(at(0.0, 0.0, 0.15))
+        .with_pose(at(0.0, 0.0, 0.15))
         .with_velocity(vector![0.0, 0.0, -1.0]);
     let world = World::new(vec![falling, floor(skin)]).unwrap();
     // Where in a step the contact begins and ends shifts the error about: average over some.
@@ -170,7 +170,7 @@ fn hunt_crossley_restitution_is_that_of_the_integrated_law() {
         let ball = Arc::new(Shape::new(shapes::icosphere(0.1, 2).unwrap()));
         let falling = Body::dynamic("ball", ball, material, Mass::Total(1.0)).unwrap();
         let falling = falling
-            .at(at(0.0, 0.0, 0.11))
+            .with_pose(at(0.0, 0.0, 0.11))
             .with_velocity(vector![0.0, 0.0, -1.0]);
         // Against a rigid floor all of the surface is flat, and its normal along the velocity.
         let rigid = Material {
@@ -179,7 +179,7 @@ fn hunt_crossley_restitution_is_that_of_the_integrated_law() {
         };
         let world = World::new(vec![falling, floor(rigid)]).unwrap();
         let plan = Plan::new(1e-5, 12_000).unwrap().recording_every(12_000);
-        let trajectory = world.rollout(&plan).recorded().unwrap();
+        let trajectory = world.rollout(&plan).run().unwrap();
         let rebound = upward(trajectory.last());
         assert!(
             (rebound - ratio).abs() < RESTITUTION,
@@ -197,14 +197,14 @@ fn by_starts_of_two_balls(modulus: f64, steps: usize) -> [f64; 4] {
         Body::dynamic(name, shape, skin, sphere_inertia(1.0, 0.1)).unwrap()
     };
     let first = body("first").with_velocity(vector![0.0, 0.0, 1.0]);
-    let world = World::new(vec![first, body("second").at(at(0.0, 0.0, 0.52))]).unwrap();
+    let world = World::new(vec![first, body("second").with_pose(at(0.0, 0.0, 0.52))]).unwrap();
     let plan = Plan::new(1.0 / steps as f64, steps).unwrap();
     let experiment = Experiment::new(&world, &plan.recording_every(steps));
     let parameters = [
-        Parameter::InitialPosition("first".into()),
-        Parameter::InitialPosition("second".into()),
-        Parameter::InitialVelocity("first".into()),
-        Parameter::InitialVelocity("second".into()),
+        Parameter::initial_position("first"),
+        Parameter::initial_position("second"),
+        Parameter::initial_velocity("first"),
+        Parameter::initial_velocity("second"),
     ];
     let jacobian = experiment
         .jacobian(
@@ -248,7 +248,11 @@ fn resting_block(material: Material, tilt: f64) -> World {
     let block = Arc::new(Shape::new(shapes::cuboid([0.3, 0.3, 0.04]).unwrap()));
     let block = Body::dynamic("block", block, material, Mass::Total(1.0)).unwrap();
     let body_height = 0.02 - tilt.cos() * REST_DEPTH_OF_BLOCK;
-    let world = World::new(vec![block.at(at(0.0, 0.0, body_height)), floor(material)]).unwrap();
+    let world = World::new(vec![
+        block.with_pose(at(0.0, 0.0, body_height)),
+        floor(material),
+    ])
+    .unwrap();
     let down = vector![tilt.sin(), 0.0, -tilt.cos()] * GRAVITY;
     world.with_gravity(down).unwrap()
 }
@@ -268,7 +272,7 @@ fn a_sliding_block_stops_after_the_distance_of_coulomb_friction() {
     let speed = 1.0;
     let world = sliding(&resting_block(material, 0.0), speed);
     let plan = Plan::new(2e-5, 20_000).unwrap().recording_every(20_000);
-    let last = world.rollout(&plan).recorded();
+    let last = world.rollout(&plan).run();
     let distance = last.unwrap().last().bodies[0].pose.translation().x;
     let expected = speed * speed / (2.0 * 0.5 * GRAVITY);
     assert!(
@@ -301,7 +305,7 @@ fn a_block_slides_down_an_incline_with_the_acceleration_that_friction_leaves() {
         .with_slip_tolerance(1e-4)
         .unwrap();
     let plan = Plan::new(2e-5, 20_000).unwrap().recording_every(10_000);
-    let states = world.rollout(&plan).recorded().unwrap();
+    let states = world.rollout(&plan).run().unwrap();
     let [_, middle, end] = states.states() else {
         panic!("three states are recorded")
     };

@@ -3,7 +3,8 @@
 use approx::assert_relative_eq;
 use hydroelastic::contact::{ContactBody, ContactPair, HalfSpace, Partner, RigidShape, Shape};
 use hydroelastic::dynamics::{
-    Body, BodyShape, Integrator, Interrupted, Mass, Material, Plan, RolloutError, World, WorldError,
+    Body, BodyShape, Integrator, Mass, Material, Plan, RolloutError, RolloutFailure, World,
+    WorldError,
 };
 use hydroelastic::gradient::{Experiment, FinalState, GradientError, Parameter};
 use hydroelastic::mesh::{TriangleSurface, shapes};
@@ -42,7 +43,7 @@ fn floors() -> Vec<Body> {
         Body::fixed("floor", HalfSpace::layer(0.05).unwrap(), skin()).unwrap(),
         Body::fixed("floor", slab, hard)
             .unwrap()
-            .at(Pose::from_translation(vector![0.1, -0.2, -0.05])),
+            .with_pose(Pose::from_translation(vector![0.1, -0.2, -0.05])),
     ]
 }
 
@@ -50,9 +51,9 @@ fn thrown(floor: Body, shape: impl Into<BodyShape>, height: f64) -> World {
     let ball = Body::dynamic("ball", shape, skin(), Mass::Total(2.0)).unwrap();
     let start = Pose::from_rotation_vector(&vector![0.1, 0.2, 0.3], vector![0.0, 0.0, height]);
     let ball = ball
-        .at(start)
+        .with_pose(start)
         .with_velocity(vector![0.5, 0.1, -1.0])
-        .with_spin(vector![1.0, 2.0, -0.5]);
+        .with_angular_velocity(vector![1.0, 2.0, -0.5]);
     // The floor first: it is B nevertheless.
     let world = World::new(vec![floor, ball]).unwrap();
     world.with_gravity(GRAVITY).unwrap()
@@ -66,19 +67,19 @@ fn a_cube_comes_to_rest_where_its_weight_is_carried() {
         let below = modulus.map(|modulus| modulus / 0.05);
         let cube = Body::dynamic("cube", cube(), skin(), Mass::Total(2.0)).unwrap();
         let start = Pose::from_translation(vector![0.0, 0.0, 0.1]);
-        let world = World::new(vec![floor, cube.at(start)]).unwrap();
+        let world = World::new(vec![floor, cube.with_pose(start)]).unwrap();
         let world = world.with_gravity(GRAVITY).unwrap();
         let plan = Plan::new(0.005, 400)
             .unwrap()
             .with_integrator(Integrator::Sdirk3);
-        let end = world.rollout(&plan).recorded().unwrap();
+        let end = world.rollout(&plan).run().unwrap();
         let state = end.last();
         let depth = 0.1 - state.bodies[1].position().z;
         let own = below.map_or(depth, |k| k * depth / (kappa + k));
         let a: f64 = 0.2;
         let force = kappa * (a * a * own - 2.0 * a * own * own + 4.0 * own.powi(3) / 3.0);
         assert_relative_eq!(force, 2.0 * 9.81, max_relative = AT_REST);
-        assert!(world.sunk_through(state).unwrap().is_empty());
+        assert!(world.fully_submerged(state).unwrap().is_empty());
         let contacts = world.contacts(state).unwrap();
         assert_eq!(contacts[0].bodies, [1, 0], "A is the compliant body");
     }
@@ -91,7 +92,7 @@ fn parameters(floor: &Body) -> Vec<Parameter> {
         Parameter::InitialPosition(name("ball")),
         Parameter::InitialOrientation(name("ball")),
         Parameter::InitialVelocity(name("ball")),
-        Parameter::InitialSpin(name("ball")),
+        Parameter::InitialAngularVelocity(name("ball")),
         Parameter::Modulus(name("ball")),
         Parameter::Dissipation(name("ball")),
         Parameter::Friction(name("ball")),
@@ -159,20 +160,20 @@ fn a_rigid_tool_pushes_a_soft_block() {
         Material::rigid().with_friction(0.5),
     );
     let bodies = vec![
-        block.at(Pose::from_translation(vector![0.0, 0.0, 0.049])),
+        block.with_pose(Pose::from_translation(vector![0.0, 0.0, 0.049])),
         tool.unwrap()
-            .at(Pose::from_translation(vector![0.05, 0.0, 0.16])),
+            .with_pose(Pose::from_translation(vector![0.05, 0.0, 0.16])),
         floor.unwrap(),
     ];
     let refused = World::new(bodies.clone()).unwrap_err();
     let names = ["tool", "floor"].map(str::to_owned);
     assert_eq!(refused, WorldError::NoContact(names));
-    let world = World::new_ignoring(bodies, &[["tool", "floor"]]).unwrap();
-    let world = world.with_gravity(GRAVITY).unwrap();
+    let world = World::builder().bodies(bodies).ignore("tool", "floor");
+    let world = world.gravity(GRAVITY).build().unwrap();
     let plan = Plan::new(0.002, 300)
         .unwrap()
         .with_integrator(Integrator::Sdirk3);
-    let recorded = world.rollout(&plan).recorded().unwrap();
+    let recorded = world.rollout(&plan).run().unwrap();
     let state = recorded.last();
     let height = state.bodies[1].position().z;
     // On the block, and pressed in a little.
@@ -235,7 +236,7 @@ fn a_rigid_body_has_no_modulus_to_differentiate_by() {
     let world = thrown(floor, cube(), 0.3);
     let plan = Plan::new(1e-3, 2).unwrap();
     let outcome = FinalState::of_body(&world, "ball").unwrap();
-    let modulus = Parameter::Modulus("floor".into());
+    let modulus = Parameter::modulus("floor");
     let refused = Experiment::new(&world, &plan).jacobian(&[modulus], &outcome);
     let body = "floor".to_owned();
     assert_eq!(refused.unwrap_err(), GradientError::NoModulus { body });
@@ -247,18 +248,15 @@ fn a_body_that_goes_through_a_floor_is_reported() {
     let soft = Material::elastic(1e2);
     let brick = Body::dynamic("brick", cube(), soft, Mass::Total(50.0)).unwrap();
     let start = Pose::from_translation(vector![0.0, 0.0, 0.15]);
-    let world = World::new(vec![brick.at(start), floor]).unwrap();
+    let world = World::new(vec![brick.with_pose(start), floor]).unwrap();
     let world = world.with_gravity(GRAVITY).unwrap();
-    let recorded = world
-        .rollout(&Plan::new(1e-3, 600).unwrap())
-        .recorded()
-        .unwrap();
+    let recorded = world.rollout(&Plan::new(1e-3, 600).unwrap()).run().unwrap();
     let state = recorded.last();
     assert!(world.contacts(state).unwrap().is_empty());
-    assert_eq!(world.sunk_through(state).unwrap(), [[0, 1]]);
+    assert_eq!(world.fully_submerged(state).unwrap(), [[0, 1]]);
     assert!(
         world
-            .sunk_through(&world.initial_state())
+            .fully_submerged(&world.initial_state())
             .unwrap()
             .is_empty()
     );
@@ -271,7 +269,7 @@ fn the_largest_stable_step_on_a_half_space_is_that_of_its_stiffness() {
     let body = Body::dynamic("cube", cube(), Material::elastic(1e6), Mass::Total(mass)).unwrap();
     let depth = 0.001;
     let start = Pose::from_translation(vector![0.0, 0.0, 0.1 - depth]);
-    let world = World::new(vec![body.at(start), floor]).unwrap();
+    let world = World::new(vec![body.with_pose(start), floor]).unwrap();
     let limit = world
         .largest_stable_step(&world.initial_state())
         .unwrap()
@@ -306,12 +304,12 @@ fn equal_boxes_that_pass_through_each_other_are_reported() {
             let [x, y] = offset;
             let start = Pose::from_translation(vector![x, y, 1.5]);
             let below = Body::fixed("below", lower.0.clone(), lower.1).unwrap();
-            let world = World::new(vec![body.at(start), below]).unwrap();
+            let world = World::new(vec![body.with_pose(start), below]).unwrap();
             let world = world.with_gravity(GRAVITY).unwrap();
             let plan = Plan::new(1e-2, 100).unwrap();
             let plan = plan.with_integrator(Integrator::Sdirk3);
-            let states = world.rollout(&plan).recorded().unwrap();
-            let is_reported = |state| !world.sunk_through(state).unwrap().is_empty();
+            let states = world.rollout(&plan).run().unwrap();
+            let is_reported = |state| !world.fully_submerged(state).unwrap().is_empty();
             let reported = states.states().iter().filter(|state| is_reported(state));
             assert_eq!(reported.count() > 0, passes, "{modulus} Pa, {offset:?}");
         }
@@ -373,10 +371,10 @@ fn a_rollout_may_start_below_a_soft_layer_that_pushes_the_body_out() {
     let plan = Plan::new(1e-4, 10).unwrap();
     for (height, is_lost) in [(-0.02, false), (-10.0, true)] {
         let start = Pose::from_translation(vector![0.0, 0.0, height]);
-        let world = World::new(vec![ball.clone().at(start), layer.clone()]).unwrap();
-        match world.rollout(&plan).recorded() {
+        let world = World::new(vec![ball.clone().with_pose(start), layer.clone()]).unwrap();
+        match world.rollout(&plan).run() {
             Ok(states) => assert!(!is_lost && states.last().bodies[0].twist.linear.z > 0.0),
-            Err(Interrupted { error, .. }) => {
+            Err(RolloutFailure { error, .. }) => {
                 assert!(is_lost && matches!(error, RolloutError::StartsBelow { .. }));
             }
         }
@@ -391,13 +389,13 @@ fn a_body_that_starts_below_a_floor_is_an_error() {
         for (height, is_below) in [(-0.11, true), (-0.09, false), (0.2, false)] {
             let brick = Body::dynamic("brick", cube(), skin(), Mass::Total(1.0)).unwrap();
             let start = Pose::from_translation(vector![0.0, 0.0, height]);
-            let world = World::new(vec![brick.at(start), fixed.clone()]).unwrap();
+            let world = World::new(vec![brick.with_pose(start), fixed.clone()]).unwrap();
             for integrator in [Integrator::Leapfrog, Integrator::Sdirk3] {
                 let plan = Plan::new(1e-4, 1).unwrap().with_integrator(integrator);
-                let started = world.rollout(&plan).recorded();
+                let started = world.rollout(&plan).run();
                 let is_half_space = fixed.shape().bounds().is_none();
                 match started {
-                    Err(Interrupted {
+                    Err(RolloutFailure {
                         error: RolloutError::StartsBelow { bodies },
                         ..
                     }) => {
@@ -407,7 +405,7 @@ fn a_body_that_starts_below_a_floor_is_an_error() {
                     other => assert!(!is_below || !is_half_space, "{other:?}"),
                 }
             }
-            let passing = world.ignoring("brick", &name).unwrap();
+            let passing = world.with_ignored("brick", &name).unwrap();
             assert!(
                 passing
                     .step(&passing.initial_state(), &Plan::new(1e-4, 1).unwrap())
@@ -428,7 +426,7 @@ fn a_body_without_friction_of_its_own_takes_that_of_its_partner() {
         (rough, hard.with_friction(0.0), 0.0),
         (rough, hard.with_friction(0.6), 0.48),
     ] {
-        let found = material.law_with(&other, 1e-3).friction();
+        let found = material.combined_with(&other, 1e-3).friction();
         assert_relative_eq!(found, expected, max_relative = f64::EPSILON);
     }
 }

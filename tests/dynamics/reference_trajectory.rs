@@ -25,7 +25,7 @@ fn world(scene: &Scene) -> World {
     let turn = UnitQuaternion::from_quaternion(Quaternion::new(w, i, j, k));
     let rotation = turn.to_rotation_matrix().into_inner();
     let pose = Pose::new(rotation, vector_at(start, 4)).unwrap();
-    let mass = Mass::Given(MassProperties {
+    let mass = Mass::Properties(MassProperties {
         mass: scene.mass,
         center_of_mass: Vector3::zeros(),
         inertia: Matrix3::identity() * (scene.mass * scene.unit_inertia),
@@ -35,10 +35,10 @@ fn world(scene: &Scene) -> World {
     let ball = Body::dynamic("ball", ball, Material::elastic(scene.modulus_ball), mass).unwrap();
     let cube = Body::fixed("cube", cube, Material::elastic(scene.modulus_box)).unwrap();
     World::new(vec![
-        ball.at(pose)
-            .with_spin(vector_at(start, 7))
+        ball.with_pose(pose)
+            .with_angular_velocity(vector_at(start, 7))
             .with_velocity(vector_at(start, 10)),
-        cube.at(Pose::from_translation(vector![0.0, 0.0, -0.5])),
+        cube.with_pose(Pose::from_translation(vector![0.0, 0.0, -0.5])),
     ])
     .unwrap()
     .with_gravity(vector![0.0, 0.0, -9.81])
@@ -48,7 +48,7 @@ fn world(scene: &Scene) -> World {
 fn states(world: &World, steps: usize, count: usize) -> Vec<State> {
     let plan = Plan::new(0.01 / steps as f64, steps * (count - 1)).unwrap();
     let rollout = world.rollout(&plan.recording_every(steps));
-    let recorded = rollout.recorded().unwrap();
+    let recorded = rollout.run().unwrap();
     recorded.states().to_vec()
 }
 

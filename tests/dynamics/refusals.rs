@@ -20,7 +20,7 @@ fn a_material_out_of_range_is_refused_with_the_body_the_quantity_and_the_value()
         let moving = Body::dynamic("cube", ball_shape(), skin, Mass::Total(1.0)).unwrap_err();
         let still = Body::fixed("cube", ball_shape(), skin).unwrap_err();
         let path = Arc::new(|_| still_at(0.0));
-        let driven = Body::prescribed("cube", ball_shape(), skin, path).unwrap_err();
+        let driven = Body::kinematic("cube", ball_shape(), skin, path).unwrap_err();
         for error in [moving, still, driven] {
             assert!(matches!(error, WorldError::Material { .. }));
             assert_names(
@@ -61,12 +61,12 @@ fn a_mass_or_density_that_is_not_positive_and_finite_is_refused() {
             mass,
             ..asymmetric()
         };
-        assert_mass_refused(Mass::Given(given), &of_body("mass"));
+        assert_mass_refused(Mass::Properties(given), &of_body("mass"));
     }
 }
 
 fn with_inertia(inertia: Matrix3<f64>) -> Mass {
-    Mass::Given(MassProperties {
+    Mass::Properties(MassProperties {
         inertia,
         ..asymmetric()
     })
@@ -138,7 +138,7 @@ fn a_center_of_mass_that_is_not_finite_is_refused() {
             center_of_mass: vector![0.0, value, 0.0],
             ..asymmetric()
         };
-        let error = Body::dynamic("cube", ball_shape(), SKIN, Mass::Given(given)).unwrap_err();
+        let error = Body::dynamic("cube", ball_shape(), SKIN, Mass::Properties(given)).unwrap_err();
         assert!(matches!(error, WorldError::CenterOfMass { .. }), "{error}");
         assert_names(
             &error,
@@ -150,7 +150,10 @@ fn a_center_of_mass_that_is_not_finite_is_refused() {
 #[test]
 fn a_pose_that_is_not_finite_is_refused() {
     for value in NOT_FINITE {
-        let error = World::new(vec![ball("first"), ball("lost").at(at(0.0, value, 0.0))]);
+        let error = World::new(vec![
+            ball("first"),
+            ball("lost").with_pose(at(0.0, value, 0.0)),
+        ]);
         let error = error.unwrap_err();
         let WorldError::Pose { body, source } = &error else {
             panic!("{error}")
@@ -159,7 +162,7 @@ fn a_pose_that_is_not_finite_is_refused() {
         assert!(matches!(source, PoseError::NotFinite(_)));
     }
     let spun = Pose::from_rotation_vector(&vector![f64::NAN, 0.0, 0.0], Vector3::zeros());
-    let error = World::new(vec![ball("spun").at(spun)]).unwrap_err();
+    let error = World::new(vec![ball("spun").with_pose(spun)]).unwrap_err();
     assert_names(
         &error,
         "the pose of body \"spun\" is unusable: a pose must be finite",
@@ -172,7 +175,7 @@ fn a_velocity_or_a_spin_that_is_not_finite_is_refused() {
         let vector = vector![0.0, 0.0, value];
         for (body, quantity) in [
             (ball("comet").with_velocity(vector), "velocity"),
-            (ball("comet").with_spin(vector), "spin"),
+            (ball("comet").with_angular_velocity(vector), "spin"),
         ] {
             let error = World::new(vec![body]).unwrap_err();
             assert!(matches!(error, WorldError::Velocity { .. }));
@@ -185,7 +188,7 @@ fn a_velocity_or_a_spin_that_is_not_finite_is_refused() {
 #[test]
 fn a_path_that_starts_nowhere_is_refused() {
     let path = Arc::new(|_| still_at(f64::NAN));
-    let body = Body::prescribed("ghost", ball_shape(), SKIN, path).unwrap();
+    let body = Body::kinematic("ghost", ball_shape(), SKIN, path).unwrap();
     let error = World::new(vec![body]).unwrap_err();
     assert_names(&error, "the pose of body \"ghost\" is unusable");
 }
@@ -193,15 +196,15 @@ fn a_path_that_starts_nowhere_is_refused() {
 #[test]
 fn a_body_that_forces_do_not_move_takes_no_start_that_it_would_not_keep() {
     let fixed = || Body::fixed("rock", ball_shape(), SKIN).unwrap();
-    let driven = || Body::prescribed("rock", ball_shape(), SKIN, Arc::new(|_| still_at(0.5)));
+    let driven = || Body::kinematic("rock", ball_shape(), SKIN, Arc::new(|_| still_at(0.5)));
     let driven = || driven().unwrap();
     let some = vector![0.0, 0.1, 0.0];
     for (body, quantity) in [
         (fixed().with_velocity(some), "velocity"),
-        (fixed().with_spin(some), "spin"),
-        (driven().at(at(0.0, 0.0, 0.0)), "pose"),
+        (fixed().with_angular_velocity(some), "spin"),
+        (driven().with_pose(at(0.0, 0.0, 0.0)), "pose"),
         (driven().with_velocity(some), "velocity"),
-        (driven().with_spin(some), "spin"),
+        (driven().with_angular_velocity(some), "spin"),
     ] {
         let error = World::new(vec![body]).unwrap_err();
         assert!(matches!(error, WorldError::NotDynamic { .. }), "{error}");
@@ -210,7 +213,7 @@ fn a_body_that_forces_do_not_move_takes_no_start_that_it_would_not_keep() {
             &format!("body \"rock\" cannot have a {quantity} of its own"),
         );
     }
-    World::new(vec![fixed().at(at(1.0, 2.0, 3.0))]).unwrap();
+    World::new(vec![fixed().with_pose(at(1.0, 2.0, 3.0))]).unwrap();
     World::new(vec![driven()]).unwrap();
 }
 
@@ -218,14 +221,14 @@ fn a_body_that_forces_do_not_move_takes_no_start_that_it_would_not_keep() {
 #[test]
 fn a_body_on_a_path_can_be_taken_from_a_world_at_any_time() {
     let path = Arc::new(|time| still_at(1.0 + time));
-    let driven = Body::prescribed("rock", ball_shape(), SKIN, path).unwrap();
+    let driven = Body::kinematic("rock", ball_shape(), SKIN, path).unwrap();
     let world = World::new(vec![driven]).unwrap();
     let mut state = world.initial_state();
     state.time = 0.25;
-    let later = world.starting_from(&state).unwrap();
+    let later = world.with_initial_state(&state).unwrap();
     let body = &later.bodies()[0];
     assert_eq!(body.initial_time().to_bits(), 0.25_f64.to_bits());
-    assert_eq!(body.initial().position(), still_at(1.25).position());
+    assert_eq!(body.initial_state().position(), still_at(1.25).position());
     let anew = World::new(later.bodies().to_vec()).unwrap();
     assert_eq!(
         anew.initial_state().bodies[0].position(),
@@ -264,7 +267,7 @@ fn a_change_between_states_that_is_not_finite_is_refused() {
     let [mut from, mut to] = [world.initial_state(), world.initial_state()];
     from.bodies[0].pose = at(-1e308, 0.0, 0.0);
     to.bodies[0].pose = at(1e308, 0.0, 0.0);
-    let error = world.displacement(&from, &to).unwrap_err();
+    let error = world.difference(&from, &to).unwrap_err();
     assert!(matches!(error, WorldError::Setting { .. }), "{error}");
 }
 
@@ -284,8 +287,8 @@ fn an_unknown_name_is_refused_with_the_names_there_are() {
     };
     assert_eq!(world().index_of("two"), Ok(1));
     assert_eq!(world().index_of("three"), Err(unknown.clone()));
-    assert_eq!(world().ignoring("one", "three").unwrap_err(), unknown);
-    assert_eq!(world().ignoring("three", "one").unwrap_err(), unknown);
+    assert_eq!(world().with_ignored("one", "three").unwrap_err(), unknown);
+    assert_eq!(world().with_ignored("three", "one").unwrap_err(), unknown);
     assert_names(
         &unknown,
         "no body is named \"three\"; there are [\"one\", \"two\"]",

@@ -16,7 +16,7 @@ fn scene(skin: Material) -> World {
     let floor = Shape::new(shapes::cuboid([1.0, 1.0, 0.2]).unwrap());
     let ball = Body::dynamic("ball", ball, skin, Mass::Total(1.0)).unwrap();
     World::new(vec![
-        ball.at(Pose::from_translation(vector![0.0, 0.0, 0.21])),
+        ball.with_pose(Pose::from_translation(vector![0.0, 0.0, 0.21])),
         Body::fixed("floor", floor, skin).unwrap(),
     ])
     .unwrap()
@@ -31,7 +31,7 @@ fn rollout(world: &World) -> Rollout {
 #[test]
 fn advancing_leads_through_the_states_of_the_iterator() {
     let world = scene(Material::elastic(1e5).with_friction(0.4));
-    let (mut advanced, recorded) = (rollout(&world), rollout(&world).recorded().unwrap());
+    let (mut advanced, recorded) = (rollout(&world), rollout(&world).run().unwrap());
     for (state, recorded) in rollout(&world).zip(&recorded.states()[1..]) {
         let state = bits(&state.unwrap());
         assert_eq!(bits(advanced.advance().unwrap()), state);
@@ -78,14 +78,14 @@ const TANGENT: f64 = 1e-10;
 fn derivatives_of_a_rotation_stay_those_of_rotations_over_many_steps() {
     let brick = Shape::new(shapes::cuboid([0.1, 0.2, 0.3]).unwrap());
     let brick = Body::dynamic("brick", brick, Material::elastic(1e5), Mass::Total(1.0)).unwrap();
-    let world = World::new(vec![brick.with_spin(vector![1.0, 5.0, -3.0])]).unwrap();
+    let world = World::new(vec![brick.with_angular_velocity(vector![1.0, 5.0, -3.0])]).unwrap();
     let world = world.lifted::<Dual64>();
     for integrator in [Integrator::Leapfrog, Integrator::SymplecticEuler] {
         let mut start = world.initial_state();
         start.bodies[0].twist.angular.x.eps = 1.0;
         let plan = Plan::new(TIME_STEP, 20_000).unwrap();
         let mut rollout = world.rollout(&plan.with_integrator(integrator));
-        rollout = rollout.starting_from(start).unwrap();
+        rollout = rollout.with_state(start).unwrap();
         let last = rollout.nth(19_999).unwrap().unwrap();
         // RᵀR = I, so that its derivative is zero.
         let rotation = last.bodies[0].pose.rotation();

@@ -36,7 +36,7 @@ pub fn ball(name: &str) -> Body {
 pub fn floor(skin: Material) -> Body {
     let slab = box_shape([1.0, 1.0, 0.4]);
     let floor = Body::fixed("floor", slab, skin).unwrap();
-    floor.at(at(0.0, 0.0, -0.2))
+    floor.with_pose(at(0.0, 0.0, -0.2))
 }
 
 pub fn at(x: f64, y: f64, z: f64) -> Pose {

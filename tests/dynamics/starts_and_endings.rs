@@ -14,9 +14,9 @@ use std::sync::Arc;
 fn exploding() -> World {
     let stiff = Material::elastic(1e150);
     let falling = Body::dynamic("falling", ball_shape(), stiff, Mass::Total(1e-200)).unwrap();
-    let falling = falling.at(at(0.0, 0.0, 1.0));
+    let falling = falling.with_pose(at(0.0, 0.0, 1.0));
     let world = World::new(vec![
-        ball("far").at(at(5.0, 0.0, 0.0)),
+        ball("far").with_pose(at(5.0, 0.0, 0.0)),
         falling,
         floor(stiff),
     ]);
@@ -59,7 +59,7 @@ fn a_recording_that_blows_up_gives_what_it_has_recorded() {
     let world = exploding();
     for (every, count) in [(1, 5), (2, 3), (10, 1)] {
         let plan = Plan::new(LONG_STEP, 100).unwrap().recording_every(every);
-        let interrupted = world.rollout(&plan).recorded().unwrap_err();
+        let interrupted = world.rollout(&plan).run().unwrap_err();
         assert_eq!(interrupted.error, explosion());
         assert_eq!(interrupted.to_string(), explosion().to_string());
         let states = interrupted.trajectory.states();
@@ -74,7 +74,7 @@ fn a_rollout_that_has_blown_up_does_so_again_at_the_same_step() {
     let world = exploding();
     let mut rollout = world.rollout(&Plan::new(LONG_STEP, 1).unwrap());
     assert_eq!(rollout.by_ref().take(100).filter(Result::is_err).count(), 1);
-    assert_eq!(rollout.recorded().unwrap_err().error, explosion());
+    assert_eq!(rollout.run().unwrap_err().error, explosion());
 }
 
 #[test]
@@ -82,7 +82,7 @@ fn a_rollout_that_has_blown_up_starts_anew_from_another_state() {
     let world = exploding();
     let mut rollout = world.rollout(&Plan::new(LONG_STEP, 100).unwrap());
     assert_eq!(rollout.by_ref().take(100).filter(Result::is_err).count(), 1);
-    let anew = rollout.starting_from(world.initial_state()).unwrap();
+    let anew = rollout.with_state(world.initial_state()).unwrap();
     let (states, errors): (Vec<_>, Vec<_>) = anew.take(100).partition(Result::is_ok);
     assert_eq!(states.len(), 4);
     assert_eq!(errors[0].as_ref().unwrap_err(), &explosion());
@@ -102,7 +102,7 @@ fn a_blow_up_ends_a_gradient() {
 #[test]
 fn a_path_that_leads_nowhere_ends_the_rollout() {
     let path = |time: f64| still_at(if time < 0.25 { 1.0 } else { f64::NAN });
-    let lost = Body::prescribed("lost", ball_shape(), SKIN, Arc::new(path)).unwrap();
+    let lost = Body::kinematic("lost", ball_shape(), SKIN, Arc::new(path)).unwrap();
     let world = World::new(vec![ball("ball"), lost]).unwrap();
     let between = |time: f64| {
         still_at(if (time - 0.25).abs() < 0.01 {
@@ -111,13 +111,13 @@ fn a_path_that_leads_nowhere_ends_the_rollout() {
             1.0
         })
     };
-    let between = Body::prescribed("lost", ball_shape(), SKIN, Arc::new(between)).unwrap();
+    let between = Body::kinematic("lost", ball_shape(), SKIN, Arc::new(between)).unwrap();
     let between = World::new(vec![ball("ball"), between]).unwrap();
     let plan = Plan::new(0.1, 10).unwrap();
     for plan in [plan, plan.without_stability_check()] {
         // The middle of the third step, where the leapfrog asks for the contacts.
         let rollout = between.rollout(&plan);
-        let error = rollout.recorded().unwrap_err().error;
+        let error = rollout.run().unwrap_err().error;
         assert!(
             matches!(error, RolloutError::PathNotFinite { step: 3, .. }),
             "{error}"
@@ -125,7 +125,7 @@ fn a_path_that_leads_nowhere_ends_the_rollout() {
     }
     for integrator in [Integrator::Leapfrog, Integrator::SymplecticEuler] {
         let rollout = world.rollout(&plan.with_integrator(integrator));
-        let error = rollout.recorded().unwrap_err().error;
+        let error = rollout.run().unwrap_err().error;
         let RolloutError::PathNotFinite { step, body, .. } = error else {
             panic!("{error}")
         };
@@ -138,22 +138,21 @@ fn a_state_of_another_world_is_no_start() {
     let small = World::new(vec![ball("ball")]).unwrap();
     let large = exploding();
     let rollout = large.rollout(&Plan::new(LONG_STEP, 0).unwrap());
-    let error = rollout.starting_from(small.initial_state()).unwrap_err();
+    let error = rollout.with_state(small.initial_state()).unwrap_err();
     let (found, expected) = (1, 3);
     assert_eq!(error, WorldError::StateSize { found, expected });
 }
 
 #[test]
 fn a_rollout_does_not_start_from_a_state_that_is_not_usable() {
-    let world = World::new(vec![ball("a"), ball("b").at(at(1.0, 0.0, 0.0))]).unwrap();
+    let world = World::new(vec![ball("a"), ball("b").with_pose(at(1.0, 0.0, 0.0))]).unwrap();
     let changed = |change: fn(&mut BodyState)| {
         let mut state = world.initial_state();
         change(&mut state.bodies[1]);
         let plan = Plan::new(1e-3, 10).unwrap();
         let rollout = world.rollout(&plan);
-        let error = rollout.starting_from(state.clone()).unwrap_err();
-        let batch = Batch::new(&plan);
-        let errors = batch.starting_from(&world, &[state]).unwrap_err();
+        let error = rollout.with_state(state.clone()).unwrap_err();
+        let errors = world.clone().with_initial_state(&state).unwrap_err();
         assert_eq!(error.to_string(), errors.to_string());
         error.to_string()
     };
@@ -178,7 +177,7 @@ fn time_is_counted_in_steps_from_any_start() {
         let mut state = world.initial_state();
         state.time = start;
         let rollout = world.rollout(&Plan::new(1e-3, 10_000).unwrap());
-        let mut rollout = rollout.starting_from(state).unwrap();
+        let mut rollout = rollout.with_state(state).unwrap();
         let last = rollout.nth(9_999).unwrap().unwrap();
         assert_eq!(last.time.to_bits(), (start + 1e4 * 1e-3_f64).to_bits());
     }
@@ -187,7 +186,7 @@ fn time_is_counted_in_steps_from_any_start() {
 #[test]
 fn trajectories_are_made_of_states_in_the_order_of_time() {
     let world = World::new(vec![ball("ball")]).unwrap();
-    let recorded = world.rollout(&Plan::new(1e-3, 3).unwrap()).recorded();
+    let recorded = world.rollout(&Plan::new(1e-3, 3).unwrap()).run();
     let states = recorded.unwrap().states().to_vec();
     assert_eq!(Trajectory::new(states.clone()).unwrap().states().len(), 4);
     let refusal = |states: Vec<State>| Trajectory::new(states).unwrap_err();

@@ -1,9 +1,10 @@
 //! Flags that end rollouts, experiments and batches.
 
 use crate::scenes::{SKIN, ball, ball_shape, still_at};
+use crate::support::starts::starting_from;
 use hydroelastic::dynamics::{
-    Batch, Body, Force, Integrator, Plan, Recorded, RolloutError, Situation, StateCovector, World,
-    Wrenches,
+    Batch, Body, Force, ForceContext, Integrator, Plan, RolloutError, RolloutResult, StateGradient,
+    World, WrenchAccumulator,
 };
 use hydroelastic::gradient::{Experiment, FinalPosition, GradientError, Parameter};
 use hydroelastic::scalar::{Scalar, lift, real_part};
@@ -16,37 +17,37 @@ fn a_flag_stops_rollouts_experiments_and_batches_before_their_next_step() {
     let world = World::new(vec![ball("ball")]).unwrap();
     let plan = Plan::new(1e-3, 10).unwrap();
     let flag = Arc::new(AtomicBool::new(false));
-    let stopped = |recorded: Recorded| {
+    let stopped = |recorded: RolloutResult| {
         let interrupted = recorded.unwrap_err();
         assert_eq!(interrupted.error, RolloutError::Stopped);
         interrupted.trajectory.states().len()
     };
-    let rollout = || world.rollout(&plan).stopped_by(Arc::clone(&flag));
+    let rollout = || world.rollout(&plan).with_cancel_flag(Arc::clone(&flag));
     let mut begun = rollout();
     begun.advance().unwrap();
     flag.store(true, Ordering::Relaxed);
     let state = begun.state().clone();
     assert_eq!(begun.advance().unwrap_err(), RolloutError::Stopped);
     assert_eq!(format!("{:?}", begun.state()), format!("{state:?}"));
-    let restarted = rollout().starting_from(state).unwrap();
-    assert_eq!(stopped(restarted.recorded()), 1);
-    assert_eq!(stopped(begun.recorded()), 1);
-    let experiment = Experiment::new(&world, &plan).stopped_by(Arc::clone(&flag));
+    let restarted = rollout().with_state(state).unwrap();
+    assert_eq!(stopped(restarted.run()), 1);
+    assert_eq!(stopped(begun.run()), 1);
+    let experiment = Experiment::new(&world, &plan).with_cancel_flag(Arc::clone(&flag));
     assert_eq!(stopped(experiment.trajectory()), 1);
-    let by = [Parameter::InitialVelocity("ball".into())];
+    let by = [Parameter::initial_velocity("ball")];
     let end = FinalPosition::of_body(&world, "ball").unwrap();
     assert_eq!(
         experiment.jacobian(&by, &end),
         Err(GradientError::Rollout(RolloutError::Stopped))
     );
-    let batch = Batch::new(&plan).stopped_by(Arc::clone(&flag));
+    let batch = Batch::new(&plan).with_cancel_flag(Arc::clone(&flag));
     let states = vec![world.initial_state(); 3];
-    for recorded in batch.starting_from(&world, &states).unwrap() {
+    for recorded in batch.rollouts(&starting_from(&world, &states)) {
         assert_eq!(stopped(recorded), 1);
     }
     flag.store(false, Ordering::Relaxed);
-    assert_eq!(rollout().recorded().unwrap().states().len(), 11);
-    assert!(batch.of_worlds(&[world])[0].is_ok());
+    assert_eq!(rollout().run().unwrap().states().len(), 11);
+    assert!(batch.rollouts(&[world])[0].is_ok());
 }
 
 #[test]
@@ -54,10 +55,10 @@ fn a_flag_that_is_set_after_the_rollout_stops_the_sweep_back() {
     let world = World::new(vec![ball("ball")]).unwrap();
     let flag = Arc::new(AtomicBool::new(false));
     let experiment = Experiment::new(&world, &Plan::new(1e-3, 10).unwrap());
-    let experiment = experiment.stopped_by(Arc::clone(&flag));
-    let found = experiment.pullback(&[Parameter::Gravity], |trajectory| {
+    let experiment = experiment.with_cancel_flag(Arc::clone(&flag));
+    let found = experiment.vjp(&[Parameter::Gravity], |trajectory| {
         flag.store(true, Ordering::Relaxed);
-        vec![vec![StateCovector::zero()]; trajectory.states().len()]
+        vec![vec![StateGradient::zero()]; trajectory.states().len()]
     });
     assert_eq!(found, Err(GradientError::Rollout(RolloutError::Stopped)));
 }
@@ -74,11 +75,11 @@ fn a_flag_stops_a_batch_within_its_rollouts() {
         }
         still_at(5.0)
     };
-    let driven = Body::prescribed("driven", ball_shape(), SKIN, Arc::new(path)).unwrap();
+    let driven = Body::kinematic("driven", ball_shape(), SKIN, Arc::new(path)).unwrap();
     let bodies = [world.bodies()[0].clone(), driven];
     let worlds = vec![World::new(bodies.to_vec()).unwrap(); 4];
-    let batch = Batch::new(&Plan::new(1e-3, 10).unwrap()).stopped_by(flag);
-    let lengths = batch.of_worlds(&worlds).into_iter().map(|recorded| {
+    let batch = Batch::new(&Plan::new(1e-3, 10).unwrap()).with_cancel_flag(flag);
+    let lengths = batch.rollouts(&worlds).into_iter().map(|recorded| {
         let interrupted = recorded.unwrap_err();
         assert_eq!(interrupted.error, RolloutError::Stopped);
         interrupted.trajectory.states().len()
@@ -119,10 +120,10 @@ const REST_OF_EVALUATION: usize = 2;
 struct Reversing(Arc<Calls>);
 
 impl Force for Reversing {
-    fn add_to<T: Scalar>(&self, wrenches: &mut Wrenches<T>, now: &Situation<T>) {
+    fn add_to<T: Scalar>(&self, wrenches: &mut WrenchAccumulator<T>, now: &ForceContext<T>) {
         self.0.add();
         let sign = -real_part(now.states[0].twist.linear.x).signum();
-        wrenches.push_center(0, &Vector3::new(sign, 0.0, 0.0).map(lift));
+        wrenches.apply_force_at_com(0, &Vector3::new(sign, 0.0, 0.0).map(lift));
     }
 }
 
@@ -138,8 +139,10 @@ fn a_flag_stops_an_implicit_step_in_progress() {
         let world = World::new(vec![ball]).unwrap();
         let world = world.with_forces(Reversing(Arc::clone(&calls))).unwrap();
         let plan = Plan::new(5e-3, 10).unwrap().with_integrator(integrator);
-        let rollout = world.rollout(&plan).stopped_by(Arc::clone(&calls.flag));
-        (rollout.recorded().unwrap_err(), calls)
+        let rollout = world
+            .rollout(&plan)
+            .with_cancel_flag(Arc::clone(&calls.flag));
+        (rollout.run().unwrap_err(), calls)
     };
     for integrator in [Integrator::Sdirk3, Integrator::ImplicitEuler] {
         let (interrupted, calls) = run(0, integrator);
@@ -170,13 +173,15 @@ fn a_flag_stops_steps_that_the_sweep_back_repeats() {
         counted.add();
         still_at(5.0)
     };
-    let driven = Body::prescribed("driven", ball_shape(), SKIN, Arc::new(path)).unwrap();
+    let driven = Body::kinematic("driven", ball_shape(), SKIN, Arc::new(path)).unwrap();
     let world = World::new(vec![ball("ball"), driven]).unwrap();
     let experiment = Experiment::new(&world, &Plan::new(1e-3, 2_000).unwrap());
-    let experiment = experiment.with_memory(0).stopped_by(calls.flag.clone());
-    let found = experiment.pullback(&[Parameter::Gravity], |trajectory| {
+    let experiment = experiment
+        .with_memory(0)
+        .with_cancel_flag(calls.flag.clone());
+    let found = experiment.vjp(&[Parameter::Gravity], |trajectory| {
         calls.is_armed.store(true, Ordering::Relaxed);
-        vec![vec![StateCovector::zero(); 2]; trajectory.states().len()]
+        vec![vec![StateGradient::zero(); 2]; trajectory.states().len()]
     });
     assert_eq!(found, Err(GradientError::Rollout(RolloutError::Stopped)));
     assert!(calls.count() <= CALLS_OF_A_STEP, "{}", calls.count());

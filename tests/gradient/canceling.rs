@@ -3,7 +3,7 @@
 use super::reverse::{compare, skin};
 use hydroelastic::contact::{HalfSpace, Shape};
 use hydroelastic::dynamics::{
-    Body, Force, Integrator, Mass, Plan, Situation, Trajectory, World, Wrenches,
+    Body, Force, ForceContext, Integrator, Mass, Plan, Trajectory, World, WrenchAccumulator,
 };
 use hydroelastic::gradient::{Outcome, Parameter};
 use hydroelastic::mesh::shapes;
@@ -22,7 +22,7 @@ fn balls(count: usize) -> World {
         let at = vector![0.5 * along, 0.0, 0.09 + 3e-4 * along];
         let start = Pose::from_rotation_vector(&(Vector3::x() * 0.3), at);
         body.unwrap()
-            .at(start)
+            .with_pose(start)
             .with_velocity(vector![0.1, 0.2, -0.3])
     };
     let floor = Body::fixed("floor", HalfSpace::layer(0.05).unwrap(), skin(1e6, law));
@@ -54,9 +54,9 @@ fn differences_of_states_in_time() {
     let (world, time_step) = (balls(1), 1e-3);
     let plan = Plan::new(time_step, 100).unwrap();
     let parameters = [
-        Parameter::InitialPosition("0".into()),
-        Parameter::InitialVelocity("0".into()),
-        Parameter::Modulus("0".into()),
+        Parameter::initial_position("0"),
+        Parameter::initial_velocity("0"),
+        Parameter::modulus("0"),
     ];
     for record in 1..100 {
         compare(
@@ -72,11 +72,11 @@ fn differences_of_states_in_time() {
 struct Balance;
 
 impl Force for Balance {
-    fn add_to<T: Scalar>(&self, wrenches: &mut Wrenches<T>, now: &Situation<T>) {
+    fn add_to<T: Scalar>(&self, wrenches: &mut WrenchAccumulator<T>, now: &ForceContext<T>) {
         let mass = |body: usize| now.bodies[body].inertia().unwrap().mass;
         let more = now.contact[0].force - now.contact[1].force;
         let heavier = now.gravity * (mass(0) - mass(1));
-        wrenches.push_center(2, &(more + heavier));
+        wrenches.apply_force_at_com(2, &(more + heavier));
     }
 }
 
@@ -95,9 +95,9 @@ fn differences_of_bodies_that_forces_see() {
         let world = balls(count).with_forces(Balance).unwrap();
         let mut parameters = Vec::new();
         for name in ["0", "1", "2"] {
-            parameters.push(Parameter::InitialPosition(name.into()));
-            parameters.push(Parameter::Mass(name.into()));
-            parameters.push(Parameter::Modulus(name.into()));
+            parameters.push(Parameter::initial_position(name));
+            parameters.push(Parameter::mass(name));
+            parameters.push(Parameter::modulus(name));
         }
         for integrator in [Integrator::Leapfrog, Integrator::Sdirk3] {
             let plan = Plan::new(1e-3, 20).unwrap().with_integrator(integrator);

@@ -71,7 +71,7 @@ fn check((label, world, plan): (&str, &World, &Plan), by: &Parameter, change: f6
         let end = |times: f64| {
             let mut changes = vec![0.0; found.ncols()];
             changes[place] = times * change;
-            let end = motion.value_after(by, &changes, &outcome).unwrap();
+            let end = motion.value_perturbed(by, &changes, &outcome).unwrap();
             DVector::from_vec(end).rows(0, 3).into_owned()
         };
         // Of fourth order.
@@ -97,17 +97,17 @@ fn a_thrown_ball_has_the_derivatives_of_its_motion() {
         .with_friction(0.4);
     for rise in [0.0, 0.002, 0.004, 0.006] {
         let body = ball(0.05, skin)
-            .at(at(0.013, 0.017, 0.25 + rise))
+            .with_pose(at(0.013, 0.017, 0.25 + rise))
             .with_velocity(vector![0.3, 0.1, 0.0]);
         let floor = Shape::new(shapes::cuboid([2.0, 2.0, 0.4]).unwrap());
         let floor = Body::fixed("floor", floor, skin)
             .unwrap()
-            .at(at(0.0, 0.0, -0.2));
+            .with_pose(at(0.0, 0.0, -0.2));
         let world = falling(vec![body, floor]);
         let label = format!("throw from {rise}");
         check(
             (&label, &world, &plan(60)),
-            &Parameter::InitialVelocity("body".into()),
+            &Parameter::initial_velocity("body"),
             1e-3,
         );
     }
@@ -119,18 +119,14 @@ fn an_elastic_bounce_has_the_derivative_minus_one() {
     for phase in 0..8 {
         let rise = 5.0 * TIME_STEP * f64::from(phase) / 8.0;
         let body = ball(0.1, Material::elastic(1e9))
-            .at(at(0.0, 0.0, 0.4 + rise))
+            .with_pose(at(0.0, 0.0, 0.4 + rise))
             .with_velocity(vector![0.0, 0.0, -5.0]);
         let world = World::new(vec![body, rigid_floor(0.0)]).unwrap();
-        let found = jacobian(
-            &world,
-            &plan(40),
-            &[Parameter::InitialPosition("body".into())],
-        );
+        let found = jacobian(&world, &plan(40), &[Parameter::initial_position("body")]);
         assert!((found[(2, 2)] + 1.0).abs() < 0.04, "{}", found[(2, 2)]);
         check(
             (&format!("bounce {phase}"), &world, &plan(40)),
-            &Parameter::InitialPosition("body".into()),
+            &Parameter::initial_position("body"),
             1e-3,
         );
     }
@@ -140,9 +136,9 @@ fn an_elastic_bounce_has_the_derivative_minus_one() {
 #[test]
 fn a_flat_fall_has_the_derivatives_of_the_closed_form() {
     for rise in [0.0, 0.002, 0.004, 0.006] {
-        let body = cuboid([0.1; 3], Material::elastic(1e9)).at(at(0.0, 0.0, 0.15 + rise));
+        let body = cuboid([0.1; 3], Material::elastic(1e9)).with_pose(at(0.0, 0.0, 0.15 + rise));
         let world = falling(vec![body, rigid_floor(0.0)]);
-        let by = [Parameter::InitialPosition("body".into())];
+        let by = [Parameter::initial_position("body")];
         let found = jacobian(&world, &plan(60), &by)[(2, 2)];
         // A fall from h takes √(2h/g), and the contact half a period of the linear spring, which does not depend on h:
         // z = v t − g t²/2 with v = √(2gh) and t what is left after fall and contact.
@@ -171,14 +167,14 @@ fn two_balls_exchange_their_velocities() {
     let right = Body::dynamic("body", shape(), skin, Mass::Total(1.0)).unwrap();
     let world = World::new(vec![
         left.with_velocity(vector![1.0, 0.0, 0.0]),
-        right.at(at(0.52, 0.0, 0.0)),
+        right.with_pose(at(0.52, 0.0, 0.0)),
     ])
     .unwrap();
     let by = [
-        Parameter::InitialPosition("left".into()),
-        Parameter::InitialPosition("body".into()),
-        Parameter::InitialVelocity("left".into()),
-        Parameter::InitialVelocity("body".into()),
+        Parameter::initial_position("left"),
+        Parameter::initial_position("body"),
+        Parameter::initial_velocity("left"),
+        Parameter::initial_velocity("body"),
     ];
     let found = jacobian(&world, &plan(200), &by);
     // Equal bodies exchange their velocities.
@@ -198,10 +194,10 @@ fn an_impact_with_dissipation_has_the_derivative_of_the_closed_form() {
     let skin = Material::elastic(1e9).with_dissipation(dissipation);
     for phase in 0..5 {
         let body = ball(0.1, skin)
-            .at(at(0.0, 0.0, 0.12 + TIME_STEP * f64::from(phase) / 5.0))
+            .with_pose(at(0.0, 0.0, 0.12 + TIME_STEP * f64::from(phase) / 5.0))
             .with_velocity(vector![0.0, 0.0, -speed]);
         let world = World::new(vec![body, rigid_floor(0.0)]).unwrap();
-        let by = [Parameter::InitialVelocity("body".into())];
+        let by = [Parameter::initial_velocity("body")];
         let outcome = FinalState::of_body(&world, "body").unwrap();
         let found = Experiment::new(&world, &plan(30))
             .jacobian(&by, &outcome)
@@ -226,12 +222,12 @@ fn a_slide_to_a_stop_has_the_derivatives_of_the_textbook() {
         .with_friction(0.5);
     let depth = 9.81 * 0.05 / (0.2 * 0.2 * 1e9);
     let body = cuboid([0.2, 0.2, 0.1], skin)
-        .at(at(0.0, 0.0, 0.05 - depth))
+        .with_pose(at(0.0, 0.0, 0.05 - depth))
         .with_velocity(vector![1.0, 0.0, 0.0]);
     let world = falling(vec![body, rigid_floor(0.5)]);
     let by = [
-        Parameter::InitialVelocity("body".into()),
-        Parameter::Friction("body".into()),
+        Parameter::initial_velocity("body"),
+        Parameter::friction("body"),
     ];
     let found = jacobian(&world, &plan(100), &by);
     let by_speed = 1.0 / (0.5 * 9.81);
@@ -258,7 +254,7 @@ fn fast_balls_do_not_pass_through_thin_bodies() {
     let plate = RigidShape::new(TriangleSurface::around(plate.mesh()).unwrap());
     let plate = || Body::fixed("plate", plate.clone(), Material::rigid()).unwrap();
     let thrown = |modulus: f64, speed: f64, height: f64| {
-        let body = small(modulus).at(at(0.013, 0.017, height));
+        let body = small(modulus).with_pose(at(0.013, 0.017, height));
         body.with_velocity(vector![0.0, 0.0, -speed])
     };
     for phase in 0..20 {
@@ -269,7 +265,7 @@ fn fast_balls_do_not_pass_through_thin_bodies() {
         ] {
             let world = World::new(bodies).unwrap();
             let plan = plan(20);
-            let end = world.rollout(&plan).recorded().unwrap();
+            let end = world.rollout(&plan).run().unwrap();
             let velocity: Vector3<f64> = *end.last().bodies[0].velocity();
             assert!(
                 (velocity.norm() / speed - 1.0).abs() < 2e-3 && velocity.z > 0.9 * speed,
@@ -285,7 +281,7 @@ fn a_bounce_on_a_train_has_the_derivatives_of_one_at_rest() {
     let skin = Material::elastic(1e7);
     let found = [0.0, 10.0, 30.0, 100.0].map(|speed| {
         let body = ball(0.05, skin)
-            .at(at(0.013, 0.017, 0.153))
+            .with_pose(at(0.013, 0.017, 0.153))
             .with_velocity(vector![speed, 0.0, 0.0]);
         let floor = Shape::new(shapes::cuboid([1.0, 1.0, 0.4]).unwrap());
         let ride = move |time: f64| BodyState {
@@ -295,9 +291,9 @@ fn a_bounce_on_a_train_has_the_derivatives_of_one_at_rest() {
                 ..Twist::zero()
             },
         };
-        let floor = Body::prescribed("floor", floor, skin, Arc::new(ride)).unwrap();
+        let floor = Body::kinematic("floor", floor, skin, Arc::new(ride)).unwrap();
         let world = falling(vec![body, floor]);
-        let by = [Parameter::InitialVelocity("body".into())];
+        let by = [Parameter::initial_velocity("body")];
         let outcome = FinalState::of_body(&world, "body").unwrap();
         let found = Experiment::new(&world, &plan(50))
             .jacobian(&by, &outcome)

@@ -29,7 +29,7 @@ fn an_experiment_shows_its_plan_and_a_gradient_the_value_it_is_of() {
     let experiment = Experiment::new(falling(), &plan);
     let text = format!("{experiment:?}");
     assert_eq!(text, format!("Experiment {{ plan: {plan:?}, .. }}"));
-    let gradient = experiment.gradient_by_all(&Height).unwrap();
+    let gradient = experiment.full_gradient(&Height).unwrap();
     let text = format!("{gradient:?}");
     assert_eq!(
         text,

@@ -39,7 +39,7 @@ impl Outcome for Reading {
 }
 
 fn verdict(world: &World, plan: &Plan, outcome: &impl Outcome) -> (Verdict, f64) {
-    let by = [Parameter::InitialPosition("body".into())];
+    let by = [Parameter::initial_position("body")];
     let check = Experiment::new(world, plan).derivative_check(&by, outcome, WIDTH);
     let first = check.unwrap().derivatives.swap_remove(0);
     (first.verdict, first.error)
@@ -70,11 +70,11 @@ fn undivided_steps_are_unresolved_from_the_impact_on() {
         .with_dissipation(0.3)
         .with_friction(0.4);
     let body = ball(0.05, skin)
-        .at(at(0.013, 0.017, 0.25))
+        .with_pose(at(0.013, 0.017, 0.25))
         .with_velocity(vector![0.3, 0.1, 0.0]);
     let world = falling(vec![body, rigid_floor(0.4)]);
     let outcome = FinalPosition::of_body(&world, "body").unwrap();
-    let by = [Parameter::InitialVelocity("body".into())];
+    let by = [Parameter::initial_velocity("body")];
     let resolved = plan(60).recording_every(1);
     let check = |plan: &Plan| {
         let experiment = Experiment::new(&world, plan);
@@ -106,14 +106,14 @@ fn a_rattling_slide_is_unresolved() {
         .with_dissipation(0.5)
         .with_friction(0.35);
     let body = cuboid([0.1, 0.1, 0.05], skin)
-        .at(Pose::from_rotation_vector(
+        .with_pose(Pose::from_rotation_vector(
             &vector![0.0, 0.0, 0.3],
             vector![0.0, 0.0, 0.026],
         ))
         .with_velocity(vector![1.5, 0.2, 0.0]);
     let world = falling(vec![body, rigid_floor(0.5)]);
     let outcome = FinalPosition::of_body(&world, "body").unwrap();
-    let by = [Parameter::Friction("body".into())];
+    let by = [Parameter::friction("body")];
     let plan = plan(100).recording_every(1);
     let check = Experiment::new(&world, &plan).derivative_check(&by, &outcome, WIDTH);
     let check = check.unwrap();
@@ -127,7 +127,7 @@ fn a_width_that_is_no_width_is_refused() {
     let shape = Shape::new(shapes::icosphere(0.1, 0).unwrap());
     let body = Body::dynamic("body", shape, skin, Mass::Total(1.0)).unwrap();
     let world = World::new(vec![body]).unwrap();
-    let by = [Parameter::InitialPosition("body".into())];
+    let by = [Parameter::initial_position("body")];
     for width in [0.0, -1e-3, f64::NAN, f64::INFINITY] {
         let check =
             Experiment::new(&world, &plan(1)).derivative_check(&by, &Reading::Smooth, width);
@@ -163,7 +163,7 @@ impl Outcome for Misread {
 #[test]
 fn outcomes_that_differences_cannot_use_are_refused() {
     let world = World::new(vec![ball(0.1, Material::elastic(1e5))]).unwrap();
-    let by = [Parameter::InitialPosition("body".into())];
+    let by = [Parameter::initial_position("body")];
     let plan = plan(1);
     let refused = |outcome| {
         let check = Experiment::new(&world, &plan).derivative_check(&by, &outcome, WIDTH);
@@ -187,7 +187,7 @@ fn outcomes_that_differences_cannot_use_are_refused() {
 #[test]
 fn a_width_that_takes_the_mass_away_is_refused() {
     let world = World::new(vec![ball(0.1, Material::elastic(1e5))]).unwrap();
-    let by = [Parameter::Mass("body".into())];
+    let by = [Parameter::mass("body")];
     for width in [1.0, 10.0] {
         let check =
             Experiment::new(&world, &plan(1)).derivative_check(&by, &Reading::Smooth, width);
@@ -216,7 +216,7 @@ impl Outcome for Dropped {
 #[test]
 fn a_derivative_that_is_dropped_is_found_down_to_the_noise() {
     let world = World::new(vec![ball(0.1, Material::elastic(1e5))]).unwrap();
-    let by = [Parameter::InitialPosition("body".into())];
+    let by = [Parameter::initial_position("body")];
     let verdict = |width| {
         let check = Experiment::new(&world, &plan(1)).derivative_check(&by, &Dropped, width);
         check.unwrap().derivatives[0].verdict
@@ -236,9 +236,12 @@ fn a_vibration_that_steps_damp_is_unresolved() {
     let body = Body::dynamic("body", shape, skin, Mass::Total(2.0)).unwrap();
     // Depth of equilibrium.
     let depth = 2.0 * 9.81 * 0.05 / (2e4 * 0.04);
-    let world = falling(vec![body.at(at(0.0, 0.0, 0.05 - depth)), rigid_floor(0.5)]);
+    let world = falling(vec![
+        body.with_pose(at(0.0, 0.0, 0.05 - depth)),
+        rigid_floor(0.5),
+    ]);
     let outcome = FinalPosition::of_body(&world, "body").unwrap();
-    let by = [Parameter::InitialVelocity("body".into())];
+    let by = [Parameter::initial_velocity("body")];
     for (time_step, steps, expected) in
         [(1e-2, 20, Verdict::Unresolved), (1e-3, 200, Verdict::Right)]
     {

@@ -3,7 +3,7 @@
 
 use hydroelastic::contact::Shape;
 use hydroelastic::dynamics::{
-    Body, Force, Mass, Material, Plan, Situation, Trajectory, World, Wrenches,
+    Body, Force, ForceContext, Mass, Material, Plan, Trajectory, World, WrenchAccumulator,
 };
 use hydroelastic::gradient::{DifferenceCheck, Experiment, GradientError, Outcome, Parameter};
 use hydroelastic::mesh::shapes;
@@ -32,24 +32,24 @@ const PLACE: f64 = 2.0;
 const REACH: f64 = 3e-5;
 
 fn position() -> Parameter {
-    Parameter::InitialPosition("ball".into())
+    Parameter::initial_position("ball")
 }
 
 fn velocity() -> Parameter {
-    Parameter::InitialVelocity("ball".into())
+    Parameter::initial_velocity("ball")
 }
 
 fn mass() -> Parameter {
-    Parameter::Mass("ball".into())
+    Parameter::mass("ball")
 }
 
 /// The same force on every body, whatever its mass.
 struct Push;
 
 impl Force for Push {
-    fn add_to<T: Scalar>(&self, wrenches: &mut Wrenches<T>, now: &Situation<T>) {
+    fn add_to<T: Scalar>(&self, wrenches: &mut WrenchAccumulator<T>, now: &ForceContext<T>) {
         for body in 0..now.bodies.len() {
-            wrenches.push_center(body, &vector![lift(PUSH), lift(0.0), lift(0.0)]);
+            wrenches.apply_force_at_com(body, &vector![lift(PUSH), lift(0.0), lift(0.0)]);
         }
     }
 }
@@ -181,10 +181,10 @@ fn steps_by_a_mass_are_parts_of_it() {
 struct Cubed;
 
 impl Force for Cubed {
-    fn add_to<T: Scalar>(&self, wrenches: &mut Wrenches<T>, now: &Situation<T>) {
+    fn add_to<T: Scalar>(&self, wrenches: &mut WrenchAccumulator<T>, now: &ForceContext<T>) {
         let number = now.parameter("number").unwrap_or(lift(0.0));
         let force = number * number * number;
-        wrenches.push_center(0, &vector![force, lift(0.0), lift(0.0)]);
+        wrenches.apply_force_at_com(0, &vector![force, lift(0.0), lift(0.0)]);
     }
 }
 
@@ -194,7 +194,7 @@ fn steps_by_a_number_of_forces_are_parts_of_its_magnitude_or_of_1_if_it_is_0() {
         let world = world().with_forces(Cubed).unwrap();
         let world = world.with_force_parameter("number", number).unwrap();
         let experiment = Experiment::new(world, &Plan::new(TIME_STEP, STEPS).unwrap());
-        let by = [Parameter::OfForces("number".into())];
+        let by = [Parameter::force_parameter("number")];
         experiment.difference_check(&by, &Reading::X).unwrap()
     };
     // 3 n² + h² against 3 n², h being parts of n.

@@ -5,7 +5,7 @@ use crate::support::differences::compare_slope;
 use crate::support::moved_meshes::moved_mesh;
 use hydroelastic::contact::{HalfSpace, Shape};
 use hydroelastic::dynamics::{Body, Mass, Material, Plan, State, World};
-use hydroelastic::gradient::{Experiment, Integral, Keeping, Rate, RolloutGradient};
+use hydroelastic::gradient::{Experiment, HoldFixed, Integrand, RolloutGradient, TimeIntegral};
 use hydroelastic::mesh::{PressureField, ShapeRates, TetMesh, shapes};
 use hydroelastic::scalar::Scalar;
 use hydroelastic::spatial::Pose;
@@ -17,7 +17,7 @@ const DIFFERENCES: f64 = 1e-8;
 /// What a body does, as one number: where it is, how it is turned and spins.
 struct Motion;
 
-impl Rate for Motion {
+impl Integrand for Motion {
     fn at<T: Scalar>(&self, state: &State<T>) -> T {
         let body = &state.bodies[0];
         let (at, spin) = (body.position(), body.twist.angular);
@@ -35,7 +35,7 @@ fn world(shape: PressureField, mass: Mass, turn: Vector3<f64>, height: f64) -> W
         .with_dissipation(0.2)
         .with_friction(0.3);
     let body = Body::dynamic("body", Shape::new(shape), skin, mass).unwrap();
-    let body = body.at(Pose::from_rotation_vector(&turn, vector![0.0, 0.0, height]));
+    let body = body.with_pose(Pose::from_rotation_vector(&turn, vector![0.0, 0.0, height]));
     let floor = Body::fixed(
         "floor",
         HalfSpace::rigid(),
@@ -48,12 +48,12 @@ fn world(shape: PressureField, mass: Mass, turn: Vector3<f64>, height: f64) -> W
 
 fn gradient(world: &World) -> RolloutGradient {
     let experiment = Experiment::new(world, &plan());
-    experiment.gradient_by_all(&Integral(Motion)).unwrap()
+    experiment.full_gradient(&TimeIntegral(Motion)).unwrap()
 }
 
 fn value(world: &World) -> f64 {
     let experiment = Experiment::new(world, &plan());
-    experiment.value(&Integral(Motion)).unwrap()[0]
+    experiment.value(&TimeIntegral(Motion)).unwrap()[0]
 }
 
 fn compare(found: f64, value: impl Fn(f64) -> f64, what: &str) {
@@ -61,12 +61,12 @@ fn compare(found: f64, value: impl Fn(f64) -> f64, what: &str) {
 }
 
 /// The ways to keep mass properties, and masses to build with: those of the shape that is given.
-fn masses(field: &PressureField) -> [(Keeping, Mass); 3] {
+fn masses(field: &PressureField) -> [(HoldFixed, Mass); 3] {
     let own = field.mesh().mass_properties(250.0).unwrap();
     [
-        (Keeping::Density, Mass::Density(250.0)),
-        (Keeping::Mass, Mass::Total(own.mass)),
-        (Keeping::MassProperties, Mass::Given(own)),
+        (HoldFixed::Density, Mass::Density(250.0)),
+        (HoldFixed::Mass, Mass::Total(own.mass)),
+        (HoldFixed::MassProperties, Mass::Properties(own)),
     ]
 }
 
@@ -143,7 +143,7 @@ fn a_body_by_the_mesh_below_its_field_of_distances() {
         assert!(distances.ambiguous().is_empty());
         let of = |field| world(field, Mass::Density(250.0), vector![0.3, 0.2, 0.1], 0.12);
         let by_shape = gradient(&of(field))
-            .by_shape("body", Keeping::Density)
+            .by_shape("body", HoldFixed::Density)
             .unwrap();
         let by_mesh = distances.pullback(&by_shape.by_vertices, &by_shape.by_extents);
         let by_mesh = by_mesh.unwrap().by_vertices;

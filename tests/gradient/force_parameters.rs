@@ -3,8 +3,8 @@
 use super::reverse::{Mixed, compare, skin};
 use hydroelastic::contact::{HalfSpace, Shape};
 use hydroelastic::dynamics::{
-    Body, Drag, Force, Integrator, Mass, Plan, Situation, Spring, Trajectory, World, WorldError,
-    Wrenches,
+    Body, Drag, Force, ForceContext, Integrator, Mass, Plan, Spring, Trajectory, World, WorldError,
+    WrenchAccumulator,
 };
 use hydroelastic::gradient::{Experiment, GradientError, Parameter};
 use hydroelastic::mesh::shapes;
@@ -22,10 +22,10 @@ struct Rig;
 const THRUSTS: usize = 14;
 
 impl Force for Rig {
-    fn add_to<T: Scalar>(&self, wrenches: &mut Wrenches<T>, now: &Situation<T>) {
+    fn add_to<T: Scalar>(&self, wrenches: &mut WrenchAccumulator<T>, now: &ForceContext<T>) {
         let number = |name: &str| now.parameter(name).unwrap_or(lift(0.0));
         let state = &now.states[0];
-        wrenches.push_center(0, &(state.position() * -number("stiffness")));
+        wrenches.apply_force_at_com(0, &(state.position() * -number("stiffness")));
         let brake = Wrench {
             torque: state.twist.angular * -number("brake"),
             force: Vector3::from_element(lift(0.0)),
@@ -35,7 +35,7 @@ impl Force for Rig {
             let angle = place as f64;
             let thrust = number(&format!("thrust {place}"));
             let along = vector![angle.cos(), angle.sin(), 0.2].map(|x| thrust * x);
-            wrenches.push_center(0, &(along * state.position().x));
+            wrenches.apply_force_at_com(0, &(along * state.position().x));
         }
     }
 }
@@ -53,9 +53,9 @@ fn sliding() -> World {
     let ball = Shape::new(shapes::icosphere(0.1, 1).unwrap());
     let ball = Body::dynamic("ball", ball, skin(1e5, law), Mass::Total(1.0)).unwrap();
     let ball = ball
-        .at(Pose::from_translation(vector![0.2, 0.1, 0.093]))
+        .with_pose(Pose::from_translation(vector![0.2, 0.1, 0.093]))
         .with_velocity(vector![0.3, -0.2, -0.1])
-        .with_spin(vector![1.0, 2.0, 3.0]);
+        .with_angular_velocity(vector![1.0, 2.0, 3.0]);
     let floor = Body::fixed("floor", HalfSpace::layer(0.05).unwrap(), skin(1e6, law)).unwrap();
     let world = World::new(vec![ball, floor]).unwrap();
     world.with_gravity(vector![0.0, 0.0, -9.81]).unwrap()
@@ -106,9 +106,9 @@ fn both_ways_and_differences_agree() {
 fn assert_derivatives_agree<F: Force>(world: &World<f64, F>) {
     let mixed = Mixed { every: 7 };
     let numbers = world.force_parameters();
-    let of_forces = |(name, _): &(String, f64)| Parameter::OfForces(name.as_str().into());
+    let of_forces = |(name, _): &(String, f64)| Parameter::ForceParameter(name.as_str().into());
     let mut by: Vec<_> = numbers.iter().map(of_forces).collect();
-    by.extend([Parameter::Gravity, Parameter::Mass("ball".into())]);
+    by.extend([Parameter::Gravity, Parameter::mass("ball")]);
     for (integrator, time_step, steps) in [
         (Integrator::Leapfrog, 5e-4, 200),
         (Integrator::SymplecticEuler, 5e-4, 200),
@@ -125,7 +125,8 @@ fn assert_derivatives_agree<F: Force>(world: &World<f64, F>) {
         for (place, (_, own)) in numbers.iter().enumerate() {
             let parameter = &by[place];
             let value = |change: f64| {
-                let after = experiment.value_after(slice::from_ref(parameter), &[change], &mixed);
+                let after =
+                    experiment.value_perturbed(slice::from_ref(parameter), &[change], &mixed);
                 after.unwrap()[0]
             };
             let error = |part: f64| {
@@ -149,7 +150,7 @@ fn assert_derivatives_agree<F: Force>(world: &World<f64, F>) {
 #[test]
 fn what_is_not_there_or_not_finite_is_refused() {
     let experiment = Experiment::new(world(), &Plan::new(1e-3, 2).unwrap());
-    let by = [Parameter::OfForces("wind".into())];
+    let by = [Parameter::force_parameter("wind")];
     let refused = experiment.gradient(&by, &Mixed { every: 1 });
     assert_eq!(
         refused.unwrap_err(),
@@ -158,8 +159,8 @@ fn what_is_not_there_or_not_finite_is_refused() {
     let refused = world().with_force_parameter("stiffness", f64::NAN);
     let message = refused.map(|_| ()).unwrap_err().to_string();
     assert!(message.contains("force parameter"), "{message}");
-    let by = [Parameter::OfForces("stiffness".into())];
-    let refused = experiment.value_after(&by, &[f64::INFINITY], &Mixed { every: 1 });
+    let by = [Parameter::force_parameter("stiffness")];
+    let refused = experiment.value_perturbed(&by, &[f64::INFINITY], &Mixed { every: 1 });
     assert!(refused.is_err());
 }
 
@@ -175,8 +176,8 @@ fn springs_whose_numbers_are_missing_or_out_of_range_are_refused() {
     let refused = sprung().with_force_parameter("drag", -1.0);
     let message = refused.map(|_| ()).unwrap_err().to_string();
     assert!(message.contains("drag on the velocity"), "{message}");
-    let by = [Parameter::OfForces("stiffness".into())];
-    let refused = sprung().changed(&by, &[-31.0]).map(|_| ()).unwrap_err();
+    let by = [Parameter::force_parameter("stiffness")];
+    let refused = sprung().perturbed(&by, &[-31.0]).map(|_| ()).unwrap_err();
     assert!(refused.to_string().contains("stiffness of a spring"));
 }
 
@@ -197,8 +198,8 @@ fn springs_and_drags_by_name_equal_those_by_value() {
     };
     let constant = sliding().with_forces((spring, drag)).unwrap();
     let plan = Plan::new(5e-4, 100).unwrap();
-    let found = sprung().rollout(&plan).recorded().unwrap();
-    let expected = constant.rollout(&plan).recorded().unwrap();
+    let found = sprung().rollout(&plan).run().unwrap();
+    let expected = constant.rollout(&plan).run().unwrap();
     let text = |trajectory: Trajectory| format!("{:?}", trajectory.states());
     assert_eq!(text(found), text(expected));
 }
@@ -212,8 +213,8 @@ fn numbers_are_replaced_and_changed() {
         experiment.value(&Mixed { every: 5 }).unwrap()
     };
     let replaced = world().with_force_parameter("stiffness", 40.0).unwrap();
-    let by = [Parameter::OfForces("stiffness".into())];
-    let changed = world().changed(&by, &[10.0]).unwrap();
+    let by = [Parameter::force_parameter("stiffness")];
+    let changed = world().perturbed(&by, &[10.0]).unwrap();
     assert_eq!(value(replaced), value(changed.clone()));
     assert_ne!(value(world()), value(changed));
 }

@@ -2,7 +2,7 @@
 
 use hydroelastic::contact::{HalfSpace, RigidShape, Shape};
 use hydroelastic::dynamics::{
-    Body, BodyShape, Integrator, Kink, KinksMet, Mass, Material, Plan, Trajectory, World,
+    Body, BodyShape, Integrator, Kink, KinkSummary, Mass, Material, Plan, Trajectory, World,
 };
 use hydroelastic::gradient::{Experiment, Outcome};
 use hydroelastic::mesh::{TriangleSurface, shapes};
@@ -23,9 +23,9 @@ impl Outcome for Height {
 fn kinks(world: &World, plan: &Plan) -> Vec<(Kink, Vec<usize>, usize, [usize; 2])> {
     let experiment = Experiment::new(world, plan);
     let found = experiment.kinks().unwrap();
-    let gradient = experiment.gradient_by_all(&Height).unwrap();
+    let gradient = experiment.full_gradient(&Height).unwrap();
     assert_eq!(gradient.kinks(), found);
-    let parts = |met: KinksMet| (met.kink, met.bodies, met.count, met.steps);
+    let parts = |met: KinkSummary| (met.kink, met.bodies, met.count, met.steps);
     found.into_iter().map(parts).collect()
 }
 
@@ -35,7 +35,7 @@ fn cuboid(edges: [f64; 3]) -> Shape {
 
 fn at(shape: Shape, skin: Material, place: Vector3<f64>) -> Body {
     let body = Body::dynamic("body", shape, skin, Mass::Total(1.0)).unwrap();
-    body.at(Pose::from_translation(place))
+    body.with_pose(Pose::from_translation(place))
 }
 
 fn steps(count: usize) -> Plan {
@@ -56,7 +56,7 @@ fn flush_faces() {
     assert_eq!(all, [met(Kink::Flush), met(Kink::EqualFields)]);
     // Turned, it has none.
     let turned = Pose::from_rotation_vector(&vector![0.01, 0.02, 0.3], vector![0.01, 0.02, 0.0995]);
-    let brick = at(cuboid([0.2, 0.1, 0.1]), skin, Vector3::zeros()).at(turned);
+    let brick = at(cuboid([0.2, 0.1, 0.1]), skin, Vector3::zeros()).with_pose(turned);
     let world = World::new(vec![brick, block]).unwrap();
     assert_eq!(kinks(&world, &steps(20)), []);
 }
@@ -137,7 +137,7 @@ fn unresolved_steps() {
             // Neighbors overlap a little, so all balls are one island.
             let place = vector![0.1995 * number as f64, 0.0, height];
             let ball = Body::dynamic(&format!("ball {number}"), shape, skin, Mass::Total(1.0));
-            let ball = ball.unwrap().at(Pose::from_translation(place));
+            let ball = ball.unwrap().with_pose(Pose::from_translation(place));
             bodies.push(ball.with_velocity(vector![0.0, 0.0, speed]));
         }
         World::new(bodies).unwrap()
@@ -185,7 +185,7 @@ fn the_first_touch_of_parallel_faces_is_a_kink() {
                 let floor = Body::fixed("floor", floor.clone(), material.with_friction(friction));
                 let floor = floor
                     .unwrap()
-                    .at(Pose::from_translation(vector![0.0, 0.0, place]));
+                    .with_pose(Pose::from_translation(vector![0.0, 0.0, place]));
                 let world = World::new(vec![brick, floor]).unwrap();
                 // The first kick of this integrator acts at the initial state.
                 let plan = steps(1).with_integrator(Integrator::SymplecticEuler);
@@ -207,5 +207,5 @@ fn lifted(world: &World, height: f64) -> World {
     let mut state = world.initial_state();
     let pose = &mut state.bodies[0].pose;
     *pose = pose.with_translation(pose.translation() + vector![0.0, 0.0, height]);
-    world.clone().starting_from(&state).unwrap()
+    world.clone().with_initial_state(&state).unwrap()
 }

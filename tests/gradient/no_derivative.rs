@@ -2,7 +2,8 @@
 
 use hydroelastic::contact::Shape;
 use hydroelastic::dynamics::{
-    Batch, Body, Force, Mass, Material, Plan, Situation, StateCovector, Trajectory, World, Wrenches,
+    Batch, Body, Force, ForceContext, Mass, Material, Plan, StateGradient, Trajectory, World,
+    WrenchAccumulator,
 };
 use hydroelastic::gradient::{
     Experiment, FinalPosition, GradientError, Mode, Outcome, OutcomeJacobian, Parameter,
@@ -24,11 +25,11 @@ const ROUNDING: f64 = 1e-12;
 const RUBBING: f64 = 1e-6;
 
 fn mass() -> Parameter {
-    Parameter::Mass("ball".into())
+    Parameter::mass("ball")
 }
 
 fn velocity() -> Parameter {
-    Parameter::InitialVelocity("ball".into())
+    Parameter::initial_velocity("ball")
 }
 
 /// An acceleration at rest that is none, but whose derivative is lost.
@@ -43,7 +44,7 @@ enum Lost {
 }
 
 impl Force for Lost {
-    fn add_to<T: Scalar>(&self, wrenches: &mut Wrenches<T>, now: &Situation<T>) {
+    fn add_to<T: Scalar>(&self, wrenches: &mut WrenchAccumulator<T>, now: &ForceContext<T>) {
         for (index, body) in now.bodies.iter().enumerate() {
             let Some(inertia) = body.inertia() else {
                 continue;
@@ -59,7 +60,7 @@ impl Force for Lost {
                 Self::Overflow => vector![lift(0.0), velocity.y * 1e200, lift(0.0)],
                 Self::Nowhere | Self::Drag { .. } => continue,
             };
-            wrenches.push_center(index, &(linear * inertia.mass));
+            wrenches.apply_force_at_com(index, &(linear * inertia.mass));
         }
     }
 }
@@ -150,9 +151,9 @@ fn a_derivative_that_is_lost_in_the_second_pass_of_many_parameters_is_refused() 
 fn of_derivatives_that_are_lost_in_several_passes_the_earliest_is_named() {
     let skin = Material::elastic(1e5);
     let world = World::new(vec![ball("slow", skin), ball("ball", skin)]).unwrap();
-    let world = world.ignoring("slow", "ball").unwrap();
+    let world = world.with_ignored("slow", "ball").unwrap();
     let world = world.with_forces(Lost::Overflow).unwrap();
-    let slow = Parameter::InitialVelocity("slow".into());
+    let slow = Parameter::initial_velocity("slow");
     for [first, last] in [[slow.clone(), velocity()], [velocity(), slow]] {
         let mut parameters = vec![first];
         parameters.extend(vec![mass(); 93]);
@@ -264,8 +265,14 @@ fn a_sample_without_a_derivative_is_an_error_among_the_others() {
     let drag = world(Lost::Drag { from: 0.0 });
     let batch = Batch::new(&plan());
     let samples = [[0.5, 0.0, 0.0], [0.0; 3], [0.0, 0.1, 0.0]];
-    let slopes = batch.gradients_after(&drag, &[velocity()], &samples, &Reading::X);
-    let jacobians = batch.jacobians_after(&drag, &[velocity()], &samples, &place(&drag));
+    let slopes = batch.map(&samples, |job, sample| {
+        job.experiment(drag.perturbed(&[velocity()], sample)?)
+            .gradient(&[velocity()], &Reading::X)
+    });
+    let jacobians = batch.map(&samples, |job, sample| {
+        job.experiment(drag.perturbed(&[velocity()], sample)?)
+            .jacobian(&[velocity()], &place(&drag))
+    });
     assert!(slopes[0].is_ok() && slopes[2].is_ok());
     assert!(jacobians[0].is_ok() && jacobians[2].is_ok());
     let errors = [slopes[1].clone().err(), jacobians[1].clone().err()];
@@ -281,18 +288,18 @@ fn sliding(ball_friction: f64, floor_friction: f64) -> World {
     let floor = Arc::new(Shape::new(shapes::cuboid([1.0, 1.0, 0.2]).unwrap()));
     let at = |x: f64, z: f64| Pose::from_translation(vector![x, 0.0, z]);
     let fixed = |name, friction| Body::fixed(name, Arc::clone(&floor), skin(friction)).unwrap();
-    let moving = ball("ball", skin(ball_friction)).at(at(0.0, 0.07));
+    let moving = ball("ball", skin(ball_friction)).with_pose(at(0.0, 0.07));
     World::new(vec![
         moving.with_velocity(vector![0.5, 0.2, 0.0]),
-        fixed("floor", floor_friction).at(at(0.0, -0.1)),
-        ball("far", skin(0.2)).at(at(9.0, 0.0)),
-        fixed("wall", 0.0).at(at(-9.0, 0.0)),
+        fixed("floor", floor_friction).with_pose(at(0.0, -0.1)),
+        ball("far", skin(0.2)).with_pose(at(9.0, 0.0)),
+        fixed("wall", 0.0).with_pose(at(-9.0, 0.0)),
     ])
     .unwrap()
 }
 
 fn friction(name: &str) -> Parameter {
-    Parameter::Friction(name.into())
+    Parameter::friction(name)
 }
 
 fn both() -> [Parameter; 2] {
@@ -326,7 +333,11 @@ fn two_bodies_without_friction_have_no_derivative_by_the_friction_of_both() {
         "bodies \"ball\" and \"floor\" both have the friction 0, where that of the pair has no derivative by both: take one alone, or begin above 0"
     );
     // Along (1, 1) it rises with a slope that neither has alone.
-    let x = |change: [f64; 2]| experiment.value_after(&both(), &change, &place).unwrap()[0];
+    let x = |change: [f64; 2]| {
+        experiment
+            .value_perturbed(&both(), &change, &place)
+            .unwrap()[0]
+    };
     let [still, one, other, both] = [[0.0; 2], [1e-3, 0.0], [0.0, 1e-3], [1e-3; 2]].map(x);
     assert!((one - still).abs() <= 0.0 && (other - still).abs() <= 0.0);
     assert!(still - both > 1e-6, "{:e}", still - both);
@@ -361,7 +372,7 @@ fn bodies_without_friction_that_cannot_touch_have_derivatives_by_the_friction_of
     let (experiment, place) = slide(&fixed);
     let walls = ["floor", "wall"].map(friction);
     assert!(experiment.jacobian(&walls, &place).is_ok());
-    let ignoring = sliding(0.0, 0.0).ignoring("floor", "ball").unwrap();
+    let ignoring = sliding(0.0, 0.0).with_ignored("floor", "ball").unwrap();
     let (experiment, place) = slide(&ignoring);
     let found = experiment.jacobian(&both(), &place).unwrap();
     assert!(found.jacobian.amax() <= 0.0);
@@ -399,13 +410,19 @@ fn an_outcome_that_is_not_finite_is_an_error_that_names_its_number() {
         let changes = [[0.0; 3]];
         let errors = [
             experiment.value(&outcome).err(),
-            experiment.value_after(&by, &changes[0], &outcome).err(),
+            experiment.value_perturbed(&by, &changes[0], &outcome).err(),
             experiment.jacobian(&by, &outcome).err(),
             experiment.jacobian(&[], &outcome).err(),
-            batch.values_after(&world, &by, &changes, &outcome)[0]
+            batch.map(&changes, |job, sample| {
+                job.experiment(world.perturbed(&by, sample)?)
+                    .value(&outcome)
+            })[0]
                 .clone()
                 .err(),
-            batch.jacobians_after(&world, &by, &changes, &outcome)[0]
+            batch.map(&changes, |job, sample| {
+                job.experiment(world.perturbed(&by, sample)?)
+                    .jacobian(&by, &outcome)
+            })[0]
                 .clone()
                 .err(),
         ];
@@ -413,10 +430,17 @@ fn an_outcome_that_is_not_finite_is_an_error_that_names_its_number() {
             assert_not_finite(&error.unwrap(), 1, value);
         }
         let errors = [
-            experiment.gradient_by(Mode::Forward, &by, &loss).err(),
-            experiment.gradient_by(Mode::Reverse, &by, &loss).err(),
-            experiment.gradient_by_all(&loss).err(),
-            batch.gradients_after(&world, &by, &changes, &loss)[0]
+            experiment
+                .gradient_with_mode(Mode::Forward, &by, &loss)
+                .err(),
+            experiment
+                .gradient_with_mode(Mode::Reverse, &by, &loss)
+                .err(),
+            experiment.full_gradient(&loss).err(),
+            batch.map(&changes, |job, sample| {
+                job.experiment(world.perturbed(&by, sample)?)
+                    .gradient(&by, &loss)
+            })[0]
                 .clone()
                 .err(),
         ];
@@ -432,18 +456,18 @@ fn a_covector_that_is_not_finite_is_an_error_that_names_its_body() {
     let (experiment, _) = slide(&world);
     for value in [f64::NAN, f64::INFINITY] {
         let shift = vector![value, 0.0, 0.0];
-        let lost = StateCovector {
+        let lost = StateGradient {
             shift,
-            ..StateCovector::zero()
+            ..StateGradient::zero()
         };
         for (record, step) in [(50, 51), (20, 21), (0, 1)] {
-            let found = experiment.pullback(&[velocity()], |trajectory| {
+            let found = experiment.vjp(&[velocity()], |trajectory| {
                 let bodies = |state: usize| {
                     let of = |body| {
                         if (state, body) == (record, 0) {
                             lost
                         } else {
-                            StateCovector::zero()
+                            StateGradient::zero()
                         }
                     };
                     (0..4).map(of).collect()
@@ -465,10 +489,10 @@ fn a_body_without_its_own_friction_has_no_derivative_by_friction() {
     let with = |friction| {
         let mut bodies = sliding(0.3, 0.0).bodies().to_vec();
         let shape = bodies[1].shape().clone();
-        let pose = bodies[1].initial().pose;
+        let pose = bodies[1].initial_state().pose;
         bodies[1] = Body::fixed("floor", shape, floor(friction))
             .unwrap()
-            .at(pose);
+            .with_pose(pose);
         World::new(bodies).unwrap()
     };
     let (borrowed, given) = (with(None), with(Some(0.3)));
@@ -483,7 +507,7 @@ fn a_body_without_its_own_friction_has_no_derivative_by_friction() {
     // The pair has the friction of the ball, as if the floor had an equal coefficient that changed with it.
     let by_ball = experiment.jacobian(&[friction("ball")], &place).unwrap();
     let swept = experiment
-        .gradient_by(Mode::Reverse, &[friction("ball")], &Reading::X)
+        .gradient_with_mode(Mode::Reverse, &[friction("ball")], &Reading::X)
         .unwrap();
     let by_both = slide(&given).0.jacobian(&both(), &place).unwrap();
     assert_eq!(by_ball.value, by_both.value);

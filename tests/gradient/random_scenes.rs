@@ -70,13 +70,13 @@ fn parameters(scene: &Scene) -> Vec<(Parameter, f64)> {
         let (name, material) = (body.name(), body.material());
         let mass = body.inertia().unwrap().mass;
         [
-            (Parameter::Mass(name.into()), mass),
-            (Parameter::Modulus(name.into()), material.modulus.unwrap()),
-            (Parameter::Friction(name.into()), material.friction.unwrap()),
-            (Parameter::Dissipation(name.into()), material.dissipation),
-            (Parameter::InitialPosition(name.into()), 0.1),
-            (Parameter::InitialVelocity(name.into()), 1.0),
-            (Parameter::InitialSpin(name.into()), 1.0),
+            (Parameter::mass(name), mass),
+            (Parameter::modulus(name), material.modulus.unwrap()),
+            (Parameter::friction(name), material.friction.unwrap()),
+            (Parameter::dissipation(name), material.dissipation),
+            (Parameter::initial_position(name), 0.1),
+            (Parameter::initial_velocity(name), 1.0),
+            (Parameter::initial_angular_velocity(name), 1.0),
         ]
     });
     of_body.collect()
@@ -109,7 +109,7 @@ fn work(scene: &Scene, plan: &Plan) -> Work {
     let mut work = Work::default();
     for _ in 0..plan.steps() {
         rollout.advance().unwrap();
-        work += rollout.report().unwrap().work;
+        work += rollout.step_report().unwrap().work;
     }
     work
 }
@@ -276,7 +276,7 @@ fn differences(
         let mut changes = vec![0.0; by.dimension()];
         changes[place] = times * share * change;
         let by = std::slice::from_ref(by);
-        DVector::from_vec(motion.value_after(by, &changes, &outcome).unwrap())
+        DVector::from_vec(motion.value_perturbed(by, &changes, &outcome).unwrap())
     };
     ((end(1.0) - end(-1.0)) * 8.0 - (end(2.0) - end(-2.0))) / (12.0 * share)
 }

@@ -2,10 +2,12 @@
 
 use hydroelastic::contact::{HalfSpace, Shape};
 use hydroelastic::dynamics::{
-    Batch, Body, BodyState, Control, Drag, Force, Integrator, Mass, Material, Plan, Situation,
-    Spring, State, StateCovector, Thruster, Trajectory, World, Wrenches,
+    Batch, Body, BodyState, Control, Drag, Force, ForceContext, Integrator, Mass, Material, Plan,
+    Spring, State, StateGradient, Thruster, Trajectory, World, WrenchAccumulator,
 };
-use hydroelastic::gradient::{Experiment, GradientError, Integral, Mode, Outcome, Parameter, Rate};
+use hydroelastic::gradient::{
+    Experiment, GradientError, Integrand, Mode, Outcome, Parameter, TimeIntegral,
+};
 use hydroelastic::mesh::{PressureField, TetMesh, shapes};
 use hydroelastic::scalar::{Scalar, lift};
 use hydroelastic::spatial::{Pose, Twist, Wrench};
@@ -53,8 +55,11 @@ pub fn compare<F: Force>(
     outcome: &impl Outcome,
 ) -> DVector<f64> {
     let experiment = Experiment::new(world, plan);
-    let [(value, forward), (same, reverse)] = [Mode::Forward, Mode::Reverse]
-        .map(|mode| experiment.gradient_by(mode, parameters, outcome).unwrap());
+    let [(value, forward), (same, reverse)] = [Mode::Forward, Mode::Reverse].map(|mode| {
+        experiment
+            .gradient_with_mode(mode, parameters, outcome)
+            .unwrap()
+    });
     assert!((value - same).abs() <= SAME * value.abs(), "{value} {same}");
     let mut row = 0;
     for parameter in parameters {
@@ -108,26 +113,26 @@ fn bodies(law: [f64; 2]) -> Vec<Body> {
     };
     vec![
         dynamic("a", 1e5)
-            .at(Pose::from_rotation_vector(
+            .with_pose(Pose::from_rotation_vector(
                 &vector![0.3, 0.2, 0.5],
                 vector![0.02, 0.01, 0.22],
             ))
             .with_velocity(vector![0.3, 0.4, -1.0])
-            .with_spin(vector![3.0, -2.0, 1.0]),
+            .with_angular_velocity(vector![3.0, -2.0, 1.0]),
         dynamic("b", 2e5)
-            .at(Pose::from_rotation_vector(
+            .with_pose(Pose::from_rotation_vector(
                 &vector![-0.3, 0.8, 0.1],
                 vector![0.13, 0.12, 0.37],
             ))
             .with_velocity(vector![-0.2, -0.5, -1.5])
-            .with_spin(vector![-1.0, 2.0, 1.5]),
+            .with_angular_velocity(vector![-1.0, 2.0, 1.5]),
         Body::fixed("block", block, skin(4e5, law))
             .unwrap()
-            .at(Pose::from_rotation_vector(
+            .with_pose(Pose::from_rotation_vector(
                 &vector![0.05, 0.02, 0.3],
                 vector![0.0, 0.0, -0.02],
             )),
-        Body::prescribed(
+        Body::kinematic(
             "plate",
             Shape::new(shapes::cuboid([0.5, 0.1, 0.5]).unwrap()),
             skin(3e5, law),
@@ -136,7 +141,7 @@ fn bodies(law: [f64; 2]) -> Vec<Body> {
         .unwrap(),
         Body::fixed("floor", HalfSpace::layer(0.05).unwrap(), skin(2e5, law))
             .unwrap()
-            .at(Pose::from_translation(vector![0.0, 0.0, 0.1])),
+            .with_pose(Pose::from_translation(vector![0.0, 0.0, 0.1])),
     ]
 }
 
@@ -144,23 +149,23 @@ pub fn by_bodies(rubs: bool) -> Vec<Parameter> {
     let mut parameters = Vec::new();
     for name in ["a", "b"] {
         parameters.extend([
-            Parameter::InitialPosition(name.into()),
-            Parameter::InitialOrientation(name.into()),
-            Parameter::InitialVelocity(name.into()),
-            Parameter::InitialSpin(name.into()),
-            Parameter::Mass(name.into()),
+            Parameter::initial_position(name),
+            Parameter::initial_orientation(name),
+            Parameter::initial_velocity(name),
+            Parameter::initial_angular_velocity(name),
+            Parameter::mass(name),
         ]);
     }
     for name in ["a", "b", "block", "plate", "floor"] {
-        parameters.push(Parameter::Modulus(name.into()));
+        parameters.push(Parameter::modulus(name));
         if rubs {
-            parameters.push(Parameter::Dissipation(name.into()));
-            parameters.push(Parameter::Friction(name.into()));
+            parameters.push(Parameter::dissipation(name));
+            parameters.push(Parameter::friction(name));
         }
     }
     for name in ["block", "floor"] {
-        parameters.push(Parameter::InitialPosition(name.into()));
-        parameters.push(Parameter::InitialOrientation(name.into()));
+        parameters.push(Parameter::initial_position(name));
+        parameters.push(Parameter::initial_orientation(name));
     }
     parameters.push(Parameter::Gravity);
     parameters
@@ -216,7 +221,7 @@ fn outcomes_that_look_at_many_states() {
 /// Squares of velocities, and heights.
 struct Haste;
 
-impl Rate for Haste {
+impl Integrand for Haste {
     fn at<T: Scalar>(&self, state: &State<T>) -> T {
         let [a, b] = [0, 1].map(|body| &state.bodies[body]);
         a.velocity().dot(b.velocity()) + a.position().z * 3.0 + b.twist.angular.x
@@ -227,7 +232,7 @@ impl Rate for Haste {
 fn integrals_along_the_way() {
     let plan = plan().recording_every(7);
     let world = world([0.5, 0.4]);
-    compare(&world, &plan, &by_bodies(true), &Integral(Haste));
+    compare(&world, &plan, &by_bodies(true), &TimeIntegral(Haste));
     // Of gravity alone: ∫ (v₀ + g t)² dt, by a rule that is exact for straight lines.
     let free = |spin: f64| {
         let ball = Shape::new(shapes::icosphere(0.1, 0).unwrap());
@@ -236,7 +241,9 @@ fn integrals_along_the_way() {
             Body::dynamic(name, shape, Material::elastic(1e5), Mass::Total(1.0)).unwrap()
         };
         let far = Pose::from_translation(vector![9.0, 0.0, 0.0]);
-        let spinning = body("b").at(far).with_spin(vector![spin, 0.0, 0.0]);
+        let spinning = body("b")
+            .with_pose(far)
+            .with_angular_velocity(vector![spin, 0.0, 0.0]);
         World::new(vec![
             body("a").with_velocity(vector![0.0, 0.0, 1.0]),
             spinning,
@@ -244,9 +251,9 @@ fn integrals_along_the_way() {
         .unwrap()
     };
     let experiment = Experiment::new(free(0.5), &Plan::new(1e-2, 100).unwrap());
-    let by_spin = [Parameter::InitialSpin("b".into())];
+    let by_spin = [Parameter::initial_angular_velocity("b")];
     let (value, by_spin) = experiment
-        .gradient_by(Mode::Reverse, &by_spin, &Integral(Haste))
+        .gradient_with_mode(Mode::Reverse, &by_spin, &TimeIntegral(Haste))
         .unwrap();
     // ∫ 3 t dt + 0.5 over a second.
     assert!((value - 2.0).abs() <= 1e-12, "{value}");
@@ -257,16 +264,16 @@ fn integrals_along_the_way() {
 pub struct Odd;
 
 impl Force for Odd {
-    fn add_to<T: Scalar>(&self, wrenches: &mut Wrenches<T>, now: &Situation<T>) {
+    fn add_to<T: Scalar>(&self, wrenches: &mut WrenchAccumulator<T>, now: &ForceContext<T>) {
         let mass = now.bodies[1].inertia().unwrap().mass;
         let touch = now.contact[1].force * lift::<T>(0.1) + now.contact[1].torque;
         let material = now.bodies[2].material();
         let friction = material.friction.unwrap() * 0.3 + material.dissipation;
         let modulus = material.modulus.unwrap() * 1e-6;
         let weight = now.gravity * (mass * 0.1 + friction + modulus);
-        wrenches.push_center(0, &(touch + weight));
+        wrenches.apply_force_at_com(0, &(touch + weight));
         let spin = now.states[0].twist.angular;
-        wrenches.push(1, &spin, now.states[2].position());
+        wrenches.apply_force_at_point(1, &spin, now.states[2].position());
     }
 }
 
@@ -297,7 +304,7 @@ pub fn with_forces_and_controls() -> (World<f64, impl Force>, Vec<Parameter>) {
     let world = world([0.5, 0.4]).with_control(control).unwrap();
     let world = world.with_forces((spring, drag, thruster, Odd)).unwrap();
     let mut parameters = by_bodies(true);
-    parameters.extend((0..5).map(|interval| Parameter::Control("b".into(), interval)));
+    parameters.extend((0..5).map(|interval| Parameter::control("b", interval)));
     (world, parameters)
 }
 
@@ -324,23 +331,23 @@ pub fn round_bodies() -> [(World, Vec<Parameter>); 2] {
         .unwrap();
         let start = Pose::from_rotation_vector(&vector![0.2, 0.1, 0.4], vector![0.0, 0.0, 0.12]);
         let world = World::new(vec![
-            body.at(start)
+            body.with_pose(start)
                 .with_velocity(vector![1.0, 0.2, 0.0])
-                .with_spin(vector![0.0, 8.0, 3.0]),
+                .with_angular_velocity(vector![0.0, 8.0, 3.0]),
             floor,
         ])
         .unwrap();
         let world = world.with_gravity(vector![0.0, 0.0, -9.81]).unwrap();
         let world = world.with_slip_tolerance(0.05).unwrap();
         let parameters = vec![
-            Parameter::InitialPosition("body".into()),
-            Parameter::InitialOrientation("body".into()),
-            Parameter::InitialVelocity("body".into()),
-            Parameter::InitialSpin("body".into()),
-            Parameter::Modulus("body".into()),
-            Parameter::Mass("body".into()),
-            Parameter::Dissipation("body".into()),
-            Parameter::Friction("floor".into()),
+            Parameter::initial_position("body"),
+            Parameter::initial_orientation("body"),
+            Parameter::initial_velocity("body"),
+            Parameter::initial_angular_velocity("body"),
+            Parameter::modulus("body"),
+            Parameter::mass("body"),
+            Parameter::dissipation("body"),
+            Parameter::friction("floor"),
             Parameter::Gravity,
         ];
         (world, parameters)
@@ -348,10 +355,10 @@ pub fn round_bodies() -> [(World, Vec<Parameter>); 2] {
 }
 
 /// The derivatives of [`Mixed`] by the states, written down.
-fn by_states(mixed: Mixed, trajectory: &Trajectory) -> Vec<Vec<StateCovector>> {
+fn by_states(mixed: Mixed, trajectory: &Trajectory) -> Vec<Vec<StateGradient>> {
     let states = trajectory.states();
     let bodies = states[0].bodies.len();
-    let mut found = vec![vec![StateCovector::zero(); bodies]; states.len()];
+    let mut found = vec![vec![StateGradient::zero(); bodies]; states.len()];
     let looked_at = found.iter_mut().zip(states).rev().step_by(mixed.every);
     for (place, (found, state)) in looked_at.enumerate() {
         let by = |(number, value): (usize, f64)| {
@@ -364,7 +371,7 @@ fn by_states(mixed: Mixed, trajectory: &Trajectory) -> Vec<Vec<StateCovector>> {
                 linear: Vector3::from_column_slice(&by[12..15]),
                 angular: Vector3::from_column_slice(&by[15..18]),
             };
-            *found = StateCovector::from_entries(
+            *found = StateGradient::from_entries(
                 body.pose.rotation(),
                 &Matrix3::from_column_slice(&by[3..12]),
                 Vector3::from_column_slice(&by[..3]),
@@ -383,7 +390,7 @@ fn derivatives_by_states_that_are_given_are_those_of_the_outcome() {
         let plan = plan().recording_every(every);
         let experiment = Experiment::new(&world, &plan);
         let (_, expected) = experiment.gradient(&parameters, &mixed).unwrap();
-        let found = experiment.pullback(&parameters, |it| by_states(mixed, it));
+        let found = experiment.vjp(&parameters, |it| by_states(mixed, it));
         assert!((found.unwrap() - &expected).amax() <= SAME * expected.amax());
     }
 }
@@ -394,12 +401,15 @@ fn worlds_of_a_batch_have_the_bits_of_each() {
     let (plan, parameters) = (plan().recording_every(100), by_bodies(true));
     // The second world's number is another one.
     let mixed = |place: usize| Mixed { every: place + 1 };
-    let found = Batch::new(&plan)
-        .pullbacks_of_worlds(&worlds, &parameters, |at, it| by_states(mixed(at), it));
+    let items: Vec<_> = worlds.iter().enumerate().collect();
+    let found = Batch::new(&plan).map(&items, |job, &(place, world)| {
+        let experiment = job.experiment(world);
+        experiment.vjp(&parameters, |it| by_states(mixed(place), it))
+    });
     assert_eq!(found.len(), 2);
     for (place, (world, found)) in worlds.iter().zip(found).enumerate() {
         let experiment = Experiment::new(world, &plan);
-        let expected = experiment.pullback(&parameters, |it| by_states(mixed(place), it));
+        let expected = experiment.vjp(&parameters, |it| by_states(mixed(place), it));
         assert_eq!(found.unwrap(), expected.unwrap());
     }
 }
@@ -409,10 +419,10 @@ fn derivatives_by_states_that_do_not_fit_are_refused() {
     let (world, plan) = (world([0.5, 0.4]), plan().recording_every(150));
     let experiment = Experiment::new(&world, &plan);
     let refusal = |by_states| {
-        let error = experiment.pullback(&[Parameter::Gravity], |_| by_states);
+        let error = experiment.vjp(&[Parameter::Gravity], |_| by_states);
         error.unwrap_err()
     };
-    let zero = StateCovector::zero();
+    let zero = StateGradient::zero();
     let expected =
         "derivatives by 3 recorded states of 5 bodies each were expected, but those given are by ";
     for (given, message) in [

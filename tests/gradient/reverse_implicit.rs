@@ -71,7 +71,7 @@ fn islands_and_rejections<F: hydroelastic::dynamics::Force>(
     let (mut islands, mut rejections) = (Vec::new(), 0);
     for _ in 0..plan.steps() {
         rollout.advance().unwrap();
-        let report = rollout.report().unwrap();
+        let report = rollout.step_report().unwrap();
         islands.push(report.islands);
         rejections += report.work.rejections;
     }
@@ -86,7 +86,7 @@ fn bricks(law: [f64; 2], speed: f64) -> World<f64, (Spring, Drag)> {
         let shape = Arc::clone(&shape);
         let body = Body::dynamic(name, shape, skin(1e6, law), Mass::Total(1.0)).unwrap();
         let turn = vector![0.0, 0.0, 0.1 + x];
-        body.at(Pose::from_rotation_vector(
+        body.with_pose(Pose::from_rotation_vector(
             &turn,
             vector![x, 0.013 * x, 0.0499],
         ))
@@ -124,23 +124,23 @@ fn bricks(law: [f64; 2], speed: f64) -> World<f64, (Spring, Drag)> {
 }
 
 fn by_bricks(rubs: bool) -> Vec<Parameter> {
-    let mut parameters = vec![Parameter::Gravity, Parameter::Modulus("floor".into())];
+    let mut parameters = vec![Parameter::Gravity, Parameter::modulus("floor")];
     for name in ["first", "second", "third", "fourth"] {
         parameters.extend([
-            Parameter::InitialPosition(name.into()),
-            Parameter::InitialOrientation(name.into()),
-            Parameter::InitialVelocity(name.into()),
-            Parameter::InitialSpin(name.into()),
-            Parameter::Mass(name.into()),
-            Parameter::Modulus(name.into()),
+            Parameter::initial_position(name),
+            Parameter::initial_orientation(name),
+            Parameter::initial_velocity(name),
+            Parameter::initial_angular_velocity(name),
+            Parameter::mass(name),
+            Parameter::modulus(name),
         ]);
         if rubs {
-            parameters.push(Parameter::Friction(name.into()));
-            parameters.push(Parameter::Dissipation(name.into()));
+            parameters.push(Parameter::friction(name));
+            parameters.push(Parameter::dissipation(name));
         }
     }
     for name in ["first", "fourth"] {
-        parameters.extend((0..2).map(|interval| Parameter::Control(name.into(), interval)));
+        parameters.extend((0..2).map(|interval| Parameter::control(name, interval)));
     }
     parameters
 }
@@ -168,7 +168,7 @@ fn a_chain_of_twenty() {
         let shape = Arc::clone(&shape);
         let body = Body::dynamic(&name, shape, skin(1e5, [0.2, 0.3]), Mass::Total(1.0)).unwrap();
         let turned = Vector3::z() * (0.3 * count);
-        body.at(Pose::from_rotation_vector(
+        body.with_pose(Pose::from_rotation_vector(
             &turned,
             vector![0.19 * count, 0.003 * count.sin(), 0.002 * count.cos()],
         ))
@@ -178,11 +178,11 @@ fn a_chain_of_twenty() {
     let mut parameters = Vec::new();
     for name in ["0", "7", "19"] {
         parameters.extend([
-            Parameter::InitialPosition(name.into()),
-            Parameter::InitialVelocity(name.into()),
-            Parameter::InitialSpin(name.into()),
-            Parameter::Modulus(name.into()),
-            Parameter::Friction(name.into()),
+            Parameter::initial_position(name),
+            Parameter::initial_velocity(name),
+            Parameter::initial_angular_velocity(name),
+            Parameter::modulus(name),
+            Parameter::friction(name),
         ]);
     }
     for plan in plans(5e-3, 10) {
@@ -202,9 +202,9 @@ fn stiff_skins_that_stick() {
     let start = Pose::from_rotation_vector(&vector![0.0, 0.0, 0.3], vector![-0.3, 0.02, 0.04999]);
     let world = World::new(vec![
         brick
-            .at(start)
+            .with_pose(start)
             .with_velocity(vector![0.5, 0.1, 0.0])
-            .with_spin(vector![0.0, 0.0, 1.0]),
+            .with_angular_velocity(vector![0.0, 0.0, 1.0]),
         Body::fixed(
             "floor",
             HalfSpace::rigid(),
@@ -216,12 +216,12 @@ fn stiff_skins_that_stick() {
     .and_then(|world| world.with_slip_tolerance(1e-4))
     .unwrap();
     let parameters = [
-        Parameter::InitialPosition("brick".into()),
-        Parameter::InitialOrientation("brick".into()),
-        Parameter::InitialVelocity("brick".into()),
-        Parameter::InitialSpin("brick".into()),
-        Parameter::Dissipation("brick".into()),
-        Parameter::Friction("brick".into()),
+        Parameter::initial_position("brick"),
+        Parameter::initial_orientation("brick"),
+        Parameter::initial_velocity("brick"),
+        Parameter::initial_angular_velocity("brick"),
+        Parameter::dissipation("brick"),
+        Parameter::friction("brick"),
         Parameter::Gravity,
     ];
     for plan in plans(5e-3, 60) {
@@ -237,6 +237,6 @@ fn many_parameters_are_taken_backwards() {
     let [plan, _] = plans(2.5e-3, 10);
     let experiment = Experiment::new(&world, &plan);
     let chosen = experiment.gradient(&parameters, &END).unwrap();
-    let reverse = experiment.gradient_by(Mode::Reverse, &parameters, &END);
+    let reverse = experiment.gradient_with_mode(Mode::Reverse, &parameters, &END);
     assert_eq!(chosen, reverse.unwrap());
 }

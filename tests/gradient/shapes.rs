@@ -8,7 +8,7 @@ use hydroelastic::dynamics::{
     Body, BodyShape, BodyState, Force, Integrator, Mass, Material, Plan, Thruster, Trajectory,
     World,
 };
-use hydroelastic::gradient::{Experiment, GradientError, Keeping, Mode, Outcome, Parameter};
+use hydroelastic::gradient::{Experiment, GradientError, HoldFixed, Mode, Outcome, Parameter};
 use hydroelastic::mesh::{PressureField, shapes};
 use hydroelastic::scalar::{Scalar, lift};
 use hydroelastic::spatial::{MassProperties, Pose};
@@ -65,11 +65,11 @@ fn a_ball_by_its_size_equals_an_independent_program() {
     let elastic = Material::elastic;
     let ball = Body::dynamic("ball", ball, elastic(1e5), Mass::Density(case.density)).unwrap();
     let ball = ball
-        .at(Pose::from_translation(vector![0.46, -0.013, 0.115]))
-        .with_spin(vector![3.0, -5.0, 2.0])
+        .with_pose(Pose::from_translation(vector![0.46, -0.013, 0.115]))
+        .with_angular_velocity(vector![3.0, -5.0, 2.0])
         .with_velocity(vector![0.3, 0.2, -0.4]);
     let cube = Body::fixed("cube", cube, elastic(4e5)).unwrap();
-    let cube = cube.at(Pose::from_translation(vector![0.0, 0.0, -0.5]));
+    let cube = cube.with_pose(Pose::from_translation(vector![0.0, 0.0, -0.5]));
     let vertices = match ball.shape() {
         BodyShape::Compliant(shape) => shape.field().mesh().vertices().to_vec(),
         _ => unreachable!("a ball is compliant"),
@@ -79,16 +79,14 @@ fn a_ball_by_its_size_equals_an_independent_program() {
     let experiment = Experiment::new(&world, &Plan::new(1e-3, 200).unwrap().recording_every(200));
     let largest = |numbers: &[f64]| numbers.iter().fold(0.0_f64, |most, x| most.max(x.abs()));
     for number in 0..18 {
-        let found = experiment.gradient_by_all(&Number(number)).unwrap();
+        let found = experiment.full_gradient(&Number(number)).unwrap();
         let by_vertices = found
-            .by_shape("ball", Keeping::Density)
+            .by_shape("ball", HoldFixed::Density)
             .unwrap()
             .by_vertices;
         let by_scale = along(&by_vertices, &vertices);
-        let by_modulus = found.by(&Parameter::Modulus("ball".into())).unwrap()[0];
-        let by_height = found
-            .by(&Parameter::InitialPosition("ball".into()))
-            .unwrap()[2];
+        let by_modulus = found.by(&Parameter::modulus("ball")).unwrap()[0];
+        let by_height = found.by(&Parameter::initial_position("ball")).unwrap()[2];
         for (found, expected) in [
             (found.value, &case.end),
             (by_scale, &case.by_scale),
@@ -133,11 +131,11 @@ fn thrown(shape: Shape, block: Shape, mass: Mass, law: [f64; 2]) -> World {
     let body = Body::dynamic("body", shape, skin(1e5), mass).unwrap();
     let turn = vector![0.3, 0.2, 0.5];
     let body = body
-        .at(Pose::from_rotation_vector(&turn, vector![0.02, 0.01, 0.24]))
+        .with_pose(Pose::from_rotation_vector(&turn, vector![0.02, 0.01, 0.24]))
         .with_velocity(vector![0.3, 0.4, -1.0])
-        .with_spin(vector![3.0, -2.0, 1.0]);
+        .with_angular_velocity(vector![3.0, -2.0, 1.0]);
     let block = Body::dynamic("block", block, skin(4e5), Mass::Density(400.0)).unwrap();
-    let block = block.at(Pose::from_translation(vector![0.0, 0.0, 0.098]));
+    let block = block.with_pose(Pose::from_translation(vector![0.0, 0.0, 0.098]));
     let floor = Body::fixed("floor", HalfSpace::layer(0.05).unwrap(), skin(2e5)).unwrap();
     let world = World::new(vec![body, block, floor]).unwrap();
     let world = world.with_gravity(vector![0.0, 0.0, -9.81]).unwrap();
@@ -188,14 +186,14 @@ fn vertices_of_bodies_through_contact_and_mass_equal_differences() {
                 loss(&thrown(shape(time), block, mass, law), &plan)
             };
             for (keeping, mass) in [
-                (Keeping::Density, Mass::Density(density)),
-                (Keeping::Mass, Mass::Total(mass.mass)),
-                (Keeping::MassProperties, Mass::Given(mass)),
+                (HoldFixed::Density, Mass::Density(density)),
+                (HoldFixed::Mass, Mass::Total(mass.mass)),
+                (HoldFixed::MassProperties, Mass::Properties(mass)),
             ] {
                 let other = moved(&block, &vec![Vector3::zeros(); 9], 0.0);
                 let world = thrown(shape(0.0), other, mass, law);
                 let found = Experiment::new(&world, &plan)
-                    .gradient_by_all(&Squares)
+                    .full_gradient(&Squares)
                     .unwrap();
                 let by_vertices = found.by_shape("body", keeping).unwrap().by_vertices;
                 let rate = along(&by_vertices, &velocities);
@@ -230,10 +228,10 @@ fn vertices_through_implicit_steps_equal_differences() {
                     thrown(shape, moved(&block, &still, 0.0), Mass::Density(300.0), law)
                 };
                 let found = Experiment::new(world(0.0), &plan)
-                    .gradient_by_all(&Squares)
+                    .full_gradient(&Squares)
                     .unwrap();
                 let by_vertices = found
-                    .by_shape("body", Keeping::Density)
+                    .by_shape("body", HoldFixed::Density)
                     .unwrap()
                     .by_vertices;
                 let rate = along(&by_vertices, &velocities);
@@ -256,10 +254,10 @@ fn both_bodies_of_a_contact_and_their_extents_equal_differences() {
         thrown(body, block, Mass::Density(300.0), [0.4, 0.3])
     };
     let found = Experiment::new(world(0.0), &plan)
-        .gradient_by_all(&Squares)
+        .full_gradient(&Squares)
         .unwrap();
     let by_vertices = found
-        .by_shape("block", Keeping::Density)
+        .by_shape("block", HoldFixed::Density)
         .unwrap()
         .by_vertices;
     let rate = along(&by_vertices, &rates);
@@ -278,7 +276,10 @@ fn both_bodies_of_a_contact_and_their_extents_equal_differences() {
             [0.4, 0.3],
         )
     };
-    let by_extents = found.by_shape("body", Keeping::Density).unwrap().by_extents;
+    let by_extents = found
+        .by_shape("body", HoldFixed::Density)
+        .unwrap()
+        .by_extents;
     let rate = by_extents
         .iter()
         .zip(field.extents())
@@ -290,17 +291,17 @@ fn both_bodies_of_a_contact_and_their_extents_equal_differences() {
 #[test]
 fn a_mass_that_is_not_spread_over_the_shape_is_told() {
     let ball = || Shape::new(shapes::icosphere(0.1, 1).unwrap());
-    let mass = Mass::Given(MassProperties::solid_ball(1.0, 0.1));
+    let mass = Mass::Properties(MassProperties::solid_ball(1.0, 0.1));
     let world = thrown(ball(), ball(), mass, [0.0; 2]);
     let experiment = Experiment::new(&world, &Plan::new(5e-4, 3).unwrap());
-    let found = experiment.gradient_by_all(&Squares).unwrap();
-    found.by_shape("body", Keeping::MassProperties).unwrap();
-    let refused = found.by_shape("body", Keeping::Density);
+    let found = experiment.full_gradient(&Squares).unwrap();
+    found.by_shape("body", HoldFixed::MassProperties).unwrap();
+    let refused = found.by_shape("body", HoldFixed::Density);
     assert_eq!(
         refused.unwrap_err(),
         GradientError::NotUniform("body".into())
     );
-    found.by_shape("block", Keeping::Density).unwrap();
+    found.by_shape("block", HoldFixed::Density).unwrap();
 }
 
 #[test]
@@ -308,10 +309,10 @@ fn forces_that_may_depend_on_a_center_of_mass_are_told() {
     fn by_mass<F: Force>(world: &World<f64, F>) -> Result<ShapeGradient, GradientError> {
         let plan = Plan::new(5e-4, 3).unwrap();
         let found = Experiment::new(world, &plan)
-            .gradient_by_all(&Squares)
+            .full_gradient(&Squares)
             .unwrap();
-        found.by_shape("body", Keeping::MassProperties).unwrap();
-        found.by_shape("body", Keeping::Density)
+        found.by_shape("body", HoldFixed::MassProperties).unwrap();
+        found.by_shape("body", HoldFixed::Density)
     }
     let ball = || Shape::new(shapes::icosphere(0.1, 1).unwrap());
     let world = thrown(ball(), ball(), Mass::Total(1.0), [0.0; 2]);
@@ -356,15 +357,18 @@ fn sizes_backwards_and_all_else_forwards_are_a_change_of_the_unit_of_length() {
                 .unwrap()
                 .with_integrator(integrator);
             let experiment = Experiment::new(&world, &plan);
-            let backwards = experiment.gradient_by_all(&Squares).unwrap();
+            let backwards = experiment.full_gradient(&Squares).unwrap();
             let by_vertices = |(name, field): (&str, &PressureField)| -> f64 {
-                let by = backwards.by_shape(name, Keeping::Mass).unwrap().by_vertices;
+                let by = backwards
+                    .by_shape(name, HoldFixed::Mass)
+                    .unwrap()
+                    .by_vertices;
                 along(&by, field.mesh().vertices())
             };
             let by_sizes = bodies.map(by_vertices);
             let (by, rates) = all_but_sizes(&world, dissipation);
             let (_, forwards) = experiment
-                .gradient_by(Mode::Forward, &by, &Squares)
+                .gradient_with_mode(Mode::Forward, &by, &Squares)
                 .unwrap();
             let terms = forwards.iter().zip(&rates).map(|(by, rate)| by * rate);
             let terms: Vec<f64> = terms.chain(by_sizes).collect();

@@ -55,7 +55,7 @@ fn dynamic(name: &str, field: PressureField, skin: [f64; 3], mass: f64) -> Body 
 fn floor(stage: Pose, skin: [f64; 3]) -> Body {
     let shape = Shape::new(shapes::cuboid([2.0, 2.0, 0.2]).unwrap());
     let floor = Body::fixed("floor", shape, material(skin)).unwrap();
-    floor.at(stage * Pose::from_translation(vector![0.0, 0.0, -0.1]))
+    floor.with_pose(stage * Pose::from_translation(vector![0.0, 0.0, -0.1]))
 }
 
 fn world(bodies: Vec<Body>) -> World {
@@ -94,7 +94,7 @@ impl Stack<'_> {
             let height = top + size[2] / 2.0 - PRESSED;
             let place = self.stage * Pose::from_translation(vector![along, 0.0, height]);
             let velocity = self.stage.rotation() * Vector3::from(velocity);
-            bodies.push(body.at(place).with_velocity(velocity));
+            bodies.push(body.with_pose(place).with_velocity(velocity));
             top = height + size[2] / 2.0;
         }
         world(bodies)
@@ -131,17 +131,17 @@ fn columns_of(body: &Body) -> Vec<Column> {
     let (name, skin) = (body.name(), body.material());
     let column = |parameter, scale| Column { parameter, scale };
     let mut all = vec![
-        column(Parameter::Modulus(name.into()), skin.modulus.unwrap()),
-        column(Parameter::Dissipation(name.into()), skin.dissipation),
-        column(Parameter::Friction(name.into()), skin.friction.unwrap()),
+        column(Parameter::modulus(name), skin.modulus.unwrap()),
+        column(Parameter::dissipation(name), skin.dissipation),
+        column(Parameter::friction(name), skin.friction.unwrap()),
     ];
     if let Some(inertia) = body.inertia() {
         all.extend([
-            column(Parameter::Mass(name.into()), inertia.mass),
-            column(Parameter::InitialPosition(name.into()), 1.0),
-            column(Parameter::InitialOrientation(name.into()), 1.0),
-            column(Parameter::InitialVelocity(name.into()), 1.0),
-            column(Parameter::InitialSpin(name.into()), 1.0),
+            column(Parameter::mass(name), inertia.mass),
+            column(Parameter::initial_position(name), 1.0),
+            column(Parameter::initial_orientation(name), 1.0),
+            column(Parameter::initial_velocity(name), 1.0),
+            column(Parameter::initial_angular_velocity(name), 1.0),
         ]);
     }
     all
@@ -164,7 +164,7 @@ fn error_at_kink(experiment: &Experiment, column: &Column, number: usize) -> f64
     let beside = |step: f64| {
         let mut change = vec![0.0; column.parameter.dimension()];
         change[number] = step * column.scale;
-        let value = experiment.value_after(&parameters, &change, &Everything);
+        let value = experiment.value_perturbed(&parameters, &change, &Everything);
         DVector::from_vec(value.unwrap())
     };
     let differences =
@@ -303,9 +303,9 @@ fn on_floor(body: Body) -> World {
 fn ball() -> World {
     let ball = dynamic("ball", shapes::icosphere(0.1, 2).unwrap(), SKIN, 1.0);
     on_floor(
-        ball.at(Pose::from_translation(vector![0.2, 0.1, 0.098]))
+        ball.with_pose(Pose::from_translation(vector![0.2, 0.1, 0.098]))
             .with_velocity(SLIDING.into())
-            .with_spin(vector![0.0, 5.0, 0.0]),
+            .with_angular_velocity(vector![0.0, 5.0, 0.0]),
     )
 }
 
@@ -322,9 +322,9 @@ fn cylinder() -> World {
     let turned = Pose::from_rotation_vector(&vector![0.0, 0.0, 0.1], Vector3::zeros());
     on_floor(
         cylinder
-            .at(lying * turned)
+            .with_pose(lying * turned)
             .with_velocity(SLIDING.into())
-            .with_spin(vector![0.0, 5.0, 0.0]),
+            .with_angular_velocity(vector![0.0, 5.0, 0.0]),
     )
 }
 
@@ -332,8 +332,8 @@ fn cylinder() -> World {
 fn brick(field: PressureField) -> World {
     let place = vector![0.3, 0.2, 0.02 - PRESSED];
     let turned = Pose::from_rotation_vector(&vector![0.0, 0.0, 0.3], place);
-    let brick = dynamic("brick", field, SKIN, 1.0).at(turned);
-    on_floor(brick.with_spin(vector![0.0, 0.0, 10.0]))
+    let brick = dynamic("brick", field, SKIN, 1.0).with_pose(turned);
+    on_floor(brick.with_angular_velocity(vector![0.0, 0.0, 10.0]))
 }
 
 fn assert_gradients_of_round_and_spinning(steps: usize) {
@@ -369,7 +369,7 @@ fn sideways(dissipation: f64, friction: f64) -> [f64; 2] {
     let skin = |modulus| [modulus, dissipation, friction];
     let sliding = |name, modulus, mass, height| {
         let body = dynamic(name, shapes::cuboid(BOX).unwrap(), skin(modulus), mass);
-        body.at(Pose::from_translation(vector![0.0, 0.0, height]))
+        body.with_pose(Pose::from_translation(vector![0.0, 0.0, height]))
             .with_velocity(SLIDING.into())
     };
     let world = world(vec![
@@ -380,13 +380,13 @@ fn sideways(dissipation: f64, friction: f64) -> [f64; 2] {
     let plan = Plan::new(TIME_STEP, 500).unwrap().recording_every(500);
     let experiment = Experiment::new(&world, &plan);
     let outcome = FinalState::of_body(&world, "second").unwrap();
-    let parameters = [Parameter::InitialVelocity("first".into())];
+    let parameters = [Parameter::initial_velocity("first")];
     // Rows: position, rotation, velocity.
     let row = 13;
     let derivative = experiment.jacobian(&parameters, &outcome).unwrap().jacobian[(row, 1)];
     let beside = |step| {
         experiment
-            .value_after(&parameters, &[0.0, step, 0.0], &outcome)
+            .value_perturbed(&parameters, &[0.0, step, 0.0], &outcome)
             .unwrap()[row]
     };
     let difference = |step: f64| (beside(step) - beside(-step)) / (2.0 * step);

@@ -4,8 +4,8 @@ use super::reverse::SAME;
 use crate::support::scenes::Random;
 use hydroelastic::contact::{HalfSpace, Shape};
 use hydroelastic::dynamics::{
-    Body, BodyState, Force, Integrator, Mass, Material, Plan, Situation, Trajectory, World,
-    Wrenches,
+    Body, BodyState, Force, ForceContext, Integrator, Mass, Material, Plan, Trajectory, World,
+    WrenchAccumulator,
 };
 use hydroelastic::gradient::{Experiment, Mode, Outcome, Parameter};
 use hydroelastic::mesh::shapes;
@@ -30,7 +30,7 @@ struct Switched {
 }
 
 impl Force for Switched {
-    fn add_to<T: Scalar>(&self, wrenches: &mut Wrenches<T>, now: &Situation<T>) {
+    fn add_to<T: Scalar>(&self, wrenches: &mut WrenchAccumulator<T>, now: &ForceContext<T>) {
         self.asked_at.lock().unwrap().insert(now.time.to_bits());
         let name = if now.time < self.at {
             "before"
@@ -38,7 +38,7 @@ impl Force for Switched {
             "after"
         };
         let push = now.parameter(name).unwrap();
-        wrenches.push_center(0, &Vector3::new(push, push * 0.3, lift(0.0)));
+        wrenches.apply_force_at_com(0, &Vector3::new(push, push * 0.3, lift(0.0)));
     }
 }
 
@@ -80,7 +80,7 @@ fn case(random: &mut Random, ball: &Arc<Shape>, integrator: Integrator) -> Case 
     let moving = Body::dynamic("ball", Arc::clone(ball), skin, Mass::Total(1.0)).unwrap();
     let mut bodies = vec![
         moving
-            .at(Pose::from_translation(vector![0.0, 0.0, height]))
+            .with_pose(Pose::from_translation(vector![0.0, 0.0, height]))
             .with_velocity(random.vector() * 0.3),
         Body::fixed(
             "floor",
@@ -90,7 +90,7 @@ fn case(random: &mut Random, ball: &Arc<Shape>, integrator: Integrator) -> Case 
         .unwrap(),
     ];
     if random.below(2) == 0 {
-        bodies.push(Body::prescribed("plate", Arc::clone(ball), skin, Arc::new(path)).unwrap());
+        bodies.push(Body::kinematic("plate", Arc::clone(ball), skin, Arc::new(path)).unwrap());
     }
     let asked_at = Arc::default();
     let force = Switched {
@@ -126,14 +126,14 @@ fn forwards_and_backwards_agree_in_a_thousand_worlds_with_a_switch() {
         } = case(&mut random, &ball, INTEGRATORS[number % 4]);
         let experiment = Experiment::new(&world, &plan);
         let by = [
-            Parameter::OfForces("before".into()),
-            Parameter::OfForces("after".into()),
-            Parameter::InitialVelocity("ball".into()),
+            Parameter::force_parameter("before"),
+            Parameter::force_parameter("after"),
+            Parameter::initial_velocity("ball"),
         ];
         experiment.value(&End).unwrap();
         let in_values = std::mem::take(&mut *asked_at.lock().unwrap());
         let [forward, reverse] = [Mode::Forward, Mode::Reverse]
-            .map(|mode| experiment.gradient_by(mode, &by, &End).unwrap().1);
+            .map(|mode| experiment.gradient_with_mode(mode, &by, &End).unwrap().1);
         let error = (&forward - &reverse).amax() / forward.amax();
         assert!(error <= SAME, "{number}, {plan:?}: {forward} {reverse}");
         let asked_at = asked_at.lock().unwrap();

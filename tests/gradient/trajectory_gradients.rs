@@ -25,13 +25,13 @@ const REAL_PARTS: f64 = 1e-11;
 
 fn everything() -> [Parameter; 8] {
     [
-        Parameter::InitialPosition("ball".into()),
-        Parameter::InitialOrientation("ball".into()),
-        Parameter::InitialVelocity("ball".into()),
-        Parameter::InitialSpin("ball".into()),
-        Parameter::Modulus("ball".into()),
-        Parameter::Modulus("slab".into()),
-        Parameter::Mass("ball".into()),
+        Parameter::initial_position("ball"),
+        Parameter::initial_orientation("ball"),
+        Parameter::initial_velocity("ball"),
+        Parameter::initial_angular_velocity("ball"),
+        Parameter::modulus("ball"),
+        Parameter::modulus("slab"),
+        Parameter::mass("ball"),
         Parameter::Gravity,
     ]
 }
@@ -48,10 +48,10 @@ fn thrown(dissipation: f64, friction: f64) -> World {
     let ball = Body::dynamic("ball", ball, skin(1e5), Mass::Density(240.0)).unwrap();
     let slab = Body::fixed("slab", slab, skin(4e5)).unwrap();
     World::new(vec![
-        ball.at(Pose::from_translation(vector![0.05, 0.02, 0.15]))
+        ball.with_pose(Pose::from_translation(vector![0.05, 0.02, 0.15]))
             .with_velocity(vector![0.3, 0.1, 0.0])
-            .with_spin(vector![1.0, 2.0, 0.5]),
-        slab.at(Pose::from_translation(vector![0.0, 0.0, -0.5])),
+            .with_angular_velocity(vector![1.0, 2.0, 0.5]),
+        slab.with_pose(Pose::from_translation(vector![0.0, 0.0, -0.5])),
     ])
     .unwrap()
     .with_gravity(vector![0.0, 0.0, -9.81])
@@ -77,10 +77,10 @@ fn with_friction_and_dissipation_every_gradient_equals_differences() {
     let world = thrown(0.4, 0.3);
     let mut parameters = everything().to_vec();
     parameters.extend([
-        Parameter::Friction("ball".into()),
-        Parameter::Friction("slab".into()),
-        Parameter::Dissipation("ball".into()),
-        Parameter::Dissipation("slab".into()),
+        Parameter::friction("ball"),
+        Parameter::friction("slab"),
+        Parameter::dissipation("ball"),
+        Parameter::dissipation("slab"),
     ]);
     let check = Experiment::new(&world, &plan())
         .difference_check(&parameters, &FinalState::of_body(&world, "ball").unwrap());
@@ -94,8 +94,8 @@ fn the_papers_scheme_has_gradients_too() {
     let world = thrown(0.4, 0.3);
     let experiment = Experiment::new(&world, &plan().with_integrator(Integrator::SymplecticEuler));
     let parameters = [
-        Parameter::InitialVelocity("ball".into()),
-        Parameter::Friction("ball".into()),
+        Parameter::initial_velocity("ball"),
+        Parameter::friction("ball"),
     ];
     let check = experiment
         .difference_check(&parameters, &FinalState::of_body(&world, "ball").unwrap())
@@ -107,8 +107,8 @@ fn the_papers_scheme_has_gradients_too() {
 fn recorded_states_have_the_derivatives_of_shorter_rollouts() {
     let world = thrown(0.0, 0.0);
     let parameters = [
-        Parameter::InitialVelocity("ball".into()),
-        Parameter::InitialSpin("ball".into()),
+        Parameter::initial_velocity("ball"),
+        Parameter::initial_angular_velocity("ball"),
     ];
     let recorded = Experiment::new(&world, &Plan::new(4e-4, 600).unwrap().recording_every(200));
     let all = recorded
@@ -165,9 +165,9 @@ fn real_parts_of_a_dual_rollout_are_the_rollout() {
         let ball = &mut start.bodies[0];
         ball.pose = ball.pose.moved_by(&Twist::from_vector(&seeds));
         let plan = plan().recording_every(100);
-        let dual = lifted.rollout(&plan).starting_from(start).unwrap();
-        let dual = dual.recorded().unwrap().real();
-        let real = world.rollout(&plan).recorded().unwrap();
+        let dual = lifted.rollout(&plan).with_state(start).unwrap();
+        let dual = dual.run().unwrap().real();
+        let real = world.rollout(&plan).run().unwrap();
         for (a, b) in dual.states().iter().zip(real.states()) {
             let (a, b) = (&a.bodies[0], &b.bodies[0]);
             let pose = (a.pose.translation() - b.pose.translation()).amax();
@@ -191,16 +191,16 @@ fn jacobians_by_more_than_96_numbers_take_two_rollouts() {
     let world = world.with_control(control).unwrap();
     let experiment = Experiment::new(&world, &Plan::new(0.1, 5).unwrap());
     let outcome = FinalState::of_body(&world, "ball").unwrap();
-    assert_eq!(experiment.steps_by(0), 5);
+    assert_eq!(experiment.step_count_for(0), 5);
     // 96 numbers and 102.
     for (intervals, steps) in [(1, 5), (16, 5), (INTERVALS, 10)] {
-        let by = (0..intervals).map(|interval| Parameter::Control("ball".into(), interval));
+        let by = (0..intervals).map(|interval| Parameter::control("ball", interval));
         let by: Vec<_> = by.collect();
         let taken = Arc::new(AtomicUsize::new(0));
-        let counted = experiment.clone().counted_by(Arc::clone(&taken));
+        let counted = experiment.clone().with_step_counter(Arc::clone(&taken));
         counted.jacobian(&by, &outcome).unwrap();
         assert_eq!(taken.load(Ordering::Relaxed), steps);
-        assert_eq!(experiment.steps_by(6 * intervals), steps);
+        assert_eq!(experiment.step_count_for(6 * intervals), steps);
     }
 }
 
@@ -208,7 +208,7 @@ fn jacobians_by_more_than_96_numbers_take_two_rollouts() {
 #[test]
 fn gradients_use_reverse_mode_from_13_numbers_or_97_with_implicit_steps() {
     let world = thrown(0.0, 0.0);
-    let mass = || Parameter::Mass("ball".into());
+    let mass = || Parameter::mass("ball");
     for (integrator, most) in [
         (Integrator::Leapfrog, 12),
         (Integrator::SymplecticEuler, 12),
@@ -248,9 +248,9 @@ fn differences_by_a_material_are_taken_over_parts_of_its_number() {
     let experiment = Experiment::new(&world, &Plan::new(1e-3, 200).unwrap());
     let outcome = FinalState::of_body(&world, "ball").unwrap();
     let numbers = [
-        (Parameter::Modulus("ball".into()), 1e5),
-        (Parameter::Dissipation("ball".into()), 0.4),
-        (Parameter::Friction("slab".into()), 0.3),
+        (Parameter::modulus("ball"), 1e5),
+        (Parameter::dissipation("ball"), 0.4),
+        (Parameter::friction("slab"), 0.3),
     ];
     for (parameter, number) in numbers {
         let parameters = [parameter];
@@ -259,7 +259,7 @@ fn differences_by_a_material_are_taken_over_parts_of_its_number() {
         let after = |change| {
             DVector::from(
                 experiment
-                    .value_after(&parameters, &[change], &outcome)
+                    .value_perturbed(&parameters, &[change], &outcome)
                     .unwrap(),
             )
         };
@@ -291,7 +291,7 @@ fn a_derivative_by_a_dissipation_of_zero_is_checked() {
     let world = thrown(0.0, 0.0);
     let experiment = Experiment::new(&world, &Plan::new(1e-3, 200).unwrap());
     let check = experiment
-        .difference_check(&[Parameter::Dissipation("ball".into())], &Forgotten)
+        .difference_check(&[Parameter::dissipation("ball")], &Forgotten)
         .unwrap();
     assert!((check.best() - 1.0).abs() <= REAL_PARTS, "{check}");
 }
@@ -312,20 +312,17 @@ fn a_body_on_a_path_has_derivatives_by_its_material() {
         };
         BodyState { pose, twist }
     };
-    let table = Body::prescribed("table", table, skin, Arc::new(rising)).unwrap();
-    let ball = ball.at(Pose::from_translation(vector![0.0, 0.0, 0.099]));
+    let table = Body::kinematic("table", table, skin, Arc::new(rising)).unwrap();
+    let ball = ball.with_pose(Pose::from_translation(vector![0.0, 0.0, 0.099]));
     let world = World::new(vec![ball, table]).unwrap();
     let experiment = Experiment::new(&world, &Plan::new(1e-3, 100).unwrap());
-    let parameters = [
-        Parameter::Modulus("table".into()),
-        Parameter::Friction("table".into()),
-    ];
+    let parameters = [Parameter::modulus("table"), Parameter::friction("table")];
     let check = experiment
         .difference_check(&parameters, &FinalState::of_body(&world, "ball").unwrap())
         .unwrap();
     assert!(check.best() <= RUBBING, "{check}");
     let start = experiment.jacobian(
-        &[Parameter::InitialPosition("table".into())],
+        &[Parameter::initial_position("table")],
         &FinalState::of_body(&world, "ball").unwrap(),
     );
     assert!(matches!(start, Err(GradientError::NotDynamic { .. })));
@@ -345,13 +342,13 @@ fn a_changed_world_is_the_one_that_is_made_of_the_sums() {
     ];
     let of = |name: &str| {
         [
-            Parameter::Modulus(name.into()),
-            Parameter::Dissipation(name.into()),
-            Parameter::Friction(name.into()),
+            Parameter::modulus(name),
+            Parameter::dissipation(name),
+            Parameter::friction(name),
         ]
     };
     let parameters = [of("ball"), of("slab")].concat();
-    let changed = thrown(0.4, 0.3).changed(&parameters, &changes).unwrap();
+    let changed = thrown(0.4, 0.3).perturbed(&parameters, &changes).unwrap();
     let made = thrown(0.4, 0.3);
     for (body, start) in changed.bodies().iter().zip(made.bodies()) {
         let (found, material) = (body.material(), start.material());

@@ -51,7 +51,7 @@ fn hung(away: f64, rest_length: f64, damping: f64, scale: f64) -> World<f64, Spr
         Body::dynamic("ball", ball(), skin, Mass::Total(1.0)).unwrap(),
         Body::fixed("post", ball(), skin)
             .unwrap()
-            .at(Pose::from_translation(post)),
+            .with_pose(Pose::from_translation(post)),
     ];
     let arm = vector![away, 0.0, 0.0] * scale;
     let spring = Spring {
@@ -77,7 +77,7 @@ fn a_body_at_its_anchor_swings_back_by_the_cosine() {
         for scale in [1e-6, 1.0, 1e6] {
             let world = hung(0.0, 0.0, 0.0, scale);
             let experiment = Experiment::new(&world, &plan(integrator));
-            let by = [Parameter::InitialPosition("ball".into())];
+            let by = [Parameter::initial_position("ball")];
             let end = FinalState::of_body(&world, "ball").unwrap();
             let jacobian = experiment.jacobian(&by, &end).unwrap().jacobian;
             for axis in 0..3 {
@@ -98,13 +98,19 @@ fn forwards_backwards_and_differences_agree_at_length_zero() {
             for axis in 0..3 {
                 for parameter in [Parameter::InitialPosition, Parameter::InitialVelocity] {
                     let by = [parameter("ball".into())];
-                    let [forward, reverse] = [Mode::Forward, Mode::Reverse]
-                        .map(|mode| experiment.gradient_by(mode, &by, &Along(axis)).unwrap().1);
+                    let [forward, reverse] = [Mode::Forward, Mode::Reverse].map(|mode| {
+                        experiment
+                            .gradient_with_mode(mode, &by, &Along(axis))
+                            .unwrap()
+                            .1
+                    });
                     assert!((&forward - &reverse).amax() <= SAME * forward.amax());
                     let value = |sign: f64| {
                         let mut change = [0.0; 3];
                         change[axis] = sign * CHANGE;
-                        experiment.value_after(&by, &change, &Along(axis)).unwrap()[0]
+                        experiment
+                            .value_perturbed(&by, &change, &Along(axis))
+                            .unwrap()[0]
                     };
                     let difference = (value(1.0) - value(-1.0)) / (2.0 * CHANGE);
                     let error = (forward[axis] - difference).abs();

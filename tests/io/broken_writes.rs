@@ -23,8 +23,8 @@ fn world(skin: Material) -> World {
     let floor = Shape::new(shapes::cuboid([1.0, 1.0, 0.2]).unwrap());
     let floor = Body::fixed("floor", floor, skin).unwrap();
     let world = World::new(vec![
-        ball.at(Pose::from_translation(vector![0.0, 0.0, 0.11])),
-        floor.at(Pose::from_translation(vector![0.0, 0.0, -0.1])),
+        ball.with_pose(Pose::from_translation(vector![0.0, 0.0, 0.11])),
+        floor.with_pose(Pose::from_translation(vector![0.0, 0.0, -0.1])),
     ]);
     world
         .unwrap()
@@ -80,7 +80,7 @@ const WHOLE: &[&str] = if cfg!(feature = "parquet") {
 
 fn recorded(world: &World) -> Trajectory {
     let rollout = world.rollout(&Plan::new(TIME_STEP, 300).unwrap());
-    rollout.recorded().unwrap()
+    rollout.run().unwrap()
 }
 
 /// Writes a file of more than 16 KiB.
@@ -168,7 +168,7 @@ fn a_process_killed_while_it_writes_leaves_a_file_as_it_was() {
 fn what_is_left_of_a_rollout_can_be_written() {
     let world = world(Material::elastic(1e150).with_dissipation(1e150));
     let rollout = world.rollout(&Plan::new(TIME_STEP, 1_000).unwrap());
-    let interrupted = rollout.recorded().unwrap_err();
+    let interrupted = rollout.run().unwrap_err();
     let folder = folder("interrupted");
     let (table, recording) = (folder.join("a.csv"), folder.join("a.glb"));
     write_trajectory(&table, &world, &interrupted.trajectory).unwrap();

@@ -47,9 +47,9 @@ fn world() -> World {
     let start = Pose::from_rotation_vector(&vector![0.3, 2.0, 0.1], vector![0.1, 0.0, 0.22]);
     let ball = Body::dynamic(BALL, ball, skin, Mass::Total(1.0)).unwrap();
     let ball = ball
-        .at(start)
+        .with_pose(start)
         .with_velocity(vector![1e-9, -0.1, 0.0])
-        .with_spin(vector![1.0, 20.0, -3.0]);
+        .with_angular_velocity(vector![1.0, 20.0, -3.0]);
     let floor = Body::fixed("floor", slab, skin).unwrap();
     let world = World::new(vec![ball, floor]).unwrap();
     world.with_gravity(vector![0.0, 0.0, -9.81]).unwrap()
@@ -57,7 +57,7 @@ fn world() -> World {
 
 fn trajectory(world: &World) -> Trajectory {
     let plan = Plan::new(1e-3, 300).unwrap().recording_every(3);
-    world.rollout(&plan).recorded().unwrap()
+    world.rollout(&plan).run().unwrap()
 }
 
 fn file(name: &str) -> PathBuf {

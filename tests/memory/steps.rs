@@ -22,8 +22,8 @@ fn scene(skin: Material) -> World {
     let floor = Shape::new(shapes::cuboid([2.0, 2.0, 0.2]).unwrap());
     let falling = |name, shape: &Arc<Shape>, x, z| {
         let body = Body::dynamic(name, Arc::clone(shape), skin, Mass::Total(1.0)).unwrap();
-        body.at(Pose::from_translation(vector![x, 0.0, z]))
-            .with_spin(vector![1.0, 2.0, 0.5])
+        body.with_pose(Pose::from_translation(vector![x, 0.0, z]))
+            .with_angular_velocity(vector![1.0, 2.0, 0.5])
     };
     World::new(vec![
         Body::fixed("floor", floor, skin).unwrap(),

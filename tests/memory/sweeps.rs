@@ -26,9 +26,9 @@ fn world() -> World {
         let start = Pose::from_rotation_vector(&vector![0.0, 0.0, 0.3 * place], position);
         let mass = Mass::Total(1.0);
         let body = Body::dynamic(&format!("brick {number}"), Arc::clone(&shape), skin, mass);
-        let body = body.unwrap().at(start);
+        let body = body.unwrap().with_pose(start);
         body.with_velocity(vector![0.0, 0.1 * place, 0.0])
-            .with_spin(vector![0.0, 0.0, 1.0])
+            .with_angular_velocity(vector![0.0, 0.0, 1.0])
     };
     let floor = Body::fixed("floor", HalfSpace::rigid(), Material::rigid()).unwrap();
     let bodies = (0..BODIES).map(brick).chain([floor]).collect();
@@ -57,7 +57,7 @@ fn swept(experiment: &Experiment, memory: usize) -> (DVector<f64>, usize) {
     };
     let parameters: Vec<_> = (0..BODIES).flat_map(starts).collect();
     let experiment = experiment.clone().with_memory(memory);
-    let swept = experiment.gradient_by(Mode::Reverse, &parameters, &Heights);
+    let swept = experiment.gradient_with_mode(Mode::Reverse, &parameters, &Heights);
     let (_, gradient) = swept.unwrap();
     (gradient, dhat::HeapStats::get().max_bytes)
 }

@@ -4,7 +4,7 @@ use crate::support::scenes::Random;
 use crate::text_and_bits::{TIME_STEP, saved, trajectory_bits};
 use hydroelastic::contact::{HalfSpace, RigidShape, Shape};
 use hydroelastic::dynamics::{
-    Body, BodyShape, Integrator, Mass, Material, Plan, Spring, World, WorldError,
+    Body, BodyShape, Integrator, Mass, Material, Plan, Spring, World, WorldBuilder, WorldError,
 };
 use hydroelastic::mesh::{TriangleSurface, shapes};
 use hydroelastic::spatial::{MassProperties, Pose};
@@ -62,13 +62,13 @@ fn world(kit: &Kit, random: &mut Random) -> Result<World<f64, Vec<Spring>>, Worl
         let (shape, skin) = shape(kit, random);
         let mass = match random.below(3) {
             0 => Mass::Total(10_f64.powf(random.between(-3.0, 3.0))),
-            _ => Mass::Given(properties(random)),
+            _ => Mass::Properties(properties(random)),
         };
         let place = vector![0.0, 0.0, 0.1] + random.vector() * 0.06;
         let pose = Pose::from_rotation_vector(&random.rotation_vector(), place);
-        let body = Body::dynamic(name, shape, skin, mass)?.at(pose);
+        let body = Body::dynamic(name, shape, skin, mass)?.with_pose(pose);
         let body = body.with_velocity(random.vector());
-        bodies.push(body.with_spin(random.vector() * 3.0));
+        bodies.push(body.with_angular_velocity(random.vector() * 3.0));
     }
     let floors: [(BodyShape, Material); 2] = [
         (HalfSpace::rigid().into(), Material::rigid()),
@@ -90,8 +90,19 @@ fn world(kit: &Kit, random: &mut Random) -> Result<World<f64, Vec<Spring>>, Worl
     let springs = vec![spring; random.below(2)];
     let ignored = [["a", "floor"], ["b", "floor"], ["a", "b"]];
     let count = bodies.len();
-    let mut world = World::new_ignoring(bodies, if count == 3 { &ignored } else { &ignored[..1] })
-        .and_then(|world| world.with_gravity(random.vector() * 10.0))?
+    let ignored = if count == 3 {
+        &ignored[..]
+    } else {
+        &ignored[..1]
+    };
+    let builder = World::builder()
+        .bodies(bodies)
+        .gravity(random.vector() * 10.0);
+    let ignoring = |builder: WorldBuilder, pair: &[&str; 2]| builder.ignore(pair[0], pair[1]);
+    let mut world = ignored
+        .iter()
+        .fold(builder, ignoring)
+        .build()?
         .with_forces(springs)?;
     if random.below(2) == 0 {
         world = world.with_slip_tolerance(10_f64.powf(random.between(-6.0, 0.0)))?;
@@ -130,19 +141,19 @@ fn assert_loaded_as_saved(count: usize) {
         let integrator = [Integrator::Leapfrog, Integrator::Sdirk3][loaded % 2];
         let plan = Plan::new(TIME_STEP, 2).unwrap().with_integrator(integrator);
         let plan = plan.without_stability_check();
-        let states = match world.rollout(&plan).recorded() {
+        let states = match world.rollout(&plan).run() {
             Ok(trajectory) => trajectory,
             Err(interrupted) => interrupted.trajectory,
         };
         // The initial state, and the state after some steps.
         for start in [&world.initial_state(), states.last()] {
-            let world = world.clone().starting_from(start).unwrap();
+            let world = world.clone().with_initial_state(start).unwrap();
             let text = saved(&world);
             let again: World<f64, Vec<Spring>> =
                 serde_json::from_str(&text).unwrap_or_else(|error| panic!("{error}: {text}"));
             assert_eq!(saved(&again), text);
             let [expected, found] = [&world, &again].map(|world| {
-                let recorded = world.rollout(&plan).recorded();
+                let recorded = world.rollout(&plan).run();
                 recorded.unwrap_or_else(|interrupted| interrupted.trajectory)
             });
             assert_eq!(trajectory_bits(&expected), trajectory_bits(&found));
@@ -162,7 +173,7 @@ fn plates_rounded_to_five_digits_are_bodies_and_can_be_loaded() {
         [1.0, 1.0, 2.0001],
     ] {
         let cube = Shape::new(shapes::cuboid([0.1; 3]).unwrap());
-        let mass = Mass::Given(MassProperties {
+        let mass = Mass::Properties(MassProperties {
             mass: 1.0,
             center_of_mass: Vector3::zeros(),
             inertia: Matrix3::from_diagonal(&moments.into()),

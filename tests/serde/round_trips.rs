@@ -5,7 +5,7 @@ use crate::text_and_bits::{
 };
 use hydroelastic::contact::Shape;
 use hydroelastic::dynamics::{
-    Body, BodyState, Integrator, Mass, Material, Plan, State, Topology, Trajectory, World,
+    Body, BodyState, ContactTopology, Integrator, Mass, Material, Plan, State, Trajectory, World,
 };
 use hydroelastic::gradient::{DifferenceCheck, Experiment, FinalPosition, Parameter};
 use hydroelastic::mesh::{TriangleSurface, shapes};
@@ -36,11 +36,11 @@ fn world() -> World {
     let world = World::new(vec![
         Body::dynamic("block", Arc::clone(&block), skin, Mass::Total(1.0))
             .unwrap()
-            .at(start)
+            .with_pose(start)
             .with_velocity(vector![1e-9, -0.1, 0.0])
-            .with_spin(vector![1.0, 9.0, -3.0]),
-        Body::fixed("floor", slab, skin).unwrap().at(tilt),
-        Body::prescribed("paddle", block, skin, Arc::new(path)).unwrap(),
+            .with_angular_velocity(vector![1.0, 9.0, -3.0]),
+        Body::fixed("floor", slab, skin).unwrap().with_pose(tilt),
+        Body::kinematic("paddle", block, skin, Arc::new(path)).unwrap(),
     ]);
     let world = world.unwrap();
     world.with_gravity(vector![0.0, 0.0, -9.81]).unwrap()
@@ -50,7 +50,7 @@ fn trajectory(integrator: Integrator) -> Trajectory {
     let world = world();
     let plan = Plan::new(TIME_STEP, 600).unwrap();
     let rollout = world.rollout(&plan.with_integrator(integrator));
-    rollout.recorded().unwrap()
+    rollout.run().unwrap()
 }
 
 #[test]
@@ -104,11 +104,11 @@ fn a_rollout_goes_on_from_a_loaded_state_with_the_same_bits() {
             .with_integrator(integrator);
         let uninterrupted = trajectory_bits(&trajectory(integrator));
         for stop in [0, 1, 137, 400] {
-            let first = world.rollout(&plan.with_steps(stop)).recorded().unwrap();
+            let first = world.rollout(&plan.with_steps(stop)).run().unwrap();
             let loaded = reloaded(first.last());
             let rest = world.rollout(&plan.with_steps(600 - stop));
-            let rest = rest.starting_from(loaded).unwrap();
-            let rest = rest.recorded().unwrap();
+            let rest = rest.with_state(loaded).unwrap();
+            let rest = rest.run().unwrap();
             assert_eq!(trajectory_bits(&rest), uninterrupted[stop..]);
         }
     }
@@ -178,10 +178,12 @@ fn topologies_and_difference_checks_come_back() {
     let world = world();
     let plan = Plan::new(TIME_STEP, 40).unwrap();
     let fall = Plan::new(TIME_STEP, 2000).unwrap().recording_every(20);
-    let fall = world.rollout(&fall).recorded().unwrap();
+    let fall = world.rollout(&fall).run().unwrap();
     let topologies = fall.states().iter().map(|it| world.topology(it).unwrap());
-    let topology = topologies.max_by_key(Topology::polygon_count).unwrap();
-    let reloaded_topology: Topology = reloaded(&topology);
+    let topology = topologies
+        .max_by_key(ContactTopology::polygon_count)
+        .unwrap();
+    let reloaded_topology: ContactTopology = reloaded(&topology);
     assert_eq!(reloaded_topology, topology);
     assert!(topology.polygon_count() > 0);
     let outcome = FinalPosition::of_body(&world, "block").unwrap();

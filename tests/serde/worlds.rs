@@ -19,7 +19,7 @@ fn furnished() -> World<f64, Spring> {
     let floor = Shape::new(shapes::cuboid([2.0, 2.0, 0.2]).unwrap());
     let at = |body: Body, x: f64, z: f64| {
         let turn = vector![0.1, x, -0.2];
-        body.at(Pose::from_rotation_vector(&turn, vector![x, 0.0, z]))
+        body.with_pose(Pose::from_rotation_vector(&turn, vector![x, 0.0, z]))
     };
     let dynamic = |name, shape: Arc<Shape>| Body::dynamic(name, shape, skin, Mass::Total(1.3));
     let spring = Spring {
@@ -43,7 +43,7 @@ fn furnished() -> World<f64, Spring> {
     .and_then(|world| world.with_gravity(vector![0.1, 0.0, -9.81]))
     .and_then(|world| world.with_slip_tolerance(2e-3))
     .and_then(|world| world.with_force_parameter("stiffness", 0.3))
-    .and_then(|world| world.ignoring("ball", "other ball"))
+    .and_then(|world| world.with_ignored("ball", "other ball"))
     .and_then(|world| world.with_control(control))
     .and_then(|world| world.with_forces(spring))
     .unwrap()
@@ -62,7 +62,7 @@ fn loaded_worlds_have_the_same_rollouts_and_gradients_bit_for_bit() {
     let checked = plan.without_stability_check();
     assert_eq!(reloaded(&checked), checked);
     assert_eq!(saved(&loaded), saved(&world));
-    let [expected, found] = [&world, &loaded].map(|it| it.rollout(&loaded_plan).recorded());
+    let [expected, found] = [&world, &loaded].map(|it| it.rollout(&loaded_plan).run());
     let expected = expected.unwrap();
     assert_eq!(trajectory_bits(&expected), trajectory_bits(&found.unwrap()));
     // Shapes that were shared are shared again.
@@ -71,10 +71,7 @@ fn loaded_worlds_have_the_same_rollouts_and_gradients_bit_for_bit() {
         shapes[0].shape().compliant().unwrap(),
         shapes[1].shape().compliant().unwrap()
     ));
-    let parameters = [
-        Parameter::Control("brick".into(), 1),
-        Parameter::Mass("ball".into()),
-    ];
+    let parameters = [Parameter::control("brick", 1), Parameter::mass("ball")];
     let jacobian = |world: &World<f64, Spring>| {
         let outcome = FinalPosition::of_body(world, "brick").unwrap();
         Experiment::new(world, &plan)
@@ -85,8 +82,8 @@ fn loaded_worlds_have_the_same_rollouts_and_gradients_bit_for_bit() {
     assert_eq!(jacobian[0], jacobian[1]);
     assert_eq!(reloaded(&jacobian[0]), jacobian[0]);
     // From the middle of a rollout too.
-    let middle = world.starting_from(&expected.states()[3]).unwrap();
-    let [one, other] = [&middle, &reloaded(&middle)].map(|it| it.rollout(&plan).recorded());
+    let middle = world.with_initial_state(&expected.states()[3]).unwrap();
+    let [one, other] = [&middle, &reloaded(&middle)].map(|it| it.rollout(&plan).run());
     assert_eq!(
         trajectory_bits(&one.unwrap()),
         trajectory_bits(&other.unwrap())
@@ -167,7 +164,7 @@ fn plans_are_checked_and_paths_are_not_saved() {
         twist: Twist::zero(),
     });
     let shape = Shape::new(shapes::cuboid([1.0; 3]).unwrap());
-    let driven = Body::prescribed("driven", shape, Material::elastic(1e5), path).unwrap();
+    let driven = Body::kinematic("driven", shape, Material::elastic(1e5), path).unwrap();
     let error = serde_json::to_string(&World::new(vec![driven]).unwrap()).unwrap_err();
     assert!(
         error.to_string().contains("\"driven\" follows a path"),

@@ -9,7 +9,7 @@ use std::path::Path;
 /// Lowest first: a module uses only modules before it.
 const MODULES: [&str; 18] = [
     "guide",
-    "threads",
+    "parallel",
     "lanes",
     "scalar",
     "spatial",
@@ -34,7 +34,7 @@ const DOORS: [(&str, &[&str]); 16] = [
     ("wide", &["friction", "lanes"]),
     ("rstar", &["broad_phase"]),
     ("num_dual", &["scalar"]),
-    ("rayon", &["threads"]),
+    ("rayon", &["parallel"]),
     ("num_traits", &["scalar"]),
     ("vtkio", &["io"]),
     ("mshio", &["io"]),

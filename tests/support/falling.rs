@@ -3,7 +3,7 @@
 use super::hulls::hull;
 use super::scenes::Random;
 use hydroelastic::contact::{HalfSpace, RigidShape, Shape};
-use hydroelastic::dynamics::{Body, BodyState, Mass, Material, PrescribedPath, World};
+use hydroelastic::dynamics::{Body, BodyState, KinematicPath, Mass, Material, World};
 use hydroelastic::mesh::{PressureField, TriangleSurface, shapes};
 use hydroelastic::spatial::{Pose, Twist};
 use nalgebra::{Vector3, vector};
@@ -58,12 +58,12 @@ fn falling_body(name: &str, top: &mut f64, random: &mut Random) -> (Body, String
     let mass = Mass::Total(random.between(0.2, 1.0));
     let body = Body::dynamic(name, Shape::new(field), skin, mass).unwrap();
     let body = body
-        .at(Pose::from_rotation_vector(
+        .with_pose(Pose::from_rotation_vector(
             &random.rotation_vector(),
             position,
         ))
         .with_velocity(velocity)
-        .with_spin(random.vector() * 4.0);
+        .with_angular_velocity(random.vector() * 4.0);
     (body, format!("{label} {modulus:.0e}"))
 }
 
@@ -134,26 +134,26 @@ fn floor(random: &mut Random) -> (Body, String) {
         1 => {
             let block = RigidShape::new(TriangleSurface::around(block.mesh()).unwrap());
             let floor = Body::fixed("floor", block, hard).unwrap();
-            (floor.at(below), "rigid block".into())
+            (floor.with_pose(below), "rigid block".into())
         }
         2 => {
             let floor = Body::fixed("floor", Shape::new(block), skin).unwrap();
-            (floor.at(below), format!("block {modulus:.0e}"))
+            (floor.with_pose(below), format!("block {modulus:.0e}"))
         }
         3 => {
-            let floor = Body::prescribed("floor", HalfSpace::rigid(), hard, path).unwrap();
+            let floor = Body::kinematic("floor", HalfSpace::rigid(), hard, path).unwrap();
             (floor, "moving half-space".into())
         }
         _ => {
             let paddle = Shape::new(shapes::cuboid([0.5, 0.4, 0.04]).unwrap());
-            let paddle = Body::prescribed("paddle", paddle, skin, path).unwrap();
+            let paddle = Body::kinematic("paddle", paddle, skin, path).unwrap();
             (paddle, format!("paddle {modulus:.0e}"))
         }
     }
 }
 
 /// Swings up, aside and about y, at up to 0.6 m/s and 0.6 rad/s.
-fn path(random: &mut Random) -> Arc<PrescribedPath> {
+fn path(random: &mut Random) -> Arc<KinematicPath> {
     let [up, aside, tilt] = [0.03, 0.03, 0.03].map(|size| random.between(-size, size));
     let [rate, phase] = [
         random.between(1.0, 3.0) * TAU,

@@ -18,5 +18,6 @@ pub mod moving;
 pub mod octahedra;
 pub mod reference;
 pub mod scenes;
+pub mod starts;
 pub mod subdivisions;
 pub mod sweep;

@@ -235,8 +235,8 @@ fn heap() -> World {
         );
         let quaternion = [[1, 2, 2, 4], [4, -2, 1, 2], [2, -1, 4, 2]][index as usize % 3];
         body.unwrap()
-            .at(pose(quaternion, cell * 0.1875 + vector![0.0, 0.0, 0.09375]))
-            .with_spin(vector![2.0, -1.0, 0.5])
+            .with_pose(pose(quaternion, cell * 0.1875 + vector![0.0, 0.0, 0.09375]))
+            .with_angular_velocity(vector![2.0, -1.0, 0.5])
     };
     let ground = Body::fixed("ground", HalfSpace::layer(0.05).unwrap(), skin).unwrap();
     let world = World::new((0..8).map(falling).chain([ground]).collect()).unwrap();
@@ -251,10 +251,10 @@ fn rollout((integrator, steps): (Integrator, usize)) -> Vec<u8> {
 
 fn jacobian() -> Vec<u8> {
     let by = [
-        Parameter::InitialVelocity("body 7".into()),
-        Parameter::InitialSpin("body 0".into()),
-        Parameter::Friction("body 0".into()),
-        Parameter::Modulus("body 1".into()),
+        Parameter::initial_velocity("body 7"),
+        Parameter::initial_angular_velocity("body 0"),
+        Parameter::friction("body 0"),
+        Parameter::modulus("body 1"),
         Parameter::Gravity,
     ];
     let world = heap();

@@ -3,3 +3,5 @@
 mod every_processor;
 mod reproducible;
 mod same_bits;
+#[path = "../support/starts.rs"]
+mod starts;

@@ -1,10 +1,11 @@
 //! Threads change no bit: of one large contact, of a step of many contacts, of a batch, of a batch of gradients. Without
 //! the feature `parallel` all of it runs on one thread, and the same tests hold.
 
+use crate::starts::starting_from;
 use hydroelastic::contact::{ContactBody, ContactPair, Shape, SurfaceLaw};
 use hydroelastic::dynamics::{
-    Batch, Body, Force, Integrator, Mass, Material, Plan, Progress, RolloutError, Situation, State,
-    World, WorldError, Wrenches,
+    Batch, Body, Force, ForceContext, Integrator, Mass, Material, Plan, Progress, RolloutError,
+    State, World, WorldError, WrenchAccumulator,
 };
 use hydroelastic::gradient::{Experiment, FinalPosition, FinalState, GradientError, Parameter};
 use hydroelastic::mesh::{PressureField, shapes};
@@ -13,6 +14,7 @@ use hydroelastic::spatial::{Pose, Twist};
 use nalgebra::{Vector3, vector};
 use std::collections::BTreeSet;
 use std::ops::ControlFlow;
+use std::slice;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::{Arc, Mutex};
 
@@ -26,13 +28,14 @@ fn falling(name: &str, shape: &Arc<Shape>, at: Vector3<f64>) -> Body {
         .with_friction(0.4);
     let body = Body::dynamic(name, Arc::clone(shape), skin, Mass::Total(1.0)).unwrap();
     let pose = Pose::from_rotation_vector(&(at * 3.0), at);
-    body.at(pose).with_spin(vector![2.0, -1.0, 0.5])
+    body.with_pose(pose)
+        .with_angular_velocity(vector![2.0, -1.0, 0.5])
 }
 
 fn floor() -> Body {
     let floor = Shape::new(shapes::cuboid([2.0, 2.0, 0.2]).unwrap());
     let floor = Body::fixed("floor", floor, Material::elastic(1e6).with_friction(0.5)).unwrap();
-    floor.at(Pose::from_translation(vector![0.0, 0.0, -0.1]))
+    floor.with_pose(Pose::from_translation(vector![0.0, 0.0, -0.1]))
 }
 
 fn with_gravity(bodies: Vec<Body>) -> World {
@@ -179,8 +182,8 @@ fn a_step_of_many_contacts_has_the_same_bits_whatever_the_number_of_threads() {
     assert_same_for_any_number_of_threads(last);
     // In a batch a rollout keeps to one thread.
     let batch = Batch::new(&plan);
-    let alone = batch.starting_from(&world, &[world.initial_state()]);
-    assert!(bits(alone.unwrap()[0].as_ref().unwrap().last()) == last());
+    let alone = batch.rollouts(slice::from_ref(&world));
+    assert!(bits(alone[0].as_ref().unwrap().last()) == last());
 }
 
 /// Starts of the ball at so many heights (m).
@@ -205,14 +208,14 @@ fn a_batch_has_the_trajectories_of_its_rollouts_one_by_one_in_their_order() {
     let one_by_one: Vec<u64> = (starts.iter())
         .flat_map(|start| {
             let rollout = world.rollout(&plan);
-            let rollout = rollout.starting_from(start.clone()).unwrap();
-            let recorded = rollout.recorded().unwrap();
+            let rollout = rollout.with_state(start.clone()).unwrap();
+            let recorded = rollout.run().unwrap();
             recorded.states().iter().flat_map(bits).collect::<Vec<_>>()
         })
         .collect();
     let batch = Batch::new(&plan);
     let together = || {
-        let trajectories = batch.starting_from(&world, &starts).unwrap();
+        let trajectories = batch.rollouts(&starting_from(&world, &starts));
         let states = trajectories
             .iter()
             .flat_map(|t| t.as_ref().unwrap().states());
@@ -226,22 +229,22 @@ fn a_batch_has_the_trajectories_of_its_rollouts_one_by_one_in_their_order() {
 fn a_batch_of_worlds_has_the_trajectories_of_the_worlds() {
     let moduli = [0.0, 1e5, 2e5, 3e5];
     let worlds = moduli.map(|change| {
-        let parameters = [Parameter::Modulus("ball".into())];
-        drop().changed(&parameters, &[change]).unwrap()
+        let parameters = [Parameter::modulus("ball")];
+        drop().perturbed(&parameters, &[change]).unwrap()
     });
     let plan = Plan::new(TIME_STEP, 60).unwrap();
-    let found = Batch::new(&plan).of_worlds(&worlds);
+    let found = Batch::new(&plan).rollouts(&worlds);
     assert_eq!(found.len(), worlds.len());
     for (world, found) in worlds.iter().zip(found) {
-        let expected = world.rollout(&plan).recorded().unwrap();
+        let expected = world.rollout(&plan).run().unwrap();
         assert!(bits(found.unwrap().last()) == bits(expected.last()));
     }
 }
 
 fn by() -> [Parameter; 2] {
     [
-        Parameter::InitialVelocity("ball".into()),
-        Parameter::Friction("ball".into()),
+        Parameter::initial_velocity("ball"),
+        Parameter::friction("ball"),
     ]
 }
 
@@ -257,8 +260,14 @@ fn values_and_jacobians_after_changes_have_the_same_bits_whatever_the_number_of_
     let outcome = FinalState::of_body(&world, "ball").unwrap();
     let batch = Batch::new(&Plan::new(TIME_STEP, 80).unwrap().recording_every(80));
     let read = || {
-        let values = batch.values_after(&world, &by(), &samples, &outcome);
-        let jacobians = batch.jacobians_after(&world, &by(), &samples, &outcome);
+        let values = batch.map(&samples, |job, sample| {
+            job.experiment(world.perturbed(&by(), sample)?)
+                .value(&outcome)
+        });
+        let jacobians = batch.map(&samples, |job, sample| {
+            job.experiment(world.perturbed(&by(), sample)?)
+                .jacobian(&by(), &outcome)
+        });
         let mut numbers = Vec::new();
         for (value, jacobian) in values.into_iter().zip(jacobians) {
             let (value, jacobian) = (value.unwrap(), jacobian.unwrap());
@@ -276,12 +285,15 @@ fn jacobians_of_worlds_are_those_of_each_experiment() {
     let plan = Plan::new(TIME_STEP, 80).unwrap();
     let outcome = FinalState::of_body(&drop(), "ball").unwrap();
     let samples = samples();
-    let changed = samples.iter().map(|it| drop().changed(&by(), it));
+    let changed = samples.iter().map(|it| drop().perturbed(&by(), it));
     let worlds: Vec<_> = changed.map(Result::unwrap).collect();
-    let found = Batch::new(&plan).jacobians_of_worlds(&worlds, &by(), &outcome);
+    let found = Batch::new(&plan).map(&worlds, |job, world| {
+        job.experiment(world).jacobian(&by(), &outcome)
+    });
     let steps = Arc::new(AtomicUsize::new(0));
     for (world, found) in worlds.iter().zip(found) {
-        let experiment = Experiment::new(world.clone(), &plan).counted_by(Arc::clone(&steps));
+        let experiment =
+            Experiment::new(world.clone(), &plan).with_step_counter(Arc::clone(&steps));
         let expected = experiment.jacobian(&by(), &outcome);
         assert_eq!(found.unwrap(), expected.unwrap());
     }
@@ -294,12 +306,10 @@ fn a_sample_that_makes_no_world_is_an_error_among_the_others() {
     let outcome = FinalPosition::of_body(&world, "ball").unwrap();
     let batch = Batch::new(&Plan::new(TIME_STEP, 10).unwrap());
     let samples = [vec![0.0], vec![-1.0], vec![0.0, 0.0], vec![0.1]];
-    let values = batch.values_after(
-        &world,
-        &[Parameter::Friction("ball".into())],
-        &samples,
-        &outcome,
-    );
+    let values = batch.map(&samples, |job, sample| {
+        job.experiment(world.perturbed(&[Parameter::friction("ball")], sample)?)
+            .value(&outcome)
+    });
     assert!(values[0].is_ok() && values[3].is_ok());
     let range = values[1].as_ref().unwrap_err();
     assert!(matches!(
@@ -307,9 +317,12 @@ fn a_sample_that_makes_no_world_is_an_error_among_the_others() {
         GradientError::World(WorldError::Material { .. })
     ));
     let (found, expected) = (2, 1);
-    let count = GradientError::ChangeCount { found, expected };
+    let count = GradientError::NumberCount { found, expected };
     assert_eq!(values[2].as_ref().unwrap_err(), &count);
-    let losses = batch.gradients_after(&world, &by()[1..], &[[0.0]], &outcome);
+    let losses = batch.map(&[[0.0]], |job, sample| {
+        job.experiment(world.perturbed(&by()[1..], sample)?)
+            .gradient(&by()[1..], &outcome)
+    });
     let count = 3;
     assert_eq!(losses[0], Err(GradientError::NotALoss { count }));
 }
@@ -325,7 +338,7 @@ fn progress_counts_every_rollout_once_and_ends_at_the_total() {
         ControlFlow::Continue(())
     };
     let batch = Batch::new(&Plan::new(TIME_STEP, 10).unwrap()).with_progress(note);
-    batch.starting_from(&world, &heights(&world, 20)).unwrap();
+    batch.rollouts(&starting_from(&world, &heights(&world, 20)));
     assert!(counts.lock().unwrap().iter().copied().eq(1..=20));
 }
 
@@ -336,7 +349,7 @@ struct Touchy;
 const LOWEST: f64 = 0.1045;
 
 impl Force for Touchy {
-    fn add_to<T: Scalar>(&self, _: &mut Wrenches<T>, now: &Situation<T>) {
+    fn add_to<T: Scalar>(&self, _: &mut WrenchAccumulator<T>, now: &ForceContext<T>) {
         let ball = now.index_of("ball").unwrap();
         let height = real_part(now.states[ball].position().z);
         assert!(height > LOWEST, "ball is at {height:.2} m");
@@ -348,7 +361,7 @@ fn a_panic_in_one_rollout_is_its_error_and_the_others_go_on() {
     let world = drop().with_forces(Touchy).unwrap();
     let starts = heights(&drop(), 12);
     let batch = Batch::new(&Plan::new(TIME_STEP, 50).unwrap());
-    let results = batch.starting_from(&world, &starts).unwrap();
+    let results = batch.rollouts(&starting_from(&world, &starts));
     for (index, result) in results.into_iter().enumerate() {
         // In 25 ms the ball falls 3.1 mm, from 100 mm and a millimeter more each time.
         if index > 7 {
@@ -363,9 +376,12 @@ fn a_panic_in_one_rollout_is_its_error_and_the_others_go_on() {
         assert_eq!(reached == 1, index < 5);
     }
     let outcome = FinalPosition::of_body(&world, "ball").unwrap();
-    let by = [Parameter::InitialPosition("ball".into())];
+    let by = [Parameter::initial_position("ball")];
     let samples = [[0.0, 0.0, 0.1], [0.0, 0.0, -0.01]];
-    let values = batch.values_after(&world, &by, &samples, &outcome);
+    let values = batch.map(&samples, |job, sample| {
+        job.experiment(world.perturbed(&by, sample)?)
+            .value(&outcome)
+    });
     assert!(values[0].is_ok());
     let error = values[1].as_ref().unwrap_err();
     assert!(matches!(
@@ -375,13 +391,12 @@ fn a_panic_in_one_rollout_is_its_error_and_the_others_go_on() {
 }
 
 #[test]
-fn a_batch_refuses_what_a_rollout_refuses() {
+fn a_start_of_another_world_is_refused() {
     let error = Plan::new(0.0, 10).unwrap_err();
     assert!(matches!(error, WorldError::Setting { .. }));
     let (world, mut other) = (drop(), heap().initial_state());
     other.bodies.truncate(5);
-    let batch = Batch::new(&Plan::new(TIME_STEP, 10).unwrap());
-    let error = batch.starting_from(&world, &[world.initial_state(), other]);
+    let error = world.with_initial_state(&other);
     let (found, expected) = (5, 2);
     assert_eq!(
         error.unwrap_err(),

@@ -2,7 +2,7 @@
 
 use crate::layout::ENERGIES;
 use crate::palette;
-use hydroelastic::dynamics::Report;
+use hydroelastic::dynamics::Diagnostics;
 use rerun::{RecordingStream, RecordingStreamResult, Scalars, SeriesLines};
 
 const NAMES: [&str; 4] = ["kinetic", "gravitational", "contact", "total"];
@@ -14,7 +14,7 @@ pub fn log_styles(recording: &RecordingStream) -> RecordingStreamResult<()> {
 }
 
 /// Logs the energies (J).
-pub fn log(recording: &RecordingStream, report: &Report) -> RecordingStreamResult<()> {
+pub fn log(recording: &RecordingStream, report: &Diagnostics) -> RecordingStreamResult<()> {
     let energies = [
         report.kinetic_energy,
         report.gravitational_energy,

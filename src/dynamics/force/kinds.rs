@@ -1,5 +1,5 @@
 use super::ForceNumber;
-use super::{Force, Situation, Wrenches};
+use super::{Force, ForceContext, WrenchAccumulator};
 use crate::dynamics::body::{known_place, place_of};
 use crate::dynamics::settings::check_finite;
 use crate::dynamics::{Body, WorldError};
@@ -65,7 +65,7 @@ const NO_LENGTH: f64 = 1e-9;
 const ROUNDING: f64 = 1e-14;
 
 impl Force for Spring {
-    fn add_to<T: Scalar>(&self, wrenches: &mut Wrenches<T>, now: &Situation<T>) {
+    fn add_to<T: Scalar>(&self, wrenches: &mut WrenchAccumulator<T>, now: &ForceContext<T>) {
         let [Some(a), Some(b)] = self.bodies.each_ref().map(|name| now.index_of(name)) else {
             return;
         };
@@ -85,11 +85,11 @@ impl Force for Spring {
             let tension = (length - rest_length) * stiffness + parting.dot(&direction) * damping;
             direction * tension
         };
-        wrenches.push(a, &pull, &point_a);
-        wrenches.push(b, &-pull, &point_b);
+        wrenches.apply_force_at_point(a, &pull, &point_a);
+        wrenches.apply_force_at_point(b, &-pull, &point_b);
     }
 
-    fn coupled(&self, bodies: &[Body]) -> Vec<Vec<usize>> {
+    fn coupling_groups(&self, bodies: &[Body]) -> Vec<Vec<usize>> {
         together(&self.bodies, bodies)
     }
 
@@ -114,7 +114,7 @@ impl Force for Spring {
 }
 
 impl Force for Drag {
-    fn add_to<T: Scalar>(&self, wrenches: &mut Wrenches<T>, now: &Situation<T>) {
+    fn add_to<T: Scalar>(&self, wrenches: &mut WrenchAccumulator<T>, now: &ForceContext<T>) {
         if let Some(body) = now.index_of(&self.body) {
             let twist = &now.states[body].twist;
             let torque = twist.angular * -self.angular.value(now);
@@ -123,7 +123,7 @@ impl Force for Drag {
         }
     }
 
-    fn coupled(&self, bodies: &[Body]) -> Vec<Vec<usize>> {
+    fn coupling_groups(&self, bodies: &[Body]) -> Vec<Vec<usize>> {
         together(slice::from_ref(&self.body), bodies)
     }
 
@@ -135,15 +135,15 @@ impl Force for Drag {
 }
 
 impl Force for Thruster {
-    fn add_to<T: Scalar>(&self, wrenches: &mut Wrenches<T>, now: &Situation<T>) {
+    fn add_to<T: Scalar>(&self, wrenches: &mut WrenchAccumulator<T>, now: &ForceContext<T>) {
         if let Some(body) = now.index_of(&self.body) {
             let force = now.states[body].pose.rotated_constant(&self.force.into());
             let [point, _] = now.point(body, &self.point.into());
-            wrenches.push(body, &force, &point);
+            wrenches.apply_force_at_point(body, &force, &point);
         }
     }
 
-    fn coupled(&self, bodies: &[Body]) -> Vec<Vec<usize>> {
+    fn coupling_groups(&self, bodies: &[Body]) -> Vec<Vec<usize>> {
         together(slice::from_ref(&self.body), bodies)
     }
 

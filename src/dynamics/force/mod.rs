@@ -18,7 +18,7 @@ use nalgebra::Vector3;
 /// What a force may depend on: all bodies of a world at the time at which it acts.
 #[derive(Debug, Clone, Copy)]
 #[non_exhaustive]
-pub struct Situation<'a, T = f64> {
+pub struct ForceContext<'a, T = f64> {
     /// Time (s).
     pub time: f64,
     /// The bodies, in the order of the world's.
@@ -37,7 +37,7 @@ pub struct Situation<'a, T = f64> {
 /// The wrenches that forces add up, one for each body: about its center of mass, in world axes. Those on bodies that forces
 /// do not move have no effect.
 #[derive(Debug)]
-pub struct Wrenches<'a, T = f64> {
+pub struct WrenchAccumulator<'a, T = f64> {
     bodies: &'a [Body<T>],
     states: &'a [BodyState<T>],
     sums: &'a mut [Wrench<T>],
@@ -49,37 +49,37 @@ pub struct Wrenches<'a, T = f64> {
 /// forces of one kind.
 ///
 /// ```
-/// use hydroelastic::dynamics::{Force, Situation, Wrenches};
+/// use hydroelastic::dynamics::{Force, ForceContext, WrenchAccumulator};
 /// use hydroelastic::scalar::{Scalar, lift};
 ///
 /// /// A drag (N s/m) on all bodies.
 /// struct Honey(f64);
 ///
 /// impl Force for Honey {
-///     fn add_to<T: Scalar>(&self, wrenches: &mut Wrenches<T>, now: &Situation<T>) {
+///     fn add_to<T: Scalar>(&self, wrenches: &mut WrenchAccumulator<T>, now: &ForceContext<T>) {
 ///         for (body, state) in now.states.iter().enumerate() {
-///             wrenches.push_center(body, &(state.twist.linear * lift::<T>(-self.0)));
+///             wrenches.apply_force_at_com(body, &(state.twist.linear * lift::<T>(-self.0)));
 ///         }
 ///     }
 /// }
 /// ```
 pub trait Force: Send + Sync + 'static {
     /// Adds the wrenches on all bodies.
-    fn add_to<T: Scalar>(&self, wrenches: &mut Wrenches<T>, now: &Situation<T>);
+    fn add_to<T: Scalar>(&self, wrenches: &mut WrenchAccumulator<T>, now: &ForceContext<T>);
 
     /// The places of the bodies whose states the force depends on, in groups: the wrenches on bodies of a group depend on
     /// states of the group alone. Implicit steps solve a group together, and take the derivatives of the force by its states.
     ///
-    /// What a force makes of [contact](Situation::contact) with the body that it acts on needs no group: bodies that touch are
+    /// What a force makes of [contact](ForceContext::contact) with the body that it acts on needs no group: bodies that touch are
     /// solved together.
     ///
     /// All bodies are one group unless this says otherwise, which is always right, and slower where there are many bodies.
-    fn coupled(&self, bodies: &[Body]) -> Vec<Vec<usize>> {
+    fn coupling_groups(&self, bodies: &[Body]) -> Vec<Vec<usize>> {
         vec![(0..bodies.len()).collect()]
     }
 
     /// Whether there is no force at all, in no state: nothing is spent on its derivatives then. An empty list is none.
-    fn is_nothing(&self) -> bool {
+    fn is_empty(&self) -> bool {
         false
     }
 
@@ -93,7 +93,7 @@ pub trait Force: Send + Sync + 'static {
     }
 }
 
-impl<T: Scalar> Situation<'_, T> {
+impl<T: Scalar> ForceContext<'_, T> {
     /// The place of the body of a name, if there is one.
     #[must_use]
     pub fn index_of(&self, name: &str) -> Option<usize> {
@@ -126,9 +126,9 @@ impl<T: Scalar> Situation<'_, T> {
     }
 }
 
-impl<'a, T: Scalar> Wrenches<'a, T> {
+impl<'a, T: Scalar> WrenchAccumulator<'a, T> {
     /// Onto sums, one for each body.
-    pub(super) fn new(now: &Situation<'a, T>, sums: &'a mut [Wrench<T>]) -> Self {
+    pub(super) fn new(now: &ForceContext<'a, T>, sums: &'a mut [Wrench<T>]) -> Self {
         Self {
             bodies: now.bodies,
             states: now.states,
@@ -142,12 +142,12 @@ impl<'a, T: Scalar> Wrenches<'a, T> {
     }
 
     /// Adds a force (N) through the center of mass of a body.
-    pub fn push_center(&mut self, body: usize, force: &Vector3<T>) {
+    pub fn apply_force_at_com(&mut self, body: usize, force: &Vector3<T>) {
         self.sums[body].force += force;
     }
 
     /// Adds a force (N) at a point (m) of the world.
-    pub fn push(&mut self, body: usize, force: &Vector3<T>, point: &Vector3<T>) {
+    pub fn apply_force_at_point(&mut self, body: usize, force: &Vector3<T>, point: &Vector3<T>) {
         let center = self.bodies[body].center_in(&self.states[body]);
         let torque = (point - center).cross(force);
         self.add(
@@ -173,13 +173,13 @@ pub(in crate::dynamics) fn check_coupled(
 
 /// No force.
 impl Force for () {
-    fn add_to<T: Scalar>(&self, _: &mut Wrenches<T>, _: &Situation<T>) {}
+    fn add_to<T: Scalar>(&self, _: &mut WrenchAccumulator<T>, _: &ForceContext<T>) {}
 
-    fn coupled(&self, _: &[Body]) -> Vec<Vec<usize>> {
+    fn coupling_groups(&self, _: &[Body]) -> Vec<Vec<usize>> {
         Vec::new()
     }
 
-    fn is_nothing(&self) -> bool {
+    fn is_empty(&self) -> bool {
         true
     }
 }
@@ -189,21 +189,21 @@ macro_rules! sums {
         /// The sum of these forces.
         #[expect(non_snake_case, reason = "each is named as its type is")]
         impl<$($names: Force),+> Force for ($($names,)+) {
-            fn add_to<T: Scalar>(&self, wrenches: &mut Wrenches<T>, now: &Situation<T>) {
+            fn add_to<T: Scalar>(&self, wrenches: &mut WrenchAccumulator<T>, now: &ForceContext<T>) {
                 let ($($names,)+) = self;
                 $($names.add_to(wrenches, now);)+
             }
 
-            fn coupled(&self, bodies: &[Body]) -> Vec<Vec<usize>> {
+            fn coupling_groups(&self, bodies: &[Body]) -> Vec<Vec<usize>> {
                 let ($($names,)+) = self;
                 let mut groups = Vec::new();
-                $(groups.extend($names.coupled(bodies));)+
+                $(groups.extend($names.coupling_groups(bodies));)+
                 groups
             }
 
-            fn is_nothing(&self) -> bool {
+            fn is_empty(&self) -> bool {
                 let ($($names,)+) = self;
-                $($names.is_nothing())&&+
+                $($names.is_empty())&&+
             }
 
             fn check(
@@ -225,20 +225,20 @@ sums!(A B C D);
 
 /// All of them.
 impl<F: Force> Force for Vec<F> {
-    fn add_to<T: Scalar>(&self, wrenches: &mut Wrenches<T>, now: &Situation<T>) {
+    fn add_to<T: Scalar>(&self, wrenches: &mut WrenchAccumulator<T>, now: &ForceContext<T>) {
         for force in self {
             force.add_to(wrenches, now);
         }
     }
 
-    fn coupled(&self, bodies: &[Body]) -> Vec<Vec<usize>> {
+    fn coupling_groups(&self, bodies: &[Body]) -> Vec<Vec<usize>> {
         self.iter()
-            .flat_map(|force| force.coupled(bodies))
+            .flat_map(|force| force.coupling_groups(bodies))
             .collect()
     }
 
-    fn is_nothing(&self) -> bool {
-        self.iter().all(Force::is_nothing)
+    fn is_empty(&self) -> bool {
+        self.iter().all(Force::is_empty)
     }
 
     fn check(&self, bodies: &[Body], parameters: &[(String, f64)]) -> Result<(), WorldError> {

@@ -1,11 +1,11 @@
-use super::Situation;
+use super::ForceContext;
 use crate::dynamics::WorldError;
 use crate::dynamics::settings::check_not_negative;
 use crate::scalar::{Scalar, lift};
 
 /// A number of a force: a constant, or the name of a force parameter of the world
 /// ([`World::with_force_parameter`](crate::dynamics::World::with_force_parameter)). Rollouts can be
-/// differentiated by a force parameter ([`Parameter::OfForces`](crate::gradient::Parameter::OfForces)), and several forces may
+/// differentiated by a force parameter ([`Parameter::ForceParameter`](crate::gradient::Parameter::ForceParameter)), and several forces may
 /// share one.
 ///
 /// ```
@@ -38,7 +38,7 @@ impl From<&str> for ForceNumber {
 
 impl ForceNumber {
     /// Value of the number. The world has the parameter, because [`Force::check`](super::Force::check) ensures this.
-    pub(super) fn value<T: Scalar>(&self, now: &Situation<T>) -> T {
+    pub(super) fn value<T: Scalar>(&self, now: &ForceContext<T>) -> T {
         match self {
             Self::Constant(value) => lift(*value),
             Self::Parameter(name) => now.parameter(name).unwrap_or_else(|| lift(0.0)),

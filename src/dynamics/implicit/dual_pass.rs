@@ -8,12 +8,12 @@ use super::island_step::{IslandStep, StepError, Substep};
 use super::rigid::none;
 use super::stage::{StageEquations, Stages, six_of};
 use crate::contact::{ContactWrench, LinearizedContact};
-use crate::dynamics::any_world::AnyWorld;
+use crate::dynamics::any_world::DynWorld;
 use crate::dynamics::sweep::Sweep;
 use crate::dynamics::{BodyState, Inertia};
+use crate::parallel::mapped_into;
 use crate::scalar::{Scalar, change, lift};
 use crate::spatial::Wrench;
-use crate::threads::mapped_into;
 use nalgebra::{DMatrix, DVector, Vector6};
 
 /// The contact of two participants.
@@ -21,7 +21,7 @@ type Linearized = ([usize; 2], LinearizedContact);
 
 /// An island's step in a scalar that carries derivatives.
 pub(super) struct DualPass<'a, T> {
-    world: &'a dyn AnyWorld<T>,
+    world: &'a dyn DynWorld<T>,
     step: &'a IslandStep<'a>,
     /// Weight and control of each body of the world.
     given: &'a [Vector6<T>],
@@ -31,7 +31,7 @@ pub(super) struct DualPass<'a, T> {
 
 impl<'a, T: Scalar> DualPass<'a, T> {
     pub fn new(
-        world: &'a dyn AnyWorld<T>,
+        world: &'a dyn DynWorld<T>,
         step: &'a IslandStep<'a>,
         given: &'a [Vector6<T>],
     ) -> Self {
@@ -63,7 +63,7 @@ impl<'a, T: Scalar> DualPass<'a, T> {
             let neighbors = self.step.scene.neighbors_at(island, start.time);
             for (&body, state) in island.neighbors.iter().zip(&neighbors) {
                 // A path carries no derivatives; the pose of a fixed body may.
-                if self.step.scene.system.bodies[body].motion.is_prescribed() {
+                if self.step.scene.system.bodies[body].motion.is_kinematic() {
                     states[body] = state.lifted();
                 }
             }

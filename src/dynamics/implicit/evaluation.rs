@@ -9,7 +9,7 @@ use super::stage::{StageEquations, concatenated, six_of};
 use crate::contact::LinearizedContact;
 use crate::dynamics::BodyState;
 use crate::dynamics::sweep::Sweep;
-use crate::threads::mapped_into;
+use crate::parallel::mapped_into;
 use nalgebra::{DVector, Matrix6, Vector6};
 
 /// Contacts, forces and states for some velocities, and a model of them nearby.
@@ -48,7 +48,7 @@ impl StageEquations<'_> {
         });
         let contacts: Vec<_> = models.into_iter().flatten().collect();
         let (mut forces, mut slopes) = (vec![Vector6::zeros(); self.inertias.len()], Vec::new());
-        if !scene.forces.is_nothing() {
+        if !scene.forces.is_empty() {
             let here: Vec<_> = contacts.iter().map(PairModel::here).collect();
             forces = self.forces(self.start.time, &states, &here);
             slopes = self.force_slopes(&states, &here);
@@ -58,7 +58,7 @@ impl StageEquations<'_> {
             .map(|contact| (contact.bodies, &contact.wrenches));
         Evaluation {
             acting: with_contacts(forces.clone(), wrenches),
-            is_exact: is_exact || !contacts.iter().any(PairModel::rubs),
+            is_exact: is_exact || !contacts.iter().any(PairModel::is_dissipative),
             velocities,
             states,
             contacts,

@@ -6,7 +6,7 @@ use super::evaluation::ForceSlopes;
 use super::pair_model::PairWrenches;
 use super::stage::StageEquations;
 use crate::dynamics::BodyState;
-use crate::dynamics::any_world::Seeded;
+use crate::dynamics::any_world::BodyDual;
 use crate::dynamics::system::System;
 use crate::scalar::lift;
 use crate::spatial::{Twist, Wrench};
@@ -68,7 +68,7 @@ impl StageEquations<'_> {
     /// directions.
     fn feels_contact(
         &self,
-        (system, all): (&System<Seeded>, &[BodyState<Seeded>]),
+        (system, all): (&System<BodyDual>, &[BodyState<BodyDual>]),
         contacts: &[PairWrenches],
     ) -> bool {
         if contacts.is_empty() {
@@ -79,7 +79,7 @@ impl StageEquations<'_> {
             for (side, &participant) in pair.bodies.iter().enumerate() {
                 let values = part(&pair.wrenches, side);
                 let slope = (2.0 + participant as f64).sqrt();
-                let seeded = |k: usize, value| Seeded::variable(0.0, k) * slope + value;
+                let seeded = |k: usize, value| BodyDual::variable(0.0, k) * slope + value;
                 let wrench = Vector6::from_fn(|k, _| seeded(k, values[k]));
                 contact[self.step.island.body(participant)] += Wrench::from_vector(&wrench);
             }
@@ -93,13 +93,13 @@ impl StageEquations<'_> {
     fn force_slopes_by(
         &self,
         column: usize,
-        (system, all): (&System<Seeded>, &[BodyState<Seeded>]),
+        (system, all): (&System<BodyDual>, &[BodyState<BodyDual>]),
         contacts: &[PairWrenches],
     ) -> Vec<ForceSlopes> {
         let mut all = all.to_vec();
         let body = self.step.island.dynamic[column];
         if let Some(inertia) = system.bodies[body].inertia() {
-            let seeds = |first: usize| Vector6::from_fn(|i, _| Seeded::variable(0.0, first + i));
+            let seeds = |first: usize| Vector6::from_fn(|i, _| BodyDual::variable(0.0, first + i));
             let state = &mut all[body];
             state.pose = inertia.displaced(&state.pose, &seeds(0));
             state.twist = Twist::from_vector(&(state.twist.to_vector() + seeds(6)));
@@ -124,7 +124,7 @@ impl StageEquations<'_> {
     }
 
     /// The states of all bodies of the world, constant.
-    fn lifted_states(&self, states: &[BodyState]) -> Vec<BodyState<Seeded>> {
+    fn lifted_states(&self, states: &[BodyState]) -> Vec<BodyState<BodyDual>> {
         let mut all: Vec<_> = self
             .step
             .scene
@@ -141,10 +141,10 @@ impl StageEquations<'_> {
     /// The wrenches on the dynamic bodies, in seeded states and contact of all bodies of the world.
     fn seeded_forces(
         &self,
-        system: &System<Seeded>,
-        all: &[BodyState<Seeded>],
-        contact: &[Wrench<Seeded>],
-    ) -> Vec<Vector6<Seeded>> {
+        system: &System<BodyDual>,
+        all: &[BodyState<BodyDual>],
+        contact: &[Wrench<BodyDual>],
+    ) -> Vec<Vector6<BodyDual>> {
         let mut sums = vec![Wrench::zero(); all.len()];
         let forces = self.step.scene.forces;
         system.with_forces(
@@ -159,11 +159,11 @@ impl StageEquations<'_> {
     }
 
     /// The wrench of contact on each body of the world by the state of one of the island.
-    fn seeded_contact(&self, by: usize, contacts: &[PairWrenches]) -> Vec<Wrench<Seeded>> {
+    fn seeded_contact(&self, by: usize, contacts: &[PairWrenches]) -> Vec<Wrench<BodyDual>> {
         let mut wrenches = vec![Wrench::zero(); self.step.scene.start.len()];
         for pair in contacts {
             for (side, &participant) in pair.bodies.iter().enumerate() {
-                let mut wrench = part(&pair.wrenches, side).map(lift::<Seeded>);
+                let mut wrench = part(&pair.wrenches, side).map(lift::<BodyDual>);
                 if let Some(column) = pair.bodies.iter().position(|&body| body == by) {
                     let [by_pose, by_velocity] = [&pair.by_displacements, &pair.by_velocities]
                         .map(|slopes| block(slopes, side, column));

@@ -36,7 +36,7 @@ impl Scene<'_> {
         let system = self.system;
         let mut sets = Sets::new(boxes.len());
         let mut sweep = Sweep::default();
-        let pairs = sweep.overlapping(boxes.iter().copied(), |i, j| system.contact_order(i, j));
+        let pairs = sweep.overlapping(boxes.iter().copied(), |i, j| system.ordered_pair(i, j));
         let is_dynamic = |body: usize| system.bodies[body].inertia().is_some();
         for &(i, j) in pairs {
             if is_dynamic(i) && is_dynamic(j) {

@@ -7,7 +7,7 @@ use super::pair_model::PairWrenches;
 use super::stage::StageEquations;
 use crate::dynamics::BodyState;
 use crate::dynamics::sweep::Sweep;
-use crate::threads::mapped_into;
+use crate::parallel::mapped_into;
 use nalgebra::Vector6;
 
 /// The linearization of a stage at its solution.

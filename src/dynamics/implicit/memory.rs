@@ -7,12 +7,12 @@ use super::matrix::Patterns;
 use super::report::{BodyErrors, StepReport};
 use super::scheme::Scheme;
 use super::{Scene, StepError, Trace};
-use crate::dynamics::any_world::{AnyWorld, RealForces, Seeded};
+use crate::dynamics::any_world::{BodyDual, DynForce, DynWorld};
 use crate::dynamics::system::System;
 use crate::dynamics::{Accuracy, BodyState, State, TimeSpan};
 use crate::geometry::Aabb;
+use crate::parallel::mapped_into;
 use crate::scalar::{Scalar, carries_derivatives};
-use crate::threads::mapped_into;
 use nalgebra::Vector6;
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
@@ -23,7 +23,7 @@ pub(in crate::dynamics) struct Memory {
     /// The system without derivatives.
     system: System,
     /// The system once more, for the derivatives of forces; none if there are no forces.
-    lifted: Option<System<Seeded>>,
+    lifted: Option<System<BodyDual>>,
     coupled: Vec<Vec<usize>>,
     patterns: Patterns,
     pub last: LastStep,
@@ -54,12 +54,12 @@ pub(in crate::dynamics) struct Step {
 }
 
 impl Memory {
-    pub fn of<T: Scalar>(world: &dyn AnyWorld<T>, stop: Arc<AtomicBool>) -> Self {
+    pub fn of<T: Scalar>(world: &dyn DynWorld<T>, stop: Arc<AtomicBool>) -> Self {
         let system = world.system().real();
         let forces = world.real_forces();
         Self {
-            lifted: (!forces.is_nothing()).then(|| system.lifted()),
-            coupled: forces.coupled(&system.bodies),
+            lifted: (!forces.is_empty()).then(|| system.lifted()),
+            coupled: forces.coupling_groups(&system.bodies),
             patterns: Patterns::default(),
             last: LastStep {
                 acting: vec![None; system.bodies.len()],
@@ -80,7 +80,7 @@ impl Memory {
     /// The world from a state on, in a time step.
     pub fn scene<'a>(
         &'a self,
-        forces: &'a dyn RealForces,
+        forces: &'a dyn DynForce,
         start: &'a [BodyState],
         span: TimeSpan,
     ) -> Scene<'a> {
@@ -96,7 +96,7 @@ impl Memory {
     /// Takes a state through a step; if that fails, the state and the memory stay as they are.
     pub fn advance<T: Scalar>(
         &mut self,
-        world: &dyn AnyWorld<T>,
+        world: &dyn DynWorld<T>,
         state: &mut State<T>,
         step: &Step,
     ) -> Result<(), StepError> {
@@ -208,8 +208,8 @@ impl Scene<'_> {
         let of_body = |(body, state): (usize, &BodyState)| {
             let here = self.bounds(body, &state.pose);
             let Some(inertia) = self.system.bodies[body].inertia() else {
-                let later =
-                    [0.5, 1.0].map(|part| self.system.driven_state(body, start + part * duration));
+                let later = [0.5, 1.0]
+                    .map(|part| self.system.kinematic_state(body, start + part * duration));
                 return later.into_iter().flatten().fold(here, |all, state| {
                     all.union(&self.bounds(body, &state.pose))
                 });

@@ -7,7 +7,7 @@
 //!
 //! 1. `Memory` keeps, from step to step, the wrench on each body in the last stage, the `StepReport`, and the substeps of the islands
 //!    (`Trace`). `Scene` is the world in `f64` during one step. Boxes around the places to which bodies are likely to move, and
-//!    `Force::coupled`, divide the dynamic bodies into *islands*. Each island is solved by itself, on any thread. If a body has left its box
+//!    `Force::coupling_groups`, divide the dynamic bodies into *islands*. Each island is solved by itself, on any thread. If a body has left its box
 //!    for the box of another island, both islands are solved again as one.
 //! 2. An `IslandSolver` takes an island through the step. A `Trial` of a substep solves the stages of the `Scheme`. With SDIRK3, an
 //!    `ErrorEstimator` estimates two errors. The error of values is the difference from an embedded formula. For the error of slopes, the

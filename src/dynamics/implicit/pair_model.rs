@@ -60,7 +60,7 @@ impl PairModel {
             velocity,
             contact,
         };
-        if is_exact && model.contact.rubs() {
+        if is_exact && model.contact.is_dissipative() {
             let [by_displacements, by_velocities] = geometry.linearized(&pair.linearized());
             let here = model.here();
             model.by_displacements += by_displacements - here.by_displacements;
@@ -70,8 +70,8 @@ impl PairModel {
     }
 
     /// Returns whether dissipation or friction adds to the wrenches.
-    pub fn rubs(&self) -> bool {
-        self.contact.rubs()
+    pub fn is_dissipative(&self) -> bool {
+        self.contact.is_dissipative()
     }
 
     /// In the state that was evaluated.
@@ -83,7 +83,7 @@ impl PairModel {
     pub fn near(&self, displacements: &PairVector, velocities: &PairVector) -> PairWrenches {
         let linear =
             self.wrenches + self.by_displacements * displacements + self.by_velocities * velocities;
-        if !self.contact.rubs() {
+        if !self.contact.is_dissipative() {
             return self.with(linear, &self.contact.added);
         }
         let [by_velocities, by_displacements] = &self.velocity_maps;

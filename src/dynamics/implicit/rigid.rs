@@ -1,6 +1,6 @@
 //! Rigid bodies in the coordinates of an implicit step: about the center of mass, angular before linear.
 
-use crate::dynamics::local::turn_between;
+use crate::dynamics::tangent::turn_between;
 use crate::dynamics::{BodyState, Inertia};
 use crate::scalar::{Scalar, lift};
 use crate::spatial::{

@@ -2,7 +2,7 @@ use super::about_centers::PairGeometry;
 use super::island::Island;
 use super::matrix::Patterns;
 use crate::contact::{ContactPair, FrozenContact, LinearizedContact};
-use crate::dynamics::any_world::{RealForces, Seeded};
+use crate::dynamics::any_world::{BodyDual, DynForce};
 use crate::dynamics::motion::state_on;
 use crate::dynamics::sweep::Sweep;
 use crate::dynamics::system::System;
@@ -15,9 +15,9 @@ use std::sync::atomic::{AtomicBool, Ordering};
 /// A world in `f64`, in one of its steps.
 pub(in crate::dynamics) struct Scene<'a> {
     pub(super) system: &'a System,
-    pub(super) forces: &'a dyn RealForces,
+    pub(super) forces: &'a dyn DynForce,
     /// The system once more, for the derivatives of forces; none if there are no forces.
-    pub(super) lifted: Option<&'a System<Seeded>>,
+    pub(super) lifted: Option<&'a System<BodyDual>>,
     /// Of matrices that were factorized before.
     pub(super) patterns: &'a Patterns,
     /// Bodies that a force holds together.
@@ -33,8 +33,8 @@ pub(in crate::dynamics) struct Scene<'a> {
 impl<'a> Scene<'a> {
     /// Creates the scene of a time step.
     pub(super) fn new(
-        (system, forces): (&'a System, &'a dyn RealForces),
-        (lifted, coupled, patterns): (Option<&'a System<Seeded>>, &'a [Vec<usize>], &'a Patterns),
+        (system, forces): (&'a System, &'a dyn DynForce),
+        (lifted, coupled, patterns): (Option<&'a System<BodyDual>>, &'a [Vec<usize>], &'a Patterns),
         start: &'a [BodyState],
         span: TimeSpan,
         stop: &'a AtomicBool,
@@ -67,7 +67,7 @@ impl<'a> Scene<'a> {
     /// The states of an island's neighbors at a time (s).
     pub(super) fn neighbors_at(&self, island: &Island, time: f64) -> Vec<BodyState> {
         let state = |&body: &usize| match &self.system.bodies[body].motion {
-            Motion::Prescribed(path) => state_on(&**path, time),
+            Motion::Kinematic(path) => state_on(&**path, time),
             Motion::Fixed | Motion::Dynamic(_) => self.start[body],
         };
         island.neighbors.iter().map(state).collect()
@@ -95,7 +95,7 @@ impl<'a> Scene<'a> {
     ) -> &'s [(usize, usize)] {
         sweep.overlapping(boxes, |i, j| {
             let [one, other] = [i, j].map(|participant| island.body(participant));
-            let (a, _) = self.system.contact_order(one.min(other), one.max(other))?;
+            let (a, _) = self.system.ordered_pair(one.min(other), one.max(other))?;
             Some(if a == one { (i, j) } else { (j, i) })
         })
     }

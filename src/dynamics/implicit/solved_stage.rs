@@ -106,7 +106,7 @@ impl SolvedStage<'_> {
             let time = start.time + shift;
             let mut states = self.states.clone();
             states[count..].copy_from_slice(&scene.neighbors_at(step.island, time));
-            let forces = if scene.forces.is_nothing() {
+            let forces = if scene.forces.is_empty() {
                 vec![Vector6::zeros(); count]
             } else {
                 self.equations

@@ -1,13 +1,13 @@
 //! The contacts of a step, backwards.
 
-use super::StateCovector;
+use super::StateGradient;
 use super::pullback::Pullback;
 use crate::contact::{LinearizedContact, ShapeResponse};
 use crate::dynamics::system::System;
 use crate::dynamics::{BodyState, Material};
+use crate::parallel::mapped_into;
 use crate::scalar::DenseDual;
 use crate::spatial::{Twist, Wrench};
-use crate::threads::mapped_into;
 use nalgebra::{SVector, Vector3, Vector6};
 
 /// A contact of two bodies of the world, A first.
@@ -15,7 +15,7 @@ pub(super) struct Touching<'w> {
     pub bodies: [usize; 2],
     pub contact: LinearizedContact,
     /// Whether the law of the surfaces adds to it.
-    rubs: bool,
+    is_dissipative: bool,
     /// How it answers to changes of shape, if that is asked for.
     shapes: Option<ShapeResponse<'w>>,
 }
@@ -44,7 +44,7 @@ impl<'w> Touching<'w> {
             Some(Self {
                 bodies,
                 contact,
-                rubs: pair.motion().is_some(),
+                is_dissipative: pair.motion().is_some(),
                 shapes,
             })
         });
@@ -100,7 +100,7 @@ impl Pullback<'_> {
                 self.add_by_motion(body, &states[body], [six(0), six(12)]);
                 self.gradient.bodies[body].modulus += numbers[24 + side];
             }
-            if touching.rubs {
+            if touching.is_dissipative {
                 self.add_by_law(touching.bodies, [numbers[26], numbers[27]]);
             }
         }
@@ -131,7 +131,7 @@ impl Pullback<'_> {
         let arm = self.system().arm(body, state);
         let [by_pose, by_twist] = [by_pose, by_twist].map(|six| Twist::from_vector(&six));
         let own = &mut self.states[body];
-        own.add(&StateCovector {
+        own.add(&StateGradient {
             turn: by_pose.angular,
             shift: by_pose.linear,
             spin: by_twist.angular - arm.cross(&by_twist.linear),
@@ -173,7 +173,9 @@ impl Pullback<'_> {
     fn add_by_law(&mut self, bodies: [usize; 2], [by_dissipation, by_friction]: [f64; 2]) {
         let system = self.system();
         let [a, b] = bodies.map(|body| system.bodies[body].material());
-        let law = a.seeded(0).law_with(&b.seeded(3), system.slip_tolerance);
+        let law = a
+            .seeded(0)
+            .combined_with(&b.seeded(3), system.slip_tolerance);
         let by = |number: usize| {
             by_dissipation * law.dissipation().eps[number]
                 + by_friction * law.friction().eps[number]

@@ -1,15 +1,15 @@
 use crate::contact::{Kinks, ShapeGradient};
 use crate::dynamics::system::System;
-use crate::dynamics::{Control, LOCAL};
+use crate::dynamics::{Control, STATE_DIM};
 use crate::spatial::Twist;
 use nalgebra::{Matrix3, SVector, Vector3, Vector6};
 use std::collections::BTreeMap;
 use std::fmt;
 
 /// The derivatives of a number by the state of a body, in its local coordinates (see
-/// [`World::displacement`](crate::dynamics::World::displacement)), along the axes of the world.
+/// [`World::difference`](crate::dynamics::World::difference)), along the axes of the world.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct StateCovector {
+pub struct StateGradient {
     /// By a turn of the body about its origin (the number's unit over rad).
     pub turn: Vector3<f64>,
     /// By a shift of its origin (over m).
@@ -20,7 +20,7 @@ pub struct StateCovector {
     pub velocity: Vector3<f64>,
 }
 
-impl StateCovector {
+impl StateGradient {
     /// Of a number that does not depend on the state.
     #[must_use]
     pub fn zero() -> Self {
@@ -29,7 +29,7 @@ impl StateCovector {
 
     /// From (turn, shift, spin, velocity).
     #[must_use]
-    pub fn from_vector(vector: &SVector<f64, LOCAL>) -> Self {
+    pub fn from_vector(vector: &SVector<f64, STATE_DIM>) -> Self {
         let part = |row: usize| vector.fixed_rows::<3>(row).into_owned();
         Self {
             turn: part(0),
@@ -109,7 +109,7 @@ pub(crate) struct SystemGradient {
     pub force_parameters: Vec<f64>,
     /// By the shape of each body, its pose and its mass properties staying as they are; empty if not asked for.
     pub shapes: Vec<ShapeGradient>,
-    kinks: BTreeMap<(Kink, Vec<usize>), KinksMet>,
+    kinks: BTreeMap<(Kink, Vec<usize>), KinkSummary>,
 }
 
 /// Where a rollout has no derivative, or one of several was taken: see [`Kinks`].
@@ -141,7 +141,7 @@ impl fmt::Display for Kink {
 /// The kinks of one kind that a rollout met at the same bodies.
 #[derive(Debug, Clone, PartialEq, Eq)]
 #[non_exhaustive]
-pub struct KinksMet {
+pub struct KinkSummary {
     /// The places of the bodies, in the order of the world's.
     pub bodies: Vec<usize>,
     /// The kind.
@@ -155,7 +155,7 @@ pub struct KinksMet {
 /// The derivatives of a number by what a body starts from and is made of.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct BodyGradient {
-    pub initial: StateCovector,
+    pub initial: StateGradient,
     pub modulus: f64,
     pub dissipation: f64,
     pub friction: f64,
@@ -170,7 +170,7 @@ pub(crate) struct BodyGradient {
 impl SystemGradient {
     pub fn zero(system: &System) -> Self {
         let body = BodyGradient {
-            initial: StateCovector::zero(),
+            initial: StateGradient::zero(),
             modulus: 0.0,
             dissipation: 0.0,
             friction: 0.0,
@@ -210,7 +210,7 @@ impl SystemGradient {
     /// Counts a kink of some bodies in a step, once however often it is met there. Steps are to come from the last to the first.
     pub fn meet(&mut self, kink: Kink, bodies: &[usize], step: usize) {
         let met = self.kinks.entry((kink, bodies.to_vec()));
-        let met = met.or_insert_with_key(|(kink, bodies)| KinksMet {
+        let met = met.or_insert_with_key(|(kink, bodies)| KinkSummary {
             bodies: bodies.clone(),
             kink: *kink,
             count: 0,
@@ -221,7 +221,7 @@ impl SystemGradient {
     }
 
     /// All kinks that were met.
-    pub fn kinks(&self) -> Vec<KinksMet> {
+    pub fn kinks(&self) -> Vec<KinkSummary> {
         self.kinks.values().cloned().collect()
     }
 }

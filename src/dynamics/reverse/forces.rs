@@ -1,18 +1,18 @@
 //! Forces other than contact, backwards: by dual numbers of the width of a body's state.
 
-use super::StateCovector;
+use super::StateGradient;
 use super::contact::WrenchCovector;
 use super::pullback::{Here, Pullback};
-use crate::dynamics::any_world::{AnyWorld, RealForces, Seeded};
+use crate::dynamics::any_world::{BodyDual, DynForce, DynWorld};
 use crate::dynamics::system::System;
-use crate::dynamics::{BodyState, LOCAL, Motion};
+use crate::dynamics::{BodyState, Motion, STATE_DIM};
 use crate::scalar::{SplitMix64, lift, real_part};
 use crate::spatial::{Twist, Wrench};
 use nalgebra::{SVector, Vector3, Vector6};
 
 /// What forces are differentiated in: the world, its numbers constants unless they are seeded.
 pub(super) struct SeededForces {
-    system: System<Seeded>,
+    system: System<BodyDual>,
     /// The bodies whose states forces depend on, in their order.
     coupled: Vec<usize>,
 }
@@ -22,18 +22,18 @@ pub(super) struct SeededForces {
 const NUMBERS: usize = 10;
 
 /// Numbers of value 0, the variables from one on.
-fn seeds<const COUNT: usize>(first: usize) -> SVector<Seeded, COUNT> {
-    SVector::from_fn(|i, _| Seeded::variable(0.0, first + i))
+fn seeds<const COUNT: usize>(first: usize) -> SVector<BodyDual, COUNT> {
+    SVector::from_fn(|i, _| BodyDual::variable(0.0, first + i))
 }
 
 impl SeededForces {
     /// None if the world has no forces.
-    pub fn of(world: &dyn AnyWorld<f64>) -> Option<Self> {
+    pub fn of(world: &dyn DynWorld<f64>) -> Option<Self> {
         let (forces, system) = (world.real_forces(), world.system());
-        if forces.is_nothing() {
+        if forces.is_empty() {
             return None;
         }
-        let mut coupled = forces.coupled(&system.bodies).concat();
+        let mut coupled = forces.coupling_groups(&system.bodies).concat();
         coupled.sort_unstable();
         coupled.dedup();
         Some(Self {
@@ -59,7 +59,7 @@ impl Pullback<'_> {
         for body in here.bodies {
             if coupled.binary_search(body).is_ok() {
                 let by_state = seeded.by_state(*body);
-                self.states[*body].add(&StateCovector::from_vector(&by_state));
+                self.states[*body].add(&StateGradient::from_vector(&by_state));
             }
         }
         let all: Vec<usize> = (0..by_contact.len()).collect();
@@ -82,20 +82,20 @@ impl Pullback<'_> {
 /// Forces in one place, to be differentiated.
 struct Situated<'a> {
     time: f64,
-    system: &'a mut System<Seeded>,
-    states: Vec<BodyState<Seeded>>,
-    contact: Vec<Wrench<Seeded>>,
-    forces: &'a dyn RealForces,
+    system: &'a mut System<BodyDual>,
+    states: Vec<BodyState<BodyDual>>,
+    contact: Vec<Wrench<BodyDual>>,
+    forces: &'a dyn DynForce,
     by_wrenches: &'a [WrenchCovector],
 }
 
 impl<'a> Situated<'a> {
     fn of(
         here: Here,
-        system: &'a mut System<Seeded>,
-        (forces, by_wrenches): (&'a dyn RealForces, &'a [WrenchCovector]),
+        system: &'a mut System<BodyDual>,
+        (forces, by_wrenches): (&'a dyn DynForce, &'a [WrenchCovector]),
     ) -> Self {
-        let constant = |vector: &Vector3<f64>| vector.map(lift::<Seeded>);
+        let constant = |vector: &Vector3<f64>| vector.map(lift::<BodyDual>);
         let wrench = |wrench: &Wrench| Wrench {
             torque: constant(&wrench.torque),
             force: constant(&wrench.force),
@@ -111,7 +111,7 @@ impl<'a> Situated<'a> {
     }
 
     /// By the state of a body.
-    fn by_state(&mut self, body: usize) -> SVector<f64, LOCAL> {
+    fn by_state(&mut self, body: usize) -> SVector<f64, STATE_DIM> {
         let constant = self.states[body];
         let state = &mut self.states[body];
         state.pose = state.pose.moved_by(&Twist::from_vector(&seeds::<6>(0)));
@@ -132,9 +132,9 @@ impl<'a> Situated<'a> {
     /// By each number that forces read.
     fn by_force_parameters(&mut self) -> Vec<f64> {
         let mut found = Vec::new();
-        for first in (0..self.system.force_parameters.len()).step_by(LOCAL) {
+        for first in (0..self.system.force_parameters.len()).step_by(STATE_DIM) {
             let seeded = self.system.force_parameters.iter_mut().skip(first);
-            for ((_, number), seed) in seeded.zip(&seeds::<LOCAL>(0)) {
+            for ((_, number), seed) in seeded.zip(&seeds::<STATE_DIM>(0)) {
                 *number += *seed;
             }
             found.extend_from_slice(self.pulled_back().as_slice());
@@ -150,17 +150,19 @@ impl<'a> Situated<'a> {
     fn each_by_numbers(
         &mut self,
         bodies: &[usize],
-        show: &mut impl FnMut(usize, &SVector<f64, LOCAL>),
+        show: &mut impl FnMut(usize, &SVector<f64, STATE_DIM>),
     ) {
         if let [body] = *bodies {
-            let found = self.by_numbers(&[bodies], |_, number| Seeded::variable(0.0, number));
+            let found = self.by_numbers(&[bodies], |_, number| BodyDual::variable(0.0, number));
             show(body, &found);
             return;
         }
-        let parts: Vec<&[usize]> = bodies.chunks(bodies.len().div_ceil(LOCAL).max(1)).collect();
+        let parts: Vec<&[usize]> = bodies
+            .chunks(bodies.len().div_ceil(STATE_DIM).max(1))
+            .collect();
         let mut direction = SplitMix64::default();
         let slopes = self.by_numbers(&parts, |part, _| {
-            Seeded::variable(0.0, part) * direction.next()
+            BodyDual::variable(0.0, part) * direction.next()
         });
         for (part, slope) in parts.into_iter().zip(&slopes) {
             if *slope != 0.0 {
@@ -173,8 +175,8 @@ impl<'a> Situated<'a> {
     fn by_numbers(
         &mut self,
         parts: &[&[usize]],
-        mut seed: impl FnMut(usize, usize) -> Seeded,
-    ) -> SVector<f64, LOCAL> {
+        mut seed: impl FnMut(usize, usize) -> BodyDual,
+    ) -> SVector<f64, STATE_DIM> {
         let mut constants = Vec::new();
         for (part, bodies) in parts.iter().enumerate() {
             for &body in *bodies {
@@ -191,7 +193,7 @@ impl<'a> Situated<'a> {
         found
     }
 
-    fn seed_numbers(&mut self, body: usize, seeds: &SVector<Seeded, NUMBERS>) {
+    fn seed_numbers(&mut self, body: usize, seeds: &SVector<BodyDual, NUMBERS>) {
         let wrench = &mut self.contact[body];
         *wrench = Wrench::from_vector(&(wrench.to_vector() + seeds.fixed_rows::<6>(0)));
         let seeded = &mut self.system.bodies[body];
@@ -208,7 +210,7 @@ impl<'a> Situated<'a> {
     }
 
     /// By what is seeded.
-    fn pulled_back(&self) -> SVector<f64, LOCAL> {
+    fn pulled_back(&self) -> SVector<f64, STATE_DIM> {
         let mut sums = vec![Wrench::zero(); self.by_wrenches.len()];
         let here = (self.time, &*self.states, &*self.contact);
         self.system.with_forces(here, &mut sums, |wrenches, now| {
@@ -216,7 +218,7 @@ impl<'a> Situated<'a> {
         });
         let mut found = SVector::zeros();
         for (by_wrench, wrench) in self.by_wrenches.iter().zip(&sums) {
-            let numbers: Vector6<Seeded> = wrench.to_vector();
+            let numbers: Vector6<BodyDual> = wrench.to_vector();
             for (factor, number) in by_wrench.to_vector().iter().zip(&numbers) {
                 // Where nothing depends on a wrench, its derivatives need not be there.
                 if *factor != 0.0 {

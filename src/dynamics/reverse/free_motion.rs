@@ -1,6 +1,6 @@
 //! A drift, backwards.
 
-use super::StateCovector;
+use super::StateGradient;
 use super::covector::BodyGradient;
 use crate::dynamics::inertia::{PrincipalInertia, scaled};
 use crate::dynamics::{BodyState, Inertia};
@@ -34,10 +34,10 @@ impl Inertia {
     pub(super) fn drifted_back(
         &self,
         before: &BodyState,
-        after: &StateCovector,
+        after: &StateGradient,
         duration: f64,
         gradient: &mut BodyGradient,
-    ) -> StateCovector {
+    ) -> StateGradient {
         let (rotation, spin) = (before.pose.rotation(), &before.twist.angular);
         let (turned, _) = self.principal.turned_freely(rotation, spin, duration);
         let [arm_before, arm_after] = [rotation, &turned].map(|it| it * self.center_of_mass);
@@ -51,7 +51,7 @@ impl Inertia {
             inertia,
         } = self.principal.turned_back(before, by_rotation, duration);
         gradient.inertia += inertia;
-        let about_center = StateCovector {
+        let about_center = StateGradient {
             turn,
             spin,
             shift: after.shift,

@@ -6,7 +6,7 @@
 
 use super::contact::{Touching, WrenchCovector};
 use super::pullback::{Here, Pullback};
-use super::{Kink, StateCovector};
+use super::{Kink, StateGradient};
 use crate::dynamics::implicit::{
     Island, Memory, Replay, ReplayedStage, ReplayedSubstep, Scheme, StepError, Trace,
     displaced_back,
@@ -148,7 +148,7 @@ impl StepBack<'_, '_> {
         for (place, &body) in replay.island().dynamic.iter().enumerate() {
             let own = (replay.inertias()[place], &substep.from[place]);
             let [by_pose, by_twist] = self.pull_back_momentum(body, own, &start.momenta[place]);
-            let about_center = StateCovector::from_parts([start.poses[place] + by_pose, by_twist]);
+            let about_center = StateGradient::from_parts([start.poses[place] + by_pose, by_twist]);
             let arm = self.pullback.system().arm(body, own.1);
             self.pullback.states[body] = about_center.about(&-arm);
             self.add_by_center(body, own.1, &about_center.shift);
@@ -278,7 +278,7 @@ impl StepBack<'_, '_> {
     /// The derivatives by the state of a body, which are then 0: by a displacement about the center of mass, and by the velocities.
     fn take_by_state(&mut self, body: usize, state: &BodyState) -> [Vector6<f64>; 2] {
         let arm = self.pullback.system().arm(body, state);
-        let by_state = mem::replace(&mut self.pullback.states[body], StateCovector::zero());
+        let by_state = mem::replace(&mut self.pullback.states[body], StateGradient::zero());
         self.add_by_center(body, state, &-by_state.shift);
         by_state.about(&arm).parts()
     }

@@ -22,13 +22,13 @@ mod pullback;
 mod schedule;
 mod tape;
 
-use super::any_world::AnyWorld;
+use super::any_world::DynWorld;
 use super::implicit::Memory;
 use super::integrator::Kind;
 use super::{Body, Plan, RolloutError};
 use crate::contact::ShapeGradient;
 pub(crate) use covector::SystemGradient;
-pub use covector::{Kink, KinksMet, StateCovector};
+pub use covector::{Kink, KinkSummary, StateGradient};
 use explicit::ExplicitSteps;
 use implicit::ImplicitSteps;
 use pullback::Pullback;
@@ -49,7 +49,7 @@ enum Steps {
 
 impl<'w> Reversal<'w> {
     /// Of a plan's steps. An implicit step that is taken back ends once the flag is true.
-    pub fn of(world: &'w dyn AnyWorld<f64>, plan: &Plan, stop: Arc<AtomicBool>) -> Self {
+    pub fn of(world: &'w dyn DynWorld<f64>, plan: &Plan, stop: Arc<AtomicBool>) -> Self {
         let time_step = plan.time_step();
         let steps = match plan.integrator().kind() {
             Kind::Explicit(splitting) => {
@@ -76,10 +76,10 @@ impl<'w> Reversal<'w> {
     }
 
     /// Adds derivatives by the state of a body where the sweep has come to.
-    pub fn add(&mut self, body: usize, by_state: &StateCovector) {
+    pub fn add(&mut self, body: usize, by_state: &StateGradient) {
         // Where a path leads, nothing else does.
         let motion = &self.pullback.system().bodies[body].motion;
-        if !motion.is_prescribed() {
+        if !motion.is_kinematic() {
             self.pullback.states[body].add(by_state);
         }
     }

@@ -1,19 +1,19 @@
 use super::contact::{Touching, WrenchCovector};
 use super::forces::SeededForces;
-use super::{StateCovector, SystemGradient};
+use super::{StateGradient, SystemGradient};
 use crate::dynamics::BodyState;
 use crate::dynamics::TimeSpan;
-use crate::dynamics::any_world::AnyWorld;
+use crate::dynamics::any_world::DynWorld;
 use crate::dynamics::system::System;
 use crate::spatial::Wrench;
 
 /// The derivatives of a number by the state that a sweep has come to, and by all else as far as later steps depend on it; and how
 /// those by wrenches lead to them, whatever the steps are.
 pub(super) struct Pullback<'w> {
-    pub world: &'w dyn AnyWorld<f64>,
+    pub world: &'w dyn DynWorld<f64>,
     pub forces: Option<SeededForces>,
     /// By the state of each body.
-    pub states: Vec<StateCovector>,
+    pub states: Vec<StateGradient>,
     pub gradient: SystemGradient,
     /// The step that is taken back, counted from 1.
     pub step: usize,
@@ -38,13 +38,13 @@ pub(super) struct Here<'a> {
 }
 
 impl<'w> Pullback<'w> {
-    pub fn of(world: &'w dyn AnyWorld<f64>) -> Self {
+    pub fn of(world: &'w dyn DynWorld<f64>) -> Self {
         let system = world.system();
         let controls = system.controls.iter();
         Self {
             world,
             forces: SeededForces::of(world),
-            states: vec![StateCovector::zero(); system.bodies.len()],
+            states: vec![StateGradient::zero(); system.bodies.len()],
             gradient: SystemGradient::zero(system),
             step: 0,
             controlled: controls
@@ -65,8 +65,8 @@ impl<'w> Pullback<'w> {
     /// Forgets derivatives by the states of bodies that follow paths: where a path leads, nothing else does.
     pub fn forget_paths(&mut self) {
         for (body, by_state) in self.world.system().bodies.iter().zip(&mut self.states) {
-            if body.motion.is_prescribed() {
-                *by_state = StateCovector::zero();
+            if body.motion.is_kinematic() {
+                *by_state = StateGradient::zero();
             }
         }
     }

@@ -1,5 +1,5 @@
 use super::schedule::next_kept;
-use crate::dynamics::any_world::AnyWorld;
+use crate::dynamics::any_world::DynWorld;
 use crate::dynamics::implicit::Trace;
 use crate::dynamics::integrator::Kind;
 use crate::dynamics::steps::{Checkpoint, Steps};
@@ -15,7 +15,7 @@ const LEAST: usize = 16;
 /// The steps of a rollout, to be read from the last to the first. As many are kept as the memory allows; from these the others are
 /// taken again, with the same bits.
 pub(crate) struct Tape<'w> {
-    world: &'w dyn AnyWorld<f64>,
+    world: &'w dyn DynWorld<f64>,
     plan: &'w Plan,
     /// How many steps may be kept, beside the one that is read next.
     room: usize,
@@ -46,7 +46,7 @@ impl<'w> Tape<'w> {
     /// Without steps yet, with room for as many as go into this memory (bytes): counted as if none were divided, although
     /// divided steps take more.
     pub fn new(
-        world: &'w dyn AnyWorld<f64>,
+        world: &'w dyn DynWorld<f64>,
         plan: &'w Plan,
         memory: usize,
         stop: Arc<AtomicBool>,
@@ -120,7 +120,7 @@ impl<'w> Tape<'w> {
         let last = &self.kept[self.kept.len() - 1];
         let first = last.place;
         let steps = Steps::resumed(&last.step.before, self.world, first);
-        let mut steps = steps.stopped_by(Arc::clone(&self.stop));
+        let mut steps = steps.with_cancel_flag(Arc::clone(&self.stop));
         // They were checked when they were taken first.
         let plan = self.plan.without_stability_check();
         for taken in first + 1..=end {
@@ -150,7 +150,9 @@ mod tests {
         let brick = Body::dynamic("brick", brick, skin, Mass::Total(1.0)).unwrap();
         let floor = Body::fixed("floor", HalfSpace::rigid(), Material::rigid()).unwrap();
         let bodies = vec![
-            brick.at(start).with_velocity(vector![0.7, 0.1, -1.0]),
+            brick
+                .with_pose(start)
+                .with_velocity(vector![0.7, 0.1, -1.0]),
             floor,
         ];
         let world = World::new(bodies).unwrap();

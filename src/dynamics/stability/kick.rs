@@ -1,8 +1,8 @@
 //! The kick of an explicit step, as the stability check sees it.
 
 use crate::contact::ContactWrench;
-use crate::dynamics::local::turn_between;
 use crate::dynamics::system::System;
+use crate::dynamics::tangent::turn_between;
 use crate::dynamics::{BodyState, Inertia};
 use crate::scalar::{Scalar, real_part};
 use crate::spatial::{Pose, Twist, Wrench};

@@ -132,7 +132,7 @@ mod tests {
             let turn = vector![0.1, 0.2, 0.3] * index as f64;
             Body::dynamic(&index.to_string(), shape, skin, Mass::Density(1000.0))
                 .unwrap()
-                .at(Pose::from_rotation_vector(&turn, place.into()))
+                .with_pose(Pose::from_rotation_vector(&turn, place.into()))
         };
         World::new((0..edge.pow(3)).map(ball).collect()).unwrap()
     }
@@ -178,7 +178,7 @@ mod tests {
             Body::dynamic(name, shape, skin, Mass::Total(1.0)).unwrap()
         };
         World::new(vec![
-            body("body", edges).at(Pose::from_rotation_vector(&turn, place)),
+            body("body", edges).with_pose(Pose::from_rotation_vector(&turn, place)),
             body("block", [0.2; 3]),
         ])
         .unwrap()

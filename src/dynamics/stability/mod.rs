@@ -13,8 +13,8 @@ mod pair;
 use super::sweep::Sweep;
 use super::system::System;
 use super::{BodyState, Force, State, World, WorldError};
+use crate::parallel::mapped_into;
 use crate::scalar::{Scalar, real_part};
-use crate::threads::mapped_into;
 pub(super) use balance::{ContactBalances, Instability};
 pub(super) use kick::Kick;
 use limit::stability_limit;
@@ -75,7 +75,7 @@ impl<T: Scalar, F: Force> World<T, F> {
     /// let slab = Shape::new(shapes::cuboid([2.0, 2.0, 0.2])?);
     /// let world = World::new(vec![
     ///     Body::dynamic("cube", cube, skin, Mass::Total(1.0))?
-    ///         .at(Pose::from_translation(vector![0.0, 0.0, 0.1999])),
+    ///         .with_pose(Pose::from_translation(vector![0.0, 0.0, 0.1999])),
     ///     Body::fixed("slab", slab, skin)?,
     /// ])?;
     /// let limit = world.largest_stable_step(&world.initial_state())?;

@@ -35,7 +35,7 @@ impl PairRates {
         let [a, b] = bodies;
         let pair = ContactPair::new(a.contact.body()?, b.contact);
         let twists = [a.twist, b.twist];
-        let law = a.material.law_with(&b.material, slip_tolerance);
+        let law = a.material.combined_with(&b.material, slip_tolerance);
         let frictionless = SurfaceLaw {
             friction: 0.0,
             ..law

@@ -12,20 +12,20 @@ fn a_free_body_keeps_its_momenta() {
         "body",
         box_shape([0.2, 0.3, 0.4]),
         SKIN,
-        Mass::Given(asymmetric()),
+        Mass::Properties(asymmetric()),
     )
     .unwrap();
     let body = body
-        .with_spin(vector![3.0, 7.0, -5.0])
+        .with_angular_velocity(vector![3.0, 7.0, -5.0])
         .with_velocity(vector![0.3, -0.2, 0.1]);
     let world = World::new(vec![body]).unwrap();
     for integrator in IMPLICIT {
         let mut rollout = rollout(&world, integrator, 5e-3);
-        let before = world.report(rollout.state()).unwrap();
+        let before = world.diagnostics(rollout.state()).unwrap();
         for _ in 0..10_000 {
             rollout.advance().unwrap();
         }
-        let after = world.report(rollout.state()).unwrap();
+        let after = world.diagnostics(rollout.state()).unwrap();
         let off = [
             (after.momentum.linear - before.momentum.linear).norm() / before.momentum.linear.norm(),
             (after.momentum.angular - before.momentum.angular).norm()

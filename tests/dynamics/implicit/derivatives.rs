@@ -38,7 +38,7 @@ fn check((label, world, plan): (&str, &World, &Plan), body: &str, parameters: &[
             let at = |sign: f64| {
                 let mut changes = vec![0.0; count];
                 changes[column] = sign * step;
-                let found = experiment.value_after(parameters, &changes, &outcome);
+                let found = experiment.value_perturbed(parameters, &changes, &outcome);
                 found.map(|found| DVector::from_vec(found).rows(0, 3).into_owned())
             };
             let [Ok(far), Ok(more), Ok(less), Ok(back)] = [2.0, 1.0, -1.0, -2.0].map(at) else {
@@ -70,20 +70,20 @@ fn thrown(modulus: f64, friction: f64, dissipation: f64) -> World {
     let ball = ball(0.1, 2, skin(modulus));
     let start = Pose::from_rotation_vector(&vector![0.3, 0.2, 0.1], vector![-0.31, 0.02, 0.15]);
     let ball = ball
-        .at(start)
+        .with_pose(start)
         .with_velocity(vector![0.8, 0.13, -0.9])
-        .with_spin(vector![1.0, 3.0, 0.5]);
+        .with_angular_velocity(vector![1.0, 3.0, 0.5]);
     on_slope(vec![ball, ground([2.0, 2.0, 0.4], skin(1e7))], 0.0, 1e-3)
 }
 
 fn of_ball(name: &str) -> Vec<Parameter> {
     vec![
-        Parameter::InitialVelocity(name.into()),
-        Parameter::InitialSpin(name.into()),
-        Parameter::Modulus(name.into()),
-        Parameter::Friction(name.into()),
-        Parameter::Dissipation(name.into()),
-        Parameter::Mass(name.into()),
+        Parameter::initial_velocity(name),
+        Parameter::initial_angular_velocity(name),
+        Parameter::modulus(name),
+        Parameter::friction(name),
+        Parameter::dissipation(name),
+        Parameter::mass(name),
     ]
 }
 
@@ -104,9 +104,9 @@ fn of_a_throw() {
             );
             let world = thrown(1e7, 0.0, 0.0);
             let elastic = [
-                Parameter::InitialVelocity("ball".into()),
-                Parameter::InitialSpin("ball".into()),
-                Parameter::Modulus("ball".into()),
+                Parameter::initial_velocity("ball"),
+                Parameter::initial_angular_velocity("ball"),
+                Parameter::modulus("ball"),
             ];
             check(
                 (
@@ -130,9 +130,9 @@ fn of_a_brick_that_slides_to_a_stop_and_sticks() {
     };
     let start = Pose::from_rotation_vector(&vector![0.0, 0.0, 0.3], vector![-0.3, 0.02, 0.04999]);
     let brick = brick("brick", [0.2, 0.2, 0.1], skin(1e7))
-        .at(start)
+        .with_pose(start)
         .with_velocity(vector![0.5, 0.1, 0.0])
-        .with_spin(vector![0.0, 0.0, 1.0]);
+        .with_angular_velocity(vector![0.0, 0.0, 1.0]);
     let world = on_slope(vec![brick, ground([2.0, 2.0, 0.4], skin(1.7e7))], 0.0, 1e-4);
     for integrator in IMPLICIT {
         let plan = Plan::new(5e-3, 80)

@@ -21,9 +21,9 @@ fn check_gain(seed: u64, count: usize) {
         };
         let velocity = numbers.vector(0.5) - vector![0.0, 0.0, 0.5];
         let body = body
-            .at(start)
+            .with_pose(start)
             .with_velocity(velocity)
-            .with_spin(numbers.vector(5.0));
+            .with_angular_velocity(numbers.vector(5.0));
         let stiffer = Material {
             modulus: skin.modulus.map(|modulus| 1.3 * modulus),
             ..skin
@@ -35,7 +35,7 @@ fn check_gain(seed: u64, count: usize) {
             let count = steps(0.6, time_step);
             for step in 0..count {
                 rollout.advance().unwrap();
-                work[place] += rollout.report().unwrap().work;
+                work[place] += rollout.step_report().unwrap().work;
                 if step % (count / 60).max(1) == 0 {
                     let gain = (energy(&world, &rollout) - before) / (GRAVITY * 0.3);
                     if gain > worst[place].max(1e-4) {

@@ -32,8 +32,8 @@ fn random_fall(numbers: &mut Numbers) -> Fall {
     let start = Pose::from_rotation_vector(&turn, vector![0.013, 0.017, RADIUS + height]);
     let ball = ball(RADIUS, order, skin(modulus));
     let ball = ball
-        .at(start)
-        .with_spin(numbers.vector(10.0))
+        .with_pose(start)
+        .with_angular_velocity(numbers.vector(10.0))
         .with_velocity(vector![numbers.between(-0.5, 0.5), 0.1, 0.0]);
     let bodies = vec![ball, ground([2.0, 2.0, 0.4], skin(1.3 * modulus))];
     Fall {
@@ -52,7 +52,7 @@ fn rebound(fall: &Fall, integrator: Integrator, time_step: f64) -> (f64, Work, u
         rollout.advance().unwrap();
         taken += 1;
         work += rollout
-            .report()
+            .step_report()
             .map(|report| report.work)
             .unwrap_or_default();
         let ball = &rollout.state().bodies[0];

@@ -23,13 +23,13 @@ fn flat_faces_rebound_by_the_law() {
                 let speed = 0.6 + 0.1 * phase as f64;
                 let skin = Material::elastic(modulus).with_dissipation(dissipation);
                 let way = speed * time_step * (1.0 + phase as f64 / 8.0);
-                let body = brick("body", edges, skin).at(at(0.0, 0.0, edges[2] / 2.0 + way));
+                let body = brick("body", edges, skin).with_pose(at(0.0, 0.0, edges[2] / 2.0 + way));
                 let body = body.with_velocity(vector![0.0, 0.0, -speed]);
                 let floor = Body::fixed("floor", HalfSpace::rigid(), Material::rigid()).unwrap();
                 let world = World::new(vec![body, floor]).unwrap();
                 let plan = Plan::new(time_step, 5).unwrap();
                 let plan = plan.with_integrator(Integrator::Sdirk3);
-                let end = world.rollout(&plan).recorded().unwrap();
+                let end = world.rollout(&plan).run().unwrap();
                 let found = end.last().bodies[0].velocity().z / speed;
                 let off = found - rebound(speed, dissipation) / speed;
                 worst = worst.max(off.abs());

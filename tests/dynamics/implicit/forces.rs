@@ -3,8 +3,8 @@
 use super::scenes::{IMPLICIT, brick, ground, on_slope, rollout, run, undivided};
 use crate::scenes::{asymmetric, at, box_shape};
 use hydroelastic::dynamics::{
-    Body, BodyState, Control, Drag, Force, Integrator, Mass, Material, Plan, RolloutError,
-    Situation, Spring, Thruster, World, WorldError, Wrenches,
+    Body, BodyState, Control, Drag, Force, ForceContext, Integrator, Mass, Material, Plan,
+    RolloutError, Spring, Thruster, World, WorldError, WrenchAccumulator,
 };
 use hydroelastic::gradient::{Experiment, Parameter};
 use hydroelastic::scalar::{Scalar, lift};
@@ -16,10 +16,10 @@ use std::sync::Arc;
 struct Leaning;
 
 impl Force for Leaning {
-    fn add_to<T: Scalar>(&self, wrenches: &mut Wrenches<T>, now: &Situation<T>) {
+    fn add_to<T: Scalar>(&self, wrenches: &mut WrenchAccumulator<T>, now: &ForceContext<T>) {
         let contact = now.contact[0].force.z;
         let zero = lift(0.0);
-        wrenches.push_center(0, &vector![contact * 0.05, zero, zero]);
+        wrenches.apply_force_at_com(0, &vector![contact * 0.05, zero, zero]);
     }
 }
 
@@ -34,13 +34,13 @@ fn everything() -> World<f64, ((Spring, Drag, Thruster), Leaning)> {
         "askew",
         box_shape([0.2, 0.2, 0.1]),
         skin,
-        Mass::Given(asymmetric()),
+        Mass::Properties(asymmetric()),
     );
     let askew = askew
         .unwrap()
-        .at(start)
+        .with_pose(start)
         .with_velocity(vector![0.4, 0.1, 0.0]);
-    let other = brick("other", [0.2, 0.2, 0.1], skin).at(at(0.3, 0.0, 0.0495));
+    let other = brick("other", [0.2, 0.2, 0.1], skin).with_pose(at(0.3, 0.0, 0.0495));
     let spring = Spring {
         bodies: ["askew", "other"].map(str::to_owned),
         points: [[0.05, 0.03, 0.01], [-0.05, 0.0, 0.0]],
@@ -108,28 +108,31 @@ const A_AND_B: f64 = 1e-8;
 #[test]
 fn linearized_steps_agree_with_differences() {
     let world = everything();
-    let control = [0, 1].map(|interval| Parameter::Control("other".into(), interval));
+    let control = [0, 1].map(|interval| Parameter::control("other", interval));
     for integrator in IMPLICIT {
         let plan = Plan::new(5e-3, 8).unwrap().with_integrator(integrator);
         // Durations of substeps may jump within the differences.
         let plan = undivided(plan);
-        let found = Experiment::new(&world, &plan).linearized(&control).unwrap();
+        let found = Experiment::new(&world, &plan).linearize(&control).unwrap();
         let start = world.initial_state();
-        let end = |world: &World<f64, _>| world.rollout(&plan).recorded().unwrap().last().clone();
+        let end = |world: &World<f64, _>| world.rollout(&plan).run().unwrap().last().clone();
         let middle = end(&world);
         let moved = |place: usize, step: f64| {
             let mut change = vec![0.0; 24];
             change[place] = step;
-            let start = world.displaced(&start, &change).unwrap();
+            let start = world.integrate(&start, &change).unwrap();
             world
-                .displacement(&middle, &end(&world.clone().starting_from(&start).unwrap()))
+                .difference(
+                    &middle,
+                    &end(&world.clone().with_initial_state(&start).unwrap()),
+                )
                 .unwrap()
         };
         let pushed = |place: usize, step: f64| {
             let mut change = vec![0.0; 12];
             change[place] = step;
             world
-                .displacement(&middle, &end(&world.changed(&control, &change).unwrap()))
+                .difference(&middle, &end(&world.perturbed(&control, &change).unwrap()))
                 .unwrap()
         };
         // The best of several steps: a brick that leaves the ground does so edge by edge.
@@ -161,11 +164,11 @@ struct Boosting {
 }
 
 impl Force for Boosting {
-    fn add_to<T: Scalar>(&self, wrenches: &mut Wrenches<T>, now: &Situation<T>) {
-        wrenches.push_center(0, &(now.contact[0].force * lift::<T>(0.5)));
+    fn add_to<T: Scalar>(&self, wrenches: &mut WrenchAccumulator<T>, now: &ForceContext<T>) {
+        wrenches.apply_force_at_com(0, &(now.contact[0].force * lift::<T>(0.5)));
     }
 
-    fn coupled(&self, bodies: &[Body]) -> Vec<Vec<usize>> {
+    fn coupling_groups(&self, bodies: &[Body]) -> Vec<Vec<usize>> {
         let all = (0..bodies.len()).collect();
         if self.is_coupled { vec![all] } else { vec![] }
     }
@@ -181,7 +184,7 @@ fn what_a_force_makes_of_contact_needs_no_group() {
         .with_friction(0.3);
     let turned = Pose::from_rotation_vector(&vector![0.1, 0.0, 0.3], vector![0.0, 0.0, 0.12]);
     let block = brick("block", [0.2; 3], skin)
-        .at(turned)
+        .with_pose(turned)
         .with_velocity(vector![0.5, 0.1, -0.5]);
     let bodies = vec![block, ground([2.0, 2.0, 0.4], skin)];
     let world = on_slope(bodies, 0.0, 1e-2);
@@ -190,7 +193,7 @@ fn what_a_force_makes_of_contact_needs_no_group() {
         let [with, without] = [true, false].map(|is_coupled| {
             let world = world.clone().with_forces(Boosting { is_coupled }).unwrap();
             let experiment = Experiment::new(&world, &plan);
-            experiment.linearized(&[]).unwrap().by_state
+            experiment.linearize(&[]).unwrap().by_state
         });
         assert!((&with - &without).amax() < SAME_SOLUTION * with.amax());
     }
@@ -203,9 +206,8 @@ fn a_path_that_is_lost_and_bad_settings_are_typed_errors() {
         pose: at(if time > 0.02 { f64::NAN } else { 0.0 }, 0.0, 0.0),
         twist: Twist::zero(),
     };
-    let table =
-        Body::prescribed("table", box_shape([1.0, 1.0, 0.2]), skin, Arc::new(path)).unwrap();
-    let block = brick("block", [0.1; 3], skin).at(at(0.0, 0.0, 0.149));
+    let table = Body::kinematic("table", box_shape([1.0, 1.0, 0.2]), skin, Arc::new(path)).unwrap();
+    let block = brick("block", [0.1; 3], skin).with_pose(at(0.0, 0.0, 0.149));
     let world = on_slope(vec![block, table], 0.0, 1e-3);
     let mut rollout = rollout(&world, Integrator::Sdirk3, 5e-3);
     let error = (0..10).find_map(|_| rollout.advance().err()).unwrap();

@@ -3,7 +3,7 @@
 use super::scenes::{IMPLICIT, ball, brick, finger, ground, on_slope, rollout, run, undivided};
 use crate::scenes::at;
 use hydroelastic::dynamics::{
-    BodyState, Force, Integrator, Material, Plan, Situation, Spring, World, Wrenches,
+    BodyState, Force, ForceContext, Integrator, Material, Plan, Spring, World, WrenchAccumulator,
 };
 use hydroelastic::gradient::{Experiment, FinalState, Parameter};
 use hydroelastic::scalar::{Scalar, lift, norm, real_part};
@@ -28,7 +28,9 @@ fn fast_hits_by_long_steps_gain_no_speed() {
             [0.1, 0.12, 0.09],
             skin(10_f64.powf(6.0 + turn / 12.0)),
         );
-        let brick = brick.at(start).with_velocity(vector![0.1, 0.2, -10.0]);
+        let brick = brick
+            .with_pose(start)
+            .with_velocity(vector![0.1, 0.2, -10.0]);
         let world = on_slope(vec![brick, ground([2.0, 2.0, 0.4], skin(1e7))], 0.0, 1e-3);
         for integrator in IMPLICIT {
             let mut rollout = rollout(&world, integrator, 1e-2);
@@ -47,17 +49,17 @@ const DIFFERENCE: f64 = 1e-6;
 #[test]
 fn derivatives_by_the_pose_of_a_fixed_body_agree_with_differences() {
     let turned = Pose::from_rotation_vector(&vector![0.3, 0.2, 0.1], vector![0.0, 0.0, 0.0985]);
-    let ball = ball(0.1, 2, skin(1e6)).at(turned);
+    let ball = ball(0.1, 2, skin(1e6)).with_pose(turned);
     let ball = ball.with_velocity(vector![0.3, 0.0, 0.0]);
     let world = on_slope(vec![ball, ground([1.0, 1.0, 0.4], skin(1e7))], 0.0, 1e-3);
-    let parameters = [Parameter::InitialPosition("ground".into())];
+    let parameters = [Parameter::initial_position("ground")];
     for integrator in IMPLICIT {
         let plan = Plan::new(1e-3, 30).unwrap().with_integrator(integrator);
         let experiment = Experiment::new(&world, &undivided(plan));
         let outcome = FinalState::of_body(&world, "ball").unwrap();
         let found = experiment.jacobian(&parameters, &outcome).unwrap().jacobian;
         let at = |step: f64| {
-            let value = experiment.value_after(&parameters, &[0.0, 0.0, step], &outcome);
+            let value = experiment.value_perturbed(&parameters, &[0.0, 0.0, step], &outcome);
             DVector::from_vec(value.unwrap())
         };
         let difference = (at(1e-7) - at(-1e-7)) / 2e-7;
@@ -107,10 +109,10 @@ fn a_spring_to_a_body_on_a_path_pulls_to_where_that_is() {
 struct Air;
 
 impl Force for Air {
-    fn add_to<T: Scalar>(&self, wrenches: &mut Wrenches<T>, now: &Situation<T>) {
+    fn add_to<T: Scalar>(&self, wrenches: &mut WrenchAccumulator<T>, now: &ForceContext<T>) {
         let velocity = now.states[0].twist.linear;
         let drag = velocity * (norm(&velocity) * lift::<T>(-0.1));
-        wrenches.push_center(0, &drag);
+        wrenches.apply_force_at_com(0, &drag);
     }
 }
 
@@ -122,7 +124,7 @@ fn forces_without_a_derivative_at_rest_can_be_stepped() {
         .unwrap();
     for integrator in IMPLICIT {
         let plan = Plan::new(5e-3, 200).unwrap().with_integrator(integrator);
-        let end = world.rollout(&plan).recorded().unwrap();
+        let end = world.rollout(&plan).run().unwrap();
         // v = √(mg/c)·tanh(t √(gc/m)).
         let speed = -real_part(end.last().bodies[0].velocity().z);
         let expected = (9.81_f64 / 0.1).sqrt() * (9.81_f64 * 0.1).sqrt().tanh();
@@ -135,7 +137,7 @@ fn forces_without_a_derivative_at_rest_can_be_stepped() {
 
 #[test]
 fn a_grip_at_rest_without_gravity_takes_three_stages_a_step() {
-    let held = brick("held", [0.1; 3], skin(1e7)).at(at(0.0, 0.003, 0.002));
+    let held = brick("held", [0.1; 3], skin(1e7)).with_pose(at(0.0, 0.003, 0.002));
     let jaw = |name, x| {
         let still = move |_: f64| BodyState {
             pose: at(x, 0.0, 0.0),

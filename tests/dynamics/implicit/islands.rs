@@ -23,9 +23,9 @@ fn apart(count: usize) -> World {
     };
     let name = |index: usize| format!("{index}");
     let mut bodies: Vec<_> = (0..count)
-        .map(|index| brick(&name(index), [0.1; 3], skin()).at(place(index)))
+        .map(|index| brick(&name(index), [0.1; 3], skin()).with_pose(place(index)))
         .collect();
-    bodies.push(brick("above", [0.1; 3], skin()).at(at(-0.5, -0.5, 0.149_98)));
+    bodies.push(brick("above", [0.1; 3], skin()).with_pose(at(-0.5, -0.5, 0.149_98)));
     bodies.push(ground([3.0, 3.0, 0.4], skin()));
     on_slope(bodies, 0.0, 1e-4)
 }
@@ -35,7 +35,7 @@ fn bodies_that_touch_only_the_ground_are_islands_of_their_own() {
     let world = apart(4);
     let mut rollout = rollout(&world, Integrator::Sdirk3, 5e-3);
     rollout.advance().unwrap();
-    let report = rollout.report().unwrap();
+    let report = rollout.step_report().unwrap();
     assert_eq!(report.islands, 4);
     assert!(report.work.solves >= 8);
 }
@@ -45,7 +45,7 @@ fn an_island_moves_as_it_does_alone() {
     let together = apart(4);
     let alone = on_slope(
         vec![
-            brick("0", [0.1; 3], skin()).at(at(-0.3, -0.5, 0.049_99)),
+            brick("0", [0.1; 3], skin()).with_pose(at(-0.3, -0.5, 0.049_99)),
             ground([3.0, 3.0, 0.4], skin()),
         ],
         0.0,
@@ -85,9 +85,9 @@ fn threads_change_no_bit() {
 #[test]
 fn a_fast_body_meets_another_within_a_step() {
     let elastic = Material::elastic(1e7);
-    let fast = brick("fast", [0.1; 3], elastic).at(at(0.0, 0.0, 0.0));
+    let fast = brick("fast", [0.1; 3], elastic).with_pose(at(0.0, 0.0, 0.0));
     let fast = fast.with_velocity(vector![10.0, 0.0, 0.0]);
-    let resting = brick("resting", [0.1; 3], elastic).at(at(0.15, 0.013, 0.007));
+    let resting = brick("resting", [0.1; 3], elastic).with_pose(at(0.15, 0.013, 0.007));
     let world = World::new(vec![fast, resting]).unwrap();
     let state = |integrator, time_step| {
         let mut rollout = rollout(&world, integrator, time_step);

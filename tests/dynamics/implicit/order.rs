@@ -39,7 +39,7 @@ fn bodies(random: &mut Random) -> Vec<Body> {
         let pose = Pose::from_rotation_vector(&random.rotation_vector(), at);
         let mass = Mass::Total(random.between(0.3, 3.0));
         let body = Body::dynamic(&place.to_string(), shape, skin, mass).unwrap();
-        body.at(pose).with_velocity(random.vector())
+        body.with_pose(pose).with_velocity(random.vector())
     };
     let mut bodies: Vec<_> = (0..count).map(body).collect();
     let hard = Material::rigid().with_friction(0.5);
@@ -52,7 +52,7 @@ fn ends(bodies: &[Body], integrator: Integrator) -> Vec<Vector3<f64>> {
     let world = World::new(bodies.to_vec()).unwrap();
     let world = world.with_gravity(vector![0.0, 0.0, -9.81]).unwrap();
     let plan = Plan::new(1e-2, 40).unwrap().with_integrator(integrator);
-    let end = world.rollout(&plan).recorded().unwrap();
+    let end = world.rollout(&plan).run().unwrap();
     let mut ends: Vec<_> = world.bodies().iter().zip(&end.last().bodies).collect();
     ends.sort_by_key(|(body, _)| body.name().to_owned());
     ends.iter().map(|(_, state)| *state.position()).collect()

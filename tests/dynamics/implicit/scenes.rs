@@ -3,7 +3,7 @@
 use crate::scenes::{GRAVITY, at, box_shape};
 use hydroelastic::contact::Shape;
 use hydroelastic::dynamics::{
-    Accuracy, Body, BodyState, Integrator, Mass, Material, Plan, PrescribedPath, Rollout, Work,
+    Accuracy, Body, BodyState, Integrator, KinematicPath, Mass, Material, Plan, Rollout, Work,
     World,
 };
 use hydroelastic::mesh::shapes;
@@ -26,12 +26,12 @@ pub fn brick(name: &str, edges: [f64; 3], skin: Material) -> Body {
 /// A fixed box with its top at z = 0.
 pub fn ground(edges: [f64; 3], skin: Material) -> Body {
     let ground = Body::fixed("ground", box_shape(edges), skin).unwrap();
-    ground.at(at(0.0, 0.0, -edges[2] / 2.0))
+    ground.with_pose(at(0.0, 0.0, -edges[2] / 2.0))
 }
 
 /// A box on a path.
-pub fn finger(name: &str, edges: [f64; 3], skin: Material, path: Arc<PrescribedPath>) -> Body {
-    Body::prescribed(name, box_shape(edges), skin, path).unwrap()
+pub fn finger(name: &str, edges: [f64; 3], skin: Material, path: Arc<KinematicPath>) -> Body {
+    Body::kinematic(name, box_shape(edges), skin, path).unwrap()
 }
 
 /// With gravity down a slope of an angle (rad) along x.
@@ -60,7 +60,7 @@ pub fn run(rollout: &mut Rollout, time_step: f64, time: f64) -> Work {
     for _ in 0..steps(time, time_step) {
         rollout.advance().unwrap();
         work += rollout
-            .report()
+            .step_report()
             .map(|report| report.work)
             .unwrap_or_default();
     }
@@ -81,7 +81,7 @@ pub fn per_solve(work: &Work) -> f64 {
 }
 
 pub fn energy(world: &World, rollout: &Rollout) -> f64 {
-    world.report(rollout.state()).unwrap().total_energy()
+    world.diagnostics(rollout.state()).unwrap().total_energy()
 }
 
 /// Numbers between 0 and 1 without a pattern, from a seed \[Marsaglia 2003\].
@@ -131,10 +131,10 @@ pub fn grasp(modulus: f64, slip_tolerance: f64) -> World {
     };
     let turned = Pose::from_rotation_vector(&vector![0.3, 0.2, 0.1], vector![0.0, 0.0, 0.1]);
     let bodies = vec![
-        ball(0.1, 2, skin(modulus)).at(turned),
+        ball(0.1, 2, skin(modulus)).with_pose(turned),
         finger("left", -1.0),
         finger("right", 1.0),
-        ground([1.0, 1.0, 0.4], skin(1.3 * modulus)).at(at(0.02, 0.01, -0.2)),
+        ground([1.0, 1.0, 0.4], skin(1.3 * modulus)).with_pose(at(0.02, 0.01, -0.2)),
     ];
     on_slope(bodies, 0.0, slip_tolerance)
 }
@@ -183,9 +183,9 @@ pub fn stack(count: usize, modulus: f64, slip_tolerance: f64) -> World {
             [0.1; 3],
             skin(modulus * (1.0 + 0.17 * count)),
         )
-        .at(turned)
+        .with_pose(turned)
     };
     let mut bodies: Vec<_> = (0..count).map(cube).collect();
-    bodies.push(ground([1.0, 1.0, 0.4], skin(2.0 * modulus)).at(at(0.011, 0.007, -0.2)));
+    bodies.push(ground([1.0, 1.0, 0.4], skin(2.0 * modulus)).with_pose(at(0.011, 0.007, -0.2)));
     on_slope(bodies, 0.0, slip_tolerance)
 }

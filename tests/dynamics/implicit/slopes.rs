@@ -19,7 +19,7 @@ fn brick_at_rest(modulus: f64, slip_tolerance: f64) -> World {
     let turned =
         Pose::from_rotation_vector(&(Vector3::z() * 0.3), vector![-0.513, 0.021, 0.05 - depth]);
     let bodies = vec![
-        brick("brick", [0.2, 0.2, 0.1], skin(modulus)).at(turned),
+        brick("brick", [0.2, 0.2, 0.1], skin(modulus)).with_pose(turned),
         ground([2.0, 2.0, 0.4], skin(1.7 * modulus)),
     ];
     on_slope(bodies, angle, slip_tolerance)
@@ -79,7 +79,7 @@ fn a_brick_that_is_put_down_rattles_in_short_steps_and_rests_in_long_ones() {
     let creep = |integrator, steps_in_a_second: usize| {
         let time_step = 1.0 / steps_in_a_second as f64;
         let bodies = vec![
-            brick("brick", [0.2, 0.2, 0.1], skin).at(at(0.0, 0.0, 0.05)),
+            brick("brick", [0.2, 0.2, 0.1], skin).with_pose(at(0.0, 0.0, 0.05)),
             ground([2.0, 2.0, 0.4], skin),
         ];
         let world = on_slope(bodies, angle, slip_tolerance);
@@ -87,7 +87,7 @@ fn a_brick_that_is_put_down_rattles_in_short_steps_and_rests_in_long_ones() {
         let plan = plan
             .with_integrator(integrator)
             .recording_every(steps_in_a_second);
-        let found = world.rollout(&plan).recorded().unwrap();
+        let found = world.rollout(&plan).run().unwrap();
         let [_, middle, end] = found.states() else {
             panic!("three states are recorded")
         };
@@ -115,7 +115,7 @@ fn implicit_steps_refuse_slip_tolerances_that_are_too_small() {
     for integrator in IMPLICIT {
         let world = brick_at_rest(1e7, 9e-7);
         let plan = Plan::new(5e-3, 1).unwrap().with_integrator(integrator);
-        let interrupted = world.rollout(&plan).recorded().unwrap_err();
+        let interrupted = world.rollout(&plan).run().unwrap_err();
         let refused = RolloutError::SlipTolerance {
             found: 9e-7,
             least: 1e-6,
@@ -123,7 +123,7 @@ fn implicit_steps_refuse_slip_tolerances_that_are_too_small() {
         assert_eq!(interrupted.error, refused);
         assert_eq!(interrupted.trajectory.states().len(), 1);
         let world = brick_at_rest(1e7, 1e-6);
-        assert!(world.rollout(&plan).recorded().is_ok());
+        assert!(world.rollout(&plan).run().is_ok());
     }
 }
 
@@ -144,7 +144,7 @@ fn a_brick_slides_to_a_stop_where_the_textbook_says() {
                 let depth = GRAVITY / (modulus / 0.05 / (1.0 + 0.25 / 1.7) * 0.04);
                 let brick = brick("brick", [0.2, 0.2, 0.1], skin(modulus));
                 let brick = brick
-                    .at(at(-0.3, 0.02, 0.05 - depth))
+                    .with_pose(at(-0.3, 0.02, 0.05 - depth))
                     .with_velocity(vector![0.69, 0.0, 0.0]);
                 let bodies = vec![brick, ground([2.0, 2.0, 0.4], skin(1.7 * modulus))];
                 let world = on_slope(bodies, 0.0, 1e-5);
@@ -168,7 +168,7 @@ fn a_ball_rolls_as_it_does_by_short_explicit_steps() {
     let skin = Material::elastic(1e6)
         .with_dissipation(0.3)
         .with_friction(0.5);
-    let start = |body: Body| body.at(at(-0.5, 0.013, 0.0985));
+    let start = |body: Body| body.with_pose(at(-0.5, 0.013, 0.0985));
     let bodies = vec![start(ball(0.1, 2, skin)), ground([4.0, 2.0, 0.4], skin)];
     let world = on_slope(bodies, 10_f64.to_radians(), 1e-3);
     let rolled = |integrator, time_step| {

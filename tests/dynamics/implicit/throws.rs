@@ -23,13 +23,13 @@ fn check_throws(seed: u64, least: usize) {
             Pose::from_rotation_vector(&numbers.vector(3.0), vector![x, 0.02, 0.3])
         };
         let one = ball(0.1, 1, skin(modulus))
-            .at(start(-0.2, &mut numbers))
+            .with_pose(start(-0.2, &mut numbers))
             .with_velocity(numbers.vector(2.0))
-            .with_spin(numbers.vector(10.0));
+            .with_angular_velocity(numbers.vector(10.0));
         let other = brick("brick", [0.2, 0.14, 0.1], skin(2.0 * modulus))
-            .at(start(0.1, &mut numbers))
+            .with_pose(start(0.1, &mut numbers))
             .with_velocity(numbers.vector(2.0))
-            .with_spin(numbers.vector(10.0));
+            .with_angular_velocity(numbers.vector(10.0));
         let world = on_slope(
             vec![one, other, ground([6.0, 6.0, 0.4], skin(1.3 * modulus))],
             0.0,
@@ -43,7 +43,7 @@ fn check_throws(seed: u64, least: usize) {
                 );
             }
             taken += 1;
-            work += rollout.report().unwrap().work;
+            work += rollout.step_report().unwrap().work;
         }
     }
     println!(

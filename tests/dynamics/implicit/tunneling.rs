@@ -4,7 +4,7 @@ use super::scenes::{brick, finger, steps};
 use crate::scenes::{GRAVITY, at, box_shape};
 use hydroelastic::contact::{HalfSpace, Shape};
 use hydroelastic::dynamics::{
-    Body, BodyState, Control, Integrator, Mass, Material, Plan, PrescribedPath, State, World,
+    Body, BodyState, Control, Integrator, KinematicPath, Mass, Material, Plan, State, World,
 };
 use hydroelastic::mesh::shapes;
 use hydroelastic::spatial::{Pose, Twist, Wrench};
@@ -19,7 +19,7 @@ fn end(world: &World, time_step: f64, steps: usize) -> State {
     let plan = plan
         .with_integrator(Integrator::Sdirk3)
         .recording_every(steps);
-    let trajectory = world.rollout(&plan).recorded().unwrap();
+    let trajectory = world.rollout(&plan).run().unwrap();
     trajectory.last().clone()
 }
 
@@ -52,10 +52,10 @@ fn a_puck_that_slides_on_a_floor_stops_at_a_thin_wall() {
                 .with_friction(0.1);
             let distance = 0.2 + speed * time_step * f64::from(phase) / 5.0;
             let puck = brick("puck", [size, size, 0.01], skin)
-                .at(at(-distance, 0.0, 0.005 - 1e-7))
+                .with_pose(at(-distance, 0.0, 0.005 - 1e-7))
                 .with_velocity(vector![speed, 0.0, 0.0]);
             let wall = Body::fixed("wall", box_shape([thickness, 1.0, 0.3]), skin).unwrap();
-            let world = falling(vec![puck, floor(), wall.at(at(0.0, 1e-3, 0.1))]);
+            let world = falling(vec![puck, floor(), wall.with_pose(at(0.0, 1e-3, 0.1))]);
             let end = end(&world, time_step, steps(0.7 / speed, time_step) + 1);
             let x = end.bodies[0].position().x;
             assert!(x < 0.0, "{speed} {thickness} {phase}: x = {x}");
@@ -71,11 +71,11 @@ fn a_rod_that_spins_meets_a_small_ball() {
         for (phase, place) in [(-0.3, 0.4), (-0.5, 0.4), (-0.9, 0.4), (-0.2175, 0.495)] {
             let rotation = vector![0.0, 0.0, phase];
             let rod = brick("rod", [1.0, 0.01, 0.01], skin)
-                .at(Pose::from_rotation_vector(&rotation, Vector3::zeros()))
-                .with_spin(vector![0.0, 0.0, spin]);
+                .with_pose(Pose::from_rotation_vector(&rotation, Vector3::zeros()))
+                .with_angular_velocity(vector![0.0, 0.0, spin]);
             let shape = Shape::new(shapes::icosphere(0.005, 1).unwrap());
             let peg = Body::fixed("peg", shape, skin).unwrap();
-            let world = World::new(vec![rod, peg.at(at(place, 0.0, 0.001))]).unwrap();
+            let world = World::new(vec![rod, peg.with_pose(at(place, 0.0, 0.001))]).unwrap();
             // Until well after it reaches the peg, and before its other end does.
             let end = end(&world, 5e-3, if spin > 100.0 { 2 } else { 6 });
             let speed = end.bodies[0].velocity().norm();
@@ -91,7 +91,7 @@ fn a_ball_that_falls_from_rest_stays_above_a_floor_in_long_steps() {
         for phase in 0..5 {
             let height = radius * (1.5 + 2.0 * f64::from(phase));
             let body = ball("ball", radius, 1000.0 * radius.powi(3));
-            let world = falling(vec![body.at(at(0.0, 0.0, height)), floor()]);
+            let world = falling(vec![body.with_pose(at(0.0, 0.0, height)), floor()]);
             let z = end(&world, time_step, 3).bodies[0].position().z;
             assert!(z > 0.0, "{radius} {phase}: z = {z}");
         }
@@ -107,7 +107,7 @@ fn fast_balls_rebound_however_many_substeps_that_takes() {
     )
     .unwrap();
     let bullet = ball("bullet", 0.01, 1e-3).with_velocity(vector![1000.0, 0.0, 0.0]);
-    let world = World::new(vec![bullet.at(at(-7.0, 0.1, 0.05)), plate]).unwrap();
+    let world = World::new(vec![bullet.with_pose(at(-7.0, 0.1, 0.05)), plate]).unwrap();
     let velocity = end(&world, 0.02, 1).bodies[0].velocity().x;
     assert!(velocity < 0.0, "{velocity}");
 }
@@ -118,7 +118,7 @@ fn bodies_that_start_to_move_within_a_step_collide() {
     let skin = Material::elastic(STIFF).with_dissipation(0.1);
     // A paddle that sweeps by 1 m within one step of 0.1 s, from rest to rest; the shorter sweep ends before the first stage.
     for duration in [0.1, 0.03] {
-        let sweep: Arc<PrescribedPath> = Arc::new(move |time| {
+        let sweep: Arc<KinematicPath> = Arc::new(move |time| {
             let part = (time / duration).clamp(0.0, 1.0);
             let x = -0.5 + part * part * (3.0 - 2.0 * part);
             let speed = 6.0 * part * (1.0 - part) / duration;
@@ -142,7 +142,7 @@ fn bodies_that_start_to_move_within_a_step_collide() {
     };
     let control = Control::new("ball", 0.1, vec![push]).unwrap();
     let wall = Body::fixed("wall", box_shape(shape), skin).unwrap();
-    let bodies = vec![ball("ball", 0.02, 0.01), wall.at(at(1.0, 0.0, 0.0))];
+    let bodies = vec![ball("ball", 0.02, 0.01), wall.with_pose(at(1.0, 0.0, 0.0))];
     let world = World::new(bodies).and_then(|world| world.with_control(control));
     let pushed = end(&world.unwrap(), 0.1, 1);
     let x = pushed.bodies[0].position().x;
@@ -155,12 +155,12 @@ fn bodies_that_start_to_move_within_a_step_collide() {
 fn a_swarm_whose_budget_is_used_up_stays_above_a_plate() {
     let skin = Material::elastic(STIFF).with_dissipation(0.3);
     let plate = Body::fixed("plate", box_shape([1.0, 1.0, 0.005]), skin).unwrap();
-    let mut bodies = vec![plate.at(at(0.0, 0.0, -0.0025))];
+    let mut bodies = vec![plate.with_pose(at(0.0, 0.0, -0.0025))];
     for number in 0..30 {
         // Neighbors overlap a little, so all are one island.
         let place = [number % 6, number / 6].map(|place| 0.01999 * f64::from(place));
-        let cube =
-            brick(&format!("cube {number}"), [0.02; 3], skin).at(at(place[0], place[1], 0.05));
+        let cube = brick(&format!("cube {number}"), [0.02; 3], skin)
+            .with_pose(at(place[0], place[1], 0.05));
         bodies.push(cube.with_velocity(vector![0.0, 0.0, -40.0]));
     }
     let world = falling(bodies);

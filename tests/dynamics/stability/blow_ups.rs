@@ -39,7 +39,7 @@ fn blows_up(world: &World, time_step: f64) -> bool {
     let start = speed(&state);
     let plan = Plan::new(time_step, STEPS).unwrap();
     let rollout = world.rollout(&plan.without_stability_check());
-    let mut states = rollout.starting_from(state).unwrap().take(STEPS);
+    let mut states = rollout.with_state(state).unwrap().take(STEPS);
     states.any(|state| state.map_or(true, |state| speed(&state) > GROWTH * start))
 }
 
@@ -56,7 +56,7 @@ fn assert_checked_at_the_limit(world: &World) {
     let found = limit(world);
     for (part, is_stopped) in [(0.98, false), (1.02, true)] {
         let plan = Plan::new(part * found, STEPS).unwrap();
-        let ended = world.rollout(&plan.recording_every(STEPS)).recorded();
+        let ended = world.rollout(&plan.recording_every(STEPS)).run();
         assert_eq!(ended.is_err(), is_stopped, "{part} of {found:e} s");
     }
 }
@@ -103,7 +103,7 @@ fn at_rest(bodies: impl Fn(Material) -> Vec<Body>, skin: Material) -> World {
     let rest = world.rollout(&plan).nth(SETTLING).unwrap().unwrap();
     assert!(speed(&rest) < 1e-3 * DISTURBANCE, "{:e}", speed(&rest));
     let bodies = bodies(skin).into_iter().zip(&rest.bodies);
-    let placed = bodies.map(|(body, state)| body.at(state.pose));
+    let placed = bodies.map(|(body, state)| body.with_pose(state.pose));
     with_gravity(World::new(placed.collect()).unwrap())
 }
 
@@ -127,7 +127,7 @@ fn ball_on_slab(skin: Material) -> Vec<Body> {
     let place = vector![0.03, 0.05, distance - 1e-5];
     let ball = Body::dynamic("ball", Shape::new(field), skin, Mass::Total(0.2)).unwrap();
     vec![
-        ball.at(Pose::new(turn.into_inner(), place).unwrap()),
+        ball.with_pose(Pose::new(turn.into_inner(), place).unwrap()),
         slab(skin),
     ]
 }
@@ -147,9 +147,9 @@ fn a_ball_on_a_slab_blows_up_at_the_limit() {
 
 /// A cube on a larger one on a slab.
 fn two_on_slab(skin: Material) -> Vec<Body> {
-    let lower = cube("lower", EDGE, skin).at(at(0.03, 0.05, EDGE / 2.0 - 1e-4));
+    let lower = cube("lower", EDGE, skin).with_pose(at(0.03, 0.05, EDGE / 2.0 - 1e-4));
     let above = EDGE + 0.08 - 2e-4;
-    let upper = cube("upper", 0.16, skin).at(at(0.03, 0.05, above));
+    let upper = cube("upper", 0.16, skin).with_pose(at(0.03, 0.05, above));
     vec![lower, upper, slab(skin)]
 }
 
@@ -174,7 +174,7 @@ fn friction_beyond_its_limit_chatters_and_does_not_blow_up() {
     state.bodies[0].twist.linear.x = DISTURBANCE;
     let plan = Plan::new(time_step, STEPS).unwrap();
     let rollout = world.rollout(&plan.without_stability_check());
-    let states = rollout.starting_from(state).unwrap().take(STEPS);
+    let states = rollout.with_state(state).unwrap().take(STEPS);
     let fastest = states
         .map(|state| speed(&state.unwrap()))
         .fold(0.0, f64::max);

@@ -29,8 +29,8 @@ fn two_free_bodies_of_equal_mass_have_half_the_effective_mass() {
         Mass::Total(1.0),
     );
     let bodies = vec![
-        cube("cube", EDGE, skin).at(at(0.0, 0.0, EDGE / 2.0 - 0.01)),
-        free.unwrap().at(at(0.0, 0.0, -0.5)),
+        cube("cube", EDGE, skin).with_pose(at(0.0, 0.0, EDGE / 2.0 - 0.01)),
+        free.unwrap().with_pose(at(0.0, 0.0, -0.5)),
     ];
     let world = World::new(bodies).unwrap();
     assert_close(
@@ -62,7 +62,7 @@ fn friction_of_a_ball_at_rest_enters_with_its_force_over_the_slip_tolerance() {
     let skin = Material::elastic(1e6).with_friction(0.5);
     let ball = Arc::new(fine_ball(0.1, 24, 12));
     let ball = Body::dynamic("ball", ball, skin, Mass::Total(1.0)).unwrap();
-    let bodies = vec![ball.at(at(0.0, 0.0, 0.098)), slab(skin)];
+    let bodies = vec![ball.with_pose(at(0.0, 0.0, 0.098)), slab(skin)];
     for slip_tolerance in [1e-4, 1e-3] {
         let world = World::new(bodies.clone()).unwrap();
         let world = world.with_slip_tolerance(slip_tolerance).unwrap();
@@ -83,7 +83,7 @@ fn stack(count: usize) -> World {
         let name = format!("block {index}");
         // Between equal moduli each gives way by half the overlap.
         top += edge - 1e-4;
-        bodies.push(cube(&name, edge, skin).at(at(0.03, 0.05, top - edge / 2.0)));
+        bodies.push(cube(&name, edge, skin).with_pose(at(0.03, 0.05, top - edge / 2.0)));
     }
     World::new(bodies).unwrap()
 }

@@ -21,10 +21,10 @@ const EIGENVALUES_AT_REST: f64 = 2e-3;
 /// velocity, spin.
 fn step_matrix(world: &World, body: &str, time_step: f64, integrator: Integrator) -> DMatrix<f64> {
     let by = [
-        Parameter::InitialPosition(body.into()),
-        Parameter::InitialOrientation(body.into()),
-        Parameter::InitialVelocity(body.into()),
-        Parameter::InitialSpin(body.into()),
+        Parameter::initial_position(body),
+        Parameter::initial_orientation(body),
+        Parameter::initial_velocity(body),
+        Parameter::initial_angular_velocity(body),
     ];
     let plan = Plan::new(time_step, 1).unwrap().without_stability_check();
     let experiment = Experiment::new(world, &plan.with_integrator(integrator));
@@ -70,7 +70,7 @@ fn askew(random: &mut Random, skin: Material) -> World {
     let height = random.between(0.09, 0.13);
     let pose = Pose::from_rotation_vector(&random.rotation_vector(), vector![0.03, 0.05, height]);
     let body = Body::dynamic("body", shape, skin, Mass::Total(1.0)).unwrap();
-    World::new(vec![body.at(pose), slab(skin)]).unwrap()
+    World::new(vec![body.with_pose(pose), slab(skin)]).unwrap()
 }
 
 /// The largest of the relative differences of limits from where eigenvalues cross, of worlds that touch.
@@ -85,7 +85,7 @@ fn worst_of_eigenvalues(skin: Material, speed: f64, integrator: Integrator) -> [
         bodies[0] = bodies[0]
             .clone()
             .with_velocity(random.vector() * speed)
-            .with_spin(random.vector() * (speed / 0.15));
+            .with_angular_velocity(random.vector() * (speed / 0.15));
         if world.largest_stable_step(&state).unwrap().is_none() {
             continue;
         }

@@ -32,7 +32,7 @@ fn thrown_ball() -> Body {
     let ball = Shape::new(shapes::icosphere(0.05, 2).unwrap());
     let ball = Body::dynamic("ball", ball, Material::elastic(1e5), Mass::Total(0.01)).unwrap();
     let turn = vector![-0.4, -0.6, -0.5];
-    ball.at(Pose::from_rotation_vector(
+    ball.with_pose(Pose::from_rotation_vector(
         &turn,
         vector![0.013, 0.017, 1.05],
     ))
@@ -61,7 +61,7 @@ fn companions() -> Vec<(&'static str, Vec<Body>)> {
             "a fast body",
             vec![
                 heavy()
-                    .at(at(5.0, 0.0, 50.0))
+                    .with_pose(at(5.0, 0.0, 50.0))
                     .with_velocity(vector![30.0, 0.0, 0.0]),
             ],
         ),
@@ -69,15 +69,15 @@ fn companions() -> Vec<(&'static str, Vec<Body>)> {
             "a spinning body",
             vec![
                 heavy()
-                    .at(at(5.0, 0.0, 50.0))
-                    .with_spin(vector![0.0, 0.0, 1000.0]),
+                    .with_pose(at(5.0, 0.0, 50.0))
+                    .with_angular_velocity(vector![0.0, 0.0, 1000.0]),
             ],
         ),
         (
             "a block on a belt",
             vec![
-                Body::prescribed("belt", belt, skin, path).unwrap(),
-                block.at(at(5.0, 0.0, 0.047)),
+                Body::kinematic("belt", belt, skin, path).unwrap(),
+                block.with_pose(at(5.0, 0.0, 0.047)),
             ],
         ),
     ]
@@ -104,7 +104,7 @@ fn created_energy_ends_a_rollout_whatever_other_bodies_do() {
             .with_gravity(down())
             .unwrap();
         let plan = Plan::new(2e-2, 50).unwrap();
-        let error = world.rollout(&plan).recorded().unwrap_err().error;
+        let error = world.rollout(&plan).run().unwrap_err().error;
         let RolloutError::EnergyGained {
             step,
             bodies,
@@ -142,12 +142,12 @@ fn bounces_do_not_add_energy_up_in_silence() {
                     Body::dynamic("cube", Arc::clone(&cube), skin, Mass::Total(mass)).unwrap();
                 let floor = Body::fixed("floor", Arc::clone(&block), skin).unwrap();
                 let world = World::new(vec![
-                    cube.at(at(0.0, 0.0, 0.05 + drop)),
-                    floor.at(at(0.0, 0.0, -0.1)),
+                    cube.with_pose(at(0.0, 0.0, 0.05 + drop)),
+                    floor.with_pose(at(0.0, 0.0, -0.1)),
                 ]);
                 let world = world.unwrap().with_gravity(down()).unwrap();
                 let plan = Plan::new(time_step, steps).unwrap();
-                match world.rollout(&plan).recorded() {
+                match world.rollout(&plan).run() {
                     Ok(trajectory) => {
                         let states = trajectory.states().iter();
                         let heights = states.map(|state| state.bodies[0].position().z - 0.05);
@@ -191,14 +191,17 @@ fn thrown_coins_and_dice_gain_no_energy_in_silence() {
         let spin = vector![number(0.162), number(0.485), number(0.873)] * 10.0;
         let body = Body::dynamic("body", Arc::clone(shape), skin, Mass::Total(mass)).unwrap();
         let start = Pose::from_rotation_vector(&turn, vector![0.0, 0.0, 0.17]);
-        let body = body.at(start).with_velocity(velocity).with_spin(spin);
+        let body = body
+            .with_pose(start)
+            .with_velocity(velocity)
+            .with_angular_velocity(spin);
         let world = World::new(vec![body, rigid_floor()])
             .unwrap()
             .with_gravity(down())
             .unwrap();
         let plan = Plan::new([1e-3, 5e-4][usize::from(throw % 4 > 1)], 3000).unwrap();
-        let energy = |state: &_| world.report(state).unwrap().total_energy();
-        match world.rollout(&plan).recorded() {
+        let energy = |state: &_| world.diagnostics(state).unwrap().total_energy();
+        match world.rollout(&plan).run() {
             Ok(trajectory) => {
                 let energies = trajectory.states().iter().map(energy);
                 let most = energies.fold(0.0, f64::max);
@@ -234,14 +237,17 @@ fn the_check_does_not_depend_on_the_frame() {
             };
             let path = steady(Pose::identity(), lift);
             let floor =
-                Body::prescribed("floor", HalfSpace::rigid(), Material::rigid(), path).unwrap();
-            let ball = ball.unwrap().at(at(0.0, 0.0, 0.12)).with_velocity(velocity);
+                Body::kinematic("floor", HalfSpace::rigid(), Material::rigid(), path).unwrap();
+            let ball = ball
+                .unwrap()
+                .with_pose(at(0.0, 0.0, 0.12))
+                .with_velocity(velocity);
             let world = World::new(vec![ball, floor])
                 .unwrap()
                 .with_gravity(down())
                 .unwrap();
             let plan = Plan::new(time_step, steps).unwrap();
-            world.rollout(&plan).recorded().is_err()
+            world.rollout(&plan).run().is_err()
         };
     let (mut refused, mut differing) = (0, 0);
     for modulus in [1e6, 5e6, 1e7, 1e8] {

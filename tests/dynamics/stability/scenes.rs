@@ -23,12 +23,12 @@ pub fn slab_skin(skin: Material) -> Material {
 /// A slab whose top is z = 0, of the closed forms: modulus 3e6, half depth 0.5.
 pub fn slab(skin: Material) -> Body {
     let slab = Body::fixed("slab", box_shape([2.0, 2.0, 1.0]), slab_skin(skin)).unwrap();
-    slab.at(at(0.0, 0.0, -0.5))
+    slab.with_pose(at(0.0, 0.0, -0.5))
 }
 
 /// A cube of 1 kg, pressed so deep (m) into a slab.
 pub fn cube_on_slab(skin: Material, depth: f64) -> World {
-    let cube = cube("cube", EDGE, skin).at(at(0.03, 0.05, EDGE / 2.0 - depth));
+    let cube = cube("cube", EDGE, skin).with_pose(at(0.03, 0.05, EDGE / 2.0 - depth));
     with_gravity(World::new(vec![cube, slab(skin)]).unwrap())
 }
 

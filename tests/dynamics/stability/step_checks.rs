@@ -73,16 +73,16 @@ fn impacts_that_would_make_energy_are_stopped() {
             let ball = Body::dynamic("ball", Arc::clone(&ball), skin, Mass::Total(0.1)).unwrap();
             let slab = Body::fixed("slab", Arc::clone(&slab), skin).unwrap();
             let world = World::new(vec![
-                ball.at(Pose::from_translation(vector![0.0, 0.0, height]))
+                ball.with_pose(Pose::from_translation(vector![0.0, 0.0, height]))
                     .with_velocity(vector![0.0, 0.0, -3.0]),
-                slab.at(Pose::from_translation(vector![0.013, 0.021, -0.2])),
+                slab.with_pose(Pose::from_translation(vector![0.013, 0.021, -0.2])),
             ])
             .unwrap();
             let checked = Plan::new(1e-3, 40).unwrap().recording_every(40);
             let plan = checked.without_stability_check();
             let energy = |end: &State| (end.bodies[0].twist.linear.norm() / 3.0).powi(2);
-            unchecked = unchecked.max(energy(world.rollout(&plan).recorded().unwrap().last()));
-            match world.rollout(&checked).recorded() {
+            unchecked = unchecked.max(energy(world.rollout(&plan).run().unwrap().last()));
+            match world.rollout(&checked).run() {
                 Ok(trajectory) => worst = worst.max(energy(trajectory.last())),
                 Err(_) => stopped += 1,
             }
@@ -100,22 +100,22 @@ fn what_was_recorded_before_is_kept() {
     let step = 6;
     for every in [1, 2, 4] {
         let plan = plan.recording_every(every);
-        let interrupted = world.rollout(&plan).recorded().unwrap_err();
+        let interrupted = world.rollout(&plan).run().unwrap_err();
         assert_eq!(ended(&interrupted.error).0, step);
         let recorded = interrupted.trajectory.states().len();
         assert_eq!(recorded, 1 + (step - 1) / every);
     }
     let rollout = world.rollout(&plan.without_stability_check());
-    assert!(rollout.recorded().is_ok());
+    assert!(rollout.run().is_ok());
 }
 
 #[test]
 fn a_rollout_whose_step_is_short_enough_goes_on_with_the_same_states() {
     let world = falling();
     let plan = Plan::new(SHORT_ENOUGH, 200).unwrap();
-    let checked = world.rollout(&plan).recorded().unwrap();
+    let checked = world.rollout(&plan).run().unwrap();
     let unchecked = world.rollout(&plan.without_stability_check());
-    let unchecked = unchecked.recorded().unwrap();
+    let unchecked = unchecked.run().unwrap();
     for (checked, unchecked) in checked.states().iter().zip(unchecked.states()) {
         let [a, b] = [checked, unchecked].map(|state| state.bodies[0].position().z);
         assert_eq!(a.to_bits(), b.to_bits());
@@ -128,14 +128,17 @@ fn batches_and_experiments_check_too_and_so_do_dual_numbers() {
     let lifted = world.lifted::<Dual64>();
     let plan = Plan::new(TOO_LONG, 100).unwrap();
     let unchecked = Batch::new(&plan.without_stability_check());
-    assert!(unchecked.of_worlds(std::slice::from_ref(&world))[0].is_ok());
+    assert!(unchecked.rollouts(std::slice::from_ref(&world))[0].is_ok());
     let batch = Batch::new(&plan);
-    let results = batch.of_worlds(std::slice::from_ref(&lifted));
+    let results = batch.rollouts(std::slice::from_ref(&lifted));
     assert_eq!(ended(&results[0].as_ref().unwrap_err().error).0, 6);
 
     let outcome = FinalPosition::of_body(&world, "cube").unwrap();
-    let by = [Parameter::InitialVelocity("cube".into())];
-    let of_samples = batch.gradients_after(&world, &by, &[[0.0; 3]], &outcome);
+    let by = [Parameter::initial_velocity("cube")];
+    let of_samples = batch.map(&[[0.0; 3]], |job, sample| {
+        job.experiment(world.perturbed(&by, sample)?)
+            .gradient(&by, &outcome)
+    });
     let experiment = Experiment::new(&world, &plan);
     let errors = [
         of_samples[0].as_ref().unwrap_err().clone(),
@@ -177,7 +180,7 @@ fn default_plans_end_with_an_error_that_names_the_remedy_or_give_a_correct_motio
                 let ball = Body::dynamic("ball", Arc::clone(&ball), skin, Mass::Total(mass));
                 let world = World::new(vec![
                     ball.unwrap()
-                        .at(Pose::from_translation(vector![0.0, 0.0, height])),
+                        .with_pose(Pose::from_translation(vector![0.0, 0.0, height])),
                     Body::fixed("floor", HalfSpace::rigid(), hard).unwrap(),
                 ]);
                 let world = world
@@ -186,7 +189,7 @@ fn default_plans_end_with_an_error_that_names_the_remedy_or_give_a_correct_motio
                     .unwrap();
                 let plan = Plan::new(time_step, steps).unwrap();
                 let plan = plan.with_integrator(integrator);
-                match world.rollout(&plan).recorded() {
+                match world.rollout(&plan).run() {
                     Err(interrupted) => {
                         let message = interrupted.error.to_string();
                         let states = interrupted.trajectory.states();
@@ -228,12 +231,12 @@ fn steps_that_lead_through_a_plate_make_no_energy() {
             let ball = Body::dynamic("ball", Arc::clone(&ball), skin, Mass::Density(1000.0));
             let world = World::new(vec![
                 ball.unwrap()
-                    .at(Pose::from_translation(vector![0.001, 0.002, height]))
+                    .with_pose(Pose::from_translation(vector![0.001, 0.002, height]))
                     .with_velocity(vector![0.0, 0.0, -5.0]),
                 Body::fixed("plate", Arc::clone(&plate), skin).unwrap(),
             ]);
             let plan = Plan::new(5e-3, 8).unwrap();
-            match world.unwrap().rollout(&plan).recorded() {
+            match world.unwrap().rollout(&plan).run() {
                 Ok(trajectory) => {
                     let speed = trajectory.last().bodies[0].twist.linear.norm();
                     // Twice the energy, and what a fall for a step has.

@@ -18,7 +18,7 @@ fn nothing_that_touches_is_no_limit() {
             .is_none()
     );
     let pressed = cube_on_slab(Material::elastic(1e6), 0.01);
-    let ignoring = pressed.ignoring("cube", "slab").unwrap();
+    let ignoring = pressed.with_ignored("cube", "slab").unwrap();
     assert!(
         ignoring
             .largest_stable_step(&ignoring.initial_state())
@@ -28,7 +28,7 @@ fn nothing_that_touches_is_no_limit() {
     // Two bodies that forces do not move.
     let skin = Material::elastic(1e6);
     let fixed = Body::fixed("cube", box_shape([EDGE; 3]), skin).unwrap();
-    let still = World::new(vec![fixed.at(at(0.0, 0.0, 0.09)), slab(skin)]).unwrap();
+    let still = World::new(vec![fixed.with_pose(at(0.0, 0.0, 0.09)), slab(skin)]).unwrap();
     assert!(
         still
             .largest_stable_step(&still.initial_state())
@@ -42,7 +42,7 @@ fn the_limit_of_many_is_that_of_the_stiffest_contact_and_names_it() {
     let skin = Material::elastic(1e6);
     let beside = |name, x, depth, mass| {
         let body = Body::dynamic(name, box_shape([EDGE; 3]), skin, Mass::Total(mass)).unwrap();
-        body.at(at(x, 0.05, EDGE / 2.0 - depth))
+        body.with_pose(at(x, 0.05, EDGE / 2.0 - depth))
     };
     // The lightest is the stiffest; the one in the air is none.
     let bodies = vec![
@@ -79,7 +79,7 @@ fn where_a_bodys_frame_has_its_origin_does_not_matter() {
         let upright = Pose::from_rotation_vector(&turn, Vector3::zeros());
         let origin = vector![0.03, 0.05, 0.11] + upright.rotation() * off;
         let body = body
-            .at(Pose::from_rotation_vector(&turn, origin))
+            .with_pose(Pose::from_rotation_vector(&turn, origin))
             .with_velocity(vector![0.1, 0.2, -0.3]);
         limit(&World::new(vec![body, slab(skin)]).unwrap())
     });

@@ -203,7 +203,7 @@ fn hammering() -> World {
     };
     World::new(vec![
         Body::dynamic("block", cube(), ELASTIC, Mass::Total(1e9)).unwrap(),
-        Body::prescribed("hammer", cube(), ELASTIC, Arc::new(path)).unwrap(),
+        Body::kinematic("hammer", cube(), ELASTIC, Arc::new(path)).unwrap(),
     ])
     .unwrap()
 }
@@ -229,7 +229,7 @@ fn surfaces_of_a_long_recording(body: &str, world: &World, rollout: &Trajectory)
 fn a_long_contact_has_no_more_surfaces_than_a_recording_may() {
     let world = resting();
     let plan = Plan::new(1e-3, 7_000).unwrap().recording_every(10);
-    let rollout = world.rollout(&plan).recorded().unwrap();
+    let rollout = world.rollout(&plan).run().unwrap();
     let count = surfaces_of_a_long_recording("ball", &world, &rollout);
     assert!(
         (MOST_SURFACES / 2..=MOST_SURFACES).contains(&count),
@@ -241,7 +241,7 @@ fn a_long_contact_has_no_more_surfaces_than_a_recording_may() {
 fn many_short_contacts_have_no_more_surfaces_than_a_recording_may() {
     let world = hammering();
     let rollout = world.rollout(&Plan::new(1.0 / RATE, 600).unwrap());
-    let rollout = rollout.recorded().unwrap();
+    let rollout = rollout.run().unwrap();
     let count = surfaces_of_a_long_recording("hammer", &world, &rollout);
     assert!(
         (MOST_SURFACES / 2..=MOST_SURFACES).contains(&count),
@@ -309,7 +309,7 @@ fn bytes_of_polygons_and_surfaces(name: &str, below: impl Fn(usize) -> Shape) ->
     let sizes = [1, 3].map(|order| {
         let world = resting_on(below(order), order);
         let plan = Plan::new(1e-3, 1_000).unwrap().recording_every(20);
-        let trajectory = world.rollout(&plan).recorded().unwrap();
+        let trajectory = world.rollout(&plan).run().unwrap();
         let recording = Recording::new(&world, &trajectory);
         let glb = read_back(&format!("sizes_on_{name}_{order}"), &recording);
         let states = trajectory.states().iter();
@@ -337,7 +337,7 @@ fn barely_touching(depth: f64) -> World {
     World::new(vec![
         Body::dynamic("tilted", cube(), ELASTIC, Mass::Total(1.0))
             .unwrap()
-            .at(tilted),
+            .with_pose(tilted),
         Body::fixed("flat", cube(), ELASTIC).unwrap(),
     ])
     .unwrap()

@@ -98,8 +98,8 @@ fn frames_are_as_many_as_60_in_a_second() {
     let world = tumbling(rubbing());
     let whole = rollout(&world);
     let later = world.rollout(&Plan::new(TIME_STEP, 300).unwrap());
-    let later = later.starting_from(whole.last().clone()).unwrap();
-    let later = later.recorded().unwrap();
+    let later = later.with_state(whole.last().clone()).unwrap();
+    let later = later.run().unwrap();
     for (name, trajectory, slowdown) in [
         ("real_time", &whole, 1.0),
         ("slow", &whole, SLOWDOWN),
@@ -125,7 +125,7 @@ fn a_recording_ends_with_the_last_state() {
     let world = tumbling(rubbing());
     for steps in [1, 33, 34, 35, 77] {
         let rollout = world.rollout(&Plan::new(TIME_STEP, steps).unwrap());
-        let trajectory = rollout.recorded().unwrap();
+        let trajectory = rollout.run().unwrap();
         let name = format!("{steps}_steps");
         let glb = read_back(&name, &Recording::new(&world, &trajectory));
         let end = trajectory.last().bodies[1].position();
@@ -160,7 +160,7 @@ fn states_that_are_at_once_in_single_precision_have_one_frame() {
 fn times_increase_in_single_precision_after_a_long_time() {
     let world = tumbling(rubbing());
     let rollout = world.rollout(&Plan::new(TIME_STEP, 5).unwrap());
-    let mut saved = serde_json::to_value(rollout.recorded().unwrap()).unwrap();
+    let mut saved = serde_json::to_value(rollout.run().unwrap()).unwrap();
     // Single precision has every quarter of a second there.
     let times = [0.0, 3e6, 3e6 + 0.05, 3e6 + 0.15, 3e6 + 0.25, 3e6 + 0.3];
     for (place, time) in times.into_iter().enumerate() {

@@ -40,7 +40,7 @@ pub fn rubbing() -> Material {
 pub fn tumbling(skin: Material) -> World {
     let floor = Shape::new(shapes::cuboid([2.0, 2.0, 0.2]).unwrap());
     let block = Shape::new(shapes::cuboid([0.3, 0.2, 0.1]).unwrap());
-    let off_center = Mass::Given(MassProperties {
+    let off_center = Mass::Properties(MassProperties {
         mass: 2.0,
         center_of_mass: vector![0.04, -0.02, 0.01],
         inertia: Matrix3::from_diagonal(&vector![0.01, 0.02, 0.025]),
@@ -52,15 +52,15 @@ pub fn tumbling(skin: Material) -> World {
         Body::fixed("floor", floor, skin).unwrap(),
         Body::dynamic("block", block, skin, off_center)
             .unwrap()
-            .at(tilted)
+            .with_pose(tilted)
             .with_velocity(vector![0.3, 0.1, -1.0])
-            .with_spin(vector![12.0, -6.0, 9.0]),
+            .with_angular_velocity(vector![12.0, -6.0, 9.0]),
         ball("ball")
-            .at(Pose::from_translation(vector![0.03, 0.02, 0.5]))
+            .with_pose(Pose::from_translation(vector![0.03, 0.02, 0.5]))
             .with_velocity(vector![0.0, 0.0, -1.5]),
         ball("twin")
-            .at(Pose::from_translation(vector![0.8, 0.0, 1.6]))
-            .with_spin(vector![0.0, 20.0, 0.0]),
+            .with_pose(Pose::from_translation(vector![0.8, 0.0, 1.6]))
+            .with_angular_velocity(vector![0.0, 20.0, 0.0]),
     ])
     .unwrap()
     .with_gravity(DOWN)
@@ -70,13 +70,13 @@ pub fn tumbling(skin: Material) -> World {
 /// A second of a world's motion.
 pub fn rollout(world: &World) -> Trajectory {
     let rollout = world.rollout(&Plan::new(TIME_STEP, 1000).unwrap());
-    rollout.recorded().unwrap()
+    rollout.run().unwrap()
 }
 
 /// The initial state alone.
 pub fn standing(world: &World) -> Trajectory {
     let rollout = world.rollout(&Plan::new(TIME_STEP, 0).unwrap());
-    rollout.recorded().unwrap()
+    rollout.run().unwrap()
 }
 
 pub fn file(name: &str) -> PathBuf {
@@ -142,7 +142,7 @@ pub fn resting_on(floor: Shape, subdivisions: usize) -> World {
     World::new(vec![
         Body::dynamic("ball", ball, skin, Mass::Total(1.0))
             .unwrap()
-            .at(Pose::from_translation(vector![0.0, 0.0, 0.195])),
+            .with_pose(Pose::from_translation(vector![0.0, 0.0, 0.195])),
         Body::fixed("floor", floor, skin).unwrap(),
     ])
     .unwrap()

@@ -105,13 +105,13 @@ fn a_state_that_is_not_finite_in_single_precision_is_refused() {
     let mut lost = world.initial_state();
     lost.bodies[1].pose = Pose::from_translation(vector![1e300, 0.0, 1.0]);
     let rollout = world.rollout(&Plan::new(TIME_STEP, 0).unwrap());
-    let trajectory = rollout.clone().starting_from(lost).unwrap().recorded();
+    let trajectory = rollout.clone().with_state(lost).unwrap().run();
     let error = refused("lost.glb", &Recording::new(&world, &trajectory.unwrap()));
     assert_not_finite(&error, "body \"block\"");
     // No trajectory has a time that is not finite: the state is refused.
     let mut timeless = world.initial_state();
     timeless.time = f64::NAN;
-    assert!(rollout.starting_from(timeless).is_err());
+    assert!(rollout.with_state(timeless).is_err());
 }
 
 #[test]

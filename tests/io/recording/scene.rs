@@ -120,13 +120,13 @@ fn half_spaces_are_drawn_below_the_bodies_that_move_and_as_wide_as_they_reach() 
     let half_space = Arc::new(HalfSpace::rigid());
     let plane = |name, pose| {
         let body = Body::fixed(name, Arc::clone(&half_space), Material::rigid()).unwrap();
-        body.at(pose)
+        body.with_pose(pose)
     };
     // The wall is the plane x = -1 and faces along x.
     let wall = Pose::from_rotation_vector(&vector![0.0, FRAC_PI_2, 0.0], vector![-1.0, 0.0, 7.0]);
     let bodies = vec![
-        ball.at(Pose::from_translation(vector![3.0, 2.0, 1.0])),
-        away.at(Pose::from_translation(vector![50.0, 0.0, 0.0])),
+        ball.with_pose(Pose::from_translation(vector![3.0, 2.0, 1.0])),
+        away.with_pose(Pose::from_translation(vector![50.0, 0.0, 0.0])),
         plane("ground", Pose::identity()),
         plane("wall", wall),
     ];

@@ -70,11 +70,11 @@ const EXTENSIONS: &[&str] = &["glb"];
 /// let floor = Shape::new(shapes::cuboid([1.0, 1.0, 0.2])?);
 /// let world = World::new(vec![
 ///     Body::dynamic("ball", ball, skin, Mass::Total(1.0))?
-///         .at(Pose::from_translation(vector![0.0, 0.0, 0.4])),
+///         .with_pose(Pose::from_translation(vector![0.0, 0.0, 0.4])),
 ///     Body::fixed("floor", floor, skin)?,
 /// ])?
 /// .with_gravity(vector![0.0, 0.0, -9.81])?;
-/// let trajectory = world.rollout(&Plan::new(5e-4, 2_000)?).recorded()?;
+/// let trajectory = world.rollout(&Plan::new(5e-4, 2_000)?).run()?;
 ///
 /// let path = std::env::temp_dir().join("bouncing_ball.glb");
 /// Recording::new(&world, &trajectory).slowed(4.0).write(&path)?;

@@ -38,7 +38,7 @@ impl Camera {
         // A camera of glTF looks against its z axis; y is up.
         let backwards = self.eye - self.point;
         let upwards = square_to(&backwards.normalize(), up);
-        let turn = UnitQuaternion::face_toward(&backwards, &upwards);
+        let turn = UnitQuaternion::face_towards(&backwards, &upwards);
         let [near] = single([NEAREST * backwards.norm()]);
         let camera = document.camera(GltfCamera {
             name: None,

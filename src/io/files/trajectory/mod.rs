@@ -73,7 +73,7 @@ struct Row<'a> {
 /// let ball = Arc::new(Shape::new(shapes::icosphere(0.1, 1)?));
 /// let ball = Body::dynamic("ball", ball, Material::elastic(1e5), Mass::Total(1.0))?;
 /// let world = World::new(vec![ball])?.with_gravity(Vector3::new(0.0, 0.0, -9.81))?;
-/// let trajectory = world.rollout(&Plan::new(1e-3, 400)?.recording_every(100)).recorded()?;
+/// let trajectory = world.rollout(&Plan::new(1e-3, 400)?.recording_every(100)).run()?;
 /// let path = std::env::temp_dir().join("falling_ball.csv");
 /// write_trajectory(&path, &world, &trajectory)?;
 /// assert_eq!(std::fs::read_to_string(&path)?.lines().count(), 1 + 5);

@@ -177,7 +177,7 @@ pub fn _load_step_report(saved: &[u8]) -> PyResult<StepReport> {
 
 /// Energies and momentum of a state. Only dynamic bodies have kinetic energy, weight and momentum.
 #[pyclass(frozen, get_all, module = "hydroelastic")]
-pub struct Report {
+pub struct Diagnostics {
     /// ½ m v² + ½ ω·I·ω (J).
     kinetic_energy: f64,
     /// −m g·x (J), x the center of mass from the origin of the world.
@@ -192,8 +192,8 @@ pub struct Report {
     angular_momentum: Py<PyArrayDyn<f64>>,
 }
 
-impl Report {
-    pub fn of(py: Python<'_>, report: &dynamics::Report) -> PyResult<Self> {
+impl Diagnostics {
+    pub fn of(py: Python<'_>, report: &dynamics::Diagnostics) -> PyResult<Self> {
         let momentum = [&report.momentum.linear, &report.momentum.angular];
         let [linear, angular] =
             momentum.map(|it| -> PyResult<Floats<'_>> { array(py, it.as_slice().to_vec(), &[3]) });
@@ -209,7 +209,7 @@ impl Report {
 }
 
 #[pymethods]
-impl Report {
+impl Diagnostics {
     #[new]
     fn new(
         py: Python<'_>,
@@ -243,7 +243,7 @@ impl Report {
 
     fn __repr__(&self) -> String {
         format!(
-            "Report(kinetic_energy={:?}, gravitational_energy={:?}, contact_energy={:?}, total_energy={:?} J)",
+            "Diagnostics(kinetic_energy={:?}, gravitational_energy={:?}, contact_energy={:?}, total_energy={:?} J)",
             self.kinetic_energy, self.gravitational_energy, self.contact_energy, self.total_energy
         )
     }

@@ -48,13 +48,14 @@ pub(crate) fn mapped_into<I: Sync, O: Send>(
 /// thread. Use this for many contacts or rollouts at once. Jobs of a few µs should be grouped into chunks.
 ///
 /// ```
-/// use hydroelastic::contact::{BodyError, ContactBody, ContactPair, Shape, results_of};
+/// use hydroelastic::contact::{BodyError, ContactBody, ContactPair, Shape};
 /// use hydroelastic::mesh::shapes;
+/// use hydroelastic::parallel;
 /// use hydroelastic::spatial::Pose;
 /// use nalgebra::vector;
 ///
 /// let ball = Shape::new(shapes::icosphere(0.1, 2)?);
-/// let forces = results_of(&[0.17, 0.18, 0.19], |&height| {
+/// let forces = parallel::map(&[0.17, 0.18, 0.19], |&height| {
 ///     let above = Pose::from_translation(vector![0.0, 0.0, height]);
 ///     let a = ContactBody::new(&ball, above, 1e5)?;
 ///     let b = ContactBody::new(&ball, Pose::identity(), 1e5)?;
@@ -64,7 +65,7 @@ pub(crate) fn mapped_into<I: Sync, O: Send>(
 /// assert!(forces[0] > forces[1] && forces[1] > forces[2]);
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
-pub fn results_of<I: Sync, O: Send>(items: &[I], job: impl Fn(&I) -> O + Sync) -> Vec<O> {
+pub fn map<I: Sync, O: Send>(items: &[I], job: impl Fn(&I) -> O + Sync) -> Vec<O> {
     let mut results = Vec::with_capacity(items.len());
     spread_into(&mut results, items, |item| alone(|| job(item)));
     results

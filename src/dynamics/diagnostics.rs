@@ -7,7 +7,7 @@ use nalgebra::Vector3;
 /// Energies and momentum of a state. Only dynamic bodies have kinetic energy, weight and momentum.
 #[derive(Debug, Clone, Copy)]
 #[non_exhaustive]
-pub struct Report<T = f64> {
+pub struct Diagnostics<T = f64> {
     /// ½ m v² + ½ ω·I·ω (J).
     pub kinetic_energy: T,
     /// −m g·x (J), x the center of mass from the origin of the world.
@@ -35,12 +35,12 @@ pub struct Momentum<T = f64> {
     feature = "serde",
     serde(from = "Vec<[usize; 4]>", into = "Vec<[usize; 4]>")
 )]
-pub struct Topology {
+pub struct ContactTopology {
     /// Bodies A and B, tetrahedron of A, tetrahedron (or triangle) of B: sorted.
     touching: Vec<[usize; 4]>,
 }
 
-impl Topology {
+impl ContactTopology {
     /// Number of contact polygons.
     #[must_use]
     pub fn polygon_count(&self) -> usize {
@@ -67,7 +67,7 @@ impl Topology {
 }
 
 #[cfg(feature = "serde")]
-impl From<Vec<[usize; 4]>> for Topology {
+impl From<Vec<[usize; 4]>> for ContactTopology {
     fn from(mut touching: Vec<[usize; 4]>) -> Self {
         touching.sort_unstable();
         touching.dedup();
@@ -76,13 +76,13 @@ impl From<Vec<[usize; 4]>> for Topology {
 }
 
 #[cfg(feature = "serde")]
-impl From<Topology> for Vec<[usize; 4]> {
-    fn from(topology: Topology) -> Self {
+impl From<ContactTopology> for Vec<[usize; 4]> {
+    fn from(topology: ContactTopology) -> Self {
         topology.touching
     }
 }
 
-impl<T: Scalar> Report<T> {
+impl<T: Scalar> Diagnostics<T> {
     /// Kinetic, gravitational and contact energy (J), without what is stored in forces of other kinds.
     #[must_use]
     pub fn total_energy(&self) -> T {
@@ -95,9 +95,9 @@ impl<T: Scalar, F: Force> World<T, F> {
     ///
     /// # Errors
     /// If the state does not fit the world: another number of bodies, a pose that is not rigid, or a number that is not finite.
-    pub fn report(&self, state: &State<T>) -> Result<Report<T>, WorldError> {
+    pub fn diagnostics(&self, state: &State<T>) -> Result<Diagnostics<T>, WorldError> {
         state.check_fits(self.bodies())?;
-        Ok(self.system.report(state))
+        Ok(self.system.diagnostics(state))
     }
 
     /// Indices of bodies, A and B, that have passed so far into each other that contact may no longer push them apart: see
@@ -105,16 +105,16 @@ impl<T: Scalar, F: Force> World<T, F> {
     ///
     /// # Errors
     /// If the state does not fit the world: another number of bodies, a pose that is not rigid, or a number that is not finite.
-    pub fn sunk_through(&self, state: &State<T>) -> Result<Vec<[usize; 2]>, WorldError> {
+    pub fn fully_submerged(&self, state: &State<T>) -> Result<Vec<[usize; 2]>, WorldError> {
         state.check_fits(self.bodies())?;
-        Ok(self.system.sunk_through(state))
+        Ok(self.system.fully_submerged(state))
     }
 
     /// Which tetrahedra touch in a state.
     ///
     /// # Errors
     /// If the state does not fit the world: another number of bodies, a pose that is not rigid, or a number that is not finite.
-    pub fn topology(&self, state: &State<T>) -> Result<Topology, WorldError> {
+    pub fn topology(&self, state: &State<T>) -> Result<ContactTopology, WorldError> {
         state.check_fits(self.bodies())?;
         Ok(self.system.topology(state))
     }
@@ -122,9 +122,9 @@ impl<T: Scalar, F: Force> World<T, F> {
 
 impl<T: Scalar> System<T> {
     /// Energies and momentum of a state that fits the bodies.
-    fn report(&self, state: &State<T>) -> Report<T> {
+    fn diagnostics(&self, state: &State<T>) -> Diagnostics<T> {
         let zero = lift_vector(&Vector3::zeros());
-        let mut report = Report {
+        let mut report = Diagnostics {
             kinetic_energy: self.kinetic_energy(state),
             gravitational_energy: lift(0.0),
             contact_energy: self.contact_energy(state),
@@ -169,7 +169,7 @@ impl<T: Scalar> System<T> {
     }
 
     /// The bodies of which one has been swallowed by the other in a state that fits the bodies.
-    fn sunk_through(&self, state: &State<T>) -> Vec<[usize; 2]> {
+    fn fully_submerged(&self, state: &State<T>) -> Vec<[usize; 2]> {
         let mut sweep = Sweep::default();
         let pairs = self.close_pairs(&state.bodies, &mut sweep).iter();
         let sunk = pairs.filter(|&&(i, j)| {
@@ -188,7 +188,7 @@ impl<T: Scalar> System<T> {
             let from_world = states[half_space].pose.real().inverse();
             for body in self.dynamic_bodies() {
                 let pose = from_world * states[body].pose.real();
-                let order = self.contact_order(body.min(half_space), body.max(half_space));
+                let order = self.ordered_pair(body.min(half_space), body.max(half_space));
                 let Some((a, b)) = order else {
                     continue;
                 };
@@ -204,7 +204,7 @@ impl<T: Scalar> System<T> {
     }
 
     /// Which tetrahedra touch in a state that fits the bodies.
-    fn topology(&self, state: &State<T>) -> Topology {
+    fn topology(&self, state: &State<T>) -> ContactTopology {
         let mut touching = Vec::new();
         for &(i, j) in self.close_pairs(&state.bodies, &mut Sweep::default()) {
             let pair = self.pair_of([i, j], [&state.bodies[i], &state.bodies[j]]);
@@ -212,6 +212,6 @@ impl<T: Scalar> System<T> {
             touching.extend(tets.into_iter().map(|[a, b]| [i, j, a, b]));
         }
         touching.sort_unstable();
-        Topology { touching }
+        ContactTopology { touching }
     }
 }

@@ -7,7 +7,7 @@ use crate::spatial::{Pose, Twist};
 use nalgebra::{DVector, Rotation3, UnitQuaternion, Vector3, Vector6};
 
 /// Numbers for each dynamic body.
-pub(crate) const LOCAL: usize = 12;
+pub(crate) const STATE_DIM: usize = 12;
 
 impl<F: Force> World<f64, F> {
     /// The change that takes one state to another, 12 numbers for each dynamic body in the order of the world's: the motion of
@@ -16,7 +16,7 @@ impl<F: Force> World<f64, F> {
     ///
     /// # Errors
     /// If a state does not fit the world, or the change is not finite.
-    pub fn displacement(&self, from: &State, to: &State) -> Result<DVector<f64>, WorldError> {
+    pub fn difference(&self, from: &State, to: &State) -> Result<DVector<f64>, WorldError> {
         from.check_fits(self.bodies())?;
         to.check_fits(self.bodies())?;
         let numbers = self.system.dynamic_bodies().flat_map(|body| {
@@ -30,20 +30,23 @@ impl<F: Force> World<f64, F> {
         Ok(numbers.into())
     }
 
-    /// The state after a change in local coordinates: the inverse of [`Self::displacement`]. The time, and bodies that forces do not
+    /// The state after a change in local coordinates: the inverse of [`Self::difference`]. The time, and bodies that forces do not
     /// move, stay the same.
     ///
     /// # Errors
     /// If the state before or after the change does not fit the world, or there are not 12 finite numbers for each dynamic body.
-    pub fn displaced(&self, state: &State, change: &[f64]) -> Result<State, WorldError> {
+    pub fn integrate(&self, state: &State, change: &[f64]) -> Result<State, WorldError> {
         state.check_fits(self.bodies())?;
         check_finite("change of a state", change)?;
-        let (found, expected) = (change.len(), LOCAL * self.system.dynamic_bodies().count());
+        let (found, expected) = (
+            change.len(),
+            STATE_DIM * self.system.dynamic_bodies().count(),
+        );
         if found != expected {
             return Err(WorldError::ChangeSize { found, expected });
         }
         let mut moved = state.clone();
-        for (body, numbers) in self.system.dynamic_bodies().zip(change.chunks(LOCAL)) {
+        for (body, numbers) in self.system.dynamic_bodies().zip(change.chunks(STATE_DIM)) {
             let [pose, twist] = [0, 6].map(|first| {
                 Twist::from_vector(&Vector6::from_column_slice(&numbers[first..first + 6]))
             });
@@ -74,7 +77,7 @@ fn turn_and_shift(from: &Pose, to: &Pose) -> Vector6<f64> {
 }
 
 /// The rotation vector (rad, at most half a turn) that turns one pose to another.
-pub(super) fn turn_between(from: &Pose, to: &Pose) -> Vector3<f64> {
+pub(crate) fn turn_between(from: &Pose, to: &Pose) -> Vector3<f64> {
     let turn = Rotation3::from_matrix_unchecked(to.rotation() * from.rotation().transpose());
     let quaternion = UnitQuaternion::from_rotation_matrix(&turn);
     quaternion.axis().map_or_else(Vector3::zeros, |axis| {

@@ -1,0 +1,100 @@
+use super::{Body, Control, World, WorldError};
+use nalgebra::Vector3;
+
+/// Bodies and settings of a world to be: see [`World::builder`]. [`Self::build`] checks all of them, in any order of the calls.
+///
+/// ```
+/// use hydroelastic::contact::{HalfSpace, RigidShape};
+/// use hydroelastic::dynamics::{Body, Material, World};
+/// use hydroelastic::mesh::{TriangleSurface, shapes};
+/// use nalgebra::vector;
+///
+/// let cube = shapes::cuboid([0.1; 3])?;
+/// let gripper = RigidShape::new(TriangleSurface::around(cube.mesh())?);
+/// let world = World::builder()
+///     .body(Body::fixed("floor", HalfSpace::rigid(), Material::rigid())?)
+///     .body(Body::fixed("gripper", gripper, Material::rigid())?)
+///     .ignore("floor", "gripper") // rigid bodies cannot touch each other
+///     .gravity(vector![0.0, 0.0, -9.81])
+///     .slip_tolerance(1e-3)
+///     .build()?;
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+#[derive(Debug, Clone, Default)]
+#[must_use]
+pub struct WorldBuilder {
+    bodies: Vec<Body>,
+    ignored: Vec<[String; 2]>,
+    gravity: Option<Vector3<f64>>,
+    slip_tolerance: Option<f64>,
+    controls: Vec<Control>,
+    force_parameters: Vec<(String, f64)>,
+}
+
+impl WorldBuilder {
+    /// Adds a body. States list the bodies in the order in which they were added.
+    pub fn body(self, body: Body) -> Self {
+        self.bodies([body])
+    }
+
+    /// Adds bodies.
+    pub fn bodies(mut self, bodies: impl IntoIterator<Item = Body>) -> Self {
+        self.bodies.extend(bodies);
+        self
+    }
+
+    /// Lets two bodies pass through each other.
+    pub fn ignore(mut self, first: &str, second: &str) -> Self {
+        self.ignored.push([first, second].map(str::to_owned));
+        self
+    }
+
+    /// Sets gravity (m/s², zero by default).
+    pub fn gravity(mut self, gravity: Vector3<f64>) -> Self {
+        self.gravity = Some(gravity);
+        self
+    }
+
+    /// Sets the slip tolerance (m/s): see [`World::with_slip_tolerance`].
+    pub fn slip_tolerance(mut self, slip_tolerance: f64) -> Self {
+        self.slip_tolerance = Some(slip_tolerance);
+        self
+    }
+
+    /// Adds a control, in place of an earlier one of the same body.
+    pub fn control(mut self, control: Control) -> Self {
+        self.controls.push(control);
+        self
+    }
+
+    /// Adds a number that forces may read: see [`World::with_force_parameter`].
+    pub fn force_parameter(mut self, name: &str, value: f64) -> Self {
+        self.force_parameters.push((name.to_owned(), value));
+        self
+    }
+
+    /// Builds the world. [`World::with_forces`] adds other forces.
+    ///
+    /// # Errors
+    /// - If two bodies have the same name, or an initial state is not usable.
+    /// - [`WorldError::NoContact`] if two bodies may touch, a force moves at least one of them, and both are rigid or half-spaces.
+    ///   [`Self::ignore`] lets such bodies pass through each other.
+    /// - If an ignored pair names an unknown body, or the same body twice.
+    /// - As the `with_…` methods of [`World`], for the settings.
+    pub fn build(self) -> Result<World, WorldError> {
+        let mut world = World::of_bodies(self.bodies, &self.ignored)?;
+        if let Some(gravity) = self.gravity {
+            world = world.with_gravity(gravity)?;
+        }
+        if let Some(slip_tolerance) = self.slip_tolerance {
+            world = world.with_slip_tolerance(slip_tolerance)?;
+        }
+        for control in self.controls {
+            world = world.with_control(control)?;
+        }
+        for (name, value) in &self.force_parameters {
+            world = world.with_force_parameter(name, *value)?;
+        }
+        Ok(world)
+    }
+}

@@ -1,0 +1,360 @@
+//! Parameters with names resolved to indices: [`Slots::resolve`] looks each name up once and checks that the model has the parameter.
+
+use super::{GradientError, Parameter};
+use crate::dynamics::{Body, Motion, System, SystemGradient, turn_between};
+use crate::scalar::{Scalar, lift_vector};
+use crate::spatial::{Pose, Twist};
+use nalgebra::Vector3;
+
+/// Location of the numbers of one parameter in a model.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Slot {
+    Gravity,
+    /// Index of a force parameter.
+    ForceParameter(usize),
+    /// Index of a control, and of an interval.
+    Control(usize, usize),
+    /// Index of a body, and a quantity of the body.
+    Body(usize, Quantity),
+}
+
+/// A quantity of a body that can be a parameter.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Quantity {
+    Position,
+    Orientation,
+    Velocity,
+    AngularVelocity,
+    Modulus,
+    Dissipation,
+    Friction,
+    Mass,
+}
+
+/// Locations of the numbers of several parameters, in their order.
+#[derive(Debug, Clone)]
+pub(super) struct Slots(Vec<Slot>);
+
+impl Slots {
+    /// Resolves the names of parameters.
+    ///
+    /// # Errors
+    /// If the system does not have one of the parameters.
+    pub fn resolve(parameters: &[Parameter], system: &System) -> Result<Self, GradientError> {
+        let slots = parameters
+            .iter()
+            .map(|parameter| Slot::of(parameter, system));
+        Ok(Self(slots.collect::<Result<_, _>>()?))
+    }
+
+    /// Number of numbers.
+    pub fn dimension(&self) -> usize {
+        self.0.iter().map(Slot::dimension).sum()
+    }
+
+    /// Values of all numbers. The value of an orientation is a rotation vector (rad, at most π long).
+    pub fn values(&self, system: &System) -> Vec<f64> {
+        let mut system = system.clone();
+        let slots = self.0.iter();
+        slots.flat_map(|slot| slot.values(&mut system)).collect()
+    }
+
+    /// A typical change of each number, of which difference steps are multiples.
+    pub fn scales(&self, system: &System) -> Vec<f64> {
+        let mut system = system.clone();
+        let slots = self.0.iter();
+        slots.flat_map(|slot| slot.scales(&mut system)).collect()
+    }
+
+    /// Derivatives with respect to all numbers.
+    pub fn gradient(&self, gradient: &SystemGradient) -> Vec<f64> {
+        let slots = self.0.iter();
+        slots.flat_map(|slot| slot.gradient(gradient)).collect()
+    }
+
+    /// The system with a change added to each number.
+    pub fn perturbed<T: Scalar>(&self, system: &System, changes: &[T]) -> System<T> {
+        let mut system = system.lifted();
+        self.for_each(changes, |slot, changes| slot.add(&mut system, changes));
+        system
+    }
+
+    /// The system with a new value for each number.
+    pub fn with_values(&self, system: &System, values: &[f64]) -> System {
+        let mut system = system.clone();
+        self.for_each(values, |slot, values| slot.set(&mut system, values));
+        system
+    }
+
+    /// Calls a function with each slot and its part of the numbers.
+    fn for_each<'a, T>(&self, numbers: &'a [T], mut apply: impl FnMut(&Slot, &'a [T])) {
+        let mut rest = numbers;
+        for slot in &self.0 {
+            let (part, others) = rest.split_at(slot.dimension());
+            apply(slot, part);
+            rest = others;
+        }
+    }
+
+    /// Checks that the number of numbers is that of the parameters.
+    ///
+    /// # Errors
+    /// [`GradientError::NumberCount`] if it is not.
+    pub fn check_count(&self, found: usize) -> Result<(), GradientError> {
+        let expected = self.dimension();
+        if found == expected {
+            Ok(())
+        } else {
+            Err(GradientError::NumberCount { found, expected })
+        }
+    }
+
+    /// Checks that each contact law can be differentiated with respect to the parameters together: the coefficient of friction of
+    /// a pair, 2ab/(a + b), has no derivative with respect to both coefficients if both are zero.
+    ///
+    /// # Errors
+    /// [`GradientError::NoFriction`] if two bodies that may touch have zero friction, and both coefficients are parameters.
+    pub fn check_friction(&self, system: &System) -> Result<(), GradientError> {
+        let frictionless = self.0.iter().filter_map(|slot| match slot {
+            Slot::Body(body, Quantity::Friction) => Some(*body),
+            _ => None,
+        });
+        let is_zero = |body: &usize| {
+            let friction = system.bodies[*body].material.friction;
+            friction.is_some_and(|friction| friction <= 0.0)
+        };
+        let mut bodies: Vec<usize> = frictionless.filter(is_zero).collect();
+        bodies.sort_unstable();
+        bodies.dedup();
+        for (index, &i) in bodies.iter().enumerate() {
+            let mut others = bodies[index + 1..].iter();
+            if let Some(&j) = others.find(|&&j| system.ordered_pair(i, j).is_some()) {
+                let bodies = [i, j].map(|index| system.bodies[index].name().to_owned());
+                return Err(GradientError::NoFriction { bodies });
+            }
+        }
+        Ok(())
+    }
+}
+
+impl Slot {
+    fn of(parameter: &Parameter, system: &System) -> Result<Self, GradientError> {
+        let quantity = match parameter {
+            Parameter::Gravity => return Ok(Self::Gravity),
+            Parameter::ForceParameter(name) => return Self::of_force_parameter(name, system),
+            Parameter::Control(body, interval) => {
+                system.index_of(body)?;
+                return Self::of_control(body, *interval, system);
+            }
+            Parameter::InitialPosition(_) => Quantity::Position,
+            Parameter::InitialOrientation(_) => Quantity::Orientation,
+            Parameter::InitialVelocity(_) => Quantity::Velocity,
+            Parameter::InitialAngularVelocity(_) => Quantity::AngularVelocity,
+            Parameter::Modulus(_) => Quantity::Modulus,
+            Parameter::Dissipation(_) => Quantity::Dissipation,
+            Parameter::Friction(_) => Quantity::Friction,
+            Parameter::Mass(_) => Quantity::Mass,
+        };
+        let name = parameter.body().unwrap_or_default();
+        let index = system.index_of(name)?;
+        quantity.check(&system.bodies[index], parameter)?;
+        Ok(Self::Body(index, quantity))
+    }
+
+    fn of_force_parameter(name: &str, system: &System) -> Result<Self, GradientError> {
+        let mut parameters = system.force_parameters.iter();
+        let index = parameters.position(|(other, _)| other == name);
+        let index = index.ok_or_else(|| GradientError::NoForceParameter(name.to_owned()))?;
+        Ok(Self::ForceParameter(index))
+    }
+
+    fn of_control(body: &str, interval: usize, system: &System) -> Result<Self, GradientError> {
+        let mut controls = system.controls.iter().enumerate();
+        let control = controls.find(|(_, control)| control.body() == body);
+        let intervals = control.map_or(0, |(_, control)| control.wrenches().len());
+        match control {
+            Some((index, _)) if interval < intervals => Ok(Self::Control(index, interval)),
+            _ => Err(GradientError::NoControl {
+                body: body.to_owned(),
+                interval,
+                intervals,
+            }),
+        }
+    }
+
+    fn dimension(&self) -> usize {
+        match self {
+            Self::Gravity => 3,
+            Self::ForceParameter(_) => 1,
+            Self::Control(..) => 6,
+            Self::Body(_, quantity) => quantity.dimension(),
+        }
+    }
+
+    /// The numbers in a system. The numbers of a position or an orientation are not stored one by one: see [`Self::pose`].
+    fn numbers<'a, T: Scalar>(&self, system: &'a mut System<T>) -> Vec<&'a mut T> {
+        match *self {
+            Self::Gravity => system.gravity.iter_mut().collect(),
+            Self::ForceParameter(index) => vec![&mut system.force_parameters[index].1],
+            Self::Control(control, interval) => {
+                let wrench = system.controls[control].wrench_mut(interval);
+                wrench.map_or_else(Vec::new, |wrench| {
+                    wrench.torque.iter_mut().chain(&mut wrench.force).collect()
+                })
+            }
+            Self::Body(body, quantity) => quantity.numbers(&mut system.bodies[body]),
+        }
+    }
+
+    /// Initial pose of the body, if the parameter is a position or an orientation.
+    fn pose<'a, T>(&self, system: &'a mut System<T>) -> Option<(&'a mut Pose<T>, Quantity)> {
+        match *self {
+            Self::Body(body, quantity @ (Quantity::Position | Quantity::Orientation)) => {
+                Some((&mut system.bodies[body].initial.pose, quantity))
+            }
+            _ => None,
+        }
+    }
+
+    fn values(&self, system: &mut System) -> Vec<f64> {
+        match self.pose(system) {
+            Some((pose, Quantity::Position)) => pose.translation().iter().copied().collect(),
+            Some((pose, _)) => {
+                let rotation_vector = turn_between(&Pose::identity(), pose);
+                rotation_vector.iter().copied().collect()
+            }
+            None => self
+                .numbers(system)
+                .into_iter()
+                .map(|number| *number)
+                .collect(),
+        }
+    }
+
+    /// The value itself for a material, a mass or a force parameter, and 1 in SI units otherwise.
+    fn scales(&self, system: &mut System) -> Vec<f64> {
+        match self {
+            Self::ForceParameter(_)
+            | Self::Body(
+                _,
+                Quantity::Modulus | Quantity::Dissipation | Quantity::Friction | Quantity::Mass,
+            ) => {
+                let sizes = self.values(system).into_iter().map(f64::abs);
+                sizes
+                    .map(|size| if size > 0.0 { size } else { 1.0 })
+                    .collect()
+            }
+            Self::Gravity | Self::Control(..) | Self::Body(..) => vec![1.0; self.dimension()],
+        }
+    }
+
+    fn add<T: Scalar>(&self, system: &mut System<T>, changes: &[T]) {
+        if let Some((pose, quantity)) = self.pose(system) {
+            let zero = lift_vector(&Vector3::zeros());
+            let change = Vector3::from_column_slice(changes);
+            let [angular, linear] = match quantity {
+                Quantity::Orientation => [change, zero],
+                _ => [zero, change],
+            };
+            *pose = pose.moved_by(&Twist { angular, linear });
+            return;
+        }
+        for (number, change) in self.numbers(system).into_iter().zip(changes) {
+            *number += *change;
+        }
+        self.mark_dissipative(system);
+    }
+
+    fn set(&self, system: &mut System, values: &[f64]) {
+        if let Some((pose, quantity)) = self.pose(system) {
+            let value = Vector3::from_column_slice(values);
+            *pose = match quantity {
+                Quantity::Orientation => Pose::from_rotation_vector(&value, *pose.translation()),
+                _ => pose.with_translation(value),
+            };
+            return;
+        }
+        for (number, value) in self.numbers(system).into_iter().zip(values) {
+            *number = *value;
+        }
+        self.mark_dissipative(system);
+    }
+
+    /// Contacts of a body are integrated with dissipation and friction if one of them is a parameter, even if it is zero.
+    fn mark_dissipative<T>(&self, system: &mut System<T>) {
+        if let Self::Body(body, Quantity::Dissipation | Quantity::Friction) = *self {
+            system.bodies[body].is_dissipative = true;
+        }
+    }
+
+    fn gradient(&self, gradient: &SystemGradient) -> Vec<f64> {
+        match *self {
+            Self::Gravity => gradient.gravity.as_slice().to_vec(),
+            Self::ForceParameter(index) => vec![gradient.force_parameters[index]],
+            Self::Control(control, interval) => {
+                gradient.controls[control][interval].as_slice().to_vec()
+            }
+            Self::Body(body, quantity) => {
+                let by_body = &gradient.bodies[body];
+                match quantity {
+                    Quantity::Position => by_body.initial.shift.as_slice().to_vec(),
+                    Quantity::Orientation => by_body.initial.turn.as_slice().to_vec(),
+                    Quantity::Velocity => by_body.initial.velocity.as_slice().to_vec(),
+                    Quantity::AngularVelocity => by_body.initial.spin.as_slice().to_vec(),
+                    Quantity::Modulus => vec![by_body.modulus],
+                    Quantity::Dissipation => vec![by_body.dissipation],
+                    Quantity::Friction => vec![by_body.friction],
+                    Quantity::Mass => vec![by_body.mass],
+                }
+            }
+        }
+    }
+}
+
+impl Quantity {
+    fn dimension(self) -> usize {
+        match self {
+            Self::Position | Self::Orientation | Self::Velocity | Self::AngularVelocity => 3,
+            Self::Modulus | Self::Dissipation | Self::Friction | Self::Mass => 1,
+        }
+    }
+
+    /// Checks that the quantity of a body has an effect.
+    fn check(self, body: &Body, parameter: &Parameter) -> Result<(), GradientError> {
+        let name = || body.name().to_owned();
+        let has_effect = match self {
+            Self::Modulus if body.material.modulus.is_none() => {
+                return Err(GradientError::NoModulus { body: name() });
+            }
+            Self::Friction if body.material.friction.is_none() => {
+                return Err(GradientError::NoOwnFriction { body: name() });
+            }
+            Self::Position | Self::Orientation => !body.motion.is_kinematic(),
+            Self::Velocity | Self::AngularVelocity | Self::Mass => body.inertia().is_some(),
+            Self::Modulus | Self::Dissipation | Self::Friction => true,
+        };
+        if has_effect {
+            Ok(())
+        } else {
+            Err(GradientError::NotDynamic {
+                body: name(),
+                parameter: parameter.to_string(),
+            })
+        }
+    }
+
+    fn numbers<T>(self, body: &mut Body<T>) -> Vec<&mut T> {
+        match self {
+            Self::Position | Self::Orientation => Vec::new(),
+            Self::Velocity => body.initial.twist.linear.iter_mut().collect(),
+            Self::AngularVelocity => body.initial.twist.angular.iter_mut().collect(),
+            Self::Modulus => body.material.modulus.iter_mut().collect(),
+            Self::Dissipation => vec![&mut body.material.dissipation],
+            Self::Friction => body.material.friction.iter_mut().collect(),
+            Self::Mass => match &mut body.motion {
+                Motion::Dynamic(inertia) => vec![&mut inertia.mass],
+                Motion::Fixed | Motion::Kinematic(_) => Vec::new(),
+            },
+        }
+    }
+}

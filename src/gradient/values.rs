@@ -1,0 +1,92 @@
+use super::slots::Slots;
+use super::{GradientError, Parameter};
+use crate::dynamics::{Force, System, World};
+use nalgebra::DVector;
+
+/// Values of parameters. Shapes are shared, not built again.
+impl<F: Force> World<f64, F> {
+    /// Values of the parameters, one after the other. The value of an orientation is a rotation vector (rad, at most π long).
+    ///
+    /// # Errors
+    /// If the world does not have one of the parameters.
+    pub fn values(&self, parameters: &[Parameter]) -> Result<DVector<f64>, GradientError> {
+        let slots = Slots::resolve(parameters, &self.system)?;
+        Ok(DVector::from_vec(slots.values(&self.system)))
+    }
+
+    /// The world with new values of the parameters, in the order of [`Self::values`].
+    ///
+    /// Derivatives with respect to an orientation are with respect to a small rotation in world axes, not with respect to a
+    /// rotation vector. An optimizer of orientations should use [`Self::perturbed`].
+    ///
+    /// ```
+    /// # use hydroelastic::contact::Shape;
+    /// # use hydroelastic::dynamics::{Body, Mass, Material, World};
+    /// # use hydroelastic::gradient::Parameter;
+    /// # use hydroelastic::mesh::shapes;
+    /// # let ball = Shape::new(shapes::icosphere(0.1, 1)?);
+    /// # let ball = Body::dynamic("ball", ball, Material::elastic(1e5), Mass::Total(1.0))?;
+    /// let world = World::new(vec![ball])?;
+    /// let parameters = [Parameter::initial_velocity("ball"), Parameter::modulus("ball")];
+    /// assert_eq!(world.values(&parameters)?.as_slice(), [0.0, 0.0, 0.0, 1e5]);
+    /// let faster = world.with_values(&parameters, &[2.0, 0.0, 0.0, 1e5])?;
+    /// assert_eq!(faster.initial_state().bodies[0].velocity().x, 2.0);
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
+    ///
+    /// # Errors
+    /// If the world does not have one of the parameters, the number of values is wrong, or a value is out of range.
+    pub fn with_values(
+        &self,
+        parameters: &[Parameter],
+        values: &[f64],
+    ) -> Result<Self, GradientError> {
+        self.with_checked_system(with_values(&self.system, parameters, values)?)
+    }
+
+    /// The world with a change added to each number of the parameters. A change of an orientation is a rotation vector (rad) in
+    /// world axes that rotates the body about its origin.
+    ///
+    /// # Errors
+    /// If the world does not have one of the parameters, the number of changes is wrong, or a number is out of range after the
+    /// change.
+    pub fn perturbed(
+        &self,
+        parameters: &[Parameter],
+        changes: &[f64],
+    ) -> Result<Self, GradientError> {
+        self.with_checked_system(perturbed(&self.system, parameters, changes)?)
+    }
+
+    fn with_checked_system(&self, system: System) -> Result<Self, GradientError> {
+        let world = self.with_model(system);
+        world.check_forces()?;
+        Ok(world)
+    }
+}
+
+/// The system with a change added to each number of the parameters, all checked.
+pub(super) fn perturbed(
+    system: &System,
+    parameters: &[Parameter],
+    changes: &[f64],
+) -> Result<System, GradientError> {
+    let slots = Slots::resolve(parameters, system)?;
+    slots.check_count(changes.len())?;
+    let system = slots.perturbed(system, changes);
+    system.check()?;
+    Ok(system)
+}
+
+/// The system with new values of the parameters, all checked.
+pub(super) fn with_values(
+    system: &System,
+    parameters: &[Parameter],
+    values: &[f64],
+) -> Result<System, GradientError> {
+    let slots = Slots::resolve(parameters, system)?;
+    slots.check_count(values.len())?;
+    let system = slots.with_values(system, values);
+    system.check()?;
+    Ok(system)
+}
