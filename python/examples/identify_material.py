@@ -26,7 +26,7 @@ def thrown(modulus, friction):
         mass=1.0,
         pose=he.pose([0.0, 0.0, 0.25]),
         velocity=[1.5, 0.0, 0.0],
-        spin=[0.0, -5.0, 2.0],
+        angular_velocity=[0.0, -5.0, 2.0],
     )
     floor = he.Body.fixed("floor", he.Shape.cuboid([4.0, 4.0, 0.2]), he.Material(1e7, dissipation=0.2, friction=0.8))
     return he.World([ball, floor], gravity=[0.0, 0.0, -9.81], slip_tolerance=1e-2)
@@ -50,7 +50,7 @@ def residuals(numbers, record):
 
 
 random = np.random.default_rng(1)
-exact = measured(thrown(*TRUTH.values()).rollout(plan).recorded())
+exact = measured(thrown(*TRUTH.values()).rollout(plan).run())
 record = exact + NOISE * random.normal(size=exact.shape)
 
 numbers = np.array([6e4, 0.5])

@@ -37,11 +37,11 @@ def main() -> None:
     drawn = np.random.default_rng(1).normal(size=(THROWS, 4)) * SPREAD
 
     began = time.perf_counter()
-    results = Batch(plan, progress=True).jacobians_after(world, by, drawn)
+    results = Batch(plan, progress=True).jacobians_perturbed(world, by, drawn)
     print(f"{THROWS} throws with Jacobians in {time.perf_counter() - began:.1f} s")
     assert len(results) == THROWS and not any(isinstance(result, Exception) for result in results)
     # The same bits as here.
-    local = he.Batch(plan).jacobians_after(world, by, drawn[:3])
+    local = he.Batch(plan).jacobians_perturbed(world, by, drawn[:3])
     for (trajectory, jacobian), (same, exact) in zip(results, local):
         assert (trajectory.poses == same.poses).all() and (jacobian.poses == exact.poses).all()
 

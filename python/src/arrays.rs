@@ -20,7 +20,7 @@ pub struct Numbers {
     pub shape: Vec<usize>,
 }
 
-/// The numbers of an array of `float64` or integers, or of a list or tuple, which may be nested.
+/// The numbers of an array of floats of up to 64 bits or of integers, or of a list or tuple, which may be nested.
 pub fn numbers(argument: &Bound<'_, PyAny>, name: &str) -> PyResult<Numbers> {
     if let Ok(array) = argument.cast::<PyArrayDyn<f64>>() {
         let shape = array.shape().to_vec();
@@ -44,7 +44,9 @@ pub fn numbers(argument: &Bound<'_, PyAny>, name: &str) -> PyResult<Numbers> {
     };
     match untyped.dtype().kind() {
         b'i' | b'u' => numbers(&array.call_method1("astype", ("float64",))?, name),
-        b'f' if is_list && untyped.dtype().itemsize() == size_of::<f64>() => numbers(&array, name),
+        b'f' if untyped.dtype().itemsize() <= size_of::<f64>() => {
+            numbers(&array.call_method1("astype", ("float64",))?, name)
+        }
         _ => Err(not_numbers(&array, name)),
     }
 }
@@ -56,8 +58,8 @@ fn not_numbers(argument: &Bound<'_, PyAny>, name: &str) -> PyErr {
         Err(_) => format!("{}", argument.get_type()),
     };
     PyTypeError::new_err(format!(
-        "{name} must be a numpy array of float64 or integers, or a list of numbers, but is {found}: contact is computed in float64 \
-         alone, and a conversion would hide lost digits (array.astype(numpy.float64) makes one)"
+        "{name} must be a numpy array of floats of up to 64 bits or of integers, or a list of numbers, but is {found} \
+         (array.astype(numpy.float64) converts it)"
     ))
 }
 

@@ -67,7 +67,7 @@ where
     }
 }
 
-fn trajectory(py: Python<'_>, recorded: Recorded) -> PyResult<Trajectory> {
+fn trajectory(py: Python<'_>, recorded: RolloutResult) -> PyResult<Trajectory> {
     match recorded {
         Ok(trajectory) => Ok(trajectory.into()),
         Err(why) => Err(interrupted(py, &why.error, why.trajectory)),
@@ -101,25 +101,27 @@ impl Batch {
         Plan(self.plan)
     }
 
-    /// The trajectory of a world from each of a list of states.
-    fn starting_from<'py>(
+    /// Trajectories of a world from each of a list of states.
+    fn rollouts_from<'py>(
         &self,
         py: Python<'py>,
         world: &World,
         states: Vec<Bound<'py, State>>,
     ) -> PyResult<Vec<Bound<'py, PyAny>>> {
-        let states: Vec<_> = states.iter().map(|state| state.get().0.clone()).collect();
-        let found = self.results(py, states.len(), |batch| {
-            batch.starting_from(&world.inner, &states)
-        })?;
-        let found = found.map_err(refused)?.into_iter();
+        let start = |state: &Bound<'py, State>| {
+            let world = world.inner.clone().with_initial_state(&state.get().0);
+            world.map_err(refused)
+        };
+        let worlds: Vec<Inner> = states.iter().map(start).collect::<PyResult<_>>()?;
+        let found = self.results(py, worlds.len(), |batch| batch.rollouts(&worlds))?;
+        let found = found.into_iter();
         found
             .map(|recorded| shown(py, trajectory(py, recorded)))
             .collect()
     }
 
-    /// The trajectory of each of a list of worlds from its initial state.
-    fn of_worlds<'py>(
+    /// Trajectories of a list of worlds, each from its initial state.
+    fn rollouts<'py>(
         &self,
         py: Python<'py>,
         worlds: Vec<Bound<'py, World>>,
@@ -129,15 +131,15 @@ impl Batch {
             .map(|world| world.get().inner.clone())
             .collect();
         let found = self
-            .results(py, worlds.len(), |batch| batch.of_worlds(&worlds))?
+            .results(py, worlds.len(), |batch| batch.rollouts(&worlds))?
             .into_iter();
         found
             .map(|recorded| shown(py, trajectory(py, recorded)))
             .collect()
     }
 
-    /// The trajectory of a world after each of n changes of its parameters: samples (n, p) float64, as of World.changed.
-    fn trajectories_after<'py>(
+    /// Trajectories of a world after each of n changes of its parameters: samples (n, p) float64, as in World.perturbed.
+    fn rollouts_perturbed<'py>(
         &self,
         py: Python<'py>,
         world: &World,
@@ -147,7 +149,7 @@ impl Batch {
         let (by, samples) = (inner(&parameters), samples_of(samples)?);
         let changed = samples
             .iter()
-            .map(|sample| world.inner.changed(&by, sample));
+            .map(|sample| world.inner.perturbed(&by, sample));
         let (mut worlds, mut refusals) = (Vec::new(), Vec::new());
         for it in changed {
             match it {
@@ -159,7 +161,7 @@ impl Batch {
             }
         }
         let mut found = self
-            .results(py, worlds.len(), |batch| batch.of_worlds(&worlds))?
+            .results(py, worlds.len(), |batch| batch.rollouts(&worlds))?
             .into_iter();
         let results = refusals.into_iter().map(|refusal| match refusal {
             Some(error) => shown(py, PyResult::<Trajectory>::Err(error)),
@@ -171,9 +173,9 @@ impl Batch {
         results.collect()
     }
 
-    /// World.jacobian of a world after each of n changes of its parameters: samples (n, p) float64, as of World.changed. Each
+    /// World.jacobian of a world after each of n changes of its parameters: samples (n, p) float64, as in World.perturbed. Each
     /// result is a Trajectory and its TrajectoryJacobian, or an exception.
-    fn jacobians_after<'py>(
+    fn jacobians_perturbed<'py>(
         &self,
         py: Python<'py>,
         world: &World,
@@ -182,7 +184,10 @@ impl Batch {
     ) -> PyResult<Vec<Bound<'py, PyAny>>> {
         let (by, samples) = (inner(&parameters), samples_of(samples)?);
         let job = |batch: &dynamics::Batch| {
-            batch.jacobians_after(&world.inner, &by, &samples, &AllStates)
+            batch.map(&samples, |job, sample| {
+                let world = world.inner.perturbed(&by, sample)?;
+                job.experiment(world).jacobian(&by, &AllStates)
+            })
         };
         let bodies = world.inner.bodies().len();
         let found = self.results(py, samples.len(), job)?.into_iter();
@@ -193,9 +198,9 @@ impl Batch {
         results.collect()
     }
 
-    /// World.jacobian of each of a list of worlds, from its initial state: for many starts. Each result is a Trajectory and its
+    /// World.jacobian of each of a list of worlds, from its initial state. Each result is a Trajectory and its
     /// TrajectoryJacobian, or an exception.
-    fn jacobians_of_worlds<'py>(
+    fn jacobians<'py>(
         &self,
         py: Python<'py>,
         worlds: Vec<Bound<'py, World>>,
@@ -206,7 +211,11 @@ impl Batch {
             .iter()
             .map(|world| world.get().inner.clone())
             .collect();
-        let job = |batch: &dynamics::Batch| batch.jacobians_of_worlds(&worlds, &by, &AllStates);
+        let job = |batch: &dynamics::Batch| {
+            batch.map(&worlds, |job, world| {
+                job.experiment(world).jacobian(&by, &AllStates)
+            })
+        };
         let found = self.results(py, worlds.len(), job)?;
         let results = found.iter().zip(&worlds).map(|(found, world)| {
             let found = found.as_ref().map_err(not_differentiated);
@@ -218,9 +227,9 @@ impl Batch {
         results.collect()
     }
 
-    /// World.pullback of each of m worlds with as many bodies, from its initial state: by_poses (m, k, n, 4, 4) and by_twists
+    /// World.vjp of each of m worlds with n bodies each, from its initial state: by_poses (m, k, n, 4, 4) and by_twists
     /// (m, k, n, 6). Each result is an array (p,) or an exception.
-    fn pullbacks_of_worlds<'py>(
+    fn vjps<'py>(
         &self,
         py: Python<'py>,
         worlds: Vec<Bound<'py, World>>,
@@ -247,7 +256,11 @@ impl Batch {
             Some(worlds.len()),
         )?;
         let job = |batch: &dynamics::Batch| {
-            batch.pullbacks_of_worlds(&worlds, &by, |place, it| by_states.covectors(place, it))
+            let items: Vec<_> = worlds.iter().enumerate().collect();
+            batch.map(&items, |job, &(index, world)| {
+                let experiment = job.experiment(world);
+                experiment.vjp(&by, |trajectory| by_states.covectors(index, trajectory))
+            })
         };
         let found = self.results(py, worlds.len(), job)?.into_iter();
         let results = found.map(|found| match found {

@@ -79,10 +79,10 @@ impl Body {
     ///     about it, in the body frame.
     /// pose : (4, 4), where it starts; None for the origin.
     /// velocity : (3,) of the center of mass (m/s), world axes.
-    /// spin : (3,) (rad/s), world axes.
+    /// angular_velocity : (3,) (rad/s), world axes.
     #[staticmethod]
     #[pyo3(signature = (name, shape, material, mass=None, *, density=None, center_of_mass=None, inertia=None, pose=None,
-                        velocity=None, spin=None))]
+                        velocity=None, angular_velocity=None))]
     fn dynamic(
         name: &str,
         #[pyo3(from_py_with = any_shape::shape)] shape: AnyShape,
@@ -93,20 +93,20 @@ impl Body {
         inertia: Option<&Bound<'_, PyAny>>,
         pose: Option<&Bound<'_, PyAny>>,
         velocity: Option<&Bound<'_, PyAny>>,
-        spin: Option<&Bound<'_, PyAny>>,
+        angular_velocity: Option<&Bound<'_, PyAny>>,
     ) -> PyResult<Self> {
         let mass = mass_of(mass, density, center_of_mass, inertia)?;
         let shape = shape.inner();
         let mut body =
             dynamics::Body::dynamic(name, shape, material.inner(), mass).map_err(refused)?;
         if let Some(pose) = pose {
-            body = body.at(one(pose, "pose")?);
+            body = body.with_pose(one(pose, "pose")?);
         }
         if let Some(velocity) = velocity {
             body = body.with_velocity(motion_of(name, "velocity", velocity)?);
         }
-        if let Some(spin) = spin {
-            body = body.with_angular_velocity(motion_of(name, "spin", spin)?);
+        if let Some(spin) = angular_velocity {
+            body = body.with_angular_velocity(motion_of(name, "angular_velocity", spin)?);
         }
         Ok(Self {
             inner: body,
@@ -126,7 +126,7 @@ impl Body {
         let shape = shape.inner();
         let mut body = dynamics::Body::fixed(name, shape, material.inner()).map_err(refused)?;
         if let Some(pose) = pose {
-            body = body.at(one(pose, "pose")?);
+            body = body.with_pose(one(pose, "pose")?);
         }
         Ok(Self {
             inner: body,
@@ -193,7 +193,7 @@ impl Body {
     /// (4, 4) float64: the pose it starts from.
     #[getter]
     fn pose<'py>(&self, py: Python<'py>) -> PyResult<Floats<'py>> {
-        matrix(py, &self.inner.initial().pose)
+        matrix(py, &self.inner.initial_state().pose)
     }
 
     /// (6,) float64: spin (rad/s) and velocity of the center of mass (m/s) that it starts with, world axes.
@@ -201,7 +201,12 @@ impl Body {
     fn twist<'py>(&self, py: Python<'py>) -> PyResult<Floats<'py>> {
         array(
             py,
-            self.inner.initial().twist.to_vector().as_slice().to_vec(),
+            self.inner
+                .initial_state()
+                .twist
+                .to_vector()
+                .as_slice()
+                .to_vec(),
             &[6],
         )
     }

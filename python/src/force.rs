@@ -2,7 +2,9 @@
 
 use crate::arrays::{Floats, array, finite_row, real};
 use crate::errors::refused;
-use hydroelastic::dynamics::{self, Body, Force, ForceNumber, ForceContext, WorldError, WrenchAccumulator};
+use hydroelastic::dynamics::{
+    self, Body, Force, ForceContext, ForceNumber, WorldError, WrenchAccumulator,
+};
 use hydroelastic::scalar::Scalar;
 use pyo3::exceptions::PyTypeError;
 use pyo3::prelude::*;

@@ -8,11 +8,13 @@ mod body;
 mod by_states;
 mod contacts;
 mod control;
+mod diagnostics;
 mod errors;
 mod force;
 mod half_space;
 mod interrupt;
 mod jacobian;
+mod kink;
 mod material;
 mod pair;
 mod pair_inputs;
@@ -22,7 +24,6 @@ mod path;
 mod pickle;
 mod plan;
 mod poses;
-mod diagnostics;
 mod rigid_shape;
 mod rollout;
 mod shape;
@@ -91,6 +92,7 @@ fn _core(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_class::<jacobian::DifferenceCheck>()?;
     module.add_class::<diagnostics::StepReport>()?;
     module.add_class::<diagnostics::Diagnostics>()?;
+    module.add_class::<kink::Kink>()?;
     module.add_class::<contacts::Contact>()?;
     module.add_class::<contacts::ContactTopology>()
 }

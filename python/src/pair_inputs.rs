@@ -5,8 +5,8 @@ use crate::errors::refused;
 use crate::pair::Pair;
 use crate::poses::{poses, twist_of};
 use hydroelastic::contact::{ContactPair, SurfaceLaw};
-use hydroelastic::parallel;
 use hydroelastic::nalgebra::SVector;
+use hydroelastic::parallel;
 use hydroelastic::spatial::Pose;
 use pyo3::prelude::*;
 

@@ -34,7 +34,7 @@ impl Parameter {
 
     /// Initial spin (rad/s) of a body, in world axes: 3 numbers.
     #[staticmethod]
-    fn initial_spin(body: &str) -> Self {
+    fn initial_angular_velocity(body: &str) -> Self {
         Self(gradient::Parameter::initial_angular_velocity(body))
     }
 
@@ -99,7 +99,7 @@ impl Parameter {
 
     /// A force parameter of the world, by its name: see World.
     #[staticmethod]
-    fn of_forces(name: &str) -> Self {
+    fn force_parameter(name: &str) -> Self {
         Self(gradient::Parameter::force_parameter(name))
     }
 
@@ -121,14 +121,14 @@ impl Parameter {
             P::InitialPosition(body) => format!("initial_position({body:?})"),
             P::InitialOrientation(body) => format!("initial_orientation({body:?})"),
             P::InitialVelocity(body) => format!("initial_velocity({body:?})"),
-            P::InitialAngularVelocity(body) => format!("initial_spin({body:?})"),
+            P::InitialAngularVelocity(body) => format!("initial_angular_velocity({body:?})"),
             P::Modulus(body) => format!("modulus({body:?})"),
             P::Dissipation(body) => format!("dissipation({body:?})"),
             P::Friction(body) => format!("friction({body:?})"),
             P::Mass(body) => format!("mass({body:?})"),
             P::Gravity => "gravity()".to_owned(),
             P::Control(body, interval) => format!("control({body:?}, {interval})"),
-            P::ForceParameter(name) => format!("of_forces({name:?})"),
+            P::ForceParameter(name) => format!("force_parameter({name:?})"),
             // Other parameters have no constructor in Python.
             other => format!("{other:?}"),
         };

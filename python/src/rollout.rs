@@ -1,9 +1,9 @@
 //! Steps of a world, one after another.
 
+use crate::diagnostics::StepReport;
 use crate::errors::{ended, interrupted, refused};
 use crate::interrupt::{Progress, Shared, run};
 use crate::plan::Plan;
-use crate::diagnostics::StepReport;
 use crate::state::State;
 use crate::trajectory::Trajectory;
 use hydroelastic::dynamics::{self, RolloutError};
@@ -91,7 +91,7 @@ impl Steps {
     fn step(&mut self) -> Result<(), RolloutError> {
         self.steps.advance()?;
         self.taken += 1;
-        if let Some(report) = self.steps.report() {
+        if let Some(report) = self.steps.step_report() {
             *self.total.get_or_insert_default() += report.clone();
         }
         Ok(())
@@ -132,19 +132,19 @@ impl Rollout {
 
     /// Number of steps taken.
     #[getter]
-    fn taken(&self) -> PyResult<usize> {
+    fn steps_taken(&self) -> PyResult<usize> {
         Ok(self.steps()?.taken)
     }
 
     /// What the last step took; None before it, and for explicit steps.
     #[getter]
-    fn report(&self) -> PyResult<Option<StepReport>> {
-        Ok(self.steps()?.steps.report().cloned().map(StepReport))
+    fn step_report(&self) -> PyResult<Option<StepReport>> {
+        Ok(self.steps()?.steps.step_report().cloned().map(StepReport))
     }
 
     /// What all steps took so far; None before the first, and for explicit steps.
     #[getter]
-    fn total_report(&self) -> PyResult<Option<StepReport>> {
+    fn total_step_report(&self) -> PyResult<Option<StepReport>> {
         Ok(self.steps()?.total.clone().map(StepReport))
     }
 
@@ -157,11 +157,7 @@ impl Rollout {
     /// RolloutError, with the states so far as its trajectory. Ctrl-C ends the rollout before its next step, or during an
     /// implicit step.
     #[pyo3(signature = (*, progress=None))]
-    fn recorded(
-        &self,
-        py: Python<'_>,
-        progress: Option<&Bound<'_, PyAny>>,
-    ) -> PyResult<Trajectory> {
+    fn run(&self, py: Python<'_>, progress: Option<&Bound<'_, PyAny>>) -> PyResult<Trajectory> {
         let mut guard = self.steps()?;
         let steps = &mut *guard;
         let progress = Progress::of(py, progress, steps.plan.steps())?;

@@ -79,7 +79,7 @@ impl Settings<'_, '_> {
                 .map_err(refused)?;
         }
         match self.start {
-            Some(state) => world.starting_from(&state.get().0).map_err(refused),
+            Some(state) => world.with_initial_state(&state.get().0).map_err(refused),
             None => Ok(world),
         }
     }
@@ -111,10 +111,13 @@ fn of_bodies(
     bodies: &[Bound<'_, Body>],
     ignoring: &[(String, String)],
 ) -> Result<Inner, WorldError> {
-    let bodies = bodies.iter().map(|body| body.get().inner.clone()).collect();
-    let pairs = ignoring.iter().map(|(first, second)| [&**first, &**second]);
-    let pairs: Vec<[&str; 2]> = pairs.collect();
-    dynamics::World::new_ignoring(bodies, &pairs)?.with_forces(Vec::new())
+    let bodies = bodies.iter().map(|body| body.get().inner.clone());
+    let builder = dynamics::World::builder().bodies(bodies);
+    let ignored = ignoring.iter();
+    let builder = ignored.fold(builder, |builder, (first, second)| {
+        builder.ignore(first, second)
+    });
+    builder.build()?.with_forces(Vec::new())
 }
 
 impl World {
@@ -191,15 +194,39 @@ impl World {
         Ok(self.with_inner(settings.applied(self.inner.clone())?))
     }
 
-    /// The world after changes of its parameters: (p,) float64, one number for each number of theirs, added to what is there.
-    fn changed(
+    /// The world with a change added to each number of its parameters: (p,) float64. A change of an orientation is a rotation vector
+    /// (rad) in world axes.
+    fn perturbed(
         &self,
         parameters: Vec<Bound<'_, Parameter>>,
         changes: &Bound<'_, PyAny>,
     ) -> PyResult<Self> {
         let changes = crate::arrays::list(changes, "changes")?;
-        let changed = self.inner.changed(&inner(&parameters), &changes);
+        let changed = self.inner.perturbed(&inner(&parameters), &changes);
         Ok(self.with_inner(changed.map_err(|why| not_differentiated(&why))?))
+    }
+
+    /// (p,) float64: the values of the parameters. The value of an orientation is a rotation vector (rad, at most π long).
+    fn values<'py>(
+        &self,
+        py: Python<'py>,
+        parameters: Vec<Bound<'_, Parameter>>,
+    ) -> PyResult<Floats<'py>> {
+        let values = self.inner.values(&inner(&parameters));
+        let values = values.map_err(|why| not_differentiated(&why))?;
+        array(py, values.as_slice().to_vec(), &[values.len()])
+    }
+
+    /// The world with new values of its parameters: (p,) float64, in the order of values. Derivatives with respect to an orientation
+    /// are with respect to a small rotation in world axes: an optimizer of orientations should use perturbed.
+    fn with_values(
+        &self,
+        parameters: Vec<Bound<'_, Parameter>>,
+        values: &Bound<'_, PyAny>,
+    ) -> PyResult<Self> {
+        let values = crate::arrays::list(values, "values")?;
+        let world = self.inner.with_values(&inner(&parameters), &values);
+        Ok(self.with_inner(world.map_err(|why| not_differentiated(&why))?))
     }
 
     /// The bodies, as they are now: in the order of every state.

@@ -2,9 +2,9 @@
 
 use crate::arrays::{Floats, array, list};
 use crate::contacts::{Contact, ContactTopology};
+use crate::diagnostics::Diagnostics;
 use crate::errors::refused;
 use crate::plan::Plan;
-use crate::diagnostics::Report;
 use crate::rollout::Rollout;
 use crate::state::State;
 use crate::world::World;
@@ -17,7 +17,7 @@ impl World {
     fn rollout(&self, plan: &Plan, start: Option<&State>) -> PyResult<Rollout> {
         let rollout = self.inner.rollout(&plan.0);
         let rollout = match start {
-            Some(state) => rollout.starting_from(state.0.clone()).map_err(refused)?,
+            Some(state) => rollout.with_state(state.0.clone()).map_err(refused)?,
             None => rollout,
         };
         Ok(Rollout::of(rollout, plan.0))
@@ -29,9 +29,11 @@ impl World {
     }
 
     /// Energies and momentum of a state. The contact energy takes longer than a step.
-    fn report(&self, py: Python<'_>, state: &State) -> PyResult<Report> {
-        let report = py.detach(|| self.inner.report(&state.0)).map_err(refused)?;
-        Report::of(py, &report)
+    fn report(&self, py: Python<'_>, state: &State) -> PyResult<Diagnostics> {
+        let report = py
+            .detach(|| self.inner.diagnostics(&state.0))
+            .map_err(refused)?;
+        Diagnostics::of(py, &report)
     }
 
     /// The contacts of a state, sorted by the bodies' places. Bodies that both do not move by forces have none.
@@ -80,15 +82,15 @@ impl World {
         start: &State,
         end: &State,
     ) -> PyResult<Floats<'py>> {
-        let change = self.inner.displacement(&start.0, &end.0).map_err(refused)?;
+        let change = self.inner.difference(&start.0, &end.0).map_err(refused)?;
         array(py, change.as_slice().to_vec(), &[change.len()])
     }
 
     /// The state after such a change, the inverse of displacement.
-    fn displaced(&self, state: &State, change: &Bound<'_, PyAny>) -> PyResult<State> {
+    fn integrate(&self, state: &State, change: &Bound<'_, PyAny>) -> PyResult<State> {
         let change = list(change, "change")?;
         self.inner
-            .displaced(&state.0, &change)
+            .integrate(&state.0, &change)
             .map(State)
             .map_err(refused)
     }

@@ -7,11 +7,11 @@ use crate::interrupt::{Progress, Shared, run};
 use crate::jacobian::{
     AllStates, DerivativeCheck, DifferenceCheck, RecordedPositions, TrajectoryJacobian, both,
 };
+use crate::kink::Kink;
 use crate::parameter::{Parameter, inner};
 use crate::plan::Plan;
 use crate::trajectory::Trajectory;
 use crate::world::World;
-use hydroelastic::dynamics;
 use hydroelastic::gradient::{self, Experiment, GradientError, Mode};
 use hydroelastic::nalgebra::DMatrix;
 use pyo3::prelude::*;
@@ -43,9 +43,6 @@ impl World {
 fn width(parameters: &[gradient::Parameter]) -> usize {
     parameters.iter().map(gradient::Parameter::dimension).sum()
 }
-
-/// Kind, names of bodies, number of steps, the first and the last of them.
-type KinkSummary = (String, Vec<String>, usize, (usize, usize));
 
 /// A matrix as an array.
 fn by_rows<'py>(py: Python<'py>, matrix: &DMatrix<f64>) -> PyResult<Floats<'py>> {
@@ -95,7 +92,7 @@ impl World {
     /// HydroelasticError if a parameter is not one of the world's, an array has another shape, or a derivative is not finite;
     /// RolloutError, without a trajectory, if the rollout ends early.
     #[pyo3(signature = (plan, parameters, by_poses, by_twists, *, memory=None))]
-    fn pullback<'py>(
+    fn vjp<'py>(
         &self,
         py: Python<'py>,
         plan: &Plan,
@@ -111,7 +108,7 @@ impl World {
         let found = self.experiment(py, plan, (0, None), |it| {
             let own = memory.map(|memory| it.clone().with_memory(memory));
             let it = own.as_ref().unwrap_or(it);
-            it.pullback(&by, |trajectory| by_states.covectors(0, trajectory))
+            it.vjp(&by, |trajectory| by_states.covectors(0, trajectory))
         })?;
         array(py, found.as_slice().to_vec(), &[found.len()])
     }
@@ -125,28 +122,21 @@ impl World {
     /// Raises
     /// ------
     /// RolloutError, without a trajectory, if the rollout ends early.
-    fn kinks(&self, py: Python<'_>, plan: &Plan) -> PyResult<Vec<KinkSummary>> {
+    fn kinks(&self, py: Python<'_>, plan: &Plan) -> PyResult<Vec<Kink>> {
         let found = self.experiment(py, plan, (0, None), Experiment::kinks)?;
         let names = self.names_of();
-        let met = |met: dynamics::KinkSummary| {
-            let bodies = met.bodies.iter().map(|&body| names[body].to_owned());
-            let [first, last] = met.steps;
-            (
-                met.kink.to_string(),
-                bodies.collect(),
-                met.count,
-                (first, last),
-            )
-        };
-        Ok(found.into_iter().map(met).collect())
+        Ok(found
+            .iter()
+            .map(|summary| Kink::of(summary, &names))
+            .collect())
     }
 
-    /// Whether pullback computes the gradients of this many losses by these parameters faster than jacobian.
+    /// Whether vjp computes the gradients of this many losses with respect to these parameters faster than jacobian.
     ///
-    /// For one gradient, pullback is faster if the parameters have more than 12 numbers, or more than 96 if steps are implicit. Two
-    /// pullbacks take about as long as the rollout of jacobian for every 96 numbers. jacobian gives the Jacobian of all recorded
+    /// For one gradient, vjp is faster if the parameters have more than 12 numbers, or more than 96 if steps are implicit. Two
+    /// calls of vjp take about as long as the rollout of jacobian for every 96 numbers. jacobian gives the Jacobian of all recorded
     /// states, from which the gradients then have to be computed.
-    #[pyo3(signature = (plan, parameters, losses=1))]
+    #[pyo3(name = "_sweeps_back", signature = (plan, parameters, losses=1))]
     fn sweeps_back(
         &self,
         plan: &Plan,
@@ -165,7 +155,7 @@ impl World {
     ///
     /// progress : as of jacobian.
     #[pyo3(signature = (plan, parameters=vec![], *, progress=None))]
-    fn linearized<'py>(
+    fn linearize<'py>(
         &self,
         py: Python<'py>,
         plan: &Plan,
@@ -179,7 +169,7 @@ impl World {
             .iter()
             .filter(|it| it.inertia().is_some());
         let watched = (12 * dynamic.count() + width(&by), progress);
-        let found = self.experiment(py, plan, watched, |it| it.linearized(&by))?;
+        let found = self.experiment(py, plan, watched, |it| it.linearize(&by))?;
         Ok((
             by_rows(py, &found.by_state)?,
             by_rows(py, &found.by_parameters)?,

@@ -32,10 +32,10 @@ impl Body {
         let alone = dynamics::World::new(vec![self.inner.clone()]);
         let start = State {
             time: self.inner.initial_time(),
-            bodies: vec![*self.inner.initial()],
+            bodies: vec![*self.inner.initial_state()],
         };
         let inner = alone
-            .and_then(|world| world.starting_from(&start)?.with_forces(Vec::new()))
+            .and_then(|world| world.with_initial_state(&start)?.with_forces(Vec::new()))
             .map_err(refused)?;
         let name = self.inner.name().to_owned();
         let paths = self.path.iter().map(|path| (name.clone(), path.clone()));

@@ -36,7 +36,7 @@ def scene():
         1.0,
         pose=he.pose([-0.3, 0.0, 0.25]),
         velocity=[0.5, 0.0, 0.0],
-        spin=[0.0, 1.0, 0.5],
+        angular_velocity=[0.0, 1.0, 0.5],
     )
     tilted = he.pose([0.3, 0.0, 0.26], [0.1, 0.3, -0.2])
     brick = he.Body.dynamic("brick", he.Shape.cuboid([0.1, 0.2, 0.3]), skin, density=800.0, pose=tilted)

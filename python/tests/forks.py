@@ -35,7 +35,7 @@ def digest(_=None):
     """Returns a digest of the results of calls that use threads."""
     heights = np.stack([he.pose([0.0, 0.0, z]) for z in np.linspace(0.185, 0.195, 100)])
     twist = np.array([0.1, 0.2, 0.3, 0.5, 0.0, -0.1])
-    explicit, implicit = (HEAP.rollout(plan).recorded() for plan in (EXPLICIT, IMPLICIT))
+    explicit, implicit = (HEAP.rollout(plan).run() for plan in (EXPLICIT, IMPLICIT))
     step = HEAP.step(HEAP.initial_state, IMPLICIT)
     results = [
         *PAIR.linearized(heights, he.pose(), twist, np.zeros(6)),
@@ -45,8 +45,8 @@ def digest(_=None):
         implicit.twists,
         step.twists,
         HEAP.jacobian(IMPLICIT, BY)[1].poses,
-        HEAP.pullback(IMPLICIT, BY, np.ones_like(implicit.poses), np.ones_like(implicit.twists)),
-        *(trajectory.poses for trajectory in he.Batch(IMPLICIT).of_worlds([ONE] * 20)),
+        HEAP.vjp(IMPLICIT, BY, np.ones_like(implicit.poses), np.ones_like(implicit.twists)),
+        *(trajectory.poses for trajectory in he.Batch(IMPLICIT).rollouts([ONE] * 20)),
     ]
     sha = hashlib.sha256()
     for result in results:
@@ -98,7 +98,7 @@ def while_a_thread_works():
         if not children:
             children.append(in_process())
 
-    he.Batch(IMPLICIT, progress=fork).of_worlds([HEAP] * 10)
+    he.Batch(IMPLICIT, progress=fork).rollouts([HEAP] * 10)
     return children
 
 

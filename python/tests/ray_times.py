@@ -51,7 +51,7 @@ def main():
     by = [he.Parameter.initial_velocity("ball"), he.Parameter.friction("ball")]
     samples = np.random.default_rng(0).normal(size=(rollouts, 4)) * [0.5, 0.5, 0.2, 0.01]
     start = time.process_time()
-    expected = he.Batch(plan).jacobians_after(world, by, samples)
+    expected = he.Batch(plan).jacobians_perturbed(world, by, samples)
     alone = time.process_time() - start
     chunk = max(1, round(0.2 * rollouts / alone))
     print(
@@ -60,10 +60,10 @@ def main():
     for cores in (1, 2):
         settings = {"include_dashboard": False, "logging_level": "ERROR", "log_to_driver": False}
         ray.init("local", num_cpus=cores, object_store_memory=200 << 20, **settings)
-        Batch(plan, chunk=1).jacobians_after(world, by, samples[: 2 * cores])
+        Batch(plan, chunk=1).jacobians_perturbed(world, by, samples[: 2 * cores])
         workers = set(ray.get([process_here.remote() for _ in range(cores)]))
         before, start = cpu_times(), time.perf_counter()
-        results = Batch(plan, chunk=chunk).jacobians_after(world, by, samples)
+        results = Batch(plan, chunk=chunk).jacobians_perturbed(world, by, samples)
         wall, after = time.perf_counter() - start, cpu_times()
         assert all(
             (a.poses == b.poses).all() and (j.poses == k.poses).all() for (a, j), (b, k) in zip(results, expected)

@@ -78,7 +78,7 @@ def test_partners(ball_on_block, twists, name, partner, modulus, height):
 
 
 def test_rigid_world(rigid_world):
-    assert_same("rigid world", numbers(rigid_world.rollout(SDIRK3).recorded()))
+    assert_same("rigid world", numbers(rigid_world.rollout(SDIRK3).run()))
 
 
 def numbers(trajectory):
@@ -97,12 +97,12 @@ IMPLICIT = he.Plan(5e-3, 40, he.Integrator.IMPLICIT_EULER, record_every=20)
     [("leapfrog", EXPLICIT), ("symplectic Euler", EULER), ("sdirk3", SDIRK3), ("implicit Euler", IMPLICIT)],
 )
 def test_rollouts(scene, name, plan):
-    assert_same(name, numbers(scene.rollout(plan).recorded()))
+    assert_same(name, numbers(scene.rollout(plan).run()))
 
 
 def test_rollouts_with_forces_and_controls(driven):
-    assert_same("forces, leapfrog", numbers(driven.rollout(EXPLICIT).recorded()))
-    assert_same("forces, sdirk3", numbers(driven.rollout(SDIRK3).recorded()))
+    assert_same("forces, leapfrog", numbers(driven.rollout(EXPLICIT).run()))
+    assert_same("forces, sdirk3", numbers(driven.rollout(SDIRK3).run()))
 
 
 def test_jacobians(driven):
@@ -121,9 +121,9 @@ def test_jacobians(driven):
     by_poses[1, 0, :3, :3] = np.array([[0, -z, y], [z, 0, -x], [-y, x, 0]]) @ trajectory.poses[-1, 0, :3, :3]
     by_poses[1, 0, :3, 3] = [1.0, -2.0, 3.0]
     by_twists[1, 0] = [0.01, 0.02, -0.03, -0.1, 0.4, 0.2]
-    found = driven.pullback(he.Plan(5e-4, 300, record_every=300), by, by_poses, by_twists)
+    found = driven.vjp(he.Plan(5e-4, 300, record_every=300), by, by_poses, by_twists)
     assert_same("pullback", found, rounding=TURN_AS_MATRIX)
-    a, b = driven.linearized(he.Plan(1e-3, 100), by)
+    a, b = driven.linearize(he.Plan(1e-3, 100), by)
     assert a.shape == (24, 24) and b.shape == (24, 10)
     assert_same("A", a)
     assert_same("B", b)

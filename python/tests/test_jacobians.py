@@ -77,14 +77,14 @@ def test_rollout_by_every_parameter(bounce):
         he.Parameter.initial_position("ball"),
         he.Parameter.initial_orientation("ball"),
         he.Parameter.initial_velocity("ball"),
-        he.Parameter.initial_spin("ball"),
+        he.Parameter.initial_angular_velocity("ball"),
         he.Parameter.modulus("ball"),
         he.Parameter.dissipation("floor"),
         he.Parameter.friction("ball"),
         he.Parameter.mass("ball"),
         he.Parameter.gravity(),
         he.Parameter.control("ball", 1),
-        *map(he.Parameter.of_forces, numbers),
+        *map(he.Parameter.force_parameter, numbers),
     ]
     trajectory, jacobian = world.jacobian(plan, by)
     width = sum(parameter.dimension for parameter in by)
@@ -105,7 +105,7 @@ def test_rollout_by_every_parameter(bounce):
     def end(step):
         changes = np.zeros(width)
         changes[6] = step
-        return world.changed(by, changes).rollout(plan).recorded().poses[-1, 0]
+        return world.perturbed(by, changes).rollout(plan).run().poses[-1, 0]
 
     found = difference(end, 1e-5)
     exact = jacobian.poses[-1, 0, ..., 6]
@@ -118,8 +118,8 @@ def test_rollout_by_every_parameter(bounce):
         he.Spring(spring.bodies, spring.points, *(numbers[name] for name in ("length", "stiffness", "damping"))),
         he.Drag("ball", numbers["drag"], numbers["brake"]),
     ]
-    same = world.replace(forces=constants).rollout(plan).recorded()
-    assert same.twists.tobytes() == world.rollout(plan).recorded().twists.tobytes()
+    same = world.replace(forces=constants).rollout(plan).run()
+    assert same.twists.tobytes() == world.rollout(plan).run().twists.tobytes()
 
 
 def test_a_step_to_first_order(bounce):
@@ -129,12 +129,12 @@ def test_a_step_to_first_order(bounce):
     state = he.State(0.0, np.stack([he.pose([0.01, 0.02, 0.19]), he.pose()]), np.array([[0.1] * 6, [0.0] * 6]))
     control = he.Parameter.control("ball", 0)
     world = world.replace(controls=[he.Control("ball", 1.0, np.zeros((1, 6)))], start=state)
-    a, b = world.linearized(plan, [control])
+    a, b = world.linearize(plan, [control])
     end = world.step(state, plan)
 
     def after(column):
-        def displaced(step):
-            return world.displacement(end, world.step(world.displaced(state, step * np.eye(12)[column]), plan))
+        def integrate(step):
+            return world.difference(end, world.step(world.integrate(state, step * np.eye(12)[column]), plan))
 
         return displaced
 
@@ -142,8 +142,8 @@ def test_a_step_to_first_order(bounce):
         assert np.abs(difference(after(column), 1e-6) - a[:, column]).max() < 1e-6 * np.abs(a).max()
 
     def pushed(step):
-        other = world.changed([control], step * np.eye(6)[3])
-        return world.displacement(end, other.step(state, plan))
+        other = world.perturbed([control], step * np.eye(6)[3])
+        return world.difference(end, other.step(state, plan))
 
     assert np.abs(difference(pushed, 1e-3) - b[:, 3]).max() < 1e-8
     assert b[9, 3] > 0.9e-3
@@ -151,9 +151,9 @@ def test_a_step_to_first_order(bounce):
 
 def test_displacement_is_undone(scene):
     states = list(scene.rollout(he.Plan(1e-3, 5)))
-    change = scene.displacement(states[0], states[-1])
+    change = scene.difference(states[0], states[-1])
     assert change.shape == (24,)
-    again = scene.displaced(states[0], change)
+    again = scene.integrate(states[0], change)
     assert np.allclose(again.poses, states[-1].poses, atol=1e-14)
     assert np.allclose(again.twists, states[-1].twists, atol=1e-14)
 
@@ -166,12 +166,12 @@ def test_jacobians_of_many_worlds_are_those_of_each(bounce):
         for place in range(3)
     ]
     by = [he.Parameter.initial_velocity("ball"), he.Parameter.friction("ball")]
-    found = he.Batch(plan).jacobians_of_worlds(worlds, by)
+    found = he.Batch(plan).jacobians(worlds, by)
     for one, (trajectory, jacobian) in zip(worlds, found, strict=True):
         expected, derivatives = one.jacobian(plan, by)
         assert np.array_equal(trajectory.poses, expected.poses) and np.array_equal(trajectory.twists, expected.twists)
         assert np.array_equal(jacobian.poses, derivatives.poses) and np.array_equal(jacobian.twists, derivatives.twists)
-    (error,) = he.Batch(plan).jacobians_of_worlds(worlds[:1], [he.Parameter.mass("floor")])
+    (error,) = he.Batch(plan).jacobians(worlds[:1], [he.Parameter.mass("floor")])
     assert isinstance(error, he.HydroelasticError) and "the mass of \"floor\" has no effect" in str(error)
 
 
@@ -186,7 +186,7 @@ def test_progress_of_derivatives_ends_at_the_number_of_steps(bounce):
     world.jacobian(plan, [he.Parameter.gravity()], progress=progress)
     assert len(seen) > 1 and seen == sorted(seen) and seen[-1] == (20_000, 20_000)
     seen.clear()
-    world.linearized(he.Plan(2e-5, 100), progress=progress)
+    world.linearize(he.Plan(2e-5, 100), progress=progress)
     assert seen[-1] == (100, 100)
     # Once for every 96 numbers.
     seen.clear()

@@ -338,10 +338,10 @@ def test_wrong_shapes_and_arguments_are_refused(ball_on_block, bounce):
         hj.rollout(world, plan, [he.Parameter.friction("ball")], np.zeros(2))
     with pytest.raises(he.HydroelasticError, match="nobody"):
         hj.rollout(world, plan, [he.Parameter.friction("nobody")])
-    with pytest.raises(he.HydroelasticError, match="taken needs start"):
-        hj.rollout(world, plan, taken=3)
-    with pytest.raises(TypeError, match="taken must be an integer"):
-        hj.step(world, plan, hj.initial_state(world), taken=0.5)
+    with pytest.raises(he.HydroelasticError, match="start_step needs start"):
+        hj.rollout(world, plan, start_step=3)
+    with pytest.raises(TypeError, match="start_step must be an integer"):
+        hj.step(world, plan, hj.initial_state(world), start_step=0.5)
     with pytest.raises(he.HydroelasticError, match="poses must have the shape"):
         hj.step(world, plan, hj.State(np.eye(4)[None], np.zeros((1, 6))))
 
@@ -380,7 +380,7 @@ def flat(state):
 def without_friction(world):
     bodies = world.bodies
     smooth = [he.Parameter.friction(body.name) for body in bodies]
-    return world.changed(smooth, np.array([-body.material.friction for body in bodies]))
+    return world.perturbed(smooth, np.array([-body.material.friction for body in bodies]))
 
 
 @pytest.mark.parametrize("friction, tolerance", [(False, ROLLOUT), (True, FRICTION)])
@@ -543,7 +543,7 @@ def test_rollouts_have_the_bits_of_the_library(bounce):
     world, plan = bounce
     by = [he.Parameter.initial_velocity("ball")]
     changes = np.array([[0.0, 0.0, 0.0], [0.1, -0.2, 0.3], [1.0, 0.0, 0.0]])
-    expected = he.Batch(plan).trajectories_after(world, by, changes)
+    expected = he.Batch(plan).rollouts_perturbed(world, by, changes)
     found = jax.jit(jax.vmap(lambda change: hj.rollout(world, plan, by, change)))(changes)
     last = hj.final_state(world, plan, by, changes)
     assert found.poses.shape == (3, 4, 2, 4, 4) and last.twists.shape == (3, 2, 6)
@@ -576,7 +576,7 @@ def test_steps_by_scan_are_a_rollout(driven):
 
     def stepped(start, changes):
         def step(state, taken):
-            return hj.step(driven, plan, state, by, changes, taken=taken), None
+            return hj.step(driven, plan, state, by, changes, start_step=taken), None
 
         return flat(jax.lax.scan(step, start, jnp.arange(20))[0])
 
@@ -598,11 +598,11 @@ def test_the_last_control_acts_after_its_time(driven):
 
     def by_interval(interval, taken):
         by = [he.Parameter.control("ball", interval)]
-        return jax.jacfwd(lambda x: hj.step(driven, plan, state, by, x, taken=taken).twists[0])(np.zeros(6))
+        return jax.jacfwd(lambda x: hj.step(driven, plan, state, by, x, start_step=taken).twists[0])(np.zeros(6))
 
     assert np.abs(by_interval(1, 15)).max() > 1e-3
     assert np.abs(by_interval(1, 5)).max() == 0.0
-    many = hj.step(driven, plan, state, taken=np.array([5, 15]))
+    many = hj.step(driven, plan, state, start_step=np.array([5, 15]))
     assert not np.array_equal(many.twists[0], many.twists[1])
 
 

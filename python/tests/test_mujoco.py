@@ -44,7 +44,7 @@ def the_callback_is_cleared(monkeypatch, tmp_path):
 
 
 def ball_pair(law=None, order=2):
-    law = SKIN.law_with(SKIN, SLIP) if law is None else law
+    law = SKIN.combined_with(SKIN, SLIP) if law is None else law
     return he.Pair(he.Shape.icosphere(0.1, order), he.Shape.cuboid([2.0, 2.0, 0.2]), 1e5, 1e5, law)
 
 
@@ -78,7 +78,7 @@ def grounds():
 def test_a_dropped_ball_agrees_with_a_world(name):
     """With friction and spin, through a bounce, at the same step: both take symplectic Euler steps."""
     ground, shape, material, place = grounds()[name]
-    law = SKIN.law_with(material, SLIP)
+    law = SKIN.combined_with(material, SLIP)
     pair = he.Pair(he.Shape.icosphere(0.1, 2), shape, SKIN.modulus, material.modulus, law)
     model, contacts = drop(pair=pair, ground=ground)
     velocity, spin, steps = [0.5, 0.1, -0.3], [0.5, -1.0, 2.0], 1000
@@ -93,11 +93,11 @@ def test_a_dropped_ball_agrees_with_a_world(name):
         inertia=np.diag(model.body_inertia[1]),
         pose=he.pose([0.01, 0.02, 0.21]),
         velocity=velocity,
-        spin=spin,
+        angular_velocity=spin,
     )
     floor = he.Body.fixed("floor", pair.shapes[1], material, pose=place)
     world = he.World([ball, floor], gravity=[0.0, 0.0, -9.81], slip_tolerance=SLIP)
-    end = world.rollout(he.Plan(1e-4, steps, he.Integrator.SYMPLECTIC_EULER, record_every=steps)).recorded()
+    end = world.rollout(he.Plan(1e-4, steps, he.Integrator.SYMPLECTIC_EULER, record_every=steps)).run()
     mujoco.mj_kinematics(model, data)
     # It bounced: it moves up.
     assert data.qvel[2] > 0.1
@@ -556,10 +556,10 @@ def test_shapes_of_geoms():
     </worldbody></mujoco>""")
     extents = {"ball": [0.1] * 3, "box": [0.1, 0.2, 0.3], "rod": [0.1, 0.1, 0.2], "egg": [0.1, 0.2, 0.3]}
     for name, expected in extents.items():
-        vertices = soft.shape_of_geom(model, name).vertices
+        vertices = soft.shape_from_geom(model, name).vertices
         assert np.allclose(vertices.max(axis=0), expected, rtol=1e-2), name
     with pytest.raises(he.HydroelasticError, match=r"is a plane, whose shape is hydroelastic.HalfSpace\(\)"):
-        soft.shape_of_geom(model, "ground")
+        soft.shape_from_geom(model, "ground")
 
 
 def test_refusals():

@@ -144,7 +144,7 @@ def cases(folder):
     rigid = he.RigidShape.around(ball)
     pair = he.Pair(ball, ball, 1e5, 1e5, he.SurfaceLaw(0.1, 0.2))
     linearized = he.LinearizedShape(CORNERS, TET)
-    state, trajectory = world.initial_state, world.rollout(plan).recorded()
+    state, trajectory = world.initial_state, world.rollout(plan).run()
     surface = pair.surface(EYE, he.pose([0.0, 0.0, 0.19]))
     gravity, batch = [he.Parameter.gravity()], he.Batch(plan)
     poses = {"pose_a": he.pose([0.0, 0.0, 0.19]), "pose_b": EYE}
@@ -175,7 +175,7 @@ def cases(folder):
     fields = ("vertices", "pressures", "normals", "areas", "centroids", "mean_pressures", "area", "center_of_pressure")
     arrays = {name: getattr(surface, name) for name in fields}
     whole = {"offsets": surface.offsets, "tets": surface.tets}
-    report = world.report(state)
+    report = world.diagnostics(state)
     energies = {name: float(getattr(report, name)) for name in ("kinetic_energy", "gravitational_energy", "contact_energy", "total_energy")}
 
     return {
@@ -204,7 +204,7 @@ def cases(folder):
         "HalfSpace": (he.HalfSpace, {"thickness": Positive(0.1)}),
         "Material": (he.Material, {"modulus": Positive(1e5), "dissipation": NotNegative(0.1), "friction": NotNegative(0.1)}),
         "Material.rigid": (he.Material.rigid, {"friction": NotNegative(0.1)}),
-        "Material.law_with": (lambda **it: given.law_with(given, **it), {"slip_tolerance": Positive(1e-3)}),
+        "Material.combined_with": (lambda **it: given.combined_with(given, **it), {"slip_tolerance": Positive(1e-3)}),
         "SurfaceLaw": (
             he.SurfaceLaw,
             {"dissipation": NotNegative(0.1), "friction": NotNegative(0.1), "slip_tolerance": Positive(1e-3)},
@@ -272,9 +272,9 @@ def cases(folder):
         "World.sweeps_back": (lambda **it: world.sweeps_back(plan, gravity, **it), {"losses": 1}),
         "World (along z)": (lambda **it: he.World([], **it), {"gravity": -9.81}),
         "World.replace": (world.replace, {"gravity": POINT, "slip_tolerance": Positive(1e-3)}),
-        "World.changed": (lambda **it: world.changed(gravity, **it), {"changes": POINT}),
-        "World.displaced": (lambda **it: world.displaced(state, **it), {"change": np.full(12, 0.1)}),
-        "World.pullback": (lambda **it: world.pullback(plan, gravity, **it), covectors | {"memory": 4096}),
+        "World.perturbed": (lambda **it: world.perturbed(gravity, **it), {"changes": POINT}),
+        "World.integrate": (lambda **it: world.integrate(state, **it), {"change": np.full(12, 0.1)}),
+        "World.vjp": (lambda **it: world.vjp(plan, gravity, **it), covectors | {"memory": 4096}),
         "World.write_recording": (
             recording,
             {"slowdown": Positive(1.0), "targets": POINT, "radius": Positive(0.1), "paths": CORNERS}
@@ -291,24 +291,24 @@ def cases(folder):
         ),
         "State": (he.State, {"time": 0.5, "poses": EYE[None], "twists": TWIST[None]}),
         "Trajectory.show": (trajectory.show, shown | {"frames": 2}),
-        "Batch.trajectories_after": (
-            lambda **it: raised(batch.trajectories_after(world, gravity, **it)),
+        "Batch.rollouts_perturbed": (
+            lambda **it: raised(batch.rollouts_perturbed(world, gravity, **it)),
             {"samples": np.zeros((2, 3))},
         ),
-        "Batch.jacobians_after": (
-            lambda **it: raised(batch.jacobians_after(world, gravity, **it)),
+        "Batch.jacobians_perturbed": (
+            lambda **it: raised(batch.jacobians_perturbed(world, gravity, **it)),
             {"samples": np.zeros((2, 3))},
         ),
-        "Batch.pullbacks_of_worlds": (lambda **it: raised(batch.pullbacks_of_worlds([world], gravity, **it)), many),
+        "Batch.vjps": (lambda **it: raised(batch.vjps([world], gravity, **it)), many),
         "Parameter.control": (lambda **it: he.Parameter.control("ball", **it), {"interval": 0}),
         "Parameter.controls": (lambda **it: he.Parameter.controls(["ball"], **it), {"intervals": 1}),
         "TrajectoryJacobian": (he.TrajectoryJacobian, {"poses": np.ones((2, 1, 4, 4, 3)), "twists": np.ones((2, 1, 6, 3))}),
-        "Report": (
-            lambda momenta, **it: he.Report(momenta=(momenta, POINT), **it),
+        "Diagnostics": (
+            lambda momenta, **it: he.Diagnostics(momenta=(momenta, POINT), **it),
             energies | {"momenta": POINT},
         ),
         "Contact": (lambda **it: he.Contact(("a", "b"), surface=surface, **it), {"wrench": np.ones(12)}),
-        "Topology.touches": (world.topology(state).touches, {"first": 0, "second": 1}),
+        "ContactTopology.touches": (world.topology(state).touches, {"first": 0, "second": 1}),
     }
 
 
@@ -418,16 +418,16 @@ def test_jax_refuses_what_the_package_refuses():
             {"pose_a": he.pose([0.0, 0.0, 0.19]), "pose_b": EYE, "twist_a": TWIST, "twist_b": TWIST}
             | {"moduli": np.array([1e5, 1e5]), "law": np.array([0.1, 0.2])},
         ),
-        "rollout": (lambda taken, **it: soft.rollout(world, plan, gravity, start=start, taken=taken, **it), changes | {"taken": 0}),
+        "rollout": (lambda taken, **it: soft.rollout(world, plan, gravity, start=start, start_step=taken, **it), changes | {"taken": 0}),
         "final_state": (
-            lambda taken, **it: soft.final_state(world, plan, gravity, start=start, taken=taken, **it),
+            lambda taken, **it: soft.final_state(world, plan, gravity, start=start, start_step=taken, **it),
             changes | {"taken": 0},
         ),
         "final_state (of a start)": (
             lambda poses, twists: soft.final_state(world, plan, start=soft.State(poses, twists)),
             {"poses": state.poses, "twists": state.twists},
         ),
-        "step": (lambda taken, **it: soft.step(world, plan, start, gravity, taken=taken, **it), changes | {"taken": 0}),
+        "step": (lambda taken, **it: soft.step(world, plan, start, gravity, start_step=taken, **it), changes | {"taken": 0}),
     }
     assert_complete(callables_of(soft), table, {})
     for call, arguments in table.values():
@@ -486,8 +486,8 @@ def test_mujoco_refuses_what_the_package_refuses():
     model = mujoco.MjModel.from_xml_string(xml)
     carriers = {kind: (lambda kind=kind, **it: getattr(soft, kind)("ball", **it), {"pose": EYE}) for kind in ("geom", "body", "site")}
     table = carriers | {
-        "Carrier": (lambda **it: soft.Carrier("geom", "ball", **it), {"pose": EYE}),
-        "shape_of_geom": (lambda **it: soft.shape_of_geom(model, "ball", **it), {"refinement": 1}),
+        "Attachment": (lambda **it: soft.Attachment("geom", "ball", **it), {"pose": EYE}),
+        "shape_from_geom": (lambda **it: soft.shape_from_geom(model, "ball", **it), {"refinement": 1}),
     }
     assert_complete(callables_of(soft), table, {})
     for call, arguments in table.values():
@@ -497,7 +497,7 @@ def test_mujoco_refuses_what_the_package_refuses():
 def test_pictures_refuse_what_the_package_refuses():
     soft = importlib.import_module("hydroelastic.view")
     world = scene()
-    trajectory = world.rollout(he.Plan(1e-3, 2)).recorded()
+    trajectory = world.rollout(he.Plan(1e-3, 2)).run()
     (contact,) = world.contacts(world.initial_state)
     shown = {"pressure_limit": Positive(1e3), "height": 300}
     table = {
@@ -518,7 +518,7 @@ def test_batches_of_ray_refuse_what_the_package_refuses():
     refused = {"samples": np.full((2, 3), 0.1)}
     table = {"Batch": (lambda **it: soft.Batch(plan, **it) and None, {"chunk": 1, "max_retries": Signed(1)})}
     # The local batch checks the samples before any work is sent, and raises errors of their shape or type.
-    excluded = {"Batch": {"progress"}, "Batch.trajectories_after": {"samples"}, "Batch.jacobians_after": {"samples"}}
+    excluded = {"Batch": {"progress"}, "Batch.rollouts_perturbed": {"samples"}, "Batch.jacobians_perturbed": {"samples"}}
     assert_complete(callables_of(soft), table, excluded)
     for call, arguments in table.values():
         check(call, arguments)
@@ -526,6 +526,6 @@ def test_batches_of_ray_refuse_what_the_package_refuses():
         soft.Batch(plan, max_retries=-2)
     for what, bad in refused_values("samples", refused["samples"]).items():
         if what in ("axes", "text", "complex"):
-            for method in ("trajectories_after", "jacobians_after"):
+            for method in ("rollouts_perturbed", "jacobians_perturbed"):
                 with pytest.raises(REFUSED):
                     getattr(soft.Batch(plan), method)(world, [he.Parameter.gravity()], bad)

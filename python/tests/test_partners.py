@@ -83,9 +83,9 @@ def test_a_ball_sinks_through_and_is_reported():
     assert [pair.has_sunk_through(he.pose([0.0, 0.0, z]), he.pose()) for z in (0.2, 0.05, -0.5)] == [False, False, True]
     heavy = he.Body.dynamic("brick", cube(), he.Material(1e2), 50.0, pose=he.pose([0.0, 0.0, 0.15]))
     world = he.World([heavy, he.Body.fixed("floor", he.HalfSpace(), HARD)], gravity=GRAVITY)
-    end = world.rollout(he.Plan(1e-3, 600, record_every=600)).recorded()[-1]
-    assert world.contacts(end) == [] and world.sunk_through(end) == [("brick", "floor")]
-    assert world.sunk_through(world.initial_state) == []
+    end = world.rollout(he.Plan(1e-3, 600, record_every=600)).run()[-1]
+    assert world.contacts(end) == [] and world.fully_submerged(end) == [("brick", "floor")]
+    assert world.fully_submerged(world.initial_state) == []
 
 
 def test_a_soft_box_that_passes_through_a_rigid_one_is_reported():
@@ -94,8 +94,8 @@ def test_a_soft_box_that_passes_through_a_rigid_one_is_reported():
     for upper, lower in ((soft, hard), (hard, soft)):
         body = he.Body.dynamic("body", *upper, 1000.0, pose=he.pose([0.1, 0.05, 1.5]))
         world = he.World([body, he.Body.fixed("below", *lower)], gravity=GRAVITY)
-        states = world.rollout(he.Plan(1e-2, 150, "sdirk3")).recorded()
-        assert any(world.sunk_through(state) for state in states)
+        states = world.rollout(he.Plan(1e-2, 150, "sdirk3")).run()
+        assert any(world.fully_submerged(state) for state in states)
 
 
 def test_a_rigid_shape_has_what_its_surface_encloses():
@@ -184,8 +184,8 @@ def test_materials():
     assert HARD.modulus is None and SKIN.modulus == MODULUS
     assert repr(HARD) == "Material(modulus=None, dissipation=0.0, friction=0.5)"
     # What is rigid dissipates nothing, whatever it says.
-    law = SKIN.law_with(he.Material(None, 7.0, 0.4))
-    assert law == he.Material(None, 7.0, 0.4).law_with(SKIN)
+    law = SKIN.combined_with(he.Material(None, 7.0, 0.4))
+    assert law == he.Material(None, 7.0, 0.4).combined_with(SKIN)
     assert law.dissipation == SKIN.dissipation and abs(law.friction - 0.4) < ROUND_OFF
 
 
@@ -193,7 +193,7 @@ def test_bodies_give_their_shapes_back():
     path = he.Path.steady(he.pose(), [0.0, 0.0, 0.0, 0.1, 0.0, 0.0])
     kinds = {he.HalfSpace(): HARD, he.HalfSpace(0.3): SKIN, slab(): HARD, cube(): SKIN}
     for shape, material in kinds.items():
-        for body in (he.Body.fixed("it", shape, material), he.Body.prescribed("it", shape, material, path)):
+        for body in (he.Body.fixed("it", shape, material), he.Body.kinematic("it", shape, material, path)):
             for it in (body, again(body), he.World([body]).bodies[0], again(he.World([body])).bodies[0]):
                 assert type(it.shape) is type(shape) and repr(it.shape) == repr(shape) and it.material == material
     tool = he.Body.dynamic("tool", slab(), HARD, density=10.0)
@@ -212,7 +212,7 @@ def test_what_was_pickled_has_the_bits_of_what_it_was(rigid_world):
         pose_a = he.pose([0.0, 0.0, 0.09])
         assert np.array_equal(again(pair).wrench(pose_a, pose_b), pair.wrench(pose_a, pose_b)) and repr(again(pair)) == repr(pair)
     plan = he.Plan(5e-3, 40, he.Integrator.SDIRK3, record_every=20)
-    expected, found = (it.rollout(plan).recorded() for it in (rigid_world, again(rigid_world)))
+    expected, found = (it.rollout(plan).run() for it in (rigid_world, again(rigid_world)))
     assert np.array_equal(expected.poses, found.poses) and np.array_equal(expected.twists, found.twists)
     assert again(rigid_world).ignored == [("block", "ground")]
 
@@ -227,16 +227,16 @@ def test_a_rigid_world_moves_and_has_derivatives(rigid_world):
     assert {tuple(sorted(it.bodies)) for it in rigid_world.contacts(state)} <= {("ball", "block"), ("ball", "ground")}
     assert rigid_world.topology(state).polygon_count > 0 and rigid_world.largest_stable_step(state) > 0.0
     assert np.isfinite(jacobian.poses).all() and jacobian.poses[-1, 0, 0, 3].any()
-    batch = he.Batch(plan).jacobians_of_worlds([rigid_world] * 2, by)
+    batch = he.Batch(plan).jacobians([rigid_world] * 2, by)
     for states, derivatives in batch:
         assert np.array_equal(states.poses, trajectory.poses) and np.array_equal(derivatives.poses, jacobian.poses)
-    (recorded,) = he.Batch(plan).of_worlds([rigid_world])
-    alone = rigid_world.rollout(plan).recorded()
+    (recorded,) = he.Batch(plan).rollouts([rigid_world])
+    alone = rigid_world.rollout(plan).run()
     assert np.array_equal(recorded.poses, alone.poses)
 
 
 def test_a_recording_and_tables_are_written(rigid_world, tmp_path):
-    trajectory = rigid_world.rollout(he.Plan(1e-3, 200, record_every=20)).recorded()
+    trajectory = rigid_world.rollout(he.Plan(1e-3, 200, record_every=20)).run()
     rigid_world.write_recording(tmp_path / "it.glb", trajectory)
     rigid_world.write_trajectory(tmp_path / "it.csv", trajectory)
     assert (tmp_path / "it.glb").stat().st_size > 1000 and len(Path(tmp_path / "it.csv").read_text().splitlines()) == 34

@@ -22,9 +22,9 @@ def test_worlds(driven):
     plan = he.Plan(2e-4, 600, record_every=200)
     # Not the numbers it was made with, so that bits are lost if they can be.
     start = list(driven.rollout(he.Plan(3e-4, 3)))[-1]
-    world = driven.replace(start=start).changed([he.Parameter.mass("brick")], [0.1 / 3])
+    world = driven.replace(start=start).perturbed([he.Parameter.mass("brick")], [0.1 / 3])
     loaded = again(world)
-    expected, found = (it.rollout(plan).recorded() for it in (world, loaded))
+    expected, found = (it.rollout(plan).run() for it in (world, loaded))
     same(expected.poses, found.poses)
     same(expected.twists, found.twists)
     same(expected.times, found.times)
@@ -37,13 +37,13 @@ def test_worlds_with_paths():
     skin = he.Material(1e5, 0.1, 0.5)
     times = np.linspace(0.0, 1.0, 11)
     poses = np.stack([he.pose([0.3 * t, 0.1 * np.sin(t), -0.005 * t], [0.0, 0.1 * t, t]) for t in times])
-    belt = he.Body.prescribed("belt", he.Shape.cuboid([1.0, 1.0, 0.2]), skin, he.Path(times, poses))
+    belt = he.Body.kinematic("belt", he.Shape.cuboid([1.0, 1.0, 0.2]), skin, he.Path(times, poses))
     ball = he.Body.dynamic("ball", he.Shape.icosphere(0.1, 1), skin, 1.0, pose=he.pose([0.0, 0.0, 0.195]))
     disk = he.Path.steady(he.pose([3.0, 0.0, 0.0]), [0.0, 0.0, 1.0, 0.0, 0.0, 0.0])
-    table = he.Body.prescribed("table", he.Shape.cylinder(0.5, 0.1, 24), skin, disk)
+    table = he.Body.kinematic("table", he.Shape.cylinder(0.5, 0.1, 24), skin, disk)
     world = he.World([ball, belt, table], gravity=[0.0, 0.0, -9.81], ignoring=[("ball", "table")])
     plan = he.Plan(5e-4, 200)
-    expected, found = (it.rollout(plan).recorded() for it in (world, again(world)))
+    expected, found = (it.rollout(plan).run() for it in (world, again(world)))
     same(expected.poses, found.poses)
     same(expected.twists, found.twists)
     assert again(world).ignored == [("ball", "table")]
@@ -53,10 +53,10 @@ def test_worlds_with_paths():
 def test_bodies_of_a_world_at_a_later_time():
     skin = he.Material(1e5)
     path = he.Path.steady(he.pose([0.0, 0.0, -0.1]), [0.0, 0.0, 0.0, 0.5, 0.0, 0.0])
-    belt = he.Body.prescribed("belt", he.Shape.cuboid([1.0, 1.0, 0.2]), skin, path)
+    belt = he.Body.kinematic("belt", he.Shape.cuboid([1.0, 1.0, 0.2]), skin, path)
     ball = he.Body.dynamic("ball", he.Shape.icosphere(0.1, 1), skin, 1.0, pose=he.pose([0.0, 0.0, 0.2]))
     world = he.World([ball, belt])
-    world = world.replace(start=world.rollout(he.Plan(1e-3, 10)).recorded()[-1])
+    world = world.replace(start=world.rollout(he.Plan(1e-3, 10)).run()[-1])
     for body, pickled, copied in zip(world.bodies, again(world.bodies), copy.deepcopy(world.bodies), strict=True):
         for other in (pickled, copied):
             same(body.pose, other.pose)
@@ -69,7 +69,7 @@ def test_bodies_of_a_world_at_a_later_time():
 
 
 def test_states_and_trajectories(scene):
-    trajectory = scene.rollout(he.Plan(2e-4, 500, record_every=100)).recorded()
+    trajectory = scene.rollout(he.Plan(2e-4, 500, record_every=100)).run()
     loaded = again(trajectory)
     assert len(loaded) == 6
     for name in ("times", "poses", "twists"):
@@ -77,7 +77,7 @@ def test_states_and_trajectories(scene):
     state = trajectory[-2]
     rebuilt = he.State(state.time, state.poses, state.twists)
     plan = he.Plan(2e-4, 50)
-    ends = [scene.rollout(plan, start=it).recorded()[-1] for it in (state, again(state), rebuilt)]
+    ends = [scene.rollout(plan, start=it).run()[-1] for it in (state, again(state), rebuilt)]
     for end in ends[1:]:
         same(ends[0].poses, end.poses)
         same(ends[0].twists, end.twists)
@@ -92,7 +92,7 @@ def test_pairs_surfaces_and_derivatives(ball_on_block, bounce):
     world, plan = bounce
     _, jacobian = world.jacobian(plan, [he.Parameter.gravity()])
     same(again(jacobian).twists, jacobian.twists)
-    report = world.report(world.initial_state)
+    report = world.diagnostics(world.initial_state)
     assert again(report).total_energy == report.total_energy
 
 
@@ -106,14 +106,14 @@ PARAMETERS = [
     he.Parameter.initial_position("ball"),
     he.Parameter.initial_orientation("ball"),
     he.Parameter.initial_velocity("ball"),
-    he.Parameter.initial_spin("ball"),
+    he.Parameter.initial_angular_velocity("ball"),
     he.Parameter.modulus("ball"),
     he.Parameter.dissipation("ball"),
     he.Parameter.friction("ball"),
     he.Parameter.mass("ball"),
     he.Parameter.control("ball", 3),
     he.Parameter.gravity(),
-    he.Parameter.of_forces("ball"),
+    he.Parameter.force_parameter("ball"),
 ]
 
 
@@ -154,15 +154,15 @@ def test_forces_by_name(driven):
     found = again(spring)
     assert (found.rest_length, found.stiffness, found.damping) == (0.5, "k", "c")
     assert 'stiffness="k"' in repr(spring) and loaded.forces[1].linear == "d"
-    plan, by = he.Plan(5e-4, 20), [he.Parameter.of_forces("c")]
+    plan, by = he.Plan(5e-4, 20), [he.Parameter.force_parameter("c")]
     same(world.jacobian(plan, by)[1].poses, loaded.jacobian(plan, by)[1].poses)
-    assert world.changed(by, [0.5]).force_parameters["c"] == 0.1 / 3 + 0.5
+    assert world.perturbed(by, [0.5]).force_parameters["c"] == 0.1 / 3 + 0.5
 
 
 def test_bodies(driven, bounce):
     skin = he.Material(1e5, 0.1 / 3, 0.5)
     path = he.Path.steady(he.pose([0.0, 0.0, -0.1]), [0.0, 0.0, 1.0, 0.1 / 3, 0.0, 0.0])
-    belt = he.Body.prescribed("belt", he.Shape.cuboid([1.0, 1.0, 0.2]), skin, path)
+    belt = he.Body.kinematic("belt", he.Shape.cuboid([1.0, 1.0, 0.2]), skin, path)
     bodies = [*driven.bodies, belt]
     for body, loaded in zip(bodies, again(bodies), strict=True):
         assert repr(loaded) == repr(body) and loaded.material == body.material
@@ -170,14 +170,14 @@ def test_bodies(driven, bounce):
         same(loaded.twist, body.twist)
         same(loaded.shape.vertices, body.shape.vertices)
     plan = he.Plan(5e-4, 200, record_every=200)
-    expected, found = (he.World(it, gravity=[0.0, 0.0, -9.81]).rollout(plan).recorded() for it in (bodies, again(bodies)))
+    expected, found = (he.World(it, gravity=[0.0, 0.0, -9.81]).rollout(plan).run() for it in (bodies, again(bodies)))
     same(expected.poses, found.poses)
     same(again(belt).path.at(0.3)[0], path.at(0.3)[0])
 
 
 def test_topologies_and_difference_checks(bounce):
     world, plan = bounce
-    pressed = world.rollout(plan).recorded()[-1]
+    pressed = world.rollout(plan).run()[-1]
     states = [he.State(0.0, np.stack([he.pose([0.0, 0.0, z]), he.pose()]), np.zeros((2, 6))) for z in (0.19, 0.195, 0.5)]
     topologies = [world.topology(state) for state in (*states, pressed)]
     assert again(topologies) == topologies and topologies[0] != topologies[2]
@@ -195,7 +195,7 @@ def test_topologies_and_difference_checks(bounce):
 
 def test_batches_travel_and_rollouts_say_why_not(bounce):
     world, plan = bounce
-    same(again(he.Batch(plan)).of_worlds([world])[0].poses, world.rollout(plan).recorded().poses)
+    same(again(he.Batch(plan)).rollouts([world])[0].poses, world.rollout(plan).run().poses)
     with pytest.raises((AttributeError, pickle.PicklingError), match="lambda"):
         pickle.dumps(he.Batch(plan, progress=lambda done, total: None))
     with pytest.raises(TypeError, match="world.rollout.plan, start=state. goes on from there"):
@@ -205,8 +205,8 @@ def test_batches_travel_and_rollouts_say_why_not(bounce):
 def test_reports_and_exceptions(bounce):
     world, _ = bounce
     rollout = world.rollout(he.Plan(5e-3, 30, he.Integrator.SDIRK3))
-    rollout.recorded()
-    assert again(rollout.total_report) == rollout.total_report
+    rollout.run()
+    assert again(rollout.total_step_report) == rollout.total_step_report
     error = he.RolloutError("ended")
-    error.trajectory = world.rollout(he.Plan(1e-3, 2)).recorded()
+    error.trajectory = world.rollout(he.Plan(1e-3, 2)).run()
     assert len(again(error).trajectory) == 3 and str(again(error)) == "ended"

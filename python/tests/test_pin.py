@@ -284,14 +284,14 @@ def ball_and_floor(velocity, spin):
     center, inertia = np.zeros(3), np.diag([4e-3, 4e-3, 4e-3])
     pose = he.pose([0.01, 0.02, 0.205], [0.2, 0.1, -0.3])
     body = he.Body.dynamic(
-        "ball", shape, skin, 1.0, center_of_mass=center, inertia=inertia, pose=pose, velocity=velocity, spin=spin
+        "ball", shape, skin, 1.0, center_of_mass=center, inertia=inertia, pose=pose, velocity=velocity, angular_velocity=spin
     )
     world = he.World([body, he.Body.fixed("floor", floor, skin)], gravity=[0.0, 0.0, -9.81], slip_tolerance=1e-2)
     model = pinocchio.Model()
     joint = model.addJoint(0, pinocchio.JointModelFreeFlyer(), pinocchio.SE3.Identity(), "ball")
     model.appendBodyToJoint(joint, pinocchio.Inertia(1.0, center, inertia), pinocchio.SE3.Identity())
     model.addBodyFrame("ball", joint, pinocchio.SE3.Identity(), 0)
-    robot = Robot(model, [ContactPair(he.Pair(shape, floor, 1e5, 1e5, skin.law_with(skin, 1e-2)), "ball")])
+    robot = Robot(model, [ContactPair(he.Pair(shape, floor, 1e5, 1e5, skin.combined_with(skin, 1e-2)), "ball")])
     # Velocities in the ball's axes.
     v = np.concatenate([np.array(velocity) @ pose[:3, :3], np.array(spin) @ pose[:3, :3]])
     return world, robot, pinocchio.SE3ToXYZQUAT(pinocchio.SE3(pose)), v
@@ -302,7 +302,7 @@ def gap_to_world(velocity, spin, time_step):
     world, robot, q, v = ball_and_floor(velocity, spin)
     steps = round(0.06 / time_step)
     plan = he.Plan(time_step, steps, he.Integrator.SYMPLECTIC_EULER, record_every=steps)
-    of_world = world.rollout(plan).recorded().poses[:, 0]
+    of_world = world.rollout(plan).run().poses[:, 0]
     motion = robot.rollout(q, v, np.zeros(6), time_step, steps, record_every=steps)
     end = pinocchio.XYZQUATToSE3(motion.q[-1]).homogeneous
     return np.abs(end - of_world[-1]).max(), np.abs(end - of_world[0]).max()
@@ -415,7 +415,7 @@ def test_a_step_to_first_order(case):
     plain = robot.step(q, v, tau, time_step)
     assert np.allclose(found.q, plain[0], rtol=0.0, atol=1e-13) and np.allclose(found.v, plain[1], rtol=1e-12, atol=1e-13)
 
-    def displaced(change, torque=np.zeros(nv), robot=robot):
+    def integrate(change, torque=np.zeros(nv), robot=robot):
         start = pinocchio.integrate(model, q, change[:nv])
         after = robot.step(start, v + change[nv:], tau + torque, time_step)
         return np.r_[pinocchio.difference(model, found.q, after[0]), after[1] - found.v]

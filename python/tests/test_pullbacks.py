@@ -14,7 +14,7 @@ PLAN = he.Plan(2e-4, 900, record_every=250)
 def everything(world):
     """Parameters of all kinds that the driven scene has."""
     p = he.Parameter
-    starts = (p.initial_position, p.initial_orientation, p.initial_velocity, p.initial_spin, p.mass)
+    starts = (p.initial_position, p.initial_orientation, p.initial_velocity, p.initial_angular_velocity, p.mass)
     skins = (p.modulus, p.dissipation, p.friction)
     by = [kind(name) for name in ("ball", "brick") for kind in starts]
     by += [kind(name) for name in world.names for kind in skins]
@@ -51,17 +51,17 @@ def test_a_pullback_is_a_product_with_the_jacobian(driven, plan):
     trajectory, jacobian = driven.jacobian(plan, by)
     assert len(trajectory) == 5
     by_states = covectors(trajectory)
-    assert_same(driven.pullback(plan, by, *by_states), product(*by_states, jacobian), by)
+    assert_same(driven.vjp(plan, by, *by_states), product(*by_states, jacobian), by)
 
 
 @pytest.mark.parametrize("integrator", [he.Integrator.LEAPFROG, he.Integrator.SDIRK3])
 def test_steps_that_do_not_go_into_memory_are_taken_again_with_the_same_bits(driven, integrator):
     plan = he.Plan(1e-3, 100, integrator)
     by = everything(driven)
-    by_states = covectors(driven.rollout(plan).recorded())
-    expected = driven.pullback(plan, by, *by_states)
+    by_states = covectors(driven.rollout(plan).run())
+    expected = driven.vjp(plan, by, *by_states)
     for memory in (0, 30_000):
-        assert np.array_equal(driven.pullback(plan, by, *by_states, memory=memory), expected)
+        assert np.array_equal(driven.vjp(plan, by, *by_states, memory=memory), expected)
 
 
 def test_kinks_on_the_way_are_told():
@@ -69,20 +69,20 @@ def test_kinks_on_the_way_are_told():
     block = he.Shape.cuboid([0.2, 0.15, 0.1])
     within = he.World([he.Body.dynamic("body", block, skin, mass=1.0), he.Body.fixed("block", block, skin)])
     plan = he.Plan(1e-4, 5)
-    kinks = {kind: rest for kind, *rest in within.kinks(plan)}
-    assert kinks["equal fields"] == [["body", "block"], 5, (1, 5)]
+    kinks = {kink.kind: kink for kink in within.kinks(plan)}
+    assert kinks["equal fields"] == he.Kink("equal fields", ["body", "block"], steps=5, first_step=1, last_step=5)
     alone = he.World([he.Body.dynamic("body", block, skin, mass=1.0)])
     assert alone.kinks(plan) == []
 
 
 def test_worlds_of_a_batch_have_the_bits_of_each(driven):
     by = everything(driven)
-    worlds = [driven.changed([he.Parameter.friction("ball")], [change]) for change in (0.0, 0.1, -0.1)]
-    trajectory = driven.rollout(PLAN).recorded()
+    worlds = [driven.perturbed([he.Parameter.friction("ball")], [change]) for change in (0.0, 0.1, -0.1)]
+    trajectory = driven.rollout(PLAN).run()
     by_poses, by_twists = (np.stack(it) for it in zip(*(covectors(trajectory, seed) for seed in range(3))))
-    found = he.Batch(PLAN).pullbacks_of_worlds(worlds, by, by_poses, by_twists)
+    found = he.Batch(PLAN).vjps(worlds, by, by_poses, by_twists)
     for world, one, *by_states in zip(worlds, found, by_poses, by_twists):
-        assert np.array_equal(one, world.pullback(PLAN, by, *by_states))
+        assert np.array_equal(one, world.vjp(PLAN, by, *by_states))
     assert not np.array_equal(found[0], found[1])
 
 
@@ -117,16 +117,16 @@ def test_controls_of_bodies_over_time_are_an_array():
 def test_what_does_not_fit_is_refused(driven):
     by = [he.Parameter.gravity()]
     poses, twists = np.zeros((5, 3, 4, 4)), np.zeros((5, 3, 6))
-    assert np.array_equal(driven.pullback(PLAN, by, poses, twists), np.zeros(3))
+    assert np.array_equal(driven.vjp(PLAN, by, poses, twists), np.zeros(3))
     with pytest.raises(he.HydroelasticError, match=r"by_poses must have the shape \(5, 3, 4, 4\), but has \(4, 3, 4, 4\)"):
-        driven.pullback(PLAN, by, poses[1:], twists)
+        driven.vjp(PLAN, by, poses[1:], twists)
     with pytest.raises(he.HydroelasticError, match=r"by_twists must have the shape \(5, 3, 6\)"):
-        driven.pullback(PLAN, by, poses, twists[0])
+        driven.vjp(PLAN, by, poses, twists[0])
     with pytest.raises(he.HydroelasticError, match="nobody"):
-        driven.pullback(PLAN, [he.Parameter.friction("nobody")], poses, twists)
+        driven.vjp(PLAN, [he.Parameter.friction("nobody")], poses, twists)
     twists[2, 1, 4] = np.nan
     with pytest.raises(he.HydroelasticError, match='state of body "brick" before step 501 is not finite'):
-        driven.pullback(PLAN, by, poses, twists)
+        driven.vjp(PLAN, by, poses, twists)
     long = he.Plan(0.1, 20)
-    (found,) = he.Batch(long).pullbacks_of_worlds([driven], by, np.zeros((1, 21, 3, 4, 4)), np.zeros((1, 21, 3, 6)))
+    (found,) = he.Batch(long).vjps([driven], by, np.zeros((1, 21, 3, 4, 4)), np.zeros((1, 21, 3, 6)))
     assert isinstance(found, he.RolloutError)

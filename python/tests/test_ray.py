@@ -73,38 +73,38 @@ def test_every_method_has_the_results_of_the_local_batch(Batch, bounce):
     world, plan = bounce
     samples = throws(7)
     samples[3, 3] = -1.0  # A friction coefficient below zero.
-    worlds = [world.changed(BY, sample) for sample in np.delete(samples, 3, axis=0)]
+    worlds = [world.perturbed(BY, sample) for sample in np.delete(samples, 3, axis=0)]
     states = [other.initial_state for other in worlds]
     told = []
     here, there = he.Batch(plan), Batch(plan, chunk=3, progress=lambda done, total: told.append((done, total)))
-    same(there.trajectories_after(world, BY, samples), here.trajectories_after(world, BY, samples))
-    same(there.jacobians_after(world, BY, samples), here.jacobians_after(world, BY, samples))
-    same(there.jacobians_of_worlds(worlds, BY), here.jacobians_of_worlds(worlds, BY))
-    same(there.of_worlds(worlds), here.of_worlds(worlds))
-    same(there.starting_from(world, states), here.starting_from(world, states))
+    same(there.rollouts_perturbed(world, BY, samples), here.rollouts_perturbed(world, BY, samples))
+    same(there.jacobians_perturbed(world, BY, samples), here.jacobians_perturbed(world, BY, samples))
+    same(there.jacobians(worlds, BY), here.jacobians(worlds, BY))
+    same(there.rollouts(worlds), here.rollouts(worlds))
+    same(there.rollouts_from(world, states), here.rollouts_from(world, states))
     assert told[:3][-1] == (7, 7) and told[-1] == (6, 6) and len(told) == 3 + 3 + 2 + 2 + 2
-    assert isinstance(there.jacobians_after(world, BY, samples)[3], he.HydroelasticError)
-    assert there.of_worlds([]) == [] and there.plan == plan
+    assert isinstance(there.jacobians_perturbed(world, BY, samples)[3], he.HydroelasticError)
+    assert there.rollouts([]) == [] and there.plan == plan
 
 
 def test_rollouts_that_end_early_come_back_as_values(Batch, bounce):
     world, _ = bounce
     plan = he.Plan(5e-2, 60)  # Far above the stable step.
     samples = throws(4)
-    expected = he.Batch(plan).trajectories_after(world, BY, samples)
+    expected = he.Batch(plan).rollouts_perturbed(world, BY, samples)
     assert any(isinstance(result, he.RolloutError) and len(result.trajectory) > 1 for result in expected)
-    same(Batch(plan, chunk=1).trajectories_after(world, BY, samples), expected)
+    same(Batch(plan, chunk=1).rollouts_perturbed(world, BY, samples), expected)
 
 
 def test_bad_arguments_are_refused_as_by_the_local_batch(Batch, bounce):
     world, plan = bounce
     small = he.State(0.0, np.eye(4)[None], np.zeros((1, 6)))
     calls = [
-        lambda batch: batch.jacobians_after(world, BY, throws(2).astype(np.float32)),
-        lambda batch: batch.jacobians_after(world, BY, throws(2)[0]),
-        lambda batch: batch.trajectories_after(world, [3], throws(2)),
-        lambda batch: batch.trajectories_after(3, BY, throws(2)),
-        lambda batch: batch.starting_from(world, [world.initial_state, small]),
+        lambda batch: batch.jacobians_perturbed(world, BY, throws(2).astype(np.float32)),
+        lambda batch: batch.jacobians_perturbed(world, BY, throws(2)[0]),
+        lambda batch: batch.rollouts_perturbed(world, [3], throws(2)),
+        lambda batch: batch.rollouts_perturbed(3, BY, throws(2)),
+        lambda batch: batch.rollouts_from(world, [world.initial_state, small]),
     ]
     for call in calls:
         with pytest.raises((TypeError, ValueError)) as expected:
@@ -113,9 +113,9 @@ def test_bad_arguments_are_refused_as_by_the_local_batch(Batch, bounce):
             call(Batch(plan))
         assert str(found.value) == str(expected.value)
     with pytest.raises(TypeError, match="World"):
-        Batch(plan).of_worlds([3])
+        Batch(plan).rollouts([3])
     with pytest.raises(TypeError, match="progress must be"):
-        Batch(plan, progress=3).of_worlds([world])
+        Batch(plan, progress=3).rollouts([world])
     for refused in ({"chunk": 0}, {"max_retries": -2}):
         with pytest.raises(he.HydroelasticError, match=next(iter(refused))):
             Batch(plan, **refused)
@@ -175,7 +175,7 @@ def wait_for(condition, seconds=10):
 def test_a_killed_worker_costs_nothing_but_time(cluster, Batch, bounce):
     world, _ = bounce
     plan, samples = long_batch(world)
-    expected = he.Batch(plan).jacobians_after(world, BY, samples)
+    expected = he.Batch(plan).jacobians_perturbed(world, BY, samples)
     killed = []
 
     def kill(done, total):
@@ -184,7 +184,7 @@ def test_a_killed_worker_costs_nothing_but_time(cluster, Batch, bounce):
             os.kill(at_hand[0], signal.SIGKILL)
             killed.append(at_hand[0])
 
-    found = Batch(plan, chunk=4, progress=kill).jacobians_after(world, BY, samples)
+    found = Batch(plan, chunk=4, progress=kill).jacobians_perturbed(world, BY, samples)
     assert killed and not at_work(killed[0])
     same(found, expected)
 
@@ -200,11 +200,11 @@ def test_what_is_lost_more_often_than_it_is_tried_is_an_exception_and_the_others
             os.kill(at_hand[0], signal.SIGKILL)
             killed.append(at_hand[0])
 
-    found = Batch(plan, chunk=4, max_retries=0, progress=kill).trajectories_after(world, BY, samples)
+    found = Batch(plan, chunk=4, max_retries=0, progress=kill).rollouts_perturbed(world, BY, samples)
     lost = [place for place, result in enumerate(found) if isinstance(result, he.RolloutError)]
     assert len(lost) == 4 and lost[0] % 4 == 0 and lost[3] == lost[0] + 3
     assert "worker" in str(found[lost[0]]) and isinstance(found[lost[0]].__cause__, ray.exceptions.WorkerCrashedError)
-    expected = he.Batch(plan).trajectories_after(world, BY, samples)
+    expected = he.Batch(plan).rollouts_perturbed(world, BY, samples)
     left = [place for place in range(len(found)) if place not in lost]
     same([found[place] for place in left], [expected[place] for place in left])
 
@@ -219,7 +219,7 @@ def test_workers_have_one_thread(cluster, Batch, bounce):
             with open(f"/proc/{worker}/environ", "rb") as file:
                 threads.append(b"RAYON_NUM_THREADS=1\0" in file.read())
 
-    Batch(plan, chunk=4, progress=look).trajectories_after(world, BY, samples)
+    Batch(plan, chunk=4, progress=look).rollouts_perturbed(world, BY, samples)
     assert threads and all(threads)
 
 
@@ -237,7 +237,7 @@ def test_an_exception_of_the_progress_function_and_ctrl_c_end_the_batch(cluster,
     thread = threading.Thread(target=interrupt)
     thread.start()
     with pytest.raises(KeyboardInterrupt):
-        endless.of_worlds([world] * 4)
+        endless.rollouts([world] * 4)
     thread.join()
     wait_for(lambda: not working(*cluster.ours))
 
@@ -245,14 +245,14 @@ def test_an_exception_of_the_progress_function_and_ctrl_c_end_the_batch(cluster,
         raise RuntimeError("enough")
 
     with pytest.raises(RuntimeError, match="enough"):
-        Batch(he.Plan(2e-4, 10), chunk=1, progress=stop).of_worlds([world] * 4)
+        Batch(he.Plan(2e-4, 10), chunk=1, progress=stop).rollouts([world] * 4)
 
 
 # The last of the cluster: it loses a node.
 def test_a_lost_node_costs_nothing_but_time(cluster, Batch, bounce):
     world, _ = bounce
     plan, samples = long_batch(world)
-    expected = he.Batch(plan).jacobians_after(world, BY, samples)
+    expected = he.Batch(plan).jacobians_perturbed(world, BY, samples)
     lost = []
 
     def lose(done, total):
@@ -262,7 +262,7 @@ def test_a_lost_node_costs_nothing_but_time(cluster, Batch, bounce):
             cluster.remove_node(busy, allow_graceful=False)
             lost.append(busy)
 
-    found = Batch(plan, chunk=4, progress=lose).jacobians_after(world, BY, samples)
+    found = Batch(plan, chunk=4, progress=lose).jacobians_perturbed(world, BY, samples)
     assert lost
     same(found, expected)
     # The head and the node that is left; Ray looks for some 14 s before it gives a node up.

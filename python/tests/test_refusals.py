@@ -151,12 +151,12 @@ def refusals():
         'no body is named "floor"; there are ["ball"]': lambda: world.index_of("floor"),
         'no body is named "wall"': lambda: world.jacobian(plan, [he.Parameter.friction("wall")]),
         "interval 0 of the control of body \"ball\" was asked for, but the body has no control": lambda: world.jacobian(plan, [he.Parameter.control("ball", 0)]),
-        "3 numbers of parameters need as many changes, but got 2": lambda: world.changed(
+        "3 numbers of parameters need as many changes, but got 2": lambda: world.perturbed(
             [he.Parameter.gravity()], [0.0, 0.0]
         ),
         "the time step is 0": lambda: he.Plan(0.0, 5),
         "the gravity is NaN": lambda: he.World([body], gravity=[0.0, 0.0, float("nan")]),
-        "a state of 2 bodies does not fit a world of 1": lambda: world.report(
+        "a state of 2 bodies does not fit a world of 1": lambda: world.diagnostics(
             he.State(0.0, np.stack([eye, eye]), np.zeros((2, 6)))
         ),
         "the stiffness of a spring is -1": lambda: he.World(
@@ -165,11 +165,11 @@ def refusals():
         ),
         "the stiffness of a spring is -2": lambda: driven(force_parameters={"k": -2.0}),
         'no force parameter is named "k"; there are ["c"]': lambda: driven(force_parameters={"c": 1.0}),
-        "the stiffness of a spring is -3": lambda: driven(force_parameters={"k": 1.0}).changed(
-            [he.Parameter.of_forces("k")], [-4.0]
+        "the stiffness of a spring is -3": lambda: driven(force_parameters={"k": 1.0}).perturbed(
+            [he.Parameter.force_parameter("k")], [-4.0]
         ),
         'the world has no force parameter "c"': lambda: driven(force_parameters={"k": 1.0}).jacobian(
-            plan, [he.Parameter.of_forces("c")]
+            plan, [he.Parameter.force_parameter("c")]
         ),
         "a force parameter needs a name": lambda: he.World([body], force_parameters={"": 1.0}),
         'body "ball" has two controls': lambda: he.World([body], controls=[he.Control("ball", 0.1, np.ones((1, 6)))] * 2),
@@ -177,7 +177,7 @@ def refusals():
             [he.Body.fixed("wall", ball, skin), he.Body.fixed("block", ball, skin)],
             forces=[he.Spring(("wall", "block"), ([0.0] * 3, [0.0] * 3), 0.1, 1.0)],
         ),
-        "the change between two states is inf": lambda: world.displacement(
+        "the change between two states is inf": lambda: world.difference(
             *(he.State(0.0, he.pose([x, 0.0, 0.0])[None], np.zeros((1, 6))) for x in (-1e308, 1e308))
         ),
         "twists must be finite": lambda: he.State(0.0, eye[None], np.full((1, 6), np.inf)),
@@ -201,12 +201,12 @@ def test_a_rollout_that_fails_keeps_its_states():
     floor = he.Body.fixed("floor", he.Shape.cuboid([2.0, 2.0, 0.2]), stiff)
     world = he.World([falling, floor], gravity=[0.0, 0.0, -9.81])
     with pytest.raises(he.RolloutError, match='took body "falling" to a state that is not finite') as caught:
-        world.rollout(he.Plan(0.1, 100)).recorded()
+        world.rollout(he.Plan(0.1, 100)).run()
     assert len(caught.value.trajectory) == 5
     with pytest.raises(he.RolloutError) as caught:
         world.jacobian(he.Plan(0.1, 100), [he.Parameter.gravity()])
     assert caught.value.trajectory is None
-    (error,) = he.Batch(he.Plan(0.1, 100)).of_worlds([world])
+    (error,) = he.Batch(he.Plan(0.1, 100)).rollouts([world])
     assert isinstance(error, he.RolloutError) and len(error.trajectory) == 5
 
 

@@ -47,19 +47,19 @@ def test_batches_of_rollouts_have_the_bits_of_a_loop(bounce):
     samples = np.array([[0.1 * place, 0.0, -0.2 * place, 0.01 * place] for place in range(6)])
     told = []
     batch = he.Batch(plan, progress=lambda done, total: told.append((done, total)))
-    trajectories = batch.trajectories_after(world, by, samples)
-    jacobians = batch.jacobians_after(world, by, samples)
-    worlds = [world.changed(by, sample) for sample in samples]
+    trajectories = batch.rollouts_perturbed(world, by, samples)
+    jacobians = batch.jacobians_perturbed(world, by, samples)
+    worlds = [world.perturbed(by, sample) for sample in samples]
     for place, other in enumerate(worlds):
-        expected = other.rollout(plan).recorded()
+        expected = other.rollout(plan).run()
         assert trajectories[place].poses.tobytes() == expected.poses.tobytes()
         (trajectory, jacobian), (same, exact) = jacobians[place], other.jacobian(plan, by)
         assert trajectory.poses.tobytes() == same.poses.tobytes()
         assert jacobian.twists.tobytes() == exact.twists.tobytes()
-    of_worlds = batch.of_worlds(worlds)
-    assert all(a.twists.tobytes() == b.twists.tobytes() for a, b in zip(of_worlds, trajectories, strict=True))
+    rollouts = batch.rollouts(worlds)
+    assert all(a.twists.tobytes() == b.twists.tobytes() for a, b in zip(rollouts, trajectories, strict=True))
     starts = [other.initial_state for other in worlds[:1]]
-    assert batch.starting_from(worlds[0], starts)[0].poses.tobytes() == trajectories[0].poses.tobytes()
+    assert batch.rollouts_from(worlds[0], starts)[0].poses.tobytes() == trajectories[0].poses.tobytes()
     assert told.count((6, 6)) == 3
 
 
@@ -68,8 +68,8 @@ def test_a_sample_that_is_refused_leaves_the_others(bounce):
     by = [he.Parameter.friction("ball")]
     samples = np.array([[0.0], [-1.0], [0.1]])
     for results in (
-        he.Batch(plan).trajectories_after(world, by, samples),
-        he.Batch(plan).jacobians_after(world, by, samples),
+        he.Batch(plan).rollouts_perturbed(world, by, samples),
+        he.Batch(plan).jacobians_perturbed(world, by, samples),
     ):
         assert isinstance(results[1], he.HydroelasticError) and "friction" in str(results[1])
         assert not isinstance(results[0], Exception) and not isinstance(results[2], Exception)
@@ -78,10 +78,10 @@ def test_a_sample_that_is_refused_leaves_the_others(bounce):
 @pytest.mark.parametrize(
     "work",
     [
-        lambda world: world.rollout(he.Plan(2e-4, 8_000, record_every=8_000)).recorded(),
+        lambda world: world.rollout(he.Plan(2e-4, 8_000, record_every=8_000)).run(),
         lambda world: world.jacobian(he.Plan(2e-4, 3_000, record_every=3_000), [he.Parameter.gravity()]),
-        lambda world: he.Batch(he.Plan(2e-4, 4_000, record_every=4_000)).of_worlds([world] * 4),
-        lambda world: world.linearized(he.Plan(2e-4, 2_000), [he.Parameter.gravity()]),
+        lambda world: he.Batch(he.Plan(2e-4, 4_000, record_every=4_000)).rollouts([world] * 4),
+        lambda world: world.linearize(he.Plan(2e-4, 2_000), [he.Parameter.gravity()]),
     ],
     ids=["rollout", "jacobian", "batch", "linearized"],
 )
@@ -126,7 +126,7 @@ LONG_STEP = """
 import hydroelastic as he, signal
 signal.signal(signal.SIGINT, signal.default_int_handler)
 egg, skin = he.Shape.ellipsoid([0.1, 0.11, 0.12], 5), he.Material(1e5, 0.2, 0.4)
-egg = he.Body.dynamic("egg", egg, skin, 1e6, pose=he.pose([0.0, 0.0, 0.05]), spin=[1200.0, 900.0, 600.0])
+egg = he.Body.dynamic("egg", egg, skin, 1e6, pose=he.pose([0.0, 0.0, 0.05]), angular_velocity=[1200.0, 900.0, 600.0])
 world = he.World([egg, he.Body.fixed("floor", he.HalfSpace(), he.Material.rigid(0.5))])
 plan = he.Plan(0.1, 1, he.Integrator.SDIRK3)
 print("begun", flush=True)
@@ -157,10 +157,10 @@ def assert_ctrl_c_ends(script):
 @pytest.mark.parametrize(
     "work",
     [
-        "world.rollout(plan).recorded()",
+        "world.rollout(plan).run()",
         "world.jacobian(plan, [he.Parameter.gravity()])",
-        "he.Batch(plan).of_worlds([world] * 8)",
-        "he.Batch(plan).jacobians_after(world, [he.Parameter.gravity()], __import__('numpy').zeros((8, 3)))",
+        "he.Batch(plan).rollouts([world] * 8)",
+        "he.Batch(plan).jacobians_perturbed(world, [he.Parameter.gravity()], __import__('numpy').zeros((8, 3)))",
     ],
 )
 def test_ctrl_c_ends_a_rollout_before_its_next_step(work):
@@ -170,12 +170,12 @@ def test_ctrl_c_ends_a_rollout_before_its_next_step(work):
 @pytest.mark.parametrize(
     "work",
     [
-        "world.rollout(plan).recorded()",
+        "world.rollout(plan).run()",
         "next(world.rollout(plan))",
         "world.step(world.initial_state, plan)",
         "world.kinks(plan)",
-        "world.linearized(plan)",
-        "he.Batch(plan).of_worlds([world] * 3)",
+        "world.linearize(plan)",
+        "he.Batch(plan).rollouts([world] * 3)",
     ],
 )
 def test_ctrl_c_ends_a_step_in_progress(work):
@@ -185,12 +185,12 @@ def test_ctrl_c_ends_a_step_in_progress(work):
 def test_a_stopped_rollout_can_go_on():
     rollout = long_world().rollout(he.Plan(2e-4, 2_000, record_every=2_000))
     with pytest.raises(ZeroDivisionError):
-        rollout.recorded(progress=lambda done, total: 1 / 0)
-    taken = rollout.taken
+        rollout.run(progress=lambda done, total: 1 / 0)
+    taken = rollout.steps_taken
     assert 0 < taken < 2_000
-    rest = rollout.recorded()
-    expected = long_world().rollout(he.Plan(2e-4, 2_000, record_every=2_000)).recorded()
-    assert rollout.taken == 2_000 and rest[-1].poses.tobytes() == expected[-1].poses.tobytes()
+    rest = rollout.run()
+    expected = long_world().rollout(he.Plan(2e-4, 2_000, record_every=2_000)).run()
+    assert rollout.steps_taken == 2_000 and rest[-1].poses.tobytes() == expected[-1].poses.tobytes()
 
 
 def test_a_progress_function_that_raises_ends_the_rollout():
@@ -198,14 +198,14 @@ def test_a_progress_function_that_raises_ends_the_rollout():
         raise RuntimeError("enough")
 
     with pytest.raises(RuntimeError, match="enough"):
-        long_world().rollout(he.Plan(2e-4, 10**9, record_every=10**9)).recorded(progress=stop)
+        long_world().rollout(he.Plan(2e-4, 10**9, record_every=10**9)).run(progress=stop)
     with pytest.raises(TypeError, match="progress must be"):
-        long_world().rollout(he.Plan(2e-4, 2)).recorded(progress=3)
+        long_world().rollout(he.Plan(2e-4, 2)).run(progress=3)
 
 
 def test_progress_bars_need_no_tqdm(bounce):
     world, plan = bounce
-    assert len(world.rollout(plan).recorded(progress=True)) == 4
+    assert len(world.rollout(plan).run(progress=True)) == 4
 
 
 def test_a_rollout_in_use_by_another_thread_is_refused():
@@ -219,14 +219,14 @@ def test_a_rollout_in_use_by_another_thread_is_refused():
 
     def record():
         with pytest.raises(KeyboardInterrupt):
-            rollout.recorded(progress=on_progress)
+            rollout.run(progress=on_progress)
 
     thread = threading.Thread(target=record)
     thread.start()
     assert began.wait(60.0)
-    for use in (lambda: rollout.state, lambda: rollout.taken, lambda: next(rollout), rollout.recorded, lambda: repr(rollout)):
+    for use in (lambda: rollout.state, lambda: rollout.steps_taken, lambda: next(rollout), rollout.recorded, lambda: repr(rollout)):
         with pytest.raises(he.HydroelasticError, match="another thread is taking steps of this rollout"):
             use()
     refusals.append(True)
     thread.join()
-    assert 0 < rollout.taken < 100_000
+    assert 0 < rollout.steps_taken < 100_000

@@ -288,10 +288,10 @@ def test_arguments_of_rollouts_that_are_refused(bounce):
         ht.rollout(world, plan, [he.Parameter.friction("ball")], np.zeros(2))
     with pytest.raises(he.HydroelasticError, match="nobody"):
         ht.rollout(world, plan, [he.Parameter.friction("nobody")])
-    with pytest.raises(he.HydroelasticError, match="taken needs start"):
-        ht.rollout(world, plan, taken=3)
-    with pytest.raises(TypeError, match="taken must be an integer"):
-        ht.step(world, plan, ht.initial_state(world), taken=0.5)
+    with pytest.raises(he.HydroelasticError, match="start_step needs start"):
+        ht.rollout(world, plan, start_step=3)
+    with pytest.raises(TypeError, match="start_step must be an integer"):
+        ht.step(world, plan, ht.initial_state(world), start_step=0.5)
     # Unstable in the contact: the check ends it.
     coarse = he.Plan(4e-2, 20)
     changes = variable([[0.0, 0.0, 20.0], [0.0, 0.0, 0.0]])
@@ -318,7 +318,7 @@ def flat(state):
 def without_friction(world):
     bodies = world.bodies
     smooth = [he.Parameter.friction(body.name) for body in bodies]
-    return world.changed(smooth, np.array([-body.material.friction for body in bodies]))
+    return world.perturbed(smooth, np.array([-body.material.friction for body in bodies]))
 
 
 @pytest.mark.parametrize("friction, tolerance", [(False, ROLLOUT), (True, FRICTION)])
@@ -417,7 +417,7 @@ def test_rollouts_have_the_bits_of_the_library(bounce):
     world, plan = bounce
     by = [he.Parameter.initial_velocity("ball")]
     changes = np.array([[0.0, 0.0, 0.0], [0.1, -0.2, 0.3], [1.0, 0.0, 0.0]])
-    expected = he.Batch(plan).trajectories_after(world, by, changes)
+    expected = he.Batch(plan).rollouts_perturbed(world, by, changes)
     found = ht.rollout(world, plan, by, changes)
     last = torch.func.vmap(lambda change: ht.final_state(world, plan, by, change))(torch.from_numpy(changes))
     assert found.poses.shape == (3, 4, 2, 4, 4) and last.twists.shape == (3, 2, 6)
@@ -442,7 +442,7 @@ def test_steps_are_a_rollout(driven):
 
     def stepped(state, changes):
         for taken in range(20):
-            state = ht.step(driven, plan, state, by, changes, taken=taken)
+            state = ht.step(driven, plan, state, by, changes, start_step=taken)
         return state
 
     def rolled(state, changes):

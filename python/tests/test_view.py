@@ -51,7 +51,7 @@ def surface():
 @pytest.fixture(scope="module")
 def thrown(bounce):
     world, plan = bounce
-    return world.rollout(he.Plan(5e-4, 400, record_every=4)).recorded()
+    return world.rollout(he.Plan(5e-4, 400, record_every=4)).run()
 
 
 def test_a_surface_has_its_corners_and_pressures(surface):
@@ -94,7 +94,7 @@ def test_a_world_has_its_bodies_and_contacts(scene):
 
 
 def test_a_half_space_is_a_tile_below_what_moves(rigid_world):
-    trajectory = rigid_world.rollout(he.Plan(1e-3, 100, record_every=10)).recorded()
+    trajectory = rigid_world.rollout(he.Plan(1e-3, 100, record_every=10)).run()
     bodies = list(rigid_world.bodies)
     tilt = he.pose([5.0, 3.0, 0.0], [0.0, 0.0, 0.5])
     bodies[2] = he.Body.fixed("ground", he.HalfSpace(0.05), he.Material(1e6), pose=tilt)
@@ -161,7 +161,7 @@ def test_a_trajectory_has_frames_from_the_first_to_the_last(bounce, thrown):
 
 def test_pictures_stay_below_one_megabyte(bounce, scene, surface, thrown):
     world, _ = bounce
-    long = scene.rollout(he.Plan(2e-4, 6000, record_every=3)).recorded()
+    long = scene.rollout(he.Plan(2e-4, 6000, record_every=3)).run()
     assert len(long) == 2001
     for picture in (surface.show(), scene.show(), thrown.show(world), long.show(), long.show(scene, frames=2001)):
         assert len(picture._repr_html_()) < LARGEST
@@ -184,7 +184,7 @@ def test_a_saved_page_is_the_picture(surface, scene, tmp_path):
     surface.show().save(tmp_path / "b.html")
     page = (tmp_path / "a.html").read_text(encoding="utf-8")
     assert page == (tmp_path / "b.html").read_text(encoding="utf-8") == view.html(surface)
-    for thing in (surface, scene, scene.rollout(he.Plan(1e-3, 3)).recorded()):
+    for thing in (surface, scene, scene.rollout(he.Plan(1e-3, 3)).run()):
         shown = re.search('srcdoc="(.*?)"', thing._repr_html_(), flags=re.S)[1]
         assert html.unescape(shown) == thing.show().html
     assert f"{len(surface)} polygons" in repr(surface.show())

@@ -22,8 +22,8 @@ def test_steps_and_rollouts_agree(scene):
     plan = he.Plan(1e-3, 5)
     rollout = scene.rollout(plan)
     states = list(rollout)
-    assert len(states) == rollout.taken == 5 and rollout.report is None
-    recorded = scene.rollout(plan).recorded()
+    assert len(states) == rollout.steps_taken == 5 and rollout.step_report is None
+    recorded = scene.rollout(plan).run()
     assert len(recorded) == 6 and [state.time for state in recorded] == list(recorded.times)
     assert recorded[-1].poses.tobytes() == states[-1].poses.tobytes()
     assert scene.step(scene.initial_state, plan).poses.tobytes() == states[0].poses.tobytes()
@@ -34,8 +34,8 @@ def test_steps_and_rollouts_agree(scene):
 
 def test_implicit_steps_report_what_they_took(scene):
     rollout = scene.rollout(he.Plan(5e-3, 60, he.Integrator.SDIRK3))
-    reports = [rollout.report for _ in rollout]
-    total = rollout.total_report
+    reports = [rollout.step_report for _ in rollout]
+    total = rollout.total_step_report
     assert sum(report.evaluations for report in reports) == total.evaluations > 0
     assert total.rejections > 0 and total.failures == 0 and total.islands >= 60
     loss = total.given + total.acting - total.kinetic
@@ -53,7 +53,7 @@ def test_implicit_steps_report_what_they_took(scene):
 def test_energies_contacts_and_stable_steps(bounce):
     world, _ = bounce
     pressed = he.State(0.0, np.stack([he.pose([0.0, 0.0, 0.19]), he.pose()]), np.zeros((2, 6)))
-    report = world.report(pressed)
+    report = world.diagnostics(pressed)
     assert report.kinetic_energy == 0.0 and report.contact_energy > 0.0
     assert report.gravitational_energy == pytest.approx(9.81 * 0.19)
     (contact,) = world.contacts(pressed)
@@ -65,7 +65,7 @@ def test_energies_contacts_and_stable_steps(bounce):
     # Friction sets this limit, but the check leaves friction out.
     assert 1e-5 < step < 1.0 and world.largest_stable_step(world.initial_state) is None
     with pytest.raises(he.RolloutError, match="the stability limit of the contacts"):
-        world.rollout(he.Plan(32 * step, 3), start=pressed).recorded()
+        world.rollout(he.Plan(32 * step, 3), start=pressed).run()
 
 
 def test_paths_go_through_their_poses_with_consistent_twists():
@@ -100,14 +100,14 @@ def test_a_conveyor_carries_a_box():
     skin = he.Material(1e6, 0.5, 0.5)
     belt = he.Path.steady(he.pose([0.0, 0.0, -0.05]), [0.0, 0.0, 0.0, 0.5, 0.0, 0.0])
     box = he.Body.dynamic("box", he.Shape.cuboid([0.2, 0.2, 0.05]), skin, 1.0, pose=he.pose([0.0, 0.0, 0.025]))
-    belt = he.Body.prescribed("belt", he.Shape.cuboid([4.0, 1.0, 0.1]), skin, belt)
+    belt = he.Body.kinematic("belt", he.Shape.cuboid([4.0, 1.0, 0.1]), skin, belt)
     world = he.World([box, belt], gravity=[0.0, 0.0, -9.81])
-    end = world.rollout(he.Plan(5e-3, 100, he.Integrator.SDIRK3)).recorded()[-1]
+    end = world.rollout(he.Plan(5e-3, 100, he.Integrator.SDIRK3)).run()[-1]
     assert end.twists[0, 3] == pytest.approx(0.5, abs=1e-3)
 
 
 def test_files(scene, ball_on_block, tmp_path):
-    trajectory = scene.rollout(he.Plan(1e-3, 100, record_every=10)).recorded()
+    trajectory = scene.rollout(he.Plan(1e-3, 100, record_every=10)).run()
     scene.write_recording(
         tmp_path / "scene.glb",
         trajectory,

@@ -40,7 +40,7 @@ print(
     f"{least(lambda: pair.wrench(pose_a, pose_b, twist, twist)):.0f}, with Jacobian "
     f"{least(lambda: pair.linearized(pose_a, pose_b, twist, twist)):.0f}; 1000 with Jacobians, each "
     f"{least(lambda: pair.wrench_and_jacobian(many, pose_b), 20) / 1000:.1f}; rollout "
-    f"{least(lambda: world.rollout(plan).recorded(), 10):.0f}, with Jacobian {least(lambda: world.jacobian(plan, by), 10):.0f}"
+    f"{least(lambda: world.rollout(plan).run(), 10):.0f}, with Jacobian {least(lambda: world.jacobian(plan, by), 10):.0f}"
 )
 
 
@@ -98,7 +98,7 @@ def times_by_controls():
         return jnp.sum((states.poses[:, 0, 0, 3] - 0.1) ** 2) + 1e-6 * jnp.sum(controls**2)
 
     at = np.zeros((steps, 1, 6))
-    plain = least(lambda: world.rollout(plan).recorded(), 10)
+    plain = least(lambda: world.rollout(plan).run(), 10)
     gradient = jax.jit(jax.value_and_grad(effort_and_miss))
     both = least(lambda: jax.block_until_ready(gradient(at)), 10)
     print(f"1,000 steps of contact: {1e-3 * plain:.1f} ms, value and gradient by 6,000 numbers {1e-3 * both:.1f} ms")

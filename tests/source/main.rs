@@ -1,6 +1,9 @@
-//! The source itself: its rooms, and the Rust version it promises.
+//! The source and the documents: rooms, Rust version, commands, links and claims.
 
 mod architecture;
 mod circles;
-mod figures;
+mod claims;
+mod commands;
+mod documents;
+mod repository;
 mod rust_version;

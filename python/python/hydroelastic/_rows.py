@@ -140,13 +140,13 @@ class Rollout(Function):
         self._from_state = from_state
         self._dynamic = [place for place, body in enumerate(world.bodies) if body.mass is not None]
         # Refuses what is not a parameter of the world.
-        world.changed(self._parameters, np.zeros(self.width))
-        self.sweeps_back = world.sweeps_back(plan, self._initial_parameters() + self._parameters)
+        world.perturbed(self._parameters, np.zeros(self.width))
+        self.sweeps_back = world._sweeps_back(plan, self._initial_parameters() + self._parameters)
 
     def values(self, rows: Floats) -> tuple[Floats, Errors]:
         values, errors = np.full((len(rows), self.outputs), np.nan), Errors()
         worlds = _each(self._started, rows, errors)
-        found = Batch(self._plan).of_worlds(list(worlds.values()))
+        found = Batch(self._plan).rollouts(list(worlds.values()))
         for place, trajectory in zip(worlds, found):
             if isinstance(trajectory, Trajectory):
                 values[place] = self._value(trajectory)
@@ -160,7 +160,7 @@ class Rollout(Function):
         by = self._initial_parameters() + self._parameters
 
         worlds = _each(self._started, rows, errors)
-        found = Batch(self._plan).jacobians_of_worlds(list(worlds.values()), by)
+        found = Batch(self._plan).jacobians(list(worlds.values()), by)
         for place, result in zip(worlds, found):
             if isinstance(result, tuple):
                 values[place] = self._value(result[0])
@@ -172,7 +172,7 @@ class Rollout(Function):
     def pullbacks(self, rows: Floats, cotangents: Floats) -> tuple[Floats, Errors]:
         by = self._initial_parameters() + self._parameters
         count = cotangents.shape[1]
-        if not self._world.sweeps_back(self._plan, by, count):
+        if not self._world._sweeps_back(self._plan, by, count):
             return super().pullbacks(rows, cotangents)
         found, errors = np.full((*cotangents.shape[:2], self.columns), np.nan), Errors()
         worlds = _each(self._started, rows, errors)
@@ -180,7 +180,7 @@ class Rollout(Function):
             return found, errors
         places = [(place, which) for place in worlds for which in range(count)]
         by_poses, by_twists = self._by_states(np.array([cotangents[it] for it in places]).reshape(-1, self.outputs))
-        results = Batch(self._plan).pullbacks_of_worlds([worlds[place] for place, _ in places], by, by_poses, by_twists)
+        results = Batch(self._plan).vjps([worlds[place] for place, _ in places], by, by_poses, by_twists)
         for at, result in zip(places, results):
             if isinstance(result, HydroelasticError):
                 errors[at[0]] = result
@@ -206,11 +206,11 @@ class Rollout(Function):
             poses = row[:entries].reshape(self.bodies, 4, 4)
             twists_of_bodies = row[entries : entries + twists].reshape(self.bodies, TWIST)
             if row[-1] < 0.0:
-                raise HydroelasticError(f"taken must be at least 0, but is {row[-1]:.0f}")
+                raise HydroelasticError(f"start_step must be at least 0, but is {row[-1]:.0f}")
             time = self._world.initial_state.time + row[-1] * self._plan.time_step
             world = world.replace(start=State(time, poses, twists_of_bodies))
             changes = row[entries + twists : -1]
-        return world.changed(self._parameters, changes)
+        return world.perturbed(self._parameters, changes)
 
     def _initial_parameters(self) -> list[Parameter]:
         """The initial states of all dynamic bodies: poses, then twists, angular parts first."""
@@ -218,7 +218,7 @@ class Rollout(Function):
             return []
         names = [self._world.names[place] for place in self._dynamic]
         poses = [kind(name) for name in names for kind in (Parameter.initial_orientation, Parameter.initial_position)]
-        return poses + [kind(name) for name in names for kind in (Parameter.initial_spin, Parameter.initial_velocity)]
+        return poses + [kind(name) for name in names for kind in (Parameter.initial_angular_velocity, Parameter.initial_velocity)]
 
     def _value(self, trajectory: Trajectory) -> Floats:
         states = slice(-self.states, None)
@@ -285,19 +285,19 @@ def states(
     function: Rollout,
     changes: Any,
     start: tuple[Any, Any] | None,
-    taken: Any,
+    start_step: Any,
 ) -> tuple[Any, Any]:
     """The poses and twists that a rollout gives, with the recorded states in front unless only the last is asked for."""
     count = function.bodies
     numbers = arrays.floats(np.zeros(function.width) if changes is None else changes, "changes", (function.width,))
     if start is None:
-        if not (isinstance(taken, int) and taken == 0):
-            raise HydroelasticError("taken needs start: without one, the rollout starts at the initial time of the world")
+        if not (isinstance(start_step, int) and start_step == 0):
+            raise HydroelasticError("start_step needs start: without one, the rollout starts at the initial time of the world")
         found = arrays.evaluated(function, [1], [numbers])
     else:
         poses, twists = start
         parts = [arrays.floats(poses, "poses", (count, 4, 4)), arrays.floats(twists, "twists", (count, 6))]
-        found = arrays.evaluated(function, [3, 2, 1, 1], [*parts, numbers, arrays.count(taken)[..., None]])
+        found = arrays.evaluated(function, [3, 2, 1, 1], [*parts, numbers, arrays.count(start_step)[..., None]])
     lead, recorded = found.shape[:-1], () if function.only_last else (function.states,)
     entries = function.states * count * POSE
     return (

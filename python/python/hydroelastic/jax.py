@@ -159,7 +159,7 @@ def rollout(
     changes: _Array | None = None,
     *,
     start: State | None = None,
-    taken: _Array | int = 0,
+    start_step: _Array | int = 0,
 ) -> State:
     """The recorded states of a rollout, by its initial state and by changes of parameters of the world.
 
@@ -168,10 +168,10 @@ def rollout(
     world : no derivative but by its parameters.
     plan : the steps, and which states are recorded.
     parameters : what changes, p numbers together.
-    changes : (p,), added to what is in the world, as by World.changed; None for zeros.
+    changes : (p,), added to what is in the world, as by World.perturbed; None for zeros.
     start : initial state; None for that of the world, which then has no derivative but by parameters: faster with few
         of them. Bodies that forces do not move stay as they are in the world, so that their part of it has no effect.
-    taken : integer, how many time steps after the initial time of the world the rollout starts: only with start, for
+    start_step : integer, how many time steps after the initial time of the world the rollout starts: only with start, for
         worlds with controls and paths. An integer has no derivatives.
 
     Returns
@@ -182,7 +182,7 @@ def rollout(
     12 numbers for each body that forces move count too if there is a start. Else, and in forward mode, the Jacobian is
     found, whose time grows with them.
     """
-    return _states(world, plan, parameters, changes, start, taken, only_last=False)
+    return _states(world, plan, parameters, changes, start, start_step, only_last=False)
 
 
 def final_state(
@@ -192,10 +192,10 @@ def final_state(
     changes: _Array | None = None,
     *,
     start: State | None = None,
-    taken: _Array | int = 0,
+    start_step: _Array | int = 0,
 ) -> State:
     """The last state of a rollout: arguments as those of rollout."""
-    return _states(world, plan, parameters, changes, start, taken, only_last=True)
+    return _states(world, plan, parameters, changes, start, start_step, only_last=True)
 
 
 def step(
@@ -205,12 +205,12 @@ def step(
     parameters: Sequence[Parameter] = (),
     changes: _Array | None = None,
     *,
-    taken: _Array | int = 0,
+    start_step: _Array | int = 0,
 ) -> State:
     """The state one time step of the plan after another one: arguments as those of rollout. For controls, take
     Parameter.control of the interval that the step is in.
     """
-    return _states(world, _rows.one_step(plan), parameters, changes, state, taken, only_last=True)
+    return _states(world, _rows.one_step(plan), parameters, changes, state, start_step, only_last=True)
 
 
 def _states(
@@ -219,13 +219,13 @@ def _states(
     parameters: Sequence[Parameter],
     changes: _Array | None,
     start: State | None,
-    taken: _Array | int,
+    start_step: _Array | int,
     *,
     only_last: bool,
 ) -> State:
     function = _rows.Rollout(world, plan, parameters, from_state=start is not None, only_last=only_last)
     given = None if start is None else (start.poses, start.twists)
-    return State(*_rows.states(_Arrays(), function, changes, given, taken))
+    return State(*_rows.states(_Arrays(), function, changes, given, start_step))
 
 
 class _Arrays:
@@ -298,10 +298,10 @@ def _finite(array: Array, name: str) -> Array:
     return array
 
 
-def _count(taken: _Array | int) -> Array:
-    array = _array(taken, "taken")
+def _count(start_step: _Array | int) -> Array:
+    array = _array(start_step, "start_step")
     if not jnp.issubdtype(array.dtype, jnp.integer):
-        raise TypeError(f"taken must be an integer or an array of integers, but is of {array.dtype}")
+        raise TypeError(f"start_step must be an integer or an array of integers, but is of {array.dtype}")
     return array.astype(jnp.float64)
 
 

@@ -53,7 +53,7 @@ try:
 except ImportError as _missing:
     raise ImportError('hydroelastic.mujoco needs MuJoCo: pip install "hydroelastic[mujoco]"') from _missing
 
-__all__ = ["Carrier", "ContactPair", "PassiveContacts", "TimeStepError", "body", "exclude", "geom", "shape_of_geom", "site"]
+__all__ = ["Attachment", "ContactPair", "PassiveContacts", "TimeStepError", "body", "exclude", "geom", "shape_from_geom", "site"]
 
 _Floats: TypeAlias = NDArray[np.float64]
 
@@ -76,7 +76,7 @@ _MOST_HISTORIES = 4096
 
 
 @dataclass(frozen=True)
-class Carrier:
+class Attachment:
     """What a shape is fixed to: see ``geom``, ``body`` and ``site``."""
 
     kind: str
@@ -88,23 +88,23 @@ class Carrier:
             checked_pose(self.pose)
 
 
-def geom(name: str, pose: _Floats | None = None) -> Carrier:
+def geom(name: str, pose: _Floats | None = None) -> Attachment:
     """A shape fixed in the frame of a geom, at the pose (4, 4); None for the same axes and origin.
 
     MuJoCo moves the frame of a mesh geom to the center of mass and principal axes of the mesh: for a shape that was made from the
     same file, take the body instead, or the pose from ``model.mesh_pos`` and ``model.mesh_quat``.
     """
-    return Carrier("geom", name, pose)
+    return Attachment("geom", name, pose)
 
 
-def body(name: str, pose: _Floats | None = None) -> Carrier:
+def body(name: str, pose: _Floats | None = None) -> Attachment:
     """A shape fixed in the frame of a body (``xpos``, not the center of mass), at the pose. Body "world" is the world."""
-    return Carrier("body", name, pose)
+    return Attachment("body", name, pose)
 
 
-def site(name: str, pose: _Floats | None = None) -> Carrier:
+def site(name: str, pose: _Floats | None = None) -> Attachment:
     """A shape fixed in the frame of a site, at the pose."""
-    return Carrier("site", name, pose)
+    return Attachment("site", name, pose)
 
 
 @dataclass(frozen=True)
@@ -112,8 +112,8 @@ class ContactPair:
     """The shapes of a ``hydroelastic.Pair``, with their moduli and surface law, on two carriers."""
 
     pair: Pair
-    a: Carrier
-    b: Carrier
+    a: Attachment
+    b: Attachment
 
 
 def exclude(spec: Any, contacts: Sequence[ContactPair]) -> None:
@@ -129,7 +129,7 @@ def exclude(spec: Any, contacts: Sequence[ContactPair]) -> None:
             spec.add_exclude(bodyname1=names[0], bodyname2=names[1])
 
 
-def shape_of_geom(model: Any, name: str, refinement: int = 3) -> Shape:
+def shape_from_geom(model: Any, name: str, refinement: int = 3) -> Shape:
     """The shape of a sphere, an ellipsoid, a cylinder or a box of a model, in the frame of its geom.
 
     ``refinement`` is the number of subdivisions of the icosahedron; cylinders have 4 · 2^refinement segments. Raises
@@ -155,7 +155,7 @@ def shape_of_geom(model: Any, name: str, refinement: int = 3) -> Shape:
 class _Side:
     """A carrier of a model."""
 
-    def __init__(self, model: Any, carrier: Carrier) -> None:
+    def __init__(self, model: Any, carrier: Attachment) -> None:
         self.index = _index(model, carrier)
         self.body = _body_index(model, carrier.kind, self.index)
         self.root = int(model.body_rootid[self.body])
@@ -460,7 +460,7 @@ class _Dispatch:
 _DISPATCH = _Dispatch()
 
 
-def _index(model: Any, carrier: Carrier) -> int:
+def _index(model: Any, carrier: Attachment) -> int:
     found = mujoco.mj_name2id(model, _KINDS[carrier.kind], carrier.name)
     if found < 0:
         raise HydroelasticError(f"the model has no {carrier.kind} {carrier.name!r}")
@@ -499,7 +499,7 @@ def _mass_places(model: Any) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
     return rows, columns
 
 
-def _body_of_spec(spec: Any, carrier: Carrier) -> str:
+def _body_of_spec(spec: Any, carrier: Attachment) -> str:
     found = {"geom": spec.geom, "body": spec.body, "site": spec.site}[carrier.kind](carrier.name)
     if found is None:
         raise HydroelasticError(f"the spec has no {carrier.kind} {carrier.name!r}")

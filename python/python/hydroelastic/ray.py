@@ -2,7 +2,7 @@
 
     from hydroelastic.ray import Batch
 
-    results = Batch(plan).jacobians_after(world, parameters, samples)
+    results = Batch(plan).jacobians_perturbed(world, parameters, samples)
 
 Results are those of the local ``Batch``, in the same order and with the same bits, where the machines have the same build of
 this package and the same mathematical library. ``docs/python/cluster.md`` says how to run it on a cluster.
@@ -70,7 +70,7 @@ def _results(version: str, plan: Plan, method: str, common: bytes, part: Any) ->
         raise RuntimeError(f"this worker has hydroelastic {_core.__version__}, but was sent work of {version}")
     function, shared = getattr(_core.Batch(plan), method), _loaded(common)
     # Worlds come before the parameters of their derivatives; all else that belongs to results comes last.
-    return function(part, *shared) if method == "jacobians_of_worlds" else function(*shared, part)  # type: ignore[no-any-return]
+    return function(part, *shared) if method == "jacobians" else function(*shared, part)  # type: ignore[no-any-return]
 
 
 class Batch:
@@ -123,38 +123,38 @@ class Batch:
         """The plan."""
         return self._plan
 
-    def starting_from(self, world: World, states: Sequence[State]) -> list[Trajectory | RolloutError]:
+    def rollouts_from(self, world: World, states: Sequence[State]) -> list[Trajectory | RolloutError]:
         """The trajectory of a world from each of a list of states."""
         for state in states:
             world.rollout(self._plan, start=state)  # Refuses a state that does not fit the world.
-        return self._over_the_cluster("starting_from", (world,), list(states))
+        return self._over_the_cluster("rollouts_from", (world,), list(states))
 
-    def of_worlds(self, worlds: Sequence[World]) -> list[Trajectory | RolloutError]:
+    def rollouts(self, worlds: Sequence[World]) -> list[Trajectory | RolloutError]:
         """The trajectory of each of a list of worlds from its initial state."""
         _check_worlds(worlds)
-        return self._over_the_cluster("of_worlds", (), list(worlds))
+        return self._over_the_cluster("rollouts", (), list(worlds))
 
-    def trajectories_after(
+    def rollouts_perturbed(
         self, world: World, parameters: Sequence[Parameter], samples: NDArray[np.float64]
     ) -> list[Trajectory | HydroelasticError]:
-        """The trajectory of a world after each of n changes of its parameters: samples (n, p) float64, as of World.changed."""
-        return self._after("trajectories_after", world, parameters, samples)
+        """The trajectory of a world after each of n changes of its parameters: samples (n, p) float64, as of World.perturbed."""
+        return self._after("rollouts_perturbed", world, parameters, samples)
 
-    def jacobians_after(
+    def jacobians_perturbed(
         self, world: World, parameters: Sequence[Parameter], samples: NDArray[np.float64]
     ) -> list[tuple[Trajectory, TrajectoryJacobian] | HydroelasticError]:
-        """World.jacobian of a world after each of n changes of its parameters: samples (n, p) float64, as of World.changed.
+        """World.jacobian of a world after each of n changes of its parameters: samples (n, p) float64, as of World.perturbed.
         Each result is a Trajectory and its TrajectoryJacobian, or an exception."""
-        return self._after("jacobians_after", world, parameters, samples)
+        return self._after("jacobians_perturbed", world, parameters, samples)
 
-    def jacobians_of_worlds(
+    def jacobians(
         self, worlds: Sequence[World], parameters: Sequence[Parameter]
     ) -> list[tuple[Trajectory, TrajectoryJacobian] | HydroelasticError]:
         """World.jacobian of each of a list of worlds, from its initial state: for many starts. Each result is a Trajectory and
         its TrajectoryJacobian, or an exception."""
         _check_worlds(worlds)
-        _core.Batch(self._plan).jacobians_of_worlds([], parameters)
-        return self._over_the_cluster("jacobians_of_worlds", (list(parameters),), list(worlds))
+        _core.Batch(self._plan).jacobians([], parameters)
+        return self._over_the_cluster("jacobians", (list(parameters),), list(worlds))
 
     def _after(
         self, method: str, world: World, parameters: Sequence[Parameter], samples: NDArray[np.float64]

@@ -145,7 +145,7 @@ def rollout(
     changes: _Tensor | None = None,
     *,
     start: State | None = None,
-    taken: Tensor | int = 0,
+    start_step: Tensor | int = 0,
 ) -> State:
     """The recorded states of a rollout, by its initial state and by changes of parameters of the world.
 
@@ -154,10 +154,10 @@ def rollout(
     world : no derivative but by its parameters.
     plan : the steps, and which states are recorded.
     parameters : what changes, p numbers together.
-    changes : (p,), added to what is in the world, as by World.changed; None for zeros.
+    changes : (p,), added to what is in the world, as by World.perturbed; None for zeros.
     start : initial state; None for that of the world, which then has no derivative but by parameters: faster with few
         of them. Bodies that forces do not move stay as they are in the world, so that their part of it has no effect.
-    taken : integer, how many time steps after the initial time of the world the rollout starts: only with start, for
+    start_step : integer, how many time steps after the initial time of the world the rollout starts: only with start, for
         worlds with controls and paths. An integer has no derivatives.
 
     Returns
@@ -168,7 +168,7 @@ def rollout(
     for each body that forces move count too if there is a start. Else, and in forward mode, the Jacobian is found, whose
     time grows with them.
     """
-    return _states(world, plan, parameters, changes, start, taken, only_last=False)
+    return _states(world, plan, parameters, changes, start, start_step, only_last=False)
 
 
 def final_state(
@@ -178,10 +178,10 @@ def final_state(
     changes: _Tensor | None = None,
     *,
     start: State | None = None,
-    taken: Tensor | int = 0,
+    start_step: Tensor | int = 0,
 ) -> State:
     """The last state of a rollout: arguments as those of rollout."""
-    return _states(world, plan, parameters, changes, start, taken, only_last=True)
+    return _states(world, plan, parameters, changes, start, start_step, only_last=True)
 
 
 def step(
@@ -191,12 +191,12 @@ def step(
     parameters: Sequence[Parameter] = (),
     changes: _Tensor | None = None,
     *,
-    taken: Tensor | int = 0,
+    start_step: Tensor | int = 0,
 ) -> State:
     """The state one time step of the plan after another one: arguments as those of rollout. For controls, take
     Parameter.control of the interval that the step is in.
     """
-    return _states(world, _rows.one_step(plan), parameters, changes, state, taken, only_last=True)
+    return _states(world, _rows.one_step(plan), parameters, changes, state, start_step, only_last=True)
 
 
 def _states(
@@ -205,13 +205,13 @@ def _states(
     parameters: Sequence[Parameter],
     changes: _Tensor | None,
     start: State | None,
-    taken: Tensor | int,
+    start_step: Tensor | int,
     *,
     only_last: bool,
 ) -> State:
     function = _rows.Rollout(world, plan, parameters, from_state=start is not None, only_last=only_last)
     given = None if start is None else (start.poses, start.twists)
-    return State(*_rows.states(_Arrays(), function, changes, given, taken))
+    return State(*_rows.states(_Arrays(), function, changes, given, start_step))
 
 
 class _Arrays:
@@ -260,14 +260,14 @@ def _finite(value: Tensor, name: str) -> Tensor:
     return value
 
 
-def _count(taken: Tensor | int) -> Tensor:
+def _count(start_step: Tensor | int) -> Tensor:
     try:
-        taken = torch.as_tensor(taken)
+        start_step = torch.as_tensor(start_step)
     except (RuntimeError, TypeError, ValueError) as error:
-        raise TypeError(f"taken must be an integer or a tensor of integers: {error}") from None
-    if taken.dtype.is_floating_point or taken.dtype.is_complex or taken.dtype == torch.bool:
-        raise TypeError(f"taken must be an integer or a tensor of integers, but is of {taken.dtype}")
-    found: Tensor = taken.to(torch.float64)
+        raise TypeError(f"start_step must be an integer or a tensor of integers: {error}") from None
+    if start_step.dtype.is_floating_point or start_step.dtype.is_complex or start_step.dtype == torch.bool:
+        raise TypeError(f"start_step must be an integer or a tensor of integers, but is of {start_step.dtype}")
+    found: Tensor = start_step.to(torch.float64)
     return found
 
 

@@ -2,7 +2,7 @@
 
     pair.surface(pose_a, pose_b).show()
     world.show(state)
-    world.rollout(plan).recorded().show(world)
+    world.rollout(plan).run().show(world)
 
 A picture is one page of HTML with its data and its viewer (WebGL 2) in it: it loads nothing, needs no server, no network and no
 package, stays in a saved notebook, and a rule in the page forbids it to send any request. Drag to turn it, with shift or the

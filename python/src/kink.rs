@@ -1,0 +1,73 @@
+//! Places where a rollout has no derivative.
+
+use hydroelastic::dynamics;
+use pyo3::prelude::*;
+
+/// Nonsmooth points of one kind, of one pair of bodies or of one body, over a rollout: see World.kinks.
+#[pyclass(frozen, eq, get_all, module = "hydroelastic")]
+#[derive(PartialEq)]
+pub struct Kink {
+    /// "flush faces", "clamped pressure", "equal fields" or "unresolved step".
+    kind: String,
+    /// Names of the bodies.
+    bodies: Vec<String>,
+    /// Number of steps with such a point.
+    steps: usize,
+    /// First of these steps, counted from 1.
+    first_step: usize,
+    /// Last of these steps, counted from 1.
+    last_step: usize,
+}
+
+impl Kink {
+    /// Converts a summary of the library. `names` has the names of all bodies of the world.
+    pub fn of(summary: &dynamics::KinkSummary, names: &[&str]) -> Self {
+        let bodies = summary.bodies.iter();
+        let [first_step, last_step] = summary.steps;
+        Self {
+            kind: summary.kink.to_string(),
+            bodies: bodies.map(|&body| names[body].to_owned()).collect(),
+            steps: summary.count,
+            first_step,
+            last_step,
+        }
+    }
+}
+
+#[pymethods]
+impl Kink {
+    #[new]
+    fn new(
+        kind: String,
+        bodies: Vec<String>,
+        steps: usize,
+        first_step: usize,
+        last_step: usize,
+    ) -> Self {
+        Self {
+            kind,
+            bodies,
+            steps,
+            first_step,
+            last_step,
+        }
+    }
+
+    fn __repr__(&self) -> String {
+        format!(
+            "Kink({:?}, {:?}, steps={}, first_step={}, last_step={})",
+            self.kind, self.bodies, self.steps, self.first_step, self.last_step
+        )
+    }
+
+    fn __getnewargs__(&self) -> (&str, Vec<String>, usize, usize, usize) {
+        let bodies = self.bodies.clone();
+        (
+            &self.kind,
+            bodies,
+            self.steps,
+            self.first_step,
+            self.last_step,
+        )
+    }
+}

@@ -1,0 +1,337 @@
+//! What can be run in this repository: targets, tests, chapters of the guide, scripts, and the variables and flags they read.
+
+use serde_json::Value;
+use std::collections::BTreeSet;
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::process::Command;
+
+/// Subcommands of cargo that have no target here to look at.
+const OTHER_SUBCOMMANDS: [&str; 10] = [
+    "build", "clippy", "deny", "doc", "fmt", "install", "llvm-cov", "mutants", "package", "tree",
+];
+
+/// Beginnings of variables that libraries and tools read.
+const FOREIGN_VARIABLES: [&str; 6] = [
+    "RAYON_NUM_THREADS",
+    "RAY_ADDRESS",
+    "PDOC_ALLOW_EXEC",
+    "CARGO_PROFILE_",
+    "RUSTFLAGS",
+    "RUSTDOCFLAGS",
+];
+
+/// Ends of variables that select the cases of a sweep (`tests/support/sweep.rs`).
+const SWEEP_VARIABLES: [&str; 2] = ["_FIRST", "_PAIRS"];
+
+/// Flags of the test runner.
+const RUNNER_FLAGS: [&str; 5] = [
+    "--ignored",
+    "--include-ignored",
+    "--nocapture",
+    "--exact",
+    "--test-threads",
+];
+
+/// Reason why a command cannot be typed.
+type Verdict = Result<(), String>;
+
+pub struct Repository {
+    root: PathBuf,
+    targets: Vec<Target>,
+    default_features: BTreeSet<String>,
+}
+
+struct Target {
+    kind: String,
+    name: String,
+    source: PathBuf,
+    needed_features: Vec<String>,
+}
+
+impl Repository {
+    pub fn new(root: &Path) -> Self {
+        let arguments = [
+            "metadata",
+            "--no-deps",
+            "--format-version=1",
+            "--locked",
+            "--offline",
+        ];
+        let output = Command::new(env!("CARGO"))
+            .args(arguments)
+            .current_dir(root)
+            .output();
+        let metadata: Value = serde_json::from_slice(&output.unwrap().stdout).unwrap();
+        let package = &metadata["packages"][0];
+        let targets = package["targets"].as_array().unwrap();
+        Self {
+            root: root.to_owned(),
+            targets: targets.iter().map(target).collect(),
+            default_features: with_implied(&package["features"], "default"),
+        }
+    }
+
+    /// All benches, by name and source.
+    pub fn benches(&self) -> impl Iterator<Item = (&str, &Path)> {
+        let benches = self.targets.iter().filter(|target| target.kind == "bench");
+        benches.map(|bench| (bench.name.as_str(), bench.source.as_path()))
+    }
+
+    /// Whether a text is a command that can be typed; `None` if it is not a command that is known here.
+    pub fn verdict(&self, command: &str) -> Option<Verdict> {
+        // Brackets are around what may be left out.
+        let words = command
+            .split([' ', '[', ']'])
+            .filter(|word| !word.is_empty());
+        let words: Vec<&str> = words.collect();
+        let is_variable = |word: &&&str| {
+            let name = word.split_once('=').map_or("", |(name, _)| name);
+            name.len() > 2 && name.bytes().all(|b| b == b'_' || b.is_ascii_uppercase())
+        };
+        let variables = words.iter().take_while(is_variable).count();
+        let (variables, words) = words.split_at(variables);
+        let [program, words @ ..] = words else {
+            return None;
+        };
+        let verdict = match *program {
+            "cargo" if !words.is_empty() => self.cargo(words),
+            "python" | "python3" if !words.is_empty() => self.script(words),
+            "pytest" if !words.is_empty() => self.existing(words[0]).map(|_| ()),
+            _ => return None,
+        };
+        let names = variables
+            .iter()
+            .filter_map(|variable| variable.split('=').next());
+        Some(
+            names
+                .map(|name| self.is_read(name))
+                .collect::<Verdict>()
+                .and(verdict),
+        )
+    }
+
+    fn cargo(&self, words: &[&str]) -> Verdict {
+        let words = match words {
+            [toolchain, rest @ ..] if toolchain.starts_with('+') => rest,
+            all => all,
+        };
+        let split = words
+            .iter()
+            .position(|word| *word == "--")
+            .unwrap_or(words.len());
+        let (own, passed) = words.split_at(split);
+        let value = |option: &str| {
+            let index = own.iter().position(|word| *word == option)?;
+            own.get(index + 1).copied()
+        };
+        match own {
+            ["bench" | "test" | "run", ..] => {}
+            ["fuzz", "run", name, ..] if !name.chars().all(char::is_uppercase) => {
+                return self
+                    .existing(&format!("fuzz/fuzz_targets/{name}.rs"))
+                    .map(|_| ());
+            }
+            ["fuzz", ..] => return Ok(()),
+            [other, ..] if OTHER_SUBCOMMANDS.contains(other) => return Ok(()),
+            _ => return Err("no such subcommand is known here".into()),
+        }
+        if own.contains(&"--doc") {
+            let filters = own.iter().filter(|word| word.starts_with("guide::"));
+            return filters.map(|filter| self.chapter(filter)).collect();
+        }
+        let kinds = ["bench", "example", "test"];
+        let named = kinds
+            .iter()
+            .find_map(|kind| Some((*kind, value(&format!("--{kind}"))?)));
+        let Some((kind, name)) = named else {
+            return Ok(());
+        };
+        let mut of_kind = self.targets.iter().filter(|target| target.kind == kind);
+        let target = of_kind.find(|target| target.name == name);
+        let target = target.ok_or_else(|| format!("no {kind} is named {name}"))?;
+        self.has_features(target, own, value("--features").unwrap_or_default())?;
+        if kind == "test" {
+            let after_name = own.iter().skip_while(|word| **word != name).skip(1);
+            let filters = after_name
+                .chain(passed)
+                .filter(|word| !word.starts_with('-'));
+            filters
+                .map(|filter| has_test(target, filter))
+                .collect::<Verdict>()?;
+            let flags = passed.iter().skip(1).filter(|word| word.starts_with("--"));
+            let unknown = |flag: &&&str| !RUNNER_FLAGS.contains(&flag.split('=').next().unwrap());
+            return match flags.into_iter().find(unknown) {
+                Some(flag) => Err(format!("the test runner does not know {flag}")),
+                None => Ok(()),
+            };
+        }
+        let folder = if kind == "bench" {
+            folder_of(target)
+        } else {
+            &self.root.join("examples")
+        };
+        knows_flags(folder, passed)
+    }
+
+    fn chapter(&self, filter: &str) -> Verdict {
+        let guide = fs::read_to_string(self.root.join("src/guide.rs")).unwrap();
+        let name = filter.trim_start_matches("guide::");
+        if guide.contains(&format!("pub mod {name}")) {
+            return Ok(());
+        }
+        Err(format!("no chapter of the guide is named {name}"))
+    }
+
+    fn script(&self, words: &[&str]) -> Verdict {
+        if words[0].starts_with('-') {
+            return Ok(());
+        }
+        knows_flags(&self.existing(words[0])?, &words[1..])
+    }
+
+    fn existing(&self, path: &str) -> Result<PathBuf, String> {
+        let found = self.root.join(path);
+        if found.exists() {
+            Ok(found)
+        } else {
+            Err(format!("{path} does not exist"))
+        }
+    }
+
+    /// Checks that a program of the repository reads a variable of the environment.
+    fn is_read(&self, name: &str) -> Verdict {
+        let is_in_sources = |text: &str| {
+            ["tests", "benches"]
+                .iter()
+                .any(|folder| is_in(&self.root.join(folder), text))
+        };
+        let sweep = SWEEP_VARIABLES
+            .iter()
+            .find_map(|end| name.strip_suffix(end));
+        let is_read = FOREIGN_VARIABLES
+            .iter()
+            .any(|foreign| name.starts_with(foreign))
+            || sweep
+                .is_some_and(|sweep| is_in_sources(&format!("range_from_environment(\"{sweep}\"")))
+            || is_in_sources(&format!("var(\"{name}\""));
+        if is_read {
+            Ok(())
+        } else {
+            Err(format!("no program reads {name}"))
+        }
+    }
+
+    fn has_features(&self, target: &Target, words: &[&str], named: &str) -> Verdict {
+        let has_default = !words.contains(&"--no-default-features");
+        let is_on = |feature: &&String| {
+            words.contains(&"--all-features")
+                || has_default && self.default_features.contains(*feature)
+                || named.split(',').any(|name| name == *feature)
+        };
+        match target
+            .needed_features
+            .iter()
+            .find(|feature| !is_on(feature))
+        {
+            Some(feature) => Err(format!("{} needs the feature {feature}", target.name)),
+            None => Ok(()),
+        }
+    }
+}
+
+/// Checks that a test target has a module or a test for each part of a filter.
+fn has_test(target: &Target, filter: &str) -> Verdict {
+    let folder = target.source.parent().unwrap();
+    let has = |part: &str| is_in(folder, &format!("mod {part}")) || is_in_a_name(folder, part);
+    let mut parts = filter.split("::").filter(|part| !part.is_empty());
+    match parts.find(|part| !has(part)) {
+        Some(part) => Err(format!(
+            "{} has no test or module named {part}",
+            target.name
+        )),
+        None => Ok(()),
+    }
+}
+
+/// Whether a function of a test in a folder has the text in its name.
+fn is_in_a_name(folder: &Path, text: &str) -> bool {
+    sources(folder).iter().any(|path| {
+        let source = fs::read_to_string(path).unwrap_or_default();
+        let names = source
+            .lines()
+            .filter_map(|line| line.trim_start().strip_prefix("fn "));
+        let mut names = names.filter_map(|rest| rest.split('(').next());
+        names.any(|name| name.contains(text))
+    })
+}
+
+fn target(target: &Value) -> Target {
+    let text = |value: &Value| value.as_str().unwrap().to_owned();
+    let features = target["required-features"].as_array();
+    Target {
+        kind: text(&target["kind"][0]),
+        name: text(&target["name"]),
+        source: PathBuf::from(text(&target["src_path"])),
+        needed_features: features.map_or(Vec::new(), |all| all.iter().map(text).collect()),
+    }
+}
+
+/// A feature and all features that it switches on.
+fn with_implied(features: &Value, feature: &str) -> BTreeSet<String> {
+    let implied = features[feature].as_array().into_iter().flatten();
+    let further = implied.flat_map(|name| with_implied(features, name.as_str().unwrap()));
+    further.chain([feature.to_owned()]).collect()
+}
+
+/// The folder of a bench, or its file if it has no folder of its own.
+fn folder_of(bench: &Target) -> &Path {
+    let is_folder = bench.source.ends_with("main.rs");
+    if is_folder {
+        bench.source.parent().unwrap()
+    } else {
+        &bench.source
+    }
+}
+
+/// Checks that a program, a file or a folder of Rust, has the flags among the words.
+fn knows_flags(program: &Path, words: &[&str]) -> Verdict {
+    for word in words
+        .iter()
+        .skip_while(|word| **word == "--")
+        .filter(|word| word.starts_with("--"))
+    {
+        let flag = word.split('=').next().unwrap_or(word);
+        if !is_in(program, &format!("\"{flag}\"")) {
+            return Err(format!("the program does not know {flag}"));
+        }
+    }
+    Ok(())
+}
+
+/// Whether a file, or a Rust file in a folder, has the text.
+fn is_in(path: &Path, text: &str) -> bool {
+    let has = |path: &PathBuf| fs::read_to_string(path).is_ok_and(|found| found.contains(text));
+    if path.is_dir() {
+        sources(path).iter().any(has)
+    } else {
+        has(&path.to_owned())
+    }
+}
+
+/// All Rust files in a folder and in the folders below.
+fn sources(folder: &Path) -> Vec<PathBuf> {
+    let entries = fs::read_dir(folder)
+        .unwrap()
+        .map(|entry| entry.unwrap().path());
+    let inner = entries.flat_map(|path| {
+        if path.is_dir() {
+            sources(&path)
+        } else {
+            vec![path]
+        }
+    });
+    inner
+        .filter(|path| path.extension().is_some_and(|extension| extension == "rs"))
+        .collect()
+}
