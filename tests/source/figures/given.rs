@@ -115,7 +115,7 @@ pub const GIVEN: [Given; 18] = [
     ),
     given(
         "docs/guide/4_gradients.md",
-        "as many as go into 256 MiB",
+        "as many steps as fit into 256 MiB",
         Code(&[(
             "src/gradient/experiment.rs",
             "const MEMORY: usize = 256 << 20;",
