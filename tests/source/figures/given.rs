@@ -60,7 +60,7 @@ const THINNESS: (&str, &str) = (
     "const THINNESS: f64 = 1e-12;",
 );
 
-pub const GIVEN: [Given; 18] = [
+pub const GIVEN: [Given; 19] = [
     given(
         "ARCHITECTURE.md",
         "at 2, 4 and 8 lanes",
@@ -121,6 +121,7 @@ pub const GIVEN: [Given; 18] = [
             "const MEMORY: usize = 256 << 20;",
         )]),
     ),
+    given("docs/guide/6_time_steps.md", "with time steps of 5 ms", Choice),
     given("docs/guide/6_time_steps.md", "5 ms is a good start", Choice),
     given(
         "docs/guide/6_time_steps.md",
