@@ -269,7 +269,7 @@ def cases(folder):
             {"force_parameters": 1.0},
         ),
         "World.derivative_check": (lambda **it: world.derivative_check(plan, gravity, **it), {"width": Positive(1e-3)}),
-        "World.sweeps_back": (lambda **it: world.sweeps_back(plan, gravity, **it), {"losses": 1}),
+        "World._sweeps_back": (lambda **it: world._sweeps_back(plan, gravity, **it), {"losses": 1}),
         "World (along z)": (lambda **it: he.World([], **it), {"gravity": -9.81}),
         "World.replace": (world.replace, {"gravity": POINT, "slip_tolerance": Positive(1e-3)}),
         "World.perturbed": (lambda **it: world.perturbed(gravity, **it), {"changes": POINT}),
@@ -418,16 +418,16 @@ def test_jax_refuses_what_the_package_refuses():
             {"pose_a": he.pose([0.0, 0.0, 0.19]), "pose_b": EYE, "twist_a": TWIST, "twist_b": TWIST}
             | {"moduli": np.array([1e5, 1e5]), "law": np.array([0.1, 0.2])},
         ),
-        "rollout": (lambda taken, **it: soft.rollout(world, plan, gravity, start=start, start_step=taken, **it), changes | {"taken": 0}),
+        "rollout": (lambda **it: soft.rollout(world, plan, gravity, start=start, **it), changes | {"start_step": 0}),
         "final_state": (
-            lambda taken, **it: soft.final_state(world, plan, gravity, start=start, start_step=taken, **it),
-            changes | {"taken": 0},
+            lambda **it: soft.final_state(world, plan, gravity, start=start, **it),
+            changes | {"start_step": 0},
         ),
         "final_state (of a start)": (
             lambda poses, twists: soft.final_state(world, plan, start=soft.State(poses, twists)),
             {"poses": state.poses, "twists": state.twists},
         ),
-        "step": (lambda taken, **it: soft.step(world, plan, start, gravity, start_step=taken, **it), changes | {"taken": 0}),
+        "step": (lambda **it: soft.step(world, plan, start, gravity, **it), changes | {"start_step": 0}),
     }
     assert_complete(callables_of(soft), table, {})
     for call, arguments in table.values():
