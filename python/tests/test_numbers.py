@@ -273,6 +273,7 @@ def cases(folder):
         "World (along z)": (lambda **it: he.World([], **it), {"gravity": -9.81}),
         "World.replace": (world.replace, {"gravity": POINT, "slip_tolerance": Positive(1e-3)}),
         "World.perturbed": (lambda **it: world.perturbed(gravity, **it), {"changes": POINT}),
+        "World.with_values": (lambda **it: world.with_values(gravity, **it), {"values": POINT}),
         "World.integrate": (lambda **it: world.integrate(state, **it), {"change": np.full(12, 0.1)}),
         "World.vjp": (lambda **it: world.vjp(plan, gravity, **it), covectors | {"memory": 4096}),
         "World.write_recording": (
@@ -303,6 +304,10 @@ def cases(folder):
         "Parameter.control": (lambda **it: he.Parameter.control("ball", **it), {"interval": 0}),
         "Parameter.controls": (lambda **it: he.Parameter.controls(["ball"], **it), {"intervals": 1}),
         "TrajectoryJacobian": (he.TrajectoryJacobian, {"poses": np.ones((2, 1, 4, 4, 3)), "twists": np.ones((2, 1, 6, 3))}),
+        "Kink": (
+            lambda **it: he.Kink("flush faces", ["ball", "floor"], **it),
+            {"steps": 2, "first_step": 1, "last_step": 4},
+        ),
         "Diagnostics": (
             lambda momenta, **it: he.Diagnostics(momenta=(momenta, POINT), **it),
             energies | {"momenta": POINT},
