@@ -1,10 +1,11 @@
 //! Arrows for forces and torques.
 
 use super::document::Document;
-use super::drawing::{Triangles, single};
+use super::drawing::Triangles;
 use super::frames::Frame;
 use super::loads::{Load, Loads, largest};
 use super::materials::{Color, FORCE, TORQUE, lit};
+use super::precision::single;
 use super::view::turn_between;
 use gltf_json::animation::{Interpolation, Property};
 use gltf_json::mesh::Mesh;

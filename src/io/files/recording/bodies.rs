@@ -1,9 +1,10 @@
 //! The bodies: their surfaces, and their poses over time.
 
 use super::document::Document;
-use super::drawing::{Triangles, primitive, quaternion, single};
+use super::drawing::{Triangles, primitive, quaternion};
 use super::frames::Frame;
 use super::materials::{self, lit, unlit};
+use super::precision::single;
 use crate::dynamics::{Body, BodyShape, BodyState, Motion};
 use crate::geometry::Aabb;
 use gltf_json::animation::{Interpolation, Property};

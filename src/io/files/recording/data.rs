@@ -1,6 +1,6 @@
 //! The numbers of a glTF document: accessors and the binary buffer behind them.
 
-use super::drawing::single;
+use super::precision::single;
 use gltf_json::accessor::{ComponentType, GenericComponentType, Type};
 use gltf_json::buffer::{Buffer, Stride, Target, View};
 use gltf_json::validation::{Checked, USize64};

@@ -117,8 +117,3 @@ pub(super) fn index(place: usize) -> u32 {
 pub(super) fn quaternion(pose: &Pose) -> [f64; 4] {
     Isometry3::from(*pose).rotation.coords.into()
 }
-
-#[expect(clippy::cast_possible_truncation, reason = "glTF has single precision")]
-pub(super) fn single<const N: usize>(numbers: [f64; N]) -> [f32; N] {
-    numbers.map(|number| number as f32)
-}

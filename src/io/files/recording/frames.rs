@@ -1,6 +1,6 @@
 //! Which states of a trajectory are shown, and when.
 
-use super::drawing::single;
+use super::precision::single;
 use crate::dynamics::{Contact, State, System, Trajectory};
 
 /// Frames for each second of the recording, at most.

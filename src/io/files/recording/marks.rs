@@ -1,8 +1,9 @@
 //! Targets and paths.
 
 use super::document::Document;
-use super::drawing::{Triangles, single};
+use super::drawing::Triangles;
 use super::materials::{Color, PATHS, TARGET, lit, mixed};
+use super::precision::single;
 use super::view::square_to;
 use crate::scalar::portable::sin_cos;
 use gltf_json::{Material, Node};

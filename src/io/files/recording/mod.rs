@@ -9,18 +9,19 @@ mod frames;
 mod loads;
 mod marks;
 mod materials;
+mod precision;
 mod surfaces;
 mod view;
 
 use super::FileError;
+use super::atomic_write::atomic_write;
 use super::extension::known_extension;
-use super::replacement::write_whole;
 use super::trajectory::check_fits;
 use crate::dynamics::{Force, System, Trajectory, World};
 use document::{Document, Unwritable};
-use drawing::single;
 use marks::{Path as MarkedPath, Target};
 use nalgebra::Vector3;
+use precision::single;
 use std::io::Write;
 use std::path::Path;
 use view::Camera;
@@ -160,7 +161,7 @@ impl Recording {
         check_fits(path, &self.system.bodies, &self.trajectory)?;
         self.check_marks(path)?;
         let glb = self.glb().map_err(|why| unwritable(path, why))?;
-        write_whole(path, |file| file.write_all(&glb))
+        atomic_write(path, |file| file.write_all(&glb))
     }
 
     /// Checks that the targets can be seen and the camera looks in a direction.

@@ -4,9 +4,10 @@
 //! visible (at scale 1 instead of 0) in the frames that it stands for.
 
 use super::document::Document;
-use super::drawing::{Triangles, index, single};
+use super::drawing::{Triangles, index};
 use super::frames::Frame;
 use super::materials::{pressure_color, unlit};
+use super::precision::single;
 use crate::contact::ContactPolygon;
 use gltf_json::animation::{Interpolation, Property};
 use gltf_json::mesh::{Mesh, Semantic};

@@ -1,7 +1,7 @@
 //! Up, sizes and the camera.
 
 use super::document::Document;
-use super::drawing::single;
+use super::precision::single;
 use crate::dynamics::Body;
 use gltf_json::camera::{Camera as GltfCamera, Perspective, Type};
 use gltf_json::scene::UnitQuaternion as GltfQuaternion;
