@@ -150,7 +150,7 @@ def refusals():
         "two bodies are named": lambda: he.World([body, body]),
         'no body is named "floor"; there are ["ball"]': lambda: world.index_of("floor"),
         'no body is named "wall"': lambda: world.jacobian(plan, [he.Parameter.friction("wall")]),
-        "interval 0 of the control of body \"ball\" was asked for, but the body has no control": lambda: world.jacobian(plan, [he.Parameter.control("ball", 0)]),
+        "interval 0 of the control of body \"ball\" does not exist: the body has no control": lambda: world.jacobian(plan, [he.Parameter.control("ball", 0)]),
         "the parameters have 3 numbers, but got 2 values or changes": lambda: world.perturbed(
             [he.Parameter.gravity()], [0.0, 0.0]
         ),

@@ -59,7 +59,7 @@ impl Slots {
         slots.flat_map(|slot| slot.values(&mut system)).collect()
     }
 
-    /// A typical change of each number, of which difference steps are multiples.
+    /// Typical change of each number. The steps of differences are multiples of it.
     pub fn scales(&self, system: &System) -> Vec<f64> {
         let mut system = system.clone();
         let slots = self.0.iter();
@@ -96,10 +96,10 @@ impl Slots {
         }
     }
 
-    /// Checks that the number of numbers is that of the parameters.
+    /// Checks that a slice of numbers has one entry for each number of the parameters.
     ///
     /// # Errors
-    /// [`GradientError::NumberCount`] if it is not.
+    /// [`GradientError::NumberCount`] if the counts differ.
     pub fn check_count(&self, found: usize) -> Result<(), GradientError> {
         let expected = self.dimension();
         if found == expected {
@@ -113,9 +113,9 @@ impl Slots {
     /// a pair, 2ab/(a + b), has no derivative with respect to both coefficients if both are zero.
     ///
     /// # Errors
-    /// [`GradientError::NoFriction`] if two bodies that may touch have zero friction, and both coefficients are parameters.
+    /// [`GradientError::NoFriction`] if two bodies that can collide have zero friction, and both coefficients are parameters.
     pub fn check_friction(&self, system: &System) -> Result<(), GradientError> {
-        let frictionless = self.0.iter().filter_map(|slot| match slot {
+        let differentiated = self.0.iter().filter_map(|slot| match slot {
             Slot::Body(body, Quantity::Friction) => Some(*body),
             _ => None,
         });
@@ -123,7 +123,7 @@ impl Slots {
             let friction = system.bodies[*body].material.friction;
             friction.is_some_and(|friction| friction <= 0.0)
         };
-        let mut bodies: Vec<usize> = frictionless.filter(is_zero).collect();
+        let mut bodies: Vec<usize> = differentiated.filter(is_zero).collect();
         bodies.sort_unstable();
         bodies.dedup();
         for (index, &i) in bodies.iter().enumerate() {
@@ -191,7 +191,7 @@ impl Slot {
         }
     }
 
-    /// The numbers in a system. The numbers of a position or an orientation are not stored one by one: see [`Self::pose`].
+    /// The numbers in a system. Empty for a position or an orientation, which [`Self::pose`] handles.
     fn numbers<'a, T: Scalar>(&self, system: &'a mut System<T>) -> Vec<&'a mut T> {
         match *self {
             Self::Gravity => system.gravity.iter_mut().collect(),
@@ -280,7 +280,8 @@ impl Slot {
         self.mark_dissipative(system);
     }
 
-    /// Contacts of a body are integrated with dissipation and friction if one of them is a parameter, even if it is zero.
+    /// Marks the body as dissipative if its dissipation or friction is a parameter. Its contacts are then integrated with
+    /// dissipation and friction even if the value is zero.
     fn mark_dissipative<T>(&self, system: &mut System<T>) {
         if let Self::Body(body, Quantity::Dissipation | Quantity::Friction) = *self {
             system.bodies[body].is_dissipative = true;

@@ -3,9 +3,9 @@ use super::{GradientError, Parameter};
 use crate::dynamics::{Force, System, World};
 use nalgebra::DVector;
 
-/// Values of parameters. Shapes are shared, not built again.
+/// Values of parameters. New worlds share the shapes of this world.
 impl<F: Force> World<f64, F> {
-    /// Values of the parameters, one after the other. The value of an orientation is a rotation vector (rad, at most π long).
+    /// Values of the parameters, concatenated in order. The value of an orientation is a rotation vector (rad, at most π long).
     ///
     /// # Errors
     /// If the world does not have one of the parameters.
@@ -35,7 +35,9 @@ impl<F: Force> World<f64, F> {
     /// ```
     ///
     /// # Errors
-    /// If the world does not have one of the parameters, the number of values is wrong, or a value is out of range.
+    /// - If the world does not have one of the parameters.
+    /// - If the number of values is wrong.
+    /// - If a value is out of range.
     pub fn with_values(
         &self,
         parameters: &[Parameter],
@@ -48,8 +50,9 @@ impl<F: Force> World<f64, F> {
     /// world axes that rotates the body about its origin.
     ///
     /// # Errors
-    /// If the world does not have one of the parameters, the number of changes is wrong, or a number is out of range after the
-    /// change.
+    /// - If the world does not have one of the parameters.
+    /// - If the number of changes is wrong.
+    /// - If a number is out of range after the change.
     pub fn perturbed(
         &self,
         parameters: &[Parameter],
@@ -65,7 +68,7 @@ impl<F: Force> World<f64, F> {
     }
 }
 
-/// The system with a change added to each number of the parameters, all checked.
+/// Returns the system with a change added to each number of the parameters. Validates the result.
 pub(super) fn perturbed(
     system: &System,
     parameters: &[Parameter],
@@ -78,7 +81,7 @@ pub(super) fn perturbed(
     Ok(system)
 }
 
-/// The system with new values of the parameters, all checked.
+/// Returns the system with new values of the parameters. Validates the result.
 pub(super) fn with_values(
     system: &System,
     parameters: &[Parameter],
