@@ -240,7 +240,7 @@ def cases(folder):
         "Body.dynamic": (
             lambda **it: he.Body.dynamic("ball", ball, skin, **it),
             {"mass": Positive(1.0), "center_of_mass": POINT, "inertia": np.eye(3)}
-            | {"pose": EYE, "velocity": POINT, "spin": POINT},
+            | {"pose": EYE, "velocity": POINT, "angular_velocity": POINT},
         ),
         "Body.dynamic (of a density)": (lambda **it: he.Body.dynamic("ball", ball, skin, **it), {"density": Positive(1.0)}),
         "Body.fixed": (lambda **it: he.Body.fixed("ball", ball, skin, **it), {"pose": EYE}),

@@ -4,8 +4,9 @@
 //! once, in this library.
 
 use super::Outcome;
-use crate::dynamics::{DynWorld, Force, State, Trajectory, WithModel, World};
+use crate::dynamics::{DynWorld, Force, State, System, Trajectory, WithModel, World, WorldError};
 use crate::scalar::{DenseDual, Scalar};
+use std::sync::Arc;
 
 /// Widths of the dual numbers that parameters are seeded in. A rollout uses the narrowest width that holds all parameters, or
 /// several passes of the widest. Each pass evaluates all contacts, so one wide pass is cheaper than several narrow ones. There
@@ -22,9 +23,20 @@ pub(super) trait DifferentiableWorld:
     + WithModel<DenseDual<MIDDLE>>
     + WithModel<DenseDual<WIDE>>
 {
+    /// The world with another model.
+    ///
+    /// # Errors
+    /// If the forces cannot act on the model.
+    fn rebuilt(&self, model: System) -> Result<Arc<dyn DifferentiableWorld>, WorldError>;
 }
 
-impl<F: Force> DifferentiableWorld for World<f64, F> {}
+impl<F: Force> DifferentiableWorld for World<f64, F> {
+    fn rebuilt(&self, model: System) -> Result<Arc<dyn DifferentiableWorld>, WorldError> {
+        let world = World::with_model(self, model);
+        world.check_forces()?;
+        Ok(Arc::new(world))
+    }
+}
 
 /// An outcome evaluated in the scalar `T`.
 pub(super) trait OutcomeIn<T>: Sync {

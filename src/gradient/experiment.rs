@@ -81,6 +81,28 @@ impl Experiment {
         self.plan.steps() * numbers.div_ceil(WIDE).max(1)
     }
 
+    /// The experiment with new values of the parameters, which are in the order of [`World::values`].
+    ///
+    /// # Errors
+    /// As [`World::with_values`].
+    pub fn at(&self, parameters: &[Parameter], values: &[f64]) -> Result<Self, GradientError> {
+        self.rebuilt(with_values(self.system(), parameters, values)?)
+    }
+
+    /// The experiment on the world with another model.
+    fn rebuilt(&self, model: System) -> Result<Self, GradientError> {
+        Ok(Self {
+            world: self.world.rebuilt(model)?,
+            ..self.clone()
+        })
+    }
+
+    /// Values of the parameters: see [`World::values`].
+    pub(super) fn values(&self, parameters: &[Parameter]) -> Result<DVector<f64>, GradientError> {
+        let slots = Slots::resolve(parameters, self.system())?;
+        Ok(DVector::from_vec(slots.values(self.system())))
+    }
+
     /// Returns the experiment with another plan.
     pub(super) fn with_plan(&self, plan: Plan) -> Self {
         Self {
@@ -221,10 +243,7 @@ impl Experiment {
         values: &[f64],
         outcome: &impl Outcome,
     ) -> Result<Vec<f64>, GradientError> {
-        let system = with_values(self.system(), parameters, values)?;
-        let value = self.value_in(system, outcome)?;
-        check_outcome(&value)?;
-        Ok(value)
+        self.at(parameters, values)?.value(outcome)
     }
 
     /// Outcome after changes of the parameters, as in [`World::perturbed`].
@@ -238,9 +257,7 @@ impl Experiment {
         outcome: &impl Outcome,
     ) -> Result<Vec<f64>, GradientError> {
         let system = perturbed(self.system(), parameters, changes)?;
-        let value = self.value_in(system, outcome)?;
-        check_outcome(&value)?;
-        Ok(value)
+        self.rebuilt(system)?.value(outcome)
     }
 
     /// Outcome after changes of the parameters. Only masses are validated, because the step of a difference may take a number of a

@@ -47,6 +47,8 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
+#[cfg(feature = "argmin")]
+mod argmin;
 mod batch;
 mod derivative_check;
 mod difference_check;
@@ -61,6 +63,7 @@ mod outcome;
 mod outcome_covectors;
 mod parameter;
 mod passes;
+mod problem;
 mod reverse;
 mod rollout_gradient;
 #[cfg(feature = "serde")]
@@ -78,6 +81,7 @@ pub use outcome::{
     FinalPosition, FinalState, Integrand, Outcome, OutcomeJacobian, RecordedStates, TimeIntegral,
 };
 pub use parameter::Parameter;
+pub use problem::Problem;
 pub use reverse::Mode;
 pub use rollout_gradient::{HoldFixed, RolloutGradient};
 pub use verdict::{CheckedDerivative, DerivativeCheck, Verdict};
