@@ -3,9 +3,9 @@
 /// A row of the table.
 pub struct Row {
     pub name: &'static str,
-    /// The paper's Julia program on its authors' machine, orders 1 to 3: its Table I.
+    /// Times of the paper's Julia program on the authors' machine, orders 1 to 3, from Table I of the paper.
     pub paper: &'static [f64],
-    /// This library, orders 1 to 4: `cargo bench --bench ablation`, the run in docs/measurements.md.
+    /// Times of this library, orders 1 to 4: `cargo bench --bench ablation`, the run in docs/measurements.md.
     pub ours: &'static [f64],
 }
 
@@ -42,7 +42,7 @@ pub const ROWS: [Row; 6] = [
     },
 ];
 
-/// Every optimization pays at every order, in both programs.
+/// Checks that every optimization reduces the time at every order in both programs.
 pub fn check_rows() {
     for pair in ROWS.windows(2) {
         let both = [(pair[0].paper, pair[1].paper), (pair[0].ours, pair[1].ours)];
