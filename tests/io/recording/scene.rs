@@ -1,4 +1,4 @@
-//! The scene around the motion: upward direction, camera, shared meshes, an empty world, the same bytes each time.
+//! The scene around the motion: up axis, camera, shared meshes, an empty world, and reproducible bytes.
 
 use super::recorded_worlds::{
     ELASTIC, SINGLE, SINGLE_TURN, SLOWDOWN, assert_near, file, read_back, rollout, rubbing,
@@ -62,7 +62,7 @@ fn bodies_of_one_shape_share_its_numbers() {
     assert_eq!(skin.0, edges.0);
     let block = glb.mesh(glb.node("block"));
     assert!((block.volume() / 6e-3 - 1.0).abs() < 1e-6);
-    // Two indices for each of the twelve edges: no diagonal shows.
+    // The twelve edges have two indices each, so no diagonal is visible.
     assert_eq!(glb.root.get(edges.1).unwrap().count.0, 24);
 }
 
@@ -144,7 +144,7 @@ fn half_spaces_are_drawn_below_the_bodies_that_move_and_as_wide_as_they_reach() 
         let shown: Vec<Vector3<f64>> = shown.collect();
         let middle = shown.iter().sum::<Vector3<f64>>() / 4.0;
         assert_near(&middle, &center, 8.0 * SINGLE * 7.0);
-        // The diagonal of the box around the ball.
+        // The diagonal of the bounding box of the ball.
         let edge = (shown[1] - shown[0]).norm();
         assert!((edge - 0.3).abs() <= 8.0 * SINGLE * 7.0, "{name}: {edge}");
     }
