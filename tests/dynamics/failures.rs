@@ -197,7 +197,7 @@ fn a_panic_in_progress_leaves_all_results() {
         ControlFlow::Continue(())
     });
     assert_eq!(count(panicking), starts.len());
-    // With several threads, several rollouts may be told at the same time.
+    // With several threads, several rollouts may report progress at the same time.
     let told = told.load(Ordering::Relaxed);
     assert!((1..20).contains(&told), "{told}");
     // The same holds for samples of a gradient.

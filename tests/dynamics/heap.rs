@@ -1,7 +1,7 @@
 //! A heap of balls dropped into a box comes to rest. If friction holds the heap, it creeps according to the friction law. If the heap has
 //! found a packing that needs no friction, it does not move at all.
 //!
-//! To run the long form and print the results of both: `cargo test --test dynamics heap:: -- --include-ignored --nocapture`.
+//! Run both forms by `cargo test --test dynamics heap:: -- --include-ignored --nocapture`, which prints the results.
 
 use crate::scenes::GRAVITY;
 use crate::support::scenes::Random;

@@ -1,7 +1,7 @@
 //! Accumulated effects of many steps: at rest, on an incline, and bouncing. No rotation drifts, no memory grows, and energy has the
 //! expected course.
 //!
-//! To run the long forms and print the results: `cargo test --test dynamics long_runs:: -- --ignored --nocapture --test-threads=1`.
+//! Run the long forms by `cargo test --test dynamics long_runs:: -- --ignored --nocapture --test-threads=1`, which prints the results.
 
 use crate::scenes::GRAVITY;
 use hydroelastic::contact::Shape;

@@ -9,7 +9,7 @@ use hydroelastic::spatial::Pose;
 use nalgebra::{Vector3, vector};
 use std::sync::Arc;
 
-/// Distance (m) between final positions above which the motions differ. In such short motions, rounding errors from another order of
+/// Distance (m) between final positions above which the motions differ. In these short motions, rounding errors from another order of
 /// summation grow to less than this distance.
 const ANOTHER_MOTION: f64 = 1e-6;
 

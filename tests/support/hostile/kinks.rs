@@ -89,7 +89,7 @@ fn equal_fields(pair: &ContactPair, measures: &Measures) -> Option<Kink> {
     worst
 }
 
-/// Returns such a kink of a compliant layer, for all tetrahedra that may be below its surface.
+/// Returns the kink due to equal gradients in a compliant layer, for all tetrahedra that may be below its surface.
 fn equal_layer(pair: &ContactPair, pose_ab: &Pose) -> Option<Kink> {
     let thickness = pair.b().half_space_shape()?.thickness()?;
     let normal = pose_ab.rotation().column(2).into_owned();

@@ -23,7 +23,7 @@ pub enum Family {
     Generic,
     /// A face of one body lies in the plane of a face of the other.
     Coplanar,
-    /// A face nearly lies in such a plane, with a tilt and an offset of 1e-16 to 1e-4.
+    /// A face of one body nearly lies in the plane of a face of the other, with a tilt and an offset of 1e-16 to 1e-4.
     NearlyCoplanar,
     /// The bodies share a vertex, an edge or a face, exactly or with an offset as small.
     Shared,
