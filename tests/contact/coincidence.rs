@@ -134,7 +134,7 @@ pub(super) fn report(tallies: &Tallies) {
         println!("{family:?}: {pairs} pairs, {failing} failing, {kinks:?}");
     }
     let failing: usize = tallies.iter().map(|tally| tally.failing).sum();
-    assert_eq!(failing, 0, "pairs that fail");
+    assert_eq!(failing, 0, "failing pairs");
 }
 
 #[test]
@@ -193,7 +193,7 @@ fn forces_are_continuous_where_faces_inside_bodies_part() {
                     let error = (force(axis, turn) - still).norm() / still.norm();
                     assert!(
                         error < MOST,
-                        "pair {number} turned by {turn:e} about {axis}: {error:e}"
+                        "pair {number} rotated by {turn:e} about {axis}: {error:e}"
                     );
                 }
                 angle *= GROWTH;

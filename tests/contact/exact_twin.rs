@@ -145,11 +145,11 @@ fn report(tallies: &Tallies) {
     }
     for (family, tally) in Family::ALL.iter().zip(tallies) {
         for (number, ratio) in tally.failures.iter().take(NAMED) {
-            println!("{family:?}, pair {number}: {ratio:e} times what is allowed");
+            println!("{family:?}, pair {number}: {ratio:e} times the tolerance");
         }
     }
     let failing: usize = tallies.iter().map(|tally| tally.failures.len()).sum();
-    assert_eq!(failing, 0, "pairs that fail");
+    assert_eq!(failing, 0, "failing pairs");
 }
 
 #[test]
@@ -159,11 +159,11 @@ fn hostile_pairs_have_the_exact_wrench() {
     for (family, tally) in Family::ALL.iter().zip(&tallies) {
         assert!(
             tally.touching * 4 >= tally.pairs,
-            "{family:?} hardly touches"
+            "{family:?}: too few pairs touch"
         );
         assert!(
             tally.determined * 3 >= tally.pairs,
-            "{family:?} is hardly compared"
+            "{family:?}: too few pairs are compared"
         );
     }
 }

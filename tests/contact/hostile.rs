@@ -133,11 +133,11 @@ pub(super) fn report(tallies: &Tallies) {
     }
     for (family, tally) in Family::ALL.iter().zip(tallies) {
         for (number, claim, ratio) in &tally.failures {
-            println!("{family:?}, pair {number}: {claim}, {ratio:e} times what is allowed");
+            println!("{family:?}, pair {number}: {claim}, {ratio:e} times the tolerance");
         }
     }
     let failing: usize = tallies.iter().map(|tally| tally.failing).sum();
-    assert_eq!(failing, 0, "pairs that fail");
+    assert_eq!(failing, 0, "failing pairs");
 }
 
 #[test]
@@ -145,7 +145,7 @@ fn hostile_pairs_keep_every_claim() {
     let tallies = soaked(0, SHORT);
     report(&tallies);
     for (family, tally) in Family::ALL.iter().zip(&tallies) {
-        assert!(tally.touches_often(), "{family:?} hardly touches");
+        assert!(tally.touches_often(), "{family:?}: too few pairs touch");
     }
 }
 

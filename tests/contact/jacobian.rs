@@ -54,7 +54,7 @@ fn both_jacobians_equal_differences_at_every_generic_pose() {
         if pair.surface().is_empty() {
             continue;
         }
-        let differences = plateau(&pair).expect("no pose is left out: two steps agree at each");
+        let differences = plateau(&pair).expect("two steps agree at every pose");
         let scale = differences.amax();
         let closed = at_rest(&pair.linearized().jacobian());
         let dual = at_rest(&dual_wrench_jacobian(&pair).1);

@@ -128,7 +128,7 @@ fn assert_momentum_stays(world: &World, integrator: Integrator) {
         touching += usize::from(world.topology(&state).unwrap().polygon_count() > 0);
         before = after;
     }
-    assert!(touching > 20, "they touch in {touching} of 400 steps");
+    assert!(touching > 20, "bodies touch in {touching} of 400 steps");
 }
 
 /// Returns a body without neighbors that has the inertia of a box.

@@ -138,7 +138,7 @@ fn forces_of_the_users_own_know_the_time_and_the_body() {
     assert_eq!(
         last.bodies[0].twist.linear,
         Vector3::zeros(),
-        "the force takes gravity away"
+        "the force cancels gravity"
     );
 }
 

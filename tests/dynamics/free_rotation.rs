@@ -57,7 +57,7 @@ fn a_free_body_turns_about_its_center_of_mass_which_moves_straight() {
             }
             assert!(
                 origin_strayed > 0.01,
-                "the origin circles: {origin_strayed}"
+                "the origin moves on a circle: {origin_strayed}"
             );
         }
     }

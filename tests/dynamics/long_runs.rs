@@ -190,7 +190,7 @@ fn assert_creeps_as_its_friction_law_says(decades: &[Decade]) {
     };
     let creeps: Vec<Vector3<f64>> = decades.windows(2).skip(RESTING - 1).map(creep).collect();
     for found in &creeps {
-        println!("creep {:?} m/s, by hand {by_hand:e}", found.as_slice());
+        println!("creep {:?} m/s, closed form {by_hand:e}", found.as_slice());
         assert!((found.x / by_hand - 1.0).abs() <= BEVEL);
         assert!((found - creeps[0]).amax() <= STEADY * by_hand);
         assert!(found.y.abs().max(found.z.abs()) <= STEADY * by_hand);

@@ -151,7 +151,7 @@ fn a_flat_fall_has_the_derivatives_of_the_closed_form() {
         let left = 0.3 - fall - std::f64::consts::PI / f64::sqrt(stiffness);
         let [by_fall, by_speed] = [1.0 / speed, gravity / speed];
         let expected = by_speed * left - (speed - gravity * left) * by_fall;
-        println!("flat from {rise}: {found} for {expected}");
+        println!("flat from {rise}: {found} instead of {expected}");
         assert!(
             (found / expected - 1.0).abs() < OFF,
             "{found} for {expected}"
@@ -205,7 +205,7 @@ fn an_impact_with_dissipation_has_the_derivative_of_the_closed_form() {
         let (rows, value) = (found.jacobian, found.value);
         let velocity = 14; // along z, after position and rotation
         println!(
-            "Hunt and Crossley {phase}: {} for {after}, {} for {slope}",
+            "Hunt and Crossley {phase}: {} instead of {after}, {} instead of {slope}",
             value[velocity],
             -rows[(velocity, 2)]
         );

@@ -59,7 +59,7 @@ impl Outcome for Number {
 fn a_ball_by_its_size_equals_an_independent_program() {
     let File { trajectory } = read("partners.json");
     let [case] = &trajectory[..] else {
-        panic!("one case");
+        panic!("expected one case");
     };
     let (ball, cube) = (scaled_shape("ico1", 0.1), shape("cube"));
     let elastic = Material::elastic;

@@ -269,7 +269,7 @@ fn differences_by_a_material_are_taken_over_parts_of_its_number() {
         let expected = error / derivative.amax().max(difference.amax());
         assert!(
             expected > 1e-9,
-            "the step is too short to tell: {expected:e}"
+            "the step is too short for the check: {expected:e}"
         );
         let found = check.errors[(0, 0)];
         assert!(

@@ -109,7 +109,7 @@ const KILLED: &str = "ulimit -f 16; ulimit -c 0;";
 fn on_a_full_disk_a_file_stays_as_it_was() {
     if let Some(file) = file_to_write() {
         let FileError::Write { path, source } = write(&file).unwrap_err() else {
-            panic!("no error of writing")
+            panic!("expected a write error")
         };
         assert_eq!(path, file);
         assert_eq!(source.kind(), io::ErrorKind::FileTooLarge);

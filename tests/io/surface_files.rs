@@ -28,7 +28,7 @@ fn written(name: &str, surface: &ContactSurface) -> PolyDataPiece {
         _ => vtkio::Vtk::parse_legacy_be(bytes.as_slice()).unwrap(),
     };
     let DataSet::PolyData { mut pieces, .. } = vtk.data else {
-        panic!("{name} is no PolyData");
+        panic!("{name} is not PolyData");
     };
     let Some(Piece::Inline(piece)) = pieces.pop() else {
         panic!("{name} has no data");
@@ -42,7 +42,7 @@ fn values(attributes: &[Attribute], name: &str) -> Vec<f64> {
         Attribute::DataArray(array) if array.name == name => array.data.cast_into(),
         _ => None,
     });
-    named.unwrap_or_else(|| panic!("there is no {name}"))
+    named.unwrap_or_else(|| panic!("{name} is missing"))
 }
 
 /// Returns the corner indices of each polygon.

@@ -68,7 +68,7 @@ impl Tally {
             looked_at: [followed, culled],
         } = self;
         println!(
-            "{name}: {touching} of {poses} poses touch, {polygons} polygons; looked at {followed} pairs, {culled} by culling"
+            "{name}: {touching} of {poses} poses touch, {polygons} polygons; {followed} pairs examined by tracing, {culled} by culling"
         );
         assert!(touching * 100 >= poses * touching_percent);
         // If tracing were impossible, both searches would examine the same pairs.

@@ -47,7 +47,7 @@ impl Glb {
             Vec::new()
         } else {
             let (binary, rest) = chunk(rest, *b"BIN\0");
-            assert!(rest.is_empty(), "a third chunk");
+            assert!(rest.is_empty(), "unexpected third chunk");
             binary.to_vec()
         };
         let root = Root::from_slice(json).unwrap();
@@ -79,7 +79,7 @@ impl Glb {
     /// Returns the only node whose name has this prefix.
     pub fn node(&self, beginning: &str) -> Index<Node> {
         let [node] = self.nodes(beginning)[..] else {
-            panic!("not one node begins with {beginning:?}")
+            panic!("the number of nodes that begin with {beginning:?} is not one")
         };
         node
     }
@@ -217,7 +217,7 @@ impl<const N: usize> Keys<N> {
                 let [start, end] = [before, after].map(|key| self.times[key]);
                 between(from, to, (time - start) / (end - start))
             }
-            Interpolation::CubicSpline => panic!("nothing is a spline"),
+            Interpolation::CubicSpline => panic!("unexpected cubic spline"),
         }
     }
 }

@@ -289,7 +289,7 @@ fn assert_written_down<N: PartialEq + std::fmt::Debug>(
         .collect();
     assert!(
         others.is_empty() && found.len() == written.len(),
-        "other bits than are written down. Is this a change that is meant to change bits? Then write these in the table:\n{}",
+        "Bits differ from the recorded bits. If the change is meant to change bits, copy these lines to the table:\n{}",
         others.join("\n")
     );
 }

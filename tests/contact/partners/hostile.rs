@@ -36,7 +36,7 @@ fn hostile_pairs_with_partners_keep_every_claim() {
     let tallies = soaked(0, SHORT);
     report(&tallies);
     for (family, tally) in Family::ALL.iter().zip(&tallies) {
-        assert!(tally.touches_often(), "{family:?} hardly touches");
+        assert!(tally.touches_often(), "{family:?}: too few pairs touch");
     }
 }
 

@@ -79,7 +79,7 @@ fn differing(scenes: usize) -> [(usize, f64); 2] {
     }
     for ((count, farthest), integrator) in found.iter().zip(IMPLICIT) {
         println!(
-            "{integrator:?}: {count} of {scenes} scenes end elsewhere, by up to {farthest:.1e} m"
+            "{integrator:?}: {count} of {scenes} scenes have other final positions, by up to {farthest:.1e} m"
         );
     }
     found

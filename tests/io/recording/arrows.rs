@@ -152,9 +152,9 @@ fn an_arrow_is_a_closed_surface_of_length_one_along_z() {
             .sum();
         assert!(
             outwards.norm() < SINGLE_TURN * arrow.area(),
-            "it has a hole"
+            "the arrow has a hole"
         );
-        assert!(arrow.volume() > 0.0, "it is inside out");
+        assert!(arrow.volume() > 0.0, "the arrow is inside out");
     }
 }
 
@@ -166,6 +166,6 @@ fn a_central_blow_has_no_torque() {
     assert_eq!(
         glb.nodes("contact torque").len(),
         0,
-        "an arrow for round-off"
+        "round-off has an arrow"
     );
 }

@@ -131,7 +131,7 @@ fn a_contact_surface_has_the_area_and_the_centroid_of_its_polygons() {
             tolerance,
         );
     }
-    assert!(largest_count > 1, "never two contacts at once");
+    assert!(largest_count > 1, "no frame has two contacts");
 }
 
 /// Returns the brightness of a linear color (CIE Y of sRGB primaries), from 0 to 255.

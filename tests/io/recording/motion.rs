@@ -211,6 +211,6 @@ fn a_world_where_nothing_moves_has_no_animation() {
     assert!(glb.root.animations.is_empty());
     assert!(
         glb.mesh(glb.node("way")).area() > 1e-3,
-        "a path without width"
+        "the path has no width"
     );
 }

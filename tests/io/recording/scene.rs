@@ -33,7 +33,7 @@ fn up_is_against_gravity() {
         let world = tumbling(ELASTIC).with_gravity(gravity).unwrap();
         let glb = read_back(name, &Recording::new(&world, &standing(&world)));
         let [top] = glb.root.scenes[0].nodes[..] else {
-            panic!("one node holds all")
+            panic!("expected one root node")
         };
         let shown = glb.placement(top, 0.0).rotation * up;
         assert_near(&shown, &Vector3::y(), SINGLE_TURN);
@@ -57,7 +57,7 @@ fn bodies_of_one_shape_share_its_numbers() {
     assert_eq!(numbers("ball"), numbers("twin"));
     assert_ne!(numbers("ball"), numbers("block"));
     let [skin, edges] = &numbers("block")[..] else {
-        panic!("a block has a skin and edges")
+        panic!("expected a surface and edges")
     };
     assert_eq!(skin.0, edges.0);
     let block = glb.mesh(glb.node("block"));
@@ -83,10 +83,10 @@ fn a_camera_looks_at_its_point_upright() {
         let looks = shown.rotation * -Vector3::z();
         assert_near(&looks, &(point - eye).normalize(), SINGLE_TURN);
         let right = shown.rotation * Vector3::x();
-        assert!(right.z.abs() < SINGLE_TURN, "it leans");
+        assert!(right.z.abs() < SINGLE_TURN, "the camera is tilted");
         assert!(
             (shown.rotation * Vector3::y()).z > -SINGLE_TURN,
-            "it is upside down"
+            "the camera is upside down"
         );
     }
 }

@@ -44,7 +44,7 @@ impl<'a> StandIns<'a> {
     }
 
     /// Returns the pair with B replaced by its surface, or by a half-space below one of its triangles with its origin at a random point of
-    /// the triangle.
+    /// the plane.
     pub fn replaced<'s>(
         &'s self,
         pair: &ContactPair<'s>,
