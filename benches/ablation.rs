@@ -166,7 +166,7 @@ fn print_row(name: &str, cells: impl Iterator<Item = String>) {
 
 fn main() {
     use_one_thread();
-    // `cargo test` runs benches too, and then the bench is also quick.
+    // `cargo test` runs benches too, without `--bench`. The bench is then quick.
     let is_asked = |argument: &str| std::env::args().any(|given| given == argument);
     let is_quick = is_asked("--quick") || !is_asked("--bench");
     let orders: &[usize] = if is_quick { &[1, 2, 3] } else { &[1, 2, 3, 4] };

@@ -1,8 +1,8 @@
-//! Cost of the gradient of a loss, in rollouts without derivatives, by forward mode with dual numbers and by reverse mode, with respect to
-//! ten to a hundred thousand parameters.
+//! Cost of the gradient of a loss, in rollouts without derivatives, in forward mode with dual numbers and in reverse mode. The gradients
+//! are with respect to ten to a hundred thousand parameters.
 //!
-//! Helps to choose between both values of `Mode`: shows above how many parameters reverse mode is cheaper. The scene is a ball (0.1 m, 1
-//! kg) that slides on a box, with 1,000 leapfrog steps of 0.2 ms or 40 implicit steps of 5 ms. The parameters are the wrenches of its
+//! Helps to choose between both values of `Mode`: shows above how many parameters reverse mode is cheaper. The scene is a ball (0.1 m,
+//! 1 kg) that slides on a box, with 1,000 leapfrog steps of 0.2 ms or 40 implicit steps of 5 ms. The parameters are the wrenches of its
 //! control, or the vertices and extents of both bodies as well. Run `cargo bench --bench reverse` (two minutes). The bench uses one thread.
 //! Ratios are medians over rounds that run each variant once.
 

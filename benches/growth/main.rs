@@ -37,7 +37,7 @@ fn wanted() -> Result<Wanted, String> {
         None => None,
     };
     Ok(Wanted {
-        // `cargo test` runs benches too, and then the bench is also quick.
+        // `cargo test` runs benches too, without `--bench`. The bench is then quick.
         is_quick: place("--quick").is_some() || place("--bench").is_none(),
         svg,
     })

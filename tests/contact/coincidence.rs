@@ -49,8 +49,8 @@ pub(super) const TWO_WAYS: f64 = 1e-8;
 /// count as coincident are off by up to the margin times the steepest change.
 const EXCHANGED: [f64; 2] = [1e-8, 1e-6];
 
-/// Distances from a special position at which one of the two derivatives may be the mean of both sides of a kink and the other derivative
-/// that of one side.
+/// Distances from a special position at which the two Jacobians may differ: one is the mean of both sides of a kink, and the other is that
+/// of one side.
 const BETWEEN: std::ops::Range<f64> = 1e-11..1e-8;
 
 /// Results of the pairs of a family.

@@ -22,7 +22,7 @@ const STEP: f64 = 1e-7;
 const TWO_WAYS: f64 = 1e-10;
 
 /// Largest fraction of pairs whose derivatives through the clips may differ. If a vertex lies in a face of the other body's tetrahedra,
-/// several of their planes meet in one corner, and the clips do not consider all sides of the corner.
+/// several planes meet in one corner. The clips do not consider all sides of this corner.
 const MANY_SIDED: f64 = 0.03;
 
 /// Relative tolerance of derivatives, compared with pressure times size.
@@ -146,8 +146,8 @@ fn cubes_that_only_touch_have_no_contact() {
     }
 }
 
-/// Returns the number of pairs of a family that are in contact and not at a kink, and the number of these whose Jacobian through the clips
-/// differs from the closed form.
+/// Returns two counts for a family: the pairs in contact and not at a kink, and those of them whose Jacobian through the clips differs from
+/// the closed form.
 fn two_ways(family: Family, numbers: std::ops::Range<u64>) -> [usize; 2] {
     let hostile = Hostile::new(1);
     let (mut pairs, mut differing) = (0, 0);

@@ -38,8 +38,8 @@ fn normal_force() -> f64 {
     force([MODULUS; 2])
 }
 
-/// Returns the twists, in world axes at the bodies' origins, if A moves relative to B by a spin and a velocity at the middle of the
-/// contact, given on the stage.
+/// Returns the twists, in world axes at the bodies' origins, for a relative spin and velocity of A at the middle of the contact, given on
+/// the stage.
 fn twists(spin: Vector3<f64>, velocity: Vector3<f64>) -> [Twist; 2] {
     let common = Twist::from_vector(&Vector6::from(COMMON));
     let turn = stage();

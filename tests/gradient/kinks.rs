@@ -93,8 +93,8 @@ fn equal_fields() {
     // Two bodies have the same position.
     let inside = beside(Vector3::zeros());
     assert_eq!(inside, [(Kink::EqualFields, vec![0, 1], 5, [1, 5])]);
-    // If the bodies are displaced along their long sides, their fields are equal in a part of the volume, because both grow at the same
-    // rate below the upper face.
+    // The bodies are displaced along their long sides. Their fields are equal in a part of the volume, because both grow at the same rate
+    // below the upper face.
     let shifted = beside(vector![0.05, 0.0, 0.0]);
     assert_eq!(shifted, [(Kink::EqualFields, vec![0, 1], 5, [1, 5])]);
     // If the bodies touch beside or above each other, their fields may have equal gradients, but no common volume.

@@ -193,7 +193,7 @@ fn a_chain_of_twenty() {
 }
 
 /// Mass and modulus are excluded. The motion of a brick that slides to a stop depends on them through a difference of terms a million times
-/// as large, so their derivatives have the rounding errors of these terms.
+/// as large. Their derivatives have the rounding errors of these terms.
 #[test]
 fn stiff_skins_that_stick() {
     let shape = Shape::new(shapes::cuboid([0.2, 0.2, 0.1]).unwrap());

@@ -83,8 +83,9 @@ fn each_step_of_the_default_leaves_fewer_candidates() {
 /// Rounding error of heights (m) for shapes of size 1. A corner within this height is on the plane.
 const ON_PLANE: f64 = 1e-13;
 
-/// Asserts that candidates at a half-space are exactly the tetrahedra with a corner below or on its surface and, if it is rigid, another
-/// corner above or on the surface. Returns how many tetrahedra cross the surface, how many reach it, and how many exist.
+/// Asserts that candidates at a half-space are exactly the tetrahedra with a corner below or on its surface. If the half-space is rigid,
+/// they must have another corner above or on the surface. Returns how many tetrahedra cross the surface, how many reach it, and how many
+/// exist.
 fn assert_reaching_are_candidates(shape: &Shape, pose: Pose, ground: Pose) -> [usize; 3] {
     let body = ContactBody::new(shape, pose, 1e5).unwrap();
     let to_ground = ground.inverse() * pose;

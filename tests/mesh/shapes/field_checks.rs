@@ -10,8 +10,8 @@ pub const SUM_ROUND_OFF: f64 = 1e-13;
 /// Error of a field at a point, relative to its largest value, in a mesh of ordinary proportions.
 pub const EXACT: f64 = 1e-13;
 
-/// Error of such a field if edges of the core are so short relative to the shape that gradients lose digits, or if these edges were omitted
-/// for that reason.
+/// Error of a field at a point if edges of the core are so short relative to the shape that gradients lose digits. The same tolerance
+/// applies if these edges were omitted for that reason.
 pub const NEARLY_DEGENERATE: f64 = 1e-5;
 
 /// Largest distance (in barycentric coordinates) of a point on a face outside its tetrahedron.
